@@ -1,0 +1,37 @@
+// A calibrated camera: a pinhole with radial-tangential, equidistant (fisheye) or no distortion.
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace slcmap {
+
+enum class Distortion { kNone, kRadialTangential, kEquidistant };
+
+// Pixel coordinates have their origin at the centre of the top left pixel, x right, y down. The
+// camera frame has x right, y down, z forward.
+struct Camera {
+  Distortion distortion = Distortion::kNone;
+  int width_px = 0;
+  int height_px = 0;
+  double fx_px = 0, fy_px = 0, cx_px = 0, cy_px = 0;
+  // k1 k2 p1 p2 (radial-tangential, as OpenCV) or k1 k2 k3 k4 (equidistant, as OpenCV's fisheye).
+  Eigen::Vector4d coefficients = Eigen::Vector4d::Zero();
+
+  // The pixel of a point in the camera frame; nothing where the model does not reach (behind a
+  // radial-tangential camera, or beyond the angle at which its distortion folds back).
+  std::optional<Eigen::Vector2d> Project(const Eigen::Vector3d& p_camera) const;
+
+  // The unit ray, in the camera frame, of a pixel; nothing where the distortion cannot be inverted.
+  std::optional<Eigen::Vector3d> Unproject(const Eigen::Vector2d& pixel_px) const;
+
+  // True where the pixel is in the image, at least margin_px from its border.
+  bool Contains(const Eigen::Vector2d& pixel_px, double margin_px = 0) const;
+
+  // Throws DataError when an entry is absurd; `name` stands in the message.
+  void Check(const std::string& name) const;
+};
+
+}  // namespace slcmap

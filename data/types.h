@@ -1,0 +1,51 @@
+// What a stereo camera and an IMU deliver, and their calibration.
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <opencv2/core/mat.hpp>
+
+#include "data/camera.h"
+#include "data/rigid_transform.h"
+
+namespace slcmap {
+
+inline constexpr double kGravity_m_s2 = 9.81;  // along -z of the world
+
+// One IMU measurement, in the IMU frame.
+struct ImuSample {
+  int64_t stamp_ns = 0;
+  Eigen::Vector3d angular_velocity_rad_s = Eigen::Vector3d::Zero();
+  Eigen::Vector3d specific_force_m_s2 = Eigen::Vector3d::Zero();  // (0, 0, +9.81) lying still
+};
+
+// A stereo pair: 8 bit, one channel. The right image is empty where there is only one camera. The
+// stamp is the middle of the exposure, on the camera's clock.
+struct StereoImage {
+  int64_t stamp_ns = 0;
+  cv::Mat left;
+  cv::Mat right;
+};
+
+// Noise of an IMU as continuous densities, in the units of the ASL and Kalibr files.
+struct ImuNoise {
+  double gyro_noise_rad_s_sqrthz = 1.7e-4;
+  double gyro_walk_rad_s2_sqrthz = 2.0e-5;
+  double accel_noise_m_s2_sqrthz = 2.0e-3;
+  double accel_walk_m_s3_sqrthz = 3.0e-3;
+  double rate_hz = 200;
+};
+
+// A calibrated rig. Index 0 is the left camera.
+struct Rig {
+  std::array<Camera, 2> cameras;
+  std::array<RigidTransform, 2> T_imu_camera;
+  ImuNoise imu_noise;
+  double camera_time_offset_s = 0;  // stamp on the IMU's clock = camera stamp + this
+};
+
+inline double ToSeconds(int64_t ns) { return static_cast<double>(ns) * 1e-9; }
+inline int64_t ToNanoseconds(double s) { return static_cast<int64_t>(s * 1e9 + (s < 0 ? -0.5 : 0.5)); }
+
+}  // namespace slcmap

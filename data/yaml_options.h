@@ -1,0 +1,44 @@
+// Reads option structs from YAML that only overrides their defaults; an unknown key is an error.
+#pragma once
+
+#include <yaml-cpp/yaml.h>
+
+#include <set>
+#include <string>
+
+#include "data/error.h"
+
+namespace slcmap {
+
+// One mapping of a YAML file. Each key is asked for once; Finish() throws ConfigError, naming file
+// and key, when the mapping holds a key that nobody asked for.
+//
+//   YamlSection root = YamlSection::FromFile("rig.yaml");
+//   YamlSection points = root.Section("points");
+//   points.Read("max_count", &options.max_count);
+//   points.Finish();  root.Finish();
+class YamlSection {
+ public:
+  static YamlSection FromFile(const std::string& path);  // throws ConfigError
+  YamlSection(YAML::Node node, std::string place);       // place: "file.yaml: key.key"
+
+  // The mapping under `key`; an empty one where the key is absent.
+  YamlSection Section(const std::string& key);
+
+  bool Has(const std::string& key) const;
+
+  // Overwrites *value when the key is present; throws ConfigError naming file, key, what was found and
+  // the type that was expected. T is bool, int, double, std::string or std::vector of these.
+  template <typename T>
+  void Read(const std::string& key, T* value);
+
+  void Finish() const;
+  const std::string& place() const { return place_; }
+
+ private:
+  YAML::Node node_;
+  std::string place_;
+  std::set<std::string> known_;
+};
+
+}  // namespace slcmap

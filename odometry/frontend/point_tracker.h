@@ -1,0 +1,55 @@
+// Sparse points, followed from image to image and from left to right.
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <cstdint>
+#include <memory>
+#include <opencv2/core/mat.hpp>
+#include <optional>
+#include <unordered_set>
+#include <vector>
+
+#include "data/types.h"
+#include "odometry/options.h"
+
+namespace slcmap {
+
+// A tracked point in one stereo pair, in pixels of the rectified cameras.
+struct PointObservation {
+  int64_t id = 0;
+  Eigen::Vector2d left_px = Eigen::Vector2d::Zero();
+  std::optional<Eigen::Vector2d> right_px;
+};
+
+class PointTracker {
+ public:
+  // rectified_rig and mask_left as a Rectifier gives them.
+  PointTracker(const PointTrackerOptions& options, const Rig& rectified_rig,
+               const cv::Mat& mask_left);
+  ~PointTracker();
+
+  // Follows all points into the next pair. R_now_previous is the predicted rotation of the left
+  // camera (p_now = R_now_previous * p_previous), for instance from the gyroscope. `right` is empty
+  // with one camera. A point that is lost in the left image is gone for good; its id is never reused.
+  void Track(const cv::Mat& left, const cv::Mat& right, const Eigen::Quaterniond& R_now_previous);
+
+  // Detects new points where there are none, up to max_points, in the pair last given, finds them in
+  // its right image too, and adds them to observations(). Called on keyframes.
+  void Detect();
+
+  // Forgets points, for instance those that the estimator found to be outliers.
+  void Remove(const std::unordered_set<int64_t>& ids);
+
+  // Forgets all points; ids go on.
+  void Reset();
+
+  // The points of the pair last given, sorted by id.
+  const std::vector<PointObservation>& observations() const;
+
+ private:
+  class Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace slcmap

@@ -1,0 +1,35 @@
+// Brings the images of a stereo rig (also a fisheye one) to a common ideal pinhole.
+#pragma once
+
+#include <array>
+#include <opencv2/core/mat.hpp>
+
+#include "data/types.h"
+#include "odometry/options.h"
+
+namespace slcmap {
+
+// Both rectified cameras are distortion-free pinholes of the same intrinsics and orientation, the
+// right one displaced along +x of the left, so that a point has the same row in both.
+class Rectifier {
+ public:
+  Rectifier(const Rig& rig, const RectifierOptions& options);
+
+  // The rig that the rectified images belong to.
+  const Rig& rectified_rig() const { return rectified_rig_; }
+
+  // camera: 0 left, 1 right. The result has the rectified camera's size; pixels that no camera pixel
+  // maps to are black.
+  cv::Mat Rectify(const cv::Mat& image, int camera) const;
+
+  // 255 where the rectified image has true pixels (eroded by a small margin), else 0.
+  const cv::Mat& mask(int camera) const { return masks_[camera]; }
+
+ private:
+  Rig rectified_rig_;
+  std::array<cv::Mat, 2> map_xy_;        // CV_16SC2
+  std::array<cv::Mat, 2> map_fraction_;  // CV_16UC1
+  std::array<cv::Mat, 2> masks_;
+};
+
+}  // namespace slcmap

@@ -1,0 +1,79 @@
+// What odometry hands to mapping: the contents of a run folder, in memory.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "data/trajectory.h"
+#include "data/types.h"
+
+namespace slcmap {
+
+// A pose as odometry first gave it out, at the moment of its image, with no look-ahead.
+struct OnlineState {
+  int64_t stamp_ns = 0;
+  int segment = 0;  // counts re-starts after failures
+  RigidTransform T_world_imu;
+  Eigen::Vector3d velocity_world_m_s = Eigen::Vector3d::Zero();
+  Eigen::Vector3d gyro_bias_rad_s = Eigen::Vector3d::Zero();
+  Eigen::Vector3d accel_bias_m_s2 = Eigen::Vector3d::Zero();
+};
+
+// One sight of a landmark from a keyframe, in pixels of the rectified images.
+struct KeyframeObservation {
+  int64_t landmark_id = 0;
+  Eigen::Vector2d left_px = Eigen::Vector2d::Zero();
+  std::optional<Eigen::Vector2d> right_px;
+};
+
+// A keyframe with its pose as the window last had it.
+struct Keyframe {
+  int64_t id = 0;
+  int segment = 0;
+  int64_t stamp_ns = 0;
+  RigidTransform T_world_imu;
+  std::vector<KeyframeObservation> observations;
+};
+
+// A point as the window last had it.
+struct Landmark {
+  int64_t id = 0;
+  int segment = 0;
+  Eigen::Vector3d p_world = Eigen::Vector3d::Zero();
+  double sigma_m = 0;  // standard deviation along its host's ray
+  int observations = 0;  // keyframes that saw it
+};
+
+// CPU and wall time of one stage of the program, summed over the run.
+struct StageTiming {
+  std::string name;
+  double wall_s = 0;
+  int64_t calls = 0;
+};
+
+struct RunTimings {
+  std::vector<StageTiming> stages;
+  double cpu_s = 0;   // user + system, whole process
+  double wall_s = 0;
+  double peak_memory_mib = 0;
+  int64_t stereo_frames = 0;
+  double data_s = 0;  // length of the recording that was processed
+};
+
+struct OdometryRun {
+  std::string method;
+  bool complete = false;
+  std::string partial_reason;  // why it is not complete
+  std::map<std::string, int64_t> warnings;  // counted by kind
+  Rig rectified_rig;  // the cameras that KeyframeObservation's pixels belong to
+  std::vector<OnlineState> states;
+  std::vector<Keyframe> keyframes;
+  std::vector<Landmark> landmarks;
+  RunTimings timings;
+};
+
+}  // namespace slcmap

@@ -1,0 +1,79 @@
+#include "data/camera.h"
+
+#include <gtest/gtest.h>
+
+#include "data/error.h"
+
+namespace slcmap {
+namespace {
+
+Camera EurocLeft() {
+  Camera camera;
+  camera.distortion = Distortion::kRadialTangential;
+  camera.width_px = 752;
+  camera.height_px = 480;
+  camera.fx_px = 458.654;
+  camera.fy_px = 457.296;
+  camera.cx_px = 367.215;
+  camera.cy_px = 248.375;
+  camera.coefficients << -0.28340811, 0.07395907, 0.00019359, 1.76187114e-05;
+  return camera;
+}
+
+Camera TumviLeft() {
+  Camera camera;
+  camera.distortion = Distortion::kEquidistant;
+  camera.width_px = camera.height_px = 512;
+  camera.fx_px = 190.978;
+  camera.fy_px = 190.973;
+  camera.cx_px = 254.932;
+  camera.cy_px = 256.897;
+  camera.coefficients << 0.0034823894, 0.0007150348, -0.0020532361, 0.0002029367;
+  return camera;
+}
+
+TEST(Camera, ProjectInvertsUnprojectUpToTheCorners) {
+  for (const Camera& camera : {EurocLeft(), TumviLeft()}) {
+    for (int y_px = 0; y_px < camera.height_px; y_px += 16) {
+      for (int x_px = 0; x_px < camera.width_px; x_px += 16) {
+        const Eigen::Vector2d pixel_px(x_px, y_px);
+        const auto ray = camera.Unproject(pixel_px);
+        const Eigen::Vector2d centre_px(camera.cx_px, camera.cy_px);
+        const bool fisheye = camera.distortion == Distortion::kEquidistant;
+        if (fisheye && (pixel_px - centre_px).norm() > 270) continue;  // outside its image circle
+        ASSERT_TRUE(ray.has_value()) << pixel_px.transpose();
+        EXPECT_NEAR(ray->norm(), 1.0, 1e-12);
+        const auto back_px = camera.Project(*ray * 3.7);
+        ASSERT_TRUE(back_px.has_value());
+        EXPECT_LT((*back_px - pixel_px).norm(), 1e-7);
+      }
+    }
+  }
+}
+
+TEST(Camera, FisheyeSeesBesideItself) {
+  EXPECT_TRUE(TumviLeft().Project(Eigen::Vector3d(1, 0, -0.05)).has_value());
+  EXPECT_FALSE(EurocLeft().Project(Eigen::Vector3d(1, 0, -0.05)).has_value());
+}
+
+TEST(Camera, PointsFarOutsideTheViewDoNotFoldBackIntoIt) {
+  Camera folding = EurocLeft();
+  folding.coefficients << -0.3, 0.05, 0, 0;  // turns back at a radius of 1.3, and again further out
+  EXPECT_TRUE(folding.Project(Eigen::Vector3d(1.0, 0, 1)).has_value());
+  for (const double x : {1.6, 2.0, 3.0, 5.0}) {
+    EXPECT_FALSE(folding.Project(Eigen::Vector3d(x, 0, 1)).has_value()) << x;
+  }
+}
+
+TEST(Camera, CheckNamesWhatIsAbsurd) {
+  Camera camera = EurocLeft();
+  EXPECT_NO_THROW(camera.Check("cam0"));
+  camera.fx_px = 4.58;
+  EXPECT_THROW(camera.Check("cam0"), DataError);
+  camera = EurocLeft();
+  camera.cx_px = 3672;
+  EXPECT_THROW(camera.Check("cam0"), DataError);
+}
+
+}  // namespace
+}  // namespace slcmap
