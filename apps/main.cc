@@ -1,0 +1,87 @@
+// slcmap: maps buildings from the images of a stereo camera and the samples of an IMU.
+#include <spdlog/sinks/stdout_color_sinks.h>
+#include <spdlog/spdlog.h>
+
+#include <csignal>
+#include <cstdio>
+#include <iostream>
+#include <new>
+
+#include "apps/commands.h"
+#include "data/error.h"
+
+namespace slcmap {
+namespace {
+
+volatile std::sig_atomic_t interrupted = 0;
+
+// The first signal asks the program to end with the results so far; the next one kills it.
+void HandleSignal(int) {
+  interrupted = 1;
+  std::signal(SIGINT, SIG_DFL);
+  std::signal(SIGTERM, SIG_DFL);
+}
+
+int PrintError(std::string message, int exit_code) {
+  while (!message.empty() && message.back() == '\n') message.pop_back();
+  for (char& c : message) {
+    if (c == '\n') c = ' ';
+  }
+  std::fprintf(stderr, "slcmap: error: %s\n", message.c_str());
+  return exit_code;
+}
+
+void AddCommands(CLI::App& app) {
+  // In the order in which data flows; each is in the file of its name.
+  (void)app;
+}
+
+void SetUpLog(CLI::App& app) {
+  spdlog::set_default_logger(spdlog::stderr_color_mt("slcmap"));
+  spdlog::set_pattern("slcmap: %^%l%$: %v");
+  app.add_flag_callback(
+      "-v,--verbose", [] { spdlog::set_level(spdlog::level::debug); }, "Say more");
+  app.add_flag_callback(
+      "-q,--quiet", [] { spdlog::set_level(spdlog::level::warn); },
+      "Print warnings and errors only");
+}
+
+int RunProgram(int argc, char** argv) {
+  CLI::App app("Maps buildings from the images of a stereo camera and the samples of an IMU.");
+  app.name("slcmap");
+  app.set_version_flag("--version", SLCMAP_VERSION);
+  app.require_subcommand(1);
+  SetUpLog(app);
+  AddCommands(app);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    if (error.get_exit_code() == 0) return app.exit(error);  // --help, --version
+    return PrintError(std::string(error.what()) + " (slcmap --help shows the usage)", kExitUsage);
+  }
+  std::cout.flush();
+  if (!std::cout || std::fflush(stdout) != 0)
+    throw OutputError("standard output: cannot be written");
+  return interrupted ? kExitInterrupted : kExitSuccess;
+}
+
+}  // namespace
+
+bool Interrupted() { return interrupted != 0; }
+
+}  // namespace slcmap
+
+int main(int argc, char** argv) {
+  using namespace slcmap;
+  std::signal(SIGINT, HandleSignal);
+  std::signal(SIGTERM, HandleSignal);
+  try {
+    return RunProgram(argc, argv);
+  } catch (const ConfigError& error) {
+    return PrintError(error.what(), kExitUsage);
+  } catch (const std::bad_alloc&) {
+    return PrintError("out of memory", kExitFailure);
+  } catch (const std::exception& error) {
+    return PrintError(error.what(), kExitFailure);
+  }
+}

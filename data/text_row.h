@@ -1,0 +1,40 @@
+// Rows of numbers in text files: comma- or blank-separated, with stamps that keep their
+// nanoseconds.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace slcmap {
+
+// The fields of a row without blanks and a carriage return around them. With a comma in the row
+// only commas separate (so a field may be empty), else blanks do. A blank row and one that starts
+// with '#' have no fields.
+std::vector<std::string_view> SplitRow(std::string_view row);
+
+// A decimal number, wholly read; nothing for other text. "nan" and "inf" are read as such.
+std::optional<double> ParseNumber(std::string_view text);
+
+// A decimal number times 10^shift as an integer, without passing through a double: "12.000000001"
+// with shift 9 is 12000000001, and "1.4e18" with shift 0 is 1400000000000000000. Digits below one
+// are rounded off. Nothing for other text and beyond the range of int64.
+std::optional<int64_t> ParseScaledInteger(std::string_view text, int shift);
+
+// The rows of a text file; throws DataError naming the file when it cannot be read.
+std::vector<std::string> ReadLines(const std::string& path);
+
+// Calls handle(row number from 1, fields) for each row of the file that has fields. Throws
+// DataError when the file cannot be read.
+template <typename Handler>
+void ForEachRow(const std::string& path, Handler handle) {
+  const std::vector<std::string> lines = ReadLines(path);
+  for (size_t i = 0; i < lines.size(); ++i) {
+    const std::vector<std::string_view> fields = SplitRow(lines[i]);
+    if (!fields.empty()) handle(static_cast<int>(i + 1), fields);
+  }
+}
+
+}  // namespace slcmap

@@ -1,0 +1,152 @@
+#include "data/yaml_options.h"
+
+#include <cerrno>
+#include <cmath>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <vector>
+
+namespace slcmap {
+namespace {
+
+// What a value of a type is called in messages.
+template <typename T>
+struct TypeName;
+template <>
+struct TypeName<bool> {
+  static std::string Get() { return "true or false"; }
+};
+template <>
+struct TypeName<int> {
+  static std::string Get() { return "a whole number"; }
+};
+template <>
+struct TypeName<double> {
+  static std::string Get() { return "a finite number"; }
+};
+template <>
+struct TypeName<std::string> {
+  static std::string Get() { return "a text"; }
+};
+template <typename T>
+struct TypeName<std::vector<T>> {
+  static std::string Get() { return "a list, each entry " + TypeName<T>::Get(); }
+};
+
+bool IsFinite(double value) { return std::isfinite(value); }
+template <typename T>
+bool IsFinite(const T&) {
+  return true;
+}
+template <typename T>
+bool IsFinite(const std::vector<T>& values) {
+  for (const T& value : values) {
+    if (!IsFinite(value)) return false;
+  }
+  return true;
+}
+
+template <typename T>
+bool Decode(const YAML::Node& node, T* value) {
+  try {
+    return YAML::convert<T>::decode(node, *value);
+  } catch (const YAML::Exception&) {  // an entry of a list
+    return false;
+  }
+}
+
+// What was found, on one line and not too long.
+std::string Shown(const YAML::Node& node) {
+  if (node.IsNull()) return "nothing";
+  std::string text = YAML::Dump(node);
+  for (char& c : text) {
+    if (c == '\n') c = ' ';
+  }
+  if (text.size() > 60) text = text.substr(0, 57) + "...";
+  return "'" + text + "'";
+}
+
+std::string OneLine(const YAML::Exception& error) {
+  std::string text = error.msg;
+  if (!error.mark.is_null()) text = "row " + std::to_string(error.mark.line + 1) + ": " + text;
+  return text;
+}
+
+// "file.yaml: a.b" -> "file.yaml: a.b.key"; "file.yaml" -> "file.yaml: key".
+std::string KeyPlace(const std::string& place, const std::string& key) {
+  return place + (place.find(": ") == std::string::npos ? ": " : ".") + key;
+}
+
+}  // namespace
+
+YamlSection YamlSection::FromFile(const std::string& path) {
+  std::error_code error;
+  if (std::filesystem::is_directory(path, error)) {
+    throw ConfigError(path + ": found a folder, expected a YAML file");
+  }
+  errno = 0;
+  std::ifstream file(path);
+  if (!file) throw ConfigError(path + ": cannot be read: " + std::strerror(errno));
+  try {
+    return YamlSection(YAML::Load(file), path);
+  } catch (const YAML::Exception& exception) {
+    throw ConfigError(path + ": found no valid YAML: " + OneLine(exception));
+  }
+}
+
+YamlSection::YamlSection(YAML::Node node, std::string place)
+    : node_(std::move(node)), place_(std::move(place)) {
+  if (node_.IsDefined() && !node_.IsNull() && !node_.IsMap()) {
+    throw ConfigError(place_ + ": found " + Shown(node_) + ", expected keys with values");
+  }
+}
+
+YamlSection YamlSection::Section(const std::string& key) {
+  known_.insert(key);
+  const std::string place = KeyPlace(place_, key);
+  if (!Has(key)) return YamlSection(YAML::Node(), place);
+  return YamlSection(node_[key], place);
+}
+
+bool YamlSection::Has(const std::string& key) const {
+  const YAML::Node& node = node_;  // the const operator[] adds no key
+  return node.IsMap() && node[key].IsDefined();
+}
+
+template <typename T>
+void YamlSection::Read(const std::string& key, T* value) {
+  known_.insert(key);
+  if (!Has(key)) return;
+  const YAML::Node found = node_[key];
+  T read{};
+  if (!Decode(found, &read) || !IsFinite(read)) {
+    throw ConfigError(KeyPlace(place_, key) + ": found " + Shown(found) + ", expected " +
+                      TypeName<T>::Get());
+  }
+  *value = read;
+}
+
+void YamlSection::Finish() const {
+  std::set<std::string> seen;
+  for (const auto& entry : node_) {
+    const std::string key = entry.first.Scalar();
+    const std::string place = KeyPlace(place_, key);
+    if (!seen.insert(key).second) throw ConfigError(place + ": found twice, expected once");
+    if (known_.count(key) != 0) continue;
+    std::string names;
+    for (const std::string& name : known_) names += (names.empty() ? "" : ", ") + name;
+    throw ConfigError(place + ": unknown key; expected one of: " + names);
+  }
+}
+
+template void YamlSection::Read(const std::string&, bool*);
+template void YamlSection::Read(const std::string&, int*);
+template void YamlSection::Read(const std::string&, double*);
+template void YamlSection::Read(const std::string&, std::string*);
+template void YamlSection::Read(const std::string&, std::vector<bool>*);
+template void YamlSection::Read(const std::string&, std::vector<int>*);
+template void YamlSection::Read(const std::string&, std::vector<double>*);
+template void YamlSection::Read(const std::string&, std::vector<std::string>*);
+
+}  // namespace slcmap

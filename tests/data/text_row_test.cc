@@ -1,0 +1,70 @@
+#include "data/text_row.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "data/error.h"
+#include "tests/testing/temp_folder.h"
+
+namespace slcmap {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::IsEmpty;
+
+TEST(SplitRow, TakesCommasOrBlanksAndCarriageReturns) {
+  EXPECT_THAT(SplitRow("1, 2 ,3\r"), ElementsAre("1", "2", "3"));
+  EXPECT_THAT(SplitRow(" 1  2\t3 \r"), ElementsAre("1", "2", "3"));
+  EXPECT_THAT(SplitRow("12,my picture.png"), ElementsAre("12", "my picture.png"));
+  EXPECT_THAT(SplitRow("1,,3,"), ElementsAre("1", "", "3"));
+  EXPECT_THAT(SplitRow("  \r"), IsEmpty());
+  EXPECT_THAT(SplitRow("# stamp, x"), IsEmpty());
+}
+
+TEST(ParseNumber, ReadsWholeFieldsOnly) {
+  EXPECT_EQ(ParseNumber("-1.5e-3"), -1.5e-3);
+  EXPECT_EQ(ParseNumber("+2"), 2.0);
+  EXPECT_TRUE(std::isnan(*ParseNumber("nan")));
+  EXPECT_EQ(ParseNumber("1.5x"), std::nullopt);
+  EXPECT_EQ(ParseNumber(""), std::nullopt);
+}
+
+TEST(ParseScaledInteger, KeepsEveryNanosecond) {
+  EXPECT_EQ(ParseScaledInteger("1403636584.763555585", 9), 1403636584763555585);
+  EXPECT_EQ(ParseScaledInteger("1403636584763555585", 0), 1403636584763555585);
+  EXPECT_EQ(ParseScaledInteger("1.403636584763555585e+18", 0), 1403636584763555585);
+  EXPECT_EQ(ParseScaledInteger("1.403636584763555585e+09", 9), 1403636584763555585);
+  EXPECT_EQ(ParseScaledInteger("7", 9), 7000000000);
+  EXPECT_EQ(ParseScaledInteger("-0.05", 9), -50000000);
+  EXPECT_EQ(ParseScaledInteger("0.0000000004", 9), 0);
+  EXPECT_EQ(ParseScaledInteger("0.0000000015", 9), 2);
+  EXPECT_EQ(ParseScaledInteger("0.00000000001", 9), 0);
+}
+
+TEST(ParseScaledInteger, RefusesOtherTextAndWhatDoesNotFit) {
+  for (const char* text : {"", ".", "-", "nan", "1.2.3", "1e", "12s", "0x10", "1e300"}) {
+    EXPECT_EQ(ParseScaledInteger(text, 9), std::nullopt) << text;
+  }
+  EXPECT_EQ(ParseScaledInteger("9300000000", 9), std::nullopt);
+}
+
+TEST(ForEachRow, CountsFromOneAndSkipsComments) {
+  const testing::TempFolder folder;
+  const std::string path = folder.Write("a.csv", "#t,x\r\n1,2\r\n\r\n3,4");
+  std::vector<int> rows;
+  ForEachRow(path, [&](int row, const auto& fields) {
+    EXPECT_EQ(fields.size(), 2u);
+    rows.push_back(row);
+  });
+  EXPECT_THAT(rows, ElementsAre(2, 4));
+}
+
+TEST(ReadLines, NamesAFileThatCannotBeRead) {
+  const testing::TempFolder folder;
+  EXPECT_THAT(testing::MessageOf<DataError>([&] { ReadLines(folder.Path("none.csv")); }),
+              ::testing::HasSubstr("none.csv: cannot be read: No such file"));
+  EXPECT_THROW(ReadLines(folder.Path()), DataError);
+}
+
+}  // namespace
+}  // namespace slcmap

@@ -1,0 +1,93 @@
+#include "data/yaml_options.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/testing/temp_folder.h"
+
+namespace slcmap {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using testing::MessageOf;
+using testing::TempFolder;
+
+TEST(YamlSection, OverridesOnlyWhatIsThere) {
+  const TempFolder folder;
+  YamlSection root = YamlSection::FromFile(folder.Write(
+      "a.yaml", "points: {max_count: 99, weights: [1, 2.5]}\nname: hall\nfast: true\n"));
+  int max_count = 1, other = 7;
+  bool fast = false;
+  std::string name;
+  std::vector<double> weights;
+  YamlSection points = root.Section("points");
+  points.Read("max_count", &max_count);
+  points.Read("other", &other);
+  points.Read("weights", &weights);
+  points.Finish();
+  root.Read("name", &name);
+  root.Read("fast", &fast);
+  YamlSection absent = root.Section("absent");
+  absent.Read("other", &other);
+  absent.Finish();
+  root.Finish();
+  EXPECT_EQ(max_count, 99);
+  EXPECT_EQ(other, 7);
+  EXPECT_EQ(name, "hall");
+  EXPECT_TRUE(fast);
+  EXPECT_THAT(weights, ElementsAre(1, 2.5));
+}
+
+TEST(YamlSection, AnUnknownKeyIsNamedWithThoseThereAre) {
+  const TempFolder folder;
+  YamlSection root = YamlSection::FromFile(folder.Write("a.yaml", "points: {max_cuont: 99}\n"));
+  YamlSection points = root.Section("points");
+  int max_count = 0;
+  points.Read("max_count", &max_count);
+  EXPECT_THAT(MessageOf<ConfigError>([&] { points.Finish(); }),
+              AllOf(HasSubstr("a.yaml: points.max_cuont: unknown key"), HasSubstr("max_count")));
+}
+
+TEST(YamlSection, AKeyTwiceIsAnError) {
+  const TempFolder folder;
+  YamlSection root = YamlSection::FromFile(folder.Write("a.yaml", "a: 1\na: 2\n"));
+  int a = 0;
+  root.Read("a", &a);
+  EXPECT_THAT(MessageOf<ConfigError>([&] { root.Finish(); }), HasSubstr("a: found twice"));
+}
+
+template <typename T>
+std::string ReadError(const std::string& value) {
+  const TempFolder folder;
+  YamlSection root = YamlSection::FromFile(folder.Write("a.yaml", "key: " + value + "\n"));
+  T read{};
+  return MessageOf<ConfigError>([&] { root.Read("key", &read); });
+}
+
+TEST(YamlSection, AValueOfAnotherTypeIsShownWithTheTypeExpected) {
+  EXPECT_THAT(ReadError<int>("1.5"),
+              HasSubstr("a.yaml: key: found '1.5', expected a whole number"));
+  EXPECT_THAT(ReadError<double>("far"), HasSubstr("found 'far', expected a finite number"));
+  EXPECT_THAT(ReadError<double>(".nan"), HasSubstr("expected a finite number"));
+  EXPECT_THAT(ReadError<bool>("3"), HasSubstr("expected true or false"));
+  EXPECT_THAT(ReadError<std::vector<double>>("[1, x]"), HasSubstr("expected a list"));
+  EXPECT_THAT(ReadError<int>(""), HasSubstr("found nothing, expected a whole number"));
+}
+
+TEST(YamlSection, FilesThatAreNoMappingsAreErrors) {
+  const TempFolder folder;
+  EXPECT_THAT(MessageOf<ConfigError>([&] { YamlSection::FromFile(folder.Path("none.yaml")); }),
+              HasSubstr("none.yaml: cannot be read: No such file"));
+  const std::string broken = folder.Write("broken.yaml", "a: 1\nb: [1, 2\n");
+  EXPECT_THAT(MessageOf<ConfigError>([&] { YamlSection::FromFile(broken); }),
+              HasSubstr("broken.yaml: found no valid YAML: row"));
+  const std::string list = folder.Write("list.yaml", "- 1\n- 2\n");
+  EXPECT_THAT(MessageOf<ConfigError>([&] { YamlSection::FromFile(list); }),
+              HasSubstr("expected keys with values"));
+  EXPECT_NO_THROW(YamlSection::FromFile(folder.Write("empty.yaml", "# nothing\n")).Finish());
+}
+
+}  // namespace
+}  // namespace slcmap
