@@ -1,0 +1,263 @@
+#include "data/simulator/motion.h"
+
+#include <Eigen/Sparse>
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "data/error.h"
+#include "data/types.h"
+
+namespace slcmap {
+namespace {
+
+constexpr int kOrder = MotionSpline::kOrder;
+using Weights = std::array<double, kOrder>;
+
+// The weights of the control poses at u in [0, 1], differentiated `derivative` times by u: the
+// recursion of Cox and de Boor for uniform knots.
+Weights BasisWeights(double u, int derivative) {
+  Weights w = {1.0};
+  for (int order = 2; order <= kOrder; ++order) {
+    const bool differentiate = order > kOrder - derivative;
+    for (int j = order - 1; j >= 0; --j) {
+      const double before = j > 0 ? w[j - 1] : 0.0;
+      const double same = j < order - 1 ? w[j] : 0.0;
+      w[j] = differentiate ? before - same
+                           : ((u + order - 1 - j) * before + (j + 1 - u) * same) / (order - 1);
+    }
+  }
+  return w;
+}
+
+// The sum of the weights from each control pose to the last.
+Weights Cumulate(Weights w) {
+  for (int j = kOrder - 2; j >= 0; --j) w[j] += w[j + 1];
+  return w;
+}
+
+}  // namespace
+
+MotionSpline::MotionSpline(double knot_interval_s,
+                           const std::vector<RigidTransform>& T_world_imu_control)
+    : knot_interval_s_(knot_interval_s), control_(T_world_imu_control) {
+  if (!(knot_interval_s > 0)) throw DataError("motion: the interval of the knots must be positive");
+  if (control_.size() < kOrder) {
+    throw DataError("motion: found " + std::to_string(control_.size()) +
+                    " control poses, expected at least " + std::to_string(kOrder));
+  }
+  for (size_t j = 0; j + 1 < control_.size(); ++j) {
+    increments_rad_.push_back(
+        LogRotation(control_[j].rotation.conjugate() * control_[j + 1].rotation));
+  }
+}
+
+MotionSpline::Place MotionSpline::Locate(double t_s) const {
+  const double last = static_cast<double>(control_.size() - kOrder);
+  const double s = std::clamp(t_s / knot_interval_s_, 0.0, last + 1.0);
+  const double first = std::min(std::floor(s), last);
+  return {static_cast<size_t>(first), s - first};
+}
+
+Eigen::Vector3d MotionSpline::PositionDerivative(double t_s, int derivative) const {
+  const Place place = Locate(t_s);
+  const Weights w = BasisWeights(place.u, derivative);
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (int j = 0; j < kOrder; ++j) sum += w[j] * control_[place.first + j].translation;
+  return sum / std::pow(knot_interval_s_, derivative);
+}
+
+struct MotionSpline::Rotation {
+  Eigen::Quaterniond R_world_imu;
+  Eigen::Vector3d velocity_rad_s = Eigen::Vector3d::Zero();
+  Eigen::Vector3d acceleration_rad_s2 = Eigen::Vector3d::Zero();
+};
+
+// R = R_0 prod_j Exp(b_j d_j) with cumulative weights b and increments d; the derivatives follow
+// from the product rule, one factor A_j = Exp(b_j d_j) after the other.
+MotionSpline::Rotation MotionSpline::RotationAt(double t_s) const {
+  const Place place = Locate(t_s);
+  const double rate = 1.0 / knot_interval_s_;
+  const Weights b = Cumulate(BasisWeights(place.u, 0));
+  const Weights db = Cumulate(BasisWeights(place.u, 1));
+  const Weights ddb = Cumulate(BasisWeights(place.u, 2));
+  Rotation r{control_[place.first].rotation};
+  for (int j = 1; j < kOrder; ++j) {
+    const Eigen::Vector3d& d = increments_rad_[place.first + j - 1];
+    const Eigen::Quaterniond factor = ExpRotation(b[j] * d);
+    const Eigen::Vector3d carried = factor.conjugate() * r.velocity_rad_s;
+    r.acceleration_rad_s2 = factor.conjugate() * r.acceleration_rad_s2 +
+                            carried.cross(d) * (db[j] * rate) + d * (ddb[j] * rate * rate);
+    r.velocity_rad_s = carried + d * (db[j] * rate);
+    r.R_world_imu = (r.R_world_imu * factor).normalized();
+  }
+  return r;
+}
+
+RigidTransform MotionSpline::PoseAt(double t_s) const {
+  return {RotationAt(t_s).R_world_imu, PositionDerivative(t_s, 0)};
+}
+
+Eigen::Vector3d MotionSpline::VelocityAt(double t_s) const { return PositionDerivative(t_s, 1); }
+
+Eigen::Vector3d MotionSpline::AccelerationAt(double t_s) const {
+  return PositionDerivative(t_s, 2);
+}
+
+Eigen::Vector3d MotionSpline::AngularVelocityAt(double t_s) const {
+  return RotationAt(t_s).velocity_rad_s;
+}
+
+Eigen::Vector3d MotionSpline::AngularAccelerationAt(double t_s) const {
+  return RotationAt(t_s).acceleration_rad_s2;
+}
+
+Eigen::Quaterniond CameraLookingAlong(const Eigen::Vector3d& forward_world) {
+  Eigen::Matrix3d R_world_camera;
+  R_world_camera.col(2) = forward_world.normalized();
+  R_world_camera.col(0) = R_world_camera.col(2).cross(Eigen::Vector3d::UnitZ()).normalized();
+  R_world_camera.col(1) = R_world_camera.col(2).cross(R_world_camera.col(0));
+  return Eigen::Quaterniond(R_world_camera);
+}
+
+void MotionFitOptions::Check() const {
+  if (!(knot_interval_s > 0)) throw ConfigError("knot_interval_s: expected a positive number");
+  if (!(smoothing > 0)) throw ConfigError("smoothing: expected a positive number");
+  if (rotation_iterations < 1) throw ConfigError("rotation_iterations: expected at least 1");
+}
+
+namespace {
+
+// Least squares of control values whose weighted sums are to match values at given times. The
+// control values of one motion are few to an instant, so that the normal equations are a narrow
+// band.
+class BandedFit {
+ public:
+  BandedFit(const std::vector<double>& times_s, size_t controls, const MotionFitOptions& options)
+      : times_(times_s.size(), controls),
+        third_differences_(controls - 3, controls),
+        smoothing_(options.smoothing) {
+    std::vector<Eigen::Triplet<double>> entries;
+    for (size_t row = 0; row < times_s.size(); ++row) {
+      const double s = times_s[row] / options.knot_interval_s;
+      const double first = std::min(std::floor(s), static_cast<double>(controls - kOrder));
+      const Weights w = BasisWeights(s - first, 0);
+      for (int j = 0; j < kOrder; ++j) entries.emplace_back(row, static_cast<int>(first) + j, w[j]);
+    }
+    times_.setFromTriplets(entries.begin(), entries.end());
+    entries.clear();
+    for (size_t row = 0; row + 3 < controls; ++row) {
+      const double w[4] = {-1, 3, -3, 1};
+      for (int j = 0; j < 4; ++j) entries.emplace_back(row, row + j, w[j]);
+    }
+    third_differences_.setFromTriplets(entries.begin(), entries.end());
+    const Matrix normal = times_.transpose() * times_ +
+                          smoothing_ * Matrix(third_differences_.transpose() * third_differences_);
+    solver_.compute(normal);
+  }
+
+  // The change (controls x 3) of control values (controls x 3) that takes away the errors (times x
+  // 3).
+  Eigen::MatrixX3d Solve(const Eigen::MatrixX3d& errors, const Eigen::MatrixX3d& control) const {
+    const Eigen::MatrixX3d roughness =
+        third_differences_.transpose() * Eigen::MatrixX3d(third_differences_ * control);
+    return solver_.solve(Eigen::MatrixX3d(times_.transpose() * errors) - smoothing_ * roughness);
+  }
+
+ private:
+  using Matrix = Eigen::SparseMatrix<double>;
+  Matrix times_;
+  Matrix third_differences_;
+  double smoothing_;
+  Eigen::SimplicialLDLT<Matrix> solver_;
+};
+
+struct Errors {
+  Eigen::MatrixX3d position_m, rotation_rad;  // both in world
+};
+
+Errors ErrorsOf(const MotionSpline& motion, const Trajectory& trajectory,
+                const std::vector<double>& times_s) {
+  Errors errors{Eigen::MatrixX3d(times_s.size(), 3), Eigen::MatrixX3d(times_s.size(), 3)};
+  for (size_t i = 0; i < times_s.size(); ++i) {
+    const RigidTransform& truth = trajectory[i].T_world_imu;
+    const RigidTransform pose = motion.PoseAt(times_s[i]);
+    errors.position_m.row(i) = truth.translation - pose.translation;
+    errors.rotation_rad.row(i) = LogRotation(truth.rotation * pose.rotation.conjugate());
+  }
+  return errors;
+}
+
+// Control poses on the trajectory itself: the starting values of the fit.
+std::vector<RigidTransform> InitialControl(const Trajectory& trajectory,
+                                           const std::vector<double>& times_s, size_t controls,
+                                           double knot_interval_s) {
+  std::vector<RigidTransform> control;
+  size_t after = 1;
+  for (size_t j = 0; j < controls; ++j) {
+    const double t_s = (static_cast<double>(j) - 2) * knot_interval_s;
+    while (after + 1 < times_s.size() && times_s[after] < t_s) ++after;
+    const double u = (t_s - times_s[after - 1]) / (times_s[after] - times_s[after - 1]);
+    control.push_back(Interpolate(trajectory[after - 1].T_world_imu, trajectory[after].T_world_imu,
+                                  std::clamp(u, 0.0, 1.0)));
+  }
+  return control;
+}
+
+// Rotation vectors of the control poses from one to the next, summed up: their differences are the
+// increments of the spline, up to the turn of the frame within one interval.
+Eigen::MatrixX3d UnrolledRotations(const std::vector<RigidTransform>& control) {
+  Eigen::MatrixX3d sums(control.size(), 3);
+  sums.row(0).setZero();
+  for (size_t j = 1; j < control.size(); ++j) {
+    sums.row(j) =
+        sums.row(j - 1) +
+        LogRotation(control[j].rotation * control[j - 1].rotation.conjugate()).transpose();
+  }
+  return sums;
+}
+
+Eigen::MatrixX3d Positions(const std::vector<RigidTransform>& control) {
+  Eigen::MatrixX3d positions(control.size(), 3);
+  for (size_t j = 0; j < control.size(); ++j) positions.row(j) = control[j].translation;
+  return positions;
+}
+
+double RootMeanSquare(const Eigen::MatrixX3d& rows) {
+  return std::sqrt(rows.rowwise().squaredNorm().mean());
+}
+
+}  // namespace
+
+MotionFit FitMotion(const Trajectory& trajectory, const MotionFitOptions& options) {
+  options.Check();
+  if (trajectory.size() < 2) throw DataError("motion: expected a trajectory of two poses or more");
+  std::vector<double> times_s;
+  for (const StampedPose& pose : trajectory) {
+    times_s.push_back(ToSeconds(pose.stamp_ns - trajectory.front().stamp_ns));
+  }
+  const double knot_s = options.knot_interval_s;
+  const size_t controls = static_cast<size_t>(std::ceil(times_s.back() / knot_s)) + kOrder - 1;
+  std::vector<RigidTransform> control = InitialControl(trajectory, times_s, controls, knot_s);
+  const BandedFit fit(times_s, controls, options);
+
+  // A turn delta of control pose j in world turns the spline by about its weight times delta, so
+  // that rotations are fitted as positions are, repeated until the rest is gone.
+  for (int i = 0; i < options.rotation_iterations; ++i) {
+    const Errors errors = ErrorsOf(MotionSpline(knot_s, control), trajectory, times_s);
+    const Eigen::MatrixX3d turn = fit.Solve(errors.rotation_rad, UnrolledRotations(control));
+    const Eigen::MatrixX3d shift = fit.Solve(errors.position_m, Positions(control));
+    for (size_t j = 0; j < controls; ++j) {
+      control[j].rotation = (ExpRotation(turn.row(j)) * control[j].rotation).normalized();
+      control[j].translation += shift.row(j).transpose();
+    }
+  }
+  const MotionSpline motion(knot_s, control);
+  const Errors errors = ErrorsOf(motion, trajectory, times_s);
+  return {motion, RootMeanSquare(errors.position_m),
+          std::sqrt(errors.position_m.rowwise().squaredNorm().maxCoeff()),
+          RootMeanSquare(errors.rotation_rad),
+          std::sqrt(errors.rotation_rad.rowwise().squaredNorm().maxCoeff())};
+}
+
+}  // namespace slcmap

@@ -1,0 +1,74 @@
+// A smooth motion with exact derivatives: what a simulated rig does.
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "data/rigid_transform.h"
+#include "data/trajectory.h"
+
+namespace slcmap {
+
+// A uniform quintic B-spline, its rotation cumulative on SO(3) (Kim, Kim and Shin, "A general
+// construction scheme for unit quaternion curves", 1995; Sommer et al., "Efficient derivative
+// computation for cumulative B-splines on Lie groups", 2020). Four times continuously
+// differentiable.
+//
+// Times are seconds since the start of the motion and are clamped to [0, Duration()].
+class MotionSpline {
+ public:
+  static constexpr int kOrder = 6;  // control poses that shape one instant
+
+  // control[j] has its greatest weight at the time (j - 2) * knot_interval_s. At least kOrder of
+  // them. Throws DataError when there are fewer, or when the interval is not positive.
+  MotionSpline(double knot_interval_s, const std::vector<RigidTransform>& T_world_imu_control);
+
+  double Duration() const {
+    return knot_interval_s_ * static_cast<double>(control_.size() + 1 - kOrder);
+  }
+
+  RigidTransform PoseAt(double t_s) const;                  // T_world_imu
+  Eigen::Vector3d VelocityAt(double t_s) const;             // in world, m/s
+  Eigen::Vector3d AccelerationAt(double t_s) const;         // in world, m/s^2, without gravity
+  Eigen::Vector3d AngularVelocityAt(double t_s) const;      // in imu, rad/s
+  Eigen::Vector3d AngularAccelerationAt(double t_s) const;  // in imu, rad/s^2
+
+ private:
+  struct Place {
+    size_t first;  // control pose
+    double u;      // in [0, 1]
+  };
+  Place Locate(double t_s) const;
+  Eigen::Vector3d PositionDerivative(double t_s, int derivative) const;
+
+  struct Rotation;
+  Rotation RotationAt(double t_s) const;
+
+  double knot_interval_s_;
+  std::vector<RigidTransform> control_;
+  std::vector<Eigen::Vector3d> increments_rad_;  // Log(R_j^-1 R_{j+1})
+};
+
+// The rotation of a camera that looks along `forward_world` with the world's up at its top.
+Eigen::Quaterniond CameraLookingAlong(const Eigen::Vector3d& forward_world);
+
+struct MotionFitOptions {
+  double knot_interval_s = 0.1;
+  // Weight of the squared third differences of the control poses against the squared errors. It
+  // bridges gaps of the trajectory and keeps its jitter out of the acceleration.
+  double smoothing = 0.05;
+  int rotation_iterations = 8;
+  void Check() const;  // throws ConfigError
+};
+
+struct MotionFit {
+  MotionSpline motion;
+  double position_rms_m = 0, position_max_m = 0;
+  double rotation_rms_rad = 0, rotation_max_rad = 0;
+};
+
+// The motion nearest to a trajectory by least squares; its time 0 is the trajectory's first stamp.
+// Throws DataError on a trajectory of less than two poses.
+MotionFit FitMotion(const Trajectory& trajectory, const MotionFitOptions& options = {});
+
+}  // namespace slcmap

@@ -1,0 +1,162 @@
+#include "data/simulator/track_simulator.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <random>
+
+#include "data/error.h"
+
+namespace slcmap {
+namespace {
+
+// The box around every position of the motion, its walls wall_distance_m away.
+Eigen::AlignedBox3d BoxAround(const MotionSpline& motion, double wall_distance_m) {
+  Eigen::AlignedBox3d box;
+  for (double t_s = 0; t_s <= motion.Duration(); t_s += 0.05) {
+    box.extend(motion.PoseAt(t_s).translation);
+  }
+  const Eigen::Vector3d margin = Eigen::Vector3d::Constant(wall_distance_m);
+  return {box.min() - margin, box.max() + margin};
+}
+
+// The distance along a unit ray from inside the box to its wall.
+double DistanceToWall(const Eigen::AlignedBox3d& box, const Eigen::Vector3d& origin,
+                      const Eigen::Vector3d& ray) {
+  double distance_m = std::numeric_limits<double>::infinity();
+  for (int k = 0; k < 3; ++k) {
+    if (ray[k] == 0) continue;
+    const double wall = ray[k] > 0 ? box.max()[k] : box.min()[k];
+    distance_m = std::min(distance_m, (wall - origin[k]) / ray[k]);
+  }
+  return distance_m;
+}
+
+class TrackSimulator {
+ public:
+  TrackSimulator(const MotionSpline& motion, const Rig& rig, const TrackSimulatorOptions& options)
+      : motion_(motion),
+        rig_(rig),
+        options_(options),
+        box_(BoxAround(motion, options.wall_distance_m)),
+        generator_(options.seed) {}
+
+  SimulatedTracks Run() {
+    const double first_s = std::max(0.0, rig_.camera_time_offset_s);
+    const auto count =
+        static_cast<int64_t>((motion_.Duration() - first_s) * options_.image_rate_hz + 1e-6) + 1;
+    for (int64_t i = 0; i < count; ++i) {
+      AddFrame(first_s + static_cast<double>(i) / options_.image_rate_hz);
+    }
+    return std::move(result_);
+  }
+
+ private:
+  struct LiveTrack {
+    int64_t id;
+    int frames;
+  };
+
+  void AddFrame(double t_s) {
+    SimulatedTrackFrame frame;
+    frame.stamp_ns =
+        options_.start_stamp_ns + ToNanoseconds(t_s) - ToNanoseconds(rig_.camera_time_offset_s);
+    frame.T_world_imu = motion_.PoseAt(t_s);
+    std::erase_if(live_, [&](const LiveTrack& track) {
+      return IsOld(track) || !See(frame.T_world_imu, track.id, 0);
+    });
+    TakeUpNew(frame.T_world_imu);
+    for (LiveTrack& track : live_) {
+      frame.tracks.push_back(Measure(frame.T_world_imu, track.id));
+      ++track.frames;
+    }
+    result_.frames.push_back(std::move(frame));
+  }
+
+  bool IsOld(const LiveTrack& track) const {
+    return options_.max_track_frames > 0 && track.frames >= options_.max_track_frames;
+  }
+
+  // The exact pixel of a landmark where the camera sees it.
+  std::optional<Eigen::Vector2d> See(const RigidTransform& T_world_imu, int64_t id,
+                                     int camera) const {
+    const RigidTransform T_camera_world = (T_world_imu * rig_.T_imu_camera[camera]).Inverse();
+    const Eigen::Vector3d p_camera = T_camera_world * result_.landmarks_world[id];
+    std::optional<Eigen::Vector2d> pixel = rig_.cameras[camera].Project(p_camera);
+    if (pixel && !rig_.cameras[camera].Contains(*pixel, options_.margin_px)) pixel.reset();
+    return pixel;
+  }
+
+  void TakeUpNew(const RigidTransform& T_world_imu) {
+    const Camera& left = rig_.cameras[0];
+    const double margin = options_.margin_px;
+    std::uniform_real_distribution<double> x_px(margin, left.width_px - 1 - margin);
+    std::uniform_real_distribution<double> y_px(margin, left.height_px - 1 - margin);
+    // A fisheye's corners see nothing, hence more attempts than tracks.
+    for (int i = 0; i < 20 * options_.max_tracks && MissingTracks() > 0; ++i) {
+      const double x = x_px(generator_);
+      const std::optional<Eigen::Vector3d> ray = left.Unproject({x, y_px(generator_)});
+      if (!ray) continue;
+      const auto id = static_cast<int64_t>(result_.landmarks_world.size());
+      result_.landmarks_world.push_back(PlaceLandmark(T_world_imu * rig_.T_imu_camera[0], *ray));
+      if (See(T_world_imu, id, 0)) {
+        live_.push_back({id, 0});
+      } else {
+        result_.landmarks_world.pop_back();
+      }
+    }
+  }
+
+  int MissingTracks() const { return options_.max_tracks - static_cast<int>(live_.size()); }
+
+  Eigen::Vector3d PlaceLandmark(const RigidTransform& T_world_camera,
+                                const Eigen::Vector3d& ray_camera) {
+    const Eigen::Vector3d ray_world = T_world_camera.rotation * ray_camera;
+    std::uniform_real_distribution<double> floating_m(0.5 * options_.max_depth_m,
+                                                      options_.max_depth_m);
+    double distance_m = DistanceToWall(box_, T_world_camera.translation, ray_world);
+    if (distance_m > options_.max_depth_m) distance_m = floating_m(generator_);
+    return T_world_camera.translation + distance_m * ray_world;
+  }
+
+  SimulatedTrack Measure(const RigidTransform& T_world_imu, int64_t id) {
+    SimulatedTrack track{id, *See(T_world_imu, id, 0) + Noise(), See(T_world_imu, id, 1)};
+    if (track.right_px) *track.right_px += Noise();
+    return track;
+  }
+
+  Eigen::Vector2d Noise() {
+    const double x = normal_(generator_);
+    return options_.sigma_px * Eigen::Vector2d(x, normal_(generator_));
+  }
+
+  const MotionSpline& motion_;
+  const Rig& rig_;
+  const TrackSimulatorOptions& options_;
+  Eigen::AlignedBox3d box_;
+  std::mt19937_64 generator_;
+  std::normal_distribution<double> normal_;
+  std::vector<LiveTrack> live_;
+  SimulatedTracks result_;
+};
+
+}  // namespace
+
+void TrackSimulatorOptions::Check() const {
+  if (max_tracks < 1) throw ConfigError("max_tracks: expected at least 1");
+  if (!(sigma_px >= 0)) throw ConfigError("sigma_px: expected zero or more");
+  if (max_track_frames < 0) throw ConfigError("max_track_frames: expected zero or more");
+  if (!(image_rate_hz > 0)) throw ConfigError("image_rate_hz: expected a positive number");
+  if (!(margin_px >= 0)) throw ConfigError("margin_px: expected zero or more");
+  if (!(wall_distance_m > 0)) throw ConfigError("wall_distance_m: expected a positive number");
+  if (!(max_depth_m > 0)) throw ConfigError("max_depth_m: expected a positive number");
+}
+
+SimulatedTracks SimulateTracks(const MotionSpline& motion, const Rig& rig,
+                               const TrackSimulatorOptions& options) {
+  options.Check();
+  return TrackSimulator(motion, rig, options).Run();
+}
+
+}  // namespace slcmap

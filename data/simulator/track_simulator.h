@@ -1,0 +1,50 @@
+// Point tracks without images, for tests of an estimator: landmarks on the walls of a box around a
+// motion, seen by the cameras of a rig.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "data/simulator/motion.h"
+#include "data/types.h"
+
+namespace slcmap {
+
+struct TrackSimulatorOptions {
+  int max_tracks = 150;
+  double sigma_px = 0;       // of each coordinate, left and right alike
+  int max_track_frames = 0;  // after so many frames a track is given up; 0: it lives while in view
+  double image_rate_hz = 20;
+  double margin_px = 5;        // of the image's border, where nothing is seen
+  double wall_distance_m = 3;  // of the box's walls from the motion's outermost positions
+  double max_depth_m = 12;     // where the wall is further, the landmark floats before it
+  int64_t start_stamp_ns = 0;  // of the motion's time 0, on the IMU's clock
+  uint64_t seed = 1;
+  void Check() const;  // throws ConfigError
+};
+
+struct SimulatedTrack {
+  int64_t id = 0;  // row in SimulatedTracks::landmarks_world
+  Eigen::Vector2d left_px = Eigen::Vector2d::Zero();
+  std::optional<Eigen::Vector2d> right_px;  // where the right camera sees it too
+};
+
+struct SimulatedTrackFrame {
+  int64_t stamp_ns = 0;  // on the camera's clock, which the rig's offset relates to the IMU's
+  RigidTransform T_world_imu;
+  std::vector<SimulatedTrack> tracks;  // sorted by id
+};
+
+struct SimulatedTracks {
+  std::vector<SimulatedTrackFrame> frames;
+  std::vector<Eigen::Vector3d> landmarks_world;  // metres
+};
+
+// Tracks over the whole motion. A landmark is tracked while the left camera sees it; where fewer
+// than max_tracks are left, new landmarks with new ids are taken up at random pixels.
+SimulatedTracks SimulateTracks(const MotionSpline& motion, const Rig& rig,
+                               const TrackSimulatorOptions& options);
+
+}  // namespace slcmap
