@@ -1,0 +1,141 @@
+#include "odometry/frontend/rectifier.h"
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+#include <string>
+
+#include "data/error.h"
+
+namespace slcmap {
+namespace {
+
+constexpr int kSizeStep_px = 8;      // the pyramid halves the image without rounding
+constexpr int kMaskMargin_px = 4;    // interpolation and patches stay inside true pixels
+constexpr double kOutside_px = -10;  // a map entry that no pixel has
+
+// The common orientation of the rectified cameras in the IMU frame: x along the baseline, z as near
+// to both optical axes as that allows.
+Eigen::Quaterniond CommonOrientation(const Rig& rig, const Eigen::Vector3d& baseline_imu) {
+  const Eigen::Matrix3d R_left = rig.T_imu_camera[0].rotation.toRotationMatrix();
+  const Eigen::Matrix3d R_right = rig.T_imu_camera[1].rotation.toRotationMatrix();
+  const Eigen::Vector3d x = baseline_imu.normalized();
+  if (x.dot(R_left.col(0)) < 0.7 || R_left.col(2).dot(R_right.col(2)) < 0.5) {
+    throw DataError(
+        "calibration: found a right camera that is not to the right of the left one looking the "
+        "same "
+        "way, expected side by side cameras (are cam0 and cam1, or T_BS and its inverse, "
+        "exchanged?)");
+  }
+  const Eigen::Vector3d z_mean = R_left.col(2) + R_right.col(2);
+  const Eigen::Vector3d y = z_mean.cross(x).normalized();
+  Eigen::Matrix3d R;
+  R << x, y, x.cross(y);
+  return Eigen::Quaterniond(R);
+}
+
+// How far a camera sees on the plane z = 1 from its middle towards `direction`, at most `limit`.
+double Extent(const Camera& camera, const Eigen::Matrix3d& R_camera_rectified,
+              const Eigen::Vector2d& direction, double limit) {
+  constexpr double kStep = 2e-3;
+  double reached = 0;
+  for (double r = kStep; r < limit; r += kStep) {
+    const auto pixel = camera.Project(R_camera_rectified * (r * direction).homogeneous());
+    if (!pixel || !camera.Contains(*pixel)) break;
+    reached = r;
+  }
+  return reached;
+}
+
+int RoundedSize(double size_px) {
+  return std::max(1, static_cast<int>(size_px / kSizeStep_px)) * kSizeStep_px;
+}
+
+// The pinhole that keeps the scale of the middle of the left image and as much of the field of view
+// as its middle row and column have.
+Camera CommonPinhole(const Rig& rig, const Eigen::Quaterniond& R_imu_rectified, bool stereo,
+                     const RectifierOptions& options) {
+  const Camera& left = rig.cameras[0];
+  const Camera& right = stereo ? rig.cameras[1] : left;
+  const double focal_px =
+      std::sqrt(std::sqrt(left.fx_px * left.fy_px) * std::sqrt(right.fx_px * right.fy_px));
+  const Eigen::Matrix3d R =
+      (rig.T_imu_camera[0].rotation.conjugate() * R_imu_rectified).toRotationMatrix();
+  const double limit = std::tan(options.max_field_of_view_rad / 2);
+  const double x_min = Extent(left, R, {-1, 0}, limit), x_max = Extent(left, R, {1, 0}, limit);
+  const double y_min = Extent(left, R, {0, -1}, limit), y_max = Extent(left, R, {0, 1}, limit);
+  Camera pinhole;
+  pinhole.fx_px = pinhole.fy_px = focal_px;
+  pinhole.width_px = RoundedSize(focal_px * (x_min + x_max));
+  pinhole.height_px = RoundedSize(focal_px * (y_min + y_max));
+  pinhole.cx_px = 0.5 * (pinhole.width_px - 1) + 0.5 * focal_px * (x_min - x_max);
+  pinhole.cy_px = 0.5 * (pinhole.height_px - 1) + 0.5 * focal_px * (y_min - y_max);
+  if (pinhole.width_px < 16 || pinhole.height_px < 16) {
+    throw DataError("calibration: found a rectified image of " + std::to_string(pinhole.width_px) +
+                    " x " + std::to_string(pinhole.height_px) +
+                    " px, expected overlapping fields of view (wrong intrinsics or extrinsics?)");
+  }
+  return pinhole;
+}
+
+// Where each pixel of the rectified image lies in the camera's image.
+cv::Mat SourcePixels(const Camera& camera, const Camera& rectified,
+                     const Eigen::Matrix3d& R_camera_rectified) {
+  cv::Mat source(rectified.height_px, rectified.width_px, CV_32FC2);
+  for (int v = 0; v < source.rows; ++v) {
+    for (int u = 0; u < source.cols; ++u) {
+      const Eigen::Vector3d ray((u - rectified.cx_px) / rectified.fx_px,
+                                (v - rectified.cy_px) / rectified.fy_px, 1);
+      const auto pixel = camera.Project(R_camera_rectified * ray);
+      source.at<cv::Vec2f>(v, u) =
+          pixel && camera.Contains(*pixel)
+              ? cv::Vec2f(static_cast<float>(pixel->x()), static_cast<float>(pixel->y()))
+              : cv::Vec2f(kOutside_px, kOutside_px);
+    }
+  }
+  return source;
+}
+
+cv::Mat ValidMask(const cv::Mat& source_pixels) {
+  cv::Mat mask(source_pixels.size(), CV_8UC1);
+  for (int v = 0; v < mask.rows; ++v) {
+    for (int u = 0; u < mask.cols; ++u) {
+      mask.at<uchar>(v, u) = source_pixels.at<cv::Vec2f>(v, u)[0] >= 0 ? 255 : 0;
+    }
+  }
+  const int side = 2 * kMaskMargin_px + 1;
+  cv::erode(mask, mask, cv::Mat::ones(side, side, CV_8UC1), {-1, -1}, 1, cv::BORDER_CONSTANT,
+            cv::Scalar::all(0));
+  return mask;
+}
+
+}  // namespace
+
+Rectifier::Rectifier(const Rig& rig, const RectifierOptions& options) : rectified_rig_(rig) {
+  options.Check();
+  const Eigen::Vector3d baseline_imu =
+      rig.T_imu_camera[1].translation - rig.T_imu_camera[0].translation;
+  const bool stereo = rig.cameras[1].width_px > 0 && baseline_imu.norm() > 0;
+  const Eigen::Quaterniond R_imu_rectified =
+      stereo ? CommonOrientation(rig, baseline_imu) : rig.T_imu_camera[0].rotation;
+  const Camera pinhole = CommonPinhole(rig, R_imu_rectified, stereo, options);
+  for (int i = 0; i < (stereo ? 2 : 1); ++i) {
+    const Eigen::Quaterniond R_camera_rectified =
+        rig.T_imu_camera[i].rotation.conjugate() * R_imu_rectified;
+    const cv::Mat source =
+        SourcePixels(rig.cameras[i], pinhole, R_camera_rectified.toRotationMatrix());
+    cv::convertMaps(source, cv::noArray(), map_xy_[i], map_fraction_[i], CV_16SC2);
+    masks_[i] = ValidMask(source);
+    rectified_rig_.cameras[i] = pinhole;
+    rectified_rig_.T_imu_camera[i].rotation = R_imu_rectified;
+  }
+}
+
+cv::Mat Rectifier::Rectify(const cv::Mat& image, int camera) const {
+  cv::Mat rectified;
+  cv::remap(image, rectified, map_xy_[camera], map_fraction_[camera], cv::INTER_LINEAR,
+            cv::BORDER_CONSTANT, cv::Scalar::all(0));
+  return rectified;
+}
+
+}  // namespace slcmap

@@ -1,0 +1,214 @@
+#include "odometry/frontend/point_tracker.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <map>
+#include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
+#include <set>
+
+namespace slcmap {
+namespace {
+
+const Eigen::Quaterniond kNoRotation = Eigen::Quaterniond::Identity();
+
+Rig TestRig() {
+  Rig rig;
+  rig.cameras[0] = {Distortion::kNone, 640, 480, 400, 400, 319.5, 239.5, Eigen::Vector4d::Zero()};
+  rig.cameras[1] = rig.cameras[0];
+  rig.T_imu_camera[1].translation = {0.1, 0, 0};
+  return rig;
+}
+
+// A smooth picture with detail at several scales, seen through x_texture = A x_image + b.
+class Scene {
+ public:
+  cv::Mat See(const Eigen::Matrix2d& A, const Eigen::Vector2d& b, double gain = 1,
+              double noise = 0) const {
+    cv::Mat image(480, 640, CV_8UC1);
+    cv::RNG rng(7);
+    for (int v = 0; v < image.rows; ++v) {
+      for (int u = 0; u < image.cols; ++u) {
+        const Eigen::Vector2d p = A * Eigen::Vector2d(u - 320, v - 240) + b;
+        image.at<uchar>(v, u) =
+            cv::saturate_cast<uchar>(gain * Brightness(p) + (noise > 0 ? rng.gaussian(noise) : 0));
+      }
+    }
+    return image;
+  }
+  cv::Mat Shifted(double x, double y, double gain = 1) const {
+    return See(Eigen::Matrix2d::Identity(), {-x, -y}, gain);
+  }
+
+ private:
+  // Sums of sines of periods of 9 to 80 px: band-limited, so that any sub-pixel shift is exact.
+  static double Brightness(const Eigen::Vector2d& p) {
+    static constexpr double kWaves[][3] = {
+        {80, 0.3, 0.5}, {60, 1.2, 1.5}, {41, 2.3, 4.0}, {33, 2.9, 2.2},   {27, 0.7, 0.1},
+        {19, 1.8, 3.3}, {15, 2.6, 1.1}, {12, 0.1, 5.0}, {10.5, 1.4, 2.7}, {9, 2.05, 0.4}};
+    double sum = 0;
+    for (const auto& [period, angle, phase] : kWaves) {
+      sum +=
+          std::sin(2 * M_PI / period * (p.x() * std::cos(angle) + p.y() * std::sin(angle)) + phase);
+    }
+    return 120 + 11 * sum;
+  }
+};
+
+class PointTrackerTest : public testing::Test {
+ protected:
+  PointTracker tracker_{PointTrackerOptions(), TestRig(), cv::Mat(480, 640, CV_8UC1, 255)};
+  Scene scene_;
+};
+
+std::map<int64_t, Eigen::Vector2d> LeftPixels(const PointTracker& tracker) {
+  std::map<int64_t, Eigen::Vector2d> pixels;
+  for (const auto& p : tracker.observations()) pixels[p.id] = p.left_px;
+  return pixels;
+}
+
+// The RMS distance of the tracked points from where `truth` moves their first pixels.
+template <typename Truth>
+double RmsError_px(const std::map<int64_t, Eigen::Vector2d>& first, const PointTracker& tracker,
+                   Truth truth) {
+  double sum = 0;
+  for (const auto& p : tracker.observations()) {
+    sum += (p.left_px - truth(first.at(p.id))).squaredNorm();
+  }
+  return std::sqrt(sum / tracker.observations().size());
+}
+
+TEST_F(PointTrackerTest, FollowsASubPixelShiftOverManyFrames) {
+  tracker_.Track(scene_.Shifted(0, 0), {}, kNoRotation);
+  tracker_.Detect();
+  const auto first = LeftPixels(tracker_);
+  ASSERT_GT(first.size(), 100u);
+  for (int i = 1; i <= 12; ++i) {
+    tracker_.Track(scene_.Shifted(1.37 * i, -0.81 * i), {}, kNoRotation);
+  }
+  EXPECT_GT(tracker_.observations().size(), 0.8 * first.size());
+  EXPECT_LT(RmsError_px(first, tracker_,
+                        [](const Eigen::Vector2d& p) -> Eigen::Vector2d {
+                          return p + 12 * Eigen::Vector2d(1.37, -0.81);
+                        }),
+            0.08);
+}
+
+TEST_F(PointTrackerTest, FindsTheDisparity) {
+  tracker_.Track(scene_.Shifted(0, 0), scene_.Shifted(-7.3, 0), kNoRotation);
+  tracker_.Detect();
+  int seen = 0;
+  double sum = 0;
+  for (const auto& p : tracker_.observations()) {
+    if (!p.right_px) continue;
+    sum += (p.left_px - *p.right_px - Eigen::Vector2d(7.3, 0)).squaredNorm();
+    ++seen;
+  }
+  EXPECT_LT(std::sqrt(sum / seen), 0.1);
+  EXPECT_GT(seen, 0.8 * tracker_.observations().size());
+}
+
+TEST_F(PointTrackerTest, RejectsNegativeDisparityAndOtherRows) {
+  tracker_.Track(scene_.Shifted(0, 0), scene_.Shifted(7.3, 0), kNoRotation);
+  tracker_.Detect();
+  for (const auto& p : tracker_.observations()) EXPECT_FALSE(p.right_px);
+  tracker_.Track(scene_.Shifted(0, 0), scene_.Shifted(-7.3, 3), kNoRotation);
+  for (const auto& p : tracker_.observations()) EXPECT_FALSE(p.right_px);
+}
+
+TEST_F(PointTrackerTest, IdsAreNeverReused) {
+  std::set<int64_t> seen;
+  for (int i = 0; i < 4; ++i) {
+    tracker_.Track(scene_.Shifted(0, 0), {}, kNoRotation);
+    tracker_.Detect();
+    for (const auto& p : tracker_.observations()) EXPECT_TRUE(seen.insert(p.id).second);
+    if (i % 2 == 0) {
+      tracker_.Reset();
+    } else {
+      const auto pixels = LeftPixels(tracker_);
+      std::unordered_set<int64_t> all;
+      for (const auto& [id, px] : pixels) all.insert(id);
+      tracker_.Remove(all);
+    }
+    EXPECT_TRUE(tracker_.observations().empty());
+  }
+}
+
+TEST_F(PointTrackerTest, RemoveForgetsThosePointsOnly) {
+  tracker_.Track(scene_.Shifted(0, 0), {}, kNoRotation);
+  tracker_.Detect();
+  const size_t count = tracker_.observations().size();
+  const int64_t id = tracker_.observations()[3].id;
+  tracker_.Remove({id});
+  EXPECT_EQ(tracker_.observations().size(), count - 1);
+  EXPECT_FALSE(LeftPixels(tracker_).contains(id));
+}
+
+TEST_F(PointTrackerTest, SurvivesBlackAndGrayImages) {
+  for (const int value : {0, 128, 255}) {
+    tracker_.Track(scene_.Shifted(0, 0), scene_.Shifted(-5, 0), kNoRotation);
+    tracker_.Detect();
+    EXPECT_GT(tracker_.observations().size(), 100u);
+    const cv::Mat flat(480, 640, CV_8UC1, cv::Scalar(value));
+    tracker_.Track(flat, flat, kNoRotation);
+    tracker_.Detect();
+    EXPECT_TRUE(tracker_.observations().empty());
+  }
+}
+
+TEST_F(PointTrackerTest, AFrozenImageLeavesThePointsWhereTheyAre) {
+  tracker_.Track(scene_.Shifted(0, 0), scene_.Shifted(-5, 0), kNoRotation);
+  tracker_.Detect();
+  const auto first = LeftPixels(tracker_);
+  for (int i = 0; i < 5; ++i) {
+    tracker_.Track(scene_.Shifted(0, 0), scene_.Shifted(-5, 0), kNoRotation);
+  }
+  EXPECT_EQ(tracker_.observations().size(), first.size());
+  EXPECT_LT(RmsError_px(first, tracker_, [](const Eigen::Vector2d& p) { return p; }), 0.01);
+}
+
+TEST_F(PointTrackerTest, KeepsTheDistanceAndTheMaximum) {
+  PointTrackerOptions options;
+  options.max_points = 40;
+  options.min_distance_px = 35;
+  cv::Mat mask(480, 640, CV_8UC1, cv::Scalar(255));
+  mask(cv::Rect(0, 0, 200, 480)) = 0;
+  PointTracker tracker(options, TestRig(), mask);
+  for (int i = 0; i < 5; ++i) {
+    tracker.Track(scene_.Shifted(4 * i, 0), {}, kNoRotation);
+    tracker.Detect();
+  }
+  const auto& points = tracker.observations();
+  EXPECT_EQ(points.size(), 40u);
+  for (const auto& a : points) {
+    EXPECT_GE(a.left_px.x(), 199);
+    for (const auto& b : points) {
+      if (a.id == b.id) continue;
+      EXPECT_GT((a.left_px - b.left_px).norm(), 30);
+    }
+  }
+}
+
+TEST_F(PointTrackerTest, IsTheSameWhateverTheThreads) {
+  const auto run = [&](int threads) {
+    cv::setNumThreads(threads);
+    PointTracker tracker(PointTrackerOptions(), TestRig(), cv::Mat(480, 640, CV_8UC1, 255));
+    for (int i = 0; i < 4; ++i) {
+      tracker.Track(scene_.Shifted(2.3 * i, i), scene_.Shifted(2.3 * i - 6, i), kNoRotation);
+      tracker.Detect();
+    }
+    return tracker.observations();
+  };
+  const auto one = run(1), two = run(2);
+  cv::setNumThreads(-1);
+  ASSERT_EQ(one.size(), two.size());
+  for (size_t i = 0; i < one.size(); ++i) {
+    EXPECT_EQ(one[i].id, two[i].id);
+    EXPECT_EQ(one[i].left_px, two[i].left_px);
+    EXPECT_EQ(one[i].right_px, two[i].right_px);
+  }
+}
+
+}  // namespace
+}  // namespace slcmap

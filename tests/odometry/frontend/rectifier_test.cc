@@ -1,0 +1,124 @@
+#include "odometry/frontend/rectifier.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "data/error.h"
+#include "tests/odometry/frontend/test_rigs.h"
+
+namespace slcmap {
+namespace {
+
+class RectifierTest : public testing::TestWithParam<Rig> {
+ protected:
+  Rectifier rectifier_{GetParam(), RectifierOptions()};
+};
+
+INSTANTIATE_TEST_SUITE_P(Rigs, RectifierTest, testing::Values(EurocRig(), TumViRig()),
+                         [](const auto& info) { return info.index == 0 ? "Euroc" : "TumVi"; });
+
+TEST_P(RectifierTest, APointHasTheSameRowInBothAndTheDisparityOfItsDepth) {
+  const Rig& rig = rectifier_.rectified_rig();
+  const double baseline_m =
+      (rig.T_imu_camera[1].translation - rig.T_imu_camera[0].translation).norm();
+  for (const double depth_m : {0.5, 3.0, 40.0}) {
+    for (const double x : {-0.3, 0.0, 0.4}) {
+      const Eigen::Vector3d p_left = depth_m * Eigen::Vector3d(x, 0.2 - x, 1);
+      const Eigen::Vector3d p_imu = rig.T_imu_camera[0] * p_left;
+      const auto left = rig.cameras[0].Project(p_left);
+      const auto right = rig.cameras[1].Project(rig.T_imu_camera[1].Inverse() * p_imu);
+      ASSERT_TRUE(left && right);
+      EXPECT_NEAR(left->y(), right->y(), 1e-6);
+      EXPECT_NEAR(left->x() - right->x(), rig.cameras[0].fx_px * baseline_m / depth_m, 1e-6);
+    }
+  }
+}
+
+TEST_P(RectifierTest, KeepsTheCamerasWhereTheyAreAndTheirScaleInTheMiddle) {
+  for (int i : {0, 1}) {
+    const Rig& rig = rectifier_.rectified_rig();
+    EXPECT_EQ(rig.T_imu_camera[i].translation, GetParam().T_imu_camera[i].translation);
+    EXPECT_EQ(rig.cameras[i].distortion, Distortion::kNone);
+    EXPECT_NEAR(rig.cameras[i].fx_px / GetParam().cameras[i].fx_px, 1, 0.01);
+    EXPECT_EQ(rig.cameras[i].fx_px, rig.cameras[i].fy_px);
+  }
+}
+
+// An image that encodes where it was taken: the brightness grows along x (camera 0) or y (camera
+// 1).
+TEST_P(RectifierTest, ContentMovesAsTheGeometrySays) {
+  for (int i : {0, 1}) {
+    const Camera& camera = GetParam().cameras[i];
+    const Camera& pinhole = rectifier_.rectified_rig().cameras[i];
+    cv::Mat ramp(camera.height_px, camera.width_px, CV_8UC1);
+    for (int v = 0; v < ramp.rows; ++v) {
+      for (int u = 0; u < ramp.cols; ++u) ramp.at<uchar>(v, u) = (i == 0 ? u : v) / 4;
+    }
+    const cv::Mat rectified = rectifier_.Rectify(ramp, i);
+    ASSERT_EQ(rectified.size(), cv::Size(pinhole.width_px, pinhole.height_px));
+    const Eigen::Quaterniond R_camera_rectified =
+        GetParam().T_imu_camera[i].rotation.conjugate() *
+        rectifier_.rectified_rig().T_imu_camera[i].rotation;
+    int checked = 0;
+    for (int v = 5; v < rectified.rows; v += 23) {
+      for (int u = 5; u < rectified.cols; u += 23) {
+        if (!rectifier_.mask(i).at<uchar>(v, u)) continue;
+        const auto ray = pinhole.Unproject({u, v});
+        const auto source = camera.Project(R_camera_rectified * *ray);
+        ASSERT_TRUE(source);
+        EXPECT_NEAR(rectified.at<uchar>(v, u), (*source)[i] / 4, 1.1);
+        ++checked;
+      }
+    }
+    EXPECT_GT(checked, 300);
+  }
+}
+
+TEST_P(RectifierTest, TheMaskHoldsOnlyTruePixelsAndMostOfTheImage) {
+  const cv::Mat white(GetParam().cameras[0].height_px, GetParam().cameras[0].width_px, CV_8UC1,
+                      255);
+  for (int i : {0, 1}) {
+    cv::Mat wrong;
+    cv::bitwise_and(rectifier_.mask(i), rectifier_.Rectify(white, i) != 255, wrong);
+    EXPECT_EQ(cv::countNonZero(wrong), 0);
+    EXPECT_GT(cv::countNonZero(rectifier_.mask(i)), 0.85 * rectifier_.mask(i).total());
+  }
+}
+
+TEST(Rectifier, LimitsTheFieldOfViewOfAFisheye) {
+  RectifierOptions options;
+  options.max_field_of_view_rad = 1.5;
+  const Rectifier rectifier(TumViRig(), options);
+  const Camera& pinhole = rectifier.rectified_rig().cameras[0];
+  const double angle_rad = std::atan(pinhole.cx_px / pinhole.fx_px) +
+                           std::atan((pinhole.width_px - 1 - pinhole.cx_px) / pinhole.fx_px);
+  EXPECT_LE(angle_rad, 1.5);
+  EXPECT_GT(angle_rad, 1.45);
+}
+
+TEST(Rectifier, ExchangedCamerasAreAnError) {
+  Rig rig = EurocRig();
+  std::swap(rig.T_imu_camera[0], rig.T_imu_camera[1]);
+  EXPECT_THROW(Rectifier(rig, RectifierOptions()), DataError);
+}
+
+TEST(Rectifier, OneCameraKeepsItsOrientation) {
+  Rig rig = EurocRig();
+  rig.cameras[1] = Camera();
+  const Rectifier rectifier(rig, RectifierOptions());
+  EXPECT_TRUE(rectifier.rectified_rig().T_imu_camera[0].rotation.isApprox(
+      rig.T_imu_camera[0].rotation, 1e-12));
+  EXPECT_EQ(rectifier.rectified_rig().cameras[1].width_px, 0);
+}
+
+TEST(Rectifier, AbsurdOptionsAreAnError) {
+  RectifierOptions options;
+  options.max_field_of_view_rad = 4;
+  EXPECT_THROW(Rectifier(EurocRig(), options), ConfigError);
+}
+
+}  // namespace
+}  // namespace slcmap
