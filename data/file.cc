@@ -1,0 +1,57 @@
+#include "data/file.h"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <filesystem>
+#include <memory>
+
+#include "data/error.h"
+
+namespace slcmap {
+namespace {
+
+struct CloseFile {
+  void operator()(std::FILE* file) const { std::fclose(file); }
+};
+using File = std::unique_ptr<std::FILE, CloseFile>;
+
+}  // namespace
+
+std::string ReadFile(const std::string& path) {
+  const File file(std::fopen(path.c_str(), "rb"));
+  if (!file) throw DataError(fmt::format("{}: cannot be opened: {}", path, std::strerror(errno)));
+  std::string bytes;
+  char block[1 << 16];
+  while (const std::size_t count = std::fread(block, 1, sizeof block, file.get())) {
+    bytes.append(block, count);
+  }
+  if (std::ferror(file.get())) {
+    throw DataError(fmt::format("{}: cannot be read: {}", path, std::strerror(errno)));
+  }
+  return bytes;
+}
+
+void WriteFile(const std::string& path, std::string_view bytes) {
+  File file(std::fopen(path.c_str(), "wb"));
+  if (!file)
+    throw OutputError(fmt::format("{}: cannot be created: {}", path, std::strerror(errno)));
+  const bool written = std::fwrite(bytes.data(), 1, bytes.size(), file.get()) == bytes.size();
+  // Closing flushes what is buffered, so that a full disk may first show here.
+  if (std::fclose(file.release()) != 0 || !written) {
+    throw OutputError(fmt::format("{}: cannot be written: {}", path, std::strerror(errno)));
+  }
+}
+
+void MakeFolder(const std::string& path) {
+  std::error_code error;
+  std::filesystem::create_directories(path, error);
+  if (error || !std::filesystem::is_directory(path)) {
+    throw OutputError(fmt::format("{}: folder cannot be made: {}", path,
+                                  error ? error.message() : "a file is in its place"));
+  }
+}
+
+}  // namespace slcmap

@@ -1,0 +1,64 @@
+// PLY files: written binary little endian, read binary little endian or ASCII.
+//
+// What other programs can read decides the form: positions are float (PCL reads doubles as zeros
+// without a word), vertices have no list properties, nothing but the named elements is written.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <initializer_list>
+#include <string>
+#include <vector>
+
+namespace slcmap {
+
+enum class PlyType { kUint8, kInt32, kFloat, kDouble };
+
+// A scalar property: a value for every row of its element.
+struct PlyProperty {
+  std::string name;
+  PlyType type = PlyType::kFloat;
+  std::vector<double> values;
+};
+
+// An element such as "vertex" or "edge". All properties have equally many values.
+struct PlyElement {
+  std::string name;
+  std::vector<PlyProperty> properties;
+
+  std::size_t size() const { return properties.empty() ? 0 : properties.front().values.size(); }
+  // Adds an empty property and returns it; the reference lasts until the next is added.
+  PlyProperty& Add(const std::string& property, PlyType type);
+  // Appends a value to each property, in their order.
+  void AppendRow(std::initializer_list<double> row);
+  // The property of that name; throws DataError naming `path` when there is none.
+  const PlyProperty& Get(const std::string& property, const std::string& path) const;
+};
+
+struct PlyFile {
+  std::vector<std::string> comments;
+  std::vector<PlyElement> elements;
+  // Written as an element "face" with a list property "vertex_indices", unless empty. Not read.
+  std::vector<std::vector<int32_t>> faces;
+
+  // The element of that name; throws DataError naming `path` when there is none.
+  const PlyElement& Get(const std::string& element, const std::string& path) const;
+};
+
+// Throws OutputError when the file cannot be written, or a value does not fit its integer type.
+void WritePly(const std::string& path, const PlyFile& file);
+
+// A straight edge between two points, metres in the world frame.
+struct PlySegment {
+  Eigen::Vector3d start_world, end_world;
+};
+
+// Writes segments as an edge-PLY: two vertices an edge. No segments make a valid file too. Throws
+// OutputError.
+void WriteLinesPly(const std::string& path, const std::vector<PlySegment>& segments);
+
+// Throws DataError, naming file and element, when the file is missing, cut short or not a PLY file
+// of scalar properties. List properties are skipped.
+PlyFile ReadPly(const std::string& path);
+
+}  // namespace slcmap

@@ -1,0 +1,20 @@
+// A run on disk: what odometry found, as documented files that other programs can read too.
+// README.md, "Run folder", describes each file.
+#pragma once
+
+#include <string>
+
+#include "odometry/run.h"
+
+namespace slcmap {
+
+// Writes a run into a folder, which is made where it is missing; files of an earlier run are
+// replaced. States and landmarks that are not finite are left out and counted among the warnings in
+// run.json. Throws OutputError, naming the file, when something cannot be written.
+void WriteRunFolder(const std::string& folder, const OdometryRun& run);
+
+// Reads what WriteRunFolder wrote; landmark positions come back rounded to float. Throws DataError,
+// naming file and row, when a file is missing, damaged or of another version.
+OdometryRun ReadRunFolder(const std::string& folder);
+
+}  // namespace slcmap

@@ -1,0 +1,79 @@
+#include "data/ply.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "data/error.h"
+#include "data/file.h"
+
+namespace slcmap {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+
+const std::string kPath = ::testing::TempDir() + "/ply_test.ply";
+
+TEST(Ply, ComesBackAsItWasWritten) {
+  PlyElement vertices{"vertex", {}};
+  vertices.Add("x", PlyType::kFloat);
+  vertices.Add("red", PlyType::kUint8);
+  vertices.Add("id", PlyType::kInt32);
+  vertices.Add("t", PlyType::kDouble);
+  vertices.AppendRow({0.5, 255, -7, 1.0 / 3});
+  vertices.AppendRow({-1.25, 0, 2000000000, 1e300});
+  WritePly(kPath, {{"a comment"}, {vertices}, {{0, 1, 0}}});
+  const PlyFile file = ReadPly(kPath);
+  EXPECT_THAT(file.comments, ElementsAre("a comment"));
+  const PlyElement& read = file.Get("vertex", kPath);
+  for (std::size_t i = 0; i < 4; ++i) {
+    EXPECT_EQ(read.properties[i].type, vertices.properties[i].type);
+    EXPECT_EQ(read.properties[i].values, vertices.properties[i].values);
+  }
+}
+
+TEST(Ply, ReadsAsciiFromOtherPrograms) {
+  WriteFile(
+      kPath,
+      "ply\r\nformat ascii 1.0\r\nelement vertex 2\r\nproperty float32 x\r\n"
+      "element face 1\r\nproperty list uchar int vertex_indices\r\n"
+      "element edge 1\r\nproperty int vertex1\r\nend_header\r\n1.5\r\n-2\r\n3 0 1 0\r\n1\r\n");
+  const PlyFile file = ReadPly(kPath);
+  EXPECT_THAT(file.Get("vertex", kPath).Get("x", kPath).values, ElementsAre(1.5, -2));
+  EXPECT_THAT(file.Get("edge", kPath).Get("vertex1", kPath).values, ElementsAre(1));
+}
+
+TEST(Ply, LinesAreEdgesBetweenTwoVerticesEach) {
+  WriteLinesPly(kPath, {{{0, 0, 0}, {1, 2, 3}}, {{4, 5, 6}, {7, 8, 9}}});
+  const PlyFile file = ReadPly(kPath);
+  EXPECT_THAT(file.Get("vertex", kPath).Get("z", kPath).values, ElementsAre(0, 3, 6, 9));
+  EXPECT_THAT(file.Get("edge", kPath).Get("vertex1", kPath).values, ElementsAre(0, 2));
+  EXPECT_THAT(file.Get("edge", kPath).Get("vertex2", kPath).values, ElementsAre(1, 3));
+}
+
+TEST(Ply, RefusesValuesThatDoNotFit) {
+  PlyElement vertices{"vertex", {}};
+  vertices.Add("id", PlyType::kInt32);
+  vertices.AppendRow({3e9});
+  EXPECT_THROW(WritePly(kPath, {{}, {vertices}, {}}), OutputError);
+}
+
+TEST(Ply, DamageIsNamed) {
+  const auto expect_error = [](const std::string& bytes, const std::string& message) {
+    WriteFile(kPath, bytes);
+    EXPECT_THAT([] { ReadPly(kPath); }, ::testing::ThrowsMessage<DataError>(::testing::AllOf(
+                                            HasSubstr(kPath), HasSubstr(message))));
+  };
+  const std::string head =
+      "ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nend_header\n";
+  expect_error("solid cube\n", "expected a PLY file");
+  expect_error("ply\nformat ascii 1.0\n", "no end_header");
+  expect_error("ply\nformat binary_big_endian 1.0\nend_header\n", "binary_big_endian");
+  expect_error("ply\nformat ascii 1.0\nelement vertex two\nend_header\n", "element NAME COUNT");
+  expect_error("ply\nformat ascii 1.0\nproperty float x\nend_header\n", "property TYPE NAME");
+  expect_error(head + "1\n", "found 1 rows of element vertex, expected 2");
+  expect_error(head + "1\nabc\n", "vertex row 2: found 'abc'");
+}
+
+}  // namespace
+}  // namespace slcmap
