@@ -148,5 +148,6 @@ template void YamlSection::Read(const std::string&, std::vector<bool>*);
 template void YamlSection::Read(const std::string&, std::vector<int>*);
 template void YamlSection::Read(const std::string&, std::vector<double>*);
 template void YamlSection::Read(const std::string&, std::vector<std::string>*);
+template void YamlSection::Read(const std::string&, std::vector<std::vector<double>>*);
 
 }  // namespace slcmap

@@ -27,8 +27,9 @@ class YamlSection {
 
   bool Has(const std::string& key) const;
 
-  // Overwrites *value when the key is present; throws ConfigError naming file, key, what was found and
-  // the type that was expected. T is bool, int, double, std::string or std::vector of these.
+  // Overwrites *value when the key is present; throws ConfigError naming file, key, what was found
+  // and the type that was expected. T is bool, int, double, std::string, std::vector of these or
+  // std::vector<std::vector<double>>.
   template <typename T>
   void Read(const std::string& key, T* value);
 

@@ -3,18 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "data/simulator/made_motion.h"
+
 namespace slcmap {
 namespace {
-
-// The time along the flight: at rest until stand_still_s, then picking up speed over two seconds.
-double FlightTime(double t_s, double stand_still_s) {
-  constexpr double kStart_s = 2.0;
-  const double s = t_s - stand_still_s;
-  if (s <= 0) return 0;
-  // The integral of the smooth step 3u^2 - 2u^3.
-  const double u = std::min(1.0, s / kStart_s);
-  return kStart_s * (u * u * u - 0.5 * u * u * u * u) + std::max(0.0, s - kStart_s);
-}
 
 // Rounds of changing size and height; it never stops, so that the way ahead is always defined.
 Eigen::Vector3d FlightPosition(double t_s) {
@@ -55,7 +47,7 @@ MotionSpline ExampleFlight(const Rig& rig, double duration_s, double stand_still
   std::vector<RigidTransform> control;
   const int segments = std::max(1, static_cast<int>(std::ceil(duration_s / kKnot_s)));
   for (int j = 0; j < segments + MotionSpline::kOrder - 1; ++j) {
-    const double t_s = FlightTime((j - 2) * kKnot_s, stand_still_s);
+    const double t_s = EasedTime((j - 2) * kKnot_s - stand_still_s, 2.0);
     const Eigen::Vector3d position = FlightPosition(t_s);
     Eigen::Vector3d ahead = FlightPosition(t_s + 0.8) - position;
     ahead.z() *= 0.5;
