@@ -1,0 +1,185 @@
+#include "data/simulator/sequence_writer.h"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <array>
+#include <filesystem>
+#include <opencv2/imgcodecs.hpp>
+
+#include "data/error.h"
+#include "data/file.h"
+
+namespace slcmap {
+namespace {
+
+std::string CameraName(int camera) { return fmt::format("cam{}", camera); }
+
+std::string MatrixRows(const RigidTransform& transform, const char* row_format,
+                       const char* separator) {
+  const Eigen::Matrix4d m = transform.Matrix();
+  std::string text;
+  for (int r = 0; r < 4; ++r) {
+    if (r > 0) text += separator;
+    text += fmt::format(fmt::runtime(row_format), m(r, 0), m(r, 1), m(r, 2), m(r, 3));
+  }
+  return text;
+}
+
+std::string AslTransform(const RigidTransform& T_body_sensor) {
+  return fmt::format("T_BS:\n  cols: 4\n  rows: 4\n  data: [{}]\n",
+                     MatrixRows(T_body_sensor, "{}, {}, {}, {}", ",\n         "));
+}
+
+std::string DistortionName(Distortion distortion, const char* radial_tangential) {
+  switch (distortion) {
+    case Distortion::kRadialTangential:
+      return radial_tangential;
+    case Distortion::kEquidistant:
+      return "equidistant";
+    case Distortion::kNone:
+      break;
+  }
+  return "none";
+}
+
+std::string Intrinsics(const Camera& camera) {
+  return fmt::format("[{}, {}, {}, {}]", camera.fx_px, camera.fy_px, camera.cx_px, camera.cy_px);
+}
+
+std::string Coefficients(const Camera& camera) {
+  const Eigen::Vector4d& k = camera.coefficients;
+  return fmt::format("[{}, {}, {}, {}]", k[0], k[1], k[2], k[3]);
+}
+
+std::string AslCamera(const Rig& rig, int index, double rate_hz) {
+  const Camera& camera = rig.cameras[index];
+  return fmt::format(
+      "sensor_type: camera\ncomment: simulated\n{}rate_hz: {}\nresolution: [{}, {}]\n"
+      "camera_model: pinhole\nintrinsics: {} #fu, fv, cu, cv\ndistortion_model: {}\n"
+      "distortion_coefficients: {}\n",
+      AslTransform(rig.T_imu_camera[index]), rate_hz, camera.width_px, camera.height_px,
+      Intrinsics(camera), DistortionName(camera.distortion, "radial-tangential"),
+      Coefficients(camera));
+}
+
+std::string AslImu(const ImuNoise& noise) {
+  return fmt::format(
+      "sensor_type: imu\ncomment: simulated\n{}rate_hz: {}\n"
+      "gyroscope_noise_density: {} # [ rad / s / sqrt(Hz) ]\n"
+      "gyroscope_random_walk: {} # [ rad / s^2 / sqrt(Hz) ]\n"
+      "accelerometer_noise_density: {} # [ m / s^2 / sqrt(Hz) ]\n"
+      "accelerometer_random_walk: {} # [ m / s^3 / sqrt(Hz) ]\n",
+      AslTransform({}), noise.rate_hz, noise.gyro_noise_rad_s_sqrthz, noise.gyro_walk_rad_s2_sqrthz,
+      noise.accel_noise_m_s2_sqrthz, noise.accel_walk_m_s3_sqrthz);
+}
+
+std::string KalibrCamera(const Rig& rig, int index) {
+  const Camera& camera = rig.cameras[index];
+  return fmt::format(
+      "{}:\n  camera_model: pinhole\n  intrinsics: {}\n  distortion_model: {}\n"
+      "  distortion_coeffs: {}\n  resolution: [{}, {}]\n  timeshift_cam_imu: {}\n"
+      "  T_imu_cam:\n{}\n",
+      CameraName(index), Intrinsics(camera), DistortionName(camera.distortion, "radtan"),
+      Coefficients(camera), camera.width_px, camera.height_px, rig.camera_time_offset_s,
+      MatrixRows(rig.T_imu_camera[index], "    - [{}, {}, {}, {}]", "\n"));
+}
+
+std::string KalibrImu(const ImuNoise& noise) {
+  return fmt::format(
+      "imu0:\n  gyroscope_noise_density: {}\n  gyroscope_random_walk: {}\n"
+      "  accelerometer_noise_density: {}\n  accelerometer_random_walk: {}\n  update_rate: {}\n",
+      noise.gyro_noise_rad_s_sqrthz, noise.gyro_walk_rad_s2_sqrthz, noise.accel_noise_m_s2_sqrthz,
+      noise.accel_walk_m_s3_sqrthz, noise.rate_hz);
+}
+
+std::string Row(const Eigen::Vector3d& v) {
+  return fmt::format(",{:.9f},{:.9f},{:.9f}", v.x(), v.y(), v.z());
+}
+
+// Speed, not size, matters here: the images are read back soon.
+void WritePng(const std::string& path, const cv::Mat& image) {
+  std::vector<uchar> bytes;
+  cv::imencode(".png", image, bytes, {cv::IMWRITE_PNG_COMPRESSION, 1});
+  WriteFile(path, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+}
+
+}  // namespace
+
+SequenceWriter::SequenceWriter(const std::string& folder)
+    : mav_folder_(folder + "/mav0"), truth_folder_(folder + "/truth") {
+  if (std::filesystem::exists(mav_folder_)) {
+    throw OutputError(mav_folder_ + ": found a sequence already, expected a new folder");
+  }
+  for (const int camera : {0, 1}) MakeFolder(mav_folder_ + "/" + CameraName(camera) + "/data");
+  MakeFolder(mav_folder_ + "/imu0");
+  MakeFolder(mav_folder_ + "/state_groundtruth_estimate0");
+  MakeFolder(truth_folder_);
+}
+
+void SequenceWriter::WriteCalibration(const Rig& rig, double image_rate_hz) const {
+  for (const int camera : {0, 1}) {
+    WriteFile(mav_folder_ + "/" + CameraName(camera) + "/sensor.yaml",
+              AslCamera(rig, camera, image_rate_hz));
+  }
+  WriteFile(mav_folder_ + "/imu0/sensor.yaml", AslImu(rig.imu_noise));
+  WriteFile(mav_folder_ + "/state_groundtruth_estimate0/sensor.yaml",
+            "sensor_type: visual-inertial\ncomment: simulated, exact\n" + AslTransform({}));
+}
+
+void SequenceWriter::WriteTrueRig(const Rig& rig) const {
+  WriteFile(truth_folder_ + "/rig.yaml",
+            KalibrCamera(rig, 0) + KalibrCamera(rig, 1) + KalibrImu(rig.imu_noise));
+}
+
+void SequenceWriter::WriteImu(const std::vector<ImuSample>& samples) const {
+  std::string text =
+      "#timestamp [ns],w_RS_S_x [rad s^-1],w_RS_S_y [rad s^-1],w_RS_S_z [rad s^-1],"
+      "a_RS_S_x [m s^-2],a_RS_S_y [m s^-2],a_RS_S_z [m s^-2]\n";
+  for (const ImuSample& s : samples) {
+    text += std::to_string(s.stamp_ns) + Row(s.angular_velocity_rad_s) +
+            Row(s.specific_force_m_s2) + "\n";
+  }
+  WriteFile(mav_folder_ + "/imu0/data.csv", text);
+}
+
+void SequenceWriter::WriteTruth(const MotionSpline& motion, const SimulatedImu& imu,
+                                int64_t start_stamp_ns) const {
+  std::string text =
+      "#timestamp, p_RS_R_x [m], p_RS_R_y [m], p_RS_R_z [m], q_RS_w [], q_RS_x [], q_RS_y [], "
+      "q_RS_z [], v_RS_R_x [m s^-1], v_RS_R_y [m s^-1], v_RS_R_z [m s^-1], "
+      "b_w_RS_S_x [rad s^-1], b_w_RS_S_y [rad s^-1], b_w_RS_S_z [rad s^-1], "
+      "b_a_RS_S_x [m s^-2], b_a_RS_S_y [m s^-2], b_a_RS_S_z [m s^-2]\n";
+  Trajectory trajectory;
+  for (size_t i = 0; i < imu.samples.size(); ++i) {
+    const int64_t stamp_ns = imu.samples[i].stamp_ns;
+    const double t_s = ToSeconds(stamp_ns - start_stamp_ns);
+    trajectory.push_back({stamp_ns, motion.PoseAt(t_s)});
+    const Eigen::Quaterniond& q = trajectory.back().T_world_imu.rotation;
+    text += std::to_string(stamp_ns) + Row(trajectory.back().T_world_imu.translation) +
+            fmt::format(",{:.9f}", q.w()) + Row(q.vec()) + Row(motion.VelocityAt(t_s)) +
+            Row(imu.biases[i].gyro_rad_s) + Row(imu.biases[i].accel_m_s2) + "\n";
+  }
+  WriteFile(mav_folder_ + "/state_groundtruth_estimate0/data.csv", text);
+  WriteTumTrajectory(truth_folder_ + "/trajectory.tum", trajectory);
+}
+
+void SequenceWriter::WriteImage(int camera, int64_t stamp_ns, const cv::Mat& image) const {
+  WritePng(fmt::format("{}/{}/data/{}.png", mav_folder_, CameraName(camera), stamp_ns), image);
+}
+
+void SequenceWriter::WriteDepth(int64_t stamp_ns, const cv::Mat& depth_m) const {
+  cv::Mat depth_mm;
+  depth_m.convertTo(depth_mm, CV_16U, 1000.0);
+  MakeFolder(truth_folder_ + "/depth");
+  WritePng(fmt::format("{}/depth/{}.png", truth_folder_, stamp_ns), depth_mm);
+}
+
+void SequenceWriter::WriteImageLists(const std::vector<int64_t>& stamps_ns) const {
+  std::string text = "#timestamp [ns],filename\n";
+  for (const int64_t stamp_ns : stamps_ns) text += fmt::format("{0},{0}.png\n", stamp_ns);
+  for (const int camera : {0, 1}) {
+    WriteFile(mav_folder_ + "/" + CameraName(camera) + "/data.csv", text);
+  }
+}
+
+}  // namespace slcmap
