@@ -1,0 +1,147 @@
+#include "apps/evaluation/svg_plot.h"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <Eigen/Geometry>
+#include <cmath>
+
+namespace slcmap {
+namespace {
+
+constexpr double kWidth = 800, kHeight = 600;  // user units, as all lengths on the page here
+constexpr double kLeft = 70, kRight = 20, kTop = 40, kBottom = 55;
+constexpr int kMaxTicks = 8;
+
+using Box = Eigen::AlignedBox2d;
+
+Box DataBox(const SvgPlot& plot) {
+  Box box;
+  for (const SvgSeries& series : plot.series) {
+    for (const Eigen::Vector2d& point : series.points) box.extend(point);
+  }
+  if (box.isEmpty()) return {Eigen::Vector2d(0, 0), Eigen::Vector2d(1, 1)};
+  // A margin, which also keeps a flat curve from dividing by zero.
+  const Eigen::Vector2d margin = 0.05 * box.sizes() + Eigen::Vector2d::Constant(1e-9);
+  return {box.min() - margin, box.max() + margin};
+}
+
+// Widens the box so that a unit is as long on both axes of the page.
+Box WithEqualScale(const Box& box) {
+  const Eigen::Vector2d page(kWidth - kLeft - kRight, kHeight - kTop - kBottom);
+  const double units_per_length = box.sizes().cwiseQuotient(page).maxCoeff();
+  return {box.center() - 0.5 * units_per_length * page,
+          box.center() + 0.5 * units_per_length * page};
+}
+
+// The distance between ticks: 1, 2 or 5 times a power of ten.
+double TickStep(double range) {
+  const double least = range / kMaxTicks;
+  const double power = std::pow(10, std::floor(std::log10(least)));
+  for (const double factor : {1, 2, 5}) {
+    if (factor * power >= least) return factor * power;
+  }
+  return 10 * power;
+}
+
+std::string Escape(const std::string& text) {
+  std::string escaped;
+  for (const char c : text) {
+    if (c == '&') {
+      escaped += "&amp;";
+    } else if (c == '<') {
+      escaped += "&lt;";
+    } else {
+      escaped += c;
+    }
+  }
+  return escaped;
+}
+
+std::string Text(double x, double y, const std::string& anchor, const std::string& text,
+                 const std::string& more = "") {
+  return fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"{}\"{}>{}</text>\n", x, y,
+                     anchor, more, Escape(text));
+}
+
+// Places data on the page.
+class Page {
+ public:
+  explicit Page(const Box& box) : box_(box) {}
+
+  Eigen::Vector2d Place(const Eigen::Vector2d& point) const {
+    const Eigen::Vector2d u = (point - box_.min()).cwiseQuotient(box_.sizes());
+    return {kLeft + u.x() * (kWidth - kLeft - kRight),
+            kHeight - kBottom - u.y() * (kHeight - kTop - kBottom)};
+  }
+
+  std::string Grid() const {
+    std::string svg;
+    for (int axis = 0; axis < 2; ++axis) {
+      const double step = TickStep(box_.sizes()[axis]);
+      const auto last = static_cast<int64_t>(std::floor(box_.max()[axis] / step));
+      for (auto i = static_cast<int64_t>(std::ceil(box_.min()[axis] / step)); i <= last; ++i) {
+        svg += GridLine(axis, static_cast<double>(i) * step);
+      }
+    }
+    return svg;
+  }
+
+  std::string Curve(const SvgSeries& series) const {
+    std::string points;
+    for (const Eigen::Vector2d& point : series.points) {
+      const Eigen::Vector2d p = Place(point);
+      points += fmt::format("{:.2f},{:.2f} ", p.x(), p.y());
+    }
+    return fmt::format(
+        "<polyline fill=\"none\" stroke=\"{}\" stroke-width=\"1.5\" points=\"{}\"/>\n",
+        series.colour, points);
+  }
+
+ private:
+  std::string GridLine(int axis, double value) const {
+    Eigen::Vector2d from = box_.min(), to = box_.max();
+    from[axis] = to[axis] = value;
+    const Eigen::Vector2d a = Place(from), b = Place(to);
+    const std::string label = fmt::format("{:.6g}", value);
+    return fmt::format(
+               "<line x1=\"{:.1f}\" y1=\"{:.1f}\" x2=\"{:.1f}\" y2=\"{:.1f}\" "
+               "stroke=\"#ddd\"/>\n",
+               a.x(), a.y(), b.x(), b.y()) +
+           (axis == 0 ? Text(a.x(), a.y() + 18, "middle", label)
+                      : Text(a.x() - 6, a.y() + 4, "end", label));
+  }
+
+  Box box_;
+};
+
+std::string Legend(const std::vector<SvgSeries>& series) {
+  std::string svg;
+  double y = kTop + 20;
+  for (const SvgSeries& entry : series) {
+    svg += Text(kWidth - kRight - 10, y, "end", entry.label,
+                fmt::format(" fill=\"{}\"", entry.colour));
+    y += 18;
+  }
+  return svg;
+}
+
+}  // namespace
+
+std::string DrawSvg(const SvgPlot& plot) {
+  const Box box = DataBox(plot);
+  const Page page(plot.equal_scale ? WithEqualScale(box) : box);
+  std::string svg = fmt::format(
+      "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {0} {1}\" width=\"{0}\" "
+      "height=\"{1}\" font-family=\"sans-serif\" font-size=\"13\">\n"
+      "<rect width=\"{0}\" height=\"{1}\" fill=\"white\"/>\n",
+      kWidth, kHeight);
+  svg += page.Grid();
+  for (const SvgSeries& series : plot.series) svg += page.Curve(series);
+  svg += Text(kWidth / 2, 24, "middle", plot.title, " font-size=\"16\"");
+  svg += Text(kWidth / 2, kHeight - 14, "middle", plot.x_label);
+  svg += Text(18, kHeight / 2, "middle", plot.y_label,
+              fmt::format(" transform=\"rotate(-90 18 {})\"", kHeight / 2));
+  return svg + Legend(plot.series) + "</svg>\n";
+}
+
+}  // namespace slcmap

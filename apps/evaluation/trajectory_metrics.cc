@@ -1,0 +1,234 @@
+#include "apps/evaluation/trajectory_metrics.h"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "data/error.h"
+
+namespace slcmap {
+namespace {
+
+constexpr double kDegrees = 180 / M_PI;
+constexpr double kMaxGapFrames = 3;
+// A pose stands for the stamps around it; a little more than half a frame, as stamps jitter.
+constexpr double kCoveredFrames = 0.6;
+
+double RootMeanSquare(const std::vector<double>& values) {
+  const double sum = std::inner_product(values.begin(), values.end(), values.begin(), 0.0);
+  return std::sqrt(sum / static_cast<double>(values.size()));
+}
+
+double Median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  if (values.size() % 2 == 1) return *middle;
+  return (*middle + *std::max_element(values.begin(), middle)) / 2;
+}
+
+double AngleDeg(const Eigen::Quaterniond& rotation) {
+  return LogRotation(rotation).norm() * kDegrees;
+}
+
+std::vector<AssociatedPose> Associate(const Trajectory& truth, const Trajectory& estimate,
+                                      double max_gap_s) {
+  std::vector<AssociatedPose> poses;
+  for (const StampedPose& pose : estimate) {
+    const auto T_world_truth = PoseAt(truth, pose.stamp_ns, max_gap_s);
+    if (T_world_truth) poses.push_back({pose.stamp_ns, pose.T_world_imu, *T_world_truth});
+  }
+  return poses;
+}
+
+// The median time between poses; 0 for a single one.
+int64_t FramePeriod(const Trajectory& estimate) {
+  std::vector<double> periods;
+  for (std::size_t i = 1; i < estimate.size(); ++i) {
+    periods.push_back(static_cast<double>(estimate[i].stamp_ns - estimate[i - 1].stamp_ns));
+  }
+  return periods.empty() ? 0 : static_cast<int64_t>(Median(periods));
+}
+
+int CountPieces(const Trajectory& estimate, int64_t period_ns) {
+  int pieces = estimate.empty() ? 0 : 1;
+  for (std::size_t i = 1; i < estimate.size(); ++i) {
+    const auto gap_ns = static_cast<double>(estimate[i].stamp_ns - estimate[i - 1].stamp_ns);
+    if (gap_ns > kMaxGapFrames * static_cast<double>(period_ns)) ++pieces;
+  }
+  return pieces;
+}
+
+bool HasPoseWithin(const Trajectory& estimate, int64_t stamp_ns, int64_t tolerance_ns) {
+  const auto next = std::lower_bound(
+      estimate.begin(), estimate.end(), stamp_ns - tolerance_ns,
+      [](const StampedPose& pose, int64_t stamp) { return pose.stamp_ns < stamp; });
+  return next != estimate.end() && next->stamp_ns <= stamp_ns + tolerance_ns;
+}
+
+Coverage MeasureCoverage(const std::vector<int64_t>& reference_stamps_ns,
+                         const Trajectory& estimate, int64_t period_ns,
+                         const TrajectoryMetricOptions& options) {
+  const auto tolerance_ns = static_cast<int64_t>(kCoveredFrames * static_cast<double>(period_ns));
+  const int64_t initialised_ns =
+      reference_stamps_ns.front() + ToNanoseconds(options.initialisation_s);
+  int64_t covered = 0, later = 0, later_covered = 0;
+  for (const int64_t stamp_ns : reference_stamps_ns) {
+    const bool has_pose = HasPoseWithin(estimate, stamp_ns, tolerance_ns);
+    covered += has_pose;
+    if (stamp_ns < initialised_ns) continue;
+    ++later;
+    later_covered += has_pose;
+  }
+  Coverage coverage;
+  coverage.overall = static_cast<double>(covered) / static_cast<double>(reference_stamps_ns.size());
+  coverage.after_initialisation =
+      later == 0 ? coverage.overall
+                 : static_cast<double>(later_covered) / static_cast<double>(later);
+  coverage.flagged = coverage.after_initialisation < options.min_coverage;
+  return coverage;
+}
+
+// Travelled length up to each pose, of the truth.
+std::vector<double> TruthLengths(const std::vector<AssociatedPose>& poses) {
+  std::vector<double> lengths_m(poses.size(), 0);
+  for (std::size_t i = 1; i < poses.size(); ++i) {
+    lengths_m[i] =
+        lengths_m[i - 1] +
+        (poses[i].T_world_truth.translation - poses[i - 1].T_world_truth.translation).norm();
+  }
+  return lengths_m;
+}
+
+double PathLength(const Trajectory& trajectory) {
+  double length_m = 0;
+  for (std::size_t i = 1; i < trajectory.size(); ++i) {
+    length_m +=
+        (trajectory[i].T_world_imu.translation - trajectory[i - 1].T_world_imu.translation).norm();
+  }
+  return length_m;
+}
+
+AbsoluteError MeasureAbsolute(AlignmentKind kind, const std::vector<AssociatedPose>& poses,
+                              double length_m) {
+  Eigen::Matrix3Xd estimate(3, poses.size()), truth(3, poses.size());
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    estimate.col(static_cast<Eigen::Index>(i)) = poses[i].T_world_estimate.translation;
+    truth.col(static_cast<Eigen::Index>(i)) = poses[i].T_world_truth.translation;
+  }
+  AbsoluteError error;
+  error.kind = kind;
+  error.alignment = Align(kind, estimate, truth);
+  const Eigen::Quaterniond& R_truth_estimate = error.alignment.T_truth_estimate.rotation;
+  for (const AssociatedPose& pose : poses) {
+    const Eigen::Vector3d p = error.alignment.Position(pose.T_world_estimate.translation);
+    error.position_errors_m.push_back((p - pose.T_world_truth.translation).norm());
+    error.rotation_errors_deg.push_back(
+        AngleDeg(pose.T_world_truth.rotation.conjugate() * R_truth_estimate *
+                 pose.T_world_estimate.rotation));
+  }
+  error.position_m = Statistics(error.position_errors_m);
+  error.rotation_deg = Statistics(error.rotation_errors_deg);
+  error.rmse_percent = length_m > 0 ? 100 * error.position_m.rmse / length_m : 0;
+  return error;
+}
+
+// T_truth^-1 T_estimate of the motion between two poses.
+RigidTransform MotionError(const AssociatedPose& from, const AssociatedPose& to) {
+  const RigidTransform truth = from.T_world_truth.Inverse() * to.T_world_truth;
+  const RigidTransform estimate = from.T_world_estimate.Inverse() * to.T_world_estimate;
+  return truth.Inverse() * estimate;
+}
+
+RelativeError MeasureRelative(const std::vector<AssociatedPose>& poses,
+                              const std::vector<double>& lengths_m, double length_m) {
+  std::vector<double> percent, degrees, degrees_per_m;
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    const auto end = std::lower_bound(lengths_m.begin(), lengths_m.end(), lengths_m[i] + length_m);
+    if (end == lengths_m.end()) break;
+    const double travelled_m = *end - lengths_m[i];
+    const RigidTransform error =
+        MotionError(poses[i], poses[static_cast<std::size_t>(end - lengths_m.begin())]);
+    percent.push_back(100 * error.translation.norm() / travelled_m);
+    degrees.push_back(AngleDeg(error.rotation));
+    degrees_per_m.push_back(degrees.back() / travelled_m);
+  }
+  if (percent.empty()) return {length_m, 0, 0, 0, 0, 0};
+  return {length_m,
+          static_cast<int64_t>(percent.size()),
+          RootMeanSquare(percent),
+          Median(percent),
+          RootMeanSquare(degrees),
+          RootMeanSquare(degrees_per_m)};
+}
+
+std::optional<LoopError> MeasureLoop(const std::vector<AssociatedPose>& poses, double length_m,
+                                     double max_gap) {
+  const AssociatedPose &first = poses.front(), &last = poses.back();
+  const double gap_m = (last.T_world_truth.translation - first.T_world_truth.translation).norm();
+  if (length_m <= 0 || gap_m > max_gap * length_m) return std::nullopt;
+  const double distance_m = MotionError(first, last).translation.norm();
+  return LoopError{distance_m, 100 * distance_m / length_m};
+}
+
+}  // namespace
+
+void TrajectoryMetricOptions::Check() const {
+  const auto positive = [](double value) { return value > 0; };
+  if (!positive(max_truth_gap_s)) throw ConfigError("max_truth_gap_s: expected more than 0");
+  if (initialisation_s < 0) throw ConfigError("initialisation_s: expected at least 0");
+  if (min_coverage < 0 || min_coverage > 1) throw ConfigError("min_coverage: expected 0 to 1");
+  if (!std::all_of(rpe_lengths_m.begin(), rpe_lengths_m.end(), positive)) {
+    throw ConfigError("rpe_lengths_m: expected lengths of more than 0");
+  }
+  if (max_loop_gap < 0) throw ConfigError("max_loop_gap: expected at least 0");
+}
+
+ErrorStatistics Statistics(std::vector<double> errors) {
+  ErrorStatistics statistics;
+  statistics.rmse = RootMeanSquare(errors);
+  statistics.mean =
+      std::accumulate(errors.begin(), errors.end(), 0.0) / static_cast<double>(errors.size());
+  statistics.max = *std::max_element(errors.begin(), errors.end());
+  statistics.median = Median(std::move(errors));
+  return statistics;
+}
+
+TrajectoryMetrics EvaluateTrajectory(const Trajectory& truth, const Trajectory& estimate,
+                                     const std::vector<int64_t>& reference_stamps_ns,
+                                     const TrajectoryMetricOptions& options) {
+  options.Check();
+  TrajectoryMetrics metrics;
+  metrics.poses = Associate(truth, estimate, options.max_truth_gap_s);
+  if (metrics.poses.size() < 3) {
+    throw DataError(
+        fmt::format("found {} of {} estimated poses with a truth at their stamp, expected "
+                    "at least 3: are both files of the same recording and clock?",
+                    metrics.poses.size(), estimate.size()));
+  }
+  const int64_t period_ns = FramePeriod(estimate);
+  metrics.estimated_poses = static_cast<int64_t>(estimate.size());
+  metrics.pieces = CountPieces(estimate, period_ns);
+
+  std::vector<int64_t> stamps_ns = reference_stamps_ns;
+  if (stamps_ns.empty()) {
+    for (const StampedPose& pose : truth) stamps_ns.push_back(pose.stamp_ns);
+  }
+  metrics.coverage = MeasureCoverage(stamps_ns, estimate, period_ns, options);
+
+  const std::vector<double> lengths_m = TruthLengths(metrics.poses);
+  metrics.truth_length_m = lengths_m.back();
+  metrics.estimate_length_m = PathLength(estimate);
+  for (const AlignmentKind kind :
+       {AlignmentKind::kPositionYaw, AlignmentKind::kRigid, AlignmentKind::kSimilarity}) {
+    metrics.absolute.push_back(MeasureAbsolute(kind, metrics.poses, metrics.truth_length_m));
+  }
+  for (const double length_m : options.rpe_lengths_m) {
+    metrics.relative.push_back(MeasureRelative(metrics.poses, lengths_m, length_m));
+  }
+  metrics.loop = MeasureLoop(metrics.poses, metrics.truth_length_m, options.max_loop_gap);
+  return metrics;
+}
+
+}  // namespace slcmap

@@ -1,0 +1,89 @@
+// How far an estimated trajectory is from the truth.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "apps/evaluation/alignment.h"
+#include "data/trajectory.h"
+
+namespace slcmap {
+
+struct TrajectoryMetricOptions {
+  double max_truth_gap_s = 0.1;  // the truth is not interpolated across longer gaps
+  double initialisation_s = 1;   // of a sequence; what may go without a pose
+  double min_coverage = 0.99;    // after initialisation; below it, a result is flagged
+  std::vector<double> rpe_lengths_m = {1, 5, 10};
+  double max_loop_gap = 0.05;  // of the path: the truth ends this near to its start
+  void Check() const;          // throws ConfigError
+};
+
+// Statistics of a set of errors, in their unit.
+struct ErrorStatistics {
+  double rmse = 0, mean = 0, median = 0, max = 0;
+};
+ErrorStatistics Statistics(std::vector<double> errors);  // of at least one error
+
+// Absolute pose error after an alignment.
+struct AbsoluteError {
+  AlignmentKind kind = AlignmentKind::kPositionYaw;
+  Alignment alignment;
+  ErrorStatistics position_m;
+  ErrorStatistics rotation_deg;
+  double rmse_percent = 0;                // position RMSE over the true path length
+  std::vector<double> position_errors_m;  // a value for each associated pose
+  std::vector<double> rotation_errors_deg;
+};
+
+// Relative pose error over pieces of a given length of the true path, one starting at each pose.
+struct RelativeError {
+  double length_m = 0;
+  int64_t pieces = 0;  // none where the path is shorter; the other values are 0 then
+  double translation_rmse_percent = 0;
+  double translation_median_percent = 0;
+  double rotation_rmse_deg = 0;
+  double rotation_rmse_deg_m = 0;
+};
+
+// The error of the motion from first to last pose where the true path ends at its start.
+struct LoopError {
+  double distance_m = 0;
+  double percent = 0;  // of the true path length
+};
+
+// Shares of the reference stamps (images, or truth) that have a pose near them (0.6 frames).
+struct Coverage {
+  double overall = 0;
+  double after_initialisation = 0;
+  bool flagged = false;  // too low for the errors to be compared
+};
+
+// An estimated pose with the truth at its stamp.
+struct AssociatedPose {
+  int64_t stamp_ns = 0;
+  RigidTransform T_world_estimate;  // in the estimator's world
+  RigidTransform T_world_truth;
+};
+
+struct TrajectoryMetrics {
+  std::vector<AssociatedPose> poses;
+  int64_t estimated_poses = 0;
+  int pieces = 0;             // runs of poses without a gap of more than three frames
+  double truth_length_m = 0;  // along the associated poses
+  double estimate_length_m = 0;
+  std::vector<AbsoluteError> absolute;  // posyaw, se3, sim3
+  std::vector<RelativeError> relative;
+  std::optional<LoopError> loop;
+  Coverage coverage;
+};
+
+// Compares by stamp, with the truth interpolated. `reference_stamps_ns` (sorted) are the stamps
+// that should have a pose, such as those of the images; where empty, those of the truth. Throws
+// DataError when less than three poses have a truth.
+TrajectoryMetrics EvaluateTrajectory(const Trajectory& truth, const Trajectory& estimate,
+                                     const std::vector<int64_t>& reference_stamps_ns,
+                                     const TrajectoryMetricOptions& options);
+
+}  // namespace slcmap

@@ -1,0 +1,19 @@
+// Trajectory metrics as text: a table to read and JSON to compute with.
+#pragma once
+
+#include <string>
+
+#include "apps/evaluation/trajectory_metrics.h"
+
+namespace slcmap {
+
+// What was compared; stands at the head of both forms.
+struct EvaluationInputs {
+  std::string truth, estimate;  // paths
+  std::string stamps;  // path of the stamps that coverage counts; empty: those of the truth
+};
+
+std::string TrajectoryTable(const EvaluationInputs& inputs, const TrajectoryMetrics& metrics);
+std::string TrajectoryJson(const EvaluationInputs& inputs, const TrajectoryMetrics& metrics);
+
+}  // namespace slcmap
