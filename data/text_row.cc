@@ -1,13 +1,10 @@
 #include "data/text_row.h"
 
-#include <cerrno>
 #include <charconv>
-#include <cstring>
-#include <filesystem>
-#include <fstream>
 #include <limits>
+#include <sstream>
 
-#include "data/error.h"
+#include "data/file.h"
 
 namespace slcmap {
 namespace {
@@ -120,16 +117,9 @@ std::optional<int64_t> ParseScaledInteger(std::string_view text, int shift) {
 }
 
 std::vector<std::string> ReadLines(const std::string& path) {
-  std::error_code error;
-  if (std::filesystem::is_directory(path, error)) {
-    throw DataError(path + ": found a folder, expected a file");
-  }
-  errno = 0;
-  std::ifstream file(path, std::ios::binary);
-  if (!file) throw DataError(path + ": cannot be read: " + std::strerror(errno));
+  std::istringstream text(ReadFile(path));
   std::vector<std::string> lines;
-  for (std::string line; std::getline(file, line);) lines.push_back(std::move(line));
-  if (file.bad()) throw DataError(path + ": cannot be read to its end");
+  for (std::string line; std::getline(text, line);) lines.push_back(std::move(line));
   return lines;
 }
 

@@ -1,11 +1,10 @@
 #include "data/yaml_options.h"
 
-#include <cerrno>
 #include <cmath>
-#include <cstring>
 #include <filesystem>
-#include <fstream>
 #include <vector>
+
+#include "data/file.h"
 
 namespace slcmap {
 namespace {
@@ -85,11 +84,16 @@ YamlSection YamlSection::FromFile(const std::string& path) {
   if (std::filesystem::is_directory(path, error)) {
     throw ConfigError(path + ": found a folder, expected a YAML file");
   }
-  errno = 0;
-  std::ifstream file(path);
-  if (!file) throw ConfigError(path + ": cannot be read: " + std::strerror(errno));
+  std::string text;
   try {
-    return YamlSection(YAML::Load(file), path);
+    text = ReadFile(path);
+  } catch (const DataError& read_error) {
+    throw ConfigError(read_error.what());
+  }
+  // OpenCV opens its files with "%YAML:1.0", which is not YAML.
+  if (text.rfind("%YAML:", 0) == 0) text[0] = '#';
+  try {
+    return YamlSection(YAML::Load(text), path);
   } catch (const YAML::Exception& exception) {
     throw ConfigError(path + ": found no valid YAML: " + OneLine(exception));
   }

@@ -62,7 +62,7 @@ TEST(ForEachRow, CountsFromOneAndSkipsComments) {
 TEST(ReadLines, NamesAFileThatCannotBeRead) {
   const testing::TempFolder folder;
   EXPECT_THAT(testing::MessageOf<DataError>([&] { ReadLines(folder.Path("none.csv")); }),
-              ::testing::HasSubstr("none.csv: cannot be read: No such file"));
+              ::testing::HasSubstr("none.csv: cannot be opened: No such file"));
   EXPECT_THROW(ReadLines(folder.Path()), DataError);
 }
 

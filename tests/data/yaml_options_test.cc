@@ -79,7 +79,7 @@ TEST(YamlSection, AValueOfAnotherTypeIsShownWithTheTypeExpected) {
 TEST(YamlSection, FilesThatAreNoMappingsAreErrors) {
   const TempFolder folder;
   EXPECT_THAT(MessageOf<ConfigError>([&] { YamlSection::FromFile(folder.Path("none.yaml")); }),
-              HasSubstr("none.yaml: cannot be read: No such file"));
+              HasSubstr("none.yaml: cannot be opened: No such file"));
   const std::string broken = folder.Write("broken.yaml", "a: 1\nb: [1, 2\n");
   EXPECT_THAT(MessageOf<ConfigError>([&] { YamlSection::FromFile(broken); }),
               HasSubstr("broken.yaml: found no valid YAML: row"));

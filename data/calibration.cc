@@ -1,0 +1,291 @@
+#include "data/calibration.h"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <cmath>
+#include <filesystem>
+#include <optional>
+#include <vector>
+
+#include "data/error.h"
+#include "data/yaml_options.h"
+
+namespace slcmap {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double kMaxTransformError_m = 0.01;  // between two entries that say the same
+constexpr double kMaxTransformError_rad = 0.01;
+constexpr double kMinBaseline_m = 0.005, kMaxBaseline_m = 5;
+constexpr double kMaxLever_m = 10;  // from the IMU to a camera
+constexpr double kMaxTimeOffset_s = 1;
+
+// A value that must be there.
+template <typename T>
+T Required(YamlSection& section, const std::string& key) {
+  if (!section.Has(key)) {
+    throw DataError(
+        fmt::format("{}: {}: missing, expected in a calibration", section.place(), key));
+  }
+  T value{};
+  section.Read(key, &value);
+  return value;
+}
+
+std::vector<double> RequiredNumbers(YamlSection& section, const std::string& key, size_t count) {
+  const auto values = Required<std::vector<double>>(section, key);
+  if (values.size() != count) {
+    throw DataError(fmt::format("{}: {}: found {} numbers, expected {}", section.place(), key,
+                                values.size(), count));
+  }
+  return values;
+}
+
+// A 4x4 matrix given as rows (Kalibr) or as {rows, cols, data} (ASL).
+RigidTransform RequiredTransform(YamlSection& section, const std::string& key, bool as_data) {
+  std::vector<double> flat;
+  if (as_data) {
+    YamlSection matrix = section.Section(key);
+    flat = RequiredNumbers(matrix, "data", 16);
+  } else {
+    for (const auto& row : Required<std::vector<std::vector<double>>>(section, key)) {
+      flat.insert(flat.end(), row.begin(), row.end());
+    }
+  }
+  const std::string place = section.place() + ": " + key;
+  if (flat.size() != 16) {
+    throw DataError(fmt::format("{}: found {} numbers, expected 4 rows of 4", place, flat.size()));
+  }
+  Eigen::Matrix<double, 4, 4, Eigen::RowMajor> m = Eigen::Map<decltype(m)>(flat.data());
+  return RigidTransformFromMatrix(m, place);
+}
+
+Distortion DistortionFromName(const std::string& name, const std::string& place) {
+  if (name == "radial-tangential" || name == "radtan" || name == "plumb_bob") {
+    return Distortion::kRadialTangential;
+  }
+  if (name == "equidistant" || name == "equi") return Distortion::kEquidistant;
+  if (name == "none") return Distortion::kNone;
+  throw DataError(
+      fmt::format("{}: found distortion model '{}', expected radial-tangential, radtan, "
+                  "equidistant or none",
+                  place, name));
+}
+
+// The keys that ASL and Kalibr share, with the name that each gives to the coefficients.
+Camera ReadCamera(YamlSection& section, const std::string& coefficients_key) {
+  Camera camera;
+  std::string model = "pinhole";
+  section.Read("camera_model", &model);
+  if (model != "pinhole") {
+    throw DataError(
+        fmt::format("{}: camera_model: found '{}', expected pinhole", section.place(), model));
+  }
+  const auto intrinsics = RequiredNumbers(section, "intrinsics", 4);
+  camera.fx_px = intrinsics[0];
+  camera.fy_px = intrinsics[1];
+  camera.cx_px = intrinsics[2];
+  camera.cy_px = intrinsics[3];
+  const auto resolution = RequiredNumbers(section, "resolution", 2);
+  camera.width_px = static_cast<int>(resolution[0]);
+  camera.height_px = static_cast<int>(resolution[1]);
+  camera.distortion =
+      DistortionFromName(Required<std::string>(section, "distortion_model"), section.place());
+  if (camera.distortion != Distortion::kNone) {
+    const auto coefficients = RequiredNumbers(section, coefficients_key, 4);
+    camera.coefficients = Eigen::Map<const Eigen::Vector4d>(coefficients.data());
+  }
+  camera.Check(section.place());
+  return camera;
+}
+
+void ReadNoise(YamlSection& section, const std::string& rate_key, ImuNoise* noise) {
+  noise->gyro_noise_rad_s_sqrthz = Required<double>(section, "gyroscope_noise_density");
+  noise->gyro_walk_rad_s2_sqrthz = Required<double>(section, "gyroscope_random_walk");
+  noise->accel_noise_m_s2_sqrthz = Required<double>(section, "accelerometer_noise_density");
+  noise->accel_walk_m_s3_sqrthz = Required<double>(section, "accelerometer_random_walk");
+  section.Read(rate_key, &noise->rate_hz);
+  const auto check = [&](const char* key, double value, double highest) {
+    if (!(value > 0 && value <= highest)) {
+      throw DataError(fmt::format("{}: {}: found {}, expected above 0 and at most {}",
+                                  section.place(), key, value, highest));
+    }
+  };
+  check("gyroscope_noise_density", noise->gyro_noise_rad_s_sqrthz, 1);
+  check("gyroscope_random_walk", noise->gyro_walk_rad_s2_sqrthz, 1);
+  check("accelerometer_noise_density", noise->accel_noise_m_s2_sqrthz, 10);
+  check("accelerometer_random_walk", noise->accel_walk_m_s3_sqrthz, 10);
+  check(rate_key.c_str(), noise->rate_hz, 1e5);
+}
+
+void RequireEqual(const RigidTransform& a, const RigidTransform& b, const std::string& place,
+                  const std::string& what) {
+  const RigidTransform difference = a.Inverse() * b;
+  const double angle_rad = LogRotation(difference.rotation).norm();
+  if (difference.translation.norm() > kMaxTransformError_m || angle_rad > kMaxTransformError_rad) {
+    throw DataError(
+        fmt::format("{}: found {} that disagree by {:.3f} m and {:.3f} rad, expected one "
+                    "of them only",
+                    place, what, difference.translation.norm(), angle_rad));
+  }
+}
+
+// The pose of a Kalibr camera by the entries it has; adds to *source which ones were read.
+RigidTransform ReadKalibrPose(YamlSection& camera, int index, const RigidTransform& T_imu_left,
+                              std::string* source) {
+  std::optional<RigidTransform> T_imu_camera;
+  const auto take = [&](const std::string& key, const RigidTransform& pose) {
+    if (T_imu_camera) {
+      RequireEqual(*T_imu_camera, pose, camera.place(), "a " + key + " and another transform");
+      return;
+    }
+    T_imu_camera = pose;
+    *source += fmt::format("{}{} of cam{}", source->empty() ? "" : ", ", key, index);
+  };
+  if (camera.Has("T_imu_cam")) take("T_imu_cam", RequiredTransform(camera, "T_imu_cam", false));
+  if (camera.Has("T_cam_imu")) {
+    take("T_cam_imu", RequiredTransform(camera, "T_cam_imu", false).Inverse());
+  }
+  if (index == 1 && camera.Has("T_cn_cnm1")) {
+    take("T_cn_cnm1", T_imu_left * RequiredTransform(camera, "T_cn_cnm1", false).Inverse());
+  }
+  if (!T_imu_camera) {
+    throw DataError(fmt::format("{}: T_cam_imu: missing, expected it or T_imu_cam{}",
+                                camera.place(), index == 1 ? " or T_cn_cnm1" : ""));
+  }
+  return *T_imu_camera;
+}
+
+void ReadKalibrImu(const std::string& path, Rig* rig) {
+  YamlSection root = YamlSection::FromFile(path);
+  YamlSection imu = root.Has("imu0") ? root.Section("imu0") : root;
+  ReadNoise(imu, "update_rate", &rig->imu_noise);
+}
+
+// Wrong types are the data's fault here, not the command line's.
+template <typename Reader>
+Calibration AsDataErrors(Reader read) {
+  try {
+    return read();
+  } catch (const ConfigError& error) {
+    throw DataError(error.what());
+  }
+}
+
+std::string FirstExisting(const std::vector<fs::path>& folders,
+                          const std::vector<std::string>& names) {
+  std::error_code error;
+  for (const fs::path& folder : folders) {
+    for (const std::string& name : names) {
+      if (fs::is_regular_file(folder / name, error)) return (folder / name).string();
+    }
+  }
+  return "";
+}
+
+const std::vector<std::string> kCamchainNames = {"camchain.yaml", "camchain-imucam.yaml",
+                                                 "kalibr_imucam_chain.yaml"};
+const std::vector<std::string> kImuNames = {"imu_config.yaml", "imu.yaml", "imu0.yaml",
+                                            "kalibr_imu_chain.yaml"};
+
+}  // namespace
+
+void CheckRig(const Rig& rig, const std::string& place) {
+  const double baseline_m =
+      (rig.T_imu_camera[0].translation - rig.T_imu_camera[1].translation).norm();
+  if (!(baseline_m >= kMinBaseline_m && baseline_m <= kMaxBaseline_m)) {
+    throw DataError(fmt::format("{}: found a baseline of {:.4g} m, expected {} to {} m", place,
+                                baseline_m, kMinBaseline_m, kMaxBaseline_m));
+  }
+  for (int i = 0; i < 2; ++i) {
+    const double lever_m = rig.T_imu_camera[i].translation.norm();
+    if (!(lever_m <= kMaxLever_m)) {
+      throw DataError(fmt::format("{}: found cam{} {:.4g} m from the IMU, expected at most {} m",
+                                  place, i, lever_m, kMaxLever_m));
+    }
+  }
+  if (!(std::abs(rig.camera_time_offset_s) <= kMaxTimeOffset_s)) {
+    throw DataError(
+        fmt::format("{}: timeshift_cam_imu: found {} s, expected at most {} s either way", place,
+                    rig.camera_time_offset_s, kMaxTimeOffset_s));
+  }
+}
+
+Calibration ReadAslCalibration(const std::string& folder, Warnings* warnings) {
+  return AsDataErrors([&] {
+    Calibration calibration;
+    Rig& rig = calibration.rig;
+    RigidTransform T_body_imu;
+    const std::string imu_path = folder + "/imu0/sensor.yaml";
+    if (fs::exists(imu_path)) {
+      YamlSection imu = YamlSection::FromFile(imu_path);
+      if (imu.Has("T_BS")) T_body_imu = RequiredTransform(imu, "T_BS", true);
+      ReadNoise(imu, "rate_hz", &rig.imu_noise);
+    } else {
+      warnings->Add(kImuNoiseAssumed, imu_path);
+    }
+    for (int i = 0; i < 2; ++i) {
+      YamlSection camera = YamlSection::FromFile(fmt::format("{}/cam{}/sensor.yaml", folder, i));
+      rig.cameras[i] = ReadCamera(camera, "distortion_coefficients");
+      rig.T_imu_camera[i] = T_body_imu.Inverse() * RequiredTransform(camera, "T_BS", true);
+      if (i == 0) camera.Read("timeshift_cam_imu", &rig.camera_time_offset_s);
+    }
+    CheckRig(rig, folder);
+    calibration.source = folder + "/*/sensor.yaml (T_BS of cam0, cam1, imu0)";
+    return calibration;
+  });
+}
+
+Calibration ReadKalibrCalibration(const std::string& camchain_path, const std::string& imu_path,
+                                  Warnings* warnings) {
+  return AsDataErrors([&] {
+    Calibration calibration;
+    Rig& rig = calibration.rig;
+    YamlSection root = YamlSection::FromFile(camchain_path);
+    for (int i = 0; i < 2; ++i) {
+      const std::string name = fmt::format("cam{}", i);
+      if (!root.Has(name)) {
+        throw DataError(
+            fmt::format("{}: {}: missing, expected cam0 and cam1", camchain_path, name));
+      }
+      YamlSection camera = root.Section(name);
+      rig.cameras[i] = ReadCamera(camera, "distortion_coeffs");
+      rig.T_imu_camera[i] = ReadKalibrPose(camera, i, rig.T_imu_camera[0], &calibration.source);
+      if (i == 0) camera.Read("timeshift_cam_imu", &rig.camera_time_offset_s);
+    }
+    if (imu_path.empty()) {
+      warnings->Add(kImuNoiseAssumed, camchain_path);
+    } else {
+      ReadKalibrImu(imu_path, &rig);
+    }
+    CheckRig(rig, camchain_path);
+    calibration.source =
+        fmt::format("{} ({}, timeshift {} s), IMU noise {}", camchain_path, calibration.source,
+                    rig.camera_time_offset_s, imu_path.empty() ? "assumed" : imu_path);
+    return calibration;
+  });
+}
+
+Calibration FindCalibration(const std::string& asl_folder, Warnings* warnings) {
+  if (fs::exists(fs::path(asl_folder) / "cam0" / "sensor.yaml")) {
+    return ReadAslCalibration(asl_folder, warnings);
+  }
+  const fs::path folder(asl_folder), above = fs::absolute(folder).lexically_normal().parent_path();
+  const std::vector<fs::path> folders = {folder, folder / "dso", above, above / "dso"};
+  const std::string camchain_path = FirstExisting(folders, kCamchainNames);
+  if (camchain_path.empty()) {
+    throw DataError(asl_folder +
+                    ": found no calibration, expected cam0/sensor.yaml or dso/camchain.yaml beside "
+                    "it (or name one with --calibration)");
+  }
+  return ReadKalibrCalibration(camchain_path, FirstExisting(folders, kImuNames), warnings);
+}
+
+Calibration ReadCalibration(const std::string& path, Warnings* warnings) {
+  if (fs::is_directory(path)) return FindCalibration(path, warnings);
+  return ReadKalibrCalibration(path, FirstExisting({fs::path(path).parent_path()}, kImuNames),
+                               warnings);
+}
+
+}  // namespace slcmap

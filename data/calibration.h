@@ -1,0 +1,39 @@
+// Calibrations of a stereo camera with an IMU, from ASL and Kalibr files.
+#pragma once
+
+#include <string>
+
+#include "data/types.h"
+#include "data/warnings.h"
+
+namespace slcmap {
+
+struct Calibration {
+  Rig rig;
+  std::string source;  // the files and the transforms read from them, for the user to see
+};
+
+// Reads cam0/sensor.yaml, cam1/sensor.yaml and imu0/sensor.yaml under an ASL folder (mav0). T_BS
+// maps sensor to body. cam0 may hold Kalibr's timeshift_cam_imu besides ASL's keys.
+Calibration ReadAslCalibration(const std::string& folder, Warnings* warnings);
+
+// Reads a Kalibr camera chain: cam0 and cam1, each with T_cam_imu (imu to camera) or T_imu_cam
+// (camera to imu), cam1 with T_cn_cnm1 (cam0 to cam1) instead if it has neither. imu_path is
+// Kalibr's IMU file (its keys at the top or under imu0); "" assumes a typical noise, with a
+// warning.
+Calibration ReadKalibrCalibration(const std::string& camchain_path, const std::string& imu_path,
+                                  Warnings* warnings);
+
+// Finds the calibration of a sequence whose ASL folder is given: sensor.yaml of its sensors, else a
+// Kalibr chain and IMU file in it, in the folder above, or in dso/ there (TUM VI).
+Calibration FindCalibration(const std::string& asl_folder, Warnings* warnings);
+
+// Reads what --calibration names: a Kalibr chain (with an IMU file beside it, if there is one) or a
+// folder that FindCalibration understands.
+Calibration ReadCalibration(const std::string& path, Warnings* warnings);
+
+// All of them throw DataError naming file and key, what was found and what is expected, when an
+// entry is missing or absurd; CheckRig is what they use for the rig as a whole.
+void CheckRig(const Rig& rig, const std::string& place);
+
+}  // namespace slcmap

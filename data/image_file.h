@@ -1,0 +1,20 @@
+// One image of a sequence from its file.
+#pragma once
+
+#include <opencv2/core/mat.hpp>
+#include <string>
+
+namespace slcmap {
+
+// An image, or why there is none: problem is then one of the kinds of data/warnings.h.
+struct ImageRead {
+  cv::Mat image;  // 8 bit, one channel; empty where there is a problem
+  const char* problem = nullptr;
+};
+
+// Reads an image as 8-bit grey (16 bits lose their lower byte). A PNG without its last chunk and a
+// JPEG without its end mark count as truncated, whatever could be decoded of them. An image of
+// another size than `size` (any, where that is empty) is a problem too.
+ImageRead ReadGrayImage(const std::string& path, const cv::Size& size);
+
+}  // namespace slcmap

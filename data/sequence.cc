@@ -1,0 +1,112 @@
+#include "data/sequence.h"
+
+#include <spdlog/spdlog.h>
+
+#include <cstdlib>
+#include <filesystem>
+
+#include "data/calibration.h"
+#include "data/error.h"
+
+namespace slcmap {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string FindTruth(const fs::path& folder) {
+  for (const char* name : {"state_groundtruth_estimate0", "mocap0"}) {
+    const fs::path path = folder / name / "data.csv";
+    if (fs::is_regular_file(path)) return path.string();
+  }
+  return "";
+}
+
+void RequireOverlap(const Sequence& sequence) {
+  const int64_t offset_ns = ToNanoseconds(sequence.rig.camera_time_offset_s);
+  const int64_t first_image_ns = sequence.images.front().stamp_ns + offset_ns;
+  const int64_t last_image_ns = sequence.images.back().stamp_ns + offset_ns;
+  const int64_t first_imu_ns = sequence.imu.front().stamp_ns;
+  const int64_t last_imu_ns = sequence.imu.back().stamp_ns;
+  if (first_image_ns <= last_imu_ns && first_imu_ns <= last_image_ns) return;
+  throw DataError(fmt::format(
+      "{}: found images from {:.3f} to {:.3f} s and IMU samples from {:.3f} to {:.3f} s, expected "
+      "them to overlap (are both in nanoseconds of one clock?)",
+      sequence.folder, ToSeconds(first_image_ns), ToSeconds(last_image_ns), ToSeconds(first_imu_ns),
+      ToSeconds(last_imu_ns)));
+}
+
+}  // namespace
+
+std::string FindAslFolder(const std::string& path) {
+  std::error_code error;
+  if (!fs::is_directory(path, error)) {
+    throw DataError(path + ": found no such folder, expected an EuRoC (ASL) or TUM VI sequence");
+  }
+  for (const fs::path& folder : {fs::path(path), fs::path(path) / "mav0"}) {
+    if (!fs::is_directory(folder / "cam0", error)) continue;
+    for (const char* sensor : {"cam1", "imu0"}) {
+      if (!fs::is_directory(folder / sensor, error)) {
+        throw DataError(
+            fmt::format("{}: found no {}, expected cam0, cam1 and imu0", folder.string(), sensor));
+      }
+    }
+    return folder.string();
+  }
+  throw DataError(path +
+                  ": found neither cam0 nor mav0/cam0, expected an EuRoC (ASL) or TUM VI "
+                  "sequence");
+}
+
+std::vector<StereoEntry> PairImages(const std::vector<ImageFile>& left,
+                                    const std::vector<ImageFile>& right, double max_offset_s,
+                                    Warnings* warnings) {
+  const int64_t max_offset_ns = ToNanoseconds(max_offset_s);
+  std::vector<StereoEntry> pairs;
+  size_t l = 0, r = 0;
+  const auto offset_ns = [&](size_t i, size_t k) {
+    return std::abs(left[i].stamp_ns - right[k].stamp_ns);
+  };
+  while (l < left.size() && r < right.size()) {
+    const bool left_is_first = left[l].stamp_ns < right[r].stamp_ns;
+    const bool nearer_follows = left_is_first
+                                    ? l + 1 < left.size() && offset_ns(l + 1, r) < offset_ns(l, r)
+                                    : r + 1 < right.size() && offset_ns(l, r + 1) < offset_ns(l, r);
+    if (offset_ns(l, r) <= max_offset_ns && !nearer_follows) {
+      pairs.push_back({left[l].stamp_ns, left[l].path, right[r].path});
+      ++l, ++r;
+    } else if (left_is_first) {
+      warnings->Add(kImageUnpaired, left[l++].path);
+    } else {
+      warnings->Add(kImageUnpaired, right[r++].path);
+    }
+  }
+  while (l < left.size()) warnings->Add(kImageUnpaired, left[l++].path);
+  while (r < right.size()) warnings->Add(kImageUnpaired, right[r++].path);
+  return pairs;
+}
+
+Sequence OpenSequence(const std::string& path, const SequenceOptions& options) {
+  Sequence sequence;
+  sequence.folder = FindAslFolder(path);
+  const fs::path folder(sequence.folder);
+  const Calibration calibration = options.calibration.empty()
+                                      ? FindCalibration(sequence.folder, &sequence.warnings)
+                                      : ReadCalibration(options.calibration, &sequence.warnings);
+  sequence.rig = calibration.rig;
+  sequence.calibration_source = calibration.source;
+  const auto left = ReadAslImages((folder / "cam0").string(), &sequence.warnings);
+  const auto right = ReadAslImages((folder / "cam1").string(), &sequence.warnings);
+  sequence.images = PairImages(left, right, options.max_stereo_offset_s, &sequence.warnings);
+  if (sequence.images.empty()) {
+    throw DataError(
+        fmt::format("{}: found no left and right image within {} s of each other among {} and {}, "
+                    "expected pairs",
+                    sequence.folder, options.max_stereo_offset_s, left.size(), right.size()));
+  }
+  sequence.imu = ReadAslImu((folder / "imu0" / "data.csv").string(), &sequence.warnings);
+  RequireOverlap(sequence);
+  sequence.truth_path = FindTruth(folder);
+  return sequence;
+}
+
+}  // namespace slcmap

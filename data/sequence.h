@@ -1,0 +1,48 @@
+// A recorded sequence on disk: which images and samples there are, and the rig that made them.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "data/asl_files.h"
+#include "data/types.h"
+#include "data/warnings.h"
+
+namespace slcmap {
+
+struct StereoEntry {
+  int64_t stamp_ns = 0;  // of the left image
+  std::string left_path;
+  std::string right_path;
+};
+
+struct Sequence {
+  std::string folder;  // the one that holds cam0, cam1 and imu0
+  std::vector<StereoEntry> images;
+  std::vector<ImuSample> imu;
+  Rig rig;
+  std::string calibration_source;
+  std::string truth_path;  // true poses, "" where there are none
+  Warnings warnings;
+};
+
+struct SequenceOptions {
+  std::string calibration;             // file or folder; "" takes the sequence's own
+  double max_stereo_offset_s = 0.003;  // between the stamps of a pair
+};
+
+// Opens an EuRoC (ASL) or TUM VI sequence: the folder with cam0, cam1, imu0, or the one above it.
+// Rows that cannot be used are counted in Sequence::warnings. Throws DataError when a part is
+// missing, no pair is left, the calibration is absurd, or IMU and images do not overlap in time.
+Sequence OpenSequence(const std::string& path, const SequenceOptions& options = {});
+
+// The folder with cam0, cam1 and imu0 for a path as OpenSequence takes it; throws DataError.
+std::string FindAslFolder(const std::string& path);
+
+// Pairs left and right images that are nearest to each other in time and at most max_offset_s
+// apart; counts the others.
+std::vector<StereoEntry> PairImages(const std::vector<ImageFile>& left,
+                                    const std::vector<ImageFile>& right, double max_offset_s,
+                                    Warnings* warnings);
+
+}  // namespace slcmap

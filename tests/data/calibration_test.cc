@@ -1,0 +1,175 @@
+#include "data/calibration.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "data/error.h"
+#include "tests/testing/small_sequence.h"
+
+namespace slcmap {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using testing::MessageOf;
+using testing::TempFolder;
+
+// A Kalibr camera with the given transform entries (each line indented by two).
+std::string KalibrCamera(const std::string& transforms) {
+  return transforms +
+         "  cam_overlaps: [1]\n  camera_model: pinhole\n"
+         "  distortion_coeffs: [0.0034, 0.0007, -0.002, 0.0002]\n"
+         "  distortion_model: equidistant\n  intrinsics: [190.9, 190.9, 254.9, 256.8]\n"
+         "  resolution: [512, 512]\n  rostopic: /cam/image_raw\n  timeshift_cam_imu: 0.0012\n";
+}
+
+std::string Rows(const std::string& key, const RigidTransform& transform) {
+  const Eigen::Matrix4d m = transform.Matrix();
+  std::string text = "  " + key + ":\n";
+  for (int i = 0; i < 4; ++i) {
+    text += fmt::format("  - [{:.15f}, {:.15f}, {:.15f}, {:.15f}]\n", m(i, 0), m(i, 1), m(i, 2),
+                        m(i, 3));
+  }
+  return text;
+}
+
+const RigidTransform kLeft{ExpRotation({-1.2, 0.1, 0.3}), {0.05, -0.06, 0.04}};  // T_imu_cam0
+const RigidTransform kRight = kLeft * RigidTransform{ExpRotation({0.01, 0, 0}), {0.1, 0, 0}};
+
+Calibration ReadChain(const std::string& left, const std::string& right) {
+  const TempFolder folder;
+  const std::string path = folder.Write(
+      "camchain.yaml", "cam0:\n" + KalibrCamera(left) + "cam1:\n" + KalibrCamera(right));
+  const std::string imu = folder.Write(
+      "imu.yaml",
+      "accelerometer_noise_density: 0.0014\naccelerometer_random_walk: 0.000086\n"
+      "gyroscope_noise_density: 0.00008\ngyroscope_random_walk: 2.2e-06\nupdate_rate: 200.0\n");
+  Warnings warnings;
+  return ReadKalibrCalibration(path, imu, &warnings);
+}
+
+void ExpectPoses(const Calibration& calibration) {
+  const auto& poses = calibration.rig.T_imu_camera;
+  EXPECT_LT((poses[0].Matrix() - kLeft.Matrix()).norm(), 1e-9);
+  EXPECT_LT((poses[1].Matrix() - kRight.Matrix()).norm(), 1e-9);
+}
+
+TEST(KalibrCalibration, BothDirectionsAndTheChainGiveTheSameRig) {
+  const Calibration forward =
+      ReadChain(Rows("T_cam_imu", kLeft.Inverse()), Rows("T_cam_imu", kRight.Inverse()));
+  ExpectPoses(forward);
+  EXPECT_THAT(forward.source, HasSubstr("T_cam_imu of cam0, T_cam_imu of cam1"));
+  const Calibration backward = ReadChain(Rows("T_imu_cam", kLeft), Rows("T_imu_cam", kRight));
+  ExpectPoses(backward);
+  EXPECT_THAT(backward.source, HasSubstr("T_imu_cam of cam0"));
+  const Calibration chain =
+      ReadChain(Rows("T_cam_imu", kLeft.Inverse()), Rows("T_cn_cnm1", kRight.Inverse() * kLeft));
+  ExpectPoses(chain);
+  EXPECT_THAT(chain.source, HasSubstr("T_cn_cnm1 of cam1"));
+}
+
+TEST(KalibrCalibration, ReadsFisheyeTimeShiftAndNoise) {
+  const Calibration calibration =
+      ReadChain(Rows("T_cam_imu", kLeft.Inverse()), Rows("T_cam_imu", kRight.Inverse()));
+  EXPECT_EQ(calibration.rig.cameras[1].distortion, Distortion::kEquidistant);
+  EXPECT_EQ(calibration.rig.cameras[0].width_px, 512);
+  EXPECT_DOUBLE_EQ(calibration.rig.camera_time_offset_s, 0.0012);
+  EXPECT_DOUBLE_EQ(calibration.rig.imu_noise.accel_noise_m_s2_sqrthz, 0.0014);
+  EXPECT_DOUBLE_EQ(calibration.rig.imu_noise.gyro_walk_rad_s2_sqrthz, 2.2e-6);
+}
+
+TEST(KalibrCalibration, EntriesThatContradictEachOtherAreAnError) {
+  EXPECT_THAT(MessageOf<DataError>([] {
+                ReadChain(Rows("T_cam_imu", kLeft) + Rows("T_imu_cam", kLeft),
+                          Rows("T_cam_imu", kRight.Inverse()));
+              }),
+              AllOf(HasSubstr("cam0"), HasSubstr("disagree")));
+  EXPECT_THAT(MessageOf<DataError>([] { ReadChain("", Rows("T_cam_imu", kRight.Inverse())); }),
+              HasSubstr("cam0: T_cam_imu: missing"));
+}
+
+TEST(KalibrCalibration, OpenCvsFirstLineIsNoObstacle) {
+  const TempFolder folder;
+  const std::string path =
+      folder.Write("camchain.yaml", "%YAML:1.0\ncam0:\n" + KalibrCamera(Rows("T_imu_cam", kLeft)) +
+                                        "cam1:\n" + KalibrCamera(Rows("T_imu_cam", kRight)));
+  Warnings warnings;
+  ExpectPoses(ReadKalibrCalibration(path, "", &warnings));
+  EXPECT_EQ(warnings.Count(kImuNoiseAssumed), 1);
+}
+
+TEST(KalibrCalibration, IsFoundBesideAnAslFolderWithoutSensorFiles) {
+  const TempFolder folder;
+  folder.Write("mav0/cam0/data.csv", "");
+  folder.Write("dso/camchain.yaml", "cam0:\n" + KalibrCamera(Rows("T_imu_cam", kLeft)) + "cam1:\n" +
+                                        KalibrCamera(Rows("T_imu_cam", kRight)));
+  folder.Write("dso/imu_config.yaml", testing::kImuYaml);
+  Warnings warnings;
+  ExpectPoses(FindCalibration(folder.Path("mav0"), &warnings));
+  EXPECT_TRUE(warnings.entries().empty());
+  ExpectPoses(ReadCalibration(folder.Path("dso/camchain.yaml"), &warnings));
+}
+
+class AslCalibration : public ::testing::Test {
+ protected:
+  AslCalibration() { testing::WriteSequence(folder_, 1); }
+
+  // The message of reading after `from` in a file became `to`.
+  std::string MessageAfter(const std::string& file, const std::string& from,
+                           const std::string& to) {
+    std::string text = testing::ReadText(folder_.Path(file));
+    const size_t at = text.find(from);
+    EXPECT_NE(at, std::string::npos);
+    folder_.Write(file, text.replace(at, from.size(), to));
+    return MessageOf<DataError>([&] { ReadAslCalibration(folder_.Path("mav0"), &warnings_); });
+  }
+
+  TempFolder folder_;
+  Warnings warnings_;
+};
+
+TEST_F(AslCalibration, ReadsCamerasAndNoise) {
+  const Rig rig = ReadAslCalibration(folder_.Path("mav0"), &warnings_).rig;
+  EXPECT_EQ(rig.cameras[0].width_px, 96);
+  EXPECT_DOUBLE_EQ(rig.cameras[0].coefficients[0], -0.1);
+  const RigidTransform T_left_right = rig.T_imu_camera[0].Inverse() * rig.T_imu_camera[1];
+  EXPECT_LT((T_left_right.translation - Eigen::Vector3d(0.1, 0, 0)).norm(), 1e-12);
+  EXPECT_DOUBLE_EQ(rig.imu_noise.gyro_noise_rad_s_sqrthz, 1.7e-4);
+}
+
+TEST_F(AslCalibration, AMissingEntryIsNamed) {
+  EXPECT_THAT(MessageAfter("mav0/cam1/sensor.yaml", "intrinsics:", "intrinsix:"),
+              AllOf(HasSubstr("cam1/sensor.yaml: intrinsics: missing")));
+}
+
+TEST_F(AslCalibration, AnAbsurdFocalLengthIsNamed) {
+  EXPECT_THAT(MessageAfter("mav0/cam0/sensor.yaml", "[60, 60", "[0.6, 60"),
+              AllOf(HasSubstr("cam0/sensor.yaml"), HasSubstr("focal length")));
+}
+
+TEST_F(AslCalibration, AMatrixThatIsNoRotationIsNamed) {
+  EXPECT_THAT(MessageAfter("mav0/cam0/sensor.yaml", "[0, 0, 1,", "[0, 0, 2,"),
+              AllOf(HasSubstr("T_BS"), HasSubstr("not a rotation")));
+}
+
+TEST_F(AslCalibration, AnUnknownModelIsNamed) {
+  EXPECT_THAT(MessageAfter("mav0/cam0/sensor.yaml", "radial-tangential", "fov"),
+              HasSubstr("found distortion model 'fov'"));
+}
+
+TEST_F(AslCalibration, TwoCamerasInOnePlaceAreAbsurd) {
+  EXPECT_THAT(MessageAfter("mav0/cam1/sensor.yaml", "-0.1, 0, -1", "0, 0, -1"),
+              HasSubstr("found a baseline of 0 m"));
+}
+
+TEST_F(AslCalibration, ANoiseOfZeroIsAbsurd) {
+  EXPECT_THAT(MessageAfter("mav0/imu0/sensor.yaml", "1.7e-4", "0"),
+              HasSubstr("imu0/sensor.yaml: gyroscope_noise_density: found 0"));
+}
+
+TEST_F(AslCalibration, TextForANumberIsADataError) {
+  EXPECT_THAT(MessageAfter("mav0/imu0/sensor.yaml", "1.7e-4", "low"), HasSubstr("found 'low'"));
+}
+
+}  // namespace
+}  // namespace slcmap

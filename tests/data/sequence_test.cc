@@ -1,0 +1,154 @@
+#include "data/sequence.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "data/error.h"
+#include "tests/testing/shared_data.h"
+#include "tests/testing/small_sequence.h"
+
+namespace slcmap {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using testing::ImageStamp;
+using testing::MessageOf;
+using testing::TempFolder;
+
+namespace fs = std::filesystem;
+
+TEST(OpenSequence, TakesTheFolderTheOneAboveAndBothLineEnds) {
+  for (const char* end : {"\n", "\r\n"}) {
+    const TempFolder folder;
+    testing::WriteSequence(folder, 5, end);
+    for (const char* name : {"", "mav0"}) {
+      const Sequence sequence = OpenSequence(folder.Path(name));
+      ASSERT_EQ(sequence.images.size(), 5u);
+      EXPECT_EQ(sequence.images[4].stamp_ns, ImageStamp(4));
+      EXPECT_TRUE(fs::exists(sequence.images[4].right_path)) << sequence.images[4].right_path;
+      EXPECT_EQ(sequence.imu.size(), 55u);
+      EXPECT_DOUBLE_EQ(sequence.imu[3].specific_force_m_s2.z(), 9.81);
+      EXPECT_TRUE(sequence.warnings.entries().empty());
+      EXPECT_EQ(sequence.truth_path, "");
+    }
+  }
+}
+
+TEST(OpenSequence, FindsImagesWithoutOrWithOtherFileColumns) {
+  const TempFolder folder;
+  testing::WriteSequence(folder, 2);
+  const auto row = [](int i, const std::string& rest) {
+    return std::to_string(ImageStamp(i)) + rest + "\n";
+  };
+  const std::string left = std::to_string(ImageStamp(0)) + ".png";
+  folder.Write("mav0/cam0/data.csv", row(0, ""));
+  folder.Write("mav0/cam1/data.csv", row(0, ",cam1/data/" + left + ",exposure,3"));
+  Sequence sequence = OpenSequence(folder.Path());
+  EXPECT_TRUE(fs::exists(sequence.images[0].left_path));
+  EXPECT_TRUE(fs::exists(sequence.images[0].right_path));
+  folder.Write("mav0/cam0/data.csv", row(0, ", ./data/" + left));
+  folder.Write("mav0/cam1/data.csv", row(0, "," + folder.Path("mav0/cam1/data/") + left));
+  sequence = OpenSequence(folder.Path());
+  EXPECT_TRUE(fs::exists(sequence.images[0].left_path));
+  EXPECT_TRUE(fs::exists(sequence.images[0].right_path));
+}
+
+TEST(OpenSequence, BadRowsAreCountedAndDropped) {
+  const TempFolder folder;
+  testing::WriteSequence(folder, 4);
+  const std::string imu = testing::ReadText(folder.Path("mav0/imu0/data.csv"));
+  const int64_t after = ImageStamp(4) + testing::kImuStep_ns;
+  folder.Write("mav0/imu0/data.csv", imu + std::to_string(after) + ",nan,0,0,0,0,9.81\n" +
+                                         testing::ImuRow(ImageStamp(1)) + "\n" + "what,is,this\n" +
+                                         testing::ImuRow(ImageStamp(4)) + "\n" +
+                                         testing::ImuRow(after + testing::kImuStep_ns) + "\n");
+  const Sequence sequence = OpenSequence(folder.Path());
+  EXPECT_EQ(sequence.imu.size(), 51u - 5u);
+  EXPECT_EQ(sequence.warnings.Count(kRowNotFinite), 1);
+  EXPECT_EQ(sequence.warnings.Count(kRowUnreadable), 1);
+  EXPECT_EQ(sequence.warnings.Count(kStampUnsorted), 2);
+  EXPECT_EQ(sequence.warnings.Count(kImuGap), 0);
+  EXPECT_THAT(sequence.warnings.entries().at(kRowNotFinite).first_place,
+              HasSubstr("imu0/data.csv: row 47"));
+}
+
+TEST(OpenSequence, GapsOfTheImuAreCounted) {
+  const TempFolder folder;
+  testing::WriteSequence(folder, 2);
+  const std::string imu = testing::ReadText(folder.Path("mav0/imu0/data.csv"));
+  folder.Write("mav0/imu0/data.csv",
+               imu + testing::ImuRow(ImageStamp(2) + 10 * testing::kImuStep_ns) + "\n");
+  EXPECT_EQ(OpenSequence(folder.Path()).warnings.Count(kImuGap), 1);
+}
+
+TEST(OpenSequence, ErrorsNameWhatIsMissing) {
+  const TempFolder folder;
+  const auto message = [&](const std::string& path) {
+    return MessageOf<DataError>([&] { OpenSequence(path); });
+  };
+  EXPECT_THAT(message(folder.Path("none")), HasSubstr("none: found no such folder"));
+  EXPECT_THAT(message(folder.Path()), HasSubstr("found neither cam0 nor mav0/cam0"));
+  testing::WriteSequence(folder, 2);
+  fs::rename(folder.Path("mav0/imu0"), folder.Path("mav0/imu1"));
+  EXPECT_THAT(message(folder.Path()), HasSubstr("found no imu0"));
+  fs::rename(folder.Path("mav0/imu1"), folder.Path("mav0/imu0"));
+  folder.Write("mav0/cam0/data.csv", "#timestamp [ns],filename\n");
+  EXPECT_THAT(message(folder.Path()), HasSubstr("cam0/data.csv: found no row of data"));
+  fs::remove(folder.Path("mav0/cam0/data.csv"));
+  EXPECT_THAT(message(folder.Path()), HasSubstr("cam0/data.csv: cannot be"));
+  fs::remove(folder.Path("mav0/cam0/sensor.yaml"));
+  EXPECT_THAT(message(folder.Path()), HasSubstr("found no calibration"));
+}
+
+TEST(OpenSequence, StampsOfDifferentClocksAreAnError) {
+  const TempFolder folder;
+  testing::WriteSequence(folder, 2);
+  folder.Write("mav0/imu0/data.csv", testing::ImuRow(1000) + "\n" + testing::ImuRow(2000) + "\n");
+  EXPECT_THAT(MessageOf<DataError>([&] { OpenSequence(folder.Path()); }),
+              HasSubstr("expected them to overlap"));
+}
+
+std::vector<ImageFile> Files(std::initializer_list<int64_t> stamps_ms) {
+  std::vector<ImageFile> files;
+  for (const int64_t stamp_ms : stamps_ms) {
+    files.push_back({stamp_ms * 1000000, std::to_string(stamp_ms)});
+  }
+  return files;
+}
+
+TEST(PairImages, PairsByTimeAndCountsTheRest) {
+  Warnings warnings;
+  const auto pairs =
+      PairImages(Files({0, 50, 100, 150, 300}), Files({1, 99, 101, 152, 200}), 0.003, &warnings);
+  std::vector<std::string> found;
+  for (const StereoEntry& pair : pairs) found.push_back(pair.left_path + "-" + pair.right_path);
+  EXPECT_THAT(found, ElementsAre("0-1", "100-99", "150-152"));
+  EXPECT_EQ(warnings.Count(kImageUnpaired), 4);
+}
+
+TEST(PairImages, PrefersTheNearer) {
+  Warnings warnings;
+  const auto pairs = PairImages(Files({10, 12}), Files({13}), 0.003, &warnings);
+  ASSERT_EQ(pairs.size(), 1u);
+  EXPECT_EQ(pairs[0].left_path, "12");
+}
+
+TEST(LongestRising, OneAbsurdStampCostsOneRow) {
+  EXPECT_THAT(LongestRising({1, 2, 900, 3, 4, 4, 5}), ElementsAre(0, 1, 3, 4, 6));
+  EXPECT_THAT(LongestRising({5, 1, 2, 3}), ElementsAre(1, 2, 3));
+  EXPECT_TRUE(LongestRising({}).empty());
+}
+
+TEST(OpenSequence, ReadsTheRealRecording) {
+  const std::string path = testing::SharedData("euroc_mh01_8s");
+  if (path.empty()) GTEST_SKIP() << "no real recording here";
+  const Sequence sequence = OpenSequence(path);
+  EXPECT_EQ(sequence.images.size(), 160u);
+  EXPECT_TRUE(sequence.warnings.entries().empty());
+  EXPECT_THAT(sequence.truth_path, HasSubstr("state_groundtruth_estimate0"));
+}
+
+}  // namespace
+}  // namespace slcmap
