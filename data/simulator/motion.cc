@@ -52,6 +52,20 @@ MotionSpline::MotionSpline(double knot_interval_s,
   }
 }
 
+MotionSpline MotionSpline::Slice(double from_s, double duration_s) const {
+  if (!(from_s < Duration() && duration_s > 0)) {
+    throw DataError("motion: it lasts " + std::to_string(Duration()) + " s, found a part from " +
+                    std::to_string(from_s) + " s for " + std::to_string(duration_s) + " s");
+  }
+  constexpr double kRounding = 1e-9;
+  const double begin = std::max(0.0, std::floor(from_s / knot_interval_s_ + kRounding));
+  const double end = std::min(std::ceil((from_s + duration_s) / knot_interval_s_ - kRounding),
+                              static_cast<double>(control_.size() + 1 - kOrder));
+  return MotionSpline(knot_interval_s_,
+                      {control_.begin() + static_cast<ptrdiff_t>(begin),
+                       control_.begin() + static_cast<ptrdiff_t>(end) + kOrder - 1});
+}
+
 MotionSpline::Place MotionSpline::Locate(double t_s) const {
   const double last = static_cast<double>(control_.size() - kOrder);
   const double s = std::clamp(t_s / knot_interval_s_, 0.0, last + 1.0);

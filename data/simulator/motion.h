@@ -27,6 +27,10 @@ class MotionSpline {
     return knot_interval_s_ * static_cast<double>(control_.size() + 1 - kOrder);
   }
 
+  // The motion from a time on, for a duration; the ends are moved outwards to whole knots. Throws
+  // DataError where the two have nothing in common.
+  MotionSpline Slice(double from_s, double duration_s) const;
+
   RigidTransform PoseAt(double t_s) const;                  // T_world_imu
   Eigen::Vector3d VelocityAt(double t_s) const;             // in world, m/s
   Eigen::Vector3d AccelerationAt(double t_s) const;         // in world, m/s^2, without gravity

@@ -56,6 +56,18 @@ TEST(MotionSpline, RestsWhereTheControlPosesAreTheSame) {
   EXPECT_GT(motion.VelocityAt(4.5).norm(), 0.5);
 }
 
+TEST(MotionSpline, ASliceIsTheSameMotion) {
+  const MotionSpline motion = Flight();
+  const MotionSpline slice = motion.Slice(2.0, 3.05);
+  EXPECT_NEAR(slice.Duration(), 3.1, 1e-9);
+  for (double t = 0; t < 3.1; t += 0.1371) {
+    EXPECT_LT((slice.PoseAt(t).translation - motion.PoseAt(2.0 + t).translation).norm(), 1e-9);
+    EXPECT_LT((slice.AngularVelocityAt(t) - motion.AngularVelocityAt(2.0 + t)).norm(), 1e-9);
+  }
+  EXPECT_NEAR(motion.Slice(9.0, 1e6).Duration(), 1.0, 1e-9);
+  EXPECT_THROW(motion.Slice(10.0, 1.0), DataError);
+}
+
 TEST(MotionSpline, RefusesTooFewControlPoses) {
   EXPECT_THROW(MotionSpline(0.1, std::vector<RigidTransform>(5)), DataError);
 }
