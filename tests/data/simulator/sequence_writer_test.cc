@@ -1,12 +1,13 @@
 #include "data/simulator/sequence_writer.h"
 
 #include <gtest/gtest.h>
-#include <yaml-cpp/yaml.h>
 
 #include <filesystem>
 #include <opencv2/imgcodecs.hpp>
 
+#include "data/calibration.h"
 #include "data/error.h"
+#include "data/sequence.h"
 #include "data/simulator/example.h"
 
 namespace slcmap {
@@ -20,6 +21,20 @@ class SequenceWriterTest : public testing::Test {
  protected:
   void SetUp() override { fs::remove_all(folder_); }
   void TearDown() override { fs::remove_all(folder_); }
+
+  static void ExpectSameRig(const Rig& found, const Rig& expected) {
+    for (const int c : {0, 1}) {
+      EXPECT_EQ(found.cameras[c].distortion, expected.cameras[c].distortion);
+      EXPECT_EQ(found.cameras[c].coefficients, expected.cameras[c].coefficients);
+      EXPECT_EQ(found.cameras[c].fy_px, expected.cameras[c].fy_px);
+      EXPECT_EQ(found.cameras[c].width_px, expected.cameras[c].width_px);
+      const Eigen::Matrix4d error =
+          found.T_imu_camera[c].Matrix() - expected.T_imu_camera[c].Matrix();
+      EXPECT_LT(error.cwiseAbs().maxCoeff(), 1e-12);
+    }
+    EXPECT_EQ(found.camera_time_offset_s, expected.camera_time_offset_s);
+    EXPECT_EQ(found.imu_noise.gyro_walk_rad_s2_sqrthz, expected.imu_noise.gyro_walk_rad_s2_sqrthz);
+  }
 
   const std::string folder_ = testing::TempDir() + "sequence_writer_" +
                               testing::UnitTest::GetInstance()->current_test_info()->name();
@@ -42,17 +57,32 @@ TEST_F(SequenceWriterTest, TruthComesBackAsItWas) {
   }
 }
 
-TEST_F(SequenceWriterTest, CalibrationIsInAslForm) {
-  SequenceWriter(folder_).WriteCalibration(rig_, 20);
-  const YAML::Node camera = YAML::LoadFile(folder_ + "/mav0/cam1/sensor.yaml");
-  EXPECT_EQ(camera["intrinsics"].as<std::vector<double>>(),
-            std::vector<double>({435, 435, 375.5, 239.5}));
-  EXPECT_EQ(camera["resolution"].as<std::vector<int>>(), std::vector<int>({752, 480}));
-  const auto data = camera["T_BS"]["data"].as<std::vector<double>>();
-  ASSERT_EQ(data.size(), 16u);
-  EXPECT_EQ(data[7], rig_.T_imu_camera[1].translation.y());
-  const YAML::Node imu = YAML::LoadFile(folder_ + "/mav0/imu0/sensor.yaml");
-  EXPECT_EQ(imu["gyroscope_noise_density"].as<double>(), rig_.imu_noise.gyro_noise_rad_s_sqrthz);
+TEST_F(SequenceWriterTest, TheReaderFindsWhatWasWritten) {
+  ImuSimulatorOptions options;
+  options.start_stamp_ns = kStart_ns;
+  const SimulatedImu imu = SimulateImu(motion_, options);
+  const SequenceWriter writer(folder_);
+  writer.WriteCalibration(rig_, 20);
+  writer.WriteImu(imu.samples);
+  writer.WriteImageLists({kStart_ns + 100'000'000, kStart_ns + 150'000'000});
+  const Sequence sequence = OpenSequence(folder_);
+  EXPECT_EQ(sequence.images.size(), 2u);
+  EXPECT_EQ(sequence.images[1].stamp_ns, kStart_ns + 150'000'000);
+  ASSERT_EQ(sequence.imu.size(), imu.samples.size());
+  EXPECT_LT((sequence.imu[99].specific_force_m_s2 - imu.samples[99].specific_force_m_s2).norm(),
+            1e-8);
+  ExpectSameRig(sequence.rig, rig_);
+}
+
+TEST_F(SequenceWriterTest, TheTrueRigIsInKalibrsForm) {
+  Rig rig = rig_;
+  rig.camera_time_offset_s = 0.015;
+  rig.cameras[1].distortion = Distortion::kEquidistant;
+  rig.cameras[1].coefficients = {0.003, 0.001, -0.002, 0.0002};
+  SequenceWriter(folder_).WriteTrueRig(rig);
+  const std::string path = folder_ + "/truth/rig.yaml";
+  Warnings warnings;
+  ExpectSameRig(ReadKalibrCalibration(path, path, &warnings).rig, rig);
 }
 
 TEST_F(SequenceWriterTest, ImagesAndDepthKeepTheirValues) {
