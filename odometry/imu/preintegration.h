@@ -1,0 +1,75 @@
+// IMU preintegration on the manifold (Forster et al., "On-Manifold Preintegration", TRO 2017).
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <vector>
+
+#include "data/types.h"
+
+namespace slcmap {
+
+using Matrix15d = Eigen::Matrix<double, 15, 15>;
+
+// Offsets into the 15 rows of a preintegrated measurement and of the IMU residual.
+enum PreintegrationRow {
+  kRowPosition = 0,
+  kRowRotation = 3,
+  kRowVelocity = 6,
+  kRowGyroBias = 9,
+  kRowAccelBias = 12
+};
+
+// The motion between two stamps, in the frame of the first, as far as the IMU alone tells it:
+// position and velocity without gravity and without the starting velocity, and the rotation.
+//
+// Between samples the measurements are taken as linear in time; the rotation is exact to the fourth
+// order (coning term), position and velocity follow by Simpson's rule.
+class Preintegration {
+ public:
+  Preintegration(const ImuNoise& noise, const Eigen::Vector3d& gyro_bias_rad_s,
+                 const Eigen::Vector3d& accel_bias_m_s2);
+
+  // Appends a sample; the first one only starts the interval. Stamps must rise.
+  void Append(const ImuSample& sample);
+
+  // Integrates all samples again about new biases.
+  void Repropagate(const Eigen::Vector3d& gyro_bias_rad_s, const Eigen::Vector3d& accel_bias_m_s2);
+
+  // The measurement, corrected to first order for other biases than those it was integrated with.
+  struct Motion {
+    Eigen::Vector3d position_m;
+    Eigen::Quaterniond rotation;
+    Eigen::Vector3d velocity_m_s;
+  };
+  Motion CorrectedFor(const Eigen::Vector3d& gyro_bias_rad_s,
+                      const Eigen::Vector3d& accel_bias_m_s2) const;
+
+  // W with W^T W = covariance^-1, rows in the order of PreintegrationRow.
+  Matrix15d SqrtInformation() const;
+
+  double duration_s() const { return duration_s_; }
+  const std::vector<ImuSample>& samples() const { return samples_; }
+  const Eigen::Vector3d& gyro_bias_rad_s() const { return gyro_bias_; }
+  const Eigen::Vector3d& accel_bias_m_s2() const { return accel_bias_; }
+  const Matrix15d& covariance() const { return covariance_; }
+  // d (position, rotation, velocity, biases) / d (the same at the start): its bias columns correct.
+  const Matrix15d& jacobian() const { return jacobian_; }
+
+ private:
+  void Reset();
+  void Step(const ImuSample& from, const ImuSample& to);
+  void PropagateCovariance(const Matrix15d& transition, double dt_s);
+
+  ImuNoise noise_;
+  Eigen::Vector3d gyro_bias_, accel_bias_;
+  std::vector<ImuSample> samples_;
+  double duration_s_ = 0;
+  Eigen::Vector3d position_m_;
+  Eigen::Quaterniond rotation_;
+  Eigen::Vector3d velocity_m_s_;
+  Matrix15d jacobian_;
+  Matrix15d covariance_;
+};
+
+}  // namespace slcmap

@@ -1,0 +1,58 @@
+#include "odometry/residuals/factor.h"
+
+namespace slcmap {
+namespace {
+
+constexpr int kMaxRows = 15;
+constexpr int kMaxTangent = 9;
+
+}  // namespace
+
+Factor::Factor(int rows, std::initializer_list<int> block_sizes) {
+  set_num_residuals(rows);
+  mutable_parameter_block_sizes()->assign(block_sizes.begin(), block_sizes.end());
+}
+
+void Factor::Linearize(const double* const* parameters, double* residuals,
+                       double** jacobians) const {
+  std::array<const double*, kMaxBlocks> at;
+  bool moved = false;
+  for (int k = 0; k < blocks(); ++k) {
+    at[k] = linearization_[k] ? linearization_[k] : parameters[k];
+    moved = moved || linearization_[k];
+  }
+  if (!jacobians || !moved) {
+    EvaluateAt(parameters, residuals, jacobians);
+    return;
+  }
+  std::array<double, kMaxRows> unused;
+  EvaluateAt(at.data(), unused.data(), jacobians);
+  EvaluateAt(parameters, residuals, nullptr);
+}
+
+bool Factor::Evaluate(const double* const* parameters, double* residuals,
+                      double** jacobians) const {
+  if (!jacobians) {
+    EvaluateAt(parameters, residuals, nullptr);
+    return true;
+  }
+  std::array<double, kMaxBlocks * kMaxRows * kMaxTangent> buffer;
+  std::array<double*, kMaxBlocks> tangent{};
+  for (int k = 0; k < blocks(); ++k) {
+    if (!jacobians[k]) continue;
+    const bool is_pose = parameter_block_sizes()[k] == kPoseSize;
+    tangent[k] = is_pose ? buffer.data() + k * kMaxRows * kMaxTangent : jacobians[k];
+  }
+  Linearize(parameters, residuals, tangent.data());
+  for (int k = 0; k < blocks(); ++k) {
+    if (!jacobians[k] || tangent[k] == jacobians[k]) continue;
+    const Eigen::Map<const Eigen::Matrix<double, Eigen::Dynamic, 6, Eigen::RowMajor>> by_tangent(
+        tangent[k], rows(), kPoseTangentSize);
+    Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, 7, Eigen::RowMajor>> by_block(
+        jacobians[k], rows(), kPoseSize);
+    by_block.noalias() = by_tangent.lazyProduct(PoseMinusJacobian(parameters[k]));
+  }
+  return true;
+}
+
+}  // namespace slcmap

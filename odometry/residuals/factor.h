@@ -1,0 +1,56 @@
+// The base of the estimator's residuals: linear in tangent space, with first-estimate Jacobians.
+#pragma once
+
+#include <ceres/cost_function.h>
+
+#include <Eigen/Core>
+#include <array>
+#include <vector>
+
+#include "odometry/residuals/pose_manifold.h"
+
+namespace slcmap {
+
+// The number of tangent dimensions of a parameter block, told by its size.
+inline int TangentSize(int block_size) {
+  return block_size == kPoseSize ? kPoseTangentSize : block_size;
+}
+
+// A whitened residual of one to four parameter blocks.
+//
+// Jacobians are evaluated at the linearisation point of a block where one is set, and at the current
+// estimate elsewhere; residuals always at the current estimate. Blocks that the marginalisation
+// prior touches have one, so that all terms agree on what cannot be observed (first-estimate
+// Jacobians; Huang, Mourikis and Roumeliotis, ISER 2008).
+class Factor : public ceres::CostFunction {
+ public:
+  static constexpr int kMaxBlocks = 4;
+
+  // The point must outlive the factor; null means the current estimate.
+  void SetLinearizationPoint(int block, const double* point) { linearization_[block] = point; }
+
+  int rows() const { return num_residuals(); }
+  int blocks() const { return static_cast<int>(parameter_block_sizes().size()); }
+  int tangent_size(int block) const { return TangentSize(parameter_block_sizes()[block]); }
+
+  // Whitened residuals at `parameters`, and Jacobians by each block's tangent (row-major, rows() x
+  // tangent_size(k); null where not wanted) at the linearisation points.
+  void Linearize(const double* const* parameters, double* residuals, double** jacobians) const;
+
+  // As Ceres wants it: Jacobians by all numbers of a block.
+  bool Evaluate(const double* const* parameters, double* residuals,
+                double** jacobians) const override;
+
+ protected:
+  Factor(int rows, std::initializer_list<int> block_sizes);
+
+  // Residuals and tangent Jacobians at one and the same point. jacobians may be null, and so may each
+  // of its entries.
+  virtual void EvaluateAt(const double* const* parameters, double* residuals,
+                          double** jacobians) const = 0;
+
+ private:
+  std::array<const double*, kMaxBlocks> linearization_{};
+};
+
+}  // namespace slcmap

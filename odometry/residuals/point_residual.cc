@@ -1,0 +1,105 @@
+#include "odometry/residuals/point_residual.h"
+
+namespace slcmap {
+namespace {
+
+using Eigen::Map;
+using Eigen::Matrix3d;
+using Eigen::Quaterniond;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+using Matrix23d = Eigen::Matrix<double, 2, 3>;
+
+// A point nearer than this share of its host's distance is about to pass behind the target; it gets a
+// constant residual, so that the solver neither fails on it nor gains by it.
+constexpr double kMinDepthRatio = 0.02;
+constexpr double kBehindResidual = 10;  // standard deviations
+
+struct Projection {
+  Vector2d residual = Vector2d::Constant(kBehindResidual);
+  Matrix23d jacobian = Matrix23d::Zero();  // d residual / d p_camera
+};
+
+Projection Project(const Vector3d& p_camera, const Vector2d& measured, double weight) {
+  Projection out;
+  if (p_camera.z() < kMinDepthRatio) return out;
+  const double inverse_z = 1.0 / p_camera.z();
+  const Vector2d on_plane = p_camera.head<2>() * inverse_z;
+  out.residual = weight * (on_plane - measured);
+  out.jacobian << inverse_z, 0, -on_plane.x() * inverse_z, 0, inverse_z, -on_plane.y() * inverse_z;
+  out.jacobian *= weight;
+  return out;
+}
+
+}  // namespace
+
+StereoGeometry::StereoGeometry(const std::array<RigidTransform, 2>& transforms, double w)
+    : T_imu_camera(transforms),
+      R_imu_camera{transforms[0].rotation.toRotationMatrix(),
+                   transforms[1].rotation.toRotationMatrix()},
+      weight(w) {}
+
+PointResidual::PointResidual(const StereoGeometry* geometry, const Vector2d& host_left,
+                             const StereoMeasurement& target)
+    : Factor(target.right ? 4 : 2, {kPoseSize, kPoseSize, 1}),
+      geometry_(geometry),
+      host_ray_imu_(geometry->R_imu_camera[0] * Vector3d(host_left.x(), host_left.y(), 1)),
+      target_(target) {}
+
+void PointResidual::EvaluateAt(const double* const* parameters, double* residuals,
+                               double** jacobians) const {
+  const Map<const Vector3d> p_h(parameters[0]), p_t(parameters[1]);
+  const Matrix3d r_h = Map<const Quaterniond>(parameters[0] + 3).toRotationMatrix();
+  const Matrix3d r_t_t = Map<const Quaterniond>(parameters[1] + 3).conjugate().toRotationMatrix();
+  const double lambda = *parameters[2];
+  const Vector3d in_host = host_ray_imu_ + lambda * geometry_->T_imu_camera[0].translation;
+  const Vector3d between = p_h - p_t;
+  const Vector3d m = r_t_t * (r_h * in_host + lambda * between);
+  const int cameras = target_.right ? 2 : 1;
+  for (int c = 0; c < cameras; ++c) {
+    const Matrix3d& r_ic = geometry_->R_imu_camera[c];
+    const Vector3d& p_ic = geometry_->T_imu_camera[c].translation;
+    const Projection projection = Project(r_ic.transpose() * (m - lambda * p_ic),
+                                          c == 0 ? target_.left : *target_.right, geometry_->weight);
+    Map<Vector2d>{residuals + 2 * c} = projection.residual;
+    if (!jacobians) continue;
+    const Matrix23d by_m = projection.jacobian * r_ic.transpose();
+    const Matrix23d by_world = by_m * r_t_t;
+    using Jacobian26 = Eigen::Matrix<double, 2, 6, Eigen::RowMajor>;
+    if (jacobians[0]) {
+      Map<Jacobian26> d(jacobians[0] + 12 * c);
+      d.leftCols<3>() = lambda * by_world;
+      d.rightCols<3>() = -by_world * r_h * Skew(in_host);
+    }
+    if (jacobians[1]) {
+      Map<Jacobian26> d(jacobians[1] + 12 * c);
+      d.leftCols<3>() = -lambda * by_world;
+      d.rightCols<3>() = by_m * Skew(m);
+    }
+    if (jacobians[2]) {
+      Map<Vector2d>{jacobians[2] + 2 * c} =
+          by_world * (r_h * geometry_->T_imu_camera[0].translation + between) - by_m * p_ic;
+    }
+  }
+}
+
+HostStereoResidual::HostStereoResidual(const StereoGeometry* geometry, const Vector2d& host_left,
+                                       const Vector2d& host_right)
+    : Factor(2, {1}), weight_(geometry->weight), measured_(host_right) {
+  const RigidTransform T_right_left =
+      geometry->T_imu_camera[1].Inverse() * geometry->T_imu_camera[0];
+  ray_right_ = T_right_left.rotation * Vector3d(host_left.x(), host_left.y(), 1);
+  baseline_right_ = T_right_left.translation;
+}
+
+void HostStereoResidual::EvaluateAt(const double* const* parameters, double* residuals,
+                                    double** jacobians) const {
+  const Projection projection =
+      Project(ray_right_ + *parameters[0] * baseline_right_, measured_, weight_);
+  Map<Vector2d>{residuals} = projection.residual;
+  if (jacobians && jacobians[0]) {
+    Map<Vector2d>{jacobians[0]} = projection.jacobian * baseline_right_;
+  }
+}
+
+}  // namespace slcmap
