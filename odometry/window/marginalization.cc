@@ -1,0 +1,224 @@
+#include "odometry/window/marginalization.h"
+
+#include <Eigen/QR>
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+namespace slcmap {
+namespace {
+
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+// Where a block's tangent stands among the columns.
+struct Column {
+  double* block = nullptr;
+  int size = 0;  // of the block
+  int offset = 0;
+  std::vector<double> x_lin;
+};
+
+// The columns of all state blocks: the dropped ones first, then the others in the order in which they
+// were met.
+class Layout {
+ public:
+  explicit Layout(const std::vector<double*>& dropped) : dropped_(dropped) {}
+
+  void Meet(double* block, int size, const double* linearization) {
+    Column& column = columns_[block];
+    if (column.block) {
+      return;
+    }
+    column = {block, size, 0, std::vector<double>(linearization, linearization + size)};
+    order_.push_back(block);
+  }
+
+  void Finish() {
+    std::stable_partition(order_.begin(), order_.end(),
+                          [&](double* block) { return IsDropped(block); });
+    for (double* block : order_) {
+      columns_[block].offset = total_;
+      total_ += TangentSize(columns_[block].size);
+      if (IsDropped(block)) dropped_total_ = total_;
+    }
+  }
+
+  bool IsDropped(double* block) const {
+    return std::find(dropped_.begin(), dropped_.end(), block) != dropped_.end();
+  }
+  const Column& operator[](double* block) const { return columns_.at(block); }
+  const std::vector<double*>& order() const { return order_; }
+  int total() const { return total_; }
+  int dropped_total() const { return dropped_total_; }
+
+ private:
+  std::vector<double*> dropped_;
+  std::map<double*, Column> columns_;  // only looked up: the order of addresses decides nothing
+  std::vector<double*> order_;
+  int total_ = 0, dropped_total_ = 0;
+};
+
+// x minus x_lin of one block.
+VectorXd Difference(const Column& column) {
+  Prior single;
+  single.blocks = {column.block};
+  single.block_sizes = {column.size};
+  single.x_lin = {column.x_lin};
+  const double* at = column.block;
+  return single.Difference(&at);
+}
+
+// The row of the matrix [state columns | residual], and the landmark's column beside it.
+struct Rows {
+  MatrixXd states;  // rows x (total + 1)
+  VectorXd landmark;
+};
+
+// Rows of one term, shifted to speak of x minus x_lin, and weighted by the robust loss.
+void LinearizeTerm(const Term& term, const Layout& layout, int first_row, Rows* rows) {
+  const Factor& factor = *term.factor;
+  using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+  std::vector<RowMajor> jacobians;
+  std::array<double*, Factor::kMaxBlocks> pointers{};
+  for (int k = 0; k < factor.blocks(); ++k) jacobians.emplace_back(factor.rows(), factor.tangent_size(k));
+  for (int k = 0; k < factor.blocks(); ++k) pointers[k] = jacobians[k].data();
+  VectorXd residual(factor.rows());
+  factor.Linearize(term.blocks.data(), residual.data(), pointers.data());
+
+  double rho[3] = {0, 1, 0};
+  if (term.loss) term.loss->Evaluate(residual.squaredNorm(), rho);
+  const double weight = std::sqrt(rho[1]);
+  auto target = rows->states.middleRows(first_row, factor.rows());
+  for (int k = 0; k < factor.blocks(); ++k) {
+    if (factor.parameter_block_sizes()[k] == 1) {
+      rows->landmark.segment(first_row, factor.rows()) = weight * jacobians[k];
+      continue;
+    }
+    const Column& column = layout[term.blocks[k]];
+    residual -= jacobians[k] * Difference(column);
+    target.middleCols(column.offset, factor.tangent_size(k)) += weight * jacobians[k];
+  }
+  target.rightCols<1>() += weight * residual;
+}
+
+// Projects rows on the null space of the landmark's column: a Householder reflection takes the column
+// to its first entry, and that row goes.
+MatrixXd ProjectOutLandmark(Rows rows) {
+  VectorXd essential(rows.landmark.size() - 1);
+  double tau = 0, beta = 0;
+  rows.landmark.makeHouseholder(essential, tau, beta);
+  VectorXd workspace(rows.states.cols());
+  rows.states.applyHouseholderOnTheLeft(essential, tau, workspace.data());
+  return rows.states.bottomRows(rows.states.rows() - 1);
+}
+
+double* LandmarkOf(const Term& term) {
+  const int last = term.factor->blocks() - 1;
+  return term.factor->parameter_block_sizes()[last] == 1 ? term.blocks[last] : nullptr;
+}
+
+// Terms grouped by their landmark, in the order in which the landmarks were met; those without one
+// come first.
+std::vector<std::vector<const Term*>> GroupByLandmark(const std::vector<Term>& terms) {
+  std::vector<std::vector<const Term*>> groups(1);
+  std::map<double*, size_t> group_of;
+  for (const Term& term : terms) {
+    double* landmark = LandmarkOf(term);
+    size_t group = 0;
+    if (landmark) {
+      group = group_of.try_emplace(landmark, groups.size()).first->second;
+      if (group == groups.size()) groups.emplace_back();
+    }
+    groups[group].push_back(&term);
+  }
+  return groups;
+}
+
+Rows LinearizeGroup(const std::vector<const Term*>& group, const Layout& layout) {
+  int count = 0;
+  for (const Term* term : group) count += term->factor->rows();
+  Rows rows{MatrixXd::Zero(count, layout.total() + 1), VectorXd::Zero(count)};
+  int row = 0;
+  for (const Term* term : group) {
+    LinearizeTerm(*term, layout, row, &rows);
+    row += term->factor->rows();
+  }
+  return rows;
+}
+
+MatrixXd PriorRows(const Prior& prior, const Layout& layout) {
+  MatrixXd rows = MatrixXd::Zero(prior.residual.size(), layout.total() + 1);
+  int offset = 0;
+  for (size_t k = 0; k < prior.blocks.size(); ++k) {
+    const int tangent = TangentSize(prior.block_sizes[k]);
+    rows.middleCols(layout[prior.blocks[k]].offset, tangent) =
+        prior.jacobian.middleCols(offset, tangent);
+    offset += tangent;
+  }
+  rows.rightCols<1>() = prior.residual;
+  return rows;
+}
+
+Layout BuildLayout(const std::vector<Term>& terms, const Prior& prior,
+                   const std::vector<double*>& dropped) {
+  Layout layout(dropped);
+  for (size_t k = 0; k < prior.blocks.size(); ++k) {
+    layout.Meet(prior.blocks[k], prior.block_sizes[k], prior.x_lin[k].data());
+  }
+  for (const Term& term : terms) {
+    for (int k = 0; k < term.factor->blocks(); ++k) {
+      const int size = term.factor->parameter_block_sizes()[k];
+      if (size > 1) layout.Meet(term.blocks[k], size, term.blocks[k]);
+    }
+  }
+  layout.Finish();
+  return layout;
+}
+
+MatrixXd Stack(const std::vector<MatrixXd>& parts, int columns) {
+  Eigen::Index count = 0;
+  for (const MatrixXd& part : parts) count += part.rows();
+  MatrixXd all(count, columns);
+  Eigen::Index row = 0;
+  for (const MatrixXd& part : parts) {
+    all.middleRows(row, part.rows()) = part;
+    row += part.rows();
+  }
+  return all;
+}
+
+Prior PriorFromTriangle(const MatrixXd& r, const Layout& layout) {
+  Prior out;
+  for (double* block : layout.order()) {
+    if (layout.IsDropped(block)) continue;
+    out.blocks.push_back(block);
+    out.block_sizes.push_back(layout[block].size);
+    out.x_lin.push_back(layout[block].x_lin);
+  }
+  const int first = layout.dropped_total(), kept = layout.total() - first;
+  const Eigen::Index rows = std::min<Eigen::Index>(kept, std::max<Eigen::Index>(0, r.rows() - first));
+  out.jacobian = r.block(first, first, rows, kept).triangularView<Eigen::Upper>();
+  out.residual = r.block(first, layout.total(), rows, 1);
+  return out;
+}
+
+}  // namespace
+
+Prior Marginalize(const std::vector<Term>& terms, const Prior& prior,
+                  const std::vector<double*>& dropped) {
+  const Layout layout = BuildLayout(terms, prior, dropped);
+  std::vector<MatrixXd> parts;
+  const auto groups = GroupByLandmark(terms);
+  parts.push_back(PriorRows(prior, layout));
+  parts.push_back(LinearizeGroup(groups[0], layout).states);
+  for (size_t g = 1; g < groups.size(); ++g) {
+    Rows rows = LinearizeGroup(groups[g], layout);
+    if (rows.landmark.size() > 1) parts.push_back(ProjectOutLandmark(std::move(rows)));
+  }
+  const MatrixXd all = Stack(parts, layout.total() + 1);
+  const Eigen::HouseholderQR<MatrixXd> qr(all);
+  return PriorFromTriangle(qr.matrixQR().triangularView<Eigen::Upper>(), layout);
+}
+
+}  // namespace slcmap

@@ -1,0 +1,41 @@
+// The terms of a window's cost, one Add...() a kind.
+#pragma once
+
+#include <ceres/loss_function.h>
+#include <ceres/problem.h>
+
+#include <array>
+#include <memory>
+#include <vector>
+
+#include "odometry/residuals/factor.h"
+#include "odometry/window/window_state.h"
+
+namespace slcmap {
+
+// One term and the parameter blocks that it binds.
+struct Term {
+  std::unique_ptr<Factor> factor;
+  ceres::LossFunction* loss = nullptr;  // not owned; null for none
+  std::array<double*, Factor::kMaxBlocks> blocks{};
+};
+
+// What the terms need beside the states; must outlive them.
+struct CostModel {
+  StereoGeometry geometry;
+  std::unique_ptr<ceres::LossFunction> point_loss;
+  double zero_velocity_sigma_m_s = 0.02;
+};
+
+void AddImuTerm(FrameState* from, FrameState* to, std::vector<Term>* terms);
+void AddZeroVelocityTerm(FrameState* frame, const CostModel& model, std::vector<Term>* terms);
+// The term of one sight of a triangulated landmark; the host's own sight ties its left and right.
+void AddPointTerm(PointLandmark* landmark, FrameState* frame, const CostModel& model,
+                  std::vector<Term>* terms);
+// All sights of a landmark.
+void AddPointTerms(PointLandmark* landmark, const CostModel& model, std::vector<Term>* terms);
+
+// All terms of a window but its prior.
+std::vector<Term> BuildTerms(WindowState* window, const CostModel& model);
+
+}  // namespace slcmap

@@ -1,0 +1,78 @@
+// The sliding window of keyframes: what is known of the recent past, and how it is kept consistent.
+#pragma once
+
+#include <functional>
+#include <unordered_set>
+#include <vector>
+
+#include "odometry/options.h"
+#include "odometry/run.h"
+#include "odometry/window/marginalization.h"
+#include "odometry/window/problem_builder.h"
+#include "odometry/window/solver.h"
+#include "odometry/window/triangulation.h"
+#include "odometry/window/window_state.h"
+
+namespace slcmap {
+
+class SlidingWindow {
+ public:
+  SlidingWindow(const WindowOptions& options, const Rig& rectified_rig);
+
+  // Starts anew with frames that an initialiser has given first estimates, oldest first. The prior
+  // fixes position and heading of the first (the four freedoms that nothing observes) and holds its
+  // tilt, speed and biases within the standard deviations of the options.
+  void Start(std::vector<std::unique_ptr<FrameState>> frames);
+
+  // The state at the end of a preintegration that starts at the newest keyframe.
+  void Predict(FrameState* frame) const;
+
+  // Estimates a frame alone against the window as it is. Measurements that do not fit afterwards are
+  // taken out of the frame; returns their ids.
+  std::unordered_set<int64_t> Track(FrameState* frame) const;
+
+  // Makes the frame the newest keyframe: triangulates, optimises everything, takes out measurements
+  // that do not fit (returns the ids of landmarks that are outliers as a whole), and marginalises
+  // what has become too old.
+  std::unordered_set<int64_t> AddKeyframe(std::unique_ptr<FrameState> frame);
+
+  bool empty() const { return state_.frames.empty(); }
+  const WindowState& state() const { return state_; }
+  const FrameState& newest() const { return *state_.frames.back(); }
+  const CostModel& model() const { return model_; }
+
+  // RMS of the whitened reprojection residuals of all landmarks.
+  double ReprojectionRms();
+  int TriangulatedCount() const;
+
+  // Appends what has left the window since the last call; with everything, also what is still in it.
+  void Collect(bool everything, std::vector<Keyframe>* keyframes, std::vector<Landmark>* landmarks);
+
+  bool last_solve_usable() const { return last_solve_usable_; }
+
+ private:
+  void SetFirstPrior();
+  void RegisterMeasurements(FrameState* frame);
+  void TriangulateLandmarks();
+  void Optimize(int max_iterations);
+  void RepropagateMovedBiases();
+  std::unordered_set<int64_t> RejectOutliers();
+  void MarginalizeOldest();
+  void ReleaseFromOldest(PointLandmark* landmark, std::vector<Term>* terms,
+                         std::vector<int64_t>* finished);
+  bool Rehost(PointLandmark* landmark) const;
+  void AdoptPrior(Prior prior);
+  void RemoveMeasurement(PointLandmark* landmark, FrameState* frame);
+  Landmark Describe(PointLandmark* landmark) const;
+  Keyframe Describe(const FrameState& frame) const;
+
+  WindowOptions options_;
+  Rig rig_;
+  CostModel model_;
+  WindowState state_;
+  std::vector<Keyframe> left_keyframes_;
+  std::vector<Landmark> left_landmarks_;
+  bool last_solve_usable_ = true;
+};
+
+}  // namespace slcmap
