@@ -208,9 +208,7 @@ void SlidingWindow::RemoveMeasurement(PointLandmark* landmark, FrameState* frame
 
 bool SlidingWindow::Rehost(PointLandmark* landmark) const {
   const Vector3d p_world = LandmarkInWorld(*landmark, model_.geometry);
-  FrameState* host = landmark->host();
   landmark->frames.erase(landmark->frames.begin());
-  host->measurements.at(landmark->id);
   const RigidTransform T_world_camera =
       landmark->host()->T_world_imu() * model_.geometry.T_imu_camera[0];
   const double depth_m = (T_world_camera.Inverse() * p_world).z();
@@ -228,7 +226,7 @@ void SlidingWindow::ReleaseFromOldest(PointLandmark* landmark, std::vector<Term>
     // Nobody will see it again: what it tells of the other states goes into the prior.
     if (landmark->triangulated) {
       if (landmark->frames.size() > 1) AddPointTerms(landmark, model_, terms);
-      left_landmarks_.push_back(Describe(landmark));
+      left_landmarks_.push_back(Describe(*landmark));
     }
     finished->push_back(landmark->id);
     return;
@@ -294,7 +292,9 @@ int SlidingWindow::TriangulatedCount() const {
                                         [](const auto& l) { return l.second.triangulated; }));
 }
 
-Landmark SlidingWindow::Describe(PointLandmark* landmark) const {
+Landmark SlidingWindow::Describe(const PointLandmark& described) const {
+  PointLandmark copy = described;
+  PointLandmark* landmark = &copy;
   // The information on the inverse depth with the poses as they are; d depth = d lambda / lambda^2.
   std::vector<Term> terms;
   AddPointTerms(landmark, model_, &terms);
@@ -335,16 +335,28 @@ Keyframe SlidingWindow::Describe(const FrameState& frame) const {
   return out;
 }
 
-void SlidingWindow::Collect(bool everything, std::vector<Keyframe>* keyframes,
-                            std::vector<Landmark>* landmarks) {
-  std::move(left_keyframes_.begin(), left_keyframes_.end(), std::back_inserter(*keyframes));
-  std::move(left_landmarks_.begin(), left_landmarks_.end(), std::back_inserter(*landmarks));
+void SlidingWindow::Collect(int segment, OdometryRun* run) {
+  for (Keyframe& keyframe : left_keyframes_) {
+    keyframe.segment = segment;
+    run->keyframes.push_back(std::move(keyframe));
+  }
+  for (Landmark& landmark : left_landmarks_) {
+    landmark.segment = segment;
+    run->landmarks.push_back(landmark);
+  }
   left_keyframes_.clear();
   left_landmarks_.clear();
-  if (!everything) return;
-  for (const auto& frame : state_.frames) keyframes->push_back(Describe(*frame));
-  for (auto& [id, landmark] : state_.landmarks) {
-    if (landmark.triangulated) landmarks->push_back(Describe(&landmark));
+}
+
+void SlidingWindow::AddContents(int segment, OdometryRun* run) const {
+  for (const auto& frame : state_.frames) {
+    run->keyframes.push_back(Describe(*frame));
+    run->keyframes.back().segment = segment;
+  }
+  for (const auto& [id, landmark] : state_.landmarks) {
+    if (!landmark.triangulated) continue;
+    run->landmarks.push_back(Describe(landmark));
+    run->landmarks.back().segment = segment;
   }
 }
 

@@ -24,6 +24,9 @@ class SlidingWindow {
   // tilt, speed and biases within the standard deviations of the options.
   void Start(std::vector<std::unique_ptr<FrameState>> frames);
 
+  // Forgets everything; what had left the window is kept for Collect().
+  void Clear() { state_ = WindowState(); }
+
   // The state at the end of a preintegration that starts at the newest keyframe.
   void Predict(FrameState* frame) const;
 
@@ -45,8 +48,11 @@ class SlidingWindow {
   double ReprojectionRms();
   int TriangulatedCount() const;
 
-  // Appends what has left the window since the last call; with everything, also what is still in it.
-  void Collect(bool everything, std::vector<Keyframe>* keyframes, std::vector<Landmark>* landmarks);
+  // Moves what has left the window since the last call to the run, as part of a segment.
+  void Collect(int segment, OdometryRun* run);
+
+  // Adds what is still in the window to the run.
+  void AddContents(int segment, OdometryRun* run) const;
 
   bool last_solve_usable() const { return last_solve_usable_; }
 
@@ -63,7 +69,7 @@ class SlidingWindow {
   bool Rehost(PointLandmark* landmark) const;
   void AdoptPrior(Prior prior);
   void RemoveMeasurement(PointLandmark* landmark, FrameState* frame);
-  Landmark Describe(PointLandmark* landmark) const;
+  Landmark Describe(const PointLandmark& landmark) const;
   Keyframe Describe(const FrameState& frame) const;
 
   WindowOptions options_;

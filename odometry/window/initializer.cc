@@ -1,0 +1,205 @@
+#include "odometry/window/initializer.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "odometry/window/linear_alignment.h"
+
+namespace slcmap {
+namespace {
+
+using Eigen::Quaterniond;
+using Eigen::Vector3d;
+
+// Mean and standard deviation (of the vectors' distance from their mean).
+struct Spread {
+  Vector3d mean = Vector3d::Zero();
+  double sigma = 0;
+};
+
+template <typename Get>
+Spread SpreadOf(const std::vector<ImuSample>& samples, Get get) {
+  Spread out;
+  for (const ImuSample& s : samples) out.mean += get(s);
+  out.mean /= static_cast<double>(samples.size());
+  for (const ImuSample& s : samples) out.sigma += (get(s) - out.mean).squaredNorm();
+  out.sigma = std::sqrt(out.sigma / static_cast<double>(samples.size()));
+  return out;
+}
+
+std::vector<ImuSample> AllSamples(const std::vector<std::unique_ptr<FrameState>>& frames) {
+  std::vector<ImuSample> all;
+  for (const auto& frame : frames) {
+    if (!frame->from_previous) continue;
+    const auto& samples = frame->from_previous->samples();
+    all.insert(all.end(), samples.begin() + (all.empty() ? 0 : 1), samples.end());
+  }
+  return all;
+}
+
+// The world that has its z axis against gravity, and in which the first body frame has the position
+// and heading of `start` (zero where there is none).
+RigidTransform WorldFromFirst(const Vector3d& gravity_first, const std::optional<RigidTransform>& start) {
+  const Quaterniond level = Quaterniond::FromTwoVectors(gravity_first, -Vector3d::UnitZ());
+  if (!start) return {level, Vector3d::Zero()};
+  // The turn about z that brings the levelled body nearest to the one that is wanted.
+  const Quaterniond difference = start->rotation * level.conjugate();
+  const double yaw_rad = 2.0 * std::atan2(difference.z(), difference.w());
+  return {Quaterniond(Eigen::AngleAxisd(yaw_rad, Vector3d::UnitZ())) * level, start->translation};
+}
+
+void SetState(const RigidTransform& pose, const Vector3d& velocity, const Vector3d& gyro_bias,
+              FrameState* frame) {
+  PoseToBlock(pose, frame->pose.data());
+  frame->speed_bias.fill(0);
+  std::copy_n(velocity.data(), 3, frame->speed_bias.begin());
+  std::copy_n(gyro_bias.data(), 3, frame->speed_bias.begin() + 3);
+}
+
+}  // namespace
+
+Flow MedianFlow(const FrameState& a, const FrameState& b, double focal_px,
+                const Quaterniond& R_b_a) {
+  std::vector<double> distances_px;
+  for (const auto& [id, in_b] : b.measurements) {
+    const auto in_a = a.measurements.find(id);
+    if (in_a == a.measurements.end()) continue;
+    const Vector3d ray = R_b_a * Vector3d(in_a->second.left.x(), in_a->second.left.y(), 1);
+    if (ray.z() < 0.1) continue;
+    distances_px.push_back(focal_px * (ray.head<2>() / ray.z() - in_b.left).norm());
+  }
+  if (distances_px.empty()) return {};
+  const auto middle = distances_px.begin() + static_cast<long>(distances_px.size() / 2);
+  std::nth_element(distances_px.begin(), middle, distances_px.end());
+  return {*middle, static_cast<int>(distances_px.size())};
+}
+
+Initializer::Initializer(const InitializerOptions& options, const Rig& rectified_rig)
+    : options_(options), rig_(rectified_rig) {}
+
+void Initializer::AddFrame(std::unique_ptr<FrameState> frame) {
+  if (frames_.empty()) frame->from_previous.reset();
+  frames_.push_back(std::move(frame));
+}
+
+bool Initializer::Ready() const {
+  // Half a millisecond of tolerance: stamps of a regular camera are rounded.
+  return frames_.size() >= 4 &&
+         ToSeconds(frames_.back()->stamp_ns - frames_.front()->stamp_ns) >= options_.window_s - 5e-4;
+}
+
+InitializationResult Initializer::Try(const std::optional<RigidTransform>& start,
+                                      SlidingWindow* window) {
+  const double focal_px = rig_.cameras[0].fx_px;
+  const Flow flow = MedianFlow(*frames_.front(), *frames_.back(), focal_px);
+  InitializationResult result;
+  if (flow.points < options_.min_points) {
+    result.report = fmt::format("not initialised: {} points seen throughout (at least {})",
+                                flow.points, options_.min_points);
+  } else if (flow.median_px <= options_.max_still_flow_px) {
+    result = TryAtRest(start, window);
+  } else {
+    result = TryInMotion(start, window);
+  }
+  result.report += fmt::format("; flow {:.2f} px (at rest: at most {:.2f})", flow.median_px,
+                               options_.max_still_flow_px);
+  if (!result.success) ForgetOldest();
+  return result;
+}
+
+void Initializer::ForgetOldest() {
+  const size_t count = std::max<size_t>(1, frames_.size() / 4);
+  frames_.erase(frames_.begin(), frames_.begin() + static_cast<long>(count));
+  if (!frames_.empty()) frames_.front()->from_previous.reset();
+}
+
+InitializationResult Initializer::TryAtRest(const std::optional<RigidTransform>& start,
+                                            SlidingWindow* window) {
+  const std::vector<ImuSample> samples = AllSamples(frames_);
+  const Spread gyro = SpreadOf(samples, [](const ImuSample& s) { return s.angular_velocity_rad_s; });
+  const Spread accel = SpreadOf(samples, [](const ImuSample& s) { return s.specific_force_m_s2; });
+  const double gravity_error = std::abs(accel.mean.norm() - kGravity_m_s2);
+  InitializationResult result;
+  result.at_rest = true;
+  result.success = gyro.sigma <= options_.max_still_gyro_sigma_rad_s &&
+                   accel.sigma <= options_.max_still_accel_sigma_m_s2 &&
+                   gravity_error <= options_.max_gravity_error_m_s2;
+  result.report = fmt::format(
+      "{} at rest: deviation of the gyroscope {:.4f} rad/s (at most {:.4f}), of the accelerometer "
+      "{:.3f} m/s^2 (at most {:.3f}), gravity off by {:.3f} m/s^2 (at most {:.3f})",
+      result.success ? "initialised" : "not initialised", gyro.sigma,
+      options_.max_still_gyro_sigma_rad_s, accel.sigma, options_.max_still_accel_sigma_m_s2,
+      gravity_error, options_.max_gravity_error_m_s2);
+  if (!result.success) return result;
+  std::vector<std::unique_ptr<FrameState>> first;
+  first.push_back(std::move(frames_.back()));
+  first.front()->from_previous.reset();
+  first.front()->stands_still = true;
+  SetState(WorldFromFirst(-accel.mean, start), Vector3d::Zero(), gyro.mean, first.front().get());
+  window->Start(std::move(first));
+  frames_.clear();
+  return result;
+}
+
+// Copies of every second frame (the newest among them), with the states that the alignment gave them.
+std::vector<std::unique_ptr<FrameState>> Initializer::EverySecond(
+    const LinearAlignment& alignment, const RigidTransform& T_world_first) const {
+  std::vector<std::unique_ptr<FrameState>> out;
+  std::unique_ptr<Preintegration> imu;
+  for (size_t i = 0; i < frames_.size(); ++i) {
+    if (imu) {
+      const auto& samples = frames_[i]->from_previous->samples();
+      const size_t first = imu->samples().empty() ? 0 : 1;  // neighbours share their end samples
+      for (size_t k = first; k < samples.size(); ++k) imu->Append(samples[k]);
+    }
+    if ((frames_.size() - 1 - i) % 2 != 0) continue;
+    auto frame = std::make_unique<FrameState>();
+    frame->id = frames_[i]->id;
+    frame->stamp_ns = frames_[i]->stamp_ns;
+    frame->measurements = frames_[i]->measurements;
+    frame->from_previous = std::move(imu);
+    const LinearState& state = alignment.states[i];
+    SetState(T_world_first * state.T_first_imu, T_world_first.rotation * state.velocity_first_m_s,
+             Vector3d::Zero(), frame.get());
+    out.push_back(std::move(frame));
+    imu = std::make_unique<Preintegration>(rig_.imu_noise, Vector3d::Zero(), Vector3d::Zero());
+  }
+  return out;
+}
+
+InitializationResult Initializer::TryInMotion(const std::optional<RigidTransform>& start,
+                                              SlidingWindow* window) {
+  InitializationResult result;
+  const auto alignment =
+      AlignLinearly(frames_, window->model().geometry, rig_.imu_noise, Vector3d::Zero());
+  if (!alignment) {
+    result.report = "not initialised in motion: the motion does not tell velocity and gravity";
+    return result;
+  }
+  const double gravity_error = std::abs(alignment->free_gravity_m_s2 - kGravity_m_s2);
+  double rms = 0;
+  int landmarks = 0;
+  if (gravity_error <= options_.max_gravity_error_m_s2) {
+    const RigidTransform T_world_first = WorldFromFirst(alignment->gravity_first_m_s2, start);
+    window->Start(EverySecond(*alignment, T_world_first));
+    rms = window->ReprojectionRms();
+    landmarks = window->TriangulatedCount();
+    result.success = rms <= options_.max_reprojection_sigma && landmarks >= options_.min_points;
+  }
+  result.report = fmt::format(
+      "{} in motion: gravity off by {:.3f} m/s^2 (at most {:.3f}), reprojection RMS {:.2f} sigma "
+      "(at most {:.2f}), {} points (at least {})",
+      result.success ? "initialised" : "not initialised", gravity_error,
+      options_.max_gravity_error_m_s2, rms, options_.max_reprojection_sigma, landmarks,
+      options_.min_points);
+  if (result.success) {
+    frames_.clear();
+  } else {
+    window->Clear();
+  }
+  return result;
+}
+
+}  // namespace slcmap

@@ -1,0 +1,63 @@
+// The first states of a segment: at rest, or in motion.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "odometry/options.h"
+#include "odometry/window/linear_alignment.h"
+#include "odometry/window/sliding_window.h"
+
+namespace slcmap {
+
+// How an attempt went, with its numbers against their thresholds; `report` is one line for the log.
+struct InitializationResult {
+  bool success = false;
+  bool at_rest = false;
+  std::string report;
+};
+
+class Initializer {
+ public:
+  Initializer(const InitializerOptions& options, const Rig& rectified_rig);
+
+  // Takes the next frame with its measurements and the preintegration since the one before (none for
+  // the first).
+  void AddFrame(std::unique_ptr<FrameState> frame);
+
+  // True once enough time has been gathered for an attempt.
+  bool Ready() const;
+
+  // Tries to start the window. On success the frames have moved there; otherwise the oldest are
+  // forgotten, so that a later attempt looks at new data. The first frame's position and heading
+  // become those of `start`, where one is given.
+  InitializationResult Try(const std::optional<RigidTransform>& start, SlidingWindow* window);
+
+  void Reset() { frames_.clear(); }
+  size_t size() const { return frames_.size(); }
+
+ private:
+  InitializationResult TryAtRest(const std::optional<RigidTransform>& start, SlidingWindow* window);
+  InitializationResult TryInMotion(const std::optional<RigidTransform>& start,
+                                   SlidingWindow* window);
+  std::vector<std::unique_ptr<FrameState>> EverySecond(const LinearAlignment& alignment,
+                                                       const RigidTransform& T_world_first) const;
+  void ForgetOldest();
+
+  InitializerOptions options_;
+  Rig rig_;
+  std::vector<std::unique_ptr<FrameState>> frames_;
+};
+
+// The median distance in pixels between what two frames saw of the same points, in the left camera,
+// and how many those are. With R_b_a (left camera b from a) the rotation is taken out first.
+struct Flow {
+  double median_px = 0;
+  int points = 0;
+};
+Flow MedianFlow(const FrameState& a, const FrameState& b, double focal_px,
+                const Eigen::Quaterniond& R_b_a = Eigen::Quaterniond::Identity());
+
+}  // namespace slcmap

@@ -1,0 +1,194 @@
+#include "odometry/window/linear_alignment.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <cmath>
+#include <map>
+
+namespace slcmap {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+using Matrix6d = Eigen::Matrix<double, 6, 6>;
+using Vector6d = Eigen::Matrix<double, 6, 1>;
+
+constexpr int kPasses = 3;
+constexpr double kFirstDepth_m = 3;
+constexpr double kOutlier_rad = 0.02;  // where a sight's weight begins to fall
+
+// What the IMU alone gives of a frame, relative to the first one.
+struct Integrated {
+  double t_s = 0;
+  Vector3d position_m = Vector3d::Zero();
+  Matrix3d rotation = Matrix3d::Identity();
+  Vector3d velocity_m_s = Vector3d::Zero();
+};
+
+std::vector<Integrated> IntegrateAll(const std::vector<std::unique_ptr<FrameState>>& frames,
+                                     const ImuNoise& noise, const Vector3d& gyro_bias_rad_s) {
+  Preintegration imu(noise, gyro_bias_rad_s, Vector3d::Zero());
+  std::vector<Integrated> out(1);
+  for (size_t i = 1; i < frames.size(); ++i) {
+    const auto& samples = frames[i]->from_previous->samples();
+    const size_t first = i == 1 ? 0 : 1;  // the intervals share their end samples
+    for (size_t k = first; k < samples.size(); ++k) imu.Append(samples[k]);
+    const auto motion = imu.CorrectedFor(imu.gyro_bias_rad_s(), imu.accel_bias_m_s2());
+    out.push_back({imu.duration_s(), motion.position_m, motion.rotation.toRotationMatrix(),
+                   motion.velocity_m_s});
+  }
+  return out;
+}
+
+// One sight: p_camera = rotation (P - v t - g t^2 / 2 - known).
+struct Sight {
+  Matrix3d rotation;
+  Vector3d known;
+  double t_s;
+  Vector2d measured;
+
+  Eigen::Matrix<double, 2, 3> PointRows() const {
+    return rotation.topRows<2>() - measured * rotation.row(2);
+  }
+};
+
+using SightsOfPoint = std::vector<Sight>;
+
+std::vector<SightsOfPoint> GatherSights(const std::vector<std::unique_ptr<FrameState>>& frames,
+                                        const std::vector<Integrated>& imu,
+                                        const StereoGeometry& geometry) {
+  std::map<int64_t, SightsOfPoint> by_id;
+  for (size_t i = 0; i < frames.size(); ++i) {
+    for (const auto& [id, measurement] : frames[i]->measurements) {
+      for (int c = 0; c < 2; ++c) {
+        if (c == 1 && !measurement.right) continue;
+        by_id[id].push_back(
+            {(imu[i].rotation * geometry.R_imu_camera[c]).transpose(),
+             imu[i].position_m + imu[i].rotation * geometry.T_imu_camera[c].translation,
+             imu[i].t_s, c == 0 ? measurement.left : *measurement.right});
+      }
+    }
+  }
+  std::vector<SightsOfPoint> out;
+  for (auto& [id, sights] : by_id) {
+    if (sights.size() >= 4) out.push_back(std::move(sights));
+  }
+  return out;
+}
+
+// Normal equations of one point with (v, g); the point is eliminated.
+struct Normal {
+  Matrix3d pp = Matrix3d::Zero();
+  Eigen::Matrix<double, 3, 6> px = Eigen::Matrix<double, 3, 6>::Zero();
+  Matrix6d xx = Matrix6d::Zero();
+  Vector3d bp = Vector3d::Zero();
+  Vector6d bx = Vector6d::Zero();
+};
+
+Normal NormalOf(const SightsOfPoint& sights, const std::vector<double>& weights) {
+  Normal n;
+  for (size_t k = 0; k < sights.size(); ++k) {
+    const Sight& s = sights[k];
+    const Eigen::Matrix<double, 2, 3> a = weights[k] * s.PointRows();
+    Eigen::Matrix<double, 2, 6> x;
+    x << -s.t_s * a, -0.5 * s.t_s * s.t_s * a;
+    const Vector2d b = a * s.known;
+    n.pp += a.transpose() * a;
+    n.px += a.transpose() * x;
+    n.xx += x.transpose() * x;
+    n.bp += a.transpose() * b;
+    n.bx += x.transpose() * b;
+  }
+  n.pp.diagonal().array() += 1e-9;
+  return n;
+}
+
+struct Solution {
+  Vector3d velocity, gravity;
+  Matrix6d information;
+};
+
+// Solves for v and g, then holds |g| and moves it only along its sphere.
+std::optional<Solution> SolveConstrained(const Matrix6d& h, const Vector6d& b, double* free_gravity) {
+  const Eigen::SelfAdjointEigenSolver<Matrix6d> eigen(h);
+  if (eigen.eigenvalues()[0] < 1e-9 * eigen.eigenvalues()[5]) return std::nullopt;
+  const Vector6d x = h.ldlt().solve(b);
+  *free_gravity = x.tail<3>().norm();
+  Solution solution{x.head<3>(), x.tail<3>().normalized() * kGravity_m_s2, h};
+  for (int i = 0; i < 5; ++i) {
+    const Vector3d up = solution.gravity.normalized();
+    Eigen::Matrix<double, 6, 5> basis = Eigen::Matrix<double, 6, 5>::Zero();
+    basis.topLeftCorner<3, 3>().setIdentity();
+    basis.block<3, 1>(3, 3) = up.unitOrthogonal();
+    basis.block<3, 1>(3, 4) = up.cross(up.unitOrthogonal());
+    Vector6d fixed = Vector6d::Zero();
+    fixed.tail<3>() = solution.gravity;
+    const Eigen::Matrix<double, 5, 1> d =
+        (basis.transpose() * h * basis).ldlt().solve(basis.transpose() * (b - h * fixed));
+    const Vector6d moved = fixed + basis * d;
+    solution.velocity = moved.head<3>();
+    solution.gravity = moved.tail<3>().normalized() * kGravity_m_s2;
+  }
+  return solution;
+}
+
+// New weights of a point's sights: by its inverse depth, and falling for those that do not fit.
+void Reweight(const SightsOfPoint& sights, const Normal& normal, const Solution& solution,
+              std::vector<double>* weights) {
+  Vector6d x;
+  x << solution.velocity, solution.gravity;
+  const Vector3d p = normal.pp.ldlt().solve(normal.bp - normal.px * x);
+  for (size_t k = 0; k < sights.size(); ++k) {
+    const Sight& s = sights[k];
+    const Vector3d in_camera =
+        s.rotation * (p - s.t_s * solution.velocity -
+                      0.5 * s.t_s * s.t_s * solution.gravity - s.known);
+    const double depth_m = std::max(0.2, in_camera.z());
+    const double error_rad = (in_camera.head<2>() / depth_m - s.measured).norm();
+    (*weights)[k] = 1.0 / depth_m / (1.0 + error_rad / kOutlier_rad);
+  }
+}
+
+}  // namespace
+
+std::optional<LinearAlignment> AlignLinearly(const std::vector<std::unique_ptr<FrameState>>& frames,
+                                             const StereoGeometry& geometry, const ImuNoise& noise,
+                                             const Vector3d& gyro_bias_rad_s) {
+  const std::vector<Integrated> imu = IntegrateAll(frames, noise, gyro_bias_rad_s);
+  const std::vector<SightsOfPoint> points = GatherSights(frames, imu, geometry);
+  std::vector<std::vector<double>> weights;
+  for (const SightsOfPoint& point : points) weights.emplace_back(point.size(), 1.0 / kFirstDepth_m);
+  LinearAlignment out;
+  out.points = static_cast<int>(points.size());
+  std::optional<Solution> solution;
+  for (int pass = 0; pass < kPasses; ++pass) {
+    Matrix6d h = Matrix6d::Zero();
+    Vector6d b = Vector6d::Zero();
+    std::vector<Normal> normals;
+    for (size_t j = 0; j < points.size(); ++j) {
+      normals.push_back(NormalOf(points[j], weights[j]));
+      const Normal& n = normals.back();
+      const Eigen::Matrix<double, 6, 3> gain = n.pp.ldlt().solve(n.px).transpose();
+      h += n.xx - gain * n.px;
+      b += n.bx - gain * n.bp;
+    }
+    solution = SolveConstrained(h, b, &out.free_gravity_m_s2);
+    if (!solution) return std::nullopt;
+    for (size_t j = 0; j < points.size(); ++j) {
+      Reweight(points[j], normals[j], *solution, &weights[j]);
+    }
+  }
+  out.gravity_first_m_s2 = solution->gravity;
+  for (const Integrated& i : imu) {
+    LinearState state;
+    state.T_first_imu = {Eigen::Quaterniond(i.rotation),
+                         solution->velocity * i.t_s + 0.5 * i.t_s * i.t_s * solution->gravity +
+                             i.position_m};
+    state.velocity_first_m_s = solution->velocity + i.t_s * solution->gravity + i.velocity_m_s;
+    out.states.push_back(state);
+  }
+  return out;
+}
+
+}  // namespace slcmap

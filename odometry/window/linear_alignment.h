@@ -1,0 +1,36 @@
+// The closed-form start of visual-inertial estimation in motion.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "odometry/window/window_state.h"
+
+namespace slcmap {
+
+// The state of one frame in the body frame of the first one.
+struct LinearState {
+  RigidTransform T_first_imu;
+  Eigen::Vector3d velocity_first_m_s = Eigen::Vector3d::Zero();
+};
+
+struct LinearAlignment {
+  std::vector<LinearState> states;  // one a frame
+  Eigen::Vector3d gravity_first_m_s2 = Eigen::Vector3d::Zero();  // of size 9.81
+  double free_gravity_m_s2 = 0;  // its size before it was constrained: far from 9.81 is a bad sign
+  int points = 0;
+};
+
+// Positions, velocities and gravity of frames whose relative rotations the gyroscope gives. Every
+// sight of a point is linear in the point, the first velocity and gravity (Dong-Si and Mourikis,
+// "Estimator initialization in vision-aided inertial navigation with unknown camera-IMU calibration",
+// IROS 2012); the points are eliminated, gravity is then constrained to its known size. Sights are
+// weighted by the point's inverse depth, found in a first pass. Works with one camera as with two.
+// Nothing where the system is degenerate.
+std::optional<LinearAlignment> AlignLinearly(const std::vector<std::unique_ptr<FrameState>>& frames,
+                                             const StereoGeometry& geometry,
+                                             const ImuNoise& noise,
+                                             const Eigen::Vector3d& gyro_bias_rad_s);
+
+}  // namespace slcmap
