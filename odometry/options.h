@@ -34,11 +34,11 @@ struct PointTrackerOptions {
 
 struct WindowOptions {
   int max_keyframes = 10;
-  double point_sigma_px = 0.7;       // of a measured coordinate
-  double point_loss_sigma = 2.0;     // where the Huber loss turns linear
-  double max_point_chi2 = 12.0;      // of one camera's measurement (2 rows) that is kept
-  int max_iterations = 6;            // of a keyframe's optimisation
-  int max_tracking_iterations = 4;   // of a frame between keyframes
+  double point_sigma_px = 0.7;      // of a measured coordinate
+  double point_loss_sigma = 2.0;    // where the Huber loss turns linear
+  double max_point_chi2 = 12.0;     // of one camera's measurement (2 rows) that is kept
+  int max_iterations = 6;           // of a keyframe's optimisation
+  int max_tracking_iterations = 4;  // of a frame between keyframes
   double zero_velocity_sigma_m_s = 0.02;
   // First prior of a segment.
   double first_tilt_sigma_rad = 0.2;
@@ -50,33 +50,33 @@ struct WindowOptions {
 };
 
 struct KeyframeOptions {
-  double min_parallax_px = 12;   // median, since the last keyframe, without the rotation
-  double min_kept_share = 0.7;   // of the last keyframe's points that are still tracked
-  double max_interval_s = 1.0;   // while the rig moves
+  double min_parallax_px = 12;     // median, since the last keyframe, without the rotation
+  double min_kept_share = 0.7;     // of the last keyframe's points that are still tracked
+  double max_interval_s = 1.0;     // while the rig moves
   double still_parallax_px = 0.8;  // with the rotation: below it the rig does not move
   void Check() const;
   void Read(YamlSection section);
 };
 
 struct InitializerOptions {
-  double window_s = 0.6;          // of data that initialisation in motion looks at
-  int min_points = 20;            // seen in the window's first and last image
+  double window_s = 0.6;                    // of data that initialisation in motion looks at
+  int min_points = 20;                      // seen in the window's first and last image
   double max_still_flow_px = 0.6;           // at rest: median motion of the points over the window
   double max_still_accel_sigma_m_s2 = 0.3;  // at rest: deviation of the accelerometer
   double max_still_gyro_sigma_rad_s = 0.05;
-  double max_gravity_error_m_s2 = 1.0;      // in motion: of the estimated gravity's size
-  double max_reprojection_sigma = 2.0;      // RMS after optimisation, in standard deviations
+  double max_gravity_error_m_s2 = 1.0;  // in motion: of the estimated gravity's size
+  double max_reprojection_sigma = 2.0;  // RMS after optimisation, in standard deviations
   void Check() const;
   void Read(YamlSection section);
 };
 
 struct FailureOptions {
-  int min_points = 6;             // tracked; fewer are "lost"
-  double max_lost_s = 2.0;        // lost for so long: a new segment
+  int min_points = 6;       // tracked; fewer are "lost"
+  double max_lost_s = 2.0;  // lost for so long: a new segment
   double max_speed_m_s = 15;
   double max_gyro_bias_rad_s = 0.5;
   double max_accel_bias_m_s2 = 2.5;
-  double max_imu_gap_s = 0.3;     // a longer one starts a new segment
+  double max_imu_gap_s = 0.3;  // a longer one starts a new segment
   void Check() const;
   void Read(YamlSection section);
 };

@@ -44,7 +44,7 @@ struct Landmark {
   int64_t id = 0;
   int segment = 0;
   Eigen::Vector3d p_world = Eigen::Vector3d::Zero();
-  double sigma_m = 0;  // standard deviation along its host's ray
+  double sigma_m = 0;    // standard deviation along its host's ray
   int observations = 0;  // keyframes that saw it
 };
 
@@ -57,7 +57,7 @@ struct StageTiming {
 
 struct RunTimings {
   std::vector<StageTiming> stages;
-  double cpu_s = 0;   // user + system, whole process
+  double cpu_s = 0;  // user + system, whole process
   double wall_s = 0;
   double peak_memory_mib = 0;
   int64_t stereo_frames = 0;
@@ -67,7 +67,7 @@ struct RunTimings {
 struct OdometryRun {
   std::string method;
   bool complete = false;
-  std::string partial_reason;  // why it is not complete
+  std::string partial_reason;               // why it is not complete
   std::map<std::string, int64_t> warnings;  // counted by kind
   Rig rectified_rig;  // the cameras that KeyframeObservation's pixels belong to
   std::vector<OnlineState> states;

@@ -34,7 +34,8 @@ ImuSample ImuBuffer::At(int64_t stamp_ns) const {
                      static_cast<double>(next->stamp_ns - previous.stamp_ns);
     out.angular_velocity_rad_s =
         (1 - u) * previous.angular_velocity_rad_s + u * next->angular_velocity_rad_s;
-    out.specific_force_m_s2 = (1 - u) * previous.specific_force_m_s2 + u * next->specific_force_m_s2;
+    out.specific_force_m_s2 =
+        (1 - u) * previous.specific_force_m_s2 + u * next->specific_force_m_s2;
   }
   out.stamp_ns = stamp_ns;
   return out;

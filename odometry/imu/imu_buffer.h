@@ -10,7 +10,8 @@ namespace slcmap {
 
 class ImuBuffer {
  public:
-  // Appends a sample; false (and nothing appended) where it is not finite or not later than the last.
+  // Appends a sample; false (and nothing appended) where it is not finite or not later than the
+  // last.
   bool Add(const ImuSample& sample);
 
   bool empty() const { return samples_.empty(); }

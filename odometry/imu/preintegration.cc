@@ -72,8 +72,7 @@ void Preintegration::Step(const ImuSample& from, const ImuSample& to) {
   f.block<3, 3>(kRowRotation, kRowRotation) = step_matrix.transpose();
   f.block<3, 3>(kRowRotation, kRowGyroBias) = -dt * RightJacobian(phi);
   f.block<3, 3>(kRowVelocity, kRowRotation) = -dt * Skew(mean_for_velocity) * r0;
-  f.block<3, 3>(kRowVelocity, kRowGyroBias) =
-      dt * dt / 6.0 * (2.0 * rm * Skew(am) + r1 * Skew(a1));
+  f.block<3, 3>(kRowVelocity, kRowGyroBias) = dt * dt / 6.0 * (2.0 * rm * Skew(am) + r1 * Skew(a1));
   f.block<3, 3>(kRowVelocity, kRowAccelBias) = -dt / 6.0 * (r0 + 4.0 * rm + r1);
   jacobian_ = f * jacobian_;
   PropagateCovariance(f, dt);

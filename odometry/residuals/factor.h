@@ -18,10 +18,10 @@ inline int TangentSize(int block_size) {
 
 // A whitened residual of one to four parameter blocks.
 //
-// Jacobians are evaluated at the linearisation point of a block where one is set, and at the current
-// estimate elsewhere; residuals always at the current estimate. Blocks that the marginalisation
-// prior touches have one, so that all terms agree on what cannot be observed (first-estimate
-// Jacobians; Huang, Mourikis and Roumeliotis, ISER 2008).
+// Jacobians are evaluated at the linearisation point of a block where one is set, and at the
+// current estimate elsewhere; residuals always at the current estimate. Blocks that the
+// marginalisation prior touches have one, so that all terms agree on what cannot be observed
+// (first-estimate Jacobians; Huang, Mourikis and Roumeliotis, ISER 2008).
 class Factor : public ceres::CostFunction {
  public:
   static constexpr int kMaxBlocks = 4;
@@ -44,8 +44,8 @@ class Factor : public ceres::CostFunction {
  protected:
   Factor(int rows, std::initializer_list<int> block_sizes);
 
-  // Residuals and tangent Jacobians at one and the same point. jacobians may be null, and so may each
-  // of its entries.
+  // Residuals and tangent Jacobians at one and the same point. jacobians may be null, and so may
+  // each of its entries.
   virtual void EvaluateAt(const double* const* parameters, double* residuals,
                           double** jacobians) const = 0;
 

@@ -38,7 +38,8 @@ void ImuResidual::EvaluateAt(const double* const* parameters, double* residuals,
   const Vector3d turned = LogRotation(measured.rotation.conjugate() * i.q.conjugate() * j.q);
 
   Eigen::Matrix<double, 15, 1> r;
-  r << moved - measured.position_m, turned, gained - measured.velocity_m_s, j.bg - i.bg, j.ba - i.ba;
+  r << moved - measured.position_m, turned, gained - measured.velocity_m_s, j.bg - i.bg,
+      j.ba - i.ba;
   Map<Eigen::Matrix<double, 15, 1>>{residuals} = sqrt_information_ * r;
   if (!jacobians) return;
 
@@ -61,9 +62,8 @@ void ImuResidual::EvaluateAt(const double* const* parameters, double* residuals,
     // The bias turns gamma on its right by Exp(J db): carried through the logarithm.
     const Matrix3d by_gyro = by_bias.block<3, 3>(kRowRotation, kRowGyroBias);
     const Vector3d correction = by_gyro * (i.bg - preintegration_->gyro_bias_rad_s());
-    d.block<3, 3>(kRowRotation, 3) = -jr_inverse *
-                                     ExpRotation(-turned).toRotationMatrix() *
-                                     RightJacobian(correction) * by_gyro;
+    d.block<3, 3>(kRowRotation, 3) =
+        -jr_inverse * ExpRotation(-turned).toRotationMatrix() * RightJacobian(correction) * by_gyro;
     d.block<3, 3>(kRowGyroBias, 3) = -identity;
     d.block<3, 3>(kRowAccelBias, 6) = -identity;
     Map<Jacobian9>{jacobians[1]}.noalias() = sqrt_information_ * d;

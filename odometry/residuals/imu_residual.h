@@ -6,8 +6,8 @@
 
 namespace slcmap {
 
-// Blocks: pose i, speed-and-bias i, pose j, speed-and-bias j. With the preintegrated position alpha,
-// rotation gamma and velocity beta over the time T, corrected for the biases of i:
+// Blocks: pose i, speed-and-bias i, pose j, speed-and-bias j. With the preintegrated position
+// alpha, rotation gamma and velocity beta over the time T, corrected for the biases of i:
 //
 //   r_p = R_i^T (p_j - p_i - v_i T - g T^2 / 2) - alpha
 //   r_R = Log(gamma^T R_i^T R_j)

@@ -10,8 +10,8 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 using Matrix23d = Eigen::Matrix<double, 2, 3>;
 
-// A point nearer than this share of its host's distance is about to pass behind the target; it gets a
-// constant residual, so that the solver neither fails on it nor gains by it.
+// A point nearer than this share of its host's distance is about to pass behind the target; it gets
+// a constant residual, so that the solver neither fails on it nor gains by it.
 constexpr double kMinDepthRatio = 0.02;
 constexpr double kBehindResidual = 10;  // standard deviations
 
@@ -59,8 +59,9 @@ void PointResidual::EvaluateAt(const double* const* parameters, double* residual
   for (int c = 0; c < cameras; ++c) {
     const Matrix3d& r_ic = geometry_->R_imu_camera[c];
     const Vector3d& p_ic = geometry_->T_imu_camera[c].translation;
-    const Projection projection = Project(r_ic.transpose() * (m - lambda * p_ic),
-                                          c == 0 ? target_.left : *target_.right, geometry_->weight);
+    const Projection projection =
+        Project(r_ic.transpose() * (m - lambda * p_ic), c == 0 ? target_.left : *target_.right,
+                geometry_->weight);
     Map<Vector2d>{residuals + 2 * c} = projection.residual;
     if (!jacobians) continue;
     const Matrix23d by_m = projection.jacobian * r_ic.transpose();

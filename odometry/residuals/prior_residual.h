@@ -8,12 +8,12 @@
 
 namespace slcmap {
 
-// A linear term in square-root form: |residual + jacobian (x minus x_lin)|^2, where the columns of the
-// Jacobian are the tangents of the blocks in their order.
+// A linear term in square-root form: |residual + jacobian (x minus x_lin)|^2, where the columns of
+// the Jacobian are the tangents of the blocks in their order.
 struct Prior {
-  std::vector<double*> blocks;               // the parameter blocks it speaks of
-  std::vector<int> block_sizes;              // 7 or 9 (or any Euclidean size)
-  std::vector<std::vector<double>> x_lin;    // where each was linearised
+  std::vector<double*> blocks;             // the parameter blocks it speaks of
+  std::vector<int> block_sizes;            // 7 or 9 (or any Euclidean size)
+  std::vector<std::vector<double>> x_lin;  // where each was linearised
   Eigen::MatrixXd jacobian;
   Eigen::VectorXd residual;
 

@@ -41,7 +41,8 @@ std::vector<ImuSample> AllSamples(const std::vector<std::unique_ptr<FrameState>>
 
 // The world that has its z axis against gravity, and in which the first body frame has the position
 // and heading of `start` (zero where there is none).
-RigidTransform WorldFromFirst(const Vector3d& gravity_first, const std::optional<RigidTransform>& start) {
+RigidTransform WorldFromFirst(const Vector3d& gravity_first,
+                              const std::optional<RigidTransform>& start) {
   const Quaterniond level = Quaterniond::FromTwoVectors(gravity_first, -Vector3d::UnitZ());
   if (!start) return {level, Vector3d::Zero()};
   // The turn about z that brings the levelled body nearest to the one that is wanted.
@@ -86,8 +87,8 @@ void Initializer::AddFrame(std::unique_ptr<FrameState> frame) {
 
 bool Initializer::Ready() const {
   // Half a millisecond of tolerance: stamps of a regular camera are rounded.
-  return frames_.size() >= 4 &&
-         ToSeconds(frames_.back()->stamp_ns - frames_.front()->stamp_ns) >= options_.window_s - 5e-4;
+  return frames_.size() >= 4 && ToSeconds(frames_.back()->stamp_ns - frames_.front()->stamp_ns) >=
+                                    options_.window_s - 5e-4;
 }
 
 InitializationResult Initializer::Try(const std::optional<RigidTransform>& start,
@@ -118,7 +119,8 @@ void Initializer::ForgetOldest() {
 InitializationResult Initializer::TryAtRest(const std::optional<RigidTransform>& start,
                                             SlidingWindow* window) {
   const std::vector<ImuSample> samples = AllSamples(frames_);
-  const Spread gyro = SpreadOf(samples, [](const ImuSample& s) { return s.angular_velocity_rad_s; });
+  const Spread gyro =
+      SpreadOf(samples, [](const ImuSample& s) { return s.angular_velocity_rad_s; });
   const Spread accel = SpreadOf(samples, [](const ImuSample& s) { return s.specific_force_m_s2; });
   const double gravity_error = std::abs(accel.mean.norm() - kGravity_m_s2);
   InitializationResult result;
@@ -143,7 +145,8 @@ InitializationResult Initializer::TryAtRest(const std::optional<RigidTransform>&
   return result;
 }
 
-// Copies of every second frame (the newest among them), with the states that the alignment gave them.
+// Copies of every second frame (the newest among them), with the states that the alignment gave
+// them.
 std::vector<std::unique_ptr<FrameState>> Initializer::EverySecond(
     const LinearAlignment& alignment, const RigidTransform& T_world_first) const {
   std::vector<std::unique_ptr<FrameState>> out;

@@ -23,8 +23,8 @@ class Initializer {
  public:
   Initializer(const InitializerOptions& options, const Rig& rectified_rig);
 
-  // Takes the next frame with its measurements and the preintegration since the one before (none for
-  // the first).
+  // Takes the next frame with its measurements and the preintegration since the one before (none
+  // for the first).
   void AddFrame(std::unique_ptr<FrameState> frame);
 
   // True once enough time has been gathered for an attempt.

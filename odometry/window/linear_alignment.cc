@@ -65,8 +65,8 @@ std::vector<SightsOfPoint> GatherSights(const std::vector<std::unique_ptr<FrameS
         if (c == 1 && !measurement.right) continue;
         by_id[id].push_back(
             {(imu[i].rotation * geometry.R_imu_camera[c]).transpose(),
-             imu[i].position_m + imu[i].rotation * geometry.T_imu_camera[c].translation,
-             imu[i].t_s, c == 0 ? measurement.left : *measurement.right});
+             imu[i].position_m + imu[i].rotation * geometry.T_imu_camera[c].translation, imu[i].t_s,
+             c == 0 ? measurement.left : *measurement.right});
       }
     }
   }
@@ -110,7 +110,8 @@ struct Solution {
 };
 
 // Solves for v and g, then holds |g| and moves it only along its sphere.
-std::optional<Solution> SolveConstrained(const Matrix6d& h, const Vector6d& b, double* free_gravity) {
+std::optional<Solution> SolveConstrained(const Matrix6d& h, const Vector6d& b,
+                                         double* free_gravity) {
   const Eigen::SelfAdjointEigenSolver<Matrix6d> eigen(h);
   if (eigen.eigenvalues()[0] < 1e-9 * eigen.eigenvalues()[5]) return std::nullopt;
   const Vector6d x = h.ldlt().solve(b);
@@ -141,9 +142,8 @@ void Reweight(const SightsOfPoint& sights, const Normal& normal, const Solution&
   const Vector3d p = normal.pp.ldlt().solve(normal.bp - normal.px * x);
   for (size_t k = 0; k < sights.size(); ++k) {
     const Sight& s = sights[k];
-    const Vector3d in_camera =
-        s.rotation * (p - s.t_s * solution.velocity -
-                      0.5 * s.t_s * s.t_s * solution.gravity - s.known);
+    const Vector3d in_camera = s.rotation * (p - s.t_s * solution.velocity -
+                                             0.5 * s.t_s * s.t_s * solution.gravity - s.known);
     const double depth_m = std::max(0.2, in_camera.z());
     const double error_rad = (in_camera.head<2>() / depth_m - s.measured).norm();
     (*weights)[k] = 1.0 / depth_m / (1.0 + error_rad / kOutlier_rad);
@@ -182,9 +182,9 @@ std::optional<LinearAlignment> AlignLinearly(const std::vector<std::unique_ptr<F
   out.gravity_first_m_s2 = solution->gravity;
   for (const Integrated& i : imu) {
     LinearState state;
-    state.T_first_imu = {Eigen::Quaterniond(i.rotation),
-                         solution->velocity * i.t_s + 0.5 * i.t_s * i.t_s * solution->gravity +
-                             i.position_m};
+    state.T_first_imu = {
+        Eigen::Quaterniond(i.rotation),
+        solution->velocity * i.t_s + 0.5 * i.t_s * i.t_s * solution->gravity + i.position_m};
     state.velocity_first_m_s = solution->velocity + i.t_s * solution->gravity + i.velocity_m_s;
     out.states.push_back(state);
   }

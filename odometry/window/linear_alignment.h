@@ -16,7 +16,7 @@ struct LinearState {
 };
 
 struct LinearAlignment {
-  std::vector<LinearState> states;  // one a frame
+  std::vector<LinearState> states;                               // one a frame
   Eigen::Vector3d gravity_first_m_s2 = Eigen::Vector3d::Zero();  // of size 9.81
   double free_gravity_m_s2 = 0;  // its size before it was constrained: far from 9.81 is a bad sign
   int points = 0;
@@ -24,13 +24,12 @@ struct LinearAlignment {
 
 // Positions, velocities and gravity of frames whose relative rotations the gyroscope gives. Every
 // sight of a point is linear in the point, the first velocity and gravity (Dong-Si and Mourikis,
-// "Estimator initialization in vision-aided inertial navigation with unknown camera-IMU calibration",
-// IROS 2012); the points are eliminated, gravity is then constrained to its known size. Sights are
-// weighted by the point's inverse depth, found in a first pass. Works with one camera as with two.
-// Nothing where the system is degenerate.
+// "Estimator initialization in vision-aided inertial navigation with unknown camera-IMU
+// calibration", IROS 2012); the points are eliminated, gravity is then constrained to its known
+// size. Sights are weighted by the point's inverse depth, found in a first pass. Works with one
+// camera as with two. Nothing where the system is degenerate.
 std::optional<LinearAlignment> AlignLinearly(const std::vector<std::unique_ptr<FrameState>>& frames,
-                                             const StereoGeometry& geometry,
-                                             const ImuNoise& noise,
+                                             const StereoGeometry& geometry, const ImuNoise& noise,
                                              const Eigen::Vector3d& gyro_bias_rad_s);
 
 }  // namespace slcmap

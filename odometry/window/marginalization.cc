@@ -19,8 +19,8 @@ struct Column {
   std::vector<double> x_lin;
 };
 
-// The columns of all state blocks: the dropped ones first, then the others in the order in which they
-// were met.
+// The columns of all state blocks: the dropped ones first, then the others in the order in which
+// they were met.
 class Layout {
  public:
   explicit Layout(const std::vector<double*>& dropped) : dropped_(dropped) {}
@@ -81,7 +81,8 @@ void LinearizeTerm(const Term& term, const Layout& layout, int first_row, Rows* 
   using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
   std::vector<RowMajor> jacobians;
   std::array<double*, Factor::kMaxBlocks> pointers{};
-  for (int k = 0; k < factor.blocks(); ++k) jacobians.emplace_back(factor.rows(), factor.tangent_size(k));
+  for (int k = 0; k < factor.blocks(); ++k)
+    jacobians.emplace_back(factor.rows(), factor.tangent_size(k));
   for (int k = 0; k < factor.blocks(); ++k) pointers[k] = jacobians[k].data();
   VectorXd residual(factor.rows());
   factor.Linearize(term.blocks.data(), residual.data(), pointers.data());
@@ -102,8 +103,8 @@ void LinearizeTerm(const Term& term, const Layout& layout, int first_row, Rows* 
   target.rightCols<1>() += weight * residual;
 }
 
-// Projects rows on the null space of the landmark's column: a Householder reflection takes the column
-// to its first entry, and that row goes.
+// Projects rows on the null space of the landmark's column: a Householder reflection takes the
+// column to its first entry, and that row goes.
 MatrixXd ProjectOutLandmark(Rows rows) {
   VectorXd essential(rows.landmark.size() - 1);
   double tau = 0, beta = 0;
@@ -197,7 +198,8 @@ Prior PriorFromTriangle(const MatrixXd& r, const Layout& layout) {
     out.x_lin.push_back(layout[block].x_lin);
   }
   const int first = layout.dropped_total(), kept = layout.total() - first;
-  const Eigen::Index rows = std::min<Eigen::Index>(kept, std::max<Eigen::Index>(0, r.rows() - first));
+  const Eigen::Index rows =
+      std::min<Eigen::Index>(kept, std::max<Eigen::Index>(0, r.rows() - first));
   out.jacobian = r.block(first, first, rows, kept).triangularView<Eigen::Upper>();
   out.residual = r.block(first, layout.total(), rows, 1);
   return out;

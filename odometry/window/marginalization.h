@@ -7,10 +7,11 @@
 
 namespace slcmap {
 
-// The prior on the remaining blocks that is left of `prior` and `terms` once `dropped` (state blocks)
-// and every landmark that the terms speak of are marginalised. In square-root form: landmarks are
-// removed by projection on the null space of their columns, states by a QR decomposition (Demmel et
-// al., "Square Root Marginalization for Sliding-Window Bundle Adjustment", ICCV 2021).
+// The prior on the remaining blocks that is left of `prior` and `terms` once `dropped` (state
+// blocks) and every landmark that the terms speak of are marginalised. In square-root form:
+// landmarks are removed by projection on the null space of their columns, states by a QR
+// decomposition (Demmel et al., "Square Root Marginalization for Sliding-Window Bundle Adjustment",
+// ICCV 2021).
 //
 // Blocks without a linearisation point are linearised at their current values; the returned prior's
 // x_lin says where each was. Robust losses enter as weights at the current residuals.

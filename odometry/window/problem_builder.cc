@@ -19,7 +19,8 @@ const double* Linearization(const std::optional<SpeedBiasBlock>& point) {
 void AddImuTerm(FrameState* from, FrameState* to, std::vector<Term>* terms) {
   Term term;
   term.factor = std::make_unique<ImuResidual>(to->from_previous.get());
-  term.blocks = {from->pose.data(), from->speed_bias.data(), to->pose.data(), to->speed_bias.data()};
+  term.blocks = {from->pose.data(), from->speed_bias.data(), to->pose.data(),
+                 to->speed_bias.data()};
   term.factor->SetLinearizationPoint(0, Linearization(from->pose_linearization));
   term.factor->SetLinearizationPoint(1, Linearization(from->speed_bias_linearization));
   term.factor->SetLinearizationPoint(2, Linearization(to->pose_linearization));
@@ -47,7 +48,8 @@ void AddPointTerm(PointLandmark* landmark, FrameState* frame, const CostModel& m
     term.factor->SetLinearizationPoint(0, Linearization(host->pose_linearization));
     term.factor->SetLinearizationPoint(1, Linearization(frame->pose_linearization));
   } else if (in_host.right) {
-    term.factor = std::make_unique<HostStereoResidual>(&model.geometry, in_host.left, *in_host.right);
+    term.factor =
+        std::make_unique<HostStereoResidual>(&model.geometry, in_host.left, *in_host.right);
     term.blocks[0] = &landmark->inverse_depth_per_m;
   } else {
     return;

@@ -32,7 +32,8 @@ std::pair<double, double> SightChi2(PointLandmark* landmark, FrameState* frame,
 
 SlidingWindow::SlidingWindow(const WindowOptions& options, const Rig& rectified_rig)
     : options_(options), rig_(rectified_rig) {
-  model_.geometry = StereoGeometry(rig_.T_imu_camera, rig_.cameras[0].fx_px / options.point_sigma_px);
+  model_.geometry =
+      StereoGeometry(rig_.T_imu_camera, rig_.cameras[0].fx_px / options.point_sigma_px);
   model_.point_loss = std::make_unique<ceres::HuberLoss>(options.point_loss_sigma);
   model_.zero_velocity_sigma_m_s = options.zero_velocity_sigma_m_s;
 }
@@ -85,9 +86,9 @@ void SlidingWindow::Predict(FrameState* frame) const {
   frame->speed_bias = last.speed_bias;
   const Vector3d velocity = last.velocity() + gravity * t + T.rotation * motion.velocity_m_s;
   std::copy_n(velocity.data(), 3, frame->speed_bias.begin());
-  PoseToBlock({(T.rotation * motion.rotation).normalized(),
-               T.translation + last.velocity() * t + 0.5 * gravity * t * t +
-                   T.rotation * motion.position_m},
+  PoseToBlock({(T.rotation * motion.rotation).normalized(), T.translation + last.velocity() * t +
+                                                                0.5 * gravity * t * t +
+                                                                T.rotation * motion.position_m},
               frame->pose.data());
 }
 
@@ -189,7 +190,8 @@ std::unordered_set<int64_t> SlidingWindow::RejectOutliers() {
         ++bad;
       }
     }
-    const bool outlier = 2 * bad > all || (landmark.triangulated && landmark.inverse_depth_per_m <= 0);
+    const bool outlier =
+        2 * bad > all || (landmark.triangulated && landmark.inverse_depth_per_m <= 0);
     if (outlier) {
       outliers.insert(landmark.id);
       for (FrameState* frame : landmark.frames) frame->measurements.erase(landmark.id);

@@ -30,8 +30,8 @@ class SlidingWindow {
   // The state at the end of a preintegration that starts at the newest keyframe.
   void Predict(FrameState* frame) const;
 
-  // Estimates a frame alone against the window as it is. Measurements that do not fit afterwards are
-  // taken out of the frame; returns their ids.
+  // Estimates a frame alone against the window as it is. Measurements that do not fit afterwards
+  // are taken out of the frame; returns their ids.
   std::unordered_set<int64_t> Track(FrameState* frame) const;
 
   // Makes the frame the newest keyframe: triangulates, optimises everything, takes out measurements

@@ -17,8 +17,7 @@ struct View {
 
 std::vector<View> ViewsOf(const PointLandmark& landmark, const StereoGeometry& geometry) {
   std::vector<View> views;
-  const RigidTransform T_world_host =
-      landmark.host()->T_world_imu() * geometry.T_imu_camera[0];
+  const RigidTransform T_world_host = landmark.host()->T_world_imu() * geometry.T_imu_camera[0];
   const Vector2d left = landmark.host()->measurements.at(landmark.id).left;
   const Vector3d ray(left.x(), left.y(), 1);
   for (const FrameState* frame : landmark.frames) {
@@ -27,9 +26,9 @@ std::vector<View> ViewsOf(const PointLandmark& landmark, const StereoGeometry& g
     for (int c = 0; c < 2; ++c) {
       if (c == 0 && frame == landmark.host()) continue;
       if (c == 1 && !measurement.right) continue;
-      const RigidTransform T =
-          geometry.T_imu_camera[c].Inverse() * T_imu_world * T_world_host;
-      views.push_back({T.rotation * ray, T.translation, c == 0 ? measurement.left : *measurement.right});
+      const RigidTransform T = geometry.T_imu_camera[c].Inverse() * T_imu_world * T_world_host;
+      views.push_back(
+          {T.rotation * ray, T.translation, c == 0 ? measurement.left : *measurement.right});
     }
   }
   return views;

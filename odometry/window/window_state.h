@@ -29,7 +29,7 @@ struct FrameState {
   // Where the prior has linearised the blocks; unset while it does not touch them.
   std::optional<PoseBlock> pose_linearization;
   std::optional<SpeedBiasBlock> speed_bias_linearization;
-  std::unique_ptr<Preintegration> from_previous;  // from the frame before; none for the oldest
+  std::unique_ptr<Preintegration> from_previous;      // from the frame before; none for the oldest
   std::map<int64_t, StereoMeasurement> measurements;  // by landmark id
   bool stands_still = false;
 
@@ -39,8 +39,8 @@ struct FrameState {
   Eigen::Vector3d accel_bias() const { return Eigen::Vector3d::Map(speed_bias.data() + 6); }
 };
 
-// A point, by its inverse depth in the left camera of the frame that hosts it: the oldest frame of the
-// window that saw it.
+// A point, by its inverse depth in the left camera of the frame that hosts it: the oldest frame of
+// the window that saw it.
 struct PointLandmark {
   int64_t id = 0;
   std::vector<FrameState*> frames;  // that saw it, oldest first; the first is the host

@@ -1,0 +1,227 @@
+#include "odometry/window/estimator.h"
+
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace slcmap {
+
+using Eigen::Quaterniond;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+Estimator::Estimator(const OdometryOptions& options, const Rig& rectified_rig, PointSource* source)
+    : options_(options),
+      rig_(rectified_rig),
+      source_(source),
+      initializer_(options.initializer, rectified_rig),
+      window_(options.window, rectified_rig) {}
+
+std::optional<OnlineState> Estimator::AddImage(int64_t stamp_ns) {
+  std::optional<OnlineState> state = window_.empty() ? Initialize(stamp_ns) : Estimate(stamp_ns);
+  last_stamp_ns_ = stamp_ns;
+  imu_.DropBefore(stamp_ns);
+  return state;
+}
+
+void Estimator::CheckImuGap(int64_t stamp_ns) {
+  if (last_stamp_ns_ &&
+      imu_.LongestGap(*last_stamp_ns_, stamp_ns) > options_.failure.max_imu_gap_s) {
+    Restart("a gap in the IMU samples");
+  }
+}
+
+Quaterniond Estimator::PredictedCameraRotation(int64_t stamp_ns) const {
+  if (!last_stamp_ns_) return Quaterniond::Identity();
+  Preintegration imu(rig_.imu_noise, gyro_bias_rad_s_, Vector3d::Zero());
+  AppendImu(*last_stamp_ns_, stamp_ns, &imu);
+  const Quaterniond R_last_now = imu.CorrectedFor(gyro_bias_rad_s_, Vector3d::Zero()).rotation;
+  const Quaterniond& R_imu_camera = rig_.T_imu_camera[0].rotation;
+  return R_imu_camera.conjugate() * R_last_now.conjugate() * R_imu_camera;
+}
+
+void Estimator::Describe(OdometryRun* run) const {
+  run->keyframes = run_.keyframes;
+  run->landmarks = run_.landmarks;
+  for (const auto& [kind, count] : run_.warnings) run->warnings[kind] += count;
+  window_.AddContents(segment_, run);
+}
+
+std::unique_ptr<FrameState> Estimator::NewFrame(int64_t stamp_ns) {
+  auto frame = std::make_unique<FrameState>();
+  frame->id = next_frame_id_++;
+  frame->stamp_ns = stamp_ns;
+  TakeMeasurements(frame.get());
+  return frame;
+}
+
+void Estimator::TakeMeasurements(FrameState* frame) const {
+  const auto& cameras = rig_.cameras;
+  const auto on_plane = [](const Camera& camera, const Vector2d& px) {
+    return Vector2d((px.x() - camera.cx_px) / camera.fx_px, (px.y() - camera.cy_px) / camera.fy_px);
+  };
+  for (const PointObservation& point : source_->observations()) {
+    StereoMeasurement& measurement = frame->measurements[point.id];
+    measurement.left = on_plane(cameras[0], point.left_px);
+    measurement.right.reset();
+    if (point.right_px) measurement.right = on_plane(cameras[1], *point.right_px);
+  }
+}
+
+void Estimator::AppendImu(int64_t from_ns, int64_t to_ns, Preintegration* imu) const {
+  const auto samples = imu_.Between(from_ns, to_ns);
+  // Neighbouring intervals share their end sample.
+  const size_t first = imu->samples().empty() ? 0 : 1;
+  for (size_t i = first; i < samples.size(); ++i) imu->Append(samples[i]);
+}
+
+std::optional<OnlineState> Estimator::Initialize(int64_t stamp_ns) {
+  const auto timed = clock_.Time("initialisation");
+  source_->Detect();
+  auto frame = NewFrame(stamp_ns);
+  if (initializer_.size() > 0) {
+    frame->from_previous =
+        std::make_unique<Preintegration>(rig_.imu_noise, Vector3d::Zero(), Vector3d::Zero());
+    AppendImu(*last_stamp_ns_, stamp_ns, frame->from_previous.get());
+  }
+  initializer_.AddFrame(std::move(frame));
+  if (!initializer_.Ready()) return std::nullopt;
+  const InitializationResult result = initializer_.Try(start_pose_, &window_);
+  if (!result.success) {
+    ++run_.warnings["attempts at initialisation that failed"];
+    spdlog::debug("{}", result.report);
+    return std::nullopt;
+  }
+  spdlog::info("segment {} {}", segment_, result.report);
+  gyro_bias_rad_s_ = window_.newest().gyro_bias();
+  lost_since_ns_.reset();
+  return StateOf(window_.newest());
+}
+
+std::optional<OnlineState> Estimator::Estimate(int64_t stamp_ns) {
+  std::unique_ptr<FrameState> frame = NewFrame(stamp_ns);
+  frame->from_previous = std::move(since_keyframe_);
+  if (!frame->from_previous) {
+    frame->from_previous = std::make_unique<Preintegration>(
+        rig_.imu_noise, window_.newest().gyro_bias(), window_.newest().accel_bias());
+  }
+  AppendImu(*last_stamp_ns_, stamp_ns, frame->from_previous.get());
+  frame->stands_still = StandsStill(*frame);
+  {
+    const auto timed = clock_.Time("frame estimation");
+    window_.Predict(frame.get());
+    source_->Remove(window_.Track(frame.get()));
+  }
+  const bool is_keyframe = IsKeyframe(*frame);
+  OnlineState state;
+  if (is_keyframe) {
+    AddKeyframe(std::move(frame));
+    state = StateOf(window_.newest());
+  } else {
+    state = StateOf(*frame);
+    since_keyframe_ = std::move(frame->from_previous);
+  }
+  gyro_bias_rad_s_ = state.gyro_bias_rad_s;
+  if (const std::string failure = FindFailure(state, stamp_ns); !failure.empty()) {
+    Restart(failure);
+    return std::nullopt;
+  }
+  start_pose_ = state.T_world_imu;
+  return state;
+}
+
+void Estimator::AddKeyframe(std::unique_ptr<FrameState> frame) {
+  {
+    const auto timed = clock_.Time("point detection");
+    source_->Detect();
+  }
+  // What tracking found to be an outlier is gone from the tracker; the new points come in.
+  const auto judged = frame->measurements;
+  frame->measurements.clear();
+  TakeMeasurements(frame.get());
+  for (const auto& [id, measurement] : judged) {
+    const auto it = frame->measurements.find(id);
+    if (it != frame->measurements.end()) it->second = measurement;
+  }
+  const auto timed = clock_.Time("window optimisation");
+  source_->Remove(window_.AddKeyframe(std::move(frame)));
+  window_.Collect(segment_, &run_);
+}
+
+bool Estimator::StandsStill(const FrameState& frame) const {
+  constexpr double kMinTime_s = 0.3;  // less does not tell standing from moving slowly
+  const FrameState& last = window_.newest();
+  const Flow flow = MedianFlow(last, frame, rig_.cameras[0].fx_px);
+  return flow.points >= options_.failure.min_points &&
+         ToSeconds(frame.stamp_ns - last.stamp_ns) >= kMinTime_s &&
+         flow.median_px < options_.keyframes.still_parallax_px;
+}
+
+bool Estimator::IsKeyframe(const FrameState& frame) const {
+  const FrameState& last = window_.newest();
+  const Quaterniond& R_imu_camera = rig_.T_imu_camera[0].rotation;
+  const Quaterniond R_now_last = R_imu_camera.conjugate() *
+                                 frame.T_world_imu().rotation.conjugate() *
+                                 last.T_world_imu().rotation * R_imu_camera;
+  const Flow flow = MedianFlow(last, frame, rig_.cameras[0].fx_px, R_now_last);
+  const KeyframeOptions& limits = options_.keyframes;
+  const auto in_last = static_cast<double>(last.measurements.size());
+  if (flow.points < limits.min_kept_share * in_last) return true;
+  if (frame.stands_still) return false;
+  return flow.median_px > limits.min_parallax_px ||
+         ToSeconds(frame.stamp_ns - last.stamp_ns) > limits.max_interval_s;
+}
+
+// Why the estimate cannot be trusted any longer; empty where it can.
+std::string Estimator::FindFailure(const OnlineState& state, int64_t stamp_ns) {
+  const FailureOptions& limits = options_.failure;
+  if (!state.T_world_imu.translation.allFinite() || !window_.last_solve_usable()) {
+    return "the optimisation diverged";
+  }
+  if (state.velocity_world_m_s.norm() > limits.max_speed_m_s) return "an impossible speed";
+  if (state.gyro_bias_rad_s.norm() > limits.max_gyro_bias_rad_s) {
+    return "an impossible gyroscope bias";
+  }
+  if (state.accel_bias_m_s2.norm() > limits.max_accel_bias_m_s2) {
+    return "an impossible accelerometer bias";
+  }
+  if (static_cast<int>(source_->observations().size()) >= limits.min_points) {
+    lost_since_ns_.reset();
+  } else if (!lost_since_ns_) {
+    lost_since_ns_ = stamp_ns;
+  } else if (ToSeconds(stamp_ns - *lost_since_ns_) > limits.max_lost_s) {
+    return "no points to follow";
+  }
+  return {};
+}
+
+// Ends the segment, keeping it, and waits for a new initialisation.
+void Estimator::Restart(const std::string& reason) {
+  if (!window_.empty()) {
+    spdlog::warn("segment {} ended: {}", segment_, reason);
+    ++run_.warnings["segments ended by " + reason];
+    window_.Collect(segment_, &run_);
+    window_.AddContents(segment_, &run_);
+    window_.Clear();
+    ++segment_;
+  }
+  initializer_.Reset();
+  source_->Reset();
+  since_keyframe_.reset();
+  lost_since_ns_.reset();
+  gyro_bias_rad_s_.setZero();
+}
+
+OnlineState Estimator::StateOf(const FrameState& frame) const {
+  OnlineState state;
+  state.stamp_ns = frame.stamp_ns;
+  state.segment = segment_;
+  state.T_world_imu = frame.T_world_imu();
+  state.velocity_world_m_s = frame.velocity();
+  state.gyro_bias_rad_s = frame.gyro_bias();
+  state.accel_bias_m_s2 = frame.accel_bias();
+  return state;
+}
+
+}  // namespace slcmap

@@ -1,0 +1,86 @@
+// From tracked points and IMU samples to states, keyframes and landmarks.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <unordered_set>
+#include <vector>
+
+#include "odometry/frontend/point_tracker.h"
+#include "odometry/imu/imu_buffer.h"
+#include "odometry/options.h"
+#include "odometry/run.h"
+#include "odometry/stage_clock.h"
+#include "odometry/window/initializer.h"
+#include "odometry/window/sliding_window.h"
+
+namespace slcmap {
+
+// Where the estimator's points come from: a tracker on images, or a simulation.
+class PointSource {
+ public:
+  virtual ~PointSource() = default;
+  virtual const std::vector<PointObservation>& observations() const = 0;  // of the newest image
+  virtual void Detect() = 0;  // fills up with new points
+  virtual void Remove(const std::unordered_set<int64_t>& ids) = 0;
+  virtual void Reset() = 0;
+};
+
+class Estimator {
+ public:
+  // The source must outlive the estimator.
+  Estimator(const OdometryOptions& options, const Rig& rectified_rig, PointSource* source);
+
+  // False where the sample is not finite or not later than the last one; it is then dropped.
+  bool AddImu(const ImuSample& sample) { return imu_.Add(sample); }
+  const ImuBuffer& imu() const { return imu_; }
+
+  // The left camera at a stamp from the left camera at the last image, by the gyroscope.
+  Eigen::Quaterniond PredictedCameraRotation(int64_t stamp_ns) const;
+
+  // Starts anew where the IMU has a gap up to the stamp that cannot be bridged. Called before the
+  // points are tracked to it.
+  void CheckImuGap(int64_t stamp_ns);
+
+  // Takes the source's observations as those of an image. stamp_ns is on the IMU's clock, and its
+  // samples have arrived. Returns the state once initialised.
+  std::optional<OnlineState> AddImage(int64_t stamp_ns);
+
+  // What was estimated so far; `run` holds all but states and timings.
+  void Describe(OdometryRun* run) const;
+  const SlidingWindow& window() const { return window_; }
+  StageClock* clock() { return &clock_; }
+  const StageClock& clock() const { return clock_; }
+
+ private:
+  std::unique_ptr<FrameState> NewFrame(int64_t stamp_ns);
+  void TakeMeasurements(FrameState* frame) const;
+  void AppendImu(int64_t from_ns, int64_t to_ns, Preintegration* imu) const;
+  std::optional<OnlineState> Initialize(int64_t stamp_ns);
+  std::optional<OnlineState> Estimate(int64_t stamp_ns);
+  void AddKeyframe(std::unique_ptr<FrameState> frame);
+  bool StandsStill(const FrameState& frame) const;
+  bool IsKeyframe(const FrameState& frame) const;
+  std::string FindFailure(const OnlineState& state, int64_t stamp_ns);
+  void Restart(const std::string& reason);
+  OnlineState StateOf(const FrameState& frame) const;
+
+  OdometryOptions options_;
+  Rig rig_;
+  PointSource* source_;
+  ImuBuffer imu_;
+  Initializer initializer_;
+  SlidingWindow window_;
+  StageClock clock_;
+
+  std::unique_ptr<Preintegration> since_keyframe_;  // up to the last image that was no keyframe
+  Eigen::Vector3d gyro_bias_rad_s_ = Eigen::Vector3d::Zero();
+  std::optional<int64_t> last_stamp_ns_, lost_since_ns_;
+  std::optional<RigidTransform> start_pose_;  // where a new segment starts
+  int64_t next_frame_id_ = 0;
+  int segment_ = 0;
+  OdometryRun run_;  // what has left the window
+};
+
+}  // namespace slcmap
