@@ -46,6 +46,8 @@ MotionSpline::MotionSpline(double knot_interval_s,
     throw DataError("motion: found " + std::to_string(control_.size()) +
                     " control poses, expected at least " + std::to_string(kOrder));
   }
+  begin_s_ = 0;
+  end_s_ = knot_interval_s * static_cast<double>(control_.size() + 1 - kOrder);
   for (size_t j = 0; j + 1 < control_.size(); ++j) {
     increments_rad_.push_back(
         LogRotation(control_[j].rotation.conjugate() * control_[j + 1].rotation));
@@ -53,22 +55,19 @@ MotionSpline::MotionSpline(double knot_interval_s,
 }
 
 MotionSpline MotionSpline::Slice(double from_s, double duration_s) const {
-  if (!(from_s < Duration() && duration_s > 0)) {
+  if (!(from_s >= 0 && from_s < Duration() && duration_s > 0)) {
     throw DataError("motion: it lasts " + std::to_string(Duration()) + " s, found a part from " +
                     std::to_string(from_s) + " s for " + std::to_string(duration_s) + " s");
   }
-  constexpr double kRounding = 1e-9;
-  const double begin = std::max(0.0, std::floor(from_s / knot_interval_s_ + kRounding));
-  const double end = std::min(std::ceil((from_s + duration_s) / knot_interval_s_ - kRounding),
-                              static_cast<double>(control_.size() + 1 - kOrder));
-  return MotionSpline(knot_interval_s_,
-                      {control_.begin() + static_cast<ptrdiff_t>(begin),
-                       control_.begin() + static_cast<ptrdiff_t>(end) + kOrder - 1});
+  MotionSpline slice = *this;
+  slice.begin_s_ = begin_s_ + from_s;
+  slice.end_s_ = std::min(end_s_, slice.begin_s_ + duration_s);
+  return slice;
 }
 
 MotionSpline::Place MotionSpline::Locate(double t_s) const {
   const double last = static_cast<double>(control_.size() - kOrder);
-  const double s = std::clamp(t_s / knot_interval_s_, 0.0, last + 1.0);
+  const double s = std::clamp(begin_s_ + t_s, begin_s_, end_s_) / knot_interval_s_;
   const double first = std::min(std::floor(s), last);
   return {static_cast<size_t>(first), s - first};
 }

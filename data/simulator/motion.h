@@ -23,12 +23,10 @@ class MotionSpline {
   // them. Throws DataError when there are fewer, or when the interval is not positive.
   MotionSpline(double knot_interval_s, const std::vector<RigidTransform>& T_world_imu_control);
 
-  double Duration() const {
-    return knot_interval_s_ * static_cast<double>(control_.size() + 1 - kOrder);
-  }
+  double Duration() const { return end_s_ - begin_s_; }
 
-  // The motion from a time on, for a duration; the ends are moved outwards to whole knots. Throws
-  // DataError where the two have nothing in common.
+  // The motion from a time on, for a duration or to its end. Throws DataError where nothing is
+  // left.
   MotionSpline Slice(double from_s, double duration_s) const;
 
   RigidTransform PoseAt(double t_s) const;                  // T_world_imu
@@ -49,6 +47,7 @@ class MotionSpline {
   Rotation RotationAt(double t_s) const;
 
   double knot_interval_s_;
+  double begin_s_, end_s_;  // since the first knot
   std::vector<RigidTransform> control_;
   std::vector<Eigen::Vector3d> increments_rad_;  // Log(R_j^-1 R_{j+1})
 };

@@ -46,7 +46,7 @@ ImuModel ImuModelFromName(const std::string& name) {
   if (name == "adis16448") return {{1.6968e-4, 1.9393e-5, 2.0e-3, 3.0e-3, 200}, 0.02, 0.05};
   if (name == "bmi160") return {{1.6e-4, 2.2e-5, 2.8e-3, 8.6e-4, 200}, 0.01, 0.06};
   if (name == "phone") return {{3.0e-4, 3.0e-5, 4.0e-3, 1.0e-3, 200}, 0.01, 0.10};
-  if (name == "perfect") return {{0, 0, 0, 0, 200}, 0, 0};
+  if (name == "perfect") return {{1.6968e-4, 1.9393e-5, 2.0e-3, 3.0e-3, 200}, 0, 0, false};
   throw ConfigError("imu: found '" + name + "', expected adis16448, bmi160, phone or perfect");
 }
 

@@ -17,9 +17,11 @@ struct ImuModel {
   ImuNoise noise;
   double gyro_bias_rad_s = 0;  // standard deviation of each axis
   double accel_bias_m_s2 = 0;
+  bool with_noise = true;
 };
 
-// "adis16448" (EuRoC), "bmi160" (TUM VI), "phone" or "perfect". Throws ConfigError naming them.
+// "adis16448" (EuRoC), "bmi160" (TUM VI), "phone" or "perfect" (no noise; told as an adis16448).
+// Throws ConfigError naming them.
 ImuModel ImuModelFromName(const std::string& name);
 
 // A rig that differs from `rig` as a careless calibration does; at scale 1 by standard deviations

@@ -1,0 +1,79 @@
+#include "data/simulator/frame_loop.h"
+
+#include <chrono>
+#include <condition_variable>
+#include <exception>
+#include <mutex>
+#include <thread>
+#include <vector>
+
+namespace slcmap {
+namespace {
+
+class FrameLoop {
+ public:
+  FrameLoop(int count, const std::function<void(int)>& make) : count_(count), make_(make) {}
+
+  int Run(int threads, const std::function<bool(int)>& progress) {
+    std::vector<std::thread> workers;
+    running_ = threads;
+    for (int i = 0; i < threads; ++i) workers.emplace_back([this] { Work(); });
+    Watch(progress);
+    for (std::thread& worker : workers) worker.join();
+    if (error_) std::rethrow_exception(error_);
+    return done_;
+  }
+
+ private:
+  void Work() {
+    std::unique_lock lock(mutex_);
+    while (!stopped_ && next_ < count_) {
+      const int frame = next_++;
+      lock.unlock();
+      std::exception_ptr error;
+      try {
+        make_(frame);
+      } catch (...) {
+        error = std::current_exception();
+      }
+      lock.lock();
+      ++done_;
+      if (error) {
+        stopped_ = true;
+        error_ = error;
+      }
+    }
+    --running_;
+    changed_.notify_one();
+  }
+
+  void Watch(const std::function<bool(int)>& progress) {
+    std::unique_lock lock(mutex_);
+    bool over = false;
+    while (!over) {
+      over = changed_.wait_for(lock, std::chrono::milliseconds(100), [&] { return running_ == 0; });
+      const int done = done_;
+      lock.unlock();
+      const bool goes_on = progress(done);
+      lock.lock();
+      if (!goes_on) stopped_ = true;
+    }
+  }
+
+  const int count_;
+  const std::function<void(int)>& make_;
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  int next_ = 0, done_ = 0, running_ = 0;
+  bool stopped_ = false;
+  std::exception_ptr error_;
+};
+
+}  // namespace
+
+int MakeFrames(int count, int threads, const std::function<void(int)>& make,
+               const std::function<bool(int)>& progress) {
+  return FrameLoop(count, make).Run(threads, progress);
+}
+
+}  // namespace slcmap
