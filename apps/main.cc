@@ -33,6 +33,7 @@ int PrintError(std::string message, int exit_code) {
 
 void AddCommands(CLI::App& app) {
   // In the order in which data flows; each is in the file of its name.
+  AddMapCommand(app);
   AddEvaluateCommand(app);
 }
 

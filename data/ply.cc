@@ -305,6 +305,20 @@ void WritePly(const std::string& path, const PlyFile& file) {
   WriteFile(path, bytes);
 }
 
+std::vector<Eigen::Vector3d> Positions(const PlyElement& vertices, const std::string& path) {
+  const std::vector<double>&x = vertices.Get("x", path).values, &y = vertices.Get("y", path).values,
+        &z = vertices.Get("z", path).values;
+  std::vector<Eigen::Vector3d> positions;
+  for (std::size_t i = 0; i < vertices.size(); ++i) {
+    positions.emplace_back(x[i], y[i], z[i]);
+    if (!positions.back().allFinite()) {
+      throw DataError(fmt::format("{}: {} row {}: found a coordinate that is not finite", path,
+                                  vertices.name, i + 1));
+    }
+  }
+  return positions;
+}
+
 void WriteLinesPly(const std::string& path, const std::vector<PlySegment>& segments) {
   PlyElement vertices{"vertex", {}};
   for (const char* name : {"x", "y", "z"}) vertices.Add(name, PlyType::kFloat);
@@ -317,6 +331,25 @@ void WriteLinesPly(const std::string& path, const std::vector<PlySegment>& segme
     edges.AppendRow({first, first + 1});
   }
   WritePly(path, {{"slcmap lines, metres in the world frame"}, {vertices, edges}, {}});
+}
+
+std::vector<PlySegment> ReadLinesPly(const std::string& path) {
+  const PlyFile file = ReadPly(path);
+  const std::vector<Eigen::Vector3d> positions = Positions(file.Get("vertex", path), path);
+  const PlyElement& edges = file.Get("edge", path);
+  const auto end_of = [&](const char* property, std::size_t row) {
+    const double vertex = edges.Get(property, path).values[row];
+    if (!(vertex >= 0 && vertex < static_cast<double>(positions.size()))) {
+      throw DataError(fmt::format("{}: edge row {}: found {} {}, expected one of {} vertices", path,
+                                  row + 1, property, vertex, positions.size()));
+    }
+    return positions[static_cast<std::size_t>(vertex)];
+  };
+  std::vector<PlySegment> segments;
+  for (std::size_t i = 0; i < edges.size(); ++i) {
+    segments.push_back({end_of("vertex1", i), end_of("vertex2", i)});
+  }
+  return segments;
 }
 
 PlyFile ReadPly(const std::string& path) { return Reader(path).Read(); }

@@ -48,6 +48,10 @@ struct PlyFile {
 // Throws OutputError when the file cannot be written, or a value does not fit its integer type.
 void WritePly(const std::string& path, const PlyFile& file);
 
+// The columns x, y and z. Throws DataError naming `path` and the row when one is missing or not
+// finite.
+std::vector<Eigen::Vector3d> Positions(const PlyElement& vertices, const std::string& path);
+
 // A straight edge between two points, metres in the world frame.
 struct PlySegment {
   Eigen::Vector3d start_world, end_world;
@@ -56,6 +60,9 @@ struct PlySegment {
 // Writes segments as an edge-PLY: two vertices an edge. No segments make a valid file too. Throws
 // OutputError.
 void WriteLinesPly(const std::string& path, const std::vector<PlySegment>& segments);
+
+// Reads an edge-PLY. Throws DataError.
+std::vector<PlySegment> ReadLinesPly(const std::string& path);
 
 // Throws DataError, naming file and element, when the file is missing, cut short or not a PLY file
 // of scalar properties. List properties are skipped.

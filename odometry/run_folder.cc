@@ -172,19 +172,16 @@ std::vector<Landmark> ReadLandmarks(const std::string& path) {
   const auto column = [&](const char* name) -> const std::vector<double>& {
     return vertices.Get(name, path).values;
   };
-  const auto &x = column("x"), &y = column("y"), &z = column("z"), &sigma_m = column("sigma_m"),
-             &id = column("id"), &observations = column("observations"),
-             &segment = column("segment");
+  const std::vector<Eigen::Vector3d> positions = Positions(vertices, path);
+  const auto &sigma_m = column("sigma_m"), &id = column("id"),
+             &observations = column("observations"), &segment = column("segment");
   std::vector<Landmark> landmarks(vertices.size());
   for (std::size_t i = 0; i < landmarks.size(); ++i) {
-    landmarks[i].p_world = {x[i], y[i], z[i]};
+    landmarks[i].p_world = positions[i];
     landmarks[i].sigma_m = sigma_m[i];
     landmarks[i].id = static_cast<int64_t>(id[i]);
     landmarks[i].observations = static_cast<int>(observations[i]);
     landmarks[i].segment = static_cast<int>(segment[i]);
-    if (!IsFinite(landmarks[i])) {
-      throw DataError(fmt::format("{}: vertex row {}: not finite", path, i + 1));
-    }
   }
   return landmarks;
 }

@@ -3,15 +3,12 @@
 #include <spdlog/fmt/fmt.h>
 
 #include <algorithm>
-#include <nlohmann/json.hpp>
 
 #include "data/error.h"
-#include "data/file.h"
+#include "data/json_file.h"
 
 namespace slcmap {
 namespace {
-
-using Json = nlohmann::ordered_json;
 
 constexpr int kRunVersion = 1;
 
@@ -19,18 +16,6 @@ constexpr std::pair<Distortion, const char*> kDistortionNames[] = {
     {Distortion::kNone, "none"},
     {Distortion::kRadialTangential, "radial-tangential"},
     {Distortion::kEquidistant, "equidistant"}};
-
-void WriteJson(const std::string& path, const Json& json) { WriteFile(path, json.dump(2) + "\n"); }
-
-// Calls parse with the file's JSON; whatever is missing or of a wrong type becomes a DataError.
-template <typename Parse>
-auto ParseJsonFile(const std::string& path, Parse parse) {
-  try {
-    return parse(Json::parse(ReadFile(path)));
-  } catch (const nlohmann::json::exception& error) {
-    throw DataError(fmt::format("{}: {}", path, error.what()));
-  }
-}
 
 Json SegmentsJson(const OdometryRun& run) {
   std::map<int, std::vector<const OnlineState*>> segments;
@@ -109,23 +94,18 @@ Camera ParseCamera(const Json& json, const std::string& name) {
 }  // namespace
 
 void WriteRunSummary(const std::string& path, const OdometryRun& run) {
-  WriteJson(path, {{"format", "slcmap run"},
-                   {"version", kRunVersion},
-                   {"method", run.method},
-                   {"complete", run.complete},
-                   {"partial_reason", run.partial_reason},
-                   {"warnings", Json(run.warnings)},
-                   {"segments", SegmentsJson(run)}});
+  WriteJsonFile(path, {{"format", "slcmap run"},
+                       {"version", kRunVersion},
+                       {"method", run.method},
+                       {"complete", run.complete},
+                       {"partial_reason", run.partial_reason},
+                       {"warnings", Json(run.warnings)},
+                       {"segments", SegmentsJson(run)}});
 }
 
 void ReadRunSummary(const std::string& path, OdometryRun* run) {
   ParseJsonFile(path, [&](const Json& json) {
-    const int version = json.at("version").get<int>();
-    if (json.at("format") != "slcmap run" || version != kRunVersion) {
-      throw DataError(
-          fmt::format("{}: found '{}' of version {}, expected 'slcmap run' of version {}", path,
-                      json.at("format").get<std::string>(), version, kRunVersion));
-    }
+    CheckFormat(path, json, "slcmap run", kRunVersion);
     run->method = json.at("method").get<std::string>();
     run->complete = json.at("complete").get<bool>();
     run->partial_reason = json.at("partial_reason").get<std::string>();
@@ -135,16 +115,16 @@ void ReadRunSummary(const std::string& path, OdometryRun* run) {
 
 void WriteRig(const std::string& path, const Rig& rig) {
   const ImuNoise& noise = rig.imu_noise;
-  WriteJson(path, {{"cameras",
-                    {CameraJson(rig.cameras[0], rig.T_imu_camera[0]),
-                     CameraJson(rig.cameras[1], rig.T_imu_camera[1])}},
-                   {"imu_noise",
-                    {{"gyro_noise_rad_s_sqrthz", noise.gyro_noise_rad_s_sqrthz},
-                     {"gyro_walk_rad_s2_sqrthz", noise.gyro_walk_rad_s2_sqrthz},
-                     {"accel_noise_m_s2_sqrthz", noise.accel_noise_m_s2_sqrthz},
-                     {"accel_walk_m_s3_sqrthz", noise.accel_walk_m_s3_sqrthz},
-                     {"rate_hz", noise.rate_hz}}},
-                   {"camera_time_offset_s", rig.camera_time_offset_s}});
+  WriteJsonFile(path, {{"cameras",
+                        {CameraJson(rig.cameras[0], rig.T_imu_camera[0]),
+                         CameraJson(rig.cameras[1], rig.T_imu_camera[1])}},
+                       {"imu_noise",
+                        {{"gyro_noise_rad_s_sqrthz", noise.gyro_noise_rad_s_sqrthz},
+                         {"gyro_walk_rad_s2_sqrthz", noise.gyro_walk_rad_s2_sqrthz},
+                         {"accel_noise_m_s2_sqrthz", noise.accel_noise_m_s2_sqrthz},
+                         {"accel_walk_m_s3_sqrthz", noise.accel_walk_m_s3_sqrthz},
+                         {"rate_hz", noise.rate_hz}}},
+                       {"camera_time_offset_s", rig.camera_time_offset_s}});
 }
 
 Rig ReadRig(const std::string& path) {
@@ -172,12 +152,12 @@ void WriteTimings(const std::string& path, const RunTimings& timings) {
   for (const StageTiming& stage : timings.stages) {
     stages.push_back({{"name", stage.name}, {"wall_s", stage.wall_s}, {"calls", stage.calls}});
   }
-  WriteJson(path, {{"cpu_s", timings.cpu_s},
-                   {"wall_s", timings.wall_s},
-                   {"peak_memory_mib", timings.peak_memory_mib},
-                   {"stereo_frames", timings.stereo_frames},
-                   {"data_s", timings.data_s},
-                   {"stages", stages}});
+  WriteJsonFile(path, {{"cpu_s", timings.cpu_s},
+                       {"wall_s", timings.wall_s},
+                       {"peak_memory_mib", timings.peak_memory_mib},
+                       {"stereo_frames", timings.stereo_frames},
+                       {"data_s", timings.data_s},
+                       {"stages", stages}});
 }
 
 RunTimings ReadTimings(const std::string& path) {

@@ -5,6 +5,7 @@
 
 #include "data/error.h"
 #include "data/file.h"
+#include "tests/testing/temp_folder.h"
 
 namespace slcmap {
 namespace {
@@ -12,7 +13,8 @@ namespace {
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
-const std::string kPath = ::testing::TempDir() + "/ply_test.ply";
+const testing::TempFolder kFolder;
+const std::string kPath = kFolder.Path("a.ply");
 
 TEST(Ply, ComesBackAsItWasWritten) {
   PlyElement vertices{"vertex", {}};

@@ -9,6 +9,7 @@
 #include "data/error.h"
 #include "data/file.h"
 #include "data/ply.h"
+#include "tests/testing/temp_folder.h"
 
 namespace slcmap {
 namespace {
@@ -59,16 +60,14 @@ OdometryRun MakeRun() {
 
 class RunFolderTest : public ::testing::Test {
  protected:
-  void SetUp() override { std::filesystem::remove_all(folder_); }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
-
   // Reading must fail with a message that holds both.
   void ExpectReadError(const std::string& place, const std::string& what) {
     EXPECT_THAT([&] { ReadRunFolder(folder_); },
                 ThrowsMessage<DataError>(AllOf(HasSubstr(place), HasSubstr(what))));
   }
 
-  std::string folder_ = ::testing::TempDir() + "/run_folder_test/run";
+  testing::TempFolder temp_;
+  const std::string folder_ = temp_.Path("made/run");
 };
 
 TEST_F(RunFolderTest, ComesBackAsItWasWritten) {

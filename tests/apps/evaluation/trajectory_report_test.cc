@@ -10,6 +10,7 @@
 #include "apps/evaluation/trajectory_plots.h"
 #include "data/error.h"
 #include "data/file.h"
+#include "tests/testing/temp_folder.h"
 
 namespace slcmap {
 namespace {
@@ -59,18 +60,18 @@ TEST(TrajectoryReport, JsonHoldsTheFigures) {
 }
 
 TEST(TrajectoryReport, PlotsAreWrittenAndAFullDiskIsNamed) {
-  const std::string folder = ::testing::TempDir() + "/trajectory_report_test";
-  std::filesystem::remove_all(folder);
+  const testing::TempFolder temp;
+  const std::string folder = temp.Path("plots");
   const std::vector<std::string> paths = WriteTrajectoryPlots(folder, MakeMetrics(100));
   ASSERT_EQ(paths.size(), 3u);
   for (const std::string& path : paths) {
-    EXPECT_THAT(ReadFile(path), testing::AllOf(testing::StartsWith("<svg"), HasSubstr("polyline")));
+    EXPECT_THAT(ReadFile(path),
+                ::testing::AllOf(::testing::StartsWith("<svg"), HasSubstr("polyline")));
   }
   std::filesystem::remove(folder + "/side.svg");
   std::filesystem::create_symlink("/dev/full", folder + "/side.svg");
   EXPECT_THAT([&] { WriteTrajectoryPlots(folder, MakeMetrics(100)); },
-              testing::ThrowsMessage<OutputError>(HasSubstr("side.svg")));
-  std::filesystem::remove_all(folder);
+              ::testing::ThrowsMessage<OutputError>(HasSubstr("side.svg")));
 }
 
 TEST(SvgPlot, PlacesPointsByScaleWithYUpwards) {

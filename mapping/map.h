@@ -1,0 +1,38 @@
+// What mapping hands to export: the contents of a map folder, in memory.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "data/ply.h"
+#include "data/trajectory.h"
+#include "data/types.h"
+#include "mapping/occupancy_map.h"
+
+namespace slcmap {
+
+// A point of the cloud, fused from the landmarks of one voxel.
+struct MapPoint {
+  Eigen::Vector3d p_world = Eigen::Vector3d::Zero();
+  double sigma_m = 0;                 // standard deviation along the landmarks' rays
+  int observations = 0;               // summed over the landmarks
+  std::vector<int64_t> landmark_ids;  // those that were fused; not kept in files
+};
+
+struct MapResult {
+  std::string method;
+  bool complete = false;
+  std::string partial_reason;
+  std::map<std::string, int64_t> warnings;  // counted by kind
+  Rig rectified_rig;
+  Trajectory trajectory;  // refined, a pose an image
+  Trajectory keyframes;
+  std::vector<MapPoint> points;
+  std::vector<PlySegment> lines;
+  OccupancyMap occupancy{0.1};
+};
+
+}  // namespace slcmap

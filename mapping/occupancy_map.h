@@ -1,0 +1,48 @@
+// Which space is occupied and which is free, as an octree of voxels (OctoMap).
+#pragma once
+
+#include <Eigen/Core>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace slcmap {
+
+// An occupied cube.
+struct Voxel {
+  Eigen::Vector3d centre_world = Eigen::Vector3d::Zero();  // metres
+  double size_m = 0;  // edge; larger ones stand for eight, pruned
+};
+
+class OccupancyMap {
+ public:
+  explicit OccupancyMap(double resolution_m);
+  ~OccupancyMap();
+  OccupancyMap(OccupancyMap&&) noexcept;
+  OccupancyMap& operator=(OccupancyMap&&) noexcept;
+
+  // Inserts the rays from a camera centre to points that it saw (world, metres). The way to a point
+  // is free and its voxel is occupied; of a point beyond max_range_m only the first part of the way
+  // counts.
+  void InsertRays(const Eigen::Vector3d& p_world_camera,
+                  const std::vector<Eigen::Vector3d>& p_world, double max_range_m);
+
+  double resolution_m() const;
+  std::vector<Voxel> OccupiedVoxels() const;  // in the tree's order
+  bool IsOccupied(const Eigen::Vector3d& p_world) const;
+  bool IsFree(
+      const Eigen::Vector3d& p_world) const;  // seen to be free; neither holds where unknown
+
+  // Writes the .bt file of OctoMap, which holds occupied, free and unknown without probabilities.
+  // Throws OutputError.
+  void Write(const std::string& path) const;
+
+  // Throws DataError when the file is missing or not a .bt file.
+  static OccupancyMap Read(const std::string& path);
+
+ private:
+  class Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace slcmap

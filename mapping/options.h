@@ -1,0 +1,37 @@
+// The options of every stage of mapping: defaults here, overridden by YAML, checked when used.
+#pragma once
+
+#include "data/yaml_options.h"
+
+namespace slcmap {
+
+// Which landmarks become points of the cloud.
+struct CloudOptions {
+  double max_sigma_m = 0.2;     // of a landmark along its ray
+  int min_observations = 3;     // keyframes that saw it
+  double voxel_m = 0.05;        // landmarks in one voxel become one point
+  int outlier_neighbours = 12;  // of a point, that its mean distance is measured to
+  double outlier_sigmas = 2.5;  // a mean distance so far above the cloud's average: an outlier
+  void Check() const;           // throws ConfigError
+  void Read(YamlSection section);
+};
+
+struct OccupancyOptions {
+  double resolution_m = 0.1;  // edge of a voxel
+  double max_range_m = 20;    // a ray is followed no further
+  void Check() const;
+  void Read(YamlSection section);
+};
+
+// Everything that mapping can be told. YAML sections carry the names of the members.
+struct MappingOptions {
+  CloudOptions cloud;
+  OccupancyOptions occupancy;
+
+  // Overrides the defaults by the section `mapping` of a file; other sections, which belong to
+  // other stages, are left alone. Throws ConfigError naming file and key.
+  static MappingOptions FromYaml(const std::string& path);
+  void Check() const;
+};
+
+}  // namespace slcmap

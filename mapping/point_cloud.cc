@@ -1,0 +1,136 @@
+#include "mapping/point_cloud.h"
+
+#include <pcl/PCLPointCloud2.h>
+#include <pcl/filters/statistical_outlier_removal.h>
+#include <pcl/io/pcd_io.h>
+#include <pcl/point_types.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <map>
+
+#include "data/file.h"
+
+namespace slcmap {
+namespace {
+
+// Landmarks seen from far apart can be more certain than their model deserves.
+constexpr double kMinSigma_m = 1e-3;
+
+using VoxelIndex = std::array<int64_t, 3>;
+
+VoxelIndex VoxelOf(const Eigen::Vector3d& p_world, double voxel_m) {
+  const auto index = [&](double coordinate) {
+    return static_cast<int64_t>(std::floor(coordinate / voxel_m));
+  };
+  return {index(p_world.x()), index(p_world.y()), index(p_world.z())};
+}
+
+MapPoint Fuse(const std::vector<const Landmark*>& landmarks) {
+  MapPoint point;
+  double weight_sum = 0;
+  for (const Landmark* landmark : landmarks) {
+    const double sigma_m = std::max(landmark->sigma_m, kMinSigma_m);
+    const double weight = 1 / (sigma_m * sigma_m);
+    point.p_world += weight * landmark->p_world;
+    point.observations += landmark->observations;
+    point.landmark_ids.push_back(landmark->id);
+    weight_sum += weight;
+  }
+  point.p_world /= weight_sum;
+  point.sigma_m = 1 / std::sqrt(weight_sum);
+  return point;
+}
+
+void AddField(const std::string& name, uint8_t type, pcl::PCLPointCloud2* cloud) {
+  pcl::PCLPointField field;
+  field.name = name;
+  field.offset = cloud->point_step;
+  field.datatype = type;
+  field.count = 1;
+  cloud->fields.push_back(field);
+  cloud->point_step += 4;
+}
+
+// The cloud in PCL's general form, without padding between the fields.
+pcl::PCLPointCloud2 ToPcl(const std::vector<MapPoint>& points) {
+  pcl::PCLPointCloud2 cloud;
+  for (const char* name : {"x", "y", "z", "sigma_m"}) {
+    AddField(name, pcl::PCLPointField::FLOAT32, &cloud);
+  }
+  AddField("observations", pcl::PCLPointField::INT32, &cloud);
+  cloud.height = 1;
+  cloud.width = static_cast<uint32_t>(points.size());
+  cloud.row_step = cloud.point_step * cloud.width;
+  cloud.is_dense = true;
+  cloud.data.resize(cloud.row_step);
+  uint8_t* bytes = cloud.data.data();
+  for (const MapPoint& point : points) {
+    const Eigen::Vector4f values(point.p_world.cast<float>().x(), point.p_world.cast<float>().y(),
+                                 point.p_world.cast<float>().z(),
+                                 static_cast<float>(point.sigma_m));
+    const auto observations = static_cast<int32_t>(point.observations);
+    std::memcpy(bytes, values.data(), sizeof values);
+    std::memcpy(bytes + sizeof values, &observations, sizeof observations);
+    bytes += cloud.point_step;
+  }
+  return cloud;
+}
+
+}  // namespace
+
+std::vector<Landmark> SelectLandmarks(const std::vector<Landmark>& landmarks,
+                                      const CloudOptions& options) {
+  std::vector<Landmark> selected;
+  std::copy_if(landmarks.begin(), landmarks.end(), std::back_inserter(selected),
+               [&](const Landmark& landmark) {
+                 return landmark.p_world.allFinite() && landmark.sigma_m <= options.max_sigma_m &&
+                        landmark.observations >= options.min_observations;
+               });
+  return selected;
+}
+
+std::vector<MapPoint> FuseLandmarks(const std::vector<Landmark>& landmarks,
+                                    const CloudOptions& options) {
+  std::map<VoxelIndex, std::vector<const Landmark*>> voxels;
+  for (const Landmark& landmark : landmarks) {
+    voxels[VoxelOf(landmark.p_world, options.voxel_m)].push_back(&landmark);
+  }
+  std::vector<MapPoint> points;
+  for (const auto& [index, members] : voxels) points.push_back(Fuse(members));
+  return points;
+}
+
+std::vector<MapPoint> RemoveOutliers(std::vector<MapPoint> points, const CloudOptions& options) {
+  // PCL reads beyond its arrays when there are fewer points than neighbours to look at.
+  if (points.size() <= static_cast<std::size_t>(options.outlier_neighbours)) return points;
+  const auto cloud = std::make_shared<pcl::PointCloud<pcl::PointXYZ>>();
+  for (const MapPoint& point : points) {
+    const Eigen::Vector3f p = point.p_world.cast<float>();
+    cloud->emplace_back(p.x(), p.y(), p.z());
+  }
+  pcl::StatisticalOutlierRemoval<pcl::PointXYZ> filter;
+  filter.setInputCloud(cloud);
+  filter.setMeanK(options.outlier_neighbours);
+  filter.setStddevMulThresh(options.outlier_sigmas);
+  pcl::Indices kept;
+  filter.filter(kept);
+  std::vector<MapPoint> inliers;
+  for (const pcl::index_t index : kept) {
+    inliers.push_back(std::move(points[static_cast<std::size_t>(index)]));
+  }
+  return inliers;
+}
+
+void WritePcd(const std::string& path, const std::vector<MapPoint>& points) {
+  const pcl::PCLPointCloud2 cloud = ToPcl(points);
+  std::string bytes = pcl::PCDWriter().generateHeaderBinary(cloud, Eigen::Vector4f::Zero(),
+                                                            Eigen::Quaternionf::Identity());
+  bytes += "DATA binary\n";
+  bytes.append(cloud.data.begin(), cloud.data.end());
+  WriteFile(path, bytes);
+}
+
+}  // namespace slcmap

@@ -1,0 +1,30 @@
+// From landmarks to a point cloud.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "mapping/map.h"
+#include "mapping/options.h"
+#include "odometry/run.h"
+
+namespace slcmap {
+
+// The landmarks that are certain enough, and finite, in their order.
+std::vector<Landmark> SelectLandmarks(const std::vector<Landmark>& landmarks,
+                                      const CloudOptions& options);
+
+// One point for all landmarks of a voxel: their mean, weighted by inverse variance. Points are
+// ordered by voxel. The grid is not bounded, as that of PCL is (2^31 voxels: 64 m at 5 cm).
+std::vector<MapPoint> FuseLandmarks(const std::vector<Landmark>& landmarks,
+                                    const CloudOptions& options);
+
+// Drops points whose mean distance to their neighbours is far above the cloud's average. A cloud
+// with no more points than neighbours to look at stays as it is.
+std::vector<MapPoint> RemoveOutliers(std::vector<MapPoint> points, const CloudOptions& options);
+
+// Writes points as binary PCD with the fields x y z sigma_m (float) and observations (int). No
+// points make a valid file too. Throws OutputError.
+void WritePcd(const std::string& path, const std::vector<MapPoint>& points);
+
+}  // namespace slcmap

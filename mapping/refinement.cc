@@ -1,0 +1,63 @@
+#include "mapping/refinement.h"
+
+#include <algorithm>
+#include <map>
+#include <optional>
+
+namespace slcmap {
+namespace {
+
+// By stamp, what a keyframe's optimisation changed: T_world_final = correction * T_world_online.
+using Corrections = std::map<int64_t, RigidTransform>;
+
+std::map<int, Corrections> CorrectionsOfSegments(const std::vector<OnlineState>& states,
+                                                 const std::vector<Keyframe>& keyframes) {
+  std::map<int64_t, const OnlineState*> by_stamp;
+  for (const OnlineState& state : states) by_stamp[state.stamp_ns] = &state;
+  std::map<int, Corrections> corrections;
+  for (const Keyframe& keyframe : keyframes) {
+    const auto state = by_stamp.find(keyframe.stamp_ns);
+    if (state == by_stamp.end() || state->second->segment != keyframe.segment) continue;
+    corrections[keyframe.segment][keyframe.stamp_ns] =
+        keyframe.T_world_imu * state->second->T_world_imu.Inverse();
+  }
+  return corrections;
+}
+
+// `corrections` holds at least one.
+RigidTransform CorrectionAt(const Corrections& corrections, int64_t stamp_ns) {
+  const auto after = corrections.lower_bound(stamp_ns);
+  if (after == corrections.end()) return corrections.rbegin()->second;
+  if (after == corrections.begin() || after->first == stamp_ns) return after->second;
+  const auto before = std::prev(after);
+  const double u = static_cast<double>(stamp_ns - before->first) /
+                   static_cast<double>(after->first - before->first);
+  return Interpolate(before->second, after->second, u);
+}
+
+}  // namespace
+
+Trajectory RefineTrajectory(const std::vector<OnlineState>& states,
+                            const std::vector<Keyframe>& keyframes) {
+  const std::map<int, Corrections> corrections = CorrectionsOfSegments(states, keyframes);
+  Trajectory trajectory;
+  for (const OnlineState& state : states) {
+    const auto segment = corrections.find(state.segment);
+    const RigidTransform correction = segment == corrections.end()
+                                          ? RigidTransform()
+                                          : CorrectionAt(segment->second, state.stamp_ns);
+    trajectory.push_back({state.stamp_ns, correction * state.T_world_imu});
+  }
+  return trajectory;
+}
+
+Trajectory KeyframeTrajectory(const std::vector<Keyframe>& keyframes) {
+  std::map<int64_t, RigidTransform> by_stamp;
+  for (const Keyframe& keyframe : keyframes) by_stamp[keyframe.stamp_ns] = keyframe.T_world_imu;
+  Trajectory trajectory;
+  for (const auto& [stamp_ns, T_world_imu] : by_stamp)
+    trajectory.push_back({stamp_ns, T_world_imu});
+  return trajectory;
+}
+
+}  // namespace slcmap

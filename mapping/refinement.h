@@ -1,0 +1,22 @@
+// Better poses for every image, from the keyframes that were optimised for longer.
+#pragma once
+
+#include <vector>
+
+#include "data/trajectory.h"
+#include "odometry/run.h"
+
+namespace slcmap {
+
+// The online poses, each corrected as its neighbouring keyframes were corrected after they were
+// first estimated. A keyframe's correction is C = T_world_keyframe T_world_online^-1; between the
+// two keyframes around a pose (of its own segment) it is interpolated by time, beyond the first and
+// last it is that of the nearest. A segment without keyframes stays as it is. States are sorted by
+// stamp.
+Trajectory RefineTrajectory(const std::vector<OnlineState>& states,
+                            const std::vector<Keyframe>& keyframes);
+
+// The poses of the keyframes, sorted by stamp.
+Trajectory KeyframeTrajectory(const std::vector<Keyframe>& keyframes);
+
+}  // namespace slcmap

@@ -1,0 +1,48 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "mapping/mapping.h"
+#include "tests/testing/temp_folder.h"
+
+namespace slcmap {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::ThrowsMessage;
+
+MappingOptions Read(const std::string& yaml) {
+  const testing::TempFolder folder;
+  return MappingOptions::FromYaml(folder.Write("options.yaml", yaml));
+}
+
+TEST(MappingOptions, AFileOverridesItsKeysOnly) {
+  const MappingOptions options = Read(
+      "odometry: {any: 1}\nmapping:\n  cloud: {voxel_m: 0.2}\n  occupancy: {max_range_m: 7}\n");
+  EXPECT_EQ(options.cloud.voxel_m, 0.2);
+  EXPECT_EQ(options.cloud.min_observations, MappingOptions().cloud.min_observations);
+  EXPECT_EQ(options.occupancy.max_range_m, 7);
+}
+
+TEST(MappingOptions, UnknownKeysAndAbsurdValuesAreNamed) {
+  EXPECT_THAT([] { Read("mapping: {clod: {}}"); }, ThrowsMessage<ConfigError>(HasSubstr("clod")));
+  EXPECT_THAT([] { Read("mapping: {cloud: {voxel: 1}}"); },
+              ThrowsMessage<ConfigError>(HasSubstr("voxel")));
+  for (const char* key :
+       {"max_sigma_m", "min_observations", "voxel_m", "outlier_neighbours", "outlier_sigmas"}) {
+    EXPECT_THAT([&] { Read(std::string("mapping: {cloud: {") + key + ": -1}}"); },
+                ThrowsMessage<ConfigError>(HasSubstr(key)));
+  }
+  for (const char* key : {"resolution_m", "max_range_m"}) {
+    EXPECT_THAT([&] { Read(std::string("mapping: {occupancy: {") + key + ": 0}}"); },
+                ThrowsMessage<ConfigError>(HasSubstr(key)));
+  }
+}
+
+TEST(MappingOptions, BuildingAMapChecksThem) {
+  MappingOptions options;
+  options.occupancy.resolution_m = 0;
+  EXPECT_THROW(BuildMap({}, options), ConfigError);
+}
+
+}  // namespace
+}  // namespace slcmap

@@ -1,0 +1,134 @@
+#include "mapping/mapping.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <limits>
+
+#include "data/error.h"
+#include "data/file.h"
+#include "mapping/map_folder.h"
+#include "tests/testing/made_run.h"
+#include "tests/testing/temp_folder.h"
+
+namespace slcmap {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::ThrowsMessage;
+
+const char* const kFiles[] = {"trajectory.tum", "keyframes.tum", "points.ply", "points.pcd",
+                              "lines.ply",      "occupancy.bt",  "rig.json",   "map.json"};
+
+class MappingTest : public ::testing::Test {
+ protected:
+  testing::TempFolder temp_;
+  const std::string folder_ = temp_.Path("made/map");
+};
+
+TEST_F(MappingTest, AWallBecomesPointsAndVoxels) {
+  const MapResult map = BuildMap(testing::MakeWallRun(), {});
+  EXPECT_TRUE(map.complete);
+  EXPECT_EQ(map.trajectory.size(), 51u);
+  EXPECT_EQ(map.keyframes.size(), 6u);
+  EXPECT_GT(map.points.size(), 380u);
+  for (const MapPoint& point : map.points) EXPECT_NEAR(point.p_world.x(), 10.02, 1e-12);
+  EXPECT_GT(map.occupancy.OccupiedVoxels().size(), 300u);
+  for (const Voxel& voxel : map.occupancy.OccupiedVoxels()) {
+    EXPECT_NEAR(voxel.centre_world.x(), 10.05, 1e-5);
+  }
+  EXPECT_TRUE(map.occupancy.IsFree({7.05, 0.05, 1.05}));
+}
+
+TEST_F(MappingTest, AnEmptyRunMakesAnEmptyMapThatComesBack) {
+  OdometryRun run = testing::MakeWallRun();
+  run.states.clear();
+  run.keyframes.clear();
+  run.landmarks.clear();
+  WriteMapFolder(folder_, BuildMap(run, {}));
+  const MapResult map = ReadMapFolder(folder_);
+  EXPECT_TRUE(map.trajectory.empty() && map.keyframes.empty() && map.points.empty());
+  EXPECT_TRUE(map.lines.empty() && map.occupancy.OccupiedVoxels().empty());
+}
+
+TEST_F(MappingTest, APartialRunMakesAPartialMap) {
+  OdometryRun run = testing::MakeWallRun();
+  run.complete = false;
+  run.partial_reason = "interrupted";
+  run.warnings["imu_gap"] = 3;
+  run.landmarks[5].p_world.x() = std::numeric_limits<double>::quiet_NaN();
+  WriteMapFolder(folder_, BuildMap(run, {}));
+  const MapResult map = ReadMapFolder(folder_);
+  EXPECT_FALSE(map.complete);
+  EXPECT_EQ(map.partial_reason, "interrupted");
+  EXPECT_EQ(map.warnings.at("imu_gap"), 3);
+  EXPECT_GT(map.points.size(), 370u);
+}
+
+TEST_F(MappingTest, AMapComesBackFromItsFolder) {
+  MapResult map = BuildMap(testing::MakeWallRun(), {});
+  map.lines = {{{0, 0, 0}, {1, 2.5, 3}}};
+  WriteMapFolder(folder_, map);
+  const MapResult read = ReadMapFolder(folder_);
+  EXPECT_EQ(read.method, "points");
+  EXPECT_EQ(read.rectified_rig.cameras[0].fx_px, 320);
+  ASSERT_EQ(read.trajectory.size(), map.trajectory.size());
+  EXPECT_EQ(read.keyframes.back().stamp_ns, map.keyframes.back().stamp_ns);
+  ASSERT_EQ(read.points.size(), map.points.size());
+  for (std::size_t i = 0; i < map.points.size(); ++i) {
+    EXPECT_LT((read.points[i].p_world - map.points[i].p_world).norm(), 1e-5);
+    EXPECT_EQ(read.points[i].observations, map.points[i].observations);
+    EXPECT_NEAR(read.points[i].sigma_m, map.points[i].sigma_m, 1e-6);
+  }
+  ASSERT_EQ(read.lines.size(), 1u);
+  EXPECT_EQ(read.lines[0].end_world, Eigen::Vector3d(1, 2.5, 3));
+  EXPECT_EQ(read.occupancy.OccupiedVoxels().size(), map.occupancy.OccupiedVoxels().size());
+}
+
+TEST_F(MappingTest, TheSameRunGivesTheSameBytes) {
+  WriteMapFolder(folder_ + "/a", BuildMap(testing::MakeWallRun(), {}));
+  WriteMapFolder(folder_ + "/b", BuildMap(testing::MakeWallRun(), {}));
+  for (const std::string name : kFiles) {
+    EXPECT_EQ(ReadFile(folder_ + "/a/" + name), ReadFile(folder_ + "/b/" + name)) << name;
+  }
+}
+
+TEST_F(MappingTest, FullDiskNamesTheFile) {
+  const MapResult map = BuildMap(testing::MakeWallRun(), {});
+  for (const std::string name : kFiles) {
+    std::filesystem::remove_all(folder_);
+    std::filesystem::create_directories(folder_);
+    std::filesystem::create_symlink("/dev/full", folder_ + "/" + name);
+    EXPECT_THAT([&] { WriteMapFolder(folder_, map); }, ThrowsMessage<OutputError>(HasSubstr(name)));
+  }
+}
+
+TEST_F(MappingTest, MissingAndDamagedFilesAreNamed) {
+  const MapResult map = BuildMap(testing::MakeWallRun(), {});
+  for (const std::string name : kFiles) {
+    if (name == "points.pcd") continue;  // for other programs; points.ply is read
+    WriteMapFolder(folder_, map);
+    std::filesystem::remove(folder_ + "/" + name);
+    EXPECT_THAT([&] { ReadMapFolder(folder_); }, ThrowsMessage<DataError>(HasSubstr(name)));
+    const std::string damage = "damaged";
+    WriteFile(folder_ + "/" + name, damage);
+    EXPECT_THAT([&] { ReadMapFolder(folder_); }, ThrowsMessage<DataError>(HasSubstr(name)));
+  }
+}
+
+TEST_F(MappingTest, LinesWithoutTheirVerticesAreNamed) {
+  MapResult map = BuildMap(testing::MakeWallRun(), {});
+  WriteMapFolder(folder_, map);
+  WriteFile(folder_ + "/lines.ply",
+            "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\n"
+            "property float z\nelement edge 1\nproperty int vertex1\nproperty int vertex2\n"
+            "end_header\n0 0 0\n0 1\n");
+  EXPECT_THAT(
+      [&] { ReadMapFolder(folder_); },
+      ThrowsMessage<DataError>(AllOf(HasSubstr("lines.ply: edge row 1"), HasSubstr("vertex2 1"))));
+}
+
+}  // namespace
+}  // namespace slcmap

@@ -1,0 +1,114 @@
+#include "mapping/point_cloud.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <pcl/io/pcd_io.h>
+#include <pcl/point_types.h>
+
+#include <cmath>
+#include <limits>
+#include <random>
+
+#include "data/error.h"
+#include "tests/testing/temp_folder.h"
+
+namespace slcmap {
+namespace {
+
+using ::testing::ElementsAre;
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+// Points all over a square metre.
+std::vector<MapPoint> MakeSquare(int count) {
+  std::mt19937 random(1);
+  std::uniform_real_distribution<double> uniform(0, 1);
+  std::vector<MapPoint> points;
+  for (int i = 0; i < count; ++i) {
+    points.push_back({{uniform(random), uniform(random), 2}, 0.1, 3, {i}});
+  }
+  return points;
+}
+
+TEST(PointCloud, UncertainRareAndNonFiniteLandmarksAreLeftOut) {
+  CloudOptions options;
+  options.max_sigma_m = 0.1;
+  options.min_observations = 3;
+  const std::vector<Landmark> selected = SelectLandmarks({{1, 0, {1, 2, 3}, 0.05, 3},
+                                                          {2, 0, {1, 2, 3}, 0.11, 3},
+                                                          {3, 0, {1, 2, 3}, 0.05, 2},
+                                                          {4, 0, {1, kNaN, 3}, 0.05, 3},
+                                                          {5, 0, {1, 2, 3}, kNaN, 3}},
+                                                         options);
+  ASSERT_EQ(selected.size(), 1u);
+  EXPECT_EQ(selected[0].id, 1);
+}
+
+TEST(PointCloud, LandmarksOfAVoxelAreWeightedByTheirCertainty) {
+  CloudOptions options;
+  options.voxel_m = 1;
+  const std::vector<MapPoint> points = FuseLandmarks(
+      {{7, 0, {0.2, 0, 0}, 0.1, 3}, {8, 0, {0.7, 0, 0}, 0.2, 4}, {9, 0, {-0.1, 0, 0}, 0.2, 5}},
+      options);
+  ASSERT_EQ(points.size(), 2u);
+  EXPECT_THAT(points[0].landmark_ids, ElementsAre(9));
+  EXPECT_THAT(points[1].landmark_ids, ElementsAre(7, 8));
+  EXPECT_NEAR(points[1].p_world.x(), 0.8 * 0.2 + 0.2 * 0.7, 1e-12);
+  EXPECT_NEAR(points[1].sigma_m, 1 / std::sqrt(125), 1e-12);
+  EXPECT_EQ(points[1].observations, 7);
+}
+
+TEST(PointCloud, FarPointsDoNotOverflowTheGridAndZeroSigmaIsNoDivision) {
+  const std::vector<MapPoint> points =
+      FuseLandmarks({{1, 0, {-1e6, 2e6, 3e5}, 0, 3}, {2, 0, {1e6, 0, 0}, 0.1, 3}}, CloudOptions());
+  ASSERT_EQ(points.size(), 2u);
+  EXPECT_LT((points[0].p_world - Eigen::Vector3d(-1e6, 2e6, 3e5)).norm(), 1e-6);
+  EXPECT_TRUE(std::isfinite(points[0].sigma_m));
+}
+
+TEST(PointCloud, OutliersAreRemoved) {
+  std::vector<MapPoint> points = MakeSquare(300);
+  points.insert(points.begin() + 100, MapPoint{{5, 5, 5}, 0.1, 3, {1000}});
+  const std::vector<MapPoint> inliers = RemoveOutliers(points, CloudOptions());
+  EXPECT_GT(inliers.size(), 290u);
+  for (const MapPoint& point : inliers) EXPECT_NE(point.landmark_ids[0], 1000);
+}
+
+TEST(PointCloud, FewPointsAreNoOutliers) {
+  for (const int count : {0, 1, 2, 12}) {
+    EXPECT_EQ(RemoveOutliers(MakeSquare(count), CloudOptions()).size(),
+              static_cast<std::size_t>(count));
+  }
+}
+
+TEST(PointCloud, PclReadsThePcdFile) {
+  const testing::TempFolder folder;
+  const std::string path = folder.Path("a.pcd");
+  WritePcd(path, {{{1.5, -2.25, 3}, 0.125, 4, {}}, {{100.25, 0, -7}, 0.5, 9, {}}});
+  pcl::PointCloud<pcl::PointXYZ> cloud;
+  ASSERT_EQ(pcl::io::loadPCDFile(path, cloud), 0);
+  ASSERT_EQ(cloud.size(), 2u);
+  EXPECT_EQ(cloud[0].getVector3fMap(), Eigen::Vector3f(1.5, -2.25, 3));
+  EXPECT_EQ(cloud[1].getVector3fMap(), Eigen::Vector3f(100.25, 0, -7));
+  pcl::PCLPointCloud2 fields;
+  ASSERT_EQ(pcl::io::loadPCDFile(path, fields), 0);
+  EXPECT_EQ(fields.fields[3].name, "sigma_m");
+  EXPECT_EQ(fields.at<float>(1, 12), 0.5f);
+  EXPECT_EQ(fields.at<int32_t>(1, 16), 9);
+}
+
+TEST(PointCloud, PclReadsAnEmptyPcdFile) {
+  const testing::TempFolder folder;
+  const std::string path = folder.Path("a.pcd");
+  WritePcd(path, {});
+  pcl::PCLPointCloud2 header;
+  ASSERT_GE(pcl::PCDReader().readHeader(path, header), 0);
+  EXPECT_EQ(header.width * header.height, 0u);
+}
+
+TEST(PointCloud, FullDiskIsNamed) {
+  EXPECT_THROW(WritePcd("/dev/full", MakeSquare(10)), OutputError);
+}
+
+}  // namespace
+}  // namespace slcmap
