@@ -1,5 +1,6 @@
 // The subcommands of slcmap, one a file. Each adds itself to the program with its options and a
-// callback that does the work; errors are thrown and turned into one line and an exit code by main().
+// callback that does the work; errors are thrown and turned into one line and an exit code by
+// main().
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -17,8 +18,8 @@ void AddEvaluateCommand(CLI::App& app);
 
 // Exit codes of slcmap.
 inline constexpr int kExitSuccess = 0;
-inline constexpr int kExitFailure = 1;      // bad data, or output that could not be written
-inline constexpr int kExitUsage = 2;        // wrong command line or configuration
+inline constexpr int kExitFailure = 1;  // bad data, or output that could not be written
+inline constexpr int kExitUsage = 2;    // wrong command line or configuration
 inline constexpr int kExitInterrupted = 130;
 
 // True once the user pressed Ctrl-C; long loops look at it and end with the results so far.

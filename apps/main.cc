@@ -1,6 +1,7 @@
 // slcmap: maps buildings from the images of a stereo camera and the samples of an IMU.
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
+#include <unistd.h>
 
 #include <csignal>
 #include <cstdio>
@@ -31,15 +32,27 @@ int PrintError(std::string message, int exit_code) {
   return exit_code;
 }
 
+int PrintUsageError(const CLI::App& app, const CLI::ParseError& error) {
+  // CLI11 misses a known command before it sees an unknown one.
+  const bool unknown = app.get_subcommands().empty() && app.remaining_size() > 0;
+  const std::string what =
+      unknown ? "found command '" + app.remaining().front() + "', expected one of those of --help"
+              : error.what() + std::string(" (slcmap --help shows the usage)");
+  return PrintError(what, kExitUsage);
+}
+
 void AddCommands(CLI::App& app) {
   // In the order in which data flows; each is in the file of its name.
+  AddOdometryCommand(app);
   AddMapCommand(app);
   AddEvaluateCommand(app);
 }
 
 void SetUpLog(CLI::App& app) {
   spdlog::set_default_logger(spdlog::stderr_color_mt("slcmap"));
-  spdlog::set_pattern("slcmap: %^%l%$: %v");
+  // On a terminal a message takes the line of a progress bar, which is drawn again below it.
+  const std::string clear_line = isatty(STDERR_FILENO) != 0 ? "\r\x1b[K" : "";
+  spdlog::set_pattern(clear_line + "slcmap: %^%l%$: %v");
   app.add_flag_callback(
       "-v,--verbose", [] { spdlog::set_level(spdlog::level::debug); }, "Say more");
   app.add_flag_callback(
@@ -57,8 +70,8 @@ int RunProgram(int argc, char** argv) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    if (error.get_exit_code() == 0) return app.exit(error);  // --help, --version
-    return PrintError(std::string(error.what()) + " (slcmap --help shows the usage)", kExitUsage);
+    if (error.get_exit_code() != 0) return PrintUsageError(app, error);
+    app.exit(error);  // --help, --version
   }
   std::cout.flush();
   if (!std::cout || std::fflush(stdout) != 0)

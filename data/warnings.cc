@@ -2,13 +2,17 @@
 
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
+
 namespace slcmap {
 
 void Warnings::Add(const std::string& kind, const std::string& place) {
   Entry& entry = entries_[kind];
   if (entry.count++ != 0) return;
   entry.first_place = place;
-  spdlog::warn("{}: {} (more of this kind are counted)", place, kind);
+  std::string words = kind;
+  std::replace(words.begin(), words.end(), '_', ' ');
+  spdlog::warn("{}: {} (from here on only counted)", place, words);
 }
 
 void Warnings::Merge(const Warnings& other) {

@@ -28,15 +28,15 @@ class Warnings {
 };
 
 // The kinds that the readers count.
-inline constexpr const char* kRowUnreadable = "rows that cannot be read";
-inline constexpr const char* kRowNotFinite = "rows with NaN or infinity";
-inline constexpr const char* kStampUnsorted = "rows with an unsorted or repeated stamp";
-inline constexpr const char* kImuGap = "gaps in the IMU samples";
-inline constexpr const char* kImageUnpaired = "images without a partner in time";
-inline constexpr const char* kImageMissing = "image files missing";
-inline constexpr const char* kImageTruncated = "image files truncated";
-inline constexpr const char* kImageUndecodable = "image files that cannot be decoded";
-inline constexpr const char* kImageWrongSize = "images of another size than calibrated";
-inline constexpr const char* kImuNoiseAssumed = "IMU noise not given, a typical one assumed";
+inline constexpr const char* kRowUnreadable = "rows_unreadable";
+inline constexpr const char* kRowNotFinite = "rows_not_finite";
+inline constexpr const char* kStampUnsorted = "rows_unsorted_or_repeated";
+inline constexpr const char* kImuGap = "imu_gaps";
+inline constexpr const char* kImageUnpaired = "images_unpaired";
+inline constexpr const char* kImageMissing = "images_missing";
+inline constexpr const char* kImageTruncated = "images_truncated";
+inline constexpr const char* kImageUndecodable = "images_undecodable";
+inline constexpr const char* kImageWrongSize = "images_of_wrong_size";
+inline constexpr const char* kImuNoiseAssumed = "imu_noise_assumed";
 
 }  // namespace slcmap

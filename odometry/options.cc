@@ -155,6 +155,7 @@ OdometryOptions OdometryOptions::FromYaml(const std::string& path) {
   options.keyframes.Read(root.Section("keyframes"));
   options.initializer.Read(root.Section("initializer"));
   options.failure.Read(root.Section("failure"));
+  root.Section("mapping");  // one file may hold the options of all stages; this is the map's
   root.Finish();
   options.Check();
   return options;

@@ -112,7 +112,7 @@ TEST(KalibrCalibration, IsFoundBesideAnAslFolderWithoutSensorFiles) {
 
 class AslCalibration : public ::testing::Test {
  protected:
-  AslCalibration() { testing::WriteSequence(folder_, 1); }
+  AslCalibration() { testing::WriteSequence(folder_, {.images = 1}); }
 
   // The message of reading after `from` in a file became `to`.
   std::string MessageAfter(const std::string& file, const std::string& from,

@@ -22,7 +22,7 @@ namespace fs = std::filesystem;
 TEST(OpenSequence, TakesTheFolderTheOneAboveAndBothLineEnds) {
   for (const char* end : {"\n", "\r\n"}) {
     const TempFolder folder;
-    testing::WriteSequence(folder, 5, end);
+    testing::WriteSequence(folder, {.images = 5, .line_end = end});
     for (const char* name : {"", "mav0"}) {
       const Sequence sequence = OpenSequence(folder.Path(name));
       ASSERT_EQ(sequence.images.size(), 5u);
@@ -38,7 +38,7 @@ TEST(OpenSequence, TakesTheFolderTheOneAboveAndBothLineEnds) {
 
 TEST(OpenSequence, FindsImagesWithoutOrWithOtherFileColumns) {
   const TempFolder folder;
-  testing::WriteSequence(folder, 2);
+  testing::WriteSequence(folder, {.images = 2});
   const auto row = [](int i, const std::string& rest) {
     return std::to_string(ImageStamp(i)) + rest + "\n";
   };
@@ -57,7 +57,7 @@ TEST(OpenSequence, FindsImagesWithoutOrWithOtherFileColumns) {
 
 TEST(OpenSequence, BadRowsAreCountedAndDropped) {
   const TempFolder folder;
-  testing::WriteSequence(folder, 4);
+  testing::WriteSequence(folder, {.images = 4});
   const std::string imu = testing::ReadText(folder.Path("mav0/imu0/data.csv"));
   const int64_t after = ImageStamp(4) + testing::kImuStep_ns;
   folder.Write("mav0/imu0/data.csv", imu + std::to_string(after) + ",nan,0,0,0,0,9.81\n" +
@@ -76,7 +76,7 @@ TEST(OpenSequence, BadRowsAreCountedAndDropped) {
 
 TEST(OpenSequence, GapsOfTheImuAreCounted) {
   const TempFolder folder;
-  testing::WriteSequence(folder, 2);
+  testing::WriteSequence(folder, {.images = 2});
   const std::string imu = testing::ReadText(folder.Path("mav0/imu0/data.csv"));
   folder.Write("mav0/imu0/data.csv",
                imu + testing::ImuRow(ImageStamp(2) + 10 * testing::kImuStep_ns) + "\n");
@@ -90,7 +90,7 @@ TEST(OpenSequence, ErrorsNameWhatIsMissing) {
   };
   EXPECT_THAT(message(folder.Path("none")), HasSubstr("none: found no such folder"));
   EXPECT_THAT(message(folder.Path()), HasSubstr("found neither cam0 nor mav0/cam0"));
-  testing::WriteSequence(folder, 2);
+  testing::WriteSequence(folder, {.images = 2});
   fs::rename(folder.Path("mav0/imu0"), folder.Path("mav0/imu1"));
   EXPECT_THAT(message(folder.Path()), HasSubstr("found no imu0"));
   fs::rename(folder.Path("mav0/imu1"), folder.Path("mav0/imu0"));
@@ -104,7 +104,7 @@ TEST(OpenSequence, ErrorsNameWhatIsMissing) {
 
 TEST(OpenSequence, StampsOfDifferentClocksAreAnError) {
   const TempFolder folder;
-  testing::WriteSequence(folder, 2);
+  testing::WriteSequence(folder, {.images = 2});
   folder.Write("mav0/imu0/data.csv", testing::ImuRow(1000) + "\n" + testing::ImuRow(2000) + "\n");
   EXPECT_THAT(MessageOf<DataError>([&] { OpenSequence(folder.Path()); }),
               HasSubstr("expected them to overlap"));

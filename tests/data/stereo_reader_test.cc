@@ -16,7 +16,7 @@ namespace fs = std::filesystem;
 
 class StereoReaderTest : public ::testing::Test {
  protected:
-  StereoReaderTest() { testing::WriteSequence(folder_, 12); }
+  StereoReaderTest() { testing::WriteSequence(folder_, {.images = 12}); }
 
   std::string Image(int camera, int index) const {
     return folder_.Path(fmt::format("mav0/cam{}/data/{}.png", camera, testing::ImageStamp(index)));

@@ -1,0 +1,23 @@
+// slcmap odometry: the motion of a rig from a recorded sequence.
+#include <memory>
+
+#include "apps/commands.h"
+#include "apps/odometry_options.h"
+#include "apps/odometry_stage.h"
+
+namespace slcmap {
+
+void AddOdometryCommand(CLI::App& app) {
+  CLI::App* command = app.add_subcommand("odometry", "Estimate the motion of a recorded rig");
+  const auto arguments = std::make_shared<OdometryArguments>();
+  AddOdometryOptions(*command, arguments.get());
+  command->add_option("-o,--output", arguments->run, "Run folder to write")->required();
+  command->footer(
+      "Examples:\n  slcmap odometry MH_01_easy -o run\n"
+      "  slcmap odometry dataset-room1_512_16 -o run --method points --config tuning.yaml\n\n"
+      "Writes trajectory.tum (pose of the IMU body, a row an image), points.ply, timings.json and\n"
+      "what map reads. Ctrl-C ends with the results so far.");
+  command->callback([arguments] { RunOdometryStage(*arguments); });
+}
+
+}  // namespace slcmap

@@ -1,0 +1,20 @@
+#include "apps/odometry_options.h"
+
+namespace slcmap {
+
+void AddOdometryOptions(CLI::App& command, OdometryArguments* arguments) {
+  command
+      .add_option("sequence", arguments->sequence,
+                  "EuRoC (ASL) or TUM VI folder: the one with cam0, cam1, imu0, or the one above")
+      ->required();
+  command.add_option("--method", arguments->method,
+                     "points (default) or points-mono, which uses the left camera only");
+  command.add_option("--config", arguments->config, "YAML file that overrides options");
+  command.add_option("--calibration", arguments->calibration,
+                     "Kalibr camera chain, or a folder with sensor.yaml files (default: the "
+                     "sequence's own)");
+  command.add_option("--threads", arguments->threads, "Threads beside the one that reads")
+      ->capture_default_str();
+}
+
+}  // namespace slcmap

@@ -1,0 +1,13 @@
+// The command-line options of odometry, which the commands odometry and run share.
+#pragma once
+
+#include <CLI/CLI.hpp>
+
+#include "apps/odometry_stage.h"
+
+namespace slcmap {
+
+// Adds SEQ, --method, --config, --calibration and --threads; `arguments` must outlive the parsing.
+void AddOdometryOptions(CLI::App& command, OdometryArguments* arguments);
+
+}  // namespace slcmap

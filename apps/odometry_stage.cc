@@ -1,0 +1,175 @@
+#include "apps/odometry_stage.h"
+
+#include <spdlog/spdlog.h>
+
+#include <chrono>
+#include <opencv2/core/utility.hpp>
+#include <optional>
+
+#include "apps/commands.h"
+#include "apps/process_cost.h"
+#include "apps/progress.h"
+#include "apps/trajectory_stream.h"
+#include "data/error.h"
+#include "data/sequence.h"
+#include "data/stereo_reader.h"
+#include "odometry/odometry.h"
+#include "odometry/run_folder.h"
+
+namespace slcmap {
+namespace {
+
+OdometryOptions ReadOptions(const OdometryArguments& arguments) {
+  OdometryOptions options =
+      arguments.config.empty() ? OdometryOptions() : OdometryOptions::FromYaml(arguments.config);
+  if (!arguments.method.empty()) options.method = MethodFromName(arguments.method);
+  options.Check();
+  return options;
+}
+
+// The length of the path along the states, within segments.
+class PathLength {
+ public:
+  void Add(const OnlineState& state) {
+    if (last_ && last_->segment == state.segment) {
+      length_m_ += (state.T_world_imu.translation - last_->T_world_imu.translation).norm();
+    }
+    last_ = state;
+  }
+  double length_m() const { return length_m_; }
+
+ private:
+  std::optional<OnlineState> last_;
+  double length_m_ = 0;
+};
+
+// Feeds a sequence to odometry and keeps account.
+class Feeder {
+ public:
+  Feeder(const Sequence& sequence, const OdometryOptions& options, const std::string& run_folder)
+      : sequence_(sequence),
+        odometry_(sequence.rig, options),
+        reader_(sequence, {.read_right = options.method != Method::kPointsMono}),
+        stream_(run_folder + "/trajectory.tum"),
+        start_(CostSoFar()) {}
+
+  // Until the end of the sequence, or Ctrl-C.
+  void FeedAll() {
+    Progress progress("odometry", static_cast<int64_t>(sequence_.images.size()));
+    const int64_t first_ns = sequence_.images.front().stamp_ns;
+    while (const std::optional<StereoImage> image = NextImage()) {
+      FeedImuUntil(image->stamp_ns);
+      for (const OnlineState& state : odometry_.AddStereo(*image)) {
+        stream_.Add({state.stamp_ns, state.T_world_imu});
+        path_.Add(state);
+      }
+      ++frames_;
+      data_s_ = ToSeconds(image->stamp_ns - first_ns);
+      while (sequence_.images[position_].stamp_ns < image->stamp_ns) ++position_;
+      progress.Update(static_cast<int64_t>(position_) + 1, data_s_, path_.length_m());
+      if (Interrupted()) return;
+    }
+    complete_ = true;
+  }
+
+  OdometryRun Run(const std::string& partial_reason) const {
+    OdometryRun run = odometry_.Run();
+    run.complete = complete_;
+    run.partial_reason = complete_ ? "" : partial_reason;
+    for (const Warnings* warnings : {&sequence_.warnings, &reader_.warnings()}) {
+      for (const auto& [kind, entry] : warnings->entries()) run.warnings[kind] += entry.count;
+    }
+    const ProcessCost now = CostSoFar();
+    run.timings.cpu_s = now.cpu_s - start_.cpu_s;
+    run.timings.wall_s = now.wall_s - start_.wall_s;
+    run.timings.peak_memory_mib = now.peak_memory_mib;
+    run.timings.stereo_frames = frames_;
+    run.timings.data_s = data_s_;
+    run.timings.stages.insert(run.timings.stages.begin(), {"wait for images", wait_s_, frames_});
+    return run;
+  }
+
+  double path_length_m() const { return path_.length_m(); }
+
+ private:
+  std::optional<StereoImage> NextImage() {
+    const auto before = std::chrono::steady_clock::now();
+    std::optional<StereoImage> image = reader_.Next();
+    wait_s_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - before).count();
+    return image;
+  }
+
+  // Feeds the samples up to the first one that is not before the image, which then need not wait.
+  void FeedImuUntil(int64_t image_stamp_ns) {
+    const int64_t until_ns = image_stamp_ns + ToNanoseconds(sequence_.rig.camera_time_offset_s);
+    while (next_imu_ < sequence_.imu.size()) {
+      const ImuSample& sample = sequence_.imu[next_imu_];
+      if (last_imu_ns_ && *last_imu_ns_ >= until_ns) return;
+      odometry_.AddImu(sample);
+      last_imu_ns_ = sample.stamp_ns;
+      ++next_imu_;
+    }
+  }
+
+  const Sequence& sequence_;
+  Odometry odometry_;
+  StereoReader reader_;
+  TrajectoryStream stream_;
+  const ProcessCost start_;
+  PathLength path_;
+  std::optional<int64_t> last_imu_ns_;
+  size_t next_imu_ = 0, position_ = 0;
+  int64_t frames_ = 0;
+  double data_s_ = 0, wait_s_ = 0;
+  bool complete_ = false;
+};
+
+void LogResult(const OdometryRun& run, double path_length_m, const std::string& folder) {
+  const RunTimings& t = run.timings;
+  const double frames = static_cast<double>(std::max<int64_t>(t.stereo_frames, 1));
+  spdlog::info("{} of {} images have a pose, path {:.2f} m, {} keyframes, {} landmarks",
+               run.states.size(), t.stereo_frames, path_length_m, run.keyframes.size(),
+               run.landmarks.size());
+  spdlog::info("CPU {:.2f} ms an image, {:.1f} x real time, peak memory {:.0f} MiB",
+               1e3 * t.cpu_s / frames, t.data_s / std::max(t.wall_s, 1e-9), t.peak_memory_mib);
+  for (const auto& [kind, count] : run.warnings) spdlog::warn("{}: {}", kind, count);
+  spdlog::info("wrote {}{}", folder, run.complete ? "" : " (partial: " + run.partial_reason + ")");
+}
+
+}  // namespace
+
+OdometryRun RunOdometryStage(const OdometryArguments& arguments) {
+  if (arguments.threads < 1) {
+    throw ConfigError(fmt::format("--threads: found {}, expected at least 1", arguments.threads));
+  }
+  const OdometryOptions options = ReadOptions(arguments);
+  const Sequence sequence =
+      OpenSequence(arguments.sequence, {.calibration = arguments.calibration});
+  spdlog::info("{} pairs of images, {} IMU samples; calibration: {}", sequence.images.size(),
+               sequence.imu.size(), sequence.calibration_source);
+  cv::setNumThreads(arguments.threads);
+
+  OdometryRun unfinished;
+  unfinished.method = MethodName(options.method);
+  unfinished.rectified_rig = sequence.rig;
+  unfinished.partial_reason = "not finished";
+  WriteRunFolder(arguments.run, unfinished);
+  Feeder feeder(sequence, options, arguments.run);
+  try {
+    feeder.FeedAll();
+  } catch (const Error& error) {
+    WriteRunFolder(arguments.run, feeder.Run(error.what()));
+    throw;
+  }
+  const OdometryRun run = feeder.Run("interrupted");
+  WriteRunFolder(arguments.run, run);
+  LogResult(run, feeder.path_length_m(), arguments.run);
+  if (run.states.empty() && run.complete) {
+    throw DataError(arguments.sequence +
+                    ": found no motion that could be estimated, expected at least one pose (slcmap "
+                    "check names what may be wrong)");
+  }
+  return run;
+}
+
+}  // namespace slcmap

@@ -1,0 +1,39 @@
+// Runs the program as a user does.
+#pragma once
+
+#include <sys/wait.h>
+
+#include <cstdlib>
+#include <string>
+
+#include "tests/testing/temp_folder.h"
+
+namespace slcmap::testing {
+
+struct ProcessResult {
+  int exit_code = 0;
+  std::string output;  // standard output
+  std::string error;   // standard error
+
+  int ErrorLines() const {
+    int lines = 0;
+    for (const char c : error) lines += c == '\n';
+    return lines;
+  }
+};
+
+// Runs a shell command in which $SLCMAP is the program.
+inline ProcessResult RunShell(const std::string& command) {
+  const TempFolder folder;
+  const std::string line = "SLCMAP='" SLCMAP_PROGRAM "'; ( " + command + " ) >'" +
+                           folder.Path("out") + "' 2>'" + folder.Path("err") + "'";
+  const int status = std::system(("bash -c \"" + line + "\"").c_str());
+  return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, ReadText(folder.Path("out")),
+          ReadText(folder.Path("err"))};
+}
+
+inline ProcessResult RunSlcmap(const std::string& arguments) {
+  return RunShell("\\$SLCMAP " + arguments);
+}
+
+}  // namespace slcmap::testing
