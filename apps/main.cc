@@ -45,6 +45,7 @@ void AddCommands(CLI::App& app) {
   // In the order in which data flows; each is in the file of its name.
   AddOdometryCommand(app);
   AddMapCommand(app);
+  AddExportCommand(app);
   AddEvaluateCommand(app);
 }
 

@@ -1,0 +1,16 @@
+// A PLY file a layer, for MeshLab, CloudCompare, Blender and Open3D.
+#pragma once
+
+#include "export/scene_writer.h"
+
+namespace slcmap {
+
+// Writes NAME.ply for each layer: coloured vertices, and edges (vertex1, vertex2) or triangles
+// between them. Empty layers are written too, so that no file of an earlier export is left.
+class PlySceneWriter : public SceneWriter {
+ public:
+  std::string Format() const override { return "ply"; }
+  std::vector<std::string> Write(const std::string& folder, const Scene& scene) const override;
+};
+
+}  // namespace slcmap

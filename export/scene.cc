@@ -1,0 +1,164 @@
+#include "export/scene.h"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <algorithm>
+#include <limits>
+#include <optional>
+
+#include "data/error.h"
+#include "export/colour_scale.h"
+
+namespace slcmap {
+namespace {
+
+constexpr Colour kLineColour{230, 60, 40};
+constexpr Colour kKeyframeColour{250, 140, 20};
+
+// Maps heights to colours so that the lowest and highest two percent do not use up the scale.
+class HeightColours {
+ public:
+  explicit HeightColours(std::vector<double> heights_m) {
+    if (heights_m.empty()) return;
+    std::sort(heights_m.begin(), heights_m.end());
+    const std::size_t margin = heights_m.size() / 50;
+    low_m_ = heights_m[margin];
+    range_m_ = std::max(heights_m[heights_m.size() - 1 - margin] - low_m_, kMinRange_m);
+  }
+  Colour At(double height_m) const { return ScaleColour((height_m - low_m_) / range_m_); }
+
+ private:
+  static constexpr double kMinRange_m = 0.1;
+  double low_m_ = 0, range_m_ = 1;
+};
+
+PointLayer PointsOf(const MapResult& map, const HeightColours& colours) {
+  PointLayer layer{"points", {}};
+  for (const MapPoint& point : map.points) {
+    layer.vertices.Add(point.p_world, colours.At(point.p_world.z()));
+  }
+  return layer;
+}
+
+void AddEdge(const Eigen::Vector3d& start, const Eigen::Vector3d& end, const Colour& colour,
+             LineLayer* layer) {
+  const auto first = static_cast<uint32_t>(layer->vertices.size());
+  layer->vertices.Add(start, colour);
+  layer->vertices.Add(end, colour);
+  layer->edges.push_back({first, first + 1});
+}
+
+LineLayer LinesOf(const MapResult& map) {
+  LineLayer layer{"lines", {}, {}};
+  for (const auto& [start, end] : map.lines) AddEdge(start, end, kLineColour, &layer);
+  return layer;
+}
+
+LineLayer TrajectoryOf(const MapResult& map, double max_jump_s) {
+  LineLayer layer{"trajectory", {}, {}};
+  const Trajectory& poses = map.trajectory;
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    const auto vertex = static_cast<uint32_t>(i);
+    layer.vertices.Add(poses[i].T_world_imu.translation,
+                       ScaleColour(static_cast<double>(i) / static_cast<double>(poses.size())));
+    if (i == 0 || ToSeconds(poses[i].stamp_ns - poses[i - 1].stamp_ns) > max_jump_s) continue;
+    layer.edges.push_back({vertex - 1, vertex});
+  }
+  return layer;
+}
+
+// The image's corners at a depth, in the camera frame; none when the camera has no calibration.
+std::vector<Eigen::Vector3d> FrustumCorners(const Camera& camera, double depth_m) {
+  if (!(camera.fx_px > 0 && camera.fy_px > 0)) return {};
+  const double right_px = camera.width_px - 0.5, bottom_px = camera.height_px - 0.5;
+  std::vector<Eigen::Vector3d> corners;
+  for (const Eigen::Vector2d& pixel_px :
+       {Eigen::Vector2d(-0.5, -0.5), Eigen::Vector2d(right_px, -0.5),
+        Eigen::Vector2d(right_px, bottom_px), Eigen::Vector2d(-0.5, bottom_px)}) {
+    const std::optional<Eigen::Vector3d> ray = camera.Unproject(pixel_px);
+    if (!ray || !(ray->z() > 0)) return {};
+    corners.push_back(*ray * (depth_m / ray->z()));
+  }
+  return corners;
+}
+
+LineLayer KeyframesOf(const MapResult& map, const SceneOptions& options) {
+  LineLayer layer{"keyframes", {}, {}};
+  const std::vector<Eigen::Vector3d> corners =
+      FrustumCorners(map.rectified_rig.cameras[0], options.frustum_m);
+  Eigen::Vector3d last = Eigen::Vector3d::Constant(std::numeric_limits<double>::infinity());
+  for (const StampedPose& keyframe : map.keyframes) {
+    const RigidTransform T_world_camera = keyframe.T_world_imu * map.rectified_rig.T_imu_camera[0];
+    if ((T_world_camera.translation - last).norm() < options.frustum_spacing_m) continue;
+    last = T_world_camera.translation;
+    for (std::size_t i = 0; i < corners.size(); ++i) {
+      const Eigen::Vector3d corner = T_world_camera * corners[i];
+      AddEdge(T_world_camera.translation, corner, kKeyframeColour, &layer);
+      AddEdge(corner, T_world_camera * corners[(i + 1) % corners.size()], kKeyframeColour, &layer);
+    }
+  }
+  return layer;
+}
+
+// The six faces of a cube of edge 2 about the origin, with the shade that stands in for a light.
+struct CubeFace {
+  std::array<Eigen::Vector3d, 4> corners;
+  double shade;
+};
+
+std::vector<CubeFace> CubeFaces() {
+  constexpr double kTopShade = 1, kBottomShade = 0.55, kXShade = 0.85, kYShade = 0.7;
+  return {{{{{-1, -1, 1}, {1, -1, 1}, {1, 1, 1}, {-1, 1, 1}}}, kTopShade},
+          {{{{-1, 1, -1}, {1, 1, -1}, {1, -1, -1}, {-1, -1, -1}}}, kBottomShade},
+          {{{{1, -1, -1}, {1, 1, -1}, {1, 1, 1}, {1, -1, 1}}}, kXShade},
+          {{{{-1, 1, -1}, {-1, -1, -1}, {-1, -1, 1}, {-1, 1, 1}}}, kXShade},
+          {{{{1, 1, -1}, {-1, 1, -1}, {-1, 1, 1}, {1, 1, 1}}}, kYShade},
+          {{{{-1, -1, -1}, {1, -1, -1}, {1, -1, 1}, {-1, -1, 1}}}, kYShade}};
+}
+
+// Every cube has its own four vertices a face, as the faces' shades differ.
+MeshLayer VoxelsOf(const std::vector<Voxel>& voxels, const HeightColours& colours) {
+  MeshLayer layer{"voxels", {}, {}};
+  const std::vector<CubeFace> faces = CubeFaces();
+  for (const Voxel& voxel : voxels) {
+    const Colour colour = colours.At(voxel.centre_world.z());
+    for (const CubeFace& face : faces) {
+      const auto first = static_cast<uint32_t>(layer.vertices.size());
+      for (const Eigen::Vector3d& corner : face.corners) {
+        layer.vertices.Add(voxel.centre_world + 0.5 * voxel.size_m * corner,
+                           Shade(colour, face.shade));
+      }
+      layer.triangles.push_back({first, first + 1, first + 2});
+      layer.triangles.push_back({first, first + 2, first + 3});
+    }
+  }
+  return layer;
+}
+
+}  // namespace
+
+void SceneOptions::Check() const {
+  const auto require = [](bool condition, const char* key, double found, const char* expected) {
+    if (!condition)
+      throw ConfigError(fmt::format("{}: found {}, expected {}", key, found, expected));
+  };
+  require(frustum_m > 0, "frustum_m", frustum_m, "more than 0");
+  require(frustum_spacing_m >= 0, "frustum_spacing_m", frustum_spacing_m, "at least 0");
+  require(max_jump_s > 0, "max_jump_s", max_jump_s, "more than 0");
+}
+
+Scene MakeScene(const MapResult& map, const SceneOptions& options) {
+  options.Check();
+  const std::vector<Voxel> voxels = map.occupancy.OccupiedVoxels();
+  std::vector<double> heights_m;
+  for (const MapPoint& point : map.points) heights_m.push_back(point.p_world.z());
+  const HeightColours colours(std::move(heights_m));
+
+  Scene scene;
+  scene.points = {PointsOf(map, colours)};
+  scene.lines = {LinesOf(map), TrajectoryOf(map, options.max_jump_s), KeyframesOf(map, options)};
+  scene.meshes = {VoxelsOf(voxels, colours)};
+  return scene;
+}
+
+}  // namespace slcmap

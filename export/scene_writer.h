@@ -1,0 +1,26 @@
+// The formats that a scene can be written in.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "export/scene.h"
+
+namespace slcmap {
+
+// Writes scenes in one format.
+class SceneWriter {
+ public:
+  virtual ~SceneWriter() = default;
+
+  virtual std::string Format() const = 0;  // as named on the command line, such as "glb"
+
+  // Writes files into an existing folder and returns their paths. Throws OutputError.
+  virtual std::vector<std::string> Write(const std::string& folder, const Scene& scene) const = 0;
+};
+
+// A writer for each format there is.
+std::vector<std::unique_ptr<SceneWriter>> MakeSceneWriters();
+
+}  // namespace slcmap

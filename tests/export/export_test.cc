@@ -1,0 +1,178 @@
+#include "export/export.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <pcl/io/ply_io.h>
+#include <pcl/point_types.h>
+#include <tiny_gltf.h>
+
+#include <cstdlib>
+#include <filesystem>
+
+#include "data/error.h"
+#include "data/file.h"
+#include "data/ply.h"
+#include "mapping/mapping.h"
+#include "tests/testing/made_run.h"
+#include "tests/testing/temp_folder.h"
+
+namespace slcmap {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::ThrowsMessage;
+using ::testing::UnorderedElementsAre;
+
+const char* const kFiles[] = {"scene.glb",      "points.ply",    "lines.ply",
+                              "trajectory.ply", "keyframes.ply", "voxels.ply"};
+
+MapResult MakeMap() {
+  MapResult map = BuildMap(testing::MakeWallRun(), {});
+  map.lines = {{{0, 0, 0}, {1, 2.5, 3}}};
+  return map;
+}
+
+class ExportTest : public ::testing::Test {
+ protected:
+  std::string Path(const std::string& name) const { return folder_ + "/" + name; }
+
+  tinygltf::Model ReadGltf() const {
+    tinygltf::Model model;
+    std::string error, warning;
+    EXPECT_TRUE(
+        tinygltf::TinyGLTF().LoadBinaryFromFile(&model, &error, &warning, Path("scene.glb")))
+        << error;
+    EXPECT_EQ(warning, "");
+    return model;
+  }
+
+  testing::TempFolder temp_;
+  const std::string folder_ = temp_.Path("made/export");
+};
+
+// The number of values that the mesh of that name is drawn from.
+std::size_t CountOf(const tinygltf::Model& model, const std::string& name) {
+  for (const tinygltf::Mesh& mesh : model.meshes) {
+    if (mesh.name != name) continue;
+    const tinygltf::Primitive& primitive = mesh.primitives[0];
+    const int accessor =
+        primitive.indices >= 0 ? primitive.indices : primitive.attributes.at("POSITION");
+    return model.accessors[static_cast<std::size_t>(accessor)].count;
+  }
+  return 0;
+}
+
+TEST_F(ExportTest, AllFormatsAreWritten) {
+  const std::vector<std::string> paths = ExportMap(MakeMap(), folder_, {});
+  EXPECT_EQ(paths.size(), std::size(kFiles));
+  for (const char* name : kFiles) EXPECT_TRUE(std::filesystem::exists(Path(name))) << name;
+}
+
+TEST_F(ExportTest, OneFormatAlone) {
+  ExportOptions options;
+  options.formats = {"glb"};
+  EXPECT_THAT(ExportMap(MakeMap(), folder_, options), UnorderedElementsAre(Path("scene.glb")));
+  options.formats = {"step"};
+  EXPECT_THAT([&] { ExportMap(MakeMap(), folder_, options); },
+              ThrowsMessage<ConfigError>(HasSubstr("found 'step', expected one of glb, ply")));
+}
+
+TEST_F(ExportTest, GltfHoldsTheLayers) {
+  const MapResult map = MakeMap();
+  ExportMap(map, folder_, {});
+  const tinygltf::Model model = ReadGltf();
+  EXPECT_EQ(CountOf(model, "points"), map.points.size());
+  EXPECT_EQ(CountOf(model, "lines"), 2u);
+  EXPECT_EQ(CountOf(model, "trajectory"), 2u * 50);
+  EXPECT_EQ(CountOf(model, "keyframes"), 2u * 6 * 8);
+  EXPECT_EQ(CountOf(model, "voxels"), 36 * map.occupancy.OccupiedVoxels().size());
+  EXPECT_THAT(model.extensionsUsed, UnorderedElementsAre("KHR_materials_unlit"));
+  EXPECT_EQ(model.nodes[0].children.size(), 5u);
+}
+
+TEST_F(ExportTest, GltfTurnsUpToY) {
+  ExportMap(MakeMap(), folder_, {});
+  const std::vector<double> q = ReadGltf().nodes[0].rotation;
+  const Eigen::Quaterniond rotation(q[3], q[0], q[1], q[2]);
+  EXPECT_LT((rotation * Eigen::Vector3d::UnitZ() - Eigen::Vector3d::UnitY()).norm(), 1e-9);
+  EXPECT_LT((rotation * Eigen::Vector3d::UnitX() - Eigen::Vector3d::UnitX()).norm(), 1e-9);
+}
+
+TEST_F(ExportTest, GltfHoldsPositionsAndLinearColours) {
+  MapResult map;
+  map.lines = {{{0.5, 0, 0}, {1, 2.5, 3}}};
+  ExportMap(map, folder_, {});
+  const tinygltf::Model model = ReadGltf();
+  const auto& attributes = model.meshes[0].primitives[0].attributes;
+  const auto data_of = [&](const char* name) {
+    const auto& accessor = model.accessors[static_cast<std::size_t>(attributes.at(name))];
+    return model.buffers[0].data.data() +
+           model.bufferViews[static_cast<std::size_t>(accessor.bufferView)].byteOffset;
+  };
+  float positions[6];
+  std::memcpy(positions, data_of("POSITION"), sizeof positions);
+  EXPECT_THAT(positions, ::testing::ElementsAre(0.5f, 0, 0, 1, 2.5f, 3));
+  const unsigned char* colour = data_of("COLOR_0");
+  EXPECT_THAT(std::vector<int>(colour, colour + 4), ::testing::ElementsAre(202, 12, 5, 255));
+}
+
+TEST_F(ExportTest, PclReadsThePointsAndTheMesh) {
+  const MapResult map = MakeMap();
+  ExportMap(map, folder_, {});
+  pcl::PointCloud<pcl::PointXYZRGB> cloud;
+  ASSERT_EQ(pcl::io::loadPLYFile(Path("points.ply"), cloud), 0);
+  ASSERT_EQ(cloud.size(), map.points.size());
+  for (std::size_t i = 0; i < cloud.size(); ++i) {
+    EXPECT_LT((cloud[i].getVector3fMap() - map.points[i].p_world.cast<float>()).norm(), 1e-6);
+  }
+  EXPECT_NE(cloud[0].getRGBVector3i(), Eigen::Vector3i::Zero());
+  pcl::PolygonMesh mesh;
+  ASSERT_EQ(pcl::io::loadPLYFile(Path("voxels.ply"), mesh), 0);
+  EXPECT_EQ(mesh.polygons.size(), 12 * map.occupancy.OccupiedVoxels().size());
+}
+
+TEST_F(ExportTest, PlyLinesComeBack) {
+  ExportMap(MakeMap(), folder_, {});
+  EXPECT_EQ(ReadLinesPly(Path("lines.ply")).at(0).end_world, Eigen::Vector3d(1, 2.5, 3));
+  EXPECT_EQ(ReadLinesPly(Path("trajectory.ply")).size(), 50u);
+}
+
+TEST_F(ExportTest, AnEmptyMapReplacesTheFilesOfAnEarlierOne) {
+  ExportMap(MakeMap(), folder_, {});
+  ExportMap(MapResult(), folder_, {});
+  EXPECT_TRUE(ReadGltf().meshes.empty());
+  EXPECT_EQ(ReadPly(Path("points.ply")).Get("vertex", "").size(), 0u);
+  EXPECT_TRUE(ReadLinesPly(Path("trajectory.ply")).empty());
+}
+
+TEST_F(ExportTest, TheSameMapGivesTheSameBytes) {
+  ExportMap(MakeMap(), folder_ + "/a", {});
+  ExportMap(MakeMap(), folder_ + "/b", {});
+  for (const std::string name : kFiles) {
+    EXPECT_EQ(ReadFile(Path("a/" + name)), ReadFile(Path("b/" + name))) << name;
+  }
+}
+
+TEST_F(ExportTest, FullDiskNamesTheFile) {
+  for (const std::string name : kFiles) {
+    std::filesystem::remove_all(folder_);
+    std::filesystem::create_directories(folder_);
+    std::filesystem::create_symlink("/dev/full", Path(name));
+    EXPECT_THAT([&] { ExportMap(MakeMap(), folder_, {}); },
+                ThrowsMessage<OutputError>(HasSubstr(name)));
+  }
+}
+
+// Needs Khronos' validator: SLCMAP_GLTF_VALIDATOR is a command that takes a file and fails on
+// errors.
+TEST_F(ExportTest, TheValidatorFindsNoErrors) {
+  const char* validator = std::getenv("SLCMAP_GLTF_VALIDATOR");
+  if (!validator) GTEST_SKIP() << "SLCMAP_GLTF_VALIDATOR is not set";
+  for (const bool empty : {false, true}) {
+    ExportMap(empty ? MapResult() : MakeMap(), folder_, {});
+    EXPECT_EQ(std::system((std::string(validator) + " " + Path("scene.glb")).c_str()), 0);
+  }
+}
+
+}  // namespace
+}  // namespace slcmap

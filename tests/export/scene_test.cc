@@ -1,0 +1,100 @@
+#include "export/scene.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+
+#include "data/error.h"
+#include "export/colour_scale.h"
+#include "mapping/mapping.h"
+#include "tests/testing/made_run.h"
+
+namespace slcmap {
+namespace {
+
+using ::testing::Each;
+
+MapResult MakeMap() { return BuildMap(testing::MakeWallRun(), {}); }
+
+TEST(Scene, HasALayerForEachPartOfTheMap) {
+  MapResult map = MakeMap();
+  map.lines = {{{0, 0, 0}, {1, 2, 3}}, {{0, 0, 1}, {1, 2, 4}}};
+  const Scene scene = MakeScene(map, {});
+  EXPECT_EQ(scene.points[0].vertices.size(), map.points.size());
+  EXPECT_EQ(scene.lines[0].name, "lines");
+  EXPECT_EQ(scene.lines[0].edges.size(), 2u);
+  EXPECT_EQ(scene.lines[1].name, "trajectory");
+  EXPECT_EQ(scene.lines[1].edges.size(), 50u);
+  EXPECT_EQ(scene.lines[2].name, "keyframes");
+  EXPECT_EQ(scene.lines[2].edges.size(), 6u * 8);
+  EXPECT_EQ(scene.meshes[0].triangles.size(), 12 * map.occupancy.OccupiedVoxels().size());
+}
+
+TEST(Scene, AnEmptyMapHasEmptyLayers) {
+  const Scene scene = MakeScene(MapResult(), {});
+  for (const PointLayer& layer : scene.points) EXPECT_EQ(layer.vertices.size(), 0u);
+  for (const LineLayer& layer : scene.lines) EXPECT_TRUE(layer.edges.empty());
+  for (const MeshLayer& layer : scene.meshes) EXPECT_TRUE(layer.triangles.empty());
+}
+
+TEST(Scene, VoxelsAreClosedAndFaceOutwards) {
+  MapResult map;
+  map.occupancy = OccupancyMap(0.5);
+  map.occupancy.InsertRays({0.25, 0.25, 0.25}, {{5.25, 0.25, 0.25}}, 20);
+  const MeshLayer voxels = MakeScene(map, {}).meshes[0];
+  ASSERT_EQ(voxels.triangles.size(), 12u);
+  // The volume by the divergence theorem is the cube's only when all triangles are turned outwards.
+  const Eigen::Vector3d centre(5.25, 0.25, 0.25);
+  double volume_m3 = 0;
+  for (const auto& [a, b, c] : voxels.triangles) {
+    const auto& p = voxels.vertices.positions;
+    const double part = (p[a] - centre).dot((p[b] - centre).cross(p[c] - centre)) / 6;
+    EXPECT_GT(part, 0);
+    volume_m3 += part;
+  }
+  EXPECT_NEAR(volume_m3, 0.125, 1e-6);
+}
+
+TEST(Scene, FrustaLookWhereTheCameraLooks) {
+  MapResult map = MakeMap();
+  map.keyframes.resize(1);
+  SceneOptions options;
+  options.frustum_m = 2;
+  const Vertices frustum = MakeScene(map, options).lines[2].vertices;
+  const Eigen::Vector3d camera = map.keyframes[0].T_world_imu.translation;
+  for (std::size_t i = 0; i < frustum.size(); i += 4) {
+    EXPECT_EQ(frustum.positions[i], camera);
+    EXPECT_NEAR(frustum.positions[i + 1].x() - camera.x(), 2, 1e-9);  // along +x, where it looks
+    EXPECT_NEAR(std::abs(frustum.positions[i + 1].y()), 2, 1e-9);     // 90 degrees wide
+    EXPECT_NEAR(std::abs(frustum.positions[i + 1].z() - 1), 1.5, 1e-9);
+  }
+}
+
+TEST(Scene, NearKeyframesAndGapsInTimeAreLeftOut) {
+  MapResult map = MakeMap();
+  SceneOptions options;
+  options.frustum_spacing_m = 1.5;
+  map.trajectory.erase(map.trajectory.begin() + 20, map.trajectory.begin() + 30);
+  const Scene scene = MakeScene(map, options);
+  EXPECT_EQ(scene.lines[2].edges.size(), 3u * 8);  // at 0, 2 and 4 m
+  EXPECT_EQ(scene.lines[1].edges.size(), 39u);     // 41 poses in two pieces
+}
+
+TEST(Scene, AbsurdOptionsAreRefused) {
+  SceneOptions options;
+  options.frustum_m = 0;
+  EXPECT_THROW(MakeScene(MapResult(), options), ConfigError);
+}
+
+TEST(ColourScale, RunsFromDarkBlueToYellow) {
+  const auto parts = [](const Colour& c) { return std::array<int, 3>{c.red, c.green, c.blue}; };
+  EXPECT_EQ(parts(ScaleColour(-1)), (std::array<int, 3>{68, 1, 84}));
+  EXPECT_EQ(parts(ScaleColour(0.2)), (std::array<int, 3>{65, 68, 135}));
+  EXPECT_EQ(parts(ScaleColour(0.5)), (std::array<int, 3>{38, 144, 137}));
+  EXPECT_EQ(parts(ScaleColour(2)), (std::array<int, 3>{253, 231, 37}));
+  EXPECT_EQ(parts(Shade({200, 100, 50}, 0.5)), (std::array<int, 3>{100, 50, 25}));
+}
+
+}  // namespace
+}  // namespace slcmap
