@@ -136,7 +136,9 @@ Eigen::Quaterniond CameraLookingAlong(const Eigen::Vector3d& forward_world) {
 void MotionFitOptions::Check() const {
   if (!(knot_interval_s > 0)) throw ConfigError("knot_interval_s: expected a positive number");
   if (!(smoothing > 0)) throw ConfigError("smoothing: expected a positive number");
-  if (rotation_iterations < 1) throw ConfigError("rotation_iterations: expected at least 1");
+  if (!(jump_m > 0)) throw ConfigError("jump_m: expected a positive number");
+  if (!(jump_rad > 0)) throw ConfigError("jump_rad: expected a positive number");
+  if (iterations < 1) throw ConfigError("iterations: expected at least 1");
 }
 
 namespace {
@@ -164,17 +166,19 @@ class BandedFit {
       for (int j = 0; j < 4; ++j) entries.emplace_back(row, row + j, w[j]);
     }
     third_differences_.setFromTriplets(entries.begin(), entries.end());
-    const Matrix normal = times_.transpose() * times_ +
-                          smoothing_ * Matrix(third_differences_.transpose() * third_differences_);
-    solver_.compute(normal);
   }
 
   // The change (controls x 3) of control values (controls x 3) that takes away the errors (times x
-  // 3).
-  Eigen::MatrixX3d Solve(const Eigen::MatrixX3d& errors, const Eigen::MatrixX3d& control) const {
-    const Eigen::MatrixX3d roughness =
-        third_differences_.transpose() * Eigen::MatrixX3d(third_differences_ * control);
-    return solver_.solve(Eigen::MatrixX3d(times_.transpose() * errors) - smoothing_ * roughness);
+  // 3). Errors beyond `jump` count little (Cauchy's weights): they are jumps of the trajectory,
+  // over which the motion is to glide.
+  Eigen::MatrixX3d Solve(const Eigen::MatrixX3d& errors, double jump,
+                         const Eigen::MatrixX3d& control) const {
+    const Eigen::VectorXd weights =
+        (1 + errors.rowwise().squaredNorm().array() / (jump * jump)).inverse();
+    const Matrix weighted = times_.transpose() * weights.asDiagonal();
+    const Matrix rough = smoothing_ * Matrix(third_differences_.transpose() * third_differences_);
+    const Eigen::SimplicialLDLT<Matrix> solver(Matrix(weighted * times_) + rough);
+    return solver.solve(Eigen::MatrixX3d(weighted * errors) - Eigen::MatrixX3d(rough * control));
   }
 
  private:
@@ -182,7 +186,6 @@ class BandedFit {
   Matrix times_;
   Matrix third_differences_;
   double smoothing_;
-  Eigen::SimplicialLDLT<Matrix> solver_;
 };
 
 struct Errors {
@@ -256,10 +259,11 @@ MotionFit FitMotion(const Trajectory& trajectory, const MotionFitOptions& option
 
   // A turn delta of control pose j in world turns the spline by about its weight times delta, so
   // that rotations are fitted as positions are, repeated until the rest is gone.
-  for (int i = 0; i < options.rotation_iterations; ++i) {
+  for (int i = 0; i < options.iterations; ++i) {
     const Errors errors = ErrorsOf(MotionSpline(knot_s, control), trajectory, times_s);
-    const Eigen::MatrixX3d turn = fit.Solve(errors.rotation_rad, UnrolledRotations(control));
-    const Eigen::MatrixX3d shift = fit.Solve(errors.position_m, Positions(control));
+    const Eigen::MatrixX3d turn =
+        fit.Solve(errors.rotation_rad, options.jump_rad, UnrolledRotations(control));
+    const Eigen::MatrixX3d shift = fit.Solve(errors.position_m, options.jump_m, Positions(control));
     for (size_t j = 0; j < controls; ++j) {
       control[j].rotation = (ExpRotation(turn.row(j)) * control[j].rotation).normalized();
       control[j].translation += shift.row(j).transpose();
