@@ -42,6 +42,7 @@ class FrameLoop {
         stopped_ = true;
         error_ = error;
       }
+      changed_.notify_one();
     }
     --running_;
     changed_.notify_one();
@@ -50,11 +51,14 @@ class FrameLoop {
   void Watch(const std::function<bool(int)>& progress) {
     std::unique_lock lock(mutex_);
     bool over = false;
+    int shown = 0;
     while (!over) {
-      over = changed_.wait_for(lock, std::chrono::milliseconds(100), [&] { return running_ == 0; });
-      const int done = done_;
+      changed_.wait_for(lock, std::chrono::milliseconds(100),
+                        [&] { return running_ == 0 || done_ > shown; });
+      over = running_ == 0;
+      shown = done_;
       lock.unlock();
-      const bool goes_on = progress(done);
+      const bool goes_on = progress(shown);
       lock.lock();
       if (!goes_on) stopped_ = true;
     }

@@ -1,0 +1,41 @@
+// What Simulate asks of a renderer.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <opencv2/core/mat.hpp>
+#include <string>
+#include <vector>
+
+#include "data/simulator/motion.h"
+#include "data/types.h"
+
+namespace slcmap {
+
+struct RenderedPair {
+  cv::Mat left, right;  // 8 bit, one channel, of the size of the rig's cameras
+  cv::Mat depth_m;      // of the left image where asked for: float, along the optical axis, 0: none
+};
+
+class PairRenderer {
+ public:
+  virtual ~PairRenderer() = default;
+
+  // The pair whose exposure has its middle at the frame's time. Called once a frame, from several
+  // threads, in any order: the pixels depend on nothing but the frame.
+  virtual RenderedPair Render(int frame, bool with_depth) = 0;
+
+  // Writes what is true of the scene, given that the first `frames` were rendered.
+  virtual void WriteTruth(const std::string& folder, int frames) = 0;
+};
+
+// What is to be rendered: a rig along a motion, at these times of the motion.
+struct RenderTask {
+  Rig rig;
+  MotionSpline motion;
+  std::vector<double> times_s;
+};
+
+using PairRendererFactory = std::function<std::unique_ptr<PairRenderer>(const RenderTask&)>;
+
+}  // namespace slcmap

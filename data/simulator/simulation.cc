@@ -1,0 +1,165 @@
+#include "data/simulator/simulation.h"
+
+#include <spdlog/spdlog.h>
+
+#include <cmath>
+#include <random>
+
+#include "data/error.h"
+#include "data/simulator/frame_loop.h"
+#include "data/simulator/imu_simulator.h"
+#include "data/simulator/made_motion.h"
+#include "data/simulator/motion.h"
+#include "data/simulator/rigs.h"
+#include "data/simulator/sequence_writer.h"
+
+namespace slcmap {
+namespace {
+
+constexpr int64_t kMadeStart_ns = 1'600'000'000'000'000'000;  // of motions without a date
+constexpr double kMargin_s = 0.06;  // of IMU samples before the first and after the last image
+
+struct StartedMotion {
+  MotionSpline motion;
+  int64_t start_stamp_ns;  // of its time 0
+};
+
+StartedMotion FittedMotion(const std::string& path) {
+  const Trajectory trajectory = ReadTrajectory(path);
+  const MotionFit fit = FitMotion(trajectory);
+  spdlog::info(
+      "{}: fitted to {:.2f} mm and {:.3f} degrees (RMS; at most {:.1f} mm, {:.2f} degrees)", path,
+      1e3 * fit.position_rms_m, 57.29578 * fit.rotation_rms_rad, 1e3 * fit.position_max_m,
+      57.29578 * fit.rotation_max_rad);
+  return {fit.motion, trajectory.front().stamp_ns};
+}
+
+StartedMotion MotionOfScene(const std::string& scene_path, const Rig& rig) {
+  YamlSection scene = YamlSection::FromFile(scene_path);
+  if (!scene.Has("trajectory")) {
+    throw ConfigError(scene_path +
+                      ": trajectory: missing, expected a way to move along (or --trajectory FILE)");
+  }
+  MadeMotionOptions options;
+  options.Read(scene.Section("trajectory"));
+  return {MakeMotion(options, rig), kMadeStart_ns};
+}
+
+StartedMotion MotionOf(const SimulationOptions& options, const Rig& rig) {
+  StartedMotion started = options.trajectory.empty() ? MotionOfScene(options.scene, rig)
+                                                     : FittedMotion(options.trajectory);
+  const double duration_s = options.duration_s > 0 ? options.duration_s : 1e9;
+  started.motion = started.motion.Slice(options.from_s, duration_s);
+  started.start_stamp_ns += ToNanoseconds(options.from_s);
+  if (started.motion.Duration() < 2 * kMargin_s + 1 / options.image_rate_hz) {
+    throw ConfigError("simulate: found a motion of " + std::to_string(started.motion.Duration()) +
+                      " s, expected a longer one");
+  }
+  return started;
+}
+
+SimulatedImu ImuOf(const StartedMotion& started, const ImuModel& model, uint64_t seed) {
+  std::mt19937_64 generator(seed);
+  std::normal_distribution<double> normal;
+  ImuSimulatorOptions options;
+  options.noise = model.noise;
+  options.with_noise = model.with_noise;
+  for (int k = 0; k < 3; ++k) {
+    options.initial_gyro_bias_rad_s[k] = model.gyro_bias_rad_s * normal(generator);
+    options.initial_accel_bias_m_s2[k] = model.accel_bias_m_s2 * normal(generator);
+  }
+  options.start_stamp_ns = started.start_stamp_ns;
+  options.seed = generator();
+  return SimulateImu(started.motion, options);
+}
+
+// Images in step with the IMU's samples, as a triggered rig takes them.
+std::vector<double> ImageTimes(const SimulationOptions& options, const MotionSpline& motion) {
+  std::vector<double> times_s;
+  const double first_s = kMargin_s, last_s = motion.Duration() - kMargin_s;
+  for (int64_t i = static_cast<int64_t>(std::ceil(first_s * options.image_rate_hz));
+       static_cast<double>(i) / options.image_rate_hz <= last_s; ++i) {
+    times_s.push_back(static_cast<double>(i) / options.image_rate_hz);
+  }
+  return times_s;
+}
+
+// On the camera's clock.
+std::vector<int64_t> ImageStamps(const RenderTask& task, const StartedMotion& started) {
+  std::vector<int64_t> stamps_ns;
+  for (const double t_s : task.times_s) {
+    stamps_ns.push_back(started.start_stamp_ns + ToNanoseconds(t_s) -
+                        ToNanoseconds(task.rig.camera_time_offset_s));
+  }
+  return stamps_ns;
+}
+
+ImuModel ModelOf(const SimulationOptions& options, const Rig& rig) {
+  if (!options.imu.empty()) return ImuModelFromName(options.imu);
+  return {rig.imu_noise, 0.02, 0.05};  // biases as those of both published rigs
+}
+
+// Everything but the images. mav0 does not tell the time offset.
+void WriteSensors(const SequenceWriter& writer, const SimulationOptions& options,
+                  const RenderTask& task, const StartedMotion& started, const SimulatedImu& imu) {
+  writer.WriteCalibration(Miscalibrated(task.rig, options.miscalibration, options.seed),
+                          options.image_rate_hz);
+  writer.WriteTrueRig(task.rig);
+  writer.WriteImu(imu.samples);
+  writer.WriteTruth(task.motion, imu, started.start_stamp_ns);
+}
+
+double LengthOf(const MotionSpline& motion) {
+  constexpr double kStep_s = 0.01;
+  double length_m = 0;
+  for (double t_s = kStep_s; t_s <= motion.Duration(); t_s += kStep_s) {
+    length_m += (motion.PoseAt(t_s).translation - motion.PoseAt(t_s - kStep_s).translation).norm();
+  }
+  return length_m;
+}
+
+}  // namespace
+
+void SimulationOptions::Check() const {
+  const auto expect = [](bool holds, const char* message) {
+    if (!holds) throw ConfigError(std::string("simulate: ") + message);
+  };
+  expect(from_s >= 0, "--from: expected zero or more seconds");
+  expect(duration_s >= 0, "--duration: expected zero or more seconds");
+  expect(image_rate_hz > 0 && image_rate_hz <= 1000, "--rate: expected more than 0 up to 1000");
+  expect(std::abs(time_offset_s) <= 0.5, "--time-offset-s: expected at most 0.5 either way");
+  expect(miscalibration >= 0, "--wrong-calibration: expected zero or more");
+  expect(exposure_ms >= 0 && exposure_ms <= 50, "--exposure-ms: expected 0 to 50");
+  expect(threads >= 1 && threads <= 64, "--threads: expected 1 to 64");
+}
+
+SimulationSummary Simulate(const SimulationOptions& options,
+                           const PairRendererFactory& make_renderer,
+                           const SimulationProgress& progress) {
+  options.Check();
+  Rig rig = ReadSimulatedRig(options.rig);
+  const ImuModel model = ModelOf(options, rig);
+  rig.imu_noise = model.noise;
+  rig.camera_time_offset_s = options.time_offset_s;
+  const StartedMotion started = MotionOf(options, rig);
+  const RenderTask task{rig, started.motion, ImageTimes(options, started.motion)};
+  const std::unique_ptr<PairRenderer> renderer = make_renderer(task);
+
+  const SequenceWriter writer(options.folder);
+  WriteSensors(writer, options, task, started, ImuOf(started, model, options.seed));
+  const std::vector<int64_t> stamps_ns = ImageStamps(task, started);
+  const int planned = static_cast<int>(stamps_ns.size());
+  const auto make = [&](int frame) {
+    const RenderedPair pair = renderer->Render(frame, options.with_depth);
+    writer.WriteImage(0, stamps_ns[frame], pair.left);
+    writer.WriteImage(1, stamps_ns[frame], pair.right);
+    if (options.with_depth) writer.WriteDepth(stamps_ns[frame], pair.depth_m);
+  };
+  const int pairs =
+      MakeFrames(planned, options.threads, make, [&](int done) { return progress(done, planned); });
+  writer.WriteImageLists({stamps_ns.begin(), stamps_ns.begin() + pairs});
+  renderer->WriteTruth(writer.truth_folder(), pairs);
+  return {pairs, planned, started.motion.Duration(), LengthOf(started.motion)};
+}
+
+}  // namespace slcmap

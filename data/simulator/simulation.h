@@ -1,0 +1,44 @@
+// A whole simulated sequence: scene, motion and rig in, a EuRoC folder with its truth out.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <string>
+
+#include "data/simulator/pair_renderer.h"
+
+namespace slcmap {
+
+struct SimulationOptions {
+  std::string scene;          // YAML file
+  std::string folder;         // of the sequence, new
+  std::string trajectory;     // TUM or EuRoC file; "": the scene's section `trajectory`
+  double from_s = 0;          // into the motion
+  double duration_s = 0;      // 0: to the end
+  std::string rig = "euroc";  // see ReadSimulatedRig
+  std::string imu;            // see ImuModelFromName; "": the rig's own
+  double image_rate_hz = 20;
+  double time_offset_s = 0;   // stamp on the IMU's clock minus stamp on the camera's
+  double miscalibration = 0;  // of what mav0 tells of the rig; see Miscalibrated
+  double exposure_ms = 0;     // 0: automatic
+  bool with_depth = false;
+  int threads = 2;
+  uint64_t seed = 1;
+  void Check() const;  // throws ConfigError
+};
+
+struct SimulationSummary {
+  int pairs = 0, planned_pairs = 0;
+  double duration_s = 0, length_m = 0;  // of the motion
+};
+
+// Called every now and then with the number of pairs done and planned; false ends the simulation
+// with what is done so far.
+using SimulationProgress = std::function<bool(int done, int planned)>;
+
+// Throws ConfigError, DataError and OutputError. The files are the same whatever the threads.
+SimulationSummary Simulate(const SimulationOptions& options,
+                           const PairRendererFactory& make_renderer,
+                           const SimulationProgress& progress);
+
+}  // namespace slcmap

@@ -1,0 +1,126 @@
+#include "data/simulator/simulation.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <opencv2/imgcodecs.hpp>
+
+#include "data/calibration.h"
+#include "data/error.h"
+#include "data/file.h"
+#include "data/sequence.h"
+
+namespace slcmap {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Paints the frame's number, so that a test can tell which image is where.
+class NumberPainter : public PairRenderer {
+ public:
+  explicit NumberPainter(const RenderTask& task) : size_(task.rig.cameras[0].width_px, 8) {}
+  RenderedPair Render(int frame, bool with_depth) override {
+    RenderedPair pair{cv::Mat(size_, CV_8U, cv::Scalar(frame)),
+                      cv::Mat(size_, CV_8U, cv::Scalar(100 + frame)),
+                      {}};
+    if (with_depth) pair.depth_m = cv::Mat(size_, CV_32F, cv::Scalar(0.001 * frame));
+    return pair;
+  }
+  void WriteTruth(const std::string& folder, int frames) override {
+    WriteFile(folder + "/frames.txt", std::to_string(frames));
+  }
+
+ private:
+  cv::Size size_;
+};
+
+class SimulationTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    fs::remove_all(folder_);
+    fs::create_directories(folder_);
+    options_.scene = folder_ + "/scene.yaml";
+    options_.folder = folder_ + "/sequence";
+    WriteFile(options_.scene,
+              "trajectory: {kind: robot, waypoints_m: [[0, 0, 1], [2, 0, 1]], stand_still_s: 0.5, "
+              "speed_m_s: 1.0}\n");
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+
+  SimulationSummary Run(int most_pairs = 1000) {
+    return Simulate(
+        options_, [](const RenderTask& task) { return std::make_unique<NumberPainter>(task); },
+        [&](int done, int) { return done < most_pairs; });
+  }
+
+  const std::string folder_ = testing::TempDir() + "simulation_" +
+                              testing::UnitTest::GetInstance()->current_test_info()->name();
+  SimulationOptions options_;
+};
+
+TEST_F(SimulationTest, WritesASequenceThatTheReaderAccepts) {
+  options_.with_depth = true;
+  const SimulationSummary summary = Run();
+  EXPECT_EQ(summary.pairs, summary.planned_pairs);
+  EXPECT_NEAR(summary.length_m, 2.0, 0.05);
+  const Sequence sequence = OpenSequence(options_.folder);
+  ASSERT_EQ(static_cast<int>(sequence.images.size()), summary.pairs);
+  EXPECT_TRUE(sequence.warnings.entries().empty());
+  EXPECT_LT(sequence.imu.front().stamp_ns, sequence.images.front().stamp_ns - 50'000'000);
+  EXPECT_GT(sequence.imu.back().stamp_ns, sequence.images.back().stamp_ns + 50'000'000);
+  EXPECT_EQ(cv::imread(sequence.images[7].left_path, cv::IMREAD_UNCHANGED).at<uchar>(0), 7);
+  EXPECT_EQ(cv::imread(sequence.images[7].right_path, cv::IMREAD_UNCHANGED).at<uchar>(0), 107);
+  EXPECT_EQ(ReadFile(options_.folder + "/truth/frames.txt"), std::to_string(summary.pairs));
+}
+
+TEST_F(SimulationTest, StampsAreOnTheCamerasClock) {
+  Run();
+  const int64_t first_ns = OpenSequence(options_.folder).images.front().stamp_ns;
+  fs::remove_all(options_.folder);
+  options_.time_offset_s = 0.012;
+  Run();
+  EXPECT_EQ(OpenSequence(options_.folder).images.front().stamp_ns, first_ns - 12'000'000);
+}
+
+TEST_F(SimulationTest, AWrongCalibrationIsToldButNotTrue) {
+  options_.miscalibration = 1;
+  Run();
+  const std::string truth = options_.folder + "/truth/rig.yaml";
+  Warnings warnings;
+  const Rig rig = ReadKalibrCalibration(truth, truth, &warnings).rig;
+  EXPECT_EQ(rig.cameras[0].fx_px, 458.654);
+  EXPECT_GT(std::abs(OpenSequence(options_.folder).rig.cameras[0].fx_px - 458.654), 0.05);
+}
+
+TEST_F(SimulationTest, KeepsWhatIsDoneWhenItIsEndedEarly) {
+  const SimulationSummary summary = Run(0);
+  EXPECT_LT(summary.pairs, summary.planned_pairs);
+  const std::string images = ReadFile(options_.folder + "/mav0/cam1/data.csv");
+  EXPECT_EQ(std::count(images.begin(), images.end(), '\n'), 1 + summary.pairs);
+}
+
+TEST_F(SimulationTest, TheBytesDoNotDependOnTheThreads) {
+  Run();
+  const std::string imu = ReadFile(options_.folder + "/mav0/imu0/data.csv");
+  const std::string image = ReadFile(OpenSequence(options_.folder).images.back().left_path);
+  fs::remove_all(options_.folder);
+  options_.threads = 1;
+  Run();
+  EXPECT_EQ(ReadFile(options_.folder + "/mav0/imu0/data.csv"), imu);
+  EXPECT_EQ(ReadFile(OpenSequence(options_.folder).images.back().left_path), image);
+}
+
+TEST_F(SimulationTest, RefusesWhatMakesNoSense) {
+  options_.image_rate_hz = 0;
+  EXPECT_THROW(Run(), ConfigError);
+  options_.image_rate_hz = 20;
+  options_.from_s = 1000;
+  EXPECT_THROW(Run(), DataError);
+  options_.from_s = 0;
+  WriteFile(options_.scene, "walls: []\n");
+  EXPECT_THROW(Run(), ConfigError);
+}
+
+}  // namespace
+}  // namespace slcmap
