@@ -7,9 +7,10 @@
 namespace slcmap {
 namespace {
 
-// viridis at equal steps.
-constexpr std::array<std::array<double, 3>, 6> kScale = {
-    {{68, 1, 84}, {65, 68, 135}, {42, 120, 142}, {34, 168, 132}, {122, 209, 81}, {253, 231, 37}}};
+// At equal steps. All are bright, so that they show on dark pages, and in viewers that take glTF's
+// linear colours for those of the screen.
+constexpr std::array<std::array<double, 3>, 5> kScale = {
+    {{80, 130, 255}, {50, 200, 230}, {90, 225, 110}, {250, 220, 70}, {255, 120, 60}}};
 
 uint8_t ToByte(double value) { return static_cast<uint8_t>(std::lround(value)); }
 

@@ -5,8 +5,8 @@
 
 namespace slcmap {
 
-// A colour between dark blue (0), green and yellow (1), lighter all the way, after matplotlib's
-// viridis; u outside [0, 1] gets the colour of the nearer end.
+// A colour from blue (0) over green and yellow to orange (1); u outside [0, 1] gets the colour of
+// the nearer end.
 Colour ScaleColour(double u);
 
 // A colour made darker: each part times `factor` in [0, 1].

@@ -107,7 +107,7 @@ struct CubeFace {
 };
 
 std::vector<CubeFace> CubeFaces() {
-  constexpr double kTopShade = 1, kBottomShade = 0.55, kXShade = 0.85, kYShade = 0.7;
+  constexpr double kTopShade = 1, kBottomShade = 0.6, kXShade = 0.88, kYShade = 0.76;
   return {{{{{-1, -1, 1}, {1, -1, 1}, {1, 1, 1}, {-1, 1, 1}}}, kTopShade},
           {{{{-1, 1, -1}, {1, 1, -1}, {1, -1, -1}, {-1, -1, -1}}}, kBottomShade},
           {{{{1, -1, -1}, {1, 1, -1}, {1, 1, 1}, {1, -1, 1}}}, kXShade},

@@ -46,7 +46,15 @@ bool IsFinite(const OnlineState& state) {
          state.gyro_bias_rad_s.allFinite() && state.accel_bias_m_s2.allFinite();
 }
 
-bool IsFinite(const Keyframe& keyframe) { return IsFinite(keyframe.T_world_imu); }
+bool IsFinite(const KeyframeObservation& seen) {
+  return seen.left_px.allFinite() && (!seen.right_px || seen.right_px->allFinite());
+}
+
+bool IsFinite(const Keyframe& keyframe) {
+  return IsFinite(keyframe.T_world_imu) &&
+         std::all_of(keyframe.observations.begin(), keyframe.observations.end(),
+                     [](const KeyframeObservation& seen) { return IsFinite(seen); });
+}
 
 bool IsFinite(const Landmark& landmark) {
   return landmark.p_world.allFinite() && std::isfinite(landmark.sigma_m);
@@ -57,6 +65,23 @@ template <typename Item>
 void DropNonFinite(const std::string& warning, std::vector<Item>* items, OdometryRun* run) {
   const auto dropped = std::erase_if(*items, [](const Item& item) { return !IsFinite(item); });
   if (dropped > 0) run->warnings[warning] += static_cast<int64_t>(dropped);
+}
+
+OdometryRun WithoutNonFinite(OdometryRun run) {
+  DropNonFinite("states_not_finite", &run.states, &run);
+  for (Keyframe& keyframe : run.keyframes) {
+    DropNonFinite("observations_not_finite", &keyframe.observations, &run);
+  }
+  DropNonFinite("keyframes_not_finite", &run.keyframes, &run);
+  DropNonFinite("landmarks_not_finite", &run.landmarks, &run);
+  return run;
+}
+
+bool IsFinite(const OdometryRun& run) {
+  const auto all_finite = [](const auto& items) {
+    return std::all_of(items.begin(), items.end(), [](const auto& item) { return IsFinite(item); });
+  };
+  return all_finite(run.states) && all_finite(run.keyframes) && all_finite(run.landmarks);
 }
 
 std::string Columns(const Eigen::Vector3d& v) {
@@ -111,8 +136,10 @@ void WriteKeyframes(const RunPaths& paths, const std::vector<Keyframe>& keyframe
                     Columns(keyframe.T_world_imu.translation), q.x(), q.y(), q.z(), q.w());
     for (const KeyframeObservation& seen : keyframe.observations) {
       observations += fmt::format(
-          "{},{},{},{},{}\n", keyframe.id, seen.landmark_id, seen.left_px.x(), seen.left_px.y(),
-          seen.right_px ? fmt::format("{},{}", seen.right_px->x(), seen.right_px->y()) : "nan,nan");
+          "{},{},{:.4f},{:.4f},{}\n", keyframe.id, seen.landmark_id, seen.left_px.x(),
+          seen.left_px.y(),
+          seen.right_px ? fmt::format("{:.4f},{:.4f}", seen.right_px->x(), seen.right_px->y())
+                        : "nan,nan");
     }
   }
   WriteFile(paths.keyframes, poses);
@@ -189,20 +216,17 @@ std::vector<Landmark> ReadLandmarks(const std::string& path) {
 }  // namespace
 
 void WriteRunFolder(const std::string& folder, const OdometryRun& run) {
-  OdometryRun finite = run;
-  DropNonFinite("states_not_finite", &finite.states, &finite);
-  DropNonFinite("keyframes_not_finite", &finite.keyframes, &finite);
-  DropNonFinite("landmarks_not_finite", &finite.landmarks, &finite);
-
+  // The copy of a long run is worth avoiding.
+  if (!IsFinite(run)) return WriteRunFolder(folder, WithoutNonFinite(run));
   MakeFolder(folder);
   const RunPaths paths(folder);
-  WriteStates(paths, finite.states);
-  WriteKeyframes(paths, finite.keyframes);
-  WriteLandmarks(paths.points, finite.landmarks);
+  WriteStates(paths, run.states);
+  WriteKeyframes(paths, run.keyframes);
+  WriteLandmarks(paths.points, run.landmarks);
   WriteLinesPly(paths.lines, {});
-  WriteRig(paths.rig, finite.rectified_rig);
-  WriteTimings(paths.timings, finite.timings);
-  WriteRunSummary(paths.summary, finite);
+  WriteRig(paths.rig, run.rectified_rig);
+  WriteTimings(paths.timings, run.timings);
+  WriteRunSummary(paths.summary, run);
 }
 
 OdometryRun ReadRunFolder(const std::string& folder) {

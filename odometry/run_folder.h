@@ -13,8 +13,8 @@ namespace slcmap {
 // run.json. Throws OutputError, naming the file, when something cannot be written.
 void WriteRunFolder(const std::string& folder, const OdometryRun& run);
 
-// Reads what WriteRunFolder wrote; landmark positions come back rounded to float. Throws DataError,
-// naming file and row, when a file is missing, damaged or of another version.
+// Reads what WriteRunFolder wrote; landmark positions come back rounded to float, pixels to 1e-4.
+// Throws DataError, naming file and row, when a file is missing, damaged or of another version.
 OdometryRun ReadRunFolder(const std::string& folder);
 
 }  // namespace slcmap

@@ -1,6 +1,5 @@
 #include "export/scene.h"
 
-#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
@@ -12,8 +11,6 @@
 
 namespace slcmap {
 namespace {
-
-using ::testing::Each;
 
 MapResult MakeMap() { return BuildMap(testing::MakeWallRun(), {}); }
 
@@ -87,12 +84,12 @@ TEST(Scene, AbsurdOptionsAreRefused) {
   EXPECT_THROW(MakeScene(MapResult(), options), ConfigError);
 }
 
-TEST(ColourScale, RunsFromDarkBlueToYellow) {
+TEST(ColourScale, RunsFromBlueToOrange) {
   const auto parts = [](const Colour& c) { return std::array<int, 3>{c.red, c.green, c.blue}; };
-  EXPECT_EQ(parts(ScaleColour(-1)), (std::array<int, 3>{68, 1, 84}));
-  EXPECT_EQ(parts(ScaleColour(0.2)), (std::array<int, 3>{65, 68, 135}));
-  EXPECT_EQ(parts(ScaleColour(0.5)), (std::array<int, 3>{38, 144, 137}));
-  EXPECT_EQ(parts(ScaleColour(2)), (std::array<int, 3>{253, 231, 37}));
+  EXPECT_EQ(parts(ScaleColour(-1)), (std::array<int, 3>{80, 130, 255}));
+  EXPECT_EQ(parts(ScaleColour(0.125)), (std::array<int, 3>{65, 165, 243}));
+  EXPECT_EQ(parts(ScaleColour(0.5)), (std::array<int, 3>{90, 225, 110}));
+  EXPECT_EQ(parts(ScaleColour(2)), (std::array<int, 3>{255, 120, 60}));
   EXPECT_EQ(parts(Shade({200, 100, 50}, 0.5)), (std::array<int, 3>{100, 50, 25}));
 }
 

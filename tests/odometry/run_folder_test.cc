@@ -143,12 +143,18 @@ TEST_F(RunFolderTest, DropsAndCountsWhatIsNotFinite) {
   run.landmarks[1].p_world.y() = kNaN;
   run.landmarks[2].sigma_m = std::numeric_limits<double>::infinity();
   run.states[4].T_world_imu.translation.x() = kNaN;
+  run.keyframes[0].observations[0].right_px->x() = kNaN;
+  run.keyframes[1].T_world_imu.rotation.x() = kNaN;
   WriteRunFolder(folder_, run);
   const OdometryRun read = ReadRunFolder(folder_);
   EXPECT_EQ(read.landmarks.size(), 1u);
   EXPECT_EQ(read.states.size(), 4u);
   EXPECT_EQ(read.warnings.at("landmarks_not_finite"), 2);
   EXPECT_EQ(read.warnings.at("states_not_finite"), 1);
+  ASSERT_EQ(read.keyframes.size(), 1u);
+  EXPECT_EQ(read.keyframes[0].observations.size(), 1u);
+  EXPECT_EQ(read.warnings.at("keyframes_not_finite"), 1);
+  EXPECT_EQ(read.warnings.at("observations_not_finite"), 1);
 }
 
 TEST_F(RunFolderTest, FullDiskNamesTheFile) {
