@@ -64,6 +64,7 @@ void WindowOptions::Check() const {
   CheckRange("window.point_sigma_px", point_sigma_px, 0.01, 20.0);
   CheckRange("window.point_loss_sigma", point_loss_sigma, 0.1, 100.0);
   CheckRange("window.max_point_chi2", max_point_chi2, 1.0, 1e6);
+  CheckRange("window.max_tracking_chi2", max_tracking_chi2, 1.0, 1e6);
   CheckRange("window.max_iterations", max_iterations, 1, 100);
   CheckRange("window.max_tracking_iterations", max_tracking_iterations, 1, 100);
   CheckRange("window.zero_velocity_sigma_m_s", zero_velocity_sigma_m_s, 1e-6, 10.0);
@@ -78,6 +79,7 @@ void WindowOptions::Read(YamlSection section) {
   section.Read("point_sigma_px", &point_sigma_px);
   section.Read("point_loss_sigma", &point_loss_sigma);
   section.Read("max_point_chi2", &max_point_chi2);
+  section.Read("max_tracking_chi2", &max_tracking_chi2);
   section.Read("max_iterations", &max_iterations);
   section.Read("max_tracking_iterations", &max_tracking_iterations);
   section.Read("zero_velocity_sigma_m_s", &zero_velocity_sigma_m_s);

@@ -37,6 +37,7 @@ struct WindowOptions {
   double point_sigma_px = 0.7;      // of a measured coordinate
   double point_loss_sigma = 2.0;    // where the Huber loss turns linear
   double max_point_chi2 = 12.0;     // of one camera's measurement (2 rows) that is kept
+  double max_tracking_chi2 = 50.0;  // the same between keyframes, where points are held fixed
   int max_iterations = 6;           // of a keyframe's optimisation
   int max_tracking_iterations = 4;  // of a frame between keyframes
   double zero_velocity_sigma_m_s = 0.02;
@@ -61,7 +62,7 @@ struct KeyframeOptions {
 struct InitializerOptions {
   double window_s = 0.6;                    // of data that initialisation in motion looks at
   int min_points = 20;                      // seen in the window's first and last image
-  double max_still_flow_px = 0.6;           // at rest: median motion of the points over the window
+  double max_still_flow_px = 1.0;           // at rest: median motion of the points over the window
   double max_still_accel_sigma_m_s2 = 0.3;  // at rest: deviation of the accelerometer
   double max_still_gyro_sigma_rad_s = 0.05;
   double max_gravity_error_m_s2 = 1.0;  // in motion: of the estimated gravity's size

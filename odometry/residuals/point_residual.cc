@@ -39,11 +39,9 @@ StereoGeometry::StereoGeometry(const std::array<RigidTransform, 2>& transforms, 
                    transforms[1].rotation.toRotationMatrix()},
       weight(w) {}
 
-PointResidual::PointResidual(const StereoGeometry* geometry, const Vector2d& host_left,
-                             const StereoMeasurement& target)
-    : Factor(target.right ? 4 : 2, {kPoseSize, kPoseSize, 1}),
+PointResidual::PointResidual(const StereoGeometry* geometry, const StereoMeasurement& target)
+    : Factor(target.right ? 4 : 2, {kPoseSize, kPoseSize, kPointSize}),
       geometry_(geometry),
-      host_ray_imu_(geometry->R_imu_camera[0] * Vector3d(host_left.x(), host_left.y(), 1)),
       target_(target) {}
 
 void PointResidual::EvaluateAt(const double* const* parameters, double* residuals,
@@ -51,8 +49,10 @@ void PointResidual::EvaluateAt(const double* const* parameters, double* residual
   const Map<const Vector3d> p_h(parameters[0]), p_t(parameters[1]);
   const Matrix3d r_h = Map<const Quaterniond>(parameters[0] + 3).toRotationMatrix();
   const Matrix3d r_t_t = Map<const Quaterniond>(parameters[1] + 3).conjugate().toRotationMatrix();
-  const double lambda = *parameters[2];
-  const Vector3d in_host = host_ray_imu_ + lambda * geometry_->T_imu_camera[0].translation;
+  const Vector3d ray(parameters[2][0], parameters[2][1], 1);
+  const double lambda = parameters[2][2];
+  const Matrix3d& r_ic0 = geometry_->R_imu_camera[0];
+  const Vector3d in_host = r_ic0 * ray + lambda * geometry_->T_imu_camera[0].translation;
   const Vector3d between = p_h - p_t;
   const Vector3d m = r_t_t * (r_h * in_host + lambda * between);
   const int cameras = target_.right ? 2 : 1;
@@ -66,11 +66,13 @@ void PointResidual::EvaluateAt(const double* const* parameters, double* residual
     if (!jacobians) continue;
     const Matrix23d by_m = projection.jacobian * r_ic.transpose();
     const Matrix23d by_world = by_m * r_t_t;
+    const Matrix23d by_host = by_world * r_h;
     using Jacobian26 = Eigen::Matrix<double, 2, 6, Eigen::RowMajor>;
+    using Jacobian23 = Eigen::Matrix<double, 2, 3, Eigen::RowMajor>;
     if (jacobians[0]) {
       Map<Jacobian26> d(jacobians[0] + 12 * c);
       d.leftCols<3>() = lambda * by_world;
-      d.rightCols<3>() = -by_world * r_h * Skew(in_host);
+      d.rightCols<3>() = -by_host * Skew(in_host);
     }
     if (jacobians[1]) {
       Map<Jacobian26> d(jacobians[1] + 12 * c);
@@ -78,28 +80,40 @@ void PointResidual::EvaluateAt(const double* const* parameters, double* residual
       d.rightCols<3>() = by_m * Skew(m);
     }
     if (jacobians[2]) {
-      Map<Vector2d>{jacobians[2] + 2 * c} =
-          by_world * (r_h * geometry_->T_imu_camera[0].translation + between) - by_m * p_ic;
+      Map<Jacobian23> d(jacobians[2] + 6 * c);
+      d.leftCols<2>() = by_host * r_ic0.leftCols<2>();
+      d.rightCols<1>() = by_host * geometry_->T_imu_camera[0].translation + by_world * between -
+                         by_m * p_ic;
     }
   }
 }
 
-HostStereoResidual::HostStereoResidual(const StereoGeometry* geometry, const Vector2d& host_left,
-                                       const Vector2d& host_right)
-    : Factor(2, {1}), weight_(geometry->weight), measured_(host_right) {
-  const RigidTransform T_right_left =
-      geometry->T_imu_camera[1].Inverse() * geometry->T_imu_camera[0];
-  ray_right_ = T_right_left.rotation * Vector3d(host_left.x(), host_left.y(), 1);
-  baseline_right_ = T_right_left.translation;
-}
+HostPointResidual::HostPointResidual(const StereoGeometry& geometry, const StereoMeasurement& host)
+    : Factor(host.right ? 4 : 2, {kPointSize}),
+      weight_(geometry.weight),
+      T_right_left_(geometry.T_imu_camera[1].Inverse() * geometry.T_imu_camera[0]),
+      host_(host) {}
 
-void HostStereoResidual::EvaluateAt(const double* const* parameters, double* residuals,
-                                    double** jacobians) const {
+void HostPointResidual::EvaluateAt(const double* const* parameters, double* residuals,
+                                   double** jacobians) const {
+  const Vector3d ray(parameters[0][0], parameters[0][1], 1);
+  Map<Vector2d>{residuals} = weight_ * (ray.head<2>() - host_.left);
+  using Jacobian23 = Eigen::Matrix<double, 2, 3, Eigen::RowMajor>;
+  const bool wanted = jacobians && jacobians[0];
+  if (wanted) {
+    Map<Jacobian23> d(jacobians[0]);
+    d.setZero();
+    d(0, 0) = d(1, 1) = weight_;
+  }
+  if (!host_.right) return;
+  const Matrix3d r = T_right_left_.rotation.toRotationMatrix();
   const Projection projection =
-      Project(ray_right_ + *parameters[0] * baseline_right_, measured_, weight_);
-  Map<Vector2d>{residuals} = projection.residual;
-  if (jacobians && jacobians[0]) {
-    Map<Vector2d>{jacobians[0]} = projection.jacobian * baseline_right_;
+      Project(r * ray + parameters[0][2] * T_right_left_.translation, *host_.right, weight_);
+  Map<Vector2d>{residuals + 2} = projection.residual;
+  if (wanted) {
+    Map<Jacobian23> d(jacobians[0] + 6);
+    d.leftCols<2>() = projection.jacobian * r.leftCols<2>();
+    d.rightCols<1>() = projection.jacobian * T_right_left_.translation;
   }
 }
 

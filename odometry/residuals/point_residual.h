@@ -24,9 +24,13 @@ struct StereoMeasurement {
   std::optional<Eigen::Vector2d> right;
 };
 
-// Blocks: pose of the host, pose of the target, inverse depth in the host's left camera (1 / m).
-// With z the host's measurement, in camera c of the target, scaled by the inverse depth (so that a
-// point at infinity is nothing special):
+// A point block is (x, y, lambda): where it lies on the plane z = 1 of its host's left camera, and its
+// inverse depth there (1 / m). The bearing is estimated beside the depth: taken as measured, the
+// host's noise would enter all sights of the point as one error that nobody accounts for.
+inline constexpr int kPointSize = 3;
+
+// Blocks: pose of the host, pose of the target, point. With z = (x, y, 1), in camera c of the target,
+// scaled by the inverse depth (so that a point at infinity is nothing special):
 //
 //   m   = R_t^T ( R_h (R_IC z + lambda p_IC) + lambda (p_h - p_t) )
 //   p_c = R_ICc^T ( m - lambda p_ICc )          r = weight ( p_c.xy / p_c.z - measured )
@@ -34,8 +38,8 @@ struct StereoMeasurement {
 // Rows: two for the left camera, and two more when the target saw the point in the right one.
 class PointResidual final : public Factor {
  public:
-  PointResidual(const StereoGeometry* geometry, const Eigen::Vector2d& host_left,
-                const StereoMeasurement& target);
+  // The geometry must outlive the residual.
+  PointResidual(const StereoGeometry* geometry, const StereoMeasurement& target);
 
  protected:
   void EvaluateAt(const double* const* parameters, double* residuals,
@@ -43,15 +47,14 @@ class PointResidual final : public Factor {
 
  private:
   const StereoGeometry* geometry_;
-  Eigen::Vector3d host_ray_imu_;  // R_IC z
   StereoMeasurement target_;
 };
 
-// Block: inverse depth. The host's own measurement in its right camera, two rows.
-class HostStereoResidual final : public Factor {
+// Block: point. What the host itself measured of it: two rows for the left camera, and two more when
+// it saw the point in the right one.
+class HostPointResidual final : public Factor {
  public:
-  HostStereoResidual(const StereoGeometry* geometry, const Eigen::Vector2d& host_left,
-                     const Eigen::Vector2d& host_right);
+  HostPointResidual(const StereoGeometry& geometry, const StereoMeasurement& host);
 
  protected:
   void EvaluateAt(const double* const* parameters, double* residuals,
@@ -59,8 +62,8 @@ class HostStereoResidual final : public Factor {
 
  private:
   double weight_;
-  Eigen::Vector3d ray_right_, baseline_right_;  // p_right = ray + lambda baseline
-  Eigen::Vector2d measured_;
+  RigidTransform T_right_left_;
+  StereoMeasurement host_;
 };
 
 }  // namespace slcmap

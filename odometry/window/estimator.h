@@ -50,6 +50,7 @@ class Estimator {
   // What was estimated so far; `run` holds all but states and timings.
   void Describe(OdometryRun* run) const;
   const SlidingWindow& window() const { return window_; }
+  SlidingWindow* mutable_window() { return &window_; }
   StageClock* clock() { return &clock_; }
   const StageClock& clock() const { return clock_; }
 

@@ -69,10 +69,10 @@ VectorXd Difference(const Column& column) {
   return single.Difference(&at);
 }
 
-// The row of the matrix [state columns | residual], and the landmark's column beside it.
+// The row of the matrix [state columns | residual], and the landmark's columns beside it.
 struct Rows {
   MatrixXd states;  // rows x (total + 1)
-  VectorXd landmark;
+  Eigen::MatrixXd landmark;  // rows x kPointSize
 };
 
 // Rows of one term, shifted to speak of x minus x_lin, and weighted by the robust loss.
@@ -92,8 +92,8 @@ void LinearizeTerm(const Term& term, const Layout& layout, int first_row, Rows* 
   const double weight = std::sqrt(rho[1]);
   auto target = rows->states.middleRows(first_row, factor.rows());
   for (int k = 0; k < factor.blocks(); ++k) {
-    if (factor.parameter_block_sizes()[k] == 1) {
-      rows->landmark.segment(first_row, factor.rows()) = weight * jacobians[k];
+    if (factor.parameter_block_sizes()[k] == kPointSize) {
+      rows->landmark.middleRows(first_row, factor.rows()) = weight * jacobians[k];
       continue;
     }
     const Column& column = layout[term.blocks[k]];
@@ -103,20 +103,18 @@ void LinearizeTerm(const Term& term, const Layout& layout, int first_row, Rows* 
   target.rightCols<1>() += weight * residual;
 }
 
-// Projects rows on the null space of the landmark's column: a Householder reflection takes the
-// column to its first entry, and that row goes.
-MatrixXd ProjectOutLandmark(Rows rows) {
-  VectorXd essential(rows.landmark.size() - 1);
-  double tau = 0, beta = 0;
-  rows.landmark.makeHouseholder(essential, tau, beta);
-  VectorXd workspace(rows.states.cols());
-  rows.states.applyHouseholderOnTheLeft(essential, tau, workspace.data());
-  return rows.states.bottomRows(rows.states.rows() - 1);
+// Projects rows on the null space of the landmark's columns: the reflections that make these
+// triangular, applied to the states; the triangle's rows go.
+MatrixXd ProjectOutLandmark(const Rows& rows) {
+  const Eigen::HouseholderQR<MatrixXd> qr(rows.landmark);
+  MatrixXd turned = rows.states;
+  turned.applyOnTheLeft(qr.householderQ().adjoint());
+  return turned.bottomRows(rows.states.rows() - kPointSize);
 }
 
 double* LandmarkOf(const Term& term) {
   const int last = term.factor->blocks() - 1;
-  return term.factor->parameter_block_sizes()[last] == 1 ? term.blocks[last] : nullptr;
+  return term.factor->parameter_block_sizes()[last] == kPointSize ? term.blocks[last] : nullptr;
 }
 
 // Terms grouped by their landmark, in the order in which the landmarks were met; those without one
@@ -139,7 +137,7 @@ std::vector<std::vector<const Term*>> GroupByLandmark(const std::vector<Term>& t
 Rows LinearizeGroup(const std::vector<const Term*>& group, const Layout& layout) {
   int count = 0;
   for (const Term* term : group) count += term->factor->rows();
-  Rows rows{MatrixXd::Zero(count, layout.total() + 1), VectorXd::Zero(count)};
+  Rows rows{MatrixXd::Zero(count, layout.total() + 1), MatrixXd::Zero(count, kPointSize)};
   int row = 0;
   for (const Term* term : group) {
     LinearizeTerm(*term, layout, row, &rows);
@@ -170,7 +168,7 @@ Layout BuildLayout(const std::vector<Term>& terms, const Prior& prior,
   for (const Term& term : terms) {
     for (int k = 0; k < term.factor->blocks(); ++k) {
       const int size = term.factor->parameter_block_sizes()[k];
-      if (size > 1) layout.Meet(term.blocks[k], size, term.blocks[k]);
+      if (size != kPointSize) layout.Meet(term.blocks[k], size, term.blocks[k]);
     }
   }
   layout.Finish();
@@ -215,8 +213,8 @@ Prior Marginalize(const std::vector<Term>& terms, const Prior& prior,
   parts.push_back(PriorRows(prior, layout));
   parts.push_back(LinearizeGroup(groups[0], layout).states);
   for (size_t g = 1; g < groups.size(); ++g) {
-    Rows rows = LinearizeGroup(groups[g], layout);
-    if (rows.landmark.size() > 1) parts.push_back(ProjectOutLandmark(std::move(rows)));
+    const Rows rows = LinearizeGroup(groups[g], layout);
+    if (rows.landmark.rows() > kPointSize) parts.push_back(ProjectOutLandmark(rows));
   }
   const MatrixXd all = Stack(parts, layout.total() + 1);
   const Eigen::HouseholderQR<MatrixXd> qr(all);

@@ -38,21 +38,17 @@ void AddZeroVelocityTerm(FrameState* frame, const CostModel& model, std::vector<
 void AddPointTerm(PointLandmark* landmark, FrameState* frame, const CostModel& model,
                   std::vector<Term>* terms) {
   FrameState* host = landmark->host();
-  const StereoMeasurement& in_host = host->measurements.at(landmark->id);
+  const StereoMeasurement& measurement = frame->measurements.at(landmark->id);
   Term term;
   term.loss = model.point_loss.get();
-  if (frame != host) {
-    term.factor = std::make_unique<PointResidual>(&model.geometry, in_host.left,
-                                                  frame->measurements.at(landmark->id));
-    term.blocks = {host->pose.data(), frame->pose.data(), &landmark->inverse_depth_per_m};
+  if (frame == host) {
+    term.factor = std::make_unique<HostPointResidual>(model.geometry, measurement);
+    term.blocks[0] = landmark->point.data();
+  } else {
+    term.factor = std::make_unique<PointResidual>(&model.geometry, measurement);
+    term.blocks = {host->pose.data(), frame->pose.data(), landmark->point.data()};
     term.factor->SetLinearizationPoint(0, Linearization(host->pose_linearization));
     term.factor->SetLinearizationPoint(1, Linearization(frame->pose_linearization));
-  } else if (in_host.right) {
-    term.factor =
-        std::make_unique<HostStereoResidual>(&model.geometry, in_host.left, *in_host.right);
-    term.blocks[0] = &landmark->inverse_depth_per_m;
-  } else {
-    return;
   }
   terms->push_back(std::move(term));
 }

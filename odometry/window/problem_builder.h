@@ -29,7 +29,7 @@ struct CostModel {
 
 void AddImuTerm(FrameState* from, FrameState* to, std::vector<Term>* terms);
 void AddZeroVelocityTerm(FrameState* frame, const CostModel& model, std::vector<Term>* terms);
-// The term of one sight of a triangulated landmark; the host's own sight ties its left and right.
+// The term of one sight of a triangulated landmark.
 void AddPointTerm(PointLandmark* landmark, FrameState* frame, const CostModel& model,
                   std::vector<Term>* terms);
 // All sights of a landmark.

@@ -24,7 +24,6 @@ std::pair<double, double> SightChi2(PointLandmark* landmark, FrameState* frame,
   if (terms.empty()) return {0, 0};
   Eigen::Vector4d r = Eigen::Vector4d::Zero();
   terms[0].factor->Evaluate(terms[0].blocks.data(), r.data(), nullptr);
-  if (frame == landmark->host()) return {0, r.head<2>().squaredNorm()};
   return {r.head<2>().squaredNorm(), r.tail<2>().squaredNorm()};
 }
 
@@ -115,10 +114,10 @@ std::unordered_set<int64_t> SlidingWindow::Track(FrameState* frame) const {
   std::unordered_set<int64_t> outliers;
   for (PointLandmark* landmark : seen) {
     const auto [left, right] = SightChi2(landmark, frame, model_);
-    if (left > options_.max_point_chi2) {
+    if (left > options_.max_tracking_chi2) {
       outliers.insert(landmark->id);
       frame->measurements.erase(landmark->id);
-    } else if (right > options_.max_point_chi2) {
+    } else if (right > options_.max_tracking_chi2) {
       frame->measurements.at(landmark->id).right.reset();
     }
   }
@@ -148,7 +147,9 @@ void SlidingWindow::TriangulateLandmarks() {
     if (landmark.triangulated) continue;
     const auto inverse_depth = TriangulateInverseDepth(landmark, model_.geometry, {});
     landmark.triangulated = inverse_depth.has_value();
-    if (inverse_depth) landmark.inverse_depth_per_m = *inverse_depth;
+    if (!inverse_depth) continue;
+    const Vector2d& left = landmark.host()->measurements.at(id).left;
+    landmark.point = {left.x(), left.y(), *inverse_depth};
   }
 }
 
@@ -183,15 +184,14 @@ std::unordered_set<int64_t> SlidingWindow::RejectOutliers() {
       const auto [left, right] = SightChi2(&landmark, frame, model_);
       ++all;
       if (right > limit) frame->measurements.at(landmark.id).right.reset();
-      if (left > limit) {
-        ++bad;
-        RemoveMeasurement(&landmark, frame);
-      } else if (frame == landmark.host() && right > limit) {
-        ++bad;
-      }
+      if (left <= limit) continue;
+      ++bad;
+      // The point is expressed in its host: without the host's sight it is not worth keeping.
+      if (frame == landmark.host()) bad = 2 * static_cast<int>(frames.size());
+      if (frame != landmark.host()) RemoveMeasurement(&landmark, frame);
     }
     const bool outlier =
-        2 * bad > all || (landmark.triangulated && landmark.inverse_depth_per_m <= 0);
+        2 * bad > all || (landmark.triangulated && landmark.inverse_depth_per_m() <= 0);
     if (outlier) {
       outliers.insert(landmark.id);
       for (FrameState* frame : landmark.frames) frame->measurements.erase(landmark.id);
@@ -213,9 +213,9 @@ bool SlidingWindow::Rehost(PointLandmark* landmark) const {
   landmark->frames.erase(landmark->frames.begin());
   const RigidTransform T_world_camera =
       landmark->host()->T_world_imu() * model_.geometry.T_imu_camera[0];
-  const double depth_m = (T_world_camera.Inverse() * p_world).z();
-  if (depth_m < 0.05) return false;
-  landmark->inverse_depth_per_m = 1.0 / depth_m;
+  const Vector3d p_camera = T_world_camera.Inverse() * p_world;
+  if (p_camera.z() < 0.05) return false;
+  landmark->point = {p_camera.x() / p_camera.z(), p_camera.y() / p_camera.z(), 1.0 / p_camera.z()};
   ++landmark->released_frames;
   return true;
 }
@@ -272,6 +272,20 @@ void SlidingWindow::AdoptPrior(Prior prior) {
   }
 }
 
+Matrix15d SlidingWindow::NewestCovariance() {
+  std::vector<double*> dropped;
+  for (const auto& frame : state_.frames) {
+    if (frame == state_.frames.back()) continue;
+    dropped.push_back(frame->pose.data());
+    dropped.push_back(frame->speed_bias.data());
+  }
+  const Prior newest = Marginalize(BuildTerms(&state_, model_), state_.prior, dropped);
+  // With a single frame the blocks may come in either order; they come as the prior has them.
+  const Eigen::MatrixXd inverse =
+      newest.jacobian.triangularView<Eigen::Upper>().solve(Eigen::MatrixXd::Identity(15, 15));
+  return inverse * inverse.transpose();
+}
+
 double SlidingWindow::ReprojectionRms() {
   double sum = 0;
   int rows = 0;
@@ -297,22 +311,23 @@ int SlidingWindow::TriangulatedCount() const {
 Landmark SlidingWindow::Describe(const PointLandmark& described) const {
   PointLandmark copy = described;
   PointLandmark* landmark = &copy;
-  // The information on the inverse depth with the poses as they are; d depth = d lambda / lambda^2.
+  // The information on the point with the poses as they are; d depth = d lambda / lambda^2.
   std::vector<Term> terms;
   AddPointTerms(landmark, model_, &terms);
-  double information = 0;
+  Eigen::Matrix3d information = 1e-9 * Eigen::Matrix3d::Identity();
   for (const Term& term : terms) {
-    Eigen::Vector4d r, by_depth = Eigen::Vector4d::Zero();
+    Eigen::Vector4d r;
+    Eigen::Matrix<double, 4, 3, Eigen::RowMajor> j = Eigen::Matrix<double, 4, 3>::Zero();
     std::array<double*, Factor::kMaxBlocks> jacobians{};
-    jacobians[term.factor->blocks() - 1] = by_depth.data();
+    jacobians[term.factor->blocks() - 1] = j.data();
     term.factor->Linearize(term.blocks.data(), r.data(), jacobians.data());
-    information += by_depth.squaredNorm();
+    information += j.transpose() * j;
   }
   Landmark out;
   out.id = landmark->id;
   out.p_world = LandmarkInWorld(*landmark, model_.geometry);
-  const double lambda = landmark->inverse_depth_per_m;
-  out.sigma_m = 1.0 / (std::sqrt(std::max(information, 1e-12)) * lambda * lambda);
+  const double lambda = landmark->inverse_depth_per_m();
+  out.sigma_m = std::sqrt(information.inverse()(2, 2)) / (lambda * lambda);
   out.observations = static_cast<int>(landmark->frames.size()) + landmark->released_frames;
   return out;
 }

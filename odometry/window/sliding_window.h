@@ -44,6 +44,10 @@ class SlidingWindow {
   const FrameState& newest() const { return *state_.frames.back(); }
   const CostModel& model() const { return model_; }
 
+  // Covariance of the newest keyframe's tangents: position, rotation, velocity, gyroscope bias and
+  // accelerometer bias.
+  Matrix15d NewestCovariance();
+
   // RMS of the whitened reprojection residuals of all landmarks.
   double ReprojectionRms();
   int TriangulatedCount() const;

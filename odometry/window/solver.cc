@@ -53,7 +53,7 @@ ceres::Solver::Options CeresOptions(const ceres::Problem& problem,
   problem.GetParameterBlocks(&blocks);
   auto ordering = std::make_shared<ceres::ParameterBlockOrdering>();
   for (double* block : blocks) {
-    const bool landmark = problem.ParameterBlockSize(block) == 1;
+    const bool landmark = problem.ParameterBlockSize(block) == kPointSize;
     ordering->AddElementToGroup(block, landmark ? 0 : 1);
     if (landmark && !is_constant(block)) out.linear_solver_type = ceres::DENSE_SCHUR;
   }

@@ -19,7 +19,7 @@ struct SolverSummary {
   double final_cost = 0;
 };
 
-// Moves every block that is not constant. Landmarks (blocks of size 1) are eliminated first. One
+// Moves every block that is not constant. Landmarks (point blocks) are eliminated first. One
 // thread, and no limit on time: the result depends on the input alone.
 SolverSummary Solve(std::vector<Term>* terms, const Prior& prior,
                     const std::function<bool(const double*)>& is_constant,

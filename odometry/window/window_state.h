@@ -44,11 +44,12 @@ struct FrameState {
 struct PointLandmark {
   int64_t id = 0;
   std::vector<FrameState*> frames;  // that saw it, oldest first; the first is the host
-  double inverse_depth_per_m = 0;
+  std::array<double, kPointSize> point{};  // x, y on z = 1 and the inverse depth in 1 / m
   bool triangulated = false;
   int released_frames = 0;  // that saw it too, but have left the window
 
   FrameState* host() const { return frames.front(); }
+  double inverse_depth_per_m() const { return point[2]; }
 };
 
 struct WindowState {

@@ -1,0 +1,99 @@
+#include "odometry/imu/preintegration.h"
+
+#include <gtest/gtest.h>
+
+#include "data/simulator/example.h"
+#include "data/simulator/imu_simulator.h"
+
+namespace slcmap {
+namespace {
+
+using Eigen::Vector3d;
+
+struct Flight {
+  Rig rig = ExampleStereoRig();
+  MotionSpline motion = ExampleFlight(rig, 10);
+  SimulatedImu Imu(double rate_hz, bool noisy = false, uint64_t seed = 1) const {
+    ImuSimulatorOptions options;
+    options.noise = rig.imu_noise;
+    options.noise.rate_hz = rate_hz;
+    options.with_noise = noisy;
+    options.seed = seed;
+    return SimulateImu(motion, options);
+  }
+};
+
+Preintegration Integrate(const std::vector<ImuSample>& samples, const ImuNoise& noise,
+                         double from_s, double to_s) {
+  Preintegration imu(noise, Vector3d::Zero(), Vector3d::Zero());
+  for (const ImuSample& s : samples) {
+    if (s.stamp_ns >= ToNanoseconds(from_s) && s.stamp_ns <= ToNanoseconds(to_s)) imu.Append(s);
+  }
+  return imu;
+}
+
+// What the motion says the measurement should be.
+Preintegration::Motion Truth(const MotionSpline& motion, double from_s, double to_s) {
+  const double t = to_s - from_s;
+  const Vector3d gravity(0, 0, -kGravity_m_s2);
+  const RigidTransform a = motion.PoseAt(from_s), b = motion.PoseAt(to_s);
+  const Eigen::Quaterniond inverse = a.rotation.conjugate();
+  return {inverse * Vector3d(b.translation - a.translation - motion.VelocityAt(from_s) * t -
+                             0.5 * gravity * t * t),
+          inverse * b.rotation,
+          inverse * Vector3d(motion.VelocityAt(to_s) - motion.VelocityAt(from_s) - gravity * t)};
+}
+
+TEST(Preintegration, ConvergesToTheTrueMotionWithTheRate) {
+  const Flight flight;
+  double last_error = 0;
+  for (const double rate_hz : {200.0, 400.0, 800.0}) {
+    const auto measured = Integrate(flight.Imu(rate_hz).samples, flight.rig.imu_noise, 3, 4)
+                              .CorrectedFor(Vector3d::Zero(), Vector3d::Zero());
+    const auto truth = Truth(flight.motion, 3, 4);
+    const double error = (measured.position_m - truth.position_m).norm() +
+                         (measured.velocity_m_s - truth.velocity_m_s).norm() +
+                         measured.rotation.angularDistance(truth.rotation);
+    EXPECT_LT(error, rate_hz == 200 ? 1e-3 : last_error / 3);  // second order in the step
+    last_error = error;
+  }
+}
+
+TEST(Preintegration, BiasCorrectionMatchesIntegratingAgain) {
+  const Flight flight;
+  Preintegration imu = Integrate(flight.Imu(200).samples, flight.rig.imu_noise, 3, 3.5);
+  const Vector3d bg(2e-3, -1e-3, 3e-3), ba(0.02, -0.03, 0.01);
+  const auto corrected = imu.CorrectedFor(bg, ba);
+  imu.Repropagate(bg, ba);
+  const auto again = imu.CorrectedFor(bg, ba);
+  // The correction is of first order; what is left is of the second.
+  EXPECT_LT((corrected.position_m - again.position_m).norm(), 2e-5);
+  EXPECT_LT((corrected.velocity_m_s - again.velocity_m_s).norm(), 1e-4);
+  EXPECT_LT(corrected.rotation.angularDistance(again.rotation), 2e-6);
+}
+
+TEST(Preintegration, CovarianceMatchesTheScatterOfNoisyIntegrations) {
+  const Flight flight;
+  const auto truth = Truth(flight.motion, 3, 3.5);
+  const int runs = 200;
+  double normalized = 0;
+  for (int run = 0; run < runs; ++run) {
+    const SimulatedImu noisy = flight.Imu(200, true, 100 + run);
+    const size_t first = 600;  // at 3 s
+    Preintegration imu(flight.rig.imu_noise, noisy.biases[first].gyro_rad_s,
+                       noisy.biases[first].accel_m_s2);
+    for (size_t i = first; i <= first + 100; ++i) imu.Append(noisy.samples[i]);
+    const auto measured = imu.CorrectedFor(imu.gyro_bias_rad_s(), imu.accel_bias_m_s2());
+    Eigen::Matrix<double, 9, 1> error;
+    error << measured.position_m - truth.position_m,
+        2 * (truth.rotation.conjugate() * measured.rotation).vec(),
+        measured.velocity_m_s - truth.velocity_m_s;
+    const Eigen::Matrix<double, 9, 9> covariance = imu.covariance().topLeftCorner<9, 9>();
+    normalized += error.dot(covariance.ldlt().solve(error)) / runs;
+  }
+  // Expected 9; the mean of 200 has a standard deviation of sqrt(2 * 9 / 200) = 0.3.
+  EXPECT_NEAR(normalized, 9, 1.5);
+}
+
+}  // namespace
+}  // namespace slcmap

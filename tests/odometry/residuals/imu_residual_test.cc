@@ -1,0 +1,65 @@
+#include "odometry/residuals/imu_residual.h"
+
+#include <gtest/gtest.h>
+
+#include "data/simulator/example.h"
+#include "data/simulator/imu_simulator.h"
+#include "odometry/residuals/zero_velocity_residual.h"
+#include "tests/odometry/residuals/factor_test_utils.h"
+
+namespace slcmap {
+namespace {
+
+Preintegration SomePreintegration() {
+  Preintegration imu(ImuNoise(), {0.01, -0.02, 0.03}, {0.1, 0.05, -0.1});
+  for (int i = 0; i <= 40; ++i) {
+    const double t = 0.005 * i;
+    ImuSample s;
+    s.stamp_ns = ToNanoseconds(t);
+    s.angular_velocity_rad_s << std::sin(3 * t), 0.8 * std::cos(2 * t), 0.4 + t;
+    s.specific_force_m_s2 << 1 + t, std::cos(5 * t), 9.5;
+    imu.Append(s);
+  }
+  return imu;
+}
+
+TEST(ImuResidual, JacobiansMatchDifferences) {
+  const Preintegration imu = SomePreintegration();
+  const ImuResidual factor(&imu);
+  const std::vector<std::vector<double>> blocks = {
+      PoseBlockOf({ExpRotation({0.3, -0.2, 1.0}), {1, 2, 3}}),
+      {0.5, -1, 0.2, 0.012, -0.018, 0.031, 0.11, 0.04, -0.12},
+      PoseBlockOf({ExpRotation({0.35, -0.1, 1.1}), {1.1, 1.8, 3.05}}),
+      {0.6, -0.9, 0.1, 0.013, -0.019, 0.032, 0.12, 0.03, -0.13}};
+  ExpectJacobiansMatchDifferences(factor, blocks, 2e-5);
+}
+
+TEST(ImuResidual, IsInvariantToHeadingAndPosition) {
+  const Preintegration imu = SomePreintegration();
+  const ImuResidual factor(&imu);
+  std::vector<RigidTransform> poses = {{ExpRotation({0.3, -0.2, 1.0}), {1, 2, 3}},
+                                       {ExpRotation({0.35, -0.1, 1.1}), {1.1, 1.8, 3.05}}};
+  std::vector<Eigen::Vector3d> v = {{0.5, -1, 0.2}, {0.6, -0.9, 0.1}};
+  const auto evaluate = [&] {
+    const auto a = PoseBlockOf(poses[0]), b = PoseBlockOf(poses[1]);
+    const double sa[9] = {v[0].x(), v[0].y(), v[0].z()}, sb[9] = {v[1].x(), v[1].y(), v[1].z()};
+    const double* pointers[] = {a.data(), sa, b.data(), sb};
+    Eigen::Matrix<double, 15, 1> r;
+    factor.Evaluate(pointers, r.data(), nullptr);
+    return r;
+  };
+  const auto before = evaluate();
+  const RigidTransform turn(ExpRotation({0, 0, 2.3}), {10, -7, 3});
+  for (int i = 0; i < 2; ++i) {
+    poses[i] = turn * poses[i];
+    v[i] = turn.rotation * v[i];
+  }
+  EXPECT_LT((evaluate() - before).norm(), 1e-6 * before.norm());
+}
+
+TEST(ZeroVelocityResidual, JacobianMatchesDifferences) {
+  ExpectJacobiansMatchDifferences(ZeroVelocityResidual(0.02), {{1, 2, 3, 4, 5, 6, 7, 8, 9}}, 1e-6);
+}
+
+}  // namespace
+}  // namespace slcmap

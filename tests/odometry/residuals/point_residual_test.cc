@@ -1,0 +1,161 @@
+#include "odometry/residuals/point_residual.h"
+
+#include <ceres/autodiff_cost_function.h>
+#include <gtest/gtest.h>
+
+#include "data/simulator/example.h"
+#include "tests/odometry/residuals/factor_test_utils.h"
+
+namespace slcmap {
+namespace {
+
+struct PointScene {
+  StereoGeometry geometry{ExampleStereoRig().T_imu_camera, 600.0};
+  RigidTransform host{ExpRotation({0.1, -0.4, 2.0}), {1, 2, 3}};
+  RigidTransform target{ExpRotation({0.15, -0.35, 2.1}), {1.2, 1.9, 3.1}};
+  Eigen::Vector2d left{0.21, -0.13};
+  double inverse_depth = 0.27;
+
+  Eigen::Vector3d World() const {
+    return host * (geometry.T_imu_camera[0] *
+                   Eigen::Vector3d(Eigen::Vector3d(left.x(), left.y(), 1) / inverse_depth));
+  }
+  Eigen::Vector2d Seen(const RigidTransform& pose, int camera) const {
+    const Eigen::Vector3d p = (pose * geometry.T_imu_camera[camera]).Inverse() * World();
+    return p.head<2>() / p.z();
+  }
+  std::vector<std::vector<double>> Blocks() const {
+    return {PoseBlockOf(host), PoseBlockOf(target), {left.x(), left.y(), inverse_depth}};
+  }
+};
+
+// The same residual written for automatic differentiation, straight from its definition.
+struct PointByDefinition {
+  const PointScene* scene;
+  StereoMeasurement measured;
+
+  template <typename T>
+  bool operator()(const T* host, const T* target, const T* point, T* residual) const {
+    using V = Eigen::Matrix<T, 3, 1>;
+    const Eigen::Map<const Eigen::Quaternion<T>> q_h(host + 3), q_t(target + 3);
+    const Eigen::Map<const V> p_h(host), p_t(target);
+    const auto& T_ic = scene->geometry.T_imu_camera;
+    const V ray(point[0], point[1], T(1));
+    const V in_imu = T_ic[0].rotation.cast<T>() * V(ray / point[2]) + T_ic[0].translation.cast<T>();
+    const V in_target = q_t.conjugate() * V(q_h * in_imu + p_h - p_t);
+    for (int c = 0; c < 2; ++c) {
+      const V p = T_ic[c].rotation.conjugate().cast<T>() * V(in_target - T_ic[c].translation.cast<T>());
+      const Eigen::Vector2d& m = c == 0 ? measured.left : *measured.right;
+      residual[2 * c] = scene->geometry.weight * (p.x() / p.z() - m.x());
+      residual[2 * c + 1] = scene->geometry.weight * (p.y() / p.z() - m.y());
+    }
+    return true;
+  }
+};
+
+TEST(PointResidual, IsZeroWhereTheGeometryIsExact) {
+  const PointScene scene;
+  const PointResidual factor(&scene.geometry, {scene.Seen(scene.target, 0), scene.Seen(scene.target, 1)});
+  const auto blocks = scene.Blocks();
+  const double* pointers[] = {blocks[0].data(), blocks[1].data(), blocks[2].data()};
+  Eigen::Vector4d r;
+  factor.Evaluate(pointers, r.data(), nullptr);
+  EXPECT_LT(r.norm(), 1e-9);
+}
+
+TEST(PointResidual, JacobiansMatchAutomaticDifferentiation) {
+  const PointScene scene;
+  const StereoMeasurement measured{{0.3, -0.1}, Eigen::Vector2d(0.25, -0.08)};
+  const PointResidual factor(&scene.geometry, measured);
+  const ceres::AutoDiffCostFunction<PointByDefinition, 4, 7, 7, 3> twin(
+      new PointByDefinition{&scene, measured});
+  const auto blocks = scene.Blocks();
+  const double* pointers[] = {blocks[0].data(), blocks[1].data(), blocks[2].data()};
+  using J7 = Eigen::Matrix<double, 4, 7, Eigen::RowMajor>;
+  J7 h, t, h2, t2;
+  Eigen::Matrix<double, 4, 3, Eigen::RowMajor> d, d2;
+  Eigen::Vector4d r, r2;
+  double* ours[] = {h.data(), t.data(), d.data()};
+  double* theirs[] = {h2.data(), t2.data(), d2.data()};
+  factor.Evaluate(pointers, r.data(), ours);
+  twin.Evaluate(pointers, r2.data(), theirs);
+  EXPECT_LT((r - r2).norm(), 1e-9);
+  // Off the unit sphere the two may differ; on its tangent they may not.
+  const PoseManifold manifold;
+  Eigen::Matrix<double, 7, 6, Eigen::RowMajor> plus;
+  manifold.PlusJacobian(pointers[0], plus.data());
+  EXPECT_LT((h * plus - h2 * plus).norm(), 1e-9 * h.norm());
+  manifold.PlusJacobian(pointers[1], plus.data());
+  EXPECT_LT((t * plus - t2 * plus).norm(), 1e-9 * t.norm());
+  EXPECT_LT((d - d2).norm(), 1e-9 * d.norm());
+}
+
+TEST(PointResidual, JacobiansMatchDifferences) {
+  const PointScene scene;
+  ExpectJacobiansMatchDifferences(
+      PointResidual(&scene.geometry, {{0.3, -0.1}, Eigen::Vector2d(0.25, -0.08)}),
+      scene.Blocks(), 1e-6);
+  ExpectJacobiansMatchDifferences(PointResidual(&scene.geometry, {{0.3, -0.1}, {}}),
+                                  scene.Blocks(), 1e-6);
+  ExpectJacobiansMatchDifferences(
+      HostPointResidual(scene.geometry, {{0.2, -0.1}, Eigen::Vector2d(0.17, -0.12)}), {{0.21, -0.13, 0.27}}, 1e-6);
+}
+
+TEST(HostPointResidual, IsZeroAtTheTruePoint) {
+  const PointScene scene;
+  const HostPointResidual factor(scene.geometry, {scene.left, scene.Seen(scene.host, 1)});
+  const auto blocks = scene.Blocks();
+  const double* pointers[] = {blocks[2].data()};
+  Eigen::Vector4d r;
+  factor.Evaluate(pointers, r.data(), nullptr);
+  EXPECT_LT(r.norm(), 1e-9);
+}
+
+TEST(PointResidual, APointBehindTheTargetNeitherFailsNorPulls) {
+  PointScene scene;
+  scene.target.translation = scene.World() + scene.target.rotation * Eigen::Vector3d(0, 0, 1) * 3;
+  scene.inverse_depth = 5;
+  const PointResidual factor(&scene.geometry, {{0, 0}, {}});
+  RigidTransform flipped = scene.host;
+  flipped.rotation = flipped.rotation * ExpRotation({3.14159, 0, 0});
+  const std::vector<std::vector<double>> blocks = {PoseBlockOf(scene.host), PoseBlockOf(flipped), {0, 0, 5}};
+  const double* pointers[] = {blocks[0].data(), blocks[1].data(), blocks[2].data()};
+  Eigen::Matrix<double, 2, 7, Eigen::RowMajor> h, t;
+  Eigen::Matrix<double, 2, 3, Eigen::RowMajor> d;
+  Eigen::Vector2d r;
+  double* jacobians[] = {h.data(), t.data(), d.data()};
+  ASSERT_TRUE(factor.Evaluate(pointers, r.data(), jacobians));
+  EXPECT_TRUE(r.allFinite());
+  EXPECT_EQ(h.norm() + t.norm() + d.norm(), 0);
+}
+
+TEST(Factor, FirstEstimateJacobiansBelongToTheLinearizationPoint) {
+  const PointScene scene;
+  const StereoMeasurement measured{{0.3, -0.1}, {}};
+  PointResidual factor(&scene.geometry, measured);
+  auto blocks = scene.Blocks();
+  auto moved = blocks;
+  const double delta[] = {0.05, -0.02, 0.01, 0.03, 0.02, -0.04};
+  PoseManifold().Plus(blocks[1].data(), delta, moved[1].data());
+  const auto linearize = [](const Factor& f, const std::vector<std::vector<double>>& x,
+                            Eigen::Matrix<double, 2, 6, Eigen::RowMajor>* t) {
+    Eigen::Matrix<double, 2, 6, Eigen::RowMajor> h;
+    Eigen::Matrix<double, 2, 3, Eigen::RowMajor> d;
+    Eigen::Vector2d r;
+    double* jacobians[] = {h.data(), t->data(), d.data()};
+    const double* pointers[] = {x[0].data(), x[1].data(), x[2].data()};
+    f.Linearize(pointers, r.data(), jacobians);
+    return r;
+  };
+  Eigen::Matrix<double, 2, 6, Eigen::RowMajor> at_blocks, at_moved, fixed;
+  linearize(factor, blocks, &at_blocks);
+  const Eigen::Vector2d r_moved = linearize(factor, moved, &at_moved);
+  factor.SetLinearizationPoint(1, blocks[1].data());
+  const Eigen::Vector2d r_fixed = linearize(factor, moved, &fixed);
+  EXPECT_EQ(r_fixed, r_moved);
+  EXPECT_EQ(fixed, at_blocks);
+  EXPECT_GT((fixed - at_moved).norm(), 1e-3);
+}
+
+}  // namespace
+}  // namespace slcmap

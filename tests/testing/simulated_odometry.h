@@ -1,0 +1,155 @@
+// Runs the estimator on simulated tracks, without any image.
+#pragma once
+
+#include <algorithm>
+#include <map>
+#include <unordered_set>
+#include <vector>
+
+#include "data/simulator/example.h"
+#include "data/simulator/imu_simulator.h"
+#include "data/simulator/track_simulator.h"
+#include "odometry/window/estimator.h"
+
+namespace slcmap {
+
+// Plays simulated tracks to an estimator; what it removes stays away.
+class SimulatedPoints final : public PointSource {
+ public:
+  void Show(const SimulatedTrackFrame& frame, bool stereo) {
+    observations_.clear();
+    for (const SimulatedTrack& track : frame.tracks) {
+      if (removed_.count(track.id)) continue;
+      PointObservation point;
+      point.id = track.id;
+      point.left_px = track.left_px;
+      if (stereo) point.right_px = track.right_px;
+      observations_.push_back(point);
+    }
+  }
+  void Blind() { observations_.clear(); }
+  const std::vector<PointObservation>& observations() const override { return observations_; }
+  void Detect() override {}
+  void Remove(const std::unordered_set<int64_t>& ids) override {
+    removed_.insert(ids.begin(), ids.end());
+    std::erase_if(observations_, [&](const PointObservation& p) { return ids.count(p.id) > 0; });
+  }
+  void Reset() override { observations_.clear(); }
+  size_t removed() const { return removed_.size(); }
+
+ private:
+  std::vector<PointObservation> observations_;
+  std::unordered_set<int64_t> removed_;
+};
+
+struct SimulatedRunOptions {
+  double duration_s = 20;
+  double stand_still_s = 2;
+  double pixel_sigma_px = 0;
+  bool imu_noise = false;
+  double imu_rate_hz = 200;
+  Eigen::Vector3d gyro_bias_rad_s = Eigen::Vector3d::Zero();
+  Eigen::Vector3d accel_bias_m_s2 = Eigen::Vector3d::Zero();
+  uint64_t seed = 1;
+  OdometryOptions odometry;
+};
+
+struct SimulatedRun {
+  Rig rig;
+  std::vector<OnlineState> states;
+  std::vector<RigidTransform> truth;          // beside the states
+  std::vector<Eigen::Vector3d> true_velocity;
+  SimulatedImu imu;
+  OdometryRun run;
+  size_t removed_points = 0;
+  // Normalised squared errors of the last keyframe: of its pose (6 dimensions) and all (15).
+  double final_pose_nees = 0, final_nees = 0;
+};
+
+// The turn about z and the shift that take the first estimated pose to the true one.
+inline RigidTransform GaugeFromFirst(const SimulatedRun& run) {
+  const Eigen::Quaterniond d =
+      run.truth.front().rotation * run.states.front().T_world_imu.rotation.conjugate();
+  const double yaw_rad = 2 * std::atan2(d.z(), d.w());
+  const Eigen::Quaterniond turn(Eigen::AngleAxisd(yaw_rad, Eigen::Vector3d::UnitZ()));
+  return {turn,
+          run.truth.front().translation - turn * run.states.front().T_world_imu.translation};
+}
+
+// The errors of the newest keyframe against the motion, normalised by the covariance claimed.
+inline void MeasureFinalNees(const MotionSpline& motion, SlidingWindow* window, SimulatedRun* run) {
+  const FrameState& newest = window->newest();
+  const double t_s = ToSeconds(newest.stamp_ns);
+  const RigidTransform inverse = GaugeFromFirst(*run).Inverse();
+  const RigidTransform truth = inverse * motion.PoseAt(t_s);
+  const auto sample = std::lower_bound(
+      run->imu.samples.begin(), run->imu.samples.end(), newest.stamp_ns,
+      [](const ImuSample& s, int64_t stamp_ns) { return s.stamp_ns < stamp_ns; });
+  const ImuBias& bias = run->imu.biases[static_cast<size_t>(sample - run->imu.samples.begin())];
+  Eigen::Matrix<double, 15, 1> error;
+  error << newest.T_world_imu().translation - truth.translation,
+      LogRotation(truth.rotation.conjugate() * newest.T_world_imu().rotation),
+      newest.velocity() - inverse.rotation * motion.VelocityAt(t_s),
+      newest.gyro_bias() - bias.gyro_rad_s, newest.accel_bias() - bias.accel_m_s2;
+  const Matrix15d covariance = window->NewestCovariance();
+  run->final_nees = error.dot(covariance.ldlt().solve(error));
+  const Eigen::Matrix<double, 6, 6> of_pose = covariance.topLeftCorner<6, 6>();
+  run->final_pose_nees = error.head<6>().dot(of_pose.ldlt().solve(error.head<6>()));
+}
+
+inline SimulatedRun RunOnSimulatedTracks(const SimulatedRunOptions& options,
+                                         const MotionSpline* given_motion = nullptr) {
+  SimulatedRun out;
+  out.rig = ExampleStereoRig();
+  const MotionSpline motion = given_motion ? *given_motion
+                                           : ExampleFlight(out.rig, options.duration_s,
+                                                           options.stand_still_s);
+  ImuSimulatorOptions imu;
+  imu.noise = out.rig.imu_noise;
+  imu.noise.rate_hz = options.imu_rate_hz;
+  imu.with_noise = options.imu_noise;
+  imu.initial_gyro_bias_rad_s = options.gyro_bias_rad_s;
+  imu.initial_accel_bias_m_s2 = options.accel_bias_m_s2;
+  imu.seed = options.seed;
+  out.imu = SimulateImu(motion, imu);
+  TrackSimulatorOptions tracks;
+  tracks.sigma_px = options.pixel_sigma_px;
+  tracks.max_tracks = options.odometry.points.max_points;
+  tracks.seed = options.seed;
+  const SimulatedTracks simulated = SimulateTracks(motion, out.rig, tracks);
+
+  SimulatedPoints points;
+  Estimator estimator(options.odometry, out.rig, &points);
+  size_t next = 0;
+  for (const SimulatedTrackFrame& frame : simulated.frames) {
+    while (next < out.imu.samples.size() &&
+           (next == 0 || out.imu.samples[next - 1].stamp_ns < frame.stamp_ns)) {
+      estimator.AddImu(out.imu.samples[next++]);
+    }
+    points.Show(frame, options.odometry.method != Method::kPointsMono);
+    const auto state = estimator.AddImage(frame.stamp_ns);
+    if (!state) continue;
+    out.states.push_back(*state);
+    out.truth.push_back(frame.T_world_imu);
+    out.true_velocity.push_back(motion.VelocityAt(ToSeconds(frame.stamp_ns)));
+  }
+  estimator.Describe(&out.run);
+  out.removed_points = points.removed();
+  if (!out.states.empty() && !estimator.window().empty()) {
+    MeasureFinalNees(motion, estimator.mutable_window(), &out);
+  }
+  return out;
+}
+
+// Largest distance in metres between estimate and truth, once the first poses are laid together.
+inline double LargestPositionError(const SimulatedRun& run) {
+  const RigidTransform gauge = GaugeFromFirst(run);
+  double largest_m = 0;
+  for (size_t i = 0; i < run.states.size(); ++i) {
+    largest_m = std::max(largest_m, (gauge * run.states[i].T_world_imu.translation -
+                                     run.truth[i].translation).norm());
+  }
+  return largest_m;
+}
+
+}  // namespace slcmap
