@@ -28,7 +28,7 @@ struct MadeMotionOptions {
   MotionKind kind = MotionKind::kWalk;
   std::vector<Eigen::Vector3d> waypoints_m;  // of the left camera, in world
   double speed_m_s = 1.2;
-  double corner_m = 0.5;       // how far before and behind a waypoint its corner is rounded
+  double corner_m = 0.8;       // how far before and behind a waypoint its corner is rounded
   double stand_still_s = 2.0;  // before the motion and after it
   double ease_s = 2.0;         // from rest to full speed
   double shake = 1.0;          // scale of bounce, sway, shake and vibration
