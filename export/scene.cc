@@ -8,6 +8,7 @@
 
 #include "data/error.h"
 #include "export/colour_scale.h"
+#include "export/voxel_mesh.h"
 
 namespace slcmap {
 namespace {
@@ -100,41 +101,6 @@ LineLayer KeyframesOf(const MapResult& map, const SceneOptions& options) {
   return layer;
 }
 
-// The six faces of a cube of edge 2 about the origin, with the shade that stands in for a light.
-struct CubeFace {
-  std::array<Eigen::Vector3d, 4> corners;
-  double shade;
-};
-
-std::vector<CubeFace> CubeFaces() {
-  constexpr double kTopShade = 1, kBottomShade = 0.6, kXShade = 0.88, kYShade = 0.76;
-  return {{{{{-1, -1, 1}, {1, -1, 1}, {1, 1, 1}, {-1, 1, 1}}}, kTopShade},
-          {{{{-1, 1, -1}, {1, 1, -1}, {1, -1, -1}, {-1, -1, -1}}}, kBottomShade},
-          {{{{1, -1, -1}, {1, 1, -1}, {1, 1, 1}, {1, -1, 1}}}, kXShade},
-          {{{{-1, 1, -1}, {-1, -1, -1}, {-1, -1, 1}, {-1, 1, 1}}}, kXShade},
-          {{{{1, 1, -1}, {-1, 1, -1}, {-1, 1, 1}, {1, 1, 1}}}, kYShade},
-          {{{{-1, -1, -1}, {1, -1, -1}, {1, -1, 1}, {-1, -1, 1}}}, kYShade}};
-}
-
-// Every cube has its own four vertices a face, as the faces' shades differ.
-MeshLayer VoxelsOf(const std::vector<Voxel>& voxels, const HeightColours& colours) {
-  MeshLayer layer{"voxels", {}, {}};
-  const std::vector<CubeFace> faces = CubeFaces();
-  for (const Voxel& voxel : voxels) {
-    const Colour colour = colours.At(voxel.centre_world.z());
-    for (const CubeFace& face : faces) {
-      const auto first = static_cast<uint32_t>(layer.vertices.size());
-      for (const Eigen::Vector3d& corner : face.corners) {
-        layer.vertices.Add(voxel.centre_world + 0.5 * voxel.size_m * corner,
-                           Shade(colour, face.shade));
-      }
-      layer.triangles.push_back({first, first + 1, first + 2});
-      layer.triangles.push_back({first, first + 2, first + 3});
-    }
-  }
-  return layer;
-}
-
 }  // namespace
 
 void SceneOptions::Check() const {
@@ -149,7 +115,6 @@ void SceneOptions::Check() const {
 
 Scene MakeScene(const MapResult& map, const SceneOptions& options) {
   options.Check();
-  const std::vector<Voxel> voxels = map.occupancy.OccupiedVoxels();
   std::vector<double> heights_m;
   for (const MapPoint& point : map.points) heights_m.push_back(point.p_world.z());
   const HeightColours colours(std::move(heights_m));
@@ -157,7 +122,10 @@ Scene MakeScene(const MapResult& map, const SceneOptions& options) {
   Scene scene;
   scene.points = {PointsOf(map, colours)};
   scene.lines = {LinesOf(map), TrajectoryOf(map, options.max_jump_s), KeyframesOf(map, options)};
-  scene.meshes = {VoxelsOf(voxels, colours)};
+  scene.meshes = {{"voxels", {}, {}}};
+  AddVoxels(
+      map.occupancy.OccupiedVoxels(),
+      [&](const Voxel& voxel) { return colours.At(voxel.centre_world.z()); }, &scene.meshes.back());
   return scene;
 }
 

@@ -10,16 +10,18 @@ OccupancyMap MapOccupancy(const OdometryRun& run, const std::vector<MapPoint>& p
   for (const MapPoint& point : points) {
     for (const int64_t id : point.landmark_ids) point_of_landmark[id] = &point;
   }
-  OccupancyMap occupancy(options.resolution_m);
+  std::vector<RayBundle> bundles;
   for (const Keyframe& keyframe : run.keyframes) {
-    std::vector<Eigen::Vector3d> seen_world;
+    RayBundle bundle;
+    bundle.p_world_camera = (keyframe.T_world_imu * run.rectified_rig.T_imu_camera[0]).translation;
     for (const KeyframeObservation& observation : keyframe.observations) {
       const auto point = point_of_landmark.find(observation.landmark_id);
-      if (point != point_of_landmark.end()) seen_world.push_back(point->second->p_world);
+      if (point != point_of_landmark.end()) bundle.p_world.push_back(point->second->p_world);
     }
-    const RigidTransform T_world_camera = keyframe.T_world_imu * run.rectified_rig.T_imu_camera[0];
-    occupancy.InsertRays(T_world_camera.translation, seen_world, options.max_range_m);
+    bundles.push_back(std::move(bundle));
   }
+  OccupancyMap occupancy(options.resolution_m);
+  occupancy.Insert(bundles, options.max_range_m);
   return occupancy;
 }
 

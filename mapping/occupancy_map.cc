@@ -32,11 +32,16 @@ OccupancyMap::~OccupancyMap() = default;
 OccupancyMap::OccupancyMap(OccupancyMap&&) noexcept = default;
 OccupancyMap& OccupancyMap::operator=(OccupancyMap&&) noexcept = default;
 
-void OccupancyMap::InsertRays(const Eigen::Vector3d& p_world_camera,
-                              const std::vector<Eigen::Vector3d>& p_world, double max_range_m) {
-  octomap::Pointcloud points;
-  for (const Eigen::Vector3d& p : p_world) points.push_back(ToOctomap(p));
-  impl_->tree.insertPointCloud(points, ToOctomap(p_world_camera), max_range_m);
+void OccupancyMap::Insert(const std::vector<RayBundle>& bundles, double max_range_m) {
+  for (const RayBundle& bundle : bundles) {
+    octomap::Pointcloud points;
+    for (const Eigen::Vector3d& p : bundle.p_world) points.push_back(ToOctomap(p));
+    // The inner nodes are updated once, at the end.
+    constexpr bool kLazy = true;
+    impl_->tree.insertPointCloud(points, ToOctomap(bundle.p_world_camera), max_range_m, kLazy);
+  }
+  impl_->tree.updateInnerOccupancy();
+  impl_->tree.prune();
 }
 
 double OccupancyMap::resolution_m() const { return impl_->tree.getResolution(); }

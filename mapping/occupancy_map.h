@@ -14,6 +14,12 @@ struct Voxel {
   double size_m = 0;  // edge; larger ones stand for eight, pruned
 };
 
+// Rays from a camera centre to points that it saw (world, metres).
+struct RayBundle {
+  Eigen::Vector3d p_world_camera = Eigen::Vector3d::Zero();
+  std::vector<Eigen::Vector3d> p_world;
+};
+
 class OccupancyMap {
  public:
   explicit OccupancyMap(double resolution_m);
@@ -21,11 +27,10 @@ class OccupancyMap {
   OccupancyMap(OccupancyMap&&) noexcept;
   OccupancyMap& operator=(OccupancyMap&&) noexcept;
 
-  // Inserts the rays from a camera centre to points that it saw (world, metres). The way to a point
-  // is free and its voxel is occupied; of a point beyond max_range_m only the first part of the way
-  // counts.
-  void InsertRays(const Eigen::Vector3d& p_world_camera,
-                  const std::vector<Eigen::Vector3d>& p_world, double max_range_m);
+  // Follows the rays of all bundles. The way to a point is free and its voxel is occupied; of a
+  // point beyond max_range_m only the first part of the way counts. Within a bundle, occupied beats
+  // free.
+  void Insert(const std::vector<RayBundle>& bundles, double max_range_m);
 
   double resolution_m() const;
   std::vector<Voxel> OccupiedVoxels() const;  // in the tree's order

@@ -85,7 +85,7 @@ TEST_F(ExportTest, GltfHoldsTheLayers) {
   EXPECT_EQ(CountOf(model, "lines"), 2u);
   EXPECT_EQ(CountOf(model, "trajectory"), 2u * 50);
   EXPECT_EQ(CountOf(model, "keyframes"), 2u * 6 * 8);
-  EXPECT_EQ(CountOf(model, "voxels"), 36 * map.occupancy.OccupiedVoxels().size());
+  EXPECT_EQ(CountOf(model, "voxels"), 3 * MakeScene(map, {}).meshes[0].triangles.size());
   EXPECT_THAT(model.extensionsUsed, UnorderedElementsAre("KHR_materials_unlit"));
   EXPECT_EQ(model.nodes[0].children.size(), 5u);
 }
@@ -128,7 +128,7 @@ TEST_F(ExportTest, PclReadsThePointsAndTheMesh) {
   EXPECT_NE(cloud[0].getRGBVector3i(), Eigen::Vector3i::Zero());
   pcl::PolygonMesh mesh;
   ASSERT_EQ(pcl::io::loadPLYFile(Path("voxels.ply"), mesh), 0);
-  EXPECT_EQ(mesh.polygons.size(), 12 * map.occupancy.OccupiedVoxels().size());
+  EXPECT_EQ(mesh.polygons.size(), MakeScene(map, {}).meshes[0].triangles.size());
 }
 
 TEST_F(ExportTest, PlyLinesComeBack) {

@@ -16,7 +16,7 @@ const std::string kPath = kFolder.Path("a.bt");
 
 OccupancyMap MakeMap() {
   OccupancyMap map(0.1);
-  map.InsertRays({0.05, 0.05, 0.05}, {{3.05, 0.05, 0.05}, {0.05, 30.05, 0.05}}, 5);
+  map.Insert({{{0.05, 0.05, 0.05}, {{3.05, 0.05, 0.05}, {0.05, 30.05, 0.05}}}}, 5);
   return map;
 }
 
@@ -59,6 +59,15 @@ TEST(OccupancyMap, TheSameRaysGiveTheSameBytes) {
   const std::string first = ReadFile(kPath);
   MakeMap().Write(kPath);
   EXPECT_EQ(ReadFile(kPath), first);
+}
+
+TEST(OccupancyMap, ManyLooksBeatASingleOne) {
+  const RayBundle at_near{{0.05, 0.05, 0.05}, {{1.05, 0.05, 0.05}}};
+  const RayBundle beyond{{0.05, 0.05, 0.05}, {{2.05, 0.05, 0.05}}};
+  OccupancyMap map(0.1);
+  map.Insert({at_near, beyond, beyond, beyond}, 5);
+  EXPECT_TRUE(map.IsFree({1.05, 0.05, 0.05}));
+  EXPECT_TRUE(map.IsOccupied({2.05, 0.05, 0.05}));
 }
 
 TEST(OccupancyMap, EmptyMapComesBackEmpty) {
