@@ -35,6 +35,8 @@ struct SurfaceMaterial {
 struct SceneQuad {
   Eigen::Vector3f a, u, v;
   uint32_t material = 0;  // index into Scene::materials
+  // Texture coordinates at a: the pattern goes on across the quads that a wall is cut into.
+  Eigen::Vector2f texture_origin = Eigen::Vector2f::Zero();
 };
 
 // A rectangle that emits light, also a quad of the scene (of a kLamp material).
