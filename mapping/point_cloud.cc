@@ -1,14 +1,12 @@
 #include "mapping/point_cloud.h"
 
-#include <pcl/PCLPointCloud2.h>
 #include <pcl/filters/statistical_outlier_removal.h>
-#include <pcl/io/pcd_io.h>
 #include <pcl/point_types.h>
+#include <spdlog/fmt/fmt.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstring>
 #include <map>
 
 #include "data/file.h"
@@ -44,39 +42,9 @@ MapPoint Fuse(const std::vector<const Landmark*>& landmarks) {
   return point;
 }
 
-void AddField(const std::string& name, uint8_t type, pcl::PCLPointCloud2* cloud) {
-  pcl::PCLPointField field;
-  field.name = name;
-  field.offset = cloud->point_step;
-  field.datatype = type;
-  field.count = 1;
-  cloud->fields.push_back(field);
-  cloud->point_step += 4;
-}
-
-// The cloud in PCL's general form, without padding between the fields.
-pcl::PCLPointCloud2 ToPcl(const std::vector<MapPoint>& points) {
-  pcl::PCLPointCloud2 cloud;
-  for (const char* name : {"x", "y", "z", "sigma_m"}) {
-    AddField(name, pcl::PCLPointField::FLOAT32, &cloud);
-  }
-  AddField("observations", pcl::PCLPointField::INT32, &cloud);
-  cloud.height = 1;
-  cloud.width = static_cast<uint32_t>(points.size());
-  cloud.row_step = cloud.point_step * cloud.width;
-  cloud.is_dense = true;
-  cloud.data.resize(cloud.row_step);
-  uint8_t* bytes = cloud.data.data();
-  for (const MapPoint& point : points) {
-    const Eigen::Vector4f values(point.p_world.cast<float>().x(), point.p_world.cast<float>().y(),
-                                 point.p_world.cast<float>().z(),
-                                 static_cast<float>(point.sigma_m));
-    const auto observations = static_cast<int32_t>(point.observations);
-    std::memcpy(bytes, values.data(), sizeof values);
-    std::memcpy(bytes + sizeof values, &observations, sizeof observations);
-    bytes += cloud.point_step;
-  }
-  return cloud;
+template <typename T>
+void Append(T value, std::string* bytes) {
+  bytes->append(reinterpret_cast<const char*>(&value), sizeof value);
 }
 
 }  // namespace
@@ -124,12 +92,18 @@ std::vector<MapPoint> RemoveOutliers(std::vector<MapPoint> points, const CloudOp
   return inliers;
 }
 
+// Written without PCL's own writer, which refuses clouds without points and brings in all of VTK.
 void WritePcd(const std::string& path, const std::vector<MapPoint>& points) {
-  const pcl::PCLPointCloud2 cloud = ToPcl(points);
-  std::string bytes = pcl::PCDWriter().generateHeaderBinary(cloud, Eigen::Vector4f::Zero(),
-                                                            Eigen::Quaternionf::Identity());
-  bytes += "DATA binary\n";
-  bytes.append(cloud.data.begin(), cloud.data.end());
+  std::string bytes = fmt::format(
+      "# .PCD v0.7 - Point Cloud Data file format\nVERSION 0.7\n"
+      "FIELDS x y z sigma_m observations\nSIZE 4 4 4 4 4\nTYPE F F F F I\nCOUNT 1 1 1 1 1\n"
+      "WIDTH {0}\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS {0}\nDATA binary\n",
+      points.size());
+  for (const MapPoint& point : points) {
+    for (const double value : point.p_world) Append(static_cast<float>(value), &bytes);
+    Append(static_cast<float>(point.sigma_m), &bytes);
+    Append(static_cast<int32_t>(point.observations), &bytes);
+  }
   WriteFile(path, bytes);
 }
 

@@ -1,0 +1,53 @@
+#include "data/csv_table.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "data/error.h"
+#include "tests/testing/temp_folder.h"
+
+namespace slcmap {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::ThrowsMessage;
+
+class CsvTableTest : public ::testing::Test {
+ protected:
+  CsvTable Read(const std::string& text) const {
+    return CsvTable::Read(folder_.Write("table.csv", text), "id,x_m");
+  }
+  testing::TempFolder folder_;
+};
+
+TEST_F(CsvTableTest, CellsAreRead) {
+  const CsvTable table = Read("# made by hand\nid,x_m\r\n9007199254740993,0.1\r\n\n-2,nan\n");
+  ASSERT_EQ(table.rows(), 2u);
+  EXPECT_EQ(table.Integer(0, 0), 9007199254740993);  // not a double
+  EXPECT_EQ(table.Number(0, 1), 0.1);
+  EXPECT_EQ(table.OptionalNumber(0, 1), 0.1);
+  EXPECT_FALSE(table.OptionalNumber(1, 1).has_value());
+}
+
+TEST_F(CsvTableTest, AHeaderAloneIsAnEmptyTable) { EXPECT_EQ(Read("id,x_m\n").rows(), 0u); }
+
+TEST_F(CsvTableTest, WrongTablesAreNamed) {
+  EXPECT_THAT([&] { Read(""); }, ThrowsMessage<DataError>(HasSubstr("table.csv: empty")));
+  EXPECT_THAT([&] { Read("id,y_m\n"); },
+              ThrowsMessage<DataError>(HasSubstr("row 1: found the columns 'id,y_m'")));
+  EXPECT_THAT([&] { Read("id,x_m\n1\n"); },
+              ThrowsMessage<DataError>(HasSubstr("row 2: found 1 columns, expected 2")));
+  EXPECT_THROW(CsvTable::Read(folder_.Path("none.csv"), "id"), DataError);
+}
+
+TEST_F(CsvTableTest, WrongCellsAreNamed) {
+  const CsvTable table = Read("id,x_m\n1a,inf\n");
+  EXPECT_THAT([&] { table.Integer(0, 0); },
+              ThrowsMessage<DataError>(HasSubstr("row 2: id: found '1a', expected an integer")));
+  EXPECT_THAT([&] { table.Number(0, 1); },
+              ThrowsMessage<DataError>(HasSubstr("row 2: x_m: found 'inf'")));
+  EXPECT_THROW(table.OptionalNumber(0, 0), DataError);
+}
+
+}  // namespace
+}  // namespace slcmap

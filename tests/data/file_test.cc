@@ -1,0 +1,53 @@
+#include "data/file.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "data/error.h"
+#include "tests/testing/temp_folder.h"
+
+namespace slcmap {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::ThrowsMessage;
+
+TEST(File, BytesComeBack) {
+  const testing::TempFolder folder;
+  std::string bytes("a\0\r\n\xff", 5);
+  bytes.append(200000, 'x');  // more than a block
+  WriteFile(folder.Path("a"), "longer than what replaces it" + bytes);
+  WriteFile(folder.Path("a"), bytes);
+  EXPECT_EQ(ReadFile(folder.Path("a")), bytes);
+  WriteFile(folder.Path("a"), "");
+  EXPECT_EQ(ReadFile(folder.Path("a")), "");
+}
+
+TEST(File, ErrorsNameTheFileAndTheCause) {
+  const testing::TempFolder folder;
+  EXPECT_THAT([&] { ReadFile(folder.Path("none")); },
+              ThrowsMessage<DataError>(AllOf(HasSubstr("none"), HasSubstr("No such file"))));
+  EXPECT_THAT([&] { ReadFile(folder.Path()); },
+              ThrowsMessage<DataError>(HasSubstr("Is a directory")));
+  EXPECT_THAT([&] { WriteFile(folder.Path("none/a"), "a"); },
+              ThrowsMessage<OutputError>(HasSubstr("none/a: cannot be created: No such file")));
+  // Small enough to wait in a buffer until the file is closed, and too large for that.
+  for (const std::size_t size : {1, 1000000}) {
+    EXPECT_THAT([&] { WriteFile("/dev/full", std::string(size, 'x')); },
+                ThrowsMessage<OutputError>(HasSubstr("/dev/full: cannot be written: No space")));
+  }
+}
+
+TEST(File, FoldersAreMadeWithThoseAbove) {
+  const testing::TempFolder folder;
+  MakeFolder(folder.Path("a/b/c"));
+  MakeFolder(folder.Path("a/b/c"));
+  EXPECT_TRUE(std::filesystem::is_directory(folder.Path("a/b/c")));
+  folder.Write("file", "");
+  EXPECT_THROW(MakeFolder(folder.Path("file")), OutputError);
+  EXPECT_THROW(MakeFolder("/proc/none"), OutputError);
+}
+
+}  // namespace
+}  // namespace slcmap

@@ -1,0 +1,128 @@
+// The commands behind odometry: map, export and evaluate.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "odometry/run_folder.h"
+#include "tests/integration/slcmap_process.h"
+#include "tests/testing/made_run.h"
+#include "tests/testing/temp_folder.h"
+
+namespace slcmap {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using testing::ProcessResult;
+using testing::RunSlcmap;
+using ::testing::StartsWith;
+using testing::TempFolder;
+
+// One line, in the form of every error.
+void ExpectError(const ProcessResult& result, int exit_code, const std::string& part) {
+  EXPECT_EQ(result.exit_code, exit_code) << result.error;
+  EXPECT_EQ(result.ErrorLines(), 1) << result.error;
+  EXPECT_THAT(result.error, AllOf(StartsWith("slcmap: error: "), HasSubstr(part)));
+}
+
+TEST(MapCommands, ARunBecomesAMapAndItsExport) {
+  const TempFolder folder;
+  WriteRunFolder(folder.Path("run"), testing::MakeWallRun());
+  const ProcessResult map = RunSlcmap("map " + folder.Path("run") + " -o " + folder.Path("map"));
+  EXPECT_EQ(map.exit_code, 0) << map.error;
+  EXPECT_THAT(map.error, HasSubstr("51 poses"));
+  const ProcessResult exported = RunSlcmap("export " + folder.Path("map") + " -o " +
+                                           folder.Path("export") + " --format glb,ply");
+  EXPECT_EQ(exported.exit_code, 0) << exported.error;
+  EXPECT_GT(std::filesystem::file_size(folder.Path("export/scene.glb")), 10000u);
+  EXPECT_TRUE(std::filesystem::exists(folder.Path("export/trajectory.ply")));
+}
+
+TEST(MapCommands, APartialRunIsMappedWithAWarning) {
+  const TempFolder folder;
+  OdometryRun run = testing::MakeWallRun();
+  run.complete = false;
+  run.partial_reason = "interrupted";
+  WriteRunFolder(folder.Path("run"), run);
+  const ProcessResult map = RunSlcmap("map " + folder.Path("run") + " -o " + folder.Path("map"));
+  EXPECT_EQ(map.exit_code, 0) << map.error;
+  EXPECT_THAT(map.error, HasSubstr("the run is partial: interrupted"));
+  const ProcessResult exported =
+      RunSlcmap("export " + folder.Path("map") + " -o " + folder.Path("export"));
+  EXPECT_THAT(exported.error, HasSubstr("the map is partial: interrupted"));
+}
+
+TEST(MapCommands, ErrorsNameThePlace) {
+  const TempFolder folder;
+  const std::string run = folder.Path("run"), map = folder.Path("map"), none = folder.Path("none");
+  WriteRunFolder(run, testing::MakeWallRun());
+  ExpectError(RunSlcmap("map " + none + " -o " + map), 1, "none/run.json");
+  ExpectError(RunSlcmap("map " + run), 2, "--output is required");
+  ExpectError(RunSlcmap("map " + run + " -o /proc/map"), 1, "/proc/map");
+  const std::string config = folder.Write("bad.yaml", "mapping: {cloud: {voxel: 1}}\n");
+  ExpectError(RunSlcmap("map " + run + " -o " + map + " --config " + config), 2,
+              "bad.yaml: mapping.cloud.voxel: unknown key");
+  ExpectError(RunSlcmap("export " + none + " -o " + map), 1, "none/map.json");
+  ExpectError(RunSlcmap("export " + run + " -o " + map), 1, "run/map.json");
+  EXPECT_EQ(RunSlcmap("map " + run + " -o " + map).exit_code, 0);
+  ExpectError(RunSlcmap("export " + map + " -o " + none + " --format step"), 2, "found 'step'");
+  EXPECT_FALSE(std::filesystem::exists(none));
+}
+
+TEST(EvaluateCommand, PrintsTheTableAndWritesJsonAndPlots) {
+  const TempFolder folder;
+  OdometryRun run = testing::MakeWallRun();
+  WriteRunFolder(folder.Path("run"), run);
+  EXPECT_EQ(RunSlcmap("map " + folder.Path("run") + " -o " + folder.Path("map")).exit_code, 0);
+  const ProcessResult result =
+      RunSlcmap("evaluate --truth " + folder.Path("map/trajectory.tum") + " --estimate " +
+                folder.Path("run/trajectory.tum") + " --json " + folder.Path("metrics.json") +
+                " --plots " + folder.Path("plots"));
+  EXPECT_EQ(result.exit_code, 0) << result.error;
+  EXPECT_THAT(result.output, AllOf(HasSubstr("posyaw"), HasSubstr("path      5.00 m (truth)")));
+  const auto json = nlohmann::json::parse(testing::ReadText(folder.Path("metrics.json")));
+  EXPECT_EQ(json["coverage"]["overall"], 1.0);
+  // The drift of 2 cm a second, of which the yaw takes the most.
+  EXPECT_NEAR(json["ape"]["posyaw"]["position_m"]["rmse"].get<double>(), 0.0046, 0.001);
+  for (const char* plot : {"top.svg", "side.svg", "error.svg"}) {
+    EXPECT_TRUE(std::filesystem::exists(folder.Path("plots/") + plot)) << plot;
+  }
+}
+
+TEST(EvaluateCommand, StampsOfImagesAreFoundOrGiven) {
+  const TempFolder folder;
+  const std::string truth = folder.Write("mav0/state_groundtruth_estimate0/data.csv",
+                                         "0,0,0,0,1,0,0,0\n100000000,1,0,0,1,0,0,0\n"
+                                         "200000000,2,0,0,1,0,0,0\n300000000,3,0,0,1,0,0,0\n");
+  const std::string command = "evaluate --truth " + truth + " --estimate " + truth;
+  EXPECT_THAT(RunSlcmap(command).output, HasSubstr("of the stamps of the truth"));
+  folder.Write("mav0/cam0/data.csv", "#timestamp [ns],filename\n0,0.png\n200000000,2.png\n");
+  EXPECT_THAT(RunSlcmap(command).output, HasSubstr("mav0/cam0/data.csv"));
+  const std::string stamps = folder.Write("stamps.csv", "0\n100000000\n900000000\n950000000\n");
+  EXPECT_THAT(RunSlcmap(command + " --stamps " + stamps).output, HasSubstr("coverage  50.00 %"));
+  folder.Write("stamps.csv", "0\n0\n");
+  ExpectError(RunSlcmap(command + " --stamps " + stamps), 1, "stamps.csv: row 2: found '0'");
+}
+
+TEST(EvaluateCommand, ErrorsNameThePlace) {
+  const TempFolder folder;
+  const std::string a =
+      folder.Write("a.tum", "1.0 0 0 0 0 0 0 1\n1.1 0 0 0 0 0 0 1\n1.2 0 0 0 0 0 0 1\n");
+  const std::string b =
+      folder.Write("b.tum", "5.0 0 0 0 0 0 0 1\n5.1 0 0 0 0 0 0 1\n5.2 0 0 0 0 0 0 1\n");
+  const std::string bad = folder.Write("bad.tum", "1.0 0 0 0 0 0 0 1\n1.1 nan 0 0 0 0 0 1\n");
+  ExpectError(RunSlcmap("evaluate --truth " + a), 2, "--estimate is required");
+  ExpectError(RunSlcmap("evaluate --truth " + a + " --estimate " + folder.Path("none.tum")), 1,
+              "none.tum");
+  ExpectError(RunSlcmap("evaluate --truth " + a + " --estimate " + bad), 1, "bad.tum: row 2");
+  ExpectError(RunSlcmap("evaluate --truth " + a + " --estimate " + b), 1,
+              "b.tum against " + a + ": found 0 of 3");
+  ExpectError(RunSlcmap("evaluate --truth " + a + " --estimate " + a + " --max-truth-gap 0"), 2,
+              "max_truth_gap_s");
+  ExpectError(RunSlcmap("evaluate --truth " + a + " --estimate " + a + " --json /dev/full"), 1,
+              "/dev/full: cannot be written");
+}
+
+}  // namespace
+}  // namespace slcmap
