@@ -109,13 +109,20 @@ void WriteSensors(const SequenceWriter& writer, const SimulationOptions& options
   writer.WriteTruth(task.motion, imu, started.start_stamp_ns);
 }
 
-double LengthOf(const MotionSpline& motion) {
+// The lengths of the way from the motion's start to each of the times, which are sorted.
+std::vector<double> DistancesAt(const MotionSpline& motion, const std::vector<double>& times_s) {
   constexpr double kStep_s = 0.01;
-  double length_m = 0;
-  for (double t_s = kStep_s; t_s <= motion.Duration(); t_s += kStep_s) {
-    length_m += (motion.PoseAt(t_s).translation - motion.PoseAt(t_s - kStep_s).translation).norm();
+  std::vector<double> distances_m;
+  double t_s = 0, distance_m = 0;
+  for (const double until_s : times_s) {
+    while (t_s < until_s) {
+      const double step_s = std::min(kStep_s, until_s - t_s);
+      distance_m += step_s * motion.VelocityAt(t_s + 0.5 * step_s).norm();
+      t_s += step_s;
+    }
+    distances_m.push_back(distance_m);
   }
-  return length_m;
+  return distances_m;
 }
 
 }  // namespace
@@ -129,13 +136,11 @@ void SimulationOptions::Check() const {
   expect(image_rate_hz > 0 && image_rate_hz <= 1000, "--rate: expected more than 0 up to 1000");
   expect(std::abs(time_offset_s) <= 0.5, "--time-offset-s: expected at most 0.5 either way");
   expect(miscalibration >= 0, "--wrong-calibration: expected zero or more");
-  expect(exposure_ms >= 0 && exposure_ms <= 50, "--exposure-ms: expected 0 to 50");
   expect(threads >= 1 && threads <= 64, "--threads: expected 1 to 64");
 }
 
-SimulationSummary Simulate(const SimulationOptions& options,
-                           const PairRendererFactory& make_renderer,
-                           const SimulationProgress& progress) {
+SimulationState Simulate(const SimulationOptions& options, const PairRendererFactory& make_renderer,
+                         const SimulationProgress& progress) {
   options.Check();
   Rig rig = ReadSimulatedRig(options.rig);
   const ImuModel model = ModelOf(options, rig);
@@ -155,11 +160,16 @@ SimulationSummary Simulate(const SimulationOptions& options,
     writer.WriteImage(1, stamps_ns[frame], pair.right);
     if (options.with_depth) writer.WriteDepth(stamps_ns[frame], pair.depth_m);
   };
+  const std::vector<double> distances_m = DistancesAt(task.motion, task.times_s);
+  const auto state = [&](int pairs) -> SimulationState {
+    if (pairs == 0) return {0, planned, 0, 0};
+    return {pairs, planned, task.times_s[pairs - 1], distances_m[pairs - 1]};
+  };
   const int pairs =
-      MakeFrames(planned, options.threads, make, [&](int done) { return progress(done, planned); });
+      MakeFrames(planned, options.threads, make, [&](int done) { return progress(state(done)); });
   writer.WriteImageLists({stamps_ns.begin(), stamps_ns.begin() + pairs});
   renderer->WriteTruth(writer.truth_folder(), pairs);
-  return {pairs, planned, started.motion.Duration(), LengthOf(started.motion)};
+  return state(pairs);
 }
 
 }  // namespace slcmap

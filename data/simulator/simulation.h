@@ -20,25 +20,23 @@ struct SimulationOptions {
   double image_rate_hz = 20;
   double time_offset_s = 0;   // stamp on the IMU's clock minus stamp on the camera's
   double miscalibration = 0;  // of what mav0 tells of the rig; see Miscalibrated
-  double exposure_ms = 0;     // 0: automatic
   bool with_depth = false;
   int threads = 2;
   uint64_t seed = 1;
   void Check() const;  // throws ConfigError
 };
 
-struct SimulationSummary {
+// How far a simulation has come.
+struct SimulationState {
   int pairs = 0, planned_pairs = 0;
-  double duration_s = 0, length_m = 0;  // of the motion
+  double data_s = 0, distance_m = 0;  // of the motion that the pairs cover
 };
 
-// Called every now and then with the number of pairs done and planned; false ends the simulation
-// with what is done so far.
-using SimulationProgress = std::function<bool(int done, int planned)>;
+// Called as pairs get done; false ends the simulation with what is done so far.
+using SimulationProgress = std::function<bool(const SimulationState& state)>;
 
 // Throws ConfigError, DataError and OutputError. The files are the same whatever the threads.
-SimulationSummary Simulate(const SimulationOptions& options,
-                           const PairRendererFactory& make_renderer,
-                           const SimulationProgress& progress);
+SimulationState Simulate(const SimulationOptions& options, const PairRendererFactory& make_renderer,
+                         const SimulationProgress& progress);
 
 }  // namespace slcmap

@@ -48,7 +48,7 @@ class ImageConsistencyTest : public testing::Test {
     Simulate(
         options,
         [](const RenderTask& task) { return std::make_unique<BoxRoomRenderer>(task, 2.0); },
-        [](int, int) { return true; });
+        [](const SimulationState&) { return true; });
     sequence_ = OpenSequence(options.folder);
     truth_ = ReadTrajectory(sequence_.truth_path);
     Warnings warnings;

@@ -48,10 +48,10 @@ class SimulationTest : public testing::Test {
   }
   void TearDown() override { fs::remove_all(folder_); }
 
-  SimulationSummary Run(int most_pairs = 1000) {
+  SimulationState Run(int most_pairs = 1000) {
     return Simulate(
         options_, [](const RenderTask& task) { return std::make_unique<NumberPainter>(task); },
-        [&](int done, int) { return done < most_pairs; });
+        [&](const SimulationState& state) { return state.pairs < most_pairs; });
   }
 
   const std::string folder_ = testing::TempDir() + "simulation_" +
@@ -61,9 +61,9 @@ class SimulationTest : public testing::Test {
 
 TEST_F(SimulationTest, WritesASequenceThatTheReaderAccepts) {
   options_.with_depth = true;
-  const SimulationSummary summary = Run();
+  const SimulationState summary = Run();
   EXPECT_EQ(summary.pairs, summary.planned_pairs);
-  EXPECT_NEAR(summary.length_m, 2.0, 0.05);
+  EXPECT_NEAR(summary.distance_m, 2.0, 0.05);
   const Sequence sequence = OpenSequence(options_.folder);
   ASSERT_EQ(static_cast<int>(sequence.images.size()), summary.pairs);
   EXPECT_TRUE(sequence.warnings.entries().empty());
@@ -94,7 +94,7 @@ TEST_F(SimulationTest, AWrongCalibrationIsToldButNotTrue) {
 }
 
 TEST_F(SimulationTest, KeepsWhatIsDoneWhenItIsEndedEarly) {
-  const SimulationSummary summary = Run(0);
+  const SimulationState summary = Run(0);
   EXPECT_LT(summary.pairs, summary.planned_pairs);
   const std::string images = ReadFile(options_.folder + "/mav0/cam1/data.csv");
   EXPECT_EQ(std::count(images.begin(), images.end(), '\n'), 1 + summary.pairs);
