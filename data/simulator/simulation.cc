@@ -2,7 +2,9 @@
 
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <cmath>
+#include <opencv2/core.hpp>
 #include <random>
 
 #include "data/error.h"
@@ -109,6 +111,12 @@ void WriteSensors(const SequenceWriter& writer, const SimulationOptions& options
   writer.WriteTruth(task.motion, imu, started.start_stamp_ns);
 }
 
+double NearestDepth(const cv::Mat& depth_m) {
+  double nearest_m = 0;
+  cv::minMaxLoc(depth_m, &nearest_m, nullptr, nullptr, nullptr, depth_m > 0);
+  return nearest_m;
+}
+
 // The lengths of the way from the motion's start to each of the times, which are sorted.
 std::vector<double> DistancesAt(const MotionSpline& motion, const std::vector<double>& times_s) {
   constexpr double kStep_s = 0.01;
@@ -154,22 +162,29 @@ SimulationState Simulate(const SimulationOptions& options, const PairRendererFac
   WriteSensors(writer, options, task, started, ImuOf(started, model, options.seed));
   const std::vector<int64_t> stamps_ns = ImageStamps(task, started);
   const int planned = static_cast<int>(stamps_ns.size());
+  std::vector<double> nearest_m(planned);
   const auto make = [&](int frame) {
     const RenderedPair pair = renderer->Render(frame, options.with_depth);
     writer.WriteImage(0, stamps_ns[frame], pair.left);
     writer.WriteImage(1, stamps_ns[frame], pair.right);
-    if (options.with_depth) writer.WriteDepth(stamps_ns[frame], pair.depth_m);
+    if (!options.with_depth) return;
+    writer.WriteDepth(stamps_ns[frame], pair.depth_m);
+    nearest_m[frame] = NearestDepth(pair.depth_m);
   };
   const std::vector<double> distances_m = DistancesAt(task.motion, task.times_s);
   const auto state = [&](int pairs) -> SimulationState {
-    if (pairs == 0) return {0, planned, 0, 0};
+    if (pairs == 0) return {0, planned};
     return {pairs, planned, task.times_s[pairs - 1], distances_m[pairs - 1]};
   };
   const int pairs =
       MakeFrames(planned, options.threads, make, [&](int done) { return progress(state(done)); });
   writer.WriteImageLists({stamps_ns.begin(), stamps_ns.begin() + pairs});
   renderer->WriteTruth(writer.truth_folder(), pairs);
-  return state(pairs);
+  SimulationState end = state(pairs);
+  const auto nearest = std::min_element(nearest_m.begin(), nearest_m.begin() + pairs);
+  end.nearest_pair = static_cast<int>(nearest - nearest_m.begin());
+  if (pairs > 0) end.nearest_m = *nearest;
+  return end;
 }
 
 }  // namespace slcmap

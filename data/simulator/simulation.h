@@ -30,6 +30,10 @@ struct SimulationOptions {
 struct SimulationState {
   int pairs = 0, planned_pairs = 0;
   double data_s = 0, distance_m = 0;  // of the motion that the pairs cover
+  // The nearest depth in any left image and the pair of it, once all is done; with depth images
+  // only.
+  double nearest_m = 0;
+  int nearest_pair = 0;
 };
 
 // Called as pairs get done; false ends the simulation with what is done so far.

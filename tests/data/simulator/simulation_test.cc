@@ -24,7 +24,7 @@ class NumberPainter : public PairRenderer {
     RenderedPair pair{cv::Mat(size_, CV_8U, cv::Scalar(frame)),
                       cv::Mat(size_, CV_8U, cv::Scalar(100 + frame)),
                       {}};
-    if (with_depth) pair.depth_m = cv::Mat(size_, CV_32F, cv::Scalar(0.001 * frame));
+    if (with_depth) pair.depth_m = cv::Mat(size_, CV_32F, cv::Scalar(3 - 0.01 * frame));
     return pair;
   }
   void WriteTruth(const std::string& folder, int frames) override {
@@ -64,6 +64,8 @@ TEST_F(SimulationTest, WritesASequenceThatTheReaderAccepts) {
   const SimulationState summary = Run();
   EXPECT_EQ(summary.pairs, summary.planned_pairs);
   EXPECT_NEAR(summary.distance_m, 2.0, 0.05);
+  EXPECT_EQ(summary.nearest_pair, summary.pairs - 1);
+  EXPECT_NEAR(summary.nearest_m, 3 - 0.01 * (summary.pairs - 1), 1e-5);
   const Sequence sequence = OpenSequence(options_.folder);
   ASSERT_EQ(static_cast<int>(sequence.images.size()), summary.pairs);
   EXPECT_TRUE(sequence.warnings.entries().empty());
