@@ -1,0 +1,51 @@
+// From radiance to grey values: exposure, vignetting, noise and 8 bits.
+#pragma once
+
+#include <cstdint>
+#include <opencv2/core/mat.hpp>
+#include <vector>
+
+namespace slcmap {
+
+struct CameraResponseOptions {
+  double exposure_ms = 0;  // fixed; 0: automatic
+  double min_exposure_ms = 0.2, max_exposure_ms = 15;
+  double max_gain = 4;
+  double target_grey = 95;             // what automatic exposure brings the mean to
+  double adaption_s = 0.25;            // time constant of automatic exposure
+  double sensitivity = 120;            // grey values per radiance and millisecond, at gain 1
+  double vignetting = 0.35;            // loss of light in the corners
+  double full_well_electrons = 11000;  // at grey value 255 and gain 1
+  double read_noise_grey = 0.6;        // standard deviation, at gain 1
+  double gamma = 1;                    // grey = 255 (signal / 255)^(1 / gamma)
+  bool with_noise = true;
+  uint32_t seed = 1;
+  void Check() const;  // throws ConfigError
+};
+
+struct Exposure {
+  double time_ms = 1;
+  double gain = 1;
+};
+
+// The exposures of a sequence as automatic exposure sets them, slowly, from the mean radiance that
+// it saw until then.
+std::vector<Exposure> PlanExposures(const std::vector<double>& times_s,
+                                    const std::vector<double>& mean_radiance,
+                                    const CameraResponseOptions& options);
+
+class CameraResponse {
+ public:
+  CameraResponse(const CameraResponseOptions& options, int width_px, int height_px);
+
+  // Radiance (float) to grey values (8 bit). The noise depends on frame, camera, pixel and seed.
+  cv::Mat Develop(const cv::Mat& radiance, const Exposure& exposure, int frame, int camera) const;
+
+ private:
+  CameraResponseOptions options_;
+  cv::Mat transmission_;                 // by pixel, 1 in the middle
+  std::vector<float> normal_;            // standard normal numbers, to be picked at random
+  std::vector<uint8_t> grey_of_signal_;  // of 16 steps a grey value
+};
+
+}  // namespace slcmap

@@ -1,0 +1,226 @@
+#include "data/simulator/renderer.h"
+
+#include <cmath>
+
+#include "data/error.h"
+#include "data/ply.h"
+#include "data/simulator/camera_rays.h"
+#include "data/simulator/hashing.h"
+#include "data/simulator/surface_shader.h"
+
+namespace slcmap {
+namespace {
+
+constexpr int kLanes = RayScene::kLanes;
+
+// Of a camera at one instant.
+struct RayPose {
+  Eigen::Matrix3f R_world_camera;
+  Eigen::Vector3f origin_world;
+};
+
+RayPose ToRayPose(const RigidTransform& T_world_camera) {
+  return {T_world_camera.rotation.toRotationMatrix().cast<float>(),
+          T_world_camera.translation.cast<float>()};
+}
+
+// Places a camera's rays in the world. Lanes without a ray stay inactive.
+void Aim(const CameraRays::Packet& rays, const RayPose& pose, RayScene::Packet* packet) {
+  const Eigen::Matrix3f& R = pose.R_world_camera;
+  RTCRay16& out = packet->rays.ray;
+  for (int i = 0; i < kLanes; ++i) {
+    const float x = rays.x[i], y = rays.y[i], z = rays.z[i];
+    out.org_x[i] = pose.origin_world.x();
+    out.org_y[i] = pose.origin_world.y();
+    out.org_z[i] = pose.origin_world.z();
+    out.dir_x[i] = R(0, 0) * x + R(0, 1) * y + R(0, 2) * z;
+    out.dir_y[i] = R(1, 0) * x + R(1, 1) * y + R(1, 2) * z;
+    out.dir_z[i] = R(2, 0) * x + R(2, 1) * y + R(2, 2) * z;
+    out.tfar[i] = std::numeric_limits<float>::infinity();
+    packet->rays.hit.geomID[i] = RayScene::kNoQuad;
+    packet->active[i] = x * x + y * y + z * z > 0 ? -1 : 0;
+  }
+}
+
+class SceneRenderer : public PairRenderer {
+ public:
+  SceneRenderer(const Scene& scene, const RendererOptions& options, const RenderTask& task)
+      : scene_(scene),
+        options_(options),
+        task_(task),
+        rays_(scene_.quads),
+        shader_(scene_, rays_, options.light) {
+    for (const Camera& camera : task.rig.cameras) {
+      camera_rays_.emplace_back(camera);
+      responses_.emplace_back(options.camera, camera.width_px, camera.height_px);
+    }
+    std::vector<double> radiance;
+    for (const double t_s : task.times_s) radiance.push_back(MeanRadiance(t_s));
+    exposures_ = PlanExposures(task.times_s, radiance, options.camera);
+  }
+
+  RenderedPair Render(int frame, bool with_depth) override {
+    RenderedPair pair;
+    pair.left = responses_[0].Develop(RadianceImage(frame, 0), exposures_[frame], frame, 0);
+    pair.right = responses_[1].Develop(RadianceImage(frame, 1), exposures_[frame], frame, 1);
+    if (with_depth) pair.depth_m = DepthImage(frame);
+    return pair;
+  }
+
+  void WriteTruth(const std::string& folder, int frames) override {
+    WriteEdges(folder, scene_, FindSeenParts(scene_, rays_, task_, frames, options_.edges));
+    WriteSurfaces(folder + "/surfaces.ply");
+  }
+
+ private:
+  RayPose PoseAt(double t_s, int camera) const {
+    return ToRayPose(task_.motion.PoseAt(t_s) * task_.rig.T_imu_camera[camera]);
+  }
+
+  // What automatic exposure looks at: one ray in every few blocks. The square of the mean root
+  // lets lamps and windows count less.
+  double MeanRadiance(double t_s) const {
+    constexpr int kStride = 47;  // of blocks; 752 x 480 has 11280
+    const CameraRays& rays = camera_rays_[0];
+    const RayPose pose = PoseAt(t_s, 0);
+    RayScene::Packet packet;
+    packet.Clear();
+    float radiance[kLanes];
+    double sum = 0;
+    int count = 0;
+    for (int block = 0; block < rays.blocks_across() * rays.blocks_down(); block += kStride) {
+      Aim(rays.Of(block, 0, 0), pose, &packet);
+      Shade(&packet, 0, block, radiance);
+      if (packet.active[0] == 0) continue;
+      sum += std::sqrt(radiance[0]);
+      ++count;
+    }
+    return count > 0 ? sum / count * (sum / count) : 0;
+  }
+
+  // Radiance of each lane; 0 where nothing is hit.
+  void Shade(RayScene::Packet* packet, int camera, int block, float* radiance) const {
+    rays_.Trace(packet);
+    const RTCRay16& ray = packet->rays.ray;
+    const RTCHit16& hit = packet->rays.hit;
+    const float footprint_rad = 0.7f * camera_rays_[camera].pixel_angle_rad();
+    for (int i = 0; i < kLanes; ++i) {
+      radiance[i] = 0;
+      if (packet->active[i] == 0 || hit.geomID[i] == RayScene::kNoQuad) continue;
+      const float dither = UnitFloat(Mixed(static_cast<uint32_t>(block * kLanes + i)));
+      radiance[i] = shader_.RadianceOf({hit.primID[i],
+                                        hit.u[i],
+                                        hit.v[i],
+                                        ray.tfar[i],
+                                        {ray.dir_x[i], ray.dir_y[i], ray.dir_z[i]},
+                                        footprint_rad,
+                                        dither});
+    }
+  }
+
+  // Mean over the pixels' areas and over the exposure, which is centred on the frame's time.
+  cv::Mat RadianceImage(int frame, int camera) const {
+    const double exposure_s = 1e-3 * exposures_[frame].time_ms;
+    RayPose poses[CameraRays::kInstants];
+    for (int k = 0; k < CameraRays::kInstants; ++k) {
+      const double part = (k + 0.5) / CameraRays::kInstants - 0.5;
+      poses[k] = PoseAt(task_.times_s[frame] + part * exposure_s, camera);
+    }
+    const Camera& model = task_.rig.cameras[camera];
+    cv::Mat image(model.height_px, model.width_px, CV_32F);
+    const int blocks = camera_rays_[camera].blocks_across() * camera_rays_[camera].blocks_down();
+    RayScene::Packet packet;
+    packet.Clear();
+    for (int block = 0; block < blocks; ++block) {
+      for (const int colour : {0, 1}) PaintHalf(camera, block, colour, poses, &packet, &image);
+    }
+    return image;
+  }
+
+  // The pixels of one colour of a block.
+  void PaintHalf(int camera, int block, int colour, const RayPose* poses, RayScene::Packet* packet,
+                 cv::Mat* image) const {
+    const CameraRays& rays = camera_rays_[camera];
+    float sum[kLanes] = {}, radiance[kLanes];
+    for (int sample = 0; sample < CameraRays::kSamples; ++sample) {
+      Aim(rays.Of(block, colour, sample), poses[CameraRays::Instant(colour, sample)], packet);
+      Shade(packet, camera, block, radiance);
+      for (int i = 0; i < kLanes; ++i) sum[i] += radiance[i];
+    }
+    const int x0 = block % rays.blocks_across() * CameraRays::kBlockColumns;
+    const int y0 = block / rays.blocks_across() * CameraRays::kBlockRows;
+    for (int i = 0; i < kLanes; ++i) {
+      const int x = x0 + CameraRays::Column(i, colour), y = y0 + CameraRays::Row(i);
+      if (x < image->cols && y < image->rows)
+        image->at<float>(y, x) = sum[i] / CameraRays::kSamples;
+    }
+  }
+
+  // Along the optical axis of the left camera in the middle of the exposure, at pixel centres.
+  cv::Mat DepthImage(int frame) const {
+    const Camera& camera = task_.rig.cameras[0];
+    const RayPose pose = PoseAt(task_.times_s[frame], 0);
+    cv::Mat depth_m = cv::Mat::zeros(camera.height_px, camera.width_px, CV_32F);
+    RayScene::Packet packet;
+    CameraRays::Packet rays;
+    packet.Clear();
+    for (int y = 0; y < depth_m.rows; ++y) {
+      for (int x0 = 0; x0 < depth_m.cols; x0 += kLanes) {
+        const int count = std::min(kLanes, depth_m.cols - x0);
+        for (int i = 0; i < kLanes; ++i) {
+          const auto ray = i < count ? camera.Unproject(Eigen::Vector2d(x0 + i, y)) : std::nullopt;
+          rays.x[i] = ray ? static_cast<float>(ray->x()) : 0;
+          rays.y[i] = ray ? static_cast<float>(ray->y()) : 0;
+          rays.z[i] = ray ? static_cast<float>(ray->z()) : 0;
+        }
+        Aim(rays, pose, &packet);
+        rays_.Trace(&packet);
+        for (int i = 0; i < count; ++i) {
+          if (packet.active[i] == 0 || packet.rays.hit.geomID[i] == RayScene::kNoQuad) continue;
+          depth_m.at<float>(y, x0 + i) = std::max(packet.rays.ray.tfar[i] * rays.z[i], 0.0f);
+        }
+      }
+    }
+    return depth_m;
+  }
+
+  void WriteSurfaces(const std::string& path) const {
+    PlyFile file;
+    PlyElement vertices{"vertex", {}};
+    for (const char* name : {"x", "y", "z"}) vertices.Add(name, PlyType::kFloat);
+    for (const SceneQuad& q : scene_.quads) {
+      const int32_t first = static_cast<int32_t>(vertices.size());
+      const Eigen::Vector3f b = q.a + q.u, c = b + q.v, d = q.a + q.v;
+      for (const Eigen::Vector3f& p : {q.a, b, c, d}) vertices.AppendRow({p.x(), p.y(), p.z()});
+      file.faces.push_back({first, first + 1, first + 2, first + 3});
+    }
+    file.elements.push_back(std::move(vertices));
+    WritePly(path, file);
+  }
+
+  const Scene scene_;
+  const RendererOptions options_;
+  const RenderTask task_;
+  const RayScene rays_;
+  const SurfaceShader shader_;
+  std::vector<CameraRays> camera_rays_;  // by camera
+  std::vector<CameraResponse> responses_;
+  std::vector<Exposure> exposures_;  // by frame
+};
+
+}  // namespace
+
+void RendererOptions::Check() const {
+  light.Check();
+  camera.Check();
+  edges.Check();
+}
+
+std::unique_ptr<PairRenderer> MakeSceneRenderer(const Scene& scene, const RendererOptions& options,
+                                                const RenderTask& task) {
+  options.Check();
+  if (scene.quads.empty()) throw DataError("scene: found no surfaces, expected at least one");
+  return std::make_unique<SceneRenderer>(scene, options, task);
+}
+
+}  // namespace slcmap

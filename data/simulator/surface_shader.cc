@@ -1,0 +1,50 @@
+#include "data/simulator/surface_shader.h"
+
+#include <Eigen/Geometry>
+
+#include "data/simulator/hashing.h"
+
+namespace slcmap {
+namespace {
+
+// Of a lamp's quad: the radiance of the lamp that lies there.
+float Emission(const Scene& scene, const SceneQuad& quad) {
+  const Eigen::Vector3f centre = quad.a + 0.5f * (quad.u + quad.v);
+  const SceneLamp* nearest = nullptr;
+  float nearest_m = std::numeric_limits<float>::infinity();
+  for (const SceneLamp& lamp : scene.lamps) {
+    const float distance_m = (lamp.a + 0.5f * (lamp.u + lamp.v) - centre).norm();
+    if (distance_m < nearest_m) {
+      nearest_m = distance_m;
+      nearest = &lamp;
+    }
+  }
+  return nearest ? nearest->radiance : 0.0f;
+}
+
+}  // namespace
+
+SurfaceShader::SurfaceShader(const Scene& scene, const RayScene& rays,
+                             const LightBakingOptions& options)
+    : textures_(scene.materials), light_(LightMaps::Bake(scene, rays, options)) {
+  constexpr float kTexelsPerMetre = 1 / TextureTile::kTexel_m;
+  for (const SceneQuad& quad : scene.quads) {
+    const SurfaceMaterial& material = scene.materials[quad.material];
+    Surface s{};
+    s.tile = &textures_.Of(material);
+    const bool stretched = material.texture == TextureKind::kPoster;
+    s.scale_s = stretched ? TextureTile::kSide : kTexelsPerMetre * quad.u.norm();
+    s.scale_t = stretched ? TextureTile::kSide : kTexelsPerMetre * quad.v.norm();
+    s.offset_s = stretched ? 0 : UnitFloat(Mixed(material.seed, 1)) * TextureTile::kSide;
+    s.offset_t = stretched ? 0 : UnitFloat(Mixed(material.seed, 2)) * TextureTile::kSide;
+    s.texels_per_m =
+        stretched ? TextureTile::kSide / std::sqrt(quad.u.cross(quad.v).norm()) : kTexelsPerMetre;
+    s.base = material.albedo * (1 - material.contrast);
+    s.gain = material.albedo * material.contrast / 128;
+    s.emission = material.texture == TextureKind::kLamp ? Emission(scene, quad) : 0;
+    Eigen::Vector3f::Map(s.normal) = quad.u.cross(quad.v).normalized();
+    surfaces_.push_back(s);
+  }
+}
+
+}  // namespace slcmap

@@ -1,0 +1,81 @@
+// The radiance of a scene's surfaces towards a camera.
+#pragma once
+
+#include <bit>
+#include <vector>
+
+#include "data/simulator/light_baking.h"
+#include "data/simulator/scene.h"
+#include "data/simulator/textures.h"
+
+namespace slcmap {
+
+class SurfaceShader {
+ public:
+  SurfaceShader(const Scene& scene, const RayScene& rays, const LightBakingOptions& options);
+
+  struct Hit {
+    uint32_t quad;
+    float s, t;  // fractions along the sides of the quad
+    float distance_m;
+    Eigen::Vector3f ray;  // unit direction
+    float footprint_rad;  // angle that the sample stands for
+    float dither;         // in [0, 1), constant for a pixel: mixes the texture's levels
+  };
+  float RadianceOf(const Hit& hit) const;
+
+ private:
+  struct Surface {
+    const TextureTile* tile;
+    float scale_s, scale_t;    // texels of level 0 along the sides of the quad
+    float offset_s, offset_t;  // texels
+    float texels_per_m;
+    float base, gain;  // albedo = base + gain * texel
+    float emission;    // above 0: a lamp
+    float normal[3];   // of the front
+  };
+
+  std::vector<Surface> surfaces_;
+  TextureSet textures_;
+  LightMaps light_;
+};
+
+// log2 to within 0.1.
+inline float CoarseLog2(float x) {
+  const uint32_t bits = std::bit_cast<uint32_t>(x);
+  return static_cast<float>(bits) * 0x1p-23f - 126.95f;
+}
+
+inline float SurfaceTexel(const TextureTile& tile, int level, float x, float y) {
+  const int side = TextureTile::kSide >> level;
+  const float scale = std::bit_cast<float>(static_cast<uint32_t>(127 - level) << 23);  // 2^-level
+  const float xs = x * scale + (static_cast<float>(side) - 0.5f);
+  const float ys = y * scale + (static_cast<float>(side) - 0.5f);
+  const int xi = static_cast<int>(xs), yi = static_cast<int>(ys), mask = side - 1;
+  const float fx = xs - static_cast<float>(xi), fy = ys - static_cast<float>(yi);
+  const uint8_t* texels = tile.levels[level].data();
+  const uint8_t* p = texels + (yi & mask) * side;
+  const uint8_t* q = texels + ((yi + 1) & mask) * side;
+  const int a = xi & mask, b = (xi + 1) & mask;
+  const float above = static_cast<float>(p[a]) + fx * static_cast<float>(p[b] - p[a]);
+  const float below = static_cast<float>(q[a]) + fx * static_cast<float>(q[b] - q[a]);
+  return above + fy * (below - above);
+}
+
+inline float SurfaceShader::RadianceOf(const Hit& hit) const {
+  const Surface& surface = surfaces_[hit.quad];
+  if (surface.emission > 0) return surface.emission;
+  const float cosine = surface.normal[0] * hit.ray.x() + surface.normal[1] * hit.ray.y() +
+                       surface.normal[2] * hit.ray.z();
+  const float light = light_.At(hit.quad, cosine < 0, hit.s, hit.t);
+  // The footprint is an ellipse, longer by 1 / cosine; its mean size blurs no direction too much.
+  const float texels2 = hit.distance_m * hit.footprint_rad * surface.texels_per_m;
+  const float lod =
+      CoarseLog2(texels2 * texels2 / std::max(std::abs(cosine), 0.05f) + 1e-6f) * 0.5f + hit.dither;
+  const int level = std::clamp(static_cast<int>(lod), 0, TextureTile::kLevels - 1);
+  const float texel = SurfaceTexel(*surface.tile, level, surface.offset_s + hit.s * surface.scale_s,
+                                   surface.offset_t + hit.t * surface.scale_t);
+  return light * (surface.base + surface.gain * texel);
+}
+
+}  // namespace slcmap

@@ -1,0 +1,254 @@
+#include "data/simulator/textures.h"
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+
+#include "data/simulator/hashing.h"
+
+namespace slcmap {
+namespace {
+
+constexpr int kSide = TextureTile::kSide;
+
+// Integers and fractions in a fixed order.
+class Dice {
+ public:
+  explicit Dice(uint32_t seed) : seed_(seed) {}
+  float Fraction() { return UnitFloat(Mixed(seed_, count_++)); }
+  float Between(float low, float high) { return low + (high - low) * Fraction(); }
+  int Below(int limit) { return static_cast<int>(Fraction() * static_cast<float>(limit)); }
+
+ private:
+  uint32_t seed_, count_ = 0;
+};
+
+cv::Mat RandomGrid(int columns, int rows, uint32_t seed) {
+  cv::Mat grid(rows, columns, CV_32F);
+  Dice dice(seed);
+  for (int y = 0; y < rows; ++y) {
+    for (int x = 0; x < columns; ++x) grid.at<float>(y, x) = dice.Between(-1, 1);
+  }
+  return grid;
+}
+
+// Smooth noise of columns x rows cells, which divide kSide; repeats without a seam.
+cv::Mat Noise(int columns, int rows, uint32_t seed) {
+  constexpr int kPad = 2;
+  const cv::Mat grid = RandomGrid(columns, rows, seed);
+  if (columns == kSide && rows == kSide) return grid;
+  cv::Mat padded, large;
+  cv::copyMakeBorder(grid, padded, kPad, kPad, kPad, kPad, cv::BORDER_WRAP);
+  const int sx = kSide / columns, sy = kSide / rows;
+  cv::resize(padded, large, {padded.cols * sx, padded.rows * sy}, 0, 0, cv::INTER_CUBIC);
+  return large(cv::Rect(kPad * sx, kPad * sy, kSide, kSide)).clone();
+}
+
+// Octaves from columns x rows cells to the finest, each `gain` times as strong as the one before.
+cv::Mat Fractal(int columns, int rows, float gain, uint32_t seed) {
+  cv::Mat sum = cv::Mat::zeros(kSide, kSide, CV_32F);
+  float strength = 1;
+  for (uint32_t octave = 0; columns <= kSide && rows <= kSide; ++octave) {
+    sum += strength * Noise(columns, rows, Mixed(seed, octave));
+    strength *= gain;
+    columns *= 2;
+    rows *= 2;
+  }
+  return sum;
+}
+
+// Rectangular cells of random brightness with joints between them, as bricks or tiles.
+struct Bond {
+  int columns, rows;
+  int joint_px;
+  float spread, joint;  // of the cells' brightness; brightness of the joints
+  bool staggered;       // every other row by half a cell
+};
+
+cv::Mat Cells(const Bond& bond, uint32_t seed) {
+  cv::Mat out(kSide, kSide, CV_32F);
+  const int w = kSide / bond.columns, h = kSide / bond.rows;
+  for (int y = 0; y < kSide; ++y) {
+    const int row = y / h, shift = bond.staggered && row % 2 == 1 ? w / 2 : 0;
+    for (int x = 0; x < kSide; ++x) {
+      const int xs = (x + shift) % kSide;
+      const uint32_t cell = Mixed(seed, static_cast<uint32_t>(row * bond.columns + xs / w));
+      const bool joint = xs % w < bond.joint_px || y % h < bond.joint_px;
+      out.at<float>(y, x) = joint ? bond.joint : bond.spread * (2 * UnitFloat(cell) - 1);
+    }
+  }
+  return out;
+}
+
+// Dots of random size, also across the tile's border.
+void AddSpots(int count, float largest_px, float strength, uint32_t seed, cv::Mat* image) {
+  Dice dice(seed);
+  for (int i = 0; i < count; ++i) {
+    const int cx = dice.Below(kSide), cy = dice.Below(kSide);
+    const float radius = largest_px * std::pow(dice.Fraction(), 3.0f) + 0.7f;
+    const float value = strength * dice.Between(0.3f, 1);
+    const int reach = static_cast<int>(std::ceil(radius));
+    for (int dy = -reach; dy <= reach; ++dy) {
+      for (int dx = -reach; dx <= reach; ++dx) {
+        if (static_cast<float>(dx * dx + dy * dy) > radius * radius) continue;
+        image->at<float>((cy + dy + kSide) % kSide, (cx + dx + kSide) % kSide) += value;
+      }
+    }
+  }
+}
+
+cv::Mat Plaster(uint32_t seed) {
+  cv::Mat image = 0.05f * Fractal(4, 4, 0.8f, seed);
+  AddSpots(250, 7, -0.25f, seed + 1, &image);
+  AddSpots(150, 5, 0.15f, seed + 2, &image);
+  return image;
+}
+
+cv::Mat Concrete(uint32_t seed) {
+  cv::Mat image = 0.13f * Fractal(4, 4, 0.75f, seed);
+  image += Cells({2, 2, 3, 0.06f, -0.3f, false}, seed + 1);
+  AddSpots(1500, 6, -0.4f, seed + 2, &image);
+  return image;
+}
+
+cv::Mat Wood(uint32_t seed) {
+  cv::Mat image = 0.18f * Fractal(4, 128, 0.7f, seed) + 0.08f * Fractal(8, 8, 0.6f, seed + 1);
+  image += Cells({2, 16, 2, 0.16f, -0.5f, true}, seed + 2);
+  AddSpots(30, 14, -0.3f, seed + 3, &image);
+  return image;
+}
+
+cv::Mat Carpet(uint32_t seed) {
+  cv::Mat image = 0.08f * Fractal(4, 4, 0.7f, seed) + 0.16f * Fractal(64, 64, 0.9f, seed + 1);
+  image += Cells({4, 4, 1, 0.07f, -0.1f, false}, seed + 2);
+  return image;
+}
+
+cv::Mat Brick(uint32_t seed) {
+  return Cells({8, 32, 4, 0.25f, 0.3f, true}, seed) + 0.12f * Fractal(16, 16, 0.8f, seed + 1);
+}
+
+cv::Mat Metal(uint32_t seed) {
+  cv::Mat image = 0.05f * Fractal(8, 256, 0.8f, seed) + 0.07f * Fractal(4, 4, 0.6f, seed + 1);
+  AddSpots(120, 8, -0.3f, seed + 2, &image);
+  return image;
+}
+
+cv::Mat Tiles(uint32_t seed) {
+  return Cells({8, 8, 3, 0.08f, -0.4f, false}, seed) + 0.05f * Fractal(8, 8, 0.8f, seed + 1);
+}
+
+// A block of lines of letter-like strokes.
+void DrawText(const cv::Rect& box, Dice* dice, cv::Mat* image) {
+  const int height = 8 + dice->Below(24);
+  const float ink = dice->Between(-0.9f, -0.4f);
+  for (int y = box.y; y + height < box.y + box.height; y += 2 * height) {
+    for (int x = box.x; x + height < box.x + box.width; x += 2 + dice->Below(height)) {
+      const int w = 2 + dice->Below(height / 2 + 1), h = 2 + dice->Below(height);
+      cv::rectangle(*image, {x, y + dice->Below(height - h + 1), w, h}, cv::Scalar(ink),
+                    cv::FILLED);
+      x += w;
+    }
+  }
+}
+
+void DrawThing(Dice* dice, cv::Mat* image) {
+  const int w = 60 + dice->Below(kSide / 2), h = 40 + dice->Below(kSide / 3);
+  const cv::Rect box(dice->Below(kSide - w), dice->Below(kSide - h), w, h);
+  const cv::Scalar value(dice->Between(-0.8f, 0.8f));
+  switch (dice->Below(5)) {
+    case 0:
+      cv::rectangle(*image, box, value, cv::FILLED);
+      break;
+    case 1:
+      cv::ellipse(*image,
+                  cv::RotatedRect(cv::Point2f(box.x + 0.5f * w, box.y + 0.5f * h), cv::Size2f(w, h),
+                                  dice->Between(0, 180)),
+                  value, cv::FILLED);
+      break;
+    case 2:
+      cv::line(*image, box.tl(), box.br(), value, 3 + dice->Below(20));
+      break;
+    default:
+      DrawText(box, dice, image);
+  }
+}
+
+cv::Mat Poster(uint32_t seed) {
+  Dice dice(seed);
+  cv::Mat image = 0.04f * Fractal(4, 4, 0.7f, seed + 1);
+  const float slope = dice.Between(-0.5f, 0.5f);
+  for (int y = 0; y < kSide; ++y) {
+    image.row(y) += slope * (static_cast<float>(y) / kSide - 0.5f);
+  }
+  for (int i = 0; i < 16; ++i) DrawThing(&dice, &image);
+  cv::rectangle(image, {0, 0, kSide, kSide}, cv::Scalar(0.6), 36);
+  return image;
+}
+
+cv::Mat Deviations(TextureKind kind, uint32_t seed) {
+  switch (kind) {
+    case TextureKind::kPlaster:
+      return Plaster(seed);
+    case TextureKind::kConcrete:
+      return Concrete(seed);
+    case TextureKind::kWood:
+      return Wood(seed);
+    case TextureKind::kCarpet:
+      return Carpet(seed);
+    case TextureKind::kBrick:
+      return Brick(seed);
+    case TextureKind::kMetal:
+      return Metal(seed);
+    case TextureKind::kTiles:
+      return Tiles(seed);
+    case TextureKind::kPoster:
+      return Poster(seed);
+    case TextureKind::kPlain:
+    case TextureKind::kLamp:
+      break;
+  }
+  return cv::Mat::zeros(kSide, kSide, CV_32F);
+}
+
+uint32_t Variant(const SurfaceMaterial& material) {
+  switch (material.texture) {
+    case TextureKind::kPlain:
+    case TextureKind::kLamp:
+      return 0;
+    case TextureKind::kPoster:
+      return material.seed % 12;
+    default:
+      return material.seed % 2;
+  }
+}
+
+}  // namespace
+
+TextureTile MakeTexture(TextureKind kind, uint32_t seed) {
+  cv::Mat level = Deviations(kind, Mixed(seed, 100 + static_cast<uint32_t>(kind)));
+  level -= cv::mean(level)[0];
+  TextureTile tile;
+  for (int l = 0; l < TextureTile::kLevels; ++l) {
+    cv::Mat bytes;
+    level.convertTo(bytes, CV_8U, 128, 128);
+    tile.levels[l].assign(bytes.begin<uint8_t>(), bytes.end<uint8_t>());
+    if (level.cols > 1)
+      cv::resize(level.clone(), level, {level.cols / 2, level.rows / 2}, 0, 0, cv::INTER_AREA);
+  }
+  return tile;
+}
+
+TextureSet::TextureSet(const std::vector<SurfaceMaterial>& materials) {
+  for (const SurfaceMaterial& material : materials) {
+    const uint32_t variant = Variant(material);
+    const auto [at, is_new] = tiles_.try_emplace({material.texture, variant});
+    if (is_new) at->second = MakeTexture(material.texture, variant);
+  }
+}
+
+const TextureTile& TextureSet::Of(const SurfaceMaterial& material) const {
+  return tiles_.at({material.texture, Variant(material)});
+}
+
+}  // namespace slcmap
