@@ -1,6 +1,7 @@
 #include "data/simulator/surface_shader.h"
 
 #include <Eigen/Geometry>
+#include <cmath>
 
 #include "data/simulator/hashing.h"
 
@@ -22,6 +23,12 @@ float Emission(const Scene& scene, const SceneQuad& quad) {
   return nearest ? nearest->radiance : 0.0f;
 }
 
+// Where a quad starts in its tile, in [0, kSide): at random by material, and on from its neighbour.
+float OffsetTexels(float origin_m, uint32_t random) {
+  const float turns = UnitFloat(random) + origin_m / (TextureTile::kTexel_m * TextureTile::kSide);
+  return (turns - std::floor(turns)) * TextureTile::kSide;
+}
+
 }  // namespace
 
 SurfaceShader::SurfaceShader(const Scene& scene, const RayScene& rays,
@@ -35,8 +42,8 @@ SurfaceShader::SurfaceShader(const Scene& scene, const RayScene& rays,
     const bool stretched = material.texture == TextureKind::kPoster;
     s.scale_s = stretched ? TextureTile::kSide : kTexelsPerMetre * quad.u.norm();
     s.scale_t = stretched ? TextureTile::kSide : kTexelsPerMetre * quad.v.norm();
-    s.offset_s = stretched ? 0 : UnitFloat(Mixed(material.seed, 1)) * TextureTile::kSide;
-    s.offset_t = stretched ? 0 : UnitFloat(Mixed(material.seed, 2)) * TextureTile::kSide;
+    s.offset_s = stretched ? 0 : OffsetTexels(quad.texture_origin.x(), Mixed(material.seed, 1));
+    s.offset_t = stretched ? 0 : OffsetTexels(quad.texture_origin.y(), Mixed(material.seed, 2));
     s.texels_per_m =
         stretched ? TextureTile::kSide / std::sqrt(quad.u.cross(quad.v).norm()) : kTexelsPerMetre;
     s.base = material.albedo * (1 - material.contrast);
