@@ -43,9 +43,9 @@ void PointTrackerOptions::Check() const {
   CheckRange("points.min_distance_px", min_distance_px, 3.0, 1000.0);
   CheckRange("points.pyramid_levels", pyramid_levels, 1, 8);
   CheckRange("points.patch_px", patch_px, 5, 63);
-  CheckRange("points.max_forward_backward_px", max_forward_backward_px, 0.01, 100.0);
+  CheckRange("points.min_correlation", min_correlation, 0.0, 1.0);
   CheckRange("points.max_epipolar_px", max_epipolar_px, 0.01, 100.0);
-  CheckRange("points.min_corner_quality", min_corner_quality, 0.0, 1.0);
+  CheckRange("points.min_corner_gradient", min_corner_gradient, 0.0, 255.0);
 }
 
 void PointTrackerOptions::Read(YamlSection section) {
@@ -53,9 +53,9 @@ void PointTrackerOptions::Read(YamlSection section) {
   section.Read("min_distance_px", &min_distance_px);
   section.Read("pyramid_levels", &pyramid_levels);
   section.Read("patch_px", &patch_px);
-  section.Read("max_forward_backward_px", &max_forward_backward_px);
+  section.Read("min_correlation", &min_correlation);
   section.Read("max_epipolar_px", &max_epipolar_px);
-  section.Read("min_corner_quality", &min_corner_quality);
+  section.Read("min_corner_gradient", &min_corner_gradient);
   section.Finish();
 }
 

@@ -25,9 +25,9 @@ struct PointTrackerOptions {
   double min_distance_px = 20;
   int pyramid_levels = 4;
   int patch_px = 15;
-  double max_forward_backward_px = 0.7;
+  double min_correlation = 0.9;  // normalised, with the image where the point was detected
   double max_epipolar_px = 1.5;  // left to right, across the rectified row
-  double min_corner_quality = 1e-3;
+  double min_corner_gradient = 2;  // grey values a pixel, across the direction of least texture
   void Check() const;
   void Read(YamlSection section);
 };

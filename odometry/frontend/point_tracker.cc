@@ -2,21 +2,27 @@
 
 #include <algorithm>
 #include <cmath>
-#include <opencv2/imgproc.hpp>
-#include <opencv2/video/tracking.hpp>
+
+#include "odometry/frontend/corner_detector.h"
+#include "odometry/frontend/patch.h"
+#include "odometry/frontend/row_search.h"
 
 namespace slcmap {
 namespace {
 
+constexpr double kMaxDisparity = 0.25;  // searched, of the image's width
+constexpr float kMinRowCorrelation = 0.7f;
+constexpr float kMinFreshCorrelation = 0.97f;  // with the last image, which looks nearly the same
+constexpr int kAffineIterations = 2;
 constexpr double kMinDisparity_px = -1;  // infinity, less the noise
 
-cv::Point2f ToCv(const Eigen::Vector2d& p) {
-  return {static_cast<float>(p.x()), static_cast<float>(p.y())};
-}
+using PatchPyramid = std::vector<Patch>;
 
-struct Flow {
-  std::vector<cv::Point2f> points;
-  std::vector<uchar> found;
+struct TrackedPoint {
+  PatchPyramid anchor;  // the image where it was detected
+  PatchWarp left;
+  std::optional<PatchWarp> right;
+  Eigen::Vector2f parallax_px = Eigen::Vector2f::Zero();  // of the last frame, beyond the rotation
 };
 
 }  // namespace
@@ -24,128 +30,198 @@ struct Flow {
 class PointTracker::Impl {
  public:
   Impl(const PointTrackerOptions& options, const Rig& rig, const cv::Mat& mask)
-      : options_(options), camera_(rig.cameras[0]), mask_(mask) {}
+      : options_(options), camera_(rig.cameras[0]), mask_(mask), pattern_(options.patch_px) {}
 
   void Track(const cv::Mat& left, const cv::Mat& right, const Eigen::Quaterniond& R_now_previous) {
-    std::vector<cv::Mat> pyramid = Pyramid(left);
-    if (!points_.empty() && !pyramid_left_.empty()) FollowLeft(pyramid, R_now_previous);
-    left_ = left;
-    pyramid_left_ = std::move(pyramid);
-    pyramid_right_ = right.empty() ? std::vector<cv::Mat>() : Pyramid(right);
-    FindRight(0);
-  }
-
-  void Detect() {
-    const size_t old_count = points_.size();
-    if (left_.empty() || static_cast<int>(old_count) >= options_.max_points) return;
-    cv::Mat free = mask_.clone();
-    for (const auto& p : points_) {
-      cv::circle(free, ToCv(p.left_px), static_cast<int>(options_.min_distance_px), 0, cv::FILLED);
-    }
-    std::vector<cv::Point2f> corners;
-    cv::goodFeaturesToTrack(left_, corners, options_.max_points - static_cast<int>(old_count),
-                            options_.min_corner_quality, options_.min_distance_px, free);
-    for (const auto& c : corners) points_.push_back({next_id_++, {c.x, c.y}, std::nullopt});
-    FindRight(old_count);
-  }
-
-  void Remove(const std::unordered_set<int64_t>& ids) {
-    std::erase_if(points_, [&](const PointObservation& p) { return ids.contains(p.id); });
-  }
-
-  void Reset() { points_.clear(); }
-
-  const std::vector<PointObservation>& observations() const { return points_; }
-
- private:
-  std::vector<cv::Mat> Pyramid(const cv::Mat& image) const {
-    std::vector<cv::Mat> pyramid;
-    cv::buildOpticalFlowPyramid(image, pyramid, {options_.patch_px, options_.patch_px},
-                                options_.pyramid_levels - 1, true);
-    return pyramid;
-  }
-
-  Flow Follow(const std::vector<cv::Mat>& from, const std::vector<cv::Mat>& to,
-              const std::vector<cv::Point2f>& points, std::vector<cv::Point2f> guess,
-              int levels) const {
-    Flow flow{std::move(guess), {}};
-    cv::calcOpticalFlowPyrLK(from, to, points, flow.points, flow.found, cv::noArray(),
-                             {options_.patch_px, options_.patch_px}, levels - 1,
-                             {cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 15, 0.02},
-                             cv::OPTFLOW_USE_INITIAL_FLOW);
-    return flow;
-  }
-
-  // True where following `flow` back ends where it began.
-  std::vector<bool> Consistent(const std::vector<cv::Mat>& from, const std::vector<cv::Mat>& to,
-                               const std::vector<cv::Point2f>& points, const Flow& flow) const {
-    const Flow back = Follow(to, from, flow.points, points, 2);
-    std::vector<bool> good(points.size());
-    for (size_t i = 0; i < points.size(); ++i) {
-      good[i] = flow.found[i] && back.found[i] &&
-                cv::norm(back.points[i] - points[i]) <= options_.max_forward_backward_px;
-    }
-    return good;
-  }
-
-  cv::Point2f Predict(const Eigen::Vector2d& px, const Eigen::Matrix3d& R_now_previous) const {
-    const Eigen::Vector3d ray((px.x() - camera_.cx_px) / camera_.fx_px,
-                              (px.y() - camera_.cy_px) / camera_.fy_px, 1);
-    const auto predicted = camera_.Project(R_now_previous * ray);
-    return predicted && camera_.Contains(*predicted) ? ToCv(*predicted) : ToCv(px);
-  }
-
-  void FollowLeft(const std::vector<cv::Mat>& pyramid, const Eigen::Quaterniond& R_now_previous) {
+    previous_left_ = std::move(left_);
+    left_ = BuildPyramid(left, options_.pyramid_levels);
+    right_ = right.empty() ? ImagePyramid() : BuildPyramid(right, options_.pyramid_levels);
     const Eigen::Matrix3d R = R_now_previous.toRotationMatrix();
-    std::vector<cv::Point2f> previous, guess;
-    for (const auto& p : points_) {
-      previous.push_back(ToCv(p.left_px));
-      guess.push_back(Predict(p.left_px, R));
-    }
-    const Flow flow = Follow(pyramid_left_, pyramid, previous, guess, options_.pyramid_levels);
-    const auto good = Consistent(pyramid_left_, pyramid, previous, flow);
-    std::vector<PointObservation> kept;
+    std::vector<PointObservation> kept_observations;
+    std::vector<TrackedPoint> kept;
     for (size_t i = 0; i < points_.size(); ++i) {
-      PointObservation p = points_[i];
-      p.left_px = {flow.points[i].x, flow.points[i].y};
-      if (p.right_px) *p.right_px += p.left_px - points_[i].left_px;
-      if (good[i] && InMask(p.left_px)) kept.push_back(p);
+      if (!Follow(R, &points_[i])) continue;
+      kept_observations.push_back(Observe(observations_[i].id, points_[i]));
+      kept.push_back(std::move(points_[i]));
     }
+    observations_ = std::move(kept_observations);
     points_ = std::move(kept);
   }
 
-  bool InMask(const Eigen::Vector2d& px) const {
-    return camera_.Contains(px) && mask_.at<uchar>(static_cast<int>(std::lround(px.y())),
-                                                   static_cast<int>(std::lround(px.x()))) != 0;
+  void Detect() {
+    if (left_.empty()) return;
+    SearchRight();
+    const int room = options_.max_points - static_cast<int>(points_.size());
+    if (room <= 0) return;
+    std::vector<Eigen::Vector2d> occupied;
+    for (const auto& p : observations_) occupied.push_back(p.left_px);
+    CornerDetectorOptions corner_options;
+    corner_options.min_distance_px = options_.min_distance_px;
+    corner_options.min_response = options_.min_corner_gradient;
+    const double cell_px =
+        std::max(options_.min_distance_px,
+                 std::sqrt(static_cast<double>(left_[0].total()) / options_.max_points));
+    for (const auto& px : DetectCorners(left_[0], mask_, occupied, room, cell_px, corner_options)) {
+      TrackedPoint p;
+      p.left.center_px = px.cast<float>();
+      if (!Anchor(left_, &p)) continue;
+      if (!right_.empty()) p.right = FindRight(p);
+      observations_.push_back(Observe(next_id_++, p));
+      points_.push_back(std::move(p));
+    }
   }
 
-  // Finds the points from index `first` on in the right image.
-  void FindRight(size_t first) {
-    std::vector<cv::Point2f> left, guess;
-    for (size_t i = first; i < points_.size(); ++i) {
-      left.push_back(ToCv(points_[i].left_px));
-      guess.push_back(ToCv(points_[i].right_px.value_or(points_[i].left_px)));
-      points_[i].right_px.reset();
-    }
-    if (left.empty() || pyramid_right_.empty()) return;
-    const Flow flow = Follow(pyramid_left_, pyramid_right_, left, guess, options_.pyramid_levels);
-    const auto good = Consistent(pyramid_left_, pyramid_right_, left, flow);
-    for (size_t i = 0; i < left.size(); ++i) {
-      const Eigen::Vector2d right(flow.points[i].x, flow.points[i].y);
-      if (good[i] && camera_.Contains(right) &&
-          std::abs(right.y() - left[i].y) <= options_.max_epipolar_px &&
-          left[i].x - right.x() >= kMinDisparity_px) {
-        points_[first + i].right_px = right;
+  void Remove(const std::unordered_set<int64_t>& ids) {
+    size_t kept = 0;
+    for (size_t i = 0; i < points_.size(); ++i) {
+      if (ids.contains(observations_[i].id)) continue;
+      if (kept != i) {
+        points_[kept] = std::move(points_[i]);
+        observations_[kept] = observations_[i];
       }
+      ++kept;
+    }
+    points_.resize(kept);
+    observations_.resize(kept);
+  }
+
+  void Reset() {
+    points_.clear();
+    observations_.clear();
+  }
+
+  const std::vector<PointObservation>& observations() const { return observations_; }
+
+ private:
+  static PointObservation Observe(int64_t id, const TrackedPoint& p) {
+    PointObservation o{id, p.left.center_px.cast<double>(), std::nullopt};
+    if (p.right) o.right_px = p.right->center_px.cast<double>();
+    return o;
+  }
+
+  bool Anchor(const ImagePyramid& pyramid, TrackedPoint* p) const {
+    p->anchor.assign(pyramid.size(), Patch());
+    for (size_t i = 0; i < pyramid.size(); ++i) {
+      p->anchor[i].Extract(pattern_, pyramid[i], p->left.center_px / (1 << i), i == 0);
+    }
+    return !p->anchor[0].empty();
+  }
+
+  // Where a warp goes when the camera only rotates.
+  PatchWarp Rotate(const Eigen::Matrix3d& R, const PatchWarp& warp) const {
+    const Eigen::Vector3d ray((warp.center_px.x() - camera_.cx_px) / camera_.fx_px,
+                              (warp.center_px.y() - camera_.cy_px) / camera_.fy_px, 1);
+    const Eigen::Vector3d r = R * ray;
+    if (r.z() < 0.1) return warp;
+    Eigen::Matrix<double, 2, 3> projection;
+    projection << 1 / r.z(), 0, -r.x() / (r.z() * r.z()), 0, 1 / r.z(), -r.y() / (r.z() * r.z());
+    const Eigen::Matrix2d jacobian = projection * R.leftCols<2>();
+    const Eigen::Vector2d px(camera_.fx_px * r.x() / r.z() + camera_.cx_px,
+                             camera_.fy_px * r.y() / r.z() + camera_.cy_px);
+    return {px.cast<float>(), jacobian.cast<float>() * warp.affine};
+  }
+
+  // From the coarsest level down; -1 when lost.
+  float AlignAll(const PatchPyramid& anchor, const ImagePyramid& pyramid, int coarsest,
+                 PatchWarp* warp) const {
+    for (int level = coarsest; level >= 0; --level) {
+      if (anchor[level].empty()) continue;
+      PatchWarp scaled = *warp;
+      const float scale = static_cast<float>(1 << level);
+      scaled.center_px /= scale;
+      const float correlation = anchor[level].Align(pattern_, pyramid[level], level ? 4 : 6,
+                                                    level ? 0.06f : 0.1f, &scaled);
+      if (correlation < 0.3f) {
+        if (level == 0) return -1;
+        continue;
+      }
+      warp->center_px = scaled.center_px * scale;
+    }
+    if (anchor[0].AlignAffine(pattern_, pyramid[0], kAffineIterations, warp) < 0) return -1;
+    return anchor[0].Correlation(pattern_, pyramid[0], *warp);
+  }
+
+  bool Follow(const Eigen::Matrix3d& R, TrackedPoint* p) const {
+    const PatchWarp before = p->left;
+    const PatchWarp rotated = Rotate(R, before);
+    PatchWarp warp = rotated;
+    warp.center_px += p->parallax_px;
+    if (!Accept(AlignAll(p->anchor, left_, options_.pyramid_levels - 1, &warp), warp,
+                options_.min_correlation)) {
+      // Seen differently by now: go on from the last image.
+      p->left.affine.setIdentity();
+      if (previous_left_.empty() || !Anchor(previous_left_, p)) return false;
+      warp = Rotate(R, p->left);
+      p->right.reset();
+      warp.center_px += p->parallax_px;
+      const float correlation = AlignAll(p->anchor, left_, options_.pyramid_levels - 1, &warp);
+      if (!Accept(correlation, warp, kMinFreshCorrelation)) return false;
+    }
+    p->parallax_px = warp.center_px - rotated.center_px;
+    p->left = warp;
+    if (p->right) FollowRight(R, before, p);
+    return true;
+  }
+
+  void FollowRight(const Eigen::Matrix3d& R, const PatchWarp& left_before, TrackedPoint* p) const {
+    if (right_.empty()) {
+      p->right.reset();
+      return;
+    }
+    PatchWarp warp = Rotate(R, *p->right);
+    warp.center_px = p->left.center_px + p->right->center_px - left_before.center_px;
+    if (AcceptRight(AlignAll(p->anchor, right_, 2, &warp), *p, warp)) {
+      p->right = warp;
+    } else {
+      p->right.reset();
+    }
+  }
+
+  bool Accept(float correlation, const PatchWarp& warp, double min_correlation) const {
+    if (correlation < min_correlation) return false;
+    const float scale = warp.affine.determinant();
+    if (scale < 0.3f || scale > 4.f) return false;
+    const Eigen::Vector2f& c = warp.center_px;
+    return camera_.Contains(c.cast<double>()) &&
+           mask_.at<uchar>(static_cast<int>(std::lround(c.y())),
+                           static_cast<int>(std::lround(c.x())));
+  }
+
+  bool AcceptRight(float correlation, const TrackedPoint& p, const PatchWarp& right) const {
+    const Eigen::Vector2f d = p.left.center_px - right.center_px;
+    return correlation >= options_.min_correlation && std::abs(d.y()) <= options_.max_epipolar_px &&
+           d.x() >= kMinDisparity_px;
+  }
+
+  // Searches the whole row at half the resolution, then refines.
+  std::optional<PatchWarp> FindRight(const TrackedPoint& p) const {
+    const int level = std::min<int>(1, right_.size() - 1);
+    const float scale = static_cast<float>(1 << level);
+    const int reach = static_cast<int>(kMaxDisparity * camera_.width_px / scale);
+    const auto match = SearchRow(left_[level], right_[level], p.left.center_px / scale, reach);
+    if (!match || match->correlation < kMinRowCorrelation) return std::nullopt;
+    PatchWarp warp = p.left;
+    warp.center_px = match->right_px * scale;
+    if (!AcceptRight(AlignAll(p.anchor, right_, level, &warp), p, warp)) return std::nullopt;
+    return warp;
+  }
+
+  void SearchRight() {
+    if (right_.empty()) return;
+    for (size_t i = 0; i < points_.size(); ++i) {
+      if (points_[i].right) continue;
+      points_[i].right = FindRight(points_[i]);
+      observations_[i] = Observe(observations_[i].id, points_[i]);
     }
   }
 
   PointTrackerOptions options_;
   Camera camera_;
   cv::Mat mask_;
-  cv::Mat left_;
-  std::vector<cv::Mat> pyramid_left_, pyramid_right_;
-  std::vector<PointObservation> points_;
+  PatchPattern pattern_;
+  ImagePyramid left_, previous_left_, right_;
+  std::vector<TrackedPoint> points_;
+  std::vector<PointObservation> observations_;  // of points_, in the same order
   int64_t next_id_ = 0;
 };
 

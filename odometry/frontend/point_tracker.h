@@ -31,11 +31,12 @@ class PointTracker {
 
   // Follows all points into the next pair. R_now_previous is the predicted rotation of the left
   // camera (p_now = R_now_previous * p_previous), for instance from the gyroscope. `right` is empty
-  // with one camera. A point that is lost in the left image is gone for good; its id is never reused.
+  // with one camera. A point that is lost in the left image is gone for good; its id is never
+  // reused.
   void Track(const cv::Mat& left, const cv::Mat& right, const Eigen::Quaterniond& R_now_previous);
 
-  // Detects new points where there are none, up to max_points, in the pair last given, finds them in
-  // its right image too, and adds them to observations(). Called on keyframes.
+  // Detects new points where there are none, up to max_points, in the pair last given, finds them
+  // in its right image too, and adds them to observations(). Called on keyframes.
   void Detect();
 
   // Forgets points, for instance those that the estimator found to be outliers.

@@ -18,8 +18,8 @@ class Rectifier {
   // The rig that the rectified images belong to.
   const Rig& rectified_rig() const { return rectified_rig_; }
 
-  // camera: 0 left, 1 right. The result has the rectified camera's size; pixels that no camera pixel
-  // maps to are black.
+  // camera: 0 left, 1 right. The result has the rectified camera's size; pixels that no camera
+  // pixel maps to are black.
   cv::Mat Rectify(const cv::Mat& image, int camera) const;
 
   // 255 where the rectified image has true pixels (eroded by a small margin), else 0.

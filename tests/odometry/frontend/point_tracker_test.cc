@@ -92,7 +92,7 @@ TEST_F(PointTrackerTest, FollowsASubPixelShiftOverManyFrames) {
                         [](const Eigen::Vector2d& p) -> Eigen::Vector2d {
                           return p + 12 * Eigen::Vector2d(1.37, -0.81);
                         }),
-            0.08);
+            0.03);
 }
 
 TEST_F(PointTrackerTest, FindsTheDisparity) {
@@ -105,7 +105,7 @@ TEST_F(PointTrackerTest, FindsTheDisparity) {
     sum += (p.left_px - *p.right_px - Eigen::Vector2d(7.3, 0)).squaredNorm();
     ++seen;
   }
-  EXPECT_LT(std::sqrt(sum / seen), 0.1);
+  EXPECT_LT(std::sqrt(sum / seen), 0.03);
   EXPECT_GT(seen, 0.8 * tracker_.observations().size());
 }
 

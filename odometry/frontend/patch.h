@@ -1,0 +1,68 @@
+// A small piece of an image as a reference, and its alignment to sub-pixel accuracy in other
+// images.
+#pragma once
+
+#include <Eigen/Core>
+#include <opencv2/core/mat.hpp>
+#include <vector>
+
+namespace slcmap {
+
+// Images of halved size, the finest first. The pixel (u, v) of level n is (u, v) 2^n of level 0.
+using ImagePyramid = std::vector<cv::Mat>;  // 8 bit, one channel
+
+ImagePyramid BuildPyramid(const cv::Mat& image, int levels);
+
+// Where a patch lies in an image: its pixel at `offset` is seen at center_px + affine * offset.
+struct PatchWarp {
+  Eigen::Vector2f center_px = Eigen::Vector2f::Zero();
+  Eigen::Matrix2f affine = Eigen::Matrix2f::Identity();
+};
+
+// The pixels that a patch consists of: a disc with weights that fade towards its border.
+struct PatchPattern {
+  explicit PatchPattern(int diameter_px);
+  int radius_px = 0;
+  std::vector<Eigen::Vector2f> offsets;
+  std::vector<float> weights;  // their sum is 1
+};
+
+// The reference at one level. It is aligned by inverse-compositional Gauss-Newton (Baker and
+// Matthews, "Lucas-Kanade 20 Years On", 2004) on brightness up to gain and offset: both are
+// projected out of the Jacobian beforehand, so that a step is a product of a fixed matrix with the
+// sampled image.
+class Patch {
+ public:
+  // Takes the reference at a pixel of the image; false where it would reach beyond the border, or
+  // has no texture or only that of an edge. AlignAffine() needs with_affine.
+  bool Extract(const PatchPattern& pattern, const cv::Mat& image, const Eigen::Vector2f& center_px,
+               bool with_affine);
+
+  // Moves the warp's centre (also its affine part, if asked for) to where the image agrees best.
+  // Returns the normalised cross-correlation there, -1 when it left the image or diverged.
+  float Align(const PatchPattern& pattern, const cv::Mat& image, int max_iterations,
+              float min_step_px, PatchWarp* warp) const;
+  float AlignAffine(const PatchPattern& pattern, const cv::Mat& image, int iterations,
+                    PatchWarp* warp) const;
+
+  // The normalised cross-correlation with the image at the warp, -1 beyond the border.
+  float Correlation(const PatchPattern& pattern, const cv::Mat& image, const PatchWarp& warp) const;
+
+  bool empty() const { return template_.empty(); }
+
+ private:
+  struct Match {
+    float gain = 0;  // brightness of the image over that of the reference
+    float correlation = -1;
+  };
+  Match Compare(const PatchPattern& pattern, const std::vector<float>& sampled) const;
+  void PrepareSteps(const PatchPattern& pattern, const std::vector<Eigen::Vector2f>& gradients,
+                    bool with_affine);
+
+  std::vector<float> template_;  // weighted, of zero mean
+  float norm_ = 0;               // weighted standard deviation
+  Eigen::Matrix<float, 2, Eigen::Dynamic> shift_steps_;
+  Eigen::Matrix<float, 6, Eigen::Dynamic> affine_steps_;
+};
+
+}  // namespace slcmap
