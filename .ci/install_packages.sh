@@ -1,0 +1,18 @@
+#!/usr/bin/env bash
+# Installs those packages of packages.txt that are missing; says nothing when there are none.
+set -euo pipefail
+
+cd "$(dirname "$0")"
+missing=()
+for package in $(grep -v '^#' packages.txt); do
+  status=$(dpkg-query --show --showformat='${db:Status-Status}' "$package" 2>/dev/null || true)
+  [ "$status" = installed ] || missing+=("$package")
+done
+[ ${#missing[@]} -gt 0 ] || exit 0
+
+as_root=()
+[ "$(id -u)" -eq 0 ] || as_root=(sudo)
+echo "Installing ${missing[*]}"
+"${as_root[@]}" apt-get update -qq
+"${as_root[@]}" env DEBIAN_FRONTEND=noninteractive \
+  apt-get install -qq --yes --no-install-recommends "${missing[@]}"

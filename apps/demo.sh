@@ -1,0 +1,25 @@
+#!/usr/bin/env bash
+# From a bare Debian 12 to a mapped building: installs, builds, simulates a walk through an office
+# corridor, runs every stage on it, and says which files to open. A second run only does what is new.
+#
+#   apps/demo.sh [FOLDER]     default: out/demo
+set -euo pipefail
+
+root=$(cd "$(dirname "$0")/.." && pwd)
+out=${1:-$root/out/demo}
+slcmap=$root/build/bin/slcmap
+scene=$root/config/scenes/office_corridor.yaml
+seconds=35
+
+echo "== Building"
+"$root/.ci/build.sh" slcmap
+
+if [ ! -e "$out/sequence/.complete" ]; then
+  echo "== Simulating $seconds s of a walk"
+  rm -rf "$out/sequence"
+  "$slcmap" simulate "$scene" -o "$out/sequence" --duration "$seconds"
+  touch "$out/sequence/.complete"
+fi
+
+echo "== Mapping it"
+"$slcmap" run "$out/sequence" -o "$out"
