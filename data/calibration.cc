@@ -165,7 +165,7 @@ void ReadKalibrImu(const std::string& path, Rig* rig) {
 
 // Wrong types are the data's fault here, not the command line's.
 template <typename Reader>
-Calibration AsDataErrors(Reader read) {
+auto AsDataErrors(Reader read) {
   try {
     return read();
   } catch (const ConfigError& error) {
@@ -284,8 +284,12 @@ Calibration FindCalibration(const std::string& asl_folder, Warnings* warnings) {
 
 Calibration ReadCalibration(const std::string& path, Warnings* warnings) {
   if (fs::is_directory(path)) return FindCalibration(path, warnings);
-  return ReadKalibrCalibration(path, FirstExisting({fs::path(path).parent_path()}, kImuNames),
-                               warnings);
+  const std::string imu_path = AsDataErrors([&] {
+    return YamlSection::FromFile(path).Has("imu0")
+               ? path
+               : FirstExisting({fs::path(path).parent_path()}, kImuNames);
+  });
+  return ReadKalibrCalibration(path, imu_path, warnings);
 }
 
 }  // namespace slcmap

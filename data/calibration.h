@@ -28,8 +28,8 @@ Calibration ReadKalibrCalibration(const std::string& camchain_path, const std::s
 // Kalibr chain and IMU file in it, in the folder above, or in dso/ there (TUM VI).
 Calibration FindCalibration(const std::string& asl_folder, Warnings* warnings);
 
-// Reads what --calibration names: a Kalibr chain (with an IMU file beside it, if there is one) or a
-// folder that FindCalibration understands.
+// Reads what --calibration names: a Kalibr chain (with imu0 in it or an IMU file beside it, if there is
+// one) or a folder that FindCalibration understands.
 Calibration ReadCalibration(const std::string& path, Warnings* warnings);
 
 // All of them throw DataError naming file and key, what was found and what is expected, when an

@@ -110,6 +110,16 @@ TEST(KalibrCalibration, IsFoundBesideAnAslFolderWithoutSensorFiles) {
   ExpectPoses(ReadCalibration(folder.Path("dso/camchain.yaml"), &warnings));
 }
 
+TEST(KalibrCalibration, TheProjectsOwnRigsCanBeRead) {
+  for (const char* name : {"euroc", "tumvi"}) {
+    Warnings warnings;
+    const std::string path = std::string(SLCMAP_SOURCE_DIR "/config/rigs/") + name + ".yaml";
+    const Rig rig = ReadCalibration(path, &warnings).rig;
+    EXPECT_TRUE(warnings.entries().empty());
+    EXPECT_GT((rig.T_imu_camera[0].Inverse() * rig.T_imu_camera[1]).translation.x(), 0.09);
+  }
+}
+
 class AslCalibration : public ::testing::Test {
  protected:
   AslCalibration() { testing::WriteSequence(folder_, {.images = 1}); }
