@@ -43,9 +43,11 @@ int PrintUsageError(const CLI::App& app, const CLI::ParseError& error) {
 
 void AddCommands(CLI::App& app) {
   // In the order in which data flows; each is in the file of its name.
+  AddCheckCommand(app);
   AddOdometryCommand(app);
   AddMapCommand(app);
   AddExportCommand(app);
+  AddRunCommand(app);
   AddEvaluateCommand(app);
 }
 

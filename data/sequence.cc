@@ -13,14 +13,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::string FindTruth(const fs::path& folder) {
-  for (const char* name : {"state_groundtruth_estimate0", "mocap0"}) {
-    const fs::path path = folder / name / "data.csv";
-    if (fs::is_regular_file(path)) return path.string();
-  }
-  return "";
-}
-
 void RequireOverlap(const Sequence& sequence) {
   const int64_t offset_ns = ToNanoseconds(sequence.rig.camera_time_offset_s);
   const int64_t first_image_ns = sequence.images.front().stamp_ns + offset_ns;
@@ -55,6 +47,14 @@ std::string FindAslFolder(const std::string& path) {
   throw DataError(path +
                   ": found neither cam0 nor mav0/cam0, expected an EuRoC (ASL) or TUM VI "
                   "sequence");
+}
+
+std::string FindTruth(const std::string& asl_folder) {
+  for (const char* name : {"state_groundtruth_estimate0", "mocap0"}) {
+    const fs::path path = fs::path(asl_folder) / name / "data.csv";
+    if (fs::is_regular_file(path)) return path.string();
+  }
+  return "";
 }
 
 std::vector<StereoEntry> PairImages(const std::vector<ImageFile>& left,
@@ -105,7 +105,7 @@ Sequence OpenSequence(const std::string& path, const SequenceOptions& options) {
   }
   sequence.imu = ReadAslImu((folder / "imu0" / "data.csv").string(), &sequence.warnings);
   RequireOverlap(sequence);
-  sequence.truth_path = FindTruth(folder);
+  sequence.truth_path = FindTruth(sequence.folder);
   return sequence;
 }
 

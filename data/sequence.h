@@ -39,6 +39,10 @@ Sequence OpenSequence(const std::string& path, const SequenceOptions& options = 
 // The folder with cam0, cam1 and imu0 for a path as OpenSequence takes it; throws DataError.
 std::string FindAslFolder(const std::string& path);
 
+// The file of true poses in that folder (EuRoC's state_groundtruth_estimate0, TUM VI's mocap0); ""
+// where there is none.
+std::string FindTruth(const std::string& asl_folder);
+
 // Pairs left and right images that are nearest to each other in time and at most max_offset_s
 // apart; counts the others.
 std::vector<StereoEntry> PairImages(const std::vector<ImageFile>& left,

@@ -49,7 +49,8 @@ TEST(OpenSequence, FindsImagesWithoutOrWithOtherFileColumns) {
   EXPECT_TRUE(fs::exists(sequence.images[0].left_path));
   EXPECT_TRUE(fs::exists(sequence.images[0].right_path));
   folder.Write("mav0/cam0/data.csv", row(0, ", ./data/" + left));
-  folder.Write("mav0/cam1/data.csv", row(0, "," + folder.Path("mav0/cam1/data/") + left));
+  folder.Write("mav0/cam1/data.csv",
+               row(0, fmt::format(",{}{}", folder.Path("mav0/cam1/data/"), left)));
   sequence = OpenSequence(folder.Path());
   EXPECT_TRUE(fs::exists(sequence.images[0].left_path));
   EXPECT_TRUE(fs::exists(sequence.images[0].right_path));

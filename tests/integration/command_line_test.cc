@@ -69,6 +69,14 @@ TEST(Odometry, ASequenceThatShowsNoMotionFailsAndSaysSo) {
   EXPECT_TRUE(std::filesystem::exists(folder.Path("run/run.json")));
 }
 
+TEST(Check, ASequenceOfNoUseFailsAfterTheReport) {
+  const TempFolder folder;
+  const ProcessResult result = RunSlcmap("check " + folder.Path());
+  ExpectError(result, 1, "not usable");
+  EXPECT_THAT(result.output, HasSubstr("remedy: "));
+  EXPECT_THAT(RunSlcmap("check --json " + folder.Path()).output, HasSubstr("\"usable\": false"));
+}
+
 class StillRig : public ::testing::Test {
  protected:
   void Write(int images) {
@@ -100,6 +108,16 @@ TEST_F(StillRig, StaysWhereItIsDespiteDamagedImages) {
   EXPECT_THAT(Summary(),
               AllOf(HasSubstr("\"complete\": true"), HasSubstr("\"images_missing\": 3")));
   EXPECT_THAT(result.error, HasSubstr("path 0.0"));
+}
+
+TEST_F(StillRig, RunsThroughAllStages) {
+  Write(40);
+  const ProcessResult result = RunSlcmap("-q run " + folder_.Path() + " -o " + folder_.Path("out"));
+  EXPECT_EQ(result.exit_code, 0) << result.error;
+  for (const char* file : {"run/trajectory.tum", "map/trajectory.tum", "export/scene.glb"}) {
+    EXPECT_TRUE(std::filesystem::exists(folder_.Path(std::string("out/") + file))) << file;
+  }
+  EXPECT_THAT(result.output, AllOf(HasSubstr("cost "), HasSubstr("out/export/scene.glb")));
 }
 
 TEST_F(StillRig, CtrlCLeavesTheResultsSoFar) {

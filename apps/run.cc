@@ -1,0 +1,121 @@
+// slcmap run: all stages, from a recorded sequence to files that other programs show.
+#include <spdlog/spdlog.h>
+
+#include <chrono>
+#include <cstdio>
+#include <memory>
+
+#include "apps/commands.h"
+#include "apps/evaluation/trajectory_metrics.h"
+#include "apps/odometry_options.h"
+#include "apps/odometry_stage.h"
+#include "data/asl_files.h"
+#include "data/error.h"
+#include "data/sequence.h"
+#include "export/export.h"
+#include "mapping/map_folder.h"
+#include "mapping/mapping.h"
+
+namespace slcmap {
+namespace {
+
+struct RunArguments {
+  OdometryArguments odometry;
+  std::string output;
+};
+
+// Runs a stage and says how long it took.
+template <typename Stage>
+auto Timed(const char* name, Stage stage) {
+  const auto start = std::chrono::steady_clock::now();
+  auto result = stage();
+  const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - start;
+  spdlog::info("{} took {:.2f} s", name, wall.count());
+  return result;
+}
+
+MapResult RunMapStage(const OdometryRun& run, const std::string& config,
+                      const std::string& folder) {
+  const MappingOptions options =
+      config.empty() ? MappingOptions() : MappingOptions::FromYaml(config);
+  MapResult map = BuildMap(run, options);
+  WriteMapFolder(folder, map);
+  return map;
+}
+
+Trajectory OnlinePoses(const OdometryRun& run) {
+  Trajectory trajectory;
+  for (const OnlineState& state : run.states) {
+    trajectory.push_back({state.stamp_ns, state.T_world_imu});
+  }
+  return trajectory;
+}
+
+void PrintAccuracy(const char* name, const Trajectory& truth, const Trajectory& estimate,
+                   const std::vector<int64_t>& image_stamps_ns) {
+  try {
+    const TrajectoryMetrics metrics = EvaluateTrajectory(truth, estimate, image_stamps_ns, {});
+    const AbsoluteError& error = metrics.absolute.front();
+    std::printf("accuracy  %-8s APE %.4f m RMSE (%s), %.2f %% of %.2f m, coverage %.1f %%\n", name,
+                error.position_m.rmse, AlignmentName(error.kind).c_str(), error.rmse_percent,
+                metrics.truth_length_m, 100 * metrics.coverage.after_initialisation);
+  } catch (const DataError& error) {  // such as a truth that covers another time
+    spdlog::warn("{} poses: {}", name, error.what());
+  }
+}
+
+void PrintAccuracies(const std::string& sequence, const OdometryRun& run, const MapResult& map) {
+  const std::string folder = FindAslFolder(sequence);
+  const std::string truth_path = FindTruth(folder);
+  if (truth_path.empty()) return;
+  const Trajectory truth = ReadTrajectory(truth_path);
+  Warnings counted_before;
+  std::vector<int64_t> stamps_ns;
+  for (const ImageFile& image : ReadAslImages(folder + "/cam0", &counted_before)) {
+    stamps_ns.push_back(image.stamp_ns);
+  }
+  PrintAccuracy("online", truth, OnlinePoses(run), stamps_ns);
+  PrintAccuracy("refined", truth, map.trajectory, stamps_ns);
+}
+
+void PrintCost(const RunTimings& timings) {
+  const double frames = static_cast<double>(std::max<int64_t>(timings.stereo_frames, 1));
+  std::printf("cost      %.1f ms CPU an image, %.1f x real time, %.0f MiB at most\n",
+              1e3 * timings.cpu_s / frames, timings.data_s / std::max(timings.wall_s, 1e-9),
+              timings.peak_memory_mib);
+}
+
+void RunAll(const RunArguments& arguments) {
+  const std::string& output = arguments.output;
+  OdometryArguments odometry = arguments.odometry;
+  odometry.run = output + "/run";
+  if (!odometry.config.empty()) MappingOptions::FromYaml(odometry.config);  // fail early
+  const OdometryRun run = RunOdometryStage(odometry);
+  if (Interrupted()) return;
+  const MapResult map =
+      Timed("map", [&] { return RunMapStage(run, odometry.config, output + "/map"); });
+  const std::vector<std::string> files =
+      Timed("export", [&] { return ExportMap(map, output + "/export", {}); });
+  PrintAccuracies(odometry.sequence, run, map);
+  PrintCost(run.timings);
+  std::printf("results   %s/run, %s/map\n", output.c_str(), output.c_str());
+  for (const std::string& file : files) std::printf("open      %s\n", file.c_str());
+}
+
+}  // namespace
+
+void AddRunCommand(CLI::App& app) {
+  CLI::App* command = app.add_subcommand("run", "Run all stages: odometry, map, export");
+  const auto arguments = std::make_shared<RunArguments>();
+  AddOdometryOptions(*command, &arguments->odometry);
+  command
+      ->add_option("-o,--output", arguments->output, "Folder for the results: run, map and export")
+      ->type_name("OUT")
+      ->required();
+  command->footer(
+      "Example:\n  slcmap run MH_01_easy -o out\n\n"
+      "Where the sequence holds true poses, the accuracy is printed too.");
+  command->callback([arguments] { RunAll(*arguments); });
+}
+
+}  // namespace slcmap

@@ -1,0 +1,59 @@
+// Whether a rig can be a stereo rig with the left camera on the left.
+#include <spdlog/fmt/fmt.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "data/check/check.h"
+
+namespace slcmap {
+namespace {
+
+constexpr double kDegree = std::numbers::pi / 180;
+constexpr double kMinSideways = 0.8;            // of the baseline, along the left camera's x
+constexpr double kMaxAngle_rad = 20 * kDegree;  // between the optical axes
+
+// The share of the baseline that points to the right of the left camera, -1 to 1.
+double Sideways(const RigidTransform& T_left_right) {
+  return T_left_right.translation.x() / T_left_right.translation.norm();
+}
+
+}  // namespace
+
+void CheckCalibration(const Rig& rig, CheckReport* report) {
+  const auto& poses = rig.T_imu_camera;
+  const RigidTransform T_left_right = poses[0].Inverse() * poses[1];
+  const double angle_rad =
+      std::acos(std::clamp((T_left_right.rotation * Eigen::Vector3d::UnitZ()).z(), -1.0, 1.0));
+  const Camera& left = rig.cameras[0];
+  report->AddFigure("calibrated width", left.width_px, "px");
+  report->AddFigure("calibrated height", left.height_px, "px");
+  report->AddFigure("focal length", left.fx_px, "px");
+  report->AddFigure("baseline", T_left_right.translation.norm(), "m");
+  report->AddFigure("angle between the cameras", angle_rad / kDegree, "deg");
+  report->AddFigure("camera time offset", 1e3 * rig.camera_time_offset_s, "ms");
+
+  const double sideways = Sideways(T_left_right);
+  const double inverted = Sideways(poses[0] * poses[1].Inverse());
+  const Eigen::Vector3d direction = T_left_right.translation.normalized();
+  const std::string found = fmt::format(
+      "the second camera is towards ({:.2f}, {:.2f}, {:.2f}) of the first, whose x is "
+      "right, y down, z ahead",
+      direction.x(), direction.y(), direction.z());
+  if (sideways < -kMinSideways) {
+    report->Fail("left-right", found, "swap cam0 and cam1, both folders and calibration");
+  } else if (sideways < kMinSideways && inverted > kMinSideways) {
+    report->Fail("extrinsics-direction", found,
+                 "the transforms seem to be inverted: T_BS and T_imu_cam map camera to IMU, "
+                 "T_cam_imu maps IMU to camera");
+  } else if (sideways < kMinSideways) {
+    report->Fail("baseline", found, "check the extrinsics; the cameras must be side by side");
+  }
+  if (angle_rad > kMaxAngle_rad) {
+    report->Warn("camera-angle", fmt::format("{:.1f} deg between the cameras", angle_rad / kDegree),
+                 "check the extrinsics; little is seen by both cameras");
+  }
+}
+
+}  // namespace slcmap

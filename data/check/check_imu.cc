@@ -1,0 +1,122 @@
+// Units of the IMU, by gravity and by the agreement of gyroscope and accelerometer.
+#include <spdlog/fmt/fmt.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "data/check/check.h"
+
+namespace slcmap {
+namespace {
+
+constexpr double kDegree = std::numbers::pi / 180;
+constexpr double kMean_s = 0.25;        // accelerometer readings averaged for a direction
+constexpr double kBetween_s = 1.0;      // between two directions that are compared
+constexpr double kMinGyro_deg = 5;      // error that makes the unit doubtful
+constexpr double kMaxStuckShare = 0.5;  // of samples equal to the one before
+
+// The mean specific force over kMean_s from sample `first`, and the next sample after it.
+struct Direction {
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+  size_t centre = 0;
+  size_t end = 0;
+};
+
+Direction MeanForce(const std::vector<ImuSample>& samples, size_t first) {
+  Direction direction;
+  size_t i = first;
+  for (; i < samples.size() && ToSeconds(samples[i].stamp_ns - samples[first].stamp_ns) <= kMean_s;
+       ++i) {
+    direction.mean += samples[i].specific_force_m_s2;
+  }
+  direction.mean /= static_cast<double>(i - first);
+  direction.centre = (first + i) / 2;
+  direction.end = i;
+  return direction;
+}
+
+// The median angle between gravity as measured and as turned there by the gyroscope, whose values
+// are in units of `unit_rad_s`.
+double GravityDrift_rad(const std::vector<ImuSample>& samples, double unit_rad_s) {
+  std::vector<double> angles_rad;
+  size_t first = 0;
+  while (first < samples.size()) {
+    const Direction before = MeanForce(samples, first);
+    size_t second = before.end;
+    while (second < samples.size() &&
+           ToSeconds(samples[second].stamp_ns - samples[first].stamp_ns) < kBetween_s) {
+      ++second;
+    }
+    if (second >= samples.size()) break;
+    const Direction after = MeanForce(samples, second);
+    Eigen::Quaterniond R_before_after = Eigen::Quaterniond::Identity();
+    for (size_t i = before.centre; i < after.centre && i + 1 < samples.size(); ++i) {
+      const double step_s = ToSeconds(samples[i + 1].stamp_ns - samples[i].stamp_ns);
+      R_before_after =
+          R_before_after * ExpRotation(samples[i].angular_velocity_rad_s * (unit_rad_s * step_s));
+    }
+    const Eigen::Vector3d turned = R_before_after * after.mean;
+    angles_rad.push_back(std::atan2(before.mean.cross(turned).norm(), before.mean.dot(turned)));
+    first = second;
+  }
+  return Median(angles_rad);
+}
+
+void CheckGravity(const std::vector<ImuSample>& samples, CheckReport* report) {
+  std::vector<double> norms;
+  for (const ImuSample& sample : samples) norms.push_back(sample.specific_force_m_s2.norm());
+  const double median_m_s2 = Median(norms);
+  report->AddFigure("median size of the specific force", median_m_s2, "m/s^2");
+  const std::string found =
+      fmt::format("a median specific force of {:.3g}, expected about 9.81 m/s^2", median_m_s2);
+  if (median_m_s2 > 0.8 && median_m_s2 < 1.25) {
+    report->Fail("imu-units", found, "the accelerometer seems to be in g: multiply by 9.80665");
+  } else if (median_m_s2 > 800 && median_m_s2 < 1250) {
+    report->Fail("imu-units", found,
+                 "the accelerometer seems to be in mg or cm/s^2: bring it to m/s^2");
+  } else if (median_m_s2 < 0.8) {
+    report->Fail("imu-gravity", found, "gravity seems to be removed: record the raw accelerometer");
+  } else if (median_m_s2 < 7.5 || median_m_s2 > 13) {
+    report->Fail("imu-gravity", found, "check the accelerometer's unit and scale");
+  } else if (median_m_s2 < 9.3 || median_m_s2 > 10.4) {
+    report->Warn("imu-gravity", found, "calibrate the accelerometer's scale and bias");
+  }
+}
+
+void CheckGyroUnit(const std::vector<ImuSample>& samples, CheckReport* report) {
+  std::vector<double> rates;
+  for (const ImuSample& sample : samples) rates.push_back(sample.angular_velocity_rad_s.norm());
+  report->AddFigure("median turn rate", Median(rates), "rad/s");
+  const double as_rad = GravityDrift_rad(samples, 1), as_deg = GravityDrift_rad(samples, kDegree);
+  report->AddFigure("gyroscope against gravity, over 1 s", as_rad / kDegree, "deg");
+  if (as_rad > kMinGyro_deg * kDegree && as_deg < 0.5 * as_rad) {
+    report->Fail("imu-units",
+                 fmt::format("gravity is off by {:.0f} deg each second if the gyroscope is in "
+                             "rad/s, by {:.1f} if in deg/s",
+                             as_rad / kDegree, as_deg / kDegree),
+                 "the gyroscope seems to be in deg/s: multiply by pi / 180");
+  }
+}
+
+void CheckStuck(const std::vector<ImuSample>& samples, CheckReport* report) {
+  int64_t equal = 0;
+  for (size_t i = 1; i < samples.size(); ++i) {
+    equal += samples[i].angular_velocity_rad_s == samples[i - 1].angular_velocity_rad_s &&
+             samples[i].specific_force_m_s2 == samples[i - 1].specific_force_m_s2;
+  }
+  const double share = static_cast<double>(equal) / static_cast<double>(samples.size());
+  if (share < kMaxStuckShare) return;
+  report->Warn("imu-stuck",
+               fmt::format("{:.0f} % of the samples repeat the one before", 100 * share),
+               "check the driver; a slower sensor that is read too often does this");
+}
+
+}  // namespace
+
+void CheckImu(const std::vector<ImuSample>& samples, CheckReport* report) {
+  CheckGravity(samples, report);
+  CheckGyroUnit(samples, report);
+  CheckStuck(samples, report);
+}
+
+}  // namespace slcmap

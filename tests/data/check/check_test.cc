@@ -1,0 +1,184 @@
+#include "data/check/check.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <numbers>
+
+#include "tests/testing/shared_data.h"
+#include "tests/testing/small_sequence.h"
+
+namespace slcmap {
+namespace {
+
+using ::testing::HasSubstr;
+using testing::TempFolder;
+
+// The finding of a name; nullptr where there is none.
+const CheckFinding* Find(const CheckReport& report, const std::string& name) {
+  for (const CheckFinding& finding : report.findings) {
+    if (finding.name == name) return &finding;
+  }
+  return nullptr;
+}
+
+void ExpectFinding(const CheckReport& report, const std::string& name, Severity severity,
+                   const std::string& remedy) {
+  const CheckFinding* finding = Find(report, name);
+  ASSERT_NE(finding, nullptr) << name << "\n" << CheckTable(report);
+  EXPECT_EQ(finding->severity, severity) << CheckTable(report);
+  EXPECT_THAT(finding->remedy, HasSubstr(remedy));
+}
+
+// Three seconds of turning by 0.5 rad/s about the x axis, with gravity turning as it must.
+std::vector<ImuSample> TurningImu(double gyro_unit, double accel_unit) {
+  std::vector<ImuSample> samples;
+  for (int i = 0; i < 600; ++i) {
+    const double t_s = 0.005 * i, angle_rad = 0.5 * t_s;
+    samples.push_back(
+        {i * testing::kImuStep_ns, Eigen::Vector3d(0.5, 0, 0) * gyro_unit,
+         Eigen::Vector3d(0, std::sin(angle_rad), std::cos(angle_rad)) * 9.81 * accel_unit});
+  }
+  return samples;
+}
+
+CheckReport CheckOfImu(double gyro_unit, double accel_unit) {
+  CheckReport report;
+  CheckImu(TurningImu(gyro_unit, accel_unit), &report);
+  return report;
+}
+
+TEST(CheckImu, TellsUnitsApart) {
+  EXPECT_TRUE(CheckOfImu(1, 1).findings.empty());
+  ExpectFinding(CheckOfImu(1, 1 / 9.81), "imu-units", Severity::kError, "9.80665");
+  ExpectFinding(CheckOfImu(180 / std::numbers::pi, 1), "imu-units", Severity::kError, "deg/s");
+  ExpectFinding(CheckOfImu(1, 0.01), "imu-gravity", Severity::kError, "raw accelerometer");
+}
+
+Rig SideBySide() {
+  Rig rig;
+  for (Camera& camera : rig.cameras) {
+    camera = {
+        .width_px = 640, .height_px = 480, .fx_px = 400, .fy_px = 400, .cx_px = 320, .cy_px = 240};
+  }
+  // Camera x is the IMU's -y, camera y its -z: looking along the IMU's x.
+  Eigen::Matrix3d R_imu_camera;
+  R_imu_camera << 0, 0, 1, -1, 0, 0, 0, -1, 0;
+  const Eigen::Quaterniond q(R_imu_camera);
+  rig.T_imu_camera = {RigidTransform(q, {0.05, 0.06, 0}), RigidTransform(q, {0.05, -0.06, 0})};
+  return rig;
+}
+
+TEST(CheckCalibration, NamesSwappedAndInvertedRigs) {
+  CheckReport good, swapped, inverted;
+  Rig rig = SideBySide();
+  CheckCalibration(rig, &good);
+  EXPECT_TRUE(good.findings.empty()) << CheckTable(good);
+  std::swap(rig.T_imu_camera[0], rig.T_imu_camera[1]);
+  CheckCalibration(rig, &swapped);
+  ExpectFinding(swapped, "left-right", Severity::kError, "swap cam0 and cam1");
+  rig = SideBySide();
+  for (RigidTransform& T : rig.T_imu_camera) T = T.Inverse();
+  CheckCalibration(rig, &inverted);
+  ExpectFinding(inverted, "extrinsics-direction", Severity::kError, "inverted");
+}
+
+class CheckSmallSequence : public ::testing::Test {
+ protected:
+  void WriteImage(int camera, int index, const cv::Mat& image) {
+    cv::imwrite(
+        folder_.Path(fmt::format("mav0/cam{}/data/{}.png", camera, testing::ImageStamp(index))),
+        image);
+  }
+  TempFolder folder_;
+};
+
+TEST_F(CheckSmallSequence, AFolderThatIsNoSequenceIsOneFinding) {
+  const CheckReport report = CheckSequence(folder_.Path());
+  EXPECT_FALSE(report.Usable());
+  ExpectFinding(report, "unreadable", Severity::kError, "mav0/cam0");
+}
+
+TEST_F(CheckSmallSequence, AFrozenCameraIsNamed) {
+  testing::WriteSequence(folder_, {.images = 12, .still = true});
+  ExpectFinding(CheckSequence(folder_.Path()), "frozen-camera", Severity::kError, "hangs");
+}
+
+TEST_F(CheckSmallSequence, ABlackCameraIsNamed) {
+  testing::WriteSequence(folder_, {.images = 12});
+  for (int i = 0; i < 12; ++i) WriteImage(1, i, cv::Mat::zeros(64, 96, CV_8U));
+  const CheckReport report = CheckSequence(folder_.Path());
+  ExpectFinding(report, "black-camera", Severity::kError, "lens");
+  EXPECT_THAT(Find(report, "black-camera")->found, HasSubstr("cam1"));
+}
+
+TEST_F(CheckSmallSequence, ImagesOfAnotherSizeAreNamed) {
+  testing::WriteSequence(folder_, {.images = 12});
+  for (int i = 0; i < 12; ++i) {
+    for (int camera = 0; camera < 2; ++camera) {
+      WriteImage(camera, i, testing::Texture(i, 0, {128, 96}));
+    }
+  }
+  ExpectFinding(CheckSequence(folder_.Path()), "images", Severity::kError, "calibrate");
+}
+
+TEST_F(CheckSmallSequence, LossesAreCountedAndSurvived) {
+  testing::WriteSequence(folder_, {.images = 40});
+  const std::string list = folder_.Path("mav0/cam1/data.csv");
+  std::string rows = testing::ReadText(list);
+  for (const int index : {10, 11, 12}) {
+    const size_t at = rows.find(std::to_string(testing::ImageStamp(index)));
+    rows.erase(at, rows.find('\n', at) + 1 - at);
+  }
+  folder_.Write("mav0/cam1/data.csv", rows);
+  std::filesystem::remove(
+      folder_.Path(fmt::format("mav0/cam0/data/{}.png", testing::ImageStamp(20))));
+  const CheckReport report = CheckSequence(folder_.Path());
+  ExpectFinding(report, "unpaired", Severity::kWarning, "trigger");
+  ExpectFinding(report, "image-gaps", Severity::kWarning, "without loss");
+  ExpectFinding(report, "images-missing", Severity::kWarning, "copy");
+  EXPECT_THAT(CheckJson(report), HasSubstr("\"name\": \"unpaired\""));
+}
+
+class CheckRealRecording : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    path_ = testing::SharedData("euroc_mh01_8s");
+    if (path_.empty()) GTEST_SKIP() << "no real recording here";
+    sequence_ = OpenSequence(path_);
+  }
+  std::string path_;
+  Sequence sequence_;
+};
+
+TEST_F(CheckRealRecording, IsUsable) {
+  const CheckReport report = CheckSequence(path_);
+  EXPECT_TRUE(report.Usable()) << CheckTable(report);
+  EXPECT_TRUE(report.findings.empty()) << CheckTable(report);
+}
+
+TEST_F(CheckRealRecording, SwappedImagesAreNoticed) {
+  for (StereoEntry& pair : sequence_.images) std::swap(pair.left_path, pair.right_path);
+  CheckReport report;
+  CheckGeometry(sequence_, &report);
+  ExpectFinding(report, "left-right", Severity::kError, "swap the images");
+}
+
+TEST_F(CheckRealRecording, InvertedTransformsAreNoticed) {
+  for (RigidTransform& T : sequence_.rig.T_imu_camera) T = T.Inverse();
+  CheckReport report;
+  CheckGeometry(sequence_, &report);
+  ExpectFinding(report, "extrinsics-direction", Severity::kError, "invert");
+}
+
+TEST_F(CheckRealRecording, DegreesAreNoticed) {
+  for (ImuSample& sample : sequence_.imu) {
+    sample.angular_velocity_rad_s *= 180 / std::numbers::pi;
+  }
+  CheckReport report;
+  CheckImu(sequence_.imu, &report);
+  ExpectFinding(report, "imu-units", Severity::kError, "deg/s");
+}
+
+}  // namespace
+}  // namespace slcmap
