@@ -7,7 +7,9 @@
 #include <charconv>
 #include <cmath>
 #include <cstring>
+#include <limits>
 #include <string_view>
+#include <type_traits>
 #include <utility>
 
 #include "data/error.h"
@@ -23,10 +25,38 @@ struct TypeName {
   std::string_view name;   // as written
   std::string_view alias;  // also read
 };
-constexpr std::array<TypeName, 4> kTypeNames = {{{PlyType::kUint8, "uchar", "uint8"},
+constexpr std::array<TypeName, 8> kTypeNames = {{{PlyType::kInt8, "char", "int8"},
+                                                 {PlyType::kUint8, "uchar", "uint8"},
+                                                 {PlyType::kInt16, "short", "int16"},
+                                                 {PlyType::kUint16, "ushort", "uint16"},
                                                  {PlyType::kInt32, "int", "int32"},
+                                                 {PlyType::kUint32, "uint", "uint32"},
                                                  {PlyType::kFloat, "float", "float32"},
                                                  {PlyType::kDouble, "double", "float64"}}};
+
+// Calls function with a zero of the type.
+template <typename Function>
+auto WithType(PlyType type, Function function) {
+  switch (type) {
+    case PlyType::kInt8:
+      return function(int8_t{0});
+    case PlyType::kUint8:
+      return function(uint8_t{0});
+    case PlyType::kInt16:
+      return function(int16_t{0});
+    case PlyType::kUint16:
+      return function(uint16_t{0});
+    case PlyType::kInt32:
+      return function(int32_t{0});
+    case PlyType::kUint32:
+      return function(uint32_t{0});
+    case PlyType::kFloat:
+      return function(float{0});
+    case PlyType::kDouble:
+      break;
+  }
+  return function(double{0});
+}
 
 std::string_view NameOf(PlyType type) {
   for (const TypeName& entry : kTypeNames) {
@@ -40,33 +70,25 @@ void Append(T value, std::string* bytes) {
   bytes->append(reinterpret_cast<const char*>(&value), sizeof value);
 }
 
-template <typename T>
-bool Fits(double value) {
-  return value >= static_cast<double>(std::numeric_limits<T>::min()) &&
-         value <= static_cast<double>(std::numeric_limits<T>::max());
+void AppendValue(PlyType type, double value, std::string* bytes) {
+  WithType(type, [&](auto zero) { Append(static_cast<decltype(zero)>(value), bytes); });
 }
 
-void AppendValue(PlyType type, double value, std::string* bytes) {
-  switch (type) {
-    case PlyType::kUint8:
-      return Append(static_cast<uint8_t>(value), bytes);
-    case PlyType::kInt32:
-      return Append(static_cast<int32_t>(value), bytes);
-    case PlyType::kFloat:
-      return Append(static_cast<float>(value), bytes);
-    case PlyType::kDouble:
-      return Append(value, bytes);
-  }
+bool Fits(PlyType type, double value) {
+  return WithType(type, [&](auto zero) {
+    using T = decltype(zero);
+    if constexpr (std::is_floating_point_v<T>) return true;
+    return value >= static_cast<double>(std::numeric_limits<T>::min()) &&
+           value <= static_cast<double>(std::numeric_limits<T>::max());
+  });
 }
 
 void CheckFits(const std::string& path, const PlyElement& element) {
   for (const PlyProperty& property : element.properties) {
     for (const double value : property.values) {
-      if ((property.type == PlyType::kUint8 && !Fits<uint8_t>(value)) ||
-          (property.type == PlyType::kInt32 && !Fits<int32_t>(value))) {
-        throw OutputError(fmt::format("{}: {} {}: {} does not fit the type {}", path, element.name,
-                                      property.name, value, NameOf(property.type)));
-      }
+      if (Fits(property.type, value)) continue;
+      throw OutputError(fmt::format("{}: {} {}: {} does not fit the type {}", path, element.name,
+                                    property.name, value, NameOf(property.type)));
     }
   }
 }
@@ -173,7 +195,7 @@ class Reader {
     for (const TypeName& entry : kTypeNames) {
       if (name == entry.name || name == entry.alias) return entry.type;
     }
-    Fail(fmt::format("found PLY type '{}', expected uchar, int, float or double", name));
+    Fail(fmt::format("found PLY type '{}', expected one of its eight types", name));
   }
 
   void ReadPropertyDeclaration(const std::vector<std::string_view>& words, std::string_view line) {
@@ -222,23 +244,14 @@ class Reader {
 
   double TakeValue(PlyType type) {
     if (ascii_) return TakeText();
-    switch (type) {
-      case PlyType::kUint8:
-        return Take<uint8_t>();
-      case PlyType::kInt32:
-        return Take<int32_t>();
-      case PlyType::kFloat:
-        return Take<float>();
-      case PlyType::kDouble:
-        break;
-    }
-    return Take<double>();
+    return WithType(type, [&](auto zero) { return Take<decltype(zero)>(); });
   }
 
   void ReadElement(std::size_t index) {
     PlyElement& element = file_.elements[index];
     element_name_ = element.name;
-    expected_rows_ = counts_[index];
+    // Rows without properties take no bytes, so that their count proves nothing.
+    expected_rows_ = declared_[index].empty() ? 0 : counts_[index];
     for (row_ = 0; row_ < expected_rows_; ++row_) {
       for (const Declared& declared : declared_[index]) {
         if (declared.is_list) {

@@ -12,7 +12,7 @@
 
 namespace slcmap {
 
-enum class PlyType { kUint8, kInt32, kFloat, kDouble };
+enum class PlyType { kInt8, kUint8, kInt16, kUint16, kInt32, kUint32, kFloat, kDouble };
 
 // A scalar property: a value for every row of its element.
 struct PlyProperty {

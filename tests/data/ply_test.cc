@@ -45,12 +45,34 @@ TEST(Ply, ReadsAsciiFromOtherPrograms) {
   EXPECT_THAT(file.Get("edge", kPath).Get("vertex1", kPath).values, ElementsAre(1));
 }
 
+TEST(Ply, AllTypesComeBackToTheirLimits) {
+  const std::pair<PlyType, std::vector<double>> limits[] = {
+      {PlyType::kInt8, {-128, 127}},
+      {PlyType::kUint8, {0, 255}},
+      {PlyType::kInt16, {-32768, 32767}},
+      {PlyType::kUint16, {0, 65535}},
+      {PlyType::kInt32, {-2147483648.0, 2147483647}},
+      {PlyType::kUint32, {0, 4294967295}}};
+  for (const auto& [type, values] : limits) {
+    PlyElement element{"vertex", {{"a", type, values}}};
+    WritePly(kPath, {{}, {element}, {}});
+    EXPECT_EQ(ReadPly(kPath).Get("vertex", kPath).Get("a", kPath).values, values);
+    element.properties[0].values[1] += 1;
+    EXPECT_THROW(WritePly(kPath, {{}, {element}, {}}), OutputError);
+  }
+}
+
 TEST(Ply, LinesAreEdgesBetweenTwoVerticesEach) {
   WriteLinesPly(kPath, {{{0, 0, 0}, {1, 2, 3}}, {{4, 5, 6}, {7, 8, 9}}});
   const PlyFile file = ReadPly(kPath);
   EXPECT_THAT(file.Get("vertex", kPath).Get("z", kPath).values, ElementsAre(0, 3, 6, 9));
   EXPECT_THAT(file.Get("edge", kPath).Get("vertex1", kPath).values, ElementsAre(0, 2));
   EXPECT_THAT(file.Get("edge", kPath).Get("vertex2", kPath).values, ElementsAre(1, 3));
+}
+
+TEST(Ply, ElementsWithoutPropertiesAreSkipped) {
+  WriteFile(kPath, "ply\nformat ascii 1.0\nelement camera 99999999999999\nend_header\n");
+  EXPECT_TRUE(ReadPly(kPath).elements.empty());
 }
 
 TEST(Ply, RefusesValuesThatDoNotFit) {
@@ -73,6 +95,7 @@ TEST(Ply, DamageIsNamed) {
   expect_error("ply\nformat binary_big_endian 1.0\nend_header\n", "binary_big_endian");
   expect_error("ply\nformat ascii 1.0\nelement vertex two\nend_header\n", "element NAME COUNT");
   expect_error("ply\nformat ascii 1.0\nproperty float x\nend_header\n", "property TYPE NAME");
+  expect_error("ply\nformat ascii 1.0\nelement vertex 1\nproperty half x\nend_header\n", "'half'");
   expect_error(head + "1\n", "found 1 rows of element vertex, expected 2");
   expect_error(head + "1\nabc\n", "vertex row 2: found 'abc'");
 }
