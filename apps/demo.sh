@@ -8,7 +8,7 @@ set -euo pipefail
 root=$(cd "$(dirname "$0")/.." && pwd)
 out=${1:-$root/out/demo}
 slcmap=$root/build/bin/slcmap
-scene=$root/config/scenes/corridor_loop.yaml
+scene=$root/config/scenes/office_corridor.yaml
 seconds=35
 
 echo "== Building"

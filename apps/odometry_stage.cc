@@ -157,7 +157,7 @@ OdometryRun RunOdometryStage(const OdometryArguments& arguments) {
   Feeder feeder(sequence, options, arguments.run);
   try {
     feeder.FeedAll();
-  } catch (const Error& error) {
+  } catch (const std::exception& error) {
     WriteRunFolder(arguments.run, feeder.Run(error.what()));
     throw;
   }
