@@ -113,6 +113,28 @@ YamlSection YamlSection::Section(const std::string& key) {
   return YamlSection(node_[key], place);
 }
 
+std::vector<YamlSection> YamlSection::List(const std::string& key) {
+  known_.insert(key);
+  std::vector<YamlSection> sections;
+  if (!Has(key)) return sections;
+  const YAML::Node list = node_[key];
+  const std::string place = KeyPlace(place_, key);
+  if (!list.IsSequence()) {
+    throw ConfigError(place + ": found " + Shown(list) + ", expected a list");
+  }
+  for (size_t i = 0; i < list.size(); ++i) {
+    sections.emplace_back(list[i], place + "[" + std::to_string(i) + "]");
+  }
+  return sections;
+}
+
+std::vector<std::string> YamlSection::Keys() {
+  std::vector<std::string> keys;
+  for (const auto& entry : node_) keys.push_back(entry.first.Scalar());
+  known_.insert(keys.begin(), keys.end());
+  return keys;
+}
+
 bool YamlSection::Has(const std::string& key) const {
   const YAML::Node& node = node_;  // the const operator[] adds no key
   return node.IsMap() && node[key].IsDefined();

@@ -5,6 +5,7 @@
 
 #include <set>
 #include <string>
+#include <vector>
 
 #include "data/error.h"
 
@@ -24,6 +25,12 @@ class YamlSection {
 
   // The mapping under `key`; an empty one where the key is absent.
   YamlSection Section(const std::string& key);
+
+  // The mappings listed under `key`; none where the key is absent. Throws ConfigError if the value
+  // is no list of mappings.
+  std::vector<YamlSection> List(const std::string& key);
+  // The mapping's keys, in the order of the file; all count as asked for.
+  std::vector<std::string> Keys();
 
   bool Has(const std::string& key) const;
 

@@ -1,0 +1,188 @@
+#include "data/simulator/scene_builder.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace slcmap {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+constexpr double kSame_m = 1e-3;
+constexpr double kShortestEdge_m = 0.05;
+
+// 0, 1, 2 or -1 for a direction in the frame of a wing.
+int AxisOf(const Vector3d& direction) {
+  for (int k = 0; k < 3; ++k) {
+    if (std::abs(direction.normalized()[k]) > 1 - 1e-9) return k;
+  }
+  return -1;
+}
+
+// Two directions square to `axis` and to each other; the first is level where it can be.
+std::pair<Vector3d, Vector3d> Across(const Vector3d& axis) {
+  const Vector3d along = axis.normalized();
+  const bool upright = std::abs(along.z()) > 0.999;
+  const Vector3d side = (upright ? Vector3d::UnitY() : Vector3d::UnitZ()).cross(along).normalized();
+  return {side, along.cross(side)};
+}
+
+double DistanceToLine(const Vector3d& point, const TrueEdge& edge) {
+  const Vector3d direction = (edge.b - edge.a).normalized();
+  return (point - edge.a).cross(direction).norm();
+}
+
+// Makes *edge the union of both if they lie on one another.
+bool Absorb(const TrueEdge& other, TrueEdge* edge) {
+  if (other.axis != edge->axis || other.wing != edge->wing) return false;
+  if (DistanceToLine(other.a, *edge) > kSame_m || DistanceToLine(other.b, *edge) > kSame_m) {
+    return false;
+  }
+  const double length = (edge->b - edge->a).norm();
+  const Vector3d direction = (edge->b - edge->a) / length;
+  const double s = direction.dot(other.a - edge->a), t = direction.dot(other.b - edge->a);
+  const double low = std::min(s, t), high = std::max(s, t);
+  if (low > length - kSame_m || high < kSame_m) return false;
+  const Vector3d& low_end = s < t ? other.a : other.b;
+  const Vector3d& high_end = s < t ? other.b : other.a;
+  if (low < 0) edge->a = low_end;
+  if (high > length) edge->b = high_end;
+  return true;
+}
+
+}  // namespace
+
+double UniformIn(double low, double high, std::mt19937* generator) {
+  return low + (high - low) * static_cast<double>((*generator)()) / 4294967296.0;
+}
+
+std::vector<TrueEdge> MergedEdges(const std::vector<TrueEdge>& edges) {
+  std::vector<TrueEdge> merged;
+  for (TrueEdge edge : edges) {
+    // Each union can reach further ones.
+    for (size_t i = 0; i < merged.size();) {
+      if (Absorb(merged[i], &edge)) {
+        merged.erase(merged.begin() + static_cast<int64_t>(i));
+        i = 0;
+      } else {
+        ++i;
+      }
+    }
+    merged.push_back(edge);
+  }
+  return merged;
+}
+
+SceneBuilder::SceneBuilder(std::vector<Eigen::Isometry3d> world_wings)
+    : world_wings_(std::move(world_wings)) {
+  for (const Eigen::Isometry3d& world_wing : world_wings_) {
+    scene_.wing_yaw_rad.push_back(std::atan2(world_wing(1, 0), world_wing(0, 0)));
+  }
+  SetPlacement(0, Eigen::Isometry3d::Identity());
+}
+
+uint32_t SceneBuilder::AddMaterial(const SurfaceMaterial& material) {
+  scene_.materials.push_back(material);
+  return static_cast<uint32_t>(scene_.materials.size() - 1);
+}
+
+void SceneBuilder::SetPlacement(int wing, const Eigen::Isometry3d& wing_object) {
+  wing_ = wing;
+  world_object_ = world_wings_.at(wing) * wing_object;
+}
+
+void SceneBuilder::AddQuad(const Vector3d& a, const Vector3d& u, const Vector3d& v,
+                           uint32_t material, const Vector2d& texture_origin) {
+  const Eigen::Matrix3d rotation = world_object_.linear();
+  scene_.quads.push_back({(world_object_ * a).cast<float>(), (rotation * u).cast<float>(),
+                          (rotation * v).cast<float>(), material, texture_origin.cast<float>()});
+}
+
+void SceneBuilder::AddEdge(const Vector3d& a, const Vector3d& b) {
+  if ((b - a).norm() < kShortestEdge_m) return;
+  TrueEdge edge{world_object_ * a, world_object_ * b, -1, wing_};
+  edge.axis = AxisOf(world_wings_[wing_].linear().transpose() * (edge.b - edge.a));
+  scene_.edges.push_back(edge);
+}
+
+void SceneBuilder::AddBorder(const Vector3d& a, const Vector3d& u, const Vector3d& v) {
+  AddEdge(a, a + u);
+  AddEdge(a + v, a + u + v);
+  AddEdge(a, a + v);
+  AddEdge(a + u, a + u + v);
+}
+
+void SceneBuilder::AddParallelepiped(const Vector3d& a, const Vector3d& u, const Vector3d& v,
+                                     const Vector3d& w, uint32_t material) {
+  AddQuad(a + w, u, v, material);
+  AddQuad(a + v, u, -v, material);
+  AddQuad(a, u, w, material);
+  AddQuad(a + u + v, -u, w, material);
+  AddQuad(a + u, v, w, material);
+  AddQuad(a + v, -v, w, material);
+  AddBorder(a, u, v);
+  AddBorder(a + w, u, v);
+  for (const Vector3d& corner : {a, Vector3d(a + u), Vector3d(a + v), Vector3d(a + u + v)}) {
+    AddEdge(corner, corner + w);
+  }
+}
+
+void SceneBuilder::AddBox(const Vector3d& min, const Vector3d& max, uint32_t material) {
+  const Vector3d size = max - min;
+  AddParallelepiped(min, {size.x(), 0, 0}, {0, size.y(), 0}, {0, 0, size.z()}, material);
+}
+
+void SceneBuilder::AddBar(const Vector3d& from, const Vector3d& to, double side,
+                          uint32_t material) {
+  const auto [first, second] = Across(to - from);
+  const Vector3d corner = from - 0.5 * side * (first + second);
+  AddParallelepiped(corner, side * first, side * second, to - from, material);
+}
+
+void SceneBuilder::AddPipe(const Vector3d& from, const Vector3d& to, double radius, int sides,
+                           uint32_t material) {
+  const auto [first, second] = Across(to - from);
+  const auto rim = [&, first = first, second = second](int i) {
+    const double angle_rad = 2 * M_PI * i / sides;
+    return Vector3d(radius * (std::cos(angle_rad) * first + std::sin(angle_rad) * second));
+  };
+  for (int i = 0; i < sides; ++i) {
+    const Vector3d chord = rim(i + 1) - rim(i);
+    AddQuad(from + rim(i), chord, to - from, material, {i * chord.norm(), 0});
+  }
+}
+
+void SceneBuilder::AddCylinder(const Vector3d& from, const Vector3d& to, double radius,
+                               uint32_t material) {
+  constexpr int kSides = 12;
+  AddPipe(from, to, radius, kSides, material);
+  // A regular dodecagon is three squares turned by 30 degrees, shifted apart by 0.1 mm, and less
+  // than 3 % of its area around them.
+  const auto [first, second] = Across(to - from);
+  const Vector3d along = (to - from).normalized();
+  for (int i = 0; i < 3; ++i) {
+    const Eigen::AngleAxisd turn((1.5 + i) * M_PI / 6, along);
+    const Vector3d u = turn * (std::sqrt(2.0) * radius * first);
+    const Vector3d v = turn * (std::sqrt(2.0) * radius * second);
+    const Vector3d inset = i * 1e-4 * along;
+    AddQuad(to - 0.5 * (u + v) - inset, u, v, material);
+    AddQuad(from - 0.5 * (u + v) + v + inset, u, -v, material);
+  }
+}
+
+void SceneBuilder::AddLamp(const Vector3d& a, const Vector3d& u, const Vector3d& v, float radiance,
+                           uint32_t material) {
+  AddQuad(a, u, v, material);
+  const SceneQuad& quad = scene_.quads.back();
+  scene_.lamps.push_back({quad.a, quad.u, quad.v, radiance});
+}
+
+Scene SceneBuilder::Finish() {
+  Scene scene = std::move(scene_);
+  scene_ = Scene();
+  scene.edges = MergedEdges(scene.edges);
+  return scene;
+}
+
+}  // namespace slcmap
