@@ -33,9 +33,19 @@ double DistanceToLine(const Vector3d& point, const TrueEdge& edge) {
   return (point - edge.a).cross(direction).norm();
 }
 
+// By their bounding boxes: settles nearly all pairs cheaply.
+bool AreApart(const TrueEdge& first, const TrueEdge& second) {
+  for (int k = 0; k < 3; ++k) {
+    const auto [first_low, first_high] = std::minmax(first.a[k], first.b[k]);
+    const auto [second_low, second_high] = std::minmax(second.a[k], second.b[k]);
+    if (first_low > second_high + kSame_m || second_low > first_high + kSame_m) return true;
+  }
+  return false;
+}
+
 // Makes *edge the union of both if they lie on one another.
 bool Absorb(const TrueEdge& other, TrueEdge* edge) {
-  if (other.axis != edge->axis || other.wing != edge->wing) return false;
+  if (other.axis != edge->axis || other.wing != edge->wing || AreApart(other, *edge)) return false;
   if (DistanceToLine(other.a, *edge) > kSame_m || DistanceToLine(other.b, *edge) > kSame_m) {
     return false;
   }

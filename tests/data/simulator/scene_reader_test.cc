@@ -38,7 +38,7 @@ double Clearance(const Vector3d& point, const Scene& scene) {
 }
 
 std::string Written(const std::string& text) {
-  const std::string path = testing::TempDir() + "/scene_test.yaml";
+  const std::string path = testing::TempDir() + "/scene_reader_test.yaml";
   std::ofstream(path) << text;
   return path;
 }
@@ -157,7 +157,7 @@ TEST(MachineHallDark, IsTheSameHallWithLessLight) {
 
 TEST(ReadScene, NamesFileAndKeyOfWhatItDoesNotKnow) {
   EXPECT_THAT(ErrorOf("colour: 1\nobjects: []\n"),
-              AllOf(HasSubstr("scene_test.yaml"), HasSubstr("colour"), HasSubstr("unknown")));
+              AllOf(HasSubstr("scene_reader_test.yaml"), HasSubstr("colour"), HasSubstr("unknown")));
   EXPECT_THAT(ErrorOf("objects: [{kind: box, size: [1, 1, 1], colour: 2}]"),
               HasSubstr("objects[0].colour: unknown key"));
   EXPECT_THAT(ErrorOf("objects: [{kind: bax}]"), HasSubstr("objects[0].kind: found 'bax'"));
