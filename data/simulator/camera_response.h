@@ -11,7 +11,7 @@ struct CameraResponseOptions {
   double exposure_ms = 0;  // fixed; 0: automatic
   double min_exposure_ms = 0.2, max_exposure_ms = 15;
   double max_gain = 4;
-  double target_grey = 95;             // what automatic exposure brings the mean to
+  double target_grey = 110;            // what automatic exposure brings the mean to
   double adaption_s = 0.25;            // time constant of automatic exposure
   double sensitivity = 120;            // grey values per radiance and millisecond, at gain 1
   double vignetting = 0.35;            // loss of light in the corners

@@ -1,0 +1,216 @@
+// Rendered images against the camera model, geometry and statistics of a sensor.
+#include "data/simulator/renderer.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <numbers>
+#include <opencv2/core.hpp>
+
+#include "data/error.h"
+#include "data/ply.h"
+#include "data/simulator/frame_loop.h"
+#include "data/simulator/motion.h"
+#include "tests/data/simulator/small_scenes.h"
+#include "tests/testing/temp_folder.h"
+
+namespace slcmap {
+namespace {
+
+using testing::LookingAlongX;
+using testing::SlidingTask;
+using testing::SmallRig;
+using testing::TwoToneWall;
+
+// Exact in brightness: without noise and vignetting, exposed for the given time at gain 1.
+RendererOptions CleanOptions(double exposure_ms) {
+  RendererOptions options;
+  options.camera.exposure_ms = exposure_ms;
+  options.camera.max_gain = 1;
+  options.camera.with_noise = false;
+  options.camera.vignetting = 0;
+  return options;
+}
+
+struct Step {
+  double position_px, variance_px2;  // mean and spread of the grey value's change
+};
+
+// Of the only step in a row of the image between two columns.
+Step StepInRow(const cv::Mat& image, int row, int first, int last) {
+  double sum = 0, sum_x = 0, sum_xx = 0;
+  for (int x = first; x < last; ++x) {
+    const double change =
+        static_cast<double>(image.at<uint8_t>(row, x + 1)) - image.at<uint8_t>(row, x);
+    sum += change;
+    sum_x += change * (x + 0.5);
+    sum_xx += change * (x + 0.5) * (x + 0.5);
+  }
+  const double mean = sum_x / sum;
+  return {mean, sum_xx / sum - mean * mean};
+}
+
+// Where the line y = 0 of the wall crosses a row of the image, by bisection along the line.
+double ProjectedColumn(const Camera& camera, const RigidTransform& T_camera_world, double wall_m,
+                       double row) {
+  double low = -4, high = 4;
+  Eigen::Vector2d pixel;
+  for (int i = 0; i < 60; ++i) {
+    const double z = 0.5 * (low + high);
+    const auto projected = camera.Project(T_camera_world * Eigen::Vector3d(wall_m, 0, z));
+    pixel = projected.value_or(Eigen::Vector2d(0, z > 0 ? -1e3 : 1e3));
+    (pixel.y() < row ? high : low) = z;
+  }
+  return pixel.x();
+}
+
+class RenderedCameraTest : public ::testing::TestWithParam<Distortion> {};
+
+TEST_P(RenderedCameraTest, AnEdgeIsWhereTheCameraModelProjectsIt) {
+  constexpr double kWall_m = 3;
+  RigidTransform pose = LookingAlongX();
+  pose.rotation = pose.rotation * ExpRotation({0, 0.25, 0.06});  // aside and rolled
+  const RenderTask task = SlidingTask(SmallRig(GetParam()), pose, Eigen::Vector3d::Zero(), 1);
+  const auto renderer =
+      MakeSceneRenderer(TwoToneWall(kWall_m, true, 0.8, 0.1), CleanOptions(1), task);
+  const RenderedPair pair = renderer->Render(0, false);
+  for (const int c : {0, 1}) {
+    const cv::Mat& image = c == 0 ? pair.left : pair.right;
+    const RigidTransform T_camera_world = (pose * task.rig.T_imu_camera[c]).Inverse();
+    double sum = 0, sum2 = 0;
+    int count = 0;
+    for (int row = 20; row < 100; ++row) {
+      const double expected = ProjectedColumn(task.rig.cameras[c], T_camera_world, kWall_m, row);
+      const int column = static_cast<int>(expected);
+      const double error = StepInRow(image, row, column - 5, column + 6).position_px - expected;
+      sum += error;
+      sum2 += error * error;
+      ++count;
+    }
+    EXPECT_LT(std::abs(sum / count), 0.05) << "camera " << c;
+    EXPECT_LT(std::sqrt(sum2 / count), 0.25) << "camera " << c;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Models, RenderedCameraTest,
+                         ::testing::Values(Distortion::kNone, Distortion::kRadialTangential,
+                                           Distortion::kEquidistant));
+
+TEST(RendererTest, DepthOfAPlaneAcrossTheViewIsItsDistance) {
+  const RenderTask task = SlidingTask(SmallRig(Distortion::kRadialTangential), LookingAlongX(),
+                                      Eigen::Vector3d::Zero(), 1);
+  const auto renderer = MakeSceneRenderer(TwoToneWall(4, true, 0.8, 0.1), CleanOptions(1), task);
+  EXPECT_TRUE(renderer->Render(0, false).depth_m.empty());
+  const cv::Mat depth_m = renderer->Render(0, true).depth_m;
+  ASSERT_EQ(depth_m.size(), cv::Size(188, 120));
+  double low, high;
+  cv::minMaxLoc(depth_m, &low, &high);
+  EXPECT_NEAR(low, 4, 1e-4);
+  EXPECT_NEAR(high, 4, 1e-4);
+}
+
+TEST(RendererTest, MotionBlursAlongTheMotionOnlyAndAboutItsMiddle) {
+  constexpr double kExposure_ms = 15, kSpeed_m_s = 8, kWall_m = 3;
+  const Rig rig = SmallRig(Distortion::kNone);
+  const double blur_px = 114.5 * kSpeed_m_s * 1e-3 * kExposure_ms / kWall_m;
+  // Seen at right angles, so that a step of the wall is a step of a row; dim, not to saturate.
+  const auto mean_step = [&](bool upright, const Eigen::Vector3d& velocity_m_s) {
+    const RenderTask task = SlidingTask(rig, LookingAlongX(), velocity_m_s, 1);
+    const auto renderer = MakeSceneRenderer(TwoToneWall(kWall_m, upright, 0.08, 0.01),
+                                            CleanOptions(kExposure_ms), task);
+    cv::Mat image = renderer->Render(0, false).left;
+    if (!upright) cv::transpose(image, image);
+    Step mean{0, 0};
+    for (int row = 10; row < 110; ++row) {
+      const Step step = upright ? StepInRow(image, row, 75, 107) : StepInRow(image, row, 45, 77);
+      mean.position_px += step.position_px / 100;
+      mean.variance_px2 += step.variance_px2 / 100;
+    }
+    return mean;
+  };
+  const Eigen::Vector3d still = Eigen::Vector3d::Zero(), aside(0, kSpeed_m_s, 0);
+  const Step upright = mean_step(true, still), upright_moving = mean_step(true, aside);
+  const Step level = mean_step(false, still), level_moving = mean_step(false, aside);
+  EXPECT_NEAR(upright_moving.variance_px2 - upright.variance_px2, blur_px * blur_px / 12,
+              0.2 * blur_px * blur_px / 12);
+  EXPECT_NEAR(level_moving.variance_px2, level.variance_px2, 0.05);
+  EXPECT_NEAR(upright_moving.position_px, upright.position_px, 0.1);
+  EXPECT_NEAR(level_moving.position_px, level.position_px, 0.02);
+}
+
+TEST(RendererTest, NoiseIsThatOfASensorAndNewInEachImage) {
+  const RenderTask task =
+      SlidingTask(SmallRig(Distortion::kNone), LookingAlongX(), Eigen::Vector3d::Zero(), 2);
+  RendererOptions options;
+  options.camera.vignetting = 0;
+  const auto renderer = MakeSceneRenderer(TwoToneWall(3, true, 0.5, 0.5), options, task);
+  const RenderedPair first = renderer->Render(0, false), second = renderer->Render(1, false);
+  const auto deviation = [](const cv::Mat& a, const cv::Mat& b) {
+    cv::Mat difference;
+    cv::subtract(a, b, difference, cv::noArray(), CV_32F);
+    cv::Scalar mean, sigma;
+    cv::meanStdDev(difference, mean, sigma);
+    EXPECT_NEAR(mean[0], 0, 0.1);
+    return sigma[0] / std::numbers::sqrt2;
+  };
+  EXPECT_NEAR(cv::mean(first.left)[0], options.camera.target_grey, 15);
+  EXPECT_GT(deviation(first.left, second.left), 1.2);
+  EXPECT_LT(deviation(first.left, second.left), 3);
+  EXPECT_EQ(deviation(first.left, renderer->Render(0, false).left), 0);
+}
+
+// Lit by a lamp, so that baking in threads is part of it.
+Scene LampAndTexture() {
+  Scene scene = TwoToneWall(3, true, 0.6, 0.3);
+  scene.materials[0] = {TextureKind::kConcrete, 0.6, 1, 3};
+  scene.materials[1] = {TextureKind::kPoster, 0.4, 1, 5};
+  scene.materials.push_back({TextureKind::kLamp, 0, 0, 1});
+  for (SceneQuad& quad : scene.quads) quad.u *= 0.1f;
+  scene.lamps = {{{1, 0, 2}, {0.3, 0, 0}, {0, 1, 0}, 10}};
+  scene.quads.push_back({{1, 0, 2}, {0.3, 0, 0}, {0, 1, 0}, 2, {0, 0}});
+  return scene;
+}
+
+TEST(RendererTest, ThreadsChangeNothing) {
+  const RenderTask task =
+      SlidingTask(SmallRig(Distortion::kRadialTangential), LookingAlongX(), {0.5, 1, 0}, 4);
+  const auto render = [&](int threads) {
+    RendererOptions options;
+    options.light.threads = threads;
+    const auto renderer = MakeSceneRenderer(LampAndTexture(), options, task);
+    std::vector<RenderedPair> pairs(4);
+    MakeFrames(
+        4, threads, [&](int f) { pairs[f] = renderer->Render(f, true); }, [](int) { return true; });
+    return pairs;
+  };
+  const auto one = render(1), two = render(2);
+  for (int f = 0; f < 4; ++f) {
+    EXPECT_EQ(cv::norm(one[f].left, two[f].left, cv::NORM_INF), 0);
+    EXPECT_EQ(cv::norm(one[f].right, two[f].right, cv::NORM_INF), 0);
+    EXPECT_EQ(cv::norm(one[f].depth_m, two[f].depth_m, cv::NORM_INF), 0);
+  }
+}
+
+TEST(RendererTest, WritesEdgesAndSurfaces) {
+  const RenderTask task =
+      SlidingTask(SmallRig(Distortion::kNone), LookingAlongX(), Eigen::Vector3d::Zero(), 1);
+  Scene scene = TwoToneWall(3, true, 0.5, 0.5);
+  scene.edges = {{{3, 0, -0.5}, {3, 0, 0.5}, 2, 0}};
+  testing::TempFolder folder;
+  MakeSceneRenderer(scene, CleanOptions(1), task)->WriteTruth(folder.Path(), 1);
+  EXPECT_EQ(ReadLinesPly(folder.Path("edges.ply")).size(), 1u);
+  EXPECT_EQ(ReadPly(folder.Path("surfaces.ply")).Get("vertex", "surfaces.ply").size(), 8u);
+  EXPECT_EQ(testing::ReadText(folder.Path("edges.csv")),
+            "edge,axis,wing,ax_m,ay_m,az_m,bx_m,by_m,bz_m,seen_from_m,seen_to_m\n"
+            "0,2,0,3.0000,0.0000,-0.5000,3.0000,0.0000,0.5000,0.0000,1.0000\n");
+}
+
+TEST(RendererTest, ASceneWithoutSurfacesIsAnError) {
+  const RenderTask task =
+      SlidingTask(SmallRig(Distortion::kNone), LookingAlongX(), Eigen::Vector3d::Zero(), 1);
+  EXPECT_THROW(MakeSceneRenderer(Scene{}, {}, task), DataError);
+}
+
+}  // namespace
+}  // namespace slcmap
