@@ -167,14 +167,14 @@ void SceneBuilder::AddCylinder(const Vector3d& from, const Vector3d& to, double 
                                uint32_t material) {
   constexpr int kSides = 12;
   AddPipe(from, to, radius, kSides, material);
-  // A regular dodecagon is three squares turned by 30 degrees, shifted apart by 0.1 mm, and less
-  // than 3 % of its area around them.
+  // Six strips, each from a side of the rim to the opposite one, make up the dodecagon; 0.1 mm
+  // apart.
   const auto [first, second] = Across(to - from);
   const Vector3d along = (to - from).normalized();
-  for (int i = 0; i < 3; ++i) {
-    const Eigen::AngleAxisd turn((1.5 + i) * M_PI / 6, along);
-    const Vector3d u = turn * (std::sqrt(2.0) * radius * first);
-    const Vector3d v = turn * (std::sqrt(2.0) * radius * second);
+  for (int i = 0; i < kSides / 2; ++i) {
+    const Eigen::AngleAxisd turn((2 * i + 1) * M_PI / kSides, along);
+    const Vector3d u = turn * (2 * radius * std::cos(M_PI / kSides) * first);
+    const Vector3d v = turn * (2 * radius * std::sin(M_PI / kSides) * second);
     const Vector3d inset = i * 1e-4 * along;
     AddQuad(to - 0.5 * (u + v) - inset, u, v, material);
     AddQuad(from - 0.5 * (u + v) + v + inset, u, -v, material);

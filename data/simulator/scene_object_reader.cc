@@ -322,6 +322,7 @@ WallSpec ReadWall(ObjectKeys& keys) {
   spec.leaf = keys.Material("leaf", "wood");
   spec.metal = keys.Material("metal", "metal");
   spec.glass = keys.Material("glass", "glass");
+  spec.daylight = keys.Material("daylight", "lamp");
   ReadOpenings(keys, "doors", true, &spec);
   ReadOpenings(keys, "windows", false, &spec);
   return spec;

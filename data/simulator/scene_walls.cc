@@ -150,7 +150,7 @@ void AddPanes(const WallSpec& spec, const WallOpening& opening, SceneBuilder* bu
   const Vector3d a(x1 - kFrameInside_m, y, z0);
   const Vector3d u(x0 - a.x(), 0, 0), v(0, 0, z1 - kFrameInside_m - z0);
   if (opening.radiance > 0) {
-    builder->AddLamp(a, u, v, static_cast<float>(opening.radiance), spec.glass);
+    builder->AddLamp(a, u, v, static_cast<float>(opening.radiance), spec.daylight);
   } else {
     builder->AddQuad(a, u, v, spec.glass);
   }

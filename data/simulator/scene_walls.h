@@ -27,7 +27,7 @@ struct WallSpec {
   bool has_back = false;              // the back face, and ends
   double skirting_height = 0;         // 0: none
   std::vector<WallOpening> openings;  // disjoint along each segment
-  uint32_t material = 0, skirting = 0, frame = 0, leaf = 0, metal = 0, glass = 0;
+  uint32_t material = 0, skirting = 0, frame = 0, leaf = 0, metal = 0, glass = 0, daylight = 0;
 };
 
 // In the frame of the current placement: the foot of the wall at z = 0.

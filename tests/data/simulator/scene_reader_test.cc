@@ -1,5 +1,3 @@
-#include "data/simulator/scene.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -10,6 +8,7 @@
 
 #include "data/error.h"
 #include "data/simulator/made_motion.h"
+#include "data/simulator/scene.h"
 #include "data/simulator/scene_builder.h"
 
 namespace slcmap {
@@ -156,8 +155,9 @@ TEST(MachineHallDark, IsTheSameHallWithLessLight) {
 }
 
 TEST(ReadScene, NamesFileAndKeyOfWhatItDoesNotKnow) {
-  EXPECT_THAT(ErrorOf("colour: 1\nobjects: []\n"),
-              AllOf(HasSubstr("scene_reader_test.yaml"), HasSubstr("colour"), HasSubstr("unknown")));
+  EXPECT_THAT(
+      ErrorOf("colour: 1\nobjects: []\n"),
+      AllOf(HasSubstr("scene_reader_test.yaml"), HasSubstr("colour"), HasSubstr("unknown")));
   EXPECT_THAT(ErrorOf("objects: [{kind: box, size: [1, 1, 1], colour: 2}]"),
               HasSubstr("objects[0].colour: unknown key"));
   EXPECT_THAT(ErrorOf("objects: [{kind: bax}]"), HasSubstr("objects[0].kind: found 'bax'"));
@@ -210,6 +210,19 @@ TEST(ReadScene, CutsADoorOutOfAWall) {
     wall_area += quad.u.cross(quad.v).norm();
   }
   EXPECT_NEAR(wall_area, 12 - 2, 1e-4);
+}
+
+TEST(ReadScene, LetsDaylightThroughAWindowIntoTheRoom) {
+  const Scene scene = ReadScene(
+      Written("objects: [{kind: wall, points: [[0, 0], [4, 0]], windows: [[0, 1, 1, 1, 1, 7]]}]"));
+  ASSERT_EQ(scene.lamps.size(), 1u);
+  EXPECT_FLOAT_EQ(scene.lamps[0].radiance, 7);
+  EXPECT_GT(scene.lamps[0].u.cross(scene.lamps[0].v).y(), 0);
+  int panes = 0;
+  for (const SceneQuad& quad : scene.quads) {
+    panes += scene.materials[quad.material].texture == TextureKind::kLamp;
+  }
+  EXPECT_EQ(panes, 1);
 }
 
 TEST(MergedEdges, UnitesOnlyWhatOverlaps) {
