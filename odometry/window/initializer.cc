@@ -13,6 +13,8 @@ namespace {
 using Eigen::Quaterniond;
 using Eigen::Vector3d;
 
+constexpr int kMotionRounds = 2;
+
 // Mean and standard deviation (of the vectors' distance from their mean).
 struct Spread {
   Vector3d mean = Vector3d::Zero();
@@ -148,7 +150,8 @@ InitializationResult Initializer::TryAtRest(const std::optional<RigidTransform>&
 // Copies of every second frame (the newest among them), with the states that the alignment gave
 // them.
 std::vector<std::unique_ptr<FrameState>> Initializer::EverySecond(
-    const LinearAlignment& alignment, const RigidTransform& T_world_first) const {
+    const LinearAlignment& alignment, const RigidTransform& T_world_first,
+    const Vector3d& gyro_bias) const {
   std::vector<std::unique_ptr<FrameState>> out;
   std::unique_ptr<Preintegration> imu;
   for (size_t i = 0; i < frames_.size(); ++i) {
@@ -165,9 +168,9 @@ std::vector<std::unique_ptr<FrameState>> Initializer::EverySecond(
     frame->from_previous = std::move(imu);
     const LinearState& state = alignment.states[i];
     SetState(T_world_first * state.T_first_imu, T_world_first.rotation * state.velocity_first_m_s,
-             Vector3d::Zero(), frame.get());
+             gyro_bias, frame.get());
     out.push_back(std::move(frame));
-    imu = std::make_unique<Preintegration>(rig_.imu_noise, Vector3d::Zero(), Vector3d::Zero());
+    imu = std::make_unique<Preintegration>(rig_.imu_noise, gyro_bias, Vector3d::Zero());
   }
   return out;
 }
@@ -175,22 +178,28 @@ std::vector<std::unique_ptr<FrameState>> Initializer::EverySecond(
 InitializationResult Initializer::TryInMotion(const std::optional<RigidTransform>& start,
                                               SlidingWindow* window) {
   InitializationResult result;
-  const auto alignment =
-      AlignLinearly(frames_, window->model().geometry, rig_.imu_noise, Vector3d::Zero());
-  if (!alignment) {
-    result.report = "not initialised in motion: the motion does not tell velocity and gravity";
-    return result;
-  }
-  const double gravity_error = std::abs(alignment->free_gravity_m_s2 - kGravity_m_s2);
-  double rms = 0;
+  double gravity_error = 0, rms = 0;
   int landmarks = 0;
-  if (gravity_error <= options_.max_gravity_error_m_s2) {
+  Vector3d gyro_bias = Vector3d::Zero();
+  // The first round knows no gyroscope bias; what its optimisation finds makes the second one
+  // exact.
+  for (int round = 0; round < kMotionRounds; ++round) {
+    const auto alignment =
+        AlignLinearly(frames_, window->model().geometry, rig_.imu_noise, gyro_bias);
+    if (!alignment) {
+      window->Clear();
+      result.report = "not initialised in motion: the motion does not tell velocity and gravity";
+      return result;
+    }
+    gravity_error = std::abs(alignment->free_gravity_m_s2 - kGravity_m_s2);
     const RigidTransform T_world_first = WorldFromFirst(alignment->gravity_first_m_s2, start);
-    window->Start(EverySecond(*alignment, T_world_first));
+    window->Start(EverySecond(*alignment, T_world_first, gyro_bias));
+    gyro_bias = window->newest().gyro_bias();
     rms = window->ReprojectionRms();
     landmarks = window->TriangulatedCount();
-    result.success = rms <= options_.max_reprojection_sigma && landmarks >= options_.min_points;
   }
+  result.success = gravity_error <= options_.max_gravity_error_m_s2 &&
+                   rms <= options_.max_reprojection_sigma && landmarks >= options_.min_points;
   result.report = fmt::format(
       "{} in motion: gravity off by {:.3f} m/s^2 (at most {:.3f}), reprojection RMS {:.2f} sigma "
       "(at most {:.2f}), {} points (at least {})",

@@ -43,7 +43,8 @@ class Initializer {
   InitializationResult TryInMotion(const std::optional<RigidTransform>& start,
                                    SlidingWindow* window);
   std::vector<std::unique_ptr<FrameState>> EverySecond(const LinearAlignment& alignment,
-                                                       const RigidTransform& T_world_first) const;
+                                                       const RigidTransform& T_world_first,
+                                                       const Eigen::Vector3d& gyro_bias) const;
   void ForgetOldest();
 
   InitializerOptions options_;

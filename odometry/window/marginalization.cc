@@ -71,7 +71,7 @@ VectorXd Difference(const Column& column) {
 
 // The row of the matrix [state columns | residual], and the landmark's columns beside it.
 struct Rows {
-  MatrixXd states;  // rows x (total + 1)
+  MatrixXd states;           // rows x (total + 1)
   Eigen::MatrixXd landmark;  // rows x kPointSize
 };
 

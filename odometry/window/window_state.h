@@ -43,7 +43,7 @@ struct FrameState {
 // the window that saw it.
 struct PointLandmark {
   int64_t id = 0;
-  std::vector<FrameState*> frames;  // that saw it, oldest first; the first is the host
+  std::vector<FrameState*> frames;         // that saw it, oldest first; the first is the host
   std::array<double, kPointSize> point{};  // x, y on z = 1 and the inverse depth in 1 / m
   bool triangulated = false;
   int released_frames = 0;  // that saw it too, but have left the window

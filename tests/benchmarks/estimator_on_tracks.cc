@@ -1,11 +1,12 @@
 // What the estimator makes of simulated tracks: error and consistency against the noise.
 //
-//   estimator_on_tracks [--mono] [--moving] [--seconds S] [--runs N] [--sigma PX] [--keyframes N] ...
+//   estimator_on_tracks [--mono] [--moving] [--seconds S] [--runs N] [--sigma PX] [--keyframes N]
+//   ...
 #include <CLI/CLI.hpp>
+#include <chrono>
 #include <cstdio>
 
 #include "tests/testing/simulated_odometry.h"
-#include <chrono>
 
 namespace slcmap {
 namespace {
@@ -51,9 +52,12 @@ int main(int argc, char** argv) {
     const auto start = std::chrono::steady_clock::now();
     const SimulatedRun run = RunOnSimulatedTracks(options);
     const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - start;
-    std::printf("run %d: %zu states, %zu keyframes, APE %.4f m, largest %.4f m, removed %zu, segments %d, %.2f ms/frame, NEES pose %.1f / 6, all %.1f / 15\n", i, run.states.size(),
-                run.run.keyframes.size(), ApeAfterGauge(run), LargestPositionError(run), run.removed_points,
-                run.states.back().segment, 1e3 * spent.count() / (options.duration_s * 20), run.final_pose_nees, run.final_nees);
+    std::printf(
+        "run %d: %zu states, %zu keyframes, APE %.4f m, largest %.4f m, removed %zu, segments %d, "
+        "%.2f ms/frame, NEES pose %.1f / 6, all %.1f / 15\n",
+        i, run.states.size(), run.run.keyframes.size(), ApeAfterGauge(run),
+        LargestPositionError(run), run.removed_points, run.states.back().segment,
+        1e3 * spent.count() / (options.duration_s * 20), run.final_pose_nees, run.final_nees);
     ape += ApeAfterGauge(run) / runs;
     nees += run.final_nees / runs;
     nees_yaw_pos += run.final_pose_nees / runs;

@@ -57,7 +57,7 @@ struct SimulatedRunOptions {
 struct SimulatedRun {
   Rig rig;
   std::vector<OnlineState> states;
-  std::vector<RigidTransform> truth;          // beside the states
+  std::vector<RigidTransform> truth;  // beside the states
   std::vector<Eigen::Vector3d> true_velocity;
   SimulatedImu imu;
   OdometryRun run;
@@ -72,8 +72,7 @@ inline RigidTransform GaugeFromFirst(const SimulatedRun& run) {
       run.truth.front().rotation * run.states.front().T_world_imu.rotation.conjugate();
   const double yaw_rad = 2 * std::atan2(d.z(), d.w());
   const Eigen::Quaterniond turn(Eigen::AngleAxisd(yaw_rad, Eigen::Vector3d::UnitZ()));
-  return {turn,
-          run.truth.front().translation - turn * run.states.front().T_world_imu.translation};
+  return {turn, run.truth.front().translation - turn * run.states.front().T_world_imu.translation};
 }
 
 // The errors of the newest keyframe against the motion, normalised by the covariance claimed.
@@ -82,9 +81,9 @@ inline void MeasureFinalNees(const MotionSpline& motion, SlidingWindow* window, 
   const double t_s = ToSeconds(newest.stamp_ns);
   const RigidTransform inverse = GaugeFromFirst(*run).Inverse();
   const RigidTransform truth = inverse * motion.PoseAt(t_s);
-  const auto sample = std::lower_bound(
-      run->imu.samples.begin(), run->imu.samples.end(), newest.stamp_ns,
-      [](const ImuSample& s, int64_t stamp_ns) { return s.stamp_ns < stamp_ns; });
+  const auto sample =
+      std::lower_bound(run->imu.samples.begin(), run->imu.samples.end(), newest.stamp_ns,
+                       [](const ImuSample& s, int64_t stamp_ns) { return s.stamp_ns < stamp_ns; });
   const ImuBias& bias = run->imu.biases[static_cast<size_t>(sample - run->imu.samples.begin())];
   Eigen::Matrix<double, 15, 1> error;
   error << newest.T_world_imu().translation - truth.translation,
@@ -101,9 +100,9 @@ inline SimulatedRun RunOnSimulatedTracks(const SimulatedRunOptions& options,
                                          const MotionSpline* given_motion = nullptr) {
   SimulatedRun out;
   out.rig = ExampleStereoRig();
-  const MotionSpline motion = given_motion ? *given_motion
-                                           : ExampleFlight(out.rig, options.duration_s,
-                                                           options.stand_still_s);
+  const MotionSpline motion =
+      given_motion ? *given_motion
+                   : ExampleFlight(out.rig, options.duration_s, options.stand_still_s);
   ImuSimulatorOptions imu;
   imu.noise = out.rig.imu_noise;
   imu.noise.rate_hz = options.imu_rate_hz;
@@ -146,8 +145,9 @@ inline double LargestPositionError(const SimulatedRun& run) {
   const RigidTransform gauge = GaugeFromFirst(run);
   double largest_m = 0;
   for (size_t i = 0; i < run.states.size(); ++i) {
-    largest_m = std::max(largest_m, (gauge * run.states[i].T_world_imu.translation -
-                                     run.truth[i].translation).norm());
+    largest_m =
+        std::max(largest_m,
+                 (gauge * run.states[i].T_world_imu.translation - run.truth[i].translation).norm());
   }
   return largest_m;
 }

@@ -44,7 +44,8 @@ struct PointByDefinition {
     const V in_imu = T_ic[0].rotation.cast<T>() * V(ray / point[2]) + T_ic[0].translation.cast<T>();
     const V in_target = q_t.conjugate() * V(q_h * in_imu + p_h - p_t);
     for (int c = 0; c < 2; ++c) {
-      const V p = T_ic[c].rotation.conjugate().cast<T>() * V(in_target - T_ic[c].translation.cast<T>());
+      const V p =
+          T_ic[c].rotation.conjugate().cast<T>() * V(in_target - T_ic[c].translation.cast<T>());
       const Eigen::Vector2d& m = c == 0 ? measured.left : *measured.right;
       residual[2 * c] = scene->geometry.weight * (p.x() / p.z() - m.x());
       residual[2 * c + 1] = scene->geometry.weight * (p.y() / p.z() - m.y());
@@ -55,7 +56,8 @@ struct PointByDefinition {
 
 TEST(PointResidual, IsZeroWhereTheGeometryIsExact) {
   const PointScene scene;
-  const PointResidual factor(&scene.geometry, {scene.Seen(scene.target, 0), scene.Seen(scene.target, 1)});
+  const PointResidual factor(&scene.geometry,
+                             {scene.Seen(scene.target, 0), scene.Seen(scene.target, 1)});
   const auto blocks = scene.Blocks();
   const double* pointers[] = {blocks[0].data(), blocks[1].data(), blocks[2].data()};
   Eigen::Vector4d r;
@@ -93,12 +95,13 @@ TEST(PointResidual, JacobiansMatchAutomaticDifferentiation) {
 TEST(PointResidual, JacobiansMatchDifferences) {
   const PointScene scene;
   ExpectJacobiansMatchDifferences(
-      PointResidual(&scene.geometry, {{0.3, -0.1}, Eigen::Vector2d(0.25, -0.08)}),
-      scene.Blocks(), 1e-6);
-  ExpectJacobiansMatchDifferences(PointResidual(&scene.geometry, {{0.3, -0.1}, {}}),
-                                  scene.Blocks(), 1e-6);
+      PointResidual(&scene.geometry, {{0.3, -0.1}, Eigen::Vector2d(0.25, -0.08)}), scene.Blocks(),
+      1e-6);
+  ExpectJacobiansMatchDifferences(PointResidual(&scene.geometry, {{0.3, -0.1}, {}}), scene.Blocks(),
+                                  1e-6);
   ExpectJacobiansMatchDifferences(
-      HostPointResidual(scene.geometry, {{0.2, -0.1}, Eigen::Vector2d(0.17, -0.12)}), {{0.21, -0.13, 0.27}}, 1e-6);
+      HostPointResidual(scene.geometry, {{0.2, -0.1}, Eigen::Vector2d(0.17, -0.12)}),
+      {{0.21, -0.13, 0.27}}, 1e-6);
 }
 
 TEST(HostPointResidual, IsZeroAtTheTruePoint) {
@@ -118,7 +121,8 @@ TEST(PointResidual, APointBehindTheTargetNeitherFailsNorPulls) {
   const PointResidual factor(&scene.geometry, {{0, 0}, {}});
   RigidTransform flipped = scene.host;
   flipped.rotation = flipped.rotation * ExpRotation({3.14159, 0, 0});
-  const std::vector<std::vector<double>> blocks = {PoseBlockOf(scene.host), PoseBlockOf(flipped), {0, 0, 5}};
+  const std::vector<std::vector<double>> blocks = {
+      PoseBlockOf(scene.host), PoseBlockOf(flipped), {0, 0, 5}};
   const double* pointers[] = {blocks[0].data(), blocks[1].data(), blocks[2].data()};
   Eigen::Matrix<double, 2, 7, Eigen::RowMajor> h, t;
   Eigen::Matrix<double, 2, 3, Eigen::RowMajor> d;
