@@ -54,7 +54,7 @@ struct KeyframeOptions {
   double min_parallax_px = 12;     // median, since the last keyframe, without the rotation
   double min_kept_share = 0.7;     // of the last keyframe's points that are still tracked
   double max_interval_s = 1.0;     // while the rig moves
-  double still_parallax_px = 0.8;  // with the rotation: below it the rig does not move
+  double still_parallax_px = 1.0;  // with the rotation: below it the rig does not move
   void Check() const;
   void Read(YamlSection section);
 };

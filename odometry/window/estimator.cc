@@ -6,6 +6,11 @@
 #include <cmath>
 
 namespace slcmap {
+namespace {
+
+constexpr double kStandstillStep_s = 1.0;  // how often the window hears that the rig stands still
+
+}  // namespace
 
 using Eigen::Quaterniond;
 using Eigen::Vector2d;
@@ -121,6 +126,10 @@ std::optional<OnlineState> Estimator::Estimate(int64_t stamp_ns) {
   } else {
     state = StateOf(*frame);
     since_keyframe_ = std::move(frame->from_previous);
+    if (frame->stands_still && since_keyframe_->duration_s() > kStandstillStep_s) {
+      window_.ExtendStandstill(since_keyframe_->samples());
+      since_keyframe_.reset();
+    }
   }
   gyro_bias_rad_s_ = state.gyro_bias_rad_s;
   if (const std::string failure = FindFailure(state, stamp_ns); !failure.empty()) {

@@ -134,6 +134,16 @@ std::unordered_set<int64_t> SlidingWindow::AddKeyframe(std::unique_ptr<FrameStat
   return outliers;
 }
 
+void SlidingWindow::ExtendStandstill(const std::vector<ImuSample>& samples) {
+  FrameState& frame = *state_.frames.back();
+  frame.stamp_ns = samples.back().stamp_ns;
+  frame.stands_still = true;
+  if (frame.from_previous) {
+    for (size_t i = 1; i < samples.size(); ++i) frame.from_previous->Append(samples[i]);
+  }
+  Optimize(options_.max_iterations);
+}
+
 void SlidingWindow::RegisterMeasurements(FrameState* frame) {
   for (const auto& [id, measurement] : frame->measurements) {
     PointLandmark& landmark = state_.landmarks[id];

@@ -39,8 +39,14 @@ class SlidingWindow {
   // what has become too old.
   std::unordered_set<int64_t> AddKeyframe(std::unique_ptr<FrameState> frame);
 
+  // The rig has not moved since the newest keyframe: it is taken to show the rig at a later stamp,
+  // which the samples (from its stamp on) lead to. So standing still neither pushes keyframes with
+  // parallax out of the window nor leaves a long integration behind.
+  void ExtendStandstill(const std::vector<ImuSample>& samples);
+
   bool empty() const { return state_.frames.empty(); }
   const WindowState& state() const { return state_; }
+  WindowState* mutable_state() { return &state_; }
   const FrameState& newest() const { return *state_.frames.back(); }
   const CostModel& model() const { return model_; }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <functional>
 #include <map>
 #include <unordered_set>
 #include <vector>
@@ -16,7 +17,7 @@ namespace slcmap {
 // Plays simulated tracks to an estimator; what it removes stays away.
 class SimulatedPoints final : public PointSource {
  public:
-  void Show(const SimulatedTrackFrame& frame, bool stereo) {
+  void Show(const SimulatedTrackFrame& frame, bool stereo, double outlier_share) {
     observations_.clear();
     for (const SimulatedTrack& track : frame.tracks) {
       if (removed_.count(track.id)) continue;
@@ -24,6 +25,8 @@ class SimulatedPoints final : public PointSource {
       point.id = track.id;
       point.left_px = track.left_px;
       if (stereo) point.right_px = track.right_px;
+      const int age = ages_[track.id]++;
+      if (static_cast<double>(track.id % 1000) < 1000 * outlier_share) point.left_px.y() += age;
       observations_.push_back(point);
     }
   }
@@ -40,6 +43,7 @@ class SimulatedPoints final : public PointSource {
  private:
   std::vector<PointObservation> observations_;
   std::unordered_set<int64_t> removed_;
+  std::map<int64_t, int> ages_;
 };
 
 struct SimulatedRunOptions {
@@ -51,6 +55,9 @@ struct SimulatedRunOptions {
   Eigen::Vector3d gyro_bias_rad_s = Eigen::Vector3d::Zero();
   Eigen::Vector3d accel_bias_m_s2 = Eigen::Vector3d::Zero();
   uint64_t seed = 1;
+  double blind_from_s = 0, blind_to_s = 0;      // no points are seen
+  double imu_gap_from_s = 0, imu_gap_to_s = 0;  // no samples arrive
+  double outlier_share = 0;                     // of the tracks, that slide 1 px a frame
   OdometryOptions odometry;
 };
 
@@ -96,8 +103,10 @@ inline void MeasureFinalNees(const MotionSpline& motion, SlidingWindow* window, 
   run->final_pose_nees = error.head<6>().dot(of_pose.ldlt().solve(error.head<6>()));
 }
 
-inline SimulatedRun RunOnSimulatedTracks(const SimulatedRunOptions& options,
-                                         const MotionSpline* given_motion = nullptr) {
+// Calls `after_image` after each image, where one is given.
+inline SimulatedRun RunOnSimulatedTracks(
+    const SimulatedRunOptions& options, const MotionSpline* given_motion = nullptr,
+    const std::function<void(Estimator*)>& after_image = nullptr) {
   SimulatedRun out;
   out.rig = ExampleStereoRig();
   const MotionSpline motion =
@@ -123,10 +132,18 @@ inline SimulatedRun RunOnSimulatedTracks(const SimulatedRunOptions& options,
   for (const SimulatedTrackFrame& frame : simulated.frames) {
     while (next < out.imu.samples.size() &&
            (next == 0 || out.imu.samples[next - 1].stamp_ns < frame.stamp_ns)) {
-      estimator.AddImu(out.imu.samples[next++]);
+      const ImuSample& sample = out.imu.samples[next++];
+      const double t_s = ToSeconds(sample.stamp_ns);
+      if (t_s > options.imu_gap_from_s && t_s < options.imu_gap_to_s) continue;
+      estimator.AddImu(sample);
     }
-    points.Show(frame, options.odometry.method != Method::kPointsMono);
+    if (!estimator.imu().Covers(frame.stamp_ns)) continue;
+    const double t_s = ToSeconds(frame.stamp_ns);
+    estimator.CheckImuGap(frame.stamp_ns);
+    points.Show(frame, options.odometry.method != Method::kPointsMono, options.outlier_share);
+    if (t_s > options.blind_from_s && t_s < options.blind_to_s) points.Blind();
     const auto state = estimator.AddImage(frame.stamp_ns);
+    if (after_image) after_image(&estimator);
     if (!state) continue;
     out.states.push_back(*state);
     out.truth.push_back(frame.T_world_imu);
