@@ -8,14 +8,14 @@
 
 namespace slcmap {
 
-// The image is cut into blocks of 8 x 4 pixels. The pixels of one colour of a block's chequerboard
+// The image is cut into blocks of 4 x 4 pixels. The pixels of one colour of a block's chequerboard
 // make up a packet; it is traced once for each of the kSamples rays of a pixel, each time at
 // another instant of the exposure. Both colours have the same mean instant.
 class CameraRays {
  public:
   static constexpr int kSamples = 4;
   static constexpr int kInstants = 2 * kSamples;  // equally long parts of the exposure
-  static constexpr int kBlockColumns = 8, kBlockRows = 4;
+  static constexpr int kBlockColumns = 4, kBlockRows = 4;
 
   // Unit vectors in the camera frame; all zero where the camera has no ray.
   struct Packet {
@@ -34,8 +34,8 @@ class CameraRays {
 
   static int Instant(int colour, int sample) { return 2 * sample + ((sample + colour) & 1); }
   // Of a lane, from the block's first.
-  static int Row(int lane) { return lane >> 2; }
-  static int Column(int lane, int colour) { return 2 * (lane & 3) + ((Row(lane) + colour) & 1); }
+  static int Row(int lane) { return lane >> 1; }
+  static int Column(int lane, int colour) { return 2 * (lane & 1) + ((Row(lane) + colour) & 1); }
 
  private:
   int across_, down_;

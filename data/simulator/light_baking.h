@@ -13,7 +13,7 @@ namespace slcmap {
 
 struct LightBakingOptions {
   double texel_m = 0.15;
-  int packets = 1;     // of RayScene::kLanes rays to the lamps, a texel
+  int packets = 2;     // of RayScene::kLanes rays to the lamps, a texel
   int threads = 2;     // the result is the same with any
   void Check() const;  // throws ConfigError
 };

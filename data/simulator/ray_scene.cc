@@ -55,12 +55,12 @@ RayScene::~RayScene() {
 
 void RayScene::Trace(Packet* packet) const {
   RTCIntersectContext context = Context(RTC_INTERSECT_CONTEXT_FLAG_COHERENT);
-  rtcIntersect16(packet->active, scene_, &context, &packet->rays);
+  rtcIntersect8(packet->active, scene_, &context, &packet->rays);
 }
 
 void RayScene::FindBlocked(Packet* packet) const {
   RTCIntersectContext context = Context(RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT);
-  rtcOccluded16(packet->active, scene_, &context, &packet->rays.ray);
+  rtcOccluded8(packet->active, scene_, &context, &packet->rays.ray);
 }
 
 bool RayScene::Blocked(const Eigen::Vector3f& origin, const Eigen::Vector3f& direction,

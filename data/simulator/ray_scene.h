@@ -15,12 +15,12 @@ namespace slcmap {
 // Rays of one packet should be neighbours: they are traced together.
 class RayScene {
  public:
-  static constexpr int kLanes = 16;
+  static constexpr int kLanes = 8;  // what AVX2 traces as one
   static constexpr uint32_t kNoQuad = RTC_INVALID_GEOMETRY_ID;
 
   // The first hit of each ray. u and v are the hit's fractions along the sides of its quad.
   struct alignas(64) Packet {
-    RTCRayHit16 rays;
+    RTCRayHit8 rays;
     alignas(64) int active[kLanes];  // -1: traced, 0: not
 
     void Clear();
@@ -55,7 +55,9 @@ inline void RayScene::Packet::Clear() {
     rays.ray.mask[i] = ~0u;
     rays.ray.id[i] = 0;
     rays.ray.flags[i] = 0;
-    rays.ray.tfar[i] = std::numeric_limits<float>::infinity();
+    rays.ray.tfar[i] = -std::numeric_limits<float>::infinity();
+    rays.ray.org_x[i] = rays.ray.org_y[i] = rays.ray.org_z[i] = 0;
+    rays.ray.dir_x[i] = rays.ray.dir_y[i] = rays.ray.dir_z[i] = 0;
     rays.hit.geomID[i] = kNoQuad;
     rays.hit.instID[0][i] = kNoQuad;
   }
