@@ -43,6 +43,7 @@ int PrintUsageError(const CLI::App& app, const CLI::ParseError& error) {
 
 void AddCommands(CLI::App& app) {
   // In the order in which data flows; each is in the file of its name.
+  AddSimulateCommand(app);
   AddCheckCommand(app);
   AddOdometryCommand(app);
   AddMapCommand(app);

@@ -1,0 +1,116 @@
+// slcmap simulate: a recorded sequence of a building that does not exist.
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <memory>
+#include <optional>
+
+#include "apps/commands.h"
+#include "apps/process_cost.h"
+#include "apps/progress.h"
+#include "data/simulator/renderer.h"
+#include "data/simulator/scene.h"
+#include "data/simulator/simulation.h"
+
+namespace slcmap {
+namespace {
+
+constexpr const char* kExamples = R"(Examples:
+  slcmap simulate config/scenes/corridor_loop.yaml -o corridor
+      walks the way that the scene describes, with EuRoC's rig
+  slcmap simulate config/scenes/machine_hall.yaml -o hall --trajectory MH_04.txt --duration 60
+      flies along a part of a recorded trajectory (TUM format, body = IMU)
+  slcmap simulate config/scenes/office_floor.yaml -o office --rig tumvi --time-offset-s 0.012
+      with TUM VI's fisheye rig, whose camera clock is 12 ms behind the IMU's
+
+It writes a EuRoC folder (mav0) and beside it what is true (truth): trajectory.tum, rig.yaml, the
+scene's edges with the parts that the cameras saw, and depth images with --depth.)";
+
+struct SimulateArguments {
+  SimulationOptions simulation;
+  RendererOptions renderer;
+  bool without_image_noise = false;
+};
+
+void RunSimulate(SimulateArguments arguments) {
+  const SimulationOptions& options = arguments.simulation;
+  arguments.renderer.camera.seed = static_cast<uint32_t>(options.seed);
+  arguments.renderer.camera.with_noise = !arguments.without_image_noise;
+  arguments.renderer.light.threads = options.threads;
+  const ProcessCost before = CostSoFar();
+  std::optional<Progress> bar;
+  const SimulationState summary = Simulate(
+      options,
+      [&](const RenderTask& task) {
+        return MakeSceneRenderer(ReadScene(options.scene), arguments.renderer, task);
+      },
+      [&](const SimulationState& state) {
+        if (!bar) bar.emplace("simulating", state.planned_pairs);
+        bar->Update(state.pairs, state.data_s, state.distance_m);
+        return !Interrupted();
+      });
+  bar.reset();
+  if (summary.pairs < summary.planned_pairs) {
+    spdlog::warn("{}: interrupted, {} of {} pairs are written", options.folder, summary.pairs,
+                 summary.planned_pairs);
+  }
+  const double cpu_s = CostSoFar().cpu_s - before.cpu_s;
+  spdlog::info("wrote {}: {} pairs, {:.1f} s, {:.1f} m; {:.3f} s of CPU a pair", options.folder,
+               summary.pairs, summary.data_s, summary.distance_m,
+               cpu_s / std::max(summary.pairs, 1));
+  if (options.with_depth && summary.pairs > 0) {
+    spdlog::info("the nearest surface is {:.2f} m away, in pair {}", summary.nearest_m,
+                 summary.nearest_pair);
+  }
+}
+
+void AddMotionOptions(SimulationOptions& options, CLI::App* command) {
+  command->add_option("--trajectory", options.trajectory,
+                      "TUM or EuRoC file to move along, instead of the scene's own way");
+  command->add_option("--from", options.from_s, "Start so many seconds into the motion");
+  command->add_option("--duration", options.duration_s, "Seconds to simulate; 0: to the end");
+}
+
+void AddSensorOptions(SimulateArguments& arguments, CLI::App* command) {
+  SimulationOptions& options = arguments.simulation;
+  command->add_option("--rig", options.rig, "euroc, tumvi or a file in the form of config/rigs")
+      ->capture_default_str();
+  command->add_option("--imu", options.imu,
+                      "adis16448, bmi160, phone or perfect; the rig's own without it");
+  command->add_option("--rate", options.image_rate_hz, "Stereo pairs a second")
+      ->capture_default_str();
+  command->add_option("--time-offset-s", options.time_offset_s,
+                      "Stamp on the IMU's clock minus stamp on the camera's; not told in mav0");
+  command->add_option("--wrong-calibration", options.miscalibration,
+                      "Tell a calibration in mav0 that is wrong; 1: as a careless one");
+  command
+      ->add_option("--exposure-ms", arguments.renderer.camera.exposure_ms,
+                   "Fixed exposure; 0: automatic")
+      ->capture_default_str();
+  command->add_flag("--without-image-noise", arguments.without_image_noise,
+                    "Neither photon nor read noise");
+}
+
+}  // namespace
+
+void AddSimulateCommand(CLI::App& app) {
+  CLI::App* command = app.add_subcommand("simulate", "Render a sequence of a described building");
+  const auto arguments = std::make_shared<SimulateArguments>();
+  SimulationOptions& options = arguments->simulation;
+  command->add_option("scene", options.scene, "Description of the building (YAML)")
+      ->type_name("SCENE")
+      ->required();
+  command->add_option("-o,--output", options.folder, "Folder of the sequence, new")
+      ->type_name("SEQ")
+      ->required();
+  AddMotionOptions(options, command);
+  AddSensorOptions(*arguments, command);
+  command->add_flag("--depth", options.with_depth, "Write truth/depth for each left image");
+  command->add_option("--threads", options.threads, "Threads; the bytes are the same with any")
+      ->capture_default_str();
+  command->add_option("--seed", options.seed, "Of all noise")->capture_default_str();
+  command->footer(kExamples);
+  command->callback([arguments] { RunSimulate(*arguments); });
+}
+
+}  // namespace slcmap
