@@ -50,10 +50,6 @@ class RayScene {
 inline void RayScene::Packet::Clear() {
   for (int i = 0; i < kLanes; ++i) {
     active[i] = 0;
-    // Embree looks at the rays that are not active too, and stops at NaN.
-    rays.ray.org_x[i] = rays.ray.org_y[i] = rays.ray.org_z[i] = 0;
-    rays.ray.dir_x[i] = rays.ray.dir_y[i] = 0;
-    rays.ray.dir_z[i] = 1;
     rays.ray.tnear[i] = 0;
     rays.ray.time[i] = 0;
     rays.ray.mask[i] = ~0u;
