@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <opencv2/imgproc.hpp>
 #include <random>
 
 #include "data/error.h"
@@ -56,6 +57,7 @@ void CameraResponseOptions::Check() const {
   expect(target_grey > 0 && target_grey < 255, "target_grey: expected more than 0, less than 255");
   expect(adaption_s > 0, "adaption_s: expected more than 0");
   expect(sensitivity > 0, "sensitivity: expected more than 0");
+  expect(lens_blur_px >= 0 && lens_blur_px < 10, "lens_blur_px: expected 0 or more, less than 10");
   expect(vignetting >= 0 && vignetting < 1, "vignetting: expected 0 or more, less than 1");
   expect(full_well_electrons > 0, "full_well_electrons: expected more than 0");
   expect(read_noise_grey >= 0, "read_noise_grey: expected zero or more");
@@ -93,6 +95,10 @@ CameraResponse::CameraResponse(const CameraResponseOptions& options, int width_p
 
 cv::Mat CameraResponse::Develop(const cv::Mat& radiance, const Exposure& exposure, int frame,
                                 int camera) const {
+  cv::Mat blurred = radiance;
+  if (options_.lens_blur_px > 0) {
+    cv::GaussianBlur(radiance, blurred, {}, options_.lens_blur_px, 0, cv::BORDER_REPLICATE);
+  }
   cv::Mat image(radiance.size(), CV_8U);
   const float scale = static_cast<float>(options_.sensitivity * exposure.time_ms * exposure.gain);
   const float on = options_.with_noise ? 1 : 0;
@@ -103,7 +109,7 @@ cv::Mat CameraResponse::Develop(const cv::Mat& radiance, const Exposure& exposur
   const float last = static_cast<float>(grey_of_signal_.size() - 1);
   uint32_t pixel = 0;
   for (int y = 0; y < image.rows; ++y) {
-    const float* in = radiance.ptr<float>(y);
+    const float* in = blurred.ptr<float>(y);
     const float* transmission = transmission_.ptr<float>(y);
     uint8_t* out = image.ptr<uint8_t>(y);
     for (int x = 0; x < image.cols; ++x, ++pixel) {

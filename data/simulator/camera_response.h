@@ -14,6 +14,7 @@ struct CameraResponseOptions {
   double target_grey = 110;            // what automatic exposure brings the mean to
   double adaption_s = 0.25;            // time constant of automatic exposure
   double sensitivity = 120;            // grey values per radiance and millisecond, at gain 1
+  double lens_blur_px = 0.5;           // standard deviation of the lens' point spread
   double vignetting = 0.35;            // loss of light in the corners
   double full_well_electrons = 11000;  // at grey value 255 and gain 1
   double read_noise_grey = 0.6;        // standard deviation, at gain 1
