@@ -31,10 +31,12 @@ std::string MethodName(Method method) {
 
 void RectifierOptions::Check() const {
   CheckRange("rectifier.max_field_of_view_rad", max_field_of_view_rad, 0.2, 2.8);
+  CheckRange("rectifier.scale", scale, 0.1, 4.0);
 }
 
 void RectifierOptions::Read(YamlSection section) {
   section.Read("max_field_of_view_rad", &max_field_of_view_rad);
+  section.Read("scale", &scale);
   section.Finish();
 }
 

@@ -16,7 +16,8 @@ std::string MethodName(Method method);
 
 struct RectifierOptions {
   double max_field_of_view_rad = 2.1;  // of the rectified image's width; matters for fisheye only
-  void Check() const;                  // throws ConfigError
+  double scale = 0.8;  // of the rectified focal length to that of the image's centre
+  void Check() const;  // throws ConfigError
   void Read(YamlSection section);
 };
 
@@ -25,16 +26,16 @@ struct PointTrackerOptions {
   double min_distance_px = 20;
   int pyramid_levels = 4;
   int patch_px = 15;
-  double min_correlation = 0.9;  // normalised, with the image where the point was detected
-  double max_epipolar_px = 1.5;  // left to right, across the rectified row
-  double min_corner_gradient = 2;  // grey values a pixel, across the direction of least texture
+  double min_correlation = 0.8;    // normalised, with the image where the point was detected
+  double max_epipolar_px = 1.5;    // left to right, across the rectified row
+  double min_corner_gradient = 1;  // grey values a pixel, across the direction of least texture
   void Check() const;
   void Read(YamlSection section);
 };
 
 struct WindowOptions {
   int max_keyframes = 10;
-  double point_sigma_px = 0.7;      // of a measured coordinate
+  double point_sigma_px = 0.4;      // of a measured coordinate
   double point_loss_sigma = 2.0;    // where the Huber loss turns linear
   double max_point_chi2 = 12.0;     // of one camera's measurement (2 rows) that is kept
   double max_tracking_chi2 = 50.0;  // the same between keyframes, where points are held fixed
@@ -51,7 +52,7 @@ struct WindowOptions {
 };
 
 struct KeyframeOptions {
-  double min_parallax_px = 12;     // median, since the last keyframe, without the rotation
+  double min_parallax_px = 16;     // median, since the last keyframe, without the rotation
   double min_kept_share = 0.7;     // of the last keyframe's points that are still tracked
   double max_interval_s = 1.0;     // while the rig moves
   double still_parallax_px = 1.0;  // with the rotation: below it the rig does not move

@@ -51,14 +51,14 @@ int RoundedSize(double size_px) {
   return std::max(1, static_cast<int>(size_px / kSizeStep_px)) * kSizeStep_px;
 }
 
-// The pinhole that keeps the scale of the middle of the left image and as much of the field of view
-// as its middle row and column have.
+// The pinhole that has the wanted scale in the middle of the left image and as much of the field of
+// view as its middle row and column have.
 Camera CommonPinhole(const Rig& rig, const Eigen::Quaterniond& R_imu_rectified, bool stereo,
                      const RectifierOptions& options) {
   const Camera& left = rig.cameras[0];
   const Camera& right = stereo ? rig.cameras[1] : left;
-  const double focal_px =
-      std::sqrt(std::sqrt(left.fx_px * left.fy_px) * std::sqrt(right.fx_px * right.fy_px));
+  const double focal_px = options.scale * std::sqrt(std::sqrt(left.fx_px * left.fy_px) *
+                                                    std::sqrt(right.fx_px * right.fy_px));
   const Eigen::Matrix3d R =
       (rig.T_imu_camera[0].rotation.conjugate() * R_imu_rectified).toRotationMatrix();
   const double limit = std::tan(options.max_field_of_view_rad / 2);
