@@ -139,8 +139,8 @@ void LogResult(const OdometryRun& run, double path_length_m, const std::string& 
 }  // namespace
 
 OdometryRun RunOdometryStage(const OdometryArguments& arguments) {
-  if (arguments.threads < 1) {
-    throw ConfigError(fmt::format("--threads: found {}, expected at least 1", arguments.threads));
+  if (arguments.threads < 1 || arguments.threads > 256) {
+    throw ConfigError(fmt::format("--threads: found {}, expected 1 to 256", arguments.threads));
   }
   const OdometryOptions options = ReadOptions(arguments);
   const Sequence sequence =

@@ -34,7 +34,7 @@ std::vector<std::string> ExportMap(const MapResult& map, const std::string& fold
     throw ConfigError(
         fmt::format("format: found '{}', expected one of {}", format, fmt::join(known, ", ")));
   }
-  const Scene scene = MakeScene(map, options.scene);
+  const MapScene scene = MakeScene(map, options.scene);
   MakeFolder(folder);
   std::vector<std::string> paths;
   for (const auto& writer : MakeSceneWriters()) {

@@ -146,7 +146,7 @@ std::vector<uint32_t> Flat(const std::vector<std::array<uint32_t, N>>& groups) {
 }  // namespace
 
 std::vector<std::string> GltfSceneWriter::Write(const std::string& folder,
-                                                const Scene& scene) const {
+                                                const MapScene& scene) const {
   ModelBuilder builder;
   for (const PointLayer& layer : scene.points) {
     builder.AddLayer(layer.name, layer.vertices, {}, TINYGLTF_MODE_POINTS);

@@ -30,7 +30,7 @@ PlyElement EdgeElement(const std::vector<std::array<uint32_t, 2>>& edges) {
 }  // namespace
 
 std::vector<std::string> PlySceneWriter::Write(const std::string& folder,
-                                               const Scene& scene) const {
+                                               const MapScene& scene) const {
   std::vector<std::string> paths;
   const auto write = [&](const std::string& name, const PlyFile& file) {
     paths.push_back(folder + "/" + name + ".ply");

@@ -10,7 +10,7 @@ namespace slcmap {
 class PlySceneWriter : public SceneWriter {
  public:
   std::string Format() const override { return "ply"; }
-  std::vector<std::string> Write(const std::string& folder, const Scene& scene) const override;
+  std::vector<std::string> Write(const std::string& folder, const MapScene& scene) const override;
 };
 
 }  // namespace slcmap

@@ -113,13 +113,13 @@ void SceneOptions::Check() const {
   require(max_jump_s > 0, "max_jump_s", max_jump_s, "more than 0");
 }
 
-Scene MakeScene(const MapResult& map, const SceneOptions& options) {
+MapScene MakeScene(const MapResult& map, const SceneOptions& options) {
   options.Check();
   std::vector<double> heights_m;
   for (const MapPoint& point : map.points) heights_m.push_back(point.p_world.z());
   const HeightColours colours(std::move(heights_m));
 
-  Scene scene;
+  MapScene scene;
   scene.points = {PointsOf(map, colours)};
   scene.lines = {LinesOf(map), TrajectoryOf(map, options.max_jump_s), KeyframesOf(map, options)};
   scene.meshes = {{"voxels", {}, {}}};

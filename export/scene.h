@@ -49,7 +49,7 @@ struct MeshLayer {
   std::vector<std::array<uint32_t, 3>> triangles;
 };
 
-struct Scene {
+struct MapScene {
   std::vector<PointLayer> points;
   std::vector<LineLayer> lines;
   std::vector<MeshLayer> meshes;
@@ -65,6 +65,6 @@ struct SceneOptions {
 // The layers of a map: points ("points", coloured by height), lines ("lines", "trajectory" coloured
 // by time, "keyframes": a frustum of the left camera each) and meshes ("voxels", coloured by
 // height).
-Scene MakeScene(const MapResult& map, const SceneOptions& options);
+MapScene MakeScene(const MapResult& map, const SceneOptions& options);
 
 }  // namespace slcmap

@@ -17,7 +17,8 @@ class SceneWriter {
   virtual std::string Format() const = 0;  // as named on the command line, such as "glb"
 
   // Writes files into an existing folder and returns their paths. Throws OutputError.
-  virtual std::vector<std::string> Write(const std::string& folder, const Scene& scene) const = 0;
+  virtual std::vector<std::string> Write(const std::string& folder,
+                                         const MapScene& scene) const = 0;
 };
 
 // A writer for each format there is.

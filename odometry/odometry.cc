@@ -9,6 +9,8 @@
 namespace slcmap {
 namespace {
 
+constexpr size_t kMaxPending = 100;  // pairs that wait for their IMU samples
+
 Rig CheckedRig(const Rig& rig, const OdometryOptions& options) {
   options.Check();
   rig.cameras[0].Check("left camera");
@@ -44,12 +46,16 @@ class Odometry::Impl {
 
   void AddImu(const ImuSample& sample) {
     if (!estimator_.AddImu(sample)) {
-      Warn("IMU samples dropped (not finite, repeated or out of order)");
+      Warn("IMU samples dropped (not finite, absurd, repeated or out of order)");
     }
   }
 
   std::vector<OnlineState> AddStereo(const StereoImage& image) {
     if (Acceptable(image)) pending_.push_back(image);
+    if (pending_.size() > kMaxPending) {
+      Warn("images dropped whose IMU samples did not arrive");
+      pending_.pop_front();
+    }
     std::vector<OnlineState> states;
     while (!pending_.empty() && estimator_.imu().Covers(StampOnImuClock(pending_.front()))) {
       if (const auto state = Process(pending_.front())) states.push_back(*state);
@@ -65,6 +71,8 @@ class Odometry::Impl {
     run.rectified_rig = rectifier_.rectified_rig();
     run.states = states_;
     run.warnings = warnings_;
+    if (!pending_.empty())
+      run.warnings["images whose IMU samples did not arrive"] = std::ssize(pending_);
     estimator_.Describe(&run);
     run.timings.stages = estimator_.clock().Stages();
     return run;
@@ -78,7 +86,7 @@ class Odometry::Impl {
       Warn("images dropped that came before the first IMU sample");
       return std::nullopt;
     }
-    estimator_.CheckImuGap(stamp_ns);
+    estimator_.CheckGaps(stamp_ns);
     const StereoImage rectified = Rectify(image);
     TrackPoints(rectified, stamp_ns);
     std::optional<OnlineState> state = estimator_.AddImage(stamp_ns);

@@ -8,6 +8,7 @@
 namespace slcmap {
 namespace {
 
+constexpr double kReportEvery_s = 2.0;     // failed attempts at initialisation are told this often
 constexpr double kStandstillStep_s = 1.0;  // how often the window hears that the rig stands still
 
 }  // namespace
@@ -30,10 +31,12 @@ std::optional<OnlineState> Estimator::AddImage(int64_t stamp_ns) {
   return state;
 }
 
-void Estimator::CheckImuGap(int64_t stamp_ns) {
-  if (last_stamp_ns_ &&
-      imu_.LongestGap(*last_stamp_ns_, stamp_ns) > options_.failure.max_imu_gap_s) {
+void Estimator::CheckGaps(int64_t stamp_ns) {
+  if (!last_stamp_ns_) return;
+  if (imu_.LongestGap(*last_stamp_ns_, stamp_ns) > options_.failure.max_imu_gap_s) {
     Restart("a gap in the IMU samples");
+  } else if (ToSeconds(stamp_ns - *last_stamp_ns_) > options_.failure.max_lost_s) {
+    Restart("a gap in the images");
   }
 }
 
@@ -95,7 +98,10 @@ std::optional<OnlineState> Estimator::Initialize(int64_t stamp_ns) {
   const InitializationResult result = initializer_.Try(start_pose_, &window_);
   if (!result.success) {
     ++run_.warnings["attempts at initialisation that failed"];
-    spdlog::debug("{}", result.report);
+    if (!last_report_ns_ || ToSeconds(stamp_ns - *last_report_ns_) >= kReportEvery_s) {
+      spdlog::info("segment {} {}", segment_, result.report);
+      last_report_ns_ = stamp_ns;
+    }
     return std::nullopt;
   }
   spdlog::info("segment {} {}", segment_, result.report);
@@ -185,7 +191,11 @@ bool Estimator::IsKeyframe(const FrameState& frame) const {
 // Why the estimate cannot be trusted any longer; empty where it can.
 std::string Estimator::FindFailure(const OnlineState& state, int64_t stamp_ns) {
   const FailureOptions& limits = options_.failure;
-  if (!state.T_world_imu.translation.allFinite() || !window_.last_solve_usable()) {
+  const bool finite = state.T_world_imu.translation.allFinite() &&
+                      state.T_world_imu.rotation.coeffs().allFinite() &&
+                      state.velocity_world_m_s.allFinite() && state.gyro_bias_rad_s.allFinite() &&
+                      state.accel_bias_m_s2.allFinite();
+  if (!finite || !window_.last_solve_usable()) {
     return "the optimisation diverged";
   }
   if (state.velocity_world_m_s.norm() > limits.max_speed_m_s) return "an impossible speed";

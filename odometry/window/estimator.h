@@ -39,9 +39,9 @@ class Estimator {
   // The left camera at a stamp from the left camera at the last image, by the gyroscope.
   Eigen::Quaterniond PredictedCameraRotation(int64_t stamp_ns) const;
 
-  // Starts anew where the IMU has a gap up to the stamp that cannot be bridged. Called before the
-  // points are tracked to it.
-  void CheckImuGap(int64_t stamp_ns);
+  // Starts anew where the IMU or the images have a gap up to the stamp that cannot be bridged.
+  // Called before the points are tracked to it.
+  void CheckGaps(int64_t stamp_ns);
 
   // Takes the source's observations as those of an image. stamp_ns is on the IMU's clock, and its
   // samples have arrived. Returns the state once initialised.
@@ -77,7 +77,7 @@ class Estimator {
 
   std::unique_ptr<Preintegration> since_keyframe_;  // up to the last image that was no keyframe
   Eigen::Vector3d gyro_bias_rad_s_ = Eigen::Vector3d::Zero();
-  std::optional<int64_t> last_stamp_ns_, lost_since_ns_;
+  std::optional<int64_t> last_stamp_ns_, lost_since_ns_, last_report_ns_;
   std::optional<RigidTransform> start_pose_;  // where a new segment starts
   int64_t next_frame_id_ = 0;
   int segment_ = 0;

@@ -130,7 +130,9 @@ std::unordered_set<int64_t> SlidingWindow::AddKeyframe(std::unique_ptr<FrameStat
   TriangulateLandmarks();
   Optimize(options_.max_iterations);
   std::unordered_set<int64_t> outliers = RejectOutliers();
-  while (static_cast<int>(state_.frames.size()) > options_.max_keyframes) MarginalizeOldest();
+  while (static_cast<int>(state_.frames.size()) > options_.max_keyframes) {
+    for (const int64_t id : MarginalizeOldest()) outliers.insert(id);
+  }
   return outliers;
 }
 
@@ -250,7 +252,7 @@ void SlidingWindow::ReleaseFromOldest(PointLandmark* landmark, std::vector<Term>
   }
 }
 
-void SlidingWindow::MarginalizeOldest() {
+std::vector<int64_t> SlidingWindow::MarginalizeOldest() {
   FrameState* oldest = state_.frames.front().get();
   std::vector<Term> terms;
   std::vector<int64_t> finished;
@@ -264,6 +266,7 @@ void SlidingWindow::MarginalizeOldest() {
   for (const int64_t id : finished) state_.landmarks.erase(id);
   state_.frames.pop_front();
   state_.frames.front()->from_previous.reset();
+  return finished;
 }
 
 void SlidingWindow::AdoptPrior(Prior prior) {

@@ -35,8 +35,8 @@ class SlidingWindow {
   std::unordered_set<int64_t> Track(FrameState* frame) const;
 
   // Makes the frame the newest keyframe: triangulates, optimises everything, takes out measurements
-  // that do not fit (returns the ids of landmarks that are outliers as a whole), and marginalises
-  // what has become too old.
+  // that do not fit, and marginalises what has become too old. Returns the ids of landmarks that
+  // are no longer known, as outliers or because they have left: their tracks must end.
   std::unordered_set<int64_t> AddKeyframe(std::unique_ptr<FrameState> frame);
 
   // The rig has not moved since the newest keyframe: it is taken to show the rig at a later stamp,
@@ -73,7 +73,7 @@ class SlidingWindow {
   void Optimize(int max_iterations);
   void RepropagateMovedBiases();
   std::unordered_set<int64_t> RejectOutliers();
-  void MarginalizeOldest();
+  std::vector<int64_t> MarginalizeOldest();  // ids of the landmarks that are finished
   void ReleaseFromOldest(PointLandmark* landmark, std::vector<Term>* terms,
                          std::vector<int64_t>* finished);
   bool Rehost(PointLandmark* landmark) const;

@@ -14,10 +14,10 @@ namespace {
 
 MapResult MakeMap() { return BuildMap(testing::MakeWallRun(), {}); }
 
-TEST(Scene, HasALayerForEachPartOfTheMap) {
+TEST(MapScene, HasALayerForEachPartOfTheMap) {
   MapResult map = MakeMap();
   map.lines = {{{0, 0, 0}, {1, 2, 3}}, {{0, 0, 1}, {1, 2, 4}}};
-  const Scene scene = MakeScene(map, {});
+  const MapScene scene = MakeScene(map, {});
   EXPECT_EQ(scene.points[0].vertices.size(), map.points.size());
   EXPECT_EQ(scene.lines[0].name, "lines");
   EXPECT_EQ(scene.lines[0].edges.size(), 2u);
@@ -28,14 +28,14 @@ TEST(Scene, HasALayerForEachPartOfTheMap) {
   EXPECT_GT(scene.meshes[0].triangles.size(), 4 * map.occupancy.OccupiedVoxels().size());
 }
 
-TEST(Scene, AnEmptyMapHasEmptyLayers) {
-  const Scene scene = MakeScene(MapResult(), {});
+TEST(MapScene, AnEmptyMapHasEmptyLayers) {
+  const MapScene scene = MakeScene(MapResult(), {});
   for (const PointLayer& layer : scene.points) EXPECT_EQ(layer.vertices.size(), 0u);
   for (const LineLayer& layer : scene.lines) EXPECT_TRUE(layer.edges.empty());
   for (const MeshLayer& layer : scene.meshes) EXPECT_TRUE(layer.triangles.empty());
 }
 
-TEST(Scene, VoxelsAreClosedAndFaceOutwards) {
+TEST(MapScene, VoxelsAreClosedAndFaceOutwards) {
   MapResult map;
   map.occupancy = OccupancyMap(0.5);
   map.occupancy.Insert({{{0.25, 0.25, 0.25}, {{5.25, 0.25, 0.25}}}}, 20);
@@ -53,7 +53,7 @@ TEST(Scene, VoxelsAreClosedAndFaceOutwards) {
   EXPECT_NEAR(volume_m3, 0.125, 1e-6);
 }
 
-TEST(Scene, FacesBetweenVoxelsAreLeftOut) {
+TEST(MapScene, FacesBetweenVoxelsAreLeftOut) {
   MapResult map;
   map.occupancy = OccupancyMap(0.5);
   map.occupancy.Insert({{{0.25, 0.25, 0.25}, {{5.25, 0.25, 0.25}, {5.25, 0.75, 0.25}}}}, 20);
@@ -67,7 +67,7 @@ TEST(Scene, FacesBetweenVoxelsAreLeftOut) {
   }
 }
 
-TEST(Scene, FrustaLookWhereTheCameraLooks) {
+TEST(MapScene, FrustaLookWhereTheCameraLooks) {
   MapResult map = MakeMap();
   map.keyframes.resize(1);
   SceneOptions options;
@@ -82,17 +82,17 @@ TEST(Scene, FrustaLookWhereTheCameraLooks) {
   }
 }
 
-TEST(Scene, NearKeyframesAndGapsInTimeAreLeftOut) {
+TEST(MapScene, NearKeyframesAndGapsInTimeAreLeftOut) {
   MapResult map = MakeMap();
   SceneOptions options;
   options.frustum_spacing_m = 1.5;
   map.trajectory.erase(map.trajectory.begin() + 20, map.trajectory.begin() + 30);
-  const Scene scene = MakeScene(map, options);
+  const MapScene scene = MakeScene(map, options);
   EXPECT_EQ(scene.lines[2].edges.size(), 3u * 8);  // at 0, 2 and 4 m
   EXPECT_EQ(scene.lines[1].edges.size(), 39u);     // 41 poses in two pieces
 }
 
-TEST(Scene, AbsurdOptionsAreRefused) {
+TEST(MapScene, AbsurdOptionsAreRefused) {
   SceneOptions options;
   options.frustum_m = 0;
   EXPECT_THROW(MakeScene(MapResult(), options), ConfigError);

@@ -37,6 +37,7 @@ TEST(CommandLine, UsageErrorsAreTwo) {
   ExpectError(RunSlcmap("odometry"), 2, "sequence is required");
   ExpectError(RunSlcmap("odometry seq -o run --threads many"), 2, "--threads");
   ExpectError(RunSlcmap("odometry seq -o run --threads 0"), 2, "--threads: found 0");
+  ExpectError(RunSlcmap("odometry seq -o run --threads 100000"), 2, "--threads: found 100000");
 }
 
 TEST(CommandLine, AFullStandardOutputIsAnError) {

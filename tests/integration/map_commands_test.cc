@@ -37,6 +37,10 @@ TEST(MapCommands, ARunBecomesAMapAndItsExport) {
   EXPECT_EQ(exported.exit_code, 0) << exported.error;
   EXPECT_GT(std::filesystem::file_size(folder.Path("export/scene.glb")), 10000u);
   EXPECT_TRUE(std::filesystem::exists(folder.Path("export/trajectory.ply")));
+  const ProcessResult onto_a_file =
+      RunSlcmap("export " + folder.Path("map") + " -o " + folder.Path("export/scene.glb"));
+  EXPECT_EQ(onto_a_file.exit_code, 1) << onto_a_file.error;
+  EXPECT_NE(onto_a_file.error.find("scene.glb"), std::string::npos);
 }
 
 TEST(MapCommands, APartialRunIsMappedWithAWarning) {

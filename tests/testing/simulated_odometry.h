@@ -139,7 +139,7 @@ inline SimulatedRun RunOnSimulatedTracks(
     }
     if (!estimator.imu().Covers(frame.stamp_ns)) continue;
     const double t_s = ToSeconds(frame.stamp_ns);
-    estimator.CheckImuGap(frame.stamp_ns);
+    estimator.CheckGaps(frame.stamp_ns);
     points.Show(frame, options.odometry.method != Method::kPointsMono, options.outlier_share);
     if (t_s > options.blind_from_s && t_s < options.blind_to_s) points.Blind();
     const auto state = estimator.AddImage(frame.stamp_ns);

@@ -42,7 +42,7 @@ TEST_P(RectifierTest, KeepsTheCamerasWhereTheyAreAndTheirScaleInTheMiddle) {
     const Rig& rig = rectifier_.rectified_rig();
     EXPECT_EQ(rig.T_imu_camera[i].translation, GetParam().T_imu_camera[i].translation);
     EXPECT_EQ(rig.cameras[i].distortion, Distortion::kNone);
-    EXPECT_NEAR(rig.cameras[i].fx_px / GetParam().cameras[i].fx_px, 1, 0.01);
+    EXPECT_NEAR(rig.cameras[i].fx_px / GetParam().cameras[i].fx_px, RectifierOptions().scale, 0.01);
     EXPECT_EQ(rig.cameras[i].fx_px, rig.cameras[i].fy_px);
   }
 }

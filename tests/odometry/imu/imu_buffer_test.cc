@@ -20,6 +20,7 @@ TEST(ImuBuffer, RefusesWhatIsNotLaterOrNotFinite) {
   EXPECT_FALSE(buffer.Add(Sample(10, 1)));
   EXPECT_FALSE(buffer.Add(Sample(5, 1)));
   EXPECT_FALSE(buffer.Add(Sample(20, std::numeric_limits<double>::quiet_NaN())));
+  EXPECT_FALSE(buffer.Add(Sample(20, 1e10)));  // no gyroscope measures this
   EXPECT_TRUE(buffer.Add(Sample(20, 1)));
 }
 
