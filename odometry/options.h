@@ -22,10 +22,10 @@ struct RectifierOptions {
 };
 
 struct PointTrackerOptions {
-  int max_points = 150;
+  int max_points = 120;
   double min_distance_px = 20;
   int pyramid_levels = 4;
-  int patch_px = 15;
+  int patch_px = 13;
   double min_correlation = 0.8;    // normalised, with the image where the point was detected
   double max_epipolar_px = 1.5;    // left to right, across the rectified row
   double min_corner_gradient = 1;  // grey values a pixel, across the direction of least texture
