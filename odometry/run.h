@@ -10,6 +10,7 @@
 
 #include "data/trajectory.h"
 #include "data/types.h"
+#include "odometry/frontend/line_observation.h"
 
 namespace slcmap {
 
@@ -37,6 +38,7 @@ struct Keyframe {
   int64_t stamp_ns = 0;
   RigidTransform T_world_imu;
   std::vector<KeyframeObservation> observations;
+  std::vector<LineObservation> lines;  // ids are those of OdometryRun::lines, where they became one
 };
 
 // A point as the window last had it.
@@ -46,6 +48,32 @@ struct Landmark {
   Eigen::Vector3d p_world = Eigen::Vector3d::Zero();
   double sigma_m = 0;    // standard deviation along its host's ray
   int observations = 0;  // keyframes that saw it
+};
+
+// The directions of a building (or a wing of it): horizontal axes X and Y at right angles, and the
+// vertical. X is turned by the heading from the world's x about the world's z.
+struct ManhattanWorld {
+  int segment = 0;
+  double heading_rad = 0;   // in (-pi/4, pi/4]: X and Y are interchangeable
+  double sigma_rad = 0;     // relative to the window that found it
+  int64_t found_at_ns = 0;  // stamp of the image
+};
+
+enum class LineAxis { kX = 0, kY = 1, kVertical = 2, kNone = 3 };
+
+// A line as the window last had it.
+struct Line {
+  int64_t id = 0;
+  int segment = 0;
+  LineAxis axis = LineAxis::kNone;  // kNone: general, with four degrees of freedom
+  int world =
+      -1;  // of OdometryRun::manhattan_worlds, whose axis it has; -1 for kVertical and kNone
+  Eigen::Vector3d start_world = Eigen::Vector3d::Zero();  // how far it was seen
+  Eigen::Vector3d end_world = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d covariance_m2 = Eigen::Matrix3d::Zero();  // of its midpoint, across it: rank 2
+  int observations = 0;                                     // keyframes that saw it
+  int64_t last_keyframe = 0;                                // that saw it
+  std::vector<int64_t> point_ids;                           // landmarks that belong to it
 };
 
 // CPU and wall time of one stage of the program, summed over the run.
@@ -73,6 +101,8 @@ struct OdometryRun {
   std::vector<OnlineState> states;
   std::vector<Keyframe> keyframes;
   std::vector<Landmark> landmarks;
+  std::vector<ManhattanWorld> manhattan_worlds;
+  std::vector<Line> lines;
   RunTimings timings;
 };
 
