@@ -1,22 +1,9 @@
 #include "odometry/options.h"
 
-#include <sstream>
-
 #include "data/error.h"
+#include "data/option_table.h"
 
 namespace slcmap {
-namespace {
-
-// Throws unless low <= value <= high.
-template <typename T>
-void CheckRange(const std::string& key, T value, T low, T high) {
-  if (value >= low && value <= high) return;
-  std::ostringstream message;
-  message << key << ": found " << value << ", expected " << low << " to " << high;
-  throw ConfigError(message.str());
-}
-
-}  // namespace
 
 Method MethodFromName(const std::string& name) {
   for (const Method method : {Method::kPoints, Method::kPointsMono}) {
@@ -29,123 +16,91 @@ std::string MethodName(Method method) {
   return method == Method::kPointsMono ? "points-mono" : "points";
 }
 
-void RectifierOptions::Check() const {
-  CheckRange("rectifier.max_field_of_view_rad", max_field_of_view_rad, 0.2, 2.8);
-  CheckRange("rectifier.scale", scale, 0.1, 4.0);
+constexpr OptionTable kRectifier{
+    Option{"max_field_of_view_rad", &RectifierOptions::max_field_of_view_rad, 0.2, 2.8},
+    Option{"scale", &RectifierOptions::scale, 0.1, 4.0}};
+
+void RectifierOptions::Check() const { kRectifier.Check("rectifier", *this); }
+void RectifierOptions::Read(YamlSection section) { kRectifier.Read(section, this); }
+
+constexpr OptionTable kPointTracker{
+    Option{"max_points", &PointTrackerOptions::max_points, 1, 10000},
+    Option{"min_distance_px", &PointTrackerOptions::min_distance_px, 3.0, 1000.0},
+    Option{"pyramid_levels", &PointTrackerOptions::pyramid_levels, 1, 8},
+    Option{"patch_px", &PointTrackerOptions::patch_px, 5, 63},
+    Option{"min_correlation", &PointTrackerOptions::min_correlation, 0.0, 1.0},
+    Option{"max_epipolar_px", &PointTrackerOptions::max_epipolar_px, 0.01, 100.0},
+    Option{"min_corner_gradient", &PointTrackerOptions::min_corner_gradient, 0.0, 255.0}};
+
+void PointTrackerOptions::Check() const { kPointTracker.Check("points", *this); }
+void PointTrackerOptions::Read(YamlSection section) { kPointTracker.Read(section, this); }
+
+constexpr OptionTable kWindow{
+    Option{"max_keyframes", &WindowOptions::max_keyframes, 3, 100},
+    Option{"point_sigma_px", &WindowOptions::point_sigma_px, 0.01, 20.0},
+    Option{"point_loss_sigma", &WindowOptions::point_loss_sigma, 0.1, 100.0},
+    Option{"max_point_chi2", &WindowOptions::max_point_chi2, 1.0, 1e6},
+    Option{"max_tracking_chi2", &WindowOptions::max_tracking_chi2, 1.0, 1e6},
+    Option{"max_iterations", &WindowOptions::max_iterations, 1, 100},
+    Option{"max_tracking_iterations", &WindowOptions::max_tracking_iterations, 1, 100},
+    Option{"zero_velocity_sigma_m_s", &WindowOptions::zero_velocity_sigma_m_s, 1e-6, 10.0},
+    Option{"first_tilt_sigma_rad", &WindowOptions::first_tilt_sigma_rad, 1e-6, 10.0},
+    Option{"first_velocity_sigma_m_s", &WindowOptions::first_velocity_sigma_m_s, 1e-6, 1000.0},
+    Option{"first_gyro_bias_sigma_rad_s", &WindowOptions::first_gyro_bias_sigma_rad_s, 1e-8, 10.0},
+    Option{"first_accel_bias_sigma_m_s2", &WindowOptions::first_accel_bias_sigma_m_s2, 1e-8,
+           100.0}};
+
+void WindowOptions::Check() const { kWindow.Check("window", *this); }
+void WindowOptions::Read(YamlSection section) { kWindow.Read(section, this); }
+
+constexpr OptionTable kKeyframe{
+    Option{"min_parallax_px", &KeyframeOptions::min_parallax_px, 0.1, 1000.0},
+    Option{"min_kept_share", &KeyframeOptions::min_kept_share, 0.0, 1.0},
+    Option{"max_interval_s", &KeyframeOptions::max_interval_s, 0.01, 100.0},
+    Option{"still_parallax_px", &KeyframeOptions::still_parallax_px, 0.0, 100.0}};
+
+void KeyframeOptions::Check() const { kKeyframe.Check("keyframes", *this); }
+void KeyframeOptions::Read(YamlSection section) { kKeyframe.Read(section, this); }
+
+constexpr OptionTable kInitializer{
+    Option{"window_s", &InitializerOptions::window_s, 0.1, 10.0},
+    Option{"min_points", &InitializerOptions::min_points, 5, 10000},
+    Option{"max_still_flow_px", &InitializerOptions::max_still_flow_px, 0.0, 100.0},
+    Option{"max_still_accel_sigma_m_s2", &InitializerOptions::max_still_accel_sigma_m_s2, 0.0,
+           100.0},
+    Option{"max_still_gyro_sigma_rad_s", &InitializerOptions::max_still_gyro_sigma_rad_s, 0.0,
+           10.0},
+    Option{"max_gravity_error_m_s2", &InitializerOptions::max_gravity_error_m_s2, 0.01, 9.0},
+    Option{"max_reprojection_sigma", &InitializerOptions::max_reprojection_sigma, 0.5, 100.0}};
+
+void InitializerOptions::Check() const { kInitializer.Check("initializer", *this); }
+void InitializerOptions::Read(YamlSection section) { kInitializer.Read(section, this); }
+
+constexpr OptionTable kFailure{
+    Option{"min_points", &FailureOptions::min_points, 1, 1000},
+    Option{"max_lost_s", &FailureOptions::max_lost_s, 0.05, 1000.0},
+    Option{"max_speed_m_s", &FailureOptions::max_speed_m_s, 0.1, 1e4},
+    Option{"max_gyro_bias_rad_s", &FailureOptions::max_gyro_bias_rad_s, 1e-4, 10.0},
+    Option{"max_accel_bias_m_s2", &FailureOptions::max_accel_bias_m_s2, 1e-3, 100.0},
+    Option{"max_imu_gap_s", &FailureOptions::max_imu_gap_s, 0.01, 100.0}};
+
+void FailureOptions::Check() const { kFailure.Check("failure", *this); }
+void FailureOptions::Read(YamlSection section) { kFailure.Read(section, this); }
+
+namespace {
+
+// Calls visit(key, struct) for each section of the file, for options that are const or not.
+template <typename Options, typename Visit>
+void ForEachSection(Options& options, const Visit& visit) {
+  visit("rectifier", options.rectifier);
+  visit("points", options.points);
+  visit("window", options.window);
+  visit("keyframes", options.keyframes);
+  visit("initializer", options.initializer);
+  visit("failure", options.failure);
 }
 
-void RectifierOptions::Read(YamlSection section) {
-  section.Read("max_field_of_view_rad", &max_field_of_view_rad);
-  section.Read("scale", &scale);
-  section.Finish();
-}
-
-void PointTrackerOptions::Check() const {
-  CheckRange("points.max_points", max_points, 1, 10000);
-  CheckRange("points.min_distance_px", min_distance_px, 3.0, 1000.0);
-  CheckRange("points.pyramid_levels", pyramid_levels, 1, 8);
-  CheckRange("points.patch_px", patch_px, 5, 63);
-  CheckRange("points.min_correlation", min_correlation, 0.0, 1.0);
-  CheckRange("points.max_epipolar_px", max_epipolar_px, 0.01, 100.0);
-  CheckRange("points.min_corner_gradient", min_corner_gradient, 0.0, 255.0);
-}
-
-void PointTrackerOptions::Read(YamlSection section) {
-  section.Read("max_points", &max_points);
-  section.Read("min_distance_px", &min_distance_px);
-  section.Read("pyramid_levels", &pyramid_levels);
-  section.Read("patch_px", &patch_px);
-  section.Read("min_correlation", &min_correlation);
-  section.Read("max_epipolar_px", &max_epipolar_px);
-  section.Read("min_corner_gradient", &min_corner_gradient);
-  section.Finish();
-}
-
-void WindowOptions::Check() const {
-  CheckRange("window.max_keyframes", max_keyframes, 3, 100);
-  CheckRange("window.point_sigma_px", point_sigma_px, 0.01, 20.0);
-  CheckRange("window.point_loss_sigma", point_loss_sigma, 0.1, 100.0);
-  CheckRange("window.max_point_chi2", max_point_chi2, 1.0, 1e6);
-  CheckRange("window.max_tracking_chi2", max_tracking_chi2, 1.0, 1e6);
-  CheckRange("window.max_iterations", max_iterations, 1, 100);
-  CheckRange("window.max_tracking_iterations", max_tracking_iterations, 1, 100);
-  CheckRange("window.zero_velocity_sigma_m_s", zero_velocity_sigma_m_s, 1e-6, 10.0);
-  CheckRange("window.first_tilt_sigma_rad", first_tilt_sigma_rad, 1e-6, 10.0);
-  CheckRange("window.first_velocity_sigma_m_s", first_velocity_sigma_m_s, 1e-6, 1000.0);
-  CheckRange("window.first_gyro_bias_sigma_rad_s", first_gyro_bias_sigma_rad_s, 1e-8, 10.0);
-  CheckRange("window.first_accel_bias_sigma_m_s2", first_accel_bias_sigma_m_s2, 1e-8, 100.0);
-}
-
-void WindowOptions::Read(YamlSection section) {
-  section.Read("max_keyframes", &max_keyframes);
-  section.Read("point_sigma_px", &point_sigma_px);
-  section.Read("point_loss_sigma", &point_loss_sigma);
-  section.Read("max_point_chi2", &max_point_chi2);
-  section.Read("max_tracking_chi2", &max_tracking_chi2);
-  section.Read("max_iterations", &max_iterations);
-  section.Read("max_tracking_iterations", &max_tracking_iterations);
-  section.Read("zero_velocity_sigma_m_s", &zero_velocity_sigma_m_s);
-  section.Read("first_tilt_sigma_rad", &first_tilt_sigma_rad);
-  section.Read("first_velocity_sigma_m_s", &first_velocity_sigma_m_s);
-  section.Read("first_gyro_bias_sigma_rad_s", &first_gyro_bias_sigma_rad_s);
-  section.Read("first_accel_bias_sigma_m_s2", &first_accel_bias_sigma_m_s2);
-  section.Finish();
-}
-
-void KeyframeOptions::Check() const {
-  CheckRange("keyframes.min_parallax_px", min_parallax_px, 0.1, 1000.0);
-  CheckRange("keyframes.min_kept_share", min_kept_share, 0.0, 1.0);
-  CheckRange("keyframes.max_interval_s", max_interval_s, 0.01, 100.0);
-  CheckRange("keyframes.still_parallax_px", still_parallax_px, 0.0, 100.0);
-}
-
-void KeyframeOptions::Read(YamlSection section) {
-  section.Read("min_parallax_px", &min_parallax_px);
-  section.Read("min_kept_share", &min_kept_share);
-  section.Read("max_interval_s", &max_interval_s);
-  section.Read("still_parallax_px", &still_parallax_px);
-  section.Finish();
-}
-
-void InitializerOptions::Check() const {
-  CheckRange("initializer.window_s", window_s, 0.1, 10.0);
-  CheckRange("initializer.min_points", min_points, 5, 10000);
-  CheckRange("initializer.max_still_flow_px", max_still_flow_px, 0.0, 100.0);
-  CheckRange("initializer.max_still_accel_sigma_m_s2", max_still_accel_sigma_m_s2, 0.0, 100.0);
-  CheckRange("initializer.max_still_gyro_sigma_rad_s", max_still_gyro_sigma_rad_s, 0.0, 10.0);
-  CheckRange("initializer.max_gravity_error_m_s2", max_gravity_error_m_s2, 0.01, 9.0);
-  CheckRange("initializer.max_reprojection_sigma", max_reprojection_sigma, 0.5, 100.0);
-}
-
-void InitializerOptions::Read(YamlSection section) {
-  section.Read("window_s", &window_s);
-  section.Read("min_points", &min_points);
-  section.Read("max_still_flow_px", &max_still_flow_px);
-  section.Read("max_still_accel_sigma_m_s2", &max_still_accel_sigma_m_s2);
-  section.Read("max_still_gyro_sigma_rad_s", &max_still_gyro_sigma_rad_s);
-  section.Read("max_gravity_error_m_s2", &max_gravity_error_m_s2);
-  section.Read("max_reprojection_sigma", &max_reprojection_sigma);
-  section.Finish();
-}
-
-void FailureOptions::Check() const {
-  CheckRange("failure.min_points", min_points, 1, 1000);
-  CheckRange("failure.max_lost_s", max_lost_s, 0.05, 1000.0);
-  CheckRange("failure.max_speed_m_s", max_speed_m_s, 0.1, 1e4);
-  CheckRange("failure.max_gyro_bias_rad_s", max_gyro_bias_rad_s, 1e-4, 10.0);
-  CheckRange("failure.max_accel_bias_m_s2", max_accel_bias_m_s2, 1e-3, 100.0);
-  CheckRange("failure.max_imu_gap_s", max_imu_gap_s, 0.01, 100.0);
-}
-
-void FailureOptions::Read(YamlSection section) {
-  section.Read("min_points", &min_points);
-  section.Read("max_lost_s", &max_lost_s);
-  section.Read("max_speed_m_s", &max_speed_m_s);
-  section.Read("max_gyro_bias_rad_s", &max_gyro_bias_rad_s);
-  section.Read("max_accel_bias_m_s2", &max_accel_bias_m_s2);
-  section.Read("max_imu_gap_s", &max_imu_gap_s);
-  section.Finish();
-}
+}  // namespace
 
 OdometryOptions OdometryOptions::FromYaml(const std::string& path) {
   OdometryOptions options;
@@ -153,12 +108,7 @@ OdometryOptions OdometryOptions::FromYaml(const std::string& path) {
   std::string method = MethodName(options.method);
   root.Read("method", &method);
   options.method = MethodFromName(method);
-  options.rectifier.Read(root.Section("rectifier"));
-  options.points.Read(root.Section("points"));
-  options.window.Read(root.Section("window"));
-  options.keyframes.Read(root.Section("keyframes"));
-  options.initializer.Read(root.Section("initializer"));
-  options.failure.Read(root.Section("failure"));
+  ForEachSection(options, [&](const char* key, auto& section) { section.Read(root.Section(key)); });
   root.Section("mapping");  // one file may hold the options of all stages; this is the map's
   root.Finish();
   options.Check();
@@ -166,12 +116,7 @@ OdometryOptions OdometryOptions::FromYaml(const std::string& path) {
 }
 
 void OdometryOptions::Check() const {
-  rectifier.Check();
-  points.Check();
-  window.Check();
-  keyframes.Check();
-  initializer.Check();
-  failure.Check();
+  ForEachSection(*this, [](const char*, const auto& section) { section.Check(); });
 }
 
 }  // namespace slcmap

@@ -1,0 +1,52 @@
+#include "odometry/options.h"
+
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "data/error.h"
+#include "tests/testing/temp_folder.h"
+
+namespace slcmap {
+namespace {
+
+class OdometryOptionsTest : public ::testing::Test {
+ protected:
+  OdometryOptions Read(const std::string& text) {
+    return OdometryOptions::FromYaml(folder_.Write("odometry.yaml", text));
+  }
+  std::string ErrorOf(const std::string& text) {
+    return testing::MessageOf<ConfigError>([&] { Read(text); });
+  }
+
+  testing::TempFolder folder_;
+};
+
+TEST_F(OdometryOptionsTest, DefaultsAreValid) { EXPECT_NO_THROW(OdometryOptions().Check()); }
+
+TEST_F(OdometryOptionsTest, ReadsWhatTheFileHoldsAndLeavesTheRest) {
+  const OdometryOptions options = Read(
+      "method: points-mono\npoints: {max_points: 77}\nwindow: {point_sigma_px: 0.7}\n"
+      "mapping: {cloud: {voxel_m: 0.1}}\n");
+  EXPECT_EQ(options.method, Method::kPointsMono);
+  EXPECT_EQ(options.points.max_points, 77);
+  EXPECT_EQ(options.points.patch_px, PointTrackerOptions().patch_px);
+  EXPECT_EQ(options.window.point_sigma_px, 0.7);
+}
+
+TEST_F(OdometryOptionsTest, NamesSectionKeyValueAndRange) {
+  EXPECT_EQ(ErrorOf("points: {pyramid_levels: 9}"),
+            "points.pyramid_levels: found 9, expected 1 to 8");
+  EXPECT_EQ(ErrorOf("rectifier: {scale: 0.05}"), "rectifier.scale: found 0.05, expected 0.1 to 4");
+}
+
+TEST_F(OdometryOptionsTest, RefusesUnknownKeysTypesAndMethods) {
+  EXPECT_NE(ErrorOf("failure: {max_sped_m_s: 3}").find("failure.max_sped_m_s: unknown key"),
+            std::string::npos);
+  EXPECT_NE(ErrorOf("points: {max_points: 7.5}").find("expected a whole number"),
+            std::string::npos);
+  EXPECT_NE(ErrorOf("method: lines").find("expected points"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace slcmap
