@@ -83,6 +83,45 @@ struct FailureOptions {
   void Read(YamlSection section);
 };
 
+// LSD (von Gioi et al.) is the reference; OpenCV's FastLineDetector and EdgeDrawing are faster.
+enum class LineDetectorKind { kLsd, kFld, kEd };
+
+// Throws ConfigError naming the detectors there are.
+LineDetectorKind LineDetectorFromName(const std::string& name);
+std::string LineDetectorName(LineDetectorKind kind);
+
+struct LineDetectorOptions {
+  LineDetectorKind kind = LineDetectorKind::kEd;
+  double min_length_px = 30;    // after joining
+  double max_join_gap_px = 30;  // between pieces of one edge
+  void Check() const;
+  void Read(YamlSection section);
+};
+
+struct LineMatcherOptions {
+  int max_descriptor_bits = 60;          // of 256, between sights of one line
+  double min_lead_bits = 10;             // of the best match before the second best
+  double min_stereo_correlation = 0.85;  // of the pictures beside the left and right segment
+  double min_stereo_lead = 0.03;         // of the best correlation before the second best
+  double max_disparity = 0.25;           // of the image's width
+  void Check() const;
+  void Read(YamlSection section);
+};
+
+struct LineTrackerOptions {
+  LineDetectorOptions detector;
+  LineMatcherOptions matcher;
+  int max_lines = 35;
+  int max_misses = 3;        // calls in a row without a sight or a prediction
+  double gate_sigmas = 3;    // across the line, about a prediction, and
+  double min_gate_px = 1.5;  // added to them
+  double predicted_angle_rad = 0.04;
+  double max_parallax_px = 40;    // of a line without prediction, beyond the rotation
+  double moved_angle_rad = 0.15;  // the same of its direction
+  void Check() const;
+  void Read(YamlSection section);
+};
+
 // Everything that odometry can be told. YAML sections carry the names of the members.
 struct OdometryOptions {
   Method method = Method::kPoints;
@@ -92,6 +131,7 @@ struct OdometryOptions {
   KeyframeOptions keyframes;
   InitializerOptions initializer;
   FailureOptions failure;
+  LineTrackerOptions lines;
 
   // Overrides the defaults with those of a file; throws ConfigError naming file and key.
   static OdometryOptions FromYaml(const std::string& path);

@@ -1,0 +1,157 @@
+#include "odometry/frontend/line_detector.h"
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+#include <opencv2/ximgproc/edge_drawing.hpp>
+#include <opencv2/ximgproc/fast_line_detector.hpp>
+
+#include "odometry/frontend/line_geometry.h"
+#include "odometry/frontend/line_refinement.h"
+
+namespace slcmap {
+namespace {
+
+constexpr double kMaxJoinAngle_rad = 0.03;
+constexpr double kMaxJoinDistance_px = 1.2;
+constexpr double kMinContrast = 4;  // grey values from side to side
+
+std::vector<cv::Vec4f> RunDetector(const cv::Mat& image, LineDetectorKind kind,
+                                   double min_length_px) {
+  std::vector<cv::Vec4f> lines;
+  switch (kind) {
+    case LineDetectorKind::kLsd:
+      cv::createLineSegmentDetector(cv::LSD_REFINE_STD)->detect(image, lines);
+      break;
+    case LineDetectorKind::kFld:
+      cv::ximgproc::createFastLineDetector(static_cast<int>(min_length_px), 1.41421356f, 30, 60, 3,
+                                           false)
+          ->detect(image, lines);
+      break;
+    case LineDetectorKind::kEd: {
+      const auto detector = cv::ximgproc::createEdgeDrawing();
+      detector->params.EdgeDetectionOperator = cv::ximgproc::EdgeDrawing::SOBEL;
+      detector->params.GradientThresholdValue = 24;
+      detector->params.AnchorThresholdValue = 4;
+      detector->params.MinLineLength = static_cast<int>(min_length_px);
+      detector->params.NFAValidation = false;
+      detector->detectEdges(image);
+      detector->detectLines(lines);
+      break;
+    }
+  }
+  return lines;
+}
+
+bool Valid(const cv::Mat& mask, const Eigen::Vector2d& p) {
+  const int u = static_cast<int>(std::lround(p.x())), v = static_cast<int>(std::lround(p.y()));
+  return u >= 0 && v >= 0 && u < mask.cols && v < mask.rows && mask.at<uchar>(v, u) != 0;
+}
+
+// True where all of the segment, with a margin on both sides, is valid.
+bool InsideMask(const cv::Mat& mask, const LineSegment& segment) {
+  if (mask.empty()) return true;
+  constexpr double kMargin_px = 3;
+  const Eigen::Vector2d margin = kMargin_px * Normal(segment);
+  const int steps = std::max(1, static_cast<int>(segment.Length() / 10));
+  for (int i = 0; i <= steps; ++i) {
+    const Eigen::Vector2d p =
+        segment.start + static_cast<double>(i) / steps * (segment.end - segment.start);
+    if (!Valid(mask, p + margin) || !Valid(mask, p - margin)) return false;
+  }
+  return true;
+}
+
+// `short_one` continues or lies upon `long_one`.
+bool SameEdge(const LineSegment& long_one, const LineSegment& short_one, double max_gap_px) {
+  if (AngleBetween_rad(long_one, short_one) >
+      std::max(kMaxJoinAngle_rad, 1.0 / short_one.Length())) {
+    return false;
+  }
+  const double gap = -Overlap_px(long_one, short_one);
+  if (gap > std::min(max_gap_px, short_one.Length() + 0.3 * long_one.Length())) return false;
+  return std::abs(DistanceAcross_px(long_one, short_one.start)) < kMaxJoinDistance_px &&
+         std::abs(DistanceAcross_px(long_one, short_one.end)) < kMaxJoinDistance_px;
+}
+
+// The segment over both, on the line of least squares through the four ends weighted by length.
+LineSegment Join(const LineSegment& a, const LineSegment& b) {
+  const double wa = a.Length(), wb = b.Length();
+  const Eigen::Vector2d center = (wa * a.Midpoint() + wb * b.Midpoint()) / (wa + wb);
+  Eigen::Matrix2d scatter = Eigen::Matrix2d::Zero();
+  for (const auto& [p, w] : {std::pair(a.start, wa), {a.end, wa}, {b.start, wb}, {b.end, wb}}) {
+    scatter += w * (p - center) * (p - center).transpose();
+  }
+  const double angle = 0.5 * std::atan2(2 * scatter(0, 1), scatter(0, 0) - scatter(1, 1));
+  Eigen::Vector2d direction(std::cos(angle), std::sin(angle));
+  if (direction.dot(a.end - a.start) < 0) direction = -direction;
+  double low = 0, high = 0;
+  for (const auto& p : {a.start, a.end, b.start, b.end}) {
+    low = std::min(low, direction.dot(p - center));
+    high = std::max(high, direction.dot(p - center));
+  }
+  return {center + low * direction, center + high * direction};
+}
+
+void SortByLength(std::vector<LineSegment>* segments) {
+  std::stable_sort(segments->begin(), segments->end(),
+                   [](const auto& a, const auto& b) { return a.Length() > b.Length(); });
+}
+
+// Joins what continues the first segment of `rest`; what doesn't stays in `rest`.
+LineSegment TakeEdge(double max_gap_px, std::vector<LineSegment>* rest) {
+  LineSegment edge = rest->front();
+  rest->erase(rest->begin());
+  for (size_t i = 0; i < rest->size();) {
+    if (!SameEdge(edge, (*rest)[i], max_gap_px)) {
+      ++i;
+      continue;
+    }
+    edge = Join(edge, (*rest)[i]);
+    rest->erase(rest->begin() + i);
+    i = 0;
+  }
+  return edge;
+}
+
+}  // namespace
+
+std::vector<LineSegment> DetectRawSegments(const cv::Mat& image, LineDetectorKind kind,
+                                           double min_length_px) {
+  std::vector<LineSegment> segments;
+  for (const auto& l : RunDetector(image, kind, min_length_px)) {
+    const LineSegment segment{{l[0], l[1]}, {l[2], l[3]}};
+    if (segment.Length() >= min_length_px) segments.push_back(segment);
+  }
+  return segments;
+}
+
+std::vector<LineSegment> JoinSegments(std::vector<LineSegment> segments, double max_gap_px) {
+  SortByLength(&segments);
+  std::vector<LineSegment> joined;
+  while (!segments.empty()) joined.push_back(TakeEdge(max_gap_px, &segments));
+  SortByLength(&joined);
+  return joined;
+}
+
+std::vector<LineSegment> DetectSegments(const cv::Mat& image, const cv::Mat& mask,
+                                        const LineDetectorOptions& options) {
+  const double min_piece_px = std::min(12.0, options.min_length_px);
+  std::vector<LineSegment> pieces;
+  for (const auto& raw : DetectRawSegments(image, options.kind, min_piece_px)) {
+    const double contrast = MeanContrast(image, raw);
+    if (std::abs(contrast) < kMinContrast || !InsideMask(mask, raw)) continue;
+    pieces.push_back(contrast > 0 ? raw : Reversed(raw));
+  }
+  std::vector<LineSegment> segments;
+  for (const auto& joined : JoinSegments(std::move(pieces), options.max_join_gap_px)) {
+    if (joined.Length() < options.min_length_px) break;
+    const auto refined = RefineSegment(image, joined, {});
+    if (!refined || refined->segment.Length() < options.min_length_px) continue;
+    segments.push_back(refined->segment);
+  }
+  SortByLength(&segments);
+  return segments;
+}
+
+}  // namespace slcmap

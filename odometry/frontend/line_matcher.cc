@@ -1,0 +1,183 @@
+#include "odometry/frontend/line_matcher.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "odometry/frontend/line_descriptor.h"
+#include "odometry/frontend/line_geometry.h"
+#include "odometry/frontend/line_strip.h"
+
+namespace slcmap {
+namespace {
+
+constexpr double kMinLengthRatio = 0.2;
+constexpr double kBitsPerGate = 12;  // what a distance of a whole gate costs, in descriptor bits
+constexpr double kMaxStereoAngle_rad = 0.5;
+constexpr double kMinRowOverlap = 0.5;  // of the shorter segment's rows
+
+// Costs of all pairs; infinite where a gate rejects the pair.
+class CostTable {
+ public:
+  CostTable(size_t rows, size_t columns)
+      : columns_(columns), costs_(rows * columns, std::numeric_limits<double>::infinity()) {}
+  double& operator()(size_t row, size_t column) { return costs_[row * columns_ + column]; }
+
+  // The column that is the row's best and whose best is the row, where the row's second best costs
+  // at least min_lead more. `alike(a, b)` columns don't compete.
+  template <typename Alike>
+  std::optional<int> MutualBest(size_t row, double min_lead, Alike alike) const {
+    const int best = BestOfRow(row);
+    if (best < 0 || BestOfColumn(best) != static_cast<int>(row)) return std::nullopt;
+    for (size_t c = 0; c < columns_; ++c) {
+      if (static_cast<int>(c) == best || alike(best, c)) continue;
+      if (At(row, c) < At(row, best) + min_lead) return std::nullopt;
+    }
+    return best;
+  }
+
+ private:
+  double At(size_t row, size_t column) const { return costs_[row * columns_ + column]; }
+  int BestOfRow(size_t row) const {
+    int best = -1;
+    for (size_t c = 0; c < columns_; ++c) {
+      if (std::isfinite(At(row, c)) && (best < 0 || At(row, c) < At(row, best))) best = c;
+    }
+    return best;
+  }
+  int BestOfColumn(size_t column) const {
+    int best = -1;
+    for (size_t r = 0; r < costs_.size() / columns_; ++r) {
+      if (best < 0 || At(r, column) < At(best, column)) best = r;
+    }
+    return best;
+  }
+
+  size_t columns_;
+  std::vector<double> costs_;
+};
+
+bool SameLine(const LineSegment& a, const LineSegment& b) {
+  return AngleBetween_rad(a, b) < 0.05 && std::abs(DistanceAcross_px(a, b.start)) < 2 &&
+         std::abs(DistanceAcross_px(a, b.end)) < 2;
+}
+
+// The cost of taking `found` for `expected`, in descriptor bits.
+std::optional<double> ExpectedCost(const ExpectedSegment& expected, const LineSegment& found,
+                                   const cv::Mat& descriptor, const LineMatcherOptions& options) {
+  const double shorter = std::min(expected.segment.Length(), found.Length());
+  const double longer = std::max(expected.segment.Length(), found.Length());
+  if (shorter < kMinLengthRatio * longer) return std::nullopt;
+  if (AngleBetween_rad(expected.segment, found) > expected.max_angle_rad) return std::nullopt;
+  if (Overlap_px(expected.segment, found) + expected.slack_px < 0.3 * shorter) return std::nullopt;
+  const double distance = LargestDistance_px(expected.segment, found);
+  if (distance > expected.gate_px) return std::nullopt;
+  const int bits = DescriptorDistance(expected.descriptor, descriptor);
+  if (bits > options.max_descriptor_bits) return std::nullopt;
+  return bits + kBitsPerGate * distance / expected.gate_px;
+}
+
+// The x of the infinite line at a row.
+double XAtRow(const LineSegment& line, double row) {
+  return line.start.x() +
+         (row - line.start.y()) * (line.end.x() - line.start.x()) / (line.end.y() - line.start.y());
+}
+
+struct Rows {
+  double low, high;
+  double size() const { return high - low; }
+};
+
+Rows RowsOf(const LineSegment& s) {
+  return {std::min(s.start.y(), s.end.y()), std::max(s.start.y(), s.end.y())};
+}
+
+// 1 - correlation of two segments that cross the rows steeply enough to have a disparity.
+std::optional<double> SteepCost(const cv::Mat& left_image, const cv::Mat& right_image,
+                                const LineSegment& left, const LineSegment& right,
+                                double max_disparity_px) {
+  const Rows a = RowsOf(left), b = RowsOf(right);
+  const Rows both{std::max(a.low, b.low), std::min(a.high, b.high)};
+  if (both.size() < kMinRowOverlap * std::min(a.size(), b.size()) || both.size() < 4) {
+    return std::nullopt;
+  }
+  const LineSegment l{{XAtRow(left, both.low), both.low}, {XAtRow(left, both.high), both.high}};
+  const LineSegment r{{XAtRow(right, both.low), both.low}, {XAtRow(right, both.high), both.high}};
+  for (const double d : {l.start.x() - r.start.x(), l.end.x() - r.end.x()}) {
+    if (d < -1 || d > max_disparity_px) return std::nullopt;
+  }
+  return 1 - StripCorrelation(left_image, l, right_image, r, {1, 0});
+}
+
+// The same of two segments that run along the rows: no place on one is known on the other, so that
+// their mean profiles are compared.
+std::optional<double> FlatCost(const cv::Mat& left_image, const cv::Mat& right_image,
+                               const LineSegment& left, const LineSegment& right,
+                               double max_disparity_px) {
+  const auto columns = [](const LineSegment& s) {
+    return Rows{std::min(s.start.x(), s.end.x()), std::max(s.start.x(), s.end.x())};
+  };
+  const Rows a = columns(left), b = columns(right);
+  if (std::min(a.high, b.high + max_disparity_px) - std::max(a.low, b.low) <
+      kMinRowOverlap * std::min(a.size(), b.size())) {
+    return std::nullopt;
+  }
+  const Rows rows = RowsOf(left);
+  const double middle = right.Midpoint().y();
+  if (middle < rows.low - 0.1 * left.Length() - 2 || middle > rows.high + 0.1 * left.Length() + 2) {
+    return std::nullopt;
+  }
+  return 1 - ProfileCorrelation(left_image, left, right_image, right);
+}
+
+bool IsFlat(const LineSegment& s) { return std::abs(Direction(s).y()) < 0.15; }
+
+}  // namespace
+
+std::vector<std::optional<int>> MatchExpected(const std::vector<ExpectedSegment>& expected,
+                                              const DescribedSegments& found,
+                                              const std::vector<char>& free,
+                                              const LineMatcherOptions& options) {
+  std::vector<std::optional<int>> matches(expected.size());
+  if (found.segments.empty()) return matches;
+  CostTable costs(expected.size(), found.segments.size());
+  for (size_t e = 0; e < expected.size(); ++e) {
+    for (size_t f = 0; f < found.segments.size(); ++f) {
+      if (!free[f]) continue;
+      const auto cost = ExpectedCost(expected[e], found.segments[f],
+                                     found.descriptors.row(static_cast<int>(f)), options);
+      if (cost) costs(e, f) = *cost;
+    }
+  }
+  const auto alike = [&](int a, int b) { return SameLine(found.segments[a], found.segments[b]); };
+  for (size_t e = 0; e < expected.size(); ++e) {
+    matches[e] = costs.MutualBest(e, options.min_lead_bits, alike);
+  }
+  return matches;
+}
+
+std::vector<std::optional<int>> MatchStereo(const cv::Mat& left_image, const cv::Mat& right_image,
+                                            const std::vector<LineSegment>& left,
+                                            const std::vector<LineSegment>& right,
+                                            const LineMatcherOptions& options) {
+  std::vector<std::optional<int>> matches(left.size());
+  if (right.empty()) return matches;
+  const double max_disparity_px = options.max_disparity * left_image.cols;
+  CostTable costs(left.size(), right.size());
+  for (size_t l = 0; l < left.size(); ++l) {
+    for (size_t r = 0; r < right.size(); ++r) {
+      const bool flat = IsFlat(left[l]) || IsFlat(right[r]);
+      if (AngleBetween_rad(left[l], right[r]) > kMaxStereoAngle_rad) continue;
+      const auto cost = (flat ? FlatCost : SteepCost)(left_image, right_image, left[l], right[r],
+                                                      max_disparity_px);
+      if (cost && *cost <= 1 - options.min_stereo_correlation) costs(l, r) = *cost;
+    }
+  }
+  const auto alike = [&](int a, int b) { return SameLine(right[a], right[b]); };
+  for (size_t l = 0; l < left.size(); ++l) {
+    matches[l] = costs.MutualBest(l, options.min_stereo_lead, alike);
+  }
+  return matches;
+}
+
+}  // namespace slcmap

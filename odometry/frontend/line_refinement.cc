@@ -1,0 +1,187 @@
+#include "odometry/frontend/line_refinement.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <vector>
+
+#include "odometry/frontend/line_geometry.h"
+
+namespace slcmap {
+namespace {
+
+constexpr int kMaxProfiles = 60;
+constexpr int kMaxReach = 12;
+constexpr int kFits = 4;
+
+// Where one profile has its edge.
+struct ProfileEdge {
+  double along_px = 0;
+  double across_px = 0;
+  double gradient = 0;
+  bool agrees = true;
+};
+
+// across = offset + slope * along.
+struct Fit {
+  double offset_px = 0;
+  double slope = 0;
+  double At(double along_px) const { return offset_px + slope * along_px; }
+};
+
+bool Inside(const cv::Mat& image, double x, double y) {
+  return x >= 0 && y >= 0 && x < image.cols - 1 && y < image.rows - 1;
+}
+
+double Sample(const cv::Mat& image, double x, double y) {
+  const int u = static_cast<int>(x), v = static_cast<int>(y);
+  const double a = x - u, b = y - v;
+  const uchar* top = image.ptr<uchar>(v) + u;
+  const uchar* bottom = image.ptr<uchar>(v + 1) + u;
+  return (1 - b) * ((1 - a) * top[0] + a * top[1]) + b * ((1 - a) * bottom[0] + a * bottom[1]);
+}
+
+// The strongest rise of brightness towards `normal` within reach of `center`, by a parabola through
+// the gradients; nothing at the end of the reach or the image.
+std::optional<ProfileEdge> FindEdge(const cv::Mat& image, const Eigen::Vector2d& center,
+                                    const Eigen::Vector2d& normal, int reach) {
+  const Eigen::Vector2d low = center - (reach + 2) * normal, high = center + (reach + 2) * normal;
+  if (!Inside(image, low.x(), low.y()) || !Inside(image, high.x(), high.y())) return std::nullopt;
+  std::array<double, 2 * kMaxReach + 5> values;
+  const int count = 2 * reach + 5;
+  for (int i = 0; i < count; ++i) {
+    const Eigen::Vector2d p = low + i * normal;
+    values[i] = Sample(image, p.x(), p.y());
+  }
+  const auto gradient = [&](int i) { return 0.5 * (values[i + 1] - values[i - 1]); };
+  int best = 2;
+  for (int i = 2; i < count - 2; ++i) {
+    if (gradient(i) > gradient(best)) best = i;
+  }
+  const double before = gradient(best - 1), peak = gradient(best), after = gradient(best + 1);
+  const double curvature = before - 2 * peak + after;
+  if (peak < before || peak < after || curvature >= 0) return std::nullopt;
+  return ProfileEdge{0, best - (reach + 2) + 0.5 * (before - after) / curvature, peak, true};
+}
+
+// Least squares over the edges that agree.
+std::optional<Fit> FitEdges(const std::vector<ProfileEdge>& edges) {
+  double n = 0, t = 0, tt = 0, o = 0, to = 0;
+  for (const auto& e : edges) {
+    if (!e.agrees) continue;
+    n += 1;
+    t += e.along_px;
+    tt += e.along_px * e.along_px;
+    o += e.across_px;
+    to += e.along_px * e.across_px;
+  }
+  const double determinant = n * tt - t * t;
+  if (n < 4 || determinant < 1e-6) return std::nullopt;
+  const double slope = (n * to - t * o) / determinant;
+  return Fit{(o - slope * t) / n, slope};
+}
+
+// The line that most pairs of edges far apart agree on; starts the fit where outliers are many.
+std::optional<Fit> FitByConsensus(const std::vector<ProfileEdge>& edges, double max_residual_px) {
+  const int n = static_cast<int>(edges.size());
+  std::optional<Fit> best;
+  int most = 0;
+  const int step = std::max(1, n / 12);
+  for (int i = 0; i < n; i += step) {
+    for (int j = i + std::max(2, n / 3); j < n; j += step) {
+      const double slope =
+          (edges[j].across_px - edges[i].across_px) / (edges[j].along_px - edges[i].along_px);
+      const Fit fit{edges[i].across_px - slope * edges[i].along_px, slope};
+      const int votes = static_cast<int>(std::count_if(edges.begin(), edges.end(), [&](auto& e) {
+        return std::abs(e.across_px - fit.At(e.along_px)) < max_residual_px;
+      }));
+      if (votes > most) {
+        most = votes;
+        best = fit;
+      }
+    }
+  }
+  return best;
+}
+
+struct Agreement {
+  int count = 0;
+  double sum_squared = 0;
+  double sum_gradient = 0;
+  double first_px = 0, last_px = 0;
+};
+
+Agreement Agree(const Fit& fit, double max_residual_px, std::vector<ProfileEdge>* edges) {
+  Agreement all;
+  for (auto& e : *edges) {
+    const double residual = e.across_px - fit.At(e.along_px);
+    e.agrees = std::abs(residual) < max_residual_px;
+    if (!e.agrees) continue;
+    if (all.count == 0) all.first_px = e.along_px;
+    all.last_px = e.along_px;
+    ++all.count;
+    all.sum_squared += residual * residual;
+    all.sum_gradient += e.gradient;
+  }
+  return all;
+}
+
+std::vector<ProfileEdge> FindEdges(const cv::Mat& image, const LineSegment& segment, int reach,
+                                   int profiles, double min_gradient) {
+  const double length = segment.Length();
+  const Eigen::Vector2d direction = Direction(segment), normal = Normal(segment);
+  std::vector<ProfileEdge> edges;
+  edges.reserve(profiles);
+  for (int i = 0; i < profiles; ++i) {
+    const double along = length * i / (profiles - 1);
+    auto edge = FindEdge(image, segment.start + along * direction, normal, reach);
+    if (!edge || edge->gradient < min_gradient) continue;
+    edge->along_px = along;
+    edges.push_back(*edge);
+  }
+  return edges;
+}
+
+}  // namespace
+
+double MeanContrast(const cv::Mat& image, const LineSegment& segment) {
+  const int samples = std::clamp(static_cast<int>(segment.Length() / 4), 3, 20);
+  const Eigen::Vector2d normal = Normal(segment);
+  double sum = 0;
+  for (int i = 0; i < samples; ++i) {
+    const Eigen::Vector2d p = segment.start + (i + 0.5) / samples * (segment.end - segment.start);
+    const Eigen::Vector2d left = p + 1.5 * normal, right = p - 1.5 * normal;
+    if (!Inside(image, left.x(), left.y()) || !Inside(image, right.x(), right.y())) continue;
+    sum += Sample(image, left.x(), left.y()) - Sample(image, right.x(), right.y());
+  }
+  return sum / samples;
+}
+
+std::optional<RefinedSegment> RefineSegment(const cv::Mat& image, const LineSegment& segment,
+                                            const LineRefinementOptions& options) {
+  const int reach = std::clamp(static_cast<int>(std::ceil(options.reach_px)), 1, kMaxReach);
+  const int profiles =
+      std::clamp(static_cast<int>(segment.Length() / options.step_px) + 1, 6, kMaxProfiles);
+  auto edges = FindEdges(image, segment, reach, profiles, options.min_gradient);
+  std::optional<Fit> fit = FitByConsensus(edges, options.max_residual_px);
+  if (!fit) return std::nullopt;
+  Agreement agreement = Agree(*fit, options.max_residual_px, &edges);
+  for (int i = 0; i < kFits; ++i) {
+    fit = FitEdges(edges);
+    if (!fit) return std::nullopt;
+    agreement =
+        Agree(*fit, i == 0 ? options.max_residual_px : 0.5 * options.max_residual_px, &edges);
+  }
+  RefinedSegment refined;
+  refined.support = static_cast<double>(agreement.count) / profiles;
+  if (agreement.count < 4 || refined.support < options.min_support) return std::nullopt;
+  refined.gradient = agreement.sum_gradient / agreement.count;
+  refined.rms_px = std::sqrt(agreement.sum_squared / agreement.count);
+  const auto at = [&](double along) -> Eigen::Vector2d {
+    return segment.start + along * Direction(segment) + fit->At(along) * Normal(segment);
+  };
+  refined.segment = {at(agreement.first_px), at(agreement.last_px)};
+  return refined;
+}
+
+}  // namespace slcmap
