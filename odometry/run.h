@@ -59,8 +59,6 @@ struct ManhattanWorld {
   int64_t found_at_ns = 0;  // stamp of the image
 };
 
-enum class LineAxis { kX = 0, kY = 1, kVertical = 2, kNone = 3 };
-
 // A line as the window last had it.
 struct Line {
   int64_t id = 0;

@@ -17,6 +17,9 @@ struct LineSegment {
   double Length() const { return (end - start).norm(); }
 };
 
+// The axis of a Manhattan world that a line runs along.
+enum class LineAxis { kX = 0, kY = 1, kVertical = 2, kNone = 3 };
+
 // A tracked line in one stereo pair, in pixels of the rectified cameras. Ends along the line are
 // not repeatable: they say how far it was seen, not where it stops.
 struct LineObservation {

@@ -40,17 +40,13 @@ bool Factor::Evaluate(const double* const* parameters, double* residuals,
   std::array<double*, kMaxBlocks> tangent{};
   for (int k = 0; k < blocks(); ++k) {
     if (!jacobians[k]) continue;
-    const bool is_pose = parameter_block_sizes()[k] == kPoseSize;
-    tangent[k] = is_pose ? buffer.data() + k * kMaxRows * kMaxTangent : jacobians[k];
+    const bool curved = ManifoldOf(parameter_block_sizes()[k]) != nullptr;
+    tangent[k] = curved ? buffer.data() + k * kMaxRows * kMaxTangent : jacobians[k];
   }
   Linearize(parameters, residuals, tangent.data());
   for (int k = 0; k < blocks(); ++k) {
-    if (!jacobians[k] || tangent[k] == jacobians[k]) continue;
-    const Eigen::Map<const Eigen::Matrix<double, Eigen::Dynamic, 6, Eigen::RowMajor>> by_tangent(
-        tangent[k], rows(), kPoseTangentSize);
-    Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, 7, Eigen::RowMajor>> by_block(
-        jacobians[k], rows(), kPoseSize);
-    by_block.noalias() = by_tangent.lazyProduct(PoseMinusJacobian(parameters[k]));
+    if (tangent[k] == jacobians[k]) continue;
+    JacobianByBlock(parameter_block_sizes()[k], parameters[k], rows(), tangent[k], jacobians[k]);
   }
   return true;
 }

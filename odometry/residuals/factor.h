@@ -7,14 +7,10 @@
 #include <array>
 #include <vector>
 
+#include "odometry/residuals/block_manifold.h"
 #include "odometry/residuals/pose_manifold.h"
 
 namespace slcmap {
-
-// The number of tangent dimensions of a parameter block, told by its size.
-inline int TangentSize(int block_size) {
-  return block_size == kPoseSize ? kPoseTangentSize : block_size;
-}
 
 // A whitened residual of one to four parameter blocks.
 //

@@ -19,7 +19,7 @@ bool PoseManifold::PlusJacobian(const double* x, double* jacobian) const {
   Map<Eigen::Matrix<double, 7, 6, Eigen::RowMajor>> j(jacobian);
   j.setZero();
   j.topLeftCorner<3, 3>().setIdentity();
-  j.bottomRightCorner<4, 3>() = 0.25 * PoseMinusJacobian(x).bottomRightCorner<3, 4>().transpose();
+  j.bottomRightCorner<4, 3>() = 0.25 * RotationMinusJacobian(x + 3).transpose();
   return true;
 }
 
@@ -31,16 +31,18 @@ bool PoseManifold::Minus(const double* y, const double* x, double* y_minus_x) co
 }
 
 bool PoseManifold::MinusJacobian(const double* x, double* jacobian) const {
-  Map<Matrix67d>{jacobian} = PoseMinusJacobian(x);
+  Map<Eigen::Matrix<double, 6, 7, Eigen::RowMajor>> j(jacobian);
+  j.setZero();
+  j.topLeftCorner<3, 3>().setIdentity();
+  j.bottomRightCorner<3, 4>() = RotationMinusJacobian(x + 3);
   return true;
 }
 
-Matrix67d PoseMinusJacobian(const double* pose) {
-  const Map<const Quaterniond> q(pose + 3);
-  Matrix67d j = Matrix67d::Zero();
-  j.topLeftCorner<3, 3>().setIdentity();
-  j.block<3, 3>(3, 3) = 2.0 * (q.w() * Matrix3d::Identity() - Skew(q.vec()));
-  j.block<3, 1>(3, 6) = -2.0 * q.vec();
+Matrix34d RotationMinusJacobian(const double* quaternion) {
+  const Map<const Quaterniond> q(quaternion);
+  Matrix34d j;
+  j.leftCols<3>() = 2.0 * (q.w() * Matrix3d::Identity() - Skew(q.vec()));
+  j.rightCols<1>() = -2.0 * q.vec();
   return j;
 }
 

@@ -18,7 +18,7 @@ inline constexpr int kPoseTangentSize = 6;
 // A speed-and-bias block is (v_world, gyroscope bias, accelerometer bias), perturbed by addition.
 inline constexpr int kSpeedBiasSize = 9;
 
-using Matrix67d = Eigen::Matrix<double, 6, 7, Eigen::RowMajor>;
+using Matrix34d = Eigen::Matrix<double, 3, 4, Eigen::RowMajor>;
 
 class PoseManifold final : public ceres::Manifold {
  public:
@@ -30,9 +30,8 @@ class PoseManifold final : public ceres::Manifold {
   bool MinusJacobian(const double* x, double* jacobian) const override;
 };
 
-// d (y minus x) / d y at y = x. A residual's Jacobian by the tangent times this is its Jacobian by
-// the seven numbers of the block, which is what Ceres asks for.
-Matrix67d PoseMinusJacobian(const double* pose);
+// d Log(x^-1 y) / d y at y = x for rotations stored as x y z w.
+Matrix34d RotationMinusJacobian(const double* quaternion);
 
 RigidTransform PoseFromBlock(const double* pose);
 void PoseToBlock(const RigidTransform& pose, double* block);

@@ -1,6 +1,6 @@
 #include "odometry/residuals/prior_residual.h"
 
-#include "odometry/residuals/factor.h"
+#include "odometry/residuals/block_manifold.h"
 
 namespace slcmap {
 
@@ -13,17 +13,11 @@ int Prior::TangentOffset(int block) const {
 int Prior::TangentTotal() const { return TangentOffset(static_cast<int>(blocks.size())); }
 
 Eigen::VectorXd Prior::Difference(const double* const* parameters) const {
-  const PoseManifold manifold;
   Eigen::VectorXd d(TangentTotal());
   int offset = 0;
   for (size_t k = 0; k < blocks.size(); ++k) {
     const int size = block_sizes[k];
-    if (size == kPoseSize) {
-      manifold.Minus(parameters[k], x_lin[k].data(), d.data() + offset);
-    } else {
-      d.segment(offset, size) = Eigen::Map<const Eigen::VectorXd>(parameters[k], size) -
-                                Eigen::Map<const Eigen::VectorXd>(x_lin[k].data(), size);
-    }
+    BlockMinus(size, parameters[k], x_lin[k].data(), d.data() + offset);
     offset += TangentSize(size);
   }
   return d;
@@ -40,18 +34,13 @@ bool PriorResidual::Evaluate(const double* const* parameters, double* residuals,
   Eigen::Map<Eigen::VectorXd>(residuals, rows) =
       prior_->residual + prior_->jacobian * prior_->Difference(parameters);
   if (!jacobians) return true;
+  using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
   int offset = 0;
   for (size_t k = 0; k < prior_->blocks.size(); ++k) {
     const int size = prior_->block_sizes[k], tangent = TangentSize(size);
     if (jacobians[k]) {
-      using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-      Eigen::Map<Matrix> d(jacobians[k], rows, size);
-      const auto columns = prior_->jacobian.middleCols(offset, tangent);
-      if (size == kPoseSize) {
-        d.noalias() = columns * PoseMinusJacobian(parameters[k]);
-      } else {
-        d = columns;
-      }
+      const RowMajor columns = prior_->jacobian.middleCols(offset, tangent);
+      JacobianByBlock(size, parameters[k], rows, columns.data(), jacobians[k]);
     }
     offset += tangent;
   }

@@ -12,7 +12,7 @@ namespace slcmap {
 // the Jacobian are the tangents of the blocks in their order.
 struct Prior {
   std::vector<double*> blocks;             // the parameter blocks it speaks of
-  std::vector<int> block_sizes;            // 7 or 9 (or any Euclidean size)
+  std::vector<int> block_sizes;            // tell their kinds: block_manifold.h
   std::vector<std::vector<double>> x_lin;  // where each was linearised
   Eigen::MatrixXd jacobian;
   Eigen::VectorXd residual;

@@ -55,11 +55,11 @@ Workspace Gather(const std::vector<Term>& terms, const Prior& prior) {
   return workspace;
 }
 
-void AddBlocks(const std::function<bool(const double*)>& is_constant, ceres::Manifold* manifold,
-               Workspace* workspace, ceres::Problem* problem) {
+void AddBlocks(const std::function<bool(const double*)>& is_constant, Workspace* workspace,
+               ceres::Problem* problem) {
   for (const auto& [block, size] : workspace->order()) {
     double* at = workspace->At(block);
-    problem->AddParameterBlock(at, size, size == kPoseSize ? manifold : nullptr);
+    problem->AddParameterBlock(at, size, ManifoldOf(size));
     if (is_constant(block)) problem->SetParameterBlockConstant(at);
   }
 }
@@ -105,11 +105,10 @@ ceres::Solver::Options CeresOptions(const ceres::Problem& problem, const SolverO
 SolverSummary Solve(std::vector<Term>* terms, const Prior& prior,
                     const std::function<bool(const double*)>& is_constant,
                     const SolverOptions& options) {
-  PoseManifold manifold;
   PriorResidual prior_residual(&prior);
   Workspace workspace = Gather(*terms, prior);
   ceres::Problem problem(BorrowEverything());
-  AddBlocks(is_constant, &manifold, &workspace, &problem);
+  AddBlocks(is_constant, &workspace, &problem);
   AddTerms(terms, &workspace, &problem);
   if (!prior.empty()) AddPrior(&prior_residual, prior, &workspace, &problem);
   ceres::Solver::Summary summary;

@@ -34,16 +34,15 @@ inline void ExpectJacobiansMatchDifferences(const Factor& factor,
   factor.Linearize(pointers.data(), r.data(), outputs.data());
   EXPECT_LT((r - residual_at(blocks)).norm(), 1e-12 * (1 + r.norm()));
 
-  const PoseManifold manifold;
   const double step = 1e-6;
   for (int k = 0; k < factor.blocks(); ++k) {
     for (int d = 0; d < factor.tangent_size(k); ++d) {
       const auto moved = [&](double by) {
         auto x = blocks;
-        if (blocks[k].size() == kPoseSize) {
-          Eigen::Matrix<double, 6, 1> delta = Eigen::Matrix<double, 6, 1>::Zero();
+        if (const ceres::Manifold* manifold = ManifoldOf(static_cast<int>(blocks[k].size()))) {
+          Eigen::VectorXd delta = Eigen::VectorXd::Zero(factor.tangent_size(k));
           delta[d] = by;
-          manifold.Plus(blocks[k].data(), delta.data(), x[k].data());
+          manifold->Plus(blocks[k].data(), delta.data(), x[k].data());
         } else {
           x[k][d] += by;
         }

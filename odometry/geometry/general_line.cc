@@ -1,0 +1,34 @@
+#include "odometry/geometry/general_line.h"
+
+#include <Eigen/Geometry>
+#include <cmath>
+
+namespace slcmap {
+
+using Eigen::Map;
+using Eigen::Matrix3d;
+using Eigen::Quaterniond;
+using Eigen::Vector3d;
+
+GeneralLineBlock GeneralLineThrough(const Vector3d& anchor_world, const Vector3d& p_world,
+                                    const Vector3d& direction_world) {
+  const Vector3d direction = direction_world.normalized();
+  const Vector3d moment = (p_world - anchor_world).cross(direction);
+  Matrix3d u;
+  u.col(0) = moment.normalized();
+  u.col(1) = direction;
+  u.col(2) = u.col(0).cross(direction);
+  GeneralLineBlock block;
+  Map<Quaterniond>{block.data()} = Quaterniond(u).normalized();
+  block[4] = std::atan2(1.0, moment.norm());
+  return block;
+}
+
+PointAndDirection GeneralLineFromBlock(const Vector3d& anchor_world, const double* block) {
+  const Matrix3d u = Map<const Quaterniond>(block).toRotationMatrix();
+  // direction x moment / |direction|^2, from the anchor.
+  const double distance = std::cos(block[4]) / std::sin(block[4]);
+  return {anchor_world - distance * u.col(2), u.col(1)};
+}
+
+}  // namespace slcmap

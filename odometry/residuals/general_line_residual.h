@@ -1,0 +1,31 @@
+// The reprojection term of a line of any direction.
+#pragma once
+
+#include "odometry/geometry/general_line.h"
+#include "odometry/residuals/factor.h"
+#include "odometry/residuals/line_sight.h"
+
+namespace slcmap {
+
+// The line in Pluecker coordinates and, where wanted, its derivatives by the block's tangent.
+PlueckerLine GeneralPluecker(const Eigen::Vector3d& anchor_world, const double* block,
+                             PlueckerJacobian* jacobian);
+
+// Blocks: pose, general line. Rows as in EvaluateLineSight().
+class GeneralLineResidual final : public Factor {
+ public:
+  // The geometry must outlive the residual.
+  GeneralLineResidual(const StereoGeometry* geometry, const Eigen::Vector3d& anchor_world,
+                      const StereoLineMeasurement& measurement);
+
+ protected:
+  void EvaluateAt(const double* const* parameters, double* residuals,
+                  double** jacobians) const override;
+
+ private:
+  const StereoGeometry* geometry_;
+  Eigen::Vector3d anchor_world_;
+  StereoLineMeasurement measurement_;
+};
+
+}  // namespace slcmap

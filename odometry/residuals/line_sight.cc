@@ -1,0 +1,95 @@
+#include "odometry/residuals/line_sight.h"
+
+namespace slcmap {
+namespace {
+
+using Eigen::Map;
+using Eigen::Matrix3d;
+using Eigen::Quaterniond;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+using Matrix23d = Eigen::Matrix<double, 2, 3>;
+
+// The sine of the angle between the plane of the line and that of the image below which the line's
+// image is taken to be at infinity.
+constexpr double kMinSine = 1e-6;
+constexpr double kNoImageResidual = 10;  // standard deviations
+
+struct EndDistances {
+  Vector2d residual = Vector2d::Constant(kNoImageResidual);
+  Matrix23d jacobian = Matrix23d::Zero();  // d residual / d n
+};
+
+EndDistances Distances(const Vector3d& n, const LineSegment& segment, double weight) {
+  EndDistances out;
+  const double m = n.head<2>().norm();
+  if (!(m > kMinSine * n.norm())) return out;
+  const Vector3d flat(n.x() / m, n.y() / m, 0);
+  for (int end = 0; end < 2; ++end) {
+    const Vector2d& at = end == 0 ? segment.start : segment.end;
+    const Vector3d s(at.x(), at.y(), 1);
+    const double distance = s.dot(n) / m;
+    out.residual[end] = weight * distance;
+    out.jacobian.row(end) = (weight / m) * (s - distance * flat).transpose();
+  }
+  return out;
+}
+
+// The plane of a line through a camera's centre, by its normal.
+struct LinePlane {
+  LinePlane(const StereoGeometry& geometry, int camera, const double* pose,
+            const PlueckerLine& line)
+      : R_world_imu(Map<const Quaterniond>(pose + 3).toRotationMatrix()),
+        R_imu_camera(geometry.R_imu_camera[camera]),
+        centre_imu(geometry.T_imu_camera[camera].translation),
+        from_centre(line.anchor_world - Map<const Vector3d>(pose) - R_world_imu * centre_imu),
+        normal_imu(R_world_imu.transpose() * (line.moment + from_centre.cross(line.direction))) {}
+
+  Vector3d NormalInCamera() const { return R_imu_camera.transpose() * normal_imu; }
+
+  Matrix3d R_world_imu;
+  const Matrix3d& R_imu_camera;
+  const Vector3d& centre_imu;
+  Vector3d from_centre;  // to the anchor, in the world
+  Vector3d normal_imu;
+};
+
+const LineSegment& SegmentOf(const StereoLineMeasurement& measurement, int camera) {
+  return camera == 0 ? measurement.left : *measurement.right;
+}
+
+}  // namespace
+
+void EvaluateLineSight(const StereoGeometry& geometry, const StereoLineMeasurement& measurement,
+                       const double* pose, const PlueckerLine& line, double* residuals) {
+  const double weight = geometry.weight * measurement.weight;
+  for (int c = 0; 2 * c < measurement.rows(); ++c) {
+    const LinePlane plane(geometry, c, pose, line);
+    Map<Vector2d>{residuals + 2 * c} =
+        Distances(plane.NormalInCamera(), SegmentOf(measurement, c), weight).residual;
+  }
+}
+
+void LinearizeLineSight(const StereoGeometry& geometry, const StereoLineMeasurement& measurement,
+                        const double* pose, const PlueckerLine& line,
+                        const PlueckerJacobian& line_jacobian, double* residuals,
+                        LineSightJacobian* jacobian) {
+  const double weight = geometry.weight * measurement.weight;
+  jacobian->by_pose.resize(measurement.rows(), 6);
+  jacobian->by_line.resize(measurement.rows(), line_jacobian.moment.cols());
+  for (int c = 0; 2 * c < measurement.rows(); ++c) {
+    const LinePlane plane(geometry, c, pose, line);
+    const EndDistances ends = Distances(plane.NormalInCamera(), SegmentOf(measurement, c), weight);
+    Map<Vector2d>{residuals + 2 * c} = ends.residual;
+    const Matrix23d by_imu = ends.jacobian * plane.R_imu_camera.transpose();
+    const Matrix23d by_world = by_imu * plane.R_world_imu.transpose();
+    const Vector3d direction_imu = plane.R_world_imu.transpose() * line.direction;
+    jacobian->by_pose.block<2, 3>(2 * c, 0) = by_world * Skew(line.direction);
+    jacobian->by_pose.block<2, 3>(2 * c, 3) =
+        by_imu * (Skew(plane.normal_imu) - Skew(direction_imu) * Skew(plane.centre_imu));
+    jacobian->by_line.middleRows<2>(2 * c) =
+        by_world * (line_jacobian.moment + Skew(plane.from_centre) * line_jacobian.direction);
+  }
+}
+
+}  // namespace slcmap

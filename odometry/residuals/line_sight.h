@@ -1,0 +1,59 @@
+// What the reprojection terms of all kinds of lines share: a line as a moment and a direction, and
+// how far the ends of an observed segment are from its image.
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+
+#include "odometry/frontend/line_observation.h"
+#include "odometry/residuals/point_residual.h"
+
+namespace slcmap {
+
+// A segment on the plane z = 1 of a rectified camera, in the left and (where seen) the right one.
+struct StereoLineMeasurement {
+  LineSegment left;
+  std::optional<LineSegment> right;
+  double weight = 1;  // times that of the geometry: how much better than others it was measured
+
+  int rows() const { return right ? 4 : 2; }
+};
+
+// A line of the world in Pluecker coordinates about an anchor, up to scale: for a point p of it,
+// moment = (p - anchor) x direction.
+struct PlueckerLine {
+  Eigen::Vector3d anchor_world = Eigen::Vector3d::Zero();
+  Eigen::Vector3d moment = Eigen::Vector3d::Zero();
+  Eigen::Vector3d direction = Eigen::Vector3d::UnitX();
+};
+
+// Derivatives of a Pluecker line by up to four parameters, a column each.
+struct PlueckerJacobian {
+  using Columns = Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::ColMajor, 3, 4>;
+  Columns moment, direction;
+};
+
+// A line's residuals by the pose (dp, dtheta) and by the parameters of its Pluecker Jacobian.
+struct LineSightJacobian {
+  Eigen::Matrix<double, Eigen::Dynamic, 6, Eigen::RowMajor, 4, 6> by_pose;
+  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor, 4, 4> by_line;
+};
+
+// With the centre c and rotation R of a camera in the world, the line's image is the homogeneous
+//
+//   n = R^T ( moment + (anchor - c) x direction )
+//
+// and each end s = (x, y, 1) of the segment gives r = weight (s . n) / |(n_1, n_2)|, its signed
+// distance (SLC-VIO, section 3.3, without the division by depth). Rows: the two ends in the left
+// camera, then (where seen) in the right one. Where the line has no image (it passes through the
+// camera, or its plane is parallel to the image), the rows are constant.
+void EvaluateLineSight(const StereoGeometry& geometry, const StereoLineMeasurement& measurement,
+                       const double* pose, const PlueckerLine& line, double* residuals);
+
+// The same with derivatives.
+void LinearizeLineSight(const StereoGeometry& geometry, const StereoLineMeasurement& measurement,
+                        const double* pose, const PlueckerLine& line,
+                        const PlueckerJacobian& line_jacobian, double* residuals,
+                        LineSightJacobian* jacobian);
+
+}  // namespace slcmap

@@ -1,0 +1,71 @@
+#include "odometry/residuals/structural_line_residual.h"
+
+#include <cmath>
+
+namespace slcmap {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+PlueckerLine StructuralPluecker(const StructuralLine& line, const double* heading,
+                                const double* block, PlueckerJacobian* jacobian) {
+  const double heading_rad = heading ? *heading : 0;
+  const Vector3d axis = AxisDirection(line.axis, heading_rad);
+  const Matrix32d across = AxesAcross(line.axis, heading_rad);
+  const double c = std::cos(block[0]), s = std::sin(block[0]), rho = block[1];
+  const PlueckerLine out{line.anchor_world, (across * Vector2d(c, s)).cross(axis), rho * axis};
+  if (jacobian) {
+    const Vector3d up = Vector3d::UnitZ();
+    jacobian->moment.resize(3, 3);
+    jacobian->direction.resize(3, 3);
+    if (line.HasHeading()) {
+      jacobian->moment.col(0) = up.cross(out.moment);
+      jacobian->direction.col(0) = up.cross(out.direction);
+    } else {
+      jacobian->moment.col(0).setZero();
+      jacobian->direction.col(0).setZero();
+    }
+    jacobian->moment.col(1) = (across * Vector2d(-s, c)).cross(axis);
+    jacobian->direction.col(1).setZero();
+    jacobian->moment.col(2).setZero();
+    jacobian->direction.col(2) = axis;
+  }
+  return out;
+}
+
+StructuralLineResidual::StructuralLineResidual(const StereoGeometry* geometry,
+                                               const StructuralLine& line,
+                                               const StereoLineMeasurement& measurement)
+    : Factor(measurement.rows(),
+             line.HasHeading()
+                 ? std::initializer_list<int>{kPoseSize, kHeadingSize, kStructuralLineSize}
+                 : std::initializer_list<int>{kPoseSize, kStructuralLineSize}),
+      geometry_(geometry),
+      line_(line),
+      measurement_(measurement) {}
+
+void StructuralLineResidual::EvaluateAt(const double* const* parameters, double* residuals,
+                                        double** jacobians) const {
+  const int last = blocks() - 1;
+  const double* heading = line_.HasHeading() ? parameters[1] : nullptr;
+  if (!jacobians) {
+    EvaluateLineSight(*geometry_, measurement_, parameters[0],
+                      StructuralPluecker(line_, heading, parameters[last], nullptr), residuals);
+    return;
+  }
+  PlueckerJacobian by_parameters;
+  const PlueckerLine line = StructuralPluecker(line_, heading, parameters[last], &by_parameters);
+  LineSightJacobian d;
+  LinearizeLineSight(*geometry_, measurement_, parameters[0], line, by_parameters, residuals, &d);
+  using RowMajor6 = Eigen::Matrix<double, Eigen::Dynamic, 6, Eigen::RowMajor>;
+  using RowMajor2 = Eigen::Matrix<double, Eigen::Dynamic, 2, Eigen::RowMajor>;
+  if (jacobians[0]) Eigen::Map<RowMajor6>(jacobians[0], rows(), 6) = d.by_pose;
+  if (heading && jacobians[1]) {
+    Eigen::Map<Eigen::VectorXd>(jacobians[1], rows()) = d.by_line.col(0);
+  }
+  if (jacobians[last]) {
+    Eigen::Map<RowMajor2>(jacobians[last], rows(), 2) = d.by_line.rightCols<2>();
+  }
+}
+
+}  // namespace slcmap

@@ -1,0 +1,33 @@
+// The reprojection term of a line along an axis of a Manhattan world.
+#pragma once
+
+#include "odometry/geometry/structural_line.h"
+#include "odometry/residuals/factor.h"
+#include "odometry/residuals/line_sight.h"
+
+namespace slcmap {
+
+// The line in Pluecker coordinates, scaled by rho so that one at infinity is nothing special. Where
+// wanted, its derivatives by (heading, theta, rho). The heading is null for vertical lines.
+PlueckerLine StructuralPluecker(const StructuralLine& line, const double* heading,
+                                const double* block, PlueckerJacobian* jacobian);
+
+// Blocks: pose, heading, structural line; for a vertical line: pose, structural line. Rows as in
+// EvaluateLineSight().
+class StructuralLineResidual final : public Factor {
+ public:
+  // The geometry must outlive the residual.
+  StructuralLineResidual(const StereoGeometry* geometry, const StructuralLine& line,
+                         const StereoLineMeasurement& measurement);
+
+ protected:
+  void EvaluateAt(const double* const* parameters, double* residuals,
+                  double** jacobians) const override;
+
+ private:
+  const StereoGeometry* geometry_;
+  StructuralLine line_;
+  StereoLineMeasurement measurement_;
+};
+
+}  // namespace slcmap

@@ -1,0 +1,360 @@
+#include <ceres/autodiff_cost_function.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "data/simulator/example.h"
+#include "odometry/residuals/general_line_residual.h"
+#include "odometry/residuals/point_on_line_residual.h"
+#include "odometry/residuals/structural_line_residual.h"
+#include "tests/odometry/residuals/factor_test_utils.h"
+
+namespace slcmap {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+using Blocks = std::vector<std::vector<double>>;
+template <typename T>
+using Vec3 = Eigen::Matrix<T, 3, 1>;
+
+constexpr double kHeading = 0.37;
+constexpr LineAxis kAxes[] = {LineAxis::kX, LineAxis::kY, LineAxis::kVertical};
+
+struct LineScene {
+  StereoGeometry geometry{ExampleStereoRig().T_imu_camera, 450.0};
+  RigidTransform pose{ExpRotation({0.1, -0.4, 2.0}), {1, 2, 3}};
+  Vector3d anchor{0.9, 1.7, 3.2};
+  StereoLineMeasurement off{{{0.3, -0.1}, {-0.2, 0.25}}, LineSegment{{0.2, -0.12}, {-0.3, 0.2}}};
+
+  // A point that the left camera sees.
+  Vector3d Visible() const { return pose * (geometry.T_imu_camera[0] * Vector3d(0.6, -0.3, 3.5)); }
+  Vector2d Seen(const Vector3d& p_world, int camera) const {
+    const Vector3d p = (pose * geometry.T_imu_camera[camera]).Inverse() * p_world;
+    return p.head<2>() / p.z();
+  }
+  StereoLineMeasurement SightOf(const Vector3d& a, const Vector3d& b) const {
+    return {{Seen(a, 0), Seen(b, 0)}, LineSegment{Seen(a, 1), Seen(b, 1)}};
+  }
+};
+
+Blocks StructuralBlocks(const LineScene& scene, const StructuralLine& line) {
+  const StructuralLineBlock block = StructuralLineThrough(line, kHeading, scene.Visible());
+  if (!line.HasHeading()) return {PoseBlockOf(scene.pose), {block[0], block[1]}};
+  return {PoseBlockOf(scene.pose), {kHeading}, {block[0], block[1]}};
+}
+
+Eigen::VectorXd Residual(const Factor& factor, const Blocks& blocks) {
+  std::vector<const double*> pointers;
+  for (const auto& block : blocks) pointers.push_back(block.data());
+  Eigen::VectorXd r(factor.rows());
+  EXPECT_TRUE(factor.Evaluate(pointers.data(), r.data(), nullptr));
+  return r;
+}
+
+// Compares a factor with a cost function that automatic differentiation derives, on the tangents.
+void ExpectSameAsTwin(const Factor& factor, const ceres::CostFunction& twin, const Blocks& blocks) {
+  using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+  std::vector<const double*> pointers;
+  std::vector<RowMajor> ours, theirs;
+  std::vector<double*> to_ours, to_theirs;
+  for (const auto& block : blocks) {
+    pointers.push_back(block.data());
+    ours.emplace_back(factor.rows(), block.size());
+    theirs.emplace_back(factor.rows(), block.size());
+  }
+  for (size_t k = 0; k < blocks.size(); ++k) {
+    to_ours.push_back(ours[k].data());
+    to_theirs.push_back(theirs[k].data());
+  }
+  Eigen::VectorXd r(factor.rows()), r_twin(factor.rows());
+  factor.Evaluate(pointers.data(), r.data(), to_ours.data());
+  twin.Evaluate(pointers.data(), r_twin.data(), to_theirs.data());
+  EXPECT_LT((r - r_twin).norm(), 1e-9 * r.norm());
+  EXPECT_GT(r.norm(), 1e-3);
+  for (size_t k = 0; k < blocks.size(); ++k) {
+    const int size = static_cast<int>(blocks[k].size());
+    RowMajor plus = RowMajor::Identity(size, TangentSize(size));
+    if (ManifoldOf(size)) ManifoldOf(size)->PlusJacobian(pointers[k], plus.data());
+    EXPECT_LT((ours[k] * plus - theirs[k] * plus).norm(), 1e-9 * (1 + (ours[k] * plus).norm()))
+        << "block " << k << "\nours\n"
+        << ours[k] * plus << "\ntwin\n"
+        << theirs[k] * plus;
+  }
+}
+
+// Method, section 2, to the letter: a point of the line and its direction, brought to the camera.
+template <typename T>
+void SightByDefinition(const LineScene& scene, const T* pose, const Vec3<T>& p_world,
+                       const Vec3<T>& d_world, T* residual) {
+  const Eigen::Map<const Eigen::Quaternion<T>> q(pose + 3);
+  const Eigen::Map<const Vec3<T>> p(pose);
+  for (int c = 0; c < 2; ++c) {
+    const RigidTransform& T_ic = scene.geometry.T_imu_camera[c];
+    const Eigen::Quaternion<T> r_ci = T_ic.rotation.conjugate().cast<T>();
+    const Vec3<T> in_imu = q.conjugate() * Vec3<T>(p_world - p);
+    const Vec3<T> p_c = r_ci * Vec3<T>(in_imu - T_ic.translation.cast<T>());
+    const Vec3<T> d_c = r_ci * Vec3<T>(q.conjugate() * d_world);
+    const Vec3<T> n = p_c.cross(d_c);
+    const LineSegment& segment = c == 0 ? scene.off.left : *scene.off.right;
+    const T m = sqrt(n.x() * n.x() + n.y() * n.y());
+    for (int end = 0; end < 2; ++end) {
+      const Vector2d& s = end == 0 ? segment.start : segment.end;
+      residual[2 * c + end] = scene.geometry.weight * (s.x() * n.x() + s.y() * n.y() + n.z()) / m;
+    }
+  }
+}
+
+template <typename T>
+struct ManhattanByDefinition {
+  explicit ManhattanByDefinition(const T& heading) {
+    axes << cos(heading), -sin(heading), T(0), sin(heading), cos(heading), T(0), T(0), T(0), T(1);
+  }
+  Vec3<T> Crossing(const StructuralLine& line, const T* block) const {
+    const int k = static_cast<int>(line.axis);
+    const int across[3][2] = {{1, 2}, {0, 2}, {0, 1}};
+    return line.anchor_world.cast<T>() + axes.col(across[k][0]) * cos(block[0]) / block[1] +
+           axes.col(across[k][1]) * sin(block[0]) / block[1];
+  }
+  Eigen::Matrix<T, 3, 3> axes;
+};
+
+struct StructuralByDefinition {
+  const LineScene* scene;
+  StructuralLine line;
+  template <typename T>
+  bool operator()(const T* pose, const T* heading, const T* block, T* residual) const {
+    const ManhattanByDefinition<T> m(*heading);
+    const Vec3<T> d = m.axes.col(static_cast<int>(line.axis));
+    SightByDefinition<T>(*scene, pose, m.Crossing(line, block), d, residual);
+    return true;
+  }
+  template <typename T>
+  bool operator()(const T* pose, const T* block, T* residual) const {
+    const T heading(0);
+    return (*this)(pose, &heading, block, residual);
+  }
+};
+
+struct GeneralByDefinition {
+  const LineScene* scene;
+  template <typename T>
+  bool operator()(const T* pose, const T* block, T* residual) const {
+    const Eigen::Map<const Eigen::Quaternion<T>> q(block);
+    const Vec3<T> moment = q * Vec3<T>(cos(block[4]), T(0), T(0));
+    const Vec3<T> direction = q * Vec3<T>(T(0), sin(block[4]), T(0));
+    const Vec3<T> nearest = direction.cross(moment) / direction.squaredNorm();
+    SightByDefinition<T>(*scene, pose, scene->anchor.cast<T>() + nearest, direction, residual);
+    return true;
+  }
+};
+
+struct PointOnLineByDefinition {
+  const LineScene* scene;
+  StructuralLine line;
+  double sigma_m;
+  template <typename T>
+  bool operator()(const T* pose, const T* heading, const T* block, const T* point, T* r) const {
+    const Eigen::Map<const Eigen::Quaternion<T>> q(pose + 3);
+    const RigidTransform& T_ic = scene->geometry.T_imu_camera[0];
+    const Vec3<T> z(point[0], point[1], T(1));
+    const Vec3<T> in_imu =
+        T_ic.rotation.cast<T>() * Vec3<T>(z / point[2]) + T_ic.translation.cast<T>();
+    const Vec3<T> p_world = q * in_imu + Eigen::Map<const Vec3<T>>(pose);
+    const ManhattanByDefinition<T> m(*heading);
+    const Vec3<T> off = m.axes.transpose() * Vec3<T>(m.Crossing(line, block) - p_world);
+    int row = 0;
+    for (int k = 0; k < 3; ++k) {
+      if (k != static_cast<int>(line.axis)) r[row++] = off[k] / sigma_m;
+    }
+    return true;
+  }
+  template <typename T>
+  bool operator()(const T* pose, const T* block, const T* point, T* r) const {
+    const T heading(0);
+    return (*this)(pose, &heading, block, point, r);
+  }
+};
+
+TEST(StructuralLine, PassesThroughThePointItIsMadeFrom) {
+  const LineScene scene;
+  for (const LineAxis axis : kAxes) {
+    const StructuralLine line{axis, scene.anchor};
+    const StructuralLineBlock block = StructuralLineThrough(line, kHeading, scene.Visible());
+    const Vector3d crossing = CrossingPoint(line, kHeading, block.data());
+    const Vector3d direction = AxisDirection(axis, kHeading);
+    EXPECT_LT((scene.Visible() - crossing).cross(direction).norm(), 1e-12);
+    EXPECT_LT(std::abs((crossing - scene.anchor).dot(direction)), 1e-12);
+  }
+}
+
+TEST(GeneralLine, IsTheLineItIsMadeFrom) {
+  const Vector3d anchor(1, 2, 3), p(4, -1, 2), d(0.3, 0.5, -2);
+  const GeneralLineBlock block = GeneralLineThrough(anchor, p, d);
+  const PointAndDirection line = GeneralLineFromBlock(anchor, block.data());
+  EXPECT_LT((line.direction_world - d.normalized()).norm(), 1e-12);
+  EXPECT_LT((line.point_world - p).cross(d).norm(), 1e-12);
+  EXPECT_LT(std::abs((line.point_world - anchor).dot(d)), 1e-12);
+}
+
+TEST(StructuralLineResidual, IsZeroWhereTheGeometryIsExact) {
+  const LineScene scene;
+  for (const LineAxis axis : kAxes) {
+    const StructuralLine line{axis, scene.anchor};
+    const Vector3d a = scene.Visible(), b = a + 0.4 * AxisDirection(axis, kHeading);
+    const StructuralLineResidual factor(&scene.geometry, line, scene.SightOf(a, b));
+    EXPECT_LT(Residual(factor, StructuralBlocks(scene, line)).norm(), 1e-9);
+  }
+}
+
+TEST(StructuralLineResidual, JacobiansMatchAutomaticDifferentiation) {
+  const LineScene scene;
+  for (const LineAxis axis : kAxes) {
+    for (const Vector3d& anchor : {scene.anchor, Vector3d(0, 0, 0)}) {
+      const StructuralLine line{axis, anchor};
+      const StructuralLineResidual factor(&scene.geometry, line, scene.off);
+      auto* by_definition = new StructuralByDefinition{&scene, line};
+      const Blocks blocks = StructuralBlocks(scene, line);
+      if (line.HasHeading()) {
+        const ceres::AutoDiffCostFunction<StructuralByDefinition, 4, 7, 1, 2> twin(by_definition);
+        ExpectSameAsTwin(factor, twin, blocks);
+      } else {
+        const ceres::AutoDiffCostFunction<StructuralByDefinition, 4, 7, 2> twin(by_definition);
+        ExpectSameAsTwin(factor, twin, blocks);
+      }
+    }
+  }
+}
+
+TEST(StructuralLineResidual, JacobiansMatchDifferencesWithOneCameraAndAWeight) {
+  LineScene scene;
+  scene.off.right.reset();
+  scene.off.weight = 0.5;
+  const StructuralLine line{LineAxis::kY, scene.anchor};
+  ExpectJacobiansMatchDifferences(StructuralLineResidual(&scene.geometry, line, scene.off),
+                                  StructuralBlocks(scene, line), 1e-6);
+}
+
+TEST(StructuralLineResidual, IsSmoothThroughInfinity) {
+  const LineScene scene;
+  const StructuralLine line{LineAxis::kX, scene.anchor};
+  const StructuralLineResidual factor(&scene.geometry, line, scene.off);
+  Blocks blocks = StructuralBlocks(scene, line);
+  const auto at = [&](double rho) {
+    blocks[2][1] = rho;
+    return Residual(factor, blocks);
+  };
+  EXPECT_LT((at(1e-9) - at(-1e-9)).norm(), 1e-5);
+  blocks[2][1] = 0;
+  ExpectJacobiansMatchDifferences(factor, blocks, 1e-6);
+}
+
+TEST(LineResiduals, ALineThroughTheCameraNeitherFailsNorPulls) {
+  const LineScene scene;
+  const Vector3d centre = (scene.pose * scene.geometry.T_imu_camera[0]).translation;
+  const GeneralLineResidual factor(&scene.geometry, scene.anchor, {scene.off.left, {}});
+  const GeneralLineBlock line = GeneralLineThrough(scene.anchor, centre, {0.2, 0.3, 0.4});
+  const std::vector<double> pose = PoseBlockOf(scene.pose);
+  const double* pointers[] = {pose.data(), line.data()};
+  Eigen::Matrix<double, 2, 7, Eigen::RowMajor> by_pose;
+  Eigen::Matrix<double, 2, 5, Eigen::RowMajor> by_line;
+  Vector2d r;
+  double* jacobians[] = {by_pose.data(), by_line.data()};
+  ASSERT_TRUE(factor.Evaluate(pointers, r.data(), jacobians));
+  EXPECT_TRUE(r.allFinite() && by_pose.allFinite() && by_line.allFinite());
+}
+
+TEST(GeneralLineResidual, IsZeroWhereTheGeometryIsExact) {
+  const LineScene scene;
+  const Vector3d a = scene.Visible(), d(0.3, -0.2, 0.25);
+  const GeneralLineResidual factor(&scene.geometry, scene.anchor, scene.SightOf(a, a + d));
+  const GeneralLineBlock block = GeneralLineThrough(scene.anchor, a, d);
+  EXPECT_LT(Residual(factor, {PoseBlockOf(scene.pose), {block.begin(), block.end()}}).norm(), 1e-9);
+}
+
+TEST(GeneralLineResidual, JacobiansMatchAutomaticDifferentiation) {
+  const LineScene scene;
+  const GeneralLineResidual factor(&scene.geometry, scene.anchor, scene.off);
+  const GeneralLineBlock block = GeneralLineThrough(scene.anchor, scene.Visible(), {1, 2, -0.4});
+  const Blocks blocks = {PoseBlockOf(scene.pose), {block.begin(), block.end()}};
+  const ceres::AutoDiffCostFunction<GeneralByDefinition, 4, 7, 5> twin(
+      new GeneralByDefinition{&scene});
+  ExpectSameAsTwin(factor, twin, blocks);
+  ExpectJacobiansMatchDifferences(factor, blocks, 1e-6);
+}
+
+TEST(PointOnLineResidual, IsZeroForAPointOfTheLine) {
+  const LineScene scene;
+  for (const LineAxis axis : kAxes) {
+    const StructuralLine line{axis, scene.anchor};
+    const Vector3d p = (scene.pose * scene.geometry.T_imu_camera[0]).Inverse() *
+                       (scene.Visible() + 0.3 * AxisDirection(axis, kHeading));
+    Blocks blocks = StructuralBlocks(scene, line);
+    blocks.push_back({p.x() / p.z(), p.y() / p.z(), 1 / p.z()});
+    EXPECT_LT(Residual(PointOnLineResidual(&scene.geometry, line, 0.1), blocks).norm(), 1e-9);
+  }
+}
+
+TEST(PointOnLineResidual, JacobiansMatchAutomaticDifferentiation) {
+  const LineScene scene;
+  for (const LineAxis axis : kAxes) {
+    const StructuralLine line{axis, scene.anchor};
+    const PointOnLineResidual factor(&scene.geometry, line, 0.1);
+    auto* by_definition = new PointOnLineByDefinition{&scene, line, 0.1};
+    Blocks blocks = StructuralBlocks(scene, line);
+    blocks.push_back({0.2, -0.1, 0.3});
+    if (line.HasHeading()) {
+      const ceres::AutoDiffCostFunction<PointOnLineByDefinition, 2, 7, 1, 2, 3> twin(by_definition);
+      ExpectSameAsTwin(factor, twin, blocks);
+    } else {
+      const ceres::AutoDiffCostFunction<PointOnLineByDefinition, 2, 7, 2, 3> twin(by_definition);
+      ExpectSameAsTwin(factor, twin, blocks);
+    }
+  }
+}
+
+TEST(PointOnLineResidual, APointAtInfinityNeitherFailsNorPulls) {
+  const LineScene scene;
+  const StructuralLine line{LineAxis::kX, scene.anchor};
+  Blocks blocks = StructuralBlocks(scene, line);
+  blocks.push_back({0.2, -0.1, 0});
+  ExpectJacobiansMatchDifferences(PointOnLineResidual(&scene.geometry, line, 0.1), blocks, 1e-9);
+}
+
+// Nobody can observe where the whole scene is, nor how it is turned about the vertical.
+TEST(LineResiduals, AreInvariantToHeadingAndPosition) {
+  const LineScene scene;
+  const double yaw = 2.1;
+  const RigidTransform moved(ExpRotation({0, 0, yaw}), {10, -7, 3});
+  const RigidTransform identity;
+  const Vector3d p = scene.Visible(), direction(1, 2, -0.4);
+  const auto residuals = [&](const RigidTransform& by, double turn) {
+    std::vector<Eigen::VectorXd> all;
+    const std::vector<double> pose = PoseBlockOf(by * scene.pose);
+    const double heading = kHeading + turn;
+    for (const LineAxis axis : {LineAxis::kX, LineAxis::kY}) {
+      const StructuralLine line{axis, by * scene.anchor};
+      const StructuralLineBlock block = StructuralLineThrough(line, heading, by * p);
+      Blocks blocks = {pose, {heading}, {block[0], block[1]}};
+      all.push_back(Residual(StructuralLineResidual(&scene.geometry, line, scene.off), blocks));
+      blocks.push_back({0.2, -0.1, 0.3});
+      all.push_back(Residual(PointOnLineResidual(&scene.geometry, line, 0.1), blocks));
+    }
+    const StructuralLine vertical{LineAxis::kVertical, by * scene.anchor};
+    const StructuralLineBlock block = StructuralLineThrough(vertical, 0, by * p);
+    all.push_back(Residual(StructuralLineResidual(&scene.geometry, vertical, scene.off),
+                           {pose, {block[0], block[1]}}));
+    const GeneralLineBlock general =
+        GeneralLineThrough(by * scene.anchor, by * p, by.rotation * direction);
+    all.push_back(Residual(GeneralLineResidual(&scene.geometry, by * scene.anchor, scene.off),
+                           {pose, {general.begin(), general.end()}}));
+    return all;
+  };
+  const auto before = residuals(identity, 0), after = residuals(moved, yaw);
+  for (size_t k = 0; k < before.size(); ++k) {
+    EXPECT_LT((after[k] - before[k]).norm(), 1e-9 * before[k].norm()) << "term " << k;
+  }
+}
+
+}  // namespace
+}  // namespace slcmap
