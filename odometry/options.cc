@@ -89,6 +89,52 @@ constexpr OptionTable kFailure{
 void FailureOptions::Check() const { kFailure.Check("failure", *this); }
 void FailureOptions::Read(YamlSection section) { kFailure.Read(section, this); }
 
+constexpr OptionTable kManhattan{
+    Option{"end_sigma_px", &ManhattanOptions::end_sigma_px, 0.01, 20.0},
+    Option{"tilt_sigma_rad", &ManhattanOptions::tilt_sigma_rad, 1e-06, 0.2},
+    Option{"min_length_px", &ManhattanOptions::min_length_px, 1.0, 10000.0},
+    Option{"full_weight_px", &ManhattanOptions::full_weight_px, 1.0, 10000.0},
+    Option{"min_vertical_sigmas", &ManhattanOptions::min_vertical_sigmas, 0.0, 100.0},
+    Option{"max_vote_sigma_rad", &ManhattanOptions::max_vote_sigma_rad, 0.0001, 0.5},
+    Option{"memory_images", &ManhattanOptions::memory_images, 1, 10000},
+    Option{"search_step_rad", &ManhattanOptions::search_step_rad, 0.0001, 0.1},
+    Option{"search_sigma_rad", &ManhattanOptions::search_sigma_rad, 1e-05, 0.1},
+    Option{"max_sigmas", &ManhattanOptions::max_sigmas, 0.5, 10.0},
+    Option{"min_separation_rad", &ManhattanOptions::min_separation_rad, 0.01, 0.7},
+    Option{"min_images", &ManhattanOptions::min_images, 1, 10000},
+    Option{"min_image_share", &ManhattanOptions::min_image_share, 0.0, 1.0},
+    Option{"min_mean_length_px", &ManhattanOptions::min_mean_length_px, 0.0, 1000000.0},
+    Option{"max_runner_up", &ManhattanOptions::max_runner_up, 0.0, 1.0},
+    Option{"min_share", &ManhattanOptions::min_share, 0.0, 1.0},
+    Option{"min_minor_share", &ManhattanOptions::min_minor_share, 0.0, 0.5},
+    Option{"min_one_axis_share", &ManhattanOptions::min_one_axis_share, 0.0, 1.0},
+    Option{"min_spread", &ManhattanOptions::min_spread, 0.0, 1.0}};
+
+void ManhattanOptions::Check() const { kManhattan.Check("manhattan", *this); }
+void ManhattanOptions::Read(YamlSection section) { kManhattan.Read(section, this); }
+
+constexpr OptionTable kLineClassifier{
+    Option{"end_sigma_px", &LineClassifierOptions::end_sigma_px, 0.01, 20.0},
+    Option{"direction_sigma_rad", &LineClassifierOptions::direction_sigma_rad, 1e-06, 0.2},
+    Option{"max_sigmas", &LineClassifierOptions::max_sigmas, 0.5, 100.0},
+    Option{"max_angle_rad", &LineClassifierOptions::max_angle_rad, 0.001, 0.5},
+    Option{"min_other_sigmas", &LineClassifierOptions::min_other_sigmas, 0.5, 100.0}};
+
+void LineClassifierOptions::Check() const { kLineClassifier.Check("line_classifier", *this); }
+void LineClassifierOptions::Read(YamlSection section) { kLineClassifier.Read(section, this); }
+
+constexpr OptionTable kPointsOnLines{
+    Option{"max_distance_px", &PointsOnLinesOptions::max_distance_px, 0.01, 100.0},
+    Option{"min_apart_px", &PointsOnLinesOptions::min_apart_px, 0.01, 100.0},
+    Option{"max_beyond_px", &PointsOnLinesOptions::max_beyond_px, 0.0, 1000.0},
+    Option{"min_crossing_rad", &PointsOnLinesOptions::min_crossing_rad, 0.0, 1.5},
+    Option{"min_keyframes", &PointsOnLinesOptions::min_keyframes, 1, 1000},
+    Option{"max_unseen_keyframes", &PointsOnLinesOptions::max_unseen_keyframes, 1, 100000},
+    Option{"area_px", &PointsOnLinesOptions::area_px, 4.0, 1000.0}};
+
+void PointsOnLinesOptions::Check() const { kPointsOnLines.Check("points_on_lines", *this); }
+void PointsOnLinesOptions::Read(YamlSection section) { kPointsOnLines.Read(section, this); }
+
 namespace {
 
 // Calls visit(key, struct) for each section of the file, for options that are const or not.
@@ -100,6 +146,9 @@ void ForEachSection(Options& options, const Visit& visit) {
   visit("keyframes", options.keyframes);
   visit("initializer", options.initializer);
   visit("failure", options.failure);
+  visit("manhattan", options.manhattan);
+  visit("line_classifier", options.line_classifier);
+  visit("points_on_lines", options.points_on_lines);
 }
 
 }  // namespace

@@ -122,6 +122,59 @@ struct LineTrackerOptions {
   void Read(YamlSection section);
 };
 
+// Search for the headings of a building; see structure/manhattan_detector.h.
+struct ManhattanOptions {
+  double end_sigma_px = 0.5;      // of a segment's ends, across it
+  double tilt_sigma_rad = 0.003;  // of the camera's poses against the vertical
+  // Which segments vote.
+  double min_length_px = 25;
+  double full_weight_px = 200;        // a longer segment counts as this long
+  double min_vertical_sigmas = 4;     // closer to the vertical than this it may be vertical
+  double max_vote_sigma_rad = 0.035;  // of the heading that a segment says
+  // The search.
+  int memory_images = 30;            // keyframes whose votes are taken together
+  double search_step_rad = 0.002;    // of the histogram
+  double search_sigma_rad = 0.004;   // added to that of a vote
+  double max_sigmas = 3;             // between a heading and a vote for it
+  double min_separation_rad = 0.14;  // between headings
+  // When a heading is certain: its lines are the greater part, along both of its axes, or nearly
+  // all, along one axis but on all sides of the camera, as in a corridor.
+  int min_images = 10;              // in which it has min_image_share
+  double min_image_share = 0.4;     // of the segments that vote, by length
+  double min_mean_length_px = 500;  // of the segments for it, an image
+  double max_runner_up = 0.6;       // share of the next best heading over its own
+  double min_share = 0.55;
+  double min_minor_share = 0.12;  // along the axis with fewer lines
+  double min_one_axis_share = 0.85;
+  double min_spread = 0.45;  // 0: lines all to one side, 1: all around
+  void Check() const;
+  void Read(YamlSection section);
+};
+
+// To which direction of a building a line belongs; see structure/line_classifier.h.
+struct LineClassifierOptions {
+  double end_sigma_px = 0.5;           // of a segment's ends, across it
+  double direction_sigma_rad = 0.004;  // of the building's directions in the camera
+  double max_sigmas = 3;               // between a line and the direction that it belongs to
+  double max_angle_rad = 0.05;         // the same, however uncertain the line
+  double min_other_sigmas = 5;         // between it and every other direction
+  void Check() const;
+  void Read(YamlSection section);
+};
+
+// Which points are taken to lie on lines; see structure/points_on_lines.h.
+struct PointsOnLinesOptions {
+  double max_distance_px = 1.2;    // across the line, in both images
+  double min_apart_px = 2.0;       // farther away, a point is not on the line
+  double max_beyond_px = 8;        // along the line, from its nearer end
+  double min_crossing_rad = 0.35;  // between lines that share a point
+  int min_keyframes = 4;           // in a row, until a membership is verified
+  int max_unseen_keyframes = 20;   // then a candidate is forgotten
+  double area_px = 48;             // side of the areas that points and lines are sorted into
+  void Check() const;
+  void Read(YamlSection section);
+};
+
 // Everything that odometry can be told. YAML sections carry the names of the members.
 struct OdometryOptions {
   Method method = Method::kPoints;
@@ -132,6 +185,9 @@ struct OdometryOptions {
   InitializerOptions initializer;
   FailureOptions failure;
   LineTrackerOptions lines;
+  ManhattanOptions manhattan;
+  LineClassifierOptions line_classifier;
+  PointsOnLinesOptions points_on_lines;
 
   // Overrides the defaults with those of a file; throws ConfigError naming file and key.
   static OdometryOptions FromYaml(const std::string& path);

@@ -1,0 +1,51 @@
+// Which of a building's directions a line follows.
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <vector>
+
+#include "odometry/frontend/line_observation.h"
+#include "odometry/options.h"
+#include "odometry/run.h"
+
+namespace slcmap {
+
+struct LineClass {
+  LineAxis axis = LineAxis::kNone;
+  int world = -1;  // index into the headings; -1 for the vertical, which all worlds share
+  bool operator==(const LineClass&) const = default;
+};
+
+// The directions of the axes of Manhattan worlds, in the (gravity aligned, z up) world frame: the
+// vertical, then X and Y of each heading (radians from the world's x about z).
+struct StructuralDirection {
+  LineClass line_class;
+  Eigen::Vector3d d_world = Eigen::Vector3d::UnitZ();
+};
+std::vector<StructuralDirection> StructuralDirections(const std::vector<double>& headings_rad);
+
+// A class is given only when one direction fits and no other one could.
+class LineClassifier {
+ public:
+  // focal_px: of the rectified left camera. Throws ConfigError on options out of range.
+  LineClassifier(const LineClassifierOptions& options, double focal_px);
+
+  // The class of a segment on the plane z = 1 of a camera (SLC-VIO, section 3.4). Without headings
+  // only the vertical is recognised.
+  std::optional<LineClass> Classify(const LineSegment& segment,
+                                    const Eigen::Matrix3d& R_world_camera,
+                                    const std::vector<double>& headings_rad) const;
+
+  // The class of a line whose direction in space (unit; either sign) is known with a covariance
+  // (its part along the direction does not matter).
+  std::optional<LineClass> ClassifyDirection(const Eigen::Vector3d& d_world,
+                                             const Eigen::Matrix3d& covariance,
+                                             const std::vector<double>& headings_rad) const;
+
+ private:
+  LineClassifierOptions options_;
+  double end_sigma_;  // on the plane z = 1
+};
+
+}  // namespace slcmap

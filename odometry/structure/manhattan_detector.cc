@@ -1,0 +1,249 @@
+#include "odometry/structure/manhattan_detector.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "odometry/structure/interpretation_plane.h"
+
+namespace slcmap {
+namespace {
+
+using Vote = ManhattanDetector::Vote;
+constexpr double kQuarterTurn_rad = std::numbers::pi / 2;
+
+// The remainder of an angle in [-period / 2, period / 2).
+double Wrap(double angle_rad, double period_rad) {
+  return angle_rad - period_rad * std::floor(angle_rad / period_rad + 0.5);
+}
+
+// Nothing for what could be vertical, for planes so level that their lines could have any heading,
+// and for short segments.
+std::optional<Vote> VoteOf(const ManhattanOptions& options, const InterpretationPlane& plane,
+                           double length_px) {
+  if (length_px < options.min_length_px) return std::nullopt;
+  const VanishingAngle to_vertical =
+      AngleToVanishingPoint(plane, Eigen::Vector3d::UnitZ(), options.tilt_sigma_rad);
+  if (to_vertical.angle_rad < options.min_vertical_sigmas * to_vertical.sigma_rad) {
+    return std::nullopt;
+  }
+  const Eigen::Vector3d& n = plane.normal;
+  const double horizontal = std::max(n.head<2>().norm(), 1e-9);
+  const Eigen::Vector3d d = Eigen::Vector3d(-n.y(), n.x(), 0) / horizontal;
+  // A turn of the plane about `middle` moves the normal along `along`; a tilt of the world moves it
+  // along the heading by as much as the plane is level.
+  const double turn_rad = plane.sigma_rad * std::abs(plane.along.dot(d)) / horizontal;
+  const double tilt_rad = options.tilt_sigma_rad * std::abs(n.z()) / horizontal;
+  Vote vote;
+  vote.sigma_rad = std::hypot(turn_rad, tilt_rad);
+  if (vote.sigma_rad > options.max_vote_sigma_rad) return std::nullopt;
+  vote.heading_rad =
+      Wrap(std::atan2(d.y(), d.x()) - kQuarterTurn_rad, 2 * kQuarterTurn_rad) + kQuarterTurn_rad;
+  vote.weight_px = std::min(length_px, options.full_weight_px);
+  vote.pencil_rad = std::atan2(horizontal, n.z());
+  return vote;
+}
+
+// How much of a vote a heading gets (Tukey's biweight), for the angle between them in units of the
+// vote's sigma.
+double Kernel(double sigmas, double max_sigmas) {
+  const double u = sigmas / max_sigmas;
+  const double v = std::max(0.0, 1 - u * u);
+  return v * v;
+}
+
+double SigmasApart(const ManhattanOptions& options, const Vote& vote, double heading_rad) {
+  return std::abs(Wrap(vote.heading_rad - heading_rad, kQuarterTurn_rad)) /
+         std::hypot(vote.sigma_rad, options.search_sigma_rad);
+}
+
+using Images = std::vector<std::vector<Vote>>;
+
+// The weight of all votes by headings in steps of a quarter turn.
+class HeadingHistogram {
+ public:
+  HeadingHistogram(const ManhattanOptions& options, const Images& images)
+      : bins_(static_cast<size_t>(std::ceil(kQuarterTurn_rad / options.search_step_rad)), 0.0) {
+    for (const auto& votes : images) {
+      for (const Vote& vote : votes) Add(options, vote);
+    }
+  }
+
+  double HeadingOf(size_t bin) const {
+    return kQuarterTurn_rad * static_cast<double>(bin) / static_cast<double>(bins_.size());
+  }
+  double weight(size_t bin) const { return bins_[bin]; }
+
+  // The heaviest bin that is not within a distance of some headings; nothing where all is empty.
+  std::optional<size_t> Heaviest(const std::vector<double>& away_from_rad,
+                                 double distance_rad) const {
+    std::optional<size_t> best;
+    for (size_t bin = 0; bin < bins_.size(); ++bin) {
+      if (bins_[bin] <= (best ? bins_[*best] : 0)) continue;
+      const double heading_rad = HeadingOf(bin);
+      const bool near = std::any_of(away_from_rad.begin(), away_from_rad.end(), [&](double other) {
+        return std::abs(Wrap(heading_rad - other, kQuarterTurn_rad)) < distance_rad;
+      });
+      if (!near) best = bin;
+    }
+    return best;
+  }
+
+ private:
+  void Add(const ManhattanOptions& options, const Vote& vote) {
+    const double step_rad = kQuarterTurn_rad / static_cast<double>(bins_.size());
+    const double sigma_rad = std::hypot(vote.sigma_rad, options.search_sigma_rad);
+    const int reach = static_cast<int>(options.max_sigmas * sigma_rad / step_rad) + 1;
+    const int centre = static_cast<int>(std::floor(vote.heading_rad / step_rad));
+    const int count = static_cast<int>(bins_.size());
+    for (int i = centre - reach; i <= centre + reach; ++i) {
+      const double sigmas = std::abs(i * step_rad - vote.heading_rad) / sigma_rad;
+      bins_[((i % count) + count) % count] += vote.weight_px * Kernel(sigmas, options.max_sigmas);
+    }
+  }
+
+  std::vector<double> bins_;
+};
+
+// Least squares over the votes near a heading, reweighted; returns the standard deviation too.
+std::pair<double, double> Refine(const ManhattanOptions& options, const Images& images,
+                                 double heading_rad) {
+  double information = 0;
+  for (int iteration = 0; iteration < 8; ++iteration) {
+    double sum = 0;
+    information = 0;
+    for (const auto& votes : images) {
+      for (const Vote& vote : votes) {
+        const double w = Kernel(SigmasApart(options, vote, heading_rad), options.max_sigmas) /
+                         (vote.sigma_rad * vote.sigma_rad);
+        sum += w * Wrap(vote.heading_rad - heading_rad, kQuarterTurn_rad);
+        information += w;
+      }
+    }
+    if (information > 0) heading_rad += sum / information;
+  }
+  // The images show the same lines, and share the error of the tilt: they do not average out.
+  const double variance = static_cast<double>(images.size()) / std::max(information, 1e-9);
+  return {Wrap(heading_rad, kQuarterTurn_rad), std::sqrt(variance)};
+}
+
+// What follows a heading, summed over images; index 0: its axis X, 1: Y.
+struct Support {
+  double weight_px[2] = {0, 0};
+  Eigen::Vector2d pencil[2] = {Eigen::Vector2d::Zero(), Eigen::Vector2d::Zero()};
+  double length_px() const { return weight_px[0] + weight_px[1]; }
+
+  void Add(const Vote& vote, double heading_rad, double weight) {
+    const double from_x_rad = Wrap(vote.heading_rad - heading_rad, 2 * kQuarterTurn_rad);
+    const int axis = std::abs(from_x_rad) < 0.5 * kQuarterTurn_rad ? 0 : 1;
+    weight_px[axis] += weight;
+    // Planes repeat after half a turn: mean of the doubled angles.
+    pencil[axis] +=
+        weight * Eigen::Vector2d(std::cos(2 * vote.pencil_rad), std::sin(2 * vote.pencil_rad));
+  }
+  double Spread() const {
+    return length_px() > 0 ? 1 - (pencil[0].norm() + pencil[1].norm()) / length_px() : 0;
+  }
+};
+
+HeadingEvidence Weigh(const ManhattanOptions& options, const Images& images, double heading_rad) {
+  HeadingEvidence evidence;
+  Support support;
+  double all_px = 0;
+  for (const auto& votes : images) {
+    const double before_px = support.length_px();
+    double image_px = 0;
+    for (const Vote& vote : votes) {
+      image_px += vote.weight_px;
+      const bool follows = SigmasApart(options, vote, heading_rad) < options.max_sigmas;
+      if (follows) support.Add(vote, heading_rad, vote.weight_px);
+    }
+    const double share = (support.length_px() - before_px) / std::max(image_px, 1e-9);
+    if (share >= options.min_image_share) ++evidence.images;
+    all_px += image_px;
+  }
+  evidence.heading_rad = heading_rad;
+  evidence.share = support.length_px() / std::max(all_px, 1e-9);
+  evidence.minor_share =
+      std::min(support.weight_px[0], support.weight_px[1]) / std::max(all_px, 1e-9);
+  evidence.spread = support.Spread();
+  evidence.mean_length_px = support.length_px() / static_cast<double>(images.size());
+  return evidence;
+}
+
+}  // namespace
+
+ManhattanDetector::ManhattanDetector(const ManhattanOptions& options, double focal_px)
+    : options_(options), focal_px_(focal_px) {
+  options_.Check();
+}
+
+std::vector<HeadingEvidence> ManhattanDetector::AddImage(const std::vector<LineSegment>& segments,
+                                                         const Eigen::Matrix3d& R_world_camera) {
+  std::vector<Vote> votes;
+  for (const LineSegment& segment : segments) {
+    const InterpretationPlane plane =
+        PlaneOfSegment(segment, options_.end_sigma_px / focal_px_).Rotated(R_world_camera);
+    const auto vote = VoteOf(options_, plane, segment.Length() * focal_px_);
+    if (vote) votes.push_back(*vote);
+  }
+  images_.push_back(std::move(votes));
+  if (static_cast<int>(images_.size()) > options_.memory_images) images_.pop_front();
+
+  std::vector<HeadingEvidence> found;
+  const auto best = Best();
+  if (best && IsCertain(*best)) {
+    known_headings_rad_.push_back(best->heading_rad);
+    found.push_back(*best);
+  }
+  return found;
+}
+
+void ManhattanDetector::SetKnownHeadings(const std::vector<double>& headings_rad) {
+  known_headings_rad_ = headings_rad;
+}
+
+std::optional<HeadingEvidence> ManhattanDetector::Best() const {
+  Images unexplained;
+  for (const auto& votes : images_) {
+    auto& left_over = unexplained.emplace_back();
+    for (const Vote& vote : votes) {
+      const bool known = std::any_of(
+          known_headings_rad_.begin(), known_headings_rad_.end(), [&](double heading_rad) {
+            return SigmasApart(options_, vote, heading_rad) < options_.max_sigmas;
+          });
+      if (!known) left_over.push_back(vote);
+    }
+  }
+  const HeadingHistogram histogram(options_, unexplained);
+  const auto bin = histogram.Heaviest(known_headings_rad_, options_.min_separation_rad);
+  if (!bin) return std::nullopt;
+  const auto [heading_rad, sigma_rad] = Refine(options_, unexplained, histogram.HeadingOf(*bin));
+  HeadingEvidence evidence = Weigh(options_, unexplained, heading_rad);
+  evidence.sigma_rad = std::hypot(sigma_rad, options_.tilt_sigma_rad);
+  std::vector<double> others = known_headings_rad_;
+  others.push_back(heading_rad);
+  const auto runner_up = histogram.Heaviest(others, options_.min_separation_rad);
+  if (runner_up) {
+    evidence.runner_up_share =
+        evidence.share * histogram.weight(*runner_up) / histogram.weight(*bin);
+  }
+  return evidence;
+}
+
+bool ManhattanDetector::IsCertain(const HeadingEvidence& e) const {
+  if (e.images < options_.min_images || e.mean_length_px < options_.min_mean_length_px) {
+    return false;
+  }
+  if (e.runner_up_share > options_.max_runner_up * e.share) return false;
+  const bool both_axes = e.share >= options_.min_share && e.minor_share >= options_.min_minor_share;
+  const bool all_around = e.share >= options_.min_one_axis_share && e.spread >= options_.min_spread;
+  return both_axes || all_around;
+}
+
+void ManhattanDetector::Reset() {
+  images_.clear();
+  known_headings_rad_.clear();
+}
+
+}  // namespace slcmap

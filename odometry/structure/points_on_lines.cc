@@ -1,0 +1,216 @@
+#include "odometry/structure/points_on_lines.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace slcmap {
+namespace {
+
+enum class Sight { kOn, kOff, kUnclear };
+
+struct PlaceOnSegment {
+  double across_px = 0;
+  double beyond_px = 0;  // the nearer end; 0 inside
+};
+
+PlaceOnSegment PlaceOf(const Eigen::Vector2d& point, const LineSegment& segment) {
+  const Eigen::Vector2d direction = (segment.end - segment.start).normalized();
+  const Eigen::Vector2d from_start = point - segment.start;
+  const double along = from_start.dot(direction);
+  return {std::abs(from_start.x() * direction.y() - from_start.y() * direction.x()),
+          std::max({0.0, -along, along - segment.Length()})};
+}
+
+Sight SightOf(const PointsOnLinesOptions& options, const Eigen::Vector2d& point,
+              const LineSegment& segment) {
+  const PlaceOnSegment place = PlaceOf(point, segment);
+  if (place.beyond_px > options.max_beyond_px) return Sight::kUnclear;
+  if (place.across_px > options.min_apart_px) return Sight::kOff;
+  return place.across_px <= options.max_distance_px ? Sight::kOn : Sight::kUnclear;
+}
+
+// In both images; what one of them did not see is unclear.
+Sight SightOf(const PointsOnLinesOptions& options, const PointObservation& point,
+              const LineObservation& line) {
+  const Sight left = SightOf(options, point.left_px, line.left_px);
+  if (!point.right_px || !line.right_px) return left == Sight::kOff ? left : Sight::kUnclear;
+  const Sight right = SightOf(options, *point.right_px, *line.right_px);
+  if (left == Sight::kOff || right == Sight::kOff) return Sight::kOff;
+  return left == right ? left : Sight::kUnclear;
+}
+
+// Lines by areas of the left image.
+class Areas {
+ public:
+  Areas(const PointsOnLinesOptions& options, const std::vector<LineObservation>& lines)
+      : side_px_(options.area_px) {
+    const double reach_px = std::max(options.max_distance_px, options.max_beyond_px);
+    for (size_t i = 0; i < lines.size(); ++i) Add(lines[i].left_px, reach_px, i);
+  }
+
+  // Indices of the lines that may come near the pixel, in rising order.
+  const std::vector<size_t>& LinesNear(const Eigen::Vector2d& px) const {
+    static const std::vector<size_t> kNone;
+    const auto it = lines_.find(Key(px.x(), px.y()));
+    return it == lines_.end() ? kNone : it->second;
+  }
+
+ private:
+  using Area = std::pair<int, int>;
+
+  Area Key(double x, double y) const {
+    return {static_cast<int>(std::floor(x / side_px_)), static_cast<int>(std::floor(y / side_px_))};
+  }
+
+  void Add(const LineSegment& segment, double reach_px, size_t index) {
+    const Eigen::Vector2d low = segment.start.cwiseMin(segment.end).array() - reach_px;
+    const Eigen::Vector2d high = segment.start.cwiseMax(segment.end).array() + reach_px;
+    const Area first = Key(low.x(), low.y()), last = Key(high.x(), high.y());
+    const double near_px = reach_px + std::sqrt(0.5) * side_px_;
+    for (int x = first.first; x <= last.first; ++x) {
+      for (int y = first.second; y <= last.second; ++y) {
+        const Eigen::Vector2d centre = {(x + 0.5) * side_px_, (y + 0.5) * side_px_};
+        if (PlaceOf(centre, segment).across_px <= near_px) lines_[{x, y}].push_back(index);
+      }
+    }
+  }
+
+  double side_px_;
+  std::map<Area, std::vector<size_t>> lines_;
+};
+
+double AngleBetween(const LineSegment& a, const LineSegment& b) {
+  const Eigen::Vector2d u = (a.end - a.start).normalized(), v = (b.end - b.start).normalized();
+  return std::acos(std::min(1.0, std::abs(u.dot(v))));
+}
+
+struct Candidate {
+  const LineObservation* line = nullptr;
+  bool verified = false;
+  double across_px = 0;
+};
+
+// Keeps the verified and nearest ones, and of the others those that cross all of them.
+std::vector<Candidate> WithoutRivals(std::vector<Candidate> candidates, double min_crossing_rad) {
+  std::sort(candidates.begin(), candidates.end(), [](const Candidate& a, const Candidate& b) {
+    if (a.verified != b.verified) return a.verified;
+    if (a.across_px != b.across_px) return a.across_px < b.across_px;
+    return a.line->id < b.line->id;
+  });
+  std::vector<Candidate> kept;
+  for (const Candidate& c : candidates) {
+    const bool crosses_all = std::all_of(kept.begin(), kept.end(), [&](const Candidate& k) {
+      return AngleBetween(c.line->left_px, k.line->left_px) >= min_crossing_rad;
+    });
+    if (crosses_all) kept.push_back(c);
+  }
+  return kept;
+}
+
+template <typename Observation>
+const Observation* Find(const std::map<int64_t, const Observation*>& by_id, int64_t id) {
+  const auto it = by_id.find(id);
+  return it == by_id.end() ? nullptr : it->second;
+}
+
+template <typename Observation>
+std::map<int64_t, const Observation*> ById(const std::vector<Observation>& observations) {
+  std::map<int64_t, const Observation*> out;
+  for (const Observation& observation : observations) out[observation.id] = &observation;
+  return out;
+}
+
+}  // namespace
+
+PointsOnLines::PointsOnLines(const PointsOnLinesOptions& options) : options_(options) {
+  options_.Check();
+}
+
+PointsOnLines::Change PointsOnLines::AddKeyframe(const std::vector<PointObservation>& points,
+                                                 const std::vector<LineObservation>& lines) {
+  Change change;
+  ++keyframe_;
+  BreakApart(points, lines, &change);
+  const Areas areas(options_, lines);
+  for (const PointObservation& point : points) {
+    std::vector<Candidate> candidates;
+    for (const size_t index : areas.LinesNear(point.left_px)) {
+      const LineObservation& line = lines[index];
+      if (SightOf(options_, point, line) != Sight::kOn) continue;
+      candidates.push_back({&line, verified_.count({point.id, line.id}) > 0,
+                            PlaceOf(point.left_px, line.left_px).across_px});
+    }
+    for (const Candidate& c : WithoutRivals(std::move(candidates), options_.min_crossing_rad)) {
+      Count({point.id, c.line->id}, &change);
+    }
+  }
+  ForgetUnseen();
+  return change;
+}
+
+void PointsOnLines::BreakApart(const std::vector<PointObservation>& points,
+                               const std::vector<LineObservation>& lines, Change* change) {
+  const auto points_by_id = ById(points);
+  const auto lines_by_id = ById(lines);
+  for (auto it = records_.begin(); it != records_.end();) {
+    const PointObservation* point = Find(points_by_id, it->first.point_id);
+    const LineObservation* line = Find(lines_by_id, it->first.line_id);
+    const bool apart = point != nullptr && line != nullptr && !it->second.barred &&
+                       SightOf(options_, *point, *line) == Sight::kOff;
+    if (apart && verified_.erase(it->first) > 0) change->broken.push_back(it->first);
+    it = apart ? records_.erase(it) : std::next(it);
+  }
+}
+
+void PointsOnLines::Count(const PointOnLine& pair, Change* change) {
+  Record& record = records_[pair];
+  record.last_keyframe = keyframe_;
+  if (record.barred || ++record.together < options_.min_keyframes) return;
+  if (verified_.insert(pair).second) change->verified.push_back(pair);
+}
+
+void PointsOnLines::ForgetUnseen() {
+  std::erase_if(records_, [&](const auto& entry) {
+    return keyframe_ - entry.second.last_keyframe > options_.max_unseen_keyframes &&
+           verified_.count(entry.first) == 0;
+  });
+}
+
+std::vector<int64_t> PointsOnLines::PointsOf(int64_t line_id) const {
+  std::vector<int64_t> ids;
+  for (const PointOnLine& pair : verified_) {
+    if (pair.line_id == line_id) ids.push_back(pair.point_id);
+  }
+  return ids;
+}
+
+void PointsOnLines::Release(const PointOnLine& pair) {
+  verified_.erase(pair);
+  Record& record = records_[pair];
+  record.barred = true;
+  record.last_keyframe = keyframe_;
+}
+
+void PointsOnLines::ReleasePoint(int64_t point_id) {
+  std::erase_if(verified_, [&](const PointOnLine& p) { return p.point_id == point_id; });
+  std::erase_if(records_, [&](const auto& entry) { return entry.first.point_id == point_id; });
+}
+
+void PointsOnLines::ReleaseLine(int64_t line_id) {
+  std::erase_if(verified_, [&](const PointOnLine& p) { return p.line_id == line_id; });
+  std::erase_if(records_, [&](const auto& entry) { return entry.first.line_id == line_id; });
+}
+
+void PointsOnLines::MergeLine(int64_t line_id, int64_t into_line_id) {
+  for (const int64_t point_id : PointsOf(line_id)) {
+    const PointOnLine pair = {point_id, into_line_id};
+    Record& record = records_[pair];
+    if (record.barred) continue;
+    record.together = std::max(record.together, options_.min_keyframes);
+    record.last_keyframe = keyframe_;
+    verified_.insert(pair);
+  }
+  ReleaseLine(line_id);
+}
+
+}  // namespace slcmap

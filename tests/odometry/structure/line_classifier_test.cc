@@ -1,0 +1,83 @@
+#include "odometry/structure/line_classifier.h"
+
+#include <gtest/gtest.h>
+
+#include "data/error.h"
+#include "tests/odometry/structure/made_segments.h"
+
+namespace slcmap {
+namespace {
+
+using testing::CameraLooking;
+using testing::kDegree;
+
+class LineClassifierTest : public ::testing::Test {
+ protected:
+  std::optional<LineClass> ClassOf(const Eigen::Vector3d& middle, const Eigen::Vector3d& direction,
+                                   double length_m = 1,
+                                   const std::vector<double>& headings_rad = {0.3}) {
+    const Eigen::Vector3d half = 0.5 * length_m * direction.normalized();
+    const auto segment = testing::Project({middle - half, middle + half}, R_world_camera_);
+    EXPECT_TRUE(segment.has_value());
+    return classifier_.Classify(*segment, R_world_camera_, headings_rad);
+  }
+
+  static Eigen::Vector3d Heading(double rad) { return {std::cos(rad), std::sin(rad), 0}; }
+
+  const LineClassifier classifier_{LineClassifierOptions(), testing::kFocal_px};
+  const Eigen::Matrix3d R_world_camera_ = CameraLooking(0.6, 0.1);
+  const Eigen::Vector3d ahead_ = 5 * Heading(0.6) + Eigen::Vector3d(0, 0, 0.7);
+};
+
+TEST_F(LineClassifierTest, TellsTheAxesOfOneWorld) {
+  EXPECT_EQ(ClassOf(ahead_, Heading(0.3)), (LineClass{LineAxis::kX, 0}));
+  EXPECT_EQ(ClassOf(ahead_, Heading(0.3 + 90 * kDegree)), (LineClass{LineAxis::kY, 0}));
+  EXPECT_EQ(ClassOf(ahead_, Eigen::Vector3d::UnitZ()), (LineClass{LineAxis::kVertical, -1}));
+}
+
+TEST_F(LineClassifierTest, TellsTheWorldsApart) {
+  const std::vector<double> two = {0.3, 0.3 + 30 * kDegree};
+  EXPECT_EQ(ClassOf(ahead_, Heading(two[1]), 1, two), (LineClass{LineAxis::kX, 1}));
+  EXPECT_EQ(ClassOf(ahead_, Heading(two[0]), 1, two), (LineClass{LineAxis::kX, 0}));
+}
+
+TEST_F(LineClassifierTest, KnowsTheVerticalWithoutAnyWorld) {
+  EXPECT_EQ(ClassOf(ahead_, Eigen::Vector3d::UnitZ(), 1, {}), (LineClass{LineAxis::kVertical, -1}));
+  EXPECT_EQ(ClassOf(ahead_, Heading(0.3), 1, {}), std::nullopt);
+}
+
+TEST_F(LineClassifierTest, LeavesOutOtherDirections) {
+  EXPECT_EQ(ClassOf(ahead_, Heading(0.3 + 90 * kDegree) + Eigen::Vector3d(0, 0, 0.2)),
+            std::nullopt);
+  EXPECT_EQ(ClassOf(ahead_, Heading(0.3 + 110 * kDegree)), std::nullopt);
+}
+
+// At the height of the camera every horizontal line looks alike.
+TEST_F(LineClassifierTest, LeavesOutWhatCouldBeTwoAxes) {
+  EXPECT_EQ(ClassOf(5 * Heading(0.6), Heading(0.3)), std::nullopt);
+  EXPECT_EQ(ClassOf(ahead_, Heading(0.3), 0.03), std::nullopt);  // too short to tell
+}
+
+TEST_F(LineClassifierTest, DirectionsInSpaceNeedToBeKnownWell) {
+  const Eigen::Vector3d d = (Heading(0.3) + Eigen::Vector3d(0, 0, 0.01)).normalized();
+  const auto class_of = [&](double sigma_rad) {
+    return classifier_.ClassifyDirection(d, sigma_rad * sigma_rad * Eigen::Matrix3d::Identity(),
+                                         {0.3});
+  };
+  EXPECT_EQ(class_of(0.01), (LineClass{LineAxis::kX, 0}));
+  EXPECT_EQ(class_of(0.001), LineClass({LineAxis::kX, 0}));
+  EXPECT_EQ(class_of(0.5), std::nullopt);
+  EXPECT_EQ(classifier_.ClassifyDirection(-d, 1e-4 * Eigen::Matrix3d::Identity(), {0.3}),
+            (LineClass{LineAxis::kX, 0}));
+  EXPECT_EQ(classifier_.ClassifyDirection(d, 1e-6 * Eigen::Matrix3d::Identity(), {0.4}),
+            std::nullopt);
+}
+
+TEST_F(LineClassifierTest, RefusesOptionsOutOfRange) {
+  LineClassifierOptions options;
+  options.max_sigmas = 0;
+  EXPECT_THROW(LineClassifier(options, 400), ConfigError);
+}
+
+}  // namespace
+}  // namespace slcmap

@@ -1,0 +1,128 @@
+#include "odometry/structure/manhattan_detector.h"
+
+#include <gtest/gtest.h>
+
+#include "data/error.h"
+#include "tests/odometry/structure/made_segments.h"
+
+namespace slcmap {
+namespace {
+
+using testing::kDegree;
+using testing::WorldLine;
+
+Eigen::Vector3d Heading(double rad) { return {std::cos(rad), std::sin(rad), 0}; }
+
+void Append(std::vector<WorldLine>* lines, std::vector<WorldLine> more) {
+  lines->insert(lines->end(), more.begin(), more.end());
+}
+
+// The headings found by a camera that turns once about itself, with 0.5 px of noise.
+class ManhattanDetectorTest : public ::testing::Test {
+ protected:
+  void AddBuilding(double heading_rad, int lines_an_axis) {
+    Append(&lines_, testing::ScatteredLines(Heading(heading_rad), lines_an_axis, &random_));
+    Append(&lines_,
+           testing::ScatteredLines(Heading(heading_rad + 90 * kDegree), lines_an_axis, &random_));
+    Append(&lines_, testing::ScatteredLines(Eigen::Vector3d::UnitZ(), lines_an_axis, &random_));
+  }
+
+  void AddClutter(int count) {
+    std::normal_distribution<double> normal;
+    for (int i = 0; i < count; ++i) {
+      const Eigen::Vector3d d(normal(random_), normal(random_), normal(random_));
+      Append(&lines_, testing::ScatteredLines(d, 1, &random_));
+    }
+  }
+
+  std::vector<double> Turn(int images, const Eigen::Matrix3d& R_world_tilted) {
+    std::vector<double> found;
+    for (int i = 0; i < images; ++i) {
+      const Eigen::Matrix3d R = testing::CameraLooking(0.2 * i, 0.1 * std::sin(0.7 * i));
+      const auto segments = testing::ProjectAll(lines_, R, 0.5, &random_);
+      for (const auto& heading : detector_.AddImage(segments, R_world_tilted * R)) {
+        found.push_back(heading.heading_rad);
+      }
+    }
+    return found;
+  }
+  std::vector<double> Turn(int images) { return Turn(images, Eigen::Matrix3d::Identity()); }
+
+  std::mt19937 random_{3};
+  std::vector<WorldLine> lines_;
+  ManhattanDetector detector_{ManhattanOptions(), testing::kFocal_px};
+};
+
+TEST_F(ManhattanDetectorTest, FindsTheHeadingAmongClutter) {
+  AddBuilding(20 * kDegree, 60);
+  AddClutter(30);
+  const auto found = Turn(60);
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_NEAR(found[0], 20 * kDegree, 0.1 * kDegree);
+}
+
+TEST_F(ManhattanDetectorTest, HeadingRepeatsAfterAQuarterTurn) {
+  AddBuilding(100 * kDegree, 60);
+  const auto found = Turn(60);
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_NEAR(found[0], 10 * kDegree, 0.1 * kDegree);
+}
+
+TEST_F(ManhattanDetectorTest, WithstandsATiltedWorld) {
+  AddBuilding(-30 * kDegree, 60);
+  AddClutter(40);
+  const auto found =
+      Turn(60, Eigen::AngleAxisd(0.3 * kDegree, Eigen::Vector3d(0.6, 0.8, 0)).toRotationMatrix());
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_NEAR(found[0], -30 * kDegree, 0.2 * kDegree);
+}
+
+TEST_F(ManhattanDetectorTest, FindsNoneInClutter) {
+  AddClutter(300);
+  Append(&lines_, testing::ScatteredLines(Eigen::Vector3d::UnitZ(), 60, &random_));
+  EXPECT_TRUE(Turn(200).empty());
+}
+
+// Walls at odd angles: each has a direction of its own, and none at right angles to it.
+TEST_F(ManhattanDetectorTest, FindsNoneBetweenOddWalls) {
+  for (const double degrees : {0, 17, 35, 52, 71, 101, 118, 137, 154}) {
+    Append(&lines_, testing::ScatteredLines(Heading(degrees * kDegree), 25, &random_));
+  }
+  AddClutter(40);
+  EXPECT_TRUE(Turn(200).empty());
+}
+
+TEST_F(ManhattanDetectorTest, FindsASecondHeadingLater) {
+  AddBuilding(5 * kDegree, 60);
+  AddClutter(20);
+  EXPECT_EQ(Turn(60).size(), 1u);
+  lines_.clear();
+  AddBuilding(35 * kDegree, 60);
+  AddClutter(20);
+  const auto found = Turn(60);
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_NEAR(found[0], 35 * kDegree, 0.15 * kDegree);
+  EXPECT_EQ(detector_.known_headings_rad().size(), 2u);
+}
+
+TEST_F(ManhattanDetectorTest, DoesNotFindAKnownHeadingAgain) {
+  AddBuilding(5 * kDegree, 60);
+  detector_.SetKnownHeadings({5.1 * kDegree});
+  EXPECT_TRUE(Turn(60).empty());
+  detector_.Reset();
+  EXPECT_EQ(Turn(60).size(), 1u);
+}
+
+TEST_F(ManhattanDetectorTest, SurvivesImagesWithoutSegments) {
+  EXPECT_TRUE(Turn(20).empty());
+  EXPECT_FALSE(detector_.Best().has_value());
+}
+
+TEST(ManhattanOptionsTest, RefusesOptionsOutOfRange) {
+  ManhattanOptions options;
+  options.min_share = 2;
+  EXPECT_THROW(ManhattanDetector(options, 400), ConfigError);
+}
+
+}  // namespace
+}  // namespace slcmap
