@@ -31,4 +31,21 @@ PointAndDirection GeneralLineFromBlock(const Vector3d& anchor_world, const doubl
   return {anchor_world - distance * u.col(2), u.col(1)};
 }
 
+// U <- U Exp(d) changes u_k by u_j d_i - u_i d_j for the cyclic (i, j, k).
+Eigen::Matrix<double, 3, 4> GeneralLineTurn(const double* block) {
+  const Matrix3d u = Map<const Quaterniond>(block).toRotationMatrix();
+  Eigen::Matrix<double, 3, 4> turn;
+  turn << u.col(2), Vector3d::Zero(), -u.col(0), Vector3d::Zero();
+  return turn;
+}
+
+Eigen::Matrix<double, 3, 4> GeneralLineShift(const double* block, double along_m) {
+  const Matrix3d u = Map<const Quaterniond>(block).toRotationMatrix();
+  const double distance = std::cos(block[4]) / std::sin(block[4]);
+  Eigen::Matrix<double, 3, 4> shift;
+  shift << distance * u.col(1), -distance * u.col(0), Vector3d::Zero(),
+      (1 + distance * distance) * u.col(2);
+  return shift + along_m * GeneralLineTurn(block);
+}
+
 }  // namespace slcmap

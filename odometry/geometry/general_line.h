@@ -33,4 +33,9 @@ GeneralLineBlock GeneralLineThrough(const Eigen::Vector3d& anchor_world,
 
 PointAndDirection GeneralLineFromBlock(const Eigen::Vector3d& anchor_world, const double* block);
 
+// Derivatives by the block's tangent: of the unit direction, and of the point that lies along_m
+// from the one nearest to the anchor.
+Eigen::Matrix<double, 3, 4> GeneralLineTurn(const double* block);
+Eigen::Matrix<double, 3, 4> GeneralLineShift(const double* block, double along_m);
+
 }  // namespace slcmap

@@ -35,6 +35,14 @@ int TangentSize(int block_size) {
   return block_size;
 }
 
+void BlockPlus(int block_size, const double* x, const double* delta, double* x_plus_delta) {
+  if (const ceres::Manifold* manifold = ManifoldOf(block_size)) {
+    manifold->Plus(x, delta, x_plus_delta);
+  } else {
+    std::transform(x, x + block_size, delta, x_plus_delta, std::plus<>());
+  }
+}
+
 void BlockMinus(int block_size, const double* y, const double* x, double* y_minus_x) {
   if (const ceres::Manifold* manifold = ManifoldOf(block_size)) {
     manifold->Minus(y, x, y_minus_x);

@@ -14,6 +14,9 @@ ceres::Manifold* ManifoldOf(int block_size);
 // The number of tangent dimensions of a block.
 int TangentSize(int block_size);
 
+// The block at x, moved by a tangent vector.
+void BlockPlus(int block_size, const double* x, const double* delta, double* x_plus_delta);
+
 // The tangent vector y minus x of two blocks of a kind.
 void BlockMinus(int block_size, const double* y, const double* x, double* y_minus_x);
 

@@ -1,0 +1,62 @@
+// Lines in 3D from everything that has seen them, with the poses as they are.
+#pragma once
+
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "odometry/geometry/general_line.h"
+#include "odometry/geometry/structural_line.h"
+#include "odometry/residuals/line_sight.h"
+
+namespace slcmap {
+
+struct LineTriangulationOptions {
+  double max_relative_sigma = 0.25;      // of the line's place across it, to its distance
+  double max_direction_sigma_rad = 0.2;  // of a general line
+  double min_distance_m = 0.1;           // from the anchor
+  double max_distance_m = 100;
+  double loss_sigma = 2;  // where the Huber loss of a sight turns linear
+};
+
+// One stereo pair that saw a line.
+struct LineSight {
+  RigidTransform T_world_imu;
+  StereoLineMeasurement measurement;
+};
+
+struct StructuralLineFit {
+  StructuralLineBlock block;
+  Eigen::Matrix2d covariance;  // of the block (rad, 1 / m)
+};
+
+// The structural line that fits its sights best: the point in which the planes through its axis and
+// the middles of the segments meet (SLC-VIO, section 3.6), then Gauss-Newton on the reprojections
+// with a robust loss. Nothing where its place is not known well enough or it lies behind a camera.
+// How well it fits is for the caller to judge.
+std::optional<StructuralLineFit> TriangulateStructuralLine(const std::vector<LineSight>& sights,
+                                                           const StructuralLine& line,
+                                                           double heading_rad,
+                                                           const StereoGeometry& geometry,
+                                                           const LineTriangulationOptions& options);
+
+struct GeneralLineFit {
+  GeneralLineBlock block;
+  Eigen::Matrix4d covariance;            // of the block's tangent (rad)
+  Eigen::Matrix3d direction_covariance;  // of the unit direction in the world, rank 2
+};
+
+// The same for a line of any direction: first that in which the planes of the segments meet.
+std::optional<GeneralLineFit> TriangulateGeneralLine(const std::vector<LineSight>& sights,
+                                                     const Eigen::Vector3d& anchor_world,
+                                                     const StereoGeometry& geometry,
+                                                     const LineTriangulationOptions& options);
+
+// From where to where on a line a camera saw it: the points of it nearest to the rays of the
+// segment's ends (on the plane z = 1), in metres from the line's point along its direction, the
+// smaller first. Nothing where a ray meets the line behind the camera or nearly along it.
+std::optional<std::pair<double, double>> ExtentAlong(const PointAndDirection& line,
+                                                     const LineSegment& segment,
+                                                     const RigidTransform& T_world_camera);
+
+}  // namespace slcmap
