@@ -31,15 +31,36 @@ struct SimulatedTrack {
   std::optional<Eigen::Vector2d> right_px;  // where the right camera sees it too
 };
 
+// A straight edge, and the landmarks that lie on it.
+struct SimulatedEdge {
+  std::optional<int> axis;  // of the building: X, Y, vertical; none for a random direction
+  Eigen::Vector3d start_world = Eigen::Vector3d::Zero();
+  Eigen::Vector3d end_world = Eigen::Vector3d::Zero();
+  std::vector<int64_t> landmarks;  // rows in SimulatedTracks::landmarks_world
+};
+
+struct SimulatedSegment {
+  Eigen::Vector2d start_px = Eigen::Vector2d::Zero();
+  Eigen::Vector2d end_px = Eigen::Vector2d::Zero();
+};
+
+struct SimulatedLineTrack {
+  int64_t id = 0;  // row in SimulatedTracks::edges
+  SimulatedSegment left;
+  std::optional<SimulatedSegment> right;  // where the right camera sees it too
+};
+
 struct SimulatedTrackFrame {
   int64_t stamp_ns = 0;  // on the camera's clock, which the rig's offset relates to the IMU's
   RigidTransform T_world_imu;
-  std::vector<SimulatedTrack> tracks;  // sorted by id
+  std::vector<SimulatedTrack> tracks;     // sorted by id
+  std::vector<SimulatedLineTrack> lines;  // sorted by id; see line_track_simulator.h
 };
 
 struct SimulatedTracks {
   std::vector<SimulatedTrackFrame> frames;
   std::vector<Eigen::Vector3d> landmarks_world;  // metres
+  std::vector<SimulatedEdge> edges;
 };
 
 // Tracks over the whole motion. A landmark is tracked while the left camera sees it; where fewer

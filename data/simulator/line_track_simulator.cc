@@ -1,0 +1,214 @@
+#include "data/simulator/line_track_simulator.h"
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+#include "data/error.h"
+
+namespace slcmap {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+constexpr double kNear_m = 0.2;  // nothing nearer is seen
+
+// Shortens the segment a + t (b - a), t from 0 to 1, to where value >= 0, given value at both ends.
+void Keep(double at_a, double at_b, double* from, double* to) {
+  const double crossing = at_a / (at_a - at_b);
+  if (at_a < 0) *from = at_b < 0 ? 1 : std::max(*from, crossing);
+  if (at_b < 0) *to = at_a < 0 ? 0 : std::min(*to, crossing);
+}
+
+// The part of the segment from a to b where all of `values` (of two points) are positive.
+template <typename Point, typename Values>
+bool Clip(const Values& values, Point* a, Point* b) {
+  double from = 0, to = 1;
+  const auto at_a = values(*a), at_b = values(*b);
+  for (int k = 0; k < at_a.size(); ++k) Keep(at_a[k], at_b[k], &from, &to);
+  if (!(from < to)) return false;
+  const Point start = *a, along = *b - *a;
+  *a = start + from * along;
+  *b = start + to * along;
+  return true;
+}
+
+class LineTrackSimulator {
+ public:
+  LineTrackSimulator(const Rig& rig, const LineTrackSimulatorOptions& options,
+                     SimulatedTracks* tracks)
+      : rig_(rig), options_(options), tracks_(*tracks), generator_(options.seed) {}
+
+  void Run() {
+    for (SimulatedTrackFrame& frame : tracks_.frames) {
+      std::erase_if(live_edges_, [&](int64_t id) { return !See(frame, tracks_.edges[id], 0); });
+      TakeUpNew(frame);
+      for (const int64_t id : live_edges_) frame.lines.push_back(Measure(frame, id));
+      std::erase_if(live_points_, [&](int64_t id) { return !SeePoint(frame, id, 0); });
+      for (const int64_t id : live_points_) frame.tracks.push_back(MeasurePoint(frame, id));
+    }
+  }
+
+ private:
+  RigidTransform CameraFromWorld(const SimulatedTrackFrame& frame, int camera) const {
+    return (frame.T_world_imu * rig_.T_imu_camera[camera]).Inverse();
+  }
+
+  // What a camera sees of an edge, without noise.
+  std::optional<SimulatedSegment> See(const SimulatedTrackFrame& frame, const SimulatedEdge& edge,
+                                      int camera) const {
+    const Camera& model = rig_.cameras[camera];
+    const RigidTransform T = CameraFromWorld(frame, camera);
+    Vector3d a = T * edge.start_world, b = T * edge.end_world;
+    const auto in_front = [](const Vector3d& p) {
+      return Eigen::Matrix<double, 1, 1>(p.z() - kNear_m);
+    };
+    if (!Clip(in_front, &a, &b)) return std::nullopt;
+    const auto pixel = [&](const Vector3d& p) {
+      return Vector2d(model.fx_px * p.x() / p.z() + model.cx_px,
+                      model.fy_px * p.y() / p.z() + model.cy_px);
+    };
+    SimulatedSegment seen{pixel(a), pixel(b)};
+    const double margin = options_.margin_px;
+    const auto in_image = [&](const Vector2d& p) {
+      return Eigen::Vector4d(p.x() - margin, p.y() - margin, model.width_px - 1 - margin - p.x(),
+                             model.height_px - 1 - margin - p.y());
+    };
+    if (!Clip(in_image, &seen.start_px, &seen.end_px)) return std::nullopt;
+    if ((seen.end_px - seen.start_px).norm() < options_.min_length_px) return std::nullopt;
+    return seen;
+  }
+
+  std::optional<Vector2d> SeePoint(const SimulatedTrackFrame& frame, int64_t id, int camera) const {
+    const Vector3d p = CameraFromWorld(frame, camera) * tracks_.landmarks_world[id];
+    if (p.z() < kNear_m) return std::nullopt;
+    std::optional<Vector2d> pixel = rig_.cameras[camera].Project(p);
+    if (pixel && !rig_.cameras[camera].Contains(*pixel, options_.margin_px)) pixel.reset();
+    return pixel;
+  }
+
+  void TakeUpNew(const SimulatedTrackFrame& frame) {
+    for (int i = 0; i < 20 * options_.max_lines; ++i) {
+      if (static_cast<int>(live_edges_.size()) >= options_.max_lines) return;
+      const SimulatedEdge edge = PlaceEdge(frame);
+      if (!See(frame, edge, 0)) continue;
+      live_edges_.push_back(static_cast<int64_t>(tracks_.edges.size()));
+      tracks_.edges.push_back(edge);
+      AddPoints(&tracks_.edges.back());
+    }
+  }
+
+  // An edge whose middle is at a random pixel and depth of the left camera.
+  SimulatedEdge PlaceEdge(const SimulatedTrackFrame& frame) {
+    const Camera& left = rig_.cameras[0];
+    const double x_px = Uniform(0, left.width_px - 1), y_px = Uniform(0, left.height_px - 1);
+    const double depth_m = Uniform(options_.min_depth_m, options_.max_depth_m);
+    const Vector3d middle =
+        CameraFromWorld(frame, 0).Inverse() *
+        (depth_m * Vector3d((x_px - left.cx_px) / left.fx_px, (y_px - left.cy_px) / left.fy_px, 1));
+    SimulatedEdge edge;
+    if (Uniform(0, 1) >= options_.general_share) edge.axis = static_cast<int>(Uniform(0, 3));
+    const Vector3d half =
+        0.5 * Uniform(options_.max_length_m / 3, options_.max_length_m) * Direction(edge.axis);
+    edge.start_world = middle - half;
+    edge.end_world = middle + half;
+    return edge;
+  }
+
+  Vector3d Direction(std::optional<int> axis) {
+    const double c = std::cos(options_.heading_rad), s = std::sin(options_.heading_rad);
+    if (axis == 0) return {c, s, 0};
+    if (axis == 1) return {-s, c, 0};
+    if (axis == 2) return Vector3d::UnitZ();
+    const double x = normal_(generator_), y = normal_(generator_);
+    return Vector3d(x, y, normal_(generator_)).normalized();
+  }
+
+  void AddPoints(SimulatedEdge* edge) {
+    for (int k = 0; k < options_.points_per_edge; ++k) {
+      const auto id = static_cast<int64_t>(tracks_.landmarks_world.size());
+      const Vector3d along = edge->end_world - edge->start_world;
+      tracks_.landmarks_world.push_back(edge->start_world + Uniform(0, 1) * along);
+      edge->landmarks.push_back(id);
+      live_points_.push_back(id);
+    }
+  }
+
+  SimulatedLineTrack Measure(const SimulatedTrackFrame& frame, int64_t id) {
+    const SimulatedEdge& edge = tracks_.edges[id];
+    SimulatedLineTrack track{id, Disturbed(*See(frame, edge, 0)), See(frame, edge, 1)};
+    if (track.right) track.right = Disturbed(*track.right);
+    return track;
+  }
+
+  // Each end stops short of the true one, by a third of the length at most, and lies beside the
+  // line.
+  SimulatedSegment Disturbed(const SimulatedSegment& seen) {
+    const Vector2d along = (seen.end_px - seen.start_px).normalized();
+    const Vector2d across(-along.y(), along.x());
+    const double most_px = (seen.end_px - seen.start_px).norm() / 3;
+    const auto disturbance = [&](double sign) {
+      const double short_px =
+          std::min(most_px, options_.end_shift_px * std::abs(normal_(generator_)));
+      const double beside_px = options_.sigma_px * normal_(generator_);
+      return Vector2d(sign * short_px * along + beside_px * across);
+    };
+    const Vector2d start_px = seen.start_px + disturbance(1);
+    return {start_px, seen.end_px + disturbance(-1)};
+  }
+
+  SimulatedTrack MeasurePoint(const SimulatedTrackFrame& frame, int64_t id) {
+    const auto noise = [&] {
+      const double x = normal_(generator_);
+      return Vector2d(options_.sigma_px * Vector2d(x, normal_(generator_)));
+    };
+    SimulatedTrack track{id, *SeePoint(frame, id, 0), SeePoint(frame, id, 1)};
+    track.left_px += noise();
+    if (track.right_px) *track.right_px += noise();
+    return track;
+  }
+
+  double Uniform(double low, double high) {
+    return std::uniform_real_distribution<double>(low, high)(generator_);
+  }
+
+  const Rig& rig_;
+  const LineTrackSimulatorOptions& options_;
+  SimulatedTracks& tracks_;
+  std::mt19937_64 generator_;
+  std::normal_distribution<double> normal_;
+  std::vector<int64_t> live_edges_, live_points_;  // in ascending order
+};
+
+}  // namespace
+
+void LineTrackSimulatorOptions::Check() const {
+  if (max_lines < 1) throw ConfigError("max_lines: expected at least 1");
+  if (!(general_share >= 0 && general_share <= 1)) {
+    throw ConfigError("general_share: expected a number from 0 to 1");
+  }
+  if (points_per_edge < 0) throw ConfigError("points_per_edge: expected zero or more");
+  if (!(sigma_px >= 0)) throw ConfigError("sigma_px: expected zero or more");
+  if (!(end_shift_px >= 0)) throw ConfigError("end_shift_px: expected zero or more");
+  if (!(min_length_px > 0)) throw ConfigError("min_length_px: expected a positive number");
+  if (!(margin_px >= 0)) throw ConfigError("margin_px: expected zero or more");
+  if (!(max_length_m > 0)) throw ConfigError("max_length_m: expected a positive number");
+  if (!(min_depth_m > 0)) throw ConfigError("min_depth_m: expected a positive number");
+  if (!(max_depth_m >= min_depth_m)) {
+    throw ConfigError("max_depth_m: expected at least min_depth_m");
+  }
+}
+
+void AddLineTracks(const Rig& rig, const LineTrackSimulatorOptions& options,
+                   SimulatedTracks* tracks) {
+  options.Check();
+  for (const Camera& camera : rig.cameras) {
+    if (camera.distortion != Distortion::kNone) {
+      throw ConfigError("line tracks: expected cameras without distortion");
+    }
+  }
+  LineTrackSimulator(rig, options, tracks).Run();
+}
+
+}  // namespace slcmap
