@@ -2,6 +2,7 @@
 
 #include <deque>
 
+#include "odometry/frontend/line_tracker.h"
 #include "odometry/frontend/point_tracker.h"
 #include "odometry/frontend/rectifier.h"
 #include "odometry/window/estimator.h"
@@ -32,6 +33,28 @@ class TrackedPoints final : public PointSource {
   PointTracker* tracker_;
 };
 
+// Tracks lines in the pair that was last shown.
+class TrackedLines final : public LineSource {
+ public:
+  TrackedLines(const LineTrackerOptions& options, const Rectifier& rectifier)
+      : tracker_(options, rectifier.rectified_rig(), rectifier.mask(0), rectifier.mask(1)) {}
+  void Show(const StereoImage& rectified) { image_ = rectified; }
+  void Track(const Eigen::Quaterniond& R_now_previous,
+             const std::vector<LinePrediction>& predictions,
+             const std::vector<Eigen::Vector3d>& axes_camera) override {
+    tracker_.Track(image_.left, image_.right, R_now_previous, predictions, axes_camera);
+  }
+  const std::vector<LineObservation>& observations() const override {
+    return tracker_.observations();
+  }
+  void Remove(const std::unordered_set<int64_t>& ids) override { tracker_.Remove(ids); }
+  void Reset() override { tracker_.Reset(); }
+
+ private:
+  LineTracker tracker_;
+  StereoImage image_;
+};
+
 }  // namespace
 
 class Odometry::Impl {
@@ -42,7 +65,9 @@ class Odometry::Impl {
         rectifier_(rig, options.rectifier),
         tracker_(options.points, rectifier_.rectified_rig(), rectifier_.mask(0)),
         points_(&tracker_),
-        estimator_(options, rectifier_.rectified_rig(), &points_) {}
+        lines_(UsesLines(options.method) ? std::make_unique<TrackedLines>(options.lines, rectifier_)
+                                         : nullptr),
+        estimator_(options, rectifier_.rectified_rig(), &points_, lines_.get()) {}
 
   void AddImu(const ImuSample& sample) {
     if (!estimator_.AddImu(sample)) {
@@ -89,6 +114,7 @@ class Odometry::Impl {
     estimator_.CheckGaps(stamp_ns);
     const StereoImage rectified = Rectify(image);
     TrackPoints(rectified, stamp_ns);
+    if (lines_) lines_->Show(rectified);
     std::optional<OnlineState> state = estimator_.AddImage(stamp_ns);
     if (state) state->stamp_ns = image.stamp_ns;
     return state;
@@ -134,6 +160,7 @@ class Odometry::Impl {
   Rectifier rectifier_;
   PointTracker tracker_;
   TrackedPoints points_;
+  std::unique_ptr<TrackedLines> lines_;  // null for methods on points alone
   Estimator estimator_;
   std::deque<StereoImage> pending_;  // whose IMU samples have not all arrived
   std::optional<int64_t> last_image_ns_;

@@ -7,16 +7,32 @@
 
 namespace slcmap {
 
+namespace {
+
+constexpr std::pair<Method, const char*> kMethodNames[] = {{Method::kPointsMono, "points-mono"},
+                                                           {Method::kPoints, "points"},
+                                                           {Method::kPointsLines, "points-lines"},
+                                                           {Method::kStructural, "structural"},
+                                                           {Method::kSlc, "slc"}};
+
+}  // namespace
+
 Method MethodFromName(const std::string& name) {
-  for (const Method method : {Method::kPoints, Method::kPointsMono}) {
-    if (MethodName(method) == name) return method;
+  for (const auto& [method, method_name] : kMethodNames) {
+    if (name == method_name) return method;
   }
-  throw ConfigError("method: found '" + name + "', expected points or points-mono");
+  throw ConfigError("method: found '" + name +
+                    "', expected points-mono, points, points-lines, structural or slc");
 }
 
 std::string MethodName(Method method) {
-  return method == Method::kPointsMono ? "points-mono" : "points";
+  for (const auto& [named, name] : kMethodNames) {
+    if (named == method) return name;
+  }
+  throw ConfigError("method: found one without a name");
 }
+
+bool UsesLines(Method method) { return method != Method::kPointsMono && method != Method::kPoints; }
 
 constexpr OptionTable kRectifier{
     Option{"max_field_of_view_rad", &RectifierOptions::max_field_of_view_rad, 0.2, 2.8},
@@ -135,6 +151,21 @@ constexpr OptionTable kPointsOnLines{
 void PointsOnLinesOptions::Check() const { kPointsOnLines.Check("points_on_lines", *this); }
 void PointsOnLinesOptions::Read(YamlSection section) { kPointsOnLines.Read(section, this); }
 
+constexpr OptionTable kLineLandmark{
+    Option{"sigma_px", &LineLandmarkOptions::sigma_px, 0.01, 20.0},
+    Option{"loss_sigma", &LineLandmarkOptions::loss_sigma, 0.1, 100.0},
+    Option{"max_chi2", &LineLandmarkOptions::max_chi2, 1.0, 1e6},
+    Option{"max_new_chi2", &LineLandmarkOptions::max_new_chi2, 1.0, 1e6},
+    Option{"min_sights", &LineLandmarkOptions::min_sights, 1, 100},
+    Option{"min_general_sights", &LineLandmarkOptions::min_general_sights, 1, 100},
+    Option{"general_lines", &LineLandmarkOptions::general_lines, false, true},
+    Option{"merge_distance_m", &LineLandmarkOptions::merge_distance_m, 0.0, 1.0},
+    Option{"point_sigma_m", &LineLandmarkOptions::point_sigma_m, 1e-4, 10.0},
+    Option{"keep_unseen_frames", &LineLandmarkOptions::keep_unseen_frames, 0, 1000000}};
+
+void LineLandmarkOptions::Check() const { kLineLandmark.Check("line_landmarks", *this); }
+void LineLandmarkOptions::Read(YamlSection section) { kLineLandmark.Read(section, this); }
+
 namespace {
 
 // Calls visit(key, struct) for each section of the file, for options that are const or not.
@@ -149,6 +180,7 @@ void ForEachSection(Options& options, const Visit& visit) {
   visit("manhattan", options.manhattan);
   visit("line_classifier", options.line_classifier);
   visit("points_on_lines", options.points_on_lines);
+  visit("line_landmarks", options.line_landmarks);
 }
 
 }  // namespace

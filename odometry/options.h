@@ -8,11 +8,12 @@
 namespace slcmap {
 
 // Landmarks and sensors in use; see README.md, "Methods".
-enum class Method { kPointsMono, kPoints };
+enum class Method { kPointsMono, kPoints, kPointsLines, kStructural, kSlc };
 
 // Throws ConfigError naming the methods there are.
 Method MethodFromName(const std::string& name);
 std::string MethodName(Method method);
+bool UsesLines(Method method);
 
 struct RectifierOptions {
   double max_field_of_view_rad = 2.1;  // of the rectified image's width; matters for fisheye only
@@ -175,6 +176,22 @@ struct PointsOnLinesOptions {
   void Read(YamlSection section);
 };
 
+// Lines as landmarks of the window.
+struct LineLandmarkOptions {
+  double sigma_px = 0.5;           // of a segment's end, across the line
+  double loss_sigma = 2.0;         // where the robust loss turns
+  double max_chi2 = 14.0;          // of one camera's sight (2 rows) that is kept
+  double max_new_chi2 = 25.0;      // the same when a line is first estimated
+  int min_sights = 2;              // keyframes that saw a line before it is estimated
+  int min_general_sights = 4;      // the same for a line of no axis
+  bool general_lines = false;      // also lines of no axis, with structural and slc
+  double merge_distance_m = 0.03;  // two lines of one axis nearer than this are one
+  double point_sigma_m = 0.05;     // of a point's distance from the line it belongs to
+  int keep_unseen_frames = 400;    // images after which a line that is not seen is forgotten
+  void Check() const;
+  void Read(YamlSection section);
+};
+
 // Everything that odometry can be told. YAML sections carry the names of the members.
 struct OdometryOptions {
   Method method = Method::kPoints;
@@ -188,6 +205,7 @@ struct OdometryOptions {
   ManhattanOptions manhattan;
   LineClassifierOptions line_classifier;
   PointsOnLinesOptions points_on_lines;
+  LineLandmarkOptions line_landmarks;
 
   // Overrides the defaults with those of a file; throws ConfigError naming file and key.
   static OdometryOptions FromYaml(const std::string& path);

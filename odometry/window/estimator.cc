@@ -6,23 +6,34 @@
 #include <cmath>
 
 namespace slcmap {
-namespace {
-
-constexpr double kReportEvery_s = 2.0;     // failed attempts at initialisation are told this often
-constexpr double kStandstillStep_s = 1.0;  // how often the window hears that the rig stands still
-
-}  // namespace
 
 using Eigen::Quaterniond;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-Estimator::Estimator(const OdometryOptions& options, const Rig& rectified_rig, PointSource* source)
+namespace {
+
+constexpr double kReportEvery_s = 2.0;     // failed attempts at initialisation are told this often
+constexpr double kStandstillStep_s = 1.0;  // how often the window hears that the rig stands still
+
+Vector2d OnPlane(const Camera& camera, const Vector2d& px) {
+  return {(px.x() - camera.cx_px) / camera.fx_px, (px.y() - camera.cy_px) / camera.fy_px};
+}
+
+LineSegment OnPlane(const Camera& camera, const LineSegment& segment_px) {
+  return {OnPlane(camera, segment_px.start), OnPlane(camera, segment_px.end)};
+}
+
+}  // namespace
+
+Estimator::Estimator(const OdometryOptions& options, const Rig& rectified_rig, PointSource* source,
+                     LineSource* lines)
     : options_(options),
       rig_(rectified_rig),
       source_(source),
+      lines_(lines),
       initializer_(options.initializer, rectified_rig),
-      window_(options.window, rectified_rig) {}
+      window_(options, rectified_rig) {}
 
 std::optional<OnlineState> Estimator::AddImage(int64_t stamp_ns) {
   std::optional<OnlineState> state = window_.empty() ? Initialize(stamp_ns) : Estimate(stamp_ns);
@@ -52,6 +63,8 @@ Quaterniond Estimator::PredictedCameraRotation(int64_t stamp_ns) const {
 void Estimator::Describe(OdometryRun* run) const {
   run->keyframes = run_.keyframes;
   run->landmarks = run_.landmarks;
+  run->manhattan_worlds = run_.manhattan_worlds;
+  run->lines = run_.lines;
   for (const auto& [kind, count] : run_.warnings) run->warnings[kind] += count;
   window_.AddContents(segment_, run);
 }
@@ -65,15 +78,11 @@ std::unique_ptr<FrameState> Estimator::NewFrame(int64_t stamp_ns) {
 }
 
 void Estimator::TakeMeasurements(FrameState* frame) const {
-  const auto& cameras = rig_.cameras;
-  const auto on_plane = [](const Camera& camera, const Vector2d& px) {
-    return Vector2d((px.x() - camera.cx_px) / camera.fx_px, (px.y() - camera.cy_px) / camera.fy_px);
-  };
   for (const PointObservation& point : source_->observations()) {
     StereoMeasurement& measurement = frame->measurements[point.id];
-    measurement.left = on_plane(cameras[0], point.left_px);
+    measurement.left = OnPlane(rig_.cameras[0], point.left_px);
     measurement.right.reset();
-    if (point.right_px) measurement.right = on_plane(cameras[1], *point.right_px);
+    if (point.right_px) measurement.right = OnPlane(rig_.cameras[1], *point.right_px);
   }
 }
 
@@ -159,9 +168,27 @@ void Estimator::AddKeyframe(std::unique_ptr<FrameState> frame) {
     const auto it = frame->measurements.find(id);
     if (it != frame->measurements.end()) it->second = measurement;
   }
+  if (lines_) TrackLines(frame.get());
   const auto timed = clock_.Time("window optimisation");
-  source_->Remove(window_.AddKeyframe(std::move(frame)));
+  const FinishedIds finished = window_.AddKeyframe(std::move(frame));
+  source_->Remove(finished.points);
+  if (lines_) lines_->Remove(finished.lines);
   window_.Collect(segment_, &run_);
+}
+
+void Estimator::TrackLines(FrameState* frame) {
+  const auto timed = clock_.Time("line tracking");
+  const Quaterniond& R_imu_camera = rig_.T_imu_camera[0].rotation;
+  const Quaterniond R_now_last = R_imu_camera.conjugate() *
+                                 frame->T_world_imu().rotation.conjugate() *
+                                 window_.newest().T_world_imu().rotation * R_imu_camera;
+  lines_->Track(R_now_last, PredictLines(window_.state(), *frame, rig_),
+                AxesInCamera(window_.state(), *frame, rig_));
+  for (const LineObservation& line : lines_->observations()) {
+    StereoLineMeasurement& measurement = frame->lines[line.id];
+    measurement.left = OnPlane(rig_.cameras[0], line.left_px);
+    if (line.right_px) measurement.right = OnPlane(rig_.cameras[1], *line.right_px);
+  }
 }
 
 bool Estimator::StandsStill(const FrameState& frame) const {
@@ -227,6 +254,7 @@ void Estimator::Restart(const std::string& reason) {
   }
   initializer_.Reset();
   source_->Reset();
+  if (lines_) lines_->Reset();
   since_keyframe_.reset();
   lost_since_ns_.reset();
   gyro_bias_rad_s_.setZero();

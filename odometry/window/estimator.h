@@ -27,10 +27,25 @@ class PointSource {
   virtual void Reset() = 0;
 };
 
+// Where the estimator's lines come from.
+class LineSource {
+ public:
+  virtual ~LineSource() = default;
+  // Finds lines in the newest image. R_now_previous turns the left camera's coordinates at the
+  // image where this was last called into those at this one.
+  virtual void Track(const Eigen::Quaterniond& R_now_previous,
+                     const std::vector<LinePrediction>& predictions,
+                     const std::vector<Eigen::Vector3d>& axes_camera) = 0;
+  virtual const std::vector<LineObservation>& observations() const = 0;
+  virtual void Remove(const std::unordered_set<int64_t>& ids) = 0;
+  virtual void Reset() = 0;
+};
+
 class Estimator {
  public:
-  // The source must outlive the estimator.
-  Estimator(const OdometryOptions& options, const Rig& rectified_rig, PointSource* source);
+  // The sources must outlive the estimator; lines may be null.
+  Estimator(const OdometryOptions& options, const Rig& rectified_rig, PointSource* source,
+            LineSource* lines = nullptr);
 
   // False where the sample is not finite or not later than the last one; it is then dropped.
   bool AddImu(const ImuSample& sample) { return imu_.Add(sample); }
@@ -61,6 +76,7 @@ class Estimator {
   std::optional<OnlineState> Initialize(int64_t stamp_ns);
   std::optional<OnlineState> Estimate(int64_t stamp_ns);
   void AddKeyframe(std::unique_ptr<FrameState> frame);
+  void TrackLines(FrameState* frame);
   bool StandsStill(const FrameState& frame) const;
   bool IsKeyframe(const FrameState& frame) const;
   std::string FindFailure(const OnlineState& state, int64_t stamp_ns);
@@ -70,6 +86,7 @@ class Estimator {
   OdometryOptions options_;
   Rig rig_;
   PointSource* source_;
+  LineSource* lines_;
   ImuBuffer imu_;
   Initializer initializer_;
   SlidingWindow window_;

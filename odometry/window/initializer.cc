@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "odometry/window/linear_alignment.h"
+#include "odometry/window/point_landmarks.h"
 
 namespace slcmap {
 namespace {
@@ -195,8 +196,8 @@ InitializationResult Initializer::TryInMotion(const std::optional<RigidTransform
     const RigidTransform T_world_first = WorldFromFirst(alignment->gravity_first_m_s2, start);
     window->Start(EverySecond(*alignment, T_world_first, gyro_bias));
     gyro_bias = window->newest().gyro_bias();
-    rms = window->ReprojectionRms();
-    landmarks = window->TriangulatedCount();
+    rms = ReprojectionRms(window->model(), window->mutable_state());
+    landmarks = TriangulatedCount(window->state());
   }
   result.success = gravity_error <= options_.max_gravity_error_m_s2 &&
                    rms <= options_.max_reprojection_sigma && landmarks >= options_.min_points;

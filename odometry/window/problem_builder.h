@@ -22,8 +22,10 @@ struct Term {
 
 // What the terms need beside the states; must outlive them.
 struct CostModel {
-  StereoGeometry geometry;
-  std::unique_ptr<ceres::LossFunction> point_loss;
+  StereoGeometry geometry;  // with the weight of points
+  StereoGeometry lines;     // the same with the weight of lines
+  std::unique_ptr<ceres::LossFunction> point_loss, line_loss, point_on_line_loss;
+  double point_on_line_sigma_m = 0.05;
   double zero_velocity_sigma_m_s = 0.02;
 };
 
@@ -34,6 +36,13 @@ void AddPointTerm(PointLandmark* landmark, FrameState* frame, const CostModel& m
                   std::vector<Term>* terms);
 // All sights of a landmark.
 void AddPointTerms(PointLandmark* landmark, const CostModel& model, std::vector<Term>* terms);
+
+// The term of one sight of an estimated line.
+void AddLineTerm(LineLandmark* line, FrameState* frame, const CostModel& model,
+                 std::vector<Term>* terms);
+// The term that holds a triangulated point to an estimated structural line.
+void AddPointOnLineTerm(PointLandmark* landmark, LineLandmark* line, const CostModel& model,
+                        std::vector<Term>* terms);
 
 // All terms of a window but its prior.
 std::vector<Term> BuildTerms(WindowState* window, const CostModel& model);

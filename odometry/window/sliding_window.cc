@@ -4,10 +4,11 @@
 #include <cmath>
 #include <utility>
 
+#include "odometry/window/point_landmarks.h"
+
 namespace slcmap {
 namespace {
 
-using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 // Biases further than this from where an interval was integrated make its correction inexact.
@@ -16,39 +17,33 @@ constexpr double kAccelBiasMoved_m_s2 = 0.1;
 
 bool NoneConstant(const double*) { return false; }
 
-// Squared whitened residuals of one sight, left and right apart (right 0 where it was not seen).
-std::pair<double, double> SightChi2(PointLandmark* landmark, FrameState* frame,
-                                    const CostModel& model) {
-  std::vector<Term> terms;
-  AddPointTerm(landmark, frame, model, &terms);
-  if (terms.empty()) return {0, 0};
-  Eigen::Vector4d r = Eigen::Vector4d::Zero();
-  terms[0].factor->Evaluate(terms[0].blocks.data(), r.data(), nullptr);
-  return {r.head<2>().squaredNorm(), r.tail<2>().squaredNorm()};
-}
-
 }  // namespace
 
-SlidingWindow::SlidingWindow(const WindowOptions& options, const Rig& rectified_rig)
-    : options_(options), rig_(rectified_rig) {
-  model_.geometry =
-      StereoGeometry(rig_.T_imu_camera, rig_.cameras[0].fx_px / options.point_sigma_px);
-  model_.point_loss = std::make_unique<ceres::HuberLoss>(options.point_loss_sigma);
-  model_.zero_velocity_sigma_m_s = options.zero_velocity_sigma_m_s;
+SlidingWindow::SlidingWindow(const OdometryOptions& options, const Rig& rectified_rig)
+    : options_(options.window), rig_(rectified_rig), structure_(options, rectified_rig) {
+  const double focal_px = rig_.cameras[0].fx_px;
+  const LineLandmarkOptions& lines = options.line_landmarks;
+  model_.geometry = StereoGeometry(rig_.T_imu_camera, focal_px / options_.point_sigma_px);
+  model_.lines = StereoGeometry(rig_.T_imu_camera, focal_px / lines.sigma_px);
+  model_.point_loss = std::make_unique<ceres::HuberLoss>(options_.point_loss_sigma);
+  model_.line_loss = std::make_unique<ceres::HuberLoss>(lines.loss_sigma);
+  model_.point_on_line_loss = std::make_unique<ceres::CauchyLoss>(lines.loss_sigma);
+  model_.point_on_line_sigma_m = lines.point_sigma_m;
+  model_.zero_velocity_sigma_m_s = options_.zero_velocity_sigma_m_s;
 }
 
 void SlidingWindow::Start(std::vector<std::unique_ptr<FrameState>> frames) {
-  state_ = WindowState();
+  Clear();
   for (auto& frame : frames) {
     state_.frames.push_back(std::move(frame));
-    RegisterMeasurements(state_.frames.back().get());
+    RegisterPoints(state_.frames.back().get(), &state_);
   }
   SetFirstPrior();
-  TriangulateLandmarks();
+  TriangulatePoints(model_.geometry, &state_);
   Optimize(5 * options_.max_iterations);
-  TriangulateLandmarks();
+  TriangulatePoints(model_.geometry, &state_);
   Optimize(5 * options_.max_iterations);
-  RejectOutliers();
+  RejectPointOutliers(options_.max_point_chi2, model_, &state_);
 }
 
 void SlidingWindow::SetFirstPrior() {
@@ -124,16 +119,21 @@ std::unordered_set<int64_t> SlidingWindow::Track(FrameState* frame) const {
   return outliers;
 }
 
-std::unordered_set<int64_t> SlidingWindow::AddKeyframe(std::unique_ptr<FrameState> frame) {
+FinishedIds SlidingWindow::AddKeyframe(std::unique_ptr<FrameState> frame) {
   state_.frames.push_back(std::move(frame));
-  RegisterMeasurements(state_.frames.back().get());
-  TriangulateLandmarks();
+  FrameState* newest = state_.frames.back().get();
+  RegisterPoints(newest, &state_);
+  TriangulatePoints(model_.geometry, &state_);
+  RegisterLines(newest, &state_);
+  structure_.Update(model_, newest, &state_);
   Optimize(options_.max_iterations);
-  std::unordered_set<int64_t> outliers = RejectOutliers();
+  FinishedIds finished;
+  finished.points = RejectPointOutliers(options_.max_point_chi2, model_, &state_);
+  finished.lines = structure_.Judge(model_, *newest, &state_);
   while (static_cast<int>(state_.frames.size()) > options_.max_keyframes) {
-    for (const int64_t id : MarginalizeOldest()) outliers.insert(id);
+    MarginalizeOldest(&finished);
   }
-  return outliers;
+  return finished;
 }
 
 void SlidingWindow::ExtendStandstill(const std::vector<ImuSample>& samples) {
@@ -144,25 +144,6 @@ void SlidingWindow::ExtendStandstill(const std::vector<ImuSample>& samples) {
     for (size_t i = 1; i < samples.size(); ++i) frame.from_previous->Append(samples[i]);
   }
   Optimize(options_.max_iterations);
-}
-
-void SlidingWindow::RegisterMeasurements(FrameState* frame) {
-  for (const auto& [id, measurement] : frame->measurements) {
-    PointLandmark& landmark = state_.landmarks[id];
-    landmark.id = id;
-    landmark.frames.push_back(frame);
-  }
-}
-
-void SlidingWindow::TriangulateLandmarks() {
-  for (auto& [id, landmark] : state_.landmarks) {
-    if (landmark.triangulated) continue;
-    const auto inverse_depth = TriangulateInverseDepth(landmark, model_.geometry, {});
-    landmark.triangulated = inverse_depth.has_value();
-    if (!inverse_depth) continue;
-    const Vector2d& left = landmark.host()->measurements.at(id).left;
-    landmark.point = {left.x(), left.y(), *inverse_depth};
-  }
 }
 
 void SlidingWindow::RepropagateMovedBiases() {
@@ -184,104 +165,68 @@ void SlidingWindow::Optimize(int max_iterations) {
   last_solve_usable_ = Solve(&terms, state_.prior, NoneConstant, solver).usable;
 }
 
-std::unordered_set<int64_t> SlidingWindow::RejectOutliers() {
-  std::unordered_set<int64_t> outliers;
-  const double limit = options_.max_point_chi2;
-  for (auto it = state_.landmarks.begin(); it != state_.landmarks.end();) {
-    PointLandmark& landmark = it->second;
-    int bad = 0, all = 0;
-    const std::vector<FrameState*> frames = landmark.frames;
-    for (FrameState* frame : frames) {
-      if (!landmark.triangulated) break;
-      const auto [left, right] = SightChi2(&landmark, frame, model_);
-      ++all;
-      if (right > limit) frame->measurements.at(landmark.id).right.reset();
-      if (left <= limit) continue;
-      ++bad;
-      // The point is expressed in its host: without the host's sight it is not worth keeping.
-      if (frame == landmark.host()) bad = 2 * static_cast<int>(frames.size());
-      if (frame != landmark.host()) RemoveMeasurement(&landmark, frame);
-    }
-    const bool outlier =
-        2 * bad > all || (landmark.triangulated && landmark.inverse_depth_per_m() <= 0);
-    if (outlier) {
-      outliers.insert(landmark.id);
-      for (FrameState* frame : landmark.frames) frame->measurements.erase(landmark.id);
-      it = state_.landmarks.erase(it);
-    } else {
-      ++it;
-    }
-  }
-  return outliers;
-}
-
-void SlidingWindow::RemoveMeasurement(PointLandmark* landmark, FrameState* frame) {
-  std::erase(landmark->frames, frame);
-  frame->measurements.erase(landmark->id);
-}
-
-bool SlidingWindow::Rehost(PointLandmark* landmark) const {
-  const Vector3d p_world = LandmarkInWorld(*landmark, model_.geometry);
-  landmark->frames.erase(landmark->frames.begin());
-  const RigidTransform T_world_camera =
-      landmark->host()->T_world_imu() * model_.geometry.T_imu_camera[0];
-  const Vector3d p_camera = T_world_camera.Inverse() * p_world;
-  if (p_camera.z() < 0.05) return false;
-  landmark->point = {p_camera.x() / p_camera.z(), p_camera.y() / p_camera.z(), 1.0 / p_camera.z()};
-  ++landmark->released_frames;
-  return true;
-}
-
 void SlidingWindow::ReleaseFromOldest(PointLandmark* landmark, std::vector<Term>* terms,
-                                      std::vector<int64_t>* finished) {
+                                      std::unordered_set<int64_t>* finished) {
   FrameState* oldest = state_.frames.front().get();
   const bool still_tracked = landmark->frames.back() == state_.frames.back().get();
   if (landmark->frames.size() == 1 || (landmark->triangulated && !still_tracked)) {
     // Nobody will see it again: what it tells of the other states goes into the prior.
     if (landmark->triangulated) {
-      if (landmark->frames.size() > 1) AddPointTerms(landmark, model_, terms);
-      left_landmarks_.push_back(Describe(*landmark));
+      if (landmark->frames.size() > 1) {
+        AddPointTerms(landmark, model_, terms);
+        for (LineLandmark* line : LinesOf(*landmark, &state_)) {
+          AddPointOnLineTerm(landmark, line, model_, terms);
+        }
+      }
+      left_landmarks_.push_back(Describe(*landmark, model_));
     }
-    finished->push_back(landmark->id);
+    finished->insert(landmark->id);
     return;
   }
   if (!landmark->triangulated) {
     std::erase(landmark->frames, oldest);
-  } else if (!Rehost(landmark)) {
-    finished->push_back(landmark->id);
+  } else if (!Rehost(model_.geometry, landmark)) {
+    finished->insert(landmark->id);
   }
 }
 
-std::vector<int64_t> SlidingWindow::MarginalizeOldest() {
+void SlidingWindow::MarginalizeOldest(FinishedIds* finished) {
   FrameState* oldest = state_.frames.front().get();
   std::vector<Term> terms;
-  std::vector<int64_t> finished;
+  std::vector<double*> dropped{oldest->pose.data(), oldest->speed_bias.data()};
+  std::unordered_set<int64_t> finished_points;
   AddImuTerm(oldest, state_.frames[1].get(), &terms);
   if (oldest->stands_still) AddZeroVelocityTerm(oldest, model_, &terms);
   for (auto& [id, landmark] : state_.landmarks) {
-    if (landmark.host() == oldest) ReleaseFromOldest(&landmark, &terms, &finished);
+    if (landmark.host() == oldest) ReleaseFromOldest(&landmark, &terms, &finished_points);
   }
-  AdoptPrior(Marginalize(terms, state_.prior, {oldest->pose.data(), oldest->speed_bias.data()}));
-  left_keyframes_.push_back(Describe(*oldest));
-  for (const int64_t id : finished) state_.landmarks.erase(id);
+  left_keyframes_.push_back(DescribeFrame(*oldest));
+  const auto gone = structure_.ReleaseOldest(model_, &state_, &terms, &dropped);
+  AdoptPrior(Marginalize(terms, state_.prior, dropped));
+  for (const int64_t id : finished_points) state_.landmarks.erase(id);
+  for (const int64_t id : gone) state_.lines.erase(id);
+  finished->points.insert(finished_points.begin(), finished_points.end());
+  finished->lines.insert(gone.begin(), gone.end());
   state_.frames.pop_front();
   state_.frames.front()->from_previous.reset();
-  return finished;
 }
 
 void SlidingWindow::AdoptPrior(Prior prior) {
   state_.prior = std::move(prior);
   for (size_t k = 0; k < state_.prior.blocks.size(); ++k) {
     const std::vector<double>& x = state_.prior.x_lin[k];
+    const auto adopt = [&](const auto& block, auto* linearization) {
+      if (state_.prior.blocks[k] != block.data()) return;
+      std::copy(x.begin(), x.end(), linearization->emplace().begin());
+    };
     for (auto& frame : state_.frames) {
-      if (state_.prior.blocks[k] == frame->pose.data()) {
-        frame->pose_linearization.emplace();
-        std::copy(x.begin(), x.end(), frame->pose_linearization->begin());
-      } else if (state_.prior.blocks[k] == frame->speed_bias.data()) {
-        frame->speed_bias_linearization.emplace();
-        std::copy(x.begin(), x.end(), frame->speed_bias_linearization->begin());
-      }
+      adopt(frame->pose, &frame->pose_linearization);
+      adopt(frame->speed_bias, &frame->speed_bias_linearization);
     }
+    for (HeadingState& heading : state_.headings) {
+      adopt(heading.heading_rad, &heading.linearization);
+    }
+    for (auto& [id, line] : state_.lines) adopt(line.block, &line.linearization);
   }
 }
 
@@ -299,61 +244,15 @@ Matrix15d SlidingWindow::NewestCovariance() {
   return inverse * inverse.transpose();
 }
 
-double SlidingWindow::ReprojectionRms() {
-  double sum = 0;
-  int rows = 0;
-  for (auto& [id, landmark] : state_.landmarks) {
-    if (!landmark.triangulated) continue;
-    std::vector<Term> terms;
-    AddPointTerms(&landmark, model_, &terms);
-    for (const Term& term : terms) {
-      Eigen::Vector4d r = Eigen::Vector4d::Zero();
-      term.factor->Evaluate(term.blocks.data(), r.data(), nullptr);
-      sum += r.squaredNorm();
-      rows += term.factor->rows();
-    }
-  }
-  return rows > 0 ? std::sqrt(sum / rows) : 0;
-}
-
-int SlidingWindow::TriangulatedCount() const {
-  return static_cast<int>(std::count_if(state_.landmarks.begin(), state_.landmarks.end(),
-                                        [](const auto& l) { return l.second.triangulated; }));
-}
-
-Landmark SlidingWindow::Describe(const PointLandmark& described) const {
-  PointLandmark copy = described;
-  PointLandmark* landmark = &copy;
-  // The information on the point with the poses as they are; d depth = d lambda / lambda^2.
-  std::vector<Term> terms;
-  AddPointTerms(landmark, model_, &terms);
-  Eigen::Matrix3d information = 1e-9 * Eigen::Matrix3d::Identity();
-  for (const Term& term : terms) {
-    Eigen::Vector4d r;
-    Eigen::Matrix<double, 4, 3, Eigen::RowMajor> j = Eigen::Matrix<double, 4, 3>::Zero();
-    std::array<double*, Factor::kMaxBlocks> jacobians{};
-    jacobians[term.factor->blocks() - 1] = j.data();
-    term.factor->Linearize(term.blocks.data(), r.data(), jacobians.data());
-    information += j.transpose() * j;
-  }
-  Landmark out;
-  out.id = landmark->id;
-  out.p_world = LandmarkInWorld(*landmark, model_.geometry);
-  const double lambda = landmark->inverse_depth_per_m();
-  out.sigma_m = std::sqrt(information.inverse()(2, 2)) / (lambda * lambda);
-  out.observations = static_cast<int>(landmark->frames.size()) + landmark->released_frames;
-  return out;
-}
-
-Keyframe SlidingWindow::Describe(const FrameState& frame) const {
+Keyframe SlidingWindow::DescribeFrame(const FrameState& frame) const {
   Keyframe out;
   out.id = frame.id;
   out.stamp_ns = frame.stamp_ns;
   out.T_world_imu = frame.T_world_imu();
   const Camera& camera = rig_.cameras[0];
-  const auto pixel = [&](const Vector2d& on_plane) {
-    return Vector2d(camera.fx_px * on_plane.x() + camera.cx_px,
-                    camera.fy_px * on_plane.y() + camera.cy_px);
+  const auto pixel = [&](const Eigen::Vector2d& on_plane) {
+    return Eigen::Vector2d(camera.fx_px * on_plane.x() + camera.cx_px,
+                           camera.fy_px * on_plane.y() + camera.cy_px);
   };
   for (const auto& [id, measurement] : frame.measurements) {
     KeyframeObservation observation;
@@ -361,6 +260,15 @@ Keyframe SlidingWindow::Describe(const FrameState& frame) const {
     observation.left_px = pixel(measurement.left);
     if (measurement.right) observation.right_px = pixel(*measurement.right);
     out.observations.push_back(observation);
+  }
+  const auto pixels = [&](const LineSegment& segment) {
+    return LineSegment{pixel(segment.start), pixel(segment.end)};
+  };
+  for (const auto& [id, measurement] : frame.lines) {
+    LineObservation& line = out.lines.emplace_back();
+    line.id = id;
+    line.left_px = pixels(measurement.left);
+    if (measurement.right) line.right_px = pixels(*measurement.right);
   }
   return out;
 }
@@ -376,18 +284,25 @@ void SlidingWindow::Collect(int segment, OdometryRun* run) {
   }
   left_keyframes_.clear();
   left_landmarks_.clear();
+  structure_.Collect(segment, run);
 }
 
 void SlidingWindow::AddContents(int segment, OdometryRun* run) const {
   for (const auto& frame : state_.frames) {
-    run->keyframes.push_back(Describe(*frame));
+    run->keyframes.push_back(DescribeFrame(*frame));
     run->keyframes.back().segment = segment;
   }
   for (const auto& [id, landmark] : state_.landmarks) {
     if (!landmark.triangulated) continue;
-    run->landmarks.push_back(Describe(landmark));
+    run->landmarks.push_back(Describe(landmark, model_));
     run->landmarks.back().segment = segment;
   }
+  structure_.AddContents(segment, state_, model_, run);
+}
+
+void SlidingWindow::Clear() {
+  state_ = WindowState();
+  structure_.Reset();
 }
 
 }  // namespace slcmap

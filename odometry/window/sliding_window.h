@@ -10,14 +10,20 @@
 #include "odometry/window/marginalization.h"
 #include "odometry/window/problem_builder.h"
 #include "odometry/window/solver.h"
+#include "odometry/window/structure.h"
 #include "odometry/window/triangulation.h"
 #include "odometry/window/window_state.h"
 
 namespace slcmap {
 
+// Landmarks that are no longer known, as outliers or because they have left: their tracks must end.
+struct FinishedIds {
+  std::unordered_set<int64_t> points, lines;
+};
+
 class SlidingWindow {
  public:
-  SlidingWindow(const WindowOptions& options, const Rig& rectified_rig);
+  SlidingWindow(const OdometryOptions& options, const Rig& rectified_rig);
 
   // Starts anew with frames that an initialiser has given first estimates, oldest first. The prior
   // fixes position and heading of the first (the four freedoms that nothing observes) and holds its
@@ -25,7 +31,7 @@ class SlidingWindow {
   void Start(std::vector<std::unique_ptr<FrameState>> frames);
 
   // Forgets everything; what had left the window is kept for Collect().
-  void Clear() { state_ = WindowState(); }
+  void Clear();
 
   // The state at the end of a preintegration that starts at the newest keyframe.
   void Predict(FrameState* frame) const;
@@ -35,9 +41,8 @@ class SlidingWindow {
   std::unordered_set<int64_t> Track(FrameState* frame) const;
 
   // Makes the frame the newest keyframe: triangulates, optimises everything, takes out measurements
-  // that do not fit, and marginalises what has become too old. Returns the ids of landmarks that
-  // are no longer known, as outliers or because they have left: their tracks must end.
-  std::unordered_set<int64_t> AddKeyframe(std::unique_ptr<FrameState> frame);
+  // that do not fit, and marginalises what has become too old.
+  FinishedIds AddKeyframe(std::unique_ptr<FrameState> frame);
 
   // The rig has not moved since the newest keyframe: it is taken to show the rig at a later stamp,
   // which the samples (from its stamp on) lead to. So standing still neither pushes keyframes with
@@ -54,10 +59,6 @@ class SlidingWindow {
   // accelerometer bias.
   Matrix15d NewestCovariance();
 
-  // RMS of the whitened reprojection residuals of all landmarks.
-  double ReprojectionRms();
-  int TriangulatedCount() const;
-
   // Moves what has left the window since the last call to the run, as part of a segment.
   void Collect(int segment, OdometryRun* run);
 
@@ -68,23 +69,18 @@ class SlidingWindow {
 
  private:
   void SetFirstPrior();
-  void RegisterMeasurements(FrameState* frame);
-  void TriangulateLandmarks();
   void Optimize(int max_iterations);
   void RepropagateMovedBiases();
-  std::unordered_set<int64_t> RejectOutliers();
-  std::vector<int64_t> MarginalizeOldest();  // ids of the landmarks that are finished
+  void MarginalizeOldest(FinishedIds* finished);
   void ReleaseFromOldest(PointLandmark* landmark, std::vector<Term>* terms,
-                         std::vector<int64_t>* finished);
-  bool Rehost(PointLandmark* landmark) const;
+                         std::unordered_set<int64_t>* finished);
   void AdoptPrior(Prior prior);
-  void RemoveMeasurement(PointLandmark* landmark, FrameState* frame);
-  Landmark Describe(const PointLandmark& landmark) const;
-  Keyframe Describe(const FrameState& frame) const;
+  Keyframe DescribeFrame(const FrameState& frame) const;
 
   WindowOptions options_;
   Rig rig_;
   CostModel model_;
+  Structure structure_;
   WindowState state_;
   std::vector<Keyframe> left_keyframes_;
   std::vector<Landmark> left_landmarks_;

@@ -1,11 +1,48 @@
 #include "odometry/window/window_state.h"
 
+#include <algorithm>
+#include <utility>
+
 namespace slcmap {
+
+std::vector<LineLandmark*> LinesOf(const PointLandmark& landmark, WindowState* window) {
+  std::vector<LineLandmark*> lines;
+  for (auto& [id, line] : window->lines) {
+    if (!line.estimated || line.retired || !line.IsStructural()) continue;
+    if (std::find(line.points.begin(), line.points.end(), landmark.id) != line.points.end()) {
+      lines.push_back(&line);
+    }
+  }
+  return lines;
+}
 
 Eigen::Vector3d LandmarkInWorld(const PointLandmark& landmark, const StereoGeometry& geometry) {
   const Eigen::Vector3d p_camera =
       Eigen::Vector3d(landmark.point[0], landmark.point[1], 1) / landmark.inverse_depth_per_m();
   return landmark.host()->T_world_imu() * (geometry.T_imu_camera[0] * p_camera);
+}
+
+void LineExtent::Add(double from_m, double to_m) {
+  if (from_m < from_m_[0]) std::swap(from_m_[0], from_m);
+  from_m_[1] = std::min(from_m_[1], from_m);
+  if (to_m > to_m_[0]) std::swap(to_m_[0], to_m);
+  to_m_[1] = std::max(to_m_[1], to_m);
+}
+
+PointAndDirection LineLandmark::InWorld() const {
+  if (!IsStructural()) return GeneralLineFromBlock(anchor_world, block.data());
+  return {CrossingPoint(structural(), heading_rad(), block.data()),
+          AxisDirection(axis, heading_rad())};
+}
+
+std::vector<PointLandmark*> PointsOf(const LineLandmark& line, WindowState* window) {
+  std::vector<PointLandmark*> points;
+  if (!line.IsStructural()) return points;
+  for (const int64_t id : line.points) {
+    const auto it = window->landmarks.find(id);
+    if (it != window->landmarks.end() && it->second.triangulated) points.push_back(&it->second);
+  }
+  return points;
 }
 
 }  // namespace slcmap

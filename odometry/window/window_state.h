@@ -2,14 +2,19 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <deque>
+#include <limits>
 #include <map>
 #include <memory>
 #include <optional>
 #include <vector>
 
+#include "odometry/geometry/general_line.h"
+#include "odometry/geometry/structural_line.h"
 #include "odometry/imu/preintegration.h"
+#include "odometry/residuals/line_sight.h"
 #include "odometry/residuals/point_residual.h"
 #include "odometry/residuals/pose_manifold.h"
 #include "odometry/residuals/prior_residual.h"
@@ -31,6 +36,7 @@ struct FrameState {
   std::optional<SpeedBiasBlock> speed_bias_linearization;
   std::unique_ptr<Preintegration> from_previous;      // from the frame before; none for the oldest
   std::map<int64_t, StereoMeasurement> measurements;  // by landmark id
+  std::map<int64_t, StereoLineMeasurement> lines;     // by line id
   bool stands_still = false;
 
   RigidTransform T_world_imu() const { return PoseFromBlock(pose.data()); }
@@ -52,11 +58,71 @@ struct PointLandmark {
   double inverse_depth_per_m() const { return point[2]; }
 };
 
+using HeadingBlock = std::array<double, kHeadingSize>;
+
+// The heading of a Manhattan world. Its address is fixed while the segment lasts.
+struct HeadingState {
+  int world = 0;  // counts those of the segment
+  HeadingBlock heading_rad{};
+  std::optional<HeadingBlock> linearization;
+  int64_t found_at_ns = 0;
+};
+
+// How far along itself a line was seen, in metres from the point of it that is nearest to its
+// anchor. The outermost end on either side is left out: a single wrong match must not stretch a
+// line.
+class LineExtent {
+ public:
+  void Add(double from_m, double to_m);
+  bool empty() const { return from_m_[0] > to_m_[0]; }
+  double from_m() const { return std::isfinite(from_m_[1]) ? from_m_[1] : from_m_[0]; }
+  double to_m() const { return std::isfinite(to_m_[1]) ? to_m_[1] : to_m_[0]; }
+
+ private:
+  static constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  std::array<double, 2> from_m_{kInfinity, kInfinity};  // the two lowest, lowest first
+  std::array<double, 2> to_m_{-kInfinity, -kInfinity};  // the two highest, highest first
+};
+
+// A line: along an axis of the building, with two degrees of freedom, or of any direction with
+// four. Unlike a point it is hosted by no frame: its block stays, in the prior too, when frames
+// leave.
+struct LineLandmark {
+  int64_t id = 0;
+  std::vector<FrameState*> frames;  // of the window that saw it, oldest first
+  LineAxis axis = LineAxis::kNone;
+  HeadingState* heading = nullptr;  // of its world; null for vertical and general lines
+  Eigen::Vector3d anchor_world = Eigen::Vector3d::Zero();
+  GeneralLineBlock block{};  // of a structural line the first numbers
+  std::optional<GeneralLineBlock> linearization;
+  bool estimated = false;   // triangulated, and part of the cost
+  bool retired = false;     // no longer part of the cost; the prior has yet to forget it
+  int released_frames = 0;  // that saw it too, but have left the window
+  int64_t last_seen_frame = 0;
+  LineExtent extent;
+  std::vector<int64_t> points;  // landmarks that belong to it
+
+  bool IsStructural() const { return axis != LineAxis::kNone; }
+  int block_size() const { return IsStructural() ? kStructuralLineSize : kGeneralLineSize; }
+  StructuralLine structural() const { return {axis, anchor_world}; }
+  double heading_rad() const { return heading ? heading->heading_rad[0] : 0; }
+  // The point nearest to the anchor, and the direction.
+  PointAndDirection InWorld() const;
+};
+
 struct WindowState {
   std::deque<std::unique_ptr<FrameState>> frames;  // oldest first
   std::map<int64_t, PointLandmark> landmarks;      // by id
+  std::deque<HeadingState> headings;               // by world
+  std::map<int64_t, LineLandmark> lines;           // by id
   Prior prior;
 };
+
+// The triangulated landmarks that belong to a structural line.
+std::vector<PointLandmark*> PointsOf(const LineLandmark& line, WindowState* window);
+
+// The estimated structural lines that a landmark belongs to.
+std::vector<LineLandmark*> LinesOf(const PointLandmark& landmark, WindowState* window);
 
 // The position of a triangulated landmark.
 Eigen::Vector3d LandmarkInWorld(const PointLandmark& landmark, const StereoGeometry& geometry);

@@ -1,0 +1,407 @@
+#include "odometry/window/line_landmarks.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "odometry/window/line_triangulation.h"
+#include "odometry/window/point_landmarks.h"
+
+namespace slcmap {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+namespace {
+
+RigidTransform WorldFromLeftCamera(const FrameState& frame, const StereoGeometry& geometry) {
+  return frame.T_world_imu() * geometry.T_imu_camera[0];
+}
+
+std::vector<LineSight> SightsOf(const LineLandmark& line) {
+  std::vector<LineSight> sights;
+  for (const FrameState* frame : line.frames) {
+    sights.push_back({frame->T_world_imu(), frame->lines.at(line.id)});
+  }
+  return sights;
+}
+
+std::vector<double> HeadingsOf(const WindowState& window) {
+  std::vector<double> headings;
+  for (const HeadingState& heading : window.headings) headings.push_back(heading.heading_rad[0]);
+  return headings;
+}
+
+// What all sights of the line agree on; nothing where they do not.
+std::optional<LineClass> AgreedClass(const LineLandmark& line, const std::vector<double>& headings,
+                                     const LineClassifier& classifier, const CostModel& model) {
+  std::optional<LineClass> agreed;
+  for (const FrameState* frame : line.frames) {
+    const auto now = classifier.Classify(
+        frame->lines.at(line.id).left,
+        WorldFromLeftCamera(*frame, model.geometry).rotation.toRotationMatrix(), headings);
+    if (!now || (agreed && !(*agreed == *now))) return std::nullopt;
+    agreed = now;
+  }
+  return agreed;
+}
+
+// The oldest known point that belongs to the line, if there is one.
+std::optional<Vector3d> KnownPointOf(const LineLandmark& line, const CostModel& model,
+                                     const WindowState& window) {
+  for (const int64_t id : line.points) {
+    const auto it = window.landmarks.find(id);
+    if (it != window.landmarks.end() && it->second.triangulated) {
+      return LandmarkInWorld(it->second, model.geometry);
+    }
+  }
+  return std::nullopt;
+}
+
+bool FitsItsSights(LineLandmark* line, double max_chi2, const CostModel& model) {
+  int good = 0;
+  for (FrameState* frame : line->frames) {
+    const auto [left, right] = SightChi2(line, frame, model);
+    good += left <= max_chi2 && right <= max_chi2;
+  }
+  // One in four may be a wrong match, and is taken out later.
+  return 4 * good >= 3 * static_cast<int>(line->frames.size());
+}
+
+// From the views; where these do not tell, from a point.
+bool EstimateStructural(const LineLandmarkOptions& options, const CostModel& model,
+                        const WindowState& window, LineLandmark* line) {
+  const StructuralLine structural = line->structural();
+  const auto from_views =
+      TriangulateStructuralLine(SightsOf(*line), structural, line->heading_rad(), model.lines, {});
+  StructuralLineBlock block;
+  if (from_views) {
+    block = from_views->block;
+  } else if (const auto p_world = KnownPointOf(*line, model, window)) {
+    block = StructuralLineThrough(structural, line->heading_rad(), *p_world);
+  } else {
+    return false;
+  }
+  std::copy(block.begin(), block.end(), line->block.begin());
+  return FitsItsSights(line, options.max_new_chi2, model);
+}
+
+bool EstimateGeneral(const LineLandmarkOptions& options, const CostModel& model,
+                     LineLandmark* line) {
+  const auto fit = TriangulateGeneralLine(SightsOf(*line), line->anchor_world, model.lines, {});
+  if (!fit) return false;
+  line->block = fit->block;
+  return FitsItsSights(line, options.max_new_chi2, model);
+}
+
+void RemoveSight(LineLandmark* line, FrameState* frame) {
+  std::erase(line->frames, frame);
+  frame->lines.erase(line->id);
+}
+
+void Retire(LineLandmark* line) {
+  for (FrameState* frame : line->frames) frame->lines.erase(line->id);
+  line->frames.clear();
+  line->retired = true;
+}
+
+bool IsBehindAnchor(const LineLandmark& line) { return line.IsStructural() && line.block[1] <= 0; }
+
+// Whether two lines of the same class are the same edge.
+bool IsSameEdge(const LineLandmark& a, const LineLandmark& b, double max_distance_m) {
+  const PointAndDirection in_a = a.InWorld(), in_b = b.InWorld();
+  const Vector3d between = in_b.point_world - in_a.point_world;
+  const double along_m = in_a.direction_world.dot(between);
+  if ((between - along_m * in_a.direction_world).norm() > max_distance_m) return false;
+  const double from_m = b.extent.from_m() + along_m, to_m = b.extent.to_m() + along_m;
+  return from_m < a.extent.to_m() && to_m > a.extent.from_m();
+}
+
+// The older line takes over the sights of frames in which it was not seen itself.
+void TakeOver(LineLandmark* older, LineLandmark* newer) {
+  for (FrameState* frame : newer->frames) {
+    if (!frame->lines.try_emplace(older->id, frame->lines.at(newer->id)).second) continue;
+    older->frames.push_back(frame);
+  }
+  std::sort(older->frames.begin(), older->frames.end(),
+            [](const FrameState* a, const FrameState* b) { return a->id < b->id; });
+  for (const int64_t id : newer->points) {
+    if (std::find(older->points.begin(), older->points.end(), id) == older->points.end()) {
+      older->points.push_back(id);
+    }
+  }
+  older->last_seen_frame = std::max(older->last_seen_frame, newer->last_seen_frame);
+}
+
+// Cuts a segment to the image; false where nothing of it is inside.
+bool ClipToImage(const Camera& camera, LineSegment* segment) {
+  const Vector2d along = segment->end - segment->start;
+  const Vector2d limit(camera.width_px - 1, camera.height_px - 1);
+  double from = 0, to = 1;
+  for (int i = 0; i < 2; ++i) {
+    double enters = -segment->start[i], leaves = limit[i] - segment->start[i];
+    if (along[i] == 0) {
+      if (enters > 0 || leaves < 0) return false;
+      continue;
+    }
+    enters /= along[i];
+    leaves /= along[i];
+    from = std::max(from, std::min(enters, leaves));
+    to = std::min(to, std::max(enters, leaves));
+  }
+  if (from >= to) return false;
+  *segment = {segment->start + from * along, segment->start + to * along};
+  return true;
+}
+
+// The segment in pixels of a camera where a part of a line in the world appears; nothing where less
+// than a minimum of it is in the image.
+std::optional<LineSegment> Project(Vector3d from_world, Vector3d to_world,
+                                   const RigidTransform& T_world_camera, const Camera& camera) {
+  constexpr double kNear_m = 0.2, kMinLength_px = 15;
+  const RigidTransform T_camera_world = T_world_camera.Inverse();
+  Vector3d a = T_camera_world * from_world, b = T_camera_world * to_world;
+  if (a.z() < kNear_m && b.z() < kNear_m) return std::nullopt;
+  const auto bring_forward = [&](Vector3d* behind, const Vector3d& front) {
+    if (behind->z() >= kNear_m) return;
+    *behind += (kNear_m - behind->z()) / (front.z() - behind->z()) * (front - *behind);
+  };
+  bring_forward(&a, b);
+  bring_forward(&b, a);
+  const auto pixel = [&](const Vector3d& p) {
+    return Vector2d(camera.fx_px * p.x() / p.z() + camera.cx_px,
+                    camera.fy_px * p.y() / p.z() + camera.cy_px);
+  };
+  LineSegment segment{pixel(a), pixel(b)};
+  if (!ClipToImage(camera, &segment) || segment.Length() < kMinLength_px) {
+    return std::nullopt;
+  }
+  return segment;
+}
+
+// The information on the tangent of a line's block, with the poses as they are: of the prior and of
+// the sights in the window.
+Eigen::MatrixXd InformationOn(const LineLandmark& line, const CostModel& model,
+                              const Prior& prior) {
+  const int size = TangentSize(line.block_size());
+  Eigen::MatrixXd information = Eigen::MatrixXd::Zero(size, size);
+  for (size_t k = 0; k < prior.blocks.size(); ++k) {
+    if (prior.blocks[k] != line.block.data()) continue;
+    const auto columns = prior.jacobian.middleCols(prior.TangentOffset(static_cast<int>(k)), size);
+    information += columns.transpose() * columns;
+  }
+  LineLandmark copy = line;  // terms bind what they may move
+  for (FrameState* frame : copy.frames) {
+    std::vector<Term> terms;
+    AddLineTerm(&copy, frame, model, &terms);
+    const Factor& factor = *terms[0].factor;
+    using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+    RowMajor jacobian(factor.rows(), size);
+    Eigen::Vector4d residuals;
+    std::array<double*, Factor::kMaxBlocks> jacobians{};
+    jacobians[factor.blocks() - 1] = jacobian.data();
+    factor.Linearize(terms[0].blocks.data(), residuals.data(), jacobians.data());
+    information += jacobian.transpose() * jacobian;
+  }
+  return information;
+}
+
+// Where a line crosses the plane through a point that is normal to a direction.
+Vector3d CrossingAt(const LineLandmark& line, const Vector3d& p_world, const Vector3d& normal) {
+  const PointAndDirection in_world = line.InWorld();
+  const double along_m =
+      normal.dot(p_world - in_world.point_world) / normal.dot(in_world.direction_world);
+  return in_world.point_world + along_m * in_world.direction_world;
+}
+
+// The covariance of a line's place across it at one of its points, rank 2: the block's covariance,
+// brought to the world by central differences.
+Eigen::Matrix3d CovarianceAcross(const LineLandmark& line, const Vector3d& p_world,
+                                 const CostModel& model, const Prior& prior) {
+  constexpr double kStep = 1e-6;
+  const Eigen::MatrixXd information = InformationOn(line, model, prior);
+  const Eigen::Index size = information.rows();
+  const Vector3d direction = line.InWorld().direction_world;
+  Eigen::Matrix3Xd by_tangent(3, size);
+  for (Eigen::Index i = 0; i < size; ++i) {
+    std::array<Vector3d, 2> moved;
+    for (int side = 0; side < 2; ++side) {
+      Eigen::VectorXd delta = Eigen::VectorXd::Zero(size);
+      delta[i] = side == 0 ? -kStep : kStep;
+      LineLandmark copy = line;
+      if (const ceres::Manifold* manifold = ManifoldOf(line.block_size())) {
+        manifold->Plus(line.block.data(), delta.data(), copy.block.data());
+      } else {
+        for (Eigen::Index k = 0; k < size; ++k) copy.block[static_cast<size_t>(k)] += delta[k];
+      }
+      moved[static_cast<size_t>(side)] = CrossingAt(copy, p_world, direction);
+    }
+    by_tangent.col(i) = (moved[1] - moved[0]) / (2 * kStep);
+  }
+  const Eigen::MatrixXd covariance =
+      (information + 1e-9 * Eigen::MatrixXd::Identity(size, size)).inverse();
+  return by_tangent * covariance * by_tangent.transpose();
+}
+
+}  // namespace
+
+void RegisterLines(FrameState* frame, WindowState* window) {
+  for (const auto& [id, measurement] : frame->lines) {
+    LineLandmark& line = window->lines[id];
+    line.id = id;
+    line.frames.push_back(frame);
+    line.last_seen_frame = frame->id;
+  }
+}
+
+void EstimateLines(const LineLandmarkOptions& options, const LineKinds& kinds,
+                   const LineClassifier& classifier, const CostModel& model, WindowState* window) {
+  const std::vector<double> headings = HeadingsOf(*window);
+  for (auto& [id, line] : window->lines) {
+    if (line.estimated || line.retired) continue;
+    if (static_cast<int>(line.frames.size()) < options.min_sights) continue;
+    line.anchor_world = WorldFromLeftCamera(*line.frames.front(), model.geometry).translation;
+    const auto agreed =
+        kinds.structural ? AgreedClass(line, headings, classifier, model) : std::nullopt;
+    if (agreed) {
+      line.axis = agreed->axis;
+      line.heading =
+          agreed->axis == LineAxis::kVertical ? nullptr : &window->headings[agreed->world];
+      line.estimated = EstimateStructural(options, model, *window, &line);
+    } else if (kinds.general &&
+               static_cast<int>(line.frames.size()) >= options.min_general_sights) {
+      line.estimated = EstimateGeneral(options, model, &line);
+    }
+    if (line.estimated) continue;
+    line.axis = LineAxis::kNone;
+    line.heading = nullptr;
+  }
+}
+
+std::pair<double, double> SightChi2(LineLandmark* line, FrameState* frame, const CostModel& model) {
+  std::vector<Term> terms;
+  AddLineTerm(line, frame, model, &terms);
+  Eigen::Vector4d r = Eigen::Vector4d::Zero();
+  terms[0].factor->Evaluate(terms[0].blocks.data(), r.data(), nullptr);
+  return {r.head<2>().squaredNorm(), r.tail<2>().squaredNorm()};
+}
+
+std::unordered_set<int64_t> RejectLineOutliers(double max_chi2, const CostModel& model,
+                                               WindowState* window) {
+  std::unordered_set<int64_t> outliers;
+  for (auto& [id, line] : window->lines) {
+    if (!line.estimated || line.retired) continue;
+    int bad = 0;
+    const std::vector<FrameState*> frames = line.frames;
+    for (FrameState* frame : frames) {
+      const auto [left, right] = SightChi2(&line, frame, model);
+      if (right > max_chi2) frame->lines.at(id).right.reset();
+      if (left <= max_chi2) continue;
+      ++bad;
+      RemoveSight(&line, frame);
+    }
+    if (2 * bad <= static_cast<int>(frames.size()) && !IsBehindAnchor(line)) continue;
+    outliers.insert(id);
+    Retire(&line);
+  }
+  return outliers;
+}
+
+std::map<int64_t, int64_t> MergeLines(const LineLandmarkOptions& options, WindowState* window) {
+  std::map<int64_t, int64_t> merged;
+  const auto mergeable = [](const LineLandmark& line) {
+    return line.estimated && !line.retired && line.IsStructural() && !line.extent.empty();
+  };
+  for (auto a = window->lines.begin(); a != window->lines.end(); ++a) {
+    if (!mergeable(a->second)) continue;
+    for (auto b = std::next(a); b != window->lines.end(); ++b) {
+      if (!mergeable(b->second) || a->second.axis != b->second.axis ||
+          a->second.heading != b->second.heading ||
+          !IsSameEdge(a->second, b->second, options.merge_distance_m)) {
+        continue;
+      }
+      TakeOver(&a->second, &b->second);
+      Retire(&b->second);
+      merged.emplace(b->first, a->first);
+    }
+  }
+  return merged;
+}
+
+std::vector<PointOnLine> ReleaseStrayPoints(double max_chi2, const CostModel& model,
+                                            WindowState* window) {
+  std::vector<PointOnLine> released;
+  for (auto& [id, line] : window->lines) {
+    if (!line.estimated || line.retired) continue;
+    for (PointLandmark* landmark : PointsOf(line, window)) {
+      std::vector<Term> terms;
+      AddPointOnLineTerm(landmark, &line, model, &terms);
+      Vector2d r;
+      terms[0].factor->Evaluate(terms[0].blocks.data(), r.data(), nullptr);
+      if (r.squaredNorm() <= max_chi2) continue;
+      std::erase(line.points, landmark->id);
+      released.push_back({landmark->id, id});
+    }
+  }
+  return released;
+}
+
+void ExtendLines(const FrameState& frame, const CostModel& model, WindowState* window) {
+  for (const auto& [id, measurement] : frame.lines) {
+    LineLandmark& line = window->lines.at(id);
+    if (!line.estimated || line.retired) continue;
+    const auto interval =
+        ExtentAlong(line.InWorld(), measurement.left, WorldFromLeftCamera(frame, model.geometry));
+    if (interval) line.extent.Add(interval->first, interval->second);
+  }
+}
+
+std::vector<LinePrediction> PredictLines(const WindowState& window, const FrameState& frame,
+                                         const Rig& rectified_rig) {
+  constexpr double kSigma_px = 1.5;  // mostly of the pose that the points alone have found
+  std::vector<LinePrediction> out;
+  for (const auto& [id, line] : window.lines) {
+    if (!line.estimated || line.retired || line.extent.empty()) continue;
+    const PointAndDirection in_world = line.InWorld();
+    const Vector3d from = in_world.point_world + line.extent.from_m() * in_world.direction_world;
+    const Vector3d to = in_world.point_world + line.extent.to_m() * in_world.direction_world;
+    std::array<std::optional<LineSegment>, 2> seen;
+    for (int c = 0; c < 2; ++c) {
+      seen[c] = Project(from, to, frame.T_world_imu() * rectified_rig.T_imu_camera[c],
+                        rectified_rig.cameras[c]);
+    }
+    if (seen[0]) out.push_back({id, *seen[0], seen[1], kSigma_px});
+  }
+  return out;
+}
+
+std::vector<Vector3d> AxesInCamera(const WindowState& window, const FrameState& frame,
+                                   const Rig& rectified_rig) {
+  std::vector<Vector3d> axes;
+  const Eigen::Quaterniond R_camera_world =
+      (frame.T_world_imu().rotation * rectified_rig.T_imu_camera[0].rotation).conjugate();
+  if (!window.headings.empty()) axes.push_back(R_camera_world * Vector3d::UnitZ());
+  for (const HeadingState& heading : window.headings) {
+    for (const LineAxis axis : {LineAxis::kX, LineAxis::kY}) {
+      axes.push_back(R_camera_world * AxisDirection(axis, heading.heading_rad[0]));
+    }
+  }
+  return axes;
+}
+
+Line Describe(const LineLandmark& line, const CostModel& model, const Prior& prior) {
+  const PointAndDirection in_world = line.InWorld();
+  Line out;
+  out.id = line.id;
+  out.axis = line.axis;
+  out.world = line.heading ? line.heading->world : -1;
+  out.start_world = in_world.point_world + line.extent.from_m() * in_world.direction_world;
+  out.end_world = in_world.point_world + line.extent.to_m() * in_world.direction_world;
+  out.covariance_m2 = CovarianceAcross(line, 0.5 * (out.start_world + out.end_world), model, prior);
+  out.observations = static_cast<int>(line.frames.size()) + line.released_frames;
+  out.last_keyframe = line.last_seen_frame;
+  out.point_ids = line.points;
+  return out;
+}
+
+}  // namespace slcmap

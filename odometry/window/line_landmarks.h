@@ -1,0 +1,64 @@
+// What happens to the lines of a window: they are registered, classified, triangulated, judged,
+// merged, predicted and described.
+#pragma once
+
+#include <map>
+#include <unordered_set>
+#include <utility>
+#include <vector>
+
+#include "odometry/frontend/line_observation.h"
+#include "odometry/options.h"
+#include "odometry/run.h"
+#include "odometry/structure/line_classifier.h"
+#include "odometry/structure/points_on_lines.h"
+#include "odometry/window/problem_builder.h"
+
+namespace slcmap {
+
+// Adds the frame to every line that it measures; new lines are made.
+void RegisterLines(FrameState* frame, WindowState* window);
+
+// Which lines a method estimates.
+struct LineKinds {
+  bool structural = false;  // along axes of the building
+  bool general = false;     // of no axis
+};
+
+// Classifies and triangulates what is not yet estimated, where its sights allow it: from the views,
+// or from a triangulated point that belongs to it (SLC-VIO, section 3.6).
+void EstimateLines(const LineLandmarkOptions& options, const LineKinds& kinds,
+                   const LineClassifier& classifier, const CostModel& model, WindowState* window);
+
+// Squared whitened residuals of one sight, left and right apart (right 0 where it was not seen).
+std::pair<double, double> SightChi2(LineLandmark* line, FrameState* frame, const CostModel& model);
+
+// Takes out sights whose squared residual in one camera is above the limit, and retires the lines
+// that have mostly such; returns the ids of these.
+std::unordered_set<int64_t> RejectLineOutliers(double max_chi2, const CostModel& model,
+                                               WindowState* window);
+
+// Retires lines that are the same edge as an older one, which takes over their sights. Returns the
+// ids of those retired, each with that of the older line.
+std::map<int64_t, int64_t> MergeLines(const LineLandmarkOptions& options, WindowState* window);
+
+// Releases points from lines that they do not lie on (SLC-VIO, section 3.5, checked in 3D). Returns
+// these memberships.
+std::vector<PointOnLine> ReleaseStrayPoints(double max_chi2, const CostModel& model,
+                                            WindowState* window);
+
+// Takes in how far the frame saw its estimated lines.
+void ExtendLines(const FrameState& frame, const CostModel& model, WindowState* window);
+
+// Where the estimated lines are expected in a frame's cameras, in pixels of the rectified images.
+std::vector<LinePrediction> PredictLines(const WindowState& window, const FrameState& frame,
+                                         const Rig& rectified_rig);
+
+// The axes of all known worlds in a frame's left camera; empty while none is known.
+std::vector<Eigen::Vector3d> AxesInCamera(const WindowState& window, const FrameState& frame,
+                                          const Rig& rectified_rig);
+
+// A line as a run holds it, but for its segment and with the world counted in the segment.
+Line Describe(const LineLandmark& line, const CostModel& model, const Prior& prior);
+
+}  // namespace slcmap

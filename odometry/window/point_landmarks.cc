@@ -1,0 +1,141 @@
+#include "odometry/window/point_landmarks.h"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "odometry/window/triangulation.h"
+
+namespace slcmap {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+namespace {
+
+void RemoveMeasurement(PointLandmark* landmark, FrameState* frame) {
+  std::erase(landmark->frames, frame);
+  frame->measurements.erase(landmark->id);
+}
+
+}  // namespace
+
+void RegisterPoints(FrameState* frame, WindowState* window) {
+  for (const auto& [id, measurement] : frame->measurements) {
+    PointLandmark& landmark = window->landmarks[id];
+    landmark.id = id;
+    landmark.frames.push_back(frame);
+  }
+}
+
+void TriangulatePoints(const StereoGeometry& geometry, WindowState* window) {
+  for (auto& [id, landmark] : window->landmarks) {
+    if (landmark.triangulated) continue;
+    const auto inverse_depth = TriangulateInverseDepth(landmark, geometry, {});
+    landmark.triangulated = inverse_depth.has_value();
+    if (!inverse_depth) continue;
+    const Vector2d& left = landmark.host()->measurements.at(id).left;
+    landmark.point = {left.x(), left.y(), *inverse_depth};
+  }
+}
+
+// Squared whitened residuals of one sight, left and right apart (right 0 where it was not seen).
+std::pair<double, double> SightChi2(PointLandmark* landmark, FrameState* frame,
+                                    const CostModel& model) {
+  std::vector<Term> terms;
+  AddPointTerm(landmark, frame, model, &terms);
+  if (terms.empty()) return {0, 0};
+  Eigen::Vector4d r = Eigen::Vector4d::Zero();
+  terms[0].factor->Evaluate(terms[0].blocks.data(), r.data(), nullptr);
+  return {r.head<2>().squaredNorm(), r.tail<2>().squaredNorm()};
+}
+
+std::unordered_set<int64_t> RejectPointOutliers(double max_chi2, const CostModel& model,
+                                                WindowState* window) {
+  std::unordered_set<int64_t> outliers;
+  for (auto it = window->landmarks.begin(); it != window->landmarks.end();) {
+    PointLandmark& landmark = it->second;
+    int bad = 0, all = 0;
+    const std::vector<FrameState*> frames = landmark.frames;
+    for (FrameState* frame : frames) {
+      if (!landmark.triangulated) break;
+      const auto [left, right] = SightChi2(&landmark, frame, model);
+      ++all;
+      if (right > max_chi2) frame->measurements.at(landmark.id).right.reset();
+      if (left <= max_chi2) continue;
+      ++bad;
+      // The point is expressed in its host: without the host's sight it is not worth keeping.
+      if (frame == landmark.host()) bad = 2 * static_cast<int>(frames.size());
+      if (frame != landmark.host()) RemoveMeasurement(&landmark, frame);
+    }
+    const bool outlier =
+        2 * bad > all || (landmark.triangulated && landmark.inverse_depth_per_m() <= 0);
+    if (outlier) {
+      outliers.insert(landmark.id);
+      for (FrameState* frame : landmark.frames) frame->measurements.erase(landmark.id);
+      it = window->landmarks.erase(it);
+    } else {
+      ++it;
+    }
+  }
+  return outliers;
+}
+
+bool Rehost(const StereoGeometry& geometry, PointLandmark* landmark) {
+  const Vector3d p_world = LandmarkInWorld(*landmark, geometry);
+  landmark->frames.erase(landmark->frames.begin());
+  const RigidTransform T_world_camera = landmark->host()->T_world_imu() * geometry.T_imu_camera[0];
+  const Vector3d p_camera = T_world_camera.Inverse() * p_world;
+  if (p_camera.z() < 0.05) return false;
+  landmark->point = {p_camera.x() / p_camera.z(), p_camera.y() / p_camera.z(), 1.0 / p_camera.z()};
+  ++landmark->released_frames;
+  return true;
+}
+
+double ReprojectionRms(const CostModel& model, WindowState* window) {
+  double sum = 0;
+  int rows = 0;
+  for (auto& [id, landmark] : window->landmarks) {
+    if (!landmark.triangulated) continue;
+    std::vector<Term> terms;
+    AddPointTerms(&landmark, model, &terms);
+    for (const Term& term : terms) {
+      Eigen::Vector4d r = Eigen::Vector4d::Zero();
+      term.factor->Evaluate(term.blocks.data(), r.data(), nullptr);
+      sum += r.squaredNorm();
+      rows += term.factor->rows();
+    }
+  }
+  return rows > 0 ? std::sqrt(sum / rows) : 0;
+}
+
+int TriangulatedCount(const WindowState& window) {
+  return static_cast<int>(std::count_if(window.landmarks.begin(), window.landmarks.end(),
+                                        [](const auto& l) { return l.second.triangulated; }));
+}
+
+Landmark Describe(const PointLandmark& described, const CostModel& model) {
+  PointLandmark copy = described;
+  PointLandmark* landmark = &copy;
+  // The information on the point with the poses as they are; d depth = d lambda / lambda^2.
+  std::vector<Term> terms;
+  AddPointTerms(landmark, model, &terms);
+  Eigen::Matrix3d information = 1e-9 * Eigen::Matrix3d::Identity();
+  for (const Term& term : terms) {
+    Eigen::Vector4d r;
+    Eigen::Matrix<double, 4, 3, Eigen::RowMajor> j = Eigen::Matrix<double, 4, 3>::Zero();
+    std::array<double*, Factor::kMaxBlocks> jacobians{};
+    jacobians[term.factor->blocks() - 1] = j.data();
+    term.factor->Linearize(term.blocks.data(), r.data(), jacobians.data());
+    information += j.transpose() * j;
+  }
+  Landmark out;
+  out.id = landmark->id;
+  out.p_world = LandmarkInWorld(*landmark, model.geometry);
+  const double lambda = landmark->inverse_depth_per_m();
+  out.sigma_m = std::sqrt(information.inverse()(2, 2)) / (lambda * lambda);
+  out.observations = static_cast<int>(landmark->frames.size()) + landmark->released_frames;
+  return out;
+}
+
+}  // namespace slcmap

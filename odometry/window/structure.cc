@@ -1,0 +1,162 @@
+#include "odometry/window/structure.h"
+
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <utility>
+
+namespace slcmap {
+namespace {
+
+LineKinds KindsOf(const OdometryOptions& options) {
+  const bool structural = options.method == Method::kStructural || options.method == Method::kSlc;
+  return {structural, options.method == Method::kPointsLines ||
+                          (structural && options.line_landmarks.general_lines)};
+}
+
+}  // namespace
+
+Structure::Structure(const OdometryOptions& options, const Rig& rectified_rig)
+    : options_(options.line_landmarks),
+      kinds_(KindsOf(options)),
+      points_on_lines_options_(options.points_on_lines),
+      points_on_lines_(options.method == Method::kSlc),
+      rig_(rectified_rig),
+      classifier_(options.line_classifier, rectified_rig.cameras[0].fx_px),
+      detector_(options.manhattan, rectified_rig.cameras[0].fx_px),
+      memberships_(options.points_on_lines) {}
+
+void Structure::Update(const CostModel& model, FrameState* newest, WindowState* window) {
+  if (newest->lines.empty()) return;
+  if (kinds_.structural) FindHeadings(*newest, model, window);
+  if (points_on_lines_) FindPointsOnLines(*newest, window);
+  EstimateLines(options_, kinds_, classifier_, model, window);
+}
+
+void Structure::FindHeadings(const FrameState& newest, const CostModel& model,
+                             WindowState* window) {
+  std::vector<LineSegment> segments;
+  for (const auto& [id, measurement] : newest.lines) segments.push_back(measurement.left);
+  std::vector<double> known;
+  for (const HeadingState& heading : window->headings) known.push_back(heading.heading_rad[0]);
+  detector_.SetKnownHeadings(known);
+  const Eigen::Quaterniond R_world_camera =
+      newest.T_world_imu().rotation * model.geometry.T_imu_camera[0].rotation;
+  for (const HeadingEvidence& found :
+       detector_.AddImage(segments, R_world_camera.toRotationMatrix())) {
+    HeadingState& heading = window->headings.emplace_back();
+    heading.world = static_cast<int>(window->headings.size()) - 1;
+    heading.heading_rad[0] = found.heading_rad;
+    heading.found_at_ns = newest.stamp_ns;
+    spdlog::info("found Manhattan world {}, heading {:.2f} degrees", heading.world,
+                 found.heading_rad * 180 / M_PI);
+  }
+}
+
+void Structure::FindPointsOnLines(const FrameState& newest, WindowState* window) {
+  const Camera& camera = rig_.cameras[0];
+  const auto pixel = [&](const Eigen::Vector2d& on_plane) {
+    return Eigen::Vector2d(camera.fx_px * on_plane.x() + camera.cx_px,
+                           camera.fy_px * on_plane.y() + camera.cy_px);
+  };
+  const auto pixels = [&](const LineSegment& segment) {
+    return LineSegment{pixel(segment.start), pixel(segment.end)};
+  };
+  std::vector<PointObservation> points;
+  for (const auto& [id, m] : newest.measurements) {
+    points.push_back({id, pixel(m.left), std::nullopt});
+    if (m.right) points.back().right_px = pixel(*m.right);
+  }
+  std::vector<LineObservation> lines;
+  for (const auto& [id, m] : newest.lines) {
+    lines.push_back({id, pixels(m.left), std::nullopt});
+    if (m.right) lines.back().right_px = pixels(*m.right);
+  }
+  const PointsOnLines::Change change = memberships_.AddKeyframe(points, lines);
+  for (const PointOnLine& pair : change.verified) {
+    window->lines.at(pair.line_id).points.push_back(pair.point_id);
+  }
+  for (const PointOnLine& pair : change.broken) {
+    const auto line = window->lines.find(pair.line_id);
+    if (line != window->lines.end()) std::erase(line->second.points, pair.point_id);
+  }
+}
+
+std::unordered_set<int64_t> Structure::Judge(const CostModel& model, const FrameState& newest,
+                                             WindowState* window) {
+  std::unordered_set<int64_t> gone = RejectLineOutliers(options_.max_chi2, model, window);
+  for (const PointOnLine& pair : ReleaseStrayPoints(options_.max_chi2, model, window)) {
+    memberships_.Release(pair);
+  }
+  ExtendLines(newest, model, window);
+  for (const int64_t id : gone) memberships_.ReleaseLine(id);
+  for (const auto& [id, older_id] : MergeLines(options_, window)) {
+    memberships_.MergeLine(id, older_id);
+    gone.insert(id);
+  }
+  return gone;
+}
+
+bool Structure::IsToBeForgotten(const LineLandmark& line, const WindowState& window) const {
+  if (line.retired) return true;
+  if (!line.frames.empty()) return false;
+  return !line.estimated ||
+         window.frames.back()->id - line.last_seen_frame > options_.keep_unseen_frames;
+}
+
+std::unordered_set<int64_t> Structure::ReleaseOldest(const CostModel& model, WindowState* window,
+                                                     std::vector<Term>* terms,
+                                                     std::vector<double*>* dropped) {
+  FrameState* oldest = window->frames.front().get();
+  std::unordered_set<int64_t> gone;
+  for (auto& [id, line] : window->lines) {
+    if (!line.frames.empty() && line.frames.front() == oldest) {
+      if (line.estimated) AddLineTerm(&line, oldest, model, terms);
+      line.frames.erase(line.frames.begin());
+      ++line.released_frames;
+    }
+    if (!IsToBeForgotten(line, *window)) continue;
+    if (line.estimated) dropped->push_back(line.block.data());
+    if (line.estimated && !line.retired) {
+      left_lines_.push_back(Describe(line, model, window->prior));
+    }
+    memberships_.ReleaseLine(id);
+    gone.insert(id);
+  }
+  return gone;
+}
+
+void Structure::Collect(int segment, OdometryRun* run) {
+  const int first_world = static_cast<int>(run->manhattan_worlds.size());
+  for (Line& line : left_lines_) {
+    line.segment = segment;
+    if (line.world >= 0) line.world += first_world;
+    run->lines.push_back(std::move(line));
+  }
+  left_lines_.clear();
+}
+
+void Structure::AddContents(int segment, const WindowState& window, const CostModel& model,
+                            OdometryRun* run) const {
+  const int first_world = static_cast<int>(run->manhattan_worlds.size());
+  for (const auto& [id, line] : window.lines) {
+    if (!line.estimated || line.retired) continue;
+    Line& out = run->lines.emplace_back(Describe(line, model, window.prior));
+    out.segment = segment;
+    if (out.world >= 0) out.world += first_world;
+  }
+  for (const HeadingState& heading : window.headings) {
+    ManhattanWorld world;
+    world.segment = segment;
+    world.heading_rad = heading.heading_rad[0];
+    world.found_at_ns = heading.found_at_ns;
+    run->manhattan_worlds.push_back(world);
+  }
+}
+
+void Structure::Reset() {
+  detector_.Reset();
+  memberships_ = PointsOnLines(points_on_lines_options_);
+}
+
+}  // namespace slcmap

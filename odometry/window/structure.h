@@ -1,0 +1,63 @@
+// The building's structure in a window: its directions, its lines, and the points on them.
+#pragma once
+
+#include <unordered_set>
+#include <vector>
+
+#include "odometry/options.h"
+#include "odometry/run.h"
+#include "odometry/structure/line_classifier.h"
+#include "odometry/structure/manhattan_detector.h"
+#include "odometry/structure/points_on_lines.h"
+#include "odometry/window/line_landmarks.h"
+
+namespace slcmap {
+
+class Structure {
+ public:
+  // Does nothing for methods on points alone.
+  Structure(const OdometryOptions& options, const Rig& rectified_rig);
+
+  // Before the window is optimised with its newest frame: looks for headings of the building, for
+  // points on lines, and estimates lines that can be.
+  void Update(const CostModel& model, FrameState* newest, WindowState* window);
+
+  // After it: takes out what does not fit, and merges what is the same. Returns the ids of lines
+  // that are no longer known.
+  std::unordered_set<int64_t> Judge(const CostModel& model, const FrameState& newest,
+                                    WindowState* window);
+
+  // Before the oldest frame is marginalised: adds what it says of lines to the terms, and the
+  // blocks of lines that are to be forgotten to the dropped ones. Returns the ids of these lines,
+  // which are to be erased from the window afterwards.
+  std::unordered_set<int64_t> ReleaseOldest(const CostModel& model, WindowState* window,
+                                            std::vector<Term>* terms,
+                                            std::vector<double*>* dropped);
+
+  // Moves the lines that have left the window since the last call to the run.
+  void Collect(int segment, OdometryRun* run);
+
+  // Adds the lines and headings that are still in the window to the run.
+  void AddContents(int segment, const WindowState& window, const CostModel& model,
+                   OdometryRun* run) const;
+
+  // Forgets everything but what waits for Collect().
+  void Reset();
+
+ private:
+  void FindHeadings(const FrameState& newest, const CostModel& model, WindowState* window);
+  void FindPointsOnLines(const FrameState& newest, WindowState* window);
+  bool IsToBeForgotten(const LineLandmark& line, const WindowState& window) const;
+
+  LineLandmarkOptions options_;
+  LineKinds kinds_;
+  PointsOnLinesOptions points_on_lines_options_;
+  bool points_on_lines_ = false;
+  Rig rig_;
+  LineClassifier classifier_;
+  ManhattanDetector detector_;
+  PointsOnLines memberships_;
+  std::vector<Line> left_lines_;
+};
+
+}  // namespace slcmap
