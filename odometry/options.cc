@@ -206,7 +206,8 @@ std::string LineDetectorName(LineDetectorKind kind) {
 
 constexpr OptionTable kLineDetector{
     Option{"min_length_px", &LineDetectorOptions::min_length_px, 10.0, 1000.0},
-    Option{"max_join_gap_px", &LineDetectorOptions::max_join_gap_px, 0.0, 1000.0}};
+    Option{"max_join_gap_px", &LineDetectorOptions::max_join_gap_px, 0.0, 1000.0},
+    Option{"max_segments", &LineDetectorOptions::max_segments, 1, 10000}};
 
 void LineDetectorOptions::Check() const { kLineDetector.Check("lines.detector", *this); }
 void LineDetectorOptions::Read(YamlSection section) {
@@ -219,6 +220,7 @@ void LineDetectorOptions::Read(YamlSection section) {
 constexpr OptionTable kLineMatcher{
     Option{"max_descriptor_bits", &LineMatcherOptions::max_descriptor_bits, 0, 256},
     Option{"min_lead_bits", &LineMatcherOptions::min_lead_bits, 0.0, 256.0},
+    Option{"min_correlation", &LineMatcherOptions::min_correlation, 0.0, 1.0},
     Option{"min_stereo_correlation", &LineMatcherOptions::min_stereo_correlation, 0.0, 1.0},
     Option{"min_stereo_lead", &LineMatcherOptions::min_stereo_lead, 0.0, 1.0},
     Option{"max_disparity", &LineMatcherOptions::max_disparity, 0.01, 1.0}};

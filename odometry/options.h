@@ -95,6 +95,7 @@ struct LineDetectorOptions {
   LineDetectorKind kind = LineDetectorKind::kEd;
   double min_length_px = 30;    // after joining
   double max_join_gap_px = 30;  // between pieces of one edge
+  int max_segments = 90;        // of an image, the longest
   void Check() const;
   void Read(YamlSection section);
 };
@@ -102,6 +103,7 @@ struct LineDetectorOptions {
 struct LineMatcherOptions {
   int max_descriptor_bits = 60;          // of 256, between sights of one line
   double min_lead_bits = 10;             // of the best match before the second best
+  double min_correlation = 0.85;         // of a line's profile with that of its last sight
   double min_stereo_correlation = 0.85;  // of the pictures beside the left and right segment
   double min_stereo_lead = 0.03;         // of the best correlation before the second best
   double max_disparity = 0.25;           // of the image's width

@@ -62,16 +62,30 @@ bool InsideMask(const cv::Mat& mask, const LineSegment& segment) {
   return true;
 }
 
-// `short_one` continues or lies upon `long_one`.
-bool SameEdge(const LineSegment& long_one, const LineSegment& short_one, double max_gap_px) {
-  if (AngleBetween_rad(long_one, short_one) >
-      std::max(kMaxJoinAngle_rad, 1.0 / short_one.Length())) {
+// A segment with what joining asks for again and again.
+struct Piece {
+  explicit Piece(const LineSegment& s)
+      : segment(s), direction(Direction(s)), normal(Normal(s)), length_px(s.Length()) {}
+  LineSegment segment;
+  Eigen::Vector2d direction, normal;
+  double length_px;
+};
+
+// `piece` continues or lies upon the longer `edge`.
+bool SameEdge(const Piece& edge, const Piece& piece, double max_gap_px) {
+  const Eigen::Vector2d start = piece.segment.start - edge.segment.start;
+  const Eigen::Vector2d end = piece.segment.end - edge.segment.start;
+  if (std::abs(edge.normal.dot(start)) >= kMaxJoinDistance_px ||
+      std::abs(edge.normal.dot(end)) >= kMaxJoinDistance_px) {
     return false;
   }
-  const double gap = -Overlap_px(long_one, short_one);
-  if (gap > std::min(max_gap_px, short_one.Length() + 0.3 * long_one.Length())) return false;
-  return std::abs(DistanceAcross_px(long_one, short_one.start)) < kMaxJoinDistance_px &&
-         std::abs(DistanceAcross_px(long_one, short_one.end)) < kMaxJoinDistance_px;
+  if (edge.direction.dot(piece.direction) < 0 ||
+      std::abs(edge.normal.dot(piece.direction)) >
+          std::max(kMaxJoinAngle_rad, 1 / piece.length_px)) {
+    return false;
+  }
+  const double gap = std::max(edge.direction.dot(start) - edge.length_px, -edge.direction.dot(end));
+  return gap <= std::min(max_gap_px, piece.length_px + 0.3 * edge.length_px);
 }
 
 // The segment over both, on the line of least squares through the four ends weighted by length.
@@ -98,20 +112,19 @@ void SortByLength(std::vector<LineSegment>* segments) {
                    [](const auto& a, const auto& b) { return a.Length() > b.Length(); });
 }
 
-// Joins what continues the first segment of `rest`; what doesn't stays in `rest`.
-LineSegment TakeEdge(double max_gap_px, std::vector<LineSegment>* rest) {
-  LineSegment edge = rest->front();
+// Joins what continues the first piece of `rest`; what doesn't stays in `rest`.
+LineSegment TakeEdge(double max_gap_px, std::vector<Piece>* rest) {
+  Piece edge = rest->front();
   rest->erase(rest->begin());
-  for (size_t i = 0; i < rest->size();) {
-    if (!SameEdge(edge, (*rest)[i], max_gap_px)) {
-      ++i;
-      continue;
-    }
-    edge = Join(edge, (*rest)[i]);
-    rest->erase(rest->begin() + i);
-    i = 0;
+  for (bool grown = true; grown;) {
+    grown = false;
+    std::erase_if(*rest, [&](const Piece& piece) {
+      if (!SameEdge(edge, piece, max_gap_px)) return false;
+      edge = Piece(Join(edge.segment, piece.segment));
+      return grown = true;
+    });
   }
-  return edge;
+  return edge.segment;
 }
 
 }  // namespace
@@ -128,8 +141,9 @@ std::vector<LineSegment> DetectRawSegments(const cv::Mat& image, LineDetectorKin
 
 std::vector<LineSegment> JoinSegments(std::vector<LineSegment> segments, double max_gap_px) {
   SortByLength(&segments);
+  std::vector<Piece> pieces(segments.begin(), segments.end());
   std::vector<LineSegment> joined;
-  while (!segments.empty()) joined.push_back(TakeEdge(max_gap_px, &segments));
+  while (!pieces.empty()) joined.push_back(TakeEdge(max_gap_px, &pieces));
   SortByLength(&joined);
   return joined;
 }
@@ -145,7 +159,8 @@ std::vector<LineSegment> DetectSegments(const cv::Mat& image, const cv::Mat& mas
   }
   std::vector<LineSegment> segments;
   for (const auto& joined : JoinSegments(std::move(pieces), options.max_join_gap_px)) {
-    if (joined.Length() < options.min_length_px) break;
+    const bool full = static_cast<int>(segments.size()) >= options.max_segments;
+    if (full || joined.Length() < options.min_length_px) break;
     const auto refined = RefineSegment(image, joined, {});
     if (!refined || refined->segment.Length() < options.min_length_px) continue;
     segments.push_back(refined->segment);

@@ -16,12 +16,15 @@ constexpr double kBitsPerGate = 12;  // what a distance of a whole gate costs, i
 constexpr double kMaxStereoAngle_rad = 0.5;
 constexpr double kMinRowOverlap = 0.5;  // of the shorter segment's rows
 
-// Costs of all pairs; infinite where a gate rejects the pair.
+constexpr double kRejected = std::numeric_limits<double>::infinity();
+
+// Costs of all pairs; kRejected where a gate rejects the pair.
 class CostTable {
  public:
-  CostTable(size_t rows, size_t columns)
-      : columns_(columns), costs_(rows * columns, std::numeric_limits<double>::infinity()) {}
+  CostTable(size_t rows, size_t columns) : columns_(columns), costs_(rows * columns, kRejected) {}
   double& operator()(size_t row, size_t column) { return costs_[row * columns_ + column]; }
+
+  bool AnyInColumn(size_t column) const { return std::isfinite(At(BestOfColumn(column), column)); }
 
   // The column that is the row's best and whose best is the row, where the row's second best costs
   // at least min_lead more. `alike(a, b)` columns don't compete.
@@ -46,9 +49,9 @@ class CostTable {
     return best;
   }
   int BestOfColumn(size_t column) const {
-    int best = -1;
-    for (size_t r = 0; r < costs_.size() / columns_; ++r) {
-      if (best < 0 || At(r, column) < At(best, column)) best = r;
+    int best = 0;
+    for (size_t r = 1; r < costs_.size() / columns_; ++r) {
+      if (At(r, column) < At(best, column)) best = static_cast<int>(r);
     }
     return best;
   }
@@ -62,9 +65,8 @@ bool SameLine(const LineSegment& a, const LineSegment& b) {
          std::abs(DistanceAcross_px(a, b.end)) < 2;
 }
 
-// The cost of taking `found` for `expected`, in descriptor bits.
-std::optional<double> ExpectedCost(const ExpectedSegment& expected, const LineSegment& found,
-                                   const cv::Mat& descriptor, const LineMatcherOptions& options) {
+// The distance across, as a share of the gate; nothing where a gate rejects the pair.
+std::optional<double> GatedDistance(const ExpectedSegment& expected, const LineSegment& found) {
   const double shorter = std::min(expected.segment.Length(), found.Length());
   const double longer = std::max(expected.segment.Length(), found.Length());
   if (shorter < kMinLengthRatio * longer) return std::nullopt;
@@ -72,9 +74,25 @@ std::optional<double> ExpectedCost(const ExpectedSegment& expected, const LineSe
   if (Overlap_px(expected.segment, found) + expected.slack_px < 0.3 * shorter) return std::nullopt;
   const double distance = LargestDistance_px(expected.segment, found);
   if (distance > expected.gate_px) return std::nullopt;
-  const int bits = DescriptorDistance(expected.descriptor, descriptor);
-  if (bits > options.max_descriptor_bits) return std::nullopt;
-  return bits + kBitsPerGate * distance / expected.gate_px;
+  return distance / expected.gate_px;
+}
+
+// The descriptors of the segments that have a finite cost; empty elsewhere.
+std::vector<cv::Mat> DescribePlausible(const cv::Mat& image,
+                                       const std::vector<LineSegment>& segments,
+                                       const CostTable& costs) {
+  std::vector<LineSegment> plausible;
+  std::vector<size_t> indices;
+  for (size_t i = 0; i < segments.size(); ++i) {
+    if (!costs.AnyInColumn(i)) continue;
+    plausible.push_back(segments[i]);
+    indices.push_back(i);
+  }
+  const cv::Mat descriptors = DescribeSegments(image, plausible);
+  std::vector<cv::Mat> all(segments.size());
+  for (size_t i = 0; i < indices.size(); ++i)
+    all[indices[i]] = descriptors.row(static_cast<int>(i));
+  return all;
 }
 
 // The x of the infinite line at a row.
@@ -127,33 +145,54 @@ std::optional<double> FlatCost(const cv::Mat& left_image, const cv::Mat& right_i
   if (middle < rows.low - 0.1 * left.Length() - 2 || middle > rows.high + 0.1 * left.Length() + 2) {
     return std::nullopt;
   }
-  return 1 - ProfileCorrelation(left_image, left, right_image, right);
+  return 1 - ProfileCorrelation(MeanProfile(left_image, left), MeanProfile(right_image, right));
 }
 
 bool IsFlat(const LineSegment& s) { return std::abs(Direction(s).y()) < 0.15; }
 
+std::optional<double> StereoCost(const cv::Mat& left_image, const cv::Mat& right_image,
+                                 const LineSegment& left, const LineSegment& right,
+                                 double max_disparity_px) {
+  if (AngleBetween_rad(left, right) > kMaxStereoAngle_rad) return std::nullopt;
+  const auto cost = IsFlat(left) || IsFlat(right) ? FlatCost : SteepCost;
+  return cost(left_image, right_image, left, right, max_disparity_px);
+}
+
 }  // namespace
 
-std::vector<std::optional<int>> MatchExpected(const std::vector<ExpectedSegment>& expected,
-                                              const DescribedSegments& found,
-                                              const std::vector<char>& free,
+std::vector<std::optional<int>> MatchExpected(const cv::Mat& image,
+                                              const std::vector<ExpectedSegment>& expected,
+                                              const std::vector<LineSegment>& segments,
                                               const LineMatcherOptions& options) {
   std::vector<std::optional<int>> matches(expected.size());
-  if (found.segments.empty()) return matches;
-  CostTable costs(expected.size(), found.segments.size());
+  if (expected.empty() || segments.empty()) return matches;
+  CostTable costs(expected.size(), segments.size());
   for (size_t e = 0; e < expected.size(); ++e) {
-    for (size_t f = 0; f < found.segments.size(); ++f) {
-      if (!free[f]) continue;
-      const auto cost = ExpectedCost(expected[e], found.segments[f],
-                                     found.descriptors.row(static_cast<int>(f)), options);
-      if (cost) costs(e, f) = *cost;
+    for (size_t s = 0; s < segments.size(); ++s) {
+      const auto distance = GatedDistance(expected[e], segments[s]);
+      if (distance) costs(e, s) = kBitsPerGate * *distance;
     }
   }
-  const auto alike = [&](int a, int b) { return SameLine(found.segments[a], found.segments[b]); };
+  const std::vector<cv::Mat> descriptors = DescribePlausible(image, segments, costs);
+  for (size_t e = 0; e < expected.size(); ++e) {
+    for (size_t s = 0; s < segments.size(); ++s) {
+      if (!std::isfinite(costs(e, s))) continue;
+      const int bits = DescriptorDistance(expected[e].descriptor, descriptors[s]);
+      costs(e, s) = bits <= options.max_descriptor_bits ? costs(e, s) + bits : kRejected;
+    }
+  }
+  const auto alike = [&](int a, int b) { return SameLine(segments[a], segments[b]); };
   for (size_t e = 0; e < expected.size(); ++e) {
     matches[e] = costs.MutualBest(e, options.min_lead_bits, alike);
   }
   return matches;
+}
+
+bool IsStereoMatch(const cv::Mat& left_image, const cv::Mat& right_image, const LineSegment& left,
+                   const LineSegment& right, const LineMatcherOptions& options) {
+  const auto cost =
+      StereoCost(left_image, right_image, left, right, options.max_disparity * left_image.cols);
+  return cost && *cost <= 1 - options.min_stereo_correlation;
 }
 
 std::vector<std::optional<int>> MatchStereo(const cv::Mat& left_image, const cv::Mat& right_image,
@@ -161,15 +200,12 @@ std::vector<std::optional<int>> MatchStereo(const cv::Mat& left_image, const cv:
                                             const std::vector<LineSegment>& right,
                                             const LineMatcherOptions& options) {
   std::vector<std::optional<int>> matches(left.size());
-  if (right.empty()) return matches;
+  if (left.empty() || right.empty()) return matches;
   const double max_disparity_px = options.max_disparity * left_image.cols;
   CostTable costs(left.size(), right.size());
   for (size_t l = 0; l < left.size(); ++l) {
     for (size_t r = 0; r < right.size(); ++r) {
-      const bool flat = IsFlat(left[l]) || IsFlat(right[r]);
-      if (AngleBetween_rad(left[l], right[r]) > kMaxStereoAngle_rad) continue;
-      const auto cost = (flat ? FlatCost : SteepCost)(left_image, right_image, left[l], right[r],
-                                                      max_disparity_px);
+      const auto cost = StereoCost(left_image, right_image, left[l], right[r], max_disparity_px);
       if (cost && *cost <= 1 - options.min_stereo_correlation) costs(l, r) = *cost;
     }
   }

@@ -10,12 +10,6 @@
 
 namespace slcmap {
 
-// Oriented segments of one image with a row of descriptors each.
-struct DescribedSegments {
-  std::vector<LineSegment> segments;
-  cv::Mat descriptors;
-};
-
 // Where a known edge is looked for.
 struct ExpectedSegment {
   LineSegment segment;  // oriented
@@ -25,12 +19,16 @@ struct ExpectedSegment {
   double max_angle_rad = 0;
 };
 
-// For each expected edge the index of the segment that is its mutual best match, or nothing where
-// none passes the gates or a second one is as likely. `free` says which segments may be used.
-std::vector<std::optional<int>> MatchExpected(const std::vector<ExpectedSegment>& expected,
-                                              const DescribedSegments& found,
-                                              const std::vector<char>& free,
+// For each expected edge the index of the segment of `image` that is its mutual best match, or
+// nothing where none passes the gates or a second one is as likely.
+std::vector<std::optional<int>> MatchExpected(const cv::Mat& image,
+                                              const std::vector<ExpectedSegment>& expected,
+                                              const std::vector<LineSegment>& segments,
                                               const LineMatcherOptions& options);
+
+// True where the two can be one edge: on the same rows, at a possible disparity, and alike.
+bool IsStereoMatch(const cv::Mat& left_image, const cv::Mat& right_image, const LineSegment& left,
+                   const LineSegment& right, const LineMatcherOptions& options);
 
 // For each segment of the left rectified image the index of its mutual best match in the right one,
 // judged by the pictures beside both on the same rows.

@@ -142,6 +142,29 @@ std::vector<ProfileEdge> FindEdges(const cv::Mat& image, const LineSegment& segm
   return edges;
 }
 
+// The point beyond the segment's end up to which its edge goes on. side: 1 where the bright side is
+// on the left of the segment, else -1.
+Eigen::Vector2d Extend(const cv::Mat& image, const LineSegment& segment, int side,
+                       double min_gradient, const LineRefinementOptions& options) {
+  constexpr int kMaxMisses = 2;
+  const Eigen::Vector2d direction = Direction(segment), normal = side * Normal(segment);
+  Eigen::Vector2d end = segment.end;
+  int misses = 0;
+  for (double along = options.step_px; along <= options.max_extension_px && misses <= kMaxMisses;
+       along += options.step_px) {
+    const Eigen::Vector2d p = segment.end + along * direction;
+    const auto edge = FindEdge(image, p, normal, 1);
+    if (edge && edge->gradient >= min_gradient &&
+        std::abs(edge->across_px) < options.max_residual_px) {
+      end = p;
+      misses = 0;
+    } else {
+      ++misses;
+    }
+  }
+  return end;
+}
+
 }  // namespace
 
 double MeanContrast(const cv::Mat& image, const LineSegment& segment) {
@@ -180,7 +203,10 @@ std::optional<RefinedSegment> RefineSegment(const cv::Mat& image, const LineSegm
   const auto at = [&](double along) -> Eigen::Vector2d {
     return segment.start + along * Direction(segment) + fit->At(along) * Normal(segment);
   };
-  refined.segment = {at(agreement.first_px), at(agreement.last_px)};
+  const LineSegment fitted{at(agreement.first_px), at(agreement.last_px)};
+  const double weak = std::max(options.min_gradient, 0.4 * refined.gradient);
+  refined.segment = {Extend(image, Reversed(fitted), -1, weak, options),
+                     Extend(image, fitted, 1, weak, options)};
   return refined;
 }
 

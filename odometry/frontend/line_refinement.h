@@ -14,6 +14,7 @@ struct LineRefinementOptions {
   double min_support = 0.6;    // share of profiles that agree with the line
   double max_residual_px = 1;  // of a profile that agrees
   double min_gradient = 2;     // grey values a pixel, of the edge
+  double max_extension_px = 0;  // beyond each end, as far as the edge goes on
 };
 
 struct RefinedSegment {
@@ -26,8 +27,9 @@ struct RefinedSegment {
 // The mean change of brightness from the right to the left side of the segment, grey values.
 double MeanContrast(const cv::Mat& image, const LineSegment& segment);
 
-// Moves and turns the segment on to the edge near it and cuts its ends where the edge ends. The
-// edge must have the segment's orientation. Nothing where no edge follows the segment.
+// Moves and turns the segment on to the edge near it, cuts its ends where the edge ends and extends
+// them where it goes on. The edge must have the segment's orientation. Nothing where no edge
+// follows the segment.
 std::optional<RefinedSegment> RefineSegment(const cv::Mat& image, const LineSegment& segment,
                                             const LineRefinementOptions& options);
 

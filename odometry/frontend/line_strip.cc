@@ -1,7 +1,6 @@
 #include "odometry/frontend/line_strip.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <opencv2/core.hpp>
 
@@ -10,58 +9,73 @@
 namespace slcmap {
 namespace {
 
-constexpr int kReach = 10;     // of a strip to either side, px
-constexpr int kOtherSide = 2;  // px beyond the edge that a side alone includes
-constexpr int kWidth = 2 * kReach + 1;
+constexpr int kWidth = 2 * kProfileReach_px + 1;
+constexpr int kSide = kProfileReach_px + 3;  // one side, with the edge itself
 constexpr int kRows = 12;
 
-using Strip = Eigen::Matrix<float, kWidth, kRows>;  // a column of it is a row of the strip
+// A column of it is a row of the strip.
+using Strip = Eigen::Matrix<float, kWidth, kRows>;
 
-float Sample(const cv::Mat& image, const Eigen::Vector2d& p) {
-  const double x = std::clamp(p.x(), 0.0, image.cols - 1.001);
-  const double y = std::clamp(p.y(), 0.0, image.rows - 1.001);
+float Sample(const cv::Mat& image, float x, float y) {
+  x = std::clamp(x, 0.f, image.cols - 1.01f);
+  y = std::clamp(y, 0.f, image.rows - 1.01f);
   const int u = static_cast<int>(x), v = static_cast<int>(y);
-  const float a = static_cast<float>(x - u), b = static_cast<float>(y - v);
+  const float a = x - u, b = y - v;
   const uchar* top = image.ptr<uchar>(v) + u;
   const uchar* bottom = image.ptr<uchar>(v + 1) + u;
   return (1 - b) * ((1 - a) * top[0] + a * top[1]) + b * ((1 - a) * bottom[0] + a * bottom[1]);
 }
 
-Strip SampleStrip(const cv::Mat& image, const LineSegment& segment, const Eigen::Vector2d& across) {
-  Strip strip;
+// Calls take(i, r, value) for each sample i of each row r.
+template <typename Take>
+void SampleRows(const cv::Mat& image, const LineSegment& segment, const Eigen::Vector2d& across,
+                int reach_px, Take take) {
+  const Eigen::Vector2f step = across.cast<float>();
   for (int r = 0; r < kRows; ++r) {
     const Eigen::Vector2d center =
         segment.start + (r + 0.5) / kRows * (segment.end - segment.start);
-    for (int i = 0; i < kWidth; ++i) strip(i, r) = Sample(image, center + (i - kReach) * across);
+    Eigen::Vector2f p = (center - reach_px * across).cast<float>();
+    for (int i = 0; i <= 2 * reach_px; ++i, p += step) take(i, r, Sample(image, p.x(), p.y()));
   }
-  return strip;
 }
 
 template <typename A, typename B>
 double Correlation(const A& a, const B& b) {
-  const auto da = (a.array() - a.mean()).eval(), db = (b.array() - b.mean()).eval();
-  const double norm = std::sqrt(static_cast<double>(da.square().sum()) * db.square().sum());
-  return norm < 1e-3 ? -1 : (da * db).sum() / norm;
+  const float mean_a = a.mean(), mean_b = b.mean();
+  const float ab = ((a.array() - mean_a) * (b.array() - mean_b)).sum();
+  const float norm =
+      std::sqrt((a.array() - mean_a).square().sum() * (b.array() - mean_b).square().sum());
+  return norm < 1e-3f ? -1 : ab / norm;
 }
 
-double BestCorrelation(const Strip& a, const Strip& b) {
-  constexpr int kSide = kReach + 1 + kOtherSide;
-  return std::max({Correlation(a, b), Correlation(a.topRows<kSide>(), b.topRows<kSide>()),
-                   Correlation(a.bottomRows<kSide>(), b.bottomRows<kSide>())});
+template <typename A, typename B>
+double BestCorrelation(const A& a, const B& b) {
+  return std::max({Correlation(a, b),
+                   Correlation(a.template topRows<kSide>(), b.template topRows<kSide>()),
+                   Correlation(a.template bottomRows<kSide>(), b.template bottomRows<kSide>())});
 }
 
 }  // namespace
 
-double StripCorrelation(const cv::Mat& image_a, const LineSegment& a, const cv::Mat& image_b,
-                        const LineSegment& b, const Eigen::Vector2d& across) {
-  return BestCorrelation(SampleStrip(image_a, a, across), SampleStrip(image_b, b, across));
+Eigen::VectorXf MeanProfile(const cv::Mat& image, const LineSegment& segment, int reach_px) {
+  Eigen::VectorXf profile = Eigen::VectorXf::Zero(2 * reach_px + 1);
+  SampleRows(image, segment, Normal(segment), reach_px,
+             [&](int i, int, float value) { profile[i] += value / kRows; });
+  return profile;
 }
 
-double ProfileCorrelation(const cv::Mat& image_a, const LineSegment& a, const cv::Mat& image_b,
-                          const LineSegment& b) {
-  const Eigen::VectorXf p = SampleStrip(image_a, a, Normal(a)).rowwise().mean();
-  const Eigen::VectorXf q = SampleStrip(image_b, b, Normal(b)).rowwise().mean();
-  return Correlation(p, q);
+double ProfileCorrelation(const Eigen::VectorXf& a, const Eigen::VectorXf& b) {
+  return BestCorrelation(a, b);
+}
+
+double StripCorrelation(const cv::Mat& image_a, const LineSegment& a, const cv::Mat& image_b,
+                        const LineSegment& b, const Eigen::Vector2d& across) {
+  Strip strip_a, strip_b;
+  SampleRows(image_a, a, across, kProfileReach_px,
+             [&](int i, int r, float v) { strip_a(i, r) = v; });
+  SampleRows(image_b, b, across, kProfileReach_px,
+             [&](int i, int r, float v) { strip_b(i, r) = v; });
+  return BestCorrelation(strip_a, strip_b);
 }
 
 }  // namespace slcmap

@@ -1,30 +1,37 @@
 #include "odometry/frontend/line_tracker.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 
 #include "odometry/frontend/line_descriptor.h"
 #include "odometry/frontend/line_detector.h"
+#include "odometry/frontend/line_follower.h"
 #include "odometry/frontend/line_geometry.h"
 #include "odometry/frontend/line_matcher.h"
 #include "odometry/frontend/line_selection.h"
+#include "odometry/frontend/line_strip.h"
 
 namespace slcmap {
 namespace {
 
+// Fewer new lines than this share of all are not worth a detection.
+constexpr double kMinRoom = 0.1;
+// A line that is known may be seen shorter, as a share of what is detected.
+constexpr double kMinKept = 0.6;
+
 struct KnownLine {
-  LineSegment left_px;  // last seen, or where it is by now if the camera only rotated
-  cv::Mat descriptor;
+  LineSegment seen_px;      // in the left image, when seen last
+  LineSegment expected_px;  // now: predicted, or as if the camera only rotated
+  Eigen::VectorXf profile;  // when seen last
+  cv::Mat descriptor;       // of the last sight; empty until the line is lost
+  double gate_px = 0;       // 0 without a prediction
   int misses = 0;
 };
 
-// A pair's segments and which of them are taken.
-struct PairSegments {
-  DescribedSegments left;
-  std::vector<LineSegment> right;
-  std::vector<std::optional<int>> right_of_left;
-  std::vector<char> free;
+struct StereoPair {
+  cv::Mat left, right;
 };
 
 }  // namespace
@@ -38,13 +45,20 @@ class LineTracker::Impl {
   void Track(const cv::Mat& left, const cv::Mat& right, const Eigen::Quaterniond& R_now_previous,
              const std::vector<LinePrediction>& predictions,
              const std::vector<Eigen::Vector3d>& axes_camera) {
-    PairSegments pair = Detect(left, right);
+    previous_left_ = std::move(left_);
+    left_ = left.clone();
+    right_ = right;
     observations_.clear();
-    Rotate(R_now_previous.toRotationMatrix());
-    for (auto& [id, line] : known_) ++line.misses;
-    FollowPredicted(predictions, &pair);
-    FollowMoved(&pair);
-    AddNew(axes_camera, &pair);
+    Expect(R_now_previous.toRotationMatrix(), predictions);
+    FollowPredicted(predictions);
+    if (Room() > kMinRoom * options_.max_lines) {
+      std::vector<LineSegment> segments = DetectSegments(left_, masks_[0], options_.detector);
+      std::erase_if(segments, [&](const LineSegment& s) { return IsObserved(s); });
+      FindLost(&segments);
+      AddNew(axes_camera, segments);
+    }
+    if (!right_.empty()) FindRight();
+    right_.release();
     std::sort(observations_.begin(), observations_.end(),
               [](const auto& a, const auto& b) { return a.id < b.id; });
     std::erase_if(known_,
@@ -64,103 +78,164 @@ class LineTracker::Impl {
   const std::vector<LineObservation>& observations() const { return observations_; }
 
  private:
-  PairSegments Detect(const cv::Mat& left, const cv::Mat& right) const {
-    PairSegments pair;
-    pair.left.segments = DetectSegments(left, masks_[0], options_.detector);
-    pair.left.descriptors = DescribeSegments(left, pair.left.segments);
-    pair.free.assign(pair.left.segments.size(), 1);
-    pair.right_of_left.resize(pair.left.segments.size());
-    if (right.empty()) return pair;
-    pair.right = DetectSegments(right, masks_[1], options_.detector);
-    pair.right_of_left = MatchStereo(left, right, pair.left.segments, pair.right, options_.matcher);
-    return pair;
-  }
+  int Room() const { return options_.max_lines - static_cast<int>(observations_.size()); }
 
-  // Moves all known lines as if the camera only rotated; those that leave the view are forgotten.
-  void Rotate(const Eigen::Matrix3d& R) {
-    const auto rotate = [&](Eigen::Vector2d* p) {
-      const Eigen::Vector3d ray((p->x() - camera_.cx_px) / camera_.fx_px,
-                                (p->y() - camera_.cy_px) / camera_.fy_px, 1);
-      const Eigen::Vector3d r = R * ray;
-      if (r.z() < 0.1) return false;
-      *p = {camera_.fx_px * r.x() / r.z() + camera_.cx_px,
-            camera_.fy_px * r.y() / r.z() + camera_.cy_px};
-      return true;
-    };
+  void Expect(const Eigen::Matrix3d& R, const std::vector<LinePrediction>& predictions) {
     for (auto& [id, line] : known_) {
-      LineSegment rotated = line.left_px;
-      if (rotate(&rotated.start) && rotate(&rotated.end)) line.left_px = rotated;
+      line.expected_px = Rotate(R, line.expected_px);
+      line.gate_px = 0;
+      ++line.misses;
     }
-  }
-
-  void FollowPredicted(const std::vector<LinePrediction>& predictions, PairSegments* pair) {
-    std::vector<int64_t> ids;
-    std::vector<ExpectedSegment> expected;
     for (const auto& p : predictions) {
       const auto known = known_.find(p.id);
       if (known == known_.end() || p.left_px.Length() < 1) continue;
-      LineSegment segment = p.left_px;
-      if (Direction(segment).dot(Direction(known->second.left_px)) < 0) segment = Reversed(segment);
-      known->second.left_px = segment;
-      known->second.misses = 0;
-      const double gate = options_.min_gate_px + options_.gate_sigmas * p.sigma_px;
-      ids.push_back(p.id);
-      expected.push_back({segment, known->second.descriptor, gate, 0,
-                          options_.predicted_angle_rad + gate / segment.Length()});
+      KnownLine& line = known->second;
+      line.expected_px = AlignedTo(line.expected_px, p.left_px);
+      line.gate_px = Gate_px(p);
+      line.misses = 0;
     }
-    Observe(ids, MatchExpected(expected, pair->left, pair->free, options_.matcher), pair);
   }
 
-  void FollowMoved(PairSegments* pair) {
+  double Gate_px(const LinePrediction& p) const {
+    return options_.min_gate_px + options_.gate_sigmas * p.sigma_px;
+  }
+
+  static LineSegment AlignedTo(const LineSegment& oriented, const LineSegment& s) {
+    return Direction(s).dot(Direction(oriented)) < 0 ? Reversed(s) : s;
+  }
+
+  // Where the segment is if the camera only rotated; itself where that is behind the camera.
+  LineSegment Rotate(const Eigen::Matrix3d& R, const LineSegment& segment) const {
+    const auto rotate = [&](const Eigen::Vector2d& p) -> Eigen::Vector3d {
+      return R * Eigen::Vector3d((p.x() - camera_.cx_px) / camera_.fx_px,
+                                 (p.y() - camera_.cy_px) / camera_.fy_px, 1);
+    };
+    const Eigen::Vector3d a = rotate(segment.start), b = rotate(segment.end);
+    if (a.z() < 0.1 || b.z() < 0.1) return segment;
+    const Eigen::Vector2d f(camera_.fx_px, camera_.fy_px), c(camera_.cx_px, camera_.cy_px);
+    return {f.cwiseProduct(a.head<2>() / a.z()) + c, f.cwiseProduct(b.head<2>() / b.z()) + c};
+  }
+
+  void FollowPredicted(const std::vector<LinePrediction>& predictions) {
+    for (const auto& p : predictions) {
+      const auto known = known_.find(p.id);
+      if (Room() <= 0 || known == known_.end() || known->second.gate_px == 0) continue;
+      const KnownLine& line = known->second;
+      const auto found = FollowEdge(left_, line.expected_px, line.profile, line.gate_px,
+                                    options_.matcher.min_correlation);
+      if (!found || found->Length() < kMinKept * options_.detector.min_length_px) continue;
+      if (IsObserved(*found)) continue;
+      Observe(p.id, *found);
+      if (p.right_px && !right_.empty()) FollowRight(p, &observations_.back());
+    }
+  }
+
+  void FollowRight(const LinePrediction& p, LineObservation* o) const {
+    const LineSegment expected = AlignedTo(o->left_px, *p.right_px);
+    const auto found = FollowEdge(right_, expected, known_.at(o->id).profile, Gate_px(p),
+                                  options_.matcher.min_correlation);
+    if (found && IsStereoMatch(left_, right_, o->left_px, *found, options_.matcher)) {
+      o->right_px = found;
+    }
+  }
+
+  // True where the segment lies on a line that is observed already.
+  bool IsObserved(const LineSegment& s) const {
+    return std::any_of(observations_.begin(), observations_.end(), [&](const auto& o) {
+      return AngleBetween_rad(o.left_px, s) < 0.05 && Overlap_px(o.left_px, s) > -20 &&
+             LargestDistance_px(o.left_px, s) < 2;
+    });
+  }
+
+  // Finds lines among the segments that were detected, and takes those away.
+  void FindLost(std::vector<LineSegment>* segments) {
     std::vector<int64_t> ids;
-    std::vector<ExpectedSegment> expected;
     for (const auto& [id, line] : known_) {
-      if (line.misses == 0) continue;
-      ids.push_back(id);
-      expected.push_back({line.left_px, line.descriptor, options_.max_parallax_px,
-                          options_.max_parallax_px, options_.moved_angle_rad});
+      if (!WasObserved(id)) ids.push_back(id);
     }
-    Observe(ids, MatchExpected(expected, pair->left, pair->free, options_.matcher), pair);
+    DescribeLost(ids);
+    std::vector<ExpectedSegment> expected;
+    for (const int64_t id : ids) expected.push_back(ExpectedNow(known_.at(id)));
+    const auto matches = MatchExpected(left_, expected, *segments, options_.matcher);
+    std::vector<char> taken(segments->size(), 0);
+    for (size_t i = 0; i < ids.size() && Room() > 0; ++i) {
+      if (!matches[i]) continue;
+      Observe(ids[i], (*segments)[*matches[i]]);
+      taken[*matches[i]] = 1;
+    }
+    size_t index = 0;
+    std::erase_if(*segments, [&](const LineSegment&) { return taken[index++] != 0; });
   }
 
-  void AddNew(const std::vector<Eigen::Vector3d>& axes_camera, PairSegments* pair) {
+  bool WasObserved(int64_t id) const {
+    return std::any_of(observations_.begin(), observations_.end(),
+                       [&](const auto& o) { return o.id == id; });
+  }
+
+  // Those lost just now are described in the image that showed them last.
+  void DescribeLost(const std::vector<int64_t>& ids) {
+    std::vector<KnownLine*> lines;
+    std::vector<LineSegment> segments;
+    for (const int64_t id : ids) {
+      KnownLine& line = known_.at(id);
+      if (!line.descriptor.empty()) continue;
+      lines.push_back(&line);
+      segments.push_back(line.seen_px);
+    }
+    const cv::Mat descriptors = DescribeSegments(previous_left_, segments);
+    for (size_t i = 0; i < lines.size(); ++i) {
+      lines[i]->descriptor = descriptors.row(static_cast<int>(i)).clone();
+    }
+  }
+
+  ExpectedSegment ExpectedNow(const KnownLine& line) const {
+    if (line.gate_px == 0) {
+      return {line.expected_px, line.descriptor, options_.max_parallax_px, options_.max_parallax_px,
+              options_.moved_angle_rad};
+    }
+    return {line.expected_px, line.descriptor, line.gate_px, 0,
+            options_.predicted_angle_rad + line.gate_px / line.expected_px.Length()};
+  }
+
+  void AddNew(const std::vector<Eigen::Vector3d>& axes_camera,
+              const std::vector<LineSegment>& candidates) {
     std::vector<LineSegment> kept;
     for (const auto& o : observations_) kept.push_back(o.left_px);
-    std::vector<int> indices;
-    std::vector<LineSegment> candidates;
-    for (size_t i = 0; i < pair->left.segments.size(); ++i) {
-      if (!pair->free[i]) continue;
-      indices.push_back(static_cast<int>(i));
-      candidates.push_back(pair->left.segments[i]);
-    }
-    const int room = options_.max_lines - static_cast<int>(kept.size());
-    for (const int c : SelectSegments(candidates, kept, camera_, axes_camera, room)) {
-      Observe(next_id_++, indices[c], pair);
+    for (const int c : SelectSegments(candidates, kept, camera_, axes_camera, Room())) {
+      Observe(next_id_++, candidates[c]);
     }
   }
 
-  void Observe(const std::vector<int64_t>& ids, const std::vector<std::optional<int>>& matches,
-               PairSegments* pair) {
-    for (size_t i = 0; i < ids.size(); ++i) {
-      const bool full = static_cast<int>(observations_.size()) >= options_.max_lines;
-      if (matches[i] && !full) Observe(ids[i], *matches[i], pair);
-    }
-  }
-
-  void Observe(int64_t id, int index, PairSegments* pair) {
-    pair->free[index] = 0;
+  void Observe(int64_t id, const LineSegment& segment) {
     KnownLine& line = known_[id];
-    line.left_px = pair->left.segments[index];
-    line.descriptor = pair->left.descriptors.row(index).clone();
+    line.seen_px = line.expected_px = segment;
+    line.profile = MeanProfile(left_, segment);
+    line.descriptor.release();
     line.misses = 0;
-    LineObservation o{id, line.left_px, std::nullopt};
-    if (const auto right = pair->right_of_left[index]) o.right_px = pair->right[*right];
-    observations_.push_back(o);
+    observations_.push_back({id, segment, std::nullopt});
+  }
+
+  // Of the lines that have no right segment yet.
+  void FindRight() {
+    std::vector<LineObservation*> lines;
+    std::vector<LineSegment> left;
+    for (auto& o : observations_) {
+      if (o.right_px) continue;
+      lines.push_back(&o);
+      left.push_back(o.left_px);
+    }
+    if (left.empty()) return;
+    const auto right = DetectSegments(right_, masks_[1], options_.detector);
+    const auto matches = MatchStereo(left_, right_, left, right, options_.matcher);
+    for (size_t i = 0; i < lines.size(); ++i) {
+      if (matches[i]) lines[i]->right_px = right[*matches[i]];
+    }
   }
 
   LineTrackerOptions options_;
   Camera camera_;
   std::array<cv::Mat, 2> masks_;
+  cv::Mat left_, right_, previous_left_;
   std::map<int64_t, KnownLine> known_;
   std::vector<LineObservation> observations_;
   int64_t next_id_ = 0;

@@ -1,0 +1,536 @@
+// How accurate, right, long-lived and cheap the tracks of straight edges are on a recording with
+// true poses, and on a simulated one against its true edges.
+//
+//   line_quality SEQUENCE [lsd|fld|ed [first_image pairs step [folder_for_pictures]]]
+//
+// SEQUENCE is a folder in EuRoC's layout; every step-th pair is taken. Lines are predicted as the
+// estimator would, from their last sights and the true poses. Judged in two ways: by how well all
+// sights of a line fit one line in space (any edge, also of a texture), and by the distance from
+// the true edges (truth/edges.csv), of which those that were never seen are left out.
+#include <ceres/ceres.h>
+#include <time.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <cstdlib>
+#include <fstream>
+#include <map>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+#include <set>
+#include <sstream>
+#include <vector>
+
+#include "data/sequence.h"
+#include "data/stereo_reader.h"
+#include "data/trajectory.h"
+#include "odometry/frontend/line_descriptor.h"
+#include "odometry/frontend/line_detector.h"
+#include "odometry/frontend/line_geometry.h"
+#include "odometry/frontend/line_matcher.h"
+#include "odometry/frontend/line_tracker.h"
+#include "odometry/frontend/rectifier.h"
+
+namespace slcmap {
+namespace {
+
+constexpr double kNearEdge_px = 1.5;
+constexpr double kWrong_px = 3;
+constexpr double kMinDepth_m = 0.1;
+
+double ThreadCpu_s() {
+  timespec t;
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
+  return t.tv_sec + 1e-9 * t.tv_nsec;
+}
+
+// Mean CPU time of each named stage.
+class StageClocks {
+ public:
+  template <typename F>
+  auto Run(const std::string& name, F f) {
+    const double start = ThreadCpu_s();
+    auto result = f();
+    sums_[name].first += ThreadCpu_s() - start;
+    ++sums_[name].second;
+    return result;
+  }
+  void Print() const {
+    for (const auto& [name, sum] : sums_) {
+      printf("  %-28s %6.2f ms\n", name.c_str(), 1e3 * sum.first / sum.second);
+    }
+  }
+
+ private:
+  std::map<std::string, std::pair<double, int>> sums_;
+};
+
+double Quantile(std::vector<double> values, double q) {
+  if (values.empty()) return 0;
+  const size_t i = std::min(values.size() - 1, static_cast<size_t>(q * values.size()));
+  std::nth_element(values.begin(), values.begin() + i, values.end());
+  return values[i];
+}
+
+struct Segment3d {
+  Eigen::Vector3d a, b;
+};
+
+struct TrueEdge {
+  int edge = 0;
+  Segment3d ends_world;
+};
+
+// The edges that were seen at some time; empty where there is no such file.
+std::vector<TrueEdge> ReadEdges(const std::string& sequence) {
+  std::ifstream file(sequence + "/truth/edges.csv");
+  std::vector<TrueEdge> edges;
+  std::string row;
+  std::getline(file, row);
+  while (std::getline(file, row)) {
+    std::replace(row.begin(), row.end(), ',', ' ');
+    std::istringstream in(row);
+    TrueEdge e;
+    int axis, wing;
+    double from, to;
+    auto& [a, b] = e.ends_world;
+    in >> e.edge >> axis >> wing >> a.x() >> a.y() >> a.z() >> b.x() >> b.y() >> b.z() >> from >>
+        to;
+    if (to <= from) continue;
+    const Eigen::Vector3d d = (b - a).normalized();
+    e.ends_world = {a + from * d, a + to * d};
+    edges.push_back(e);
+  }
+  return edges;
+}
+
+// One camera's sight of a line.
+struct View {
+  RigidTransform T_world_camera;
+  LineSegment px;
+};
+
+struct Track {
+  std::vector<View> views;  // left and right
+  std::vector<std::set<int>> edges_of_view;
+  int pairs = 0;
+  int stereo = 0;
+};
+
+class Projector {
+ public:
+  explicit Projector(const Camera& camera) : camera_(camera) {}
+
+  Eigen::Vector3d Ray(const Eigen::Vector2d& px) const {
+    return {(px.x() - camera_.cx_px) / camera_.fx_px, (px.y() - camera_.cy_px) / camera_.fy_px, 1};
+  }
+
+  // The visible part of a segment in space.
+  std::optional<LineSegment> Project(const RigidTransform& T_camera_world,
+                                     const Segment3d& s) const {
+    Eigen::Vector3d a = T_camera_world * s.a, b = T_camera_world * s.b;
+    if (a.z() < kMinDepth_m && b.z() < kMinDepth_m) return std::nullopt;
+    if (a.z() < kMinDepth_m) a += (kMinDepth_m - a.z()) / (b.z() - a.z()) * (b - a);
+    if (b.z() < kMinDepth_m) b += (kMinDepth_m - b.z()) / (a.z() - b.z()) * (a - b);
+    return Clip({Pixel(a), Pixel(b)});
+  }
+
+ private:
+  Eigen::Vector2d Pixel(const Eigen::Vector3d& p) const {
+    return {camera_.fx_px * p.x() / p.z() + camera_.cx_px,
+            camera_.fy_px * p.y() / p.z() + camera_.cy_px};
+  }
+  // Liang and Barsky.
+  std::optional<LineSegment> Clip(const LineSegment& s) const {
+    const Eigen::Vector2d d = s.end - s.start;
+    double low = 0, high = 1;
+    const double edges[][2] = {{-d.x(), s.start.x()},
+                               {d.x(), camera_.width_px - 1 - s.start.x()},
+                               {-d.y(), s.start.y()},
+                               {d.y(), camera_.height_px - 1 - s.start.y()}};
+    for (const auto& [p, q] : edges) {
+      if (p == 0 && q < 0) return std::nullopt;
+      if (p < 0) low = std::max(low, q / p);
+      if (p > 0) high = std::min(high, q / p);
+    }
+    if (low >= high) return std::nullopt;
+    return LineSegment{s.start + low * d, s.start + high * d};
+  }
+
+  Camera camera_;
+};
+
+// Distances of a segment's ends from the projected line through two points.
+struct LineError {
+  LineError(const Projector& projector, double focal_px, const View& view)
+      : focal_px(focal_px),
+        start(projector.Ray(view.px.start)),
+        end(projector.Ray(view.px.end)),
+        T_camera_world(view.T_world_camera.Inverse()) {}
+  template <typename T>
+  bool operator()(const T* a, const T* b, T* residual) const {
+    const Eigen::Matrix<T, 3, 3> R = T_camera_world.rotation.toRotationMatrix().cast<T>();
+    const Eigen::Matrix<T, 3, 1> t = T_camera_world.translation.cast<T>();
+    const Eigen::Matrix<T, 3, 1> p = R * Eigen::Map<const Eigen::Matrix<T, 3, 1>>(a) + t;
+    const Eigen::Matrix<T, 3, 1> q = R * Eigen::Map<const Eigen::Matrix<T, 3, 1>>(b) + t;
+    const Eigen::Matrix<T, 3, 1> n = p.cross(q);
+    const T norm = sqrt(n[0] * n[0] + n[1] * n[1] + T(1e-12));
+    residual[0] = T(focal_px) * n.dot(start.cast<T>()) / norm;
+    residual[1] = T(focal_px) * n.dot(end.cast<T>()) / norm;
+    return true;
+  }
+  double focal_px;
+  Eigen::Vector3d start, end;
+  RigidTransform T_camera_world;
+};
+
+// The line in space that the sights agree on, between the feet of the first sight's ends.
+class LineFitter {
+ public:
+  explicit LineFitter(const Camera& camera) : projector_(camera), focal_px_(camera.fx_px) {}
+
+  // Nothing where the planes of sight are too much alike.
+  std::optional<Segment3d> Fit(const std::vector<View>& views) const {
+    auto line = Intersect(views);
+    if (!line) return std::nullopt;
+    ceres::Problem problem;
+    for (const auto& view : views) {
+      problem.AddResidualBlock(new ceres::AutoDiffCostFunction<LineError, 2, 3, 3>(
+                                   new LineError(projector_, focal_px_, view)),
+                               new ceres::CauchyLoss(0.5), line->a.data(), line->b.data());
+    }
+    ceres::Solver::Options options;
+    options.linear_solver_type = ceres::DENSE_QR;
+    options.max_num_iterations = 20;
+    options.logging_type = ceres::SILENT;
+    ceres::Solver::Summary summary;
+    ceres::Solve(options, &problem, &summary);
+    return line;
+  }
+
+  std::array<double, 2> Errors_px(const Segment3d& line, const View& view) const {
+    std::array<double, 2> errors;
+    LineError(projector_, focal_px_, view)(line.a.data(), line.b.data(), errors.data());
+    return errors;
+  }
+
+  // The point of the line nearest to the ray of a pixel.
+  Eigen::Vector3d Foot(const Segment3d& line, const View& view, const Eigen::Vector2d& px) const {
+    const Eigen::Vector3d c = view.T_world_camera.translation;
+    const Eigen::Vector3d r = (view.T_world_camera.rotation * projector_.Ray(px)).normalized();
+    const Eigen::Vector3d d = (line.b - line.a).normalized();
+    const Eigen::Vector3d n = r.cross(d.cross(r));
+    return line.a + n.dot(c - line.a) / n.dot(d) * d;
+  }
+
+ private:
+  Eigen::Vector3d PlaneNormal(const View& view) const {
+    return (view.T_world_camera.rotation *
+            projector_.Ray(view.px.start).cross(projector_.Ray(view.px.end)))
+        .normalized();
+  }
+
+  // From the two planes of sight that differ most.
+  std::optional<Segment3d> Intersect(const std::vector<View>& views) const {
+    double best = 0.01;
+    Segment3d line;
+    for (size_t i = 0; i < views.size(); ++i) {
+      for (size_t j = i + 1; j < views.size(); ++j) {
+        const Eigen::Vector3d n = PlaneNormal(views[i]), m = PlaneNormal(views[j]);
+        const Eigen::Vector3d d = n.cross(m);
+        if (d.norm() < best) continue;
+        best = d.norm();
+        Eigen::Matrix3d A;
+        A << n.transpose(), m.transpose(), d.transpose();
+        const Eigen::Vector3d c = views[i].T_world_camera.translation;
+        const Eigen::Vector3d p =
+            A.inverse() *
+            Eigen::Vector3d(n.dot(c), m.dot(views[j].T_world_camera.translation), d.dot(c));
+        line = {p, p + d.normalized()};
+        line = {Foot(line, views[i], views[i].px.start), Foot(line, views[i], views[i].px.end)};
+      }
+    }
+    if (best <= 0.01 || !line.a.allFinite() || (line.a - line.b).norm() < 1e-3) return std::nullopt;
+    return line;
+  }
+
+  Projector projector_;
+  double focal_px_;
+};
+
+class Benchmark {
+ public:
+  Benchmark(const std::string& path, LineDetectorKind kind, const std::string& pictures)
+      : pictures_(pictures),
+        sequence_(OpenSequence(path)),
+        rectifier_(sequence_.rig, RectifierOptions()),
+        truth_(ReadTrajectory(sequence_.truth_path)),
+        edges_(ReadEdges(path)),
+        projector_(rectifier_.rectified_rig().cameras[0]),
+        fitter_(rectifier_.rectified_rig().cameras[0]) {
+    options_.detector.kind = kind;
+  }
+
+  void Run(int first, int pairs, int step) {
+    cv::setNumThreads(1);
+    LineTracker tracker(options_, rectifier_.rectified_rig(), rectifier_.mask(0),
+                        rectifier_.mask(1));
+    StereoReader reader(sequence_);
+    for (int i = 0; i < first + pairs * step; ++i) {
+      const auto pair = reader.Next();
+      if (!pair) break;
+      const auto pose = PoseAt(truth_, pair->stamp_ns);
+      if (pose && i >= first && (i - first) % step == 0) {
+        AddPair(&tracker, rectifier_.Rectify(pair->left, 0), rectifier_.Rectify(pair->right, 1),
+                *pose);
+      }
+    }
+    Report();
+  }
+
+ private:
+  RigidTransform T_world_camera(const RigidTransform& T_world_imu, int camera) const {
+    return T_world_imu * rectifier_.rectified_rig().T_imu_camera[camera];
+  }
+
+  void AddPair(LineTracker* tracker, const cv::Mat& left, const cv::Mat& right,
+               const RigidTransform& T_world_imu) {
+    const RigidTransform now = T_world_camera(T_world_imu, 0);
+    const auto R = pairs_ > 0 ? (now.rotation.conjugate() * last_.rotation).normalized()
+                              : Eigen::Quaterniond::Identity();
+    const auto predictions = Predict(T_world_imu);
+    clocks_.Run("all: LineTracker::Track", [&] {
+      tracker->Track(left, right, R, predictions, {});
+      return 0;
+    });
+    TimeStages(left, right);
+    observed_ += tracker->observations().size();
+    predicted_ += predictions.size();
+    std::set<int64_t> seen;
+    for (const auto& o : tracker->observations()) {
+      seen.insert(o.id);
+      AddViews(o, T_world_imu);
+    }
+    for (const auto& p : predictions) predicted_seen_ += seen.contains(p.id);
+    if (!pictures_.empty()) Draw(left, right, tracker->observations());
+    last_ = now;
+    ++pairs_;
+  }
+
+  void TimeStages(const cv::Mat& left, const cv::Mat& right) {
+    const auto raw = clocks_.Run("detector alone, one image", [&] {
+      return DetectRawSegments(left, options_.detector.kind, 12);
+    });
+    const auto l = clocks_.Run("detected, refined, one image", [&] {
+      return DetectSegments(left, rectifier_.mask(0), options_.detector);
+    });
+    const auto r = DetectSegments(right, rectifier_.mask(1), options_.detector);
+    clocks_.Run("LBD, one image", [&] { return DescribeSegments(left, l); });
+    clocks_.Run("stereo matching",
+                [&] { return MatchStereo(left, right, l, r, options_.matcher); });
+    raw_ += raw.size();
+    detected_ += l.size();
+  }
+
+  std::vector<LinePrediction> Predict(const RigidTransform& T_world_imu) const {
+    std::vector<LinePrediction> predictions;
+    for (const auto& [id, track] : tracks_) {
+      if (track.views.size() < 2 || pairs_ - last_seen_.at(id) > 10) continue;
+      const size_t used = std::min<size_t>(track.views.size(), 10);
+      const std::vector<View> views(track.views.end() - used, track.views.end());
+      auto line = fitter_.Fit(views);
+      if (!line) continue;
+      line = Segment3d{fitter_.Foot(*line, views.back(), views.back().px.start),
+                       fitter_.Foot(*line, views.back(), views.back().px.end)};
+      const auto left = projector_.Project(T_world_camera(T_world_imu, 0).Inverse(), *line);
+      if (!left || left->Length() < 10) continue;
+      predictions.push_back(
+          {id, *left, projector_.Project(T_world_camera(T_world_imu, 1).Inverse(), *line), 1.5});
+    }
+    return predictions;
+  }
+
+  void AddViews(const LineObservation& o, const RigidTransform& T_world_imu) {
+    Track& track = tracks_[o.id];
+    ++track.pairs;
+    last_seen_[o.id] = pairs_;
+    AddView(T_world_camera(T_world_imu, 0), o.left_px, &track);
+    if (o.right_px) {
+      AddView(T_world_camera(T_world_imu, 1), *o.right_px, &track);
+      ++track.stereo;
+      JudgeStereo(o, track);
+    }
+    lengths_px_.push_back(o.left_px.Length());
+  }
+
+  void AddView(const RigidTransform& T, const LineSegment& px, Track* track) {
+    track->views.push_back({T, px});
+    track->edges_of_view.push_back(EdgesAt(T.Inverse(), px));
+  }
+
+  // The true edges that a segment may be a sight of; notes its distance from the nearest.
+  std::set<int> EdgesAt(const RigidTransform& T_camera_world, const LineSegment& px) {
+    std::set<int> near;
+    double best = kNearEdge_px;
+    double signed_best = 0;
+    for (const auto& e : edges_) {
+      const auto s = projector_.Project(T_camera_world, e.ends_world);
+      if (!s || s->Length() < 5 || Overlap_px(px, *s) < 0.5 * px.Length()) continue;
+      const double start = DistanceAcross_px(*s, px.start), end = DistanceAcross_px(*s, px.end);
+      const double largest = std::max(std::abs(start), std::abs(end));
+      if (largest < kWrong_px) near.insert(e.edge);
+      if (largest >= best) continue;
+      best = largest;
+      signed_best = 0.5 * (start + end) * (Normal(px).dot(Normal(*s)) > 0 ? 1 : -1);
+    }
+    ++judged_;
+    if (best < kNearEdge_px) {
+      edge_errors_px_.push_back(best);
+      edge_offsets_px_.push_back(signed_best);
+    }
+    return near;
+  }
+
+  void JudgeStereo(const LineObservation&, const Track& track) {
+    const auto& right = track.edges_of_view.back();
+    const auto& left = track.edges_of_view[track.edges_of_view.size() - 2];
+    if (left.empty()) return;
+    ++stereo_judged_;
+    stereo_right_ +=
+        std::any_of(left.begin(), left.end(), [&](int e) { return right.contains(e); });
+  }
+
+  void Report() {
+    std::vector<double> errors_px, lives;
+    int wrong = 0, sights = 0, kept_tracks = 0, wrong_tracks = 0;
+    for (const auto& [id, track] : tracks_) {
+      lives.push_back(track.pairs);
+      if (track.pairs < 2 || track.views.size() < 3) continue;
+      const auto line = fitter_.Fit(track.views);
+      if (!line) continue;
+      int wrong_here = 0;
+      for (const auto& view : track.views) {
+        const auto e = fitter_.Errors_px(*line, view);
+        wrong_here += std::max(std::abs(e[0]), std::abs(e[1])) > kWrong_px;
+        for (const double x : e) {
+          if (std::abs(x) < kWrong_px) errors_px.push_back(std::abs(x));
+        }
+      }
+      ++kept_tracks;
+      wrong_tracks += wrong_here > 0;
+      wrong += wrong_here;
+      sights += track.views.size();
+    }
+    int temporal = 0, temporal_right = 0;
+    for (const auto& [id, track] : tracks_) CountTemporal(track, &temporal, &temporal_right);
+    const double n = std::max(1, pairs_);
+    printf(
+        "%d pairs; an image: raw %.1f, detected %.1f; a pair: tracked %.1f, predicted %.1f, of "
+        "them seen %.1f %%\n",
+        pairs_, raw_ / n, detected_ / n, observed_ / n, predicted_ / n,
+        100.0 * predicted_seen_ / std::max(1, predicted_));
+    double stereo = 0;
+    for (const auto& [id, track] : tracks_) stereo += track.stereo;
+    double long_lived = 0;
+    for (const double l : lives) long_lived += l >= 4 ? l : 0;
+    printf(
+        "length median %.0f px; seen right %.0f %%; %zu lines; life in pairs: mean %.1f, of the "
+        "sights' lines median %.0f; sights of lines with 4 or more: %.0f %%\n",
+        Quantile(lengths_px_, 0.5), 100 * stereo / observed_, tracks_.size(),
+        static_cast<double>(observed_) / tracks_.size(), MedianLifeOfSights(),
+        100 * long_lived / observed_);
+    printf(
+        "fit to one line: error of the ends median %.2f 68%% %.2f 95%% %.2f 99%% %.2f px; "
+        "sights > %.0f px: %.2f %%; lines with such: %.1f %% of %d\n",
+        Quantile(errors_px, 0.5), Quantile(errors_px, 0.68), Quantile(errors_px, 0.95),
+        Quantile(errors_px, 0.99), kWrong_px, 100.0 * wrong / std::max(1, sights),
+        100.0 * wrong_tracks / std::max(1, kept_tracks), kept_tracks);
+    if (!edges_.empty()) {
+      double mean = 0;
+      for (const double o : edge_offsets_px_) mean += o / edge_offsets_px_.size();
+      printf(
+          "true edges: %.0f %% of the sights; error median %.2f 68%% %.2f 95%% %.2f, mean to the "
+          "bright side %.3f px; matches right: pair to pair %.2f %% of %d, left to right %.2f %% "
+          "of %d\n",
+          100.0 * edge_errors_px_.size() / std::max(1, judged_), Quantile(edge_errors_px_, 0.5),
+          Quantile(edge_errors_px_, 0.68), Quantile(edge_errors_px_, 0.95), mean,
+          100.0 * temporal_right / std::max(1, temporal), temporal,
+          100.0 * stereo_right_ / std::max(1, stereo_judged_), stereo_judged_);
+    }
+    clocks_.Print();
+  }
+
+  double MedianLifeOfSights() const {
+    std::vector<double> lives;
+    for (const auto& [id, track] : tracks_) lives.insert(lives.end(), track.pairs, track.pairs);
+    return Quantile(lives, 0.5);
+  }
+
+  // Neighbouring sights of which the first is on a true edge.
+  static void CountTemporal(const Track& track, int* all, int* right) {
+    for (size_t i = 1; i < track.views.size(); ++i) {
+      const auto& a = track.edges_of_view[i - 1];
+      const auto& b = track.edges_of_view[i];
+      if (a.empty()) continue;
+      ++*all;
+      *right += std::any_of(a.begin(), a.end(), [&](int e) { return b.contains(e); });
+    }
+  }
+
+  void Draw(const cv::Mat& left, const cv::Mat& right, const std::vector<LineObservation>& lines) {
+    cv::Mat both, picture;
+    cv::hconcat(left, right, both);
+    cv::cvtColor(both, picture, cv::COLOR_GRAY2BGR);
+    for (const auto& o : lines) {
+      const cv::Scalar color((o.id * 67) % 200 + 55, (o.id * 131) % 200 + 55,
+                             (o.id * 29) % 200 + 55);
+      DrawSegment(o.left_px, 0, color, std::to_string(o.id), &picture);
+      if (o.right_px) DrawSegment(*o.right_px, left.cols, color, std::to_string(o.id), &picture);
+    }
+    char name[32];
+    std::snprintf(name, sizeof(name), "/%04d.png", pairs_);
+    cv::imwrite(pictures_ + name, picture);
+  }
+
+  static void DrawSegment(const LineSegment& s, int offset_px, const cv::Scalar& color,
+                          const std::string& label, cv::Mat* picture) {
+    const cv::Point a(cvRound(s.start.x()) + offset_px, cvRound(s.start.y()));
+    const cv::Point b(cvRound(s.end.x()) + offset_px, cvRound(s.end.y()));
+    cv::line(*picture, a, b, color, 1, cv::LINE_AA);
+    cv::putText(*picture, label, (a + b) / 2, cv::FONT_HERSHEY_PLAIN, 0.8, color);
+  }
+
+  LineTrackerOptions options_;
+  std::string pictures_;
+  Sequence sequence_;
+  Rectifier rectifier_;
+  Trajectory truth_;
+  std::vector<TrueEdge> edges_;
+  Projector projector_;
+  LineFitter fitter_;
+  StageClocks clocks_;
+  std::map<int64_t, Track> tracks_;
+  std::map<int64_t, int> last_seen_;
+  RigidTransform last_;
+  int pairs_ = 0, observed_ = 0, predicted_ = 0, predicted_seen_ = 0, raw_ = 0, detected_ = 0;
+  int judged_ = 0, stereo_judged_ = 0, stereo_right_ = 0;
+  std::vector<double> lengths_px_, edge_errors_px_, edge_offsets_px_;
+};
+
+}  // namespace
+}  // namespace slcmap
+
+int main(int argc, char** argv) {
+  if (argc < 2) {
+    fprintf(stderr,
+            "usage: line_quality SEQUENCE [lsd|fld|ed [first_image pairs step "
+            "[folder_for_pictures]]]\n");
+    return 2;
+  }
+  const auto kind =
+      argc > 2 ? slcmap::LineDetectorFromName(argv[2]) : slcmap::LineDetectorOptions().kind;
+  const int first = argc > 5 ? std::atoi(argv[3]) : 0;
+  const int pairs = argc > 5 ? std::atoi(argv[4]) : 100;
+  const int step = argc > 5 ? std::atoi(argv[5]) : 4;
+  slcmap::Benchmark(argv[1], kind, argc > 6 ? argv[6] : "").Run(first, pairs, step);
+}
