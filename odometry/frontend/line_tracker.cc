@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <optional>
+#include <utility>
 
 #include "odometry/frontend/line_descriptor.h"
 #include "odometry/frontend/line_detector.h"
@@ -20,6 +22,9 @@ namespace {
 constexpr double kMinRoom = 0.1;
 // A line that is known may be seen shorter, as a share of what is detected.
 constexpr double kMinKept = 0.6;
+// From pair to pair, of a line found without prediction.
+constexpr double kMaxDisparityChange = 0.3;
+constexpr double kMaxDisparityChange_px = 3;
 
 struct KnownLine {
   LineSegment seen_px;      // in the left image, when seen last
@@ -28,11 +33,25 @@ struct KnownLine {
   cv::Mat descriptor;       // of the last sight; empty until the line is lost
   double gate_px = 0;       // 0 without a prediction
   int misses = 0;
+  std::optional<double> disparity_px;  // when seen last, at the middle; of steep lines only
+  bool unsure = false;                 // found without prediction in the pair at hand
 };
 
-struct StereoPair {
-  cv::Mat left, right;
-};
+// At the middle of the rows that both cover; nothing for lines along the rows.
+std::optional<double> Disparity_px(const LineObservation& o) {
+  if (!o.right_px || std::abs(Direction(o.left_px).y()) < 0.3) return std::nullopt;
+  const double row = o.left_px.Midpoint().y();
+  const auto x_at_row = [row](const LineSegment& s) {
+    const Eigen::Vector2d d = s.end - s.start;
+    return s.start.x() + (row - s.start.y()) * d.x() / d.y();
+  };
+  return x_at_row(o.left_px) - x_at_row(*o.right_px);
+}
+
+bool SimilarDisparity(double a_px, double b_px) {
+  return std::abs(a_px - b_px) <
+         kMaxDisparityChange_px + kMaxDisparityChange * std::max(a_px, b_px);
+}
 
 }  // namespace
 
@@ -58,6 +77,7 @@ class LineTracker::Impl {
       AddNew(axes_camera, segments);
     }
     if (!right_.empty()) FindRight();
+    RenameImplausible();
     right_.release();
     std::sort(observations_.begin(), observations_.end(),
               [](const auto& a, const auto& b) { return a.id < b.id; });
@@ -84,6 +104,7 @@ class LineTracker::Impl {
     for (auto& [id, line] : known_) {
       line.expected_px = Rotate(R, line.expected_px);
       line.gate_px = 0;
+      line.unsure = false;
       ++line.misses;
     }
     for (const auto& p : predictions) {
@@ -160,7 +181,14 @@ class LineTracker::Impl {
     std::vector<char> taken(segments->size(), 0);
     for (size_t i = 0; i < ids.size() && Room() > 0; ++i) {
       if (!matches[i]) continue;
-      Observe(ids[i], (*segments)[*matches[i]]);
+      KnownLine& line = known_.at(ids[i]);
+      const LineSegment& found = (*segments)[*matches[i]];
+      if (ProfileCorrelation(line.profile, MeanProfile(left_, found)) <
+          options_.matcher.min_correlation) {
+        continue;
+      }
+      line.unsure = line.gate_px == 0;
+      Observe(ids[i], found);
       taken[*matches[i]] = 1;
     }
     size_t index = 0;
@@ -229,6 +257,20 @@ class LineTracker::Impl {
     const auto matches = MatchStereo(left_, right_, left, right, options_.matcher);
     for (size_t i = 0; i < lines.size(); ++i) {
       if (matches[i]) lines[i]->right_px = right[*matches[i]];
+    }
+  }
+
+  // A line found without prediction that is suddenly much nearer or farther is another one.
+  void RenameImplausible() {
+    for (auto& o : observations_) {
+      const auto disparity = Disparity_px(o);
+      const auto known = known_.find(o.id);
+      const auto before = std::exchange(known->second.disparity_px, disparity);
+      if (!known->second.unsure || !before || !disparity) continue;
+      if (SimilarDisparity(*before, *disparity)) continue;
+      o.id = next_id_++;
+      known_[o.id] = std::move(known->second);
+      known_.erase(known);
     }
   }
 

@@ -11,6 +11,8 @@
 #include <time.h>
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>
@@ -37,6 +39,7 @@ namespace {
 constexpr double kNearEdge_px = 1.5;
 constexpr double kWrong_px = 3;
 constexpr double kMinDepth_m = 0.1;
+constexpr double kMinPlaneAngle_rad = 0.01;  // between the planes of two sights
 
 double ThreadCpu_s() {
   timespec t;
@@ -191,7 +194,7 @@ class LineFitter {
 
   // Nothing where the planes of sight are too much alike.
   std::optional<Segment3d> Fit(const std::vector<View>& views) const {
-    auto line = Intersect(views);
+    auto line = Intersect(views);  // by consensus, as the loss below has local minima
     if (!line) return std::nullopt;
     ceres::Problem problem;
     for (const auto& view : views) {
@@ -230,28 +233,42 @@ class LineFitter {
         .normalized();
   }
 
-  // From the two planes of sight that differ most.
+  // The intersection of two planes of sight; nothing where they are too much alike.
+  std::optional<Segment3d> Intersect(const View& a, const View& b) const {
+    const Eigen::Vector3d n = PlaneNormal(a), m = PlaneNormal(b), d = n.cross(m);
+    if (d.norm() < kMinPlaneAngle_rad) return std::nullopt;
+    const Eigen::Vector3d c = a.T_world_camera.translation;
+    Eigen::Matrix3d A;
+    A << n.transpose(), m.transpose(), d.transpose();
+    const Eigen::Vector3d p =
+        A.inverse() * Eigen::Vector3d(n.dot(c), m.dot(b.T_world_camera.translation), d.dot(c));
+    Segment3d line{p, p + d.normalized()};
+    line = {Foot(line, a, a.px.start), Foot(line, a, a.px.end)};
+    if (!line.a.allFinite() || !line.b.allFinite() || (line.a - line.b).norm() < 1e-3) {
+      return std::nullopt;
+    }
+    return line;
+  }
+
+  // Of the pairs of sights the intersection that agrees with most.
   std::optional<Segment3d> Intersect(const std::vector<View>& views) const {
-    double best = 0.01;
-    Segment3d line;
-    for (size_t i = 0; i < views.size(); ++i) {
-      for (size_t j = i + 1; j < views.size(); ++j) {
-        const Eigen::Vector3d n = PlaneNormal(views[i]), m = PlaneNormal(views[j]);
-        const Eigen::Vector3d d = n.cross(m);
-        if (d.norm() < best) continue;
-        best = d.norm();
-        Eigen::Matrix3d A;
-        A << n.transpose(), m.transpose(), d.transpose();
-        const Eigen::Vector3d c = views[i].T_world_camera.translation;
-        const Eigen::Vector3d p =
-            A.inverse() *
-            Eigen::Vector3d(n.dot(c), m.dot(views[j].T_world_camera.translation), d.dot(c));
-        line = {p, p + d.normalized()};
-        line = {Foot(line, views[i], views[i].px.start), Foot(line, views[i], views[i].px.end)};
+    const size_t step = views.size() / 12 + 1;
+    std::optional<Segment3d> best;
+    double best_cost = 1e18;
+    for (size_t i = 0; i < views.size(); i += step) {
+      for (size_t j = i + 1; j < views.size(); j += step) {
+        const auto line = Intersect(views[i], views[j]);
+        if (!line) continue;
+        double cost = 0;
+        for (const auto& view : views) {
+          for (const double e : Errors_px(*line, view)) cost += std::log1p(e * e);
+        }
+        if (cost >= best_cost) continue;
+        best_cost = cost;
+        best = line;
       }
     }
-    if (best <= 0.01 || !line.a.allFinite() || (line.a - line.b).norm() < 1e-3) return std::nullopt;
-    return line;
+    return best;
   }
 
   Projector projector_;
