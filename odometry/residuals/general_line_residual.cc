@@ -3,12 +3,14 @@
 #include <cmath>
 
 namespace slcmap {
+namespace {
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-PlueckerLine GeneralPluecker(const Vector3d& anchor_world, const double* block,
-                             PlueckerJacobian* jacobian) {
+// The line in Pluecker coordinates and, where wanted, its derivatives by the block's tangent.
+PlueckerLine Pluecker(const Vector3d& anchor_world, const double* block,
+                      PlueckerJacobian* jacobian) {
   const Matrix3d u = Eigen::Map<const Eigen::Quaterniond>(block).toRotationMatrix();
   const double c = std::cos(block[4]), s = std::sin(block[4]);
   if (jacobian) {
@@ -22,6 +24,8 @@ PlueckerLine GeneralPluecker(const Vector3d& anchor_world, const double* block,
   return {anchor_world, c * u.col(0), s * u.col(1)};
 }
 
+}  // namespace
+
 GeneralLineResidual::GeneralLineResidual(const StereoGeometry* geometry,
                                          const Vector3d& anchor_world,
                                          const StereoLineMeasurement& measurement)
@@ -34,11 +38,11 @@ void GeneralLineResidual::EvaluateAt(const double* const* parameters, double* re
                                      double** jacobians) const {
   if (!jacobians) {
     EvaluateLineSight(*geometry_, measurement_, parameters[0],
-                      GeneralPluecker(anchor_world_, parameters[1], nullptr), residuals);
+                      Pluecker(anchor_world_, parameters[1], nullptr), residuals);
     return;
   }
   PlueckerJacobian by_tangent;
-  const PlueckerLine line = GeneralPluecker(anchor_world_, parameters[1], &by_tangent);
+  const PlueckerLine line = Pluecker(anchor_world_, parameters[1], &by_tangent);
   LineSightJacobian d;
   LinearizeLineSight(*geometry_, measurement_, parameters[0], line, by_tangent, residuals, &d);
   using RowMajor6 = Eigen::Matrix<double, Eigen::Dynamic, 6, Eigen::RowMajor>;

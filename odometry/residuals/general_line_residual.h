@@ -7,10 +7,6 @@
 
 namespace slcmap {
 
-// The line in Pluecker coordinates and, where wanted, its derivatives by the block's tangent.
-PlueckerLine GeneralPluecker(const Eigen::Vector3d& anchor_world, const double* block,
-                             PlueckerJacobian* jacobian);
-
 // Blocks: pose, general line. Rows as in EvaluateLineSight().
 class GeneralLineResidual final : public Factor {
  public:

@@ -3,12 +3,15 @@
 #include <cmath>
 
 namespace slcmap {
+namespace {
 
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-PlueckerLine StructuralPluecker(const StructuralLine& line, const double* heading,
-                                const double* block, PlueckerJacobian* jacobian) {
+// The line in Pluecker coordinates, scaled by rho so that one at infinity is nothing special. Where
+// wanted, its derivatives by (heading, theta, rho). The heading is null for vertical lines.
+PlueckerLine Pluecker(const StructuralLine& line, const double* heading, const double* block,
+                      PlueckerJacobian* jacobian) {
   const double heading_rad = heading ? *heading : 0;
   const Vector3d axis = AxisDirection(line.axis, heading_rad);
   const Matrix32d across = AxesAcross(line.axis, heading_rad);
@@ -33,6 +36,8 @@ PlueckerLine StructuralPluecker(const StructuralLine& line, const double* headin
   return out;
 }
 
+}  // namespace
+
 StructuralLineResidual::StructuralLineResidual(const StereoGeometry* geometry,
                                                const StructuralLine& line,
                                                const StereoLineMeasurement& measurement)
@@ -50,11 +55,11 @@ void StructuralLineResidual::EvaluateAt(const double* const* parameters, double*
   const double* heading = line_.HasHeading() ? parameters[1] : nullptr;
   if (!jacobians) {
     EvaluateLineSight(*geometry_, measurement_, parameters[0],
-                      StructuralPluecker(line_, heading, parameters[last], nullptr), residuals);
+                      Pluecker(line_, heading, parameters[last], nullptr), residuals);
     return;
   }
   PlueckerJacobian by_parameters;
-  const PlueckerLine line = StructuralPluecker(line_, heading, parameters[last], &by_parameters);
+  const PlueckerLine line = Pluecker(line_, heading, parameters[last], &by_parameters);
   LineSightJacobian d;
   LinearizeLineSight(*geometry_, measurement_, parameters[0], line, by_parameters, residuals, &d);
   using RowMajor6 = Eigen::Matrix<double, Eigen::Dynamic, 6, Eigen::RowMajor>;

@@ -7,11 +7,6 @@
 
 namespace slcmap {
 
-// The line in Pluecker coordinates, scaled by rho so that one at infinity is nothing special. Where
-// wanted, its derivatives by (heading, theta, rho). The heading is null for vertical lines.
-PlueckerLine StructuralPluecker(const StructuralLine& line, const double* heading,
-                                const double* block, PlueckerJacobian* jacobian);
-
 // Blocks: pose, heading, structural line; for a vertical line: pose, structural line. Rows as in
 // EvaluateLineSight().
 class StructuralLineResidual final : public Factor {
