@@ -19,7 +19,7 @@ namespace slcmap {
 namespace {
 
 // Fewer new lines than this share of all are not worth a detection.
-constexpr double kMinRoom = 0.1;
+constexpr double kMinRoom = 0.2;
 // A line that is known may be seen shorter, as a share of what is detected.
 constexpr double kMinKept = 0.6;
 // From pair to pair, of a line found without prediction.

@@ -1,0 +1,86 @@
+#include "odometry/frontend/line_detector.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <set>
+
+#include "odometry/frontend/line_geometry.h"
+#include "odometry/frontend/line_refinement.h"
+#include "tests/odometry/frontend/line_test_scene.h"
+
+namespace slcmap {
+namespace {
+
+using testing::DrawBars;
+using testing::EdgesOf;
+using testing::NearestEdge;
+using testing::TestBars;
+
+class LineDetectorTest : public ::testing::TestWithParam<LineDetectorKind> {};
+
+TEST_P(LineDetectorTest, FindsEachEdgeOnceToATenthOfAPixel) {
+  const cv::Mat image = DrawBars(TestBars());
+  LineDetectorOptions options;
+  options.kind = GetParam();
+  std::set<int> seen;
+  for (const auto& s : DetectSegments(image, {}, options)) {
+    const auto [edge, distance] = NearestEdge(EdgesOf(TestBars()), s);
+    EXPECT_LT(distance, 0.15);
+    EXPECT_TRUE(seen.insert(edge).second) << "edge " << edge << " twice";
+    EXPECT_GT(MeanContrast(image, s), 20) << "the bright side is on the left";
+  }
+  EXPECT_GE(seen.size(), 11u);
+}
+
+TEST_P(LineDetectorTest, LeavesOutWhatTheMaskHides) {
+  cv::Mat mask(400, 600, CV_8UC1, cv::Scalar(255));
+  mask.colRange(0, 300) = 0;
+  LineDetectorOptions options;
+  options.kind = GetParam();
+  const auto segments = DetectSegments(DrawBars(TestBars()), mask, options);
+  EXPECT_GE(segments.size(), 3u);
+  for (const auto& s : segments) EXPECT_GT(std::min(s.start.x(), s.end.x()), 299);
+}
+
+TEST_P(LineDetectorTest, FindsNothingInAFlatImage) {
+  LineDetectorOptions options;
+  options.kind = GetParam();
+  EXPECT_TRUE(DetectSegments(cv::Mat(400, 600, CV_8UC1, cv::Scalar(90)), {}, options).empty());
+}
+
+INSTANTIATE_TEST_SUITE_P(Kinds, LineDetectorTest,
+                         ::testing::Values(LineDetectorKind::kLsd, LineDetectorKind::kFld,
+                                           LineDetectorKind::kEd));
+
+TEST(JoinSegmentsTest, JoinsPiecesOfOneEdgeAndNoOthers) {
+  const std::vector<LineSegment> pieces = {{{10, 50}, {60, 50}},
+                                           {{70, 50.3}, {120, 50.2}},  // goes on
+                                           {{20, 54}, {100, 54}},      // beside it
+                                           {{120, 50}, {10, 50}},      // of the other polarity
+                                           {{300, 50}, {350, 50}},     // far along
+                                           {{125, 50}, {160, 58}}};    // bent
+  const auto joined = JoinSegments(pieces, 30);
+  EXPECT_EQ(joined.size(), 5u);
+  EXPECT_NEAR(joined.front().Length(), 110, 0.5);
+}
+
+TEST(RefineSegmentTest, PlacesATiltedGuessOnTheEdgeAndExtendsIt) {
+  const auto bars = TestBars();
+  const cv::Mat image = DrawBars(bars);
+  LineSegment edge = EdgesOf(bars)[4];
+  if (MeanContrast(image, edge) < 0) edge = Reversed(edge);
+  const Eigen::Vector2d d = Direction(edge), n = Normal(edge);
+  const LineSegment guess{edge.start + 60 * d + 1.5 * n, edge.end - 60 * d - 1.0 * n};
+  LineRefinementOptions options;
+  options.max_extension_px = 100;
+  const auto refined = RefineSegment(image, guess, options);
+  ASSERT_TRUE(refined);
+  EXPECT_LT(LargestDistance_px(edge, refined->segment), 0.1);
+  EXPECT_NEAR(refined->segment.Length(), edge.Length(), 10);
+  EXPECT_FALSE(RefineSegment(image, Reversed(guess), options)) << "the other polarity";
+  EXPECT_FALSE(RefineSegment(image, {guess.start + 30 * n, guess.end + 30 * n}, options));
+}
+
+}  // namespace
+}  // namespace slcmap
