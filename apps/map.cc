@@ -22,9 +22,12 @@ void Map(const MapArguments& arguments) {
   if (!run.complete) spdlog::warn("{}: the run is partial: {}", arguments.run, run.partial_reason);
   const MapResult map = BuildMap(run, options);
   WriteMapFolder(arguments.output, map);
-  spdlog::info("wrote {}: {} poses, {} points of {} landmarks, {} occupied voxels of {} m",
-               arguments.output, map.trajectory.size(), map.points.size(), run.landmarks.size(),
-               map.occupancy.OccupiedVoxels().size(), map.occupancy.resolution_m());
+  spdlog::info(
+      "wrote {}: {} poses, {} points of {} landmarks, {} of {} lines, {} occupied voxels of "
+      "{} m",
+      arguments.output, map.trajectory.size(), map.points.size(), run.landmarks.size(),
+      map.lines.size(), run.lines.size(), map.occupancy.OccupiedVoxels().size(),
+      map.occupancy.resolution_m());
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 #include <spdlog/spdlog.h>
 
 #include <chrono>
+#include <numbers>
 #include <opencv2/core/utility.hpp>
 #include <optional>
 
@@ -15,6 +16,7 @@
 #include "data/stereo_reader.h"
 #include "odometry/odometry.h"
 #include "odometry/run_folder.h"
+#include "odometry/run_lines.h"
 
 namespace slcmap {
 namespace {
@@ -124,12 +126,29 @@ class Feeder {
   bool complete_ = false;
 };
 
+void LogLines(const OdometryRun& run) {
+  if (!run.manhattan_worlds.empty()) {
+    std::string headings;
+    for (const ManhattanWorld& world : run.manhattan_worlds) {
+      headings += fmt::format("{}{:.1f}", headings.empty() ? "" : ", ",
+                              world.heading_rad * 180 / std::numbers::pi);
+    }
+    spdlog::info("{} Manhattan worlds, headings {} degrees", run.manhattan_worlds.size(), headings);
+  }
+  if (run.lines.empty()) return;
+  const LineLives lives = MeasureLineLives(run.lines);
+  spdlog::info(
+      "{} lines, seen in {:.0f} keyframes (median; mean {:.1f}), {:.0f} % in more than ten",
+      lives.lines, lives.median_keyframes, lives.mean_keyframes, 100 * lives.share_over_10);
+}
+
 void LogResult(const OdometryRun& run, double path_length_m, const std::string& folder) {
   const RunTimings& t = run.timings;
   const double frames = static_cast<double>(std::max<int64_t>(t.stereo_frames, 1));
   spdlog::info("{} of {} images have a pose, path {:.2f} m, {} keyframes, {} landmarks",
                run.states.size(), t.stereo_frames, path_length_m, run.keyframes.size(),
                run.landmarks.size());
+  LogLines(run);
   spdlog::info("CPU {:.2f} ms an image, {:.1f} x real time, peak memory {:.0f} MiB",
                1e3 * t.cpu_s / frames, t.data_s / std::max(t.wall_s, 1e-9), t.peak_memory_mib);
   for (const auto& [kind, count] : run.warnings) spdlog::warn("{}: {}", kind, count);

@@ -30,15 +30,19 @@ auto ParseJsonFile(const std::string& path, Parse parse) {
   }
 }
 
-// Throws DataError unless the keys "format" and "version" are as expected.
-inline void CheckFormat(const std::string& path, const Json& json, const std::string& format,
-                        int version) {
+// The key "version". Throws DataError unless it is from `oldest` to `newest` and the key "format"
+// is as expected.
+inline int CheckFormat(const std::string& path, const Json& json, const std::string& format,
+                       int oldest, int newest) {
   const auto found_format = json.at("format").get<std::string>();
   const int found_version = json.at("version").get<int>();
-  if (found_format != format || found_version != version) {
-    throw DataError(fmt::format("{}: found '{}' of version {}, expected '{}' of version {}", path,
-                                found_format, found_version, format, version));
+  if (found_format != format || found_version < oldest || found_version > newest) {
+    throw DataError(fmt::format(
+        "{}: found '{}' of version {}, expected '{}' of version {}", path, found_format,
+        found_version, format,
+        oldest == newest ? fmt::format("{}", newest) : fmt::format("{} to {}", oldest, newest)));
   }
+  return found_version;
 }
 
 }  // namespace slcmap

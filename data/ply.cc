@@ -346,8 +346,7 @@ void WriteLinesPly(const std::string& path, const std::vector<PlySegment>& segme
   WritePly(path, {{"slcmap lines, metres in the world frame"}, {vertices, edges}, {}});
 }
 
-std::vector<PlySegment> ReadLinesPly(const std::string& path) {
-  const PlyFile file = ReadPly(path);
+std::vector<PlySegment> Segments(const PlyFile& file, const std::string& path) {
   const std::vector<Eigen::Vector3d> positions = Positions(file.Get("vertex", path), path);
   const PlyElement& edges = file.Get("edge", path);
   const auto end_of = [&](const char* property, std::size_t row) {
@@ -363,6 +362,10 @@ std::vector<PlySegment> ReadLinesPly(const std::string& path) {
     segments.push_back({end_of("vertex1", i), end_of("vertex2", i)});
   }
   return segments;
+}
+
+std::vector<PlySegment> ReadLinesPly(const std::string& path) {
+  return Segments(ReadPly(path), path);
 }
 
 PlyFile ReadPly(const std::string& path) { return Reader(path).Read(); }

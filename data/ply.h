@@ -61,6 +61,10 @@ struct PlySegment {
 // OutputError.
 void WriteLinesPly(const std::string& path, const std::vector<PlySegment>& segments);
 
+// The edges of an edge-PLY, from its vertices and "vertex1" and "vertex2". Throws DataError naming
+// `path`, and the row of an edge that refers to no vertex.
+std::vector<PlySegment> Segments(const PlyFile& file, const std::string& path);
+
 // Reads an edge-PLY. Throws DataError.
 std::vector<PlySegment> ReadLinesPly(const std::string& path);
 

@@ -13,7 +13,6 @@
 namespace slcmap {
 namespace {
 
-constexpr Colour kLineColour{230, 60, 40};
 constexpr Colour kKeyframeColour{250, 140, 20};
 
 // Maps heights to colours so that the lowest and highest two percent do not use up the scale.
@@ -51,7 +50,10 @@ void AddEdge(const Eigen::Vector3d& start, const Eigen::Vector3d& end, const Col
 
 LineLayer LinesOf(const MapResult& map) {
   LineLayer layer{"lines", {}, {}};
-  for (const auto& [start, end] : map.lines) AddEdge(start, end, kLineColour, &layer);
+  for (const MapLine& line : map.lines) {
+    const auto [red, green, blue] = LineColour(line.axis, line.recent);
+    AddEdge(line.start_world, line.end_world, {red, green, blue}, &layer);
+  }
   return layer;
 }
 

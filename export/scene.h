@@ -62,9 +62,9 @@ struct SceneOptions {
   void Check() const;              // throws ConfigError
 };
 
-// The layers of a map: points ("points", coloured by height), lines ("lines", "trajectory" coloured
-// by time, "keyframes": a frustum of the left camera each) and meshes ("voxels", coloured by
-// height).
+// The layers of a map: points ("points", coloured by height), lines ("lines" coloured by axis and
+// age, "trajectory" by time, "keyframes": a frustum of the left camera each) and meshes ("voxels",
+// coloured by height).
 MapScene MakeScene(const MapResult& map, const SceneOptions& options);
 
 }  // namespace slcmap

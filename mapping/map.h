@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "data/ply.h"
+#include "data/map_line.h"
 #include "data/trajectory.h"
 #include "data/types.h"
 #include "mapping/occupancy_map.h"
@@ -31,7 +31,7 @@ struct MapResult {
   Trajectory trajectory;  // refined, a pose an image
   Trajectory keyframes;
   std::vector<MapPoint> points;
-  std::vector<PlySegment> lines;
+  std::vector<MapLine> lines;
   OccupancyMap occupancy{0.1};
 };
 

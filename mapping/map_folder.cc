@@ -7,6 +7,7 @@
 #include "data/error.h"
 #include "data/file.h"
 #include "data/json_file.h"
+#include "data/ply.h"
 #include "mapping/point_cloud.h"
 #include "odometry/run_json.h"
 
@@ -51,7 +52,7 @@ struct Counts {
 
 Counts ReadSummary(const std::string& path, MapResult* map) {
   return ParseJsonFile(path, [&](const Json& json) {
-    CheckFormat(path, json, "slcmap map", kMapVersion);
+    CheckFormat(path, json, "slcmap map", kMapVersion, kMapVersion);
     map->method = json.at("method").get<std::string>();
     map->complete = json.at("complete").get<bool>();
     map->partial_reason = json.at("partial_reason").get<std::string>();
@@ -102,7 +103,7 @@ void WriteMapFolder(const std::string& folder, const MapResult& map) {
   WriteTumTrajectory(paths.keyframes, map.keyframes);
   WritePoints(paths.points, map.points);
   WritePcd(paths.cloud, map.points);
-  WriteLinesPly(paths.lines, map.lines);
+  WriteMapLines(paths.lines, map.lines);
   map.occupancy.Write(paths.occupancy);
   WriteRig(paths.rig, map.rectified_rig);
   WriteSummary(paths.summary, map);
@@ -116,7 +117,7 @@ MapResult ReadMapFolder(const std::string& folder) {
   map.trajectory = ReadPoses(paths.trajectory, counts.poses);
   map.keyframes = ReadPoses(paths.keyframes, counts.keyframes);
   map.points = ReadPoints(paths.points);
-  map.lines = ReadLinesPly(paths.lines);
+  map.lines = ReadMapLines(paths.lines);
   map.occupancy = OccupancyMap::Read(paths.occupancy);
   return map;
 }

@@ -1,5 +1,6 @@
 #include "mapping/mapping.h"
 
+#include "mapping/line_map.h"
 #include "mapping/occupancy.h"
 #include "mapping/point_cloud.h"
 #include "mapping/refinement.h"
@@ -19,6 +20,7 @@ MapResult BuildMap(const OdometryRun& run, const MappingOptions& options) {
   map.keyframes = KeyframeTrajectory(run.keyframes);
   map.points = FuseLandmarks(SelectLandmarks(run.landmarks, options.cloud), options.cloud);
   map.points = RemoveOutliers(std::move(map.points), options.cloud);
+  map.lines = SelectLines(run, options.lines);
   map.occupancy = MapOccupancy(run, map.points, options.occupancy);
   return map;
 }

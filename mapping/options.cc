@@ -40,11 +40,23 @@ void OccupancyOptions::Read(YamlSection section) {
   section.Finish();
 }
 
+void LineMapOptions::Check() const {
+  Require(max_sigma_m > 0, "mapping.lines.max_sigma_m", max_sigma_m, "more than 0");
+  Require(min_observations >= 1, "mapping.lines.min_observations", min_observations, "at least 1");
+}
+
+void LineMapOptions::Read(YamlSection section) {
+  section.Read("max_sigma_m", &max_sigma_m);
+  section.Read("min_observations", &min_observations);
+  section.Finish();
+}
+
 MappingOptions MappingOptions::FromYaml(const std::string& path) {
   MappingOptions options;
   YamlSection section = YamlSection::FromFile(path).Section("mapping");
   options.cloud.Read(section.Section("cloud"));
   options.occupancy.Read(section.Section("occupancy"));
+  options.lines.Read(section.Section("lines"));
   section.Finish();
   options.Check();
   return options;
@@ -53,6 +65,7 @@ MappingOptions MappingOptions::FromYaml(const std::string& path) {
 void MappingOptions::Check() const {
   cloud.Check();
   occupancy.Check();
+  lines.Check();
 }
 
 }  // namespace slcmap

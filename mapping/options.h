@@ -23,10 +23,19 @@ struct OccupancyOptions {
   void Read(YamlSection section);
 };
 
+// Which lines of the run become lines of the map.
+struct LineMapOptions {
+  double max_sigma_m = 0.1;  // of a line across it
+  int min_observations = 3;  // keyframes that saw it
+  void Check() const;
+  void Read(YamlSection section);
+};
+
 // Everything that mapping can be told. YAML sections carry the names of the members.
 struct MappingOptions {
   CloudOptions cloud;
   OccupancyOptions occupancy;
+  LineMapOptions lines;
 
   // Overrides the defaults by the section `mapping` of a file; other sections, which belong to
   // other stages, are left alone. Throws ConfigError naming file and key.

@@ -10,6 +10,7 @@
 #include "data/error.h"
 #include "data/file.h"
 #include "data/ply.h"
+#include "odometry/line_files.h"
 #include "odometry/run_json.h"
 
 namespace slcmap {
@@ -30,11 +31,10 @@ struct RunPaths {
         keyframes(folder + "/keyframes.csv"),
         observations(folder + "/observations.csv"),
         points(folder + "/points.ply"),
-        lines(folder + "/lines.ply"),
         rig(folder + "/rig.json"),
         timings(folder + "/timings.json"),
         summary(folder + "/run.json") {}
-  std::string trajectory, states, keyframes, observations, points, lines, rig, timings, summary;
+  std::string trajectory, states, keyframes, observations, points, rig, timings, summary;
 };
 
 bool IsFinite(const RigidTransform& transform) {
@@ -50,14 +50,37 @@ bool IsFinite(const KeyframeObservation& seen) {
   return seen.left_px.allFinite() && (!seen.right_px || seen.right_px->allFinite());
 }
 
-bool IsFinite(const Keyframe& keyframe) {
-  return IsFinite(keyframe.T_world_imu) &&
-         std::all_of(keyframe.observations.begin(), keyframe.observations.end(),
-                     [](const KeyframeObservation& seen) { return IsFinite(seen); });
+bool IsFinite(const LineSegment& segment) {
+  return segment.start.allFinite() && segment.end.allFinite();
+}
+
+bool IsFinite(const LineObservation& seen) {
+  return IsFinite(seen.left_px) && (!seen.right_px || IsFinite(*seen.right_px));
 }
 
 bool IsFinite(const Landmark& landmark) {
   return landmark.p_world.allFinite() && std::isfinite(landmark.sigma_m);
+}
+
+bool IsFinite(const Line& line) {
+  return line.start_world.allFinite() && line.end_world.allFinite() &&
+         line.covariance_m2.allFinite();
+}
+
+bool IsFinite(const ManhattanWorld& world) {
+  return std::isfinite(world.heading_rad) && std::isfinite(world.sigma_rad);
+}
+
+bool IsFinite(const Keyframe& keyframe);
+
+template <typename Item>
+bool AllFinite(const std::vector<Item>& items) {
+  return std::all_of(items.begin(), items.end(), [](const Item& item) { return IsFinite(item); });
+}
+
+bool IsFinite(const Keyframe& keyframe) {
+  return IsFinite(keyframe.T_world_imu) && AllFinite(keyframe.observations) &&
+         AllFinite(keyframe.lines);
 }
 
 // Removes what is not finite; counts it in the warnings.
@@ -67,21 +90,33 @@ void DropNonFinite(const std::string& warning, std::vector<Item>* items, Odometr
   if (dropped > 0) run->warnings[warning] += static_cast<int64_t>(dropped);
 }
 
+// With a world go the lines along its axes; the others are told its new place.
+void DropNonFiniteWorlds(OdometryRun* run) {
+  for (int i = static_cast<int>(run->manhattan_worlds.size()) - 1; i >= 0; --i) {
+    if (IsFinite(run->manhattan_worlds[i])) continue;
+    ++run->warnings["manhattan_worlds_not_finite"];
+    run->manhattan_worlds.erase(run->manhattan_worlds.begin() + i);
+    std::erase_if(run->lines, [&](const Line& line) { return line.world == i; });
+    for (Line& line : run->lines) line.world -= line.world > i ? 1 : 0;
+  }
+}
+
 OdometryRun WithoutNonFinite(OdometryRun run) {
   DropNonFinite("states_not_finite", &run.states, &run);
   for (Keyframe& keyframe : run.keyframes) {
     DropNonFinite("observations_not_finite", &keyframe.observations, &run);
+    DropNonFinite("line_observations_not_finite", &keyframe.lines, &run);
   }
   DropNonFinite("keyframes_not_finite", &run.keyframes, &run);
   DropNonFinite("landmarks_not_finite", &run.landmarks, &run);
+  DropNonFinite("lines_not_finite", &run.lines, &run);
+  DropNonFiniteWorlds(&run);
   return run;
 }
 
 bool IsFinite(const OdometryRun& run) {
-  const auto all_finite = [](const auto& items) {
-    return std::all_of(items.begin(), items.end(), [](const auto& item) { return IsFinite(item); });
-  };
-  return all_finite(run.states) && all_finite(run.keyframes) && all_finite(run.landmarks);
+  return AllFinite(run.states) && AllFinite(run.keyframes) && AllFinite(run.landmarks) &&
+         AllFinite(run.lines) && AllFinite(run.manhattan_worlds);
 }
 
 std::string Columns(const Eigen::Vector3d& v) {
@@ -223,7 +258,7 @@ void WriteRunFolder(const std::string& folder, const OdometryRun& run) {
   WriteStates(paths, run.states);
   WriteKeyframes(paths, run.keyframes);
   WriteLandmarks(paths.points, run.landmarks);
-  WriteLinesPly(paths.lines, {});
+  WriteLineFiles(folder, run);
   WriteRig(paths.rig, run.rectified_rig);
   WriteTimings(paths.timings, run.timings);
   WriteRunSummary(paths.summary, run);
@@ -232,11 +267,12 @@ void WriteRunFolder(const std::string& folder, const OdometryRun& run) {
 OdometryRun ReadRunFolder(const std::string& folder) {
   const RunPaths paths(folder);
   OdometryRun run;
-  ReadRunSummary(paths.summary, &run);
+  const RunContents contents = ReadRunSummary(paths.summary, &run);
   run.rectified_rig = ReadRig(paths.rig);
   run.states = ReadStates(paths);
   run.keyframes = ReadKeyframes(paths);
   run.landmarks = ReadLandmarks(paths.points);
+  if (contents == RunContents::kPointsAndLines) ReadLineFiles(folder, &run);
   run.timings = ReadTimings(paths.timings);
   return run;
 }

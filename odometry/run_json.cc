@@ -6,11 +6,13 @@
 
 #include "data/error.h"
 #include "data/json_file.h"
+#include "odometry/run_lines.h"
 
 namespace slcmap {
 namespace {
 
-constexpr int kRunVersion = 1;
+constexpr int kRunVersion = 2;
+constexpr int kOldestRunVersion = 1;  // without lines
 
 constexpr std::pair<Distortion, const char*> kDistortionNames[] = {
     {Distortion::kNone, "none"},
@@ -31,9 +33,37 @@ Json SegmentsJson(const OdometryRun& run) {
          {"last_stamp_ns", states.back()->stamp_ns},
          {"poses", states.size()},
          {"keyframes", std::count_if(run.keyframes.begin(), run.keyframes.end(), in_segment)},
-         {"landmarks", std::count_if(run.landmarks.begin(), run.landmarks.end(), in_segment)}});
+         {"landmarks", std::count_if(run.landmarks.begin(), run.landmarks.end(), in_segment)},
+         {"lines", std::count_if(run.lines.begin(), run.lines.end(), in_segment)}});
   }
   return json;
+}
+
+Json WorldsJson(const std::vector<ManhattanWorld>& worlds) {
+  Json json = Json::array();
+  for (const ManhattanWorld& world : worlds) {
+    json.push_back({{"segment", world.segment},
+                    {"heading_rad", world.heading_rad},
+                    {"sigma_rad", world.sigma_rad},
+                    {"found_at_ns", world.found_at_ns}});
+  }
+  return json;
+}
+
+std::vector<ManhattanWorld> ParseWorlds(const Json& json) {
+  std::vector<ManhattanWorld> worlds;
+  for (const Json& world : json) {
+    worlds.push_back({world.at("segment").get<int>(), world.at("heading_rad").get<double>(),
+                      world.at("sigma_rad").get<double>(), world.at("found_at_ns").get<int64_t>()});
+  }
+  return worlds;
+}
+
+Json LivesJson(const LineLives& lives) {
+  return {{"lines", lives.lines},
+          {"median_keyframes", lives.median_keyframes},
+          {"mean_keyframes", lives.mean_keyframes},
+          {"share_over_10", lives.share_over_10}};
 }
 
 Json MatrixJson(const RigidTransform& transform) {
@@ -100,16 +130,21 @@ void WriteRunSummary(const std::string& path, const OdometryRun& run) {
                        {"complete", run.complete},
                        {"partial_reason", run.partial_reason},
                        {"warnings", Json(run.warnings)},
+                       {"manhattan_worlds", WorldsJson(run.manhattan_worlds)},
+                       {"line_lives", LivesJson(MeasureLineLives(run.lines))},
                        {"segments", SegmentsJson(run)}});
 }
 
-void ReadRunSummary(const std::string& path, OdometryRun* run) {
-  ParseJsonFile(path, [&](const Json& json) {
-    CheckFormat(path, json, "slcmap run", kRunVersion);
+RunContents ReadRunSummary(const std::string& path, OdometryRun* run) {
+  return ParseJsonFile(path, [&](const Json& json) {
+    const int version = CheckFormat(path, json, "slcmap run", kOldestRunVersion, kRunVersion);
     run->method = json.at("method").get<std::string>();
     run->complete = json.at("complete").get<bool>();
     run->partial_reason = json.at("partial_reason").get<std::string>();
     run->warnings = json.at("warnings").get<std::map<std::string, int64_t>>();
+    if (version == kOldestRunVersion) return RunContents::kPoints;
+    run->manhattan_worlds = ParseWorlds(json.at("manhattan_worlds"));
+    return RunContents::kPointsAndLines;
   });
 }
 

@@ -86,6 +86,11 @@ class Page {
     return svg;
   }
 
+  std::string Drawn(const SvgSeries& series) const {
+    return series.style == SvgStyle::kCurve ? Curve(series) : Segments(series);
+  }
+
+ private:
   std::string Curve(const SvgSeries& series) const {
     std::string points;
     for (const Eigen::Vector2d& point : series.points) {
@@ -97,7 +102,18 @@ class Page {
         series.colour, points);
   }
 
- private:
+  std::string Segments(const SvgSeries& series) const {
+    std::string path;
+    for (std::size_t i = 0; i + 1 < series.points.size(); i += 2) {
+      const Eigen::Vector2d a = Place(series.points[i]), b = Place(series.points[i + 1]);
+      path += fmt::format("M{:.2f},{:.2f}L{:.2f},{:.2f}", a.x(), a.y(), b.x(), b.y());
+    }
+    return fmt::format(
+        "<path fill=\"none\" stroke=\"{}\" stroke-width=\"1.5\" stroke-linecap=\"round\" "
+        "d=\"{}\"/>\n",
+        series.colour, path);
+  }
+
   std::string GridLine(int axis, double value) const {
     Eigen::Vector2d from = box_.min(), to = box_.max();
     from[axis] = to[axis] = value;
@@ -136,7 +152,7 @@ std::string DrawSvg(const SvgPlot& plot) {
       "<rect width=\"{0}\" height=\"{1}\" fill=\"white\"/>\n",
       kWidth, kHeight);
   svg += page.Grid();
-  for (const SvgSeries& series : plot.series) svg += page.Curve(series);
+  for (const SvgSeries& series : plot.series) svg += page.Drawn(series);
   svg += Text(kWidth / 2, 24, "middle", plot.title, " font-size=\"16\"");
   svg += Text(kWidth / 2, kHeight - 14, "middle", plot.x_label);
   svg += Text(18, kHeight / 2, "middle", plot.y_label,

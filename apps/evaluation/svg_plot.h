@@ -7,10 +7,16 @@
 
 namespace slcmap {
 
+enum class SvgStyle {
+  kCurve,    // through all points
+  kSegments  // each two points are the ends of a segment; one without length is a dot
+};
+
 struct SvgSeries {
   std::string label;
   std::string colour;  // of CSS, such as "#2060c0"
   std::vector<Eigen::Vector2d> points;
+  SvgStyle style = SvgStyle::kCurve;
 };
 
 struct SvgPlot {

@@ -172,6 +172,19 @@ std::optional<LoopError> MeasureLoop(const std::vector<AssociatedPose>& poses, d
   return LoopError{distance_m, 100 * distance_m / length_m};
 }
 
+// By how much the estimate's heading is more than the truth's. The rotation between the two worlds
+// is nearly one about the vertical; its yaw is the angle of the nearest such rotation.
+double HeadingDifference(const AssociatedPose& pose) {
+  const Eigen::Matrix3d R =
+      (pose.T_world_estimate.rotation * pose.T_world_truth.rotation.conjugate()).toRotationMatrix();
+  return std::atan2(R(1, 0) - R(0, 1), R(0, 0) + R(1, 1));
+}
+
+double MeasureHeading(const std::vector<AssociatedPose>& poses) {
+  const double difference_rad = HeadingDifference(poses.back()) - HeadingDifference(poses.front());
+  return std::remainder(difference_rad, 2 * M_PI) * kDegrees;
+}
+
 }  // namespace
 
 void TrajectoryMetricOptions::Check() const {
@@ -228,6 +241,7 @@ TrajectoryMetrics EvaluateTrajectory(const Trajectory& truth, const Trajectory& 
     metrics.relative.push_back(MeasureRelative(metrics.poses, lengths_m, length_m));
   }
   metrics.loop = MeasureLoop(metrics.poses, metrics.truth_length_m, options.max_loop_gap);
+  metrics.heading_error_deg = MeasureHeading(metrics.poses);
   return metrics;
 }
 

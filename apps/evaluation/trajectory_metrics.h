@@ -76,6 +76,9 @@ struct TrajectoryMetrics {
   std::vector<AbsoluteError> absolute;  // posyaw, se3, sim3
   std::vector<RelativeError> relative;
   std::optional<LoopError> loop;
+  // Of the last pose about the vertical, with the trajectories turned to agree at the first one; in
+  // (-180, 180], positive where the estimate has turned too far to the left.
+  double heading_error_deg = 0;
   Coverage coverage;
 };
 

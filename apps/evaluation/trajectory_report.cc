@@ -78,14 +78,16 @@ std::string TrajectoryTable(const EvaluationInputs& inputs, const TrajectoryMetr
   for (const AbsoluteError& error : metrics.absolute) text += AbsoluteRow(error);
   text += "\nRPE m     RMSE % median %  rot deg    deg/m   pieces\n";
   for (const RelativeError& error : metrics.relative) text += RelativeRow(error);
+  text += fmt::format("\nheading   {:.3f} deg off at the end, against that at the start\n",
+                      metrics.heading_error_deg);
   if (metrics.loop) {
-    text += fmt::format("\nloop      {:.3f} m from start to end, {:.3f} % of the path\n",
+    text += fmt::format("loop      {:.3f} m from start to end, {:.3f} % of the path\n",
                         metrics.loop->distance_m, metrics.loop->percent);
   }
   return text;
 }
 
-std::string TrajectoryJson(const EvaluationInputs& inputs, const TrajectoryMetrics& metrics) {
+Json TrajectoryJson(const EvaluationInputs& inputs, const TrajectoryMetrics& metrics) {
   Json json = {{"truth", inputs.truth},
                {"estimate", inputs.estimate},
                {"coverage",
@@ -103,12 +105,13 @@ std::string TrajectoryJson(const EvaluationInputs& inputs, const TrajectoryMetri
   }
   json["rpe"] = Json::array();
   for (const RelativeError& error : metrics.relative) json["rpe"].push_back(RelativeJson(error));
+  json["heading_error_at_end_deg"] = metrics.heading_error_deg;
   json["loop"] = nullptr;
   if (metrics.loop) {
     json["loop"] = {{"distance_m", metrics.loop->distance_m},
                     {"percent_of_path", metrics.loop->percent}};
   }
-  return json.dump(2) + "\n";
+  return json;
 }
 
 }  // namespace slcmap

@@ -1,6 +1,7 @@
 // Trajectory metrics as text: a table to read and JSON to compute with.
 #pragma once
 
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 
 #include "apps/evaluation/trajectory_metrics.h"
@@ -14,6 +15,7 @@ struct EvaluationInputs {
 };
 
 std::string TrajectoryTable(const EvaluationInputs& inputs, const TrajectoryMetrics& metrics);
-std::string TrajectoryJson(const EvaluationInputs& inputs, const TrajectoryMetrics& metrics);
+nlohmann::ordered_json TrajectoryJson(const EvaluationInputs& inputs,
+                                      const TrajectoryMetrics& metrics);
 
 }  // namespace slcmap

@@ -5,6 +5,8 @@
 #include <cstdint>
 #include <optional>
 
+#include "data/line_axis.h"
+
 namespace slcmap {
 
 // A straight segment, in pixels of a rectified image or on the plane z = 1 of a camera (the name of
@@ -16,9 +18,6 @@ struct LineSegment {
   Eigen::Vector2d Midpoint() const { return 0.5 * (start + end); }
   double Length() const { return (end - start).norm(); }
 };
-
-// The axis of a Manhattan world that a line runs along.
-enum class LineAxis { kX = 0, kY = 1, kVertical = 2, kNone = 3 };
 
 // A tracked line in one stereo pair, in pixels of the rectified cameras. Ends along the line are
 // not repeatable: they say how far it was seen, not where it stops.

@@ -28,7 +28,7 @@ const char* const kFiles[] = {"scene.glb",      "points.ply",    "lines.ply",
 
 MapResult MakeMap() {
   MapResult map = BuildMap(testing::MakeWallRun(), {});
-  map.lines = {{{0, 0, 0}, {1, 2.5, 3}}};
+  map.lines = {{0, 0, LineAxis::kX, 0, 0, true, {0, 0, 0}, {1, 2.5, 3}}};
   return map;
 }
 
@@ -100,7 +100,7 @@ TEST_F(ExportTest, GltfTurnsUpToY) {
 
 TEST_F(ExportTest, GltfHoldsPositionsAndLinearColours) {
   MapResult map;
-  map.lines = {{{0.5, 0, 0}, {1, 2.5, 3}}};
+  map.lines = {{0, 0, LineAxis::kX, 0, 0, true, {0.5, 0, 0}, {1, 2.5, 3}}};
   ExportMap(map, folder_, {});
   const tinygltf::Model model = ReadGltf();
   const auto& attributes = model.meshes[0].primitives[0].attributes;
@@ -113,7 +113,7 @@ TEST_F(ExportTest, GltfHoldsPositionsAndLinearColours) {
   std::memcpy(positions, data_of("POSITION"), sizeof positions);
   EXPECT_THAT(positions, ::testing::ElementsAre(0.5f, 0, 0, 1, 2.5f, 3));
   const unsigned char* colour = data_of("COLOR_0");
-  EXPECT_THAT(std::vector<int>(colour, colour + 4), ::testing::ElementsAre(202, 12, 5, 255));
+  EXPECT_THAT(std::vector<int>(colour, colour + 4), ::testing::ElementsAre(255, 26, 20, 255));
 }
 
 TEST_F(ExportTest, PclReadsThePointsAndTheMesh) {

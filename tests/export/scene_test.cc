@@ -16,7 +16,7 @@ MapResult MakeMap() { return BuildMap(testing::MakeWallRun(), {}); }
 
 TEST(MapScene, HasALayerForEachPartOfTheMap) {
   MapResult map = MakeMap();
-  map.lines = {{{0, 0, 0}, {1, 2, 3}}, {{0, 0, 1}, {1, 2, 4}}};
+  map.lines.resize(2);
   const MapScene scene = MakeScene(map, {});
   EXPECT_EQ(scene.points[0].vertices.size(), map.points.size());
   EXPECT_EQ(scene.lines[0].name, "lines");
@@ -26,6 +26,18 @@ TEST(MapScene, HasALayerForEachPartOfTheMap) {
   EXPECT_EQ(scene.lines[2].name, "keyframes");
   EXPECT_EQ(scene.lines[2].edges.size(), 6u * 8);
   EXPECT_GT(scene.meshes[0].triangles.size(), 4 * map.occupancy.OccupiedVoxels().size());
+}
+
+TEST(MapScene, LinesHaveTheColourOfTheirAxisAndAge) {
+  MapResult map;
+  map.lines = {{0, 0, LineAxis::kVertical, -1, 0, true, {0, 0, 0}, {0, 0, 3}},
+               {1, 0, LineAxis::kVertical, -1, 0, false, {1, 0, 0}, {1, 0, 3}}};
+  const Vertices lines = MakeScene(map, {}).lines[0].vertices;
+  const auto blue = [&](std::size_t vertex) { return lines.colours[vertex].blue; };
+  EXPECT_EQ(blue(0), LineColour(LineAxis::kVertical, true)[2]);
+  EXPECT_EQ(blue(1), blue(0));
+  EXPECT_EQ(blue(2), LineColour(LineAxis::kVertical, false)[2]);
+  EXPECT_LT(blue(2), blue(0));
 }
 
 TEST(MapScene, AnEmptyMapHasEmptyLayers) {

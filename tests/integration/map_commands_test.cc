@@ -4,6 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "data/ply.h"
 #include "odometry/run_folder.h"
 #include "tests/integration/slcmap_process.h"
 #include "tests/testing/made_run.h"
@@ -41,6 +42,18 @@ TEST(MapCommands, ARunBecomesAMapAndItsExport) {
       RunSlcmap("export " + folder.Path("map") + " -o " + folder.Path("export/scene.glb"));
   EXPECT_EQ(onto_a_file.exit_code, 1) << onto_a_file.error;
   EXPECT_NE(onto_a_file.error.find("scene.glb"), std::string::npos);
+}
+
+TEST(MapCommands, LinesReachTheMapAndTheExport) {
+  const TempFolder folder;
+  WriteRunFolder(folder.Path("run"), testing::MakeLineRun());
+  const ProcessResult map = RunSlcmap("map " + folder.Path("run") + " -o " + folder.Path("map"));
+  EXPECT_THAT(map.error, HasSubstr("24 of 24 lines"));
+  EXPECT_EQ(ReadMapLines(folder.Path("map/lines.ply")).size(), 24u);
+  const ProcessResult exported =
+      RunSlcmap("export " + folder.Path("map") + " -o " + folder.Path("export"));
+  EXPECT_EQ(exported.exit_code, 0) << exported.error;
+  EXPECT_EQ(ReadLinesPly(folder.Path("export/lines.ply")).size(), 24u);
 }
 
 TEST(MapCommands, APartialRunIsMappedWithAWarning) {
@@ -92,6 +105,43 @@ TEST(EvaluateCommand, PrintsTheTableAndWritesJsonAndPlots) {
   for (const char* plot : {"top.svg", "side.svg", "error.svg"}) {
     EXPECT_TRUE(std::filesystem::exists(folder.Path("plots/") + plot)) << plot;
   }
+}
+
+TEST(EvaluateCommand, LinesAreMeasuredWhereTheTrajectoryLiesOnTheTruth) {
+  const TempFolder folder;
+  const std::string run = folder.Path("run"), plots = folder.Path("plots");
+  OdometryRun made = testing::MakeLineRun();
+  for (OnlineState& state : made.states) state.T_world_imu.translation.y() = 0;
+  WriteRunFolder(run, made);
+  // The true world lies 3 m beside that of the run; the four lines along y are no true edges.
+  std::string truth, edges = "edge,axis,wing,ax_m,ay_m,az_m,bx_m,by_m,bz_m,seen_from_m,seen_to_m\n";
+  for (const OnlineState& state : made.states) {
+    RigidTransform pose = state.T_world_imu;
+    pose.translation.y() += 3;
+    truth += TumRow({state.stamp_ns, pose});
+  }
+  for (int i = 0; i < 20; ++i) {
+    edges +=
+        fmt::format("{0},2,0,10.02,{1:.2f},0.02,10.02,{1:.2f},1.92,0,1.9\n", i, 0.2 * i + 1.12);
+  }
+  const std::string command = "evaluate --truth " + folder.Write("truth.tum", truth) +
+                              " --estimate " + run + "/trajectory.tum --lines " + run +
+                              "/lines.ply --true-edges " + folder.Write("edges.csv", edges);
+  const ProcessResult result =
+      RunSlcmap(command + " --json " + folder.Path("metrics.json") + " --plots " + plots);
+  EXPECT_EQ(result.exit_code, 0) << result.error;
+  EXPECT_THAT(result.output, HasSubstr("24 lines of 53.20 m"));
+  const auto json = nlohmann::json::parse(testing::ReadText(folder.Path("metrics.json")));
+  EXPECT_NEAR(json["lines"]["scores"][0]["recall"].get<double>(), 1, 1e-9);
+  EXPECT_NEAR(json["lines"]["scores"][2]["precision"].get<double>(), 38 / 53.2, 1e-6);
+  EXPECT_EQ(json["ape"].size(), 3u);
+  EXPECT_TRUE(std::filesystem::exists(plots + "/lines.svg"));
+
+  ExpectError(RunSlcmap("evaluate --truth a --estimate b --lines c"), 2, "--true-edges");
+  folder.Write("edges.csv", "none\n");
+  const ProcessResult damaged = RunSlcmap(command);
+  EXPECT_EQ(damaged.exit_code, 1);
+  EXPECT_THAT(damaged.error, HasSubstr("edges.csv: row 1"));
 }
 
 TEST(EvaluateCommand, StampsOfImagesAreFoundOrGiven) {

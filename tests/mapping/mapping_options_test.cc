@@ -32,6 +32,10 @@ TEST(MappingOptions, UnknownKeysAndAbsurdValuesAreNamed) {
     EXPECT_THAT([&] { Read(std::string("mapping: {cloud: {") + key + ": -1}}"); },
                 ThrowsMessage<ConfigError>(HasSubstr(key)));
   }
+  for (const char* key : {"max_sigma_m", "min_observations"}) {
+    EXPECT_THAT([&] { Read(std::string("mapping: {lines: {") + key + ": 0}}"); },
+                ThrowsMessage<ConfigError>(HasSubstr(std::string("mapping.lines.") + key)));
+  }
   for (const char* key : {"resolution_m", "max_range_m"}) {
     EXPECT_THAT([&] { Read(std::string("mapping: {occupancy: {") + key + ": 0}}"); },
                 ThrowsMessage<ConfigError>(HasSubstr(key)));

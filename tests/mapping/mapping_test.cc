@@ -42,6 +42,22 @@ TEST_F(MappingTest, AWallBecomesPointsAndVoxels) {
   EXPECT_TRUE(map.occupancy.IsFree({7.05, 0.05, 1.05}));
 }
 
+TEST_F(MappingTest, CertainLinesBecomeLinesOfTheMap) {
+  OdometryRun run = testing::MakeLineRun();
+  run.lines[0].covariance_m2 *= 100;                  // 20 cm
+  run.lines[1].end_world = run.lines[1].start_world;  // no extent
+  run.lines[2].observations = 2;                      // seen too seldom
+  run.lines[3].covariance_m2.setConstant(std::nan(""));
+  const std::vector<MapLine> lines = BuildMap(run, {}).lines;
+  ASSERT_EQ(lines.size(), 20u);
+  EXPECT_EQ(lines[0].id, 104);
+  EXPECT_EQ(lines[0].axis, LineAxis::kVertical);
+  EXPECT_EQ(lines[19].axis, LineAxis::kY);
+  EXPECT_EQ(lines[19].world, 0);
+  EXPECT_NEAR(lines[19].sigma_m, 0.02, 1e-9);
+  EXPECT_EQ(lines[19].end_world, run.lines[23].end_world);
+}
+
 TEST_F(MappingTest, AnEmptyRunMakesAnEmptyMapThatComesBack) {
   OdometryRun run = testing::MakeWallRun();
   run.states.clear();
@@ -68,8 +84,7 @@ TEST_F(MappingTest, APartialRunMakesAPartialMap) {
 }
 
 TEST_F(MappingTest, AMapComesBackFromItsFolder) {
-  MapResult map = BuildMap(testing::MakeWallRun(), {});
-  map.lines = {{{0, 0, 0}, {1, 2.5, 3}}};
+  const MapResult map = BuildMap(testing::MakeLineRun(), {});
   WriteMapFolder(folder_, map);
   const MapResult read = ReadMapFolder(folder_);
   EXPECT_EQ(read.method, "points");
@@ -82,8 +97,10 @@ TEST_F(MappingTest, AMapComesBackFromItsFolder) {
     EXPECT_EQ(read.points[i].observations, map.points[i].observations);
     EXPECT_NEAR(read.points[i].sigma_m, map.points[i].sigma_m, 1e-6);
   }
-  ASSERT_EQ(read.lines.size(), 1u);
-  EXPECT_EQ(read.lines[0].end_world, Eigen::Vector3d(1, 2.5, 3));
+  ASSERT_EQ(read.lines.size(), map.lines.size());
+  EXPECT_EQ(read.lines[23].id, 123);
+  EXPECT_EQ(read.lines[23].axis, LineAxis::kY);
+  EXPECT_LT((read.lines[23].end_world - map.lines[23].end_world).norm(), 1e-6);
   EXPECT_EQ(read.occupancy.OccupiedVoxels().size(), map.occupancy.OccupiedVoxels().size());
 }
 

@@ -48,8 +48,9 @@ OdometryRun MakeRun() {
        0,
        run.states[0].stamp_ns,
        run.states[0].T_world_imu,
-       {{1, {10.5, 20.25}, Eigen::Vector2d(8.125, 20.25)}, {2, {100, 200}, std::nullopt}}},
-      {9, 1, run.states[3].stamp_ns, run.states[3].T_world_imu, {}}};
+       {{1, {10.5, 20.25}, Eigen::Vector2d(8.125, 20.25)}, {2, {100, 200}, std::nullopt}},
+       {}},
+      {9, 1, run.states[3].stamp_ns, run.states[3].T_world_imu, {}, {}}};
   run.landmarks = {
       {1, 0, {1.5, -2.25, 3}, 0.125, 4}, {2, 0, {0.5, 4, 8}, 0.5, 2}, {3, 1, {7, 8, 9}, 0.25, 3}};
   run.timings.stages = {{"points", 1.25, 160}};

@@ -39,7 +39,65 @@ std::vector<KeyframeObservation> ObserveAll(const OdometryRun& run,
   return observations;
 }
 
+// A line on the wall x = 10.02 m with standard deviations of 1 cm along x and of 2 cm along the
+// wall, at right angles to the line.
+Line MakeLine(int64_t id, LineAxis axis, const Eigen::Vector3d& start, const Eigen::Vector3d& end) {
+  Line line;
+  line.id = id;
+  line.axis = axis;
+  line.world = axis == LineAxis::kVertical ? -1 : 0;
+  line.start_world = start;
+  line.end_world = end;
+  const Eigen::Vector3d across =
+      (end - start).normalized().cross(Eigen::Vector3d::UnitX()).normalized();
+  line.covariance_m2 = 1e-4 * Eigen::Vector3d::UnitX() * Eigen::RowVector3d::UnitX() +
+                       4e-4 * across * across.transpose();
+  return line;
+}
+
+std::vector<Line> MakeLines() {
+  std::vector<Line> lines;
+  for (int i = 0; i < 20; ++i) {
+    const double y = 0.2 * i - 1.88;
+    lines.push_back(MakeLine(100 + i, LineAxis::kVertical, {10.02, y, 0.02}, {10.02, y, 1.92}));
+    for (int j = 0; j < 20; ++j) lines.back().point_ids.push_back(20 * j + i);
+  }
+  for (int i = 0; i < 4; ++i) {
+    lines.push_back(MakeLine(120 + i, LineAxis::kY, {10.02, -1.9, 0.5 * i}, {10.02, 1.9, 0.5 * i}));
+  }
+  return lines;
+}
+
+// Adds the sight of a line to the keyframe.
+void Observe(const Rig& rig, Line* line, Keyframe* keyframe) {
+  const auto segment_px = [&](int camera) {
+    const RigidTransform T_camera_world =
+        (keyframe->T_world_imu * rig.T_imu_camera[camera]).Inverse();
+    return LineSegment{*rig.cameras[camera].Project(T_camera_world * line->start_world),
+                       *rig.cameras[camera].Project(T_camera_world * line->end_world)};
+  };
+  keyframe->lines.push_back({line->id, segment_px(0), segment_px(1)});
+  ++line->observations;
+  line->last_keyframe = keyframe->id;
+}
+
 }  // namespace
+
+OdometryRun MakeLineRun() {
+  OdometryRun run = MakeWallRun();
+  run.manhattan_worlds = {{0, 0, 0.001, run.keyframes[0].stamp_ns}};
+  run.lines = MakeLines();
+  for (Keyframe& keyframe : run.keyframes) {
+    for (Line& line : run.lines) {
+      const bool sees_all = keyframe.id <= 2;
+      const bool sees_vertical = sees_all || keyframe.id == 5;
+      if (line.axis == LineAxis::kVertical ? sees_vertical : sees_all) {
+        Observe(run.rectified_rig, &line, &keyframe);
+      }
+    }
+  }
+  return run;
+}
 
 OdometryRun MakeWallRun() {
   OdometryRun run;
@@ -58,7 +116,7 @@ OdometryRun MakeWallRun() {
     run.states.push_back(state);
     if (i % kRate_hz != 0) continue;
     run.keyframes.push_back(
-        {i / kRate_hz, 0, state.stamp_ns, TruePose(time_s), ObserveAll(run, TruePose(time_s))});
+        {i / kRate_hz, 0, state.stamp_ns, TruePose(time_s), ObserveAll(run, TruePose(time_s)), {}});
   }
   return run;
 }

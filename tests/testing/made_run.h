@@ -11,4 +11,10 @@ namespace slcmap::testing {
 // on.
 OdometryRun MakeWallRun();
 
+// The same with lines on that wall, all seen whole by the first three keyframes: 20 vertical ones
+// 0.2 m apart, from z = 0.02 m to 1.92 m through the landmarks, which belong to them; and four
+// along Y, the axis of a Manhattan world that is the world's. Ids start at 100. The
+// keyframe at 5 s sees the vertical ones again.
+OdometryRun MakeLineRun();
+
 }  // namespace slcmap::testing

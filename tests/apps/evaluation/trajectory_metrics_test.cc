@@ -133,6 +133,20 @@ TEST(TrajectoryMetrics, LoopErrorIsTheGapBetweenStartAndEnd) {
   EXPECT_FALSE(Evaluate(half, half).loop.has_value());
 }
 
+TEST(TrajectoryMetrics, HeadingErrorIsOfTheLastPoseAgainstTheFirst) {
+  const Trajectory truth = Circle(20);
+  Trajectory estimate = Moved({ExpRotation({0, 0, 2.5}), {1, 2, 3}}, truth);
+  EXPECT_NEAR(Evaluate(truth, estimate).heading_error_deg, 0, 1e-9);
+  RigidTransform& last = estimate.back().T_world_imu;
+  last.rotation = ExpRotation({0, 0, 3 * kRadians}) * last.rotation;
+  EXPECT_NEAR(Evaluate(truth, estimate).heading_error_deg, 3, 1e-9);
+  last.rotation = ExpRotation({0, 0, -8 * kRadians}) * last.rotation;
+  EXPECT_NEAR(Evaluate(truth, estimate).heading_error_deg, -5, 1e-9);
+  // A tilt is no heading.
+  last.rotation = ExpRotation({0, 0, 5 * kRadians}) * ExpRotation({0.01, 0.02, 0}) * last.rotation;
+  EXPECT_NEAR(Evaluate(truth, estimate).heading_error_deg, 0, 0.01);
+}
+
 TEST(TrajectoryMetrics, TruthIsInterpolatedAndItsGapsAreNotBridged) {
   Trajectory truth = Circle(200);
   Trajectory estimate = Circle(7);

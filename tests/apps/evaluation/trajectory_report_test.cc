@@ -36,6 +36,7 @@ TEST(TrajectoryReport, TableHoldsTheFigures) {
   EXPECT_THAT(table, HasSubstr("coverage  100.00 % of the stamps of the truth"));
   EXPECT_THAT(table, HasSubstr("poses     100 (100 with a truth), in 1 piece\n"));
   EXPECT_THAT(table, Not(HasSubstr("FLAGGED")));
+  EXPECT_THAT(table, HasSubstr("heading   0.000 deg off at the end"));
   EXPECT_THAT(table, Not(HasSubstr("loop")));
 }
 
@@ -43,20 +44,21 @@ TEST(TrajectoryReport, LowCoverageIsFlagged) {
   const EvaluationInputs inputs{"truth.csv", "run.tum", "cam0/data.csv"};
   const TrajectoryMetrics metrics = MakeMetrics(60);
   EXPECT_THAT(TrajectoryTable(inputs, metrics), HasSubstr("FLAGGED"));
-  const auto json = nlohmann::json::parse(TrajectoryJson(inputs, metrics));
+  const nlohmann::ordered_json json = TrajectoryJson(inputs, metrics);
   EXPECT_TRUE(json["coverage"]["flagged"]);
   EXPECT_EQ(json["coverage"]["overall"], 0.6);
   EXPECT_EQ(json["coverage"]["stamps"], "cam0/data.csv");
 }
 
 TEST(TrajectoryReport, JsonHoldsTheFigures) {
-  const auto json =
-      nlohmann::json::parse(TrajectoryJson({"truth.csv", "run.tum", ""}, MakeMetrics(100)));
+  const nlohmann::ordered_json json =
+      TrajectoryJson({"truth.csv", "run.tum", ""}, MakeMetrics(100));
   EXPECT_NEAR(json["ape"]["posyaw"]["position_m"]["rmse"].get<double>(), 0.03, 1e-9);
   EXPECT_EQ(json["ape"]["sim3"]["alignment"].size(), 3u);
   EXPECT_EQ(json["rpe"][1]["length_m"], 5);
   EXPECT_EQ(json["rpe"][2]["pieces"], 0);
   EXPECT_TRUE(json["loop"].is_null());
+  EXPECT_EQ(json["heading_error_at_end_deg"], 0);
 }
 
 TEST(TrajectoryReport, PlotsAreWrittenAndAFullDiskIsNamed) {
@@ -79,6 +81,12 @@ TEST(SvgPlot, PlacesPointsByScaleWithYUpwards) {
   const std::string svg = DrawSvg({"t", "x", "y", true, {{"a < b", "#123456", {{0, 0}, {1, 1}}}}});
   EXPECT_THAT(svg, HasSubstr("points=\"195.45,522.05 654.55,62.95 \""));
   EXPECT_THAT(svg, HasSubstr("a &lt; b"));
+}
+
+TEST(SvgPlot, SegmentsAreDrawnApart) {
+  const SvgSeries series{"s", "red", {{0, 0}, {1, 1}, {0, 1}, {0, 1}}, SvgStyle::kSegments};
+  EXPECT_THAT(DrawSvg({"t", "x", "y", true, {series}}),
+              HasSubstr("d=\"M195.45,522.05L654.55,62.95M195.45,62.95L195.45,62.95\""));
 }
 
 TEST(SvgPlot, EmptyAndFlatSeriesAreDrawn) {

@@ -1,0 +1,141 @@
+#include "apps/evaluation/line_metrics.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "apps/evaluation/segment_index.h"
+#include "data/error.h"
+
+namespace slcmap {
+namespace {
+
+constexpr double kDegrees = 180 / M_PI;
+
+double Length(const PlySegment& segment) {
+  return (segment.end_world - segment.start_world).norm();
+}
+
+double Length(const std::vector<PlySegment>& segments) {
+  double length_m = 0;
+  for (const PlySegment& segment : segments) length_m += Length(segment);
+  return length_m;
+}
+
+// Calls visit(length, match) for each sample of the segments: the length that it stands for, and
+// the nearest of the others up to the largest tolerance, if any.
+template <typename Visitor>
+void ForEachSample(const std::vector<PlySegment>& segments, const SegmentIndex& others,
+                   const LineMetricOptions& options, Visitor visit) {
+  for (const PlySegment& segment : segments) {
+    const double length_m = Length(segment);
+    const Eigen::Vector3d along = segment.end_world - segment.start_world;
+    const double count = std::max(std::round(length_m / options.sample_m), 1.0);
+    for (double i = 0.5; i < count; ++i) {
+      visit(length_m / count,
+            others.Nearest(segment.start_world + i / count * along, along / length_m,
+                           options.tolerances_m.back(), options.max_angle_deg / kDegrees));
+    }
+  }
+}
+
+// The length of the samples that have a match up to each tolerance.
+class MatchedLengths {
+ public:
+  explicit MatchedLengths(const std::vector<double>& tolerances_m)
+      : tolerances_m_(tolerances_m), lengths_m_(tolerances_m.size(), 0) {}
+
+  void Add(double length_m, double distance_m) {
+    for (std::size_t i = 0; i < tolerances_m_.size(); ++i) {
+      if (distance_m <= tolerances_m_[i]) lengths_m_[i] += length_m;
+    }
+  }
+
+  double at(std::size_t tolerance) const { return lengths_m_[tolerance]; }
+
+ private:
+  const std::vector<double>& tolerances_m_;
+  std::vector<double> lengths_m_;
+};
+
+// Sums, each sample counted by the length that it stands for.
+struct AccuracySums {
+  double length_m = 0, angle = 0, squared_angle = 0, squared_distance = 0;
+
+  void Add(double sample_m, const SegmentIndex::Match& match) {
+    length_m += sample_m;
+    angle += sample_m * match.angle_rad;
+    squared_angle += sample_m * match.angle_rad * match.angle_rad;
+    squared_distance += sample_m * match.distance_m * match.distance_m;
+  }
+
+  std::optional<LineAccuracy> Result() const {
+    if (length_m == 0) return std::nullopt;
+    return LineAccuracy{length_m, kDegrees * angle / length_m,
+                        kDegrees * std::sqrt(squared_angle / length_m),
+                        std::sqrt(squared_distance / length_m)};
+  }
+};
+
+std::vector<PlySegment> WithExtent(const std::vector<MapLine>& lines) {
+  std::vector<PlySegment> segments;
+  for (const MapLine& line : lines) {
+    if (line.start_world != line.end_world) segments.push_back({line.start_world, line.end_world});
+  }
+  return segments;
+}
+
+double Ratio(double part, double whole) { return whole > 0 ? part / whole : 0; }
+
+}  // namespace
+
+void LineMetricOptions::Check() const {
+  if (!(sample_m > 0)) throw ConfigError("sample_m: expected more than 0");
+  if (!(max_angle_deg > 0 && max_angle_deg <= 90)) {
+    throw ConfigError("max_angle_deg: expected more than 0, and at most 90");
+  }
+  if (tolerances_m.empty() || !(tolerances_m.front() > 0) ||
+      !std::is_sorted(tolerances_m.begin(), tolerances_m.end())) {
+    throw ConfigError("tolerances_m: expected ascending lengths of more than 0");
+  }
+}
+
+LineMetrics EvaluateLines(const TrueEdges& truth, const std::vector<MapLine>& lines,
+                          const LineMetricOptions& options) {
+  options.Check();
+  const std::vector<PlySegment> mapped = WithExtent(lines);
+  LineMetrics metrics;
+  metrics.lines = static_cast<int64_t>(lines.size());
+  metrics.without_extent = static_cast<int64_t>(lines.size() - mapped.size());
+  metrics.mapped_length_m = Length(mapped);
+  metrics.seen_length_m = Length(truth.seen);
+
+  MatchedLengths correct(options.tolerances_m), covered(options.tolerances_m);
+  AccuracySums accuracy;
+  ForEachSample(mapped, SegmentIndex(truth.whole), options,
+                [&](double length_m, const auto& match) {
+                  if (!match) return;
+                  correct.Add(length_m, match->distance_m);
+                  accuracy.Add(length_m, *match);
+                });
+  ForEachSample(truth.seen, SegmentIndex(mapped), options, [&](double length_m, const auto& match) {
+    if (match) covered.Add(length_m, match->distance_m);
+  });
+  for (std::size_t i = 0; i < options.tolerances_m.size(); ++i) {
+    metrics.scores.push_back({options.tolerances_m[i], covered.at(i),
+                              Ratio(covered.at(i), metrics.seen_length_m),
+                              Ratio(correct.at(i), metrics.mapped_length_m),
+                              Ratio(metrics.mapped_length_m, covered.at(i))});
+  }
+  metrics.accuracy = accuracy.Result();
+  return metrics;
+}
+
+std::vector<MapLine> Aligned(const Alignment& alignment, std::vector<MapLine> lines) {
+  for (MapLine& line : lines) {
+    line.start_world = alignment.Position(line.start_world);
+    line.end_world = alignment.Position(line.end_world);
+  }
+  return lines;
+}
+
+}  // namespace slcmap

@@ -1,0 +1,57 @@
+// How well a line map shows the true edges of a building.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "apps/evaluation/alignment.h"
+#include "apps/evaluation/true_edges.h"
+#include "data/map_line.h"
+
+namespace slcmap {
+
+struct LineMetricOptions {
+  double sample_m = 0.02;     // between samples along mapped lines and true edges
+  double max_angle_deg = 10;  // between a sample's direction and that of what it is compared with
+  std::vector<double> tolerances_m = {0.01, 0.02, 0.05, 0.1, 0.2};  // ascending
+  void Check() const;                                               // throws ConfigError
+};
+
+// What is right up to a tolerance. A mapped sample is correct when a true edge (one that was seen,
+// over its whole length) of nearly its direction is within the tolerance; a sample of the seen
+// parts is covered when a mapped line of nearly its direction is.
+struct LineScore {
+  double tolerance_m = 0;
+  double recall_m = 0;    // covered length of the seen parts
+  double recall = 0;      // as a share of their length
+  double precision = 0;   // correct share of the mapped length; 0 without lines
+  double redundancy = 0;  // mapped length over covered length, 1 is ideal; 0 where none is covered
+};
+
+// Over the mapped samples that are correct at the largest tolerance, each compared with the nearest
+// true edge of nearly its direction.
+struct LineAccuracy {
+  double length_m = 0;  // of those samples
+  double direction_mean_deg = 0;
+  double direction_rms_deg = 0;
+  double offset_rms_m = 0;  // distance to the edge
+};
+
+struct LineMetrics {
+  int64_t lines = 0;           // mapped
+  int64_t without_extent = 0;  // of them; they count for nothing
+  double mapped_length_m = 0;
+  double seen_length_m = 0;              // of the true edges
+  std::vector<LineScore> scores;         // by tolerance
+  std::optional<LineAccuracy> accuracy;  // nothing where no sample is correct
+};
+
+// Compares lines with edges in the same world.
+LineMetrics EvaluateLines(const TrueEdges& truth, const std::vector<MapLine>& lines,
+                          const LineMetricOptions& options);
+
+// The lines laid over the truth, as the trajectory was.
+std::vector<MapLine> Aligned(const Alignment& alignment, std::vector<MapLine> lines);
+
+}  // namespace slcmap

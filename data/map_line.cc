@@ -1,0 +1,111 @@
+#include "data/map_line.h"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "data/error.h"
+#include "data/ply.h"
+
+namespace slcmap {
+namespace {
+
+using Rgb = std::array<uint8_t, 3>;
+
+constexpr std::array<Rgb, 4> kAxisColours = {
+    {{255, 90, 80}, {80, 220, 100}, {90, 150, 255}, {240, 190, 70}}};  // by LineAxis
+constexpr double kOldShade = 0.5;
+
+PlyElement VertexElement(const std::vector<MapLine>& lines) {
+  PlyElement vertices{"vertex", {}};
+  for (const char* name : {"x", "y", "z"}) vertices.Add(name, PlyType::kFloat);
+  for (const char* name : {"red", "green", "blue"}) vertices.Add(name, PlyType::kUint8);
+  for (const MapLine& line : lines) {
+    const auto [red, green, blue] = LineColour(line.axis, line.recent);
+    for (const Eigen::Vector3d& p : {line.start_world, line.end_world}) {
+      vertices.AppendRow({p.x(), p.y(), p.z(), static_cast<double>(red), static_cast<double>(green),
+                          static_cast<double>(blue)});
+    }
+  }
+  return vertices;
+}
+
+PlyElement EdgeElement(const std::vector<MapLine>& lines) {
+  PlyElement edges{"edge", {}};
+  for (const char* name : {"vertex1", "vertex2"}) edges.Add(name, PlyType::kInt32);
+  for (const char* name : {"red", "green", "blue"}) edges.Add(name, PlyType::kUint8);
+  for (const char* name : {"id", "segment", "axis", "world"}) edges.Add(name, PlyType::kInt32);
+  edges.Add("sigma_m", PlyType::kFloat);
+  edges.Add("recent", PlyType::kUint8);
+  for (const MapLine& line : lines) {
+    const auto [red, green, blue] = LineColour(line.axis, line.recent);
+    const double first = 2 * static_cast<double>(edges.size());
+    edges.AppendRow({first, first + 1, static_cast<double>(red), static_cast<double>(green),
+                     static_cast<double>(blue), static_cast<double>(line.id),
+                     static_cast<double>(line.segment), static_cast<double>(line.axis),
+                     static_cast<double>(line.world), line.sigma_m, line.recent ? 1.0 : 0.0});
+  }
+  return edges;
+}
+
+// The properties of edges that a file may lack.
+class EdgeReader {
+ public:
+  EdgeReader(const std::string& path, const PlyElement& edges) : path_(path), edges_(edges) {}
+
+  // The value of a row, which must not be below `least` nor above `most`; `missing` where the file
+  // has no such property.
+  double Value(const char* name, std::size_t row, double missing, double least, double most) const {
+    const auto property =
+        std::find_if(edges_.properties.begin(), edges_.properties.end(),
+                     [&](const PlyProperty& candidate) { return candidate.name == name; });
+    if (property == edges_.properties.end()) return missing;
+    const double value = property->values[row];
+    if (value >= least && value <= most) return value;
+    throw DataError(fmt::format("{}: edge row {}: {}: found {}, expected {} to {}", path_, row + 1,
+                                name, value, least, most));
+  }
+
+ private:
+  const std::string& path_;
+  const PlyElement& edges_;
+};
+
+}  // namespace
+
+Rgb LineColour(LineAxis axis, bool recent) {
+  Rgb colour = kAxisColours[static_cast<std::size_t>(axis)];
+  if (recent) return colour;
+  for (uint8_t& part : colour) part = static_cast<uint8_t>(std::lround(kOldShade * part));
+  return colour;
+}
+
+void WriteMapLines(const std::string& path, const std::vector<MapLine>& lines) {
+  WritePly(path, {{"slcmap lines, metres in the world frame, z up",
+                   "axis: 0 X, 1 Y, 2 vertical, 3 none; recent: seen by the last keyframes"},
+                  {VertexElement(lines), EdgeElement(lines)},
+                  {}});
+}
+
+std::vector<MapLine> ReadMapLines(const std::string& path) {
+  constexpr double kMaxInt = 2147483647, kMaxSigma_m = 1e6;
+  const PlyFile file = ReadPly(path);
+  const std::vector<PlySegment> segments = Segments(file, path);
+  const EdgeReader edges(path, file.Get("edge", path));
+  std::vector<MapLine> lines(segments.size());
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    MapLine& line = lines[i];
+    line.start_world = segments[i].start_world;
+    line.end_world = segments[i].end_world;
+    line.id = static_cast<int64_t>(edges.Value("id", i, static_cast<double>(i), 0, kMaxInt));
+    line.segment = static_cast<int>(edges.Value("segment", i, 0, 0, kMaxInt));
+    line.axis = static_cast<LineAxis>(edges.Value("axis", i, 3, 0, 3));
+    line.world = static_cast<int>(edges.Value("world", i, -1, -1, kMaxInt));
+    line.sigma_m = edges.Value("sigma_m", i, 0, 0, kMaxSigma_m);
+    line.recent = edges.Value("recent", i, 0, 0, 1) != 0;
+  }
+  return lines;
+}
+
+}  // namespace slcmap

@@ -1,0 +1,39 @@
+// Lines of a building as lines.ply holds them, in run folders and in map folders.
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "data/line_axis.h"
+
+namespace slcmap {
+
+struct MapLine {
+  int64_t id = 0;
+  int segment = 0;                  // of the run
+  LineAxis axis = LineAxis::kNone;  // kNone: it follows no direction of the building
+  int world = -1;                   // the Manhattan world whose axis it has; -1: none, or vertical
+  double sigma_m = 0;               // standard deviation across it, where that is largest
+  bool recent = false;              // the last keyframes of the run saw it
+  Eigen::Vector3d start_world = Eigen::Vector3d::Zero();
+  Eigen::Vector3d end_world = Eigen::Vector3d::Zero();
+};
+
+// Red, green and blue: X is red, Y green, vertical blue, none amber. Recent lines are bright, old
+// ones dark.
+std::array<uint8_t, 3> LineColour(LineAxis axis, bool recent);
+
+// Writes an edge-PLY: float positions and colours of vertices, and edges with vertex1, vertex2,
+// colours, and what MapLine holds under its names. No lines make a valid file too. Throws
+// OutputError.
+void WriteMapLines(const std::string& path, const std::vector<MapLine>& lines);
+
+// Reads any edge-PLY; of a file without them, ids count the edges and the other properties are
+// those of a default MapLine. Throws DataError naming the file, and the row of a value that cannot
+// be.
+std::vector<MapLine> ReadMapLines(const std::string& path);
+
+}  // namespace slcmap

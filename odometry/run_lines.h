@@ -1,0 +1,26 @@
+// What is told of a run's lines: their form in lines.ply, and how long they lived.
+#pragma once
+
+#include <vector>
+
+#include "data/map_line.h"
+#include "odometry/run.h"
+
+namespace slcmap {
+
+// The standard deviation of a line across it, where that is largest, in metres.
+double LargestSigma(const Line& line);
+
+// The run's lines in their order; those that one of the last ten keyframes saw are recent.
+std::vector<MapLine> MapLines(const OdometryRun& run);
+
+// In how many keyframes lines were seen; short lives mean that lines hardly help.
+struct LineLives {
+  int64_t lines = 0;
+  double median_keyframes = 0;
+  double mean_keyframes = 0;
+  double share_over_10 = 0;  // of the lines: seen in more than ten keyframes
+};
+LineLives MeasureLineLives(const std::vector<Line>& lines);  // of no lines: zeros
+
+}  // namespace slcmap

@@ -1,0 +1,213 @@
+#include "apps/evaluation/line_metrics.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "apps/evaluation/line_report.h"
+#include "data/error.h"
+#include "data/file.h"
+#include "tests/testing/temp_folder.h"
+
+namespace slcmap {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::ThrowsMessage;
+
+constexpr double kRadians = M_PI / 180;
+
+// Seen from end to end.
+TrueEdges Seen(const std::vector<PlySegment>& edges) { return {edges, edges}; }
+
+MapLine Mapped(const Eigen::Vector3d& start, const Eigen::Vector3d& end) {
+  MapLine line;
+  line.start_world = start;
+  line.end_world = end;
+  return line;
+}
+
+const LineScore& At(const LineMetrics& metrics, double tolerance_m) {
+  for (const LineScore& score : metrics.scores) {
+    if (score.tolerance_m == tolerance_m) return score;
+  }
+  throw std::logic_error("no such tolerance");
+}
+
+const TrueEdges kTwoEdges = Seen({{{0, 0, 0}, {4, 0, 0}}, {{0, 0, 0}, {0, 0, 2}}});
+
+TEST(LineMetrics, APerfectMapIsAllRight) {
+  const LineMetrics metrics =
+      EvaluateLines(kTwoEdges, {Mapped({4, 0, 0}, {0, 0, 0}), Mapped({0, 0, 0}, {0, 0, 2})}, {});
+  EXPECT_EQ(metrics.lines, 2);
+  EXPECT_DOUBLE_EQ(metrics.mapped_length_m, 6);
+  EXPECT_DOUBLE_EQ(metrics.seen_length_m, 6);
+  for (const LineScore& score : metrics.scores) {
+    EXPECT_NEAR(score.recall_m, 6, 1e-9);
+    EXPECT_NEAR(score.recall, 1, 1e-9);
+    EXPECT_NEAR(score.precision, 1, 1e-9);
+    EXPECT_NEAR(score.redundancy, 1, 1e-9);
+  }
+  EXPECT_NEAR(metrics.accuracy.value().length_m, 6, 1e-9);
+  EXPECT_NEAR(metrics.accuracy->direction_rms_deg, 0, 1e-9);
+  EXPECT_NEAR(metrics.accuracy->offset_rms_m, 0, 1e-9);
+}
+
+TEST(LineMetrics, AnOffsetLineIsRightFromItsOffsetOn) {
+  const LineMetrics metrics = EvaluateLines(kTwoEdges, {Mapped({1, 0.03, 0}, {3, 0.03, 0})}, {});
+  EXPECT_EQ(At(metrics, 0.02).precision, 0);
+  EXPECT_EQ(At(metrics, 0.02).recall_m, 0);
+  EXPECT_EQ(At(metrics, 0.02).redundancy, 0);
+  EXPECT_NEAR(At(metrics, 0.05).precision, 1, 1e-9);
+  // 2 m, and 4 cm beyond either end: the samples there are 3 and 1 cm along the edge from it, which
+  // with 3 cm across is within 5 cm.
+  EXPECT_NEAR(At(metrics, 0.05).recall_m, 2.08, 1e-9);
+  EXPECT_NEAR(At(metrics, 0.05).recall, 2.08 / 6, 1e-9);
+  EXPECT_NEAR(At(metrics, 0.05).redundancy, 2 / 2.08, 1e-9);
+  EXPECT_NEAR(metrics.accuracy.value().offset_rms_m, 0.03, 1e-9);
+}
+
+TEST(LineMetrics, DirectionErrorIsWeightedByLength) {
+  // 3 m turned by 1 degree and 1 m by 5, each about a place on the edge.
+  const auto turned = [](double x, double degrees, double length_m) {
+    const Eigen::Vector3d half(0.5 * length_m * std::cos(degrees * kRadians),
+                               0.5 * length_m * std::sin(degrees * kRadians), 0);
+    return Mapped(Eigen::Vector3d(x, 0, 0) - half, Eigen::Vector3d(x, 0, 0) + half);
+  };
+  const TrueEdges truth = Seen({{{0, 0, 0}, {40, 0, 0}}});
+  const LineMetrics metrics = EvaluateLines(truth, {turned(10, 1, 3), turned(30, -5, 1)}, {});
+  ASSERT_TRUE(metrics.accuracy.has_value());
+  EXPECT_NEAR(metrics.accuracy->length_m, 4, 1e-9);
+  EXPECT_NEAR(metrics.accuracy->direction_mean_deg, 2, 1e-9);
+  EXPECT_NEAR(metrics.accuracy->direction_rms_deg, std::sqrt((3 * 1 + 1 * 25) / 4.0), 1e-9);
+}
+
+TEST(LineMetrics, OtherDirectionsDoNotCount) {
+  // Across an edge, and 12 degrees off it: near, but no sights of it.
+  const double slope = std::tan(12 * kRadians);
+  const LineMetrics metrics = EvaluateLines(
+      kTwoEdges, {Mapped({1, -0.1, 0}, {1, 0.1, 0}), Mapped({2, 0, 0}, {2.2, 0.2 * slope, 0})}, {});
+  EXPECT_EQ(At(metrics, 0.2).precision, 0);
+  EXPECT_EQ(At(metrics, 0.2).recall_m, 0);
+  EXPECT_FALSE(metrics.accuracy.has_value());
+  LineMetricOptions wider;
+  wider.max_angle_deg = 15;
+  EXPECT_GT(At(EvaluateLines(kTwoEdges, {Mapped({2, 0, 0}, {2.2, 0.2 * slope, 0})}, wider), 0.2)
+                .precision,
+            0.99);
+}
+
+TEST(LineMetrics, AParallelEdgeBehindANearerOneOfAnotherDirectionIsFound) {
+  const TrueEdges truth = Seen({{{0, 0, 0}, {4, 0, 0}}, {{2, 0.1, -1}, {2, 0.1, 1}}});
+  const LineMetrics metrics = EvaluateLines(truth, {Mapped({1.9, 0.08, 0}, {2.1, 0.08, 0})}, {});
+  EXPECT_EQ(At(metrics, 0.05).precision, 0);
+  EXPECT_NEAR(At(metrics, 0.1).precision, 1, 1e-9);
+}
+
+TEST(LineMetrics, ALineMappedThreeTimesIsRedundant) {
+  const std::vector<MapLine> lines(3, Mapped({0, 0.001, 0}, {4, 0.001, 0}));
+  const LineMetrics metrics = EvaluateLines(Seen({{{0, 0, 0}, {4, 0, 0}}}), lines, {});
+  EXPECT_NEAR(At(metrics, 0.05).redundancy, 3, 1e-9);
+  EXPECT_NEAR(At(metrics, 0.05).recall_m, 4, 1e-9);
+}
+
+TEST(LineMetrics, RecallIsOfSeenPartsAndPrecisionOfWholeEdges) {
+  const TrueEdges truth{{{{0, 0, 0}, {4, 0, 0}}}, {{{1, 0, 0}, {3, 0, 0}}}};
+  const LineMetrics metrics = EvaluateLines(truth, {Mapped({2, 0, 0}, {4, 0, 0})}, {});
+  EXPECT_NEAR(metrics.seen_length_m, 2, 1e-12);
+  EXPECT_NEAR(At(metrics, 0.01).precision, 1, 1e-9);
+  EXPECT_NEAR(At(metrics, 0.01).recall, 0.5, 0.011);
+}
+
+TEST(LineMetrics, NoLinesAndLinesWithoutExtentAreNoDivisionByZero) {
+  const LineMetrics none = EvaluateLines(kTwoEdges, {}, {});
+  EXPECT_EQ(At(none, 0.2).recall, 0);
+  EXPECT_EQ(At(none, 0.2).precision, 0);
+  const LineMetrics dot = EvaluateLines(kTwoEdges, {Mapped({1, 0, 0}, {1, 0, 0})}, {});
+  EXPECT_EQ(dot.lines, 1);
+  EXPECT_EQ(dot.without_extent, 1);
+  EXPECT_EQ(At(dot, 0.2).precision, 0);
+  EXPECT_THAT(LineTable({"edges.csv", "lines.ply"}, dot), HasSubstr("1 of them without extent"));
+}
+
+TEST(LineMetrics, LinesAreLaidOverTheTruthLikeTheTrajectory) {
+  const Alignment alignment{
+      1, {Eigen::Quaterniond(Eigen::AngleAxisd(M_PI / 2, Eigen::Vector3d::UnitZ())), {1, 2, 3}}};
+  const MapLine line = Aligned(alignment, {Mapped({1, 0, 0}, {0, 1, 1})}).front();
+  EXPECT_TRUE(line.start_world.isApprox(Eigen::Vector3d(1, 3, 3), 1e-12));
+  EXPECT_TRUE(line.end_world.isApprox(Eigen::Vector3d(0, 2, 4), 1e-12));
+}
+
+TEST(LineMetrics, AbsurdOptionsAreRefused) {
+  LineMetricOptions options;
+  options.sample_m = 0;
+  EXPECT_THROW(EvaluateLines(kTwoEdges, {}, options), ConfigError);
+  options = {};
+  options.max_angle_deg = 100;
+  EXPECT_THROW(EvaluateLines(kTwoEdges, {}, options), ConfigError);
+  options = {};
+  options.tolerances_m = {0.1, 0.05};
+  EXPECT_THROW(EvaluateLines(kTwoEdges, {}, options), ConfigError);
+}
+
+constexpr char kHeader[] = "edge,axis,wing,ax_m,ay_m,az_m,bx_m,by_m,bz_m,seen_from_m,seen_to_m\n";
+
+TEST(TrueEdges, TableGivesWholeEdgesAndSeenParts) {
+  const testing::TempFolder folder;
+  const TrueEdges edges = ReadTrueEdges(folder.Write(
+      "edges.csv", std::string(kHeader) + "0,0,0,1,0,0,5,0,0,0.5,1\n0,0,0,1,0,0,5,0,0,2,4\n"
+                                          "1,1,0,0,0,0,0,9,0,0,0\n2,-1,0,0,0,0,0,3,4,0,5\n"));
+  ASSERT_EQ(edges.whole.size(), 2u);
+  EXPECT_EQ(edges.whole[1].end_world, Eigen::Vector3d(0, 3, 4));
+  ASSERT_EQ(edges.seen.size(), 3u);
+  EXPECT_EQ(edges.seen[0].start_world, Eigen::Vector3d(1.5, 0, 0));
+  EXPECT_EQ(edges.seen[1].end_world, Eigen::Vector3d(5, 0, 0));
+}
+
+TEST(TrueEdges, AnEdgePlyIsSeenWhole) {
+  const testing::TempFolder folder;
+  WriteLinesPly(folder.Path("edges.ply"), {{{0, 0, 0}, {1, 0, 0}}, {{2, 0, 0}, {2, 0, 0}}});
+  const TrueEdges edges = ReadTrueEdges(folder.Path("edges.ply"));
+  EXPECT_EQ(edges.seen.size(), 1u);
+  EXPECT_EQ(edges.whole.size(), 1u);
+}
+
+TEST(TrueEdges, DamagedFilesAreNamed) {
+  const testing::TempFolder folder;
+  const auto expect_error = [&](const std::string& rows, const std::string& what) {
+    const std::string path = folder.Write("edges.csv", rows);
+    EXPECT_THAT([&] { ReadTrueEdges(path); },
+                ThrowsMessage<DataError>(AllOf(HasSubstr("edges.csv: "), HasSubstr(what))));
+  };
+  expect_error(kHeader, "found no edge");
+  expect_error(std::string(kHeader) + "0,0,0,1,0,0,5,0,0,2,1\n", "row 2: seen_to_m: found '1'");
+  expect_error(std::string(kHeader) + "0,0,0,1,0,0,5,0,nan,0,1\n", "row 2: bz_m: found 'nan'");
+  expect_error("x,y\n", "row 1");
+}
+
+TEST(LineReport, TableJsonAndPlanHoldTheFigures) {
+  const std::vector<MapLine> lines = {Mapped({1, 0.03, 0}, {3, 0.03, 0})};
+  const LineMetrics metrics = EvaluateLines(kTwoEdges, lines, {});
+  const LineInputs inputs{"edges.csv", "lines.ply"};
+  EXPECT_THAT(LineTable(inputs, metrics),
+              AllOf(HasSubstr("edges.csv, 6.00 m seen"), HasSubstr("1 lines of 2.00 m"),
+                    HasSubstr("0.05           2.08      34.7       100.0        0.96\n"),
+                    HasSubstr("offset 0.0300 m RMS, over the 2.00 m within 0.2 m")));
+  const nlohmann::ordered_json json = LineJson(inputs, metrics);
+  EXPECT_EQ(json["lines"], 1);
+  EXPECT_EQ(json["scores"][2]["tolerance_m"], 0.05);
+  EXPECT_NEAR(json["scores"][2]["precision"].get<double>(), 1, 1e-9);
+  EXPECT_NEAR(json["accuracy"]["offset_rms_m"].get<double>(), 0.03, 1e-9);
+  EXPECT_TRUE(LineJson(inputs, EvaluateLines(kTwoEdges, {}, {}))["accuracy"].is_null());
+
+  const testing::TempFolder folder;
+  WriteLinePlan(folder.Path("lines.svg"), kTwoEdges, lines);
+  EXPECT_THAT(ReadFile(folder.Path("lines.svg")),
+              AllOf(HasSubstr(">true edges<"), HasSubstr(">no axis<"), HasSubstr("d=\"M")));
+}
+
+}  // namespace
+}  // namespace slcmap

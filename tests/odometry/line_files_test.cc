@@ -1,0 +1,230 @@
+#include "odometry/line_files.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <limits>
+
+#include "data/error.h"
+#include "data/file.h"
+#include "odometry/run_folder.h"
+#include "odometry/run_lines.h"
+#include "tests/testing/made_run.h"
+#include "tests/testing/temp_folder.h"
+
+namespace slcmap {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::ThrowsMessage;
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+const char* const kTables[] = {"lines.csv", "line_observations.csv", "line_points.csv"};
+
+class LineFilesTest : public ::testing::Test {
+ protected:
+  std::string Path(const std::string& name) const { return folder_ + "/" + name; }
+
+  // Reading must fail with a message that holds both.
+  void ExpectReadError(const std::string& place, const std::string& what) {
+    EXPECT_THAT([&] { ReadRunFolder(folder_); },
+                ThrowsMessage<DataError>(AllOf(HasSubstr(place), HasSubstr(what))));
+  }
+
+  // Appends a row to a table that is otherwise good; reading must name the row.
+  void ExpectRowError(const std::string& name, const std::string& row, const std::string& what) {
+    WriteRunFolder(folder_, testing::MakeLineRun());
+    const std::string good = ReadFile(Path(name));
+    const auto rows = std::count(good.begin(), good.end(), '\n');
+    WriteFile(Path(name), good + row + "\n");
+    ExpectReadError(name + ": row " + std::to_string(rows + 1) + ":", what);
+  }
+
+  testing::TempFolder temp_;
+  const std::string folder_ = temp_.Path("run");
+};
+
+TEST_F(LineFilesTest, LinesComeBackExactly) {
+  OdometryRun run = testing::MakeLineRun();
+  run.lines[0].covariance_m2 << 1e-4, 2e-5, 3e-6, 2e-5, 4e-4, 5e-7, 3e-6, 5e-7, 6e-4;
+  run.lines[1].segment = 2;
+  run.lines[2].start_world.x() = 1.0 / 3;
+  WriteRunFolder(folder_, run);
+  const OdometryRun read = ReadRunFolder(folder_);
+  ASSERT_EQ(read.lines.size(), run.lines.size());
+  for (std::size_t i = 0; i < run.lines.size(); ++i) {
+    const Line &a = read.lines[i], &b = run.lines[i];
+    EXPECT_EQ(a.id, b.id);
+    EXPECT_EQ(a.segment, b.segment);
+    EXPECT_EQ(a.axis, b.axis);
+    EXPECT_EQ(a.world, b.world);
+    EXPECT_EQ(a.start_world, b.start_world);
+    EXPECT_EQ(a.end_world, b.end_world);
+    EXPECT_EQ(a.covariance_m2, b.covariance_m2);
+    EXPECT_EQ(a.observations, b.observations);
+    EXPECT_EQ(a.last_keyframe, b.last_keyframe);
+    EXPECT_EQ(a.point_ids, b.point_ids);
+  }
+  EXPECT_EQ(read.lines[3].point_ids.size(), 20u);
+}
+
+TEST_F(LineFilesTest, SightsComeBack) {
+  OdometryRun run = testing::MakeLineRun();
+  run.keyframes[2].lines[1].right_px.reset();
+  run.keyframes[2].lines[2].id = 999;  // never became a line
+  WriteRunFolder(folder_, run);
+  const OdometryRun read = ReadRunFolder(folder_);
+  for (std::size_t k = 0; k < run.keyframes.size(); ++k) {
+    const auto &a = read.keyframes[k].lines, &b = run.keyframes[k].lines;
+    ASSERT_EQ(a.size(), b.size());
+    for (std::size_t i = 0; i < a.size(); ++i) {
+      EXPECT_EQ(a[i].id, b[i].id);
+      EXPECT_LT((a[i].left_px.start - b[i].left_px.start).norm(), 1e-4);
+      EXPECT_LT((a[i].left_px.end - b[i].left_px.end).norm(), 1e-4);
+      ASSERT_EQ(a[i].right_px.has_value(), b[i].right_px.has_value());
+      if (a[i].right_px) EXPECT_LT((a[i].right_px->end - b[i].right_px->end).norm(), 1e-4);
+    }
+  }
+  EXPECT_EQ(read.keyframes[5].lines.size(), 20u);
+}
+
+TEST_F(LineFilesTest, ManhattanWorldsComeBack) {
+  OdometryRun run = testing::MakeLineRun();
+  run.manhattan_worlds.push_back({1, -0.5, 0.002, 1600000003123456789});
+  WriteRunFolder(folder_, run);
+  const OdometryRun read = ReadRunFolder(folder_);
+  ASSERT_EQ(read.manhattan_worlds.size(), 2u);
+  EXPECT_EQ(read.manhattan_worlds[1].segment, 1);
+  EXPECT_EQ(read.manhattan_worlds[1].heading_rad, -0.5);
+  EXPECT_EQ(read.manhattan_worlds[1].sigma_rad, 0.002);
+  EXPECT_EQ(read.manhattan_worlds[1].found_at_ns, 1600000003123456789);
+}
+
+TEST_F(LineFilesTest, PlyHoldsTheLinesForOtherPrograms) {
+  const OdometryRun run = testing::MakeLineRun();
+  WriteRunFolder(folder_, run);
+  const std::vector<MapLine> lines = ReadMapLines(Path("lines.ply"));
+  ASSERT_EQ(lines.size(), run.lines.size());
+  EXPECT_EQ(lines[20].id, 120);
+  EXPECT_EQ(lines[20].axis, LineAxis::kY);
+  EXPECT_EQ(lines[20].world, 0);
+  EXPECT_FLOAT_EQ(lines[20].sigma_m, 0.02f);
+  EXPECT_LT((lines[20].end_world - run.lines[20].end_world).norm(), 1e-6);
+}
+
+TEST_F(LineFilesTest, ARunWithoutLinesHasEmptyFiles) {
+  WriteRunFolder(folder_, testing::MakeWallRun());
+  EXPECT_TRUE(ReadMapLines(Path("lines.ply")).empty());
+  const OdometryRun read = ReadRunFolder(folder_);
+  EXPECT_TRUE(read.lines.empty() && read.manhattan_worlds.empty());
+}
+
+TEST_F(LineFilesTest, AFolderOfVersionOneIsReadWithoutLines) {
+  WriteRunFolder(folder_, testing::MakeWallRun());
+  for (const char* name : kTables) std::filesystem::remove(Path(name));
+  WriteFile(Path("run.json"),
+            R"({"format": "slcmap run", "version": 1, "method": "points", "complete": true,
+                "partial_reason": "", "warnings": {}, "segments": []})");
+  const OdometryRun read = ReadRunFolder(folder_);
+  EXPECT_EQ(read.landmarks.size(), 400u);
+  EXPECT_TRUE(read.lines.empty());
+  WriteFile(Path("run.json"), R"({"format": "slcmap run", "version": 3})");
+  ExpectReadError("run.json", "expected 'slcmap run' of version 1 to 2");
+}
+
+TEST_F(LineFilesTest, DropsAndCountsWhatIsNotFinite) {
+  OdometryRun run = testing::MakeLineRun();
+  run.lines[0].end_world.z() = kNaN;
+  run.lines[1].covariance_m2(0, 0) = std::numeric_limits<double>::infinity();
+  run.keyframes[0].lines[0].left_px.start.x() = kNaN;
+  run.keyframes[0].lines[1].right_px->end.y() = kNaN;
+  WriteRunFolder(folder_, run);
+  const OdometryRun read = ReadRunFolder(folder_);
+  EXPECT_EQ(read.lines.size(), 22u);
+  EXPECT_EQ(read.warnings.at("lines_not_finite"), 2);
+  EXPECT_EQ(read.keyframes[0].lines.size(), 22u);
+  EXPECT_EQ(read.warnings.at("line_observations_not_finite"), 2);
+}
+
+TEST_F(LineFilesTest, LinesFollowTheirWorldWhereOneIsDropped) {
+  OdometryRun run = testing::MakeLineRun();
+  run.manhattan_worlds.push_back({0, 0.5, 0.001, 5});
+  run.manhattan_worlds[0].heading_rad = kNaN;
+  run.lines[23].world = 1;
+  WriteRunFolder(folder_, run);
+  const OdometryRun read = ReadRunFolder(folder_);
+  EXPECT_EQ(read.warnings.at("manhattan_worlds_not_finite"), 1);
+  ASSERT_EQ(read.manhattan_worlds.size(), 1u);
+  EXPECT_EQ(read.manhattan_worlds[0].heading_rad, 0.5);
+  ASSERT_EQ(read.lines.size(), 21u);  // the vertical ones, and one of the four
+  EXPECT_EQ(read.lines[20].id, 123);
+  EXPECT_EQ(read.lines[20].world, 0);
+  EXPECT_EQ(read.lines[0].world, -1);
+}
+
+TEST_F(LineFilesTest, DamagedRowsAreNamed) {
+  const std::string ends = "0,0,0,1,1,1,", covariance = "0,0,0,0,0,0,";
+  ExpectRowError("lines.csv", "7,0,4,-1," + ends + covariance + "3,5", "axis: found '4'");
+  ExpectRowError("lines.csv", "7,0,1,1," + ends + covariance + "3,5", "world: found '1'");
+  ExpectRowError("lines.csv", "7,0,1,-2," + ends + covariance + "3,5", "world: found '-2'");
+  ExpectRowError("lines.csv", "100,0,1,0," + ends + covariance + "3,5", "id: found '100'");
+  ExpectRowError("lines.csv", "7,0,1,0,0,nan,0,1,1,1," + covariance + "3,5", "start_y_m");
+  ExpectRowError("lines.csv", "7,0,1,0," + ends, "found 11 columns, expected 18");
+  ExpectRowError("line_points.csv", "7,3", "line_id: found '7'");
+  ExpectRowError("line_observations.csv", "77,100,1,2,3,4,nan,nan,nan,nan",
+                 "keyframe_id: found '77'");
+  ExpectRowError("line_observations.csv", "0,100,1,2,x,4,nan,nan,nan,nan",
+                 "left_end_x_px: found 'x'");
+  ExpectRowError("line_observations.csv", "0,100,1,2,3,4,5,nan,nan,nan",
+                 "right_start_y_px: found 'nan'");
+}
+
+TEST_F(LineFilesTest, MissingFilesAreNamed) {
+  for (const char* name : kTables) {
+    WriteRunFolder(folder_, testing::MakeLineRun());
+    std::filesystem::remove(Path(name));
+    ExpectReadError(name, folder_);
+  }
+}
+
+TEST_F(LineFilesTest, FullDiskNamesTheFile) {
+  for (const char* name : kTables) {
+    std::filesystem::remove_all(folder_);
+    std::filesystem::create_directories(folder_);
+    std::filesystem::create_symlink("/dev/full", Path(name));
+    EXPECT_THAT([&] { WriteRunFolder(folder_, testing::MakeLineRun()); },
+                ThrowsMessage<OutputError>(HasSubstr(name)));
+  }
+}
+
+TEST(RunLines, LinesOfTheLastTenKeyframesAreRecent) {
+  OdometryRun run;
+  for (int i = 0; i < 30; ++i) run.keyframes.push_back({2 * i, 0, i, {}, {}, {}});
+  run.lines.resize(3);
+  run.lines[0].last_keyframe = 38;
+  run.lines[1].last_keyframe = 40;
+  run.lines[2].last_keyframe = 58;
+  const std::vector<MapLine> lines = MapLines(run);
+  EXPECT_FALSE(lines[0].recent);
+  EXPECT_TRUE(lines[1].recent);
+  EXPECT_TRUE(lines[2].recent);
+  run.keyframes.resize(5);
+  EXPECT_TRUE(MapLines(run)[0].recent);
+}
+
+TEST(RunLines, LivesAreCounted) {
+  EXPECT_EQ(MeasureLineLives({}).lines, 0);
+  std::vector<Line> lines(4);
+  const int seen[] = {3, 40, 10, 11};
+  for (int i = 0; i < 4; ++i) lines[i].observations = seen[i];
+  const LineLives lives = MeasureLineLives(lines);
+  EXPECT_EQ(lives.lines, 4);
+  EXPECT_EQ(lives.median_keyframes, 10.5);
+  EXPECT_EQ(lives.mean_keyframes, 16);
+  EXPECT_EQ(lives.share_over_10, 0.5);
+}
+
+}  // namespace
+}  // namespace slcmap
