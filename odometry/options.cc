@@ -161,7 +161,7 @@ constexpr OptionTable kLineLandmark{
     Option{"general_lines", &LineLandmarkOptions::general_lines, false, true},
     Option{"merge_distance_m", &LineLandmarkOptions::merge_distance_m, 0.0, 1.0},
     Option{"point_sigma_m", &LineLandmarkOptions::point_sigma_m, 1e-4, 10.0},
-    Option{"keep_unseen_frames", &LineLandmarkOptions::keep_unseen_frames, 0, 1000000}};
+    Option{"max_unseen", &LineLandmarkOptions::max_unseen, 0, 1000}};
 
 void LineLandmarkOptions::Check() const { kLineLandmark.Check("line_landmarks", *this); }
 void LineLandmarkOptions::Read(YamlSection section) { kLineLandmark.Read(section, this); }

@@ -189,7 +189,7 @@ struct LineLandmarkOptions {
   bool general_lines = false;      // also lines of no axis, with structural and slc
   double merge_distance_m = 0.03;  // two lines of one axis nearer than this are one
   double point_sigma_m = 0.05;     // of a point's distance from the line it belongs to
-  int keep_unseen_frames = 400;    // images after which a line that is not seen is forgotten
+  int max_unseen = 20;             // lines that are kept though the window sees them no longer
   void Check() const;
   void Read(YamlSection section);
 };

@@ -14,13 +14,18 @@ struct SolverOptions {
 };
 
 struct SolverSummary {
-  bool usable = false;  // false where the solver failed or left something not finite
-  int iterations = 0;
-  double final_cost = 0;
+  bool usable = false;  // false where nothing finite was found; the blocks are then as they were
+  int iterations = 0;   // linear systems that were built
+  double initial_cost = 0, final_cost = 0;
 };
 
-// Moves every block that is not constant. Landmarks (point blocks) are eliminated first. One
-// thread, and no limit on time: the result depends on the input alone.
+// Moves every block that is not constant, by Levenberg-Marquardt on the normal equations (trust
+// region and stopping as in Ceres). Points are eliminated first, by their Schur complement.
+//
+// The terms are Ceres' cost functions, losses and manifolds, but not its solver: the prior is one
+// dense term over all states and lines of the window, whose normal matrix is constant here and
+// would be built anew, block by block, in each of Ceres' iterations. One thread, and no limit on
+// time: the result depends on the input alone.
 SolverSummary Solve(std::vector<Term>* terms, const Prior& prior,
                     const std::function<bool(const double*)>& is_constant,
                     const SolverOptions& options);

@@ -97,31 +97,41 @@ std::unordered_set<int64_t> Structure::Judge(const CostModel& model, const Frame
   return gone;
 }
 
-bool Structure::IsToBeForgotten(const LineLandmark& line, const WindowState& window) const {
-  if (line.retired) return true;
-  if (!line.frames.empty()) return false;
-  return !line.estimated ||
-         window.frames.back()->id - line.last_seen_frame > options_.keep_unseen_frames;
+// Lines that are retired, that no frame of the window sees and that were never estimated, and of
+// the other unseen ones those that were seen longest ago.
+std::unordered_set<int64_t> Structure::LinesToForget(const WindowState& window) const {
+  std::unordered_set<int64_t> forgotten;
+  std::vector<std::pair<int64_t, int64_t>> unseen;  // last frame that saw it, id
+  for (const auto& [id, line] : window.lines) {
+    if (line.retired || (line.frames.empty() && !line.estimated)) {
+      forgotten.insert(id);
+    } else if (line.frames.empty()) {
+      unseen.emplace_back(line.last_seen_frame, id);
+    }
+  }
+  std::sort(unseen.rbegin(), unseen.rend());
+  for (size_t i = options_.max_unseen; i < unseen.size(); ++i) forgotten.insert(unseen[i].second);
+  return forgotten;
 }
 
 std::unordered_set<int64_t> Structure::ReleaseOldest(const CostModel& model, WindowState* window,
                                                      std::vector<Term>* terms,
                                                      std::vector<double*>* dropped) {
   FrameState* oldest = window->frames.front().get();
-  std::unordered_set<int64_t> gone;
   for (auto& [id, line] : window->lines) {
-    if (!line.frames.empty() && line.frames.front() == oldest) {
-      if (line.estimated) AddLineTerm(&line, oldest, model, terms);
-      line.frames.erase(line.frames.begin());
-      ++line.released_frames;
-    }
-    if (!IsToBeForgotten(line, *window)) continue;
+    if (line.frames.empty() || line.frames.front() != oldest) continue;
+    if (line.estimated) AddLineTerm(&line, oldest, model, terms);
+    line.frames.erase(line.frames.begin());
+    ++line.released_frames;
+  }
+  const std::unordered_set<int64_t> gone = LinesToForget(*window);
+  for (auto& [id, line] : window->lines) {
+    if (!gone.contains(id)) continue;
     if (line.estimated) dropped->push_back(line.block.data());
     if (line.estimated && !line.retired) {
       left_lines_.push_back(Describe(line, model, window->prior));
     }
     memberships_.ReleaseLine(id);
-    gone.insert(id);
   }
   return gone;
 }

@@ -47,7 +47,7 @@ class Structure {
  private:
   void FindHeadings(const FrameState& newest, const CostModel& model, WindowState* window);
   void FindPointsOnLines(const FrameState& newest, WindowState* window);
-  bool IsToBeForgotten(const LineLandmark& line, const WindowState& window) const;
+  std::unordered_set<int64_t> LinesToForget(const WindowState& window) const;
 
   LineLandmarkOptions options_;
   LineKinds kinds_;

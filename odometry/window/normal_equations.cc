@@ -1,0 +1,255 @@
+#include "odometry/window/normal_equations.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+
+#include "odometry/residuals/block_manifold.h"
+
+namespace slcmap {
+namespace {
+
+constexpr int kMaxRows = 15, kMaxTangent = 9;
+
+using RowMajor =
+    Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor, kMaxRows, kMaxTangent>;
+using Residual = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxRows, 1>;
+
+// The diagonal that damping is relative to, within Ceres' bounds.
+double Damping(double diagonal, double radius) { return std::clamp(diagonal, 1e-6, 1e32) / radius; }
+
+double RobustCost(const Term& term, double squared_norm, double* weight) {
+  double rho[3] = {squared_norm, 1, 0};
+  if (term.loss) term.loss->Evaluate(squared_norm, rho);
+  *weight = rho[1];
+  return 0.5 * rho[0];
+}
+
+void Plus(int size, const double* step, double* block) {
+  if (const ceres::Manifold* manifold = ManifoldOf(size)) {
+    std::array<double, kPoseSize> moved;
+    manifold->Plus(block, step, moved.data());
+    std::copy_n(moved.data(), size, block);
+  } else {
+    for (int i = 0; i < size; ++i) block[i] += step[i];
+  }
+}
+
+}  // namespace
+
+NormalEquations::NormalEquations(const std::vector<Term>& terms, const Prior& prior,
+                                 const std::function<bool(const double*)>& is_constant)
+    : terms_(terms), prior_(prior) {
+  int column = 0;
+  for (size_t k = 0; k < prior.blocks.size(); ++k) {
+    Meet(prior.blocks[k], prior.block_sizes[k], is_constant);
+    prior_unknowns_.push_back(index_.at(prior.blocks[k]));
+    prior_columns_.push_back(column);
+    column += TangentSize(prior.block_sizes[k]);
+  }
+  for (const Term& term : terms) {
+    Binding& binding = bindings_.emplace_back();
+    const auto& sizes = term.factor->parameter_block_sizes();
+    for (int k = 0; k < term.factor->blocks(); ++k) {
+      Meet(term.blocks[k], sizes[k], is_constant);
+      binding.unknown[k] = index_.at(term.blocks[k]);
+    }
+  }
+  AddPriorHessian();
+}
+
+void NormalEquations::Meet(double* block, int size,
+                           const std::function<bool(const double*)>& is_constant) {
+  if (!index_.try_emplace(block, static_cast<int>(unknowns_.size())).second) return;
+  if (is_constant(block)) {
+    index_[block] = -1;
+    return;
+  }
+  Unknown unknown{block, size, TangentSize(size), total_, size == kPointSize};
+  if (unknown.is_point) {
+    unknown.offset = static_cast<int>(points_.size());
+    points_.emplace_back().unknown = static_cast<int>(unknowns_.size());
+  } else {
+    total_ += unknown.tangent;
+  }
+  unknowns_.push_back(unknown);
+}
+
+// Constant, since the prior is linear in its blocks' differences.
+void NormalEquations::AddPriorHessian() {
+  prior_hessian_ = Eigen::MatrixXd::Zero(total_, total_);
+  const Eigen::MatrixXd product = prior_.jacobian.transpose() * prior_.jacobian;
+  for (size_t i = 0; i < prior_unknowns_.size(); ++i) {
+    for (size_t j = 0; j < prior_unknowns_.size(); ++j) {
+      if (prior_unknowns_[i] < 0 || prior_unknowns_[j] < 0) continue;
+      const Unknown& a = unknowns_[prior_unknowns_[i]];
+      const Unknown& b = unknowns_[prior_unknowns_[j]];
+      prior_hessian_.block(a.offset, b.offset, a.tangent, b.tangent) =
+          product.block(prior_columns_[i], prior_columns_[j], a.tangent, b.tangent);
+    }
+  }
+}
+
+Eigen::VectorXd NormalEquations::PriorDifference() const {
+  return prior_.residual + prior_.jacobian * prior_.Difference(prior_.blocks.data());
+}
+
+double NormalEquations::Cost() const {
+  double cost = prior_.empty() ? 0 : 0.5 * PriorDifference().squaredNorm();
+  std::array<double, kMaxRows> residual;
+  for (const Term& term : terms_) {
+    term.factor->Linearize(term.blocks.data(), residual.data(), nullptr);
+    double weight;
+    cost += RobustCost(
+        term, Eigen::Map<const Residual>(residual.data(), term.factor->rows()).squaredNorm(),
+        &weight);
+  }
+  return cost;
+}
+
+void NormalEquations::Linearize() {
+  hessian_ = prior_hessian_;
+  gradient_ = Eigen::VectorXd::Zero(total_);
+  if (!prior_.empty()) {
+    const Eigen::VectorXd product = prior_.jacobian.transpose() * PriorDifference();
+    for (size_t k = 0; k < prior_unknowns_.size(); ++k) {
+      if (prior_unknowns_[k] < 0) continue;
+      const Unknown& unknown = unknowns_[prior_unknowns_[k]];
+      gradient_.segment(unknown.offset, unknown.tangent) +=
+          product.segment(prior_columns_[k], unknown.tangent);
+    }
+  }
+  for (PointSystem& point : points_) {
+    point.hessian.setZero();
+    point.gradient.setZero();
+    point.cross.setZero();
+  }
+  for (size_t i = 0; i < terms_.size(); ++i) AddTerm(terms_[i], bindings_[i]);
+}
+
+int NormalEquations::CrossColumn(PointSystem* point, int unknown) const {
+  for (const auto& [known, column] : point->states) {
+    if (known == unknown) return column;
+  }
+  const int column = static_cast<int>(point->cross.cols());
+  point->states.emplace_back(unknown, column);
+  point->cross.conservativeResize(3, column + unknowns_[unknown].tangent);
+  point->cross.rightCols(unknowns_[unknown].tangent).setZero();
+  return column;
+}
+
+void NormalEquations::AddTerm(const Term& term, const Binding& binding) {
+  const Factor& factor = *term.factor;
+  const int blocks = factor.blocks(), rows = factor.rows();
+  std::array<RowMajor, Factor::kMaxBlocks> jacobians;
+  std::array<double*, Factor::kMaxBlocks> pointers{};
+  for (int k = 0; k < blocks; ++k) {
+    if (binding.unknown[k] < 0) continue;
+    jacobians[k].resize(rows, factor.tangent_size(k));
+    pointers[k] = jacobians[k].data();
+  }
+  Residual residual(rows);
+  factor.Linearize(term.blocks.data(), residual.data(), pointers.data());
+  double weight;
+  RobustCost(term, residual.squaredNorm(), &weight);
+  PointSystem* point = nullptr;
+  for (int a = blocks - 1; a >= 0; --a) {
+    if (binding.unknown[a] < 0) continue;
+    const Unknown& of_a = unknowns_[binding.unknown[a]];
+    const RowMajor weighted = weight * jacobians[a];
+    if (of_a.is_point) {
+      point = &points_[of_a.offset];
+      point->hessian += weighted.transpose().lazyProduct(jacobians[a]);
+      point->gradient += weighted.transpose().lazyProduct(residual);
+      continue;
+    }
+    gradient_.segment(of_a.offset, of_a.tangent) += weighted.transpose().lazyProduct(residual);
+    if (point) {
+      const int column = CrossColumn(point, binding.unknown[a]);
+      point->cross.middleCols(column, of_a.tangent) +=
+          jacobians[blocks - 1].transpose().lazyProduct(weighted);
+    }
+    for (int b = 0; b < blocks; ++b) {
+      if (binding.unknown[b] < 0) continue;
+      const Unknown& of_b = unknowns_[binding.unknown[b]];
+      if (of_b.is_point || of_b.offset > of_a.offset) continue;
+      hessian_.block(of_a.offset, of_b.offset, of_a.tangent, of_b.tangent) +=
+          weighted.transpose().lazyProduct(jacobians[b]);
+    }
+  }
+}
+
+void NormalEquations::Eliminate(PointSystem* point, double radius, Eigen::MatrixXd* hessian,
+                                Eigen::VectorXd* gradient) {
+  Eigen::Matrix3d damped = point->hessian;
+  for (int i = 0; i < 3; ++i) damped(i, i) += Damping(damped(i, i), radius);
+  point->inverse = damped.inverse();
+  const Eigen::Matrix3Xd scaled = point->inverse * point->cross;
+  for (const auto& [a, column_a] : point->states) {
+    const Unknown& of_a = unknowns_[a];
+    const auto cross_a = point->cross.middleCols(column_a, of_a.tangent);
+    gradient->segment(of_a.offset, of_a.tangent) -=
+        scaled.middleCols(column_a, of_a.tangent).transpose().lazyProduct(point->gradient);
+    for (const auto& [b, column_b] : point->states) {
+      const Unknown& of_b = unknowns_[b];
+      if (of_b.offset > of_a.offset) continue;
+      hessian->block(of_a.offset, of_b.offset, of_a.tangent, of_b.tangent) -=
+          cross_a.transpose().lazyProduct(scaled.middleCols(column_b, of_b.tangent));
+    }
+  }
+}
+
+double NormalEquations::SolveDamped(double radius) {
+  Eigen::MatrixXd reduced = hessian_;
+  Eigen::VectorXd right = gradient_;
+  for (int i = 0; i < total_; ++i) reduced(i, i) += Damping(hessian_(i, i), radius);
+  for (PointSystem& point : points_) Eliminate(&point, radius, &reduced, &right);
+  const Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>, Eigen::Lower> cholesky(reduced);
+  if (total_ > 0 && cholesky.info() != Eigen::Success) return 0;
+  step_ = -right;
+  if (total_ > 0) cholesky.solveInPlace(step_);
+  for (PointSystem& point : points_) {
+    point.step = -point.gradient;
+    for (const auto& [state, column] : point.states) {
+      const Unknown& unknown = unknowns_[state];
+      point.step -= point.cross.middleCols(column, unknown.tangent)
+                        .lazyProduct(step_.segment(unknown.offset, unknown.tangent));
+    }
+    point.step = point.inverse * point.step;
+  }
+  return PredictedDecrease(radius);
+}
+
+// With (H + D) dx = -g, the model's decrease is -g.dx - dx.H.dx / 2 = (-g.dx + dx.D.dx) / 2.
+double NormalEquations::PredictedDecrease(double radius) const {
+  double sum = -gradient_.dot(step_);
+  for (int i = 0; i < total_; ++i) sum += Damping(hessian_(i, i), radius) * step_[i] * step_[i];
+  for (const PointSystem& point : points_) {
+    sum -= point.gradient.dot(point.step);
+    for (int i = 0; i < 3; ++i) {
+      sum += Damping(point.hessian(i, i), radius) * point.step[i] * point.step[i];
+    }
+  }
+  return std::isfinite(sum) ? 0.5 * sum : 0;
+}
+
+void NormalEquations::Apply() {
+  before_.clear();
+  for (const Unknown& unknown : unknowns_) {
+    before_.insert(before_.end(), unknown.block, unknown.block + unknown.size);
+    Plus(unknown.size,
+         unknown.is_point ? points_[unknown.offset].step.data() : step_.data() + unknown.offset,
+         unknown.block);
+  }
+}
+
+void NormalEquations::Undo() {
+  const double* from = before_.data();
+  for (const Unknown& unknown : unknowns_) {
+    std::copy_n(from, unknown.size, unknown.block);
+    from += unknown.size;
+  }
+}
+
+}  // namespace slcmap

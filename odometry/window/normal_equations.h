@@ -1,0 +1,76 @@
+// The normal equations of a window's cost, with the points eliminated.
+#pragma once
+
+#include <Eigen/Core>
+#include <functional>
+#include <unordered_map>
+#include <vector>
+
+#include "odometry/window/problem_builder.h"
+
+namespace slcmap {
+
+class NormalEquations {
+ public:
+  // All must outlive this.
+  NormalEquations(const std::vector<Term>& terms, const Prior& prior,
+                  const std::function<bool(const double*)>& is_constant);
+
+  // Half the robustified sum of squares at the blocks' current values.
+  double Cost() const;
+
+  // Builds the equations at the blocks' current values. Robust losses enter as weights.
+  void Linearize();
+
+  // Solves with a damping of diag(H) / radius. Returns the decrease of the cost that the linear
+  // model predicts; not positive where the system cannot be solved.
+  double SolveDamped(double radius);
+
+  // Moves the blocks by the last solution; Undo() takes that back.
+  void Apply();
+  void Undo();
+
+ private:
+  struct Unknown {
+    double* block = nullptr;
+    int size = 0, tangent = 0;
+    int offset = 0;  // in the reduced system; of a point: index into points_
+    bool is_point = false;
+  };
+  // One term's blocks: indices into unknowns_, -1 where constant.
+  struct Binding {
+    std::array<int, Factor::kMaxBlocks> unknown{};
+  };
+  // What the terms of one point say of it and of the states (rows: x, y, lambda).
+  struct PointSystem {
+    int unknown = 0;
+    Eigen::Matrix3d hessian, inverse;
+    Eigen::Vector3d gradient, step;
+    std::vector<std::pair<int, int>> states;  // unknown, first column in `cross`
+    Eigen::Matrix3Xd cross;
+  };
+
+  void Meet(double* block, int size, const std::function<bool(const double*)>& is_constant);
+  void AddPriorHessian();
+  void AddTerm(const Term& term, const Binding& binding);
+  int CrossColumn(PointSystem* point, int unknown) const;
+  void Eliminate(PointSystem* point, double radius, Eigen::MatrixXd* hessian,
+                 Eigen::VectorXd* gradient);
+  Eigen::VectorXd PriorDifference() const;
+  double PredictedDecrease(double radius) const;
+
+  const std::vector<Term>& terms_;
+  const Prior& prior_;
+  std::vector<Binding> bindings_;
+  std::unordered_map<const double*, int> index_;  // only looked up
+  std::vector<Unknown> unknowns_;                 // in the order in which they were met
+  std::vector<PointSystem> points_;
+  std::vector<int> prior_unknowns_;  // of the prior's blocks, and where their columns start
+  std::vector<int> prior_columns_;
+  Eigen::MatrixXd prior_hessian_, hessian_;  // lower triangles
+  Eigen::VectorXd gradient_, step_;
+  std::vector<double> before_;  // the blocks before Apply()
+  int total_ = 0;               // size of the reduced system
+};
+
+}  // namespace slcmap
