@@ -171,7 +171,7 @@ TEST_F(LineFilesTest, DamagedRowsAreNamed) {
   ExpectRowError("lines.csv", "7,0,1,-2," + ends + covariance + "3,5", "world: found '-2'");
   ExpectRowError("lines.csv", "100,0,1,0," + ends + covariance + "3,5", "id: found '100'");
   ExpectRowError("lines.csv", "7,0,1,0,0,nan,0,1,1,1," + covariance + "3,5", "start_y_m");
-  ExpectRowError("lines.csv", "7,0,1,0," + ends, "found 11 columns, expected 18");
+  ExpectRowError("lines.csv", "7,0,1,0," + ends, "found 10 columns, expected 18");
   ExpectRowError("line_points.csv", "7,3", "line_id: found '7'");
   ExpectRowError("line_observations.csv", "77,100,1,2,3,4,nan,nan,nan,nan",
                  "keyframe_id: found '77'");
