@@ -63,16 +63,17 @@ cell() {
 row() {
   local sequence=$1 method=$2 folder=$3 points=$4
   if [ ! -e "$folder/metrics.json" ]; then
-    echo "| $sequence | $method | failed | | | | | | | | | |"
+    echo "| $sequence | $method | failed | | | | | | | | | | |"
     return
   fi
   local ape rotation loop heading coverage cpu precision direction lines
-  read -r ape rotation loop heading coverage precision direction lines < <(jq -r '
+  read -r ape rotation loop heading coverage precision direction < <(jq -r '
     [.ape.posyaw.position_m.rmse, .ape.posyaw.rotation_deg.rmse, .loop.percent_of_path,
      .heading_error_at_end_deg, 100 * .coverage.after_initialisation,
      ((.lines.scores // [])[] | select(.tolerance_m == 0.05) | 100 * .precision) // null,
-     .lines.accuracy.direction_mean_deg, .lines.lines] | map(. // "null") | join(" ")' \
+     .lines.accuracy.direction_mean_deg] | map(. // "null") | join(" ")' \
     "$folder/metrics.json")
+  lines=$(jq -r '"\(.line_lives.lines) | \(.line_lives.median_keyframes)"' "$folder/run/run.json")
   cpu=$(jq '1000 * .cpu_s / .stereo_frames' "$folder/run/timings.json")
   local ratio=null
   if [ -e "$points" ]; then
@@ -82,15 +83,15 @@ row() {
   fi
   echo "| $sequence | $method | $(cell %.4f "$ape") | $(cell %.2f "$ratio") |" \
     "$(cell %.3f "$rotation") | $(cell %.3f "$loop") | $(cell %.3f "$heading") |" \
-    "$(cell %.1f "$coverage") | $(cell %.1f "$cpu") | $(cell %d "$lines") |" \
+    "$(cell %.1f "$coverage") | $(cell %.1f "$cpu") | $lines |" \
     "$(cell %.1f "$precision") | $(cell %.3f "$direction") |"
 }
 
 ratios=$(mktemp)
 trap 'rm -f "$ratios"' EXIT
 echo "| sequence | method | APE m | APE / points | rotation deg | loop % | heading at end deg |" \
-  "coverage % | CPU ms/pair | lines | precision at 5 cm % | direction deg |"
-echo "| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |"
+  "coverage % | CPU ms/pair | lines | median life | precision at 5 cm % | direction deg |"
+echo "| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |"
 for sequence in "${sequences[@]}"; do
   name=$(basename "$sequence")
   for method in "${methods[@]}"; do

@@ -1,9 +1,11 @@
 // The commands behind odometry: map, export and evaluate.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <spdlog/fmt/fmt.h>
 
 #include <nlohmann/json.hpp>
 
+#include "data/map_line.h"
 #include "data/ply.h"
 #include "odometry/run_folder.h"
 #include "tests/integration/slcmap_process.h"
