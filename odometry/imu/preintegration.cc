@@ -42,7 +42,18 @@ void Preintegration::Repropagate(const Vector3d& gyro_bias_rad_s, const Vector3d
   gyro_bias_ = gyro_bias_rad_s;
   accel_bias_ = accel_bias_m_s2;
   Reset();
+  AddBiasWalk(cut_s_);
   for (size_t i = 1; i < samples_.size(); ++i) Step(samples_[i - 1], samples_[i]);
+}
+
+void Preintegration::CutRest(int64_t from_ns, int64_t to_ns) {
+  std::erase_if(samples_,
+                [&](const ImuSample& s) { return s.stamp_ns > from_ns && s.stamp_ns <= to_ns; });
+  for (ImuSample& sample : samples_) {
+    if (sample.stamp_ns <= from_ns) sample.stamp_ns += to_ns - from_ns;
+  }
+  cut_s_ += ToSeconds(to_ns - from_ns);
+  Repropagate(gyro_bias_, accel_bias_);
 }
 
 void Preintegration::Step(const ImuSample& from, const ImuSample& to) {
@@ -83,6 +94,14 @@ void Preintegration::Step(const ImuSample& from, const ImuSample& to) {
   duration_s_ += dt;
 }
 
+void Preintegration::AddBiasWalk(double dt_s) {
+  const auto square = [](double x) { return x * x; };
+  covariance_.diagonal().segment<3>(kRowGyroBias).array() +=
+      square(noise_.gyro_walk_rad_s2_sqrthz) * dt_s;
+  covariance_.diagonal().segment<3>(kRowAccelBias).array() +=
+      square(noise_.accel_walk_m_s3_sqrthz) * dt_s;
+}
+
 // White noise of density d acts over a step like a bias of variance d^2 / dt.
 void Preintegration::PropagateCovariance(const Matrix15d& transition, double dt_s) {
   const auto square = [](double x) { return x * x; };
@@ -93,10 +112,7 @@ void Preintegration::PropagateCovariance(const Matrix15d& transition, double dt_
   covariance_ = (transition * covariance_ * transition.transpose()).eval();
   covariance_.topLeftCorner<9, 9>() += gyro_variance * by_gyro * by_gyro.transpose() +
                                        accel_variance * by_accel * by_accel.transpose();
-  covariance_.diagonal().segment<3>(kRowGyroBias).array() +=
-      square(noise_.gyro_walk_rad_s2_sqrthz) * dt_s;
-  covariance_.diagonal().segment<3>(kRowAccelBias).array() +=
-      square(noise_.accel_walk_m_s3_sqrthz) * dt_s;
+  AddBiasWalk(dt_s);
 }
 
 Preintegration::Motion Preintegration::CorrectedFor(const Vector3d& gyro_bias_rad_s,

@@ -36,6 +36,10 @@ class Preintegration {
   // Integrates all samples again about new biases.
   void Repropagate(const Eigen::Vector3d& gyro_bias_rad_s, const Eigen::Vector3d& accel_bias_m_s2);
 
+  // Leaves out what lies between two stamps, when the rig is known to have been at rest: the
+  // samples before move up to those after. Only the biases walk on meanwhile.
+  void CutRest(int64_t from_ns, int64_t to_ns);
+
   // The measurement, corrected to first order for other biases than those it was integrated with.
   struct Motion {
     Eigen::Vector3d position_m;
@@ -48,7 +52,7 @@ class Preintegration {
   // W with W^T W = covariance^-1, rows in the order of PreintegrationRow.
   Matrix15d SqrtInformation() const;
 
-  double duration_s() const { return duration_s_; }
+  double duration_s() const { return duration_s_; }  // without what was cut
   const std::vector<ImuSample>& samples() const { return samples_; }
   const Eigen::Vector3d& gyro_bias_rad_s() const { return gyro_bias_; }
   const Eigen::Vector3d& accel_bias_m_s2() const { return accel_bias_; }
@@ -58,13 +62,14 @@ class Preintegration {
 
  private:
   void Reset();
+  void AddBiasWalk(double dt_s);
   void Step(const ImuSample& from, const ImuSample& to);
   void PropagateCovariance(const Matrix15d& transition, double dt_s);
 
   ImuNoise noise_;
   Eigen::Vector3d gyro_bias_, accel_bias_;
   std::vector<ImuSample> samples_;
-  double duration_s_ = 0;
+  double duration_s_ = 0, cut_s_ = 0;
   Eigen::Vector3d position_m_;
   Eigen::Quaterniond rotation_;
   Eigen::Vector3d velocity_m_s_;

@@ -14,6 +14,7 @@ using Eigen::Vector3d;
 // Biases further than this from where an interval was integrated make its correction inexact.
 constexpr double kGyroBiasMoved_rad_s = 0.005;
 constexpr double kAccelBiasMoved_m_s2 = 0.1;
+constexpr int64_t kRestKept_ns = 10'000'000'000;  // of a standstill; cut when twice as long
 
 bool NoneConstant(const double*) { return false; }
 
@@ -136,14 +137,21 @@ FinishedIds SlidingWindow::AddKeyframe(std::unique_ptr<FrameState> frame) {
   return finished;
 }
 
-void SlidingWindow::ExtendStandstill(const std::vector<ImuSample>& samples) {
+std::unordered_set<int64_t> SlidingWindow::ExtendStandstill(const std::vector<ImuSample>& samples) {
   FrameState& frame = *state_.frames.back();
+  if (!frame.rests_since_ns) frame.rests_since_ns = frame.stamp_ns;
   frame.stamp_ns = samples.back().stamp_ns;
   frame.stands_still = true;
   if (frame.from_previous) {
     for (size_t i = 1; i < samples.size(); ++i) frame.from_previous->Append(samples[i]);
+    const int64_t keep_from_ns = frame.stamp_ns - kRestKept_ns;
+    if (keep_from_ns - *frame.rests_since_ns > kRestKept_ns) {
+      frame.from_previous->CutRest(*frame.rests_since_ns, keep_from_ns);
+      frame.rests_since_ns = keep_from_ns;
+    }
   }
   Optimize(options_.max_iterations);
+  return RejectPointOutliers(options_.max_point_chi2, model_, &state_);
 }
 
 void SlidingWindow::RepropagateMovedBiases() {

@@ -46,8 +46,9 @@ class SlidingWindow {
 
   // The rig has not moved since the newest keyframe: it is taken to show the rig at a later stamp,
   // which the samples (from its stamp on) lead to. So standing still neither pushes keyframes with
-  // parallax out of the window nor leaves a long integration behind.
-  void ExtendStandstill(const std::vector<ImuSample>& samples);
+  // parallax out of the window nor leaves a long integration behind: of a long rest the newest part
+  // is kept. Returns the ids of landmarks that do not fit: their tracks must end.
+  std::unordered_set<int64_t> ExtendStandstill(const std::vector<ImuSample>& samples);
 
   bool empty() const { return state_.frames.empty(); }
   const WindowState& state() const { return state_; }

@@ -38,6 +38,7 @@ struct FrameState {
   std::map<int64_t, StereoMeasurement> measurements;  // by landmark id
   std::map<int64_t, StereoLineMeasurement> lines;     // by line id
   bool stands_still = false;
+  std::optional<int64_t> rests_since_ns;  // from then to its stamp the rig has not moved
 
   RigidTransform T_world_imu() const { return PoseFromBlock(pose.data()); }
   Eigen::Vector3d velocity() const { return Eigen::Vector3d::Map(speed_bias.data()); }

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <numbers>
+
 #include "data/simulator/example.h"
 #include "data/simulator/imu_simulator.h"
 
@@ -93,6 +95,35 @@ TEST(Preintegration, CovarianceMatchesTheScatterOfNoisyIntegrations) {
   }
   // Expected 9; the mean of 200 has a standard deviation of sqrt(2 * 9 / 200) = 0.3.
   EXPECT_NEAR(normalized, 9, 1.5);
+}
+
+TEST(Preintegration, ARestThatIsCutChangesNothingButTheBiasWalk) {
+  // Half a second of turning, then ten at rest.
+  ImuNoise noise;
+  const auto integrate = [&](int rest_samples) {
+    Preintegration imu(noise, Vector3d::Zero(), Vector3d::Zero());
+    for (int64_t i = 0; i <= 100 + rest_samples; ++i) {
+      const double rate_rad_s = i < 100 ? 0.5 * std::sin(static_cast<double>(i) * std::numbers::pi / 100) : 0;
+      imu.Append({i * 5'000'000, {rate_rad_s, 0, 0}, {0, 0, i < 100 ? 1.0 : 0.0}});
+    }
+    return imu;
+  };
+  Preintegration cut = integrate(2000);
+  cut.CutRest(ToNanoseconds(1), ToNanoseconds(9));
+  EXPECT_EQ(cut.samples().size(), 101u + 2000 - 1600);
+  EXPECT_EQ(cut.samples().back().stamp_ns, ToNanoseconds(10.5));
+  EXPECT_EQ(cut.samples().front().stamp_ns, ToNanoseconds(8));
+  EXPECT_NEAR(cut.duration_s(), 2.5, 1e-9);
+  const Preintegration whole = integrate(2000), without = integrate(400);
+  const auto motion = [](const Preintegration& imu) {
+    return imu.CorrectedFor(Vector3d::Zero(), Vector3d::Zero());
+  };
+  EXPECT_LT(motion(cut).rotation.angularDistance(motion(whole).rotation), 1e-12);
+  EXPECT_LT((motion(cut).velocity_m_s - motion(whole).velocity_m_s).norm(), 1e-12);
+  EXPECT_LT((motion(cut).position_m - motion(without).position_m).norm(), 1e-12);
+  for (const int row : {kRowGyroBias, kRowAccelBias}) {
+    EXPECT_NEAR(cut.covariance()(row, row) / whole.covariance()(row, row), 1, 1e-9);
+  }
 }
 
 }  // namespace
