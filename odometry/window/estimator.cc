@@ -5,8 +5,9 @@
 #include <algorithm>
 #include <cmath>
 
-namespace slcmap {
+#include "odometry/imu/imu_spread.h"
 
+namespace slcmap {
 using Eigen::Quaterniond;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
@@ -15,6 +16,8 @@ namespace {
 
 constexpr double kReportEvery_s = 2.0;     // failed attempts at initialisation are told this often
 constexpr double kStandstillStep_s = 1.0;  // how often the window hears that the rig stands still
+constexpr double kRestLooksBack_s = 0.5;   // at most, to tell whether the rig rests
+constexpr double kMaxRestSpeed_m_s = 0.05;
 
 Vector2d OnPlane(const Camera& camera, const Vector2d& px) {
   return {(px.x() - camera.cx_px) / camera.fx_px, (px.y() - camera.cy_px) / camera.fy_px};
@@ -49,6 +52,23 @@ void Estimator::CheckGaps(int64_t stamp_ns) {
   } else if (ToSeconds(stamp_ns - *last_stamp_ns_) > options_.failure.max_lost_s) {
     Restart("a gap in the images");
   }
+}
+
+bool Estimator::RestsUntil(int64_t stamp_ns) const {
+  if (!last_stamp_ns_) return true;
+  const auto samples =
+      imu_.Between(std::max(*last_stamp_ns_, stamp_ns - ToNanoseconds(kRestLooksBack_s)), stamp_ns);
+  if (samples.empty()) return true;
+  const ImuSpread gyro = SpreadOf(samples, &ImuSample::angular_velocity_rad_s);
+  const ImuSpread accel = SpreadOf(samples, &ImuSample::specific_force_m_s2);
+  if (gyro.sigma > options_.initializer.max_still_gyro_sigma_rad_s ||
+      accel.sigma > options_.initializer.max_still_accel_sigma_m_s2) {
+    return false;
+  }
+  // Before initialisation neither the gyroscope's bias nor the speed is known.
+  return window_.empty() ||
+         (last_speed_m_s_ < kMaxRestSpeed_m_s &&
+          (gyro.mean - gyro_bias_rad_s_).norm() < options_.keyframes.max_still_rate_rad_s);
 }
 
 Quaterniond Estimator::PredictedCameraRotation(int64_t stamp_ns) const {
@@ -115,6 +135,7 @@ std::optional<OnlineState> Estimator::Initialize(int64_t stamp_ns) {
   }
   spdlog::info("segment {} {}", segment_, result.report);
   gyro_bias_rad_s_ = window_.newest().gyro_bias();
+  last_speed_m_s_ = window_.newest().velocity().norm();
   lost_since_ns_.reset();
   return StateOf(window_.newest());
 }
@@ -142,11 +163,12 @@ std::optional<OnlineState> Estimator::Estimate(int64_t stamp_ns) {
     state = StateOf(*frame);
     since_keyframe_ = std::move(frame->from_previous);
     if (frame->stands_still && since_keyframe_->duration_s() > kStandstillStep_s) {
-      window_.ExtendStandstill(since_keyframe_->samples());
+      source_->Remove(window_.ExtendStandstill(since_keyframe_->samples()));
       since_keyframe_.reset();
     }
   }
   gyro_bias_rad_s_ = state.gyro_bias_rad_s;
+  last_speed_m_s_ = state.velocity_world_m_s.norm();
   if (const std::string failure = FindFailure(state, stamp_ns); !failure.empty()) {
     Restart(failure);
     return std::nullopt;
@@ -195,8 +217,13 @@ bool Estimator::StandsStill(const FrameState& frame) const {
   constexpr double kMinTime_s = 0.3;  // less does not tell standing from moving slowly
   const FrameState& last = window_.newest();
   const Flow flow = MedianFlow(last, frame, rig_.cameras[0].fx_px);
+  // Images that repeat show no motion either, but the gyroscope feels it.
+  const Preintegration& imu = *frame.from_previous;
+  const double turned_rad =
+      LogRotation(imu.CorrectedFor(last.gyro_bias(), last.accel_bias()).rotation).norm();
   return flow.points >= options_.failure.min_points &&
          ToSeconds(frame.stamp_ns - last.stamp_ns) >= kMinTime_s &&
+         turned_rad < options_.keyframes.max_still_rate_rad_s * imu.duration_s() &&
          flow.median_px < options_.keyframes.still_parallax_px;
 }
 

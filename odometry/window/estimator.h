@@ -58,6 +58,9 @@ class Estimator {
   // Called before the points are tracked to it.
   void CheckGaps(int64_t stamp_ns);
 
+  // Whether the IMU and the last state say that the rig rests from the last image to the stamp.
+  bool RestsUntil(int64_t stamp_ns) const;
+
   // Takes the source's observations as those of an image. stamp_ns is on the IMU's clock, and its
   // samples have arrived. Returns the state once initialised.
   std::optional<OnlineState> AddImage(int64_t stamp_ns);
@@ -96,6 +99,7 @@ class Estimator {
   Eigen::Vector3d gyro_bias_rad_s_ = Eigen::Vector3d::Zero();
   std::optional<int64_t> last_stamp_ns_, lost_since_ns_, last_report_ns_;
   std::optional<RigidTransform> start_pose_;  // where a new segment starts
+  double last_speed_m_s_ = 0;
   int64_t next_frame_id_ = 0;
   int segment_ = 0;
   OdometryRun run_;  // what has left the window

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "odometry/imu/imu_spread.h"
 #include "odometry/window/linear_alignment.h"
 #include "odometry/window/point_landmarks.h"
 
@@ -15,22 +16,6 @@ using Eigen::Quaterniond;
 using Eigen::Vector3d;
 
 constexpr int kMotionRounds = 2;
-
-// Mean and standard deviation (of the vectors' distance from their mean).
-struct Spread {
-  Vector3d mean = Vector3d::Zero();
-  double sigma = 0;
-};
-
-template <typename Get>
-Spread SpreadOf(const std::vector<ImuSample>& samples, Get get) {
-  Spread out;
-  for (const ImuSample& s : samples) out.mean += get(s);
-  out.mean /= static_cast<double>(samples.size());
-  for (const ImuSample& s : samples) out.sigma += (get(s) - out.mean).squaredNorm();
-  out.sigma = std::sqrt(out.sigma / static_cast<double>(samples.size()));
-  return out;
-}
 
 std::vector<ImuSample> AllSamples(const std::vector<std::unique_ptr<FrameState>>& frames) {
   std::vector<ImuSample> all;
@@ -122,9 +107,8 @@ void Initializer::ForgetOldest() {
 InitializationResult Initializer::TryAtRest(const std::optional<RigidTransform>& start,
                                             SlidingWindow* window) {
   const std::vector<ImuSample> samples = AllSamples(frames_);
-  const Spread gyro =
-      SpreadOf(samples, [](const ImuSample& s) { return s.angular_velocity_rad_s; });
-  const Spread accel = SpreadOf(samples, [](const ImuSample& s) { return s.specific_force_m_s2; });
+  const ImuSpread gyro = SpreadOf(samples, &ImuSample::angular_velocity_rad_s);
+  const ImuSpread accel = SpreadOf(samples, &ImuSample::specific_force_m_s2);
   const double gravity_error = std::abs(accel.mean.norm() - kGravity_m_s2);
   InitializationResult result;
   result.at_rest = true;

@@ -59,7 +59,9 @@ struct SimulatedRunOptions {
   uint64_t seed = 1;
   double blind_from_s = 0, blind_to_s = 0;      // no points are seen
   double imu_gap_from_s = 0, imu_gap_to_s = 0;  // no samples arrive
-  double outlier_share = 0;                     // of the tracks, that slide 1 px a frame
+  double image_gap_from_s = 0, image_gap_to_s = 0;
+  double image_rate_hz = 20;
+  double outlier_share = 0;  // of the tracks, that slide 1 px a frame
   OdometryOptions odometry;
 };
 
@@ -126,6 +128,7 @@ inline SimulatedRun RunOnSimulatedTracks(
   tracks.sigma_px = options.pixel_sigma_px;
   tracks.max_tracks = options.odometry.points.max_points;
   tracks.seed = options.seed;
+  tracks.image_rate_hz = options.image_rate_hz;
   const SimulatedTracks simulated = SimulateTracks(motion, out.rig, tracks);
 
   SimulatedPoints points;
@@ -141,6 +144,7 @@ inline SimulatedRun RunOnSimulatedTracks(
     }
     if (!estimator.imu().Covers(frame.stamp_ns)) continue;
     const double t_s = ToSeconds(frame.stamp_ns);
+    if (t_s > options.image_gap_from_s && t_s < options.image_gap_to_s) continue;
     estimator.CheckGaps(frame.stamp_ns);
     points.Show(frame, options.odometry.method != Method::kPointsMono, options.outlier_share);
     if (t_s > options.blind_from_s && t_s < options.blind_to_s) points.Blind();

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cstring>
+#include <limits>
 
 #include "tests/testing/simulated_odometry.h"
 
@@ -200,6 +201,32 @@ TEST(Estimator, AnImuGapStartsANewSegment) {
   EXPECT_EQ(run.run.warnings.at("segments ended by a gap in the IMU samples"), 1);
 }
 
+TEST(Estimator, AGapInTheImagesStartsANewSegment) {
+  SimulatedRunOptions options = Noisy(8);
+  options.image_gap_from_s = 7;
+  options.image_gap_to_s = 9.5;
+  const SimulatedRun run = RunOnSimulatedTracks(options);
+  EXPECT_EQ(run.states.back().segment, 1);
+  EXPECT_EQ(run.run.warnings.at("segments ended by a gap in the images"), 1);
+}
+
+TEST(Estimator, ABiasThatIsNotFiniteEndsTheSegmentAndIsNotGivenOut) {
+  SimulatedRunOptions options = Noisy(12);
+  bool spoiled = false;
+  const SimulatedRun run = RunOnSimulatedTracks(options, nullptr, [&](Estimator* estimator) {
+    WindowState* state = estimator->mutable_window()->mutable_state();
+    if (spoiled || state->frames.size() < 8) return;
+    state->frames.back()->speed_bias[3] = std::numeric_limits<double>::quiet_NaN();
+    spoiled = true;
+  });
+  ASSERT_TRUE(spoiled);
+  EXPECT_EQ(run.run.warnings.at("segments ended by the optimisation diverged"), 1);
+  EXPECT_EQ(run.states.back().segment, 1);
+  for (const OnlineState& state : run.states) {
+    EXPECT_TRUE(state.gyro_bias_rad_s.allFinite() && state.T_world_imu.translation.allFinite());
+  }
+}
+
 TEST(Estimator, OutliersAreTakenOut) {
   SimulatedRunOptions options = Noisy(9);
   options.outlier_share = 0.05;
@@ -226,6 +253,43 @@ TEST(Estimator, StandingStillNeitherDriftsNorAddsKeyframes) {
                                    [](const Keyframe& k) { return ToSeconds(k.stamp_ns) < 35; });
   EXPECT_LT(early, 10);
   EXPECT_LT(LargestPositionError(run), 0.05);
+}
+
+// Flies, comes to rest, and after rest_s flies back.
+MotionSpline FlightWithRest(double flight_s, double rest_s) {
+  const MotionSpline flight = ExampleFlight(ExampleStereoRig(), flight_s, 1);
+  constexpr double kKnot_s = 0.1;
+  std::vector<RigidTransform> control;
+  for (double t_s = 0; t_s < 2 * flight_s + rest_s; t_s += kKnot_s) {
+    control.push_back(flight.PoseAt(std::max({flight_s - t_s, t_s - flight_s - rest_s, 0.0})));
+  }
+  return MotionSpline(kKnot_s, control);
+}
+
+TEST(Estimator, FiveMinutesAtRestTakeNoMoreMemoryThanAFew) {
+  SimulatedRunOptions options = Noisy(13);
+  options.pixel_sigma_px = options.odometry.window.point_sigma_px = 0.3;
+  options.image_rate_hz = 10;
+  options.odometry.points.max_points = 40;
+  const MotionSpline motion = FlightWithRest(6, 300);
+  size_t most_samples = 0, most_frames = 0;
+  const SimulatedRun run = RunOnSimulatedTracks(options, &motion, [&](Estimator* estimator) {
+    for (const auto& frame : estimator->window().state().frames) {
+      if (frame->from_previous) {
+        most_samples = std::max(most_samples, frame->from_previous->samples().size());
+      }
+    }
+    most_frames = std::max(most_frames, estimator->window().state().frames.size());
+  });
+  EXPECT_EQ(run.states.back().segment, 0);
+  EXPECT_GT(most_samples, 10 * 200u);  // the rest did take place
+  EXPECT_LT(most_samples, 25 * 200u);
+  EXPECT_LT(LargestPositionError(run), 0.1);
+  const auto resting = std::count_if(
+      run.run.keyframes.begin(), run.run.keyframes.end(), [](const Keyframe& keyframe) {
+        return keyframe.stamp_ns > ToNanoseconds(10) && keyframe.stamp_ns < ToNanoseconds(300);
+      });
+  EXPECT_LT(resting, 5);
 }
 
 TEST(Estimator, TheSameInputGivesTheSameStates) {
