@@ -130,6 +130,7 @@ CheckReport CheckSequence(const std::string& path, const SequenceOptions& option
   CheckImu(sequence.imu, &report);
   CheckCalibration(sequence.rig, &report);
   CheckImages(sequence, &report);
+  CheckRepeats(sequence, &report);
   CheckGeometry(sequence, &report);
   return report;
 }

@@ -16,9 +16,11 @@ CheckReport CheckSequence(const std::string& path, const SequenceOptions& option
 // The parts, each of which adds figures and findings.
 void CheckWarnings(const Warnings& warnings, CheckReport* report);  // what reading had to drop
 void CheckStamps(const Sequence& sequence, CheckReport* report);    // counts, rates, gaps, cover
-void CheckImu(const std::vector<ImuSample>& samples, CheckReport* report);  // units, gravity
+void CheckImu(const std::vector<ImuSample>& samples,
+              CheckReport* report);  // values, units, gravity
 void CheckCalibration(const Rig& rig, CheckReport* report);
 void CheckImages(const Sequence& sequence, CheckReport* report);    // a sample of the pairs
+void CheckRepeats(const Sequence& sequence, CheckReport* report);   // all images, by their files
 void CheckGeometry(const Sequence& sequence, CheckReport* report);  // images against calibration
 
 }  // namespace slcmap

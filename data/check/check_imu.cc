@@ -1,10 +1,12 @@
 // Units of the IMU, by gravity and by the agreement of gyroscope and accelerometer.
 #include <spdlog/fmt/fmt.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
 #include "data/check/check.h"
+#include "data/imu_limits.h"
 
 namespace slcmap {
 namespace {
@@ -14,6 +16,7 @@ constexpr double kMean_s = 0.25;        // accelerometer readings averaged for a
 constexpr double kBetween_s = 1.0;      // between two directions that are compared
 constexpr double kMinGyro_deg = 5;      // error that makes the unit doubtful
 constexpr double kMaxStuckShare = 0.5;  // of samples equal to the one before
+constexpr double kMaxAbsurdShare = 0.1;
 
 // The mean specific force over kMean_s from sample `first`, and the next sample after it.
 struct Direction {
@@ -111,9 +114,27 @@ void CheckStuck(const std::vector<ImuSample>& samples, CheckReport* report) {
                "check the driver; a slower sensor that is read too often does this");
 }
 
+// Values such as a driver delivers that lost its place in the stream.
+void CheckValues(const std::vector<ImuSample>& samples, CheckReport* report) {
+  const auto absurd = [](const ImuSample& sample) { return !IsPlausible(sample); };
+  const auto first = std::find_if(samples.begin(), samples.end(), absurd);
+  if (first == samples.end()) return;
+  const auto count = std::count_if(first, samples.end(), absurd);
+  const std::string found =
+      fmt::format("{} of {} samples beyond {} rad/s or {} m/s^2, the first at {:.3f} s", count,
+                  samples.size(), kMaxGyro_rad_s, kMaxAccel_m_s2, ToSeconds(first->stamp_ns));
+  const std::string remedy = "check the IMU's driver, cable and units; such samples are dropped";
+  if (static_cast<double>(count) > kMaxAbsurdShare * static_cast<double>(samples.size())) {
+    report->Fail("imu-values", found, remedy);
+  } else {
+    report->Warn("imu-values", found, remedy);
+  }
+}
+
 }  // namespace
 
 void CheckImu(const std::vector<ImuSample>& samples, CheckReport* report) {
+  CheckValues(samples, report);
   CheckGravity(samples, report);
   CheckGyroUnit(samples, report);
   CheckStuck(samples, report);

@@ -2,10 +2,10 @@
 
 #include <algorithm>
 
+#include "data/imu_limits.h"
+
 namespace slcmap {
 namespace {
-
-constexpr double kMaxGyro_rad_s = 100, kMaxAccel_m_s2 = 1000;
 
 auto FirstNotBefore(const std::deque<ImuSample>& samples, int64_t stamp_ns) {
   return std::lower_bound(samples.begin(), samples.end(), stamp_ns,
@@ -15,11 +15,7 @@ auto FirstNotBefore(const std::deque<ImuSample>& samples, int64_t stamp_ns) {
 }  // namespace
 
 bool ImuBuffer::Add(const ImuSample& sample) {
-  // Written so that NaN is refused too.
-  if (!(sample.angular_velocity_rad_s.norm() < kMaxGyro_rad_s &&
-        sample.specific_force_m_s2.norm() < kMaxAccel_m_s2)) {
-    return false;
-  }
+  if (!IsPlausible(sample)) return false;
   if (!samples_.empty() && sample.stamp_ns <= samples_.back().stamp_ns) return false;
   samples_.push_back(sample);
   return true;
