@@ -5,7 +5,8 @@ namespace slcmap {
 void AddOdometryOptions(CLI::App& command, OdometryArguments* arguments) {
   command
       .add_option("sequence", arguments->sequence,
-                  "EuRoC (ASL) or TUM VI folder: the one with cam0, cam1, imu0, or the one above")
+                  "EuRoC (ASL) or TUM VI folder: the one with cam0, cam1, imu0, or the one above; "
+                  "points-mono needs no cam1")
       ->required();
   command.add_option("--method", arguments->method,
                      "points (default) or points-mono, which uses the left camera only");

@@ -11,6 +11,7 @@
 #include "apps/process_cost.h"
 #include "apps/progress.h"
 #include "apps/trajectory_stream.h"
+#include "data/calibration.h"
 #include "data/error.h"
 #include "data/sequence.h"
 #include "data/stereo_reader.h"
@@ -164,6 +165,10 @@ OdometryRun RunOdometryStage(const OdometryArguments& arguments) {
   const OdometryOptions options = ReadOptions(arguments);
   const Sequence sequence =
       OpenSequence(arguments.sequence, {.calibration = arguments.calibration});
+  if (!IsStereo(sequence.rig) && options.method != Method::kPointsMono) {
+    throw DataError(sequence.folder +
+                    ": found one camera, expected cam0 and cam1, or --method points-mono");
+  }
   spdlog::info("{} pairs of images, {} IMU samples; calibration: {}", sequence.images.size(),
                sequence.imu.size(), sequence.calibration_source);
   cv::setNumThreads(arguments.threads);

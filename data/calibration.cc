@@ -106,17 +106,18 @@ void ReadNoise(YamlSection& section, const std::string& rate_key, ImuNoise* nois
   noise->accel_noise_m_s2_sqrthz = Required<double>(section, "accelerometer_noise_density");
   noise->accel_walk_m_s3_sqrthz = Required<double>(section, "accelerometer_random_walk");
   section.Read(rate_key, &noise->rate_hz);
-  const auto check = [&](const char* key, double value, double highest) {
-    if (!(value > 0 && value <= highest)) {
-      throw DataError(fmt::format("{}: {}: found {}, expected above 0 and at most {}",
-                                  section.place(), key, value, highest));
-    }
+  const auto check = [&](const char* key, double value, double lowest, double highest,
+                         const char* unit) {
+    if (value >= lowest && value <= highest) return;
+    throw DataError(fmt::format("{}: {}: found {}, expected {} to {} {}", section.place(), key,
+                                value, lowest, highest, unit));
   };
-  check("gyroscope_noise_density", noise->gyro_noise_rad_s_sqrthz, 1);
-  check("gyroscope_random_walk", noise->gyro_walk_rad_s2_sqrthz, 1);
-  check("accelerometer_noise_density", noise->accel_noise_m_s2_sqrthz, 10);
-  check("accelerometer_random_walk", noise->accel_walk_m_s3_sqrthz, 10);
-  check(rate_key.c_str(), noise->rate_hz, 1e5);
+  // Far below the best sensors' on one side, far above the worst's on the other.
+  check("gyroscope_noise_density", noise->gyro_noise_rad_s_sqrthz, 1e-7, 1, "rad/s/sqrt(Hz)");
+  check("gyroscope_random_walk", noise->gyro_walk_rad_s2_sqrthz, 1e-9, 1, "rad/s^2/sqrt(Hz)");
+  check("accelerometer_noise_density", noise->accel_noise_m_s2_sqrthz, 1e-6, 10, "m/s^2/sqrt(Hz)");
+  check("accelerometer_random_walk", noise->accel_walk_m_s3_sqrthz, 1e-8, 10, "m/s^3/sqrt(Hz)");
+  check(rate_key.c_str(), noise->rate_hz, 1, 1e5, "Hz");
 }
 
 void RequireEqual(const RigidTransform& a, const RigidTransform& b, const std::string& place,
@@ -194,7 +195,7 @@ const std::vector<std::string> kImuNames = {"imu_config.yaml", "imu.yaml", "imu0
 void CheckRig(const Rig& rig, const std::string& place) {
   const double baseline_m =
       (rig.T_imu_camera[0].translation - rig.T_imu_camera[1].translation).norm();
-  if (!(baseline_m >= kMinBaseline_m && baseline_m <= kMaxBaseline_m)) {
+  if (IsStereo(rig) && !(baseline_m >= kMinBaseline_m && baseline_m <= kMaxBaseline_m)) {
     throw DataError(fmt::format("{}: found a baseline of {:.4g} m, expected {} to {} m", place,
                                 baseline_m, kMinBaseline_m, kMaxBaseline_m));
   }
@@ -226,13 +227,15 @@ Calibration ReadAslCalibration(const std::string& folder, Warnings* warnings) {
       warnings->Add(kImuNoiseAssumed, imu_path);
     }
     for (int i = 0; i < 2; ++i) {
+      if (i == 1 && !fs::exists(folder + "/cam1")) break;
       YamlSection camera = YamlSection::FromFile(fmt::format("{}/cam{}/sensor.yaml", folder, i));
       rig.cameras[i] = ReadCamera(camera, "distortion_coefficients");
       rig.T_imu_camera[i] = T_body_imu.Inverse() * RequiredTransform(camera, "T_BS", true);
       if (i == 0) camera.Read("timeshift_cam_imu", &rig.camera_time_offset_s);
     }
     CheckRig(rig, folder);
-    calibration.source = folder + "/*/sensor.yaml (T_BS of cam0, cam1, imu0)";
+    calibration.source =
+        folder + "/*/sensor.yaml (T_BS of cam0, " + (IsStereo(rig) ? "cam1, " : "") + "imu0)";
     return calibration;
   });
 }
@@ -245,6 +248,7 @@ Calibration ReadKalibrCalibration(const std::string& camchain_path, const std::s
     YamlSection root = YamlSection::FromFile(camchain_path);
     for (int i = 0; i < 2; ++i) {
       const std::string name = fmt::format("cam{}", i);
+      if (i == 1 && !root.Has(name)) break;
       if (!root.Has(name)) {
         throw DataError(
             fmt::format("{}: {}: missing, expected cam0 and cam1", camchain_path, name));

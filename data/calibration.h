@@ -8,19 +8,23 @@
 
 namespace slcmap {
 
+// A rig of one camera has no width in its second.
+inline bool IsStereo(const Rig& rig) { return rig.cameras[1].width_px > 0; }
+
 struct Calibration {
   Rig rig;
   std::string source;  // the files and the transforms read from them, for the user to see
 };
 
-// Reads cam0/sensor.yaml, cam1/sensor.yaml and imu0/sensor.yaml under an ASL folder (mav0). T_BS
-// maps sensor to body. cam0 may hold Kalibr's timeshift_cam_imu besides ASL's keys.
+// Reads cam0/sensor.yaml, cam1/sensor.yaml (where there is a cam1) and imu0/sensor.yaml under an
+// ASL folder (mav0). T_BS maps sensor to body. cam0 may hold Kalibr's timeshift_cam_imu besides
+// ASL's keys.
 Calibration ReadAslCalibration(const std::string& folder, Warnings* warnings);
 
-// Reads a Kalibr camera chain: cam0 and cam1, each with T_cam_imu (imu to camera) or T_imu_cam
-// (camera to imu), cam1 with T_cn_cnm1 (cam0 to cam1) instead if it has neither. imu_path is
-// Kalibr's IMU file (its keys at the top or under imu0); "" assumes a typical noise, with a
-// warning.
+// Reads a Kalibr camera chain: cam0 and, unless the rig has one camera, cam1, each with T_cam_imu
+// (imu to camera) or T_imu_cam (camera to imu), cam1 with T_cn_cnm1 (cam0 to cam1) instead if it
+// has neither. imu_path is Kalibr's IMU file (its keys at the top or under imu0); "" assumes a
+// typical noise, with a warning.
 Calibration ReadKalibrCalibration(const std::string& camchain_path, const std::string& imu_path,
                                   Warnings* warnings);
 
@@ -28,8 +32,8 @@ Calibration ReadKalibrCalibration(const std::string& camchain_path, const std::s
 // Kalibr chain and IMU file in it, in the folder above, or in dso/ there (TUM VI).
 Calibration FindCalibration(const std::string& asl_folder, Warnings* warnings);
 
-// Reads what --calibration names: a Kalibr chain (with imu0 in it or an IMU file beside it, if there is
-// one) or a folder that FindCalibration understands.
+// Reads what --calibration names: a Kalibr chain (with imu0 in it or an IMU file beside it, if
+// there is one) or a folder that FindCalibration understands.
 Calibration ReadCalibration(const std::string& path, Warnings* warnings);
 
 // All of them throw DataError naming file and key, what was found and what is expected, when an

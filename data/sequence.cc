@@ -27,6 +27,26 @@ void RequireOverlap(const Sequence& sequence) {
       ToSeconds(last_imu_ns)));
 }
 
+// The images that sequence->rig has cameras for.
+std::vector<StereoEntry> ReadImageList(const SequenceOptions& options, Sequence* sequence) {
+  const fs::path folder(sequence->folder);
+  const auto left = ReadAslImages((folder / "cam0").string(), &sequence->warnings);
+  std::vector<StereoEntry> images;
+  if (!IsStereo(sequence->rig)) {
+    for (const ImageFile& image : left) images.push_back({image.stamp_ns, image.path, ""});
+    return images;
+  }
+  const auto right = ReadAslImages((folder / "cam1").string(), &sequence->warnings);
+  images = PairImages(left, right, options.max_stereo_offset_s, &sequence->warnings);
+  if (images.empty()) {
+    throw DataError(
+        fmt::format("{}: found no left and right image within {} s of each other among {} and {}, "
+                    "expected pairs",
+                    sequence->folder, options.max_stereo_offset_s, left.size(), right.size()));
+  }
+  return images;
+}
+
 }  // namespace
 
 std::string FindAslFolder(const std::string& path) {
@@ -36,11 +56,8 @@ std::string FindAslFolder(const std::string& path) {
   }
   for (const fs::path& folder : {fs::path(path), fs::path(path) / "mav0"}) {
     if (!fs::is_directory(folder / "cam0", error)) continue;
-    for (const char* sensor : {"cam1", "imu0"}) {
-      if (!fs::is_directory(folder / sensor, error)) {
-        throw DataError(
-            fmt::format("{}: found no {}, expected cam0, cam1 and imu0", folder.string(), sensor));
-      }
+    if (!fs::is_directory(folder / "imu0", error)) {
+      throw DataError(folder.string() + ": found no imu0, expected cam0, cam1 and imu0");
     }
     return folder.string();
   }
@@ -94,15 +111,8 @@ Sequence OpenSequence(const std::string& path, const SequenceOptions& options) {
                                       : ReadCalibration(options.calibration, &sequence.warnings);
   sequence.rig = calibration.rig;
   sequence.calibration_source = calibration.source;
-  const auto left = ReadAslImages((folder / "cam0").string(), &sequence.warnings);
-  const auto right = ReadAslImages((folder / "cam1").string(), &sequence.warnings);
-  sequence.images = PairImages(left, right, options.max_stereo_offset_s, &sequence.warnings);
-  if (sequence.images.empty()) {
-    throw DataError(
-        fmt::format("{}: found no left and right image within {} s of each other among {} and {}, "
-                    "expected pairs",
-                    sequence.folder, options.max_stereo_offset_s, left.size(), right.size()));
-  }
+  if (!fs::is_directory(folder / "cam1")) sequence.rig.cameras[1] = Camera();
+  sequence.images = ReadImageList(options, &sequence);
   sequence.imu = ReadAslImu((folder / "imu0" / "data.csv").string(), &sequence.warnings);
   RequireOverlap(sequence);
   sequence.truth_path = FindTruth(sequence.folder);

@@ -13,7 +13,7 @@ namespace slcmap {
 struct StereoEntry {
   int64_t stamp_ns = 0;  // of the left image
   std::string left_path;
-  std::string right_path;
+  std::string right_path;  // "" where there is one camera only
 };
 
 struct Sequence {
@@ -32,11 +32,13 @@ struct SequenceOptions {
 };
 
 // Opens an EuRoC (ASL) or TUM VI sequence: the folder with cam0, cam1, imu0, or the one above it.
-// Rows that cannot be used are counted in Sequence::warnings. Throws DataError when a part is
+// Without cam1 the rig has one camera (IsStereo is false), as it has without a calibration for
+// cam1. Rows that cannot be used are counted in Sequence::warnings. Throws DataError when a part is
 // missing, no pair is left, the calibration is absurd, or IMU and images do not overlap in time.
 Sequence OpenSequence(const std::string& path, const SequenceOptions& options = {});
 
-// The folder with cam0, cam1 and imu0 for a path as OpenSequence takes it; throws DataError.
+// The folder with cam0, imu0 and, of two cameras, cam1 for a path as OpenSequence takes it; throws
+// DataError.
 std::string FindAslFolder(const std::string& path);
 
 // The file of true poses in that folder (EuRoC's state_groundtruth_estimate0, TUM VI's mocap0); ""

@@ -30,7 +30,8 @@ Item ReadPair(const StereoEntry& entry, const Rig& rig, bool read_right) {
     return result.image;
   };
   item.image.left = read(entry.left_path, 0);
-  if (read_right && item.problem == nullptr) item.image.right = read(entry.right_path, 1);
+  if (read_right && !entry.right_path.empty() && item.problem == nullptr)
+    item.image.right = read(entry.right_path, 1);
   return item;
 }
 

@@ -2,9 +2,12 @@
 
 #include <deque>
 
+#include "data/calibration.h"
+#include "data/error.h"
 #include "odometry/frontend/line_tracker.h"
 #include "odometry/frontend/point_tracker.h"
 #include "odometry/frontend/rectifier.h"
+#include "odometry/frontend/repeated_images.h"
 #include "odometry/window/estimator.h"
 
 namespace slcmap {
@@ -15,7 +18,12 @@ constexpr size_t kMaxPending = 100;  // pairs that wait for their IMU samples
 Rig CheckedRig(const Rig& rig, const OdometryOptions& options) {
   options.Check();
   rig.cameras[0].Check("left camera");
-  rig.cameras[1].Check("right camera");
+  if (IsStereo(rig)) {
+    rig.cameras[1].Check("right camera");
+  } else if (options.method != Method::kPointsMono) {
+    throw ConfigError("method: found " + MethodName(options.method) +
+                      " with one camera, expected points-mono");
+  }
   return rig;
 }
 
@@ -111,8 +119,10 @@ class Odometry::Impl {
       Warn("images dropped that came before the first IMU sample");
       return std::nullopt;
     }
+    const RepeatedImages::Repeats hangs = WhatHangs(image, stamp_ns);
+    if (hangs.left) return std::nullopt;
     estimator_.CheckGaps(stamp_ns);
-    const StereoImage rectified = Rectify(image);
+    const StereoImage rectified = Rectify(image, hangs.right);
     TrackPoints(rectified, stamp_ns);
     if (lines_) lines_->Show(rectified);
     std::optional<OnlineState> state = estimator_.AddImage(stamp_ns);
@@ -120,9 +130,23 @@ class Odometry::Impl {
     return state;
   }
 
-  StereoImage Rectify(const StereoImage& image) {
+  // The cameras that repeat their last image although the rig moves. At rest images may be the
+  // same.
+  RepeatedImages::Repeats WhatHangs(const StereoImage& image, int64_t stamp_ns) {
+    const RepeatedImages::Repeats repeats = repeated_images_.Compare(image);
+    if (!(repeats.left || repeats.right) || estimator_.RestsUntil(stamp_ns)) return {};
+    if (repeats.left) {
+      Warn("images dropped that repeat the one before while the rig moves");
+    } else {
+      Warn("right images ignored that repeat the one before while the rig moves");
+    }
+    return repeats;
+  }
+
+  StereoImage Rectify(const StereoImage& image, bool without_right) {
     const auto timed = estimator_.clock()->Time("rectification");
-    const bool stereo = options_.method != Method::kPointsMono && !image.right.empty();
+    const bool stereo =
+        !without_right && options_.method != Method::kPointsMono && !image.right.empty();
     return {image.stamp_ns, rectifier_.Rectify(image.left, 0),
             stereo ? rectifier_.Rectify(image.right, 1) : cv::Mat()};
   }
@@ -157,6 +181,7 @@ class Odometry::Impl {
 
   OdometryOptions options_;
   Rig rig_;
+  RepeatedImages repeated_images_;
   Rectifier rectifier_;
   PointTracker tracker_;
   TrackedPoints points_;

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "data/calibration.h"
 #include "data/check/check.h"
 
 namespace slcmap {
@@ -19,20 +20,13 @@ double Sideways(const RigidTransform& T_left_right) {
   return T_left_right.translation.x() / T_left_right.translation.norm();
 }
 
-}  // namespace
-
-void CheckCalibration(const Rig& rig, CheckReport* report) {
+void CheckStereoRig(const Rig& rig, CheckReport* report) {
   const auto& poses = rig.T_imu_camera;
   const RigidTransform T_left_right = poses[0].Inverse() * poses[1];
   const double angle_rad =
       std::acos(std::clamp((T_left_right.rotation * Eigen::Vector3d::UnitZ()).z(), -1.0, 1.0));
-  const Camera& left = rig.cameras[0];
-  report->AddFigure("calibrated width", left.width_px, "px");
-  report->AddFigure("calibrated height", left.height_px, "px");
-  report->AddFigure("focal length", left.fx_px, "px");
   report->AddFigure("baseline", T_left_right.translation.norm(), "m");
   report->AddFigure("angle between the cameras", angle_rad / kDegree, "deg");
-  report->AddFigure("camera time offset", 1e3 * rig.camera_time_offset_s, "ms");
 
   const double sideways = Sideways(T_left_right);
   const double inverted = Sideways(poses[0] * poses[1].Inverse());
@@ -54,6 +48,17 @@ void CheckCalibration(const Rig& rig, CheckReport* report) {
     report->Warn("camera-angle", fmt::format("{:.1f} deg between the cameras", angle_rad / kDegree),
                  "check the extrinsics; little is seen by both cameras");
   }
+}
+
+}  // namespace
+
+void CheckCalibration(const Rig& rig, CheckReport* report) {
+  const Camera& left = rig.cameras[0];
+  report->AddFigure("calibrated width", left.width_px, "px");
+  report->AddFigure("calibrated height", left.height_px, "px");
+  report->AddFigure("focal length", left.fx_px, "px");
+  report->AddFigure("camera time offset", 1e3 * rig.camera_time_offset_s, "ms");
+  if (IsStereo(rig)) CheckStereoRig(rig, report);
 }
 
 }  // namespace slcmap

@@ -8,6 +8,7 @@
 #include <opencv2/features2d.hpp>
 #include <optional>
 
+#include "data/calibration.h"
 #include "data/check/check.h"
 #include "data/image_file.h"
 
@@ -236,7 +237,7 @@ void CheckTurns(const Sequence& sequence, CheckReport* report) {
 }  // namespace
 
 void CheckGeometry(const Sequence& sequence, CheckReport* report) {
-  CheckStereo(sequence, report);
+  if (IsStereo(sequence.rig)) CheckStereo(sequence, report);
   CheckTurns(sequence, report);
 }
 

@@ -7,29 +7,29 @@
 #include <map>
 #include <opencv2/core.hpp>
 
+#include "data/calibration.h"
 #include "data/check/check.h"
 #include "data/image_file.h"
 
 namespace slcmap {
 namespace {
 
-constexpr size_t kSamples = 24;    // places in the sequence; two pairs in a row at each
+constexpr size_t kSamples = 24;    // places in the sequence
 constexpr double kMinMean = 4;     // grey levels; a black image is below
 constexpr double kMinSpread = 2;   // grey levels of standard deviation; a covered lens is below
 constexpr double kMaxMean = 250;   // a blinded camera is above
 constexpr double kMaxShare = 0.5;  // of bad samples in a sequence that is of use
 
 struct CameraCounts {
-  int sampled = 0, dark = 0, bright = 0, frozen = 0;
+  int sampled = 0, dark = 0, bright = 0;
 };
 
-void Look(const cv::Mat& image, const cv::Mat& next, CameraCounts* counts) {
+void Look(const cv::Mat& image, CameraCounts* counts) {
   cv::Scalar mean, spread;
   cv::meanStdDev(image, mean, spread);
   ++counts->sampled;
   counts->dark += mean[0] < kMinMean || spread[0] < kMinSpread;
   counts->bright += mean[0] > kMaxMean;
-  counts->frozen += cv::norm(image, next, cv::NORM_INF) == 0;
 }
 
 // Adds a finding when some of the samples are bad; an error when most are.
@@ -55,7 +55,7 @@ void CheckFiles(const Sequence& sequence, CheckReport* report) {
   std::string first;
   for (const StereoEntry& pair : sequence.images) {
     for (const std::string& path : {pair.left_path, pair.right_path}) {
-      if (std::filesystem::exists(path)) continue;
+      if (path.empty() || std::filesystem::exists(path)) continue;
       if (missing++ == 0) first = path;
     }
   }
@@ -76,20 +76,18 @@ void CheckImages(const Sequence& sequence, CheckReport* report) {
   std::map<std::string, int> problems;
   int read = 0, same = 0;
   const size_t step = std::max<size_t>(1, sequence.images.size() / kSamples);
-  for (size_t i = 0; i + 1 < sequence.images.size(); i += step) {
-    std::array<cv::Mat, 4> images;  // left, right, and those of the next pair
-    for (size_t k = 0; k < images.size(); ++k) {
-      const StereoEntry& pair = sequence.images[i + k / 2];
-      const Camera& camera = sequence.rig.cameras[k % 2];
-      const ImageRead result = ReadGrayImage(k % 2 == 0 ? pair.left_path : pair.right_path,
+  const int cameras = IsStereo(sequence.rig) ? 2 : 1;
+  for (size_t i = 0; i < sequence.images.size(); i += step) {
+    const StereoEntry& pair = sequence.images[i];
+    std::array<cv::Mat, 2> images;
+    for (int k = 0; k < cameras; ++k) {
+      const Camera& camera = sequence.rig.cameras[k];
+      const ImageRead result = ReadGrayImage(k == 0 ? pair.left_path : pair.right_path,
                                              cv::Size(camera.width_px, camera.height_px));
       ++read;
       if (result.problem != nullptr) ++problems[result.problem];
       images[k] = result.image;
-    }
-    for (int camera = 0; camera < 2; ++camera) {
-      if (images[camera].empty() || images[camera + 2].empty()) continue;
-      Look(images[camera], images[camera + 2], &counts[camera]);
+      if (!images[k].empty()) Look(images[k], &counts[k]);
     }
     same += !images[0].empty() && images[0].size() == images[1].size() &&
             cv::norm(images[0], images[1], cv::NORM_INF) == 0;
@@ -99,15 +97,13 @@ void CheckImages(const Sequence& sequence, CheckReport* report) {
     std::replace(words.begin(), words.end(), '_', ' ');
     Judge("images", "are " + words, count, read, ProblemRemedy(problem), report);
   }
-  for (int camera = 0; camera < 2; ++camera) {
+  for (int camera = 0; camera < cameras; ++camera) {
     const CameraCounts& seen = counts[camera];
     const std::string name = fmt::format("of cam{} ", camera);
     Judge("black-camera", name + "are black or without any contrast", seen.dark, seen.sampled,
           "uncover the lens, or raise exposure or light", report);
     Judge("bright-camera", name + "are white", seen.bright, seen.sampled, "lower the exposure",
           report);
-    Judge("frozen-camera", name + "equal the next one", seen.frozen, seen.sampled,
-          "check the driver: a camera that hangs repeats its last image", report);
   }
   Judge("same-images", "are the same left and right", same, counts[0].sampled,
         "record two cameras, not one twice", report);

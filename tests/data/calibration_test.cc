@@ -172,9 +172,17 @@ TEST_F(AslCalibration, TwoCamerasInOnePlaceAreAbsurd) {
               HasSubstr("found a baseline of 0 m"));
 }
 
-TEST_F(AslCalibration, ANoiseOfZeroIsAbsurd) {
-  EXPECT_THAT(MessageAfter("mav0/imu0/sensor.yaml", "1.7e-4", "0"),
-              HasSubstr("imu0/sensor.yaml: gyroscope_noise_density: found 0"));
+TEST_F(AslCalibration, ANoiseThatNoSensorHasIsAbsurd) {
+  const std::string file = "mav0/imu0/sensor.yaml", gyro = "gyroscope_noise_density: ";
+  EXPECT_THAT(MessageAfter(file, gyro + "1.7e-4", gyro + "0"),
+              HasSubstr("imu0/sensor.yaml: gyroscope_noise_density: found 0, expected 1e-07 to 1 "
+                        "rad/s/sqrt(Hz)"));
+  EXPECT_THAT(MessageAfter(file, gyro + "0", gyro + "1e-12"), HasSubstr("found 1e-12"));
+  EXPECT_THAT(MessageAfter(file, gyro + "1e-12", gyro + "17"), HasSubstr("found 17"));
+  const std::string walk = "accelerometer_random_walk: ";
+  MessageAfter(file, gyro + "17", gyro + "1.7e-4");
+  EXPECT_THAT(MessageAfter(file, walk + "3e-3", walk + "1e-12"),
+              AllOf(HasSubstr("accelerometer_random_walk"), HasSubstr("m/s^3/sqrt(Hz)")));
 }
 
 TEST_F(AslCalibration, TextForANumberIsADataError) {

@@ -3,7 +3,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "data/calibration.h"
 #include "data/error.h"
+#include "data/stereo_reader.h"
 #include "tests/testing/shared_data.h"
 #include "tests/testing/small_sequence.h"
 
@@ -101,6 +103,21 @@ TEST(OpenSequence, ErrorsNameWhatIsMissing) {
   EXPECT_THAT(message(folder.Path()), HasSubstr("cam0/data.csv: cannot be"));
   fs::remove(folder.Path("mav0/cam0/sensor.yaml"));
   EXPECT_THAT(message(folder.Path()), HasSubstr("found no calibration"));
+}
+
+TEST(OpenSequence, OneCameraIsARecordingToo) {
+  const TempFolder folder;
+  testing::WriteSequence(folder, {.images = 4});
+  fs::remove_all(folder.Path("mav0/cam1"));
+  const Sequence sequence = OpenSequence(folder.Path());
+  EXPECT_FALSE(IsStereo(sequence.rig));
+  ASSERT_EQ(sequence.images.size(), 4u);
+  EXPECT_EQ(sequence.images[1].right_path, "");
+  StereoReader reader(sequence);
+  const auto image = reader.Next();
+  ASSERT_TRUE(image.has_value());
+  EXPECT_FALSE(image->left.empty());
+  EXPECT_TRUE(image->right.empty());
 }
 
 TEST(OpenSequence, StampsOfDifferentClocksAreAnError) {

@@ -55,6 +55,20 @@ TEST(CheckImu, TellsUnitsApart) {
   ExpectFinding(CheckOfImu(1, 0.01), "imu-gravity", Severity::kError, "raw accelerometer");
 }
 
+TEST(CheckImu, NamesAbsurdValues) {
+  std::vector<ImuSample> samples = TurningImu(1, 1);
+  samples[100].specific_force_m_s2.x() = 1e6;
+  samples[200].angular_velocity_rad_s.z() = -500;
+  CheckReport report;
+  CheckImu(samples, &report);
+  ExpectFinding(report, "imu-values", Severity::kWarning, "driver");
+  EXPECT_THAT(Find(report, "imu-values")->found, HasSubstr("2 of 600 samples"));
+  for (ImuSample& sample : samples) sample.angular_velocity_rad_s *= 1e4;
+  CheckReport worse;
+  CheckImu(samples, &worse);
+  ExpectFinding(worse, "imu-values", Severity::kError, "units");
+}
+
 Rig SideBySide() {
   Rig rig;
   for (Camera& camera : rig.cameras) {
@@ -102,6 +116,26 @@ TEST_F(CheckSmallSequence, AFolderThatIsNoSequenceIsOneFinding) {
 TEST_F(CheckSmallSequence, AFrozenCameraIsNamed) {
   testing::WriteSequence(folder_, {.images = 12, .still = true});
   ExpectFinding(CheckSequence(folder_.Path()), "frozen-camera", Severity::kError, "hangs");
+}
+
+TEST_F(CheckSmallSequence, AShortHangIsNamedWithItsTime) {
+  testing::WriteSequence(folder_, {.images = 60});
+  for (int i = 31; i < 37; ++i) WriteImage(1, i, testing::Texture(30, 4));
+  const CheckReport report = CheckSequence(folder_.Path());
+  ExpectFinding(report, "frozen-camera", Severity::kWarning, "hangs");
+  EXPECT_EQ(Find(report, "frozen-camera")->found,
+            fmt::format("6 of 60 images of cam1 repeat the one before, the longest time 0.30 s "
+                        "from stamp {}",
+                        testing::ImageStamp(30)));
+}
+
+TEST_F(CheckSmallSequence, ASecondCameraIsNotNeeded) {
+  testing::WriteSequence(folder_, {.images = 12});
+  std::filesystem::remove_all(folder_.Path("mav0/cam1"));
+  const CheckReport report = CheckSequence(folder_.Path());
+  EXPECT_EQ(Find(report, "unreadable"), nullptr) << CheckTable(report);
+  EXPECT_EQ(Find(report, "images-missing"), nullptr) << CheckTable(report);
+  EXPECT_EQ(Find(report, "same-images"), nullptr) << CheckTable(report);
 }
 
 TEST_F(CheckSmallSequence, ABlackCameraIsNamed) {
