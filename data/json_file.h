@@ -19,6 +19,20 @@ inline void WriteJsonFile(const std::string& path, const Json& json) {
   WriteFile(path, json.dump(2) + "\n");
 }
 
+// What is wrong, in this project's words: the library's hold its own names and numbers.
+inline std::string JsonProblem(const nlohmann::json::exception& error) {
+  if (const auto* parsing = dynamic_cast<const nlohmann::json::parse_error*>(&error)) {
+    return fmt::format("found no valid JSON at byte {}, expected it to be whole", parsing->byte);
+  }
+  // "... key 'name' not found" is the only place that holds the missing key.
+  const std::string text = error.what();
+  const size_t from = text.find("key '"), to = text.rfind("' not found");
+  if (from != std::string::npos && to != std::string::npos && from + 5 <= to) {
+    return text.substr(from + 5, to - from - 5) + ": missing, expected in this file";
+  }
+  return "found a value of a wrong type, or too few of them, expected the file as slcmap writes it";
+}
+
 // Calls parse(json) and returns its result. Throws DataError naming the file when it is missing, is
 // not JSON, or lacks a key or has one of a wrong type where parse asks for it.
 template <typename Parse>
@@ -26,7 +40,7 @@ auto ParseJsonFile(const std::string& path, Parse parse) {
   try {
     return parse(Json::parse(ReadFile(path)));
   } catch (const nlohmann::json::exception& error) {
-    throw DataError(fmt::format("{}: {}", path, error.what()));
+    throw DataError(path + ": " + JsonProblem(error));
   }
 }
 

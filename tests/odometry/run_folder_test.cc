@@ -210,7 +210,11 @@ TEST_F(RunFolderTest, DamagedPlyAndJsonAreNamed) {
 
   WriteRunFolder(folder_, MakeRun());
   WriteFile(folder_ + "/rig.json", "{\"cameras\": [");
-  ExpectReadError("rig.json", "parse error");
+  ExpectReadError("rig.json: found no valid JSON at byte 14", "expected");
+  WriteFile(folder_ + "/rig.json", "{\"cameras\": [1, 2]}");
+  ExpectReadError("rig.json: found a value of a wrong type", "expected");
+  WriteFile(folder_ + "/rig.json", "{}");
+  ExpectReadError("rig.json: cameras: missing", "expected");
   WriteFile(folder_ + "/run.json", "{\"format\": \"slcmap run\", \"version\": 99}");
   ExpectReadError("run.json", "version 99");
 }
