@@ -16,7 +16,7 @@ namespace slcmap {
 namespace {
 
 constexpr const char* kExamples = R"(Examples:
-  slcmap simulate config/scenes/corridor_loop.yaml -o corridor
+  slcmap simulate config/scenes/office_corridor.yaml -o corridor
       walks the way that the scene describes, with EuRoC's rig
   slcmap simulate config/scenes/machine_hall.yaml -o hall --trajectory MH_04.txt --duration 60
       flies along a part of a recorded trajectory (TUM format, body = IMU)

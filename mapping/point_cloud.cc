@@ -8,6 +8,7 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <utility>
 
 #include "data/file.h"
 
@@ -62,9 +63,9 @@ std::vector<Landmark> SelectLandmarks(const std::vector<Landmark>& landmarks,
 
 std::vector<MapPoint> FuseLandmarks(const std::vector<Landmark>& landmarks,
                                     const CloudOptions& options) {
-  std::map<VoxelIndex, std::vector<const Landmark*>> voxels;
+  std::map<std::pair<int, VoxelIndex>, std::vector<const Landmark*>> voxels;
   for (const Landmark& landmark : landmarks) {
-    voxels[VoxelOf(landmark.p_world, options.voxel_m)].push_back(&landmark);
+    voxels[{landmark.segment, VoxelOf(landmark.p_world, options.voxel_m)}].push_back(&landmark);
   }
   std::vector<MapPoint> points;
   for (const auto& [index, members] : voxels) points.push_back(Fuse(members));

@@ -14,8 +14,9 @@ namespace slcmap {
 std::vector<Landmark> SelectLandmarks(const std::vector<Landmark>& landmarks,
                                       const CloudOptions& options);
 
-// One point for all landmarks of a voxel: their mean, weighted by inverse variance. Points are
-// ordered by voxel. The grid is not bounded, as that of PCL is (2^31 voxels: 64 m at 5 cm).
+// One point for all landmarks that a segment has in a voxel: their mean, weighted by inverse
+// variance. Segments are kept apart, since what moved between them is not known. Points are ordered
+// by segment and voxel. The grid is not bounded, as that of PCL is (2^31 voxels: 64 m at 5 cm).
 std::vector<MapPoint> FuseLandmarks(const std::vector<Landmark>& landmarks,
                                     const CloudOptions& options);
 

@@ -9,19 +9,13 @@ namespace slcmap {
 namespace {
 
 using ::testing::AllOf;
+using testing::ExpectError;
 using ::testing::HasSubstr;
 using testing::ProcessResult;
 using testing::RunShell;
 using testing::RunSlcmap;
 using ::testing::StartsWith;
 using testing::TempFolder;
-
-// One line, in the form of every error.
-void ExpectError(const ProcessResult& result, int exit_code, const std::string& part) {
-  EXPECT_EQ(result.exit_code, exit_code) << result.error;
-  EXPECT_EQ(result.ErrorLines(), 1) << result.error;
-  EXPECT_THAT(result.error, AllOf(StartsWith("slcmap: error: "), HasSubstr(part)));
-}
 
 TEST(CommandLine, HelpAndVersionSucceed) {
   EXPECT_EQ(RunSlcmap("--version").exit_code, 0);
@@ -68,6 +62,51 @@ TEST(Odometry, ASequenceThatShowsNoMotionFailsAndSaysSo) {
   EXPECT_EQ(result.exit_code, 1);
   EXPECT_THAT(result.error, HasSubstr("found no motion that could be estimated"));
   EXPECT_TRUE(std::filesystem::exists(folder.Path("run/run.json")));
+}
+
+TEST(Odometry, OneCameraIsEnoughForPointsMonoOnly) {
+  const TempFolder folder;
+  testing::WriteSequence(folder, {.images = 40, .size = {320, 240}, .still = true});
+  std::filesystem::remove_all(folder.Path("mav0/cam1"));
+  const std::string command = "-q odometry " + folder.Path() + " -o " + folder.Path("run");
+  ExpectError(RunSlcmap(command), 1, "mav0: found one camera, expected cam0 and cam1, or --method");
+  const ProcessResult mono = RunSlcmap(command + " --method points-mono");
+  EXPECT_EQ(mono.exit_code, 0) << mono.error;
+  EXPECT_EQ(RunSlcmap("-q map " + folder.Path("run") + " -o " + folder.Path("map")).exit_code, 0);
+}
+
+TEST(Simulate, WritesASequenceThatCheckAcceptsAndRefusesToDoSoTwice) {
+  const TempFolder folder;
+  const std::string scene = folder.Write(
+      "scene.yaml",
+      "objects:\n"
+      "  - {kind: wall, points: [[-2, -2], [4, -2], [4, 2], [-2, 2]], closed: true, height: 3,\n"
+      "     material: brick}\n"
+      "  - {kind: slab, at: [-2, -2, 0], size: [6, 4], material: carpet}\n"
+      "  - {kind: lamp, at: [1, 0, 2.9], size: [1, 0.5], radiance: 30}\n"
+      "trajectory: {kind: robot, waypoints_m: [[0, 0, 1], [2, 0, 1]], stand_still_s: 0.2}\n");
+  const std::string camera =
+      "{camera_model: pinhole, intrinsics: [70, 70, 47.5, 31.5], distortion_model: radtan,\n"
+      "  distortion_coeffs: [-0.1, 0.01, 0, 0], resolution: [96, 64], T_imu_cam: [[0, -1, 0, 0], "
+      "[1, 0, 0, ";
+  const std::string rig = folder.Write(
+      "rig.yaml", "cam0: " + camera + "-0.05], [0, 0, 1, 0], [0, 0, 0, 1]]}\ncam1: " + camera +
+                      "0.05], [0, 0, 1, 0], [0, 0, 0, 1]]}\n" + "imu0: {" +
+                      "gyroscope_noise_density: 1.7e-4, gyroscope_random_walk: 2e-5, " +
+                      "accelerometer_noise_density: 2e-3, accelerometer_random_walk: 3e-3, " +
+                      "update_rate: 200}\n");
+  const std::string command =
+      "simulate " + scene + " --rig " + rig + " --duration 0.6 -o " + folder.Path("sequence");
+  const ProcessResult result = RunSlcmap(command);
+  EXPECT_EQ(result.exit_code, 0) << result.error;
+  EXPECT_THAT(result.error, HasSubstr("pairs"));
+  for (const char* file : {"mav0/cam0/sensor.yaml", "mav0/imu0/data.csv", "truth/edges.csv"}) {
+    EXPECT_TRUE(std::filesystem::exists(folder.Path(std::string("sequence/") + file))) << file;
+  }
+  EXPECT_THAT(RunSlcmap("check " + folder.Path("sequence")).output, HasSubstr("stereo pairs"));
+  ExpectError(RunSlcmap("-q " + command), 1, "sequence");
+  ExpectError(RunSlcmap("simulate " + folder.Path("none.yaml") + " -o " + folder.Path("new")), 2,
+              "none.yaml");
 }
 
 TEST(Check, ASequenceOfNoUseFailsAfterTheReport) {

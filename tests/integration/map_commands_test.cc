@@ -16,18 +16,11 @@ namespace slcmap {
 namespace {
 
 using ::testing::AllOf;
+using testing::ExpectError;
 using ::testing::HasSubstr;
 using testing::ProcessResult;
 using testing::RunSlcmap;
-using ::testing::StartsWith;
 using testing::TempFolder;
-
-// One line, in the form of every error.
-void ExpectError(const ProcessResult& result, int exit_code, const std::string& part) {
-  EXPECT_EQ(result.exit_code, exit_code) << result.error;
-  EXPECT_EQ(result.ErrorLines(), 1) << result.error;
-  EXPECT_THAT(result.error, AllOf(StartsWith("slcmap: error: "), HasSubstr(part)));
-}
 
 TEST(MapCommands, ARunBecomesAMapAndItsExport) {
   const TempFolder folder;
@@ -70,6 +63,33 @@ TEST(MapCommands, APartialRunIsMappedWithAWarning) {
   const ProcessResult exported =
       RunSlcmap("export " + folder.Path("map") + " -o " + folder.Path("export"));
   EXPECT_THAT(exported.error, HasSubstr("the map is partial: interrupted"));
+}
+
+TEST(MapCommands, SegmentsAreToldOf) {
+  const TempFolder folder;
+  OdometryRun run = testing::MakeWallRun();
+  for (size_t i = run.states.size() / 2; i < run.states.size(); ++i) run.states[i].segment = 1;
+  WriteRunFolder(folder.Path("run"), run);
+  const ProcessResult map = RunSlcmap("-q map " + folder.Path("run") + " -o " + folder.Path("map"));
+  EXPECT_EQ(map.exit_code, 0) << map.error;
+  EXPECT_THAT(map.error, HasSubstr("run: the estimator lost itself 1 times"));
+}
+
+TEST(MapCommands, ARunWithoutPosesIsAnEmptyMapAndSaysWhy) {
+  const TempFolder folder;
+  OdometryRun run = testing::MakeWallRun();
+  run.states.clear();
+  run.keyframes.clear();
+  run.landmarks.clear();
+  run.warnings["attempts at initialisation that failed"] = 7;
+  WriteRunFolder(folder.Path("run"), run);
+  const ProcessResult map = RunSlcmap("-q map " + folder.Path("run") + " -o " + folder.Path("map"));
+  EXPECT_EQ(map.exit_code, 0) << map.error;
+  EXPECT_EQ(map.ErrorLines(), 1) << map.error;
+  EXPECT_THAT(map.error, AllOf(HasSubstr("run: found no pose"), HasSubstr("the map is empty"),
+                               HasSubstr("attempts at initialisation that failed: 7")));
+  EXPECT_EQ(RunSlcmap("-q export " + folder.Path("map") + " -o " + folder.Path("export")).exit_code,
+            0);
 }
 
 TEST(MapCommands, ErrorsNameThePlace) {

@@ -1,6 +1,8 @@
 // Runs the program as a user does.
 #pragma once
 
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
 #include <sys/wait.h>
 
 #include <cstdlib>
@@ -34,6 +36,14 @@ inline ProcessResult RunShell(const std::string& command) {
 
 inline ProcessResult RunSlcmap(const std::string& arguments) {
   return RunShell("\\$SLCMAP " + arguments);
+}
+
+// One line, in the form of every error.
+inline void ExpectError(const ProcessResult& result, int exit_code, const std::string& part) {
+  EXPECT_EQ(result.exit_code, exit_code) << result.error;
+  EXPECT_EQ(result.ErrorLines(), 1) << result.error;
+  EXPECT_THAT(result.error, ::testing::AllOf(::testing::StartsWith("slcmap: error: "),
+                                             ::testing::HasSubstr(part)));
 }
 
 }  // namespace slcmap::testing

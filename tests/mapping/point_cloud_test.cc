@@ -44,6 +44,17 @@ TEST(PointCloud, UncertainRareAndNonFiniteLandmarksAreLeftOut) {
   EXPECT_EQ(selected[0].id, 1);
 }
 
+TEST(PointCloud, SegmentsAreKeptApart) {
+  CloudOptions options;
+  options.voxel_m = 1;
+  const std::vector<MapPoint> points = FuseLandmarks(
+      {{1, 1, {0.2, 0, 0}, 0.1, 3}, {2, 0, {0.4, 0, 0}, 0.1, 3}, {3, 1, {0.6, 0, 0}, 0.1, 3}},
+      options);
+  ASSERT_EQ(points.size(), 2u);
+  EXPECT_THAT(points[0].landmark_ids, ElementsAre(2));
+  EXPECT_THAT(points[1].landmark_ids, ElementsAre(1, 3));
+}
+
 TEST(PointCloud, LandmarksOfAVoxelAreWeightedByTheirCertainty) {
   CloudOptions options;
   options.voxel_m = 1;
