@@ -44,7 +44,7 @@ TEST(Odometry, ErrorsNameThePlace) {
   ExpectError(RunSlcmap("odometry " + folder.Path("none") + run), 1, "none: found no such folder");
   testing::WriteSequence(folder, {.images = 2});
   const std::string sequence = "odometry " + folder.Path() + run;
-  ExpectError(RunSlcmap(sequence + " --method slc"), 2, "points or points-mono");
+  ExpectError(RunSlcmap(sequence + " --method plane"), 2, "structural or slc");
   folder.Write("bad.yaml", "window: {max_keyfraems: 3}\n");
   ExpectError(RunSlcmap(sequence + " --config " + folder.Path("bad.yaml")), 2,
               "bad.yaml: window.max_keyfraems: unknown key");
