@@ -103,7 +103,8 @@ TEST(Preintegration, ARestThatIsCutChangesNothingButTheBiasWalk) {
   const auto integrate = [&](int rest_samples) {
     Preintegration imu(noise, Vector3d::Zero(), Vector3d::Zero());
     for (int64_t i = 0; i <= 100 + rest_samples; ++i) {
-      const double rate_rad_s = i < 100 ? 0.5 * std::sin(static_cast<double>(i) * std::numbers::pi / 100) : 0;
+      const double rate_rad_s =
+          i < 100 ? 0.5 * std::sin(static_cast<double>(i) * std::numbers::pi / 100) : 0;
       imu.Append({i * 5'000'000, {rate_rad_s, 0, 0}, {0, 0, i < 100 ? 1.0 : 0.0}});
     }
     return imu;
