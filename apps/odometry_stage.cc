@@ -134,7 +134,8 @@ void LogLines(const OdometryRun& run) {
       headings += fmt::format("{}{:.1f}", headings.empty() ? "" : ", ",
                               world.heading_rad * 180 / std::numbers::pi);
     }
-    spdlog::info("{} Manhattan worlds, headings {} degrees", run.manhattan_worlds.size(), headings);
+    spdlog::info("Manhattan worlds: {}, headings {} degrees", run.manhattan_worlds.size(),
+                 headings);
   }
   if (run.lines.empty()) return;
   const LineLives lives = MeasureLineLives(run.lines);

@@ -68,9 +68,10 @@ row() {
   fi
   local ape rotation loop heading coverage cpu precision direction lines
   read -r ape rotation loop heading coverage precision direction < <(jq -r '
-    [.ape.posyaw.position_m.rmse, .ape.posyaw.rotation_deg.rmse, .loop.percent_of_path,
+    (.lines.lines // 0) as $lines | [.ape.posyaw.position_m.rmse, .ape.posyaw.rotation_deg.rmse, .loop.percent_of_path,
      .heading_error_at_end_deg, 100 * .coverage.after_initialisation,
-     ((.lines.scores // [])[] | select(.tolerance_m == 0.05) | 100 * .precision) // null,
+     ((.lines.scores // [])[] | select(.tolerance_m == 0.05 and $lines > 0) |
+       100 * .precision) // null,
      .lines.accuracy.direction_mean_deg] | map(. // "null") | join(" ")' \
     "$folder/metrics.json")
   lines=$(jq -r '"\(.line_lives.lines) | \(.line_lives.median_keyframes)"' "$folder/run/run.json")
