@@ -143,13 +143,16 @@ struct ManhattanOptions {
   double min_separation_rad = 0.14;  // between headings
   // When a heading is certain: its lines are the greater part, along both of its axes, or nearly
   // all, along one axis but on all sides of the camera, as in a corridor.
-  int min_images = 10;              // in which it has min_image_share
-  double min_image_share = 0.4;     // of the segments that vote, by length
-  double min_mean_length_px = 500;  // of the segments for it, an image
-  double max_runner_up = 0.6;       // share of the next best heading over its own
+  int min_images = 10;               // in which it has min_image_share
+  int min_images_below = 25;         // where its lines are nearly all below the camera, as those
+                                     // of things that stand about are
+  double min_image_share = 0.4;      // of the segments that vote, by length
+  double min_mean_length_px = 500;   // of the segments for it, an image
+  double min_overhead_share = 0.05;  // above the camera; less is nearly all below
+  double max_runner_up = 0.6;        // share of the next best heading over its own
   double min_share = 0.55;
   double min_minor_share = 0.12;  // along the axis with fewer lines
-  double min_one_axis_share = 0.85;
+  double min_one_axis_share = 0.75;
   double min_spread = 0.45;  // 0: lines all to one side, 1: all around
   void Check() const;
   void Read(YamlSection section);

@@ -41,6 +41,7 @@ std::optional<Vote> VoteOf(const ManhattanOptions& options, const Interpretation
       Wrap(std::atan2(d.y(), d.x()) - kQuarterTurn_rad, 2 * kQuarterTurn_rad) + kQuarterTurn_rad;
   vote.weight_px = std::min(length_px, options.full_weight_px);
   vote.pencil_rad = std::atan2(horizontal, n.z());
+  vote.above = plane.middle.z() > 0;
   return vote;
 }
 
@@ -105,18 +106,22 @@ class HeadingHistogram {
   std::vector<double> bins_;
 };
 
-// Least squares over the votes near a heading, reweighted; returns the standard deviation too.
+// Least squares over the votes for a heading, reweighted; returns the standard deviation too. The
+// votes have to come within less than in the search, or objects that stand nearly along the
+// building turn it.
 std::pair<double, double> Refine(const ManhattanOptions& options, const Images& images,
                                  double heading_rad) {
   double information = 0;
-  for (int iteration = 0; iteration < 8; ++iteration) {
+  for (double narrowing = 1; narrowing > 0.3; narrowing *= 0.85) {
     double sum = 0;
     information = 0;
     for (const auto& votes : images) {
       for (const Vote& vote : votes) {
-        const double w = Kernel(SigmasApart(options, vote, heading_rad), options.max_sigmas) /
-                         (vote.sigma_rad * vote.sigma_rad);
-        sum += w * Wrap(vote.heading_rad - heading_rad, kQuarterTurn_rad);
+        const double apart_rad = Wrap(vote.heading_rad - heading_rad, kQuarterTurn_rad);
+        const double sigma_rad = std::hypot(vote.sigma_rad, options.search_sigma_rad);
+        const double w = Kernel(apart_rad / (narrowing * sigma_rad), options.max_sigmas) /
+                         (sigma_rad * sigma_rad);
+        sum += w * apart_rad;
         information += w;
       }
     }
@@ -131,12 +136,14 @@ std::pair<double, double> Refine(const ManhattanOptions& options, const Images& 
 struct Support {
   double weight_px[2] = {0, 0};
   Eigen::Vector2d pencil[2] = {Eigen::Vector2d::Zero(), Eigen::Vector2d::Zero()};
+  double above_px = 0;
   double length_px() const { return weight_px[0] + weight_px[1]; }
 
   void Add(const Vote& vote, double heading_rad, double weight) {
     const double from_x_rad = Wrap(vote.heading_rad - heading_rad, 2 * kQuarterTurn_rad);
     const int axis = std::abs(from_x_rad) < 0.5 * kQuarterTurn_rad ? 0 : 1;
     weight_px[axis] += weight;
+    if (vote.above) above_px += weight;
     // Planes repeat after half a turn: mean of the doubled angles.
     pencil[axis] +=
         weight * Eigen::Vector2d(std::cos(2 * vote.pencil_rad), std::sin(2 * vote.pencil_rad));
@@ -167,6 +174,7 @@ HeadingEvidence Weigh(const ManhattanOptions& options, const Images& images, dou
   evidence.minor_share =
       std::min(support.weight_px[0], support.weight_px[1]) / std::max(all_px, 1e-9);
   evidence.spread = support.Spread();
+  evidence.overhead_share = support.above_px / std::max(support.length_px(), 1e-9);
   evidence.mean_length_px = support.length_px() / static_cast<double>(images.size());
   return evidence;
 }
@@ -232,7 +240,9 @@ std::optional<HeadingEvidence> ManhattanDetector::Best() const {
 }
 
 bool ManhattanDetector::IsCertain(const HeadingEvidence& e) const {
-  if (e.images < options_.min_images || e.mean_length_px < options_.min_mean_length_px) {
+  const bool overhead = e.overhead_share >= options_.min_overhead_share;
+  if (e.images < (overhead ? options_.min_images : options_.min_images_below) ||
+      e.mean_length_px < options_.min_mean_length_px) {
     return false;
   }
   if (e.runner_up_share > options_.max_runner_up * e.share) return false;

@@ -20,6 +20,7 @@ struct HeadingEvidence {
   double minor_share = 0;      // that follows the axis with less of it
   double runner_up_share = 0;  // of the next best heading
   double spread = 0;           // 0: its lines lie to one side of the camera, 1: all around it
+  double overhead_share = 0;   // of its lines: above the camera's height
   double mean_length_px = 0;   // of the segments that follow, an image
   int images = 0;              // in which it has the largest share
 };
@@ -54,6 +55,7 @@ class ManhattanDetector {
     double sigma_rad = 0;
     double weight_px = 0;
     double pencil_rad = 0;  // of its plane, about that heading: 0 level with the camera
+    bool above = false;     // the camera's height, or below it
   };
 
  private:
