@@ -1,9 +1,11 @@
 #include "odometry/odometry.h"
 
 #include <deque>
+#include <utility>
 
 #include "data/calibration.h"
 #include "data/error.h"
+#include "odometry/finite_run.h"
 #include "odometry/frontend/line_tracker.h"
 #include "odometry/frontend/point_tracker.h"
 #include "odometry/frontend/rectifier.h"
@@ -108,7 +110,7 @@ class Odometry::Impl {
       run.warnings["images whose IMU samples did not arrive"] = std::ssize(pending_);
     estimator_.Describe(&run);
     run.timings.stages = estimator_.clock().Stages();
-    return run;
+    return WithoutNonFinite(std::move(run));
   }
 
  private:

@@ -28,8 +28,9 @@ class Odometry {
   // pairs, wrong sizes and empty left images are counted and dropped.
   std::vector<OnlineState> AddStereo(const StereoImage& image);
 
-  // What was estimated so far: keyframes, landmarks, states, warnings; valid at any time. Timings
-  // hold the stages' share; the whole process is the caller's to measure.
+  // What was estimated so far: keyframes, landmarks, states, warnings; valid at any time. What is
+  // not finite is left out and counted. Timings hold the stages' share; the whole process is the
+  // caller's to measure.
   OdometryRun Run() const;
 
  private:

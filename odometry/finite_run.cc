@@ -1,0 +1,96 @@
+#include "odometry/finite_run.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace slcmap {
+namespace {
+
+bool IsFinite(const RigidTransform& transform) {
+  return transform.translation.allFinite() && transform.rotation.coeffs().allFinite();
+}
+
+bool IsFinite(const OnlineState& state) {
+  return IsFinite(state.T_world_imu) && state.velocity_world_m_s.allFinite() &&
+         state.gyro_bias_rad_s.allFinite() && state.accel_bias_m_s2.allFinite();
+}
+
+bool IsFinite(const KeyframeObservation& seen) {
+  return seen.left_px.allFinite() && (!seen.right_px || seen.right_px->allFinite());
+}
+
+bool IsFinite(const LineSegment& segment) {
+  return segment.start.allFinite() && segment.end.allFinite();
+}
+
+bool IsFinite(const LineObservation& seen) {
+  return IsFinite(seen.left_px) && (!seen.right_px || IsFinite(*seen.right_px));
+}
+
+bool IsFinite(const Landmark& landmark) {
+  return landmark.p_world.allFinite() && std::isfinite(landmark.sigma_m);
+}
+
+bool IsFinite(const Line& line) {
+  return line.start_world.allFinite() && line.end_world.allFinite() &&
+         line.covariance_m2.allFinite();
+}
+
+bool IsFinite(const ManhattanWorld& world) {
+  return std::isfinite(world.heading_rad) && std::isfinite(world.sigma_rad);
+}
+
+bool IsFinite(const Keyframe& keyframe);
+
+template <typename Item>
+bool AllFinite(const std::vector<Item>& items) {
+  return std::all_of(items.begin(), items.end(), [](const Item& item) { return IsFinite(item); });
+}
+
+bool IsFinite(const Keyframe& keyframe) {
+  return IsFinite(keyframe.T_world_imu) && AllFinite(keyframe.observations) &&
+         AllFinite(keyframe.lines);
+}
+
+// Removes what is not finite; counts it in the warnings.
+template <typename Item>
+void DropNonFinite(const std::string& warning, std::vector<Item>* items, OdometryRun* run) {
+  const auto dropped = std::erase_if(*items, [](const Item& item) { return !IsFinite(item); });
+  if (dropped > 0) run->warnings[warning] += static_cast<int64_t>(dropped);
+}
+
+// With a world go the lines along its axes; the others are told its new place.
+void DropNonFiniteWorlds(OdometryRun* run) {
+  for (int i = static_cast<int>(run->manhattan_worlds.size()) - 1; i >= 0; --i) {
+    if (IsFinite(run->manhattan_worlds[i])) continue;
+    ++run->warnings["manhattan_worlds_not_finite"];
+    run->manhattan_worlds.erase(run->manhattan_worlds.begin() + i);
+    std::erase_if(run->lines, [&](const Line& line) { return line.world == i; });
+    for (Line& line : run->lines) line.world -= line.world > i ? 1 : 0;
+  }
+}
+
+}  // namespace
+
+bool IsFinite(const OdometryRun& run) {
+  return AllFinite(run.states) && AllFinite(run.keyframes) && AllFinite(run.landmarks) &&
+         AllFinite(run.lines) && AllFinite(run.manhattan_worlds);
+}
+
+OdometryRun WithoutNonFinite(OdometryRun run) {
+  DropNonFinite("states_not_finite", &run.states, &run);
+  for (Keyframe& keyframe : run.keyframes) {
+    DropNonFinite("observations_not_finite", &keyframe.observations, &run);
+    DropNonFinite("line_observations_not_finite", &keyframe.lines, &run);
+  }
+  DropNonFinite("keyframes_not_finite", &run.keyframes, &run);
+  DropNonFinite("landmarks_not_finite", &run.landmarks, &run);
+  DropNonFinite("lines_not_finite", &run.lines, &run);
+  DropNonFiniteWorlds(&run);
+  return run;
+}
+
+}  // namespace slcmap
