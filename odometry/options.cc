@@ -180,6 +180,7 @@ void ForEachSection(Options& options, const Visit& visit) {
   visit("keyframes", options.keyframes);
   visit("initializer", options.initializer);
   visit("failure", options.failure);
+  visit("lines", options.lines);
   visit("manhattan", options.manhattan);
   visit("line_classifier", options.line_classifier);
   visit("points_on_lines", options.points_on_lines);
