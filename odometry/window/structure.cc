@@ -2,6 +2,7 @@
 
 #include <spdlog/spdlog.h>
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <utility>
 
@@ -129,11 +130,22 @@ std::unordered_set<int64_t> Structure::ReleaseOldest(const CostModel& model, Win
     if (!gone.contains(id)) continue;
     if (line.estimated) dropped->push_back(line.block.data());
     if (line.estimated && !line.retired) {
-      left_lines_.push_back(Describe(line, model, window->prior));
+      Line told = Describe(line, model, window->prior);
+      if (IsWorthTelling(told)) left_lines_.push_back(std::move(told));
     }
     memberships_.ReleaseLine(id);
   }
   return gone;
+}
+
+bool Structure::IsWorthTelling(const Line& line) const {
+  const double variance_m2 =
+      Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(line.covariance_m2, Eigen::EigenvaluesOnly)
+          .eigenvalues()
+          .maxCoeff();
+  return line.observations >= options_.min_observations &&
+         variance_m2 <= options_.max_sigma_m * options_.max_sigma_m &&
+         line.start_world.allFinite() && line.end_world.allFinite();
 }
 
 void Structure::Collect(int segment, OdometryRun* run) {
@@ -151,9 +163,11 @@ void Structure::AddContents(int segment, const WindowState& window, const CostMo
   const int first_world = static_cast<int>(run->manhattan_worlds.size());
   for (const auto& [id, line] : window.lines) {
     if (!line.estimated || line.retired) continue;
-    Line& out = run->lines.emplace_back(Describe(line, model, window.prior));
-    out.segment = segment;
-    if (out.world >= 0) out.world += first_world;
+    Line told = Describe(line, model, window.prior);
+    if (!IsWorthTelling(told)) continue;
+    told.segment = segment;
+    if (told.world >= 0) told.world += first_world;
+    run->lines.push_back(std::move(told));
   }
   for (const HeadingState& heading : window.headings) {
     ManhattanWorld world;
