@@ -194,7 +194,7 @@ struct LineLandmarkOptions {
   double merge_distance_m = 0.03;  // two lines of one axis nearer than this are one
   double point_sigma_m = 0.15;     // of a point's distance from the line it belongs to
   // Of the lines that the run tells: how well they must be known, and be seen.
-  double max_sigma_m = 0.015;  // of the line's middle, across it
+  double max_sigma_m = 0.01;   // of the line's middle, across it
   int min_observations = 4;    // keyframes that saw it
   int max_unseen = 20;         // lines that are kept though the window sees them no longer
   void Check() const;
