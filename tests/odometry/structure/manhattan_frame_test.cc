@@ -212,8 +212,8 @@ TEST_F(CorridorFrames, DirectionsAreThoseOfTheWalls) {
               errors_deg[errors_deg.size() * 9 / 10], errors_deg.size());
   EXPECT_GE(found, static_cast<int>(names_.size()) - 1);
   EXPECT_GT(share / found, 0.9);
-  // The sensor itself bends surfaces by about a degree: floor and walls are not at right angles in
-  // it.
+  // Bounds above what was measured (1.1 and 1.8). In the depth images alone, walls and floor are up
+  // to 1.2 degrees (median 0.4) from a right angle, which is part of it; the rest is not explained.
   EXPECT_LT(errors_deg[errors_deg.size() / 2], 1.5);
   EXPECT_LT(errors_deg[errors_deg.size() * 9 / 10], 2.0);
 }
