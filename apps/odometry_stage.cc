@@ -136,6 +136,8 @@ void LogLines(const OdometryRun& run) {
     }
     spdlog::info("Manhattan worlds: {}, headings {} degrees", run.manhattan_worlds.size(),
                  headings);
+  } else if (UsesStructure(MethodFromName(run.method))) {
+    spdlog::info("no Manhattan world found: the building's directions were not used");
   }
   if (run.lines.empty()) return;
   const LineLives lives = MeasureLineLives(run.lines);

@@ -34,6 +34,10 @@ std::string MethodName(Method method) {
 
 bool UsesLines(Method method) { return method != Method::kPointsMono && method != Method::kPoints; }
 
+bool UsesStructure(Method method) {
+  return method == Method::kStructural || method == Method::kSlc;
+}
+
 constexpr OptionTable kRectifier{
     Option{"max_field_of_view_rad", &RectifierOptions::max_field_of_view_rad, 0.2, 2.8},
     Option{"scale", &RectifierOptions::scale, 0.1, 4.0}};
@@ -159,6 +163,7 @@ constexpr OptionTable kLineLandmark{
     Option{"loss_sigma", &LineLandmarkOptions::loss_sigma, 0.1, 100.0},
     Option{"max_chi2", &LineLandmarkOptions::max_chi2, 1.0, 1e6},
     Option{"max_new_chi2", &LineLandmarkOptions::max_new_chi2, 1.0, 1e6},
+    Option{"anchor_at_origin", &LineLandmarkOptions::anchor_at_origin, false, true},
     Option{"min_sights", &LineLandmarkOptions::min_sights, 1, 100},
     Option{"min_general_sights", &LineLandmarkOptions::min_general_sights, 1, 100},
     Option{"general_lines", &LineLandmarkOptions::general_lines, false, true},

@@ -14,6 +14,7 @@ enum class Method { kPointsMono, kPoints, kPointsLines, kStructural, kSlc };
 Method MethodFromName(const std::string& name);
 std::string MethodName(Method method);
 bool UsesLines(Method method);
+bool UsesStructure(Method method);  // lines along the building's axes
 
 struct RectifierOptions {
   double max_field_of_view_rad = 2.1;  // of the rectified image's width; matters for fisheye only
@@ -188,15 +189,16 @@ struct LineLandmarkOptions {
   double loss_sigma = 1.5;         // where the robust loss turns
   double max_chi2 = 8.0;           // of one camera's sight (2 rows) that is kept
   double max_new_chi2 = 25.0;      // the same when a line is first estimated
+  bool anchor_at_origin = false;   // as in the paper; else where the line was first seen from
   int min_sights = 2;              // keyframes that saw a line before it is estimated
   int min_general_sights = 4;      // the same for a line of no axis
   bool general_lines = false;      // also lines of no axis, with structural and slc
   double merge_distance_m = 0.03;  // two lines of one axis nearer than this are one
   double point_sigma_m = 0.15;     // of a point's distance from the line it belongs to
   // Of the lines that the run tells: how well they must be known, and be seen.
-  double max_sigma_m = 0.01;   // of the line's middle, across it
-  int min_observations = 4;    // keyframes that saw it
-  int max_unseen = 20;         // lines that are kept though the window sees them no longer
+  double max_sigma_m = 0.01;  // of the line's middle, across it
+  int min_observations = 4;   // keyframes that saw it
+  int max_unseen = 20;        // lines that are kept though the window sees them no longer
   void Check() const;
   void Read(YamlSection section);
 };

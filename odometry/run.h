@@ -55,7 +55,7 @@ struct Landmark {
 struct ManhattanWorld {
   int segment = 0;
   double heading_rad = 0;   // in (-pi/4, pi/4]: X and Y are interchangeable
-  double sigma_rad = 0;     // relative to the window that found it
+  double sigma_rad = 0;     // when it was found; the window has refined the heading since
   int64_t found_at_ns = 0;  // stamp of the image
 };
 

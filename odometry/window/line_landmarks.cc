@@ -260,7 +260,9 @@ void EstimateLines(const LineLandmarkOptions& options, const LineKinds& kinds,
   for (auto& [id, line] : window->lines) {
     if (line.estimated || line.retired) continue;
     if (static_cast<int>(line.frames.size()) < options.min_sights) continue;
-    line.anchor_world = WorldFromLeftCamera(*line.frames.front(), model.geometry).translation;
+    if (!options.anchor_at_origin) {
+      line.anchor_world = WorldFromLeftCamera(*line.frames.front(), model.geometry).translation;
+    }
     const auto agreed =
         kinds.structural ? AgreedClass(line, headings, classifier, model) : std::nullopt;
     if (agreed) {

@@ -10,7 +10,7 @@ namespace slcmap {
 namespace {
 
 LineKinds KindsOf(const OdometryOptions& options) {
-  const bool structural = options.method == Method::kStructural || options.method == Method::kSlc;
+  const bool structural = UsesStructure(options.method);
   return {structural, options.method == Method::kPointsLines ||
                           (structural && options.line_landmarks.general_lines)};
 }
@@ -48,6 +48,7 @@ void Structure::FindHeadings(const FrameState& newest, const CostModel& model,
     HeadingState& heading = window->headings.emplace_back();
     heading.world = static_cast<int>(window->headings.size()) - 1;
     heading.heading_rad[0] = found.heading_rad;
+    heading.found_sigma_rad = found.sigma_rad;
     heading.found_at_ns = newest.stamp_ns;
     spdlog::info("found Manhattan world {}, heading {:.2f} degrees", heading.world,
                  found.heading_rad * 180 / M_PI);
@@ -173,6 +174,7 @@ void Structure::AddContents(int segment, const WindowState& window, const CostMo
     ManhattanWorld world;
     world.segment = segment;
     world.heading_rad = heading.heading_rad[0];
+    world.sigma_rad = heading.found_sigma_rad;
     world.found_at_ns = heading.found_at_ns;
     run->manhattan_worlds.push_back(world);
   }

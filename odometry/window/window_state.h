@@ -66,6 +66,7 @@ struct HeadingState {
   int world = 0;  // counts those of the segment
   HeadingBlock heading_rad{};
   std::optional<HeadingBlock> linearization;
+  double found_sigma_rad = 0;  // as it was found
   int64_t found_at_ns = 0;
 };
 
