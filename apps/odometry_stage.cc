@@ -60,9 +60,9 @@ class Feeder {
   void FeedAll() {
     Progress progress("odometry", static_cast<int64_t>(sequence_.images.size()));
     const int64_t first_ns = sequence_.images.front().stamp_ns;
-    while (const std::optional<StereoImage> image = NextImage()) {
+    while (const std::optional<ReadPair> image = NextImage()) {
       FeedImuUntil(image->stamp_ns);
-      for (const OnlineState& state : odometry_.AddStereo(*image)) {
+      for (const OnlineState& state : odometry_.AddStereo(*image, image->decode_right)) {
         stream_.Add({state.stamp_ns, state.T_world_imu});
         path_.Add(state);
       }
@@ -95,9 +95,9 @@ class Feeder {
   double path_length_m() const { return path_.length_m(); }
 
  private:
-  std::optional<StereoImage> NextImage() {
+  std::optional<ReadPair> NextImage() {
     const auto before = std::chrono::steady_clock::now();
-    std::optional<StereoImage> image = reader_.Next();
+    std::optional<ReadPair> image = reader_.Next();
     wait_s_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - before).count();
     return image;
   }

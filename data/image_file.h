@@ -1,6 +1,7 @@
 // One image of a sequence from its file.
 #pragma once
 
+#include <functional>
 #include <opencv2/core/mat.hpp>
 #include <string>
 
@@ -16,5 +17,13 @@ struct ImageRead {
 // JPEG without its end mark count as truncated, whatever could be decoded of them. An image of
 // another size than `size` (any, where that is empty) is a problem too.
 ImageRead ReadGrayImage(const std::string& path, const cv::Size& size);
+
+// The same, but a PNG is only decoded by `decode`, which gives an empty image where its pixels are
+// damaged; all other problems are found at once.
+struct DeferredImageRead {
+  std::function<cv::Mat()> decode;
+  const char* problem = nullptr;
+};
+DeferredImageRead ReadGrayImageDeferred(const std::string& path, const cv::Size& size);
 
 }  // namespace slcmap

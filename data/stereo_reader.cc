@@ -10,28 +10,28 @@
 namespace slcmap {
 namespace {
 
-// A decoded pair, or the file that spoiled it.
+// A pair, or the file that spoiled it.
 struct Item {
-  StereoImage image;
+  ReadPair image;
   const char* problem = nullptr;
   std::string path;
 };
 
-Item ReadPair(const StereoEntry& entry, const Rig& rig, bool read_right) {
+Item ReadItem(const StereoEntry& entry, const Rig& rig, bool read_right) {
   Item item;
   item.image.stamp_ns = entry.stamp_ns;
-  const auto read = [&](const std::string& path, int camera) {
-    const cv::Size size(rig.cameras[camera].width_px, rig.cameras[camera].height_px);
-    const ImageRead result = ReadGrayImage(path, size);
-    if (result.problem != nullptr) {
-      item.problem = result.problem;
-      item.path = path;
-    }
-    return result.image;
+  const auto size = [&](int camera) {
+    return cv::Size(rig.cameras[camera].width_px, rig.cameras[camera].height_px);
   };
-  item.image.left = read(entry.left_path, 0);
-  if (read_right && !entry.right_path.empty() && item.problem == nullptr)
-    item.image.right = read(entry.right_path, 1);
+  const ImageRead left = ReadGrayImage(entry.left_path, size(0));
+  item.image.left = left.image;
+  item.problem = left.problem;
+  item.path = entry.left_path;
+  if (!read_right || entry.right_path.empty() || left.problem != nullptr) return item;
+  const DeferredImageRead right = ReadGrayImageDeferred(entry.right_path, size(1));
+  item.image.decode_right = right.decode;
+  item.problem = right.problem;
+  item.path = entry.right_path;
   return item;
 }
 
@@ -51,7 +51,7 @@ class StereoReader::Impl {
     thread_.join();
   }
 
-  std::optional<StereoImage> Next() {
+  std::optional<ReadPair> Next() {
     while (taken_ < sequence_.images.size()) {
       Item item = Take();
       ++taken_;
@@ -66,7 +66,7 @@ class StereoReader::Impl {
  private:
   void ReadAhead() {
     for (const StereoEntry& entry : sequence_.images) {
-      Item item = ReadPair(entry, sequence_.rig, options_.read_right);
+      Item item = ReadItem(entry, sequence_.rig, options_.read_right);
       std::unique_lock lock(mutex_);
       changed_.wait(lock, [this] {
         return stop_ || queue_.size() < static_cast<size_t>(options_.read_ahead);
@@ -100,7 +100,7 @@ class StereoReader::Impl {
 StereoReader::StereoReader(const Sequence& sequence, const StereoReaderOptions& options)
     : impl_(std::make_unique<Impl>(sequence, options)) {}
 StereoReader::~StereoReader() = default;
-std::optional<StereoImage> StereoReader::Next() { return impl_->Next(); }
+std::optional<ReadPair> StereoReader::Next() { return impl_->Next(); }
 const Warnings& StereoReader::warnings() const { return impl_->warnings(); }
 
 }  // namespace slcmap

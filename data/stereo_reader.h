@@ -1,6 +1,7 @@
 // Reads the images of a sequence ahead of their use, in a thread.
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <optional>
 
@@ -9,8 +10,14 @@
 namespace slcmap {
 
 struct StereoReaderOptions {
-  bool read_right = true;  // false leaves the right images empty and unread
+  bool read_right = true;  // false leaves the right images unread
   int read_ahead = 8;      // pairs decoded and waiting, at most
+};
+
+// A pair whose right image is still encoded: decoding takes longer than tracking, and odometry
+// looks at the right image on keyframes only.
+struct ReadPair : StereoImage {           // `right` stays empty
+  std::function<cv::Mat()> decode_right;  // gives an empty image where the pixels are damaged
 };
 
 class StereoReader {
@@ -21,8 +28,8 @@ class StereoReader {
 
   // The next pair that can be read, in the order of the stamps; nothing at the end. Pairs with an
   // image that is missing, truncated, undecodable or of another size than calibrated are left out
-  // and counted.
-  std::optional<StereoImage> Next();
+  // and counted; of a right PNG, only its header is decoded to tell.
+  std::optional<ReadPair> Next();
 
   // What was left out before the pair given last; the same whatever the threads' timing.
   const Warnings& warnings() const;

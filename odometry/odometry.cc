@@ -29,30 +29,52 @@ Rig CheckedRig(const Rig& rig, const OdometryOptions& options) {
   return rig;
 }
 
+struct Pending {
+  StereoImage image;
+  std::function<cv::Mat()> decode_right;
+};
+
+// The pair in process. Its right image is decoded and rectified once it is asked for.
+class RectifiedPair {
+ public:
+  RectifiedPair() = default;
+  RectifiedPair(cv::Mat left, std::function<cv::Mat()> rectify_right)
+      : left_(std::move(left)), rectify_right_(std::move(rectify_right)) {}
+  const cv::Mat& left() const { return left_; }
+  const cv::Mat& right() {
+    if (rectify_right_) right_ = std::exchange(rectify_right_, nullptr)();
+    return right_;
+  }
+
+ private:
+  cv::Mat left_, right_;
+  std::function<cv::Mat()> rectify_right_;
+};
+
 class TrackedPoints final : public PointSource {
  public:
-  explicit TrackedPoints(PointTracker* tracker) : tracker_(tracker) {}
+  TrackedPoints(PointTracker* tracker, RectifiedPair* pair) : tracker_(tracker), pair_(pair) {}
   const std::vector<PointObservation>& observations() const override {
     return tracker_->observations();
   }
-  void Detect() override { tracker_->Detect(); }
+  void Detect() override { tracker_->Detect(pair_->right()); }
   void Remove(const std::unordered_set<int64_t>& ids) override { tracker_->Remove(ids); }
   void Reset() override { tracker_->Reset(); }
 
  private:
   PointTracker* tracker_;
+  RectifiedPair* pair_;
 };
 
-// Tracks lines in the pair that was last shown.
 class TrackedLines final : public LineSource {
  public:
-  TrackedLines(const LineTrackerOptions& options, const Rectifier& rectifier)
-      : tracker_(options, rectifier.rectified_rig(), rectifier.mask(0), rectifier.mask(1)) {}
-  void Show(const StereoImage& rectified) { image_ = rectified; }
+  TrackedLines(const LineTrackerOptions& options, const Rectifier& rectifier, RectifiedPair* pair)
+      : tracker_(options, rectifier.rectified_rig(), rectifier.mask(0), rectifier.mask(1)),
+        pair_(pair) {}
   void Track(const Eigen::Quaterniond& R_now_previous,
              const std::vector<LinePrediction>& predictions,
              const std::vector<Eigen::Vector3d>& axes_camera) override {
-    tracker_.Track(image_.left, image_.right, R_now_previous, predictions, axes_camera);
+    tracker_.Track(pair_->left(), pair_->right(), R_now_previous, predictions, axes_camera);
   }
   const std::vector<LineObservation>& observations() const override {
     return tracker_.observations();
@@ -62,7 +84,7 @@ class TrackedLines final : public LineSource {
 
  private:
   LineTracker tracker_;
-  StereoImage image_;
+  RectifiedPair* pair_;
 };
 
 }  // namespace
@@ -74,9 +96,10 @@ class Odometry::Impl {
         rig_(CheckedRig(rig, options)),
         rectifier_(rig, options.rectifier),
         tracker_(options.points, rectifier_.rectified_rig(), rectifier_.mask(0)),
-        points_(&tracker_),
-        lines_(UsesLines(options.method) ? std::make_unique<TrackedLines>(options.lines, rectifier_)
-                                         : nullptr),
+        points_(&tracker_, &pair_),
+        lines_(UsesLines(options.method)
+                   ? std::make_unique<TrackedLines>(options.lines, rectifier_, &pair_)
+                   : nullptr),
         estimator_(options, rectifier_.rectified_rig(), &points_, lines_.get()) {}
 
   void AddImu(const ImuSample& sample) {
@@ -85,15 +108,16 @@ class Odometry::Impl {
     }
   }
 
-  std::vector<OnlineState> AddStereo(const StereoImage& image) {
-    if (Acceptable(image)) pending_.push_back(image);
+  std::vector<OnlineState> AddStereo(const StereoImage& image,
+                                     std::function<cv::Mat()> decode_right) {
+    if (Acceptable(image)) pending_.push_back({image, std::move(decode_right)});
     if (pending_.size() > kMaxPending) {
       Warn("images dropped whose IMU samples did not arrive");
       pending_.pop_front();
     }
     std::vector<OnlineState> states;
-    while (!pending_.empty() && estimator_.imu().Covers(StampOnImuClock(pending_.front()))) {
-      if (const auto state = Process(pending_.front())) states.push_back(*state);
+    while (!pending_.empty() && estimator_.imu().Covers(StampOnImuClock(pending_.front().image))) {
+      if (const auto state = Process()) states.push_back(*state);
       pending_.pop_front();
     }
     states_.insert(states_.end(), states.begin(), states.end());
@@ -114,60 +138,69 @@ class Odometry::Impl {
   }
 
  private:
-  // One image, stage by stage.
-  std::optional<OnlineState> Process(const StereoImage& image) {
+  // The pair that has waited longest, stage by stage.
+  std::optional<OnlineState> Process() {
+    const StereoImage& image = pending_.front().image;
     const int64_t stamp_ns = StampOnImuClock(image);
     if (estimator_.imu().first_stamp_ns() > stamp_ns) {
       Warn("images dropped that came before the first IMU sample");
       return std::nullopt;
     }
-    const RepeatedImages::Repeats hangs = WhatHangs(image, stamp_ns);
-    if (hangs.left) return std::nullopt;
+    if (Hangs(image.left, stamp_ns, &repeated_left_)) {
+      Warn("images dropped that repeat the one before while the rig moves");
+      return std::nullopt;
+    }
     estimator_.CheckGaps(stamp_ns);
-    const StereoImage rectified = Rectify(image, hangs.right);
-    TrackPoints(rectified, stamp_ns);
-    if (lines_) lines_->Show(rectified);
+    pair_ = RectifiedPair(RectifiedLeft(), [this] { return RectifiedRight(); });
+    TrackPoints(stamp_ns);
     std::optional<OnlineState> state = estimator_.AddImage(stamp_ns);
     if (state) state->stamp_ns = image.stamp_ns;
     return state;
   }
 
-  // The cameras that repeat their last image although the rig moves. At rest images may be the
-  // same.
-  RepeatedImages::Repeats WhatHangs(const StereoImage& image, int64_t stamp_ns) {
-    const RepeatedImages::Repeats repeats = repeated_images_.Compare(image);
-    if (!(repeats.left || repeats.right) || estimator_.RestsUntil(stamp_ns)) return {};
-    if (repeats.left) {
-      Warn("images dropped that repeat the one before while the rig moves");
-    } else {
-      Warn("right images ignored that repeat the one before while the rig moves");
-    }
-    return repeats;
+  // Whether a camera repeats its last image although the rig moves. At rest images may be the same.
+  bool Hangs(const cv::Mat& image, int64_t stamp_ns, RepeatedImages* repeated) const {
+    return repeated->Repeats(image) && !estimator_.RestsUntil(stamp_ns);
   }
 
-  StereoImage Rectify(const StereoImage& image, bool without_right) {
+  cv::Mat RectifiedLeft() {
     const auto timed = estimator_.clock()->Time("rectification");
-    const bool stereo =
-        !without_right && options_.method != Method::kPointsMono && !image.right.empty();
-    return {image.stamp_ns, rectifier_.Rectify(image.left, 0),
-            stereo ? rectifier_.Rectify(image.right, 1) : cv::Mat()};
+    return rectifier_.Rectify(pending_.front().image.left, 0);
   }
 
-  void TrackPoints(const StereoImage& rectified, int64_t stamp_ns) {
+  // Of the pair in process; empty where there is none. Called on keyframes only.
+  cv::Mat RectifiedRight() {
+    if (options_.method == Method::kPointsMono) return cv::Mat();
+    const auto& [image, decode_right] = pending_.front();
+    const cv::Mat right = image.right.empty() && decode_right ? decode_right() : image.right;
+    if (right.empty() && !decode_right) return right;
+    if (!Fits(right, 1)) {
+      Warn("right images left out that were damaged");
+      return cv::Mat();
+    }
+    if (Hangs(right, StampOnImuClock(image), &repeated_right_)) {
+      Warn("right images ignored that repeat the one before while the rig moves");
+      return cv::Mat();
+    }
+    return rectifier_.Rectify(right, 1);
+  }
+
+  void TrackPoints(int64_t stamp_ns) {
     const auto timed = estimator_.clock()->Time("point tracking");
-    tracker_.Track(rectified.left, rectified.right, estimator_.PredictedCameraRotation(stamp_ns));
+    tracker_.Track(pair_.left(), estimator_.PredictedCameraRotation(stamp_ns));
+  }
+
+  bool Fits(const cv::Mat& image, int camera) const {
+    return image.type() == CV_8UC1 && image.cols == rig_.cameras[camera].width_px &&
+           image.rows == rig_.cameras[camera].height_px;
   }
 
   bool Acceptable(const StereoImage& image) {
-    const auto fits = [&](const cv::Mat& m, int camera) {
-      return m.type() == CV_8UC1 && m.cols == rig_.cameras[camera].width_px &&
-             m.rows == rig_.cameras[camera].height_px;
-    };
     if (last_image_ns_ && image.stamp_ns <= *last_image_ns_) {
       Warn("images dropped that were repeated or out of order");
       return false;
     }
-    if (!fits(image.left, 0) || (!image.right.empty() && !fits(image.right, 1))) {
+    if (!Fits(image.left, 0) || (!image.right.empty() && !Fits(image.right, 1))) {
       Warn("images dropped that were empty or not of the calibrated size and type");
       return false;
     }
@@ -183,13 +216,14 @@ class Odometry::Impl {
 
   OdometryOptions options_;
   Rig rig_;
-  RepeatedImages repeated_images_;
+  RepeatedImages repeated_left_, repeated_right_;
   Rectifier rectifier_;
+  RectifiedPair pair_;
   PointTracker tracker_;
   TrackedPoints points_;
   std::unique_ptr<TrackedLines> lines_;  // null for methods on points alone
   Estimator estimator_;
-  std::deque<StereoImage> pending_;  // whose IMU samples have not all arrived
+  std::deque<Pending> pending_;  // whose IMU samples have not all arrived
   std::optional<int64_t> last_image_ns_;
   std::vector<OnlineState> states_;
   std::map<std::string, int64_t> warnings_;
@@ -199,8 +233,9 @@ Odometry::Odometry(const Rig& rig, const OdometryOptions& options)
     : impl_(std::make_unique<Impl>(rig, options)) {}
 Odometry::~Odometry() = default;
 void Odometry::AddImu(const ImuSample& sample) { impl_->AddImu(sample); }
-std::vector<OnlineState> Odometry::AddStereo(const StereoImage& image) {
-  return impl_->AddStereo(image);
+std::vector<OnlineState> Odometry::AddStereo(const StereoImage& image,
+                                             std::function<cv::Mat()> decode_right) {
+  return impl_->AddStereo(image, std::move(decode_right));
 }
 OdometryRun Odometry::Run() const { return impl_->Run(); }
 

@@ -5,6 +5,7 @@
 //   for (const OnlineState& s : odometry.AddStereo(image)) ...
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <vector>
 
@@ -26,7 +27,11 @@ class Odometry {
   // Takes one stereo pair and processes every pair whose IMU samples have arrived (this one waits
   // otherwise). Returns a state for each pair processed once the estimator is initialised. Unsorted
   // pairs, wrong sizes and empty left images are counted and dropped.
-  std::vector<OnlineState> AddStereo(const StereoImage& image);
+  //
+  // The right image is looked at on keyframes only. To save the decoding of the others, leave it
+  // empty and let decode_right give it.
+  std::vector<OnlineState> AddStereo(const StereoImage& image,
+                                     std::function<cv::Mat()> decode_right = nullptr);
 
   // What was estimated so far: keyframes, landmarks, states, warnings; valid at any time. What is
   // not finite is left out and counted. Timings hold the stages' share; the whole process is the

@@ -54,8 +54,8 @@ struct WindowOptions {
 };
 
 struct KeyframeOptions {
-  double min_parallax_px = 16;         // median, since the last keyframe, without the rotation
-  double min_kept_share = 0.7;         // of the last keyframe's points that are still tracked
+  double min_parallax_px = 24;         // median, since the last keyframe, without the rotation
+  double min_kept_share = 0.65;        // of the last keyframe's points that are still tracked
   double max_interval_s = 1.0;         // while the rig moves
   double still_parallax_px = 1.0;      // with the rotation: below it the rig does not move
   double max_still_rate_rad_s = 0.05;  // mean, without bias: above it the rig turns

@@ -2,7 +2,10 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstring>
 #include <opencv2/imgproc.hpp>
 
 namespace slcmap {
@@ -15,31 +18,65 @@ constexpr float kMaxShift_px = 12;  // at one level, from where the alignment st
 constexpr float kAffineStiffness = 100.f;
 constexpr float kMinEigenvalueRatio = 0.1f;  // of the two directions; an edge slides along itself
 
+// Pixels sampled at once, in steps that the compiler turns into vector instructions.
+constexpr int kBlock = 64;
+
+struct Block {
+  std::array<int, kBlock> index;              // of the top left one of four neighbours
+  std::array<float, kBlock> x, y;             // from there, 0 to 1
+  std::array<uchar, 2 * kBlock> top, bottom;  // the neighbours
+};
+
+void Locate(const float* offset_x, const float* offset_y, int count, const PatchWarp& warp,
+            int stride, Block* block) {
+  const float a = warp.affine(0, 0), b = warp.affine(0, 1), c = warp.affine(1, 0),
+              d = warp.affine(1, 1);
+  const float cx = warp.center_px.x(), cy = warp.center_px.y();
+  for (int i = 0; i < count; ++i) {
+    const float x = cx + a * offset_x[i] + b * offset_y[i];
+    const float y = cy + c * offset_x[i] + d * offset_y[i];
+    const int u = static_cast<int>(x), v = static_cast<int>(y);
+    block->x[i] = x - static_cast<float>(u);
+    block->y[i] = y - static_cast<float>(v);
+    block->index[i] = v * stride + u;
+  }
+}
+
+void Fetch(const uchar* data, int stride, int count, Block* block) {
+  for (int i = 0; i < count; ++i) {
+    const uchar* p = data + block->index[i];
+    std::memcpy(&block->top[2 * i], p, 2);
+    std::memcpy(&block->bottom[2 * i], p + stride, 2);
+  }
+}
+
+void Blend(const Block& block, int count, float* sampled) {
+  for (int i = 0; i < count; ++i) {
+    const float top_left = block.top[2 * i], top_right = block.top[2 * i + 1];
+    const float bottom_left = block.bottom[2 * i], bottom_right = block.bottom[2 * i + 1];
+    const float top = top_left + block.x[i] * (top_right - top_left);
+    const float bottom = bottom_left + block.x[i] * (bottom_right - bottom_left);
+    sampled[i] = top + block.y[i] * (bottom - top);
+  }
+}
+
 // Samples the warped pattern bilinearly; false when any of it lies beyond the border.
 bool Sample(const PatchPattern& pattern, const cv::Mat& image, const PatchWarp& warp,
-            std::vector<float>* sampled) {
+            Eigen::VectorXf* sampled) {
   const float r = static_cast<float>(pattern.radius_px);
   const Eigen::Vector2f reach = warp.affine.cwiseAbs() * Eigen::Vector2f(r, r);
   const Eigen::Vector2f low = warp.center_px - reach, high = warp.center_px + reach;
   if (!(low.x() >= 0 && low.y() >= 0 && high.x() < image.cols - 1 && high.y() < image.rows - 1)) {
     return false;
   }
-  const size_t count = pattern.offsets.size();
-  sampled->resize(count);
-  const uchar* const data = image.data;
-  const int stride = static_cast<int>(image.step);
-  const float a = warp.affine(0, 0), b = warp.affine(0, 1), c = warp.affine(1, 0),
-              d = warp.affine(1, 1);
-  const float cx = warp.center_px.x(), cy = warp.center_px.y();
-  for (size_t i = 0; i < count; ++i) {
-    const float ox = pattern.offsets[i].x(), oy = pattern.offsets[i].y();
-    const float x = cx + a * ox + b * oy, y = cy + c * ox + d * oy;
-    const int u = static_cast<int>(x), v = static_cast<int>(y);
-    const float fx = x - u, fy = y - v;
-    const uchar* p = data + v * stride + u;
-    const float top = p[0] + fx * (p[1] - p[0]);
-    const float bottom = p[stride] + fx * (p[stride + 1] - p[stride]);
-    (*sampled)[i] = top + fy * (bottom - top);
+  const int all = static_cast<int>(pattern.weights.size()), stride = static_cast<int>(image.step);
+  sampled->resize(all);
+  Block block;
+  for (int first = 0; first < all; first += kBlock) {
+    const int count = std::min(kBlock, all - first);
+    Locate(pattern.x_px.data() + first, pattern.y_px.data() + first, count, warp, stride, &block);
+    Fetch(image.data, stride, count, &block);
+    Blend(block, count, sampled->data() + first);
   }
   return true;
 }
@@ -58,25 +95,24 @@ ImagePyramid BuildPyramid(const cv::Mat& image, int levels) {
 
 PatchPattern::PatchPattern(int diameter_px) : radius_px(diameter_px / 2) {
   const float radius = 0.5f * diameter_px;
-  float sum = 0;
+  std::vector<Eigen::Vector2f> offsets;
   for (int y = -radius_px; y <= radius_px; ++y) {
     for (int x = -radius_px; x <= radius_px; ++x) {
-      const float r2 = static_cast<float>(x * x + y * y) / (radius * radius);
-      if (r2 > 1) continue;
-      offsets.emplace_back(x, y);
-      weights.push_back(std::exp(-1.0f * r2));
-      sum += weights.back();
+      if (static_cast<float>(x * x + y * y) <= radius * radius) offsets.emplace_back(x, y);
     }
   }
-  for (float& w : weights) w /= sum;
+  const Eigen::Map<const Eigen::Matrix2Xf> all(offsets[0].data(), 2, std::ssize(offsets));
+  x_px = all.row(0);
+  y_px = all.row(1);
+  weights = (-all.colwise().squaredNorm() / (radius * radius)).array().exp();
+  weights /= weights.sum();
 }
 
 bool Patch::Extract(const PatchPattern& pattern, const cv::Mat& image,
                     const Eigen::Vector2f& center_px, bool with_affine) {
-  template_.clear();
-  const size_t count = pattern.offsets.size();
-  std::vector<float> left, right, up, down, values;
-  const auto at = [&](float x, float y, std::vector<float>* out) {
+  template_.resize(0);
+  Eigen::VectorXf left, right, up, down, values;
+  const auto at = [&](float x, float y, Eigen::VectorXf* out) {
     return Sample(pattern, image, {center_px + Eigen::Vector2f(x, y), Eigen::Matrix2f::Identity()},
                   out);
   };
@@ -84,67 +120,54 @@ bool Patch::Extract(const PatchPattern& pattern, const cv::Mat& image,
       !at(0, 1, &down)) {
     return false;
   }
-  float mean = 0, squares = 0;
-  std::vector<Eigen::Vector2f> gradients(count);
-  for (size_t i = 0; i < count; ++i) {
-    mean += pattern.weights[i] * values[i];
-    gradients[i] = 0.5f * Eigen::Vector2f(right[i] - left[i], down[i] - up[i]);
-  }
-  for (size_t i = 0; i < count; ++i) {
-    squares += pattern.weights[i] * (values[i] - mean) * (values[i] - mean);
-  }
-  norm_ = std::sqrt(squares);
+  values.array() -= pattern.weights.dot(values);
+  norm_ = std::sqrt(pattern.weights.dot(values.cwiseAbs2()));
   if (norm_ < kMinStandardDeviation) return false;
-  template_.resize(count);
-  for (size_t i = 0; i < count; ++i) template_[i] = pattern.weights[i] * (values[i] - mean);
-  PrepareSteps(pattern, gradients, with_affine);
-  return !template_.empty();
+  template_ = pattern.weights.cwiseProduct(values);
+  PrepareSteps(pattern, 0.5f * (right - left), 0.5f * (down - up), with_affine);
+  return !empty();
 }
 
 // With weights w, reference T of zero mean and Jacobian J, the step is H^-1 J^T w I / gain where J
 // has the components along 1 and T removed: gain and offset of the image I do not act on it.
-void Patch::PrepareSteps(const PatchPattern& pattern, const std::vector<Eigen::Vector2f>& gradients,
-                         bool with_affine) {
-  using Vector6 = Eigen::Matrix<float, 6, 1>;
-  const size_t count = gradients.size();
-  Eigen::Matrix<float, 6, Eigen::Dynamic> J(6, count);
-  Vector6 mean = Vector6::Zero(), along = Vector6::Zero();
-  for (size_t i = 0; i < count; ++i) {
-    const Eigen::Vector2f& g = gradients[i];
-    const Eigen::Vector2f& o = pattern.offsets[i];
-    J.col(i) << g.x(), g.y(), g.x() * o.x(), g.x() * o.y(), g.y() * o.x(), g.y() * o.y();
-    mean += pattern.weights[i] * J.col(i);
-    along += template_[i] * J.col(i);
+void Patch::PrepareSteps(const PatchPattern& pattern, const Eigen::VectorXf& gradient_x,
+                         const Eigen::VectorXf& gradient_y, bool with_affine) {
+  Eigen::MatrixXf J(gradient_x.size(), with_affine ? 6 : 2);
+  J.col(0) = gradient_x;
+  J.col(1) = gradient_y;
+  if (with_affine) {
+    J.col(2) = gradient_x.cwiseProduct(pattern.x_px);
+    J.col(3) = gradient_x.cwiseProduct(pattern.y_px);
+    J.col(4) = gradient_y.cwiseProduct(pattern.x_px);
+    J.col(5) = gradient_y.cwiseProduct(pattern.y_px);
   }
-  along /= norm_ * norm_;
-  Eigen::Matrix<float, 6, 6> H = Eigen::Matrix<float, 6, 6>::Zero();
-  for (size_t i = 0; i < count; ++i) {
-    J.col(i) -= mean + along * (template_[i] / pattern.weights[i]);
-    H += pattern.weights[i] * J.col(i) * J.col(i).transpose();
-    J.col(i) *= pattern.weights[i];
+  const Eigen::VectorXf reference = template_.cwiseQuotient(pattern.weights);
+  for (auto column : J.colwise()) {
+    const float mean = pattern.weights.dot(column);
+    const float along = template_.dot(column) / (norm_ * norm_);
+    column -= along * reference;
+    column.array() -= mean;
   }
+  const Eigen::MatrixXf weighted = pattern.weights.asDiagonal() * J;
+  Eigen::MatrixXf H = weighted.transpose() * J;
   const Eigen::Matrix2f H_shift = H.topLeftCorner<2, 2>();
   // For the ratio q of the eigenvalues, det / trace^2 = q / (1 + q)^2.
   constexpr float kMinRoundness =
       kMinEigenvalueRatio / ((1 + kMinEigenvalueRatio) * (1 + kMinEigenvalueRatio));
   if (H_shift.determinant() < kMinRoundness * H_shift.trace() * H_shift.trace()) {
-    template_.clear();
+    template_.resize(0);
     return;
   }
-  shift_steps_ = H_shift.inverse() * J.topRows<2>();
+  shift_steps_ = H_shift.inverse() * weighted.leftCols<2>().transpose();
   if (!with_affine) return;
   H.diagonal().tail<4>().array() += kAffineStiffness;
-  affine_steps_ = H.ldlt().solve(J);
+  affine_steps_ = H.ldlt().solve(weighted.transpose());
 }
 
-Patch::Match Patch::Compare(const PatchPattern& pattern, const std::vector<float>& sampled) const {
-  float mean = 0, squares = 0, product = 0;
-  for (size_t i = 0; i < sampled.size(); ++i) {
-    const float wi = pattern.weights[i] * sampled[i];
-    mean += wi;
-    squares += wi * sampled[i];
-    product += template_[i] * sampled[i];
-  }
+Patch::Match Patch::Compare(const PatchPattern& pattern, const Eigen::VectorXf& sampled) const {
+  const float mean = pattern.weights.dot(sampled);
+  const float squares = pattern.weights.dot(sampled.cwiseAbs2());
+  const float product = template_.dot(sampled);
   const float variance = squares - mean * mean;
   if (variance < 0.01f) return {};
   return {product / (norm_ * norm_), product / (norm_ * std::sqrt(variance))};
@@ -152,7 +175,7 @@ Patch::Match Patch::Compare(const PatchPattern& pattern, const std::vector<float
 
 float Patch::Correlation(const PatchPattern& pattern, const cv::Mat& image,
                          const PatchWarp& warp) const {
-  std::vector<float> sampled;
+  Eigen::VectorXf sampled;
   if (!Sample(pattern, image, warp, &sampled)) return -1;
   return Compare(pattern, sampled).correlation;
 }
@@ -161,14 +184,13 @@ float Patch::Align(const PatchPattern& pattern, const cv::Mat& image, int max_it
                    float min_step_px, PatchWarp* warp) const {
   const Eigen::Vector2f start = warp->center_px;
   float correlation = -1;
-  std::vector<float> sampled;
+  Eigen::VectorXf sampled;
   for (int i = 0; i < max_iterations; ++i) {
     if (!Sample(pattern, image, *warp, &sampled)) return -1;
     const Match match = Compare(pattern, sampled);
     if (match.gain < kMinGain) return -1;
     correlation = match.correlation;
-    const Eigen::Map<const Eigen::VectorXf> I(sampled.data(), sampled.size());
-    const Eigen::Vector2f step = warp->affine * (shift_steps_ * I) / match.gain;
+    const Eigen::Vector2f step = warp->affine * (shift_steps_ * sampled) / match.gain;
     warp->center_px -= step;
     if ((warp->center_px - start).squaredNorm() > kMaxShift_px * kMaxShift_px) return -1;
     if (step.squaredNorm() < min_step_px * min_step_px) break;
@@ -179,14 +201,13 @@ float Patch::Align(const PatchPattern& pattern, const cv::Mat& image, int max_it
 float Patch::AlignAffine(const PatchPattern& pattern, const cv::Mat& image, int iterations,
                          PatchWarp* warp) const {
   float correlation = -1;
-  std::vector<float> sampled;
+  Eigen::VectorXf sampled;
   for (int i = 0; i < iterations; ++i) {
     if (!Sample(pattern, image, *warp, &sampled)) return -1;
     const Match match = Compare(pattern, sampled);
     if (match.gain < kMinGain) return -1;
     correlation = match.correlation;
-    const Eigen::Map<const Eigen::VectorXf> I(sampled.data(), sampled.size());
-    const Eigen::Matrix<float, 6, 1> step = (affine_steps_ * I) / match.gain;
+    const Eigen::Matrix<float, 6, 1> step = (affine_steps_ * sampled) / match.gain;
     Eigen::Matrix2f increment;
     increment << 1 + step[2], step[3], step[4], 1 + step[5];
     if (!(increment.determinant() > 0.3f)) return -1;

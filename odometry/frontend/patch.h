@@ -23,8 +23,8 @@ struct PatchWarp {
 struct PatchPattern {
   explicit PatchPattern(int diameter_px);
   int radius_px = 0;
-  std::vector<Eigen::Vector2f> offsets;
-  std::vector<float> weights;  // their sum is 1
+  Eigen::VectorXf x_px, y_px;  // offsets from the centre
+  Eigen::VectorXf weights;     // their sum is 1
 };
 
 // The reference at one level. It is aligned by inverse-compositional Gauss-Newton (Baker and
@@ -48,21 +48,21 @@ class Patch {
   // The normalised cross-correlation with the image at the warp, -1 beyond the border.
   float Correlation(const PatchPattern& pattern, const cv::Mat& image, const PatchWarp& warp) const;
 
-  bool empty() const { return template_.empty(); }
+  bool empty() const { return template_.size() == 0; }
 
  private:
   struct Match {
     float gain = 0;  // brightness of the image over that of the reference
     float correlation = -1;
   };
-  Match Compare(const PatchPattern& pattern, const std::vector<float>& sampled) const;
-  void PrepareSteps(const PatchPattern& pattern, const std::vector<Eigen::Vector2f>& gradients,
-                    bool with_affine);
+  Match Compare(const PatchPattern& pattern, const Eigen::VectorXf& sampled) const;
+  void PrepareSteps(const PatchPattern& pattern, const Eigen::VectorXf& gradient_x,
+                    const Eigen::VectorXf& gradient_y, bool with_affine);
 
-  std::vector<float> template_;  // weighted, of zero mean
-  float norm_ = 0;               // weighted standard deviation
-  Eigen::Matrix<float, 2, Eigen::Dynamic> shift_steps_;
-  Eigen::Matrix<float, 6, Eigen::Dynamic> affine_steps_;
+  Eigen::VectorXf template_;  // weighted, of zero mean
+  float norm_ = 0;            // weighted standard deviation
+  Eigen::Matrix<float, 2, Eigen::Dynamic, Eigen::RowMajor> shift_steps_;
+  Eigen::Matrix<float, 6, Eigen::Dynamic, Eigen::RowMajor> affine_steps_;
 };
 
 }  // namespace slcmap

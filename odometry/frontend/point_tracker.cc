@@ -15,13 +15,15 @@ constexpr float kMinRowCorrelation = 0.7f;
 constexpr float kMinFreshCorrelation = 0.97f;  // with the last image, which looks nearly the same
 constexpr int kAffineIterations = 2;
 constexpr double kMinDisparity_px = -1;  // infinity, less the noise
+constexpr int kCoarsestRight = 2;        // level from which a known disparity is followed
 
 using PatchPyramid = std::vector<Patch>;
 
 struct TrackedPoint {
   PatchPyramid anchor;  // the image where it was detected
   PatchWarp left;
-  std::optional<PatchWarp> right;
+  std::optional<Eigen::Vector2f> right_px;     // in the pair last given
+  std::optional<Eigen::Vector2f> to_right_px;  // right less left, when it was last seen in both
   Eigen::Vector2f parallax_px = Eigen::Vector2f::Zero();  // of the last frame, beyond the rotation
 };
 
@@ -32,10 +34,9 @@ class PointTracker::Impl {
   Impl(const PointTrackerOptions& options, const Rig& rig, const cv::Mat& mask)
       : options_(options), camera_(rig.cameras[0]), mask_(mask), pattern_(options.patch_px) {}
 
-  void Track(const cv::Mat& left, const cv::Mat& right, const Eigen::Quaterniond& R_now_previous) {
+  void Track(const cv::Mat& left, const Eigen::Quaterniond& R_now_previous) {
     previous_left_ = std::move(left_);
     left_ = BuildPyramid(left, options_.pyramid_levels);
-    right_ = right.empty() ? ImagePyramid() : BuildPyramid(right, options_.pyramid_levels);
     const Eigen::Matrix3d R = R_now_previous.toRotationMatrix();
     std::vector<PointObservation> kept_observations;
     std::vector<TrackedPoint> kept;
@@ -48,26 +49,14 @@ class PointTracker::Impl {
     points_ = std::move(kept);
   }
 
-  void Detect() {
+  void Detect(const cv::Mat& right) {
     if (left_.empty()) return;
-    SearchRight();
-    const int room = options_.max_points - static_cast<int>(points_.size());
-    if (room <= 0) return;
-    std::vector<Eigen::Vector2d> occupied;
-    for (const auto& p : observations_) occupied.push_back(p.left_px);
-    CornerDetectorOptions corner_options;
-    corner_options.min_distance_px = options_.min_distance_px;
-    corner_options.min_response = options_.min_corner_gradient;
-    const double cell_px =
-        std::max(options_.min_distance_px,
-                 std::sqrt(static_cast<double>(left_[0].total()) / options_.max_points));
-    for (const auto& px : DetectCorners(left_[0], mask_, occupied, room, cell_px, corner_options)) {
-      TrackedPoint p;
-      p.left.center_px = px.cast<float>();
-      if (!Anchor(left_, &p)) continue;
-      if (!right_.empty()) p.right = FindRight(p);
-      observations_.push_back(Observe(next_id_++, p));
-      points_.push_back(std::move(p));
+    DetectLeft();
+    if (right.empty()) return;
+    const ImagePyramid pyramid = BuildPyramid(right, kCoarsestRight + 1);
+    for (size_t i = 0; i < points_.size(); ++i) {
+      LookRight(pyramid, &points_[i]);
+      observations_[i] = Observe(observations_[i].id, points_[i]);
     }
   }
 
@@ -93,9 +82,29 @@ class PointTracker::Impl {
   const std::vector<PointObservation>& observations() const { return observations_; }
 
  private:
+  void DetectLeft() {
+    const int room = options_.max_points - static_cast<int>(points_.size());
+    if (room <= 0) return;
+    std::vector<Eigen::Vector2d> occupied;
+    for (const auto& p : observations_) occupied.push_back(p.left_px);
+    CornerDetectorOptions corner_options;
+    corner_options.min_distance_px = options_.min_distance_px;
+    corner_options.min_response = options_.min_corner_gradient;
+    const double cell_px =
+        std::max(options_.min_distance_px,
+                 std::sqrt(static_cast<double>(left_[0].total()) / options_.max_points));
+    for (const auto& px : DetectCorners(left_[0], mask_, occupied, room, cell_px, corner_options)) {
+      TrackedPoint p;
+      p.left.center_px = px.cast<float>();
+      if (!Anchor(left_, &p)) continue;
+      observations_.push_back(Observe(next_id_++, p));
+      points_.push_back(std::move(p));
+    }
+  }
+
   static PointObservation Observe(int64_t id, const TrackedPoint& p) {
     PointObservation o{id, p.left.center_px.cast<double>(), std::nullopt};
-    if (p.right) o.right_px = p.right->center_px.cast<double>();
+    if (p.right_px) o.right_px = p.right_px->cast<double>();
     return o;
   }
 
@@ -142,8 +151,7 @@ class PointTracker::Impl {
   }
 
   bool Follow(const Eigen::Matrix3d& R, TrackedPoint* p) const {
-    const PatchWarp before = p->left;
-    const PatchWarp rotated = Rotate(R, before);
+    const PatchWarp rotated = Rotate(R, p->left);
     PatchWarp warp = rotated;
     warp.center_px += p->parallax_px;
     if (!Accept(AlignAll(p->anchor, left_, options_.pyramid_levels - 1, &warp), warp,
@@ -152,29 +160,14 @@ class PointTracker::Impl {
       p->left.affine.setIdentity();
       if (previous_left_.empty() || !Anchor(previous_left_, p)) return false;
       warp = Rotate(R, p->left);
-      p->right.reset();
       warp.center_px += p->parallax_px;
       const float correlation = AlignAll(p->anchor, left_, options_.pyramid_levels - 1, &warp);
       if (!Accept(correlation, warp, kMinFreshCorrelation)) return false;
     }
     p->parallax_px = warp.center_px - rotated.center_px;
     p->left = warp;
-    if (p->right) FollowRight(R, before, p);
+    p->right_px.reset();
     return true;
-  }
-
-  void FollowRight(const Eigen::Matrix3d& R, const PatchWarp& left_before, TrackedPoint* p) const {
-    if (right_.empty()) {
-      p->right.reset();
-      return;
-    }
-    PatchWarp warp = Rotate(R, *p->right);
-    warp.center_px = p->left.center_px + p->right->center_px - left_before.center_px;
-    if (AcceptRight(AlignAll(p->anchor, right_, 2, &warp), *p, warp)) {
-      p->right = warp;
-    } else {
-      p->right.reset();
-    }
   }
 
   bool Accept(float correlation, const PatchWarp& warp, double min_correlation) const {
@@ -193,33 +186,42 @@ class PointTracker::Impl {
            d.x() >= kMinDisparity_px;
   }
 
-  // Searches the whole row at half the resolution, then refines.
-  std::optional<PatchWarp> FindRight(const TrackedPoint& p) const {
-    const int level = std::min<int>(1, right_.size() - 1);
-    const float scale = static_cast<float>(1 << level);
-    const int reach = static_cast<int>(kMaxDisparity * camera_.width_px / scale);
-    const auto match = SearchRow(left_[level], right_[level], p.left.center_px / scale, reach);
-    if (!match || match->correlation < kMinRowCorrelation) return std::nullopt;
-    PatchWarp warp = p.left;
-    warp.center_px = match->right_px * scale;
-    if (!AcceptRight(AlignAll(p.anchor, right_, level, &warp), p, warp)) return std::nullopt;
-    return warp;
+  // Where it was last seen, or else anywhere.
+  void LookRight(const ImagePyramid& right, TrackedPoint* p) const {
+    if (p->to_right_px) {
+      p->right_px = AlignRight(right, *p, p->left.center_px + *p->to_right_px, kCoarsestRight);
+    }
+    if (!p->right_px) p->right_px = SearchRight(right, *p);
+    p->to_right_px.reset();
+    if (p->right_px) p->to_right_px = *p->right_px - p->left.center_px;
   }
 
-  void SearchRight() {
-    if (right_.empty()) return;
-    for (size_t i = 0; i < points_.size(); ++i) {
-      if (points_[i].right) continue;
-      points_[i].right = FindRight(points_[i]);
-      observations_[i] = Observe(observations_[i].id, points_[i]);
+  // Searches the whole row at half the resolution, then refines.
+  std::optional<Eigen::Vector2f> SearchRight(const ImagePyramid& right,
+                                             const TrackedPoint& p) const {
+    const int level = std::min<int>(1, std::ssize(left_) - 1);
+    const float scale = static_cast<float>(1 << level);
+    const int reach = static_cast<int>(kMaxDisparity * camera_.width_px / scale);
+    const auto match = SearchRow(left_[level], right[level], p.left.center_px / scale, reach);
+    if (!match || match->correlation < kMinRowCorrelation) return std::nullopt;
+    return AlignRight(right, p, match->right_px * scale, level);
+  }
+
+  std::optional<Eigen::Vector2f> AlignRight(const ImagePyramid& right, const TrackedPoint& p,
+                                            const Eigen::Vector2f& start_px, int coarsest) const {
+    PatchWarp warp{start_px, p.left.affine};
+    const int levels = static_cast<int>(p.anchor.size());
+    if (!AcceptRight(AlignAll(p.anchor, right, std::min(coarsest, levels - 1), &warp), p, warp)) {
+      return std::nullopt;
     }
+    return warp.center_px;
   }
 
   PointTrackerOptions options_;
   Camera camera_;
   cv::Mat mask_;
   PatchPattern pattern_;
-  ImagePyramid left_, previous_left_, right_;
+  ImagePyramid left_, previous_left_;
   std::vector<TrackedPoint> points_;
   std::vector<PointObservation> observations_;  // of points_, in the same order
   int64_t next_id_ = 0;
@@ -232,11 +234,10 @@ PointTracker::PointTracker(const PointTrackerOptions& options, const Rig& rectif
 }
 PointTracker::~PointTracker() = default;
 
-void PointTracker::Track(const cv::Mat& left, const cv::Mat& right,
-                         const Eigen::Quaterniond& R_now_previous) {
-  impl_->Track(left, right, R_now_previous);
+void PointTracker::Track(const cv::Mat& left, const Eigen::Quaterniond& R_now_previous) {
+  impl_->Track(left, R_now_previous);
 }
-void PointTracker::Detect() { impl_->Detect(); }
+void PointTracker::Detect(const cv::Mat& right) { impl_->Detect(right); }
 void PointTracker::Remove(const std::unordered_set<int64_t>& ids) { impl_->Remove(ids); }
 void PointTracker::Reset() { impl_->Reset(); }
 const std::vector<PointObservation>& PointTracker::observations() const {

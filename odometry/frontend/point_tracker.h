@@ -15,7 +15,8 @@
 
 namespace slcmap {
 
-// A tracked point in one stereo pair, in pixels of the rectified cameras.
+// A tracked point in one stereo pair, in pixels of the rectified cameras. right_px is only known
+// where the right image was looked at.
 struct PointObservation {
   int64_t id = 0;
   Eigen::Vector2d left_px = Eigen::Vector2d::Zero();
@@ -29,15 +30,15 @@ class PointTracker {
                const cv::Mat& mask_left);
   ~PointTracker();
 
-  // Follows all points into the next pair. R_now_previous is the predicted rotation of the left
-  // camera (p_now = R_now_previous * p_previous), for instance from the gyroscope. `right` is empty
-  // with one camera. A point that is lost in the left image is gone for good; its id is never
-  // reused.
-  void Track(const cv::Mat& left, const cv::Mat& right, const Eigen::Quaterniond& R_now_previous);
+  // Follows all points into the next left image. R_now_previous is the predicted rotation of the
+  // left camera (p_now = R_now_previous * p_previous), for instance from the gyroscope. A point
+  // that is lost is gone for good; its id is never reused.
+  void Track(const cv::Mat& left, const Eigen::Quaterniond& R_now_previous);
 
-  // Detects new points where there are none, up to max_points, in the pair last given, finds them
-  // in its right image too, and adds them to observations(). Called on keyframes.
-  void Detect();
+  // Detects new points where there are none, up to max_points, in the left image last given, and
+  // finds all points in the right image that belongs to it (empty with one camera). Called on
+  // keyframes.
+  void Detect(const cv::Mat& right);
 
   // Forgets points, for instance those that the estimator found to be outliers.
   void Remove(const std::unordered_set<int64_t>& ids);
@@ -45,7 +46,7 @@ class PointTracker {
   // Forgets all points; ids go on.
   void Reset();
 
-  // The points of the pair last given, sorted by id.
+  // The points of the left image last given, sorted by id.
   const std::vector<PointObservation>& observations() const;
 
  private:

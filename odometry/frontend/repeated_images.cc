@@ -25,10 +25,9 @@ bool Equal(const cv::Mat& a, const cv::Mat& b) {
 
 }  // namespace
 
-RepeatedImages::Repeats RepeatedImages::Compare(const StereoImage& image) {
-  const Repeats repeats{Equal(image.left, last_.left), Equal(image.right, last_.right)};
-  image.left.copyTo(last_.left);
-  image.right.copyTo(last_.right);
+bool RepeatedImages::Repeats(const cv::Mat& image) {
+  const bool repeats = Equal(image, last_);
+  image.copyTo(last_);
   return repeats;
 }
 

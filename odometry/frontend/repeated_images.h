@@ -1,22 +1,18 @@
 // Tells images that a hanging camera has delivered again.
 #pragma once
 
-#include "data/types.h"
+#include <opencv2/core/mat.hpp>
 
 namespace slcmap {
 
 class RepeatedImages {
  public:
-  struct Repeats {
-    bool left = false, right = false;
-  };
-
-  // Whether each image of a pair is, byte by byte, that of the pair before. An image of one grey
-  // value is none: darkness looks the same however the rig moves. Takes copies.
-  Repeats Compare(const StereoImage& image);
+  // Whether the image is, byte by byte, the one before. An image of one grey value is none:
+  // darkness looks the same however the rig moves. Takes a copy.
+  bool Repeats(const cv::Mat& image);
 
  private:
-  StereoImage last_;
+  cv::Mat last_;
 };
 
 }  // namespace slcmap

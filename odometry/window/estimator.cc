@@ -182,14 +182,9 @@ void Estimator::AddKeyframe(std::unique_ptr<FrameState> frame) {
     const auto timed = clock_.Time("point detection");
     source_->Detect();
   }
-  // What tracking found to be an outlier is gone from the tracker; the new points come in.
-  const auto judged = frame->measurements;
   frame->measurements.clear();
   TakeMeasurements(frame.get());
-  for (const auto& [id, measurement] : judged) {
-    const auto it = frame->measurements.find(id);
-    if (it != frame->measurements.end()) it->second = measurement;
-  }
+  source_->Remove(window_.RejectMisfits(frame.get()));
   if (lines_) TrackLines(frame.get());
   const auto timed = clock_.Time("window optimisation");
   const FinishedIds finished = window_.AddKeyframe(std::move(frame));

@@ -22,7 +22,7 @@ class PointSource {
  public:
   virtual ~PointSource() = default;
   virtual const std::vector<PointObservation>& observations() const = 0;  // of the newest image
-  virtual void Detect() = 0;  // fills up with new points
+  virtual void Detect() = 0;  // fills up with new points, and looks into the right image
   virtual void Remove(const std::unordered_set<int64_t>& ids) = 0;
   virtual void Reset() = 0;
 };

@@ -18,6 +18,16 @@ constexpr int64_t kRestKept_ns = 10'000'000'000;  // of a standstill; cut when t
 
 bool NoneConstant(const double*) { return false; }
 
+// The landmarks with a known position that a frame sees.
+std::vector<PointLandmark*> KnownLandmarks(const FrameState& frame, WindowState* window) {
+  std::vector<PointLandmark*> known;
+  for (const auto& [id, measurement] : frame.measurements) {
+    const auto it = window->landmarks.find(id);
+    if (it != window->landmarks.end() && it->second.triangulated) known.push_back(&it->second);
+  }
+  return known;
+}
+
 }  // namespace
 
 SlidingWindow::SlidingWindow(const OdometryOptions& options, const Rig& rectified_rig)
@@ -93,12 +103,8 @@ std::unordered_set<int64_t> SlidingWindow::Track(FrameState* frame) const {
   std::vector<Term> terms;
   AddImuTerm(window.frames.back().get(), frame, &terms);
   if (frame->stands_still) AddZeroVelocityTerm(frame, model_, &terms);
-  std::vector<PointLandmark*> seen;
-  for (const auto& [id, measurement] : frame->measurements) {
-    const auto it = window.landmarks.find(id);
-    if (it == window.landmarks.end() || !it->second.triangulated) continue;
-    seen.push_back(&it->second);
-    AddPointTerm(&it->second, frame, model_, &terms);
+  for (PointLandmark* landmark : KnownLandmarks(*frame, &window)) {
+    AddPointTerm(landmark, frame, model_, &terms);
   }
   const auto is_constant = [&](const double* block) {
     return block != frame->pose.data() && block != frame->speed_bias.data();
@@ -106,9 +112,13 @@ std::unordered_set<int64_t> SlidingWindow::Track(FrameState* frame) const {
   SolverOptions solver;
   solver.max_iterations = options_.max_tracking_iterations;
   Solve(&terms, Prior(), is_constant, solver);
+  return RejectMisfits(frame);
+}
 
+std::unordered_set<int64_t> SlidingWindow::RejectMisfits(FrameState* frame) const {
+  auto& window = const_cast<WindowState&>(state_);  // bound to the terms, not changed
   std::unordered_set<int64_t> outliers;
-  for (PointLandmark* landmark : seen) {
+  for (PointLandmark* landmark : KnownLandmarks(*frame, &window)) {
     const auto [left, right] = SightChi2(landmark, frame, model_);
     if (left > options_.max_tracking_chi2) {
       outliers.insert(landmark->id);

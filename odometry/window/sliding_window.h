@@ -36,9 +36,12 @@ class SlidingWindow {
   // The state at the end of a preintegration that starts at the newest keyframe.
   void Predict(FrameState* frame) const;
 
-  // Estimates a frame alone against the window as it is. Measurements that do not fit afterwards
-  // are taken out of the frame; returns their ids.
+  // Estimates a frame alone against the window as it is, and rejects what does not fit then.
   std::unordered_set<int64_t> Track(FrameState* frame) const;
+
+  // Takes measurements out of a frame that are far from where its pose and the landmarks have them;
+  // returns the ids of those whose left one was.
+  std::unordered_set<int64_t> RejectMisfits(FrameState* frame) const;
 
   // Makes the frame the newest keyframe: triangulates, optimises everything, takes out measurements
   // that do not fit, and marginalises what has become too old.

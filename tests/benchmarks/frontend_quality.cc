@@ -120,7 +120,7 @@ class Benchmark {
       const auto pair = reader.Next();
       if (!pair) return;
       const auto pose = PoseAt(truth_, pair->stamp_ns);
-      if (pose && i >= first) AddFrame(&tracker, pair->left, pair->right, *pose);
+      if (pose && i >= first) AddFrame(&tracker, pair->left, pair->decode_right(), *pose);
     }
   }
 
@@ -136,11 +136,11 @@ class Benchmark {
     }
     poses_.push_back(T_world_imu);
     const size_t before = tracker->observations().size();
-    track_.Run([&] { tracker->Track(left, right, R_now_previous); });
+    track_.Run([&] { tracker->Track(left, R_now_previous); });
     lost_ += before - tracker->observations().size();
     followed_ += before;
     const int frame = static_cast<int>(poses_.size()) - 1;
-    if (frame % 4 == 0) detect_.Run([&] { tracker->Detect(); });
+    if (frame % 4 == 0) detect_.Run([&] { tracker->Detect(right); });
     for (const auto& p : tracker->observations()) Record(frame, p);
     if (!pictures_.empty()) Draw(frame, left, right);
   }

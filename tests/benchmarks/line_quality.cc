@@ -298,8 +298,8 @@ class Benchmark {
       if (!pair) break;
       const auto pose = PoseAt(truth_, pair->stamp_ns);
       if (pose && i >= first && (i - first) % step == 0) {
-        AddPair(&tracker, rectifier_.Rectify(pair->left, 0), rectifier_.Rectify(pair->right, 1),
-                *pose);
+        AddPair(&tracker, rectifier_.Rectify(pair->left, 0),
+                rectifier_.Rectify(pair->decode_right(), 1), *pose);
       }
     }
     Report();

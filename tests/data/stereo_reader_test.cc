@@ -32,9 +32,9 @@ class StereoReaderTest : public ::testing::Test {
           static_cast<int>((pair->stamp_ns - testing::kFirstStamp_ns) / testing::kImageStep_ns);
       EXPECT_EQ(cv::norm(pair->left, testing::Texture(index, 0), cv::NORM_INF), 0);
       if (options.read_right) {
-        EXPECT_EQ(cv::norm(pair->right, testing::Texture(index, 4), cv::NORM_INF), 0);
+        EXPECT_EQ(cv::norm(pair->decode_right(), testing::Texture(index, 4), cv::NORM_INF), 0);
       } else {
-        EXPECT_TRUE(pair->right.empty());
+        EXPECT_FALSE(pair->decode_right);
       }
       indices.push_back(index);
     }
@@ -67,6 +67,17 @@ TEST_F(StereoReaderTest, LeavesOutWhatCannotBeReadAndCountsIt) {
   EXPECT_EQ(warnings_.Count(kImageTruncated), 2);
   EXPECT_EQ(warnings_.Count(kImageWrongSize), 1);
   EXPECT_EQ(warnings_.Count(kImageUndecodable), 2);
+}
+
+TEST_F(StereoReaderTest, GivesNoRightImageWhosePixelsAreDamaged) {
+  std::string damaged = testing::ReadText(Image(1, 0));
+  damaged[damaged.size() / 2] ^= 0x55;
+  std::ofstream(Image(1, 0), std::ios::binary) << damaged;
+  const Sequence sequence = OpenSequence(folder_.Path());
+  StereoReader reader(sequence);
+  const auto pair = reader.Next();
+  ASSERT_TRUE(pair.has_value());
+  EXPECT_TRUE(pair->decode_right().empty());
 }
 
 TEST_F(StereoReaderTest, EndsCleanlyHalfWay) {
