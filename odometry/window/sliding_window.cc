@@ -255,6 +255,8 @@ Matrix15d SlidingWindow::NewestCovariance() {
     dropped.push_back(frame->pose.data());
     dropped.push_back(frame->speed_bias.data());
   }
+  for (HeadingState& heading : state_.headings) dropped.push_back(heading.heading_rad.data());
+  for (auto& [id, line] : state_.lines) dropped.push_back(line.block.data());
   const Prior newest = Marginalize(BuildTerms(&state_, model_), state_.prior, dropped);
   // With a single frame the blocks may come in either order; they come as the prior has them.
   const Eigen::MatrixXd inverse =

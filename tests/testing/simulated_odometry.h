@@ -4,11 +4,13 @@
 #include <algorithm>
 #include <functional>
 #include <map>
+#include <optional>
 #include <unordered_set>
 #include <vector>
 
 #include "data/simulator/example.h"
 #include "data/simulator/imu_simulator.h"
+#include "data/simulator/line_track_simulator.h"
 #include "data/simulator/track_simulator.h"
 #include "odometry/window/estimator.h"
 
@@ -48,6 +50,52 @@ class SimulatedPoints final : public PointSource {
   size_t erased_ = 0;
 };
 
+// Plays simulated line tracks to an estimator, whatever it predicts; what it removes stays away.
+class SimulatedLines final : public LineSource {
+ public:
+  // The frame that the next Track() looks at, which must outlive it.
+  void Show(const SimulatedTrackFrame& frame, double outlier_share) {
+    frame_ = &frame;
+    outlier_share_ = outlier_share;
+    for (const SimulatedLineTrack& track : frame.lines) ++ages_[track.id];
+  }
+  void Blind() { frame_ = nullptr; }
+  void Track(const Eigen::Quaterniond&, const std::vector<LinePrediction>&,
+             const std::vector<Eigen::Vector3d>&) override {
+    observations_.clear();
+    if (!frame_) return;
+    for (const SimulatedLineTrack& track : frame_->lines) {
+      if (removed_.count(track.id)) continue;
+      const double slid_px = Slides(track.id) ? ages_.at(track.id) - 1 : 0;
+      LineObservation& line = observations_.emplace_back();
+      line.id = track.id;
+      line.left_px = Slid(track.left, slid_px);
+      if (track.right) line.right_px = Slid(*track.right, slid_px);
+    }
+  }
+  const std::vector<LineObservation>& observations() const override { return observations_; }
+  void Remove(const std::unordered_set<int64_t>& ids) override {
+    removed_.insert(ids.begin(), ids.end());
+    std::erase_if(observations_, [&](const LineObservation& l) { return ids.count(l.id) > 0; });
+  }
+  void Reset() override { observations_.clear(); }
+  bool Slides(int64_t id) const { return static_cast<double>(id % 100) < 100 * outlier_share_; }
+
+ private:
+  // Moved across itself, alike in both images, as a thing that moves is.
+  static LineSegment Slid(const SimulatedSegment& segment, double by_px) {
+    const Eigen::Vector2d along = (segment.end_px - segment.start_px).normalized();
+    const Eigen::Vector2d across = by_px * Eigen::Vector2d(-along.y(), along.x());
+    return {segment.start_px + across, segment.end_px + across};
+  }
+
+  const SimulatedTrackFrame* frame_ = nullptr;
+  double outlier_share_ = 0;
+  std::vector<LineObservation> observations_;
+  std::unordered_set<int64_t> removed_;
+  std::map<int64_t, int> ages_;
+};
+
 struct SimulatedRunOptions {
   double duration_s = 20;
   double stand_still_s = 2;
@@ -57,11 +105,15 @@ struct SimulatedRunOptions {
   Eigen::Vector3d gyro_bias_rad_s = Eigen::Vector3d::Zero();
   Eigen::Vector3d accel_bias_m_s2 = Eigen::Vector3d::Zero();
   uint64_t seed = 1;
-  double blind_from_s = 0, blind_to_s = 0;      // no points are seen
+  double blind_from_s = 0, blind_to_s = 0;      // nothing is seen
   double imu_gap_from_s = 0, imu_gap_to_s = 0;  // no samples arrive
   double image_gap_from_s = 0, image_gap_to_s = 0;
   double image_rate_hz = 20;
   double outlier_share = 0;  // of the tracks, that slide 1 px a frame
+  // Edges and landmarks on them, beside the other landmarks. The landmarks are seen by all methods,
+  // the edges by those that use lines.
+  std::optional<LineTrackSimulatorOptions> lines;
+  double line_outlier_share = 0;  // of the edges, whose tracks slide 1 px a frame
   OdometryOptions odometry;
 };
 
@@ -71,20 +123,23 @@ struct SimulatedRun {
   std::vector<RigidTransform> truth;  // beside the states
   std::vector<Eigen::Vector3d> true_velocity;
   SimulatedImu imu;
+  std::vector<SimulatedEdge> edges;  // row: id of the line
   OdometryRun run;
   size_t removed_points = 0;
   // Normalised squared errors of the last keyframe: of its pose (6 dimensions) and all (15).
   double final_pose_nees = 0, final_nees = 0;
 };
 
-// The turn about z and the shift that take the first estimated pose to the true one.
-inline RigidTransform GaugeFromFirst(const SimulatedRun& run) {
-  const Eigen::Quaterniond d =
-      run.truth.front().rotation * run.states.front().T_world_imu.rotation.conjugate();
+// The turn about z and the shift that take an estimated pose to the true one.
+inline RigidTransform GaugeFrom(const SimulatedRun& run, size_t state) {
+  const RigidTransform &truth = run.truth[state], &estimate = run.states[state].T_world_imu;
+  const Eigen::Quaterniond d = truth.rotation * estimate.rotation.conjugate();
   const double yaw_rad = 2 * std::atan2(d.z(), d.w());
   const Eigen::Quaterniond turn(Eigen::AngleAxisd(yaw_rad, Eigen::Vector3d::UnitZ()));
-  return {turn, run.truth.front().translation - turn * run.states.front().T_world_imu.translation};
+  return {turn, truth.translation - turn * estimate.translation};
 }
+
+inline RigidTransform GaugeFromFirst(const SimulatedRun& run) { return GaugeFrom(run, 0); }
 
 // The errors of the newest keyframe against the motion, normalised by the covariance claimed.
 inline void MeasureFinalNees(const MotionSpline& motion, SlidingWindow* window, SimulatedRun* run) {
@@ -129,10 +184,19 @@ inline SimulatedRun RunOnSimulatedTracks(
   tracks.max_tracks = options.odometry.points.max_points;
   tracks.seed = options.seed;
   tracks.image_rate_hz = options.image_rate_hz;
-  const SimulatedTracks simulated = SimulateTracks(motion, out.rig, tracks);
+  SimulatedTracks simulated = SimulateTracks(motion, out.rig, tracks);
+  if (options.lines) {
+    LineTrackSimulatorOptions lines = *options.lines;
+    lines.sigma_px = options.pixel_sigma_px;
+    lines.seed = options.seed;
+    AddLineTracks(out.rig, lines, &simulated);
+  }
+  out.edges = simulated.edges;
 
   SimulatedPoints points;
-  Estimator estimator(options.odometry, out.rig, &points);
+  SimulatedLines lines;
+  Estimator estimator(options.odometry, out.rig, &points,
+                      UsesLines(options.odometry.method) ? &lines : nullptr);
   size_t next = 0;
   for (const SimulatedTrackFrame& frame : simulated.frames) {
     while (next < out.imu.samples.size() &&
@@ -147,7 +211,11 @@ inline SimulatedRun RunOnSimulatedTracks(
     if (t_s > options.image_gap_from_s && t_s < options.image_gap_to_s) continue;
     estimator.CheckGaps(frame.stamp_ns);
     points.Show(frame, options.odometry.method != Method::kPointsMono, options.outlier_share);
-    if (t_s > options.blind_from_s && t_s < options.blind_to_s) points.Blind();
+    lines.Show(frame, options.line_outlier_share);
+    if (t_s > options.blind_from_s && t_s < options.blind_to_s) {
+      points.Blind();
+      lines.Blind();
+    }
     const auto state = estimator.AddImage(frame.stamp_ns);
     if (after_image) after_image(&estimator);
     if (!state) continue;

@@ -1,0 +1,205 @@
+// The estimator with lines, on simulated tracks.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numbers>
+
+#include "odometry/window/estimator.h"
+#include "tests/testing/simulated_odometry.h"
+
+namespace slcmap {
+namespace {
+
+constexpr double kHeading_rad = 0.3;  // of the building
+constexpr double kDegree_rad = std::numbers::pi / 180;
+
+SimulatedRunOptions Building(Method method, double duration_s) {
+  SimulatedRunOptions options;
+  options.odometry.method = method;
+  options.odometry.points.max_points = 60;
+  options.duration_s = duration_s;
+  options.stand_still_s = 1;
+  // So many keyframes that short runs suffice.
+  options.odometry.keyframes.min_parallax_px = 16;
+  options.odometry.keyframes.min_kept_share = 0.7;
+  options.lines = LineTrackSimulatorOptions{.heading_rad = kHeading_rad, .points_per_edge = 1};
+  return options;
+}
+
+SimulatedRunOptions Perfect(Method method) {
+  SimulatedRunOptions options = Building(method, 10);
+  options.imu_rate_hz = 1000;  // the integration's error falls with the square of the step
+  return options;
+}
+
+SimulatedRunOptions Noisy(Method method, uint64_t seed, double duration_s = 10) {
+  SimulatedRunOptions options = Building(method, duration_s);
+  options.imu_noise = true;
+  options.pixel_sigma_px = 0.5;
+  options.odometry.window.point_sigma_px = options.odometry.line_landmarks.sigma_px = 0.5;
+  options.gyro_bias_rad_s << -0.002, 0.02, 0.08;  // as large as EuRoC's
+  options.accel_bias_m_s2 << -0.02, 0.13, 0.08;
+  options.seed = seed;
+  return options;
+}
+
+// How far a world's heading is from the building's, once turned by the gauge.
+double HeadingErrorOf(const ManhattanWorld& world, const RigidTransform& gauge) {
+  const double turn_rad = 2 * std::atan2(gauge.rotation.z(), gauge.rotation.w());
+  const double off_rad = world.heading_rad + turn_rad - kHeading_rad;
+  return std::abs(std::remainder(off_rad, std::numbers::pi / 2));
+}
+
+double DistanceToEdge(const SimulatedEdge& edge, const Eigen::Vector3d& p_world) {
+  const Eigen::Vector3d direction = (edge.end_world - edge.start_world).normalized();
+  return direction.cross(p_world - edge.start_world).norm();
+}
+
+// Largest distance in metres of a line's ends from the edge that it is a sight of.
+double DistanceToItsEdge(const SimulatedRun& run, const Line& line, const RigidTransform& gauge) {
+  const SimulatedEdge& edge = run.edges.at(static_cast<size_t>(line.id));
+  return std::max(DistanceToEdge(edge, gauge * line.start_world),
+                  DistanceToEdge(edge, gauge * line.end_world));
+}
+
+// Root mean square errors over a run, once the first poses are laid together.
+struct Errors {
+  double position_m = 0, heading_rad = 0;
+};
+
+Errors ErrorsOf(const SimulatedRun& run) {
+  const RigidTransform gauge = GaugeFromFirst(run);
+  double position = 0, heading = 0;
+  for (size_t i = 0; i < run.states.size(); ++i) {
+    const RigidTransform estimate = gauge * run.states[i].T_world_imu;
+    const Eigen::Quaterniond off = estimate.rotation * run.truth[i].rotation.conjugate();
+    position += (estimate.translation - run.truth[i].translation).squaredNorm();
+    heading += std::pow(LogRotation(off).z(), 2);
+  }
+  const auto count = static_cast<double>(run.states.size());
+  return {std::sqrt(position / count), std::sqrt(heading / count)};
+}
+
+class PerfectLinesTest : public testing::TestWithParam<Method> {};
+
+TEST_P(PerfectLinesTest, GiveThePerfectPathAndTheEdges) {
+  const bool structural = GetParam() != Method::kPointsLines;
+  SimulatedRunOptions options = Perfect(GetParam());
+  if (!structural) options.lines->general_share = 0.3;
+  const SimulatedRun run = RunOnSimulatedTracks(options);
+  ASSERT_GT(run.states.size(), 150u);
+  EXPECT_EQ(run.states.back().segment, 0);
+  EXPECT_LT(LargestPositionError(run), 3e-4);
+  EXPECT_EQ(run.removed_points, 0u);
+
+  const RigidTransform gauge = GaugeFromFirst(run);
+  ASSERT_EQ(run.run.manhattan_worlds.size(), structural ? 1u : 0u);
+  for (const ManhattanWorld& world : run.run.manhattan_worlds) {
+    EXPECT_LT(HeadingErrorOf(world, gauge), 0.05 * kDegree_rad);
+  }
+  ASSERT_GT(run.run.lines.size(), 10u);
+  for (const Line& line : run.run.lines) {
+    EXPECT_LT(DistanceToItsEdge(run, line, gauge), 0.01) << line.id;
+    EXPECT_EQ(line.axis != LineAxis::kNone, structural) << line.id;
+    const auto axis = run.edges.at(static_cast<size_t>(line.id)).axis;
+    if (structural) EXPECT_EQ(line.axis == LineAxis::kVertical, axis == 2) << line.id;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Methods, PerfectLinesTest,
+                         testing::Values(Method::kPointsLines, Method::kStructural, Method::kSlc));
+
+TEST(EstimatorWithLines, PerfectPointsOnLinesAreFoundAsSuch) {
+  const SimulatedRun run = RunOnSimulatedTracks(Perfect(Method::kSlc));
+  size_t members = 0;
+  for (const Line& line : run.run.lines) {
+    const SimulatedEdge& edge = run.edges.at(static_cast<size_t>(line.id));
+    members += line.point_ids.size();
+    for (const int64_t id : line.point_ids) {
+      EXPECT_EQ(std::count(edge.landmarks.begin(), edge.landmarks.end(), id), 1) << line.id;
+    }
+  }
+  EXPECT_GT(members, 5u);
+}
+
+TEST(EstimatorWithLines, LinesMakePathAndHeadingBetterAndTheCovarianceStaysHonest) {
+  constexpr int kRuns = 8;
+  std::map<Method, Errors> mean;
+  double of_pose = 0;
+  for (int i = 0; i < kRuns; ++i) {
+    for (const Method method : {Method::kPoints, Method::kSlc}) {
+      const SimulatedRun run = RunOnSimulatedTracks(Noisy(method, 200 + i));
+      const Errors errors = ErrorsOf(run);
+      mean[method].position_m += errors.position_m / kRuns;
+      mean[method].heading_rad += errors.heading_rad / kRuns;
+      if (method == Method::kSlc) of_pose += run.final_pose_nees / kRuns;
+    }
+  }
+  EXPECT_LT(mean[Method::kSlc].position_m, mean[Method::kPoints].position_m);
+  EXPECT_LT(mean[Method::kSlc].heading_rad, mean[Method::kPoints].heading_rad);
+  // Expected 6, with a standard deviation of sqrt(2 * 6 / 8) = 1.2.
+  EXPECT_GT(of_pose, 3);
+  EXPECT_LT(of_pose, 10);
+}
+
+TEST(EstimatorWithLines, LinesThatSlideDoNotSpoilThePath) {
+  SimulatedRunOptions options = Noisy(Method::kSlc, 9);
+  options.line_outlier_share = 0.2;
+  const SimulatedRun run = RunOnSimulatedTracks(options);
+  EXPECT_EQ(run.states.back().segment, 0);
+  EXPECT_LT(LargestPositionError(run), 0.04);
+  const RigidTransform gauge = GaugeFromFirst(run);
+  ASSERT_EQ(run.run.manhattan_worlds.size(), 1u);
+  EXPECT_LT(HeadingErrorOf(run.run.manhattan_worlds[0], gauge), 0.2 * kDegree_rad);
+  for (const Line& line : run.run.lines) {
+    EXPECT_LT(DistanceToItsEdge(run, line, gauge), 0.1) << line.id;
+  }
+
+  // That they are there, and would spoil it.
+  options.odometry.line_landmarks.max_chi2 = options.odometry.line_landmarks.max_new_chi2 = 1e9;
+  options.odometry.line_landmarks.loss_sigma = 1e9;
+  EXPECT_GT(LargestPositionError(RunOnSimulatedTracks(options)), 2 * LargestPositionError(run));
+}
+
+TEST(EstimatorWithLines, ARestartForgetsHeadingsAndLines) {
+  SimulatedRunOptions options = Noisy(Method::kSlc, 8, 16);
+  options.image_gap_from_s = 7;
+  options.image_gap_to_s = 9.5;
+  bool had_structure = false, restarted = false, started_empty = false;
+  const SimulatedRun run = RunOnSimulatedTracks(options, nullptr, [&](Estimator* estimator) {
+    const WindowState& window = estimator->window().state();
+    had_structure |= !restarted && !window.headings.empty() && !window.lines.empty();
+    if (had_structure && window.frames.empty()) {
+      restarted = true;
+      started_empty = window.headings.empty() && window.lines.empty();
+    }
+  });
+  EXPECT_TRUE(had_structure);
+  EXPECT_TRUE(restarted);
+  EXPECT_TRUE(started_empty);
+  EXPECT_EQ(run.states.back().segment, 1);
+  ASSERT_EQ(run.run.manhattan_worlds.size(), 2u);
+  for (int segment = 0; segment < 2; ++segment) {
+    const auto first =
+        std::find_if(run.states.begin(), run.states.end(),
+                     [&](const OnlineState& state) { return state.segment == segment; });
+    const RigidTransform gauge =
+        GaugeFrom(run, static_cast<size_t>(std::distance(run.states.begin(), first)));
+    const ManhattanWorld& world = run.run.manhattan_worlds[static_cast<size_t>(segment)];
+    EXPECT_EQ(world.segment, segment);
+    EXPECT_LT(HeadingErrorOf(world, gauge), 0.3 * kDegree_rad);
+    int lines = 0;
+    for (const Line& line : run.run.lines) {
+      if (line.segment != segment) continue;
+      ++lines;
+      EXPECT_LT(DistanceToItsEdge(run, line, gauge), 0.1) << line.id;
+      if (line.axis != LineAxis::kVertical) EXPECT_EQ(line.world, segment);
+    }
+    EXPECT_GT(lines, 5);
+  }
+}
+
+}  // namespace
+}  // namespace slcmap
