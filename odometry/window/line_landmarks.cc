@@ -348,13 +348,16 @@ std::vector<PointOnLine> ReleaseStrayPoints(double max_chi2, const CostModel& mo
   return released;
 }
 
-void ExtendLines(const FrameState& frame, const CostModel& model, WindowState* window) {
-  for (const auto& [id, measurement] : frame.lines) {
-    LineLandmark& line = window->lines.at(id);
+void ExtendLines(const FrameState& newest, const CostModel& model, WindowState* window) {
+  for (auto& [id, line] : window->lines) {
     if (!line.estimated || line.retired) continue;
-    const auto interval =
-        ExtentAlong(line.InWorld(), measurement.left, WorldFromLeftCamera(frame, model.geometry));
-    if (interval) line.extent.Add(interval->first, interval->second);
+    const bool is_new = line.extent.empty();
+    for (const FrameState* frame : line.frames) {
+      if (!is_new && frame != &newest) continue;
+      const auto interval = ExtentAlong(line.InWorld(), frame->lines.at(id).left,
+                                        WorldFromLeftCamera(*frame, model.geometry));
+      if (interval) line.extent.Add(interval->first, interval->second);
+    }
   }
 }
 

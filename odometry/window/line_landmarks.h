@@ -47,8 +47,8 @@ std::map<int64_t, int64_t> MergeLines(const LineLandmarkOptions& options, Window
 std::vector<PointOnLine> ReleaseStrayPoints(double max_chi2, const CostModel& model,
                                             WindowState* window);
 
-// Takes in how far the frame saw its estimated lines.
-void ExtendLines(const FrameState& frame, const CostModel& model, WindowState* window);
+// Takes in how far the newest frame saw its estimated lines, and all frames those just estimated.
+void ExtendLines(const FrameState& newest, const CostModel& model, WindowState* window);
 
 // Where the estimated lines are expected in a frame's cameras, in pixels of the rectified images.
 std::vector<LinePrediction> PredictLines(const WindowState& window, const FrameState& frame,
