@@ -5,9 +5,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "odometry/geometry/pinhole.h"
 #include "odometry/imu/imu_spread.h"
 
 namespace slcmap {
+
 using Eigen::Quaterniond;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
@@ -19,12 +21,11 @@ constexpr double kStandstillStep_s = 1.0;  // how often the window hears that th
 constexpr double kRestLooksBack_s = 0.5;   // at most, to tell whether the rig rests
 constexpr double kMaxRestSpeed_m_s = 0.05;
 
-Vector2d OnPlane(const Camera& camera, const Vector2d& px) {
-  return {(px.x() - camera.cx_px) / camera.fx_px, (px.y() - camera.cy_px) / camera.fy_px};
-}
-
-LineSegment OnPlane(const Camera& camera, const LineSegment& segment_px) {
-  return {OnPlane(camera, segment_px.start), OnPlane(camera, segment_px.end)};
+// The left camera at a frame from the left camera at an earlier one.
+Quaterniond CameraRotation(const FrameState& now, const FrameState& last, const Rig& rig) {
+  const Quaterniond& R_imu_camera = rig.T_imu_camera[0].rotation;
+  return R_imu_camera.conjugate() * now.T_world_imu().rotation.conjugate() *
+         last.T_world_imu().rotation * R_imu_camera;
 }
 
 }  // namespace
@@ -100,9 +101,9 @@ std::unique_ptr<FrameState> Estimator::NewFrame(int64_t stamp_ns) {
 void Estimator::TakeMeasurements(FrameState* frame) const {
   for (const PointObservation& point : source_->observations()) {
     StereoMeasurement& measurement = frame->measurements[point.id];
-    measurement.left = OnPlane(rig_.cameras[0], point.left_px);
+    measurement.left = PlaneFromPixel(rig_.cameras[0], point.left_px);
     measurement.right.reset();
-    if (point.right_px) measurement.right = OnPlane(rig_.cameras[1], *point.right_px);
+    if (point.right_px) measurement.right = PlaneFromPixel(rig_.cameras[1], *point.right_px);
   }
 }
 
@@ -195,16 +196,13 @@ void Estimator::AddKeyframe(std::unique_ptr<FrameState> frame) {
 
 void Estimator::TrackLines(FrameState* frame) {
   const auto timed = clock_.Time("line tracking");
-  const Quaterniond& R_imu_camera = rig_.T_imu_camera[0].rotation;
-  const Quaterniond R_now_last = R_imu_camera.conjugate() *
-                                 frame->T_world_imu().rotation.conjugate() *
-                                 window_.newest().T_world_imu().rotation * R_imu_camera;
-  lines_->Track(R_now_last, PredictLines(window_.state(), *frame, rig_),
+  lines_->Track(CameraRotation(*frame, window_.newest(), rig_),
+                PredictLines(window_.state(), *frame, rig_),
                 AxesInCamera(window_.state(), *frame, rig_));
   for (const LineObservation& line : lines_->observations()) {
     StereoLineMeasurement& measurement = frame->lines[line.id];
-    measurement.left = OnPlane(rig_.cameras[0], line.left_px);
-    if (line.right_px) measurement.right = OnPlane(rig_.cameras[1], *line.right_px);
+    measurement.left = PlaneFromPixel(rig_.cameras[0], line.left_px);
+    if (line.right_px) measurement.right = PlaneFromPixel(rig_.cameras[1], *line.right_px);
   }
 }
 
@@ -224,11 +222,8 @@ bool Estimator::StandsStill(const FrameState& frame) const {
 
 bool Estimator::IsKeyframe(const FrameState& frame) const {
   const FrameState& last = window_.newest();
-  const Quaterniond& R_imu_camera = rig_.T_imu_camera[0].rotation;
-  const Quaterniond R_now_last = R_imu_camera.conjugate() *
-                                 frame.T_world_imu().rotation.conjugate() *
-                                 last.T_world_imu().rotation * R_imu_camera;
-  const Flow flow = MedianFlow(last, frame, rig_.cameras[0].fx_px, R_now_last);
+  const Flow flow =
+      MedianFlow(last, frame, rig_.cameras[0].fx_px, CameraRotation(frame, last, rig_));
   const KeyframeOptions& limits = options_.keyframes;
   const auto in_last = static_cast<double>(last.measurements.size());
   if (flow.points < limits.min_kept_share * in_last) return true;

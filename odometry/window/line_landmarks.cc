@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "odometry/geometry/pinhole.h"
 #include "odometry/window/line_triangulation.h"
 #include "odometry/window/point_landmarks.h"
 
@@ -24,12 +25,6 @@ std::vector<LineSight> SightsOf(const LineLandmark& line) {
     sights.push_back({frame->T_world_imu(), frame->lines.at(line.id)});
   }
   return sights;
-}
-
-std::vector<double> HeadingsOf(const WindowState& window) {
-  std::vector<double> headings;
-  for (const HeadingState& heading : window.headings) headings.push_back(heading.heading_rad[0]);
-  return headings;
 }
 
 // What all sights of the line agree on; nothing where they do not.
@@ -229,11 +224,7 @@ Eigen::Matrix3d CovarianceAcross(const LineLandmark& line, const Vector3d& p_wor
       Eigen::VectorXd delta = Eigen::VectorXd::Zero(size);
       delta[i] = side == 0 ? -kStep : kStep;
       LineLandmark copy = line;
-      if (const ceres::Manifold* manifold = ManifoldOf(line.block_size())) {
-        manifold->Plus(line.block.data(), delta.data(), copy.block.data());
-      } else {
-        for (Eigen::Index k = 0; k < size; ++k) copy.block[static_cast<size_t>(k)] += delta[k];
-      }
+      BlockPlus(line.block_size(), line.block.data(), delta.data(), copy.block.data());
       moved[static_cast<size_t>(side)] = CrossingAt(copy, p_world, direction);
     }
     by_tangent.col(i) = (moved[1] - moved[0]) / (2 * kStep);
@@ -392,6 +383,17 @@ std::vector<Vector3d> AxesInCamera(const WindowState& window, const FrameState& 
     }
   }
   return axes;
+}
+
+std::vector<LineObservation> LinesInPixels(const FrameState& frame, const Camera& camera) {
+  std::vector<LineObservation> lines;
+  for (const auto& [id, measurement] : frame.lines) {
+    LineObservation& line = lines.emplace_back();
+    line.id = id;
+    line.left_px = PixelFromPlane(camera, measurement.left);
+    if (measurement.right) line.right_px = PixelFromPlane(camera, *measurement.right);
+  }
+  return lines;
 }
 
 Line Describe(const LineLandmark& line, const CostModel& model, const Prior& prior) {

@@ -58,6 +58,9 @@ std::vector<LinePrediction> PredictLines(const WindowState& window, const FrameS
 std::vector<Eigen::Vector3d> AxesInCamera(const WindowState& window, const FrameState& frame,
                                           const Rig& rectified_rig);
 
+// What a frame saw of lines, in pixels of the rectified cameras, which share their intrinsics.
+std::vector<LineObservation> LinesInPixels(const FrameState& frame, const Camera& camera);
+
 // A line as a run holds it, but for its segment and with the world counted in the segment.
 Line Describe(const LineLandmark& line, const CostModel& model, const Prior& prior);
 

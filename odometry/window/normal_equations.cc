@@ -26,16 +26,6 @@ double RobustCost(const Term& term, double squared_norm, double* weight) {
   return 0.5 * rho[0];
 }
 
-void Plus(int size, const double* step, double* block) {
-  if (const ceres::Manifold* manifold = ManifoldOf(size)) {
-    std::array<double, kPoseSize> moved;
-    manifold->Plus(block, step, moved.data());
-    std::copy_n(moved.data(), size, block);
-  } else {
-    for (int i = 0; i < size; ++i) block[i] += step[i];
-  }
-}
-
 }  // namespace
 
 NormalEquations::NormalEquations(const std::vector<Term>& terms, const Prior& prior,
@@ -238,9 +228,9 @@ void NormalEquations::Apply() {
   before_.clear();
   for (const Unknown& unknown : unknowns_) {
     before_.insert(before_.end(), unknown.block, unknown.block + unknown.size);
-    Plus(unknown.size,
-         unknown.is_point ? points_[unknown.offset].step.data() : step_.data() + unknown.offset,
-         unknown.block);
+    const double* step =
+        unknown.is_point ? points_[unknown.offset].step.data() : step_.data() + unknown.offset;
+    BlockPlus(unknown.size, before_.data() + before_.size() - unknown.size, step, unknown.block);
   }
 }
 

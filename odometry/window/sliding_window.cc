@@ -4,6 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include "odometry/geometry/pinhole.h"
+#include "odometry/window/line_landmarks.h"
 #include "odometry/window/point_landmarks.h"
 
 namespace slcmap {
@@ -270,26 +272,14 @@ Keyframe SlidingWindow::DescribeFrame(const FrameState& frame) const {
   out.stamp_ns = frame.stamp_ns;
   out.T_world_imu = frame.T_world_imu();
   const Camera& camera = rig_.cameras[0];
-  const auto pixel = [&](const Eigen::Vector2d& on_plane) {
-    return Eigen::Vector2d(camera.fx_px * on_plane.x() + camera.cx_px,
-                           camera.fy_px * on_plane.y() + camera.cy_px);
-  };
   for (const auto& [id, measurement] : frame.measurements) {
     KeyframeObservation observation;
     observation.landmark_id = id;
-    observation.left_px = pixel(measurement.left);
-    if (measurement.right) observation.right_px = pixel(*measurement.right);
+    observation.left_px = PixelFromPlane(camera, measurement.left);
+    if (measurement.right) observation.right_px = PixelFromPlane(camera, *measurement.right);
     out.observations.push_back(observation);
   }
-  const auto pixels = [&](const LineSegment& segment) {
-    return LineSegment{pixel(segment.start), pixel(segment.end)};
-  };
-  for (const auto& [id, measurement] : frame.lines) {
-    LineObservation& line = out.lines.emplace_back();
-    line.id = id;
-    line.left_px = pixels(measurement.left);
-    if (measurement.right) line.right_px = pixels(*measurement.right);
-  }
+  out.lines = LinesInPixels(frame, camera);
   return out;
 }
 

@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "odometry/geometry/pinhole.h"
+
 namespace slcmap {
 namespace {
 
@@ -38,9 +40,7 @@ void Structure::FindHeadings(const FrameState& newest, const CostModel& model,
                              WindowState* window) {
   std::vector<LineSegment> segments;
   for (const auto& [id, measurement] : newest.lines) segments.push_back(measurement.left);
-  std::vector<double> known;
-  for (const HeadingState& heading : window->headings) known.push_back(heading.heading_rad[0]);
-  detector_.SetKnownHeadings(known);
+  detector_.SetKnownHeadings(HeadingsOf(*window));
   const Eigen::Quaterniond R_world_camera =
       newest.T_world_imu().rotation * model.geometry.T_imu_camera[0].rotation;
   for (const HeadingEvidence& found :
@@ -57,24 +57,13 @@ void Structure::FindHeadings(const FrameState& newest, const CostModel& model,
 
 void Structure::FindPointsOnLines(const FrameState& newest, WindowState* window) {
   const Camera& camera = rig_.cameras[0];
-  const auto pixel = [&](const Eigen::Vector2d& on_plane) {
-    return Eigen::Vector2d(camera.fx_px * on_plane.x() + camera.cx_px,
-                           camera.fy_px * on_plane.y() + camera.cy_px);
-  };
-  const auto pixels = [&](const LineSegment& segment) {
-    return LineSegment{pixel(segment.start), pixel(segment.end)};
-  };
   std::vector<PointObservation> points;
   for (const auto& [id, m] : newest.measurements) {
-    points.push_back({id, pixel(m.left), std::nullopt});
-    if (m.right) points.back().right_px = pixel(*m.right);
+    points.push_back({id, PixelFromPlane(camera, m.left), std::nullopt});
+    if (m.right) points.back().right_px = PixelFromPlane(camera, *m.right);
   }
-  std::vector<LineObservation> lines;
-  for (const auto& [id, m] : newest.lines) {
-    lines.push_back({id, pixels(m.left), std::nullopt});
-    if (m.right) lines.back().right_px = pixels(*m.right);
-  }
-  const PointsOnLines::Change change = memberships_.AddKeyframe(points, lines);
+  const PointsOnLines::Change change =
+      memberships_.AddKeyframe(points, LinesInPixels(newest, camera));
   for (const PointOnLine& pair : change.verified) {
     window->lines.at(pair.line_id).points.push_back(pair.point_id);
   }

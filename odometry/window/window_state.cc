@@ -45,4 +45,10 @@ std::vector<PointLandmark*> PointsOf(const LineLandmark& line, WindowState* wind
   return points;
 }
 
+std::vector<double> HeadingsOf(const WindowState& window) {
+  std::vector<double> headings;
+  for (const HeadingState& heading : window.headings) headings.push_back(heading.heading_rad[0]);
+  return headings;
+}
+
 }  // namespace slcmap

@@ -120,6 +120,9 @@ struct WindowState {
   Prior prior;
 };
 
+// The headings of all worlds, radians, by world.
+std::vector<double> HeadingsOf(const WindowState& window);
+
 // The triangulated landmarks that belong to a structural line.
 std::vector<PointLandmark*> PointsOf(const LineLandmark& line, WindowState* window);
 
