@@ -9,8 +9,8 @@ void AddOdometryOptions(CLI::App& command, OdometryArguments* arguments) {
                   "points-mono needs no cam1")
       ->required();
   command.add_option("--method", arguments->method,
-                     "points (default), points-mono (left camera only), points-lines, structural "
-                     "or slc");
+                     "slc (default: points, structural lines, points on lines), structural, "
+                     "points-lines, points or points-mono (left camera only)");
   command.add_option("--config", arguments->config, "YAML file that overrides options");
   command.add_option("--calibration", arguments->calibration,
                      "Kalibr camera chain, or a folder with sensor.yaml files (default: the "

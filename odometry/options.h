@@ -205,7 +205,7 @@ struct LineLandmarkOptions {
 
 // Everything that odometry can be told. YAML sections carry the names of the members.
 struct OdometryOptions {
-  Method method = Method::kPoints;
+  Method method = Method::kSlc;
   RectifierOptions rectifier;
   PointTrackerOptions points;
   WindowOptions window;

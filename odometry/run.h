@@ -83,6 +83,7 @@ struct StageTiming {
 
 struct RunTimings {
   std::vector<StageTiming> stages;
+  int64_t window_iterations = 0;  // of the optimisations of all keyframes
   double cpu_s = 0;  // user + system, whole process
   double wall_s = 0;
   double peak_memory_mib = 0;

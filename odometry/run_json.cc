@@ -192,6 +192,7 @@ void WriteTimings(const std::string& path, const RunTimings& timings) {
                        {"peak_memory_mib", timings.peak_memory_mib},
                        {"stereo_frames", timings.stereo_frames},
                        {"data_s", timings.data_s},
+                       {"window_iterations", timings.window_iterations},
                        {"stages", stages}});
 }
 
@@ -203,6 +204,7 @@ RunTimings ReadTimings(const std::string& path) {
     timings.peak_memory_mib = json.at("peak_memory_mib").get<double>();
     timings.stereo_frames = json.at("stereo_frames").get<int64_t>();
     timings.data_s = json.at("data_s").get<double>();
+    timings.window_iterations = json.value("window_iterations", int64_t{0});
     for (const Json& stage : json.at("stages")) {
       timings.stages.push_back({stage.at("name").get<std::string>(),
                                 stage.at("wall_s").get<double>(),

@@ -87,6 +87,7 @@ void Estimator::Describe(OdometryRun* run) const {
   run->manhattan_worlds = run_.manhattan_worlds;
   run->lines = run_.lines;
   for (const auto& [kind, count] : run_.warnings) run->warnings[kind] += count;
+  run->timings.window_iterations = window_.iterations();
   window_.AddContents(segment_, run);
 }
 

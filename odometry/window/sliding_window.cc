@@ -139,7 +139,7 @@ FinishedIds SlidingWindow::AddKeyframe(std::unique_ptr<FrameState> frame) {
   TriangulatePoints(model_.geometry, &state_);
   RegisterLines(newest, &state_);
   structure_.Update(model_, newest, &state_);
-  Optimize(options_.max_iterations);
+  iterations_ += Optimize(options_.max_iterations).iterations;
   FinishedIds finished;
   finished.points = RejectPointOutliers(options_.max_point_chi2, model_, &state_);
   finished.lines = structure_.Judge(model_, *newest, &state_);
@@ -177,12 +177,14 @@ void SlidingWindow::RepropagateMovedBiases() {
   }
 }
 
-void SlidingWindow::Optimize(int max_iterations) {
+SolverSummary SlidingWindow::Optimize(int max_iterations) {
   RepropagateMovedBiases();
   std::vector<Term> terms = BuildTerms(&state_, model_);
   SolverOptions solver;
   solver.max_iterations = max_iterations;
-  last_solve_usable_ = Solve(&terms, state_.prior, NoneConstant, solver).usable;
+  const SolverSummary summary = Solve(&terms, state_.prior, NoneConstant, solver);
+  last_solve_usable_ = summary.usable;
+  return summary;
 }
 
 void SlidingWindow::ReleaseFromOldest(PointLandmark* landmark, std::vector<Term>* terms,

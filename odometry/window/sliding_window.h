@@ -70,10 +70,11 @@ class SlidingWindow {
   void AddContents(int segment, OdometryRun* run) const;
 
   bool last_solve_usable() const { return last_solve_usable_; }
+  int64_t iterations() const { return iterations_; }  // of the optimisations in AddKeyframe()
 
  private:
   void SetFirstPrior();
-  void Optimize(int max_iterations);
+  SolverSummary Optimize(int max_iterations);
   void RepropagateMovedBiases();
   void MarginalizeOldest(FinishedIds* finished);
   void ReleaseFromOldest(PointLandmark* landmark, std::vector<Term>* terms,
@@ -89,6 +90,7 @@ class SlidingWindow {
   std::vector<Keyframe> left_keyframes_;
   std::vector<Landmark> left_landmarks_;
   bool last_solve_usable_ = true;
+  int64_t iterations_ = 0;
 };
 
 }  // namespace slcmap

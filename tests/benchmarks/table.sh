@@ -63,10 +63,10 @@ cell() {
 row() {
   local sequence=$1 method=$2 folder=$3 points=$4
   if [ ! -e "$folder/metrics.json" ]; then
-    echo "| $sequence | $method | failed | | | | | | | | | | | |"
+    echo "| $sequence | $method | failed | | | | | | | | | | | | |"
     return
   fi
-  local ape rotation loop heading coverage cpu window precision direction lines
+  local ape rotation loop heading coverage cpu window iterations precision direction lines
   read -r ape rotation loop heading coverage precision direction < <(jq -r '
     (.lines.lines // 0) as $lines | [.ape.posyaw.position_m.rmse, .ape.posyaw.rotation_deg.rmse, .loop.percent_of_path,
      .heading_error_at_end_deg, 100 * .coverage.after_initialisation,
@@ -78,6 +78,8 @@ row() {
   cpu=$(jq '1000 * .cpu_s / .stereo_frames' "$folder/run/timings.json")
   window=$(jq '[.stages[] | select(.name == "window optimisation") | 1000 * .wall_s / .calls][0]' \
     "$folder/run/timings.json")
+  iterations=$(jq '.window_iterations as $n | [.stages[] | select(.name == "window optimisation") | $n / .calls][0]' \
+    "$folder/run/timings.json")
   local ratio=null
   if [ -e "$points" ]; then
     ratio=$(jq -n --slurpfile a "$folder/metrics.json" --slurpfile b "$points" \
@@ -86,15 +88,16 @@ row() {
   fi
   echo "| $sequence | $method | $(cell %.4f "$ape") | $(cell %.2f "$ratio") |" \
     "$(cell %.3f "$rotation") | $(cell %.3f "$loop") | $(cell %.3f "$heading") |" \
-    "$(cell %.1f "$coverage") | $(cell %.1f "$cpu") | $(cell %.1f "$window") | $lines |" \
+    "$(cell %.1f "$coverage") | $(cell %.1f "$cpu") | $(cell %.1f "$window") |" \
+    "$(cell %.2f "$iterations") | $lines |" \
     "$(cell %.1f "$precision") | $(cell %.3f "$direction") |"
 }
 
 ratios=$(mktemp)
 trap 'rm -f "$ratios"' EXIT
 echo "| sequence | method | APE m | APE / points | rotation deg | loop % | heading at end deg |" \
-  "coverage % | CPU ms/pair | window ms/keyframe | lines | median life | precision at 5 cm % | direction deg |"
-echo "| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |"
+  "coverage % | CPU ms/pair | window ms/keyframe | iterations/keyframe | lines | median life | precision at 5 cm % | direction deg |"
+echo "| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |"
 for sequence in "${sequences[@]}"; do
   name=$(basename "$sequence")
   for method in "${methods[@]}"; do

@@ -54,6 +54,7 @@ OdometryRun MakeRun() {
   run.landmarks = {
       {1, 0, {1.5, -2.25, 3}, 0.125, 4}, {2, 0, {0.5, 4, 8}, 0.5, 2}, {3, 1, {7, 8, 9}, 0.25, 3}};
   run.timings.stages = {{"points", 1.25, 160}};
+  run.timings.window_iterations = 37;
   run.timings.cpu_s = 2.5;
   run.timings.stereo_frames = 160;
   return run;
@@ -81,6 +82,7 @@ TEST_F(RunFolderTest, ComesBackAsItWasWritten) {
   EXPECT_EQ(read.warnings, run.warnings);
   EXPECT_EQ(read.timings.stages[0].name, "points");
   EXPECT_EQ(read.timings.stages[0].calls, 160);
+  EXPECT_EQ(read.timings.window_iterations, 37);
   EXPECT_EQ(read.timings.cpu_s, 2.5);
   EXPECT_EQ(read.timings.stereo_frames, 160);
   EXPECT_EQ(read.rectified_rig.cameras[1].fy_px, 457.25);
