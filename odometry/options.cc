@@ -216,6 +216,7 @@ std::string LineDetectorName(LineDetectorKind kind) {
 }
 
 constexpr OptionTable kLineDetector{
+    Option{"scale", &LineDetectorOptions::scale, 0.1, 1.0},
     Option{"min_length_px", &LineDetectorOptions::min_length_px, 10.0, 1000.0},
     Option{"max_join_gap_px", &LineDetectorOptions::max_join_gap_px, 0.0, 1000.0},
     Option{"max_segments", &LineDetectorOptions::max_segments, 1, 10000}};

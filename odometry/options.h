@@ -95,6 +95,7 @@ std::string LineDetectorName(LineDetectorKind kind);
 
 struct LineDetectorOptions {
   LineDetectorKind kind = LineDetectorKind::kEd;
+  double scale = 0.5;           // of the image that is searched; edges are placed in the whole one
   double min_length_px = 30;    // after joining
   double max_join_gap_px = 30;  // between pieces of one edge
   int max_segments = 90;        // of an image, the longest

@@ -9,7 +9,7 @@
 namespace slcmap {
 
 // One row of 32 bytes (LBD, Zhang & Koch 2013) a segment, CV_8UC1; segments are oriented and longer
-// than 5 px. Empty without segments.
+// than 10 px. Empty without segments.
 cv::Mat DescribeSegments(const cv::Mat& image, const std::vector<LineSegment>& segments);
 
 // Bits that differ, of 256.

@@ -127,13 +127,41 @@ LineSegment TakeEdge(double max_gap_px, std::vector<Piece>* rest) {
   return edge.segment;
 }
 
+// What the small image told less surely: where an edge is, and where it ends.
+LineRefinementOptions RefinementAfter(double scale) {
+  constexpr double kEnd_px = 6;  // of the small image
+  LineRefinementOptions refinement;
+  refinement.reach_px += 1 / scale - 1;
+  refinement.max_extension_px = kEnd_px * (1 / scale - 1);
+  return refinement;
+}
+
+// True where the segment lies on one of `segments`: pieces that were not joined may end on one
+// edge.
+bool IsAmong(const std::vector<LineSegment>& segments, const LineSegment& s) {
+  return std::any_of(segments.begin(), segments.end(), [&](const LineSegment& other) {
+    return Overlap_px(other, s) > 0.5 * s.Length() &&
+           LargestDistance_px(other, s) < kMaxJoinDistance_px &&
+           AngleBetween_rad(other, s) < kMaxJoinAngle_rad;
+  });
+}
+
 }  // namespace
 
-std::vector<LineSegment> DetectRawSegments(const cv::Mat& image, LineDetectorKind kind,
+std::vector<LineSegment> DetectRawSegments(const cv::Mat& image, const LineDetectorOptions& options,
                                            double min_length_px) {
+  cv::Mat small = image;
+  if (options.scale < 1) {
+    cv::resize(image, small, cv::Size(), options.scale, options.scale, cv::INTER_AREA);
+  }
+  const Eigen::Array2d factor(static_cast<double>(image.cols) / small.cols,
+                              static_cast<double>(image.rows) / small.rows);
+  const auto in_whole = [&factor](double x, double y) -> Eigen::Vector2d {
+    return (Eigen::Array2d(x, y) + 0.5) * factor - 0.5;
+  };
   std::vector<LineSegment> segments;
-  for (const auto& l : RunDetector(image, kind, min_length_px)) {
-    const LineSegment segment{{l[0], l[1]}, {l[2], l[3]}};
+  for (const auto& l : RunDetector(small, options.kind, min_length_px * options.scale)) {
+    const LineSegment segment{in_whole(l[0], l[1]), in_whole(l[2], l[3])};
     if (segment.Length() >= min_length_px) segments.push_back(segment);
   }
   return segments;
@@ -152,17 +180,19 @@ std::vector<LineSegment> DetectSegments(const cv::Mat& image, const cv::Mat& mas
                                         const LineDetectorOptions& options) {
   const double min_piece_px = std::min(12.0, options.min_length_px);
   std::vector<LineSegment> pieces;
-  for (const auto& raw : DetectRawSegments(image, options.kind, min_piece_px)) {
+  for (const auto& raw : DetectRawSegments(image, options, min_piece_px)) {
     const double contrast = MeanContrast(image, raw);
     if (std::abs(contrast) < kMinContrast || !InsideMask(mask, raw)) continue;
     pieces.push_back(contrast > 0 ? raw : Reversed(raw));
   }
+  const LineRefinementOptions refinement = RefinementAfter(options.scale);
   std::vector<LineSegment> segments;
   for (const auto& joined : JoinSegments(std::move(pieces), options.max_join_gap_px)) {
     const bool full = static_cast<int>(segments.size()) >= options.max_segments;
     if (full || joined.Length() < options.min_length_px) break;
-    const auto refined = RefineSegment(image, joined, {});
+    const auto refined = RefineSegment(image, joined, refinement);
     if (!refined || refined->segment.Length() < options.min_length_px) continue;
+    if (IsAmong(segments, refined->segment)) continue;
     segments.push_back(refined->segment);
   }
   SortByLength(&segments);

@@ -15,8 +15,8 @@ namespace slcmap {
 std::vector<LineSegment> DetectSegments(const cv::Mat& image, const cv::Mat& mask,
                                         const LineDetectorOptions& options);
 
-// What the detector alone gives: neither oriented, joined nor refined.
-std::vector<LineSegment> DetectRawSegments(const cv::Mat& image, LineDetectorKind kind,
+// What the detector alone gives in the image made smaller: neither oriented, joined nor refined.
+std::vector<LineSegment> DetectRawSegments(const cv::Mat& image, const LineDetectorOptions& options,
                                            double min_length_px);
 
 // Joins oriented segments of one edge: those that continue each other over a gap of at most

@@ -1,6 +1,7 @@
 // Says which segments of two images are the same edge. A wrong match is far worse than none.
 #pragma once
 
+#include <Eigen/Core>
 #include <opencv2/core/mat.hpp>
 #include <optional>
 #include <vector>
@@ -12,10 +13,11 @@ namespace slcmap {
 
 // Where a known edge is looked for.
 struct ExpectedSegment {
-  LineSegment segment;  // oriented
-  cv::Mat descriptor;   // one row
-  double gate_px = 0;   // across the segment, at any place beside the one found
-  double slack_px = 0;  // along it, by which the one found may have moved
+  LineSegment segment;      // oriented
+  Eigen::VectorXf profile;  // as MeanProfile gives it
+  cv::Mat descriptor;       // one row
+  double gate_px = 0;       // across the segment, at any place beside the one found
+  double slack_px = 0;      // along it, by which the one found may have moved
   double max_angle_rad = 0;
 };
 

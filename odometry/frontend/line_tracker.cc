@@ -187,10 +187,6 @@ class LineTracker::Impl {
       if (!matches[i]) continue;
       KnownLine& line = known_.at(ids[i]);
       const LineSegment& found = (*segments)[*matches[i]];
-      if (ProfileCorrelation(line.profile, MeanProfile(left_, found)) <
-          options_.matcher.min_correlation) {
-        continue;
-      }
       line.unsure = line.gate_px == 0;
       Observe(ids[i], found);
       taken[*matches[i]] = 1;
@@ -222,10 +218,15 @@ class LineTracker::Impl {
 
   ExpectedSegment ExpectedNow(const KnownLine& line) const {
     if (line.gate_px == 0) {
-      return {line.expected_px, line.descriptor, options_.max_parallax_px, options_.max_parallax_px,
-              options_.moved_angle_rad};
+      return {line.expected_px,         line.profile,
+              line.descriptor,          options_.max_parallax_px,
+              options_.max_parallax_px, options_.moved_angle_rad};
     }
-    return {line.expected_px, line.descriptor, line.gate_px, 0,
+    return {line.expected_px,
+            line.profile,
+            line.descriptor,
+            line.gate_px,
+            0,
             options_.predicted_angle_rad + line.gate_px / line.expected_px.Length()};
   }
 

@@ -336,7 +336,7 @@ class Benchmark {
 
   void TimeStages(const cv::Mat& left, const cv::Mat& right) {
     const auto raw = clocks_.Run("detector alone, one image", [&] {
-      return DetectRawSegments(left, options_.detector.kind, 12);
+      return DetectRawSegments(left, options_.detector, 12);
     });
     const auto l = clocks_.Run("detected, refined, one image", [&] {
       return DetectSegments(left, rectifier_.mask(0), options_.detector);

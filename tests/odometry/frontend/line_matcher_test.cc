@@ -31,8 +31,8 @@ class LineMatcherTest : public ::testing::Test {
     std::vector<ExpectedSegment> expected;
     const cv::Mat descriptors = DescribeSegments(first_, segments_);
     for (size_t i = 0; i < segments_.size(); ++i) {
-      expected.push_back(
-          {segments_[i], descriptors.row(static_cast<int>(i)), gate_px, gate_px, 0.1});
+      expected.push_back({segments_[i], MeanProfile(first_, segments_[i]),
+                          descriptors.row(static_cast<int>(i)), gate_px, gate_px, 0.1});
     }
     return expected;
   }
@@ -50,7 +50,7 @@ TEST_F(LineMatcherTest, DescriptorsAreOfTheSegmentInTheSameRow) {
     const int edge = NearestEdge(EdgesOf(TestBars()), segments_[i]).first;
     for (size_t j = 0; j < moved.size(); ++j) {
       if (NearestEdge(EdgesOf(TestBars(), kShift), moved[j]).first != edge) continue;
-      EXPECT_LT(DescriptorDistance(a.row(i), b.row(j)), 40);
+      EXPECT_LT(DescriptorDistance(a.row(i), b.row(j)), LineMatcherOptions().max_descriptor_bits);
     }
   }
   EXPECT_TRUE(DescribeSegments(first_, {}).empty());
