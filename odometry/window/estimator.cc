@@ -124,6 +124,7 @@ std::optional<OnlineState> Estimator::Initialize(int64_t stamp_ns) {
         std::make_unique<Preintegration>(rig_.imu_noise, Vector3d::Zero(), Vector3d::Zero());
     AppendImu(*last_stamp_ns_, stamp_ns, frame->from_previous.get());
   }
+  if (lines_) TrackLines(PredictedCameraRotation(stamp_ns), {}, {}, frame.get());
   initializer_.AddFrame(std::move(frame));
   if (!initializer_.Ready()) return std::nullopt;
   const InitializationResult result = initializer_.Try(start_pose_, &window_);
@@ -136,6 +137,7 @@ std::optional<OnlineState> Estimator::Initialize(int64_t stamp_ns) {
     return std::nullopt;
   }
   spdlog::info("segment {} {}", segment_, result.report);
+  if (lines_) lines_->Remove(result.finished.lines);
   gyro_bias_rad_s_ = window_.newest().gyro_bias();
   last_speed_m_s_ = window_.newest().velocity().norm();
   lost_since_ns_.reset();
@@ -187,7 +189,11 @@ void Estimator::AddKeyframe(std::unique_ptr<FrameState> frame) {
   frame->measurements.clear();
   TakeMeasurements(frame.get());
   source_->Remove(window_.RejectMisfits(frame.get()));
-  if (lines_) TrackLines(frame.get());
+  if (lines_) {
+    TrackLines(CameraRotation(*frame, window_.newest(), rig_),
+               PredictLines(window_.state(), *frame, rig_),
+               AxesInCamera(window_.state(), *frame, rig_), frame.get());
+  }
   const auto timed = clock_.Time("window optimisation");
   const FinishedIds finished = window_.AddKeyframe(std::move(frame));
   source_->Remove(finished.points);
@@ -195,11 +201,11 @@ void Estimator::AddKeyframe(std::unique_ptr<FrameState> frame) {
   window_.Collect(segment_, &run_);
 }
 
-void Estimator::TrackLines(FrameState* frame) {
+void Estimator::TrackLines(const Quaterniond& R_now_previous,
+                           const std::vector<LinePrediction>& predictions,
+                           const std::vector<Vector3d>& axes_camera, FrameState* frame) {
   const auto timed = clock_.Time("line tracking");
-  lines_->Track(CameraRotation(*frame, window_.newest(), rig_),
-                PredictLines(window_.state(), *frame, rig_),
-                AxesInCamera(window_.state(), *frame, rig_));
+  lines_->Track(R_now_previous, predictions, axes_camera);
   for (const LineObservation& line : lines_->observations()) {
     StereoLineMeasurement& measurement = frame->lines[line.id];
     measurement.left = PlaneFromPixel(rig_.cameras[0], line.left_px);

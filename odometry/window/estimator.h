@@ -79,7 +79,9 @@ class Estimator {
   std::optional<OnlineState> Initialize(int64_t stamp_ns);
   std::optional<OnlineState> Estimate(int64_t stamp_ns);
   void AddKeyframe(std::unique_ptr<FrameState> frame);
-  void TrackLines(FrameState* frame);
+  void TrackLines(const Eigen::Quaterniond& R_now_previous,
+                  const std::vector<LinePrediction>& predictions,
+                  const std::vector<Eigen::Vector3d>& axes_camera, FrameState* frame);
   bool StandsStill(const FrameState& frame) const;
   bool IsKeyframe(const FrameState& frame) const;
   std::string FindFailure(const OnlineState& state, int64_t stamp_ns);

@@ -127,7 +127,7 @@ InitializationResult Initializer::TryAtRest(const std::optional<RigidTransform>&
   first.front()->from_previous.reset();
   first.front()->stands_still = true;
   SetState(WorldFromFirst(-accel.mean, start), Vector3d::Zero(), gyro.mean, first.front().get());
-  window->Start(std::move(first));
+  result.finished = window->Start(std::move(first));
   frames_.clear();
   return result;
 }
@@ -150,6 +150,7 @@ std::vector<std::unique_ptr<FrameState>> Initializer::EverySecond(
     frame->id = frames_[i]->id;
     frame->stamp_ns = frames_[i]->stamp_ns;
     frame->measurements = frames_[i]->measurements;
+    frame->lines = frames_[i]->lines;
     frame->from_previous = std::move(imu);
     const LinearState& state = alignment.states[i];
     SetState(T_world_first * state.T_first_imu, T_world_first.rotation * state.velocity_first_m_s,
@@ -178,7 +179,7 @@ InitializationResult Initializer::TryInMotion(const std::optional<RigidTransform
     }
     gravity_error = std::abs(alignment->free_gravity_m_s2 - kGravity_m_s2);
     const RigidTransform T_world_first = WorldFromFirst(alignment->gravity_first_m_s2, start);
-    window->Start(EverySecond(*alignment, T_world_first, gyro_bias));
+    result.finished = window->Start(EverySecond(*alignment, T_world_first, gyro_bias));
     gyro_bias = window->newest().gyro_bias();
     rms = ReprojectionRms(window->model(), window->mutable_state());
     landmarks = TriangulatedCount(window->state());

@@ -17,6 +17,7 @@ struct InitializationResult {
   bool success = false;
   bool at_rest = false;
   std::string report;
+  FinishedIds finished;  // lines that turned out not to fit
 };
 
 class Initializer {

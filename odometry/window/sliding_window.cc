@@ -45,18 +45,22 @@ SlidingWindow::SlidingWindow(const OdometryOptions& options, const Rig& rectifie
   model_.zero_velocity_sigma_m_s = options_.zero_velocity_sigma_m_s;
 }
 
-void SlidingWindow::Start(std::vector<std::unique_ptr<FrameState>> frames) {
+FinishedIds SlidingWindow::Start(std::vector<std::unique_ptr<FrameState>> frames) {
   Clear();
   for (auto& frame : frames) {
     state_.frames.push_back(std::move(frame));
     RegisterPoints(state_.frames.back().get(), &state_);
+    RegisterLines(state_.frames.back().get(), &state_);
   }
+  FrameState* newest = state_.frames.back().get();
   SetFirstPrior();
   TriangulatePoints(model_.geometry, &state_);
   Optimize(5 * options_.max_iterations);
   TriangulatePoints(model_.geometry, &state_);
+  structure_.Update(model_, newest, &state_);
   Optimize(5 * options_.max_iterations);
   RejectPointOutliers(options_.max_point_chi2, model_, &state_);
+  return {{}, structure_.Judge(model_, *newest, &state_)};
 }
 
 void SlidingWindow::SetFirstPrior() {

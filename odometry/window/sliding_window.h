@@ -27,8 +27,9 @@ class SlidingWindow {
 
   // Starts anew with frames that an initialiser has given first estimates, oldest first. The prior
   // fixes position and heading of the first (the four freedoms that nothing observes) and holds its
-  // tilt, speed and biases within the standard deviations of the options.
-  void Start(std::vector<std::unique_ptr<FrameState>> frames);
+  // tilt, speed and biases within the standard deviations of the options. Returns the lines that do
+  // not fit.
+  FinishedIds Start(std::vector<std::unique_ptr<FrameState>> frames);
 
   // Forgets everything; what had left the window is kept for Collect().
   void Clear();

@@ -144,6 +144,30 @@ TEST(EstimatorWithLines, LinesMakePathAndHeadingBetterAndTheCovarianceStaysHones
   EXPECT_LT(of_pose, 10);
 }
 
+// Root mean square over some runs of the angle between the vertical and where the first state of a
+// segment that starts in motion has it.
+double FirstTiltError_rad(Method method) {
+  constexpr int kRuns = 6;
+  double sum = 0;
+  for (int i = 0; i < kRuns; ++i) {
+    SimulatedRunOptions options = Noisy(method, 300 + i, 2);
+    options.stand_still_s = 0;
+    const SimulatedRun run = RunOnSimulatedTracks(options);
+    const Eigen::Vector3d up_estimated =
+        run.states.at(0).T_world_imu.rotation.conjugate() * Eigen::Vector3d::UnitZ();
+    const Eigen::Vector3d up = run.truth.at(0).rotation.conjugate() * Eigen::Vector3d::UnitZ();
+    sum += up_estimated.cross(up).squaredNorm();
+  }
+  return std::sqrt(sum / kRuns);
+}
+
+// After half a second a bias of the accelerometer and a tilt look the same to points.
+TEST(EstimatorWithLines, VerticalLinesLevelTheFirstState) {
+  const double points_rad = FirstTiltError_rad(Method::kPoints);
+  EXPECT_GT(points_rad, 0.3 * kDegree_rad);
+  EXPECT_LT(FirstTiltError_rad(Method::kSlc), 0.5 * points_rad);
+}
+
 TEST(EstimatorWithLines, LinesThatSlideDoNotSpoilThePath) {
   SimulatedRunOptions options = Noisy(Method::kSlc, 9);
   options.line_outlier_share = 0.2;
