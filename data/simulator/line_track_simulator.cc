@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <random>
 
 #include "data/error.h"
@@ -51,6 +52,12 @@ class LineTrackSimulator {
   }
 
  private:
+  // A nearer edge in front of another one.
+  struct Crossing {
+    int64_t edge = 0;
+    Vector3d nearer_world, direction_world;
+  };
+
   RigidTransform CameraFromWorld(const SimulatedTrackFrame& frame, int camera) const {
     return (frame.T_world_imu * rig_.T_imu_camera[camera]).Inverse();
   }
@@ -80,8 +87,25 @@ class LineTrackSimulator {
     return seen;
   }
 
+  // Where the nearer edge of a crossing hides its edge from a camera; nothing where it does not.
+  std::optional<Vector3d> HiddenPoint(const SimulatedTrackFrame& frame, const Crossing& crossing,
+                                      int camera) const {
+    const Vector3d centre = (frame.T_world_imu * rig_.T_imu_camera[camera]).translation;
+    const SimulatedEdge& edge = tracks_.edges[crossing.edge];
+    const Vector3d normal = (crossing.nearer_world - centre).cross(crossing.direction_world);
+    const Vector3d along = edge.end_world - edge.start_world;
+    const double share = normal.dot(centre - edge.start_world) / normal.dot(along);
+    if (!(share >= 0 && share <= 1)) return std::nullopt;
+    return edge.start_world + share * along;
+  }
+
   std::optional<Vector2d> SeePoint(const SimulatedTrackFrame& frame, int64_t id, int camera) const {
-    const Vector3d p = CameraFromWorld(frame, camera) * tracks_.landmarks_world[id];
+    const auto crossing = crossings_.find(id);
+    const std::optional<Vector3d> p_world = crossing == crossings_.end()
+                                                ? tracks_.landmarks_world[id]
+                                                : HiddenPoint(frame, crossing->second, camera);
+    if (!p_world) return std::nullopt;
+    const Vector3d p = CameraFromWorld(frame, camera) * *p_world;
     if (p.z() < kNear_m) return std::nullopt;
     std::optional<Vector2d> pixel = rig_.cameras[camera].Project(p);
     if (pixel && !rig_.cameras[camera].Contains(*pixel, options_.margin_px)) pixel.reset();
@@ -96,6 +120,7 @@ class LineTrackSimulator {
       live_edges_.push_back(static_cast<int64_t>(tracks_.edges.size()));
       tracks_.edges.push_back(edge);
       AddPoints(&tracks_.edges.back());
+      AddCrossings((frame.T_world_imu * rig_.T_imu_camera[0]).translation, live_edges_.back());
     }
   }
 
@@ -121,17 +146,45 @@ class LineTrackSimulator {
     if (axis == 0) return {c, s, 0};
     if (axis == 1) return {-s, c, 0};
     if (axis == 2) return Vector3d::UnitZ();
+    return Normal3().normalized();
+  }
+
+  Vector3d Normal3() {
     const double x = normal_(generator_), y = normal_(generator_);
-    return Vector3d(x, y, normal_(generator_)).normalized();
+    return {x, y, normal_(generator_)};
+  }
+
+  // A landmark where there will be a track.
+  int64_t AddLandmark(const Vector3d& p_world) {
+    const auto id = static_cast<int64_t>(tracks_.landmarks_world.size());
+    tracks_.landmarks_world.push_back(p_world);
+    live_points_.push_back(id);
+    return id;
   }
 
   void AddPoints(SimulatedEdge* edge) {
+    const Vector3d along = edge->end_world - edge->start_world, direction = along.normalized();
     for (int k = 0; k < options_.points_per_edge; ++k) {
-      const auto id = static_cast<int64_t>(tracks_.landmarks_world.size());
-      const Vector3d along = edge->end_world - edge->start_world;
-      tracks_.landmarks_world.push_back(edge->start_world + Uniform(0, 1) * along);
-      edge->landmarks.push_back(id);
-      live_points_.push_back(id);
+      Vector3d p_world = edge->start_world + Uniform(0, 1) * along;
+      if (options_.scatter_m > 0) {
+        const Vector3d off = options_.scatter_m * Normal3();
+        p_world += off - off.dot(direction) * direction;
+      }
+      edge->landmarks.push_back(AddLandmark(p_world));
+    }
+  }
+
+  // The nearer edges follow other axes of the building.
+  void AddCrossings(const Vector3d& centre_world, int64_t edge_id) {
+    SimulatedEdge& edge = tracks_.edges[edge_id];
+    for (int k = 0; k < options_.crossings_per_edge; ++k) {
+      const Vector3d hidden =
+          edge.start_world + Uniform(0.2, 0.8) * (edge.end_world - edge.start_world);
+      const int axis = (edge.axis.value_or(0) + 1 + static_cast<int>(Uniform(0, 2))) % 3;
+      const int64_t id = AddLandmark(hidden);
+      crossings_[id] = {edge_id, centre_world + Uniform(0.5, 0.95) * (hidden - centre_world),
+                        Direction(axis)};
+      edge.crossings.push_back(id);
     }
   }
 
@@ -179,6 +232,7 @@ class LineTrackSimulator {
   std::mt19937_64 generator_;
   std::normal_distribution<double> normal_;
   std::vector<int64_t> live_edges_, live_points_;  // in ascending order
+  std::map<int64_t, Crossing> crossings_;          // by landmark
 };
 
 }  // namespace
@@ -189,6 +243,8 @@ void LineTrackSimulatorOptions::Check() const {
     throw ConfigError("general_share: expected a number from 0 to 1");
   }
   if (points_per_edge < 0) throw ConfigError("points_per_edge: expected zero or more");
+  if (!(scatter_m >= 0)) throw ConfigError("scatter_m: expected zero or more");
+  if (crossings_per_edge < 0) throw ConfigError("crossings_per_edge: expected zero or more");
   if (!(sigma_px >= 0)) throw ConfigError("sigma_px: expected zero or more");
   if (!(end_shift_px >= 0)) throw ConfigError("end_shift_px: expected zero or more");
   if (!(min_length_px > 0)) throw ConfigError("min_length_px: expected a positive number");

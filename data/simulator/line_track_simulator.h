@@ -9,16 +9,19 @@
 namespace slcmap {
 
 struct LineTrackSimulatorOptions {
-  int max_lines = 30;         // in a frame
-  double heading_rad = 0;     // of the building's X axis, from the world's x
-  double general_share = 0;   // of the edges, whose direction is random
-  int points_per_edge = 0;    // landmarks on it, beside those there are
-  double sigma_px = 0;        // of each end across the line, and of each coordinate of a point
-  double end_shift_px = 0;    // standard deviation of how far an end stops short
-  double min_length_px = 40;  // of what the left camera sees
-  double margin_px = 5;       // of the image's border, where nothing is seen
-  double max_length_m = 3;    // of an edge; at least a third of it
-  double min_depth_m = 1.5;   // of its middle, in the camera that sees it first
+  int max_lines = 30;          // in a frame
+  double heading_rad = 0;      // of the building's X axis, from the world's x
+  double general_share = 0;    // of the edges, whose direction is random
+  int points_per_edge = 0;     // landmarks on it, beside those there are
+  double scatter_m = 0;        // of such landmarks, beside their edge along either axis across it
+  int crossings_per_edge = 0;  // tracks of where a nearer edge crosses it in the image: they lie
+                               // on it in every image, but slide along it
+  double sigma_px = 0;         // of each end across the line, and of each coordinate of a point
+  double end_shift_px = 0;     // standard deviation of how far an end stops short
+  double min_length_px = 40;   // of what the left camera sees
+  double margin_px = 5;        // of the image's border, where nothing is seen
+  double max_length_m = 3;     // of an edge; at least a third of it
+  double min_depth_m = 1.5;    // of its middle, in the camera that sees it first
   double max_depth_m = 8;
   uint64_t seed = 1;
   void Check() const;  // throws ConfigError
@@ -26,8 +29,9 @@ struct LineTrackSimulatorOptions {
 
 // Adds edges, their tracks and those of the landmarks on them to all frames. An edge is tracked
 // while the left camera sees enough of it, and for good given up afterwards; where there are fewer
-// than max_lines, new ones are taken up. Throws ConfigError for cameras with distortion, in which
-// lines are not straight.
+// than max_lines, new ones are taken up. A track that slides has where it was first in
+// landmarks_world, and is on its edge's list of crossings. Throws ConfigError for cameras with
+// distortion, in which lines are not straight.
 void AddLineTracks(const Rig& rig, const LineTrackSimulatorOptions& options,
                    SimulatedTracks* tracks);
 

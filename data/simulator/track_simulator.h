@@ -37,6 +37,7 @@ struct SimulatedEdge {
   Eigen::Vector3d start_world = Eigen::Vector3d::Zero();
   Eigen::Vector3d end_world = Eigen::Vector3d::Zero();
   std::vector<int64_t> landmarks;  // rows in SimulatedTracks::landmarks_world
+  std::vector<int64_t> crossings;  // the same: see line_track_simulator.h
 };
 
 struct SimulatedSegment {

@@ -1,10 +1,15 @@
 // What the estimator makes of simulated tracks: error and consistency against the noise.
 //
-//   estimator_on_tracks [--mono] [--moving] [--seconds S] [--runs N] [--sigma PX] [--keyframes N]
-//   ...
+//   estimator_on_tracks [--method M] [--moving] [--seconds S] [--runs N] [--sigma PX]
+//       [--lines N [--points-per-edge N] [--crossings-per-edge N] [--scatter M]] [--config YAML]
+//
+// With lines, a part of them holds landmarks (that all methods see), and places where nearer edges
+// cross them, which slide: what memberships of points in lines give, and what wrong ones cost.
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <chrono>
 #include <cstdio>
+#include <utility>
 
 #include "tests/testing/simulated_odometry.h"
 
@@ -20,6 +25,19 @@ double ApeAfterGauge(const SimulatedRun& run) {
   return std::sqrt(sum / static_cast<double>(run.states.size()));
 }
 
+// Memberships at the end of the run of lines, and those of points that are not on the edge.
+std::pair<size_t, size_t> Memberships(const SimulatedRun& run) {
+  size_t all = 0, wrong = 0;
+  for (const Line& line : run.run.lines) {
+    const std::vector<int64_t>& members = run.edges.at(static_cast<size_t>(line.id)).landmarks;
+    for (const int64_t id : line.point_ids) {
+      ++all;
+      wrong += std::find(members.begin(), members.end(), id) == members.end();
+    }
+  }
+  return {all, wrong};
+}
+
 }  // namespace
 }  // namespace slcmap
 
@@ -33,18 +51,30 @@ int main(int argc, char** argv) {
   options.gyro_bias_rad_s << -0.002, 0.02, 0.08;
   options.accel_bias_m_s2 << -0.02, 0.13, 0.08;
   int runs = 5;
-  bool mono = false, moving = false;
-  std::string config;
+  int max_points = 0;
+  bool moving = false;
+  std::string config, method;
+  LineTrackSimulatorOptions lines;
+  lines.heading_rad = 0.3;
+  lines.max_lines = 0;
   app.add_option("--config", config);
   app.add_option("--seconds", options.duration_s);
   app.add_option("--runs", runs);
   app.add_option("--sigma", options.pixel_sigma_px);
-  app.add_flag("--mono", mono);
+  app.add_option("--method", method);
+  app.add_option("--points", max_points, "in a frame, beside those on lines");
+  app.add_option("--lines", lines.max_lines, "in a frame");
+  app.add_option("--points-per-edge", lines.points_per_edge);
+  app.add_option("--crossings-per-edge", lines.crossings_per_edge);
+  app.add_option("--scatter", lines.scatter_m);
   app.add_flag("--moving", moving);
   CLI11_PARSE(app, argc, argv);
   if (!config.empty()) options.odometry = OdometryOptions::FromYaml(config);
   options.odometry.window.point_sigma_px = options.pixel_sigma_px;
-  if (mono) options.odometry.method = Method::kPointsMono;
+  options.odometry.line_landmarks.sigma_px = options.pixel_sigma_px;
+  if (max_points > 0) options.odometry.points.max_points = max_points;
+  if (!method.empty()) options.odometry.method = MethodFromName(method);
+  if (lines.max_lines > 0) options.lines = lines;
   if (moving) options.stand_still_s = 0;
   double ape = 0, nees = 0, nees_yaw_pos = 0;
   for (int i = 0; i < runs; ++i) {
@@ -52,12 +82,14 @@ int main(int argc, char** argv) {
     const auto start = std::chrono::steady_clock::now();
     const SimulatedRun run = RunOnSimulatedTracks(options);
     const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - start;
+    const auto [members, wrong] = Memberships(run);
     std::printf(
         "run %d: %zu states, %zu keyframes, APE %.4f m, largest %.4f m, removed %zu, segments %d, "
-        "%.2f ms/frame, NEES pose %.1f / 6, all %.1f / 15\n",
+        "%.2f ms/frame, NEES pose %.1f / 6, all %.1f / 15, memberships %zu, wrong %zu\n",
         i, run.states.size(), run.run.keyframes.size(), ApeAfterGauge(run),
         LargestPositionError(run), run.removed_points, run.states.back().segment,
-        1e3 * spent.count() / (options.duration_s * 20), run.final_pose_nees, run.final_nees);
+        1e3 * spent.count() / (options.duration_s * 20), run.final_pose_nees, run.final_nees,
+        members, wrong);
     ape += ApeAfterGauge(run) / runs;
     nees += run.final_nees / runs;
     nees_yaw_pos += run.final_pose_nees / runs;

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <map>
 #include <set>
 
 #include "data/error.h"
@@ -148,6 +149,52 @@ TEST_F(LineTrackSimulatorTest, LandmarksLieOnTheirEdgesAndAreTracked) {
     }
   }
   EXPECT_GT(tracked, 20 * static_cast<int>(tracks.frames.size()));
+}
+
+TEST_F(LineTrackSimulatorTest, LandmarksScatterAboutTheirEdges) {
+  LineTrackSimulatorOptions options;
+  options.points_per_edge = 10;
+  options.scatter_m = 0.02;
+  const SimulatedTracks tracks = Simulate(options);
+  double squares = 0;
+  for (const SimulatedEdge& edge : tracks.edges) {
+    const Vector3d along = (edge.end_world - edge.start_world).normalized();
+    for (const int64_t id : edge.landmarks) {
+      squares += (tracks.landmarks_world[id] - edge.start_world).cross(along).squaredNorm();
+    }
+  }
+  // Two axes across.
+  EXPECT_NEAR(std::sqrt(squares / (2 * 10.0 * static_cast<double>(tracks.edges.size()))), 0.02,
+              0.002);
+}
+
+TEST_F(LineTrackSimulatorTest, CrossingsLieOnTheirEdgesInBothImagesAndSlide) {
+  LineTrackSimulatorOptions options;
+  options.crossings_per_edge = 1;
+  const SimulatedTracks tracks = Simulate(options);
+  std::map<int64_t, const SimulatedEdge*> edge_of;
+  for (const SimulatedEdge& edge : tracks.edges) {
+    ASSERT_EQ(edge.crossings.size(), 1u);
+    edge_of[edge.crossings[0]] = &edge;
+  }
+  int measured = 0, slid = 0;
+  for (const SimulatedTrackFrame& frame : tracks.frames) {
+    for (const SimulatedTrack& track : frame.tracks) {
+      const auto edge = edge_of.find(track.id);
+      if (edge == edge_of.end()) continue;
+      ++measured;
+      EXPECT_LT(OffTheEdge(frame, *edge->second, 0, {track.left_px, track.left_px}).norm(), 1e-6);
+      if (track.right_px) {
+        const SimulatedSegment right = {*track.right_px, *track.right_px};
+        EXPECT_LT(OffTheEdge(frame, *edge->second, 1, right).norm(), 1e-6);
+      }
+      const RigidTransform T = (frame.T_world_imu * rig_.T_imu_camera[0]).Inverse();
+      const auto fixed = rig_.cameras[0].Project(T * tracks.landmarks_world[track.id]);
+      slid += !fixed || (*fixed - track.left_px).norm() > 3;
+    }
+  }
+  EXPECT_GT(measured, 10 * static_cast<int>(tracks.frames.size()));
+  EXPECT_GT(slid, measured / 3);
 }
 
 TEST_F(LineTrackSimulatorTest, WrongOptionsAreNamed) {
