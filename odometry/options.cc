@@ -169,6 +169,7 @@ constexpr OptionTable kLineLandmark{
     Option{"general_lines", &LineLandmarkOptions::general_lines, false, true},
     Option{"merge_distance_m", &LineLandmarkOptions::merge_distance_m, 0.0, 1.0},
     Option{"point_sigma_m", &LineLandmarkOptions::point_sigma_m, 1e-4, 10.0},
+    Option{"max_member_sigma_m", &LineLandmarkOptions::max_member_sigma_m, 1e-4, 100.0},
     Option{"max_sigma_m", &LineLandmarkOptions::max_sigma_m, 1e-4, 100.0},
     Option{"min_observations", &LineLandmarkOptions::min_observations, 1, 10000},
     Option{"max_unseen", &LineLandmarkOptions::max_unseen, 0, 1000}};

@@ -195,7 +195,10 @@ struct LineLandmarkOptions {
   int min_general_sights = 4;      // the same for a line of no axis
   bool general_lines = false;      // also lines of no axis, with structural and slc
   double merge_distance_m = 0.03;  // two lines of one axis nearer than this are one
-  double point_sigma_m = 0.15;     // of a point's distance from the line it belongs to
+  double point_sigma_m = 0.01;     // of a point's distance from the line it belongs to
+  // How well a point and its line have to be known against each other, until it counts that they
+  // agree.
+  double max_member_sigma_m = 0.015;
   // Of the lines that the run tells: how well they must be known, and be seen.
   double max_sigma_m = 0.01;  // of the line's middle, across it
   int min_observations = 4;   // keyframes that saw it

@@ -126,11 +126,10 @@ PointsOnLines::PointsOnLines(const PointsOnLinesOptions& options) : options_(opt
   options_.Check();
 }
 
-PointsOnLines::Change PointsOnLines::AddKeyframe(const std::vector<PointObservation>& points,
-                                                 const std::vector<LineObservation>& lines) {
-  Change change;
+void PointsOnLines::AddKeyframe(const std::vector<PointObservation>& points,
+                                const std::vector<LineObservation>& lines) {
   ++keyframe_;
-  BreakApart(points, lines, &change);
+  BreakApart(points, lines);
   const Areas areas(options_, lines);
   for (const PointObservation& point : points) {
     std::vector<Candidate> candidates;
@@ -141,15 +140,14 @@ PointsOnLines::Change PointsOnLines::AddKeyframe(const std::vector<PointObservat
                             PlaceOf(point.left_px, line.left_px).across_px});
     }
     for (const Candidate& c : WithoutRivals(std::move(candidates), options_.min_crossing_rad)) {
-      Count({point.id, c.line->id}, &change);
+      Count({point.id, c.line->id});
     }
   }
   ForgetUnseen();
-  return change;
 }
 
 void PointsOnLines::BreakApart(const std::vector<PointObservation>& points,
-                               const std::vector<LineObservation>& lines, Change* change) {
+                               const std::vector<LineObservation>& lines) {
   const auto points_by_id = ById(points);
   const auto lines_by_id = ById(lines);
   for (auto it = records_.begin(); it != records_.end();) {
@@ -157,16 +155,16 @@ void PointsOnLines::BreakApart(const std::vector<PointObservation>& points,
     const LineObservation* line = Find(lines_by_id, it->first.line_id);
     const bool apart = point != nullptr && line != nullptr && !it->second.barred &&
                        SightOf(options_, *point, *line) == Sight::kOff;
-    if (apart && verified_.erase(it->first) > 0) change->broken.push_back(it->first);
+    if (apart) verified_.erase(it->first);
     it = apart ? records_.erase(it) : std::next(it);
   }
 }
 
-void PointsOnLines::Count(const PointOnLine& pair, Change* change) {
+void PointsOnLines::Count(const PointOnLine& pair) {
   Record& record = records_[pair];
   record.last_keyframe = keyframe_;
   if (record.barred || ++record.together < options_.min_keyframes) return;
-  if (verified_.insert(pair).second) change->verified.push_back(pair);
+  verified_.insert(pair);
 }
 
 void PointsOnLines::ForgetUnseen() {

@@ -24,18 +24,13 @@ struct PointOnLine {
 // the two cameras or the keyframes, so the tolerance is narrow.
 class PointsOnLines {
  public:
-  struct Change {
-    std::vector<PointOnLine> verified;  // new
-    std::vector<PointOnLine> broken;    // were verified, and the point is now off the line
-  };
-
   explicit PointsOnLines(const PointsOnLinesOptions& options);  // throws ConfigError
 
   // The points and lines of one keyframe, in pixels of the rectified images. A keyframe counts for
   // a pair when the point is on the line in both images; it breaks it when the point is off the
   // line in one of them; it says nothing where either was not seen, or far beyond the line's ends.
-  Change AddKeyframe(const std::vector<PointObservation>& points,
-                     const std::vector<LineObservation>& lines);
+  void AddKeyframe(const std::vector<PointObservation>& points,
+                   const std::vector<LineObservation>& lines);
 
   // A point is on several lines at once only where they cross.
   const std::set<PointOnLine>& verified() const { return verified_; }
@@ -56,9 +51,9 @@ class PointsOnLines {
     bool barred = false;
   };
 
-  void Count(const PointOnLine& pair, Change* change);
+  void Count(const PointOnLine& pair);
   void BreakApart(const std::vector<PointObservation>& points,
-                  const std::vector<LineObservation>& lines, Change* change);
+                  const std::vector<LineObservation>& lines);
   void ForgetUnseen();
 
   PointsOnLinesOptions options_;

@@ -5,8 +5,8 @@
 #include <utility>
 
 #include "odometry/geometry/pinhole.h"
+#include "odometry/window/landmark_information.h"
 #include "odometry/window/line_triangulation.h"
-#include "odometry/window/point_landmarks.h"
 
 namespace slcmap {
 
@@ -41,14 +41,16 @@ std::optional<LineClass> AgreedClass(const LineLandmark& line, const std::vector
   return agreed;
 }
 
-// The oldest known point that belongs to the line, if there is one.
-std::optional<Vector3d> KnownPointOf(const LineLandmark& line, const CostModel& model,
+// Where a well known point is that belongs to the line, if there is one.
+std::optional<Vector3d> KnownPointOf(const LineLandmarkOptions& options,
+                                     const std::vector<int64_t>& members, const CostModel& model,
                                      const WindowState& window) {
-  for (const int64_t id : line.points) {
+  const double limit_m2 = options.max_member_sigma_m * options.max_member_sigma_m;
+  for (const int64_t id : members) {
     const auto it = window.landmarks.find(id);
-    if (it != window.landmarks.end() && it->second.triangulated) {
-      return LandmarkInWorld(it->second, model.geometry);
-    }
+    if (it == window.landmarks.end() || !it->second.triangulated) continue;
+    const auto place = PlaceBySights(it->second, model);
+    if (place && place->covariance_m2.trace() <= limit_m2) return place->p_world;
   }
   return std::nullopt;
 }
@@ -64,15 +66,15 @@ bool FitsItsSights(LineLandmark* line, double max_chi2, const CostModel& model) 
 }
 
 // From the views; where these do not tell, from a point.
-bool EstimateStructural(const LineLandmarkOptions& options, const CostModel& model,
-                        const WindowState& window, LineLandmark* line) {
+bool EstimateStructural(const LineLandmarkOptions& options, const std::vector<int64_t>& members,
+                        const CostModel& model, const WindowState& window, LineLandmark* line) {
   const StructuralLine structural = line->structural();
   const auto from_views =
       TriangulateStructuralLine(SightsOf(*line), structural, line->heading_rad(), model.lines, {});
   StructuralLineBlock block;
   if (from_views) {
     block = from_views->block;
-  } else if (const auto p_world = KnownPointOf(*line, model, window)) {
+  } else if (const auto p_world = KnownPointOf(options, members, model, window)) {
     block = StructuralLineThrough(structural, line->heading_rad(), *p_world);
   } else {
     return false;
@@ -120,11 +122,6 @@ void TakeOver(LineLandmark* older, LineLandmark* newer) {
   }
   std::sort(older->frames.begin(), older->frames.end(),
             [](const FrameState* a, const FrameState* b) { return a->id < b->id; });
-  for (const int64_t id : newer->points) {
-    if (std::find(older->points.begin(), older->points.end(), id) == older->points.end()) {
-      older->points.push_back(id);
-    }
-  }
   older->last_seen_frame = std::max(older->last_seen_frame, newer->last_seen_frame);
 }
 
@@ -174,66 +171,6 @@ std::optional<LineSegment> Project(Vector3d from_world, Vector3d to_world,
   return segment;
 }
 
-// The information on the tangent of a line's block, with the poses as they are: of the prior and of
-// the sights in the window.
-Eigen::MatrixXd InformationOn(const LineLandmark& line, const CostModel& model,
-                              const Prior& prior) {
-  const int size = TangentSize(line.block_size());
-  Eigen::MatrixXd information = Eigen::MatrixXd::Zero(size, size);
-  for (size_t k = 0; k < prior.blocks.size(); ++k) {
-    if (prior.blocks[k] != line.block.data()) continue;
-    const auto columns = prior.jacobian.middleCols(prior.TangentOffset(static_cast<int>(k)), size);
-    information += columns.transpose() * columns;
-  }
-  LineLandmark copy = line;  // terms bind what they may move
-  for (FrameState* frame : copy.frames) {
-    std::vector<Term> terms;
-    AddLineTerm(&copy, frame, model, &terms);
-    const Factor& factor = *terms[0].factor;
-    using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-    RowMajor jacobian(factor.rows(), size);
-    Eigen::Vector4d residuals;
-    std::array<double*, Factor::kMaxBlocks> jacobians{};
-    jacobians[factor.blocks() - 1] = jacobian.data();
-    factor.Linearize(terms[0].blocks.data(), residuals.data(), jacobians.data());
-    information += jacobian.transpose() * jacobian;
-  }
-  return information;
-}
-
-// Where a line crosses the plane through a point that is normal to a direction.
-Vector3d CrossingAt(const LineLandmark& line, const Vector3d& p_world, const Vector3d& normal) {
-  const PointAndDirection in_world = line.InWorld();
-  const double along_m =
-      normal.dot(p_world - in_world.point_world) / normal.dot(in_world.direction_world);
-  return in_world.point_world + along_m * in_world.direction_world;
-}
-
-// The covariance of a line's place across it at one of its points, rank 2: the block's covariance,
-// brought to the world by central differences.
-Eigen::Matrix3d CovarianceAcross(const LineLandmark& line, const Vector3d& p_world,
-                                 const CostModel& model, const Prior& prior) {
-  constexpr double kStep = 1e-6;
-  const Eigen::MatrixXd information = InformationOn(line, model, prior);
-  const Eigen::Index size = information.rows();
-  const Vector3d direction = line.InWorld().direction_world;
-  Eigen::Matrix3Xd by_tangent(3, size);
-  for (Eigen::Index i = 0; i < size; ++i) {
-    std::array<Vector3d, 2> moved;
-    for (int side = 0; side < 2; ++side) {
-      Eigen::VectorXd delta = Eigen::VectorXd::Zero(size);
-      delta[i] = side == 0 ? -kStep : kStep;
-      LineLandmark copy = line;
-      BlockPlus(line.block_size(), line.block.data(), delta.data(), copy.block.data());
-      moved[static_cast<size_t>(side)] = CrossingAt(copy, p_world, direction);
-    }
-    by_tangent.col(i) = (moved[1] - moved[0]) / (2 * kStep);
-  }
-  const Eigen::MatrixXd covariance =
-      (information + 1e-9 * Eigen::MatrixXd::Identity(size, size)).inverse();
-  return by_tangent * covariance * by_tangent.transpose();
-}
-
 }  // namespace
 
 void RegisterLines(FrameState* frame, WindowState* window) {
@@ -246,7 +183,8 @@ void RegisterLines(FrameState* frame, WindowState* window) {
 }
 
 void EstimateLines(const LineLandmarkOptions& options, const LineKinds& kinds,
-                   const LineClassifier& classifier, const CostModel& model, WindowState* window) {
+                   const LineClassifier& classifier, const PointsOnLines& memberships,
+                   const CostModel& model, WindowState* window) {
   const std::vector<double> headings = HeadingsOf(*window);
   for (auto& [id, line] : window->lines) {
     if (line.estimated || line.retired) continue;
@@ -260,7 +198,7 @@ void EstimateLines(const LineLandmarkOptions& options, const LineKinds& kinds,
       line.axis = agreed->axis;
       line.heading =
           agreed->axis == LineAxis::kVertical ? nullptr : &window->headings[agreed->world];
-      line.estimated = EstimateStructural(options, model, *window, &line);
+      line.estimated = EstimateStructural(options, memberships.PointsOf(id), model, *window, &line);
     } else if (kinds.general &&
                static_cast<int>(line.frames.size()) >= options.min_general_sights) {
       line.estimated = EstimateGeneral(options, model, &line);
@@ -274,9 +212,7 @@ void EstimateLines(const LineLandmarkOptions& options, const LineKinds& kinds,
 std::pair<double, double> SightChi2(LineLandmark* line, FrameState* frame, const CostModel& model) {
   std::vector<Term> terms;
   AddLineTerm(line, frame, model, &terms);
-  Eigen::Vector4d r = Eigen::Vector4d::Zero();
-  terms[0].factor->Evaluate(terms[0].blocks.data(), r.data(), nullptr);
-  return {r.head<2>().squaredNorm(), r.tail<2>().squaredNorm()};
+  return Chi2OfSight(terms[0]);
 }
 
 std::unordered_set<int64_t> RejectLineOutliers(double max_chi2, const CostModel& model,
@@ -319,24 +255,6 @@ std::map<int64_t, int64_t> MergeLines(const LineLandmarkOptions& options, Window
     }
   }
   return merged;
-}
-
-std::vector<PointOnLine> ReleaseStrayPoints(double max_chi2, const CostModel& model,
-                                            WindowState* window) {
-  std::vector<PointOnLine> released;
-  for (auto& [id, line] : window->lines) {
-    if (!line.estimated || line.retired) continue;
-    for (PointLandmark* landmark : PointsOf(line, window)) {
-      std::vector<Term> terms;
-      AddPointOnLineTerm(landmark, &line, model, &terms);
-      Vector2d r;
-      terms[0].factor->Evaluate(terms[0].blocks.data(), r.data(), nullptr);
-      if (r.squaredNorm() <= max_chi2) continue;
-      std::erase(line.points, landmark->id);
-      released.push_back({landmark->id, id});
-    }
-  }
-  return released;
 }
 
 void ExtendLines(const FrameState& newest, const CostModel& model, WindowState* window) {

@@ -26,9 +26,10 @@ struct LineKinds {
 };
 
 // Classifies and triangulates what is not yet estimated, where its sights allow it: from the views,
-// or from a triangulated point that belongs to it (SLC-VIO, section 3.6).
+// or from a well known point that belongs to it in the images (SLC-VIO, section 3.6).
 void EstimateLines(const LineLandmarkOptions& options, const LineKinds& kinds,
-                   const LineClassifier& classifier, const CostModel& model, WindowState* window);
+                   const LineClassifier& classifier, const PointsOnLines& memberships,
+                   const CostModel& model, WindowState* window);
 
 // Squared whitened residuals of one sight, left and right apart (right 0 where it was not seen).
 std::pair<double, double> SightChi2(LineLandmark* line, FrameState* frame, const CostModel& model);
@@ -41,11 +42,6 @@ std::unordered_set<int64_t> RejectLineOutliers(double max_chi2, const CostModel&
 // Retires lines that are the same edge as an older one, which takes over their sights. Returns the
 // ids of those retired, each with that of the older line.
 std::map<int64_t, int64_t> MergeLines(const LineLandmarkOptions& options, WindowState* window);
-
-// Releases points from lines that they do not lie on (SLC-VIO, section 3.5, checked in 3D). Returns
-// these memberships.
-std::vector<PointOnLine> ReleaseStrayPoints(double max_chi2, const CostModel& model,
-                                            WindowState* window);
 
 // Takes in how far the newest frame saw its estimated lines, and all frames those just estimated.
 void ExtendLines(const FrameState& newest, const CostModel& model, WindowState* window);

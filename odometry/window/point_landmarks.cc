@@ -4,6 +4,7 @@
 #include <cmath>
 #include <vector>
 
+#include "odometry/window/landmark_information.h"
 #include "odometry/window/triangulation.h"
 
 namespace slcmap {
@@ -39,15 +40,11 @@ void TriangulatePoints(const StereoGeometry& geometry, WindowState* window) {
   }
 }
 
-// Squared whitened residuals of one sight, left and right apart (right 0 where it was not seen).
 std::pair<double, double> SightChi2(PointLandmark* landmark, FrameState* frame,
                                     const CostModel& model) {
   std::vector<Term> terms;
   AddPointTerm(landmark, frame, model, &terms);
-  if (terms.empty()) return {0, 0};
-  Eigen::Vector4d r = Eigen::Vector4d::Zero();
-  terms[0].factor->Evaluate(terms[0].blocks.data(), r.data(), nullptr);
-  return {r.head<2>().squaredNorm(), r.tail<2>().squaredNorm()};
+  return Chi2OfSight(terms[0]);
 }
 
 std::unordered_set<int64_t> RejectPointOutliers(double max_chi2, const CostModel& model,
@@ -100,9 +97,7 @@ double ReprojectionRms(const CostModel& model, WindowState* window) {
     std::vector<Term> terms;
     AddPointTerms(&landmark, model, &terms);
     for (const Term& term : terms) {
-      Eigen::Vector4d r = Eigen::Vector4d::Zero();
-      term.factor->Evaluate(term.blocks.data(), r.data(), nullptr);
-      sum += r.squaredNorm();
+      sum += ResidualOf(term).squaredNorm();
       rows += term.factor->rows();
     }
   }
@@ -120,15 +115,8 @@ Landmark Describe(const PointLandmark& described, const CostModel& model) {
   // The information on the point with the poses as they are; d depth = d lambda / lambda^2.
   std::vector<Term> terms;
   AddPointTerms(landmark, model, &terms);
-  Eigen::Matrix3d information = 1e-9 * Eigen::Matrix3d::Identity();
-  for (const Term& term : terms) {
-    Eigen::Vector4d r;
-    Eigen::Matrix<double, 4, 3, Eigen::RowMajor> j = Eigen::Matrix<double, 4, 3>::Zero();
-    std::array<double*, Factor::kMaxBlocks> jacobians{};
-    jacobians[term.factor->blocks() - 1] = j.data();
-    term.factor->Linearize(term.blocks.data(), r.data(), jacobians.data());
-    information += j.transpose() * j;
-  }
+  const Eigen::Matrix3d information =
+      EquationsOnLast(terms, kPointSize).information + 1e-9 * Eigen::Matrix3d::Identity();
   Landmark out;
   out.id = landmark->id;
   out.p_world = LandmarkInWorld(*landmark, model.geometry);

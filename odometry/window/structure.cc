@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "odometry/geometry/pinhole.h"
+#include "odometry/window/line_members.h"
 
 namespace slcmap {
 namespace {
@@ -32,8 +33,9 @@ Structure::Structure(const OdometryOptions& options, const Rig& rectified_rig)
 void Structure::Update(const CostModel& model, FrameState* newest, WindowState* window) {
   if (newest->lines.empty()) return;
   if (kinds_.structural) FindHeadings(*newest, model, window);
-  if (points_on_lines_) FindPointsOnLines(*newest, window);
-  EstimateLines(options_, kinds_, classifier_, model, window);
+  if (points_on_lines_) FindPointsOnLines(*newest);
+  EstimateLines(options_, kinds_, classifier_, memberships_, model, window);
+  if (points_on_lines_) AdoptMembers(options_, model, &memberships_, window);
 }
 
 void Structure::FindHeadings(const FrameState& newest, const CostModel& model,
@@ -55,30 +57,19 @@ void Structure::FindHeadings(const FrameState& newest, const CostModel& model,
   }
 }
 
-void Structure::FindPointsOnLines(const FrameState& newest, WindowState* window) {
+void Structure::FindPointsOnLines(const FrameState& newest) {
   const Camera& camera = rig_.cameras[0];
   std::vector<PointObservation> points;
   for (const auto& [id, m] : newest.measurements) {
     points.push_back({id, PixelFromPlane(camera, m.left), std::nullopt});
     if (m.right) points.back().right_px = PixelFromPlane(camera, *m.right);
   }
-  const PointsOnLines::Change change =
-      memberships_.AddKeyframe(points, LinesInPixels(newest, camera));
-  for (const PointOnLine& pair : change.verified) {
-    window->lines.at(pair.line_id).points.push_back(pair.point_id);
-  }
-  for (const PointOnLine& pair : change.broken) {
-    const auto line = window->lines.find(pair.line_id);
-    if (line != window->lines.end()) std::erase(line->second.points, pair.point_id);
-  }
+  memberships_.AddKeyframe(points, LinesInPixels(newest, camera));
 }
 
 std::unordered_set<int64_t> Structure::Judge(const CostModel& model, const FrameState& newest,
                                              WindowState* window) {
   std::unordered_set<int64_t> gone = RejectLineOutliers(options_.max_chi2, model, window);
-  for (const PointOnLine& pair : ReleaseStrayPoints(options_.max_chi2, model, window)) {
-    memberships_.Release(pair);
-  }
   ExtendLines(newest, model, window);
   for (const int64_t id : gone) memberships_.ReleaseLine(id);
   for (const auto& [id, older_id] : MergeLines(options_, window)) {

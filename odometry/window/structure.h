@@ -47,7 +47,7 @@ class Structure {
  private:
   void FindHeadings(const FrameState& newest, const CostModel& model, WindowState* window);
   bool IsWorthTelling(const Line& line) const;
-  void FindPointsOnLines(const FrameState& newest, WindowState* window);
+  void FindPointsOnLines(const FrameState& newest);
   std::unordered_set<int64_t> LinesToForget(const WindowState& window) const;
 
   LineLandmarkOptions options_;

@@ -102,7 +102,7 @@ struct LineLandmark {
   int released_frames = 0;  // that saw it too, but have left the window
   int64_t last_seen_frame = 0;
   LineExtent extent;
-  std::vector<int64_t> points;  // landmarks that belong to it
+  std::vector<int64_t> points;  // landmarks that belong to it; see line_members.h
 
   bool IsStructural() const { return axis != LineAxis::kNone; }
   int block_size() const { return IsStructural() ? kStructuralLineSize : kGeneralLineSize; }

@@ -187,6 +187,23 @@ TEST(EstimatorWithLines, LinesThatSlideDoNotSpoilThePath) {
   EXPECT_GT(LargestPositionError(RunOnSimulatedTracks(options)), 2 * LargestPositionError(run));
 }
 
+TEST(EstimatorWithLines, CrossingsThatSlideAlongLinesDoNotBendThem) {
+  SimulatedRunOptions options = Noisy(Method::kSlc, 11);
+  options.lines->crossings_per_edge = 2;
+  const SimulatedRun run = RunOnSimulatedTracks(options);
+  EXPECT_LT(LargestPositionError(run), 0.04);
+  size_t members = 0, wrong = 0;
+  for (const Line& line : run.run.lines) {
+    const SimulatedEdge& edge = run.edges.at(static_cast<size_t>(line.id));
+    members += line.point_ids.size();
+    for (const int64_t id : line.point_ids) {
+      wrong += std::count(edge.landmarks.begin(), edge.landmarks.end(), id) == 0;
+    }
+  }
+  EXPECT_GT(members, 5u);
+  EXPECT_LT(10 * wrong, members);
+}
+
 TEST(EstimatorWithLines, ARestartForgetsHeadingsAndLines) {
   SimulatedRunOptions options = Noisy(Method::kSlc, 8, 16);
   options.image_gap_from_s = 7;

@@ -1,0 +1,29 @@
+// Whether points that follow a line in the images lie on it in space.
+#pragma once
+
+#include "odometry/options.h"
+#include "odometry/structure/points_on_lines.h"
+#include "odometry/window/problem_builder.h"
+
+namespace slcmap {
+
+enum class Membership {
+  kHolds,
+  kOpen,  // what is known of the two does not yet tell
+  kRefuted,
+};
+
+// Compares where the sights of a triangulated point alone have it with an estimated structural
+// line. Where a nearer edge hides a line, their crossing is on the line in every image, and in the
+// depth of neither; the place that its sights give is off the line as soon as it is well enough
+// known to tell, or they do not agree on a place.
+Membership JudgeMembership(const LineLandmarkOptions& options, const PointLandmark& point,
+                           const LineLandmark& line, const CostModel& model, const Prior& prior);
+
+// Gives each estimated structural line the points that belong to it: those that do in the images,
+// and lie on it in space. Memberships that are refuted are released. Of points that have left the
+// window those stay that the line had.
+void AdoptMembers(const LineLandmarkOptions& options, const CostModel& model,
+                  PointsOnLines* memberships, WindowState* window);
+
+}  // namespace slcmap

@@ -1,0 +1,177 @@
+#include "odometry/window/line_members.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <cmath>
+
+#include "data/simulator/example.h"
+#include "odometry/window/landmark_information.h"
+
+namespace slcmap {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+constexpr int64_t kLine = 7, kPoint = 3;
+constexpr double kDepth_m = 3;
+
+// A horizontal line across the view of a rig that moves aslant. Cameras are level.
+class LineMembersTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    const double focal_px = 450;
+    model_.geometry = StereoGeometry(rig_.T_imu_camera, focal_px / 0.4);
+    model_.lines = StereoGeometry(rig_.T_imu_camera, focal_px / 0.3);
+    line_.id = kLine;
+    line_.axis = LineAxis::kX;
+    line_.heading = &heading_;
+    line_.anchor_world = T_world_camera_.translation;
+    line_.estimated = true;
+    const StructuralLineBlock block = StructuralLineThrough(line_.structural(), 0, At(0));
+    std::copy(block.begin(), block.end(), line_.block.begin());
+    point_.id = kPoint;
+  }
+
+  // A point of the world below the line's middle.
+  Vector3d At(double below_m) const { return T_world_camera_ * Vector3d(0, below_m, kDepth_m); }
+
+  RigidTransform Pose(int i) const {
+    return RigidTransform(Eigen::Quaterniond::Identity(),
+                          R_world_camera_ * Vector3d(0.15 * i, 0.15 * i, 0)) *
+           T_world_camera_ * rig_.T_imu_camera[0].Inverse();
+  }
+
+  Vector2d OnPlane(int i, int camera, const Vector3d& p_world) const {
+    const Vector3d p = (Pose(i) * rig_.T_imu_camera[camera]).Inverse() * p_world;
+    return p.head<2>() / p.z();
+  }
+
+  // `seen(frame, camera)` is what a camera takes for the point.
+  template <typename Seen>
+  void Look(int frames, const Seen& seen) {
+    for (int i = 0; i < frames; ++i) {
+      FrameState& frame = *window_.frames.emplace_back(std::make_unique<FrameState>());
+      frame.id = i;
+      PoseToBlock(Pose(i), frame.pose.data());
+      const Vector3d start = At(0) - Vector3d::UnitX(), end = At(0) + Vector3d::UnitX();
+      frame.lines[kLine] = {{OnPlane(i, 0, start), OnPlane(i, 0, end)},
+                            LineSegment{OnPlane(i, 1, start), OnPlane(i, 1, end)}};
+      frame.measurements[kPoint] = {OnPlane(i, 0, seen(i, 0)), OnPlane(i, 1, seen(i, 1))};
+      line_.frames.push_back(&frame);
+      point_.frames.push_back(&frame);
+    }
+    SetPoint(seen(0, 0));
+  }
+
+  void SetPoint(const Vector3d& p_world) {
+    const Vector2d at = OnPlane(0, 0, p_world);
+    const RigidTransform T_world_camera = Pose(0) * rig_.T_imu_camera[0];
+    point_.point = {at.x(), at.y(), 1 / (T_world_camera.Inverse() * p_world).z()};
+    point_.triangulated = true;
+  }
+
+  // The same view in all frames and cameras: a point of the world.
+  static auto Fixed(const Vector3d& p_world) {
+    return [p_world](int, int) { return p_world; };
+  }
+
+  // Where a nearer vertical edge hides the line from a camera.
+  Vector3d Crossing(int i, int camera) const {
+    const Vector3d centre = (Pose(i) * rig_.T_imu_camera[camera]).translation;
+    const Vector3d through = T_world_camera_ * Vector3d(0, 0, 0.8 * kDepth_m);
+    const Vector3d normal = (through - centre).cross(Vector3d::UnitZ());
+    return At(0) + normal.dot(centre - At(0)) / normal.x() * Vector3d::UnitX();
+  }
+
+  Membership Judge(const LineLandmarkOptions& options = {}) const {
+    return JudgeMembership(options, point_, line_, model_, Prior());
+  }
+
+  const Rig rig_ = ExampleStereoRig();
+  const Eigen::Quaterniond R_world_camera_ = Eigen::Quaterniond(
+      Eigen::Matrix3d((Eigen::Matrix3d() << 1, 0, 0, 0, 0, 1, 0, -1, 0).finished()));
+  const RigidTransform T_world_camera_{R_world_camera_, Vector3d(1, 2, 1.5)};
+  CostModel model_;
+  HeadingState heading_;
+  WindowState window_;
+  LineLandmark line_;
+  PointLandmark point_;
+};
+
+TEST_F(LineMembersTest, APointOnTheLineBelongsToIt) {
+  Look(4, Fixed(At(0)));
+  EXPECT_EQ(Judge(), Membership::kHolds);
+}
+
+TEST_F(LineMembersTest, APointBesideTheLineDoesNot) {
+  Look(4, Fixed(At(0.12)));
+  EXPECT_EQ(Judge(), Membership::kRefuted);
+}
+
+TEST_F(LineMembersTest, ThePointsOwnSightsTellWhereverItsLineHasPulledIt) {
+  Look(4, Fixed(At(0.12)));
+  SetPoint(At(0));
+  EXPECT_EQ(Judge(), Membership::kRefuted);
+  EXPECT_LT((PlaceBySights(point_, model_)->p_world - At(0.12)).norm(), 0.005);
+}
+
+TEST_F(LineMembersTest, WhatIsNotWellEnoughKnownStaysOpen) {
+  Look(4, Fixed(At(0)));
+  LineLandmarkOptions strict;
+  strict.max_member_sigma_m = 0.002;
+  EXPECT_EQ(Judge(strict), Membership::kOpen);
+  point_.frames.resize(1);
+  EXPECT_EQ(Judge(), Membership::kOpen);  // a single view
+  window_.frames[0]->measurements.at(kPoint).right.reset();
+  EXPECT_FALSE(PlaceBySights(point_, model_).has_value());  // a ray
+}
+
+TEST_F(LineMembersTest, SightsThatDoNotAgreeOnAPlaceRefute) {
+  Look(4, Fixed(At(0)));
+  for (auto& frame : window_.frames) {
+    frame->measurements.at(kPoint).left.x() += 0.003 * static_cast<double>(frame->id * frame->id);
+  }
+  EXPECT_EQ(Judge(), Membership::kRefuted);
+}
+
+TEST_F(LineMembersTest, WhereANearerEdgeCrossesTheLineIsNoPointOfIt) {
+  Look(4, [&](int i, int camera) { return Crossing(i, camera); });
+  for (int i = 0; i < 4; ++i) {
+    const StereoMeasurement& m = window_.frames[static_cast<size_t>(i)]->measurements.at(kPoint);
+    EXPECT_NEAR(m.left.y(), OnPlane(i, 0, At(0)).y(), 1e-9);
+    EXPECT_NEAR(m.right->y(), OnPlane(i, 1, At(0)).y(), 1e-9);
+  }
+  EXPECT_EQ(Judge(), Membership::kRefuted);
+}
+
+TEST_F(LineMembersTest, LinesTakeWhatHoldsAndKeepWhatHasLeft) {
+  Look(4, Fixed(At(0)));
+  PointLandmark beside = point_;
+  beside.id = 4;
+  for (auto& frame : window_.frames) {
+    const int i = static_cast<int>(frame->id);
+    frame->measurements[4] = {OnPlane(i, 0, At(0.12)), OnPlane(i, 1, At(0.12))};
+  }
+  beside.point[1] = OnPlane(0, 0, At(0.12)).y();
+  window_.landmarks = {{kPoint, point_}, {4, beside}};
+  window_.lines = {{kLine, line_}};
+  PointsOnLines memberships{PointsOnLinesOptions()};
+  const std::vector<LineObservation> lines = {
+      {kLine, {{300, 100}, {300, 300}}, LineSegment{{280, 100}, {280, 300}}}};
+  const std::vector<PointObservation> points = {{kPoint, {300, 150}, Vector2d(280, 150)},
+                                                {4, {300, 200}, Vector2d(280, 200)},
+                                                {5, {300, 250}, Vector2d(280, 250)}};
+  for (int i = 0; i < 4; ++i) memberships.AddKeyframe(points, lines);
+  const std::vector<int64_t>& members = window_.lines.at(kLine).points;
+  AdoptMembers({}, model_, &memberships, &window_);
+  EXPECT_EQ(members, std::vector<int64_t>{kPoint});
+  EXPECT_EQ(memberships.PointsOf(kLine), (std::vector<int64_t>{kPoint, 5}));
+  window_.landmarks.clear();
+  AdoptMembers({}, model_, &memberships, &window_);
+  EXPECT_EQ(members, std::vector<int64_t>{kPoint});
+}
+
+}  // namespace
+}  // namespace slcmap
