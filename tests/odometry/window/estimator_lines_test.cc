@@ -187,21 +187,43 @@ TEST(EstimatorWithLines, LinesThatSlideDoNotSpoilThePath) {
   EXPECT_GT(LargestPositionError(RunOnSimulatedTracks(options)), 2 * LargestPositionError(run));
 }
 
-TEST(EstimatorWithLines, CrossingsThatSlideAlongLinesDoNotBendThem) {
-  SimulatedRunOptions options = Noisy(Method::kSlc, 11);
-  options.lines->crossings_per_edge = 2;
-  const SimulatedRun run = RunOnSimulatedTracks(options);
-  EXPECT_LT(LargestPositionError(run), 0.04);
-  size_t members = 0, wrong = 0;
+struct Members {
+  size_t all = 0, wrong = 0;  // wrong: not of the edge that the line is a sight of
+};
+
+Members MembersOf(const SimulatedRun& run) {
+  Members members;
   for (const Line& line : run.run.lines) {
     const SimulatedEdge& edge = run.edges.at(static_cast<size_t>(line.id));
-    members += line.point_ids.size();
+    members.all += line.point_ids.size();
     for (const int64_t id : line.point_ids) {
-      wrong += std::count(edge.landmarks.begin(), edge.landmarks.end(), id) == 0;
+      members.wrong += std::count(edge.landmarks.begin(), edge.landmarks.end(), id) == 0;
     }
   }
-  EXPECT_GT(members, 5u);
-  EXPECT_LT(10 * wrong, members);
+  return members;
+}
+
+TEST(EstimatorWithLines, CrossingsThatSlideAlongLinesDoNotBelongToThem) {
+  Members checked, unchecked;
+  const auto add = [](const SimulatedRun& run, Members* sum) {
+    const Members members = MembersOf(run);
+    sum->all += members.all;
+    sum->wrong += members.wrong;
+  };
+  for (const uint64_t seed : {11, 12}) {
+    SimulatedRunOptions options = Noisy(Method::kSlc, seed);
+    options.lines->crossings_per_edge = 2;
+    const SimulatedRun run = RunOnSimulatedTracks(options);
+    EXPECT_LT(LargestPositionError(run), 0.04);
+    add(run, &checked);
+    options.odometry.line_landmarks.max_member_sigma_m = 100;
+    options.odometry.line_landmarks.point_sigma_m = 10;
+    add(RunOnSimulatedTracks(options), &unchecked);
+  }
+  EXPECT_GT(checked.all, 10u);
+  // Those left hardly slid while they were seen.
+  EXPECT_LT(5 * checked.wrong, checked.all);
+  EXPECT_GT(unchecked.wrong, checked.wrong);
 }
 
 TEST(EstimatorWithLines, ARestartForgetsHeadingsAndLines) {
