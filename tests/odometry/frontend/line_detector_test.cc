@@ -53,6 +53,28 @@ INSTANTIATE_TEST_SUITE_P(Kinds, LineDetectorTest,
                          ::testing::Values(LineDetectorKind::kLsd, LineDetectorKind::kFld,
                                            LineDetectorKind::kEd));
 
+// An odd size is not halved exactly.
+TEST(LineDetectorScaleTest, PlacesEdgesOfASmallerImageInTheWholeOne) {
+  const cv::Mat image = DrawBars(TestBars())(cv::Rect(0, 0, 599, 399)).clone();
+  for (const double scale : {1.0, 0.7, 0.5}) {
+    LineDetectorOptions options;
+    options.scale = scale;
+    double length_px = 0;
+    const auto segments = DetectSegments(image, {}, options);
+    for (const auto& s : segments) {
+      EXPECT_LT(NearestEdge(EdgesOf(TestBars()), s).second, 0.15) << "scale " << scale;
+      length_px += s.Length();
+    }
+    EXPECT_GE(segments.size(), 11u) << "scale " << scale;
+    EXPECT_GT(length_px / segments.size(), 150) << "scale " << scale;
+    double raw_px = 0;
+    for (const auto& s : DetectRawSegments(image, options, 60)) {
+      raw_px = std::max(raw_px, NearestEdge(EdgesOf(TestBars()), s).second);
+    }
+    EXPECT_LT(raw_px, 1.5 / scale) << "scale " << scale;
+  }
+}
+
 TEST(JoinSegmentsTest, JoinsPiecesOfOneEdgeAndNoOthers) {
   const std::vector<LineSegment> pieces = {{{10, 50}, {60, 50}},
                                            {{70, 50.3}, {120, 50.2}},  // goes on

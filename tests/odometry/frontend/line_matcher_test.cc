@@ -72,6 +72,14 @@ TEST_F(LineMatcherTest, MatchesWhatMovedWithinTheGateOnly) {
   }
 }
 
+TEST_F(LineMatcherTest, RefusesOtherProfilesWhateverTheDescriptor) {
+  std::vector<ExpectedSegment> expected = Expect(30);
+  for (auto& e : expected) e.profile.reverseInPlace();
+  for (const auto& match : MatchExpected(first_, expected, segments_, LineMatcherOptions())) {
+    EXPECT_FALSE(match);
+  }
+}
+
 TEST_F(LineMatcherTest, StereoRefusesNegativeDisparitiesOfSteepEdges) {
   const auto match = [&](const Eigen::Vector2d& shift) {
     const cv::Mat right = DrawBars(TestBars(), shift);
