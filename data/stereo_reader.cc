@@ -51,12 +51,10 @@ class StereoReader::Impl {
     thread_.join();
   }
 
-  std::optional<ReadPair> Next() {
-    while (taken_ < sequence_.images.size()) {
-      Item item = Take();
-      ++taken_;
-      if (item.problem == nullptr) return std::move(item.image);
-      warnings_.Add(item.problem, item.path);
+  std::optional<ReadPair> Next(int64_t from_ns) {
+    while (std::optional<Item> item = Take(from_ns)) {
+      if (item->problem == nullptr) return std::move(item->image);
+      warnings_.Add(item->problem, item->path);
     }
     return std::nullopt;
   }
@@ -66,41 +64,52 @@ class StereoReader::Impl {
  private:
   void ReadAhead() {
     for (const StereoEntry& entry : sequence_.images) {
-      Item item = ReadItem(entry, sequence_.rig, options_.read_right);
       std::unique_lock lock(mutex_);
       changed_.wait(lock, [this] {
         return stop_ || queue_.size() < static_cast<size_t>(options_.read_ahead);
       });
       if (stop_) return;
+      if (entry.stamp_ns < from_ns_) continue;
+      lock.unlock();
+      Item item = ReadItem(entry, sequence_.rig, options_.read_right);
+      lock.lock();
       queue_.push_back(std::move(item));
       changed_.notify_all();
     }
+    const std::lock_guard lock(mutex_);
+    all_read_ = true;
+    changed_.notify_all();
   }
 
-  Item Take() {
+  // The next item whose stamp is not before from_ns; nothing at the end.
+  std::optional<Item> Take(int64_t from_ns) {
     std::unique_lock lock(mutex_);
-    changed_.wait(lock, [this] { return !queue_.empty(); });
-    Item item = std::move(queue_.front());
-    queue_.pop_front();
-    changed_.notify_all();
-    return item;
+    from_ns_ = from_ns;
+    while (true) {
+      changed_.wait(lock, [this] { return !queue_.empty() || all_read_; });
+      if (queue_.empty()) return std::nullopt;
+      Item item = std::move(queue_.front());
+      queue_.pop_front();
+      changed_.notify_all();
+      if (item.image.stamp_ns >= from_ns) return item;
+    }
   }
 
   const Sequence& sequence_;
   const StereoReaderOptions options_;
   Warnings warnings_;
-  size_t taken_ = 0;
-  std::mutex mutex_;  // guards queue_ and stop_
+  std::mutex mutex_;  // guards what follows
   std::condition_variable changed_;
   std::deque<Item> queue_;
-  bool stop_ = false;
+  int64_t from_ns_ = std::numeric_limits<int64_t>::min();  // earlier pairs need not be read
+  bool stop_ = false, all_read_ = false;
   std::thread thread_;  // last, so that it starts when all else is there
 };
 
 StereoReader::StereoReader(const Sequence& sequence, const StereoReaderOptions& options)
     : impl_(std::make_unique<Impl>(sequence, options)) {}
 StereoReader::~StereoReader() = default;
-std::optional<ReadPair> StereoReader::Next() { return impl_->Next(); }
+std::optional<ReadPair> StereoReader::Next(int64_t from_ns) { return impl_->Next(from_ns); }
 const Warnings& StereoReader::warnings() const { return impl_->warnings(); }
 
 }  // namespace slcmap

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "data/real_time_pace.h"
 #include "data/trajectory.h"
 #include "data/types.h"
 #include "odometry/frontend/line_observation.h"
@@ -74,7 +75,8 @@ struct Line {
   std::vector<int64_t> point_ids;                           // landmarks that belong to it
 };
 
-// CPU and wall time of one stage of the program, summed over the run.
+// Wall time of one stage of the program, summed over the run. With several threads stages overlap:
+// their sum may exceed the wall time of the whole.
 struct StageTiming {
   std::string name;
   double wall_s = 0;
@@ -88,7 +90,8 @@ struct RunTimings {
   double wall_s = 0;
   double peak_memory_mib = 0;
   int64_t stereo_frames = 0;
-  double data_s = 0;  // length of the recording that was processed
+  double data_s = 0;                        // length of the recording that was processed
+  std::optional<RealTimeReport> real_time;  // of a recording played at its own pace
 };
 
 struct OdometryRun {

@@ -187,13 +187,19 @@ void WriteTimings(const std::string& path, const RunTimings& timings) {
   for (const StageTiming& stage : timings.stages) {
     stages.push_back({{"name", stage.name}, {"wall_s", stage.wall_s}, {"calls", stage.calls}});
   }
-  WriteJsonFile(path, {{"cpu_s", timings.cpu_s},
-                       {"wall_s", timings.wall_s},
-                       {"peak_memory_mib", timings.peak_memory_mib},
-                       {"stereo_frames", timings.stereo_frames},
-                       {"data_s", timings.data_s},
-                       {"window_iterations", timings.window_iterations},
-                       {"stages", stages}});
+  Json json = {{"cpu_s", timings.cpu_s},
+               {"wall_s", timings.wall_s},
+               {"peak_memory_mib", timings.peak_memory_mib},
+               {"stereo_frames", timings.stereo_frames},
+               {"data_s", timings.data_s},
+               {"window_iterations", timings.window_iterations},
+               {"stages", stages}};
+  if (timings.real_time) {
+    json["real_time"] = {{"skipped_images", timings.real_time->skipped_images},
+                         {"latency_median_s", timings.real_time->latency_median_s},
+                         {"latency_95_s", timings.real_time->latency_95_s}};
+  }
+  WriteJsonFile(path, json);
 }
 
 RunTimings ReadTimings(const std::string& path) {
@@ -209,6 +215,12 @@ RunTimings ReadTimings(const std::string& path) {
       timings.stages.push_back({stage.at("name").get<std::string>(),
                                 stage.at("wall_s").get<double>(),
                                 stage.at("calls").get<int64_t>()});
+    }
+    if (json.contains("real_time")) {
+      const Json& real_time = json.at("real_time");
+      timings.real_time = {real_time.at("skipped_images").get<int64_t>(),
+                           real_time.at("latency_median_s").get<double>(),
+                           real_time.at("latency_95_s").get<double>()};
     }
     return timings;
   });

@@ -80,6 +80,22 @@ TEST_F(StereoReaderTest, GivesNoRightImageWhosePixelsAreDamaged) {
   EXPECT_TRUE(pair->decode_right().empty());
 }
 
+TEST_F(StereoReaderTest, PassesOverPairsBeforeAStamp) {
+  fs::remove(Image(0, 3));
+  fs::remove(Image(0, 8));
+  const Sequence sequence = OpenSequence(folder_.Path());
+  for (const int read_ahead : {1, 20}) {
+    StereoReader reader(sequence, {.read_ahead = read_ahead});
+    EXPECT_EQ(reader.Next()->stamp_ns, testing::ImageStamp(0));
+    EXPECT_EQ(reader.Next(testing::ImageStamp(5))->stamp_ns, testing::ImageStamp(5));
+    EXPECT_EQ(reader.Next()->stamp_ns, testing::ImageStamp(6));
+    EXPECT_EQ(reader.Next(testing::ImageStamp(8))->stamp_ns, testing::ImageStamp(9));
+    EXPECT_EQ(reader.warnings().Count(kImageMissing), 1);
+    EXPECT_FALSE(reader.Next(testing::ImageStamp(12)).has_value());
+    EXPECT_FALSE(reader.Next().has_value());
+  }
+}
+
 TEST_F(StereoReaderTest, EndsCleanlyHalfWay) {
   const Sequence sequence = OpenSequence(folder_.Path());
   StereoReader reader(sequence, {.read_ahead = 2});

@@ -57,6 +57,7 @@ OdometryRun MakeRun() {
   run.timings.window_iterations = 37;
   run.timings.cpu_s = 2.5;
   run.timings.stereo_frames = 160;
+  run.timings.real_time = {12, 0.0125, 0.03};
   return run;
 }
 
@@ -85,6 +86,10 @@ TEST_F(RunFolderTest, ComesBackAsItWasWritten) {
   EXPECT_EQ(read.timings.window_iterations, 37);
   EXPECT_EQ(read.timings.cpu_s, 2.5);
   EXPECT_EQ(read.timings.stereo_frames, 160);
+  ASSERT_TRUE(read.timings.real_time.has_value());
+  EXPECT_EQ(read.timings.real_time->skipped_images, 12);
+  EXPECT_EQ(read.timings.real_time->latency_median_s, 0.0125);
+  EXPECT_EQ(read.timings.real_time->latency_95_s, 0.03);
   EXPECT_EQ(read.rectified_rig.cameras[1].fy_px, 457.25);
   EXPECT_EQ(read.rectified_rig.T_imu_camera[1].translation.x(), 0.11);
   EXPECT_EQ(read.rectified_rig.imu_noise.rate_hz, 100);
