@@ -15,8 +15,14 @@ void AddOdometryOptions(CLI::App& command, OdometryArguments* arguments) {
   command.add_option("--calibration", arguments->calibration,
                      "Kalibr camera chain, or a folder with sensor.yaml files (default: the "
                      "sequence's own)");
-  command.add_option("--threads", arguments->threads, "Threads beside the one that reads")
+  command
+      .add_option("--threads", arguments->threads,
+                  "Threads beside the one that reads: 1 does everything one after the other; with "
+                  "2, points and lines, and window and next image go side by side. Same results")
       ->capture_default_str();
+  command.add_flag(
+      "--realtime", arguments->real_time,
+      "Play the recording at its own pace; images are skipped where newer ones are due");
 }
 
 }  // namespace slcmap

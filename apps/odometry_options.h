@@ -7,7 +7,8 @@
 
 namespace slcmap {
 
-// Adds SEQ, --method, --config, --calibration and --threads; `arguments` must outlive the parsing.
+// Adds SEQ, --method, --config, --calibration, --threads and --realtime; `arguments` must outlive
+// the parsing.
 void AddOdometryOptions(CLI::App& command, OdometryArguments* arguments);
 
 }  // namespace slcmap

@@ -13,6 +13,7 @@
 #include "apps/trajectory_stream.h"
 #include "data/calibration.h"
 #include "data/error.h"
+#include "data/real_time_pace.h"
 #include "data/sequence.h"
 #include "data/stereo_reader.h"
 #include "odometry/odometry.h"
@@ -49,33 +50,36 @@ class PathLength {
 // Feeds a sequence to odometry and keeps account.
 class Feeder {
  public:
-  Feeder(const Sequence& sequence, const OdometryOptions& options, const std::string& run_folder)
+  Feeder(const Sequence& sequence, const OdometryOptions& options,
+         const OdometryArguments& arguments)
       : sequence_(sequence),
-        odometry_(sequence.rig, options),
+        odometry_(sequence.rig, options, arguments.threads),
         reader_(sequence, {.read_right = options.method != Method::kPointsMono}),
-        stream_(run_folder + "/trajectory.tum"),
-        start_(CostSoFar()) {}
+        stream_(arguments.run + "/trajectory.tum"),
+        start_(CostSoFar()) {
+    if (arguments.real_time) pace_.emplace(StampsOf(sequence), SteadyClock(Interrupted));
+  }
 
   // Until the end of the sequence, or Ctrl-C.
   void FeedAll() {
     Progress progress("odometry", static_cast<int64_t>(sequence_.images.size()));
     const int64_t first_ns = sequence_.images.front().stamp_ns;
-    while (const std::optional<ReadPair> image = NextImage()) {
+    while (!complete_ && !Interrupted()) {
+      const std::optional<ReadPair> image = NextImage();
+      complete_ = !image;
+      if (complete_) break;
       FeedImuUntil(image->stamp_ns);
-      for (const OnlineState& state : odometry_.AddStereo(*image, image->decode_right)) {
-        stream_.Add({state.stamp_ns, state.T_world_imu});
-        path_.Add(state);
-      }
+      Take(odometry_.AddStereo(*image, image->decode_right));
+      if (pace_ && !pace_->IsDue()) Take(odometry_.Finish());
       ++frames_;
       data_s_ = ToSeconds(image->stamp_ns - first_ns);
       while (sequence_.images[position_].stamp_ns < image->stamp_ns) ++position_;
       progress.Update(static_cast<int64_t>(position_) + 1, data_s_, path_.length_m());
-      if (Interrupted()) return;
     }
-    complete_ = true;
+    Take(odometry_.Finish());
   }
 
-  OdometryRun Run(const std::string& partial_reason) const {
+  OdometryRun Run(const std::string& partial_reason) {
     OdometryRun run = odometry_.Run();
     run.complete = complete_;
     run.partial_reason = complete_ ? "" : partial_reason;
@@ -88,6 +92,7 @@ class Feeder {
     run.timings.peak_memory_mib = now.peak_memory_mib;
     run.timings.stereo_frames = frames_;
     run.timings.data_s = data_s_;
+    if (pace_) run.timings.real_time = pace_->Report();
     run.timings.stages.insert(run.timings.stages.begin(), {"wait for images", wait_s_, frames_});
     return run;
   }
@@ -95,9 +100,31 @@ class Feeder {
   double path_length_m() const { return path_.length_m(); }
 
  private:
+  static std::vector<int64_t> StampsOf(const Sequence& sequence) {
+    std::vector<int64_t> stamps_ns;
+    for (const StereoEntry& image : sequence.images) stamps_ns.push_back(image.stamp_ns);
+    return stamps_ns;
+  }
+
+  void Take(const std::vector<OnlineState>& states) {
+    for (const OnlineState& state : states) {
+      stream_.Add({state.stamp_ns, state.T_world_imu});
+      path_.Add(state);
+      if (pace_) pace_->Done(state.stamp_ns);
+    }
+  }
+
+  std::optional<ReadPair> ReadImage() {
+    if (!pace_) return reader_.Next();
+    if (pace_->AtEnd()) return std::nullopt;
+    std::optional<ReadPair> image = reader_.Next(pace_->Next());
+    if (image) pace_->Take(image->stamp_ns);
+    return image;
+  }
+
   std::optional<ReadPair> NextImage() {
     const auto before = std::chrono::steady_clock::now();
-    std::optional<ReadPair> image = reader_.Next();
+    std::optional<ReadPair> image = ReadImage();
     wait_s_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - before).count();
     return image;
   }
@@ -117,6 +144,7 @@ class Feeder {
   const Sequence& sequence_;
   Odometry odometry_;
   StereoReader reader_;
+  std::optional<RealTimePace> pace_;  // none: as fast as can be
   TrajectoryStream stream_;
   const ProcessCost start_;
   PathLength path_;
@@ -146,6 +174,18 @@ void LogLines(const OdometryRun& run) {
       lives.lines, lives.median_keyframes, lives.mean_keyframes, 100 * lives.share_over_10);
 }
 
+void LogRealTime(const RunTimings& timings) {
+  if (!timings.real_time) return;
+  const RealTimeReport& play = *timings.real_time;
+  const int64_t images = timings.stereo_frames + play.skipped_images;
+  spdlog::info(
+      "real time: skipped {} of {} images ({:.1f} %), latency median {:.1f} ms, 95 % {:.1f} ms",
+      play.skipped_images, images,
+      100.0 * static_cast<double>(play.skipped_images) /
+          static_cast<double>(std::max<int64_t>(images, 1)),
+      1e3 * play.latency_median_s, 1e3 * play.latency_95_s);
+}
+
 void LogResult(const OdometryRun& run, double path_length_m, const std::string& folder) {
   const RunTimings& t = run.timings;
   const double frames = static_cast<double>(std::max<int64_t>(t.stereo_frames, 1));
@@ -155,6 +195,7 @@ void LogResult(const OdometryRun& run, double path_length_m, const std::string& 
   LogLines(run);
   spdlog::info("CPU {:.2f} ms an image, {:.1f} x real time, peak memory {:.0f} MiB",
                1e3 * t.cpu_s / frames, t.data_s / std::max(t.wall_s, 1e-9), t.peak_memory_mib);
+  LogRealTime(t);
   for (const auto& [kind, count] : run.warnings) spdlog::warn("{}: {}", kind, count);
   spdlog::info("wrote {}{}", folder, run.complete ? "" : " (partial: " + run.partial_reason + ")");
 }
@@ -174,14 +215,15 @@ OdometryRun RunOdometryStage(const OdometryArguments& arguments) {
   }
   spdlog::info("{} pairs of images, {} IMU samples; calibration: {}", sequence.images.size(),
                sequence.imu.size(), sequence.calibration_source);
-  cv::setNumThreads(arguments.threads);
+  // Odometry has its own threads; to share loops as short as OpenCV's costs more than it saves.
+  cv::setNumThreads(1);
 
   OdometryRun unfinished;
   unfinished.method = MethodName(options.method);
   unfinished.rectified_rig = sequence.rig;
   unfinished.partial_reason = "not finished";
   WriteRunFolder(arguments.run, unfinished);
-  Feeder feeder(sequence, options, arguments.run);
+  Feeder feeder(sequence, options, arguments);
   try {
     feeder.FeedAll();
   } catch (const std::exception& error) {

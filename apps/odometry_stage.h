@@ -13,7 +13,8 @@ struct OdometryArguments {
   std::string method;       // "" takes the configuration's
   std::string config;       // YAML; "" takes the defaults
   std::string calibration;  // "" takes the sequence's
-  int threads = 2;
+  int threads = 2;          // the results are the same with any
+  bool real_time = false;   // plays the recording at its own pace, and skips what is late
 };
 
 // Runs odometry over a sequence. The run folder says from the start that it is partial, until it is

@@ -1,6 +1,7 @@
 #include "odometry/odometry.h"
 
 #include <deque>
+#include <mutex>
 #include <utility>
 
 #include "data/calibration.h"
@@ -34,20 +35,26 @@ struct Pending {
   std::function<cv::Mat()> decode_right;
 };
 
-// The pair in process. Its right image is decoded and rectified once it is asked for.
+// The pair in process. Its right image is decoded and rectified once it is asked for; points and
+// lines may ask at the same time.
 class RectifiedPair {
  public:
-  RectifiedPair() = default;
-  RectifiedPair(cv::Mat left, std::function<cv::Mat()> rectify_right)
-      : left_(std::move(left)), rectify_right_(std::move(rectify_right)) {}
+  void Set(cv::Mat left, std::function<cv::Mat()> rectify_right) {
+    left_ = std::move(left);
+    right_.release();
+    rectify_right_ = std::move(rectify_right);
+  }
   const cv::Mat& left() const { return left_; }
   const cv::Mat& right() {
+    const std::lock_guard lock(mutex_);
     if (rectify_right_) right_ = std::exchange(rectify_right_, nullptr)();
     return right_;
   }
 
  private:
-  cv::Mat left_, right_;
+  cv::Mat left_;
+  std::mutex mutex_;  // guards what follows
+  cv::Mat right_;
   std::function<cv::Mat()> rectify_right_;
 };
 
@@ -91,7 +98,7 @@ class TrackedLines final : public LineSource {
 
 class Odometry::Impl {
  public:
-  Impl(const Rig& rig, const OdometryOptions& options)
+  Impl(const Rig& rig, const OdometryOptions& options, int threads)
       : options_(options),
         rig_(CheckedRig(rig, options)),
         rectifier_(rig, options.rectifier),
@@ -100,7 +107,7 @@ class Odometry::Impl {
         lines_(UsesLines(options.method)
                    ? std::make_unique<TrackedLines>(options.lines, rectifier_, &pair_)
                    : nullptr),
-        estimator_(options, rectifier_.rectified_rig(), &points_, lines_.get()) {}
+        estimator_(options, rectifier_.rectified_rig(), &points_, lines_.get(), threads) {}
 
   void AddImu(const ImuSample& sample) {
     if (!estimator_.AddImu(sample)) {
@@ -115,16 +122,21 @@ class Odometry::Impl {
       Warn("images dropped whose IMU samples did not arrive");
       pending_.pop_front();
     }
-    std::vector<OnlineState> states;
     while (!pending_.empty() && estimator_.imu().Covers(StampOnImuClock(pending_.front().image))) {
-      if (const auto state = Process()) states.push_back(*state);
+      current_ = std::move(pending_.front());
       pending_.pop_front();
+      Process();
     }
-    states_.insert(states_.end(), states.begin(), states.end());
-    return states;
+    return NewStates();
   }
 
-  OdometryRun Run() const {
+  std::vector<OnlineState> Finish() {
+    Take(estimator_.FinishKeyframe());
+    return NewStates();
+  }
+
+  OdometryRun Run() {
+    Take(estimator_.FinishKeyframe());
     OdometryRun run;
     run.method = MethodName(options_.method);
     run.rectified_rig = rectifier_.rectified_rig();
@@ -133,52 +145,63 @@ class Odometry::Impl {
     if (!pending_.empty())
       run.warnings["images whose IMU samples did not arrive"] = std::ssize(pending_);
     estimator_.Describe(&run);
-    run.timings.stages = estimator_.clock().Stages();
+    run.timings.stages = estimator_.clock()->Stages();
     return WithoutNonFinite(std::move(run));
   }
 
  private:
-  // The pair that has waited longest, stage by stage.
-  std::optional<OnlineState> Process() {
-    const StereoImage& image = pending_.front().image;
+  // The current pair, stage by stage. Until its points are tracked, the keyframe before may still
+  // be in optimisation.
+  void Process() {
+    const StereoImage& image = current_.image;
     const int64_t stamp_ns = StampOnImuClock(image);
     if (estimator_.imu().first_stamp_ns() > stamp_ns) {
       Warn("images dropped that came before the first IMU sample");
-      return std::nullopt;
+      return;
     }
-    if (Hangs(image.left, stamp_ns, &repeated_left_)) {
+    const bool repeats = repeated_left_.Repeats(image.left);
+    if (repeats) Take(estimator_.FinishKeyframe());
+    if (repeats && !estimator_.RestsUntil(stamp_ns)) {  // at rest images may be the same
       Warn("images dropped that repeat the one before while the rig moves");
-      return std::nullopt;
+      return;
     }
-    estimator_.CheckGaps(stamp_ns);
-    pair_ = RectifiedPair(RectifiedLeft(), [this] { return RectifiedRight(); });
+    Take(estimator_.CheckGaps(stamp_ns));
+    pair_.Set(RectifiedLeft(), [this] { return RectifiedRight(); });
     TrackPoints(stamp_ns);
-    std::optional<OnlineState> state = estimator_.AddImage(stamp_ns);
-    if (state) state->stamp_ns = image.stamp_ns;
-    return state;
+    Take(estimator_.FinishKeyframe());
+    Take(estimator_.AddImage(stamp_ns));
   }
 
-  // Whether a camera repeats its last image although the rig moves. At rest images may be the same.
-  bool Hangs(const cv::Mat& image, int64_t stamp_ns, RepeatedImages* repeated) const {
-    return repeated->Repeats(image) && !estimator_.RestsUntil(stamp_ns);
+  void Take(std::optional<OnlineState> state) {
+    if (!state) return;
+    state->stamp_ns -= CameraTimeOffset_ns();
+    states_.push_back(*state);
+  }
+
+  // Those that were not returned yet.
+  std::vector<OnlineState> NewStates() {
+    const auto first_new = states_.begin() + static_cast<std::ptrdiff_t>(returned_);
+    returned_ = states_.size();
+    return {first_new, states_.end()};
   }
 
   cv::Mat RectifiedLeft() {
     const auto timed = estimator_.clock()->Time("rectification");
-    return rectifier_.Rectify(pending_.front().image.left, 0);
+    return rectifier_.Rectify(current_.image.left, 0);
   }
 
-  // Of the pair in process; empty where there is none. Called on keyframes only.
+  // Of the current pair; empty where there is none. Called on keyframes only, once, in the
+  // thread of the points or of the lines.
   cv::Mat RectifiedRight() {
     if (options_.method == Method::kPointsMono) return cv::Mat();
-    const auto& [image, decode_right] = pending_.front();
+    const auto& [image, decode_right] = current_;
     const cv::Mat right = image.right.empty() && decode_right ? decode_right() : image.right;
     if (right.empty() && !decode_right) return right;
     if (!Fits(right, 1)) {
       Warn("right images left out that were damaged");
       return cv::Mat();
     }
-    if (Hangs(right, StampOnImuClock(image), &repeated_right_)) {
+    if (repeated_right_.Repeats(right) && !estimator_.RestsUntil(StampOnImuClock(image))) {
       Warn("right images ignored that repeat the one before while the rig moves");
       return cv::Mat();
     }
@@ -209,8 +232,10 @@ class Odometry::Impl {
   }
 
   int64_t StampOnImuClock(const StereoImage& image) const {
-    return image.stamp_ns + ToNanoseconds(rig_.camera_time_offset_s);
+    return image.stamp_ns + CameraTimeOffset_ns();
   }
+
+  int64_t CameraTimeOffset_ns() const { return ToNanoseconds(rig_.camera_time_offset_s); }
 
   void Warn(const std::string& kind) { ++warnings_[kind]; }
 
@@ -223,20 +248,23 @@ class Odometry::Impl {
   TrackedPoints points_;
   std::unique_ptr<TrackedLines> lines_;  // null for methods on points alone
   Estimator estimator_;
+  Pending current_;              // in process
   std::deque<Pending> pending_;  // whose IMU samples have not all arrived
   std::optional<int64_t> last_image_ns_;
   std::vector<OnlineState> states_;
+  size_t returned_ = 0;  // of states_
   std::map<std::string, int64_t> warnings_;
 };
 
-Odometry::Odometry(const Rig& rig, const OdometryOptions& options)
-    : impl_(std::make_unique<Impl>(rig, options)) {}
+Odometry::Odometry(const Rig& rig, const OdometryOptions& options, int threads)
+    : impl_(std::make_unique<Impl>(rig, options, threads)) {}
 Odometry::~Odometry() = default;
 void Odometry::AddImu(const ImuSample& sample) { impl_->AddImu(sample); }
 std::vector<OnlineState> Odometry::AddStereo(const StereoImage& image,
                                              std::function<cv::Mat()> decode_right) {
   return impl_->AddStereo(image, std::move(decode_right));
 }
-OdometryRun Odometry::Run() const { return impl_->Run(); }
+std::vector<OnlineState> Odometry::Finish() { return impl_->Finish(); }
+OdometryRun Odometry::Run() { return impl_->Run(); }
 
 }  // namespace slcmap

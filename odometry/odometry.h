@@ -3,6 +3,9 @@
 //   Odometry odometry(rig, options);
 //   odometry.AddImu(sample);                       // in the order of their stamps
 //   for (const OnlineState& s : odometry.AddStereo(image)) ...
+//   ...
+//   for (const OnlineState& s : odometry.Finish()) ...  // with several threads
+//   const OdometryRun run = odometry.Run();
 #pragma once
 
 #include <functional>
@@ -18,25 +21,34 @@ namespace slcmap {
 class Odometry {
  public:
   // Throws ConfigError or DataError when options or rig are not plausible.
-  Odometry(const Rig& rig, const OdometryOptions& options);
+  //
+  // With one thread, everything is done one after the other within AddStereo(). With more (two are
+  // used), points and lines are tracked side by side, and a keyframe's window is optimised while
+  // the next image is tracked: the same states, of keyframes one call later.
+  Odometry(const Rig& rig, const OdometryOptions& options, int threads = 1);
   ~Odometry();
 
   // Takes one IMU sample. Unsorted, repeated and non-finite samples are counted and dropped.
   void AddImu(const ImuSample& sample);
 
   // Takes one stereo pair and processes every pair whose IMU samples have arrived (this one waits
-  // otherwise). Returns a state for each pair processed once the estimator is initialised. Unsorted
-  // pairs, wrong sizes and empty left images are counted and dropped.
+  // otherwise). Returns a state for each pair processed once the estimator is initialised; with
+  // several threads, that of a keyframe is returned by the next call. Unsorted pairs, wrong sizes
+  // and empty left images are counted and dropped. Throws what a thread threw.
   //
   // The right image is looked at on keyframes only. To save the decoding of the others, leave it
-  // empty and let decode_right give it.
+  // empty and let decode_right give it (within this call, but perhaps in another thread).
   std::vector<OnlineState> AddStereo(const StereoImage& image,
                                      std::function<cv::Mat()> decode_right = nullptr);
 
-  // What was estimated so far: keyframes, landmarks, states, warnings; valid at any time. What is
-  // not finite is left out and counted. Timings hold the stages' share; the whole process is the
-  // caller's to measure.
-  OdometryRun Run() const;
+  // Waits for what is under way, and returns the states that AddStereo() has not returned yet. At
+  // the end of the images, or where there is time until the next one.
+  std::vector<OnlineState> Finish();
+
+  // What was estimated so far: keyframes, landmarks, states, warnings; valid at any time, and waits
+  // for what is under way. What is not finite is left out and counted. Timings hold the stages'
+  // share; the whole process is the caller's to measure.
+  OdometryRun Run();
 
  private:
   class Impl;

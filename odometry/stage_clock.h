@@ -1,7 +1,8 @@
-// Wall time by stage of a program.
+// Wall time by stage of a program. Stages may run at the same time, in several threads.
 #pragma once
 
 #include <chrono>
+#include <mutex>
 #include <string>
 #include <vector>
 
@@ -18,6 +19,7 @@ class StageClock {
         : clock_(clock), stage_(stage), start_(std::chrono::steady_clock::now()) {}
     ~Timed() {
       const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - start_;
+      const std::lock_guard lock(clock_->mutex_);
       clock_->stages_[stage_].wall_s += spent.count();
       ++clock_->stages_[stage_].calls;
     }
@@ -33,10 +35,15 @@ class StageClock {
   // Keep the result until the stage ends.
   [[nodiscard]] Timed Time(const std::string& name) { return {this, Index(name)}; }
 
-  const std::vector<StageTiming>& Stages() const { return stages_; }
+  // Of the stages that have ended so far.
+  std::vector<StageTiming> Stages() const {
+    const std::lock_guard lock(mutex_);
+    return stages_;
+  }
 
  private:
   size_t Index(const std::string& name) {
+    const std::lock_guard lock(mutex_);
     for (size_t i = 0; i < stages_.size(); ++i) {
       if (stages_[i].name == name) return i;
     }
@@ -46,6 +53,7 @@ class StageClock {
     return stages_.size() - 1;
   }
 
+  mutable std::mutex mutex_;  // guards stages_
   std::vector<StageTiming> stages_;
 };
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "odometry/geometry/pinhole.h"
 #include "odometry/imu/imu_spread.h"
@@ -28,12 +29,30 @@ Quaterniond CameraRotation(const FrameState& now, const FrameState& last, const 
          last.T_world_imu().rotation * R_imu_camera;
 }
 
+// Why a state cannot be true; empty where it can.
+std::string FindImpossible(const OnlineState& state, const FailureOptions& limits) {
+  const bool finite = state.T_world_imu.translation.allFinite() &&
+                      state.T_world_imu.rotation.coeffs().allFinite() &&
+                      state.velocity_world_m_s.allFinite() && state.gyro_bias_rad_s.allFinite() &&
+                      state.accel_bias_m_s2.allFinite();
+  if (!finite) return "the optimisation diverged";
+  if (state.velocity_world_m_s.norm() > limits.max_speed_m_s) return "an impossible speed";
+  if (state.gyro_bias_rad_s.norm() > limits.max_gyro_bias_rad_s) {
+    return "an impossible gyroscope bias";
+  }
+  if (state.accel_bias_m_s2.norm() > limits.max_accel_bias_m_s2) {
+    return "an impossible accelerometer bias";
+  }
+  return {};
+}
+
 }  // namespace
 
 Estimator::Estimator(const OdometryOptions& options, const Rig& rectified_rig, PointSource* source,
-                     LineSource* lines)
+                     LineSource* lines, int threads)
     : options_(options),
       rig_(rectified_rig),
+      policy_(threads > 1 ? std::launch::async : std::launch::deferred),
       source_(source),
       lines_(lines),
       initializer_(options.initializer, rectified_rig),
@@ -46,13 +65,23 @@ std::optional<OnlineState> Estimator::AddImage(int64_t stamp_ns) {
   return state;
 }
 
-void Estimator::CheckGaps(int64_t stamp_ns) {
-  if (!last_stamp_ns_) return;
+std::optional<OnlineState> Estimator::CheckGaps(int64_t stamp_ns) {
+  const std::string gap = FindGap(stamp_ns);
+  if (gap.empty()) return std::nullopt;
+  const std::optional<OnlineState> state = FinishKeyframe();
+  Restart(gap);
+  return state;
+}
+
+std::string Estimator::FindGap(int64_t stamp_ns) const {
+  if (!last_stamp_ns_) return {};
   if (imu_.LongestGap(*last_stamp_ns_, stamp_ns) > options_.failure.max_imu_gap_s) {
-    Restart("a gap in the IMU samples");
-  } else if (ToSeconds(stamp_ns - *last_stamp_ns_) > options_.failure.max_lost_s) {
-    Restart("a gap in the images");
+    return "a gap in the IMU samples";
   }
+  if (ToSeconds(stamp_ns - *last_stamp_ns_) > options_.failure.max_lost_s) {
+    return "a gap in the images";
+  }
+  return {};
 }
 
 bool Estimator::RestsUntil(int64_t stamp_ns) const {
@@ -117,6 +146,7 @@ void Estimator::AppendImu(int64_t from_ns, int64_t to_ns, Preintegration* imu) c
 
 std::optional<OnlineState> Estimator::Initialize(int64_t stamp_ns) {
   const auto timed = clock_.Time("initialisation");
+  std::future<void> lines = StartLines(PredictedCameraRotation(stamp_ns), {}, {});
   source_->Detect();
   auto frame = NewFrame(stamp_ns);
   if (initializer_.size() > 0) {
@@ -124,7 +154,7 @@ std::optional<OnlineState> Estimator::Initialize(int64_t stamp_ns) {
         std::make_unique<Preintegration>(rig_.imu_noise, Vector3d::Zero(), Vector3d::Zero());
     AppendImu(*last_stamp_ns_, stamp_ns, frame->from_previous.get());
   }
-  if (lines_) TrackLines(PredictedCameraRotation(stamp_ns), {}, {}, frame.get());
+  TakeLines(std::move(lines), frame.get());
   initializer_.AddFrame(std::move(frame));
   if (!initializer_.Ready()) return std::nullopt;
   const InitializationResult result = initializer_.Try(start_pose_, &window_);
@@ -158,30 +188,24 @@ std::optional<OnlineState> Estimator::Estimate(int64_t stamp_ns) {
     window_.Predict(frame.get());
     source_->Remove(window_.Track(frame.get()));
   }
-  const bool is_keyframe = IsKeyframe(*frame);
-  OnlineState state;
-  if (is_keyframe) {
-    AddKeyframe(std::move(frame));
-    state = StateOf(window_.newest());
-  } else {
-    state = StateOf(*frame);
-    since_keyframe_ = std::move(frame->from_previous);
-    if (frame->stands_still && since_keyframe_->duration_s() > kStandstillStep_s) {
-      source_->Remove(window_.ExtendStandstill(since_keyframe_->samples()));
-      since_keyframe_.reset();
-    }
-  }
+  const OnlineState state = StateOf(*frame);
   gyro_bias_rad_s_ = state.gyro_bias_rad_s;
-  last_speed_m_s_ = state.velocity_world_m_s.norm();
-  if (const std::string failure = FindFailure(state, stamp_ns); !failure.empty()) {
-    Restart(failure);
-    return std::nullopt;
+  if (IsKeyframe(*frame) && FindImpossible(state, options_.failure).empty()) {
+    StartKeyframe(std::move(frame));
+    return policy_ == std::launch::async ? std::nullopt : FinishKeyframe();
   }
-  start_pose_ = state.T_world_imu;
-  return state;
+  since_keyframe_ = std::move(frame->from_previous);
+  if (frame->stands_still && since_keyframe_->duration_s() > kStandstillStep_s) {
+    source_->Remove(window_.ExtendStandstill(since_keyframe_->samples()));
+    since_keyframe_.reset();
+  }
+  return Judge(state, static_cast<int>(source_->observations().size()));
 }
 
-void Estimator::AddKeyframe(std::unique_ptr<FrameState> frame) {
+void Estimator::StartKeyframe(std::unique_ptr<FrameState> frame) {
+  std::future<void> lines = StartLines(CameraRotation(*frame, window_.newest(), rig_),
+                                       PredictLines(window_.state(), *frame, rig_),
+                                       AxesInCamera(window_.state(), *frame, rig_));
   {
     const auto timed = clock_.Time("point detection");
     source_->Detect();
@@ -189,23 +213,57 @@ void Estimator::AddKeyframe(std::unique_ptr<FrameState> frame) {
   frame->measurements.clear();
   TakeMeasurements(frame.get());
   source_->Remove(window_.RejectMisfits(frame.get()));
-  if (lines_) {
-    TrackLines(CameraRotation(*frame, window_.newest(), rig_),
-               PredictLines(window_.state(), *frame, rig_),
-               AxesInCamera(window_.state(), *frame, rig_), frame.get());
+  TakeLines(std::move(lines), frame.get());
+  StartedKeyframe& started = keyframe_.emplace();
+  for (const PointObservation& point : source_->observations()) {
+    started.point_ids.push_back(point.id);
   }
-  const auto timed = clock_.Time("window optimisation");
-  const FinishedIds finished = window_.AddKeyframe(std::move(frame));
+  started.optimized = std::async(policy_, [this, frame = std::move(frame)]() mutable {
+    const auto timed = clock_.Time("window optimisation");
+    return window_.AddKeyframe(std::move(frame));
+  });
+}
+
+std::optional<OnlineState> Estimator::FinishKeyframe() {
+  if (!keyframe_) return std::nullopt;
+  StartedKeyframe keyframe = std::move(*keyframe_);
+  keyframe_.reset();
+  const FinishedIds finished = keyframe.optimized.get();
   source_->Remove(finished.points);
   if (lines_) lines_->Remove(finished.lines);
   window_.Collect(segment_, &run_);
+  const auto in_sight = std::count_if(keyframe.point_ids.begin(), keyframe.point_ids.end(),
+                                      [&](int64_t id) { return !finished.points.contains(id); });
+  return Judge(StateOf(window_.newest()), static_cast<int>(in_sight));
 }
 
-void Estimator::TrackLines(const Quaterniond& R_now_previous,
-                           const std::vector<LinePrediction>& predictions,
-                           const std::vector<Vector3d>& axes_camera, FrameState* frame) {
-  const auto timed = clock_.Time("line tracking");
-  lines_->Track(R_now_previous, predictions, axes_camera);
+// The state, if it can be trusted; else the segment ends.
+std::optional<OnlineState> Estimator::Judge(const OnlineState& state, int points_in_sight) {
+  last_speed_m_s_ = state.velocity_world_m_s.norm();
+  if (const std::string failure = FindFailure(state, points_in_sight); !failure.empty()) {
+    Restart(failure);
+    return std::nullopt;
+  }
+  start_pose_ = state.T_world_imu;
+  return state;
+}
+
+// Tracks the lines beside the caller; invalid for methods on points alone.
+std::future<void> Estimator::StartLines(const Quaterniond& R_now_previous,
+                                        std::vector<LinePrediction> predictions,
+                                        std::vector<Vector3d> axes_camera) {
+  if (!lines_) return {};
+  return std::async(policy_, [this, R_now_previous, predictions = std::move(predictions),
+                              axes_camera = std::move(axes_camera)] {
+    const auto timed = clock_.Time("line tracking");
+    lines_->Track(R_now_previous, predictions, axes_camera);
+  });
+}
+
+// Once they are tracked.
+void Estimator::TakeLines(std::future<void> tracked, FrameState* frame) const {
+  if (!tracked.valid()) return;
+  tracked.get();
   for (const LineObservation& line : lines_->observations()) {
     StereoLineMeasurement& measurement = frame->lines[line.id];
     measurement.left = PlaneFromPixel(rig_.cameras[0], line.left_px);
@@ -240,27 +298,17 @@ bool Estimator::IsKeyframe(const FrameState& frame) const {
 }
 
 // Why the estimate cannot be trusted any longer; empty where it can.
-std::string Estimator::FindFailure(const OnlineState& state, int64_t stamp_ns) {
+std::string Estimator::FindFailure(const OnlineState& state, int points_in_sight) {
   const FailureOptions& limits = options_.failure;
-  const bool finite = state.T_world_imu.translation.allFinite() &&
-                      state.T_world_imu.rotation.coeffs().allFinite() &&
-                      state.velocity_world_m_s.allFinite() && state.gyro_bias_rad_s.allFinite() &&
-                      state.accel_bias_m_s2.allFinite();
-  if (!finite || !window_.last_solve_usable()) {
-    return "the optimisation diverged";
+  if (!window_.last_solve_usable()) return "the optimisation diverged";
+  if (std::string impossible = FindImpossible(state, limits); !impossible.empty()) {
+    return impossible;
   }
-  if (state.velocity_world_m_s.norm() > limits.max_speed_m_s) return "an impossible speed";
-  if (state.gyro_bias_rad_s.norm() > limits.max_gyro_bias_rad_s) {
-    return "an impossible gyroscope bias";
-  }
-  if (state.accel_bias_m_s2.norm() > limits.max_accel_bias_m_s2) {
-    return "an impossible accelerometer bias";
-  }
-  if (static_cast<int>(source_->observations().size()) >= limits.min_points) {
+  if (points_in_sight >= limits.min_points) {
     lost_since_ns_.reset();
   } else if (!lost_since_ns_) {
-    lost_since_ns_ = stamp_ns;
-  } else if (ToSeconds(stamp_ns - *lost_since_ns_) > limits.max_lost_s) {
+    lost_since_ns_ = state.stamp_ns;
+  } else if (ToSeconds(state.stamp_ns - *lost_since_ns_) > limits.max_lost_s) {
     return "no points to follow";
   }
   return {};

@@ -1,6 +1,7 @@
 // From tracked points and IMU samples to states, keyframes and landmarks.
 #pragma once
 
+#include <future>
 #include <memory>
 #include <optional>
 #include <string>
@@ -17,7 +18,8 @@
 
 namespace slcmap {
 
-// Where the estimator's points come from: a tracker on images, or a simulation.
+// Where the estimator's points come from: a tracker on images, or a simulation. With several
+// threads, Detect() runs beside LineSource::Track(); all else is called from one thread.
 class PointSource {
  public:
   virtual ~PointSource() = default;
@@ -43,34 +45,46 @@ class LineSource {
 
 class Estimator {
  public:
-  // The sources must outlive the estimator; lines may be null.
+  // The sources must outlive the estimator; lines may be null. With one thread everything is done
+  // one after the other. With more, lines are tracked beside the points, and the window is still
+  // optimised when AddImage() returns for a keyframe; the results are the same.
   Estimator(const OdometryOptions& options, const Rig& rectified_rig, PointSource* source,
-            LineSource* lines = nullptr);
+            LineSource* lines = nullptr, int threads = 1);
 
   // False where the sample is not finite or not later than the last one; it is then dropped.
   bool AddImu(const ImuSample& sample) { return imu_.Add(sample); }
   const ImuBuffer& imu() const { return imu_; }
 
-  // The left camera at a stamp from the left camera at the last image, by the gyroscope.
+  // The left camera at a stamp from the left camera at the last image, by the gyroscope. Does not
+  // wait for a keyframe's optimisation.
   Eigen::Quaterniond PredictedCameraRotation(int64_t stamp_ns) const;
 
   // Starts anew where the IMU or the images have a gap up to the stamp that cannot be bridged.
-  // Called before the points are tracked to it.
-  void CheckGaps(int64_t stamp_ns);
+  // Called before the points are tracked to it. Returns what FinishKeyframe() does, which it calls
+  // only where there is a gap.
+  std::optional<OnlineState> CheckGaps(int64_t stamp_ns);
+
+  // Takes the source's observations as those of an image. stamp_ns is on the IMU's clock, and its
+  // samples have arrived. Returns the state once initialised; with several threads, that of a
+  // keyframe comes from FinishKeyframe().
+  std::optional<OnlineState> AddImage(int64_t stamp_ns);
+
+  // Waits until the last keyframe's optimisation is done, where it still runs, and draws its
+  // conclusions: the sources forget what did not fit, and a failure starts a new segment. Returns
+  // the keyframe's state, if there is one that was not returned yet. Throws what the optimisation
+  // threw. With several threads it is called before AddImage(), RestsUntil(), Describe() and
+  // window(), and after the points are tracked to the next image: those that it removes were
+  // tracked in vain, but changed nothing for the others.
+  std::optional<OnlineState> FinishKeyframe();
 
   // Whether the IMU and the last state say that the rig rests from the last image to the stamp.
   bool RestsUntil(int64_t stamp_ns) const;
-
-  // Takes the source's observations as those of an image. stamp_ns is on the IMU's clock, and its
-  // samples have arrived. Returns the state once initialised.
-  std::optional<OnlineState> AddImage(int64_t stamp_ns);
 
   // What was estimated so far; `run` holds all but states and timings.
   void Describe(OdometryRun* run) const;
   const SlidingWindow& window() const { return window_; }
   SlidingWindow* mutable_window() { return &window_; }
   StageClock* clock() { return &clock_; }
-  const StageClock& clock() const { return clock_; }
 
  private:
   std::unique_ptr<FrameState> NewFrame(int64_t stamp_ns);
@@ -78,18 +92,28 @@ class Estimator {
   void AppendImu(int64_t from_ns, int64_t to_ns, Preintegration* imu) const;
   std::optional<OnlineState> Initialize(int64_t stamp_ns);
   std::optional<OnlineState> Estimate(int64_t stamp_ns);
-  void AddKeyframe(std::unique_ptr<FrameState> frame);
-  void TrackLines(const Eigen::Quaterniond& R_now_previous,
-                  const std::vector<LinePrediction>& predictions,
-                  const std::vector<Eigen::Vector3d>& axes_camera, FrameState* frame);
+  void StartKeyframe(std::unique_ptr<FrameState> frame);
+  std::future<void> StartLines(const Eigen::Quaterniond& R_now_previous,
+                               std::vector<LinePrediction> predictions,
+                               std::vector<Eigen::Vector3d> axes_camera);
+  void TakeLines(std::future<void> tracked, FrameState* frame) const;
+  std::optional<OnlineState> Judge(const OnlineState& state, int points_in_sight);
   bool StandsStill(const FrameState& frame) const;
   bool IsKeyframe(const FrameState& frame) const;
-  std::string FindFailure(const OnlineState& state, int64_t stamp_ns);
+  std::string FindGap(int64_t stamp_ns) const;
+  std::string FindFailure(const OnlineState& state, int points_in_sight);
   void Restart(const std::string& reason);
   OnlineState StateOf(const FrameState& frame) const;
 
+  // A keyframe whose optimisation was started.
+  struct StartedKeyframe {
+    std::vector<int64_t> point_ids;  // in sight
+    std::future<FinishedIds> optimized;
+  };
+
   OdometryOptions options_;
   Rig rig_;
+  std::launch policy_;
   PointSource* source_;
   LineSource* lines_;
   ImuBuffer imu_;
@@ -98,13 +122,15 @@ class Estimator {
   StageClock clock_;
 
   std::unique_ptr<Preintegration> since_keyframe_;  // up to the last image that was no keyframe
+  // At the last image; of a keyframe, as it was before its optimisation.
   Eigen::Vector3d gyro_bias_rad_s_ = Eigen::Vector3d::Zero();
   std::optional<int64_t> last_stamp_ns_, lost_since_ns_, last_report_ns_;
   std::optional<RigidTransform> start_pose_;  // where a new segment starts
   double last_speed_m_s_ = 0;
   int64_t next_frame_id_ = 0;
   int segment_ = 0;
-  OdometryRun run_;  // what has left the window
+  OdometryRun run_;                          // what has left the window
+  std::optional<StartedKeyframe> keyframe_;  // last: its end is waited for before all else goes
 };
 
 }  // namespace slcmap

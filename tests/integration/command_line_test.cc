@@ -160,16 +160,29 @@ TEST_F(StillRig, RunsThroughAllStages) {
   EXPECT_THAT(result.output, AllOf(HasSubstr("cost "), HasSubstr("out/export/scene.glb")));
 }
 
+TEST_F(StillRig, PlaysAtItsOwnPaceAndReportsWhatItSkipped) {
+  Write(30);
+  const ProcessResult result = RunSlcmap(Command() + " --realtime");
+  EXPECT_EQ(result.exit_code, 0) << result.error;
+  EXPECT_THAT(result.error, AllOf(HasSubstr("real time: skipped "), HasSubstr(" images (")));
+  EXPECT_THAT(Summary(), HasSubstr("\"complete\": true"));
+  EXPECT_THAT(testing::ReadText(folder_.Path("run/timings.json")), HasSubstr("skipped_images"));
+}
+
 TEST_F(StillRig, CtrlCLeavesTheResultsSoFar) {
   Write(2000);
-  const ProcessResult result = RunShell(
-      "\\$SLCMAP " + Command() + " & pid=\\$!; for i in {1..100}; do sleep 0.1; [ \\$(cat " +
-      folder_.Path("run/trajectory.tum") +
-      " 2>/dev/null | wc -l) -gt 10 ] && break; done; kill -TERM \\$pid; wait \\$pid");
-  EXPECT_EQ(result.exit_code, 130) << result.error;
-  EXPECT_GT(Rows(), 9);
-  EXPECT_LT(Rows(), 1990);
-  EXPECT_THAT(Summary(), AllOf(HasSubstr("\"complete\": false"), HasSubstr("interrupted")));
+  for (const char* pace : {"", " --realtime"}) {
+    std::filesystem::remove_all(folder_.Path("run"));
+    const ProcessResult result =
+        RunShell("\\$SLCMAP " + Command() + pace +
+                 " & pid=\\$!; for i in {1..100}; do sleep 0.1; [ \\$(cat " +
+                 folder_.Path("run/trajectory.tum") +
+                 " 2>/dev/null | wc -l) -gt 10 ] && break; done; kill -TERM \\$pid; wait \\$pid");
+    EXPECT_EQ(result.exit_code, 130) << result.error;
+    EXPECT_GT(Rows(), 9);
+    EXPECT_LT(Rows(), 1990);
+    EXPECT_THAT(Summary(), AllOf(HasSubstr("\"complete\": false"), HasSubstr("interrupted")));
+  }
 }
 
 TEST_F(StillRig, ADiskThatFillsUpHalfWayLeavesTheResultsSoFar) {

@@ -3,15 +3,20 @@
 
 #include <gtest/gtest.h>
 
+#include <filesystem>
 #include <functional>
+#include <map>
 #include <memory>
+#include <stdexcept>
 
 #include "data/sequence.h"
 #include "data/simulator/example.h"
 #include "data/simulator/imu_simulator.h"
 #include "data/stereo_reader.h"
+#include "odometry/run_folder.h"
 #include "tests/testing/box_room_renderer.h"
 #include "tests/testing/shared_data.h"
+#include "tests/testing/temp_folder.h"
 
 namespace slcmap {
 namespace {
@@ -42,14 +47,14 @@ struct Recording {
 };
 
 // At rest, then flying through a bare room; without any noise, so that images at rest are the same.
-Recording MakeRecording() {
+Recording MakeRecording(double panel_m = 0) {
   RenderTask task{SmallRig(), ExampleFlight(SmallRig(), kDuration_s, kRest_s), {}};
   for (double t_s = 0.1; t_s < kDuration_s - 0.1; t_s += 1 / kRate_hz) task.times_s.push_back(t_s);
   Recording recording;
   recording.rig = task.rig;
   recording.options.points.min_distance_px = 10;
   recording.options.keyframes.min_parallax_px = 6;
-  BoxRoomRenderer renderer(task, 2.5);
+  BoxRoomRenderer renderer(task, 2.5, panel_m);
   for (size_t i = 0; i < task.times_s.size(); ++i) {
     const RenderedPair pair = renderer.Render(static_cast<int>(i), false);
     recording.images.push_back({ToNanoseconds(task.times_s[i]), pair.left, pair.right});
@@ -70,8 +75,8 @@ struct Result {
   }
 };
 
-Result Play(const Recording& recording, const std::vector<StereoImage>& images) {
-  Odometry odometry(recording.rig, recording.options);
+Result Play(const Recording& recording, const std::vector<StereoImage>& images, int threads = 1) {
+  Odometry odometry(recording.rig, recording.options, threads);
   Result result;
   size_t next = 0;
   for (const StereoImage& image : images) {
@@ -81,6 +86,7 @@ Result Play(const Recording& recording, const std::vector<StereoImage>& images) 
     }
     for (const OnlineState& state : odometry.AddStereo(image)) result.states.push_back(state);
   }
+  for (const OnlineState& state : odometry.Finish()) result.states.push_back(state);
   result.run = odometry.Run();
   return result;
 }
@@ -149,6 +155,130 @@ TEST_F(OdometryOnImages, ARightCameraThatHangsIsDoneWithout) {
   EXPECT_EQ(result.Count(kLeftHangs), 0);
   EXPECT_EQ(result.states.back().segment, 0);
   EXPECT_LT(LargestError_m(*recording_, result), 0.05);
+}
+
+// The run folder, but for the timings.
+std::map<std::string, std::string> FilesOf(const OdometryRun& run) {
+  const testing::TempFolder folder;
+  WriteRunFolder(folder.Path("run"), run);
+  std::map<std::string, std::string> files;
+  for (const auto& file : std::filesystem::directory_iterator(folder.Path("run"))) {
+    const std::string name = file.path().filename().string();
+    if (name != "timings.json") files[name] = testing::ReadText(file.path().string());
+  }
+  return files;
+}
+
+void ExpectSame(const Result& a, const Result& b) {
+  const auto files_a = FilesOf(a.run), files_b = FilesOf(b.run);
+  ASSERT_EQ(files_a.size(), files_b.size());
+  for (const auto& [name, bytes] : files_a) EXPECT_TRUE(bytes == files_b.at(name)) << name;
+  ASSERT_EQ(a.states.size(), b.states.size());
+  for (size_t i = 0; i < a.states.size(); ++i) {
+    EXPECT_EQ(a.states[i].stamp_ns, b.states[i].stamp_ns);
+    EXPECT_EQ(a.states[i].T_world_imu.translation, b.states[i].T_world_imu.translation);
+  }
+}
+
+// A room whose walls have edges, and lines that are told although the images are small.
+Recording MakeRecordingWithLines() {
+  Recording recording = MakeRecording(2.0);
+  recording.options.method = Method::kSlc;
+  recording.options.lines.detector.min_length_px = 20;
+  recording.options.line_landmarks.max_sigma_m = 0.1;
+  return recording;
+}
+
+class ThreadsChangeNothing : public ::testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    recording_ = std::make_unique<Recording>(MakeRecordingWithLines());
+  }
+  static void TearDownTestSuite() { recording_.reset(); }
+
+  // Gives the result.
+  static Result PlayWithOneAndTwo(const Recording& recording,
+                                  const std::vector<StereoImage>& images) {
+    Result one = Play(recording, images, 1);
+    EXPECT_FALSE(one.states.empty());
+    EXPECT_EQ(one.states.size(), one.run.states.size());
+    ExpectSame(one, Play(recording, images, 2));
+    return one;
+  }
+
+  static inline std::unique_ptr<Recording> recording_;
+};
+
+TEST_F(ThreadsChangeNothing, WithLines) {
+  const Result result = PlayWithOneAndTwo(*recording_, recording_->images);
+  EXPECT_GT(result.run.keyframes.size(), 10u);
+  EXPECT_GT(result.run.lines.size(), 3u);
+}
+
+TEST_F(ThreadsChangeNothing, WithPointsOfOneCameraAlone) {
+  Recording recording = *recording_;
+  recording.options.method = Method::kPointsMono;
+  EXPECT_GT(PlayWithOneAndTwo(recording, recording.images).run.keyframes.size(), 10u);
+}
+
+TEST_F(ThreadsChangeNothing, WhereCamerasHang) {
+  const auto left = Hanging(recording_->images, 2.5, 3.0, true, true);
+  const Result result = PlayWithOneAndTwo(*recording_, Hanging(left, 3.5, 4.5, false, true));
+  EXPECT_EQ(result.Count(kLeftHangs), 10);
+  EXPECT_GE(result.Count(kRightHangs), 1);
+}
+
+TEST_F(ThreadsChangeNothing, WhereTheImuFallsSilent) {
+  Recording recording = *recording_;
+  std::erase_if(recording.imu, [](const ImuSample& sample) {
+    const double t_s = ToSeconds(sample.stamp_ns);
+    return t_s > 2.5 && t_s < 3.5;
+  });
+  EXPECT_EQ(PlayWithOneAndTwo(recording, recording.images).run.states.back().segment, 1);
+}
+
+TEST_F(ThreadsChangeNothing, WhereTheEstimateFails) {
+  Recording recording = *recording_;
+  recording.options.failure.max_speed_m_s = 0.5;
+  const Result result = PlayWithOneAndTwo(recording, recording.images);
+  EXPECT_GE(result.Count("segments ended by an impossible speed"), 1);
+}
+
+TEST_F(OdometryOnImages, WhatADecoderThrowsComesOutOfAddStereo) {
+  Recording recording = *recording_;
+  recording.options.method = Method::kSlc;
+  for (const int threads : {1, 2}) {
+    Odometry odometry(recording.rig, recording.options, threads);
+    for (const ImuSample& sample : recording.imu) odometry.AddImu(sample);
+    const auto play = [&] {
+      for (size_t i = 0; i < recording.images.size(); ++i) {
+        StereoImage image = recording.images[i];
+        image.right.release();
+        odometry.AddStereo(image, [&, i]() -> cv::Mat {
+          if (i >= 60) throw std::runtime_error("spoilt");
+          return recording.images[i].right;
+        });
+      }
+    };
+    EXPECT_EQ(testing::MessageOf<std::runtime_error>(play), "spoilt");
+    EXPECT_GT(odometry.Run().states.size(), 20u);
+  }
+}
+
+TEST_F(OdometryOnImages, TheStateOfAKeyframeComesWithTheNextImageOrWhenAskedFor) {
+  Odometry odometry(recording_->rig, recording_->options, 2);
+  for (const ImuSample& sample : recording_->imu) odometry.AddImu(sample);
+  size_t late = 0;
+  bool started = false;
+  for (const StereoImage& image : recording_->images) {
+    const auto at_once = odometry.AddStereo(image), waited_for = odometry.Finish();
+    started = started || !at_once.empty();
+    EXPECT_EQ(at_once.size() + waited_for.size(), started ? 1u : 0u);
+    for (const OnlineState& state : waited_for) EXPECT_EQ(state.stamp_ns, image.stamp_ns);
+    late += waited_for.size();
+  }
+  EXPECT_GT(late, 5u);
+  EXPECT_TRUE(odometry.Finish().empty());
 }
 
 TEST_F(OdometryOnImages, OnlySoManyImagesWaitForTheirImuSamples) {

@@ -33,19 +33,10 @@ double ValueNoise(const Eigen::Vector3d& p) {
   return sum;
 }
 
-// Grey value of a wall point; details finer than two pixels fade out.
-uchar Grey(const Eigen::Vector3d& p_world, double pixel_m) {
-  double value = 0.5;
-  for (const double cell_m : {0.8, 0.3, 0.12, 0.05, 0.02}) {
-    const double visible = std::clamp(cell_m / pixel_m / 2 - 1, 0.0, 1.0);
-    if (visible > 0) value += 0.45 * visible * (ValueNoise(p_world / cell_m) - 0.5);
-  }
-  return static_cast<uchar>(std::lround(255 * std::clamp(value, 0.0, 1.0)));
-}
-
 }  // namespace
 
-BoxRoomRenderer::BoxRoomRenderer(const RenderTask& task, double wall_distance_m) : task_(task) {
+BoxRoomRenderer::BoxRoomRenderer(const RenderTask& task, double wall_distance_m, double panel_m)
+    : task_(task), panel_m_(panel_m) {
   for (double t_s = 0; t_s <= task.motion.Duration(); t_s += 0.05) {
     room_.extend(task.motion.PoseAt(t_s).translation);
   }
@@ -67,6 +58,20 @@ RenderedPair BoxRoomRenderer::Render(int frame, bool with_depth) {
   Paint(0, frame, &pair.left, with_depth ? &pair.depth_m : nullptr);
   Paint(1, frame, &pair.right, nullptr);
   return pair;
+}
+
+// Of a wall point; details finer than two pixels fade out.
+uchar BoxRoomRenderer::Grey(const Eigen::Vector3d& p_world, double pixel_m) const {
+  double value = 0.5;
+  for (const double cell_m : {0.8, 0.3, 0.12, 0.05, 0.02}) {
+    const double visible = std::clamp(cell_m / pixel_m / 2 - 1, 0.0, 1.0);
+    if (visible > 0) value += 0.45 * visible * (ValueNoise(p_world / cell_m) - 0.5);
+  }
+  if (panel_m_ > 0) {
+    const Eigen::Array3d panel = (p_world.array() / panel_m_).floor();
+    if (std::lround(panel.sum()) % 2 != 0) value *= 0.4;
+  }
+  return static_cast<uchar>(std::lround(255 * std::clamp(value, 0.0, 1.0)));
 }
 
 void BoxRoomRenderer::Paint(int camera, int frame, cv::Mat* image, cv::Mat* depth_m) const {

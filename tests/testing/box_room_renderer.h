@@ -10,16 +10,19 @@ namespace slcmap {
 
 class BoxRoomRenderer : public PairRenderer {
  public:
-  // The walls are wall_distance_m from the motion's outermost positions.
-  BoxRoomRenderer(const RenderTask& task, double wall_distance_m);
+  // The walls are wall_distance_m from the motion's outermost positions. With a panel_m, panels of
+  // this size are in turn bright and dark, which gives straight edges along the walls.
+  BoxRoomRenderer(const RenderTask& task, double wall_distance_m, double panel_m = 0);
 
   RenderedPair Render(int frame, bool with_depth) override;
   void WriteTruth(const std::string& folder, int frames) override;
 
  private:
+  uchar Grey(const Eigen::Vector3d& p_world, double pixel_m) const;
   void Paint(int camera, int frame, cv::Mat* image, cv::Mat* depth_m) const;
 
   RenderTask task_;
+  double panel_m_;
   Eigen::AlignedBox3d room_;
   std::vector<std::vector<Eigen::Vector3f>> rays_camera_;  // of each pixel's centre, by camera
 };
