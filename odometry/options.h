@@ -186,10 +186,10 @@ struct PointsOnLinesOptions {
 
 // Lines as landmarks of the window.
 struct LineLandmarkOptions {
-  double sigma_px = 0.3;           // of a segment's end, across the line
+  double sigma_px = 0.2;           // of a segment's end, across the line
   double loss_sigma = 1.5;         // where the robust loss turns
-  double max_chi2 = 8.0;           // of one camera's sight (2 rows) that is kept
-  double max_new_chi2 = 25.0;      // the same when a line is first estimated
+  double max_chi2 = 16.0;          // of one camera's sight (2 rows) that is kept
+  double max_new_chi2 = 56.0;      // the same when a line is first estimated
   bool anchor_at_origin = false;   // as in the paper; else where the line was first seen from
   int min_sights = 2;              // keyframes that saw a line before it is estimated
   int min_general_sights = 4;      // the same for a line of no axis
@@ -200,9 +200,9 @@ struct LineLandmarkOptions {
   // agree.
   double max_member_sigma_m = 0.015;
   // Of the lines that the run tells: how well they must be known, and be seen.
-  double max_sigma_m = 0.01;  // of the line's middle, across it
-  int min_observations = 4;   // keyframes that saw it
-  int max_unseen = 20;        // lines that are kept though the window sees them no longer
+  double max_sigma_m = 0.007;  // of the line's middle, across it
+  int min_observations = 4;    // keyframes that saw it
+  int max_unseen = 20;         // lines that are kept though the window sees them no longer
   void Check() const;
   void Read(YamlSection section);
 };
