@@ -61,4 +61,12 @@ void AdoptMembers(const LineLandmarkOptions& options, const CostModel& model,
   }
 }
 
+void ForgetMembers(const std::unordered_set<int64_t>& point_ids, PointsOnLines* memberships,
+                   WindowState* window) {
+  for (const int64_t id : point_ids) memberships->ReleasePoint(id);
+  for (auto& [line_id, line] : window->lines) {
+    std::erase_if(line.points, [&](int64_t id) { return point_ids.contains(id); });
+  }
+}
+
 }  // namespace slcmap

@@ -1,6 +1,8 @@
 // Whether points that follow a line in the images lie on it in space.
 #pragma once
 
+#include <unordered_set>
+
 #include "odometry/options.h"
 #include "odometry/structure/points_on_lines.h"
 #include "odometry/window/problem_builder.h"
@@ -25,5 +27,9 @@ Membership JudgeMembership(const LineLandmarkOptions& options, const PointLandma
 // window those stay that the line had.
 void AdoptMembers(const LineLandmarkOptions& options, const CostModel& model,
                   PointsOnLines* memberships, WindowState* window);
+
+// Takes points that turned out to be no landmarks from all lines.
+void ForgetMembers(const std::unordered_set<int64_t>& point_ids, PointsOnLines* memberships,
+                   WindowState* window);
 
 }  // namespace slcmap

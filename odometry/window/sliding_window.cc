@@ -146,6 +146,7 @@ FinishedIds SlidingWindow::AddKeyframe(std::unique_ptr<FrameState> frame) {
   iterations_ += Optimize(options_.max_iterations).iterations;
   FinishedIds finished;
   finished.points = RejectPointOutliers(options_.max_point_chi2, model_, &state_);
+  structure_.ForgetPoints(finished.points, &state_);
   finished.lines = structure_.Judge(model_, *newest, &state_);
   while (static_cast<int>(state_.frames.size()) > options_.max_keyframes) {
     MarginalizeOldest(&finished);
@@ -167,7 +168,10 @@ std::unordered_set<int64_t> SlidingWindow::ExtendStandstill(const std::vector<Im
     }
   }
   Optimize(options_.max_iterations);
-  return RejectPointOutliers(options_.max_point_chi2, model_, &state_);
+  std::unordered_set<int64_t> outliers =
+      RejectPointOutliers(options_.max_point_chi2, model_, &state_);
+  structure_.ForgetPoints(outliers, &state_);
+  return outliers;
 }
 
 void SlidingWindow::RepropagateMovedBiases() {
@@ -213,6 +217,7 @@ void SlidingWindow::ReleaseFromOldest(PointLandmark* landmark, std::vector<Term>
     std::erase(landmark->frames, oldest);
   } else if (!Rehost(model_.geometry, landmark)) {
     finished->insert(landmark->id);
+    structure_.ForgetPoints({landmark->id}, &state_);
   }
 }
 

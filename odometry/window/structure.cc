@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "odometry/geometry/pinhole.h"
-#include "odometry/window/line_members.h"
 
 namespace slcmap {
 namespace {

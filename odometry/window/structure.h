@@ -10,6 +10,7 @@
 #include "odometry/structure/manhattan_detector.h"
 #include "odometry/structure/points_on_lines.h"
 #include "odometry/window/line_landmarks.h"
+#include "odometry/window/line_members.h"
 
 namespace slcmap {
 
@@ -26,6 +27,11 @@ class Structure {
   // that are no longer known.
   std::unordered_set<int64_t> Judge(const CostModel& model, const FrameState& newest,
                                     WindowState* window);
+
+  // Points that turned out to be no landmarks.
+  void ForgetPoints(const std::unordered_set<int64_t>& ids, WindowState* window) {
+    ForgetMembers(ids, &memberships_, window);
+  }
 
   // Before the oldest frame is marginalised: adds what it says of lines to the terms, and the
   // blocks of lines that are to be forgotten to the dropped ones. Returns the ids of these lines,

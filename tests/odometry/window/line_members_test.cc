@@ -146,7 +146,7 @@ TEST_F(LineMembersTest, WhereANearerEdgeCrossesTheLineIsNoPointOfIt) {
   EXPECT_EQ(Judge(), Membership::kRefuted);
 }
 
-TEST_F(LineMembersTest, LinesTakeWhatHoldsAndKeepWhatHasLeft) {
+TEST_F(LineMembersTest, LinesTakeWhatHoldsAndKeepWhatHasLeftButNotWhatIsForgotten) {
   Look(4, Fixed(At(0)));
   PointLandmark beside = point_;
   beside.id = 4;
@@ -171,6 +171,10 @@ TEST_F(LineMembersTest, LinesTakeWhatHoldsAndKeepWhatHasLeft) {
   window_.landmarks.clear();
   AdoptMembers({}, model_, &memberships, &window_);
   EXPECT_EQ(members, std::vector<int64_t>{kPoint});
+  ForgetMembers({kPoint}, &memberships, &window_);
+  EXPECT_TRUE(members.empty());
+  AdoptMembers({}, model_, &memberships, &window_);
+  EXPECT_TRUE(members.empty());
 }
 
 }  // namespace
