@@ -15,8 +15,8 @@ void AddOdometryCommand(CLI::App& app) {
   command->footer(
       "Examples:\n  slcmap odometry MH_01_easy -o run\n"
       "  slcmap odometry dataset-room1_512_16 -o run --method points --config tuning.yaml\n\n"
-      "Writes trajectory.tum (pose of the IMU body, a row an image), points.ply, timings.json and\n"
-      "what map reads. Ctrl-C ends with the results so far.");
+      "Writes trajectory.tum (pose of the IMU body, a row an image), points.ply, lines.ply,\n"
+      "timings.json and what map reads. Ctrl-C ends with the results so far.");
   command->callback([arguments] { RunOdometryStage(*arguments); });
 }
 

@@ -16,9 +16,11 @@ void AddOdometryOptions(CLI::App& command, OdometryArguments* arguments) {
                      "Kalibr camera chain, or a folder with sensor.yaml files (default: the "
                      "sequence's own)");
   command
-      .add_option("--threads", arguments->threads,
-                  "Threads beside the one that reads: 1 does everything one after the other; with "
-                  "2, points and lines, and window and next image go side by side. Same results")
+      .add_option(
+          "--threads", arguments->threads,
+          "Threads, beside the one that reads ahead: 1 does everything one after the other; "
+          "with 2, points and lines, and window and next image go side by side; more are "
+          "not used. Same results with any")
       ->capture_default_str();
   command.add_flag(
       "--realtime", arguments->real_time,

@@ -67,7 +67,8 @@ class Feeder {
     while (!complete_ && !Interrupted()) {
       const std::optional<ReadPair> image = NextImage();
       complete_ = !image;
-      if (complete_) break;
+      // Ctrl-C ends a wait early: the image is not due.
+      if (complete_ || (pace_ && Interrupted())) break;
       FeedImuUntil(image->stamp_ns);
       Take(odometry_.AddStereo(*image, image->decode_right));
       if (pace_ && !pace_->IsDue()) Take(odometry_.Finish());
@@ -95,6 +96,16 @@ class Feeder {
     if (pace_) run.timings.real_time = pace_->Report();
     run.timings.stages.insert(run.timings.stages.begin(), {"wait for images", wait_s_, frames_});
     return run;
+  }
+
+  // The same after an error, whatever else a thread has still to throw.
+  OdometryRun RunAfter(const std::exception& error) {
+    try {
+      odometry_.Finish();
+    } catch (const std::exception& later) {
+      spdlog::debug("after that: {}", later.what());
+    }
+    return Run(error.what());
   }
 
   double path_length_m() const { return path_.length_m(); }
@@ -227,7 +238,7 @@ OdometryRun RunOdometryStage(const OdometryArguments& arguments) {
   try {
     feeder.FeedAll();
   } catch (const std::exception& error) {
-    WriteRunFolder(arguments.run, feeder.Run(error.what()));
+    WriteRunFolder(arguments.run, feeder.RunAfter(error));
     throw;
   }
   const OdometryRun run = feeder.Run("interrupted");

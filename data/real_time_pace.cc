@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <thread>
 #include <utility>
 
@@ -15,11 +16,12 @@ int64_t SteadyNow_ns() {
   return std::chrono::duration_cast<std::chrono::nanoseconds>(now).count();
 }
 
-// The value at this share of the way from the smallest to the largest; 0 where there are none.
+// The smallest value that this share of all does not exceed; 0 where there are none.
 double Quantile_s(std::vector<int64_t> values_ns, double share) {
   if (values_ns.empty()) return 0;
-  const auto index = static_cast<size_t>(share * static_cast<double>(values_ns.size() - 1));
-  const auto at = values_ns.begin() + static_cast<std::ptrdiff_t>(index);
+  const double rank = std::ceil(share * static_cast<double>(values_ns.size()));
+  const auto at =
+      values_ns.begin() + std::max<std::ptrdiff_t>(static_cast<std::ptrdiff_t>(rank), 1) - 1;
   std::nth_element(values_ns.begin(), at, values_ns.end());
   return 1e-9 * static_cast<double>(*at);
 }

@@ -31,10 +31,11 @@ class StereoReader {
   // The next pair that can be read, in the order of the stamps; nothing at the end. Pairs with an
   // image that is missing, truncated, undecodable or of another size than calibrated are left out
   // and counted; of a right PNG, only its header is decoded to tell. Pairs with stamps before
-  // from_ns are passed over, without decoding those that were not read ahead yet.
+  // from_ns are passed over, without decoding (nor counting) those that were not read ahead yet.
   std::optional<ReadPair> Next(int64_t from_ns = std::numeric_limits<int64_t>::min());
 
-  // What was left out before the pair given last; the same whatever the threads' timing.
+  // What was left out before the pair given last; where none were passed over, the same whatever
+  // the threads' timing.
   const Warnings& warnings() const;
 
  private:

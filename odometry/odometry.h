@@ -37,7 +37,8 @@ class Odometry {
   // and empty left images are counted and dropped. Throws what a thread threw.
   //
   // The right image is looked at on keyframes only. To save the decoding of the others, leave it
-  // empty and let decode_right give it (within this call, but perhaps in another thread).
+  // empty and let decode_right give it: in this or a later call, perhaps in another thread, so it
+  // has to own what it needs.
   std::vector<OnlineState> AddStereo(const StereoImage& image,
                                      std::function<cv::Mat()> decode_right = nullptr);
 

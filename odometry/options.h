@@ -24,8 +24,8 @@ struct RectifierOptions {
 };
 
 struct PointTrackerOptions {
-  int max_points = 120;
-  double min_distance_px = 20;
+  int max_points = 160;
+  double min_distance_px = 16;
   int pyramid_levels = 4;
   int patch_px = 13;
   double min_correlation = 0.8;    // normalised, with the image where the point was detected

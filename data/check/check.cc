@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <map>
 
+#include "data/calibration.h"
 #include "data/error.h"
 
 namespace slcmap {
@@ -107,6 +108,9 @@ void CheckWarnings(const Warnings& warnings, CheckReport* report) {
 }
 
 void CheckStamps(const Sequence& sequence, CheckReport* report) {
+  if (!IsStereo(sequence.rig)) {
+    report->Warn("one-camera", "no right camera", "run odometry with --method points-mono");
+  }
   CheckImageStamps(sequence.images, report);
   CheckImuRate(sequence, report);
   CheckImuCover(sequence, report);

@@ -154,10 +154,9 @@ std::vector<LineSegment> DetectRawSegments(const cv::Mat& image, const LineDetec
   if (options.scale < 1) {
     cv::resize(image, small, cv::Size(), options.scale, options.scale, cv::INTER_AREA);
   }
-  const Eigen::Array2d factor(static_cast<double>(image.cols) / small.cols,
-                              static_cast<double>(image.rows) / small.rows);
-  const auto in_whole = [&factor](double x, double y) -> Eigen::Vector2d {
-    return (Eigen::Array2d(x, y) + 0.5) * factor - 0.5;
+  // By the scale, not by the sizes, which are rounded: cv::resize() does so too.
+  const auto in_whole = [&options](double x, double y) -> Eigen::Vector2d {
+    return (Eigen::Array2d(x, y) + 0.5) / options.scale - 0.5;
   };
   std::vector<LineSegment> segments;
   for (const auto& l : RunDetector(small, options.kind, min_length_px * options.scale)) {

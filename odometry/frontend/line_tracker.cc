@@ -68,12 +68,10 @@ class LineTracker::Impl {
     left_ = left.clone();
     right_ = right;
     observations_.clear();
-    detected_.clear();
     Expect(R_now_previous.toRotationMatrix(), predictions);
     FollowPredicted(predictions);
     if (Room() > kMinRoom * options_.max_lines) {
-      detected_ = DetectSegments(left_, masks_[0], options_.detector);
-      std::vector<LineSegment> segments = detected_;
+      std::vector<LineSegment> segments = DetectSegments(left_, masks_[0], options_.detector);
       std::erase_if(segments, [&](const LineSegment& s) { return IsObserved(s); });
       FindLost(&segments);
       AddNew(axes_camera, segments);
@@ -95,11 +93,9 @@ class LineTracker::Impl {
   void Reset() {
     known_.clear();
     observations_.clear();
-    detected_.clear();
   }
 
   const std::vector<LineObservation>& observations() const { return observations_; }
-  const std::vector<LineSegment>& detected() const { return detected_; }
 
  private:
   int Room() const { return options_.max_lines - static_cast<int>(observations_.size()); }
@@ -285,7 +281,6 @@ class LineTracker::Impl {
   cv::Mat left_, right_, previous_left_;
   std::map<int64_t, KnownLine> known_;
   std::vector<LineObservation> observations_;
-  std::vector<LineSegment> detected_;
   int64_t next_id_ = 0;
 };
 
@@ -307,6 +302,5 @@ void LineTracker::Reset() { impl_->Reset(); }
 const std::vector<LineObservation>& LineTracker::observations() const {
   return impl_->observations();
 }
-const std::vector<LineSegment>& LineTracker::detected() const { return impl_->detected(); }
 
 }  // namespace slcmap

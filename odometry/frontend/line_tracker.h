@@ -42,10 +42,6 @@ class LineTracker {
   // bright side is on its left.
   const std::vector<LineObservation>& observations() const;
 
-  // All edges that were detected in the left image last given, as DetectSegments tells them; empty
-  // where so many lines were followed that none were looked for.
-  const std::vector<LineSegment>& detected() const;
-
  private:
   class Impl;
   std::unique_ptr<Impl> impl_;

@@ -167,6 +167,7 @@ std::optional<OnlineState> Estimator::Initialize(int64_t stamp_ns) {
     return std::nullopt;
   }
   spdlog::info("segment {} {}", segment_, result.report);
+  source_->Remove(result.finished.points);
   if (lines_) lines_->Remove(result.finished.lines);
   gyro_bias_rad_s_ = window_.newest().gyro_bias();
   last_speed_m_s_ = window_.newest().velocity().norm();
@@ -214,7 +215,7 @@ void Estimator::StartKeyframe(std::unique_ptr<FrameState> frame) {
   TakeMeasurements(frame.get());
   source_->Remove(window_.RejectMisfits(frame.get()));
   TakeLines(std::move(lines), frame.get());
-  StartedKeyframe& started = keyframe_.emplace();
+  StartedKeyframe started;
   for (const PointObservation& point : source_->observations()) {
     started.point_ids.push_back(point.id);
   }
@@ -222,6 +223,7 @@ void Estimator::StartKeyframe(std::unique_ptr<FrameState> frame) {
     const auto timed = clock_.Time("window optimisation");
     return window_.AddKeyframe(std::move(frame));
   });
+  keyframe_ = std::move(started);  // last: the system may refuse a thread
 }
 
 std::optional<OnlineState> Estimator::FinishKeyframe() {

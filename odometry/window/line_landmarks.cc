@@ -114,7 +114,7 @@ bool IsSameEdge(const LineLandmark& a, const LineLandmark& b, double max_distanc
   return from_m < a.extent.to_m() && to_m > a.extent.from_m();
 }
 
-// The older line takes over the sights of frames in which it was not seen itself.
+// The older line takes over the sights of frames in which it was not seen itself, and the points.
 void TakeOver(LineLandmark* older, LineLandmark* newer) {
   for (FrameState* frame : newer->frames) {
     if (!frame->lines.try_emplace(older->id, frame->lines.at(newer->id)).second) continue;
@@ -122,6 +122,11 @@ void TakeOver(LineLandmark* older, LineLandmark* newer) {
   }
   std::sort(older->frames.begin(), older->frames.end(),
             [](const FrameState* a, const FrameState* b) { return a->id < b->id; });
+  for (const int64_t id : newer->points) {
+    if (std::find(older->points.begin(), older->points.end(), id) == older->points.end()) {
+      older->points.push_back(id);
+    }
+  }
   older->last_seen_frame = std::max(older->last_seen_frame, newer->last_seen_frame);
 }
 

@@ -59,8 +59,11 @@ FinishedIds SlidingWindow::Start(std::vector<std::unique_ptr<FrameState>> frames
   TriangulatePoints(model_.geometry, &state_);
   structure_.Update(model_, newest, &state_);
   Optimize(5 * options_.max_iterations);
-  RejectPointOutliers(options_.max_point_chi2, model_, &state_);
-  return {{}, structure_.Judge(model_, *newest, &state_)};
+  FinishedIds finished;
+  finished.points = RejectPointOutliers(options_.max_point_chi2, model_, &state_);
+  structure_.ForgetPoints(finished.points, &state_);
+  finished.lines = structure_.Judge(model_, *newest, &state_);
+  return finished;
 }
 
 void SlidingWindow::SetFirstPrior() {

@@ -80,6 +80,7 @@ TEST_F(RealTimePaceTest, LatencyIsFromDueToDone) {
   Work(10);
   Work(80);
   EXPECT_DOUBLE_EQ(pace_.Report().latency_median_s, 0.01);
+  EXPECT_DOUBLE_EQ(pace_.Report().latency_95_s, 0.08);
   Work(10);  // due 30 ms ago
   EXPECT_DOUBLE_EQ(pace_.Report().latency_median_s, 0.04);
   for (int i = 0; i < 16; ++i) pace_.Done(Stamp(100));

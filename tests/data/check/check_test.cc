@@ -136,6 +136,7 @@ TEST_F(CheckSmallSequence, ASecondCameraIsNotNeeded) {
   EXPECT_EQ(Find(report, "unreadable"), nullptr) << CheckTable(report);
   EXPECT_EQ(Find(report, "images-missing"), nullptr) << CheckTable(report);
   EXPECT_EQ(Find(report, "same-images"), nullptr) << CheckTable(report);
+  EXPECT_NE(Find(report, "one-camera"), nullptr) << CheckTable(report);
 }
 
 TEST_F(CheckSmallSequence, ABlackCameraIsNamed) {

@@ -98,21 +98,6 @@ TEST_F(LineTrackerTest, ForgetsWhatIsRemovedAndNeverReusesIds) {
   for (const auto& o : tracker_.observations()) EXPECT_FALSE(first.contains(o.id));
 }
 
-TEST_F(LineTrackerTest, TellsAllEdgesDetectedInTheLeftImage) {
-  LineTrackerOptions options;
-  options.max_lines = 3;
-  LineTracker tracker(options, LineTestRig(), mask_, mask_);
-  tracker.Track(DrawBars(bars_), {}, kNoRotation, {}, {});
-  EXPECT_EQ(tracker.observations().size(), 3u);
-  EXPECT_GE(tracker.detected().size(), 11u);
-  // All are followed now: none is looked for.
-  std::vector<LinePrediction> predictions;
-  for (const auto& o : tracker.observations()) predictions.push_back({o.id, o.left_px, {}, 1});
-  tracker.Track(DrawBars(bars_), {}, kNoRotation, predictions, {});
-  EXPECT_EQ(tracker.observations().size(), 3u);
-  EXPECT_TRUE(tracker.detected().empty());
-}
-
 TEST_F(LineTrackerTest, SurvivesBlankImagesAndOneCamera) {
   const cv::Mat black(400, 600, CV_8UC1, cv::Scalar(0));
   tracker_.Track(black, black, kNoRotation, {}, {});

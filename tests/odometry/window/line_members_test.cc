@@ -4,9 +4,11 @@
 
 #include <Eigen/Geometry>
 #include <cmath>
+#include <map>
 
 #include "data/simulator/example.h"
 #include "odometry/window/landmark_information.h"
+#include "odometry/window/line_landmarks.h"
 
 namespace slcmap {
 namespace {
@@ -175,6 +177,17 @@ TEST_F(LineMembersTest, LinesTakeWhatHoldsAndKeepWhatHasLeftButNotWhatIsForgotte
   EXPECT_TRUE(members.empty());
   AdoptMembers({}, model_, &memberships, &window_);
   EXPECT_TRUE(members.empty());
+}
+
+TEST_F(LineMembersTest, AMergedLineHandsOnItsPointsAlsoThoseThatHaveLeft) {
+  line_.extent.Add(0, 2);
+  LineLandmark newer = line_;
+  newer.id = kLine + 1;
+  line_.points = {5};
+  newer.points = {5, 6};
+  window_.lines = {{line_.id, line_}, {newer.id, newer}};
+  EXPECT_EQ(MergeLines({}, &window_), (std::map<int64_t, int64_t>{{newer.id, kLine}}));
+  EXPECT_EQ(window_.lines.at(kLine).points, (std::vector<int64_t>{5, 6}));
 }
 
 }  // namespace
