@@ -107,10 +107,12 @@ void CheckWarnings(const Warnings& warnings, CheckReport* report) {
   }
 }
 
+void CheckCameras(const Rig& rig, CheckReport* report) {
+  if (IsStereo(rig)) return;
+  report->Warn("one-camera", "no right camera", "run odometry with --method points-mono");
+}
+
 void CheckStamps(const Sequence& sequence, CheckReport* report) {
-  if (!IsStereo(sequence.rig)) {
-    report->Warn("one-camera", "no right camera", "run odometry with --method points-mono");
-  }
   CheckImageStamps(sequence.images, report);
   CheckImuRate(sequence, report);
   CheckImuCover(sequence, report);
@@ -130,6 +132,7 @@ CheckReport CheckSequence(const std::string& path, const SequenceOptions& option
   }
   report.calibration = sequence.calibration_source;
   CheckWarnings(sequence.warnings, &report);
+  CheckCameras(sequence.rig, &report);
   CheckStamps(sequence, &report);
   CheckImu(sequence.imu, &report);
   CheckCalibration(sequence.rig, &report);
