@@ -16,7 +16,7 @@ using Rgb = std::array<uint8_t, 3>;
 constexpr std::array<Rgb, 4> kAxisColours = {
     {{255, 90, 80}, {80, 220, 100}, {90, 150, 255}, {240, 190, 70}}};  // by LineAxis
 // Not darker: viewers that take glTF's linear colours for those of the screen square it, nearly.
-constexpr double kOldShade = 0.7;
+constexpr double kOldShade = 0.8;
 
 PlyElement VertexElement(const std::vector<MapLine>& lines) {
   PlyElement vertices{"vertex", {}};

@@ -8,6 +8,7 @@
 
 #include "data/error.h"
 #include "export/colour_scale.h"
+#include "export/line_bars.h"
 #include "export/voxel_mesh.h"
 
 namespace slcmap {
@@ -113,6 +114,7 @@ void SceneOptions::Check() const {
   require(frustum_m > 0, "frustum_m", frustum_m, "more than 0");
   require(frustum_spacing_m >= 0, "frustum_spacing_m", frustum_spacing_m, "at least 0");
   require(max_jump_s > 0, "max_jump_s", max_jump_s, "more than 0");
+  require(line_bar_m > 0, "line_bar_m", line_bar_m, "more than 0");
 }
 
 MapScene MakeScene(const MapResult& map, const SceneOptions& options) {
@@ -124,10 +126,11 @@ MapScene MakeScene(const MapResult& map, const SceneOptions& options) {
   MapScene scene;
   scene.points = {PointsOf(map, colours)};
   scene.lines = {LinesOf(map), TrajectoryOf(map, options.max_jump_s), KeyframesOf(map, options)};
-  scene.meshes = {{"voxels", {}, {}}};
+  scene.meshes = {{"voxels", {}, {}}, {"line_bars", {}, {}}};
   AddVoxels(
       map.occupancy.OccupiedVoxels(),
-      [&](const Voxel& voxel) { return colours.At(voxel.centre_world.z()); }, &scene.meshes.back());
+      [&](const Voxel& voxel) { return colours.At(voxel.centre_world.z()); }, &scene.meshes[0]);
+  AddBars(scene.lines[0], options.line_bar_m, &scene.meshes[1]);
   return scene;
 }
 

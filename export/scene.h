@@ -59,12 +59,14 @@ struct SceneOptions {
   double frustum_m = 0.2;          // length of a drawn camera
   double frustum_spacing_m = 0.5;  // keyframes nearer to the last drawn one are left out
   double max_jump_s = 0.5;         // the trajectory is not drawn across longer gaps
+  double line_bar_m = 0.04;        // width of lines that are drawn as bars
   void Check() const;              // throws ConfigError
 };
 
 // The layers of a map: points ("points", coloured by height), lines ("lines" coloured by axis and
 // age, "trajectory" by time, "keyframes": a frustum of the left camera each) and meshes ("voxels",
-// coloured by height).
+// coloured by height, and "line_bars": the lines once more, for viewers that draw edges a pixel
+// wide, without their colours or not at all).
 MapScene MakeScene(const MapResult& map, const SceneOptions& options);
 
 }  // namespace slcmap

@@ -62,7 +62,7 @@ TEST(MapLine, OldLinesAreDarkerThanRecentOnes) {
   for (const LineAxis axis : {LineAxis::kX, LineAxis::kY, LineAxis::kVertical, LineAxis::kNone}) {
     const std::vector<int> recent = Parts(LineColour(axis, true));
     const std::vector<int> old = Parts(LineColour(axis, false));
-    for (int i = 0; i < 3; ++i) EXPECT_NEAR(old[i], 0.7 * recent[i], 0.5);
+    for (int i = 0; i < 3; ++i) EXPECT_NEAR(old[i], 0.8 * recent[i], 0.5);
   }
   EXPECT_GT(LineColour(LineAxis::kX, true)[0], 2 * LineColour(LineAxis::kX, true)[1]);  // red
   EXPECT_GT(LineColour(LineAxis::kY, true)[1], 2 * LineColour(LineAxis::kY, true)[0]);  // green

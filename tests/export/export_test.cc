@@ -23,8 +23,8 @@ using ::testing::HasSubstr;
 using ::testing::ThrowsMessage;
 using ::testing::UnorderedElementsAre;
 
-const char* const kFiles[] = {"scene.glb",      "points.ply",    "lines.ply",
-                              "trajectory.ply", "keyframes.ply", "voxels.ply"};
+const char* const kFiles[] = {"scene.glb",     "points.ply", "lines.ply",    "trajectory.ply",
+                              "keyframes.ply", "voxels.ply", "line_bars.ply"};
 
 MapResult MakeMap() {
   MapResult map = BuildMap(testing::MakeWallRun(), {});
@@ -86,8 +86,9 @@ TEST_F(ExportTest, GltfHoldsTheLayers) {
   EXPECT_EQ(CountOf(model, "trajectory"), 2u * 50);
   EXPECT_EQ(CountOf(model, "keyframes"), 2u * 6 * 8);
   EXPECT_EQ(CountOf(model, "voxels"), 3 * MakeScene(map, {}).meshes[0].triangles.size());
+  EXPECT_EQ(CountOf(model, "line_bars"), 3u * 12);
   EXPECT_THAT(model.extensionsUsed, UnorderedElementsAre("KHR_materials_unlit"));
-  EXPECT_EQ(model.nodes[0].children.size(), 5u);
+  EXPECT_EQ(model.nodes[0].children.size(), 6u);
 }
 
 TEST_F(ExportTest, GltfTurnsUpToY) {

@@ -12,6 +12,19 @@
 namespace slcmap {
 namespace {
 
+// By the divergence theorem, which gives that of a closed mesh only when all triangles are turned
+// outwards; each is expected to face away from a point inside.
+double VolumeOf(const MeshLayer& mesh, const Eigen::Vector3d& inside) {
+  double volume_m3 = 0;
+  for (const auto& [a, b, c] : mesh.triangles) {
+    const auto& p = mesh.vertices.positions;
+    const double part = (p[a] - inside).dot((p[b] - inside).cross(p[c] - inside)) / 6;
+    EXPECT_GT(part, 0);
+    volume_m3 += part;
+  }
+  return volume_m3;
+}
+
 MapResult MakeMap() { return BuildMap(testing::MakeWallRun(), {}); }
 
 TEST(MapScene, HasALayerForEachPartOfTheMap) {
@@ -53,16 +66,33 @@ TEST(MapScene, VoxelsAreClosedAndFaceOutwards) {
   map.occupancy.Insert({{{0.25, 0.25, 0.25}, {{5.25, 0.25, 0.25}}}}, 20);
   const MeshLayer voxels = MakeScene(map, {}).meshes[0];
   ASSERT_EQ(voxels.triangles.size(), 12u);
-  // The volume by the divergence theorem is the cube's only when all triangles are turned outwards.
-  const Eigen::Vector3d centre(5.25, 0.25, 0.25);
-  double volume_m3 = 0;
-  for (const auto& [a, b, c] : voxels.triangles) {
-    const auto& p = voxels.vertices.positions;
-    const double part = (p[a] - centre).dot((p[b] - centre).cross(p[c] - centre)) / 6;
-    EXPECT_GT(part, 0);
-    volume_m3 += part;
+  EXPECT_NEAR(VolumeOf(voxels, {5.25, 0.25, 0.25}), 0.125, 1e-6);
+}
+
+TEST(MapScene, BarsAreClosedAndFaceOutwards) {
+  const std::vector<std::pair<Eigen::Vector3d, Eigen::Vector3d>> lines = {
+      {{1, 2, 3}, {1, 2, 5}}, {{1, 2, 3}, {3, 2, 3}}, {{1, 2, 3}, {2, 0, 5}}};
+  for (const auto& [start, end] : lines) {
+    MapResult map;
+    map.lines = {{0, 0, LineAxis::kX, 0, 0, true, start, end}};
+    SceneOptions options;
+    options.line_bar_m = 0.5;
+    const MeshLayer bars = MakeScene(map, options).meshes[1];
+    ASSERT_EQ(bars.triangles.size(), 12u);
+    EXPECT_NEAR(VolumeOf(bars, (start + end) / 2), 0.25 * (end - start).norm(), 1e-9);
+    EXPECT_EQ(bars.vertices.colours.back().red, LineColour(LineAxis::kX, true)[0]);
+    const Eigen::ParametrizedLine<double, 3> line =
+        Eigen::ParametrizedLine<double, 3>::Through(start, end);
+    for (const Eigen::Vector3d& corner : bars.vertices.positions) {
+      EXPECT_NEAR(line.distance(corner), 0.25 * std::sqrt(2), 1e-9);
+    }
   }
-  EXPECT_NEAR(volume_m3, 0.125, 1e-6);
+}
+
+TEST(MapScene, ALineWithoutLengthHasNoBar) {
+  MapResult map;
+  map.lines = {{0, 0, LineAxis::kX, 0, 0, true, {1, 2, 3}, {1, 2, 3}}};
+  EXPECT_TRUE(MakeScene(map, {}).meshes[1].triangles.empty());
 }
 
 TEST(MapScene, FacesBetweenVoxelsAreLeftOut) {
@@ -107,6 +137,9 @@ TEST(MapScene, NearKeyframesAndGapsInTimeAreLeftOut) {
 TEST(MapScene, AbsurdOptionsAreRefused) {
   SceneOptions options;
   options.frustum_m = 0;
+  EXPECT_THROW(MakeScene(MapResult(), options), ConfigError);
+  options = {};
+  options.line_bar_m = 0;
   EXPECT_THROW(MakeScene(MapResult(), options), ConfigError);
 }
 
