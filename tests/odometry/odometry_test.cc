@@ -2,12 +2,17 @@
 #include "odometry/odometry.h"
 
 #include <gtest/gtest.h>
+#include <spdlog/details/null_mutex.h>
+#include <spdlog/sinks/base_sink.h>
+#include <spdlog/spdlog.h>
 
 #include <filesystem>
 #include <functional>
 #include <map>
 #include <memory>
 #include <stdexcept>
+#include <string_view>
+#include <thread>
 
 #include "data/sequence.h"
 #include "data/simulator/example.h"
@@ -262,6 +267,62 @@ TEST_F(OdometryOnImages, WhatADecoderThrowsComesOutOfAddStereo) {
     };
     EXPECT_EQ(testing::MessageOf<std::runtime_error>(play), "spoilt");
     EXPECT_GT(odometry.Run().states.size(), 20u);
+  }
+}
+
+struct LogIsFull {};
+
+// Throws in the thread that says that a heading was found: that of the window's optimisation.
+// spdlog keeps what is derived from std::exception to itself.
+class ThrowingSink : public spdlog::sinks::base_sink<spdlog::details::null_mutex> {
+ public:
+  std::optional<std::thread::id> thrown_in() const { return thrown_in_; }
+
+ private:
+  void sink_it_(const spdlog::details::log_msg& message) override {
+    const std::string_view text(message.payload.data(), message.payload.size());
+    if (text.find("found Manhattan world") == std::string_view::npos) return;
+    thrown_in_ = std::this_thread::get_id();
+    throw LogIsFull();
+  }
+  void flush_() override {}
+
+  std::optional<std::thread::id> thrown_in_;
+};
+
+// Puts a logger in the place of the program's, for as long as it lives.
+class LoggerInstead {
+ public:
+  explicit LoggerInstead(std::shared_ptr<spdlog::sinks::sink> sink)
+      : before_(spdlog::default_logger()) {
+    const auto logger = std::make_shared<spdlog::logger>("", std::move(sink));
+    logger->set_error_handler([](const std::string&) {});
+    spdlog::set_default_logger(logger);
+  }
+  ~LoggerInstead() { spdlog::set_default_logger(before_); }
+
+ private:
+  std::shared_ptr<spdlog::logger> before_;
+};
+
+TEST_F(ThreadsChangeNothing, WhatTheOptimisationThrowsComesOutOfAddStereo) {
+  Recording recording = *recording_;
+  ManhattanOptions& manhattan = recording.options.manhattan;  // so that any heading will do
+  manhattan.min_length_px = 15;
+  manhattan.min_images = manhattan.min_images_below = 2;
+  manhattan.min_mean_length_px = manhattan.min_share = manhattan.min_minor_share = 0;
+  for (const int threads : {1, 2}) {
+    const auto sink = std::make_shared<ThrowingSink>();
+    const LoggerInstead logger(sink);
+    Odometry odometry(recording.rig, recording.options, threads);
+    for (const ImuSample& sample : recording.imu) odometry.AddImu(sample);
+    const auto play = [&] {
+      for (const StereoImage& image : recording.images) odometry.AddStereo(image);
+    };
+    EXPECT_THROW(play(), LogIsFull);
+    ASSERT_TRUE(sink->thrown_in().has_value());
+    EXPECT_EQ(*sink->thrown_in() == std::this_thread::get_id(), threads == 1);
+    EXPECT_GT(odometry.Run().states.size(), 5u);
   }
 }
 
