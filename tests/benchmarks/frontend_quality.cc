@@ -6,7 +6,6 @@
 // poses, which start from and are held loosely at the true ones (the true rotations of real
 // recordings are not exact to a pixel); what remains of the residuals is the error of the tracks.
 #include <ceres/ceres.h>
-#include <time.h>
 
 #include <algorithm>
 #include <cstdio>
@@ -21,32 +20,10 @@
 #include "data/trajectory.h"
 #include "odometry/frontend/point_tracker.h"
 #include "odometry/frontend/rectifier.h"
+#include "tests/benchmarks/stage_clocks.h"
 
 namespace slcmap {
 namespace {
-
-double ThreadCpu_s() {
-  timespec t;
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
-  return t.tv_sec + 1e-9 * t.tv_nsec;
-}
-
-struct StageClock {
-  double sum_s = 0;
-  int calls = 0;
-  template <typename F>
-  auto Run(F f) {
-    const double start = ThreadCpu_s();
-    ++calls;
-    struct Add {
-      StageClock* clock;
-      double start;
-      ~Add() { clock->sum_s += ThreadCpu_s() - start; }
-    } add{this, start};
-    return f();
-  }
-  double Mean_ms() const { return calls ? 1e3 * sum_s / calls : 0; }
-};
 
 struct View {
   int frame = 0;
@@ -126,8 +103,8 @@ class Benchmark {
 
   void AddFrame(PointTracker* tracker, const cv::Mat& raw_left, const cv::Mat& raw_right,
                 const RigidTransform& T_world_imu) {
-    const cv::Mat left = rectify_.Run([&] { return rectifier_.Rectify(raw_left, 0); });
-    const cv::Mat right = rectify_.Run([&] { return rectifier_.Rectify(raw_right, 1); });
+    const cv::Mat left = clocks_.Run("rectify", [&] { return rectifier_.Rectify(raw_left, 0); });
+    const cv::Mat right = clocks_.Run("rectify", [&] { return rectifier_.Rectify(raw_right, 1); });
     const Eigen::Quaterniond R_imu_camera = rectifier_.rectified_rig().T_imu_camera[0].rotation;
     Eigen::Quaterniond R_now_previous = Eigen::Quaterniond::Identity();
     if (!poses_.empty()) {
@@ -136,11 +113,11 @@ class Benchmark {
     }
     poses_.push_back(T_world_imu);
     const size_t before = tracker->observations().size();
-    track_.Run([&] { tracker->Track(left, R_now_previous); });
+    clocks_.Run("track", [&] { tracker->Track(left, R_now_previous); });
     lost_ += before - tracker->observations().size();
     followed_ += before;
     const int frame = static_cast<int>(poses_.size()) - 1;
-    if (frame % 4 == 0) detect_.Run([&] { tracker->Detect(right); });
+    if (frame % 4 == 0) clocks_.Run("detect", [&] { tracker->Detect(right); });
     for (const auto& p : tracker->observations()) Record(frame, p);
     if (!pictures_.empty()) Draw(frame, left, right);
   }
@@ -309,7 +286,7 @@ class Benchmark {
     }
     printf("poses moved by %.2f mm RMS\n", 1e3 * std::sqrt(drift / frames));
     printf("CPU ms: rectify %.2f a pair, track %.2f a frame, detect %.2f a call\n",
-           2 * rectify_.Mean_ms(), track_.Mean_ms(), detect_.Mean_ms());
+           2 * clocks_.Mean_ms("rectify"), clocks_.Mean_ms("track"), clocks_.Mean_ms("detect"));
   }
 
   std::string pictures_;
@@ -318,7 +295,7 @@ class Benchmark {
   Trajectory truth_;
   std::vector<RigidTransform> poses_, true_poses_;
   std::map<int64_t, Track> tracks_;
-  StageClock rectify_, track_, detect_;
+  StageClocks clocks_;
   int lost_ = 0, followed_ = 0, points_ = 0, right_points_ = 0, short_ = 0, bad_ = 0,
       bad_views_ = 0;
 };

@@ -7,20 +7,16 @@
 // estimator would, from their last sights and the true poses. Judged in two ways: by how well all
 // sights of a line fit one line in space (any edge, also of a texture), and by the distance from
 // the true edges (truth/edges.csv), of which those that were never seen are left out.
-#include <ceres/ceres.h>
-#include <time.h>
-
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
-#include <fstream>
+#include <filesystem>
 #include <map>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
+#include <optional>
 #include <set>
-#include <sstream>
 #include <vector>
 
 #include "data/sequence.h"
@@ -32,41 +28,15 @@
 #include "odometry/frontend/line_matcher.h"
 #include "odometry/frontend/line_tracker.h"
 #include "odometry/frontend/rectifier.h"
+#include "tests/benchmarks/edge_table.h"
+#include "tests/benchmarks/line_fit.h"
+#include "tests/benchmarks/stage_clocks.h"
 
 namespace slcmap {
 namespace {
 
 constexpr double kNearEdge_px = 1.5;
 constexpr double kWrong_px = 3;
-constexpr double kMinDepth_m = 0.1;
-constexpr double kMinPlaneAngle_rad = 0.01;  // between the planes of two sights
-
-double ThreadCpu_s() {
-  timespec t;
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
-  return t.tv_sec + 1e-9 * t.tv_nsec;
-}
-
-// Mean CPU time of each named stage.
-class StageClocks {
- public:
-  template <typename F>
-  auto Run(const std::string& name, F f) {
-    const double start = ThreadCpu_s();
-    auto result = f();
-    sums_[name].first += ThreadCpu_s() - start;
-    ++sums_[name].second;
-    return result;
-  }
-  void Print() const {
-    for (const auto& [name, sum] : sums_) {
-      printf("  %-28s %6.2f ms\n", name.c_str(), 1e3 * sum.first / sum.second);
-    }
-  }
-
- private:
-  std::map<std::string, std::pair<double, int>> sums_;
-};
 
 double Quantile(std::vector<double> values, double q) {
   if (values.empty()) return 0;
@@ -75,204 +45,31 @@ double Quantile(std::vector<double> values, double q) {
   return values[i];
 }
 
-struct Segment3d {
-  Eigen::Vector3d a, b;
-};
-
+// A part of an edge that was seen.
 struct TrueEdge {
   int edge = 0;
   Segment3d ends_world;
 };
 
-// The edges that were seen at some time; empty where there is no such file.
+// Empty where there is no such file.
 std::vector<TrueEdge> ReadEdges(const std::string& sequence) {
-  std::ifstream file(sequence + "/truth/edges.csv");
+  const std::string path = sequence + "/truth/edges.csv";
   std::vector<TrueEdge> edges;
-  std::string row;
-  std::getline(file, row);
-  while (std::getline(file, row)) {
-    std::replace(row.begin(), row.end(), ',', ' ');
-    std::istringstream in(row);
-    TrueEdge e;
-    int axis, wing;
-    double from, to;
-    auto& [a, b] = e.ends_world;
-    in >> e.edge >> axis >> wing >> a.x() >> a.y() >> a.z() >> b.x() >> b.y() >> b.z() >> from >>
-        to;
-    if (to <= from) continue;
-    const Eigen::Vector3d d = (b - a).normalized();
-    e.ends_world = {a + from * d, a + to * d};
-    edges.push_back(e);
+  if (!std::filesystem::exists(path)) return edges;
+  for (const EdgeRow& row : ReadEdgeTable(path)) {
+    if (row.to_m <= row.from_m) continue;
+    const Eigen::Vector3d& a = row.whole.start_world;
+    const Eigen::Vector3d d = (row.whole.end_world - a).normalized();
+    edges.push_back({row.edge, {a + row.from_m * d, a + row.to_m * d}});
   }
   return edges;
 }
-
-// One camera's sight of a line.
-struct View {
-  RigidTransform T_world_camera;
-  LineSegment px;
-};
 
 struct Track {
   std::vector<View> views;  // left and right
   std::vector<std::set<int>> edges_of_view;
   int pairs = 0;
   int stereo = 0;
-};
-
-class Projector {
- public:
-  explicit Projector(const Camera& camera) : camera_(camera) {}
-
-  Eigen::Vector3d Ray(const Eigen::Vector2d& px) const {
-    return {(px.x() - camera_.cx_px) / camera_.fx_px, (px.y() - camera_.cy_px) / camera_.fy_px, 1};
-  }
-
-  // The visible part of a segment in space.
-  std::optional<LineSegment> Project(const RigidTransform& T_camera_world,
-                                     const Segment3d& s) const {
-    Eigen::Vector3d a = T_camera_world * s.a, b = T_camera_world * s.b;
-    if (a.z() < kMinDepth_m && b.z() < kMinDepth_m) return std::nullopt;
-    if (a.z() < kMinDepth_m) a += (kMinDepth_m - a.z()) / (b.z() - a.z()) * (b - a);
-    if (b.z() < kMinDepth_m) b += (kMinDepth_m - b.z()) / (a.z() - b.z()) * (a - b);
-    return Clip({Pixel(a), Pixel(b)});
-  }
-
- private:
-  Eigen::Vector2d Pixel(const Eigen::Vector3d& p) const {
-    return {camera_.fx_px * p.x() / p.z() + camera_.cx_px,
-            camera_.fy_px * p.y() / p.z() + camera_.cy_px};
-  }
-  // Liang and Barsky.
-  std::optional<LineSegment> Clip(const LineSegment& s) const {
-    const Eigen::Vector2d d = s.end - s.start;
-    double low = 0, high = 1;
-    const double edges[][2] = {{-d.x(), s.start.x()},
-                               {d.x(), camera_.width_px - 1 - s.start.x()},
-                               {-d.y(), s.start.y()},
-                               {d.y(), camera_.height_px - 1 - s.start.y()}};
-    for (const auto& [p, q] : edges) {
-      if (p == 0 && q < 0) return std::nullopt;
-      if (p < 0) low = std::max(low, q / p);
-      if (p > 0) high = std::min(high, q / p);
-    }
-    if (low >= high) return std::nullopt;
-    return LineSegment{s.start + low * d, s.start + high * d};
-  }
-
-  Camera camera_;
-};
-
-// Distances of a segment's ends from the projected line through two points.
-struct LineError {
-  LineError(const Projector& projector, double focal_px, const View& view)
-      : focal_px(focal_px),
-        start(projector.Ray(view.px.start)),
-        end(projector.Ray(view.px.end)),
-        T_camera_world(view.T_world_camera.Inverse()) {}
-  template <typename T>
-  bool operator()(const T* a, const T* b, T* residual) const {
-    const Eigen::Matrix<T, 3, 3> R = T_camera_world.rotation.toRotationMatrix().cast<T>();
-    const Eigen::Matrix<T, 3, 1> t = T_camera_world.translation.cast<T>();
-    const Eigen::Matrix<T, 3, 1> p = R * Eigen::Map<const Eigen::Matrix<T, 3, 1>>(a) + t;
-    const Eigen::Matrix<T, 3, 1> q = R * Eigen::Map<const Eigen::Matrix<T, 3, 1>>(b) + t;
-    const Eigen::Matrix<T, 3, 1> n = p.cross(q);
-    const T norm = sqrt(n[0] * n[0] + n[1] * n[1] + T(1e-12));
-    residual[0] = T(focal_px) * n.dot(start.cast<T>()) / norm;
-    residual[1] = T(focal_px) * n.dot(end.cast<T>()) / norm;
-    return true;
-  }
-  double focal_px;
-  Eigen::Vector3d start, end;
-  RigidTransform T_camera_world;
-};
-
-// The line in space that the sights agree on, between the feet of the first sight's ends.
-class LineFitter {
- public:
-  explicit LineFitter(const Camera& camera) : projector_(camera), focal_px_(camera.fx_px) {}
-
-  // Nothing where the planes of sight are too much alike.
-  std::optional<Segment3d> Fit(const std::vector<View>& views) const {
-    auto line = Intersect(views);  // by consensus, as the loss below has local minima
-    if (!line) return std::nullopt;
-    ceres::Problem problem;
-    for (const auto& view : views) {
-      problem.AddResidualBlock(new ceres::AutoDiffCostFunction<LineError, 2, 3, 3>(
-                                   new LineError(projector_, focal_px_, view)),
-                               new ceres::CauchyLoss(0.5), line->a.data(), line->b.data());
-    }
-    ceres::Solver::Options options;
-    options.linear_solver_type = ceres::DENSE_QR;
-    options.max_num_iterations = 20;
-    options.logging_type = ceres::SILENT;
-    ceres::Solver::Summary summary;
-    ceres::Solve(options, &problem, &summary);
-    return line;
-  }
-
-  std::array<double, 2> Errors_px(const Segment3d& line, const View& view) const {
-    std::array<double, 2> errors;
-    LineError(projector_, focal_px_, view)(line.a.data(), line.b.data(), errors.data());
-    return errors;
-  }
-
-  // The point of the line nearest to the ray of a pixel.
-  Eigen::Vector3d Foot(const Segment3d& line, const View& view, const Eigen::Vector2d& px) const {
-    const Eigen::Vector3d c = view.T_world_camera.translation;
-    const Eigen::Vector3d r = (view.T_world_camera.rotation * projector_.Ray(px)).normalized();
-    const Eigen::Vector3d d = (line.b - line.a).normalized();
-    const Eigen::Vector3d n = r.cross(d.cross(r));
-    return line.a + n.dot(c - line.a) / n.dot(d) * d;
-  }
-
- private:
-  Eigen::Vector3d PlaneNormal(const View& view) const {
-    return (view.T_world_camera.rotation *
-            projector_.Ray(view.px.start).cross(projector_.Ray(view.px.end)))
-        .normalized();
-  }
-
-  // The intersection of two planes of sight; nothing where they are too much alike.
-  std::optional<Segment3d> Intersect(const View& a, const View& b) const {
-    const Eigen::Vector3d n = PlaneNormal(a), m = PlaneNormal(b), d = n.cross(m);
-    if (d.norm() < kMinPlaneAngle_rad) return std::nullopt;
-    const Eigen::Vector3d c = a.T_world_camera.translation;
-    Eigen::Matrix3d A;
-    A << n.transpose(), m.transpose(), d.transpose();
-    const Eigen::Vector3d p =
-        A.inverse() * Eigen::Vector3d(n.dot(c), m.dot(b.T_world_camera.translation), d.dot(c));
-    Segment3d line{p, p + d.normalized()};
-    line = {Foot(line, a, a.px.start), Foot(line, a, a.px.end)};
-    if (!line.a.allFinite() || !line.b.allFinite() || (line.a - line.b).norm() < 1e-3) {
-      return std::nullopt;
-    }
-    return line;
-  }
-
-  // Of the pairs of sights the intersection that agrees with most.
-  std::optional<Segment3d> Intersect(const std::vector<View>& views) const {
-    const size_t step = views.size() / 12 + 1;
-    std::optional<Segment3d> best;
-    double best_cost = 1e18;
-    for (size_t i = 0; i < views.size(); i += step) {
-      for (size_t j = i + 1; j < views.size(); j += step) {
-        const auto line = Intersect(views[i], views[j]);
-        if (!line) continue;
-        double cost = 0;
-        for (const auto& view : views) {
-          for (const double e : Errors_px(*line, view)) cost += std::log1p(e * e);
-        }
-        if (cost >= best_cost) continue;
-        best_cost = cost;
-        best = line;
-      }
-    }
-    return best;
-  }
-
-  Projector projector_;
-  double focal_px_;
 };
 
 class Benchmark {
@@ -316,10 +113,8 @@ class Benchmark {
     const auto R = pairs_ > 0 ? (now.rotation.conjugate() * last_.rotation).normalized()
                               : Eigen::Quaterniond::Identity();
     const auto predictions = Predict(T_world_imu);
-    clocks_.Run("all: LineTracker::Track", [&] {
-      tracker->Track(left, right, R, predictions, {});
-      return 0;
-    });
+    clocks_.Run("all: LineTracker::Track",
+                [&] { tracker->Track(left, right, R, predictions, {}); });
     TimeStages(left, right);
     observed_ += tracker->observations().size();
     predicted_ += predictions.size();
@@ -335,9 +130,8 @@ class Benchmark {
   }
 
   void TimeStages(const cv::Mat& left, const cv::Mat& right) {
-    const auto raw = clocks_.Run("detector alone, one image", [&] {
-      return DetectRawSegments(left, options_.detector, 12);
-    });
+    const auto raw = clocks_.Run("detector alone, one image",
+                                 [&] { return DetectRawSegments(left, options_.detector, 12); });
     const auto l = clocks_.Run("detected, refined, one image", [&] {
       return DetectSegments(left, rectifier_.mask(0), options_.detector);
     });

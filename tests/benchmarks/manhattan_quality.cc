@@ -7,16 +7,14 @@
 // Every fifth image is taken as a keyframe. Its true rotation is tilted by tilt_deg about an axis
 // that turns slowly, and turned about the vertical by the drift. A segment's true direction is that
 // of the true edge whose image it lies on, where all such edges have the same.
-#include <time.h>
-
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <numbers>
+#include <optional>
 #include <vector>
 
-#include "data/csv_table.h"
 #include "data/image_file.h"
 #include "data/sequence.h"
 #include "data/trajectory.h"
@@ -24,6 +22,8 @@
 #include "odometry/frontend/rectifier.h"
 #include "odometry/structure/line_classifier.h"
 #include "odometry/structure/manhattan_detector.h"
+#include "tests/benchmarks/edge_table.h"
+#include "tests/benchmarks/stage_clocks.h"
 
 namespace slcmap {
 namespace {
@@ -31,25 +31,8 @@ namespace {
 constexpr double kDegree = std::numbers::pi / 180;
 constexpr int kEvery = 5;
 
-struct Edge {
-  int axis = -1;
-  Eigen::Vector3d a_world, b_world;
-};
-
-std::vector<Edge> ReadEdges(const std::string& path) {
-  const CsvTable table =
-      CsvTable::Read(path, "edge,axis,wing,ax_m,ay_m,az_m,bx_m,by_m,bz_m,seen_from_m,seen_to_m");
-  std::vector<Edge> edges;
-  for (size_t i = 0; i < table.rows(); ++i) {
-    Edge edge;
-    edge.axis = static_cast<int>(table.Integer(i, 1));
-    for (int k = 0; k < 3; ++k) {
-      edge.a_world[k] = table.Number(i, 3 + k);
-      edge.b_world[k] = table.Number(i, 6 + k);
-    }
-    edges.push_back(edge);
-  }
-  return edges;
+Eigen::Vector3d DirectionOf(const EdgeRow& edge) {
+  return (edge.whole.end_world - edge.whole.start_world).normalized();
 }
 
 // The angle between two headings that repeat after a quarter turn, in degrees, signed.
@@ -57,12 +40,6 @@ double HeadingError(double heading_rad, double true_rad) {
   const double quarter = std::numbers::pi / 2;
   const double d = heading_rad - true_rad;
   return (d - quarter * std::round(d / quarter)) / kDegree;
-}
-
-double ThreadCpu_s() {
-  timespec t;
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
-  return t.tv_sec + 1e-9 * t.tv_nsec;
 }
 
 class Benchmark {
@@ -74,11 +51,11 @@ class Benchmark {
         rectifier_(sequence_.rig, RectifierOptions()),
         camera_(rectifier_.rectified_rig().cameras[0]),
         truth_(ReadTrajectory(path + "/truth/trajectory.tum")),
-        edges_(ReadEdges(path + "/truth/edges.csv")),
+        edges_(ReadEdgeTable(path + "/truth/edges.csv")),
         detector_(ManhattanOptions(), camera_.fx_px),
         classifier_(LineClassifierOptions(), camera_.fx_px) {
-    for (const Edge& edge : edges_) {
-      if (edge.axis == 0 || edge.axis == 1) AddTrueHeading(edge.b_world - edge.a_world);
+    for (const EdgeRow& edge : edges_) {
+      if (edge.axis == 0 || edge.axis == 1) AddTrueHeading(DirectionOf(edge));
     }
   }
 
@@ -156,8 +133,10 @@ class Benchmark {
     return true;
   }
 
-  std::optional<LineSegment> Image(const Edge& edge, const RigidTransform& T_camera_world) const {
-    Eigen::Vector3d a = T_camera_world * edge.a_world, b = T_camera_world * edge.b_world;
+  std::optional<LineSegment> Image(const EdgeRow& edge,
+                                   const RigidTransform& T_camera_world) const {
+    Eigen::Vector3d a = T_camera_world * edge.whole.start_world,
+                    b = T_camera_world * edge.whole.end_world;
     if (std::max(a.z(), b.z()) < 0.1) return std::nullopt;
     if (a.z() < 0.1) a = b + (a - b) * (b.z() - 0.1) / (b.z() - a.z());
     if (b.z() < 0.1) b = a + (b - a) * (a.z() - 0.1) / (a.z() - b.z());
@@ -171,9 +150,9 @@ class Benchmark {
                     const RigidTransform& T_world_camera) {
     const RigidTransform T_camera_world = T_world_camera.Inverse();
     std::vector<std::pair<LineSegment, Eigen::Vector3d>> images;
-    for (const Edge& edge : edges_) {
+    for (const EdgeRow& edge : edges_) {
       const auto image = Image(edge, T_camera_world);
-      if (image) images.emplace_back(*image, (edge.b_world - edge.a_world).normalized());
+      if (image) images.emplace_back(*image, DirectionOf(edge));
     }
     const auto& headings_rad = detector_.known_headings_rad();
     const auto directions = StructuralDirections(headings_rad);
@@ -222,7 +201,7 @@ class Benchmark {
   Rectifier rectifier_;
   Camera camera_;
   Trajectory truth_;
-  std::vector<Edge> edges_;
+  std::vector<EdgeRow> edges_;
   std::vector<double> true_headings_;
   ManhattanDetector detector_;
   LineClassifier classifier_;
