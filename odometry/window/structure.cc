@@ -17,6 +17,13 @@ LineKinds KindsOf(const OdometryOptions& options) {
                           (structural && options.line_landmarks.general_lines)};
 }
 
+// Adds a line of a segment whose headings the run does not hold yet.
+void Tell(Line line, int segment, OdometryRun* run) {
+  line.segment = segment;
+  if (line.world >= 0) line.world += static_cast<int>(run->manhattan_worlds.size());
+  run->lines.push_back(std::move(line));
+}
+
 }  // namespace
 
 Structure::Structure(const OdometryOptions& options, const Rig& rectified_rig)
@@ -129,25 +136,16 @@ bool Structure::IsWorthTelling(const Line& line) const {
 }
 
 void Structure::Collect(int segment, OdometryRun* run) {
-  const int first_world = static_cast<int>(run->manhattan_worlds.size());
-  for (Line& line : left_lines_) {
-    line.segment = segment;
-    if (line.world >= 0) line.world += first_world;
-    run->lines.push_back(std::move(line));
-  }
+  for (Line& line : left_lines_) Tell(std::move(line), segment, run);
   left_lines_.clear();
 }
 
 void Structure::AddContents(int segment, const WindowState& window, const CostModel& model,
                             OdometryRun* run) const {
-  const int first_world = static_cast<int>(run->manhattan_worlds.size());
   for (const auto& [id, line] : window.lines) {
     if (!line.estimated || line.retired) continue;
     Line told = Describe(line, model, window.prior);
-    if (!IsWorthTelling(told)) continue;
-    told.segment = segment;
-    if (told.world >= 0) told.world += first_world;
-    run->lines.push_back(std::move(told));
+    if (IsWorthTelling(told)) Tell(std::move(told), segment, run);
   }
   for (const HeadingState& heading : window.headings) {
     ManhattanWorld world;
