@@ -48,18 +48,26 @@ bool Valid(const cv::Mat& mask, const Eigen::Vector2d& p) {
   return u >= 0 && v >= 0 && u < mask.cols && v < mask.rows && mask.at<uchar>(v, u) != 0;
 }
 
-// True where all of the segment, with a margin on both sides, is valid.
-bool InsideMask(const cv::Mat& mask, const LineSegment& segment) {
-  if (mask.empty()) return true;
-  constexpr double kMargin_px = 3;
+// The longest part of the segment that, with a margin on both sides, is valid: edges that leave the
+// image are among the longest ones, and go on to its border.
+LineSegment CutToMask(const cv::Mat& mask, const LineSegment& segment) {
+  if (mask.empty()) return segment;
+  constexpr double kMargin_px = 3, kStep_px = 4;
   const Eigen::Vector2d margin = kMargin_px * Normal(segment);
-  const int steps = std::max(1, static_cast<int>(segment.Length() / 10));
+  const int steps = std::max(1, static_cast<int>(std::ceil(segment.Length() / kStep_px)));
+  const auto at = [&](int i) -> Eigen::Vector2d {
+    return segment.start + static_cast<double>(i) / steps * (segment.end - segment.start);
+  };
+  int from = 0, best_from = 0, best_to = 0;
   for (int i = 0; i <= steps; ++i) {
-    const Eigen::Vector2d p =
-        segment.start + static_cast<double>(i) / steps * (segment.end - segment.start);
-    if (!Valid(mask, p + margin) || !Valid(mask, p - margin)) return false;
+    if (!Valid(mask, at(i) + margin) || !Valid(mask, at(i) - margin)) {
+      from = i + 1;
+    } else if (i - from > best_to - best_from) {
+      best_from = from;
+      best_to = i;
+    }
   }
-  return true;
+  return {at(best_from), at(best_to)};
 }
 
 // A segment with what joining asks for again and again.
@@ -180,9 +188,11 @@ std::vector<LineSegment> DetectSegments(const cv::Mat& image, const cv::Mat& mas
   const double min_piece_px = std::min(12.0, options.min_length_px);
   std::vector<LineSegment> pieces;
   for (const auto& raw : DetectRawSegments(image, options, min_piece_px)) {
-    const double contrast = MeanContrast(image, raw);
-    if (std::abs(contrast) < kMinContrast || !InsideMask(mask, raw)) continue;
-    pieces.push_back(contrast > 0 ? raw : Reversed(raw));
+    const LineSegment piece = CutToMask(mask, raw);
+    if (piece.Length() < min_piece_px) continue;
+    const double contrast = MeanContrast(image, piece);
+    if (std::abs(contrast) < kMinContrast) continue;
+    pieces.push_back(contrast > 0 ? piece : Reversed(piece));
   }
   const LineRefinementOptions refinement = RefinementAfter(options.scale);
   std::vector<LineSegment> segments;
@@ -190,9 +200,10 @@ std::vector<LineSegment> DetectSegments(const cv::Mat& image, const cv::Mat& mas
     const bool full = static_cast<int>(segments.size()) >= options.max_segments;
     if (full || joined.Length() < options.min_length_px) break;
     const auto refined = RefineSegment(image, joined, refinement);
-    if (!refined || refined->segment.Length() < options.min_length_px) continue;
-    if (IsAmong(segments, refined->segment)) continue;
-    segments.push_back(refined->segment);
+    if (!refined) continue;
+    const LineSegment segment = CutToMask(mask, refined->segment);
+    if (segment.Length() < options.min_length_px || IsAmong(segments, segment)) continue;
+    segments.push_back(segment);
   }
   SortByLength(&segments);
   return segments;

@@ -43,6 +43,19 @@ TEST_P(LineDetectorTest, LeavesOutWhatTheMaskHides) {
   for (const auto& s : segments) EXPECT_GT(std::min(s.start.x(), s.end.x()), 299);
 }
 
+// The longest edges are those that leave the image on both sides.
+TEST_P(LineDetectorTest, CutsEdgesAtTheBorderOfTheMask) {
+  cv::Mat image(400, 600, CV_8UC1, cv::Scalar(60));
+  image.colRange(301, 600) = 160;
+  cv::Mat mask(400, 600, CV_8UC1, cv::Scalar(0));
+  mask(cv::Range(8, 392), cv::Range(8, 592)) = 255;
+  LineDetectorOptions options;
+  options.kind = GetParam();
+  const auto segments = DetectSegments(image, mask, options);
+  ASSERT_EQ(segments.size(), 1u);
+  EXPECT_GT(segments[0].Length(), 340);
+}
+
 TEST_P(LineDetectorTest, FindsNothingInAFlatImage) {
   LineDetectorOptions options;
   options.kind = GetParam();
