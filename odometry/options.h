@@ -184,29 +184,20 @@ struct PointsOnLinesOptions {
   void Read(YamlSection section);
 };
 
-// When the place of a line is known; see window/line_triangulation.h.
-struct LineTriangulationOptions {
-  double max_relative_sigma = 0.25;      // of the line's place across it, to its distance
-  double max_direction_sigma_rad = 0.2;  // of a general line
-  double min_distance_m = 0.1;           // from the anchor
-  double max_distance_m = 100;
-  double loss_sigma = 2;  // where the Huber loss of a sight turns linear
-  void Check() const;
-  void Read(YamlSection section);
-};
-
 // Lines as landmarks of the window.
 struct LineLandmarkOptions {
-  double sigma_px = 0.2;           // of a segment's end, across the line
-  double loss_sigma = 1.5;         // where the robust loss turns
-  double max_chi2 = 16.0;          // of one camera's sight (2 rows) that is kept
-  double max_new_chi2 = 56.0;      // the same when a line is first estimated
-  bool anchor_at_origin = false;   // as in the paper; else where the line was first seen from
-  int min_sights = 2;              // keyframes that saw a line before it is estimated
-  int min_general_sights = 4;      // the same for a line of no axis
-  bool general_lines = false;      // also lines of no axis, with structural and slc
-  double merge_distance_m = 0.03;  // two lines of one axis nearer than this are one
-  double point_sigma_m = 0.01;     // of a point's distance from the line it belongs to
+  double sigma_px = 0.2;             // of a segment's end, across the line
+  double loss_sigma = 1.5;           // where the robust loss turns
+  double max_chi2 = 16.0;            // of one camera's sight (2 rows) that is kept
+  double max_median_chi2 = 2.0;      // the same, of the left sights of a line in the window
+  double max_new_chi2 = 56.0;        // of a sight, when its line is first estimated
+  double max_tracking_chi2 = 900.0;  // of a sight in a keyframe that is not optimised yet
+  bool anchor_at_origin = false;     // as in the paper; else where the line was first seen from
+  int min_sights = 2;                // keyframes that saw a line before it is estimated
+  int min_general_sights = 4;        // the same for a line of no axis
+  bool general_lines = false;        // also lines of no axis, with structural and slc
+  double merge_distance_m = 0.03;    // two lines of one axis nearer than this are one
+  double point_sigma_m = 0.01;       // of a point's distance from the line it belongs to
   // How well a point and its line have to be known against each other, until it counts that they
   // agree.
   double max_member_sigma_m = 0.015;
@@ -214,7 +205,6 @@ struct LineLandmarkOptions {
   double max_sigma_m = 0.007;  // of the line's middle, across it
   int min_observations = 4;    // keyframes that saw it
   int max_unseen = 20;         // lines that are kept though the window sees them no longer
-  LineTriangulationOptions triangulation;
   void Check() const;
   void Read(YamlSection section);
 };

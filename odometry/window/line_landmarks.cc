@@ -69,8 +69,8 @@ bool FitsItsSights(LineLandmark* line, double max_chi2, const CostModel& model) 
 bool EstimateStructural(const LineLandmarkOptions& options, const std::vector<int64_t>& members,
                         const CostModel& model, const WindowState& window, LineLandmark* line) {
   const StructuralLine structural = line->structural();
-  const auto from_views = TriangulateStructuralLine(
-      SightsOf(*line), structural, line->heading_rad(), model.lines, options.triangulation);
+  const auto from_views =
+      TriangulateStructuralLine(SightsOf(*line), structural, line->heading_rad(), model.lines, {});
   StructuralLineBlock block;
   if (from_views) {
     block = from_views->block;
@@ -85,8 +85,7 @@ bool EstimateStructural(const LineLandmarkOptions& options, const std::vector<in
 
 bool EstimateGeneral(const LineLandmarkOptions& options, const CostModel& model,
                      LineLandmark* line) {
-  const auto fit = TriangulateGeneralLine(SightsOf(*line), line->anchor_world, model.lines,
-                                          options.triangulation);
+  const auto fit = TriangulateGeneralLine(SightsOf(*line), line->anchor_world, model.lines, {});
   if (!fit) return false;
   line->block = fit->block;
   return FitsItsSights(line, options.max_new_chi2, model);
@@ -101,6 +100,16 @@ void Retire(LineLandmark* line) {
   for (FrameState* frame : line->frames) frame->lines.erase(line->id);
   line->frames.clear();
   line->retired = true;
+}
+
+// Whether the sights misfit alike: those of a line that is nearly along an axis do, though none of
+// them by much.
+bool MisfitsAll(double max_median_chi2, std::vector<double> chi2) {
+  constexpr size_t kMinSights = 3;
+  if (chi2.size() < kMinSights) return false;
+  const auto median = chi2.begin() + (chi2.size() - 1) / 2;
+  std::nth_element(chi2.begin(), median, chi2.end());
+  return *median > max_median_chi2;
 }
 
 bool IsBehindAnchor(const LineLandmark& line) { return line.IsStructural() && line.block[1] <= 0; }
@@ -221,21 +230,40 @@ std::pair<double, double> SightChi2(LineLandmark* line, FrameState* frame, const
   return Chi2OfSight(terms[0]);
 }
 
-std::unordered_set<int64_t> RejectLineOutliers(double max_chi2, const CostModel& model,
-                                               WindowState* window) {
+void RejectLineMisfits(const LineLandmarkOptions& options, const CostModel& model,
+                       FrameState* frame, WindowState* window) {
+  for (auto& [id, line] : window->lines) {
+    if (!line.estimated || line.retired || !frame->lines.contains(id)) continue;
+    const auto [left, right] = SightChi2(&line, frame, model);
+    if (left > options.max_tracking_chi2) {
+      RemoveSight(&line, frame);
+    } else if (right > options.max_tracking_chi2) {
+      frame->lines.at(id).right.reset();
+    }
+  }
+}
+
+std::unordered_set<int64_t> RejectLineOutliers(const LineLandmarkOptions& options,
+                                               const CostModel& model, WindowState* window) {
   std::unordered_set<int64_t> outliers;
   for (auto& [id, line] : window->lines) {
     if (!line.estimated || line.retired) continue;
     int bad = 0;
+    std::vector<double> kept;
     const std::vector<FrameState*> frames = line.frames;
     for (FrameState* frame : frames) {
       const auto [left, right] = SightChi2(&line, frame, model);
-      if (right > max_chi2) frame->lines.at(id).right.reset();
-      if (left <= max_chi2) continue;
-      ++bad;
-      RemoveSight(&line, frame);
+      if (right > options.max_chi2) frame->lines.at(id).right.reset();
+      if (left > options.max_chi2) {
+        ++bad;
+        RemoveSight(&line, frame);
+      } else {
+        kept.push_back(left);
+      }
     }
-    if (2 * bad <= static_cast<int>(frames.size()) && !IsBehindAnchor(line)) continue;
+    const bool fits = 2 * bad <= static_cast<int>(frames.size()) &&
+                      !MisfitsAll(options.max_median_chi2, std::move(kept));
+    if (fits && !IsBehindAnchor(line)) continue;
     outliers.insert(id);
     Retire(&line);
   }

@@ -34,10 +34,15 @@ void EstimateLines(const LineLandmarkOptions& options, const LineKinds& kinds,
 // Squared whitened residuals of one sight, left and right apart (right 0 where it was not seen).
 std::pair<double, double> SightChi2(LineLandmark* line, FrameState* frame, const CostModel& model);
 
+// Takes out the sights of a frame, not optimised yet, that are too far from where its estimated
+// lines are expected: matched with another edge, they would move the frame.
+void RejectLineMisfits(const LineLandmarkOptions& options, const CostModel& model,
+                       FrameState* frame, WindowState* window);
+
 // Takes out sights whose squared residual in one camera is above the limit, and retires the lines
 // that have mostly such; returns the ids of these.
-std::unordered_set<int64_t> RejectLineOutliers(double max_chi2, const CostModel& model,
-                                               WindowState* window);
+std::unordered_set<int64_t> RejectLineOutliers(const LineLandmarkOptions& options,
+                                               const CostModel& model, WindowState* window);
 
 // Retires lines that are the same edge as an older one, which takes over their sights. Returns the
 // ids of those retired, each with that of the older line.

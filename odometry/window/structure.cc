@@ -38,6 +38,7 @@ Structure::Structure(const OdometryOptions& options, const Rig& rectified_rig)
 
 void Structure::Update(const CostModel& model, FrameState* newest, WindowState* window) {
   if (newest->lines.empty()) return;
+  RejectLineMisfits(options_, model, newest, window);
   if (kinds_.structural) FindHeadings(*newest, model, window);
   if (points_on_lines_) FindPointsOnLines(*newest);
   EstimateLines(options_, kinds_, classifier_, memberships_, model, window);
@@ -75,7 +76,7 @@ void Structure::FindPointsOnLines(const FrameState& newest) {
 
 std::unordered_set<int64_t> Structure::Judge(const CostModel& model, const FrameState& newest,
                                              WindowState* window) {
-  std::unordered_set<int64_t> gone = RejectLineOutliers(options_.max_chi2, model, window);
+  std::unordered_set<int64_t> gone = RejectLineOutliers(options_, model, window);
   ExtendLines(newest, model, window);
   for (const int64_t id : gone) memberships_.ReleaseLine(id);
   for (const auto& [id, older_id] : MergeLines(options_, window)) {
