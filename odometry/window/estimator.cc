@@ -144,9 +144,19 @@ void Estimator::AppendImu(int64_t from_ns, int64_t to_ns, Preintegration* imu) c
   for (size_t i = first; i < samples.size(); ++i) imu->Append(samples[i]);
 }
 
+// Upwards in the left camera, as far as the accelerometer alone tells.
+std::vector<Vector3d> Estimator::RoughVertical(int64_t stamp_ns) const {
+  if (!last_stamp_ns_) return {};
+  const auto samples = imu_.Between(*last_stamp_ns_, stamp_ns);
+  if (samples.empty()) return {};
+  const Vector3d up_imu = SpreadOf(samples, &ImuSample::specific_force_m_s2).mean.normalized();
+  return {rig_.T_imu_camera[0].rotation.conjugate() * up_imu};
+}
+
 std::optional<OnlineState> Estimator::Initialize(int64_t stamp_ns) {
   const auto timed = clock_.Time("initialisation");
-  std::future<void> lines = StartLines(PredictedCameraRotation(stamp_ns), {}, {});
+  std::future<void> lines =
+      StartLines(PredictedCameraRotation(stamp_ns), {}, RoughVertical(stamp_ns));
   source_->Detect();
   auto frame = NewFrame(stamp_ns);
   if (initializer_.size() > 0) {
@@ -250,11 +260,13 @@ std::optional<OnlineState> Estimator::Judge(const OnlineState& state, int points
   return state;
 }
 
-// Tracks the lines beside the caller; invalid for methods on points alone.
+// Tracks the lines beside the caller; invalid for methods on points alone. Those that follow one of
+// the axes are preferred, where the method makes use of them.
 std::future<void> Estimator::StartLines(const Quaterniond& R_now_previous,
                                         std::vector<LinePrediction> predictions,
                                         std::vector<Vector3d> axes_camera) {
   if (!lines_) return {};
+  if (!UsesStructure(options_.method)) axes_camera.clear();
   return std::async(policy_, [this, R_now_previous, predictions = std::move(predictions),
                               axes_camera = std::move(axes_camera)] {
     const auto timed = clock_.Time("line tracking");

@@ -90,6 +90,7 @@ class Estimator {
   std::unique_ptr<FrameState> NewFrame(int64_t stamp_ns);
   void TakeMeasurements(FrameState* frame) const;
   void AppendImu(int64_t from_ns, int64_t to_ns, Preintegration* imu) const;
+  std::vector<Eigen::Vector3d> RoughVertical(int64_t stamp_ns) const;
   std::optional<OnlineState> Initialize(int64_t stamp_ns);
   std::optional<OnlineState> Estimate(int64_t stamp_ns);
   void StartKeyframe(std::unique_ptr<FrameState> frame);

@@ -328,7 +328,7 @@ std::vector<Vector3d> AxesInCamera(const WindowState& window, const FrameState& 
   std::vector<Vector3d> axes;
   const Eigen::Quaterniond R_camera_world =
       (frame.T_world_imu().rotation * rectified_rig.T_imu_camera[0].rotation).conjugate();
-  if (!window.headings.empty()) axes.push_back(R_camera_world * Vector3d::UnitZ());
+  axes.push_back(R_camera_world * Vector3d::UnitZ());
   for (const HeadingState& heading : window.headings) {
     for (const LineAxis axis : {LineAxis::kX, LineAxis::kY}) {
       axes.push_back(R_camera_world * AxisDirection(axis, heading.heading_rad[0]));

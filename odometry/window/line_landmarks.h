@@ -55,7 +55,7 @@ void ExtendLines(const FrameState& newest, const CostModel& model, WindowState* 
 std::vector<LinePrediction> PredictLines(const WindowState& window, const FrameState& frame,
                                          const Rig& rectified_rig);
 
-// The axes of all known worlds in a frame's left camera; empty while none is known.
+// The vertical, and the horizontal axes of all known worlds, in a frame's left camera.
 std::vector<Eigen::Vector3d> AxesInCamera(const WindowState& window, const FrameState& frame,
                                           const Rig& rectified_rig);
 

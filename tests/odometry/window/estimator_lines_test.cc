@@ -45,6 +45,37 @@ SimulatedRunOptions Noisy(Method method, uint64_t seed, double duration_s = 10) 
   return options;
 }
 
+// Sees no lines; keeps the axes that it was given last.
+class AxesSpy final : public LineSource {
+ public:
+  void Track(const Eigen::Quaterniond&, const std::vector<LinePrediction>&,
+             const std::vector<Eigen::Vector3d>& axes_camera) override {
+    axes = axes_camera;
+  }
+  const std::vector<LineObservation>& observations() const override { return none_; }
+  void Remove(const std::unordered_set<int64_t>&) override {}
+  void Reset() override {}
+  std::vector<Eigen::Vector3d> axes;
+
+ private:
+  std::vector<LineObservation> none_;
+};
+
+// The axes that a resting estimator prefers lines along before it is initialised.
+std::vector<Eigen::Vector3d> FirstAxes(Method method, const Eigen::Vector3d& specific_force_m_s2) {
+  OdometryOptions options;
+  options.method = method;
+  SimulatedPoints points;
+  AxesSpy lines;
+  Estimator estimator(options, ExampleStereoRig(), &points, &lines);
+  constexpr int64_t kStep_ns = 5'000'000, kImage_ns = 50'000'000;
+  for (int64_t stamp_ns = 0; stamp_ns <= 2 * kImage_ns; stamp_ns += kStep_ns) {
+    estimator.AddImu({stamp_ns, Eigen::Vector3d::Zero(), specific_force_m_s2});
+  }
+  for (const int64_t stamp_ns : {kImage_ns, 2 * kImage_ns}) estimator.AddImage(stamp_ns);
+  return lines.axes;
+}
+
 // How far a world's heading is from the building's, once turned by the gauge.
 double HeadingErrorOf(const ManhattanWorld& world, const RigidTransform& gauge) {
   const double turn_rad = 2 * std::atan2(gauge.rotation.z(), gauge.rotation.w());
@@ -110,6 +141,14 @@ TEST_P(PerfectLinesTest, GiveThePerfectPathAndTheEdges) {
 
 INSTANTIATE_TEST_SUITE_P(Methods, PerfectLinesTest,
                          testing::Values(Method::kPointsLines, Method::kStructural, Method::kSlc));
+
+TEST(EstimatorWithLines, PrefersVerticalsFromTheFirstImagesOn) {
+  const Eigen::Vector3d up_imu = Eigen::Vector3d(0.2, 0.9, -0.3).normalized();
+  const auto axes = FirstAxes(Method::kStructural, 9.81 * up_imu);
+  ASSERT_EQ(axes.size(), 1u);
+  EXPECT_LT((ExampleStereoRig().T_imu_camera[0].rotation * axes[0] - up_imu).norm(), 1e-6);
+  EXPECT_TRUE(FirstAxes(Method::kPointsLines, 9.81 * up_imu).empty());
+}
 
 TEST(EstimatorWithLines, PerfectPointsOnLinesAreFoundAsSuch) {
   const SimulatedRun run = RunOnSimulatedTracks(Perfect(Method::kSlc));

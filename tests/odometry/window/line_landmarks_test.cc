@@ -106,5 +106,14 @@ TEST_F(LineLandmarksTest, RetiresALineWhoseSightsAllMisfitALittle) {
   EXPECT_TRUE(line().retired);
 }
 
+TEST_F(LineLandmarksTest, TheVerticalIsAnAxisBeforeAnyWorldIsKnown) {
+  const FrameState& frame = *window_.frames.front();
+  EXPECT_EQ(AxesInCamera(window_, frame, rig_).size(), 3u);
+  window_.headings.clear();
+  const auto axes = AxesInCamera(window_, frame, rig_);
+  ASSERT_EQ(axes.size(), 1u);
+  EXPECT_LT((axes[0] - Vector3d(0, -1, 0)).norm(), 1e-9);
+}
+
 }  // namespace
 }  // namespace slcmap
