@@ -98,7 +98,7 @@ struct LineDetectorOptions {
   double scale = 0.5;           // of the image that is searched; edges are placed in the whole one
   double min_length_px = 30;    // after joining
   double max_join_gap_px = 30;  // between pieces of one edge
-  int max_segments = 90;        // of an image, the longest
+  int max_segments = 150;       // of an image, the longest
   void Check() const;
   void Read(YamlSection section);
 };
@@ -117,7 +117,7 @@ struct LineMatcherOptions {
 struct LineTrackerOptions {
   LineDetectorOptions detector;
   LineMatcherOptions matcher;
-  int max_lines = 35;
+  int max_lines = 60;        // followed at once; SLC-VIO keeps 35
   int max_misses = 3;        // calls in a row without a sight or a prediction
   double gate_sigmas = 3;    // across the line, about a prediction, and
   double min_gate_px = 1.5;  // added to them
