@@ -131,18 +131,21 @@ struct SimulatedRun {
 };
 
 // The turn about z and the shift that take an estimated pose to the true one.
-inline RigidTransform GaugeFrom(const SimulatedRun& run, size_t state) {
-  const RigidTransform &truth = run.truth[state], &estimate = run.states[state].T_world_imu;
+inline RigidTransform GaugeBetween(const RigidTransform& truth, const RigidTransform& estimate) {
   const Eigen::Quaterniond d = truth.rotation * estimate.rotation.conjugate();
   const double yaw_rad = 2 * std::atan2(d.z(), d.w());
   const Eigen::Quaterniond turn(Eigen::AngleAxisd(yaw_rad, Eigen::Vector3d::UnitZ()));
   return {turn, truth.translation - turn * estimate.translation};
 }
 
+inline RigidTransform GaugeFrom(const SimulatedRun& run, size_t state) {
+  return GaugeBetween(run.truth[state], run.states[state].T_world_imu);
+}
+
 inline RigidTransform GaugeFromFirst(const SimulatedRun& run) { return GaugeFrom(run, 0); }
 
-// What a frame's covariance owes to the prior of the first one's position and heading, from which
-// the errors are counted: that of a shift (1 mm) and a turn about the vertical (0.1 mrad).
+// What a frame's covariance owes to the prior of the first one's position and heading: that of a
+// shift (1 mm) and a turn about the vertical (0.1 mrad).
 inline Matrix15d GaugeCovariance(const FrameState& frame) {
   const RigidTransform T = frame.T_world_imu();
   const Eigen::Vector3d z = Eigen::Vector3d::UnitZ();
@@ -155,11 +158,14 @@ inline Matrix15d GaugeCovariance(const FrameState& frame) {
   return moved * variances.asDiagonal() * moved.transpose();
 }
 
-// The errors of the newest keyframe against the motion, normalised by the covariance claimed.
+// The errors of the newest keyframe against the motion, counted from the position and heading of
+// the first (which nothing but their prior tells), normalised by the covariance claimed.
 inline void MeasureFinalNees(const MotionSpline& motion, SlidingWindow* window, SimulatedRun* run) {
   const FrameState& newest = window->newest();
   const double t_s = ToSeconds(newest.stamp_ns);
-  const RigidTransform inverse = GaugeFromFirst(*run).Inverse();
+  const Keyframe& first = run->run.keyframes.front();
+  const RigidTransform inverse =
+      GaugeBetween(motion.PoseAt(ToSeconds(first.stamp_ns)), first.T_world_imu).Inverse();
   const RigidTransform truth = inverse * motion.PoseAt(t_s);
   const auto sample =
       std::lower_bound(run->imu.samples.begin(), run->imu.samples.end(), newest.stamp_ns,
