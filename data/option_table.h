@@ -1,11 +1,10 @@
 // One table for a struct of options: key, member and range of each stand in one place, which serves
 // both reading from YAML and checking.
 //
-//   constexpr OptionTable kTable("points",
-//                                Option{"max_points", &PointOptions::max_points, 1, 10000},
+//   constexpr OptionTable kTable{Option{"max_points", &PointOptions::max_points, 1, 10000},
 //                                Option{"min_distance_px", &PointOptions::min_distance_px, 3.0,
-//                                1e3});
-//   void PointOptions::Check() const { kTable.Check(*this); }
+//                                       1e3}};
+//   void PointOptions::Check() const { kTable.Check("points", *this); }
 //   void PointOptions::Read(YamlSection section) { kTable.Read(section, this); }
 #pragma once
 

@@ -158,6 +158,19 @@ constexpr OptionTable kPointsOnLines{
 void PointsOnLinesOptions::Check() const { kPointsOnLines.Check("points_on_lines", *this); }
 void PointsOnLinesOptions::Read(YamlSection section) { kPointsOnLines.Read(section, this); }
 
+constexpr OptionTable kLineTriangulation{
+    Option{"max_relative_sigma", &LineTriangulationOptions::max_relative_sigma, 1e-3, 10.0},
+    Option{"max_direction_sigma_rad", &LineTriangulationOptions::max_direction_sigma_rad, 1e-3,
+           1.6},
+    Option{"min_distance_m", &LineTriangulationOptions::min_distance_m, 0.0, 100.0},
+    Option{"max_distance_m", &LineTriangulationOptions::max_distance_m, 0.1, 1e5},
+    Option{"loss_sigma", &LineTriangulationOptions::loss_sigma, 0.1, 1e3}};
+
+void LineTriangulationOptions::Check() const {
+  kLineTriangulation.Check("line_landmarks.triangulation", *this);
+}
+void LineTriangulationOptions::Read(YamlSection section) { kLineTriangulation.Read(section, this); }
+
 constexpr OptionTable kLineLandmark{
     Option{"sigma_px", &LineLandmarkOptions::sigma_px, 0.01, 20.0},
     Option{"loss_sigma", &LineLandmarkOptions::loss_sigma, 0.1, 100.0},
@@ -176,8 +189,14 @@ constexpr OptionTable kLineLandmark{
     Option{"min_observations", &LineLandmarkOptions::min_observations, 1, 10000},
     Option{"max_unseen", &LineLandmarkOptions::max_unseen, 0, 1000}};
 
-void LineLandmarkOptions::Check() const { kLineLandmark.Check("line_landmarks", *this); }
-void LineLandmarkOptions::Read(YamlSection section) { kLineLandmark.Read(section, this); }
+void LineLandmarkOptions::Check() const {
+  kLineLandmark.Check("line_landmarks", *this);
+  triangulation.Check();
+}
+void LineLandmarkOptions::Read(YamlSection section) {
+  triangulation.Read(section.Section("triangulation"));
+  kLineLandmark.Read(section, this);
+}
 
 namespace {
 

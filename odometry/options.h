@@ -184,6 +184,17 @@ struct PointsOnLinesOptions {
   void Read(YamlSection section);
 };
 
+// When the place of a line is known; see window/line_triangulation.h.
+struct LineTriangulationOptions {
+  double max_relative_sigma = 0.25;      // of the line's place across it, to its distance
+  double max_direction_sigma_rad = 0.2;  // of a general line
+  double min_distance_m = 0.1;           // from the anchor
+  double max_distance_m = 100;
+  double loss_sigma = 2;  // where the Huber loss of a sight turns linear
+  void Check() const;
+  void Read(YamlSection section);
+};
+
 // Lines as landmarks of the window.
 struct LineLandmarkOptions {
   double sigma_px = 0.2;             // of a segment's end, across the line
@@ -205,6 +216,7 @@ struct LineLandmarkOptions {
   double max_sigma_m = 0.007;  // of the line's middle, across it
   int min_observations = 4;    // keyframes that saw it
   int max_unseen = 20;         // lines that are kept though the window sees them no longer
+  LineTriangulationOptions triangulation;
   void Check() const;
   void Read(YamlSection section);
 };

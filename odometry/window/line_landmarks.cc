@@ -69,8 +69,8 @@ bool FitsItsSights(LineLandmark* line, double max_chi2, const CostModel& model) 
 bool EstimateStructural(const LineLandmarkOptions& options, const std::vector<int64_t>& members,
                         const CostModel& model, const WindowState& window, LineLandmark* line) {
   const StructuralLine structural = line->structural();
-  const auto from_views =
-      TriangulateStructuralLine(SightsOf(*line), structural, line->heading_rad(), model.lines, {});
+  const auto from_views = TriangulateStructuralLine(
+      SightsOf(*line), structural, line->heading_rad(), model.lines, options.triangulation);
   StructuralLineBlock block;
   if (from_views) {
     block = from_views->block;
@@ -85,7 +85,8 @@ bool EstimateStructural(const LineLandmarkOptions& options, const std::vector<in
 
 bool EstimateGeneral(const LineLandmarkOptions& options, const CostModel& model,
                      LineLandmark* line) {
-  const auto fit = TriangulateGeneralLine(SightsOf(*line), line->anchor_world, model.lines, {});
+  const auto fit = TriangulateGeneralLine(SightsOf(*line), line->anchor_world, model.lines,
+                                          options.triangulation);
   if (!fit) return false;
   line->block = fit->block;
   return FitsItsSights(line, options.max_new_chi2, model);

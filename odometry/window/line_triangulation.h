@@ -7,17 +7,10 @@
 
 #include "odometry/geometry/general_line.h"
 #include "odometry/geometry/structural_line.h"
+#include "odometry/options.h"
 #include "odometry/residuals/line_sight.h"
 
 namespace slcmap {
-
-struct LineTriangulationOptions {
-  double max_relative_sigma = 0.25;      // of the line's place across it, to its distance
-  double max_direction_sigma_rad = 0.2;  // of a general line
-  double min_distance_m = 0.1;           // from the anchor
-  double max_distance_m = 100;
-  double loss_sigma = 2;  // where the Huber loss of a sight turns linear
-};
 
 // One stereo pair that saw a line.
 struct LineSight {

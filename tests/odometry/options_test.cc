@@ -27,17 +27,22 @@ TEST_F(OdometryOptionsTest, DefaultsAreValid) { EXPECT_NO_THROW(OdometryOptions(
 TEST_F(OdometryOptionsTest, ReadsWhatTheFileHoldsAndLeavesTheRest) {
   const OdometryOptions options = Read(
       "method: points-mono\npoints: {max_points: 77}\nwindow: {point_sigma_px: 0.7}\n"
+      "line_landmarks: {triangulation: {max_distance_m: 30}, max_unseen: 5}\n"
       "mapping: {cloud: {voxel_m: 0.1}}\n");
   EXPECT_EQ(options.method, Method::kPointsMono);
   EXPECT_EQ(options.points.max_points, 77);
   EXPECT_EQ(options.points.patch_px, PointTrackerOptions().patch_px);
   EXPECT_EQ(options.window.point_sigma_px, 0.7);
+  EXPECT_EQ(options.line_landmarks.triangulation.max_distance_m, 30);
+  EXPECT_EQ(options.line_landmarks.max_unseen, 5);
 }
 
 TEST_F(OdometryOptionsTest, NamesSectionKeyValueAndRange) {
   EXPECT_EQ(ErrorOf("points: {pyramid_levels: 9}"),
             "points.pyramid_levels: found 9, expected 1 to 8");
   EXPECT_EQ(ErrorOf("rectifier: {scale: 0.05}"), "rectifier.scale: found 0.05, expected 0.1 to 4");
+  EXPECT_EQ(ErrorOf("line_landmarks: {triangulation: {max_distance_m: 0}}"),
+            "line_landmarks.triangulation.max_distance_m: found 0, expected 0.1 to 100000");
 }
 
 TEST_F(OdometryOptionsTest, RefusesUnknownKeysTypesAndMethods) {
