@@ -286,6 +286,7 @@ Keyframe SlidingWindow::DescribeFrame(const FrameState& frame) const {
   out.stamp_ns = frame.stamp_ns;
   out.T_world_imu = frame.T_world_imu();
   const Camera& camera = rig_.cameras[0];
+  out.observations.reserve(frame.measurements.size());  // most of what a long run keeps
   for (const auto& [id, measurement] : frame.measurements) {
     KeyframeObservation observation;
     observation.landmark_id = id;
