@@ -138,7 +138,7 @@ void TakeOver(LineLandmark* older, LineLandmark* newer) {
       older->points.push_back(id);
     }
   }
-  older->last_seen_frame = std::max(older->last_seen_frame, newer->last_seen_frame);
+  older->last_released_frame = std::max(older->last_released_frame, newer->last_released_frame);
 }
 
 // Cuts a segment to the image; false where nothing of it is inside.
@@ -194,7 +194,6 @@ void RegisterLines(FrameState* frame, WindowState* window) {
     LineLandmark& line = window->lines[id];
     line.id = id;
     line.frames.push_back(frame);
-    line.last_seen_frame = frame->id;
   }
 }
 
@@ -359,7 +358,7 @@ Line Describe(const LineLandmark& line, const CostModel& model, const Prior& pri
   out.end_world = in_world.point_world + line.extent.to_m() * in_world.direction_world;
   out.covariance_m2 = CovarianceAcross(line, 0.5 * (out.start_world + out.end_world), model, prior);
   out.observations = static_cast<int>(line.frames.size()) + line.released_frames;
-  out.last_keyframe = line.last_seen_frame;
+  out.last_keyframe = line.last_seen_frame();
   out.point_ids = line.points;
   return out;
 }

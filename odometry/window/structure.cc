@@ -95,7 +95,7 @@ std::unordered_set<int64_t> Structure::LinesToForget(const WindowState& window) 
     if (line.retired || (line.frames.empty() && !line.estimated)) {
       forgotten.insert(id);
     } else if (line.frames.empty()) {
-      unseen.emplace_back(line.last_seen_frame, id);
+      unseen.emplace_back(line.last_seen_frame(), id);
     }
   }
   std::sort(unseen.rbegin(), unseen.rend());
@@ -112,6 +112,7 @@ std::unordered_set<int64_t> Structure::ReleaseOldest(const CostModel& model, Win
     if (line.estimated) AddLineTerm(&line, oldest, model, terms);
     line.frames.erase(line.frames.begin());
     ++line.released_frames;
+    line.last_released_frame = oldest->id;
   }
   const std::unordered_set<int64_t> gone = LinesToForget(*window);
   for (auto& [id, line] : window->lines) {

@@ -97,10 +97,10 @@ struct LineLandmark {
   Eigen::Vector3d anchor_world = Eigen::Vector3d::Zero();
   GeneralLineBlock block{};  // of a structural line the first numbers
   std::optional<GeneralLineBlock> linearization;
-  bool estimated = false;   // triangulated, and part of the cost
-  bool retired = false;     // no longer part of the cost; the prior has yet to forget it
-  int released_frames = 0;  // that saw it too, but have left the window
-  int64_t last_seen_frame = 0;
+  bool estimated = false;            // triangulated, and part of the cost
+  bool retired = false;              // no longer part of the cost; the prior has yet to forget it
+  int released_frames = 0;           // that saw it too, but have left the window
+  int64_t last_released_frame = -1;  // the last of these
   LineExtent extent;
   std::vector<int64_t> points;  // landmarks that belong to it; see line_members.h
 
@@ -108,6 +108,10 @@ struct LineLandmark {
   int block_size() const { return IsStructural() ? kStructuralLineSize : kGeneralLineSize; }
   StructuralLine structural() const { return {axis, anchor_world}; }
   double heading_rad() const { return heading ? heading->heading_rad[0] : 0; }
+  // The id of the last frame whose sight of it counts; -1 where none does.
+  int64_t last_seen_frame() const {
+    return frames.empty() ? last_released_frame : frames.back()->id;
+  }
   // The point nearest to the anchor, and the direction.
   PointAndDirection InWorld() const;
 };

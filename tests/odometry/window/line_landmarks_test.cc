@@ -85,6 +85,29 @@ TEST_F(LineLandmarksTest, TakesOutASightOfAnotherEdgeBeforeItMovesTheFrame) {
   EXPECT_EQ(line().frames.size(), kFrames - 1);
 }
 
+TEST_F(LineLandmarksTest, ASightThatWasTakenOutIsNotTheLastThatIsTold) {
+  EXPECT_EQ(Describe(line(), model_, {}).last_keyframe, kFrames - 1);
+  See(kFrames - 1, 6 * options_.sigma_px);
+  EXPECT_TRUE(RejectLineOutliers(options_, model_, &window_).empty());
+  EXPECT_EQ(Describe(line(), model_, {}).last_keyframe, kFrames - 2);
+}
+
+// It was seen only by frames that have left the window, until the wrong match.
+TEST_F(LineLandmarksTest, SurvivesTheLossOfItsOnlySight) {
+  line().last_released_frame = 0;
+  for (int i = 0; i < kFrames - 1; ++i) window_.frames[i]->lines.clear();
+  line().frames = {window_.frames.back().get()};
+  line().extent.Add(-1, 1);
+  See(kFrames - 1, 20);
+  RejectLineMisfits(options_, model_, window_.frames.back().get(), &window_);
+  EXPECT_TRUE(line().frames.empty());
+  EXPECT_EQ(line().last_seen_frame(), 0);
+  EXPECT_TRUE(RejectLineOutliers(options_, model_, &window_).empty());
+  ExtendLines(*window_.frames.back(), model_, &window_);
+  EXPECT_TRUE(MergeLines(options_, &window_).empty());
+  EXPECT_EQ(PredictLines(window_, *window_.frames.back(), rig_).size(), 1u);
+}
+
 TEST_F(LineLandmarksTest, TakesOutTheRightSightAloneWhereItAloneIsOfAnotherEdge) {
   auto& sight = window_.frames.back()->lines.at(kLine);
   sight.right->start.y() += 20 / kFocal_px;
