@@ -21,6 +21,7 @@ constexpr double kReportEvery_s = 2.0;     // failed attempts at initialisation 
 constexpr double kStandstillStep_s = 1.0;  // how often the window hears that the rig stands still
 constexpr double kRestLooksBack_s = 0.5;   // at most, to tell whether the rig rests
 constexpr double kMaxRestSpeed_m_s = 0.05;
+constexpr double kMinForce_m_s2 = 1.0;  // less has no direction to speak of
 
 // The left camera at a frame from the left camera at an earlier one.
 Quaterniond CameraRotation(const FrameState& now, const FrameState& last, const Rig& rig) {
@@ -144,13 +145,15 @@ void Estimator::AppendImu(int64_t from_ns, int64_t to_ns, Preintegration* imu) c
   for (size_t i = first; i < samples.size(); ++i) imu->Append(samples[i]);
 }
 
-// Upwards in the left camera, as far as the accelerometer alone tells.
+// Upwards in the left camera, as far as the accelerometer alone tells: nothing where it falls or is
+// silent.
 std::vector<Vector3d> Estimator::RoughVertical(int64_t stamp_ns) const {
   if (!last_stamp_ns_) return {};
   const auto samples = imu_.Between(*last_stamp_ns_, stamp_ns);
   if (samples.empty()) return {};
-  const Vector3d up_imu = SpreadOf(samples, &ImuSample::specific_force_m_s2).mean.normalized();
-  return {rig_.T_imu_camera[0].rotation.conjugate() * up_imu};
+  const Vector3d force_m_s2 = SpreadOf(samples, &ImuSample::specific_force_m_s2).mean;
+  if (force_m_s2.norm() < kMinForce_m_s2) return {};
+  return {rig_.T_imu_camera[0].rotation.conjugate() * force_m_s2.normalized()};
 }
 
 std::optional<OnlineState> Estimator::Initialize(int64_t stamp_ns) {

@@ -54,6 +54,8 @@ TEST_P(LineDetectorTest, CutsEdgesAtTheBorderOfTheMask) {
   const auto segments = DetectSegments(image, mask, options);
   ASSERT_EQ(segments.size(), 1u);
   EXPECT_GT(segments[0].Length(), 340);
+  EXPECT_GE(std::min(segments[0].start.y(), segments[0].end.y()), 7.5);
+  EXPECT_LE(std::max(segments[0].start.y(), segments[0].end.y()), 391.5);
 }
 
 TEST_P(LineDetectorTest, FindsNothingInAFlatImage) {

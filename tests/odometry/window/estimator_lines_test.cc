@@ -148,6 +148,7 @@ TEST(EstimatorWithLines, PrefersVerticalsFromTheFirstImagesOn) {
   ASSERT_EQ(axes.size(), 1u);
   EXPECT_LT((ExampleStereoRig().T_imu_camera[0].rotation * axes[0] - up_imu).norm(), 1e-6);
   EXPECT_TRUE(FirstAxes(Method::kPointsLines, 9.81 * up_imu).empty());
+  EXPECT_TRUE(FirstAxes(Method::kStructural, Eigen::Vector3d::Zero()).empty());
 }
 
 TEST(EstimatorWithLines, PerfectPointsOnLinesAreFoundAsSuch) {
@@ -221,8 +222,9 @@ TEST(EstimatorWithLines, LinesThatSlideDoNotSpoilThePath) {
   }
 
   // That they are there, and would spoil it.
-  options.odometry.line_landmarks.max_chi2 = options.odometry.line_landmarks.max_new_chi2 = 1e9;
-  options.odometry.line_landmarks.loss_sigma = 1e9;
+  LineLandmarkOptions& lines = options.odometry.line_landmarks;
+  lines.max_chi2 = lines.max_new_chi2 = lines.max_median_chi2 = lines.max_tracking_chi2 = 1e9;
+  lines.loss_sigma = 1e9;
   EXPECT_GT(LargestPositionError(RunOnSimulatedTracks(options)), 2 * LargestPositionError(run));
 }
 
