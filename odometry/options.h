@@ -197,10 +197,12 @@ struct LineTriangulationOptions {
 
 // Lines as landmarks of the window.
 struct LineLandmarkOptions {
-  double sigma_px = 0.2;             // of a segment's end, across the line
-  double loss_sigma = 1.5;           // where the robust loss turns
-  double max_chi2 = 16.0;            // of one camera's sight (2 rows) that is kept
-  double max_median_chi2 = 2.0;      // the same, of the left sights of a line in the window
+  double sigma_px = 0.2;    // of a segment's end, across the line
+  double loss_sigma = 1.5;  // where the robust loss turns
+  double max_chi2 = 16.0;   // of one camera's sight (2 rows) that is kept
+  // The same, of the left sights of a line in the window. Sights scatter by a third of sigma_px:
+  // with a sigma as small as the scatter, a limit so low retires nearly all lines.
+  double max_median_chi2 = 2.0;
   double max_new_chi2 = 56.0;        // of a sight, when its line is first estimated
   double max_tracking_chi2 = 900.0;  // of a sight in a keyframe that is not optimised yet
   bool anchor_at_origin = false;     // as in the paper; else where the line was first seen from
