@@ -40,7 +40,7 @@ void RejectLineMisfits(const LineLandmarkOptions& options, const CostModel& mode
                        FrameState* frame, WindowState* window);
 
 // Takes out sights whose squared residual in one camera is above the limit, and retires the lines
-// that have mostly such; returns the ids of these.
+// that have mostly such, or whose median residual is too large; returns the ids of these.
 std::unordered_set<int64_t> RejectLineOutliers(const LineLandmarkOptions& options,
                                                const CostModel& model, WindowState* window);
 
