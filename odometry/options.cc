@@ -1,5 +1,6 @@
 #include "odometry/options.h"
 
+#include <sstream>
 #include <utility>
 
 #include "data/error.h"
@@ -168,6 +169,11 @@ constexpr OptionTable kLineTriangulation{
 
 void LineTriangulationOptions::Check() const {
   kLineTriangulation.Check("line_landmarks.triangulation", *this);
+  if (min_distance_m < max_distance_m) return;
+  std::ostringstream message;
+  message << "line_landmarks.triangulation.min_distance_m: found " << min_distance_m
+          << ", expected less than max_distance_m, which is " << max_distance_m;
+  throw ConfigError(message.str());
 }
 void LineTriangulationOptions::Read(YamlSection section) { kLineTriangulation.Read(section, this); }
 

@@ -45,6 +45,12 @@ TEST_F(OdometryOptionsTest, NamesSectionKeyValueAndRange) {
             "line_landmarks.triangulation.max_distance_m: found 0, expected 0.1 to 100000");
 }
 
+TEST_F(OdometryOptionsTest, RefusesALeastDistanceOfLinesBeyondTheLargest) {
+  EXPECT_EQ(ErrorOf("line_landmarks: {triangulation: {min_distance_m: 3, max_distance_m: 2}}"),
+            "line_landmarks.triangulation.min_distance_m: found 3, expected less than "
+            "max_distance_m, which is 2");
+}
+
 TEST_F(OdometryOptionsTest, RefusesUnknownKeysTypesAndMethods) {
   EXPECT_NE(ErrorOf("failure: {max_sped_m_s: 3}").find("failure.max_sped_m_s: unknown key"),
             std::string::npos);
