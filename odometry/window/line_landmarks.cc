@@ -97,6 +97,19 @@ void RemoveSight(LineLandmark* line, FrameState* frame) {
   frame->lines.erase(line->id);
 }
 
+// Takes out what a frame saw of the line in a camera where it is too far off: in the right one that
+// alone, in the left one all. The left one's squared residual where that is kept.
+std::optional<double> TakeOutMisfit(double max_chi2, const CostModel& model, LineLandmark* line,
+                                    FrameState* frame) {
+  const auto [left, right] = SightChi2(line, frame, model);
+  if (left > max_chi2) {
+    RemoveSight(line, frame);
+    return std::nullopt;
+  }
+  if (right > max_chi2) frame->lines.at(line->id).right.reset();
+  return left;
+}
+
 void Retire(LineLandmark* line) {
   for (FrameState* frame : line->frames) frame->lines.erase(line->id);
   line->frames.clear();
@@ -234,12 +247,7 @@ void RejectLineMisfits(const LineLandmarkOptions& options, const CostModel& mode
                        FrameState* frame, WindowState* window) {
   for (auto& [id, line] : window->lines) {
     if (!line.estimated || line.retired || !frame->lines.contains(id)) continue;
-    const auto [left, right] = SightChi2(&line, frame, model);
-    if (left > options.max_tracking_chi2) {
-      RemoveSight(&line, frame);
-    } else if (right > options.max_tracking_chi2) {
-      frame->lines.at(id).right.reset();
-    }
+    TakeOutMisfit(options.max_tracking_chi2, model, &line, frame);
   }
 }
 
@@ -248,21 +256,14 @@ std::unordered_set<int64_t> RejectLineOutliers(const LineLandmarkOptions& option
   std::unordered_set<int64_t> outliers;
   for (auto& [id, line] : window->lines) {
     if (!line.estimated || line.retired) continue;
-    int bad = 0;
     std::vector<double> kept;
     const std::vector<FrameState*> frames = line.frames;
     for (FrameState* frame : frames) {
-      const auto [left, right] = SightChi2(&line, frame, model);
-      if (right > options.max_chi2) frame->lines.at(id).right.reset();
-      if (left > options.max_chi2) {
-        ++bad;
-        RemoveSight(&line, frame);
-      } else {
-        kept.push_back(left);
-      }
+      const auto left = TakeOutMisfit(options.max_chi2, model, &line, frame);
+      if (left) kept.push_back(*left);
     }
-    const bool fits = 2 * bad <= static_cast<int>(frames.size()) &&
-                      !MisfitsAll(options.max_median_chi2, std::move(kept));
+    const bool fits =
+        2 * kept.size() >= frames.size() && !MisfitsAll(options.max_median_chi2, std::move(kept));
     if (fits && !IsBehindAnchor(line)) continue;
     outliers.insert(id);
     Retire(&line);

@@ -59,11 +59,22 @@ FinishedIds SlidingWindow::Start(std::vector<std::unique_ptr<FrameState>> frames
   TriangulatePoints(model_.geometry, &state_);
   structure_.Update(model_, newest, &state_);
   Optimize(5 * options_.max_iterations);
+  return RejectOutliers();
+}
+
+FinishedIds SlidingWindow::RejectOutliers() {
   FinishedIds finished;
-  finished.points = RejectPointOutliers(options_.max_point_chi2, model_, &state_);
-  structure_.ForgetPoints(finished.points, &state_);
-  finished.lines = structure_.Judge(model_, *newest, &state_);
+  finished.points = RejectPoints();
+  finished.lines = structure_.Judge(model_, newest(), &state_);
   return finished;
+}
+
+// Landmarks that do not fit, which leave their lines too.
+std::unordered_set<int64_t> SlidingWindow::RejectPoints() {
+  std::unordered_set<int64_t> outliers =
+      RejectPointOutliers(options_.max_point_chi2, model_, &state_);
+  structure_.ForgetPoints(outliers, &state_);
+  return outliers;
 }
 
 void SlidingWindow::SetFirstPrior() {
@@ -147,10 +158,7 @@ FinishedIds SlidingWindow::AddKeyframe(std::unique_ptr<FrameState> frame) {
   RegisterLines(newest, &state_);
   structure_.Update(model_, newest, &state_);
   iterations_ += Optimize(options_.max_iterations).iterations;
-  FinishedIds finished;
-  finished.points = RejectPointOutliers(options_.max_point_chi2, model_, &state_);
-  structure_.ForgetPoints(finished.points, &state_);
-  finished.lines = structure_.Judge(model_, *newest, &state_);
+  FinishedIds finished = RejectOutliers();
   while (static_cast<int>(state_.frames.size()) > options_.max_keyframes) {
     MarginalizeOldest(&finished);
   }
@@ -171,10 +179,7 @@ std::unordered_set<int64_t> SlidingWindow::ExtendStandstill(const std::vector<Im
     }
   }
   Optimize(options_.max_iterations);
-  std::unordered_set<int64_t> outliers =
-      RejectPointOutliers(options_.max_point_chi2, model_, &state_);
-  structure_.ForgetPoints(outliers, &state_);
-  return outliers;
+  return RejectPoints();
 }
 
 void SlidingWindow::RepropagateMovedBiases() {

@@ -76,6 +76,8 @@ class SlidingWindow {
  private:
   void SetFirstPrior();
   SolverSummary Optimize(int max_iterations);
+  FinishedIds RejectOutliers();
+  std::unordered_set<int64_t> RejectPoints();
   void RepropagateMovedBiases();
   void MarginalizeOldest(FinishedIds* finished);
   void ReleaseFromOldest(PointLandmark* landmark, std::vector<Term>* terms,
