@@ -18,25 +18,39 @@ Eigen::Vector3d Vector(const CsvTable& table, std::size_t row, std::size_t colum
   return {table.Number(row, column), table.Number(row, column + 1), table.Number(row, column + 2)};
 }
 
-TrueEdges ReadEdgeTable(const std::string& path) {
-  const CsvTable table = CsvTable::Read(path, kColumns);
+// Of the edges of which something was seen.
+TrueEdges SeenEdges(const std::vector<EdgeRow>& rows) {
   TrueEdges edges;
   std::optional<int64_t> last_edge;  // of edges.whole; the parts of an edge follow each other
-  for (std::size_t i = 0; i < table.rows(); ++i) {
-    const PlySegment whole{Vector(table, i, 3), Vector(table, i, 6)};
-    const double from_m = table.Number(i, 9), to_m = table.Number(i, 10);
-    if (to_m < from_m) table.Fail(i, 10, "at least seen_from_m");
-    if (to_m == from_m || !HasExtent(whole)) continue;
-    const Eigen::Vector3d direction = (whole.end_world - whole.start_world).normalized();
-    edges.seen.push_back(
-        {whole.start_world + from_m * direction, whole.start_world + to_m * direction});
-    if (last_edge != table.Integer(i, 0)) edges.whole.push_back(whole);
-    last_edge = table.Integer(i, 0);
+  for (const EdgeRow& row : rows) {
+    if (row.to_m == row.from_m || !HasExtent(row.whole)) continue;
+    edges.seen.push_back(row.Seen());
+    if (last_edge != row.edge) edges.whole.push_back(row.whole);
+    last_edge = row.edge;
   }
   return edges;
 }
 
 }  // namespace
+
+PlySegment EdgeRow::Seen() const {
+  const Eigen::Vector3d direction = (whole.end_world - whole.start_world).normalized();
+  return {whole.start_world + from_m * direction, whole.start_world + to_m * direction};
+}
+
+std::vector<EdgeRow> ReadEdgeTable(const std::string& path) {
+  const CsvTable table = CsvTable::Read(path, kColumns);
+  std::vector<EdgeRow> rows(table.rows());
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    rows[i] = {table.Integer(i, 0),
+               table.Integer(i, 1),
+               {Vector(table, i, 3), Vector(table, i, 6)},
+               table.Number(i, 9),
+               table.Number(i, 10)};
+    if (rows[i].to_m < rows[i].from_m) table.Fail(i, 10, "at least seen_from_m");
+  }
+  return rows;
+}
 
 TrueEdges ReadTrueEdges(const std::string& path) {
   TrueEdges edges;
@@ -45,7 +59,7 @@ TrueEdges ReadTrueEdges(const std::string& path) {
     std::erase_if(edges.seen, [](const PlySegment& segment) { return !HasExtent(segment); });
     edges.whole = edges.seen;
   } else {
-    edges = ReadEdgeTable(path);
+    edges = SeenEdges(ReadEdgeTable(path));
   }
   if (edges.seen.empty()) throw DataError(path + ": found no edge, expected at least one seen");
   return edges;

@@ -1,6 +1,7 @@
 // The true edges of a building that a line map is compared with.
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -13,7 +14,22 @@ struct TrueEdges {
   std::vector<PlySegment> seen;   // the parts that they saw
 };
 
-// Reads edges.csv as the simulator writes it (data/simulator/edge_visibility.h), or the edges of an
+// A row of edges.csv: a part of an edge that the cameras saw; or, of an edge that they did not see,
+// none of it.
+struct EdgeRow {
+  int64_t edge = 0;
+  int64_t axis = -1;  // 0 X, 1 Y, 2 vertical, of its wing; -1 none
+  PlySegment whole;   // the edge from end to end, in world
+  double from_m = 0, to_m = 0;
+
+  PlySegment Seen() const;
+};
+
+// Reads edges.csv as the simulator writes it (data/simulator/edge_visibility.h). Throws DataError
+// naming file and row.
+std::vector<EdgeRow> ReadEdgeTable(const std::string& path);
+
+// Reads edges.csv, or the edges of an
 // edge-PLY (a path that ends in ".ply"), all seen. Throws DataError naming file and row, also when
 // there is no edge with an extent.
 TrueEdges ReadTrueEdges(const std::string& path);

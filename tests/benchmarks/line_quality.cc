@@ -19,6 +19,7 @@
 #include <set>
 #include <vector>
 
+#include "apps/evaluation/true_edges.h"
 #include "data/sequence.h"
 #include "data/stereo_reader.h"
 #include "data/trajectory.h"
@@ -28,7 +29,6 @@
 #include "odometry/frontend/line_matcher.h"
 #include "odometry/frontend/line_tracker.h"
 #include "odometry/frontend/rectifier.h"
-#include "tests/benchmarks/edge_table.h"
 #include "tests/benchmarks/line_fit.h"
 #include "tests/benchmarks/stage_clocks.h"
 
@@ -58,9 +58,8 @@ std::vector<TrueEdge> ReadEdges(const std::string& sequence) {
   if (!std::filesystem::exists(path)) return edges;
   for (const EdgeRow& row : ReadEdgeTable(path)) {
     if (row.to_m <= row.from_m) continue;
-    const Eigen::Vector3d& a = row.whole.start_world;
-    const Eigen::Vector3d d = (row.whole.end_world - a).normalized();
-    edges.push_back({row.edge, {a + row.from_m * d, a + row.to_m * d}});
+    const PlySegment seen = row.Seen();
+    edges.push_back({static_cast<int>(row.edge), {seen.start_world, seen.end_world}});
   }
   return edges;
 }

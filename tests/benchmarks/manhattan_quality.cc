@@ -15,6 +15,7 @@
 #include <optional>
 #include <vector>
 
+#include "apps/evaluation/true_edges.h"
 #include "data/image_file.h"
 #include "data/sequence.h"
 #include "data/trajectory.h"
@@ -22,7 +23,6 @@
 #include "odometry/frontend/rectifier.h"
 #include "odometry/structure/line_classifier.h"
 #include "odometry/structure/manhattan_detector.h"
-#include "tests/benchmarks/edge_table.h"
 #include "tests/benchmarks/stage_clocks.h"
 
 namespace slcmap {
