@@ -2,9 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Geometry>
-
-#include "data/simulator/example.h"
+#include "tests/odometry/window/line_scene.h"
 
 namespace slcmap {
 namespace {
@@ -12,64 +10,27 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr int64_t kLine = 7;
 constexpr int kFrames = 6;
-constexpr double kDepth_m = 3;
-constexpr double kFocal_px = 450;
 
-// A level rig that moves aslant past a line along X, and sees it as it is.
-class LineLandmarksTest : public testing::Test {
+class LineLandmarksTest : public testing::LineScene {
  protected:
   void SetUp() override {
-    model_.geometry = StereoGeometry(rig_.T_imu_camera, kFocal_px / 0.4);
-    model_.lines = StereoGeometry(rig_.T_imu_camera, kFocal_px / options_.sigma_px);
-    LineLandmark& line = window_.lines[kLine];
-    line.id = kLine;
-    line.axis = LineAxis::kX;
-    line.heading = &window_.headings.emplace_back();
-    line.anchor_world = T_world_camera_.translation;
-    line.estimated = true;
-    const StructuralLineBlock block = StructuralLineThrough(line.structural(), 0, Middle());
-    std::copy(block.begin(), block.end(), line.block.begin());
-    for (int i = 0; i < kFrames; ++i) {
-      FrameState* frame = window_.frames.emplace_back(std::make_unique<FrameState>()).get();
-      frame->id = i;
-      PoseToBlock(Pose(i), frame->pose.data());
-      See(i, 0);
-      line.frames.push_back(frame);
-    }
-  }
-
-  Vector3d Middle() const { return T_world_camera_ * Vector3d(0, 0, kDepth_m); }
-
-  RigidTransform Pose(int i) const {
-    return RigidTransform(Eigen::Quaterniond::Identity(),
-                          R_world_camera_ * Vector3d(0.15 * i, 0.15 * i, 0)) *
-           T_world_camera_ * rig_.T_imu_camera[0].Inverse();
+    MakeLine(options_.sigma_px, &window_.headings.emplace_back(), &window_.lines[kLine]);
+    for (int i = 0; i < kFrames; ++i) AddFrame(i, &line());
   }
 
   // Frame i sees the line with one end down and the other up by so many pixels.
   void See(int i, double off_px) {
-    std::array<LineSegment, 2> seen;
-    for (int c = 0; c < 2; ++c) {
-      const RigidTransform T_camera_world = (Pose(i) * rig_.T_imu_camera[c]).Inverse();
-      const Vector3d start = T_camera_world * (Middle() - Vector3d::UnitX());
-      const Vector3d end = T_camera_world * (Middle() + Vector3d::UnitX());
-      const Vector2d off(0, off_px / kFocal_px);
-      seen[c] = {start.head<2>() / start.z() + off, end.head<2>() / end.z() - off};
-    }
-    window_.frames[i]->lines[kLine] = {seen[0], seen[1]};
+    const Vector2d off(0, off_px / kFocal_px);
+    StereoLineMeasurement seen = SightOf(i);
+    seen.left = {seen.left.start + off, seen.left.end - off};
+    seen.right = LineSegment{seen.right->start + off, seen.right->end - off};
+    window_.frames[i]->lines[kLine] = seen;
   }
 
   LineLandmark& line() { return window_.lines.at(kLine); }
 
-  const Rig rig_ = ExampleStereoRig();
-  const Eigen::Quaterniond R_world_camera_ = Eigen::Quaterniond(
-      Eigen::Matrix3d((Eigen::Matrix3d() << 1, 0, 0, 0, 0, 1, 0, -1, 0).finished()));
-  const RigidTransform T_world_camera_{R_world_camera_, Vector3d(1, 2, 1.5)};
   const LineLandmarkOptions options_;
-  CostModel model_;
-  WindowState window_;
 };
 
 TEST_F(LineLandmarksTest, KeepsALineThatFits) {

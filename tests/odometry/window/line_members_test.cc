@@ -6,9 +6,9 @@
 #include <cmath>
 #include <map>
 
-#include "data/simulator/example.h"
 #include "odometry/window/landmark_information.h"
 #include "odometry/window/line_landmarks.h"
+#include "tests/odometry/window/line_scene.h"
 
 namespace slcmap {
 namespace {
@@ -16,52 +16,21 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr int64_t kLine = 7, kPoint = 3;
-constexpr double kDepth_m = 3;
+constexpr int64_t kPoint = 3;
 
-// A horizontal line across the view of a rig that moves aslant. Cameras are level.
-class LineMembersTest : public testing::Test {
+class LineMembersTest : public testing::LineScene {
  protected:
   void SetUp() override {
-    const double focal_px = 450;
-    model_.geometry = StereoGeometry(rig_.T_imu_camera, focal_px / 0.4);
-    model_.lines = StereoGeometry(rig_.T_imu_camera, focal_px / 0.3);
-    line_.id = kLine;
-    line_.axis = LineAxis::kX;
-    line_.heading = &heading_;
-    line_.anchor_world = T_world_camera_.translation;
-    line_.estimated = true;
-    const StructuralLineBlock block = StructuralLineThrough(line_.structural(), 0, At(0));
-    std::copy(block.begin(), block.end(), line_.block.begin());
+    MakeLine(0.3, &heading_, &line_);
     point_.id = kPoint;
-  }
-
-  // A point of the world below the line's middle.
-  Vector3d At(double below_m) const { return T_world_camera_ * Vector3d(0, below_m, kDepth_m); }
-
-  RigidTransform Pose(int i) const {
-    return RigidTransform(Eigen::Quaterniond::Identity(),
-                          R_world_camera_ * Vector3d(0.15 * i, 0.15 * i, 0)) *
-           T_world_camera_ * rig_.T_imu_camera[0].Inverse();
-  }
-
-  Vector2d OnPlane(int i, int camera, const Vector3d& p_world) const {
-    const Vector3d p = (Pose(i) * rig_.T_imu_camera[camera]).Inverse() * p_world;
-    return p.head<2>() / p.z();
   }
 
   // `seen(frame, camera)` is what a camera takes for the point.
   template <typename Seen>
   void Look(int frames, const Seen& seen) {
     for (int i = 0; i < frames; ++i) {
-      FrameState& frame = *window_.frames.emplace_back(std::make_unique<FrameState>());
-      frame.id = i;
-      PoseToBlock(Pose(i), frame.pose.data());
-      const Vector3d start = At(0) - Vector3d::UnitX(), end = At(0) + Vector3d::UnitX();
-      frame.lines[kLine] = {{OnPlane(i, 0, start), OnPlane(i, 0, end)},
-                            LineSegment{OnPlane(i, 1, start), OnPlane(i, 1, end)}};
+      FrameState& frame = *AddFrame(i, &line_);
       frame.measurements[kPoint] = {OnPlane(i, 0, seen(i, 0)), OnPlane(i, 1, seen(i, 1))};
-      line_.frames.push_back(&frame);
       point_.frames.push_back(&frame);
     }
     SetPoint(seen(0, 0));
@@ -91,13 +60,7 @@ class LineMembersTest : public testing::Test {
     return JudgeMembership(options, point_, line_, model_, Prior());
   }
 
-  const Rig rig_ = ExampleStereoRig();
-  const Eigen::Quaterniond R_world_camera_ = Eigen::Quaterniond(
-      Eigen::Matrix3d((Eigen::Matrix3d() << 1, 0, 0, 0, 0, 1, 0, -1, 0).finished()));
-  const RigidTransform T_world_camera_{R_world_camera_, Vector3d(1, 2, 1.5)};
-  CostModel model_;
   HeadingState heading_;
-  WindowState window_;
   LineLandmark line_;
   PointLandmark point_;
 };
