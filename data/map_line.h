@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "data/line_axis.h"
+#include "data/types.h"
 
 namespace slcmap {
 

@@ -1,10 +1,12 @@
-// What a stereo camera and an IMU deliver, and their calibration.
+// What several folders speak of: what a stereo camera and an IMU deliver, their calibration, the
+// axes of a building, and what was observed of points and lines.
 #pragma once
 
 #include <Eigen/Core>
 #include <array>
 #include <cstdint>
 #include <opencv2/core/mat.hpp>
+#include <optional>
 
 #include "data/camera.h"
 #include "data/rigid_transform.h"
@@ -45,7 +47,38 @@ struct Rig {
   double camera_time_offset_s = 0;  // stamp on the IMU's clock = camera stamp + this
 };
 
+// The axis of a Manhattan world that a line runs along. Files hold these numbers.
+enum class LineAxis { kX = 0, kY = 1, kVertical = 2, kNone = 3 };
+
+// A straight segment, in pixels of a rectified image or on the plane z = 1 of a camera (the name of
+// what holds it says which). Which end is the start means nothing.
+struct LineSegment {
+  Eigen::Vector2d start = Eigen::Vector2d::Zero();
+  Eigen::Vector2d end = Eigen::Vector2d::Zero();
+
+  Eigen::Vector2d Midpoint() const { return 0.5 * (start + end); }
+  double Length() const { return (end - start).norm(); }
+};
+
+// A tracked point in one stereo pair, in pixels of the rectified cameras. right_px is only known
+// where the right image was looked at.
+struct PointObservation {
+  int64_t id = 0;
+  Eigen::Vector2d left_px = Eigen::Vector2d::Zero();
+  std::optional<Eigen::Vector2d> right_px;
+};
+
+// A tracked line in one stereo pair, in pixels of the rectified cameras. Ends along the line are
+// not repeatable: they say how far it was seen, not where it stops.
+struct LineObservation {
+  int64_t id = 0;
+  LineSegment left_px;
+  std::optional<LineSegment> right_px;
+};
+
 inline double ToSeconds(int64_t ns) { return static_cast<double>(ns) * 1e-9; }
-inline int64_t ToNanoseconds(double s) { return static_cast<int64_t>(s * 1e9 + (s < 0 ? -0.5 : 0.5)); }
+inline int64_t ToNanoseconds(double s) {
+  return static_cast<int64_t>(s * 1e9 + (s < 0 ? -0.5 : 0.5));
+}
 
 }  // namespace slcmap

@@ -31,7 +31,7 @@ struct LineMapOptions {
   void Read(YamlSection section);
 };
 
-// Everything that mapping can be told. YAML sections carry the names of the members.
+// Everything that mapping can be configured with. YAML sections carry the names of the members.
 struct MappingOptions {
   CloudOptions cloud;
   OccupancyOptions occupancy;

@@ -62,7 +62,7 @@ void DropNonFinite(const std::string& warning, std::vector<Item>* items, Odometr
   if (dropped > 0) run->warnings[warning] += static_cast<int64_t>(dropped);
 }
 
-// With a world go the lines along its axes; the others are told its new place.
+// With a world go the lines along its axes; the others are reported at its new place.
 void DropNonFiniteWorlds(OdometryRun* run) {
   for (int i = static_cast<int>(run->manhattan_worlds.size()) - 1; i >= 0; --i) {
     if (IsFinite(run->manhattan_worlds[i])) continue;

@@ -104,9 +104,9 @@ struct LineDetectorOptions {
 };
 
 struct LineMatcherOptions {
-  int max_descriptor_bits = 60;          // of 256, between sights of one line
+  int max_descriptor_bits = 60;          // of 256, between observations of one line
   double min_lead_bits = 10;             // of the best match before the second best
-  double min_correlation = 0.85;         // of a line's profile with that of its last sight
+  double min_correlation = 0.85;         // of a line's profile with that of its last observation
   double min_stereo_correlation = 0.85;  // of the pictures beside the left and right segment
   double min_stereo_lead = 0.03;         // of the best correlation before the second best
   double max_disparity = 0.25;           // of the image's width
@@ -118,7 +118,7 @@ struct LineTrackerOptions {
   LineDetectorOptions detector;
   LineMatcherOptions matcher;
   int max_lines = 60;        // followed at once; SLC-VIO keeps 35
-  int max_misses = 3;        // calls in a row without a sight or a prediction
+  int max_misses = 3;        // calls in a row without an observation or a prediction
   double gate_sigmas = 3;    // across the line, about a prediction, and
   double min_gate_px = 1.5;  // added to them
   double predicted_angle_rad = 0.04;
@@ -190,7 +190,7 @@ struct LineTriangulationOptions {
   double max_direction_sigma_rad = 0.2;  // of a general line
   double min_distance_m = 0.1;           // from the anchor
   double max_distance_m = 100;
-  double loss_sigma = 2;  // where the Huber loss of a sight turns linear
+  double loss_sigma = 2;  // where the Huber loss of an observation turns linear
   void Check() const;
   void Read(YamlSection section);
 };
@@ -199,22 +199,22 @@ struct LineTriangulationOptions {
 struct LineLandmarkOptions {
   double sigma_px = 0.2;    // of a segment's end, across the line
   double loss_sigma = 1.5;  // where the robust loss turns
-  double max_chi2 = 16.0;   // of one camera's sight (2 rows) that is kept
-  // The same, of the left sights of a line in the window. Sights scatter by a third of sigma_px:
-  // with a sigma as small as the scatter, a limit so low retires nearly all lines.
+  double max_chi2 = 16.0;   // of one camera's observation (2 rows) that is kept
+  // The same, of the left observations of a line in the window. Observations scatter by a third of
+  // sigma_px: with a sigma as small as the scatter, a limit so low retires nearly all lines.
   double max_median_chi2 = 2.0;
-  double max_new_chi2 = 56.0;        // of a sight, when its line is first estimated
-  double max_tracking_chi2 = 900.0;  // of a sight in a keyframe that is not optimised yet
+  double max_new_chi2 = 56.0;        // of an observation, when its line is first estimated
+  double max_tracking_chi2 = 900.0;  // of an observation in a keyframe that is not optimised yet
   bool anchor_at_origin = false;     // as in the paper; else where the line was first seen from
-  int min_sights = 2;                // keyframes that saw a line before it is estimated
-  int min_general_sights = 4;        // the same for a line of no axis
+  int min_keyframes = 2;             // keyframes that saw a line before it is estimated
+  int min_general_keyframes = 4;     // the same for a line of no axis
   bool general_lines = false;        // also lines of no axis, with structural and slc
   double merge_distance_m = 0.03;    // two lines of one axis nearer than this are one
   double point_sigma_m = 0.01;       // of a point's distance from the line it belongs to
   // How well a point and its line have to be known against each other, until it counts that they
   // agree.
   double max_member_sigma_m = 0.015;
-  // Of the lines that the run tells: how well they must be known, and be seen.
+  // Of the lines that the run reports: how well they must be known, and be seen.
   double max_sigma_m = 0.007;  // of the line's middle, across it
   int min_observations = 4;    // keyframes that saw it
   int max_unseen = 20;         // lines that are kept though the window sees them no longer
@@ -223,7 +223,7 @@ struct LineLandmarkOptions {
   void Read(YamlSection section);
 };
 
-// Everything that odometry can be told. YAML sections carry the names of the members.
+// Everything that odometry can be configured with. YAML sections carry the names of the members.
 struct OdometryOptions {
   Method method = Method::kSlc;
   RectifierOptions rectifier;

@@ -11,7 +11,6 @@
 #include "data/real_time_pace.h"
 #include "data/trajectory.h"
 #include "data/types.h"
-#include "odometry/frontend/line_observation.h"
 
 namespace slcmap {
 
@@ -25,7 +24,7 @@ struct OnlineState {
   Eigen::Vector3d accel_bias_m_s2 = Eigen::Vector3d::Zero();
 };
 
-// One sight of a landmark from a keyframe, in pixels of the rectified images.
+// One observation of a landmark from a keyframe, in pixels of the rectified images.
 struct KeyframeObservation {
   int64_t landmark_id = 0;
   Eigen::Vector2d left_px = Eigen::Vector2d::Zero();
@@ -86,7 +85,7 @@ struct StageTiming {
 struct RunTimings {
   std::vector<StageTiming> stages;
   int64_t window_iterations = 0;  // of the optimisations of all keyframes
-  double cpu_s = 0;  // user + system, whole process
+  double cpu_s = 0;               // user + system, whole process
   double wall_s = 0;
   double peak_memory_mib = 0;
   int64_t stereo_frames = 0;

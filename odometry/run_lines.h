@@ -1,4 +1,4 @@
-// What is told of a run's lines: their form in lines.ply, and how long they lived.
+// What is reported of a run's lines: their form in lines.ply, and how long they lived.
 #pragma once
 
 #include <vector>

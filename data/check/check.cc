@@ -60,14 +60,14 @@ void CheckImuRate(const Sequence& sequence, CheckReport* report) {
   const double step_s = MedianStep_s(sequence.imu);
   report->AddFigure("IMU samples", static_cast<double>(sequence.imu.size()), "");
   if (step_s <= 0) return;
-  const double rate_hz = 1 / step_s, told_hz = sequence.rig.imu_noise.rate_hz;
+  const double rate_hz = 1 / step_s, calibrated_hz = sequence.rig.imu_noise.rate_hz;
   report->AddFigure("IMU rate", rate_hz, "Hz");
   if (rate_hz < kMinImuRate_hz) {
     report->Warn("imu-rate", fmt::format("{:.1f} Hz", rate_hz), "record the IMU at 200 Hz or more");
   }
-  if (std::abs(rate_hz / told_hz - 1) > kMaxRateMismatch) {
+  if (std::abs(rate_hz / calibrated_hz - 1) > kMaxRateMismatch) {
     report->Warn("imu-rate",
-                 fmt::format("{:.1f} Hz, {:.1f} Hz in the calibration", rate_hz, told_hz),
+                 fmt::format("{:.1f} Hz, {:.1f} Hz in the calibration", rate_hz, calibrated_hz),
                  "correct rate_hz (ASL) or update_rate (Kalibr)");
   }
 }

@@ -4,7 +4,7 @@
 #include <opencv2/core/mat.hpp>
 #include <vector>
 
-#include "odometry/frontend/line_observation.h"
+#include "data/types.h"
 #include "odometry/options.h"
 
 namespace slcmap {

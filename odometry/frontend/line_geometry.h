@@ -3,7 +3,7 @@
 
 #include <Eigen/Core>
 
-#include "odometry/frontend/line_observation.h"
+#include "data/types.h"
 
 namespace slcmap {
 

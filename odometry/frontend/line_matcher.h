@@ -6,7 +6,7 @@
 #include <optional>
 #include <vector>
 
-#include "odometry/frontend/line_observation.h"
+#include "data/types.h"
 #include "odometry/options.h"
 
 namespace slcmap {

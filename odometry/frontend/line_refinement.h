@@ -4,7 +4,7 @@
 #include <opencv2/core/mat.hpp>
 #include <optional>
 
-#include "odometry/frontend/line_observation.h"
+#include "data/types.h"
 
 namespace slcmap {
 

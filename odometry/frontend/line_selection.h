@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "data/camera.h"
-#include "odometry/frontend/line_observation.h"
+#include "data/types.h"
 
 namespace slcmap {
 

@@ -30,7 +30,7 @@ struct KnownLine {
   LineSegment seen_px;      // in the left image, when seen last
   LineSegment expected_px;  // now: predicted, or as if the camera only rotated
   Eigen::VectorXf profile;  // when seen last
-  cv::Mat descriptor;       // of the last sight; empty until the line is lost
+  cv::Mat descriptor;       // of the last observation; empty until the line is lost
   double gate_px = 0;       // 0 without a prediction
   int misses = 0;
   std::optional<double> disparity_px;  // when seen last, at the middle; of steep lines only

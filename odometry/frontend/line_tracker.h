@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "data/types.h"
-#include "odometry/frontend/line_observation.h"
+#include "odometry/line_prediction.h"
 #include "odometry/options.h"
 
 namespace slcmap {

@@ -15,14 +15,6 @@
 
 namespace slcmap {
 
-// A tracked point in one stereo pair, in pixels of the rectified cameras. right_px is only known
-// where the right image was looked at.
-struct PointObservation {
-  int64_t id = 0;
-  Eigen::Vector2d left_px = Eigen::Vector2d::Zero();
-  std::optional<Eigen::Vector2d> right_px;
-};
-
 class PointTracker {
  public:
   // rectified_rig and mask_left as a Rectifier gives them.

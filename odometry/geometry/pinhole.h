@@ -4,7 +4,7 @@
 #include <Eigen/Core>
 
 #include "data/camera.h"
-#include "odometry/frontend/line_observation.h"
+#include "data/types.h"
 
 namespace slcmap {
 

@@ -4,7 +4,7 @@
 #include <Eigen/Core>
 #include <array>
 
-#include "odometry/frontend/line_observation.h"
+#include "data/types.h"
 
 namespace slcmap {
 

@@ -37,14 +37,15 @@ GeneralLineResidual::GeneralLineResidual(const StereoGeometry* geometry,
 void GeneralLineResidual::EvaluateAt(const double* const* parameters, double* residuals,
                                      double** jacobians) const {
   if (!jacobians) {
-    EvaluateLineSight(*geometry_, measurement_, parameters[0],
-                      Pluecker(anchor_world_, parameters[1], nullptr), residuals);
+    EvaluateLineReprojection(*geometry_, measurement_, parameters[0],
+                             Pluecker(anchor_world_, parameters[1], nullptr), residuals);
     return;
   }
   PlueckerJacobian by_tangent;
   const PlueckerLine line = Pluecker(anchor_world_, parameters[1], &by_tangent);
-  LineSightJacobian d;
-  LinearizeLineSight(*geometry_, measurement_, parameters[0], line, by_tangent, residuals, &d);
+  LineReprojectionJacobian d;
+  LinearizeLineReprojection(*geometry_, measurement_, parameters[0], line, by_tangent, residuals,
+                            &d);
   using RowMajor6 = Eigen::Matrix<double, Eigen::Dynamic, 6, Eigen::RowMajor>;
   using RowMajor4 = Eigen::Matrix<double, Eigen::Dynamic, 4, Eigen::RowMajor>;
   if (jacobians[0]) Eigen::Map<RowMajor6>(jacobians[0], rows(), 6) = d.by_pose;

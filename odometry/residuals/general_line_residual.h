@@ -3,11 +3,11 @@
 
 #include "odometry/geometry/general_line.h"
 #include "odometry/residuals/factor.h"
-#include "odometry/residuals/line_sight.h"
+#include "odometry/residuals/line_reprojection.h"
 
 namespace slcmap {
 
-// Blocks: pose, general line. Rows as in EvaluateLineSight().
+// Blocks: pose, general line. Rows as in EvaluateLineReprojection().
 class GeneralLineResidual final : public Factor {
  public:
   // The geometry must outlive the residual.

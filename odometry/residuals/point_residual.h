@@ -24,13 +24,13 @@ struct StereoMeasurement {
   std::optional<Eigen::Vector2d> right;
 };
 
-// A point block is (x, y, lambda): where it lies on the plane z = 1 of its host's left camera, and its
-// inverse depth there (1 / m). The bearing is estimated beside the depth: taken as measured, the
-// host's noise would enter all sights of the point as one error that nobody accounts for.
+// A point block is (x, y, lambda): where it lies on the plane z = 1 of its host's left camera, and
+// its inverse depth there (1 / m). The bearing is estimated beside the depth: taken as measured,
+// the host's noise would enter all observations of the point as one error that nobody accounts for.
 inline constexpr int kPointSize = 3;
 
-// Blocks: pose of the host, pose of the target, point. With z = (x, y, 1), in camera c of the target,
-// scaled by the inverse depth (so that a point at infinity is nothing special):
+// Blocks: pose of the host, pose of the target, point. With z = (x, y, 1), in camera c of the
+// target, scaled by the inverse depth (so that a point at infinity is nothing special):
 //
 //   m   = R_t^T ( R_h (R_IC z + lambda p_IC) + lambda (p_h - p_t) )
 //   p_c = R_ICc^T ( m - lambda p_ICc )          r = weight ( p_c.xy / p_c.z - measured )
@@ -50,8 +50,8 @@ class PointResidual final : public Factor {
   StereoMeasurement target_;
 };
 
-// Block: point. What the host itself measured of it: two rows for the left camera, and two more when
-// it saw the point in the right one.
+// Block: point. What the host itself measured of it: two rows for the left camera, and two more
+// when it saw the point in the right one.
 class HostPointResidual final : public Factor {
  public:
   HostPointResidual(const StereoGeometry& geometry, const StereoMeasurement& host);

@@ -54,14 +54,15 @@ void StructuralLineResidual::EvaluateAt(const double* const* parameters, double*
   const int last = blocks() - 1;
   const double* heading = line_.HasHeading() ? parameters[1] : nullptr;
   if (!jacobians) {
-    EvaluateLineSight(*geometry_, measurement_, parameters[0],
-                      Pluecker(line_, heading, parameters[last], nullptr), residuals);
+    EvaluateLineReprojection(*geometry_, measurement_, parameters[0],
+                             Pluecker(line_, heading, parameters[last], nullptr), residuals);
     return;
   }
   PlueckerJacobian by_parameters;
   const PlueckerLine line = Pluecker(line_, heading, parameters[last], &by_parameters);
-  LineSightJacobian d;
-  LinearizeLineSight(*geometry_, measurement_, parameters[0], line, by_parameters, residuals, &d);
+  LineReprojectionJacobian d;
+  LinearizeLineReprojection(*geometry_, measurement_, parameters[0], line, by_parameters, residuals,
+                            &d);
   using RowMajor6 = Eigen::Matrix<double, Eigen::Dynamic, 6, Eigen::RowMajor>;
   using RowMajor2 = Eigen::Matrix<double, Eigen::Dynamic, 2, Eigen::RowMajor>;
   if (jacobians[0]) Eigen::Map<RowMajor6>(jacobians[0], rows(), 6) = d.by_pose;

@@ -3,12 +3,12 @@
 
 #include "odometry/geometry/structural_line.h"
 #include "odometry/residuals/factor.h"
-#include "odometry/residuals/line_sight.h"
+#include "odometry/residuals/line_reprojection.h"
 
 namespace slcmap {
 
 // Blocks: pose, heading, structural line; for a vertical line: pose, structural line. Rows as in
-// EvaluateLineSight().
+// EvaluateLineReprojection().
 class StructuralLineResidual final : public Factor {
  public:
   // The geometry must outlive the residual.

@@ -5,7 +5,7 @@
 #include <optional>
 #include <vector>
 
-#include "odometry/frontend/line_observation.h"
+#include "data/types.h"
 #include "odometry/options.h"
 #include "odometry/run.h"
 

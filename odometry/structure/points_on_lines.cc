@@ -6,7 +6,7 @@
 namespace slcmap {
 namespace {
 
-enum class Sight { kOn, kOff, kUnclear };
+enum class Alignment { kOn, kOff, kUnclear };
 
 struct PlaceOnSegment {
   double across_px = 0;
@@ -21,22 +21,23 @@ PlaceOnSegment PlaceOf(const Eigen::Vector2d& point, const LineSegment& segment)
           std::max({0.0, -along, along - segment.Length()})};
 }
 
-Sight SightOf(const PointsOnLinesOptions& options, const Eigen::Vector2d& point,
-              const LineSegment& segment) {
+Alignment AlignmentOf(const PointsOnLinesOptions& options, const Eigen::Vector2d& point,
+                      const LineSegment& segment) {
   const PlaceOnSegment place = PlaceOf(point, segment);
-  if (place.beyond_px > options.max_beyond_px) return Sight::kUnclear;
-  if (place.across_px > options.min_apart_px) return Sight::kOff;
-  return place.across_px <= options.max_distance_px ? Sight::kOn : Sight::kUnclear;
+  if (place.beyond_px > options.max_beyond_px) return Alignment::kUnclear;
+  if (place.across_px > options.min_apart_px) return Alignment::kOff;
+  return place.across_px <= options.max_distance_px ? Alignment::kOn : Alignment::kUnclear;
 }
 
 // In both images; what one of them did not see is unclear.
-Sight SightOf(const PointsOnLinesOptions& options, const PointObservation& point,
-              const LineObservation& line) {
-  const Sight left = SightOf(options, point.left_px, line.left_px);
-  if (!point.right_px || !line.right_px) return left == Sight::kOff ? left : Sight::kUnclear;
-  const Sight right = SightOf(options, *point.right_px, *line.right_px);
-  if (left == Sight::kOff || right == Sight::kOff) return Sight::kOff;
-  return left == right ? left : Sight::kUnclear;
+Alignment AlignmentOf(const PointsOnLinesOptions& options, const PointObservation& point,
+                      const LineObservation& line) {
+  const Alignment left = AlignmentOf(options, point.left_px, line.left_px);
+  if (!point.right_px || !line.right_px)
+    return left == Alignment::kOff ? left : Alignment::kUnclear;
+  const Alignment right = AlignmentOf(options, *point.right_px, *line.right_px);
+  if (left == Alignment::kOff || right == Alignment::kOff) return Alignment::kOff;
+  return left == right ? left : Alignment::kUnclear;
 }
 
 // Lines by areas of the left image.
@@ -135,7 +136,7 @@ void PointsOnLines::AddKeyframe(const std::vector<PointObservation>& points,
     std::vector<Candidate> candidates;
     for (const size_t index : areas.LinesNear(point.left_px)) {
       const LineObservation& line = lines[index];
-      if (SightOf(options_, point, line) != Sight::kOn) continue;
+      if (AlignmentOf(options_, point, line) != Alignment::kOn) continue;
       candidates.push_back({&line, verified_.count({point.id, line.id}) > 0,
                             PlaceOf(point.left_px, line.left_px).across_px});
     }
@@ -154,7 +155,7 @@ void PointsOnLines::BreakApart(const std::vector<PointObservation>& points,
     const PointObservation* point = Find(points_by_id, it->first.point_id);
     const LineObservation* line = Find(lines_by_id, it->first.line_id);
     const bool apart = point != nullptr && line != nullptr && !it->second.barred &&
-                       SightOf(options_, *point, *line) == Sight::kOff;
+                       AlignmentOf(options_, *point, *line) == Alignment::kOff;
     if (apart) verified_.erase(it->first);
     it = apart ? records_.erase(it) : std::next(it);
   }

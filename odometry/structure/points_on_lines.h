@@ -7,8 +7,7 @@
 #include <set>
 #include <vector>
 
-#include "odometry/frontend/line_observation.h"
-#include "odometry/frontend/point_tracker.h"
+#include "data/types.h"
 #include "odometry/options.h"
 
 namespace slcmap {

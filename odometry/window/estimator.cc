@@ -17,7 +17,7 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr double kReportEvery_s = 2.0;     // failed attempts at initialisation are told this often
+constexpr double kReportEvery_s = 2.0;  // failed attempts at initialisation are reported this often
 constexpr double kStandstillStep_s = 1.0;  // how often the window hears that the rig stands still
 constexpr double kRestLooksBack_s = 0.5;   // at most, to tell whether the rig rests
 constexpr double kMaxRestSpeed_m_s = 0.05;
@@ -247,15 +247,15 @@ std::optional<OnlineState> Estimator::FinishKeyframe() {
   source_->Remove(finished.points);
   if (lines_) lines_->Remove(finished.lines);
   window_.Collect(segment_, &run_);
-  const auto in_sight = std::count_if(keyframe.point_ids.begin(), keyframe.point_ids.end(),
-                                      [&](int64_t id) { return !finished.points.contains(id); });
-  return Judge(StateOf(window_.newest()), static_cast<int>(in_sight));
+  const auto visible = std::count_if(keyframe.point_ids.begin(), keyframe.point_ids.end(),
+                                     [&](int64_t id) { return !finished.points.contains(id); });
+  return Judge(StateOf(window_.newest()), static_cast<int>(visible));
 }
 
 // The state, if it can be trusted; else the segment ends.
-std::optional<OnlineState> Estimator::Judge(const OnlineState& state, int points_in_sight) {
+std::optional<OnlineState> Estimator::Judge(const OnlineState& state, int points_visible) {
   last_speed_m_s_ = state.velocity_world_m_s.norm();
-  if (const std::string failure = FindFailure(state, points_in_sight); !failure.empty()) {
+  if (const std::string failure = FindFailure(state, points_visible); !failure.empty()) {
     Restart(failure);
     return std::nullopt;
   }
@@ -315,13 +315,13 @@ bool Estimator::IsKeyframe(const FrameState& frame) const {
 }
 
 // Why the estimate cannot be trusted any longer; empty where it can.
-std::string Estimator::FindFailure(const OnlineState& state, int points_in_sight) {
+std::string Estimator::FindFailure(const OnlineState& state, int points_visible) {
   const FailureOptions& limits = options_.failure;
   if (!window_.last_solve_usable()) return "the optimisation diverged";
   if (std::string impossible = FindImpossible(state, limits); !impossible.empty()) {
     return impossible;
   }
-  if (points_in_sight >= limits.min_points) {
+  if (points_visible >= limits.min_points) {
     lost_since_ns_.reset();
   } else if (!lost_since_ns_) {
     lost_since_ns_ = state.stamp_ns;

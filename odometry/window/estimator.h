@@ -8,8 +8,9 @@
 #include <unordered_set>
 #include <vector>
 
-#include "odometry/frontend/point_tracker.h"
+#include "data/types.h"
 #include "odometry/imu/imu_buffer.h"
+#include "odometry/line_prediction.h"
 #include "odometry/options.h"
 #include "odometry/run.h"
 #include "odometry/stage_clock.h"
@@ -98,17 +99,17 @@ class Estimator {
                                std::vector<LinePrediction> predictions,
                                std::vector<Eigen::Vector3d> axes_camera);
   void TakeLines(std::future<void> tracked, FrameState* frame) const;
-  std::optional<OnlineState> Judge(const OnlineState& state, int points_in_sight);
+  std::optional<OnlineState> Judge(const OnlineState& state, int points_visible);
   bool StandsStill(const FrameState& frame) const;
   bool IsKeyframe(const FrameState& frame) const;
   std::string FindGap(int64_t stamp_ns) const;
-  std::string FindFailure(const OnlineState& state, int points_in_sight);
+  std::string FindFailure(const OnlineState& state, int points_visible);
   void Restart(const std::string& reason);
   OnlineState StateOf(const FrameState& frame) const;
 
   // A keyframe whose optimisation was started.
   struct StartedKeyframe {
-    std::vector<int64_t> point_ids;  // in sight
+    std::vector<int64_t> point_ids;  // visible
     std::future<FinishedIds> optimized;
   };
 

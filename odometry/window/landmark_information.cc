@@ -12,7 +12,7 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-// Of the prior and of the sights in the window, on the tangent of a line's block.
+// Of the prior and of the observations in the window, on the tangent of a line's block.
 Eigen::MatrixXd InformationOn(const LineLandmark& line, const CostModel& model,
                               const Prior& prior) {
   const int size = TangentSize(line.block_size());
@@ -44,7 +44,7 @@ Eigen::Vector4d ResidualOf(const Term& term) {
   return residual;
 }
 
-std::pair<double, double> Chi2OfSight(const Term& term) {
+std::pair<double, double> Chi2OfObservation(const Term& term) {
   const Eigen::Vector4d residual = ResidualOf(term);
   return {residual.head<2>().squaredNorm(), residual.tail<2>().squaredNorm()};
 }
@@ -93,7 +93,7 @@ Matrix3d CovarianceAcross(const LineLandmark& line, const Vector3d& p_world, con
   return by_tangent * covariance * by_tangent.transpose();
 }
 
-std::optional<PointPlace> PlaceBySights(const PointLandmark& point, const CostModel& model) {
+std::optional<PointPlace> PlaceByObservations(const PointLandmark& point, const CostModel& model) {
   PointLandmark copy = point;  // terms bind what they may move
   std::vector<Term> terms;
   AddPointTerms(&copy, model, &terms);

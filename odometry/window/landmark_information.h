@@ -13,9 +13,9 @@ namespace slcmap {
 // The whitened residual of a term at the current estimate; rows that it does not have are zero.
 Eigen::Vector4d ResidualOf(const Term& term);
 
-// Squared whitened residuals of a stereo sight, left and right apart (right 0 where it was not
-// seen).
-std::pair<double, double> Chi2OfSight(const Term& term);
+// Squared whitened residuals of a stereo observation, left and right apart (right 0 where it was
+// not seen).
+std::pair<double, double> Chi2OfObservation(const Term& term);
 
 // The normal equations of a block's tangent, without losses.
 struct BlockEquations {
@@ -35,12 +35,12 @@ Eigen::Matrix3d CovarianceAcross(const LineLandmark& line, const Eigen::Vector3d
 struct PointPlace {
   Eigen::Vector3d p_world;
   Eigen::Matrix3d covariance_m2;
-  double chi2 = 0;  // of the sights about it
+  double chi2 = 0;  // of the observations about it
   int freedoms = 0;
 };
 
-// Where the sights of a triangulated point have it, whatever the lines are that it belongs to: one
-// Gauss-Newton step from its estimate. Nothing where they do not tell.
-std::optional<PointPlace> PlaceBySights(const PointLandmark& point, const CostModel& model);
+// Where the observations of a triangulated point have it, whatever the lines are that it belongs
+// to: one Gauss-Newton step from its estimate. Nothing where they do not tell.
+std::optional<PointPlace> PlaceByObservations(const PointLandmark& point, const CostModel& model);
 
 }  // namespace slcmap

@@ -19,15 +19,15 @@ RigidTransform WorldFromLeftCamera(const FrameState& frame, const StereoGeometry
   return frame.T_world_imu() * geometry.T_imu_camera[0];
 }
 
-std::vector<LineSight> SightsOf(const LineLandmark& line) {
-  std::vector<LineSight> sights;
+std::vector<PosedLineObservation> ObservationsOf(const LineLandmark& line) {
+  std::vector<PosedLineObservation> observations;
   for (const FrameState* frame : line.frames) {
-    sights.push_back({frame->T_world_imu(), frame->lines.at(line.id)});
+    observations.push_back({frame->T_world_imu(), frame->lines.at(line.id)});
   }
-  return sights;
+  return observations;
 }
 
-// What all sights of the line agree on; nothing where they do not.
+// What all observations of the line agree on; nothing where they do not.
 std::optional<LineClass> AgreedClass(const LineLandmark& line, const std::vector<double>& headings,
                                      const LineClassifier& classifier, const CostModel& model) {
   std::optional<LineClass> agreed;
@@ -49,19 +49,19 @@ std::optional<Vector3d> KnownPointOf(const LineLandmarkOptions& options,
   for (const int64_t id : members) {
     const auto it = window.landmarks.find(id);
     if (it == window.landmarks.end() || !it->second.triangulated) continue;
-    const auto place = PlaceBySights(it->second, model);
+    const auto place = PlaceByObservations(it->second, model);
     if (place && place->covariance_m2.trace() <= limit_m2) return place->p_world;
   }
   return std::nullopt;
 }
 
-bool FitsItsSights(LineLandmark* line, double max_chi2, const CostModel& model) {
+bool FitsItsObservations(LineLandmark* line, double max_chi2, const CostModel& model) {
   int good = 0;
   for (FrameState* frame : line->frames) {
-    const auto [left, right] = SightChi2(line, frame, model);
+    const auto [left, right] = ObservationChi2(line, frame, model);
     good += left <= max_chi2 && right <= max_chi2;
   }
-  // One in four may be a wrong match, and is taken out later.
+  // One in four may be a wrong match, and is rejected later.
   return 4 * good >= 3 * static_cast<int>(line->frames.size());
 }
 
@@ -70,7 +70,7 @@ bool EstimateStructural(const LineLandmarkOptions& options, const std::vector<in
                         const CostModel& model, const WindowState& window, LineLandmark* line) {
   const StructuralLine structural = line->structural();
   const auto from_views = TriangulateStructuralLine(
-      SightsOf(*line), structural, line->heading_rad(), model.lines, options.triangulation);
+      ObservationsOf(*line), structural, line->heading_rad(), model.lines, options.triangulation);
   StructuralLineBlock block;
   if (from_views) {
     block = from_views->block;
@@ -80,30 +80,30 @@ bool EstimateStructural(const LineLandmarkOptions& options, const std::vector<in
     return false;
   }
   std::copy(block.begin(), block.end(), line->block.begin());
-  return FitsItsSights(line, options.max_new_chi2, model);
+  return FitsItsObservations(line, options.max_new_chi2, model);
 }
 
 bool EstimateGeneral(const LineLandmarkOptions& options, const CostModel& model,
                      LineLandmark* line) {
-  const auto fit = TriangulateGeneralLine(SightsOf(*line), line->anchor_world, model.lines,
+  const auto fit = TriangulateGeneralLine(ObservationsOf(*line), line->anchor_world, model.lines,
                                           options.triangulation);
   if (!fit) return false;
   line->block = fit->block;
-  return FitsItsSights(line, options.max_new_chi2, model);
+  return FitsItsObservations(line, options.max_new_chi2, model);
 }
 
-void RemoveSight(LineLandmark* line, FrameState* frame) {
+void RemoveObservation(LineLandmark* line, FrameState* frame) {
   std::erase(line->frames, frame);
   frame->lines.erase(line->id);
 }
 
-// Takes out what a frame saw of the line in a camera where it is too far off: in the right one that
+// Rejects what a frame saw of the line in a camera where it is too far off: in the right one that
 // alone, in the left one all. The left one's squared residual where that is kept.
 std::optional<double> TakeOutMisfit(double max_chi2, const CostModel& model, LineLandmark* line,
                                     FrameState* frame) {
-  const auto [left, right] = SightChi2(line, frame, model);
+  const auto [left, right] = ObservationChi2(line, frame, model);
   if (left > max_chi2) {
-    RemoveSight(line, frame);
+    RemoveObservation(line, frame);
     return std::nullopt;
   }
   if (right > max_chi2) frame->lines.at(line->id).right.reset();
@@ -116,11 +116,11 @@ void Retire(LineLandmark* line) {
   line->retired = true;
 }
 
-// Whether the sights misfit alike: those of a line that is nearly along an axis do, though none of
-// them by much.
+// Whether the observations misfit alike: those of a line that is nearly along an axis do, though
+// none of them by much.
 bool MisfitsAll(double max_median_chi2, std::vector<double> chi2) {
-  constexpr size_t kMinSights = 3;
-  if (chi2.size() < kMinSights) return false;
+  constexpr size_t kMinObservations = 3;
+  if (chi2.size() < kMinObservations) return false;
   const auto median = chi2.begin() + (chi2.size() - 1) / 2;
   std::nth_element(chi2.begin(), median, chi2.end());
   return *median > max_median_chi2;
@@ -138,7 +138,8 @@ bool IsSameEdge(const LineLandmark& a, const LineLandmark& b, double max_distanc
   return from_m < a.extent.to_m() && to_m > a.extent.from_m();
 }
 
-// The older line takes over the sights of frames in which it was not seen itself, and the points.
+// The older line takes over the observations of frames in which it was not seen itself, and the
+// points.
 void TakeOver(LineLandmark* older, LineLandmark* newer) {
   for (FrameState* frame : newer->frames) {
     if (!frame->lines.try_emplace(older->id, frame->lines.at(newer->id)).second) continue;
@@ -216,7 +217,7 @@ void EstimateLines(const LineLandmarkOptions& options, const LineKinds& kinds,
   const std::vector<double> headings = HeadingsOf(*window);
   for (auto& [id, line] : window->lines) {
     if (line.estimated || line.retired) continue;
-    if (static_cast<int>(line.frames.size()) < options.min_sights) continue;
+    if (static_cast<int>(line.frames.size()) < options.min_keyframes) continue;
     if (!options.anchor_at_origin) {
       line.anchor_world = WorldFromLeftCamera(*line.frames.front(), model.geometry).translation;
     }
@@ -228,7 +229,7 @@ void EstimateLines(const LineLandmarkOptions& options, const LineKinds& kinds,
           agreed->axis == LineAxis::kVertical ? nullptr : &window->headings[agreed->world];
       line.estimated = EstimateStructural(options, memberships.PointsOf(id), model, *window, &line);
     } else if (kinds.general &&
-               static_cast<int>(line.frames.size()) >= options.min_general_sights) {
+               static_cast<int>(line.frames.size()) >= options.min_general_keyframes) {
       line.estimated = EstimateGeneral(options, model, &line);
     }
     if (line.estimated) continue;
@@ -237,10 +238,11 @@ void EstimateLines(const LineLandmarkOptions& options, const LineKinds& kinds,
   }
 }
 
-std::pair<double, double> SightChi2(LineLandmark* line, FrameState* frame, const CostModel& model) {
+std::pair<double, double> ObservationChi2(LineLandmark* line, FrameState* frame,
+                                          const CostModel& model) {
   std::vector<Term> terms;
   AddLineTerm(line, frame, model, &terms);
-  return Chi2OfSight(terms[0]);
+  return Chi2OfObservation(terms[0]);
 }
 
 void RejectLineMisfits(const LineLandmarkOptions& options, const CostModel& model,

@@ -7,7 +7,8 @@
 #include <utility>
 #include <vector>
 
-#include "odometry/frontend/line_observation.h"
+#include "data/types.h"
+#include "odometry/line_prediction.h"
 #include "odometry/options.h"
 #include "odometry/run.h"
 #include "odometry/structure/line_classifier.h"
@@ -25,27 +26,29 @@ struct LineKinds {
   bool general = false;     // of no axis
 };
 
-// Classifies and triangulates what is not yet estimated, where its sights allow it: from the views,
-// or from a well known point that belongs to it in the images (SLC-VIO, section 3.6).
+// Classifies and triangulates what is not yet estimated, where its observations allow it: from the
+// views, or from a well known point that belongs to it in the images (SLC-VIO, section 3.6).
 void EstimateLines(const LineLandmarkOptions& options, const LineKinds& kinds,
                    const LineClassifier& classifier, const PointsOnLines& memberships,
                    const CostModel& model, WindowState* window);
 
-// Squared whitened residuals of one sight, left and right apart (right 0 where it was not seen).
-std::pair<double, double> SightChi2(LineLandmark* line, FrameState* frame, const CostModel& model);
+// Squared whitened residuals of one observation, left and right apart (right 0 where it was not
+// seen).
+std::pair<double, double> ObservationChi2(LineLandmark* line, FrameState* frame,
+                                          const CostModel& model);
 
-// Takes out the sights of a frame, not optimised yet, that are too far from where its estimated
+// Rejects the observations of a frame, not optimised yet, that are too far from where its estimated
 // lines are expected: matched with another edge, they would move the frame.
 void RejectLineMisfits(const LineLandmarkOptions& options, const CostModel& model,
                        FrameState* frame, WindowState* window);
 
-// Takes out sights whose squared residual in one camera is above the limit, and retires the lines
-// that have mostly such, or whose median residual is too large; returns the ids of these.
+// Rejects observations whose squared residual in one camera is above the limit, and retires the
+// lines that have mostly such, or whose median residual is too large; returns the ids of these.
 std::unordered_set<int64_t> RejectLineOutliers(const LineLandmarkOptions& options,
                                                const CostModel& model, WindowState* window);
 
-// Retires lines that are the same edge as an older one, which takes over their sights. Returns the
-// ids of those retired, each with that of the older line.
+// Retires lines that are the same edge as an older one, which takes over their observations.
+// Returns the ids of those retired, each with that of the older line.
 std::map<int64_t, int64_t> MergeLines(const LineLandmarkOptions& options, WindowState* window);
 
 // Takes in how far the newest frame saw its estimated lines, and all frames those just estimated.

@@ -15,7 +15,7 @@ namespace {
 constexpr double kMaxChi2 = 6.0;  // of two dimensions: 95 %
 constexpr size_t kMinViews = 3;   // fewer may agree on a place by chance
 
-// Whether the sights agree on one place, as they do not on what slides.
+// Whether the observations agree on one place, as they do not on what slides.
 bool IsAtRest(const PointPlace& place) {
   return place.chi2 <= place.freedoms + 3 * std::sqrt(2.0 * place.freedoms);
 }
@@ -26,7 +26,7 @@ Membership JudgeMembership(const LineLandmarkOptions& options, const PointLandma
                            const LineLandmark& line, const CostModel& model, const Prior& prior) {
   using Eigen::Matrix2d;
   if (point.frames.size() < kMinViews) return Membership::kOpen;
-  const std::optional<PointPlace> place = PlaceBySights(point, model);
+  const std::optional<PointPlace> place = PlaceByObservations(point, model);
   if (!place) return Membership::kOpen;
   if (!IsAtRest(*place)) return Membership::kRefuted;
   const Matrix32d across = AxesAcross(line.axis, line.heading_rad());

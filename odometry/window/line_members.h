@@ -15,10 +15,10 @@ enum class Membership {
   kRefuted,
 };
 
-// Compares where the sights of a triangulated point alone have it with an estimated structural
-// line. Where a nearer edge hides a line, their crossing is on the line in every image, and in the
-// depth of neither; the place that its sights give is off the line as soon as it is well enough
-// known to tell, or they do not agree on a place.
+// Compares where the observations of a triangulated point alone have it with an estimated
+// structural line. Where a nearer edge hides a line, their crossing is on the line in every image,
+// and in the depth of neither; the place that its observations give is off the line as soon as it
+// is well enough known to tell, or they do not agree on a place.
 Membership JudgeMembership(const LineLandmarkOptions& options, const PointLandmark& point,
                            const LineLandmark& line, const CostModel& model, const Prior& prior);
 

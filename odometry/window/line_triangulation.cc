@@ -37,12 +37,14 @@ View ViewOf(const LineSegment& segment, const RigidTransform& T_world_camera) {
           (T_world_camera.rotation * OnPlane(segment.end)).normalized()};
 }
 
-std::vector<View> ViewsOf(const std::vector<LineSight>& sights, const StereoGeometry& geometry) {
+std::vector<View> ViewsOf(const std::vector<PosedLineObservation>& observations,
+                          const StereoGeometry& geometry) {
   std::vector<View> views;
-  for (const LineSight& sight : sights) {
-    const StereoLineMeasurement& m = sight.measurement;
-    views.push_back(ViewOf(m.left, sight.T_world_imu * geometry.T_imu_camera[0]));
-    if (m.right) views.push_back(ViewOf(*m.right, sight.T_world_imu * geometry.T_imu_camera[1]));
+  for (const PosedLineObservation& observation : observations) {
+    const StereoLineMeasurement& m = observation.measurement;
+    views.push_back(ViewOf(m.left, observation.T_world_imu * geometry.T_imu_camera[0]));
+    if (m.right)
+      views.push_back(ViewOf(*m.right, observation.T_world_imu * geometry.T_imu_camera[1]));
   }
   return views;
 }
@@ -79,11 +81,11 @@ struct NormalEquations {
 // The poses and the heading stay as they are.
 class LineProblem {
  public:
-  LineProblem(Factors factors, const std::vector<LineSight>& sights, double heading_rad,
-              double loss_sigma)
+  LineProblem(Factors factors, const std::vector<PosedLineObservation>& observations,
+              double heading_rad, double loss_sigma)
       : factors_(std::move(factors)), heading_rad_(heading_rad), loss_sigma_(loss_sigma) {
-    for (const LineSight& sight : sights)
-      PoseToBlock(sight.T_world_imu, poses_.emplace_back().data());
+    for (const PosedLineObservation& observation : observations)
+      PoseToBlock(observation.T_world_imu, poses_.emplace_back().data());
   }
 
   NormalEquations At(const double* block) const {
@@ -114,8 +116,8 @@ class LineProblem {
   double heading_rad_, loss_sigma_;
 };
 
-// Gauss-Newton from `block` while the cost falls. Returns the covariance; nothing where the sights
-// leave some direction of the block open.
+// Gauss-Newton from `block` while the cost falls. Returns the covariance; nothing where the
+// observations leave some direction of the block open.
 std::optional<Eigen::MatrixXd> Refine(const LineProblem& problem, int block_size, double* block) {
   NormalEquations at = problem.At(block);
   std::vector<double> moved(block_size);
@@ -197,17 +199,18 @@ double RelativeSigma(const GeneralLineBlock& block, const PointAndDirection& lin
 }  // namespace
 
 std::optional<StructuralLineFit> TriangulateStructuralLine(
-    const std::vector<LineSight>& sights, const StructuralLine& line, double heading_rad,
-    const StereoGeometry& geometry, const LineTriangulationOptions& options) {
-  const std::vector<View> views = ViewsOf(sights, geometry);
+    const std::vector<PosedLineObservation>& observations, const StructuralLine& line,
+    double heading_rad, const StereoGeometry& geometry, const LineTriangulationOptions& options) {
+  const std::vector<View> views = ViewsOf(observations, geometry);
   const std::optional<Vector2d> crossing = MeetAxisPlanes(views, line, heading_rad);
   if (!crossing) return std::nullopt;
   StructuralLineFit fit{{std::atan2(crossing->y(), crossing->x()), 1 / crossing->norm()}, {}};
   Factors factors;
-  for (const LineSight& sight : sights) {
-    factors.push_back(std::make_unique<StructuralLineResidual>(&geometry, line, sight.measurement));
+  for (const PosedLineObservation& observation : observations) {
+    factors.push_back(
+        std::make_unique<StructuralLineResidual>(&geometry, line, observation.measurement));
   }
-  const LineProblem problem(std::move(factors), sights, heading_rad, options.loss_sigma);
+  const LineProblem problem(std::move(factors), observations, heading_rad, options.loss_sigma);
   const auto covariance = Refine(problem, kStructuralLineSize, fit.block.data());
   if (!covariance || !IsWithin(1 / fit.block[1], options)) return std::nullopt;
   fit.covariance = *covariance;
@@ -222,21 +225,20 @@ std::optional<StructuralLineFit> TriangulateStructuralLine(
   return fit;
 }
 
-std::optional<GeneralLineFit> TriangulateGeneralLine(const std::vector<LineSight>& sights,
-                                                     const Vector3d& anchor_world,
-                                                     const StereoGeometry& geometry,
-                                                     const LineTriangulationOptions& options) {
-  const std::vector<View> views = ViewsOf(sights, geometry);
+std::optional<GeneralLineFit> TriangulateGeneralLine(
+    const std::vector<PosedLineObservation>& observations, const Vector3d& anchor_world,
+    const StereoGeometry& geometry, const LineTriangulationOptions& options) {
+  const std::vector<View> views = ViewsOf(observations, geometry);
   const std::optional<PointAndDirection> start = MeetPlanes(views, anchor_world);
   if (!start || !IsWithin((start->point_world - anchor_world).norm(), options)) return std::nullopt;
   GeneralLineFit fit{
       GeneralLineThrough(anchor_world, start->point_world, start->direction_world), {}, {}};
   Factors factors;
-  for (const LineSight& sight : sights) {
+  for (const PosedLineObservation& observation : observations) {
     factors.push_back(
-        std::make_unique<GeneralLineResidual>(&geometry, anchor_world, sight.measurement));
+        std::make_unique<GeneralLineResidual>(&geometry, anchor_world, observation.measurement));
   }
-  const LineProblem problem(std::move(factors), sights, 0, options.loss_sigma);
+  const LineProblem problem(std::move(factors), observations, 0, options.loss_sigma);
   const auto covariance = Refine(problem, kGeneralLineSize, fit.block.data());
   const PointAndDirection line = GeneralLineFromBlock(anchor_world, fit.block.data());
   if (!covariance || !IsWithin((line.point_world - anchor_world).norm(), options) ||

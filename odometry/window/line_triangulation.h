@@ -8,12 +8,12 @@
 #include "odometry/geometry/general_line.h"
 #include "odometry/geometry/structural_line.h"
 #include "odometry/options.h"
-#include "odometry/residuals/line_sight.h"
+#include "odometry/residuals/line_reprojection.h"
 
 namespace slcmap {
 
 // One stereo pair that saw a line.
-struct LineSight {
+struct PosedLineObservation {
   RigidTransform T_world_imu;
   StereoLineMeasurement measurement;
 };
@@ -23,15 +23,13 @@ struct StructuralLineFit {
   Eigen::Matrix2d covariance;  // of the block (rad, 1 / m)
 };
 
-// The structural line that fits its sights best: the point in which the planes through its axis and
-// the middles of the segments meet (SLC-VIO, section 3.6), then Gauss-Newton on the reprojections
-// with a robust loss. Nothing where its place is not known well enough or it lies behind a camera.
-// How well it fits is for the caller to judge.
-std::optional<StructuralLineFit> TriangulateStructuralLine(const std::vector<LineSight>& sights,
-                                                           const StructuralLine& line,
-                                                           double heading_rad,
-                                                           const StereoGeometry& geometry,
-                                                           const LineTriangulationOptions& options);
+// The structural line that fits its observations best: the point in which the planes through its
+// axis and the middles of the segments meet (SLC-VIO, section 3.6), then Gauss-Newton on the
+// reprojections with a robust loss. Nothing where its place is not known well enough or it lies
+// behind a camera. How well it fits is for the caller to judge.
+std::optional<StructuralLineFit> TriangulateStructuralLine(
+    const std::vector<PosedLineObservation>& observations, const StructuralLine& line,
+    double heading_rad, const StereoGeometry& geometry, const LineTriangulationOptions& options);
 
 struct GeneralLineFit {
   GeneralLineBlock block;
@@ -40,10 +38,9 @@ struct GeneralLineFit {
 };
 
 // The same for a line of any direction: first that in which the planes of the segments meet.
-std::optional<GeneralLineFit> TriangulateGeneralLine(const std::vector<LineSight>& sights,
-                                                     const Eigen::Vector3d& anchor_world,
-                                                     const StereoGeometry& geometry,
-                                                     const LineTriangulationOptions& options);
+std::optional<GeneralLineFit> TriangulateGeneralLine(
+    const std::vector<PosedLineObservation>& observations, const Eigen::Vector3d& anchor_world,
+    const StereoGeometry& geometry, const LineTriangulationOptions& options);
 
 // From where to where on a line a camera saw it: the points of it nearest to the rays of the
 // segment's ends (on the plane z = 1), in metres from the line's point along its direction, the

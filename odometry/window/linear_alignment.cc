@@ -16,7 +16,7 @@ using Vector6d = Eigen::Matrix<double, 6, 1>;
 
 constexpr int kPasses = 3;
 constexpr double kFirstDepth_m = 3;
-constexpr double kOutlier_rad = 0.02;  // where a sight's weight begins to fall
+constexpr double kOutlier_rad = 0.02;  // where an observation's weight begins to fall
 
 // What the IMU alone gives of a frame, relative to the first one.
 struct Integrated {
@@ -41,8 +41,8 @@ std::vector<Integrated> IntegrateAll(const std::vector<std::unique_ptr<FrameStat
   return out;
 }
 
-// One sight: p_camera = rotation (P - v t - g t^2 / 2 - known).
-struct Sight {
+// One observation: p_camera = rotation (P - v t - g t^2 / 2 - known).
+struct Observation {
   Matrix3d rotation;
   Vector3d known;
   double t_s;
@@ -53,12 +53,12 @@ struct Sight {
   }
 };
 
-using SightsOfPoint = std::vector<Sight>;
+using ObservationsOfPoint = std::vector<Observation>;
 
-std::vector<SightsOfPoint> GatherSights(const std::vector<std::unique_ptr<FrameState>>& frames,
-                                        const std::vector<Integrated>& imu,
-                                        const StereoGeometry& geometry) {
-  std::map<int64_t, SightsOfPoint> by_id;
+std::vector<ObservationsOfPoint> GatherObservations(
+    const std::vector<std::unique_ptr<FrameState>>& frames, const std::vector<Integrated>& imu,
+    const StereoGeometry& geometry) {
+  std::map<int64_t, ObservationsOfPoint> by_id;
   for (size_t i = 0; i < frames.size(); ++i) {
     for (const auto& [id, measurement] : frames[i]->measurements) {
       for (int c = 0; c < 2; ++c) {
@@ -70,9 +70,9 @@ std::vector<SightsOfPoint> GatherSights(const std::vector<std::unique_ptr<FrameS
       }
     }
   }
-  std::vector<SightsOfPoint> out;
-  for (auto& [id, sights] : by_id) {
-    if (sights.size() >= 4) out.push_back(std::move(sights));
+  std::vector<ObservationsOfPoint> out;
+  for (auto& [id, observations] : by_id) {
+    if (observations.size() >= 4) out.push_back(std::move(observations));
   }
   return out;
 }
@@ -86,10 +86,10 @@ struct Normal {
   Vector6d bx = Vector6d::Zero();
 };
 
-Normal NormalOf(const SightsOfPoint& sights, const std::vector<double>& weights) {
+Normal NormalOf(const ObservationsOfPoint& observations, const std::vector<double>& weights) {
   Normal n;
-  for (size_t k = 0; k < sights.size(); ++k) {
-    const Sight& s = sights[k];
+  for (size_t k = 0; k < observations.size(); ++k) {
+    const Observation& s = observations[k];
     const Eigen::Matrix<double, 2, 3> a = weights[k] * s.PointRows();
     Eigen::Matrix<double, 2, 6> x;
     x << -s.t_s * a, -0.5 * s.t_s * s.t_s * a;
@@ -134,14 +134,15 @@ std::optional<Solution> SolveConstrained(const Matrix6d& h, const Vector6d& b,
   return solution;
 }
 
-// New weights of a point's sights: by its inverse depth, and falling for those that do not fit.
-void Reweight(const SightsOfPoint& sights, const Normal& normal, const Solution& solution,
-              std::vector<double>* weights) {
+// New weights of a point's observations: by its inverse depth, and falling for those that do not
+// fit.
+void Reweight(const ObservationsOfPoint& observations, const Normal& normal,
+              const Solution& solution, std::vector<double>* weights) {
   Vector6d x;
   x << solution.velocity, solution.gravity;
   const Vector3d p = normal.pp.ldlt().solve(normal.bp - normal.px * x);
-  for (size_t k = 0; k < sights.size(); ++k) {
-    const Sight& s = sights[k];
+  for (size_t k = 0; k < observations.size(); ++k) {
+    const Observation& s = observations[k];
     const Vector3d in_camera = s.rotation * (p - s.t_s * solution.velocity -
                                              0.5 * s.t_s * s.t_s * solution.gravity - s.known);
     const double depth_m = std::max(0.2, in_camera.z());
@@ -156,9 +157,10 @@ std::optional<LinearAlignment> AlignLinearly(const std::vector<std::unique_ptr<F
                                              const StereoGeometry& geometry, const ImuNoise& noise,
                                              const Vector3d& gyro_bias_rad_s) {
   const std::vector<Integrated> imu = IntegrateAll(frames, noise, gyro_bias_rad_s);
-  const std::vector<SightsOfPoint> points = GatherSights(frames, imu, geometry);
+  const std::vector<ObservationsOfPoint> points = GatherObservations(frames, imu, geometry);
   std::vector<std::vector<double>> weights;
-  for (const SightsOfPoint& point : points) weights.emplace_back(point.size(), 1.0 / kFirstDepth_m);
+  for (const ObservationsOfPoint& point : points)
+    weights.emplace_back(point.size(), 1.0 / kFirstDepth_m);
   LinearAlignment out;
   out.points = static_cast<int>(points.size());
   std::optional<Solution> solution;

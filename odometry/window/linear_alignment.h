@@ -23,11 +23,11 @@ struct LinearAlignment {
 };
 
 // Positions, velocities and gravity of frames whose relative rotations the gyroscope gives. Every
-// sight of a point is linear in the point, the first velocity and gravity (Dong-Si and Mourikis,
-// "Estimator initialization in vision-aided inertial navigation with unknown camera-IMU
+// observation of a point is linear in the point, the first velocity and gravity (Dong-Si and
+// Mourikis, "Estimator initialization in vision-aided inertial navigation with unknown camera-IMU
 // calibration", IROS 2012); the points are eliminated, gravity is then constrained to its known
-// size. Sights are weighted by the point's inverse depth, found in a first pass. Works with one
-// camera as with two. Nothing where the system is degenerate.
+// size. Observations are weighted by the point's inverse depth, found in a first pass. Works with
+// one camera as with two. Nothing where the system is degenerate.
 std::optional<LinearAlignment> AlignLinearly(const std::vector<std::unique_ptr<FrameState>>& frames,
                                              const StereoGeometry& geometry, const ImuNoise& noise,
                                              const Eigen::Vector3d& gyro_bias_rad_s);

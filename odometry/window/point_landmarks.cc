@@ -40,11 +40,11 @@ void TriangulatePoints(const StereoGeometry& geometry, WindowState* window) {
   }
 }
 
-std::pair<double, double> SightChi2(PointLandmark* landmark, FrameState* frame,
-                                    const CostModel& model) {
+std::pair<double, double> ObservationChi2(PointLandmark* landmark, FrameState* frame,
+                                          const CostModel& model) {
   std::vector<Term> terms;
   AddPointTerm(landmark, frame, model, &terms);
-  return Chi2OfSight(terms[0]);
+  return Chi2OfObservation(terms[0]);
 }
 
 std::unordered_set<int64_t> RejectPointOutliers(double max_chi2, const CostModel& model,
@@ -56,12 +56,12 @@ std::unordered_set<int64_t> RejectPointOutliers(double max_chi2, const CostModel
     const std::vector<FrameState*> frames = landmark.frames;
     for (FrameState* frame : frames) {
       if (!landmark.triangulated) break;
-      const auto [left, right] = SightChi2(&landmark, frame, model);
+      const auto [left, right] = ObservationChi2(&landmark, frame, model);
       ++all;
       if (right > max_chi2) frame->measurements.at(landmark.id).right.reset();
       if (left <= max_chi2) continue;
       ++bad;
-      // The point is expressed in its host: without the host's sight it is not worth keeping.
+      // The point is expressed in its host: without the host's observation it is not worth keeping.
       if (frame == landmark.host()) bad = 2 * static_cast<int>(frames.size());
       if (frame != landmark.host()) RemoveMeasurement(&landmark, frame);
     }

@@ -12,20 +12,21 @@ namespace slcmap {
 // Adds the frame to every landmark that it measures; new landmarks are made.
 void RegisterPoints(FrameState* frame, WindowState* window);
 
-// Triangulates what is not yet, where its sights allow it.
+// Triangulates what is not yet, where its observations allow it.
 void TriangulatePoints(const StereoGeometry& geometry, WindowState* window);
 
-// Squared whitened residuals of one sight, left and right apart (right 0 where it was not seen).
-std::pair<double, double> SightChi2(PointLandmark* landmark, FrameState* frame,
-                                    const CostModel& model);
+// Squared whitened residuals of one observation, left and right apart (right 0 where it was not
+// seen).
+std::pair<double, double> ObservationChi2(PointLandmark* landmark, FrameState* frame,
+                                          const CostModel& model);
 
-// Takes out sights whose squared residual in one camera is above the limit, and the landmarks that
-// have mostly such; returns the ids of these.
+// Rejects observations whose squared residual in one camera is above the limit, and the landmarks
+// that have mostly such; returns the ids of these.
 std::unordered_set<int64_t> RejectPointOutliers(double max_chi2, const CostModel& model,
                                                 WindowState* window);
 
-// Expresses a landmark in the next frame that saw it and forgets the sight of its host. False where
-// that frame has it not in front of its camera.
+// Expresses a landmark in the next frame that saw it and forgets the observation of its host. False
+// where that frame has it not in front of its camera.
 bool Rehost(const StereoGeometry& geometry, PointLandmark* landmark);
 
 // RMS of the whitened reprojection residuals of all landmarks.

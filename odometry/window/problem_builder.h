@@ -31,13 +31,13 @@ struct CostModel {
 
 void AddImuTerm(FrameState* from, FrameState* to, std::vector<Term>* terms);
 void AddZeroVelocityTerm(FrameState* frame, const CostModel& model, std::vector<Term>* terms);
-// The term of one sight of a triangulated landmark.
+// The term of one observation of a triangulated landmark.
 void AddPointTerm(PointLandmark* landmark, FrameState* frame, const CostModel& model,
                   std::vector<Term>* terms);
-// All sights of a landmark.
+// All observations of a landmark.
 void AddPointTerms(PointLandmark* landmark, const CostModel& model, std::vector<Term>* terms);
 
-// The term of one sight of an estimated line.
+// The term of one observation of an estimated line.
 void AddLineTerm(LineLandmark* line, FrameState* frame, const CostModel& model,
                  std::vector<Term>* terms);
 // The term that holds a triangulated point to an estimated structural line.

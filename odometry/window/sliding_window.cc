@@ -139,7 +139,7 @@ std::unordered_set<int64_t> SlidingWindow::RejectMisfits(FrameState* frame) cons
   auto& window = const_cast<WindowState&>(state_);  // bound to the terms, not changed
   std::unordered_set<int64_t> outliers;
   for (PointLandmark* landmark : KnownLandmarks(*frame, &window)) {
-    const auto [left, right] = SightChi2(landmark, frame, model_);
+    const auto [left, right] = ObservationChi2(landmark, frame, model_);
     if (left > options_.max_tracking_chi2) {
       outliers.insert(landmark->id);
       frame->measurements.erase(landmark->id);

@@ -44,7 +44,7 @@ class SlidingWindow {
   // returns the ids of those whose left one was.
   std::unordered_set<int64_t> RejectMisfits(FrameState* frame) const;
 
-  // Makes the frame the newest keyframe: triangulates, optimises everything, takes out measurements
+  // Makes the frame the newest keyframe: triangulates, optimises everything, rejects measurements
   // that do not fit, and marginalises what has become too old.
   FinishedIds AddKeyframe(std::unique_ptr<FrameState> frame);
 

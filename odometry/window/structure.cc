@@ -18,7 +18,7 @@ LineKinds KindsOf(const OdometryOptions& options) {
 }
 
 // Adds a line of a segment whose headings the run does not hold yet.
-void Tell(Line line, int segment, OdometryRun* run) {
+void Report(Line line, int segment, OdometryRun* run) {
   line.segment = segment;
   if (line.world >= 0) line.world += static_cast<int>(run->manhattan_worlds.size());
   run->lines.push_back(std::move(line));
@@ -119,15 +119,15 @@ std::unordered_set<int64_t> Structure::ReleaseOldest(const CostModel& model, Win
     if (!gone.contains(id)) continue;
     if (line.estimated) dropped->push_back(line.block.data());
     if (line.estimated && !line.retired) {
-      Line told = Describe(line, model, window->prior);
-      if (IsWorthTelling(told)) left_lines_.push_back(std::move(told));
+      Line reported = Describe(line, model, window->prior);
+      if (IsWorthReporting(reported)) left_lines_.push_back(std::move(reported));
     }
     memberships_.ReleaseLine(id);
   }
   return gone;
 }
 
-bool Structure::IsWorthTelling(const Line& line) const {
+bool Structure::IsWorthReporting(const Line& line) const {
   const double variance_m2 =
       Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(line.covariance_m2, Eigen::EigenvaluesOnly)
           .eigenvalues()
@@ -138,7 +138,7 @@ bool Structure::IsWorthTelling(const Line& line) const {
 }
 
 void Structure::Collect(int segment, OdometryRun* run) {
-  for (Line& line : left_lines_) Tell(std::move(line), segment, run);
+  for (Line& line : left_lines_) Report(std::move(line), segment, run);
   left_lines_.clear();
 }
 
@@ -146,8 +146,8 @@ void Structure::AddContents(int segment, const WindowState& window, const CostMo
                             OdometryRun* run) const {
   for (const auto& [id, line] : window.lines) {
     if (!line.estimated || line.retired) continue;
-    Line told = Describe(line, model, window.prior);
-    if (IsWorthTelling(told)) Tell(std::move(told), segment, run);
+    Line reported = Describe(line, model, window.prior);
+    if (IsWorthReporting(reported)) Report(std::move(reported), segment, run);
   }
   for (const HeadingState& heading : window.headings) {
     ManhattanWorld world;

@@ -23,7 +23,7 @@ class Structure {
   // points on lines, and estimates lines that can be.
   void Update(const CostModel& model, FrameState* newest, WindowState* window);
 
-  // After it: takes out what does not fit, and merges what is the same. Returns the ids of lines
+  // After it: rejects what does not fit, and merges what is the same. Returns the ids of lines
   // that are no longer known.
   std::unordered_set<int64_t> Judge(const CostModel& model, const FrameState& newest,
                                     WindowState* window);
@@ -52,7 +52,7 @@ class Structure {
 
  private:
   void FindHeadings(const FrameState& newest, const CostModel& model, WindowState* window);
-  bool IsWorthTelling(const Line& line) const;
+  bool IsWorthReporting(const Line& line) const;
   void FindPointsOnLines(const FrameState& newest);
   std::unordered_set<int64_t> LinesToForget(const WindowState& window) const;
 

@@ -14,7 +14,7 @@
 #include "odometry/geometry/general_line.h"
 #include "odometry/geometry/structural_line.h"
 #include "odometry/imu/preintegration.h"
-#include "odometry/residuals/line_sight.h"
+#include "odometry/residuals/line_reprojection.h"
 #include "odometry/residuals/point_residual.h"
 #include "odometry/residuals/pose_manifold.h"
 #include "odometry/residuals/prior_residual.h"
@@ -108,7 +108,7 @@ struct LineLandmark {
   int block_size() const { return IsStructural() ? kStructuralLineSize : kGeneralLineSize; }
   StructuralLine structural() const { return {axis, anchor_world}; }
   double heading_rad() const { return heading ? heading->heading_rad[0] : 0; }
-  // The id of the last frame whose sight of it counts; -1 where none does.
+  // The id of the last frame whose observation of it counts; -1 where none does.
   int64_t last_seen_frame() const {
     return frames.empty() ? last_released_frame : frames.back()->id;
   }

@@ -9,7 +9,7 @@ namespace slcmap {
 namespace {
 
 constexpr double kMinDepth_m = 0.1;
-constexpr double kMinPlaneAngle_rad = 0.01;  // between the planes of two sights
+constexpr double kMinPlaneAngle_rad = 0.01;  // between the planes of two observations
 
 // Distances of a segment's ends from the projected line through two points.
 struct LineError {
@@ -111,7 +111,7 @@ Eigen::Vector3d LineFitter::PlaneNormal(const View& view) const {
       .normalized();
 }
 
-// The intersection of two planes of sight; nothing where they are too much alike.
+// The intersection of two planes of observation; nothing where they are too much alike.
 std::optional<Segment3d> LineFitter::Intersect(const View& a, const View& b) const {
   const Eigen::Vector3d n = PlaneNormal(a), m = PlaneNormal(b), d = n.cross(m);
   if (d.norm() < kMinPlaneAngle_rad) return std::nullopt;
@@ -128,7 +128,7 @@ std::optional<Segment3d> LineFitter::Intersect(const View& a, const View& b) con
   return line;
 }
 
-// Of the pairs of sights the intersection that agrees with most.
+// Of the pairs of observations the intersection that agrees with most.
 std::optional<Segment3d> LineFitter::Intersect(const std::vector<View>& views) const {
   const size_t step = views.size() / 12 + 1;
   std::optional<Segment3d> best;

@@ -15,7 +15,7 @@ struct Segment3d {
   Eigen::Vector3d a, b;  // in world
 };
 
-// One camera's sight of a line, in pixels of the rectified image.
+// One camera's observation of a line, in pixels of the rectified image.
 struct View {
   RigidTransform T_world_camera;
   LineSegment px;
@@ -40,15 +40,16 @@ class Projector {
   Camera camera_;
 };
 
-// The line in space that the sights agree on, between the feet of the first sight's ends.
+// The line in space that the observations agree on, between the feet of the first observation's
+// ends.
 class LineFitter {
  public:
   explicit LineFitter(const Camera& camera) : projector_(camera), focal_px_(camera.fx_px) {}
 
-  // Nothing where the planes of sight are too much alike.
+  // Nothing where the planes of observation are too much alike.
   std::optional<Segment3d> Fit(const std::vector<View>& views) const;
 
-  // Distances of a sight's ends from the line's image, signed.
+  // Distances of an observation's ends from the line's image, signed.
   std::array<double, 2> Errors_px(const Segment3d& line, const View& view) const;
 
   // The point of the line nearest to the ray of a pixel.

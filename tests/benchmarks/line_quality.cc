@@ -4,9 +4,9 @@
 //   line_quality SEQUENCE [lsd|fld|ed [first_image pairs step [folder_for_pictures]]]
 //
 // SEQUENCE is a folder in EuRoC's layout; every step-th pair is taken. Lines are predicted as the
-// estimator would, from their last sights and the true poses. Judged in two ways: by how well all
-// sights of a line fit one line in space (any edge, also of a texture), and by the distance from
-// the true edges (truth/edges.csv), of which those that were never seen are left out.
+// estimator would, from their last observations and the true poses. Judged in two ways: by how well
+// all observations of a line fit one line in space (any edge, also of a texture), and by the
+// distance from the true edges (truth/edges.csv), of which those that were never seen are left out.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -178,7 +178,7 @@ class Benchmark {
     track->edges_of_view.push_back(EdgesAt(T.Inverse(), px));
   }
 
-  // The true edges that a segment may be a sight of; notes its distance from the nearest.
+  // The true edges that a segment may be an observation of; notes its distance from the nearest.
   std::set<int> EdgesAt(const RigidTransform& T_camera_world, const LineSegment& px) {
     std::set<int> near;
     double best = kNearEdge_px;
@@ -212,7 +212,7 @@ class Benchmark {
 
   void Report() {
     std::vector<double> errors_px, lives;
-    int wrong = 0, sights = 0, kept_tracks = 0, wrong_tracks = 0;
+    int wrong = 0, observations = 0, kept_tracks = 0, wrong_tracks = 0;
     for (const auto& [id, track] : tracks_) {
       lives.push_back(track.pairs);
       if (track.pairs < 2 || track.views.size() < 3) continue;
@@ -229,7 +229,7 @@ class Benchmark {
       ++kept_tracks;
       wrong_tracks += wrong_here > 0;
       wrong += wrong_here;
-      sights += track.views.size();
+      observations += track.views.size();
     }
     int temporal = 0, temporal_right = 0;
     for (const auto& [id, track] : tracks_) CountTemporal(track, &temporal, &temporal_right);
@@ -245,21 +245,22 @@ class Benchmark {
     for (const double l : lives) long_lived += l >= 4 ? l : 0;
     printf(
         "length median %.0f px; seen right %.0f %%; %zu lines; life in pairs: mean %.1f, of the "
-        "sights' lines median %.0f; sights of lines with 4 or more: %.0f %%\n",
+        "observations' lines median %.0f; observations of lines with 4 or more: %.0f %%\n",
         Quantile(lengths_px_, 0.5), 100 * stereo / observed_, tracks_.size(),
-        static_cast<double>(observed_) / tracks_.size(), MedianLifeOfSights(),
+        static_cast<double>(observed_) / tracks_.size(), MedianLifeOfObservations(),
         100 * long_lived / observed_);
     printf(
         "fit to one line: error of the ends median %.2f 68%% %.2f 95%% %.2f 99%% %.2f px; "
-        "sights > %.0f px: %.2f %%; lines with such: %.1f %% of %d\n",
+        "observations > %.0f px: %.2f %%; lines with such: %.1f %% of %d\n",
         Quantile(errors_px, 0.5), Quantile(errors_px, 0.68), Quantile(errors_px, 0.95),
-        Quantile(errors_px, 0.99), kWrong_px, 100.0 * wrong / std::max(1, sights),
+        Quantile(errors_px, 0.99), kWrong_px, 100.0 * wrong / std::max(1, observations),
         100.0 * wrong_tracks / std::max(1, kept_tracks), kept_tracks);
     if (!edges_.empty()) {
       double mean = 0;
       for (const double o : edge_offsets_px_) mean += o / edge_offsets_px_.size();
       printf(
-          "true edges: %.0f %% of the sights; error median %.2f 68%% %.2f 95%% %.2f, mean to the "
+          "true edges: %.0f %% of the observations; error median %.2f 68%% %.2f 95%% %.2f, mean to "
+          "the "
           "bright side %.3f px; matches right: pair to pair %.2f %% of %d, left to right %.2f %% "
           "of %d\n",
           100.0 * edge_errors_px_.size() / std::max(1, judged_), Quantile(edge_errors_px_, 0.5),
@@ -270,13 +271,13 @@ class Benchmark {
     clocks_.Print();
   }
 
-  double MedianLifeOfSights() const {
+  double MedianLifeOfObservations() const {
     std::vector<double> lives;
     for (const auto& [id, track] : tracks_) lives.insert(lives.end(), track.pairs, track.pairs);
     return Quantile(lives, 0.5);
   }
 
-  // Neighbouring sights of which the first is on a true edge.
+  // Neighbouring observations of which the first is on a true edge.
   static void CountTemporal(const Track& track, int* all, int* right) {
     for (size_t i = 1; i < track.views.size(); ++i) {
       const auto& a = track.edges_of_view[i - 1];

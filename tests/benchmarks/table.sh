@@ -42,7 +42,7 @@ truth_of() {
   if [ -e "$truth" ]; then echo "$truth"; else echo "$1/mav0/state_groundtruth_estimate0/data.csv"; fi
 }
 
-# Runs one method on one sequence; what fails is told in the log and has no metrics.json.
+# Runs one method on one sequence; what fails is reported in the log and has no metrics.json.
 measure() {
   local sequence=$1 method=$2 folder=$3 edges=()
   rm -rf "$folder"

@@ -70,7 +70,7 @@ TEST_F(LineFilesTest, LinesComeBackExactly) {
   EXPECT_EQ(read.lines[3].point_ids.size(), 20u);
 }
 
-TEST_F(LineFilesTest, SightsComeBack) {
+TEST_F(LineFilesTest, ObservationsComeBack) {
   OdometryRun run = testing::MakeLineRun();
   run.keyframes[2].lines[1].right_px.reset();
   run.keyframes[2].lines[2].id = 999;  // never became a line

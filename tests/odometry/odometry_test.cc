@@ -185,7 +185,7 @@ void ExpectSame(const Result& a, const Result& b) {
   }
 }
 
-// A room whose walls have edges, and lines that are told although the images are small.
+// A room whose walls have edges, and lines that are reported although the images are small.
 Recording MakeRecordingWithLines() {
   Recording recording = MakeRecording(2.0);
   recording.options.method = Method::kSlc;

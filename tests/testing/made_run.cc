@@ -68,7 +68,7 @@ std::vector<Line> MakeLines() {
   return lines;
 }
 
-// Adds the sight of a line to the keyframe.
+// Adds the observation of a line to the keyframe.
 void Observe(const Rig& rig, Line* line, Keyframe* keyframe) {
   const auto segment_px = [&](int camera) {
     const RigidTransform T_camera_world =

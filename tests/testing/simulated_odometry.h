@@ -41,7 +41,7 @@ class SimulatedPoints final : public PointSource {
                              [&](const PointObservation& p) { return ids.count(p.id) > 0; });
   }
   void Reset() override { observations_.clear(); }
-  size_t removed() const { return erased_; }  // while they were in sight
+  size_t removed() const { return erased_; }  // while they were visible
 
  private:
   std::vector<PointObservation> observations_;

@@ -86,7 +86,7 @@ TEST(LineMetrics, DirectionErrorIsWeightedByLength) {
 }
 
 TEST(LineMetrics, OtherDirectionsDoNotCount) {
-  // Across an edge, and 12 degrees off it: near, but no sights of it.
+  // Across an edge, and 12 degrees off it: near, but no observations of it.
   const double slope = std::tan(12 * kRadians);
   const LineMetrics metrics = EvaluateLines(
       kTwoEdges, {Mapped({1, -0.1, 0}, {1, 0.1, 0}), Mapped({2, 0, 0}, {2.2, 0.2 * slope, 0})}, {});

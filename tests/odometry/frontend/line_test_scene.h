@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "data/types.h"
-#include "odometry/frontend/line_observation.h"
 
 namespace slcmap::testing {
 

@@ -33,7 +33,7 @@ struct LineScene {
     const Vector3d p = (pose * geometry.T_imu_camera[camera]).Inverse() * p_world;
     return p.head<2>() / p.z();
   }
-  StereoLineMeasurement SightOf(const Vector3d& a, const Vector3d& b) const {
+  StereoLineMeasurement ObservationOf(const Vector3d& a, const Vector3d& b) const {
     return {{Seen(a, 0), Seen(b, 0)}, LineSegment{Seen(a, 1), Seen(b, 1)}};
   }
 };
@@ -85,8 +85,8 @@ void ExpectSameAsTwin(const Factor& factor, const ceres::CostFunction& twin, con
 
 // Method, section 2, to the letter: a point of the line and its direction, brought to the camera.
 template <typename T>
-void SightByDefinition(const LineScene& scene, const T* pose, const Vec3<T>& p_world,
-                       const Vec3<T>& d_world, T* residual) {
+void ObservationByDefinition(const LineScene& scene, const T* pose, const Vec3<T>& p_world,
+                             const Vec3<T>& d_world, T* residual) {
   const Eigen::Map<const Eigen::Quaternion<T>> q(pose + 3);
   const Eigen::Map<const Vec3<T>> p(pose);
   for (int c = 0; c < 2; ++c) {
@@ -126,7 +126,7 @@ struct StructuralByDefinition {
   bool operator()(const T* pose, const T* heading, const T* block, T* residual) const {
     const ManhattanByDefinition<T> m(*heading);
     const Vec3<T> d = m.axes.col(static_cast<int>(line.axis));
-    SightByDefinition<T>(*scene, pose, m.Crossing(line, block), d, residual);
+    ObservationByDefinition<T>(*scene, pose, m.Crossing(line, block), d, residual);
     return true;
   }
   template <typename T>
@@ -144,7 +144,8 @@ struct GeneralByDefinition {
     const Vec3<T> moment = q * Vec3<T>(cos(block[4]), T(0), T(0));
     const Vec3<T> direction = q * Vec3<T>(T(0), sin(block[4]), T(0));
     const Vec3<T> nearest = direction.cross(moment) / direction.squaredNorm();
-    SightByDefinition<T>(*scene, pose, scene->anchor.cast<T>() + nearest, direction, residual);
+    ObservationByDefinition<T>(*scene, pose, scene->anchor.cast<T>() + nearest, direction,
+                               residual);
     return true;
   }
 };
@@ -202,7 +203,7 @@ TEST(StructuralLineResidual, IsZeroWhereTheGeometryIsExact) {
   for (const LineAxis axis : kAxes) {
     const StructuralLine line{axis, scene.anchor};
     const Vector3d a = scene.Visible(), b = a + 0.4 * AxisDirection(axis, kHeading);
-    const StructuralLineResidual factor(&scene.geometry, line, scene.SightOf(a, b));
+    const StructuralLineResidual factor(&scene.geometry, line, scene.ObservationOf(a, b));
     EXPECT_LT(Residual(factor, StructuralBlocks(scene, line)).norm(), 1e-9);
   }
 }
@@ -267,7 +268,7 @@ TEST(LineResiduals, ALineThroughTheCameraNeitherFailsNorPulls) {
 TEST(GeneralLineResidual, IsZeroWhereTheGeometryIsExact) {
   const LineScene scene;
   const Vector3d a = scene.Visible(), d(0.3, -0.2, 0.25);
-  const GeneralLineResidual factor(&scene.geometry, scene.anchor, scene.SightOf(a, a + d));
+  const GeneralLineResidual factor(&scene.geometry, scene.anchor, scene.ObservationOf(a, a + d));
   const GeneralLineBlock block = GeneralLineThrough(scene.anchor, a, d);
   EXPECT_LT(Residual(factor, {PoseBlockOf(scene.pose), {block.begin(), block.end()}}).norm(), 1e-9);
 }

@@ -9,7 +9,7 @@
 #include <random>
 #include <vector>
 
-#include "odometry/frontend/line_observation.h"
+#include "data/types.h"
 
 namespace slcmap::testing {
 

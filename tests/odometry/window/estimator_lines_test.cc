@@ -88,7 +88,7 @@ double DistanceToEdge(const SimulatedEdge& edge, const Eigen::Vector3d& p_world)
   return direction.cross(p_world - edge.start_world).norm();
 }
 
-// Largest distance in metres of a line's ends from the edge that it is a sight of.
+// Largest distance in metres of a line's ends from the edge that it is an observation of.
 double DistanceToItsEdge(const SimulatedRun& run, const Line& line, const RigidTransform& gauge) {
   const SimulatedEdge& edge = run.edges.at(static_cast<size_t>(line.id));
   return std::max(DistanceToEdge(edge, gauge * line.start_world),
@@ -229,7 +229,7 @@ TEST(EstimatorWithLines, LinesThatSlideDoNotSpoilThePath) {
 }
 
 struct Members {
-  size_t all = 0, wrong = 0;  // wrong: not of the edge that the line is a sight of
+  size_t all = 0, wrong = 0;  // wrong: not of the edge that the line is an observation of
 };
 
 Members MembersOf(const SimulatedRun& run) {

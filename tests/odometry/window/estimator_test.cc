@@ -166,7 +166,7 @@ TEST(Estimator, TheWindowDoesNotLearnPositionOrHeading) {
   EXPECT_GT(without_first_estimates, 1e-6);
 }
 
-TEST(Estimator, SurvivesASecondWithoutSight) {
+TEST(Estimator, SurvivesASecondWithoutObservation) {
   SimulatedRunOptions options = Noisy(5);
   options.blind_from_s = 8;
   options.blind_to_s = 9;

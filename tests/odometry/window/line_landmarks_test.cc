@@ -22,7 +22,7 @@ class LineLandmarksTest : public testing::LineScene {
   // Frame i sees the line with one end down and the other up by so many pixels.
   void See(int i, double off_px) {
     const Vector2d off(0, off_px / kFocal_px);
-    StereoLineMeasurement seen = SightOf(i);
+    StereoLineMeasurement seen = ObservationOf(i);
     seen.left = {seen.left.start + off, seen.left.end - off};
     seen.right = LineSegment{seen.right->start + off, seen.right->end - off};
     window_.frames[i]->lines[kLine] = seen;
@@ -39,14 +39,14 @@ TEST_F(LineLandmarksTest, KeepsALineThatFits) {
   EXPECT_EQ(line().frames.size(), kFrames);
 }
 
-TEST_F(LineLandmarksTest, TakesOutASightOfAnotherEdgeBeforeItMovesTheFrame) {
+TEST_F(LineLandmarksTest, RejectsAnObservationOfAnotherEdgeBeforeItMovesTheFrame) {
   See(kFrames - 1, 20);
   RejectLineMisfits(options_, model_, window_.frames.back().get(), &window_);
   EXPECT_FALSE(window_.frames.back()->lines.contains(kLine));
   EXPECT_EQ(line().frames.size(), kFrames - 1);
 }
 
-TEST_F(LineLandmarksTest, ASightThatWasTakenOutIsNotTheLastThatIsTold) {
+TEST_F(LineLandmarksTest, AnObservationThatWasRejectedIsNotTheLastReported) {
   EXPECT_EQ(Describe(line(), model_, {}).last_keyframe, kFrames - 1);
   See(kFrames - 1, 6 * options_.sigma_px);
   EXPECT_TRUE(RejectLineOutliers(options_, model_, &window_).empty());
@@ -54,7 +54,7 @@ TEST_F(LineLandmarksTest, ASightThatWasTakenOutIsNotTheLastThatIsTold) {
 }
 
 // It was seen only by frames that have left the window, until the wrong match.
-TEST_F(LineLandmarksTest, SurvivesTheLossOfItsOnlySight) {
+TEST_F(LineLandmarksTest, SurvivesTheLossOfItsOnlyObservation) {
   line().last_released_frame = 0;
   for (int i = 0; i < kFrames - 1; ++i) window_.frames[i]->lines.clear();
   line().frames = {window_.frames.back().get()};
@@ -69,11 +69,11 @@ TEST_F(LineLandmarksTest, SurvivesTheLossOfItsOnlySight) {
   EXPECT_EQ(PredictLines(window_, *window_.frames.back(), rig_).size(), 1u);
 }
 
-TEST_F(LineLandmarksTest, TakesOutTheRightSightAloneWhereItAloneIsOfAnotherEdge) {
-  auto& sight = window_.frames.back()->lines.at(kLine);
-  sight.right->start.y() += 20 / kFocal_px;
+TEST_F(LineLandmarksTest, RejectsTheRightObservationAloneWhereItAloneIsOfAnotherEdge) {
+  auto& observation = window_.frames.back()->lines.at(kLine);
+  observation.right->start.y() += 20 / kFocal_px;
   RejectLineMisfits(options_, model_, window_.frames.back().get(), &window_);
-  EXPECT_FALSE(sight.right);
+  EXPECT_FALSE(observation.right);
   EXPECT_EQ(line().frames.size(), kFrames);
 }
 
@@ -83,8 +83,8 @@ TEST_F(LineLandmarksTest, OneOutlierGoesAndTheLineStays) {
   EXPECT_EQ(line().frames.size(), kFrames - 1);
 }
 
-// Nearly along the axis, as the grain of wood is: no sight is far off, but all are.
-TEST_F(LineLandmarksTest, RetiresALineWhoseSightsAllMisfitALittle) {
+// Nearly along the axis, as the grain of wood is: no observation is far off, but all are.
+TEST_F(LineLandmarksTest, RetiresALineWhoseObservationsAllMisfitALittle) {
   for (int i = 0; i < kFrames; ++i) See(i, 1.5 * options_.sigma_px);
   EXPECT_EQ(RejectLineOutliers(options_, model_, &window_).count(kLine), 1u);
   EXPECT_TRUE(line().retired);

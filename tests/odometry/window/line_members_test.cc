@@ -75,11 +75,11 @@ TEST_F(LineMembersTest, APointBesideTheLineDoesNot) {
   EXPECT_EQ(Judge(), Membership::kRefuted);
 }
 
-TEST_F(LineMembersTest, ThePointsOwnSightsTellWhereverItsLineHasPulledIt) {
+TEST_F(LineMembersTest, ThePointsOwnObservationsTellWhereverItsLineHasPulledIt) {
   Look(4, Fixed(At(0.12)));
   SetPoint(At(0));
   EXPECT_EQ(Judge(), Membership::kRefuted);
-  EXPECT_LT((PlaceBySights(point_, model_)->p_world - At(0.12)).norm(), 0.005);
+  EXPECT_LT((PlaceByObservations(point_, model_)->p_world - At(0.12)).norm(), 0.005);
 }
 
 TEST_F(LineMembersTest, WhatIsNotWellEnoughKnownStaysOpen) {
@@ -90,10 +90,10 @@ TEST_F(LineMembersTest, WhatIsNotWellEnoughKnownStaysOpen) {
   point_.frames.resize(1);
   EXPECT_EQ(Judge(), Membership::kOpen);  // a single view
   window_.frames[0]->measurements.at(kPoint).right.reset();
-  EXPECT_FALSE(PlaceBySights(point_, model_).has_value());  // a ray
+  EXPECT_FALSE(PlaceByObservations(point_, model_).has_value());  // a ray
 }
 
-TEST_F(LineMembersTest, SightsThatDoNotAgreeOnAPlaceRefute) {
+TEST_F(LineMembersTest, ObservationsThatDoNotAgreeOnAPlaceRefute) {
   Look(4, Fixed(At(0)));
   for (auto& frame : window_.frames) {
     frame->measurements.at(kPoint).left.x() += 0.003 * static_cast<double>(frame->id * frame->id);

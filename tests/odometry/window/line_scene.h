@@ -36,7 +36,7 @@ class LineScene : public ::testing::Test {
     FrameState* frame = window_.frames.emplace_back(std::make_unique<FrameState>()).get();
     frame->id = i;
     PoseToBlock(Pose(i), frame->pose.data());
-    frame->lines[kLine] = SightOf(i);
+    frame->lines[kLine] = ObservationOf(i);
     line->frames.push_back(frame);
     return frame;
   }
@@ -57,7 +57,7 @@ class LineScene : public ::testing::Test {
     return p.head<2>() / p.z();
   }
 
-  StereoLineMeasurement SightOf(int i) const {
+  StereoLineMeasurement ObservationOf(int i) const {
     const Eigen::Vector3d start = At(0) - Eigen::Vector3d::UnitX();
     const Eigen::Vector3d end = At(0) + Eigen::Vector3d::UnitX();
     return {{OnPlane(i, 0, start), OnPlane(i, 0, end)},

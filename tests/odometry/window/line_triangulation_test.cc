@@ -33,28 +33,29 @@ class LineTriangulationTest : public testing::Test {
            RigidTransform(ExpRotation({0.01 * k, -0.02 * k, 0.01 * k}),
                           geometry_.R_imu_camera[0] * Vector3d(0.15 * k, 0.2 * k, 0.08 * k));
   }
-  // A sight of the segment from a to b. Its ends are noisy by sigma_px across it, and each pair
-  // sees another part of it.
-  LineSight See(int k, const Vector3d& a, const Vector3d& b, bool right, double sigma_px) {
+  // An observation of the segment from a to b. Its ends are noisy by sigma_px across it, and each
+  // pair sees another part of it.
+  PosedLineObservation See(int k, const Vector3d& a, const Vector3d& b, bool right,
+                           double sigma_px) {
     std::normal_distribution<double> noise(0, sigma_px / kFocal_px);
-    LineSight sight{Pose(k), {}};
+    PosedLineObservation observation{Pose(k), {}};
     const auto seen = [&](int camera) {
-      const RigidTransform T = (sight.T_world_imu * geometry_.T_imu_camera[camera]).Inverse();
+      const RigidTransform T = (observation.T_world_imu * geometry_.T_imu_camera[camera]).Inverse();
       const double shift = 0.03 * k + 0.02 * camera;
       const Vector3d p = T * Vector3d(a + shift * (b - a)), q = T * Vector3d(b - shift * (b - a));
       const Vector2d s = p.head<2>() / p.z(), e = q.head<2>() / q.z();
       const Vector2d across = Vector2d(s.y() - e.y(), e.x() - s.x()).normalized();
       return LineSegment{s + noise(generator_) * across, e + noise(generator_) * across};
     };
-    sight.measurement.left = seen(0);
-    if (right) sight.measurement.right = seen(1);
-    return sight;
+    observation.measurement.left = seen(0);
+    if (right) observation.measurement.right = seen(1);
+    return observation;
   }
-  std::vector<LineSight> SeeAll(int count, const Vector3d& a, const Vector3d& b, bool right,
-                                double sigma_px) {
-    std::vector<LineSight> sights;
-    for (int k = 0; k < count; ++k) sights.push_back(See(k, a, b, right, sigma_px));
-    return sights;
+  std::vector<PosedLineObservation> SeeAll(int count, const Vector3d& a, const Vector3d& b,
+                                           bool right, double sigma_px) {
+    std::vector<PosedLineObservation> observations;
+    for (int k = 0; k < count; ++k) observations.push_back(See(k, a, b, right, sigma_px));
+    return observations;
   }
   double DistanceOfPoint(const Vector3d& p, const PointAndDirection& line) const {
     return (p - line.point_world).cross(line.direction_world).norm();
@@ -96,10 +97,10 @@ TEST_F(LineTriangulationTest, RefusesALineBehindTheCamera) {
   // Left and right exchanged, the rays part.
   const StructuralLine line{LineAxis::kVertical, anchor_};
   const Vector3d a = InWorld({0.5, -0.3, 4}), b = a + Vector3d(0, 0, 1);
-  LineSight sight = See(0, a, b, true, 0);
-  std::swap(sight.measurement.left, *sight.measurement.right);
-  EXPECT_FALSE(TriangulateStructuralLine({sight}, line, 0, geometry_, {}));
-  EXPECT_FALSE(TriangulateGeneralLine({sight}, anchor_, geometry_, {}));
+  PosedLineObservation observation = See(0, a, b, true, 0);
+  std::swap(observation.measurement.left, *observation.measurement.right);
+  EXPECT_FALSE(TriangulateStructuralLine({observation}, line, 0, geometry_, {}));
+  EXPECT_FALSE(TriangulateGeneralLine({observation}, anchor_, geometry_, {}));
 }
 
 TEST_F(LineTriangulationTest, FindsGeneralLinesExactly) {
@@ -123,13 +124,13 @@ TEST_F(LineTriangulationTest, TellsItsOwnErrors) {
   LineTriangulationOptions options;
   options.loss_sigma = 100;  // the covariance of a robust fit is not that of least squares
   for (int run = 0; run < kRuns; ++run) {
-    const auto sights = SeeAll(6, a, b, true, kSigma_px);
-    const auto fit = TriangulateStructuralLine(sights, line, kHeading, geometry_, options);
+    const auto observations = SeeAll(6, a, b, true, kSigma_px);
+    const auto fit = TriangulateStructuralLine(observations, line, kHeading, geometry_, options);
     ASSERT_TRUE(fit.has_value());
     const Vector2d off =
         Eigen::Map<const Vector2d>(fit->block.data()) - Eigen::Map<const Vector2d>(truth.data());
     structural += off.dot(fit->covariance.inverse() * off) / 2 / kRuns;
-    const auto free = TriangulateGeneralLine(sights, anchor_, geometry_, options);
+    const auto free = TriangulateGeneralLine(observations, anchor_, geometry_, options);
     ASSERT_TRUE(free.has_value());
     GeneralLineBlock same = general_truth;
     const PointAndDirection found = GeneralLineFromBlock(anchor_, free->block.data());
@@ -145,13 +146,13 @@ TEST_F(LineTriangulationTest, TellsItsOwnErrors) {
   EXPECT_NEAR(turned, 1, 0.3);
 }
 
-TEST_F(LineTriangulationTest, OneWrongSightDoesLittleHarm) {
+TEST_F(LineTriangulationTest, OneWrongObservationDoesLittleHarm) {
   const StructuralLine line{LineAxis::kVertical, anchor_};
   const Vector3d a = InWorld({0.5, -0.3, 4}), b = a + Vector3d(0, 0, 1);
-  auto sights = SeeAll(7, a, b, true, 0.3);
+  auto observations = SeeAll(7, a, b, true, 0.3);
   const Vector3d aside = InWorld({0.62, -0.3, 4});
-  sights[5] = See(5, aside, aside + Vector3d(0, 0, 1), true, 0.3);
-  const auto fit = TriangulateStructuralLine(sights, line, 0, geometry_, {});
+  observations[5] = See(5, aside, aside + Vector3d(0, 0, 1), true, 0.3);
+  const auto fit = TriangulateStructuralLine(observations, line, 0, geometry_, {});
   ASSERT_TRUE(fit.has_value());
   EXPECT_LT(DistanceOfPoint(a, {CrossingPoint(line, 0, fit->block.data()), Vector3d::UnitZ()}),
             0.03);

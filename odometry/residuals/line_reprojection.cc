@@ -1,4 +1,4 @@
-#include "odometry/residuals/line_sight.h"
+#include "odometry/residuals/line_reprojection.h"
 
 namespace slcmap {
 namespace {
@@ -60,8 +60,9 @@ const LineSegment& SegmentOf(const StereoLineMeasurement& measurement, int camer
 
 }  // namespace
 
-void EvaluateLineSight(const StereoGeometry& geometry, const StereoLineMeasurement& measurement,
-                       const double* pose, const PlueckerLine& line, double* residuals) {
+void EvaluateLineReprojection(const StereoGeometry& geometry,
+                              const StereoLineMeasurement& measurement, const double* pose,
+                              const PlueckerLine& line, double* residuals) {
   const double weight = geometry.weight * measurement.weight;
   for (int c = 0; 2 * c < measurement.rows(); ++c) {
     const LinePlane plane(geometry, c, pose, line);
@@ -70,10 +71,10 @@ void EvaluateLineSight(const StereoGeometry& geometry, const StereoLineMeasureme
   }
 }
 
-void LinearizeLineSight(const StereoGeometry& geometry, const StereoLineMeasurement& measurement,
-                        const double* pose, const PlueckerLine& line,
-                        const PlueckerJacobian& line_jacobian, double* residuals,
-                        LineSightJacobian* jacobian) {
+void LinearizeLineReprojection(const StereoGeometry& geometry,
+                               const StereoLineMeasurement& measurement, const double* pose,
+                               const PlueckerLine& line, const PlueckerJacobian& line_jacobian,
+                               double* residuals, LineReprojectionJacobian* jacobian) {
   const double weight = geometry.weight * measurement.weight;
   jacobian->by_pose.resize(measurement.rows(), 6);
   jacobian->by_line.resize(measurement.rows(), line_jacobian.moment.cols());

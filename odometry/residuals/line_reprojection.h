@@ -5,7 +5,7 @@
 #include <Eigen/Core>
 #include <optional>
 
-#include "odometry/frontend/line_observation.h"
+#include "data/types.h"
 #include "odometry/residuals/point_residual.h"
 
 namespace slcmap {
@@ -34,7 +34,7 @@ struct PlueckerJacobian {
 };
 
 // A line's residuals by the pose (dp, dtheta) and by the parameters of its Pluecker Jacobian.
-struct LineSightJacobian {
+struct LineReprojectionJacobian {
   Eigen::Matrix<double, Eigen::Dynamic, 6, Eigen::RowMajor, 4, 6> by_pose;
   Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor, 4, 4> by_line;
 };
@@ -47,13 +47,14 @@ struct LineSightJacobian {
 // distance (SLC-VIO, section 3.3, without the division by depth). Rows: the two ends in the left
 // camera, then (where seen) in the right one. Where the line has no image (it passes through the
 // camera, or its plane is parallel to the image), the rows are constant.
-void EvaluateLineSight(const StereoGeometry& geometry, const StereoLineMeasurement& measurement,
-                       const double* pose, const PlueckerLine& line, double* residuals);
+void EvaluateLineReprojection(const StereoGeometry& geometry,
+                              const StereoLineMeasurement& measurement, const double* pose,
+                              const PlueckerLine& line, double* residuals);
 
 // The same with derivatives.
-void LinearizeLineSight(const StereoGeometry& geometry, const StereoLineMeasurement& measurement,
-                        const double* pose, const PlueckerLine& line,
-                        const PlueckerJacobian& line_jacobian, double* residuals,
-                        LineSightJacobian* jacobian);
+void LinearizeLineReprojection(const StereoGeometry& geometry,
+                               const StereoLineMeasurement& measurement, const double* pose,
+                               const PlueckerLine& line, const PlueckerJacobian& line_jacobian,
+                               double* residuals, LineReprojectionJacobian* jacobian);
 
 }  // namespace slcmap
