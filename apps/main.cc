@@ -10,6 +10,7 @@
 
 #include "apps/commands.h"
 #include "data/error.h"
+#include "data/progress.h"
 
 namespace slcmap {
 namespace {
@@ -97,6 +98,8 @@ int main(int argc, char** argv) {
     return RunProgram(argc, argv);
   } catch (const ConfigError& error) {
     return PrintError(error.what(), kExitUsage);
+  } catch (const StoppedError& error) {
+    return PrintError(error.what(), kExitInterrupted);
   } catch (const std::bad_alloc&) {
     return PrintError("out of memory", kExitFailure);
   } catch (const std::exception& error) {

@@ -62,7 +62,7 @@ class Feeder {
 
   // Until the end of the sequence, or Ctrl-C.
   void FeedAll() {
-    Progress progress("odometry", static_cast<int64_t>(sequence_.images.size()));
+    RecordingBar progress("odometry", static_cast<int64_t>(sequence_.images.size()));
     const int64_t first_ns = sequence_.images.front().stamp_ns;
     while (!complete_ && !Interrupted()) {
       const std::optional<ReadPair> image = NextImage();

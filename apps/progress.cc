@@ -5,6 +5,9 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <memory>
+
+#include "apps/commands.h"
 
 namespace slcmap {
 namespace {
@@ -16,47 +19,69 @@ double Seconds(std::chrono::steady_clock::duration duration) {
   return std::chrono::duration<double>(duration).count();
 }
 
+int Tenths(double share) { return static_cast<int>(10 * share + 1e-9); }
+
 }  // namespace
 
-Progress::Progress(std::string label, int64_t total)
+ProgressBar::ProgressBar(std::string label, Elsewhere elsewhere)
     : label_(std::move(label)),
-      total_(std::max<int64_t>(total, 1)),
-      shown_(spdlog::should_log(spdlog::level::info)),
       on_terminal_(isatty(STDERR_FILENO) != 0),
+      shown_(spdlog::should_log(spdlog::level::info) &&
+             (on_terminal_ || elsewhere == Elsewhere::kLines)),
       start_(std::chrono::steady_clock::now()),
       last_shown_(start_) {}
 
-Progress::~Progress() {
+ProgressBar::~ProgressBar() {
   if (bar_shown_) std::fputc('\n', stderr);
 }
 
-void Progress::Update(int64_t done, double data_s, double distance_m) {
-  if (!shown_) return;
-  const auto now = std::chrono::steady_clock::now();
-  const int tenth = static_cast<int>(10 * done / total_);
-  const bool due = on_terminal_ ? Seconds(now - last_shown_) >= kBarStep_s || done == total_
-                                : tenth >= next_tenth_;
-  if (!due) return;
-  last_shown_ = now;
-  next_tenth_ = tenth + 1;
-  const double share = static_cast<double>(done) / static_cast<double>(total_);
-  const double elapsed_s = std::max(Seconds(now - start_), 1e-6);
-  const std::string figures =
-      fmt::format("{:3.0f} %  {:.0f} images/s  {:.1f} x real time  {:.1f} m", 100 * share,
-                  static_cast<double>(done) / elapsed_s, data_s / elapsed_s, distance_m);
+// On a terminal what takes no longer than a look shows no bar at all.
+bool ProgressBar::IsDue(double share) const {
+  if (!shown_) return false;
+  if (!on_terminal_) return Tenths(share) >= next_tenth_;
+  const double since_s = Seconds(std::chrono::steady_clock::now() - last_shown_);
+  return since_s >= kBarStep_s || (bar_shown_ && share >= 1);
+}
+
+void ProgressBar::Update(double share, const std::function<std::string(double)>& figures) {
+  share = std::clamp(share, 0.0, 1.0);
+  if (!IsDue(share)) return;
+  last_shown_ = std::chrono::steady_clock::now();
+  next_tenth_ = Tenths(share) + 1;
+  std::string text = fmt::format("{:3.0f} %", 100 * share);
+  if (figures) text += "  " + figures(std::max(Seconds(last_shown_ - start_), 1e-6));
   if (on_terminal_) {
-    ShowBar(share, figures);
+    ShowBar(share, text);
   } else {
-    spdlog::info("{} {}", label_, figures);
+    spdlog::info("{} {}", label_, text);
   }
 }
 
-void Progress::ShowBar(double share, const std::string& figures) {
+void ProgressBar::ShowBar(double share, const std::string& text) {
   const int filled = static_cast<int>(share * kBarColumns);
   const std::string bar = std::string(filled, '=') + std::string(kBarColumns - filled, ' ');
-  std::fprintf(stderr, "\r\x1b[K%s [%s] %s", label_.c_str(), bar.c_str(), figures.c_str());
+  std::fprintf(stderr, "\r\x1b[K%s [%s] %s", label_.c_str(), bar.c_str(), text.c_str());
   std::fflush(stderr);
   bar_shown_ = true;
+}
+
+RecordingBar::RecordingBar(std::string label, int64_t images)
+    : bar_(std::move(label), ProgressBar::Elsewhere::kLines),
+      images_(std::max<int64_t>(images, 1)) {}
+
+void RecordingBar::Update(int64_t done, double data_s, double distance_m) {
+  bar_.Update(static_cast<double>(done) / static_cast<double>(images_), [&](double elapsed_s) {
+    return fmt::format("{:.0f} images/s  {:.1f} x real time  {:.1f} m",
+                       static_cast<double>(done) / elapsed_s, data_s / elapsed_s, distance_m);
+  });
+}
+
+Progress StageProgress(const std::string& label) {
+  const auto bar = std::make_shared<ProgressBar>(label, ProgressBar::Elsewhere::kNothing);
+  return Progress([bar](double done) {
+    bar->Update(done);
+    return !Interrupted();
+  });
 }
 
 }  // namespace slcmap

@@ -1,31 +1,56 @@
-// Shows how far a long command has come: a bar on a terminal, a line every tenth otherwise.
+// Shows how far a long command has come, on standard error.
 #pragma once
 
 #include <chrono>
 #include <cstdint>
+#include <functional>
 #include <string>
+
+#include "data/progress.h"
 
 namespace slcmap {
 
-class Progress {
+// A bar on a terminal; elsewhere a line every tenth, or nothing. Nothing is shown below the log
+// level "info" (--quiet).
+class ProgressBar {
  public:
-  // `total` steps; nothing is shown below the log level "info" (--quiet).
-  Progress(std::string label, int64_t total);
-  ~Progress();  // leaves the line of the bar
+  enum class Elsewhere { kLines, kNothing };
 
-  // `done` steps so far, which cover data_s of the recording and distance_m of its path.
-  void Update(int64_t done, double data_s, double distance_m);
+  ProgressBar(std::string label, Elsewhere elsewhere);
+  ~ProgressBar();  // leaves the line of the bar
+  ProgressBar(const ProgressBar&) = delete;
+  ProgressBar& operator=(const ProgressBar&) = delete;
+
+  // `share` of all is done, in [0, 1]; figures(elapsed_s), which is called where they are shown,
+  // says more.
+  void Update(double share, const std::function<std::string(double)>& figures = {});
 
  private:
-  void ShowBar(double share, const std::string& figures);
+  bool IsDue(double share) const;
+  void ShowBar(double share, const std::string& text);
 
   const std::string label_;
-  const int64_t total_;
-  const bool shown_, on_terminal_;
+  const bool on_terminal_, shown_;
   const std::chrono::steady_clock::time_point start_;
   std::chrono::steady_clock::time_point last_shown_;
   int next_tenth_ = 1;
   bool bar_shown_ = false;
 };
+
+// The bar of a command that goes through a recording.
+class RecordingBar {
+ public:
+  RecordingBar(std::string label, int64_t images);
+
+  // `done` images so far, which cover data_s of the recording and distance_m of its path.
+  void Update(int64_t done, double data_s, double distance_m);
+
+ private:
+  ProgressBar bar_;
+  const int64_t images_;
+};
+
+// For a stage of a library: shows a bar on a terminal, and ends the stage after Ctrl-C.
+Progress StageProgress(const std::string& label);
 
 }  // namespace slcmap

@@ -38,7 +38,7 @@ void RunSimulate(SimulateArguments arguments) {
   arguments.renderer.camera.with_noise = !arguments.without_image_noise;
   arguments.renderer.light.threads = options.threads;
   const ProcessCost before = CostSoFar();
-  std::optional<Progress> bar;
+  std::optional<RecordingBar> bar;
   const SimulationState summary = Simulate(
       options,
       [&](const RenderTask& task) {
