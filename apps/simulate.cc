@@ -28,21 +28,29 @@ scene's edges with the parts that the cameras saw, and depth images with --depth
 
 struct SimulateArguments {
   SimulationOptions simulation;
-  RendererOptions renderer;
+  std::optional<double> exposure_ms;
   bool without_image_noise = false;
 };
 
-void RunSimulate(SimulateArguments arguments) {
+RendererOptions RendererOf(const SimulateArguments& arguments) {
   const SimulationOptions& options = arguments.simulation;
-  arguments.renderer.camera.seed = static_cast<uint32_t>(options.seed);
-  arguments.renderer.camera.with_noise = !arguments.without_image_noise;
-  arguments.renderer.light.threads = options.threads;
+  RendererOptions renderer;
+  renderer.camera = ReadSceneCamera(options.scene);
+  if (arguments.exposure_ms) renderer.camera.exposure_ms = *arguments.exposure_ms;
+  renderer.camera.seed = static_cast<uint32_t>(options.seed);
+  renderer.camera.with_noise = !arguments.without_image_noise;
+  renderer.light.threads = options.threads;
+  return renderer;
+}
+
+void RunSimulate(const SimulateArguments& arguments) {
+  const SimulationOptions& options = arguments.simulation;
   const ProcessCost before = CostSoFar();
   std::optional<RecordingBar> bar;
   const SimulationState summary = Simulate(
       options,
       [&](const RenderTask& task) {
-        return MakeSceneRenderer(ReadScene(options.scene), arguments.renderer, task);
+        return MakeSceneRenderer(ReadScene(options.scene), RendererOf(arguments), task);
       },
       [&](const SimulationState& state) {
         if (!bar) bar.emplace("simulating", state.planned_pairs);
@@ -83,10 +91,8 @@ void AddSensorOptions(SimulateArguments& arguments, CLI::App* command) {
                       "Stamp on the IMU's clock minus stamp on the camera's; not told in mav0");
   command->add_option("--wrong-calibration", options.miscalibration,
                       "Tell a calibration in mav0 that is wrong; 1: as a careless one");
-  command
-      ->add_option("--exposure-ms", arguments.renderer.camera.exposure_ms,
-                   "Fixed exposure; 0: automatic")
-      ->capture_default_str();
+  command->add_option("--exposure-ms", arguments.exposure_ms,
+                      "Fixed exposure; 0: automatic; the scene's own without it");
   command->add_flag("--without-image-noise", arguments.without_image_noise,
                     "Neither photon nor read noise");
 }

@@ -6,6 +6,7 @@
 #include <random>
 
 #include "data/error.h"
+#include "data/option_table.h"
 #include "data/simulator/hashing.h"
 
 namespace slcmap {
@@ -44,25 +45,30 @@ std::vector<uint8_t> GreyTable(double gamma) {
   return table;
 }
 
+constexpr OptionTable kCamera{
+    Option{"exposure_ms", &CameraResponseOptions::exposure_ms, 0.0, 1000.0},
+    Option{"min_exposure_ms", &CameraResponseOptions::min_exposure_ms, 1e-6, 1000.0},
+    Option{"max_exposure_ms", &CameraResponseOptions::max_exposure_ms, 1e-6, 1000.0},
+    Option{"max_gain", &CameraResponseOptions::max_gain, 1.0, 1000.0},
+    Option{"target_grey", &CameraResponseOptions::target_grey, 1.0, 254.0},
+    Option{"adaption_s", &CameraResponseOptions::adaption_s, 1e-6, 1000.0},
+    Option{"sensitivity", &CameraResponseOptions::sensitivity, 1e-6, 1e9},
+    Option{"lens_blur_px", &CameraResponseOptions::lens_blur_px, 0.0, 9.9},
+    Option{"vignetting", &CameraResponseOptions::vignetting, 0.0, 0.99},
+    Option{"full_well_electrons", &CameraResponseOptions::full_well_electrons, 1.0, 1e9},
+    Option{"read_noise_grey", &CameraResponseOptions::read_noise_grey, 0.0, 255.0},
+    Option{"gamma", &CameraResponseOptions::gamma, 0.1, 10.0}};
+
 }  // namespace
 
 void CameraResponseOptions::Check() const {
-  const auto expect = [](bool holds, const char* message) {
-    if (!holds) throw ConfigError(std::string("camera: ") + message);
-  };
-  expect(exposure_ms >= 0, "exposure_ms: expected zero or more");
-  expect(min_exposure_ms > 0, "min_exposure_ms: expected more than 0");
-  expect(max_exposure_ms >= min_exposure_ms, "max_exposure_ms: expected at least the smallest");
-  expect(max_gain >= 1, "max_gain: expected at least 1");
-  expect(target_grey > 0 && target_grey < 255, "target_grey: expected more than 0, less than 255");
-  expect(adaption_s > 0, "adaption_s: expected more than 0");
-  expect(sensitivity > 0, "sensitivity: expected more than 0");
-  expect(lens_blur_px >= 0 && lens_blur_px < 10, "lens_blur_px: expected 0 or more, less than 10");
-  expect(vignetting >= 0 && vignetting < 1, "vignetting: expected 0 or more, less than 1");
-  expect(full_well_electrons > 0, "full_well_electrons: expected more than 0");
-  expect(read_noise_grey >= 0, "read_noise_grey: expected zero or more");
-  expect(gamma > 0, "gamma: expected more than 0");
+  kCamera.Check("camera", *this);
+  if (max_exposure_ms < min_exposure_ms) {
+    throw ConfigError("camera.max_exposure_ms: expected at least min_exposure_ms");
+  }
 }
+
+void CameraResponseOptions::Read(YamlSection section) { kCamera.Read(section, this); }
 
 std::vector<Exposure> PlanExposures(const std::vector<double>& times_s,
                                     const std::vector<double>& mean_radiance,

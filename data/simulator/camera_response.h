@@ -5,8 +5,13 @@
 #include <opencv2/core/mat.hpp>
 #include <vector>
 
+#include "data/yaml_options.h"
+
 namespace slcmap {
 
+// The variance of a signal I at gain g is g^2 read_noise_grey^2 + g 255 I / full_well_electrons,
+// all in grey values: with shares of full scale instead, (g read_noise_grey / 255)^2 +
+// g I / full_well_electrons.
 struct CameraResponseOptions {
   double exposure_ms = 0;  // fixed; 0: automatic
   double min_exposure_ms = 0.2, max_exposure_ms = 15;
@@ -22,6 +27,8 @@ struct CameraResponseOptions {
   bool with_noise = true;
   uint32_t seed = 1;
   void Check() const;  // throws ConfigError
+  // The section `camera` of a scene; all of the above but with_noise and seed.
+  void Read(YamlSection section);
 };
 
 struct Exposure {

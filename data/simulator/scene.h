@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "data/simulator/camera_response.h"
+
 namespace slcmap {
 
 // What a surface is made of; each kind is a procedural texture with detail at all scales.
@@ -63,7 +65,11 @@ struct Scene {
 };
 
 // Builds the scene that a YAML file describes. Deterministic. Throws ConfigError naming file and
-// key. The section `trajectory` is left to ReadScenario's reader of motions.
+// key. The section `trajectory` is left to ReadScenario's reader of motions, `camera` to the next.
 Scene ReadScene(const std::string& path);
+
+// What the section `camera` says of the cameras that the building is seen with, and the defaults
+// for the rest. Throws as above.
+CameraResponseOptions ReadSceneCamera(const std::string& path);
 
 }  // namespace slcmap

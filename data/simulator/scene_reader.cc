@@ -172,6 +172,7 @@ Scene ReadScene(const std::string& path) {
     file.Read("name", &name);
     file.Read("ambient", &ambient);
     file.Section("trajectory");
+    file.Section("camera");
     for (const YamlSection& object : file.List("objects")) {
       ReadObject(object, materials, static_cast<int>(world_wings.size()), &builder);
     }
@@ -185,6 +186,13 @@ Scene ReadScene(const std::string& path) {
   scene.ambient = static_cast<float>(ambient);
   Dim(dimmings, &scene);
   return scene;
+}
+
+CameraResponseOptions ReadSceneCamera(const std::string& path) {
+  CameraResponseOptions camera;
+  for (YamlSection& file : ReadFiles(path)) camera.Read(file.Section("camera"));
+  camera.Check();
+  return camera;
 }
 
 }  // namespace slcmap

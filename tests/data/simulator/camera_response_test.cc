@@ -2,9 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <opencv2/core.hpp>
+#include <string>
 
 #include "data/error.h"
+#include "data/simulator/scene.h"
 
 namespace slcmap {
 namespace {
@@ -51,6 +54,28 @@ TEST(CameraResponseTest, NoiseGrowsAsTheRootOfTheSignal) {
     const double variance = 255 / options.full_well_electrons * grey + 1.0 / 12;  // and rounding
     EXPECT_NEAR(mean[0], grey, 0.1);
     EXPECT_NEAR(sigma[0], std::sqrt(variance), 0.03 * sigma[0]);
+  }
+}
+
+// The standard deviation over an image of one brightness, in shares of full scale.
+double NoiseAt(double share, const CameraResponseOptions& options) {
+  const CameraResponse response(options, 200, 200);
+  const cv::Mat radiance(200, 200, CV_32F, cv::Scalar(255 * share / options.sensitivity));
+  cv::Scalar mean, sigma;
+  cv::meanStdDev(response.Develop(radiance, {1, 1}, 3, 1), mean, sigma);
+  EXPECT_NEAR(mean[0] / 255, share, 1e-3);
+  return sigma[0] / 255;
+}
+
+TEST(CameraResponseTest, LowTextureScenesHaveTheNoiseThatTheySay) {
+  for (const char* scene : {"lowtexture_corridor.yaml", "lowtexture_office.yaml"}) {
+    CameraResponseOptions options =
+        ReadSceneCamera(std::string(SLCMAP_SOURCE_DIR "/config/scenes/") + scene);
+    EXPECT_EQ(options.max_gain, 1) << scene;  // so that the noise is the same in the dark
+    options.vignetting = 0;
+    for (const double share : {0.1, 0.4, 0.8}) {
+      EXPECT_NEAR(NoiseAt(share, options), std::sqrt(0.006 * 0.006 + 0.00035 * share), 3e-4);
+    }
   }
 }
 

@@ -130,6 +130,31 @@ INSTANTIATE_TEST_SUITE_P(All, SceneFile, testing::ValuesIn(SceneFiles()),
                            return info.param.substr(0, info.param.find('.'));
                          });
 
+TEST(SceneCamera, HasDefaultsWhereTheSceneSaysNothing) {
+  const CameraResponseOptions camera = ReadSceneCamera(kScenes + "office_corridor.yaml");
+  EXPECT_EQ(camera.read_noise_grey, CameraResponseOptions().read_noise_grey);
+  EXPECT_EQ(camera.max_gain, CameraResponseOptions().max_gain);
+}
+
+TEST(SceneCamera, IsOverriddenByKeyAndRejectsWhatIsNoOption) {
+  const std::string object = "objects: [{kind: box, size: [1, 1, 1]}]\n";
+  const std::string path = Written(object + "camera: {read_noise_grey: 1.5}\n");
+  EXPECT_EQ(ReadSceneCamera(path).read_noise_grey, 1.5);
+  EXPECT_EQ(ReadSceneCamera(path).full_well_electrons, CameraResponseOptions().full_well_electrons);
+  EXPECT_EQ(ReadScene(path).name, "scene_reader_test");
+  const auto error_of = [&](const std::string& camera) -> std::string {
+    try {
+      ReadSceneCamera(Written(object + "camera: " + camera + "\n"));
+    } catch (const ConfigError& error) {
+      return error.what();
+    }
+    return "none";
+  };
+  EXPECT_THAT(error_of("{read_nois: 1.5}"),
+              AllOf(HasSubstr("scene_reader_test.yaml"), HasSubstr("read_nois")));
+  EXPECT_THAT(error_of("{max_gain: 0.5}"), HasSubstr("max_gain"));
+}
+
 // Places that the flights through the hall come to, at the borders of the room they take.
 TEST(MachineHall, KeepsClearOfTheFlights) {
   const Scene scene = ReadScene(kScenes + "machine_hall.yaml");
