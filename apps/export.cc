@@ -18,9 +18,11 @@ struct ExportArguments {
 };
 
 void Export(const ExportArguments& arguments) {
+  CheckFormats(arguments.options);
+  OutputFolder output(arguments.output, ExportFiles(), {arguments.map});
   const MapResult map = ReadMapFolder(arguments.map);
   if (!map.complete) spdlog::warn("{}: the map is partial: {}", arguments.map, map.partial_reason);
-  for (const std::string& path : ExportMap(map, arguments.output, arguments.options)) {
+  for (const std::string& path : ExportMap(map, &output, arguments.options)) {
     spdlog::info("wrote {}", path);
   }
 }

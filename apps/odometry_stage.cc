@@ -166,6 +166,31 @@ class Feeder {
   bool complete_ = false;
 };
 
+// The folders of a sequence that nothing is to be written into.
+std::vector<std::string> FoldersOf(const std::string& sequence) {
+  std::vector<std::string> folders = {sequence};
+  for (const char* name : {"mav0", "cam0", "cam1", "imu0", "cam0/data", "cam1/data"}) {
+    folders.push_back(sequence + "/" + name);
+    folders.push_back(sequence + "/mav0/" + name);
+  }
+  return folders;
+}
+
+// What a new run makes outdated does not stay where it would be taken for the new one's.
+void MoveAside(OutputFolder* folder) {
+  const std::string aside = folder->MoveAside();
+  if (!aside.empty()) spdlog::info("moved the results of an earlier run to {}", aside);
+}
+
+// The run so far, if there is room for it.
+void WriteAfter(const std::exception& error, Feeder* feeder, OutputFolder* output) {
+  try {
+    WriteRunFolder(output, feeder->RunAfter(error));
+  } catch (const OutputError& later) {
+    spdlog::debug("after that: {}", later.what());
+  }
+}
+
 void LogLines(const OdometryRun& run) {
   if (!run.manhattan_worlds.empty()) {
     std::string headings;
@@ -213,11 +238,13 @@ void LogResult(const OdometryRun& run, double path_length_m, const std::string& 
 
 }  // namespace
 
-OdometryRun RunOdometryStage(const OdometryArguments& arguments) {
+OdometryRun RunOdometryStage(const OdometryArguments& arguments,
+                             const std::vector<OutputFolder*>& outdated) {
   if (arguments.threads < 1 || arguments.threads > 256) {
     throw ConfigError(fmt::format("--threads: found {}, expected 1 to 256", arguments.threads));
   }
   const OdometryOptions options = ReadOptions(arguments);
+  OutputFolder output(arguments.run, RunFiles(), FoldersOf(arguments.sequence));
   const Sequence sequence =
       OpenSequence(arguments.sequence, {.calibration = arguments.calibration});
   if (!IsStereo(sequence.rig) && options.method != Method::kPointsMono) {
@@ -229,20 +256,18 @@ OdometryRun RunOdometryStage(const OdometryArguments& arguments) {
   // Odometry has its own threads; to share loops as short as OpenCV's costs more than it saves.
   cv::setNumThreads(1);
 
-  OdometryRun unfinished;
-  unfinished.method = MethodName(options.method);
-  unfinished.rectified_rig = sequence.rig;
-  unfinished.partial_reason = "not finished";
-  WriteRunFolder(arguments.run, unfinished);
+  MoveAside(&output);
+  for (OutputFolder* folder : outdated) MoveAside(folder);
   Feeder feeder(sequence, options, arguments);
   try {
     feeder.FeedAll();
   } catch (const std::exception& error) {
-    WriteRunFolder(arguments.run, feeder.RunAfter(error));
+    WriteAfter(error, &feeder, &output);
     throw;
   }
   const OdometryRun run = feeder.Run("interrupted");
-  WriteRunFolder(arguments.run, run);
+  WriteRunFolder(&output, run);
+  if (run.complete) output.RemoveAside();
   LogResult(run, feeder.path_length_m(), arguments.run);
   if (run.states.empty() && run.complete) {
     throw DataError(arguments.sequence +

@@ -2,7 +2,9 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
+#include "data/output_folder.h"
 #include "odometry/run.h"
 
 namespace slcmap {
@@ -17,10 +19,13 @@ struct OdometryArguments {
   bool real_time = false;   // plays the recording at its own pace, and skips what is late
 };
 
-// Runs odometry over a sequence. The run folder says from the start that it is partial, until it is
-// complete; trajectory.tum grows with each image. After Ctrl-C the run so far is written and
-// returned with complete == false. After an error the run so far is written, and the error thrown
-// on. Throws DataError when no pose could be estimated.
-OdometryRun RunOdometryStage(const OdometryArguments& arguments);
+// Runs odometry over a sequence. What an earlier run left in the folder, and earlier stages in
+// those folders that are `outdated` by this one, is moved aside within them when the new run
+// begins, and that of the run is removed once the new one is complete. trajectory.tum grows with
+// each image; a run folder without run.json is unfinished. After Ctrl-C the run so far is written
+// and returned with complete == false. After an error the run so far is written, and the error
+// thrown on. Throws DataError when no pose could be estimated, and what OutputFolder throws.
+OdometryRun RunOdometryStage(const OdometryArguments& arguments,
+                             const std::vector<OutputFolder*>& outdated = {});
 
 }  // namespace slcmap

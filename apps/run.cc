@@ -7,6 +7,7 @@
 
 #include "apps/commands.h"
 #include "apps/evaluation/trajectory_metrics.h"
+#include "apps/map_stage.h"
 #include "apps/odometry_options.h"
 #include "apps/odometry_stage.h"
 #include "data/asl_files.h"
@@ -14,7 +15,6 @@
 #include "data/sequence.h"
 #include "export/export.h"
 #include "mapping/map_folder.h"
-#include "mapping/mapping.h"
 
 namespace slcmap {
 namespace {
@@ -32,15 +32,6 @@ auto Timed(const char* name, Stage stage) {
   const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - start;
   spdlog::info("{} took {:.2f} s", name, wall.count());
   return result;
-}
-
-MapResult RunMapStage(const OdometryRun& run, const std::string& config,
-                      const std::string& folder) {
-  const MappingOptions options =
-      config.empty() ? MappingOptions() : MappingOptions::FromYaml(config);
-  MapResult map = BuildMap(run, options);
-  WriteMapFolder(folder, map);
-  return map;
 }
 
 Trajectory OnlinePoses(const OdometryRun& run) {
@@ -87,15 +78,20 @@ void PrintCost(const RunTimings& timings) {
 
 void RunAll(const RunArguments& arguments) {
   const std::string& output = arguments.output;
+  if (output.empty()) throw ConfigError("output: found an empty path, expected a folder");
   OdometryArguments odometry = arguments.odometry;
   odometry.run = output + "/run";
-  if (!odometry.config.empty()) MappingOptions::FromYaml(odometry.config);  // fail early
-  const OdometryRun run = RunOdometryStage(odometry);
+  const MappingOptions mapping = ReadMappingOptions(odometry.config);
+  OutputFolder map_folder(output + "/map", MapFiles(), {odometry.sequence});
+  OutputFolder export_folder(output + "/export", ExportFiles(), {odometry.sequence});
+  const OdometryRun run = RunOdometryStage(odometry, {&map_folder, &export_folder});
   if (Interrupted()) return;
   const MapResult map =
-      Timed("map", [&] { return RunMapStage(run, odometry.config, output + "/map"); });
+      Timed("map", [&] { return RunMapStage(odometry.run, mapping, &map_folder); });
   const std::vector<std::string> files =
-      Timed("export", [&] { return ExportMap(map, output + "/export", {}); });
+      Timed("export", [&] { return ExportMap(map, &export_folder, {}); });
+  map_folder.RemoveAside();
+  export_folder.RemoveAside();
   PrintAccuracies(odometry.sequence, run, map);
   PrintCost(run.timings);
   std::printf("results   %s/run, %s/map\n", output.c_str(), output.c_str());

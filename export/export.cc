@@ -25,23 +25,43 @@ std::vector<std::string> ExportFormats() {
   return formats;
 }
 
-std::vector<std::string> ExportMap(const MapResult& map, const std::string& folder,
-                                   const ExportOptions& options) {
+StageFiles ExportFiles() {
+  return {"an export",
+          {"export.json", "scene.glb", "points.ply", "lines.ply", "trajectory.ply", "keyframes.ply",
+           "voxels.ply", "line_bars.ply"}};
+}
+
+void CheckFormats(const ExportOptions& options) {
   const std::vector<std::string> known = ExportFormats();
-  const std::vector<std::string>& wanted = options.formats.empty() ? known : options.formats;
-  for (const std::string& format : wanted) {
+  for (const std::string& format : options.formats) {
     if (std::find(known.begin(), known.end(), format) != known.end()) continue;
     throw ConfigError(
         fmt::format("format: found '{}', expected one of {}", format, fmt::join(known, ", ")));
   }
+}
+
+std::vector<std::string> ExportMap(const MapResult& map, const std::string& folder,
+                                   const ExportOptions& options) {
+  CheckFormats(options);
+  OutputFolder output(folder, ExportFiles());
+  return ExportMap(map, &output, options);
+}
+
+std::vector<std::string> ExportMap(const MapResult& map, OutputFolder* folder,
+                                   const ExportOptions& options) {
+  CheckFormats(options);
+  const std::vector<std::string>& wanted = options.formats;
   const MapScene scene = MakeScene(map, options.scene);
-  MakeFolder(folder);
   std::vector<std::string> paths;
   for (const auto& writer : MakeSceneWriters()) {
-    if (std::find(wanted.begin(), wanted.end(), writer->Format()) == wanted.end()) continue;
-    const std::vector<std::string> written = writer->Write(folder, scene);
-    paths.insert(paths.end(), written.begin(), written.end());
+    const bool is_wanted =
+        wanted.empty() || std::find(wanted.begin(), wanted.end(), writer->Format()) != wanted.end();
+    if (!is_wanted) continue;
+    for (const std::string& path : writer->Write(folder->staging(), scene)) {
+      paths.push_back(folder->path() + path.substr(folder->staging().size()));
+    }
   }
+  folder->Commit();
   return paths;
 }
 

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "data/output_folder.h"
 #include "export/scene.h"
 #include "mapping/map.h"
 
@@ -17,10 +18,19 @@ struct ExportOptions {
 // The names of the formats there are.
 std::vector<std::string> ExportFormats();
 
-// Writes a map into a folder, which is made where it is missing, and returns the files' paths.
-// Throws ConfigError for a format that there is not, and OutputError naming the file that cannot be
-// written.
+// Throws ConfigError for a format that there is not.
+void CheckFormats(const ExportOptions& options);
+
+// The names of the files of an export in all formats.
+StageFiles ExportFiles();
+
+// Writes a map into a folder, which is made where it is missing, and returns the files' paths. The
+// files of an earlier export are replaced once all are written. Throws ConfigError for a format
+// that there is not, OutputError naming the file that cannot be written, and what OutputFolder
+// throws.
 std::vector<std::string> ExportMap(const MapResult& map, const std::string& folder,
+                                   const ExportOptions& options);
+std::vector<std::string> ExportMap(const MapResult& map, OutputFolder* folder,
                                    const ExportOptions& options);
 
 }  // namespace slcmap

@@ -96,9 +96,19 @@ std::vector<MapPoint> ReadPoints(const std::string& path) {
 
 }  // namespace
 
+StageFiles MapFiles() {
+  return {"a map",
+          {"map.json", "trajectory.tum", "keyframes.tum", "points.ply", "points.pcd", "lines.ply",
+           "occupancy.bt", "rig.json"}};
+}
+
 void WriteMapFolder(const std::string& folder, const MapResult& map) {
-  MakeFolder(folder);
-  const MapPaths paths(folder);
+  OutputFolder output(folder, MapFiles());
+  WriteMapFolder(&output, map);
+}
+
+void WriteMapFolder(OutputFolder* folder, const MapResult& map) {
+  const MapPaths paths(folder->staging());
   WriteTumTrajectory(paths.trajectory, map.trajectory);
   WriteTumTrajectory(paths.keyframes, map.keyframes);
   WritePoints(paths.points, map.points);
@@ -107,9 +117,11 @@ void WriteMapFolder(const std::string& folder, const MapResult& map) {
   map.occupancy.Write(paths.occupancy);
   WriteRig(paths.rig, map.rectified_rig);
   WriteSummary(paths.summary, map);
+  folder->Commit();
 }
 
 MapResult ReadMapFolder(const std::string& folder) {
+  const InputLock lock(folder);
   const MapPaths paths(folder);
   MapResult map;
   const Counts counts = ReadSummary(paths.summary, &map);

@@ -4,13 +4,19 @@
 
 #include <string>
 
+#include "data/output_folder.h"
 #include "mapping/map.h"
 
 namespace slcmap {
 
-// Writes a map into a folder, which is made where it is missing; files of an earlier map are
-// replaced. Throws OutputError, naming the file, when something cannot be written.
+// The names of the files of a map.
+StageFiles MapFiles();
+
+// Writes a map into a folder, which is made where it is missing; the files of an earlier map are
+// replaced once all are written. Throws OutputError, naming the file, when something cannot be
+// written, and what OutputFolder throws.
 void WriteMapFolder(const std::string& folder, const MapResult& map);
+void WriteMapFolder(OutputFolder* folder, const MapResult& map);
 
 // Reads what WriteMapFolder wrote; points come back rounded to float, without landmark ids. Throws
 // DataError, naming file and row, when a file is missing, damaged or of another version.

@@ -168,21 +168,34 @@ std::vector<Landmark> ReadLandmarks(const std::string& path) {
 
 }  // namespace
 
+StageFiles RunFiles() {
+  return {"a run",
+          {"run.json", "trajectory.tum", "states.csv", "keyframes.csv", "observations.csv",
+           "points.ply", "lines.csv", "line_observations.csv", "line_points.csv", "lines.ply",
+           "rig.json", "timings.json"}};
+}
+
 void WriteRunFolder(const std::string& folder, const OdometryRun& run) {
+  OutputFolder output(folder, RunFiles());
+  WriteRunFolder(&output, run);
+}
+
+void WriteRunFolder(OutputFolder* folder, const OdometryRun& run) {
   // The copy of a long run is worth avoiding.
   if (!IsFinite(run)) return WriteRunFolder(folder, WithoutNonFinite(run));
-  MakeFolder(folder);
-  const RunPaths paths(folder);
+  const RunPaths paths(folder->staging());
   WriteStates(paths, run.states);
   WriteKeyframes(paths, run.keyframes);
   WriteLandmarks(paths.points, run.landmarks);
-  WriteLineFiles(folder, run);
+  WriteLineFiles(folder->staging(), run);
   WriteRig(paths.rig, run.rectified_rig);
   WriteTimings(paths.timings, run.timings);
   WriteRunSummary(paths.summary, run);
+  folder->Commit();
 }
 
 OdometryRun ReadRunFolder(const std::string& folder) {
+  const InputLock lock(folder);
   const RunPaths paths(folder);
   OdometryRun run;
   const RunContents contents = ReadRunSummary(paths.summary, &run);

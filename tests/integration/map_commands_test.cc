@@ -109,6 +109,52 @@ TEST(MapCommands, ErrorsNameThePlace) {
   EXPECT_FALSE(std::filesystem::exists(none));
 }
 
+class OverwritingTest : public ::testing::Test {
+ protected:
+  OverwritingTest() {
+    WriteRunFolder(run_, testing::MakeWallRun());
+    EXPECT_EQ(RunSlcmap("-q map " + run_ + " -o " + map_).exit_code, 0);
+  }
+
+  TempFolder folder_;
+  const std::string run_ = folder_.Path("run"), map_ = folder_.Path("map");
+};
+
+TEST_F(OverwritingTest, AStagesInputIsNeverItsOutput) {
+  const std::string landmarks = testing::ReadText(run_ + "/points.ply"),
+                    points = testing::ReadText(map_ + "/points.ply");
+  std::filesystem::create_directory_symlink(run_, folder_.Path("link"));
+  for (const std::string& name : {run_, run_ + "/", run_ + "/../run", folder_.Path("link")}) {
+    ExpectError(RunSlcmap("map " + run_ + " -o " + name), 2, "found the input");
+  }
+  ExpectError(RunSlcmap("export " + map_ + " -o " + map_), 2, "found the input");
+  EXPECT_EQ(testing::ReadText(run_ + "/points.ply"), landmarks);
+  EXPECT_EQ(testing::ReadText(map_ + "/points.ply"), points);
+}
+
+TEST_F(OverwritingTest, AnotherStagesFolderIsNoOutput) {
+  const std::string other = folder_.Path("other");
+  WriteRunFolder(other, testing::MakeLineRun());
+  ExpectError(RunSlcmap("map " + run_ + " -o " + other), 2, "other: found a run in it (run.json)");
+  ExpectError(RunSlcmap("export " + map_ + " -o " + run_), 2, "found a run in it");
+  EXPECT_EQ(ReadRunFolder(other).lines.size(), 24u);
+}
+
+TEST_F(OverwritingTest, AnEmptyPathIsAUsageError) {
+  for (const std::string& command :
+       {"map " + run_, "export " + map_, "odometry " + run_, "run " + run_}) {
+    ExpectError(RunSlcmap(command + " -o ''"), 2, "output: found an empty path");
+  }
+}
+
+TEST_F(OverwritingTest, ARefusedStageLeavesTheOldResults) {
+  const std::string summary = testing::ReadText(map_ + "/map.json");
+  ExpectError(RunSlcmap("map " + folder_.Path("none") + " -o " + map_), 1, "none/run.json");
+  ExpectError(RunSlcmap("odometry " + folder_.Path("none") + " -o " + run_), 1, "none");
+  EXPECT_EQ(testing::ReadText(map_ + "/map.json"), summary);
+  EXPECT_EQ(ReadRunFolder(run_).landmarks.size(), 400u);
+}
+
 TEST(EvaluateCommand, PrintsTheTableAndWritesJsonAndPlots) {
   const TempFolder folder;
   OdometryRun run = testing::MakeWallRun();

@@ -9,6 +9,7 @@
 #include "data/error.h"
 #include "data/file.h"
 #include "mapping/map_folder.h"
+#include "tests/testing/file_size_limit.h"
 #include "tests/testing/made_run.h"
 #include "tests/testing/temp_folder.h"
 
@@ -112,14 +113,15 @@ TEST_F(MappingTest, TheSameRunGivesTheSameBytes) {
   }
 }
 
-TEST_F(MappingTest, FullDiskNamesTheFile) {
+TEST_F(MappingTest, AFullDiskNamesTheFileAndLeavesTheOldMap) {
   const MapResult map = BuildMap(testing::MakeWallRun(), {});
-  for (const std::string name : kFiles) {
-    std::filesystem::remove_all(folder_);
-    std::filesystem::create_directories(folder_);
-    std::filesystem::create_symlink("/dev/full", folder_ + "/" + name);
-    EXPECT_THAT([&] { WriteMapFolder(folder_, map); }, ThrowsMessage<OutputError>(HasSubstr(name)));
+  WriteMapFolder(folder_, MapResult());
+  {
+    const testing::FileSizeLimit full(500);
+    EXPECT_THAT([&] { WriteMapFolder(folder_, map); },
+                ThrowsMessage<OutputError>(HasSubstr("trajectory.tum: cannot be written")));
   }
+  EXPECT_TRUE(ReadMapFolder(folder_).trajectory.empty());
 }
 
 TEST_F(MappingTest, MissingAndDamagedFilesAreNamed) {

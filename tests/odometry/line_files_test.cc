@@ -194,7 +194,7 @@ TEST_F(LineFilesTest, FullDiskNamesTheFile) {
     std::filesystem::remove_all(folder_);
     std::filesystem::create_directories(folder_);
     std::filesystem::create_symlink("/dev/full", Path(name));
-    EXPECT_THAT([&] { WriteRunFolder(folder_, testing::MakeLineRun()); },
+    EXPECT_THAT([&] { WriteLineFiles(folder_, testing::MakeLineRun()); },
                 ThrowsMessage<OutputError>(HasSubstr(name)));
   }
 }

@@ -9,6 +9,7 @@
 #include "data/error.h"
 #include "data/file.h"
 #include "data/ply.h"
+#include "tests/testing/file_size_limit.h"
 #include "tests/testing/temp_folder.h"
 
 namespace slcmap {
@@ -165,14 +166,18 @@ TEST_F(RunFolderTest, DropsAndCountsWhatIsNotFinite) {
   EXPECT_EQ(read.warnings.at("observations_not_finite"), 1);
 }
 
-TEST_F(RunFolderTest, FullDiskNamesTheFile) {
-  for (const char* name : {"trajectory.tum", "states.csv", "keyframes.csv", "observations.csv",
-                           "points.ply", "lines.ply", "rig.json", "timings.json", "run.json"}) {
-    std::filesystem::remove_all(folder_);
-    std::filesystem::create_directories(folder_);
-    std::filesystem::create_symlink("/dev/full", folder_ + "/" + name);
-    EXPECT_THAT([&] { WriteRunFolder(folder_, MakeRun()); },
-                ThrowsMessage<OutputError>(HasSubstr(name)));
+TEST_F(RunFolderTest, AFullDiskNamesTheFileAndLeavesTheOldRun) {
+  WriteRunFolder(folder_, MakeRun());
+  OdometryRun longer = MakeRun();
+  longer.method = "slc";
+  for (const std::string name : {"trajectory.tum", "run.json"}) {
+    const auto bytes = std::filesystem::file_size(folder_ + "/" + name);
+    {
+      const testing::FileSizeLimit full(name == "run.json" ? bytes - 1 : bytes / 2);
+      EXPECT_THAT([&] { WriteRunFolder(folder_, longer); },
+                  ThrowsMessage<OutputError>(HasSubstr("cannot be written")));
+    }
+    EXPECT_EQ(ReadRunFolder(folder_).method, "points");
   }
 }
 

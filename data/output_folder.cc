@@ -1,0 +1,204 @@
+#include "data/output_folder.h"
+
+#include <fcntl.h>
+#include <spdlog/fmt/fmt.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+
+#include "data/error.h"
+#include "data/file.h"
+
+namespace slcmap {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr char kStaging[] = ".unfinished";
+constexpr char kAside[] = "previous-";
+
+// What only one stage writes, and so says whose folder it is.
+struct Mark {
+  const char* name;
+  const char* result;
+};
+constexpr Mark kMarks[] = {{"run.json", "a run"},
+                           {"journal", "a run"},
+                           {"map.json", "a map"},
+                           {"export.json", "an export"}};
+
+[[noreturn]] void FailOutput(const std::string& path, const char* what, const std::string& why) {
+  throw OutputError(fmt::format("{}: {}: {}", path, what, why));
+}
+
+// Calls a function of std::filesystem that reports by an error code.
+template <typename Call>
+void Try(const std::string& path, const char* what, Call call) {
+  std::error_code error;
+  call(error);
+  if (error) FailOutput(path, what, error.message());
+}
+
+bool Exists(const std::string& path) {
+  std::error_code error;
+  return fs::exists(path, error);
+}
+
+bool IsSame(const fs::path& a, const fs::path& b) {
+  std::error_code error;
+  return fs::equivalent(a, b, error) && !error;
+}
+
+void RefuseInputs(const std::string& path, const std::vector<std::string>& inputs) {
+  for (const std::string& input : inputs) {
+    if (!IsSame(path, input)) continue;
+    throw ConfigError(fmt::format(
+        "output {}: found the input {}, expected a folder of its own: it would be overwritten",
+        path, input));
+  }
+}
+
+void RefuseOtherStages(const std::string& path, const std::string& result) {
+  for (const Mark& mark : kMarks) {
+    if (result == mark.result || !Exists(path + "/" + mark.name)) continue;
+    throw ConfigError(fmt::format(
+        "output {}: found {} in it ({}), expected a folder of its own for {}: files of the same "
+        "names would be overwritten",
+        path, mark.result, mark.name, result));
+  }
+}
+
+// -1 where the folder cannot be opened.
+int OpenFolder(const std::string& path) {
+  return open(path.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+}
+
+// False where another holds the lock. A file system without locks lets everybody in.
+bool TakeLock(int file, int kind) {
+  return file < 0 || flock(file, kind | LOCK_NB) == 0 || errno != EWOULDBLOCK;
+}
+
+// Waits until the file, or the names in a folder, have reached the disk, as far as can be told.
+void Sync(const std::string& path, int flags) {
+  const int file = open(path.c_str(), flags | O_RDONLY | O_CLOEXEC);
+  if (file < 0) FailOutput(path, "cannot be written", std::strerror(errno));
+  const bool synced = fsync(file) == 0 || errno == EINVAL || errno == ENOTSUP;
+  const int why = errno;
+  close(file);
+  if (!synced) FailOutput(path, "cannot be written", std::strerror(why));
+}
+
+// Of a folder, sorted: what is done with them is the same everywhere.
+std::vector<std::string> NamesIn(const std::string& folder) {
+  std::vector<std::string> names;
+  std::error_code error;
+  for (fs::directory_iterator it(folder, error), end; !error && it != end; it.increment(error)) {
+    names.push_back(it->path().filename().string());
+  }
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+void RemoveNames(const std::string& folder, const std::vector<std::string>& names) {
+  for (const std::string& name : names) {
+    const std::string path = folder + "/" + name;
+    Try(path, "cannot be removed", [&](std::error_code& error) { fs::remove_all(path, error); });
+  }
+}
+
+}  // namespace
+
+OutputFolder::OutputFolder(const std::string& path, const StageFiles& files,
+                           const std::vector<std::string>& inputs)
+    : path_(path), files_(files) {
+  if (path.empty()) throw ConfigError("output: found an empty path, expected a folder");
+  RefuseInputs(path, inputs);
+  RefuseOtherStages(path, files.result);
+  made_ = !Exists(path);
+  MakeFolder(path);
+  Lock();
+}
+
+void OutputFolder::Lock() {
+  lock_ = OpenFolder(path_);
+  if (TakeLock(lock_, LOCK_EX)) return;
+  close(lock_);
+  throw OutputError(path_ + ": in use: another slcmap is writing into it or reading from it");
+}
+
+OutputFolder::~OutputFolder() {
+  std::error_code error;
+  if (!staging_.empty()) fs::remove_all(staging_, error);
+  if (made_) fs::remove(path_, error);  // fails where it is not empty
+  if (lock_ >= 0) close(lock_);
+}
+
+const std::string& OutputFolder::staging() {
+  if (staging_.empty()) {
+    const std::string path = path_ + "/" + kStaging;
+    // May be left by a process that was killed.
+    Try(path, "cannot be removed", [&](std::error_code& error) { fs::remove_all(path, error); });
+    MakeFolder(path);
+    staging_ = path;
+  }
+  return staging_;
+}
+
+void OutputFolder::Commit() {
+  std::vector<std::string> names = NamesIn(staging());
+  const std::string& summary = files_.names.front();
+  if (std::erase(names, summary) > 0) names.push_back(summary);
+  for (const std::string& name : names) Sync(staging_ + "/" + name, 0);
+  // In between the summary is neither of the old files nor of the new ones.
+  RemoveNames(path_, {summary});
+  for (const std::string& name : names) {
+    const std::string to = path_ + "/" + name;
+    Try(to, "cannot be written",
+        [&](std::error_code& error) { fs::rename(staging_ + "/" + name, to, error); });
+  }
+  Sync(path_, O_DIRECTORY);
+  RemoveNames(path_, {kStaging});
+  staging_.clear();
+}
+
+std::string OutputFolder::MoveAside() {
+  std::string aside;
+  for (const std::string& name : files_.names) {
+    const std::string from = path_ + "/" + name;
+    if (!Exists(from)) continue;
+    for (int i = 1; aside.empty(); ++i) {
+      const std::string candidate = fmt::format("{}/{}{}", path_, kAside, i);
+      if (!Exists(candidate)) aside = candidate;
+    }
+    MakeFolder(aside);
+    Try(from, "cannot be moved",
+        [&](std::error_code& error) { fs::rename(from, aside + "/" + name, error); });
+  }
+  return aside;
+}
+
+void OutputFolder::RemoveAside() {
+  for (const std::string& name : NamesIn(path_)) {
+    if (!name.starts_with(kAside)) continue;
+    const std::string aside = path_ + "/" + name;
+    RemoveNames(aside, files_.names);
+    std::error_code error;
+    fs::remove(aside, error);  // fails where the user put something there
+  }
+}
+
+InputLock::InputLock(const std::string& folder) : lock_(OpenFolder(folder)) {
+  if (TakeLock(lock_, LOCK_SH)) return;
+  close(lock_);
+  throw DataError(folder + ": in use: another slcmap is writing into it");
+}
+
+InputLock::~InputLock() {
+  if (lock_ >= 0) close(lock_);
+}
+
+}  // namespace slcmap
