@@ -2,6 +2,8 @@
 
 #include <spdlog/spdlog.h>
 
+#include "apps/commands.h"
+#include "apps/progress.h"
 #include "mapping/map_folder.h"
 #include "mapping/mapping.h"
 #include "odometry/run_folder.h"
@@ -46,7 +48,7 @@ MapResult RunMapStage(const std::string& run_folder, const MappingOptions& optio
                       OutputFolder* output) {
   const OdometryRun run = ReadRunFolder(run_folder);
   WarnOfRun(run_folder, run);
-  MapResult map = BuildMap(run, options);
+  MapResult map = BuildMap(run, options, StageProgress("map"));
   WriteMapFolder(output, map);
   spdlog::info(
       "wrote {}: {} poses, {} points of {} landmarks, {} of {} lines, {} occupied voxels of "
@@ -54,6 +56,9 @@ MapResult RunMapStage(const std::string& run_folder, const MappingOptions& optio
       output->path(), map.trajectory.size(), map.points.size(), run.landmarks.size(),
       map.lines.size(), run.lines.size(), map.occupancy.OccupiedVoxels().size(),
       map.occupancy.resolution_m());
+  if (Interrupted() && !map.complete) {
+    spdlog::warn("{}: the map is partial: {}", output->path(), map.partial_reason);
+  }
   return map;
 }
 

@@ -13,7 +13,8 @@ namespace slcmap {
 MappingOptions ReadMappingOptions(const std::string& config);
 
 // Builds the map of a run folder, writes and returns it, and logs what both hold and what they
-// lack. Throws what reading, mapping and writing throw; an earlier map then stays as it was.
+// lack. After Ctrl-C the map is what is done so far, and says that it is partial. Throws what
+// reading, mapping and writing throw; an earlier map then stays as it was.
 MapResult RunMapStage(const std::string& run_folder, const MappingOptions& options,
                       OutputFolder* output);
 

@@ -88,6 +88,7 @@ void RunAll(const RunArguments& arguments) {
   if (Interrupted()) return;
   const MapResult map =
       Timed("map", [&] { return RunMapStage(odometry.run, mapping, &map_folder); });
+  if (Interrupted()) return;
   const std::vector<std::string> files =
       Timed("export", [&] { return ExportMap(map, &export_folder, {}); });
   map_folder.RemoveAside();

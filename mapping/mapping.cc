@@ -6,8 +6,15 @@
 #include "mapping/refinement.h"
 
 namespace slcmap {
+namespace {
 
-MapResult BuildMap(const OdometryRun& run, const MappingOptions& options) {
+// Shares of the time, about, up to the end of a stage.
+constexpr double kFused = 0.1, kFiltered = 0.3;
+
+}  // namespace
+
+MapResult BuildMap(const OdometryRun& run, const MappingOptions& options,
+                   const Progress& progress) {
   options.Check();
   MapResult map;
   map.method = run.method;
@@ -16,12 +23,25 @@ MapResult BuildMap(const OdometryRun& run, const MappingOptions& options) {
   map.warnings = run.warnings;
   map.rectified_rig = run.rectified_rig;
 
+  bool stopped = false;
+  const Progress watched([&](double done) {
+    stopped = stopped || !progress.Report(done);
+    return !stopped;
+  });
   map.trajectory = RefineTrajectory(run.states, run.keyframes);
   map.keyframes = KeyframeTrajectory(run.keyframes);
-  map.points = FuseLandmarks(SelectLandmarks(run.landmarks, options.cloud), options.cloud);
-  map.points = RemoveOutliers(std::move(map.points), options.cloud);
+  map.points = FuseLandmarks(SelectLandmarks(run.landmarks, options.cloud), options.cloud,
+                             watched.Part(0, kFused));
+  map.points =
+      RemoveOutliers(std::move(map.points), options.cloud, watched.Part(kFused, kFiltered));
   map.lines = SelectLines(run, options.lines);
-  map.occupancy = MapOccupancy(run, map.points, options.occupancy);
+  map.occupancy = MapOccupancy(KeyframeRays(run, map.points), options.occupancy, &map.warnings,
+                               watched.Part(kFiltered, 1));
+  if (stopped) {
+    map.complete = false;
+    map.partial_reason += map.partial_reason.empty() ? "" : "; ";
+    map.partial_reason += "mapping was interrupted";
+  }
   return map;
 }
 

@@ -2,21 +2,35 @@
 
 #include <octomap/OcTree.h>
 #include <octomap/octomap.h>
-#include <spdlog/fmt/fmt.h>
 
+#include <algorithm>
 #include <sstream>
 
-#include "data/error.h"
 #include "data/file.h"
+#include "mapping/octree_file.h"
 
 namespace slcmap {
 namespace {
 
-constexpr char kFirstLine[] = "# Octomap OcTree binary file";
-constexpr char kTreeType[] = "OcTree";
+constexpr double kReachVoxels = 32767;  // OctoMap's keys are of 16 bits
 
 octomap::point3d ToOctomap(const Eigen::Vector3d& p) {
   return octomap::point3d(p.cast<float>().x(), p.cast<float>().y(), p.cast<float>().z());
+}
+
+// The points of a bundle whose rays stay within `reach_m` of the origin along each axis. OctoMap
+// says on the console of each of the others that it is left out.
+octomap::Pointcloud PointsInReach(const RayBundle& bundle, double max_range_m, double reach_m) {
+  octomap::Pointcloud points;
+  const auto reaches = [&](const Eigen::Vector3d& p) { return p.cwiseAbs().maxCoeff() < reach_m; };
+  if (!reaches(bundle.p_world_camera)) return points;
+  for (const Eigen::Vector3d& p : bundle.p_world) {
+    const Eigen::Vector3d way = p - bundle.p_world_camera;
+    const double part = std::min(1.0, max_range_m / way.norm());
+    if (p.allFinite() && reaches(bundle.p_world_camera + part * way))
+      points.push_back(ToOctomap(p));
+  }
+  return points;
 }
 
 }  // namespace
@@ -32,16 +46,21 @@ OccupancyMap::~OccupancyMap() = default;
 OccupancyMap::OccupancyMap(OccupancyMap&&) noexcept = default;
 OccupancyMap& OccupancyMap::operator=(OccupancyMap&&) noexcept = default;
 
-void OccupancyMap::Insert(const std::vector<RayBundle>& bundles, double max_range_m) {
-  for (const RayBundle& bundle : bundles) {
-    octomap::Pointcloud points;
-    for (const Eigen::Vector3d& p : bundle.p_world) points.push_back(ToOctomap(p));
+int64_t OccupancyMap::Insert(const std::vector<RayBundle>& bundles, double max_range_m,
+                             const Progress& progress) {
+  const double reach_m = kReachVoxels * resolution_m();
+  int64_t left_out = 0;
+  for (std::size_t i = 0; i < bundles.size(); ++i) {
+    if (!progress.Report(static_cast<double>(i) / static_cast<double>(bundles.size()))) break;
+    const octomap::Pointcloud points = PointsInReach(bundles[i], max_range_m, reach_m);
+    left_out += static_cast<int64_t>(bundles[i].p_world.size() - points.size());
     // The inner nodes are updated once, at the end.
     constexpr bool kLazy = true;
-    impl_->tree.insertPointCloud(points, ToOctomap(bundle.p_world_camera), max_range_m, kLazy);
+    impl_->tree.insertPointCloud(points, ToOctomap(bundles[i].p_world_camera), max_range_m, kLazy);
   }
   impl_->tree.updateInnerOccupancy();
   impl_->tree.prune();
+  return left_out;
 }
 
 double OccupancyMap::resolution_m() const { return impl_->tree.getResolution(); }
@@ -68,35 +87,19 @@ bool OccupancyMap::IsFree(const Eigen::Vector3d& p_world) const {
 // The header is written and read here, as OctoMap's own functions report to the console.
 void OccupancyMap::Write(const std::string& path) const {
   std::ostringstream bytes;
-  bytes << fmt::format("{}\nid {}\nsize {}\nres {}\ndata\n", kFirstLine, kTreeType,
-                       impl_->tree.size(), impl_->tree.getResolution());
+  bytes << OctreeHeaderText(impl_->tree.size(), impl_->tree.getResolution());
   impl_->tree.writeBinaryData(bytes);
   WriteFile(path, bytes.str());
 }
 
 OccupancyMap OccupancyMap::Read(const std::string& path) {
-  std::istringstream bytes(ReadFile(path));
-  std::string line, id;
-  std::size_t size = 0;
-  double resolution_m = 0;
-  if (!std::getline(bytes, line) || line != kFirstLine) {
-    throw DataError(fmt::format("{}: row 1: expected '{}'", path, kFirstLine));
-  }
-  for (std::string key; bytes >> key && key != "data";) {
-    if (key == "id") bytes >> id;
-    if (key == "size") bytes >> size;
-    if (key == "res") bytes >> resolution_m;
-  }
-  if (!bytes || bytes.get() != '\n' || id != kTreeType || !(resolution_m > 0)) {
-    throw DataError(fmt::format("{}: expected a header with 'id {}', 'size', 'res' and 'data'",
-                                path, kTreeType));
-  }
-  OccupancyMap map(resolution_m);
-  if (size > 0) map.impl_->tree.readBinaryData(bytes);
-  if (!bytes || map.impl_->tree.size() != size) {
-    throw DataError(fmt::format("{}: damaged: found {} nodes, expected {}", path,
-                                map.impl_->tree.size(), size));
-  }
+  const std::string bytes = ReadFile(path);
+  const OctreeHeader header = ParseOctreeHeader(path, bytes);
+  CheckOctreeNodes(path, bytes, header);
+  OccupancyMap map(header.resolution_m);
+  if (header.nodes == 0) return map;
+  std::istringstream nodes(bytes.substr(header.data_offset));
+  map.impl_->tree.readBinaryData(nodes);
   return map;
 }
 

@@ -2,9 +2,12 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstdint>
 #include <memory>
 #include <string>
 #include <vector>
+
+#include "data/progress.h"
 
 namespace slcmap {
 
@@ -29,8 +32,10 @@ class OccupancyMap {
 
   // Follows the rays of all bundles. The way to a point is free and its voxel is occupied; of a
   // point beyond max_range_m only the first part of the way counts. Within a bundle, occupied beats
-  // free.
-  void Insert(const std::vector<RayBundle>& bundles, double max_range_m);
+  // free. Returns the number of rays that were left out, as they leave the octree, which reaches
+  // 32767 voxels from the origin of the world. Once progress says so, later bundles are left out.
+  int64_t Insert(const std::vector<RayBundle>& bundles, double max_range_m,
+                 const Progress& progress = {});
 
   double resolution_m() const;
   std::vector<Voxel> OccupiedVoxels() const;  // in the tree's order
@@ -42,7 +47,7 @@ class OccupancyMap {
   // Throws OutputError.
   void Write(const std::string& path) const;
 
-  // Throws DataError when the file is missing or not a .bt file.
+  // Throws DataError when the file is missing, damaged or not a .bt file (see octree_file.h).
   static OccupancyMap Read(const std::string& path);
 
  private:

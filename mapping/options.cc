@@ -1,55 +1,41 @@
 #include "mapping/options.h"
 
-#include <spdlog/fmt/fmt.h>
+#include "data/option_table.h"
+#include "mapping/octree_file.h"
 
 namespace slcmap {
 namespace {
 
-void Require(bool condition, const char* key, double found, const char* expected) {
-  if (!condition) throw ConfigError(fmt::format("{}: found {}, expected {}", key, found, expected));
-}
+// What no building exceeds; options have an upper bound so that nonsense is found where it stands.
+constexpr double kMaxLength_m = 1000;
+constexpr int kMaxCount = 1000;
+
+constexpr OptionTable kCloudTable{
+    Option{"max_sigma_m", &CloudOptions::max_sigma_m, 1e-6, kMaxLength_m},
+    Option{"min_observations", &CloudOptions::min_observations, 1, kMaxCount},
+    Option{"voxel_m", &CloudOptions::voxel_m, kMinVoxel_m, kMaxVoxel_m},
+    Option{"outlier_neighbours", &CloudOptions::outlier_neighbours, 1, kMaxCount},
+    Option{"outlier_sigmas", &CloudOptions::outlier_sigmas, 1e-3, 1e3}};
+
+constexpr OptionTable kOccupancyTable{
+    Option{"resolution_m", &OccupancyOptions::resolution_m, kMinVoxel_m, kMaxVoxel_m},
+    Option{"max_range_m", &OccupancyOptions::max_range_m, 1e-3, kMaxLength_m},
+    Option{"max_voxels", &OccupancyOptions::max_voxels, 1, 1000000000}};
+
+constexpr OptionTable kLinesTable{
+    Option{"max_sigma_m", &LineMapOptions::max_sigma_m, 1e-6, kMaxLength_m},
+    Option{"min_observations", &LineMapOptions::min_observations, 1, kMaxCount}};
 
 }  // namespace
 
-void CloudOptions::Check() const {
-  Require(max_sigma_m > 0, "mapping.cloud.max_sigma_m", max_sigma_m, "more than 0");
-  Require(min_observations >= 1, "mapping.cloud.min_observations", min_observations, "at least 1");
-  Require(voxel_m > 0, "mapping.cloud.voxel_m", voxel_m, "more than 0");
-  Require(outlier_neighbours >= 1, "mapping.cloud.outlier_neighbours", outlier_neighbours,
-          "at least 1");
-  Require(outlier_sigmas > 0, "mapping.cloud.outlier_sigmas", outlier_sigmas, "more than 0");
-}
+void CloudOptions::Check() const { kCloudTable.Check("mapping.cloud", *this); }
+void CloudOptions::Read(YamlSection section) { kCloudTable.Read(section, this); }
 
-void CloudOptions::Read(YamlSection section) {
-  section.Read("max_sigma_m", &max_sigma_m);
-  section.Read("min_observations", &min_observations);
-  section.Read("voxel_m", &voxel_m);
-  section.Read("outlier_neighbours", &outlier_neighbours);
-  section.Read("outlier_sigmas", &outlier_sigmas);
-  section.Finish();
-}
+void OccupancyOptions::Check() const { kOccupancyTable.Check("mapping.occupancy", *this); }
+void OccupancyOptions::Read(YamlSection section) { kOccupancyTable.Read(section, this); }
 
-void OccupancyOptions::Check() const {
-  Require(resolution_m >= 0.001, "mapping.occupancy.resolution_m", resolution_m, "at least 0.001");
-  Require(max_range_m > 0, "mapping.occupancy.max_range_m", max_range_m, "more than 0");
-}
-
-void OccupancyOptions::Read(YamlSection section) {
-  section.Read("resolution_m", &resolution_m);
-  section.Read("max_range_m", &max_range_m);
-  section.Finish();
-}
-
-void LineMapOptions::Check() const {
-  Require(max_sigma_m > 0, "mapping.lines.max_sigma_m", max_sigma_m, "more than 0");
-  Require(min_observations >= 1, "mapping.lines.min_observations", min_observations, "at least 1");
-}
-
-void LineMapOptions::Read(YamlSection section) {
-  section.Read("max_sigma_m", &max_sigma_m);
-  section.Read("min_observations", &min_observations);
-  section.Finish();
-}
+void LineMapOptions::Check() const { kLinesTable.Check("mapping.lines", *this); }
+void LineMapOptions::Read(YamlSection section) { kLinesTable.Read(section, this); }
 
 MappingOptions MappingOptions::FromYaml(const std::string& path) {
   MappingOptions options;
@@ -58,7 +44,11 @@ MappingOptions MappingOptions::FromYaml(const std::string& path) {
   options.occupancy.Read(section.Section("occupancy"));
   options.lines.Read(section.Section("lines"));
   section.Finish();
-  options.Check();
+  try {
+    options.Check();
+  } catch (const ConfigError& error) {
+    throw ConfigError(path + ": " + error.what());
+  }
   return options;
 }
 

@@ -19,6 +19,7 @@ struct CloudOptions {
 struct OccupancyOptions {
   double resolution_m = 0.1;  // edge of a voxel
   double max_range_m = 20;    // a ray is followed no further
+  int max_voxels = 20000000;  // that a map may take, by an estimate; some 70 bytes of memory each
   void Check() const;
   void Read(YamlSection section);
 };
@@ -38,7 +39,8 @@ struct MappingOptions {
   LineMapOptions lines;
 
   // Overrides the defaults by the section `mapping` of a file; other sections, which belong to
-  // other stages, are left alone. Throws ConfigError naming file and key.
+  // other stages, are left alone. Throws ConfigError naming file and key, also for a value out of
+  // its range.
   static MappingOptions FromYaml(const std::string& path);
   void Check() const;
 };

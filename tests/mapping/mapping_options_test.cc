@@ -7,6 +7,7 @@
 namespace slcmap {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::ThrowsMessage;
 
@@ -39,6 +40,19 @@ TEST(MappingOptions, UnknownKeysAndAbsurdValuesAreNamed) {
   for (const char* key : {"resolution_m", "max_range_m"}) {
     EXPECT_THAT([&] { Read(std::string("mapping: {occupancy: {") + key + ": 0}}"); },
                 ThrowsMessage<ConfigError>(HasSubstr(key)));
+  }
+}
+
+TEST(MappingOptions, ValuesOutOfRangeAreNamedWithTheirFileAndRange) {
+  EXPECT_THAT([] { Read("mapping: {occupancy: {resolution_m: 1e300}}"); },
+              ThrowsMessage<ConfigError>(
+                  AllOf(HasSubstr("options.yaml: mapping.occupancy.resolution_m: found 1e+300"),
+                        HasSubstr("expected 0.001 to 100"))));
+  for (const char* yaml : {"cloud: {voxel_m: 1e-9}", "cloud: {outlier_neighbours: 1000000000}",
+                           "occupancy: {max_range_m: 1e9}", "occupancy: {max_voxels: 0}",
+                           "lines: {max_sigma_m: 1e9}"}) {
+    EXPECT_THAT([&] { Read(std::string("mapping: {") + yaml + "}"); },
+                ThrowsMessage<ConfigError>(HasSubstr("options.yaml: mapping.")));
   }
 }
 

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <limits>
 
@@ -82,6 +83,29 @@ TEST_F(MappingTest, APartialRunMakesAPartialMap) {
   EXPECT_EQ(map.partial_reason, "interrupted");
   EXPECT_EQ(map.warnings.at("imu_gap"), 3);
   EXPECT_GT(map.points.size(), 370u);
+}
+
+TEST_F(MappingTest, AMapThatIsEndedIsPartialAndHoldsWhatIsDone) {
+  const MapResult map =
+      BuildMap(testing::MakeLineRun(), {}, Progress([](double done) { return done < 0.5; }));
+  EXPECT_FALSE(map.complete);
+  EXPECT_EQ(map.partial_reason, "mapping was interrupted");
+  EXPECT_EQ(map.trajectory.size(), 51u);
+  EXPECT_GT(map.points.size(), 380u);
+  EXPECT_EQ(map.lines.size(), 24u);
+  EXPECT_TRUE(map.occupancy.IsFree({7.05, 0.05, 1.05}));  // as the first keyframes saw
+}
+
+TEST_F(MappingTest, ReportsHowFarItIs) {
+  std::vector<double> shares;
+  BuildMap(testing::MakeLineRun(), {}, Progress([&](double done) {
+             shares.push_back(done);
+             return true;
+           }));
+  EXPECT_GT(shares.size(), 5u);
+  EXPECT_TRUE(std::is_sorted(shares.begin(), shares.end()));
+  EXPECT_GE(shares.front(), 0);
+  EXPECT_LE(shares.back(), 1);
 }
 
 TEST_F(MappingTest, AMapComesBackFromItsFolder) {

@@ -11,6 +11,9 @@
 namespace slcmap {
 namespace {
 
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
 const testing::TempFolder kFolder;
 const std::string kPath = kFolder.Path("a.bt");
 
@@ -77,18 +80,91 @@ TEST(OccupancyMap, EmptyMapComesBackEmpty) {
   EXPECT_TRUE(map.OccupiedVoxels().empty());
 }
 
-TEST(OccupancyMap, DamageIsNamed) {
-  WriteFile(kPath, "no octree");
-  EXPECT_THAT([] { OccupancyMap::Read(kPath); },
-              ::testing::ThrowsMessage<DataError>(::testing::HasSubstr(kPath)));
+TEST(OccupancyMap, ReadsWhatOctomapWrites) {
+  octomap::OcTree tree(0.25);
+  tree.updateNode(octomap::point3d(1.1F, 2.1F, -3.1F), true);
+  tree.updateInnerOccupancy();
+  ASSERT_TRUE(tree.writeBinary(kPath));
+  const OccupancyMap map = OccupancyMap::Read(kPath);
+  EXPECT_EQ(map.resolution_m(), 0.25);
+  EXPECT_TRUE(map.IsOccupied({1.1, 2.1, -3.1}));
+  EXPECT_EQ(map.OccupiedVoxels().size(), 1u);
+}
+
+TEST(OccupancyMap, RaysThatLeaveTheOctreeAreCounted) {
+  OccupancyMap map(0.001);
+  const RayBundle inside{{0, 0, 0}, {{0.5, 0, 0}, {40, 0, 0}}}, outside{{100, 0, 0}, {{99, 0, 0}}};
+  EXPECT_EQ(map.Insert({inside, outside}, 1000), 2);  // beyond 32.8 m
+  EXPECT_TRUE(map.IsOccupied({0.5, 0, 0}));
+  EXPECT_FALSE(map.IsOccupied({40, 0, 0}));
+}
+
+TEST(OccupancyMap, EndsWhenItsCallerSaysSo) {
+  const RayBundle first{{0.05, 0.05, 0.05}, {{1.05, 0.05, 0.05}}};
+  const RayBundle second{{0.05, 0.05, 0.05}, {{0.05, 1.05, 0.05}}};
+  OccupancyMap map(0.1);
+  map.Insert({first, second}, 5, Progress([](double done) { return done < 0.5; }));
+  EXPECT_TRUE(map.IsOccupied({1.05, 0.05, 0.05}));
+  EXPECT_FALSE(map.IsOccupied({0.05, 1.05, 0.05}));
+}
+
+std::string ReadError(const std::string& bytes) {
+  WriteFile(kPath, bytes);
+  return testing::MessageOf<DataError>([] { OccupancyMap::Read(kPath); });
+}
+
+std::string WholeFile() {
   MakeMap().Write(kPath);
-  const std::string whole = ReadFile(kPath);
-  WriteFile(kPath, whole.substr(0, whole.size() - 20));
-  EXPECT_THAT([] { OccupancyMap::Read(kPath); },
-              ::testing::ThrowsMessage<DataError>(::testing::HasSubstr("damaged: found")));
-  WriteFile(kPath, whole.substr(0, whole.find("res")));
-  EXPECT_THAT([] { OccupancyMap::Read(kPath); },
-              ::testing::ThrowsMessage<DataError>(::testing::HasSubstr("expected a header")));
+  return ReadFile(kPath);
+}
+
+// OctoMap's own reader calls itself for every pair of such bytes.
+TEST(OccupancyMap, ATreeWithoutEndIsRefused) {
+  const std::string deep(250000, '\xff');
+  EXPECT_THAT(ReadError(WholeFile() + deep), HasSubstr("found 250000 more bytes"));
+  const std::string header = WholeFile().substr(0, WholeFile().find("data\n") + 5);
+  EXPECT_THAT(ReadError(header + deep), HasSubstr("found a node deeper than 16"));
+  const std::string whole = WholeFile();
+  EXPECT_THAT(ReadError(whole.substr(0, whole.size() - 4) + deep), HasSubstr("damaged: found"));
+}
+
+TEST(OccupancyMap, NodesThatDoNotFitTheirHeaderAreRefused) {
+  const std::string whole = WholeFile();
+  const std::size_t data = whole.find("data\n") + 5;
+  EXPECT_THAT(ReadError(whole.substr(0, whole.size() - 20)),
+              HasSubstr("found the end of the file"));
+  EXPECT_THAT(ReadError(whole + '\n'), HasSubstr("found 1 more bytes"));
+  std::string childless = whole;
+  childless[data] = childless[data + 1] = 0;
+  EXPECT_THAT(ReadError(childless), HasSubstr("an inner node without children"));
+  std::string fewer = whole;
+  fewer.replace(fewer.find("size ") + 5, 1, "9");
+  EXPECT_THAT(ReadError(fewer), AllOf(HasSubstr("expected 9"), HasSubstr("as in the header")));
+  EXPECT_THAT(ReadError("# Octomap OcTree binary file\nid OcTree\nsize 0\nres 0.1\ndata\nmore"),
+              HasSubstr("found 4 more bytes"));
+}
+
+TEST(OccupancyMap, HeadersThatCannotBeAreRefused) {
+  const auto with = [](const std::string& rows) {
+    return ReadError("# Octomap OcTree binary file\n" + rows);
+  };
+  EXPECT_THAT(ReadError("no octree"), AllOf(HasSubstr(kPath), HasSubstr("row 1")));
+  EXPECT_THAT(ReadError("no octree\n"), HasSubstr("row 1: found 'no octree', expected '# Octomap"));
+  for (const char* res : {"1e300", "inf", "nan", "0", "-0.1", "0.1x", "", "1e-9"}) {
+    EXPECT_THAT(with(std::string("id OcTree\nsize 0\nres ") + res + "\ndata\n"),
+                HasSubstr("expected 'res' with 0.001 to 100 m"));
+  }
+  for (const char* size : {"-1", "1e3", "99999999999999999999999"}) {
+    EXPECT_THAT(with(std::string("id OcTree\nsize ") + size + "\nres 0.1\ndata\n"),
+                HasSubstr("row 3: found 'size"));
+  }
+  EXPECT_THAT(with("id ColorOcTree\nsize 0\nres 0.1\ndata\n"), HasSubstr("expected 'id OcTree'"));
+  EXPECT_THAT(with("id OcTree\nsize 0\nsize 0\nres 0.1\ndata\n"), HasSubstr("row 4: found 'size"));
+  EXPECT_THAT(with("id OcTree\nsize 0\ndata\n"), HasSubstr("expected 'id', 'size' and 'res'"));
+  EXPECT_THAT(with("id OcTree\nsize 0\nres 0.1\n"), HasSubstr("up to 'data'"));
+}
+
+TEST(OccupancyMap, FilesThatAreNotThereAreNamed) {
   EXPECT_THROW(OccupancyMap::Read(kPath + ".missing"), DataError);
   EXPECT_THROW(MakeMap().Write("/dev/full"), OutputError);
 }

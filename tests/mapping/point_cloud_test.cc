@@ -85,6 +85,28 @@ TEST(PointCloud, OutliersAreRemoved) {
   for (const MapPoint& point : inliers) EXPECT_NE(point.landmark_ids[0], 1000);
 }
 
+// One step from neighbour to neighbour, but for the last point, which is three from its own.
+TEST(PointCloud, TheLimitOfOutliersIsSoManyStandardDeviationsAboveTheMean) {
+  std::vector<MapPoint> points;
+  for (int i = 0; i < 9; ++i) points.push_back({{1.0 * i, 0, 0}, 0.1, 3, {i}});
+  points.push_back({{11, 0, 0}, 0.1, 3, {9}});
+  CloudOptions options;
+  options.outlier_neighbours = 1;
+  // Mean 1.2, standard deviation sqrt(3.6 / 9): the last is 2.85 of them above.
+  options.outlier_sigmas = 2.84;
+  EXPECT_EQ(RemoveOutliers(points, options).size(), 9u);
+  options.outlier_sigmas = 2.85;
+  EXPECT_EQ(RemoveOutliers(points, options).size(), 10u);
+}
+
+TEST(PointCloud, EndsWhenItsCallerSaysSo) {
+  const Progress stop([](double) { return false; });
+  EXPECT_TRUE(FuseLandmarks({{1, 0, {1, 2, 3}, 0.1, 3}}, CloudOptions(), stop).empty());
+  std::vector<MapPoint> points = MakeSquare(300);
+  points.push_back({{5, 5, 5}, 0.1, 3, {1000}});
+  EXPECT_EQ(RemoveOutliers(points, CloudOptions(), stop).size(), 301u);
+}
+
 TEST(PointCloud, FewPointsAreNoOutliers) {
   for (const int count : {0, 1, 2, 12}) {
     EXPECT_EQ(RemoveOutliers(MakeSquare(count), CloudOptions()).size(),
