@@ -1,5 +1,7 @@
 #include "odometry/residuals/factor.h"
 
+#include <algorithm>
+
 namespace slcmap {
 namespace {
 
@@ -8,9 +10,10 @@ constexpr int kMaxTangent = 9;
 
 }  // namespace
 
-Factor::Factor(int rows, std::initializer_list<int> block_sizes) {
+Factor::Factor(int rows, std::initializer_list<BlockKind> kinds) {
   set_num_residuals(rows);
-  mutable_parameter_block_sizes()->assign(block_sizes.begin(), block_sizes.end());
+  std::copy(kinds.begin(), kinds.end(), kinds_.begin());
+  for (const BlockKind& kind : kinds) mutable_parameter_block_sizes()->push_back(kind.size);
 }
 
 void Factor::Linearize(const double* const* parameters, double* residuals,
@@ -40,13 +43,12 @@ bool Factor::Evaluate(const double* const* parameters, double* residuals,
   std::array<double*, kMaxBlocks> tangent{};
   for (int k = 0; k < blocks(); ++k) {
     if (!jacobians[k]) continue;
-    const bool curved = ManifoldOf(parameter_block_sizes()[k]) != nullptr;
-    tangent[k] = curved ? buffer.data() + k * kMaxRows * kMaxTangent : jacobians[k];
+    tangent[k] = kinds_[k].manifold ? buffer.data() + k * kMaxRows * kMaxTangent : jacobians[k];
   }
   Linearize(parameters, residuals, tangent.data());
   for (int k = 0; k < blocks(); ++k) {
     if (tangent[k] == jacobians[k]) continue;
-    JacobianByBlock(parameter_block_sizes()[k], parameters[k], rows(), tangent[k], jacobians[k]);
+    JacobianByBlock(kinds_[k], parameters[k], rows(), tangent[k], jacobians[k]);
   }
   return true;
 }

@@ -5,10 +5,9 @@
 
 #include <Eigen/Core>
 #include <array>
-#include <vector>
+#include <initializer_list>
 
-#include "odometry/residuals/block_manifold.h"
-#include "odometry/residuals/pose_manifold.h"
+#include "odometry/residuals/block_kind.h"
 
 namespace slcmap {
 
@@ -27,7 +26,8 @@ class Factor : public ceres::CostFunction {
 
   int rows() const { return num_residuals(); }
   int blocks() const { return static_cast<int>(parameter_block_sizes().size()); }
-  int tangent_size(int block) const { return TangentSize(parameter_block_sizes()[block]); }
+  const BlockKind& kind(int block) const { return kinds_[block]; }
+  int tangent_size(int block) const { return kinds_[block].tangent_size; }
 
   // Whitened residuals at `parameters`, and Jacobians by each block's tangent (row-major, rows() x
   // tangent_size(k); null where not wanted) at the linearisation points.
@@ -38,7 +38,7 @@ class Factor : public ceres::CostFunction {
                 double** jacobians) const override;
 
  protected:
-  Factor(int rows, std::initializer_list<int> block_sizes);
+  Factor(int rows, std::initializer_list<BlockKind> kinds);
 
   // Residuals and tangent Jacobians at one and the same point. jacobians may be null, and so may
   // each of its entries.
@@ -46,6 +46,7 @@ class Factor : public ceres::CostFunction {
                           double** jacobians) const = 0;
 
  private:
+  std::array<BlockKind, kMaxBlocks> kinds_;
   std::array<const double*, kMaxBlocks> linearization_{};
 };
 

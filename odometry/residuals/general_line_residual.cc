@@ -29,7 +29,7 @@ PlueckerLine Pluecker(const Vector3d& anchor_world, const double* block,
 GeneralLineResidual::GeneralLineResidual(const StereoGeometry* geometry,
                                          const Vector3d& anchor_world,
                                          const StereoLineMeasurement& measurement)
-    : Factor(measurement.rows(), {kPoseSize, kGeneralLineSize}),
+    : Factor(measurement.rows(), {kPoseKind, kGeneralLineKind}),
       geometry_(geometry),
       anchor_world_(anchor_world),
       measurement_(measurement) {}

@@ -23,7 +23,7 @@ struct State {
 }  // namespace
 
 ImuResidual::ImuResidual(const Preintegration* preintegration)
-    : Factor(15, {kPoseSize, kSpeedBiasSize, kPoseSize, kSpeedBiasSize}),
+    : Factor(15, {kPoseKind, kSpeedBiasKind, kPoseKind, kSpeedBiasKind}),
       preintegration_(preintegration),
       sqrt_information_(preintegration->SqrtInformation()) {}
 

@@ -18,9 +18,9 @@ constexpr double kAtInfinityResidual = 10;  // standard deviations
 PointOnLineResidual::PointOnLineResidual(const StereoGeometry* geometry, const StructuralLine& line,
                                          double sigma_m)
     : Factor(2, line.HasHeading()
-                    ? std::initializer_list<int>{kPoseSize, kHeadingSize, kStructuralLineSize,
-                                                 kPointSize}
-                    : std::initializer_list<int>{kPoseSize, kStructuralLineSize, kPointSize}),
+                    ? std::initializer_list<BlockKind>{kPoseKind, kHeadingKind, kStructuralLineKind,
+                                                       kPointKind}
+                    : std::initializer_list<BlockKind>{kPoseKind, kStructuralLineKind, kPointKind}),
       geometry_(geometry),
       line_(line),
       weight_(1.0 / sigma_m) {}

@@ -40,7 +40,7 @@ StereoGeometry::StereoGeometry(const std::array<RigidTransform, 2>& transforms, 
       weight(w) {}
 
 PointResidual::PointResidual(const StereoGeometry* geometry, const StereoMeasurement& target)
-    : Factor(target.right ? 4 : 2, {kPoseSize, kPoseSize, kPointSize}),
+    : Factor(target.right ? 4 : 2, {kPoseKind, kPoseKind, kPointKind}),
       geometry_(geometry),
       target_(target) {}
 
@@ -82,14 +82,14 @@ void PointResidual::EvaluateAt(const double* const* parameters, double* residual
     if (jacobians[2]) {
       Map<Jacobian23> d(jacobians[2] + 6 * c);
       d.leftCols<2>() = by_host * r_ic0.leftCols<2>();
-      d.rightCols<1>() = by_host * geometry_->T_imu_camera[0].translation + by_world * between -
-                         by_m * p_ic;
+      d.rightCols<1>() =
+          by_host * geometry_->T_imu_camera[0].translation + by_world * between - by_m * p_ic;
     }
   }
 }
 
 HostPointResidual::HostPointResidual(const StereoGeometry& geometry, const StereoMeasurement& host)
-    : Factor(host.right ? 4 : 2, {kPointSize}),
+    : Factor(host.right ? 4 : 2, {kPointKind}),
       weight_(geometry.weight),
       T_right_left_(geometry.T_imu_camera[1].Inverse() * geometry.T_imu_camera[0]),
       host_(host) {}

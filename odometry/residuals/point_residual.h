@@ -27,8 +27,7 @@ struct StereoMeasurement {
 // A point block is (x, y, lambda): where it lies on the plane z = 1 of its host's left camera, and
 // its inverse depth there (1 / m). The bearing is estimated beside the depth: taken as measured,
 // the host's noise would enter all observations of the point as one error that nobody accounts for.
-inline constexpr int kPointSize = 3;
-
+//
 // Blocks: pose of the host, pose of the target, point. With z = (x, y, 1), in camera c of the
 // target, scaled by the inverse depth (so that a point at infinity is nothing special):
 //

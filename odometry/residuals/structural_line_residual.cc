@@ -43,8 +43,8 @@ StructuralLineResidual::StructuralLineResidual(const StereoGeometry* geometry,
                                                const StereoLineMeasurement& measurement)
     : Factor(measurement.rows(),
              line.HasHeading()
-                 ? std::initializer_list<int>{kPoseSize, kHeadingSize, kStructuralLineSize}
-                 : std::initializer_list<int>{kPoseSize, kStructuralLineSize}),
+                 ? std::initializer_list<BlockKind>{kPoseKind, kHeadingKind, kStructuralLineKind}
+                 : std::initializer_list<BlockKind>{kPoseKind, kStructuralLineKind}),
       geometry_(geometry),
       line_(line),
       measurement_(measurement) {}

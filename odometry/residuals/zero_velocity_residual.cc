@@ -3,7 +3,7 @@
 namespace slcmap {
 
 ZeroVelocityResidual::ZeroVelocityResidual(double sigma_m_s)
-    : Factor(3, {kSpeedBiasSize}), weight_(1.0 / sigma_m_s) {}
+    : Factor(3, {kSpeedBiasKind}), weight_(1.0 / sigma_m_s) {}
 
 void ZeroVelocityResidual::EvaluateAt(const double* const* parameters, double* residuals,
                                       double** jacobians) const {

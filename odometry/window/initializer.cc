@@ -181,7 +181,7 @@ InitializationResult Initializer::TryInMotion(const std::optional<RigidTransform
     const RigidTransform T_world_first = WorldFromFirst(alignment->gravity_first_m_s2, start);
     result.finished = window->Start(EverySecond(*alignment, T_world_first, gyro_bias));
     gyro_bias = window->newest().gyro_bias();
-    rms = ReprojectionRms(window->model(), window->mutable_state());
+    rms = ReprojectionRms(window->model(), window->state());
     landmarks = TriangulatedCount(window->state());
   }
   result.success = gravity_error <= options_.max_gravity_error_m_s2 &&

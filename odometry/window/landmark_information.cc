@@ -4,7 +4,7 @@
 #include <Eigen/LU>
 #include <array>
 
-#include "odometry/residuals/block_manifold.h"
+#include "odometry/residuals/block_kind.h"
 
 namespace slcmap {
 namespace {
@@ -15,10 +15,9 @@ using Eigen::Vector3d;
 // Of the prior and of the observations in the window, on the tangent of a line's block.
 Eigen::MatrixXd InformationOn(const LineLandmark& line, const CostModel& model,
                               const Prior& prior) {
-  const int size = TangentSize(line.block_size());
-  LineLandmark copy = line;  // terms bind what they may move
-  std::vector<Term> terms;
-  for (FrameState* frame : copy.frames) AddLineTerm(&copy, frame, model, &terms);
+  const int size = line.kind().tangent_size;
+  std::vector<FixedTerm> terms;
+  for (const FrameState* frame : line.frames) terms.push_back(FixedLineTerm(line, *frame, model));
   Eigen::MatrixXd information = EquationsOnLast(terms, size).information;
   for (size_t k = 0; k < prior.blocks.size(); ++k) {
     if (prior.blocks[k] != line.block.data()) continue;
@@ -38,23 +37,23 @@ Vector3d CrossingAt(const LineLandmark& line, const Vector3d& p_world, const Vec
 
 }  // namespace
 
-Eigen::Vector4d ResidualOf(const Term& term) {
+Eigen::Vector4d ResidualOf(const FixedTerm& term) {
   Eigen::Vector4d residual = Eigen::Vector4d::Zero();
   term.factor->Evaluate(term.blocks.data(), residual.data(), nullptr);
   return residual;
 }
 
-std::pair<double, double> Chi2OfObservation(const Term& term) {
+std::pair<double, double> Chi2OfObservation(const FixedTerm& term) {
   const Eigen::Vector4d residual = ResidualOf(term);
   return {residual.head<2>().squaredNorm(), residual.tail<2>().squaredNorm()};
 }
 
-BlockEquations EquationsOnLast(const std::vector<Term>& terms, int tangent_size) {
+BlockEquations EquationsOnLast(const std::vector<FixedTerm>& terms, int tangent_size) {
   using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
   BlockEquations out;
   out.information = Eigen::MatrixXd::Zero(tangent_size, tangent_size);
   out.gradient = Eigen::VectorXd::Zero(tangent_size);
-  for (const Term& term : terms) {
+  for (const FixedTerm& term : terms) {
     const Factor& factor = *term.factor;
     RowMajor jacobian(factor.rows(), tangent_size);
     Eigen::VectorXd residual(factor.rows());
@@ -83,7 +82,7 @@ Matrix3d CovarianceAcross(const LineLandmark& line, const Vector3d& p_world, con
       Eigen::VectorXd delta = Eigen::VectorXd::Zero(size);
       delta[i] = side == 0 ? -kStep : kStep;
       LineLandmark copy = line;
-      BlockPlus(line.block_size(), line.block.data(), delta.data(), copy.block.data());
+      BlockPlus(line.kind(), line.block.data(), delta.data(), copy.block.data());
       moved[static_cast<size_t>(side)] = CrossingAt(copy, p_world, direction);
     }
     by_tangent.col(i) = (moved[1] - moved[0]) / (2 * kStep);
@@ -94,14 +93,12 @@ Matrix3d CovarianceAcross(const LineLandmark& line, const Vector3d& p_world, con
 }
 
 std::optional<PointPlace> PlaceByObservations(const PointLandmark& point, const CostModel& model) {
-  PointLandmark copy = point;  // terms bind what they may move
-  std::vector<Term> terms;
-  AddPointTerms(&copy, model, &terms);
-  const BlockEquations equations = EquationsOnLast(terms, kPointSize);
+  const BlockEquations equations = EquationsOnLast(FixedPointTerms(point, model), kPointSize);
   const Eigen::LDLT<Eigen::MatrixXd> ldlt(equations.information);
   const auto pivots = ldlt.vectorD();
   if (!(pivots.minCoeff() > 1e-12 * pivots.maxCoeff())) return std::nullopt;
   const Vector3d step = ldlt.solve(equations.gradient);
+  PointLandmark copy = point;
   Eigen::Map<Vector3d>{copy.point.data()} -= step;
   if (!(copy.inverse_depth_per_m() > 0)) return std::nullopt;
   const double depth_m = 1 / copy.inverse_depth_per_m();

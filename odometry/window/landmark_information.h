@@ -11,11 +11,11 @@
 namespace slcmap {
 
 // The whitened residual of a term at the current estimate; rows that it does not have are zero.
-Eigen::Vector4d ResidualOf(const Term& term);
+Eigen::Vector4d ResidualOf(const FixedTerm& term);
 
 // Squared whitened residuals of a stereo observation, left and right apart (right 0 where it was
 // not seen).
-std::pair<double, double> Chi2OfObservation(const Term& term);
+std::pair<double, double> Chi2OfObservation(const FixedTerm& term);
 
 // The normal equations of a block's tangent, without losses.
 struct BlockEquations {
@@ -26,7 +26,7 @@ struct BlockEquations {
 };
 
 // Of the block that the terms share as their last one.
-BlockEquations EquationsOnLast(const std::vector<Term>& terms, int tangent_size);
+BlockEquations EquationsOnLast(const std::vector<FixedTerm>& terms, int tangent_size);
 
 // The covariance of a line's place across it at one of its points, in the world: rank 2, m^2.
 Eigen::Matrix3d CovarianceAcross(const LineLandmark& line, const Eigen::Vector3d& p_world,

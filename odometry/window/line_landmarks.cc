@@ -55,14 +55,14 @@ std::optional<Vector3d> KnownPointOf(const LineLandmarkOptions& options,
   return std::nullopt;
 }
 
-bool FitsItsObservations(LineLandmark* line, double max_chi2, const CostModel& model) {
+bool FitsItsObservations(const LineLandmark& line, double max_chi2, const CostModel& model) {
   int good = 0;
-  for (FrameState* frame : line->frames) {
-    const auto [left, right] = ObservationChi2(line, frame, model);
+  for (const FrameState* frame : line.frames) {
+    const auto [left, right] = ObservationChi2(line, *frame, model);
     good += left <= max_chi2 && right <= max_chi2;
   }
   // One in four may be a wrong match, and is rejected later.
-  return 4 * good >= 3 * static_cast<int>(line->frames.size());
+  return 4 * good >= 3 * static_cast<int>(line.frames.size());
 }
 
 // From the views; where these do not tell, from a point.
@@ -80,7 +80,7 @@ bool EstimateStructural(const LineLandmarkOptions& options, const std::vector<in
     return false;
   }
   std::copy(block.begin(), block.end(), line->block.begin());
-  return FitsItsObservations(line, options.max_new_chi2, model);
+  return FitsItsObservations(*line, options.max_new_chi2, model);
 }
 
 bool EstimateGeneral(const LineLandmarkOptions& options, const CostModel& model,
@@ -89,7 +89,7 @@ bool EstimateGeneral(const LineLandmarkOptions& options, const CostModel& model,
                                           options.triangulation);
   if (!fit) return false;
   line->block = fit->block;
-  return FitsItsObservations(line, options.max_new_chi2, model);
+  return FitsItsObservations(*line, options.max_new_chi2, model);
 }
 
 void RemoveObservation(LineLandmark* line, FrameState* frame) {
@@ -101,7 +101,7 @@ void RemoveObservation(LineLandmark* line, FrameState* frame) {
 // alone, in the left one all. The left one's squared residual where that is kept.
 std::optional<double> TakeOutMisfit(double max_chi2, const CostModel& model, LineLandmark* line,
                                     FrameState* frame) {
-  const auto [left, right] = ObservationChi2(line, frame, model);
+  const auto [left, right] = ObservationChi2(*line, *frame, model);
   if (left > max_chi2) {
     RemoveObservation(line, frame);
     return std::nullopt;
@@ -238,11 +238,9 @@ void EstimateLines(const LineLandmarkOptions& options, const LineKinds& kinds,
   }
 }
 
-std::pair<double, double> ObservationChi2(LineLandmark* line, FrameState* frame,
+std::pair<double, double> ObservationChi2(const LineLandmark& line, const FrameState& frame,
                                           const CostModel& model) {
-  std::vector<Term> terms;
-  AddLineTerm(line, frame, model, &terms);
-  return Chi2OfObservation(terms[0]);
+  return Chi2OfObservation(FixedLineTerm(line, frame, model));
 }
 
 void RejectLineMisfits(const LineLandmarkOptions& options, const CostModel& model,

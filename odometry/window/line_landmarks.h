@@ -34,7 +34,7 @@ void EstimateLines(const LineLandmarkOptions& options, const LineKinds& kinds,
 
 // Squared whitened residuals of one observation, left and right apart (right 0 where it was not
 // seen).
-std::pair<double, double> ObservationChi2(LineLandmark* line, FrameState* frame,
+std::pair<double, double> ObservationChi2(const LineLandmark& line, const FrameState& frame,
                                           const CostModel& model);
 
 // Rejects the observations of a frame, not optimised yet, that are too far from where its estimated

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <memory>
 
-#include "odometry/residuals/block_manifold.h"
+#include "odometry/residuals/block_kind.h"
 #include "odometry/residuals/general_line_residual.h"
 #include "odometry/residuals/structural_line_residual.h"
 
@@ -118,13 +118,14 @@ class LineProblem {
 
 // Gauss-Newton from `block` while the cost falls. Returns the covariance; nothing where the
 // observations leave some direction of the block open.
-std::optional<Eigen::MatrixXd> Refine(const LineProblem& problem, int block_size, double* block) {
+std::optional<Eigen::MatrixXd> Refine(const LineProblem& problem, const BlockKind& kind,
+                                      double* block) {
   NormalEquations at = problem.At(block);
-  std::vector<double> moved(block_size);
+  std::vector<double> moved(kind.size);
   for (int i = 0; i < kMaxIterations; ++i) {
     const Eigen::VectorXd step = at.information.ldlt().solve(-at.gradient);
     if (!step.allFinite()) return std::nullopt;
-    BlockPlus(block_size, block, step.data(), moved.data());
+    BlockPlus(kind, block, step.data(), moved.data());
     NormalEquations next = problem.At(moved.data());
     if (!(next.cost < at.cost)) break;
     std::copy(moved.begin(), moved.end(), block);
@@ -211,7 +212,7 @@ std::optional<StructuralLineFit> TriangulateStructuralLine(
         std::make_unique<StructuralLineResidual>(&geometry, line, observation.measurement));
   }
   const LineProblem problem(std::move(factors), observations, heading_rad, options.loss_sigma);
-  const auto covariance = Refine(problem, kStructuralLineSize, fit.block.data());
+  const auto covariance = Refine(problem, kStructuralLineKind, fit.block.data());
   if (!covariance || !IsWithin(1 / fit.block[1], options)) return std::nullopt;
   fit.covariance = *covariance;
   // Relative to the distance 1 / rho: across the ray by dtheta, along it by drho / rho.
@@ -239,7 +240,7 @@ std::optional<GeneralLineFit> TriangulateGeneralLine(
         std::make_unique<GeneralLineResidual>(&geometry, anchor_world, observation.measurement));
   }
   const LineProblem problem(std::move(factors), observations, 0, options.loss_sigma);
-  const auto covariance = Refine(problem, kGeneralLineSize, fit.block.data());
+  const auto covariance = Refine(problem, kGeneralLineKind, fit.block.data());
   const PointAndDirection line = GeneralLineFromBlock(anchor_world, fit.block.data());
   if (!covariance || !IsWithin((line.point_world - anchor_world).norm(), options) ||
       !IsInFront(line, views)) {

@@ -14,7 +14,7 @@ using Eigen::VectorXd;
 // Where a block's tangent stands among the columns.
 struct Column {
   double* block = nullptr;
-  int size = 0;  // of the block
+  BlockKind kind;
   int offset = 0;
   std::vector<double> x_lin;
 };
@@ -25,12 +25,12 @@ class Layout {
  public:
   explicit Layout(const std::vector<double*>& dropped) : dropped_(dropped) {}
 
-  void Meet(double* block, int size, const double* linearization) {
+  void Meet(double* block, const BlockKind& kind, const double* linearization) {
     Column& column = columns_[block];
     if (column.block) {
       return;
     }
-    column = {block, size, 0, std::vector<double>(linearization, linearization + size)};
+    column = {block, kind, 0, std::vector<double>(linearization, linearization + kind.size)};
     order_.push_back(block);
   }
 
@@ -39,7 +39,7 @@ class Layout {
                           [&](double* block) { return IsDropped(block); });
     for (double* block : order_) {
       columns_[block].offset = total_;
-      total_ += TangentSize(columns_[block].size);
+      total_ += columns_[block].kind.tangent_size;
       if (IsDropped(block)) dropped_total_ = total_;
     }
   }
@@ -61,12 +61,9 @@ class Layout {
 
 // x minus x_lin of one block.
 VectorXd Difference(const Column& column) {
-  Prior single;
-  single.blocks = {column.block};
-  single.block_sizes = {column.size};
-  single.x_lin = {column.x_lin};
-  const double* at = column.block;
-  return single.Difference(&at);
+  VectorXd difference(column.kind.tangent_size);
+  BlockMinus(column.kind, column.block, column.x_lin.data(), difference.data());
+  return difference;
 }
 
 // The row of the matrix [state columns | residual], and the landmark's columns beside it.
@@ -92,7 +89,7 @@ void LinearizeTerm(const Term& term, const Layout& layout, int first_row, Rows* 
   const double weight = std::sqrt(rho[1]);
   auto target = rows->states.middleRows(first_row, factor.rows());
   for (int k = 0; k < factor.blocks(); ++k) {
-    if (factor.parameter_block_sizes()[k] == kPointSize) {
+    if (factor.kind(k).is_point) {
       rows->landmark.middleRows(first_row, factor.rows()) = weight * jacobians[k];
       continue;
     }
@@ -114,7 +111,7 @@ MatrixXd ProjectOutLandmark(const Rows& rows) {
 
 double* LandmarkOf(const Term& term) {
   const int last = term.factor->blocks() - 1;
-  return term.factor->parameter_block_sizes()[last] == kPointSize ? term.blocks[last] : nullptr;
+  return term.factor->kind(last).is_point ? term.blocks[last] : nullptr;
 }
 
 // Terms grouped by their landmark, in the order in which the landmarks were met; those without one
@@ -150,7 +147,7 @@ MatrixXd PriorRows(const Prior& prior, const Layout& layout) {
   MatrixXd rows = MatrixXd::Zero(prior.residual.size(), layout.total() + 1);
   int offset = 0;
   for (size_t k = 0; k < prior.blocks.size(); ++k) {
-    const int tangent = TangentSize(prior.block_sizes[k]);
+    const int tangent = prior.kinds[k].tangent_size;
     rows.middleCols(layout[prior.blocks[k]].offset, tangent) =
         prior.jacobian.middleCols(offset, tangent);
     offset += tangent;
@@ -163,12 +160,12 @@ Layout BuildLayout(const std::vector<Term>& terms, const Prior& prior,
                    const std::vector<double*>& dropped) {
   Layout layout(dropped);
   for (size_t k = 0; k < prior.blocks.size(); ++k) {
-    layout.Meet(prior.blocks[k], prior.block_sizes[k], prior.x_lin[k].data());
+    layout.Meet(prior.blocks[k], prior.kinds[k], prior.x_lin[k].data());
   }
   for (const Term& term : terms) {
     for (int k = 0; k < term.factor->blocks(); ++k) {
-      const int size = term.factor->parameter_block_sizes()[k];
-      if (size != kPointSize) layout.Meet(term.blocks[k], size, term.blocks[k]);
+      const BlockKind& kind = term.factor->kind(k);
+      if (!kind.is_point) layout.Meet(term.blocks[k], kind, term.blocks[k]);
     }
   }
   layout.Finish();
@@ -192,7 +189,7 @@ Prior PriorFromTriangle(const MatrixXd& r, const Layout& layout) {
   for (double* block : layout.order()) {
     if (layout.IsDropped(block)) continue;
     out.blocks.push_back(block);
-    out.block_sizes.push_back(layout[block].size);
+    out.kinds.push_back(layout[block].kind);
     out.x_lin.push_back(layout[block].x_lin);
   }
   const int first = layout.dropped_total(), kept = layout.total() - first;

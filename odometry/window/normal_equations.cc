@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "odometry/residuals/block_manifold.h"
+#include "odometry/residuals/block_kind.h"
 
 namespace slcmap {
 namespace {
@@ -33,30 +33,29 @@ NormalEquations::NormalEquations(const std::vector<Term>& terms, const Prior& pr
     : terms_(terms), prior_(prior) {
   int column = 0;
   for (size_t k = 0; k < prior.blocks.size(); ++k) {
-    Meet(prior.blocks[k], prior.block_sizes[k], is_constant);
+    Meet(prior.blocks[k], prior.kinds[k], is_constant);
     prior_unknowns_.push_back(index_.at(prior.blocks[k]));
     prior_columns_.push_back(column);
-    column += TangentSize(prior.block_sizes[k]);
+    column += prior.kinds[k].tangent_size;
   }
   for (const Term& term : terms) {
     Binding& binding = bindings_.emplace_back();
-    const auto& sizes = term.factor->parameter_block_sizes();
     for (int k = 0; k < term.factor->blocks(); ++k) {
-      Meet(term.blocks[k], sizes[k], is_constant);
+      Meet(term.blocks[k], term.factor->kind(k), is_constant);
       binding.unknown[k] = index_.at(term.blocks[k]);
     }
   }
   AddPriorHessian();
 }
 
-void NormalEquations::Meet(double* block, int size,
+void NormalEquations::Meet(double* block, const BlockKind& kind,
                            const std::function<bool(const double*)>& is_constant) {
   if (!index_.try_emplace(block, static_cast<int>(unknowns_.size())).second) return;
   if (is_constant(block)) {
     index_[block] = -1;
     return;
   }
-  Unknown unknown{block, size, TangentSize(size), total_, size == kPointSize};
+  Unknown unknown{block, kind, kind.tangent_size, total_, kind.is_point};
   if (unknown.is_point) {
     unknown.offset = static_cast<int>(points_.size());
     points_.emplace_back().unknown = static_cast<int>(unknowns_.size());
@@ -227,18 +226,19 @@ double NormalEquations::PredictedDecrease(double radius) const {
 void NormalEquations::Apply() {
   before_.clear();
   for (const Unknown& unknown : unknowns_) {
-    before_.insert(before_.end(), unknown.block, unknown.block + unknown.size);
+    before_.insert(before_.end(), unknown.block, unknown.block + unknown.kind.size);
     const double* step =
         unknown.is_point ? points_[unknown.offset].step.data() : step_.data() + unknown.offset;
-    BlockPlus(unknown.size, before_.data() + before_.size() - unknown.size, step, unknown.block);
+    BlockPlus(unknown.kind, before_.data() + before_.size() - unknown.kind.size, step,
+              unknown.block);
   }
 }
 
 void NormalEquations::Undo() {
   const double* from = before_.data();
   for (const Unknown& unknown : unknowns_) {
-    std::copy_n(from, unknown.size, unknown.block);
-    from += unknown.size;
+    std::copy_n(from, unknown.kind.size, unknown.block);
+    from += unknown.kind.size;
   }
 }
 

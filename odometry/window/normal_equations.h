@@ -33,7 +33,8 @@ class NormalEquations {
  private:
   struct Unknown {
     double* block = nullptr;
-    int size = 0, tangent = 0;
+    BlockKind kind;
+    int tangent = 0;
     int offset = 0;  // in the reduced system; of a point: index into points_
     bool is_point = false;
   };
@@ -50,7 +51,8 @@ class NormalEquations {
     Eigen::Matrix3Xd cross;
   };
 
-  void Meet(double* block, int size, const std::function<bool(const double*)>& is_constant);
+  void Meet(double* block, const BlockKind& kind,
+            const std::function<bool(const double*)>& is_constant);
   void AddPriorHessian();
   void AddTerm(const Term& term, const Binding& binding);
   int CrossColumn(PointSystem* point, int unknown) const;

@@ -40,11 +40,9 @@ void TriangulatePoints(const StereoGeometry& geometry, WindowState* window) {
   }
 }
 
-std::pair<double, double> ObservationChi2(PointLandmark* landmark, FrameState* frame,
+std::pair<double, double> ObservationChi2(const PointLandmark& landmark, const FrameState& frame,
                                           const CostModel& model) {
-  std::vector<Term> terms;
-  AddPointTerm(landmark, frame, model, &terms);
-  return Chi2OfObservation(terms[0]);
+  return Chi2OfObservation(FixedPointTerm(landmark, frame, model));
 }
 
 std::unordered_set<int64_t> RejectPointOutliers(double max_chi2, const CostModel& model,
@@ -56,7 +54,7 @@ std::unordered_set<int64_t> RejectPointOutliers(double max_chi2, const CostModel
     const std::vector<FrameState*> frames = landmark.frames;
     for (FrameState* frame : frames) {
       if (!landmark.triangulated) break;
-      const auto [left, right] = ObservationChi2(&landmark, frame, model);
+      const auto [left, right] = ObservationChi2(landmark, *frame, model);
       ++all;
       if (right > max_chi2) frame->measurements.at(landmark.id).right.reset();
       if (left <= max_chi2) continue;
@@ -89,14 +87,12 @@ bool Rehost(const StereoGeometry& geometry, PointLandmark* landmark) {
   return true;
 }
 
-double ReprojectionRms(const CostModel& model, WindowState* window) {
+double ReprojectionRms(const CostModel& model, const WindowState& window) {
   double sum = 0;
   int rows = 0;
-  for (auto& [id, landmark] : window->landmarks) {
+  for (const auto& [id, landmark] : window.landmarks) {
     if (!landmark.triangulated) continue;
-    std::vector<Term> terms;
-    AddPointTerms(&landmark, model, &terms);
-    for (const Term& term : terms) {
+    for (const FixedTerm& term : FixedPointTerms(landmark, model)) {
       sum += ResidualOf(term).squaredNorm();
       rows += term.factor->rows();
     }
@@ -109,20 +105,17 @@ int TriangulatedCount(const WindowState& window) {
                                         [](const auto& l) { return l.second.triangulated; }));
 }
 
-Landmark Describe(const PointLandmark& described, const CostModel& model) {
-  PointLandmark copy = described;
-  PointLandmark* landmark = &copy;
+Landmark Describe(const PointLandmark& landmark, const CostModel& model) {
   // The information on the point with the poses as they are; d depth = d lambda / lambda^2.
-  std::vector<Term> terms;
-  AddPointTerms(landmark, model, &terms);
   const Eigen::Matrix3d information =
-      EquationsOnLast(terms, kPointSize).information + 1e-9 * Eigen::Matrix3d::Identity();
+      EquationsOnLast(FixedPointTerms(landmark, model), kPointSize).information +
+      1e-9 * Eigen::Matrix3d::Identity();
   Landmark out;
-  out.id = landmark->id;
-  out.p_world = LandmarkInWorld(*landmark, model.geometry);
-  const double lambda = landmark->inverse_depth_per_m();
+  out.id = landmark.id;
+  out.p_world = LandmarkInWorld(landmark, model.geometry);
+  const double lambda = landmark.inverse_depth_per_m();
   out.sigma_m = std::sqrt(information.inverse()(2, 2)) / (lambda * lambda);
-  out.observations = static_cast<int>(landmark->frames.size()) + landmark->released_frames;
+  out.observations = static_cast<int>(landmark.frames.size()) + landmark.released_frames;
   return out;
 }
 

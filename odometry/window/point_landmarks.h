@@ -17,7 +17,7 @@ void TriangulatePoints(const StereoGeometry& geometry, WindowState* window);
 
 // Squared whitened residuals of one observation, left and right apart (right 0 where it was not
 // seen).
-std::pair<double, double> ObservationChi2(PointLandmark* landmark, FrameState* frame,
+std::pair<double, double> ObservationChi2(const PointLandmark& landmark, const FrameState& frame,
                                           const CostModel& model);
 
 // Rejects observations whose squared residual in one camera is above the limit, and the landmarks
@@ -30,7 +30,7 @@ std::unordered_set<int64_t> RejectPointOutliers(double max_chi2, const CostModel
 bool Rehost(const StereoGeometry& geometry, PointLandmark* landmark);
 
 // RMS of the whitened reprojection residuals of all landmarks.
-double ReprojectionRms(const CostModel& model, WindowState* window);
+double ReprojectionRms(const CostModel& model, const WindowState& window);
 int TriangulatedCount(const WindowState& window);
 
 // A landmark as a run holds it, but for its segment.

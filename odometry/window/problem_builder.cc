@@ -1,5 +1,7 @@
 #include "odometry/window/problem_builder.h"
 
+#include <type_traits>
+
 #include "odometry/residuals/general_line_residual.h"
 #include "odometry/residuals/imu_residual.h"
 #include "odometry/residuals/point_on_line_residual.h"
@@ -9,66 +11,158 @@
 namespace slcmap {
 namespace {
 
-template <typename Block>
-const double* Linearization(const std::optional<Block>& point) {
-  return point ? point->data() : nullptr;
-}
+// A window, frame or landmark of which the terms move something, or do not: one code for both.
+template <typename Number, typename T>
+using Of = std::conditional_t<std::is_const_v<Number>, const T, T>;
 
 // Binds a block that may have a linearisation point.
-template <typename Block>
-void Bind(int index, Block* block, const std::optional<Block>& linearization, Term* term) {
-  term->blocks[index] = block->data();
-  term->factor->SetLinearizationPoint(index, Linearization(linearization));
+template <typename Number, typename Block>
+void Bind(int index, Block& block, const std::optional<std::remove_const_t<Block>>& linearization,
+          BasicTerm<Number>* term) {
+  term->blocks[index] = block.data();
+  term->factor->SetLinearizationPoint(index, linearization ? linearization->data() : nullptr);
 }
 
-void BindPose(int index, FrameState* frame, Term* term) {
-  Bind(index, &frame->pose, frame->pose_linearization, term);
+template <typename Number>
+void BindPose(int index, Of<Number, FrameState>& frame, BasicTerm<Number>* term) {
+  Bind(index, frame.pose, frame.pose_linearization, term);
+}
+
+template <typename Number>
+void BindSpeedBias(int index, Of<Number, FrameState>& frame, BasicTerm<Number>* term) {
+  Bind(index, frame.speed_bias, frame.speed_bias_linearization, term);
 }
 
 // Binds the heading (where the line has one) and the line itself; returns the next index.
-int BindLine(int index, LineLandmark* line, Term* term) {
-  if (line->heading) {
-    Bind(index++, &line->heading->heading_rad, line->heading->linearization, term);
+template <typename Number>
+int BindLine(int index, Of<Number, LineLandmark>& line, BasicTerm<Number>* term) {
+  if (line.heading) {
+    Bind(index++, line.heading->heading_rad, line.heading->linearization, term);
   }
-  Bind(index++, &line->block, line->linearization, term);
+  Bind(index++, line.block, line.linearization, term);
   return index;
+}
+
+template <typename Number>
+BasicTerm<Number> ImuTerm(Of<Number, FrameState>& from, Of<Number, FrameState>& to) {
+  BasicTerm<Number> term;
+  term.factor = std::make_unique<ImuResidual>(to.from_previous.get());
+  BindPose(0, from, &term);
+  BindSpeedBias(1, from, &term);
+  BindPose(2, to, &term);
+  BindSpeedBias(3, to, &term);
+  return term;
+}
+
+template <typename Number>
+BasicTerm<Number> ZeroVelocityTerm(Of<Number, FrameState>& frame, const CostModel& model) {
+  BasicTerm<Number> term;
+  term.factor = std::make_unique<ZeroVelocityResidual>(model.zero_velocity_sigma_m_s);
+  BindSpeedBias(0, frame, &term);
+  return term;
+}
+
+template <typename Number>
+BasicTerm<Number> PointTerm(Of<Number, PointLandmark>& landmark, Of<Number, FrameState>& frame,
+                            const CostModel& model) {
+  Of<Number, FrameState>& host = *landmark.host();
+  const StereoMeasurement& measurement = frame.measurements.at(landmark.id);
+  BasicTerm<Number> term;
+  term.loss = model.point_loss.get();
+  if (&frame == &host) {
+    term.factor = std::make_unique<HostPointResidual>(model.geometry, measurement);
+    term.blocks[0] = landmark.point.data();
+  } else {
+    term.factor = std::make_unique<PointResidual>(&model.geometry, measurement);
+    BindPose(0, host, &term);
+    BindPose(1, frame, &term);
+    term.blocks[2] = landmark.point.data();
+  }
+  return term;
+}
+
+template <typename Number>
+BasicTerm<Number> LineTerm(Of<Number, LineLandmark>& line, Of<Number, FrameState>& frame,
+                           const CostModel& model) {
+  const StereoLineMeasurement& measurement = frame.lines.at(line.id);
+  BasicTerm<Number> term;
+  term.loss = model.line_loss.get();
+  if (line.IsStructural()) {
+    term.factor =
+        std::make_unique<StructuralLineResidual>(&model.lines, line.structural(), measurement);
+  } else {
+    term.factor =
+        std::make_unique<GeneralLineResidual>(&model.lines, line.anchor_world, measurement);
+  }
+  BindPose(0, frame, &term);
+  BindLine(1, line, &term);
+  return term;
+}
+
+template <typename Number>
+BasicTerm<Number> PointOnLineTerm(Of<Number, PointLandmark>& landmark,
+                                  Of<Number, LineLandmark>& line, const CostModel& model) {
+  BasicTerm<Number> term;
+  term.loss = model.point_on_line_loss.get();
+  term.factor = std::make_unique<PointOnLineResidual>(&model.geometry, line.structural(),
+                                                      model.point_on_line_sigma_m);
+  BindPose(0, *landmark.host(), &term);
+  const int next = BindLine(1, line, &term);
+  term.blocks[next] = landmark.point.data();
+  return term;
+}
+
+template <typename Number>
+void AddFrameTerms(const WindowState& window, const CostModel& model,
+                   std::vector<BasicTerm<Number>>* terms) {
+  for (size_t i = 0; i < window.frames.size(); ++i) {
+    FrameState& frame = *window.frames[i];
+    if (i > 0) terms->push_back(ImuTerm<Number>(*window.frames[i - 1], frame));
+    if (frame.stands_still) terms->push_back(ZeroVelocityTerm<Number>(frame, model));
+  }
+}
+
+template <typename Number>
+void AddLineTerms(Of<Number, LineLandmark>& line, Of<Number, WindowState>& window,
+                  const CostModel& model, std::vector<BasicTerm<Number>>* terms) {
+  for (FrameState* frame : line.frames) terms->push_back(LineTerm<Number>(line, *frame, model));
+  if (!line.IsStructural()) return;
+  for (const int64_t id : line.points) {
+    const auto it = window.landmarks.find(id);
+    if (it == window.landmarks.end() || !it->second.triangulated) continue;
+    terms->push_back(PointOnLineTerm<Number>(it->second, line, model));
+  }
+}
+
+template <typename Number>
+std::vector<BasicTerm<Number>> AllTerms(Of<Number, WindowState>& window, const CostModel& model) {
+  std::vector<BasicTerm<Number>> terms;
+  AddFrameTerms(window, model, &terms);
+  for (auto& [id, landmark] : window.landmarks) {
+    if (!landmark.triangulated) continue;
+    for (FrameState* frame : landmark.frames) {
+      terms.push_back(PointTerm<Number>(landmark, *frame, model));
+    }
+  }
+  for (auto& [id, line] : window.lines) {
+    if (line.estimated && !line.retired) AddLineTerms<Number>(line, window, model, &terms);
+  }
+  return terms;
 }
 
 }  // namespace
 
 void AddImuTerm(FrameState* from, FrameState* to, std::vector<Term>* terms) {
-  Term term;
-  term.factor = std::make_unique<ImuResidual>(to->from_previous.get());
-  BindPose(0, from, &term);
-  Bind(1, &from->speed_bias, from->speed_bias_linearization, &term);
-  BindPose(2, to, &term);
-  Bind(3, &to->speed_bias, to->speed_bias_linearization, &term);
-  terms->push_back(std::move(term));
+  terms->push_back(ImuTerm<double>(*from, *to));
 }
 
 void AddZeroVelocityTerm(FrameState* frame, const CostModel& model, std::vector<Term>* terms) {
-  Term term;
-  term.factor = std::make_unique<ZeroVelocityResidual>(model.zero_velocity_sigma_m_s);
-  term.blocks[0] = frame->speed_bias.data();
-  terms->push_back(std::move(term));
+  terms->push_back(ZeroVelocityTerm<double>(*frame, model));
 }
 
 void AddPointTerm(PointLandmark* landmark, FrameState* frame, const CostModel& model,
                   std::vector<Term>* terms) {
-  FrameState* host = landmark->host();
-  const StereoMeasurement& measurement = frame->measurements.at(landmark->id);
-  Term term;
-  term.loss = model.point_loss.get();
-  if (frame == host) {
-    term.factor = std::make_unique<HostPointResidual>(model.geometry, measurement);
-    term.blocks[0] = landmark->point.data();
-  } else {
-    term.factor = std::make_unique<PointResidual>(&model.geometry, measurement);
-    BindPose(0, host, &term);
-    BindPose(1, frame, &term);
-    term.blocks[2] = landmark->point.data();
-  }
-  terms->push_back(std::move(term));
+  terms->push_back(PointTerm<double>(*landmark, *frame, model));
 }
 
 void AddPointTerms(PointLandmark* landmark, const CostModel& model, std::vector<Term>* terms) {
@@ -77,51 +171,37 @@ void AddPointTerms(PointLandmark* landmark, const CostModel& model, std::vector<
 
 void AddLineTerm(LineLandmark* line, FrameState* frame, const CostModel& model,
                  std::vector<Term>* terms) {
-  const StereoLineMeasurement& measurement = frame->lines.at(line->id);
-  Term term;
-  term.loss = model.line_loss.get();
-  if (line->IsStructural()) {
-    term.factor =
-        std::make_unique<StructuralLineResidual>(&model.lines, line->structural(), measurement);
-  } else {
-    term.factor =
-        std::make_unique<GeneralLineResidual>(&model.lines, line->anchor_world, measurement);
-  }
-  BindPose(0, frame, &term);
-  BindLine(1, line, &term);
-  terms->push_back(std::move(term));
+  terms->push_back(LineTerm<double>(*line, *frame, model));
 }
 
 void AddPointOnLineTerm(PointLandmark* landmark, LineLandmark* line, const CostModel& model,
                         std::vector<Term>* terms) {
-  Term term;
-  term.loss = model.point_on_line_loss.get();
-  term.factor = std::make_unique<PointOnLineResidual>(&model.geometry, line->structural(),
-                                                      model.point_on_line_sigma_m);
-  BindPose(0, landmark->host(), &term);
-  const int next = BindLine(1, line, &term);
-  term.blocks[next] = landmark->point.data();
-  terms->push_back(std::move(term));
+  terms->push_back(PointOnLineTerm<double>(*landmark, *line, model));
 }
 
 std::vector<Term> BuildTerms(WindowState* window, const CostModel& model) {
-  std::vector<Term> terms;
-  for (size_t i = 0; i < window->frames.size(); ++i) {
-    FrameState* frame = window->frames[i].get();
-    if (i > 0) AddImuTerm(window->frames[i - 1].get(), frame, &terms);
-    if (frame->stands_still) AddZeroVelocityTerm(frame, model, &terms);
-  }
-  for (auto& [id, landmark] : window->landmarks) {
-    if (landmark.triangulated) AddPointTerms(&landmark, model, &terms);
-  }
-  for (auto& [id, line] : window->lines) {
-    if (!line.estimated || line.retired) continue;
-    for (FrameState* frame : line.frames) AddLineTerm(&line, frame, model, &terms);
-    for (PointLandmark* landmark : PointsOf(line, window)) {
-      AddPointOnLineTerm(landmark, &line, model, &terms);
-    }
+  return AllTerms<double>(*window, model);
+}
+
+FixedTerm FixedPointTerm(const PointLandmark& landmark, const FrameState& frame,
+                         const CostModel& model) {
+  return PointTerm<const double>(landmark, frame, model);
+}
+
+std::vector<FixedTerm> FixedPointTerms(const PointLandmark& landmark, const CostModel& model) {
+  std::vector<FixedTerm> terms;
+  for (const FrameState* frame : landmark.frames) {
+    terms.push_back(FixedPointTerm(landmark, *frame, model));
   }
   return terms;
+}
+
+FixedTerm FixedLineTerm(const LineLandmark& line, const FrameState& frame, const CostModel& model) {
+  return LineTerm<const double>(line, frame, model);
+}
+
+std::vector<FixedTerm> FixedTerms(const WindowState& window, const CostModel& model) {
+  return AllTerms<const double>(window, model);
 }
 
 }  // namespace slcmap

@@ -14,11 +14,14 @@
 namespace slcmap {
 
 // One term and the parameter blocks that it binds.
-struct Term {
+template <typename Number>
+struct BasicTerm {
   std::unique_ptr<Factor> factor;
   ceres::LossFunction* loss = nullptr;  // not owned; null for none
-  std::array<double*, Factor::kMaxBlocks> blocks{};
+  std::array<Number*, Factor::kMaxBlocks> blocks{};
 };
+using Term = BasicTerm<double>;             // a solver may move the blocks
+using FixedTerm = BasicTerm<const double>;  // it is evaluated where they are
 
 // What the terms need beside the states; must outlive them.
 struct CostModel {
@@ -46,5 +49,12 @@ void AddPointOnLineTerm(PointLandmark* landmark, LineLandmark* line, const CostM
 
 // All terms of a window but its prior.
 std::vector<Term> BuildTerms(WindowState* window, const CostModel& model);
+
+// The same terms where nothing is to be moved.
+FixedTerm FixedPointTerm(const PointLandmark& landmark, const FrameState& frame,
+                         const CostModel& model);
+std::vector<FixedTerm> FixedPointTerms(const PointLandmark& landmark, const CostModel& model);
+FixedTerm FixedLineTerm(const LineLandmark& line, const FrameState& frame, const CostModel& model);
+std::vector<FixedTerm> FixedTerms(const WindowState& window, const CostModel& model);
 
 }  // namespace slcmap

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <deque>
 #include <utility>
 
 #include "odometry/geometry/pinhole.h"
@@ -21,11 +22,12 @@ constexpr int64_t kRestKept_ns = 10'000'000'000;  // of a standstill; cut when t
 bool NoneConstant(const double*) { return false; }
 
 // The landmarks with a known position that a frame sees.
-std::vector<PointLandmark*> KnownLandmarks(const FrameState& frame, WindowState* window) {
-  std::vector<PointLandmark*> known;
+std::vector<const PointLandmark*> KnownLandmarks(const FrameState& frame,
+                                                 const WindowState& window) {
+  std::vector<const PointLandmark*> known;
   for (const auto& [id, measurement] : frame.measurements) {
-    const auto it = window->landmarks.find(id);
-    if (it != window->landmarks.end() && it->second.triangulated) known.push_back(&it->second);
+    const auto it = window.landmarks.find(id);
+    if (it != window.landmarks.end() && it->second.triangulated) known.push_back(&it->second);
   }
   return known;
 }
@@ -84,7 +86,7 @@ void SlidingWindow::SetFirstPrior() {
   FrameState& first = *state_.frames.front();
   Prior prior;
   prior.blocks = {first.pose.data(), first.speed_bias.data()};
-  prior.block_sizes = {kPoseSize, kSpeedBiasSize};
+  prior.kinds = {kPoseKind, kSpeedBiasKind};
   prior.x_lin = {{first.pose.begin(), first.pose.end()},
                  {first.speed_bias.begin(), first.speed_bias.end()}};
   Vector3d rotation_weight = Vector3d::Constant(1.0 / options_.first_tilt_sigma_rad);
@@ -118,13 +120,13 @@ void SlidingWindow::Predict(FrameState* frame) const {
 }
 
 std::unordered_set<int64_t> SlidingWindow::Track(FrameState* frame) const {
-  // The landmarks and the newest keyframe are bound to the terms, but held constant.
-  auto& window = const_cast<WindowState&>(state_);
   std::vector<Term> terms;
-  AddImuTerm(window.frames.back().get(), frame, &terms);
+  AddImuTerm(state_.frames.back().get(), frame, &terms);
   if (frame->stands_still) AddZeroVelocityTerm(frame, model_, &terms);
-  for (PointLandmark* landmark : KnownLandmarks(*frame, &window)) {
-    AddPointTerm(landmark, frame, model_, &terms);
+  // Terms bind what could be moved: copies of the landmarks, though they are held constant.
+  std::deque<PointLandmark> landmarks;
+  for (const PointLandmark* landmark : KnownLandmarks(*frame, state_)) {
+    AddPointTerm(&landmarks.emplace_back(*landmark), frame, model_, &terms);
   }
   const auto is_constant = [&](const double* block) {
     return block != frame->pose.data() && block != frame->speed_bias.data();
@@ -136,10 +138,9 @@ std::unordered_set<int64_t> SlidingWindow::Track(FrameState* frame) const {
 }
 
 std::unordered_set<int64_t> SlidingWindow::RejectMisfits(FrameState* frame) const {
-  auto& window = const_cast<WindowState&>(state_);  // bound to the terms, not changed
   std::unordered_set<int64_t> outliers;
-  for (PointLandmark* landmark : KnownLandmarks(*frame, &window)) {
-    const auto [left, right] = ObservationChi2(landmark, frame, model_);
+  for (const PointLandmark* landmark : KnownLandmarks(*frame, state_)) {
+    const auto [left, right] = ObservationChi2(*landmark, *frame, model_);
     if (left > options_.max_tracking_chi2) {
       outliers.insert(landmark->id);
       frame->measurements.erase(landmark->id);

@@ -35,16 +35,6 @@ PointAndDirection LineLandmark::InWorld() const {
           AxisDirection(axis, heading_rad())};
 }
 
-std::vector<PointLandmark*> PointsOf(const LineLandmark& line, WindowState* window) {
-  std::vector<PointLandmark*> points;
-  if (!line.IsStructural()) return points;
-  for (const int64_t id : line.points) {
-    const auto it = window->landmarks.find(id);
-    if (it != window->landmarks.end() && it->second.triangulated) points.push_back(&it->second);
-  }
-  return points;
-}
-
 std::vector<double> HeadingsOf(const WindowState& window) {
   std::vector<double> headings;
   for (const HeadingState& heading : window.headings) headings.push_back(heading.heading_rad[0]);

@@ -17,7 +17,7 @@
 #include "odometry/residuals/line_reprojection.h"
 #include "odometry/residuals/point_residual.h"
 #include "odometry/residuals/pose_manifold.h"
-#include "odometry/residuals/prior_residual.h"
+#include "odometry/residuals/prior.h"
 
 namespace slcmap {
 
@@ -105,7 +105,7 @@ struct LineLandmark {
   std::vector<int64_t> points;  // landmarks that belong to it; see line_members.h
 
   bool IsStructural() const { return axis != LineAxis::kNone; }
-  int block_size() const { return IsStructural() ? kStructuralLineSize : kGeneralLineSize; }
+  const BlockKind& kind() const { return IsStructural() ? kStructuralLineKind : kGeneralLineKind; }
   StructuralLine structural() const { return {axis, anchor_world}; }
   double heading_rad() const { return heading ? heading->heading_rad[0] : 0; }
   // The id of the last frame whose observation of it counts; -1 where none does.
@@ -126,9 +126,6 @@ struct WindowState {
 
 // The headings of all worlds, radians, by world.
 std::vector<double> HeadingsOf(const WindowState& window);
-
-// The triangulated landmarks that belong to a structural line.
-std::vector<PointLandmark*> PointsOf(const LineLandmark& line, WindowState* window);
 
 // The estimated structural lines that a landmark belongs to.
 std::vector<LineLandmark*> LinesOf(const PointLandmark& landmark, WindowState* window);

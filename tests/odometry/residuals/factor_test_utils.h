@@ -39,13 +39,9 @@ inline void ExpectJacobiansMatchDifferences(const Factor& factor,
     for (int d = 0; d < factor.tangent_size(k); ++d) {
       const auto moved = [&](double by) {
         auto x = blocks;
-        if (const ceres::Manifold* manifold = ManifoldOf(static_cast<int>(blocks[k].size()))) {
-          Eigen::VectorXd delta = Eigen::VectorXd::Zero(factor.tangent_size(k));
-          delta[d] = by;
-          manifold->Plus(blocks[k].data(), delta.data(), x[k].data());
-        } else {
-          x[k][d] += by;
-        }
+        Eigen::VectorXd delta = Eigen::VectorXd::Zero(factor.tangent_size(k));
+        delta[d] = by;
+        BlockPlus(factor.kind(k), blocks[k].data(), delta.data(), x[k].data());
         return residual_at(x);
       };
       const Eigen::VectorXd difference = (moved(step) - moved(-step)) / (2 * step);

@@ -74,8 +74,9 @@ void ExpectSameAsTwin(const Factor& factor, const ceres::CostFunction& twin, con
   EXPECT_GT(r.norm(), 1e-3);
   for (size_t k = 0; k < blocks.size(); ++k) {
     const int size = static_cast<int>(blocks[k].size());
-    RowMajor plus = RowMajor::Identity(size, TangentSize(size));
-    if (ManifoldOf(size)) ManifoldOf(size)->PlusJacobian(pointers[k], plus.data());
+    const BlockKind& kind = factor.kind(static_cast<int>(k));
+    RowMajor plus = RowMajor::Identity(size, kind.tangent_size);
+    if (kind.manifold) kind.manifold()->PlusJacobian(pointers[k], plus.data());
     EXPECT_LT((ours[k] * plus - theirs[k] * plus).norm(), 1e-9 * (1 + (ours[k] * plus).norm()))
         << "block " << k << "\nours\n"
         << ours[k] * plus << "\ntwin\n"

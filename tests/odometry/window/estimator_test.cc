@@ -80,15 +80,15 @@ TEST(Estimator, ClaimsTheCovarianceThatItsErrorsHave) {
 
 // The directions of position and heading that nothing observes, at each block's linearisation
 // point.
-Eigen::MatrixXd UnobservableDirections(const double* point, int size) {
-  Eigen::MatrixXd n = Eigen::MatrixXd::Zero(TangentSize(size), 4);
+Eigen::MatrixXd UnobservableDirections(const double* point, const BlockKind& kind) {
+  Eigen::MatrixXd n = Eigen::MatrixXd::Zero(kind.tangent_size, 4);
   const Eigen::Vector3d z = Eigen::Vector3d::UnitZ();
-  if (size == kPoseSize) {
+  if (kind.size == kPoseSize) {
     const RigidTransform pose = PoseFromBlock(point);
     n.topLeftCorner<3, 3>().setIdentity();
     n.block<3, 1>(0, 3) = z.cross(pose.translation);
     n.block<3, 1>(3, 3) = pose.rotation.conjugate() * z;
-  } else if (size == kSpeedBiasSize) {
+  } else if (kind.size == kSpeedBiasSize) {
     n.block<3, 1>(0, 3) = z.cross(Eigen::Vector3d::Map(point));
   }
   return n;
@@ -120,9 +120,9 @@ double SeenOfTheUnobservable(WindowState* window, const CostModel& model, bool a
     Eigen::MatrixXd seen = Eigen::MatrixXd::Zero(factor.rows(), 4);
     double scale = 0;
     for (int k = 0; k < factor.blocks(); ++k) {
-      const int size = factor.parameter_block_sizes()[k];
-      if (size == kPointSize) continue;  // relative to its host
-      seen += jacobians[k] * UnobservableDirections(point_of.at(term.blocks[k]), size);
+      const BlockKind& kind = factor.kind(k);
+      if (kind.is_point) continue;  // relative to its host
+      seen += jacobians[k] * UnobservableDirections(point_of.at(term.blocks[k]), kind);
       scale = std::max(scale, jacobians[k].norm());
     }
     worst = std::max(worst, seen.norm() / (1 + scale));
@@ -143,10 +143,10 @@ TEST(Estimator, TheWindowDoesNotLearnPositionOrHeading) {
     Eigen::MatrixXd n = Eigen::MatrixXd::Zero(state->prior.TangentTotal(), 4);
     int row = 0;
     for (size_t k = 0; k < state->prior.blocks.size(); ++k) {
-      const int size = state->prior.block_sizes[k];
-      n.middleRows(row, TangentSize(size)) =
-          UnobservableDirections(state->prior.x_lin[k].data(), size);
-      row += TangentSize(size);
+      const BlockKind& kind = state->prior.kinds[k];
+      n.middleRows(row, kind.tangent_size) =
+          UnobservableDirections(state->prior.x_lin[k].data(), kind);
+      row += kind.tangent_size;
     }
     const Eigen::VectorXd information = (state->prior.jacobian * n).colwise().squaredNorm();
     EXPECT_LT(information.head<3>().maxCoeff(), 1e6 * (1 + 1e-6));

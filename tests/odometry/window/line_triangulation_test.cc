@@ -6,7 +6,7 @@
 #include <random>
 
 #include "data/simulator/example.h"
-#include "odometry/residuals/block_manifold.h"
+#include "odometry/residuals/block_kind.h"
 
 namespace slcmap {
 namespace {
@@ -136,7 +136,7 @@ TEST_F(LineTriangulationTest, TellsItsOwnErrors) {
     const PointAndDirection found = GeneralLineFromBlock(anchor_, free->block.data());
     if (found.direction_world.dot(direction) < 0) same = GeneralLineThrough(anchor_, a, a - b);
     Eigen::Vector4d d;
-    BlockMinus(kGeneralLineSize, same.data(), free->block.data(), d.data());
+    BlockMinus(kGeneralLineKind, same.data(), free->block.data(), d.data());
     general += d.dot(free->covariance.inverse() * d) / 4 / kRuns;
     const Vector3d turn = direction.cross(found.direction_world);
     turned += turn.squaredNorm() / free->direction_covariance.trace() / kRuns;

@@ -6,7 +6,7 @@
 #include <array>
 
 #include "data/simulator/example.h"
-#include "odometry/residuals/block_manifold.h"
+#include "odometry/residuals/block_kind.h"
 #include "odometry/residuals/general_line_residual.h"
 #include "odometry/residuals/point_on_line_residual.h"
 #include "odometry/residuals/structural_line_residual.h"
@@ -98,10 +98,11 @@ class LinesInWindowTest : public testing::Test {
   }
 
   // How a block moves when the whole world is moved by a small transform.
-  Eigen::VectorXd Moved(const double* block, int size, const RigidTransform& by, double yaw) const {
-    std::vector<double> moved(block, block + size);
-    if (size == kPoseSize) PoseToBlock(by * PoseFromBlock(block), moved.data());
-    if (size == kHeadingSize) moved[0] += yaw;
+  Eigen::VectorXd Moved(const double* block, const BlockKind& kind, const RigidTransform& by,
+                        double yaw) const {
+    std::vector<double> moved(block, block + kind.size);
+    if (kind.size == kPoseSize) PoseToBlock(by * PoseFromBlock(block), moved.data());
+    if (block == heading_.data()) moved[0] += yaw;
     for (int k = 0; k < 3; ++k) {
       if (block != structural_[k].data()) continue;
       const Vector3d p = by * CrossingPoint(Line(k), heading_[0], block);
@@ -114,8 +115,8 @@ class LinesInWindowTest : public testing::Test {
           GeneralLineThrough(anchor_, by * line.point_world, by.rotation * line.direction_world);
       moved.assign(at.begin(), at.end());
     }
-    Eigen::VectorXd d(TangentSize(size));
-    BlockMinus(size, moved.data(), block, d.data());
+    Eigen::VectorXd d(kind.tangent_size);
+    BlockMinus(kind, moved.data(), block, d.data());
     return d;
   }
 
@@ -140,7 +141,7 @@ TEST_F(LinesInWindowTest, TheSolverFindsHeadingLinesAndPoints) {
     points_[k][2] *= 0.9;
   }
   const double delta[] = {0.03, -0.04, 0.02, 0.03};
-  BlockPlus(kGeneralLineSize, general.data(), delta, general_.data());
+  BlockPlus(kGeneralLineKind, general.data(), delta, general_.data());
   const SolverSummary summary =
       Solve(&terms_, Prior(), [&](const double* block) { return IsPose(block); },
             {.max_iterations = 30, .function_tolerance = 1e-12});
@@ -152,7 +153,7 @@ TEST_F(LinesInWindowTest, TheSolverFindsHeadingLinesAndPoints) {
     EXPECT_NEAR(structural_[k][1], structural[k][1], 1e-5);
   }
   Eigen::Vector4d off;
-  BlockMinus(kGeneralLineSize, general_.data(), general.data(), off.data());
+  BlockMinus(kGeneralLineKind, general_.data(), general.data(), off.data());
   EXPECT_LT(off.norm(), 1e-5);
 }
 
@@ -169,8 +170,8 @@ TEST_F(LinesInWindowTest, ThePriorKnowsNeitherHeadingNorPosition) {
     const RigidTransform by(ExpRotation({0, 0, yaw}), shift);
     Eigen::VectorXd all(prior.TangentTotal());
     for (size_t k = 0; k < prior.blocks.size(); ++k) {
-      all.segment(prior.TangentOffset(static_cast<int>(k)), TangentSize(prior.block_sizes[k])) =
-          Moved(prior.blocks[k], prior.block_sizes[k], by, yaw) / kStep;
+      all.segment(prior.TangentOffset(static_cast<int>(k)), prior.kinds[k].tangent_size) =
+          Moved(prior.blocks[k], prior.kinds[k], by, yaw) / kStep;
     }
     EXPECT_LT((prior.jacobian * all).norm(), 1e-4 * prior.jacobian.norm()) << "freedom " << freedom;
   }

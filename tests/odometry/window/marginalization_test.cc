@@ -24,16 +24,16 @@ struct Dense {
 Dense NormalEquations(const std::vector<Term>& terms, const Prior& prior) {
   Dense dense;
   int total = 0;
-  const auto meet = [&](double* block, int size) {
+  const auto meet = [&](double* block, const BlockKind& kind) {
     if (std::find(dense.blocks.begin(), dense.blocks.end(), block) != dense.blocks.end()) return;
     dense.blocks.push_back(block);
     dense.offsets.push_back(total);
-    total += TangentSize(size);
+    total += kind.tangent_size;
   };
-  for (size_t k = 0; k < prior.blocks.size(); ++k) meet(prior.blocks[k], prior.block_sizes[k]);
+  for (size_t k = 0; k < prior.blocks.size(); ++k) meet(prior.blocks[k], prior.kinds[k]);
   for (const Term& term : terms) {
     for (int k = 0; k < term.factor->blocks(); ++k) {
-      meet(term.blocks[k], term.factor->parameter_block_sizes()[k]);
+      meet(term.blocks[k], term.factor->kind(k));
     }
   }
   dense.h.setZero(total, total);
@@ -45,7 +45,7 @@ Dense NormalEquations(const std::vector<Term>& terms, const Prior& prior) {
   Eigen::MatrixXd j = Eigen::MatrixXd::Zero(prior.residual.size(), total);
   int column = 0;
   for (size_t k = 0; k < prior.blocks.size(); ++k) {
-    const int size = TangentSize(prior.block_sizes[k]);
+    const int size = prior.kinds[k].tangent_size;
     j.middleCols(dense.OffsetOf(prior.blocks[k]), size) = prior.jacobian.middleCols(column, size);
     column += size;
   }
@@ -97,7 +97,7 @@ TEST(Marginalize, IsTheSchurComplementOfTheNormalEquations) {
     std::vector<int> kept, dropped;
     for (size_t k = 0; k < prior.blocks.size(); ++k) {
       const int offset = dense.OffsetOf(prior.blocks[k]);
-      for (int d = 0; d < TangentSize(prior.block_sizes[k]); ++d) kept.push_back(offset + d);
+      for (int d = 0; d < prior.kinds[k].tangent_size; ++d) kept.push_back(offset + d);
     }
     for (int i = 0; i < dense.h.rows(); ++i) {
       if (std::find(kept.begin(), kept.end(), i) == kept.end()) dropped.push_back(i);
