@@ -11,6 +11,7 @@
 #include "apps/commands.h"
 #include "data/error.h"
 #include "data/progress.h"
+#include "data/version.h"
 
 namespace slcmap {
 namespace {
@@ -68,7 +69,7 @@ void SetUpLog(CLI::App& app) {
 int RunProgram(int argc, char** argv) {
   CLI::App app("Maps buildings from the images of a stereo camera and the samples of an IMU.");
   app.name("slcmap");
-  app.set_version_flag("--version", SLCMAP_VERSION);
+  app.set_version_flag("--version", kVersion);
   app.require_subcommand(1);
   SetUpLog(app);
   AddCommands(app);

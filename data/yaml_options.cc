@@ -1,5 +1,7 @@
 #include "data/yaml_options.h"
 
+#include <yaml-cpp/yaml.h>
+
 #include <cmath>
 #include <filesystem>
 #include <vector>
@@ -99,10 +101,10 @@ YamlSection YamlSection::FromFile(const std::string& path) {
   }
 }
 
-YamlSection::YamlSection(YAML::Node node, std::string place)
-    : node_(std::move(node)), place_(std::move(place)) {
-  if (node_.IsDefined() && !node_.IsNull() && !node_.IsMap()) {
-    throw ConfigError(place_ + ": found " + Shown(node_) + ", expected keys with values");
+YamlSection::YamlSection(const YAML::Node& node, std::string place)
+    : node_(std::make_shared<const YAML::Node>(node)), place_(std::move(place)) {
+  if (node_->IsDefined() && !node_->IsNull() && !node_->IsMap()) {
+    throw ConfigError(place_ + ": found " + Shown(node) + ", expected keys with values");
   }
 }
 
@@ -110,14 +112,14 @@ YamlSection YamlSection::Section(const std::string& key) {
   known_.insert(key);
   const std::string place = KeyPlace(place_, key);
   if (!Has(key)) return YamlSection(YAML::Node(), place);
-  return YamlSection(node_[key], place);
+  return YamlSection((*node_)[key], place);
 }
 
 std::vector<YamlSection> YamlSection::List(const std::string& key) {
   known_.insert(key);
   std::vector<YamlSection> sections;
   if (!Has(key)) return sections;
-  const YAML::Node list = node_[key];
+  const YAML::Node list = (*node_)[key];
   const std::string place = KeyPlace(place_, key);
   if (!list.IsSequence()) {
     throw ConfigError(place + ": found " + Shown(list) + ", expected a list");
@@ -130,21 +132,20 @@ std::vector<YamlSection> YamlSection::List(const std::string& key) {
 
 std::vector<std::string> YamlSection::Keys() {
   std::vector<std::string> keys;
-  for (const auto& entry : node_) keys.push_back(entry.first.Scalar());
+  for (const auto& entry : *node_) keys.push_back(entry.first.Scalar());
   known_.insert(keys.begin(), keys.end());
   return keys;
 }
 
 bool YamlSection::Has(const std::string& key) const {
-  const YAML::Node& node = node_;  // the const operator[] adds no key
-  return node.IsMap() && node[key].IsDefined();
+  return node_->IsMap() && (*node_)[key].IsDefined();  // the const operator[] adds no key
 }
 
 template <typename T>
 void YamlSection::Read(const std::string& key, T* value) {
   known_.insert(key);
   if (!Has(key)) return;
-  const YAML::Node found = node_[key];
+  const YAML::Node found = (*node_)[key];
   T read{};
   if (!Decode(found, &read) || !IsFinite(read)) {
     throw ConfigError(KeyPlace(place_, key) + ": found " + Shown(found) + ", expected " +
@@ -155,7 +156,7 @@ void YamlSection::Read(const std::string& key, T* value) {
 
 void YamlSection::Finish() const {
   std::set<std::string> seen;
-  for (const auto& entry : node_) {
+  for (const auto& entry : *node_) {
     const std::string key = entry.first.Scalar();
     const std::string place = KeyPlace(place_, key);
     if (!seen.insert(key).second) throw ConfigError(place + ": found twice, expected once");

@@ -1,13 +1,16 @@
 // Reads option structs from YAML that only overrides their defaults; an unknown key is an error.
 #pragma once
 
-#include <yaml-cpp/yaml.h>
-
+#include <memory>
 #include <set>
 #include <string>
 #include <vector>
 
 #include "data/error.h"
+
+namespace YAML {
+class Node;
+}
 
 namespace slcmap {
 
@@ -20,8 +23,8 @@ namespace slcmap {
 //   points.Finish();  root.Finish();
 class YamlSection {
  public:
-  static YamlSection FromFile(const std::string& path);  // throws ConfigError
-  YamlSection(YAML::Node node, std::string place);       // place: "file.yaml: key.key"
+  static YamlSection FromFile(const std::string& path);    // throws ConfigError
+  YamlSection(const YAML::Node& node, std::string place);  // place: "file.yaml: key.key"
 
   // The mapping under `key`; an empty one where the key is absent.
   YamlSection Section(const std::string& key);
@@ -44,7 +47,7 @@ class YamlSection {
   const std::string& place() const { return place_; }
 
  private:
-  YAML::Node node_;
+  std::shared_ptr<const YAML::Node> node_;  // the parser is a large header
   std::string place_;
   std::set<std::string> known_;
 };

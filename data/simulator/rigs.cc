@@ -30,10 +30,19 @@ class Normal {
   std::normal_distribution<double> normal_;
 };
 
+// The folder config/ beside an installed program, or that of the sources.
+std::string ConfigFolder() {
+  namespace fs = std::filesystem;
+  std::error_code error;
+  const fs::path program = fs::read_symlink("/proc/self/exe", error);
+  const fs::path installed = program.parent_path().parent_path() / "share/slcmap/config";
+  return fs::is_directory(installed, error) ? installed.string() : SLCMAP_CONFIG_FOLDER;
+}
+
 }  // namespace
 
 Rig ReadSimulatedRig(const std::string& name_or_path) {
-  const std::string named = std::string(SLCMAP_CONFIG_FOLDER) + "/rigs/" + name_or_path + ".yaml";
+  const std::string named = ConfigFolder() + "/rigs/" + name_or_path + ".yaml";
   const std::string path = std::filesystem::exists(named) ? named : name_or_path;
   if (!std::filesystem::is_regular_file(path)) {
     throw ConfigError("rig: found '" + name_or_path + "', expected euroc, tumvi or a file");

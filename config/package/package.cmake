@@ -1,0 +1,70 @@
+# What `cmake --install` and CPack make: the program (component `program`) and, for other programs,
+# libraries, headers and the files of find_package(slcmap) (component `development`).
+include(GNUInstallDirs)
+include(CMakePackageConfigHelpers)
+
+set(SLCMAP_HEADERS ${CMAKE_INSTALL_INCLUDEDIR}/slcmap-${PROJECT_VERSION})
+set(SLCMAP_CMAKE ${CMAKE_INSTALL_LIBDIR}/cmake/slcmap)
+
+install(TARGETS slcmap DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT program)
+install(DIRECTORY config/rigs config/scenes DESTINATION ${CMAKE_INSTALL_DATADIR}/slcmap/config
+  COMPONENT program)
+install(FILES README.md LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT program)
+
+# slcmap_install_libraries(PART TARGET...): slcmap_x is slcmap::x to those who find the package.
+function(slcmap_install_libraries part)
+  foreach(target ${ARGN})
+    string(REPLACE slcmap_ "" name ${target})
+    set_target_properties(${target} PROPERTIES EXPORT_NAME ${name})
+  endforeach()
+  install(TARGETS ${ARGN} EXPORT slcmap-${part}
+    DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT development
+    INCLUDES DESTINATION ${SLCMAP_HEADERS})
+  install(EXPORT slcmap-${part} FILE slcmap-${part}-targets.cmake NAMESPACE slcmap::
+    DESTINATION ${SLCMAP_CMAKE} COMPONENT development)
+endfunction()
+
+slcmap_install_libraries(odometry
+  slcmap_data slcmap_frontend slcmap_structure slcmap_run_folder slcmap_odometry)
+slcmap_install_libraries(mapping slcmap_mapping)
+slcmap_install_libraries(export slcmap_export)
+
+# Headers keep their places, so that includes read as they do here. The JSON parser and the
+# simulator's Embree stay inside.
+install(DIRECTORY data odometry mapping export DESTINATION ${SLCMAP_HEADERS} COMPONENT development
+  FILES_MATCHING PATTERN "*.h"
+  PATTERN data/simulator EXCLUDE
+  PATTERN data/json_file.h EXCLUDE
+  PATTERN images EXCLUDE)
+install(FILES ${PROJECT_BINARY_DIR}/generated/data/version.h DESTINATION ${SLCMAP_HEADERS}/data
+  COMPONENT development)
+
+set(SLCMAP_OPENCV_MODULES ${OpenCV_FIND_COMPONENTS})
+configure_package_config_file(config/package/slcmap-config.cmake.in
+  ${PROJECT_BINARY_DIR}/generated/slcmap-config.cmake INSTALL_DESTINATION ${SLCMAP_CMAKE})
+write_basic_package_version_file(${PROJECT_BINARY_DIR}/generated/slcmap-config-version.cmake
+  COMPATIBILITY SameMinorVersion)
+install(FILES
+  ${PROJECT_BINARY_DIR}/generated/slcmap-config.cmake
+  ${PROJECT_BINARY_DIR}/generated/slcmap-config-version.cmake
+  DESTINATION ${SLCMAP_CMAKE} COMPONENT development)
+
+# Two Debian packages: `cpack -G DEB` in the build folder.
+set(CPACK_GENERATOR DEB)
+set(CPACK_PACKAGE_CONTACT "The slcmap authors <slcmap@example.org>")
+set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "Maps buildings from a stereo camera and an IMU")
+set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
+set(CPACK_STRIP_FILES ON)
+set(CPACK_COMPONENTS_ALL program development)
+set(CPACK_DEB_COMPONENT_INSTALL ON)
+set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
+set(CPACK_DEBIAN_PACKAGE_SECTION science)
+set(CPACK_DEBIAN_PROGRAM_PACKAGE_NAME slcmap)
+set(CPACK_DEBIAN_PROGRAM_PACKAGE_SHLIBDEPS ON)
+set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_NAME libslcmap-dev)
+set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SECTION libdevel)
+# What slcmap-config.cmake looks for.
+set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS "libeigen3-dev (>= 3.4), libopencv-dev (>= 4.6), \
+libopencv-contrib-dev (>= 4.6), libceres-dev (>= 2.1), libyaml-cpp-dev, libspdlog-dev, libfmt-dev, \
+libpcl-dev (>= 1.13), liboctomap-dev, libtinygltf-dev")
+include(CPack)

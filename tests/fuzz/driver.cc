@@ -1,0 +1,114 @@
+// Drives a fuzz target without a fuzzing engine: every input of its corpus, then mutations of them
+// until the time is over, the same ones for the same seed.
+//
+//   NAME_fuzz SECONDS [CORPUS [SEED]]     mutates; CORPUS "" for the target's own inputs alone
+//   NAME_fuzz FILE                        runs one input, such as a finding
+//
+// An input that crashes, takes longer than ten seconds or more than 2 GB ends the program, and is
+// left in finding-NAME-SEED-RUN.
+#include <fcntl.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <csignal>
+#include <filesystem>
+#include <iostream>
+
+#include "tests/fuzz/fuzz_target.h"
+#include "tests/fuzz/mutator.h"
+
+namespace {
+
+constexpr int kSecondsAnInput = 10;
+constexpr long kMegabytes = 2048;
+
+// For the signal handler.
+std::string finding_path;
+std::string current_input;
+
+void KeepInput(int signal_number) {
+  const int file = open(finding_path.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644);
+  if (file >= 0 && write(file, current_input.data(), current_input.size()) >= 0) close(file);
+  std::signal(signal_number, SIG_DFL);
+  raise(signal_number);
+}
+
+// On a stack of its own, for where the other one has overflown. The address sanitizer reports what
+// it finds before it aborts, so the other signals are its own there.
+void HandleSignals() {
+  static std::vector<char> stack(1 << 16);
+  const stack_t other_stack{stack.data(), 0, stack.size()};
+  sigaltstack(&other_stack, nullptr);
+  struct sigaction action {};
+  action.sa_handler = KeepInput;
+  action.sa_flags = SA_ONSTACK;
+  for (const int signal_number : {SIGABRT, SIGALRM}) sigaction(signal_number, &action, nullptr);
+#ifndef __SANITIZE_ADDRESS__
+  for (const int signal_number : {SIGSEGV, SIGBUS, SIGFPE, SIGILL}) {
+    sigaction(signal_number, &action, nullptr);
+  }
+#endif
+}
+
+void RunInput(const std::string& input) {
+  current_input = input;
+  alarm(kSecondsAnInput);
+  LLVMFuzzerTestOneInput(reinterpret_cast<const uint8_t*>(input.data()), input.size());
+  alarm(0);
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  if (usage.ru_maxrss > kMegabytes * 1024) slcmap::fuzz::Finding("memory", "more than 2 GB");
+}
+
+std::vector<std::string> Corpus(const std::string& folder) {
+  std::vector<std::string> inputs = slcmap::fuzz::Seeds();
+  if (folder.empty()) return inputs;
+  for (std::string& input : slcmap::fuzz::FilesOf(folder)) inputs.push_back(std::move(input));
+  return inputs;
+}
+
+int64_t MutateFor(double seconds, const std::vector<std::string>& corpus, uint32_t seed,
+                  const std::string& name) {
+  slcmap::fuzz::Mutator mutator(seed);
+  const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(seconds);
+  int64_t runs = 0;
+  for (; std::chrono::steady_clock::now() < end; ++runs) {
+    finding_path = "finding-" + name + "-" + std::to_string(seed) + "-" + std::to_string(runs);
+    RunInput(
+        mutator.Mutate(corpus[mutator.Below(corpus.size())], corpus[mutator.Below(corpus.size())]));
+  }
+  return runs;
+}
+
+}  // namespace
+
+// Under the address sanitizer a finding ends by a signal too.
+extern "C" const char* __asan_default_options() {
+  return "abort_on_error=1:hard_rss_limit_mb=2500";
+}
+extern "C" const char* __ubsan_default_options() { return "halt_on_error=1:abort_on_error=1"; }
+
+int main(int argc, char** argv) {
+  if (argc < 2) {
+    std::cerr << "usage: " << argv[0] << " SECONDS [CORPUS [SEED]] | FILE\n";
+    return 2;
+  }
+  const std::string name = std::filesystem::path(argv[0]).filename().string();
+  finding_path = "finding-" + name;
+  if (std::filesystem::is_regular_file(argv[1])) {
+    RunInput(slcmap::ReadFile(argv[1]));
+    return 0;
+  }
+  HandleSignals();
+  const std::vector<std::string> corpus = Corpus(argc > 2 ? argv[2] : "");
+  if (corpus.empty()) {
+    std::cerr << name << ": found no input, expected some in the corpus\n";
+    return 2;
+  }
+  for (const std::string& input : corpus) RunInput(input);
+  const uint32_t seed = argc > 3 ? static_cast<uint32_t>(std::stoul(argv[3])) : 1;
+  const int64_t runs = MutateFor(std::stod(argv[1]), corpus, seed, name);
+  std::cout << name << ": " << corpus.size() << " inputs and " << runs << " mutations\n";
+}

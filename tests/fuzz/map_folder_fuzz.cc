@@ -1,0 +1,25 @@
+// A map folder, one of whose files is another.
+#include "mapping/map_folder.h"
+#include "mapping/mapping.h"
+#include "tests/fuzz/folder_target.h"
+#include "tests/testing/made_run.h"
+
+namespace {
+
+const slcmap::fuzz::FolderTarget& Target() {
+  static const slcmap::fuzz::FolderTarget target([](const std::string& folder) {
+    slcmap::MappingOptions options;
+    options.occupancy.resolution_m = 0.5;
+    slcmap::WriteMapFolder(folder, slcmap::BuildMap(slcmap::testing::MakeLineRun(), options));
+  });
+  return target;
+}
+
+}  // namespace
+
+std::vector<std::string> slcmap::fuzz::Seeds() { return Target().Seeds(); }
+
+extern "C" int LLVMFuzzerTestOneInput(const uint8_t* bytes, size_t size) {
+  Target().Run(bytes, size, [](const std::string& folder) { slcmap::ReadMapFolder(folder); });
+  return 0;
+}

@@ -1,0 +1,30 @@
+#!/usr/bin/env bash
+# Fuzzes readers under the address and undefined-behaviour sanitizers, one after the other. Inputs
+# that end a reader other than by an error of one line are left as finding-* in build-sanitize/.
+#
+#   tests/fuzz/run.sh SECONDS [NAME...]     of each; default: all targets
+set -euo pipefail
+
+cd "$(dirname "$0")/../.."
+seconds=${1:?SECONDS is missing}
+shift
+names=("$@")
+if [ ${#names[@]} -eq 0 ]; then
+  for file in tests/fuzz/*_fuzz.cc; do names+=("$(basename "$file" _fuzz.cc)"); done
+fi
+launcher=()
+if command -v ccache >/dev/null; then
+  launcher=(-DCMAKE_C_COMPILER_LAUNCHER=ccache -DCMAKE_CXX_COMPILER_LAUNCHER=ccache)
+fi
+cmake --preset sanitize "${launcher[@]}" >/dev/null
+cmake --build --preset sanitize --target "${names[@]/%/_fuzz}"
+
+found=0
+corpora=$PWD/tests/fuzz/corpus
+cd build-sanitize
+for name in "${names[@]}"; do
+  corpus=$corpora/$name
+  [ -d "$corpus" ] || corpus=""
+  tests/fuzz/"$name"_fuzz "$seconds" "$corpus" "$(date +%s)" || found=1
+done
+exit $found

@@ -1,0 +1,22 @@
+// A run folder, one of whose files is another.
+#include "odometry/run_folder.h"
+#include "tests/fuzz/folder_target.h"
+#include "tests/testing/made_run.h"
+
+namespace {
+
+const slcmap::fuzz::FolderTarget& Target() {
+  static const slcmap::fuzz::FolderTarget target([](const std::string& folder) {
+    slcmap::WriteRunFolder(folder, slcmap::testing::MakeLineRun());
+  });
+  return target;
+}
+
+}  // namespace
+
+std::vector<std::string> slcmap::fuzz::Seeds() { return Target().Seeds(); }
+
+extern "C" int LLVMFuzzerTestOneInput(const uint8_t* bytes, size_t size) {
+  Target().Run(bytes, size, [](const std::string& folder) { slcmap::ReadRunFolder(folder); });
+  return 0;
+}

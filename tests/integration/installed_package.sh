@@ -1,0 +1,59 @@
+#!/usr/bin/env bash
+# Installs a build into a folder of its own, and builds and runs against the installed files alone:
+# apps/example, and a program that includes every installed header.
+#
+#   installed_package.sh BUILD CXX
+set -euo pipefail
+
+build=$1
+cxx=$2
+source=$(cd "$(dirname "$0")/../.." && pwd)
+folder=$(mktemp -d)
+trap 'rm -rf "$folder"' EXIT
+prefix=$folder/prefix
+
+quietly() {
+  "$@" >"$folder/log" 2>&1 || { cat "$folder/log"; exit 1; }
+}
+fail() {
+  echo "$1"
+  exit 1
+}
+
+quietly cmake --install "$build" --prefix "$prefix"
+"$prefix/bin/slcmap" --version
+
+# Copied, so that nothing of the sources beside it can be found.
+cp -r "$source/apps/example" "$folder/example"
+quietly cmake -S "$folder/example" -B "$folder/example/build" -G Ninja \
+  -DCMAKE_BUILD_TYPE=Release -DCMAKE_CXX_COMPILER="$cxx" -DCMAKE_PREFIX_PATH="$prefix"
+quietly cmake --build "$folder/example/build"
+"$folder/example/build/live" >"$folder/poses"
+tail -n 3 "$folder/poses"
+awk '/^#/ { next }
+  { ++poses; error = $5 > $6 ? $5 - $6 : $6 - $5; if (error > worst) worst = error }
+  END { print poses " poses, off by at most " worst " m"; exit !(poses > 80 && worst < 0.02) }' \
+  "$folder/poses" || fail "expected more than 80 poses, each within 2 cm"
+
+# The whole package, with every header that it has.
+mkdir "$folder/whole"
+cp "$source/tests/integration/installed/CMakeLists.txt" "$folder/whole"
+(cd "$prefix/include"/slcmap-* && find . -name '*.h' | sort | sed 's|^\./\(.*\)|#include "\1"|') \
+  >"$folder/whole/headers"
+[ "$(wc -l <"$folder/whole/headers")" -gt 50 ] || fail "hardly any header is installed"
+{
+  cat "$folder/whole/headers"
+  echo '#include <cstdio>'
+  echo 'int main() {'
+  echo '  const slcmap::MapResult map = slcmap::BuildMap({}, {});'
+  echo '  std::printf("%zu formats, %zu points, version %s\n", slcmap::ExportFormats().size(),'
+  echo '              map.points.size(), slcmap::kVersion);'
+  echo '}'
+} >"$folder/whole/main.cc"
+quietly cmake -S "$folder/whole" -B "$folder/whole/build" -G Ninja \
+  -DCMAKE_BUILD_TYPE=Debug -DCMAKE_CXX_COMPILER="$cxx" -DCMAKE_PREFIX_PATH="$prefix"
+quietly cmake --build "$folder/whole/build"
+"$folder/whole/build/whole"
+if grep -rqF "$source" "$prefix/lib/cmake" "$prefix/include"; then
+  fail "installed files name the folder of the sources"
+fi
