@@ -25,7 +25,7 @@ function(slcmap_install_libraries part)
 endfunction()
 
 slcmap_install_libraries(odometry
-  slcmap_data slcmap_frontend slcmap_structure slcmap_run_folder slcmap_odometry)
+  slcmap_data slcmap_residuals slcmap_frontend slcmap_structure slcmap_run_folder slcmap_odometry)
 slcmap_install_libraries(mapping slcmap_mapping)
 slcmap_install_libraries(export slcmap_export)
 

@@ -37,6 +37,8 @@ TEST_F(CsvTableTest, WrongTablesAreNamed) {
               ThrowsMessage<DataError>(HasSubstr("row 1: found the columns 'id,y_m'")));
   EXPECT_THAT([&] { Read("id,x_m\n1\n"); },
               ThrowsMessage<DataError>(HasSubstr("row 2: found 1 columns, expected 2")));
+  EXPECT_THAT([&] { Read("id,x_m\n1,2,3\n"); },
+              ThrowsMessage<DataError>(HasSubstr("row 2: found 3 columns, expected 2")));
   EXPECT_THROW(CsvTable::Read(folder_.Path("none.csv"), "id"), DataError);
 }
 
