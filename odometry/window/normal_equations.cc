@@ -189,13 +189,13 @@ void NormalEquations::Eliminate(PointSystem* point, double radius, Eigen::Matrix
   }
 }
 
-double NormalEquations::SolveDamped(double radius) {
+std::optional<double> NormalEquations::SolveDamped(double radius) {
   Eigen::MatrixXd reduced = hessian_;
   Eigen::VectorXd right = gradient_;
   for (int i = 0; i < total_; ++i) reduced(i, i) += Damping(hessian_(i, i), radius);
   for (PointSystem& point : points_) Eliminate(&point, radius, &reduced, &right);
   const Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>, Eigen::Lower> cholesky(reduced);
-  if (total_ > 0 && cholesky.info() != Eigen::Success) return 0;
+  if (total_ > 0 && cholesky.info() != Eigen::Success) return std::nullopt;
   step_ = -right;
   if (total_ > 0) cholesky.solveInPlace(step_);
   for (PointSystem& point : points_) {
@@ -210,8 +210,9 @@ double NormalEquations::SolveDamped(double radius) {
   return PredictedDecrease(radius);
 }
 
-// With (H + D) dx = -g, the model's decrease is -g.dx - dx.H.dx / 2 = (-g.dx + dx.D.dx) / 2.
-double NormalEquations::PredictedDecrease(double radius) const {
+// With (H + D) dx = -g, the model's decrease is -g.dx - dx.H.dx / 2 = (-g.dx + dx.D.dx) / 2: never
+// negative where H + D is positive definite.
+std::optional<double> NormalEquations::PredictedDecrease(double radius) const {
   double sum = -gradient_.dot(step_);
   for (int i = 0; i < total_; ++i) sum += Damping(hessian_(i, i), radius) * step_[i] * step_[i];
   for (const PointSystem& point : points_) {
@@ -220,7 +221,8 @@ double NormalEquations::PredictedDecrease(double radius) const {
       sum += Damping(point.hessian(i, i), radius) * point.step[i] * point.step[i];
     }
   }
-  return std::isfinite(sum) ? 0.5 * sum : 0;
+  if (!std::isfinite(sum) || sum < 0) return std::nullopt;
+  return 0.5 * sum;
 }
 
 void NormalEquations::Apply() {

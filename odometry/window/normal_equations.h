@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <functional>
+#include <optional>
 #include <unordered_map>
 #include <vector>
 
@@ -23,8 +24,9 @@ class NormalEquations {
   void Linearize();
 
   // Solves with a damping of diag(H) / radius. Returns the decrease of the cost that the linear
-  // model predicts; not positive where the system cannot be solved.
-  double SolveDamped(double radius);
+  // model predicts, zero at a minimum; nothing where the system cannot be solved. There is then no
+  // solution to apply.
+  std::optional<double> SolveDamped(double radius);
 
   // Moves the blocks by the last solution; Undo() takes that back.
   void Apply();
@@ -59,7 +61,7 @@ class NormalEquations {
   void Eliminate(PointSystem* point, double radius, Eigen::MatrixXd* hessian,
                  Eigen::VectorXd* gradient);
   Eigen::VectorXd PriorDifference() const;
-  double PredictedDecrease(double radius) const;
+  std::optional<double> PredictedDecrease(double radius) const;
 
   const std::vector<Term>& terms_;
   const Prior& prior_;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "odometry/window/normal_equations.h"
 
@@ -27,6 +28,18 @@ class TrustRegion {
   double radius_ = 1e4, shrink_ = 2;
 };
 
+// The predicted decrease of the cost, with more damping as long as the system cannot be solved:
+// diag(H) / 1e4 may be lost in the rounding of H. Nothing where damping does not help.
+std::optional<double> SolveDamped(NormalEquations* equations, TrustRegion* region) {
+  constexpr int kMaxAttempts = 6;
+  for (int attempt = 0; attempt < kMaxAttempts; ++attempt) {
+    const std::optional<double> predicted = equations->SolveDamped(region->radius());
+    if (predicted) return predicted;
+    region->Reject();
+  }
+  return std::nullopt;
+}
+
 }  // namespace
 
 SolverSummary Solve(std::vector<Term>* terms, const Prior& prior,
@@ -44,24 +57,24 @@ SolverSummary Solve(std::vector<Term>* terms, const Prior& prior,
   while (!stop && summary.iterations < options.max_iterations) {
     if (rejections == 0) equations.Linearize();
     ++summary.iterations;
-    const double predicted = equations.SolveDamped(region.radius());
-    double cost = summary.final_cost;
-    double gain_ratio = 0;
-    if (predicted > 0) {
-      equations.Apply();
-      cost = equations.Cost();
-      gain_ratio = (summary.final_cost - cost) / predicted;
+    const std::optional<double> predicted = SolveDamped(&equations, &region);
+    if (!predicted) {
+      summary.usable = false;
+      break;
     }
+    equations.Apply();
+    const double cost = equations.Cost();
+    const double gain_ratio = *predicted > 0 ? (summary.final_cost - cost) / *predicted : 0;
     if (std::isfinite(cost) && gain_ratio > kMinGainRatio) {
       stop = summary.final_cost - cost <= options.function_tolerance * summary.final_cost;
       summary.final_cost = cost;
       region.Accept(gain_ratio);
       rejections = 0;
     } else {
-      if (predicted > 0) equations.Undo();
+      equations.Undo();
       region.Reject();
       stop = ++rejections > kMaxRejections ||
-             predicted <= options.function_tolerance * summary.final_cost;
+             *predicted <= options.function_tolerance * summary.final_cost;
     }
   }
   return summary;

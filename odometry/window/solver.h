@@ -14,8 +14,10 @@ struct SolverOptions {
 };
 
 struct SolverSummary {
-  bool usable = false;  // false where nothing finite was found; the blocks are then as they were
-  int iterations = 0;   // linear systems that were built
+  // False where the cost is not finite, or a linear system could not be solved however much it was
+  // damped. The blocks are then where the last step that lowered the cost has left them.
+  bool usable = false;
+  int iterations = 0;  // steps that were tried
   double initial_cost = 0, final_cost = 0;
 };
 
