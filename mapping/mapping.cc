@@ -28,7 +28,7 @@ MapResult BuildMap(const OdometryRun& run, const MappingOptions& options,
     stopped = stopped || !progress.Report(done);
     return !stopped;
   });
-  map.trajectory = RefineTrajectory(run.states, run.keyframes);
+  map.trajectory = RefineTrajectory(run.states, run.keyframes, &map.warnings);
   map.keyframes = KeyframeTrajectory(run.keyframes);
   map.points = FuseLandmarks(SelectLandmarks(run.landmarks, options.cloud), options.cloud,
                              watched.Part(0, kFused));

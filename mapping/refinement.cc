@@ -1,5 +1,7 @@
 #include "mapping/refinement.h"
 
+#include <spdlog/spdlog.h>
+
 #include <algorithm>
 #include <map>
 #include <optional>
@@ -38,15 +40,25 @@ RigidTransform CorrectionAt(const Corrections& corrections, int64_t stamp_ns) {
 }  // namespace
 
 Trajectory RefineTrajectory(const std::vector<OnlineState>& states,
-                            const std::vector<Keyframe>& keyframes) {
+                            const std::vector<Keyframe>& keyframes,
+                            std::map<std::string, int64_t>* warnings) {
   const std::map<int, Corrections> corrections = CorrectionsOfSegments(states, keyframes);
   Trajectory trajectory;
+  int64_t unrefined = 0;
   for (const OnlineState& state : states) {
     const auto segment = corrections.find(state.segment);
-    const RigidTransform correction = segment == corrections.end()
-                                          ? RigidTransform()
-                                          : CorrectionAt(segment->second, state.stamp_ns);
+    const bool known = segment != corrections.end();
+    unrefined += !known;
+    const RigidTransform correction =
+        known ? CorrectionAt(segment->second, state.stamp_ns) : RigidTransform();
     trajectory.push_back({state.stamp_ns, correction * state.T_world_imu});
+  }
+  if (unrefined > 0) {
+    (*warnings)["poses not refined: no keyframe of their segment has the stamp of a state"] +=
+        unrefined;
+    spdlog::warn(
+        "{} of {} poses not refined: no keyframe of their segment has the stamp of a state",
+        unrefined, states.size());
   }
   return trajectory;
 }

@@ -140,11 +140,12 @@ class Odometry::Impl {
     OdometryRun run;
     run.method = MethodName(options_.method);
     run.rectified_rig = rectifier_.rectified_rig();
-    run.states = states_;
     run.warnings = warnings_;
     if (!pending_.empty())
       run.warnings["images whose IMU samples did not arrive"] = std::ssize(pending_);
     estimator_.Describe(&run);
+    ToCameraClock(&run);
+    run.states = states_;
     run.timings.stages = estimator_.clock()->Stages();
     return WithoutNonFinite(std::move(run));
   }
@@ -174,8 +175,18 @@ class Odometry::Impl {
 
   void Take(std::optional<OnlineState> state) {
     if (!state) return;
-    state->stamp_ns -= CameraTimeOffset_ns();
+    state->stamp_ns = StampOnCameraClock(state->stamp_ns);
     states_.push_back(*state);
+  }
+
+  // All stamps that the estimator gives a run.
+  void ToCameraClock(OdometryRun* run) const {
+    for (Keyframe& keyframe : run->keyframes) {
+      keyframe.stamp_ns = StampOnCameraClock(keyframe.stamp_ns);
+    }
+    for (ManhattanWorld& world : run->manhattan_worlds) {
+      world.found_at_ns = StampOnCameraClock(world.found_at_ns);
+    }
   }
 
   // Those that were not returned yet.
@@ -233,6 +244,9 @@ class Odometry::Impl {
 
   int64_t StampOnImuClock(const StereoImage& image) const {
     return image.stamp_ns + CameraTimeOffset_ns();
+  }
+  int64_t StampOnCameraClock(int64_t imu_stamp_ns) const {
+    return imu_stamp_ns - CameraTimeOffset_ns();
   }
 
   int64_t CameraTimeOffset_ns() const { return ToNanoseconds(rig_.camera_time_offset_s); }

@@ -81,7 +81,8 @@ class Estimator {
   // Whether the IMU and the last state say that the rig rests from the last image to the stamp.
   bool RestsUntil(int64_t stamp_ns) const;
 
-  // What was estimated so far; `run` holds all but states and timings.
+  // What was estimated so far; `run` holds all but states and timings. Stamps are on the IMU's
+  // clock.
   void Describe(OdometryRun* run) const;
   const SlidingWindow& window() const { return window_; }
   SlidingWindow* mutable_window() { return &window_; }

@@ -6,6 +6,7 @@
 #include <spdlog/sinks/base_sink.h>
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <functional>
 #include <map>
@@ -84,9 +85,10 @@ Result Play(const Recording& recording, const std::vector<StereoImage>& images, 
   Odometry odometry(recording.rig, recording.options, threads);
   Result result;
   size_t next = 0;
+  const int64_t offset_ns = ToNanoseconds(recording.rig.camera_time_offset_s);
   for (const StereoImage& image : images) {
     while (next < recording.imu.size() &&
-           (next == 0 || recording.imu[next - 1].stamp_ns < image.stamp_ns)) {
+           (next == 0 || recording.imu[next - 1].stamp_ns < image.stamp_ns + offset_ns)) {
       odometry.AddImu(recording.imu[next++]);
     }
     for (const OnlineState& state : odometry.AddStereo(image)) result.states.push_back(state);
@@ -185,13 +187,18 @@ void ExpectSame(const Result& a, const Result& b) {
   }
 }
 
-// A room whose walls have edges, and lines that are reported although the images are small.
+// A room whose walls have edges, and lines although the images are small.
 Recording MakeRecordingWithLines() {
   Recording recording = MakeRecording(2.0);
   recording.options.method = Method::kSlc;
   recording.options.lines.detector.min_length_px = 20;
-  recording.options.line_landmarks.max_sigma_m = 0.1;
   return recording;
+}
+
+void AcceptAnyHeading(ManhattanOptions* manhattan) {
+  manhattan->min_length_px = 15;
+  manhattan->min_images = manhattan->min_images_below = 2;
+  manhattan->min_mean_length_px = manhattan->min_share = manhattan->min_minor_share = 0;
 }
 
 class ThreadsChangeNothing : public ::testing::Test {
@@ -248,6 +255,75 @@ TEST_F(ThreadsChangeNothing, WhereTheEstimateFails) {
   const Result result = PlayWithOneAndTwo(recording, recording.images);
   EXPECT_GE(result.Count("segments ended by an impossible speed"), 1);
 }
+
+// The camera's clock is behind the IMU's, or ahead of it.
+class OdometryWithTimeOffset : public ThreadsChangeNothing,
+                               public ::testing::WithParamInterface<int64_t> {
+ protected:
+  static Recording OnImuClock() {
+    Recording recording = *recording_;
+    AcceptAnyHeading(&recording.options.manhattan);
+    return recording;
+  }
+  // The recording as a camera with such a clock has it.
+  static Recording OnCameraClock() {
+    Recording recording = OnImuClock();
+    recording.rig.camera_time_offset_s = ToSeconds(GetParam());
+    for (StereoImage& image : recording.images) image.stamp_ns -= GetParam();
+    return recording;
+  }
+};
+
+TEST_P(OdometryWithTimeOffset, TheWholeRunIsOnTheCamerasClockAndElseTheSame) {
+  const Recording late = OnCameraClock(), exact = OnImuClock();
+  const Result result = Play(late, late.images), expected = Play(exact, exact.images);
+  ASSERT_EQ(result.run.states.size(), expected.run.states.size());
+  for (size_t i = 0; i < expected.run.states.size(); ++i) {
+    const OnlineState &state = result.run.states[i], &other = expected.run.states[i];
+    EXPECT_EQ(state.stamp_ns, other.stamp_ns - GetParam());
+    EXPECT_EQ(state.T_world_imu.translation, other.T_world_imu.translation);
+  }
+  ASSERT_EQ(result.run.keyframes.size(), expected.run.keyframes.size());
+  for (size_t i = 0; i < expected.run.keyframes.size(); ++i) {
+    const Keyframe &keyframe = result.run.keyframes[i], &other = expected.run.keyframes[i];
+    EXPECT_EQ(keyframe.stamp_ns, other.stamp_ns - GetParam());
+    EXPECT_EQ(keyframe.T_world_imu.translation, other.T_world_imu.translation);
+  }
+  ASSERT_EQ(result.run.manhattan_worlds.size(), expected.run.manhattan_worlds.size());
+  ASSERT_FALSE(expected.run.manhattan_worlds.empty());
+  for (size_t i = 0; i < expected.run.manhattan_worlds.size(); ++i) {
+    EXPECT_EQ(result.run.manhattan_worlds[i].found_at_ns,
+              expected.run.manhattan_worlds[i].found_at_ns - GetParam());
+  }
+}
+
+// Standing still, a gap that ends a segment, and a camera that hangs.
+TEST_P(OdometryWithTimeOffset, KeyframesHaveTheStampsOfImagesWhateverHappens) {
+  const Recording late = OnCameraClock();
+  auto images = Hanging(late.images, 1.5, 2.0, true, true);
+  std::erase_if(images, [&](const StereoImage& image) {
+    const double t_s = ToSeconds(image.stamp_ns - late.images.front().stamp_ns);
+    return t_s > 2.2 && t_s < 4.3;
+  });
+  const Result result = Play(late, images);
+  EXPECT_EQ(result.Count(kLeftHangs), 10);
+  EXPECT_EQ(result.run.states.back().segment, 1);
+  const auto is_of_image = [&](int64_t stamp_ns) {
+    return std::ranges::find(images, stamp_ns, &StereoImage::stamp_ns) != images.end();
+  };
+  std::map<int, int> matched;  // keyframes with the stamp of a state, by segment
+  for (const Keyframe& keyframe : result.run.keyframes) {
+    EXPECT_TRUE(is_of_image(keyframe.stamp_ns)) << keyframe.id;
+    matched[keyframe.segment] += std::ranges::find(result.states, keyframe.stamp_ns,
+                                                   &OnlineState::stamp_ns) != result.states.end();
+  }
+  EXPECT_GT(matched[0], 2);
+  EXPECT_GT(matched[1], 0);
+  EXPECT_TRUE(std::ranges::all_of(result.states, is_of_image, &OnlineState::stamp_ns));
+}
+
+INSTANTIATE_TEST_SUITE_P(Clocks, OdometryWithTimeOffset,
+                         ::testing::Values(20'000'000, -20'000'000));
 
 TEST_F(OdometryOnImages, WhatADecoderThrowsComesOutOfAddStereo) {
   Recording recording = *recording_;
@@ -307,10 +383,7 @@ class LoggerInstead {
 
 TEST_F(ThreadsChangeNothing, WhatTheOptimisationThrowsComesOutOfAddStereo) {
   Recording recording = *recording_;
-  ManhattanOptions& manhattan = recording.options.manhattan;  // so that any heading will do
-  manhattan.min_length_px = 15;
-  manhattan.min_images = manhattan.min_images_below = 2;
-  manhattan.min_mean_length_px = manhattan.min_share = manhattan.min_minor_share = 0;
+  AcceptAnyHeading(&recording.options.manhattan);
   for (const int threads : {1, 2}) {
     const auto sink = std::make_shared<ThrowingSink>();
     const LoggerInstead logger(sink);
