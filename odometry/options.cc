@@ -73,8 +73,14 @@ constexpr OptionTable kWindow{
     Option{"first_accel_bias_sigma_m_s2", &WindowOptions::first_accel_bias_sigma_m_s2, 1e-8,
            100.0}};
 
-void WindowOptions::Check() const { kWindow.Check("window", *this); }
-void WindowOptions::Read(YamlSection section) { kWindow.Read(section, this); }
+void WindowOptions::Check() const {
+  kWindow.Check("window", *this);
+  triangulation.Check();
+}
+void WindowOptions::Read(YamlSection section) {
+  triangulation.Read(section.Section("triangulation"));
+  kWindow.Read(section, this);
+}
 
 constexpr OptionTable kKeyframe{
     Option{"min_parallax_px", &KeyframeOptions::min_parallax_px, 0.1, 1000.0},
@@ -112,7 +118,6 @@ void FailureOptions::Check() const { kFailure.Check("failure", *this); }
 void FailureOptions::Read(YamlSection section) { kFailure.Read(section, this); }
 
 constexpr OptionTable kManhattan{
-    Option{"end_sigma_px", &ManhattanOptions::end_sigma_px, 0.01, 20.0},
     Option{"tilt_sigma_rad", &ManhattanOptions::tilt_sigma_rad, 1e-06, 0.2},
     Option{"min_length_px", &ManhattanOptions::min_length_px, 1.0, 10000.0},
     Option{"full_weight_px", &ManhattanOptions::full_weight_px, 1.0, 10000.0},
@@ -159,6 +164,34 @@ constexpr OptionTable kPointsOnLines{
 void PointsOnLinesOptions::Check() const { kPointsOnLines.Check("points_on_lines", *this); }
 void PointsOnLinesOptions::Read(YamlSection section) { kPointsOnLines.Read(section, this); }
 
+namespace {
+
+// Throws ConfigError unless the least value of an option is below the largest.
+void CheckOrder(const std::string& section, const char* least_key, double least,
+                const char* largest_key, double largest) {
+  if (least < largest) return;
+  std::ostringstream message;
+  message << section << "." << least_key << ": found " << least << ", expected less than "
+          << largest_key << ", which is " << largest;
+  throw ConfigError(message.str());
+}
+
+}  // namespace
+
+constexpr OptionTable kPointTriangulation{
+    Option{"min_parallax_rad", &PointTriangulationOptions::min_parallax_rad, 0.0, 1.0},
+    Option{"max_residual_sigma", &PointTriangulationOptions::max_residual_sigma, 0.1, 1000.0},
+    Option{"min_depth_m", &PointTriangulationOptions::min_depth_m, 1e-3, 100.0},
+    Option{"max_depth_m", &PointTriangulationOptions::max_depth_m, 0.1, 1e5}};
+
+void PointTriangulationOptions::Check() const {
+  kPointTriangulation.Check("window.triangulation", *this);
+  CheckOrder("window.triangulation", "min_depth_m", min_depth_m, "max_depth_m", max_depth_m);
+}
+void PointTriangulationOptions::Read(YamlSection section) {
+  kPointTriangulation.Read(section, this);
+}
+
 constexpr OptionTable kLineTriangulation{
     Option{"max_relative_sigma", &LineTriangulationOptions::max_relative_sigma, 1e-3, 10.0},
     Option{"max_direction_sigma_rad", &LineTriangulationOptions::max_direction_sigma_rad, 1e-3,
@@ -169,11 +202,8 @@ constexpr OptionTable kLineTriangulation{
 
 void LineTriangulationOptions::Check() const {
   kLineTriangulation.Check("line_landmarks.triangulation", *this);
-  if (min_distance_m < max_distance_m) return;
-  std::ostringstream message;
-  message << "line_landmarks.triangulation.min_distance_m: found " << min_distance_m
-          << ", expected less than max_distance_m, which is " << max_distance_m;
-  throw ConfigError(message.str());
+  CheckOrder("line_landmarks.triangulation", "min_distance_m", min_distance_m, "max_distance_m",
+             max_distance_m);
 }
 void LineTriangulationOptions::Read(YamlSection section) { kLineTriangulation.Read(section, this); }
 
@@ -188,15 +218,18 @@ constexpr OptionTable kLineLandmark{
     Option{"min_keyframes", &LineLandmarkOptions::min_keyframes, 1, 100},
     Option{"min_general_keyframes", &LineLandmarkOptions::min_general_keyframes, 1, 100},
     Option{"general_lines", &LineLandmarkOptions::general_lines, false, true},
-    Option{"merge_distance_m", &LineLandmarkOptions::merge_distance_m, 0.0, 1.0},
+    Option{"merge_sigmas", &LineLandmarkOptions::merge_sigmas, 0.0, 100.0},
+    Option{"min_merge_distance_m", &LineLandmarkOptions::min_merge_distance_m, 0.0, 1.0},
+    Option{"max_merge_distance_m", &LineLandmarkOptions::max_merge_distance_m, 0.0, 1.0},
+    Option{"max_apart_sigmas", &LineLandmarkOptions::max_apart_sigmas, 0.0, 1e6},
     Option{"point_sigma_m", &LineLandmarkOptions::point_sigma_m, 1e-4, 10.0},
     Option{"max_member_sigma_m", &LineLandmarkOptions::max_member_sigma_m, 1e-4, 100.0},
-    Option{"max_sigma_m", &LineLandmarkOptions::max_sigma_m, 1e-4, 100.0},
-    Option{"min_observations", &LineLandmarkOptions::min_observations, 1, 10000},
     Option{"max_unseen", &LineLandmarkOptions::max_unseen, 0, 1000}};
 
 void LineLandmarkOptions::Check() const {
   kLineLandmark.Check("line_landmarks", *this);
+  CheckOrder("line_landmarks", "min_merge_distance_m", min_merge_distance_m, "max_merge_distance_m",
+             max_merge_distance_m);
   triangulation.Check();
 }
 void LineLandmarkOptions::Read(YamlSection section) {

@@ -35,6 +35,16 @@ struct PointTrackerOptions {
   void Read(YamlSection section);
 };
 
+// When the place of a point is known; see window/triangulation.h.
+struct PointTriangulationOptions {
+  double min_parallax_rad = 0.01;  // between the host's ray and some other one
+  double max_residual_sigma = 4;   // RMS of the reprojections, in standard deviations
+  double min_depth_m = 0.1;
+  double max_depth_m = 300;
+  void Check() const;
+  void Read(YamlSection section);
+};
+
 struct WindowOptions {
   int max_keyframes = 10;
   double point_sigma_px = 0.4;      // of a measured coordinate
@@ -49,6 +59,7 @@ struct WindowOptions {
   double first_velocity_sigma_m_s = 2.0;
   double first_gyro_bias_sigma_rad_s = 0.1;
   double first_accel_bias_sigma_m_s2 = 0.2;
+  PointTriangulationOptions triangulation;
   void Check() const;
   void Read(YamlSection section);
 };
@@ -130,7 +141,6 @@ struct LineTrackerOptions {
 
 // Search for the headings of a building; see structure/manhattan_detector.h.
 struct ManhattanOptions {
-  double end_sigma_px = 0.5;      // of a segment's ends, across it
   double tilt_sigma_rad = 0.003;  // of the camera's poses against the vertical
   // Which segments vote.
   double min_length_px = 25;
@@ -162,7 +172,10 @@ struct ManhattanOptions {
 
 // To which direction of a building a line belongs; see structure/line_classifier.h.
 struct LineClassifierOptions {
-  double end_sigma_px = 0.5;           // of a segment's ends, across it
+  // Of a segment's ends, across it, where one image alone has to say what the segment follows; of
+  // the votes for headings too. What lenses and edges leave uncorrected does not average out there,
+  // so it is more than LineLandmarkOptions::sigma_px, the weight of one observation among many.
+  double end_sigma_px = 0.5;
   double direction_sigma_rad = 0.004;  // of the building's directions in the camera
   double max_sigmas = 3;               // between a line and the direction that it belongs to
   double max_angle_rad = 0.05;         // the same, however uncertain the line
@@ -197,7 +210,7 @@ struct LineTriangulationOptions {
 
 // Lines as landmarks of the window.
 struct LineLandmarkOptions {
-  double sigma_px = 0.2;    // of a segment's end, across the line
+  double sigma_px = 0.2;    // of a segment's end, across the estimated line
   double loss_sigma = 1.5;  // where the robust loss turns
   double max_chi2 = 16.0;   // of one camera's observation (2 rows) that is kept
   // The same, of the left observations of a line in the window. Observations scatter by a third of
@@ -209,15 +222,19 @@ struct LineLandmarkOptions {
   int min_keyframes = 2;             // keyframes that saw a line before it is estimated
   int min_general_keyframes = 4;     // the same for a line of no axis
   bool general_lines = false;        // also lines of no axis, with structural and slc
-  double merge_distance_m = 0.03;    // two lines of one axis nearer than this are one
-  double point_sigma_m = 0.01;       // of a point's distance from the line it belongs to
+  // Two lines of one axis are one where their distance is within so many standard deviations of
+  // their places against each other, or below a least distance (conditional covariances make little
+  // of what the lines share with the poses), and never above the largest: jambs of doors are 5 to
+  // 8 cm wide.
+  double merge_sigmas = 3;
+  double min_merge_distance_m = 0.015;
+  double max_merge_distance_m = 0.04;
+  double max_apart_sigmas = 10;  // of sigma_px: seen side by side in one image they are two
+  double point_sigma_m = 0.01;   // of a point's distance from the line it belongs to
   // How well a point and its line have to be known against each other, until it counts that they
   // agree.
   double max_member_sigma_m = 0.015;
-  // Of the lines that the run reports: how well they must be known, and be seen.
-  double max_sigma_m = 0.007;  // of the line's middle, across it
-  int min_observations = 4;    // keyframes that saw it
-  int max_unseen = 20;         // lines that are kept though the window sees them no longer
+  int max_unseen = 20;  // lines that are kept though the window sees them no longer
   LineTriangulationOptions triangulation;
   void Check() const;
   void Read(YamlSection section);

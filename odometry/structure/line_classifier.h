@@ -25,7 +25,11 @@ struct StructuralDirection {
 };
 std::vector<StructuralDirection> StructuralDirections(const std::vector<double>& headings_rad);
 
-// A class is given only when one direction fits and no other one could.
+// A class is given only when one direction fits and no other one could: a line that is taken for
+// another axis bends all that it touches. Two more places ask which direction a segment follows,
+// and are less strict on purpose. The votes of the ManhattanDetector are cast where no direction is
+// known yet, and many decide together. The frontend's AxisOf() only prefers segments to track; this
+// class judges them once they have been seen often enough.
 class LineClassifier {
  public:
   // focal_px: of the rectified left camera. Throws ConfigError on options out of range.
@@ -36,12 +40,6 @@ class LineClassifier {
   std::optional<LineClass> Classify(const LineSegment& segment,
                                     const Eigen::Matrix3d& R_world_camera,
                                     const std::vector<double>& headings_rad) const;
-
-  // The class of a line whose direction in space (unit; either sign) is known with a covariance
-  // (its part along the direction does not matter).
-  std::optional<LineClass> ClassifyDirection(const Eigen::Vector3d& d_world,
-                                             const Eigen::Matrix3d& covariance,
-                                             const std::vector<double>& headings_rad) const;
 
  private:
   LineClassifierOptions options_;

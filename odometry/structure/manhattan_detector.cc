@@ -181,8 +181,9 @@ HeadingEvidence Weigh(const ManhattanOptions& options, const Images& images, dou
 
 }  // namespace
 
-ManhattanDetector::ManhattanDetector(const ManhattanOptions& options, double focal_px)
-    : options_(options), focal_px_(focal_px) {
+ManhattanDetector::ManhattanDetector(const ManhattanOptions& options, double end_sigma_px,
+                                     double focal_px)
+    : options_(options), end_sigma_(end_sigma_px / focal_px), focal_px_(focal_px) {
   options_.Check();
 }
 
@@ -190,8 +191,7 @@ std::vector<HeadingEvidence> ManhattanDetector::AddImage(const std::vector<LineS
                                                          const Eigen::Matrix3d& R_world_camera) {
   std::vector<Vote> votes;
   for (const LineSegment& segment : segments) {
-    const InterpretationPlane plane =
-        PlaneOfSegment(segment, options_.end_sigma_px / focal_px_).Rotated(R_world_camera);
+    const InterpretationPlane plane = PlaneOfSegment(segment, end_sigma_).Rotated(R_world_camera);
     const auto vote = VoteOf(options_, plane, segment.Length() * focal_px_);
     if (vote) votes.push_back(*vote);
   }

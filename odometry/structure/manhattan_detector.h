@@ -30,8 +30,9 @@ struct HeadingEvidence {
 // section 3.3, has vanishing points instead). Votes of all images of a memory are taken together.
 class ManhattanDetector {
  public:
-  // focal_px: of the rectified left camera. Throws ConfigError on options out of range.
-  ManhattanDetector(const ManhattanOptions& options, double focal_px);
+  // end_sigma_px: standard deviation of a segment's ends, across it. focal_px: of the rectified
+  // left camera. Throws ConfigError on options out of range.
+  ManhattanDetector(const ManhattanOptions& options, double end_sigma_px, double focal_px);
 
   // The segments of a keyframe's left image on the plane z = 1, the more the better, and the
   // rotation of that camera in a world whose z is up. Returns headings that are now certain and
@@ -62,6 +63,7 @@ class ManhattanDetector {
   bool IsCertain(const HeadingEvidence& evidence) const;
 
   ManhattanOptions options_;
+  double end_sigma_;  // on the plane z = 1
   double focal_px_;
   std::deque<std::vector<Vote>> images_;
   std::vector<double> known_headings_rad_;

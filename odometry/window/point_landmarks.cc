@@ -29,10 +29,11 @@ void RegisterPoints(FrameState* frame, WindowState* window) {
   }
 }
 
-void TriangulatePoints(const StereoGeometry& geometry, WindowState* window) {
+void TriangulatePoints(const PointTriangulationOptions& options, const StereoGeometry& geometry,
+                       WindowState* window) {
   for (auto& [id, landmark] : window->landmarks) {
     if (landmark.triangulated) continue;
-    const auto inverse_depth = TriangulateInverseDepth(landmark, geometry, {});
+    const auto inverse_depth = TriangulateInverseDepth(landmark, geometry, options);
     landmark.triangulated = inverse_depth.has_value();
     if (!inverse_depth) continue;
     const Vector2d& left = landmark.host()->measurements.at(id).left;

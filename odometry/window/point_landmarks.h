@@ -4,6 +4,7 @@
 #include <unordered_set>
 #include <utility>
 
+#include "odometry/options.h"
 #include "odometry/run.h"
 #include "odometry/window/problem_builder.h"
 
@@ -13,7 +14,8 @@ namespace slcmap {
 void RegisterPoints(FrameState* frame, WindowState* window);
 
 // Triangulates what is not yet, where its observations allow it.
-void TriangulatePoints(const StereoGeometry& geometry, WindowState* window);
+void TriangulatePoints(const PointTriangulationOptions& options, const StereoGeometry& geometry,
+                       WindowState* window);
 
 // Squared whitened residuals of one observation, left and right apart (right 0 where it was not
 // seen).

@@ -56,9 +56,9 @@ FinishedIds SlidingWindow::Start(std::vector<std::unique_ptr<FrameState>> frames
   }
   FrameState* newest = state_.frames.back().get();
   SetFirstPrior();
-  TriangulatePoints(model_.geometry, &state_);
+  TriangulatePoints(options_.triangulation, model_.geometry, &state_);
   Optimize(5 * options_.max_iterations);
-  TriangulatePoints(model_.geometry, &state_);
+  TriangulatePoints(options_.triangulation, model_.geometry, &state_);
   structure_.Update(model_, newest, &state_);
   Optimize(5 * options_.max_iterations);
   return RejectOutliers();
@@ -155,7 +155,7 @@ FinishedIds SlidingWindow::AddKeyframe(std::unique_ptr<FrameState> frame) {
   state_.frames.push_back(std::move(frame));
   FrameState* newest = state_.frames.back().get();
   RegisterPoints(newest, &state_);
-  TriangulatePoints(model_.geometry, &state_);
+  TriangulatePoints(options_.triangulation, model_.geometry, &state_);
   RegisterLines(newest, &state_);
   structure_.Update(model_, newest, &state_);
   iterations_ += Optimize(options_.max_iterations).iterations;

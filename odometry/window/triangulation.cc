@@ -78,7 +78,7 @@ Fit FitStep(const std::vector<View>& views, double inverse_depth) {
 
 std::optional<double> TriangulateInverseDepth(const PointLandmark& landmark,
                                               const StereoGeometry& geometry,
-                                              const TriangulationOptions& options) {
+                                              const PointTriangulationOptions& options) {
   const std::vector<View> views = ViewsOf(landmark, geometry);
   if (views.empty()) return std::nullopt;
   double parallax_rad = 0;

@@ -52,7 +52,7 @@ class Benchmark {
         camera_(rectifier_.rectified_rig().cameras[0]),
         truth_(ReadTrajectory(path + "/truth/trajectory.tum")),
         edges_(ReadEdgeTable(path + "/truth/edges.csv")),
-        detector_(ManhattanOptions(), camera_.fx_px),
+        detector_(ManhattanOptions(), LineClassifierOptions().end_sigma_px, camera_.fx_px),
         classifier_(LineClassifierOptions(), camera_.fx_px) {
     for (const EdgeRow& edge : edges_) {
       if (edge.axis == 0 || edge.axis == 1) AddTrueHeading(DirectionOf(edge));

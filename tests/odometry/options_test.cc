@@ -51,6 +51,20 @@ TEST_F(OdometryOptionsTest, RefusesALeastDistanceOfLinesBeyondTheLargest) {
             "max_distance_m, which is 2");
 }
 
+TEST_F(OdometryOptionsTest, RefusesALeastDepthOfPointsBeyondTheLargest) {
+  EXPECT_EQ(
+      ErrorOf("window: {triangulation: {min_depth_m: 3, max_depth_m: 2}}"),
+      "window.triangulation.min_depth_m: found 3, expected less than max_depth_m, which is 2");
+  EXPECT_EQ(Read("window: {triangulation: {max_depth_m: 50}}").window.triangulation.max_depth_m,
+            50);
+}
+
+TEST_F(OdometryOptionsTest, RefusesALeastDistanceAtWhichLinesAreOneBeyondTheLargest) {
+  EXPECT_EQ(ErrorOf("line_landmarks: {min_merge_distance_m: 0.05}"),
+            "line_landmarks.min_merge_distance_m: found 0.05, expected less than "
+            "max_merge_distance_m, which is 0.04");
+}
+
 TEST_F(OdometryOptionsTest, RefusesUnknownKeysTypesAndMethods) {
   EXPECT_NE(ErrorOf("failure: {max_sped_m_s: 3}").find("failure.max_sped_m_s: unknown key"),
             std::string::npos);

@@ -58,21 +58,6 @@ TEST_F(LineClassifierTest, LeavesOutWhatCouldBeTwoAxes) {
   EXPECT_EQ(ClassOf(ahead_, Heading(0.3), 0.03), std::nullopt);  // too short to tell
 }
 
-TEST_F(LineClassifierTest, DirectionsInSpaceNeedToBeKnownWell) {
-  const Eigen::Vector3d d = (Heading(0.3) + Eigen::Vector3d(0, 0, 0.01)).normalized();
-  const auto class_of = [&](double sigma_rad) {
-    return classifier_.ClassifyDirection(d, sigma_rad * sigma_rad * Eigen::Matrix3d::Identity(),
-                                         {0.3});
-  };
-  EXPECT_EQ(class_of(0.01), (LineClass{LineAxis::kX, 0}));
-  EXPECT_EQ(class_of(0.001), LineClass({LineAxis::kX, 0}));
-  EXPECT_EQ(class_of(0.5), std::nullopt);
-  EXPECT_EQ(classifier_.ClassifyDirection(-d, 1e-4 * Eigen::Matrix3d::Identity(), {0.3}),
-            (LineClass{LineAxis::kX, 0}));
-  EXPECT_EQ(classifier_.ClassifyDirection(d, 1e-6 * Eigen::Matrix3d::Identity(), {0.4}),
-            std::nullopt);
-}
-
 TEST_F(LineClassifierTest, RefusesOptionsOutOfRange) {
   LineClassifierOptions options;
   options.max_sigmas = 0;

@@ -50,7 +50,7 @@ class ManhattanDetectorTest : public ::testing::Test {
 
   std::mt19937 random_{3};
   std::vector<WorldLine> lines_;
-  ManhattanDetector detector_{ManhattanOptions(), testing::kFocal_px};
+  ManhattanDetector detector_{ManhattanOptions(), 0.5, testing::kFocal_px};
 };
 
 TEST_F(ManhattanDetectorTest, FindsTheHeadingAmongClutter) {
@@ -121,7 +121,7 @@ TEST_F(ManhattanDetectorTest, SurvivesImagesWithoutSegments) {
 TEST(ManhattanOptionsTest, RefusesOptionsOutOfRange) {
   ManhattanOptions options;
   options.min_share = 2;
-  EXPECT_THROW(ManhattanDetector(options, 400), ConfigError);
+  EXPECT_THROW(ManhattanDetector(options, 0.5, 400), ConfigError);
 }
 
 }  // namespace
