@@ -39,13 +39,15 @@ PlyElement EdgeElement(const std::vector<MapLine>& lines) {
   for (const char* name : {"id", "segment", "axis", "world"}) edges.Add(name, PlyType::kInt32);
   edges.Add("sigma_m", PlyType::kFloat);
   edges.Add("recent", PlyType::kUint8);
+  edges.Add("observations", PlyType::kInt32);
   for (const MapLine& line : lines) {
     const auto [red, green, blue] = LineColour(line.axis, line.recent);
     const double first = 2 * static_cast<double>(edges.size());
     edges.AppendRow({first, first + 1, static_cast<double>(red), static_cast<double>(green),
                      static_cast<double>(blue), static_cast<double>(line.id),
                      static_cast<double>(line.segment), static_cast<double>(line.axis),
-                     static_cast<double>(line.world), line.sigma_m, line.recent ? 1.0 : 0.0});
+                     static_cast<double>(line.world), line.sigma_m, line.recent ? 1.0 : 0.0,
+                     static_cast<double>(line.observations)});
   }
   return edges;
 }
@@ -105,6 +107,7 @@ std::vector<MapLine> ReadMapLines(const std::string& path) {
     line.world = static_cast<int>(edges.Value("world", i, -1, -1, kMaxInt));
     line.sigma_m = edges.Value("sigma_m", i, 0, 0, kMaxSigma_m);
     line.recent = edges.Value("recent", i, 0, 0, 1) != 0;
+    line.observations = static_cast<int>(edges.Value("observations", i, 0, 0, kMaxInt));
   }
   return lines;
 }

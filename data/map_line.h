@@ -20,6 +20,7 @@ struct MapLine {
   bool recent = false;              // the last keyframes of the run saw it
   Eigen::Vector3d start_world = Eigen::Vector3d::Zero();
   Eigen::Vector3d end_world = Eigen::Vector3d::Zero();
+  int observations = 0;  // keyframes that saw it
 };
 
 // Red, green and blue: X is red, Y green, vertical blue, none amber. Recent lines are bright, old

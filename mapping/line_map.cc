@@ -5,14 +5,12 @@
 namespace slcmap {
 
 std::vector<MapLine> SelectLines(const OdometryRun& run, const LineMapOptions& options) {
-  const std::vector<MapLine> lines = MapLines(run);
   std::vector<MapLine> selected;
-  for (std::size_t i = 0; i < lines.size(); ++i) {
-    const MapLine& line = lines[i];
+  for (const MapLine& line : MapLines(run)) {
     // Comparisons with a value that is not finite fail.
     const bool has_extent = (line.end_world - line.start_world).squaredNorm() > 0;
     if (has_extent && line.sigma_m <= options.max_sigma_m &&
-        run.lines[i].observations >= options.min_observations) {
+        line.observations >= options.min_observations) {
       selected.push_back(line);
     }
   }

@@ -3,6 +3,7 @@
 #include <spdlog/fmt/fmt.h>
 
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "data/error.h"
 #include "data/file.h"
@@ -10,6 +11,7 @@
 #include "data/ply.h"
 #include "mapping/point_cloud.h"
 #include "odometry/run_json.h"
+#include "odometry/run_lines.h"
 
 namespace slcmap {
 namespace {
@@ -30,6 +32,12 @@ struct MapPaths {
   std::string trajectory, keyframes, points, cloud, lines, occupancy, rig, summary;
 };
 
+double MedianObservations(const std::vector<MapLine>& lines) {
+  std::vector<int> observations;
+  for (const MapLine& line : lines) observations.push_back(line.observations);
+  return LivesOf(std::move(observations)).median_keyframes;
+}
+
 void WriteSummary(const std::string& path, const MapResult& map) {
   WriteJsonFile(path, {{"format", "slcmap map"},
                        {"version", kMapVersion},
@@ -41,6 +49,7 @@ void WriteSummary(const std::string& path, const MapResult& map) {
                        {"keyframes", map.keyframes.size()},
                        {"points", map.points.size()},
                        {"lines", map.lines.size()},
+                       {"median_line_observations", MedianObservations(map.lines)},
                        {"occupied_voxels", map.occupancy.OccupiedVoxels().size()},
                        {"voxel_m", map.occupancy.resolution_m()}});
 }

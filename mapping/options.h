@@ -24,10 +24,10 @@ struct OccupancyOptions {
   void Read(YamlSection section);
 };
 
-// Which lines of the run become lines of the map.
+// Which lines of the run become lines of the map. The run reports all that it has estimated.
 struct LineMapOptions {
-  double max_sigma_m = 0.1;  // of a line across it
-  int min_observations = 3;  // keyframes that saw it
+  double max_sigma_m = 0.007;  // of a line's middle across it
+  int min_observations = 4;    // keyframes that saw it
   void Check() const;
   void Read(YamlSection section);
 };

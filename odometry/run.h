@@ -38,7 +38,9 @@ struct Keyframe {
   int64_t stamp_ns = 0;
   RigidTransform T_world_imu;
   std::vector<KeyframeObservation> observations;
-  std::vector<LineObservation> lines;  // ids are those of OdometryRun::lines, where they became one
+  // Ids are those of OdometryRun::lines; others never became a line, or one that was given up. Of
+  // merged lines they are those of the line that remains, at most once a keyframe.
+  std::vector<LineObservation> lines;
 };
 
 // A point as the window last had it.
@@ -59,7 +61,7 @@ struct ManhattanWorld {
   int64_t found_at_ns = 0;  // stamp of the image
 };
 
-// A line as the window last had it.
+// A line as the window last had it, however well it is known: covariance and observations say so.
 struct Line {
   int64_t id = 0;
   int segment = 0;
@@ -93,6 +95,9 @@ struct RunTimings {
   std::optional<RealTimeReport> real_time;  // of a recording played at its own pace
 };
 
+// All stamps are on the camera's clock, as those of the images are: a keyframe has the stamp of its
+// image, and of the image's state. (The estimator works on the IMU's clock, which is ahead by
+// Rig::camera_time_offset_s.)
 struct OdometryRun {
   std::string method;
   bool complete = false;
@@ -104,6 +109,9 @@ struct OdometryRun {
   std::vector<Landmark> landmarks;
   std::vector<ManhattanWorld> manhattan_worlds;
   std::vector<Line> lines;
+  // Lines that turned out to be the same edge as an older one, by their ids: that of the line that
+  // took them over, which was not merged itself.
+  std::map<int64_t, int64_t> line_merges;
   RunTimings timings;
 };
 

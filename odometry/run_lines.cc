@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <numeric>
 
 namespace slcmap {
@@ -17,7 +18,28 @@ int64_t FirstRecentKeyframe(const std::vector<Keyframe>& keyframes) {
   return keyframes[keyframes.size() - kRecentKeyframes].id;
 }
 
+void RenameMerged(const std::map<int64_t, int64_t>& survivors,
+                  std::vector<LineObservation>* observations) {
+  for (LineObservation& observation : *observations) {
+    const auto survivor = survivors.find(observation.id);
+    if (survivor != survivors.end()) observation.id = survivor->second;
+  }
+  const auto id = [](const LineObservation& observation) { return observation.id; };
+  std::ranges::stable_sort(*observations, {}, id);
+  const auto rest = std::ranges::unique(*observations, {}, id);
+  observations->erase(rest.begin(), rest.end());
+}
+
 }  // namespace
+
+void ResolveMergedLines(OdometryRun* run) {
+  // A line is merged into one of a lower id, so what a chain leads to is already resolved.
+  for (auto& [id, survivor] : run->line_merges) {
+    const auto next = run->line_merges.find(survivor);
+    if (next != run->line_merges.end()) survivor = next->second;
+  }
+  for (Keyframe& keyframe : run->keyframes) RenameMerged(run->line_merges, &keyframe.lines);
+}
 
 double LargestSigma(const Line& line) {
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(line.covariance_m2,
@@ -30,15 +52,20 @@ std::vector<MapLine> MapLines(const OdometryRun& run) {
   std::vector<MapLine> lines;
   for (const Line& line : run.lines) {
     lines.push_back({line.id, line.segment, line.axis, line.world, LargestSigma(line),
-                     line.last_keyframe >= first_recent, line.start_world, line.end_world});
+                     line.last_keyframe >= first_recent, line.start_world, line.end_world,
+                     line.observations});
   }
   return lines;
 }
 
 LineLives MeasureLineLives(const std::vector<Line>& lines) {
-  if (lines.empty()) return {};
   std::vector<int> lives;
   for (const Line& line : lines) lives.push_back(line.observations);
+  return LivesOf(std::move(lives));
+}
+
+LineLives LivesOf(std::vector<int> lives) {
+  if (lives.empty()) return {};
   std::sort(lives.begin(), lives.end());
   const auto count = static_cast<double>(lives.size());
   LineLives result;

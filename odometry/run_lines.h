@@ -1,4 +1,5 @@
-// What is reported of a run's lines: their form in lines.ply, and how long they lived.
+// What is reported of a run's lines: which were merged, their form in lines.ply, and how long they
+// lived.
 #pragma once
 
 #include <vector>
@@ -11,6 +12,11 @@ namespace slcmap {
 // The standard deviation of a line across it, where that is largest, in metres.
 double LargestSigma(const Line& line);
 
+// Follows line_merges from line to line to the ones that remain, and gives the keyframes'
+// observations their ids. Where a keyframe saw several lines that are now one, the observation of
+// the oldest stays.
+void ResolveMergedLines(OdometryRun* run);
+
 // The run's lines in their order; those that one of the last ten keyframes saw are recent.
 std::vector<MapLine> MapLines(const OdometryRun& run);
 
@@ -21,6 +27,7 @@ struct LineLives {
   double mean_keyframes = 0;
   double share_over_10 = 0;  // of the lines: seen in more than ten keyframes
 };
-LineLives MeasureLineLives(const std::vector<Line>& lines);  // of no lines: zeros
+LineLives LivesOf(std::vector<int> keyframes);  // of each line; of no lines: zeros
+LineLives MeasureLineLives(const std::vector<Line>& lines);
 
 }  // namespace slcmap

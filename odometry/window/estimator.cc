@@ -8,6 +8,7 @@
 
 #include "odometry/geometry/pinhole.h"
 #include "odometry/imu/imu_spread.h"
+#include "odometry/run_lines.h"
 
 namespace slcmap {
 
@@ -116,9 +117,11 @@ void Estimator::Describe(OdometryRun* run) const {
   run->landmarks = run_.landmarks;
   run->manhattan_worlds = run_.manhattan_worlds;
   run->lines = run_.lines;
+  run->line_merges = run_.line_merges;
   for (const auto& [kind, count] : run_.warnings) run->warnings[kind] += count;
   run->timings.window_iterations = window_.iterations();
   window_.AddContents(segment_, run);
+  ResolveMergedLines(run);
 }
 
 std::unique_ptr<FrameState> Estimator::NewFrame(int64_t stamp_ns) {

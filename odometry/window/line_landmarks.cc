@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <utility>
 
 #include "odometry/geometry/pinhole.h"
 #include "odometry/window/landmark_information.h"
+#include "odometry/window/line_members.h"
 #include "odometry/window/line_triangulation.h"
 
 namespace slcmap {
@@ -41,16 +43,22 @@ std::optional<LineClass> AgreedClass(const LineLandmark& line, const std::vector
   return agreed;
 }
 
-// Where a well known point is that belongs to the line, if there is one.
-std::optional<Vector3d> KnownPointOf(const LineLandmarkOptions& options,
-                                     const std::vector<int64_t>& members, const CostModel& model,
-                                     const WindowState& window) {
+struct KnownPoint {
+  int64_t id = 0;
+  Vector3d p_world;
+};
+
+// A well known point that belongs to the line, if there is one.
+std::optional<KnownPoint> KnownPointOf(const LineLandmarkOptions& options,
+                                       const std::vector<int64_t>& members, const CostModel& model,
+                                       const WindowState& window) {
   const double limit_m2 = options.max_member_sigma_m * options.max_member_sigma_m;
   for (const int64_t id : members) {
     const auto it = window.landmarks.find(id);
     if (it == window.landmarks.end() || !it->second.triangulated) continue;
     const auto place = PlaceByObservations(it->second, model);
-    if (place && place->covariance_m2.trace() <= limit_m2) return place->p_world;
+    if (!place || !IsAtRest(*place) || place->covariance_m2.trace() > limit_m2) continue;
+    return KnownPoint{id, place->p_world};
   }
   return std::nullopt;
 }
@@ -65,17 +73,22 @@ bool FitsItsObservations(const LineLandmark& line, double max_chi2, const CostMo
   return 4 * good >= 3 * static_cast<int>(line.frames.size());
 }
 
+std::optional<StructuralLineFit> FitToViews(const LineLandmarkOptions& options,
+                                            const CostModel& model, const LineLandmark& line) {
+  return TriangulateStructuralLine(ObservationsOf(line), line.structural(), line.heading_rad(),
+                                   model.lines, options.triangulation);
+}
+
 // From the views; where these do not tell, from a point.
 bool EstimateStructural(const LineLandmarkOptions& options, const std::vector<int64_t>& members,
                         const CostModel& model, const WindowState& window, LineLandmark* line) {
-  const StructuralLine structural = line->structural();
-  const auto from_views = TriangulateStructuralLine(
-      ObservationsOf(*line), structural, line->heading_rad(), model.lines, options.triangulation);
   StructuralLineBlock block;
-  if (from_views) {
+  line->placed_by.reset();
+  if (const auto from_views = FitToViews(options, model, *line)) {
     block = from_views->block;
-  } else if (const auto p_world = KnownPointOf(options, members, model, window)) {
-    block = StructuralLineThrough(structural, line->heading_rad(), *p_world);
+  } else if (const auto point = KnownPointOf(options, members, model, window)) {
+    block = StructuralLineThrough(line->structural(), line->heading_rad(), point->p_world);
+    line->placed_by = point->id;
   } else {
     return false;
   }
@@ -113,6 +126,7 @@ std::optional<double> TakeOutMisfit(double max_chi2, const CostModel& model, Lin
 void Retire(LineLandmark* line) {
   for (FrameState* frame : line->frames) frame->lines.erase(line->id);
   line->frames.clear();
+  line->points.clear();
   line->retired = true;
 }
 
@@ -128,18 +142,56 @@ bool MisfitsAll(double max_median_chi2, std::vector<double> chi2) {
 
 bool IsBehindAnchor(const LineLandmark& line) { return line.IsStructural() && line.block[1] <= 0; }
 
-// Whether two lines of the same class are the same edge.
-bool IsSameEdge(const LineLandmark& a, const LineLandmark& b, double max_distance_m) {
-  const PointAndDirection in_a = a.InWorld(), in_b = b.InWorld();
-  const Vector3d between = in_b.point_world - in_a.point_world;
-  const double along_m = in_a.direction_world.dot(between);
-  if ((between - along_m * in_a.direction_world).norm() > max_distance_m) return false;
-  const double from_m = b.extent.from_m() + along_m, to_m = b.extent.to_m() + along_m;
-  return from_m < a.extent.to_m() && to_m > a.extent.from_m();
+// How far along a line the point of another one of its class is that is nearest to that one's
+// anchor: what its extent is counted from.
+double AlongFrom(const PointAndDirection& line, const PointAndDirection& other) {
+  return line.direction_world.dot(other.point_world - line.point_world);
 }
 
-// The older line takes over the observations of frames in which it was not seen itself, and the
-// points.
+// Whether an image shows the segments side by side, further apart than a limit on z = 1.
+bool AreSideBySide(const LineSegment& a, const LineSegment& b, double max_apart) {
+  const Vector2d along = (a.end - a.start).normalized(), across(-along.y(), along.x());
+  const double from = along.dot(b.start - a.start), to = along.dot(b.end - a.start);
+  const double low = std::max(0.0, std::min(from, to));
+  const double high = std::min(a.Length(), std::max(from, to));
+  if (low >= high) return false;
+  const double share = (0.5 * (low + high) - from) / (to - from);
+  const Vector2d beside = b.start + share * (b.end - b.start);
+  return std::abs(across.dot(beside - a.start)) > max_apart;
+}
+
+// Whether a frame saw both as different edges.
+bool AreSeenApart(const LineLandmark& a, const LineLandmark& b, double max_apart) {
+  return std::any_of(a.frames.begin(), a.frames.end(), [&](const FrameState* frame) {
+    const auto seen = frame->lines.find(b.id);
+    return seen != frame->lines.end() &&
+           AreSideBySide(frame->lines.at(a.id).left, seen->second.left, max_apart);
+  });
+}
+
+// Whether two lines of the same class are the same edge: their distance is what the uncertainty of
+// their places may be taken for, and they have a part in common.
+bool IsSameEdge(const LineLandmarkOptions& options, const LineLandmark& a, const LineLandmark& b,
+                const CostModel& model, const Prior& prior) {
+  const PointAndDirection in_a = a.InWorld(), in_b = b.InWorld();
+  const double along_m = AlongFrom(in_a, in_b);
+  const Vector3d apart = in_b.point_world - in_a.point_world - along_m * in_a.direction_world;
+  const double distance_m = apart.norm();
+  if (distance_m > options.max_merge_distance_m) return false;
+  const double from_m = std::max(a.extent.from_m(), b.extent.from_m() + along_m);
+  const double to_m = std::min(a.extent.to_m(), b.extent.to_m() + along_m);
+  if (from_m >= to_m) return false;
+  if (AreSeenApart(a, b, options.max_apart_sigmas / model.lines.weight)) return false;
+  if (distance_m <= options.min_merge_distance_m) return true;
+  const Vector3d middle = in_a.point_world + 0.5 * (from_m + to_m) * in_a.direction_world;
+  const Eigen::Matrix3d covariance_m2 =
+      CovarianceAcross(a, middle, model, prior) + CovarianceAcross(b, middle, model, prior);
+  const double sigma_m = std::sqrt(apart.dot(covariance_m2 * apart)) / distance_m;
+  return distance_m <= options.merge_sigmas * sigma_m;
+}
+
+// The older line takes over the observations of frames in which it was not seen itself, how far it
+// was seen, and the points.
 void TakeOver(LineLandmark* older, LineLandmark* newer) {
   for (FrameState* frame : newer->frames) {
     if (!frame->lines.try_emplace(older->id, frame->lines.at(newer->id)).second) continue;
@@ -152,7 +204,11 @@ void TakeOver(LineLandmark* older, LineLandmark* newer) {
       older->points.push_back(id);
     }
   }
-  older->last_released_frame = std::max(older->last_released_frame, newer->last_released_frame);
+  const std::vector<int64_t> released = std::move(older->released_frames);
+  older->released_frames.clear();
+  std::set_union(released.begin(), released.end(), newer->released_frames.begin(),
+                 newer->released_frames.end(), std::back_inserter(older->released_frames));
+  older->extent.Add(newer->extent, AlongFrom(older->InWorld(), newer->InWorld()));
 }
 
 // Cuts a segment to the image; false where nothing of it is inside.
@@ -238,6 +294,20 @@ void EstimateLines(const LineLandmarkOptions& options, const LineKinds& kinds,
   }
 }
 
+std::unordered_set<int64_t> RetireMisplaced(const LineLandmarkOptions& options,
+                                            const std::unordered_set<int64_t>& ids,
+                                            const CostModel& model, WindowState* window) {
+  std::unordered_set<int64_t> retired;
+  for (auto& [id, line] : window->lines) {
+    if (!ids.contains(id)) continue;
+    line.placed_by.reset();
+    if (!line.frames.empty() && FitToViews(options, model, line)) continue;
+    Retire(&line);
+    retired.insert(id);
+  }
+  return retired;
+}
+
 std::pair<double, double> ObservationChi2(const LineLandmark& line, const FrameState& frame,
                                           const CostModel& model) {
   return Chi2OfObservation(FixedLineTerm(line, frame, model));
@@ -271,7 +341,8 @@ std::unordered_set<int64_t> RejectLineOutliers(const LineLandmarkOptions& option
   return outliers;
 }
 
-std::map<int64_t, int64_t> MergeLines(const LineLandmarkOptions& options, WindowState* window) {
+std::map<int64_t, int64_t> MergeLines(const LineLandmarkOptions& options, const CostModel& model,
+                                      WindowState* window) {
   std::map<int64_t, int64_t> merged;
   const auto mergeable = [](const LineLandmark& line) {
     return line.estimated && !line.retired && line.IsStructural() && !line.extent.empty();
@@ -281,7 +352,7 @@ std::map<int64_t, int64_t> MergeLines(const LineLandmarkOptions& options, Window
     for (auto b = std::next(a); b != window->lines.end(); ++b) {
       if (!mergeable(b->second) || a->second.axis != b->second.axis ||
           a->second.heading != b->second.heading ||
-          !IsSameEdge(a->second, b->second, options.merge_distance_m)) {
+          !IsSameEdge(options, a->second, b->second, model, window->prior)) {
         continue;
       }
       TakeOver(&a->second, &b->second);
@@ -358,7 +429,7 @@ Line Describe(const LineLandmark& line, const CostModel& model, const Prior& pri
   out.start_world = in_world.point_world + line.extent.from_m() * in_world.direction_world;
   out.end_world = in_world.point_world + line.extent.to_m() * in_world.direction_world;
   out.covariance_m2 = CovarianceAcross(line, 0.5 * (out.start_world + out.end_world), model, prior);
-  out.observations = static_cast<int>(line.frames.size()) + line.released_frames;
+  out.observations = static_cast<int>(line.frames.size() + line.released_frames.size());
   out.last_keyframe = line.last_seen_frame();
   out.point_ids = line.points;
   return out;

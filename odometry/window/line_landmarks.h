@@ -32,6 +32,12 @@ void EstimateLines(const LineLandmarkOptions& options, const LineKinds& kinds,
                    const LineClassifier& classifier, const PointsOnLines& memberships,
                    const CostModel& model, WindowState* window);
 
+// Of lines whose points turned out not to belong to them: those that their views place too stay as
+// they are, the others are retired. Returns the ids of these.
+std::unordered_set<int64_t> RetireMisplaced(const LineLandmarkOptions& options,
+                                            const std::unordered_set<int64_t>& ids,
+                                            const CostModel& model, WindowState* window);
+
 // Squared whitened residuals of one observation, left and right apart (right 0 where it was not
 // seen).
 std::pair<double, double> ObservationChi2(const LineLandmark& line, const FrameState& frame,
@@ -49,7 +55,8 @@ std::unordered_set<int64_t> RejectLineOutliers(const LineLandmarkOptions& option
 
 // Retires lines that are the same edge as an older one, which takes over their observations.
 // Returns the ids of those retired, each with that of the older line.
-std::map<int64_t, int64_t> MergeLines(const LineLandmarkOptions& options, WindowState* window);
+std::map<int64_t, int64_t> MergeLines(const LineLandmarkOptions& options, const CostModel& model,
+                                      WindowState* window);
 
 // Takes in how far the newest frame saw its estimated lines, and all frames those just estimated.
 void ExtendLines(const FrameState& newest, const CostModel& model, WindowState* window);

@@ -6,8 +6,6 @@
 #include <cmath>
 #include <utility>
 
-#include "odometry/window/landmark_information.h"
-
 namespace slcmap {
 namespace {
 
@@ -15,12 +13,11 @@ namespace {
 constexpr double kMaxChi2 = 6.0;  // of two dimensions: 95 %
 constexpr size_t kMinViews = 3;   // fewer may agree on a place by chance
 
-// Whether the observations agree on one place, as they do not on what slides.
+}  // namespace
+
 bool IsAtRest(const PointPlace& place) {
   return place.chi2 <= place.freedoms + 3 * std::sqrt(2.0 * place.freedoms);
 }
-
-}  // namespace
 
 Membership JudgeMembership(const LineLandmarkOptions& options, const PointLandmark& point,
                            const LineLandmark& line, const CostModel& model, const Prior& prior) {
@@ -41,8 +38,9 @@ Membership JudgeMembership(const LineLandmarkOptions& options, const PointLandma
   return eigen.eigenvalues()[1] <= limit_m2 ? Membership::kHolds : Membership::kOpen;
 }
 
-void AdoptMembers(const LineLandmarkOptions& options, const CostModel& model,
-                  PointsOnLines* memberships, WindowState* window) {
+std::unordered_set<int64_t> AdoptMembers(const LineLandmarkOptions& options, const CostModel& model,
+                                         PointsOnLines* memberships, WindowState* window) {
+  std::unordered_set<int64_t> misplaced;
   for (auto& [id, line] : window->lines) {
     if (!line.estimated || line.retired || !line.IsStructural()) continue;
     const std::vector<int64_t> before = std::exchange(line.points, {});
@@ -56,9 +54,21 @@ void AdoptMembers(const LineLandmarkOptions& options, const CostModel& model,
         judged = Membership::kHolds;
       }
       if (judged == Membership::kHolds) line.points.push_back(point_id);
-      if (judged == Membership::kRefuted) memberships->Release({point_id, id});
+      if (judged != Membership::kRefuted) continue;
+      memberships->Release({point_id, id});
+      if (line.placed_by == point_id) misplaced.insert(id);
     }
   }
+  return misplaced;
+}
+
+void MergeMembers(int64_t line_id, int64_t into_line_id, PointsOnLines* memberships,
+                  WindowState* window) {
+  memberships->MergeLine(line_id, into_line_id);
+  const std::vector<int64_t> verified = memberships->PointsOf(into_line_id);  // sorted
+  std::erase_if(window->lines.at(into_line_id).points, [&](int64_t id) {
+    return !std::binary_search(verified.begin(), verified.end(), id);
+  });
 }
 
 void ForgetMembers(const std::unordered_set<int64_t>& point_ids, PointsOnLines* memberships,

@@ -5,6 +5,7 @@
 
 #include "odometry/options.h"
 #include "odometry/structure/points_on_lines.h"
+#include "odometry/window/landmark_information.h"
 #include "odometry/window/problem_builder.h"
 
 namespace slcmap {
@@ -22,11 +23,23 @@ enum class Membership {
 Membership JudgeMembership(const LineLandmarkOptions& options, const PointLandmark& point,
                            const LineLandmark& line, const CostModel& model, const Prior& prior);
 
+// Whether a point's observations agree on one place, as they do not on what slides.
+bool IsAtRest(const PointPlace& place);
+
 // Gives each estimated structural line the points that belong to it: those that do in the images,
 // and lie on it in space. Memberships that are refuted are released. Of points that have left the
-// window those stay that the line had.
-void AdoptMembers(const LineLandmarkOptions& options, const CostModel& model,
-                  PointsOnLines* memberships, WindowState* window);
+// window those stay that the line had. Returns the lines that were placed through a point which is
+// now refuted.
+//
+// A point is then in LineLandmark::points only where `memberships` has it as verified. What follows
+// keeps it so, on both sides.
+std::unordered_set<int64_t> AdoptMembers(const LineLandmarkOptions& options, const CostModel& model,
+                                         PointsOnLines* memberships, WindowState* window);
+
+// The points of a line that was merged go to the one that took it over, but for those that have
+// been refuted there.
+void MergeMembers(int64_t line_id, int64_t into_line_id, PointsOnLines* memberships,
+                  WindowState* window);
 
 // Takes points that turned out to be no landmarks from all lines.
 void ForgetMembers(const std::unordered_set<int64_t>& point_ids, PointsOnLines* memberships,

@@ -59,6 +59,7 @@ class SlidingWindow {
   WindowState* mutable_state() { return &state_; }
   const FrameState& newest() const { return *state_.frames.back(); }
   const CostModel& model() const { return model_; }
+  const Structure& structure() const { return structure_; }
 
   // Covariance of the newest keyframe's tangents: position, rotation, velocity, gyroscope bias and
   // accelerometer bias.

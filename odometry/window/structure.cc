@@ -2,7 +2,6 @@
 
 #include <spdlog/spdlog.h>
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <utility>
 
@@ -15,6 +14,12 @@ LineKinds KindsOf(const OdometryOptions& options) {
   const bool structural = UsesStructure(options.method);
   return {structural, options.method == Method::kPointsLines ||
                           (structural && options.line_landmarks.general_lines)};
+}
+
+// However well: whoever reads the run chooses. A line is estimated from observations that may all
+// have been rejected since; then nothing is known of how far it reaches.
+bool IsKnown(const LineLandmark& line) {
+  return line.estimated && !line.retired && !line.extent.empty();
 }
 
 // Adds a line of a segment whose headings the run does not hold yet.
@@ -33,7 +38,8 @@ Structure::Structure(const OdometryOptions& options, const Rig& rectified_rig)
       points_on_lines_(options.method == Method::kSlc),
       rig_(rectified_rig),
       classifier_(options.line_classifier, rectified_rig.cameras[0].fx_px),
-      detector_(options.manhattan, rectified_rig.cameras[0].fx_px),
+      detector_(options.manhattan, options.line_classifier.end_sigma_px,
+                rectified_rig.cameras[0].fx_px),
       memberships_(options.points_on_lines) {}
 
 void Structure::Update(const CostModel& model, FrameState* newest, WindowState* window) {
@@ -42,7 +48,9 @@ void Structure::Update(const CostModel& model, FrameState* newest, WindowState* 
   if (kinds_.structural) FindHeadings(*newest, model, window);
   if (points_on_lines_) FindPointsOnLines(*newest);
   EstimateLines(options_, kinds_, classifier_, memberships_, model, window);
-  if (points_on_lines_) AdoptMembers(options_, model, &memberships_, window);
+  if (!points_on_lines_) return;
+  const auto misplaced = AdoptMembers(options_, model, &memberships_, window);
+  misplaced_ = RetireMisplaced(options_, misplaced, model, window);
 }
 
 void Structure::FindHeadings(const FrameState& newest, const CostModel& model,
@@ -77,10 +85,12 @@ void Structure::FindPointsOnLines(const FrameState& newest) {
 std::unordered_set<int64_t> Structure::Judge(const CostModel& model, const FrameState& newest,
                                              WindowState* window) {
   std::unordered_set<int64_t> gone = RejectLineOutliers(options_, model, window);
+  gone.merge(std::exchange(misplaced_, {}));
   ExtendLines(newest, model, window);
   for (const int64_t id : gone) memberships_.ReleaseLine(id);
-  for (const auto& [id, older_id] : MergeLines(options_, window)) {
-    memberships_.MergeLine(id, older_id);
+  for (const auto& [id, older_id] : MergeLines(options_, model, window)) {
+    MergeMembers(id, older_id, &memberships_, window);
+    merges_.emplace(id, older_id);
     gone.insert(id);
   }
   return gone;
@@ -111,44 +121,31 @@ std::unordered_set<int64_t> Structure::ReleaseOldest(const CostModel& model, Win
     if (line.frames.empty() || line.frames.front() != oldest) continue;
     if (line.estimated) AddLineTerm(&line, oldest, model, terms);
     line.frames.erase(line.frames.begin());
-    ++line.released_frames;
-    line.last_released_frame = oldest->id;
+    line.released_frames.push_back(oldest->id);
   }
   const std::unordered_set<int64_t> gone = LinesToForget(*window);
   for (auto& [id, line] : window->lines) {
     if (!gone.contains(id)) continue;
     if (line.estimated) dropped->push_back(line.block.data());
-    if (line.estimated && !line.retired) {
-      Line reported = Describe(line, model, window->prior);
-      if (IsWorthReporting(reported)) left_lines_.push_back(std::move(reported));
-    }
+    if (IsKnown(line)) left_lines_.push_back(Describe(line, model, window->prior));
     memberships_.ReleaseLine(id);
   }
   return gone;
 }
 
-bool Structure::IsWorthReporting(const Line& line) const {
-  const double variance_m2 =
-      Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(line.covariance_m2, Eigen::EigenvaluesOnly)
-          .eigenvalues()
-          .maxCoeff();
-  return line.observations >= options_.min_observations &&
-         variance_m2 <= options_.max_sigma_m * options_.max_sigma_m &&
-         line.start_world.allFinite() && line.end_world.allFinite();
-}
-
 void Structure::Collect(int segment, OdometryRun* run) {
   for (Line& line : left_lines_) Report(std::move(line), segment, run);
   left_lines_.clear();
+  run->line_merges.merge(merges_);
+  merges_.clear();
 }
 
 void Structure::AddContents(int segment, const WindowState& window, const CostModel& model,
                             OdometryRun* run) const {
   for (const auto& [id, line] : window.lines) {
-    if (!line.estimated || line.retired) continue;
-    Line reported = Describe(line, model, window.prior);
-    if (IsWorthReporting(reported)) Report(std::move(reported), segment, run);
+    if (IsKnown(line)) Report(Describe(line, model, window.prior), segment, run);
   }
+  run->line_merges.insert(merges_.begin(), merges_.end());
   for (const HeadingState& heading : window.headings) {
     ManhattanWorld world;
     world.segment = segment;
@@ -161,6 +158,7 @@ void Structure::AddContents(int segment, const WindowState& window, const CostMo
 
 void Structure::Reset() {
   detector_.Reset();
+  misplaced_.clear();
   memberships_ = PointsOnLines(points_on_lines_options_);
 }
 

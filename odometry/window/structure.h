@@ -1,6 +1,7 @@
 // The building's structure in a window: its directions, its lines, and the points on them.
 #pragma once
 
+#include <map>
 #include <unordered_set>
 #include <vector>
 
@@ -40,19 +41,22 @@ class Structure {
                                             std::vector<Term>* terms,
                                             std::vector<double*>* dropped);
 
-  // Moves the lines that have left the window since the last call to the run.
+  // Moves the lines that have left the window since the last call to the run, and the merges.
   void Collect(int segment, OdometryRun* run);
 
-  // Adds the lines and headings that are still in the window to the run.
+  // Adds the lines and headings that are still in the window to the run, and the merges that
+  // Collect() has not moved.
   void AddContents(int segment, const WindowState& window, const CostModel& model,
                    OdometryRun* run) const;
 
   // Forgets everything but what waits for Collect().
   void Reset();
 
+  // Which points lie on which lines in the images.
+  const PointsOnLines& memberships() const { return memberships_; }
+
  private:
   void FindHeadings(const FrameState& newest, const CostModel& model, WindowState* window);
-  bool IsWorthReporting(const Line& line) const;
   void FindPointsOnLines(const FrameState& newest);
   std::unordered_set<int64_t> LinesToForget(const WindowState& window) const;
 
@@ -65,6 +69,8 @@ class Structure {
   ManhattanDetector detector_;
   PointsOnLines memberships_;
   std::vector<Line> left_lines_;
+  std::map<int64_t, int64_t> merges_;      // since Collect()
+  std::unordered_set<int64_t> misplaced_;  // lines that Update() has retired
 };
 
 }  // namespace slcmap

@@ -29,6 +29,10 @@ void LineExtent::Add(double from_m, double to_m) {
   to_m_[1] = std::max(to_m_[1], to_m);
 }
 
+void LineExtent::Add(const LineExtent& other, double along_m) {
+  for (size_t i = 0; i < 2; ++i) Add(other.from_m_[i] + along_m, other.to_m_[i] + along_m);
+}
+
 PointAndDirection LineLandmark::InWorld() const {
   if (!IsStructural()) return GeneralLineFromBlock(anchor_world, block.data());
   return {CrossingPoint(structural(), heading_rad(), block.data()),

@@ -76,6 +76,8 @@ struct HeadingState {
 class LineExtent {
  public:
   void Add(double from_m, double to_m);
+  // All that another line was seen along, whose nearest point is so far along this one.
+  void Add(const LineExtent& other, double along_m);
   bool empty() const { return from_m_[0] > to_m_[0]; }
   double from_m() const { return std::isfinite(from_m_[1]) ? from_m_[1] : from_m_[0]; }
   double to_m() const { return std::isfinite(to_m_[1]) ? to_m_[1] : to_m_[0]; }
@@ -97,12 +99,13 @@ struct LineLandmark {
   Eigen::Vector3d anchor_world = Eigen::Vector3d::Zero();
   GeneralLineBlock block{};  // of a structural line the first numbers
   std::optional<GeneralLineBlock> linearization;
-  bool estimated = false;            // triangulated, and part of the cost
-  bool retired = false;              // no longer part of the cost; the prior has yet to forget it
-  int released_frames = 0;           // that saw it too, but have left the window
-  int64_t last_released_frame = -1;  // the last of these
+  bool estimated = false;  // triangulated, and part of the cost
+  bool retired = false;    // no longer part of the cost; the prior has yet to forget it
+  std::vector<int64_t> released_frames;  // ids of those that saw it but have left, oldest first
   LineExtent extent;
   std::vector<int64_t> points;  // landmarks that belong to it; see line_members.h
+  // The landmark that it was placed through, where its views alone did not tell where it is.
+  std::optional<int64_t> placed_by;
 
   bool IsStructural() const { return axis != LineAxis::kNone; }
   const BlockKind& kind() const { return IsStructural() ? kStructuralLineKind : kGeneralLineKind; }
@@ -110,7 +113,8 @@ struct LineLandmark {
   double heading_rad() const { return heading ? heading->heading_rad[0] : 0; }
   // The id of the last frame whose observation of it counts; -1 where none does.
   int64_t last_seen_frame() const {
-    return frames.empty() ? last_released_frame : frames.back()->id;
+    if (!frames.empty()) return frames.back()->id;
+    return released_frames.empty() ? -1 : released_frames.back();
   }
   // The point nearest to the anchor, and the direction.
   PointAndDirection InWorld() const;

@@ -12,7 +12,7 @@ Usage: tests/benchmarks/table.sh [options] SEQ...
   --out DIR        keeps DIR/SEQ/METHOD (run, metrics.json) and DIR/SEQ/METHOD.log (default: build/table)
   --slcmap FILE    the program (default: build/bin/slcmap)
 A sequence needs true poses: truth/trajectory.tum or mav0/state_groundtruth_estimate0/data.csv; lines are
-measured where there is truth/edges.csv.
+those of the map, and are measured where there is truth/edges.csv.
 USAGE
 }
 
@@ -48,9 +48,10 @@ measure() {
   rm -rf "$folder"
   mkdir -p "$folder"
   if [ -e "$sequence/truth/edges.csv" ]; then
-    edges=(--true-edges "$sequence/truth/edges.csv" --lines "$folder/run/lines.ply")
+    edges=(--true-edges "$sequence/truth/edges.csv" --lines "$folder/map/lines.ply")
   fi
   "$slcmap" odometry "$sequence" -o "$folder/run" --method "$method" "${config[@]}" &&
+    "$slcmap" map "$folder/run" -o "$folder/map" "${config[@]}" &&
     "$slcmap" evaluate --truth "$(truth_of "$sequence")" --estimate "$folder/run/trajectory.tum" \
       "${edges[@]}" --json "$folder/metrics.json"
 }
@@ -74,7 +75,7 @@ row() {
        100 * .precision) // null,
      .lines.accuracy.direction_mean_deg] | map(. // "null") | join(" ")' \
     "$folder/metrics.json")
-  lines=$(jq -r '"\(.line_lives.lines) | \(.line_lives.median_keyframes)"' "$folder/run/run.json")
+  lines=$(jq -r '"\(.lines) | \(.median_line_observations)"' "$folder/map/map.json")
   cpu=$(jq '1000 * .cpu_s / .stereo_frames' "$folder/run/timings.json")
   window=$(jq '[.stages[] | select(.name == "window optimisation") | 1000 * .wall_s / .calls][0]' \
     "$folder/run/timings.json")

@@ -46,9 +46,9 @@ TEST_F(MappingTest, AWallBecomesPointsAndVoxels) {
 
 TEST_F(MappingTest, CertainLinesBecomeLinesOfTheMap) {
   OdometryRun run = testing::MakeLineRun();
-  run.lines[0].covariance_m2 *= 100;                  // 20 cm
+  run.lines[0].covariance_m2 *= 100;                  // 4 cm
   run.lines[1].end_world = run.lines[1].start_world;  // no extent
-  run.lines[2].observations = 2;                      // seen too seldom
+  run.lines[2].observations = 3;                      // seen too seldom
   run.lines[3].covariance_m2.setConstant(std::nan(""));
   const std::vector<MapLine> lines = BuildMap(run, {}).lines;
   ASSERT_EQ(lines.size(), 20u);
@@ -56,7 +56,8 @@ TEST_F(MappingTest, CertainLinesBecomeLinesOfTheMap) {
   EXPECT_EQ(lines[0].axis, LineAxis::kVertical);
   EXPECT_EQ(lines[19].axis, LineAxis::kY);
   EXPECT_EQ(lines[19].world, 0);
-  EXPECT_NEAR(lines[19].sigma_m, 0.02, 1e-9);
+  EXPECT_NEAR(lines[19].sigma_m, 0.004, 1e-9);
+  EXPECT_EQ(lines[19].observations, run.lines[23].observations);
   EXPECT_EQ(lines[19].end_world, run.lines[23].end_world);
 }
 
@@ -69,6 +70,30 @@ TEST_F(MappingTest, AnEmptyRunMakesAnEmptyMapThatComesBack) {
   const MapResult map = ReadMapFolder(folder_);
   EXPECT_TRUE(map.trajectory.empty() && map.keyframes.empty() && map.points.empty());
   EXPECT_TRUE(map.lines.empty() && map.occupancy.OccupiedVoxels().empty());
+}
+
+// The run reports all lines that it has estimated: which become lines of the map is for mapping.
+TEST_F(MappingTest, WhichLinesAreCertainEnoughIsForItsOptions) {
+  OdometryRun run = testing::MakeLineRun();
+  for (Line& line : run.lines) line.covariance_m2 *= 100;  // 4 cm
+  for (Line& line : run.lines) line.observations = 2;
+  EXPECT_TRUE(BuildMap(run, {}).lines.empty());
+  MappingOptions options;
+  options.lines.max_sigma_m = 0.05;
+  EXPECT_TRUE(BuildMap(run, options).lines.empty());
+  options.lines.min_observations = 2;
+  EXPECT_EQ(BuildMap(run, options).lines.size(), run.lines.size());
+}
+
+// A run whose keyframes are on another clock than its states was refined by nothing, silently.
+TEST_F(MappingTest, ARunThatCannotBeRefinedSaysSo) {
+  OdometryRun run = testing::MakeWallRun();
+  for (Keyframe& keyframe : run.keyframes) keyframe.stamp_ns += 20'000'000;
+  WriteMapFolder(folder_, BuildMap(run, {}));
+  const auto warnings = ReadMapFolder(folder_).warnings;
+  ASSERT_EQ(warnings.size(), 1u);
+  EXPECT_THAT(warnings.begin()->first, HasSubstr("poses not refined"));
+  EXPECT_EQ(warnings.begin()->second, std::ssize(run.states));
 }
 
 TEST_F(MappingTest, APartialRunMakesAPartialMap) {

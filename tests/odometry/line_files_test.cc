@@ -110,7 +110,7 @@ TEST_F(LineFilesTest, PlyHoldsTheLinesForOtherPrograms) {
   EXPECT_EQ(lines[20].id, 120);
   EXPECT_EQ(lines[20].axis, LineAxis::kY);
   EXPECT_EQ(lines[20].world, 0);
-  EXPECT_FLOAT_EQ(lines[20].sigma_m, 0.02f);
+  EXPECT_FLOAT_EQ(lines[20].sigma_m, 0.004f);
   EXPECT_LT((lines[20].end_world - run.lines[20].end_world).norm(), 1e-6);
 }
 

@@ -39,7 +39,7 @@ std::vector<KeyframeObservation> ObserveAll(const OdometryRun& run,
   return observations;
 }
 
-// A line on the wall x = 10.02 m with standard deviations of 1 cm along x and of 2 cm along the
+// A line on the wall x = 10.02 m with standard deviations of 2 mm along x and of 4 mm along the
 // wall, at right angles to the line.
 Line MakeLine(int64_t id, LineAxis axis, const Eigen::Vector3d& start, const Eigen::Vector3d& end) {
   Line line;
@@ -50,8 +50,8 @@ Line MakeLine(int64_t id, LineAxis axis, const Eigen::Vector3d& start, const Eig
   line.end_world = end;
   const Eigen::Vector3d across =
       (end - start).normalized().cross(Eigen::Vector3d::UnitX()).normalized();
-  line.covariance_m2 = 1e-4 * Eigen::Vector3d::UnitX() * Eigen::RowVector3d::UnitX() +
-                       4e-4 * across * across.transpose();
+  line.covariance_m2 = 4e-6 * Eigen::Vector3d::UnitX() * Eigen::RowVector3d::UnitX() +
+                       16e-6 * across * across.transpose();
   return line;
 }
 
@@ -89,7 +89,7 @@ OdometryRun MakeLineRun() {
   run.lines = MakeLines();
   for (Keyframe& keyframe : run.keyframes) {
     for (Line& line : run.lines) {
-      const bool sees_all = keyframe.id <= 2;
+      const bool sees_all = keyframe.id <= 3;
       const bool sees_vertical = sees_all || keyframe.id == 5;
       if (line.axis == LineAxis::kVertical ? sees_vertical : sees_all) {
         Observe(run.rectified_rig, &line, &keyframe);

@@ -53,6 +53,10 @@ class SimulatedPoints final : public PointSource {
 // Plays simulated line tracks to an estimator, whatever it predicts; what it removes stays away.
 class SimulatedLines final : public LineSource {
  public:
+  static constexpr int64_t kIdStep = 1'000'000;  // between the ids of an edge's tracks
+
+  // life: calls of Track() after which all tracks break off and start again; 0 for never.
+  explicit SimulatedLines(int life) : life_(life) {}
   // The frame that the next Track() looks at, which must outlive it.
   void Show(const SimulatedTrackFrame& frame, double outlier_share) {
     frame_ = &frame;
@@ -63,12 +67,13 @@ class SimulatedLines final : public LineSource {
   void Track(const Eigen::Quaterniond&, const std::vector<LinePrediction>&,
              const std::vector<Eigen::Vector3d>&) override {
     observations_.clear();
+    const int64_t first_id = life_ > 0 ? kIdStep * (calls_++ / life_) : 0;
     if (!frame_) return;
     for (const SimulatedLineTrack& track : frame_->lines) {
-      if (removed_.count(track.id)) continue;
+      if (removed_.count(first_id + track.id)) continue;
       const double slid_px = Slides(track.id) ? ages_.at(track.id) - 1 : 0;
       LineObservation& line = observations_.emplace_back();
-      line.id = track.id;
+      line.id = first_id + track.id;
       line.left_px = Slid(track.left, slid_px);
       if (track.right) line.right_px = Slid(*track.right, slid_px);
     }
@@ -89,6 +94,7 @@ class SimulatedLines final : public LineSource {
     return {segment.start_px + across, segment.end_px + across};
   }
 
+  int life_ = 0, calls_ = 0;
   const SimulatedTrackFrame* frame_ = nullptr;
   double outlier_share_ = 0;
   std::vector<LineObservation> observations_;
@@ -114,6 +120,7 @@ struct SimulatedRunOptions {
   // the edges by those that use lines.
   std::optional<LineTrackSimulatorOptions> lines;
   double line_outlier_share = 0;  // of the edges, whose tracks slide 1 px a frame
+  int line_life = 0;              // see SimulatedLines
   OdometryOptions odometry;
 };
 
@@ -214,7 +221,7 @@ inline SimulatedRun RunOnSimulatedTracks(
   out.edges = simulated.edges;
 
   SimulatedPoints points;
-  SimulatedLines lines;
+  SimulatedLines lines(options.line_life);
   Estimator estimator(options.odometry, out.rig, &points,
                       UsesLines(options.odometry.method) ? &lines : nullptr);
   size_t next = 0;

@@ -55,7 +55,7 @@ TEST_F(LineLandmarksTest, AnObservationThatWasRejectedIsNotTheLastReported) {
 
 // It was seen only by frames that have left the window, until the wrong match.
 TEST_F(LineLandmarksTest, SurvivesTheLossOfItsOnlyObservation) {
-  line().last_released_frame = 0;
+  line().released_frames = {0};
   for (int i = 0; i < kFrames - 1; ++i) window_.frames[i]->lines.clear();
   line().frames = {window_.frames.back().get()};
   line().extent.Add(-1, 1);
@@ -65,7 +65,7 @@ TEST_F(LineLandmarksTest, SurvivesTheLossOfItsOnlyObservation) {
   EXPECT_EQ(line().last_seen_frame(), 0);
   EXPECT_TRUE(RejectLineOutliers(options_, model_, &window_).empty());
   ExtendLines(*window_.frames.back(), model_, &window_);
-  EXPECT_TRUE(MergeLines(options_, &window_).empty());
+  EXPECT_TRUE(MergeLines(options_, model_, &window_).empty());
   EXPECT_EQ(PredictLines(window_, *window_.frames.back(), rig_).size(), 1u);
 }
 
@@ -88,6 +88,90 @@ TEST_F(LineLandmarksTest, RetiresALineWhoseObservationsAllMisfitALittle) {
   for (int i = 0; i < kFrames; ++i) See(i, 1.5 * options_.sigma_px);
   EXPECT_EQ(RejectLineOutliers(options_, model_, &window_).count(kLine), 1u);
   EXPECT_TRUE(line().retired);
+}
+
+// The same edge under a second id, anchored 0.5 m further along the axis and seen by later frames.
+class MergeLinesTest : public LineLandmarksTest {
+ protected:
+  void SetUp() override {
+    LineLandmarksTest::SetUp();
+    LineLandmark& newer = window_.lines.emplace(kNewer, line()).first->second;
+    newer.id = kNewer;
+    newer.frames.clear();
+    newer.anchor_world += 0.5 * Vector3d::UnitX();
+    line().extent.Add(-1, 1);
+    newer.extent.Add(0, 2);  // from 0.5 to 2.5 along the older one
+  }
+
+  static constexpr int64_t kNewer = kLine + 1;
+};
+
+TEST_F(MergeLinesTest, TheOlderOneIsSeenAsFarAsBothWere) {
+  EXPECT_EQ(MergeLines(options_, model_, &window_), (std::map<int64_t, int64_t>{{kNewer, kLine}}));
+  LineExtent expected;
+  expected.Add(-1, 1);
+  expected.Add(0.5, 2.5);
+  EXPECT_NEAR(line().extent.from_m(), expected.from_m(), 1e-9);
+  EXPECT_NEAR(line().extent.to_m(), expected.to_m(), 1e-9);
+  line().extent.Add(-1, 2.5);  // once more as far as the outermost ends, which then count
+  EXPECT_NEAR(line().extent.from_m(), -1, 1e-9);
+  EXPECT_NEAR(line().extent.to_m(), 2.5, 1e-9);
+}
+
+TEST_F(MergeLinesTest, FramesThatHaveLeftCountOnce) {
+  line().released_frames = {-5, -4};
+  window_.lines.at(kNewer).released_frames = {-4, -3, -2};
+  MergeLines(options_, model_, &window_);
+  EXPECT_EQ(line().released_frames, (std::vector<int64_t>{-5, -4, -3, -2}));
+  EXPECT_EQ(Describe(line(), model_, {}).observations, kFrames + 4);
+}
+
+// The later half of the frames sees the line under a second id, moved so far in the camera.
+class MergeMovedLinesTest : public MergeLinesTest {
+ protected:
+  void Move(const Vector3d& by_camera) {
+    LineLandmark& newer = window_.lines.at(kNewer);
+    const Vector3d p_world = At(0) + T_world_camera_.rotation * by_camera;
+    const StructuralLineBlock block = StructuralLineThrough(newer.structural(), 0, p_world);
+    std::copy(block.begin(), block.end(), newer.block.begin());
+    for (int i = kFrames / 2; i < kFrames; ++i) {
+      FrameState* frame = window_.frames[i].get();
+      frame->lines[kNewer] = frame->lines.at(kLine);
+      newer.frames.push_back(frame);
+      frame->lines.erase(kLine);
+      std::erase(line().frames, frame);
+    }
+  }
+  bool AreMerged() { return !MergeLines(options_, model_, &window_).empty(); }
+};
+
+// Across the view the lines are known to a millimetre, along it to some centimetres.
+TEST_F(MergeMovedLinesTest, LinesAreOneWhereTheirUncertaintyAllows) {
+  Move({0, 0, 0.02});
+  EXPECT_TRUE(AreMerged());
+}
+
+TEST_F(MergeMovedLinesTest, LinesThatAreKnownToBeApartStayTwo) {
+  Move({0, 0.02, 0});
+  EXPECT_FALSE(AreMerged());
+}
+
+TEST_F(MergeMovedLinesTest, TheJambsOfADoorStayTwoHoweverUncertain) {
+  Move({0, 0, 0.05});
+  EXPECT_FALSE(AreMerged());
+}
+
+TEST_F(MergeMovedLinesTest, LinesThatOneImageShowsSideBySideStayTwo) {
+  Move({0, 0, 0.02});
+  FrameState* frame = window_.frames.back().get();
+  frame->lines[kLine] = frame->lines.at(kNewer);
+  line().frames.push_back(frame);
+  LineSegment& left = frame->lines.at(kNewer).left;
+  const Vector2d apart(0, 3 / kFocal_px);
+  left = {left.start + apart, left.end + apart};
+  EXPECT_FALSE(AreMerged());
+  left = {left.start - apart, left.end - apart};
+  EXPECT_TRUE(AreMerged());
 }
 
 TEST_F(LineLandmarksTest, TheVerticalIsAnAxisBeforeAnyWorldIsKnown) {

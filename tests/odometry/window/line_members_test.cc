@@ -149,8 +149,60 @@ TEST_F(LineMembersTest, AMergedLineHandsOnItsPointsAlsoThoseThatHaveLeft) {
   line_.points = {5};
   newer.points = {5, 6};
   window_.lines = {{line_.id, line_}, {newer.id, newer}};
-  EXPECT_EQ(MergeLines({}, &window_), (std::map<int64_t, int64_t>{{newer.id, kLine}}));
+  EXPECT_EQ(MergeLines({}, model_, &window_), (std::map<int64_t, int64_t>{{newer.id, kLine}}));
   EXPECT_EQ(window_.lines.at(kLine).points, (std::vector<int64_t>{5, 6}));
+}
+
+// Memberships that hold in the images: three points on each of the lines.
+PointsOnLines InImages(const std::vector<int64_t>& line_ids) {
+  PointsOnLines memberships{PointsOnLinesOptions()};
+  for (const int64_t id : line_ids) {
+    const std::vector<LineObservation> lines = {
+        {id, {{300, 100}, {300, 300}}, LineSegment{{280, 100}, {280, 300}}}};
+    const std::vector<PointObservation> points = {{kPoint, {300, 150}, Vector2d(280, 150)},
+                                                  {5, {300, 200}, Vector2d(280, 200)},
+                                                  {6, {300, 250}, Vector2d(280, 250)}};
+    for (int i = 0; i < 4; ++i) memberships.AddKeyframe(points, lines);
+  }
+  return memberships;
+}
+
+TEST_F(LineMembersTest, AMergedLineDoesNotBringBackWhatWasRefuted) {
+  line_.extent.Add(0, 2);
+  LineLandmark newer = line_;
+  newer.id = kLine + 1;
+  line_.points = {6};
+  newer.points = {5, 6};
+  window_.lines = {{line_.id, line_}, {newer.id, newer}};
+  PointsOnLines memberships = InImages({kLine, newer.id});
+  memberships.Release({5, kLine});
+  ASSERT_EQ(MergeLines({}, model_, &window_).size(), 1u);
+  MergeMembers(newer.id, kLine, &memberships, &window_);
+  EXPECT_EQ(window_.lines.at(kLine).points, std::vector<int64_t>{6});
+  EXPECT_EQ(memberships.PointsOf(kLine), (std::vector<int64_t>{kPoint, 6}));
+  EXPECT_TRUE(memberships.PointsOf(newer.id).empty());
+  EXPECT_TRUE(window_.lines.at(newer.id).points.empty());
+}
+
+TEST_F(LineMembersTest, ALineThatAWrongPointPlacedStandsOnItsViewsOrNotAtAll) {
+  Look(4, [&](int i, int camera) { return Crossing(i, camera); });
+  line_.placed_by = kPoint;
+  line_.points = {kPoint};
+  window_.landmarks = {{kPoint, point_}};
+  window_.lines = {{kLine, line_}};
+  PointsOnLines memberships = InImages({kLine});
+  const auto misplaced = AdoptMembers({}, model_, &memberships, &window_);
+  EXPECT_EQ(misplaced, std::unordered_set<int64_t>{kLine});
+  EXPECT_EQ(memberships.PointsOf(kLine), (std::vector<int64_t>{5, 6}));
+  LineLandmark& line = window_.lines.at(kLine);
+  EXPECT_TRUE(RetireMisplaced({}, misplaced, model_, &window_).empty());
+  EXPECT_FALSE(line.retired);
+  EXPECT_FALSE(line.placed_by);
+  line.frames.resize(1);
+  window_.frames[0]->lines.at(kLine).right.reset();
+  EXPECT_EQ(RetireMisplaced({}, misplaced, model_, &window_), misplaced);
+  EXPECT_TRUE(line.retired);
+  EXPECT_FALSE(window_.frames[0]->lines.contains(kLine));
 }
 
 }  // namespace

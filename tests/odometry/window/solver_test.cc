@@ -18,7 +18,7 @@ class SingularSystem : public ::testing::Test {
  protected:
   SingularSystem() {
     prior_.blocks = {block_.data()};
-    prior_.block_sizes = {kSpeedBiasSize};
+    prior_.kinds = {kSpeedBiasKind};
     prior_.x_lin = {std::vector<double>(block_.begin(), block_.end())};
     prior_.jacobian.resize(1, kSpeedBiasSize);
     for (int i = 0; i < kSpeedBiasSize; ++i) prior_.jacobian(0, i) = kScale / (3 + 2 * i);
@@ -49,7 +49,7 @@ TEST_F(SingularSystem, IsRetriedWithMoreDamping) {
 // Its residual is finite where its Jacobian is not.
 class WithoutJacobian final : public Factor {
  public:
-  WithoutJacobian() : Factor(1, {kSpeedBiasSize}) {}
+  WithoutJacobian() : Factor(1, {kSpeedBiasKind}) {}
 
  protected:
   void EvaluateAt(const double* const* parameters, double* residuals,
@@ -76,7 +76,7 @@ TEST(Solve, IsUsableAtAMinimum) {
   SpeedBiasBlock block{};
   Prior prior;
   prior.blocks = {block.data()};
-  prior.block_sizes = {kSpeedBiasSize};
+  prior.kinds = {kSpeedBiasKind};
   prior.x_lin = {std::vector<double>(block.begin(), block.end())};
   prior.jacobian = Eigen::MatrixXd::Identity(kSpeedBiasSize, kSpeedBiasSize);
   prior.residual = Eigen::VectorXd::Zero(kSpeedBiasSize);
