@@ -8,6 +8,9 @@
 namespace slcmap {
 namespace {
 
+// Of a column's own size: what is left of it beside the others and is smaller is rounding.
+constexpr double kRankTolerance = 1e-12;
+
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
@@ -100,13 +103,20 @@ void LinearizeTerm(const Term& term, const Layout& layout, int first_row, Rows* 
   target.rightCols<1>() += weight * residual;
 }
 
-// Projects rows on the null space of the landmark's columns: the reflections that make these
-// triangular, applied to the states; the triangle's rows go.
-MatrixXd ProjectOutLandmark(const Rows& rows) {
-  const Eigen::HouseholderQR<MatrixXd> qr(rows.landmark);
-  MatrixXd turned = rows.states;
+// What rows say of the other columns once those of `gone` are eliminated, whatever their units:
+// the reflections that make these triangular, applied to the others. As many rows go as `gone` has
+// independent columns. Where it has fewer than columns (a line that was only seen from one plane
+// through it, a depth without parallax), the rows beyond say nothing of it, and stay.
+MatrixXd ProjectOut(const MatrixXd& gone, const MatrixXd& others) {
+  if (gone.cols() == 0) return others;
+  const VectorXd size = gone.colwise().norm();
+  const VectorXd scale = (size.array() > 0).select(size.cwiseInverse(), 1.0);
+  Eigen::ColPivHouseholderQR<MatrixXd> qr(gone.rows(), gone.cols());
+  qr.setThreshold(kRankTolerance);
+  qr.compute(gone * scale.asDiagonal());
+  MatrixXd turned = others;
   turned.applyOnTheLeft(qr.householderQ().adjoint());
-  return turned.bottomRows(rows.states.rows() - kPointSize);
+  return turned.bottomRows(others.rows() - qr.rank());
 }
 
 double* LandmarkOf(const Term& term) {
@@ -184,7 +194,8 @@ MatrixXd Stack(const std::vector<MatrixXd>& parts, int columns) {
   return all;
 }
 
-Prior PriorFromTriangle(const MatrixXd& r, const Layout& layout) {
+// Of rows [kept columns | residual].
+Prior PriorFromRows(const MatrixXd& all, const Layout& layout) {
   Prior out;
   for (double* block : layout.order()) {
     if (layout.IsDropped(block)) continue;
@@ -192,11 +203,10 @@ Prior PriorFromTriangle(const MatrixXd& r, const Layout& layout) {
     out.kinds.push_back(layout[block].kind);
     out.x_lin.push_back(layout[block].x_lin);
   }
-  const int first = layout.dropped_total(), kept = layout.total() - first;
-  const Eigen::Index rows =
-      std::min<Eigen::Index>(kept, std::max<Eigen::Index>(0, r.rows() - first));
-  out.jacobian = r.block(first, first, rows, kept).triangularView<Eigen::Upper>();
-  out.residual = r.block(first, layout.total(), rows, 1);
+  const Eigen::HouseholderQR<MatrixXd> qr(all);
+  const Eigen::Index kept = all.cols() - 1, rows = std::min(kept, all.rows());
+  out.jacobian = qr.matrixQR().topLeftCorner(rows, kept).triangularView<Eigen::Upper>();
+  out.residual = qr.matrixQR().topRightCorner(rows, 1);
   return out;
 }
 
@@ -211,11 +221,11 @@ Prior Marginalize(const std::vector<Term>& terms, const Prior& prior,
   parts.push_back(LinearizeGroup(groups[0], layout).states);
   for (size_t g = 1; g < groups.size(); ++g) {
     const Rows rows = LinearizeGroup(groups[g], layout);
-    if (rows.landmark.rows() > kPointSize) parts.push_back(ProjectOutLandmark(rows));
+    parts.push_back(ProjectOut(rows.landmark, rows.states));
   }
   const MatrixXd all = Stack(parts, layout.total() + 1);
-  const Eigen::HouseholderQR<MatrixXd> qr(all);
-  return PriorFromTriangle(qr.matrixQR().triangularView<Eigen::Upper>(), layout);
+  const int first = layout.dropped_total();
+  return PriorFromRows(ProjectOut(all.leftCols(first), all.rightCols(all.cols() - first)), layout);
 }
 
 }  // namespace slcmap
