@@ -25,4 +25,15 @@ inline constexpr int kExitInterrupted = 130;
 // True once the user pressed Ctrl-C; long loops look at it and end with the results so far.
 bool Interrupted();
 
+// While it lives Ctrl-C ends the program at once, as nothing is written that could be lost: for
+// reading and computing before the first output. One at a time. Throws StoppedError where Ctrl-C
+// was pressed before.
+class EndsAtOnce {
+ public:
+  EndsAtOnce();
+  ~EndsAtOnce();
+  EndsAtOnce(const EndsAtOnce&) = delete;
+  EndsAtOnce& operator=(const EndsAtOnce&) = delete;
+};
+
 }  // namespace slcmap

@@ -11,8 +11,10 @@
 #include "apps/evaluation/trajectory_metrics.h"
 #include "apps/evaluation/trajectory_plots.h"
 #include "apps/evaluation/trajectory_report.h"
+#include "apps/progress.h"
 #include "data/error.h"
 #include "data/json_file.h"
+#include "data/progress.h"
 #include "data/text_row.h"
 
 namespace slcmap {
@@ -65,37 +67,92 @@ TrajectoryMetrics MeasureTrajectory(const EvaluationInputs& inputs,
   }
 }
 
-// Compares the lines where they lie when the trajectory lies on the truth; prints the table and
-// draws the plan.
-Json EvaluateLineMap(const EvaluateArguments& arguments, const Alignment& alignment) {
+// Reading takes several times a file's size.
+void CheckTrajectoryFile(const std::string& path) {
+  constexpr uintmax_t kMaxBytes = 300000000;  // some three million poses
+  std::error_code error;
+  if (std::filesystem::is_directory(path, error)) {
+    throw DataError(path + ": found a folder, expected a trajectory file (TUM or EuRoC)");
+  }
+  const uintmax_t bytes = std::filesystem::file_size(path, error);
+  if (error || bytes <= kMaxBytes) return;  // what is wrong with it, reading says
+  throw DataError(fmt::format(
+      "{}: found {} bytes, expected at most {}: a trajectory of some three million poses", path,
+      bytes, kMaxBytes));
+}
+
+TrajectoryMetrics CompareTrajectories(const EvaluationInputs& inputs,
+                                      const TrajectoryMetricOptions& options) {
+  const EndsAtOnce nothing_is_written;
+  options.Check();
+  for (const std::string& path : {inputs.truth, inputs.estimate}) CheckTrajectoryFile(path);
+  return MeasureTrajectory(inputs, options);
+}
+
+struct LineComparison {
+  TrueEdges truth;
+  std::vector<MapLine> lines;  // where they lie when the trajectory lies on the truth
+  LineMetrics metrics;
+};
+
+LineComparison CompareLines(const EvaluateArguments& arguments, const Alignment& alignment) {
   const LineInputs& inputs = arguments.lines;
-  const TrueEdges truth = ReadTrueEdges(inputs.true_edges);
-  const std::vector<MapLine> lines = Aligned(alignment, ReadMapLines(inputs.lines));
-  const LineMetrics metrics = EvaluateLines(truth, lines, arguments.line_options);
-  std::fputs(("\n" + LineTable(inputs, metrics)).c_str(), stdout);
+  LineComparison comparison;
+  {
+    const EndsAtOnce nothing_is_written;
+    comparison.truth = ReadTrueEdges(inputs.true_edges);
+    comparison.lines = Aligned(alignment, ReadMapLines(inputs.lines));
+  }
+  spdlog::debug("{} true edges, {} lines", comparison.truth.seen.size(), comparison.lines.size());
+  try {
+    comparison.metrics = EvaluateLines(comparison.truth, comparison.lines, arguments.line_options,
+                                       StageProgress("lines"));
+  } catch (const DataError& error) {
+    throw DataError(
+        fmt::format("{} against {}: {}", inputs.lines, inputs.true_edges, error.what()));
+  }
+  return comparison;
+}
+
+// Prints the table and draws the plan.
+Json EvaluateLineMap(const EvaluateArguments& arguments, const Alignment& alignment) {
+  const LineComparison comparison = CompareLines(arguments, alignment);
+  std::fputs(("\n" + LineTable(arguments.lines, comparison.metrics)).c_str(), stdout);
   if (!arguments.plots.empty()) {
     MakeFolder(arguments.plots);
     const std::string plan = arguments.plots + "/lines.svg";
-    WriteLinePlan(plan, truth, lines);
+    WriteLinePlan(plan, comparison.truth, comparison.lines);
     spdlog::info("wrote {}", plan);
   }
-  return LineJson(inputs, metrics);
+  return LineJson(arguments.lines, comparison.metrics);
 }
 
-void Evaluate(EvaluateArguments arguments) {
-  EvaluationInputs& inputs = arguments.inputs;
-  if (inputs.stamps.empty()) inputs.stamps = ImageStampsBeside(inputs.truth);
-  const TrajectoryMetrics metrics = MeasureTrajectory(inputs, arguments.options);
-  std::fputs(TrajectoryTable(inputs, metrics).c_str(), stdout);
-  Json json = TrajectoryJson(inputs, metrics);
-  if (!arguments.lines.lines.empty()) {
-    json["lines"] = EvaluateLineMap(arguments, metrics.absolute.front().alignment);
-  }
+void WriteResults(const EvaluateArguments& arguments, const TrajectoryMetrics& metrics,
+                  const Json& json) {
   if (!arguments.json.empty()) WriteJsonFile(arguments.json, json);
   if (arguments.plots.empty()) return;
   for (const std::string& path : WriteTrajectoryPlots(arguments.plots, metrics)) {
     spdlog::info("wrote {}", path);
   }
+}
+
+void Evaluate(EvaluateArguments arguments) {
+  EvaluationInputs& inputs = arguments.inputs;
+  arguments.line_options.Check();
+  if (inputs.stamps.empty()) inputs.stamps = ImageStampsBeside(inputs.truth);
+  const TrajectoryMetrics metrics = CompareTrajectories(inputs, arguments.options);
+  std::fputs(TrajectoryTable(inputs, metrics).c_str(), stdout);
+  Json json = TrajectoryJson(inputs, metrics);
+  try {
+    if (!arguments.lines.lines.empty()) {
+      json["lines"] = EvaluateLineMap(arguments, metrics.absolute.front().alignment);
+    }
+  } catch (const StoppedError& error) {
+    json["partial_reason"] = error.what();
+    WriteResults(arguments, metrics, json);
+    throw;
+  }
+  WriteResults(arguments, metrics, json);
 }
 
 }  // namespace
@@ -123,6 +180,10 @@ void AddEvaluateCommand(CLI::App& app) {
   command->add_option("--json", arguments->json, "Write the figures to this file");
   command->add_option("--plots", arguments->plots,
                       "Write top.svg, side.svg, error.svg and lines.svg into this folder");
+  command
+      ->add_option("--max-samples", arguments->line_options.max_samples,
+                   "Refuse lines and edges that take more samples, of 2 cm each")
+      ->capture_default_str();
   command
       ->add_option("--max-truth-gap", arguments->options.max_truth_gap_s,
                    "Longest gap [s] across which the truth is interpolated")

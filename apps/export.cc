@@ -1,12 +1,14 @@
 // slcmap export: a map as files that other programs show.
 #include "export/export.h"
 
-#include <spdlog/fmt/fmt.h>
 #include <spdlog/spdlog.h>
 
 #include <memory>
 
 #include "apps/commands.h"
+#include "apps/export_options.h"
+#include "apps/folder_kind.h"
+#include "apps/progress.h"
 #include "mapping/map_folder.h"
 
 namespace slcmap {
@@ -17,12 +19,19 @@ struct ExportArguments {
   ExportOptions options;
 };
 
+MapResult ReadMap(const std::string& folder) {
+  const EndsAtOnce nothing_is_written;
+  return ReadMapFolder(folder);
+}
+
 void Export(const ExportArguments& arguments) {
   CheckFormats(arguments.options);
+  ExpectFolder(arguments.map, FolderKind::kMap);
   OutputFolder output(arguments.output, ExportFiles(), {arguments.map});
-  const MapResult map = ReadMapFolder(arguments.map);
+  const MapResult map = ReadMap(arguments.map);
   if (!map.complete) spdlog::warn("{}: the map is partial: {}", arguments.map, map.partial_reason);
-  for (const std::string& path : ExportMap(map, &output, arguments.options)) {
+  const Progress progress = StageProgress("export");
+  for (const std::string& path : ExportMap(map, &output, arguments.options, progress)) {
     spdlog::info("wrote {}", path);
   }
 }
@@ -38,10 +47,7 @@ void AddExportCommand(CLI::App& app) {
   command->add_option("-o,--output", arguments->output, "Folder to write into")
       ->type_name("DIR")
       ->required();
-  command
-      ->add_option("--format", arguments->options.formats,
-                   fmt::format("Formats, of {} (default: all)", fmt::join(ExportFormats(), ", ")))
-      ->delimiter(',');
+  AddExportOptions(*command, &arguments->options);
   command->footer(
       "Examples:\n  slcmap export OUT/map -o OUT/export\n"
       "  slcmap export OUT/map -o OUT/export --format glb");

@@ -9,6 +9,7 @@
 #include <new>
 
 #include "apps/commands.h"
+#include "apps/usage.h"
 #include "data/error.h"
 #include "data/progress.h"
 #include "data/version.h"
@@ -17,9 +18,15 @@ namespace slcmap {
 namespace {
 
 volatile std::sig_atomic_t interrupted = 0;
+volatile std::sig_atomic_t ends_at_once = 0;
 
 // The first signal asks the program to end with the results so far; the next one kills it.
 void HandleSignal(int) {
+  if (ends_at_once) {
+    constexpr char kMessage[] = "slcmap: error: interrupted\n";
+    [[maybe_unused]] const ssize_t written = write(STDERR_FILENO, kMessage, sizeof kMessage - 1);
+    _exit(kExitInterrupted);
+  }
   interrupted = 1;
   std::signal(SIGINT, SIG_DFL);
   std::signal(SIGTERM, SIG_DFL);
@@ -34,15 +41,6 @@ int PrintError(std::string message, int exit_code) {
   return exit_code;
 }
 
-int PrintUsageError(const CLI::App& app, const CLI::ParseError& error) {
-  // CLI11 misses a known command before it sees an unknown one.
-  const bool unknown = app.get_subcommands().empty() && app.remaining_size() > 0;
-  const std::string what =
-      unknown ? "found command '" + app.remaining().front() + "', expected one of those of --help"
-              : error.what() + std::string(" (slcmap --help shows the usage)");
-  return PrintError(what, kExitUsage);
-}
-
 void AddCommands(CLI::App& app) {
   // In the order in which data flows; each is in the file of its name.
   AddSimulateCommand(app);
@@ -52,13 +50,12 @@ void AddCommands(CLI::App& app) {
   AddExportCommand(app);
   AddRunCommand(app);
   AddEvaluateCommand(app);
+  AddHelpCommand(app);
+  RefuseEmptyValues(app);
 }
 
-void SetUpLog(CLI::App& app) {
-  spdlog::set_default_logger(spdlog::stderr_color_mt("slcmap"));
-  // On a terminal a message takes the line of a progress bar, which is drawn again below it.
-  const std::string clear_line = isatty(STDERR_FILENO) != 0 ? "\r\x1b[K" : "";
-  spdlog::set_pattern(clear_line + "slcmap: %^%l%$: %v");
+// Before and behind the command, as users expect it.
+void AddLogFlags(CLI::App& app) {
   app.add_flag_callback(
       "-v,--verbose", [] { spdlog::set_level(spdlog::level::debug); }, "Say more");
   app.add_flag_callback(
@@ -66,17 +63,28 @@ void SetUpLog(CLI::App& app) {
       "Print warnings and errors only");
 }
 
+void SetUpLog() {
+  spdlog::set_default_logger(spdlog::stderr_color_mt("slcmap"));
+  // On a terminal a message takes the line of a progress bar, which is drawn again below it.
+  const std::string clear_line = isatty(STDERR_FILENO) != 0 ? "\r\x1b[K" : "";
+  spdlog::set_pattern(clear_line + "slcmap: %^%l%$: %v");
+}
+
 int RunProgram(int argc, char** argv) {
   CLI::App app("Maps buildings from the images of a stereo camera and the samples of an IMU.");
   app.name("slcmap");
   app.set_version_flag("--version", kVersion);
   app.require_subcommand(1);
-  SetUpLog(app);
+  SetUpLog();
   AddCommands(app);
+  AddLogFlags(app);
+  for (CLI::App* command : app.get_subcommands([](CLI::App*) { return true; })) {
+    AddLogFlags(*command);
+  }
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    if (error.get_exit_code() != 0) return PrintUsageError(app, error);
+    if (error.get_exit_code() != 0) return PrintError(DescribeUsageError(app, error), kExitUsage);
     app.exit(error);  // --help, --version
   }
   std::cout.flush();
@@ -88,6 +96,14 @@ int RunProgram(int argc, char** argv) {
 }  // namespace
 
 bool Interrupted() { return interrupted != 0; }
+
+EndsAtOnce::EndsAtOnce() {
+  std::fflush(stdout);
+  if (Interrupted()) throw StoppedError("interrupted");
+  ends_at_once = 1;
+}
+
+EndsAtOnce::~EndsAtOnce() { ends_at_once = 0; }
 
 }  // namespace slcmap
 

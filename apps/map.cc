@@ -2,6 +2,7 @@
 #include <memory>
 
 #include "apps/commands.h"
+#include "apps/folder_kind.h"
 #include "apps/map_stage.h"
 #include "mapping/map_folder.h"
 
@@ -14,6 +15,7 @@ struct MapArguments {
 
 void Map(const MapArguments& arguments) {
   const MappingOptions options = ReadMappingOptions(arguments.config);
+  ExpectFolder(arguments.run, FolderKind::kRun);
   OutputFolder output(arguments.output, MapFiles(), {arguments.run});
   RunMapStage(arguments.run, options, &output);
 }

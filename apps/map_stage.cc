@@ -38,6 +38,11 @@ void WarnOfRun(const std::string& folder, const OdometryRun& run) {
   }
 }
 
+OdometryRun ReadRun(const std::string& folder) {
+  const EndsAtOnce nothing_is_written;
+  return ReadRunFolder(folder);
+}
+
 }  // namespace
 
 MappingOptions ReadMappingOptions(const std::string& config) {
@@ -46,7 +51,9 @@ MappingOptions ReadMappingOptions(const std::string& config) {
 
 MapResult RunMapStage(const std::string& run_folder, const MappingOptions& options,
                       OutputFolder* output) {
-  const OdometryRun run = ReadRunFolder(run_folder);
+  const OdometryRun run = ReadRun(run_folder);
+  spdlog::debug("{}: {} poses, {} keyframes, {} landmarks, {} lines", run_folder, run.states.size(),
+                run.keyframes.size(), run.landmarks.size(), run.lines.size());
   WarnOfRun(run_folder, run);
   MapResult map = BuildMap(run, options, StageProgress("map"));
   WriteMapFolder(output, map);

@@ -15,6 +15,10 @@ void AddOdometryOptions(CLI::App& command, OdometryArguments* arguments) {
   command.add_option("--calibration", arguments->calibration,
                      "Kalibr camera chain, or a folder with sensor.yaml files (default: the "
                      "sequence's own)");
+  command.add_option("--from", arguments->part.from_s,
+                     "Start so many seconds after the first image");
+  command.add_option("--duration", arguments->part.duration_s,
+                     "Seconds of the recording to use; 0: to the end");
   command
       .add_option(
           "--threads", arguments->threads,

@@ -7,8 +7,8 @@
 
 namespace slcmap {
 
-// Adds SEQ, --method, --config, --calibration, --threads and --realtime; `arguments` must outlive
-// the parsing.
+// Adds SEQ, --method, --config, --calibration, --from, --duration, --threads and --realtime;
+// `arguments` must outlive the parsing.
 void AddOdometryOptions(CLI::App& command, OdometryArguments* arguments);
 
 }  // namespace slcmap

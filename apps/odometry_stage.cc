@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "apps/commands.h"
+#include "apps/folder_kind.h"
 #include "apps/process_cost.h"
 #include "apps/progress.h"
 #include "apps/trajectory_stream.h"
@@ -236,6 +237,14 @@ void LogResult(const OdometryRun& run, double path_length_m, const std::string& 
   spdlog::info("wrote {}{}", folder, run.complete ? "" : " (partial: " + run.partial_reason + ")");
 }
 
+Sequence OpenPart(const OdometryArguments& arguments) {
+  const EndsAtOnce nothing_is_written;
+  ExpectFolder(arguments.sequence, FolderKind::kSequence);
+  Sequence sequence = OpenSequence(arguments.sequence, {.calibration = arguments.calibration});
+  KeepPart(arguments.part, &sequence);
+  return sequence;
+}
+
 }  // namespace
 
 OdometryRun RunOdometryStage(const OdometryArguments& arguments,
@@ -243,10 +252,10 @@ OdometryRun RunOdometryStage(const OdometryArguments& arguments,
   if (arguments.threads < 1 || arguments.threads > 256) {
     throw ConfigError(fmt::format("--threads: found {}, expected 1 to 256", arguments.threads));
   }
+  arguments.part.Check();
   const OdometryOptions options = ReadOptions(arguments);
   OutputFolder output(arguments.run, RunFiles(), FoldersOf(arguments.sequence));
-  const Sequence sequence =
-      OpenSequence(arguments.sequence, {.calibration = arguments.calibration});
+  const Sequence sequence = OpenPart(arguments);
   if (!IsStereo(sequence.rig) && options.method != Method::kPointsMono) {
     throw DataError(sequence.folder +
                     ": found one camera, expected cam0 and cam1, or --method points-mono");

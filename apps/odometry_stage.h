@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "data/output_folder.h"
+#include "data/sequence_part.h"
 #include "odometry/run.h"
 
 namespace slcmap {
@@ -15,6 +16,7 @@ struct OdometryArguments {
   std::string method;       // "" takes the configuration's
   std::string config;       // YAML; "" takes the defaults
   std::string calibration;  // "" takes the sequence's
+  SequencePart part;        // of the sequence
   int threads = 2;          // the results are the same with any
   bool real_time = false;   // plays the recording at its own pace, and skips what is late
 };

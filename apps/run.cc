@@ -7,9 +7,11 @@
 
 #include "apps/commands.h"
 #include "apps/evaluation/trajectory_metrics.h"
+#include "apps/export_options.h"
 #include "apps/map_stage.h"
 #include "apps/odometry_options.h"
 #include "apps/odometry_stage.h"
+#include "apps/progress.h"
 #include "data/asl_files.h"
 #include "data/error.h"
 #include "data/sequence.h"
@@ -22,6 +24,7 @@ namespace {
 struct RunArguments {
   OdometryArguments odometry;
   std::string output;
+  ExportOptions exporting;
 };
 
 // Runs a stage and says how long it took.
@@ -82,6 +85,7 @@ void RunAll(const RunArguments& arguments) {
   OdometryArguments odometry = arguments.odometry;
   odometry.run = output + "/run";
   const MappingOptions mapping = ReadMappingOptions(odometry.config);
+  CheckFormats(arguments.exporting);
   OutputFolder map_folder(output + "/map", MapFiles(), {odometry.sequence});
   OutputFolder export_folder(output + "/export", ExportFiles(), {odometry.sequence});
   const OdometryRun run = RunOdometryStage(odometry, {&map_folder, &export_folder});
@@ -89,8 +93,9 @@ void RunAll(const RunArguments& arguments) {
   const MapResult map =
       Timed("map", [&] { return RunMapStage(odometry.run, mapping, &map_folder); });
   if (Interrupted()) return;
-  const std::vector<std::string> files =
-      Timed("export", [&] { return ExportMap(map, &export_folder, {}); });
+  const std::vector<std::string> files = Timed("export", [&] {
+    return ExportMap(map, &export_folder, arguments.exporting, StageProgress("export"));
+  });
   map_folder.RemoveAside();
   export_folder.RemoveAside();
   PrintAccuracies(odometry.sequence, run, map);
@@ -109,8 +114,10 @@ void AddRunCommand(CLI::App& app) {
       ->add_option("-o,--output", arguments->output, "Folder for the results: run, map and export")
       ->type_name("OUT")
       ->required();
+  AddExportOptions(*command, &arguments->exporting);
   command->footer(
-      "Example:\n  slcmap run MH_01_easy -o out\n\n"
+      "Examples:\n  slcmap run MH_01_easy -o out\n"
+      "  slcmap run MH_01_easy -o out --from 40 --duration 20 --format glb\n\n"
       "Where the sequence holds true poses, the accuracy is printed too.");
   command->callback([arguments] { RunAll(*arguments); });
 }

@@ -5,12 +5,24 @@
 #include <algorithm>
 
 #include "data/error.h"
-#include "data/file.h"
+#include "data/nearest_name.h"
 #include "export/gltf_writer.h"
 #include "export/ply_writer.h"
 #include "export/scene_writer.h"
 
 namespace slcmap {
+namespace {
+
+// All for no names.
+std::vector<std::unique_ptr<SceneWriter>> WantedWriters(const std::vector<std::string>& names) {
+  std::vector<std::unique_ptr<SceneWriter>> writers = MakeSceneWriters();
+  std::erase_if(writers, [&](const std::unique_ptr<SceneWriter>& writer) {
+    return !names.empty() && std::find(names.begin(), names.end(), writer->Format()) == names.end();
+  });
+  return writers;
+}
+
+}  // namespace
 
 std::vector<std::unique_ptr<SceneWriter>> MakeSceneWriters() {
   std::vector<std::unique_ptr<SceneWriter>> writers;
@@ -35,32 +47,33 @@ void CheckFormats(const ExportOptions& options) {
   const std::vector<std::string> known = ExportFormats();
   for (const std::string& format : options.formats) {
     if (std::find(known.begin(), known.end(), format) != known.end()) continue;
-    throw ConfigError(
-        fmt::format("format: found '{}', expected one of {}", format, fmt::join(known, ", ")));
+    throw ConfigError(fmt::format("format: found '{}', expected one of {}{}", format,
+                                  fmt::join(known, ", "), DidYouMean(format, known)));
   }
 }
 
 std::vector<std::string> ExportMap(const MapResult& map, const std::string& folder,
-                                   const ExportOptions& options) {
+                                   const ExportOptions& options, const Progress& progress) {
   CheckFormats(options);
   OutputFolder output(folder, ExportFiles());
-  return ExportMap(map, &output, options);
+  return ExportMap(map, &output, options, progress);
 }
 
 std::vector<std::string> ExportMap(const MapResult& map, OutputFolder* folder,
-                                   const ExportOptions& options) {
+                                   const ExportOptions& options, const Progress& progress) {
   CheckFormats(options);
-  const std::vector<std::string>& wanted = options.formats;
-  const MapScene scene = MakeScene(map, options.scene);
+  const std::vector<std::unique_ptr<SceneWriter>> writers = WantedWriters(options.formats);
+  const double parts = 1 + static_cast<double>(writers.size());
+  const MapScene scene = MakeScene(map, options.scene, progress.Part(0, 1 / parts));
   std::vector<std::string> paths;
-  for (const auto& writer : MakeSceneWriters()) {
-    const bool is_wanted =
-        wanted.empty() || std::find(wanted.begin(), wanted.end(), writer->Format()) != wanted.end();
-    if (!is_wanted) continue;
-    for (const std::string& path : writer->Write(folder->staging(), scene)) {
+  for (std::size_t i = 0; i < writers.size(); ++i) {
+    const double from = static_cast<double>(i + 1) / parts;
+    const Progress part = progress.Part(from, from + 1 / parts);
+    for (const std::string& path : writers[i]->Write(folder->staging(), scene, part)) {
       paths.push_back(folder->path() + path.substr(folder->staging().size()));
     }
   }
+  progress.ReportOrStop(1);
   folder->Commit();
   return paths;
 }

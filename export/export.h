@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "data/output_folder.h"
+#include "data/progress.h"
 #include "export/scene.h"
 #include "mapping/map.h"
 
@@ -26,11 +27,12 @@ StageFiles ExportFiles();
 
 // Writes a map into a folder, which is made where it is missing, and returns the files' paths. The
 // files of an earlier export are replaced once all are written. Throws ConfigError for a format
-// that there is not, OutputError naming the file that cannot be written, and what OutputFolder
-// throws.
+// that there is not or a map that is too large (SceneOptions::max_vertices), OutputError naming the
+// file that cannot be written, StoppedError when progress says so, and what OutputFolder throws;
+// the files of an earlier export then stay as they were.
 std::vector<std::string> ExportMap(const MapResult& map, const std::string& folder,
-                                   const ExportOptions& options);
+                                   const ExportOptions& options, const Progress& progress = {});
 std::vector<std::string> ExportMap(const MapResult& map, OutputFolder* folder,
-                                   const ExportOptions& options);
+                                   const ExportOptions& options, const Progress& progress = {});
 
 }  // namespace slcmap

@@ -145,24 +145,28 @@ std::vector<uint32_t> Flat(const std::vector<std::array<uint32_t, N>>& groups) {
 
 }  // namespace
 
-std::vector<std::string> GltfSceneWriter::Write(const std::string& folder,
-                                                const MapScene& scene) const {
+std::vector<std::string> GltfSceneWriter::Write(const std::string& folder, const MapScene& scene,
+                                                const Progress& progress) const {
   ModelBuilder builder;
   for (const PointLayer& layer : scene.points) {
     builder.AddLayer(layer.name, layer.vertices, {}, TINYGLTF_MODE_POINTS);
   }
+  progress.ReportOrStop(0.1);
   for (const LineLayer& layer : scene.lines) {
     builder.AddLayer(layer.name, layer.vertices, Flat(layer.edges), TINYGLTF_MODE_LINE);
   }
   for (const MeshLayer& layer : scene.meshes) {
+    progress.ReportOrStop(0.2);
     builder.AddLayer(layer.name, layer.vertices, Flat(layer.triangles), TINYGLTF_MODE_TRIANGLES);
   }
+  progress.ReportOrStop(0.5);
   const tinygltf::Model model = builder.Finish();
   const std::string path = folder + "/scene.glb";
   std::ostringstream bytes;
   if (!tinygltf::TinyGLTF().WriteGltfSceneToStream(&model, bytes, false, true)) {
     throw OutputError(path + ": cannot be written as glTF");
   }
+  progress.ReportOrStop(0.8);
   WriteFile(path, bytes.str());
   return {path};
 }

@@ -11,7 +11,8 @@ namespace slcmap {
 class GltfSceneWriter : public SceneWriter {
  public:
   std::string Format() const override { return "glb"; }
-  std::vector<std::string> Write(const std::string& folder, const MapScene& scene) const override;
+  std::vector<std::string> Write(const std::string& folder, const MapScene& scene,
+                                 const Progress& progress) const override;
 };
 
 }  // namespace slcmap

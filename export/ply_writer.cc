@@ -5,11 +5,16 @@
 namespace slcmap {
 namespace {
 
-PlyElement VertexElement(const Vertices& vertices) {
+PlyElement VertexElement(const Vertices& vertices, const Progress& progress) {
+  constexpr std::size_t kReportEvery = 65536;
   PlyElement element{"vertex", {}};
   for (const char* name : {"x", "y", "z"}) element.Add(name, PlyType::kFloat);
   for (const char* name : {"red", "green", "blue"}) element.Add(name, PlyType::kUint8);
+  for (PlyProperty& property : element.properties) property.values.reserve(vertices.size());
   for (std::size_t i = 0; i < vertices.size(); ++i) {
+    if (i % kReportEvery == 0) {
+      progress.ReportOrStop(static_cast<double>(i) / static_cast<double>(vertices.size()));
+    }
     const Eigen::Vector3d& p = vertices.positions[i];
     const Colour& c = vertices.colours[i];
     element.AppendRow({p.x(), p.y(), p.z(), static_cast<double>(c.red),
@@ -29,22 +34,28 @@ PlyElement EdgeElement(const std::vector<std::array<uint32_t, 2>>& edges) {
 
 }  // namespace
 
-std::vector<std::string> PlySceneWriter::Write(const std::string& folder,
-                                               const MapScene& scene) const {
+std::vector<std::string> PlySceneWriter::Write(const std::string& folder, const MapScene& scene,
+                                               const Progress& progress) const {
   std::vector<std::string> paths;
+  const std::size_t layers = scene.points.size() + scene.lines.size() + scene.meshes.size();
+  const auto vertices_of = [&](const auto& layer) {
+    const double done = static_cast<double>(paths.size());
+    const double all = static_cast<double>(layers);
+    return VertexElement(layer.vertices, progress.Part(done / all, (done + 0.5) / all));
+  };
   const auto write = [&](const std::string& name, const PlyFile& file) {
     paths.push_back(folder + "/" + name + ".ply");
     WritePly(paths.back(), file);
   };
   const std::vector<std::string> comments = {"slcmap, metres in the world frame, z up"};
   for (const PointLayer& layer : scene.points) {
-    write(layer.name, {comments, {VertexElement(layer.vertices)}, {}});
+    write(layer.name, {comments, {vertices_of(layer)}, {}});
   }
   for (const LineLayer& layer : scene.lines) {
-    write(layer.name, {comments, {VertexElement(layer.vertices), EdgeElement(layer.edges)}, {}});
+    write(layer.name, {comments, {vertices_of(layer), EdgeElement(layer.edges)}, {}});
   }
   for (const MeshLayer& layer : scene.meshes) {
-    PlyFile file{comments, {VertexElement(layer.vertices)}, {}};
+    PlyFile file{comments, {vertices_of(layer)}, {}};
     for (const auto& triangle : layer.triangles) {
       file.faces.emplace_back(triangle.begin(), triangle.end());
     }

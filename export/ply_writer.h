@@ -10,7 +10,8 @@ namespace slcmap {
 class PlySceneWriter : public SceneWriter {
  public:
   std::string Format() const override { return "ply"; }
-  std::vector<std::string> Write(const std::string& folder, const MapScene& scene) const override;
+  std::vector<std::string> Write(const std::string& folder, const MapScene& scene,
+                                 const Progress& progress) const override;
 };
 
 }  // namespace slcmap

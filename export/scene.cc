@@ -104,6 +104,23 @@ LineLayer KeyframesOf(const MapResult& map, const SceneOptions& options) {
   return layer;
 }
 
+constexpr int64_t kBarVertices = 8, kFrustumVertices = 16, kCubeVertices = 24;
+
+// Before a vertex is made: each takes memory several times over, until it is written.
+void CheckSize(const MapResult& map, const std::vector<Voxel>& voxels,
+               const SceneOptions& options) {
+  const int64_t others = std::ssize(map.points) + std::ssize(map.trajectory) +
+                         kFrustumVertices * std::ssize(map.keyframes) +
+                         (2 + kBarVertices) * std::ssize(map.lines);
+  int64_t of_voxels = kCubeVertices * std::ssize(voxels);  // at most
+  if (others + of_voxels > options.max_vertices) of_voxels = CountVoxelVertices(voxels);
+  if (others + of_voxels <= options.max_vertices) return;
+  throw ConfigError(fmt::format(
+      "max_vertices: found a map of {} vertices, {} of them for its {} occupied voxels, expected "
+      "at most {}: map with a coarser mapping.occupancy.resolution_m, or give a higher limit",
+      others + of_voxels, of_voxels, voxels.size(), options.max_vertices));
+}
+
 }  // namespace
 
 void SceneOptions::Check() const {
@@ -115,10 +132,14 @@ void SceneOptions::Check() const {
   require(frustum_spacing_m >= 0, "frustum_spacing_m", frustum_spacing_m, "at least 0");
   require(max_jump_s > 0, "max_jump_s", max_jump_s, "more than 0");
   require(line_bar_m > 0, "line_bar_m", line_bar_m, "more than 0");
+  require(max_vertices > 0, "max_vertices", max_vertices, "more than 0");
 }
 
-MapScene MakeScene(const MapResult& map, const SceneOptions& options) {
+MapScene MakeScene(const MapResult& map, const SceneOptions& options, const Progress& progress) {
   options.Check();
+  const std::vector<Voxel> voxels = map.occupancy.OccupiedVoxels();
+  CheckSize(map, voxels, options);
+  progress.ReportOrStop(0);
   std::vector<double> heights_m;
   for (const MapPoint& point : map.points) heights_m.push_back(point.p_world.z());
   const HeightColours colours(std::move(heights_m));
@@ -128,8 +149,8 @@ MapScene MakeScene(const MapResult& map, const SceneOptions& options) {
   scene.lines = {LinesOf(map), TrajectoryOf(map, options.max_jump_s), KeyframesOf(map, options)};
   scene.meshes = {{"voxels", {}, {}}, {"line_bars", {}, {}}};
   AddVoxels(
-      map.occupancy.OccupiedVoxels(),
-      [&](const Voxel& voxel) { return colours.At(voxel.centre_world.z()); }, &scene.meshes[0]);
+      voxels, [&](const Voxel& voxel) { return colours.At(voxel.centre_world.z()); },
+      &scene.meshes[0], progress);
   AddBars(scene.lines[0], options.line_bar_m, &scene.meshes[1]);
   return scene;
 }

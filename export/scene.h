@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "data/progress.h"
 #include "mapping/map.h"
 
 namespace slcmap {
@@ -60,13 +61,16 @@ struct SceneOptions {
   double frustum_spacing_m = 0.5;  // keyframes nearer to the last drawn one are left out
   double max_jump_s = 0.5;         // the trajectory is not drawn across longer gaps
   double line_bar_m = 0.04;        // width of lines that are drawn as bars
+  int max_vertices = 8000000;      // of all layers; some 200 bytes of memory each, with writing
   void Check() const;              // throws ConfigError
 };
 
 // The layers of a map: points ("points", coloured by height), lines ("lines" coloured by axis and
 // age, "trajectory" by time, "keyframes": a frustum of the left camera each) and meshes ("voxels",
 // coloured by height, and "line_bars": the lines once more, for viewers that draw edges a pixel
-// wide, without their colours or not at all).
-MapScene MakeScene(const MapResult& map, const SceneOptions& options);
+// wide, without their colours or not at all). Throws ConfigError for a map that takes more than
+// max_vertices, before any is made, and StoppedError when progress says so.
+MapScene MakeScene(const MapResult& map, const SceneOptions& options,
+                   const Progress& progress = {});
 
 }  // namespace slcmap

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "data/progress.h"
 #include "export/scene.h"
 
 namespace slcmap {
@@ -16,9 +17,10 @@ class SceneWriter {
 
   virtual std::string Format() const = 0;  // as named on the command line, such as "glb"
 
-  // Writes files into an existing folder and returns their paths. Throws OutputError.
-  virtual std::vector<std::string> Write(const std::string& folder,
-                                         const MapScene& scene) const = 0;
+  // Writes files into an existing folder and returns their paths. Throws OutputError, and
+  // StoppedError when progress says so.
+  virtual std::vector<std::string> Write(const std::string& folder, const MapScene& scene,
+                                         const Progress& progress) const = 0;
 };
 
 // A writer for each format there is.

@@ -8,6 +8,8 @@
 namespace slcmap {
 namespace {
 
+constexpr int64_t kFaceVertices = 4;
+
 // A face of a cube of edge 2 about the origin.
 struct CubeFace {
   std::array<int64_t, 3> normal;
@@ -64,18 +66,36 @@ void AddFace(const Voxel& voxel, const CubeFace& face, const Colour& colour, Mes
   layer->triangles.push_back({first, first + 2, first + 3});
 }
 
+// Calls visit(voxel, face) for each face that is not between two voxels.
+template <typename Visitor>
+void ForEachFace(const std::vector<Voxel>& voxels, const Progress& progress, Visitor visit) {
+  constexpr std::size_t kReportEvery = 1024;
+  const VoxelGrid grid(voxels);
+  const std::vector<CubeFace> faces = CubeFaces();
+  for (std::size_t i = 0; i < voxels.size(); ++i) {
+    if (i % kReportEvery == 0) {
+      progress.ReportOrStop(static_cast<double>(i) / static_cast<double>(voxels.size()));
+    }
+    for (const CubeFace& face : faces) {
+      if (!grid.HasNeighbour(voxels[i], face.normal)) visit(voxels[i], face);
+    }
+  }
+}
+
 }  // namespace
 
 void AddVoxels(const std::vector<Voxel>& voxels,
-               const std::function<Colour(const Voxel&)>& colour_of, MeshLayer* layer) {
-  const VoxelGrid grid(voxels);
-  const std::vector<CubeFace> faces = CubeFaces();
-  for (const Voxel& voxel : voxels) {
-    const Colour colour = colour_of(voxel);
-    for (const CubeFace& face : faces) {
-      if (!grid.HasNeighbour(voxel, face.normal)) AddFace(voxel, face, colour, layer);
-    }
-  }
+               const std::function<Colour(const Voxel&)>& colour_of, MeshLayer* layer,
+               const Progress& progress) {
+  ForEachFace(voxels, progress, [&](const Voxel& voxel, const CubeFace& face) {
+    AddFace(voxel, face, colour_of(voxel), layer);
+  });
+}
+
+int64_t CountVoxelVertices(const std::vector<Voxel>& voxels) {
+  int64_t faces = 0;
+  ForEachFace(voxels, {}, [&](const Voxel&, const CubeFace&) { ++faces; });
+  return kFaceVertices * faces;
 }
 
 }  // namespace slcmap

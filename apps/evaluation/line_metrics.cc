@@ -1,5 +1,7 @@
 #include "apps/evaluation/line_metrics.h"
 
+#include <spdlog/fmt/fmt.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -25,16 +27,24 @@ double Length(const std::vector<PlySegment>& segments) {
 // the nearest of the others up to the largest tolerance, if any.
 template <typename Visitor>
 void ForEachSample(const std::vector<PlySegment>& segments, const SegmentIndex& others,
-                   const LineMetricOptions& options, Visitor visit) {
+                   const LineMetricOptions& options, const Progress& progress, Visitor visit) {
+  constexpr int kReportEvery = 256;
+  const double all_m = Length(segments);
+  double done_m = 0;
+  int samples = 0;
   for (const PlySegment& segment : segments) {
     const double length_m = Length(segment);
     const Eigen::Vector3d along = segment.end_world - segment.start_world;
     const double count = std::max(std::round(length_m / options.sample_m), 1.0);
     for (double i = 0.5; i < count; ++i) {
+      if (samples++ % kReportEvery == 0) {
+        progress.ReportOrStop((done_m + i / count * length_m) / all_m);
+      }
       visit(length_m / count,
             others.Nearest(segment.start_world + i / count * along, along / length_m,
                            options.tolerances_m.back(), options.max_angle_deg / kDegrees));
     }
+    done_m += length_m;
   }
 }
 
@@ -84,14 +94,33 @@ std::vector<PlySegment> WithExtent(const std::vector<MapLine>& lines) {
   return segments;
 }
 
+// Before the first of them is made. A length that is not finite is refused too.
+void CheckSamples(const TrueEdges& truth, const std::vector<PlySegment>& mapped,
+                  const LineMetricOptions& options) {
+  const double edges_m = std::max(Length(truth.whole), Length(truth.seen));
+  const double lines_m = Length(mapped);
+  const double samples = (edges_m + lines_m) / options.sample_m;
+  if (samples <= options.max_samples) return;
+  throw DataError(
+      fmt::format("found {:.6g} m of edges and {:.6g} m of lines, which take {:.3g} samples every "
+                  "{} m; expected at most {} samples (--max-samples): are both in metres?",
+                  edges_m, lines_m, samples, options.sample_m, options.max_samples));
+}
+
 double Ratio(double part, double whole) { return whole > 0 ? part / whole : 0; }
 
 }  // namespace
 
 void LineMetricOptions::Check() const {
-  if (!(sample_m > 0)) throw ConfigError("sample_m: expected more than 0");
+  if (!(sample_m > 0)) {
+    throw ConfigError(fmt::format("sample_m: found {}, expected more than 0", sample_m));
+  }
   if (!(max_angle_deg > 0 && max_angle_deg <= 90)) {
-    throw ConfigError("max_angle_deg: expected more than 0, and at most 90");
+    throw ConfigError(fmt::format("max_angle_deg: found {}, expected more than 0, and at most 90",
+                                  max_angle_deg));
+  }
+  if (max_samples < 1) {
+    throw ConfigError(fmt::format("--max-samples: found {}, expected at least 1", max_samples));
   }
   if (tolerances_m.empty() || !(tolerances_m.front() > 0) ||
       !std::is_sorted(tolerances_m.begin(), tolerances_m.end())) {
@@ -100,9 +129,10 @@ void LineMetricOptions::Check() const {
 }
 
 LineMetrics EvaluateLines(const TrueEdges& truth, const std::vector<MapLine>& lines,
-                          const LineMetricOptions& options) {
+                          const LineMetricOptions& options, const Progress& progress) {
   options.Check();
   const std::vector<PlySegment> mapped = WithExtent(lines);
+  CheckSamples(truth, mapped, options);
   LineMetrics metrics;
   metrics.lines = static_cast<int64_t>(lines.size());
   metrics.without_extent = static_cast<int64_t>(lines.size() - mapped.size());
@@ -111,15 +141,16 @@ LineMetrics EvaluateLines(const TrueEdges& truth, const std::vector<MapLine>& li
 
   MatchedLengths correct(options.tolerances_m), covered(options.tolerances_m);
   AccuracySums accuracy;
-  ForEachSample(mapped, SegmentIndex(truth.whole), options,
+  ForEachSample(mapped, SegmentIndex(truth.whole), options, progress.Part(0, 0.5),
                 [&](double length_m, const auto& match) {
                   if (!match) return;
                   correct.Add(length_m, match->distance_m);
                   accuracy.Add(length_m, *match);
                 });
-  ForEachSample(truth.seen, SegmentIndex(mapped), options, [&](double length_m, const auto& match) {
-    if (match) covered.Add(length_m, match->distance_m);
-  });
+  ForEachSample(truth.seen, SegmentIndex(mapped), options, progress.Part(0.5, 1),
+                [&](double length_m, const auto& match) {
+                  if (match) covered.Add(length_m, match->distance_m);
+                });
   for (std::size_t i = 0; i < options.tolerances_m.size(); ++i) {
     metrics.scores.push_back({options.tolerances_m[i], covered.at(i),
                               Ratio(covered.at(i), metrics.seen_length_m),

@@ -8,6 +8,7 @@
 #include "apps/evaluation/alignment.h"
 #include "apps/evaluation/true_edges.h"
 #include "data/map_line.h"
+#include "data/progress.h"
 
 namespace slcmap {
 
@@ -15,6 +16,7 @@ struct LineMetricOptions {
   double sample_m = 0.02;     // between samples along mapped lines and true edges
   double max_angle_deg = 10;  // between a sample's direction and that of what it is compared with
   std::vector<double> tolerances_m = {0.01, 0.02, 0.05, 0.1, 0.2};  // ascending
+  int max_samples = 10000000;                                       // of lines and edges together
   void Check() const;                                               // throws ConfigError
 };
 
@@ -47,9 +49,10 @@ struct LineMetrics {
   std::optional<LineAccuracy> accuracy;  // nothing where no sample is correct
 };
 
-// Compares lines with edges in the same world.
+// Compares lines with edges in the same world. Throws DataError when their lengths take more than
+// max_samples, and StoppedError when progress says so.
 LineMetrics EvaluateLines(const TrueEdges& truth, const std::vector<MapLine>& lines,
-                          const LineMetricOptions& options);
+                          const LineMetricOptions& options, const Progress& progress = {});
 
 // The lines laid over the truth, as the trajectory was.
 std::vector<MapLine> Aligned(const Alignment& alignment, std::vector<MapLine> lines);

@@ -3,6 +3,8 @@
 #include <spdlog/fmt/fmt.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace slcmap {
@@ -11,6 +13,7 @@ namespace {
 constexpr double kWidth = 800, kHeight = 600;  // user units, as all lengths on the page here
 constexpr double kLeft = 70, kRight = 20, kTop = 40, kBottom = 55;
 constexpr int kMaxTicks = 8;
+constexpr std::size_t kMaxCurvePoints = 30000;  // a page has less than 800 columns
 
 using Box = Eigen::AlignedBox2d;
 
@@ -63,6 +66,32 @@ std::string Text(double x, double y, const std::string& anchor, const std::strin
                      anchor, more, Escape(text));
 }
 
+// Of a long curve only those points that show: of each stretch of points its first and last, and
+// the furthest in every direction of the page, in their order.
+std::vector<Eigen::Vector2d> Thinned(const std::vector<Eigen::Vector2d>& points) {
+  if (points.size() <= kMaxCurvePoints) return points;
+  constexpr std::size_t kKept = 6;
+  const std::size_t stretches = kMaxCurvePoints / kKept;
+  std::vector<Eigen::Vector2d> kept;
+  for (std::size_t i = 0; i < stretches; ++i) {
+    const std::size_t first = i * points.size() / stretches;
+    const std::size_t end = (i + 1) * points.size() / stretches;
+    std::array<std::size_t, kKept> shown;
+    shown.fill(first);
+    shown[1] = end - 1;
+    for (std::size_t k = first; k < end; ++k) {
+      for (int axis = 0; axis < 2; ++axis) {
+        if (points[k][axis] < points[shown[2 + axis]][axis]) shown[2 + axis] = k;
+        if (points[k][axis] > points[shown[4 + axis]][axis]) shown[4 + axis] = k;
+      }
+    }
+    std::sort(shown.begin(), shown.end());
+    const auto last = std::unique(shown.begin(), shown.end());
+    for (auto k = shown.begin(); k != last; ++k) kept.push_back(points[*k]);
+  }
+  return kept;
+}
+
 // Places data on the page.
 class Page {
  public:
@@ -93,7 +122,7 @@ class Page {
  private:
   std::string Curve(const SvgSeries& series) const {
     std::string points;
-    for (const Eigen::Vector2d& point : series.points) {
+    for (const Eigen::Vector2d& point : Thinned(series.points)) {
       const Eigen::Vector2d p = Place(point);
       points += fmt::format("{:.2f},{:.2f} ", p.x(), p.y());
     }

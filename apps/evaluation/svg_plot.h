@@ -25,7 +25,8 @@ struct SvgPlot {
   std::vector<SvgSeries> series;
 };
 
-// The SVG document of a plot; the series may be empty.
+// The SVG document of a plot; the series may be empty. Of a curve of more than 30,000 points only
+// those that show are drawn.
 std::string DrawSvg(const SvgPlot& plot);
 
 }  // namespace slcmap

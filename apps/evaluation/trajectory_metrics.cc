@@ -189,7 +189,10 @@ double MeasureHeading(const std::vector<AssociatedPose>& poses) {
 
 void TrajectoryMetricOptions::Check() const {
   const auto positive = [](double value) { return value > 0; };
-  if (!positive(max_truth_gap_s)) throw ConfigError("max_truth_gap_s: expected more than 0");
+  if (!positive(max_truth_gap_s)) {
+    throw ConfigError(
+        fmt::format("--max-truth-gap: found {}, expected more than 0 s", max_truth_gap_s));
+  }
   if (initialisation_s < 0) throw ConfigError("initialisation_s: expected at least 0");
   if (min_coverage < 0 || min_coverage > 1) throw ConfigError("min_coverage: expected 0 to 1");
   if (!std::all_of(rpe_lengths_m.begin(), rpe_lengths_m.end(), positive)) {

@@ -69,6 +69,28 @@ TEST_F(ExportTest, AllFormatsAreWritten) {
   for (const char* name : kFiles) EXPECT_TRUE(std::filesystem::exists(Path(name))) << name;
 }
 
+TEST_F(ExportTest, AnExportThatIsEndedLeavesTheEarlierOne) {
+  ExportMap(MakeMap(), folder_, {});
+  const std::string before = ReadFile(Path("scene.glb"));
+  int reports = 0;
+  const auto count = [&](double) {
+    ++reports;
+    return true;
+  };
+  ExportMap(MakeMap(), folder_, {}, Progress(count));
+  EXPECT_GT(reports, 10);
+  const int all = reports;
+  MapResult map = MakeMap();
+  map.points[0].p_world.z() += 1;
+  for (const int last : {0, all / 2, all - 1}) {
+    reports = 0;
+    const Progress stop([&](double) { return reports++ < last; });
+    EXPECT_THROW(ExportMap(map, folder_, {}, stop), StoppedError) << last;
+    EXPECT_TRUE(ReadFile(Path("scene.glb")) == before);
+    EXPECT_FALSE(std::filesystem::exists(Path(".unfinished")));
+  }
+}
+
 TEST_F(ExportTest, OneFormatAlone) {
   ExportOptions options;
   options.formats = {"glb"};

@@ -53,6 +53,20 @@ TEST(MapScene, LinesHaveTheColourOfTheirAxisAndAge) {
   EXPECT_LT(blue(2), blue(0));
 }
 
+TEST(MapScene, AMapOfTooManyVerticesIsRefusedWithTheirNumber) {
+  const MapResult map = MakeMap();
+  int64_t vertices = 0;
+  const MapScene scene = MakeScene(map, {});
+  for (const PointLayer& layer : scene.points) vertices += layer.vertices.size();
+  for (const LineLayer& layer : scene.lines) vertices += layer.vertices.size();
+  for (const MeshLayer& layer : scene.meshes) vertices += layer.vertices.size();
+  SceneOptions options;
+  options.max_vertices = static_cast<int>(vertices);
+  EXPECT_NO_THROW(MakeScene(map, options));
+  options.max_vertices -= 1;
+  EXPECT_THROW(MakeScene(map, options), ConfigError);
+}
+
 TEST(MapScene, AnEmptyMapHasEmptyLayers) {
   const MapScene scene = MakeScene(MapResult(), {});
   for (const PointLayer& layer : scene.points) EXPECT_EQ(layer.vertices.size(), 0u);

@@ -11,6 +11,7 @@ namespace {
 using ::testing::AllOf;
 using testing::ExpectError;
 using ::testing::HasSubstr;
+using ::testing::Not;
 using testing::ProcessResult;
 using testing::RunShell;
 using testing::RunSlcmap;
@@ -26,12 +27,45 @@ TEST(CommandLine, HelpAndVersionSucceed) {
 }
 
 TEST(CommandLine, UsageErrorsAreTwo) {
-  ExpectError(RunSlcmap(""), 2, "subcommand is required");
-  ExpectError(RunSlcmap("fly"), 2, "found command 'fly'");
-  ExpectError(RunSlcmap("odometry"), 2, "sequence is required");
-  ExpectError(RunSlcmap("odometry seq -o run --threads many"), 2, "--threads");
+  ExpectError(RunSlcmap(""), 2, "found no command, expected one of simulate, check, odometry");
+  ExpectError(RunSlcmap("fly"), 2, "found command 'fly', expected one of simulate");
+  ExpectError(RunSlcmap("evalaute"), 2, "did you mean 'evaluate'?");
+  ExpectError(RunSlcmap("odometry"), 2, "odometry: found no sequence, expected one");
+  ExpectError(RunSlcmap("odometry seq"), 2, "odometry: found no --output, expected one");
+  ExpectError(RunSlcmap("odometry seq -o run --threads many"), 2,
+              "--threads: found 'many', expected a whole number");
+  ExpectError(RunSlcmap("odometry seq -o run --threads 1e9"), 2, "--threads: found '1e9'");
+  ExpectError(RunSlcmap("odometry seq -o run --threads -5"), 2, "--threads: found -5");
+  ExpectError(RunSlcmap("odometry seq -o run -o other"), 2, "--output: found 2 values");
+  ExpectError(RunSlcmap("odometry seq -o run --config"), 2, "--config: found no value");
+  ExpectError(RunSlcmap("odometry seq -o run --config ''"), 2, "--config: found an empty text");
+  ExpectError(RunSlcmap("map '' -o map"), 2, "found an empty text");
+  ExpectError(RunSlcmap("map run -o map --confg a"), 2, "did you mean '--config'?");
+  ExpectError(RunSlcmap("map run other -o map"), 2, "map: found 'other'");
+  ExpectError(RunSlcmap("export map -o out --format gbl"), 2, "did you mean 'glb'?");
+  ExpectError(RunSlcmap("run seq -o out --format gltf"), 2, "found 'gltf', expected one of glb");
   ExpectError(RunSlcmap("odometry seq -o run --threads 0"), 2, "--threads: found 0");
   ExpectError(RunSlcmap("odometry seq -o run --threads 100000"), 2, "--threads: found 100000");
+}
+
+TEST(CommandLine, HelpIsACommandToo) {
+  EXPECT_EQ(RunSlcmap("help").output, RunSlcmap("--help").output);
+  const ProcessResult help = RunSlcmap("help odometry");
+  EXPECT_EQ(help.exit_code, 0);
+  EXPECT_EQ(help.output, RunSlcmap("odometry --help").output);
+  EXPECT_THAT(help.output, HasSubstr("--duration"));
+  ExpectError(RunSlcmap("help odometri"), 2, "did you mean 'odometry'?");
+}
+
+TEST(CommandLine, VerboseAndQuietStandAnywhere) {
+  const TempFolder folder;
+  testing::WriteSequence(folder, {.images = 3});
+  const std::string odometry = " odometry " + folder.Path() + " -o " + folder.Path("run");
+  EXPECT_THAT(RunSlcmap(odometry).error, HasSubstr("info: "));
+  for (const std::string& command : {"-q" + odometry, odometry + " -q", odometry + " --quiet"}) {
+    EXPECT_THAT(RunSlcmap(command).error, Not(HasSubstr("info: "))) << command;
+  }
+  EXPECT_EQ(RunSlcmap("check -v " + folder.Path("none")).exit_code, 1);
 }
 
 TEST(CommandLine, AFullStandardOutputIsAnError) {
@@ -186,6 +220,31 @@ TEST_F(StillRig, TheRecordingIsNoOutput) {
     ExpectError(RunSlcmap("odometry " + folder_.Path() + " -o " + folder_.Path() + name), 2,
                 "found the input");
   }
+}
+
+TEST_F(StillRig, APartOfARecordingIsProcessedAlone) {
+  Write(80);
+  const ProcessResult result = RunSlcmap(Command() + " --from 1 --duration 2.5");
+  EXPECT_EQ(result.exit_code, 0) << result.error;
+  EXPECT_THAT(result.error, HasSubstr("51 pairs of images"));
+  std::string first = testing::ReadText(folder_.Path("run/trajectory.tum"));
+  first = first.substr(first.find('\n') + 1);
+  EXPECT_GE(std::stod(first), 1e-9 * static_cast<double>(testing::ImageStamp(20)));
+  EXPECT_LE(Rows(), 51);
+  EXPECT_GT(Rows(), 20);
+  ExpectError(RunSlcmap("-q " + Command() + " --from 100"), 2,
+              "--from 100 --duration 0: found no image");
+  ExpectError(RunSlcmap("-q " + Command() + " --from -1"), 2, "--from: found -1");
+  ExpectError(RunSlcmap("-q " + Command() + " --duration nan"), 2, "--duration: found nan");
+}
+
+TEST_F(StillRig, RunExportsTheFormatsThatAreWanted) {
+  Write(40);
+  const ProcessResult result =
+      RunSlcmap("run -q " + folder_.Path() + " -o " + folder_.Path("out") + " --format ply");
+  EXPECT_EQ(result.exit_code, 0) << result.error;
+  EXPECT_TRUE(std::filesystem::exists(folder_.Path("out/export/points.ply")));
+  EXPECT_FALSE(std::filesystem::exists(folder_.Path("out/export/scene.glb")));
 }
 
 TEST_F(StillRig, PlaysAtItsOwnPaceAndReportsWhatItSkipped) {

@@ -96,14 +96,17 @@ TEST(MapCommands, ErrorsNameThePlace) {
   const TempFolder folder;
   const std::string run = folder.Path("run"), map = folder.Path("map"), none = folder.Path("none");
   WriteRunFolder(run, testing::MakeWallRun());
-  ExpectError(RunSlcmap("map " + none + " -o " + map), 1, "none/run.json");
-  ExpectError(RunSlcmap("map " + run), 2, "--output is required");
+  ExpectError(RunSlcmap("map " + none + " -o " + map), 1,
+              "none: found no such folder, expected a run folder");
+  ExpectError(RunSlcmap("map " + run), 2, "map: found no --output, expected one");
   ExpectError(RunSlcmap("map " + run + " -o /proc/map"), 1, "/proc/map");
   const std::string config = folder.Write("bad.yaml", "mapping: {cloud: {voxel: 1}}\n");
   ExpectError(RunSlcmap("map " + run + " -o " + map + " --config " + config), 2,
               "bad.yaml: mapping.cloud.voxel: unknown key");
-  ExpectError(RunSlcmap("export " + none + " -o " + map), 1, "none/map.json");
-  ExpectError(RunSlcmap("export " + run + " -o " + map), 1, "run/map.json");
+  ExpectError(RunSlcmap("export " + none + " -o " + map), 1,
+              "none: found no such folder, expected a map folder");
+  ExpectError(RunSlcmap("export " + run + " -o " + map), 1,
+              "run: found a run folder, expected a map folder");
   EXPECT_EQ(RunSlcmap("map " + run + " -o " + map).exit_code, 0);
   ExpectError(RunSlcmap("export " + map + " -o " + none + " --format step"), 2, "found 'step'");
   EXPECT_FALSE(std::filesystem::exists(none));
@@ -143,16 +146,52 @@ TEST_F(OverwritingTest, AnotherStagesFolderIsNoOutput) {
 TEST_F(OverwritingTest, AnEmptyPathIsAUsageError) {
   for (const std::string& command :
        {"map " + run_, "export " + map_, "odometry " + run_, "run " + run_}) {
-    ExpectError(RunSlcmap(command + " -o ''"), 2, "output: found an empty path");
+    ExpectError(RunSlcmap(command + " -o ''"), 2, "--output: found an empty text");
   }
 }
 
 TEST_F(OverwritingTest, ARefusedStageLeavesTheOldResults) {
   const std::string summary = testing::ReadText(map_ + "/map.json");
-  ExpectError(RunSlcmap("map " + folder_.Path("none") + " -o " + map_), 1, "none/run.json");
+  ExpectError(RunSlcmap("map " + folder_.Path("none") + " -o " + map_), 1,
+              "none: found no such folder, expected a run folder");
   ExpectError(RunSlcmap("odometry " + folder_.Path("none") + " -o " + run_), 1, "none");
   EXPECT_EQ(testing::ReadText(map_ + "/map.json"), summary);
   EXPECT_EQ(ReadRunFolder(run_).landmarks.size(), 400u);
+}
+
+TEST_F(OverwritingTest, AnotherKindOfFolderIsNamed) {
+  const std::string out = " -o " + folder_.Path("out");
+  ExpectError(RunSlcmap("map " + map_ + out), 1, "map: found a map folder, expected a run folder");
+  ExpectError(RunSlcmap("export " + run_ + out), 1,
+              "run: found a run folder, expected a map folder");
+  ExpectError(RunSlcmap("odometry " + map_ + out), 1,
+              "map: found a map folder, expected a recorded sequence");
+  ExpectError(RunSlcmap("map " + run_ + "/run.json" + out), 1,
+              "run.json: found a file, expected a run folder");
+  ExpectError(RunSlcmap("map " + folder_.Path() + out), 1, "/run'?");  // that of both
+  ExpectError(RunSlcmap("export " + folder_.Path() + out), 1, "/map'?");
+}
+
+TEST_F(OverwritingTest, AMapTooLargeForMemoryIsRefusedWithWhatWouldDo) {
+  const std::string config =
+      folder_.Write("fine.yaml", "mapping: {occupancy: {resolution_m: 0.001}}\n");
+  const std::string summary = testing::ReadText(map_ + "/map.json");
+  ExpectError(RunSlcmap("map " + run_ + " -o " + map_ + " --config " + config), 2,
+              "mapping.occupancy.resolution_m: found 0.001");
+  EXPECT_EQ(testing::ReadText(map_ + "/map.json"), summary);
+  ExpectError(RunSlcmap("export " + map_ + " -o " + folder_.Path("e") + " --max-vertices 1000"), 2,
+              "expected at most 1000");
+}
+
+TEST_F(OverwritingTest, CtrlCLeavesTheMapSoFar) {
+  const std::string config = folder_.Write(
+      "fine.yaml", "mapping: {occupancy: {resolution_m: 0.003, max_voxels: 1000000000}}\n");
+  const ProcessResult result = testing::InterruptSlcmap(
+      "-v map " + run_ + " -o " + folder_.Path("new") + " --config " + config, "6 keyframes");
+  EXPECT_EQ(result.exit_code, 130) << result.error;
+  EXPECT_THAT(result.error, HasSubstr("new: the map is partial: mapping was interrupted"));
+  EXPECT_THAT(testing::ReadText(folder_.Path("new/map.json")),
+              AllOf(HasSubstr("\"complete\": false"), HasSubstr("mapping was interrupted")));
 }
 
 TEST(EvaluateCommand, PrintsTheTableAndWritesJsonAndPlots) {
@@ -212,6 +251,55 @@ TEST(EvaluateCommand, LinesAreMeasuredWhereTheTrajectoryLiesOnTheTruth) {
   EXPECT_THAT(damaged.error, HasSubstr("edges.csv: row 1"));
 }
 
+class EvaluateLongLines : public ::testing::Test {
+ protected:
+  // Evaluates a made run whose lines are edges of that length, with `more` arguments.
+  std::string Command(const char* length_m, const std::string& more) const {
+    const std::string run = folder_.Path("run");
+    WriteRunFolder(run, testing::MakeLineRun());
+    const std::string lines = folder_.Write(
+        "long.ply", fmt::format("ply\nformat ascii 1.0\nelement vertex 2\nproperty double x\n"
+                                "property double y\nproperty double z\nelement edge 1\n"
+                                "property int vertex1\nproperty int vertex2\nend_header\n"
+                                "0 0 0\n{} 0 0\n0 1\n",
+                                length_m));
+    return "-v evaluate --truth " + run + "/trajectory.tum --estimate " + run +
+           "/trajectory.tum --lines " + lines + " --true-edges " + lines + more;
+  }
+
+  TempFolder folder_;
+};
+
+TEST_F(EvaluateLongLines, TooManySamplesAreRefusedWithTheirNumber) {
+  const ProcessResult result = RunSlcmap(Command("1e6", ""));
+  EXPECT_EQ(result.exit_code, 1) << result.error;
+  EXPECT_THAT(result.error, AllOf(HasSubstr("long.ply"), HasSubstr("1e+06 m of edges"),
+                                  HasSubstr("expected at most 10000000 samples")));
+}
+
+TEST_F(EvaluateLongLines, CtrlCLeavesTheTrajectorysFigures) {
+  const std::string json = folder_.Path("metrics.json");
+  const ProcessResult result = testing::InterruptSlcmap(
+      Command("1e6", " --max-samples 1000000000 --json " + json), "1 true edges");
+  EXPECT_EQ(result.exit_code, 130) << result.error;
+  EXPECT_THAT(result.output, HasSubstr("posyaw"));
+  EXPECT_THAT(testing::ReadText(json),
+              AllOf(HasSubstr("posyaw"), HasSubstr("\"partial_reason\": \"interrupted\"")));
+}
+
+TEST(EvaluateCommand, FilesOfTheWrongKindAreNamed) {
+  const TempFolder folder;
+  WriteRunFolder(folder.Path("run"), testing::MakeWallRun());
+  const std::string tum = folder.Path("run/trajectory.tum");
+  ExpectError(RunSlcmap("evaluate --truth " + folder.Path("run") + " --estimate " + tum), 1,
+              "run: found a folder, expected a trajectory file");
+  ExpectError(RunSlcmap("evaluate --truth " + tum + " --estimate " + tum + " --max-truth-gap nan"),
+              2, "--max-truth-gap: found nan");
+  std::filesystem::resize_file(folder.Write("huge.tum", ""), 400000000);  // of no blocks
+  ExpectError(RunSlcmap("evaluate --estimate " + tum + " --truth " + folder.Path("huge.tum")), 1,
+              "found 400000000 bytes, expected at most 300000000");
+}
+
 TEST(EvaluateCommand, StampsOfImagesAreFoundOrGiven) {
   const TempFolder folder;
   const std::string truth = folder.Write("mav0/state_groundtruth_estimate0/data.csv",
@@ -234,14 +322,14 @@ TEST(EvaluateCommand, ErrorsNameThePlace) {
   const std::string b =
       folder.Write("b.tum", "5.0 0 0 0 0 0 0 1\n5.1 0 0 0 0 0 0 1\n5.2 0 0 0 0 0 0 1\n");
   const std::string bad = folder.Write("bad.tum", "1.0 0 0 0 0 0 0 1\n1.1 nan 0 0 0 0 0 1\n");
-  ExpectError(RunSlcmap("evaluate --truth " + a), 2, "--estimate is required");
+  ExpectError(RunSlcmap("evaluate --truth " + a), 2, "evaluate: found no --estimate");
   ExpectError(RunSlcmap("evaluate --truth " + a + " --estimate " + folder.Path("none.tum")), 1,
               "none.tum");
   ExpectError(RunSlcmap("evaluate --truth " + a + " --estimate " + bad), 1, "bad.tum: row 2");
   ExpectError(RunSlcmap("evaluate --truth " + a + " --estimate " + b), 1,
               "b.tum against " + a + ": found 0 of 3");
   ExpectError(RunSlcmap("evaluate --truth " + a + " --estimate " + a + " --max-truth-gap 0"), 2,
-              "max_truth_gap_s");
+              "--max-truth-gap: found 0, expected more than 0 s");
   ExpectError(RunSlcmap("evaluate --truth " + a + " --estimate " + a + " --json /dev/full"), 1,
               "/dev/full: cannot be written");
 }

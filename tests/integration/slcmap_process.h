@@ -38,6 +38,18 @@ inline ProcessResult RunSlcmap(const std::string& arguments) {
   return RunShell("\\$SLCMAP " + arguments);
 }
 
+// Presses Ctrl-C once the program has said `words` on standard error. An end later than 20 s after
+// that counts as no end.
+inline ProcessResult InterruptSlcmap(const std::string& arguments, const std::string& words) {
+  const TempFolder folder;
+  const std::string log = folder.Path("log");
+  return RunShell("\\$SLCMAP " + arguments + " 2>" + log +
+                  " & pid=\\$!; for i in {1..600}; do grep -q '" + words + "' " + log +
+                  " && break; sleep 0.1; done; kill -INT \\$pid; " +
+                  "start=\\$SECONDS; wait \\$pid; code=\\$?; cat " + log + " >&2; " +
+                  "[ \\$((SECONDS - start)) -lt 20 ] || code=99; exit \\$code");
+}
+
 // One line, in the form of every error.
 inline void ExpectError(const ProcessResult& result, int exit_code, const std::string& part) {
   EXPECT_EQ(result.exit_code, exit_code) << result.error;

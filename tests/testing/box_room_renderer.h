@@ -14,6 +14,8 @@ class BoxRoomRenderer : public PairRenderer {
   // this size are in turn bright and dark, which gives straight edges along the walls.
   BoxRoomRenderer(const RenderTask& task, double wall_distance_m, double panel_m = 0);
 
+  const Eigen::AlignedBox3d& room() const { return room_; }  // in world, metres
+
   RenderedPair Render(int frame, bool with_depth) override;
   void WriteTruth(const std::string& folder, int frames) override;
 

@@ -96,5 +96,15 @@ TEST(SvgPlot, EmptyAndFlatSeriesAreDrawn) {
   EXPECT_THAT(flat, Not(HasSubstr("inf")));
 }
 
+// Ten million poses would make a page of hundreds of megabytes.
+TEST(SvgPlot, OfALongCurveOnlyWhatShowsIsDrawn) {
+  SvgSeries curve{"long", "#123456", {}};
+  for (int i = 0; i < 500000; ++i) curve.points.emplace_back(i, i == 123456 ? 7 : i % 2);
+  const std::string svg = DrawSvg({"t", "x", "y", false, {curve}});
+  EXPECT_LT(svg.size(), 1000000u);
+  // The peak is at the upper end of the data, 5 % of its range below that of the page.
+  EXPECT_THAT(svg, HasSubstr(",62.95 "));
+}
+
 }  // namespace
 }  // namespace slcmap

@@ -1,0 +1,18 @@
+#include "apps/export_options.h"
+
+#include <spdlog/fmt/fmt.h>
+
+namespace slcmap {
+
+void AddExportOptions(CLI::App& command, ExportOptions* options) {
+  command
+      .add_option("--format", options->formats,
+                  fmt::format("Formats, of {} (default: all)", fmt::join(ExportFormats(), ", ")))
+      ->delimiter(',');
+  command
+      .add_option("--max-vertices", options->scene.max_vertices,
+                  "Refuse a map that takes more; some 150 bytes of memory each")
+      ->capture_default_str();
+}
+
+}  // namespace slcmap

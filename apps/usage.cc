@@ -1,0 +1,142 @@
+#include "apps/usage.h"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <cstdio>
+#include <memory>
+#include <vector>
+
+#include "data/error.h"
+#include "data/nearest_name.h"
+
+namespace slcmap {
+namespace {
+
+std::vector<std::string> CommandNames(const CLI::App& app) {
+  std::vector<std::string> names;
+  for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; })) {
+    names.push_back(command->get_name());
+  }
+  return names;
+}
+
+std::vector<std::string> OptionNames(const CLI::App& command) {
+  std::vector<std::string> names;
+  for (const CLI::Option* option : command.get_options()) {
+    for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
+  }
+  return names;
+}
+
+std::string DescribeUnknownCommand(const CLI::App& app, const std::string& found) {
+  const std::vector<std::string> names = CommandNames(app);
+  return fmt::format("found command '{}', expected one of {}{}", found, fmt::join(names, ", "),
+                     DidYouMean(found, names));
+}
+
+// The text behind the last of some words, as CLI11's messages end with what they are about.
+std::string After(const std::string& text, const std::string& words) {
+  const std::size_t at = text.rfind(words);
+  return at == std::string::npos ? "" : text.substr(at + words.size());
+}
+
+// CLI11 lists all that it did not expect, the values of a mistyped option before its name.
+std::string DescribeExtras(const CLI::App& command, const std::string& text) {
+  const std::string all = After(text, "expected: ");
+  const std::size_t dash = (" " + all).find(" -");
+  const std::string from = all.substr(dash == std::string::npos ? 0 : dash);
+  const std::string found = from.substr(0, from.find(' '));
+  const std::string known = found.starts_with("-") ? "an option" : "no more than its arguments";
+  return fmt::format("{}: found '{}', expected {} of its usage{}", command.get_name(), found, known,
+                     DidYouMean(found, OptionNames(command)));
+}
+
+std::string DescribeConversion(const CLI::App& command, const std::string& text) {
+  const std::string pair = After(text, "Could not convert: ");
+  const std::size_t sign = pair.find(" = ");
+  if (sign == std::string::npos) return text;
+  const std::string name = pair.substr(0, sign);
+  const CLI::Option* option = command.get_option_no_throw(name);
+  const std::string type = option ? option->get_type_name() : "";
+  return fmt::format("{}: found '{}', expected {}", name, pair.substr(sign + 3),
+                     type == "INT" || type == "UINT" ? "a whole number"
+                     : type == "FLOAT"               ? "a number"
+                                                     : "another kind of value");
+}
+
+std::string DescribeCount(const std::string& text) {
+  const std::string name = text.substr(0, text.find(": "));
+  if (text.ends_with("missing")) return name + ": found no value, expected one";
+  const std::string received = After(text, "received ");
+  if (received.empty()) return text;
+  return fmt::format("{}: found {} values, expected one", name, received);
+}
+
+std::string Describe(const CLI::App& app, const CLI::App* command, const CLI::ParseError& error) {
+  const std::string text = error.what(), kind = error.get_name();
+  if (!command) {
+    if (app.remaining_size() > 0) return DescribeUnknownCommand(app, app.remaining().front());
+    if (kind == "RequiredError") {
+      return fmt::format("found no command, expected one of {}",
+                         fmt::join(CommandNames(app), ", "));
+    }
+    return text;
+  }
+  if (dynamic_cast<const CLI::ExtrasError*>(&error)) return DescribeExtras(*command, text);
+  if (kind == "ConversionError") return DescribeConversion(*command, text);
+  if (kind == "ArgumentMismatch") return DescribeCount(text);
+  const std::size_t is_required = text.rfind(" is required");
+  if (kind == "RequiredError" && is_required != std::string::npos) {
+    return fmt::format("{}: found no {}, expected one", command->get_name(),
+                       text.substr(0, is_required));
+  }
+  return text;
+}
+
+void PrintHelp(CLI::App& app, const std::string& name) {
+  if (name.empty()) {
+    // help() of a program that has run a command is that command's.
+    const auto all =
+        app.get_formatter()->make_help(&app, app.get_name(), CLI::AppFormatMode::Normal);
+    std::fputs(all.c_str(), stdout);
+    return;
+  }
+  for (const CLI::App* command : app.get_subcommands([](CLI::App*) { return true; })) {
+    if (command->get_name() != name) continue;
+    std::fputs(command->help(app.get_name()).c_str(), stdout);
+    return;
+  }
+  throw ConfigError(DescribeUnknownCommand(app, name));
+}
+
+}  // namespace
+
+void AddHelpCommand(CLI::App& app) {
+  CLI::App* command = app.add_subcommand("help", "Show the usage of a command");
+  const auto name = std::make_shared<std::string>();
+  command->add_option("command", *name, "One of the commands; all without it");
+  command->callback([&app, name] { PrintHelp(app, *name); });
+}
+
+void RefuseEmptyValues(CLI::App& app) {
+  const CLI::Validator not_empty(
+      [](std::string& value) {
+        return value.empty() ? std::string("found an empty text, expected a value") : "";
+      },
+      "");
+  for (CLI::App* command : app.get_subcommands([](CLI::App*) { return true; })) {
+    for (CLI::Option* option : command->get_options()) {
+      if (option->get_items_expected_max() > 0) option->check(not_empty);
+    }
+  }
+}
+
+std::string DescribeUsageError(const CLI::App& app, const CLI::ParseError& error) {
+  const std::vector<CLI::App*> chosen = app.get_subcommands();
+  const CLI::App* command = chosen.empty() ? nullptr : chosen.front();
+  const std::string where = command ? " help " + command->get_name() : " help";
+  return fmt::format("{} ({}{} shows the usage)", Describe(app, command, error), app.get_name(),
+                     where);
+}
+
+}  // namespace slcmap

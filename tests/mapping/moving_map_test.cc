@@ -1,0 +1,127 @@
+// The map of a rig that moves, from its images: what is mapped lies where the building is.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <memory>
+
+#include "data/simulator/example.h"
+#include "data/simulator/imu_simulator.h"
+#include "mapping/mapping.h"
+#include "odometry/odometry.h"
+#include "tests/testing/box_room_renderer.h"
+
+namespace slcmap {
+namespace {
+
+constexpr double kRest_s = 1, kDuration_s = 6, kRate_hz = 20;
+constexpr double kWallDistance_m = 2.5, kPanel_m = 2;
+
+Rig SmallRig() {
+  Rig rig = ExampleStereoRig();
+  for (Camera& camera : rig.cameras) {
+    camera.width_px = 300;
+    camera.height_px = 192;
+    camera.fx_px = camera.fy_px = 174;
+    camera.cx_px = 149.5;
+    camera.cy_px = 95.5;
+  }
+  return rig;
+}
+
+// A flight through a bare room of panels, and the map of it.
+struct MappedFlight {
+  Eigen::AlignedBox3d room;  // in the true world
+  MapResult map;
+  OdometryRun run;
+  RigidTransform T_true_world;  // from the map's world to the true one
+  RigidTransform true_end;      // T_world_imu of the last pose
+
+  // How far a point of the map is from the nearest wall, floor or ceiling.
+  double DistanceFromWalls_m(const Eigen::Vector3d& p_world) const {
+    const Eigen::Vector3d p = T_true_world * p_world;
+    return std::min((p - room.min()).cwiseAbs().minCoeff(), (p - room.max()).cwiseAbs().minCoeff());
+  }
+};
+
+MappedFlight MakeMappedFlight() {
+  RenderTask task{SmallRig(), ExampleFlight(SmallRig(), kDuration_s, kRest_s), {}};
+  for (double t_s = 0.1; t_s < kDuration_s - 0.1; t_s += 1 / kRate_hz) task.times_s.push_back(t_s);
+  BoxRoomRenderer renderer(task, kWallDistance_m, kPanel_m);
+  OdometryOptions options;
+  options.points.min_distance_px = 10;
+  options.keyframes.min_parallax_px = 6;
+  Odometry odometry(task.rig, options, 1);
+  for (const ImuSample& sample : SimulateImu(task.motion, {}).samples) odometry.AddImu(sample);
+  for (size_t i = 0; i < task.times_s.size(); ++i) {
+    const RenderedPair pair = renderer.Render(static_cast<int>(i), false);
+    odometry.AddStereo({ToNanoseconds(task.times_s[i]), pair.left, pair.right});
+  }
+  odometry.Finish();
+
+  MappedFlight flight;
+  flight.room = renderer.room();
+  flight.run = odometry.Run();
+  flight.map = BuildMap(flight.run, {});
+  if (flight.map.trajectory.empty()) return flight;
+  const auto truth = [&](const StampedPose& pose) {
+    return task.motion.PoseAt(ToSeconds(pose.stamp_ns));
+  };
+  const StampedPose& first = flight.map.trajectory.front();
+  flight.T_true_world = truth(first) * first.T_world_imu.Inverse();
+  flight.true_end = truth(flight.map.trajectory.back());
+  return flight;
+}
+
+class MovingMap : public ::testing::Test {
+ protected:
+  static void SetUpTestSuite() { flight_ = std::make_unique<MappedFlight>(MakeMappedFlight()); }
+  static void TearDownTestSuite() { flight_.reset(); }
+  static inline std::unique_ptr<MappedFlight> flight_;
+};
+
+TEST_F(MovingMap, TheRefinedTrajectoryEndsWhereTheRigDid) {
+  const Trajectory& trajectory = flight_->map.trajectory;
+  ASSERT_GT(trajectory.size(), 90u);
+  const RigidTransform end = flight_->T_true_world * trajectory.back().T_world_imu;
+  const RigidTransform start = flight_->T_true_world * trajectory.front().T_world_imu;
+  EXPECT_GT((end.translation - start.translation).norm(), 0.5);  // it moved
+  EXPECT_LT((end.translation - flight_->true_end.translation).norm(), 0.05);
+}
+
+TEST_F(MovingMap, PointsLieOnTheWalls) {
+  ASSERT_GT(flight_->map.points.size(), 100u);
+  int64_t near = 0;
+  for (const MapPoint& point : flight_->map.points) {
+    near += flight_->DistanceFromWalls_m(point.p_world) < 0.1;
+  }
+  EXPECT_GT(near, 0.9 * static_cast<double>(flight_->map.points.size()));
+}
+
+TEST_F(MovingMap, LinesLieOnTheWallsFromEndToEnd) {
+  ASSERT_GE(flight_->map.lines.size(), 2u);
+  int64_t near = 0;
+  for (const MapLine& line : flight_->map.lines) {
+    near += flight_->DistanceFromWalls_m(line.start_world) < 0.1 &&
+            flight_->DistanceFromWalls_m(line.end_world) < 0.1;
+  }
+  EXPECT_GT(near, 0.75 * static_cast<double>(flight_->map.lines.size()));
+}
+
+TEST_F(MovingMap, TheWayIsFreeAndOccupiedVoxelsAreOnTheWalls) {
+  const OccupancyMap& occupancy = flight_->map.occupancy;
+  int64_t free = 0, near = 0;
+  for (const StampedPose& pose : flight_->map.trajectory) {
+    EXPECT_FALSE(occupancy.IsOccupied(pose.T_world_imu.translation));
+    free += occupancy.IsFree(pose.T_world_imu.translation);
+  }
+  EXPECT_GT(free, 0);
+  const std::vector<Voxel> voxels = occupancy.OccupiedVoxels();
+  ASSERT_GT(voxels.size(), 50u);
+  for (const Voxel& voxel : voxels) {
+    near += flight_->DistanceFromWalls_m(voxel.centre_world) < 0.2;
+  }
+  EXPECT_GT(near, 0.9 * static_cast<double>(voxels.size()));
+}
+
+}  // namespace
+}  // namespace slcmap
