@@ -88,7 +88,7 @@ struct InitializerOptions {
 
 struct FailureOptions {
   int min_points = 6;       // tracked; fewer are "lost"
-  double max_lost_s = 2.0;  // lost for so long: a new segment
+  double max_lost_s = 2.0;  // without images, or thrice as long without points: a new segment
   double max_speed_m_s = 15;
   double max_gyro_bias_rad_s = 0.5;
   double max_accel_bias_m_s2 = 2.5;

@@ -18,6 +18,30 @@ struct Corner {
   int cell = 0;
 };
 
+// What a corner at a pixel must have.
+class Threshold {
+ public:
+  Threshold(const cv::Mat& image, const GradientNoise& noise, const CornerDetectorOptions& options)
+      : image_(image),
+        noise_(noise),
+        min_over_noise_(options.min_over_noise),
+        least_(static_cast<float>(options.min_response * options.min_response)) {}
+
+  float least() const { return least_; }
+
+  bool Passes(float response, const cv::Point& px) const {
+    constexpr int kReach = kBlock_px / 2;
+    const cv::Rect block(px.x - kReach, px.y - kReach, kBlock_px, kBlock_px);
+    return response > min_over_noise_ * noise_.VarianceAt(cv::mean(image_(block))[0]);
+  }
+
+ private:
+  const cv::Mat& image_;
+  const GradientNoise& noise_;
+  double min_over_noise_;
+  float least_;
+};
+
 bool Stronger(const Corner& a, const Corner& b) { return a.response > b.response; }
 
 // The smaller eigenvalue of the mean product of the gradients (Shi and Tomasi, 1994); 0 at edges,
@@ -47,20 +71,20 @@ cv::Mat Response(const cv::Mat& image) {
 
 // The local maxima of the corner response in one cell, the strongest first.
 void AppendCorners(const cv::Mat& image, const cv::Mat& free, const cv::Rect& area, int cell,
-                   const CornerDetectorOptions& options, std::vector<Corner>* corners) {
+                   const Threshold& threshold, std::vector<Corner>* corners) {
   const cv::Rect padded(area.x - 1, area.y - 1, area.width + 2, area.height + 2);
   cv::Mat highest;
   const cv::Mat response = Response(image(padded));
   cv::dilate(response, highest, cv::Mat());
-  const float threshold = static_cast<float>(options.min_response * options.min_response);
   const size_t first = corners->size();
   for (int v = 1; v + 1 < response.rows; ++v) {
     const float* r = response.ptr<float>(v);
     const float* h = highest.ptr<float>(v);
     const uchar* f = free.ptr<uchar>(padded.y + v) + padded.x;
     for (int u = 1; u + 1 < response.cols; ++u) {
-      if (r[u] < threshold || r[u] < h[u] || !f[u]) continue;
-      corners->push_back({Eigen::Vector2d(padded.x + u, padded.y + v), r[u], cell});
+      if (r[u] < threshold.least() || r[u] < h[u] || !f[u]) continue;
+      const cv::Point px(padded.x + u, padded.y + v);
+      if (threshold.Passes(r[u], px)) corners->push_back({Eigen::Vector2d(px.x, px.y), r[u], cell});
     }
   }
   std::stable_sort(corners->begin() + first, corners->end(), Stronger);
@@ -110,8 +134,10 @@ bool Crowded(const std::vector<Eigen::Vector2d>& chosen, const Eigen::Vector2d& 
 std::vector<Eigen::Vector2d> DetectCorners(const cv::Mat& image, const cv::Mat& mask,
                                            const std::vector<Eigen::Vector2d>& occupied,
                                            int max_count, double cell_px,
+                                           const GradientNoise& noise,
                                            const CornerDetectorOptions& options) {
   const Grid grid(image.size(), cell_px, options.border_px);
+  const Threshold threshold(image, noise, options);
   cv::Mat free = mask.clone();
   std::vector<int> in_cell(grid.count(), 0);
   for (const auto& p : occupied) {
@@ -126,7 +152,7 @@ std::vector<Eigen::Vector2d> DetectCorners(const cv::Mat& image, const cv::Mat& 
   for (int most = 0; most < kPerCell && static_cast<int>(chosen.size()) < max_count; ++most) {
     for (int cell = 0; cell < grid.count(); ++cell) {
       if (searched[cell] || in_cell[cell] > most) continue;
-      AppendCorners(image, free, grid.Area(cell), cell, options, &corners);
+      AppendCorners(image, free, grid.Area(cell), cell, threshold, &corners);
       searched[cell] = true;
     }
     std::stable_sort(corners.begin(), corners.end(), Stronger);

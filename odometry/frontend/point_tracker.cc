@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "odometry/frontend/corner_detector.h"
+#include "odometry/frontend/image_noise.h"
 #include "odometry/frontend/patch.h"
 #include "odometry/frontend/row_search.h"
 
@@ -13,6 +14,7 @@ namespace {
 constexpr double kMaxDisparity = 0.25;  // searched, of the image's width
 constexpr float kMinRowCorrelation = 0.7f;
 constexpr float kMinFreshCorrelation = 0.97f;  // with the last image, which looks nearly the same
+constexpr double kCloserShare = 0.5;           // of the least distance, where corners are few
 constexpr int kAffineIterations = 2;
 constexpr double kMinDisparity_px = -1;  // infinity, less the noise
 constexpr int kCoarsestRight = 2;        // level from which a known disparity is followed
@@ -82,18 +84,27 @@ class PointTracker::Impl {
   const std::vector<PointObservation>& observations() const { return observations_; }
 
  private:
+  // Where there are few corners, they may lie closer to each other.
   void DetectLeft() {
+    const GradientNoise noise(left_[0], mask_);
+    for (const double share : {1.0, kCloserShare}) {
+      DetectLeft(share * options_.min_distance_px, noise);
+    }
+  }
+
+  void DetectLeft(double min_distance_px, const GradientNoise& noise) {
     const int room = options_.max_points - static_cast<int>(points_.size());
     if (room <= 0) return;
     std::vector<Eigen::Vector2d> occupied;
     for (const auto& p : observations_) occupied.push_back(p.left_px);
     CornerDetectorOptions corner_options;
-    corner_options.min_distance_px = options_.min_distance_px;
+    corner_options.min_distance_px = min_distance_px;
     corner_options.min_response = options_.min_corner_gradient;
     const double cell_px =
         std::max(options_.min_distance_px,
                  std::sqrt(static_cast<double>(left_[0].total()) / options_.max_points));
-    for (const auto& px : DetectCorners(left_[0], mask_, occupied, room, cell_px, corner_options)) {
+    for (const auto& px :
+         DetectCorners(left_[0], mask_, occupied, room, cell_px, noise, corner_options)) {
       TrackedPoint p;
       p.left.center_px = px.cast<float>();
       if (!Anchor(left_, &p)) continue;

@@ -22,6 +22,9 @@ constexpr double kReportEvery_s = 2.0;  // failed attempts at initialisation are
 constexpr double kStandstillStep_s = 1.0;  // how often the window hears that the rig stands still
 constexpr double kRestLooksBack_s = 0.5;   // at most, to tell whether the rig rests
 constexpr double kMaxRestSpeed_m_s = 0.05;
+// Of the limit for gaps in the images: how long the IMU alone, with what lines there are, carries a
+// pose on where the images show bare walls.
+constexpr double kBareWalls = 3;
 constexpr double kMinForce_m_s2 = 1.0;  // less has no direction to speak of
 
 // The left camera at a frame from the left camera at an earlier one.
@@ -46,6 +49,30 @@ std::string FindImpossible(const OnlineState& state, const FailureOptions& limit
     return "an impossible accelerometer bias";
   }
   return {};
+}
+
+// Of the points of the last keyframe: how many there are, and how many of them a later frame has.
+struct KeptPoints {
+  int all = 0, kept = 0;
+  bool AreFewerThan(double share) const { return kept < share * all; }
+};
+
+// With proven_only of those that something else than the last keyframe's left image has shown too:
+// its right image, or a keyframe before. What was detected in noise is soon gone, and must not look
+// as if the view had changed.
+KeptPoints CountKept(const WindowState& window, const FrameState& frame, bool proven_only) {
+  KeptPoints points;
+  const FrameState& last = *window.frames.back();
+  for (const auto& [id, measurement] : last.measurements) {
+    const auto landmark = window.landmarks.find(id);
+    const bool proven = measurement.right ||
+                        (landmark != window.landmarks.end() &&
+                         landmark->second.frames.size() + landmark->second.released_frames > 1);
+    if (proven_only && !proven) continue;
+    ++points.all;
+    if (frame.measurements.contains(id)) ++points.kept;
+  }
+  return points;
 }
 
 }  // namespace
@@ -306,12 +333,15 @@ bool Estimator::StandsStill(const FrameState& frame) const {
 }
 
 bool Estimator::IsKeyframe(const FrameState& frame) const {
+  constexpr double kUnproven = 0.5;  // of the share that is asked for, where all points count
   const FrameState& last = window_.newest();
   const Flow flow =
       MedianFlow(last, frame, rig_.cameras[0].fx_px, CameraRotation(frame, last, rig_));
   const KeyframeOptions& limits = options_.keyframes;
-  const auto in_last = static_cast<double>(last.measurements.size());
-  if (flow.points < limits.min_kept_share * in_last) return true;
+  if (CountKept(window_.state(), frame, true).AreFewerThan(limits.min_kept_share) ||
+      CountKept(window_.state(), frame, false).AreFewerThan(kUnproven * limits.min_kept_share)) {
+    return true;
+  }
   if (frame.stands_still) return false;
   return flow.median_px > limits.min_parallax_px ||
          ToSeconds(frame.stamp_ns - last.stamp_ns) > limits.max_interval_s;
@@ -328,7 +358,7 @@ std::string Estimator::FindFailure(const OnlineState& state, int points_visible)
     lost_since_ns_.reset();
   } else if (!lost_since_ns_) {
     lost_since_ns_ = state.stamp_ns;
-  } else if (ToSeconds(state.stamp_ns - *lost_since_ns_) > limits.max_lost_s) {
+  } else if (ToSeconds(state.stamp_ns - *lost_since_ns_) > kBareWalls * limits.max_lost_s) {
     return "no points to follow";
   }
   return {};

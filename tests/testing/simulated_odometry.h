@@ -5,6 +5,7 @@
 #include <functional>
 #include <map>
 #include <optional>
+#include <random>
 #include <unordered_set>
 #include <vector>
 
@@ -19,6 +20,9 @@ namespace slcmap {
 // Plays simulated tracks to an estimator; what it removes stays away.
 class SimulatedPoints final : public PointSource {
  public:
+  // Each Detect() adds so many points that no other image has.
+  explicit SimulatedPoints(int noise_points = 0) : noise_points_(noise_points) {}
+
   void Show(const SimulatedTrackFrame& frame, bool stereo, double outlier_share) {
     observations_.clear();
     for (const SimulatedTrack& track : frame.tracks) {
@@ -34,7 +38,15 @@ class SimulatedPoints final : public PointSource {
   }
   void Blind() { observations_.clear(); }
   const std::vector<PointObservation>& observations() const override { return observations_; }
-  void Detect() override {}
+  void Detect() override {
+    std::uniform_real_distribution<double> x_px(20, 600), y_px(20, 400);
+    for (int i = 0; i < noise_points_; ++i) {
+      PointObservation& point = observations_.emplace_back();
+      point.id = next_noise_id_++;
+      point.left_px.x() = x_px(generator_);
+      point.left_px.y() = y_px(generator_);
+    }
+  }
   void Remove(const std::unordered_set<int64_t>& ids) override {
     removed_.insert(ids.begin(), ids.end());
     erased_ += std::erase_if(observations_,
@@ -44,6 +56,9 @@ class SimulatedPoints final : public PointSource {
   size_t removed() const { return erased_; }  // while they were visible
 
  private:
+  const int noise_points_;
+  int64_t next_noise_id_ = 1'000'000'000;  // beyond those of the tracks
+  std::mt19937 generator_{1};
   std::vector<PointObservation> observations_;
   std::unordered_set<int64_t> removed_;
   std::map<int64_t, int> ages_;
@@ -116,6 +131,7 @@ struct SimulatedRunOptions {
   double image_gap_from_s = 0, image_gap_to_s = 0;
   double image_rate_hz = 20;
   double outlier_share = 0;  // of the tracks, that slide 1 px a frame
+  int noise_points = 0;      // detected at each keyframe, and in no other image
   // Edges and landmarks on them, beside the other landmarks. The landmarks are seen by all methods,
   // the edges by those that use lines.
   std::optional<LineTrackSimulatorOptions> lines;
@@ -220,7 +236,7 @@ inline SimulatedRun RunOnSimulatedTracks(
   }
   out.edges = simulated.edges;
 
-  SimulatedPoints points;
+  SimulatedPoints points(options.noise_points);
   SimulatedLines lines(options.line_life);
   Estimator estimator(options.odometry, out.rig, &points,
                       UsesLines(options.odometry.method) ? &lines : nullptr);

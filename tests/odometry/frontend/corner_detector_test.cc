@@ -1,0 +1,74 @@
+#include "odometry/frontend/corner_detector.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "odometry/options.h"
+#include "tests/odometry/frontend/noisy_images.h"
+
+namespace slcmap {
+namespace {
+
+const cv::Size kSize(608, 384);
+
+// As the tracker asks for them.
+std::vector<Eigen::Vector2d> Corners(const cv::Mat& image) {
+  const PointTrackerOptions tracker;
+  CornerDetectorOptions options;
+  options.min_distance_px = tracker.min_distance_px;
+  options.min_response = tracker.min_corner_gradient;
+  const double cell_px = std::sqrt(static_cast<double>(image.total()) / tracker.max_points);
+  const cv::Mat mask(image.size(), CV_8U, cv::Scalar(255));
+  return DetectCorners(image, mask, {}, tracker.max_points, cell_px, GradientNoise(image, mask),
+                       options);
+}
+
+TEST(CornerDetector, FindsNoCornersInNoiseOfAnyLevelAndGain) {
+  const cv::Size whole(780, 500);
+  for (const CameraNoise& at_gain_1 : {CameraNoise{0.36, 0.023}, {2.3, 0.09}, {4, 0.3}}) {
+    for (const double gain : {1.0, 4.0}) {
+      const CameraNoise noise{gain * gain * at_gain_1.read, gain * at_gain_1.shot};
+      size_t found = 0;
+      for (const float grey : {30, 90, 200}) {
+        const cv::Mat image = WithNoise(cv::Mat(whole, CV_32F, cv::Scalar(grey)), noise);
+        for (const double step_px : {1.4, 1.25, 1.0}) {
+          found += Corners(Resampled(image, step_px, kSize)).size();
+        }
+      }
+      EXPECT_LE(found, 4u) << "of 1440; read " << noise.read << ", shot " << noise.shot;
+    }
+  }
+}
+
+// Squares that stand out of their ground by a contrast in grey values.
+cv::Mat Squares(double grey, double contrast) {
+  cv::Mat signal(kSize, CV_32F, cv::Scalar(grey));
+  for (int v = 40; v + 40 < kSize.height; v += 60) {
+    for (int u = 40; u + 40 < kSize.width; u += 60) {
+      signal(cv::Rect(u, v, 30, 30)) += cv::Scalar(contrast);
+    }
+  }
+  cv::GaussianBlur(signal, signal, {}, 0.6);
+  return signal;
+}
+
+TEST(CornerDetector, KeepsCornersOfLowContrastThatStandOutOfTheNoise) {
+  for (const CameraNoise& noise : {CameraNoise{0.36, 0.023}, {2.3, 0.09}, {16, 0.5}}) {
+    const double contrast = 10 * std::sqrt(noise.VarianceAt(60));
+    const std::vector<Eigen::Vector2d> corners = Corners(WithNoise(Squares(60, contrast), noise));
+    size_t at_squares = 0;
+    for (const Eigen::Vector2d& px : corners) {
+      const double x = std::fmod(px.x() - 40 + 600, 60), y = std::fmod(px.y() - 40 + 600, 60);
+      const auto near = [](double at) { return std::min({at, std::abs(at - 30), 60 - at}) < 5; };
+      if (near(x) && near(y)) ++at_squares;
+    }
+    EXPECT_GT(at_squares, 120u) << contrast << " grey values";  // of 160 at most
+    EXPECT_LE(corners.size() - at_squares, 4u) << contrast << " grey values";
+  }
+}
+
+}  // namespace
+}  // namespace slcmap
