@@ -6,9 +6,11 @@
 #include <array>
 #include <cmath>
 #include <filesystem>
+#include <numeric>
 #include <optional>
 
 #include "data/error.h"
+#include "data/input_fault.h"
 #include "data/text_row.h"
 
 namespace slcmap {
@@ -17,33 +19,107 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr double kImuGapSteps = 4;  // median steps without a sample that make a gap
+// Beyond the highest rates, stamps are in another unit than nanoseconds.
+constexpr double kMaxImageRate_hz = 2000, kUsualImageRate_hz = 20;
+constexpr double kMaxImuRate_hz = 20000, kUsualImuRate_hz = 200;
 
-// A row's elements with the row they came from, for messages.
+// The elements of a table as its rows hold them.
 template <typename Element>
 struct Rows {
+  std::string path;
   std::vector<Element> elements;
-  std::vector<int> numbers;
+  std::vector<int> numbers;            // of the rows, for messages
+  std::vector<double> written_stamps;  // before they are rounded to nanoseconds
+
+  std::string Place(size_t index) const { return fmt::format("{}: row {}", path, numbers[index]); }
 };
 
-// Keeps the elements whose stamps rise; the others are counted.
+// A stamp in nanoseconds; nothing where there is none, or where differences would leave the range.
+std::optional<int64_t> ParseStamp(std::string_view text) {
+  constexpr int64_t kMax_ns = int64_t{1} << 62;
+  const std::optional<int64_t> stamp_ns = ParseScaledInteger(text, 0);
+  return stamp_ns && std::abs(*stamp_ns) <= kMax_ns ? stamp_ns : std::nullopt;
+}
+
+// The median step between a table's stamps as they are written, without repeated ones.
+double WrittenStep(std::vector<double> stamps) {
+  std::sort(stamps.begin(), stamps.end());
+  std::vector<double> steps;
+  for (size_t i = 1; i < stamps.size(); ++i) {
+    if (stamps[i] > stamps[i - 1]) steps.push_back(stamps[i] - stamps[i - 1]);
+  }
+  return Median(std::move(steps));
+}
+
+// Throws where stamps in nanoseconds would mean more than max_rate_hz, but not in another unit: the
+// one that brings the rate nearest to usual_rate_hz.
+void RequireNanoseconds(const std::string& path, const std::vector<double>& stamps,
+                        double max_rate_hz, double usual_rate_hz) {
+  constexpr size_t kMinRows = 4;
+  const double step = WrittenStep(stamps);
+  if (stamps.size() < kMinRows || step <= 0 || step > 1e9 / max_rate_hz) return;
+  struct Unit {
+    const char* name;
+    double ns;
+  };
+  const auto error = [&](const Unit& unit) {
+    return std::abs(std::log(1e9 / (step * unit.ns) / usual_rate_hz));
+  };
+  constexpr Unit kUnits[] = {{"seconds", 1e9}, {"milliseconds", 1e6}, {"microseconds", 1e3}};
+  const Unit unit =
+      *std::min_element(std::begin(kUnits), std::end(kUnits),
+                        [&](const Unit& a, const Unit& b) { return error(a) < error(b); });
+  throw InputFault(
+      "stamp-units",
+      fmt::format("{}: found stamps that seem to be in {} (their median step is {:.6g}), expected "
+                  "nanoseconds",
+                  path, unit.name, step),
+      fmt::format("multiply the first column of {} by {:.0e} and write it without a point", path,
+                  unit.ns));
+}
+
+// Indices of the rows by stamp, of equal stamps the first only.
 template <typename Element>
-std::vector<Element> DropUnsorted(const std::string& path, const Rows<Element>& rows,
-                                  Warnings* warnings) {
+std::vector<size_t> SortedOnce(const std::vector<Element>& elements) {
+  std::vector<size_t> order(elements.size());
+  std::iota(order.begin(), order.end(), size_t{0});
+  std::stable_sort(order.begin(), order.end(),
+                   [&](size_t a, size_t b) { return elements[a].stamp_ns < elements[b].stamp_ns; });
+  const auto same = [&](size_t a, size_t b) {
+    return elements[a].stamp_ns == elements[b].stamp_ns;
+  };
+  order.erase(std::unique(order.begin(), order.end(), same), order.end());
+  return order;
+}
+
+// The elements with rising stamps. Few rows out of place are damaged, and dropped; many are those
+// of a table that nobody sorted. Both are counted.
+template <typename Element>
+std::vector<Element> Rising(const Rows<Element>& rows, Warnings* warnings) {
+  constexpr double kMaxDamagedShare = 0.2;
+  constexpr size_t kMinUnsorted = 3;
   std::vector<int64_t> stamps_ns;
   for (const Element& element : rows.elements) stamps_ns.push_back(element.stamp_ns);
+  const std::vector<size_t> rising = LongestRising(stamps_ns), sorted = SortedOnce(rows.elements);
+  const size_t displaced = sorted.size() - rising.size();
+  const bool sort =
+      displaced >= kMinUnsorted &&
+      static_cast<double>(displaced) > kMaxDamagedShare * static_cast<double>(sorted.size());
+  std::vector<bool> is_kept(rows.elements.size(), false), is_in_place(rows.elements.size(), false);
   std::vector<Element> kept;
-  size_t next = 0;
-  for (const size_t index : LongestRising(stamps_ns)) {
-    for (; next < index; ++next) {
-      warnings->Add(kStampUnsorted, fmt::format("{}: row {}", path, rows.numbers[next]));
-    }
-    next = index + 1;
+  for (const size_t index : sort ? sorted : rising) {
+    is_kept[index] = true;
     kept.push_back(rows.elements[index]);
   }
-  for (; next < rows.numbers.size(); ++next) {
-    warnings->Add(kStampUnsorted, fmt::format("{}: row {}", path, rows.numbers[next]));
+  for (const size_t index : rising) is_in_place[index] = true;
+  for (size_t i = 0; i < is_kept.size(); ++i) {
+    if (!is_kept[i]) warnings->Add(kStampUnsorted, rows.Place(i));
+    if (is_kept[i] && !is_in_place[i]) warnings->Add(kRowSorted, rows.Place(i));
   }
-  if (kept.empty()) throw DataError(path + ": found no row of data, expected at least one");
+  if (kept.empty()) {
+    throw InputFault("rows", rows.path + ": found no row of data, expected at least one",
+                     "write a row a sample or image into " + rows.path);
+  }
   return kept;
 }
 
@@ -74,6 +150,11 @@ void CountGaps(const std::string& path, const std::vector<ImuSample>& samples, W
     warnings->Add(
         kImuGap, fmt::format("{}: {:.3f} s after stamp {}", path, step_s, samples[i - 1].stamp_ns));
   }
+}
+
+// No file's name holds one; a path would end there.
+bool HasZeroByte(const std::vector<std::string_view>& fields) {
+  return fields.size() > 1 && fields[1].find('\0') != std::string_view::npos;
 }
 
 // Six numbers after the stamp; nothing where one is not a number.
@@ -121,25 +202,27 @@ std::vector<size_t> LongestRising(const std::vector<int64_t>& stamps_ns) {
 std::vector<ImageFile> ReadAslImages(const std::string& camera_folder, Warnings* warnings) {
   const fs::path folder(camera_folder);
   const std::string path = (folder / "data.csv").string();
-  Rows<ImageFile> rows;
+  Rows<ImageFile> rows{path, {}, {}, {}};
   std::optional<fs::path> base;
   ForEachRow(path, [&](int row, const std::vector<std::string_view>& fields) {
-    const std::optional<int64_t> stamp_ns = ParseScaledInteger(fields[0], 0);
-    if (!stamp_ns) {
+    const std::optional<int64_t> stamp_ns = ParseStamp(fields[0]);
+    if (!stamp_ns || HasZeroByte(fields)) {
       warnings->Add(kRowUnreadable, fmt::format("{}: row {}", path, row));
       return;
     }
     if (!base) base = FindBase(folder, fields, *stamp_ns);
     rows.elements.push_back({*stamp_ns, ImagePath(*base, fields, *stamp_ns)});
     rows.numbers.push_back(row);
+    rows.written_stamps.push_back(ParseNumber(fields[0]).value_or(0));
   });
-  return DropUnsorted(path, rows, warnings);
+  RequireNanoseconds(path, rows.written_stamps, kMaxImageRate_hz, kUsualImageRate_hz);
+  return Rising(rows, warnings);
 }
 
 std::vector<ImuSample> ReadAslImu(const std::string& path, Warnings* warnings) {
-  Rows<ImuSample> rows;
+  Rows<ImuSample> rows{path, {}, {}, {}};
   ForEachRow(path, [&](int row, const std::vector<std::string_view>& fields) {
-    const std::optional<int64_t> stamp_ns = ParseScaledInteger(fields[0], 0);
+    const std::optional<int64_t> stamp_ns = ParseStamp(fields[0]);
     const auto values = ParseSix(fields);
     if (!stamp_ns || !values) {
       warnings->Add(kRowUnreadable, fmt::format("{}: row {}", path, row));
@@ -148,9 +231,11 @@ std::vector<ImuSample> ReadAslImu(const std::string& path, Warnings* warnings) {
     } else {
       rows.elements.push_back({*stamp_ns, values->head<3>(), values->tail<3>()});
       rows.numbers.push_back(row);
+      rows.written_stamps.push_back(ParseNumber(fields[0]).value_or(0));
     }
   });
-  const std::vector<ImuSample> samples = DropUnsorted(path, rows, warnings);
+  RequireNanoseconds(path, rows.written_stamps, kMaxImuRate_hz, kUsualImuRate_hz);
+  const std::vector<ImuSample> samples = Rising(rows, warnings);
   CountGaps(path, samples, warnings);
   return samples;
 }

@@ -18,7 +18,9 @@ struct ImageFile {
 // Reads <camera_folder>/data.csv: "stamp_ns, file". The file is taken relative to data/, to the
 // camera's folder or to the folder above, whichever holds the first one; without that column it is
 // data/<stamp_ns>.png. Rows that cannot be read, and those outside the longest rising sequence of
-// stamps, are counted and dropped. Throws DataError when the file is missing or no row is left.
+// stamps, are counted and dropped; a table with more than a fifth of its rows out of place is sorted
+// instead, and only its repeated stamps are dropped. Throws DataError when the file is missing or no
+// row is left, InputFault when the stamps seem to be in another unit than nanoseconds.
 std::vector<ImageFile> ReadAslImages(const std::string& camera_folder, Warnings* warnings);
 
 // Reads an ASL imu0/data.csv: "stamp_ns, wx, wy, wz, ax, ay, az" in rad/s and m/s^2; more columns

@@ -4,10 +4,12 @@
 
 #include <cmath>
 #include <filesystem>
+#include <opencv2/core/types.hpp>
 #include <optional>
 #include <vector>
 
 #include "data/error.h"
+#include "data/input_fault.h"
 #include "data/yaml_options.h"
 
 namespace slcmap {
@@ -21,12 +23,24 @@ constexpr double kMinBaseline_m = 0.005, kMaxBaseline_m = 5;
 constexpr double kMaxLever_m = 10;  // from the IMU to a camera
 constexpr double kMaxTimeOffset_s = 1;
 
+// "a.yaml: cam0" and "intrinsics" -> "cam0.intrinsics in a.yaml", for remedies.
+std::string KeyInFile(const std::string& place, const std::string& key) {
+  const size_t colon = place.find(": ");
+  if (colon == std::string::npos) return key + " in " + place;
+  return place.substr(colon + 2) + "." + key + " in " + place.substr(0, colon);
+}
+
+[[noreturn]] void Fail(const YamlSection& section, const std::string& key,
+                       const std::string& problem, const std::string& remedy) {
+  throw InputFault("calibration", fmt::format("{}: {}: {}", section.place(), key, problem), remedy);
+}
+
 // A value that must be there.
 template <typename T>
 T Required(YamlSection& section, const std::string& key) {
   if (!section.Has(key)) {
-    throw DataError(
-        fmt::format("{}: {}: missing, expected in a calibration", section.place(), key));
+    Fail(section, key, "missing, expected in a calibration",
+         "add " + KeyInFile(section.place(), key));
   }
   T value{};
   section.Read(key, &value);
@@ -36,10 +50,32 @@ T Required(YamlSection& section, const std::string& key) {
 std::vector<double> RequiredNumbers(YamlSection& section, const std::string& key, size_t count) {
   const auto values = Required<std::vector<double>>(section, key);
   if (values.size() != count) {
-    throw DataError(fmt::format("{}: {}: found {} numbers, expected {}", section.place(), key,
-                                values.size(), count));
+    Fail(section, key, fmt::format("found {} numbers, expected {}", values.size(), count),
+         fmt::format("write {} numbers as {}", count, KeyInFile(section.place(), key)));
   }
   return values;
+}
+
+// Rows and columns of a matrix in ASL's form, where they are said.
+void RequireFourByFour(YamlSection& matrix) {
+  for (const char* key : {"rows", "cols"}) {
+    int count = 4;
+    matrix.Read(key, &count);
+    if (count == 4) continue;
+    Fail(matrix, key, fmt::format("found {}, expected 4", count),
+         "write a matrix of 4 rows and 4 columns; correct " + KeyInFile(matrix.place(), key));
+  }
+}
+
+cv::Size RequiredResolution(YamlSection& section) {
+  const auto sides_px = RequiredNumbers(section, "resolution", 2);
+  for (const double side_px : sides_px) {
+    if (side_px == std::floor(side_px) && std::abs(side_px) < 1e6) continue;
+    Fail(section, "resolution", fmt::format("found {}, expected whole numbers of pixels", side_px),
+         fmt::format("write width and height of the images as {}",
+                     KeyInFile(section.place(), "resolution")));
+  }
+  return {static_cast<int>(sides_px[0]), static_cast<int>(sides_px[1])};
 }
 
 // A 4x4 matrix given as rows (Kalibr) or as {rows, cols, data} (ASL).
@@ -47,30 +83,42 @@ RigidTransform RequiredTransform(YamlSection& section, const std::string& key, b
   std::vector<double> flat;
   if (as_data) {
     YamlSection matrix = section.Section(key);
+    RequireFourByFour(matrix);
     flat = RequiredNumbers(matrix, "data", 16);
   } else {
-    for (const auto& row : Required<std::vector<std::vector<double>>>(section, key)) {
+    const auto rows = Required<std::vector<std::vector<double>>>(section, key);
+    bool complete = rows.size() == 4;
+    for (const auto& row : rows) {
+      complete = complete && row.size() == 4;
       flat.insert(flat.end(), row.begin(), row.end());
     }
-  }
-  const std::string place = section.place() + ": " + key;
-  if (flat.size() != 16) {
-    throw DataError(fmt::format("{}: found {} numbers, expected 4 rows of 4", place, flat.size()));
+    if (!complete) {
+      Fail(section, key, fmt::format("found {} rows, expected 4 rows of 4", rows.size()),
+           "write 4 rows of 4 numbers as " + KeyInFile(section.place(), key));
+    }
   }
   Eigen::Matrix<double, 4, 4, Eigen::RowMajor> m = Eigen::Map<decltype(m)>(flat.data());
-  return RigidTransformFromMatrix(m, place);
+  try {
+    return RigidTransformFromMatrix(m, section.place() + ": " + key);
+  } catch (const DataError& error) {
+    throw InputFault("calibration", error.what(),
+                     fmt::format("copy {} from the calibration anew, row by row: a rotation and a "
+                                 "translation in metres, then 0 0 0 1",
+                                 KeyInFile(section.place(), key)));
+  }
 }
 
-Distortion DistortionFromName(const std::string& name, const std::string& place) {
+Distortion RequiredDistortion(YamlSection& section) {
+  const auto name = Required<std::string>(section, "distortion_model");
   if (name == "radial-tangential" || name == "radtan" || name == "plumb_bob") {
     return Distortion::kRadialTangential;
   }
   if (name == "equidistant" || name == "equi") return Distortion::kEquidistant;
   if (name == "none") return Distortion::kNone;
-  throw DataError(
-      fmt::format("{}: found distortion model '{}', expected radial-tangential, radtan, "
-                  "equidistant or none",
-                  place, name));
+  Fail(section, "distortion_model",
+       fmt::format("found '{}', expected radial-tangential, radtan, equidistant or none", name),
+       fmt::format("calibrate with one of these models, and name it as {}",
+                   KeyInFile(section.place(), "distortion_model")));
 }
 
 // The keys that ASL and Kalibr share, with the name that each gives to the coefficients.
@@ -79,19 +127,20 @@ Camera ReadCamera(YamlSection& section, const std::string& coefficients_key) {
   std::string model = "pinhole";
   section.Read("camera_model", &model);
   if (model != "pinhole") {
-    throw DataError(
-        fmt::format("{}: camera_model: found '{}', expected pinhole", section.place(), model));
+    Fail(section, "camera_model", fmt::format("found '{}', expected pinhole", model),
+         fmt::format("calibrate with a pinhole (with equidistant distortion for a fisheye), and "
+                     "write it as {}",
+                     KeyInFile(section.place(), "camera_model")));
   }
   const auto intrinsics = RequiredNumbers(section, "intrinsics", 4);
   camera.fx_px = intrinsics[0];
   camera.fy_px = intrinsics[1];
   camera.cx_px = intrinsics[2];
   camera.cy_px = intrinsics[3];
-  const auto resolution = RequiredNumbers(section, "resolution", 2);
-  camera.width_px = static_cast<int>(resolution[0]);
-  camera.height_px = static_cast<int>(resolution[1]);
-  camera.distortion =
-      DistortionFromName(Required<std::string>(section, "distortion_model"), section.place());
+  const cv::Size resolution = RequiredResolution(section);
+  camera.width_px = resolution.width;
+  camera.height_px = resolution.height;
+  camera.distortion = RequiredDistortion(section);
   if (camera.distortion != Distortion::kNone) {
     const auto coefficients = RequiredNumbers(section, coefficients_key, 4);
     camera.coefficients = Eigen::Map<const Eigen::Vector4d>(coefficients.data());
@@ -109,8 +158,8 @@ void ReadNoise(YamlSection& section, const std::string& rate_key, ImuNoise* nois
   const auto check = [&](const char* key, double value, double lowest, double highest,
                          const char* unit) {
     if (value >= lowest && value <= highest) return;
-    throw DataError(fmt::format("{}: {}: found {}, expected {} to {} {}", section.place(), key,
-                                value, lowest, highest, unit));
+    Fail(section, key, fmt::format("found {}, expected {} to {} {}", value, lowest, highest, unit),
+         fmt::format("write {} in {}", KeyInFile(section.place(), key), unit));
   };
   // Far below the best sensors' on one side, far above the worst's on the other.
   check("gyroscope_noise_density", noise->gyro_noise_rad_s_sqrthz, 1e-7, 1, "rad/s/sqrt(Hz)");
@@ -125,10 +174,12 @@ void RequireEqual(const RigidTransform& a, const RigidTransform& b, const std::s
   const RigidTransform difference = a.Inverse() * b;
   const double angle_rad = LogRotation(difference.rotation).norm();
   if (difference.translation.norm() > kMaxTransformError_m || angle_rad > kMaxTransformError_rad) {
-    throw DataError(
+    throw InputFault(
+        "calibration",
         fmt::format("{}: found {} that disagree by {:.3f} m and {:.3f} rad, expected one "
                     "of them only",
-                    place, what, difference.translation.norm(), angle_rad));
+                    place, what, difference.translation.norm(), angle_rad),
+        fmt::format("leave one of T_imu_cam, T_cam_imu and T_cn_cnm1 in {}", place));
   }
 }
 
@@ -152,8 +203,10 @@ RigidTransform ReadKalibrPose(YamlSection& camera, int index, const RigidTransfo
     take("T_cn_cnm1", T_imu_left * RequiredTransform(camera, "T_cn_cnm1", false).Inverse());
   }
   if (!T_imu_camera) {
-    throw DataError(fmt::format("{}: T_cam_imu: missing, expected it or T_imu_cam{}",
-                                camera.place(), index == 1 ? " or T_cn_cnm1" : ""));
+    Fail(camera, "T_cam_imu",
+         fmt::format("missing, expected it or T_imu_cam{}", index == 1 ? " or T_cn_cnm1" : ""),
+         fmt::format("add {}; Kalibr's camera-IMU calibration gives it",
+                     KeyInFile(camera.place(), "T_cam_imu")));
   }
   return *T_imu_camera;
 }
@@ -170,8 +223,18 @@ auto AsDataErrors(Reader read) {
   try {
     return read();
   } catch (const ConfigError& error) {
-    throw DataError(error.what());
+    const std::string what = error.what();
+    const size_t unreadable = what.find(": cannot be");
+    throw InputFault("calibration", what,
+                     unreadable != std::string::npos
+                         ? "write " + what.substr(0, unreadable) + ", for all to read"
+                         : "correct " + what.substr(0, what.find(": found")));
   }
+}
+
+bool Exists(const fs::path& path) {
+  std::error_code error;  // such as a loop of links
+  return fs::exists(path, error);
 }
 
 std::string FirstExisting(const std::vector<fs::path>& folders,
@@ -196,20 +259,32 @@ void CheckRig(const Rig& rig, const std::string& place) {
   const double baseline_m =
       (rig.T_imu_camera[0].translation - rig.T_imu_camera[1].translation).norm();
   if (IsStereo(rig) && !(baseline_m >= kMinBaseline_m && baseline_m <= kMaxBaseline_m)) {
-    throw DataError(fmt::format("{}: found a baseline of {:.4g} m, expected {} to {} m", place,
-                                baseline_m, kMinBaseline_m, kMaxBaseline_m));
+    throw InputFault("calibration",
+                     fmt::format("{}: found a baseline of {:.4g} m, expected {} to {} m", place,
+                                 baseline_m, kMinBaseline_m, kMaxBaseline_m),
+                     fmt::format("correct the translations of cam0 and cam1 in {} (T_BS, T_cam_imu "
+                                 "or T_imu_cam): metres, not millimetres, and not the same twice",
+                                 place));
   }
   for (int i = 0; i < 2; ++i) {
     const double lever_m = rig.T_imu_camera[i].translation.norm();
     if (!(lever_m <= kMaxLever_m)) {
-      throw DataError(fmt::format("{}: found cam{} {:.4g} m from the IMU, expected at most {} m",
-                                  place, i, lever_m, kMaxLever_m));
+      throw InputFault("calibration",
+                       fmt::format("{}: found cam{} {:.4g} m from the IMU, expected at most {} m",
+                                   place, i, lever_m, kMaxLever_m),
+                       fmt::format("correct the translation of cam{} in {} (T_BS, T_cam_imu or "
+                                   "T_imu_cam): metres, not millimetres",
+                                   i, place));
     }
   }
   if (!(std::abs(rig.camera_time_offset_s) <= kMaxTimeOffset_s)) {
-    throw DataError(
+    throw InputFault(
+        "calibration",
         fmt::format("{}: timeshift_cam_imu: found {} s, expected at most {} s either way", place,
-                    rig.camera_time_offset_s, kMaxTimeOffset_s));
+                    rig.camera_time_offset_s, kMaxTimeOffset_s),
+        fmt::format("write timeshift_cam_imu of cam0 in {} in seconds; bring the stamps of both to "
+                    "one clock first",
+                    place));
   }
 }
 
@@ -219,7 +294,7 @@ Calibration ReadAslCalibration(const std::string& folder, Warnings* warnings) {
     Rig& rig = calibration.rig;
     RigidTransform T_body_imu;
     const std::string imu_path = folder + "/imu0/sensor.yaml";
-    if (fs::exists(imu_path)) {
+    if (Exists(imu_path)) {
       YamlSection imu = YamlSection::FromFile(imu_path);
       if (imu.Has("T_BS")) T_body_imu = RequiredTransform(imu, "T_BS", true);
       ReadNoise(imu, "rate_hz", &rig.imu_noise);
@@ -227,7 +302,7 @@ Calibration ReadAslCalibration(const std::string& folder, Warnings* warnings) {
       warnings->Add(kImuNoiseAssumed, imu_path);
     }
     for (int i = 0; i < 2; ++i) {
-      if (i == 1 && !fs::exists(folder + "/cam1")) break;
+      if (i == 1 && !Exists(folder + "/cam1")) break;
       YamlSection camera = YamlSection::FromFile(fmt::format("{}/cam{}/sensor.yaml", folder, i));
       rig.cameras[i] = ReadCamera(camera, "distortion_coefficients");
       rig.T_imu_camera[i] = T_body_imu.Inverse() * RequiredTransform(camera, "T_BS", true);
@@ -250,8 +325,9 @@ Calibration ReadKalibrCalibration(const std::string& camchain_path, const std::s
       const std::string name = fmt::format("cam{}", i);
       if (i == 1 && !root.Has(name)) break;
       if (!root.Has(name)) {
-        throw DataError(
-            fmt::format("{}: {}: missing, expected cam0 and cam1", camchain_path, name));
+        Fail(root, name, "missing, expected cam0 and cam1",
+             fmt::format("name a Kalibr camera chain instead of {}, or add {} to it", camchain_path,
+                         name));
       }
       YamlSection camera = root.Section(name);
       rig.cameras[i] = ReadCamera(camera, "distortion_coeffs");
@@ -272,22 +348,27 @@ Calibration ReadKalibrCalibration(const std::string& camchain_path, const std::s
 }
 
 Calibration FindCalibration(const std::string& asl_folder, Warnings* warnings) {
-  if (fs::exists(fs::path(asl_folder) / "cam0" / "sensor.yaml")) {
+  if (Exists(fs::path(asl_folder) / "cam0" / "sensor.yaml")) {
     return ReadAslCalibration(asl_folder, warnings);
   }
   const fs::path folder(asl_folder), above = fs::absolute(folder).lexically_normal().parent_path();
   const std::vector<fs::path> folders = {folder, folder / "dso", above, above / "dso"};
   const std::string camchain_path = FirstExisting(folders, kCamchainNames);
   if (camchain_path.empty()) {
-    throw DataError(asl_folder +
-                    ": found no calibration, expected cam0/sensor.yaml or dso/camchain.yaml beside "
-                    "it (or name one with --calibration)");
+    throw InputFault("calibration",
+                     asl_folder +
+                         ": found no calibration, expected cam0/sensor.yaml or dso/camchain.yaml "
+                         "beside it (or name one with --calibration)",
+                     fmt::format("write {0}/cam0/sensor.yaml, {0}/cam1/sensor.yaml and "
+                                 "{0}/imu0/sensor.yaml, or name a Kalibr chain with --calibration",
+                                 asl_folder));
   }
   return ReadKalibrCalibration(camchain_path, FirstExisting(folders, kImuNames), warnings);
 }
 
 Calibration ReadCalibration(const std::string& path, Warnings* warnings) {
-  if (fs::is_directory(path)) return FindCalibration(path, warnings);
+  std::error_code error;
+  if (fs::is_directory(path, error)) return FindCalibration(path, warnings);
   const std::string imu_path = AsDataErrors([&] {
     return YamlSection::FromFile(path).Has("imu0")
                ? path

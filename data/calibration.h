@@ -36,7 +36,7 @@ Calibration FindCalibration(const std::string& asl_folder, Warnings* warnings);
 // there is one) or a folder that FindCalibration understands.
 Calibration ReadCalibration(const std::string& path, Warnings* warnings);
 
-// All of them throw DataError naming file and key, what was found and what is expected, when an
+// All of them throw DataError (an InputFault wherever a remedy is known) naming file and key, what was found and what is expected, when an
 // entry is missing or absurd; CheckRig is what they use for the rig as a whole.
 void CheckRig(const Rig& rig, const std::string& place);
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "data/error.h"
+#include "data/input_fault.h"
 
 namespace slcmap {
 namespace {
@@ -17,7 +17,8 @@ struct RadialTangential {
   Eigen::Matrix2d jacobian;  // d distorted / d (x, y)
 };
 
-// The radial-tangential model on the plane z = 1 (OpenCV, "Camera Calibration and 3D Reconstruction").
+// The radial-tangential model on the plane z = 1 (OpenCV, "Camera Calibration and 3D
+// Reconstruction").
 RadialTangential DistortRadialTangential(const Eigen::Vector4d& k, double x, double y) {
   const double r2 = x * x + y * y;
   const double radial = 1 + r2 * (k[0] + r2 * k[1]);
@@ -26,13 +27,15 @@ RadialTangential DistortRadialTangential(const Eigen::Vector4d& k, double x, dou
   out.distorted << x * radial + 2 * k[2] * x * y + k[3] * (r2 + 2 * x * x),
       y * radial + k[2] * (r2 + 2 * y * y) + 2 * k[3] * x * y;
   out.jacobian << radial + x * x * d_radial + 2 * k[2] * y + 6 * k[3] * x,
-      x * y * d_radial + 2 * k[2] * x + 2 * k[3] * y, x * y * d_radial + 2 * k[2] * x + 2 * k[3] * y,
+      x * y * d_radial + 2 * k[2] * x + 2 * k[3] * y,
+      x * y * d_radial + 2 * k[2] * x + 2 * k[3] * y,
       radial + y * y * d_radial + 6 * k[2] * y + 2 * k[3] * x;
   return out;
 }
 
-// The squared radius at which the radial distortion r (1 + k1 r^2 + k2 r^4) turns back: the smallest
-// positive root of its derivative 1 + 3 k1 s + 5 k2 s^2 in s = r^2; infinity where there is none.
+// The squared radius at which the radial distortion r (1 + k1 r^2 + k2 r^4) turns back: the
+// smallest positive root of its derivative 1 + 3 k1 s + 5 k2 s^2 in s = r^2; infinity where there
+// is none.
 double FoldingRadiusSquared(const Eigen::Vector4d& k) {
   const double a = 5 * k[1], b = 3 * k[0];
   const double infinity = std::numeric_limits<double>::infinity();
@@ -54,7 +57,8 @@ double DistortAngle(const Eigen::Vector4d& k, double theta_rad, double* derivati
   return theta_rad * (1 + t2 * (k[0] + t2 * (k[1] + t2 * (k[2] + t2 * k[3]))));
 }
 
-// Newton's method for the angle whose distorted radius is `radius`; nothing if it does not converge.
+// Newton's method for the angle whose distorted radius is `radius`; nothing if it does not
+// converge.
 std::optional<double> UndistortAngle(const Eigen::Vector4d& k, double radius) {
   double theta_rad = std::min(radius, kPi / 2);
   for (int i = 0; i < kMaxIterations; ++i) {
@@ -92,7 +96,8 @@ std::optional<Eigen::Vector2d> Camera::Project(const Eigen::Vector3d& p_camera) 
     double derivative = 0;
     const double radius = DistortAngle(coefficients, theta_rad, &derivative);
     if (derivative <= 0) return std::nullopt;
-    on_plane = r < 1e-12 ? Eigen::Vector2d::Zero() : Eigen::Vector2d(p_camera.head<2>() * (radius / r));
+    on_plane =
+        r < 1e-12 ? Eigen::Vector2d::Zero() : Eigen::Vector2d(p_camera.head<2>() * (radius / r));
     if (r < 1e-12 && p_camera.z() <= 0) return std::nullopt;
   } else {
     if (p_camera.z() < 1e-6) return std::nullopt;
@@ -129,24 +134,31 @@ bool Camera::Contains(const Eigen::Vector2d& pixel_px, double margin_px) const {
 }
 
 void Camera::Check(const std::string& name) const {
-  const auto fail = [&](const std::string& what) { throw DataError(name + ": " + what); };
+  const auto fail = [&](const char* key, const std::string& what) {
+    throw InputFault("calibration", name + ": " + what,
+                     std::string("correct ") + key + " in " + name);
+  };
   if (width_px < 16 || height_px < 16 || width_px > 20000 || height_px > 20000) {
-    fail("found resolution " + std::to_string(width_px) + " x " + std::to_string(height_px) +
-         ", expected 16 to 20000 pixels a side");
+    fail("resolution (width, height)", "found resolution " + std::to_string(width_px) + " x " +
+                                           std::to_string(height_px) +
+                                           ", expected 16 to 20000 pixels a side");
   }
   const double longer_px = std::max(width_px, height_px);
   for (const double f_px : {fx_px, fy_px}) {
     if (!(f_px > 0.1 * longer_px && f_px < 20 * longer_px)) {
-      fail("found focal length " + std::to_string(f_px) + " px, expected 0.1 to 20 times " +
-           std::to_string(static_cast<int>(longer_px)) + " px");
+      fail("intrinsics (fx, fy, cx, cy in pixels)",
+           "found focal length " + std::to_string(f_px) + " px, expected 0.1 to 20 times " +
+               std::to_string(static_cast<int>(longer_px)) + " px");
     }
   }
   if (!(cx_px > 0 && cx_px < width_px && cy_px > 0 && cy_px < height_px)) {
-    fail("found principal point (" + std::to_string(cx_px) + ", " + std::to_string(cy_px) +
-         "), expected one inside the image");
+    fail("intrinsics (fx, fy, cx, cy in pixels)",
+         "found principal point (" + std::to_string(cx_px) + ", " + std::to_string(cy_px) +
+             "), expected one inside the image");
   }
   if (!coefficients.allFinite() || coefficients.cwiseAbs().maxCoeff() > 10) {
-    fail("found distortion coefficients that are not finite or above 10 in size");
+    fail("the distortion coefficients (k1, k2, p1, p2 or k1 to k4)",
+         "found distortion coefficients that are not finite or above 10 in size");
   }
 }
 

@@ -34,6 +34,12 @@ std::string ReadFile(const std::string& path) {
   return bytes;
 }
 
+std::string WithoutByteOrderMark(std::string text) {
+  constexpr std::string_view kMark = "\xef\xbb\xbf";
+  if (text.compare(0, kMark.size(), kMark) == 0) text.erase(0, kMark.size());
+  return text;
+}
+
 void WriteFile(const std::string& path, std::string_view bytes) {
   File file(std::fopen(path.c_str(), "wb"));
   if (!file)

@@ -1,6 +1,7 @@
 #include "data/rigid_transform.h"
 
 #include <cmath>
+#include <sstream>
 
 #include "data/error.h"
 
@@ -59,6 +60,11 @@ RigidTransform RigidTransformFromMatrix(const Eigen::Matrix4d& matrix, const std
   const double error = (r.transpose() * r - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff();
   if (!matrix.allFinite() || error > 1e-3 || r.determinant() < 0) {
     throw DataError(name + ": found a matrix whose rotation part is not a rotation, expected one");
+  }
+  if ((matrix.row(3) - Eigen::RowVector4d(0, 0, 0, 1)).cwiseAbs().maxCoeff() > 1e-6) {
+    std::ostringstream row;
+    row << matrix.row(3);
+    throw DataError(name + ": found the last row '" + row.str() + "', expected 0 0 0 1");
   }
   return {Eigen::Quaterniond(r).normalized(), matrix.topRightCorner<3, 1>()};
 }

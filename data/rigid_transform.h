@@ -42,8 +42,8 @@ struct RigidTransform {
   Eigen::Matrix4d Matrix() const;
 };
 
-// The transform of a 4x4 matrix whose rotation part is orthonormal to within 1e-3; it is made exactly so.
-// Throws DataError otherwise; `name` stands in the message.
+// The transform of a 4x4 matrix with last row 0 0 0 1 and a rotation part that is orthonormal to within
+// 1e-3 and made exactly so. Throws DataError otherwise; `name` stands in the message.
 RigidTransform RigidTransformFromMatrix(const Eigen::Matrix4d& matrix, const std::string& name);
 
 // The transform between two at the fraction u in [0, 1]: slerp for the rotation, linear for the rest.

@@ -6,7 +6,7 @@
 #include <filesystem>
 
 #include "data/calibration.h"
-#include "data/error.h"
+#include "data/input_fault.h"
 
 namespace slcmap {
 namespace {
@@ -20,11 +20,15 @@ void RequireOverlap(const Sequence& sequence) {
   const int64_t first_imu_ns = sequence.imu.front().stamp_ns;
   const int64_t last_imu_ns = sequence.imu.back().stamp_ns;
   if (first_image_ns <= last_imu_ns && first_imu_ns <= last_image_ns) return;
-  throw DataError(fmt::format(
-      "{}: found images from {:.3f} to {:.3f} s and IMU samples from {:.3f} to {:.3f} s, expected "
-      "them to overlap (are both in nanoseconds of one clock?)",
-      sequence.folder, ToSeconds(first_image_ns), ToSeconds(last_image_ns), ToSeconds(first_imu_ns),
-      ToSeconds(last_imu_ns)));
+  throw InputFault(
+      "clocks",
+      fmt::format("{}: found images from {:.3f} to {:.3f} s and IMU samples from {:.3f} to {:.3f} "
+                  "s, expected them to overlap (are both in nanoseconds of one clock?)",
+                  sequence.folder, ToSeconds(first_image_ns), ToSeconds(last_image_ns),
+                  ToSeconds(first_imu_ns), ToSeconds(last_imu_ns)),
+      fmt::format("write the stamps of {0}/cam0/data.csv and {0}/imu0/data.csv in nanoseconds of "
+                  "one clock",
+                  sequence.folder));
 }
 
 // The images that sequence->rig has cameras for.
@@ -39,10 +43,14 @@ std::vector<StereoEntry> ReadImageList(const SequenceOptions& options, Sequence*
   const auto right = ReadAslImages((folder / "cam1").string(), &sequence->warnings);
   images = PairImages(left, right, options.max_stereo_offset_s, &sequence->warnings);
   if (images.empty()) {
-    throw DataError(
+    throw InputFault(
+        "unpaired",
         fmt::format("{}: found no left and right image within {} s of each other among {} and {}, "
                     "expected pairs",
-                    sequence->folder, options.max_stereo_offset_s, left.size(), right.size()));
+                    sequence->folder, options.max_stereo_offset_s, left.size(), right.size()),
+        fmt::format("trigger both cameras together, and write the stamps of {0}/cam0/data.csv and "
+                    "{0}/cam1/data.csv in nanoseconds of one clock",
+                    sequence->folder));
   }
   return images;
 }
@@ -52,24 +60,32 @@ std::vector<StereoEntry> ReadImageList(const SequenceOptions& options, Sequence*
 std::string FindAslFolder(const std::string& path) {
   std::error_code error;
   if (!fs::is_directory(path, error)) {
-    throw DataError(path + ": found no such folder, expected an EuRoC (ASL) or TUM VI sequence");
+    throw InputFault("unreadable",
+                     path + ": found no such folder, expected an EuRoC (ASL) or TUM VI sequence",
+                     "name the folder that holds mav0, or mav0 itself");
   }
   for (const fs::path& folder : {fs::path(path), fs::path(path) / "mav0"}) {
     if (!fs::is_directory(folder / "cam0", error)) continue;
     if (!fs::is_directory(folder / "imu0", error)) {
-      throw DataError(folder.string() + ": found no imu0, expected cam0, cam1 and imu0");
+      throw InputFault("unreadable",
+                       folder.string() + ": found no imu0, expected cam0, cam1 and imu0",
+                       "write the IMU's samples as " + (folder / "imu0" / "data.csv").string());
     }
     return folder.string();
   }
-  throw DataError(path +
-                  ": found neither cam0 nor mav0/cam0, expected an EuRoC (ASL) or TUM VI "
-                  "sequence");
+  throw InputFault("unreadable",
+                   path +
+                       ": found neither cam0 nor mav0/cam0, expected an EuRoC (ASL) or TUM VI "
+                       "sequence",
+                   "lay the sequence out as EuRoC does: mav0/cam0, cam1, imu0, each with data.csv "
+                   "and sensor.yaml");
 }
 
 std::string FindTruth(const std::string& asl_folder) {
   for (const char* name : {"state_groundtruth_estimate0", "mocap0"}) {
     const fs::path path = fs::path(asl_folder) / name / "data.csv";
-    if (fs::is_regular_file(path)) return path.string();
+    std::error_code error;
+    if (fs::is_regular_file(path, error)) return path.string();
   }
   return "";
 }
@@ -111,7 +127,8 @@ Sequence OpenSequence(const std::string& path, const SequenceOptions& options) {
                                       : ReadCalibration(options.calibration, &sequence.warnings);
   sequence.rig = calibration.rig;
   sequence.calibration_source = calibration.source;
-  if (!fs::is_directory(folder / "cam1")) sequence.rig.cameras[1] = Camera();
+  std::error_code error;
+  if (!fs::is_directory(folder / "cam1", error)) sequence.rig.cameras[1] = Camera();
   sequence.images = ReadImageList(options, &sequence);
   sequence.imu = ReadAslImu((folder / "imu0" / "data.csv").string(), &sequence.warnings);
   RequireOverlap(sequence);

@@ -17,15 +17,15 @@ std::string_view Trim(std::string_view text) {
   return text.substr(first, text.find_last_not_of(kBlanks) - first + 1);
 }
 
-std::vector<std::string_view> SplitAtCommas(std::string_view row) {
+std::vector<std::string_view> SplitAt(char mark, std::string_view row) {
   std::vector<std::string_view> fields;
-  size_t comma = 0;
-  while ((comma = row.find(',')) != std::string_view::npos) {
-    fields.push_back(Trim(row.substr(0, comma)));
-    row.remove_prefix(comma + 1);
+  size_t end = 0;
+  while ((end = row.find(mark)) != std::string_view::npos) {
+    fields.push_back(Trim(row.substr(0, end)));
+    row.remove_prefix(end + 1);
   }
   row = Trim(row);
-  if (!row.empty()) fields.push_back(row);  // a comma at the end opens no field
+  if (!row.empty()) fields.push_back(row);  // a mark at the end opens no field
   return fields;
 }
 
@@ -82,7 +82,16 @@ std::optional<Decimal> ParseDecimal(std::string_view text) {
 std::vector<std::string_view> SplitRow(std::string_view row) {
   row = Trim(row);
   if (row.empty() || row[0] == '#') return {};
-  return row.find(',') != std::string_view::npos ? SplitAtCommas(row) : SplitAtBlanks(row);
+  for (const char mark : {',', ';'}) {
+    if (row.find(mark) != std::string_view::npos) return SplitAt(mark, row);
+  }
+  return SplitAtBlanks(row);
+}
+
+bool SeparatedByMark(std::string_view field, std::string_view next) {
+  const std::string_view between(field.data() + field.size(),
+                                 static_cast<size_t>(next.data() - field.data()) - field.size());
+  return between.find_first_of(",;") != std::string_view::npos;
 }
 
 std::optional<double> ParseNumber(std::string_view text) {
@@ -117,7 +126,7 @@ std::optional<int64_t> ParseScaledInteger(std::string_view text, int shift) {
 }
 
 std::vector<std::string> ReadLines(const std::string& path) {
-  std::istringstream text(ReadFile(path));
+  std::istringstream text(WithoutByteOrderMark(ReadFile(path)));
   std::vector<std::string> lines;
   for (std::string line; std::getline(text, line);) lines.push_back(std::move(line));
   return lines;

@@ -11,8 +11,8 @@
 namespace slcmap {
 
 // The fields of a row without blanks and a carriage return around them. With a comma in the row
-// only commas separate (so a field may be empty), else blanks do. A blank row and one that starts
-// with '#' have no fields.
+// only commas separate (so a field may be empty), else with a semicolon only semicolons, else
+// blanks do. A blank row and one that starts with '#' have no fields.
 std::vector<std::string_view> SplitRow(std::string_view row);
 
 // A decimal number, wholly read; nothing for other text. "nan" and "inf" are read as such.
@@ -23,8 +23,13 @@ std::optional<double> ParseNumber(std::string_view text);
 // are rounded off. Nothing for other text and beyond the range of int64.
 std::optional<int64_t> ParseScaledInteger(std::string_view text, int shift);
 
-// The rows of a text file; throws DataError naming the file when it cannot be read.
+// The rows of a text file, without the byte order mark that some editors put before the first;
+// throws DataError naming the file when it cannot be read.
 std::vector<std::string> ReadLines(const std::string& path);
+
+// True where a comma or a semicolon, not only blanks, separates two neighbouring fields that
+// SplitRow gave of one row.
+bool SeparatedByMark(std::string_view field, std::string_view next);
 
 // Calls handle(row number from 1, fields) for each row of the file that has fields. Throws
 // DataError when the file cannot be read.

@@ -24,7 +24,18 @@ struct RowForm {
   bool scalar_first;
 };
 constexpr RowForm kTum{"stamp_s x y z qx qy qz qw", 9, false};
+constexpr RowForm kTumNanoseconds{"stamp_ns x y z qx qy qz qw", 0, false};
 constexpr RowForm kEuroc{"stamp_ns, x, y, z, qw, qx, qy, qz", 0, true};
+constexpr int64_t kLastSeconds = 100'000'000'000;   // of a clock in seconds: the year 5138
+constexpr int64_t kMaxStamp_ns = int64_t{1} << 62;  // differences of two stamps stay within range
+
+// By the first row.
+RowForm FormOf(const std::vector<std::string_view>& fields) {
+  if (fields[0].find('.') != std::string_view::npos) return kTum;
+  if (fields.size() > 1 && SeparatedByMark(fields[0], fields[1])) return kEuroc;
+  const std::optional<int64_t> stamp = ParseScaledInteger(fields[0], 0);
+  return stamp && std::abs(*stamp) > kLastSeconds ? kTumNanoseconds : kTum;
+}
 
 StampedPose ParseRow(const RowForm& form, const std::vector<std::string_view>& fields,
                      const std::string& place) {
@@ -34,7 +45,7 @@ StampedPose ParseRow(const RowForm& form, const std::vector<std::string_view>& f
   }
   StampedPose pose;
   const std::optional<int64_t> stamp_ns = ParseScaledInteger(fields[0], form.stamp_shift);
-  if (!stamp_ns) {
+  if (!stamp_ns || std::abs(*stamp_ns) > kMaxStamp_ns) {
     throw DataError(fmt::format("{}: found '{}', expected a stamp", place, fields[0]));
   }
   pose.stamp_ns = *stamp_ns;
@@ -89,11 +100,7 @@ Trajectory ReadEurocTrajectory(const std::string& path) {
   return ReadRows(path, [](const auto&) { return kEuroc; });
 }
 
-Trajectory ReadTrajectory(const std::string& path) {
-  return ReadRows(path, [](const std::vector<std::string_view>& fields) {
-    return fields[0].find('.') == std::string_view::npos ? kEuroc : kTum;
-  });
-}
+Trajectory ReadTrajectory(const std::string& path) { return ReadRows(path, FormOf); }
 
 std::string TumRow(const StampedPose& pose) {
   const bool negative = pose.stamp_ns < 0;

@@ -10,9 +10,13 @@ void Warnings::Add(const std::string& kind, const std::string& place) {
   Entry& entry = entries_[kind];
   if (entry.count++ != 0) return;
   entry.first_place = place;
+  spdlog::warn("{}: {} (from here on only counted)", place, InWords(kind));
+}
+
+std::string Warnings::InWords(const std::string& kind) {
   std::string words = kind;
   std::replace(words.begin(), words.end(), '_', ' ');
-  spdlog::warn("{}: {} (from here on only counted)", place, words);
+  return words;
 }
 
 void Warnings::Merge(const Warnings& other) {

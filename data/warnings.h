@@ -17,6 +17,9 @@ class Warnings {
   // Counts one; the first of its kind is logged with its place ("file: row 12").
   void Add(const std::string& kind, const std::string& place);
 
+  // What a kind is called in reports: its words with blanks.
+  static std::string InWords(const std::string& kind);
+
   // Adds the counts of another, without logging again.
   void Merge(const Warnings& other);
 
@@ -31,6 +34,7 @@ class Warnings {
 inline constexpr const char* kRowUnreadable = "rows_unreadable";
 inline constexpr const char* kRowNotFinite = "rows_not_finite";
 inline constexpr const char* kStampUnsorted = "rows_unsorted_or_repeated";
+inline constexpr const char* kRowSorted = "rows_sorted_by_stamp";
 inline constexpr const char* kImuGap = "imu_gaps";
 inline constexpr const char* kImageUnpaired = "images_unpaired";
 inline constexpr const char* kImageMissing = "images_missing";

@@ -88,7 +88,7 @@ YamlSection YamlSection::FromFile(const std::string& path) {
   }
   std::string text;
   try {
-    text = ReadFile(path);
+    text = WithoutByteOrderMark(ReadFile(path));
   } catch (const DataError& read_error) {
     throw ConfigError(read_error.what());
   }

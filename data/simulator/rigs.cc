@@ -43,8 +43,9 @@ std::string ConfigFolder() {
 
 Rig ReadSimulatedRig(const std::string& name_or_path) {
   const std::string named = ConfigFolder() + "/rigs/" + name_or_path + ".yaml";
-  const std::string path = std::filesystem::exists(named) ? named : name_or_path;
-  if (!std::filesystem::is_regular_file(path)) {
+  std::error_code error;
+  const std::string path = std::filesystem::exists(named, error) ? named : name_or_path;
+  if (!std::filesystem::is_regular_file(path, error)) {
     throw ConfigError("rig: found '" + name_or_path + "', expected euroc, tumvi or a file");
   }
   Warnings warnings;

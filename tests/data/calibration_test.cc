@@ -3,7 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "data/error.h"
+#include "data/input_fault.h"
 #include "tests/testing/small_sequence.h"
 
 namespace slcmap {
@@ -164,7 +164,7 @@ TEST_F(AslCalibration, AMatrixThatIsNoRotationIsNamed) {
 
 TEST_F(AslCalibration, AnUnknownModelIsNamed) {
   EXPECT_THAT(MessageAfter("mav0/cam0/sensor.yaml", "radial-tangential", "fov"),
-              HasSubstr("found distortion model 'fov'"));
+              HasSubstr("distortion_model: found 'fov'"));
 }
 
 TEST_F(AslCalibration, TwoCamerasInOnePlaceAreAbsurd) {
@@ -187,6 +187,65 @@ TEST_F(AslCalibration, ANoiseThatNoSensorHasIsAbsurd) {
 
 TEST_F(AslCalibration, TextForANumberIsADataError) {
   EXPECT_THAT(MessageAfter("mav0/imu0/sensor.yaml", "1.7e-4", "low"), HasSubstr("found 'low'"));
+}
+
+// What reading a sequence's calibration throws with a part of one of its files replaced.
+InputFault FaultOf(const std::string& file, const std::string& part, const std::string& by) {
+  const TempFolder folder;
+  testing::WriteSequence(folder, {.images = 1});
+  std::string text = testing::ReadText(folder.Path("mav0/" + file));
+  const size_t at = text.find(part);
+  EXPECT_NE(at, std::string::npos) << part;
+  folder.Write("mav0/" + file, text.replace(at, part.size(), by));
+  Warnings warnings;
+  try {
+    ReadAslCalibration(folder.Path("mav0"), &warnings);
+  } catch (const InputFault& fault) {
+    return fault;
+  }
+  return InputFault("none", "none", "none");
+}
+
+TEST(AslCalibrationFaults, HaveRemediesWithFileAndKey) {
+  const std::string camera = "cam0/sensor.yaml", imu = "imu0/sensor.yaml";
+  const struct {
+    std::string file, part, by, found, remedy;
+  } kFaults[] = {
+      {camera, "[96, 64]", "[96.5, 64]", "found 96.5", "resolution in "},
+      {camera, "[96, 64]", "[-96, 64]", "found resolution -96", "resolution (width, height) in "},
+      {camera, "[96, 64]", "[1e300, 64]", "found 1e+300", "resolution in "},
+      {camera, "[96, 64]", "96", "expected a list", "resolution"},
+      {camera, "intrinsics: [60, ", "intrinsics: [", "found 3 numbers, expected 4",
+       "write 4 numbers as intrinsics in "},
+      {camera, "intrinsics: [60, ", "intrinsics: [6000, ", "focal length", "intrinsics (fx, fy"},
+      {camera, "intrinsics: ", "intrinsic: ", "intrinsics: missing", "add intrinsics in "},
+      {camera, "radial-tangential", "fov", "found 'fov'", "distortion_model in "},
+      {camera, "pinhole", "omni", "found 'omni'", "camera_model in "},
+      {camera, "[-0.1, 0.01, 0.0, 0.0]", "[-0.1, 0.01]", "found 2 numbers",
+       "distortion_coefficients in "},
+      {camera, "0, 0, 0, 1]", "0, 0, 5, 1]", "found the last row '0 0 5 1'", "T_BS in "},
+      {camera, "[0, 0, 1, 0,", "[0, 0, 2, 0,", "is not a rotation", "copy T_BS in "},
+      {camera, "rows: 4", "rows: 3", "rows: found 3", "T_BS.rows in "},
+      {"cam1/sensor.yaml", "T_BS", "T_SB", "missing", "add T_BS.data in "},
+      {"cam1/sensor.yaml", "-1, 0, 0, -0.1", "-1, 0, 0, -100", "found a baseline of 100 m",
+       "metres, not millimetres"},
+      {"cam1/sensor.yaml", "-1, 0, 0, -0.1", "-1, 0, 0, 0", "found a baseline of 0 m",
+       "not the same twice"},
+      {imu, "1.7e-4", "17", "gyroscope_noise_density: found 17", "gyroscope_noise_density in "},
+      {imu, "rate_hz: 200", "rate_hz: 0", "rate_hz: found 0", "rate_hz in "}};
+  for (const auto& fault : kFaults) {
+    const InputFault found = FaultOf(fault.file, fault.part, fault.by);
+    EXPECT_THAT(found.what(), AllOf(HasSubstr(fault.found), HasSubstr("mav0"))) << fault.by;
+    EXPECT_THAT(found.remedy(), AllOf(HasSubstr(fault.remedy), HasSubstr("mav0"))) << fault.by;
+  }
+}
+
+TEST(KalibrCalibration, AMatrixHasFourRowsOfFour) {
+  EXPECT_THAT(MessageOf<DataError>([] {
+                ReadChain("  T_cam_imu: [[1, 0, 0, 0, 0, 1, 0, 0], [0, 0, 1, 0, 0, 0, 0, 1]]\n",
+                          Rows("T_cam_imu", kRight.Inverse()));
+              }),
+              HasSubstr("cam0: T_cam_imu: found 2 rows, expected 4 rows of 4"));
 }
 
 }  // namespace

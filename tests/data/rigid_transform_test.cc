@@ -50,5 +50,12 @@ TEST(RigidTransform, RefusesAMatrixThatIsNoRotation) {
   EXPECT_THROW(RigidTransformFromMatrix(m, "cam0 T_BS"), DataError);
 }
 
+TEST(RigidTransform, AMatrixNeedsItsLastRow) {
+  Eigen::Matrix4d matrix = Eigen::Matrix4d::Identity();
+  EXPECT_NO_THROW(RigidTransformFromMatrix(matrix, "T_BS"));
+  matrix(3, 2) = 5;
+  EXPECT_THROW(RigidTransformFromMatrix(matrix, "T_BS"), DataError);
+}
+
 }  // namespace
 }  // namespace slcmap

@@ -3,6 +3,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <sstream>
+#include <tuple>
+
 #include "data/calibration.h"
 #include "data/error.h"
 #include "data/stereo_reader.h"
@@ -75,6 +78,101 @@ TEST(OpenSequence, BadRowsAreCountedAndDropped) {
   EXPECT_EQ(sequence.warnings.Count(kImuGap), 0);
   EXPECT_THAT(sequence.warnings.entries().at(kRowNotFinite).first_place,
               HasSubstr("imu0/data.csv: row 47"));
+}
+
+// The rows of a file in an order that only its seed decides.
+void Shuffle(const TempFolder& folder, const std::string& name) {
+  std::istringstream text(testing::ReadText(folder.Path(name)));
+  std::vector<std::string> rows;
+  for (std::string row; std::getline(text, row);) {
+    if (row[0] != '#') rows.push_back(row);
+  }
+  for (size_t i = 0; i < rows.size(); ++i) std::swap(rows[i], rows[i * 7919 % rows.size()]);
+  std::string shuffled;
+  for (const std::string& row : rows) shuffled += row + "\n";
+  folder.Write(name, shuffled);
+}
+
+TEST(OpenSequence, ShuffledRowsAreSortedAndCounted) {
+  const TempFolder folder;
+  testing::WriteSequence(folder, {.images = 12});
+  const Sequence sorted = OpenSequence(folder.Path());
+  for (const char* name : {"mav0/cam0/data.csv", "mav0/cam1/data.csv", "mav0/imu0/data.csv"}) {
+    Shuffle(folder, name);
+  }
+  const Sequence sequence = OpenSequence(folder.Path());
+  ASSERT_EQ(sequence.images.size(), 12u);
+  for (size_t i = 0; i < 12; ++i) {
+    EXPECT_EQ(sequence.images[i].left_path, sorted.images[i].left_path);
+    EXPECT_EQ(sequence.images[i].right_path, sorted.images[i].right_path);
+  }
+  ASSERT_EQ(sequence.imu.size(), sorted.imu.size());
+  EXPECT_EQ(sequence.imu[5].stamp_ns, sorted.imu[5].stamp_ns);
+  EXPECT_GT(sequence.warnings.Count(kRowSorted), 40);
+  EXPECT_EQ(sequence.warnings.Count(kStampUnsorted), 0);
+  EXPECT_EQ(sequence.warnings.Count(kImuGap), 0);
+}
+
+TEST(OpenSequence, StampsInAnotherUnitAreNamed) {
+  for (const auto& [scale, point, unit] : {std::tuple{1'000'000'000, true, "seconds"},
+                                           {1'000'000, false, "milliseconds"},
+                                           {1'000, false, "microseconds"}}) {
+    for (const std::string name : {"cam0", "cam1", "imu0"}) {
+      const TempFolder folder;
+      testing::WriteSequence(folder, {.images = 12});
+      std::string rows;
+      for (int i = 0; i < 12; ++i) {
+        const int64_t stamp_ns =
+            testing::kFirstStamp_ns +
+            i * (name == "imu0" ? testing::kImuStep_ns : testing::kImageStep_ns);
+        rows += fmt::format("{}{}", stamp_ns / scale,
+                            point ? fmt::format(".{:09}", stamp_ns % scale) : "") +
+                ",0,0,0,0,0,9.81\n";
+      }
+      folder.Write("mav0/" + name + "/data.csv", rows);
+      EXPECT_THAT(
+          MessageOf<DataError>([&] { OpenSequence(folder.Path()); }),
+          AllOf(HasSubstr(name + "/data.csv: found stamps that seem to be in "), HasSubstr(unit)));
+    }
+  }
+}
+
+TEST(OpenSequence, HugeStampsAndZeroBytesCostTheirRowOnly) {
+  const TempFolder folder;
+  testing::WriteSequence(folder, {.images = 4});
+  const std::string list = folder.Path("mav0/cam0/data.csv");
+  folder.Write("mav0/cam0/data.csv", "-9223372036854775000,a.png\n" + testing::ReadText(list) +
+                                         "9223372036854775000,b.png\n" +
+                                         std::to_string(ImageStamp(5)) + ",c" +
+                                         std::string(1, '\0') + ".png\n");
+  const Sequence sequence = OpenSequence(folder.Path());
+  EXPECT_EQ(sequence.images.size(), 4u);
+  EXPECT_EQ(sequence.warnings.Count(kRowUnreadable), 3);
+}
+
+TEST(OpenSequence, ReadsSemicolonsAndByteOrderMarks) {
+  const TempFolder folder;
+  testing::WriteSequence(folder, {.images = 4});
+  for (const char* name : {"mav0/cam0/data.csv", "mav0/cam1/data.csv", "mav0/imu0/data.csv"}) {
+    std::string text = testing::ReadText(folder.Path(name));
+    std::replace(text.begin(), text.end(), ',', ';');
+    folder.Write(name, "\xef\xbb\xbf" + text);
+  }
+  const Sequence sequence = OpenSequence(folder.Path());
+  EXPECT_EQ(sequence.images.size(), 4u);
+  EXPECT_TRUE(sequence.warnings.entries().empty());
+}
+
+TEST(OpenSequence, LoopsOfLinksAreErrorsThatNameThePlace) {
+  const TempFolder folder;
+  testing::WriteSequence(folder, {.images = 2});
+  fs::remove(folder.Path("mav0/cam0/data.csv"));
+  fs::create_symlink("data.csv", folder.Path("mav0/cam0/data.csv"));
+  EXPECT_THAT(MessageOf<DataError>([&] { OpenSequence(folder.Path()); }),
+              HasSubstr("cam0/data.csv: cannot be opened"));
+  fs::remove(folder.Path("mav0/cam0/sensor.yaml"));
+  fs::create_symlink("sensor.yaml", folder.Path("mav0/cam0/sensor.yaml"));
+  EXPECT_THAT(MessageOf<DataError>([&] { OpenSequence(folder.Path()); }), HasSubstr("mav0"));
 }
 
 TEST(OpenSequence, GapsOfTheImuAreCounted) {

@@ -17,6 +17,8 @@ TEST(SplitRow, TakesCommasOrBlanksAndCarriageReturns) {
   EXPECT_THAT(SplitRow(" 1  2\t3 \r"), ElementsAre("1", "2", "3"));
   EXPECT_THAT(SplitRow("12,my picture.png"), ElementsAre("12", "my picture.png"));
   EXPECT_THAT(SplitRow("1,,3,"), ElementsAre("1", "", "3"));
+  EXPECT_THAT(SplitRow("1; 2 ;3\r"), ElementsAre("1", "2", "3"));
+  EXPECT_THAT(SplitRow("1,a;b"), ElementsAre("1", "a;b"));
   EXPECT_THAT(SplitRow("  \r"), IsEmpty());
   EXPECT_THAT(SplitRow("# stamp, x"), IsEmpty());
 }
@@ -64,6 +66,22 @@ TEST(ReadLines, NamesAFileThatCannotBeRead) {
   EXPECT_THAT(testing::MessageOf<DataError>([&] { ReadLines(folder.Path("none.csv")); }),
               ::testing::HasSubstr("none.csv: cannot be opened: No such file"));
   EXPECT_THROW(ReadLines(folder.Path()), DataError);
+}
+
+TEST(SplitRow, TheSeparatorOfTwoFieldsCanBeAskedFor) {
+  for (const char* row : {"1,2", "1 ; 2", " 1\t, 2"}) {
+    const auto fields = SplitRow(row);
+    EXPECT_TRUE(SeparatedByMark(fields[0], fields[1])) << row;
+  }
+  const auto fields = SplitRow("1 \t 2");
+  EXPECT_FALSE(SeparatedByMark(fields[0], fields[1]));
+}
+
+TEST(ReadLines, AByteOrderMarkIsNoPartOfTheFirstRow) {
+  const testing::TempFolder folder;
+  EXPECT_THAT(ReadLines(folder.Write("a.csv", "\xef\xbb\xbf#stamp\n1,2\n")),
+              ElementsAre("#stamp", "1,2"));
+  EXPECT_THAT(ReadLines(folder.Write("b.csv", "\xef\xbb\xbf")), IsEmpty());
 }
 
 }  // namespace

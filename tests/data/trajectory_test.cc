@@ -87,5 +87,38 @@ TEST(PoseAt, InterpolatesInsideAndNotOverGaps) {
   EXPECT_FALSE(PoseAt({}, 0).has_value());
 }
 
+TEST(Trajectory, WholeStampsBetweenBlanksAreTumRowsToo) {
+  const TempFolder folder;
+  const std::string rest = " 1 2 3 0.1 0.2 0.3 0.9273618\n";
+  for (const auto& [stamp, expected_ns] : {std::pair{"1403636584763555585", 1403636584763555585},
+                                           {"1403636584", 1403636584000000000},
+                                           {"0", 0}}) {
+    const Trajectory read = ReadTrajectory(folder.Write("t.tum", stamp + rest));
+    ASSERT_EQ(read.size(), 1u);
+    EXPECT_EQ(read[0].stamp_ns, expected_ns);
+    EXPECT_NEAR(read[0].T_world_imu.rotation.x(), 0.1, 1e-6) << stamp;
+    EXPECT_NEAR(read[0].T_world_imu.rotation.w(), 0.9273618, 1e-6) << stamp;
+  }
+}
+
+TEST(Trajectory, SemicolonsSeparateToo) {
+  const TempFolder folder;
+  const Trajectory read =
+      ReadTrajectory(folder.Write("data.csv",
+                                  "\xef\xbb\xbf"
+                                  "1403636580838555648;4.6;-1.7;0.78;1;0;0;0\n"));
+  ASSERT_EQ(read.size(), 1u);
+  EXPECT_EQ(read[0].stamp_ns, 1403636580838555648);
+  EXPECT_EQ(read[0].T_world_imu.rotation.w(), 1);
+}
+
+TEST(Trajectory, StampsWhoseDifferencesOverflowAreRefused) {
+  const TempFolder folder;
+  EXPECT_THAT(MessageOf<DataError>([&] {
+                ReadTrajectory(folder.Write("t.tum", "-9e9 0 0 0 0 0 0 1\n9e9 0 0 0 0 0 0 1\n"));
+              }),
+              HasSubstr("expected a stamp"));
+}
+
 }  // namespace
 }  // namespace slcmap

@@ -89,5 +89,17 @@ TEST(YamlSection, FilesThatAreNoMappingsAreErrors) {
   EXPECT_NO_THROW(YamlSection::FromFile(folder.Write("empty.yaml", "# nothing\n")).Finish());
 }
 
+TEST(YamlSection, AByteOrderMarkIsNoObstacle) {
+  const TempFolder folder;
+  int value = 0;
+  for (const char* text : {"\xef\xbb\xbfkey: 7\n", "\xef\xbb\xbf%YAML:1.0\nkey: 7\n"}) {
+    YamlSection root = YamlSection::FromFile(folder.Write("a.yaml", text));
+    root.Read("key", &value);
+    EXPECT_NO_THROW(root.Finish());
+    EXPECT_EQ(value, 7);
+    value = 0;
+  }
+}
+
 }  // namespace
 }  // namespace slcmap
