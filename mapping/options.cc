@@ -1,5 +1,6 @@
 #include "mapping/options.h"
 
+#include "data/config_file.h"
 #include "data/option_table.h"
 #include "mapping/octree_file.h"
 
@@ -38,18 +39,16 @@ void LineMapOptions::Check() const { kLinesTable.Check("mapping.lines", *this); 
 void LineMapOptions::Read(YamlSection section) { kLinesTable.Read(section, this); }
 
 MappingOptions MappingOptions::FromYaml(const std::string& path) {
-  MappingOptions options;
-  YamlSection section = YamlSection::FromFile(path).Section("mapping");
-  options.cloud.Read(section.Section("cloud"));
-  options.occupancy.Read(section.Section("occupancy"));
-  options.lines.Read(section.Section("lines"));
-  section.Finish();
-  try {
+  return ReadConfigFile(path, [](YamlSection& root) {
+    MappingOptions options;
+    YamlSection section = root.Section("mapping");
+    options.cloud.Read(section.Section("cloud"));
+    options.occupancy.Read(section.Section("occupancy"));
+    options.lines.Read(section.Section("lines"));
+    section.Finish();
     options.Check();
-  } catch (const ConfigError& error) {
-    throw ConfigError(path + ": " + error.what());
-  }
-  return options;
+    return options;
+  });
 }
 
 void MappingOptions::Check() const {

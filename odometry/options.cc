@@ -3,6 +3,7 @@
 #include <sstream>
 #include <utility>
 
+#include "data/config_file.h"
 #include "data/error.h"
 #include "data/option_table.h"
 
@@ -322,16 +323,16 @@ void LineTrackerOptions::Read(YamlSection section) {
 }
 
 OdometryOptions OdometryOptions::FromYaml(const std::string& path) {
-  OdometryOptions options;
-  YamlSection root = YamlSection::FromFile(path);
-  std::string method = MethodName(options.method);
-  root.Read("method", &method);
-  options.method = MethodFromName(method);
-  ForEachSection(options, [&](const char* key, auto& section) { section.Read(root.Section(key)); });
-  root.Section("mapping");  // one file may hold the options of all stages; this is the map's
-  root.Finish();
-  options.Check();
-  return options;
+  return ReadConfigFile(path, [](YamlSection& root) {
+    OdometryOptions options;
+    std::string method = MethodName(options.method);
+    root.Read("method", &method);
+    options.method = MethodFromName(method);
+    ForEachSection(options,
+                   [&](const char* key, auto& section) { section.Read(root.Section(key)); });
+    options.Check();
+    return options;
+  });
 }
 
 void OdometryOptions::Check() const {

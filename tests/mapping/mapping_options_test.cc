@@ -1,7 +1,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "data/config_file.h"
 #include "mapping/mapping.h"
+#include "odometry/options.h"
 #include "tests/testing/temp_folder.h"
 
 namespace slcmap {
@@ -17,8 +19,8 @@ MappingOptions Read(const std::string& yaml) {
 }
 
 TEST(MappingOptions, AFileOverridesItsKeysOnly) {
-  const MappingOptions options = Read(
-      "odometry: {any: 1}\nmapping:\n  cloud: {voxel_m: 0.2}\n  occupancy: {max_range_m: 7}\n");
+  const MappingOptions options =
+      Read("window: {any: 1}\nmapping:\n  cloud: {voxel_m: 0.2}\n  occupancy: {max_range_m: 7}\n");
   EXPECT_EQ(options.cloud.voxel_m, 0.2);
   EXPECT_EQ(options.cloud.min_observations, MappingOptions().cloud.min_observations);
   EXPECT_EQ(options.occupancy.max_range_m, 7);
@@ -53,6 +55,24 @@ TEST(MappingOptions, ValuesOutOfRangeAreNamedWithTheirFileAndRange) {
                            "lines: {max_sigma_m: 1e9}"}) {
     EXPECT_THAT([&] { Read(std::string("mapping: {") + yaml + "}"); },
                 ThrowsMessage<ConfigError>(HasSubstr("options.yaml: mapping.")));
+  }
+}
+
+TEST(MappingOptions, ASectionOfNoStageIsRefusedByEachOfThem) {
+  const testing::TempFolder folder;
+  const std::string path = folder.Write("options.yaml", "mappin: {cloud: {voxel_m: 0.2}}\n");
+  const auto unknown = ThrowsMessage<ConfigError>(HasSubstr("mappin: unknown key"));
+  EXPECT_THAT([&] { MappingOptions::FromYaml(path); }, unknown);
+  EXPECT_THAT([&] { OdometryOptions::FromYaml(path); }, unknown);
+}
+
+TEST(MappingOptions, EachStageLeavesTheSectionsOfTheOthers) {
+  const testing::TempFolder folder;
+  for (const std::string key : kConfigKeys) {
+    const std::string path =
+        folder.Write("options.yaml", key == "method" ? "method: slc\n" : key + ":\n");
+    EXPECT_NO_THROW(MappingOptions::FromYaml(path)) << key;
+    EXPECT_NO_THROW(OdometryOptions::FromYaml(path)) << key;
   }
 }
 

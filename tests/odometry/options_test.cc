@@ -38,31 +38,38 @@ TEST_F(OdometryOptionsTest, ReadsWhatTheFileHoldsAndLeavesTheRest) {
 }
 
 TEST_F(OdometryOptionsTest, NamesSectionKeyValueAndRange) {
+  const std::string file = folder_.Path("odometry.yaml: ");
   EXPECT_EQ(ErrorOf("points: {pyramid_levels: 9}"),
-            "points.pyramid_levels: found 9, expected 1 to 8");
-  EXPECT_EQ(ErrorOf("rectifier: {scale: 0.05}"), "rectifier.scale: found 0.05, expected 0.1 to 4");
+            file + "points.pyramid_levels: found 9, expected 1 to 8");
+  EXPECT_EQ(ErrorOf("rectifier: {scale: 0.05}"),
+            file + "rectifier.scale: found 0.05, expected 0.1 to 4");
   EXPECT_EQ(ErrorOf("line_landmarks: {triangulation: {max_distance_m: 0}}"),
-            "line_landmarks.triangulation.max_distance_m: found 0, expected 0.1 to 100000");
+            file + "line_landmarks.triangulation.max_distance_m: found 0, expected 0.1 to 100000");
+  EXPECT_EQ(ErrorOf("lines: {detector: {kind: x}}"),
+            file + "lines.detector.kind: found 'x', expected lsd, fld or ed");
 }
 
 TEST_F(OdometryOptionsTest, RefusesALeastDistanceOfLinesBeyondTheLargest) {
   EXPECT_EQ(ErrorOf("line_landmarks: {triangulation: {min_distance_m: 3, max_distance_m: 2}}"),
-            "line_landmarks.triangulation.min_distance_m: found 3, expected less than "
-            "max_distance_m, which is 2");
+            folder_.Path("odometry.yaml: ") +
+                "line_landmarks.triangulation.min_distance_m: found 3, expected less than "
+                "max_distance_m, which is 2");
 }
 
 TEST_F(OdometryOptionsTest, RefusesALeastDepthOfPointsBeyondTheLargest) {
   EXPECT_EQ(
       ErrorOf("window: {triangulation: {min_depth_m: 3, max_depth_m: 2}}"),
-      "window.triangulation.min_depth_m: found 3, expected less than max_depth_m, which is 2");
+      folder_.Path("odometry.yaml: ") +
+          "window.triangulation.min_depth_m: found 3, expected less than max_depth_m, which is 2");
   EXPECT_EQ(Read("window: {triangulation: {max_depth_m: 50}}").window.triangulation.max_depth_m,
             50);
 }
 
 TEST_F(OdometryOptionsTest, RefusesALeastDistanceAtWhichLinesAreOneBeyondTheLargest) {
   EXPECT_EQ(ErrorOf("line_landmarks: {min_merge_distance_m: 0.05}"),
-            "line_landmarks.min_merge_distance_m: found 0.05, expected less than "
-            "max_merge_distance_m, which is 0.04");
+            folder_.Path("odometry.yaml: ") +
+                "line_landmarks.min_merge_distance_m: found 0.05, expected less than "
+                "max_merge_distance_m, which is 0.04");
 }
 
 TEST_F(OdometryOptionsTest, RefusesUnknownKeysTypesAndMethods) {
