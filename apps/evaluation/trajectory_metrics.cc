@@ -13,6 +13,7 @@ namespace {
 
 constexpr double kDegrees = 180 / M_PI;
 constexpr double kMaxGapFrames = 3;
+constexpr double kMinExtent_m = 0.01;
 // A pose stands for the stamps around it; a little more than half a frame, as stamps jitter.
 constexpr double kCoveredFrames = 0.6;
 
@@ -108,6 +109,19 @@ double PathLength(const Trajectory& trajectory) {
         (trajectory[i].T_world_imu.translation - trajectory[i - 1].T_world_imu.translation).norm();
   }
   return length_m;
+}
+
+// The largest distance of a pose from the first one, of truth or estimate.
+double Extent(const std::vector<AssociatedPose>& poses) {
+  double extent_m = 0;
+  for (const AssociatedPose& pose : poses) {
+    for (const auto member : {&AssociatedPose::T_world_truth, &AssociatedPose::T_world_estimate}) {
+      const double distance_m =
+          ((pose.*member).translation - (poses.front().*member).translation).norm();
+      extent_m = std::max(extent_m, distance_m);
+    }
+  }
+  return extent_m;
 }
 
 AbsoluteError MeasureAbsolute(AlignmentKind kind, const std::vector<AssociatedPose>& poses,
@@ -222,6 +236,12 @@ TrajectoryMetrics EvaluateTrajectory(const Trajectory& truth, const Trajectory& 
         fmt::format("found {} of {} estimated poses with a truth at their stamp, expected "
                     "at least 3: are both files of the same recording and clock?",
                     metrics.poses.size(), estimate.size()));
+  }
+  if (const double extent_m = Extent(metrics.poses); extent_m < kMinExtent_m) {
+    throw DataError(
+        fmt::format("found {} poses within {:.3g} m of each other, expected a path of at least {} "
+                    "m: at rest nothing can be aligned, and no error be measured",
+                    metrics.poses.size(), extent_m, kMinExtent_m));
   }
   const int64_t period_ns = FramePeriod(estimate);
   metrics.estimated_poses = static_cast<int64_t>(estimate.size());

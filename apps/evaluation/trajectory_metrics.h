@@ -84,7 +84,7 @@ struct TrajectoryMetrics {
 
 // Compares by stamp, with the truth interpolated. `reference_stamps_ns` (sorted) are the stamps
 // that should have a pose, such as those of the images; where empty, those of the truth. Throws
-// DataError when less than three poses have a truth.
+// DataError when less than three poses have a truth, or when both are at rest: within 1 cm.
 TrajectoryMetrics EvaluateTrajectory(const Trajectory& truth, const Trajectory& estimate,
                                      const std::vector<int64_t>& reference_stamps_ns,
                                      const TrajectoryMetricOptions& options);

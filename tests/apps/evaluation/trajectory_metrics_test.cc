@@ -189,12 +189,22 @@ TEST(TrajectoryMetrics, CoverageOfImagesCountsEachOnce) {
 TEST(TrajectoryMetrics, StandingStillIsNoDivisionByZero) {
   Trajectory truth = Circle(20);
   for (StampedPose& pose : truth) pose.T_world_imu.translation = {1, 2, 3};
-  const TrajectoryMetrics metrics = Evaluate(truth, truth);
-  EXPECT_LT(metrics.absolute[0].position_m.rmse, 1e-9);
+  Trajectory drifting = truth;
+  drifting.back().T_world_imu.translation.x() += 0.05;
+  const TrajectoryMetrics metrics = Evaluate(truth, drifting);
+  EXPECT_LT(metrics.absolute[0].position_m.rmse, 0.05);
   EXPECT_EQ(metrics.absolute[0].rmse_percent, 0);
   EXPECT_EQ(metrics.relative[0].pieces, 0);
   EXPECT_FALSE(metrics.loop.has_value());
   EXPECT_TRUE(std::isfinite(metrics.absolute[2].alignment.scale));
+}
+
+TEST(TrajectoryMetrics, RefusesPosesAtRestWhoseErrorMeansNothing) {
+  Trajectory truth = Circle(20);
+  for (StampedPose& pose : truth) pose.T_world_imu.translation = {1, 2, 3};
+  EXPECT_THROW(Evaluate(truth, truth), DataError);
+  truth.resize(3);
+  EXPECT_THROW(Evaluate(truth, truth), DataError);
 }
 
 TEST(TrajectoryMetrics, RefusesStrangersAndAbsurdOptions) {
