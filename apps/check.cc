@@ -7,6 +7,7 @@
 #include <memory>
 
 #include "apps/commands.h"
+#include "apps/progress.h"
 #include "data/error.h"
 
 namespace slcmap {
@@ -22,7 +23,8 @@ void Check(const CheckArguments& arguments) {
   // The report names each kind of damage; the readers need not say it too.
   const auto level = spdlog::get_level();
   spdlog::set_level(spdlog::level::err);
-  const CheckReport report = CheckSequence(arguments.sequence, arguments.options);
+  const CheckReport report =
+      CheckSequence(arguments.sequence, arguments.options, StageProgress("check"));
   spdlog::set_level(level);
   std::fputs(arguments.json ? CheckJson(report).c_str() : CheckTable(report).c_str(), stdout);
   if (report.Usable()) return;

@@ -4,6 +4,7 @@
 
 #include "apps/commands.h"
 #include "apps/progress.h"
+#include "data/warnings.h"
 #include "mapping/map_folder.h"
 #include "mapping/mapping.h"
 #include "odometry/run_folder.h"
@@ -23,7 +24,9 @@ int SegmentEnds(const OdometryRun& run) {
 // Counted warnings are what tells why there are none.
 void WarnOfNoPoses(const std::string& folder, const OdometryRun& run) {
   std::string reasons;
-  for (const auto& [kind, count] : run.warnings) reasons += fmt::format("; {}: {}", kind, count);
+  for (const auto& [kind, count] : run.warnings) {
+    reasons += fmt::format("; {}: {}", Warnings::InWords(kind), count);
+  }
   spdlog::warn("{}: found no pose in the run, so the map is empty{}", folder, reasons);
 }
 

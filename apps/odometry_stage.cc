@@ -3,6 +3,7 @@
 #include <spdlog/spdlog.h>
 
 #include <chrono>
+#include <memory>
 #include <numbers>
 #include <opencv2/core/utility.hpp>
 #include <optional>
@@ -15,8 +16,7 @@
 #include "data/calibration.h"
 #include "data/error.h"
 #include "data/real_time_pace.h"
-#include "data/sequence.h"
-#include "data/stereo_reader.h"
+#include "data/source/asl_source.h"
 #include "odometry/odometry.h"
 #include "odometry/run_folder.h"
 #include "odometry/run_lines.h"
@@ -51,20 +51,18 @@ class PathLength {
 // Feeds a sequence to odometry and keeps account.
 class Feeder {
  public:
-  Feeder(const Sequence& sequence, const OdometryOptions& options,
-         const OdometryArguments& arguments)
-      : sequence_(sequence),
-        odometry_(sequence.rig, options, arguments.threads),
-        reader_(sequence, {.read_right = options.method != Method::kPointsMono}),
+  Feeder(SequenceSource* source, const OdometryOptions& options, const OdometryArguments& arguments)
+      : source_(*source),
+        odometry_(source->info().rig, options, arguments.threads),
         stream_(arguments.run + "/trajectory.tum"),
         start_(CostSoFar()) {
-    if (arguments.real_time) pace_.emplace(StampsOf(sequence), SteadyClock(Interrupted));
+    if (arguments.real_time) pace_.emplace(Stamps(), SteadyClock(Interrupted));
   }
 
   // Until the end of the sequence, or Ctrl-C.
   void FeedAll() {
-    RecordingBar progress("odometry", static_cast<int64_t>(sequence_.images.size()));
-    const int64_t first_ns = sequence_.images.front().stamp_ns;
+    RecordingBar progress("odometry", static_cast<int64_t>(Stamps().size()));
+    const int64_t first_ns = Stamps().front();
     while (!complete_ && !Interrupted()) {
       const std::optional<ReadPair> image = NextImage();
       complete_ = !image;
@@ -75,7 +73,7 @@ class Feeder {
       if (pace_ && !pace_->IsDue()) Take(odometry_.Finish());
       ++frames_;
       data_s_ = ToSeconds(image->stamp_ns - first_ns);
-      while (sequence_.images[position_].stamp_ns < image->stamp_ns) ++position_;
+      while (Stamps()[position_] < image->stamp_ns) ++position_;
       progress.Update(static_cast<int64_t>(position_) + 1, data_s_, path_.length_m());
     }
     Take(odometry_.Finish());
@@ -85,9 +83,8 @@ class Feeder {
     OdometryRun run = odometry_.Run();
     run.complete = complete_;
     run.partial_reason = complete_ ? "" : partial_reason;
-    for (const Warnings* warnings : {&sequence_.warnings, &reader_.warnings()}) {
-      for (const auto& [kind, entry] : warnings->entries()) run.warnings[kind] += entry.count;
-    }
+    const Warnings warnings = source_.warnings();
+    for (const auto& [kind, entry] : warnings.entries()) run.warnings[kind] += entry.count;
     const ProcessCost now = CostSoFar();
     run.timings.cpu_s = now.cpu_s - start_.cpu_s;
     run.timings.wall_s = now.wall_s - start_.wall_s;
@@ -112,11 +109,7 @@ class Feeder {
   double path_length_m() const { return path_.length_m(); }
 
  private:
-  static std::vector<int64_t> StampsOf(const Sequence& sequence) {
-    std::vector<int64_t> stamps_ns;
-    for (const StereoEntry& image : sequence.images) stamps_ns.push_back(image.stamp_ns);
-    return stamps_ns;
-  }
+  const std::vector<int64_t>& Stamps() const { return source_.info().pair_stamps_ns; }
 
   void Take(const std::vector<OnlineState>& states) {
     for (const OnlineState& state : states) {
@@ -127,9 +120,9 @@ class Feeder {
   }
 
   std::optional<ReadPair> ReadImage() {
-    if (!pace_) return reader_.Next();
+    if (!pace_) return source_.NextPair();
     if (pace_->AtEnd()) return std::nullopt;
-    std::optional<ReadPair> image = reader_.Next(pace_->Next());
+    std::optional<ReadPair> image = source_.NextPair(pace_->Next());
     if (image) pace_->Take(image->stamp_ns);
     return image;
   }
@@ -143,25 +136,24 @@ class Feeder {
 
   // Feeds the samples up to the first one that is not before the image, which then need not wait.
   void FeedImuUntil(int64_t image_stamp_ns) {
-    const int64_t until_ns = image_stamp_ns + ToNanoseconds(sequence_.rig.camera_time_offset_s);
-    while (next_imu_ < sequence_.imu.size()) {
-      const ImuSample& sample = sequence_.imu[next_imu_];
-      if (last_imu_ns_ && *last_imu_ns_ >= until_ns) return;
-      odometry_.AddImu(sample);
-      last_imu_ns_ = sample.stamp_ns;
-      ++next_imu_;
+    const double offset_s = source_.info().rig.camera_time_offset_s;
+    const int64_t until_ns = image_stamp_ns + ToNanoseconds(offset_s);
+    while (!last_imu_ns_ || *last_imu_ns_ < until_ns) {
+      const std::optional<ImuSample> sample = source_.NextImu();
+      if (!sample) return;
+      odometry_.AddImu(*sample);
+      last_imu_ns_ = sample->stamp_ns;
     }
   }
 
-  const Sequence& sequence_;
+  SequenceSource& source_;
   Odometry odometry_;
-  StereoReader reader_;
   std::optional<RealTimePace> pace_;  // none: as fast as can be
   TrajectoryStream stream_;
   const ProcessCost start_;
   PathLength path_;
   std::optional<int64_t> last_imu_ns_;
-  size_t next_imu_ = 0, position_ = 0;
+  size_t position_ = 0;
   int64_t frames_ = 0;
   double data_s_ = 0, wait_s_ = 0;
   bool complete_ = false;
@@ -223,26 +215,32 @@ void LogRealTime(const RunTimings& timings) {
       1e3 * play.latency_median_s, 1e3 * play.latency_95_s);
 }
 
-void LogResult(const OdometryRun& run, double path_length_m, const std::string& folder) {
+const char* ImagesOf(const Rig& rig) { return IsStereo(rig) ? "pairs of images" : "images"; }
+
+void LogResult(const OdometryRun& run, const SourceInfo& info, double path_length_m,
+               const std::string& folder) {
   const RunTimings& t = run.timings;
   const double frames = static_cast<double>(std::max<int64_t>(t.stereo_frames, 1));
-  spdlog::info("{} of {} images have a pose, path {:.2f} m, {} keyframes, {} landmarks",
-               run.states.size(), t.stereo_frames, path_length_m, run.keyframes.size(),
-               run.landmarks.size());
+  spdlog::info("{} of {} {} have a pose, path {:.2f} m, {} keyframes, {} landmarks",
+               run.states.size(), info.pair_stamps_ns.size(), ImagesOf(info.rig), path_length_m,
+               run.keyframes.size(), run.landmarks.size());
   LogLines(run);
   spdlog::info("CPU {:.2f} ms an image, {:.1f} x real time, peak memory {:.0f} MiB",
                1e3 * t.cpu_s / frames, t.data_s / std::max(t.wall_s, 1e-9), t.peak_memory_mib);
   LogRealTime(t);
-  for (const auto& [kind, count] : run.warnings) spdlog::warn("{}: {}", kind, count);
+  for (const auto& [kind, count] : run.warnings) {
+    spdlog::warn("{}: {}", Warnings::InWords(kind), count);
+  }
   spdlog::info("wrote {}{}", folder, run.complete ? "" : " (partial: " + run.partial_reason + ")");
 }
 
-Sequence OpenPart(const OdometryArguments& arguments) {
+std::unique_ptr<SequenceSource> OpenPart(const OdometryArguments& arguments, bool read_right) {
   const EndsAtOnce nothing_is_written;
   ExpectFolder(arguments.sequence, FolderKind::kSequence);
   Sequence sequence = OpenSequence(arguments.sequence, {.calibration = arguments.calibration});
   KeepPart(arguments.part, &sequence);
-  return sequence;
+  return std::make_unique<AslSource>(std::move(sequence),
+                                     StereoReaderOptions{.read_right = read_right});
 }
 
 }  // namespace
@@ -255,19 +253,21 @@ OdometryRun RunOdometryStage(const OdometryArguments& arguments,
   arguments.part.Check();
   const OdometryOptions options = ReadOptions(arguments);
   OutputFolder output(arguments.run, RunFiles(), FoldersOf(arguments.sequence));
-  const Sequence sequence = OpenPart(arguments);
-  if (!IsStereo(sequence.rig) && options.method != Method::kPointsMono) {
-    throw DataError(sequence.folder +
+  const std::unique_ptr<SequenceSource> source =
+      OpenPart(arguments, options.method != Method::kPointsMono);
+  const SourceInfo& info = source->info();
+  if (!IsStereo(info.rig) && options.method != Method::kPointsMono) {
+    throw DataError(info.name +
                     ": found one camera, expected cam0 and cam1, or --method points-mono");
   }
-  spdlog::info("{} pairs of images, {} IMU samples; calibration: {}", sequence.images.size(),
-               sequence.imu.size(), sequence.calibration_source);
+  spdlog::info("{} {}; calibration: {}", info.pair_stamps_ns.size(), ImagesOf(info.rig),
+               info.calibration);
   // Odometry has its own threads; to share loops as short as OpenCV's costs more than it saves.
   cv::setNumThreads(1);
 
   MoveAside(&output);
   for (OutputFolder* folder : outdated) MoveAside(folder);
-  Feeder feeder(sequence, options, arguments);
+  Feeder feeder(source.get(), options, arguments);
   try {
     feeder.FeedAll();
   } catch (const std::exception& error) {
@@ -277,7 +277,7 @@ OdometryRun RunOdometryStage(const OdometryArguments& arguments,
   const OdometryRun run = feeder.Run("interrupted");
   WriteRunFolder(&output, run);
   if (run.complete) output.RemoveAside();
-  LogResult(run, feeder.path_length_m(), arguments.run);
+  LogResult(run, info, feeder.path_length_m(), arguments.run);
   if (run.states.empty() && run.complete) {
     throw DataError(arguments.sequence +
                     ": found no motion that could be estimated, expected at least one pose (slcmap "

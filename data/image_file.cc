@@ -1,5 +1,7 @@
 #include "data/image_file.h"
 
+#include <cstdio>
+#include <filesystem>
 #include <memory>
 #include <opencv2/imgcodecs.hpp>
 #include <string_view>
@@ -48,12 +50,44 @@ cv::Size PngSize(std::string_view bytes) {
 
 // Reads a file that is not truncated; returns the problem where there is one.
 const char* ReadWhole(const std::string& path, std::string* bytes) {
+  std::error_code error;  // a pipe would let the reader wait for ever
+  if (!std::filesystem::is_regular_file(path, error)) return kImageMissing;
   try {
     *bytes = ReadFile(path);
   } catch (const DataError&) {
     return kImageMissing;
   }
   return IsTruncated(*bytes) ? kImageTruncated : nullptr;
+}
+
+using File = std::unique_ptr<std::FILE, decltype(&std::fclose)>;
+
+// Up to `count` bytes from an offset, which is from the end where it is negative.
+std::string BytesAt(std::FILE* file, long offset, size_t count) {
+  std::string bytes(count, '\0');
+  const int from = offset < 0 ? SEEK_END : SEEK_SET;
+  if (std::fseek(file, offset, from) != 0) return "";
+  bytes.resize(std::fread(bytes.data(), 1, count, file));
+  return bytes;
+}
+
+// The size that the frame header of a JPEG says; empty where there is none.
+cv::Size JpegSize(std::FILE* file) {
+  constexpr int kMaxSegments = 1000;
+  long at = 2;
+  for (int i = 0; i < kMaxSegments; ++i) {
+    // Marker (2 bytes), length (2), and in a frame header precision (1), height (2), width (2).
+    const std::string head = BytesAt(file, at, 9);
+    if (head.size() < 9 || head[0] != '\xff') return {};
+    const auto number = [&](size_t k) {
+      return static_cast<unsigned char>(head[k]) << 8 | static_cast<unsigned char>(head[k + 1]);
+    };
+    const int kind = static_cast<unsigned char>(head[1]);
+    const bool is_table = kind == 0xc4 || kind == 0xc8 || kind == 0xcc;
+    if (kind >= 0xc0 && kind <= 0xcf && !is_table) return {number(7), number(5)};
+    at += 2 + number(2);
+  }
+  return {};
 }
 
 ImageRead DecodeChecked(const std::string& bytes, const cv::Size& size) {
@@ -69,6 +103,21 @@ ImageRead ReadGrayImage(const std::string& path, const cv::Size& size) {
   std::string bytes;
   if (const char* problem = ReadWhole(path, &bytes)) return {cv::Mat(), problem};
   return DecodeChecked(bytes, size);
+}
+
+const char* FindImageProblem(const std::string& path, const cv::Size& size) {
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(path, error)) return kImageMissing;
+  const File file(std::fopen(path.c_str(), "rb"), &std::fclose);
+  if (!file) return kImageMissing;
+  const std::string start = BytesAt(file.get(), 0, 32);
+  // Both ends in one, which is what the rule for whole files looks at.
+  const std::string end = start.size() < 32 ? "" : BytesAt(file.get(), -12, 12);
+  if (IsTruncated(start + end)) return kImageTruncated;
+  if (!cv::haveImageReader(path)) return kImageUndecodable;
+  const bool is_png = start.compare(0, kPngStart.size(), kPngStart) == 0;
+  const cv::Size found = is_png ? PngSize(start) : JpegSize(file.get());
+  return found.empty() || size.empty() || found == size ? nullptr : kImageWrongSize;
 }
 
 DeferredImageRead ReadGrayImageDeferred(const std::string& path, const cv::Size& size) {

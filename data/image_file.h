@@ -18,6 +18,10 @@ struct ImageRead {
 // another size than `size` (any, where that is empty) is a problem too.
 ImageRead ReadGrayImage(const std::string& path, const cv::Size& size);
 
+// What can be told to be wrong by the file's header and end, without decoding it: a kind of
+// data/warnings.h, or nullptr. The size is known of PNG and JPEG files only.
+const char* FindImageProblem(const std::string& path, const cv::Size& size);
+
 // The same, but a PNG is only decoded by `decode`, which gives an empty image where its pixels are
 // damaged; all other problems are found at once.
 struct DeferredImageRead {

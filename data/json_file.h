@@ -16,7 +16,8 @@ using Json = nlohmann::ordered_json;  // keys stay in the order in which they ar
 
 // Throws OutputError.
 inline void WriteJsonFile(const std::string& path, const Json& json) {
-  WriteFile(path, json.dump(2) + "\n");
+  // Paths and texts of a recording can hold any bytes; JSON holds UTF-8.
+  WriteFile(path, json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
 }
 
 // What is wrong, in this project's words: the library's hold its own names and numbers.

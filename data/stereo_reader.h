@@ -2,24 +2,18 @@
 #pragma once
 
 #include <cstdint>
-#include <functional>
 #include <limits>
 #include <memory>
 #include <optional>
 
 #include "data/sequence.h"
+#include "data/source/sequence_source.h"
 
 namespace slcmap {
 
 struct StereoReaderOptions {
   bool read_right = true;  // false leaves the right images unread
   int read_ahead = 8;      // pairs decoded and waiting, at most
-};
-
-// A pair whose right image is still encoded: decoding takes longer than tracking, and odometry
-// looks at the right image on keyframes only.
-struct ReadPair : StereoImage {           // `right` stays empty
-  std::function<cv::Mat()> decode_right;  // gives an empty image where the pixels are damaged
 };
 
 class StereoReader {

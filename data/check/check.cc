@@ -3,10 +3,12 @@
 #include <spdlog/fmt/fmt.h>
 
 #include <algorithm>
-#include <map>
+#include <cmath>
+#include <memory>
 
 #include "data/calibration.h"
-#include "data/error.h"
+#include "data/input_fault.h"
+#include "data/source/asl_source.h"
 
 namespace slcmap {
 namespace {
@@ -24,28 +26,44 @@ struct Remedy {
 constexpr Remedy kRemedies[] = {
     {kRowUnreadable, "rows", "write each row as the header of data.csv says; the row is skipped"},
     {kRowNotFinite, "rows", "remove the rows with NaN at their source; they are skipped"},
-    {kStampUnsorted, "stamps", "sort data.csv by stamp and remove repeated rows; they are skipped"},
+    {kStampUnsorted, "stamps",
+     "remove repeated and damaged rows at their source; they are skipped"},
+    {kRowSorted, "stamps",
+     "write the rows in the order of their stamps; they are sorted on reading"},
     {kImuGap, "imu-gaps", "record the IMU without loss (buffer, USB bandwidth); accuracy suffers"},
     {kImageUnpaired, "unpaired", "trigger both cameras together; single images are skipped"},
     {kImuNoiseAssumed, "imu-noise",
      "give the IMU's noise in imu0/sensor.yaml or a Kalibr imu.yaml"},
 };
 
+// A stamp as what MedianStep_s takes.
+struct Stamp {
+  int64_t stamp_ns;
+};
+
+std::vector<Stamp> StampsOf(const SourceInfo& info) {
+  std::vector<Stamp> stamps;
+  for (const int64_t stamp_ns : info.pair_stamps_ns) stamps.push_back({stamp_ns});
+  return stamps;
+}
+
 // Adds rate, duration and gaps of the pairs.
-void CheckImageStamps(const std::vector<StereoEntry>& images, CheckReport* report) {
-  const double step_s = MedianStep_s(images);
-  report->AddFigure("stereo pairs", static_cast<double>(images.size()), "");
-  report->AddFigure("duration", ToSeconds(images.back().stamp_ns - images.front().stamp_ns), "s");
+void CheckImageStamps(const SourceInfo& info, CheckReport* report) {
+  const std::vector<Stamp> stamps = StampsOf(info);
+  const double step_s = MedianStep_s(stamps);
+  report->AddFigure(IsStereo(info.rig) ? "stereo pairs" : "images",
+                    static_cast<double>(stamps.size()), "");
+  report->AddFigure("duration", ToSeconds(stamps.back().stamp_ns - stamps.front().stamp_ns), "s");
   if (step_s <= 0) return;
   report->AddFigure("image rate", 1 / step_s, "Hz");
   int gaps = 0;
   double longest_s = 0;
-  for (size_t i = 1; i < images.size(); ++i) {
-    const double gap_s = ToSeconds(images[i].stamp_ns - images[i - 1].stamp_ns);
+  for (size_t i = 1; i < stamps.size(); ++i) {
+    const double gap_s = ToSeconds(stamps[i].stamp_ns - stamps[i - 1].stamp_ns);
     gaps += gap_s > kMaxImageGapSteps * step_s;
     longest_s = std::max(longest_s, gap_s);
   }
-  report->AddFigure("longest step between pairs", longest_s, "s");
+  report->AddFigure("longest step between images", longest_s, "s");
   if (gaps > 0) {
     report->Warn("image-gaps", fmt::format("{} gaps, the longest {:.3f} s", gaps, longest_s),
                  "record without loss of images (disk speed, USB bandwidth)");
@@ -56,11 +74,11 @@ void CheckImageStamps(const std::vector<StereoEntry>& images, CheckReport* repor
   }
 }
 
-void CheckImuRate(const Sequence& sequence, CheckReport* report) {
-  const double step_s = MedianStep_s(sequence.imu);
-  report->AddFigure("IMU samples", static_cast<double>(sequence.imu.size()), "");
+void CheckImuRate(const Rig& rig, const std::vector<ImuSample>& samples, CheckReport* report) {
+  const double step_s = MedianStep_s(samples);
+  report->AddFigure("IMU samples", static_cast<double>(samples.size()), "");
   if (step_s <= 0) return;
-  const double rate_hz = 1 / step_s, calibrated_hz = sequence.rig.imu_noise.rate_hz;
+  const double rate_hz = 1 / step_s, calibrated_hz = rig.imu_noise.rate_hz;
   report->AddFigure("IMU rate", rate_hz, "Hz");
   if (rate_hz < kMinImuRate_hz) {
     report->Warn("imu-rate", fmt::format("{:.1f} Hz", rate_hz), "record the IMU at 200 Hz or more");
@@ -72,38 +90,24 @@ void CheckImuRate(const Sequence& sequence, CheckReport* report) {
   }
 }
 
-void CheckImuCover(const Sequence& sequence, CheckReport* report) {
-  const int64_t offset_ns = ToNanoseconds(sequence.rig.camera_time_offset_s);
-  const auto covered =
-      std::count_if(sequence.images.begin(), sequence.images.end(), [&](const StereoEntry& pair) {
-        const int64_t stamp_ns = pair.stamp_ns + offset_ns;
-        return stamp_ns >= sequence.imu.front().stamp_ns &&
-               stamp_ns <= sequence.imu.back().stamp_ns;
-      });
-  const double share = static_cast<double>(covered) / static_cast<double>(sequence.images.size());
-  report->AddFigure("pairs with IMU samples around them", 100 * share, "%");
-  const std::string found = fmt::format(
-      "{} of {} pairs are outside the time of the IMU samples",
-      static_cast<std::ptrdiff_t>(sequence.images.size()) - covered, sequence.images.size());
+void CheckImuCover(const SourceInfo& info, const std::vector<ImuSample>& samples,
+                   CheckReport* report) {
+  const int64_t offset_ns = ToNanoseconds(info.rig.camera_time_offset_s);
+  const std::vector<int64_t>& stamps_ns = info.pair_stamps_ns;
+  const auto covered = std::count_if(stamps_ns.begin(), stamps_ns.end(), [&](int64_t stamp_ns) {
+    return stamp_ns + offset_ns >= samples.front().stamp_ns &&
+           stamp_ns + offset_ns <= samples.back().stamp_ns;
+  });
+  const double share = static_cast<double>(covered) / static_cast<double>(stamps_ns.size());
+  const char* what = IsStereo(info.rig) ? "pairs" : "images";
+  report->AddFigure(fmt::format("{} with IMU samples around them", what), 100 * share, "%");
+  const std::string found =
+      fmt::format("{} of {} {} are outside the time of the IMU samples",
+                  static_cast<std::ptrdiff_t>(stamps_ns.size()) - covered, stamps_ns.size(), what);
   if (share < kMinCovered) {
     report->Fail("imu-cover", found, "record both at the same time, with stamps of one clock");
   } else if (share < 1) {
     report->Warn("imu-cover", found, "start the IMU before the cameras and stop it after them");
-  }
-}
-
-}  // namespace
-
-void CheckWarnings(const Warnings& warnings, CheckReport* report) {
-  for (const Remedy& remedy : kRemedies) {
-    const auto found = warnings.entries().find(remedy.kind);
-    if (found == warnings.entries().end()) continue;
-    std::string words = remedy.kind;
-    std::replace(words.begin(), words.end(), '_', ' ');
-    report->Warn(
-        remedy.name,
-        fmt::format("{} {}, first {}", found->second.count, words, found->second.first_place),
-        remedy.remedy);
   }
 }
 
@@ -112,33 +116,73 @@ void CheckCameras(const Rig& rig, CheckReport* report) {
   report->Warn("one-camera", "no right camera", "run odometry with --method points-mono");
 }
 
-void CheckStamps(const Sequence& sequence, CheckReport* report) {
-  CheckImageStamps(sequence.images, report);
-  CheckImuRate(sequence, report);
-  CheckImuCover(sequence, report);
+// False where there is nothing to look at.
+bool HasData(const SourceInfo& info, const std::vector<ImuSample>& samples, CheckReport* report) {
+  if (!info.pair_stamps_ns.empty() && !samples.empty()) return true;
+  report->Fail(
+      "empty",
+      fmt::format("{} images and {} IMU samples", info.pair_stamps_ns.size(), samples.size()),
+      "record both at the same time");
+  return false;
 }
 
-CheckReport CheckSequence(const std::string& path, const SequenceOptions& options) {
-  CheckReport report;
-  report.sequence = path;
-  Sequence sequence;
-  try {
-    sequence = OpenSequence(path, options);
-  } catch (const DataError& error) {
-    report.Fail("unreadable", error.what(),
-                "lay the sequence out as EuRoC does: mav0/cam0, cam1, imu0, each with data.csv and "
-                "sensor.yaml");
-    return report;
+std::vector<ImuSample> AllSamples(SequenceSource* source) {
+  std::vector<ImuSample> samples;
+  while (const auto sample = source->NextImu()) samples.push_back(*sample);
+  return samples;
+}
+
+}  // namespace
+
+void CheckWarnings(const Warnings& warnings, CheckReport* report) {
+  for (const Remedy& remedy : kRemedies) {
+    const auto found = warnings.entries().find(remedy.kind);
+    if (found == warnings.entries().end()) continue;
+    report->Warn(remedy.name,
+                 fmt::format("{}: {}, first {}", Warnings::InWords(remedy.kind),
+                             found->second.count, found->second.first_place),
+                 remedy.remedy);
   }
-  report.calibration = sequence.calibration_source;
-  CheckWarnings(sequence.warnings, &report);
-  CheckCameras(sequence.rig, &report);
-  CheckStamps(sequence, &report);
-  CheckImu(sequence.imu, &report);
-  CheckCalibration(sequence.rig, &report);
-  CheckImages(sequence, &report);
-  CheckRepeats(sequence, &report);
-  CheckGeometry(sequence, &report);
+}
+
+void CheckStamps(const SourceInfo& info, const std::vector<ImuSample>& samples,
+                 CheckReport* report) {
+  CheckImageStamps(info, report);
+  CheckImuRate(info.rig, samples, report);
+  CheckImuCover(info, samples, report);
+}
+
+CheckReport CheckSource(SequenceSource* source, const Progress& progress) {
+  const SourceInfo& info = source->info();
+  CheckReport report;
+  report.sequence = info.name;
+  report.calibration = info.calibration;
+  CheckWarnings(source->warnings(), &report);
+  CheckCameras(info.rig, &report);
+  const std::vector<ImuSample> samples = AllSamples(source);
+  if (!HasData(info, samples, &report)) return report;
+  CheckStamps(info, samples, &report);
+  CheckImu(samples, &report);
+  CheckCalibration(info.rig, &report);
+  CheckImages(*source, progress.Part(0, 0.4), &report);
+  CheckRepeats(*source, progress.Part(0.4, 0.8), &report);
+  CheckGeometry(*source, samples, progress.Part(0.8, 1), &report);
+  return report;
+}
+
+CheckReport CheckSequence(const std::string& path, const SequenceOptions& options,
+                          const Progress& progress) {
+  CheckReport report;
+  std::unique_ptr<SequenceSource> source;
+  try {
+    source = OpenSource(path, options);
+    report = CheckSource(source.get(), progress);
+  } catch (const InputFault& fault) {
+    report.Fail(fault.name(), fault.what(), fault.remedy());
+  } catch (const DataError& error) {
+    report.Fail("unreadable", error.what(), "write that file anew, for all to read");
+  }
+  report.sequence = path;
   return report;
 }
 

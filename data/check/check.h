@@ -4,23 +4,34 @@
 #include <string>
 
 #include "data/check/report.h"
+#include "data/progress.h"
 #include "data/sequence.h"
+#include "data/source/sequence_source.h"
 
 namespace slcmap {
 
-// Opens a sequence and checks all of it: files, stamps, IMU, calibration, and a sample of its
-// images. A sequence that cannot be opened gives a report with that one finding; nothing is thrown
-// for bad data.
-CheckReport CheckSequence(const std::string& path, const SequenceOptions& options = {});
+// Opens a sequence and checks all of it: files, stamps, IMU, calibration, the header and length of
+// every image, and the pixels of a sample of them. A sequence that cannot be opened gives a report
+// with that one finding; nothing is thrown for bad data. Throws StoppedError where progress ends
+// it.
+CheckReport CheckSequence(const std::string& path, const SequenceOptions& options = {},
+                          const Progress& progress = {});
 
-// The parts, each of which adds figures and findings.
+// The same for a sequence that is open; takes its IMU samples, but no pairs.
+CheckReport CheckSource(SequenceSource* source, const Progress& progress = {});
+
+// The parts, each of which adds figures and findings. `samples` are the source's.
 void CheckWarnings(const Warnings& warnings, CheckReport* report);  // what reading had to drop
-void CheckStamps(const Sequence& sequence, CheckReport* report);    // counts, rates, gaps, cover
+// Counts, rates, gaps, and whether the samples cover the images.
+void CheckStamps(const SourceInfo& info, const std::vector<ImuSample>& samples,
+                 CheckReport* report);
 void CheckImu(const std::vector<ImuSample>& samples,
               CheckReport* report);  // values, units, gravity
 void CheckCalibration(const Rig& rig, CheckReport* report);
-void CheckImages(const Sequence& sequence, CheckReport* report);    // a sample of the pairs
-void CheckRepeats(const Sequence& sequence, CheckReport* report);   // all images, by their files
-void CheckGeometry(const Sequence& sequence, CheckReport* report);  // images against calibration
+void CheckImages(const SequenceSource& source, const Progress& progress, CheckReport* report);
+void CheckRepeats(const SequenceSource& source, const Progress& progress, CheckReport* report);
+// Images against calibration and samples.
+void CheckGeometry(const SequenceSource& source, const std::vector<ImuSample>& samples,
+                   const Progress& progress, CheckReport* report);
 
 }  // namespace slcmap

@@ -12,7 +12,8 @@ namespace slcmap {
 namespace {
 
 constexpr double kDegree = std::numbers::pi / 180;
-constexpr double kMinSideways = 0.8;            // of the baseline, along the left camera's x
+constexpr double kMinSideways = 0.8;  // of the baseline, along the left camera's x
+constexpr double kMaxUsualBaseline_m = 1;
 constexpr double kMaxAngle_rad = 20 * kDegree;  // between the optical axes
 
 // The share of the baseline that points to the right of the left camera, -1 to 1.
@@ -43,6 +44,11 @@ void CheckStereoRig(const Rig& rig, CheckReport* report) {
                  "T_cam_imu maps IMU to camera");
   } else if (sideways < kMinSideways) {
     report->Fail("baseline", found, "check the extrinsics; the cameras must be side by side");
+  }
+  if (T_left_right.translation.norm() > kMaxUsualBaseline_m) {
+    report->Warn("baseline",
+                 fmt::format("{:.2f} m between the cameras", T_left_right.translation.norm()),
+                 "check the unit of the translations (T_BS, T_cam_imu): metres are expected");
   }
   if (angle_rad > kMaxAngle_rad) {
     report->Warn("camera-angle", fmt::format("{:.1f} deg between the cameras", angle_rad / kDegree),

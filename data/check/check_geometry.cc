@@ -10,7 +10,6 @@
 
 #include "data/calibration.h"
 #include "data/check/check.h"
-#include "data/image_file.h"
 
 namespace slcmap {
 namespace {
@@ -31,10 +30,6 @@ constexpr double kMaxTurnError = 0.5;           // of the turn
 struct RayPair {
   Eigen::Vector3d first, second;
 };
-
-cv::Mat ReadImage(const std::string& path, const Camera& camera) {
-  return ReadGrayImage(path, cv::Size(camera.width_px, camera.height_px)).image;
-}
 
 std::vector<RayPair> MatchRays(const cv::Mat& first, const Camera& first_camera,
                                const cv::Mat& second, const Camera& second_camera) {
@@ -90,24 +85,26 @@ Agreement StereoAgreement(const std::vector<RayPair>& matches, const RigidTransf
           Median(errors_px)};
 }
 
-std::vector<RayPair> StereoMatches(const Sequence& sequence, bool swapped) {
-  const auto& cameras = sequence.rig.cameras;
+std::vector<RayPair> StereoMatches(const SequenceSource& source, bool swapped,
+                                   const Progress& progress) {
+  const auto& cameras = source.info().rig.cameras;
+  const size_t pairs = source.info().pair_stamps_ns.size();
   std::vector<RayPair> matches;
-  const size_t step = std::max<size_t>(1, sequence.images.size() / kStereoSamples);
-  for (size_t i = 0; i < sequence.images.size(); i += step) {
-    const StereoEntry& pair = sequence.images[i];
-    const cv::Mat first = ReadImage(swapped ? pair.right_path : pair.left_path, cameras[0]);
-    const cv::Mat second = ReadImage(swapped ? pair.left_path : pair.right_path, cameras[1]);
+  for (size_t i = 0; i < pairs; i += std::max<size_t>(1, pairs / kStereoSamples)) {
+    progress.ReportOrStop(static_cast<double>(i) / static_cast<double>(pairs));
+    const cv::Mat first = source.ReadImage(i, swapped ? 1 : 0).image;
+    const cv::Mat second = source.ReadImage(i, swapped ? 0 : 1).image;
     const auto added = MatchRays(first, cameras[0], second, cameras[1]);
     matches.insert(matches.end(), added.begin(), added.end());
   }
   return matches;
 }
 
-void CheckStereo(const Sequence& sequence, CheckReport* report) {
-  const auto& poses = sequence.rig.T_imu_camera;
-  const double focal_px = sequence.rig.cameras[0].fx_px;
-  const std::vector<RayPair> matches = StereoMatches(sequence, false);
+void CheckStereo(const SequenceSource& source, const Progress& progress, CheckReport* report) {
+  const Rig& rig = source.info().rig;
+  const auto& poses = rig.T_imu_camera;
+  const double focal_px = rig.cameras[0].fx_px;
+  const std::vector<RayPair> matches = StereoMatches(source, false, progress.Part(0, 0.5));
   report->AddFigure("features matched left to right", static_cast<double>(matches.size()), "");
   if (matches.size() < kMinMatches) {
     report->Warn("texture", fmt::format("only {} features matched left to right", matches.size()),
@@ -128,7 +125,7 @@ void CheckStereo(const Sequence& sequence, CheckReport* report) {
     }
     return;
   }
-  const std::vector<RayPair> swapped = StereoMatches(sequence, true);
+  const std::vector<RayPair> swapped = StereoMatches(source, true, progress.Part(0.5, 1));
   const Agreement if_swapped =
       swapped.empty() ? Agreement()
                       : StereoAgreement(swapped, poses[0].Inverse() * poses[1], focal_px);
@@ -156,10 +153,9 @@ struct Turn {
   Eigen::Quaterniond R_second_first_as_deg;  // if the gyroscope is in deg/s
 };
 
-Eigen::Quaterniond Integrate(const Sequence& sequence, int64_t from_ns, int64_t to_ns,
+Eigen::Quaterniond Integrate(const std::vector<ImuSample>& imu, int64_t from_ns, int64_t to_ns,
                              double unit_rad_s) {
   Eigen::Quaterniond R_first_second = Eigen::Quaterniond::Identity();
-  const auto& imu = sequence.imu;
   auto sample =
       std::lower_bound(imu.begin(), imu.end(), from_ns,
                        [](const ImuSample& s, int64_t stamp_ns) { return s.stamp_ns < stamp_ns; });
@@ -172,15 +168,15 @@ Eigen::Quaterniond Integrate(const Sequence& sequence, int64_t from_ns, int64_t 
 }
 
 // The steps from image to image that turn most.
-std::vector<Turn> LargestTurns(const Sequence& sequence) {
-  const int64_t offset_ns = ToNanoseconds(sequence.rig.camera_time_offset_s);
+std::vector<Turn> LargestTurns(const SourceInfo& info, const std::vector<ImuSample>& imu) {
+  const int64_t offset_ns = ToNanoseconds(info.rig.camera_time_offset_s);
   std::vector<Turn> turns;
-  for (size_t i = 0; i + 1 < sequence.images.size(); ++i) {
-    const int64_t from_ns = sequence.images[i].stamp_ns + offset_ns;
-    const int64_t to_ns = sequence.images[i + 1].stamp_ns + offset_ns;
-    if (from_ns < sequence.imu.front().stamp_ns || to_ns > sequence.imu.back().stamp_ns) continue;
+  for (size_t i = 0; i + 1 < info.pair_stamps_ns.size(); ++i) {
+    const int64_t from_ns = info.pair_stamps_ns[i] + offset_ns;
+    const int64_t to_ns = info.pair_stamps_ns[i + 1] + offset_ns;
+    if (from_ns < imu.front().stamp_ns || to_ns > imu.back().stamp_ns) continue;
     turns.push_back(
-        {i, Integrate(sequence, from_ns, to_ns, 1), Integrate(sequence, from_ns, to_ns, kDegree)});
+        {i, Integrate(imu, from_ns, to_ns, 1), Integrate(imu, from_ns, to_ns, kDegree)});
   }
   const auto angle = [](const Turn& turn) { return LogRotation(turn.R_second_first).norm(); };
   std::stable_sort(turns.begin(), turns.end(),
@@ -199,14 +195,15 @@ double TurnError_rad(const std::vector<RayPair>& matches, const Eigen::Quaternio
   return Median(errors_rad);
 }
 
-void CheckTurns(const Sequence& sequence, CheckReport* report) {
-  const Camera& camera = sequence.rig.cameras[0];
-  const Eigen::Quaterniond R_given = sequence.rig.T_imu_camera[0].rotation;
+void CheckTurns(const SequenceSource& source, const std::vector<ImuSample>& imu,
+                const Progress& progress, CheckReport* report) {
+  const Camera& camera = source.info().rig.cameras[0];
+  const Eigen::Quaterniond R_given = source.info().rig.T_imu_camera[0].rotation;
   std::vector<double> still, given, inverted, as_deg;  // errors if nothing turned, and if so
-  for (const Turn& turn : LargestTurns(sequence)) {
-    const auto matches =
-        MatchRays(ReadImage(sequence.images[turn.first].left_path, camera), camera,
-                  ReadImage(sequence.images[turn.first + 1].left_path, camera), camera);
+  for (const Turn& turn : LargestTurns(source.info(), imu)) {
+    progress.ReportOrStop(static_cast<double>(still.size()) / kTurnSamples);
+    const auto matches = MatchRays(source.ReadImage(turn.first, 0).image, camera,
+                                   source.ReadImage(turn.first + 1, 0).image, camera);
     if (matches.size() < kMinMatches / 2) continue;
     still.push_back(TurnError_rad(matches, Eigen::Quaterniond::Identity(), R_given));
     given.push_back(TurnError_rad(matches, turn.R_second_first, R_given));
@@ -236,9 +233,10 @@ void CheckTurns(const Sequence& sequence, CheckReport* report) {
 
 }  // namespace
 
-void CheckGeometry(const Sequence& sequence, CheckReport* report) {
-  if (IsStereo(sequence.rig)) CheckStereo(sequence, report);
-  CheckTurns(sequence, report);
+void CheckGeometry(const SequenceSource& source, const std::vector<ImuSample>& samples,
+                   const Progress& progress, CheckReport* report) {
+  if (IsStereo(source.info().rig)) CheckStereo(source, progress.Part(0, 0.6), report);
+  CheckTurns(source, samples, progress.Part(0.6, 1), report);
 }
 
 }  // namespace slcmap

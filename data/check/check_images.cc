@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <array>
-#include <filesystem>
 #include <map>
 #include <opencv2/core.hpp>
 
@@ -32,12 +31,12 @@ void Look(const cv::Mat& image, CameraCounts* counts) {
   counts->bright += mean[0] > kMaxMean;
 }
 
-// Adds a finding when some of the samples are bad; an error when most are.
-void Judge(const std::string& name, const std::string& what, int bad, int sampled,
-           const std::string& remedy, CheckReport* report) {
+// Adds a finding when some of `total` are bad; an error when most are.
+void Judge(const std::string& name, const std::string& what, int64_t bad, int64_t total,
+           const std::string& detail, const std::string& remedy, CheckReport* report) {
   if (bad == 0) return;
-  const std::string found = fmt::format("{} of {} sampled images {}", bad, sampled, what);
-  if (bad > kMaxShare * sampled) {
+  const std::string found = fmt::format("{}: {} of {} {}", what, bad, total, detail);
+  if (static_cast<double>(bad) > kMaxShare * static_cast<double>(total)) {
     report->Fail(name, found, remedy);
   } else {
     report->Warn(name, found, remedy);
@@ -50,62 +49,86 @@ const char* ProblemRemedy(const std::string& problem) {
   return "copy the sequence again; such images are skipped";
 }
 
-void CheckFiles(const Sequence& sequence, CheckReport* report) {
-  int64_t missing = 0;
-  std::string first;
-  for (const StereoEntry& pair : sequence.images) {
-    for (const std::string& path : {pair.left_path, pair.right_path}) {
-      if (path.empty() || std::filesystem::exists(path)) continue;
-      if (missing++ == 0) first = path;
+int CameraCount(const SequenceSource& source) { return IsStereo(source.info().rig) ? 2 : 1; }
+
+// How many images have a problem, and the first of them.
+struct Problem {
+  int64_t count = 0;
+  std::string first_place;
+};
+using Problems = std::map<std::string, Problem>;
+
+void Count(const char* problem, const std::string& place, Problems* problems) {
+  if (problem == nullptr) return;
+  Problem& counted = (*problems)[problem];
+  if (counted.count++ == 0) counted.first_place = place;
+}
+
+void Judge(const Problems& problems, int64_t total, const std::string& images,
+           CheckReport* report) {
+  for (const auto& [problem, counted] : problems) {
+    Judge(problem == kImageMissing ? "images-missing" : "images", Warnings::InWords(problem),
+          counted.count, total, images + ", first " + counted.first_place, ProblemRemedy(problem),
+          report);
+  }
+}
+
+// Looks at the header and the length of each image.
+void CheckFiles(const SequenceSource& source, const Progress& progress, CheckReport* report) {
+  const size_t pairs = source.info().pair_stamps_ns.size();
+  Problems problems;
+  for (size_t i = 0; i < pairs; ++i) {
+    if (i % 16 == 0) progress.ReportOrStop(static_cast<double>(i) / static_cast<double>(pairs));
+    for (int camera = 0; camera < CameraCount(source); ++camera) {
+      Count(source.FindProblem(i, camera), source.ImagePlace(i, camera), &problems);
     }
   }
-  if (missing == 0) return;
-  const std::string found = fmt::format("{} image files missing, first {}", missing, first);
-  if (missing > kMaxShare * static_cast<double>(sequence.images.size())) {
-    report->Fail("images-missing", found, ProblemRemedy(kImageMissing));
-  } else {
-    report->Warn("images-missing", found, ProblemRemedy(kImageMissing));
+  Judge(problems, static_cast<int64_t>(pairs) * CameraCount(source), "images", report);
+}
+
+// What the pixels of a sample of the images show.
+struct Sample {
+  std::array<CameraCounts, 2> cameras;
+  Problems problems;  // that only decoding finds
+  int64_t images = 0, pairs = 0, same = 0;
+};
+
+Sample LookAtSample(const SequenceSource& source, const Progress& progress) {
+  Sample sample;
+  const size_t pairs = source.info().pair_stamps_ns.size();
+  for (size_t i = 0; i < pairs; i += std::max<size_t>(1, pairs / kSamples)) {
+    progress.ReportOrStop(static_cast<double>(i) / static_cast<double>(pairs));
+    std::array<cv::Mat, 2> images;
+    for (int camera = 0; camera < CameraCount(source); ++camera) {
+      if (source.FindProblem(i, camera) != nullptr) continue;  // is a finding already
+      const ImageRead read = source.ReadImage(i, camera);
+      ++sample.images;
+      Count(read.problem, source.ImagePlace(i, camera), &sample.problems);
+      images[camera] = read.image;
+      if (!read.image.empty()) Look(read.image, &sample.cameras[camera]);
+    }
+    if (images[0].empty() || images[0].size() != images[1].size()) continue;
+    ++sample.pairs;
+    sample.same += cv::norm(images[0], images[1], cv::NORM_INF) == 0;
   }
+  return sample;
 }
 
 }  // namespace
 
-void CheckImages(const Sequence& sequence, CheckReport* report) {
-  CheckFiles(sequence, report);
-  std::array<CameraCounts, 2> counts;
-  std::map<std::string, int> problems;
-  int read = 0, same = 0;
-  const size_t step = std::max<size_t>(1, sequence.images.size() / kSamples);
-  const int cameras = IsStereo(sequence.rig) ? 2 : 1;
-  for (size_t i = 0; i < sequence.images.size(); i += step) {
-    const StereoEntry& pair = sequence.images[i];
-    std::array<cv::Mat, 2> images;
-    for (int k = 0; k < cameras; ++k) {
-      const Camera& camera = sequence.rig.cameras[k];
-      const ImageRead result = ReadGrayImage(k == 0 ? pair.left_path : pair.right_path,
-                                             cv::Size(camera.width_px, camera.height_px));
-      ++read;
-      if (result.problem != nullptr) ++problems[result.problem];
-      images[k] = result.image;
-      if (!images[k].empty()) Look(images[k], &counts[k]);
-    }
-    same += !images[0].empty() && images[0].size() == images[1].size() &&
-            cv::norm(images[0], images[1], cv::NORM_INF) == 0;
-  }
-  for (const auto& [problem, count] : problems) {
-    std::string words = problem;
-    std::replace(words.begin(), words.end(), '_', ' ');
-    Judge("images", "are " + words, count, read, ProblemRemedy(problem), report);
-  }
-  for (int camera = 0; camera < cameras; ++camera) {
-    const CameraCounts& seen = counts[camera];
-    const std::string name = fmt::format("of cam{} ", camera);
-    Judge("black-camera", name + "are black or without any contrast", seen.dark, seen.sampled,
+void CheckImages(const SequenceSource& source, const Progress& progress, CheckReport* report) {
+  CheckFiles(source, progress.Part(0, 0.5), report);
+  const Sample sample = LookAtSample(source, progress.Part(0.5, 1));
+  Judge(sample.problems, sample.images, "sampled images", report);
+  for (int camera = 0; camera < CameraCount(source); ++camera) {
+    const CameraCounts& seen = sample.cameras[camera];
+    const std::string images = fmt::format("sampled images of cam{}", camera);
+    Judge("black-camera", "images black or without any contrast", seen.dark, seen.sampled, images,
           "uncover the lens, or raise exposure or light", report);
-    Judge("bright-camera", name + "are white", seen.bright, seen.sampled, "lower the exposure",
+    Judge("bright-camera", "images white", seen.bright, seen.sampled, images, "lower the exposure",
           report);
   }
-  Judge("same-images", "are the same left and right", same, counts[0].sampled,
+  Judge("same-images", "images the same left and right", sample.same, sample.pairs, "sampled pairs",
         "record two cameras, not one twice", report);
 }
 

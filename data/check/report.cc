@@ -55,7 +55,8 @@ std::string CheckJson(const CheckReport& report) {
                      {"sequence", report.sequence}, {"calibration", report.calibration},
                      {"usable", report.Usable()},   {"figures", figures},
                      {"findings", findings}};
-  return json.dump(2) + "\n";
+  // Paths and rows of a recording can hold any bytes; JSON holds UTF-8.
+  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
 }  // namespace slcmap

@@ -5,6 +5,8 @@
 
 #include <numbers>
 
+#include "data/image_file.h"
+#include "data/source/asl_source.h"
 #include "tests/testing/shared_data.h"
 #include "tests/testing/small_sequence.h"
 
@@ -175,6 +177,81 @@ TEST_F(CheckSmallSequence, LossesAreCountedAndSurvived) {
   EXPECT_THAT(CheckJson(report), HasSubstr("\"name\": \"unpaired\""));
 }
 
+TEST_F(CheckSmallSequence, EveryImagesHeaderAndLengthIsLookedAt) {
+  testing::WriteSequence(folder_, {.images = 100});
+  const auto path = [&](int camera, int index) {
+    return folder_.Path(fmt::format("mav0/cam{}/data/{}.png", camera, testing::ImageStamp(index)));
+  };
+  // None of these is among the images whose pixels are looked at.
+  WriteImage(0, 1, testing::Texture(1, 0, {92, 64}));
+  std::filesystem::resize_file(path(1, 2), 300);
+  folder_.Write(fmt::format("mav0/cam0/data/{}.png", testing::ImageStamp(3)), "no image at all, ");
+  std::filesystem::remove(path(1, 5));
+  std::filesystem::create_directory(path(1, 5));
+  std::filesystem::remove(path(1, 6));
+  std::filesystem::create_symlink(path(1, 6), path(1, 6));
+  const std::string table = CheckTable(CheckSequence(folder_.Path()));
+  EXPECT_THAT(table, HasSubstr("images of wrong size: 1 of 200 images, first " + path(0, 1)));
+  EXPECT_THAT(table, HasSubstr("images truncated: 1 of 200 images, first " + path(1, 2)));
+  EXPECT_THAT(table, HasSubstr("images undecodable: 1 of 200 images, first " + path(0, 3)));
+  EXPECT_THAT(table, HasSubstr("images missing: 2 of 200 images, first " + path(1, 5)));
+}
+
+TEST_F(CheckSmallSequence, TheHeaderOfAJpegSaysItsSize) {
+  const std::string path = folder_.Path("a.jpg");
+  cv::imwrite(path, testing::Texture(1, 0));
+  EXPECT_EQ(FindImageProblem(path, {96, 64}), nullptr);
+  EXPECT_STREQ(FindImageProblem(path, {64, 96}), kImageWrongSize);
+  std::filesystem::resize_file(path, std::filesystem::file_size(path) - 2);
+  EXPECT_STREQ(FindImageProblem(path, {96, 64}), kImageTruncated);
+}
+
+TEST_F(CheckSmallSequence, ShuffledRowsAreAWarningThatSaysSo) {
+  testing::WriteSequence(folder_, {.images = 12});
+  std::string rows;
+  for (int i = 0; i < 12; ++i)
+    rows += fmt::format("{0},{0}.png\n", testing::ImageStamp(i * 5 % 12));
+  folder_.Write("mav0/cam0/data.csv", rows);
+  const CheckReport report = CheckSequence(folder_.Path());
+  ExpectFinding(report, "stamps", Severity::kWarning, "sorted on reading");
+  EXPECT_THAT(Find(report, "stamps")->found, HasSubstr("cam0/data.csv: row "));
+  EXPECT_EQ(Find(report, "unpaired"), nullptr);
+}
+
+TEST_F(CheckSmallSequence, StampsInSecondsAreNamedWithARemedy) {
+  testing::WriteSequence(folder_, {.images = 12});
+  std::string rows;
+  for (int i = 0; i < 12; ++i) rows += fmt::format("1403636580.{:02},a.png\n", 5 * i);
+  folder_.Write("mav0/cam1/data.csv", rows);
+  const CheckReport report = CheckSequence(folder_.Path());
+  ExpectFinding(report, "stamp-units", Severity::kError, "cam1/data.csv by 1e+09");
+  EXPECT_THAT(Find(report, "stamp-units")->found, HasSubstr("in seconds"));
+}
+
+TEST_F(CheckSmallSequence, ACalibrationFaultHasItsOwnRemedy) {
+  testing::WriteSequence(folder_, {.images = 2});
+  std::string yaml = testing::SensorYaml(-0.1);
+  yaml.replace(yaml.find("[96, 64]"), 8, "[96.5, 64]");
+  folder_.Write("mav0/cam1/sensor.yaml", yaml);
+  const CheckReport report = CheckSequence(folder_.Path());
+  EXPECT_FALSE(report.Usable());
+  ExpectFinding(report, "calibration", Severity::kError, "resolution in ");
+  EXPECT_THAT(Find(report, "calibration")->remedy, HasSubstr("mav0/cam1/sensor.yaml"));
+}
+
+TEST_F(CheckSmallSequence, NamesThatAreNoUtf8DoNotBreakTheJson) {
+  testing::WriteSequence(folder_, {.images = 4});
+  folder_.Write("mav0/cam0/data.csv", fmt::format("{},\xff\xfe.png\n", testing::ImageStamp(1)));
+  const CheckReport report = CheckSequence(folder_.Path());
+  EXPECT_THAT(CheckJson(report), HasSubstr("images missing"));
+}
+
+TEST_F(CheckSmallSequence, CanBeEnded) {
+  testing::WriteSequence(folder_, {.images = 4});
+  EXPECT_THROW(CheckSequence(folder_.Path(), {}, Progress([](double) { return false; })),
+               StoppedError);
+}
+
 class CheckRealRecording : public ::testing::Test {
  protected:
   void SetUp() override {
@@ -195,14 +272,14 @@ TEST_F(CheckRealRecording, IsUsable) {
 TEST_F(CheckRealRecording, SwappedImagesAreNoticed) {
   for (StereoEntry& pair : sequence_.images) std::swap(pair.left_path, pair.right_path);
   CheckReport report;
-  CheckGeometry(sequence_, &report);
+  CheckGeometry(AslSource(sequence_), sequence_.imu, {}, &report);
   ExpectFinding(report, "left-right", Severity::kError, "swap the images");
 }
 
 TEST_F(CheckRealRecording, InvertedTransformsAreNoticed) {
   for (RigidTransform& T : sequence_.rig.T_imu_camera) T = T.Inverse();
   CheckReport report;
-  CheckGeometry(sequence_, &report);
+  CheckGeometry(AslSource(sequence_), sequence_.imu, {}, &report);
   ExpectFinding(report, "extrinsics-direction", Severity::kError, "invert");
 }
 

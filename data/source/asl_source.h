@@ -1,0 +1,44 @@
+// An EuRoC (ASL) or TUM VI folder as a source.
+#pragma once
+
+#include <memory>
+
+#include "data/sequence.h"
+#include "data/source/sequence_source.h"
+#include "data/stereo_reader.h"
+
+namespace slcmap {
+
+class AslSource : public SequenceSource {
+ public:
+  explicit AslSource(Sequence sequence, const StereoReaderOptions& options = {});
+
+  const SourceInfo& info() const override { return info_; }
+  // Reads ahead in a thread.
+  std::optional<ReadPair> NextPair(int64_t from_ns) override;
+  std::optional<ImuSample> NextImu() override;
+  Warnings warnings() const override;
+  Trajectory ReadTruth() const override;
+
+  ImageRead ReadImage(size_t pair, int camera) const override;
+  const char* FindProblem(size_t pair, int camera) const override;
+  bool IsRepeated(size_t pair, int camera) const override;
+  std::string ImagePlace(size_t pair, int camera) const override;
+
+ private:
+  cv::Size SizeOf(int camera) const;
+
+  const Sequence sequence_;
+  const StereoReaderOptions options_;
+  SourceInfo info_;
+  std::unique_ptr<StereoReader> reader_;  // once a pair was asked for
+  size_t next_imu_ = 0;
+};
+
+// Opens what a user names as a sequence; throws as OpenSequence does. `read_right` false leaves the
+// right images unread.
+std::unique_ptr<SequenceSource> OpenSource(const std::string& path,
+                                           const SequenceOptions& options = {},
+                                           bool read_right = true);
+
+}  // namespace slcmap
