@@ -11,6 +11,7 @@
 #include "data/simulator/renderer.h"
 #include "data/simulator/scene.h"
 #include "data/simulator/simulation.h"
+#include "data/simulator/way_check.h"
 
 namespace slcmap {
 namespace {
@@ -43,20 +44,35 @@ RendererOptions RendererOf(const SimulateArguments& arguments) {
   return renderer;
 }
 
+std::unique_ptr<PairRenderer> MakeRenderer(const SimulateArguments& arguments,
+                                           const RenderTask& task) {
+  const std::string& path = arguments.simulation.scene;
+  const RendererOptions options = RendererOf(arguments);
+  const Scene scene = ReadScene(path, task.Stage("reading the scene"));
+  const WayCrossings crossings = CheckWay(scene, task);
+  if (crossings.count > 0) {
+    const Eigen::Vector3d& place = crossings.first_place_m;
+    spdlog::warn(
+        "{}: the left camera passes through surfaces {} times, first at ({:.2f}, {:.2f}, {:.2f}) "
+        "m, "
+        "{:.2f} s into the motion",
+        path, crossings.count, place.x(), place.y(), place.z(), crossings.first_s);
+  }
+  return MakeSceneRenderer(scene, options, task);
+}
+
 void RunSimulate(const SimulateArguments& arguments) {
   const SimulationOptions& options = arguments.simulation;
   const ProcessCost before = CostSoFar();
   std::optional<RecordingBar> bar;
   const SimulationState summary = Simulate(
-      options,
-      [&](const RenderTask& task) {
-        return MakeSceneRenderer(ReadScene(options.scene), RendererOf(arguments), task);
-      },
+      options, [&](const RenderTask& task) { return MakeRenderer(arguments, task); },
       [&](const SimulationState& state) {
         if (!bar) bar.emplace("simulating", state.planned_pairs);
         bar->Update(state.pairs, state.data_s, state.distance_m);
         return !Interrupted();
-      });
+      },
+      StageProgress);
   bar.reset();
   if (summary.pairs < summary.planned_pairs) {
     spdlog::warn("{}: interrupted, {} of {} pairs are written", options.folder, summary.pairs,

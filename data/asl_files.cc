@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <filesystem>
+#include <fstream>
 #include <numeric>
 #include <optional>
 
@@ -157,6 +158,27 @@ bool HasZeroByte(const std::vector<std::string_view>& fields) {
   return fields.size() > 1 && fields[1].find('\0') != std::string_view::npos;
 }
 
+// Throws where the comment that heads a table of IMU samples says that accelerations stand before
+// angular velocities.
+void RequireGyroFirst(const std::string& path) {
+  std::string head;
+  std::getline(std::ifstream(path), head);
+  const size_t mark = head.find('#');
+  if (mark > 3) return;  // no comment, after a byte order mark at most
+  const std::vector<std::string_view> names = SplitRow(std::string_view(head).substr(mark + 1));
+  const auto starts_with = [&](size_t column, std::string_view word) {
+    return names.size() >= 7 && names[column].substr(0, word.size()) == word;
+  };
+  const bool accel_first = starts_with(1, "a") && !starts_with(1, "ang");
+  const bool gyro_last = starts_with(4, "w") || starts_with(4, "g") || starts_with(4, "ang");
+  if (!accel_first || !gyro_last) return;
+  throw InputFault("columns",
+                   fmt::format("{}: row 1: found the columns '{}', ..., '{}', expected the angular "
+                               "velocity before the specific force",
+                               path, names[1], names[4]),
+                   "write the columns of " + path + " as stamp_ns, wx, wy, wz, ax, ay, az");
+}
+
 // Six numbers after the stamp; nothing where one is not a number.
 std::optional<Eigen::Matrix<double, 6, 1>> ParseSix(const std::vector<std::string_view>& fields) {
   Eigen::Matrix<double, 6, 1> values;
@@ -220,6 +242,7 @@ std::vector<ImageFile> ReadAslImages(const std::string& camera_folder, Warnings*
 }
 
 std::vector<ImuSample> ReadAslImu(const std::string& path, Warnings* warnings) {
+  RequireGyroFirst(path);
   Rows<ImuSample> rows{path, {}, {}, {}};
   ForEachRow(path, [&](int row, const std::vector<std::string_view>& fields) {
     const std::optional<int64_t> stamp_ns = ParseStamp(fields[0]);

@@ -24,7 +24,8 @@ struct ImageFile {
 std::vector<ImageFile> ReadAslImages(const std::string& camera_folder, Warnings* warnings);
 
 // Reads an ASL imu0/data.csv: "stamp_ns, wx, wy, wz, ax, ay, az" in rad/s and m/s^2; more columns
-// are ignored. Bad rows as above, also those that are not finite. Gaps are counted.
+// are ignored. Bad rows as above, also those that are not finite. Gaps are counted. Throws
+// InputFault where the comment that heads the table says another order.
 std::vector<ImuSample> ReadAslImu(const std::string& path, Warnings* warnings);
 
 // The median step between sorted stamps in seconds, 0 with fewer than two. Elements have stamp_ns.

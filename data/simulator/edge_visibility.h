@@ -1,6 +1,7 @@
 // Which parts of the true edges the cameras of a rig saw.
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -24,10 +25,35 @@ struct SeenPart {
   double from_m, to_m;
 };
 
-// The parts that either camera saw in the first `frames` frames, by edge and place.
-std::vector<SeenPart> FindSeenParts(const Scene& scene, const RayScene& rays,
-                                    const RenderTask& task, int frames,
-                                    const EdgeVisibilityOptions& options);
+// Watches which parts of the edges the cameras see as frames are looked at, in any order and from
+// several threads.
+class EdgeWatch {
+ public:
+  // All must outlive the watch. Throws ConfigError naming number and limit where the edges are too
+  // long in all.
+  EdgeWatch(const Scene& scene, const RayScene& rays, const RenderTask& task,
+            const EdgeVisibilityOptions& options);
+
+  // Looks at a frame, unless it was looked at or is not one of those in the options' interval.
+  // Throws StoppedError where the task's stop is requested; what was seen until then counts.
+  void Look(int frame);
+
+  // The parts that either camera saw, by edge and place.
+  std::vector<SeenPart> Parts() const;
+
+ private:
+  void LookThrough(const Camera& camera, const RigidTransform& T_world_camera);
+  bool Sees(const Camera& camera, const Eigen::Vector3d& p_camera,
+            const RigidTransform& T_world_camera) const;
+
+  const Scene& scene_;
+  const RayScene& rays_;
+  const RenderTask& task_;
+  const EdgeVisibilityOptions options_;
+  // Flags that several threads set, no matter in which order.
+  std::vector<uint8_t> is_due_;             // by frame
+  std::vector<std::vector<uint8_t>> seen_;  // by edge and sample
+};
 
 // Writes edges.ply, the seen parts as an edge-PLY, and edges.csv, a row a seen part with the whole
 // edge: edge, axis and wing as TrueEdge has them, its ends (metres, in world), seen_from_m and

@@ -1,11 +1,16 @@
 #include "data/simulator/frame_loop.h"
 
+#include <algorithm>
 #include <chrono>
 #include <condition_variable>
 #include <exception>
+#include <limits>
 #include <mutex>
 #include <thread>
 #include <vector>
+
+#include "data/error.h"
+#include "data/progress.h"
 
 namespace slcmap {
 namespace {
@@ -21,7 +26,7 @@ class FrameLoop {
     Watch(progress);
     for (std::thread& worker : workers) worker.join();
     if (error_) std::rethrow_exception(error_);
-    return done_;
+    return std::min(done_, unmade_);
   }
 
  private:
@@ -31,13 +36,20 @@ class FrameLoop {
       const int frame = next_++;
       lock.unlock();
       std::exception_ptr error;
+      bool made = true;
       try {
         make_(frame);
+      } catch (const StoppedError&) {
+        made = false;
       } catch (...) {
         error = std::current_exception();
       }
       lock.lock();
       ++done_;
+      if (!made) {
+        stopped_ = true;
+        unmade_ = std::min(unmade_, frame);
+      }
       if (error) {
         stopped_ = true;
         error_ = error;
@@ -69,6 +81,7 @@ class FrameLoop {
   std::mutex mutex_;
   std::condition_variable changed_;
   int next_ = 0, done_ = 0, running_ = 0;
+  int unmade_ = std::numeric_limits<int>::max();  // the first frame that was stopped
   bool stopped_ = false;
   std::exception_ptr error_;
 };

@@ -1,5 +1,7 @@
 #include "data/simulator/imu_simulator.h"
 
+#include <spdlog/fmt/fmt.h>
+
 #include <algorithm>
 #include <cmath>
 #include <random>
@@ -8,6 +10,8 @@
 
 namespace slcmap {
 namespace {
+
+constexpr int64_t kMaxSamples = 4'000'000;  // of 4 hours at 277 Hz; 0.5 GB
 
 class NormalVectors {
  public:
@@ -39,7 +43,8 @@ void ImuSimulatorOptions::Check() const {
   if (!(least >= 0)) throw ConfigError("IMU noise: expected densities of zero or more");
 }
 
-SimulatedImu SimulateImu(const MotionSpline& motion, const ImuSimulatorOptions& options) {
+SimulatedImu SimulateImu(const MotionSpline& motion, const ImuSimulatorOptions& options,
+                         const Progress& progress) {
   options.Check();
   const double scale = options.with_noise ? 1.0 : 0.0;
   const double root_rate = std::sqrt(options.noise.rate_hz);
@@ -47,7 +52,14 @@ SimulatedImu SimulateImu(const MotionSpline& motion, const ImuSimulatorOptions& 
   ImuBias bias{options.initial_gyro_bias_rad_s, options.initial_accel_bias_m_s2};
   SimulatedImu imu;
   const auto count = static_cast<int64_t>(motion.Duration() * options.noise.rate_hz + 1e-6) + 1;
+  if (count > kMaxSamples) {
+    throw ConfigError(
+        fmt::format("IMU: found {} samples to simulate, expected at most {}: simulate "
+                    "a shorter time, or a lower rate",
+                    count, kMaxSamples));
+  }
   for (int64_t i = 0; i < count; ++i) {
+    if (i % 1024 == 0) progress.ReportOrStop(static_cast<double>(i) / static_cast<double>(count));
     const double t_s = static_cast<double>(i) / options.noise.rate_hz;
     ImuSample sample = ExactSample(motion, t_s);
     sample.stamp_ns = options.start_stamp_ns + ToNanoseconds(t_s);

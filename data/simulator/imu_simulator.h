@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "data/progress.h"
 #include "data/simulator/motion.h"
 #include "data/types.h"
 
@@ -33,6 +34,9 @@ struct SimulatedImu {
 // Samples at the rate of the noise model over the whole motion. Each is the value at the instant of
 // its stamp, plus its bias, plus white noise of density * sqrt(rate); biases walk by density /
 // sqrt(rate) from one sample to the next (Kalibr's discrete model).
-SimulatedImu SimulateImu(const MotionSpline& motion, const ImuSimulatorOptions& options);
+// Throws ConfigError where these are more than some hours give, and StoppedError where progress
+// ends it.
+SimulatedImu SimulateImu(const MotionSpline& motion, const ImuSimulatorOptions& options,
+                         const Progress& progress = {});
 
 }  // namespace slcmap

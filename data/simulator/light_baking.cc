@@ -1,5 +1,7 @@
 #include "data/simulator/light_baking.h"
 
+#include <spdlog/fmt/fmt.h>
+
 #include <Eigen/Geometry>
 #include <cmath>
 #include <numbers>
@@ -13,6 +15,10 @@ namespace {
 
 constexpr float kOffset_m = 0.002f;  // of ray origins from their surface
 constexpr float kInset_m = 0.01f;    // of the outermost nodes from the border, where corners shade
+
+constexpr int64_t kMaxNodes = 30'000'000;          // some minutes, and 120 MB
+constexpr int64_t kMaxNodeLamps = 20'000'000'000;  // each lamp is looked at from each node
+constexpr int64_t kJobNodes = 2000;                // some 50 ms
 
 int Nodes(float side_m, double texel_m) {
   return 2 + static_cast<int>(std::min(side_m / texel_m, 4000.0));
@@ -52,10 +58,10 @@ class LightBaker {
  public:
   LightBaker(const Scene& scene, const RayScene& rays, const LightBakingOptions& options)
       : scene_(scene), rays_(rays), options_(options) {
+    RequireFeasible();
     uint32_t next = 0;
     for (const SceneQuad& quad : scene.quads) {
-      const int columns = Nodes(quad.u.norm(), options.texel_m);
-      const int rows = Nodes(quad.v.norm(), options.texel_m);
+      const auto [columns, rows] = GridOf(quad);
       const uint32_t nodes = static_cast<uint32_t>(columns * rows);
       maps_.grids_.push_back({columns, rows, {next, next + nodes}});
       next += 2 * nodes;
@@ -63,30 +69,92 @@ class LightBaker {
     maps_.values_.resize(next);
   }
 
-  LightMaps Bake() {
-    constexpr size_t kChunk = 16;
-    const size_t count = scene_.quads.size();
-    const auto bake = [&](int chunk) {
-      const size_t first = chunk * kChunk;
-      for (size_t q = first; q < std::min(first + kChunk, count); ++q) {
-        for (const int side : {0, 1}) BakeSide(q, side);
-      }
+  LightMaps Bake(const Progress& progress) {
+    const std::vector<Rows> rows = AllRows();
+    const std::vector<size_t> starts = JobStarts(rows);
+    const int jobs = static_cast<int>(starts.size()) - 1;
+    const auto bake = [&](int job) {
+      for (size_t i = starts[job]; i < starts[job + 1]; ++i) BakeRows(rows[i]);
     };
-    MakeFrames(static_cast<int>((count + kChunk - 1) / kChunk), options_.threads, bake,
-               [](int) { return true; });
+    const auto report = [&](int done) { return progress.Report(1.0 * done / std::max(jobs, 1)); };
+    if (MakeFrames(jobs, options_.threads, bake, report) < jobs) throw StoppedError("interrupted");
+    for (size_t q = 0; q < scene_.quads.size(); ++q) {
+      if (IsLamp(q)) continue;
+      const LightMaps::Grid& grid = maps_.grids_[q];
+      for (const int side : {0, 1}) Smooth(grid, &maps_.values_[grid.first[side]]);
+    }
     return std::move(maps_);
   }
 
  private:
-  void BakeSide(size_t q, int side) {
-    const SceneQuad& quad = scene_.quads[q];
-    if (scene_.materials[quad.material].texture == TextureKind::kLamp) return;
-    const LightMaps::Grid& grid = maps_.grids_[q];
-    float* const values = &maps_.values_[grid.first[side]];
-    const Eigen::Vector3f normal = quad.u.cross(quad.v).normalized() * (side == 0 ? 1.0f : -1.0f);
+  // Some rows of nodes of one side of a quad: from `begin` to before `end`.
+  struct Rows {
+    size_t quad;
+    int side, begin, end;
+  };
+
+  std::pair<int, int> GridOf(const SceneQuad& quad) const {
+    return {Nodes(quad.u.norm(), options_.texel_m), Nodes(quad.v.norm(), options_.texel_m)};
+  }
+
+  bool IsLamp(size_t q) const {
+    return scene_.materials[scene_.quads[q].material].texture == TextureKind::kLamp;
+  }
+
+  void RequireFeasible() const {
+    int64_t nodes = 0;
+    for (const SceneQuad& quad : scene_.quads) {
+      const auto [columns, rows] = GridOf(quad);
+      nodes += int64_t{2} * columns * rows;
+    }
+    const auto lamps = static_cast<int64_t>(std::max<size_t>(scene_.lamps.size(), 1));
+    if (nodes <= kMaxNodes && nodes <= kMaxNodeLamps / lamps) return;
+    throw ConfigError(
+        fmt::format("scene: found {} surfaces whose light takes "
+                    "{} nodes, {} m apart, lit by {} "
+                    "lamps; expected at most {} nodes, and {} "
+                    "nodes times lamps: make it smaller",
+                    scene_.quads.size(), nodes, options_.texel_m, lamps, kMaxNodes, kMaxNodeLamps));
+  }
+
+  // In pieces of at most kJobNodes, or one row.
+  std::vector<Rows> AllRows() const {
+    std::vector<Rows> all;
+    for (size_t q = 0; q < scene_.quads.size(); ++q) {
+      if (IsLamp(q)) continue;
+      const LightMaps::Grid& grid = maps_.grids_[q];
+      const int step = std::max(1, static_cast<int>(kJobNodes) / grid.columns);
+      for (const int side : {0, 1}) {
+        for (int y = 0; y < grid.rows; y += step) {
+          all.push_back({q, side, y, std::min(y + step, grid.rows)});
+        }
+      }
+    }
+    return all;
+  }
+
+  // Where each job of about kJobNodes starts in `rows`, and the end.
+  std::vector<size_t> JobStarts(const std::vector<Rows>& rows) const {
+    std::vector<size_t> starts = {0};
+    int64_t nodes = 0;
+    for (size_t i = 0; i < rows.size(); ++i) {
+      nodes += int64_t{rows[i].end - rows[i].begin} * maps_.grids_[rows[i].quad].columns;
+      if (nodes < kJobNodes && i + 1 < rows.size()) continue;
+      starts.push_back(i + 1);
+      nodes = 0;
+    }
+    return starts;
+  }
+
+  void BakeRows(const Rows& rows) {
+    const SceneQuad& quad = scene_.quads[rows.quad];
+    const LightMaps::Grid& grid = maps_.grids_[rows.quad];
+    float* const values = &maps_.values_[grid.first[rows.side]];
+    const Eigen::Vector3f normal =
+        quad.u.cross(quad.v).normalized() * (rows.side == 0 ? 1.0f : -1.0f);
     const float inset_s = std::min(0.25f, kInset_m / quad.u.norm());
     const float inset_t = std::min(0.25f, kInset_m / quad.v.norm());
-    for (int y = 0; y < grid.rows; ++y) {
+    for (int y = rows.begin; y < rows.end; ++y) {
       for (int x = 0; x < grid.columns; ++x) {
         const float s = static_cast<float>(x) / static_cast<float>(grid.columns - 1);
         const float t = static_cast<float>(y) / static_cast<float>(grid.rows - 1);
@@ -94,10 +162,9 @@ class LightBaker {
                                   std::clamp(t, inset_t, 1 - inset_t) * quad.v;
         const int node = y * grid.columns + x;
         values[node] = LightAt(
-            {p + kOffset_m * normal, normal, grid.first[side] + static_cast<uint32_t>(node)});
+            {p + kOffset_m * normal, normal, grid.first[rows.side] + static_cast<uint32_t>(node)});
       }
     }
-    Smooth(grid, values);
   }
 
   float LightAt(const SurfacePoint& point) const {
@@ -200,9 +267,9 @@ void LightBakingOptions::Check() const {
 }
 
 LightMaps LightMaps::Bake(const Scene& scene, const RayScene& rays,
-                          const LightBakingOptions& options) {
+                          const LightBakingOptions& options, const Progress& progress) {
   options.Check();
-  return LightBaker(scene, rays, options).Bake();
+  return LightBaker(scene, rays, options).Bake(progress);
 }
 
 }  // namespace slcmap

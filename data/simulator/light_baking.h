@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "data/progress.h"
 #include "data/simulator/ray_scene.h"
 #include "data/simulator/scene.h"
 
@@ -22,8 +23,10 @@ struct LightBakingOptions {
 // sends out a times the light there, as radiance.
 class LightMaps {
  public:
-  static LightMaps Bake(const Scene& scene, const RayScene& rays,
-                        const LightBakingOptions& options);
+  // Throws ConfigError naming the number of nodes and the limit where the scene is too large, and
+  // StoppedError where progress ends it.
+  static LightMaps Bake(const Scene& scene, const RayScene& rays, const LightBakingOptions& options,
+                        const Progress& progress = {});
 
   // s and t in [0, 1]: fractions along the sides of the quad. Bilinear.
   float At(uint32_t quad, bool front, float s, float t) const {

@@ -1,5 +1,7 @@
 #include "data/simulator/made_motion.h"
 
+#include <spdlog/fmt/fmt.h>
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -112,7 +114,7 @@ class Noise6 {
 };
 
 // Where the motion is along its path at a time, and which share of its full speed it has.
-struct Progress {
+struct PathPlace {
   double distance_m;
   double speed_share;
 };
@@ -131,12 +133,19 @@ class MotionMaker {
     moving_s_ = path_.length_m() / speed_m_s_ + options.ease_s;
   }
 
-  MotionSpline Make() const {
+  MotionSpline Make(const Progress& progress) const {
     const double turn_s = FacesStart() ? kTurnBack_s : 0;
     const double duration_s = moving_s_ + turn_s + 2 * options_.stand_still_s;
+    if (duration_s > kMaxMotion_s) {
+      throw ConfigError(
+          fmt::format("trajectory: found a way of {:.0f} m that lasts {:.0f} s at {} m/s, expected "
+                      "at most {} s",
+                      path_.length_m(), duration_s, speed_m_s_, kMaxMotion_s));
+    }
     const int segments = static_cast<int>(std::ceil(duration_s / kKnot_s));
     std::vector<RigidTransform> control;
     for (int j = 0; j < segments + MotionSpline::kOrder - 1; ++j) {
+      if (j % 64 == 0) progress.ReportOrStop(std::min(1.0, 1.0 * j / segments));
       control.push_back(PoseAt((j - 2) * kKnot_s));
     }
     return MotionSpline(kKnot_s, control);
@@ -148,7 +157,7 @@ class MotionMaker {
     return options_.face_start && gap_m < 0.01;
   }
 
-  Progress ProgressAt(double t_s) const {
+  PathPlace PlaceAt(double t_s) const {
     const double since_s = t_s - options_.stand_still_s, ease_s = options_.ease_s;
     const double eased_s =
         EasedTime(since_s, ease_s) - EasedTime(since_s - moving_s_ + ease_s, ease_s);
@@ -163,7 +172,7 @@ class MotionMaker {
     Eigen::Vector3d ahead = Eigen::Vector3d::Zero();
     for (int i = -8; i <= 8; ++i) {
       const double weight = 1 - i * i / 81.0;
-      ahead += weight * path_.Direction(ProgressAt(t_s + 0.05 * i).distance_m);
+      ahead += weight * path_.Direction(PlaceAt(t_s + 0.05 * i).distance_m);
     }
     // On stairs, eyes and cameras follow the slope by half.
     ahead.z() *= options_.kind == MotionKind::kRobot ? 0.0 : 0.5;
@@ -175,31 +184,31 @@ class MotionMaker {
   }
 
   RigidTransform PoseAt(double t_s) const {
-    const Progress progress = ProgressAt(t_s);
-    Deviation d = DeviationAt(t_s, progress);
+    const PathPlace place = PlaceAt(t_s);
+    Deviation d = DeviationAt(t_s, place);
     const Eigen::Quaterniond heading = HeadingAt(t_s);
     const RigidTransform T_world_camera(
         heading * ExpRotation(options_.shake * d.rotation_rad + Lean(t_s, heading)),
-        path_.At(progress.distance_m) + heading * (options_.shake * d.shift_m));
+        path_.At(place.distance_m) + heading * (options_.shake * d.shift_m));
     return T_world_camera * rig_.T_imu_camera[0].Inverse();
   }
 
-  Deviation DeviationAt(double t_s, const Progress& progress) const {
+  Deviation DeviationAt(double t_s, const PathPlace& place) const {
     switch (options_.kind) {
       case MotionKind::kWalk:
-        return StepDeviation(t_s, progress);
+        return StepDeviation(t_s, place);
       case MotionKind::kRobot:
-        return drive_.At(t_s, 2e-4 * progress.speed_share, 1e-4 * progress.speed_share);
+        return drive_.At(t_s, 2e-4 * place.speed_share, 1e-4 * place.speed_share);
       case MotionKind::kFlight:
-        return slow_.At(t_s, 0.02 * progress.speed_share, 0.03 * progress.speed_share);
+        return slow_.At(t_s, 0.02 * place.speed_share, 0.03 * place.speed_share);
     }
     return {};
   }
 
   // Steps lift the body twice a double step and sway it once; a hand is never quite still.
-  Deviation StepDeviation(double t_s, const Progress& progress) const {
-    const double step_rad = kTwoPi * progress.distance_m / 0.68;
-    const double share = progress.speed_share;
+  Deviation StepDeviation(double t_s, const PathPlace& place) const {
+    const double step_rad = kTwoPi * place.distance_m / 0.68;
+    const double share = place.speed_share;
     Deviation d = fast_.At(t_s, 0.008 * (share + 0.03), 0.003 * (share + 0.03));
     const Deviation slow = slow_.At(t_s, 0.03 * share, 0.01 * share);
     d.rotation_rad += slow.rotation_rad;
@@ -215,7 +224,7 @@ class MotionMaker {
   Eigen::Vector3d Lean(double t_s, const Eigen::Quaterniond& heading) const {
     if (options_.kind != MotionKind::kFlight) return Eigen::Vector3d::Zero();
     constexpr double kStep_s = 0.1;
-    const auto position = [&](double at_s) { return path_.At(ProgressAt(at_s).distance_m); };
+    const auto position = [&](double at_s) { return path_.At(PlaceAt(at_s).distance_m); };
     const Eigen::Vector3d acceleration_world =
         (position(t_s + kStep_s) - 2 * position(t_s) + position(t_s - kStep_s)) /
         (kStep_s * kStep_s);
@@ -260,11 +269,19 @@ void MadeMotionOptions::Check(const std::string& place) const {
     const Eigen::Vector3d after = (waypoints_m[i] - waypoints_m[i - 1]).normalized();
     expect(before.dot(after) > -0.94, "waypoints_m", "no turn of more than 160 degrees");
   }
-  expect(speed_m_s > 0 && speed_m_s <= 20, "speed_m_s", "a speed between 0 and 20");
-  expect(corner_m > 0, "corner_m", "a positive length");
-  expect(stand_still_s >= 0, "stand_still_s", "zero or more");
-  expect(ease_s > 0, "ease_s", "a positive time");
-  expect(shake >= 0, "shake", "zero or more");
+  const auto expect_range = [&](const char* key, double value, double low, double high) {
+    if (value >= low && value <= high) return;
+    throw ConfigError(
+        fmt::format("{}.{}: found {}, expected {} to {}", place, key, value, low, high));
+  };
+  for (const Eigen::Vector3d& p : waypoints_m) {
+    for (const double coordinate_m : p) expect_range("waypoints_m", coordinate_m, -1000, 1000);
+  }
+  expect_range("speed_m_s", speed_m_s, 0.01, 20);
+  expect_range("corner_m", corner_m, 0.01, 100);
+  expect_range("stand_still_s", stand_still_s, 0, 3600);
+  expect_range("ease_s", ease_s, 0.01, 100);
+  expect_range("shake", shake, 0, 10);
 }
 
 void MadeMotionOptions::Read(YamlSection section) {
@@ -281,6 +298,10 @@ void MadeMotionOptions::Read(YamlSection section) {
   section.Read("face_start", &face_start);
   section.Read("seed", &seed_number);
   section.Finish();
+  if (seed_number < 0) {
+    throw ConfigError(
+        fmt::format("{}.seed: found {}, expected zero or more", section.place(), seed_number));
+  }
   kind = KindFromName(kind_name, section.place());
   seed = static_cast<uint64_t>(seed_number);
   waypoints_m.clear();
@@ -294,9 +315,10 @@ void MadeMotionOptions::Read(YamlSection section) {
   Check(section.place());
 }
 
-MotionSpline MakeMotion(const MadeMotionOptions& options, const Rig& rig) {
+MotionSpline MakeMotion(const MadeMotionOptions& options, const Rig& rig,
+                        const Progress& progress) {
   options.Check();
-  return MotionMaker(options, rig).Make();
+  return MotionMaker(options, rig).Make(progress);
 }
 
 }  // namespace slcmap

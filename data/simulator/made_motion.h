@@ -40,8 +40,10 @@ struct MadeMotionOptions {
 };
 
 // The motion of the rig's IMU whose left camera looks along the way, the world's up at the top of
-// its image. It begins and ends at rest.
-MotionSpline MakeMotion(const MadeMotionOptions& options, const Rig& rig);
+// its image. It begins and ends at rest. Throws ConfigError where it would last more than
+// kMaxMotion_s, and StoppedError where progress ends it.
+MotionSpline MakeMotion(const MadeMotionOptions& options, const Rig& rig,
+                        const Progress& progress = {});
 
 // The way covered since a start from rest, in units of the full speed times seconds: a smooth step
 // of ease_s in speed. 0 before t_s = 0.

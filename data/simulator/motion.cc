@@ -193,9 +193,12 @@ struct Errors {
 };
 
 Errors ErrorsOf(const MotionSpline& motion, const Trajectory& trajectory,
-                const std::vector<double>& times_s) {
+                const std::vector<double>& times_s, const Progress& progress) {
   Errors errors{Eigen::MatrixX3d(times_s.size(), 3), Eigen::MatrixX3d(times_s.size(), 3)};
   for (size_t i = 0; i < times_s.size(); ++i) {
+    if (i % 1024 == 0) {
+      progress.ReportOrStop(static_cast<double>(i) / static_cast<double>(times_s.size()));
+    }
     const RigidTransform& truth = trajectory[i].T_world_imu;
     const RigidTransform pose = motion.PoseAt(times_s[i]);
     errors.position_m.row(i) = truth.translation - pose.translation;
@@ -245,12 +248,17 @@ double RootMeanSquare(const Eigen::MatrixX3d& rows) {
 
 }  // namespace
 
-MotionFit FitMotion(const Trajectory& trajectory, const MotionFitOptions& options) {
+MotionFit FitMotion(const Trajectory& trajectory, const MotionFitOptions& options,
+                    const Progress& progress) {
   options.Check();
   if (trajectory.size() < 2) throw DataError("motion: expected a trajectory of two poses or more");
   std::vector<double> times_s;
   for (const StampedPose& pose : trajectory) {
     times_s.push_back(ToSeconds(pose.stamp_ns - trajectory.front().stamp_ns));
+  }
+  if (times_s.back() > kMaxMotion_s) {
+    throw DataError("motion: found a trajectory of " + std::to_string(times_s.back()) +
+                    " s, expected at most " + std::to_string(kMaxMotion_s) + " s");
   }
   const double knot_s = options.knot_interval_s;
   const size_t controls = static_cast<size_t>(std::ceil(times_s.back() / knot_s)) + kOrder - 1;
@@ -260,7 +268,9 @@ MotionFit FitMotion(const Trajectory& trajectory, const MotionFitOptions& option
   // A turn delta of control pose j in world turns the spline by about its weight times delta, so
   // that rotations are fitted as positions are, repeated until the rest is gone.
   for (int i = 0; i < options.iterations; ++i) {
-    const Errors errors = ErrorsOf(MotionSpline(knot_s, control), trajectory, times_s);
+    const Progress part =
+        progress.Part(1.0 * i / options.iterations, (i + 1.0) / options.iterations);
+    const Errors errors = ErrorsOf(MotionSpline(knot_s, control), trajectory, times_s, part);
     const Eigen::MatrixX3d turn =
         fit.Solve(errors.rotation_rad, options.jump_rad, UnrolledRotations(control));
     const Eigen::MatrixX3d shift = fit.Solve(errors.position_m, options.jump_m, Positions(control));
@@ -270,7 +280,7 @@ MotionFit FitMotion(const Trajectory& trajectory, const MotionFitOptions& option
     }
   }
   const MotionSpline motion(knot_s, control);
-  const Errors errors = ErrorsOf(motion, trajectory, times_s);
+  const Errors errors = ErrorsOf(motion, trajectory, times_s, progress.Part(1, 1));
   return {motion, RootMeanSquare(errors.position_m),
           std::sqrt(errors.position_m.rowwise().squaredNorm().maxCoeff()),
           RootMeanSquare(errors.rotation_rad),

@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "data/progress.h"
 #include "data/rigid_transform.h"
 #include "data/trajectory.h"
 
@@ -73,7 +74,11 @@ struct MotionFit {
 };
 
 // The motion nearest to a trajectory by least squares; its time 0 is the trajectory's first stamp.
-// Throws DataError on a trajectory of less than two poses.
-MotionFit FitMotion(const Trajectory& trajectory, const MotionFitOptions& options = {});
+// Throws DataError on a trajectory of less than two poses or of more than kMaxMotion_s, and
+// StoppedError where progress ends it.
+MotionFit FitMotion(const Trajectory& trajectory, const MotionFitOptions& options = {},
+                    const Progress& progress = {});
+
+inline constexpr double kMaxMotion_s = 4 * 3600;  // of a motion that is simulated
 
 }  // namespace slcmap

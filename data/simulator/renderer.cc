@@ -1,5 +1,7 @@
 #include "data/simulator/renderer.h"
 
+#include <spdlog/fmt/fmt.h>
+
 #include <cmath>
 
 #include "data/error.h"
@@ -50,13 +52,19 @@ class SceneRenderer : public PairRenderer {
         options_(options),
         task_(task),
         rays_(scene_.quads),
-        shader_(scene_, rays_, options.light) {
+        shader_(scene_, rays_, options.light, task.Stage("baking light")),
+        watch_(scene_, rays_, task_, options_.edges) {
     for (const Camera& camera : task.rig.cameras) {
       camera_rays_.emplace_back(camera);
       responses_.emplace_back(options.camera, camera.width_px, camera.height_px);
     }
+    const Progress progress = task.Stage("metering");
     std::vector<double> radiance;
-    for (const double t_s : task.times_s) radiance.push_back(MeanRadiance(t_s));
+    for (const double t_s : task.times_s) {
+      progress.ReportOrStop(static_cast<double>(radiance.size()) /
+                            static_cast<double>(task.times_s.size()));
+      radiance.push_back(MeanRadiance(t_s));
+    }
     exposures_ = PlanExposures(task.times_s, radiance, options.camera);
   }
 
@@ -65,15 +73,23 @@ class SceneRenderer : public PairRenderer {
     pair.left = responses_[0].Develop(RadianceImage(frame, 0), exposures_[frame], frame, 0);
     pair.right = responses_[1].Develop(RadianceImage(frame, 1), exposures_[frame], frame, 1);
     if (with_depth) pair.depth_m = DepthImage(frame);
+    watch_.Look(frame);
     return pair;
   }
 
   void WriteTruth(const std::string& folder, int frames) override {
-    WriteEdges(folder, scene_, FindSeenParts(scene_, rays_, task_, frames, options_.edges));
+    if (!task_.stop.stop_requested()) {
+      for (int frame = 0; frame < frames; ++frame) watch_.Look(frame);  // if it was not rendered
+    }
+    WriteEdges(folder, scene_, watch_.Parts());
     WriteSurfaces(folder + "/surfaces.ply");
   }
 
  private:
+  void StopIfAsked() const {
+    if (task_.stop.stop_requested()) throw StoppedError("interrupted");
+  }
+
   RayPose PoseAt(double t_s, int camera) const {
     return ToRayPose(task_.motion.PoseAt(t_s) * task_.rig.T_imu_camera[camera]);
   }
@@ -133,6 +149,7 @@ class SceneRenderer : public PairRenderer {
     RayScene::Packet packet;
     packet.Clear();
     for (int block = 0; block < blocks; ++block) {
+      if (block % 1024 == 0) StopIfAsked();
       for (const int colour : {0, 1}) PaintHalf(camera, block, colour, poses, &packet, &image);
     }
     return image;
@@ -166,6 +183,7 @@ class SceneRenderer : public PairRenderer {
     CameraRays::Packet rays;
     packet.Clear();
     for (int y = 0; y < depth_m.rows; ++y) {
+      StopIfAsked();
       for (int x0 = 0; x0 < depth_m.cols; x0 += kLanes) {
         const int count = std::min(kLanes, depth_m.cols - x0);
         for (int i = 0; i < kLanes; ++i) {
@@ -204,10 +222,34 @@ class SceneRenderer : public PairRenderer {
   const RenderTask task_;
   const RayScene rays_;
   const SurfaceShader shader_;
+  EdgeWatch watch_;
   std::vector<CameraRays> camera_rays_;  // by camera
   std::vector<CameraResponse> responses_;
   std::vector<Exposure> exposures_;  // by frame
 };
+
+}  // namespace
+
+namespace {
+
+constexpr int64_t kMaxPixels = 16'000'000;  // of a camera
+
+void RequireFeasible(const RendererOptions& options, const RenderTask& task) {
+  for (const Camera& camera : task.rig.cameras) {
+    const int64_t pixels = int64_t{camera.width_px} * camera.height_px;
+    if (pixels <= kMaxPixels) continue;
+    throw ConfigError(fmt::format("rig: resolution: found {} x {} = {} pixels, expected at most {}",
+                                  camera.width_px, camera.height_px, pixels, kMaxPixels));
+  }
+  if (task.times_s.size() < 2) return;
+  const double step_ms = 1e3 * (task.times_s[1] - task.times_s[0]);
+  const double exposure_ms = options.camera.exposure_ms;  // 0: automatic
+  if (exposure_ms <= step_ms) return;
+  throw ConfigError(
+      fmt::format("camera.exposure_ms: found {:.6g} ms, expected at most the {:.6g} ms from image "
+                  "to image",
+                  exposure_ms, step_ms));
+}
 
 }  // namespace
 
@@ -221,6 +263,7 @@ std::unique_ptr<PairRenderer> MakeSceneRenderer(const Scene& scene, const Render
                                                 const RenderTask& task) {
   options.Check();
   if (scene.quads.empty()) throw DataError("scene: found no surfaces, expected at least one");
+  RequireFeasible(options, task);
   return std::make_unique<SceneRenderer>(scene, options, task);
 }
 

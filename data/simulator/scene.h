@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "data/progress.h"
 #include "data/simulator/camera_response.h"
 
 namespace slcmap {
@@ -65,8 +66,9 @@ struct Scene {
 };
 
 // Builds the scene that a YAML file describes. Deterministic. Throws ConfigError naming file and
-// key. The section `trajectory` is left to ReadScenario's reader of motions, `camera` to the next.
-Scene ReadScene(const std::string& path);
+// key, and StoppedError where progress ends it. The section `trajectory` is left to ReadScenario's
+// reader of motions, `camera` to the next.
+Scene ReadScene(const std::string& path, const Progress& progress = {});
 
 // What the section `camera` says of the cameras that the building is seen with, and the defaults
 // for the rest. Throws as above.

@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string>
+
+#include "data/error.h"
 
 namespace slcmap {
 namespace {
@@ -11,6 +14,9 @@ using Eigen::Vector3d;
 
 constexpr double kSame_m = 1e-3;
 constexpr double kShortestEdge_m = 0.05;
+constexpr double kMinArea_m2 = 1e-8;
+constexpr size_t kMaxQuads = 300'000;
+constexpr size_t kMaxEdges = 100'000;
 
 // 0, 1, 2 or -1 for a direction in the frame of a wing.
 int AxisOf(const Vector3d& direction) {
@@ -67,9 +73,13 @@ double UniformIn(double low, double high, std::mt19937* generator) {
   return low + (high - low) * static_cast<double>((*generator)()) / 4294967296.0;
 }
 
-std::vector<TrueEdge> MergedEdges(const std::vector<TrueEdge>& edges) {
+std::vector<TrueEdge> MergedEdges(const std::vector<TrueEdge>& edges, const Progress& progress) {
   std::vector<TrueEdge> merged;
+  size_t done = 0;
   for (TrueEdge edge : edges) {
+    if (done++ % 64 == 0) {
+      progress.ReportOrStop(static_cast<double>(done) / static_cast<double>(edges.size() + 1));
+    }
     // Each union can reach further ones.
     for (size_t i = 0; i < merged.size();) {
       if (Absorb(merged[i], &edge)) {
@@ -104,6 +114,13 @@ void SceneBuilder::SetPlacement(int wing, const Eigen::Isometry3d& wing_object) 
 
 void SceneBuilder::AddQuad(const Vector3d& a, const Vector3d& u, const Vector3d& v,
                            uint32_t material, const Vector2d& texture_origin) {
+  if (!(u.cross(v).norm() >= kMinArea_m2) || !a.allFinite()) {
+    throw ConfigError("found a surface without area, expected one that can be seen");
+  }
+  if (scene_.quads.size() >= kMaxQuads) {
+    throw ConfigError("found more than " + std::to_string(kMaxQuads) +
+                      " surfaces in the scene, expected at most that");
+  }
   const Eigen::Matrix3d rotation = world_object_.linear();
   scene_.quads.push_back({(world_object_ * a).cast<float>(), (rotation * u).cast<float>(),
                           (rotation * v).cast<float>(), material, texture_origin.cast<float>()});
@@ -111,6 +128,10 @@ void SceneBuilder::AddQuad(const Vector3d& a, const Vector3d& u, const Vector3d&
 
 void SceneBuilder::AddEdge(const Vector3d& a, const Vector3d& b) {
   if ((b - a).norm() < kShortestEdge_m) return;
+  if (scene_.edges.size() >= kMaxEdges) {
+    throw ConfigError("found more than " + std::to_string(kMaxEdges) +
+                      " edges in the scene, expected at most that");
+  }
   TrueEdge edge{world_object_ * a, world_object_ * b, -1, wing_};
   edge.axis = AxisOf(world_wings_[wing_].linear().transpose() * (edge.b - edge.a));
   scene_.edges.push_back(edge);
@@ -188,10 +209,10 @@ void SceneBuilder::AddLamp(const Vector3d& a, const Vector3d& u, const Vector3d&
   scene_.lamps.push_back({quad.a, quad.u, quad.v, radiance});
 }
 
-Scene SceneBuilder::Finish() {
+Scene SceneBuilder::Finish(const Progress& progress) {
   Scene scene = std::move(scene_);
   scene_ = Scene();
-  scene.edges = MergedEdges(scene.edges);
+  scene.edges = MergedEdges(scene.edges, progress);
   return scene;
 }
 

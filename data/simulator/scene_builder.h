@@ -5,12 +5,14 @@
 #include <random>
 #include <vector>
 
+#include "data/progress.h"
 #include "data/simulator/scene.h"
 
 namespace slcmap {
 
-// All lengths in metres. Points are in the frame of the current placement; a placement belongs to a
-// wing, whose heading decides the axes of its edges.
+// Throws ConfigError, without a place, for a surface without area and where surfaces or edges
+// become too many. All lengths in metres. Points are in the frame of the current placement; a
+// placement belongs to a wing, whose heading decides the axes of its edges.
 class SceneBuilder {
  public:
   // Poses of the wings in world, yaw and translation only; at least one.
@@ -44,8 +46,9 @@ class SceneBuilder {
   void AddLamp(const Eigen::Vector3d& a, const Eigen::Vector3d& u, const Eigen::Vector3d& v,
                float radiance, uint32_t material);
 
-  // The scene; edges that lie on one another become one. Leaves the builder empty.
-  Scene Finish();
+  // The scene; edges that lie on one another become one. Leaves the builder empty. Throws
+  // StoppedError where progress ends it.
+  Scene Finish(const Progress& progress = {});
 
  private:
   Scene scene_;
@@ -55,7 +58,8 @@ class SceneBuilder {
 };
 
 // Collinear edges (within a millimetre) that overlap become their union.
-std::vector<TrueEdge> MergedEdges(const std::vector<TrueEdge>& edges);
+std::vector<TrueEdge> MergedEdges(const std::vector<TrueEdge>& edges,
+                                  const Progress& progress = {});
 
 // Uniform in [low, high); the same on each machine.
 double UniformIn(double low, double high, std::mt19937* generator);

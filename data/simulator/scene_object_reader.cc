@@ -1,5 +1,7 @@
 #include "data/simulator/scene_object_reader.h"
 
+#include <spdlog/fmt/fmt.h>
+
 #include <cmath>
 #include <functional>
 
@@ -14,25 +16,33 @@ using Eigen::Isometry3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
+constexpr double kMinLength_m = 0.001, kMaxLength_m = 1000;
+constexpr double kMaxRadiance = 10000;  // in units in which a room's lamp has some 20
+
 // One object's keys, with the checks that all kinds share.
 class ObjectKeys {
  public:
   ObjectKeys(YamlSection* section, const MaterialNames& materials)
       : section_(*section), materials_(materials) {}
 
+  void RequireRange(const std::string& key, double value, double low, double high) const {
+    if (value >= low && value <= high) return;
+    throw ConfigError(
+        fmt::format("{}.{}: found {}, expected {} to {}", section_.place(), key, value, low, high));
+  }
+
   [[noreturn]] void Fail(const std::string& key, const std::string& expected) const {
     throw ConfigError(section_.place() + "." + key + ": expected " + expected);
   }
 
-  double Number(const std::string& key, double value) {
+  double Number(const std::string& key, double value, double low, double high) {
     section_.Read(key, &value);
+    RequireRange(key, value, low, high);
     return value;
   }
-  // More than zero; the key must be there unless `fallback` is positive.
+  // The key must be there unless `fallback` is positive.
   double Length(const std::string& key, double fallback = 0) {
-    const double value = Number(key, fallback);
-    if (value <= 0) Fail(key, "a length of more than 0");
-    return value;
+    return Number(key, fallback, kMinLength_m, kMaxLength_m);
   }
   int Count(const std::string& key, int value, int least = 1) {
     section_.Read(key, &value);
@@ -49,12 +59,15 @@ class ObjectKeys {
     std::vector<double> values(fallback.data(), fallback.data() + N);
     section_.Read(key, &values);
     if (values.size() != N) Fail(key, std::to_string(N) + " numbers");
+    for (const double value : values) RequireRange(key, value, -kMaxLength_m, kMaxLength_m);
     return Eigen::Map<Eigen::Matrix<double, N, 1>>(values.data());
   }
+  // Lengths; the key must be there unless they are positive.
   template <int N>
-  Eigen::Matrix<double, N, 1> Size() {
-    const auto size = Vector<N>("size", Eigen::Matrix<double, N, 1>::Zero());
-    if (size.minCoeff() <= 0) Fail("size", std::to_string(N) + " lengths of more than 0");
+  Eigen::Matrix<double, N, 1> Size(
+      const Eigen::Matrix<double, N, 1>& fallback = Eigen::Matrix<double, N, 1>::Zero()) {
+    const auto size = Vector<N>("size", fallback);
+    for (const double side : size) RequireRange("size", side, kMinLength_m, kMaxLength_m);
     return size;
   }
   // At least `least` points.
@@ -65,6 +78,7 @@ class ObjectKeys {
     std::vector<Eigen::Matrix<double, N, 1>> points;
     for (const std::vector<double>& row : rows) {
       if (row.size() != N) Fail("points", "points of " + std::to_string(N) + " numbers");
+      for (const double value : row) RequireRange("points", value, -kMaxLength_m, kMaxLength_m);
       points.push_back(Eigen::Map<const Eigen::Matrix<double, N, 1>>(row.data()));
     }
     if (points.size() < least) Fail("points", "at least " + std::to_string(least) + " points");
@@ -73,6 +87,9 @@ class ObjectKeys {
   std::vector<std::vector<double>> Rows(const std::string& key) {
     std::vector<std::vector<double>> rows;
     section_.Read(key, &rows);
+    for (const std::vector<double>& row : rows) {
+      for (const double value : row) RequireRange(key, value, -kMaxLength_m, kMaxLength_m);
+    }
     return rows;
   }
   uint32_t Material(const std::string& key, std::string name) {
@@ -136,13 +153,13 @@ BuildOne Crate(ObjectKeys& keys) {
 }
 
 BuildOne Pallet(ObjectKeys& keys) {
-  const Vector3d size = keys.Vector<3>("size", {1.2, 0.8, 0.144});
+  const Vector3d size = keys.Size<3>({1.2, 0.8, 0.144});
   const uint32_t wood = keys.Material("material", "wood");
   return [=](uint32_t, SceneBuilder* builder) { AddPallet(size, wood, builder); };
 }
 
 BuildOne Table(ObjectKeys& keys) {
-  const Vector3d size = keys.Vector<3>("size", {1.6, 0.8, 0.74});
+  const Vector3d size = keys.Size<3>({1.6, 0.8, 0.74});
   const uint32_t top = keys.Material("material", "wood"), legs = keys.Material("legs", "metal");
   return [=](uint32_t, SceneBuilder* builder) { AddTable(size, top, legs, builder); };
 }
@@ -189,25 +206,25 @@ BuildOne Clutter(ObjectKeys& keys) {
 }
 
 BuildOne Poster(ObjectKeys& keys) {
-  const Vector2d size = keys.Vector<2>("size", {0.6, 0.84});
+  const Vector2d size = keys.Size<2>({0.6, 0.84});
   return [=](uint32_t seed, SceneBuilder* builder) { AddPoster(size, seed, builder); };
 }
 
 BuildOne Board(ObjectKeys& keys) {
-  const Vector2d size = keys.Vector<2>("size", {1.2, 0.9});
+  const Vector2d size = keys.Size<2>({1.2, 0.9});
   const uint32_t face = keys.Material("material", "cork"), frame = keys.Material("frame", "metal");
   return [=](uint32_t seed, SceneBuilder* builder) { AddBoard(size, face, frame, seed, builder); };
 }
 
 BuildOne Cabinet(ObjectKeys& keys) {
-  const Vector3d size = keys.Vector<3>("size", {0.95, 0.45, 1.9});
+  const Vector3d size = keys.Size<3>({0.95, 0.45, 1.9});
   const int doors = keys.Count("doors", 2);
   const uint32_t body = keys.Material("material", "paint"), metal = keys.Material("metal", "metal");
   return [=](uint32_t, SceneBuilder* builder) { AddCabinet(size, doors, body, metal, builder); };
 }
 
 BuildOne Shelf(ObjectKeys& keys) {
-  const Vector3d size = keys.Vector<3>("size", {0.9, 0.32, 2.0});
+  const Vector3d size = keys.Size<3>({0.9, 0.32, 2.0});
   const int boards = keys.Count("boards", 5);
   const uint32_t wood = keys.Material("material", "wood");
   const auto contents = keys.Materials("contents", {"paper", "dark", "paint", "cork", "white"});
@@ -217,7 +234,7 @@ BuildOne Shelf(ObjectKeys& keys) {
 }
 
 BuildOne Radiator(ObjectKeys& keys) {
-  const Vector3d size = keys.Vector<3>("size", {1.0, 0.12, 0.6});
+  const Vector3d size = keys.Size<3>({1.0, 0.12, 0.6});
   const uint32_t metal = keys.Material("material", "white");
   return [=](uint32_t, SceneBuilder* builder) { AddRadiator(size, metal, builder); };
 }
@@ -236,7 +253,7 @@ BuildOne Pipe(ObjectKeys& keys) {
 
 BuildOne Cable(ObjectKeys& keys) {
   const auto points = keys.Points<3>();
-  const double sag = keys.Number("sag", 0.4), radius = keys.Length("radius", 0.015);
+  const double sag = keys.Number("sag", 0.4, 0, 100), radius = keys.Length("radius", 0.015);
   const uint32_t material = keys.Material("material", "dark");
   return [=](uint32_t, SceneBuilder* builder) {
     for (size_t i = 0; i + 1 < points.size(); ++i) {
@@ -276,8 +293,8 @@ BuildOne Stairs(ObjectKeys& keys) {
 }
 
 BuildOne Lamp(ObjectKeys& keys) {
-  const Vector2d size = keys.Vector<2>("size", {1.2, 0.3});
-  const double radiance = keys.Length("radiance", 12);
+  const Vector2d size = keys.Size<2>({1.2, 0.3});
+  const double radiance = keys.Number("radiance", 12, 0.001, kMaxRadiance);
   const uint32_t lamp = keys.Material("material", "lamp"),
                  housing = keys.Material("housing", "white");
   return [=](uint32_t, SceneBuilder* builder) {
@@ -303,7 +320,10 @@ void ReadOpenings(ObjectKeys& keys, const std::string& key, bool doors, WallSpec
     opening.height = row[3];
     opening.is_door = doors;
     (doors ? opening.open_deg : opening.sill) = row[4];
-    if (row.size() == 6) opening.radiance = row[5];
+    if (row.size() == 6) {
+      keys.RequireRange(key, row[5], 0, kMaxRadiance);
+      opening.radiance = row[5];
+    }
     spec->openings.push_back(opening);
   }
 }
@@ -315,7 +335,7 @@ WallSpec ReadWall(ObjectKeys& keys) {
   spec.height = keys.Length("height", spec.height);
   spec.thickness = keys.Length("thickness", spec.thickness);
   spec.has_back = keys.Flag("has_back", false);
-  spec.skirting_height = keys.Number("skirting_height", 0);
+  spec.skirting_height = keys.Number("skirting_height", 0, 0, kMaxLength_m);
   spec.material = keys.Material("material", "plaster");
   spec.skirting = keys.Material("skirting", "wood");
   spec.frame = keys.Material("frame", "white");
@@ -360,10 +380,21 @@ Isometry3d ReadPlace(ObjectKeys& keys) {
   const Vector2d tilt_deg = keys.Vector<2>("tilt_deg", Vector2d::Zero());
   Isometry3d wing_object = Isometry3d::Identity();
   wing_object.translation() = keys.Vector<3>("at", Vector3d::Zero());
-  wing_object.rotate(Eigen::AngleAxisd(keys.Number("yaw_deg", 0) * kDegree, Vector3d::UnitZ()) *
-                     Eigen::AngleAxisd(tilt_deg.x() * kDegree, Vector3d::UnitX()) *
-                     Eigen::AngleAxisd(tilt_deg.y() * kDegree, Vector3d::UnitY()));
+  wing_object.rotate(
+      Eigen::AngleAxisd(keys.Number("yaw_deg", 0, -3600, 3600) * kDegree, Vector3d::UnitZ()) *
+      Eigen::AngleAxisd(tilt_deg.x() * kDegree, Vector3d::UnitX()) *
+      Eigen::AngleAxisd(tilt_deg.y() * kDegree, Vector3d::UnitY()));
   return wing_object;
+}
+
+// What the builder refuses, with the place of the object.
+template <typename BuildObject>
+void Build(const YamlSection& section, BuildObject build) {
+  try {
+    build();
+  } catch (const ConfigError& error) {
+    throw ConfigError(section.place() + ": " + error.what());
+  }
 }
 
 }  // namespace
@@ -385,7 +416,7 @@ void ReadObject(YamlSection section, const MaterialNames& materials, int wings,
   if (name == "wall") {
     const WallSpec spec = ReadWall(keys);
     section.Finish();
-    AddWall(spec, wing_object, wing, builder);
+    Build(section, [&] { AddWall(spec, wing_object, wing, builder); });
     return;
   }
   const BuildOne build = kind->second(keys);
@@ -394,7 +425,7 @@ void ReadObject(YamlSection section, const MaterialNames& materials, int wings,
   section.Finish();
   for (int i = 0; i < repeat; ++i) {
     builder->SetPlacement(wing, Eigen::Translation3d(i * step) * wing_object);
-    build(static_cast<uint32_t>(seed + i), builder);
+    Build(section, [&] { build(static_cast<uint32_t>(seed + i), builder); });
   }
 }
 

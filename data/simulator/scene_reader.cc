@@ -1,6 +1,8 @@
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 
+#include "data/config_file.h"
 #include "data/error.h"
 #include "data/simulator/scene.h"
 #include "data/simulator/scene_builder.h"
@@ -69,6 +71,7 @@ SurfaceMaterial ReadMaterial(YamlSection section, SurfaceMaterial material) {
   if (contrast < 0 || contrast > 10) {
     throw ConfigError(section.place() + ".contrast: expected 0 to 10");
   }
+  if (seed < 0) throw ConfigError(section.place() + ".seed: expected zero or more");
   return {material.texture, static_cast<float>(albedo), static_cast<float>(contrast),
           static_cast<uint32_t>(seed)};
 }
@@ -91,8 +94,8 @@ Dimming ReadDimming(YamlSection section) {
   double factor = 0.1;
   section.Read("factor", &factor);
   section.Finish();
-  if (factor < 0 || (to - from).minCoeff() <= 0) {
-    throw ConfigError(section.place() + ": expected `from` below `to`, and a factor from 0 up");
+  if (factor < 0 || factor > 1000 || !((to - from).minCoeff() > 0)) {
+    throw ConfigError(section.place() + ": expected `from` below `to`, and a factor of 0 to 1000");
   }
   return {Eigen::AlignedBox3f(from, to), static_cast<float>(factor)};
 }
@@ -119,8 +122,10 @@ std::vector<Eigen::Isometry3d> ReadWings(std::vector<YamlSection>* files) {
   for (YamlSection& file : *files) {
     file.Read("wings", &rows);
     for (const std::vector<double>& row : rows) {
-      if (row.size() == 3) continue;
-      throw ConfigError(file.place() + ": wings: expected rows of yaw_deg, x, y");
+      const auto far = [](double value) { return std::abs(value) > 3600; };
+      if (row.size() == 3 && std::none_of(row.begin(), row.end(), far)) continue;
+      throw ConfigError(file.place() +
+                        ": wings: expected rows of yaw_deg, x, y, each from -3600 to 3600");
     }
   }
   std::vector<Eigen::Isometry3d> world_wings;
@@ -160,7 +165,7 @@ void Dim(const std::vector<Dimming>& dimmings, Scene* scene) {
 
 }  // namespace
 
-Scene ReadScene(const std::string& path) {
+Scene ReadScene(const std::string& path, const Progress& progress) {
   std::vector<YamlSection> files = ReadFiles(path);
   const std::vector<Eigen::Isometry3d> world_wings = ReadWings(&files);
   SceneBuilder builder(world_wings);
@@ -179,8 +184,8 @@ Scene ReadScene(const std::string& path) {
     for (const YamlSection& dim : file.List("dim")) dimmings.push_back(ReadDimming(dim));
     file.Finish();
   }
-  if (ambient < 0) throw ConfigError(path + ": ambient: expected 0 or more");
-  Scene scene = builder.Finish();
+  if (ambient < 0 || ambient > 1000) throw ConfigError(path + ": ambient: expected 0 to 1000");
+  Scene scene = builder.Finish(progress);
   if (scene.quads.empty()) throw ConfigError(path + ": objects: expected at least one");
   scene.name = name;
   scene.ambient = static_cast<float>(ambient);
@@ -191,7 +196,11 @@ Scene ReadScene(const std::string& path) {
 CameraResponseOptions ReadSceneCamera(const std::string& path) {
   CameraResponseOptions camera;
   for (YamlSection& file : ReadFiles(path)) camera.Read(file.Section("camera"));
-  camera.Check();
+  try {
+    camera.Check();
+  } catch (const ConfigError& error) {
+    throw NamingFile(path, error);
+  }
   return camera;
 }
 

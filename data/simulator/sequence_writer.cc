@@ -143,7 +143,7 @@ void SequenceWriter::WriteImu(const std::vector<ImuSample>& samples) const {
 }
 
 void SequenceWriter::WriteTruth(const MotionSpline& motion, const SimulatedImu& imu,
-                                int64_t start_stamp_ns) const {
+                                int64_t start_stamp_ns, const Progress& progress) const {
   std::string text =
       "#timestamp, p_RS_R_x [m], p_RS_R_y [m], p_RS_R_z [m], q_RS_w [], q_RS_x [], q_RS_y [], "
       "q_RS_z [], v_RS_R_x [m s^-1], v_RS_R_y [m s^-1], v_RS_R_z [m s^-1], "
@@ -151,6 +151,9 @@ void SequenceWriter::WriteTruth(const MotionSpline& motion, const SimulatedImu& 
       "b_a_RS_S_x [m s^-2], b_a_RS_S_y [m s^-2], b_a_RS_S_z [m s^-2]\n";
   Trajectory trajectory;
   for (size_t i = 0; i < imu.samples.size(); ++i) {
+    if (i % 1024 == 0) {
+      progress.ReportOrStop(static_cast<double>(i) / static_cast<double>(imu.samples.size()));
+    }
     const int64_t stamp_ns = imu.samples[i].stamp_ns;
     const double t_s = ToSeconds(stamp_ns - start_stamp_ns);
     trajectory.push_back({stamp_ns, motion.PoseAt(t_s)});
@@ -161,6 +164,14 @@ void SequenceWriter::WriteTruth(const MotionSpline& motion, const SimulatedImu& 
   }
   WriteFile(mav_folder_ + "/state_groundtruth_estimate0/data.csv", text);
   WriteTumTrajectory(truth_folder_ + "/trajectory.tum", trajectory);
+}
+
+void SequenceWriter::Discard() const {
+  std::error_code error;
+  std::filesystem::remove_all(mav_folder_, error);
+  for (const char* name : {"/trajectory.tum", "/rig.yaml", ""}) {
+    std::filesystem::remove(truth_folder_ + name, error);  // a folder only where it is empty
+  }
 }
 
 void SequenceWriter::WriteImage(int camera, int64_t stamp_ns, const cv::Mat& image) const {

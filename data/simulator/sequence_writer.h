@@ -33,8 +33,13 @@ class SequenceWriter {
   void WriteImu(const std::vector<ImuSample>& samples) const;
 
   // A row an IMU sample; the samples' stamps count from the motion's time 0 at start_stamp_ns.
-  void WriteTruth(const MotionSpline& motion, const SimulatedImu& imu,
-                  int64_t start_stamp_ns) const;
+  // Throws StoppedError where progress ends it.
+  void WriteTruth(const MotionSpline& motion, const SimulatedImu& imu, int64_t start_stamp_ns,
+                  const Progress& progress = {}) const;
+
+  // Removes what it made, as long as no image was written: what remains would be of no use, and in
+  // the way of the next attempt.
+  void Discard() const;
 
   // Encodes and writes one image (8 bit grey). May be called from several threads at a time.
   void WriteImage(int camera, int64_t stamp_ns, const cv::Mat& image) const;

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <opencv2/core.hpp>
 #include <random>
 
@@ -26,9 +27,9 @@ struct StartedMotion {
   int64_t start_stamp_ns;  // of its time 0
 };
 
-StartedMotion FittedMotion(const std::string& path) {
+StartedMotion FittedMotion(const std::string& path, const Progress& progress) {
   const Trajectory trajectory = ReadTrajectory(path);
-  const MotionFit fit = FitMotion(trajectory);
+  const MotionFit fit = FitMotion(trajectory, {}, progress);
   spdlog::info(
       "{}: fitted to {:.2f} mm and {:.3f} degrees (RMS; at most {:.1f} mm, {:.2f} degrees)", path,
       1e3 * fit.position_rms_m, 57.29578 * fit.rotation_rms_rad, 1e3 * fit.position_max_m,
@@ -36,7 +37,8 @@ StartedMotion FittedMotion(const std::string& path) {
   return {fit.motion, trajectory.front().stamp_ns};
 }
 
-StartedMotion MotionOfScene(const std::string& scene_path, const Rig& rig) {
+StartedMotion MotionOfScene(const std::string& scene_path, const Rig& rig,
+                            const Progress& progress) {
   YamlSection scene = YamlSection::FromFile(scene_path);
   if (!scene.Has("trajectory")) {
     throw ConfigError(scene_path +
@@ -44,12 +46,12 @@ StartedMotion MotionOfScene(const std::string& scene_path, const Rig& rig) {
   }
   MadeMotionOptions options;
   options.Read(scene.Section("trajectory"));
-  return {MakeMotion(options, rig), kMadeStart_ns};
+  return {MakeMotion(options, rig, progress), kMadeStart_ns};
 }
 
-StartedMotion MotionOf(const SimulationOptions& options, const Rig& rig) {
-  StartedMotion started = options.trajectory.empty() ? MotionOfScene(options.scene, rig)
-                                                     : FittedMotion(options.trajectory);
+StartedMotion MotionOf(const SimulationOptions& options, const Rig& rig, const Progress& progress) {
+  StartedMotion started = options.trajectory.empty() ? MotionOfScene(options.scene, rig, progress)
+                                                     : FittedMotion(options.trajectory, progress);
   const double duration_s = options.duration_s > 0 ? options.duration_s : 1e9;
   started.motion = started.motion.Slice(options.from_s, duration_s);
   started.start_stamp_ns += ToNanoseconds(options.from_s);
@@ -60,7 +62,8 @@ StartedMotion MotionOf(const SimulationOptions& options, const Rig& rig) {
   return started;
 }
 
-SimulatedImu ImuOf(const StartedMotion& started, const ImuModel& model, uint64_t seed) {
+SimulatedImu ImuOf(const StartedMotion& started, const ImuModel& model, uint64_t seed,
+                   const Progress& progress) {
   std::mt19937_64 generator(seed);
   std::normal_distribution<double> normal;
   ImuSimulatorOptions options;
@@ -72,7 +75,7 @@ SimulatedImu ImuOf(const StartedMotion& started, const ImuModel& model, uint64_t
   }
   options.start_stamp_ns = started.start_stamp_ns;
   options.seed = generator();
-  return SimulateImu(started.motion, options);
+  return SimulateImu(started.motion, options, progress);
 }
 
 // Images in step with the IMU's samples, as a triggered rig takes them.
@@ -103,12 +106,44 @@ ImuModel ModelOf(const SimulationOptions& options, const Rig& rig) {
 
 // Everything but the images. mav0 does not tell the time offset.
 void WriteSensors(const SequenceWriter& writer, const SimulationOptions& options,
-                  const RenderTask& task, const StartedMotion& started, const SimulatedImu& imu) {
+                  const RenderTask& task, const StartedMotion& started, const SimulatedImu& imu,
+                  const Progress& progress) {
   writer.WriteCalibration(Miscalibrated(task.rig, options.miscalibration, options.seed),
                           options.image_rate_hz);
   writer.WriteTrueRig(task.rig);
   writer.WriteImu(imu.samples);
-  writer.WriteTruth(task.motion, imu, started.start_stamp_ns);
+  writer.WriteTruth(task.motion, imu, started.start_stamp_ns, progress);
+}
+
+// Refuses what would fill the disk, or take days.
+void RequireFeasible(const SimulationOptions& options, const RenderTask& task) {
+  constexpr int64_t kMaxPairs = 500'000;
+  constexpr double kImageBytes_px = 0.7, kDepthBytes_px = 1;  // of noisy images as PNG
+  const auto pairs = static_cast<int64_t>(task.times_s.size());
+  if (pairs > kMaxPairs) {
+    throw ConfigError(fmt::format(
+        "simulate: found a motion of {:.0f} s, which gives {} pairs at {} Hz, expected at "
+        "most {} (--duration and --rate make them fewer)",
+        task.motion.Duration(), pairs, options.image_rate_hz, kMaxPairs));
+  }
+  double pair_bytes = 0;
+  for (const Camera& camera : task.rig.cameras) {
+    pair_bytes += kImageBytes_px * camera.width_px * camera.height_px;
+  }
+  const Camera& left = task.rig.cameras[0];
+  if (options.with_depth) pair_bytes += kDepthBytes_px * left.width_px * left.height_px;
+  const double needed_mb = 1e-6 * pair_bytes * static_cast<double>(pairs);
+  std::error_code error;
+  std::filesystem::path place = std::filesystem::absolute(options.folder, error);
+  while (!std::filesystem::exists(place, error) && place.has_relative_path()) {
+    place = place.parent_path();
+  }
+  const auto space = std::filesystem::space(place, error);
+  if (error || needed_mb <= 1e-6 * static_cast<double>(space.available)) return;
+  throw ConfigError(fmt::format(
+      "simulate: found {} pairs that take about {:.0f} MB, expected at most the {:.0f} MB "
+      "that are free in {} (--duration and --rate make them fewer)",
+      pairs, needed_mb, 1e-6 * static_cast<double>(space.available), place.string()));
 }
 
 double NearestDepth(const cv::Mat& depth_m) {
@@ -143,23 +178,36 @@ void SimulationOptions::Check() const {
   expect(duration_s >= 0, "--duration: expected zero or more seconds");
   expect(image_rate_hz > 0 && image_rate_hz <= 1000, "--rate: expected more than 0 up to 1000");
   expect(std::abs(time_offset_s) <= 0.5, "--time-offset-s: expected at most 0.5 either way");
-  expect(miscalibration >= 0, "--wrong-calibration: expected zero or more");
+  expect(miscalibration >= 0 && miscalibration <= 100, "--wrong-calibration: expected 0 to 100");
+  expect(seed >= 0, "--seed: expected zero or more");
   expect(threads >= 1 && threads <= 64, "--threads: expected 1 to 64");
 }
 
 SimulationState Simulate(const SimulationOptions& options, const PairRendererFactory& make_renderer,
-                         const SimulationProgress& progress) {
+                         const SimulationProgress& progress, const StageStarter& start_stage) {
   options.Check();
+  const auto stage = [&](const char* label) {
+    return start_stage ? start_stage(label) : Progress();
+  };
   Rig rig = ReadSimulatedRig(options.rig);
   const ImuModel model = ModelOf(options, rig);
   rig.imu_noise = model.noise;
   rig.camera_time_offset_s = options.time_offset_s;
-  const StartedMotion started = MotionOf(options, rig);
-  const RenderTask task{rig, started.motion, ImageTimes(options, started.motion)};
+  const StartedMotion started = MotionOf(options, rig, stage("planning the motion"));
+  std::stop_source stop;
+  const RenderTask task{rig, started.motion, ImageTimes(options, started.motion), start_stage,
+                        stop.get_token()};
+  RequireFeasible(options, task);
+  const SimulatedImu imu = ImuOf(started, model, options.seed, stage("IMU"));
   const std::unique_ptr<PairRenderer> renderer = make_renderer(task);
 
   const SequenceWriter writer(options.folder);
-  WriteSensors(writer, options, task, started, ImuOf(started, model, options.seed));
+  try {
+    WriteSensors(writer, options, task, started, imu, stage("truth"));
+  } catch (const StoppedError&) {
+    writer.Discard();
+    throw;
+  }
   const std::vector<int64_t> stamps_ns = ImageStamps(task, started);
   const int planned = static_cast<int>(stamps_ns.size());
   std::vector<double> nearest_m(planned);
@@ -176,8 +224,12 @@ SimulationState Simulate(const SimulationOptions& options, const PairRendererFac
     if (pairs == 0) return {0, planned};
     return {pairs, planned, task.times_s[pairs - 1], distances_m[pairs - 1]};
   };
-  const int pairs =
-      MakeFrames(planned, options.threads, make, [&](int done) { return progress(state(done)); });
+  const auto report = [&](int done) {
+    const bool goes_on = progress(state(done));
+    if (!goes_on) stop.request_stop();
+    return goes_on;
+  };
+  const int pairs = MakeFrames(planned, options.threads, make, report);
   writer.WriteImageLists({stamps_ns.begin(), stamps_ns.begin() + pairs});
   renderer->WriteTruth(writer.truth_folder(), pairs);
   SimulationState end = state(pairs);

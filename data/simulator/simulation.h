@@ -22,7 +22,7 @@ struct SimulationOptions {
   double miscalibration = 0;  // of what mav0 tells of the rig; see Miscalibrated
   bool with_depth = false;
   int threads = 2;
-  uint64_t seed = 1;
+  int64_t seed = 1;
   void Check() const;  // throws ConfigError
 };
 
@@ -39,8 +39,11 @@ struct SimulationState {
 // Called as pairs get done; false ends the simulation with what is done so far.
 using SimulationProgress = std::function<bool(const SimulationState& state)>;
 
-// Throws ConfigError, DataError and OutputError. The files are the same whatever the threads.
+// Throws ConfigError, DataError and OutputError; ConfigError with a number and its limit where the
+// sequence would be too long or too large for the disk. The files are the same whatever the
+// threads. The work before the first pair reports to what start_stage gives; where that ends it,
+// StoppedError is thrown and no file is left.
 SimulationState Simulate(const SimulationOptions& options, const PairRendererFactory& make_renderer,
-                         const SimulationProgress& progress);
+                         const SimulationProgress& progress, const StageStarter& start_stage = {});
 
 }  // namespace slcmap

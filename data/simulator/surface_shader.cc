@@ -32,8 +32,8 @@ float OffsetTexels(float origin_m, uint32_t random) {
 }  // namespace
 
 SurfaceShader::SurfaceShader(const Scene& scene, const RayScene& rays,
-                             const LightBakingOptions& options)
-    : textures_(scene.materials), light_(LightMaps::Bake(scene, rays, options)) {
+                             const LightBakingOptions& options, const Progress& progress)
+    : textures_(scene.materials), light_(LightMaps::Bake(scene, rays, options, progress)) {
   constexpr float kTexelsPerMetre = 1 / TextureTile::kTexel_m;
   for (const SceneQuad& quad : scene.quads) {
     const SurfaceMaterial& material = scene.materials[quad.material];

@@ -12,7 +12,9 @@ namespace slcmap {
 
 class SurfaceShader {
  public:
-  SurfaceShader(const Scene& scene, const RayScene& rays, const LightBakingOptions& options);
+  // Bakes the light. Throws as LightMaps::Bake does.
+  SurfaceShader(const Scene& scene, const RayScene& rays, const LightBakingOptions& options,
+                const Progress& progress = {});
 
   struct Hit {
     uint32_t quad;

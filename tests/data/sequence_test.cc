@@ -150,6 +150,16 @@ TEST(OpenSequence, HugeStampsAndZeroBytesCostTheirRowOnly) {
   EXPECT_EQ(sequence.warnings.Count(kRowUnreadable), 3);
 }
 
+TEST(OpenSequence, ImuColumnsInAnotherOrderAreNoticedByTheirHeading) {
+  const TempFolder folder;
+  testing::WriteSequence(folder, {.images = 4});
+  const std::string samples = testing::ReadText(folder.Path("mav0/imu0/data.csv"));
+  folder.Write("mav0/imu0/data.csv",
+               "#timestamp [ns],a_x [m s^-2],a_y,a_z,w_x [rad s^-1],w_y,w_z\n" + samples);
+  EXPECT_THAT(MessageOf<DataError>([&] { OpenSequence(folder.Path()); }),
+              HasSubstr("imu0/data.csv: row 1: found the columns 'a_x [m s^-2]', ..., 'w_x"));
+}
+
 TEST(OpenSequence, ReadsSemicolonsAndByteOrderMarks) {
   const TempFolder folder;
   testing::WriteSequence(folder, {.images = 4});

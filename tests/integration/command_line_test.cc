@@ -109,16 +109,21 @@ TEST(Odometry, OneCameraIsEnoughForPointsMonoOnly) {
   EXPECT_EQ(RunSlcmap("-q map " + folder.Path("run") + " -o " + folder.Path("map")).exit_code, 0);
 }
 
+// A room of 6 x 4 x 3 m with a way through it; `lamp` and `more` are YAML.
+std::string RoomYaml(const std::string& lamp = "radiance: 30", const std::string& more = "",
+                     const std::string& to = "2, 0, 1") {
+  return "objects:\n"
+         "  - {kind: wall, points: [[-2, -2], [4, -2], [4, 2], [-2, 2]], closed: true, height: 3,\n"
+         "     material: brick}\n"
+         "  - {kind: slab, at: [-2, -2, 0], size: [6, 4], material: carpet}\n"
+         "  - {kind: lamp, at: [1, 0, 2.9], size: [1, 0.5], " +
+         lamp + "}\n" + more + "trajectory: {kind: robot, waypoints_m: [[0, 0, 1], [" + to +
+         "]], stand_still_s: 0.2}\n";
+}
+
 TEST(Simulate, WritesASequenceThatCheckAcceptsAndRefusesToDoSoTwice) {
   const TempFolder folder;
-  const std::string scene = folder.Write(
-      "scene.yaml",
-      "objects:\n"
-      "  - {kind: wall, points: [[-2, -2], [4, -2], [4, 2], [-2, 2]], closed: true, height: 3,\n"
-      "     material: brick}\n"
-      "  - {kind: slab, at: [-2, -2, 0], size: [6, 4], material: carpet}\n"
-      "  - {kind: lamp, at: [1, 0, 2.9], size: [1, 0.5], radiance: 30}\n"
-      "trajectory: {kind: robot, waypoints_m: [[0, 0, 1], [2, 0, 1]], stand_still_s: 0.2}\n");
+  const std::string scene = folder.Write("scene.yaml", RoomYaml());
   const std::string camera =
       "{camera_model: pinhole, intrinsics: [70, 70, 47.5, 31.5], distortion_model: radtan,\n"
       "  distortion_coeffs: [-0.1, 0.01, 0, 0], resolution: [96, 64], T_imu_cam: [[0, -1, 0, 0], "
@@ -141,6 +146,50 @@ TEST(Simulate, WritesASequenceThatCheckAcceptsAndRefusesToDoSoTwice) {
   ExpectError(RunSlcmap("-q " + command), 1, "sequence");
   ExpectError(RunSlcmap("simulate " + folder.Path("none.yaml") + " -o " + folder.Path("new")), 2,
               "none.yaml");
+}
+
+TEST(Simulate, RefusesWhatIsAbsurdOrTooLarge) {
+  const TempFolder folder;
+  const auto simulate = [&](const std::string& scene, const std::string& options = "") {
+    return RunSlcmap("simulate " + folder.Write("scene.yaml", scene) + " -o " +
+                     folder.Path("sequence") + options);
+  };
+  ExpectError(simulate(RoomYaml("radiance: 1e25")), 2,
+              "scene.yaml: objects[2].radiance: found 1e+25, expected 0.001 to 10000");
+  const std::string box = "  - {kind: box, size: [300, 300, 300], at: [0, 0, -400]}\n";
+  ExpectError(simulate(RoomYaml("radiance: 30", box)), 2, "expected at most 30000000 nodes");
+  ExpectError(simulate(RoomYaml("radiance: 30", "", "1e7, 0, 1")), 2,
+              "trajectory.waypoints_m: found 10000000, expected -1000 to 1000");
+  ExpectError(simulate(RoomYaml("radiance: 30", "", "20, 0, 1")), 2, "outside the building");
+  ExpectError(simulate(RoomYaml(), " --seed -1"), 2, "--seed");
+  ExpectError(simulate(RoomYaml(), " --exposure-ms 1e9"), 2, "exposure_ms: found 1e+09");
+  ExpectError(simulate(RoomYaml(), " --exposure-ms 200"), 2, "expected at most the 50 ms");
+  EXPECT_FALSE(std::filesystem::exists(folder.Path("sequence")));
+}
+
+TEST(Simulate, SaysWhereItsWayPassesThroughAWall) {
+  const TempFolder folder;
+  const std::string wall = "  - {kind: wall, points: [[1, -2], [1, 2]], height: 3}\n";
+  const ProcessResult result =
+      RunSlcmap("simulate " + folder.Write("scene.yaml", RoomYaml("radiance: 30", wall)) + " -o " +
+                folder.Path("sequence") + " --duration 3.2 --rate 1");
+  EXPECT_EQ(result.exit_code, 0) << result.error;
+  EXPECT_THAT(result.error,
+              AllOf(HasSubstr("passes through surfaces "), HasSubstr(" s into the motion")));
+}
+
+TEST(Simulate, CtrlCEndsTheBakingOfLightAtOnce) {
+  const TempFolder folder;
+  // Light for some minutes.
+  const std::string halls = "  - {kind: slab, at: [-2, -2, -9], size: [400, 400], repeat: 2}\n";
+  const std::string scene = folder.Write("scene.yaml", RoomYaml("radiance: 30", halls));
+  const ProcessResult result =
+      RunShell("\\$SLCMAP simulate " + scene + " -o " + folder.Path("sequence") +
+               " & pid=\\$!; sleep 3; kill -TERM \\$pid; SECONDS=0; wait \\$pid; code=\\$?; "
+               "echo \\$SECONDS; exit \\$code");
+  EXPECT_EQ(result.exit_code, 130) << result.error;
+  EXPECT_LT(std::stoi(result.output), 20);
+  EXPECT_FALSE(std::filesystem::exists(folder.Path("sequence/mav0")));
 }
 
 TEST(Check, ASequenceOfNoUseFailsAfterTheReport) {

@@ -11,7 +11,9 @@ std::vector<SeenPart> SeenOf(const Scene& scene) {
   const RayScene rays(scene.quads);
   const RenderTask task = testing::SlidingTask(testing::SmallRig(Distortion::kNone),
                                                testing::LookingAlongX(), {0, 0, 0}, 1);
-  return FindSeenParts(scene, rays, task, 1, {});
+  EdgeWatch watch(scene, rays, task, {});
+  watch.Look(0);
+  return watch.Parts();
 }
 
 // A wall at 4 m and a screen at 2 m that hides what is to the left of the axis from both cameras:
@@ -37,6 +39,21 @@ TEST(EdgeVisibilityTest, PartsOutsideTheViewAreNotSeen) {
   EXPECT_EQ(seen[0].edge, 1);
   EXPECT_NEAR(seen[0].from_m, 9 - 4 * (119 - 61.7) / 114.5, 0.03);
   EXPECT_NEAR(seen[0].to_m, 9 + 4 * 61.7 / 114.5, 0.03);
+}
+
+TEST(EdgeVisibilityTest, RefusesEdgesWithoutEndAndStopsWhenAsked) {
+  Scene scene = testing::TwoToneWall(4, true, 0.5, 0.5);
+  scene.edges = {{{4, -1, 0.3}, {4, 1e6, 0.3}, 1, 0}};
+  const RayScene rays(scene.quads);
+  RenderTask task = testing::SlidingTask(testing::SmallRig(Distortion::kNone),
+                                         testing::LookingAlongX(), {0, 0, 0}, 1);
+  EXPECT_THROW(EdgeWatch(scene, rays, task, {}), ConfigError);
+  scene.edges = {{{4, -1, 0.3}, {4, 1, 0.3}, 1, 0}};
+  std::stop_source stop;
+  stop.request_stop();
+  task.stop = stop.get_token();
+  EdgeWatch watch(scene, rays, task, {});
+  EXPECT_THROW(watch.Look(0), StoppedError);
 }
 
 }  // namespace

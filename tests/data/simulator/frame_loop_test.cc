@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "data/error.h"
+#include "data/progress.h"
 
 namespace slcmap {
 namespace {
@@ -44,6 +45,13 @@ TEST(MakeFrames, PassesAnErrorOn) {
     if (i == 7) throw OutputError("disk full");
   };
   EXPECT_THROW(MakeFrames(100, 2, make, [](int) { return true; }), OutputError);
+}
+
+TEST(MakeFrames, FramesThatWereStoppedDoNotCount) {
+  const auto make = [](int i) {
+    if (i >= 7) throw StoppedError("interrupted");
+  };
+  EXPECT_EQ(MakeFrames(100, 3, make, [](int) { return true; }), 7);
 }
 
 }  // namespace

@@ -50,5 +50,33 @@ TEST(LightBakingTest, RejectsAbsurdOptions) {
   EXPECT_THROW(LightMaps::Bake(scene, RayScene(scene.quads), options), ConfigError);
 }
 
+TEST(LightBakingTest, RefusesAFloorWithoutEndNamingNumberAndLimit) {
+  Scene scene = LitFloor(false);
+  scene.quads[0].u.x() = scene.quads[0].v.y() = 1000;
+  try {
+    LightMaps::Bake(scene, RayScene(scene.quads), {});
+    FAIL() << "expected an error";
+  } catch (const ConfigError& error) {
+    EXPECT_NE(std::string(error.what()).find("takes 32032026 nodes"), std::string::npos)
+        << error.what();
+    EXPECT_NE(std::string(error.what()).find("at most 30000000 nodes"), std::string::npos);
+  }
+}
+
+TEST(LightBakingTest, ReportsHowFarItIsAndCanBeEnded) {
+  Scene scene = LitFloor(false);
+  scene.quads[0].u.x() = scene.quads[0].v.y() = 100;
+  double last = 0;
+  const Progress heard([&](double done) {
+    EXPECT_GE(done, last);
+    last = done;
+    return true;
+  });
+  LightMaps::Bake(scene, RayScene(scene.quads), {.texel_m = 1}, heard);
+  EXPECT_EQ(last, 1);
+  const Progress ended([](double) { return false; });
+  EXPECT_THROW(LightMaps::Bake(scene, RayScene(scene.quads), {}, ended), StoppedError);
+}
+
 }  // namespace
 }  // namespace slcmap

@@ -84,10 +84,35 @@ TEST(MadeMotionOptions, RefusesWhatCannotBeFollowed) {
   for (const char* text : {"{waypoints_m: [[0, 0, 1]]}", "{waypoints_m: [[0, 0], [3, 0]]}",
                            "{waypoints_m: [[0, 0, 1], [3, 0, 1], [1, 0, 1]]}",
                            "{kind: swim, waypoints_m: [[0, 0, 1], [3, 0, 1]]}",
-                           "{speed_m_s: 0, waypoints_m: [[0, 0, 1], [3, 0, 1]]}"}) {
+                           "{speed_m_s: 0, waypoints_m: [[0, 0, 1], [3, 0, 1]]}",
+                           "{speed_m_s: 1e-300, waypoints_m: [[0, 0, 1], [3, 0, 1]]}",
+                           "{seed: -1, waypoints_m: [[0, 0, 1], [3, 0, 1]]}",
+                           "{stand_still_s: 1e9, waypoints_m: [[0, 0, 1], [3, 0, 1]]}",
+                           "{waypoints_m: [[0, 0, 1], [1e7, 0, 1]]}"}) {
     MadeMotionOptions options;
     EXPECT_THROW(options.Read({YAML::Load(text), "scene.yaml: trajectory"}), ConfigError) << text;
   }
+}
+
+TEST(MakeMotion, RefusesAWayOfDaysNamingItsLength) {
+  MadeMotionOptions options;
+  options.speed_m_s = 0.01;
+  options.waypoints_m = {{0, 0, 1}, {900, 0, 1}};
+  try {
+    MakeMotion(options, ExampleStereoRig());
+    FAIL() << "expected an error";
+  } catch (const ConfigError& error) {
+    EXPECT_NE(std::string(error.what()).find("a way of 900 m that lasts 90006 s"),
+              std::string::npos)
+        << error.what();
+  }
+}
+
+TEST(MakeMotion, CanBeEnded) {
+  MadeMotionOptions options;
+  options.waypoints_m = {{0, 0, 1}, {9, 0, 1}};
+  EXPECT_THROW(MakeMotion(options, ExampleStereoRig(), Progress([](double) { return false; })),
+               StoppedError);
 }
 
 TEST(EasedTime, StartsFromRestAndLosesHalfTheEase) {

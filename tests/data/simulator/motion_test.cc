@@ -116,6 +116,15 @@ TEST(FitMotion, KeepsJitterOutOfTheAccelerationAndBridgesGaps) {
   }
 }
 
+TEST(FitMotion, RefusesDaysAndCanBeEnded) {
+  Trajectory trajectory(3);
+  trajectory[1].stamp_ns = ToNanoseconds(1);
+  trajectory[2].stamp_ns = ToNanoseconds(1e6);
+  EXPECT_THROW(FitMotion(trajectory), DataError);
+  trajectory.pop_back();
+  EXPECT_THROW(FitMotion(trajectory, {}, Progress([](double) { return false; })), StoppedError);
+}
+
 TEST(FitMotion, RefusesOnePose) { EXPECT_THROW(FitMotion(Trajectory(1)), DataError); }
 
 }  // namespace

@@ -262,5 +262,32 @@ TEST(MergedEdges, UnitesOnlyWhatOverlaps) {
   EXPECT_NEAR(longest, 3, 1e-9);
 }
 
+TEST(ReadScene, RefusesNumbersOutOfRangeNamingFileAndKey) {
+  for (const auto& [object, place] :
+       {std::pair{"{kind: lamp, radiance: 1e25}", "radiance: found 1e+25"},
+        {"{kind: lamp, radiance: -3}", "radiance: found -3"},
+        {"{kind: lamp, size: [0, 1]}", "size: found 0"},
+        {"{kind: box, size: [1, 1, 1e6]}", "size: found 1"},
+        {"{kind: box, size: [1, 1, 1], at: [0, 1e9, 0]}", "at: found 1"},
+        {"{kind: pipe, points: [[0, 0, 0], [0, 0, 1e5]]}", "points: found 100000"},
+        {"{kind: pipe, points: [[0, 0, 0], [0, 0, 0]]}", "a surface without area"},
+        {"{kind: box, size: [1, 1, 1], yaw_deg: 1e30}", "yaw_deg: found 1e+30"},
+        {"{kind: box, size: [1, 1, 1], seed: -1}", "seed: expected 0"},
+        {"{kind: clutter, size: [900, 900], count: 10000, repeat: 10000}", "in the scene"}}) {
+    try {
+      ReadScene(Written(std::string("objects: [") + object + "]"));
+      ADD_FAILURE() << object;
+    } catch (const ConfigError& error) {
+      EXPECT_THAT(error.what(), testing::HasSubstr("objects[0]")) << object;
+      EXPECT_THAT(error.what(), testing::HasSubstr(place)) << object;
+    }
+  }
+  EXPECT_THROW(ReadScene(Written("ambient: 1e30\nobjects: [{kind: box, size: [1, 1, 1]}]")),
+               ConfigError);
+  EXPECT_THROW(ReadScene(Written("materials: {white: {seed: -1}}\n"
+                                 "objects: [{kind: box, size: [1, 1, 1]}]")),
+               ConfigError);
+}
+
 }  // namespace
 }  // namespace slcmap

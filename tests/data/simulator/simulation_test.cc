@@ -113,7 +113,40 @@ TEST_F(SimulationTest, TheBytesDoNotDependOnTheThreads) {
   EXPECT_EQ(ReadFile(OpenSequence(options_.folder).images.back().left_path), image);
 }
 
+TEST_F(SimulationTest, IsEndedBeforeItsFirstPairWithoutATrace) {
+  for (const std::string ended : {"planning the motion", "IMU", "truth"}) {
+    const auto stage = [&](const std::string& label) {
+      return Progress([go_on = label != ended](double) { return go_on; });
+    };
+    const auto simulate = [&] {
+      Simulate(
+          options_, [](const RenderTask& task) { return std::make_unique<NumberPainter>(task); },
+          [](const SimulationState&) { return true; }, stage);
+    };
+    EXPECT_THROW(simulate(), StoppedError) << ended;
+    EXPECT_FALSE(fs::exists(options_.folder + "/mav0")) << ended;
+    EXPECT_FALSE(fs::exists(options_.folder + "/truth")) << ended;
+  }
+}
+
+TEST_F(SimulationTest, RefusesWhatNoDiskCanHold) {
+  WriteFile(options_.scene,
+            "trajectory: {kind: robot, waypoints_m: [[0, 0, 1], [2, 0, 1]], stand_still_s: 300}\n");
+  options_.image_rate_hz = 1000;
+  try {
+    Run();
+    FAIL() << "expected an error";
+  } catch (const ConfigError& error) {
+    EXPECT_NE(std::string(error.what()).find("pairs at 1000 Hz, expected at most 500000"),
+              std::string::npos)
+        << error.what();
+  }
+}
+
 TEST_F(SimulationTest, RefusesWhatMakesNoSense) {
+  options_.seed = -1;
+  EXPECT_THROW(Run(), ConfigError);
+  options_.seed = 1;
   options_.image_rate_hz = 0;
   EXPECT_THROW(Run(), ConfigError);
   options_.image_rate_hz = 20;
