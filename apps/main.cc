@@ -30,6 +30,7 @@ void HandleSignal(int) {
   interrupted = 1;
   std::signal(SIGINT, SIG_DFL);
   std::signal(SIGTERM, SIG_DFL);
+  std::signal(SIGHUP, SIG_DFL);
 }
 
 int PrintError(std::string message, int exit_code) {
@@ -111,6 +112,7 @@ int main(int argc, char** argv) {
   using namespace slcmap;
   std::signal(SIGINT, HandleSignal);
   std::signal(SIGTERM, HandleSignal);
+  std::signal(SIGHUP, HandleSignal);  // the terminal was closed
   try {
     return RunProgram(argc, argv);
   } catch (const ConfigError& error) {

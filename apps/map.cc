@@ -11,13 +11,14 @@ namespace {
 
 struct MapArguments {
   std::string run, output, config;
+  bool accept_changed = false;
 };
 
 void Map(const MapArguments& arguments) {
   const MappingOptions options = ReadMappingOptions(arguments.config);
   ExpectFolder(arguments.run, FolderKind::kRun);
   OutputFolder output(arguments.output, MapFiles(), {arguments.run});
-  RunMapStage(arguments.run, options, &output);
+  RunMapStage(arguments.run, options, arguments.accept_changed, &output);
 }
 
 }  // namespace
@@ -33,6 +34,9 @@ void AddMapCommand(CLI::App& app) {
       ->required();
   command->add_option("--config", arguments->config,
                       "YAML file whose section `mapping` overrides options");
+  command->add_flag("--accept-changed", arguments->accept_changed,
+                    "Also take files that are not as odometry wrote them; their values are checked "
+                    "in any case");
   command->footer("Example:\n  slcmap map OUT/run -o OUT/map");
   command->callback([arguments] { Map(*arguments); });
 }

@@ -41,9 +41,9 @@ void WarnOfRun(const std::string& folder, const OdometryRun& run) {
   }
 }
 
-OdometryRun ReadRun(const std::string& folder) {
+OdometryRun ReadRun(const std::string& folder, bool accept_changed) {
   const EndsAtOnce nothing_is_written;
-  return ReadRunFolder(folder);
+  return ReadRunFolder(folder, {.accept_changed = accept_changed});
 }
 
 }  // namespace
@@ -53,13 +53,13 @@ MappingOptions ReadMappingOptions(const std::string& config) {
 }
 
 MapResult RunMapStage(const std::string& run_folder, const MappingOptions& options,
-                      OutputFolder* output) {
-  const OdometryRun run = ReadRun(run_folder);
+                      bool accept_changed, OutputFolder* output) {
+  const OdometryRun run = ReadRun(run_folder, accept_changed);
   spdlog::debug("{}: {} poses, {} keyframes, {} landmarks, {} lines", run_folder, run.states.size(),
                 run.keyframes.size(), run.landmarks.size(), run.lines.size());
   WarnOfRun(run_folder, run);
   MapResult map = BuildMap(run, options, StageProgress("map"));
-  WriteMapFolder(output, map);
+  map.id = WriteMapFolder(output, map);
   spdlog::info(
       "wrote {}: {} poses, {} points of {} landmarks, {} of {} lines, {} occupied voxels of "
       "{} m",

@@ -3,6 +3,7 @@
 #include <spdlog/spdlog.h>
 
 #include <chrono>
+#include <filesystem>
 #include <memory>
 #include <numbers>
 #include <opencv2/core/utility.hpp>
@@ -12,11 +13,13 @@
 #include "apps/folder_kind.h"
 #include "apps/process_cost.h"
 #include "apps/progress.h"
+#include "apps/run_recorder.h"
 #include "apps/trajectory_stream.h"
 #include "data/calibration.h"
 #include "data/error.h"
 #include "data/real_time_pace.h"
 #include "data/source/asl_source.h"
+#include "data/version.h"
 #include "odometry/odometry.h"
 #include "odometry/run_folder.h"
 #include "odometry/run_lines.h"
@@ -48,13 +51,37 @@ class PathLength {
   double length_m_ = 0;
 };
 
+// A path as seen from the folder of the recording, where it lies in it.
+std::string WithinFolder(const std::string& path, const std::string& folder) {
+  return path.empty() ? "" : std::filesystem::path(path).lexically_relative(folder).string();
+}
+
+RunSource OriginOf(const SequenceSource& source, const OdometryOptions& options) {
+  const SourceInfo& info = source.info();
+  RunSource origin;
+  origin.version = kVersion;
+  origin.sequence = std::filesystem::absolute(info.name).lexically_normal().string();
+  origin.calibration = info.calibration;
+  origin.options = options.ToYaml();
+  origin.raw_rig = info.rig;
+  const bool stereo = IsStereo(info.rig);
+  for (size_t pair = 0; pair < info.pair_stamps_ns.size(); ++pair) {
+    origin.images.push_back({info.pair_stamps_ns[pair],
+                             WithinFolder(source.ImagePlace(pair, 0), info.name),
+                             stereo ? WithinFolder(source.ImagePlace(pair, 1), info.name) : ""});
+  }
+  return origin;
+}
+
 // Feeds a sequence to odometry and keeps account.
 class Feeder {
  public:
   Feeder(SequenceSource* source, const OdometryOptions& options, const OdometryArguments& arguments)
       : source_(*source),
+        origin_(OriginOf(*source, options)),
         odometry_(source->info().rig, options, arguments.threads),
         stream_(arguments.run + "/trajectory.tum"),
+        recorder_(arguments.run, Header(), &odometry_),
         start_(CostSoFar()) {
     if (arguments.real_time) pace_.emplace(Stamps(), SteadyClock(Interrupted));
   }
@@ -71,6 +98,7 @@ class Feeder {
       FeedImuUntil(image->stamp_ns);
       Take(odometry_.AddStereo(*image, image->decode_right));
       if (pace_ && !pace_->IsDue()) Take(odometry_.Finish());
+      recorder_.Update();
       ++frames_;
       data_s_ = ToSeconds(image->stamp_ns - first_ns);
       while (Stamps()[position_] < image->stamp_ns) ++position_;
@@ -81,6 +109,7 @@ class Feeder {
 
   OdometryRun Run(const std::string& partial_reason) {
     OdometryRun run = odometry_.Run();
+    run.source = origin_;
     run.complete = complete_;
     run.partial_reason = complete_ ? "" : partial_reason;
     const Warnings warnings = source_.warnings();
@@ -110,6 +139,12 @@ class Feeder {
 
  private:
   const std::vector<int64_t>& Stamps() const { return source_.info().pair_stamps_ns; }
+
+  OdometryRun Header() {
+    OdometryRun header = odometry_.Run();  // of the method and the rig
+    header.source = origin_;
+    return header;
+  }
 
   void Take(const std::vector<OnlineState>& states) {
     for (const OnlineState& state : states) {
@@ -147,9 +182,11 @@ class Feeder {
   }
 
   SequenceSource& source_;
+  const RunSource origin_;
   Odometry odometry_;
   std::optional<RealTimePace> pace_;  // none: as fast as can be
   TrajectoryStream stream_;
+  RunRecorder recorder_;
   const ProcessCost start_;
   PathLength path_;
   std::optional<int64_t> last_imu_ns_;

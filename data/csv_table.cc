@@ -3,11 +3,70 @@
 #include <spdlog/fmt/fmt.h>
 
 #include <cmath>
+#include <sstream>
 
 #include "data/error.h"
+#include "data/file.h"
 #include "data/text_row.h"
 
 namespace slcmap {
+
+std::string CsvHeader(const CsvColumns& columns) {
+  std::string header;
+  for (const CsvColumn& column : columns) {
+    header += (header.empty() ? "" : ",") + std::string(column.name);
+  }
+  return header;
+}
+
+CsvTable CsvTable::Read(const std::string& path, const CsvColumns& columns) {
+  CsvTable table = Read(path, CsvHeader(columns));
+  for (std::size_t row = 0; row < table.rows(); ++row) table.CheckRow(row, columns);
+  return table;
+}
+
+std::map<std::string, CsvTable> CsvTable::ReadTagged(
+    const std::string& path, const std::map<std::string, CsvColumns>& columns, int64_t* cut_rows) {
+  std::map<std::string, CsvTable> tables;
+  for (const auto& [tag, named] : columns) {
+    CsvTable& table = tables[tag];
+    table.path_ = path;
+    for (const CsvColumn& column : named) table.columns_.emplace_back(column.name);
+  }
+  std::string text = ReadFile(path);
+  const std::size_t whole = text.rfind('\n') + 1;  // 0 where there is none
+  *cut_rows += whole < text.size();
+  std::istringstream rows(text.substr(0, whole));
+  int line = 0;
+  for (std::string row; std::getline(rows, row);) {
+    const std::vector<std::string_view> fields = SplitRow((++line, row));
+    if (fields.empty()) continue;
+    const auto table = tables.find(std::string(fields[0]));
+    if (table == tables.end()) {
+      throw DataError(fmt::format("{}: row {}: found '{}', expected the name of a table", path,
+                                  line, fields[0]));
+    }
+    table->second.AddRow({fields.begin() + 1, fields.end()}, line);
+    table->second.CheckRow(table->second.rows() - 1, columns.at(table->first));
+  }
+  return tables;
+}
+
+void CsvTable::CheckRow(std::size_t row, const CsvColumns& columns) const {
+  for (std::size_t i = 0; i < columns.size(); ++i) {
+    const CsvColumn& column = columns[i];
+    std::optional<double> value;
+    if (column.kind == CsvColumn::Kind::kInteger) {
+      value = static_cast<double>(Integer(row, i));
+    } else if (column.kind == CsvColumn::Kind::kNumber) {
+      value = Number(row, i);
+    } else {
+      value = OptionalNumber(row, i);
+    }
+    if (!value || (*value >= column.least && *value <= column.most)) continue;
+    Fail(row, i, fmt::format("{} to {}", column.least, column.most));
+  }
+}
 
 CsvTable CsvTable::Read(const std::string& path, const std::string& header) {
   CsvTable table;
@@ -38,9 +97,13 @@ void CsvTable::AddRow(const std::vector<std::string>& cells, int line) {
   rows_.push_back({line, cells});
 }
 
-void CsvTable::Fail(std::size_t row, std::size_t column, const char* expected) const {
+void CsvTable::Fail(std::size_t row, std::size_t column, const std::string& expected) const {
   throw DataError(fmt::format("{}: row {}: {}: found '{}', expected {}", path_, rows_[row].line,
                               columns_[column], rows_[row].cells[column], expected));
+}
+
+int CsvTable::Int(std::size_t row, std::size_t column) const {
+  return static_cast<int>(Integer(row, column));
 }
 
 int64_t CsvTable::Integer(std::size_t row, std::size_t column) const {

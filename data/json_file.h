@@ -34,15 +34,22 @@ inline std::string JsonProblem(const nlohmann::json::exception& error) {
   return "found a value of a wrong type, or too few of them, expected the file as slcmap writes it";
 }
 
+// Calls and returns use(), which takes values out of the JSON of a file. Throws DataError naming
+// the file when it lacks a key or has one of a wrong type where use asks for it.
+template <typename Use>
+auto WithJsonErrors(const std::string& path, Use use) {
+  try {
+    return use();
+  } catch (const nlohmann::json::exception& error) {
+    throw DataError(path + ": " + JsonProblem(error));
+  }
+}
+
 // Calls parse(json) and returns its result. Throws DataError naming the file when it is missing, is
 // not JSON, or lacks a key or has one of a wrong type where parse asks for it.
 template <typename Parse>
 auto ParseJsonFile(const std::string& path, Parse parse) {
-  try {
-    return parse(Json::parse(ReadFile(path)));
-  } catch (const nlohmann::json::exception& error) {
-    throw DataError(path + ": " + JsonProblem(error));
-  }
+  return WithJsonErrors(path, [&] { return parse(Json::parse(ReadFile(path))); });
 }
 
 // The key "version". Throws DataError unless it is from `oldest` to `newest` and the key "format"
@@ -58,6 +65,16 @@ inline int CheckFormat(const std::string& path, const Json& json, const std::str
         oldest == newest ? fmt::format("{}", newest) : fmt::format("{} to {}", oldest, newest)));
   }
   return found_version;
+}
+
+// The number under a key. Throws DataError, naming `place` and the key, unless it is from `least`
+// to `most`.
+template <typename T>
+T BoundedAt(const std::string& place, const Json& json, const char* key, T least, T most) {
+  const T value = json.at(key).get<T>();
+  if (value >= least && value <= most) return value;
+  throw DataError(
+      fmt::format("{}: {}: found {}, expected {} to {}", place, key, value, least, most));
 }
 
 }  // namespace slcmap

@@ -10,6 +10,7 @@
 #include <limits>
 #include <string_view>
 #include <type_traits>
+#include <unordered_set>
 #include <utility>
 
 #include "data/error.h"
@@ -292,6 +293,28 @@ const PlyProperty& PlyElement::Get(const std::string& property, const std::strin
     if (candidate.name == property) return candidate;
   }
   throw DataError(fmt::format("{}: element {} has no property '{}'", path, name, property));
+}
+
+const std::vector<double>& PlyElement::Bounded(const std::string& property, double least,
+                                               double most, const std::string& path) const {
+  const std::vector<double>& values = Get(property, path).values;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    if (values[i] >= least && values[i] <= most) continue;
+    throw DataError(fmt::format("{}: {} row {}: {}: found {}, expected {} to {}", path, name, i + 1,
+                                property, values[i], least, most));
+  }
+  return values;
+}
+
+void PlyElement::CheckUnique(const std::string& property, const std::string& path) const {
+  std::unordered_set<double> seen;
+  const std::vector<double>& values = Get(property, path).values;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    if (seen.insert(values[i]).second) continue;
+    throw DataError(
+        fmt::format("{}: {} row {}: {}: found {}, expected one that no row before it has", path,
+                    name, i + 1, property, values[i]));
+  }
 }
 
 const PlyElement& PlyFile::Get(const std::string& element, const std::string& path) const {

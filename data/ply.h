@@ -33,6 +33,12 @@ struct PlyElement {
   void AppendRow(std::initializer_list<double> row);
   // The property of that name; throws DataError naming `path` when there is none.
   const PlyProperty& Get(const std::string& property, const std::string& path) const;
+  // Its values; throws DataError naming `path` and the row of one that is not from `least` to
+  // `most`.
+  const std::vector<double>& Bounded(const std::string& property, double least, double most,
+                                     const std::string& path) const;
+  // Throws DataError naming `path` and the row of a value that an earlier row has too.
+  void CheckUnique(const std::string& property, const std::string& path) const;
 };
 
 struct PlyFile {

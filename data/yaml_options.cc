@@ -1,5 +1,6 @@
 #include "data/yaml_options.h"
 
+#include <spdlog/fmt/fmt.h>
 #include <yaml-cpp/yaml.h>
 
 #include <cmath>
@@ -46,6 +47,21 @@ bool IsFinite(const std::vector<T>& values) {
     if (!IsFinite(value)) return false;
   }
   return true;
+}
+
+// As YAML shows a value.
+template <typename T>
+std::string Text(const T& value) {
+  return fmt::format("{}", value);
+}
+template <typename T>
+std::string Text(const std::vector<T>& values) {
+  return fmt::format("[{}]", fmt::join(values, ", "));
+}
+std::string Text(const std::vector<std::vector<double>>& values) {
+  std::string text;
+  for (const auto& value : values) text += (text.empty() ? "" : ", ") + Text(value);
+  return "[" + text + "]";
 }
 
 template <typename T>
@@ -108,9 +124,23 @@ YamlSection::YamlSection(const YAML::Node& node, std::string place)
   }
 }
 
+std::string YamlSection::Dump(const std::function<void(YamlSection*)>& read) {
+  YamlSection root(YAML::Node(), "options");
+  root.dump_ = std::make_shared<std::string>();
+  read(&root);
+  return *root.dump_;
+}
+
 YamlSection YamlSection::Section(const std::string& key) {
   known_.insert(key);
   const std::string place = KeyPlace(place_, key);
+  if (dump_) {
+    *dump_ += std::string(2 * depth_, ' ') + key + ":\n";
+    YamlSection section(YAML::Node(), place);
+    section.dump_ = dump_;
+    section.depth_ = depth_ + 1;
+    return section;
+  }
   if (!Has(key)) return YamlSection(YAML::Node(), place);
   return YamlSection((*node_)[key], place);
 }
@@ -144,6 +174,7 @@ bool YamlSection::Has(const std::string& key) const {
 template <typename T>
 void YamlSection::Read(const std::string& key, T* value) {
   known_.insert(key);
+  if (dump_) *dump_ += fmt::format("{}{}: {}\n", std::string(2 * depth_, ' '), key, Text(*value));
   if (!Has(key)) return;
   const YAML::Node found = (*node_)[key];
   T read{};

@@ -1,6 +1,7 @@
 // Reads option structs from YAML that only overrides their defaults; an unknown key is an error.
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <set>
 #include <string>
@@ -26,6 +27,10 @@ class YamlSection {
   static YamlSection FromFile(const std::string& path);    // throws ConfigError
   YamlSection(const YAML::Node& node, std::string place);  // place: "file.yaml: key.key"
 
+  // The YAML text of everything that `read` asks a section for: with an empty section, the values
+  // that the options have.
+  static std::string Dump(const std::function<void(YamlSection*)>& read);
+
   // The mapping under `key`; an empty one where the key is absent.
   YamlSection Section(const std::string& key);
 
@@ -50,6 +55,8 @@ class YamlSection {
   std::shared_ptr<const YAML::Node> node_;  // the parser is a large header
   std::string place_;
   std::set<std::string> known_;
+  std::shared_ptr<std::string> dump_;  // that is being made, if one is
+  int depth_ = 0;
 };
 
 }  // namespace slcmap

@@ -3,15 +3,40 @@
 #include <spdlog/fmt/fmt.h>
 
 #include <algorithm>
+#include <filesystem>
 
 #include "data/error.h"
 #include "data/nearest_name.h"
+#include "data/summary_file.h"
 #include "export/gltf_writer.h"
 #include "export/ply_writer.h"
 #include "export/scene_writer.h"
 
 namespace slcmap {
 namespace {
+
+constexpr char kSummary[] = "export.json";
+constexpr int kExportVersion = 1;
+
+void WriteSummary(const std::string& folder, const MapResult& map,
+                  const std::vector<std::string>& names) {
+  WriteSummaryFile(folder + "/" + kSummary, {{"format", "slcmap export"},
+                                             {"version", kExportVersion},
+                                             {"map", map.id},
+                                             {"run", map.source.run_id},
+                                             {"complete", map.complete},
+                                             {"partial_reason", map.partial_reason},
+                                             {"files", ListFiles(folder, names)}});
+}
+
+// What an earlier export left in formats that this one does not have would be of another map.
+void RemoveOthers(const OutputFolder& folder, const std::vector<std::string>& names) {
+  for (const std::string& name : ExportFiles().names) {
+    const bool is_new = std::find(names.begin(), names.end(), name) != names.end();
+    std::error_code error;
+    if (!is_new && name != kSummary) std::filesystem::remove(folder.path() + "/" + name, error);
+  }
+}
 
 // All for no names.
 std::vector<std::unique_ptr<SceneWriter>> WantedWriters(const std::vector<std::string>& names) {
@@ -39,7 +64,7 @@ std::vector<std::string> ExportFormats() {
 
 StageFiles ExportFiles() {
   return {"an export",
-          {"export.json", "scene.glb", "points.ply", "lines.ply", "trajectory.ply", "keyframes.ply",
+          {kSummary, "scene.glb", "points.ply", "lines.ply", "trajectory.ply", "keyframes.ply",
            "voxels.ply", "line_bars.ply"}};
 }
 
@@ -64,17 +89,23 @@ std::vector<std::string> ExportMap(const MapResult& map, OutputFolder* folder,
   CheckFormats(options);
   const std::vector<std::unique_ptr<SceneWriter>> writers = WantedWriters(options.formats);
   const double parts = 1 + static_cast<double>(writers.size());
-  const MapScene scene = MakeScene(map, options.scene, progress.Part(0, 1 / parts));
-  std::vector<std::string> paths;
+  MapScene scene = MakeScene(map, options.scene, progress.Part(0, 1 / parts));
+  scene.map_id = map.id;
+  scene.run_id = map.source.run_id;
+  std::vector<std::string> names;
   for (std::size_t i = 0; i < writers.size(); ++i) {
     const double from = static_cast<double>(i + 1) / parts;
     const Progress part = progress.Part(from, from + 1 / parts);
     for (const std::string& path : writers[i]->Write(folder->staging(), scene, part)) {
-      paths.push_back(folder->path() + path.substr(folder->staging().size()));
+      names.push_back(path.substr(folder->staging().size() + 1));
     }
   }
   progress.ReportOrStop(1);
+  WriteSummary(folder->staging(), map, names);
   folder->Commit();
+  RemoveOthers(*folder, names);
+  std::vector<std::string> paths;
+  for (const std::string& name : names) paths.push_back(folder->path() + "/" + name);
   return paths;
 }
 

@@ -56,6 +56,14 @@ class ModelBuilder {
     model_.nodes.push_back(node);
   }
 
+  void SetOrigin(const std::string& map_id, const std::string& run_id) {
+    if (map_id.empty()) return;
+    tinygltf::Value::Object ids;
+    ids["map"] = tinygltf::Value(map_id);
+    ids["run"] = tinygltf::Value(run_id);
+    model_.asset.extras = tinygltf::Value(ids);
+  }
+
   tinygltf::Model Finish() {
     // A buffer must not be empty.
     if (!buffer_.empty()) {
@@ -148,6 +156,7 @@ std::vector<uint32_t> Flat(const std::vector<std::array<uint32_t, N>>& groups) {
 std::vector<std::string> GltfSceneWriter::Write(const std::string& folder, const MapScene& scene,
                                                 const Progress& progress) const {
   ModelBuilder builder;
+  builder.SetOrigin(scene.map_id, scene.run_id);
   for (const PointLayer& layer : scene.points) {
     builder.AddLayer(layer.name, layer.vertices, {}, TINYGLTF_MODE_POINTS);
   }

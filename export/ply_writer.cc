@@ -47,7 +47,10 @@ std::vector<std::string> PlySceneWriter::Write(const std::string& folder, const 
     paths.push_back(folder + "/" + name + ".ply");
     WritePly(paths.back(), file);
   };
-  const std::vector<std::string> comments = {"slcmap, metres in the world frame, z up"};
+  std::vector<std::string> comments = {"slcmap, metres in the world frame, z up"};
+  if (!scene.map_id.empty()) {
+    comments.push_back("map " + scene.map_id + " of run " + scene.run_id);
+  }
   for (const PointLayer& layer : scene.points) {
     write(layer.name, {comments, {vertices_of(layer)}, {}});
   }

@@ -51,6 +51,7 @@ struct MeshLayer {
 };
 
 struct MapScene {
+  std::string map_id, run_id;  // of what it shows; "" where that is not known
   std::vector<PointLayer> points;
   std::vector<LineLayer> lines;
   std::vector<MeshLayer> meshes;

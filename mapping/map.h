@@ -22,7 +22,17 @@ struct MapPoint {
   std::vector<int64_t> landmark_ids;  // those that were fused; not kept in files
 };
 
+// Where a map came from.
+struct MapSource {
+  std::string run_id;
+  std::string sequence;  // folder of the recording; "" of a run that was made by hand
+  std::string version;   // of slcmap
+  std::string options;   // YAML: all of mapping's in effect
+};
+
 struct MapResult {
+  std::string id;  // of its contents; set when it is written or read
+  MapSource source;
   std::string method;
   bool complete = false;
   std::string partial_reason;

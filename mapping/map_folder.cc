@@ -2,35 +2,30 @@
 
 #include <spdlog/fmt/fmt.h>
 
-#include <nlohmann/json.hpp>
+#include <algorithm>
 #include <utility>
 
 #include "data/error.h"
 #include "data/file.h"
-#include "data/json_file.h"
 #include "data/ply.h"
+#include "data/summary_file.h"
+#include "data/trajectory.h"
 #include "mapping/point_cloud.h"
+#include "odometry/method.h"
 #include "odometry/run_json.h"
 #include "odometry/run_lines.h"
+#include "odometry/run_rows.h"
 
 namespace slcmap {
 namespace {
 
-constexpr int kMapVersion = 1;
+constexpr int kMapVersion = 2;
+constexpr char kSummary[] = "map.json";
 
-// The files of a map folder.
-struct MapPaths {
-  explicit MapPaths(const std::string& folder)
-      : trajectory(folder + "/trajectory.tum"),
-        keyframes(folder + "/keyframes.tum"),
-        points(folder + "/points.ply"),
-        cloud(folder + "/points.pcd"),
-        lines(folder + "/lines.ply"),
-        occupancy(folder + "/occupancy.bt"),
-        rig(folder + "/rig.json"),
-        summary(folder + "/map.json") {}
-  std::string trajectory, keyframes, points, cloud, lines, occupancy, rig, summary;
-};
+// The files of a map folder besides its summary.
+constexpr char kTrajectory[] = "trajectory.tum", kKeyframes[] = "keyframes.tum",
+               kPoints[] = "points.ply", kCloud[] = "points.pcd", kLines[] = "lines.ply",
+               kOccupancy[] = "occupancy.bt", kRig[] = "rig.json", kOptions[] = "options.yaml";
 
 double MedianObservations(const std::vector<MapLine>& lines) {
   std::vector<int> observations;
@@ -38,45 +33,82 @@ double MedianObservations(const std::vector<MapLine>& lines) {
   return LivesOf(std::move(observations)).median_keyframes;
 }
 
-void WriteSummary(const std::string& path, const MapResult& map) {
-  WriteJsonFile(path, {{"format", "slcmap map"},
-                       {"version", kMapVersion},
-                       {"method", map.method},
-                       {"complete", map.complete},
-                       {"partial_reason", map.partial_reason},
-                       {"warnings", Json(map.warnings)},
-                       {"poses", map.trajectory.size()},
-                       {"keyframes", map.keyframes.size()},
-                       {"points", map.points.size()},
-                       {"lines", map.lines.size()},
-                       {"median_line_observations", MedianObservations(map.lines)},
-                       {"occupied_voxels", map.occupancy.OccupiedVoxels().size()},
-                       {"voxel_m", map.occupancy.resolution_m()}});
+std::vector<std::string> ListedNames() {
+  return {kTrajectory, kKeyframes, kPoints, kCloud, kLines, kOccupancy, kRig, kOptions};
 }
 
-// The counts in the file tell an empty trajectory, which is no trajectory file, from a damaged one.
-struct Counts {
-  std::size_t poses = 0, keyframes = 0;
-};
+std::vector<std::pair<const char*, std::size_t>> CountsOf(const MapResult& map) {
+  return {{"poses", map.trajectory.size()},
+          {"keyframes", map.keyframes.size()},
+          {"points", map.points.size()},
+          {"lines", map.lines.size()},
+          {"occupied_voxels", map.occupancy.OccupiedVoxels().size()}};
+}
 
-Counts ReadSummary(const std::string& path, MapResult* map) {
+std::string WriteSummary(const std::string& folder, const MapResult& map) {
+  Json json = {{"format", "slcmap map"},
+               {"version", kMapVersion},
+               {"method", map.method},
+               {"source",
+                {{"run", map.source.run_id},
+                 {"slcmap", map.source.version},
+                 {"sequence", map.source.sequence}}},
+               {"complete", map.complete},
+               {"partial_reason", map.partial_reason},
+               {"warnings", Json(map.warnings)},
+               {"median_line_observations", MedianObservations(map.lines)},
+               {"voxel_m", map.occupancy.resolution_m()}};
+  for (const auto& [what, count] : CountsOf(map)) json["counts"][what] = count;
+  json["files"] = ListFiles(folder, ListedNames());
+  return WriteSummaryFile(folder + "/" + kSummary, json);
+}
+
+Json ReadSummary(const std::string& path, MapResult* map) {
   return ParseJsonFile(path, [&](const Json& json) {
     CheckFormat(path, json, "slcmap map", kMapVersion, kMapVersion);
+    map->id = json.at("id").get<std::string>();
     map->method = json.at("method").get<std::string>();
+    CheckMethodName(path, map->method);
+    const Json& source = json.at("source");
+    map->source.run_id = source.at("run").get<std::string>();
+    map->source.version = source.at("slcmap").get<std::string>();
+    map->source.sequence = source.at("sequence").get<std::string>();
     map->complete = json.at("complete").get<bool>();
     map->partial_reason = json.at("partial_reason").get<std::string>();
-    map->warnings = json.at("warnings").get<std::map<std::string, int64_t>>();
-    return Counts{json.at("poses").get<std::size_t>(), json.at("keyframes").get<std::size_t>()};
+    map->warnings = ParseWarnings(path, json.at("warnings"));
+    return json;
   });
 }
 
-Trajectory ReadPoses(const std::string& path, std::size_t count) {
-  const Trajectory trajectory = count == 0 ? Trajectory() : ReadTumTrajectory(path);
-  if (trajectory.size() != count) {
-    throw DataError(fmt::format("{}: found {} poses, expected {} as in map.json", path,
-                                trajectory.size(), count));
+void CheckCounts(const std::string& folder, const Json& summary, const MapResult& map) {
+  for (const auto& [what, count] : CountsOf(map)) {
+    CheckCount(folder, kSummary, summary, what, count);
+  }
+}
+
+// A file of no poses is no trajectory file for other readers.
+Trajectory ReadPoses(const std::string& path) {
+  if (ReadFile(path) == kTumHeader) return {};
+  const Trajectory trajectory = ReadTumTrajectory(path);
+  for (std::size_t i = 0; i < trajectory.size(); ++i) {
+    const double farthest_m = trajectory[i].T_world_imu.translation.cwiseAbs().maxCoeff();
+    if (farthest_m <= kMaxCoordinate_m) continue;
+    throw DataError(fmt::format("{}: pose {}: found a coordinate of {} m, expected at most {}",
+                                path, i + 1, farthest_m, kMaxCoordinate_m));
   }
   return trajectory;
+}
+
+std::vector<MapLine> ReadLines(const std::string& path) {
+  const std::vector<MapLine> lines = ReadMapLines(path);
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    const double farthest_m = std::max(lines[i].start_world.cwiseAbs().maxCoeff(),
+                                       lines[i].end_world.cwiseAbs().maxCoeff());
+    if (farthest_m <= kMaxCoordinate_m) continue;
+    throw DataError(fmt::format("{}: edge row {}: found a coordinate of {} m, expected at most {}",
+                                path, i + 1, farthest_m, kMaxCoordinate_m));
+  }
+  return lines;
 }
 
 void WritePoints(const std::string& path, const std::vector<MapPoint>& points) {
@@ -93,12 +125,15 @@ void WritePoints(const std::string& path, const std::vector<MapPoint>& points) {
 std::vector<MapPoint> ReadPoints(const std::string& path) {
   const PlyFile file = ReadPly(path);
   const PlyElement& vertices = file.Get("vertex", path);
-  const std::vector<Eigen::Vector3d> positions = Positions(vertices, path);
-  const std::vector<double>& sigma_m = vertices.Get("sigma_m", path).values;
-  const std::vector<double>& observations = vertices.Get("observations", path).values;
+  const auto coordinate = [&](const char* name) {
+    return vertices.Bounded(name, -kMaxCoordinate_m, kMaxCoordinate_m, path);
+  };
+  const std::vector<double> x = coordinate("x"), y = coordinate("y"), z = coordinate("z");
+  const std::vector<double>& sigma_m = vertices.Bounded("sigma_m", 0, kMaxSigma_m, path);
+  const std::vector<double>& observations = vertices.Bounded("observations", 0, kMaxId, path);
   std::vector<MapPoint> points(vertices.size());
   for (std::size_t i = 0; i < points.size(); ++i) {
-    points[i] = {positions[i], sigma_m[i], static_cast<int>(observations[i]), {}};
+    points[i] = {{x[i], y[i], z[i]}, sigma_m[i], static_cast<int>(observations[i]), {}};
   }
   return points;
 }
@@ -106,40 +141,48 @@ std::vector<MapPoint> ReadPoints(const std::string& path) {
 }  // namespace
 
 StageFiles MapFiles() {
-  return {"a map",
-          {"map.json", "trajectory.tum", "keyframes.tum", "points.ply", "points.pcd", "lines.ply",
-           "occupancy.bt", "rig.json"}};
+  StageFiles files{"a map", {kSummary}};
+  for (const std::string& name : ListedNames()) files.names.push_back(name);
+  return files;
 }
 
-void WriteMapFolder(const std::string& folder, const MapResult& map) {
+std::string WriteMapFolder(const std::string& folder, const MapResult& map) {
   OutputFolder output(folder, MapFiles());
-  WriteMapFolder(&output, map);
+  return WriteMapFolder(&output, map);
 }
 
-void WriteMapFolder(OutputFolder* folder, const MapResult& map) {
-  const MapPaths paths(folder->staging());
-  WriteTumTrajectory(paths.trajectory, map.trajectory);
-  WriteTumTrajectory(paths.keyframes, map.keyframes);
-  WritePoints(paths.points, map.points);
-  WritePcd(paths.cloud, map.points);
-  WriteMapLines(paths.lines, map.lines);
-  map.occupancy.Write(paths.occupancy);
-  WriteRig(paths.rig, map.rectified_rig);
-  WriteSummary(paths.summary, map);
+std::string WriteMapFolder(OutputFolder* folder, const MapResult& map) {
+  const std::string path = folder->staging() + "/";
+  WriteTumTrajectory(path + kTrajectory, map.trajectory);
+  WriteTumTrajectory(path + kKeyframes, map.keyframes);
+  WritePoints(path + kPoints, map.points);
+  WritePcd(path + kCloud, map.points);
+  WriteMapLines(path + kLines, map.lines);
+  map.occupancy.Write(path + kOccupancy);
+  WriteRig(path + kRig, map.rectified_rig);
+  WriteFile(path + kOptions, map.source.options);
+  const std::string id = WriteSummary(folder->staging(), map);
   folder->Commit();
+  return id;
 }
 
-MapResult ReadMapFolder(const std::string& folder) {
+MapResult ReadMapFolder(const std::string& folder, const MapReadOptions& options) {
   const InputLock lock(folder);
-  const MapPaths paths(folder);
+  const std::string path = folder + "/";
   MapResult map;
-  const Counts counts = ReadSummary(paths.summary, &map);
-  map.rectified_rig = ReadRig(paths.rig);
-  map.trajectory = ReadPoses(paths.trajectory, counts.poses);
-  map.keyframes = ReadPoses(paths.keyframes, counts.keyframes);
-  map.points = ReadPoints(paths.points);
-  map.lines = ReadMapLines(paths.lines);
-  map.occupancy = OccupancyMap::Read(paths.occupancy);
+  const Json summary = ReadSummary(path + kSummary, &map);
+  map.rectified_rig = ReadRig(path + kRig);
+  map.trajectory = ReadPoses(path + kTrajectory);
+  map.keyframes = ReadPoses(path + kKeyframes);
+  map.points = ReadPoints(path + kPoints);
+  map.lines = ReadLines(path + kLines);
+  map.occupancy = OccupancyMap::Read(path + kOccupancy);
+  map.source.options = ReadFile(path + kOptions);
+  if (options.accept_changed) return map;
+  WithJsonErrors(path + kSummary, [&] {
+    CheckCounts(folder, summary, map);
+    CheckFiles(folder, kSummary, summary);
+  });
   return map;
 }
 

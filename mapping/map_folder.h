@@ -15,11 +15,17 @@ StageFiles MapFiles();
 // Writes a map into a folder, which is made where it is missing; the files of an earlier map are
 // replaced once all are written. Throws OutputError, naming the file, when something cannot be
 // written, and what OutputFolder throws.
-void WriteMapFolder(const std::string& folder, const MapResult& map);
-void WriteMapFolder(OutputFolder* folder, const MapResult& map);
+// Returns the id that the map has there.
+std::string WriteMapFolder(const std::string& folder, const MapResult& map);
+std::string WriteMapFolder(OutputFolder* folder, const MapResult& map);
+
+struct MapReadOptions {
+  bool accept_changed = false;  // files that are not as they were written, as far as they are valid
+};
 
 // Reads what WriteMapFolder wrote; points come back rounded to float, without landmark ids. Throws
-// DataError, naming file and row, when a file is missing, damaged or of another version.
-MapResult ReadMapFolder(const std::string& folder);
+// DataError, naming file and row, what was found and what was expected, when a file is missing,
+// damaged, changed or of another version.
+MapResult ReadMapFolder(const std::string& folder, const MapReadOptions& options = {});
 
 }  // namespace slcmap

@@ -17,6 +17,12 @@ MapResult BuildMap(const OdometryRun& run, const MappingOptions& options,
                    const Progress& progress) {
   options.Check();
   MapResult map;
+  map.source.run_id = run.id;
+  map.source.options = options.ToYaml();
+  if (run.source) {
+    map.source.sequence = run.source->sequence;
+    map.source.version = run.source->version;
+  }
   map.method = run.method;
   map.complete = run.complete;
   map.partial_reason = run.partial_reason;

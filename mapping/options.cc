@@ -51,6 +51,16 @@ MappingOptions MappingOptions::FromYaml(const std::string& path) {
   });
 }
 
+std::string MappingOptions::ToYaml() const {
+  MappingOptions options = *this;
+  return YamlSection::Dump([&](YamlSection* root) {
+    YamlSection section = root->Section("mapping");
+    options.cloud.Read(section.Section("cloud"));
+    options.occupancy.Read(section.Section("occupancy"));
+    options.lines.Read(section.Section("lines"));
+  });
+}
+
 void MappingOptions::Check() const {
   cloud.Check();
   occupancy.Check();

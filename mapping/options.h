@@ -42,6 +42,8 @@ struct MappingOptions {
   // other stages, are left alone. Throws ConfigError naming file and key, also for a value out of
   // its range.
   static MappingOptions FromYaml(const std::string& path);
+  // All options as such a file.
+  std::string ToYaml() const;
   void Check() const;
 };
 

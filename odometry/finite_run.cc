@@ -6,24 +6,32 @@
 #include <utility>
 #include <vector>
 
+#include "odometry/run_rows.h"
+
 namespace slcmap {
 namespace {
 
+// Comparisons with a value that is not finite fail.
+template <typename Values>
+bool Within(const Values& values, double limit) {
+  return values.allFinite() && values.cwiseAbs().maxCoeff() <= limit;
+}
+
 bool IsFinite(const RigidTransform& transform) {
-  return transform.translation.allFinite() && transform.rotation.coeffs().allFinite();
+  return Within(transform.translation, kMaxCoordinate_m) && transform.rotation.coeffs().allFinite();
 }
 
 bool IsFinite(const OnlineState& state) {
-  return IsFinite(state.T_world_imu) && state.velocity_world_m_s.allFinite() &&
-         state.gyro_bias_rad_s.allFinite() && state.accel_bias_m_s2.allFinite();
+  return IsFinite(state.T_world_imu) && Within(state.velocity_world_m_s, kMaxSpeed_m_s) &&
+         Within(state.gyro_bias_rad_s, kMaxBias) && Within(state.accel_bias_m_s2, kMaxBias);
 }
 
 bool IsFinite(const KeyframeObservation& seen) {
-  return seen.left_px.allFinite() && (!seen.right_px || seen.right_px->allFinite());
+  return Within(seen.left_px, kMaxPixel) && (!seen.right_px || Within(*seen.right_px, kMaxPixel));
 }
 
 bool IsFinite(const LineSegment& segment) {
-  return segment.start.allFinite() && segment.end.allFinite();
+  return Within(segment.start, kMaxPixel) && Within(segment.end, kMaxPixel);
 }
 
 bool IsFinite(const LineObservation& seen) {
@@ -31,12 +39,13 @@ bool IsFinite(const LineObservation& seen) {
 }
 
 bool IsFinite(const Landmark& landmark) {
-  return landmark.p_world.allFinite() && std::isfinite(landmark.sigma_m);
+  return Within(landmark.p_world, kMaxCoordinate_m) && landmark.sigma_m >= 0 &&
+         landmark.sigma_m <= kMaxSigma_m;
 }
 
 bool IsFinite(const Line& line) {
-  return line.start_world.allFinite() && line.end_world.allFinite() &&
-         line.covariance_m2.allFinite();
+  return Within(line.start_world, kMaxCoordinate_m) && Within(line.end_world, kMaxCoordinate_m) &&
+         Within(line.covariance_m2, kMaxSigma_m * kMaxSigma_m);
 }
 
 bool IsFinite(const ManhattanWorld& world) {

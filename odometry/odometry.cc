@@ -110,7 +110,9 @@ class Odometry::Impl {
         estimator_(options, rectifier_.rectified_rig(), &points_, lines_.get(), threads) {}
 
   void AddImu(const ImuSample& sample) {
-    if (!estimator_.AddImu(sample)) {
+    if (estimator_.AddImu(sample)) {
+      imu_.push_back(sample);
+    } else {
       Warn("IMU samples dropped (not finite, absurd, repeated or out of order)");
     }
   }
@@ -140,6 +142,7 @@ class Odometry::Impl {
     OdometryRun run;
     run.method = MethodName(options_.method);
     run.rectified_rig = rectifier_.rectified_rig();
+    run.imu = imu_;
     run.warnings = warnings_;
     if (!pending_.empty())
       run.warnings["images whose IMU samples did not arrive"] = std::ssize(pending_);
@@ -148,6 +151,23 @@ class Odometry::Impl {
     run.states = states_;
     run.timings.stages = estimator_.clock()->Stages();
     return WithoutNonFinite(std::move(run));
+  }
+
+  OdometryRun TakeFinished() {
+    OdometryRun run;
+    estimator_.DescribeFinished(&taken_, &run);
+    ToCameraClock(&run);
+    TakeNew(states_, &taken_states_, &run.states);
+    TakeNew(imu_, &taken_imu_, &run.imu);
+    return run;
+  }
+
+  OdometryRun Window() {
+    Take(estimator_.FinishKeyframe());
+    OdometryRun run;
+    estimator_.DescribeWindow(&run);
+    ToCameraClock(&run);
+    return run;
   }
 
  private:
@@ -266,7 +286,10 @@ class Odometry::Impl {
   std::deque<Pending> pending_;  // whose IMU samples have not all arrived
   std::optional<int64_t> last_image_ns_;
   std::vector<OnlineState> states_;
+  std::vector<ImuSample> imu_;
   size_t returned_ = 0;  // of states_
+  size_t taken_states_ = 0, taken_imu_ = 0;
+  FinishedMarks taken_;
   std::map<std::string, int64_t> warnings_;
 };
 
@@ -280,5 +303,7 @@ std::vector<OnlineState> Odometry::AddStereo(const StereoImage& image,
 }
 std::vector<OnlineState> Odometry::Finish() { return impl_->Finish(); }
 OdometryRun Odometry::Run() { return impl_->Run(); }
+OdometryRun Odometry::TakeFinished() { return impl_->TakeFinished(); }
+OdometryRun Odometry::Window() { return impl_->Window(); }
 
 }  // namespace slcmap

@@ -51,6 +51,14 @@ class Odometry {
   // share; the whole process is the caller's to measure.
   OdometryRun Run();
 
+  // What has become final since the last call: states, IMU samples, and the keyframes, landmarks
+  // and lines that have left the window. Waits for nothing.
+  OdometryRun TakeFinished();
+
+  // What is in the window, and may still change: keyframes, landmarks, lines, and all Manhattan
+  // worlds, which lines refer to. Waits for what is under way.
+  OdometryRun Window();
+
  private:
   class Impl;
   std::unique_ptr<Impl> impl_;

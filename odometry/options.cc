@@ -9,37 +9,6 @@
 
 namespace slcmap {
 
-namespace {
-
-constexpr std::pair<Method, const char*> kMethodNames[] = {{Method::kPointsMono, "points-mono"},
-                                                           {Method::kPoints, "points"},
-                                                           {Method::kPointsLines, "points-lines"},
-                                                           {Method::kStructural, "structural"},
-                                                           {Method::kSlc, "slc"}};
-
-}  // namespace
-
-Method MethodFromName(const std::string& name) {
-  for (const auto& [method, method_name] : kMethodNames) {
-    if (name == method_name) return method;
-  }
-  throw ConfigError("method: found '" + name +
-                    "', expected points-mono, points, points-lines, structural or slc");
-}
-
-std::string MethodName(Method method) {
-  for (const auto& [named, name] : kMethodNames) {
-    if (named == method) return name;
-  }
-  throw ConfigError("method: found one without a name");
-}
-
-bool UsesLines(Method method) { return method != Method::kPointsMono && method != Method::kPoints; }
-
-bool UsesStructure(Method method) {
-  return method == Method::kStructural || method == Method::kSlc;
-}
-
 constexpr OptionTable kRectifier{
     Option{"max_field_of_view_rad", &RectifierOptions::max_field_of_view_rad, 0.2, 2.8},
     Option{"scale", &RectifierOptions::scale, 0.1, 4.0}};
@@ -332,6 +301,16 @@ OdometryOptions OdometryOptions::FromYaml(const std::string& path) {
                    [&](const char* key, auto& section) { section.Read(root.Section(key)); });
     options.Check();
     return options;
+  });
+}
+
+std::string OdometryOptions::ToYaml() const {
+  OdometryOptions options = *this;
+  return YamlSection::Dump([&](YamlSection* root) {
+    std::string method = MethodName(options.method);
+    root->Read("method", &method);
+    ForEachSection(options,
+                   [&](const char* key, auto& section) { section.Read(root->Section(key)); });
   });
 }
 

@@ -4,17 +4,9 @@
 #include <string>
 
 #include "data/yaml_options.h"
+#include "odometry/method.h"
 
 namespace slcmap {
-
-// Landmarks and sensors in use; see README.md, "Methods".
-enum class Method { kPointsMono, kPoints, kPointsLines, kStructural, kSlc };
-
-// Throws ConfigError naming the methods there are.
-Method MethodFromName(const std::string& name);
-std::string MethodName(Method method);
-bool UsesLines(Method method);
-bool UsesStructure(Method method);  // lines along the building's axes
 
 struct RectifierOptions {
   double max_field_of_view_rad = 2.1;  // of the rectified image's width; matters for fisheye only
@@ -257,6 +249,8 @@ struct OdometryOptions {
 
   // Overrides the defaults with those of a file; throws ConfigError naming file and key.
   static OdometryOptions FromYaml(const std::string& path);
+  // All options as such a file.
+  std::string ToYaml() const;
   void Check() const;
 };
 

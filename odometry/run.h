@@ -95,10 +95,29 @@ struct RunTimings {
   std::optional<RealTimeReport> real_time;  // of a recording played at its own pace
 };
 
+// Where the images of a pair are, in the folder of the recording.
+struct RecordedImages {
+  int64_t stamp_ns = 0;
+  std::string left_path;
+  std::string right_path;  // "" where there is none
+};
+
+// Where a run came from: what is needed to repeat it, and to open its images again.
+struct RunSource {
+  std::string version;      // of slcmap
+  std::string sequence;     // folder of the recording
+  std::string calibration;  // where the raw rig was read, in words
+  std::string options;      // YAML: all options in effect
+  Rig raw_rig;              // the cameras as calibrated; the rectifier's options lead from it to
+                            // OdometryRun::rectified_rig
+  std::vector<RecordedImages> images;  // all, by stamp
+};
+
 // All stamps are on the camera's clock, as those of the images are: a keyframe has the stamp of its
 // image, and of the image's state. (The estimator works on the IMU's clock, which is ahead by
 // Rig::camera_time_offset_s.)
 struct OdometryRun {
+  std::string id;  // of its contents; set when it is written or read
   std::string method;
   bool complete = false;
   std::string partial_reason;               // why it is not complete
@@ -112,7 +131,16 @@ struct OdometryRun {
   // Lines that turned out to be the same edge as an older one, by their ids: that of the line that
   // took them over, which was not merged itself.
   std::map<int64_t, int64_t> line_merges;
+  std::vector<ImuSample> imu;       // that were processed, on the IMU's clock
+  std::optional<RunSource> source;  // none of a run that was made by hand
   RunTimings timings;
 };
+
+// Appends to `taken` what a list that only grows holds beyond the mark, and moves the mark.
+template <typename Item>
+void TakeNew(const std::vector<Item>& items, size_t* mark, std::vector<Item>* taken) {
+  taken->insert(taken->end(), items.begin() + static_cast<std::ptrdiff_t>(*mark), items.end());
+  *mark = items.size();
+}
 
 }  // namespace slcmap

@@ -2,135 +2,102 @@
 
 #include <spdlog/fmt/fmt.h>
 
-#include <cmath>
-#include <unordered_map>
+#include <filesystem>
 
 #include "data/csv_table.h"
 #include "data/error.h"
 #include "data/file.h"
+#include "data/map_line.h"
 #include "data/ply.h"
+#include "data/summary_file.h"
+#include "data/trajectory.h"
 #include "odometry/finite_run.h"
-#include "odometry/line_files.h"
+#include "odometry/run_journal.h"
 #include "odometry/run_json.h"
+#include "odometry/run_lines.h"
+#include "odometry/run_rows.h"
+#include "odometry/run_source.h"
 
 namespace slcmap {
 namespace {
 
-constexpr char kStateColumns[] =
-    "stamp_ns,segment,vx_m_s,vy_m_s,vz_m_s,gyro_bias_x_rad_s,gyro_bias_y_rad_s,gyro_bias_z_rad_s,"
-    "accel_bias_x_m_s2,accel_bias_y_m_s2,accel_bias_z_m_s2";
-constexpr char kKeyframeColumns[] = "id,segment,stamp_ns,x_m,y_m,z_m,qx,qy,qz,qw";
-constexpr char kObservationColumns[] =
-    "keyframe_id,landmark_id,left_x_px,left_y_px,right_x_px,right_y_px";
+constexpr char kSummary[] = "run.json";
+constexpr char kTimings[] = "timings.json";  // not the same each time, and nothing depends on it
+constexpr char kRig[] = "rig.json";
+constexpr char kPoints[] = "points.ply";
 
-// The files of a run folder.
-struct RunPaths {
-  explicit RunPaths(const std::string& folder)
-      : trajectory(folder + "/trajectory.tum"),
-        states(folder + "/states.csv"),
-        keyframes(folder + "/keyframes.csv"),
-        observations(folder + "/observations.csv"),
-        points(folder + "/points.ply"),
-        rig(folder + "/rig.json"),
-        timings(folder + "/timings.json"),
-        summary(folder + "/run.json") {}
-  std::string trajectory, states, keyframes, observations, points, rig, timings, summary;
+// A file that is one table.
+struct TableFile {
+  const char* name;
+  const char* table;
+  void (*read)(const CsvTable&, OdometryRun*);
 };
+// In the order in which they are read: what is referred to comes first.
+constexpr TableFile kTables[] = {
+    {"states.csv", kStateTable, ReadStates},
+    {"keyframes.csv", kKeyframeTable, ReadKeyframes},
+    {"observations.csv", kObservationTable, ReadObservations},
+    {"lines.csv", kLineTable, ReadLines},
+    {"line_observations.csv", kLineObservationTable, ReadLineObservations},
+    {"line_points.csv", kLinePointTable, ReadLinePoints},
+    {"imu.csv", kImuTable, ReadImu},
+    {"line_merges.csv", kLineMergeTable, ReadLineMerges}};
 
-std::string Columns(const Eigen::Vector3d& v) {
-  return fmt::format("{},{},{}", v.x(), v.y(), v.z());
+// Everything that run.json lists.
+std::vector<std::string> ListedNames(bool with_source) {
+  std::vector<std::string> names = {"trajectory.tum", kPoints, "lines.ply", kRig};
+  for (const TableFile& file : kTables) names.push_back(file.name);
+  if (with_source) {
+    for (const std::string& name : RunSourceFiles()) names.push_back(name);
+  }
+  return names;
 }
 
-Eigen::Vector3d Vector(const CsvTable& table, std::size_t row, std::size_t column) {
-  return {table.Number(row, column), table.Number(row, column + 1), table.Number(row, column + 2)};
+// The rows of one table.
+template <typename Items>
+std::string RowsOf(const Items& items) {
+  std::string rows;
+  for (const auto& item : items) rows += Row(item);
+  return rows;
 }
 
-void WriteStates(const RunPaths& paths, const std::vector<OnlineState>& states) {
+std::string TableText(const OdometryRun& run, const std::string& table) {
+  std::string rows;
+  if (table == kStateTable) return RowsOf(run.states);
+  if (table == kKeyframeTable) return RowsOf(run.keyframes);
+  if (table == kLineTable) return RowsOf(run.lines);
+  if (table == kImuTable) return RowsOf(run.imu);
+  if (table == kLineMergeTable) {
+    for (const auto& [id, survivor] : run.line_merges) rows += Row(id, survivor);
+    return rows;
+  }
+  for (const Keyframe& keyframe : run.keyframes) {
+    if (table == kObservationTable) {
+      for (const auto& seen : keyframe.observations) rows += Row(keyframe.id, seen);
+    } else if (table == kLineObservationTable) {
+      for (const auto& seen : keyframe.lines) rows += Row(keyframe.id, seen);
+    }
+  }
+  if (table != kLinePointTable) return rows;
+  for (const Line& line : run.lines) {
+    for (const int64_t id : line.point_ids) rows += Row(line.id, id);
+  }
+  return rows;
+}
+
+void WriteTables(const std::string& folder, const OdometryRun& run) {
+  for (const TableFile& file : kTables) {
+    WriteFile(folder + "/" + file.name,
+              CsvHeader(RunColumns().at(file.table)) + "\n" + TableText(run, file.table));
+  }
+}
+
+void WriteTrajectory(const std::string& path, const std::vector<OnlineState>& states) {
   Trajectory trajectory;
-  std::string text = std::string(kStateColumns) + "\n";
   for (const OnlineState& state : states) {
     trajectory.push_back({state.stamp_ns, state.T_world_imu});
-    text += fmt::format("{},{},{},{},{}\n", state.stamp_ns, state.segment,
-                        Columns(state.velocity_world_m_s), Columns(state.gyro_bias_rad_s),
-                        Columns(state.accel_bias_m_s2));
   }
-  WriteTumTrajectory(paths.trajectory, trajectory);
-  WriteFile(paths.states, text);
-}
-
-std::vector<OnlineState> ReadStates(const RunPaths& paths) {
-  const CsvTable table = CsvTable::Read(paths.states, kStateColumns);
-  // A run that never initialised has no pose, which a trajectory file read alone may not.
-  if (table.rows() == 0) return {};
-  const Trajectory trajectory = ReadTumTrajectory(paths.trajectory);
-  if (trajectory.size() != table.rows()) {
-    throw DataError(fmt::format("{}: found {} rows, expected {} as in trajectory.tum", paths.states,
-                                table.rows(), trajectory.size()));
-  }
-  std::vector<OnlineState> states(table.rows());
-  for (std::size_t i = 0; i < states.size(); ++i) {
-    states[i].stamp_ns = table.Integer(i, 0);
-    states[i].segment = static_cast<int>(table.Integer(i, 1));
-    states[i].T_world_imu = trajectory[i].T_world_imu;
-    states[i].velocity_world_m_s = Vector(table, i, 2);
-    states[i].gyro_bias_rad_s = Vector(table, i, 5);
-    states[i].accel_bias_m_s2 = Vector(table, i, 8);
-  }
-  return states;
-}
-
-void WriteKeyframes(const RunPaths& paths, const std::vector<Keyframe>& keyframes) {
-  std::string poses = std::string(kKeyframeColumns) + "\n";
-  std::string observations = std::string(kObservationColumns) + "\n";
-  for (const Keyframe& keyframe : keyframes) {
-    const Eigen::Quaterniond& q = keyframe.T_world_imu.rotation;
-    poses +=
-        fmt::format("{},{},{},{},{},{},{},{}\n", keyframe.id, keyframe.segment, keyframe.stamp_ns,
-                    Columns(keyframe.T_world_imu.translation), q.x(), q.y(), q.z(), q.w());
-    for (const KeyframeObservation& seen : keyframe.observations) {
-      observations += fmt::format(
-          "{},{},{:.4f},{:.4f},{}\n", keyframe.id, seen.landmark_id, seen.left_px.x(),
-          seen.left_px.y(),
-          seen.right_px ? fmt::format("{:.4f},{:.4f}", seen.right_px->x(), seen.right_px->y())
-                        : "nan,nan");
-    }
-  }
-  WriteFile(paths.keyframes, poses);
-  WriteFile(paths.observations, observations);
-}
-
-void ReadObservations(const std::string& path, std::vector<Keyframe>* keyframes) {
-  std::unordered_map<int64_t, Keyframe*> by_id;
-  for (Keyframe& keyframe : *keyframes) by_id[keyframe.id] = &keyframe;
-  const CsvTable table = CsvTable::Read(path, kObservationColumns);
-  for (std::size_t i = 0; i < table.rows(); ++i) {
-    const auto keyframe = by_id.find(table.Integer(i, 0));
-    if (keyframe == by_id.end()) table.Fail(i, 0, "the id of a keyframe in keyframes.csv");
-    KeyframeObservation seen;
-    seen.landmark_id = table.Integer(i, 1);
-    seen.left_px = {table.Number(i, 2), table.Number(i, 3)};
-    if (const std::optional<double> right_x = table.OptionalNumber(i, 4)) {
-      seen.right_px = Eigen::Vector2d(*right_x, table.Number(i, 5));
-    }
-    keyframe->second->observations.push_back(seen);
-  }
-}
-
-std::vector<Keyframe> ReadKeyframes(const RunPaths& paths) {
-  const CsvTable table = CsvTable::Read(paths.keyframes, kKeyframeColumns);
-  std::vector<Keyframe> keyframes(table.rows());
-  for (std::size_t i = 0; i < keyframes.size(); ++i) {
-    keyframes[i].id = table.Integer(i, 0);
-    keyframes[i].segment = static_cast<int>(table.Integer(i, 1));
-    keyframes[i].stamp_ns = table.Integer(i, 2);
-    keyframes[i].T_world_imu.translation = Vector(table, i, 3);
-    Eigen::Quaterniond& q = keyframes[i].T_world_imu.rotation;
-    q.coeffs() << Vector(table, i, 6), table.Number(i, 9);
-    if (std::abs(q.norm() - 1) > 1e-3) table.Fail(i, 9, "a quaternion of length 1");
-    q.normalize();
-  }
-  ReadObservations(paths.observations, &keyframes);
-  return keyframes;
+  WriteTumTrajectory(path, trajectory);
 }
 
 void WriteLandmarks(const std::string& path, const std::vector<Landmark>& landmarks) {
@@ -146,18 +113,24 @@ void WriteLandmarks(const std::string& path, const std::vector<Landmark>& landma
   WritePly(path, {{"slcmap landmarks, metres in the world frame"}, {vertices}, {}});
 }
 
-std::vector<Landmark> ReadLandmarks(const std::string& path) {
+// The columns of points.ply are those of the table, under PLY's names.
+std::vector<Landmark> ReadLandmarkFile(const std::string& path) {
   const PlyFile file = ReadPly(path);
   const PlyElement& vertices = file.Get("vertex", path);
-  const auto column = [&](const char* name) -> const std::vector<double>& {
-    return vertices.Get(name, path).values;
+  const auto column = [&](const char* name, double least, double most) {
+    return vertices.Bounded(name, least, most, path);
   };
-  const std::vector<Eigen::Vector3d> positions = Positions(vertices, path);
-  const auto &sigma_m = column("sigma_m"), &id = column("id"),
-             &observations = column("observations"), &segment = column("segment");
+  const std::vector<double> x = column("x", -kMaxCoordinate_m, kMaxCoordinate_m),
+                            y = column("y", -kMaxCoordinate_m, kMaxCoordinate_m),
+                            z = column("z", -kMaxCoordinate_m, kMaxCoordinate_m),
+                            sigma_m = column("sigma_m", 0, kMaxSigma_m),
+                            id = column("id", 0, kMaxId),
+                            observations = column("observations", 0, kMaxId),
+                            segment = column("segment", 0, kMaxSegment);
+  vertices.CheckUnique("id", path);
   std::vector<Landmark> landmarks(vertices.size());
   for (std::size_t i = 0; i < landmarks.size(); ++i) {
-    landmarks[i].p_world = positions[i];
+    landmarks[i].p_world = {x[i], y[i], z[i]};
     landmarks[i].sigma_m = sigma_m[i];
     landmarks[i].id = static_cast<int64_t>(id[i]);
     landmarks[i].observations = static_cast<int>(observations[i]);
@@ -166,13 +139,36 @@ std::vector<Landmark> ReadLandmarks(const std::string& path) {
   return landmarks;
 }
 
+void CheckCounts(const std::string& folder, const Json& summary, const OdometryRun& run) {
+  for (const auto& [what, count] : RunCounts(run)) {
+    CheckCount(folder, kSummary, summary, what, count);
+  }
+}
+
+OdometryRun ReadWholeRun(const std::string& folder, const RunReadOptions& options) {
+  OdometryRun run;
+  const Json summary = ReadRunSummary(folder + "/" + kSummary, &run);
+  run.rectified_rig = ReadRig(folder + "/" + kRig);
+  for (const TableFile& file : kTables) {
+    file.read(CsvTable::Read(folder + "/" + file.name, RunColumns().at(file.table)), &run);
+  }
+  run.landmarks = ReadLandmarkFile(folder + "/" + kPoints);
+  if (run.source) ReadRunSource(folder, &*run.source);
+  run.timings = ReadTimings(folder + "/" + kTimings);
+  if (options.accept_changed) return run;
+  WithJsonErrors(folder + "/" + kSummary, [&] {
+    CheckCounts(folder, summary, run);
+    CheckFiles(folder, kSummary, summary);
+  });
+  return run;
+}
+
 }  // namespace
 
 StageFiles RunFiles() {
-  return {"a run",
-          {"run.json", "trajectory.tum", "states.csv", "keyframes.csv", "observations.csv",
-           "points.ply", "lines.csv", "line_observations.csv", "line_points.csv", "lines.ply",
-           "rig.json", "timings.json"}};
+  StageFiles files{"a run", {kSummary, kTimings, kJournalFolder}};
+  for (const std::string& name : ListedNames(true)) files.names.push_back(name);
+  return files;
 }
 
 void WriteRunFolder(const std::string& folder, const OdometryRun& run) {
@@ -183,29 +179,35 @@ void WriteRunFolder(const std::string& folder, const OdometryRun& run) {
 void WriteRunFolder(OutputFolder* folder, const OdometryRun& run) {
   // The copy of a long run is worth avoiding.
   if (!IsFinite(run)) return WriteRunFolder(folder, WithoutNonFinite(run));
-  const RunPaths paths(folder->staging());
-  WriteStates(paths, run.states);
-  WriteKeyframes(paths, run.keyframes);
-  WriteLandmarks(paths.points, run.landmarks);
-  WriteLineFiles(folder->staging(), run);
-  WriteRig(paths.rig, run.rectified_rig);
-  WriteTimings(paths.timings, run.timings);
-  WriteRunSummary(paths.summary, run);
+  const std::string& path = folder->staging();
+  WriteTables(path, run);
+  WriteTrajectory(path + "/trajectory.tum", run.states);
+  WriteLandmarks(path + "/" + kPoints, run.landmarks);
+  WriteMapLines(path + "/lines.ply", MapLines(run));
+  WriteRig(path + "/" + kRig, run.rectified_rig);
+  if (run.source) WriteRunSource(path, *run.source);
+  WriteTimings(path + "/" + kTimings, run.timings);
+  WriteRunSummary(path + "/" + kSummary, run, ListedNames(run.source.has_value()));
   folder->Commit();
+  // A run that is there as a whole needs no journal.
+  std::filesystem::remove_all(folder->path() + "/" + kJournalFolder);
 }
 
-OdometryRun ReadRunFolder(const std::string& folder) {
+OdometryRun ReadRunFolder(const std::string& folder, const RunReadOptions& options) {
   const InputLock lock(folder);
-  const RunPaths paths(folder);
+  const bool finished = std::filesystem::exists(folder + "/" + kSummary);
+  return !finished && HasRunJournal(folder) ? ReadRunJournal(folder)
+                                            : ReadWholeRun(folder, options);
+}
+
+std::string RunIdIn(const std::string& folder) {
   OdometryRun run;
-  const RunContents contents = ReadRunSummary(paths.summary, &run);
-  run.rectified_rig = ReadRig(paths.rig);
-  run.states = ReadStates(paths);
-  run.keyframes = ReadKeyframes(paths);
-  run.landmarks = ReadLandmarks(paths.points);
-  if (contents == RunContents::kPointsAndLines) ReadLineFiles(folder, &run);
-  run.timings = ReadTimings(paths.timings);
-  return run;
+  try {
+    ReadRunSummary(folder + "/" + kSummary, &run);
+  } catch (const DataError&) {
+    return "";
+  }
+  return run.id;
 }
 
 }  // namespace slcmap

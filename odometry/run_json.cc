@@ -4,15 +4,18 @@
 
 #include <algorithm>
 
+#include "data/calibration.h"
 #include "data/error.h"
 #include "data/json_file.h"
+#include "odometry/method.h"
 #include "odometry/run_lines.h"
+#include "odometry/run_rows.h"
 
 namespace slcmap {
 namespace {
 
-constexpr int kRunVersion = 2;
-constexpr int kOldestRunVersion = 1;  // without lines
+constexpr int kRunVersion = 3;
+constexpr double kMaxTimeOffset_s = 10;
 
 constexpr std::pair<Distortion, const char*> kDistortionNames[] = {
     {Distortion::kNone, "none"},
@@ -50,13 +53,34 @@ Json WorldsJson(const std::vector<ManhattanWorld>& worlds) {
   return json;
 }
 
-std::vector<ManhattanWorld> ParseWorlds(const Json& json) {
+std::vector<ManhattanWorld> ParseWorlds(const std::string& path, const Json& json) {
+  constexpr double kMaxHeading_rad = 7;
+  constexpr int64_t kMaxStamp_ns = 4'000'000'000'000'000'000;
   std::vector<ManhattanWorld> worlds;
   for (const Json& world : json) {
-    worlds.push_back({world.at("segment").get<int>(), world.at("heading_rad").get<double>(),
-                      world.at("sigma_rad").get<double>(), world.at("found_at_ns").get<int64_t>()});
+    const std::string place = fmt::format("{}: manhattan_worlds[{}]", path, worlds.size());
+    worlds.push_back({BoundedAt(place, world, "segment", 0, static_cast<int>(kMaxSegment)),
+                      BoundedAt(place, world, "heading_rad", -kMaxHeading_rad, kMaxHeading_rad),
+                      BoundedAt(place, world, "sigma_rad", 0.0, kMaxHeading_rad),
+                      BoundedAt(place, world, "found_at_ns", -kMaxStamp_ns, kMaxStamp_ns)});
   }
   return worlds;
+}
+
+Json SourceJson(const std::optional<RunSource>& source) {
+  if (!source) return nullptr;
+  return {{"slcmap", source->version},
+          {"sequence", source->sequence},
+          {"calibration", source->calibration}};
+}
+
+std::optional<RunSource> ParseSource(const Json& json) {
+  if (json.is_null()) return std::nullopt;
+  RunSource source;
+  source.version = json.at("slcmap").get<std::string>();
+  source.sequence = json.at("sequence").get<std::string>();
+  source.calibration = json.at("calibration").get<std::string>();
+  return source;
 }
 
 Json LivesJson(const LineLives& lives) {
@@ -99,6 +123,20 @@ Json CameraJson(const Camera& camera, const RigidTransform& T_imu_camera) {
           {"T_imu_camera", MatrixJson(T_imu_camera)}};
 }
 
+ImuNoise ParseNoise(const std::string& place, const Json& json) {
+  constexpr double kMaxDensity = 1e3, kMaxRate_hz = 1e6;
+  const auto read = [&](const char* key, double most) {
+    return BoundedAt(place, json, key, 0.0, most);
+  };
+  ImuNoise noise;
+  noise.gyro_noise_rad_s_sqrthz = read("gyro_noise_rad_s_sqrthz", kMaxDensity);
+  noise.gyro_walk_rad_s2_sqrthz = read("gyro_walk_rad_s2_sqrthz", kMaxDensity);
+  noise.accel_noise_m_s2_sqrthz = read("accel_noise_m_s2_sqrthz", kMaxDensity);
+  noise.accel_walk_m_s3_sqrthz = read("accel_walk_m_s3_sqrthz", kMaxDensity);
+  noise.rate_hz = read("rate_hz", kMaxRate_hz);
+  return noise;
+}
+
 Camera ParseCamera(const Json& json, const std::string& name) {
   Camera camera;
   camera.width_px = json.at("width_px").get<int>();
@@ -123,28 +161,67 @@ Camera ParseCamera(const Json& json, const std::string& name) {
 
 }  // namespace
 
-void WriteRunSummary(const std::string& path, const OdometryRun& run) {
-  WriteJsonFile(path, {{"format", "slcmap run"},
-                       {"version", kRunVersion},
-                       {"method", run.method},
-                       {"complete", run.complete},
-                       {"partial_reason", run.partial_reason},
-                       {"warnings", Json(run.warnings)},
-                       {"manhattan_worlds", WorldsJson(run.manhattan_worlds)},
-                       {"line_lives", LivesJson(MeasureLineLives(run.lines))},
-                       {"segments", SegmentsJson(run)}});
+std::map<std::string, int64_t> ParseWarnings(const std::string& path, const Json& json) {
+  auto warnings = json.get<std::map<std::string, int64_t>>();
+  for (const auto& [kind, count] : warnings) {
+    if (count >= 0) continue;
+    throw DataError(
+        fmt::format("{}: warnings: {}: found {}, expected at least 0", path, kind, count));
+  }
+  return warnings;
 }
 
-RunContents ReadRunSummary(const std::string& path, OdometryRun* run) {
+std::vector<std::pair<const char*, std::size_t>> RunCounts(const OdometryRun& run) {
+  std::size_t observations = 0, line_observations = 0, line_points = 0;
+  for (const Keyframe& keyframe : run.keyframes) {
+    observations += keyframe.observations.size();
+    line_observations += keyframe.lines.size();
+  }
+  for (const Line& line : run.lines) line_points += line.point_ids.size();
+  return {{"states", run.states.size()},  {"keyframes", run.keyframes.size()},
+          {"observations", observations}, {"landmarks", run.landmarks.size()},
+          {"lines", run.lines.size()},    {"line_observations", line_observations},
+          {"line_points", line_points},   {"line_merges", run.line_merges.size()},
+          {"imu_samples", run.imu.size()}};
+}
+
+Json HeaderJson(const OdometryRun& run) {
+  return {{"format", "slcmap run"},
+          {"version", kRunVersion},
+          {"method", run.method},
+          {"source", SourceJson(run.source)}};
+}
+
+void ParseHeader(const std::string& place, const Json& json, OdometryRun* run) {
+  CheckFormat(place, json, "slcmap run", kRunVersion, kRunVersion);
+  run->method = json.at("method").get<std::string>();
+  CheckMethodName(place, run->method);
+  run->source = ParseSource(json.at("source"));
+}
+
+void WriteRunSummary(const std::string& path, const OdometryRun& run,
+                     const std::vector<std::string>& files) {
+  Json json = HeaderJson(run);
+  json["complete"] = run.complete;
+  json["partial_reason"] = run.partial_reason;
+  json["warnings"] = run.warnings;
+  json["manhattan_worlds"] = WorldsJson(run.manhattan_worlds);
+  json["line_lives"] = LivesJson(MeasureLineLives(run.lines));
+  json["segments"] = SegmentsJson(run);
+  for (const auto& [what, count] : RunCounts(run)) json["counts"][what] = count;
+  json["files"] = ListFiles(path.substr(0, path.rfind('/')), files);
+  WriteSummaryFile(path, json);
+}
+
+Json ReadRunSummary(const std::string& path, OdometryRun* run) {
   return ParseJsonFile(path, [&](const Json& json) {
-    const int version = CheckFormat(path, json, "slcmap run", kOldestRunVersion, kRunVersion);
-    run->method = json.at("method").get<std::string>();
+    ParseHeader(path, json, run);
+    run->id = json.at("id").get<std::string>();
     run->complete = json.at("complete").get<bool>();
     run->partial_reason = json.at("partial_reason").get<std::string>();
-    run->warnings = json.at("warnings").get<std::map<std::string, int64_t>>();
-    if (version == kOldestRunVersion) return RunContents::kPoints;
-    run->manhattan_worlds = ParseWorlds(json.at("manhattan_worlds"));
-    return RunContents::kPointsAndLines;
+    run->warnings = ParseWarnings(path, json.at("warnings"));
+    run->manhattan_worlds = ParseWorlds(path, json.at("manhattan_worlds"));
+    return json;
   });
 }
 
@@ -169,15 +246,14 @@ Rig ReadRig(const std::string& path) {
       const std::string name = fmt::format("{}: cameras[{}]", path, i);
       const Json& camera = json.at("cameras").at(i);
       rig.cameras[i] = ParseCamera(camera, name);
+      // The second camera of a rig that has one has no size.
+      if (i == 0 || rig.cameras[i].width_px != 0) rig.cameras[i].Check(name);
       rig.T_imu_camera[i] = ParseMatrix(camera.at("T_imu_camera"), name + ": T_imu_camera");
     }
-    const Json& noise = json.at("imu_noise");
-    rig.imu_noise.gyro_noise_rad_s_sqrthz = noise.at("gyro_noise_rad_s_sqrthz").get<double>();
-    rig.imu_noise.gyro_walk_rad_s2_sqrthz = noise.at("gyro_walk_rad_s2_sqrthz").get<double>();
-    rig.imu_noise.accel_noise_m_s2_sqrthz = noise.at("accel_noise_m_s2_sqrthz").get<double>();
-    rig.imu_noise.accel_walk_m_s3_sqrthz = noise.at("accel_walk_m_s3_sqrthz").get<double>();
-    rig.imu_noise.rate_hz = noise.at("rate_hz").get<double>();
-    rig.camera_time_offset_s = json.at("camera_time_offset_s").get<double>();
+    rig.imu_noise = ParseNoise(path + ": imu_noise", json.at("imu_noise"));
+    rig.camera_time_offset_s =
+        BoundedAt(path, json, "camera_time_offset_s", -kMaxTimeOffset_s, kMaxTimeOffset_s);
+    CheckRig(rig, path);
     return rig;
   });
 }
@@ -203,24 +279,31 @@ void WriteTimings(const std::string& path, const RunTimings& timings) {
 }
 
 RunTimings ReadTimings(const std::string& path) {
-  return ParseJsonFile(path, [](const Json& json) {
+  constexpr double kMaxFigure = 1e12;
+  constexpr int64_t kMaxCount = 1'000'000'000'000;
+  return ParseJsonFile(path, [&](const Json& json) {
+    const auto figure = [&](const Json& object, const char* key) {
+      return BoundedAt(path, object, key, 0.0, kMaxFigure);
+    };
+    const auto count = [&](const Json& object, const char* key) {
+      return BoundedAt(path, object, key, int64_t{0}, kMaxCount);
+    };
     RunTimings timings;
-    timings.cpu_s = json.at("cpu_s").get<double>();
-    timings.wall_s = json.at("wall_s").get<double>();
-    timings.peak_memory_mib = json.at("peak_memory_mib").get<double>();
-    timings.stereo_frames = json.at("stereo_frames").get<int64_t>();
-    timings.data_s = json.at("data_s").get<double>();
-    timings.window_iterations = json.value("window_iterations", int64_t{0});
+    timings.cpu_s = figure(json, "cpu_s");
+    timings.wall_s = figure(json, "wall_s");
+    timings.peak_memory_mib = figure(json, "peak_memory_mib");
+    timings.stereo_frames = count(json, "stereo_frames");
+    timings.data_s = figure(json, "data_s");
+    timings.window_iterations = count(json, "window_iterations");
     for (const Json& stage : json.at("stages")) {
-      timings.stages.push_back({stage.at("name").get<std::string>(),
-                                stage.at("wall_s").get<double>(),
-                                stage.at("calls").get<int64_t>()});
+      timings.stages.push_back(
+          {stage.at("name").get<std::string>(), figure(stage, "wall_s"), count(stage, "calls")});
     }
     if (json.contains("real_time")) {
       const Json& real_time = json.at("real_time");
-      timings.real_time = {real_time.at("skipped_images").get<int64_t>(),
-                           real_time.at("latency_median_s").get<double>(),
-                           real_time.at("latency_95_s").get<double>()};
+      timings.real_time = {count(real_time, "skipped_images"),
+                           figure(real_time, "latency_median_s"),
+                           figure(real_time, "latency_95_s")};
     }
     return timings;
   });

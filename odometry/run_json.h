@@ -1,25 +1,36 @@
-// The JSON files of a run folder: run.json, rig.json and timings.json.
+// The JSON files of a run folder: run.json, rig.json and timings.json. Include in .cc files only.
 #pragma once
 
+#include <map>
 #include <string>
+#include <utility>
+#include <vector>
 
+#include "data/summary_file.h"
 #include "odometry/run.h"
 
 namespace slcmap {
 
-// Method, completeness, warnings, Manhattan worlds, and a summary of the lines' lives and of each
-// segment. Throws OutputError.
-void WriteRunSummary(const std::string& path, const OdometryRun& run);
+// How many of each kind a run holds, by the names of run.json.
+std::vector<std::pair<const char*, std::size_t>> RunCounts(const OdometryRun& run);
 
-// What the folder of a run holds, by the version of its format.
-enum class RunContents {
-  kPoints,         // version 1
-  kPointsAndLines  // version 2
-};
+// Method, completeness, warnings, Manhattan worlds, where the run came from, a summary of the
+// lines' lives and of each segment, counts, and the files beside it, which must be there. Throws
+// OutputError.
+void WriteRunSummary(const std::string& path, const OdometryRun& run,
+                     const std::vector<std::string>& files);
 
-// Fills method, complete, partial_reason, warnings and, where there are lines, Manhattan worlds.
-// Throws DataError.
-RunContents ReadRunSummary(const std::string& path, OdometryRun* run);
+// Fills id, method, complete, partial_reason, warnings, Manhattan worlds and source; returns the
+// whole. Throws DataError.
+Json ReadRunSummary(const std::string& path, OdometryRun* run);
+
+// Counts by kind; throws DataError naming `path` where one is negative.
+std::map<std::string, int64_t> ParseWarnings(const std::string& path, const Json& json);
+
+// The part of a summary that is known before a run begins: method and source. `place` stands in the
+// messages of DataErrors.
+Json HeaderJson(const OdometryRun& run);
+void ParseHeader(const std::string& place, const Json& json, OdometryRun* run);
 
 // Cameras, extrinsics and IMU noise; every key says its unit. Throw OutputError and DataError.
 void WriteRig(const std::string& path, const Rig& rig);

@@ -151,6 +151,18 @@ void Estimator::Describe(OdometryRun* run) const {
   ResolveMergedLines(run);
 }
 
+void Estimator::DescribeFinished(FinishedMarks* marks, OdometryRun* run) const {
+  TakeNew(run_.keyframes, &marks->keyframes, &run->keyframes);
+  TakeNew(run_.landmarks, &marks->landmarks, &run->landmarks);
+  TakeNew(run_.lines, &marks->lines, &run->lines);
+}
+
+void Estimator::DescribeWindow(OdometryRun* run) const {
+  run->manhattan_worlds = run_.manhattan_worlds;
+  run->line_merges = run_.line_merges;
+  window_.AddContents(segment_, run);
+}
+
 std::unique_ptr<FrameState> Estimator::NewFrame(int64_t stamp_ns) {
   auto frame = std::make_unique<FrameState>();
   frame->id = next_frame_id_++;

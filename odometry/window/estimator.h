@@ -44,6 +44,11 @@ class LineSource {
   virtual void Reset() = 0;
 };
 
+// How much of what has left the window was described before.
+struct FinishedMarks {
+  size_t keyframes = 0, landmarks = 0, lines = 0;
+};
+
 class Estimator {
  public:
   // The sources must outlive the estimator; lines may be null. With one thread everything is done
@@ -84,6 +89,11 @@ class Estimator {
   // What was estimated so far; `run` holds all but states and timings. Stamps are on the IMU's
   // clock.
   void Describe(OdometryRun* run) const;
+  // What has left the window beyond the marks, which are moved. May be called while a keyframe is
+  // optimised.
+  void DescribeFinished(FinishedMarks* marks, OdometryRun* run) const;
+  // What is in the window, and the Manhattan worlds of the whole run.
+  void DescribeWindow(OdometryRun* run) const;
   const SlidingWindow& window() const { return window_; }
   SlidingWindow* mutable_window() { return &window_; }
   StageClock* clock() { return &clock_; }

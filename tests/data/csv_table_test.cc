@@ -51,5 +51,36 @@ TEST_F(CsvTableTest, WrongCellsAreNamed) {
   EXPECT_THROW(table.OptionalNumber(0, 0), DataError);
 }
 
+TEST_F(CsvTableTest, CellsBeyondTheirColumnsRangeAreNamed) {
+  const CsvColumns columns = {{"id", CsvColumn::Kind::kInteger, 0, 9},
+                              {"x_m", CsvColumn::Kind::kOptionalNumber, -1, 1}};
+  const auto read = [&](const std::string& rows) {
+    return CsvTable::Read(folder_.Write("table.csv", "id,x_m\n" + rows), columns);
+  };
+  EXPECT_EQ(read("9,-1\n0,nan\n").rows(), 2u);
+  EXPECT_THAT([&] { read("1,1\n10,0\n"); },
+              ThrowsMessage<DataError>(HasSubstr("row 3: id: found '10', expected 0 to 9")));
+  EXPECT_THAT([&] { read("1,1.5\n"); },
+              ThrowsMessage<DataError>(HasSubstr("row 2: x_m: found '1.5', expected -1 to 1")));
+  EXPECT_THAT([&] { read("1,inf\n"); }, ThrowsMessage<DataError>(HasSubstr("x_m: found 'inf'")));
+}
+
+TEST_F(CsvTableTest, TaggedRowsFillTheirTables) {
+  const std::map<std::string, CsvColumns> columns = {
+      {"a", {{"id", CsvColumn::Kind::kInteger, 0, 9}}},
+      {"b", {{"x_m", CsvColumn::Kind::kNumber, -1, 1}, {"y_m", CsvColumn::Kind::kNumber, -1, 1}}}};
+  int64_t cut_rows = 0;
+  const auto read = [&](const std::string& text) {
+    return CsvTable::ReadTagged(folder_.Write("tables.csv", text), columns, &cut_rows);
+  };
+  auto tables = read("a,1\nb,0.5,1\na,2\na,");
+  EXPECT_EQ(tables["a"].rows(), 2u);
+  EXPECT_EQ(tables["b"].Number(0, 1), 1);
+  EXPECT_EQ(cut_rows, 1);
+  EXPECT_THAT([&] { read("a,1\nb,1\n"); },
+              ThrowsMessage<DataError>(HasSubstr("tables.csv: row 2: found 1 columns")));
+  EXPECT_THAT([&] { read("c,1\n"); }, ThrowsMessage<DataError>(HasSubstr("row 1: found 'c'")));
+}
+
 }  // namespace
 }  // namespace slcmap

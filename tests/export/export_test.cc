@@ -169,6 +169,28 @@ TEST_F(ExportTest, AnEmptyMapReplacesTheFilesOfAnEarlierOne) {
   EXPECT_TRUE(ReadLinesPly(Path("trajectory.ply")).empty());
 }
 
+TEST_F(ExportTest, FilesSayOfWhichMapTheyAre) {
+  MapResult map = MakeMap();
+  map.id = "0123456789abcdef";
+  map.source.run_id = "fedcba9876543210";
+  ExportMap(map, folder_, {});
+  EXPECT_THAT(ReadPly(Path("points.ply")).comments,
+              ::testing::Contains("map 0123456789abcdef of run fedcba9876543210"));
+  const tinygltf::Value extras = ReadGltf().asset.extras;
+  EXPECT_EQ(extras.Get("map").Get<std::string>(), map.id);
+  EXPECT_EQ(extras.Get("run").Get<std::string>(), map.source.run_id);
+  EXPECT_THAT(ReadFile(Path("export.json")), HasSubstr("\"map\": \"0123456789abcdef\""));
+}
+
+TEST_F(ExportTest, FilesOfAnotherExportDoNotStay) {
+  ExportMap(MakeMap(), folder_, {});
+  ExportOptions options;
+  options.formats = {"glb"};
+  ExportMap(MakeMap(), folder_, options);
+  EXPECT_FALSE(std::filesystem::exists(Path("points.ply")));
+  EXPECT_TRUE(std::filesystem::exists(Path("scene.glb")));
+}
+
 TEST_F(ExportTest, TheSameMapGivesTheSameBytes) {
   ExportMap(MakeMap(), folder_ + "/a", {});
   ExportMap(MakeMap(), folder_ + "/b", {});

@@ -263,6 +263,28 @@ TEST_F(StillRig, TwoRunsDoNotShareAFolderAndARerunMarksWhatIsOutdated) {
   EXPECT_FALSE(std::filesystem::exists(out + "/run/previous-1"));
 }
 
+TEST_F(StillRig, AKilledRunIsMappedUpToTheLastSecond) {
+  Write(2000);
+  const std::string trajectory = folder_.Path("run/trajectory.tum");
+  for (const char* signal : {"KILL", "HUP"}) {
+    std::filesystem::remove_all(folder_.Path("run"));
+    const ProcessResult result = RunShell(
+        "\\$SLCMAP -q " + Command() + " & pid=\\$!; for i in {1..300}; do sleep 0.1; [ \\$(cat " +
+        trajectory + " 2>/dev/null | wc -l) -gt 40 ] && break; done; kill -" + signal +
+        " \\$pid; wait \\$pid");
+    EXPECT_EQ(result.exit_code, signal == std::string("KILL") ? 137 : 130);
+    const ProcessResult map =
+        RunSlcmap("-q map " + folder_.Path("run") + " -o " + folder_.Path("map"));
+    EXPECT_EQ(map.exit_code, 0) << map.error;
+    EXPECT_THAT(map.error, HasSubstr("the run is partial: "));
+    EXPECT_THAT(testing::ReadText(folder_.Path("map/map.json")), HasSubstr("\"complete\": false"));
+    int mapped = -1;
+    for (const char c : testing::ReadText(folder_.Path("map/trajectory.tum"))) mapped += c == '\n';
+    EXPECT_GE(mapped, Rows() - 2);  // one that was being written, and one not yet in the journal
+    EXPECT_GT(mapped, 38);
+  }
+}
+
 TEST_F(StillRig, TheRecordingIsNoOutput) {
   Write(5);
   for (const char* name : {"", "/mav0", "/mav0/cam0/data"}) {
@@ -323,15 +345,19 @@ TEST_F(StillRig, CtrlCLeavesTheResultsSoFar) {
 
 TEST_F(StillRig, ADiskThatFillsUpHalfWayLeavesTheResultsSoFar) {
   Write(60);
-  // No file may grow beyond 2 KiB.
-  const ProcessResult result = RunShell("trap '' XFSZ; ulimit -f 2; \\$SLCMAP -q " + Command() +
+  // No file may grow beyond 32 KiB.
+  const ProcessResult result = RunShell("trap '' XFSZ; ulimit -f 32; \\$SLCMAP -q " + Command() +
                                         " 2>&1 | cat >&2; exit "
                                         "\\${PIPESTATUS[0]}");
   EXPECT_EQ(result.exit_code, 1);
-  EXPECT_THAT(result.error, AllOf(StartsWith("slcmap: error: "), HasSubstr("run/trajectory.tum"),
-                                  HasSubstr("cannot be written")));
+  EXPECT_THAT(result.error,
+              AllOf(StartsWith("slcmap: error: "), HasSubstr("run/journal/finished.csv"),
+                    HasSubstr("cannot be written")));
   EXPECT_GT(Rows(), 5);
-  EXPECT_EQ(Summary(), "");
+  EXPECT_THAT(Summary(), HasSubstr("\"complete\": false"));
+  const ProcessResult map = RunSlcmap("map " + folder_.Path("run") + " -o " + folder_.Path("map"));
+  EXPECT_EQ(map.exit_code, 0) << map.error;
+  EXPECT_THAT(map.error, AllOf(HasSubstr("the run is partial: "), HasSubstr("cannot be written")));
 }
 
 }  // namespace

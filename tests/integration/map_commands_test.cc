@@ -194,6 +194,24 @@ TEST_F(OverwritingTest, CtrlCLeavesTheMapSoFar) {
               AllOf(HasSubstr("\"complete\": false"), HasSubstr("mapping was interrupted")));
 }
 
+TEST_F(OverwritingTest, ChangedFilesNeedAWord) {
+  const std::string lines = testing::ReadText(run_ + "/observations.csv");
+  folder_.Write("run/observations.csv", lines.substr(0, lines.rfind('\n', lines.size() - 2) + 1));
+  const std::string command = "map " + run_ + " -o " + map_;
+  ExpectError(RunSlcmap(command), 1, "observations, expected 2400 as in run.json");
+  EXPECT_EQ(RunSlcmap("-q " + command + " --accept-changed").exit_code, 0);
+}
+
+TEST_F(OverwritingTest, AMapOfAnotherRunThanTheOneBesideItIsRefused) {
+  const std::string command = "export " + map_ + " -o " + folder_.Path("export");
+  EXPECT_EQ(RunSlcmap("-q " + command).exit_code, 0);
+  OdometryRun newer = testing::MakeWallRun();
+  newer.landmarks[0].sigma_m *= 2;
+  WriteRunFolder(run_, newer);
+  ExpectError(RunSlcmap(command), 1, "map that run first");
+  EXPECT_EQ(RunSlcmap("-q " + command + " --accept-changed").exit_code, 0);
+}
+
 TEST(EvaluateCommand, PrintsTheTableAndWritesJsonAndPlots) {
   const TempFolder folder;
   OdometryRun run = testing::MakeWallRun();

@@ -9,6 +9,7 @@
 
 #include "data/error.h"
 #include "data/file.h"
+#include "data/ply.h"
 #include "mapping/map_folder.h"
 #include "tests/testing/file_size_limit.h"
 #include "tests/testing/made_run.h"
@@ -164,7 +165,9 @@ TEST_F(MappingTest, TheSameRunGivesTheSameBytes) {
 
 TEST_F(MappingTest, AFullDiskNamesTheFileAndLeavesTheOldMap) {
   const MapResult map = BuildMap(testing::MakeWallRun(), {});
-  WriteMapFolder(folder_, MapResult());
+  OdometryRun empty = testing::MakeWallRun();
+  empty.states.clear();
+  WriteMapFolder(folder_, BuildMap(empty, {}));
   {
     const testing::FileSizeLimit full(500);
     EXPECT_THAT([&] { WriteMapFolder(folder_, map); },
@@ -176,7 +179,6 @@ TEST_F(MappingTest, AFullDiskNamesTheFileAndLeavesTheOldMap) {
 TEST_F(MappingTest, MissingAndDamagedFilesAreNamed) {
   const MapResult map = BuildMap(testing::MakeWallRun(), {});
   for (const std::string name : kFiles) {
-    if (name == "points.pcd") continue;  // for other programs; points.ply is read
     WriteMapFolder(folder_, map);
     std::filesystem::remove(folder_ + "/" + name);
     EXPECT_THAT([&] { ReadMapFolder(folder_); }, ThrowsMessage<DataError>(HasSubstr(name)));
@@ -184,6 +186,48 @@ TEST_F(MappingTest, MissingAndDamagedFilesAreNamed) {
     WriteFile(folder_ + "/" + name, damage);
     EXPECT_THAT([&] { ReadMapFolder(folder_); }, ThrowsMessage<DataError>(HasSubstr(name)));
   }
+}
+
+TEST_F(MappingTest, SaysWhereItCameFrom) {
+  OdometryRun run = testing::MakeWallRun();
+  run.id = "0123456789abcdef";
+  run.source = {"0.1.0", "/recordings/hall", "", "", {}, {}};
+  MappingOptions options;
+  options.cloud.voxel_m = 0.25;
+  const MapResult map = BuildMap(run, options);
+  const std::string id = WriteMapFolder(folder_, map);
+  const MapResult read = ReadMapFolder(folder_);
+  EXPECT_EQ(read.id, id);
+  EXPECT_EQ(read.source.run_id, "0123456789abcdef");
+  EXPECT_EQ(read.source.sequence, "/recordings/hall");
+  EXPECT_THAT(read.source.options, HasSubstr("mapping:\n  cloud:\n"));
+  EXPECT_THAT(read.source.options, HasSubstr("    voxel_m: 0.25\n"));
+  EXPECT_EQ(WriteMapFolder(folder_, map), id);
+  EXPECT_NE(WriteMapFolder(folder_, BuildMap(run, {})), id);
+}
+
+TEST_F(MappingTest, ChangedFilesAreRefusedUnlessAccepted) {
+  const MapResult map = BuildMap(testing::MakeWallRun(), {});
+  WriteMapFolder(folder_, map);
+  const std::string path = folder_ + "/points.ply", bytes = ReadFile(path);
+  std::string moved = bytes;
+  moved[bytes.size() - 9] ^= 1;  // of a coordinate's or sigma's bits
+  WriteFile(path, moved);
+  EXPECT_THAT([&] { ReadMapFolder(folder_); },
+              ThrowsMessage<DataError>(
+                  AllOf(HasSubstr("points.ply: found "), HasSubstr("--accept-changed"))));
+  EXPECT_EQ(ReadMapFolder(folder_, {.accept_changed = true}).points.size(), map.points.size());
+  PlyFile far = ReadPly(path);
+  far.elements[0].properties[0].values[2] = 1e30;
+  WritePly(path, far);
+  EXPECT_THAT([&] { ReadMapFolder(folder_, {.accept_changed = true}); },
+              ThrowsMessage<DataError>(HasSubstr("points.ply: vertex row 3: x: found 1")));
+  WriteFile(path, bytes);
+  const std::string poses = folder_ + "/trajectory.tum", rows = ReadFile(poses);
+  WriteFile(poses, rows.substr(0, rows.rfind('\n', rows.size() - 2) + 1));
+  EXPECT_THAT([&] { ReadMapFolder(folder_); },
+              ThrowsMessage<DataError>(HasSubstr("found 50 poses, expected 51 as in map.json")));
+  EXPECT_EQ(ReadMapFolder(folder_, {.accept_changed = true}).trajectory.size(), 50u);
 }
 
 TEST_F(MappingTest, LinesWithoutTheirVerticesAreNamed) {

@@ -325,6 +325,54 @@ TEST_P(OdometryWithTimeOffset, KeyframesHaveTheStampsOfImagesWhateverHappens) {
 INSTANTIATE_TEST_SUITE_P(Clocks, OdometryWithTimeOffset,
                          ::testing::Values(20'000'000, -20'000'000));
 
+// Adds to a run what another has more of.
+void Append(const OdometryRun& more, OdometryRun* run) {
+  const auto append = [](const auto& from, auto* to) {
+    to->insert(to->end(), from.begin(), from.end());
+  };
+  append(more.states, &run->states);
+  append(more.imu, &run->imu);
+  append(more.keyframes, &run->keyframes);
+  append(more.landmarks, &run->landmarks);
+  append(more.lines, &run->lines);
+}
+
+TEST_F(OdometryOnImages, PartsTakenOnTheWayMakeUpTheRunAndChangeNothing) {
+  Recording recording = *recording_;
+  recording.options.method = Method::kSlc;
+  recording.options.failure.max_lost_s = 0.5;  // the gap below starts a new segment
+  std::vector<StereoImage> images = recording.images;
+  images.erase(images.begin() + 60, images.begin() + 75);
+  for (const int threads : {1, 2}) {
+    Odometry odometry(recording.rig, recording.options, threads);
+    for (const ImuSample& sample : recording.imu) odometry.AddImu(sample);
+    OdometryRun taken;
+    for (size_t i = 0; i < images.size(); ++i) {
+      odometry.AddStereo(images[i]);
+      if (i % 10 == 9) odometry.Window();
+      Append(odometry.TakeFinished(), &taken);
+    }
+    EXPECT_LT(taken.keyframes.size(), odometry.Run().keyframes.size());
+    const OdometryRun window = odometry.Window();
+    Append(odometry.TakeFinished(), &taken);
+    Append(window, &taken);
+    const OdometryRun run = odometry.Run();
+    const auto ids = [](const auto& items) {
+      std::vector<int64_t> ids;
+      for (const auto& item : items) ids.push_back(item.id);
+      return ids;
+    };
+    EXPECT_EQ(taken.states.size(), run.states.size());
+    EXPECT_EQ(taken.imu.size(), recording.imu.size());
+    EXPECT_EQ(ids(taken.keyframes), ids(run.keyframes));
+    EXPECT_EQ(ids(taken.landmarks), ids(run.landmarks));
+    EXPECT_EQ(ids(taken.lines), ids(run.lines));
+    OdometryRun undisturbed = Play(recording, images).run;
+    undisturbed.imu = run.imu;  // fed up to the last image only
+    ExpectSame({{}, run}, {{}, undisturbed});
+  }
+}
+
 TEST_F(OdometryOnImages, WhatADecoderThrowsComesOutOfAddStereo) {
   Recording recording = *recording_;
   recording.options.method = Method::kSlc;

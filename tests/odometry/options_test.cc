@@ -37,6 +37,21 @@ TEST_F(OdometryOptionsTest, ReadsWhatTheFileHoldsAndLeavesTheRest) {
   EXPECT_EQ(options.line_landmarks.max_unseen, 5);
 }
 
+TEST_F(OdometryOptionsTest, AllThatIsInEffectIsAFileThatGivesTheSame) {
+  const OdometryOptions options = Read(
+      "method: points-lines\nlines: {detector: {kind: fld, scale: 0.1}}\n"
+      "line_landmarks: {anchor_at_origin: true}\nwindow: {point_sigma_px: 0.30000000000000004}\n");
+  const std::string text = options.ToYaml();
+  const OdometryOptions read = Read(text);
+  EXPECT_EQ(read.ToYaml(), text);
+  EXPECT_EQ(read.method, Method::kPointsLines);
+  EXPECT_EQ(read.lines.detector.kind, LineDetectorKind::kFld);
+  EXPECT_EQ(read.lines.detector.scale, 0.1);
+  EXPECT_TRUE(read.line_landmarks.anchor_at_origin);
+  EXPECT_EQ(read.window.point_sigma_px, 0.30000000000000004);
+  EXPECT_NE(text.find("failure:\n  min_points: 6\n"), std::string::npos) << text;
+}
+
 TEST_F(OdometryOptionsTest, NamesSectionKeyValueAndRange) {
   const std::string file = folder_.Path("odometry.yaml: ");
   EXPECT_EQ(ErrorOf("points: {pyramid_levels: 9}"),

@@ -54,6 +54,12 @@ OdometryRun MakeRun() {
       {9, 1, run.states[3].stamp_ns, run.states[3].T_world_imu, {}, {}}};
   run.landmarks = {
       {1, 0, {1.5, -2.25, 3}, 0.125, 4}, {2, 0, {0.5, 4, 8}, 0.5, 2}, {3, 1, {7, 8, 9}, 0.25, 3}};
+  run.imu = {{5, {0.1, 0.2, 1.0 / 3}, {1, 2, 9.81}}, {6, {}, {0, 0, 1e-17}}};
+  run.source = {
+      "0.1.0",           "/recordings/hall",
+      "its own",         "method: points\n",
+      run.rectified_rig, {{5, "cam0/data/5.png", "cam1/data/5.png"}, {6, "cam0/data/6.png", ""}}};
+  run.source->raw_rig.cameras[0].distortion = Distortion::kEquidistant;
   run.timings.stages = {{"points", 1.25, 160}};
   run.timings.window_iterations = 37;
   run.timings.cpu_s = 2.5;
@@ -135,6 +141,36 @@ TEST_F(RunFolderTest, KeyframesAndLandmarksComeBack) {
   EXPECT_EQ(read.landmarks[0].observations, 4);
 }
 
+TEST_F(RunFolderTest, SaysWhereItCameFrom) {
+  WriteRunFolder(folder_, MakeRun());
+  const OdometryRun read = ReadRunFolder(folder_);
+  ASSERT_TRUE(read.source.has_value());
+  EXPECT_EQ(read.source->version, "0.1.0");
+  EXPECT_EQ(read.source->sequence, "/recordings/hall");
+  EXPECT_EQ(read.source->calibration, "its own");
+  EXPECT_EQ(read.source->options, "method: points\n");
+  EXPECT_EQ(read.source->raw_rig.cameras[0].distortion, Distortion::kEquidistant);
+  ASSERT_EQ(read.source->images.size(), 2u);
+  EXPECT_EQ(read.source->images[0].right_path, "cam1/data/5.png");
+  EXPECT_EQ(read.source->images[1].left_path, "cam0/data/6.png");
+  EXPECT_EQ(read.source->images[1].right_path, "");
+  ASSERT_EQ(read.imu.size(), 2u);
+  EXPECT_EQ(read.imu[0].angular_velocity_rad_s.z(), 1.0 / 3);
+  EXPECT_EQ(read.imu[1].specific_force_m_s2.z(), 1e-17);
+}
+
+TEST_F(RunFolderTest, HasAnIdThatIsThatOfItsContents) {
+  WriteRunFolder(folder_, MakeRun());
+  const std::string id = ReadRunFolder(folder_).id;
+  EXPECT_EQ(id.size(), 16u);
+  WriteRunFolder(folder_, MakeRun());
+  EXPECT_EQ(RunIdIn(folder_), id);
+  OdometryRun other = MakeRun();
+  other.landmarks[0].p_world.x() += 0.25;
+  WriteRunFolder(folder_, other);
+  EXPECT_NE(RunIdIn(folder_), id);
+}
+
 TEST_F(RunFolderTest, EmptyRunComesBackEmpty) {
   OdometryRun run = MakeRun();
   run.states.clear();
@@ -151,7 +187,7 @@ TEST_F(RunFolderTest, DropsAndCountsWhatIsNotFinite) {
   OdometryRun run = MakeRun();
   run.landmarks[1].p_world.y() = kNaN;
   run.landmarks[2].sigma_m = std::numeric_limits<double>::infinity();
-  run.states[4].T_world_imu.translation.x() = kNaN;
+  run.states[4].T_world_imu.translation.x() = 1e30;
   run.keyframes[0].observations[0].right_px->x() = kNaN;
   run.keyframes[1].T_world_imu.rotation.x() = kNaN;
   WriteRunFolder(folder_, run);
@@ -173,7 +209,7 @@ TEST_F(RunFolderTest, AFullDiskNamesTheFileAndLeavesTheOldRun) {
   for (const std::string name : {"trajectory.tum", "run.json"}) {
     const auto bytes = std::filesystem::file_size(folder_ + "/" + name);
     {
-      const testing::FileSizeLimit full(name == "run.json" ? bytes - 1 : bytes / 2);
+      const testing::FileSizeLimit full(name == "run.json" ? bytes - 10 : bytes / 2);
       EXPECT_THAT([&] { WriteRunFolder(folder_, longer); },
                   ThrowsMessage<OutputError>(HasSubstr("cannot be written")));
     }
@@ -189,27 +225,109 @@ TEST_F(RunFolderTest, FileInPlaceOfFolder) {
 
 TEST_F(RunFolderTest, MissingFilesAreNamed) {
   for (const char* name : {"trajectory.tum", "states.csv", "keyframes.csv", "observations.csv",
-                           "points.ply", "rig.json", "timings.json", "run.json"}) {
+                           "points.ply", "rig.json", "timings.json", "run.json", "imu.csv",
+                           "raw_rig.json", "options.yaml", "images.csv", "lines.ply"}) {
     WriteRunFolder(folder_, MakeRun());
     std::filesystem::remove(folder_ + "/" + name);
     ExpectReadError(name, folder_);
   }
 }
 
-TEST_F(RunFolderTest, DamagedTablesNameTheRow) {
+// Makes row 2 of a table, the first below the columns, another one.
+struct Damage {
+  const char* file;
+  const char* row;
+  const char* message;
+};
+
+TEST_F(RunFolderTest, DamagedRowsAreNamed) {
+  const std::string pose = ",0,0,0,0,0,0,1", rest = ",0,0,0,0,0,0,0,0,0";
+  const std::string far = "3,0" + std::string(",1e30,0,0,0,0,0,1") + rest,
+                    fast = "3,0" + pose + ",1e30,0,0,0,0,0,0,0,0",
+                    late = "1403636579763555584,0" + pose + rest,
+                    unit = "3,0,0,0,0,0.5,0.5,0,0.5" + rest, twice = "9,0,5" + pose;
+  const Damage damages[] = {
+      {"states.csv", far.c_str(), "x_m: found '1e30', expected -1000000 to 1000000"},
+      {"states.csv", fast.c_str(), "vx_m_s: found '1e30'"},
+      {"states.csv", unit.c_str(), "expected a quaternion of length 1"},
+      {"states.csv", "3,-1", "found 2 columns, expected 18"},
+      {"keyframes.csv", "-7,0,5,0,0,0,0,0,0,1", "id: found '-7', expected 0 to 2147483647"},
+      {"observations.csv", "7,1,abc,2,nan,nan", "left_x_px: found 'abc', expected a finite number"},
+      {"observations.csv", "7,1,nan,2,nan,nan", "left_x_px: found 'nan'"},
+      {"observations.csv", "7,1,1e9,2,nan,nan", "left_x_px: found '1e9'"},
+      {"observations.csv", "7,1,1,2,3,nan", "nan in all of the right image's columns or in none"},
+      {"observations.csv", "8,1,1,2,nan,nan", "keyframe_id: found '8'"},
+      {"imu.csv", "5,0,0,1e3,0,0,0", "wz_rad_s: found '1e3', expected -100 to 100"}};
+  for (const Damage& damage : damages) {
+    WriteRunFolder(folder_, MakeRun());
+    std::string text = ReadFile(folder_ + "/" + damage.file);
+    const std::size_t start = text.find('\n') + 1;
+    text.replace(start, text.find('\n', start) - start, damage.row);
+    WriteFile(folder_ + "/" + damage.file, text);
+    ExpectReadError(std::string(damage.file) + ": row 2: ", damage.message);
+    // The same where changes are accepted: values are checked in any case.
+    EXPECT_THAT([&] { ReadRunFolder(folder_, {.accept_changed = true}); },
+                ThrowsMessage<DataError>(HasSubstr(damage.message)));
+  }
   WriteRunFolder(folder_, MakeRun());
-  const std::string observations = folder_ + "/observations.csv";
-  const std::string good = ReadFile(observations);
-  WriteFile(observations, good + "7,1,abc,2,nan,nan\n");
-  ExpectReadError("observations.csv: row 4", "left_x_px: found 'abc'");
-  WriteFile(observations, good + "7,1,nan,2,nan,nan\n");
-  ExpectReadError("observations.csv: row 4", "finite number");
-  WriteFile(observations, good + "8,1,1,2,nan,nan\n");
-  ExpectReadError("observations.csv: row 4", "keyframe_id: found '8'");
-  WriteFile(observations, good + "7,1,1\n");
-  ExpectReadError("observations.csv: row 4", "found 3 columns, expected 6");
-  WriteFile(observations, "a,b\n");
+  WriteFile(folder_ + "/observations.csv", "a,b\n");
   ExpectReadError("observations.csv: row 1", "found the columns 'a,b'");
+}
+
+TEST_F(RunFolderTest, RowsThatContradictOthersAreNamed) {
+  for (const auto& [file, what] :
+       {std::pair("states.csv",
+                  "stamp_ns: found '1403636579763555584', expected a stamp after "
+                  "1403636579963555584"),
+        std::pair("keyframes.csv", "id: found '7', expected an id that no row before it has"),
+        std::pair("observations.csv", "landmark_id: found '1', expected an id that no row"),
+        std::pair("imu.csv", "stamp_ns: found '5', expected a stamp after 6")}) {
+    WriteRunFolder(folder_, MakeRun());
+    const std::string path = folder_ + "/" + file, text = ReadFile(path);
+    const std::size_t first = text.find('\n') + 1;
+    WriteFile(path, text + text.substr(first, text.find('\n', first) + 1 - first));
+    ExpectReadError(std::string(file) + ": row ", what);
+  }
+}
+
+TEST_F(RunFolderTest, ChangedFilesAreRefusedUnlessAccepted) {
+  WriteRunFolder(folder_, MakeRun());
+  const std::string path = folder_ + "/observations.csv", text = ReadFile(path);
+  WriteFile(path, text.substr(0, text.rfind("7,2,")));
+  ExpectReadError(folder_ + ": found 1 observations, expected 2 as in run.json",
+                  "--accept-changed");
+  EXPECT_EQ(ReadRunFolder(folder_, {.accept_changed = true}).keyframes[0].observations.size(), 1u);
+  std::string moved = text;
+  moved.replace(text.find("10.5"), 4, "11.5");
+  WriteFile(path, moved);
+  ExpectReadError("observations.csv: found ", "expected ");
+  WriteFile(path, text);
+  // The file of another run does not belong here.
+  OdometryRun other = MakeRun();
+  other.landmarks[0].sigma_m = 0.25;
+  WriteRunFolder(temp_.Path("other"), other);
+  std::filesystem::copy_file(temp_.Path("other/points.ply"), folder_ + "/points.ply",
+                             std::filesystem::copy_options::overwrite_existing);
+  ExpectReadError("points.ply: found ", "as in run.json: written by another run or changed since");
+}
+
+TEST_F(RunFolderTest, AChangedSummaryIsRefused) {
+  WriteRunFolder(folder_, MakeRun());
+  const std::string path = folder_ + "/run.json", text = ReadFile(path);
+  const auto change = [&](const std::string& from, const std::string& to) {
+    std::string changed = text;
+    ASSERT_NE(text.find(from), std::string::npos) << from;
+    changed.replace(text.find(from), from.size(), to);
+    WriteFile(path, changed);
+  };
+  change("\"method\": \"points\"", "\"method\": \"plane\"");
+  ExpectReadError("run.json: method: found 'plane'", "expected points-mono");
+  change("\"imu_gap\": 2", "\"imu_gap\": -2");
+  ExpectReadError("run.json: warnings: imu_gap: found -2", "at least 0");
+  change("\"imu_gap\": 2", "\"imu_gap\": 3");
+  ExpectReadError("run.json: found checksum", "--accept-changed");
+  change("\"states\": 5", "\"states\": 6");
+  ExpectReadError("found 5 states, expected 6", "run.json");
 }
 
 TEST_F(RunFolderTest, DamagedPlyAndJsonAreNamed) {
@@ -227,8 +345,29 @@ TEST_F(RunFolderTest, DamagedPlyAndJsonAreNamed) {
   ExpectReadError("rig.json: found a value of a wrong type", "expected");
   WriteFile(folder_ + "/rig.json", "{}");
   ExpectReadError("rig.json: cameras: missing", "expected");
-  WriteFile(folder_ + "/run.json", "{\"format\": \"slcmap run\", \"version\": 99}");
-  ExpectReadError("run.json", "version 99");
+  for (const int version : {1, 2, 99}) {
+    WriteFile(folder_ + "/run.json",
+              "{\"format\": \"slcmap run\", \"version\": " + std::to_string(version) + "}");
+    ExpectReadError("run.json",
+                    "version " + std::to_string(version) + ", expected 'slcmap run' of version 3");
+  }
+}
+
+TEST_F(RunFolderTest, AnAbsurdRigIsRefused) {
+  WriteRunFolder(folder_, MakeRun());
+  const std::string path = folder_ + "/rig.json", text = ReadFile(path);
+  for (const auto& [from, to] :
+       {std::pair("\"fx_px\": 458.5", "\"fx_px\": 0.0"),
+        std::pair("\"fx_px\": 458.5", "\"fx_px\": -458.5"),
+        std::pair("\"rate_hz\": 100", "\"rate_hz\": -100"),
+        std::pair("\"camera_time_offset_s\": 0.0125", "\"camera_time_offset_s\": 1e9")}) {
+    std::string damaged = text;
+    ASSERT_NE(text.find(from), std::string::npos) << from;
+    damaged.replace(text.find(from), std::string(from).size(), to);
+    WriteFile(path, damaged);
+    EXPECT_THAT([&] { ReadRunFolder(folder_, {.accept_changed = true}); },
+                ThrowsMessage<DataError>(AllOf(HasSubstr("rig.json: "), HasSubstr("expected"))));
+  }
 }
 
 }  // namespace

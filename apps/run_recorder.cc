@@ -1,0 +1,40 @@
+#include "apps/run_recorder.h"
+
+#include <algorithm>
+
+namespace slcmap {
+namespace {
+
+constexpr std::chrono::milliseconds kWindowEvery(500);
+
+}  // namespace
+
+RunRecorder::RunRecorder(const std::string& run_folder, const OdometryRun& header,
+                         Odometry* odometry)
+    : odometry_(odometry),
+      journal_(run_folder, header),
+      window_written_(std::chrono::steady_clock::now()) {}
+
+void RunRecorder::Update() {
+  const OdometryRun finished = odometry_->TakeFinished();
+  const bool new_world =
+      std::ranges::any_of(finished.lines, [&](const Line& line) { return line.world >= worlds_; });
+  if (new_world || std::chrono::steady_clock::now() - window_written_ >= kWindowEvery) {
+    UpdateWindow(finished);
+  } else {
+    journal_.Append(finished);
+  }
+}
+
+// What leaves the window is in the journal before it is no longer in the window's file.
+void RunRecorder::UpdateWindow(OdometryRun finished) {
+  const OdometryRun window = odometry_->Window();
+  finished.manhattan_worlds = window.manhattan_worlds;  // lines in both refer to them
+  journal_.Append(finished);
+  journal_.Append(odometry_->TakeFinished());  // by the end of what Window() waited for
+  journal_.SetWindow(window);
+  worlds_ = static_cast<int>(window.manhattan_worlds.size());
+  window_written_ = std::chrono::steady_clock::now();
+}
+
+}  // namespace slcmap

@@ -1,0 +1,30 @@
+// Keeps the journal of a run while odometry is at work.
+#pragma once
+
+#include <chrono>
+#include <string>
+
+#include "odometry/odometry.h"
+#include "odometry/run_journal.h"
+
+namespace slcmap {
+
+class RunRecorder {
+ public:
+  // `header` is what is known of the run; odometry must outlive the recorder. Throws OutputError.
+  RunRecorder(const std::string& run_folder, const OdometryRun& header, Odometry* odometry);
+
+  // Writes what has become final; from time to time, also what is in the window. To be called after
+  // each image. Throws OutputError.
+  void Update();
+
+ private:
+  void UpdateWindow(OdometryRun finished);
+
+  Odometry* odometry_;
+  RunJournal journal_;
+  std::chrono::steady_clock::time_point window_written_;
+  int worlds_ = 0;  // Manhattan worlds that the journal knows
+};
+
+}  // namespace slcmap

@@ -1,0 +1,61 @@
+#include "data/summary_file.h"
+
+#include "data/checksum.h"
+
+namespace slcmap {
+namespace {
+
+constexpr char kOverride[] = "written by another run or changed since; --accept-changed takes it";
+
+std::string ChecksumOf(Json summary) {
+  summary.erase("checksum");
+  return Checksum(summary.dump());
+}
+
+}  // namespace
+
+Json ListFiles(const std::string& folder, const std::vector<std::string>& names) {
+  Json files = Json::array();
+  for (const std::string& name : names) {
+    const std::string bytes = ReadFile(folder + "/" + name);
+    files.push_back({{"name", name}, {"bytes", bytes.size()}, {"checksum", Checksum(bytes)}});
+  }
+  return files;
+}
+
+std::string IdOf(const Json& summary) { return Checksum(summary.dump()); }
+
+std::string WriteSummaryFile(const std::string& path, Json summary) {
+  const std::string id = IdOf(summary);
+  summary["id"] = id;
+  summary["checksum"] = ChecksumOf(summary);
+  WriteJsonFile(path, summary);
+  return id;
+}
+
+void CheckFiles(const std::string& folder, const std::string& summary_name, const Json& summary) {
+  for (const Json& file : summary.at("files")) {
+    const std::string path = folder + "/" + file.at("name").get<std::string>();
+    const std::string bytes = ReadFile(path), found = Checksum(bytes);
+    const auto expected = file.at("checksum").get<std::string>();
+    if (found == expected) continue;
+    throw DataError(fmt::format("{}: found {} bytes of checksum {}, expected {} of {} as in {}: {}",
+                                path, bytes.size(), found, file.at("bytes").get<std::size_t>(),
+                                expected, summary_name, kOverride));
+  }
+  const std::string found = ChecksumOf(summary);
+  if (const auto expected = summary.at("checksum").get<std::string>(); found != expected) {
+    throw DataError(fmt::format("{}/{}: found checksum {}, expected {}: {}", folder, summary_name,
+                                found, expected, kOverride));
+  }
+}
+
+void CheckCount(const std::string& folder, const std::string& summary_name, const Json& summary,
+                const char* what, std::size_t found) {
+  const auto expected = summary.at("counts").at(what).get<std::size_t>();
+  if (found == expected) return;
+  throw DataError(fmt::format("{}: found {} {}, expected {} as in {}: {}", folder, found, what,
+                              expected, summary_name, kOverride));
+}
+
+}  // namespace slcmap

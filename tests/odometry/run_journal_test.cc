@@ -1,0 +1,127 @@
+#include "odometry/run_journal.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+
+#include "data/error.h"
+#include "data/file.h"
+#include "odometry/run_folder.h"
+#include "tests/testing/made_run.h"
+#include "tests/testing/temp_folder.h"
+
+namespace slcmap {
+namespace {
+
+using ::testing::HasSubstr;
+using testing::MessageOf;
+
+// What is known of a run before it begins.
+OdometryRun HeaderOf(const OdometryRun& run) {
+  OdometryRun header;
+  header.method = run.method;
+  header.rectified_rig = run.rectified_rig;
+  return header;
+}
+
+// The part of a run from keyframe `from` up to `to`, with all landmarks and lines if it is the
+// last.
+OdometryRun Part(const OdometryRun& run, std::size_t from, std::size_t to) {
+  OdometryRun part;
+  part.keyframes = {run.keyframes.begin() + from, run.keyframes.begin() + to};
+  const int64_t first_ns = part.keyframes.front().stamp_ns,
+                last_ns = part.keyframes.back().stamp_ns;
+  for (const OnlineState& state : run.states) {
+    if (state.stamp_ns >= first_ns && state.stamp_ns <= last_ns) part.states.push_back(state);
+  }
+  return part;
+}
+
+class RunJournalTest : public ::testing::Test {
+ protected:
+  RunJournalTest() {
+    RunJournal journal(folder_, HeaderOf(run_));
+    OdometryRun finished = Part(run_, 0, 3), window = Part(run_, 2, 6);
+    finished.landmarks = {run_.landmarks[0], run_.landmarks[1]};
+    finished.lines = {run_.lines[23]};
+    finished.imu = {{1, {1, 2, 3}, {4, 5, 6}}};
+    window.states.clear();
+    window.landmarks = run_.landmarks;
+    window.landmarks[1].p_world.x() = 77;  // has changed before it left the window
+    window.lines = {run_.lines[22]};
+    window.manhattan_worlds = run_.manhattan_worlds;
+    journal.SetWindow(window);
+    journal.Append(finished);
+  }
+  std::string Path(const char* name) const { return folder_ + "/journal/" + name; }
+
+  testing::TempFolder temp_;
+  const std::string folder_ = temp_.Path("run");
+  const OdometryRun run_ = testing::MakeLineRun();
+};
+
+TEST_F(RunJournalTest, IsReadAsAPartialRunThatSaysSo) {
+  const OdometryRun read = ReadRunFolder(folder_);
+  EXPECT_EQ(read.method, "points");
+  EXPECT_EQ(read.rectified_rig.cameras[0].fx_px, run_.rectified_rig.cameras[0].fx_px);
+  EXPECT_FALSE(read.complete);
+  EXPECT_THAT(read.partial_reason, HasSubstr("cut off after 21 poses"));
+  ASSERT_EQ(read.states.size(), 21u);
+  EXPECT_EQ(read.states[20].T_world_imu.translation, run_.states[20].T_world_imu.translation);
+  EXPECT_EQ(read.imu.size(), 1u);
+}
+
+TEST_F(RunJournalTest, WhatIsFinalGoesBeforeWhatWasInTheWindow) {
+  const OdometryRun read = ReadRunFolder(folder_);
+  ASSERT_EQ(read.keyframes.size(), 6u);
+  for (std::size_t i = 0; i < 6; ++i) {
+    EXPECT_EQ(read.keyframes[i].id, run_.keyframes[i].id);
+    EXPECT_EQ(read.keyframes[i].observations.size(), run_.keyframes[i].observations.size());
+    EXPECT_EQ(read.keyframes[i].lines.size(), run_.keyframes[i].lines.size());
+  }
+  ASSERT_EQ(read.landmarks.size(), 400u);
+  EXPECT_EQ(read.landmarks[1].p_world, run_.landmarks[1].p_world);
+  ASSERT_EQ(read.lines.size(), 2u);
+  EXPECT_EQ(read.lines[0].world, 0);
+  EXPECT_EQ(read.manhattan_worlds.size(), 1u);
+}
+
+TEST_F(RunJournalTest, CanBeCutAnywhere) {
+  const std::string whole = ReadFile(Path("finished.csv"));
+  for (std::size_t size = 0; size < whole.size(); size += whole.size() / 50) {
+    WriteFile(Path("finished.csv"), whole.substr(0, size));
+    const OdometryRun read = ReadRunFolder(folder_);
+    EXPECT_LE(read.states.size(), 21u);
+    const bool torn = size > 0 && whole[size - 1] != '\n';
+    EXPECT_EQ(read.warnings.count("rows of the journal that were cut off"), torn ? 1u : 0u);
+  }
+  std::filesystem::remove(Path("window.csv"));
+  WriteFile(Path("finished.csv"), "");
+  EXPECT_TRUE(ReadRunFolder(folder_).states.empty());
+}
+
+TEST_F(RunJournalTest, DamagedRowsAreNamed) {
+  const std::string whole = ReadFile(Path("finished.csv"));
+  const auto expect = [&](const std::string& row, const char* what) {
+    WriteFile(Path("finished.csv"), row + "\n" + whole);
+    const std::string message = MessageOf<DataError>([&] { ReadRunFolder(folder_); });
+    EXPECT_THAT(message, HasSubstr("journal/finished.csv: row 1: "));
+    EXPECT_THAT(message, HasSubstr(what));
+  };
+  expect("fly,1,2", "found 'fly'");
+  expect("imu,1,2", "found 2 columns, expected 7");
+  expect("imu,x,1,2,3,4,5,6", "stamp_ns: found 'x'");
+  expect("observation,77,1,2,3,nan,nan", "keyframe_id: found '77'");
+  expect("landmark,5,0,3,1e30,0,0,0.1", "x_m: found '1e30', expected -1000000 to 1000000");
+}
+
+TEST_F(RunJournalTest, AWholeRunTakesItsPlace) {
+  OdometryRun whole = run_;
+  WriteRunFolder(folder_, whole);
+  EXPECT_FALSE(std::filesystem::exists(folder_ + "/journal"));
+  EXPECT_TRUE(ReadRunFolder(folder_).complete);
+}
+
+}  // namespace
+}  // namespace slcmap
