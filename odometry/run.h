@@ -48,7 +48,10 @@ struct Landmark {
   int64_t id = 0;
   int segment = 0;
   Eigen::Vector3d p_world = Eigen::Vector3d::Zero();
-  double sigma_m = 0;    // standard deviation along its host's ray
+  // Standard deviation along the ray from the oldest keyframe of the window that saw it when it
+  // left the window, and counted from there: how well the poses in between are known is part of it,
+  // the drift of that keyframe is not.
+  double sigma_m = 0;
   int observations = 0;  // keyframes that saw it
 };
 
@@ -70,10 +73,12 @@ struct Line {
       -1;  // of OdometryRun::manhattan_worlds, whose axis it has; -1 for kVertical and kNone
   Eigen::Vector3d start_world = Eigen::Vector3d::Zero();  // how far it was seen
   Eigen::Vector3d end_world = Eigen::Vector3d::Zero();
-  Eigen::Matrix3d covariance_m2 = Eigen::Matrix3d::Zero();  // of its midpoint, across it: rank 2
-  int observations = 0;                                     // keyframes that saw it
-  int64_t last_keyframe = 0;                                // that saw it
-  std::vector<int64_t> point_ids;                           // landmarks that belong to it
+  // Of its midpoint across it, in the axes of the world and counted from last_keyframe: rank 2. How
+  // well poses and heading are known is part of it, the drift of that keyframe is not.
+  Eigen::Matrix3d covariance_m2 = Eigen::Matrix3d::Zero();
+  int observations = 0;            // keyframes that saw it
+  int64_t last_keyframe = 0;       // that saw it
+  std::vector<int64_t> point_ids;  // landmarks that belong to it
 };
 
 // Wall time of one stage of the program, summed over the run. With several threads stages overlap:

@@ -95,7 +95,6 @@ class Estimator {
   // What is in the window, and the Manhattan worlds of the whole run.
   void DescribeWindow(OdometryRun* run) const;
   const SlidingWindow& window() const { return window_; }
-  SlidingWindow* mutable_window() { return &window_; }
   StageClock* clock() { return &clock_; }
 
  private:

@@ -2,6 +2,7 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
+#include <algorithm>
 #include <array>
 
 #include "odometry/residuals/block_kind.h"
@@ -11,6 +12,7 @@ namespace {
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
+using RowMajorXd = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
 // Of the prior and of the observations in the window, on the tangent of a line's block.
 Eigen::MatrixXd InformationOn(const LineLandmark& line, const CostModel& model,
@@ -33,6 +35,92 @@ Vector3d CrossingAt(const LineLandmark& line, const Vector3d& p_world, const Vec
   const double along_m =
       normal.dot(p_world - in_world.point_world) / normal.dot(in_world.direction_world);
   return in_world.point_world + along_m * in_world.direction_world;
+}
+
+// How a line's place across it, at one of its points, moves with its tangent: by central
+// differences.
+Eigen::Matrix3Xd PlaceByLine(const LineLandmark& line, const Vector3d& p_world) {
+  constexpr double kStep = 1e-6;
+  const int size = line.kind().tangent_size;
+  const Vector3d direction = line.InWorld().direction_world;
+  Eigen::Matrix3Xd by_tangent(3, size);
+  for (int i = 0; i < size; ++i) {
+    std::array<Vector3d, 2> moved;
+    for (int side = 0; side < 2; ++side) {
+      Eigen::VectorXd delta = Eigen::VectorXd::Zero(size);
+      delta[i] = side == 0 ? -kStep : kStep;
+      LineLandmark copy = line;
+      BlockPlus(line.kind(), line.block.data(), delta.data(), copy.block.data());
+      moved[static_cast<size_t>(side)] = CrossingAt(copy, p_world, direction);
+    }
+    by_tangent.col(i) = (moved[1] - moved[0]) / (2 * kStep);
+  }
+  return by_tangent;
+}
+
+// A structural line turns with its heading about its anchor.
+Vector3d PlaceByHeading(const LineLandmark& line, const Vector3d& p_world) {
+  const Vector3d direction = AxisDirection(line.axis, line.heading_rad());
+  const Vector3d moved = Vector3d::UnitZ().cross(p_world - line.anchor_world);
+  return moved - direction * direction.dot(moved);
+}
+
+// How a point's place moves with its block, in the axes of the world.
+Matrix3d PlaceByPoint(const PointLandmark& point, const CostModel& model) {
+  const double depth_m = 1 / point.inverse_depth_per_m();
+  Matrix3d by_point = depth_m * Matrix3d::Identity();
+  by_point.col(2) = -depth_m * depth_m * Vector3d(point.point[0], point.point[1], 1);
+  return (point.host()->T_world_imu().rotation * model.geometry.T_imu_camera[0].rotation)
+             .toRotationMatrix() *
+         by_point;
+}
+
+template <typename Ldlt>
+bool IsRegular(const Ldlt& ldlt) {
+  const auto pivots = ldlt.vectorD();
+  return pivots.minCoeff() > 1e-12 * pivots.maxCoeff();
+}
+
+// What the terms of a point say of it and of the states that they bind.
+struct PointEquations {
+  Matrix3d information = Matrix3d::Zero();
+  std::vector<const double*> states;
+  Eigen::Matrix3Xd cross;  // six columns a state: all are poses
+
+  Eigen::Index ColumnOf(const double* pose) {
+    const auto at = std::find(states.begin(), states.end(), pose);
+    const Eigen::Index column = 6 * (at - states.begin());
+    if (at == states.end()) {
+      states.push_back(pose);
+      cross.conservativeResize(3, column + 6);
+      cross.rightCols<6>().setZero();
+    }
+    return column;
+  }
+};
+
+// With the weight that the loss gives it. A term with a pose that the window does not know is left
+// out.
+void AddToPoint(const FixedTerm& term, const WindowCovariance& window, PointEquations* equations) {
+  const Factor& factor = *term.factor;
+  const int last = factor.blocks() - 1;
+  std::array<RowMajorXd, Factor::kMaxBlocks> jacobians;
+  std::array<double*, Factor::kMaxBlocks> pointers{};
+  for (int k = 0; k <= last; ++k) {
+    if (k < last && !window.Knows(term.blocks[k])) return;
+    jacobians[k].resize(factor.rows(), factor.tangent_size(k));
+    pointers[k] = jacobians[k].data();
+  }
+  Eigen::VectorXd residual(factor.rows());
+  factor.Linearize(term.blocks.data(), residual.data(), pointers.data());
+  double rho[3] = {0, 1, 0};
+  if (term.loss) term.loss->Evaluate(residual.squaredNorm(), rho);
+  const Eigen::Matrix3Xd weighted = rho[1] * jacobians[last].transpose();
+  equations->information += weighted * jacobians[last];
+  for (int k = 0; k < last; ++k) {
+    const Eigen::Index column = equations->ColumnOf(term.blocks[k]);
+    equations->cross.middleCols<6>(column) += weighted * jacobians[k];
+  }
 }
 
 }  // namespace
@@ -68,45 +156,63 @@ BlockEquations EquationsOnLast(const std::vector<FixedTerm>& terms, int tangent_
   return out;
 }
 
-// The block's covariance, brought to the world by central differences.
-Matrix3d CovarianceAcross(const LineLandmark& line, const Vector3d& p_world, const CostModel& model,
-                          const Prior& prior) {
-  constexpr double kStep = 1e-6;
+std::optional<Matrix3d> CovarianceFromHost(const PointLandmark& point, const CostModel& model,
+                                           const WindowCovariance& window) {
+  PointEquations equations;
+  for (const FixedTerm& term : FixedPointTerms(point, model)) {
+    AddToPoint(term, window, &equations);
+  }
+  const Eigen::LDLT<Matrix3d> ldlt(equations.information);
+  if (!IsRegular(ldlt)) return std::nullopt;
+  // The point follows the poses by -H_pp^-1 H_ps, beside its own noise.
+  const Eigen::Matrix3Xd gain = ldlt.solve(equations.cross);
+  const Matrix3d covariance =
+      ldlt.solve(Matrix3d::Identity()) + gain * window.Of(equations.states) * gain.transpose();
+  const Matrix3d by_point = PlaceByPoint(point, model);
+  return by_point * covariance * by_point.transpose();
+}
+
+std::optional<Matrix3d> CovarianceAcross(const LineLandmark& line, const Vector3d& p_world,
+                                         const FrameState& from, const WindowCovariance& window) {
+  if (!window.Knows(line.block.data()) || !window.Knows(from.pose.data())) return std::nullopt;
+  std::vector<const double*> blocks{line.block.data()};
+  Eigen::Matrix3Xd moved = PlaceByLine(line, p_world);
+  if (line.heading && window.Knows(line.heading->heading_rad.data())) {
+    blocks.push_back(line.heading->heading_rad.data());
+    moved.conservativeResize(3, moved.cols() + 1);
+    moved.rightCols<1>() = PlaceByHeading(line, p_world);
+  }
+  // R_from (R_from^T (p - p_from)), by the pose: as the frame moves, the line moves the other way.
+  const RigidTransform T_world_from = from.T_world_imu();
+  const Vector3d p_from = T_world_from.Inverse() * p_world;
+  blocks.push_back(from.pose.data());
+  moved.conservativeResize(3, moved.cols() + 6);
+  moved.rightCols<6>() << -Matrix3d::Identity(),
+      T_world_from.rotation.toRotationMatrix() * Skew(p_from);
+  const Vector3d direction = line.InWorld().direction_world;
+  moved -= direction * (direction.transpose() * moved).eval();
+  return moved * window.Of(blocks) * moved.transpose();
+}
+
+Matrix3d ConditionalCovarianceAcross(const LineLandmark& line, const Vector3d& p_world,
+                                     const CostModel& model, const Prior& prior) {
   const Eigen::MatrixXd information = InformationOn(line, model, prior);
   const Eigen::Index size = information.rows();
-  const Vector3d direction = line.InWorld().direction_world;
-  Eigen::Matrix3Xd by_tangent(3, size);
-  for (Eigen::Index i = 0; i < size; ++i) {
-    std::array<Vector3d, 2> moved;
-    for (int side = 0; side < 2; ++side) {
-      Eigen::VectorXd delta = Eigen::VectorXd::Zero(size);
-      delta[i] = side == 0 ? -kStep : kStep;
-      LineLandmark copy = line;
-      BlockPlus(line.kind(), line.block.data(), delta.data(), copy.block.data());
-      moved[static_cast<size_t>(side)] = CrossingAt(copy, p_world, direction);
-    }
-    by_tangent.col(i) = (moved[1] - moved[0]) / (2 * kStep);
-  }
   const Eigen::MatrixXd covariance =
       (information + 1e-9 * Eigen::MatrixXd::Identity(size, size)).inverse();
+  const Eigen::Matrix3Xd by_tangent = PlaceByLine(line, p_world);
   return by_tangent * covariance * by_tangent.transpose();
 }
 
 std::optional<PointPlace> PlaceByObservations(const PointLandmark& point, const CostModel& model) {
   const BlockEquations equations = EquationsOnLast(FixedPointTerms(point, model), kPointSize);
   const Eigen::LDLT<Eigen::MatrixXd> ldlt(equations.information);
-  const auto pivots = ldlt.vectorD();
-  if (!(pivots.minCoeff() > 1e-12 * pivots.maxCoeff())) return std::nullopt;
+  if (!IsRegular(ldlt)) return std::nullopt;
   const Vector3d step = ldlt.solve(equations.gradient);
   PointLandmark copy = point;
   Eigen::Map<Vector3d>{copy.point.data()} -= step;
   if (!(copy.inverse_depth_per_m() > 0)) return std::nullopt;
-  const double depth_m = 1 / copy.inverse_depth_per_m();
-  Matrix3d by_point = depth_m * Matrix3d::Identity();
-  by_point.col(2) = -depth_m * depth_m * Vector3d(copy.point[0], copy.point[1], 1);
-  by_point = (copy.host()->T_world_imu().rotation * model.geometry.T_imu_camera[0].rotation)
-                 .toRotationMatrix() *
-             by_point;
+  const Matrix3d by_point = PlaceByPoint(copy, model);
   const Matrix3d covariance = ldlt.solve(Matrix3d::Identity());
   return PointPlace{
       LandmarkInWorld(copy, model.geometry), by_point * covariance * by_point.transpose(),

@@ -1,4 +1,8 @@
-// What terms and the prior know of one landmark, with everything else held as it is.
+// What terms, prior and window know of one landmark.
+//
+// Two kinds of covariance: the conditional one, with all poses held as they are, is what the
+// landmark's own observations say; the one counted from a keyframe takes in how well poses, heading
+// and other landmarks are known, and is what a map needs.
 #pragma once
 
 #include <Eigen/Core>
@@ -7,6 +11,7 @@
 #include <vector>
 
 #include "odometry/window/problem_builder.h"
+#include "odometry/window/window_covariance.h"
 
 namespace slcmap {
 
@@ -28,14 +33,28 @@ struct BlockEquations {
 // Of the block that the terms share as their last one.
 BlockEquations EquationsOnLast(const std::vector<FixedTerm>& terms, int tangent_size);
 
-// The covariance of a line's place across it at one of its points, in the world: rank 2, m^2.
-Eigen::Matrix3d CovarianceAcross(const LineLandmark& line, const Eigen::Vector3d& p_world,
-                                 const CostModel& model, const Prior& prior);
+// The covariance of a triangulated point's place counted from its host, in the axes of the world,
+// m^2. What it is told by lines that it belongs to is left out. Nothing where that is not known.
+std::optional<Eigen::Matrix3d> CovarianceFromHost(const PointLandmark& point,
+                                                  const CostModel& model,
+                                                  const WindowCovariance& window);
+
+// The covariance of a line's place across it at one of its points, counted from a keyframe of the
+// window: in the axes of the world, rank 2, m^2. Nothing where that is not known.
+std::optional<Eigen::Matrix3d> CovarianceAcross(const LineLandmark& line,
+                                                const Eigen::Vector3d& p_world,
+                                                const FrameState& from,
+                                                const WindowCovariance& window);
+
+// The same with all poses and the heading held as they are.
+Eigen::Matrix3d ConditionalCovarianceAcross(const LineLandmark& line,
+                                            const Eigen::Vector3d& p_world, const CostModel& model,
+                                            const Prior& prior);
 
 struct PointPlace {
   Eigen::Vector3d p_world;
-  Eigen::Matrix3d covariance_m2;
-  double chi2 = 0;  // of the observations about it
+  Eigen::Matrix3d covariance_m2;  // conditional
+  double chi2 = 0;                // of the observations about it
   int freedoms = 0;
 };
 

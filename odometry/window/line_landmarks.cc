@@ -184,8 +184,8 @@ bool IsSameEdge(const LineLandmarkOptions& options, const LineLandmark& a, const
   if (AreSeenApart(a, b, options.max_apart_sigmas / model.lines.weight)) return false;
   if (distance_m <= options.min_merge_distance_m) return true;
   const Vector3d middle = in_a.point_world + 0.5 * (from_m + to_m) * in_a.direction_world;
-  const Eigen::Matrix3d covariance_m2 =
-      CovarianceAcross(a, middle, model, prior) + CovarianceAcross(b, middle, model, prior);
+  const Eigen::Matrix3d covariance_m2 = ConditionalCovarianceAcross(a, middle, model, prior) +
+                                        ConditionalCovarianceAcross(b, middle, model, prior);
   const double sigma_m = std::sqrt(apart.dot(covariance_m2 * apart)) / distance_m;
   return distance_m <= options.merge_sigmas * sigma_m;
 }
@@ -420,7 +420,13 @@ std::vector<LineObservation> LinesInPixels(const FrameState& frame, const Camera
   return lines;
 }
 
-Line Describe(const LineLandmark& line, const CostModel& model, const Prior& prior) {
+Vector3d MiddleOf(const LineLandmark& line) {
+  const PointAndDirection in_world = line.InWorld();
+  return in_world.point_world +
+         0.5 * (line.extent.from_m() + line.extent.to_m()) * in_world.direction_world;
+}
+
+Line Describe(const LineLandmark& line) {
   const PointAndDirection in_world = line.InWorld();
   Line out;
   out.id = line.id;
@@ -428,7 +434,6 @@ Line Describe(const LineLandmark& line, const CostModel& model, const Prior& pri
   out.world = line.heading ? line.heading->world : -1;
   out.start_world = in_world.point_world + line.extent.from_m() * in_world.direction_world;
   out.end_world = in_world.point_world + line.extent.to_m() * in_world.direction_world;
-  out.covariance_m2 = CovarianceAcross(line, 0.5 * (out.start_world + out.end_world), model, prior);
   out.observations = static_cast<int>(line.frames.size() + line.released_frames.size());
   out.last_keyframe = line.last_seen_frame();
   out.point_ids = line.points;

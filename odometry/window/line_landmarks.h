@@ -72,7 +72,11 @@ std::vector<Eigen::Vector3d> AxesInCamera(const WindowState& window, const Frame
 // What a frame saw of lines, in pixels of the rectified cameras, which share their intrinsics.
 std::vector<LineObservation> LinesInPixels(const FrameState& frame, const Camera& camera);
 
-// A line as a run holds it, but for its segment and with the world counted in the segment.
-Line Describe(const LineLandmark& line, const CostModel& model, const Prior& prior);
+// The middle of what was seen of a line.
+Eigen::Vector3d MiddleOf(const LineLandmark& line);
+
+// A line as a run holds it, but for its segment and with the world counted in the segment. Its
+// covariance is to be set.
+Line Describe(const LineLandmark& line);
 
 }  // namespace slcmap

@@ -29,7 +29,7 @@ Membership JudgeMembership(const LineLandmarkOptions& options, const PointLandma
   const Matrix32d across = AxesAcross(line.axis, line.heading_rad());
   const Eigen::Vector2d off = across.transpose() * (place->p_world - line.InWorld().point_world);
   const Eigen::Matrix3d in_world =
-      place->covariance_m2 + CovarianceAcross(line, place->p_world, model, prior);
+      place->covariance_m2 + ConditionalCovarianceAcross(line, place->p_world, model, prior);
   const Matrix2d known = across.transpose() * in_world * across;
   const Matrix2d scatter = options.point_sigma_m * options.point_sigma_m * Matrix2d::Identity();
   if (!(off.dot((known + scatter).ldlt().solve(off)) <= kMaxChi2)) return Membership::kRefuted;

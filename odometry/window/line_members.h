@@ -19,7 +19,8 @@ enum class Membership {
 // Compares where the observations of a triangulated point alone have it with an estimated
 // structural line. Where a nearer edge hides a line, their crossing is on the line in every image,
 // and in the depth of neither; the place that its observations give is off the line as soon as it
-// is well enough known to tell, or they do not agree on a place.
+// is well enough known to tell, or they do not agree on a place. Both are seen from the same poses,
+// whose errors move them alike: how well poses are known is left out.
 Membership JudgeMembership(const LineLandmarkOptions& options, const PointLandmark& point,
                            const LineLandmark& line, const CostModel& model, const Prior& prior);
 

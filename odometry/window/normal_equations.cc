@@ -194,6 +194,8 @@ std::optional<double> NormalEquations::SolveDamped(double radius) {
   Eigen::VectorXd right = gradient_;
   for (int i = 0; i < total_; ++i) reduced(i, i) += Damping(hessian_(i, i), radius);
   for (PointSystem& point : points_) Eliminate(&point, radius, &reduced, &right);
+  solved_ = reduced;
+  solved_radius_ = radius;
   const Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>, Eigen::Lower> cholesky(reduced);
   if (total_ > 0 && cholesky.info() != Eigen::Success) return std::nullopt;
   step_ = -right;
@@ -223,6 +225,19 @@ std::optional<double> NormalEquations::PredictedDecrease(double radius) const {
   }
   if (!std::isfinite(sum) || sum < 0) return std::nullopt;
   return 0.5 * sum;
+}
+
+StateInformation NormalEquations::Information() const {
+  StateInformation out;
+  if (solved_.size() == 0) return out;
+  for (const Unknown& unknown : unknowns_) {
+    if (unknown.is_point) continue;
+    out.blocks.push_back(unknown.block);
+    out.kinds.push_back(unknown.kind);
+  }
+  out.matrix = solved_;
+  for (int i = 0; i < total_; ++i) out.matrix(i, i) -= Damping(hessian_(i, i), solved_radius_);
+  return out;
 }
 
 void NormalEquations::Apply() {

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "odometry/window/problem_builder.h"
+#include "odometry/window/window_covariance.h"
 
 namespace slcmap {
 
@@ -27,6 +28,10 @@ class NormalEquations {
   // model predicts, zero at a minimum; nothing where the system cannot be solved. There is then no
   // solution to apply.
   std::optional<double> SolveDamped(double radius);
+
+  // What the last equations that were solved know of the states, without their damping. (That of
+  // the points is left: a small share of what is known of each.)
+  StateInformation Information() const;
 
   // Moves the blocks by the last solution; Undo() takes that back.
   void Apply();
@@ -72,6 +77,8 @@ class NormalEquations {
   std::vector<int> prior_unknowns_;  // of the prior's blocks, and where their columns start
   std::vector<int> prior_columns_;
   Eigen::MatrixXd prior_hessian_, hessian_;  // lower triangles
+  Eigen::MatrixXd solved_;                   // damped, with the points eliminated
+  double solved_radius_ = 0;
   Eigen::VectorXd gradient_, step_;
   std::vector<double> before_;  // the blocks before Apply()
   int total_ = 0;               // size of the reduced system

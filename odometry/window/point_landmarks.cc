@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <vector>
 
 #include "odometry/window/landmark_information.h"
@@ -106,16 +107,17 @@ int TriangulatedCount(const WindowState& window) {
                                         [](const auto& l) { return l.second.triangulated; }));
 }
 
-Landmark Describe(const PointLandmark& landmark, const CostModel& model) {
-  // The information on the point with the poses as they are; d depth = d lambda / lambda^2.
-  const Eigen::Matrix3d information =
-      EquationsOnLast(FixedPointTerms(landmark, model), kPointSize).information +
-      1e-9 * Eigen::Matrix3d::Identity();
+Landmark Describe(const PointLandmark& landmark, const CostModel& model,
+                  const WindowCovariance& window) {
   Landmark out;
   out.id = landmark.id;
   out.p_world = LandmarkInWorld(landmark, model.geometry);
-  const double lambda = landmark.inverse_depth_per_m();
-  out.sigma_m = std::sqrt(information.inverse()(2, 2)) / (lambda * lambda);
+  const RigidTransform T_world_camera =
+      landmark.host()->T_world_imu() * model.geometry.T_imu_camera[0];
+  const Vector3d ray = (out.p_world - T_world_camera.translation).normalized();
+  const auto covariance_m2 = CovarianceFromHost(landmark, model, window);
+  out.sigma_m = covariance_m2 ? std::sqrt(ray.dot(*covariance_m2 * ray))
+                              : std::numeric_limits<double>::infinity();
   out.observations = static_cast<int>(landmark.frames.size()) + landmark.released_frames;
   return out;
 }

@@ -7,6 +7,7 @@
 #include "odometry/options.h"
 #include "odometry/run.h"
 #include "odometry/window/problem_builder.h"
+#include "odometry/window/window_covariance.h"
 
 namespace slcmap {
 
@@ -35,7 +36,9 @@ bool Rehost(const StereoGeometry& geometry, PointLandmark* landmark);
 double ReprojectionRms(const CostModel& model, const WindowState& window);
 int TriangulatedCount(const WindowState& window);
 
-// A landmark as a run holds it, but for its segment.
-Landmark Describe(const PointLandmark& landmark, const CostModel& model);
+// A triangulated landmark as a run holds it, but for its segment. Its sigma is infinite where the
+// window does not know it.
+Landmark Describe(const PointLandmark& landmark, const CostModel& model,
+                  const WindowCovariance& window);
 
 }  // namespace slcmap

@@ -199,12 +199,13 @@ SolverSummary SlidingWindow::Optimize(int max_iterations) {
   std::vector<Term> terms = BuildTerms(&state_, model_);
   SolverOptions solver;
   solver.max_iterations = max_iterations;
-  const SolverSummary summary = Solve(&terms, state_.prior, NoneConstant, solver);
+  const SolverSummary summary = Solve(&terms, state_.prior, NoneConstant, solver, &information_);
   last_solve_usable_ = summary.usable;
   return summary;
 }
 
-void SlidingWindow::ReleaseFromOldest(PointLandmark* landmark, std::vector<Term>* terms,
+void SlidingWindow::ReleaseFromOldest(const WindowCovariance& covariance, PointLandmark* landmark,
+                                      std::vector<Term>* terms,
                                       std::unordered_set<int64_t>* finished) {
   FrameState* oldest = state_.frames.front().get();
   const bool still_tracked = landmark->frames.back() == state_.frames.back().get();
@@ -217,7 +218,7 @@ void SlidingWindow::ReleaseFromOldest(PointLandmark* landmark, std::vector<Term>
           AddPointOnLineTerm(landmark, line, model_, terms);
         }
       }
-      left_landmarks_.push_back(Describe(*landmark, model_));
+      left_landmarks_.push_back(Describe(*landmark, model_, covariance));
     }
     finished->insert(landmark->id);
     return;
@@ -232,16 +233,18 @@ void SlidingWindow::ReleaseFromOldest(PointLandmark* landmark, std::vector<Term>
 
 void SlidingWindow::MarginalizeOldest(FinishedIds* finished) {
   FrameState* oldest = state_.frames.front().get();
+  const WindowCovariance covariance(information_);
   std::vector<Term> terms;
   std::vector<double*> dropped{oldest->pose.data(), oldest->speed_bias.data()};
   std::unordered_set<int64_t> finished_points;
   AddImuTerm(oldest, state_.frames[1].get(), &terms);
   if (oldest->stands_still) AddZeroVelocityTerm(oldest, model_, &terms);
   for (auto& [id, landmark] : state_.landmarks) {
-    if (landmark.host() == oldest) ReleaseFromOldest(&landmark, &terms, &finished_points);
+    if (landmark.host() != oldest) continue;
+    ReleaseFromOldest(covariance, &landmark, &terms, &finished_points);
   }
   left_keyframes_.push_back(DescribeFrame(*oldest));
-  const auto gone = structure_.ReleaseOldest(model_, &state_, &terms, &dropped);
+  const auto gone = structure_.ReleaseOldest(model_, covariance, &state_, &terms, &dropped);
   AdoptPrior(Marginalize(terms, state_.prior, dropped));
   for (const int64_t id : finished_points) state_.landmarks.erase(id);
   for (const int64_t id : gone) state_.lines.erase(id);
@@ -268,22 +271,6 @@ void SlidingWindow::AdoptPrior(Prior prior) {
     }
     for (auto& [id, line] : state_.lines) adopt(line.block, &line.linearization);
   }
-}
-
-Matrix15d SlidingWindow::NewestCovariance() {
-  std::vector<double*> dropped;
-  for (const auto& frame : state_.frames) {
-    if (frame == state_.frames.back()) continue;
-    dropped.push_back(frame->pose.data());
-    dropped.push_back(frame->speed_bias.data());
-  }
-  for (HeadingState& heading : state_.headings) dropped.push_back(heading.heading_rad.data());
-  for (auto& [id, line] : state_.lines) dropped.push_back(line.block.data());
-  const Prior newest = Marginalize(BuildTerms(&state_, model_), state_.prior, dropped);
-  // With a single frame the blocks may come in either order; they come as the prior has them.
-  const Eigen::MatrixXd inverse =
-      newest.jacobian.triangularView<Eigen::Upper>().solve(Eigen::MatrixXd::Identity(15, 15));
-  return inverse * inverse.transpose();
 }
 
 Keyframe SlidingWindow::DescribeFrame(const FrameState& frame) const {
@@ -319,20 +306,22 @@ void SlidingWindow::Collect(int segment, OdometryRun* run) {
 }
 
 void SlidingWindow::AddContents(int segment, OdometryRun* run) const {
+  const WindowCovariance covariance(information_);
   for (const auto& frame : state_.frames) {
     run->keyframes.push_back(DescribeFrame(*frame));
     run->keyframes.back().segment = segment;
   }
   for (const auto& [id, landmark] : state_.landmarks) {
     if (!landmark.triangulated) continue;
-    run->landmarks.push_back(Describe(landmark, model_));
+    run->landmarks.push_back(Describe(landmark, model_, covariance));
     run->landmarks.back().segment = segment;
   }
-  structure_.AddContents(segment, state_, model_, run);
+  structure_.AddContents(segment, state_, covariance, run);
 }
 
 void SlidingWindow::Clear() {
   state_ = WindowState();
+  information_ = StateInformation();
   structure_.Reset();
 }
 

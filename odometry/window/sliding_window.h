@@ -56,14 +56,12 @@ class SlidingWindow {
 
   bool empty() const { return state_.frames.empty(); }
   const WindowState& state() const { return state_; }
-  WindowState* mutable_state() { return &state_; }
   const FrameState& newest() const { return *state_.frames.back(); }
   const CostModel& model() const { return model_; }
   const Structure& structure() const { return structure_; }
 
-  // Covariance of the newest keyframe's tangents: position, rotation, velocity, gyroscope bias and
-  // accelerometer bias.
-  Matrix15d NewestCovariance();
+  // What the last optimisation knew of the states.
+  const StateInformation& information() const { return information_; }
 
   // Moves what has left the window since the last call to the run, as part of a segment.
   void Collect(int segment, OdometryRun* run);
@@ -81,8 +79,8 @@ class SlidingWindow {
   std::unordered_set<int64_t> RejectPoints();
   void RepropagateMovedBiases();
   void MarginalizeOldest(FinishedIds* finished);
-  void ReleaseFromOldest(PointLandmark* landmark, std::vector<Term>* terms,
-                         std::unordered_set<int64_t>* finished);
+  void ReleaseFromOldest(const WindowCovariance& covariance, PointLandmark* landmark,
+                         std::vector<Term>* terms, std::unordered_set<int64_t>* finished);
   void AdoptPrior(Prior prior);
   Keyframe DescribeFrame(const FrameState& frame) const;
 
@@ -91,6 +89,7 @@ class SlidingWindow {
   CostModel model_;
   Structure structure_;
   WindowState state_;
+  StateInformation information_;
   std::vector<Keyframe> left_keyframes_;
   std::vector<Landmark> left_landmarks_;
   bool last_solve_usable_ = true;

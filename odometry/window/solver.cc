@@ -44,7 +44,7 @@ std::optional<double> SolveDamped(NormalEquations* equations, TrustRegion* regio
 
 SolverSummary Solve(std::vector<Term>* terms, const Prior& prior,
                     const std::function<bool(const double*)>& is_constant,
-                    const SolverOptions& options) {
+                    const SolverOptions& options, StateInformation* information) {
   constexpr double kMinGainRatio = 1e-3;
   constexpr int kMaxRejections = 5;  // in a row
   NormalEquations equations(*terms, prior, is_constant);
@@ -77,6 +77,7 @@ SolverSummary Solve(std::vector<Term>* terms, const Prior& prior,
              *predicted <= options.function_tolerance * summary.final_cost;
     }
   }
+  if (information && summary.iterations > 0) *information = equations.Information();
   return summary;
 }
 

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "odometry/window/problem_builder.h"
+#include "odometry/window/window_covariance.h"
 
 namespace slcmap {
 
@@ -28,8 +29,11 @@ struct SolverSummary {
 // dense term over all states and lines of the window, whose normal matrix is constant here and
 // would be built anew, block by block, in each of Ceres' iterations. One thread, and no limit on
 // time: the result depends on the input alone.
+//
+// `information` becomes what the last system says of the states, where it is wanted and there was
+// one.
 SolverSummary Solve(std::vector<Term>* terms, const Prior& prior,
                     const std::function<bool(const double*)>& is_constant,
-                    const SolverOptions& options);
+                    const SolverOptions& options, StateInformation* information = nullptr);
 
 }  // namespace slcmap

@@ -3,9 +3,11 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <limits>
 #include <utility>
 
 #include "odometry/geometry/pinhole.h"
+#include "odometry/window/landmark_information.h"
 
 namespace slcmap {
 namespace {
@@ -113,13 +115,18 @@ std::unordered_set<int64_t> Structure::LinesToForget(const WindowState& window) 
   return forgotten;
 }
 
-std::unordered_set<int64_t> Structure::ReleaseOldest(const CostModel& model, WindowState* window,
-                                                     std::vector<Term>* terms,
+std::unordered_set<int64_t> Structure::ReleaseOldest(const CostModel& model,
+                                                     const WindowCovariance& covariance,
+                                                     WindowState* window, std::vector<Term>* terms,
                                                      std::vector<double*>* dropped) {
   FrameState* oldest = window->frames.front().get();
   for (auto& [id, line] : window->lines) {
     if (line.frames.empty() || line.frames.front() != oldest) continue;
     if (line.estimated) AddLineTerm(&line, oldest, model, terms);
+    if (line.estimated && line.frames.size() == 1) {
+      const auto covariance_m2 = CovarianceAcross(line, MiddleOf(line), *oldest, covariance);
+      if (covariance_m2) covariance_as_left_m2_[id] = *covariance_m2;
+    }
     line.frames.erase(line.frames.begin());
     line.released_frames.push_back(oldest->id);
   }
@@ -127,10 +134,28 @@ std::unordered_set<int64_t> Structure::ReleaseOldest(const CostModel& model, Win
   for (auto& [id, line] : window->lines) {
     if (!gone.contains(id)) continue;
     if (line.estimated) dropped->push_back(line.block.data());
-    if (IsKnown(line)) left_lines_.push_back(Describe(line, model, window->prior));
+    if (IsKnown(line)) left_lines_.push_back(DescribeLine(line, *window, covariance));
     memberships_.ReleaseLine(id);
+    covariance_as_left_m2_.erase(id);
   }
   return gone;
+}
+
+// The covariance is counted from the last keyframe that saw the line. Where that left the window
+// before it was known to be the last one, it is counted from the oldest of the window.
+Line Structure::DescribeLine(const LineLandmark& line, const WindowState& window,
+                             const WindowCovariance& covariance) const {
+  Line out = Describe(line);
+  const auto left = covariance_as_left_m2_.find(line.id);
+  if (line.frames.empty() && left != covariance_as_left_m2_.end()) {
+    out.covariance_m2 = left->second;
+    return out;
+  }
+  const FrameState& from = line.frames.empty() ? *window.frames.front() : *line.frames.back();
+  const auto covariance_m2 = CovarianceAcross(line, MiddleOf(line), from, covariance);
+  constexpr double kUnknown_m2 = std::numeric_limits<double>::infinity();
+  out.covariance_m2 = covariance_m2.value_or(Eigen::Matrix3d::Constant(kUnknown_m2));
+  return out;
 }
 
 void Structure::Collect(int segment, OdometryRun* run) {
@@ -140,10 +165,10 @@ void Structure::Collect(int segment, OdometryRun* run) {
   merges_.clear();
 }
 
-void Structure::AddContents(int segment, const WindowState& window, const CostModel& model,
-                            OdometryRun* run) const {
+void Structure::AddContents(int segment, const WindowState& window,
+                            const WindowCovariance& covariance, OdometryRun* run) const {
   for (const auto& [id, line] : window.lines) {
-    if (IsKnown(line)) Report(Describe(line, model, window.prior), segment, run);
+    if (IsKnown(line)) Report(DescribeLine(line, window, covariance), segment, run);
   }
   run->line_merges.insert(merges_.begin(), merges_.end());
   for (const HeadingState& heading : window.headings) {
@@ -160,6 +185,7 @@ void Structure::Reset() {
   detector_.Reset();
   misplaced_.clear();
   memberships_ = PointsOnLines(points_on_lines_options_);
+  covariance_as_left_m2_.clear();
 }
 
 }  // namespace slcmap

@@ -12,6 +12,7 @@
 #include "odometry/structure/points_on_lines.h"
 #include "odometry/window/line_landmarks.h"
 #include "odometry/window/line_members.h"
+#include "odometry/window/window_covariance.h"
 
 namespace slcmap {
 
@@ -37,7 +38,8 @@ class Structure {
   // Before the oldest frame is marginalised: adds what it says of lines to the terms, and the
   // blocks of lines that are to be forgotten to the dropped ones. Returns the ids of these lines,
   // which are to be erased from the window afterwards.
-  std::unordered_set<int64_t> ReleaseOldest(const CostModel& model, WindowState* window,
+  std::unordered_set<int64_t> ReleaseOldest(const CostModel& model,
+                                            const WindowCovariance& covariance, WindowState* window,
                                             std::vector<Term>* terms,
                                             std::vector<double*>* dropped);
 
@@ -46,7 +48,7 @@ class Structure {
 
   // Adds the lines and headings that are still in the window to the run, and the merges that
   // Collect() has not moved.
-  void AddContents(int segment, const WindowState& window, const CostModel& model,
+  void AddContents(int segment, const WindowState& window, const WindowCovariance& covariance,
                    OdometryRun* run) const;
 
   // Forgets everything but what waits for Collect().
@@ -57,6 +59,8 @@ class Structure {
 
  private:
   void FindHeadings(const FrameState& newest, const CostModel& model, WindowState* window);
+  Line DescribeLine(const LineLandmark& line, const WindowState& window,
+                    const WindowCovariance& covariance) const;
   void FindPointsOnLines(const FrameState& newest);
   std::unordered_set<int64_t> LinesToForget(const WindowState& window) const;
 
@@ -68,6 +72,8 @@ class Structure {
   LineClassifier classifier_;
   ManhattanDetector detector_;
   PointsOnLines memberships_;
+  // Of lines of the window that no frame of it sees, by id: as their last one left.
+  std::map<int64_t, Eigen::Matrix3d> covariance_as_left_m2_;
   std::vector<Line> left_lines_;
   std::map<int64_t, int64_t> merges_;      // since Collect()
   std::unordered_set<int64_t> misplaced_;  // lines that Update() has retired

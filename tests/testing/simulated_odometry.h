@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <functional>
+#include <limits>
 #include <map>
 #include <optional>
 #include <random>
@@ -37,6 +38,10 @@ class SimulatedPoints final : public PointSource {
     }
   }
   void Blind() { observations_.clear(); }
+  void Spoil() {
+    if (observations_.empty()) return;
+    observations_.front().left_px.x() = std::numeric_limits<double>::quiet_NaN();
+  }
   const std::vector<PointObservation>& observations() const override { return observations_; }
   void Detect() override {
     std::uniform_real_distribution<double> x_px(20, 600), y_px(20, 400);
@@ -129,6 +134,7 @@ struct SimulatedRunOptions {
   double blind_from_s = 0, blind_to_s = 0;      // nothing is seen
   double imu_gap_from_s = 0, imu_gap_to_s = 0;  // no samples arrive
   double image_gap_from_s = 0, image_gap_to_s = 0;
+  double nan_from_s = 0, nan_to_s = 0;  // one point's observation is not a number
   double image_rate_hz = 20;
   double outlier_share = 0;  // of the tracks, that slide 1 px a frame
   int noise_points = 0;      // detected at each keyframe, and in no other image
@@ -146,7 +152,9 @@ struct SimulatedRun {
   std::vector<RigidTransform> truth;  // beside the states
   std::vector<Eigen::Vector3d> true_velocity;
   SimulatedImu imu;
-  std::vector<SimulatedEdge> edges;  // row: id of the line
+  std::vector<Eigen::Vector3d> landmarks_world;  // row: id of the point
+  std::vector<SimulatedEdge> edges;              // row: id of the line
+  std::optional<MotionSpline> motion;
   OdometryRun run;
   size_t removed_points = 0;
   // Normalised squared errors of the last keyframe: of its pose (6 dimensions) and all (15).
@@ -183,8 +191,9 @@ inline Matrix15d GaugeCovariance(const FrameState& frame) {
 
 // The errors of the newest keyframe against the motion, counted from the position and heading of
 // the first (which nothing but their prior tells), normalised by the covariance claimed.
-inline void MeasureFinalNees(const MotionSpline& motion, SlidingWindow* window, SimulatedRun* run) {
-  const FrameState& newest = window->newest();
+inline void MeasureFinalNees(const MotionSpline& motion, const SlidingWindow& window,
+                             SimulatedRun* run) {
+  const FrameState& newest = window.newest();
   const double t_s = ToSeconds(newest.stamp_ns);
   const Keyframe& first = run->run.keyframes.front();
   const RigidTransform inverse =
@@ -199,7 +208,9 @@ inline void MeasureFinalNees(const MotionSpline& motion, SlidingWindow* window, 
       LogRotation(truth.rotation.conjugate() * newest.T_world_imu().rotation),
       newest.velocity() - inverse.rotation * motion.VelocityAt(t_s),
       newest.gyro_bias() - bias.gyro_rad_s, newest.accel_bias() - bias.accel_m_s2;
-  const Matrix15d covariance = window->NewestCovariance() - GaugeCovariance(newest);
+  const Matrix15d covariance =
+      WindowCovariance(window.information()).Of({newest.pose.data(), newest.speed_bias.data()}) -
+      GaugeCovariance(newest);
   run->final_nees = error.dot(covariance.ldlt().solve(error));
   const Eigen::Matrix<double, 6, 6> of_pose = covariance.topLeftCorner<6, 6>();
   run->final_pose_nees = error.head<6>().dot(of_pose.ldlt().solve(error.head<6>()));
@@ -235,6 +246,8 @@ inline SimulatedRun RunOnSimulatedTracks(
     AddLineTracks(out.rig, lines, &simulated);
   }
   out.edges = simulated.edges;
+  out.landmarks_world = simulated.landmarks_world;
+  out.motion = motion;
 
   SimulatedPoints points(options.noise_points);
   SimulatedLines lines(options.line_life);
@@ -255,6 +268,7 @@ inline SimulatedRun RunOnSimulatedTracks(
     estimator.CheckGaps(frame.stamp_ns);
     points.Show(frame, options.odometry.method != Method::kPointsMono, options.outlier_share);
     lines.Show(frame, options.line_outlier_share);
+    if (t_s > options.nan_from_s && t_s < options.nan_to_s) points.Spoil();
     if (t_s > options.blind_from_s && t_s < options.blind_to_s) {
       points.Blind();
       lines.Blind();
@@ -269,7 +283,7 @@ inline SimulatedRun RunOnSimulatedTracks(
   estimator.Describe(&out.run);
   out.removed_points = points.removed();
   if (!out.states.empty() && !estimator.window().empty()) {
-    MeasureFinalNees(motion, estimator.mutable_window(), &out);
+    MeasureFinalNees(motion, estimator.window(), &out);
   }
   return out;
 }

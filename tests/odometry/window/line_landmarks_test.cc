@@ -47,10 +47,10 @@ TEST_F(LineLandmarksTest, RejectsAnObservationOfAnotherEdgeBeforeItMovesTheFrame
 }
 
 TEST_F(LineLandmarksTest, AnObservationThatWasRejectedIsNotTheLastReported) {
-  EXPECT_EQ(Describe(line(), model_, {}).last_keyframe, kFrames - 1);
+  EXPECT_EQ(Describe(line()).last_keyframe, kFrames - 1);
   See(kFrames - 1, 6 * options_.sigma_px);
   EXPECT_TRUE(RejectLineOutliers(options_, model_, &window_).empty());
-  EXPECT_EQ(Describe(line(), model_, {}).last_keyframe, kFrames - 2);
+  EXPECT_EQ(Describe(line()).last_keyframe, kFrames - 2);
 }
 
 // It was seen only by frames that have left the window, until the wrong match.
@@ -123,7 +123,7 @@ TEST_F(MergeLinesTest, FramesThatHaveLeftCountOnce) {
   window_.lines.at(kNewer).released_frames = {-4, -3, -2};
   MergeLines(options_, model_, &window_);
   EXPECT_EQ(line().released_frames, (std::vector<int64_t>{-5, -4, -3, -2}));
-  EXPECT_EQ(Describe(line(), model_, {}).observations, kFrames + 4);
+  EXPECT_EQ(Describe(line()).observations, kFrames + 4);
 }
 
 // The later half of the frames sees the line under a second id, moved so far in the camera.

@@ -1,0 +1,132 @@
+// Whether landmarks are as far from where they are as their covariances claim, counted from the
+// keyframes that these refer to.
+#include <gtest/gtest.h>
+
+#include <Eigen/Eigenvalues>
+#include <map>
+
+#include "odometry/window/estimator.h"
+#include "tests/testing/simulated_odometry.h"
+
+namespace slcmap {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+// A mean of normalised squared errors, each over its freedoms: 1 where the claims are honest.
+struct Nees {
+  double sum = 0;
+  int count = 0;
+  void Add(double chi2, int freedoms) {
+    // A landmark that is wrong as a whole is no matter of its covariance.
+    sum += std::min(chi2 / freedoms, 25.0);
+    ++count;
+  }
+  double Mean() const { return sum / count; }
+};
+
+SimulatedRunOptions Noisy(Method method, uint64_t seed) {
+  SimulatedRunOptions options;
+  options.odometry.method = method;
+  options.odometry.points.max_points = 60;
+  options.odometry.keyframes.min_parallax_px = 16;
+  options.odometry.keyframes.min_kept_share = 0.7;
+  options.duration_s = 10;
+  options.stand_still_s = 1;
+  options.imu_noise = true;
+  options.pixel_sigma_px = 0.5;
+  options.odometry.window.point_sigma_px = options.odometry.line_landmarks.sigma_px = 0.5;
+  options.seed = seed;
+  options.lines = LineTrackSimulatorOptions{.heading_rad = 0.3};
+  if (method == Method::kPointsLines) options.lines->general_share = 0.3;
+  return options;
+}
+
+// What the simulation of one run says of its landmarks' claims.
+class Judge {
+ public:
+  // Notes the hosts of the landmarks that are in the window.
+  void Look(const WindowState& window) {
+    for (const auto& [id, landmark] : window.landmarks) {
+      if (landmark.triangulated) host_[id] = landmark.host()->id;
+    }
+  }
+
+  // Along the ray of the host.
+  void JudgePoints(const SimulatedRun& run, Nees* nees) const {
+    for (const Landmark& landmark : run.run.landmarks) {
+      const RigidTransform estimate = Estimate(run, host_.at(landmark.id));
+      const RigidTransform off = estimate * Truth(run, host_.at(landmark.id)).Inverse();
+      const Vector3d camera = (estimate * run.rig.T_imu_camera[0]).translation;
+      const Vector3d ray = (landmark.p_world - camera).normalized();
+      const Vector3d truth = off * run.landmarks_world[static_cast<size_t>(landmark.id)];
+      nees->Add(std::pow(ray.dot(landmark.p_world - truth) / landmark.sigma_m, 2), 1);
+    }
+  }
+
+  // Across the line at its middle, counted from the last keyframe that saw it.
+  void JudgeLines(const SimulatedRun& run, Nees* nees) const {
+    for (const Line& line : run.run.lines) {
+      const RigidTransform off =
+          Estimate(run, line.last_keyframe) * Truth(run, line.last_keyframe).Inverse();
+      const SimulatedEdge& edge = run.edges[static_cast<size_t>(line.id)];
+      const Vector3d start = off * edge.start_world, end = off * edge.end_world;
+      const Vector3d normal = (line.end_world - line.start_world).normalized();
+      const Vector3d middle = 0.5 * (line.start_world + line.end_world);
+      const double along = normal.dot(middle - start) / normal.dot(end - start);
+      const Vector3d error = start + along * (end - start) - middle;
+      const Eigen::SelfAdjointEigenSolver<Matrix3d> eigen(line.covariance_m2);
+      EXPECT_LT(eigen.eigenvalues()[0], 1e-6 * eigen.eigenvalues()[2]);
+      const Vector2d off_axes = eigen.eigenvectors().rightCols<2>().transpose() * error;
+      nees->Add(off_axes.cwiseAbs2().dot(eigen.eigenvalues().tail<2>().cwiseInverse()), 2);
+    }
+  }
+
+ private:
+  static const Keyframe& Find(const SimulatedRun& run, int64_t id) {
+    return *std::find_if(run.run.keyframes.begin(), run.run.keyframes.end(),
+                         [&](const Keyframe& keyframe) { return keyframe.id == id; });
+  }
+  static RigidTransform Estimate(const SimulatedRun& run, int64_t id) {
+    return Find(run, id).T_world_imu;
+  }
+  static RigidTransform Truth(const SimulatedRun& run, int64_t id) {
+    return run.motion->PoseAt(ToSeconds(Find(run, id).stamp_ns));
+  }
+  std::map<int64_t, int64_t> host_;
+};
+
+class LandmarkCovarianceTest : public testing::TestWithParam<Method> {};
+
+TEST_P(LandmarkCovarianceTest, IsWhatTheErrorsAre) {
+  Nees points, lines;
+  for (const uint64_t seed : {21, 22, 23, 24}) {
+    Judge judge;
+    const SimulatedRun run = RunOnSimulatedTracks(
+        Noisy(GetParam(), seed), nullptr,
+        [&](Estimator* estimator) { judge.Look(estimator->window().state()); });
+    judge.JudgePoints(run, &points);
+    judge.JudgeLines(run, &lines);
+  }
+  ASSERT_GT(points.count, 500);
+  EXPECT_GT(points.Mean(), 0.75);
+  EXPECT_LT(points.Mean(), 1.3);
+  if (!UsesLines(GetParam())) return;
+  ASSERT_GT(lines.count, 100);
+  EXPECT_GT(lines.Mean(), 0.6);
+  EXPECT_LT(lines.Mean(), 1.5);
+}
+
+INSTANTIATE_TEST_SUITE_P(Methods, LandmarkCovarianceTest,
+                         testing::Values(Method::kPoints, Method::kPointsLines, Method::kStructural,
+                                         Method::kSlc),
+                         [](const auto& tested) {
+                           std::string name = MethodName(tested.param);
+                           std::erase(name, '-');
+                           return name;
+                         });
+
+}  // namespace
+}  // namespace slcmap
