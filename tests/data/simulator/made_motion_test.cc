@@ -1,6 +1,7 @@
 #include "data/simulator/made_motion.h"
 
 #include <gtest/gtest.h>
+#include <yaml-cpp/yaml.h>
 
 #include "data/error.h"
 #include "data/simulator/example.h"
