@@ -25,7 +25,10 @@ struct ExportArguments {
 
 // As `slcmap run` lays folders out, the run of a map is beside it.
 void RefuseOutdated(const std::string& folder, const MapResult& map) {
-  const std::string run = (std::filesystem::path(folder) / ".." / "run").lexically_normal();
+  const std::filesystem::path path = std::filesystem::weakly_canonical(folder + "/.");
+  const std::filesystem::path self = path.has_filename() ? path : path.parent_path();
+  if (self.filename() != "map") return;  // not laid out as `run` does it
+  const std::string run = self.parent_path() / "run";
   const std::string found = RunIdIn(run);
   if (found.empty() || found == map.source.run_id) return;
   throw DataError(

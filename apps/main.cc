@@ -94,6 +94,11 @@ int RunProgram(int argc, char** argv) {
   return interrupted ? kExitInterrupted : kExitSuccess;
 }
 
+// What nohup or a shell made the program ignore stays ignored.
+void HandleUnlessIgnored(int number) {
+  if (std::signal(number, HandleSignal) == SIG_IGN) std::signal(number, SIG_IGN);
+}
+
 }  // namespace
 
 bool Interrupted() { return interrupted != 0; }
@@ -110,9 +115,10 @@ EndsAtOnce::~EndsAtOnce() { ends_at_once = 0; }
 
 int main(int argc, char** argv) {
   using namespace slcmap;
-  std::signal(SIGINT, HandleSignal);
-  std::signal(SIGTERM, HandleSignal);
-  std::signal(SIGHUP, HandleSignal);  // the terminal was closed
+  HandleUnlessIgnored(SIGINT);
+  HandleUnlessIgnored(SIGTERM);
+  HandleUnlessIgnored(SIGHUP);    // the terminal was closed
+  std::signal(SIGXFSZ, SIG_IGN);  // writing fails, and says so
   try {
     return RunProgram(argc, argv);
   } catch (const ConfigError& error) {

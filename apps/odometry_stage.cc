@@ -60,7 +60,7 @@ RunSource OriginOf(const SequenceSource& source, const OdometryOptions& options)
   const SourceInfo& info = source.info();
   RunSource origin;
   origin.version = kVersion;
-  origin.sequence = std::filesystem::absolute(info.name).lexically_normal().string();
+  origin.sequence = std::filesystem::weakly_canonical(info.name).string();
   origin.calibration = info.calibration;
   origin.options = options.ToYaml();
   origin.raw_rig = info.rig;
@@ -196,16 +196,6 @@ class Feeder {
   bool complete_ = false;
 };
 
-// The folders of a sequence that nothing is to be written into.
-std::vector<std::string> FoldersOf(const std::string& sequence) {
-  std::vector<std::string> folders = {sequence};
-  for (const char* name : {"mav0", "cam0", "cam1", "imu0", "cam0/data", "cam1/data"}) {
-    folders.push_back(sequence + "/" + name);
-    folders.push_back(sequence + "/mav0/" + name);
-  }
-  return folders;
-}
-
 // What a new run makes outdated does not stay where it would be taken for the new one's.
 void MoveAside(OutputFolder* folder) {
   const std::string aside = folder->MoveAside();
@@ -282,6 +272,16 @@ std::unique_ptr<SequenceSource> OpenPart(const OdometryArguments& arguments, boo
 
 }  // namespace
 
+std::vector<std::string> FoldersOf(const std::string& sequence) {
+  std::vector<std::string> folders = {sequence};
+  for (const char* name : {"mav0", "cam0", "cam1", "imu0", "cam0/data", "cam1/data",
+                           "state_groundtruth_estimate0", "mocap0", "truth"}) {
+    folders.push_back(sequence + "/" + name);
+    folders.push_back(sequence + "/mav0/" + name);
+  }
+  return folders;
+}
+
 OdometryRun RunOdometryStage(const OdometryArguments& arguments,
                              const std::vector<OutputFolder*>& outdated) {
   if (arguments.threads < 1 || arguments.threads > 256) {
@@ -313,7 +313,7 @@ OdometryRun RunOdometryStage(const OdometryArguments& arguments,
   }
   const OdometryRun run = feeder.Run("interrupted");
   WriteRunFolder(&output, run);
-  if (run.complete) output.RemoveAside();
+  if (run.complete && !run.states.empty()) output.RemoveAside();
   LogResult(run, info, feeder.path_length_m(), arguments.run);
   if (run.states.empty() && run.complete) {
     throw DataError(arguments.sequence +

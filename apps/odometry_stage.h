@@ -21,6 +21,9 @@ struct OdometryArguments {
   bool real_time = false;   // plays the recording at its own pace, and skips what is late
 };
 
+// The folders of a sequence that nothing is to be written into.
+std::vector<std::string> FoldersOf(const std::string& sequence);
+
 // Runs odometry over a sequence. What an earlier run left in the folder, and earlier stages in
 // those folders that are `outdated` by this one, is moved aside within them when the new run
 // begins, and that of the run is removed once the new one is complete. trajectory.tum grows with

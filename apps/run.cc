@@ -63,11 +63,8 @@ void PrintAccuracies(const std::string& sequence, const OdometryRun& run, const 
   const std::string truth_path = FindTruth(folder);
   if (truth_path.empty()) return;
   const Trajectory truth = ReadTrajectory(truth_path);
-  Warnings counted_before;
-  std::vector<int64_t> stamps_ns;
-  for (const ImageFile& image : ReadAslImages(folder + "/cam0", &counted_before)) {
-    stamps_ns.push_back(image.stamp_ns);
-  }
+  std::vector<int64_t> stamps_ns;  // of the part that was asked for
+  for (const RecordedImages& images : run.source->images) stamps_ns.push_back(images.stamp_ns);
   PrintAccuracy("online", truth, OnlinePoses(run), stamps_ns);
   PrintAccuracy("refined", truth, map.trajectory, stamps_ns);
 }
@@ -84,6 +81,7 @@ void RunAll(const RunArguments& arguments) {
   if (output.empty()) throw ConfigError("output: found an empty path, expected a folder");
   OdometryArguments odometry = arguments.odometry;
   odometry.run = output + "/run";
+  RefuseInputs(output, FoldersOf(odometry.sequence));
   const MappingOptions mapping = ReadMappingOptions(odometry.config);
   CheckFormats(arguments.exporting);
   OutputFolder map_folder(output + "/map", MapFiles(), {odometry.sequence});

@@ -53,12 +53,39 @@ bool IsSame(const fs::path& a, const fs::path& b) {
   return fs::equivalent(a, b, error) && !error;
 }
 
-void RefuseInputs(const std::string& path, const std::vector<std::string>& inputs) {
-  for (const std::string& input : inputs) {
-    if (!IsSame(path, input)) continue;
+// Whether a folder lies in another one.
+bool IsWithin(const fs::path& path, const fs::path& folder) {
+  std::error_code error;
+  fs::path above = fs::weakly_canonical(path, error);
+  while (!error && above.has_relative_path()) {
+    above = above.parent_path();
+    if (IsSame(above, folder)) return true;
+  }
+  return false;
+}
+
+// Whether it holds what a stage wrote, whichever that is.
+bool HasResults(const std::string& folder) {
+  return std::any_of(std::begin(kMarks), std::end(kMarks),
+                     [&](const Mark& mark) { return Exists(folder + "/" + mark.name); });
+}
+
+// Whether the stage's files in a folder are its own: its summary says so, or what it leaves when it
+// is killed.
+bool IsOfStage(const std::string& folder, const StageFiles& files) {
+  return Exists(folder + "/" + files.names.front()) || Exists(folder + "/journal") ||
+         Exists(folder + "/" + kStaging);
+}
+
+// Files that the stage would replace, and did not write.
+void RefuseFilesOfOthers(const std::string& path, const StageFiles& files) {
+  if (IsOfStage(path, files)) return;
+  for (const std::string& name : files.names) {
+    if (!Exists(path + "/" + name)) continue;
     throw ConfigError(fmt::format(
-        "output {}: found the input {}, expected a folder of its own: it would be overwritten",
-        path, input));
+        "output {}: found {}, which is not of {}, expected a folder of its own: it would be "
+        "overwritten",
+        path, name, files.result));
   }
 }
 
@@ -112,12 +139,22 @@ void RemoveNames(const std::string& folder, const std::vector<std::string>& name
 
 }  // namespace
 
+void RefuseInputs(const std::string& path, const std::vector<std::string>& inputs) {
+  for (const std::string& input : inputs) {
+    if (!IsSame(path, input) && !(HasResults(input) && IsWithin(path, input))) continue;
+    throw ConfigError(fmt::format(
+        "output {}: found the input {}, expected a folder of its own: it would be overwritten",
+        path, input));
+  }
+}
+
 OutputFolder::OutputFolder(const std::string& path, const StageFiles& files,
                            const std::vector<std::string>& inputs)
     : path_(path), files_(files) {
   if (path.empty()) throw ConfigError("output: found an empty path, expected a folder");
   RefuseInputs(path, inputs);
   RefuseOtherStages(path, files.result);
+  RefuseFilesOfOthers(path, files);
   made_ = !Exists(path);
   MakeFolder(path);
   Lock();
@@ -167,8 +204,9 @@ void OutputFolder::Commit() {
 
 std::string OutputFolder::MoveAside() {
   std::string aside;
-  for (const std::string& name : files_.names) {
-    const std::string from = path_ + "/" + name;
+  // The summary last: as long as it is there, the rest is known to be the stage's.
+  for (auto name = files_.names.rbegin(); name != files_.names.rend(); ++name) {
+    const std::string from = path_ + "/" + *name;
     if (!Exists(from)) continue;
     for (int i = 1; aside.empty(); ++i) {
       const std::string candidate = fmt::format("{}/{}{}", path_, kAside, i);
@@ -176,7 +214,7 @@ std::string OutputFolder::MoveAside() {
     }
     MakeFolder(aside);
     Try(from, "cannot be moved",
-        [&](std::error_code& error) { fs::rename(from, aside + "/" + name, error); });
+        [&](std::error_code& error) { fs::rename(from, aside + "/" + *name, error); });
   }
   return aside;
 }
@@ -185,6 +223,7 @@ void OutputFolder::RemoveAside() {
   for (const std::string& name : NamesIn(path_)) {
     if (!name.starts_with(kAside)) continue;
     const std::string aside = path_ + "/" + name;
+    if (!IsOfStage(aside, files_)) continue;  // the user's
     RemoveNames(aside, files_.names);
     std::error_code error;
     fs::remove(aside, error);  // fails where the user put something there

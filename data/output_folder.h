@@ -13,14 +13,18 @@ struct StageFiles {
   std::vector<std::string> names;  // of files and folders
 };
 
+// Throws ConfigError where the path is one of the inputs, or lies in one that a stage has written.
+void RefuseInputs(const std::string& path, const std::vector<std::string>& inputs);
+
 // While an object lives, no other takes the same folder, in this process or another. What is
 // written into staging() replaces the files of earlier results by Commit(), when all of it is
 // there; until then, and where it never comes to that, they stay as they were.
 class OutputFolder {
  public:
   // Makes the folder where it is missing. `inputs` are folders that must not be written into.
-  // Throws ConfigError where the path is empty, or the folder is an input or holds what another
-  // stage wrote; OutputError where it cannot be made or is in use.
+  // Throws ConfigError where the path is empty, or the folder is an input, or holds what another
+  // stage wrote or files of the stage's names that are not of it; OutputError where it cannot be
+  // made or is in use.
   OutputFolder(const std::string& path, const StageFiles& files,
                const std::vector<std::string>& inputs = {});
   // Removes what was not committed, and the folder where it was made here and is empty.

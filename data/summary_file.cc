@@ -7,9 +7,14 @@ namespace {
 
 constexpr char kOverride[] = "written by another run or changed since; --accept-changed takes it";
 
+// A path need not be UTF-8: what is not is replaced, as in the file.
+std::string Text(const Json& summary) {
+  return summary.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
 std::string ChecksumOf(Json summary) {
   summary.erase("checksum");
-  return Checksum(summary.dump());
+  return Checksum(Text(summary));
 }
 
 }  // namespace
@@ -23,7 +28,7 @@ Json ListFiles(const std::string& folder, const std::vector<std::string>& names)
   return files;
 }
 
-std::string IdOf(const Json& summary) { return Checksum(summary.dump()); }
+std::string IdOf(const Json& summary) { return Checksum(Text(summary)); }
 
 std::string WriteSummaryFile(const std::string& path, Json summary) {
   const std::string id = IdOf(summary);

@@ -89,6 +89,7 @@ std::vector<std::string_view> SplitRow(std::string_view row) {
 }
 
 bool SeparatedByMark(std::string_view field, std::string_view next) {
+  if (field.empty() || next.empty()) return true;  // blanks enclose no empty field
   const std::string_view between(field.data() + field.size(),
                                  static_cast<size_t>(next.data() - field.data()) - field.size());
   return between.find_first_of(",;") != std::string_view::npos;

@@ -8,7 +8,8 @@
 namespace slcmap {
 namespace {
 
-constexpr double kMaxCoarseSteps = 1e6;  // what counting may cost: some 0.1 s
+constexpr double kMaxCoarseSteps = 3e7;  // what counting may cost: seconds, after hours of rays
+constexpr std::size_t kSortAt = std::size_t{1} << 22;
 constexpr double kMinCoarse_m = 0.05;
 constexpr double kStepsAVoxel = 2;
 constexpr int kCounts = 5;
@@ -36,16 +37,24 @@ Cell CellAt(const Eigen::Vector3d& p_world, double voxel_m) {
   return cell;
 }
 
+void SortAndUnite(std::vector<Cell>* cells) {
+  std::sort(cells->begin(), cells->end());
+  cells->erase(std::unique(cells->begin(), cells->end()), cells->end());
+}
+
 // The cells that rays pass, sorted.
 std::vector<Cell> PassedCells(const std::vector<RayBundle>& bundles, double max_range_m,
                               double voxel_m) {
   std::vector<Cell> cells;
+  std::size_t sort_at = kSortAt;  // keeps the memory at what differs
   ForEachRay(bundles, max_range_m, [&](const Eigen::Vector3d& start, const Eigen::Vector3d& way) {
     const double steps = std::ceil(kStepsAVoxel * way.lpNorm<1>() / voxel_m) + 1;
     for (double i = 0; i <= steps; ++i) cells.push_back(CellAt(start + i / steps * way, voxel_m));
+    if (cells.size() < sort_at) return;
+    SortAndUnite(&cells);
+    sort_at = std::max(kSortAt, 2 * cells.size());
   });
-  std::sort(cells.begin(), cells.end());
-  cells.erase(std::unique(cells.begin(), cells.end()), cells.end());
+  SortAndUnite(&cells);
   return cells;
 }
 
@@ -54,8 +63,7 @@ void Coarsen(std::vector<Cell>* cells) {
   for (Cell& cell : *cells) {
     for (int32_t& index : cell) index >>= 1;
   }
-  std::sort(cells->begin(), cells->end());
-  cells->erase(std::unique(cells->begin(), cells->end()), cells->end());
+  SortAndUnite(cells);
 }
 
 // Rounded up to two digits.

@@ -139,9 +139,9 @@ namespace {
 // Throws ConfigError unless the least value of an option is below the largest.
 void CheckOrder(const std::string& section, const char* least_key, double least,
                 const char* largest_key, double largest) {
-  if (least < largest) return;
+  if (least <= largest) return;
   std::ostringstream message;
-  message << section << "." << least_key << ": found " << least << ", expected less than "
+  message << section << "." << least_key << ": found " << least << ", expected at most "
           << largest_key << ", which is " << largest;
   throw ConfigError(message.str());
 }

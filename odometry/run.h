@@ -43,6 +43,9 @@ struct Keyframe {
   std::vector<LineObservation> lines;
 };
 
+// The standard deviation of a landmark of which the window does not know how well it is known.
+inline constexpr double kUnknownSigma_m = 1e9;
+
 // A point as the window last had it.
 struct Landmark {
   int64_t id = 0;
@@ -136,7 +139,7 @@ struct OdometryRun {
   // Lines that turned out to be the same edge as an older one, by their ids: that of the line that
   // took them over, which was not merged itself.
   std::map<int64_t, int64_t> line_merges;
-  std::vector<ImuSample> imu;       // that were processed, on the IMU's clock
+  std::vector<ImuSample> imu;       // that were accepted, on the IMU's clock
   std::optional<RunSource> source;  // none of a run that was made by hand
   RunTimings timings;
 };

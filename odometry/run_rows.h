@@ -15,7 +15,7 @@ namespace slcmap {
 // read.
 inline constexpr double kMaxCoordinate_m = 1e6;
 inline constexpr double kMaxPixel = 1e6;
-inline constexpr double kMaxSigma_m = 1e9;
+inline constexpr double kMaxSigma_m = kUnknownSigma_m;
 inline constexpr double kMaxId = 2147483647;  // points.ply and lines.ply hold them as int
 inline constexpr double kMaxSegment = 1e6;
 inline constexpr double kMaxSpeed_m_s = 1e5;

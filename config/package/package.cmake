@@ -35,6 +35,8 @@ install(DIRECTORY data odometry mapping export DESTINATION ${SLCMAP_HEADERS} COM
   FILES_MATCHING PATTERN "*.h"
   PATTERN data/simulator EXCLUDE
   PATTERN data/json_file.h EXCLUDE
+  PATTERN data/summary_file.h EXCLUDE
+  PATTERN odometry/run_json.h EXCLUDE
   PATTERN images EXCLUDE)
 install(FILES ${PROJECT_BINARY_DIR}/generated/data/version.h DESTINATION ${SLCMAP_HEADERS}/data
   COMPONENT development)

@@ -9,6 +9,9 @@
 namespace slcmap {
 namespace {
 
+// Variance of a block that is constant: cut off at an end of the scale, painted or compressed. It
+// shows no noise, whatever there is elsewhere.
+constexpr double kLeastDetail = 0.01;
 constexpr double kSobelScale = 0.125;  // to grey values a pixel
 constexpr int kBlock_px = 16;
 constexpr int kLevels = 16;     // of brightness, evenly from 0 to 256
@@ -74,6 +77,7 @@ GradientNoise::GradientNoise(const cv::Mat& image, const cv::Mat& mask) {
       if (cv::countNonZero(mask(area)) < area.area()) continue;
       const Block block = Measure(image, area);
       if (block.grey < kDarkest || block.grey > kBrightest) continue;
+      if (block.detail < kLeastDetail) continue;
       if (block.gradient > kMaxGradientOverDetail * block.detail) continue;
       blocks[static_cast<int>(block.grey * kLevels / 256)].push_back(block);
     }

@@ -86,6 +86,7 @@ class PointTracker::Impl {
  private:
   // Where there are few corners, they may lie closer to each other.
   void DetectLeft() {
+    if (std::ssize(points_) >= options_.max_points) return;
     const GradientNoise noise(left_[0], mask_);
     for (const double share : {1.0, kCloserShare}) {
       DetectLeft(share * options_.min_distance_px, noise);

@@ -34,7 +34,7 @@ struct BlockEquations {
 BlockEquations EquationsOnLast(const std::vector<FixedTerm>& terms, int tangent_size);
 
 // The covariance of a triangulated point's place counted from its host, in the axes of the world,
-// m^2. What it is told by lines that it belongs to is left out. Nothing where that is not known.
+// m^2. What lines that it belongs to add is left out. Nothing where that is not known.
 std::optional<Eigen::Matrix3d> CovarianceFromHost(const PointLandmark& point,
                                                   const CostModel& model,
                                                   const WindowCovariance& window);

@@ -112,8 +112,8 @@ void RemoveObservation(LineLandmark* line, FrameState* frame) {
 
 // Rejects what a frame saw of the line in a camera where it is too far off: in the right one that
 // alone, in the left one all. The left one's squared residual where that is kept.
-std::optional<double> TakeOutMisfit(double max_chi2, const CostModel& model, LineLandmark* line,
-                                    FrameState* frame) {
+std::optional<double> RejectMisfit(double max_chi2, const CostModel& model, LineLandmark* line,
+                                   FrameState* frame) {
   const auto [left, right] = ObservationChi2(*line, *frame, model);
   if (left > max_chi2) {
     RemoveObservation(line, frame);
@@ -317,7 +317,7 @@ void RejectLineMisfits(const LineLandmarkOptions& options, const CostModel& mode
                        FrameState* frame, WindowState* window) {
   for (auto& [id, line] : window->lines) {
     if (!line.estimated || line.retired || !frame->lines.contains(id)) continue;
-    TakeOutMisfit(options.max_tracking_chi2, model, &line, frame);
+    RejectMisfit(options.max_tracking_chi2, model, &line, frame);
   }
 }
 
@@ -329,7 +329,7 @@ std::unordered_set<int64_t> RejectLineOutliers(const LineLandmarkOptions& option
     std::vector<double> kept;
     const std::vector<FrameState*> frames = line.frames;
     for (FrameState* frame : frames) {
-      const auto left = TakeOutMisfit(options.max_chi2, model, &line, frame);
+      const auto left = RejectMisfit(options.max_chi2, model, &line, frame);
       if (left) kept.push_back(*left);
     }
     const bool fits =

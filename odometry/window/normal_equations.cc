@@ -194,8 +194,6 @@ std::optional<double> NormalEquations::SolveDamped(double radius) {
   Eigen::VectorXd right = gradient_;
   for (int i = 0; i < total_; ++i) reduced(i, i) += Damping(hessian_(i, i), radius);
   for (PointSystem& point : points_) Eliminate(&point, radius, &reduced, &right);
-  solved_ = reduced;
-  solved_radius_ = radius;
   const Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>, Eigen::Lower> cholesky(reduced);
   if (total_ > 0 && cholesky.info() != Eigen::Success) return std::nullopt;
   step_ = -right;
@@ -223,20 +221,25 @@ std::optional<double> NormalEquations::PredictedDecrease(double radius) const {
       sum += Damping(point.hessian(i, i), radius) * point.step[i] * point.step[i];
     }
   }
-  if (!std::isfinite(sum) || sum < 0) return std::nullopt;
-  return 0.5 * sum;
+  if (!std::isfinite(sum)) return std::nullopt;
+  // At a minimum it is rounding; what is really negative is not.
+  const double rounding = 1e-9 * gradient_.cwiseAbs().dot(step_.cwiseAbs());
+  if (sum < -rounding) return std::nullopt;
+  return 0.5 * std::max(sum, 0.0);
 }
 
-StateInformation NormalEquations::Information() const {
+StateInformation NormalEquations::Information() {
+  constexpr double kUndamped = 1e8;  // keeps a point that was seen along one ray regular
   StateInformation out;
-  if (solved_.size() == 0) return out;
+  if (hessian_.size() == 0) return out;
   for (const Unknown& unknown : unknowns_) {
     if (unknown.is_point) continue;
     out.blocks.push_back(unknown.block);
     out.kinds.push_back(unknown.kind);
   }
-  out.matrix = solved_;
-  for (int i = 0; i < total_; ++i) out.matrix(i, i) -= Damping(hessian_(i, i), solved_radius_);
+  out.matrix = hessian_;
+  Eigen::VectorXd gradient = gradient_;
+  for (PointSystem& point : points_) Eliminate(&point, kUndamped, &out.matrix, &gradient);
   return out;
 }
 

@@ -29,9 +29,9 @@ class NormalEquations {
   // solution to apply.
   std::optional<double> SolveDamped(double radius);
 
-  // What the last equations that were solved know of the states, without their damping. (That of
-  // the points is left: a small share of what is known of each.)
-  StateInformation Information() const;
+  // What the equations that were built last know of the states, without damping, the points
+  // eliminated. Empty before Linearize().
+  StateInformation Information();
 
   // Moves the blocks by the last solution; Undo() takes that back.
   void Apply();
@@ -77,8 +77,6 @@ class NormalEquations {
   std::vector<int> prior_unknowns_;  // of the prior's blocks, and where their columns start
   std::vector<int> prior_columns_;
   Eigen::MatrixXd prior_hessian_, hessian_;  // lower triangles
-  Eigen::MatrixXd solved_;                   // damped, with the points eliminated
-  double solved_radius_ = 0;
   Eigen::VectorXd gradient_, step_;
   std::vector<double> before_;  // the blocks before Apply()
   int total_ = 0;               // size of the reduced system

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <vector>
 
 #include "odometry/window/landmark_information.h"
@@ -116,8 +115,8 @@ Landmark Describe(const PointLandmark& landmark, const CostModel& model,
       landmark.host()->T_world_imu() * model.geometry.T_imu_camera[0];
   const Vector3d ray = (out.p_world - T_world_camera.translation).normalized();
   const auto covariance_m2 = CovarianceFromHost(landmark, model, window);
-  out.sigma_m = covariance_m2 ? std::sqrt(ray.dot(*covariance_m2 * ray))
-                              : std::numeric_limits<double>::infinity();
+  const double variance_m2 = covariance_m2 ? ray.dot(*covariance_m2 * ray) : -1;
+  out.sigma_m = variance_m2 >= 0 ? std::sqrt(variance_m2) : kUnknownSigma_m;  // NaN too
   out.observations = static_cast<int>(landmark.frames.size()) + landmark.released_frames;
   return out;
 }

@@ -36,8 +36,8 @@ bool Rehost(const StereoGeometry& geometry, PointLandmark* landmark);
 double ReprojectionRms(const CostModel& model, const WindowState& window);
 int TriangulatedCount(const WindowState& window);
 
-// A triangulated landmark as a run holds it, but for its segment. Its sigma is infinite where the
-// window does not know it.
+// A triangulated landmark as a run holds it, but for its segment. Its sigma is kUnknownSigma_m
+// where the window does not know it.
 Landmark Describe(const PointLandmark& landmark, const CostModel& model,
                   const WindowCovariance& window);
 

@@ -29,7 +29,8 @@ class TrustRegion {
 };
 
 // The predicted decrease of the cost, with more damping as long as the system cannot be solved:
-// diag(H) / 1e4 may be lost in the rounding of H. Nothing where damping does not help.
+// after many good steps the damping may be lost in the rounding of H. Nothing where damping does
+// not help.
 std::optional<double> SolveDamped(NormalEquations* equations, TrustRegion* region) {
   constexpr int kMaxAttempts = 6;
   for (int attempt = 0; attempt < kMaxAttempts; ++attempt) {
@@ -77,7 +78,9 @@ SolverSummary Solve(std::vector<Term>* terms, const Prior& prior,
              *predicted <= options.function_tolerance * summary.final_cost;
     }
   }
-  if (information && summary.iterations > 0) *information = equations.Information();
+  if (information) {
+    *information = summary.iterations > 0 ? equations.Information() : StateInformation();
+  }
   return summary;
 }
 

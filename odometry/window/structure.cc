@@ -3,7 +3,6 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
-#include <limits>
 #include <utility>
 
 #include "odometry/geometry/pinhole.h"
@@ -93,6 +92,7 @@ std::unordered_set<int64_t> Structure::Judge(const CostModel& model, const Frame
   for (const auto& [id, older_id] : MergeLines(options_, model, window)) {
     MergeMembers(id, older_id, &memberships_, window);
     merges_.emplace(id, older_id);
+    covariance_as_left_m2_.erase(older_id);  // was counted from another keyframe
     gone.insert(id);
   }
   return gone;
@@ -125,6 +125,7 @@ std::unordered_set<int64_t> Structure::ReleaseOldest(const CostModel& model,
     if (line.estimated) AddLineTerm(&line, oldest, model, terms);
     if (line.estimated && line.frames.size() == 1) {
       const auto covariance_m2 = CovarianceAcross(line, MiddleOf(line), *oldest, covariance);
+      covariance_as_left_m2_.erase(id);
       if (covariance_m2) covariance_as_left_m2_[id] = *covariance_m2;
     }
     line.frames.erase(line.frames.begin());
@@ -145,6 +146,7 @@ std::unordered_set<int64_t> Structure::ReleaseOldest(const CostModel& model,
 // before it was known to be the last one, it is counted from the oldest of the window.
 Line Structure::DescribeLine(const LineLandmark& line, const WindowState& window,
                              const WindowCovariance& covariance) const {
+  constexpr double kUnknown_m2 = kUnknownSigma_m * kUnknownSigma_m;
   Line out = Describe(line);
   const auto left = covariance_as_left_m2_.find(line.id);
   if (line.frames.empty() && left != covariance_as_left_m2_.end()) {
@@ -153,8 +155,9 @@ Line Structure::DescribeLine(const LineLandmark& line, const WindowState& window
   }
   const FrameState& from = line.frames.empty() ? *window.frames.front() : *line.frames.back();
   const auto covariance_m2 = CovarianceAcross(line, MiddleOf(line), from, covariance);
-  constexpr double kUnknown_m2 = std::numeric_limits<double>::infinity();
-  out.covariance_m2 = covariance_m2.value_or(Eigen::Matrix3d::Constant(kUnknown_m2));
+  const bool known = covariance_m2 && covariance_m2->allFinite();
+  out.covariance_m2 =
+      known ? *covariance_m2 : Eigen::Matrix3d(kUnknown_m2 * Eigen::Matrix3d::Identity());
   return out;
 }
 
@@ -186,6 +189,7 @@ void Structure::Reset() {
   misplaced_.clear();
   memberships_ = PointsOnLines(points_on_lines_options_);
   covariance_as_left_m2_.clear();
+  merges_.clear();  // Restart() has collected those of a window that was not thrown away
 }
 
 }  // namespace slcmap

@@ -51,7 +51,7 @@ class Structure {
   void AddContents(int segment, const WindowState& window, const WindowCovariance& covariance,
                    OdometryRun* run) const;
 
-  // Forgets everything but what waits for Collect().
+  // Forgets everything but the lines that wait for Collect().
   void Reset();
 
   // Which points lie on which lines in the images.

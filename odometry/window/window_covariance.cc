@@ -47,7 +47,7 @@ void WindowCovariance::Factorize(const StateInformation& information) {
     const double diagonal = information.matrix(from[i], from[i]);
     scale_[i] = diagonal > 0 ? 1 / std::sqrt(diagonal) : 1;
   }
-  factor_.resize(total_, total_);
+  factor_ = MatrixXd::Zero(total_, total_);
   for (int j = 0; j < total_; ++j) {
     for (int i = j; i < total_; ++i) {
       const auto [low, high] = std::minmax(from[i], from[j]);
@@ -55,11 +55,15 @@ void WindowCovariance::Factorize(const StateInformation& information) {
     }
   }
   Eigen::LLT<MatrixXd, Eigen::Lower> cholesky(factor_);
-  if (cholesky.info() != Eigen::Success) {
-    factor_.diagonal().array() += kRidge;
+  for (double ridge = kRidge; cholesky.info() != Eigen::Success && ridge < 1e-3; ridge *= 100) {
+    factor_.diagonal().array() += ridge;
     cholesky.compute(factor_);
   }
   factor_ = cholesky.matrixLLT();
+  if (cholesky.info() != Eigen::Success || !factor_.allFinite()) {  // nothing is known
+    columns_.clear();
+    return;
+  }
   const int poses = total_ - first_pose_;
   const MatrixXd inverse = factor_.bottomRightCorner(poses, poses)
                                .triangularView<Eigen::Lower>()

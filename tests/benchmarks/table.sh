@@ -75,7 +75,7 @@ row() {
        100 * .precision) // null,
      .lines.accuracy.direction_mean_deg] | map(. // "null") | join(" ")' \
     "$folder/metrics.json")
-  lines=$(jq -r '"\(.lines) | \(.median_line_observations)"' "$folder/map/map.json")
+  lines=$(jq -r '"\(.counts.lines) | \(.median_line_observations)"' "$folder/map/map.json")
   cpu=$(jq '1000 * .cpu_s / .stereo_frames' "$folder/run/timings.json")
   window=$(jq '[.stages[] | select(.name == "window optimisation") | 1000 * .wall_s / .calls][0]' \
     "$folder/run/timings.json")

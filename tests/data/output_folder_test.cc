@@ -26,6 +26,7 @@ class OutputFolderTest : public ::testing::Test {
 };
 
 TEST_F(OutputFolderTest, FilesAppearTogetherAndReplaceOlderOnes) {
+  temp_.Write("out/map.json", "old");
   temp_.Write("out/points.ply", "old");
   temp_.Write("out/notes.txt", "mine");
   OutputFolder output(path_, kMap);
@@ -39,7 +40,27 @@ TEST_F(OutputFolderTest, FilesAppearTogetherAndReplaceOlderOnes) {
   EXPECT_EQ(std::distance(fs::directory_iterator(path_), {}), 3);
 }
 
+TEST_F(OutputFolderTest, FilesThatAreNotOfTheStageAreNeitherReplacedNorRemoved) {
+  temp_.Write("out/points.ply", "mine");
+  EXPECT_THAT(MessageOf<ConfigError>([&] { OutputFolder(path_, kMap); }),
+              HasSubstr("found points.ply, which is not of a map"));
+  fs::remove(path_ + "/points.ply");
+  temp_.Write("out/previous-1/points.ply", "mine");
+  OutputFolder(path_, kMap).RemoveAside();
+  EXPECT_EQ(ReadText(path_ + "/previous-1/points.ply"), "mine");
+}
+
+TEST_F(OutputFolderTest, NothingIsWrittenIntoWhatAnotherStageIsReadFrom) {
+  temp_.Write("run/run.json", "{}");
+  const std::string run = temp_.Path("run");
+  for (const char* within : {"", "/.", "/deeper", "/previous-1/deeper"}) {
+    EXPECT_THROW(OutputFolder(run + within, kMap, {run}), ConfigError) << within;
+  }
+  EXPECT_NO_THROW(OutputFolder(run + "s", kMap, {run}));
+}
+
 TEST_F(OutputFolderTest, WhatIsNotCommittedLeavesEverythingAsItWas) {
+  temp_.Write("out/map.json", "old");
   temp_.Write("out/points.ply", "old");
   {
     OutputFolder output(path_, kMap);
@@ -48,7 +69,7 @@ TEST_F(OutputFolderTest, WhatIsNotCommittedLeavesEverythingAsItWas) {
     WriteFile(made.staging() + "/points.ply", "new");
   }
   EXPECT_EQ(ReadText(path_ + "/points.ply"), "old");
-  EXPECT_EQ(std::distance(fs::directory_iterator(path_), {}), 1);
+  EXPECT_EQ(std::distance(fs::directory_iterator(path_), {}), 2);
   EXPECT_FALSE(fs::exists(temp_.Path("made")));
 }
 

@@ -69,7 +69,7 @@ TEST(ReadLines, NamesAFileThatCannotBeRead) {
 }
 
 TEST(SplitRow, TheSeparatorOfTwoFieldsCanBeAskedFor) {
-  for (const char* row : {"1,2", "1 ; 2", " 1\t, 2"}) {
+  for (const char* row : {"1,2", "1 ; 2", " 1\t, 2", ",2", "1,,", ",,"}) {
     const auto fields = SplitRow(row);
     EXPECT_TRUE(SeparatedByMark(fields[0], fields[1])) << row;
   }

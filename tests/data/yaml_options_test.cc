@@ -83,6 +83,9 @@ TEST(YamlSection, FilesThatAreNoMappingsAreErrors) {
   const std::string broken = folder.Write("broken.yaml", "a: 1\nb: [1, 2\n");
   EXPECT_THAT(MessageOf<ConfigError>([&] { YamlSection::FromFile(broken); }),
               HasSubstr("broken.yaml: found no valid YAML: row"));
+  const std::string escape = folder.Write("escape.yaml", "a: \"\\\n b\\\x01\"\n");
+  EXPECT_THAT(MessageOf<ConfigError>([&] { YamlSection::FromFile(escape); }),
+              ::testing::Not(::testing::ContainsRegex("[\x01-\x1f]")));
   const std::string list = folder.Write("list.yaml", "- 1\n- 2\n");
   EXPECT_THAT(MessageOf<ConfigError>([&] { YamlSection::FromFile(list); }),
               HasSubstr("expected keys with values"));

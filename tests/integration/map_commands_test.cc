@@ -65,7 +65,7 @@ TEST(MapCommands, APartialRunIsMappedWithAWarning) {
   EXPECT_THAT(exported.error, HasSubstr("the map is partial: interrupted"));
 }
 
-TEST(MapCommands, SegmentsAreToldOf) {
+TEST(MapCommands, SegmentsAreReported) {
   const TempFolder folder;
   OdometryRun run = testing::MakeWallRun();
   for (size_t i = run.states.size() / 2; i < run.states.size(); ++i) run.states[i].segment = 1;
@@ -336,7 +336,7 @@ TEST(EvaluateCommand, StampsOfImagesAreFoundOrGiven) {
 TEST(EvaluateCommand, ErrorsNameThePlace) {
   const TempFolder folder;
   const std::string a =
-      folder.Write("a.tum", "1.0 0 0 0 0 0 0 1\n1.1 0 0 0 0 0 0 1\n1.2 0 0 0 0 0 0 1\n");
+      folder.Write("a.tum", "1.0 0 0 0 0 0 0 1\n1.1 1 0 0 0 0 0 1\n1.2 1 1 0 0 0 0 1\n");
   const std::string b =
       folder.Write("b.tum", "5.0 0 0 0 0 0 0 1\n5.1 0 0 0 0 0 0 1\n5.2 0 0 0 0 0 0 1\n");
   const std::string bad = folder.Write("bad.tum", "1.0 0 0 0 0 0 0 1\n1.1 nan 0 0 0 0 0 1\n");

@@ -61,7 +61,10 @@ MappedFlight MakeMappedFlight() {
   MappedFlight flight;
   flight.room = renderer.room();
   flight.run = odometry.Run();
-  flight.map = BuildMap(flight.run, {});
+  // At the images' small size lines are less certain than the map's limit asks for.
+  MappingOptions mapping;
+  mapping.lines.max_sigma_m = 0.03;
+  flight.map = BuildMap(flight.run, mapping);
   if (flight.map.trajectory.empty()) return flight;
   const auto truth = [&](const StampedPose& pose) {
     return task.motion.PoseAt(ToSeconds(pose.stamp_ns));

@@ -60,6 +60,14 @@ TEST(VoxelEstimate, IsNearTheVoxelsThatRaysTake) {
   }
 }
 
+// Space that is walked again and again takes no more voxels.
+TEST(VoxelEstimate, OfALongRunIsThatOfTheSpaceItPassed) {
+  const std::vector<RayBundle> once = MakeRays(200, 100);
+  std::vector<RayBundle> often;
+  for (int i = 0; i < 100; ++i) often.insert(often.end(), once.begin(), once.end());
+  EXPECT_LT(VoxelEstimate(often, 100).Voxels(0.1), 2 * VoxelEstimate(once, 100).Voxels(0.1));
+}
+
 TEST(VoxelEstimate, NamesTheLeastResolution) {
   const VoxelEstimate estimate(MakeRays(20, 100), 100);
   for (const double limit : {1e4, 1e6, 1e9}) {

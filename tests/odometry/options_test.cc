@@ -67,7 +67,7 @@ TEST_F(OdometryOptionsTest, NamesSectionKeyValueAndRange) {
 TEST_F(OdometryOptionsTest, RefusesALeastDistanceOfLinesBeyondTheLargest) {
   EXPECT_EQ(ErrorOf("line_landmarks: {triangulation: {min_distance_m: 3, max_distance_m: 2}}"),
             folder_.Path("odometry.yaml: ") +
-                "line_landmarks.triangulation.min_distance_m: found 3, expected less than "
+                "line_landmarks.triangulation.min_distance_m: found 3, expected at most "
                 "max_distance_m, which is 2");
 }
 
@@ -75,7 +75,7 @@ TEST_F(OdometryOptionsTest, RefusesALeastDepthOfPointsBeyondTheLargest) {
   EXPECT_EQ(
       ErrorOf("window: {triangulation: {min_depth_m: 3, max_depth_m: 2}}"),
       folder_.Path("odometry.yaml: ") +
-          "window.triangulation.min_depth_m: found 3, expected less than max_depth_m, which is 2");
+          "window.triangulation.min_depth_m: found 3, expected at most max_depth_m, which is 2");
   EXPECT_EQ(Read("window: {triangulation: {max_depth_m: 50}}").window.triangulation.max_depth_m,
             50);
 }
@@ -83,7 +83,7 @@ TEST_F(OdometryOptionsTest, RefusesALeastDepthOfPointsBeyondTheLargest) {
 TEST_F(OdometryOptionsTest, RefusesALeastDistanceAtWhichLinesAreOneBeyondTheLargest) {
   EXPECT_EQ(ErrorOf("line_landmarks: {min_merge_distance_m: 0.05}"),
             folder_.Path("odometry.yaml: ") +
-                "line_landmarks.min_merge_distance_m: found 0.05, expected less than "
+                "line_landmarks.min_merge_distance_m: found 0.05, expected at most "
                 "max_merge_distance_m, which is 0.04");
 }
 

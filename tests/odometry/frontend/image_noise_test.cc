@@ -28,6 +28,17 @@ TEST(GradientNoise, IsThatOfTheCameraAtEachBrightness) {
   }
 }
 
+// Bars above and below the picture, or the level of black of a video camera.
+TEST(GradientNoise, IsMeasuredBesideWhatIsConstant) {
+  const CameraNoise noise{2.3, 0.09};
+  for (const int constant : {16, 90, 238}) {
+    cv::Mat image = WithNoise(cv::Mat(kSize, CV_32F, cv::Scalar(90)), noise);
+    image(cv::Rect(0, 0, kSize.width, 48)).setTo(constant);
+    const double expected = kOfGradient * (noise.VarianceAt(90) + kRounding);
+    EXPECT_NEAR(Measure(image).VarianceAt(90), expected, 0.2 * expected) << constant;
+  }
+}
+
 // Half of the image is full of texture, and all is shaded.
 TEST(GradientNoise, IsNotMistakenForTextureOrShading) {
   const CameraNoise noise{2.3, 0.09};

@@ -143,7 +143,7 @@ TEST(Estimator, AnObservationThatIsNotFiniteEndsTheSegmentAndIsNotGivenOut) {
   }
 }
 
-TEST(Estimator, OutliersAreTakenOut) {
+TEST(Estimator, OutliersAreRejected) {
   SimulatedRunOptions options = Noisy(9);
   options.outlier_share = 0.05;
   const SimulatedRun run = RunOnSimulatedTracks(options);
