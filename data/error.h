@@ -3,14 +3,24 @@
 
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 namespace slcmap {
 
-// The base of every error that slcmap throws on purpose. The message is one line and names the place
-// (file, key or row), what was found there and what was expected.
+// The base of every error that slcmap throws on purpose. The message is one line and names the
+// place (file, key or row), what was found there and what was expected.
 class Error : public std::runtime_error {
  public:
-  using std::runtime_error::runtime_error;
+  explicit Error(std::string message) : std::runtime_error(InOneLine(std::move(message))) {}
+
+ private:
+  // What was found may hold line breaks and other control characters.
+  static std::string InOneLine(std::string message) {
+    for (char& c : message) {
+      if (static_cast<unsigned char>(c) < ' ' || c == 0x7f) c = ' ';
+    }
+    return message;
+  }
 };
 
 // A wrong option, configuration key or command line.

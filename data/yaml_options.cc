@@ -86,10 +86,6 @@ std::string Shown(const YAML::Node& node) {
 
 std::string OneLine(const YAML::Exception& error) {
   std::string text = error.msg;
-  // The parser quotes what it found, whatever character that is.
-  for (char& c : text) {
-    if (static_cast<unsigned char>(c) < ' ') c = ' ';
-  }
   if (!error.mark.is_null()) text = "row " + std::to_string(error.mark.line + 1) + ": " + text;
   return text;
 }

@@ -26,8 +26,8 @@ struct OccupancyOptions {
 
 // Which lines of the run become lines of the map. The run reports all that it has estimated.
 struct LineMapOptions {
-  double max_sigma_m = 0.007;  // of a line's middle across it
-  int min_observations = 4;    // keyframes that saw it
+  double max_sigma_m = 0.0085;  // of a line's middle across it
+  int min_observations = 4;     // keyframes that saw it
   void Check() const;
   void Read(YamlSection section);
 };

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 #include <sys/wait.h>
 
+#include <csignal>
 #include <cstdlib>
 #include <string>
 
@@ -26,6 +27,7 @@ struct ProcessResult {
 
 // Runs a shell command in which $SLCMAP is the program.
 inline ProcessResult RunShell(const std::string& command) {
+  std::signal(SIGINT, SIG_DFL);  // that of the tests may be ignored, which is inherited
   const TempFolder folder;
   const std::string line = "SLCMAP='" SLCMAP_PROGRAM "'; ( " + command + " ) >'" +
                            folder.Path("out") + "' 2>'" + folder.Path("err") + "'";
@@ -43,7 +45,8 @@ inline ProcessResult RunSlcmap(const std::string& arguments) {
 inline ProcessResult InterruptSlcmap(const std::string& arguments, const std::string& words) {
   const TempFolder folder;
   const std::string log = folder.Path("log");
-  return RunShell("\\$SLCMAP " + arguments + " 2>" + log +
+  // Without job control a shell makes what runs beside it ignore SIGINT.
+  return RunShell("set -m; \\$SLCMAP " + arguments + " 2>" + log +
                   " & pid=\\$!; for i in {1..600}; do grep -q '" + words + "' " + log +
                   " && break; sleep 0.1; done; kill -INT \\$pid; " +
                   "start=\\$SECONDS; wait \\$pid; code=\\$?; cat " + log + " >&2; " +

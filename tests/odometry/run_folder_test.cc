@@ -227,6 +227,7 @@ TEST_F(RunFolderTest, MissingFilesAreNamed) {
   for (const char* name : {"trajectory.tum", "states.csv", "keyframes.csv", "observations.csv",
                            "points.ply", "rig.json", "timings.json", "run.json", "imu.csv",
                            "raw_rig.json", "options.yaml", "images.csv", "lines.ply"}) {
+    std::filesystem::remove_all(folder_);
     WriteRunFolder(folder_, MakeRun());
     std::filesystem::remove(folder_ + "/" + name);
     ExpectReadError(name, folder_);
