@@ -46,8 +46,8 @@ std::string DescribeExtras(const CLI::App& command, const std::string& text) {
   const std::size_t dash = (" " + all).find(" -");
   const std::string from = all.substr(dash == std::string::npos ? 0 : dash);
   const std::string found = from.substr(0, from.find(' '));
-  const std::string known = found.starts_with("-") ? "an option" : "no more than its arguments";
-  return fmt::format("{}: found '{}', expected {} of its usage{}", command.get_name(), found, known,
+  const std::string known = found.starts_with("-") ? "an option of its usage" : "no more arguments";
+  return fmt::format("{}: found '{}', expected {}{}", command.get_name(), found, known,
                      DidYouMean(found, OptionNames(command)));
 }
 

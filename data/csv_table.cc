@@ -14,7 +14,8 @@ namespace slcmap {
 std::string CsvHeader(const CsvColumns& columns) {
   std::string header;
   for (const CsvColumn& column : columns) {
-    header += (header.empty() ? "" : ",") + std::string(column.name);
+    if (!header.empty()) header += ',';
+    header += column.name;
   }
   return header;
 }
