@@ -12,7 +12,6 @@
 #include "apps/odometry_options.h"
 #include "apps/odometry_stage.h"
 #include "apps/progress.h"
-#include "data/asl_files.h"
 #include "data/error.h"
 #include "data/sequence.h"
 #include "export/export.h"

@@ -16,18 +16,6 @@ namespace {
 constexpr double kRest_s = 1, kDuration_s = 6, kRate_hz = 20;
 constexpr double kWallDistance_m = 2.5, kPanel_m = 2;
 
-Rig SmallRig() {
-  Rig rig = ExampleStereoRig();
-  for (Camera& camera : rig.cameras) {
-    camera.width_px = 300;
-    camera.height_px = 192;
-    camera.fx_px = camera.fy_px = 174;
-    camera.cx_px = 149.5;
-    camera.cy_px = 95.5;
-  }
-  return rig;
-}
-
 // A flight through a bare room of panels, and the map of it.
 struct MappedFlight {
   Eigen::AlignedBox3d room;  // in the true world

@@ -32,18 +32,6 @@ constexpr char kRightHangs[] =
     "right images ignored that repeat the one before while the rig moves";
 constexpr double kRest_s = 1, kDuration_s = 6, kRate_hz = 20;
 
-Rig SmallRig() {
-  Rig rig = ExampleStereoRig();
-  for (Camera& camera : rig.cameras) {
-    camera.width_px = 300;
-    camera.height_px = 192;
-    camera.fx_px = camera.fy_px = 174;
-    camera.cx_px = 149.5;
-    camera.cy_px = 95.5;
-  }
-  return rig;
-}
-
 struct Recording {
   Rig rig;
   OdometryOptions options;

@@ -4,9 +4,23 @@
 
 #include <Eigen/Geometry>
 
+#include "data/simulator/example.h"
 #include "data/simulator/pair_renderer.h"
 
 namespace slcmap {
+
+// The example rig with images so small that tests are quick.
+inline Rig SmallRig() {
+  Rig rig = ExampleStereoRig();
+  for (Camera& camera : rig.cameras) {
+    camera.width_px = 300;
+    camera.height_px = 192;
+    camera.fx_px = camera.fy_px = 174;
+    camera.cx_px = 149.5;
+    camera.cy_px = 95.5;
+  }
+  return rig;
+}
 
 class BoxRoomRenderer : public PairRenderer {
  public:
