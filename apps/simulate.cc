@@ -23,6 +23,8 @@ constexpr const char* kExamples = R"(Examples:
       flies along a part of a recorded trajectory (TUM format, body = IMU)
   slcmap simulate config/scenes/office_floor.yaml -o office --rig tumvi --time-offset-s 0.012
       with TUM VI's fisheye rig, whose camera clock is 12 ms behind the IMU's
+  slcmap simulate config/scenes/office_corridor.yaml -o crooked --inexact 1 --inexact-seed 2
+      the same building as builders leave it: walls bend, fittings are turned
 
 It writes a EuRoC folder (mav0) and beside it what is true (truth): trajectory.tum, rig.yaml, the
 scene's edges with the parts that the cameras saw, and depth images with --depth.)";
@@ -30,6 +32,8 @@ scene's edges with the parts that the cameras saw, and depth images with --depth
 struct SimulateArguments {
   SimulationOptions simulation;
   std::optional<double> exposure_ms;
+  std::optional<double> inexact;  // instead of what the scene says
+  std::optional<int> inexact_seed;
   bool without_image_noise = false;
 };
 
@@ -44,11 +48,19 @@ RendererOptions RendererOf(const SimulateArguments& arguments) {
   return renderer;
 }
 
+InexactOptions InexactOf(const SimulateArguments& arguments) {
+  InexactOptions inexact = ReadSceneInexact(arguments.simulation.scene);
+  if (arguments.inexact) inexact.amount = *arguments.inexact;
+  if (arguments.inexact_seed) inexact.seed = *arguments.inexact_seed;
+  inexact.Check();
+  return inexact;
+}
+
 std::unique_ptr<PairRenderer> MakeRenderer(const SimulateArguments& arguments,
                                            const RenderTask& task) {
   const std::string& path = arguments.simulation.scene;
   const RendererOptions options = RendererOf(arguments);
-  const Scene scene = ReadScene(path, task.Stage("reading the scene"));
+  const Scene scene = ReadScene(path, task.Stage("reading the scene"), InexactOf(arguments));
   const WayCrossings crossings = CheckWay(scene, task);
   if (crossings.count > 0) {
     const Eigen::Vector3d& place = crossings.first_place_m;
@@ -95,6 +107,14 @@ void AddMotionOptions(SimulationOptions& options, CLI::App* command) {
   command->add_option("--duration", options.duration_s, "Seconds to simulate; 0: to the end");
 }
 
+void AddBuildingOptions(SimulateArguments& arguments, CLI::App* command) {
+  command->add_option("--inexact", arguments.inexact,
+                      "How far walls and fittings are from plumb and parallel; 1: as far as "
+                      "building tolerances let pass; the scene's own without it");
+  command->add_option("--inexact-seed", arguments.inexact_seed,
+                      "Of these deviations; the scene's own without it");
+}
+
 void AddSensorOptions(SimulateArguments& arguments, CLI::App* command) {
   SimulationOptions& options = arguments.simulation;
   command->add_option("--rig", options.rig, "euroc, tumvi or a file in the form of config/rigs")
@@ -126,6 +146,7 @@ void AddSimulateCommand(CLI::App& app) {
       ->type_name("SEQ")
       ->required();
   AddMotionOptions(options, command);
+  AddBuildingOptions(*arguments, command);
   AddSensorOptions(*arguments, command);
   command->add_flag("--depth", options.with_depth, "Write truth/depth for each left image");
   command->add_option("--threads", options.threads, "Threads; the bytes are the same with any")

@@ -2,8 +2,10 @@
 
 #include <spdlog/fmt/fmt.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "apps/evaluation/segment_index.h"
 #include "data/error.h"
@@ -23,8 +25,8 @@ double Length(const std::vector<PlySegment>& segments) {
   return length_m;
 }
 
-// Calls visit(length, match) for each sample of the segments: the length that it stands for, and
-// the nearest of the others up to the largest tolerance, if any.
+// Calls visit(segment, length, match) for each sample of the segments, one segment after the other:
+// the length that it stands for, and the nearest of the others up to the largest tolerance, if any.
 template <typename Visitor>
 void ForEachSample(const std::vector<PlySegment>& segments, const SegmentIndex& others,
                    const LineMetricOptions& options, const Progress& progress, Visitor visit) {
@@ -40,7 +42,7 @@ void ForEachSample(const std::vector<PlySegment>& segments, const SegmentIndex& 
       if (samples++ % kReportEvery == 0) {
         progress.ReportOrStop((done_m + i / count * length_m) / all_m);
       }
-      visit(length_m / count,
+      visit(segment, length_m / count,
             others.Nearest(segment.start_world + i / count * along, along / length_m,
                            options.tolerances_m.back(), options.max_angle_deg / kDegrees));
     }
@@ -71,11 +73,11 @@ class MatchedLengths {
 struct AccuracySums {
   double length_m = 0, angle = 0, squared_angle = 0, squared_distance = 0;
 
-  void Add(double sample_m, const SegmentIndex::Match& match) {
-    length_m += sample_m;
-    angle += sample_m * match.angle_rad;
-    squared_angle += sample_m * match.angle_rad * match.angle_rad;
-    squared_distance += sample_m * match.distance_m * match.distance_m;
+  void Add(double part_m, double angle_rad, double part_squared_distance) {
+    length_m += part_m;
+    angle += part_m * angle_rad;
+    squared_angle += part_m * angle_rad * angle_rad;
+    squared_distance += part_squared_distance;
   }
 
   std::optional<LineAccuracy> Result() const {
@@ -84,6 +86,55 @@ struct AccuracySums {
                         kDegrees * std::sqrt(squared_angle / length_m),
                         std::sqrt(squared_distance / length_m)};
   }
+};
+
+// Compares each line with the edges that its samples lie on. An edge that is bent has the mean
+// direction of the pieces that the line covers, which is that of the chord of this part.
+class EdgeAccuracy {
+ public:
+  explicit EdgeAccuracy(const TrueEdges& truth) : truth_(truth) {}
+
+  // The samples of a line follow each other.
+  void Add(const PlySegment& line, double sample_m, const SegmentIndex::Match& match) {
+    if (&line != line_) Finish();
+    line_ = &line;
+    const auto edge = static_cast<int64_t>(match.segment);
+    Covered& covered = edges_[truth_.edge_of_whole.empty() ? edge : truth_.edge_of_whole[edge]];
+    const PlySegment& piece = truth_.whole[match.segment];
+    const Eigen::Vector3d direction = (piece.end_world - piece.start_world).normalized();
+    covered.directions +=
+        covered.directions.dot(direction) < 0 ? Eigen::Vector3d(-direction) : direction;
+    covered.length_m += sample_m;
+    covered.squared_distance += sample_m * match.distance_m * match.distance_m;
+  }
+
+  std::optional<LineAccuracy> Result() {
+    Finish();
+    return sums_.Result();
+  }
+
+ private:
+  struct Covered {
+    Eigen::Vector3d directions = Eigen::Vector3d::Zero();
+    double length_m = 0, squared_distance = 0;
+  };
+
+  void Finish() {
+    if (!line_) return;
+    const Eigen::Vector3d along = line_->end_world - line_->start_world;
+    for (const auto& [edge, covered] : edges_) {
+      const double angle_rad = std::atan2(along.cross(covered.directions).norm(),
+                                          std::abs(along.dot(covered.directions)));
+      sums_.Add(covered.length_m, angle_rad, covered.squared_distance);
+    }
+    edges_.clear();
+    line_ = nullptr;
+  }
+
+  const TrueEdges& truth_;
+  const PlySegment* line_ = nullptr;
+  std::map<int64_t, Covered> edges_;  // of the line
+  AccuracySums sums_;
 };
 
 std::vector<PlySegment> WithExtent(const std::vector<MapLine>& lines) {
@@ -140,15 +191,15 @@ LineMetrics EvaluateLines(const TrueEdges& truth, const std::vector<MapLine>& li
   metrics.seen_length_m = Length(truth.seen);
 
   MatchedLengths correct(options.tolerances_m), covered(options.tolerances_m);
-  AccuracySums accuracy;
+  EdgeAccuracy accuracy(truth);
   ForEachSample(mapped, SegmentIndex(truth.whole), options, progress.Part(0, 0.5),
-                [&](double length_m, const auto& match) {
+                [&](const PlySegment& line, double length_m, const auto& match) {
                   if (!match) return;
                   correct.Add(length_m, match->distance_m);
-                  accuracy.Add(length_m, *match);
+                  accuracy.Add(line, length_m, *match);
                 });
   ForEachSample(truth.seen, SegmentIndex(mapped), options, progress.Part(0.5, 1),
-                [&](double length_m, const auto& match) {
+                [&](const PlySegment&, double length_m, const auto& match) {
                   if (match) covered.Add(length_m, match->distance_m);
                 });
   for (std::size_t i = 0; i < options.tolerances_m.size(); ++i) {

@@ -32,7 +32,8 @@ struct LineScore {
 };
 
 // Over the mapped samples that are correct at the largest tolerance, each compared with the nearest
-// true edge of nearly its direction.
+// true edge of nearly its direction; where that is bent, directions with that of its part beside
+// the line.
 struct LineAccuracy {
   double length_m = 0;  // of those samples
   double direction_mean_deg = 0;

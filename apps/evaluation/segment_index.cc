@@ -70,7 +70,8 @@ std::optional<SegmentIndex::Match> SegmentIndex::Nearest(const Eigen::Vector3d& 
   std::optional<Match> best;
   for (const int index : found) {
     const PlySegment& segment = segments_[static_cast<std::size_t>(index)];
-    const Match match{Distance(segment, point), Angle(segment, direction)};
+    const Match match{Distance(segment, point), Angle(segment, direction),
+                      static_cast<std::size_t>(index)};
     if (match.distance_m > max_distance_m || match.angle_rad > max_angle_rad) continue;
     if (!best || match.distance_m < best->distance_m) best = match;
   }

@@ -16,6 +16,7 @@ class SegmentIndex {
   struct Match {
     double distance_m = 0;
     double angle_rad = 0;  // between the directions, in [0, pi / 2]: a segment has no sense
+    std::size_t segment = 0;
   };
 
   // All segments must have an extent.

@@ -1,6 +1,6 @@
 #include "apps/evaluation/true_edges.h"
 
-#include <optional>
+#include <set>
 
 #include "data/csv_table.h"
 #include "data/error.h"
@@ -18,15 +18,28 @@ Eigen::Vector3d Vector(const CsvTable& table, std::size_t row, std::size_t colum
   return {table.Number(row, column), table.Number(row, column + 1), table.Number(row, column + 2)};
 }
 
+bool SameEnds(const PlySegment& a, const PlySegment& b) {
+  return a.start_world == b.start_world && a.end_world == b.end_world;
+}
+
+bool IsSeen(const EdgeRow& row) { return row.to_m != row.from_m && HasExtent(row.whole); }
+
 // Of the edges of which something was seen.
 TrueEdges SeenEdges(const std::vector<EdgeRow>& rows) {
-  TrueEdges edges;
-  std::optional<int64_t> last_edge;  // of edges.whole; the parts of an edge follow each other
+  std::set<int64_t> seen;
   for (const EdgeRow& row : rows) {
-    if (row.to_m == row.from_m || !HasExtent(row.whole)) continue;
-    edges.seen.push_back(row.Seen());
-    if (last_edge != row.edge) edges.whole.push_back(row.whole);
-    last_edge = row.edge;
+    if (IsSeen(row)) seen.insert(row.edge);
+  }
+  TrueEdges edges;
+  const EdgeRow* last = nullptr;  // of edges.whole; the parts of a piece follow each other
+  for (const EdgeRow& row : rows) {
+    if (!seen.contains(row.edge) || !HasExtent(row.whole)) continue;
+    if (IsSeen(row)) edges.seen.push_back(row.Seen());
+    if (!last || last->edge != row.edge || !SameEnds(last->whole, row.whole)) {
+      edges.whole.push_back(row.whole);
+      edges.edge_of_whole.push_back(row.edge);
+    }
+    last = &row;
   }
   return edges;
 }

@@ -10,16 +10,20 @@
 namespace slcmap {
 
 struct TrueEdges {
-  std::vector<PlySegment> whole;  // edges of which the cameras saw a part, from end to end
-  std::vector<PlySegment> seen;   // the parts that they saw
+  // Edges of which the cameras saw a part, from end to end; of those that are bent, their straight
+  // pieces.
+  std::vector<PlySegment> whole;
+  std::vector<PlySegment> seen;  // the parts that they saw
+  // Which edge each of `whole` is of: pieces of one have the same. Empty: each is an edge.
+  std::vector<int64_t> edge_of_whole = {};
 };
 
-// A row of edges.csv: a part of an edge that the cameras saw; or, of an edge that they did not see,
-// none of it.
+// A row of edges.csv: a part of an edge, or of a straight piece of a bent one, that the cameras
+// saw; or, where they did not see any of it, none.
 struct EdgeRow {
   int64_t edge = 0;
   int64_t axis = -1;  // 0 X, 1 Y, 2 vertical, of its wing; -1 none
-  PlySegment whole;   // the edge from end to end, in world
+  PlySegment whole;   // the edge or the piece from end to end, in world
   double from_m = 0, to_m = 0;
 
   PlySegment Seen() const;
@@ -29,9 +33,8 @@ struct EdgeRow {
 // naming file and row.
 std::vector<EdgeRow> ReadEdgeTable(const std::string& path);
 
-// Reads edges.csv, or the edges of an
-// edge-PLY (a path that ends in ".ply"), all seen. Throws DataError naming file and row, also when
-// there is no edge with an extent.
+// Reads edges.csv, or the edges of an edge-PLY (a path that ends in ".ply"), all seen. Throws
+// DataError naming file and row, also when there is no edge with an extent.
 TrueEdges ReadTrueEdges(const std::string& path);
 
 }  // namespace slcmap

@@ -121,14 +121,20 @@ void WriteEdges(const std::string& folder, const Scene& scene, const std::vector
     segments.push_back({edge.a + part.from_m * direction, edge.a + part.to_m * direction});
     parts[part.edge].push_back(part);
   }
+  // Pieces of bent edges are short: their directions need more.
+  const int decimals = scene.inexact ? 6 : 4;
   std::string rows = "edge,axis,wing,ax_m,ay_m,az_m,bx_m,by_m,bz_m,seen_from_m,seen_to_m\n";
   for (size_t e = 0; e < scene.edges.size(); ++e) {
     const TrueEdge& edge = scene.edges[e];
     if (parts[e].empty()) parts[e].push_back({static_cast<int>(e), 0, 0});
+    const int number = edge.bent_edge >= 0 ? edge.bent_edge : static_cast<int>(e);
     for (const SeenPart& part : parts[e]) {
-      rows += fmt::format("{},{},{},{:.4f},{:.4f},{:.4f},{:.4f},{:.4f},{:.4f},{:.4f},{:.4f}\n", e,
-                          edge.axis, edge.wing, edge.a.x(), edge.a.y(), edge.a.z(), edge.b.x(),
-                          edge.b.y(), edge.b.z(), part.from_m, part.to_m);
+      rows += fmt::format("{},{},{}", number, edge.axis, edge.wing);
+      for (const double value : {edge.a.x(), edge.a.y(), edge.a.z(), edge.b.x(), edge.b.y(),
+                                 edge.b.z(), part.from_m, part.to_m}) {
+        rows += fmt::format(",{:.{}f}", value, decimals);
+      }
+      rows += "\n";
     }
   }
   WriteLinesPly(folder + "/edges.ply", segments);

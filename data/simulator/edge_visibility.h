@@ -57,7 +57,8 @@ class EdgeWatch {
 
 // Writes edges.ply, the seen parts as an edge-PLY, and edges.csv, a row a seen part with the whole
 // edge: edge, axis and wing as TrueEdge has them, its ends (metres, in world), seen_from_m and
-// seen_to_m from end a. Edges that were not seen have one row with both zero. Throws OutputError.
+// seen_to_m from end a. Edges that were not seen have one row with both zero. An edge that is bent
+// has such rows for each of its straight pieces, one piece after the other. Throws OutputError.
 void WriteEdges(const std::string& folder, const Scene& scene, const std::vector<SeenPart>& seen);
 
 }  // namespace slcmap

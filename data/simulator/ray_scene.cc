@@ -15,29 +15,28 @@ RTCIntersectContext Context(RTCIntersectContextFlags flags) {
   return context;
 }
 
-void SetCorners(const std::vector<SceneQuad>& quads, RTCGeometry geometry) {
-  auto* corner = static_cast<float*>(rtcSetNewGeometryBuffer(
-      geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), 4 * quads.size()));
+void SetCorners(const std::vector<ScenePatch>& patches, RTCGeometry geometry) {
+  auto* corner = static_cast<float*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0,
+                                                             RTC_FORMAT_FLOAT3, 3 * sizeof(float),
+                                                             4 * patches.size()));
   auto* index = static_cast<uint32_t*>(rtcSetNewGeometryBuffer(
-      geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT4, 4 * sizeof(uint32_t), quads.size()));
+      geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT4, 4 * sizeof(uint32_t), patches.size()));
   if (!corner || !index) throw DataError("scene: too large for the memory");
-  for (const SceneQuad& q : quads) {
-    for (const Eigen::Vector3f& p :
-         {q.a, Eigen::Vector3f(q.a + q.u), Eigen::Vector3f(q.a + q.u + q.v),
-          Eigen::Vector3f(q.a + q.v)}) {
+  for (const ScenePatch& patch : patches) {
+    for (const Eigen::Vector3f& p : patch.corners) {
       corner = std::copy(p.data(), p.data() + 3, corner);
     }
   }
-  for (uint32_t i = 0; i < 4 * quads.size(); ++i) index[i] = i;
+  for (uint32_t i = 0; i < 4 * patches.size(); ++i) index[i] = i;
 }
 
 }  // namespace
 
-RayScene::RayScene(const std::vector<SceneQuad>& quads)
+RayScene::RayScene(const std::vector<ScenePatch>& patches)
     : device_(rtcNewDevice("threads=1,set_affinity=0")), scene_(rtcNewScene(device_)) {
   rtcSetSceneBuildQuality(scene_, RTC_BUILD_QUALITY_HIGH);
   const RTCGeometry geometry = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_QUAD);
-  SetCorners(quads, geometry);
+  SetCorners(patches, geometry);
   rtcCommitGeometry(geometry);
   rtcAttachGeometry(scene_, geometry);
   rtcReleaseGeometry(geometry);

@@ -1,4 +1,4 @@
-// The quads of a scene, ready to be hit by rays (Embree).
+// The patches of a scene, ready to be hit by rays (Embree).
 #pragma once
 
 #include <embree3/rtcore.h>
@@ -18,7 +18,7 @@ class RayScene {
   static constexpr int kLanes = 8;  // what AVX2 traces as one
   static constexpr uint32_t kNoQuad = RTC_INVALID_GEOMETRY_ID;
 
-  // The first hit of each ray. u and v are the hit's fractions along the sides of its quad.
+  // The first hit of each ray. u and v are the hit's fractions along the sides of its patch.
   struct alignas(64) Packet {
     RTCRayHit8 rays;
     alignas(64) int active[kLanes];  // -1: traced, 0: not
@@ -28,12 +28,13 @@ class RayScene {
              float range_m = std::numeric_limits<float>::infinity());
   };
 
-  explicit RayScene(const std::vector<SceneQuad>& quads);
+  explicit RayScene(const std::vector<ScenePatch>& patches);
+  explicit RayScene(const std::vector<SceneQuad>& quads) : RayScene(PatchesOf(quads)) {}
   RayScene(const RayScene&) = delete;
   RayScene& operator=(const RayScene&) = delete;
   ~RayScene();
 
-  // quad of lane i: packet->rays.hit.primID[i] where geomID[i] is not kNoQuad; distance: ray.tfar
+  // patch of lane i: packet->rays.hit.primID[i] where geomID[i] is not kNoQuad; distance: ray.tfar
   void Trace(Packet* packet) const;
 
   // Sets ray.tfar to minus infinity where something is in the way within the range.

@@ -8,6 +8,7 @@
 #include "data/ply.h"
 #include "data/simulator/camera_rays.h"
 #include "data/simulator/hashing.h"
+#include "data/simulator/inexact_building.h"
 #include "data/simulator/surface_shader.h"
 
 namespace slcmap {
@@ -51,8 +52,8 @@ class SceneRenderer : public PairRenderer {
       : scene_(scene),
         options_(options),
         task_(task),
-        rays_(scene_.quads),
-        shader_(scene_, rays_, options.light, task.Stage("baking light")),
+        rays_(SeenPatches(scene_)),
+        shader_(MakeShader()),
         watch_(scene_, rays_, task_, options_.edges) {
     for (const Camera& camera : task.rig.cameras) {
       camera_rays_.emplace_back(camera);
@@ -83,9 +84,16 @@ class SceneRenderer : public PairRenderer {
     }
     WriteEdges(folder, scene_, watch_.Parts());
     WriteSurfaces(folder + "/surfaces.ply");
+    if (scene_.inexact) WriteDeviations(folder, scene_);
   }
 
  private:
+  SurfaceShader MakeShader() const {
+    const Progress progress = task_.Stage("baking light");
+    if (scene_.patches.empty()) return {scene_, rays_, options_.light, progress};
+    return {scene_, RayScene(scene_.quads), options_.light, progress};
+  }
+
   void StopIfAsked() const {
     if (task_.stop.stop_requested()) throw StoppedError("interrupted");
   }
@@ -207,10 +215,9 @@ class SceneRenderer : public PairRenderer {
     PlyFile file;
     PlyElement vertices{"vertex", {}};
     for (const char* name : {"x", "y", "z"}) vertices.Add(name, PlyType::kFloat);
-    for (const SceneQuad& q : scene_.quads) {
+    for (const ScenePatch& patch : SeenPatches(scene_)) {
       const int32_t first = static_cast<int32_t>(vertices.size());
-      const Eigen::Vector3f b = q.a + q.u, c = b + q.v, d = q.a + q.v;
-      for (const Eigen::Vector3f& p : {q.a, b, c, d}) vertices.AppendRow({p.x(), p.y(), p.z()});
+      for (const Eigen::Vector3f& p : patch.corners) vertices.AppendRow({p.x(), p.y(), p.z()});
       file.faces.push_back({first, first + 1, first + 2, first + 3});
     }
     file.elements.push_back(std::move(vertices));

@@ -1,13 +1,16 @@
 // What a simulated building consists of: textured triangles, lamps, and its true edges.
 #pragma once
 
-#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <array>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "data/progress.h"
 #include "data/simulator/camera_response.h"
+#include "data/simulator/inexact_options.h"
 
 namespace slcmap {
 
@@ -40,6 +43,25 @@ struct SceneQuad {
   uint32_t material = 0;  // index into Scene::materials
   // Texture coordinates at a: the pattern goes on across the quads that a wall is cut into.
   Eigen::Vector2f texture_origin = Eigen::Vector2f::Zero();
+  int body = -1;  // index into Scene::bodies
+};
+
+// A piece of a quad as it is seen: where its corners a, a + u, a + u + v, a + v are (metres, in
+// world), and which part of its quad it is, in fractions along u and v.
+struct ScenePatch {
+  std::array<Eigen::Vector3f, 4> corners;
+  Eigen::Vector3f normal;  // of the front, length 1
+  uint32_t quad = 0;
+  Eigen::Vector2f from = Eigen::Vector2f::Zero(), size = Eigen::Vector2f::Ones();
+};
+
+// What is put up as one: a piece of furniture, a door with its frame, a straight piece of a wall.
+struct SceneBody {
+  std::string kind;
+  int wing = 0;
+  bool is_fitting = false;            // put up by itself; else a part of the building
+  Eigen::Isometry3d world_body;       // its frame
+  Eigen::AlignedBox3d box_body = {};  // around its surfaces, in its frame (metres)
 };
 
 // A rectangle that emits light, also a quad of the scene (of a kLamp material).
@@ -53,22 +75,65 @@ struct TrueEdge {
   Eigen::Vector3d a, b;  // metres, in world
   int axis = -1;         // 0, 1, 2: parallel to the axis of its wing; -1: to none
   int wing = 0;          // wings turned against each other have axes of their own
+  int body = -1;         // of a fitting's edge where the building is inexact
+  // Of the bent edge that it is a piece of; pieces of one follow each other. -1: an edge by itself,
+  // whose number is its index.
+  int bent_edge = -1;
+};
+
+// How a body or an edge of an inexact building differs from that of the exact one.
+struct BodyDeviation {
+  int body = 0;                  // index into Scene::bodies
+  Eigen::Vector3d foot_world;    // the middle of its foot in the exact building (metres)
+  double yaw_deg = 0;            // of its longer level side, about the vertical
+  Eigen::Vector2d lean_deg = Eigen::Vector2d::Zero();      // of its upright, towards X and Y of its wing
+  double own_yaw_deg = 0;        // what a fitting is turned by itself
+  Eigen::Vector2d own_lean_deg = Eigen::Vector2d::Zero();  // and leans by itself
+};
+struct EdgeDeviation {
+  int edge = 0, body = -1, axis = -1, wing = 0;
+  double length_m = 0;
+  // Of the chord between its ends: towards the next axis of its wing and the one after that (for Y
+  // towards Z and X); of an edge without an axis, how far it is turned in all, and 0.
+  Eigen::Vector2d turn_deg = Eigen::Vector2d::Zero();
+  double bend_m = 0;  // largest distance from its chord
+};
+
+struct InexactTruth {
+  InexactOptions options;
+  double max_displacement_m = 0;  // of any corner of a surface
+  std::vector<BodyDeviation> bodies;
+  std::vector<EdgeDeviation> edges;
 };
 
 struct Scene {
   std::string name;
   std::vector<SurfaceMaterial> materials;
   std::vector<SceneQuad> quads;
+  std::vector<SceneBody> bodies;
   std::vector<SceneLamp> lamps;
   std::vector<TrueEdge> edges;
   float ambient = 0.1f;              // light that reaches everything, as radiance
   std::vector<double> wing_yaw_rad;  // heading of each wing's first axis in world
+
+  // Of an inexact building: quads and lamps are those of the exact one, whose light it has; patches
+  // and edges are where they are seen. None of an exact one: its quads are seen as they are.
+  std::vector<ScenePatch> patches;
+  std::optional<InexactTruth> inexact;
 };
+
+// What is seen of a scene: its patches, or each quad as one.
+std::vector<ScenePatch> SeenPatches(const Scene& scene);
+std::vector<ScenePatch> PatchesOf(const std::vector<SceneQuad>& quads);
 
 // Builds the scene that a YAML file describes. Deterministic. Throws ConfigError naming file and
 // key, and StoppedError where progress ends it. The section `trajectory` is left to ReadScenario's
-// reader of motions, `camera` to the next.
-Scene ReadScene(const std::string& path, const Progress& progress = {});
+// reader of motions, `camera` to the next. `inexact` stands for what the section of that name says.
+Scene ReadScene(const std::string& path, const Progress& progress = {},
+                const std::optional<InexactOptions>& inexact = {});
+
+// What the section `inexact` says. Throws as above.
+InexactOptions ReadSceneInexact(const std::string& path);
 
 // What the section `camera` says of the cameras that the building is seen with, and the defaults
 // for the rest. Throws as above.

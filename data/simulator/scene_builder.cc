@@ -51,7 +51,10 @@ bool AreApart(const TrueEdge& first, const TrueEdge& second) {
 
 // Makes *edge the union of both if they lie on one another.
 bool Absorb(const TrueEdge& other, TrueEdge* edge) {
-  if (other.axis != edge->axis || other.wing != edge->wing || AreApart(other, *edge)) return false;
+  if (other.axis != edge->axis || other.wing != edge->wing || other.body != edge->body ||
+      AreApart(other, *edge)) {
+    return false;
+  }
   if (DistanceToLine(other.a, *edge) > kSame_m || DistanceToLine(other.b, *edge) > kSame_m) {
     return false;
   }
@@ -112,6 +115,12 @@ void SceneBuilder::SetPlacement(int wing, const Eigen::Isometry3d& wing_object) 
   world_object_ = world_wings_.at(wing) * wing_object;
 }
 
+int SceneBuilder::AddBody(const std::string& kind, bool is_fitting) {
+  body_ = static_cast<int>(scene_.bodies.size());
+  scene_.bodies.push_back({kind, wing_, is_fitting, world_object_});
+  return body_;
+}
+
 void SceneBuilder::AddQuad(const Vector3d& a, const Vector3d& u, const Vector3d& v,
                            uint32_t material, const Vector2d& texture_origin) {
   if (!(u.cross(v).norm() >= kMinArea_m2) || !a.allFinite()) {
@@ -123,7 +132,14 @@ void SceneBuilder::AddQuad(const Vector3d& a, const Vector3d& u, const Vector3d&
   }
   const Eigen::Matrix3d rotation = world_object_.linear();
   scene_.quads.push_back({(world_object_ * a).cast<float>(), (rotation * u).cast<float>(),
-                          (rotation * v).cast<float>(), material, texture_origin.cast<float>()});
+                          (rotation * v).cast<float>(), material, texture_origin.cast<float>(),
+                          body_});
+  if (body_ < 0) return;
+  SceneBody& body = scene_.bodies[body_];
+  const Eigen::Isometry3d body_object = body.world_body.inverse() * world_object_;
+  for (const Vector3d& corner : {a, Vector3d(a + u), Vector3d(a + v), Vector3d(a + u + v)}) {
+    body.box_body.extend(body_object * corner);
+  }
 }
 
 void SceneBuilder::AddEdge(const Vector3d& a, const Vector3d& b) {
@@ -133,6 +149,7 @@ void SceneBuilder::AddEdge(const Vector3d& a, const Vector3d& b) {
                       " edges in the scene, expected at most that");
   }
   TrueEdge edge{world_object_ * a, world_object_ * b, -1, wing_};
+  if (body_ >= 0 && scene_.bodies[body_].is_fitting) edge.body = body_;
   edge.axis = AxisOf(world_wings_[wing_].linear().transpose() * (edge.b - edge.a));
   scene_.edges.push_back(edge);
 }
@@ -209,9 +226,13 @@ void SceneBuilder::AddLamp(const Vector3d& a, const Vector3d& u, const Vector3d&
   scene_.lamps.push_back({quad.a, quad.u, quad.v, radiance});
 }
 
-Scene SceneBuilder::Finish(const Progress& progress) {
+Scene SceneBuilder::Finish(const Progress& progress, bool fittings_apart) {
   Scene scene = std::move(scene_);
   scene_ = Scene();
+  body_ = -1;
+  if (!fittings_apart) {
+    for (TrueEdge& edge : scene.edges) edge.body = -1;
+  }
   scene.edges = MergedEdges(scene.edges, progress);
   return scene;
 }

@@ -3,6 +3,7 @@
 
 #include <Eigen/Geometry>
 #include <random>
+#include <string>
 #include <vector>
 
 #include "data/progress.h"
@@ -20,6 +21,9 @@ class SceneBuilder {
 
   uint32_t AddMaterial(const SurfaceMaterial& material);
   void SetPlacement(int wing, const Eigen::Isometry3d& wing_object);
+  // A body whose frame is the current placement; what is added from now on belongs to it.
+  int AddBody(const std::string& kind, bool is_fitting);
+  void SetBody(int body) { body_ = body; }
 
   // Without edges. `texture_origin`: texture coordinates at a, so that the parts of a wall go on.
   void AddQuad(const Eigen::Vector3d& a, const Eigen::Vector3d& u, const Eigen::Vector3d& v,
@@ -46,18 +50,18 @@ class SceneBuilder {
   void AddLamp(const Eigen::Vector3d& a, const Eigen::Vector3d& u, const Eigen::Vector3d& v,
                float radiance, uint32_t material);
 
-  // The scene; edges that lie on one another become one. Leaves the builder empty. Throws
-  // StoppedError where progress ends it.
-  Scene Finish(const Progress& progress = {});
+  // The scene; edges that lie on one another become one, unless they are of two fittings that
+  // stand apart. Leaves the builder empty. Throws StoppedError where progress ends it.
+  Scene Finish(const Progress& progress = {}, bool fittings_apart = false);
 
  private:
   Scene scene_;
   std::vector<Eigen::Isometry3d> world_wings_;
   Eigen::Isometry3d world_object_ = Eigen::Isometry3d::Identity();
-  int wing_ = 0;
+  int wing_ = 0, body_ = -1;
 };
 
-// Collinear edges (within a millimetre) that overlap become their union.
+// Collinear edges (within a millimetre) of one body that overlap become their union.
 std::vector<TrueEdge> MergedEdges(const std::vector<TrueEdge>& edges,
                                   const Progress& progress = {});
 

@@ -425,6 +425,7 @@ void ReadObject(YamlSection section, const MaterialNames& materials, int wings,
   section.Finish();
   for (int i = 0; i < repeat; ++i) {
     builder->SetPlacement(wing, Eigen::Translation3d(i * step) * wing_object);
+    builder->AddBody(name, name != "slab" && name != "stairs");
     Build(section, [&] { build(static_cast<uint32_t>(seed + i), builder); });
   }
 }

@@ -4,6 +4,7 @@
 
 #include "data/config_file.h"
 #include "data/error.h"
+#include "data/simulator/inexact_building.h"
 #include "data/simulator/scene.h"
 #include "data/simulator/scene_builder.h"
 #include "data/simulator/scene_object_reader.h"
@@ -165,8 +166,10 @@ void Dim(const std::vector<Dimming>& dimmings, Scene* scene) {
 
 }  // namespace
 
-Scene ReadScene(const std::string& path, const Progress& progress) {
+Scene ReadScene(const std::string& path, const Progress& progress,
+                const std::optional<InexactOptions>& inexact) {
   std::vector<YamlSection> files = ReadFiles(path);
+  const InexactOptions deviations = inexact.value_or(ReadSceneInexact(path));
   const std::vector<Eigen::Isometry3d> world_wings = ReadWings(&files);
   SceneBuilder builder(world_wings);
   const MaterialNames materials = ReadMaterials(&files, &builder);
@@ -178,6 +181,7 @@ Scene ReadScene(const std::string& path, const Progress& progress) {
     file.Read("ambient", &ambient);
     file.Section("trajectory");
     file.Section("camera");
+    file.Section("inexact");
     for (const YamlSection& object : file.List("objects")) {
       ReadObject(object, materials, static_cast<int>(world_wings.size()), &builder);
     }
@@ -185,12 +189,24 @@ Scene ReadScene(const std::string& path, const Progress& progress) {
     file.Finish();
   }
   if (ambient < 0 || ambient > 1000) throw ConfigError(path + ": ambient: expected 0 to 1000");
-  Scene scene = builder.Finish(progress);
+  Scene scene = builder.Finish(progress, deviations.amount > 0);
   if (scene.quads.empty()) throw ConfigError(path + ": objects: expected at least one");
   scene.name = name;
   scene.ambient = static_cast<float>(ambient);
   Dim(dimmings, &scene);
+  if (deviations.amount > 0) MakeInexact(deviations, &scene);
   return scene;
+}
+
+InexactOptions ReadSceneInexact(const std::string& path) {
+  InexactOptions inexact;
+  for (YamlSection& file : ReadFiles(path)) inexact.Read(file.Section("inexact"));
+  try {
+    inexact.Check();
+  } catch (const ConfigError& error) {
+    throw NamingFile(path, error);
+  }
+  return inexact;
 }
 
 CameraResponseOptions ReadSceneCamera(const std::string& path) {

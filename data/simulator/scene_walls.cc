@@ -192,7 +192,9 @@ Eigen::Isometry3d PlaceOf(const WallSpec& spec, int index) {
   return wall_segment;
 }
 
-void AddSegment(const WallSpec& spec, const Segment& segment, SceneBuilder* builder) {
+// The bodies of the openings in the order of the segment's.
+void AddSegment(const WallSpec& spec, const Segment& segment,
+                const std::vector<int>& opening_bodies, SceneBuilder* builder) {
   for (const bool front : {true, false}) {
     if (!front && !spec.has_back) continue;
     AddFace(spec, segment, front, builder);
@@ -202,9 +204,10 @@ void AddSegment(const WallSpec& spec, const Segment& segment, SceneBuilder* buil
     if (!segment.turns_at_start) AddEnd(spec, 0, true, builder);
     if (!segment.turns_at_end) AddEnd(spec, segment.length, false, builder);
   }
-  for (const WallOpening& opening : segment.openings) {
-    AddFrame(spec, opening, builder);
-    if (!opening.is_door) AddPanes(spec, opening, builder);
+  for (size_t i = 0; i < segment.openings.size(); ++i) {
+    builder->SetBody(opening_bodies[i]);
+    AddFrame(spec, segment.openings[i], builder);
+    if (!segment.openings[i].is_door) AddPanes(spec, segment.openings[i], builder);
   }
 }
 
@@ -217,9 +220,16 @@ void AddWall(const WallSpec& spec, const Eigen::Isometry3d& wing_object, int win
     const Segment segment = SegmentOf(spec, index);
     const Eigen::Isometry3d wing_segment = wing_object * PlaceOf(spec, index);
     builder->SetPlacement(wing, wing_segment);
-    AddSegment(spec, segment, builder);
+    std::vector<int> opening_bodies;
     for (const WallOpening& opening : segment.openings) {
+      opening_bodies.push_back(builder->AddBody(opening.is_door ? "door" : "window", true));
+    }
+    builder->AddBody("wall", false);
+    AddSegment(spec, segment, opening_bodies, builder);
+    for (size_t i = 0; i < segment.openings.size(); ++i) {
+      const WallOpening& opening = segment.openings[i];
       if (!opening.is_door) continue;
+      builder->SetBody(opening_bodies[i]);
       builder->SetPlacement(wing, wing_segment * HingeOf(spec, opening));
       AddLeaf(spec, opening.width - 2 * kFrameInside_m - 0.008,
               opening.height - kFrameInside_m - 0.004, builder);

@@ -31,9 +31,9 @@ float OffsetTexels(float origin_m, uint32_t random) {
 
 }  // namespace
 
-SurfaceShader::SurfaceShader(const Scene& scene, const RayScene& rays,
+SurfaceShader::SurfaceShader(const Scene& scene, const RayScene& quad_rays,
                              const LightBakingOptions& options, const Progress& progress)
-    : textures_(scene.materials), light_(LightMaps::Bake(scene, rays, options, progress)) {
+    : textures_(scene.materials), light_(LightMaps::Bake(scene, quad_rays, options, progress)) {
   constexpr float kTexelsPerMetre = 1 / TextureTile::kTexel_m;
   for (const SceneQuad& quad : scene.quads) {
     const SurfaceMaterial& material = scene.materials[quad.material];
@@ -49,8 +49,12 @@ SurfaceShader::SurfaceShader(const Scene& scene, const RayScene& rays,
     s.base = material.albedo * (1 - material.contrast);
     s.gain = material.albedo * material.contrast / 128;
     s.emission = material.texture == TextureKind::kLamp ? Emission(scene, quad) : 0;
-    Eigen::Vector3f::Map(s.normal) = quad.u.cross(quad.v).normalized();
     surfaces_.push_back(s);
+  }
+  for (const ScenePatch& seen : SeenPatches(scene)) {
+    Patch patch{seen.quad, seen.from.x(), seen.from.y(), seen.size.x(), seen.size.y(), {}};
+    Eigen::Vector3f::Map(patch.normal) = seen.normal;
+    patches_.push_back(patch);
   }
 }
 

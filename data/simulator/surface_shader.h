@@ -12,13 +12,13 @@ namespace slcmap {
 
 class SurfaceShader {
  public:
-  // Bakes the light. Throws as LightMaps::Bake does.
-  SurfaceShader(const Scene& scene, const RayScene& rays, const LightBakingOptions& options,
+  // Bakes the light with the rays of the scene's quads. Throws as LightMaps::Bake does.
+  SurfaceShader(const Scene& scene, const RayScene& quad_rays, const LightBakingOptions& options,
                 const Progress& progress = {});
 
   struct Hit {
-    uint32_t quad;
-    float s, t;  // fractions along the sides of the quad
+    uint32_t patch;  // of SeenPatches
+    float s, t;      // fractions along the sides of the patch
     float distance_m;
     Eigen::Vector3f ray;  // unit direction
     float footprint_rad;  // angle that the sample stands for
@@ -34,10 +34,15 @@ class SurfaceShader {
     float texels_per_m;
     float base, gain;  // albedo = base + gain * texel
     float emission;    // above 0: a lamp
-    float normal[3];   // of the front
+  };
+  struct Patch {
+    uint32_t quad;
+    float from_s, from_t, size_s, size_t;  // fractions along the sides of the quad
+    float normal[3];                       // of the front
   };
 
-  std::vector<Surface> surfaces_;
+  std::vector<Surface> surfaces_;  // by quad
+  std::vector<Patch> patches_;
   TextureSet textures_;
   LightMaps light_;
 };
@@ -65,18 +70,20 @@ inline float SurfaceTexel(const TextureTile& tile, int level, float x, float y) 
 }
 
 inline float SurfaceShader::RadianceOf(const Hit& hit) const {
-  const Surface& surface = surfaces_[hit.quad];
+  const Patch& patch = patches_[hit.patch];
+  const Surface& surface = surfaces_[patch.quad];
   if (surface.emission > 0) return surface.emission;
-  const float cosine = surface.normal[0] * hit.ray.x() + surface.normal[1] * hit.ray.y() +
-                       surface.normal[2] * hit.ray.z();
-  const float light = light_.At(hit.quad, cosine < 0, hit.s, hit.t);
+  const float s = patch.from_s + hit.s * patch.size_s, t = patch.from_t + hit.t * patch.size_t;
+  const float cosine =
+      patch.normal[0] * hit.ray.x() + patch.normal[1] * hit.ray.y() + patch.normal[2] * hit.ray.z();
+  const float light = light_.At(patch.quad, cosine < 0, s, t);
   // The footprint is an ellipse, longer by 1 / cosine; its mean size blurs no direction too much.
   const float texels2 = hit.distance_m * hit.footprint_rad * surface.texels_per_m;
   const float lod =
       CoarseLog2(texels2 * texels2 / std::max(std::abs(cosine), 0.05f) + 1e-6f) * 0.5f + hit.dither;
   const int level = std::clamp(static_cast<int>(lod), 0, TextureTile::kLevels - 1);
-  const float texel = SurfaceTexel(*surface.tile, level, surface.offset_s + hit.s * surface.scale_s,
-                                   surface.offset_t + hit.t * surface.scale_t);
+  const float texel = SurfaceTexel(*surface.tile, level, surface.offset_s + s * surface.scale_s,
+                                   surface.offset_t + t * surface.scale_t);
   return light * (surface.base + surface.gain * texel);
 }
 

@@ -16,11 +16,8 @@ constexpr float kHeadroom_m = 10;  // a scene may have no ceiling
 
 Eigen::AlignedBox3f BoundsOf(const Scene& scene) {
   Eigen::AlignedBox3f bounds;
-  for (const SceneQuad& q : scene.quads) {
-    for (const Eigen::Vector3f& p : {q.a, Eigen::Vector3f(q.a + q.u), Eigen::Vector3f(q.a + q.v),
-                                     Eigen::Vector3f(q.a + q.u + q.v)}) {
-      bounds.extend(p);
-    }
+  for (const ScenePatch& patch : SeenPatches(scene)) {
+    for (const Eigen::Vector3f& p : patch.corners) bounds.extend(p);
   }
   bounds.max().z() += kHeadroom_m;
   return bounds;
@@ -35,7 +32,7 @@ std::string Shown(const Eigen::Vector3f& p) {
 WayCrossings CheckWay(const Scene& scene, const RenderTask& task) {
   const Progress progress = task.Stage("following the way");
   const Eigen::AlignedBox3f bounds = BoundsOf(scene);
-  const RayScene rays(scene.quads);
+  const RayScene rays(SeenPatches(scene));
   WayCrossings crossings;
   Eigen::Vector3f before = Eigen::Vector3f::Zero();
   const double first_s = task.times_s.front(), last_s = task.times_s.back();

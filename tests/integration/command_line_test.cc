@@ -2,6 +2,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <fstream>
+
 #include "tests/integration/slcmap_process.h"
 #include "tests/testing/small_sequence.h"
 
@@ -144,6 +146,21 @@ TEST(Simulate, WritesASequenceThatCheckAcceptsAndRefusesToDoSoTwice) {
   }
   EXPECT_THAT(RunSlcmap("check " + folder.Path("sequence")).output, HasSubstr("stereo pairs"));
   ExpectError(RunSlcmap("-q " + command), 1, "sequence");
+  const std::string crooked = folder.Path("crooked");
+  EXPECT_EQ(RunSlcmap(command + "2 --inexact 0").exit_code, 0);
+  EXPECT_EQ(RunSlcmap("simulate " + scene + " --rig " + rig + " --duration 0.6 --inexact 0.5 " +
+                      "--inexact-seed 4 -o " + crooked)
+                .exit_code,
+            0);
+  const auto read = [&](const std::string& path) {
+    std::ifstream file(folder.Path(path), std::ios::binary);
+    return std::string(std::istreambuf_iterator<char>(file), {});
+  };
+  EXPECT_EQ(read("sequence2/truth/edges.csv"), read("sequence/truth/edges.csv"));
+  EXPECT_EQ(read("sequence2/truth/surfaces.ply"), read("sequence/truth/surfaces.ply"));
+  EXPECT_FALSE(std::filesystem::exists(folder.Path("sequence2/truth/inexact.yaml")));
+  EXPECT_NE(read("crooked/truth/edges.csv"), read("sequence/truth/edges.csv"));
+  EXPECT_THAT(read("crooked/truth/inexact.yaml"), HasSubstr("amount: 0.5\nseed: 4\n"));
   ExpectError(RunSlcmap("simulate " + folder.Path("none.yaml") + " -o " + folder.Path("new")), 2,
               "none.yaml");
 }
@@ -162,6 +179,8 @@ TEST(Simulate, RefusesWhatIsAbsurdOrTooLarge) {
               "trajectory.waypoints_m: found 10000000, expected -1000 to 1000");
   ExpectError(simulate(RoomYaml("radiance: 30", "", "20, 0, 1")), 2, "outside the building");
   ExpectError(simulate(RoomYaml(), " --seed -1"), 2, "--seed");
+  ExpectError(simulate(RoomYaml(), " --inexact 5"), 2, "inexact.amount: found 5, expected 0 to 2");
+  ExpectError(simulate(RoomYaml(), " --inexact-seed -1"), 2, "inexact.seed: found -1");
   ExpectError(simulate(RoomYaml(), " --exposure-ms 1e9"), 2, "exposure_ms: found 1e+09");
   ExpectError(simulate(RoomYaml(), " --exposure-ms 200"), 2, "expected at most the 50 ms");
   EXPECT_FALSE(std::filesystem::exists(folder.Path("sequence")));

@@ -85,6 +85,34 @@ TEST(LineMetrics, DirectionErrorIsWeightedByLength) {
   EXPECT_NEAR(metrics.accuracy->direction_rms_deg, std::sqrt((3 * 1 + 1 * 25) / 4.0), 1e-9);
 }
 
+// An arc of 10 m in pieces of half a metre that bends by 30 mm, as one edge, and the parallel edge
+// beside it.
+TrueEdges BentEdge() {
+  TrueEdges truth;
+  const auto at = [](double x) { return Eigen::Vector3d(x, 0.03 * (1 - x * x / 25), 0); };
+  for (int i = -10; i < 10; ++i) {
+    truth.whole.push_back({at(0.5 * i), at(0.5 * (i + 1))});
+    truth.edge_of_whole.push_back(3);
+  }
+  truth.seen = truth.whole;
+  truth.whole.push_back({{-5, 2, 0}, {5, 2, 0}});
+  truth.edge_of_whole.push_back(4);
+  return truth;
+}
+
+TEST(LineMetrics, ALineAlongABentEdgeHasTheDirectionOfWhatItCovers) {
+  const TrueEdges truth = BentEdge();
+  const LineMetrics whole = EvaluateLines(truth, {Mapped({-5, 0.02, 0}, {5, 0.02, 0})}, {});
+  EXPECT_NEAR(At(whole, 0.05).precision, 1, 1e-9);
+  EXPECT_NEAR(At(whole, 0.05).recall, 1, 1e-9);
+  EXPECT_NEAR(whole.accuracy.value().direction_mean_deg, 0, 1e-3);
+  // Its second half goes down by 30 mm.
+  const LineMetrics half = EvaluateLines(truth, {Mapped({5, 0.02, 0}, {0, 0.02, 0})}, {});
+  EXPECT_NEAR(half.accuracy.value().direction_mean_deg, std::atan(0.03 / 5) / kRadians, 1e-3);
+  const LineMetrics chord = EvaluateLines(truth, {Mapped({0, 0.03, 0}, {5, 0, 0})}, {});
+  EXPECT_NEAR(chord.accuracy.value().direction_mean_deg, 0, 1e-3);
+}
+
 TEST(LineMetrics, OtherDirectionsDoNotCount) {
   // Across an edge, and 12 degrees off it: near, but no observations of it.
   const double slope = std::tan(12 * kRadians);
@@ -165,6 +193,19 @@ TEST(TrueEdges, TableGivesWholeEdgesAndSeenParts) {
   ASSERT_EQ(edges.seen.size(), 3u);
   EXPECT_EQ(edges.seen[0].start_world, Eigen::Vector3d(1.5, 0, 0));
   EXPECT_EQ(edges.seen[1].end_world, Eigen::Vector3d(5, 0, 0));
+}
+
+TEST(TrueEdges, PiecesOfABentEdgeAreOfOneSeenOrNot) {
+  const testing::TempFolder folder;
+  const TrueEdges edges = ReadTrueEdges(
+      folder.Write("edges.csv", std::string(kHeader) +
+                                    "0,0,0,0,0,0,1,0,0,0.5,1\n0,0,0,1,0,0,2,0.1,0,0,0\n"
+                                    "1,1,0,0,0,0,0,9,0,0,0\n1,1,0,0,9,0,0,9,9,0,0\n"
+                                    "2,0,0,2,0.1,0,3,0.2,0,0,0.2\n2,0,0,2,0.1,0,3,0.2,0,0.4,1\n"));
+  ASSERT_EQ(edges.whole.size(), 3u);
+  EXPECT_EQ(edges.edge_of_whole, (std::vector<int64_t>{0, 0, 2}));
+  EXPECT_EQ(edges.whole[1].end_world, Eigen::Vector3d(2, 0.1, 0));
+  EXPECT_EQ(edges.seen.size(), 3u);
 }
 
 TEST(TrueEdges, AnEdgePlyIsSeenWhole) {
