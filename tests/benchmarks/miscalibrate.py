@@ -16,6 +16,7 @@ What an estimator should find (T_imu_camera as sensor.yaml's T_BS says it):
                               timeshift_cam_imu (Kalibr: t_imu = t_camera + shift) is -X ms. Ground
                               truth follows the cameras' clock, as trajectories of slcmap do, unless
                               --truth-clock imu
+  --timeshift-ms X            claimed timeshift_cam_imu, with --time-offset-ms -X a right one
   --right-rotation-deg X Y Z  claimed R_imu_right = true R_imu_right * Exp(X Y Z)
   --imu-rotation-deg X Y Z    claimed R_imu_camera = Exp(X Y Z) * true R_imu_camera, of all cameras,
                               and so for their translations: the IMU turned, about itself
@@ -401,6 +402,7 @@ def arguments():
     parser.add_argument("seq", nargs="?", type=pathlib.Path)
     parser.add_argument("out", nargs="?", type=pathlib.Path)
     parser.add_argument("--time-offset-ms", type=float, default=0)
+    parser.add_argument("--timeshift-ms", type=float)
     parser.add_argument("--truth-clock", choices=["camera", "imu"], default="camera")
     parser.add_argument("--right-rotation-deg", type=float, nargs=3, default=[0] * 3)
     parser.add_argument("--imu-rotation-deg", type=float, nargs=3, default=[0] * 3)
@@ -427,6 +429,8 @@ def arguments():
 def apply_options(recording, options):
     recording.stamp_cameras_late(round(options.time_offset_ms * 1e6),
                                  options.truth_clock == "camera")
+    if options.timeshift_ms is not None:
+        set_timeshift(recording, 1e-3 * options.timeshift_ms)
     recording.turn_right(options.right_rotation_deg)
     recording.turn_imu(exp_rotation(options.imu_rotation_deg))
     recording.scale_intrinsics([options.focal_scale] * 2 + [1, 1])
