@@ -8,6 +8,7 @@ stamps and IMU samples change where the fault is in the data. truth/ stays what 
   tests/benchmarks/miscalibrate.py SEQ OUT --time-offset-ms 10 --right-rotation-deg 0.05 0.05 0
   tests/benchmarks/miscalibrate.py SEQ OUT --imu-rotation-deg 1 0 0 --focal-scale 1.003
   tests/benchmarks/miscalibrate.py SEQ OUT --fault gyro-y-negated
+  tests/benchmarks/miscalibrate.py SEQ OUT --all-faults      # OUT/NAME of each
   tests/benchmarks/miscalibrate.py --list-faults
 
 What an estimator should find (T_imu_camera as sensor.yaml's T_BS says it):
@@ -411,6 +412,7 @@ def arguments():
     parser.add_argument("--principal-px", type=float, nargs=2, default=[0] * 2)
     parser.add_argument("--baseline-scale", type=float, default=1)
     parser.add_argument("--fault", action="append", default=[])
+    parser.add_argument("--all-faults", action="store_true")
     parser.add_argument("--list-faults", action="store_true")
     options = parser.parse_args()
     if not options.list_faults:
@@ -448,9 +450,12 @@ def main():
         for name, (words, _) in faults().items():
             print(f"{name:24}{words}")
         return 0
-    recording = Recording(options.seq)
-    apply_options(recording, options)
-    recording.write(options.out)
+    for name in faults() if options.all_faults else [None]:
+        recording = Recording(options.seq)
+        apply_options(recording, options)
+        if name:
+            faults()[name][1](recording)
+        recording.write(options.out / name if name else options.out)
     return 0
 
 

@@ -1,0 +1,116 @@
+// Recordings that tests/benchmarks/miscalibrate.py makes from good ones, as slcmap reads them.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <set>
+#include <sstream>
+
+#include "data/asl_files.h"
+#include "data/calibration.h"
+#include "tests/integration/slcmap_process.h"
+#include "tests/testing/small_sequence.h"
+
+namespace slcmap {
+namespace {
+
+using Eigen::Vector3d;
+using testing::RunShell;
+using testing::TempFolder;
+
+constexpr double kRadians = M_PI / 180;
+
+class MiscalibratedRecording : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    if (RunShell("python3 --version").exit_code != 0) GTEST_SKIP() << "no python3";
+    testing::WriteSequence(good_folder_, testing::SmallSequence());
+    std::string imu = "#timestamp [ns],wx,wy,wz,ax,ay,az\n";
+    for (int64_t i = 0; i < 60; ++i) {  // whose values change
+      imu += fmt::format("{},0.{},0.{},-0.{},0.{},-0.{},9.{}\n",
+                         testing::kFirstStamp_ns + i * testing::kImuStep_ns, i + 1, i + 2, i + 3,
+                         i + 4, i + 5, i + 6);
+    }
+    good_folder_.Write("mav0/imu0/data.csv", imu);
+  }
+
+  testing::ProcessResult Make(const std::string& arguments) const {
+    return RunShell("python3 " SLCMAP_SOURCE_DIR "/tests/benchmarks/miscalibrate.py " + arguments);
+  }
+  // A recording with these options.
+  std::string Made(const std::string& name, const std::string& options) const {
+    const testing::ProcessResult result = Make(good_ + " " + folder_.Path(name) + " " + options);
+    EXPECT_EQ(result.exit_code, 0) << result.error;
+    return folder_.Path(name) + "/mav0";
+  }
+  Rig RigOf(const std::string& mav) const {
+    Warnings warnings;
+    return ReadAslCalibration(mav, &warnings).rig;
+  }
+
+  const TempFolder good_folder_, folder_;
+  const std::string good_ = good_folder_.Path();
+};
+
+TEST_F(MiscalibratedRecording, ClaimsWhatItsOptionsSay) {
+  const Rig good = RigOf(good_ + "mav0");
+  const Rig rig = RigOf(Made("off",
+                             "--right-rotation-deg 0.05 0.02 0 --imu-rotation-deg 0 1 0 "
+                             "--focal-scale 1.003 --principal-px 1 -2 --timeshift-ms -10"));
+  const Eigen::Quaterniond turn(Eigen::AngleAxisd(kRadians, Vector3d::UnitY()));
+  EXPECT_LT(rig.T_imu_camera[0].rotation.angularDistance(turn * good.T_imu_camera[0].rotation),
+            1e-9);
+  EXPECT_LT((rig.T_imu_camera[0].translation - turn * good.T_imu_camera[0].translation).norm(),
+            1e-9);
+  const Eigen::Quaterniond right =
+      good.T_imu_camera[1].rotation.inverse() * turn.inverse() * rig.T_imu_camera[1].rotation;
+  EXPECT_LT((LogRotation(right) / kRadians - Vector3d(0.05, 0.02, 0)).norm(), 1e-9);
+  EXPECT_NEAR(rig.cameras[0].fx_px, 1.003 * good.cameras[0].fx_px, 1e-9);
+  EXPECT_NEAR(rig.cameras[1].cx_px, good.cameras[1].cx_px + 1, 1e-9);
+  EXPECT_NEAR(rig.cameras[1].cy_px, good.cameras[1].cy_px - 2, 1e-9);
+  EXPECT_NEAR(rig.camera_time_offset_s, -0.01, 1e-12);
+}
+
+TEST_F(MiscalibratedRecording, LateStampsAreThoseOfTheSameImages) {
+  Warnings warnings;
+  const auto good = ReadAslImages(good_ + "mav0/cam1", &warnings);
+  const auto late = ReadAslImages(Made("late", "--time-offset-ms 10") + "/cam1", &warnings);
+  ASSERT_EQ(late.size(), good.size());
+  for (size_t i = 0; i < good.size(); ++i) {
+    EXPECT_EQ(late[i].stamp_ns, good[i].stamp_ns + 10'000'000);
+    EXPECT_TRUE(std::filesystem::equivalent(late[i].path, good[i].path));
+  }
+}
+
+TEST_F(MiscalibratedRecording, NamesManyFaultsAndMakesEach) {
+  const std::string list = Make("--list-faults").output;
+  EXPECT_GE(std::count(list.begin(), list.end(), '\n'), 25);
+  const std::string faults = folder_.Path("faults");
+  const testing::ProcessResult made = Make(good_ + " " + faults + " --all-faults");
+  EXPECT_EQ(made.exit_code, 0) << made.error;
+  const auto text = [](const std::string& mav) {
+    std::string all;
+    for (const char* name : {"cam0/sensor.yaml", "cam1/sensor.yaml", "cam0/data.csv",
+                             "cam1/data.csv", "imu0/data.csv"}) {
+      all += testing::ReadText(mav + "/" + name);
+    }
+    return all + std::filesystem::canonical(mav + "/cam0/data").string();
+  };
+  std::set<std::string> texts = {text(good_ + "mav0")};
+  std::istringstream lines(list);
+  for (std::string name, words; lines >> name && std::getline(lines, words);) {
+    EXPECT_TRUE(texts.insert(text(faults + "/" + name + "/mav0")).second) << name;
+  }
+}
+
+TEST_F(MiscalibratedRecording, RefusesWhatItDoesNotKnow) {
+  const std::string out = folder_.Path("out");
+  EXPECT_EQ(Make(good_ + " " + out + " --fault none-such").exit_code, 2);
+  EXPECT_EQ(Make(folder_.Path("nowhere") + " " + out).exit_code, 2);
+  EXPECT_EQ(Make(good_ + " " + good_).exit_code, 2);
+  EXPECT_FALSE(std::filesystem::exists(out));
+}
+
+}  // namespace
+}  // namespace slcmap
