@@ -1,171 +1,209 @@
 #include "odometry/frontend/corner_detector.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
 #include <opencv2/imgproc.hpp>
 
 namespace slcmap {
 namespace {
 
-constexpr int kBlock_px = 7;
-constexpr double kSobelScale = 0.125;         // to grey values a pixel
+constexpr int kReach_px = 3;  // of the square over which gradients are summed up
+constexpr int kSide_px = 2 * kReach_px + 1;
+constexpr int kBorder_px = 8;                 // in which no corners are looked for
+constexpr float kSobelScale = 0.125f;         // to grey values a pixel
 constexpr float kMinEigenvalueRatio = 0.15f;  // an edge slides along itself
 constexpr int kPerCell = 6;
 
-struct Corner {
-  Eigen::Vector2d px;
-  float response = 0;
-  int cell = 0;
-};
-
-// What a corner at a pixel must have.
-class Threshold {
+// What is computed on the way to the responses of one row: Sobel gradients of the last rows, and
+// the sums of their products over them, by column.
+class GradientSums {
  public:
-  Threshold(const cv::Mat& image, const GradientNoise& noise, const CornerDetectorOptions& options)
-      : image_(image),
-        noise_(noise),
-        min_over_noise_(options.min_over_noise),
-        least_(static_cast<float>(options.min_response * options.min_response)) {}
+  explicit GradientSums(int width) : width_(width) {
+    for (auto& row : x_) row.assign(width, 0);
+    for (auto& row : y_) row.assign(width, 0);
+    for (auto& sum : sums_) sum.assign(width, 0);
+  }
 
-  float least() const { return least_; }
+  // Lets the next row in, and the oldest out. `px` is the row's leftmost pixel.
+  void Add(const uchar* px, size_t stride) {
+    int16_t* x = x_[next_].data();
+    int16_t* y = y_[next_].data();
+    int *xx = sums_[0].data(), *xy = sums_[1].data(), *yy = sums_[2].data();
+    for (int u = 0; u < width_; ++u) {
+      xx[u] -= x[u] * x[u];
+      xy[u] -= x[u] * y[u];
+      yy[u] -= y[u] * y[u];
+    }
+    const uchar *above = px - stride, *below = px + stride;
+    for (int u = 0; u < width_; ++u) {
+      const int right = above[u + 1] + 2 * px[u + 1] + below[u + 1];
+      const int left = above[u - 1] + 2 * px[u - 1] + below[u - 1];
+      x[u] = static_cast<int16_t>(right - left);
+      y[u] = static_cast<int16_t>(below[u - 1] + 2 * below[u] + below[u + 1] - above[u - 1] -
+                                  2 * above[u] - above[u + 1]);
+    }
+    for (int u = 0; u < width_; ++u) {
+      xx[u] += x[u] * x[u];
+      xy[u] += x[u] * y[u];
+      yy[u] += y[u] * y[u];
+    }
+    next_ = (next_ + 1) % kSide_px;
+  }
 
-  bool Passes(float response, const cv::Point& px) const {
-    constexpr int kReach = kBlock_px / 2;
-    const cv::Rect block(px.x - kReach, px.y - kReach, kBlock_px, kBlock_px);
-    return response > min_over_noise_ * noise_.VarianceAt(cv::mean(image_(block))[0]);
+  // The smaller eigenvalue of the mean product of the gradients (Shi and Tomasi, 1994) over the
+  // square that begins in each column; 0 at edges, which have no second direction, and where it is
+  // below `least`.
+  void Respond(float least, int count, float* response) const {
+    constexpr float kMean = kSobelScale * kSobelScale / (kSide_px * kSide_px);
+    for (int u = 0; u < count; ++u) {
+      int xx = 0, xy = 0, yy = 0;
+      for (int i = u; i < u + kSide_px; ++i) {
+        xx += sums_[0][i];
+        xy += sums_[1][i];
+        yy += sums_[2][i];
+      }
+      const float a = kMean * static_cast<float>(xx), b = kMean * static_cast<float>(xy),
+                  c = kMean * static_cast<float>(yy);
+      response[u] = 0;
+      // At most twice the determinant over the trace.
+      if (2 * (a * c - b * b) < least * (a + c)) continue;
+      const float half_trace = 0.5f * (a + c), difference = 0.5f * (a - c);
+      const float root = std::sqrt(difference * difference + b * b);
+      const float smaller = half_trace - root, larger = half_trace + root;
+      if (smaller >= least && smaller > kMinEigenvalueRatio * larger) response[u] = smaller;
+    }
   }
 
  private:
-  const cv::Mat& image_;
-  const GradientNoise& noise_;
-  double min_over_noise_;
-  float least_;
+  int width_;
+  int next_ = 0;
+  std::array<std::vector<int16_t>, kSide_px> x_, y_;  // 8 grey values a pixel
+  std::array<std::vector<int>, 3> sums_;              // xx, xy, yy
 };
 
-bool Stronger(const Corner& a, const Corner& b) { return a.response > b.response; }
-
-// The smaller eigenvalue of the mean product of the gradients (Shi and Tomasi, 1994); 0 at edges,
-// which have no second direction. Pixels of `image` beyond its view count where there are any.
-cv::Mat Response(const cv::Mat& image) {
-  cv::Mat x, y, xx, xy, yy;
-  cv::Sobel(image, x, CV_32F, 1, 0, 3, kSobelScale);
-  cv::Sobel(image, y, CV_32F, 0, 1, 3, kSobelScale);
-  const cv::Size block(kBlock_px, kBlock_px);
-  cv::boxFilter(x.mul(x), xx, -1, block);
-  cv::boxFilter(x.mul(y), xy, -1, block);
-  cv::boxFilter(y.mul(y), yy, -1, block);
-  cv::Mat response(image.size(), CV_32F);
-  for (int v = 0; v < image.rows; ++v) {
-    const float *a = xx.ptr<float>(v), *b = xy.ptr<float>(v), *c = yy.ptr<float>(v);
-    float* r = response.ptr<float>(v);
-    for (int u = 0; u < image.cols; ++u) {
-      const float half_trace = 0.5f * (a[u] + c[u]);
-      const float difference = 0.5f * (a[u] - c[u]);
-      const float root = std::sqrt(difference * difference + b[u] * b[u]);
-      const float smaller = half_trace - root, larger = half_trace + root;
-      r[u] = smaller > kMinEigenvalueRatio * larger ? smaller : 0;
-    }
+// The responses in an area of the image, which has its border about it; 0 below `least`.
+cv::Mat_<float> Response(const cv::Mat& image, const cv::Rect& area, float least) {
+  cv::Mat_<float> response(area.size());
+  GradientSums sums(area.width + 2 * kReach_px);
+  for (int v = -kReach_px; v < area.height + kReach_px; ++v) {
+    sums.Add(image.ptr<uchar>(area.y + v) + area.x - kReach_px, image.step);
+    if (v < kReach_px) continue;
+    sums.Respond(least, area.width, response.ptr<float>(v - kReach_px));
   }
   return response;
 }
 
-// The local maxima of the corner response in one cell, the strongest first.
-void AppendCorners(const cv::Mat& image, const cv::Mat& free, const cv::Rect& area, int cell,
-                   const Threshold& threshold, std::vector<Corner>* corners) {
-  const cv::Rect padded(area.x - 1, area.y - 1, area.width + 2, area.height + 2);
-  cv::Mat highest;
-  const cv::Mat response = Response(image(padded));
-  cv::dilate(response, highest, cv::Mat());
-  const size_t first = corners->size();
-  for (int v = 1; v + 1 < response.rows; ++v) {
-    const float* r = response.ptr<float>(v);
-    const float* h = highest.ptr<float>(v);
-    const uchar* f = free.ptr<uchar>(padded.y + v) + padded.x;
-    for (int u = 1; u + 1 < response.cols; ++u) {
-      if (r[u] < threshold.least() || r[u] < h[u] || !f[u]) continue;
-      const cv::Point px(padded.x + u, padded.y + v);
-      if (threshold.Passes(r[u], px)) corners->push_back({Eigen::Vector2d(px.x, px.y), r[u], cell});
-    }
+bool IsHighest(const cv::Mat_<float>& response, int u, int v) {
+  const float here = response(v, u);
+  for (int y = v - 1; y <= v + 1; ++y) {
+    const float* row = response.ptr<float>(y);
+    if (row[u - 1] > here || row[u] > here || row[u + 1] > here) return false;
   }
-  std::stable_sort(corners->begin() + first, corners->end(), Stronger);
-  if (corners->size() > first + kPerCell) corners->resize(first + kPerCell);
+  return true;
 }
 
-// Divides the image into cells of about cell_px.
-class Grid {
- public:
-  Grid(cv::Size size, double cell_px, int border_px)
-      : inner_(border_px, border_px, size.width - 2 * border_px, size.height - 2 * border_px),
-        columns_(std::max(1, static_cast<int>(inner_.width / cell_px))),
-        rows_(std::max(1, static_cast<int>(inner_.height / cell_px))) {}
-
-  int count() const { return columns_ * rows_; }
-
-  int CellAt(const Eigen::Vector2d& px) const {
-    const double c = (px.x() - inner_.x) * columns_ / inner_.width;
-    const double r = (px.y() - inner_.y) * rows_ / inner_.height;
-    return std::clamp(static_cast<int>(r), 0, rows_ - 1) * columns_ +
-           std::clamp(static_cast<int>(c), 0, columns_ - 1);
+int MeanAround(const cv::Mat& image, const cv::Point& px) {
+  int sum = 0;
+  for (int v = px.y - kReach_px; v <= px.y + kReach_px; ++v) {
+    const uchar* row = image.ptr<uchar>(v) + px.x - kReach_px;
+    for (int i = 0; i < kSide_px; ++i) sum += row[i];
   }
+  return sum / (kSide_px * kSide_px);
+}
 
-  cv::Rect Area(int cell) const {
-    const int c = cell % columns_, r = cell / columns_;
-    return {Edge(c, r), Edge(c + 1, r + 1)};
-  }
-
- private:
-  cv::Point Edge(int c, int r) const {
-    return {inner_.x + c * inner_.width / columns_, inner_.y + r * inner_.height / rows_};
-  }
-
-  cv::Rect inner_;
-  int columns_, rows_;
-};
-
-bool Crowded(const std::vector<Eigen::Vector2d>& chosen, const Eigen::Vector2d& px,
+bool Crowded(const std::vector<Eigen::Vector2d>& others, const Eigen::Vector2d& px,
              double min_distance_px) {
-  return std::any_of(chosen.begin(), chosen.end(), [&](const auto& other) {
+  return std::any_of(others.begin(), others.end(), [&](const auto& other) {
     return (other - px).squaredNorm() < min_distance_px * min_distance_px;
   });
 }
 
 }  // namespace
 
-std::vector<Eigen::Vector2d> DetectCorners(const cv::Mat& image, const cv::Mat& mask,
-                                           const std::vector<Eigen::Vector2d>& occupied,
-                                           int max_count, double cell_px,
-                                           const GradientNoise& noise,
-                                           const CornerDetectorOptions& options) {
-  const Grid grid(image.size(), cell_px, options.border_px);
-  const Threshold threshold(image, noise, options);
-  cv::Mat free = mask.clone();
-  std::vector<int> in_cell(grid.count(), 0);
-  for (const auto& p : occupied) {
-    cv::circle(free, cv::Point(static_cast<int>(p.x()), static_cast<int>(p.y())),
-               static_cast<int>(options.min_distance_px), 0, cv::FILLED);
-    ++in_cell[grid.CellAt(p)];
+CornerDetector::CornerDetector(const cv::Mat& image, const cv::Mat& mask, double cell_px,
+                               const GradientNoise& noise, const CornerDetectorOptions& options)
+    : image_(image),
+      mask_(mask),
+      inner_(kBorder_px, kBorder_px, image.cols - 2 * kBorder_px, image.rows - 2 * kBorder_px),
+      columns_(std::max(1, static_cast<int>(inner_.width / cell_px))),
+      rows_(std::max(1, static_cast<int>(inner_.height / cell_px))),
+      searched_(columns_ * rows_),
+      corners_(columns_ * rows_) {
+  for (int grey = 0; grey < 256; ++grey) {
+    least_by_grey_.push_back(
+        static_cast<float>(std::max(options.min_response * options.min_response,
+                                    options.min_over_noise * noise.VarianceAt(grey))));
   }
+}
+
+std::vector<Eigen::Vector2d> CornerDetector::Find(const std::vector<Eigen::Vector2d>& occupied,
+                                                  int max_count, double min_distance_px) {
+  std::vector<int> in_cell(corners_.size(), 0);
+  for (const auto& p : occupied) ++in_cell[CellAt(p)];
   // Cells are looked at only as far as they are needed: those with the fewest points first.
   std::vector<Eigen::Vector2d> chosen;
-  std::vector<Corner> corners;
-  std::vector<bool> searched(grid.count(), false);
-  for (int most = 0; most < kPerCell && static_cast<int>(chosen.size()) < max_count; ++most) {
-    for (int cell = 0; cell < grid.count(); ++cell) {
-      if (searched[cell] || in_cell[cell] > most) continue;
-      AppendCorners(image, free, grid.Area(cell), cell, threshold, &corners);
-      searched[cell] = true;
-    }
-    std::stable_sort(corners.begin(), corners.end(), Stronger);
-    for (const auto& corner : corners) {
-      if (static_cast<int>(chosen.size()) >= max_count) break;
-      if (in_cell[corner.cell] > most || Crowded(chosen, corner.px, options.min_distance_px)) {
-        continue;
+  std::vector<Corner> candidates;
+  std::vector<bool> asked(corners_.size(), false);
+  for (int most = 0; most < kPerCell && std::ssize(chosen) < max_count; ++most) {
+    for (int cell = 0; cell < std::ssize(corners_); ++cell) {
+      if (asked[cell] || in_cell[cell] > most) continue;
+      asked[cell] = true;
+      int room = kPerCell;
+      for (const Corner& corner : CornersOf(cell)) {
+        if (Crowded(occupied, corner.px, min_distance_px)) continue;
+        candidates.push_back(corner);
+        if (--room == 0) break;
       }
+    }
+    std::stable_sort(candidates.begin(), candidates.end(), Stronger);
+    for (const Corner& corner : candidates) {
+      if (std::ssize(chosen) >= max_count) break;
+      if (in_cell[corner.cell] > most || Crowded(chosen, corner.px, min_distance_px)) continue;
       chosen.push_back(corner.px);
       ++in_cell[corner.cell];
     }
   }
   return chosen;
+}
+
+bool CornerDetector::Stronger(const Corner& a, const Corner& b) { return a.response > b.response; }
+
+int CornerDetector::CellAt(const Eigen::Vector2d& px) const {
+  const double c = (px.x() - inner_.x) * columns_ / inner_.width;
+  const double r = (px.y() - inner_.y) * rows_ / inner_.height;
+  return std::clamp(static_cast<int>(r), 0, rows_ - 1) * columns_ +
+         std::clamp(static_cast<int>(c), 0, columns_ - 1);
+}
+
+cv::Rect CornerDetector::Area(int cell) const {
+  const auto edge = [this](int c, int r) {
+    return cv::Point(inner_.x + c * inner_.width / columns_, inner_.y + r * inner_.height / rows_);
+  };
+  const int c = cell % columns_, r = cell / columns_;
+  return {edge(c, r), edge(c + 1, r + 1)};
+}
+
+// The local maxima of the corner response in one cell.
+const std::vector<CornerDetector::Corner>& CornerDetector::CornersOf(int cell) {
+  std::vector<Corner>& corners = corners_[cell];
+  if (searched_[cell]) return corners;
+  searched_[cell] = true;
+  const cv::Rect area = Area(cell);
+  const cv::Rect padded(area.x - 1, area.y - 1, area.width + 2, area.height + 2);
+  const cv::Mat_<float> response = Response(image_, padded, least_by_grey_.front());
+  for (int v = 1; v + 1 < padded.height; ++v) {
+    for (int u = 1; u + 1 < padded.width; ++u) {
+      if (response(v, u) <= 0 || !IsHighest(response, u, v)) continue;
+      const cv::Point px(padded.x + u, padded.y + v);
+      if (!mask_.at<uchar>(px)) continue;
+      if (response(v, u) < least_by_grey_[MeanAround(image_, px)]) continue;
+      corners.push_back({Eigen::Vector2d(px.x, px.y), response(v, u), cell});
+    }
+  }
+  std::stable_sort(corners.begin(), corners.end(), Stronger);
+  return corners;
 }
 
 }  // namespace slcmap

@@ -87,25 +87,24 @@ class PointTracker::Impl {
   // Where there are few corners, they may lie closer to each other.
   void DetectLeft() {
     if (std::ssize(points_) >= options_.max_points) return;
-    const GradientNoise noise(left_[0], mask_);
-    for (const double share : {1.0, kCloserShare}) {
-      DetectLeft(share * options_.min_distance_px, noise);
-    }
-  }
-
-  void DetectLeft(double min_distance_px, const GradientNoise& noise) {
-    const int room = options_.max_points - static_cast<int>(points_.size());
-    if (room <= 0) return;
-    std::vector<Eigen::Vector2d> occupied;
-    for (const auto& p : observations_) occupied.push_back(p.left_px);
     CornerDetectorOptions corner_options;
-    corner_options.min_distance_px = min_distance_px;
     corner_options.min_response = options_.min_corner_gradient;
     const double cell_px =
         std::max(options_.min_distance_px,
                  std::sqrt(static_cast<double>(left_[0].total()) / options_.max_points));
-    for (const auto& px :
-         DetectCorners(left_[0], mask_, occupied, room, cell_px, noise, corner_options)) {
+    CornerDetector detector(left_[0], mask_, cell_px, GradientNoise(left_[0], mask_),
+                            corner_options);
+    for (const double share : {1.0, kCloserShare}) {
+      AddCorners(share * options_.min_distance_px, &detector);
+    }
+  }
+
+  void AddCorners(double min_distance_px, CornerDetector* detector) {
+    const int room = options_.max_points - static_cast<int>(points_.size());
+    if (room <= 0) return;
+    std::vector<Eigen::Vector2d> occupied;
+    for (const auto& p : observations_) occupied.push_back(p.left_px);
+    for (const auto& px : detector->Find(occupied, room, min_distance_px)) {
       TrackedPoint p;
       p.left.center_px = px.cast<float>();
       if (!Anchor(left_, &p)) continue;

@@ -18,12 +18,11 @@ const cv::Size kSize(608, 384);
 std::vector<Eigen::Vector2d> Corners(const cv::Mat& image) {
   const PointTrackerOptions tracker;
   CornerDetectorOptions options;
-  options.min_distance_px = tracker.min_distance_px;
   options.min_response = tracker.min_corner_gradient;
   const double cell_px = std::sqrt(static_cast<double>(image.total()) / tracker.max_points);
   const cv::Mat mask(image.size(), CV_8U, cv::Scalar(255));
-  return DetectCorners(image, mask, {}, tracker.max_points, cell_px, GradientNoise(image, mask),
-                       options);
+  CornerDetector detector(image, mask, cell_px, GradientNoise(image, mask), options);
+  return detector.Find({}, tracker.max_points, tracker.min_distance_px);
 }
 
 TEST(CornerDetector, FindsNoCornersInNoiseOfAnyLevelAndGain) {
