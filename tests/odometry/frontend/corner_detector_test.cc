@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <opencv2/imgproc.hpp>
 #include <vector>
 
 #include "odometry/options.h"
@@ -67,6 +68,48 @@ TEST(CornerDetector, KeepsCornersOfLowContrastThatStandOutOfTheNoise) {
     EXPECT_GT(at_squares, 120u) << contrast << " grey values";  // of 160 at most
     EXPECT_LE(corners.size() - at_squares, 4u) << contrast << " grey values";
   }
+}
+
+TEST(CornerDetector, FindsTheMaximaOfTheSmallerEigenvalue) {
+  const cv::Mat image = WithNoise(Squares(60, 80), CameraNoise{2.3, 0.09});
+  cv::Mat response, highest;
+  cv::cornerMinEigenVal(image, response, 7, 3);
+  cv::dilate(response, highest, cv::Mat());
+  const std::vector<Eigen::Vector2d> corners = Corners(image);
+  EXPECT_GT(corners.size(), 150u);
+  for (const Eigen::Vector2d& px : corners) {
+    const cv::Point at(static_cast<int>(px.x()), static_cast<int>(px.y()));
+    EXPECT_GE(response.at<float>(at), 0.9999f * highest.at<float>(at)) << px.transpose();
+  }
+}
+
+TEST(CornerDetector, FindsMoreWhereTheyMayBeCloserButNoneInTheMaskOrBesideOthers) {
+  const cv::Mat image = WithNoise(Squares(60, 80), CameraNoise{2.3, 0.09});
+  cv::Mat mask(kSize, CV_8U, cv::Scalar(255));
+  mask.colRange(0, 300) = 0;
+  CornerDetector detector(image, mask, 40, GradientNoise(image, mask), CornerDetectorOptions());
+  std::vector<Eigen::Vector2d> found = detector.Find({}, 200, 40);
+  const size_t apart = found.size();
+  EXPECT_GT(apart, 20u);
+  for (const Eigen::Vector2d& px : detector.Find(found, 200, 20)) found.push_back(px);
+  EXPECT_GT(found.size(), apart + 20);
+  for (size_t i = 0; i < found.size(); ++i) {
+    EXPECT_GE(found[i].x(), 300);
+    for (size_t k = 0; k < i; ++k) EXPECT_GE((found[i] - found[k]).norm(), i < apart ? 40 : 20);
+  }
+}
+
+TEST(CornerDetector, LooksFirstWhereThereIsNoPoint) {
+  const cv::Mat image = WithNoise(Squares(60, 80), CameraNoise{2.3, 0.09});
+  const cv::Mat mask(kSize, CV_8U, cv::Scalar(255));
+  CornerDetector detector(image, mask, 50, GradientNoise(image, mask), CornerDetectorOptions());
+  std::vector<Eigen::Vector2d> left_half;
+  for (int v = 10; v < kSize.height; v += 20) {
+    for (int u = 10; u < kSize.width / 2; u += 20) left_half.emplace_back(u, v);
+  }
+  const std::vector<Eigen::Vector2d> found = detector.Find(left_half, 20, 10);
+  EXPECT_EQ(found.size(), 20u);
+  for (const Eigen::Vector2d& px : found) EXPECT_GT(px.x(), kSize.width / 2 - 30);
 }
 
 }  // namespace
