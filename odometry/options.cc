@@ -56,6 +56,8 @@ constexpr OptionTable kKeyframe{
     Option{"min_parallax_px", &KeyframeOptions::min_parallax_px, 0.1, 1000.0},
     Option{"min_kept_share", &KeyframeOptions::min_kept_share, 0.0, 1.0},
     Option{"max_interval_s", &KeyframeOptions::max_interval_s, 0.01, 100.0},
+    Option{"sparse_share", &KeyframeOptions::sparse_share, 0.0, 1.0},
+    Option{"sparse_interval_s", &KeyframeOptions::sparse_interval_s, 0.01, 100.0},
     Option{"still_parallax_px", &KeyframeOptions::still_parallax_px, 0.0, 100.0},
     Option{"max_still_rate_rad_s", &KeyframeOptions::max_still_rate_rad_s, 0.0, 10.0}};
 

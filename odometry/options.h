@@ -57,9 +57,13 @@ struct WindowOptions {
 };
 
 struct KeyframeOptions {
-  double min_parallax_px = 24;         // median, since the last keyframe, without the rotation
-  double min_kept_share = 0.65;        // of the last keyframe's points that are still tracked
-  double max_interval_s = 1.0;         // while the rig moves
+  double min_parallax_px = 24;   // median, since the last keyframe, without the rotation
+  double min_kept_share = 0.65;  // of the last keyframe's points that are still tracked
+  double max_interval_s = 1.0;   // while the rig moves
+  // Where a keyframe has fewer points than this share of PointTrackerOptions::max_points, they are
+  // averaged over more keyframes: at least one in sparse_interval_s.
+  double sparse_share = 0.7;
+  double sparse_interval_s = 0.25;
   double still_parallax_px = 1.0;      // with the rotation: below it the rig does not move
   double max_still_rate_rad_s = 0.05;  // mean, without bias: above it the rig turns
   void Check() const;

@@ -51,16 +51,22 @@ std::string FindImpossible(const OnlineState& state, const FailureOptions& limit
   return {};
 }
 
-// Of the points of the last keyframe: how many there are, and how many of them a later frame has.
+// The points of the last keyframe, and those of them that a later frame has.
 struct KeptPoints {
   int all = 0, kept = 0;
-  bool AreFewerThan(double share) const { return kept < share * all; }
+  // Shown by something else than the last keyframe's left image: by its right image, or a keyframe
+  // before. What was detected in noise is soon gone, and must not look as if the view had changed.
+  int proven = 0, proven_kept = 0;
+
+  // Those that the later frame proves count too.
+  int True() const { return proven + kept - proven_kept; }
+  bool AreFewerThan(double share) const {
+    constexpr double kUnproven = 0.5;  // of the share that is asked for, where all points count
+    return proven_kept < share * proven || kept < kUnproven * share * all;
+  }
 };
 
-// With proven_only of those that something else than the last keyframe's left image has shown too:
-// its right image, or a keyframe before. What was detected in noise is soon gone, and must not look
-// as if the view had changed.
-KeptPoints CountKept(const WindowState& window, const FrameState& frame, bool proven_only) {
+KeptPoints CountKept(const WindowState& window, const FrameState& frame) {
   KeptPoints points;
   const FrameState& last = *window.frames.back();
   for (const auto& [id, measurement] : last.measurements) {
@@ -68,9 +74,11 @@ KeptPoints CountKept(const WindowState& window, const FrameState& frame, bool pr
     const bool proven = measurement.right ||
                         (landmark != window.landmarks.end() &&
                          landmark->second.frames.size() + landmark->second.released_frames > 1);
-    if (proven_only && !proven) continue;
+    const bool kept = frame.measurements.contains(id);
     ++points.all;
-    if (frame.measurements.contains(id)) ++points.kept;
+    if (kept) ++points.kept;
+    if (proven) ++points.proven;
+    if (proven && kept) ++points.proven_kept;
   }
   return points;
 }
@@ -345,18 +353,18 @@ bool Estimator::StandsStill(const FrameState& frame) const {
 }
 
 bool Estimator::IsKeyframe(const FrameState& frame) const {
-  constexpr double kUnproven = 0.5;  // of the share that is asked for, where all points count
   const FrameState& last = window_.newest();
+  const KeyframeOptions& limits = options_.keyframes;
+  const KeptPoints points = CountKept(window_.state(), frame);
+  if (points.AreFewerThan(limits.min_kept_share)) return true;
+  if (frame.stands_still) return false;
   const Flow flow =
       MedianFlow(last, frame, rig_.cameras[0].fx_px, CameraRotation(frame, last, rig_));
-  const KeyframeOptions& limits = options_.keyframes;
-  if (CountKept(window_.state(), frame, true).AreFewerThan(limits.min_kept_share) ||
-      CountKept(window_.state(), frame, false).AreFewerThan(kUnproven * limits.min_kept_share)) {
-    return true;
-  }
-  if (frame.stands_still) return false;
+  const bool sparse = points.True() < limits.sparse_share * options_.points.max_points;
+  const double max_interval_s =
+      sparse ? std::min(limits.sparse_interval_s, limits.max_interval_s) : limits.max_interval_s;
   return flow.median_px > limits.min_parallax_px ||
-         ToSeconds(frame.stamp_ns - last.stamp_ns) > limits.max_interval_s;
+         ToSeconds(frame.stamp_ns - last.stamp_ns) > max_interval_s;
 }
 
 // Why the estimate cannot be trusted any longer; empty where it can.

@@ -137,6 +137,7 @@ struct SimulatedRunOptions {
   double nan_from_s = 0, nan_to_s = 0;  // one point's observation is not a number
   double image_rate_hz = 20;
   double outlier_share = 0;  // of the tracks, that slide 1 px a frame
+  int tracks = 0;            // of points at once, at most; 0: as many as the tracker may have
   int noise_points = 0;      // detected at each keyframe, and in no other image
   // Edges and landmarks on them, beside the other landmarks. The landmarks are seen by all methods,
   // the edges by those that use lines.
@@ -235,7 +236,7 @@ inline SimulatedRun RunOnSimulatedTracks(
   out.imu = SimulateImu(motion, imu);
   TrackSimulatorOptions tracks;
   tracks.sigma_px = options.pixel_sigma_px;
-  tracks.max_tracks = options.odometry.points.max_points;
+  tracks.max_tracks = options.tracks > 0 ? options.tracks : options.odometry.points.max_points;
   tracks.seed = options.seed;
   tracks.image_rate_hz = options.image_rate_hz;
   SimulatedTracks simulated = SimulateTracks(motion, out.rig, tracks);

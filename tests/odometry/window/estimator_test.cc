@@ -167,6 +167,25 @@ TEST(Estimator, PointsThatNoOtherImageHasMakeNoKeyframes) {
   }
 }
 
+// Few points are averaged over more keyframes; those found in noise do not hide that they are few.
+TEST(Estimator, WhereThereAreFewPointsKeyframesComeMoreOften) {
+  const auto keyframes_per_s = [](int tracks, int noise_points) {
+    SimulatedRunOptions options = Noisy(12);
+    options.tracks = tracks;
+    options.noise_points = noise_points;
+    options.odometry.keyframes.min_parallax_px = 1000;
+    options.odometry.keyframes.min_kept_share = 0;
+    const SimulatedRun run = RunOnSimulatedTracks(options);
+    EXPECT_EQ(run.states.back().segment, 0);
+    const double moving_s = options.duration_s - options.stand_still_s;
+    return static_cast<double>(run.run.keyframes.size()) / moving_s;
+  };
+  EXPECT_LT(keyframes_per_s(160, 0), 1.8);
+  EXPECT_GT(keyframes_per_s(50, 0), 3);
+  EXPECT_GT(keyframes_per_s(50, 110), 3);
+  EXPECT_LT(keyframes_per_s(50, 110), 5);
+}
+
 TEST(Estimator, StandingStillNeitherDriftsNorAddsKeyframes) {
   SimulatedRunOptions options = Noisy(10, 40);
   options.stand_still_s = 36;
