@@ -7,6 +7,7 @@
 // estimator would, from their last observations and the true poses. Judged in two ways: by how well
 // all observations of a line fit one line in space (any edge, also of a texture), and by the
 // distance from the true edges (truth/edges.csv), of which those that were never seen are left out.
+// Of an inexact building only segments that lie on one piece of a bent edge count as on an edge.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
