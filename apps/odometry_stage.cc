@@ -23,6 +23,7 @@
 #include "odometry/odometry.h"
 #include "odometry/run_folder.h"
 #include "odometry/run_lines.h"
+#include "odometry/run_points.h"
 
 namespace slcmap {
 namespace {
@@ -251,6 +252,8 @@ void LogResult(const OdometryRun& run, const SourceInfo& info, double path_lengt
   spdlog::info("{} of {} {} have a pose, path {:.2f} m, {} keyframes, {} landmarks",
                run.states.size(), info.pair_stamps_ns.size(), ImagesOf(info.rig), path_length_m,
                run.keyframes.size(), run.landmarks.size());
+  const PointLives lives = MeasurePointLives(run.keyframes);
+  spdlog::info("{} points, {} of them seen in a single keyframe", lives.points, lives.seen_once);
   LogLines(run);
   spdlog::info("CPU {:.2f} ms an image, {:.1f} x real time, peak memory {:.0f} MiB",
                1e3 * t.cpu_s / frames, t.data_s / std::max(t.wall_s, 1e-9), t.peak_memory_mib);

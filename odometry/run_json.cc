@@ -9,6 +9,7 @@
 #include "data/json_file.h"
 #include "odometry/method.h"
 #include "odometry/run_lines.h"
+#include "odometry/run_points.h"
 #include "odometry/run_rows.h"
 
 namespace slcmap {
@@ -88,6 +89,10 @@ Json LivesJson(const LineLives& lives) {
           {"median_keyframes", lives.median_keyframes},
           {"mean_keyframes", lives.mean_keyframes},
           {"share_over_10", lives.share_over_10}};
+}
+
+Json LivesJson(const PointLives& lives) {
+  return {{"points", lives.points}, {"seen_once", lives.seen_once}};
 }
 
 Json MatrixJson(const RigidTransform& transform) {
@@ -206,6 +211,7 @@ void WriteRunSummary(const std::string& path, const OdometryRun& run,
   json["partial_reason"] = run.partial_reason;
   json["warnings"] = run.warnings;
   json["manhattan_worlds"] = WorldsJson(run.manhattan_worlds);
+  json["point_lives"] = LivesJson(MeasurePointLives(run.keyframes));
   json["line_lives"] = LivesJson(MeasureLineLives(run.lines));
   json["segments"] = SegmentsJson(run);
   for (const auto& [what, count] : RunCounts(run)) json["counts"][what] = count;

@@ -312,6 +312,12 @@ TEST_F(RunFolderTest, ChangedFilesAreRefusedUnlessAccepted) {
   ExpectReadError("points.ply: found ", "as in run.json: written by another run or changed since");
 }
 
+TEST_F(RunFolderTest, TheSummaryCountsPointsOfShortLives) {
+  WriteRunFolder(folder_, MakeRun());
+  const std::string text = ReadFile(folder_ + "/run.json");
+  EXPECT_THAT(text, AllOf(HasSubstr("\"points\": 2"), HasSubstr("\"seen_once\": 2")));
+}
+
 TEST_F(RunFolderTest, AChangedSummaryIsRefused) {
   WriteRunFolder(folder_, MakeRun());
   const std::string path = folder_ + "/run.json", text = ReadFile(path);
