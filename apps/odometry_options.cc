@@ -26,6 +26,11 @@ void AddOdometryOptions(CLI::App& command, OdometryArguments* arguments) {
           "with 2, points and lines, and window and next image go side by side; more are "
           "not used. Same results with any")
       ->capture_default_str();
+  command.add_flag("--force", arguments->start.force,
+                   "Go on in spite of errors that the check before the start finds");
+  command.add_flag("!--no-check", arguments->start.check,
+                   "Start as calibrated, without the check of IMU, calibration and geometry that "
+                   "finds the time offset and the right camera's turn");
   command.add_flag(
       "--realtime", arguments->real_time,
       "Play the recording at its own pace; images are skipped where newer ones are due");

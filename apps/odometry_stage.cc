@@ -57,13 +57,15 @@ std::string WithinFolder(const std::string& path, const std::string& folder) {
   return path.empty() ? "" : std::filesystem::path(path).lexically_relative(folder).string();
 }
 
-RunSource OriginOf(const SequenceSource& source, const OdometryOptions& options) {
+RunSource OriginOf(const SequenceSource& source, const OdometryOptions& options,
+                   const std::vector<CheckCorrection>& corrections) {
   const SourceInfo& info = source.info();
   RunSource origin;
   origin.version = kVersion;
   origin.sequence = std::filesystem::weakly_canonical(info.name).string();
   origin.calibration = info.calibration;
   origin.options = options.ToYaml();
+  origin.corrections = corrections;
   origin.raw_rig = info.rig;
   const bool stereo = IsStereo(info.rig);
   for (size_t pair = 0; pair < info.pair_stamps_ns.size(); ++pair) {
@@ -77,9 +79,11 @@ RunSource OriginOf(const SequenceSource& source, const OdometryOptions& options)
 // Feeds a sequence to odometry and keeps account.
 class Feeder {
  public:
-  Feeder(SequenceSource* source, const OdometryOptions& options, const OdometryArguments& arguments)
+  // `origin` is where the run comes from.
+  Feeder(SequenceSource* source, RunSource origin, const OdometryOptions& options,
+         const OdometryArguments& arguments)
       : source_(*source),
-        origin_(OriginOf(*source, options)),
+        origin_(std::move(origin)),
         odometry_(source->info().rig, options, arguments.threads),
         stream_(arguments.run + "/trajectory.tum"),
         recorder_(arguments.run, Header(), &odometry_),
@@ -264,13 +268,12 @@ void LogResult(const OdometryRun& run, const SourceInfo& info, double path_lengt
   spdlog::info("wrote {}{}", folder, run.complete ? "" : " (partial: " + run.partial_reason + ")");
 }
 
-std::unique_ptr<SequenceSource> OpenPart(const OdometryArguments& arguments, bool read_right) {
+Sequence OpenPart(const OdometryArguments& arguments) {
   const EndsAtOnce nothing_is_written;
   ExpectFolder(arguments.sequence, FolderKind::kSequence);
   Sequence sequence = OpenSequence(arguments.sequence, {.calibration = arguments.calibration});
   KeepPart(arguments.part, &sequence);
-  return std::make_unique<AslSource>(std::move(sequence),
-                                     StereoReaderOptions{.read_right = read_right});
+  return sequence;
 }
 
 }  // namespace
@@ -293,13 +296,15 @@ OdometryRun RunOdometryStage(const OdometryArguments& arguments,
   arguments.part.Check();
   const OdometryOptions options = ReadOptions(arguments);
   OutputFolder output(arguments.run, RunFiles(), FoldersOf(arguments.sequence));
-  const std::unique_ptr<SequenceSource> source =
-      OpenPart(arguments, options.method != Method::kPointsMono);
-  const SourceInfo& info = source->info();
-  if (!IsStereo(info.rig) && options.method != Method::kPointsMono) {
-    throw DataError(info.name +
+  const bool one_camera = options.method == Method::kPointsMono;
+  Sequence sequence = OpenPart(arguments);
+  if (!IsStereo(sequence.rig) && !one_camera) {
+    throw DataError(sequence.folder +
                     ": found one camera, expected cam0 and cam1, or --method points-mono");
   }
+  const auto corrections = CheckBeforeStart(arguments.start, one_camera, &sequence);
+  AslSource source(std::move(sequence), {.read_right = !one_camera});
+  const SourceInfo& info = source.info();
   spdlog::info("{} {}; calibration: {}", info.pair_stamps_ns.size(), ImagesOf(info.rig),
                info.calibration);
   // Odometry has its own threads; to share loops as short as OpenCV's costs more than it saves.
@@ -307,7 +312,7 @@ OdometryRun RunOdometryStage(const OdometryArguments& arguments,
 
   MoveAside(&output);
   for (OutputFolder* folder : outdated) MoveAside(folder);
-  Feeder feeder(source.get(), options, arguments);
+  Feeder feeder(&source, OriginOf(source, options, corrections), options, arguments);
   try {
     feeder.FeedAll();
   } catch (const std::exception& error) {

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "apps/start_check.h"
 #include "data/output_folder.h"
 #include "data/sequence_part.h"
 #include "odometry/run.h"
@@ -19,17 +20,19 @@ struct OdometryArguments {
   SequencePart part;        // of the sequence
   int threads = 2;          // the results are the same with any
   bool real_time = false;   // plays the recording at its own pace, and skips what is late
+  StartCheckArguments start;
 };
 
 // The folders of a sequence that nothing is to be written into.
 std::vector<std::string> FoldersOf(const std::string& sequence);
 
-// Runs odometry over a sequence. What an earlier run left in the folder, and earlier stages in
-// those folders that are `outdated` by this one, is moved aside within them when the new run
-// begins, and that of the run is removed once the new one is complete. trajectory.tum grows with
-// each image; a run folder without run.json is unfinished. After Ctrl-C the run so far is written
-// and returned with complete == false. After an error the run so far is written, and the error
-// thrown on. Throws DataError when no pose could be estimated, and what OutputFolder throws.
+// Checks a sequence (see CheckBeforeStart) and runs odometry over it. What an earlier run left in
+// the folder, and earlier stages in those folders that are `outdated` by this one, is moved aside
+// within them when the new run begins, and that of the run is removed once the new one is complete.
+// trajectory.tum grows with each image; a run folder without run.json is unfinished. After Ctrl-C
+// the run so far is written and returned with complete == false. After an error the run so far is
+// written, and the error thrown on. Throws DataError when no pose could be estimated, and what
+// OutputFolder throws.
 OdometryRun RunOdometryStage(const OdometryArguments& arguments,
                              const std::vector<OutputFolder*>& outdated = {});
 

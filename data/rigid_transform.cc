@@ -58,7 +58,12 @@ Eigen::Matrix4d RigidTransform::Matrix() const {
 RigidTransform RigidTransformFromMatrix(const Eigen::Matrix4d& matrix, const std::string& name) {
   const Eigen::Matrix3d r = matrix.topLeftCorner<3, 3>();
   const double error = (r.transpose() * r - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff();
-  if (!matrix.allFinite() || error > 1e-3 || r.determinant() < 0) {
+  if (matrix.allFinite() && error <= 1e-3 && r.determinant() < 0) {
+    throw DataError(name +
+                    ": found a mirrored rotation (determinant -1), expected a rotation: an axis is "
+                    "negated, or two are swapped");
+  }
+  if (!matrix.allFinite() || error > 1e-3) {
     throw DataError(name + ": found a matrix whose rotation part is not a rotation, expected one");
   }
   if ((matrix.row(3) - Eigen::RowVector4d(0, 0, 0, 1)).cwiseAbs().maxCoeff() > 1e-6) {

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "data/check/report.h"
 #include "data/real_time_pace.h"
 #include "data/trajectory.h"
 #include "data/types.h"
@@ -112,12 +113,13 @@ struct RecordedImages {
 
 // Where a run came from: what is needed to repeat it, and to open its images again.
 struct RunSource {
-  std::string version;      // of slcmap
-  std::string sequence;     // folder of the recording
-  std::string calibration;  // where the raw rig was read, in words
-  std::string options;      // YAML: all options in effect
-  Rig raw_rig;              // the cameras as calibrated; the rectifier's options lead from it to
-                            // OdometryRun::rectified_rig
+  std::string version;                       // of slcmap
+  std::string sequence;                      // folder of the recording
+  std::string calibration;                   // where the raw rig was read, in words
+  std::string options;                       // YAML: all options in effect
+  std::vector<CheckCorrection> corrections;  // of that calibration, made before the start
+  Rig raw_rig;  // the cameras as calibrated and corrected; the rectifier's options lead from it to
+                // OdometryRun::rectified_rig
   std::vector<RecordedImages> images;  // all, by stamp
 };
 

@@ -70,9 +70,15 @@ std::vector<ManhattanWorld> ParseWorlds(const std::string& path, const Json& jso
 
 Json SourceJson(const std::optional<RunSource>& source) {
   if (!source) return nullptr;
+  Json corrections = Json::array();
+  for (const CheckCorrection& correction : source->corrections) {
+    corrections.push_back(
+        {{"name", correction.name}, {"values", correction.values}, {"words", correction.words}});
+  }
   return {{"slcmap", source->version},
           {"sequence", source->sequence},
-          {"calibration", source->calibration}};
+          {"calibration", source->calibration},
+          {"corrections", corrections}};
 }
 
 std::optional<RunSource> ParseSource(const Json& json) {
@@ -81,6 +87,11 @@ std::optional<RunSource> ParseSource(const Json& json) {
   source.version = json.at("slcmap").get<std::string>();
   source.sequence = json.at("sequence").get<std::string>();
   source.calibration = json.at("calibration").get<std::string>();
+  for (const Json& correction : json.value("corrections", Json::array())) {
+    source.corrections.push_back({correction.at("name").get<std::string>(),
+                                  correction.at("values").get<std::vector<double>>(),
+                                  correction.at("words").get<std::string>()});
+  }
   return source;
 }
 

@@ -164,9 +164,21 @@ CheckReport CheckSource(SequenceSource* source, const Progress& progress) {
   CheckStamps(info, samples, &report);
   CheckImu(samples, &report);
   CheckCalibration(info.rig, &report);
-  CheckImages(*source, progress.Part(0, 0.4), &report);
-  CheckRepeats(*source, progress.Part(0.4, 0.8), &report);
-  CheckGeometry(*source, samples, progress.Part(0.8, 1), &report);
+  CheckImages(*source, progress.Part(0, 0.3), &report);
+  CheckRepeats(*source, progress.Part(0.3, 0.5), &report);
+  CheckGeometry(*source, samples, progress.Part(0.5, 1), &report);
+  return report;
+}
+
+CheckReport CheckStart(const SequenceSource& source, const std::vector<ImuSample>& samples,
+                       const Progress& progress) {
+  CheckReport report;
+  report.sequence = source.info().name;
+  report.calibration = source.info().calibration;
+  if (!HasData(source.info(), samples, &report)) return report;
+  CheckImu(samples, &report);
+  CheckCalibration(source.info().rig, &report);
+  CheckGeometry(source, samples, progress, &report);
   return report;
 }
 

@@ -20,17 +20,30 @@ CheckReport CheckSequence(const std::string& path, const SequenceOptions& option
 // The same for a sequence that is open; takes its IMU samples, but no pairs.
 CheckReport CheckSource(SequenceSource* source, const Progress& progress = {});
 
+// The part that odometry needs before it starts, of a few seconds: IMU, calibration and geometry.
+CheckReport CheckStart(const SequenceSource& source, const std::vector<ImuSample>& samples,
+                       const Progress& progress = {});
+
 // The parts, each of which adds figures and findings. `samples` are the source's.
 void CheckWarnings(const Warnings& warnings, CheckReport* report);  // what reading had to drop
 // Counts, rates, gaps, and whether the samples cover the images.
 void CheckStamps(const SourceInfo& info, const std::vector<ImuSample>& samples,
                  CheckReport* report);
 void CheckImu(const std::vector<ImuSample>& samples,
-              CheckReport* report);  // values, units, gravity
-void CheckCalibration(const Rig& rig, CheckReport* report);
+              CheckReport* report);                          // values, units, gravity
+void CheckCalibration(const Rig& rig, CheckReport* report);  // figures
+// Whether a rig of two cameras can be one with the left camera on the left.
+void CheckStereoRig(const Rig& rig, CheckReport* report);
 void CheckImages(const SequenceSource& source, const Progress& progress, CheckReport* report);
 void CheckRepeats(const SequenceSource& source, const Progress& progress, CheckReport* report);
-// Images against calibration and samples.
+// Left images against right ones; adds a correction where the right camera is turned a little.
+void CheckStereo(const SequenceSource& source, const Progress& progress, CheckReport* report);
+// Images against gyroscope and accelerometer, with the rig as it is after the corrections; adds one
+// where the time offset is another.
+void CheckMotion(const SequenceSource& source, const Rig& rig,
+                 const std::vector<ImuSample>& samples, const Progress& progress,
+                 CheckReport* report);
+// Both.
 void CheckGeometry(const SequenceSource& source, const std::vector<ImuSample>& samples,
                    const Progress& progress, CheckReport* report);
 

@@ -16,19 +16,26 @@ constexpr double kMinSideways = 0.8;  // of the baseline, along the left camera'
 constexpr double kMaxUsualBaseline_m = 1;
 constexpr double kMaxAngle_rad = 20 * kDegree;  // between the optical axes
 
+RigidTransform LeftRight(const Rig& rig) {
+  return rig.T_imu_camera[0].Inverse() * rig.T_imu_camera[1];
+}
+
+// Between the optical axes.
+double AngleBetween_rad(const RigidTransform& T_left_right) {
+  return std::acos(std::clamp((T_left_right.rotation * Eigen::Vector3d::UnitZ()).z(), -1.0, 1.0));
+}
+
 // The share of the baseline that points to the right of the left camera, -1 to 1.
 double Sideways(const RigidTransform& T_left_right) {
   return T_left_right.translation.x() / T_left_right.translation.norm();
 }
 
+}  // namespace
+
 void CheckStereoRig(const Rig& rig, CheckReport* report) {
   const auto& poses = rig.T_imu_camera;
-  const RigidTransform T_left_right = poses[0].Inverse() * poses[1];
-  const double angle_rad =
-      std::acos(std::clamp((T_left_right.rotation * Eigen::Vector3d::UnitZ()).z(), -1.0, 1.0));
-  report->AddFigure("baseline", T_left_right.translation.norm(), "m");
-  report->AddFigure("angle between the cameras", angle_rad / kDegree, "deg");
-
+  const RigidTransform T_left_right = LeftRight(rig);
+  const double angle_rad = AngleBetween_rad(T_left_right);
   const double sideways = Sideways(T_left_right);
   const double inverted = Sideways(poses[0] * poses[1].Inverse());
   const Eigen::Vector3d direction = T_left_right.translation.normalized();
@@ -56,15 +63,16 @@ void CheckStereoRig(const Rig& rig, CheckReport* report) {
   }
 }
 
-}  // namespace
-
 void CheckCalibration(const Rig& rig, CheckReport* report) {
   const Camera& left = rig.cameras[0];
   report->AddFigure("calibrated width", left.width_px, "px");
   report->AddFigure("calibrated height", left.height_px, "px");
   report->AddFigure("focal length", left.fx_px, "px");
   report->AddFigure("camera time offset", 1e3 * rig.camera_time_offset_s, "ms");
-  if (IsStereo(rig)) CheckStereoRig(rig, report);
+  if (!IsStereo(rig)) return;
+  const RigidTransform T_left_right = LeftRight(rig);
+  report->AddFigure("baseline", T_left_right.translation.norm(), "m");
+  report->AddFigure("angle between the cameras", AngleBetween_rad(T_left_right) / kDegree, "deg");
 }
 
 }  // namespace slcmap

@@ -2,6 +2,7 @@
 #include <spdlog/fmt/fmt.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -17,6 +18,8 @@ constexpr double kBetween_s = 1.0;      // between two directions that are compa
 constexpr double kMinGyro_deg = 5;      // error that makes the unit doubtful
 constexpr double kMaxStuckShare = 0.5;  // of samples equal to the one before
 constexpr double kMaxAbsurdShare = 0.1;
+constexpr double kMaxHeld_s = 1;           // of one axis at one value, while the others change
+constexpr double kMaxUsualTurn_rad_s = 2;  // median; a gyroscope in deg/s is above
 
 // The mean specific force over kMean_s from sample `first`, and the next sample after it.
 struct Direction {
@@ -92,7 +95,8 @@ void CheckGyroUnit(const std::vector<ImuSample>& samples, CheckReport* report) {
   report->AddFigure("median turn rate", Median(rates), "rad/s");
   const double as_rad = GravityDrift_rad(samples, 1), as_deg = GravityDrift_rad(samples, kDegree);
   report->AddFigure("gyroscope against gravity, over 1 s", as_rad / kDegree, "deg");
-  if (as_rad > kMinGyro_deg * kDegree && as_deg < 0.5 * as_rad) {
+  if (as_rad > kMinGyro_deg * kDegree && as_deg < 0.5 * as_rad &&
+      Median(rates) > kMaxUsualTurn_rad_s) {
     report->Fail("imu-units",
                  fmt::format("gravity is off by {:.0f} deg each second if the gyroscope is in "
                              "rad/s, by {:.1f} if in deg/s",
@@ -112,6 +116,67 @@ void CheckStuck(const std::vector<ImuSample>& samples, CheckReport* report) {
   report->Warn("imu-stuck",
                fmt::format("{:.0f} % of the samples repeat the one before", 100 * share),
                "check the driver; a slower sensor that is read too often does this");
+}
+
+double Reading(const ImuSample& sample, int axis) {
+  return axis < 3 ? sample.angular_velocity_rad_s[axis] : sample.specific_force_m_s2[axis - 3];
+}
+
+// The longest time that an axis keeps one value, and that value.
+struct Held {
+  double duration_s = 0;
+  double value = 0;
+};
+
+Held LongestHeld(const std::vector<ImuSample>& samples, int axis) {
+  Held longest;
+  size_t first = 0;
+  for (size_t i = 1; i < samples.size(); ++i) {
+    if (Reading(samples[i], axis) != Reading(samples[first], axis)) first = i;
+    const double duration_s = ToSeconds(samples[i].stamp_ns - samples[first].stamp_ns);
+    if (duration_s > longest.duration_s) longest = {duration_s, Reading(samples[i], axis)};
+  }
+  return longest;
+}
+
+// Axes that are dead, or freeze for a while. Where all six do, the sensor is stuck as a whole.
+void CheckHeldAxes(const std::vector<ImuSample>& samples, CheckReport* report) {
+  std::array<Held, 6> held;
+  for (int axis = 0; axis < 6; ++axis) held[axis] = LongestHeld(samples, axis);
+  const auto too_long = [](const Held& axis) { return axis.duration_s > kMaxHeld_s; };
+  if (std::all_of(held.begin(), held.end(), too_long)) return;
+  for (const bool gyro : {true, false}) {
+    std::string words;
+    for (int axis = gyro ? 0 : 3; axis < (gyro ? 3 : 6); ++axis) {
+      if (!too_long(held[axis])) continue;
+      words += fmt::format("{}{} is {} for {:.1f} s", words.empty() ? "" : ", ", "xyz"[axis % 3],
+                           held[axis].value, held[axis].duration_s);
+    }
+    if (words.empty()) continue;
+    const std::string sensor = gyro ? "gyroscope" : "accelerometer";
+    report->Fail(gyro ? "gyro-dead" : "accel-dead",
+                 fmt::format("the {}'s {}, while the IMU's other axes change", sensor, words),
+                 fmt::format("check the {}'s driver and the columns of imu0/data.csv: an axis that "
+                             "is dead or frozen is of no use",
+                             sensor));
+  }
+}
+
+// Turn rates of the size of gravity beside forces without it.
+void CheckColumns(const std::vector<ImuSample>& samples, CheckReport* report) {
+  std::vector<double> rates, forces;
+  for (const ImuSample& sample : samples) {
+    rates.push_back(sample.angular_velocity_rad_s.norm());
+    forces.push_back(sample.specific_force_m_s2.norm());
+  }
+  const double rate = Median(rates), force = Median(forces);
+  if (rate < 9.3 || rate > 10.4 || force > 5) return;
+  report->Fail("imu-columns",
+               fmt::format("a median turn rate of {:.3g} and a median specific force of {:.3g}, "
+                           "expected about 9.81 m/s^2 of the latter",
+                           rate, force),
+               "the columns of gyroscope and accelerometer seem to be swapped: imu0/data.csv "
+               "holds the gyroscope's first");
 }
 
 // Values such as a driver delivers that lost its place in the stream.
@@ -135,9 +200,12 @@ void CheckValues(const std::vector<ImuSample>& samples, CheckReport* report) {
 
 void CheckImu(const std::vector<ImuSample>& samples, CheckReport* report) {
   CheckValues(samples, report);
+  CheckStuck(samples, report);
+  CheckHeldAxes(samples, report);
+  CheckColumns(samples, report);
+  if (!report->Usable()) return;  // what follows would take them for something else
   CheckGravity(samples, report);
   CheckGyroUnit(samples, report);
-  CheckStuck(samples, report);
 }
 
 }  // namespace slcmap

@@ -9,7 +9,14 @@ namespace slcmap {
 namespace {
 
 const char* SeverityName(Severity severity) {
+  if (severity == Severity::kNote) return "note";
   return severity == Severity::kError ? "error" : "warning";
+}
+
+std::ptrdiff_t CountOf(const CheckReport& report, Severity severity) {
+  return std::count_if(
+      report.findings.begin(), report.findings.end(),
+      [severity](const CheckFinding& finding) { return finding.severity == severity; });
 }
 
 }  // namespace
@@ -18,6 +25,20 @@ bool CheckReport::Usable() const {
   return std::none_of(findings.begin(), findings.end(), [](const CheckFinding& finding) {
     return finding.severity == Severity::kError;
   });
+}
+
+Rig Corrected(const Rig& rig, const CheckReport& report) {
+  Rig corrected = rig;
+  for (const CheckCorrection& correction : report.corrections) {
+    if (correction.name == kTimeOffsetCorrection) {
+      corrected.camera_time_offset_s = correction.values[0];
+    } else if (correction.name == kRightTurnCorrection) {
+      Eigen::Quaterniond& rotation = corrected.T_imu_camera[1].rotation;
+      const Eigen::Vector3d turn_rad(correction.values.data());
+      rotation = (rotation * ExpRotation(turn_rad)).normalized();
+    }
+  }
+  return corrected;
 }
 
 std::string CheckTable(const CheckReport& report) {
@@ -31,17 +52,17 @@ std::string CheckTable(const CheckReport& report) {
     text += fmt::format("{}: {}: {}\n    remedy: {}\n", SeverityName(finding.severity),
                         finding.name, finding.found, finding.remedy);
   }
-  const auto errors = std::count_if(
-      report.findings.begin(), report.findings.end(),
-      [](const CheckFinding& finding) { return finding.severity == Severity::kError; });
+  for (const CheckCorrection& correction : report.corrections) {
+    text += fmt::format("odometry starts from the {}\n", correction.words);
+  }
   text += fmt::format("\n{}: {} errors, {} warnings\n", report.Usable() ? "usable" : "not usable",
-                      errors, static_cast<std::ptrdiff_t>(report.findings.size()) - errors);
+                      CountOf(report, Severity::kError), CountOf(report, Severity::kWarning));
   return text;
 }
 
 std::string CheckJson(const CheckReport& report) {
   using Json = nlohmann::ordered_json;
-  Json figures = Json::array(), findings = Json::array();
+  Json figures = Json::array(), findings = Json::array(), corrections = Json::array();
   for (const CheckFigure& figure : report.figures) {
     figures.push_back({{"name", figure.name}, {"value", figure.value}, {"unit", figure.unit}});
   }
@@ -51,10 +72,13 @@ std::string CheckJson(const CheckReport& report) {
                         {"found", finding.found},
                         {"remedy", finding.remedy}});
   }
+  for (const CheckCorrection& correction : report.corrections) {
+    corrections.push_back({{"name", correction.name}, {"values", correction.values}});
+  }
   const Json json = {{"format", "slcmap check"},    {"version", 1},
                      {"sequence", report.sequence}, {"calibration", report.calibration},
                      {"usable", report.Usable()},   {"figures", figures},
-                     {"findings", findings}};
+                     {"findings", findings},        {"corrections", corrections}};
   // Paths and rows of a recording can hold any bytes; JSON holds UTF-8.
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }

@@ -4,6 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "data/types.h"
+
 namespace slcmap {
 
 // A measured property, such as {"image rate", 20, "Hz"}.
@@ -13,9 +15,10 @@ struct CheckFigure {
   std::string unit;
 };
 
-enum class Severity { kWarning, kError };
+enum class Severity { kNote, kWarning, kError };
 
-// Something wrong, and what to do about it. With an error the sequence is of no use as it is.
+// Something wrong, and what to do about it. With an error the sequence is of no use as it is; a
+// note says what could not be told.
 struct CheckFinding {
   Severity severity = Severity::kWarning;
   std::string name;  // a word for scripts, such as "imu-units"
@@ -23,14 +26,30 @@ struct CheckFinding {
   std::string remedy;
 };
 
+// A value of the calibration in whose place another was found, to start odometry from.
+struct CheckCorrection {
+  std::string name;            // kTimeOffsetCorrection or kRightTurnCorrection
+  std::vector<double> values;  // as the name says
+  std::string words;
+};
+
+// {camera_time_offset_s} of the rig.
+inline constexpr const char* kTimeOffsetCorrection = "camera_time_offset_s";
+// {x, y, z}: the right camera's rotation is that of the calibration times Exp(x, y, z).
+inline constexpr const char* kRightTurnCorrection = "right_camera_turn_rad";
+
 struct CheckReport {
   std::string sequence;
   std::string calibration;  // where it was read, and which transforms
   std::vector<CheckFigure> figures;
   std::vector<CheckFinding> findings;
+  std::vector<CheckCorrection> corrections;
 
   void AddFigure(const std::string& name, double value, const std::string& unit) {
     figures.push_back({name, value, unit});
+  }
+  void Note(const std::string& name, const std::string& found, const std::string& remedy) {
+    findings.push_back({Severity::kNote, name, found, remedy});
   }
   void Warn(const std::string& name, const std::string& found, const std::string& remedy) {
     findings.push_back({Severity::kWarning, name, found, remedy});
@@ -40,6 +59,9 @@ struct CheckReport {
   }
   bool Usable() const;  // no finding is an error
 };
+
+// The rig with the corrections of a report.
+Rig Corrected(const Rig& rig, const CheckReport& report);
 
 std::string CheckTable(const CheckReport& report);  // to read
 std::string CheckJson(const CheckReport& report);   // to compute with

@@ -55,10 +55,13 @@ OdometryRun MakeRun() {
   run.landmarks = {
       {1, 0, {1.5, -2.25, 3}, 0.125, 4}, {2, 0, {0.5, 4, 8}, 0.5, 2}, {3, 1, {7, 8, 9}, 0.25, 3}};
   run.imu = {{5, {0.1, 0.2, 1.0 / 3}, {1, 2, 9.81}}, {6, {}, {0, 0, 1e-17}}};
-  run.source = {
-      "0.1.0",           "/recordings/hall",
-      "its own",         "method: points\n",
-      run.rectified_rig, {{5, "cam0/data/5.png", "cam1/data/5.png"}, {6, "cam0/data/6.png", ""}}};
+  run.source = {"0.1.0",
+                "/recordings/hall",
+                "its own",
+                "method: points\n",
+                {{kRightTurnCorrection, {0.25, 0, -0.125}, "right camera turned"}},
+                run.rectified_rig,
+                {{5, "cam0/data/5.png", "cam1/data/5.png"}, {6, "cam0/data/6.png", ""}}};
   run.source->raw_rig.cameras[0].distortion = Distortion::kEquidistant;
   run.timings.stages = {{"points", 1.25, 160}};
   run.timings.window_iterations = 37;
@@ -149,6 +152,10 @@ TEST_F(RunFolderTest, SaysWhereItCameFrom) {
   EXPECT_EQ(read.source->sequence, "/recordings/hall");
   EXPECT_EQ(read.source->calibration, "its own");
   EXPECT_EQ(read.source->options, "method: points\n");
+  ASSERT_EQ(read.source->corrections.size(), 1u);
+  EXPECT_EQ(read.source->corrections[0].name, kRightTurnCorrection);
+  EXPECT_EQ(read.source->corrections[0].values, (std::vector<double>{0.25, 0, -0.125}));
+  EXPECT_EQ(read.source->corrections[0].words, "right camera turned");
   EXPECT_EQ(read.source->raw_rig.cameras[0].distortion, Distortion::kEquidistant);
   ASSERT_EQ(read.source->images.size(), 2u);
   EXPECT_EQ(read.source->images[0].right_path, "cam1/data/5.png");

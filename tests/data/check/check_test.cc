@@ -88,14 +88,14 @@ Rig SideBySide() {
 TEST(CheckCalibration, NamesSwappedAndInvertedRigs) {
   CheckReport good, swapped, inverted;
   Rig rig = SideBySide();
-  CheckCalibration(rig, &good);
+  CheckStereoRig(rig, &good);
   EXPECT_TRUE(good.findings.empty()) << CheckTable(good);
   std::swap(rig.T_imu_camera[0], rig.T_imu_camera[1]);
-  CheckCalibration(rig, &swapped);
+  CheckStereoRig(rig, &swapped);
   ExpectFinding(swapped, "left-right", Severity::kError, "swap cam0 and cam1");
   rig = SideBySide();
   for (RigidTransform& T : rig.T_imu_camera) T = T.Inverse();
-  CheckCalibration(rig, &inverted);
+  CheckStereoRig(rig, &inverted);
   ExpectFinding(inverted, "extrinsics-direction", Severity::kError, "inverted");
 }
 

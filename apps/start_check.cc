@@ -1,0 +1,53 @@
+#include "apps/start_check.h"
+
+#include <spdlog/spdlog.h>
+
+#include "apps/progress.h"
+#include "data/check/check.h"
+#include "data/error.h"
+#include "data/source/asl_source.h"
+
+namespace slcmap {
+namespace {
+
+CheckReport Check(const Sequence& sequence, bool one_camera) {
+  Sequence checked = sequence;
+  if (one_camera) checked.rig.cameras[1] = Camera();
+  return CheckStart(AslSource(checked), sequence.imu, StageProgress("check"));
+}
+
+void LogFindings(const CheckReport& report) {
+  for (const CheckFinding& finding : report.findings) {
+    const auto level =
+        finding.severity == Severity::kNote ? spdlog::level::info : spdlog::level::warn;
+    spdlog::log(level, "check: {}: {}; remedy: {}", finding.name, finding.found, finding.remedy);
+  }
+}
+
+void RefuseErrors(const CheckReport& report) {
+  for (const CheckFinding& finding : report.findings) {
+    if (finding.severity != Severity::kError) continue;
+    throw DataError(fmt::format(
+        "{}: {}: {}; remedy: {} (--force goes on all the same, --no-check does not look)",
+        report.sequence, finding.name, finding.found, finding.remedy));
+  }
+}
+
+}  // namespace
+
+std::vector<CheckCorrection> CheckBeforeStart(const StartCheckArguments& arguments, bool one_camera,
+                                              Sequence* sequence) {
+  if (!arguments.check) return {};
+  const CheckReport report = Check(*sequence, one_camera);
+  if (!arguments.force) RefuseErrors(report);
+  LogFindings(report);
+  std::string words;
+  for (const CheckCorrection& correction : report.corrections) {
+    words += (words.empty() ? "" : ", ") + correction.words;
+  }
+  if (!words.empty()) spdlog::info("starts from what the check found: {}", words);
+  sequence->rig = Corrected(sequence->rig, report);
+  return report.corrections;
+}
+
+}  // namespace slcmap

@@ -1,0 +1,268 @@
+// Whether the images turn and move as gyroscope and accelerometer say.
+#include <spdlog/fmt/fmt.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "data/calibration.h"
+#include "data/check/check.h"
+#include "data/check/force_alignment.h"
+#include "data/check/image_motion.h"
+#include "data/check/turn_alignment.h"
+
+namespace slcmap {
+namespace {
+
+constexpr double kDegree = std::numbers::pi / 180;
+constexpr double kDuration_s = 16;  // of the recording that is looked at
+constexpr double kClear = 6;        // standard deviations, for a finding
+constexpr double kMaxOffset_s = 0.0015, kMaxOffsetSigma_s = 0.005;
+constexpr double kMaxTurned_rad = 1 * kDegree, kGrossTurned_rad = 5 * kDegree;
+constexpr double kExplained = 0.1;   // the share of the turns that a good calibration may leave
+constexpr double kMuchBetter = 0.3;  // of what is left without a change
+constexpr double kMaxScaleError = 0.05, kMaxScaleSigma = 0.02;
+constexpr double kMinForceMisfit_m_s2 = 0.15, kForceMuchBetter = 0.5;
+constexpr double kMaxBaselineError = 0.2, kMaxLeverError_m = 0.3;
+constexpr double kMaxLeverSigma_m = 0.2;
+
+const char* const kCameraRemedy =
+    "check T_BS (or T_imu_cam, T_cam_imu) of the cameras, the columns and signs of imu0/data.csv, "
+    "and that the stamps of both are of one clock";
+
+std::string Rows(const Eigen::Matrix3d& m) {
+  return fmt::format("[{:.4f}, {:.4f}, {:.4f}; {:.4f}, {:.4f}, {:.4f}; {:.4f}, {:.4f}, {:.4f}]",
+                     m(0, 0), m(0, 1), m(0, 2), m(1, 0), m(1, 1), m(1, 2), m(2, 0), m(2, 1),
+                     m(2, 2));
+}
+
+std::string RotationRemedy(const TurnAlignment& turns) {
+  return "correct the rotation of cam0 in the calibration (T_BS, T_imu_cam; transposed in "
+         "T_cam_imu), and that of cam1 alike: " +
+         Rows(turns.R_imu_camera.toRotationMatrix());
+}
+
+bool Explains(const TurnFit& fit) { return fit.unexplained < kExplained; }
+
+bool IsMuchBetter(const TurnFit& fit, const TurnFit& than) {
+  return fit.unexplained < kMuchBetter * than.unexplained;
+}
+
+bool SameChange(const AxisChange& a, const AxisChange& b) {
+  return (a.matrix - b.matrix).cwiseAbs().maxCoeff() < 0.2;
+}
+
+// The accelerometer's axes against the camera's, where the motion tells them.
+bool KnowsForces(const ForceAlignment& forces) {
+  return forces.enough_motion && forces.claimed.misfit_m_s2 > kMinForceMisfit_m_s2 &&
+         forces.best.misfit_m_s2 < kForceMuchBetter * forces.claimed.misfit_m_s2;
+}
+
+// Axes of the gyroscope that do not fit the camera's.
+void JudgeTurnAxes(const TurnAlignment& turns, const ForceAlignment& forces, CheckReport* report) {
+  const AxisChange& change = turns.best.change;
+  const std::string found = fmt::format(
+      "the gyroscope explains {:.0f} % of the images' turns as calibrated, {:.0f} % with {}",
+      100 * std::max(0.0, 1 - turns.claimed.unexplained), 100 * (1 - turns.best.unexplained),
+      change.words == "inverted" ? "the rotation from camera to IMU inverted"
+                                 : "the axes of the IMU changed: " + change.words);
+  const bool accel_too = KnowsForces(forces) && SameChange(forces.best.change, change);
+  const bool accel_right =
+      forces.enough_motion && forces.gravity_misfit_m_s2 > 0 && forces.best.change.IsNone();
+  if (change.IsRotation() && !accel_right) {
+    if (change.words == "inverted") {
+      report->Fail("extrinsics-direction", found,
+                   "invert T_BS or T_cam_imu (T_BS and T_imu_cam map camera to IMU)");
+    } else {
+      report->Fail("imu-camera", found, RotationRemedy(turns));
+    }
+  } else if (accel_too) {
+    report->Fail(
+        "imu-axes", found + ", and so it is with the accelerometer",
+        "change the columns of gyroscope and accelerometer in imu0/data.csv: " + change.words);
+  } else {
+    report->Fail("gyro-axes", found,
+                 "change the columns of the gyroscope in imu0/data.csv: " + change.words);
+  }
+}
+
+void JudgeOffset(const TurnAlignment& turns, double claimed_s, CheckReport* report) {
+  report->AddFigure("time offset found", 1e3 * turns.time_offset_s, "ms");
+  report->AddFigure("its standard deviation", 1e3 * turns.time_offset_sigma_s, "ms");
+  const double change_s = turns.time_offset_s - claimed_s;
+  if (turns.time_offset_sigma_s > kMaxOffsetSigma_s) return;
+  if (std::abs(change_s) < std::max(kMaxOffset_s, kClear * turns.time_offset_sigma_s)) return;
+  const std::string found = fmt::format(
+      "images turn {:.1f} ms {} than the gyroscope by the calibration's offset of "
+      "{:.1f} ms, {:.1f} +- {:.1f} ms fit",
+      1e3 * std::abs(change_s), change_s < 0 ? "later" : "earlier", 1e3 * claimed_s,
+      1e3 * turns.time_offset_s, 1e3 * turns.time_offset_sigma_s);
+  const std::string remedy =
+      fmt::format("write timeshift_cam_imu: {:.4f} for cam0", turns.time_offset_s);
+  if (std::abs(change_s) > kMaxAlignedOffset_s) {
+    report->Fail("time-offset", found, remedy + ", or bring the stamps of both to one clock");
+    return;
+  }
+  report->Warn("time-offset", found, remedy);
+  report->corrections.push_back(
+      {kTimeOffsetCorrection,
+       {turns.time_offset_s},
+       fmt::format("time offset of the camera {:+.1f} ms", 1e3 * turns.time_offset_s)});
+}
+
+void JudgeRotation(const TurnAlignment& turns, const Rig& rig, CheckReport* report) {
+  const Eigen::Vector3d turned_rad =
+      LogRotation(turns.R_imu_camera * rig.T_imu_camera[0].rotation.conjugate());
+  const Eigen::Vector3d& sigma_rad = turns.rotation_sigma_rad;
+  double most_rad = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    if (std::abs(turned_rad[axis]) > kClear * sigma_rad[axis]) {
+      most_rad = std::max(most_rad, std::abs(turned_rad[axis]));
+    }
+  }
+  report->AddFigure("camera to IMU, turn found", turned_rad.norm() / kDegree, "deg");
+  report->AddFigure("its standard deviation, at most", sigma_rad.maxCoeff() / kDegree, "deg");
+  if (most_rad < kMaxTurned_rad) return;
+  const std::string found = fmt::format(
+      "the camera is turned against the IMU by ({:.2f}, {:.2f}, {:.2f}) +- ({:.2f}, {:.2f}, "
+      "{:.2f}) degrees about the IMU's axes more than calibrated",
+      turned_rad.x() / kDegree, turned_rad.y() / kDegree, turned_rad.z() / kDegree,
+      sigma_rad.x() / kDegree, sigma_rad.y() / kDegree, sigma_rad.z() / kDegree);
+  if (most_rad > kGrossTurned_rad) {
+    report->Fail("imu-camera", found, RotationRemedy(turns));
+  } else {
+    report->Warn("imu-camera", found, RotationRemedy(turns));
+  }
+}
+
+// Turns that differ by a factor: the gyroscope's about all axes, the focal lengths' about x and y.
+void JudgeScales(const TurnAlignment& turns, const Rig& rig, CheckReport* report) {
+  const Eigen::Vector3d& scales = turns.scales;
+  const auto off = [&](int axis) {
+    return std::abs(scales[axis] - 1) > std::max(kMaxScaleError, kClear * turns.scale_sigmas[axis]);
+  };
+  if (!off(0) && !off(1)) return;
+  const bool rolls = turns.scale_sigmas.z() < kMaxScaleSigma;
+  const std::string found = fmt::format(
+      "images turn ({:.3f}, {:.3f}, {:.3f}) times as much about the camera's x, y, z as the "
+      "gyroscope says",
+      scales.x(), scales.y(), scales.z());
+  const std::string gyro =
+      scales.y() > 0.01 && scales.y() < 0.03
+          ? std::string("the gyroscope seems to be in deg/s: multiply by pi / 180")
+          : fmt::format("multiply the gyroscope's readings by {:.3f}", scales.y());
+  const std::string focal = fmt::format(
+      "calibrate the cameras for images of this size: the focal lengths seem to be {:.0f} and "
+      "{:.0f} px",
+      rig.cameras[0].fx_px * scales.y(), rig.cameras[0].fy_px * scales.x());
+  const bool all = std::abs(scales.z() / scales.y() - 1) < kMaxScaleError;
+  if (rolls && all) {
+    report->Fail(scales.y() < 0.03 ? "imu-units" : "gyro-scale", found, gyro);
+  } else if (rolls) {
+    report->Fail("focal-length", found, focal);
+  } else {
+    report->Fail("turn-scale", found, gyro + ", or " + focal);
+  }
+}
+
+void JudgeForceAxes(const ForceAlignment& forces, CheckReport* report) {
+  if (!KnowsForces(forces) || forces.best.change.IsNone()) return;
+  report->Fail(
+      "accel-axes",
+      fmt::format("accelerations differ by {:.2f} m/s^2 from those that the images show, by {:.2f} "
+                  "with the accelerometer's axes changed: {}",
+                  forces.claimed.misfit_m_s2, forces.best.misfit_m_s2, forces.best.change.words),
+      "change the columns of the accelerometer in imu0/data.csv: " + forces.best.change.words);
+}
+
+void JudgeBaseline(const ForceAlignment& forces, const Rig& rig, CheckReport* report) {
+  const double scale = forces.image_scale, sigma = forces.image_scale_sigma;
+  report->AddFigure("accelerometer over images", scale, "");
+  report->AddFigure("its standard deviation", sigma, "");
+  if (std::abs(scale - 1) < std::max(kMaxBaselineError, kClear * sigma)) return;
+  const double baseline_m =
+      (rig.T_imu_camera[0].translation - rig.T_imu_camera[1].translation).norm();
+  report->Fail("baseline",
+               fmt::format("the accelerometer measures {:.2f} +- {:.2f} times the accelerations "
+                           "that the images show with a baseline of {:.4f} m",
+                           scale, sigma, baseline_m),
+               fmt::format("correct the distance of cam0 and cam1 in the calibration: about "
+                           "{:.3f} m fit",
+                           scale * baseline_m));
+}
+
+void JudgeLever(const ForceAlignment& forces, const Rig& rig, CheckReport* report) {
+  const Eigen::Vector3d claimed_m = rig.T_imu_camera[0].translation;
+  bool off = false;
+  for (int axis = 0; axis < 3; ++axis) {
+    const double error_m = std::abs(forces.lever_m[axis] - claimed_m[axis]);
+    const double sigma_m = forces.lever_sigma_m[axis];
+    off = off ||
+          (sigma_m < kMaxLeverSigma_m && error_m > std::max(kMaxLeverError_m, kClear * sigma_m));
+  }
+  if (!off) return;
+  report->Fail(
+      "lever",
+      fmt::format("the left camera moves as if it were at ({:.2f}, {:.2f}, {:.2f}) +- ({:.2f}, "
+                  "{:.2f}, {:.2f}) m from the IMU, not at ({:.2f}, {:.2f}, {:.2f}) m",
+                  forces.lever_m.x(), forces.lever_m.y(), forces.lever_m.z(),
+                  forces.lever_sigma_m.x(), forces.lever_sigma_m.y(), forces.lever_sigma_m.z(),
+                  claimed_m.x(), claimed_m.y(), claimed_m.z()),
+      "correct the translations of T_BS (T_imu_cam, T_cam_imu), in metres");
+}
+
+void JudgeForces(const ForceAlignment& forces, const Rig& rig, CheckReport* report) {
+  if (!forces.enough_motion) return;
+  JudgeForceAxes(forces, report);
+  if (!forces.best.change.IsNone()) return;
+  JudgeBaseline(forces, rig, report);
+  JudgeLever(forces, rig, report);
+}
+
+void Judge(const TurnAlignment& turns, const ForceAlignment& forces, const Rig& rig,
+           CheckReport* report) {
+  if (!turns.enough_motion) {
+    report->Note("alignment", "too little turning in the images to compare them with the gyroscope",
+                 "turn the rig about all its axes at the start of a recording");
+    return;
+  }
+  report->AddFigure("turn rate of the images, RMS", turns.turn_rate_rad_s, "rad/s");
+  report->AddFigure("unexplained by the gyroscope", 100 * turns.best.unexplained, "%");
+  if (!turns.best.change.IsNone() && Explains(turns.best) &&
+      IsMuchBetter(turns.best, turns.claimed)) {
+    JudgeTurnAxes(turns, forces, report);
+  } else if (!Explains(turns.best) && turns.unexplained < kMuchBetter * turns.best.unexplained) {
+    report->Fail("imu-camera",
+                 fmt::format("the gyroscope explains {:.0f} % of the images' turns as calibrated, "
+                             "and more with another rotation",
+                             100 * std::max(0.0, 1 - turns.claimed.unexplained)),
+                 kCameraRemedy);
+  } else if (turns.best.unexplained > 0.5) {
+    report->Fail("imu-camera",
+                 fmt::format("the gyroscope explains {:.0f} % of the images' turns at best, with "
+                             "any axes and time offset",
+                             100 * std::max(0.0, 1 - turns.best.unexplained)),
+                 kCameraRemedy);
+  } else {
+    JudgeScales(turns, rig, report);
+    JudgeOffset(turns, rig.camera_time_offset_s, report);
+    JudgeRotation(turns, rig, report);
+    JudgeForces(forces, rig, report);
+  }
+}
+
+}  // namespace
+
+void CheckMotion(const SequenceSource& source, const Rig& rig,
+                 const std::vector<ImuSample>& samples, const Progress& progress,
+                 CheckReport* report) {
+  const ImageMotion motion =
+      FollowImages(source, rig, LiveliestParts(source.info(), samples, kDuration_s), progress);
+  const RigidTransform& T_imu_camera = rig.T_imu_camera[0];
+  const TurnAlignment turns =
+      AlignTurns(motion.turns, samples, T_imu_camera.rotation, rig.camera_time_offset_s);
+  const ForceAlignment forces = AlignForces(motion.steps, samples, turns, T_imu_camera);
+  Judge(turns, forces, rig, report);
+}
+
+}  // namespace slcmap

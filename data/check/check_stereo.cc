@@ -1,0 +1,325 @@
+// Whether left and right images agree with the calibration, by the epipolar constraint; where they
+// do not, which mistake would explain it.
+#include <spdlog/fmt/fmt.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <opencv2/features2d.hpp>
+#include <optional>
+
+#include "data/calibration.h"
+#include "data/check/check.h"
+#include "data/check/row_alignment.h"
+
+namespace slcmap {
+namespace {
+
+constexpr double kDegree = std::numbers::pi / 180;
+constexpr size_t kStereoSamples = 12, kRowSamples = 24;
+constexpr int kFeatures = 400;
+constexpr double kMaxDescriptorDistance = 48;  // of 256 bits
+constexpr size_t kMinMatches = 60;             // in all, for a judgement
+constexpr double kAgree_px = 2.5;              // across the epipolar line
+constexpr double kMinAgree = 0.5;              // share of the matches; wrong ones are among them
+constexpr double kMuchBetter = 1.3;            // times the share, for a mistake to be named
+constexpr double kBlur_px = 1.2;               // median of those that agree, in a poor calibration
+constexpr double kMaxRowsTurn_rad = 0.02 * kDegree, kGrossTurn_rad = 1 * kDegree;
+constexpr double kClear = 6;  // standard deviations
+constexpr int kMinFineMatches = 150;
+
+// One feature in both images.
+struct PixelPair {
+  Eigen::Vector2d left_px, right_px;
+};
+
+void MatchFeatures(const cv::Mat& left, const cv::Mat& right, std::vector<PixelPair>* pairs) {
+  if (left.empty() || right.empty()) return;
+  const auto orb = cv::ORB::create(kFeatures);
+  std::vector<cv::KeyPoint> left_points, right_points;
+  cv::Mat left_descriptors, right_descriptors;
+  orb->detectAndCompute(left, cv::noArray(), left_points, left_descriptors);
+  orb->detectAndCompute(right, cv::noArray(), right_points, right_descriptors);
+  if (left_points.empty() || right_points.empty()) return;
+  std::vector<cv::DMatch> matches;
+  cv::BFMatcher(cv::NORM_HAMMING, true).match(left_descriptors, right_descriptors, matches);
+  for (const cv::DMatch& match : matches) {
+    if (match.distance > kMaxDescriptorDistance) continue;
+    const cv::Point2f a = left_points[match.queryIdx].pt, b = right_points[match.trainIdx].pt;
+    pairs->push_back({{a.x, a.y}, {b.x, b.y}});
+  }
+}
+
+std::vector<PixelPair> Matches(const SequenceSource& source, const Progress& progress) {
+  const size_t all = source.info().pair_stamps_ns.size();
+  std::vector<PixelPair> pairs;
+  for (size_t i = 0; i < all; i += std::max<size_t>(1, all / kStereoSamples)) {
+    progress.ReportOrStop(static_cast<double>(i) / static_cast<double>(all));
+    MatchFeatures(source.ReadImage(i, 0).image, source.ReadImage(i, 1).image, &pairs);
+  }
+  return pairs;
+}
+
+RigidTransform LeftRight(const Rig& rig) {
+  return rig.T_imu_camera[0].Inverse() * rig.T_imu_camera[1];
+}
+
+std::vector<RayPair> RaysOf(const std::vector<PixelPair>& pairs, const Rig& rig) {
+  std::vector<RayPair> rays;
+  for (const PixelPair& pair : pairs) {
+    const auto left = rig.cameras[0].Unproject(pair.left_px);
+    const auto right = rig.cameras[1].Unproject(pair.right_px);
+    if (left && right) rays.push_back({*left, *right});
+  }
+  return rays;
+}
+
+// How far, in radians, a match is off the epipolar plane; nothing where the point would lie behind
+// a camera.
+std::optional<double> EpipolarError_rad(const RayPair& rays, const RigidTransform& T_first_second) {
+  const Eigen::Vector3d second = T_first_second.rotation * rays.second;
+  const Eigen::Vector3d t = T_first_second.translation.normalized();
+  const double angle_rad =
+      std::asin(std::clamp(t.cross(second).normalized().dot(rays.first), -1.0, 1.0));
+  // In front of both: the first ray lies between the baseline and the second ray.
+  constexpr double kFarSlack_rad = 2e-3;
+  if (std::acos(std::clamp(t.dot(second), -1.0, 1.0)) <
+      std::acos(std::clamp(t.dot(rays.first), -1.0, 1.0)) - kFarSlack_rad) {
+    return std::nullopt;
+  }
+  return std::abs(angle_rad);
+}
+
+struct Agreement {
+  double share = 0;      // of the matches
+  double median_px = 0;  // of those
+};
+
+Agreement AgreementOf(const std::vector<PixelPair>& pairs, const Rig& rig) {
+  const RigidTransform T_left_right = LeftRight(rig);
+  std::vector<double> errors_px;
+  for (const RayPair& rays : RaysOf(pairs, rig)) {
+    const std::optional<double> error_rad = EpipolarError_rad(rays, T_left_right);
+    if (error_rad && *error_rad * rig.cameras[0].fx_px < kAgree_px) {
+      errors_px.push_back(*error_rad * rig.cameras[0].fx_px);
+    }
+  }
+  return {static_cast<double>(errors_px.size()) /
+              static_cast<double>(std::max<size_t>(1, pairs.size())),
+          Median(errors_px)};
+}
+
+// A mistake that could explain images which do not agree, and the rig or images without it.
+struct Mistake {
+  const char* name;
+  const char* words;
+  const char* remedy;
+  Rig rig;
+  bool swap_images = false;
+};
+
+Rig Changed(const Rig& rig, void (*change)(Rig*)) {
+  Rig changed = rig;
+  change(&changed);
+  return changed;
+}
+
+void NegateBaseline(Rig* rig) {
+  auto& poses = rig->T_imu_camera;
+  poses[1].translation = 2 * poses[0].translation - poses[1].translation;
+}
+
+void ReorderIntrinsics(Camera* camera) { std::swap(camera->fy_px, camera->cx_px); }
+
+void ScaleIntrinsics(Camera* camera, double scale) {
+  for (double* value : {&camera->fx_px, &camera->fy_px, &camera->cx_px, &camera->cy_px}) {
+    *value *= scale;
+  }
+}
+
+std::vector<Mistake> ExtrinsicMistakes(const Rig& rig) {
+  const char* const direction =
+      "T_BS and T_imu_cam map camera to IMU, T_cam_imu maps IMU to camera; invert what is given";
+  return {
+      {"left-right", "the images of left and right swapped", "swap the images of cam0 and cam1",
+       rig, true},
+      {"extrinsics-direction", "inverted transforms of both cameras", direction,
+       Changed(rig,
+               [](Rig* r) {
+                 for (auto& T : r->T_imu_camera) T = T.Inverse();
+               })},
+      {"extrinsics-direction", "transposed rotations of both cameras",
+       "transpose the rotations of T_BS (T_imu_cam, T_cam_imu): its rows are those of the file",
+       Changed(rig,
+               [](Rig* r) {
+                 for (auto& T : r->T_imu_camera) T.rotation = T.rotation.conjugate();
+               })},
+      {"extrinsics-direction", "an inverted transform of the right camera", direction,
+       Changed(rig, [](Rig* r) { r->T_imu_camera[1] = r->T_imu_camera[1].Inverse(); })},
+      {"extrinsics-direction", "an inverted transform of the left camera", direction,
+       Changed(rig, [](Rig* r) { r->T_imu_camera[0] = r->T_imu_camera[0].Inverse(); })},
+      {"baseline", "the right camera on the other side of the left one",
+       "correct the sign of the translation between cam0 and cam1", Changed(rig, NegateBaseline)}};
+}
+
+std::vector<Mistake> IntrinsicMistakes(const Rig& rig) {
+  return {
+      {"intrinsics", "intrinsics in the order fx, fy, cx, cy", "write intrinsics as fx, fy, cx, cy",
+       Changed(rig,
+               [](Rig* r) {
+                 for (Camera& c : r->cameras) ReorderIntrinsics(&c);
+               })},
+      {"intrinsics", "intrinsics of twice the size",
+       "calibrate for images of this size: multiply the intrinsics by 2",
+       Changed(rig,
+               [](Rig* r) {
+                 for (Camera& c : r->cameras) ScaleIntrinsics(&c, 2);
+               })},
+      {"intrinsics", "intrinsics of half the size",
+       "calibrate for images of this size: multiply the intrinsics by 0.5",
+       Changed(rig,
+               [](Rig* r) {
+                 for (Camera& c : r->cameras) ScaleIntrinsics(&c, 0.5);
+               })},
+      {"distortion", "the signs of the distortion coefficients changed",
+       "copy the distortion coefficients anew, with their signs", Changed(rig, [](Rig* r) {
+         for (Camera& c : r->cameras) c.coefficients *= -1;
+       })}};
+}
+
+// The mistake whose mending makes the images agree best, where that is clearly better than `given`.
+const Mistake* BestMistake(const std::vector<Mistake>& mistakes,
+                           const std::vector<PixelPair>& pairs, const Agreement& given,
+                           Agreement* best) {
+  std::vector<PixelPair> swapped;
+  for (const PixelPair& pair : pairs) swapped.push_back({pair.right_px, pair.left_px});
+  const Mistake* found = nullptr;
+  *best = {std::max(kMinAgree, kMuchBetter * given.share), 0};
+  for (const Mistake& mistake : mistakes) {
+    const Agreement mended = AgreementOf(mistake.swap_images ? swapped : pairs, mistake.rig);
+    if (mended.share <= best->share) continue;
+    *best = mended;
+    found = &mistake;
+  }
+  return found;
+}
+
+std::string InDegrees(const Eigen::Vector3d& turn_rad) {
+  const Eigen::Vector3d turn = turn_rad / kDegree;
+  return fmt::format("({:.3f}, {:.3f}, {:.3f}) degrees about its x, y, z", turn.x(), turn.y(),
+                     turn.z());
+}
+
+Rig WithRightTurned(Rig rig, const Eigen::Vector3d& turn_rad) {
+  Eigen::Quaterniond& rotation = rig.T_imu_camera[1].rotation;
+  rotation = (rotation * ExpRotation(turn_rad)).normalized();
+  return rig;
+}
+
+void JudgeRows(const RowAlignment& rows, const Rig& given, const Rig& mended, CheckReport* report) {
+  const auto clear = [&](int axis) {
+    return std::abs(rows.turn_rad[axis]) >
+           std::max(kMaxRowsTurn_rad, kClear * rows.turn_sigma_rad[axis]);
+  };
+  if (!clear(0) && !clear(1) && !clear(2)) return;
+  const Eigen::Matrix3d R = mended.T_imu_camera[1].rotation.toRotationMatrix();
+  const std::string found = fmt::format(
+      "matches are {:.2f} px off their rows, {:.2f} px with the right camera turned by "
+      "{}",
+      rows.rows_px, rows.mended_rows_px, InDegrees(rows.turn_rad));
+  const Eigen::Quaterniond T =
+      (given.T_imu_camera[0].rotation.conjugate() * mended.T_imu_camera[1].rotation);
+  const std::string remedy = fmt::format(
+      "calibrate the cameras anew, or give cam1 this rotation to the IMU: [{:.6f}, {:.6f}, {:.6f}; "
+      "{:.6f}, {:.6f}, {:.6f}; {:.6f}, {:.6f}, {:.6f}] ({:.3f} degrees from cam0's)",
+      R(0, 0), R(0, 1), R(0, 2), R(1, 0), R(1, 1), R(1, 2), R(2, 0), R(2, 1), R(2, 2),
+      LogRotation(T).norm() / kDegree);
+  if (rows.turn_rad.norm() > kGrossTurn_rad) {
+    report->Fail("rectification", found, remedy);
+    return;
+  }
+  report->Warn("rectification", found, remedy);
+  report->corrections.push_back({kRightTurnCorrection,
+                                 {rows.turn_rad.x(), rows.turn_rad.y(), rows.turn_rad.z()},
+                                 "right camera turned by " + InDegrees(rows.turn_rad)});
+}
+
+// Adds what the rows say, once the right camera is turned by `coarse_rad`.
+void CheckRows(const SequenceSource& source, const Eigen::Vector3d& coarse_rad,
+               const Progress& progress, CheckReport* report) {
+  const Rig& rig = source.info().rig;
+  const double focal_px = rig.cameras[0].fx_px;
+  const Rig near = WithRightTurned(rig, coarse_rad);
+  const std::vector<RayPair> matches = MatchFinely(source, near, kRowSamples, progress);
+  RowAlignment rows = AlignRows(matches, LeftRight(near), focal_px);
+  report->AddFigure("features followed left to right", rows.matches, "");
+  if (rows.matches < kMinFineMatches || rows.agreeing_share < kMinAgree) return;
+  const Rig mended = WithRightTurned(near, rows.turn_rad);
+  rows.turn_rad =
+      LogRotation(rig.T_imu_camera[1].rotation.conjugate() * mended.T_imu_camera[1].rotation);
+  if (coarse_rad.norm() > 0) rows.rows_px = AlignRows(matches, LeftRight(rig), focal_px).rows_px;
+  report->AddFigure("their median distance from the row", rows.rows_px, "px");
+  report->AddFigure("right camera, turn found about x", rows.turn_rad.x() / kDegree, "deg");
+  report->AddFigure("right camera, turn found about z", rows.turn_rad.z() / kDegree, "deg");
+  JudgeRows(rows, rig, mended, report);
+  if (rows.mended_rows_px > kBlur_px) {
+    report->Warn("calibration",
+                 fmt::format("matches are {:.1f} px off their rows at best", rows.mended_rows_px),
+                 "calibrate the cameras anew, and check their synchronisation");
+  }
+}
+
+// Images that do not agree with the calibration. Returns a turn of the right camera that would
+// explain it, or nothing once it is judged.
+std::optional<Eigen::Vector3d> JudgeDisagreement(const std::vector<PixelPair>& pairs,
+                                                 const Agreement& given, const Rig& rig,
+                                                 CheckReport* report) {
+  const std::string found =
+      fmt::format("{:.0f} % of the features matched left to right agree with the calibration",
+                  100 * given.share);
+  const RowAlignment rows = AlignRows(RaysOf(pairs, rig), LeftRight(rig), rig.cameras[0].fx_px);
+  const Agreement turned = AgreementOf(pairs, WithRightTurned(rig, rows.turn_rad));
+  std::vector<Mistake> mistakes = ExtrinsicMistakes(rig);
+  const std::vector<Mistake> intrinsic = IntrinsicMistakes(rig);
+  mistakes.insert(mistakes.end(), intrinsic.begin(), intrinsic.end());
+  Agreement best;
+  const Mistake* mistake = BestMistake(mistakes, pairs, given, &best);
+  if (turned.share >= kMinAgree && turned.share > kMuchBetter * given.share &&
+      turned.share > (mistake != nullptr ? best.share : 0) - 0.05 &&
+      rows.turn_rad.norm() < 10 * kDegree) {
+    return rows.turn_rad;
+  }
+  if (mistake != nullptr) {
+    report->Fail(mistake->name,
+                 fmt::format("{}, {:.0f} % with {}", found, 100 * best.share, mistake->words),
+                 mistake->remedy);
+  } else if (given.share < kMinAgree) {
+    report->Warn("calibration", found,
+                 "calibrate the cameras anew, and check their synchronisation");
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+void CheckStereo(const SequenceSource& source, const Progress& progress, CheckReport* report) {
+  const Rig& rig = source.info().rig;
+  const std::vector<PixelPair> pairs = Matches(source, progress.Part(0, 0.5));
+  report->AddFigure("features matched left to right", static_cast<double>(pairs.size()), "");
+  if (pairs.size() < kMinMatches) {
+    report->Warn("texture", fmt::format("only {} features matched left to right", pairs.size()),
+                 "check focus, light and that both cameras see the same");
+    return;
+  }
+  const Agreement given = AgreementOf(pairs, rig);
+  report->AddFigure("matches that agree with calibration", 100 * given.share, "%");
+  Eigen::Vector3d coarse_rad = Eigen::Vector3d::Zero();
+  if (given.share < kMinAgree || given.median_px > kBlur_px) {
+    const auto turn_rad = JudgeDisagreement(pairs, given, rig, report);
+    if (turn_rad) coarse_rad = *turn_rad;
+    if (!turn_rad && given.share < kMinAgree) return;
+  }
+  CheckRows(source, coarse_rad, progress.Part(0.5, 1), report);
+}
+
+}  // namespace slcmap

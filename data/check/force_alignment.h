@@ -1,0 +1,34 @@
+// Aligns the accelerations that stereo images show with those that an accelerometer measured.
+#pragma once
+
+#include <vector>
+
+#include "data/check/image_motion.h"
+#include "data/check/imu_axes.h"
+#include "data/check/turn_alignment.h"
+
+namespace slcmap {
+
+struct ForceFit {
+  AxisChange change;  // of the accelerometer's axes, against the camera's as claimed
+  double misfit_m_s2 = 0;
+};
+
+struct ForceAlignment {
+  bool enough_motion = false;      // nothing below means anything otherwise
+  double gravity_misfit_m_s2 = 0;  // if readings were of gravity alone
+  ForceFit claimed, best;
+  // With the axes of `best`: what the images' accelerations are to be multiplied with to agree (as
+  // is the baseline), and where the camera is seen from the IMU, in the IMU's axes.
+  double image_scale = 1, image_scale_sigma = 1;
+  Eigen::Vector3d lever_m = Eigen::Vector3d::Zero(), lever_sigma_m = Eigen::Vector3d::Ones();
+};
+
+// Over each two steps, the change of the camera's velocity is compared with the readings, turned
+// into a common frame by the gyroscope as `turns` aligned it, less a gravity that is the same
+// throughout a part: by it an axis is known that is wrong, as gravity would turn with the rig; the
+// rest tells all signs from each other, the scale and the lever.
+ForceAlignment AlignForces(const std::vector<StereoStep>& steps, const std::vector<ImuSample>& imu,
+                           const TurnAlignment& turns, const RigidTransform& T_imu_camera);
+
+}  // namespace slcmap

@@ -1,0 +1,46 @@
+// How the images of a recording turn and move, by features that are followed through them.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "data/check/placed_view.h"
+#include "data/progress.h"
+#include "data/source/sequence_source.h"
+
+namespace slcmap {
+
+// The rotation of the left camera between two of its images, on the camera's clock.
+struct ImageTurn {
+  int64_t from_ns = 0, to_ns = 0;
+  Eigen::Vector3d turn_rad = Eigen::Vector3d::Zero();    // rotation vector of R_first_second
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  // of turn_rad, in rad^2
+};
+
+// What tells the movement of the left camera between two stereo pairs once its rotation is known.
+struct StereoStep {
+  int64_t from_ns = 0, to_ns = 0;
+  std::vector<PlacedRay> rays;
+};
+
+struct ImageMotion {
+  std::vector<ImageTurn> turns;
+  std::vector<StereoStep> steps;  // none of one camera
+};
+
+// A range of pairs, [first, end).
+struct PairRange {
+  size_t first = 0, end = 0;
+};
+
+// The parts of a recording in which the gyroscope changes most, in the order of time, of about
+// `duration_s` in all.
+std::vector<PairRange> LiveliestParts(const SourceInfo& info, const std::vector<ImuSample>& imu,
+                                      double duration_s);
+
+// Follows features through those parts, at the images' rate where that is below 40 Hz. `rig` is
+// what points are placed with. Throws StoppedError where progress ends it.
+ImageMotion FollowImages(const SequenceSource& source, const Rig& rig,
+                         const std::vector<PairRange>& parts, const Progress& progress);
+
+}  // namespace slcmap

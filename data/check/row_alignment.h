@@ -1,0 +1,34 @@
+// How far the rows of the rectified cameras are apart, and the rotation that would mend it.
+#pragma once
+
+#include <vector>
+
+#include "data/check/two_view.h"
+#include "data/progress.h"
+#include "data/source/sequence_source.h"
+
+namespace slcmap {
+
+struct RowAlignment {
+  int matches = 0;            // features found in both images
+  double agreeing_share = 0;  // of them, once mended
+  double rows_px = 0;         // median distance from the row, as calibrated
+  double mended_rows_px = 0;  // once mended
+  // The right camera's turn: R_imu_right is to be that of the calibration times Exp(turn_rad), in
+  // the right camera's frame.
+  Eigen::Vector3d turn_rad = Eigen::Vector3d::Zero();
+  Eigen::Vector3d turn_sigma_rad = Eigen::Vector3d::Ones();
+};
+
+// The turn that brings matches on their epipolar planes, found robustly and from coarse to fine.
+// About y (towards and away from each other) it is only seen in the corners of the images, and 0
+// unless that is clear. `focal_px` is that of both cameras, about.
+RowAlignment AlignRows(const std::vector<RayPair>& matches, const RigidTransform& T_left_right,
+                       double focal_px);
+
+// Features of the left images of `pairs` pairs, spread over the recording, that were found again in
+// the right ones, to a fraction of a pixel; `rig` says where they are looked for.
+std::vector<RayPair> MatchFinely(const SequenceSource& source, const Rig& rig, size_t pairs,
+                                 const Progress& progress);
+
+}  // namespace slcmap

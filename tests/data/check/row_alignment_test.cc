@@ -1,0 +1,62 @@
+#include "data/check/row_alignment.h"
+
+#include <gtest/gtest.h>
+
+#include <numbers>
+#include <random>
+
+namespace slcmap {
+namespace {
+
+constexpr double kFocal_px = 450, kDegree = std::numbers::pi / 180;
+
+RigidTransform LeftRight() { return {Eigen::Quaterniond::Identity(), {0.11, 0.002, -0.001}}; }
+
+// Rays of points before the rig, some of them wrong, as seen by a right camera that is turned more
+// than LeftRight() says.
+std::vector<RayPair> Matches(const Eigen::Vector3d& turn_rad, double noise_px) {
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> across(-0.7, 0.7), depth(1, 8);
+  std::normal_distribution<double> noise(0, noise_px / kFocal_px);
+  const RigidTransform T_left_right = {LeftRight().rotation * ExpRotation(turn_rad),
+                                       LeftRight().translation};
+  std::vector<RayPair> matches;
+  for (int i = 0; i < 1500; ++i) {
+    const double z = depth(random);
+    const Eigen::Vector3d p(across(random) * z, 0.6 * across(random) * z, z);
+    const Eigen::Vector3d wrong(0, i % 10 == 0 ? across(random) : 0, 0);
+    const Eigen::Vector3d error(noise(random), noise(random), 0);
+    matches.push_back({(p / z).normalized(),
+                       ((T_left_right.Inverse() * p).normalized() + error + wrong).normalized()});
+  }
+  return matches;
+}
+
+TEST(RowAlignment, FindsTheTurnOfTheRightCamera) {
+  for (const Eigen::Vector3d& turn :
+       {Eigen::Vector3d(0, 0, 0), Eigen::Vector3d(0.05, 0, -0.02), Eigen::Vector3d(-3, 0, 1)}) {
+    const RowAlignment found = AlignRows(Matches(turn * kDegree, 0.2), LeftRight(), kFocal_px);
+    EXPECT_NEAR(found.turn_rad.x() / kDegree, turn.x(), 0.005);
+    EXPECT_NEAR(found.turn_rad.z() / kDegree, turn.z(), 0.01);
+    EXPECT_LT(std::abs(found.turn_rad.x() - turn.x() * kDegree), 4 * found.turn_sigma_rad.x());
+    EXPECT_LT(found.mended_rows_px, 0.25);
+    EXPECT_NEAR(found.agreeing_share, 0.9, 0.05);
+  }
+}
+
+TEST(RowAlignment, TurnsAboutYOnlyWhereThatIsClear) {
+  const RowAlignment small =
+      AlignRows(Matches(Eigen::Vector3d(0, 0.03, 0) * kDegree, 0.2), LeftRight(), kFocal_px);
+  EXPECT_NEAR(small.turn_rad.y(), 0, 1e-5);
+  const RowAlignment large =
+      AlignRows(Matches(Eigen::Vector3d(0.1, 0.5, 0) * kDegree, 0.2), LeftRight(), kFocal_px);
+  EXPECT_NEAR(large.turn_rad.y() / kDegree, 0.5, 0.1);
+  EXPECT_NEAR(large.turn_rad.x() / kDegree, 0.1, 0.01);
+}
+
+TEST(RowAlignment, SaysNothingWithoutMatches) {
+  EXPECT_EQ(AlignRows({}, LeftRight(), kFocal_px).matches, 0);
+}
+
+}  // namespace
+}  // namespace slcmap
