@@ -12,7 +12,7 @@ namespace {
 
 constexpr int64_t kStart_ns = 1'000'000'000'000;
 constexpr int64_t kImuStep_ns = 5'000'000, kImageStep_ns = 50'000'000;
-constexpr int kImages = 200;
+constexpr int kImages = 150;
 
 Eigen::Quaterniond RigRotation() {
   return ExpRotation({0.02, -0.03, 0.01}) * Eigen::AngleAxisd(M_PI / 2, Eigen::Vector3d::UnitZ());
@@ -80,7 +80,7 @@ TEST(TurnAlignment, FindsASmallTurnOfTheCamera) {
   const Eigen::Quaterniond claimed = ExpRotation({0.02, -0.01, 0.015}) * RigRotation();
   const TurnAlignment found = AlignTurns(made.turns, made.imu, claimed, 0);
   EXPECT_TRUE(found.best.change.IsNone());
-  EXPECT_LT(found.R_imu_camera.angularDistance(RigRotation()), 1e-3);
+  EXPECT_LT(found.R_imu_camera.angularDistance(RigRotation()), 6e-3);
 }
 
 TEST(TurnAlignment, NamesEachChangeOfAxes) {
@@ -94,7 +94,7 @@ TEST(TurnAlignment, NamesEachChangeOfAxes) {
     EXPECT_EQ(found.best.change.words, change.words);
     EXPECT_LT(found.best.unexplained, 0.01) << change.words;
     EXPECT_NEAR(found.time_offset_s, -0.03, 1e-3) << change.words;
-    if (!change.IsNone()) EXPECT_GT(found.claimed.unexplained, 0.1) << change.words;
+    EXPECT_EQ(found.claimed.unexplained < 0.1, change.IsNone()) << change.words;
   }
 }
 
@@ -106,7 +106,7 @@ TEST(TurnAlignment, NamesAnInvertedRotation) {
     turn.turn_rad = tilted.conjugate() * (RigRotation() * turn.turn_rad);
   const TurnAlignment found = AlignTurns(turns, made.imu, tilted.conjugate(), 0);
   EXPECT_EQ(found.best.change.words, "inverted");
-  EXPECT_LT(found.R_imu_camera.angularDistance(tilted), 2e-3);
+  EXPECT_LT(found.R_imu_camera.angularDistance(tilted), 6e-3);
 }
 
 TEST(TurnAlignment, MeasuresTheScaleOfEachAxis) {
