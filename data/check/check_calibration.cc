@@ -49,6 +49,11 @@ void CheckStereoRig(const Rig& rig, CheckReport* report) {
     report->Fail("extrinsics-direction", found,
                  "the transforms seem to be inverted: T_BS and T_imu_cam map camera to IMU, "
                  "T_cam_imu maps IMU to camera");
+  } else if (sideways < kMinSideways && poses[0].rotation.isApprox(poses[1].rotation, 1e-9) &&
+             poses[0].rotation.vec().norm() < 1e-9) {
+    report->Fail("extrinsics-rotation", found + ", and both rotations to the IMU are the identity",
+                 "write the rotations of cam0 and cam1 to the IMU (T_BS, T_imu_cam): they were "
+                 "never filled in");
   } else if (sideways < kMinSideways) {
     report->Fail("baseline", found, "check the extrinsics; the cameras must be side by side");
   }

@@ -199,11 +199,11 @@ void CheckValues(const std::vector<ImuSample>& samples, CheckReport* report) {
 }  // namespace
 
 void CheckImu(const std::vector<ImuSample>& samples, CheckReport* report) {
-  CheckValues(samples, report);
   CheckStuck(samples, report);
   CheckHeldAxes(samples, report);
   CheckColumns(samples, report);
   if (!report->Usable()) return;  // what follows would take them for something else
+  CheckValues(samples, report);
   CheckGravity(samples, report);
   CheckGyroUnit(samples, report);
 }

@@ -27,6 +27,8 @@ constexpr double kBlur_px = 1.2;               // median of those that agree, in
 constexpr double kMaxRowsTurn_rad = 0.02 * kDegree, kGrossTurn_rad = 1 * kDegree;
 constexpr double kClear = 6;  // standard deviations
 constexpr int kMinFineMatches = 150;
+constexpr double kPoorRows_px = 0.55;      // once mended: the intrinsics are wrong
+constexpr double kIntrinsicsBetter = 0.6;  // of that, for a mistake to be named
 
 // One feature in both images.
 struct PixelPair {
@@ -129,6 +131,11 @@ void NegateBaseline(Rig* rig) {
   poses[1].translation = 2 * poses[0].translation - poses[1].translation;
 }
 
+void ScaleFocal(Camera* camera, double scale) {
+  camera->fx_px *= scale;
+  camera->fy_px *= scale;
+}
+
 void ReorderIntrinsics(Camera* camera) { std::swap(camera->fy_px, camera->cx_px); }
 
 void ScaleIntrinsics(Camera* camera, double scale) {
@@ -180,6 +187,16 @@ std::vector<Mistake> IntrinsicMistakes(const Rig& rig) {
        Changed(rig,
                [](Rig* r) {
                  for (Camera& c : r->cameras) ScaleIntrinsics(&c, 0.5);
+               })},
+      {"focal-length", "focal lengths twice as long", "multiply the focal lengths by 2",
+       Changed(rig,
+               [](Rig* r) {
+                 for (Camera& c : r->cameras) ScaleFocal(&c, 2);
+               })},
+      {"focal-length", "focal lengths half as long", "multiply the focal lengths by 0.5",
+       Changed(rig,
+               [](Rig* r) {
+                 for (Camera& c : r->cameras) ScaleFocal(&c, 0.5);
                })},
       {"distortion", "the signs of the distortion coefficients changed",
        "copy the distortion coefficients anew, with their signs", Changed(rig, [](Rig* r) {
@@ -244,6 +261,48 @@ void JudgeRows(const RowAlignment& rows, const Rig& given, const Rig& mended, Ch
                                  "right camera turned by " + InDegrees(rows.turn_rad)});
 }
 
+// The same features as other cameras would see them.
+std::vector<RayPair> Reprojected(const std::vector<RayPair>& matches, const Rig& from,
+                                 const Rig& to) {
+  std::vector<PixelPair> pairs;
+  for (const RayPair& rays : matches) {
+    const auto left_px = from.cameras[0].Project(rays.first);
+    const auto right_px = from.cameras[1].Project(rays.second);
+    if (left_px && right_px) pairs.push_back({*left_px, *right_px});
+  }
+  return RaysOf(pairs, to);
+}
+
+// Whether rows that no turn brings together are the fault of the intrinsics.
+bool JudgeIntrinsics(const std::vector<RayPair>& matches, const RowAlignment& rows, const Rig& rig,
+                     CheckReport* report) {
+  const std::string found =
+      fmt::format("matches are {:.2f} px off their rows, {:.2f} px with the right camera turned",
+                  rows.rows_px, rows.mended_rows_px);
+  double best_px = kIntrinsicsBetter * rows.mended_rows_px;
+  std::vector<CheckFinding> better;
+  for (const Mistake& mistake : IntrinsicMistakes(rig)) {
+    const auto changed = AlignRows(Reprojected(matches, rig, mistake.rig), LeftRight(mistake.rig),
+                                   rig.cameras[0].fx_px);
+    if (changed.matches < kMinFineMatches || changed.mended_rows_px > best_px) continue;
+    best_px = changed.mended_rows_px;
+    better = {{Severity::kError, mistake.name,
+               fmt::format("{}, {:.2f} px with {}", found, best_px, mistake.words),
+               mistake.remedy}};
+  }
+  const bool no_distortion =
+      std::any_of(rig.cameras.begin(), rig.cameras.end(), [](const Camera& camera) {
+        return camera.distortion != Distortion::kNone && camera.coefficients.isZero();
+      });
+  if (better.empty() && no_distortion) {
+    better = {{Severity::kError, "distortion",
+               found + "; the coefficients of its distortion model are all zero",
+               "calibrate the cameras, and write the distortion coefficients"}};
+  }
+  report->findings.insert(report->findings.end(), better.begin(), better.end());
+  return !better.empty();
+}
+
 // Adds what the rows say, once the right camera is turned by `coarse_rad`.
 void CheckRows(const SequenceSource& source, const Eigen::Vector3d& coarse_rad,
                const Progress& progress, CheckReport* report) {
@@ -261,6 +320,7 @@ void CheckRows(const SequenceSource& source, const Eigen::Vector3d& coarse_rad,
   report->AddFigure("their median distance from the row", rows.rows_px, "px");
   report->AddFigure("right camera, turn found about x", rows.turn_rad.x() / kDegree, "deg");
   report->AddFigure("right camera, turn found about z", rows.turn_rad.z() / kDegree, "deg");
+  if (rows.mended_rows_px > kPoorRows_px && JudgeIntrinsics(matches, rows, near, report)) return;
   JudgeRows(rows, rig, mended, report);
   if (rows.mended_rows_px > kBlur_px) {
     report->Warn("calibration",

@@ -36,10 +36,10 @@ void ExpectFinding(const CheckReport& report, const std::string& name, Severity 
 std::vector<ImuSample> TurningImu(double gyro_unit, double accel_unit) {
   std::vector<ImuSample> samples;
   for (int i = 0; i < 600; ++i) {
-    const double t_s = 0.005 * i, angle_rad = 0.5 * t_s;
+    const double t_s = 0.005 * i, angle_rad = 0.5 * t_s, noise = 1e-4 * (i % 7);
     samples.push_back(
-        {i * testing::kImuStep_ns, Eigen::Vector3d(0.5, 0, 0) * gyro_unit,
-         Eigen::Vector3d(0, std::sin(angle_rad), std::cos(angle_rad)) * 9.81 * accel_unit});
+        {i * testing::kImuStep_ns, Eigen::Vector3d(0.5 + noise, noise, noise) * gyro_unit,
+         Eigen::Vector3d(noise, std::sin(angle_rad), std::cos(angle_rad)) * 9.81 * accel_unit});
   }
   return samples;
 }
@@ -55,6 +55,30 @@ TEST(CheckImu, TellsUnitsApart) {
   ExpectFinding(CheckOfImu(1, 1 / 9.81), "imu-units", Severity::kError, "9.80665");
   ExpectFinding(CheckOfImu(180 / std::numbers::pi, 1), "imu-units", Severity::kError, "deg/s");
   ExpectFinding(CheckOfImu(1, 0.01), "imu-gravity", Severity::kError, "raw accelerometer");
+}
+
+TEST(CheckImu, NamesDeadAndFrozenAxes) {
+  std::vector<ImuSample> samples = TurningImu(1, 1);
+  for (size_t i = 0; i < samples.size(); ++i) {
+    samples[i].angular_velocity_rad_s.z() = 0;
+    if (i >= 300) samples[i].specific_force_m_s2.x() = 0.5;
+  }
+  CheckReport report;
+  CheckImu(samples, &report);
+  ExpectFinding(report, "gyro-dead", Severity::kError, "gyroscope");
+  EXPECT_THAT(Find(report, "gyro-dead")->found, HasSubstr("z is 0 for 3.0 s, while"));
+  ExpectFinding(report, "accel-dead", Severity::kError, "accelerometer");
+  EXPECT_THAT(Find(report, "accel-dead")->found, HasSubstr("x is 0.5 for 1.5 s"));
+}
+
+TEST(CheckImu, NamesSwappedColumns) {
+  std::vector<ImuSample> samples = TurningImu(1, 1);
+  for (ImuSample& sample : samples) {
+    std::swap(sample.angular_velocity_rad_s, sample.specific_force_m_s2);
+  }
+  CheckReport report;
+  CheckImu(samples, &report);
+  ExpectFinding(report, "imu-columns", Severity::kError, "swapped");
 }
 
 TEST(CheckImu, NamesAbsurdValues) {
@@ -281,6 +305,57 @@ TEST_F(CheckRealRecording, InvertedTransformsAreNoticed) {
   CheckReport report;
   CheckGeometry(AslSource(sequence_), sequence_.imu, {}, &report);
   ExpectFinding(report, "extrinsics-direction", Severity::kError, "invert");
+}
+
+TEST_F(CheckRealRecording, ALateCameraIsCorrectedBeforeTheStart) {
+  for (StereoEntry& pair : sequence_.images) pair.stamp_ns += 40'000'000;
+  const CheckReport report = CheckStart(AslSource(sequence_), sequence_.imu);
+  ExpectFinding(report, "time-offset", Severity::kWarning, "timeshift_cam_imu: -0.0");
+  EXPECT_TRUE(report.Usable());
+  EXPECT_NEAR(Corrected(sequence_.rig, report).camera_time_offset_s, -0.040, 1e-3);
+}
+
+TEST_F(CheckRealRecording, ATurnedRightCameraIsCorrectedBeforeTheStart) {
+  const Eigen::Quaterniond right = sequence_.rig.T_imu_camera[1].rotation;
+  sequence_.rig.T_imu_camera[1].rotation = right * ExpRotation({0.004, 0, 0.004});
+  CheckReport report;
+  CheckStereo(AslSource(sequence_), {}, &report);
+  ExpectFinding(report, "rectification", Severity::kWarning, "calibrate");
+  const Rig corrected = Corrected(sequence_.rig, report);
+  EXPECT_LT(corrected.T_imu_camera[1].rotation.angularDistance(right), 5e-4);
+}
+
+TEST_F(CheckRealRecording, ANegatedAxisOfTheGyroscopeIsNamed) {
+  for (ImuSample& sample : sequence_.imu) sample.angular_velocity_rad_s.y() *= -1;
+  CheckReport report;
+  CheckMotion(AslSource(sequence_), sequence_.rig, sequence_.imu, {}, &report);
+  ExpectFinding(report, "gyro-axes", Severity::kError, "y negated");
+}
+
+TEST_F(CheckRealRecording, SwappedAxesOfTheAccelerometerAreNamed) {
+  for (ImuSample& sample : sequence_.imu) {
+    std::swap(sample.specific_force_m_s2.x(), sample.specific_force_m_s2.z());
+  }
+  CheckReport report;
+  CheckMotion(AslSource(sequence_), sequence_.rig, sequence_.imu, {}, &report);
+  ExpectFinding(report, "accel-axes", Severity::kError, "x and z swapped");
+}
+
+TEST_F(CheckRealRecording, ATurnedImuIsNamed) {
+  const Eigen::Quaterniond half_turn(0, 1, 0, 0);
+  for (RigidTransform& T : sequence_.rig.T_imu_camera) T = RigidTransform(half_turn, {}) * T;
+  CheckReport report;
+  CheckMotion(AslSource(sequence_), sequence_.rig, sequence_.imu, {}, &report);
+  ExpectFinding(report, "imu-camera", Severity::kError, "[0.01");
+  EXPECT_THAT(Find(report, "imu-camera")->found, HasSubstr("y and z negated"));
+}
+
+TEST_F(CheckRealRecording, ABaselineOfHalfItsLengthIsNamed) {
+  auto& poses = sequence_.rig.T_imu_camera;
+  poses[1].translation = 0.5 * (poses[0].translation + poses[1].translation);
+  CheckReport report;
+  CheckMotion(AslSource(sequence_), sequence_.rig, sequence_.imu, {}, &report);
+  ExpectFinding(report, "baseline", Severity::kError, "0.1");
 }
 
 TEST_F(CheckRealRecording, DegreesAreNoticed) {
