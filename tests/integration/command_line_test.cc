@@ -352,7 +352,7 @@ TEST_F(StillRig, CtrlCLeavesTheResultsSoFar) {
     std::filesystem::remove_all(folder_.Path("run"));
     const ProcessResult result =
         RunShell("\\$SLCMAP " + Command() + pace +
-                 " & pid=\\$!; for i in {1..100}; do sleep 0.1; [ \\$(cat " +
+                 " & pid=\\$!; for i in {1..600}; do sleep 0.1; [ \\$(cat " +
                  folder_.Path("run/trajectory.tum") +
                  " 2>/dev/null | wc -l) -gt 10 ] && break; done; kill -TERM \\$pid; wait \\$pid");
     EXPECT_EQ(result.exit_code, 130) << result.error;
