@@ -294,7 +294,7 @@ bool JudgeIntrinsics(const std::vector<RayPair>& matches, const RowAlignment& ro
       std::any_of(rig.cameras.begin(), rig.cameras.end(), [](const Camera& camera) {
         return camera.distortion != Distortion::kNone && camera.coefficients.isZero();
       });
-  if (better.empty() && no_distortion) {
+  if (no_distortion) {  // whatever else may seem to make up for it
     better = {{Severity::kError, "distortion",
                found + "; the coefficients of its distortion model are all zero",
                "calibrate the cameras, and write the distortion coefficients"}};
