@@ -9,10 +9,20 @@ namespace slcmap {
 
 // The top-level keys that some stage reads. One file may hold those of all stages: each stage reads
 // its own and leaves the others, and what is not in this list nobody reads.
-inline constexpr const char* kConfigKeys[] = {
-    "method",          "rectifier",      "points", "window",    "keyframes",
-    "initializer",     "failure",        "lines",  "manhattan", "line_classifier",
-    "points_on_lines", "line_landmarks", "mapping"};
+inline constexpr const char* kConfigKeys[] = {"method",
+                                              "rectifier",
+                                              "points",
+                                              "window",
+                                              "keyframes",
+                                              "initializer",
+                                              "failure",
+                                              "lines",
+                                              "manhattan",
+                                              "line_classifier",
+                                              "points_on_lines",
+                                              "line_landmarks",
+                                              "building_deviation",
+                                              "mapping"};
 
 // Calls read(root) and returns its result. Throws ConfigError, always naming the file, when it
 // cannot be read, a top-level key is not in kConfigKeys or stands twice, or read throws one.

@@ -179,6 +179,20 @@ void LineTriangulationOptions::Check() const {
 }
 void LineTriangulationOptions::Read(YamlSection section) { kLineTriangulation.Read(section, this); }
 
+constexpr OptionTable kBuildingDeviation{
+    Option{"start_sigma_rad", &BuildingDeviationOptions::start_sigma_rad, 0.0, 0.1},
+    Option{"start_lines", &BuildingDeviationOptions::start_lines, 1.0, 1e9},
+    Option{"min_sigma_rad", &BuildingDeviationOptions::min_sigma_rad, 1e-5, 0.1},
+    Option{"max_sigma_rad", &BuildingDeviationOptions::max_sigma_rad, 1e-5, 0.1},
+    Option{"loss_sigma", &BuildingDeviationOptions::loss_sigma, 0.1, 100.0},
+    Option{"walk_m", &BuildingDeviationOptions::walk_m, 0.01, 1e9}};
+
+void BuildingDeviationOptions::Check() const {
+  kBuildingDeviation.Check("building_deviation", *this);
+  CheckOrder("building_deviation", "min_sigma_rad", min_sigma_rad, "max_sigma_rad", max_sigma_rad);
+}
+void BuildingDeviationOptions::Read(YamlSection section) { kBuildingDeviation.Read(section, this); }
+
 constexpr OptionTable kLineLandmark{
     Option{"sigma_px", &LineLandmarkOptions::sigma_px, 0.01, 20.0},
     Option{"loss_sigma", &LineLandmarkOptions::loss_sigma, 0.1, 100.0},
@@ -225,6 +239,7 @@ void ForEachSection(Options& options, const Visit& visit) {
   visit("line_classifier", options.line_classifier);
   visit("points_on_lines", options.points_on_lines);
   visit("line_landmarks", options.line_landmarks);
+  visit("building_deviation", options.building_deviation);
 }
 
 }  // namespace

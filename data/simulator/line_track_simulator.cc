@@ -13,7 +13,8 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kNear_m = 0.2;  // nothing nearer is seen
+constexpr double kNear_m = 0.2;   // nothing nearer is seen
+constexpr double kAside_m = 0.8;  // of an object's edges from its first one
 
 // Shortens the segment a + t (b - a), t from 0 to 1, to where value >= 0, given value at both ends.
 void Keep(double at_a, double at_b, double* from, double* to) {
@@ -124,8 +125,25 @@ class LineTrackSimulator {
     }
   }
 
-  // An edge whose middle is at a random pixel and depth of the left camera.
+  // The next edge of an object that is not complete, or the first one of another.
   SimulatedEdge PlaceEdge(const SimulatedTrackFrame& frame) {
+    if (edges_left_ <= 0) {
+      edges_left_ = options_.edges_per_object;
+      object_ = PlaceObject(frame);
+    }
+    --edges_left_;
+    SimulatedEdge edge = object_;
+    if (edges_left_ + 1 < options_.edges_per_object) {
+      const Vector3d aside(Uniform(-kAside_m, kAside_m), Uniform(-kAside_m, kAside_m),
+                           Uniform(-kAside_m, kAside_m));
+      edge.start_world += aside;
+      edge.end_world += aside;
+    }
+    return edge;
+  }
+
+  // An edge whose middle is at a random pixel and depth of the left camera.
+  SimulatedEdge PlaceObject(const SimulatedTrackFrame& frame) {
     const Camera& left = rig_.cameras[0];
     const double x_px = Uniform(0, left.width_px - 1), y_px = Uniform(0, left.height_px - 1);
     const double depth_m = Uniform(options_.min_depth_m, options_.max_depth_m);
@@ -134,8 +152,8 @@ class LineTrackSimulator {
         (depth_m * Vector3d((x_px - left.cx_px) / left.fx_px, (y_px - left.cy_px) / left.fy_px, 1));
     SimulatedEdge edge;
     if (Uniform(0, 1) >= options_.general_share) edge.axis = static_cast<int>(Uniform(0, 3));
-    const Vector3d half =
-        0.5 * Uniform(options_.max_length_m / 3, options_.max_length_m) * Direction(edge.axis);
+    const double length_m = Uniform(options_.max_length_m / 3, options_.max_length_m);
+    const Vector3d half = 0.5 * length_m * Deviating(Direction(edge.axis));
     edge.start_world = middle - half;
     edge.end_world = middle + half;
     return edge;
@@ -147,6 +165,12 @@ class LineTrackSimulator {
     if (axis == 1) return {-s, c, 0};
     if (axis == 2) return Vector3d::UnitZ();
     return Normal3().normalized();
+  }
+
+  Vector3d Deviating(const Vector3d& direction) {
+    if (options_.deviation_rad == 0) return direction;
+    const Vector3d off = options_.deviation_rad * Normal3();
+    return (direction + off - off.dot(direction) * direction).normalized();
   }
 
   Vector3d Normal3() {
@@ -231,6 +255,8 @@ class LineTrackSimulator {
   SimulatedTracks& tracks_;
   std::mt19937_64 generator_;
   std::normal_distribution<double> normal_;
+  SimulatedEdge object_;                           // the first edge of the one that is being placed
+  int edges_left_ = 0;                             // of it
   std::vector<int64_t> live_edges_, live_points_;  // in ascending order
   std::map<int64_t, Crossing> crossings_;          // by landmark
 };
@@ -242,6 +268,8 @@ void LineTrackSimulatorOptions::Check() const {
   if (!(general_share >= 0 && general_share <= 1)) {
     throw ConfigError("general_share: expected a number from 0 to 1");
   }
+  if (!(deviation_rad >= 0)) throw ConfigError("deviation_rad: expected zero or more");
+  if (edges_per_object < 1) throw ConfigError("edges_per_object: expected at least 1");
   if (points_per_edge < 0) throw ConfigError("points_per_edge: expected zero or more");
   if (!(scatter_m >= 0)) throw ConfigError("scatter_m: expected zero or more");
   if (crossings_per_edge < 0) throw ConfigError("crossings_per_edge: expected zero or more");

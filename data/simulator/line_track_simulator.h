@@ -12,6 +12,10 @@ struct LineTrackSimulatorOptions {
   int max_lines = 30;          // in a frame
   double heading_rad = 0;      // of the building's X axis, from the world's x
   double general_share = 0;    // of the edges, whose direction is random
+  double deviation_rad = 0;    // standard deviation of an edge's direction from its axis, about
+                               // either axis across it
+  int edges_per_object = 1;    // that share their axis and its deviation, as the sides of a door
+                               // frame do, and stand beside each other
   int points_per_edge = 0;     // landmarks on it, beside those there are
   double scatter_m = 0;        // of such landmarks, beside their edge along either axis across it
   int crossings_per_edge = 0;  // tracks of where a nearer edge crosses it in the image: they lie

@@ -21,6 +21,9 @@ struct BlockKind {
   // A point, which has three freedoms and is eliminated before all else: it may depend on any
   // state, but no term binds two, and a term binds it last.
   bool is_point = false;
+  // A line, which no term binds with another line: where the prior does not bind it either, it is
+  // eliminated early.
+  bool is_line = false;
 };
 
 // See point_residual.h.
@@ -29,9 +32,10 @@ inline constexpr int kPointSize = 3;
 inline constexpr BlockKind kPoseKind{kPoseSize, kPoseTangentSize, SharedPoseManifold};
 inline constexpr BlockKind kSpeedBiasKind{kSpeedBiasSize, kSpeedBiasSize};
 inline constexpr BlockKind kHeadingKind{kHeadingSize, kHeadingSize};
-inline constexpr BlockKind kStructuralLineKind{kStructuralLineSize, kStructuralLineSize};
+inline constexpr BlockKind kStructuralLineKind{kStructuralLineSize, kStructuralLineSize, nullptr,
+                                               false, true};
 inline constexpr BlockKind kGeneralLineKind{kGeneralLineSize, kGeneralLineTangentSize,
-                                            SharedLineManifold};
+                                            SharedLineManifold, false, true};
 inline constexpr BlockKind kPointKind{kPointSize, kPointSize, nullptr, true};
 
 // The block at x, moved by a tangent vector.

@@ -1,6 +1,7 @@
-// The term that holds a point to the structural line it belongs to.
+// The terms that hold a point to the line it belongs to.
 #pragma once
 
+#include "odometry/geometry/general_line.h"
 #include "odometry/geometry/structural_line.h"
 #include "odometry/residuals/factor.h"
 #include "odometry/residuals/point_residual.h"
@@ -29,6 +30,28 @@ class PointOnLineResidual final : public Factor {
  private:
   const StereoGeometry* geometry_;
   StructuralLine line_;
+  double weight_;
+};
+
+// The same for a line whose direction is estimated too. Blocks: pose of the point's host, general
+// line, point. With the columns u of the line's rotation (see general_line.h) and q = p - anchor:
+//
+//   r = (u_0 . q, u_2 . q + cot phi) / sigma
+//
+// Two rows, which are constant as above.
+class PointOnFreeLineResidual final : public Factor {
+ public:
+  // The geometry must outlive the residual.
+  PointOnFreeLineResidual(const StereoGeometry* geometry, const Eigen::Vector3d& anchor_world,
+                          double sigma_m);
+
+ protected:
+  void EvaluateAt(const double* const* parameters, double* residuals,
+                  double** jacobians) const override;
+
+ private:
+  const StereoGeometry* geometry_;
+  Eigen::Vector3d anchor_world_;
   double weight_;
 };
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 
+#include "odometry/residuals/along_axis_residual.h"
 #include "odometry/residuals/block_kind.h"
 
 namespace slcmap {
@@ -20,6 +21,7 @@ Eigen::MatrixXd InformationOn(const LineLandmark& line, const CostModel& model,
   const int size = line.kind().tangent_size;
   std::vector<FixedTerm> terms;
   for (const FrameState* frame : line.frames) terms.push_back(FixedLineTerm(line, *frame, model));
+  if (line.IsStructural() && !line.IsExact()) terms.push_back(FixedAlongAxisTerm(line, model));
   Eigen::MatrixXd information = EquationsOnLast(terms, size).information;
   for (size_t k = 0; k < prior.blocks.size(); ++k) {
     if (prior.blocks[k] != line.block.data()) continue;
@@ -177,7 +179,7 @@ std::optional<Matrix3d> CovarianceAcross(const LineLandmark& line, const Vector3
   if (!window.Knows(line.block.data()) || !window.Knows(from.pose.data())) return std::nullopt;
   std::vector<const double*> blocks{line.block.data()};
   Eigen::Matrix3Xd moved = PlaceByLine(line, p_world);
-  if (line.heading && window.Knows(line.heading->heading_rad.data())) {
+  if (line.IsExact() && line.heading && window.Knows(line.heading->heading_rad.data())) {
     blocks.push_back(line.heading->heading_rad.data());
     moved.conservativeResize(3, moved.cols() + 1);
     moved.rightCols<1>() = PlaceByHeading(line, p_world);
@@ -192,6 +194,31 @@ std::optional<Matrix3d> CovarianceAcross(const LineLandmark& line, const Vector3
   const Vector3d direction = line.InWorld().direction_world;
   moved -= direction * (direction.transpose() * moved).eval();
   return moved * window.Of(blocks) * moved.transpose();
+}
+
+std::optional<LineDeviation> DeviationFromAxis(const LineLandmark& line,
+                                               const WindowCovariance& window) {
+  const AlongAxisResidual residual(line.axis, 1);
+  std::vector<const double*> blocks{line.block.data()};
+  if (line.heading) blocks.insert(blocks.begin(), line.heading->heading_rad.data());
+  for (const double* block : blocks) {
+    if (!window.Knows(block)) return std::nullopt;
+  }
+  Eigen::Matrix<double, 2, 4, Eigen::RowMajor> by_line;
+  Eigen::Vector2d by_heading;
+  const std::array<double*, 2> jacobians = line.heading
+                                               ? std::array{by_heading.data(), by_line.data()}
+                                               : std::array<double*, 2>{by_line.data(), nullptr};
+  LineDeviation out;
+  residual.Linearize(blocks.data(), out.off_rad.data(), const_cast<double**>(jacobians.data()));
+  Eigen::Matrix<double, 2, Eigen::Dynamic> moved(2, line.heading ? 5 : 4);
+  if (line.heading) {
+    moved << by_heading, by_line;
+  } else {
+    moved << by_line;
+  }
+  out.covariance_rad2 = moved * window.Of(blocks) * moved.transpose();
+  return out;
 }
 
 Matrix3d ConditionalCovarianceAcross(const LineLandmark& line, const Vector3d& p_world,

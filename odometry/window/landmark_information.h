@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "odometry/structure/building_deviation.h"
 #include "odometry/window/problem_builder.h"
 #include "odometry/window/window_covariance.h"
 
@@ -50,6 +51,11 @@ std::optional<Eigen::Matrix3d> CovarianceAcross(const LineLandmark& line,
 Eigen::Matrix3d ConditionalCovarianceAcross(const LineLandmark& line,
                                             const Eigen::Vector3d& p_world, const CostModel& model,
                                             const Prior& prior);
+
+// The direction of a line that may deviate from its axis, against that. Nothing where it is not
+// known.
+std::optional<LineDeviation> DeviationFromAxis(const LineLandmark& line,
+                                               const WindowCovariance& window);
 
 struct PointPlace {
   Eigen::Vector3d p_world;

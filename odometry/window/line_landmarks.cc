@@ -92,7 +92,13 @@ bool EstimateStructural(const LineLandmarkOptions& options, const std::vector<in
   } else {
     return false;
   }
-  std::copy(block.begin(), block.end(), line->block.begin());
+  if (line->IsExact()) {
+    std::copy(block.begin(), block.end(), line->block.begin());
+  } else {
+    line->block = GeneralLineThrough(
+        line->anchor_world, CrossingPoint(line->structural(), line->heading_rad(), block.data()),
+        AxisDirection(line->axis, line->heading_rad()));
+  }
   return FitsItsObservations(*line, options.max_new_chi2, model);
 }
 
@@ -140,7 +146,7 @@ bool MisfitsAll(double max_median_chi2, std::vector<double> chi2) {
   return *median > max_median_chi2;
 }
 
-bool IsBehindAnchor(const LineLandmark& line) { return line.IsStructural() && line.block[1] <= 0; }
+bool IsBehindAnchor(const LineLandmark& line) { return line.IsExact() && line.block[1] <= 0; }
 
 // How far along a line the point of another one of its class is that is nearest to that one's
 // anchor: what its extent is counted from.
@@ -169,21 +175,31 @@ bool AreSeenApart(const LineLandmark& a, const LineLandmark& b, double max_apart
   });
 }
 
+Vector3d NearestOn(const PointAndDirection& line, const Vector3d& p_world) {
+  return line.point_world +
+         line.direction_world * line.direction_world.dot(p_world - line.point_world);
+}
+
+// Whether it is a line of an axis that may deviate from it.
+bool IsTied(const LineLandmark& line) {
+  return line.estimated && !line.retired && line.IsStructural() && !line.IsExact();
+}
+
 // Whether two lines of the same class are the same edge: their distance is what the uncertainty of
 // their places may be taken for, and they have a part in common.
 bool IsSameEdge(const LineLandmarkOptions& options, const LineLandmark& a, const LineLandmark& b,
                 const CostModel& model, const Prior& prior) {
   const PointAndDirection in_a = a.InWorld(), in_b = b.InWorld();
   const double along_m = AlongFrom(in_a, in_b);
-  const Vector3d apart = in_b.point_world - in_a.point_world - along_m * in_a.direction_world;
-  const double distance_m = apart.norm();
-  if (distance_m > options.max_merge_distance_m) return false;
   const double from_m = std::max(a.extent.from_m(), b.extent.from_m() + along_m);
   const double to_m = std::min(a.extent.to_m(), b.extent.to_m() + along_m);
   if (from_m >= to_m) return false;
+  const Vector3d middle = in_a.point_world + 0.5 * (from_m + to_m) * in_a.direction_world;
+  const Vector3d apart = NearestOn(in_b, middle) - middle;
+  const double distance_m = apart.norm();
+  if (distance_m > options.max_merge_distance_m) return false;
   if (AreSeenApart(a, b, options.max_apart_sigmas / model.lines.weight)) return false;
   if (distance_m <= options.min_merge_distance_m) return true;
-  const Vector3d middle = in_a.point_world + 0.5 * (from_m + to_m) * in_a.direction_world;
   const Eigen::Matrix3d covariance_m2 = ConditionalCovarianceAcross(a, middle, model, prior) +
                                         ConditionalCovarianceAcross(b, middle, model, prior);
   const double sigma_m = std::sqrt(apart.dot(covariance_m2 * apart)) / distance_m;
@@ -269,7 +285,7 @@ void RegisterLines(FrameState* frame, WindowState* window) {
 
 void EstimateLines(const LineLandmarkOptions& options, const LineKinds& kinds,
                    const LineClassifier& classifier, const PointsOnLines& memberships,
-                   const CostModel& model, WindowState* window) {
+                   double deviation_sigma_rad, const CostModel& model, WindowState* window) {
   const std::vector<double> headings = HeadingsOf(*window);
   for (auto& [id, line] : window->lines) {
     if (line.estimated || line.retired) continue;
@@ -281,6 +297,7 @@ void EstimateLines(const LineLandmarkOptions& options, const LineKinds& kinds,
         kinds.structural ? AgreedClass(line, headings, classifier, model) : std::nullopt;
     if (agreed) {
       line.axis = agreed->axis;
+      line.deviation_sigma_rad = deviation_sigma_rad;
       line.heading =
           agreed->axis == LineAxis::kVertical ? nullptr : &window->headings[agreed->world];
       line.estimated = EstimateStructural(options, memberships.PointsOf(id), model, *window, &line);
@@ -291,6 +308,12 @@ void EstimateLines(const LineLandmarkOptions& options, const LineKinds& kinds,
     if (line.estimated) continue;
     line.axis = LineAxis::kNone;
     line.heading = nullptr;
+  }
+}
+
+void TieLines(double deviation_sigma_rad, WindowState* window) {
+  for (auto& [id, line] : window->lines) {
+    if (IsTied(line)) line.deviation_sigma_rad = deviation_sigma_rad;
   }
 }
 

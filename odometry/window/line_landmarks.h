@@ -30,7 +30,11 @@ struct LineKinds {
 // views, or from a well known point that belongs to it in the images (SLC-VIO, section 3.6).
 void EstimateLines(const LineLandmarkOptions& options, const LineKinds& kinds,
                    const LineClassifier& classifier, const PointsOnLines& memberships,
-                   const CostModel& model, WindowState* window);
+                   double deviation_sigma_rad, const CostModel& model, WindowState* window);
+
+// Ties the directions of lines that may deviate from their axes by how much the building is known
+// to.
+void TieLines(double deviation_sigma_rad, WindowState* window);
 
 // Of lines whose points turned out not to belong to them: those that their views place too stay as
 // they are, the others are retired. Returns the ids of these.

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "odometry/residuals/block_kind.h"
+#include "odometry/window/block_cholesky.h"
 
 namespace slcmap {
 namespace {
@@ -38,6 +39,7 @@ NormalEquations::NormalEquations(const std::vector<Term>& terms, const Prior& pr
     prior_columns_.push_back(column);
     column += prior.kinds[k].tangent_size;
   }
+  prior_unknown_count_ = static_cast<int>(unknowns_.size());
   for (const Term& term : terms) {
     Binding& binding = bindings_.emplace_back();
     for (int k = 0; k < term.factor->blocks(); ++k) {
@@ -45,7 +47,23 @@ NormalEquations::NormalEquations(const std::vector<Term>& terms, const Prior& pr
       binding.unknown[k] = index_.at(term.blocks[k]);
     }
   }
+  PlaceUnknowns();
   AddPriorHessian();
+}
+
+void NormalEquations::PlaceUnknowns() {
+  const auto place = [&](bool leading) {
+    for (size_t i = 0; i < unknowns_.size(); ++i) {
+      Unknown& unknown = unknowns_[i];
+      const bool bound = static_cast<int>(i) < prior_unknown_count_;
+      if (unknown.is_point || leading != (unknown.kind.is_line && !bound)) continue;
+      unknown.offset = total_;
+      total_ += unknown.tangent;
+      if (leading) leading_sizes_.push_back(unknown.tangent);
+    }
+  };
+  place(true);
+  place(false);
 }
 
 void NormalEquations::Meet(double* block, const BlockKind& kind,
@@ -55,12 +73,10 @@ void NormalEquations::Meet(double* block, const BlockKind& kind,
     index_[block] = -1;
     return;
   }
-  Unknown unknown{block, kind, kind.tangent_size, total_, kind.is_point};
+  Unknown unknown{block, kind, kind.tangent_size, 0, kind.is_point};
   if (unknown.is_point) {
     unknown.offset = static_cast<int>(points_.size());
     points_.emplace_back().unknown = static_cast<int>(unknowns_.size());
-  } else {
-    total_ += unknown.tangent;
   }
   unknowns_.push_back(unknown);
 }
@@ -68,7 +84,10 @@ void NormalEquations::Meet(double* block, const BlockKind& kind,
 // Constant, since the prior is linear in its blocks' differences.
 void NormalEquations::AddPriorHessian() {
   prior_hessian_ = Eigen::MatrixXd::Zero(total_, total_);
-  const Eigen::MatrixXd product = prior_.jacobian.transpose() * prior_.jacobian;
+  const Eigen::Index size = prior_.jacobian.cols();
+  Eigen::MatrixXd product = Eigen::MatrixXd::Zero(size, size);
+  product.selfadjointView<Eigen::Lower>().rankUpdate(prior_.jacobian.transpose());
+  product.triangularView<Eigen::StrictlyUpper>() = product.transpose();
   for (size_t i = 0; i < prior_unknowns_.size(); ++i) {
     for (size_t j = 0; j < prior_unknowns_.size(); ++j) {
       if (prior_unknowns_[i] < 0 || prior_unknowns_[j] < 0) continue;
@@ -194,10 +213,10 @@ std::optional<double> NormalEquations::SolveDamped(double radius) {
   Eigen::VectorXd right = gradient_;
   for (int i = 0; i < total_; ++i) reduced(i, i) += Damping(hessian_(i, i), radius);
   for (PointSystem& point : points_) Eliminate(&point, radius, &reduced, &right);
-  const Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>, Eigen::Lower> cholesky(reduced);
-  if (total_ > 0 && cholesky.info() != Eigen::Success) return std::nullopt;
+  if (!FactorizeBlocks(leading_sizes_, &reduced)) return std::nullopt;
   step_ = -right;
-  if (total_ > 0) cholesky.solveInPlace(step_);
+  reduced.triangularView<Eigen::Lower>().solveInPlace(step_);
+  reduced.triangularView<Eigen::Lower>().transpose().solveInPlace(step_);
   for (PointSystem& point : points_) {
     point.step = -point.gradient;
     for (const auto& [state, column] : point.states) {
@@ -232,10 +251,15 @@ StateInformation NormalEquations::Information() {
   constexpr double kUndamped = 1e8;  // keeps a point that was seen along one ray regular
   StateInformation out;
   if (hessian_.size() == 0) return out;
+  std::vector<const Unknown*> states;
   for (const Unknown& unknown : unknowns_) {
-    if (unknown.is_point) continue;
-    out.blocks.push_back(unknown.block);
-    out.kinds.push_back(unknown.kind);
+    if (!unknown.is_point) states.push_back(&unknown);
+  }
+  std::sort(states.begin(), states.end(),
+            [](const Unknown* a, const Unknown* b) { return a->offset < b->offset; });
+  for (const Unknown* state : states) {
+    out.blocks.push_back(state->block);
+    out.kinds.push_back(state->kind);
   }
   out.matrix = hessian_;
   Eigen::VectorXd gradient = gradient_;

@@ -42,7 +42,8 @@ class NormalEquations {
     double* block = nullptr;
     BlockKind kind;
     int tangent = 0;
-    int offset = 0;  // in the reduced system; of a point: index into points_
+    int offset = 0;  // in the reduced system, lines first that the prior does not bind; of a point:
+                     // index into points_
     bool is_point = false;
   };
   // One term's blocks: indices into unknowns_, -1 where constant.
@@ -60,6 +61,7 @@ class NormalEquations {
 
   void Meet(double* block, const BlockKind& kind,
             const std::function<bool(const double*)>& is_constant);
+  void PlaceUnknowns();
   void AddPriorHessian();
   void AddTerm(const Term& term, const Binding& binding);
   int CrossColumn(PointSystem* point, int unknown) const;
@@ -76,10 +78,12 @@ class NormalEquations {
   std::vector<PointSystem> points_;
   std::vector<int> prior_unknowns_;  // of the prior's blocks, and where their columns start
   std::vector<int> prior_columns_;
+  int prior_unknown_count_ = 0;              // the first of unknowns_, which the prior binds
   Eigen::MatrixXd prior_hessian_, hessian_;  // lower triangles
   Eigen::VectorXd gradient_, step_;
-  std::vector<double> before_;  // the blocks before Apply()
-  int total_ = 0;               // size of the reduced system
+  std::vector<double> before_;      // the blocks before Apply()
+  int total_ = 0;                   // size of the reduced system
+  std::vector<int> leading_sizes_;  // of its first blocks, the lines that the prior does not bind
 };
 
 }  // namespace slcmap

@@ -2,6 +2,7 @@
 
 #include <type_traits>
 
+#include "odometry/residuals/along_axis_residual.h"
 #include "odometry/residuals/general_line_residual.h"
 #include "odometry/residuals/imu_residual.h"
 #include "odometry/residuals/point_on_line_residual.h"
@@ -33,12 +34,19 @@ void BindSpeedBias(int index, Of<Number, FrameState>& frame, BasicTerm<Number>* 
   Bind(index, frame.speed_bias, frame.speed_bias_linearization, term);
 }
 
-// Binds the heading (where the line has one) and the line itself; returns the next index.
+// Binds the heading, where the line has one.
 template <typename Number>
-int BindLine(int index, Of<Number, LineLandmark>& line, BasicTerm<Number>* term) {
+int BindHeading(int index, Of<Number, LineLandmark>& line, BasicTerm<Number>* term) {
   if (line.heading) {
     Bind(index++, line.heading->heading_rad, line.heading->linearization, term);
   }
+  return index;
+}
+
+// Binds the heading, where the line's block needs one, and the line itself; returns the next index.
+template <typename Number>
+int BindLine(int index, Of<Number, LineLandmark>& line, BasicTerm<Number>* term) {
+  if (line.IsExact()) index = BindHeading(index, line, term);
   Bind(index++, line.block, line.linearization, term);
   return index;
 }
@@ -87,7 +95,7 @@ BasicTerm<Number> LineTerm(Of<Number, LineLandmark>& line, Of<Number, FrameState
   const StereoLineMeasurement& measurement = frame.lines.at(line.id);
   BasicTerm<Number> term;
   term.loss = model.line_loss.get();
-  if (line.IsStructural()) {
+  if (line.IsExact()) {
     term.factor =
         std::make_unique<StructuralLineResidual>(&model.lines, line.structural(), measurement);
   } else {
@@ -104,11 +112,26 @@ BasicTerm<Number> PointOnLineTerm(Of<Number, PointLandmark>& landmark,
                                   Of<Number, LineLandmark>& line, const CostModel& model) {
   BasicTerm<Number> term;
   term.loss = model.point_on_line_loss.get();
-  term.factor = std::make_unique<PointOnLineResidual>(&model.geometry, line.structural(),
-                                                      model.point_on_line_sigma_m);
+  if (line.IsExact()) {
+    term.factor = std::make_unique<PointOnLineResidual>(&model.geometry, line.structural(),
+                                                        model.point_on_line_sigma_m);
+  } else {
+    term.factor = std::make_unique<PointOnFreeLineResidual>(&model.geometry, line.anchor_world,
+                                                            model.point_on_line_sigma_m);
+  }
   BindPose(0, *landmark.host(), &term);
   const int next = BindLine(1, line, &term);
   term.blocks[next] = landmark.point.data();
+  return term;
+}
+
+template <typename Number>
+BasicTerm<Number> AlongAxisTerm(Of<Number, LineLandmark>& line, const CostModel& model) {
+  BasicTerm<Number> term;
+  term.loss = model.along_axis_loss.get();
+  term.factor = std::make_unique<AlongAxisResidual>(line.axis, line.deviation_sigma_rad);
+  const int next = BindHeading(0, line, &term);
+  Bind(next, line.block, line.linearization, &term);
   return term;
 }
 
@@ -127,6 +150,7 @@ void AddLineTerms(Of<Number, LineLandmark>& line, Of<Number, WindowState>& windo
                   const CostModel& model, std::vector<BasicTerm<Number>>* terms) {
   for (FrameState* frame : line.frames) terms->push_back(LineTerm<Number>(line, *frame, model));
   if (!line.IsStructural()) return;
+  if (!line.IsExact()) terms->push_back(AlongAxisTerm<Number>(line, model));
   for (const int64_t id : line.points) {
     const auto it = window.landmarks.find(id);
     if (it == window.landmarks.end() || !it->second.triangulated) continue;
@@ -179,6 +203,10 @@ void AddPointOnLineTerm(PointLandmark* landmark, LineLandmark* line, const CostM
   terms->push_back(PointOnLineTerm<double>(*landmark, *line, model));
 }
 
+void AddAlongAxisTerm(LineLandmark* line, const CostModel& model, std::vector<Term>* terms) {
+  terms->push_back(AlongAxisTerm<double>(*line, model));
+}
+
 std::vector<Term> BuildTerms(WindowState* window, const CostModel& model) {
   return AllTerms<double>(*window, model);
 }
@@ -198,6 +226,10 @@ std::vector<FixedTerm> FixedPointTerms(const PointLandmark& landmark, const Cost
 
 FixedTerm FixedLineTerm(const LineLandmark& line, const FrameState& frame, const CostModel& model) {
   return LineTerm<const double>(line, frame, model);
+}
+
+FixedTerm FixedAlongAxisTerm(const LineLandmark& line, const CostModel& model) {
+  return AlongAxisTerm<const double>(line, model);
 }
 
 std::vector<FixedTerm> FixedTerms(const WindowState& window, const CostModel& model) {

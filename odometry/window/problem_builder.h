@@ -27,7 +27,7 @@ using FixedTerm = BasicTerm<const double>;  // it is evaluated where they are
 struct CostModel {
   StereoGeometry geometry;  // with the weight of points
   StereoGeometry lines;     // the same with the weight of lines
-  std::unique_ptr<ceres::LossFunction> point_loss, line_loss, point_on_line_loss;
+  std::unique_ptr<ceres::LossFunction> point_loss, line_loss, point_on_line_loss, along_axis_loss;
   double point_on_line_sigma_m = 0.05;
   double zero_velocity_sigma_m_s = 0.02;
 };
@@ -46,6 +46,8 @@ void AddLineTerm(LineLandmark* line, FrameState* frame, const CostModel& model,
 // The term that holds a triangulated point to an estimated structural line.
 void AddPointOnLineTerm(PointLandmark* landmark, LineLandmark* line, const CostModel& model,
                         std::vector<Term>* terms);
+// The term that ties the direction of an estimated line to its axis, where it may deviate from it.
+void AddAlongAxisTerm(LineLandmark* line, const CostModel& model, std::vector<Term>* terms);
 
 // All terms of a window but its prior.
 std::vector<Term> BuildTerms(WindowState* window, const CostModel& model);
@@ -55,6 +57,7 @@ FixedTerm FixedPointTerm(const PointLandmark& landmark, const FrameState& frame,
                          const CostModel& model);
 std::vector<FixedTerm> FixedPointTerms(const PointLandmark& landmark, const CostModel& model);
 FixedTerm FixedLineTerm(const LineLandmark& line, const FrameState& frame, const CostModel& model);
+FixedTerm FixedAlongAxisTerm(const LineLandmark& line, const CostModel& model);
 std::vector<FixedTerm> FixedTerms(const WindowState& window, const CostModel& model);
 
 }  // namespace slcmap

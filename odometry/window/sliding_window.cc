@@ -43,6 +43,8 @@ SlidingWindow::SlidingWindow(const OdometryOptions& options, const Rig& rectifie
   model_.point_loss = std::make_unique<ceres::HuberLoss>(options_.point_loss_sigma);
   model_.line_loss = std::make_unique<ceres::HuberLoss>(lines.loss_sigma);
   model_.point_on_line_loss = std::make_unique<ceres::CauchyLoss>(lines.loss_sigma);
+  model_.along_axis_loss =
+      std::make_unique<ceres::CauchyLoss>(options.building_deviation.loss_sigma);
   model_.point_on_line_sigma_m = lines.point_sigma_m;
   model_.zero_velocity_sigma_m_s = options_.zero_velocity_sigma_m_s;
 }

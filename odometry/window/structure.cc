@@ -3,9 +3,11 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "odometry/geometry/pinhole.h"
+#include "odometry/residuals/heading_walk_residual.h"
 #include "odometry/window/landmark_information.h"
 
 namespace slcmap {
@@ -34,6 +36,7 @@ void Report(Line line, int segment, OdometryRun* run) {
 
 Structure::Structure(const OdometryOptions& options, const Rig& rectified_rig)
     : options_(options.line_landmarks),
+      deviation_options_(options.building_deviation),
       kinds_(KindsOf(options)),
       points_on_lines_options_(options.points_on_lines),
       points_on_lines_(options.method == Method::kSlc),
@@ -41,17 +44,52 @@ Structure::Structure(const OdometryOptions& options, const Rig& rectified_rig)
       classifier_(options.line_classifier, rectified_rig.cameras[0].fx_px),
       detector_(options.manhattan, options.line_classifier.end_sigma_px,
                 rectified_rig.cameras[0].fx_px),
-      memberships_(options.points_on_lines) {}
+      memberships_(options.points_on_lines),
+      deviation_(options.building_deviation) {}
 
 void Structure::Update(const CostModel& model, FrameState* newest, WindowState* window) {
   if (newest->lines.empty()) return;
   RejectLineMisfits(options_, model, newest, window);
   if (kinds_.structural) FindHeadings(*newest, model, window);
   if (points_on_lines_) FindPointsOnLines(*newest);
-  EstimateLines(options_, kinds_, classifier_, memberships_, model, window);
-  if (!points_on_lines_) return;
-  const auto misplaced = AdoptMembers(options_, model, &memberships_, window);
-  misplaced_ = RetireMisplaced(options_, misplaced, model, window);
+  EstimateLines(options_, kinds_, classifier_, memberships_, deviation_.sigma_rad(), model, window);
+  if (points_on_lines_) {
+    const auto misplaced = AdoptMembers(options_, model, &memberships_, window);
+    misplaced_ = RetireMisplaced(options_, misplaced, model, window);
+  }
+  TieLines(deviation_.sigma_rad(), window);
+}
+
+// What the prior knows of a heading is handed on to a new one, which may differ. Where lines are
+// exactly along their axes, there is but one heading.
+void Structure::LetHeadingsWalk(WindowState* window, std::vector<Term>* terms,
+                                std::vector<double*>* dropped) {
+  past_headings_.clear();
+  if (deviation_options_.start_sigma_rad == 0) return;
+  const double moved_m =
+      (window->frames[1]->T_world_imu().translation - window->frames[0]->T_world_imu().translation)
+          .norm();
+  const double sigma_rad = deviation_.sigma_rad() * std::sqrt(moved_m / deviation_options_.walk_m);
+  if (!(sigma_rad > 0)) return;
+  for (HeadingState& heading : window->headings) {
+    if (!heading.linearization) continue;
+    HeadingBlock& past = past_headings_.emplace_back(heading.heading_rad);
+    std::replace(window->prior.blocks.begin(), window->prior.blocks.end(),
+                 heading.heading_rad.data(), past.data());
+    heading.linearization.reset();
+    Term& term = terms->emplace_back();
+    term.factor = std::make_unique<HeadingWalkResidual>(sigma_rad);
+    term.blocks = {past.data(), heading.heading_rad.data()};
+    dropped->push_back(past.data());
+  }
+}
+
+// From a line that is about to leave the window: each is heard once, when it is known best.
+void Structure::LearnDeviation(const LineLandmark& line, const WindowCovariance& covariance) {
+  if (!line.IsStructural() || line.IsExact()) return;
+  const auto deviation = DeviationFromAxis(line, covariance);
+  if (!deviation) return;
+  deviation_.Add(*deviation, line.deviation_sigma_rad);
 }
 
 void Structure::FindHeadings(const FrameState& newest, const CostModel& model,
@@ -120,6 +158,7 @@ std::unordered_set<int64_t> Structure::ReleaseOldest(const CostModel& model,
                                                      WindowState* window, std::vector<Term>* terms,
                                                      std::vector<double*>* dropped) {
   FrameState* oldest = window->frames.front().get();
+  LetHeadingsWalk(window, terms, dropped);
   for (auto& [id, line] : window->lines) {
     if (line.frames.empty() || line.frames.front() != oldest) continue;
     if (line.estimated) AddLineTerm(&line, oldest, model, terms);
@@ -134,7 +173,13 @@ std::unordered_set<int64_t> Structure::ReleaseOldest(const CostModel& model,
   const std::unordered_set<int64_t> gone = LinesToForget(*window);
   for (auto& [id, line] : window->lines) {
     if (!gone.contains(id)) continue;
-    if (line.estimated) dropped->push_back(line.block.data());
+    if (line.estimated) {
+      dropped->push_back(line.block.data());
+      if (!line.retired && line.IsStructural() && !line.IsExact()) {
+        AddAlongAxisTerm(&line, model, terms);
+      }
+    }
+    if (IsKnown(line)) LearnDeviation(line, covariance);
     if (IsKnown(line)) left_lines_.push_back(DescribeLine(line, *window, covariance));
     memberships_.ReleaseLine(id);
     covariance_as_left_m2_.erase(id);

@@ -1,6 +1,7 @@
 // The building's structure in a window: its directions, its lines, and the points on them.
 #pragma once
 
+#include <deque>
 #include <map>
 #include <unordered_set>
 #include <vector>
@@ -62,9 +63,13 @@ class Structure {
   Line DescribeLine(const LineLandmark& line, const WindowState& window,
                     const WindowCovariance& covariance) const;
   void FindPointsOnLines(const FrameState& newest);
+  void LetHeadingsWalk(WindowState* window, std::vector<Term>* terms,
+                       std::vector<double*>* dropped);
+  void LearnDeviation(const LineLandmark& line, const WindowCovariance& covariance);
   std::unordered_set<int64_t> LinesToForget(const WindowState& window) const;
 
   LineLandmarkOptions options_;
+  BuildingDeviationOptions deviation_options_;
   LineKinds kinds_;
   PointsOnLinesOptions points_on_lines_options_;
   bool points_on_lines_ = false;
@@ -72,6 +77,8 @@ class Structure {
   LineClassifier classifier_;
   ManhattanDetector detector_;
   PointsOnLines memberships_;
+  BuildingDeviation deviation_;
+  std::deque<HeadingBlock> past_headings_;  // that the next marginalisation drops
   // Of lines of the window that no frame of it sees, by id: as their last one left.
   std::map<int64_t, Eigen::Matrix3d> covariance_as_left_m2_;
   std::vector<Line> left_lines_;

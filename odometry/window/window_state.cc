@@ -34,7 +34,7 @@ void LineExtent::Add(const LineExtent& other, double along_m) {
 }
 
 PointAndDirection LineLandmark::InWorld() const {
-  if (!IsStructural()) return GeneralLineFromBlock(anchor_world, block.data());
+  if (!IsExact()) return GeneralLineFromBlock(anchor_world, block.data());
   return {CrossingPoint(structural(), heading_rad(), block.data()),
           AxisDirection(axis, heading_rad())};
 }

@@ -88,7 +88,8 @@ class LineExtent {
   std::array<double, 2> to_m_{-kInfinity, -kInfinity};  // the two highest, highest first
 };
 
-// A line: along an axis of the building, with two degrees of freedom, or of any direction with
+// A line: along an axis of the building, with two degrees of freedom where it is exactly along it
+// and with four of which two are tied to the axis where it may deviate, or of any direction with
 // four. Unlike a point it is hosted by no frame: its block stays, in the prior too, when frames
 // leave.
 struct LineLandmark {
@@ -97,7 +98,10 @@ struct LineLandmark {
   LineAxis axis = LineAxis::kNone;
   HeadingState* heading = nullptr;  // of its world; null for vertical and general lines
   Eigen::Vector3d anchor_world = Eigen::Vector3d::Zero();
-  GeneralLineBlock block{};  // of a structural line the first numbers
+  // How far a line of an axis may be off its direction; zero for one that is exactly along it.
+  double deviation_sigma_rad = 0;
+  int alike = 1;             // lines of its object, of which it is one, that deviate alike
+  GeneralLineBlock block{};  // of a line exactly along an axis the first numbers
   std::optional<GeneralLineBlock> linearization;
   bool estimated = false;  // triangulated, and part of the cost
   bool retired = false;    // no longer part of the cost; the prior has yet to forget it
@@ -108,7 +112,9 @@ struct LineLandmark {
   std::optional<int64_t> placed_by;
 
   bool IsStructural() const { return axis != LineAxis::kNone; }
-  const BlockKind& kind() const { return IsStructural() ? kStructuralLineKind : kGeneralLineKind; }
+  // Its direction is that of the axis, and no state.
+  bool IsExact() const { return IsStructural() && deviation_sigma_rad == 0; }
+  const BlockKind& kind() const { return IsExact() ? kStructuralLineKind : kGeneralLineKind; }
   StructuralLine structural() const { return {axis, anchor_world}; }
   double heading_rad() const { return heading ? heading->heading_rad[0] : 0; }
   // The id of the last frame whose observation of it counts; -1 where none does.

@@ -1,7 +1,8 @@
 // What the estimator makes of simulated tracks: error and consistency against the noise.
 //
 //   estimator_on_tracks [--method M] [--moving] [--seconds S] [--runs N] [--sigma PX]
-//       [--lines N [--points-per-edge N] [--crossings-per-edge N] [--scatter M]] [--config YAML]
+//       [--lines N [--deviation DEG [--edges-per-object N]] [--points-per-edge N]
+//       [--crossings-per-edge N] [--scatter M]] [--config YAML]
 //
 // With lines, a part of them holds landmarks (that all methods see), and places where nearer edges
 // cross them, which slide: what memberships of points in lines give, and what wrong ones cost.
@@ -64,6 +65,9 @@ int main(int argc, char** argv) {
   app.add_option("--method", method);
   app.add_option("--points", max_points, "in a frame, beside those on lines");
   app.add_option("--lines", lines.max_lines, "in a frame");
+  double deviation_deg = 0;
+  app.add_option("--deviation", deviation_deg, "of the edges' directions from the axes");
+  app.add_option("--edges-per-object", lines.edges_per_object, "that share their deviation");
   app.add_option("--points-per-edge", lines.points_per_edge);
   app.add_option("--crossings-per-edge", lines.crossings_per_edge);
   app.add_option("--scatter", lines.scatter_m);
@@ -74,9 +78,10 @@ int main(int argc, char** argv) {
   options.odometry.line_landmarks.sigma_px = options.pixel_sigma_px;
   if (max_points > 0) options.odometry.points.max_points = max_points;
   if (!method.empty()) options.odometry.method = MethodFromName(method);
+  lines.deviation_rad = deviation_deg * M_PI / 180;
   if (lines.max_lines > 0) options.lines = lines;
   if (moving) options.stand_still_s = 0;
-  double ape = 0, nees = 0, nees_yaw_pos = 0;
+  double ape = 0, nees = 0, nees_yaw_pos = 0, nees_heading = 0;
   for (int i = 0; i < runs; ++i) {
     options.seed = 10 + i;
     const auto start = std::chrono::steady_clock::now();
@@ -85,14 +90,21 @@ int main(int argc, char** argv) {
     const auto [members, wrong] = Memberships(run);
     std::printf(
         "run %d: %zu states, %zu keyframes, APE %.4f m, largest %.4f m, removed %zu, segments %d, "
-        "%.2f ms/frame, NEES pose %.1f / 6, all %.1f / 15, memberships %zu, wrong %zu\n",
+        "%.2f ms/frame, NEES pose %.1f / 6, all %.1f / 15, memberships %zu, wrong %zu, "
+        "heading off %.4f deg, sigma %.4f\n",
         i, run.states.size(), run.run.keyframes.size(), ApeAfterGauge(run),
         LargestPositionError(run), run.removed_points, run.states.back().segment,
         1e3 * spent.count() / (options.duration_s * 20), run.final_pose_nees, run.final_nees,
-        members, wrong);
+        members, wrong, run.final_heading_error_rad * 180 / M_PI,
+        run.final_heading_sigma_rad * 180 / M_PI);
+    if (run.final_heading_sigma_rad > 0) {
+      const double off = run.final_heading_error_rad / run.final_heading_sigma_rad;
+      nees_heading += off * off / runs;
+    }
     ape += ApeAfterGauge(run) / runs;
     nees += run.final_nees / runs;
     nees_yaw_pos += run.final_pose_nees / runs;
   }
-  std::printf("mean APE %.4f m, NEES pose %.2f / 6, all %.2f / 15\n", ape, nees_yaw_pos, nees);
+  std::printf("mean APE %.4f m, NEES pose %.2f / 6, all %.2f / 15, heading %.2f / 1\n", ape,
+              nees_yaw_pos, nees, nees_heading);
 }

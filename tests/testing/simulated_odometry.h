@@ -160,6 +160,9 @@ struct SimulatedRun {
   size_t removed_points = 0;
   // Normalised squared errors of the last keyframe: of its pose (6 dimensions) and all (15).
   double final_pose_nees = 0, final_nees = 0;
+  // At the end, of the first heading found: its error, counted from the first pose, modulo a right
+  // angle, and the standard deviation claimed; 0 where there is none.
+  double final_heading_error_rad = 0, final_heading_sigma_rad = 0;
 };
 
 // The turn about z and the shift that take an estimated pose to the true one.
@@ -215,6 +218,23 @@ inline void MeasureFinalNees(const MotionSpline& motion, const SlidingWindow& wi
   run->final_nees = error.dot(covariance.ldlt().solve(error));
   const Eigen::Matrix<double, 6, 6> of_pose = covariance.topLeftCorner<6, 6>();
   run->final_pose_nees = error.head<6>().dot(of_pose.ldlt().solve(error.head<6>()));
+}
+
+inline void MeasureFinalHeading(const MotionSpline& motion, double true_heading_rad,
+                                const SlidingWindow& window, SimulatedRun* run) {
+  const WindowCovariance covariance(window.information());
+  if (window.state().headings.empty()) return;
+  const HeadingState& heading = window.state().headings.front();
+  if (!covariance.Knows(heading.heading_rad.data())) return;
+  const Keyframe& first = run->run.keyframes.front();
+  const RigidTransform gauge =
+      GaugeBetween(motion.PoseAt(ToSeconds(first.stamp_ns)), first.T_world_imu);
+  const double yaw_rad = 2 * std::atan2(gauge.rotation.z(), gauge.rotation.w());
+  run->final_heading_error_rad =
+      std::remainder(heading.heading_rad[0] + yaw_rad - true_heading_rad, M_PI / 2);
+  constexpr double kGaugeVariance_rad2 = 1e-8;
+  run->final_heading_sigma_rad =
+      std::sqrt(covariance.Of({heading.heading_rad.data()})(0, 0) - kGaugeVariance_rad2);
 }
 
 // Calls `after_image` after each image, where one is given.
@@ -285,6 +305,9 @@ inline SimulatedRun RunOnSimulatedTracks(
   out.removed_points = points.removed();
   if (!out.states.empty() && !estimator.window().empty()) {
     MeasureFinalNees(motion, estimator.window(), &out);
+    if (options.lines) {
+      MeasureFinalHeading(motion, options.lines->heading_rad, estimator.window(), &out);
+    }
   }
   return out;
 }

@@ -1,0 +1,58 @@
+#include "odometry/structure/building_deviation.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace slcmap {
+namespace {
+
+constexpr size_t kMaxSamples = 1000;  // of the newest lines, two each
+// Squared deviations count at most as those of one standard deviation: there are lines that follow
+// no axis, and wrong matches. Of a normal distribution the mean is then:
+constexpr double kMostSquared = 1, kMeanSquared = 0.5161;
+// Of a line's posterior variance to the tie's; above it the observations tell nothing.
+constexpr double kMaxTiedShare = 0.9;
+
+}  // namespace
+
+void BuildingDeviation::Add(const LineDeviation& line, double tie_sigma_rad) {
+  // What the Cauchy loss leaves of the tie of a line that is far off.
+  const double loss_rad2 = options_.loss_sigma * options_.loss_sigma;
+  const double tie_rad2 = tie_sigma_rad * tie_sigma_rad + line.off_rad.squaredNorm() / loss_rad2;
+  for (int i = 0; i < 2; ++i) {
+    // The tie pulls a deviation x of variance v to x' = w x, of variance v' = w v, with
+    // w = 1 - v' / tie^2.
+    const double variance_rad2 = line.covariance_rad2(i, i);
+    const double own = 1 - variance_rad2 / tie_rad2;
+    if (!(own > 1 - kMaxTiedShare)) continue;
+    const double off_rad = line.off_rad[i] / own;
+    samples_.push_back({off_rad * off_rad, variance_rad2 / own});
+  }
+  while (samples_.size() > kMaxSamples) samples_.pop_front();
+  Solve();
+}
+
+// By how much the samples scatter more than a standard deviation lets expect; falls with it.
+double BuildingDeviation::Excess(double sigma_rad) const {
+  const double sigma_rad2 = sigma_rad * sigma_rad;
+  const double start_rad2 = options_.start_sigma_rad * options_.start_sigma_rad;
+  double excess = 2 * options_.start_lines * kMeanSquared *
+                  (std::min(start_rad2 / sigma_rad2, kMostSquared) - 1);
+  for (const Sample& sample : samples_) {
+    const double known = start_rad2 / (start_rad2 + sample.variance_rad2);
+    const double squared = sample.squared_rad2 / (sigma_rad2 + sample.variance_rad2);
+    excess += known * known * (std::min(squared, kMostSquared) - kMeanSquared);
+  }
+  return excess;
+}
+
+void BuildingDeviation::Solve() {
+  double low = options_.min_sigma_rad, high = options_.max_sigma_rad;
+  for (int i = 0; i < 30; ++i) {
+    const double middle = std::sqrt(low * high);
+    (Excess(middle) > 0 ? low : high) = middle;
+  }
+  sigma_rad_ = std::sqrt(low * high);
+}
+
+}  // namespace slcmap
