@@ -217,6 +217,10 @@ void WriteAfter(const std::exception& error, Feeder* feeder, OutputFolder* outpu
 }
 
 void LogLines(const OdometryRun& run) {
+  if (run.line_deviation_rad > 0 && !run.manhattan_worlds.empty()) {
+    spdlog::info("lines are off the axes of the building by {:.2f} degrees",
+                 run.line_deviation_rad * 180 / std::numbers::pi);
+  }
   if (!run.manhattan_worlds.empty()) {
     std::string headings;
     for (const ManhattanWorld& world : run.manhattan_worlds) {

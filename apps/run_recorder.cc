@@ -29,6 +29,7 @@ void RunRecorder::Update() {
 // What leaves the window is in the journal before it is no longer in the window's file.
 void RunRecorder::UpdateWindow(OdometryRun finished) {
   const OdometryRun window = odometry_->Window();
+  finished.line_deviation_rad = window.line_deviation_rad;
   finished.manhattan_worlds = window.manhattan_worlds;  // lines in both refer to them
   journal_.Append(finished);
   journal_.Append(odometry_->TakeFinished());  // by the end of what Window() waited for

@@ -137,6 +137,9 @@ struct OdometryRun {
   std::vector<Keyframe> keyframes;
   std::vector<Landmark> landmarks;
   std::vector<ManhattanWorld> manhattan_worlds;
+  // Standard deviation of lines' directions from the axes that they follow, as the run has found it
+  // for the building; 0 where lines were taken to be exactly along their axes, or not used.
+  double line_deviation_rad = 0;
   std::vector<Line> lines;
   // Lines that turned out to be the same edge as an older one, by their ids: that of the line that
   // took them over, which was not merged itself.

@@ -222,6 +222,7 @@ void WriteRunSummary(const std::string& path, const OdometryRun& run,
   json["partial_reason"] = run.partial_reason;
   json["warnings"] = run.warnings;
   json["manhattan_worlds"] = WorldsJson(run.manhattan_worlds);
+  json["line_deviation_rad"] = run.line_deviation_rad;
   json["point_lives"] = LivesJson(MeasurePointLives(run.keyframes));
   json["line_lives"] = LivesJson(MeasureLineLives(run.lines));
   json["segments"] = SegmentsJson(run);
@@ -238,6 +239,7 @@ Json ReadRunSummary(const std::string& path, OdometryRun* run) {
     run->partial_reason = json.at("partial_reason").get<std::string>();
     run->warnings = ParseWarnings(path, json.at("warnings"));
     run->manhattan_worlds = ParseWorlds(path, json.at("manhattan_worlds"));
+    run->line_deviation_rad = BoundedAt(path, json, "line_deviation_rad", 0, 1);
     return json;
   });
 }

@@ -10,6 +10,8 @@ constexpr size_t kMaxSamples = 1000;  // of the newest lines, two each
 // Squared deviations count at most as those of one standard deviation: there are lines that follow
 // no axis, and wrong matches. Of a normal distribution the mean is then:
 constexpr double kMostSquared = 1, kMeanSquared = 0.5161;
+constexpr double kMostOfStart =
+    4;  // of its variance to that tried: else no line could make it small
 // Of a line's posterior variance to the tie's; above it the observations tell nothing.
 constexpr double kMaxTiedShare = 0.9;
 
@@ -37,7 +39,7 @@ double BuildingDeviation::Excess(double sigma_rad) const {
   const double sigma_rad2 = sigma_rad * sigma_rad;
   const double start_rad2 = options_.start_sigma_rad * options_.start_sigma_rad;
   double excess = 2 * options_.start_lines * kMeanSquared *
-                  (std::min(start_rad2 / sigma_rad2, kMostSquared) - 1);
+                  (std::min(start_rad2 / sigma_rad2, kMostOfStart) - 1);
   for (const Sample& sample : samples_) {
     const double known = start_rad2 / (start_rad2 + sample.variance_rad2);
     const double squared = sample.squared_rad2 / (sigma_rad2 + sample.variance_rad2);

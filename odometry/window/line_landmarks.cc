@@ -63,9 +63,19 @@ std::optional<KnownPoint> KnownPointOf(const LineLandmarkOptions& options,
   return std::nullopt;
 }
 
-bool FitsItsObservations(const LineLandmark& line, double max_chi2, const CostModel& model) {
+// By how much an observation may misfit a line that was laid exactly along its axis, and may
+// deviate from it.
+double Chi2OfDeviation(const LineLandmark& line, const FrameState& frame, const CostModel& model) {
+  constexpr double kSigmas = 3;
+  const double off = 0.5 * frame.lines.at(line.id).left.Length() * kSigmas *
+                     line.deviation_sigma_rad * model.lines.weight;
+  return 2 * off * off;
+}
+
+bool FitsItsObservations(const LineLandmark& line, double max_new_chi2, const CostModel& model) {
   int good = 0;
   for (const FrameState* frame : line.frames) {
+    const double max_chi2 = max_new_chi2 + Chi2OfDeviation(line, *frame, model);
     const auto [left, right] = ObservationChi2(line, *frame, model);
     good += left <= max_chi2 && right <= max_chi2;
   }

@@ -219,6 +219,7 @@ void Structure::AddContents(int segment, const WindowState& window,
     if (IsKnown(line)) Report(DescribeLine(line, window, covariance), segment, run);
   }
   run->line_merges.insert(merges_.begin(), merges_.end());
+  run->line_deviation_rad = kinds_.structural ? deviation_.sigma_rad() : 0;
   for (const HeadingState& heading : window.headings) {
     ManhattanWorld world;
     world.segment = segment;

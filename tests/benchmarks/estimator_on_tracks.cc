@@ -91,12 +91,12 @@ int main(int argc, char** argv) {
     std::printf(
         "run %d: %zu states, %zu keyframes, APE %.4f m, largest %.4f m, removed %zu, segments %d, "
         "%.2f ms/frame, NEES pose %.1f / 6, all %.1f / 15, memberships %zu, wrong %zu, "
-        "heading off %.4f deg, sigma %.4f\n",
+        "heading off %.4f deg, sigma %.4f, lines off their axes by %.3f deg\n",
         i, run.states.size(), run.run.keyframes.size(), ApeAfterGauge(run),
         LargestPositionError(run), run.removed_points, run.states.back().segment,
         1e3 * spent.count() / (options.duration_s * 20), run.final_pose_nees, run.final_nees,
         members, wrong, run.final_heading_error_rad * 180 / M_PI,
-        run.final_heading_sigma_rad * 180 / M_PI);
+        run.final_heading_sigma_rad * 180 / M_PI, run.run.line_deviation_rad * 180 / M_PI);
     if (run.final_heading_sigma_rad > 0) {
       const double off = run.final_heading_error_rad / run.final_heading_sigma_rad;
       nees_heading += off * off / runs;

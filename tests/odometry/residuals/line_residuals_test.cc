@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "data/simulator/example.h"
+#include "odometry/residuals/along_axis_residual.h"
 #include "odometry/residuals/general_line_residual.h"
 #include "odometry/residuals/point_on_line_residual.h"
 #include "odometry/residuals/structural_line_residual.h"
@@ -148,6 +149,48 @@ struct GeneralByDefinition {
     ObservationByDefinition<T>(*scene, pose, scene->anchor.cast<T>() + nearest, direction,
                                residual);
     return true;
+  }
+};
+
+struct PointOnFreeLineByDefinition {
+  const LineScene* scene;
+  double sigma_m;
+  template <typename T>
+  bool operator()(const T* pose, const T* block, const T* point, T* r) const {
+    const Eigen::Map<const Eigen::Quaternion<T>> q(pose + 3), u(block);
+    const RigidTransform& T_ic = scene->geometry.T_imu_camera[0];
+    const Vec3<T> z(point[0], point[1], T(1));
+    const Vec3<T> in_imu =
+        T_ic.rotation.cast<T>() * Vec3<T>(z / point[2]) + T_ic.translation.cast<T>();
+    const Vec3<T> p_world = q * in_imu + Eigen::Map<const Vec3<T>>(pose);
+    const Vec3<T> nearest =
+        scene->anchor.cast<T>() - u * Vec3<T>(T(0), T(0), cos(block[4]) / sin(block[4]));
+    const Vec3<T> off = u.conjugate() * Vec3<T>(p_world - nearest);
+    r[0] = off[0] / sigma_m;
+    r[1] = off[2] / sigma_m;
+    return true;
+  }
+};
+
+struct AlongAxisByDefinition {
+  LineAxis axis;
+  double sigma_rad;
+  template <typename T>
+  bool operator()(const T* heading, const T* block, T* r) const {
+    const Vec3<T> direction =
+        Eigen::Map<const Eigen::Quaternion<T>>(block) * Vec3<T>(T(0), T(1), T(0));
+    const ManhattanByDefinition<T> m(*heading);
+    const Vec3<T> in_manhattan = m.axes.transpose() * direction;
+    int row = 0;
+    for (int k = 0; k < 3; ++k) {
+      if (k != static_cast<int>(axis)) r[row++] = in_manhattan[k] / sigma_rad;
+    }
+    return true;
+  }
+  template <typename T>
+  bool operator()(const T* block, T* r) const {
+    const T heading(0);
+    return (*this)(&heading, block, r);
   }
 };
 
@@ -321,6 +364,69 @@ TEST(PointOnLineResidual, APointAtInfinityNeitherFailsNorPulls) {
   Blocks blocks = StructuralBlocks(scene, line);
   blocks.push_back({0.2, -0.1, 0});
   ExpectJacobiansMatchDifferences(PointOnLineResidual(&scene.geometry, line, 0.1), blocks, 1e-9);
+}
+
+Blocks FreeLineBlocks(const LineScene& scene, const Vector3d& direction) {
+  const GeneralLineBlock line = GeneralLineThrough(scene.anchor, scene.Visible(), direction);
+  return {PoseBlockOf(scene.pose), {line.begin(), line.end()}};
+}
+
+TEST(PointOnFreeLineResidual, IsZeroForAPointOfTheLine) {
+  const LineScene scene;
+  const Vector3d direction = Vector3d(0.3, -0.8, 0.4).normalized();
+  Blocks blocks = FreeLineBlocks(scene, direction);
+  const Vector3d p =
+      (scene.pose * scene.geometry.T_imu_camera[0]).Inverse() * (scene.Visible() + 0.3 * direction);
+  blocks.push_back({p.x() / p.z(), p.y() / p.z(), 1 / p.z()});
+  EXPECT_LT(Residual(PointOnFreeLineResidual(&scene.geometry, scene.anchor, 0.1), blocks).norm(),
+            1e-9);
+}
+
+TEST(PointOnFreeLineResidual, JacobiansMatchAutomaticDifferentiation) {
+  const LineScene scene;
+  Blocks blocks = FreeLineBlocks(scene, {0.3, -0.8, 0.4});
+  blocks.push_back({0.2, -0.1, 0.3});
+  using Twin = ceres::AutoDiffCostFunction<PointOnFreeLineByDefinition, 2, 7, 5, 3>;
+  ExpectSameAsTwin(PointOnFreeLineResidual(&scene.geometry, scene.anchor, 0.1),
+                   Twin(new PointOnFreeLineByDefinition{&scene, 0.1}), blocks);
+}
+
+TEST(PointOnFreeLineResidual, ALineAtInfinityNeitherFailsNorPulls) {
+  const LineScene scene;
+  Blocks blocks = FreeLineBlocks(scene, {0.3, -0.8, 0.4});
+  blocks[1][4] = 0;
+  blocks.push_back({0.2, -0.1, 0.3});
+  ExpectJacobiansMatchDifferences(PointOnFreeLineResidual(&scene.geometry, scene.anchor, 0.1),
+                                  blocks, 1e-9);
+}
+
+TEST(AlongAxisResidual, IsTheAngleOffTheAxisInStandardDeviations) {
+  const LineScene scene;
+  for (const LineAxis axis : kAxes) {
+    const Matrix32d across = AxesAcross(axis, kHeading);
+    const Vector3d direction =
+        AxisDirection(axis, kHeading) + 1e-3 * across.col(0) - 2e-3 * across.col(1);
+    Blocks blocks{FreeLineBlocks(scene, direction)[1]};
+    if (axis != LineAxis::kVertical) blocks.insert(blocks.begin(), {kHeading});
+    const Eigen::VectorXd r = Residual(AlongAxisResidual(axis, 1e-3), blocks);
+    EXPECT_LT((r - Vector2d(1, -2)).norm(), 1e-4);
+  }
+}
+
+TEST(AlongAxisResidual, JacobiansMatchAutomaticDifferentiation) {
+  const LineScene scene;
+  for (const LineAxis axis : kAxes) {
+    const AlongAxisResidual factor(axis, 0.01);
+    auto* by_definition = new AlongAxisByDefinition{axis, 0.01};
+    const std::vector<double> line = FreeLineBlocks(scene, {0.3, -0.8, 0.4})[1];
+    if (axis == LineAxis::kVertical) {
+      const ceres::AutoDiffCostFunction<AlongAxisByDefinition, 2, 5> twin(by_definition);
+      ExpectSameAsTwin(factor, twin, {line});
+    } else {
+      const ceres::AutoDiffCostFunction<AlongAxisByDefinition, 2, 1, 5> twin(by_definition);
+      ExpectSameAsTwin(factor, twin, {{kHeading}, line});
+    }
+  }
 }
 
 // Nobody can observe where the whole scene is, nor how it is turned about the vertical.

@@ -254,6 +254,33 @@ TEST(EstimatorWithLines, LinesMakePathAndHeadingBetterAndTheCovarianceStaysHones
   EXPECT_LT(of_pose, 10);
 }
 
+// No building is exact: taken as exact, its lines would be believed ten times too much.
+TEST(EstimatorWithLines, LearnsHowFarLinesAreOffTheirAxesAndStaysHonest) {
+  constexpr int kRuns = 4;
+  constexpr double kDeviation_rad = 0.005;
+  std::map<bool, double> of_pose, error_m;
+  for (int i = 0; i < kRuns; ++i) {
+    for (const bool exact : {false, true}) {
+      SimulatedRunOptions options = Noisy(Method::kSlc, 300 + i);
+      options.pixel_sigma_px = 0.2;
+      options.odometry.window.point_sigma_px = options.odometry.line_landmarks.sigma_px = 0.2;
+      options.lines->max_lines = 40;
+      options.lines->deviation_rad = kDeviation_rad;
+      if (exact) options.odometry.building_deviation.start_sigma_rad = 0;
+      const SimulatedRun run = RunOnSimulatedTracks(options);
+      of_pose[exact] += run.final_pose_nees / kRuns;
+      error_m[exact] += ErrorsOf(run).position_m / kRuns;
+      if (exact) continue;
+      // From few lines in so short a time; from below, since what is believed at first is less.
+      EXPECT_GT(run.run.line_deviation_rad, 0.4 * kDeviation_rad);
+      EXPECT_LT(run.run.line_deviation_rad, 1.2 * kDeviation_rad);
+    }
+  }
+  EXPECT_LT(of_pose[false], 14);  // 6, and sqrt(12 / 4) = 1.7
+  EXPECT_GT(of_pose[true], 3 * of_pose[false]);
+  EXPECT_GT(error_m[true], 1.2 * error_m[false]);
+}
+
 // Root mean square over some runs of the angle between the vertical and where the first state of a
 // segment that starts in motion has it.
 double FirstTiltError_rad(Method method) {

@@ -1,0 +1,83 @@
+#include "odometry/structure/building_deviation.h"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+namespace slcmap {
+namespace {
+
+// Lines of a building, each measured with a standard deviation of its own, as an estimate shows
+// them that is tied to the axis.
+class MadeBuilding {
+ public:
+  explicit MadeBuilding(double true_sigma_rad) : true_sigma_rad_(true_sigma_rad) {}
+
+  void AddLines(int count, BuildingDeviation* deviation) {
+    for (int i = 0; i < count; ++i) {
+      const double noise_rad = std::uniform_real_distribution<double>(2e-4, 3e-3)(generator_);
+      const double tie_rad = deviation->sigma_rad();
+      LineDeviation line;
+      for (int k = 0; k < 2; ++k) {
+        const double off_rad =
+            true_sigma_rad_ * normal_(generator_) + noise_rad * normal_(generator_);
+        const double own = tie_rad * tie_rad / (tie_rad * tie_rad + noise_rad * noise_rad);
+        line.off_rad[k] = own * off_rad;
+        line.covariance_rad2(k, k) = own * noise_rad * noise_rad;
+      }
+      deviation->Add(line, tie_rad);
+    }
+  }
+
+ private:
+  double true_sigma_rad_;
+  std::mt19937 generator_{5};
+  std::normal_distribution<double> normal_;
+};
+
+TEST(BuildingDeviation, BelievesTheStartBeforeItKnowsALine) {
+  EXPECT_EQ(BuildingDeviation({}).sigma_rad(), BuildingDeviationOptions().start_sigma_rad);
+}
+
+TEST(BuildingDeviation, LearnsHowFarLinesAreOff) {
+  for (const double true_sigma_rad : {0.0015, 0.005, 0.012}) {
+    BuildingDeviation deviation({});
+    MadeBuilding(true_sigma_rad).AddLines(300, &deviation);
+    EXPECT_NEAR(deviation.sigma_rad(), true_sigma_rad, 0.25 * true_sigma_rad);
+  }
+}
+
+TEST(BuildingDeviation, FindsAnExactBuilding) {
+  BuildingDeviation deviation({});
+  MadeBuilding(0).AddLines(300, &deviation);
+  EXPECT_LT(deviation.sigma_rad(), 0.0005);
+}
+
+TEST(BuildingDeviation, IsNotMovedByLinesThatFollowNoAxis) {
+  BuildingDeviation deviation({});
+  MadeBuilding building(0.002), grain(0.03);
+  for (int i = 0; i < 30; ++i) {
+    building.AddLines(8, &deviation);
+    grain.AddLines(2, &deviation);
+  }
+  EXPECT_GT(deviation.sigma_rad(), 0.0015);
+  EXPECT_LT(deviation.sigma_rad(), 0.004);
+}
+
+TEST(BuildingDeviation, LinesThatTellNothingChangeNothing) {
+  BuildingDeviation deviation({});
+  const double tie_rad = deviation.sigma_rad();
+  LineDeviation line;
+  line.covariance_rad2 = tie_rad * tie_rad * Eigen::Matrix2d::Identity();
+  for (int i = 0; i < 100; ++i) deviation.Add(line, tie_rad);
+  EXPECT_NEAR(deviation.sigma_rad(), BuildingDeviationOptions().start_sigma_rad, 1e-5);
+}
+
+TEST(BuildingDeviation, StaysWithinItsLimits) {
+  BuildingDeviation deviation({});
+  MadeBuilding(0.2).AddLines(300, &deviation);
+  EXPECT_NEAR(deviation.sigma_rad(), BuildingDeviationOptions().max_sigma_rad, 1e-5);
+}
+
+}  // namespace
+}  // namespace slcmap
