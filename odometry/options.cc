@@ -181,11 +181,11 @@ void LineTriangulationOptions::Read(YamlSection section) { kLineTriangulation.Re
 
 constexpr OptionTable kBuildingDeviation{
     Option{"start_sigma_rad", &BuildingDeviationOptions::start_sigma_rad, 0.0, 0.1},
-    Option{"start_lines", &BuildingDeviationOptions::start_lines, 1.0, 1e9},
+    Option{"start_lines", &BuildingDeviationOptions::start_lines, 0.01, 1e9},
     Option{"min_sigma_rad", &BuildingDeviationOptions::min_sigma_rad, 1e-5, 0.1},
     Option{"max_sigma_rad", &BuildingDeviationOptions::max_sigma_rad, 1e-5, 0.1},
     Option{"loss_sigma", &BuildingDeviationOptions::loss_sigma, 0.1, 100.0},
-    Option{"walk_m", &BuildingDeviationOptions::walk_m, 0.01, 1e9}};
+    Option{"max_sigmas", &BuildingDeviationOptions::max_sigmas, 1.0, 1e6}};
 
 void BuildingDeviationOptions::Check() const {
   kBuildingDeviation.Check("building_deviation", *this);

@@ -207,16 +207,15 @@ struct LineTriangulationOptions {
 // How far lines are off the axes of the building that they follow; see
 // structure/building_deviation.h.
 struct BuildingDeviationOptions {
-  // Standard deviation of a line's direction, about either axis across it. DIN 18202 lets a wall be
-  // off by 0.1 to 0.2 degrees, a door frame by 0.15 to 0.5. 0: lines are exactly along their axes.
-  double start_sigma_rad = 0.0017;
-  double start_lines = 4;  // so many known lines weigh as much as the start
+  // Standard deviation of a line's direction, about either axis across it, that is believed before
+  // a line is known: DIN 18202 lets a wall be off by 0.1 to 0.2 degrees, a door frame by 0.15 to
+  // 0.5, but most lines are well within. 0: lines are exactly along their axes.
+  double start_sigma_rad = 0.00035;
+  double start_lines = 0.5;  // so many known lines weigh as much as the start
   double min_sigma_rad = 0.00017;
   double max_sigma_rad = 0.017;
   double loss_sigma = 2;  // of a line's deviation, where the Cauchy loss turns
-  // After so long a way the heading of what stands around is another one, by as much as lines
-  // deviate.
-  double walk_m = 5;
+  double max_sigmas = 4;  // further off its axis, a line is given up: it follows none
   void Check() const;
   void Read(YamlSection section);
 };

@@ -354,8 +354,14 @@ void RejectLineMisfits(const LineLandmarkOptions& options, const CostModel& mode
   }
 }
 
+bool IsOffAxis(const LineLandmark& line, double max_sigmas, const CostModel& model) {
+  if (!line.IsStructural() || line.IsExact()) return false;
+  return ResidualOf(FixedAlongAxisTerm(line, model)).norm() > max_sigmas;
+}
+
 std::unordered_set<int64_t> RejectLineOutliers(const LineLandmarkOptions& options,
-                                               const CostModel& model, WindowState* window) {
+                                               double max_deviation_sigmas, const CostModel& model,
+                                               WindowState* window) {
   std::unordered_set<int64_t> outliers;
   for (auto& [id, line] : window->lines) {
     if (!line.estimated || line.retired) continue;
@@ -367,7 +373,7 @@ std::unordered_set<int64_t> RejectLineOutliers(const LineLandmarkOptions& option
     }
     const bool fits =
         2 * kept.size() >= frames.size() && !MisfitsAll(options.max_median_chi2, std::move(kept));
-    if (fits && !IsBehindAnchor(line)) continue;
+    if (fits && !IsBehindAnchor(line) && !IsOffAxis(line, max_deviation_sigmas, model)) continue;
     outliers.insert(id);
     Retire(&line);
   }

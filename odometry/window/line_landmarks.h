@@ -32,6 +32,10 @@ void EstimateLines(const LineLandmarkOptions& options, const LineKinds& kinds,
                    const LineClassifier& classifier, const PointsOnLines& memberships,
                    double deviation_sigma_rad, const CostModel& model, WindowState* window);
 
+// Whether a line is further off its axis than so many standard deviations of what lines of the
+// building are.
+bool IsOffAxis(const LineLandmark& line, double max_sigmas, const CostModel& model);
+
 // Ties the directions of lines that may deviate from their axes by how much the building is known
 // to.
 void TieLines(double deviation_sigma_rad, WindowState* window);
@@ -53,9 +57,11 @@ void RejectLineMisfits(const LineLandmarkOptions& options, const CostModel& mode
                        FrameState* frame, WindowState* window);
 
 // Rejects observations whose squared residual in one camera is above the limit, and retires the
-// lines that have mostly such, or whose median residual is too large; returns the ids of these.
+// lines that have mostly such, whose median residual is too large, or that are off their axis;
+// returns the ids of these.
 std::unordered_set<int64_t> RejectLineOutliers(const LineLandmarkOptions& options,
-                                               const CostModel& model, WindowState* window);
+                                               double max_deviation_sigmas, const CostModel& model,
+                                               WindowState* window);
 
 // Retires lines that are the same edge as an older one, which takes over their observations.
 // Returns the ids of those retired, each with that of the older line.

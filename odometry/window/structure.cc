@@ -3,11 +3,9 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
-#include <cmath>
 #include <utility>
 
 #include "odometry/geometry/pinhole.h"
-#include "odometry/residuals/heading_walk_residual.h"
 #include "odometry/window/landmark_information.h"
 
 namespace slcmap {
@@ -60,31 +58,8 @@ void Structure::Update(const CostModel& model, FrameState* newest, WindowState* 
   TieLines(deviation_.sigma_rad(), window);
 }
 
-// What the prior knows of a heading is handed on to a new one, which may differ. Where lines are
-// exactly along their axes, there is but one heading.
-void Structure::LetHeadingsWalk(WindowState* window, std::vector<Term>* terms,
-                                std::vector<double*>* dropped) {
-  past_headings_.clear();
-  if (deviation_options_.start_sigma_rad == 0) return;
-  const double moved_m =
-      (window->frames[1]->T_world_imu().translation - window->frames[0]->T_world_imu().translation)
-          .norm();
-  const double sigma_rad = deviation_.sigma_rad() * std::sqrt(moved_m / deviation_options_.walk_m);
-  if (!(sigma_rad > 0)) return;
-  for (HeadingState& heading : window->headings) {
-    if (!heading.linearization) continue;
-    HeadingBlock& past = past_headings_.emplace_back(heading.heading_rad);
-    std::replace(window->prior.blocks.begin(), window->prior.blocks.end(),
-                 heading.heading_rad.data(), past.data());
-    heading.linearization.reset();
-    Term& term = terms->emplace_back();
-    term.factor = std::make_unique<HeadingWalkResidual>(sigma_rad);
-    term.blocks = {past.data(), heading.heading_rad.data()};
-    dropped->push_back(past.data());
-  }
-}
-
-// From a line that is about to leave the window: each is heard once, when it is known best.
+// From a line that is about to leave the window: each is heard once, when it is known best. Those
+// that were given up because they are off their axis count too: it may be the building that is.
 void Structure::LearnDeviation(const LineLandmark& line, const WindowCovariance& covariance) {
   if (!line.IsStructural() || line.IsExact()) return;
   const auto deviation = DeviationFromAxis(line, covariance);
@@ -123,7 +98,8 @@ void Structure::FindPointsOnLines(const FrameState& newest) {
 
 std::unordered_set<int64_t> Structure::Judge(const CostModel& model, const FrameState& newest,
                                              WindowState* window) {
-  std::unordered_set<int64_t> gone = RejectLineOutliers(options_, model, window);
+  std::unordered_set<int64_t> gone =
+      RejectLineOutliers(options_, deviation_options_.max_sigmas, model, window);
   gone.merge(std::exchange(misplaced_, {}));
   ExtendLines(newest, model, window);
   for (const int64_t id : gone) memberships_.ReleaseLine(id);
@@ -158,7 +134,6 @@ std::unordered_set<int64_t> Structure::ReleaseOldest(const CostModel& model,
                                                      WindowState* window, std::vector<Term>* terms,
                                                      std::vector<double*>* dropped) {
   FrameState* oldest = window->frames.front().get();
-  LetHeadingsWalk(window, terms, dropped);
   for (auto& [id, line] : window->lines) {
     if (line.frames.empty() || line.frames.front() != oldest) continue;
     if (line.estimated) AddLineTerm(&line, oldest, model, terms);
@@ -179,7 +154,9 @@ std::unordered_set<int64_t> Structure::ReleaseOldest(const CostModel& model,
         AddAlongAxisTerm(&line, model, terms);
       }
     }
-    if (IsKnown(line)) LearnDeviation(line, covariance);
+    const bool off_axis =
+        line.estimated && line.retired && IsOffAxis(line, deviation_options_.max_sigmas, model);
+    if (IsKnown(line) || off_axis) LearnDeviation(line, covariance);
     if (IsKnown(line)) left_lines_.push_back(DescribeLine(line, *window, covariance));
     memberships_.ReleaseLine(id);
     covariance_as_left_m2_.erase(id);

@@ -1,7 +1,6 @@
 // The building's structure in a window: its directions, its lines, and the points on them.
 #pragma once
 
-#include <deque>
 #include <map>
 #include <unordered_set>
 #include <vector>
@@ -63,8 +62,6 @@ class Structure {
   Line DescribeLine(const LineLandmark& line, const WindowState& window,
                     const WindowCovariance& covariance) const;
   void FindPointsOnLines(const FrameState& newest);
-  void LetHeadingsWalk(WindowState* window, std::vector<Term>* terms,
-                       std::vector<double*>* dropped);
   void LearnDeviation(const LineLandmark& line, const WindowCovariance& covariance);
   std::unordered_set<int64_t> LinesToForget(const WindowState& window) const;
 
@@ -78,7 +75,6 @@ class Structure {
   ManhattanDetector detector_;
   PointsOnLines memberships_;
   BuildingDeviation deviation_;
-  std::deque<HeadingBlock> past_headings_;  // that the next marginalisation drops
   // Of lines of the window that no frame of it sees, by id: as their last one left.
   std::map<int64_t, Eigen::Matrix3d> covariance_as_left_m2_;
   std::vector<Line> left_lines_;
