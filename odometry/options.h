@@ -214,6 +214,10 @@ struct BuildingDeviationOptions {
   double start_lines = 0.5;  // so many known lines weigh as much as the start
   double min_sigma_rad = 0.00017;
   double max_sigma_rad = 0.017;
+  // Below it the building is taken to be exact, and so are its lines but for one in so many, which
+  // would tell if it were not.
+  double exact_below_rad = 0.0008;
+  int probe_every = 4;
   double loss_sigma = 2;  // of a line's deviation, where the Cauchy loss turns
   double max_sigmas = 4;  // further off its axis, a line is given up: it follows none
   void Check() const;

@@ -34,6 +34,12 @@ void BuildingDeviation::Add(const LineDeviation& line, double tie_sigma_rad) {
   Solve();
 }
 
+double BuildingDeviation::OfNewLine(int64_t id) const {
+  if (options_.start_sigma_rad == 0) return 0;
+  const bool is_exact = sigma_rad_ < options_.exact_below_rad && id % options_.probe_every != 0;
+  return is_exact ? 0 : sigma_rad_;
+}
+
 // By how much the samples scatter more than a standard deviation lets expect; falls with it.
 double BuildingDeviation::Excess(double sigma_rad) const {
   const double sigma_rad2 = sigma_rad * sigma_rad;

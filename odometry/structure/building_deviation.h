@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstdint>
 #include <deque>
 
 #include "odometry/options.h"
@@ -27,6 +28,11 @@ class BuildingDeviation {
   void Add(const LineDeviation& line, double tie_sigma_rad);
 
   double sigma_rad() const { return sigma_rad_; }
+
+  // What a line that is new is to be tied with; 0: it is exactly along its axis. Ties that are as
+  // tight as an exact building's cost accuracy, since what images show of a line's direction is
+  // biased now and then: that averages out over lines that are exact.
+  double OfNewLine(int64_t id) const;
 
  private:
   // One component of a line's deviation, as its observations have it.

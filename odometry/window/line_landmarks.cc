@@ -295,7 +295,8 @@ void RegisterLines(FrameState* frame, WindowState* window) {
 
 void EstimateLines(const LineLandmarkOptions& options, const LineKinds& kinds,
                    const LineClassifier& classifier, const PointsOnLines& memberships,
-                   double deviation_sigma_rad, const CostModel& model, WindowState* window) {
+                   const BuildingDeviation& deviation, const CostModel& model,
+                   WindowState* window) {
   const std::vector<double> headings = HeadingsOf(*window);
   for (auto& [id, line] : window->lines) {
     if (line.estimated || line.retired) continue;
@@ -307,7 +308,7 @@ void EstimateLines(const LineLandmarkOptions& options, const LineKinds& kinds,
         kinds.structural ? AgreedClass(line, headings, classifier, model) : std::nullopt;
     if (agreed) {
       line.axis = agreed->axis;
-      line.deviation_sigma_rad = deviation_sigma_rad;
+      line.deviation_sigma_rad = deviation.OfNewLine(id);
       line.heading =
           agreed->axis == LineAxis::kVertical ? nullptr : &window->headings[agreed->world];
       line.estimated = EstimateStructural(options, memberships.PointsOf(id), model, *window, &line);

@@ -11,6 +11,7 @@
 #include "odometry/line_prediction.h"
 #include "odometry/options.h"
 #include "odometry/run.h"
+#include "odometry/structure/building_deviation.h"
 #include "odometry/structure/line_classifier.h"
 #include "odometry/structure/points_on_lines.h"
 #include "odometry/window/problem_builder.h"
@@ -30,7 +31,7 @@ struct LineKinds {
 // views, or from a well known point that belongs to it in the images (SLC-VIO, section 3.6).
 void EstimateLines(const LineLandmarkOptions& options, const LineKinds& kinds,
                    const LineClassifier& classifier, const PointsOnLines& memberships,
-                   double deviation_sigma_rad, const CostModel& model, WindowState* window);
+                   const BuildingDeviation& deviation, const CostModel& model, WindowState* window);
 
 // Whether a line is further off its axis than so many standard deviations of what lines of the
 // building are.

@@ -50,7 +50,7 @@ void Structure::Update(const CostModel& model, FrameState* newest, WindowState* 
   RejectLineMisfits(options_, model, newest, window);
   if (kinds_.structural) FindHeadings(*newest, model, window);
   if (points_on_lines_) FindPointsOnLines(*newest);
-  EstimateLines(options_, kinds_, classifier_, memberships_, deviation_.sigma_rad(), model, window);
+  EstimateLines(options_, kinds_, classifier_, memberships_, deviation_, model, window);
   if (points_on_lines_) {
     const auto misplaced = AdoptMembers(options_, model, &memberships_, window);
     misplaced_ = RetireMisplaced(options_, misplaced, model, window);

@@ -73,6 +73,21 @@ TEST(BuildingDeviation, LinesThatTellNothingChangeNothing) {
   EXPECT_NEAR(deviation.sigma_rad(), BuildingDeviationOptions().start_sigma_rad, 1e-5);
 }
 
+TEST(BuildingDeviation, AFewLinesAskAnExactBuildingWhetherItIs) {
+  const BuildingDeviationOptions options;
+  BuildingDeviation deviation(options);
+  int probes = 0;
+  for (int64_t id = 0; id < 100; ++id) probes += deviation.OfNewLine(id) > 0;
+  EXPECT_EQ(probes, 100 / options.probe_every);
+  MadeBuilding(0.005).AddLines(100, &deviation);
+  for (int64_t id = 0; id < 100; ++id) {
+    EXPECT_EQ(deviation.OfNewLine(id), deviation.sigma_rad());
+  }
+  BuildingDeviationOptions exact;
+  exact.start_sigma_rad = 0;
+  EXPECT_EQ(BuildingDeviation(exact).OfNewLine(0), 0);
+}
+
 TEST(BuildingDeviation, StaysWithinItsLimits) {
   BuildingDeviation deviation({});
   MadeBuilding(0.2).AddLines(300, &deviation);
