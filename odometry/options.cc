@@ -192,6 +192,11 @@ constexpr OptionTable kBuildingDeviation{
 void BuildingDeviationOptions::Check() const {
   kBuildingDeviation.Check("building_deviation", *this);
   CheckOrder("building_deviation", "min_sigma_rad", min_sigma_rad, "max_sigma_rad", max_sigma_rad);
+  if (start_sigma_rad == 0) return;
+  CheckOrder("building_deviation", "min_sigma_rad", min_sigma_rad, "start_sigma_rad",
+             start_sigma_rad);
+  CheckOrder("building_deviation", "start_sigma_rad", start_sigma_rad, "max_sigma_rad",
+             max_sigma_rad);
 }
 void BuildingDeviationOptions::Read(YamlSection section) { kBuildingDeviation.Read(section, this); }
 

@@ -239,7 +239,9 @@ Json ReadRunSummary(const std::string& path, OdometryRun* run) {
     run->partial_reason = json.at("partial_reason").get<std::string>();
     run->warnings = ParseWarnings(path, json.at("warnings"));
     run->manhattan_worlds = ParseWorlds(path, json.at("manhattan_worlds"));
-    run->line_deviation_rad = BoundedAt(path, json, "line_deviation_rad", 0, 1);
+    if (json.contains("line_deviation_rad")) {  // newer than the version
+      run->line_deviation_rad = BoundedAt(path, json, "line_deviation_rad", 0, 1);
+    }
     return json;
   });
 }

@@ -128,11 +128,15 @@ struct Held {
   double value = 0;
 };
 
+constexpr double kHeldStep_s = 0.1;
+
 Held LongestHeld(const std::vector<ImuSample>& samples, int axis) {
   Held longest;
   size_t first = 0;
   for (size_t i = 1; i < samples.size(); ++i) {
-    if (Reading(samples[i], axis) != Reading(samples[first], axis)) first = i;
+    // Equal readings on either side of a gap say nothing of what was in between.
+    const bool gap = ToSeconds(samples[i].stamp_ns - samples[i - 1].stamp_ns) > kHeldStep_s;
+    if (gap || Reading(samples[i], axis) != Reading(samples[first], axis)) first = i;
     const double duration_s = ToSeconds(samples[i].stamp_ns - samples[first].stamp_ns);
     if (duration_s > longest.duration_s) longest = {duration_s, Reading(samples[i], axis)};
   }

@@ -233,12 +233,16 @@ Rig WithRightTurned(Rig rig, const Eigen::Vector3d& turn_rad) {
   return rig;
 }
 
+// Of what rows are off: a turn that leaves more mends nothing.
+constexpr double kMendedShare = 0.9;
+
 void JudgeRows(const RowAlignment& rows, const Rig& given, const Rig& mended, CheckReport* report) {
   const auto clear = [&](int axis) {
     return std::abs(rows.turn_rad[axis]) >
            std::max(kMaxRowsTurn_rad, kClear * rows.turn_sigma_rad[axis]);
   };
   if (!clear(0) && !clear(1) && !clear(2)) return;
+  if (rows.mended_rows_px > kMendedShare * rows.rows_px) return;
   const Eigen::Matrix3d R = mended.T_imu_camera[1].rotation.toRotationMatrix();
   const std::string found = fmt::format(
       "matches are {:.2f} px off their rows, {:.2f} px with the right camera turned by "

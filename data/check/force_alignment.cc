@@ -17,6 +17,7 @@ constexpr double kMaxMisfit_m_s2 = 3;   // a larger one counts as this
 constexpr double kMaxStep_m = 2;        // in one step
 constexpr double kMaxNoise_rad = 3e-3;  // of a step's rays
 constexpr int kRounds = 6;
+constexpr double kMinShare = 0.05;  // of the baseline's claimed length that forces may show
 
 // The mean acceleration over two steps, in the frame of the camera at the start of its part:
 //   image = force * vec(R_camera_imu * change) + lever * l_camera + gravity.
@@ -262,6 +263,10 @@ ForceAlignment AlignForces(const std::vector<StereoStep>& steps, const std::vect
   const Composition composition =
       Compose(measurements, R_camera_imu * alignment.best.change.matrix);
   const double share = composition.values[0];
+  if (!(share > kMinShare)) {
+    alignment.enough_motion = false;
+    return alignment;
+  }
   alignment.image_scale = 1 / share;
   alignment.image_scale_sigma = std::sqrt(composition.covariance(0, 0)) / (share * share);
   const Eigen::Matrix3d R_imu_camera = turns.R_imu_camera.toRotationMatrix();

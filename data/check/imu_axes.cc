@@ -79,11 +79,4 @@ const std::vector<AxisChange>& AxisChanges() {
   return changes;
 }
 
-std::string TurnInWords(const Eigen::Matrix3d& rotation) {
-  const Eigen::Vector3d turn_rad = LogRotation(Eigen::Quaterniond(rotation));
-  const Eigen::Vector3d axis = turn_rad.normalized();
-  return fmt::format("turned by {:.1f} degrees about ({:.2f}, {:.2f}, {:.2f})",
-                     turn_rad.norm() / kDegree, axis.x(), axis.y(), axis.z());
-}
-
 }  // namespace slcmap

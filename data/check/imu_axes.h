@@ -21,7 +21,4 @@ struct AxisChange {
 // swapped, and then the rest.
 const std::vector<AxisChange>& AxisChanges();
 
-// A rotation in words, such as "turned by 90.0 degrees about (0.00, 0.00, 1.00)".
-std::string TurnInWords(const Eigen::Matrix3d& rotation);
-
 }  // namespace slcmap

@@ -16,6 +16,7 @@ namespace {
 constexpr double kFirstScale_px = 30, kLastScale_px = 0.25, kScaleStep = 0.5;
 constexpr double kTurnPrior_rad = 0.2, kTurnPriorAboutY_rad = 5e-3;
 constexpr double kHeld_rad = 1e-7;
+constexpr double kBetterRows = 0.8;  // of what the rows are off without a turn about y, and
 constexpr double kClearSigmas = 5, kClearAboutY_rad = 2e-3;  // for y to be believed
 constexpr int kSteps = 4;                                    // at each scale
 constexpr double kAgree_px = 2.5;
@@ -140,16 +141,21 @@ RowAlignment AlignRows(const std::vector<RayPair>& matches, const RigidTransform
   RowAlignment alignment;
   alignment.matches = static_cast<int>(matches.size());
   if (matches.empty()) return alignment;
+  const auto rows_px = [&](const Eigen::Quaterniond& turned) {
+    return Median(Distances_px(matches, T_left_right, turned, focal_px));
+  };
   Turn found = FindTurn(matches, T_left_right, focal_px, kTurnPriorAboutY_rad);
+  const Turn held = FindTurn(matches, T_left_right, focal_px, kHeld_rad);
   const double about_y_rad = std::abs(LogRotation(found.turn).y());
-  if (about_y_rad < std::max(kClearAboutY_rad, kClearSigmas * found.sigma_rad.y())) {
-    found = FindTurn(matches, T_left_right, focal_px, kHeld_rad);
+  // Pairs that show nearly the same repeat their errors: sigma alone would believe them.
+  if (about_y_rad < std::max(kClearAboutY_rad, kClearSigmas * found.sigma_rad.y()) ||
+      rows_px(found.turn) > kBetterRows * rows_px(held.turn)) {
+    found = held;
   }
   const Eigen::Quaterniond& turn = found.turn;
   alignment.turn_rad = LogRotation(turn);
   alignment.turn_sigma_rad = found.sigma_rad;
-  alignment.rows_px =
-      Median(Distances_px(matches, T_left_right, Eigen::Quaterniond::Identity(), focal_px));
+  alignment.rows_px = rows_px(Eigen::Quaterniond::Identity());
   const std::vector<double> mended_px = Distances_px(matches, T_left_right, turn, focal_px);
   alignment.mended_rows_px = Median(mended_px);
   const auto agree = std::count_if(mended_px.begin(), mended_px.end(),

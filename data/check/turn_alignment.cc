@@ -255,7 +255,10 @@ class Aligner {
       }
       H.diagonal().array() += 1e-9;
       const Vector10d step = H.ldlt().solve(g);
-      if (!step.allFinite()) return;
+      if (!step.allFinite()) {
+        alignment->enough_motion = false;
+        return;
+      }
       offset_s += std::clamp(step[0], -0.02, 0.02);
       map = ExpRotation(step.segment<3>(1)).toRotationMatrix() * map;
       bias += step.segment<3>(4);
@@ -263,6 +266,10 @@ class Aligner {
     }
     const Matrix10d covariance =
         H.inverse() * std::max(1.0, squares / std::max(3 * count - 10, 1.0));
+    if (!covariance.allFinite() || !(covariance.diagonal().minCoeff() >= 0)) {
+      alignment->enough_motion = false;
+      return;
+    }
     alignment->time_offset_s = offset_s;
     alignment->time_offset_sigma_s = std::sqrt(covariance(0, 0));
     // map = R_camera_imu, times the change where that is no rotation.

@@ -23,8 +23,7 @@ class BuildingDeviation {
       : options_(options), sigma_rad_(options.start_sigma_rad) {}
 
   // Takes in a line, as it is estimated with a term of tie_sigma_rad on each component, which is
-  // taken out again. `share`: of the line's own in what it tells; lines of one object deviate
-  // alike.
+  // taken out again.
   void Add(const LineDeviation& line, double tie_sigma_rad);
 
   double sigma_rad() const { return sigma_rad_; }

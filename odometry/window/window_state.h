@@ -100,7 +100,6 @@ struct LineLandmark {
   Eigen::Vector3d anchor_world = Eigen::Vector3d::Zero();
   // How far a line of an axis may be off its direction; zero for one that is exactly along it.
   double deviation_sigma_rad = 0;
-  int alike = 1;             // lines of its object, of which it is one, that deviate alike
   GeneralLineBlock block{};  // of a line exactly along an axis the first numbers
   std::optional<GeneralLineBlock> linearization;
   bool estimated = false;  // triangulated, and part of the cost

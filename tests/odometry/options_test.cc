@@ -87,6 +87,16 @@ TEST_F(OdometryOptionsTest, RefusesALeastDistanceAtWhichLinesAreOneBeyondTheLarg
                 "max_merge_distance_m, which is 0.04");
 }
 
+TEST_F(OdometryOptionsTest, RefusesAStartingDeviationBeyondItsLimits) {
+  EXPECT_EQ(ErrorOf("building_deviation: {start_sigma_rad: 1e-5}"),
+            folder_.Path("odometry.yaml: ") +
+                "building_deviation.min_sigma_rad: found 0.00017, expected at most "
+                "start_sigma_rad, which is 1e-05");
+  EXPECT_NE(ErrorOf("building_deviation: {start_sigma_rad: 0.05}").find("max_sigma_rad"),
+            std::string::npos);
+  EXPECT_EQ(Read("building_deviation: {start_sigma_rad: 0}").building_deviation.start_sigma_rad, 0);
+}
+
 TEST_F(OdometryOptionsTest, RefusesUnknownKeysTypesAndMethods) {
   EXPECT_NE(ErrorOf("failure: {max_sped_m_s: 3}").find("failure.max_sped_m_s: unknown key"),
             std::string::npos);

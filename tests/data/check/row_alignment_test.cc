@@ -54,6 +54,19 @@ TEST(RowAlignment, TurnsAboutYOnlyWhereThatIsClear) {
   EXPECT_NEAR(large.turn_rad.x() / kDegree, 0.1, 0.01);
 }
 
+// Pairs of a rig that hardly moves show the same features with the same errors.
+TEST(RowAlignment, IsNotSureOfATurnAboutYBecauseAViewIsRepeated) {
+  for (int view = 0; view < 12; ++view) {
+    const std::vector<RayPair> all = Matches(Eigen::Vector3d::Zero(), 0.3);
+    std::vector<RayPair> repeated;
+    for (int i = 0; i < 24; ++i) {
+      repeated.insert(repeated.end(), all.begin() + 30 * view, all.begin() + 30 * (view + 1));
+    }
+    const RowAlignment found = AlignRows(repeated, LeftRight(), kFocal_px);
+    EXPECT_LT(std::abs(found.turn_rad.y()), 1e-3 * kDegree + 1e-5) << view;
+  }
+}
+
 TEST(RowAlignment, SaysNothingWithoutMatches) {
   EXPECT_EQ(AlignRows({}, LeftRight(), kFocal_px).matches, 0);
 }
