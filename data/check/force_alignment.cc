@@ -259,14 +259,11 @@ ForceAlignment AlignForces(const std::vector<StereoStep>& steps, const std::vect
   }
   alignment.gravity_misfit_m_s2 =
       Misfit(Residuals(measurements, Eigen::Matrix3d::Zero(), lever_camera_m, 1));
-  alignment.enough_motion = true;
   const Composition composition =
       Compose(measurements, R_camera_imu * alignment.best.change.matrix);
   const double share = composition.values[0];
-  if (!(share > kMinShare)) {
-    alignment.enough_motion = false;
-    return alignment;
-  }
+  alignment.enough_motion = share > kMinShare;
+  if (!alignment.enough_motion) return alignment;
   alignment.image_scale = 1 / share;
   alignment.image_scale_sigma = std::sqrt(composition.covariance(0, 0)) / (share * share);
   const Eigen::Matrix3d R_imu_camera = turns.R_imu_camera.toRotationMatrix();

@@ -10,6 +10,11 @@ using Eigen::Matrix3d;
 using Eigen::Quaterniond;
 using Eigen::Vector3d;
 
+Vector3d NearestOn(const PointAndDirection& line, const Vector3d& p_world) {
+  return line.point_world +
+         line.direction_world * line.direction_world.dot(p_world - line.point_world);
+}
+
 GeneralLineBlock GeneralLineThrough(const Vector3d& anchor_world, const Vector3d& p_world,
                                     const Vector3d& direction_world) {
   const Vector3d direction = direction_world.normalized();

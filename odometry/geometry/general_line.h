@@ -25,6 +25,9 @@ struct PointAndDirection {
   Eigen::Vector3d direction_world = Eigen::Vector3d::UnitX();
 };
 
+// The point of a line, whose direction has unit length, that is nearest to a point.
+Eigen::Vector3d NearestOn(const PointAndDirection& line, const Eigen::Vector3d& p_world);
+
 // The line through a point; the direction need not have unit length. The line must not pass through
 // the anchor.
 GeneralLineBlock GeneralLineThrough(const Eigen::Vector3d& anchor_world,

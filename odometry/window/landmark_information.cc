@@ -21,7 +21,7 @@ Eigen::MatrixXd InformationOn(const LineLandmark& line, const CostModel& model,
   const int size = line.kind().tangent_size;
   std::vector<FixedTerm> terms;
   for (const FrameState* frame : line.frames) terms.push_back(FixedLineTerm(line, *frame, model));
-  if (line.IsStructural() && !line.IsExact()) terms.push_back(FixedAlongAxisTerm(line, model));
+  if (line.MayDeviate()) terms.push_back(FixedAlongAxisTerm(line, model));
   Eigen::MatrixXd information = EquationsOnLast(terms, size).information;
   for (size_t k = 0; k < prior.blocks.size(); ++k) {
     if (prior.blocks[k] != line.block.data()) continue;
@@ -206,11 +206,10 @@ std::optional<LineDeviation> DeviationFromAxis(const LineLandmark& line,
   }
   Eigen::Matrix<double, 2, 4, Eigen::RowMajor> by_line;
   Eigen::Vector2d by_heading;
-  const std::array<double*, 2> jacobians = line.heading
-                                               ? std::array{by_heading.data(), by_line.data()}
-                                               : std::array<double*, 2>{by_line.data(), nullptr};
+  std::array<double*, 2> jacobians{by_line.data(), nullptr};
+  if (line.heading) jacobians = {by_heading.data(), by_line.data()};
   LineDeviation out;
-  residual.Linearize(blocks.data(), out.off_rad.data(), const_cast<double**>(jacobians.data()));
+  residual.Linearize(blocks.data(), out.off_rad.data(), jacobians.data());
   Eigen::Matrix<double, 2, Eigen::Dynamic> moved(2, line.heading ? 5 : 4);
   if (line.heading) {
     moved << by_heading, by_line;

@@ -185,16 +185,6 @@ bool AreSeenApart(const LineLandmark& a, const LineLandmark& b, double max_apart
   });
 }
 
-Vector3d NearestOn(const PointAndDirection& line, const Vector3d& p_world) {
-  return line.point_world +
-         line.direction_world * line.direction_world.dot(p_world - line.point_world);
-}
-
-// Whether it is a line of an axis that may deviate from it.
-bool IsTied(const LineLandmark& line) {
-  return line.estimated && !line.retired && line.IsStructural() && !line.IsExact();
-}
-
 // Whether two lines of the same class are the same edge: their distance is what the uncertainty of
 // their places may be taken for, and they have a part in common.
 bool IsSameEdge(const LineLandmarkOptions& options, const LineLandmark& a, const LineLandmark& b,
@@ -324,7 +314,7 @@ void EstimateLines(const LineLandmarkOptions& options, const LineKinds& kinds,
 
 void TieLines(double deviation_sigma_rad, WindowState* window) {
   for (auto& [id, line] : window->lines) {
-    if (IsTied(line)) line.deviation_sigma_rad = deviation_sigma_rad;
+    if (!line.retired && line.MayDeviate()) line.deviation_sigma_rad = deviation_sigma_rad;
   }
 }
 
@@ -356,8 +346,7 @@ void RejectLineMisfits(const LineLandmarkOptions& options, const CostModel& mode
 }
 
 bool IsOffAxis(const LineLandmark& line, double max_sigmas, const CostModel& model) {
-  if (!line.IsStructural() || line.IsExact()) return false;
-  return ResidualOf(FixedAlongAxisTerm(line, model)).norm() > max_sigmas;
+  return line.MayDeviate() && ResidualOf(FixedAlongAxisTerm(line, model)).norm() > max_sigmas;
 }
 
 std::unordered_set<int64_t> RejectLineOutliers(const LineLandmarkOptions& options,

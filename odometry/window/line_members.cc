@@ -27,11 +27,8 @@ Membership JudgeMembership(const LineLandmarkOptions& options, const PointLandma
   if (!place) return Membership::kOpen;
   if (!IsAtRest(*place)) return Membership::kRefuted;
   const Matrix32d across = AxesAcross(line.axis, line.heading_rad());
-  const PointAndDirection line_world = line.InWorld();
-  const Eigen::Vector3d from_line = place->p_world - line_world.point_world;
   const Eigen::Vector2d off =
-      across.transpose() *
-      (from_line - line_world.direction_world * line_world.direction_world.dot(from_line));
+      across.transpose() * (place->p_world - NearestOn(line.InWorld(), place->p_world));
   const Eigen::Matrix3d in_world =
       place->covariance_m2 + ConditionalCovarianceAcross(line, place->p_world, model, prior);
   const Matrix2d known = across.transpose() * in_world * across;

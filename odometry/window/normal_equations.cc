@@ -39,7 +39,7 @@ NormalEquations::NormalEquations(const std::vector<Term>& terms, const Prior& pr
     prior_columns_.push_back(column);
     column += prior.kinds[k].tangent_size;
   }
-  prior_unknown_count_ = static_cast<int>(unknowns_.size());
+  const size_t bound = unknowns_.size();
   for (const Term& term : terms) {
     Binding& binding = bindings_.emplace_back();
     for (int k = 0; k < term.factor->blocks(); ++k) {
@@ -47,16 +47,15 @@ NormalEquations::NormalEquations(const std::vector<Term>& terms, const Prior& pr
       binding.unknown[k] = index_.at(term.blocks[k]);
     }
   }
-  PlaceUnknowns();
+  PlaceUnknowns(bound);
   AddPriorHessian();
 }
 
-void NormalEquations::PlaceUnknowns() {
+void NormalEquations::PlaceUnknowns(size_t bound) {
   const auto place = [&](bool leading) {
     for (size_t i = 0; i < unknowns_.size(); ++i) {
       Unknown& unknown = unknowns_[i];
-      const bool bound = static_cast<int>(i) < prior_unknown_count_;
-      if (unknown.is_point || leading != (unknown.kind.is_line && !bound)) continue;
+      if (unknown.is_point || leading != (unknown.kind.is_line && i >= bound)) continue;
       unknown.offset = total_;
       total_ += unknown.tangent;
       if (leading) leading_sizes_.push_back(unknown.tangent);

@@ -61,7 +61,8 @@ class NormalEquations {
 
   void Meet(double* block, const BlockKind& kind,
             const std::function<bool(const double*)>& is_constant);
-  void PlaceUnknowns();
+  // Lines first that are not among the so many unknowns that the prior binds.
+  void PlaceUnknowns(size_t bound);
   void AddPriorHessian();
   void AddTerm(const Term& term, const Binding& binding);
   int CrossColumn(PointSystem* point, int unknown) const;
@@ -78,7 +79,6 @@ class NormalEquations {
   std::vector<PointSystem> points_;
   std::vector<int> prior_unknowns_;  // of the prior's blocks, and where their columns start
   std::vector<int> prior_columns_;
-  int prior_unknown_count_ = 0;              // the first of unknowns_, which the prior binds
   Eigen::MatrixXd prior_hessian_, hessian_;  // lower triangles
   Eigen::VectorXd gradient_, step_;
   std::vector<double> before_;      // the blocks before Apply()

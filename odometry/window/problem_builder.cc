@@ -150,7 +150,7 @@ void AddLineTerms(Of<Number, LineLandmark>& line, Of<Number, WindowState>& windo
                   const CostModel& model, std::vector<BasicTerm<Number>>* terms) {
   for (FrameState* frame : line.frames) terms->push_back(LineTerm<Number>(line, *frame, model));
   if (!line.IsStructural()) return;
-  if (!line.IsExact()) terms->push_back(AlongAxisTerm<Number>(line, model));
+  if (line.MayDeviate()) terms->push_back(AlongAxisTerm<Number>(line, model));
   for (const int64_t id : line.points) {
     const auto it = window.landmarks.find(id);
     if (it == window.landmarks.end() || !it->second.triangulated) continue;

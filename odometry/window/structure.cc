@@ -61,7 +61,7 @@ void Structure::Update(const CostModel& model, FrameState* newest, WindowState* 
 // From a line that is about to leave the window: each is heard once, when it is known best. Those
 // that were given up because they are off their axis count too: it may be the building that is.
 void Structure::LearnDeviation(const LineLandmark& line, const WindowCovariance& covariance) {
-  if (!line.IsStructural() || line.IsExact()) return;
+  if (!line.MayDeviate()) return;
   const auto deviation = DeviationFromAxis(line, covariance);
   if (!deviation) return;
   deviation_.Add(*deviation, line.deviation_sigma_rad);
@@ -150,9 +150,7 @@ std::unordered_set<int64_t> Structure::ReleaseOldest(const CostModel& model,
     if (!gone.contains(id)) continue;
     if (line.estimated) {
       dropped->push_back(line.block.data());
-      if (!line.retired && line.IsStructural() && !line.IsExact()) {
-        AddAlongAxisTerm(&line, model, terms);
-      }
+      if (!line.retired && line.MayDeviate()) AddAlongAxisTerm(&line, model, terms);
     }
     const bool off_axis =
         line.estimated && line.retired && IsOffAxis(line, deviation_options_.max_sigmas, model);

@@ -113,6 +113,8 @@ struct LineLandmark {
   bool IsStructural() const { return axis != LineAxis::kNone; }
   // Its direction is that of the axis, and no state.
   bool IsExact() const { return IsStructural() && deviation_sigma_rad == 0; }
+  // Its direction is a state that is tied to the axis.
+  bool MayDeviate() const { return IsStructural() && !IsExact(); }
   const BlockKind& kind() const { return IsExact() ? kStructuralLineKind : kGeneralLineKind; }
   StructuralLine structural() const { return {axis, anchor_world}; }
   double heading_rad() const { return heading ? heading->heading_rad[0] : 0; }
