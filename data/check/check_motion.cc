@@ -22,7 +22,6 @@ constexpr double kMaxTurned_rad = 1 * kDegree, kGrossTurned_rad = 5 * kDegree;
 constexpr double kExplained = 0.1;   // the share of the turns that a good calibration may leave
 constexpr double kMuchBetter = 0.3;  // of what is left without a change
 constexpr double kMaxScaleError = 0.05, kMaxScaleSigma = 0.02;
-constexpr double kMinForceMisfit_m_s2 = 0.15, kForceMuchBetter = 0.5;
 constexpr double kMaxBaselineError = 0.2, kMaxLeverError_m = 0.3;
 constexpr double kMaxLeverSigma_m = 0.2;
 
@@ -52,12 +51,6 @@ bool SameChange(const AxisChange& a, const AxisChange& b) {
   return (a.matrix - b.matrix).cwiseAbs().maxCoeff() < 0.2;
 }
 
-// The accelerometer's axes against the camera's, where the motion tells them.
-bool KnowsForces(const ForceAlignment& forces) {
-  return forces.enough_motion && forces.claimed.misfit_m_s2 > kMinForceMisfit_m_s2 &&
-         forces.best.misfit_m_s2 < kForceMuchBetter * forces.claimed.misfit_m_s2;
-}
-
 // Axes of the gyroscope that do not fit the camera's.
 void JudgeTurnAxes(const TurnAlignment& turns, const ForceAlignment& forces, CheckReport* report) {
   const AxisChange& change = turns.best.change;
@@ -66,9 +59,8 @@ void JudgeTurnAxes(const TurnAlignment& turns, const ForceAlignment& forces, Che
       100 * std::max(0.0, 1 - turns.claimed.unexplained), 100 * (1 - turns.best.unexplained),
       change.words == "inverted" ? "the rotation from camera to IMU inverted"
                                  : "the axes of the IMU changed: " + change.words);
-  const bool accel_too = KnowsForces(forces) && SameChange(forces.best.change, change);
-  const bool accel_right =
-      forces.enough_motion && forces.gravity_misfit_m_s2 > 0 && forces.best.change.IsNone();
+  const bool accel_too = forces.enough_motion && SameChange(forces.best.change, change);
+  const bool accel_right = forces.enough_motion && IsClearlyBetter(forces.claimed, forces.turned);
   if (change.IsRotation() && !accel_right) {
     if (change.words == "inverted") {
       report->Fail("extrinsics-direction", found,
@@ -90,7 +82,15 @@ void JudgeOffset(const TurnAlignment& turns, double claimed_s, CheckReport* repo
   report->AddFigure("time offset found", 1e3 * turns.time_offset_s, "ms");
   report->AddFigure("its standard deviation", 1e3 * turns.time_offset_sigma_s, "ms");
   const double change_s = turns.time_offset_s - claimed_s;
-  if (turns.time_offset_sigma_s > kMaxOffsetSigma_s) return;
+  if (turns.time_offset_sigma_s > kMaxOffsetSigma_s) {
+    report->Note(
+        "time-offset",
+        fmt::format("the turns of the images tell the time offset to +- {:.1f} ms only: it "
+                    "is taken as calibrated",
+                    1e3 * turns.time_offset_sigma_s),
+        "turn the rig to and fro about all its axes at the start of a recording");
+    return;
+  }
   if (std::abs(change_s) < std::max(kMaxOffset_s, kClear * turns.time_offset_sigma_s)) return;
   const std::string found = fmt::format(
       "images turn {:.1f} ms {} than the gyroscope by the calibration's offset of "
@@ -166,7 +166,6 @@ void JudgeScales(const TurnAlignment& turns, const Rig& rig, CheckReport* report
 }
 
 void JudgeForceAxes(const ForceAlignment& forces, CheckReport* report) {
-  if (!KnowsForces(forces) || forces.best.change.IsNone()) return;
   report->Fail(
       "accel-axes",
       fmt::format("accelerations differ by {:.2f} m/s^2 from those that the images show, by {:.2f} "
@@ -212,11 +211,31 @@ void JudgeLever(const ForceAlignment& forces, const Rig& rig, CheckReport* repor
 }
 
 void JudgeForces(const ForceAlignment& forces, const Rig& rig, CheckReport* report) {
-  if (!forces.enough_motion) return;
-  JudgeForceAxes(forces, report);
-  if (!forces.best.change.IsNone()) return;
+  if (!IsStereo(rig)) return;  // one camera shows no accelerations
+  if (!forces.enough_motion) {
+    report->Note("accelerations",
+                 "too little acceleration in the images, or none that the accelerometer explains: "
+                 "its axes, the baseline and the lever are not checked",
+                 "move the rig to and fro along all its axes at the start of a recording");
+    return;
+  }
+  if (!forces.best.change.IsNone()) {  // scale and lever with other axes say nothing
+    JudgeForceAxes(forces, report);
+    return;
+  }
   JudgeBaseline(forces, rig, report);
   JudgeLever(forces, rig, report);
+}
+
+void JudgeFarOffset(double far_s, double claimed_s, CheckReport* report) {
+  const double late_s = claimed_s - far_s;
+  report->Fail("time-offset",
+               fmt::format("images turn {:.3f} s {} than the gyroscope by the calibration's offset "
+                           "of {:.1f} ms",
+                           std::abs(late_s), late_s > 0 ? "later" : "earlier", 1e3 * claimed_s),
+               fmt::format("bring the stamps of both to one clock: add {:.3f} s to those of cam0 "
+                           "and cam1",
+                           -late_s));
 }
 
 void Judge(const TurnAlignment& turns, const ForceAlignment& forces, const Rig& rig,
@@ -261,6 +280,16 @@ void CheckMotion(const SequenceSource& source, const Rig& rig,
   const RigidTransform& T_imu_camera = rig.T_imu_camera[0];
   const TurnAlignment turns =
       AlignTurns(motion.turns, samples, T_imu_camera.rotation, rig.camera_time_offset_s);
+  const std::optional<double> far_s =
+      turns.enough_motion && Explains(turns.best)
+          ? std::nullopt
+          : FindFarOffset(motion.turns, samples, T_imu_camera.rotation, rig.camera_time_offset_s);
+  if (far_s) {
+    const TurnAlignment far = AlignTurns(motion.turns, samples, T_imu_camera.rotation, *far_s);
+    JudgeFarOffset(far.enough_motion ? far.time_offset_s : *far_s, rig.camera_time_offset_s,
+                   report);
+    return;
+  }
   const ForceAlignment forces = AlignForces(motion.steps, samples, turns, T_imu_camera);
   Judge(turns, forces, rig, report);
 }

@@ -52,12 +52,14 @@ void MatchFeatures(const cv::Mat& left, const cv::Mat& right, std::vector<PixelP
   }
 }
 
-std::vector<PixelPair> Matches(const SequenceSource& source, const Progress& progress) {
-  const size_t all = source.info().pair_stamps_ns.size();
+// Of left images with right ones that are so many pairs later.
+std::vector<PixelPair> Matches(const SequenceSource& source, int later, const Progress& progress) {
+  const auto all = static_cast<int>(source.info().pair_stamps_ns.size());
   std::vector<PixelPair> pairs;
-  for (size_t i = 0; i < all; i += std::max<size_t>(1, all / kStereoSamples)) {
+  for (int i = 0; i < all; i += std::max(1, all / static_cast<int>(kStereoSamples))) {
     progress.ReportOrStop(static_cast<double>(i) / static_cast<double>(all));
-    MatchFeatures(source.ReadImage(i, 0).image, source.ReadImage(i, 1).image, &pairs);
+    if (i + later < 0 || i + later >= all) continue;
+    MatchFeatures(source.ReadImage(i, 0).image, source.ReadImage(i + later, 1).image, &pairs);
   }
   return pairs;
 }
@@ -323,6 +325,7 @@ void CheckRows(const SequenceSource& source, const Eigen::Vector3d& coarse_rad,
   if (coarse_rad.norm() > 0) rows.rows_px = AlignRows(matches, LeftRight(rig), focal_px).rows_px;
   report->AddFigure("their median distance from the row", rows.rows_px, "px");
   report->AddFigure("right camera, turn found about x", rows.turn_rad.x() / kDegree, "deg");
+  report->AddFigure("right camera, turn found about y", rows.turn_rad.y() / kDegree, "deg");
   report->AddFigure("right camera, turn found about z", rows.turn_rad.z() / kDegree, "deg");
   if (rows.mended_rows_px > kPoorRows_px && JudgeIntrinsics(matches, rows, near, report)) return;
   JudgeRows(rows, rig, mended, report);
@@ -333,11 +336,37 @@ void CheckRows(const SequenceSource& source, const Eigen::Vector3d& coarse_rad,
   }
 }
 
+// Right images that belong to a pair before or after, where those agree clearly better than
+// `share`.
+bool JudgeSynchronisation(const SequenceSource& source, const std::string& found, double share,
+                          const Progress& progress, CheckReport* report) {
+  double best = std::max(kMinAgree, kMuchBetter * share);
+  int best_later = 0;
+  for (const int later : {1, -1, 2, -2}) {
+    const Agreement agreement = AgreementOf(Matches(source, later, progress), source.info().rig);
+    if (agreement.share <= best) continue;
+    best = agreement.share;
+    best_later = later;
+  }
+  if (best_later == 0) return false;
+  const char* const which = best_later > 0 ? "after" : "before";
+  report->Fail("synchronisation",
+               fmt::format("{}, {:.0f} % with the right images of {} pair {}", found, 100 * best,
+                           std::abs(best_later) == 1 ? "the" : "the second", which),
+               fmt::format("the images of cam1 are {} {}: pair those of cam0 with them by their "
+                           "true stamps, as {} rows {} in cam1/data.csv",
+                           std::abs(best_later), best_later > 0 ? "late" : "early",
+                           std::abs(best_later), best_later > 0 ? "further down" : "further up"));
+  return true;
+}
+
 // Images that do not agree with the calibration. Returns a turn of the right camera that would
 // explain it, or nothing once it is judged.
-std::optional<Eigen::Vector3d> JudgeDisagreement(const std::vector<PixelPair>& pairs,
-                                                 const Agreement& given, const Rig& rig,
+std::optional<Eigen::Vector3d> JudgeDisagreement(const SequenceSource& source,
+                                                 const std::vector<PixelPair>& pairs,
+                                                 const Agreement& given, const Progress& progress,
                                                  CheckReport* report) {
+  const Rig& rig = source.info().rig;
   const std::string found =
       fmt::format("{:.0f} % of the features matched left to right agree with the calibration",
                   100 * given.share);
@@ -348,6 +377,11 @@ std::optional<Eigen::Vector3d> JudgeDisagreement(const std::vector<PixelPair>& p
   mistakes.insert(mistakes.end(), intrinsic.begin(), intrinsic.end());
   Agreement best;
   const Mistake* mistake = BestMistake(mistakes, pairs, given, &best);
+  if (JudgeSynchronisation(source, found,
+                           std::max(given.share, mistake != nullptr ? best.share : 0), progress,
+                           report)) {
+    return std::nullopt;
+  }
   if (turned.share >= kMinAgree && turned.share > kMuchBetter * given.share &&
       turned.share > (mistake != nullptr ? best.share : 0) - 0.05 &&
       rows.turn_rad.norm() < 10 * kDegree) {
@@ -368,7 +402,7 @@ std::optional<Eigen::Vector3d> JudgeDisagreement(const std::vector<PixelPair>& p
 
 void CheckStereo(const SequenceSource& source, const Progress& progress, CheckReport* report) {
   const Rig& rig = source.info().rig;
-  const std::vector<PixelPair> pairs = Matches(source, progress.Part(0, 0.5));
+  const std::vector<PixelPair> pairs = Matches(source, 0, progress.Part(0, 0.4));
   report->AddFigure("features matched left to right", static_cast<double>(pairs.size()), "");
   if (pairs.size() < kMinMatches) {
     report->Warn("texture", fmt::format("only {} features matched left to right", pairs.size()),
@@ -379,9 +413,9 @@ void CheckStereo(const SequenceSource& source, const Progress& progress, CheckRe
   report->AddFigure("matches that agree with calibration", 100 * given.share, "%");
   Eigen::Vector3d coarse_rad = Eigen::Vector3d::Zero();
   if (given.share < kMinAgree || given.median_px > kBlur_px) {
-    const auto turn_rad = JudgeDisagreement(pairs, given, rig, report);
+    const auto turn_rad = JudgeDisagreement(source, pairs, given, progress.Part(0.4, 0.5), report);
     if (turn_rad) coarse_rad = *turn_rad;
-    if (!turn_rad && given.share < kMinAgree) return;
+    if (!turn_rad && (given.share < kMinAgree || !report->Usable())) return;
   }
   CheckRows(source, coarse_rad, progress.Part(0.5, 1), report);
 }

@@ -17,6 +17,8 @@ constexpr double kMaxMisfit_m_s2 = 3;   // a larger one counts as this
 constexpr double kMaxStep_m = 2;        // in one step
 constexpr double kMaxNoise_rad = 3e-3;  // of a step's rays
 constexpr int kRounds = 6;
+// To tell one change of axes from another.
+constexpr double kMinMisfit_m_s2 = 0.15, kMuchBetter = 0.5;
 constexpr double kMinShare = 0.05;  // of the baseline's claimed length that forces may show
 
 // The mean acceleration over two steps, in the frame of the camera at the start of its part:
@@ -239,6 +241,10 @@ Composition Compose(const std::vector<Measurement>& measurements,
 
 }  // namespace
 
+bool IsClearlyBetter(const ForceFit& fit, const ForceFit& than) {
+  return than.misfit_m_s2 > kMinMisfit_m_s2 && fit.misfit_m_s2 < kMuchBetter * than.misfit_m_s2;
+}
+
 ForceAlignment AlignForces(const std::vector<StereoStep>& steps, const std::vector<ImuSample>& imu,
                            const TurnAlignment& turns, const RigidTransform& T_imu_camera) {
   ForceAlignment alignment;
@@ -250,15 +256,15 @@ ForceAlignment AlignForces(const std::vector<StereoStep>& steps, const std::vect
 
   std::vector<AxisChange> changes = AxisChanges();
   changes.push_back(turns.best.change);
-  alignment.best.misfit_m_s2 = 1e9;
+  alignment.best.misfit_m_s2 = kMaxMisfit_m_s2;
   for (const AxisChange& change : changes) {
     const Eigen::Matrix3d map = R_camera_imu * change.matrix;
     const ForceFit fit = {change, Misfit(Residuals(measurements, map, lever_camera_m, 1))};
     if (change.IsNone()) alignment.claimed = fit;
     if (fit.misfit_m_s2 < alignment.best.misfit_m_s2) alignment.best = fit;
+    alignment.turned = fit;  // the last one
   }
-  alignment.gravity_misfit_m_s2 =
-      Misfit(Residuals(measurements, Eigen::Matrix3d::Zero(), lever_camera_m, 1));
+  if (!IsClearlyBetter(alignment.best, alignment.claimed)) alignment.best = alignment.claimed;
   const Composition composition =
       Compose(measurements, R_camera_imu * alignment.best.change.matrix);
   const double share = composition.values[0];

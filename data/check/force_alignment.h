@@ -14,10 +14,14 @@ struct ForceFit {
   double misfit_m_s2 = 0;
 };
 
+// Whether the motion tells that one is right and the other is not.
+bool IsClearlyBetter(const ForceFit& fit, const ForceFit& than);
+
 struct ForceAlignment {
-  bool enough_motion = false;      // nothing below means anything otherwise
-  double gravity_misfit_m_s2 = 0;  // if readings were of gravity alone
-  ForceFit claimed, best;
+  bool enough_motion = false;  // nothing below means anything otherwise
+  ForceFit claimed;
+  ForceFit turned;  // with the change of axes that explains the turns best
+  ForceFit best;    // of all changes, where one is clearly better than `claimed`, else `claimed`
   // With the axes of `best`: what the images' accelerations are to be multiplied with to agree (as
   // is the baseline), and where the camera is seen from the IMU, in the IMU's axes.
   double image_scale = 1, image_scale_sigma = 1;

@@ -17,8 +17,15 @@ constexpr double kTurnFloor_rad = 2e-4;  // of a turn's deviation, for what its 
 constexpr double kMinRate_rad_s = 0.02;  // RMS about the mean, to tell anything
 constexpr double kMaxShownNoise = 0.5;   // of the turn rate's variance
 constexpr int kWeightRounds = 4, kIterations = 8;
+constexpr double kTurnLoss = 12;  // squared residual at which a turn counts half
 constexpr double kBiasSigma_rad_s = 0.2;
 constexpr double kUsualScaleError = 0.05;
+// Clocks that are far apart.
+constexpr double kFarOffset_s = 6, kFarStep_s = 0.01, kMinOverlap_s = 2;
+constexpr double kFarExplained = 0.1;  // the share of the turns that may be left
+constexpr double kFarElse = 0.05;      // what any other offset leaves at least, and
+constexpr double kFarLead = 3;         // times what the best one leaves
+constexpr double kFarApart_s = 0.4;    // from which on an offset is another one
 
 // Turn rates of camera and gyroscope over the same steps, at one time offset.
 struct Rates {
@@ -71,6 +78,36 @@ double BestScale(const Moments& moments, const Eigen::Matrix3d& map) {
   const double size = (map * moments.gyro_gyro * map.transpose()).trace();
   return size <= 0 ? 1 : (map * moments.gyro_camera).trace() / size;
 }
+
+using Vector10d = Eigen::Matrix<double, 10, 1>;
+using Matrix10d = Eigen::Matrix<double, 10, 10>;
+
+// What is refined: turn of the camera = scales * map * turn of the gyroscope + bias * time.
+struct Refined {
+  double offset_s = 0;
+  Eigen::Matrix3d map = Eigen::Matrix3d::Identity();  // to the camera
+  Eigen::Vector3d bias_rad_s = Eigen::Vector3d::Zero();
+  Eigen::Vector3d scales = Eigen::Vector3d::Ones();  // of the camera's axes
+
+  // By a step over offset, rotation on the camera's side, bias and scales.
+  void Move(const Vector10d& step) {
+    offset_s += std::clamp(step[0], -0.02, 0.02);
+    map = ExpRotation(step.segment<3>(1)).toRotationMatrix() * map;
+    bias_rad_s += step.segment<3>(4);
+    scales += step.tail<3>();
+  }
+};
+
+struct Normals {
+  Matrix10d H = Matrix10d::Zero();
+  Vector10d g = Vector10d::Zero();
+  double squares = 0, count = 0;  // of whitened residuals, and turns
+
+  // Of the step, by what the residuals scatter.
+  Matrix10d Covariance() const {
+    return H.inverse() * std::max(1.0, squares / std::max(3 * count - 10, 1.0));
+  }
+};
 
 class Aligner {
  public:
@@ -211,78 +248,78 @@ class Aligner {
     if (fit.unexplained < alignment->best.unexplained) alignment->best = fit;
   }
 
-  // Gauss-Newton over offset, rotation (on the camera's side), bias and the scales of the camera's
-  // axes; robust.
+  // What a turn of the images says of the state, where the gyroscope covers it.
+  void AddTurn(size_t i, const Refined& state, Normals* normals) const {
+    const ImageTurn& turn = turns_[i];
+    const int64_t offset_ns = ToNanoseconds(state.offset_s);
+    const int64_t from_ns = turn.from_ns + offset_ns, to_ns = turn.to_ns + offset_ns;
+    if (!gyro_.Covers(from_ns, to_ns)) return;
+    const double step_s = ToSeconds(turn.to_ns - turn.from_ns);
+    const Eigen::Vector3d turned = state.map * gyro_.Between(from_ns, to_ns);
+    const Eigen::Vector3d e =
+        turn.turn_rad - state.scales.cwiseProduct(turned) - state.bias_rad_s * step_s;
+    Eigen::Matrix<double, 3, 10> J;  // of what is predicted
+    J.col(0) = state.scales.cwiseProduct(state.map * (gyro_.RateAt(to_ns) - gyro_.RateAt(from_ns)));
+    J.middleCols<3>(1) = -(state.scales.asDiagonal() * Skew(turned));  // Exp(d) map
+    J.middleCols<3>(4) = step_s * Eigen::Matrix3d::Identity();
+    J.middleCols<3>(7) = turned.asDiagonal();
+    const Eigen::Matrix3d information = covariances_[i].inverse();
+    const double square = e.dot(information * e);
+    const double weight = 1 / (1 + square / kTurnLoss);
+    normals->H += weight * J.transpose() * information * J;
+    normals->g += weight * J.transpose() * information * e;
+    normals->squares += weight * square;
+    normals->count += weight;
+  }
+
+  Normals NormalsAt(const Refined& state) const {
+    Normals normals;
+    for (size_t i = 0; i < turns_.size(); ++i) AddTurn(i, state, &normals);
+    for (int k = 4; k < 7; ++k) {
+      normals.H(k, k) += std::pow(kBiasSigma_rad_s, -2);
+      normals.g[k] -= state.bias_rad_s[k - 4] * std::pow(kBiasSigma_rad_s, -2);
+    }
+    normals.H.diagonal().array() += 1e-9;
+    return normals;
+  }
+
+  // Gauss-Newton, robust; not enough motion where that fails.
   void Refine(TurnAlignment* alignment) const {
-    using Vector10d = Eigen::Matrix<double, 10, 1>;
-    using Matrix10d = Eigen::Matrix<double, 10, 10>;
     const TurnFit& fit = alignment->best;
-    Eigen::Matrix3d map =
-        R_imu_camera_.conjugate().toRotationMatrix() * fit.change.matrix;  // to the camera
-    double offset_s = fit.time_offset_s;
-    Eigen::Vector3d bias = Eigen::Vector3d::Zero();  // in the camera, of the scaled rates
-    Eigen::Vector3d scales = Eigen::Vector3d::Constant(fit.scale);
-    Matrix10d H;
-    double squares = 0, count = 0;
+    Refined state;
+    state.map = R_imu_camera_.conjugate().toRotationMatrix() * fit.change.matrix;
+    state.offset_s = fit.time_offset_s;
+    state.scales.setConstant(fit.scale);
+    Normals normals;
     for (int iteration = 0; iteration < kIterations; ++iteration) {
-      H.setZero();
-      Vector10d g = Vector10d::Zero();
-      squares = count = 0;
-      const int64_t offset_ns = ToNanoseconds(offset_s);
-      for (size_t i = 0; i < turns_.size(); ++i) {
-        const ImageTurn& turn = turns_[i];
-        const int64_t from_ns = turn.from_ns + offset_ns, to_ns = turn.to_ns + offset_ns;
-        if (!gyro_.Covers(from_ns, to_ns)) continue;
-        const double step_s = ToSeconds(turn.to_ns - turn.from_ns);
-        const Eigen::Vector3d turned = map * gyro_.Between(from_ns, to_ns);
-        const Eigen::Vector3d e = turn.turn_rad - scales.cwiseProduct(turned) - bias * step_s;
-        Eigen::Matrix<double, 3, 10> J;  // of what is predicted
-        J.col(0) = scales.cwiseProduct(map * (gyro_.RateAt(to_ns) - gyro_.RateAt(from_ns)));
-        J.middleCols<3>(1) = -(scales.asDiagonal() * Skew(turned));  // Exp(d) map
-        J.middleCols<3>(4) = step_s * Eigen::Matrix3d::Identity();
-        J.middleCols<3>(7) = turned.asDiagonal();
-        const Eigen::Matrix3d information = covariances_[i].inverse();
-        const double square = e.dot(information * e);
-        const double weight = 1 / (1 + square / 12);
-        H += weight * J.transpose() * information * J;
-        g += weight * J.transpose() * information * e;
-        squares += weight * square;
-        count += weight;
-      }
-      for (int k = 4; k < 7; ++k) {
-        H(k, k) += std::pow(kBiasSigma_rad_s, -2);
-        g[k] -= bias[k - 4] * std::pow(kBiasSigma_rad_s, -2);
-      }
-      H.diagonal().array() += 1e-9;
-      const Vector10d step = H.ldlt().solve(g);
-      if (!step.allFinite()) {
-        alignment->enough_motion = false;
-        return;
-      }
-      offset_s += std::clamp(step[0], -0.02, 0.02);
-      map = ExpRotation(step.segment<3>(1)).toRotationMatrix() * map;
-      bias += step.segment<3>(4);
-      scales += step.tail<3>();
+      normals = NormalsAt(state);
+      const Vector10d step = normals.H.ldlt().solve(normals.g);
+      alignment->enough_motion = step.allFinite();
+      if (!alignment->enough_motion) return;
+      state.Move(step);
     }
-    const Matrix10d covariance =
-        H.inverse() * std::max(1.0, squares / std::max(3 * count - 10, 1.0));
-    if (!covariance.allFinite() || !(covariance.diagonal().minCoeff() >= 0)) {
-      alignment->enough_motion = false;
-      return;
-    }
-    alignment->time_offset_s = offset_s;
+    const Matrix10d covariance = normals.Covariance();
+    alignment->enough_motion = covariance.allFinite() && covariance.diagonal().minCoeff() >= 0;
+    if (alignment->enough_motion) Describe(state, covariance, alignment);
+  }
+
+  static void Describe(const Refined& state, const Matrix10d& covariance,
+                       TurnAlignment* alignment) {
+    const TurnFit& fit = alignment->best;
+    alignment->time_offset_s = state.offset_s;
     alignment->time_offset_sigma_s = std::sqrt(covariance(0, 0));
     // map = R_camera_imu, times the change where that is no rotation.
     const Eigen::Matrix3d rotation =
-        fit.change.IsRotation() ? map : Eigen::Matrix3d(map * fit.change.matrix.transpose());
+        fit.change.IsRotation() ? state.map
+                                : Eigen::Matrix3d(state.map * fit.change.matrix.transpose());
     alignment->R_imu_camera = Eigen::Quaterniond(Eigen::Matrix3d(rotation.transpose()));
     alignment->rotation_sigma_rad =
         (rotation.transpose() * covariance.block<3, 3>(1, 1) * rotation).diagonal().cwiseSqrt();
     // Scales that differ between the axes are the images', not the gyroscope's.
     const double scale = std::abs(fit.scale - 1) < kUsualScaleError ? 1 : fit.scale;
-    alignment->camera_from_gyro = scale * map;
-    alignment->camera_bias_rad_s = -scale * bias.cwiseQuotient(scales);
-    alignment->scales = scales;
+    alignment->camera_from_gyro = scale * state.map;
+    alignment->camera_bias_rad_s = -scale * state.bias_rad_s.cwiseQuotient(state.scales);
+    alignment->scales = state.scales;
     alignment->scale_sigmas = covariance.diagonal().tail<3>().cwiseSqrt();
   }
 
@@ -294,7 +331,51 @@ class Aligner {
   std::vector<double> weights_;
 };
 
+// Rates of the turns that the gyroscope covers at an offset.
+Rates CoveredRates(const std::vector<ImageTurn>& turns, const GyroIntegral& gyro,
+                   double time_offset_s) {
+  Rates rates;
+  const int64_t offset_ns = ToNanoseconds(time_offset_s);
+  for (const ImageTurn& turn : turns) {
+    const int64_t from_ns = turn.from_ns + offset_ns, to_ns = turn.to_ns + offset_ns;
+    if (!gyro.Covers(from_ns, to_ns)) continue;
+    const double step_s = ToSeconds(to_ns - from_ns);
+    rates.camera.push_back(turn.turn_rad / step_s);
+    rates.gyro.push_back(gyro.Between(from_ns, to_ns) / step_s);
+    rates.weights.push_back(step_s * step_s /
+                            (turn.covariance.trace() + 3 * kTurnFloor_rad * kTurnFloor_rad));
+  }
+  return rates;
+}
+
 }  // namespace
+
+std::optional<double> FindFarOffset(const std::vector<ImageTurn>& turns,
+                                    const std::vector<ImuSample>& imu,
+                                    const Eigen::Quaterniond& R_imu_camera, double time_offset_s) {
+  const GyroIntegral gyro(imu);
+  const Eigen::Matrix3d R_camera_imu = R_imu_camera.conjugate().toRotationMatrix();
+  std::vector<std::pair<double, double>> left;  // offset, share of the turns that it leaves
+  const int steps = static_cast<int>(std::lround(kFarOffset_s / kFarStep_s));
+  for (int step = -steps; step <= steps; ++step) {
+    const double offset_s = time_offset_s + step * kFarStep_s;
+    const Rates rates = CoveredRates(turns, gyro, offset_s);
+    if (rates.weights.size() < kMinTurns) continue;
+    const double step_s = ToSeconds(turns.front().to_ns - turns.front().from_ns);
+    if (static_cast<double>(rates.weights.size()) * step_s < kMinOverlap_s) continue;
+    const Moments moments = MomentsOf(rates);
+    if (std::sqrt(moments.camera) < kMinRate_rad_s) continue;
+    left.emplace_back(offset_s, Unexplained(moments, R_camera_imu));
+  }
+  const auto by_share = [](const auto& a, const auto& b) { return a.second < b.second; };
+  const auto best = std::min_element(left.begin(), left.end(), by_share);
+  if (best == left.end() || best->second > kFarExplained) return std::nullopt;
+  const bool others = std::any_of(left.begin(), left.end(), [&](const auto& other) {
+    return std::abs(other.first - best->first) > kFarApart_s &&
+           other.second < std::max(kFarElse, kFarLead * best->second);
+  });
+  return others ? std::nullopt : std::optional(best->first);
+}
 
 TurnAlignment AlignTurns(const std::vector<ImageTurn>& turns, const std::vector<ImuSample>& imu,
                          const Eigen::Quaterniond& R_imu_camera, double time_offset_s) {

@@ -51,4 +51,10 @@ inline constexpr double kMaxAlignedOffset_s = 0.3;  // either way from the one c
 TurnAlignment AlignTurns(const std::vector<ImageTurn>& turns, const std::vector<ImuSample>& imu,
                          const Eigen::Quaterniond& R_imu_camera, double time_offset_s);
 
+// For clocks that are seconds apart: the offset within 6 s of the one claimed at which the axes as
+// claimed explain the turns, where there is one and no other, to 10 ms.
+std::optional<double> FindFarOffset(const std::vector<ImageTurn>& turns,
+                                    const std::vector<ImuSample>& imu,
+                                    const Eigen::Quaterniond& R_imu_camera, double time_offset_s);
+
 }  // namespace slcmap

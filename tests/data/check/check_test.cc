@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <numbers>
+#include <random>
 
 #include "data/image_file.h"
 #include "data/source/asl_source.h"
@@ -313,6 +314,42 @@ TEST_F(CheckRealRecording, ALateCameraIsCorrectedBeforeTheStart) {
   ExpectFinding(report, "time-offset", Severity::kWarning, "timeshift_cam_imu: -0.0");
   EXPECT_TRUE(report.Usable());
   EXPECT_NEAR(Corrected(sequence_.rig, report).camera_time_offset_s, -0.040, 1e-3);
+}
+
+TEST_F(CheckRealRecording, ClocksThatAreSecondsApartAreNamed) {
+  for (StereoEntry& pair : sequence_.images) pair.stamp_ns += 3'000'000'000;
+  const CheckReport report = CheckStart(AslSource(sequence_), sequence_.imu);
+  ExpectFinding(report, "time-offset", Severity::kError, "add -3.00");
+  EXPECT_TRUE(report.corrections.empty());
+}
+
+TEST_F(CheckRealRecording, ATimeOffsetThatIsHardlyKnownIsLeftAloneAndNoted) {
+  std::mt19937 random(1);
+  std::normal_distribution<double> noise(0, 0.4);
+  for (ImuSample& sample : sequence_.imu) {
+    sample.angular_velocity_rad_s += Eigen::Vector3d(noise(random), noise(random), noise(random));
+  }
+  CheckReport report;
+  CheckMotion(AslSource(sequence_), sequence_.rig, sequence_.imu, {}, &report);
+  ExpectFinding(report, "time-offset", Severity::kNote, "turn the rig");
+  EXPECT_TRUE(report.corrections.empty());
+}
+
+TEST_F(CheckRealRecording, WhatAShortMotionDoesNotTellIsNoted) {
+  sequence_.images.resize(40);
+  CheckReport report;
+  CheckMotion(AslSource(sequence_), sequence_.rig, sequence_.imu, {}, &report);
+  ExpectFinding(report, "accelerations", Severity::kNote, "move the rig");
+  EXPECT_THAT(Find(report, "accelerations")->found, HasSubstr("baseline"));
+}
+
+TEST_F(CheckRealRecording, RightImagesThatAreOneLateAreNamed) {
+  for (size_t i = sequence_.images.size() - 1; i > 0; --i) {
+    sequence_.images[i].right_path = sequence_.images[i - 1].right_path;
+  }
+  CheckReport report;
+  CheckStereo(AslSource(sequence_), {}, &report);
+  ExpectFinding(report, "synchronisation", Severity::kError, "images of cam1 are 1 late");
 }
 
 TEST_F(CheckRealRecording, ATurnedRightCameraIsCorrectedBeforeTheStart) {

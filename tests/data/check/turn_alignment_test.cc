@@ -29,12 +29,13 @@ struct Made {
   std::vector<ImageTurn> turns;
 };
 
-// Images whose stamps are behind the IMU's clock by `offset_s`.
+// Images whose stamps are behind the IMU's clock by `offset_s`. The samples cover 4 s more on
+// either side.
 Made MakeRecording(double offset_s, double size = 0.5, double noise_rad = 2e-4) {
   Made made;
   const int64_t end_ns = kStart_ns + kImages * kImageStep_ns;
-  for (int64_t t_ns = kStart_ns - 1'000'000'000; t_ns < end_ns + 1'000'000'000;
-       t_ns += kImuStep_ns) {
+  constexpr int64_t kMore_ns = 4'000'000'000;
+  for (int64_t t_ns = kStart_ns - kMore_ns; t_ns < end_ns + kMore_ns; t_ns += kImuStep_ns) {
     ImuSample sample;
     sample.stamp_ns = t_ns;
     sample.angular_velocity_rad_s =
@@ -123,6 +124,37 @@ TEST(TurnAlignment, SurvivesWrongTurns) {
   Made made = MakeRecording(0.02);
   for (size_t i = 0; i < made.turns.size(); i += 10) made.turns[i].turn_rad *= -3;
   EXPECT_NEAR(AlignTurns(made.turns, made.imu, RigRotation(), 0).time_offset_s, 0.02, 1e-3);
+}
+
+// Of a recording whose samples begin and end with the images, as far as their stamps tell.
+std::optional<double> FarOffsetOf(Made made) {
+  std::erase_if(made.imu, [](const ImuSample& sample) {
+    return sample.stamp_ns < kStart_ns || sample.stamp_ns > kStart_ns + kImages * kImageStep_ns;
+  });
+  return FindFarOffset(made.turns, made.imu, RigRotation(), 0);
+}
+
+TEST(TurnAlignment, FindsClocksThatAreSecondsApart) {
+  for (const double offset_s : {-3.0, -1.0, 1.7}) {
+    const auto found = FarOffsetOf(MakeRecording(offset_s));
+    ASSERT_TRUE(found) << offset_s;
+    EXPECT_NEAR(*found, offset_s, 0.011);
+  }
+}
+
+TEST(TurnAlignment, DoesNotGuessClocksThatAreApart) {
+  EXPECT_FALSE(FarOffsetOf(MakeRecording(-3, 0.001)));     // without motion
+  EXPECT_FALSE(FarOffsetOf(MakeRecording(-3, 0.5, 0.1)));  // nothing fits
+  Made periodic = MakeRecording(0);
+  for (ImuSample& sample : periodic.imu) {
+    sample.angular_velocity_rad_s =
+        std::sin(M_PI * ToSeconds(sample.stamp_ns)) * Eigen::Vector3d(1, 0.5, 0.2);
+  }
+  const GyroIntegral gyro(periodic.imu);
+  for (ImageTurn& turn : periodic.turns) {
+    turn.turn_rad = RigRotation().conjugate() * gyro.Between(turn.from_ns, turn.to_ns);
+  }
+  EXPECT_FALSE(FarOffsetOf(periodic));  // many fit
 }
 
 TEST(TurnAlignment, DoesNotGuessWithoutMotion) {
