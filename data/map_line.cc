@@ -40,6 +40,8 @@ PlyElement EdgeElement(const std::vector<MapLine>& lines) {
   edges.Add("sigma_m", PlyType::kFloat);
   edges.Add("recent", PlyType::kUint8);
   edges.Add("observations", PlyType::kInt32);
+  for (const char* name : {"deviation_rad", "deviation_sigma_rad"})
+    edges.Add(name, PlyType::kFloat);
   for (const MapLine& line : lines) {
     const auto [red, green, blue] = LineColour(line.axis, line.recent);
     const double first = 2 * static_cast<double>(edges.size());
@@ -47,7 +49,8 @@ PlyElement EdgeElement(const std::vector<MapLine>& lines) {
                      static_cast<double>(blue), static_cast<double>(line.id),
                      static_cast<double>(line.segment), static_cast<double>(line.axis),
                      static_cast<double>(line.world), line.sigma_m, line.recent ? 1.0 : 0.0,
-                     static_cast<double>(line.observations)});
+                     static_cast<double>(line.observations), line.deviation_rad,
+                     line.deviation_sigma_rad});
   }
   return edges;
 }
@@ -92,7 +95,7 @@ void WriteMapLines(const std::string& path, const std::vector<MapLine>& lines) {
 }
 
 std::vector<MapLine> ReadMapLines(const std::string& path) {
-  constexpr double kMaxInt = 2147483647, kMaxSigma_m = 1e6;
+  constexpr double kMaxInt = 2147483647, kMaxSigma_m = 1e6, kMaxSigma_rad = 1e9;
   const PlyFile file = ReadPly(path);
   const std::vector<PlySegment> segments = Segments(file, path);
   const EdgeReader edges(path, file.Get("edge", path));
@@ -108,6 +111,8 @@ std::vector<MapLine> ReadMapLines(const std::string& path) {
     line.sigma_m = edges.Value("sigma_m", i, 0, 0, kMaxSigma_m);
     line.recent = edges.Value("recent", i, 0, 0, 1) != 0;
     line.observations = static_cast<int>(edges.Value("observations", i, 0, 0, kMaxInt));
+    line.deviation_rad = edges.Value("deviation_rad", i, 0, 0, M_PI);
+    line.deviation_sigma_rad = edges.Value("deviation_sigma_rad", i, 0, 0, kMaxSigma_rad);
   }
   return lines;
 }

@@ -21,6 +21,10 @@ struct MapLine {
   Eigen::Vector3d start_world = Eigen::Vector3d::Zero();
   Eigen::Vector3d end_world = Eigen::Vector3d::Zero();
   int observations = 0;  // keyframes that saw it
+  // The angle between it and its axis, and the standard deviation of its direction, where that is
+  // largest; both 0 of a line that was taken to be exactly along its axis, and of one that has
+  // none.
+  double deviation_rad = 0, deviation_sigma_rad = 0;
 };
 
 // Red, green and blue: X is red, Y green, vertical blue, none amber. Recent lines are bright, old

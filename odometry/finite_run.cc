@@ -45,7 +45,8 @@ bool IsFinite(const Landmark& landmark) {
 
 bool IsFinite(const Line& line) {
   return Within(line.start_world, kMaxCoordinate_m) && Within(line.end_world, kMaxCoordinate_m) &&
-         Within(line.covariance_m2, kMaxSigma_m * kMaxSigma_m);
+         Within(line.covariance_m2, kMaxSigma_m * kMaxSigma_m) && line.deviation_rad >= 0 &&
+         line.deviation_sigma_rad >= 0 && line.deviation_sigma_rad <= kUnknownSigma_rad;
 }
 
 bool IsFinite(const ManhattanWorld& world) {

@@ -210,13 +210,13 @@ struct BuildingDeviationOptions {
   // Standard deviation of a line's direction, about either axis across it, that is believed before
   // a line is known: DIN 18202 lets a wall be off by 0.1 to 0.2 degrees, a door frame by 0.15 to
   // 0.5, but most lines are well within. 0: lines are exactly along their axes.
-  double start_sigma_rad = 0.00035;
+  double start_sigma_rad = 0.0017;
   double start_lines = 0.5;  // so many known lines weigh as much as the start
   double min_sigma_rad = 0.00017;
   double max_sigma_rad = 0.017;
   // Below it the building is taken to be exact, and so are its lines but for one in so many, which
   // would tell if it were not.
-  double exact_below_rad = 0.0008;
+  double exact_below_rad = 0.0015;
   int probe_every = 4;
   double loss_sigma = 2;  // of a line's deviation, where the Cauchy loss turns
   double max_sigmas = 4;  // further off its axis, a line is given up: it follows none

@@ -45,7 +45,7 @@ struct Keyframe {
 };
 
 // The standard deviation of a landmark of which the window does not know how well it is known.
-inline constexpr double kUnknownSigma_m = 1e9;
+inline constexpr double kUnknownSigma_m = 1e9, kUnknownSigma_rad = 1e9;
 
 // A point as the window last had it.
 struct Landmark {
@@ -80,6 +80,10 @@ struct Line {
   // Of its midpoint across it, in the axes of the world and counted from last_keyframe: rank 2. How
   // well poses and heading are known is part of it, the drift of that keyframe is not.
   Eigen::Matrix3d covariance_m2 = Eigen::Matrix3d::Zero();
+  // The angle between it and its axis, and the standard deviation of its direction, where that is
+  // largest: 0 of a line that was taken to be exactly along its axis and of one that has none,
+  // kUnknownSigma_rad where it is not known.
+  double deviation_rad = 0, deviation_sigma_rad = 0;
   int observations = 0;            // keyframes that saw it
   int64_t last_keyframe = 0;       // that saw it
   std::vector<int64_t> point_ids;  // landmarks that belong to it

@@ -15,7 +15,7 @@
 namespace slcmap {
 namespace {
 
-constexpr int kRunVersion = 3;
+constexpr int kRunVersion = 4;
 constexpr double kMaxTimeOffset_s = 10;
 
 constexpr std::pair<Distortion, const char*> kDistortionNames[] = {

@@ -53,7 +53,7 @@ std::vector<MapLine> MapLines(const OdometryRun& run) {
   for (const Line& line : run.lines) {
     lines.push_back({line.id, line.segment, line.axis, line.world, LargestSigma(line),
                      line.last_keyframe >= first_recent, line.start_world, line.end_world,
-                     line.observations});
+                     line.observations, line.deviation_rad, line.deviation_sigma_rad});
   }
   return lines;
 }

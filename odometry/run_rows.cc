@@ -72,7 +72,9 @@ std::map<std::string, CsvColumns> MakeColumns() {
                    kMaxCoordinate_m) +
            Numbers({"cov_xx_m2", "cov_xy_m2", "cov_xz_m2", "cov_yy_m2", "cov_yz_m2", "cov_zz_m2"},
                    kMaxVariance_m2) +
-           CsvColumns{Id("observations"), Id("last_keyframe_id")}},
+           CsvColumns{Id("observations"), Id("last_keyframe_id"),
+                      Sigma("deviation_rad", kMaxHeading_rad),
+                      Sigma("deviation_sigma_rad", kUnknownSigma_rad)}},
       {kLineObservationTable,
        {Id("keyframe_id"), Id("line_id"), Pixel("left_start_x_px"), Pixel("left_start_y_px"),
         Pixel("left_end_x_px"), Pixel("left_end_y_px"), RightPixel("right_start_x_px"),
@@ -221,7 +223,8 @@ std::string Row(const Line& line) {
       fmt::format("{},{},{},{},{},{}", line.id, line.segment, static_cast<int>(line.axis),
                   line.world, Cells(line.start_world), Cells(line.end_world));
   for (const auto& [r, c] : kUpperTriangle) row += fmt::format(",{}", line.covariance_m2(r, c));
-  return row + fmt::format(",{},{}\n", line.observations, line.last_keyframe);
+  return row + fmt::format(",{},{},{},{}\n", line.observations, line.last_keyframe,
+                           line.deviation_rad, line.deviation_sigma_rad);
 }
 
 std::string Row(int64_t line_id, int64_t id) { return fmt::format("{},{}\n", line_id, id); }
@@ -315,6 +318,8 @@ void ReadLines(const CsvTable& table, OdometryRun* run) {
     }
     line.observations = table.Int(i, 16);
     line.last_keyframe = table.Integer(i, 17);
+    line.deviation_rad = table.Number(i, 18);
+    line.deviation_sigma_rad = table.Number(i, 19);
   }
 }
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <vector>
 
+#include "odometry/frontend/edge_shading.h"
 #include "odometry/frontend/line_geometry.h"
 
 namespace slcmap {
@@ -142,6 +143,41 @@ std::vector<ProfileEdge> FindEdges(const cv::Mat& image, const LineSegment& segm
   return edges;
 }
 
+// The profiles across a line that agree with it, from some place along it to another.
+std::vector<EdgeProfile> ProfilesAcross(const cv::Mat& image, const LineSegment& segment,
+                                        const Fit& fit, const std::vector<ProfileEdge>& edges,
+                                        double from_px, double to_px) {
+  const Eigen::Vector2d direction = Direction(segment), normal = Normal(segment);
+  std::vector<EdgeProfile> profiles;
+  for (const ProfileEdge& edge : edges) {
+    if (!edge.agrees || edge.along_px < from_px || edge.along_px > to_px) continue;
+    const Eigen::Vector2d center =
+        segment.start + edge.along_px * direction + fit.At(edge.along_px) * normal;
+    const Eigen::Vector2d low = center - kEdgeReach * normal, high = center + kEdgeReach * normal;
+    if (!Inside(image, low.x(), low.y()) || !Inside(image, high.x(), high.y())) continue;
+    EdgeProfile& profile = profiles.emplace_back();
+    for (size_t i = 0; i < profile.size(); ++i) {
+      const Eigen::Vector2d p = low + static_cast<double>(i) * normal;
+      profile[i] = Sample(image, p.x(), p.y());
+    }
+  }
+  return profiles;
+}
+
+// By how much the line is off the edge because of light that fades beside it: of both halves, since
+// what recedes has it more at its far end.
+Fit ShadingOf(const cv::Mat& image, const LineSegment& segment, const Fit& fit,
+              const std::vector<ProfileEdge>& edges, const Agreement& agreement) {
+  const double first_px = agreement.first_px, last_px = agreement.last_px;
+  const double middle_px = 0.5 * (first_px + last_px);
+  const double near_px =
+      ShadingShift_px(ProfilesAcross(image, segment, fit, edges, first_px, middle_px));
+  const double far_px =
+      ShadingShift_px(ProfilesAcross(image, segment, fit, edges, middle_px, last_px));
+  const double slope = (far_px - near_px) / std::max(middle_px - first_px, 1.0);
+  return {0.5 * (near_px + far_px) - slope * middle_px, slope};
+}
+
 // The point beyond the segment's end up to which its edge goes on. side: 1 where the bright side is
 // on the left of the segment, else -1.
 Eigen::Vector2d Extend(const cv::Mat& image, const LineSegment& segment, int side,
@@ -200,8 +236,10 @@ std::optional<RefinedSegment> RefineSegment(const cv::Mat& image, const LineSegm
   if (agreement.count < 4 || refined.support < options.min_support) return std::nullopt;
   refined.gradient = agreement.sum_gradient / agreement.count;
   refined.rms_px = std::sqrt(agreement.sum_squared / agreement.count);
+  const Fit shading = ShadingOf(image, segment, *fit, edges, agreement);
   const auto at = [&](double along) -> Eigen::Vector2d {
-    return segment.start + along * Direction(segment) + fit->At(along) * Normal(segment);
+    return segment.start + along * Direction(segment) +
+           (fit->At(along) - shading.At(along)) * Normal(segment);
   };
   const LineSegment fitted{at(agreement.first_px), at(agreement.last_px)};
   const double weak = std::max(options.min_gradient, 0.4 * refined.gradient);

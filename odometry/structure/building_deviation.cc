@@ -17,10 +17,12 @@ constexpr double kMaxTiedShare = 0.9;
 
 }  // namespace
 
-void BuildingDeviation::Add(const LineDeviation& line, double tie_sigma_rad) {
+std::vector<BuildingDeviation::Sample> BuildingDeviation::SamplesOf(const LineDeviation& line,
+                                                                    double tie_sigma_rad) const {
   // What the Cauchy loss leaves of the tie of a line that is far off.
   const double loss_rad2 = options_.loss_sigma * options_.loss_sigma;
   const double tie_rad2 = tie_sigma_rad * tie_sigma_rad + line.off_rad.squaredNorm() / loss_rad2;
+  std::vector<Sample> samples;
   for (int i = 0; i < 2; ++i) {
     // The tie pulls a deviation x of variance v to x' = w x, of variance v' = w v, with
     // w = 1 - v' / tie^2.
@@ -28,16 +30,35 @@ void BuildingDeviation::Add(const LineDeviation& line, double tie_sigma_rad) {
     const double own = 1 - variance_rad2 / tie_rad2;
     if (!(own > 1 - kMaxTiedShare)) continue;
     const double off_rad = line.off_rad[i] / own;
-    samples_.push_back({off_rad * off_rad, variance_rad2 / own});
+    samples.push_back({off_rad * off_rad, variance_rad2 / own});
   }
-  while (samples_.size() > kMaxSamples) samples_.pop_front();
-  Solve();
+  return samples;
+}
+
+void BuildingDeviation::Add(int64_t id, const LineDeviation& line, double tie_sigma_rad) {
+  std::vector<Sample> samples = SamplesOf(line, tie_sigma_rad);
+  if (!samples.empty()) open_[id] = std::move(samples);
+}
+
+void BuildingDeviation::Close(const std::unordered_set<int64_t>& ids) {
+  std::erase_if(open_, [&](const auto& entry) {
+    if (!ids.contains(entry.first)) return false;
+    closed_.insert(closed_.end(), entry.second.begin(), entry.second.end());
+    return true;
+  });
+  while (closed_.size() > kMaxSamples) closed_.pop_front();
+}
+
+bool BuildingDeviation::TakesAsExact(int64_t id) const {
+  return sigma_rad_ < options_.exact_below_rad && id % options_.probe_every != 0;
 }
 
 double BuildingDeviation::OfNewLine(int64_t id) const {
-  if (options_.start_sigma_rad == 0) return 0;
-  const bool is_exact = sigma_rad_ < options_.exact_below_rad && id % options_.probe_every != 0;
-  return is_exact ? 0 : sigma_rad_;
+  return options_.start_sigma_rad == 0 || TakesAsExact(id) ? 0 : sigma_rad_;
+}
+
+double BuildingDeviation::OfLine(int64_t id) const {
+  return TakesAsExact(id) ? options_.min_sigma_rad : sigma_rad_;
 }
 
 // By how much the samples scatter more than a standard deviation lets expect; falls with it.
@@ -46,11 +67,13 @@ double BuildingDeviation::Excess(double sigma_rad) const {
   const double start_rad2 = options_.start_sigma_rad * options_.start_sigma_rad;
   double excess = 2 * options_.start_lines * kMeanSquared *
                   (std::min(start_rad2 / sigma_rad2, kMostOfStart) - 1);
-  for (const Sample& sample : samples_) {
+  const auto add = [&](const Sample& sample) {
     const double known = start_rad2 / (start_rad2 + sample.variance_rad2);
     const double squared = sample.squared_rad2 / (sigma_rad2 + sample.variance_rad2);
     excess += known * known * (std::min(squared, kMostSquared) - kMeanSquared);
-  }
+  };
+  std::ranges::for_each(closed_, add);
+  for (const auto& [id, samples] : open_) std::ranges::for_each(samples, add);
   return excess;
 }
 

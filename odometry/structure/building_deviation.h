@@ -5,6 +5,9 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <deque>
+#include <map>
+#include <unordered_set>
+#include <vector>
 
 #include "odometry/options.h"
 
@@ -22,9 +25,16 @@ class BuildingDeviation {
   explicit BuildingDeviation(const BuildingDeviationOptions& options)
       : options_(options), sigma_rad_(options.start_sigma_rad) {}
 
-  // Takes in a line, as it is estimated with a term of tie_sigma_rad on each component, which is
-  // taken out again.
-  void Add(const LineDeviation& line, double tie_sigma_rad);
+  // Takes in a line of the window, as it is estimated with a term of tie_sigma_rad on each
+  // component, which is taken out again. What it said before is replaced, unless it is now tied so
+  // tightly that it tells nothing.
+  void Add(int64_t id, const LineDeviation& line, double tie_sigma_rad);
+
+  // Those are no longer in the window: what they said last stays.
+  void Close(const std::unordered_set<int64_t>& ids);
+
+  // Learns from what was added.
+  void Solve();
 
   double sigma_rad() const { return sigma_rad_; }
 
@@ -33,16 +43,23 @@ class BuildingDeviation {
   // biased now and then: that averages out over lines that are exact.
   double OfNewLine(int64_t id) const;
 
+  // What a line is to be tied with that was not taken as exact when it was new. Where the building
+  // has turned out to be exact since, that is as tight as can be, but for the lines that would tell
+  // if it were not.
+  double OfLine(int64_t id) const;
+
  private:
+  bool TakesAsExact(int64_t id) const;
   // One component of a line's deviation, as its observations have it.
   struct Sample {
     double squared_rad2, variance_rad2;
   };
-  void Solve();
+  std::vector<Sample> SamplesOf(const LineDeviation& line, double tie_sigma_rad) const;
   double Excess(double sigma_rad) const;
 
   BuildingDeviationOptions options_;
-  std::deque<Sample> samples_;  // oldest first
+  std::map<int64_t, std::vector<Sample>> open_;  // of lines in the window
+  std::deque<Sample> closed_;                    // oldest first
   double sigma_rad_;
 };
 

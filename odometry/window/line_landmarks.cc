@@ -312,9 +312,9 @@ void EstimateLines(const LineLandmarkOptions& options, const LineKinds& kinds,
   }
 }
 
-void TieLines(double deviation_sigma_rad, WindowState* window) {
+void TieLines(const BuildingDeviation& deviation, WindowState* window) {
   for (auto& [id, line] : window->lines) {
-    if (!line.retired && line.MayDeviate()) line.deviation_sigma_rad = deviation_sigma_rad;
+    if (!line.retired && line.MayDeviate()) line.deviation_sigma_rad = deviation.OfLine(id);
   }
 }
 
@@ -345,12 +345,14 @@ void RejectLineMisfits(const LineLandmarkOptions& options, const CostModel& mode
   }
 }
 
-bool IsOffAxis(const LineLandmark& line, double max_sigmas, const CostModel& model) {
-  return line.MayDeviate() && ResidualOf(FixedAlongAxisTerm(line, model)).norm() > max_sigmas;
+bool IsOffAxis(const LineLandmark& line, double max_deviation_rad, const CostModel& model) {
+  if (!line.MayDeviate()) return false;
+  const double in_sigmas = ResidualOf(FixedAlongAxisTerm(line, model)).norm();
+  return in_sigmas * line.deviation_sigma_rad > max_deviation_rad;
 }
 
 std::unordered_set<int64_t> RejectLineOutliers(const LineLandmarkOptions& options,
-                                               double max_deviation_sigmas, const CostModel& model,
+                                               double max_deviation_rad, const CostModel& model,
                                                WindowState* window) {
   std::unordered_set<int64_t> outliers;
   for (auto& [id, line] : window->lines) {
@@ -363,7 +365,7 @@ std::unordered_set<int64_t> RejectLineOutliers(const LineLandmarkOptions& option
     }
     const bool fits =
         2 * kept.size() >= frames.size() && !MisfitsAll(options.max_median_chi2, std::move(kept));
-    if (fits && !IsBehindAnchor(line) && !IsOffAxis(line, max_deviation_sigmas, model)) continue;
+    if (fits && !IsBehindAnchor(line) && !IsOffAxis(line, max_deviation_rad, model)) continue;
     outliers.insert(id);
     Retire(&line);
   }

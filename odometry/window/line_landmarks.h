@@ -33,13 +33,12 @@ void EstimateLines(const LineLandmarkOptions& options, const LineKinds& kinds,
                    const LineClassifier& classifier, const PointsOnLines& memberships,
                    const BuildingDeviation& deviation, const CostModel& model, WindowState* window);
 
-// Whether a line is further off its axis than so many standard deviations of what lines of the
-// building are.
-bool IsOffAxis(const LineLandmark& line, double max_sigmas, const CostModel& model);
+// Whether the angle between a line that may deviate and its axis is larger than a limit.
+bool IsOffAxis(const LineLandmark& line, double max_deviation_rad, const CostModel& model);
 
 // Ties the directions of lines that may deviate from their axes by how much the building is known
 // to.
-void TieLines(double deviation_sigma_rad, WindowState* window);
+void TieLines(const BuildingDeviation& deviation, WindowState* window);
 
 // Of lines whose points turned out not to belong to them: those that their views place too stay as
 // they are, the others are retired. Returns the ids of these.
@@ -61,7 +60,7 @@ void RejectLineMisfits(const LineLandmarkOptions& options, const CostModel& mode
 // lines that have mostly such, whose median residual is too large, or that are off their axis;
 // returns the ids of these.
 std::unordered_set<int64_t> RejectLineOutliers(const LineLandmarkOptions& options,
-                                               double max_deviation_sigmas, const CostModel& model,
+                                               double max_deviation_rad, const CostModel& model,
                                                WindowState* window);
 
 // Retires lines that are the same edge as an older one, which takes over their observations.

@@ -2,7 +2,9 @@
 
 #include <spdlog/spdlog.h>
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "odometry/geometry/pinhole.h"
@@ -10,6 +12,8 @@
 
 namespace slcmap {
 namespace {
+
+using Eigen::Vector3d;
 
 LineKinds KindsOf(const OdometryOptions& options) {
   const bool structural = UsesStructure(options.method);
@@ -21,6 +25,21 @@ LineKinds KindsOf(const OdometryOptions& options) {
 // have been rejected since; then nothing is known of how far it reaches.
 bool IsKnown(const LineLandmark& line) {
   return line.estimated && !line.retired && !line.extent.empty();
+}
+
+// The standard deviation is that across which the direction is known least: of lines seen from one
+// side, that is towards the camera, and the angle alone would hide it.
+void DescribeDeviation(const LineLandmark& line, const WindowCovariance& covariance, Line* out) {
+  if (!line.MayDeviate()) return;
+  const Vector3d axis = AxisDirection(line.axis, line.heading_rad());
+  out->deviation_rad = std::asin(std::min(1.0, axis.cross(line.InWorld().direction_world).norm()));
+  out->deviation_sigma_rad = kUnknownSigma_rad;
+  const auto deviation = DeviationFromAxis(line, covariance);
+  if (!deviation) return;
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver(deviation->covariance_rad2,
+                                                              Eigen::EigenvaluesOnly);
+  const double variance_rad2 = solver.eigenvalues()[1];
+  if (variance_rad2 > 0) out->deviation_sigma_rad = std::sqrt(variance_rad2);
 }
 
 // Adds a line of a segment whose headings the run does not hold yet.
@@ -55,16 +74,22 @@ void Structure::Update(const CostModel& model, FrameState* newest, WindowState* 
     const auto misplaced = AdoptMembers(options_, model, &memberships_, window);
     misplaced_ = RetireMisplaced(options_, misplaced, model, window);
   }
-  TieLines(deviation_.sigma_rad(), window);
+  TieLines(deviation_, window);
 }
 
-// From a line that is about to leave the window: each is heard once, when it is known best. Those
-// that were given up because they are off their axis count too: it may be the building that is.
-void Structure::LearnDeviation(const LineLandmark& line, const WindowCovariance& covariance) {
-  if (!line.MayDeviate()) return;
-  const auto deviation = DeviationFromAxis(line, covariance);
-  if (!deviation) return;
-  deviation_.Add(*deviation, line.deviation_sigma_rad);
+// Those that were given up because they are off their axis count too: it may be the building that
+// is.
+void Structure::LearnDeviation(const WindowState& window, const WindowCovariance& covariance,
+                               const CostModel& model, const std::unordered_set<int64_t>& gone) {
+  const double max_deviation_rad = deviation_options_.max_sigmas * deviation_.sigma_rad();
+  for (const auto& [id, line] : window.lines) {
+    if (!line.estimated || !line.MayDeviate()) continue;
+    if (!IsKnown(line) && !IsOffAxis(line, max_deviation_rad, model)) continue;
+    const auto deviation = DeviationFromAxis(line, covariance);
+    if (deviation) deviation_.Add(id, *deviation, line.deviation_sigma_rad);
+  }
+  deviation_.Close(gone);
+  deviation_.Solve();
 }
 
 void Structure::FindHeadings(const FrameState& newest, const CostModel& model,
@@ -98,8 +123,8 @@ void Structure::FindPointsOnLines(const FrameState& newest) {
 
 std::unordered_set<int64_t> Structure::Judge(const CostModel& model, const FrameState& newest,
                                              WindowState* window) {
-  std::unordered_set<int64_t> gone =
-      RejectLineOutliers(options_, deviation_options_.max_sigmas, model, window);
+  std::unordered_set<int64_t> gone = RejectLineOutliers(
+      options_, deviation_options_.max_sigmas * deviation_.sigma_rad(), model, window);
   gone.merge(std::exchange(misplaced_, {}));
   ExtendLines(newest, model, window);
   for (const int64_t id : gone) memberships_.ReleaseLine(id);
@@ -152,13 +177,11 @@ std::unordered_set<int64_t> Structure::ReleaseOldest(const CostModel& model,
       dropped->push_back(line.block.data());
       if (!line.retired && line.MayDeviate()) AddAlongAxisTerm(&line, model, terms);
     }
-    const bool off_axis =
-        line.estimated && line.retired && IsOffAxis(line, deviation_options_.max_sigmas, model);
-    if (IsKnown(line) || off_axis) LearnDeviation(line, covariance);
     if (IsKnown(line)) left_lines_.push_back(DescribeLine(line, *window, covariance));
     memberships_.ReleaseLine(id);
     covariance_as_left_m2_.erase(id);
   }
+  LearnDeviation(*window, covariance, model, gone);
   return gone;
 }
 
@@ -168,6 +191,7 @@ Line Structure::DescribeLine(const LineLandmark& line, const WindowState& window
                              const WindowCovariance& covariance) const {
   constexpr double kUnknown_m2 = kUnknownSigma_m * kUnknownSigma_m;
   Line out = Describe(line);
+  DescribeDeviation(line, covariance, &out);
   const auto left = covariance_as_left_m2_.find(line.id);
   if (line.frames.empty() && left != covariance_as_left_m2_.end()) {
     out.covariance_m2 = left->second;

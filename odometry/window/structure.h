@@ -62,7 +62,8 @@ class Structure {
   Line DescribeLine(const LineLandmark& line, const WindowState& window,
                     const WindowCovariance& covariance) const;
   void FindPointsOnLines(const FrameState& newest);
-  void LearnDeviation(const LineLandmark& line, const WindowCovariance& covariance);
+  void LearnDeviation(const WindowState& window, const WindowCovariance& covariance,
+                      const CostModel& model, const std::unordered_set<int64_t>& gone);
   std::unordered_set<int64_t> LinesToForget(const WindowState& window) const;
 
   LineLandmarkOptions options_;

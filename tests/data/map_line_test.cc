@@ -23,7 +23,7 @@ std::vector<int> Parts(const std::array<uint8_t, 3>& colour) {
 TEST(MapLine, ComesBackFromItsFile) {
   const testing::TempFolder folder;
   const std::string path = folder.Path("lines.ply");
-  WriteMapLines(path, {{7, 1, LineAxis::kY, 2, 0.25, true, {1, 2, 3}, {1, 5.5, 3}, 12},
+  WriteMapLines(path, {{7, 1, LineAxis::kY, 2, 0.25, true, {1, 2, 3}, {1, 5.5, 3}, 12, 0.5, 0.25},
                        {9, 0, LineAxis::kNone, -1, 0, false, {0, 0, 0}, {1, 1, 1}}});
   const std::vector<MapLine> lines = ReadMapLines(path);
   ASSERT_EQ(lines.size(), 2u);
@@ -34,6 +34,8 @@ TEST(MapLine, ComesBackFromItsFile) {
   EXPECT_EQ(lines[0].sigma_m, 0.25);
   EXPECT_TRUE(lines[0].recent);
   EXPECT_EQ(lines[0].observations, 12);
+  EXPECT_EQ(lines[0].deviation_rad, 0.5);
+  EXPECT_EQ(lines[0].deviation_sigma_rad, 0.25);
   EXPECT_EQ(lines[0].end_world, Eigen::Vector3d(1, 5.5, 3));
   EXPECT_EQ(lines[1].axis, LineAxis::kNone);
   EXPECT_EQ(lines[1].world, -1);

@@ -50,6 +50,8 @@ TEST_F(RunFolderLinesTest, LinesComeBackExactly) {
   run.lines[0].covariance_m2 << 1e-4, 2e-5, 3e-6, 2e-5, 4e-4, 5e-7, 3e-6, 5e-7, 6e-4;
   run.lines[1].segment = 2;
   run.lines[2].start_world.x() = 1.0 / 3;
+  run.lines[3].deviation_rad = 0.002;
+  run.lines[3].deviation_sigma_rad = 0.0004;
   WriteRunFolder(folder_, run);
   const OdometryRun read = ReadRunFolder(folder_);
   ASSERT_EQ(read.lines.size(), run.lines.size());
@@ -64,6 +66,8 @@ TEST_F(RunFolderLinesTest, LinesComeBackExactly) {
     EXPECT_EQ(a.covariance_m2, b.covariance_m2);
     EXPECT_EQ(a.observations, b.observations);
     EXPECT_EQ(a.last_keyframe, b.last_keyframe);
+    EXPECT_EQ(a.deviation_rad, b.deviation_rad);
+    EXPECT_EQ(a.deviation_sigma_rad, b.deviation_sigma_rad);
     EXPECT_EQ(a.point_ids, b.point_ids);
   }
   EXPECT_EQ(read.lines[3].point_ids.size(), 20u);
@@ -102,7 +106,9 @@ TEST_F(RunFolderLinesTest, ManhattanWorldsComeBack) {
 }
 
 TEST_F(RunFolderLinesTest, PlyHoldsTheLinesForOtherPrograms) {
-  const OdometryRun run = testing::MakeLineRun();
+  OdometryRun run = testing::MakeLineRun();
+  run.lines[20].deviation_rad = 0.002;
+  run.lines[20].deviation_sigma_rad = 0.0004;
   WriteRunFolder(folder_, run);
   const std::vector<MapLine> lines = ReadMapLines(Path("lines.ply"));
   ASSERT_EQ(lines.size(), run.lines.size());
@@ -110,6 +116,8 @@ TEST_F(RunFolderLinesTest, PlyHoldsTheLinesForOtherPrograms) {
   EXPECT_EQ(lines[20].axis, LineAxis::kY);
   EXPECT_EQ(lines[20].world, 0);
   EXPECT_FLOAT_EQ(lines[20].sigma_m, 0.004f);
+  EXPECT_FLOAT_EQ(lines[20].deviation_rad, 0.002f);
+  EXPECT_FLOAT_EQ(lines[20].deviation_sigma_rad, 0.0004f);
   EXPECT_LT((lines[20].end_world - run.lines[20].end_world).norm(), 1e-6);
 }
 
@@ -152,12 +160,12 @@ TEST_F(RunFolderLinesTest, LinesFollowTheirWorldWhereOneIsDropped) {
 
 TEST_F(RunFolderLinesTest, DamagedRowsAreNamed) {
   const std::string ends = "0,0,0,1,1,1,", covariance = "0,0,0,0,0,0,";
-  ExpectRowError("lines.csv", "7,0,4,-1," + ends + covariance + "3,5", "axis: found '4'");
-  ExpectRowError("lines.csv", "7,0,1,1," + ends + covariance + "3,5", "world: found '1'");
-  ExpectRowError("lines.csv", "7,0,1,-2," + ends + covariance + "3,5", "world: found '-2'");
-  ExpectRowError("lines.csv", "100,0,1,0," + ends + covariance + "3,5", "id: found '100'");
-  ExpectRowError("lines.csv", "7,0,1,0,0,nan,0,1,1,1," + covariance + "3,5", "start_y_m");
-  ExpectRowError("lines.csv", "7,0,1,0," + ends, "found 10 columns, expected 18");
+  ExpectRowError("lines.csv", "7,0,4,-1," + ends + covariance + "3,5,0,0", "axis: found '4'");
+  ExpectRowError("lines.csv", "7,0,1,1," + ends + covariance + "3,5,0,0", "world: found '1'");
+  ExpectRowError("lines.csv", "7,0,1,-2," + ends + covariance + "3,5,0,0", "world: found '-2'");
+  ExpectRowError("lines.csv", "100,0,1,0," + ends + covariance + "3,5,0,0", "id: found '100'");
+  ExpectRowError("lines.csv", "7,0,1,0,0,nan,0,1,1,1," + covariance + "3,5,0,0", "start_y_m");
+  ExpectRowError("lines.csv", "7,0,1,0," + ends, "found 10 columns, expected 20");
   ExpectRowError("line_points.csv", "7,3", "line_id: found '7'");
   ExpectRowError("line_observations.csv", "77,100,1,2,3,4,nan,nan,nan,nan",
                  "keyframe_id: found '77'");

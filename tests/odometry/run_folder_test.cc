@@ -363,7 +363,7 @@ TEST_F(RunFolderTest, DamagedPlyAndJsonAreNamed) {
     WriteFile(folder_ + "/run.json",
               "{\"format\": \"slcmap run\", \"version\": " + std::to_string(version) + "}");
     ExpectReadError("run.json",
-                    "version " + std::to_string(version) + ", expected 'slcmap run' of version 3");
+                    "version " + std::to_string(version) + ", expected 'slcmap run' of version 4");
   }
 }
 

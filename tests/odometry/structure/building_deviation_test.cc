@@ -25,11 +25,14 @@ class MadeBuilding {
         line.off_rad[k] = own * off_rad;
         line.covariance_rad2(k, k) = own * noise_rad * noise_rad;
       }
-      deviation->Add(line, tie_rad);
+      deviation->Add(next_id_, line, tie_rad);
+      deviation->Close({next_id_++});
+      deviation->Solve();
     }
   }
 
  private:
+  int64_t next_id_ = 0;
   double true_sigma_rad_;
   std::mt19937 generator_{5};
   std::normal_distribution<double> normal_;
@@ -69,23 +72,51 @@ TEST(BuildingDeviation, LinesThatTellNothingChangeNothing) {
   const double tie_rad = deviation.sigma_rad();
   LineDeviation line;
   line.covariance_rad2 = tie_rad * tie_rad * Eigen::Matrix2d::Identity();
-  for (int i = 0; i < 100; ++i) deviation.Add(line, tie_rad);
+  for (int i = 0; i < 100; ++i) deviation.Add(i, line, tie_rad);
+  deviation.Solve();
   EXPECT_NEAR(deviation.sigma_rad(), BuildingDeviationOptions().start_sigma_rad, 1e-5);
 }
 
 TEST(BuildingDeviation, AFewLinesAskAnExactBuildingWhetherItIs) {
   const BuildingDeviationOptions options;
   BuildingDeviation deviation(options);
+  MadeBuilding(0).AddLines(100, &deviation);
   int probes = 0;
-  for (int64_t id = 0; id < 100; ++id) probes += deviation.OfNewLine(id) > 0;
+  for (int64_t id = 0; id < 100; ++id) {
+    const bool is_probe = deviation.OfNewLine(id) > 0;
+    probes += is_probe;
+    EXPECT_EQ(deviation.OfLine(id), is_probe ? deviation.sigma_rad() : options.min_sigma_rad);
+  }
   EXPECT_EQ(probes, 100 / options.probe_every);
-  MadeBuilding(0.005).AddLines(100, &deviation);
+  MadeBuilding(0.005).AddLines(200, &deviation);
   for (int64_t id = 0; id < 100; ++id) {
     EXPECT_EQ(deviation.OfNewLine(id), deviation.sigma_rad());
+    EXPECT_EQ(deviation.OfLine(id), deviation.sigma_rad());
   }
   BuildingDeviationOptions exact;
   exact.start_sigma_rad = 0;
   EXPECT_EQ(BuildingDeviation(exact).OfNewLine(0), 0);
+}
+
+TEST(BuildingDeviation, LearnsFromLinesThatAreStillInTheWindow) {
+  BuildingDeviation deviation({});
+  const double tie_rad = deviation.sigma_rad();
+  LineDeviation line;
+  line.covariance_rad2 = 1e-8 * Eigen::Matrix2d::Identity();
+  for (const bool off : {false, true}) {
+    line.off_rad.setConstant(off ? 0.004 : 0);
+    for (int i = 0; i < 20; ++i) deviation.Add(i, line, tie_rad);
+    deviation.Solve();
+    EXPECT_EQ(deviation.sigma_rad() > 0.003, off) << "each line has replaced what it said before";
+  }
+  // Tied as tightly as this they say nothing new.
+  line.off_rad.setZero();
+  line.covariance_rad2 = 9.9e-9 * Eigen::Matrix2d::Identity();
+  const double learned_rad = deviation.sigma_rad();
+  for (int i = 0; i < 20; ++i) deviation.Add(i, line, 1e-4);
+  deviation.Close({0, 1, 2, 3, 4, 5, 6, 7, 8, 9});
+  deviation.Solve();
+  EXPECT_EQ(deviation.sigma_rad(), learned_rad);
 }
 
 TEST(BuildingDeviation, StaysWithinItsLimits) {

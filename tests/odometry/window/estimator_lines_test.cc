@@ -254,11 +254,29 @@ TEST(EstimatorWithLines, LinesMakePathAndHeadingBetterAndTheCovarianceStaysHones
   EXPECT_LT(of_pose, 10);
 }
 
+// Errors of the angles between lines and their axes, squared and over their variances, of lines
+// whose angle is told well.
+std::vector<double> NormalisedDeviationErrors(const SimulatedRun& run) {
+  std::vector<double> errors;
+  for (const Line& line : run.run.lines) {
+    const SimulatedEdge& edge = run.edges.at(static_cast<size_t>(line.id));
+    if (line.axis == LineAxis::kNone || !edge.axis) continue;
+    const Eigen::Vector3d axis = AxisDirection(static_cast<LineAxis>(*edge.axis), kHeading_rad);
+    const double off_rad =
+        std::asin(axis.cross((edge.end_world - edge.start_world).normalized()).norm());
+    if (line.deviation_sigma_rad > 0.5 * off_rad) continue;
+    errors.push_back(std::pow((line.deviation_rad - off_rad) / line.deviation_sigma_rad, 2));
+  }
+  return errors;
+}
+
 // No building is exact: taken as exact, its lines would be believed ten times too much.
 TEST(EstimatorWithLines, LearnsHowFarLinesAreOffTheirAxesAndStaysHonest) {
   constexpr int kRuns = 4;
   constexpr double kDeviation_rad = 0.005;
   std::map<bool, double> of_pose, error_m;
+  double of_deviation = 0;
+  size_t told = 0;
   for (int i = 0; i < kRuns; ++i) {
     for (const bool exact : {false, true}) {
       SimulatedRunOptions options = Noisy(Method::kSlc, 300 + i);
@@ -271,13 +289,23 @@ TEST(EstimatorWithLines, LearnsHowFarLinesAreOffTheirAxesAndStaysHonest) {
       const SimulatedRun run = RunOnSimulatedTracks(options);
       of_pose[exact] += run.final_pose_nees / kRuns;
       error_m[exact] += ErrorsOf(run).position_m / kRuns;
-      if (exact) continue;
+      if (exact) {
+        EXPECT_EQ(std::ranges::count(run.run.lines, 0, &Line::deviation_sigma_rad),
+                  std::ssize(run.run.lines));
+        continue;
+      }
+      const std::vector<double> of_lines = NormalisedDeviationErrors(run);
+      told += of_lines.size();
+      of_deviation += std::accumulate(of_lines.begin(), of_lines.end(), 0.0);
       EXPECT_GT(run.run.line_deviation_rad, options.odometry.building_deviation.start_sigma_rad);
       EXPECT_LT(run.run.line_deviation_rad, 1.2 * kDeviation_rad);
     }
   }
   EXPECT_LT(of_pose[false], 14);  // 6, and sqrt(12 / 4) = 1.7
   EXPECT_GT(of_pose[true], 3 * of_pose[false]);
+  EXPECT_GT(told, 20u);
+  // 1 where it is known least, less elsewhere.
+  EXPECT_LT(of_deviation / static_cast<double>(told), 3);
   EXPECT_GT(error_m[true], 1.2 * error_m[false]);
 }
 

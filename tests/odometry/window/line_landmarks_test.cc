@@ -30,27 +30,29 @@ class LineLandmarksTest : public testing::LineScene {
 
   LineLandmark& line() { return window_.lines.at(kLine); }
 
-  static constexpr double kMaxDeviation = 4;  // standard deviations
+  static constexpr double kMaxDeviation_rad = 4e-3;
   const LineLandmarkOptions options_;
 };
 
-TEST_F(LineLandmarksTest, ALineIsOffItsAxisByStandardDeviationsOfTheBuilding) {
-  constexpr double kSigma_rad = 1e-3;
+TEST_F(LineLandmarksTest, ALineIsOffItsAxisByAnAngleHoweverTightlyItIsTied) {
   const PointAndDirection in_world = line().InWorld();
   const Vector3d across = in_world.direction_world.unitOrthogonal();
-  EXPECT_FALSE(IsOffAxis(line(), kMaxDeviation, model_)) << "exactly along it";
-  line().deviation_sigma_rad = kSigma_rad;
-  for (const double sigmas : {0.0, 3.9, -3.9, 4.1, 20.0}) {
-    line().block = GeneralLineThrough(line().anchor_world, in_world.point_world,
-                                      in_world.direction_world + sigmas * kSigma_rad * across);
-    EXPECT_EQ(IsOffAxis(line(), kMaxDeviation, model_), std::abs(sigmas) > kMaxDeviation) << sigmas;
-    EXPECT_EQ(RejectLineOutliers(options_, 1e6, model_, &window_).count(kLine), 0u);
+  EXPECT_FALSE(IsOffAxis(line(), kMaxDeviation_rad, model_)) << "exactly along it";
+  for (const double tie_rad : {1e-4, 1e-3}) {
+    line().deviation_sigma_rad = tie_rad;
+    for (const double off_rad : {0.0, 3.9e-3, -3.9e-3, 4.1e-3, 20e-3}) {
+      line().block = GeneralLineThrough(line().anchor_world, in_world.point_world,
+                                        in_world.direction_world + off_rad * across);
+      EXPECT_EQ(IsOffAxis(line(), kMaxDeviation_rad, model_), std::abs(off_rad) > kMaxDeviation_rad)
+          << off_rad;
+      EXPECT_EQ(RejectLineOutliers(options_, 1e6, model_, &window_).count(kLine), 0u);
+    }
   }
 }
 
 TEST_F(LineLandmarksTest, KeepsALineThatFits) {
   RejectLineMisfits(options_, model_, window_.frames.back().get(), &window_);
-  EXPECT_TRUE(RejectLineOutliers(options_, kMaxDeviation, model_, &window_).empty());
+  EXPECT_TRUE(RejectLineOutliers(options_, kMaxDeviation_rad, model_, &window_).empty());
   EXPECT_EQ(line().frames.size(), kFrames);
 }
 
@@ -64,7 +66,7 @@ TEST_F(LineLandmarksTest, RejectsAnObservationOfAnotherEdgeBeforeItMovesTheFrame
 TEST_F(LineLandmarksTest, AnObservationThatWasRejectedIsNotTheLastReported) {
   EXPECT_EQ(Describe(line()).last_keyframe, kFrames - 1);
   See(kFrames - 1, 6 * options_.sigma_px);
-  EXPECT_TRUE(RejectLineOutliers(options_, kMaxDeviation, model_, &window_).empty());
+  EXPECT_TRUE(RejectLineOutliers(options_, kMaxDeviation_rad, model_, &window_).empty());
   EXPECT_EQ(Describe(line()).last_keyframe, kFrames - 2);
 }
 
@@ -78,7 +80,7 @@ TEST_F(LineLandmarksTest, SurvivesTheLossOfItsOnlyObservation) {
   RejectLineMisfits(options_, model_, window_.frames.back().get(), &window_);
   EXPECT_TRUE(line().frames.empty());
   EXPECT_EQ(line().last_seen_frame(), 0);
-  EXPECT_TRUE(RejectLineOutliers(options_, kMaxDeviation, model_, &window_).empty());
+  EXPECT_TRUE(RejectLineOutliers(options_, kMaxDeviation_rad, model_, &window_).empty());
   ExtendLines(*window_.frames.back(), model_, &window_);
   EXPECT_TRUE(MergeLines(options_, model_, &window_).empty());
   EXPECT_EQ(PredictLines(window_, *window_.frames.back(), rig_).size(), 1u);
@@ -94,14 +96,14 @@ TEST_F(LineLandmarksTest, RejectsTheRightObservationAloneWhereItAloneIsOfAnother
 
 TEST_F(LineLandmarksTest, OneOutlierGoesAndTheLineStays) {
   See(2, 6 * options_.sigma_px);
-  EXPECT_TRUE(RejectLineOutliers(options_, kMaxDeviation, model_, &window_).empty());
+  EXPECT_TRUE(RejectLineOutliers(options_, kMaxDeviation_rad, model_, &window_).empty());
   EXPECT_EQ(line().frames.size(), kFrames - 1);
 }
 
 // Nearly along the axis, as the grain of wood is: no observation is far off, but all are.
 TEST_F(LineLandmarksTest, RetiresALineWhoseObservationsAllMisfitALittle) {
   for (int i = 0; i < kFrames; ++i) See(i, 1.5 * options_.sigma_px);
-  EXPECT_EQ(RejectLineOutliers(options_, kMaxDeviation, model_, &window_).count(kLine), 1u);
+  EXPECT_EQ(RejectLineOutliers(options_, kMaxDeviation_rad, model_, &window_).count(kLine), 1u);
   EXPECT_TRUE(line().retired);
 }
 
