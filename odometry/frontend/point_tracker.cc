@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "odometry/frontend/corner_detector.h"
+#include "odometry/frontend/edge_crossing.h"
 #include "odometry/frontend/image_noise.h"
 #include "odometry/frontend/patch.h"
 #include "odometry/frontend/row_search.h"
@@ -13,8 +14,7 @@ namespace {
 
 constexpr double kMaxDisparity = 0.25;  // searched, of the image's width
 constexpr float kMinRowCorrelation = 0.7f;
-constexpr float kMinFreshCorrelation = 0.97f;  // with the last image, which looks nearly the same
-constexpr double kCloserShare = 0.5;           // of the least distance, where corners are few
+constexpr double kCloserShare = 0.5;  // of the least distance, where corners are few
 constexpr int kAffineIterations = 2;
 constexpr double kMinDisparity_px = -1;  // infinity, less the noise
 constexpr int kCoarsestRight = 2;        // level from which a known disparity is followed
@@ -37,7 +37,6 @@ class PointTracker::Impl {
       : options_(options), camera_(rig.cameras[0]), mask_(mask), pattern_(options.patch_px) {}
 
   void Track(const cv::Mat& left, const Eigen::Quaterniond& R_now_previous) {
-    previous_left_ = std::move(left_);
     left_ = BuildPyramid(left, options_.pyramid_levels);
     const Eigen::Matrix3d R = R_now_previous.toRotationMatrix();
     std::vector<PointObservation> kept_observations;
@@ -106,7 +105,7 @@ class PointTracker::Impl {
     for (const auto& p : observations_) occupied.push_back(p.left_px);
     for (const auto& px : detector->Find(occupied, room, min_distance_px)) {
       TrackedPoint p;
-      p.left.center_px = px.cast<float>();
+      p.left.center_px = EdgeCrossing(left_[0], px).cast<float>();
       if (!Anchor(left_, &p)) continue;
       observations_.push_back(Observe(next_id_++, p));
       points_.push_back(std::move(p));
@@ -167,13 +166,7 @@ class PointTracker::Impl {
     warp.center_px += p->parallax_px;
     if (!Accept(AlignAll(p->anchor, left_, options_.pyramid_levels - 1, &warp), warp,
                 options_.min_correlation)) {
-      // Seen differently by now: go on from the last image.
-      p->left.affine.setIdentity();
-      if (previous_left_.empty() || !Anchor(previous_left_, p)) return false;
-      warp = Rotate(R, p->left);
-      warp.center_px += p->parallax_px;
-      const float correlation = AlignAll(p->anchor, left_, options_.pyramid_levels - 1, &warp);
-      if (!Accept(correlation, warp, kMinFreshCorrelation)) return false;
+      return false;
     }
     p->parallax_px = warp.center_px - rotated.center_px;
     p->left = warp;
@@ -232,7 +225,7 @@ class PointTracker::Impl {
   Camera camera_;
   cv::Mat mask_;
   PatchPattern pattern_;
-  ImagePyramid left_, previous_left_;
+  ImagePyramid left_;
   std::vector<TrackedPoint> points_;
   std::vector<PointObservation> observations_;  // of points_, in the same order
   int64_t next_id_ = 0;

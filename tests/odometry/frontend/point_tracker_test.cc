@@ -95,6 +95,46 @@ TEST_F(PointTrackerTest, FollowsASubPixelShiftOverManyFrames) {
             0.03);
 }
 
+// Lamps on a dark wall, each pixel averaged, so much nearer than at first.
+cv::Mat Lamps(double nearer) {
+  constexpr int kSamples = 3;
+  cv::Mat image(480, 640, CV_8UC1);
+  for (int v = 0; v < image.rows; ++v) {
+    for (int u = 0; u < image.cols; ++u) {
+      int lit = 0;
+      for (int i = 0; i < kSamples * kSamples; ++i) {
+        const double x = (u - 320.3 - 0.5 + (i % kSamples + 0.5) / kSamples) / nearer;
+        const double y = (v - 240.4 - 0.5 + (i / kSamples + 0.5) / kSamples) / nearer;
+        lit += std::abs(std::remainder(x, 60)) < 5 && std::abs(std::remainder(y, 50)) < 4 &&
+               std::abs(x) < 160 && std::abs(y) < 120;
+      }
+      image.at<uchar>(v, u) = static_cast<uchar>(40 + 160 * lit / (kSamples * kSamples));
+    }
+  }
+  return image;
+}
+
+// However different a thing looks from near: its points are where they were, or lost.
+TEST_F(PointTrackerTest, APointDoesNotSlideAlongAThingThatComesNearer) {
+  tracker_.Track(Lamps(1), kNoRotation);
+  tracker_.Detect(cv::Mat());
+  const auto first = LeftPixels(tracker_);
+  ASSERT_GE(first.size(), 20u);
+  const Eigen::Vector2d middle(320.3, 240.4);
+  for (double nearer = 1.05; nearer < 2.8; nearer *= 1.05) {
+    tracker_.Track(Lamps(nearer), kNoRotation);
+    const auto truth = [&](const Eigen::Vector2d& px) -> Eigen::Vector2d {
+      return middle + nearer * (px - middle);
+    };
+    if (!tracker_.observations().empty()) {
+      EXPECT_LT(RmsError_px(first, tracker_, truth), 0.8) << nearer;
+    }
+    if (nearer < 1.4) {
+      EXPECT_GT(tracker_.observations().size(), first.size() / 2) << nearer;
+    }
+  }
+}
+
 TEST_F(PointTrackerTest, FindsTheDisparity) {
   tracker_.Track(scene_.Shifted(0, 0), kNoRotation);
   tracker_.Detect(scene_.Shifted(-7.3, 0));
@@ -201,7 +241,8 @@ TEST_F(PointTrackerTest, KeepsTheDistanceAndTheMaximum) {
     tracker.Detect({});
   }
   const auto& points = tracker.observations();
-  EXPECT_EQ(points.size(), 40u);
+  EXPECT_LE(points.size(), 40u);
+  EXPECT_GE(points.size(), 37u);
   for (const auto& a : points) {
     EXPECT_GE(a.left_px.x(), 199);
     for (const auto& b : points) {
