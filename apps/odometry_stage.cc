@@ -224,8 +224,9 @@ void LogLines(const OdometryRun& run) {
   if (!run.manhattan_worlds.empty()) {
     std::string headings;
     for (const ManhattanWorld& world : run.manhattan_worlds) {
-      headings += fmt::format("{}{:.1f}", headings.empty() ? "" : ", ",
-                              world.heading_rad * 180 / std::numbers::pi);
+      headings += fmt::format("{}{:.1f}{}", headings.empty() ? "" : ", ",
+                              world.heading_rad * 180 / std::numbers::pi,
+                              world.withdrawn ? " (withdrawn)" : "");
     }
     spdlog::info("Manhattan worlds: {}, headings {} degrees", run.manhattan_worlds.size(),
                  headings);

@@ -109,7 +109,9 @@ constexpr OptionTable kManhattan{
     Option{"min_share", &ManhattanOptions::min_share, 0.0, 1.0},
     Option{"min_minor_share", &ManhattanOptions::min_minor_share, 0.0, 0.5},
     Option{"min_one_axis_share", &ManhattanOptions::min_one_axis_share, 0.0, 1.0},
-    Option{"min_spread", &ManhattanOptions::min_spread, 0.0, 1.0}};
+    Option{"min_spread", &ManhattanOptions::min_spread, 0.0, 1.0},
+    Option{"min_given_up", &ManhattanOptions::min_given_up, 1, 1000000},
+    Option{"max_given_up_share", &ManhattanOptions::max_given_up_share, 0.0, 1.0}};
 
 void ManhattanOptions::Check() const { kManhattan.Check("manhattan", *this); }
 void ManhattanOptions::Read(YamlSection section) { kManhattan.Read(section, this); }

@@ -148,7 +148,7 @@ struct ManhattanOptions {
   double search_step_rad = 0.002;    // of the histogram
   double search_sigma_rad = 0.004;   // added to that of a vote
   double max_sigmas = 3;             // between a heading and a vote for it
-  double min_separation_rad = 0.14;  // between headings
+  double min_separation_rad = 0.04;  // between headings
   // When a heading is certain: its lines are the greater part, along both of its axes, or nearly
   // all, along one axis but on all sides of the camera, as in a corridor.
   int min_images = 10;               // in which it has min_image_share
@@ -162,6 +162,10 @@ struct ManhattanOptions {
   double min_minor_share = 0.12;  // along the axis with fewer lines
   double min_one_axis_share = 0.75;
   double min_spread = 0.45;  // 0: lines all to one side, 1: all around
+  // A heading is withdrawn when so many lines, and this share of all that were taken to follow it,
+  // turned out not to.
+  int min_given_up = 8;
+  double max_given_up_share = 0.7;
   void Check() const;
   void Read(YamlSection section);
 };

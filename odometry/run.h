@@ -66,6 +66,7 @@ struct ManhattanWorld {
   double heading_rad = 0;   // in (-pi/4, pi/4]: X and Y are interchangeable
   double sigma_rad = 0;     // when it was found; the window has refined the heading since
   int64_t found_at_ns = 0;  // stamp of the image
+  bool withdrawn = false;   // its lines turned out not to follow it: none of them is to be used
 };
 
 // A line as the window last had it, however well it is known: covariance and observations say so.

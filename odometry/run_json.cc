@@ -49,7 +49,8 @@ Json WorldsJson(const std::vector<ManhattanWorld>& worlds) {
     json.push_back({{"segment", world.segment},
                     {"heading_rad", world.heading_rad},
                     {"sigma_rad", world.sigma_rad},
-                    {"found_at_ns", world.found_at_ns}});
+                    {"found_at_ns", world.found_at_ns},
+                    {"withdrawn", world.withdrawn}});
   }
   return json;
 }
@@ -63,7 +64,8 @@ std::vector<ManhattanWorld> ParseWorlds(const std::string& path, const Json& jso
     worlds.push_back({BoundedAt(place, world, "segment", 0, static_cast<int>(kMaxSegment)),
                       BoundedAt(place, world, "heading_rad", -kMaxHeading_rad, kMaxHeading_rad),
                       BoundedAt(place, world, "sigma_rad", 0.0, kMaxHeading_rad),
-                      BoundedAt(place, world, "found_at_ns", -kMaxStamp_ns, kMaxStamp_ns)});
+                      BoundedAt(place, world, "found_at_ns", -kMaxStamp_ns, kMaxStamp_ns),
+                      world.at("withdrawn").get<bool>()});
   }
   return worlds;
 }

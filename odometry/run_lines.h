@@ -17,7 +17,8 @@ double LargestSigma(const Line& line);
 // the oldest stays.
 void ResolveMergedLines(OdometryRun* run);
 
-// The run's lines in their order; those that one of the last ten keyframes saw are recent.
+// The run's lines in their order, without those of withdrawn Manhattan worlds; lines that one of
+// the last ten keyframes saw are recent.
 std::vector<MapLine> MapLines(const OdometryRun& run);
 
 // In how many keyframes lines were seen; short lives mean that lines hardly help.

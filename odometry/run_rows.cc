@@ -65,7 +65,7 @@ std::map<std::string, CsvColumns> MakeColumns() {
                            CsvColumns{Sigma("sigma_m", kMaxSigma_m)}},
       {kWorldTable,
        {Id("index"), Segment(), Number("heading_rad", kMaxHeading_rad),
-        Sigma("sigma_rad", kMaxHeading_rad), Stamp("found_at_ns")}},
+        Sigma("sigma_rad", kMaxHeading_rad), Stamp("found_at_ns"), Integer("withdrawn", 0, 1)}},
       {kLineTable,
        CsvColumns{Id("id"), Segment(), Integer("axis", 0, 3), Integer("world", -1, kMaxId)} +
            Numbers({"start_x_m", "start_y_m", "start_z_m", "end_x_m", "end_y_m", "end_z_m"},
@@ -214,8 +214,8 @@ std::string Row(const Landmark& landmark) {
 }
 
 std::string Row(int64_t index, const ManhattanWorld& world) {
-  return fmt::format("{},{},{},{},{}\n", index, world.segment, world.heading_rad, world.sigma_rad,
-                     world.found_at_ns);
+  return fmt::format("{},{},{},{},{},{}\n", index, world.segment, world.heading_rad,
+                     world.sigma_rad, world.found_at_ns, world.withdrawn ? 1 : 0);
 }
 
 std::string Row(const Line& line) {
@@ -293,7 +293,8 @@ void ReadWorlds(const CsvTable& table, OdometryRun* run) {
     const auto index = static_cast<std::size_t>(table.Integer(i, 0));
     if (index > worlds.size()) table.Fail(i, 0, fmt::format("at most {}", worlds.size()));
     if (index == worlds.size()) worlds.emplace_back();
-    worlds[index] = {table.Int(i, 1), table.Number(i, 2), table.Number(i, 3), table.Integer(i, 4)};
+    worlds[index] = {table.Int(i, 1), table.Number(i, 2), table.Number(i, 3), table.Integer(i, 4),
+                     table.Integer(i, 5) != 0};
   }
 }
 

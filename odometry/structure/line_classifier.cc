@@ -7,10 +7,12 @@
 
 namespace slcmap {
 
-std::vector<StructuralDirection> StructuralDirections(const std::vector<double>& headings_rad) {
+std::vector<StructuralDirection> StructuralDirections(
+    const std::vector<std::optional<double>>& headings_rad) {
   std::vector<StructuralDirection> out = {{{LineAxis::kVertical, -1}, Eigen::Vector3d::UnitZ()}};
   for (size_t i = 0; i < headings_rad.size(); ++i) {
-    const double c = std::cos(headings_rad[i]), s = std::sin(headings_rad[i]);
+    if (!headings_rad[i]) continue;
+    const double c = std::cos(*headings_rad[i]), s = std::sin(*headings_rad[i]);
     out.push_back({{LineAxis::kX, static_cast<int>(i)}, {c, s, 0}});
     out.push_back({{LineAxis::kY, static_cast<int>(i)}, {-s, c, 0}});
   }
@@ -24,7 +26,7 @@ LineClassifier::LineClassifier(const LineClassifierOptions& options, double foca
 
 std::optional<LineClass> LineClassifier::Classify(const LineSegment& segment,
                                                   const Eigen::Matrix3d& R_world_camera,
-                                                  const std::vector<double>& headings_rad) const {
+                                                  const std::vector<std::optional<double>>& headings_rad) const {
   const InterpretationPlane plane = PlaneOfSegment(segment, end_sigma_).Rotated(R_world_camera);
   std::optional<LineClass> best;
   double best_sigmas = std::numeric_limits<double>::infinity();

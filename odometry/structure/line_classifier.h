@@ -18,12 +18,14 @@ struct LineClass {
 };
 
 // The directions of the axes of Manhattan worlds, in the (gravity aligned, z up) world frame: the
-// vertical, then X and Y of each heading (radians from the world's x about z).
+// vertical, then X and Y of each heading (radians from the world's x about z), by world; worlds
+// without one have no direction.
 struct StructuralDirection {
   LineClass line_class;
   Eigen::Vector3d d_world = Eigen::Vector3d::UnitZ();
 };
-std::vector<StructuralDirection> StructuralDirections(const std::vector<double>& headings_rad);
+std::vector<StructuralDirection> StructuralDirections(
+    const std::vector<std::optional<double>>& headings_rad);
 
 // A class is given only when one direction fits and no other one could: a line that is taken for
 // another axis bends all that it touches. Two more places ask which direction a segment follows,
@@ -39,7 +41,7 @@ class LineClassifier {
   // only the vertical is recognised.
   std::optional<LineClass> Classify(const LineSegment& segment,
                                     const Eigen::Matrix3d& R_world_camera,
-                                    const std::vector<double>& headings_rad) const;
+                                    const std::vector<std::optional<double>>& headings_rad) const;
 
  private:
   LineClassifierOptions options_;

@@ -1,5 +1,7 @@
 #include "odometry/window/line_landmarks.h"
 
+#include <spdlog/spdlog.h>
+
 #include <algorithm>
 #include <cmath>
 #include <iterator>
@@ -30,7 +32,8 @@ std::vector<PosedLineObservation> ObservationsOf(const LineLandmark& line) {
 }
 
 // What all observations of the line agree on; nothing where they do not.
-std::optional<LineClass> AgreedClass(const LineLandmark& line, const std::vector<double>& headings,
+std::optional<LineClass> AgreedClass(const LineLandmark& line,
+                                     const std::vector<std::optional<double>>& headings,
                                      const LineClassifier& classifier, const CostModel& model) {
   std::optional<LineClass> agreed;
   for (const FrameState* frame : line.frames) {
@@ -287,7 +290,7 @@ void EstimateLines(const LineLandmarkOptions& options, const LineKinds& kinds,
                    const LineClassifier& classifier, const PointsOnLines& memberships,
                    const BuildingDeviation& deviation, const CostModel& model,
                    WindowState* window) {
-  const std::vector<double> headings = HeadingsOf(*window);
+  const std::vector<std::optional<double>> headings = HeadingsOf(*window);
   for (auto& [id, line] : window->lines) {
     if (line.estimated || line.retired) continue;
     if (static_cast<int>(line.frames.size()) < options.min_keyframes) continue;
@@ -372,6 +375,30 @@ std::unordered_set<int64_t> RejectLineOutliers(const LineLandmarkOptions& option
   return outliers;
 }
 
+std::unordered_set<int64_t> WithdrawHeadings(const ManhattanOptions& options, WindowState* window) {
+  std::map<const HeadingState*, std::vector<LineLandmark*>> followers;
+  for (auto& [id, line] : window->lines) {
+    if (line.estimated && !line.retired && line.heading) followers[line.heading].push_back(&line);
+  }
+  std::unordered_set<int64_t> retired;
+  for (HeadingState& heading : window->headings) {
+    const int given_up = heading.lines_given_up;
+    const int all = heading.lines_kept + given_up + static_cast<int>(followers[&heading].size());
+    if (heading.withdrawn || given_up < options.min_given_up ||
+        given_up < options.max_given_up_share * all) {
+      continue;
+    }
+    spdlog::warn("withdrew Manhattan world {}, heading {:.2f} degrees: {} of {} lines are off it",
+                 heading.world, heading.heading_rad[0] * 180 / M_PI, given_up, all);
+    heading.withdrawn = true;
+    for (LineLandmark* line : followers[&heading]) {
+      Retire(line);
+      retired.insert(line->id);
+    }
+  }
+  return retired;
+}
+
 std::map<int64_t, int64_t> MergeLines(const LineLandmarkOptions& options, const CostModel& model,
                                       WindowState* window) {
   std::map<int64_t, int64_t> merged;
@@ -433,6 +460,7 @@ std::vector<Vector3d> AxesInCamera(const WindowState& window, const FrameState& 
       (frame.T_world_imu().rotation * rectified_rig.T_imu_camera[0].rotation).conjugate();
   axes.push_back(R_camera_world * Vector3d::UnitZ());
   for (const HeadingState& heading : window.headings) {
+    if (heading.withdrawn) continue;
     for (const LineAxis axis : {LineAxis::kX, LineAxis::kY}) {
       axes.push_back(R_camera_world * AxisDirection(axis, heading.heading_rad[0]));
     }

@@ -63,6 +63,10 @@ std::unordered_set<int64_t> RejectLineOutliers(const LineLandmarkOptions& option
                                                double max_deviation_rad, const CostModel& model,
                                                WindowState* window);
 
+// Withdraws the headings most of whose lines were given up, and retires the rest of these lines.
+// Returns the ids of these.
+std::unordered_set<int64_t> WithdrawHeadings(const ManhattanOptions& options, WindowState* window);
+
 // Retires lines that are the same edge as an older one, which takes over their observations.
 // Returns the ids of those retired, each with that of the older line.
 std::map<int64_t, int64_t> MergeLines(const LineLandmarkOptions& options, const CostModel& model,

@@ -54,6 +54,7 @@ void Report(Line line, int segment, OdometryRun* run) {
 Structure::Structure(const OdometryOptions& options, const Rig& rectified_rig)
     : options_(options.line_landmarks),
       deviation_options_(options.building_deviation),
+      manhattan_options_(options.manhattan),
       kinds_(KindsOf(options)),
       points_on_lines_options_(options.points_on_lines),
       points_on_lines_(options.method == Method::kSlc),
@@ -96,7 +97,11 @@ void Structure::FindHeadings(const FrameState& newest, const CostModel& model,
                              WindowState* window) {
   std::vector<LineSegment> segments;
   for (const auto& [id, measurement] : newest.lines) segments.push_back(measurement.left);
-  detector_.SetKnownHeadings(HeadingsOf(*window));
+  std::vector<double> known_rad;
+  for (const auto& heading_rad : HeadingsOf(*window)) {
+    if (heading_rad) known_rad.push_back(*heading_rad);
+  }
+  detector_.SetKnownHeadings(known_rad);
   const Eigen::Quaterniond R_world_camera =
       newest.T_world_imu().rotation * model.geometry.T_imu_camera[0].rotation;
   for (const HeadingEvidence& found :
@@ -125,6 +130,10 @@ std::unordered_set<int64_t> Structure::Judge(const CostModel& model, const Frame
                                              WindowState* window) {
   std::unordered_set<int64_t> gone = RejectLineOutliers(
       options_, deviation_options_.max_sigmas * deviation_.sigma_rad(), model, window);
+  for (const int64_t id : gone) {
+    if (HeadingState* heading = window->lines.at(id).heading) ++heading->lines_given_up;
+  }
+  gone.merge(WithdrawHeadings(manhattan_options_, window));
   gone.merge(std::exchange(misplaced_, {}));
   ExtendLines(newest, model, window);
   for (const int64_t id : gone) memberships_.ReleaseLine(id);
@@ -177,7 +186,10 @@ std::unordered_set<int64_t> Structure::ReleaseOldest(const CostModel& model,
       dropped->push_back(line.block.data());
       if (!line.retired && line.MayDeviate()) AddAlongAxisTerm(&line, model, terms);
     }
-    if (IsKnown(line)) left_lines_.push_back(DescribeLine(line, *window, covariance));
+    if (IsKnown(line)) {
+      left_lines_.push_back(DescribeLine(line, *window, covariance));
+      if (line.heading) ++line.heading->lines_kept;
+    }
     memberships_.ReleaseLine(id);
     covariance_as_left_m2_.erase(id);
   }
@@ -225,6 +237,7 @@ void Structure::AddContents(int segment, const WindowState& window,
     world.heading_rad = heading.heading_rad[0];
     world.sigma_rad = heading.found_sigma_rad;
     world.found_at_ns = heading.found_at_ns;
+    world.withdrawn = heading.withdrawn;
     run->manhattan_worlds.push_back(world);
   }
 }

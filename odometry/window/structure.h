@@ -68,6 +68,7 @@ class Structure {
 
   LineLandmarkOptions options_;
   BuildingDeviationOptions deviation_options_;
+  ManhattanOptions manhattan_options_;
   LineKinds kinds_;
   PointsOnLinesOptions points_on_lines_options_;
   bool points_on_lines_ = false;

@@ -39,9 +39,11 @@ PointAndDirection LineLandmark::InWorld() const {
           AxisDirection(axis, heading_rad())};
 }
 
-std::vector<double> HeadingsOf(const WindowState& window) {
-  std::vector<double> headings;
-  for (const HeadingState& heading : window.headings) headings.push_back(heading.heading_rad[0]);
+std::vector<std::optional<double>> HeadingsOf(const WindowState& window) {
+  std::vector<std::optional<double>> headings;
+  for (const HeadingState& heading : window.headings) {
+    headings.push_back(heading.withdrawn ? std::nullopt : std::optional(heading.heading_rad[0]));
+  }
   return headings;
 }
 

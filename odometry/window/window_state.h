@@ -68,6 +68,9 @@ struct HeadingState {
   std::optional<HeadingBlock> linearization;
   double found_sigma_rad = 0;  // as it was found
   int64_t found_at_ns = 0;
+  int lines_kept = 0;      // that followed it and have left the window
+  int lines_given_up = 0;  // that were taken to follow it, and turned out not to
+  bool withdrawn = false;  // nothing follows it any more
 };
 
 // How far along itself a line was seen, in metres from the point of it that is nearest to its
@@ -135,8 +138,8 @@ struct WindowState {
   Prior prior;
 };
 
-// The headings of all worlds, radians, by world.
-std::vector<double> HeadingsOf(const WindowState& window);
+// The headings of all worlds, radians, by world; none of those that were withdrawn.
+std::vector<std::optional<double>> HeadingsOf(const WindowState& window);
 
 // The estimated structural lines that a landmark belongs to.
 std::vector<LineLandmark*> LinesOf(const PointLandmark& landmark, WindowState* window);

@@ -154,7 +154,8 @@ class Benchmark {
       const auto image = Image(edge, T_camera_world);
       if (image) images.emplace_back(*image, DirectionOf(edge));
     }
-    const auto& headings_rad = detector_.known_headings_rad();
+    const auto& known_rad = detector_.known_headings_rad();
+    const std::vector<std::optional<double>> headings_rad(known_rad.begin(), known_rad.end());
     const auto directions = StructuralDirections(headings_rad);
     for (size_t i = 0; i < segments.size(); ++i) {
       std::vector<Eigen::Vector3d> true_directions;

@@ -95,7 +95,7 @@ TEST_F(RunFolderLinesTest, ObservationsComeBack) {
 
 TEST_F(RunFolderLinesTest, ManhattanWorldsComeBack) {
   OdometryRun run = testing::MakeLineRun();
-  run.manhattan_worlds.push_back({1, -0.5, 0.002, 1600000003123456789});
+  run.manhattan_worlds.push_back({1, -0.5, 0.002, 1600000003123456789, true});
   WriteRunFolder(folder_, run);
   const OdometryRun read = ReadRunFolder(folder_);
   ASSERT_EQ(read.manhattan_worlds.size(), 2u);
@@ -103,6 +103,8 @@ TEST_F(RunFolderLinesTest, ManhattanWorldsComeBack) {
   EXPECT_EQ(read.manhattan_worlds[1].heading_rad, -0.5);
   EXPECT_EQ(read.manhattan_worlds[1].sigma_rad, 0.002);
   EXPECT_EQ(read.manhattan_worlds[1].found_at_ns, 1600000003123456789);
+  EXPECT_FALSE(read.manhattan_worlds[0].withdrawn);
+  EXPECT_TRUE(read.manhattan_worlds[1].withdrawn);
 }
 
 TEST_F(RunFolderLinesTest, PlyHoldsTheLinesForOtherPrograms) {
@@ -119,6 +121,14 @@ TEST_F(RunFolderLinesTest, PlyHoldsTheLinesForOtherPrograms) {
   EXPECT_FLOAT_EQ(lines[20].deviation_rad, 0.002f);
   EXPECT_FLOAT_EQ(lines[20].deviation_sigma_rad, 0.0004f);
   EXPECT_LT((lines[20].end_world - run.lines[20].end_world).norm(), 1e-6);
+}
+
+TEST_F(RunFolderLinesTest, LinesOfAWithdrawnWorldAreNoneOfTheMap) {
+  OdometryRun run = testing::MakeLineRun();
+  const auto of_world = std::ranges::count(run.lines, 0, &Line::world);
+  ASSERT_GT(of_world, 0);
+  run.manhattan_worlds[0].withdrawn = true;
+  EXPECT_EQ(std::ssize(MapLines(run)), std::ssize(run.lines) - of_world);
 }
 
 TEST_F(RunFolderLinesTest, ARunWithoutLinesHasEmptyFiles) {

@@ -15,7 +15,7 @@ class LineClassifierTest : public ::testing::Test {
  protected:
   std::optional<LineClass> ClassOf(const Eigen::Vector3d& middle, const Eigen::Vector3d& direction,
                                    double length_m = 1,
-                                   const std::vector<double>& headings_rad = {0.3}) {
+                                   const std::vector<std::optional<double>>& headings_rad = {0.3}) {
     const Eigen::Vector3d half = 0.5 * length_m * direction.normalized();
     const auto segment = testing::Project({middle - half, middle + half}, R_world_camera_);
     EXPECT_TRUE(segment.has_value());
@@ -36,9 +36,25 @@ TEST_F(LineClassifierTest, TellsTheAxesOfOneWorld) {
 }
 
 TEST_F(LineClassifierTest, TellsTheWorldsApart) {
-  const std::vector<double> two = {0.3, 0.3 + 30 * kDegree};
-  EXPECT_EQ(ClassOf(ahead_, Heading(two[1]), 1, two), (LineClass{LineAxis::kX, 1}));
-  EXPECT_EQ(ClassOf(ahead_, Heading(two[0]), 1, two), (LineClass{LineAxis::kX, 0}));
+  const std::vector<std::optional<double>> two = {0.3, 0.3 + 30 * kDegree};
+  EXPECT_EQ(ClassOf(ahead_, Heading(*two[1]), 1, two), (LineClass{LineAxis::kX, 1}));
+  EXPECT_EQ(ClassOf(ahead_, Heading(*two[0]), 1, two), (LineClass{LineAxis::kX, 0}));
+}
+
+TEST_F(LineClassifierTest, TellsWorldsThreeDegreesApartByLongLinesOverhead) {
+  const std::vector<std::optional<double>> two = {0.3, 0.3 + 3 * kDegree};
+  const Eigen::Vector3d overhead = ahead_ + Eigen::Vector3d(0, 0, 3);
+  for (const int world : {0, 1}) {
+    const Eigen::Vector3d along_y = Heading(*two[world] + 90 * kDegree);
+    EXPECT_EQ(ClassOf(overhead, along_y, 3, two), (LineClass{LineAxis::kY, world}));
+    EXPECT_EQ(ClassOf(ahead_, along_y, 3, two), std::nullopt) << "nearly level with the camera";
+  }
+}
+
+TEST_F(LineClassifierTest, NothingFollowsAWithdrawnHeading) {
+  const std::vector<std::optional<double>> headings = {std::nullopt, 0.3};
+  EXPECT_EQ(ClassOf(ahead_, Heading(0.3), 1, headings), (LineClass{LineAxis::kX, 1}));
+  EXPECT_EQ(ClassOf(ahead_, Heading(0.3), 1, {std::nullopt}), std::nullopt);
 }
 
 TEST_F(LineClassifierTest, KnowsTheVerticalWithoutAnyWorld) {

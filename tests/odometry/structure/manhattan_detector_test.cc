@@ -105,6 +105,16 @@ TEST_F(ManhattanDetectorTest, FindsASecondHeadingLater) {
   EXPECT_EQ(detector_.known_headings_rad().size(), 2u);
 }
 
+TEST_F(ManhattanDetectorTest, FindsASecondHeadingThreeDegreesFromTheFirst) {
+  AddBuilding(5 * kDegree, 60);
+  EXPECT_EQ(Turn(60).size(), 1u);
+  lines_.clear();
+  AddBuilding(8 * kDegree, 60);
+  const auto found = Turn(60);
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_NEAR(found[0], 8 * kDegree, 0.3 * kDegree);
+}
+
 TEST_F(ManhattanDetectorTest, DoesNotFindAKnownHeadingAgain) {
   AddBuilding(5 * kDegree, 60);
   detector_.SetKnownHeadings({5.1 * kDegree});

@@ -1,5 +1,6 @@
 #include "odometry/window/line_landmarks.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "tests/odometry/window/line_scene.h"
@@ -48,6 +49,22 @@ TEST_F(LineLandmarksTest, ALineIsOffItsAxisByAnAngleHoweverTightlyItIsTied) {
       EXPECT_EQ(RejectLineOutliers(options_, 1e6, model_, &window_).count(kLine), 0u);
     }
   }
+}
+
+TEST_F(LineLandmarksTest, AHeadingThatMostLinesAreOffIsWithdrawnWithTheOthers) {
+  const ManhattanOptions options;
+  HeadingState& heading = *line().heading;
+  heading.lines_given_up = options.min_given_up - 1;
+  EXPECT_TRUE(WithdrawHeadings(options, &window_).empty()) << "few lines";
+  heading.lines_given_up = 2 * options.min_given_up;
+  heading.lines_kept = heading.lines_given_up;
+  EXPECT_TRUE(WithdrawHeadings(options, &window_).empty()) << "as many follow it";
+  EXPECT_TRUE(HeadingsOf(window_).front());
+  heading.lines_kept = 1;
+  EXPECT_THAT(WithdrawHeadings(options, &window_), ::testing::ElementsAre(int64_t{kLine}));
+  EXPECT_TRUE(line().retired);
+  EXPECT_FALSE(HeadingsOf(window_).front());
+  EXPECT_TRUE(WithdrawHeadings(options, &window_).empty()) << "once";
 }
 
 TEST_F(LineLandmarksTest, KeepsALineThatFits) {
