@@ -100,6 +100,7 @@ constexpr OptionTable kManhattan{
     Option{"search_sigma_rad", &ManhattanOptions::search_sigma_rad, 1e-05, 0.1},
     Option{"max_sigmas", &ManhattanOptions::max_sigmas, 0.5, 10.0},
     Option{"min_separation_rad", &ManhattanOptions::min_separation_rad, 0.01, 0.7},
+    Option{"runner_up_separation_rad", &ManhattanOptions::runner_up_separation_rad, 0.01, 0.7},
     Option{"min_images", &ManhattanOptions::min_images, 1, 10000},
     Option{"min_images_below", &ManhattanOptions::min_images_below, 1, 10000},
     Option{"min_image_share", &ManhattanOptions::min_image_share, 0.0, 1.0},

@@ -149,6 +149,8 @@ struct ManhattanOptions {
   double search_sigma_rad = 0.004;   // added to that of a vote
   double max_sigmas = 3;             // between a heading and a vote for it
   double min_separation_rad = 0.04;  // between headings
+  // Closer to a heading, what is next to it are flanks of its own.
+  double runner_up_separation_rad = 0.14;
   // When a heading is certain: its lines are the greater part, along both of its axes, or nearly
   // all, along one axis but on all sides of the camera, as in a corridor.
   int min_images = 10;               // in which it has min_image_share

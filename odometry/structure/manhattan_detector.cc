@@ -60,6 +60,10 @@ double SigmasApart(const ManhattanOptions& options, const Vote& vote, double hea
 
 using Images = std::vector<std::vector<Vote>>;
 
+struct Neighbourhood {
+  double heading_rad, reach_rad;
+};
+
 // The weight of all votes by headings in steps of a quarter turn.
 class HeadingHistogram {
  public:
@@ -75,15 +79,14 @@ class HeadingHistogram {
   }
   double weight(size_t bin) const { return bins_[bin]; }
 
-  // The heaviest bin that is not within a distance of some headings; nothing where all is empty.
-  std::optional<size_t> Heaviest(const std::vector<double>& away_from_rad,
-                                 double distance_rad) const {
+  // The heaviest bin that is not in the neighbourhood of some headings; nothing where all is empty.
+  std::optional<size_t> Heaviest(const std::vector<Neighbourhood>& away_from) const {
     std::optional<size_t> best;
     for (size_t bin = 0; bin < bins_.size(); ++bin) {
       if (bins_[bin] <= (best ? bins_[*best] : 0)) continue;
       const double heading_rad = HeadingOf(bin);
-      const bool near = std::any_of(away_from_rad.begin(), away_from_rad.end(), [&](double other) {
-        return std::abs(Wrap(heading_rad - other, kQuarterTurn_rad)) < distance_rad;
+      const bool near = std::ranges::any_of(away_from, [&](const Neighbourhood& other) {
+        return std::abs(Wrap(heading_rad - other.heading_rad, kQuarterTurn_rad)) < other.reach_rad;
       });
       if (!near) best = bin;
     }
@@ -224,14 +227,17 @@ std::optional<HeadingEvidence> ManhattanDetector::Best() const {
     }
   }
   const HeadingHistogram histogram(options_, unexplained);
-  const auto bin = histogram.Heaviest(known_headings_rad_, options_.min_separation_rad);
+  std::vector<Neighbourhood> others;
+  for (const double known_rad : known_headings_rad_) {
+    others.push_back({known_rad, options_.min_separation_rad});
+  }
+  const auto bin = histogram.Heaviest(others);
   if (!bin) return std::nullopt;
   const auto [heading_rad, sigma_rad] = Refine(options_, unexplained, histogram.HeadingOf(*bin));
   HeadingEvidence evidence = Weigh(options_, unexplained, heading_rad);
   evidence.sigma_rad = std::hypot(sigma_rad, options_.tilt_sigma_rad);
-  std::vector<double> others = known_headings_rad_;
-  others.push_back(heading_rad);
-  const auto runner_up = histogram.Heaviest(others, options_.min_separation_rad);
+  others.push_back({heading_rad, options_.runner_up_separation_rad});
+  const auto runner_up = histogram.Heaviest(others);
   if (runner_up) {
     evidence.runner_up_share =
         evidence.share * histogram.weight(*runner_up) / histogram.weight(*bin);
