@@ -10,6 +10,7 @@
 
 #include "apps/commands.h"
 #include "apps/usage.h"
+#include "apps/verdict_report.h"
 #include "data/error.h"
 #include "data/progress.h"
 #include "data/version.h"
@@ -78,6 +79,9 @@ int RunProgram(int argc, char** argv) {
   app.require_subcommand(1);
   SetUpLog();
   AddCommands(app);
+  app.footer(
+      "Exit codes: 0 done, 1 bad data or output, 2 wrong usage, 3 a run that failed by its own\n"
+      "verdict (all is written), 130 interrupted.");
   AddLogFlags(app);
   for (CLI::App* command : app.get_subcommands([](CLI::App*) { return true; })) {
     AddLogFlags(*command);
@@ -125,6 +129,8 @@ int main(int argc, char** argv) {
     return PrintError(error.what(), kExitUsage);
   } catch (const StoppedError& error) {
     return PrintError(error.what(), kExitInterrupted);
+  } catch (const FailedRunError& error) {
+    return PrintError(error.what(), kExitFailedRun);
   } catch (const std::bad_alloc&) {
     return PrintError("out of memory", kExitFailure);
   } catch (const std::exception& error) {

@@ -4,6 +4,7 @@
 #include "apps/commands.h"
 #include "apps/folder_kind.h"
 #include "apps/map_stage.h"
+#include "apps/verdict_report.h"
 #include "mapping/map_folder.h"
 
 namespace slcmap {
@@ -18,7 +19,8 @@ void Map(const MapArguments& arguments) {
   const MappingOptions options = ReadMappingOptions(arguments.config);
   ExpectFolder(arguments.run, FolderKind::kRun);
   OutputFolder output(arguments.output, MapFiles(), {arguments.run});
-  RunMapStage(arguments.run, options, arguments.accept_changed, &output);
+  const MapResult map = RunMapStage(arguments.run, options, arguments.accept_changed, &output);
+  LogVerdict(arguments.run, *map.verdict);
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include "mapping/map_folder.h"
 #include "mapping/mapping.h"
 #include "odometry/run_folder.h"
+#include "odometry/verdict/judge.h"
 
 namespace slcmap {
 namespace {
@@ -54,7 +55,9 @@ MappingOptions ReadMappingOptions(const std::string& config) {
 
 MapResult RunMapStage(const std::string& run_folder, const MappingOptions& options,
                       bool accept_changed, OutputFolder* output) {
-  const OdometryRun run = ReadRun(run_folder, accept_changed);
+  OdometryRun run = ReadRun(run_folder, accept_changed);
+  if (!run.verdict)
+    run.verdict = JudgeRun(run, VerdictOptions());  // cut off, or of an earlier version
   spdlog::debug("{}: {} poses, {} keyframes, {} landmarks, {} lines", run_folder, run.states.size(),
                 run.keyframes.size(), run.landmarks.size(), run.lines.size());
   WarnOfRun(run_folder, run);

@@ -4,6 +4,7 @@
 #include "apps/commands.h"
 #include "apps/odometry_options.h"
 #include "apps/odometry_stage.h"
+#include "apps/verdict_report.h"
 
 namespace slcmap {
 
@@ -16,8 +17,9 @@ void AddOdometryCommand(CLI::App& app) {
       "Examples:\n  slcmap odometry MH_01_easy -o run\n"
       "  slcmap odometry dataset-room1_512_16 -o run --method points --config tuning.yaml\n\n"
       "Writes trajectory.tum (pose of the IMU body, a row an image), points.ply, lines.ply,\n"
-      "timings.json and what map reads. Ctrl-C ends with the results so far.");
-  command->callback([arguments] { RunOdometryStage(*arguments); });
+      "timings.json and what map reads. Ctrl-C ends with the results so far.\n\n" +
+      std::string(kVerdictHelp));
+  command->callback([arguments] { RefuseFailed(arguments->run, RunOdometryStage(*arguments)); });
 }
 
 }  // namespace slcmap

@@ -15,6 +15,7 @@
 #include "apps/progress.h"
 #include "apps/run_recorder.h"
 #include "apps/trajectory_stream.h"
+#include "apps/verdict_report.h"
 #include "data/calibration.h"
 #include "data/error.h"
 #include "data/real_time_pace.h"
@@ -24,15 +25,25 @@
 #include "odometry/run_folder.h"
 #include "odometry/run_lines.h"
 #include "odometry/run_points.h"
+#include "odometry/verdict/judge.h"
 
 namespace slcmap {
 namespace {
 
-OdometryOptions ReadOptions(const OdometryArguments& arguments) {
-  OdometryOptions options =
-      arguments.config.empty() ? OdometryOptions() : OdometryOptions::FromYaml(arguments.config);
-  if (!arguments.method.empty()) options.method = MethodFromName(arguments.method);
-  options.Check();
+// All that a configuration says of this stage.
+struct StageOptions {
+  OdometryOptions odometry;
+  VerdictOptions verdict;
+};
+
+StageOptions ReadOptions(const OdometryArguments& arguments) {
+  StageOptions options;
+  if (!arguments.config.empty()) {
+    options.odometry = OdometryOptions::FromYaml(arguments.config);
+    options.verdict = VerdictOptions::FromYaml(arguments.config);
+  }
+  if (!arguments.method.empty()) options.odometry.method = MethodFromName(arguments.method);
+  options.odometry.Check();
   return options;
 }
 
@@ -57,15 +68,16 @@ std::string WithinFolder(const std::string& path, const std::string& folder) {
   return path.empty() ? "" : std::filesystem::path(path).lexically_relative(folder).string();
 }
 
-RunSource OriginOf(const SequenceSource& source, const OdometryOptions& options,
-                   const std::vector<CheckCorrection>& corrections) {
+RunSource OriginOf(const SequenceSource& source, const StageOptions& options,
+                   const StartCheck& check) {
   const SourceInfo& info = source.info();
   RunSource origin;
   origin.version = kVersion;
   origin.sequence = std::filesystem::weakly_canonical(info.name).string();
   origin.calibration = info.calibration;
-  origin.options = options.ToYaml();
-  origin.corrections = corrections;
+  origin.options = options.odometry.ToYaml() + options.verdict.ToYaml();
+  origin.corrections = check.corrections;
+  origin.check_errors = check.errors;
   origin.raw_rig = info.rig;
   const bool stereo = IsStereo(info.rig);
   for (size_t pair = 0; pair < info.pair_stamps_ns.size(); ++pair) {
@@ -80,11 +92,12 @@ RunSource OriginOf(const SequenceSource& source, const OdometryOptions& options,
 class Feeder {
  public:
   // `origin` is where the run comes from.
-  Feeder(SequenceSource* source, RunSource origin, const OdometryOptions& options,
+  Feeder(SequenceSource* source, RunSource origin, const StageOptions& options,
          const OdometryArguments& arguments)
       : source_(*source),
         origin_(std::move(origin)),
-        odometry_(source->info().rig, options, arguments.threads),
+        verdict_options_(options.verdict),
+        odometry_(source->info().rig, options.odometry, arguments.threads),
         stream_(arguments.run + "/trajectory.tum"),
         recorder_(arguments.run, Header(), &odometry_),
         start_(CostSoFar()) {
@@ -127,6 +140,7 @@ class Feeder {
     run.timings.data_s = data_s_;
     if (pace_) run.timings.real_time = pace_->Report();
     run.timings.stages.insert(run.timings.stages.begin(), {"wait for images", wait_s_, frames_});
+    run.verdict = JudgeRun(run, verdict_options_);
     return run;
   }
 
@@ -188,6 +202,7 @@ class Feeder {
 
   SequenceSource& source_;
   const RunSource origin_;
+  const VerdictOptions verdict_options_;
   Odometry odometry_;
   std::optional<RealTimePace> pace_;  // none: as fast as can be
   TrajectoryStream stream_;
@@ -299,15 +314,15 @@ OdometryRun RunOdometryStage(const OdometryArguments& arguments,
     throw ConfigError(fmt::format("--threads: found {}, expected 1 to 256", arguments.threads));
   }
   arguments.part.Check();
-  const OdometryOptions options = ReadOptions(arguments);
+  const StageOptions options = ReadOptions(arguments);
   OutputFolder output(arguments.run, RunFiles(), FoldersOf(arguments.sequence));
-  const bool one_camera = options.method == Method::kPointsMono;
+  const bool one_camera = options.odometry.method == Method::kPointsMono;
   Sequence sequence = OpenPart(arguments);
   if (!IsStereo(sequence.rig) && !one_camera) {
     throw DataError(sequence.folder +
                     ": found one camera, expected cam0 and cam1, or --method points-mono");
   }
-  const auto corrections = CheckBeforeStart(arguments.start, one_camera, &sequence);
+  const StartCheck check = CheckBeforeStart(arguments.start, one_camera, &sequence);
   AslSource source(std::move(sequence), {.read_right = !one_camera});
   const SourceInfo& info = source.info();
   spdlog::info("{} {}; calibration: {}", info.pair_stamps_ns.size(), ImagesOf(info.rig),
@@ -317,7 +332,7 @@ OdometryRun RunOdometryStage(const OdometryArguments& arguments,
 
   MoveAside(&output);
   for (OutputFolder* folder : outdated) MoveAside(folder);
-  Feeder feeder(&source, OriginOf(source, options, corrections), options, arguments);
+  Feeder feeder(&source, OriginOf(source, options, check), options, arguments);
   try {
     feeder.FeedAll();
   } catch (const std::exception& error) {
@@ -328,11 +343,8 @@ OdometryRun RunOdometryStage(const OdometryArguments& arguments,
   WriteRunFolder(&output, run);
   if (run.complete && !run.states.empty()) output.RemoveAside();
   LogResult(run, info, feeder.path_length_m(), arguments.run);
-  if (run.states.empty() && run.complete) {
-    throw DataError(arguments.sequence +
-                    ": found no motion that could be estimated, expected at least one pose (slcmap "
-                    "check names what may be wrong)");
-  }
+  LogVerdict(arguments.run, *run.verdict);
+  if (run.states.empty()) RefuseFailed(arguments.run, run);
   return run;
 }
 

@@ -31,8 +31,8 @@ std::vector<std::string> FoldersOf(const std::string& sequence);
 // within them when the new run begins, and that of the run is removed once the new one is complete.
 // trajectory.tum grows with each image; a run folder without run.json is unfinished. After Ctrl-C
 // the run so far is written and returned with complete == false. After an error the run so far is
-// written, and the error thrown on. Throws DataError when no pose could be estimated, and what
-// OutputFolder throws.
+// written, and the error thrown on. The verdict is logged; throws FailedRunError when no pose could
+// be estimated, and what OutputFolder throws.
 OdometryRun RunOdometryStage(const OdometryArguments& arguments,
                              const std::vector<OutputFolder*>& outdated = {});
 

@@ -12,6 +12,7 @@
 #include "apps/odometry_options.h"
 #include "apps/odometry_stage.h"
 #include "apps/progress.h"
+#include "apps/verdict_report.h"
 #include "data/error.h"
 #include "data/sequence.h"
 #include "export/export.h"
@@ -99,6 +100,8 @@ void RunAll(const RunArguments& arguments) {
   PrintCost(run.timings);
   std::printf("results   %s/run, %s/map\n", output.c_str(), output.c_str());
   for (const std::string& file : files) std::printf("open      %s\n", file.c_str());
+  PrintVerdict(*run.verdict);
+  RefuseFailed(odometry.run, run);
 }
 
 }  // namespace
@@ -115,7 +118,8 @@ void AddRunCommand(CLI::App& app) {
   command->footer(
       "Examples:\n  slcmap run MH_01_easy -o out\n"
       "  slcmap run MH_01_easy -o out --from 40 --duration 20 --format glb\n\n"
-      "Where the sequence holds true poses, the accuracy is printed too.");
+      "Where the sequence holds true poses, the accuracy is printed too.\n\n" +
+      std::string(kVerdictHelp));
   command->callback([arguments] { RunAll(*arguments); });
 }
 

@@ -35,19 +35,24 @@ void RefuseErrors(const CheckReport& report) {
 
 }  // namespace
 
-std::vector<CheckCorrection> CheckBeforeStart(const StartCheckArguments& arguments, bool one_camera,
-                                              Sequence* sequence) {
+StartCheck CheckBeforeStart(const StartCheckArguments& arguments, bool one_camera,
+                            Sequence* sequence) {
   if (!arguments.check) return {};
   const CheckReport report = Check(*sequence, one_camera);
   if (!arguments.force) RefuseErrors(report);
   LogFindings(report);
+  StartCheck done{report.corrections, {}};
+  for (const CheckFinding& finding : report.findings) {
+    if (finding.severity != Severity::kError) continue;
+    done.errors.push_back(finding.name + ": " + finding.found + "; remedy: " + finding.remedy);
+  }
   std::string words;
   for (const CheckCorrection& correction : report.corrections) {
     words += (words.empty() ? "" : ", ") + correction.words;
   }
   if (!words.empty()) spdlog::info("starts from what the check found: {}", words);
   sequence->rig = Corrected(sequence->rig, report);
-  return report.corrections;
+  return done;
 }
 
 }  // namespace slcmap

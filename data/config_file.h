@@ -22,6 +22,7 @@ inline constexpr const char* kConfigKeys[] = {"method",
                                               "points_on_lines",
                                               "line_landmarks",
                                               "building_deviation",
+                                              "verdict",
                                               "mapping"};
 
 // Calls read(root) and returns its result. Throws ConfigError, always naming the file, when it

@@ -64,4 +64,14 @@ class OptionTable {
   std::tuple<Entries...> entries_;
 };
 
+// Throws ConfigError unless the least value of an option is at most the largest.
+inline void CheckOrder(const std::string& section, const char* least_key, double least,
+                       const char* largest_key, double largest) {
+  if (least <= largest) return;
+  std::ostringstream message;
+  message << section << "." << least_key << ": found " << least << ", expected at most "
+          << largest_key << ", which is " << largest;
+  throw ConfigError(message.str());
+}
+
 }  // namespace slcmap

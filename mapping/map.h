@@ -4,12 +4,14 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "data/map_line.h"
 #include "data/trajectory.h"
 #include "data/types.h"
+#include "data/verdict.h"
 #include "mapping/occupancy_map.h"
 
 namespace slcmap {
@@ -37,6 +39,7 @@ struct MapResult {
   bool complete = false;
   std::string partial_reason;
   std::map<std::string, int64_t> warnings;  // counted by kind
+  std::optional<Verdict> verdict;           // on the run
   Rig rectified_rig;
   Trajectory trajectory;  // refined, a pose an image
   Trajectory keyframes;

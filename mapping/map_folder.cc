@@ -10,6 +10,7 @@
 #include "data/ply.h"
 #include "data/summary_file.h"
 #include "data/trajectory.h"
+#include "data/verdict_json.h"
 #include "mapping/point_cloud.h"
 #include "odometry/method.h"
 #include "odometry/run_json.h"
@@ -55,6 +56,7 @@ std::string WriteSummary(const std::string& folder, const MapResult& map) {
                  {"sequence", map.source.sequence}}},
                {"complete", map.complete},
                {"partial_reason", map.partial_reason},
+               {"verdict", VerdictJson(map.verdict)},
                {"warnings", Json(map.warnings)},
                {"median_line_observations", MedianObservations(map.lines)},
                {"voxel_m", map.occupancy.resolution_m()}};
@@ -76,6 +78,7 @@ Json ReadSummary(const std::string& path, MapResult* map) {
     map->complete = json.at("complete").get<bool>();
     map->partial_reason = json.at("partial_reason").get<std::string>();
     map->warnings = ParseWarnings(path, json.at("warnings"));
+    map->verdict = ParseVerdict(path, json);
     return json;
   });
 }

@@ -27,6 +27,7 @@ MapResult BuildMap(const OdometryRun& run, const MappingOptions& options,
   map.complete = run.complete;
   map.partial_reason = run.partial_reason;
   map.warnings = run.warnings;
+  map.verdict = run.verdict;
   map.rectified_rig = run.rectified_rig;
 
   bool stopped = false;

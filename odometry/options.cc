@@ -1,6 +1,5 @@
 #include "odometry/options.h"
 
-#include <sstream>
 #include <utility>
 
 #include "data/config_file.h"
@@ -138,20 +137,6 @@ constexpr OptionTable kPointsOnLines{
 
 void PointsOnLinesOptions::Check() const { kPointsOnLines.Check("points_on_lines", *this); }
 void PointsOnLinesOptions::Read(YamlSection section) { kPointsOnLines.Read(section, this); }
-
-namespace {
-
-// Throws ConfigError unless the least value of an option is below the largest.
-void CheckOrder(const std::string& section, const char* least_key, double least,
-                const char* largest_key, double largest) {
-  if (least <= largest) return;
-  std::ostringstream message;
-  message << section << "." << least_key << ": found " << least << ", expected at most "
-          << largest_key << ", which is " << largest;
-  throw ConfigError(message.str());
-}
-
-}  // namespace
 
 constexpr OptionTable kPointTriangulation{
     Option{"min_parallax_rad", &PointTriangulationOptions::min_parallax_rad, 0.0, 1.0},

@@ -12,6 +12,8 @@
 #include "data/real_time_pace.h"
 #include "data/trajectory.h"
 #include "data/types.h"
+#include "data/verdict.h"
+#include "odometry/verdict/run_figures.h"
 
 namespace slcmap {
 
@@ -125,7 +127,8 @@ struct RunSource {
   std::vector<CheckCorrection> corrections;  // of that calibration, made before the start
   Rig raw_rig;  // the cameras as calibrated and corrected; the rectifier's options lead from it to
                 // OdometryRun::rectified_rig
-  std::vector<RecordedImages> images;  // all, by stamp
+  std::vector<RecordedImages> images;     // all, by stamp
+  std::vector<std::string> check_errors;  // that the run went on in spite of, in words
 };
 
 // All stamps are on the camera's clock, as those of the images are: a keyframe has the stamp of its
@@ -137,7 +140,9 @@ struct OdometryRun {
   bool complete = false;
   std::string partial_reason;               // why it is not complete
   std::map<std::string, int64_t> warnings;  // counted by kind
-  Rig rectified_rig;  // the cameras that KeyframeObservation's pixels belong to
+  RunFigures figures;
+  std::optional<Verdict> verdict;  // none of a run that nobody has judged
+  Rig rectified_rig;               // the cameras that KeyframeObservation's pixels belong to
   std::vector<OnlineState> states;
   std::vector<Keyframe> keyframes;
   std::vector<Landmark> landmarks;

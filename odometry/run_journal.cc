@@ -26,6 +26,7 @@ constexpr char kHeader[] = "header.json";
 constexpr char kRig[] = "rig.json";
 constexpr char kFinished[] = "finished.csv";
 constexpr char kWindow[] = "window.csv";
+constexpr char kFigures[] = "figures.json";
 constexpr int64_t kSyncEvery_ns = 10'000'000'000;
 
 std::string JournalPath(const std::string& run_folder, const char* name) {
@@ -88,6 +89,15 @@ void ReadTables(std::map<std::string, CsvTable>& tables, OdometryRun* run) {
   ReadLinePoints(tables[kLinePointTable], run);
 }
 
+// A reader finds the old text or the new one.
+void Replace(const std::string& path, const std::string& text) {
+  const std::string aside = path + ".new";
+  WriteFile(aside, text);
+  std::error_code error;
+  std::filesystem::rename(aside, path, error);
+  if (error) throw OutputError(path + ": cannot be written: " + error.message());
+}
+
 int64_t Now_ns() {
   return std::chrono::steady_clock::now().time_since_epoch() / std::chrono::nanoseconds(1);
 }
@@ -135,11 +145,9 @@ void RunJournal::SyncNowAndThen() {
 }
 
 void RunJournal::SetWindow(const OdometryRun& window) {
-  const std::string path = JournalPath(folder_, kWindow), aside = path + ".new";
-  WriteFile(aside, TaggedRows(IsFinite(window) ? window : WithoutNonFinite(window)));
-  std::error_code error;
-  std::filesystem::rename(aside, path, error);
-  if (error) throw OutputError(path + ": cannot be written: " + error.message());
+  Replace(JournalPath(folder_, kWindow),
+          TaggedRows(IsFinite(window) ? window : WithoutNonFinite(window)));
+  Replace(JournalPath(folder_, kFigures), FiguresJson(window.figures).dump() + "\n");
 }
 
 bool HasRunJournal(const std::string& run_folder) {
@@ -155,6 +163,11 @@ OdometryRun ReadRunJournal(const std::string& run_folder) {
   });
   run.rectified_rig = ReadRig(JournalPath(run_folder, kRig));
   if (run.source) ReadRunSource(run_folder + "/" + kJournalFolder, &*run.source);
+  if (const std::string figures = JournalPath(run_folder, kFigures);
+      std::filesystem::exists(figures)) {
+    run.figures =
+        ParseJsonFile(figures, [&](const Json& json) { return ParseFigures(figures, json); });
+  }
   int64_t cut_rows = 0;
   auto finished = CsvTable::ReadTagged(JournalPath(run_folder, kFinished), RunColumns(), &cut_rows);
   const std::string window_path = JournalPath(run_folder, kWindow);

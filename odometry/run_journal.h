@@ -3,6 +3,7 @@
 // The folder "journal" in the run folder holds header.json (method, source, rectified rig),
 // finished.csv, which grows by what has left the window, and window.csv, which is replaced by what
 // is in the window. Their rows are those of RunColumns(), after the name of their table.
+// figures.json, which is replaced with it, holds what the run knows about itself.
 #pragma once
 
 #include <cstdint>
@@ -28,7 +29,7 @@ class RunJournal {
   // is in the file when the call returns, so that it survives the process. Throws OutputError.
   void Append(const OdometryRun& finished);
 
-  // Replaces what is in the window. Throws OutputError.
+  // Replaces what is in the window, and the figures. Throws OutputError.
   void SetWindow(const OdometryRun& window);
 
  private:

@@ -7,6 +7,7 @@
 #include "data/calibration.h"
 #include "data/error.h"
 #include "data/json_file.h"
+#include "data/verdict_json.h"
 #include "odometry/method.h"
 #include "odometry/run_lines.h"
 #include "odometry/run_points.h"
@@ -80,7 +81,8 @@ Json SourceJson(const std::optional<RunSource>& source) {
   return {{"slcmap", source->version},
           {"sequence", source->sequence},
           {"calibration", source->calibration},
-          {"corrections", corrections}};
+          {"corrections", corrections},
+          {"check_errors", source->check_errors}};
 }
 
 std::optional<RunSource> ParseSource(const Json& json) {
@@ -94,6 +96,7 @@ std::optional<RunSource> ParseSource(const Json& json) {
                                   correction.at("values").get<std::vector<double>>(),
                                   correction.at("words").get<std::string>()});
   }
+  source.check_errors = json.value("check_errors", std::vector<std::string>());
   return source;
 }
 
@@ -203,6 +206,30 @@ std::vector<std::pair<const char*, std::size_t>> RunCounts(const OdometryRun& ru
           {"imu_samples", run.imu.size()}};
 }
 
+Json FiguresJson(const RunFigures& figures) {
+  Json json;
+  for (const auto& [name, member] : kRunFigures) {
+    const FigureSummary& figure = figures.*member;
+    json[name] = {{"mean", figure.mean}, {"worst", figure.worst}, {"count", figure.count}};
+  }
+  return json;
+}
+
+RunFigures ParseFigures(const std::string& path, const Json& json) {
+  constexpr double kMaxFigure = 1e300;
+  constexpr int64_t kMaxCount = 1'000'000'000'000;
+  RunFigures figures;
+  for (const auto& [name, member] : kRunFigures) {
+    if (!json.contains(name)) continue;
+    const Json& figure = json.at(name);
+    const std::string place = fmt::format("{}: figures: {}", path, name);
+    figures.*member = {BoundedAt(place, figure, "mean", 0.0, kMaxFigure),
+                       BoundedAt(place, figure, "worst", 0.0, kMaxFigure),
+                       BoundedAt(place, figure, "count", int64_t{0}, kMaxCount)};
+  }
+  return figures;
+}
+
 Json HeaderJson(const OdometryRun& run) {
   return {{"format", "slcmap run"},
           {"version", kRunVersion},
@@ -222,6 +249,8 @@ void WriteRunSummary(const std::string& path, const OdometryRun& run,
   Json json = HeaderJson(run);
   json["complete"] = run.complete;
   json["partial_reason"] = run.partial_reason;
+  json["verdict"] = VerdictJson(run.verdict);
+  json["figures"] = FiguresJson(run.figures);
   json["warnings"] = run.warnings;
   json["manhattan_worlds"] = WorldsJson(run.manhattan_worlds);
   json["line_deviation_rad"] = run.line_deviation_rad;
@@ -240,6 +269,8 @@ Json ReadRunSummary(const std::string& path, OdometryRun* run) {
     run->complete = json.at("complete").get<bool>();
     run->partial_reason = json.at("partial_reason").get<std::string>();
     run->warnings = ParseWarnings(path, json.at("warnings"));
+    run->verdict = ParseVerdict(path, json);
+    if (json.contains("figures")) run->figures = ParseFigures(path, json.at("figures"));
     run->manhattan_worlds = ParseWorlds(path, json.at("manhattan_worlds"));
     if (json.contains("line_deviation_rad")) {  // newer than the version
       run->line_deviation_rad = BoundedAt(path, json, "line_deviation_rad", 0, 1);

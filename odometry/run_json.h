@@ -27,6 +27,10 @@ Json ReadRunSummary(const std::string& path, OdometryRun* run);
 // Counts by kind; throws DataError naming `path` where one is negative.
 std::map<std::string, int64_t> ParseWarnings(const std::string& path, const Json& json);
 
+// Throws DataError naming `path` where a figure is missing or negative.
+Json FiguresJson(const RunFigures& figures);
+RunFigures ParseFigures(const std::string& path, const Json& json);
+
 // The part of a summary that is known before a run begins: method and source. `place` stands in the
 // messages of DataErrors.
 Json HeaderJson(const OdometryRun& run);

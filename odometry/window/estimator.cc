@@ -155,6 +155,7 @@ void Estimator::Describe(OdometryRun* run) const {
   run->line_merges = run_.line_merges;
   for (const auto& [kind, count] : run_.warnings) run->warnings[kind] += count;
   run->timings.window_iterations = window_.iterations();
+  run->figures = figures_.Figures();
   window_.AddContents(segment_, run);
   ResolveMergedLines(run);
 }
@@ -168,6 +169,7 @@ void Estimator::DescribeFinished(FinishedMarks* marks, OdometryRun* run) const {
 void Estimator::DescribeWindow(OdometryRun* run) const {
   run->manhattan_worlds = run_.manhattan_worlds;
   run->line_merges = run_.line_merges;
+  run->figures = figures_.Figures();
   window_.AddContents(segment_, run);
 }
 
@@ -250,7 +252,9 @@ std::optional<OnlineState> Estimator::Estimate(int64_t stamp_ns) {
   {
     const auto timed = clock_.Time("frame estimation");
     window_.Predict(frame.get());
-    source_->Remove(window_.Track(frame.get()));
+    FrameFit fit;
+    source_->Remove(window_.Track(frame.get(), &fit));
+    figures_.AddImage(stamp_ns, fit);
   }
   const OnlineState state = StateOf(*frame);
   gyro_bias_rad_s_ = state.gyro_bias_rad_s;
@@ -296,6 +300,7 @@ std::optional<OnlineState> Estimator::FinishKeyframe() {
   const FinishedIds finished = keyframe.optimized.get();
   source_->Remove(finished.points);
   if (lines_) lines_->Remove(finished.lines);
+  figures_.AddKeyframe(window_.newest().stamp_ns, window_.fit());
   window_.Collect(segment_, &run_);
   const auto visible = std::count_if(keyframe.point_ids.begin(), keyframe.point_ids.end(),
                                      [&](int64_t id) { return !finished.points.contains(id); });

@@ -14,6 +14,7 @@
 #include "odometry/options.h"
 #include "odometry/run.h"
 #include "odometry/stage_clock.h"
+#include "odometry/verdict/figure_collector.h"
 #include "odometry/window/initializer.h"
 #include "odometry/window/sliding_window.h"
 
@@ -132,6 +133,7 @@ class Estimator {
   Initializer initializer_;
   SlidingWindow window_;
   StageClock clock_;
+  FigureCollector figures_;
 
   std::unique_ptr<Preintegration> since_keyframe_;  // up to the last image that was no keyframe
   // At the last image; of a keyframe, as it was before its optimisation.

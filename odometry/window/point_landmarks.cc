@@ -47,8 +47,9 @@ std::pair<double, double> ObservationChi2(const PointLandmark& landmark, const F
 }
 
 std::unordered_set<int64_t> RejectPointOutliers(double max_chi2, const CostModel& model,
-                                                WindowState* window) {
+                                                WindowState* window, PointFit* fit) {
   std::unordered_set<int64_t> outliers;
+  PointFit all_points;
   for (auto it = window->landmarks.begin(); it != window->landmarks.end();) {
     PointLandmark& landmark = it->second;
     int bad = 0, all = 0;
@@ -57,6 +58,8 @@ std::unordered_set<int64_t> RejectPointOutliers(double max_chi2, const CostModel
       if (!landmark.triangulated) break;
       const auto [left, right] = ObservationChi2(landmark, *frame, model);
       ++all;
+      all_points.Add(left, max_chi2);
+      if (right > 0) all_points.Add(right, max_chi2);
       if (right > max_chi2) frame->measurements.at(landmark.id).right.reset();
       if (left <= max_chi2) continue;
       ++bad;
@@ -74,6 +77,7 @@ std::unordered_set<int64_t> RejectPointOutliers(double max_chi2, const CostModel
       ++it;
     }
   }
+  if (fit != nullptr) *fit = all_points;
   return outliers;
 }
 

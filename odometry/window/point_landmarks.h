@@ -6,6 +6,7 @@
 
 #include "odometry/options.h"
 #include "odometry/run.h"
+#include "odometry/window/fit.h"
 #include "odometry/window/problem_builder.h"
 #include "odometry/window/window_covariance.h"
 
@@ -24,9 +25,9 @@ std::pair<double, double> ObservationChi2(const PointLandmark& landmark, const F
                                           const CostModel& model);
 
 // Rejects observations whose squared residual in one camera is above the limit, and the landmarks
-// that have mostly such; returns the ids of these.
+// that have mostly such; returns the ids of these. `fit` becomes that of all observations.
 std::unordered_set<int64_t> RejectPointOutliers(double max_chi2, const CostModel& model,
-                                                WindowState* window);
+                                                WindowState* window, PointFit* fit = nullptr);
 
 // Expresses a landmark in the next frame that saw it and forgets the observation of its host. False
 // where that frame has it not in front of its camera.

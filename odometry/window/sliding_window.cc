@@ -76,7 +76,7 @@ FinishedIds SlidingWindow::RejectOutliers() {
 // Landmarks that do not fit, which leave their lines too.
 std::unordered_set<int64_t> SlidingWindow::RejectPoints() {
   std::unordered_set<int64_t> outliers =
-      RejectPointOutliers(options_.max_point_chi2, model_, &state_);
+      RejectPointOutliers(options_.max_point_chi2, model_, &state_, &fit_.points);
   structure_.ForgetPoints(outliers, &state_);
   return outliers;
 }
@@ -121,7 +121,7 @@ void SlidingWindow::Predict(FrameState* frame) const {
               frame->pose.data());
 }
 
-std::unordered_set<int64_t> SlidingWindow::Track(FrameState* frame) const {
+std::unordered_set<int64_t> SlidingWindow::Track(FrameState* frame, FrameFit* fit) const {
   std::vector<Term> terms;
   AddImuTerm(state_.frames.back().get(), frame, &terms);
   if (frame->stands_still) AddZeroVelocityTerm(frame, model_, &terms);
@@ -136,7 +136,12 @@ std::unordered_set<int64_t> SlidingWindow::Track(FrameState* frame) const {
   SolverOptions solver;
   solver.max_iterations = options_.max_tracking_iterations;
   Solve(&terms, Prior(), is_constant, solver);
-  return RejectMisfits(frame);
+  std::unordered_set<int64_t> outliers = RejectMisfits(frame);
+  if (fit) {
+    *fit = {MeasureImuFit(newest(), *frame), static_cast<int>(landmarks.size()),
+            static_cast<int>(outliers.size())};
+  }
+  return outliers;
 }
 
 std::unordered_set<int64_t> SlidingWindow::RejectMisfits(FrameState* frame) const {
@@ -161,6 +166,7 @@ FinishedIds SlidingWindow::AddKeyframe(std::unique_ptr<FrameState> frame) {
   RegisterLines(newest, &state_);
   structure_.Update(model_, newest, &state_);
   iterations_ += Optimize(options_.max_iterations).iterations;
+  fit_ = MeasureWindowFit(state_);
   FinishedIds finished = RejectOutliers();
   while (static_cast<int>(state_.frames.size()) > options_.max_keyframes) {
     MarginalizeOldest(&finished);

@@ -7,6 +7,7 @@
 
 #include "odometry/options.h"
 #include "odometry/run.h"
+#include "odometry/window/fit.h"
 #include "odometry/window/marginalization.h"
 #include "odometry/window/problem_builder.h"
 #include "odometry/window/solver.h"
@@ -37,8 +38,9 @@ class SlidingWindow {
   // The state at the end of a preintegration that starts at the newest keyframe.
   void Predict(FrameState* frame) const;
 
-  // Estimates a frame alone against the window as it is, and rejects what does not fit then.
-  std::unordered_set<int64_t> Track(FrameState* frame) const;
+  // Estimates a frame alone against the window as it is, and rejects what does not fit then; `fit`
+  // becomes how well it fits.
+  std::unordered_set<int64_t> Track(FrameState* frame, FrameFit* fit = nullptr) const;
 
   // Takes measurements out of a frame that are far from where its pose and the landmarks have them;
   // returns the ids of those whose left one was.
@@ -69,6 +71,8 @@ class SlidingWindow {
   // Adds what is still in the window to the run.
   void AddContents(int segment, OdometryRun* run) const;
 
+  const WindowFit& fit() const { return fit_; }  // as the last keyframe was added
+
   bool last_solve_usable() const { return last_solve_usable_; }
   int64_t iterations() const { return iterations_; }  // of the optimisations in AddKeyframe()
 
@@ -94,6 +98,7 @@ class SlidingWindow {
   std::vector<Landmark> left_landmarks_;
   bool last_solve_usable_ = true;
   int64_t iterations_ = 0;
+  WindowFit fit_;
 };
 
 }  // namespace slcmap

@@ -95,9 +95,50 @@ TEST(Odometry, ASequenceThatShowsNoMotionFailsAndSaysSo) {
   testing::WriteSequence(folder, {.images = 5});
   const ProcessResult result =
       RunSlcmap("-q odometry " + folder.Path() + " -o " + folder.Path("run"));
-  EXPECT_EQ(result.exit_code, 1);
-  EXPECT_THAT(result.error, HasSubstr("found no motion that could be estimated"));
-  EXPECT_TRUE(std::filesystem::exists(folder.Path("run/run.json")));
+  EXPECT_EQ(result.exit_code, 3);
+  EXPECT_THAT(result.error, HasSubstr("run: the run has failed: start: found no motion that could "
+                                      "be estimated, expected at least one pose; remedy: "));
+  EXPECT_THAT(testing::ReadText(folder.Path("run/run.json")), HasSubstr("\"level\": \"failed\""));
+}
+
+// An accelerometer in g, which the check before the start names.
+std::string WriteSequenceInG(const TempFolder& folder) {
+  testing::WriteSequence(folder, {.images = 40, .size = {320, 240}, .still = true});
+  std::string rows;
+  for (int64_t i = -4; i < 400; ++i) {
+    rows += fmt::format("{},0.00{},0.00{},-0.00{},0.0{},-0.0{},1.0{}\n",
+                        testing::kFirstStamp_ns + i * testing::kImuStep_ns, (i + 9) % 3,
+                        (i + 9) % 5, (i + 9) % 7, (i + 9) % 4, (i + 9) % 6, (i + 9) % 8);
+  }
+  folder.Write("mav0/imu0/data.csv", rows);
+  return "odometry " + folder.Path() + " -o " + folder.Path("run");
+}
+
+TEST(Odometry, StopsWhereTheCheckBeforeTheStartFindsAnError) {
+  const TempFolder folder;
+  const std::string odometry = WriteSequenceInG(folder);
+  const ProcessResult stopped = RunSlcmap("-q " + odometry);
+  EXPECT_EQ(stopped.exit_code, 1) << stopped.error;
+  EXPECT_THAT(stopped.error, AllOf(HasSubstr("imu-units: "), HasSubstr("multiply by 9.80665"),
+                                   HasSubstr("--force goes on all the same")));
+  EXPECT_FALSE(std::filesystem::exists(folder.Path("run/run.json")));
+}
+
+TEST(Odometry, GoesOnWithForceAndSaysWhatItLeavesAside) {
+  const TempFolder folder;
+  const ProcessResult forced = RunSlcmap(WriteSequenceInG(folder) + " --force");
+  EXPECT_THAT(forced.error, HasSubstr("warning: check: imu-units: "));
+  const std::string summary = testing::ReadText(folder.Path("run/run.json"));
+  EXPECT_THAT(summary, AllOf(HasSubstr("\"check_errors\": [\n      \"imu-units: "),
+                             HasSubstr("\"what\": \"check\"")));
+  EXPECT_THAT(summary, Not(HasSubstr("\"level\": \"good\"")));
+}
+
+TEST(Odometry, DoesNotLookWithNoCheck) {
+  const TempFolder folder;
+  const ProcessResult unchecked = RunSlcmap(WriteSequenceInG(folder) + " --no-check");
+  EXPECT_THAT(unchecked.error, Not(HasSubstr("check:")));
+  EXPECT_THAT(testing::ReadText(folder.Path("run/run.json")), HasSubstr("\"check_errors\": []"));
 }
 
 TEST(Odometry, OneCameraIsEnoughForPointsMonoOnly) {

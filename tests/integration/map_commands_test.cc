@@ -65,6 +65,21 @@ TEST(MapCommands, APartialRunIsMappedWithAWarning) {
   EXPECT_THAT(exported.error, HasSubstr("the map is partial: interrupted"));
 }
 
+TEST(MapCommands, TheVerdictOnTheRunIsToldAndKept) {
+  const TempFolder folder;
+  OdometryRun run = testing::MakeWallRun();
+  run.verdict.emplace().Add(
+      {VerdictLevel::kFailed, "points-rejected", "80 %", "at most 12 %", "let slcmap check it"});
+  WriteRunFolder(folder.Path("run"), run);
+  const ProcessResult map = RunSlcmap("-q map " + folder.Path("run") + " -o " + folder.Path("map"));
+  EXPECT_EQ(map.exit_code, 0) << map.error;
+  EXPECT_THAT(map.error, AllOf(HasSubstr("run: verdict: failed"),
+                               HasSubstr("points-rejected: found 80 %, expected at most 12 %; "
+                                         "remedy: let slcmap check it")));
+  EXPECT_THAT(testing::ReadText(folder.Path("map/map.json")),
+              HasSubstr("\"verdict\": {\n    \"level\": \"failed\""));
+}
+
 TEST(MapCommands, SegmentsAreReported) {
   const TempFolder folder;
   OdometryRun run = testing::MakeWallRun();
@@ -85,7 +100,8 @@ TEST(MapCommands, ARunWithoutPosesIsAnEmptyMapAndSaysWhy) {
   WriteRunFolder(folder.Path("run"), run);
   const ProcessResult map = RunSlcmap("-q map " + folder.Path("run") + " -o " + folder.Path("map"));
   EXPECT_EQ(map.exit_code, 0) << map.error;
-  EXPECT_EQ(map.ErrorLines(), 1) << map.error;
+  EXPECT_EQ(map.ErrorLines(), 3) << map.error;
+  EXPECT_THAT(map.error, HasSubstr("run: verdict: failed"));
   EXPECT_THAT(map.error, AllOf(HasSubstr("run: found no pose"), HasSubstr("the map is empty"),
                                HasSubstr("attempts at initialisation that failed: 7")));
   EXPECT_EQ(RunSlcmap("-q export " + folder.Path("map") + " -o " + folder.Path("export")).exit_code,

@@ -135,11 +135,16 @@ TEST_F(MappingTest, ReportsHowFarItIs) {
 }
 
 TEST_F(MappingTest, AMapComesBackFromItsFolder) {
-  const MapResult map = BuildMap(testing::MakeLineRun(), {});
+  OdometryRun run = testing::MakeLineRun();
+  run.verdict.emplace().Add({VerdictLevel::kDoubtful, "speed", "a", "b", "c"});
+  const MapResult map = BuildMap(run, {});
   WriteMapFolder(folder_, map);
   const MapResult read = ReadMapFolder(folder_);
   EXPECT_EQ(read.method, "points");
   EXPECT_EQ(read.rectified_rig.cameras[0].fx_px, 320);
+  ASSERT_TRUE(read.verdict.has_value());
+  EXPECT_EQ(read.verdict->level, VerdictLevel::kDoubtful);
+  EXPECT_EQ(read.verdict->reasons.at(0).what, "speed");
   ASSERT_EQ(read.trajectory.size(), map.trajectory.size());
   EXPECT_EQ(read.keyframes.back().stamp_ns, map.keyframes.back().stamp_ns);
   ASSERT_EQ(read.points.size(), map.points.size());

@@ -106,6 +106,43 @@ TEST_F(RunFolderTest, ComesBackAsItWasWritten) {
   EXPECT_EQ(read.rectified_rig.camera_time_offset_s, 0.0125);
 }
 
+TEST_F(RunFolderTest, TheVerdictComesBackWithWhatItIsBasedOn) {
+  OdometryRun run = MakeRun();
+  WriteRunFolder(folder_, run);
+  EXPECT_FALSE(ReadRunFolder(folder_).verdict.has_value());
+  run.figures.points_rejected = {0.25, 0.5, 40};
+  run.verdict.emplace();
+  run.verdict->Add({VerdictLevel::kGood, "corrected", "a", "b", "c"});
+  run.verdict->Add({VerdictLevel::kFailed, "points-rejected", "50 %", "12 %", "check it"});
+  WriteRunFolder(folder_, run);
+  const OdometryRun read = ReadRunFolder(folder_);
+  EXPECT_EQ(read.figures.points_rejected.mean, 0.25);
+  EXPECT_EQ(read.figures.points_rejected.worst, 0.5);
+  EXPECT_EQ(read.figures.points_rejected.count, 40);
+  ASSERT_TRUE(read.verdict.has_value());
+  EXPECT_EQ(read.verdict->level, VerdictLevel::kFailed);
+  ASSERT_EQ(read.verdict->reasons.size(), 2u);
+  EXPECT_EQ(InWords(read.verdict->reasons[0]),
+            "points-rejected: found 50 %, expected 12 %; remedy: check it");
+  EXPECT_EQ(read.verdict->reasons[1].level, VerdictLevel::kGood);
+}
+
+TEST_F(RunFolderTest, AVerdictThatIsNoneIsRefused) {
+  OdometryRun run = MakeRun();
+  run.verdict.emplace();
+  run.verdict->Add({VerdictLevel::kFailed, "speed", "a", "b", "c"});
+  WriteRunFolder(folder_, run);
+  const std::string path = folder_ + "/run.json", text = ReadFile(path);
+  for (const auto& [to, message] : {std::pair("\"level\": \"good\"", "expected 'failed'"),
+                                    std::pair("\"level\": \"great\"", "found 'great'")}) {
+    const std::string from = "\"level\": \"failed\"";
+    std::string damaged = text;
+    damaged.replace(damaged.find(from), from.size(), to);
+    WriteFile(path, damaged);
+    ExpectReadError("run.json: verdict", message);
+  }
+}
+
 TEST_F(RunFolderTest, StatesComeBack) {
   const OdometryRun run = MakeRun();
   WriteRunFolder(folder_, run);

@@ -51,6 +51,7 @@ class RunJournalTest : public ::testing::Test {
     window.landmarks[1].p_world.x() = 77;  // has changed before it left the window
     window.lines = {run_.lines[22]};
     window.manhattan_worlds = run_.manhattan_worlds;
+    window.figures.points_rejected = {0.1, 0.2, 30};
     journal.SetWindow(window);
     journal.Append(finished);
   }
@@ -70,6 +71,16 @@ TEST_F(RunJournalTest, IsReadAsAPartialRunThatSaysSo) {
   ASSERT_EQ(read.states.size(), 21u);
   EXPECT_EQ(read.states[20].T_world_imu.translation, run_.states[20].T_world_imu.translation);
   EXPECT_EQ(read.imu.size(), 1u);
+  EXPECT_EQ(read.figures.points_rejected.worst, 0.2);
+  EXPECT_FALSE(read.verdict.has_value());  // nobody could judge it
+}
+
+TEST_F(RunJournalTest, FiguresMayBeMissingButNotDamaged) {
+  WriteFile(Path("figures.json"), "{\"points_rejected\": {\"mean\": -1}}");
+  EXPECT_THAT(MessageOf<DataError>([&] { ReadRunFolder(folder_); }),
+              HasSubstr("figures.json: figures: points_rejected: mean: found -1"));
+  std::filesystem::remove(Path("figures.json"));
+  EXPECT_EQ(ReadRunFolder(folder_).figures.points_rejected.count, 0);
 }
 
 TEST_F(RunJournalTest, WhatIsFinalGoesBeforeWhatWasInTheWindow) {
