@@ -15,6 +15,8 @@ void AddOdometryOptions(CLI::App& command, OdometryArguments* arguments) {
   command.add_option("--calibration", arguments->calibration,
                      "Kalibr camera chain, or a folder with sensor.yaml files (default: the "
                      "sequence's own)");
+  command.add_option("--write-calibration", arguments->write_calibration,
+                     "Write the calibration as it was found to this file, a Kalibr camera chain");
   command.add_option("--from", arguments->part.from_s,
                      "Start so many seconds after the first image");
   command.add_option("--duration", arguments->part.duration_s,

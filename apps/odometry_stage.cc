@@ -2,6 +2,7 @@
 
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <chrono>
 #include <filesystem>
 #include <memory>
@@ -21,6 +22,7 @@
 #include "data/real_time_pace.h"
 #include "data/source/asl_source.h"
 #include "data/version.h"
+#include "odometry/calibrated_rig.h"
 #include "odometry/odometry.h"
 #include "odometry/run_folder.h"
 #include "odometry/run_lines.h"
@@ -255,6 +257,33 @@ void LogLines(const OdometryRun& run) {
       lives.lines, lives.median_keyframes, lives.mean_keyframes, 100 * lives.share_over_10);
 }
 
+void LogCalibration(const OdometryRun& run) {
+  if (run.calibration.empty()) return;
+  constexpr double kDegrees = 180 / std::numbers::pi;
+  const CalibrationEstimate& e = run.calibration.back();
+  const auto degrees = [](const Eigen::Vector3d& v) {
+    return fmt::format("{:.3f} {:.3f} {:.3f}", kDegrees * v.x(), kDegrees * v.y(),
+                       kDegrees * v.z());
+  };
+  spdlog::info(
+      "calibration found, less what was given: time offset {:.2f} ms (sigma {:.2f}), IMU turned by "
+      "{} degrees ({}), right camera by {} ({}), focal length {:.2f} % ({:.2f})",
+      1e3 * e.time_offset_s, 1e3 * e.time_offset_sigma_s, degrees(e.imu_rotation_rad),
+      degrees(e.imu_rotation_sigma_rad), degrees(e.right_rotation_rad),
+      degrees(e.right_rotation_sigma_rad), 100 * e.focal_length, 100 * e.focal_length_sigma);
+}
+
+void WriteCalibration(const std::string& path, const OdometryRun& run) {
+  if (path.empty()) return;
+  if (run.calibration.empty()) {
+    spdlog::warn("{} was not written: the calibration could not be estimated", path);
+    return;
+  }
+  WriteKalibrCalibration(
+      path, CalibratedRig(run.source->raw_rig, run.rectified_rig, run.calibration.back()));
+  spdlog::info("wrote {}", path);
+}
+
 void LogRealTime(const RunTimings& timings) {
   if (!timings.real_time) return;
   const RealTimeReport& play = *timings.real_time;
@@ -279,6 +308,7 @@ void LogResult(const OdometryRun& run, const SourceInfo& info, double path_lengt
   const PointLives lives = MeasurePointLives(run.keyframes);
   spdlog::info("{} points, {} of them seen in a single keyframe", lives.points, lives.seen_once);
   LogLines(run);
+  LogCalibration(run);
   spdlog::info("CPU {:.2f} ms an image, {:.1f} x real time, peak memory {:.0f} MiB",
                1e3 * t.cpu_s / frames, t.data_s / std::max(t.wall_s, 1e-9), t.peak_memory_mib);
   LogRealTime(t);
@@ -294,6 +324,12 @@ Sequence OpenPart(const OdometryArguments& arguments) {
   Sequence sequence = OpenSequence(arguments.sequence, {.calibration = arguments.calibration});
   KeepPart(arguments.part, &sequence);
   return sequence;
+}
+
+// Rows that were made to fit say nothing of the turns that they do not show.
+bool TurnedRight(const std::vector<CheckCorrection>& corrections) {
+  return std::any_of(corrections.begin(), corrections.end(),
+                     [](const auto& c) { return c.name == kRightTurnCorrection; });
 }
 
 }  // namespace
@@ -314,7 +350,7 @@ OdometryRun RunOdometryStage(const OdometryArguments& arguments,
     throw ConfigError(fmt::format("--threads: found {}, expected 1 to 256", arguments.threads));
   }
   arguments.part.Check();
-  const StageOptions options = ReadOptions(arguments);
+  StageOptions options = ReadOptions(arguments);
   OutputFolder output(arguments.run, RunFiles(), FoldersOf(arguments.sequence));
   const bool one_camera = options.odometry.method == Method::kPointsMono;
   Sequence sequence = OpenPart(arguments);
@@ -323,6 +359,7 @@ OdometryRun RunOdometryStage(const OdometryArguments& arguments,
                     ": found one camera, expected cam0 and cam1, or --method points-mono");
   }
   const StartCheck check = CheckBeforeStart(arguments.start, one_camera, &sequence);
+  if (TurnedRight(check.corrections)) options.odometry.calibration.rows_fit = false;
   AslSource source(std::move(sequence), {.read_right = !one_camera});
   const SourceInfo& info = source.info();
   spdlog::info("{} {}; calibration: {}", info.pair_stamps_ns.size(), ImagesOf(info.rig),
@@ -341,6 +378,7 @@ OdometryRun RunOdometryStage(const OdometryArguments& arguments,
   }
   const OdometryRun run = feeder.Run("interrupted");
   WriteRunFolder(&output, run);
+  WriteCalibration(arguments.write_calibration, run);
   if (run.complete && !run.states.empty()) output.RemoveAside();
   LogResult(run, info, feeder.path_length_m(), arguments.run);
   LogVerdict(arguments.run, *run.verdict);

@@ -13,13 +13,14 @@ namespace slcmap {
 
 struct OdometryArguments {
   std::string sequence;
-  std::string run;          // folder that is written
-  std::string method;       // "" takes the configuration's
-  std::string config;       // YAML; "" takes the defaults
-  std::string calibration;  // "" takes the sequence's
-  SequencePart part;        // of the sequence
-  int threads = 2;          // the results are the same with any
-  bool real_time = false;   // plays the recording at its own pace, and skips what is late
+  std::string run;                // folder that is written
+  std::string method;             // "" takes the configuration's
+  std::string config;             // YAML; "" takes the defaults
+  std::string calibration;        // "" takes the sequence's
+  std::string write_calibration;  // file for what was found of it; "" for none
+  SequencePart part;              // of the sequence
+  int threads = 2;                // the results are the same with any
+  bool real_time = false;         // plays the recording at its own pace, and skips what is late
   StartCheckArguments start;
 };
 

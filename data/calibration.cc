@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "data/error.h"
+#include "data/file.h"
 #include "data/input_fault.h"
 #include "data/yaml_options.h"
 
@@ -253,6 +254,39 @@ const std::vector<std::string> kCamchainNames = {"camchain.yaml", "camchain-imuc
 const std::vector<std::string> kImuNames = {"imu_config.yaml", "imu.yaml", "imu0.yaml",
                                             "kalibr_imu_chain.yaml"};
 
+std::string KalibrMatrix(const char* key, const RigidTransform& transform) {
+  const Eigen::Matrix4d m = transform.Matrix();
+  std::string text = fmt::format("  {}:\n", key);
+  for (int r = 0; r < 4; ++r) {
+    text += fmt::format("  - [{}, {}, {}, {}]\n", m(r, 0), m(r, 1), m(r, 2), m(r, 3));
+  }
+  return text;
+}
+
+const char* KalibrName(Distortion distortion) {
+  switch (distortion) {
+    case Distortion::kRadialTangential:
+      return "radtan";
+    case Distortion::kEquidistant:
+      return "equidistant";
+    case Distortion::kNone:
+      break;
+  }
+  return "none";
+}
+
+std::string KalibrCamera(const std::string& name, const Camera& camera,
+                         const RigidTransform& T_imu_camera, double time_offset_s) {
+  const Eigen::Vector4d& k = camera.coefficients;
+  return fmt::format(
+      "{}:\n{}  camera_model: pinhole\n  distortion_coeffs: [{}, {}, {}, {}]\n"
+      "  distortion_model: {}\n  intrinsics: [{}, {}, {}, {}]\n  resolution: [{}, {}]\n"
+      "  timeshift_cam_imu: {}\n",
+      name, KalibrMatrix("T_cam_imu", T_imu_camera.Inverse()), k[0], k[1], k[2], k[3],
+      KalibrName(camera.distortion), camera.fx_px, camera.fy_px, camera.cx_px, camera.cy_px,
+      camera.width_px, camera.height_px, time_offset_s);
+}
+
 }  // namespace
 
 void CheckRig(const Rig& rig, const std::string& place) {
@@ -345,6 +379,24 @@ Calibration ReadKalibrCalibration(const std::string& camchain_path, const std::s
                     rig.camera_time_offset_s, imu_path.empty() ? "assumed" : imu_path);
     return calibration;
   });
+}
+
+void WriteKalibrCalibration(const std::string& path, const Rig& rig) {
+  std::string text;
+  for (int i = 0; i < (IsStereo(rig) ? 2 : 1); ++i) {
+    text += KalibrCamera(fmt::format("cam{}", i), rig.cameras[i], rig.T_imu_camera[i],
+                         rig.camera_time_offset_s);
+    if (i == 1) {
+      text += KalibrMatrix("T_cn_cnm1", rig.T_imu_camera[1].Inverse() * rig.T_imu_camera[0]);
+    }
+  }
+  const ImuNoise& noise = rig.imu_noise;
+  text += fmt::format(
+      "imu0:\n  accelerometer_noise_density: {}\n  accelerometer_random_walk: {}\n"
+      "  gyroscope_noise_density: {}\n  gyroscope_random_walk: {}\n  update_rate: {}\n",
+      noise.accel_noise_m_s2_sqrthz, noise.accel_walk_m_s3_sqrthz, noise.gyro_noise_rad_s_sqrthz,
+      noise.gyro_walk_rad_s2_sqrthz, noise.rate_hz);
+  WriteFile(path, text);
 }
 
 Calibration FindCalibration(const std::string& asl_folder, Warnings* warnings) {

@@ -32,12 +32,18 @@ Calibration ReadKalibrCalibration(const std::string& camchain_path, const std::s
 // Kalibr chain and IMU file in it, in the folder above, or in dso/ there (TUM VI).
 Calibration FindCalibration(const std::string& asl_folder, Warnings* warnings);
 
+// Writes a rig as a Kalibr camera chain, with T_cam_imu (IMU to camera) and timeshift_cam_imu
+// (t_imu = t_cam + shift) of each camera, and with Kalibr's keys of the IMU under imu0, so that
+// ReadCalibration() takes the file alone. Throws OutputError.
+void WriteKalibrCalibration(const std::string& path, const Rig& rig);
+
 // Reads what --calibration names: a Kalibr chain (with imu0 in it or an IMU file beside it, if
 // there is one) or a folder that FindCalibration understands.
 Calibration ReadCalibration(const std::string& path, Warnings* warnings);
 
-// All of them throw DataError (an InputFault wherever a remedy is known) naming file and key, what was found and what is expected, when an
-// entry is missing or absurd; CheckRig is what they use for the rig as a whole.
+// All of them throw DataError (an InputFault wherever a remedy is known) naming file and key, what
+// was found and what is expected, when an entry is missing or absurd; CheckRig is what they use for
+// the rig as a whole.
 void CheckRig(const Rig& rig, const std::string& place);
 
 }  // namespace slcmap

@@ -23,6 +23,7 @@ inline constexpr const char* kConfigKeys[] = {"method",
                                               "line_landmarks",
                                               "building_deviation",
                                               "verdict",
+                                              "calibration",
                                               "mapping"};
 
 // Calls read(root) and returns its result. Throws ConfigError, always naming the file, when it

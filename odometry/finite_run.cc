@@ -53,6 +53,17 @@ bool IsFinite(const ManhattanWorld& world) {
   return std::isfinite(world.heading_rad) && std::isfinite(world.sigma_rad);
 }
 
+bool IsFinite(const CalibrationEstimate& e) {
+  for (const Eigen::Vector3d& v :
+       {e.imu_rotation_rad, e.lever_m, e.right_rotation_rad, e.imu_rotation_sigma_rad,
+        e.lever_sigma_m, e.right_rotation_sigma_rad,
+        Eigen::Vector3d(e.time_offset_s, e.focal_length, 0),
+        Eigen::Vector3d(e.time_offset_sigma_s, e.focal_length_sigma, 0)}) {
+    if (!Within(v, kMaxCorrection)) return false;
+  }
+  return true;
+}
+
 bool IsFinite(const Keyframe& keyframe);
 
 template <typename Item>
@@ -87,7 +98,7 @@ void DropNonFiniteWorlds(OdometryRun* run) {
 
 bool IsFinite(const OdometryRun& run) {
   return AllFinite(run.states) && AllFinite(run.keyframes) && AllFinite(run.landmarks) &&
-         AllFinite(run.lines) && AllFinite(run.manhattan_worlds);
+         AllFinite(run.lines) && AllFinite(run.manhattan_worlds) && AllFinite(run.calibration);
 }
 
 OdometryRun WithoutNonFinite(OdometryRun run) {
@@ -99,6 +110,7 @@ OdometryRun WithoutNonFinite(OdometryRun run) {
   DropNonFinite("keyframes_not_finite", &run.keyframes, &run);
   DropNonFinite("landmarks_not_finite", &run.landmarks, &run);
   DropNonFinite("lines_not_finite", &run.lines, &run);
+  DropNonFinite("calibration_not_finite", &run.calibration, &run);
   DropNonFiniteWorlds(&run);
   return run;
 }

@@ -190,7 +190,24 @@ class Odometry::Impl {
     pair_.Set(RectifiedLeft(), [this] { return RectifiedRight(); });
     TrackPoints(stamp_ns);
     Take(estimator_.FinishKeyframe());
+    TurnRightRectification();
     Take(estimator_.AddImage(stamp_ns));
+  }
+
+  // Follows the estimated rotation of the right camera, so that points are found along the rows.
+  void TurnRightRectification() {
+    constexpr double kMaxRowError_px = 0.3;
+    const Camera& camera = rectifier_.rectified_rig().cameras[1];
+    const Eigen::Vector3d rotation_rad = Eigen::Map<const Eigen::Vector3d>(
+        estimator_.window().calibration().cameras.data() + kRowRightRotation);
+    const Eigen::Vector3d moved_rad = rotation_rad - right_rectification_rad_;
+    if (camera.fy_px * std::abs(moved_rad.x()) + 0.5 * camera.width_px * std::abs(moved_rad.z()) <
+        kMaxRowError_px) {
+      return;
+    }
+    right_rectification_rad_ = rotation_rad;
+    rectifier_.TurnRight(rotation_rad);
+    estimator_.SetRightRectification(rotation_rad);
   }
 
   void Take(std::optional<OnlineState> state) {
@@ -203,6 +220,9 @@ class Odometry::Impl {
   void ToCameraClock(OdometryRun* run) const {
     for (Keyframe& keyframe : run->keyframes) {
       keyframe.stamp_ns = StampOnCameraClock(keyframe.stamp_ns);
+    }
+    for (CalibrationEstimate& estimate : run->calibration) {
+      estimate.stamp_ns = StampOnCameraClock(estimate.stamp_ns);
     }
     for (ManhattanWorld& world : run->manhattan_worlds) {
       world.found_at_ns = StampOnCameraClock(world.found_at_ns);
@@ -277,6 +297,7 @@ class Odometry::Impl {
   Rig rig_;
   RepeatedImages repeated_left_, repeated_right_;
   Rectifier rectifier_;
+  Eigen::Vector3d right_rectification_rad_ = Eigen::Vector3d::Zero();
   RectifiedPair pair_;
   PointTracker tracker_;
   TrackedPoints points_;

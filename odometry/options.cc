@@ -77,6 +77,27 @@ constexpr OptionTable kInitializer{
 void InitializerOptions::Check() const { kInitializer.Check("initializer", *this); }
 void InitializerOptions::Read(YamlSection section) { kInitializer.Read(section, this); }
 
+constexpr OptionTable kCalibration{
+    Option{"time_offset", &CalibrationOptions::time_offset, false, true},
+    Option{"imu_rotation", &CalibrationOptions::imu_rotation, false, true},
+    Option{"lever", &CalibrationOptions::lever, false, true},
+    Option{"right_rotation", &CalibrationOptions::right_rotation, false, true},
+    Option{"focal_length", &CalibrationOptions::focal_length, false, true},
+    Option{"rows_fit", &CalibrationOptions::rows_fit, false, true},
+    Option{"time_offset_sigma_s", &CalibrationOptions::time_offset_sigma_s, 1e-6, 0.5},
+    Option{"imu_rotation_sigma_rad", &CalibrationOptions::imu_rotation_sigma_rad, 1e-6, 0.5},
+    Option{"lever_sigma_m", &CalibrationOptions::lever_sigma_m, 1e-6, 1.0},
+    Option{"right_rotation_sigma_rad", &CalibrationOptions::right_rotation_sigma_rad, 1e-6, 0.1},
+    Option{"focal_length_sigma", &CalibrationOptions::focal_length_sigma, 1e-6, 0.1},
+    Option{"max_time_offset_s", &CalibrationOptions::max_time_offset_s, 1e-6, 1.0},
+    Option{"max_imu_rotation_rad", &CalibrationOptions::max_imu_rotation_rad, 1e-6, 1.0},
+    Option{"max_lever_m", &CalibrationOptions::max_lever_m, 1e-6, 10.0},
+    Option{"max_right_rotation_rad", &CalibrationOptions::max_right_rotation_rad, 1e-6, 0.2},
+    Option{"max_focal_length", &CalibrationOptions::max_focal_length, 1e-6, 0.2}};
+
+void CalibrationOptions::Check() const { kCalibration.Check("calibration", *this); }
+void CalibrationOptions::Read(YamlSection section) { kCalibration.Read(section, this); }
+
 constexpr OptionTable kFailure{
     Option{"min_points", &FailureOptions::min_points, 1, 1000},
     Option{"max_lost_s", &FailureOptions::max_lost_s, 0.05, 1000.0},
@@ -228,6 +249,7 @@ void ForEachSection(Options& options, const Visit& visit) {
   visit("window", options.window);
   visit("keyframes", options.keyframes);
   visit("initializer", options.initializer);
+  visit("calibration", options.calibration);
   visit("failure", options.failure);
   visit("lines", options.lines);
   visit("manhattan", options.manhattan);

@@ -84,6 +84,32 @@ struct InitializerOptions {
   void Read(YamlSection section);
 };
 
+// What is estimated of the rig beside its motion: corrections of the calibration that was given,
+// each with the standard deviation of what was given, which is where the estimate starts.
+struct CalibrationOptions {
+  bool time_offset = true;     // camera to IMU
+  bool imu_rotation = true;    // the same
+  bool lever = false;          // the same
+  bool right_rotation = true;  // of the right camera against the left one
+  bool focal_length = false;   // of both cameras in common
+  // Rows of rectified images are believed to fit while they do: the right camera's turns about y
+  // and z are held until they do not. False lets them free from the start.
+  bool rows_fit = true;
+  double time_offset_sigma_s = 0.015;
+  double imu_rotation_sigma_rad = 0.01;
+  double lever_sigma_m = 0.003;
+  double right_rotation_sigma_rad = 0.002;
+  double focal_length_sigma = 0.002;  // relative
+  // Beyond these an estimate is not believed, and the given value is used.
+  double max_time_offset_s = 0.15;
+  double max_imu_rotation_rad = 0.09;
+  double max_lever_m = 0.1;
+  double max_right_rotation_rad = 0.02;
+  double max_focal_length = 0.03;
+  void Check() const;
+  void Read(YamlSection section);
+};
+
 struct FailureOptions {
   int min_points = 6;       // tracked; fewer are "lost"
   double max_lost_s = 2.0;  // without images, or thrice as long without points: a new segment
@@ -272,6 +298,7 @@ struct OdometryOptions {
   WindowOptions window;
   KeyframeOptions keyframes;
   InitializerOptions initializer;
+  CalibrationOptions calibration;
   FailureOptions failure;
   LineTrackerOptions lines;
   ManhattanOptions manhattan;

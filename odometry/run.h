@@ -92,6 +92,27 @@ struct Line {
   std::vector<int64_t> point_ids;  // landmarks that belong to it
 };
 
+// What was found of the rig's calibration: corrections of what was given, with their standard
+// deviations. See residuals/calibration.h for what they say exactly.
+struct CalibrationEstimate {
+  int64_t stamp_ns = 0;  // of the newest keyframe that it knows
+  int segment = 0;
+  // Camera stamps are this much more behind the IMU's clock than given.
+  double time_offset_s = 0;
+  // The IMU's true frame in the one where the given calibration has it, about x, y, z; and where
+  // its origin is there.
+  Eigen::Vector3d imu_rotation_rad = Eigen::Vector3d::Zero();
+  Eigen::Vector3d lever_m = Eigen::Vector3d::Zero();
+  // The right camera's true frame in its given one, both rectified.
+  Eigen::Vector3d right_rotation_rad = Eigen::Vector3d::Zero();
+  double focal_length = 0;  // by this share longer than given
+  double time_offset_sigma_s = 0;
+  Eigen::Vector3d imu_rotation_sigma_rad = Eigen::Vector3d::Zero();
+  Eigen::Vector3d lever_sigma_m = Eigen::Vector3d::Zero();
+  Eigen::Vector3d right_rotation_sigma_rad = Eigen::Vector3d::Zero();
+  double focal_length_sigma = 0;
+};
+
 // Wall time of one stage of the program, summed over the run. With several threads stages overlap:
 // their sum may exceed the wall time of the whole.
 struct StageTiming {
@@ -150,6 +171,8 @@ struct OdometryRun {
   // Standard deviation of lines' directions from the axes that they follow, as the run has found it
   // for the building; 0 where lines were taken to be exactly along their axes, or not used.
   double line_deviation_rad = 0;
+  std::vector<CalibrationEstimate>
+      calibration;  // with each keyframe; the last one is what is known
   std::vector<Line> lines;
   // Lines that turned out to be the same edge as an older one, by their ids: that of the line that
   // took them over, which was not merged itself.

@@ -31,6 +31,7 @@ struct TableFile {
   const char* name;
   const char* table;
   void (*read)(const CsvTable&, OdometryRun*);
+  bool newer = false;  // than the version: runs that do not list it may lack it
 };
 // In the order in which they are read: what is referred to comes first.
 constexpr TableFile kTables[] = {
@@ -41,7 +42,8 @@ constexpr TableFile kTables[] = {
     {"line_observations.csv", kLineObservationTable, ReadLineObservations},
     {"line_points.csv", kLinePointTable, ReadLinePoints},
     {"imu.csv", kImuTable, ReadImu},
-    {"line_merges.csv", kLineMergeTable, ReadLineMerges}};
+    {"line_merges.csv", kLineMergeTable, ReadLineMerges},
+    {"calibration.csv", kCalibrationTable, ReadCalibration, true}};
 
 // Everything that run.json lists.
 std::vector<std::string> ListedNames(bool with_source) {
@@ -67,6 +69,7 @@ std::string TableText(const OdometryRun& run, const std::string& table) {
   if (table == kKeyframeTable) return RowsOf(run.keyframes);
   if (table == kLineTable) return RowsOf(run.lines);
   if (table == kImuTable) return RowsOf(run.imu);
+  if (table == kCalibrationTable) return RowsOf(run.calibration);
   if (table == kLineMergeTable) {
     for (const auto& [id, survivor] : run.line_merges) rows += Row(id, survivor);
     return rows;
@@ -150,7 +153,9 @@ OdometryRun ReadWholeRun(const std::string& folder, const RunReadOptions& option
   const Json summary = ReadRunSummary(folder + "/" + kSummary, &run);
   run.rectified_rig = ReadRig(folder + "/" + kRig);
   for (const TableFile& file : kTables) {
-    file.read(CsvTable::Read(folder + "/" + file.name, RunColumns().at(file.table)), &run);
+    const std::string path = folder + "/" + file.name;
+    if (file.newer && !std::filesystem::exists(path)) continue;  // what is listed is checked below
+    file.read(CsvTable::Read(path, RunColumns().at(file.table)), &run);
   }
   run.landmarks = ReadLandmarkFile(folder + "/" + kPoints);
   if (run.source) ReadRunSource(folder, &*run.source);

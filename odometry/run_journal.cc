@@ -43,6 +43,7 @@ void AddRow(const char* table, const std::string& row, std::string* rows) {
 std::string TaggedRows(const OdometryRun& run) {
   std::string rows;
   for (const ImuSample& sample : run.imu) AddRow(kImuTable, Row(sample), &rows);
+  for (const CalibrationEstimate& e : run.calibration) AddRow(kCalibrationTable, Row(e), &rows);
   for (const OnlineState& state : run.states) AddRow(kStateTable, Row(state), &rows);
   for (std::size_t i = 0; i < run.manhattan_worlds.size(); ++i) {
     AddRow(kWorldTable, Row(static_cast<int64_t>(i), run.manhattan_worlds[i]), &rows);
@@ -87,6 +88,7 @@ void ReadTables(std::map<std::string, CsvTable>& tables, OdometryRun* run) {
   ReadLandmarks(tables[kLandmarkTable], run);
   ReadLines(tables[kLineTable], run);
   ReadLinePoints(tables[kLinePointTable], run);
+  ReadCalibration(tables[kCalibrationTable], run);
 }
 
 // A reader finds the old text or the new one.

@@ -71,6 +71,24 @@ std::vector<ManhattanWorld> ParseWorlds(const std::string& path, const Json& jso
   return worlds;
 }
 
+Json ItemJson(double value, double sigma) { return {{"value", value}, {"sigma", sigma}}; }
+
+Json ItemJson(const Eigen::Vector3d& value, const Eigen::Vector3d& sigma) {
+  return {{"value", {value.x(), value.y(), value.z()}},
+          {"sigma", {sigma.x(), sigma.y(), sigma.z()}}};
+}
+
+// As it was known last; null where nothing was estimated.
+Json CalibrationJson(const std::vector<CalibrationEstimate>& estimates) {
+  if (estimates.empty()) return nullptr;
+  const CalibrationEstimate& e = estimates.back();
+  return {{"time_offset_s", ItemJson(e.time_offset_s, e.time_offset_sigma_s)},
+          {"imu_rotation_rad", ItemJson(e.imu_rotation_rad, e.imu_rotation_sigma_rad)},
+          {"lever_m", ItemJson(e.lever_m, e.lever_sigma_m)},
+          {"right_rotation_rad", ItemJson(e.right_rotation_rad, e.right_rotation_sigma_rad)},
+          {"focal_length", ItemJson(e.focal_length, e.focal_length_sigma)}};
+}
+
 Json SourceJson(const std::optional<RunSource>& source) {
   if (!source) return nullptr;
   Json corrections = Json::array();
@@ -255,6 +273,7 @@ void WriteRunSummary(const std::string& path, const OdometryRun& run,
   json["manhattan_worlds"] = WorldsJson(run.manhattan_worlds);
   json["line_deviation_rad"] = run.line_deviation_rad;
   json["point_lives"] = LivesJson(MeasurePointLives(run.keyframes));
+  json["calibration"] = CalibrationJson(run.calibration);
   json["line_lives"] = LivesJson(MeasureLineLives(run.lines));
   json["segments"] = SegmentsJson(run);
   for (const auto& [what, count] : RunCounts(run)) json["counts"][what] = count;

@@ -45,6 +45,12 @@ CsvColumns Numbers(std::initializer_list<const char*> names, double limit) {
   return columns;
 }
 
+CsvColumns Sigmas(std::initializer_list<const char*> names, double most) {
+  CsvColumns columns;
+  for (const char* name : names) columns.push_back(Sigma(name, most));
+  return columns;
+}
+
 CsvColumns Pose() {
   return Numbers({"x_m", "y_m", "z_m"}, kMaxCoordinate_m) + Numbers({"qx", "qy", "qz", "qw"}, 1.01);
 }
@@ -84,7 +90,19 @@ std::map<std::string, CsvColumns> MakeColumns() {
       {kLineMergeTable, {Id("line_id"), Id("merged_into_id")}},
       {kImuTable, CsvColumns{Stamp("stamp_ns")} +
                       Numbers({"wx_rad_s", "wy_rad_s", "wz_rad_s"}, kMaxGyro_rad_s) +
-                      Numbers({"ax_m_s2", "ay_m_s2", "az_m_s2"}, kMaxAccel_m_s2)}};
+                      Numbers({"ax_m_s2", "ay_m_s2", "az_m_s2"}, kMaxAccel_m_s2)},
+      {kCalibrationTable,
+       CsvColumns{Stamp("stamp_ns"), Segment()} +
+           Numbers(
+               {"time_offset_s", "imu_rotation_x_rad", "imu_rotation_y_rad", "imu_rotation_z_rad",
+                "lever_x_m", "lever_y_m", "lever_z_m", "right_rotation_x_rad",
+                "right_rotation_y_rad", "right_rotation_z_rad", "focal_length"},
+               kMaxCorrection) +
+           Sigmas({"time_offset_sigma_s", "imu_rotation_x_sigma_rad", "imu_rotation_y_sigma_rad",
+                   "imu_rotation_z_sigma_rad", "lever_x_sigma_m", "lever_y_sigma_m",
+                   "lever_z_sigma_m", "right_rotation_x_sigma_rad", "right_rotation_y_sigma_rad",
+                   "right_rotation_z_sigma_rad", "focal_length_sigma"},
+                  kMaxCorrection)}};
 }
 
 // The upper triangle of a symmetric matrix, in the order of the columns.
@@ -234,6 +252,14 @@ std::string Row(const ImuSample& sample) {
                      Cells(sample.specific_force_m_s2));
 }
 
+std::string Row(const CalibrationEstimate& e) {
+  return fmt::format("{},{},{},{},{},{},{},{},{},{},{},{}\n", e.stamp_ns, e.segment,
+                     e.time_offset_s, Cells(e.imu_rotation_rad), Cells(e.lever_m),
+                     Cells(e.right_rotation_rad), e.focal_length, e.time_offset_sigma_s,
+                     Cells(e.imu_rotation_sigma_rad), Cells(e.lever_sigma_m),
+                     Cells(e.right_rotation_sigma_rad), e.focal_length_sigma);
+}
+
 void ReadStates(const CsvTable& table, OdometryRun* run) {
   Rising stamps;
   for (std::size_t i = 0; i < table.rows(); ++i) {
@@ -360,6 +386,25 @@ void ReadImu(const CsvTable& table, OdometryRun* run) {
   Rising stamps;
   for (std::size_t i = 0; i < table.rows(); ++i) {
     run->imu.push_back({stamps.Next(table, i, 0), VectorAt(table, i, 1), VectorAt(table, i, 4)});
+  }
+}
+
+void ReadCalibration(const CsvTable& table, OdometryRun* run) {
+  Rising stamps;
+  for (std::size_t i = 0; i < table.rows(); ++i) {
+    CalibrationEstimate& estimate = run->calibration.emplace_back();
+    estimate.stamp_ns = stamps.Next(table, i, 0);
+    estimate.segment = table.Int(i, 1);
+    estimate.time_offset_s = table.Number(i, 2);
+    estimate.imu_rotation_rad = VectorAt(table, i, 3);
+    estimate.lever_m = VectorAt(table, i, 6);
+    estimate.right_rotation_rad = VectorAt(table, i, 9);
+    estimate.focal_length = table.Number(i, 12);
+    estimate.time_offset_sigma_s = table.Number(i, 13);
+    estimate.imu_rotation_sigma_rad = VectorAt(table, i, 14);
+    estimate.lever_sigma_m = VectorAt(table, i, 17);
+    estimate.right_rotation_sigma_rad = VectorAt(table, i, 20);
+    estimate.focal_length_sigma = table.Number(i, 23);
   }
 }
 

@@ -20,6 +20,7 @@ inline constexpr double kMaxId = 2147483647;  // points.ply and lines.ply hold t
 inline constexpr double kMaxSegment = 1e6;
 inline constexpr double kMaxSpeed_m_s = 1e5;
 inline constexpr double kMaxBias = 1e4;
+inline constexpr double kMaxCorrection = 1e3;  // of a calibration, in any unit
 
 // The tables of a run; the values are their names in a journal.
 inline constexpr const char* kStateTable = "state";
@@ -32,6 +33,7 @@ inline constexpr const char* kLineObservationTable = "line_observation";
 inline constexpr const char* kLinePointTable = "line_point";
 inline constexpr const char* kLineMergeTable = "line_merge";
 inline constexpr const char* kImuTable = "imu";
+inline constexpr const char* kCalibrationTable = "calibration";
 
 // By name.
 const std::map<std::string, CsvColumns>& RunColumns();
@@ -46,6 +48,7 @@ std::string Row(int64_t index, const ManhattanWorld& world);
 std::string Row(const Line& line);             // without its points
 std::string Row(int64_t line_id, int64_t id);  // of a landmark on it, or the line it is merged into
 std::string Row(const ImuSample& sample);
+std::string Row(const CalibrationEstimate& estimate);
 
 // Add a table to a run. Throw DataError, naming file and row, for ids that were there before,
 // stamps that do not rise, and references to what there is not: what is referred to must be read
@@ -61,5 +64,6 @@ void ReadLineObservations(const CsvTable& table, OdometryRun* run);
 void ReadLinePoints(const CsvTable& table, OdometryRun* run);
 void ReadLineMerges(const CsvTable& table, OdometryRun* run);
 void ReadImu(const CsvTable& table, OdometryRun* run);
+void ReadCalibration(const CsvTable& table, OdometryRun* run);
 
 }  // namespace slcmap

@@ -5,6 +5,7 @@
 #include <opencv2/imgproc.hpp>
 #include <string>
 
+#include "data/calibration.h"
 #include "data/error.h"
 
 namespace slcmap {
@@ -111,7 +112,8 @@ cv::Mat ValidMask(const cv::Mat& source_pixels) {
 
 }  // namespace
 
-Rectifier::Rectifier(const Rig& rig, const RectifierOptions& options) : rectified_rig_(rig) {
+Rectifier::Rectifier(const Rig& rig, const RectifierOptions& options)
+    : given_rig_(rig), rectified_rig_(rig) {
   options.Check();
   const Eigen::Vector3d baseline_imu =
       rig.T_imu_camera[1].translation - rig.T_imu_camera[0].translation;
@@ -129,6 +131,17 @@ Rectifier::Rectifier(const Rig& rig, const RectifierOptions& options) : rectifie
     rectified_rig_.cameras[i] = pinhole;
     rectified_rig_.T_imu_camera[i].rotation = R_imu_rectified;
   }
+}
+
+void Rectifier::TurnRight(const Eigen::Vector3d& rotation_rad) {
+  if (!IsStereo(given_rig_)) return;
+  // The frame of the rectified images stays where it is, and the camera in it has turned.
+  const Eigen::Quaterniond R_camera_rectified =
+      given_rig_.T_imu_camera[1].rotation.conjugate() * rectified_rig_.T_imu_camera[1].rotation;
+  const cv::Mat source =
+      SourcePixels(given_rig_.cameras[1], rectified_rig_.cameras[1],
+                   (R_camera_rectified * ExpRotation(rotation_rad).conjugate()).toRotationMatrix());
+  cv::convertMaps(source, cv::noArray(), map_xy_[1], map_fraction_[1], CV_16SC2);
 }
 
 cv::Mat Rectifier::Rectify(const cv::Mat& image, int camera) const {

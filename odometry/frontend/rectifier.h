@@ -15,6 +15,10 @@ class Rectifier {
  public:
   Rectifier(const Rig& rig, const RectifierOptions& options);
 
+  // From now on right images are rectified as if the right camera were turned, in its rectified
+  // frame, by Exp(rotation_rad) against the given calibration. rectified_rig() and masks stay.
+  void TurnRight(const Eigen::Vector3d& rotation_rad);
+
   // The rig that the rectified images belong to.
   const Rig& rectified_rig() const { return rectified_rig_; }
 
@@ -26,7 +30,7 @@ class Rectifier {
   const cv::Mat& mask(int camera) const { return masks_[camera]; }
 
  private:
-  Rig rectified_rig_;
+  Rig given_rig_, rectified_rig_;
   std::array<cv::Mat, 2> map_xy_;        // CV_16SC2
   std::array<cv::Mat, 2> map_fraction_;  // CV_16UC1
   std::array<cv::Mat, 2> masks_;

@@ -53,6 +53,17 @@ std::vector<ImuSample> ImuBuffer::Between(int64_t from_ns, int64_t to_ns) const 
   return out;
 }
 
+Eigen::Vector3d ImuBuffer::MeanRate(int64_t stamp_ns, int64_t over_ns) const {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  int count = 0;
+  for (auto it = FirstNotBefore(samples_, stamp_ns - over_ns);
+       it != samples_.end() && it->stamp_ns <= stamp_ns; ++it) {
+    sum += it->angular_velocity_rad_s;
+    ++count;
+  }
+  return count > 0 ? Eigen::Vector3d(sum / count) : sum;
+}
+
 double ImuBuffer::LongestGap(int64_t from_ns, int64_t to_ns) const {
   if (samples_.empty()) return ToSeconds(to_ns - from_ns);
   int64_t longest_ns = 0;

@@ -1,6 +1,7 @@
 #include "odometry/imu/preintegration.h"
 
 #include <Eigen/Cholesky>
+#include <utility>
 
 #include "data/rigid_transform.h"
 
@@ -44,6 +45,11 @@ void Preintegration::Repropagate(const Vector3d& gyro_bias_rad_s, const Vector3d
   Reset();
   AddBiasWalk(cut_s_);
   for (size_t i = 1; i < samples_.size(); ++i) Step(samples_[i - 1], samples_[i]);
+}
+
+void Preintegration::Replace(std::vector<ImuSample> samples) {
+  samples_ = std::move(samples);
+  Repropagate(gyro_bias_, accel_bias_);
 }
 
 void Preintegration::CutRest(int64_t from_ns, int64_t to_ns) {

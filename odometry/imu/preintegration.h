@@ -36,6 +36,9 @@ class Preintegration {
   // Integrates all samples again about new biases.
   void Repropagate(const Eigen::Vector3d& gyro_bias_rad_s, const Eigen::Vector3d& accel_bias_m_s2);
 
+  // Integrates other samples instead, about the same biases. What CutRest() has left out stays.
+  void Replace(std::vector<ImuSample> samples);
+
   // Leaves out what lies between two stamps, when the rig is known to have been at rest: the
   // samples before move up to those after. Only the biases walk on meanwhile.
   void CutRest(int64_t from_ns, int64_t to_ns);

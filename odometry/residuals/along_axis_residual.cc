@@ -11,8 +11,8 @@ using Eigen::Vector3d;
 
 AlongAxisResidual::AlongAxisResidual(LineAxis axis, double sigma_rad)
     : Factor(2, axis == LineAxis::kVertical
-                    ? std::initializer_list<BlockKind>{kGeneralLineKind}
-                    : std::initializer_list<BlockKind>{kHeadingKind, kGeneralLineKind}),
+                    ? std::vector<BlockKind>{kGeneralLineKind}
+                    : std::vector<BlockKind>{kHeadingKind, kGeneralLineKind}),
       axis_(axis),
       weight_(1.0 / sigma_rad) {}
 

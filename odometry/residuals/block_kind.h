@@ -4,6 +4,7 @@
 #include <ceres/manifold.h>
 
 #include "odometry/geometry/structural_line.h"
+#include "odometry/residuals/calibration.h"
 #include "odometry/residuals/line_manifold.h"
 #include "odometry/residuals/pose_manifold.h"
 
@@ -24,6 +25,7 @@ struct BlockKind {
   // A line, which no term binds with another line: where the prior does not bind it either, it is
   // eliminated early.
   bool is_line = false;
+  bool is_calibration = false;  // of the rig: there as long as the window
 };
 
 // See point_residual.h.
@@ -31,6 +33,10 @@ inline constexpr int kPointSize = 3;
 
 inline constexpr BlockKind kPoseKind{kPoseSize, kPoseTangentSize, SharedPoseManifold};
 inline constexpr BlockKind kSpeedBiasKind{kSpeedBiasSize, kSpeedBiasSize};
+inline constexpr BlockKind kImuCalibrationKind{
+    kImuCalibrationSize, kImuCalibrationSize, nullptr, false, false, true};
+inline constexpr BlockKind kCameraCalibrationKind{
+    kCameraCalibrationSize, kCameraCalibrationSize, nullptr, false, false, true};
 inline constexpr BlockKind kHeadingKind{kHeadingSize, kHeadingSize};
 inline constexpr BlockKind kStructuralLineKind{kStructuralLineSize, kStructuralLineSize, nullptr,
                                                false, true};

@@ -10,7 +10,7 @@ constexpr int kMaxTangent = 9;
 
 }  // namespace
 
-Factor::Factor(int rows, std::initializer_list<BlockKind> kinds) {
+Factor::Factor(int rows, const std::vector<BlockKind>& kinds) {
   set_num_residuals(rows);
   std::copy(kinds.begin(), kinds.end(), kinds_.begin());
   for (const BlockKind& kind : kinds) mutable_parameter_block_sizes()->push_back(kind.size);

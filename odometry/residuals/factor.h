@@ -5,13 +5,13 @@
 
 #include <Eigen/Core>
 #include <array>
-#include <initializer_list>
+#include <vector>
 
 #include "odometry/residuals/block_kind.h"
 
 namespace slcmap {
 
-// A whitened residual of one to four parameter blocks.
+// A whitened residual of one to five parameter blocks.
 //
 // Jacobians are evaluated at the linearisation point of a block where one is set, and at the
 // current estimate elsewhere; residuals always at the current estimate. Blocks that the
@@ -19,7 +19,7 @@ namespace slcmap {
 // (first-estimate Jacobians; Huang, Mourikis and Roumeliotis, ISER 2008).
 class Factor : public ceres::CostFunction {
  public:
-  static constexpr int kMaxBlocks = 4;
+  static constexpr int kMaxBlocks = 5;
 
   // The point must outlive the factor; null means the current estimate.
   void SetLinearizationPoint(int block, const double* point) { linearization_[block] = point; }
@@ -38,7 +38,7 @@ class Factor : public ceres::CostFunction {
                 double** jacobians) const override;
 
  protected:
-  Factor(int rows, std::initializer_list<BlockKind> kinds);
+  Factor(int rows, const std::vector<BlockKind>& kinds);
 
   // Residuals and tangent Jacobians at one and the same point. jacobians may be null, and so may
   // each of its entries.

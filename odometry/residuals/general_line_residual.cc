@@ -28,28 +28,35 @@ PlueckerLine Pluecker(const Vector3d& anchor_world, const double* block,
 
 GeneralLineResidual::GeneralLineResidual(const StereoGeometry* geometry,
                                          const Vector3d& anchor_world,
-                                         const StereoLineMeasurement& measurement)
-    : Factor(measurement.rows(), {kPoseKind, kGeneralLineKind}),
+                                         const StereoLineMeasurement& measurement,
+                                         bool binds_cameras)
+    : Factor(measurement.rows(),
+             binds_cameras
+                 ? std::vector<BlockKind>{kPoseKind, kCameraCalibrationKind, kGeneralLineKind}
+                 : std::vector<BlockKind>{kPoseKind, kGeneralLineKind}),
       geometry_(geometry),
       anchor_world_(anchor_world),
       measurement_(measurement) {}
 
 void GeneralLineResidual::EvaluateAt(const double* const* parameters, double* residuals,
                                      double** jacobians) const {
+  const int last = blocks() - 1;
+  const double* cameras = last == 2 ? parameters[1] : nullptr;
   if (!jacobians) {
-    EvaluateLineReprojection(*geometry_, measurement_, parameters[0],
-                             Pluecker(anchor_world_, parameters[1], nullptr), residuals);
+    EvaluateLineReprojection(*geometry_, measurement_, parameters[0], cameras,
+                             Pluecker(anchor_world_, parameters[last], nullptr), residuals);
     return;
   }
   PlueckerJacobian by_tangent;
-  const PlueckerLine line = Pluecker(anchor_world_, parameters[1], &by_tangent);
+  const PlueckerLine line = Pluecker(anchor_world_, parameters[last], &by_tangent);
   LineReprojectionJacobian d;
-  LinearizeLineReprojection(*geometry_, measurement_, parameters[0], line, by_tangent, residuals,
-                            &d);
+  LinearizeLineReprojection(*geometry_, measurement_, parameters[0], cameras, line, by_tangent,
+                            residuals, &d);
   using RowMajor6 = Eigen::Matrix<double, Eigen::Dynamic, 6, Eigen::RowMajor>;
   using RowMajor4 = Eigen::Matrix<double, Eigen::Dynamic, 4, Eigen::RowMajor>;
   if (jacobians[0]) Eigen::Map<RowMajor6>(jacobians[0], rows(), 6) = d.by_pose;
-  if (jacobians[1]) Eigen::Map<RowMajor4>(jacobians[1], rows(), 4) = d.by_line;
+  if (cameras && jacobians[1]) Eigen::Map<RowMajor4>(jacobians[1], rows(), 4) = d.by_cameras;
+  if (jacobians[last]) Eigen::Map<RowMajor4>(jacobians[last], rows(), 4) = d.by_line;
 }
 
 }  // namespace slcmap

@@ -7,12 +7,13 @@
 
 namespace slcmap {
 
-// Blocks: pose, general line. Rows as in EvaluateLineReprojection().
+// Blocks: pose, camera calibration (where it is bound), general line. Rows as in
+// EvaluateLineReprojection().
 class GeneralLineResidual final : public Factor {
  public:
   // The geometry must outlive the residual.
   GeneralLineResidual(const StereoGeometry* geometry, const Eigen::Vector3d& anchor_world,
-                      const StereoLineMeasurement& measurement);
+                      const StereoLineMeasurement& measurement, bool binds_cameras = false);
 
  protected:
   void EvaluateAt(const double* const* parameters, double* residuals,

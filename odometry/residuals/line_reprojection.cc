@@ -37,18 +37,34 @@ EndDistances Distances(const Vector3d& n, const LineSegment& segment, double wei
 
 // The plane of a line through a camera's centre, by its normal.
 struct LinePlane {
-  LinePlane(const StereoGeometry& geometry, int camera, const double* pose,
+  LinePlane(const StereoGeometry& geometry, int camera, const double* pose, const double* cameras,
             const PlueckerLine& line)
       : R_world_imu(Map<const Quaterniond>(pose + 3).toRotationMatrix()),
         R_imu_camera(geometry.R_imu_camera[camera]),
+        focal_scale(geometry.focal_scale),
         centre_imu(geometry.T_imu_camera[camera].translation),
         from_centre(line.anchor_world - Map<const Vector3d>(pose) - R_world_imu * centre_imu),
-        normal_imu(R_world_imu.transpose() * (line.moment + from_centre.cross(line.direction))) {}
+        normal_imu(R_world_imu.transpose() * (line.moment + from_centre.cross(line.direction))) {
+    if (!cameras) return;
+    focal_scale *= 1 + cameras[kRowFocalScale];
+    if (camera == 1) R_imu_camera = R_imu_camera * RightRotation(cameras).toRotationMatrix();
+  }
 
   Vector3d NormalInCamera() const { return R_imu_camera.transpose() * normal_imu; }
+  // As the focal length has it.
+  Vector3d NormalInImage() const {
+    const Vector3d n = NormalInCamera();
+    return {n.x(), n.y(), focal_scale * n.z()};
+  }
+  // Of a derivative by the normal in the image that by the one in the camera.
+  Matrix23d ByNormalInCamera(Matrix23d by_image) const {
+    by_image.col(2) *= focal_scale;
+    return by_image;
+  }
 
   Matrix3d R_world_imu;
-  const Matrix3d& R_imu_camera;
+  Matrix3d R_imu_camera;
+  double focal_scale;
   const Vector3d& centre_imu;
   Vector3d from_centre;  // to the anchor, in the world
   Vector3d normal_imu;
@@ -62,29 +78,42 @@ const LineSegment& SegmentOf(const StereoLineMeasurement& measurement, int camer
 
 void EvaluateLineReprojection(const StereoGeometry& geometry,
                               const StereoLineMeasurement& measurement, const double* pose,
-                              const PlueckerLine& line, double* residuals) {
+                              const double* cameras, const PlueckerLine& line, double* residuals) {
   const double weight = geometry.weight * measurement.weight;
   for (int c = 0; 2 * c < measurement.rows(); ++c) {
-    const LinePlane plane(geometry, c, pose, line);
+    const LinePlane plane(geometry, c, pose, cameras, line);
     Map<Vector2d>{residuals + 2 * c} =
-        Distances(plane.NormalInCamera(), SegmentOf(measurement, c), weight).residual;
+        Distances(plane.NormalInImage(), SegmentOf(measurement, c), weight).residual;
   }
 }
 
 void LinearizeLineReprojection(const StereoGeometry& geometry,
                                const StereoLineMeasurement& measurement, const double* pose,
-                               const PlueckerLine& line, const PlueckerJacobian& line_jacobian,
-                               double* residuals, LineReprojectionJacobian* jacobian) {
+                               const double* cameras, const PlueckerLine& line,
+                               const PlueckerJacobian& line_jacobian, double* residuals,
+                               LineReprojectionJacobian* jacobian) {
   const double weight = geometry.weight * measurement.weight;
   jacobian->by_pose.resize(measurement.rows(), 6);
+  jacobian->by_cameras.setZero(measurement.rows(), 4);
   jacobian->by_line.resize(measurement.rows(), line_jacobian.moment.cols());
   for (int c = 0; 2 * c < measurement.rows(); ++c) {
-    const LinePlane plane(geometry, c, pose, line);
-    const EndDistances ends = Distances(plane.NormalInCamera(), SegmentOf(measurement, c), weight);
+    const LinePlane plane(geometry, c, pose, cameras, line);
+    const EndDistances ends = Distances(plane.NormalInImage(), SegmentOf(measurement, c), weight);
     Map<Vector2d>{residuals + 2 * c} = ends.residual;
-    const Matrix23d by_imu = ends.jacobian * plane.R_imu_camera.transpose();
+    const Matrix23d by_normal = plane.ByNormalInCamera(ends.jacobian);
+    const Matrix23d by_imu = by_normal * plane.R_imu_camera.transpose();
     const Matrix23d by_world = by_imu * plane.R_world_imu.transpose();
     const Vector3d direction_imu = plane.R_world_imu.transpose() * line.direction;
+    if (cameras) {
+      // Exp(-psi) n moves by [n']x Jr(psi).
+      const Vector3d n = plane.NormalInCamera();
+      if (c == 1) {
+        jacobian->by_cameras.block<2, 3>(2, kRowRightRotation) =
+            by_normal * Skew(n) * RightJacobian(Map<const Vector3d>(cameras + kRowRightRotation));
+      }
+      jacobian->by_cameras.block<2, 1>(2 * c, kRowFocalScale) =
+          geometry.focal_scale * n.z() * ends.jacobian.col(2);
+    }
     jacobian->by_pose.block<2, 3>(2 * c, 0) = by_world * Skew(line.direction);
     jacobian->by_pose.block<2, 3>(2 * c, 3) =
         by_imu * (Skew(plane.normal_imu) - Skew(direction_imu) * Skew(plane.centre_imu));

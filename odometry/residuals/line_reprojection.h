@@ -33,28 +33,33 @@ struct PlueckerJacobian {
   Columns moment, direction;
 };
 
-// A line's residuals by the pose (dp, dtheta) and by the parameters of its Pluecker Jacobian.
+// A line's residuals by the pose (dp, dtheta), by the camera calibration (psi, s) and by the
+// parameters of its Pluecker Jacobian.
 struct LineReprojectionJacobian {
   Eigen::Matrix<double, Eigen::Dynamic, 6, Eigen::RowMajor, 4, 6> by_pose;
+  Eigen::Matrix<double, Eigen::Dynamic, 4, Eigen::RowMajor, 4, 4> by_cameras;
   Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor, 4, 4> by_line;
 };
 
 // With the centre c and rotation R of a camera in the world, the line's image is the homogeneous
 //
-//   n = R^T ( moment + (anchor - c) x direction )
+//   n = diag(1, 1, 1 + s) R^T ( moment + (anchor - c) x direction )
 //
 // and each end s = (x, y, 1) of the segment gives r = weight (s . n) / |(n_1, n_2)|, its signed
 // distance (SLC-VIO, section 3.3, without the division by depth). Rows: the two ends in the left
 // camera, then (where seen) in the right one. Where the line has no image (it passes through the
-// camera, or its plane is parallel to the image), the rows are constant.
+// camera, or its plane is parallel to the image), the rows are constant. `cameras` is a camera
+// calibration block (see calibration.h), which turns the right camera by psi; null where the
+// geometry is exact.
 void EvaluateLineReprojection(const StereoGeometry& geometry,
                               const StereoLineMeasurement& measurement, const double* pose,
-                              const PlueckerLine& line, double* residuals);
+                              const double* cameras, const PlueckerLine& line, double* residuals);
 
 // The same with derivatives.
 void LinearizeLineReprojection(const StereoGeometry& geometry,
                                const StereoLineMeasurement& measurement, const double* pose,
-                               const PlueckerLine& line, const PlueckerJacobian& line_jacobian,
-                               double* residuals, LineReprojectionJacobian* jacobian);
+                               const double* cameras, const PlueckerLine& line,
+                               const PlueckerJacobian& line_jacobian, double* residuals,
+                               LineReprojectionJacobian* jacobian);
 
 }  // namespace slcmap

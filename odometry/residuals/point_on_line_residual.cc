@@ -59,10 +59,10 @@ void SetAtInfinity(const Factor& factor, double* residuals, double** jacobians) 
 
 PointOnLineResidual::PointOnLineResidual(const StereoGeometry* geometry, const StructuralLine& line,
                                          double sigma_m)
-    : Factor(2, line.HasHeading()
-                    ? std::initializer_list<BlockKind>{kPoseKind, kHeadingKind, kStructuralLineKind,
-                                                       kPointKind}
-                    : std::initializer_list<BlockKind>{kPoseKind, kStructuralLineKind, kPointKind}),
+    : Factor(2,
+             line.HasHeading()
+                 ? std::vector<BlockKind>{kPoseKind, kHeadingKind, kStructuralLineKind, kPointKind}
+                 : std::vector<BlockKind>{kPoseKind, kStructuralLineKind, kPointKind}),
       geometry_(geometry),
       line_(line),
       weight_(1.0 / sigma_m) {}

@@ -15,21 +15,57 @@ using Matrix23d = Eigen::Matrix<double, 2, 3>;
 constexpr double kMinDepthRatio = 0.02;
 constexpr double kBehindResidual = 10;  // standard deviations
 
-struct Projection {
-  Vector2d residual = Vector2d::Constant(kBehindResidual);
-  Matrix23d jacobian = Matrix23d::Zero();  // d residual / d p_camera
+using Jacobian26 = Eigen::Matrix<double, 2, 6, Eigen::RowMajor>;
+using Jacobian24 = Eigen::Matrix<double, 2, 4, Eigen::RowMajor>;
+using Jacobian23 = Eigen::Matrix<double, 2, 3, Eigen::RowMajor>;
+
+// The numbers of a camera calibration block.
+struct CameraCalibration {
+  explicit CameraCalibration(const double* block)
+      : psi(block + kRowRightRotation),
+        focal_scale(1 + block[kRowFocalScale]),
+        R_true_right(RightRotation(block).conjugate().toRotationMatrix()) {}
+
+  Eigen::Map<const Vector3d> psi;
+  double focal_scale;
+  Matrix3d R_true_right;  // turns the given frame's coordinates into the true one's
 };
 
-Projection Project(const Vector3d& p_camera, const Vector2d& measured, double weight) {
-  Projection out;
-  if (p_camera.z() < kMinDepthRatio) return out;
-  const double inverse_z = 1.0 / p_camera.z();
-  const Vector2d on_plane = p_camera.head<2>() * inverse_z;
-  out.residual = weight * (on_plane - measured);
-  out.jacobian << inverse_z, 0, -on_plane.x() * inverse_z, 0, inverse_z, -on_plane.y() * inverse_z;
-  out.jacobian *= weight;
-  return out;
-}
+// A point of a camera's given frame on its image.
+struct Projection {
+  Projection(const Vector3d& p_given, int camera, const CameraCalibration& calibration)
+      : p_camera(camera == 0 ? p_given : calibration.R_true_right * p_given) {}
+
+  bool IsInFront() const { return p_camera.z() >= kMinDepthRatio; }
+  Vector2d OnPlane() const { return p_camera.head<2>() / p_camera.z(); }
+
+  Vector2d Residual(const Vector2d& measured, double weight, double focal_scale) const {
+    if (!IsInFront()) return Vector2d::Constant(kBehindResidual);
+    return weight * (focal_scale * OnPlane() - measured);
+  }
+
+  // Of the residual by p_camera.
+  Matrix23d ByPoint(double weight, double focal_scale) const {
+    Matrix23d d = Matrix23d::Zero();
+    if (!IsInFront()) return d;
+    const double inverse_z = weight * focal_scale / p_camera.z();
+    const Vector2d on_plane = OnPlane();
+    d << inverse_z, 0, -on_plane.x() * inverse_z, 0, inverse_z, -on_plane.y() * inverse_z;
+    return d;
+  }
+
+  // Of the residual by the camera calibration, with ByPoint(). Exp(-psi) p moves by [p']x Jr(psi).
+  Jacobian24 ByCalibration(const Matrix23d& by_point, int camera, double weight,
+                           const CameraCalibration& calibration) const {
+    Jacobian24 d = Jacobian24::Zero();
+    if (!IsInFront()) return d;
+    if (camera == 1) d.leftCols<3>() = by_point * Skew(p_camera) * RightJacobian(calibration.psi);
+    d.col(kRowFocalScale) = weight * OnPlane();
+    return d;
+  }
+
+  Vector3d p_camera;  // in the camera's true frame
+};
 
 }  // namespace
 
@@ -39,8 +75,16 @@ StereoGeometry::StereoGeometry(const std::array<RigidTransform, 2>& transforms, 
                    transforms[1].rotation.toRotationMatrix()},
       weight(w) {}
 
+StereoGeometry StereoGeometry::CorrectedBy(const double* cameras) const {
+  std::array<RigidTransform, 2> transforms = T_imu_camera;
+  transforms[1].rotation = (transforms[1].rotation * RightRotation(cameras)).normalized();
+  StereoGeometry corrected(transforms, weight);
+  corrected.focal_scale = focal_scale * (1 + cameras[kRowFocalScale]);
+  return corrected;
+}
+
 PointResidual::PointResidual(const StereoGeometry* geometry, const StereoMeasurement& target)
-    : Factor(target.right ? 4 : 2, {kPoseKind, kPoseKind, kPointKind}),
+    : Factor(target.right ? 4 : 2, {kPoseKind, kPoseKind, kCameraCalibrationKind, kPointKind}),
       geometry_(geometry),
       target_(target) {}
 
@@ -49,8 +93,9 @@ void PointResidual::EvaluateAt(const double* const* parameters, double* residual
   const Map<const Vector3d> p_h(parameters[0]), p_t(parameters[1]);
   const Matrix3d r_h = Map<const Quaterniond>(parameters[0] + 3).toRotationMatrix();
   const Matrix3d r_t_t = Map<const Quaterniond>(parameters[1] + 3).conjugate().toRotationMatrix();
-  const Vector3d ray(parameters[2][0], parameters[2][1], 1);
-  const double lambda = parameters[2][2];
+  const CameraCalibration calibration(parameters[2]);
+  const Vector3d ray(parameters[3][0], parameters[3][1], 1);
+  const double lambda = parameters[3][2];
   const Matrix3d& r_ic0 = geometry_->R_imu_camera[0];
   const Vector3d in_host = r_ic0 * ray + lambda * geometry_->T_imu_camera[0].translation;
   const Vector3d between = p_h - p_t;
@@ -59,16 +104,15 @@ void PointResidual::EvaluateAt(const double* const* parameters, double* residual
   for (int c = 0; c < cameras; ++c) {
     const Matrix3d& r_ic = geometry_->R_imu_camera[c];
     const Vector3d& p_ic = geometry_->T_imu_camera[c].translation;
-    const Projection projection =
-        Project(r_ic.transpose() * (m - lambda * p_ic), c == 0 ? target_.left : *target_.right,
-                geometry_->weight);
-    Map<Vector2d>{residuals + 2 * c} = projection.residual;
+    const Projection projection(r_ic.transpose() * (m - lambda * p_ic), c, calibration);
+    Map<Vector2d>{residuals + 2 * c} = projection.Residual(
+        c == 0 ? target_.left : *target_.right, geometry_->weight, calibration.focal_scale);
     if (!jacobians) continue;
-    const Matrix23d by_m = projection.jacobian * r_ic.transpose();
+    const Matrix23d by_point = projection.ByPoint(geometry_->weight, calibration.focal_scale);
+    const Matrix23d by_given = c == 0 ? by_point : by_point * calibration.R_true_right;
+    const Matrix23d by_m = by_given * r_ic.transpose();
     const Matrix23d by_world = by_m * r_t_t;
     const Matrix23d by_host = by_world * r_h;
-    using Jacobian26 = Eigen::Matrix<double, 2, 6, Eigen::RowMajor>;
-    using Jacobian23 = Eigen::Matrix<double, 2, 3, Eigen::RowMajor>;
     if (jacobians[0]) {
       Map<Jacobian26> d(jacobians[0] + 12 * c);
       d.leftCols<3>() = lambda * by_world;
@@ -80,7 +124,11 @@ void PointResidual::EvaluateAt(const double* const* parameters, double* residual
       d.rightCols<3>() = by_m * Skew(m);
     }
     if (jacobians[2]) {
-      Map<Jacobian23> d(jacobians[2] + 6 * c);
+      Map<Jacobian24>{jacobians[2] + 8 * c} =
+          projection.ByCalibration(by_point, c, geometry_->weight, calibration);
+    }
+    if (jacobians[3]) {
+      Map<Jacobian23> d(jacobians[3] + 6 * c);
       d.leftCols<2>() = by_host * r_ic0.leftCols<2>();
       d.rightCols<1>() =
           by_host * geometry_->T_imu_camera[0].translation + by_world * between - by_m * p_ic;
@@ -89,31 +137,38 @@ void PointResidual::EvaluateAt(const double* const* parameters, double* residual
 }
 
 HostPointResidual::HostPointResidual(const StereoGeometry& geometry, const StereoMeasurement& host)
-    : Factor(host.right ? 4 : 2, {kPointKind}),
+    : Factor(host.right ? 4 : 2, {kCameraCalibrationKind, kPointKind}),
       weight_(geometry.weight),
       T_right_left_(geometry.T_imu_camera[1].Inverse() * geometry.T_imu_camera[0]),
       host_(host) {}
 
 void HostPointResidual::EvaluateAt(const double* const* parameters, double* residuals,
                                    double** jacobians) const {
-  const Vector3d ray(parameters[0][0], parameters[0][1], 1);
-  Map<Vector2d>{residuals} = weight_ * (ray.head<2>() - host_.left);
-  using Jacobian23 = Eigen::Matrix<double, 2, 3, Eigen::RowMajor>;
-  const bool wanted = jacobians && jacobians[0];
-  if (wanted) {
-    Map<Jacobian23> d(jacobians[0]);
-    d.setZero();
-    d(0, 0) = d(1, 1) = weight_;
-  }
-  if (!host_.right) return;
+  const CameraCalibration calibration(parameters[0]);
+  const Vector3d ray(parameters[1][0], parameters[1][1], 1);
+  const double lambda = parameters[1][2];
   const Matrix3d r = T_right_left_.rotation.toRotationMatrix();
-  const Projection projection =
-      Project(r * ray + parameters[0][2] * T_right_left_.translation, *host_.right, weight_);
-  Map<Vector2d>{residuals + 2} = projection.residual;
-  if (wanted) {
-    Map<Jacobian23> d(jacobians[0] + 6);
-    d.leftCols<2>() = projection.jacobian * r.leftCols<2>();
-    d.rightCols<1>() = projection.jacobian * T_right_left_.translation;
+  const int cameras = host_.right ? 2 : 1;
+  for (int c = 0; c < cameras; ++c) {
+    const Projection projection(c == 0 ? ray : r * ray + lambda * T_right_left_.translation, c,
+                                calibration);
+    Map<Vector2d>{residuals + 2 * c} =
+        projection.Residual(c == 0 ? host_.left : *host_.right, weight_, calibration.focal_scale);
+    if (!jacobians) continue;
+    const Matrix23d by_point = projection.ByPoint(weight_, calibration.focal_scale);
+    if (jacobians[0]) {
+      Map<Jacobian24>{jacobians[0] + 8 * c} =
+          projection.ByCalibration(by_point, c, weight_, calibration);
+    }
+    if (!jacobians[1]) continue;
+    Map<Jacobian23> d(jacobians[1] + 6 * c);
+    if (c == 0) {
+      d << by_point.leftCols<2>(), Vector2d::Zero();
+      continue;
+    }
+    const Matrix23d by_given = by_point * calibration.R_true_right;
+    d.leftCols<2>() = by_given * r.leftCols<2>();
+    d.rightCols<1>() = by_given * T_right_left_.translation;
   }
 }
 

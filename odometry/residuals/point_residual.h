@@ -13,9 +13,18 @@ struct StereoGeometry {
   std::array<RigidTransform, 2> T_imu_camera;
   std::array<Eigen::Matrix3d, 2> R_imu_camera;
   double weight = 1;  // focal length over the standard deviation of a measurement, both in pixels
+  double focal_scale = 1;  // of the true focal length to that of the plane z = 1
 
   StereoGeometry() = default;
   StereoGeometry(const std::array<RigidTransform, 2>& T_imu_camera, double weight);
+
+  // The same with what a camera calibration block (see calibration.h) says.
+  StereoGeometry CorrectedBy(const double* cameras) const;
+
+  // The ray of a measurement, of any length.
+  Eigen::Vector3d Ray(const Eigen::Vector2d& measured) const {
+    return {measured.x(), measured.y(), focal_scale};
+  }
 };
 
 // A point on the plane z = 1 of a rectified camera, in the left and (where seen) the right one.
@@ -28,11 +37,13 @@ struct StereoMeasurement {
 // its inverse depth there (1 / m). The bearing is estimated beside the depth: taken as measured,
 // the host's noise would enter all observations of the point as one error that nobody accounts for.
 //
-// Blocks: pose of the host, pose of the target, point. With z = (x, y, 1), in camera c of the
-// target, scaled by the inverse depth (so that a point at infinity is nothing special):
+// Blocks: pose of the host, pose of the target, camera calibration (psi, s), point. With z = (x, y,
+// 1), in camera c of the target, scaled by the inverse depth (so that a point at infinity is
+// nothing special):
 //
 //   m   = R_t^T ( R_h (R_IC z + lambda p_IC) + lambda (p_h - p_t) )
-//   p_c = R_ICc^T ( m - lambda p_ICc )          r = weight ( p_c.xy / p_c.z - measured )
+//   p_c = Exp(-psi)^c R_ICc^T ( m - lambda p_ICc )
+//   r   = weight ( (1 + s) p_c.xy / p_c.z - measured )
 //
 // Rows: two for the left camera, and two more when the target saw the point in the right one.
 class PointResidual final : public Factor {
@@ -49,8 +60,8 @@ class PointResidual final : public Factor {
   StereoMeasurement target_;
 };
 
-// Block: point. What the host itself measured of it: two rows for the left camera, and two more
-// when it saw the point in the right one.
+// Blocks: camera calibration, point. What the host itself measured of it: two rows for the left
+// camera, and two more when it saw the point in the right one.
 class HostPointResidual final : public Factor {
  public:
   HostPointResidual(const StereoGeometry& geometry, const StereoMeasurement& host);

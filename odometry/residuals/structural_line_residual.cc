@@ -36,38 +36,50 @@ PlueckerLine Pluecker(const StructuralLine& line, const double* heading, const d
   return out;
 }
 
+std::vector<BlockKind> KindsOf(const StructuralLine& line, bool binds_cameras) {
+  std::vector<BlockKind> kinds{kPoseKind};
+  if (binds_cameras) kinds.push_back(kCameraCalibrationKind);
+  if (line.HasHeading()) kinds.push_back(kHeadingKind);
+  kinds.push_back(kStructuralLineKind);
+  return kinds;
+}
+
 }  // namespace
 
 StructuralLineResidual::StructuralLineResidual(const StereoGeometry* geometry,
                                                const StructuralLine& line,
-                                               const StereoLineMeasurement& measurement)
-    : Factor(measurement.rows(),
-             line.HasHeading()
-                 ? std::initializer_list<BlockKind>{kPoseKind, kHeadingKind, kStructuralLineKind}
-                 : std::initializer_list<BlockKind>{kPoseKind, kStructuralLineKind}),
+                                               const StereoLineMeasurement& measurement,
+                                               bool binds_cameras)
+    : Factor(measurement.rows(), KindsOf(line, binds_cameras)),
       geometry_(geometry),
       line_(line),
-      measurement_(measurement) {}
+      measurement_(measurement),
+      binds_cameras_(binds_cameras) {}
 
 void StructuralLineResidual::EvaluateAt(const double* const* parameters, double* residuals,
                                         double** jacobians) const {
-  const int last = blocks() - 1;
-  const double* heading = line_.HasHeading() ? parameters[1] : nullptr;
+  const int last = blocks() - 1, heading_at = last - 1;
+  const double* cameras = binds_cameras_ ? parameters[1] : nullptr;
+  const double* heading = line_.HasHeading() ? parameters[heading_at] : nullptr;
   if (!jacobians) {
-    EvaluateLineReprojection(*geometry_, measurement_, parameters[0],
+    EvaluateLineReprojection(*geometry_, measurement_, parameters[0], cameras,
                              Pluecker(line_, heading, parameters[last], nullptr), residuals);
     return;
   }
   PlueckerJacobian by_parameters;
   const PlueckerLine line = Pluecker(line_, heading, parameters[last], &by_parameters);
   LineReprojectionJacobian d;
-  LinearizeLineReprojection(*geometry_, measurement_, parameters[0], line, by_parameters, residuals,
-                            &d);
+  LinearizeLineReprojection(*geometry_, measurement_, parameters[0], cameras, line, by_parameters,
+                            residuals, &d);
   using RowMajor6 = Eigen::Matrix<double, Eigen::Dynamic, 6, Eigen::RowMajor>;
+  using RowMajor4 = Eigen::Matrix<double, Eigen::Dynamic, 4, Eigen::RowMajor>;
   using RowMajor2 = Eigen::Matrix<double, Eigen::Dynamic, 2, Eigen::RowMajor>;
   if (jacobians[0]) Eigen::Map<RowMajor6>(jacobians[0], rows(), 6) = d.by_pose;
-  if (heading && jacobians[1]) {
-    Eigen::Map<Eigen::VectorXd>(jacobians[1], rows()) = d.by_line.col(0);
+  if (cameras && jacobians[1]) {
+    Eigen::Map<RowMajor4>(jacobians[1], rows(), 4) = d.by_cameras;
+  }
+  if (heading && jacobians[heading_at]) {
+    Eigen::Map<Eigen::VectorXd>(jacobians[heading_at], rows()) = d.by_line.col(0);
   }
   if (jacobians[last]) {
     Eigen::Map<RowMajor2>(jacobians[last], rows(), 2) = d.by_line.rightCols<2>();

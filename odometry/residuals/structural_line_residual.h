@@ -7,13 +7,13 @@
 
 namespace slcmap {
 
-// Blocks: pose, heading, structural line; for a vertical line: pose, structural line. Rows as in
-// EvaluateLineReprojection().
+// Blocks: pose, camera calibration (where it is bound), heading (but for a vertical line),
+// structural line. Rows as in EvaluateLineReprojection().
 class StructuralLineResidual final : public Factor {
  public:
   // The geometry must outlive the residual.
   StructuralLineResidual(const StereoGeometry* geometry, const StructuralLine& line,
-                         const StereoLineMeasurement& measurement);
+                         const StereoLineMeasurement& measurement, bool binds_cameras = false);
 
  protected:
   void EvaluateAt(const double* const* parameters, double* residuals,
@@ -23,6 +23,7 @@ class StructuralLineResidual final : public Factor {
   const StereoGeometry* geometry_;
   StructuralLine line_;
   StereoLineMeasurement measurement_;
+  bool binds_cameras_;
 };
 
 }  // namespace slcmap

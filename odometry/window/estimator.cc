@@ -96,17 +96,50 @@ Estimator::Estimator(const OdometryOptions& options, const Rig& rectified_rig, P
       window_(options, rectified_rig) {}
 
 std::optional<OnlineState> Estimator::AddImage(int64_t stamp_ns) {
+  CutAgain(stamp_ns);
   std::optional<OnlineState> state = window_.empty() ? Initialize(stamp_ns) : Estimate(stamp_ns);
   last_stamp_ns_ = stamp_ns;
-  imu_.DropBefore(stamp_ns);
+  imu_.DropBefore(OldestSampleNeeded(stamp_ns));
   return state;
+}
+
+// The samples at the exposure, as its time is estimated, but none after the image's stamp: these
+// may not have arrived yet, and whether they have must not matter.
+ImuCut Estimator::NewCut(int64_t stamp_ns) const {
+  int64_t cut_ns = stamp_ns + std::min<int64_t>(cut_offset_ns_, 0);
+  if (last_stamp_ns_) cut_ns = std::max(cut_ns, last_cut_ns_ + 1);
+  return CutOf(imu_, stamp_ns, cut_ns - stamp_ns);
+}
+
+// Follows the estimated time offset: at cuts far from the exposure a straight motion and a constant
+// turn in between would not do. The newest keyframe's stays well before the image that comes now.
+// Never while images since the last keyframe are integrated.
+void Estimator::CutAgain(int64_t stamp_ns) {
+  constexpr int64_t kMoved_ns = 300'000, kMaxStep_ns = 10'000'000;
+  if (window_.empty() || since_keyframe_) return;
+  const int64_t offset_ns = std::min(ToNanoseconds(window_.calibration().imu[kRowTimeOffset]),
+                                     (stamp_ns - *last_stamp_ns_) / 2);
+  if (std::abs(offset_ns - window_.newest().cut.offset_ns) < kMoved_ns) return;
+  cut_offset_ns_ += std::clamp(offset_ns - cut_offset_ns_, -kMaxStep_ns, kMaxStep_ns);
+  window_.CutAgain(imu_, cut_offset_ns_);
+  last_cut_ns_ = window_.newest().cut_stamp_ns();
+}
+
+// To cut again what is in the window; of long rests that is not wanted.
+int64_t Estimator::OldestSampleNeeded(int64_t stamp_ns) const {
+  constexpr int64_t kMargin_ns = 100'000'000, kLongest_ns = 20'000'000'000;
+  int64_t oldest_ns = stamp_ns;
+  if (!window_.empty() && !keyframe_) oldest_ns = window_.state().frames.front()->cut_stamp_ns();
+  if (keyframe_) oldest_ns = 0;
+  if (window_.empty() && initializer_.size() > 0) oldest_ns = initializer_.first_cut_ns();
+  return std::max(std::min(oldest_ns, stamp_ns) - kMargin_ns, stamp_ns - kLongest_ns);
 }
 
 std::optional<OnlineState> Estimator::CheckGaps(int64_t stamp_ns) {
   const std::string gap = FindGap(stamp_ns);
   if (gap.empty()) return std::nullopt;
   const std::optional<OnlineState> state = FinishKeyframe();
-  Restart(gap);
+  Restart(gap, true);
   return state;
 }
 
@@ -141,8 +174,10 @@ bool Estimator::RestsUntil(int64_t stamp_ns) const {
 Quaterniond Estimator::PredictedCameraRotation(int64_t stamp_ns) const {
   if (!last_stamp_ns_) return Quaterniond::Identity();
   Preintegration imu(rig_.imu_noise, gyro_bias_rad_s_, Vector3d::Zero());
-  AppendImu(*last_stamp_ns_, stamp_ns, &imu);
-  const Quaterniond R_last_now = imu.CorrectedFor(gyro_bias_rad_s_, Vector3d::Zero()).rotation;
+  AppendImu(*last_stamp_ns_ + tracking_.offset_ns, stamp_ns + tracking_.offset_ns, &imu);
+  const Quaterniond R_last_now = tracking_.R_body_imu *
+                                 imu.CorrectedFor(gyro_bias_rad_s_, Vector3d::Zero()).rotation *
+                                 tracking_.R_body_imu.conjugate();
   const Quaterniond& R_imu_camera = rig_.T_imu_camera[0].rotation;
   return R_imu_camera.conjugate() * R_last_now.conjugate() * R_imu_camera;
 }
@@ -151,6 +186,7 @@ void Estimator::Describe(OdometryRun* run) const {
   run->keyframes = run_.keyframes;
   run->landmarks = run_.landmarks;
   run->manhattan_worlds = run_.manhattan_worlds;
+  run->calibration = run_.calibration;
   run->lines = run_.lines;
   run->line_merges = run_.line_merges;
   for (const auto& [kind, count] : run_.warnings) run->warnings[kind] += count;
@@ -164,6 +200,7 @@ void Estimator::DescribeFinished(FinishedMarks* marks, OdometryRun* run) const {
   TakeNew(run_.keyframes, &marks->keyframes, &run->keyframes);
   TakeNew(run_.landmarks, &marks->landmarks, &run->landmarks);
   TakeNew(run_.lines, &marks->lines, &run->lines);
+  TakeNew(run_.calibration, &marks->calibration, &run->calibration);
 }
 
 void Estimator::DescribeWindow(OdometryRun* run) const {
@@ -177,6 +214,7 @@ std::unique_ptr<FrameState> Estimator::NewFrame(int64_t stamp_ns) {
   auto frame = std::make_unique<FrameState>();
   frame->id = next_frame_id_++;
   frame->stamp_ns = stamp_ns;
+  frame->cut = NewCut(stamp_ns);
   TakeMeasurements(frame.get());
   return frame;
 }
@@ -186,8 +224,14 @@ void Estimator::TakeMeasurements(FrameState* frame) const {
     StereoMeasurement& measurement = frame->measurements[point.id];
     measurement.left = PlaneFromPixel(rig_.cameras[0], point.left_px);
     measurement.right.reset();
-    if (point.right_px) measurement.right = PlaneFromPixel(rig_.cameras[1], *point.right_px);
+    if (point.right_px) measurement.right = RightPlaneFromPixel(*point.right_px);
   }
+}
+
+// On the plane z = 1 of the right camera as it was given.
+Vector2d Estimator::RightPlaneFromPixel(const Vector2d& right_px) const {
+  return (R_given_rectified_ * PlaneFromPixel(rig_.cameras[1], right_px).homogeneous())
+      .hnormalized();
 }
 
 void Estimator::AppendImu(int64_t from_ns, int64_t to_ns, Preintegration* imu) const {
@@ -217,12 +261,13 @@ std::optional<OnlineState> Estimator::Initialize(int64_t stamp_ns) {
   if (initializer_.size() > 0) {
     frame->from_previous =
         std::make_unique<Preintegration>(rig_.imu_noise, Vector3d::Zero(), Vector3d::Zero());
-    AppendImu(*last_stamp_ns_, stamp_ns, frame->from_previous.get());
+    AppendImu(last_cut_ns_, frame->cut_stamp_ns(), frame->from_previous.get());
   }
+  last_cut_ns_ = frame->cut_stamp_ns();
   TakeLines(std::move(lines), frame.get());
   initializer_.AddFrame(std::move(frame));
   if (!initializer_.Ready()) return std::nullopt;
-  const InitializationResult result = initializer_.Try(start_pose_, &window_);
+  const InitializationResult result = initializer_.Try(start_pose_, imu_, &window_);
   if (!result.success) {
     ++run_.warnings["attempts at initialisation that failed"];
     if (!last_report_ns_ || ToSeconds(stamp_ns - *last_report_ns_) >= kReportEvery_s) {
@@ -234,7 +279,10 @@ std::optional<OnlineState> Estimator::Initialize(int64_t stamp_ns) {
   spdlog::info("segment {} {}", segment_, result.report);
   source_->Remove(result.finished.points);
   if (lines_) lines_->Remove(result.finished.lines);
+  last_cut_ns_ = window_.newest().cut_stamp_ns();
+  cut_offset_ns_ = window_.newest().cut.offset_ns;
   gyro_bias_rad_s_ = window_.newest().gyro_bias();
+  KnowForTracking();
   last_speed_m_s_ = window_.newest().velocity().norm();
   lost_since_ns_.reset();
   return StateOf(window_.newest());
@@ -247,7 +295,8 @@ std::optional<OnlineState> Estimator::Estimate(int64_t stamp_ns) {
     frame->from_previous = std::make_unique<Preintegration>(
         rig_.imu_noise, window_.newest().gyro_bias(), window_.newest().accel_bias());
   }
-  AppendImu(*last_stamp_ns_, stamp_ns, frame->from_previous.get());
+  AppendImu(last_cut_ns_, frame->cut_stamp_ns(), frame->from_previous.get());
+  last_cut_ns_ = frame->cut_stamp_ns();
   frame->stands_still = StandsStill(*frame);
   {
     const auto timed = clock_.Time("frame estimation");
@@ -258,13 +307,15 @@ std::optional<OnlineState> Estimator::Estimate(int64_t stamp_ns) {
   }
   const OnlineState state = StateOf(*frame);
   gyro_bias_rad_s_ = state.gyro_bias_rad_s;
+  KnowForTracking();
   if (IsKeyframe(*frame) && FindImpossible(state, options_.failure).empty()) {
     StartKeyframe(std::move(frame));
     return policy_ == std::launch::async ? std::nullopt : FinishKeyframe();
   }
   since_keyframe_ = std::move(frame->from_previous);
   if (frame->stands_still && since_keyframe_->duration_s() > kStandstillStep_s) {
-    source_->Remove(window_.ExtendStandstill(since_keyframe_->samples()));
+    source_->Remove(
+        window_.ExtendStandstill(since_keyframe_->samples(), frame->stamp_ns, frame->cut));
     since_keyframe_.reset();
   }
   return Judge(state, static_cast<int>(source_->observations().size()));
@@ -311,7 +362,9 @@ std::optional<OnlineState> Estimator::FinishKeyframe() {
 std::optional<OnlineState> Estimator::Judge(const OnlineState& state, int points_visible) {
   last_speed_m_s_ = state.velocity_world_m_s.norm();
   if (const std::string failure = FindFailure(state, points_visible); !failure.empty()) {
-    Restart(failure);
+    Restart(failure, window_.last_solve_usable() &&
+                         FindImpossible(state, options_.failure).empty() &&
+                         window_.CalibrationBeyondLimit().empty());
     return std::nullopt;
   }
   start_pose_ = state.T_world_imu;
@@ -339,7 +392,10 @@ void Estimator::TakeLines(std::future<void> tracked, FrameState* frame) const {
   for (const LineObservation& line : lines_->observations()) {
     StereoLineMeasurement& measurement = frame->lines[line.id];
     measurement.left = PlaneFromPixel(rig_.cameras[0], line.left_px);
-    if (line.right_px) measurement.right = PlaneFromPixel(rig_.cameras[1], *line.right_px);
+    if (line.right_px) {
+      measurement.right = LineSegment{RightPlaneFromPixel(line.right_px->start),
+                                      RightPlaneFromPixel(line.right_px->end)};
+    }
   }
 }
 
@@ -379,6 +435,10 @@ std::string Estimator::FindFailure(const OnlineState& state, int points_visible)
   if (std::string impossible = FindImpossible(state, limits); !impossible.empty()) {
     return impossible;
   }
+  if (const std::string item = window_.CalibrationBeyondLimit(); !item.empty()) {
+    return "an estimate of the calibration beyond its limit: " + item +
+           " (it is not estimated any longer)";
+  }
   if (points_visible >= limits.min_points) {
     lost_since_ns_.reset();
   } else if (!lost_since_ns_) {
@@ -390,12 +450,14 @@ std::string Estimator::FindFailure(const OnlineState& state, int points_visible)
 }
 
 // Ends the segment, keeping it, and waits for a new initialisation.
-void Estimator::Restart(const std::string& reason) {
+void Estimator::Restart(const std::string& reason, bool calibration_is_good) {
   if (!window_.empty()) {
     spdlog::warn("segment {} ended: {}", segment_, reason);
     ++run_.warnings["segments ended by " + reason];
     window_.Collect(segment_, &run_);
     window_.AddContents(segment_, &run_);
+    if (calibration_is_good) window_.LearnCalibration();
+    window_.HoldCalibration();
     window_.Clear();
     ++segment_;
   }
@@ -405,6 +467,11 @@ void Estimator::Restart(const std::string& reason) {
   since_keyframe_.reset();
   lost_since_ns_.reset();
   gyro_bias_rad_s_.setZero();
+}
+
+void Estimator::KnowForTracking() {
+  tracking_.offset_ns = std::min<int64_t>(cut_offset_ns_, 0);
+  tracking_.R_body_imu = BodyFromImu(window_.calibration().imu.data()).rotation;
 }
 
 OnlineState Estimator::StateOf(const FrameState& frame) const {

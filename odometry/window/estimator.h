@@ -1,6 +1,7 @@
 // From tracked points and IMU samples to states, keyframes and landmarks.
 #pragma once
 
+#include <algorithm>
 #include <future>
 #include <memory>
 #include <optional>
@@ -47,7 +48,7 @@ class LineSource {
 
 // How much of what has left the window was described before.
 struct FinishedMarks {
-  size_t keyframes = 0, landmarks = 0, lines = 0;
+  size_t keyframes = 0, landmarks = 0, lines = 0, calibration = 0;
 };
 
 class Estimator {
@@ -61,6 +62,10 @@ class Estimator {
   // False where the sample is not finite or not later than the last one; it is then dropped.
   bool AddImu(const ImuSample& sample) { return imu_.Add(sample); }
   const ImuBuffer& imu() const { return imu_; }
+  // Right images are from now on rectified with the right camera turned by Exp(rotation_rad).
+  void SetRightRectification(const Eigen::Vector3d& rotation_rad) {
+    R_given_rectified_ = ExpRotation(-rotation_rad);
+  }
 
   // The left camera at a stamp from the left camera at the last image, by the gyroscope. Does not
   // wait for a keyframe's optimisation.
@@ -100,7 +105,12 @@ class Estimator {
 
  private:
   std::unique_ptr<FrameState> NewFrame(int64_t stamp_ns);
+  ImuCut NewCut(int64_t stamp_ns) const;
+  void CutAgain(int64_t stamp_ns);
+  int64_t OldestSampleNeeded(int64_t stamp_ns) const;
   void TakeMeasurements(FrameState* frame) const;
+  void KnowForTracking();
+  Eigen::Vector2d RightPlaneFromPixel(const Eigen::Vector2d& right_px) const;
   void AppendImu(int64_t from_ns, int64_t to_ns, Preintegration* imu) const;
   std::vector<Eigen::Vector3d> RoughVertical(int64_t stamp_ns) const;
   std::optional<OnlineState> Initialize(int64_t stamp_ns);
@@ -115,7 +125,7 @@ class Estimator {
   bool IsKeyframe(const FrameState& frame) const;
   std::string FindGap(int64_t stamp_ns) const;
   std::string FindFailure(const OnlineState& state, int points_visible);
-  void Restart(const std::string& reason);
+  void Restart(const std::string& reason, bool calibration_is_good);
   OnlineState StateOf(const FrameState& frame) const;
 
   // A keyframe whose optimisation was started.
@@ -138,6 +148,14 @@ class Estimator {
   std::unique_ptr<Preintegration> since_keyframe_;  // up to the last image that was no keyframe
   // At the last image; of a keyframe, as it was before its optimisation.
   Eigen::Vector3d gyro_bias_rad_s_ = Eigen::Vector3d::Zero();
+  // What tracking takes as known of the calibration: like the bias.
+  struct {
+    int64_t offset_ns = 0;
+    Eigen::Quaterniond R_body_imu = Eigen::Quaterniond::Identity();
+  } tracking_;
+  int64_t cut_offset_ns_ = 0;  // of cuts; of new ones as far as it is not ahead
+  int64_t last_cut_ns_ = 0;    // of the last image
+  Eigen::Quaterniond R_given_rectified_ = Eigen::Quaterniond::Identity();
   std::optional<int64_t> last_stamp_ns_, lost_since_ns_, last_report_ns_;
   std::optional<RigidTransform> start_pose_;  // where a new segment starts
   double last_speed_m_s_ = 0;

@@ -16,6 +16,18 @@ using Eigen::Quaterniond;
 using Eigen::Vector3d;
 
 constexpr int kMotionRounds = 2;
+constexpr int kMaxMotionRounds = 5;  // where the time offset has not settled
+constexpr int64_t kOffsetSettled_ns = 1'000'000;
+
+// The geometry of the cameras against the true place of the IMU, as it is estimated.
+StereoGeometry GeometryFromImu(const CostModel& model, const RigidTransform& T_imu_body) {
+  const StereoGeometry corrected = model.Corrected(model.geometry);
+  StereoGeometry geometry(
+      {T_imu_body * corrected.T_imu_camera[0], T_imu_body * corrected.T_imu_camera[1]},
+      corrected.weight);
+  geometry.focal_scale = corrected.focal_scale;
+  return geometry;
+}
 
 std::vector<ImuSample> AllSamples(const std::vector<std::unique_ptr<FrameState>>& frames) {
   std::vector<ImuSample> all;
@@ -80,7 +92,7 @@ bool Initializer::Ready() const {
 }
 
 InitializationResult Initializer::Try(const std::optional<RigidTransform>& start,
-                                      SlidingWindow* window) {
+                                      const ImuBuffer& imu, SlidingWindow* window) {
   const double focal_px = rig_.cameras[0].fx_px;
   const Flow flow = MedianFlow(*frames_.front(), *frames_.back(), focal_px);
   InitializationResult result;
@@ -90,7 +102,7 @@ InitializationResult Initializer::Try(const std::optional<RigidTransform>& start
   } else if (flow.median_px <= options_.max_still_flow_px) {
     result = TryAtRest(start, window);
   } else {
-    result = TryInMotion(start, window);
+    result = TryInMotion(start, imu, window);
   }
   result.report += fmt::format("; flow {:.2f} px (at rest: at most {:.2f})", flow.median_px,
                                options_.max_still_flow_px);
@@ -126,7 +138,9 @@ InitializationResult Initializer::TryAtRest(const std::optional<RigidTransform>&
   first.push_back(std::move(frames_.back()));
   first.front()->from_previous.reset();
   first.front()->stands_still = true;
-  SetState(WorldFromFirst(-accel.mean, start), Vector3d::Zero(), gyro.mean, first.front().get());
+  const RigidTransform T_imu_body = BodyFromImu(window->calibration().imu.data()).Inverse();
+  SetState(WorldFromFirst(-accel.mean, start) * T_imu_body, Vector3d::Zero(), gyro.mean,
+           first.front().get());
   result.finished = window->Start(std::move(first));
   frames_.clear();
   return result;
@@ -136,7 +150,7 @@ InitializationResult Initializer::TryAtRest(const std::optional<RigidTransform>&
 // them.
 std::vector<std::unique_ptr<FrameState>> Initializer::EverySecond(
     const LinearAlignment& alignment, const RigidTransform& T_world_first,
-    const Vector3d& gyro_bias) const {
+    const RigidTransform& T_imu_body, const Vector3d& gyro_bias) const {
   std::vector<std::unique_ptr<FrameState>> out;
   std::unique_ptr<Preintegration> imu;
   for (size_t i = 0; i < frames_.size(); ++i) {
@@ -149,29 +163,43 @@ std::vector<std::unique_ptr<FrameState>> Initializer::EverySecond(
     auto frame = std::make_unique<FrameState>();
     frame->id = frames_[i]->id;
     frame->stamp_ns = frames_[i]->stamp_ns;
+    frame->cut = frames_[i]->cut;
     frame->measurements = frames_[i]->measurements;
     frame->lines = frames_[i]->lines;
     frame->from_previous = std::move(imu);
     const LinearState& state = alignment.states[i];
-    SetState(T_world_first * state.T_first_imu, T_world_first.rotation * state.velocity_first_m_s,
-             gyro_bias, frame.get());
+    SetState(T_world_first * state.T_first_imu * T_imu_body,
+             T_world_first.rotation * state.velocity_first_m_s, gyro_bias, frame.get());
     out.push_back(std::move(frame));
     imu = std::make_unique<Preintegration>(rig_.imu_noise, gyro_bias, Vector3d::Zero());
   }
   return out;
 }
 
+void Initializer::CutAgain(const ImuBuffer& imu, int64_t offset_ns) {
+  for (size_t i = 0; i < frames_.size(); ++i) {
+    FrameState& frame = *frames_[i];
+    frame.cut = CutOf(imu, frame.stamp_ns, offset_ns);
+    if (i > 0) {
+      frame.from_previous->Replace(
+          imu.Between(frames_[i - 1]->cut_stamp_ns(), frame.cut_stamp_ns()));
+    }
+  }
+}
+
 InitializationResult Initializer::TryInMotion(const std::optional<RigidTransform>& start,
-                                              SlidingWindow* window) {
+                                              const ImuBuffer& imu, SlidingWindow* window) {
   InitializationResult result;
   double gravity_error = 0, rms = 0;
   int landmarks = 0;
   Vector3d gyro_bias = Vector3d::Zero();
   // The first round knows no gyroscope bias; what its optimisation finds makes the second one
-  // exact.
-  for (int round = 0; round < kMotionRounds; ++round) {
-    const auto alignment =
-        AlignLinearly(frames_, window->model().geometry, rig_.imu_noise, gyro_bias);
+  // exact. A time offset that is far off takes some more.
+  bool settled = false;
+  for (int round = 0; round < (settled ? kMotionRounds : kMaxMotionRounds); ++round) {
+    const RigidTransform T_imu_body = BodyFromImu(window->calibration().imu.data()).Inverse();
+    const auto alignment = AlignLinearly(frames_, GeometryFromImu(window->model(), T_imu_body),
+                                         rig_.imu_noise, gyro_bias);
     if (!alignment) {
       window->Clear();
       result.report = "not initialised in motion: the motion does not tell velocity and gravity";
@@ -179,10 +207,17 @@ InitializationResult Initializer::TryInMotion(const std::optional<RigidTransform
     }
     gravity_error = std::abs(alignment->free_gravity_m_s2 - kGravity_m_s2);
     const RigidTransform T_world_first = WorldFromFirst(alignment->gravity_first_m_s2, start);
-    result.finished = window->Start(EverySecond(*alignment, T_world_first, gyro_bias));
+    result.finished = window->Start(EverySecond(*alignment, T_world_first, T_imu_body, gyro_bias));
     gyro_bias = window->newest().gyro_bias();
     rms = ReprojectionRms(window->model(), window->state());
     landmarks = TriangulatedCount(window->state());
+    // As far as samples are certain to be there.
+    const int64_t offset_ns =
+        std::clamp(ToNanoseconds(window->calibration().imu[kRowTimeOffset]),
+                   std::min<int64_t>(0, imu.first_stamp_ns() - frames_.front()->stamp_ns),
+                   std::max<int64_t>(0, frames_.back()->cut.offset_ns));
+    settled = std::abs(offset_ns - frames_.back()->cut.offset_ns) < kOffsetSettled_ns;
+    if (!settled) CutAgain(imu, offset_ns);
   }
   result.success = gravity_error <= options_.max_gravity_error_m_s2 &&
                    rms <= options_.max_reprojection_sigma && landmarks >= options_.min_points;

@@ -33,18 +33,25 @@ class Initializer {
 
   // Tries to start the window. On success the frames have moved there; otherwise the oldest are
   // forgotten, so that a later attempt looks at new data. The first frame's position and heading
-  // become those of `start`, where one is given.
-  InitializationResult Try(const std::optional<RigidTransform>& start, SlidingWindow* window);
+  // become those of `start`, where one is given. The samples are cut anew from `imu` where the time
+  // offset turns out to be another.
+  InitializationResult Try(const std::optional<RigidTransform>& start, const ImuBuffer& imu,
+                           SlidingWindow* window);
+
+  // The stamp of the oldest sample that is needed; there must be a frame.
+  int64_t first_cut_ns() const { return frames_.front()->cut_stamp_ns(); }
 
   void Reset() { frames_.clear(); }
   size_t size() const { return frames_.size(); }
 
  private:
   InitializationResult TryAtRest(const std::optional<RigidTransform>& start, SlidingWindow* window);
-  InitializationResult TryInMotion(const std::optional<RigidTransform>& start,
+  InitializationResult TryInMotion(const std::optional<RigidTransform>& start, const ImuBuffer& imu,
                                    SlidingWindow* window);
+  void CutAgain(const ImuBuffer& imu, int64_t offset_ns);
   std::vector<std::unique_ptr<FrameState>> EverySecond(const LinearAlignment& alignment,
                                                        const RigidTransform& T_world_first,
+                                                       const RigidTransform& T_imu_body,
                                                        const Eigen::Vector3d& gyro_bias) const;
   void ForgetOldest();
 

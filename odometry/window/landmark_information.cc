@@ -87,21 +87,21 @@ bool IsRegular(const Ldlt& ldlt) {
 struct PointEquations {
   Matrix3d information = Matrix3d::Zero();
   std::vector<const double*> states;
-  Eigen::Matrix3Xd cross;  // six columns a state: all are poses
+  std::vector<Eigen::Index> columns;  // first one of each state
+  Eigen::Matrix3Xd cross;
 
-  Eigen::Index ColumnOf(const double* pose) {
-    const auto at = std::find(states.begin(), states.end(), pose);
-    const Eigen::Index column = 6 * (at - states.begin());
-    if (at == states.end()) {
-      states.push_back(pose);
-      cross.conservativeResize(3, column + 6);
-      cross.rightCols<6>().setZero();
-    }
-    return column;
+  Eigen::Index ColumnOf(const double* state, int tangent_size) {
+    const auto at = std::find(states.begin(), states.end(), state);
+    if (at != states.end()) return columns[static_cast<size_t>(at - states.begin())];
+    states.push_back(state);
+    columns.push_back(cross.cols());
+    cross.conservativeResize(3, cross.cols() + tangent_size);
+    cross.rightCols(tangent_size).setZero();
+    return columns.back();
   }
 };
 
-// With the weight that the loss gives it. A term with a pose that the window does not know is left
+// With the weight that the loss gives it. A term with a state that the window does not know is left
 // out.
 void AddToPoint(const FixedTerm& term, const WindowCovariance& window, PointEquations* equations) {
   const Factor& factor = *term.factor;
@@ -120,8 +120,9 @@ void AddToPoint(const FixedTerm& term, const WindowCovariance& window, PointEqua
   const Eigen::Matrix3Xd weighted = rho[1] * jacobians[last].transpose();
   equations->information += weighted * jacobians[last];
   for (int k = 0; k < last; ++k) {
-    const Eigen::Index column = equations->ColumnOf(term.blocks[k]);
-    equations->cross.middleCols<6>(column) += weighted * jacobians[k];
+    const int size = factor.tangent_size(k);
+    const Eigen::Index column = equations->ColumnOf(term.blocks[k], size);
+    equations->cross.middleCols(column, size) += weighted * jacobians[k];
   }
 }
 

@@ -89,7 +89,7 @@ bool FitsItsObservations(const LineLandmark& line, double max_new_chi2, const Co
 std::optional<StructuralLineFit> FitToViews(const LineLandmarkOptions& options,
                                             const CostModel& model, const LineLandmark& line) {
   return TriangulateStructuralLine(ObservationsOf(line), line.structural(), line.heading_rad(),
-                                   model.lines, options.triangulation);
+                                   model.Corrected(model.lines), options.triangulation);
 }
 
 // From the views; where these do not tell, from a point.
@@ -117,8 +117,8 @@ bool EstimateStructural(const LineLandmarkOptions& options, const std::vector<in
 
 bool EstimateGeneral(const LineLandmarkOptions& options, const CostModel& model,
                      LineLandmark* line) {
-  const auto fit = TriangulateGeneralLine(ObservationsOf(*line), line->anchor_world, model.lines,
-                                          options.triangulation);
+  const auto fit = TriangulateGeneralLine(ObservationsOf(*line), line->anchor_world,
+                                          model.Corrected(model.lines), options.triangulation);
   if (!fit) return false;
   line->block = fit->block;
   return FitsItsObservations(*line, options.max_new_chi2, model);

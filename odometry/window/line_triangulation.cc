@@ -31,10 +31,11 @@ struct View {
   Vector3d Middle() const { return (start + end).normalized(); }
 };
 
-View ViewOf(const LineSegment& segment, const RigidTransform& T_world_camera) {
+View ViewOf(const LineSegment& segment, const RigidTransform& T_world_camera,
+            double focal_scale = 1) {
   return {T_world_camera.translation,
-          (T_world_camera.rotation * OnPlane(segment.start)).normalized(),
-          (T_world_camera.rotation * OnPlane(segment.end)).normalized()};
+          (T_world_camera.rotation * OnPlane(segment.start / focal_scale)).normalized(),
+          (T_world_camera.rotation * OnPlane(segment.end / focal_scale)).normalized()};
 }
 
 std::vector<View> ViewsOf(const std::vector<PosedLineObservation>& observations,
@@ -42,9 +43,12 @@ std::vector<View> ViewsOf(const std::vector<PosedLineObservation>& observations,
   std::vector<View> views;
   for (const PosedLineObservation& observation : observations) {
     const StereoLineMeasurement& m = observation.measurement;
-    views.push_back(ViewOf(m.left, observation.T_world_imu * geometry.T_imu_camera[0]));
-    if (m.right)
-      views.push_back(ViewOf(*m.right, observation.T_world_imu * geometry.T_imu_camera[1]));
+    views.push_back(
+        ViewOf(m.left, observation.T_world_imu * geometry.T_imu_camera[0], geometry.focal_scale));
+    if (m.right) {
+      views.push_back(ViewOf(*m.right, observation.T_world_imu * geometry.T_imu_camera[1],
+                             geometry.focal_scale));
+    }
   }
   return views;
 }

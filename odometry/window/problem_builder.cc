@@ -52,13 +52,15 @@ int BindLine(int index, Of<Number, LineLandmark>& line, BasicTerm<Number>* term)
 }
 
 template <typename Number>
-BasicTerm<Number> ImuTerm(Of<Number, FrameState>& from, Of<Number, FrameState>& to) {
+BasicTerm<Number> ImuTerm(Of<Number, FrameState>& from, Of<Number, FrameState>& to,
+                          const CostModel& model) {
   BasicTerm<Number> term;
-  term.factor = std::make_unique<ImuResidual>(to.from_previous.get());
+  term.factor = std::make_unique<ImuResidual>(to.from_previous.get(), from.cut, to.cut);
   BindPose(0, from, &term);
   BindSpeedBias(1, from, &term);
   BindPose(2, to, &term);
   BindSpeedBias(3, to, &term);
+  term.blocks[4] = model.calibration->imu.data();
   return term;
 }
 
@@ -79,12 +81,14 @@ BasicTerm<Number> PointTerm(Of<Number, PointLandmark>& landmark, Of<Number, Fram
   term.loss = model.point_loss.get();
   if (&frame == &host) {
     term.factor = std::make_unique<HostPointResidual>(model.geometry, measurement);
-    term.blocks[0] = landmark.point.data();
+    term.blocks[0] = model.calibration->cameras.data();
+    term.blocks[1] = landmark.point.data();
   } else {
     term.factor = std::make_unique<PointResidual>(&model.geometry, measurement);
     BindPose(0, host, &term);
     BindPose(1, frame, &term);
-    term.blocks[2] = landmark.point.data();
+    term.blocks[2] = model.calibration->cameras.data();
+    term.blocks[3] = landmark.point.data();
   }
   return term;
 }
@@ -96,14 +100,15 @@ BasicTerm<Number> LineTerm(Of<Number, LineLandmark>& line, Of<Number, FrameState
   BasicTerm<Number> term;
   term.loss = model.line_loss.get();
   if (line.IsExact()) {
-    term.factor =
-        std::make_unique<StructuralLineResidual>(&model.lines, line.structural(), measurement);
+    term.factor = std::make_unique<StructuralLineResidual>(&model.lines, line.structural(),
+                                                           measurement, true);
   } else {
     term.factor =
-        std::make_unique<GeneralLineResidual>(&model.lines, line.anchor_world, measurement);
+        std::make_unique<GeneralLineResidual>(&model.lines, line.anchor_world, measurement, true);
   }
   BindPose(0, frame, &term);
-  BindLine(1, line, &term);
+  term.blocks[1] = model.calibration->cameras.data();
+  BindLine(2, line, &term);
   return term;
 }
 
@@ -140,7 +145,7 @@ void AddFrameTerms(const WindowState& window, const CostModel& model,
                    std::vector<BasicTerm<Number>>* terms) {
   for (size_t i = 0; i < window.frames.size(); ++i) {
     FrameState& frame = *window.frames[i];
-    if (i > 0) terms->push_back(ImuTerm<Number>(*window.frames[i - 1], frame));
+    if (i > 0) terms->push_back(ImuTerm<Number>(*window.frames[i - 1], frame, model));
     if (frame.stands_still) terms->push_back(ZeroVelocityTerm<Number>(frame, model));
   }
 }
@@ -176,8 +181,9 @@ std::vector<BasicTerm<Number>> AllTerms(Of<Number, WindowState>& window, const C
 
 }  // namespace
 
-void AddImuTerm(FrameState* from, FrameState* to, std::vector<Term>* terms) {
-  terms->push_back(ImuTerm<double>(*from, *to));
+void AddImuTerm(FrameState* from, FrameState* to, const CostModel& model,
+                std::vector<Term>* terms) {
+  terms->push_back(ImuTerm<double>(*from, *to, model));
 }
 
 void AddZeroVelocityTerm(FrameState* frame, const CostModel& model, std::vector<Term>* terms) {

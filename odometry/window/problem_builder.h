@@ -30,9 +30,17 @@ struct CostModel {
   std::unique_ptr<ceres::LossFunction> point_loss, line_loss, point_on_line_loss, along_axis_loss;
   double point_on_line_sigma_m = 0.05;
   double zero_velocity_sigma_m_s = 0.02;
+  // What all terms bind of the rig. Blocks at a fixed address, without a linearisation point: what
+  // cannot be observed of the poses, position and heading, cannot wherever these are evaluated.
+  std::unique_ptr<CalibrationState> calibration = std::make_unique<CalibrationState>();
+
+  // As it is estimated, for what takes the cameras as known.
+  StereoGeometry Corrected(const StereoGeometry& given) const {
+    return given.CorrectedBy(calibration->cameras.data());
+  }
 };
 
-void AddImuTerm(FrameState* from, FrameState* to, std::vector<Term>* terms);
+void AddImuTerm(FrameState* from, FrameState* to, const CostModel& model, std::vector<Term>* terms);
 void AddZeroVelocityTerm(FrameState* frame, const CostModel& model, std::vector<Term>* terms);
 // The term of one observation of a triangulated landmark.
 void AddPointTerm(PointLandmark* landmark, FrameState* frame, const CostModel& model,

@@ -19,6 +19,14 @@ constexpr double kGyroBiasMoved_rad_s = 0.005;
 constexpr double kAccelBiasMoved_m_s2 = 0.1;
 constexpr int64_t kRestKept_ns = 10'000'000'000;  // of a standstill; cut when twice as long
 
+// One camera, whose scale comes from the IMU alone, tells no more of the rig than the time offset.
+CalibrationOptions WhatTells(const OdometryOptions& options) {
+  CalibrationOptions calibration = options.calibration;
+  if (options.method != Method::kPointsMono) return calibration;
+  calibration.imu_rotation = calibration.lever = calibration.focal_length = false;
+  return calibration;
+}
+
 bool NoneConstant(const double*) { return false; }
 
 // The landmarks with a known position that a frame sees.
@@ -35,7 +43,10 @@ std::vector<const PointLandmark*> KnownLandmarks(const FrameState& frame,
 }  // namespace
 
 SlidingWindow::SlidingWindow(const OdometryOptions& options, const Rig& rectified_rig)
-    : options_(options.window), rig_(rectified_rig), structure_(options, rectified_rig) {
+    : options_(options.window),
+      rig_(rectified_rig),
+      structure_(options, rectified_rig),
+      calibration_prior_(WhatTells(options)) {
   const double focal_px = rig_.cameras[0].fx_px;
   const LineLandmarkOptions& lines = options.line_landmarks;
   model_.geometry = StereoGeometry(rig_.T_imu_camera, focal_px / options_.point_sigma_px);
@@ -50,7 +61,9 @@ SlidingWindow::SlidingWindow(const OdometryOptions& options, const Rig& rectifie
 }
 
 FinishedIds SlidingWindow::Start(std::vector<std::unique_ptr<FrameState>> frames) {
+  const CalibrationState estimated = calibration();
   Clear();
+  *model_.calibration = estimated;
   for (auto& frame : frames) {
     state_.frames.push_back(std::move(frame));
     RegisterPoints(state_.frames.back().get(), &state_);
@@ -58,9 +71,13 @@ FinishedIds SlidingWindow::Start(std::vector<std::unique_ptr<FrameState>> frames
   }
   FrameState* newest = state_.frames.back().get();
   SetFirstPrior();
-  TriangulatePoints(options_.triangulation, model_.geometry, &state_);
+  TriangulatePoints(options_.triangulation, model_.Corrected(model_.geometry), &state_);
   Optimize(5 * options_.max_iterations);
-  TriangulatePoints(options_.triangulation, model_.geometry, &state_);
+  if (calibration_prior_.ReleaseRightRotation(calibration())) {
+    SetFirstPrior();
+    Optimize(5 * options_.max_iterations);
+  }
+  TriangulatePoints(options_.triangulation, model_.Corrected(model_.geometry), &state_);
   structure_.Update(model_, newest, &state_);
   Optimize(5 * options_.max_iterations);
   return RejectOutliers();
@@ -102,6 +119,7 @@ void SlidingWindow::SetFirstPrior() {
   prior.jacobian.diagonal().segment<3>(9).setConstant(1.0 / options_.first_gyro_bias_sigma_rad_s);
   prior.jacobian.diagonal().segment<3>(12).setConstant(1.0 / options_.first_accel_bias_sigma_m_s2);
   prior.residual = Eigen::VectorXd::Zero(15);
+  calibration_prior_.AddTo(model_.calibration.get(), &prior);
   state_.prior = std::move(prior);
 }
 
@@ -111,19 +129,22 @@ void SlidingWindow::Predict(FrameState* frame) const {
   const auto motion = imu.CorrectedFor(last.gyro_bias(), last.accel_bias());
   const double t = imu.duration_s();
   const Vector3d gravity(0, 0, -kGravity_m_s2);
-  const RigidTransform T = last.T_world_imu();
+  const double* calibration = model_.calibration->imu.data();
+  const RigidTransform T =
+      ImuAtCut(last.T_world_imu(), last.speed_bias.data(), calibration, last.cut);
   frame->speed_bias = last.speed_bias;
   const Vector3d velocity = last.velocity() + gravity * t + T.rotation * motion.velocity_m_s;
   std::copy_n(velocity.data(), 3, frame->speed_bias.begin());
-  PoseToBlock({(T.rotation * motion.rotation).normalized(), T.translation + last.velocity() * t +
-                                                                0.5 * gravity * t * t +
-                                                                T.rotation * motion.position_m},
+  const RigidTransform at_cut(
+      (T.rotation * motion.rotation).normalized(),
+      T.translation + last.velocity() * t + 0.5 * gravity * t * t + T.rotation * motion.position_m);
+  PoseToBlock(BodyAtExposure(at_cut, frame->speed_bias.data(), calibration, frame->cut),
               frame->pose.data());
 }
 
 std::unordered_set<int64_t> SlidingWindow::Track(FrameState* frame, FrameFit* fit) const {
   std::vector<Term> terms;
-  AddImuTerm(state_.frames.back().get(), frame, &terms);
+  AddImuTerm(state_.frames.back().get(), frame, model_, &terms);
   if (frame->stands_still) AddZeroVelocityTerm(frame, model_, &terms);
   // Terms bind what could be moved: copies of the landmarks, though they are held constant.
   std::deque<PointLandmark> landmarks;
@@ -162,7 +183,7 @@ FinishedIds SlidingWindow::AddKeyframe(std::unique_ptr<FrameState> frame) {
   state_.frames.push_back(std::move(frame));
   FrameState* newest = state_.frames.back().get();
   RegisterPoints(newest, &state_);
-  TriangulatePoints(options_.triangulation, model_.geometry, &state_);
+  TriangulatePoints(options_.triangulation, model_.Corrected(model_.geometry), &state_);
   RegisterLines(newest, &state_);
   structure_.Update(model_, newest, &state_);
   iterations_ += Optimize(options_.max_iterations).iterations;
@@ -174,14 +195,16 @@ FinishedIds SlidingWindow::AddKeyframe(std::unique_ptr<FrameState> frame) {
   return finished;
 }
 
-std::unordered_set<int64_t> SlidingWindow::ExtendStandstill(const std::vector<ImuSample>& samples) {
+std::unordered_set<int64_t> SlidingWindow::ExtendStandstill(const std::vector<ImuSample>& samples,
+                                                            int64_t stamp_ns, const ImuCut& cut) {
   FrameState& frame = *state_.frames.back();
-  if (!frame.rests_since_ns) frame.rests_since_ns = frame.stamp_ns;
-  frame.stamp_ns = samples.back().stamp_ns;
+  if (!frame.rests_since_ns) frame.rests_since_ns = frame.cut_stamp_ns();
+  frame.stamp_ns = stamp_ns;
+  frame.cut = cut;
   frame.stands_still = true;
   if (frame.from_previous) {
     for (size_t i = 1; i < samples.size(); ++i) frame.from_previous->Append(samples[i]);
-    const int64_t keep_from_ns = frame.stamp_ns - kRestKept_ns;
+    const int64_t keep_from_ns = frame.cut_stamp_ns() - kRestKept_ns;
     if (keep_from_ns - *frame.rests_since_ns > kRestKept_ns) {
       frame.from_previous->CutRest(*frame.rests_since_ns, keep_from_ns);
       frame.rests_since_ns = keep_from_ns;
@@ -242,10 +265,11 @@ void SlidingWindow::ReleaseFromOldest(const WindowCovariance& covariance, PointL
 void SlidingWindow::MarginalizeOldest(FinishedIds* finished) {
   FrameState* oldest = state_.frames.front().get();
   const WindowCovariance covariance(information_);
+  DescribeCalibration(covariance, &left_calibration_);
   std::vector<Term> terms;
   std::vector<double*> dropped{oldest->pose.data(), oldest->speed_bias.data()};
   std::unordered_set<int64_t> finished_points;
-  AddImuTerm(oldest, state_.frames[1].get(), &terms);
+  AddImuTerm(oldest, state_.frames[1].get(), model_, &terms);
   if (oldest->stands_still) AddZeroVelocityTerm(oldest, model_, &terms);
   for (auto& [id, landmark] : state_.landmarks) {
     if (landmark.host() != oldest) continue;
@@ -281,6 +305,15 @@ void SlidingWindow::AdoptPrior(Prior prior) {
   }
 }
 
+void SlidingWindow::DescribeCalibration(const WindowCovariance& covariance,
+                                        std::vector<CalibrationEstimate>* out) const {
+  const CalibrationState& state = calibration();
+  if (!covariance.Knows(state.imu.data()) || !covariance.Knows(state.cameras.data())) return;
+  if (!out->empty() && out->back().stamp_ns == newest().stamp_ns) out->pop_back();
+  out->push_back(Describe(state, covariance));
+  out->back().stamp_ns = newest().stamp_ns;
+}
+
 Keyframe SlidingWindow::DescribeFrame(const FrameState& frame) const {
   Keyframe out;
   out.id = frame.id;
@@ -308,6 +341,11 @@ void SlidingWindow::Collect(int segment, OdometryRun* run) {
     landmark.segment = segment;
     run->landmarks.push_back(landmark);
   }
+  for (CalibrationEstimate& estimate : left_calibration_) {
+    estimate.segment = segment;
+    run->calibration.push_back(estimate);
+  }
+  left_calibration_.clear();
   left_keyframes_.clear();
   left_landmarks_.clear();
   structure_.Collect(segment, run);
@@ -315,6 +353,10 @@ void SlidingWindow::Collect(int segment, OdometryRun* run) {
 
 void SlidingWindow::AddContents(int segment, OdometryRun* run) const {
   const WindowCovariance covariance(information_);
+  if (!empty()) {
+    DescribeCalibration(covariance, &run->calibration);
+    if (!run->calibration.empty()) run->calibration.back().segment = segment;
+  }
   for (const auto& frame : state_.frames) {
     run->keyframes.push_back(DescribeFrame(*frame));
     run->keyframes.back().segment = segment;
@@ -331,6 +373,44 @@ void SlidingWindow::Clear() {
   state_ = WindowState();
   information_ = StateInformation();
   structure_.Reset();
+  calibration_prior_.Reset(model_.calibration.get());
+}
+
+void SlidingWindow::LearnCalibration() {
+  calibration_prior_.Learn(calibration(), WindowCovariance(information_));
+}
+
+std::string SlidingWindow::CalibrationBeyondLimit() const {
+  return calibration_prior_.BeyondLimit(calibration());
+}
+
+void SlidingWindow::HoldCalibration() { calibration_prior_.Hold(calibration()); }
+
+bool SlidingWindow::CanCutAgain(size_t frame, const ImuBuffer& imu, int64_t offset_ns) const {
+  if (frame == 0) return false;
+  const FrameState &before = *state_.frames[frame - 1], &at = *state_.frames[frame];
+  const auto later = state_.frames.begin() + static_cast<std::ptrdiff_t>(frame);
+  // Of a rest only the newest part is there.
+  if (std::any_of(later, std::min(later + 2, state_.frames.end()),
+                  [](const auto& f) { return f->rests_since_ns.has_value(); })) {
+    return false;
+  }
+  return before.cut_stamp_ns() >= imu.first_stamp_ns() && imu.Covers(at.stamp_ns + offset_ns) &&
+         at.stamp_ns + offset_ns > before.cut_stamp_ns();
+}
+
+void SlidingWindow::CutAgain(const ImuBuffer& imu, int64_t offset_ns) {
+  bool moved = false;  // where the interval starts
+  for (size_t i = 1; i < state_.frames.size(); ++i) {
+    FrameState& frame = *state_.frames[i];
+    const bool moves = frame.cut.offset_ns != offset_ns && CanCutAgain(i, imu, offset_ns);
+    if (moves) frame.cut = CutOf(imu, frame.stamp_ns, offset_ns);
+    if (moves || moved) {
+      frame.from_previous->Replace(
+          imu.Between(state_.frames[i - 1]->cut_stamp_ns(), frame.cut_stamp_ns()));
+    }
+    moved = moves;
+  }
 }
 
 }  // namespace slcmap

@@ -5,8 +5,10 @@
 #include <unordered_set>
 #include <vector>
 
+#include "odometry/imu/imu_buffer.h"
 #include "odometry/options.h"
 #include "odometry/run.h"
+#include "odometry/window/calibration_estimate.h"
 #include "odometry/window/fit.h"
 #include "odometry/window/marginalization.h"
 #include "odometry/window/problem_builder.h"
@@ -32,8 +34,23 @@ class SlidingWindow {
   // not fit.
   FinishedIds Start(std::vector<std::unique_ptr<FrameState>> frames);
 
-  // Forgets everything; what had left the window is kept for Collect().
+  // Forgets everything; what had left the window is kept for Collect(). The calibration is that of
+  // the prior again.
   void Clear();
+
+  // The calibration that is estimated now is where later segments start.
+  void LearnCalibration();
+
+  // Which item of the calibration is beyond its limit, in words; empty where none is. Such items
+  // are not estimated any longer once HoldCalibration() was called, which later segments start
+  // with.
+  std::string CalibrationBeyondLimit() const;
+  void HoldCalibration();
+
+  // Cuts the samples between keyframes anew, so that those for the estimated time of exposure are
+  // so much after the stamps. Frames that rest, the one that the prior knows, and those whose
+  // samples the buffer does not have, stay as they are.
+  void CutAgain(const ImuBuffer& imu, int64_t offset_ns);
 
   // The state at the end of a preintegration that starts at the newest keyframe.
   void Predict(FrameState* frame) const;
@@ -51,16 +68,19 @@ class SlidingWindow {
   FinishedIds AddKeyframe(std::unique_ptr<FrameState> frame);
 
   // The rig has not moved since the newest keyframe: it is taken to show the rig at a later stamp,
-  // which the samples (from its stamp on) lead to. So standing still neither pushes keyframes with
-  // parallax out of the window nor leaves a long integration behind: of a long rest the newest part
-  // is kept. Returns the ids of landmarks that do not fit: their tracks must end.
-  std::unordered_set<int64_t> ExtendStandstill(const std::vector<ImuSample>& samples);
+  // which the samples (from its cut to the one given) lead to. So standing still neither pushes
+  // keyframes with parallax out of the window nor leaves a long integration behind: of a long rest
+  // the newest part is kept. Returns the ids of landmarks that do not fit: their tracks must end.
+  std::unordered_set<int64_t> ExtendStandstill(const std::vector<ImuSample>& samples,
+                                               int64_t stamp_ns, const ImuCut& cut);
 
   bool empty() const { return state_.frames.empty(); }
   const WindowState& state() const { return state_; }
   const FrameState& newest() const { return *state_.frames.back(); }
   const CostModel& model() const { return model_; }
   const Structure& structure() const { return structure_; }
+
+  const CalibrationState& calibration() const { return *model_.calibration; }
 
   // What the last optimisation knew of the states.
   const StateInformation& information() const { return information_; }
@@ -86,16 +106,21 @@ class SlidingWindow {
   void ReleaseFromOldest(const WindowCovariance& covariance, PointLandmark* landmark,
                          std::vector<Term>* terms, std::unordered_set<int64_t>* finished);
   void AdoptPrior(Prior prior);
+  bool CanCutAgain(size_t frame, const ImuBuffer& imu, int64_t offset_ns) const;
+  void DescribeCalibration(const WindowCovariance& covariance,
+                           std::vector<CalibrationEstimate>* out) const;
   Keyframe DescribeFrame(const FrameState& frame) const;
 
   WindowOptions options_;
   Rig rig_;
   CostModel model_;
   Structure structure_;
+  CalibrationPrior calibration_prior_;
   WindowState state_;
   StateInformation information_;
   std::vector<Keyframe> left_keyframes_;
   std::vector<Landmark> left_landmarks_;
+  std::vector<CalibrationEstimate> left_calibration_;
   bool last_solve_usable_ = true;
   int64_t iterations_ = 0;
   WindowFit fit_;

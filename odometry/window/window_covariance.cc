@@ -13,7 +13,10 @@ using Eigen::MatrixXd;
 // Of a state's own information: added to all where they are dependent but for rounding.
 constexpr double kRidge = 1e-9;
 
-bool IsPose(const BlockKind& kind) { return kind.manifold == kPoseKind.manifold; }
+// What covariances of landmarks are asked for together with.
+bool IsAskedForMost(const BlockKind& kind) {
+  return kind.manifold == kPoseKind.manifold || kind.is_calibration;
+}
 
 }  // namespace
 
@@ -26,12 +29,12 @@ void WindowCovariance::Order(const StateInformation& information) {
   order_.resize(information.blocks.size());
   std::iota(order_.begin(), order_.end(), size_t{0});
   std::stable_partition(order_.begin(), order_.end(),
-                        [&](size_t k) { return !IsPose(information.kinds[k]); });
+                        [&](size_t k) { return !IsAskedForMost(information.kinds[k]); });
   for (const size_t k : order_) {
     const BlockKind& kind = information.kinds[k];
     columns_[information.blocks[k]] = {total_, kind.tangent_size};
     total_ += kind.tangent_size;
-    if (!IsPose(kind)) first_pose_ = total_;
+    if (!IsAskedForMost(kind)) first_pose_ = total_;
   }
 }
 

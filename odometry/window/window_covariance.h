@@ -35,7 +35,8 @@ class WindowCovariance {
   void Order(const StateInformation& information);
   void Factorize(const StateInformation& information);
 
-  // The blocks in the order in which they are eliminated: poses, which are asked for most, last.
+  // The blocks in the order in which they are eliminated: poses and
+  // calibration, which are asked for most, last.
   std::vector<size_t> order_;
   std::unordered_map<const double*, Columns> columns_;
   int total_ = 0, first_pose_ = 0;

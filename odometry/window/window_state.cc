@@ -5,6 +5,11 @@
 
 namespace slcmap {
 
+ImuCut CutOf(const ImuBuffer& imu, int64_t stamp_ns, int64_t offset_ns) {
+  constexpr int64_t kAveraged_ns = 20'000'000;
+  return {offset_ns, imu.MeanRate(stamp_ns + offset_ns, kAveraged_ns)};
+}
+
 std::vector<LineLandmark*> LinesOf(const PointLandmark& landmark, WindowState* window) {
   std::vector<LineLandmark*> lines;
   for (auto& [id, line] : window->lines) {

@@ -13,7 +13,9 @@
 
 #include "odometry/geometry/general_line.h"
 #include "odometry/geometry/structural_line.h"
+#include "odometry/imu/imu_buffer.h"
 #include "odometry/imu/preintegration.h"
+#include "odometry/residuals/imu_residual.h"
 #include "odometry/residuals/line_reprojection.h"
 #include "odometry/residuals/point_residual.h"
 #include "odometry/residuals/pose_manifold.h"
@@ -24,8 +26,8 @@ namespace slcmap {
 using PoseBlock = std::array<double, kPoseSize>;
 using SpeedBiasBlock = std::array<double, kSpeedBiasSize>;
 
-// The state of the IMU body at one image, with what the image showed. Its address is fixed while it
-// lives: residuals and the prior point into it.
+// The state of the body (see calibration.h) at one image, with what the image showed. Its address
+// is fixed while it lives: residuals and the prior point into it.
 struct FrameState {
   int64_t id = 0;
   int64_t stamp_ns = 0;
@@ -35,11 +37,13 @@ struct FrameState {
   std::optional<PoseBlock> pose_linearization;
   std::optional<SpeedBiasBlock> speed_bias_linearization;
   std::unique_ptr<Preintegration> from_previous;      // from the frame before; none for the oldest
+  ImuCut cut;                                         // where from_previous ends
   std::map<int64_t, StereoMeasurement> measurements;  // by landmark id
   std::map<int64_t, StereoLineMeasurement> lines;     // by line id
   bool stands_still = false;
-  std::optional<int64_t> rests_since_ns;  // from then to its stamp the rig has not moved
+  std::optional<int64_t> rests_since_ns;  // from then to its cut the rig has not moved
 
+  int64_t cut_stamp_ns() const { return stamp_ns + cut.offset_ns; }
   RigidTransform T_world_imu() const { return PoseFromBlock(pose.data()); }
   Eigen::Vector3d velocity() const { return Eigen::Vector3d::Map(speed_bias.data()); }
   Eigen::Vector3d gyro_bias() const { return Eigen::Vector3d::Map(speed_bias.data() + 3); }
@@ -129,6 +133,10 @@ struct LineLandmark {
   // The point nearest to the anchor, and the direction.
   PointAndDirection InWorld() const;
 };
+
+// A cut so much after a stamp. The gyroscope's rate is averaged before it: what its noise alone
+// says must not look as if the motion told the time offset.
+ImuCut CutOf(const ImuBuffer& imu, int64_t stamp_ns, int64_t offset_ns);
 
 struct WindowState {
   std::deque<std::unique_ptr<FrameState>> frames;  // oldest first

@@ -39,6 +39,24 @@ std::pair<size_t, size_t> Memberships(const SimulatedRun& run) {
   return {all, wrong};
 }
 
+// Errors of the calibration, each with the standard deviation that is claimed.
+void PrintCalibration(const SimulatedRun& run) {
+  constexpr double kDegrees = 180 / M_PI;
+  const auto print = [&](const char* name, const char* unit, int row, int count, double scale) {
+    std::printf("  %s [%s]", name, unit);
+    for (int i = row; i < row + count; ++i) {
+      std::printf(" %+.4f (%.4f)", scale * run.calibration_error[i],
+                  scale * run.calibration_sigma[i]);
+    }
+  };
+  print("time", "ms", kRowTimeOffset, 1, 1e3);
+  print("IMU", "deg", kRowImuRotation, 3, kDegrees);
+  print("lever", "mm", kRowLever, 3, 1e3);
+  print("right", "deg", kImuCalibrationSize + kRowRightRotation, 3, kDegrees);
+  print("focal length", "%", kImuCalibrationSize + kRowFocalScale, 1, 100);
+  std::printf("  NEES %.1f / 11\n", run.calibration_nees);
+}
+
 }  // namespace
 }  // namespace slcmap
 
@@ -72,6 +90,11 @@ int main(int argc, char** argv) {
   app.add_option("--crossings-per-edge", lines.crossings_per_edge);
   app.add_option("--scatter", lines.scatter_m);
   app.add_flag("--moving", moving);
+  double late_ms = 0, imu_turn_deg = 0, right_turn_deg = 0;
+  app.add_option("--late-ms", late_ms, "stamps of the images");
+  app.add_option("--imu-turn-deg", imu_turn_deg, "claimed of the IMU, about an axis askew");
+  app.add_option("--right-turn-deg", right_turn_deg, "claimed of the right camera, about x and y");
+  app.add_option("--focal-length", options.fault.focal_length, "share claimed too much");
   CLI11_PARSE(app, argc, argv);
   if (!config.empty()) options.odometry = OdometryOptions::FromYaml(config);
   options.odometry.window.point_sigma_px = options.pixel_sigma_px;
@@ -81,7 +104,11 @@ int main(int argc, char** argv) {
   lines.deviation_rad = deviation_deg * M_PI / 180;
   if (lines.max_lines > 0) options.lines = lines;
   if (moving) options.stand_still_s = 0;
-  double ape = 0, nees = 0, nees_yaw_pos = 0, nees_heading = 0;
+  constexpr double kDegree = M_PI / 180;
+  options.fault.stamps_late_ns = ToNanoseconds(1e-3 * late_ms);
+  options.fault.imu_rotation_rad = imu_turn_deg * kDegree * Eigen::Vector3d(2, -1, 2) / 3;
+  options.fault.right_rotation_rad = right_turn_deg * kDegree * Eigen::Vector3d(1, 1, 0);
+  double ape = 0, nees = 0, nees_yaw_pos = 0, nees_heading = 0, calibration_nees = 0;
   for (int i = 0; i < runs; ++i) {
     options.seed = 10 + i;
     const auto start = std::chrono::steady_clock::now();
@@ -101,10 +128,14 @@ int main(int argc, char** argv) {
       const double off = run.final_heading_error_rad / run.final_heading_sigma_rad;
       nees_heading += off * off / runs;
     }
+    PrintCalibration(run);
+    calibration_nees += run.calibration_nees / runs;
     ape += ApeAfterGauge(run) / runs;
     nees += run.final_nees / runs;
     nees_yaw_pos += run.final_pose_nees / runs;
   }
-  std::printf("mean APE %.4f m, NEES pose %.2f / 6, all %.2f / 15, heading %.2f / 1\n", ape,
-              nees_yaw_pos, nees, nees_heading);
+  std::printf(
+      "mean APE %.4f m, NEES pose %.2f / 6, all %.2f / 15, heading %.2f / 1, calibration %.2f / "
+      "11\n",
+      ape, nees_yaw_pos, nees, nees_heading, calibration_nees);
 }

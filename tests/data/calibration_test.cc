@@ -252,5 +252,24 @@ TEST(KalibrCalibration, AMatrixHasFourRowsOfFour) {
               HasSubstr("cam0: T_cam_imu: found 2 rows, expected 4 rows of 4"));
 }
 
+TEST(KalibrCalibration, WhatIsWrittenIsWhatIsRead) {
+  Calibration given =
+      ReadChain(Rows("T_cam_imu", kLeft.Inverse()), Rows("T_cam_imu", kRight.Inverse()));
+  given.rig.camera_time_offset_s = -0.0123;
+  const TempFolder folder;
+  Warnings warnings;
+  WriteKalibrCalibration(folder.Path("camchain.yaml"), given.rig);
+  const Rig read = ReadCalibration(folder.Path("camchain.yaml"), &warnings).rig;
+  EXPECT_TRUE(warnings.entries().empty());
+  for (int i = 0; i < 2; ++i) {
+    EXPECT_LT((read.T_imu_camera[i].Matrix() - given.rig.T_imu_camera[i].Matrix()).norm(), 1e-12);
+    EXPECT_EQ(read.cameras[i].fx_px, given.rig.cameras[i].fx_px);
+    EXPECT_EQ(read.cameras[i].distortion, given.rig.cameras[i].distortion);
+    EXPECT_EQ(read.cameras[i].coefficients, given.rig.cameras[i].coefficients);
+  }
+  EXPECT_EQ(read.camera_time_offset_s, -0.0123);
+  EXPECT_EQ(read.imu_noise.gyro_noise_rad_s_sqrthz, given.rig.imu_noise.gyro_noise_rad_s_sqrthz);
+}
+
 }  // namespace
 }  // namespace slcmap

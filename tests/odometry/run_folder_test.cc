@@ -55,6 +55,19 @@ OdometryRun MakeRun() {
   run.landmarks = {
       {1, 0, {1.5, -2.25, 3}, 0.125, 4}, {2, 0, {0.5, 4, 8}, 0.5, 2}, {3, 1, {7, 8, 9}, 0.25, 3}};
   run.imu = {{5, {0.1, 0.2, 1.0 / 3}, {1, 2, 9.81}}, {6, {}, {0, 0, 1e-17}}};
+  CalibrationEstimate& found = run.calibration.emplace_back();
+  found.stamp_ns = run.states[3].stamp_ns;
+  found.segment = 1;
+  found.time_offset_s = -0.0125;
+  found.imu_rotation_rad = {0.01, -0.02, 1.0 / 3};
+  found.lever_m = {0.001, 0.002, 0.003};
+  found.right_rotation_rad = {0.004, 0.005, 0.006};
+  found.focal_length = 0.0035;
+  found.time_offset_sigma_s = 1e-4;
+  found.imu_rotation_sigma_rad = {1e-3, 2e-3, 3e-3};
+  found.lever_sigma_m = {4e-3, 5e-3, 6e-3};
+  found.right_rotation_sigma_rad = {7e-5, 8e-5, 9e-5};
+  found.focal_length_sigma = 2.5e-4;
   run.source = {"0.1.0",
                 "/recordings/hall",
                 "its own",
@@ -181,6 +194,27 @@ TEST_F(RunFolderTest, KeyframesAndLandmarksComeBack) {
   EXPECT_EQ(read.landmarks[0].observations, 4);
 }
 
+TEST_F(RunFolderTest, TheCalibrationComesBack) {
+  const OdometryRun run = MakeRun();
+  WriteRunFolder(folder_, run);
+  const OdometryRun read = ReadRunFolder(folder_);
+  ASSERT_EQ(read.calibration.size(), 1u);
+  const CalibrationEstimate &a = read.calibration[0], &b = run.calibration[0];
+  EXPECT_EQ(a.stamp_ns, b.stamp_ns);
+  EXPECT_EQ(a.segment, 1);
+  EXPECT_EQ(a.time_offset_s, b.time_offset_s);
+  EXPECT_EQ(a.imu_rotation_rad, b.imu_rotation_rad);
+  EXPECT_EQ(a.lever_m, b.lever_m);
+  EXPECT_EQ(a.right_rotation_rad, b.right_rotation_rad);
+  EXPECT_EQ(a.focal_length, b.focal_length);
+  EXPECT_EQ(a.time_offset_sigma_s, b.time_offset_sigma_s);
+  EXPECT_EQ(a.imu_rotation_sigma_rad, b.imu_rotation_sigma_rad);
+  EXPECT_EQ(a.lever_sigma_m, b.lever_sigma_m);
+  EXPECT_EQ(a.right_rotation_sigma_rad, b.right_rotation_sigma_rad);
+  EXPECT_EQ(a.focal_length_sigma, b.focal_length_sigma);
+  EXPECT_THAT(ReadFile(folder_ + "/run.json"), HasSubstr("\"focal_length\""));
+}
+
 TEST_F(RunFolderTest, SaysWhereItCameFrom) {
   WriteRunFolder(folder_, MakeRun());
   const OdometryRun read = ReadRunFolder(folder_);
@@ -268,9 +302,10 @@ TEST_F(RunFolderTest, FileInPlaceOfFolder) {
 }
 
 TEST_F(RunFolderTest, MissingFilesAreNamed) {
-  for (const char* name : {"trajectory.tum", "states.csv", "keyframes.csv", "observations.csv",
-                           "points.ply", "rig.json", "timings.json", "run.json", "imu.csv",
-                           "raw_rig.json", "options.yaml", "images.csv", "lines.ply"}) {
+  for (const char* name :
+       {"trajectory.tum", "states.csv", "keyframes.csv", "observations.csv", "points.ply",
+        "rig.json", "timings.json", "run.json", "imu.csv", "raw_rig.json", "options.yaml",
+        "images.csv", "lines.ply", "calibration.csv"}) {
     std::filesystem::remove_all(folder_);
     WriteRunFolder(folder_, MakeRun());
     std::filesystem::remove(folder_ + "/" + name);
@@ -354,6 +389,13 @@ TEST_F(RunFolderTest, ChangedFilesAreRefusedUnlessAccepted) {
   std::filesystem::copy_file(temp_.Path("other/points.ply"), folder_ + "/points.ply",
                              std::filesystem::copy_options::overwrite_existing);
   ExpectReadError("points.ply: found ", "as in run.json: written by another run or changed since");
+}
+
+// Runs of the same version from before it was estimated.
+TEST_F(RunFolderTest, ARunWithoutItsCalibrationIsRead) {
+  WriteRunFolder(folder_, MakeRun());
+  std::filesystem::remove(folder_ + "/calibration.csv");
+  EXPECT_TRUE(ReadRunFolder(folder_, {.accept_changed = true}).calibration.empty());
 }
 
 TEST_F(RunFolderTest, TheSummaryCountsPointsOfShortLives) {

@@ -122,6 +122,35 @@ class SimulatedLines final : public LineSource {
   std::map<int64_t, int> ages_;
 };
 
+// How the calibration that the estimator is given differs from the true one.
+struct CalibrationFault {
+  int64_t stamps_late_ns = 0;  // of the images
+  // Claimed R_imu_camera = Exp(.) R_imu_camera, of both cameras, as if the IMU were turned.
+  Eigen::Vector3d imu_rotation_rad = Eigen::Vector3d::Zero();
+  // Claimed R_imu_right = R_imu_right Exp(.).
+  Eigen::Vector3d right_rotation_rad = Eigen::Vector3d::Zero();
+  double focal_length = 0;  // claimed longer by this share
+
+  Rig Claimed(Rig rig) const {
+    const RigidTransform turn(ExpRotation(imu_rotation_rad), Eigen::Vector3d::Zero());
+    for (int i = 0; i < 2; ++i) {
+      rig.T_imu_camera[i] = turn * rig.T_imu_camera[i];
+      rig.cameras[i].fx_px *= 1 + focal_length;
+      rig.cameras[i].fy_px *= 1 + focal_length;
+    }
+    rig.T_imu_camera[1].rotation = rig.T_imu_camera[1].rotation * ExpRotation(right_rotation_rad);
+    return rig;
+  }
+  // What the estimator should find.
+  CalibrationVector Expected() const {
+    CalibrationVector expected;
+    expected << imu_rotation_rad, Eigen::Vector3d::Zero(),
+        -1e-9 * static_cast<double>(stamps_late_ns), -right_rotation_rad,
+        1 / (1 + focal_length) - 1;
+    return expected;
+  }
+};
+
 struct SimulatedRunOptions {
   double duration_s = 20;
   double stand_still_s = 2;
@@ -144,6 +173,7 @@ struct SimulatedRunOptions {
   std::optional<LineTrackSimulatorOptions> lines;
   double line_outlier_share = 0;  // of the edges, whose tracks slide 1 px a frame
   int line_life = 0;              // see SimulatedLines
+  CalibrationFault fault;
   OdometryOptions odometry;
 };
 
@@ -163,6 +193,10 @@ struct SimulatedRun {
   // At the end, of the first heading found: its error, counted from the first pose, modulo a right
   // angle, and the standard deviation claimed; 0 where there is none.
   double final_heading_error_rad = 0, final_heading_sigma_rad = 0;
+  // At the end: estimate less truth of the calibration, what is claimed of it, and the normalised
+  // squared error of all (11).
+  CalibrationVector calibration_error, calibration_sigma;
+  double calibration_nees = 0;
 };
 
 // The turn about z and the shift that take an estimated pose to the true one.
@@ -196,12 +230,14 @@ inline Matrix15d GaugeCovariance(const FrameState& frame) {
 // The errors of the newest keyframe against the motion, counted from the position and heading of
 // the first (which nothing but their prior tells), normalised by the covariance claimed.
 inline void MeasureFinalNees(const MotionSpline& motion, const SlidingWindow& window,
-                             SimulatedRun* run) {
+                             const CalibrationFault& fault, SimulatedRun* run) {
   const FrameState& newest = window.newest();
-  const double t_s = ToSeconds(newest.stamp_ns);
+  const double t_s = ToSeconds(newest.stamp_ns - fault.stamps_late_ns);
   const Keyframe& first = run->run.keyframes.front();
   const RigidTransform inverse =
-      GaugeBetween(motion.PoseAt(ToSeconds(first.stamp_ns)), first.T_world_imu).Inverse();
+      GaugeBetween(motion.PoseAt(ToSeconds(first.stamp_ns - fault.stamps_late_ns)),
+                   first.T_world_imu)
+          .Inverse();
   const RigidTransform truth = inverse * motion.PoseAt(t_s);
   const auto sample =
       std::lower_bound(run->imu.samples.begin(), run->imu.samples.end(), newest.stamp_ns,
@@ -210,7 +246,7 @@ inline void MeasureFinalNees(const MotionSpline& motion, const SlidingWindow& wi
   Eigen::Matrix<double, 15, 1> error;
   error << newest.T_world_imu().translation - truth.translation,
       LogRotation(truth.rotation.conjugate() * newest.T_world_imu().rotation),
-      newest.velocity() - inverse.rotation * motion.VelocityAt(t_s),
+      newest.velocity() - inverse.rotation * motion.VelocityAt(ToSeconds(newest.cut_stamp_ns())),
       newest.gyro_bias() - bias.gyro_rad_s, newest.accel_bias() - bias.accel_m_s2;
   const Matrix15d covariance =
       WindowCovariance(window.information()).Of({newest.pose.data(), newest.speed_bias.data()}) -
@@ -235,6 +271,17 @@ inline void MeasureFinalHeading(const MotionSpline& motion, double true_heading_
   constexpr double kGaugeVariance_rad2 = 1e-8;
   run->final_heading_sigma_rad =
       std::sqrt(covariance.Of({heading.heading_rad.data()})(0, 0) - kGaugeVariance_rad2);
+}
+
+inline void MeasureCalibration(const SlidingWindow& window, const CalibrationFault& fault,
+                               SimulatedRun* run) {
+  const CalibrationState& state = window.calibration();
+  const CalibrationMatrix covariance =
+      WindowCovariance(window.information()).Of({state.imu.data(), state.cameras.data()});
+  run->calibration_error = AsVector(state) - fault.Expected();
+  run->calibration_sigma = covariance.diagonal().cwiseSqrt();
+  run->calibration_nees =
+      run->calibration_error.dot(covariance.ldlt().solve(run->calibration_error));
 }
 
 // Calls `after_image` after each image, where one is given.
@@ -272,21 +319,24 @@ inline SimulatedRun RunOnSimulatedTracks(
 
   SimulatedPoints points(options.noise_points);
   SimulatedLines lines(options.line_life);
-  Estimator estimator(options.odometry, out.rig, &points,
+  Estimator estimator(options.odometry, options.fault.Claimed(out.rig), &points,
                       UsesLines(options.odometry.method) ? &lines : nullptr);
   size_t next = 0;
   for (const SimulatedTrackFrame& frame : simulated.frames) {
     while (next < out.imu.samples.size() &&
-           (next == 0 || out.imu.samples[next - 1].stamp_ns < frame.stamp_ns)) {
+           (next == 0 ||
+            out.imu.samples[next - 1].stamp_ns <
+                std::max(frame.stamp_ns, frame.stamp_ns + options.fault.stamps_late_ns))) {
       const ImuSample& sample = out.imu.samples[next++];
       const double t_s = ToSeconds(sample.stamp_ns);
       if (t_s > options.imu_gap_from_s && t_s < options.imu_gap_to_s) continue;
       estimator.AddImu(sample);
     }
-    if (!estimator.imu().Covers(frame.stamp_ns)) continue;
+    const int64_t stamp_ns = frame.stamp_ns + options.fault.stamps_late_ns;
+    if (!estimator.imu().Covers(stamp_ns)) continue;
     const double t_s = ToSeconds(frame.stamp_ns);
     if (t_s > options.image_gap_from_s && t_s < options.image_gap_to_s) continue;
-    estimator.CheckGaps(frame.stamp_ns);
+    estimator.CheckGaps(stamp_ns);
     points.Show(frame, options.odometry.method != Method::kPointsMono, options.outlier_share);
     lines.Show(frame, options.line_outlier_share);
     if (t_s > options.nan_from_s && t_s < options.nan_to_s) points.Spoil();
@@ -294,7 +344,7 @@ inline SimulatedRun RunOnSimulatedTracks(
       points.Blind();
       lines.Blind();
     }
-    const auto state = estimator.AddImage(frame.stamp_ns);
+    const auto state = estimator.AddImage(stamp_ns);
     if (after_image) after_image(&estimator);
     if (!state) continue;
     out.states.push_back(*state);
@@ -304,10 +354,11 @@ inline SimulatedRun RunOnSimulatedTracks(
   estimator.Describe(&out.run);
   out.removed_points = points.removed();
   if (!out.states.empty() && !estimator.window().empty()) {
-    MeasureFinalNees(motion, estimator.window(), &out);
+    MeasureFinalNees(motion, estimator.window(), options.fault, &out);
     if (options.lines) {
       MeasureFinalHeading(motion, options.lines->heading_rad, estimator.window(), &out);
     }
+    MeasureCalibration(estimator.window(), options.fault, &out);
   }
   return out;
 }

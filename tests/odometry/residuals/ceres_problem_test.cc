@@ -112,20 +112,23 @@ class CeresProblemTest : public testing::Test {
       for (size_t k = 0; k < points_.size(); ++k) {
         const StereoMeasurement seen = See(i, InWorld(static_cast<int>(k)));
         if (i == 0) {
-          Add(std::make_unique<HostPointResidual>(geometry_, seen), {points_[k].data()});
+          Add(std::make_unique<HostPointResidual>(geometry_, seen),
+              {calibration_.cameras.data(), points_[k].data()});
         } else {
           Add(std::make_unique<PointResidual>(&geometry_, seen),
-              {poses_[0].data(), poses_[i].data(), points_[k].data()});
+              {poses_[0].data(), poses_[i].data(), calibration_.cameras.data(), points_[k].data()});
         }
       }
       if (i == 0) continue;
       Add(std::make_unique<ImuResidual>(&imu_[i - 1]),
           {poses_[i - 1].data(), speed_biases_[i - 1].data(), poses_[i].data(),
-           speed_biases_[i].data()});
+           speed_biases_[i].data(), calibration_.imu.data()});
     }
     Add(std::make_unique<PointOnLineResidual>(&geometry_, Line(2), 0.01),
         {poses_[0].data(), lines_[2].data(), points_[2].data()});
     problem_.SetParameterBlockConstant(poses_[0].data());
+    problem_.SetParameterBlockConstant(calibration_.imu.data());
+    problem_.SetParameterBlockConstant(calibration_.cameras.data());
   }
 
   void Perturb() {
@@ -152,6 +155,7 @@ class CeresProblemTest : public testing::Test {
   }
 
   const Rig rig_ = ExampleStereoRig();
+  CalibrationState calibration_;
   const MotionSpline motion_ = ExampleFlight(rig_, 5, 1);
   const StereoGeometry geometry_{rig_.T_imu_camera, 900};
   const Vector3d anchor_ = (Pose(0) * geometry_.T_imu_camera[0]).translation;

@@ -25,25 +25,27 @@ Preintegration SomePreintegration() {
 
 TEST(ImuResidual, JacobiansMatchDifferences) {
   const Preintegration imu = SomePreintegration();
-  const ImuResidual factor(&imu);
+  const ImuResidual factor(&imu, {7'000'000, {0.3, 0.8, -0.4}}, {-4'000'000, {-0.2, 0.5, 0.9}});
   const std::vector<std::vector<double>> blocks = {
       PoseBlockOf({ExpRotation({0.3, -0.2, 1.0}), {1, 2, 3}}),
       {0.5, -1, 0.2, 0.012, -0.018, 0.031, 0.11, 0.04, -0.12},
       PoseBlockOf({ExpRotation({0.35, -0.1, 1.1}), {1.1, 1.8, 3.05}}),
-      {0.6, -0.9, 0.1, 0.013, -0.019, 0.032, 0.12, 0.03, -0.13}};
+      {0.6, -0.9, 0.1, 0.013, -0.019, 0.032, 0.12, 0.03, -0.13},
+      {0.04, -0.07, 0.05, 0.03, -0.02, 0.05, 0.02}};
   ExpectJacobiansMatchDifferences(factor, blocks, 2e-5);
 }
 
 TEST(ImuResidual, IsInvariantToHeadingAndPosition) {
   const Preintegration imu = SomePreintegration();
-  const ImuResidual factor(&imu);
+  const ImuResidual factor(&imu, {7'000'000, {0.3, 0.8, -0.4}}, {-4'000'000, {-0.2, 0.5, 0.9}});
+  const double calibration[] = {0.04, -0.07, 0.05, 0.03, -0.02, 0.05, 0.02};
   std::vector<RigidTransform> poses = {{ExpRotation({0.3, -0.2, 1.0}), {1, 2, 3}},
                                        {ExpRotation({0.35, -0.1, 1.1}), {1.1, 1.8, 3.05}}};
   std::vector<Eigen::Vector3d> v = {{0.5, -1, 0.2}, {0.6, -0.9, 0.1}};
   const auto evaluate = [&] {
     const auto a = PoseBlockOf(poses[0]), b = PoseBlockOf(poses[1]);
     const double sa[9] = {v[0].x(), v[0].y(), v[0].z()}, sb[9] = {v[1].x(), v[1].y(), v[1].z()};
-    const double* pointers[] = {a.data(), sa, b.data(), sb};
+    const double* pointers[] = {a.data(), sa, b.data(), sb, calibration};
     Eigen::Matrix<double, 15, 1> r;
     factor.Evaluate(pointers, r.data(), nullptr);
     return r;
@@ -55,6 +57,27 @@ TEST(ImuResidual, IsInvariantToHeadingAndPosition) {
     v[i] = turn.rotation * v[i];
   }
   EXPECT_LT((evaluate() - before).norm(), 1e-6 * before.norm());
+}
+
+// A body that turns and moves steadily, whose IMU has its own place and clock.
+TEST(ImuResidual, TheImuAtTheCutIsWhereTheCalibrationPutsIt) {
+  const double calibration[] = {0.04, -0.07, 0.05, 0.03, -0.02, 0.05, 0.02};
+  const double speed_bias[] = {0.5, -1, 0.2, 0.012, -0.018, 0.031, 0, 0, 0};
+  const ImuCut cut{7'000'000, {0.3, 0.8, -0.4}};
+  const RigidTransform body{ExpRotation({0.3, -0.2, 1.0}), {1, 2, 3}};
+  const RigidTransform imu = ImuAtCut(body, speed_bias, calibration, cut);
+  const RigidTransform back = BodyAtExposure(imu, speed_bias, calibration, cut);
+  EXPECT_LT((back.translation - body.translation).norm(), 1e-12);
+  EXPECT_LT(LogRotation(back.rotation.conjugate() * body.rotation).norm(), 1e-12);
+  // The exposure is 13 ms after the cut.
+  const RigidTransform at_exposure = body * BodyFromImu(calibration);
+  EXPECT_LT(
+      (at_exposure.translation - 0.013 * Eigen::Vector3d(0.5, -1, 0.2) - imu.translation).norm(),
+      1e-12);
+  EXPECT_LT((LogRotation(imu.rotation.conjugate() * at_exposure.rotation) -
+             0.013 * Eigen::Vector3d(0.288, 0.818, -0.431))
+                .norm(),
+            1e-12);
 }
 
 TEST(ZeroVelocityResidual, JacobianMatchesDifferences) {

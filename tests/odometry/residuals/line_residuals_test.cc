@@ -294,6 +294,27 @@ TEST(StructuralLineResidual, IsSmoothThroughInfinity) {
   ExpectJacobiansMatchDifferences(factor, blocks, 1e-6);
 }
 
+TEST(LineResiduals, BindTheCamerasWhereAsked) {
+  const LineScene scene;
+  const std::vector<double> cameras{0.02, -0.03, 0.01, 0.015};
+  const StereoGeometry corrected = scene.geometry.CorrectedBy(cameras.data());
+  for (const LineAxis axis : kAxes) {
+    const StructuralLine line{axis, scene.anchor};
+    Blocks blocks = StructuralBlocks(scene, line);
+    const Eigen::VectorXd expected =
+        Residual(StructuralLineResidual(&corrected, line, scene.off), blocks);
+    blocks.insert(blocks.begin() + 1, cameras);
+    const StructuralLineResidual factor(&scene.geometry, line, scene.off, true);
+    EXPECT_LT((Residual(factor, blocks) - expected).norm(), 1e-9);
+    ExpectJacobiansMatchDifferences(factor, blocks, 1e-6);
+  }
+  const Vector3d d(0.3, -0.5, 0.2);
+  const GeneralLineBlock block = GeneralLineThrough(scene.anchor, scene.Visible(), d);
+  const GeneralLineResidual factor(&scene.geometry, scene.anchor, scene.off, true);
+  ExpectJacobiansMatchDifferences(
+      factor, {PoseBlockOf(scene.pose), cameras, {block.begin(), block.end()}}, 1e-6);
+}
+
 TEST(LineResiduals, ALineThroughTheCameraNeitherFailsNorPulls) {
   const LineScene scene;
   const Vector3d centre = (scene.pose * scene.geometry.T_imu_camera[0]).translation;

@@ -1,6 +1,7 @@
 #include "odometry/residuals/point_residual.h"
 
 #include <ceres/autodiff_cost_function.h>
+#include <ceres/rotation.h>
 #include <gtest/gtest.h>
 
 #include "data/simulator/example.h"
@@ -15,6 +16,7 @@ struct PointScene {
   RigidTransform target{ExpRotation({0.15, -0.35, 2.1}), {1.2, 1.9, 3.1}};
   Eigen::Vector2d left{0.21, -0.13};
   double inverse_depth = 0.27;
+  std::vector<double> cameras{0, 0, 0, 0};
 
   Eigen::Vector3d World() const {
     return host * (geometry.T_imu_camera[0] *
@@ -25,7 +27,7 @@ struct PointScene {
     return p.head<2>() / p.z();
   }
   std::vector<std::vector<double>> Blocks() const {
-    return {PoseBlockOf(host), PoseBlockOf(target), {left.x(), left.y(), inverse_depth}};
+    return {PoseBlockOf(host), PoseBlockOf(target), cameras, {left.x(), left.y(), inverse_depth}};
   }
 };
 
@@ -35,7 +37,8 @@ struct PointByDefinition {
   StereoMeasurement measured;
 
   template <typename T>
-  bool operator()(const T* host, const T* target, const T* point, T* residual) const {
+  bool operator()(const T* host, const T* target, const T* cameras, const T* point,
+                  T* residual) const {
     using V = Eigen::Matrix<T, 3, 1>;
     const Eigen::Map<const Eigen::Quaternion<T>> q_h(host + 3), q_t(target + 3);
     const Eigen::Map<const V> p_h(host), p_t(target);
@@ -44,11 +47,15 @@ struct PointByDefinition {
     const V in_imu = T_ic[0].rotation.cast<T>() * V(ray / point[2]) + T_ic[0].translation.cast<T>();
     const V in_target = q_t.conjugate() * V(q_h * in_imu + p_h - p_t);
     for (int c = 0; c < 2; ++c) {
-      const V p =
-          T_ic[c].rotation.conjugate().cast<T>() * V(in_target - T_ic[c].translation.cast<T>());
+      V p = T_ic[c].rotation.conjugate().cast<T>() * V(in_target - T_ic[c].translation.cast<T>());
+      if (c == 1) {
+        const V back(-cameras[0], -cameras[1], -cameras[2]), given = p;
+        ceres::AngleAxisRotatePoint(back.data(), given.data(), p.data());
+      }
+      const T scale = T(1) + cameras[3];
       const Eigen::Vector2d& m = c == 0 ? measured.left : *measured.right;
-      residual[2 * c] = scene->geometry.weight * (p.x() / p.z() - m.x());
-      residual[2 * c + 1] = scene->geometry.weight * (p.y() / p.z() - m.y());
+      residual[2 * c] = scene->geometry.weight * (scale * p.x() / p.z() - m.x());
+      residual[2 * c + 1] = scene->geometry.weight * (scale * p.y() / p.z() - m.y());
     }
     return true;
   }
@@ -59,26 +66,30 @@ TEST(PointResidual, IsZeroWhereTheGeometryIsExact) {
   const PointResidual factor(&scene.geometry,
                              {scene.Seen(scene.target, 0), scene.Seen(scene.target, 1)});
   const auto blocks = scene.Blocks();
-  const double* pointers[] = {blocks[0].data(), blocks[1].data(), blocks[2].data()};
+  const double* pointers[] = {blocks[0].data(), blocks[1].data(), blocks[2].data(),
+                              blocks[3].data()};
   Eigen::Vector4d r;
   factor.Evaluate(pointers, r.data(), nullptr);
   EXPECT_LT(r.norm(), 1e-9);
 }
 
 TEST(PointResidual, JacobiansMatchAutomaticDifferentiation) {
-  const PointScene scene;
+  PointScene scene;
+  scene.cameras = {0.02, -0.03, 0.01, 0.015};
   const StereoMeasurement measured{{0.3, -0.1}, Eigen::Vector2d(0.25, -0.08)};
   const PointResidual factor(&scene.geometry, measured);
-  const ceres::AutoDiffCostFunction<PointByDefinition, 4, 7, 7, 3> twin(
+  const ceres::AutoDiffCostFunction<PointByDefinition, 4, 7, 7, 4, 3> twin(
       new PointByDefinition{&scene, measured});
   const auto blocks = scene.Blocks();
-  const double* pointers[] = {blocks[0].data(), blocks[1].data(), blocks[2].data()};
+  const double* pointers[] = {blocks[0].data(), blocks[1].data(), blocks[2].data(),
+                              blocks[3].data()};
   using J7 = Eigen::Matrix<double, 4, 7, Eigen::RowMajor>;
   J7 h, t, h2, t2;
   Eigen::Matrix<double, 4, 3, Eigen::RowMajor> d, d2;
+  Eigen::Matrix4d c, c2;  // row-major, as cost functions write it
   Eigen::Vector4d r, r2;
-  double* ours[] = {h.data(), t.data(), d.data()};
-  double* theirs[] = {h2.data(), t2.data(), d2.data()};
+  double* ours[] = {h.data(), t.data(), c.data(), d.data()};
+  double* theirs[] = {h2.data(), t2.data(), c2.data(), d2.data()};
   factor.Evaluate(pointers, r.data(), ours);
   twin.Evaluate(pointers, r2.data(), theirs);
   EXPECT_LT((r - r2).norm(), 1e-9);
@@ -90,10 +101,12 @@ TEST(PointResidual, JacobiansMatchAutomaticDifferentiation) {
   manifold.PlusJacobian(pointers[1], plus.data());
   EXPECT_LT((t * plus - t2 * plus).norm(), 1e-9 * t.norm());
   EXPECT_LT((d - d2).norm(), 1e-9 * d.norm());
+  EXPECT_LT((c - c2).norm(), 1e-9 * c.norm());
 }
 
 TEST(PointResidual, JacobiansMatchDifferences) {
-  const PointScene scene;
+  PointScene scene;
+  scene.cameras = {0.02, -0.03, 0.01, 0.015};
   ExpectJacobiansMatchDifferences(
       PointResidual(&scene.geometry, {{0.3, -0.1}, Eigen::Vector2d(0.25, -0.08)}), scene.Blocks(),
       1e-6);
@@ -101,14 +114,14 @@ TEST(PointResidual, JacobiansMatchDifferences) {
                                   1e-6);
   ExpectJacobiansMatchDifferences(
       HostPointResidual(scene.geometry, {{0.2, -0.1}, Eigen::Vector2d(0.17, -0.12)}),
-      {{0.21, -0.13, 0.27}}, 1e-6);
+      {scene.cameras, {0.21, -0.13, 0.27}}, 1e-6);
 }
 
 TEST(HostPointResidual, IsZeroAtTheTruePoint) {
   const PointScene scene;
   const HostPointResidual factor(scene.geometry, {scene.left, scene.Seen(scene.host, 1)});
   const auto blocks = scene.Blocks();
-  const double* pointers[] = {blocks[2].data()};
+  const double* pointers[] = {blocks[2].data(), blocks[3].data()};
   Eigen::Vector4d r;
   factor.Evaluate(pointers, r.data(), nullptr);
   EXPECT_LT(r.norm(), 1e-9);
@@ -122,15 +135,17 @@ TEST(PointResidual, APointBehindTheTargetNeitherFailsNorPulls) {
   RigidTransform flipped = scene.host;
   flipped.rotation = flipped.rotation * ExpRotation({3.14159, 0, 0});
   const std::vector<std::vector<double>> blocks = {
-      PoseBlockOf(scene.host), PoseBlockOf(flipped), {0, 0, 5}};
-  const double* pointers[] = {blocks[0].data(), blocks[1].data(), blocks[2].data()};
+      PoseBlockOf(scene.host), PoseBlockOf(flipped), scene.cameras, {0, 0, 5}};
+  const double* pointers[] = {blocks[0].data(), blocks[1].data(), blocks[2].data(),
+                              blocks[3].data()};
   Eigen::Matrix<double, 2, 7, Eigen::RowMajor> h, t;
   Eigen::Matrix<double, 2, 3, Eigen::RowMajor> d;
+  Eigen::Matrix<double, 2, 4, Eigen::RowMajor> c;
   Eigen::Vector2d r;
-  double* jacobians[] = {h.data(), t.data(), d.data()};
+  double* jacobians[] = {h.data(), t.data(), c.data(), d.data()};
   ASSERT_TRUE(factor.Evaluate(pointers, r.data(), jacobians));
   EXPECT_TRUE(r.allFinite());
-  EXPECT_EQ(h.norm() + t.norm() + d.norm(), 0);
+  EXPECT_EQ(h.norm() + t.norm() + c.norm() + d.norm(), 0);
 }
 
 TEST(Factor, FirstEstimateJacobiansBelongToTheLinearizationPoint) {
@@ -146,8 +161,8 @@ TEST(Factor, FirstEstimateJacobiansBelongToTheLinearizationPoint) {
     Eigen::Matrix<double, 2, 6, Eigen::RowMajor> h;
     Eigen::Matrix<double, 2, 3, Eigen::RowMajor> d;
     Eigen::Vector2d r;
-    double* jacobians[] = {h.data(), t->data(), d.data()};
-    const double* pointers[] = {x[0].data(), x[1].data(), x[2].data()};
+    double* jacobians[] = {h.data(), t->data(), nullptr, d.data()};
+    const double* pointers[] = {x[0].data(), x[1].data(), x[2].data(), x[3].data()};
     f.Linearize(pointers, r.data(), jacobians);
     return r;
   };

@@ -104,7 +104,10 @@ class Unobservable {
       of_[line.block.data()] = MovedStructural(line.structural(), heading_rad, block);
     }
   }
-  const MatrixXd& Of(const double* block) const { return of_.at(block); }
+  // Of a block with so many freedoms; the rig's calibration moves with nothing.
+  MatrixXd Of(const double* block, const BlockKind& kind) const {
+    return kind.is_calibration ? MatrixXd::Zero(kind.tangent_size, 4) : of_.at(block);
+  }
 
  private:
   template <typename Block>
@@ -135,7 +138,7 @@ double SeenByTerms(const SlidingWindow& window, bool at_linearization) {
     for (int k = 0; k < factor.blocks(); ++k) {
       scale = std::max(scale, jacobians[k].norm());
       if (factor.kind(k).is_point) continue;  // relative to its host
-      seen += jacobians[k] * directions.Of(term.blocks[k]);
+      seen += jacobians[k] * directions.Of(term.blocks[k], factor.kind(k));
     }
     worst = std::max(worst, seen.norm() / (1 + scale));
   }
@@ -152,7 +155,7 @@ Eigen::Vector4d KnownByPrior(const WindowState& window,
   for (size_t k = 0; k < prior.blocks.size(); ++k) {
     if (left_out(prior.blocks[k])) continue;
     moved.middleRows(prior.TangentOffset(static_cast<int>(k)), prior.kinds[k].tangent_size) =
-        directions.Of(prior.blocks[k]);
+        directions.Of(prior.blocks[k], prior.kinds[k]);
   }
   return (prior.jacobian * moved).colwise().squaredNorm();
 }

@@ -102,7 +102,7 @@ class LandmarkCovarianceTest : public testing::TestWithParam<Method> {};
 
 TEST_P(LandmarkCovarianceTest, IsWhatTheErrorsAre) {
   Nees points, lines;
-  for (const uint64_t seed : {21, 22, 23, 24}) {
+  for (const uint64_t seed : {21, 22, 23, 24, 25, 26, 27, 28}) {
     Judge judge;
     const SimulatedRun run = RunOnSimulatedTracks(
         Noisy(GetParam(), seed), nullptr,

@@ -76,7 +76,7 @@ class LinesInWindow : public testing::Test {
         }
         if (i == 0) continue;
         Add(std::make_unique<PointResidual>(&geometry_, SeePoint(i, Through(k))),
-            {poses_[0].data(), pose, points_[k].data()});
+            {poses_[0].data(), pose, cameras_.data(), points_[k].data()});
       }
       Add(std::make_unique<GeneralLineResidual>(&geometry_, anchor_,
                                                 See(i, Through(3), Through(3) + direction_)),
@@ -172,6 +172,7 @@ class LinesInWindow : public testing::Test {
   std::array<StructuralLineBlock, 3> structural_;
   std::array<std::array<double, kPointSize>, 3> points_;
   GeneralLineBlock general_;
+  CameraCalibrationBlock cameras_{0.01, -0.02, 0.01, 0.002};
   std::vector<Term> terms_;
 };
 

@@ -36,7 +36,8 @@ TEST_F(LinesInWindow, TheSolverFindsHeadingLinesAndPoints) {
 // Neither the heading nor the lines may teach the prior where the world is or how it is turned.
 TEST_F(LinesInWindow, ThePriorKnowsNeitherHeadingNorPosition) {
   const Prior prior = Marginalize(terms_, Prior(), {poses_[0].data(), structural_[0].data()});
-  ASSERT_EQ(prior.blocks.size(), 7u);  // three poses, the heading, two structural lines, a general
+  // Three poses, the heading, two structural lines, a general one, the cameras.
+  ASSERT_EQ(prior.blocks.size(), 8u);
   ASSERT_GT(prior.jacobian.norm(), 1);
   constexpr double kStep = 1e-6;
   for (int freedom = 0; freedom < 4; ++freedom) {

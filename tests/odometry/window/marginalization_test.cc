@@ -112,7 +112,7 @@ TEST_F(MarginalizeTest, IsTheSchurComplementOfTheNormalEquations) {
   KeepLinearization(prior);
   Move(0.01);
   const Prior next = Marginalize(terms_, prior, {poses_[1].data(), general_.data()});
-  ASSERT_EQ(next.blocks.size(), 5u);  // two poses, the heading, two lines
+  ASSERT_EQ(next.blocks.size(), 6u);  // two poses, the heading, two lines, the cameras
   ExpectSame(next, Dense(terms_, prior));
 }
 

@@ -1,0 +1,160 @@
+#include "odometry/window/calibration_estimate.h"
+
+#include <Eigen/Cholesky>
+#include <array>
+#include <cmath>
+
+namespace slcmap {
+namespace {
+
+using Eigen::Map;
+using Eigen::Vector3d;
+
+// Of what is not estimated: small beside what matters, and no trouble to the solver.
+constexpr double kHeldSigma = 1e-7;
+constexpr double kRelearned = 2;  // of a variance that another segment takes over
+
+constexpr int kCameras = kImuCalibrationSize;  // row where the cameras' block starts
+
+// Rows of the vector that are one item.
+struct Item {
+  const char* name;
+  int row, count;
+  bool CalibrationOptions::*estimated;
+  double CalibrationOptions::*sigma;
+  double CalibrationOptions::*limit;
+};
+constexpr std::array<Item, 5> kItems{
+    {{"rotation of the IMU", kRowImuRotation, 3, &CalibrationOptions::imu_rotation,
+      &CalibrationOptions::imu_rotation_sigma_rad, &CalibrationOptions::max_imu_rotation_rad},
+     {"lever of the IMU", kRowLever, 3, &CalibrationOptions::lever,
+      &CalibrationOptions::lever_sigma_m, &CalibrationOptions::max_lever_m},
+     {"time offset", kRowTimeOffset, 1, &CalibrationOptions::time_offset,
+      &CalibrationOptions::time_offset_sigma_s, &CalibrationOptions::max_time_offset_s},
+     {"rotation of the right camera", kCameras + kRowRightRotation, 3,
+      &CalibrationOptions::right_rotation, &CalibrationOptions::right_rotation_sigma_rad,
+      &CalibrationOptions::max_right_rotation_rad},
+     {"focal length", kCameras + kRowFocalScale, 1, &CalibrationOptions::focal_length,
+      &CalibrationOptions::focal_length_sigma, &CalibrationOptions::max_focal_length}}};
+
+CalibrationVector FirstSigma(const CalibrationOptions& options) {
+  CalibrationVector sigma;
+  for (const Item& item : kItems) {
+    sigma.segment(item.row, item.count)
+        .setConstant(options.*item.estimated ? options.*item.sigma : kHeldSigma);
+  }
+  return sigma;
+}
+
+bool IsBeyond(const Item& item, const CalibrationOptions& options, const CalibrationVector& x) {
+  return !(x.segment(item.row, item.count).norm() <= options.*item.limit);
+}
+
+}  // namespace
+
+CalibrationVector AsVector(const CalibrationState& state) {
+  CalibrationVector x;
+  x << Map<const Eigen::Matrix<double, kImuCalibrationSize, 1>>(state.imu.data()),
+      Map<const Eigen::Matrix<double, kCameraCalibrationSize, 1>>(state.cameras.data());
+  return x;
+}
+
+CalibrationPrior::CalibrationPrior(const CalibrationOptions& options)
+    : options_(options), right_released_(!options.rows_fit) {
+  SetFirstSigma();
+}
+
+void CalibrationPrior::SetFirstSigma() {
+  constexpr double kRowsFitSigma_rad = 2e-5;
+  first_sigma_ = FirstSigma(options_);
+  if (!right_released_) {
+    auto others = first_sigma_.segment<2>(kCameras + kRowRightRotation + 1);
+    others = others.cwiseMin(kRowsFitSigma_rad);
+  }
+  covariance_ = first_sigma_.array().square().matrix().asDiagonal();
+}
+
+bool CalibrationPrior::ReleaseRightRotation(const CalibrationState& state) {
+  constexpr double kRowsFit_rad = 4e-4;  // some 0.15 px; several times what one pair tells
+  if (right_released_ || !options_.right_rotation ||
+      std::abs(state.cameras[kRowRightRotation]) < kRowsFit_rad) {
+    return false;
+  }
+  right_released_ = true;
+  SetFirstSigma();
+  return true;
+}
+
+void CalibrationPrior::Reset(CalibrationState* state) const {
+  std::copy_n(mean_.data(), kImuCalibrationSize, state->imu.data());
+  std::copy_n(mean_.data() + kCameras, kCameraCalibrationSize, state->cameras.data());
+}
+
+void CalibrationPrior::AddTo(CalibrationState* state, Prior* prior) const {
+  CalibrationState mean;
+  Reset(&mean);
+  prior->blocks.insert(prior->blocks.end(), {state->imu.data(), state->cameras.data()});
+  prior->kinds.insert(prior->kinds.end(), {kImuCalibrationKind, kCameraCalibrationKind});
+  prior->x_lin.push_back({mean.imu.begin(), mean.imu.end()});
+  prior->x_lin.push_back({mean.cameras.begin(), mean.cameras.end()});
+  const Eigen::Index rows = prior->jacobian.rows(), columns = prior->jacobian.cols();
+  prior->jacobian.conservativeResizeLike(
+      Eigen::MatrixXd::Zero(rows + kCalibrationSize, columns + kCalibrationSize));
+  // W with W^T W = covariance^-1.
+  const Eigen::LLT<CalibrationMatrix> cholesky(covariance_);
+  prior->jacobian.bottomRightCorner<kCalibrationSize, kCalibrationSize>() =
+      cholesky.matrixL().solve(CalibrationMatrix::Identity());
+  prior->residual.conservativeResizeLike(Eigen::VectorXd::Zero(rows + kCalibrationSize));
+}
+
+void CalibrationPrior::Learn(const CalibrationState& state, const WindowCovariance& covariance) {
+  if (!covariance.Knows(state.imu.data()) || !covariance.Knows(state.cameras.data())) return;
+  const CalibrationMatrix known =
+      kRelearned * covariance.Of({state.imu.data(), state.cameras.data()});
+  const Eigen::LLT<CalibrationMatrix> cholesky(known);
+  if (!known.allFinite() || cholesky.info() != Eigen::Success) return;
+  // Together with what was known at first, which the doubling must not exceed.
+  const CalibrationVector first_information = first_sigma_.array().square().inverse() * 0.5;
+  CalibrationMatrix information = cholesky.solve(CalibrationMatrix::Identity());
+  information.diagonal() += first_information;
+  covariance_ = information.llt().solve(CalibrationMatrix::Identity());
+  mean_ = AsVector(state);
+}
+
+std::string CalibrationPrior::BeyondLimit(const CalibrationState& state) const {
+  for (const Item& item : kItems) {
+    if (IsBeyond(item, options_, AsVector(state))) return item.name;
+  }
+  return {};
+}
+
+void CalibrationPrior::Hold(const CalibrationState& state) {
+  if (BeyondLimit(state).empty()) return;
+  for (const Item& item : kItems) {
+    if (IsBeyond(item, options_, AsVector(state))) options_.*item.estimated = false;
+  }
+  SetFirstSigma();
+  mean_.setZero();
+}
+
+CalibrationEstimate Describe(const CalibrationState& state, const WindowCovariance& covariance) {
+  const CalibrationVector x = AsVector(state);
+  CalibrationVector sigma = CalibrationVector::Zero();
+  if (covariance.Knows(state.imu.data()) && covariance.Knows(state.cameras.data())) {
+    sigma = covariance.Of({state.imu.data(), state.cameras.data()}).diagonal().cwiseSqrt();
+  }
+  CalibrationEstimate out;
+  out.imu_rotation_rad = x.segment<3>(kRowImuRotation);
+  out.lever_m = x.segment<3>(kRowLever);
+  out.time_offset_s = x[kRowTimeOffset];
+  out.right_rotation_rad = x.segment<3>(kCameras + kRowRightRotation);
+  out.focal_length = x[kCameras + kRowFocalScale];
+  out.imu_rotation_sigma_rad = sigma.segment<3>(kRowImuRotation);
+  out.lever_sigma_m = sigma.segment<3>(kRowLever);
+  out.time_offset_sigma_s = sigma[kRowTimeOffset];
+  out.right_rotation_sigma_rad = sigma.segment<3>(kCameras + kRowRightRotation);
+  out.focal_length_sigma = sigma[kCameras + kRowFocalScale];
+  return out;
+}
+
+}  // namespace slcmap

@@ -1,0 +1,63 @@
+// What is known of the rig's calibration, and what of it is estimated.
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <string>
+
+#include "odometry/options.h"
+#include "odometry/residuals/calibration.h"
+#include "odometry/residuals/prior.h"
+#include "odometry/run.h"
+#include "odometry/window/window_covariance.h"
+
+namespace slcmap {
+
+// A calibration as one vector: the IMU's block, then that of the cameras.
+inline constexpr int kCalibrationSize = kImuCalibrationSize + kCameraCalibrationSize;
+using CalibrationVector = Eigen::Matrix<double, kCalibrationSize, 1>;
+using CalibrationMatrix = Eigen::Matrix<double, kCalibrationSize, kCalibrationSize>;
+
+CalibrationVector AsVector(const CalibrationState& state);
+
+// What a window starts from: at first that the calibration was given with the options' standard
+// deviations, in later segments what earlier ones have found. What is not estimated is held.
+class CalibrationPrior {
+ public:
+  explicit CalibrationPrior(const CalibrationOptions& options);
+
+  // Sets the state to where the prior has it.
+  void Reset(CalibrationState* state) const;
+
+  // The rows of the prior on the blocks of `state`, wherever these are, appended to those that
+  // `prior` has.
+  void AddTo(CalibrationState* state, Prior* prior) const;
+
+  // Takes over what a window knows: the estimate, with a covariance that is doubled since the rig
+  // may have been touched, and at most that of the options.
+  void Learn(const CalibrationState& state, const WindowCovariance& covariance);
+
+  // Rows of the rectified images that fit say that the right camera is where it was given: its
+  // turns about the other axes are then held, since they trade with depth, and the images' own
+  // errors would tell more of them than the motion does. True where the rows, by the estimated turn
+  // about x, turn out not to fit, and all three are to be estimated from now on.
+  bool ReleaseRightRotation(const CalibrationState& state);
+
+  // Which estimate is beyond its limit, in words; empty where none is. Hold() puts the items that
+  // are back to the given value, for good.
+  std::string BeyondLimit(const CalibrationState& state) const;
+  void Hold(const CalibrationState& state);
+
+ private:
+  void SetFirstSigma();
+
+  CalibrationOptions options_;
+  bool right_released_ = false;
+  CalibrationVector mean_ = CalibrationVector::Zero(), first_sigma_;
+  CalibrationMatrix covariance_;
+};
+
+// The estimate with its standard deviations. Unknown to the covariance: those of `prior` remain.
+CalibrationEstimate Describe(const CalibrationState& state, const WindowCovariance& covariance);
+
+}  // namespace slcmap

@@ -1,0 +1,173 @@
+// The calibration of the rig as the window finds it, on simulated tracks.
+#include "odometry/window/calibration_estimate.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tests/testing/simulated_odometry.h"
+
+namespace slcmap {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr double kDegree = M_PI / 180;
+constexpr int kTime = kRowTimeOffset;
+
+SimulatedRunOptions Noisy(uint64_t seed, double sigma_px = 0.5) {
+  SimulatedRunOptions options;
+  options.odometry.method = Method::kPoints;
+  options.odometry.points.max_points = 80;
+  options.imu_noise = true;
+  options.pixel_sigma_px = sigma_px;
+  options.odometry.window.point_sigma_px = sigma_px;
+  options.odometry.calibration.lever = options.odometry.calibration.focal_length = true;
+  options.gyro_bias_rad_s << -0.002, 0.02, 0.08;
+  options.accel_bias_m_s2 << -0.02, 0.13, 0.08;
+  options.seed = seed;
+  return options;
+}
+
+CalibrationFault AllAtOnce() {
+  CalibrationFault fault;
+  fault.stamps_late_ns = 20'000'000;
+  fault.imu_rotation_rad = kDegree * Vector3d(0.6, -0.5, 0.6);
+  fault.right_rotation_rad = kDegree * Vector3d(0.1, -0.15, 0.05);
+  fault.focal_length = 0.003;
+  return fault;
+}
+
+TEST(Calibration, IsFoundWhereTheTracksAreExact) {
+  for (const double still_s : {2.0, 0.0}) {  // started at rest, and in motion
+    SimulatedRunOptions options = Noisy(3, 0.2);
+    options.imu_noise = false;
+    options.imu_rate_hz = 1000;
+    options.stand_still_s = still_s;
+    options.fault = AllAtOnce();
+    const SimulatedRun run = RunOnSimulatedTracks(options);
+    ASSERT_FALSE(run.states.empty());
+    EXPECT_EQ(run.states.back().segment, 0);
+    const CalibrationVector& error = run.calibration_error;
+    EXPECT_LT(error.segment<3>(kRowImuRotation).norm(), 0.05 * kDegree);
+    EXPECT_LT(std::abs(error[kTime]), 2e-4);
+    EXPECT_LT(error.segment<3>(kImuCalibrationSize + kRowRightRotation).norm(), 0.005 * kDegree);
+    EXPECT_LT(std::abs(error[kImuCalibrationSize + kRowFocalScale]), 4e-4);
+    EXPECT_LT(error.segment<3>(kRowLever).norm(), 0.004);
+  }
+}
+
+// As where the rows were made to fit before the start: what is left is the turn about y alone.
+TEST(Calibration, ATurnThatTheRowsDoNotShowIsFoundWhereTheyAreNotBelieved) {
+  SimulatedRunOptions options = Noisy(4, 0.2);
+  options.fault.right_rotation_rad = kDegree * Vector3d(0, 0.2, 0);
+  options.odometry.calibration.rows_fit = false;
+  const SimulatedRun run = RunOnSimulatedTracks(options);
+  const CalibrationVector& error = run.calibration_error;
+  EXPECT_LT(error.segment<3>(kImuCalibrationSize + kRowRightRotation).norm(), 0.01 * kDegree);
+}
+
+TEST(Calibration, IsAsWellKnownAsIsClaimed) {
+  double nees = 0;
+  constexpr int kRuns = 4;
+  for (uint64_t seed = 31; seed < 31 + kRuns; ++seed) {
+    SimulatedRunOptions options = Noisy(seed);
+    options.fault = AllAtOnce();
+    options.duration_s = 15;
+    nees += RunOnSimulatedTracks(options).calibration_nees / kRuns;
+  }
+  EXPECT_GT(nees, 4);
+  EXPECT_LT(nees, 18);
+}
+
+TEST(Calibration, StaysAtRest) {
+  SimulatedRunOptions options = Noisy(5);
+  options.duration_s = options.stand_still_s = 20;
+  const SimulatedRun run = RunOnSimulatedTracks(options);
+  ASSERT_GT(run.states.size(), 300u);
+  const CalibrationOptions& given = options.odometry.calibration;
+  EXPECT_GT(run.calibration_sigma[kTime], 0.95 * given.time_offset_sigma_s);
+  EXPECT_LT(std::abs(run.calibration_error[kTime]), 0.2 * given.time_offset_sigma_s);
+  EXPECT_GT(run.calibration_sigma.segment<3>(kRowLever).minCoeff(), 0.95 * given.lever_sigma_m);
+  EXPECT_LT(run.calibration_error.segment<3>(kRowLever).norm(), 0.2 * given.lever_sigma_m);
+  EXPECT_LT(run.calibration_error.segment<3>(kRowImuRotation).norm(),
+            0.2 * given.imu_rotation_sigma_rad);
+}
+
+// Turning and walking in a plane.
+MotionSpline Planar(const Rig& rig, double duration_s) {
+  constexpr double kKnot_s = 0.1;
+  std::vector<RigidTransform> control;
+  const int segments = static_cast<int>(duration_s / kKnot_s);
+  for (int j = 0; j < segments + MotionSpline::kOrder - 1; ++j) {
+    const double t_s = std::max(0.0, (j - 2) * kKnot_s - 2.0);
+    const double eased_s = t_s * t_s / (t_s + 1), yaw_rad = 0.9 * std::sin(0.8 * eased_s);
+    control.emplace_back(CameraLookingAlong({std::cos(yaw_rad), std::sin(yaw_rad), 0}) *
+                             rig.T_imu_camera[0].rotation.conjugate(),
+                         Vector3d(1.5 * std::sin(0.5 * eased_s), std::cos(0.7 * eased_s), 0));
+  }
+  return {kKnot_s, control};
+}
+
+// About one axis the lever along it is nobody's to know.
+TEST(Calibration, WhatAPlanarMotionDoesNotTellStays) {
+  SimulatedRunOptions options = Noisy(6);
+  const Rig rig = ExampleStereoRig();
+  const MotionSpline motion = Planar(rig, options.duration_s);
+  const SimulatedRun run = RunOnSimulatedTracks(options, &motion);
+  ASSERT_GT(run.states.size(), 300u);
+  const Vector3d up_imu = motion.PoseAt(10).rotation.conjugate() * Vector3d::UnitZ();
+  const double sigma_m = options.odometry.calibration.lever_sigma_m;
+  const double along_m = up_imu.dot(run.calibration_error.segment<3>(kRowLever));
+  EXPECT_LT(std::abs(along_m), 0.3 * sigma_m);
+  // The axis is nearly one of the IMU's.
+  Vector3d::Index axis;
+  up_imu.cwiseAbs().maxCoeff(&axis);
+  EXPECT_GT(run.calibration_sigma[kRowLever + axis], 0.9 * sigma_m);
+  // The turn tells the time offset.
+  EXPECT_LT(run.calibration_sigma[kTime], 0.1 * options.odometry.calibration.time_offset_sigma_s);
+}
+
+TEST(Calibration, WhatIsNotToBeEstimatedStays) {
+  SimulatedRunOptions options = Noisy(7);
+  options.duration_s = 8;
+  CalibrationOptions& calibration = options.odometry.calibration;
+  calibration.time_offset = calibration.imu_rotation = calibration.lever = false;
+  calibration.right_rotation = calibration.focal_length = false;
+  const SimulatedRun run = RunOnSimulatedTracks(options);
+  EXPECT_LT(run.calibration_error.cwiseAbs().maxCoeff(), 1e-6);
+  EXPECT_LT(run.calibration_sigma.maxCoeff(), 2e-7);
+}
+
+TEST(Calibration, AnEstimateBeyondItsLimitIsReportedAndNotUsed) {
+  SimulatedRunOptions options = Noisy(8);
+  options.fault.stamps_late_ns = 20'000'000;
+  options.odometry.calibration.max_time_offset_s = 0.01;
+  const SimulatedRun run = RunOnSimulatedTracks(options);
+  int64_t reported = 0;
+  for (const auto& [kind, count] : run.run.warnings) {
+    if (kind.find("beyond its limit: time offset") != std::string::npos) reported += count;
+  }
+  EXPECT_EQ(reported, 1);
+  EXPECT_LT(std::abs(run.run.calibration.back().time_offset_s), 1e-5);
+}
+
+TEST(CalibrationPrior, ALaterSegmentStartsFromWhatWasFound) {
+  SimulatedRunOptions options = Noisy(9);
+  options.fault = AllAtOnce();
+  options.image_gap_from_s = 14;
+  options.image_gap_to_s = 17;
+  options.duration_s = 19;
+  CalibrationVector first = CalibrationVector::Zero();
+  RunOnSimulatedTracks(options, nullptr, [&](Estimator* estimator) {
+    const WindowState& window = estimator->window().state();
+    if (window.frames.empty() || window.frames.back()->stamp_ns < 17'000'000'000) return;
+    if (first.isZero()) first = AsVector(estimator->window().calibration());
+  });
+  const CalibrationVector error = first - options.fault.Expected();
+  EXPECT_LT(std::abs(error[kTime]), 1e-3);
+  EXPECT_LT(error.segment<3>(kRowImuRotation).norm(), 0.15 * kDegree);
+}
+
+}  // namespace
+}  // namespace slcmap
