@@ -4,13 +4,13 @@
 
 namespace slcmap {
 
-ImuFit MeasureImuFit(const FrameState& from, const FrameState& to) {
+ImuFit MeasureImuFit(const CostModel& model, const FrameState& from, const FrameState& to) {
   constexpr int kRows = 15;
   using Residual = Eigen::Matrix<double, kRows, 1>;
   const Preintegration& imu = *to.from_previous;
-  const ImuResidual factor(&imu);
+  const ImuResidual factor(&imu, from.cut, to.cut);
   const double* const blocks[] = {from.pose.data(), from.speed_bias.data(), to.pose.data(),
-                                  to.speed_bias.data()};
+                                  to.speed_bias.data(), model.calibration->imu.data()};
   Residual whitened;
   factor.Evaluate(blocks, whitened.data(), nullptr);
   ImuFit fit;
@@ -23,11 +23,11 @@ ImuFit MeasureImuFit(const FrameState& from, const FrameState& to) {
   return fit;
 }
 
-WindowFit MeasureWindowFit(const WindowState& window) {
+WindowFit MeasureWindowFit(const CostModel& model, const WindowState& window) {
   WindowFit fit;
   const size_t intervals = window.frames.size() - 1;
   for (size_t i = 0; i < intervals; ++i) {
-    fit.imu_chi2 += MeasureImuFit(*window.frames[i], *window.frames[i + 1]).chi2 /
+    fit.imu_chi2 += MeasureImuFit(model, *window.frames[i], *window.frames[i + 1]).chi2 /
                     static_cast<double>(intervals);
   }
   for (const auto& [id, measurement] : window.frames.back()->measurements) {

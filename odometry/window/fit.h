@@ -1,6 +1,7 @@
 // How well measurements fit the states that were estimated from them.
 #pragma once
 
+#include "odometry/window/problem_builder.h"
 #include "odometry/window/window_state.h"
 
 namespace slcmap {
@@ -13,7 +14,7 @@ struct ImuFit {
 };
 
 // `to.from_previous` leads from one to the other.
-ImuFit MeasureImuFit(const FrameState& from, const FrameState& to);
+ImuFit MeasureImuFit(const CostModel& model, const FrameState& from, const FrameState& to);
 
 // Of observations of points whose place is known, each by one camera.
 struct PointFit {
@@ -43,6 +44,6 @@ struct WindowFit {
 };
 
 // All but the points, which are judged where they are rejected.
-WindowFit MeasureWindowFit(const WindowState& window);
+WindowFit MeasureWindowFit(const CostModel& model, const WindowState& window);
 
 }  // namespace slcmap

@@ -159,7 +159,7 @@ std::unordered_set<int64_t> SlidingWindow::Track(FrameState* frame, FrameFit* fi
   Solve(&terms, Prior(), is_constant, solver);
   std::unordered_set<int64_t> outliers = RejectMisfits(frame);
   if (fit) {
-    *fit = {MeasureImuFit(newest(), *frame), static_cast<int>(landmarks.size()),
+    *fit = {MeasureImuFit(model_, newest(), *frame), static_cast<int>(landmarks.size()),
             static_cast<int>(outliers.size())};
   }
   return outliers;
@@ -187,7 +187,7 @@ FinishedIds SlidingWindow::AddKeyframe(std::unique_ptr<FrameState> frame) {
   RegisterLines(newest, &state_);
   structure_.Update(model_, newest, &state_);
   iterations_ += Optimize(options_.max_iterations).iterations;
-  fit_ = MeasureWindowFit(state_);
+  fit_ = MeasureWindowFit(model_, state_);
   FinishedIds finished = RejectOutliers();
   while (static_cast<int>(state_.frames.size()) > options_.max_keyframes) {
     MarginalizeOldest(&finished);

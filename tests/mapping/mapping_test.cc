@@ -196,7 +196,7 @@ TEST_F(MappingTest, MissingAndDamagedFilesAreNamed) {
 TEST_F(MappingTest, SaysWhereItCameFrom) {
   OdometryRun run = testing::MakeWallRun();
   run.id = "0123456789abcdef";
-  run.source = {"0.1.0", "/recordings/hall", "", "", {}, {}};
+  run.source = {"0.1.0", "/recordings/hall", "", "", {}, {}, {}, {}};
   MappingOptions options;
   options.cloud.voxel_m = 0.25;
   const MapResult map = BuildMap(run, options);

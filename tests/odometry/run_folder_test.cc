@@ -74,7 +74,8 @@ OdometryRun MakeRun() {
                 "method: points\n",
                 {{kRightTurnCorrection, {0.25, 0, -0.125}, "right camera turned"}},
                 run.rectified_rig,
-                {{5, "cam0/data/5.png", "cam1/data/5.png"}, {6, "cam0/data/6.png", ""}}};
+                {{5, "cam0/data/5.png", "cam1/data/5.png"}, {6, "cam0/data/6.png", ""}},
+                {}};
   run.source->raw_rig.cameras[0].distortion = Distortion::kEquidistant;
   run.timings.stages = {{"points", 1.25, 160}};
   run.timings.window_iterations = 37;
