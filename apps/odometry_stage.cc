@@ -273,8 +273,34 @@ void LogCalibration(const OdometryRun& run) {
       degrees(e.right_rotation_sigma_rad), 100 * e.focal_length, 100 * e.focal_length_sigma);
 }
 
+// Before anything is computed. The file may replace an older one, but none that is read, nor one of
+// the run's.
+void CheckCalibrationTarget(const OdometryArguments& arguments) {
+  namespace fs = std::filesystem;
+  const std::string& path = arguments.write_calibration;
+  if (path.empty()) return;
+  const fs::path target = fs::weakly_canonical(path);
+  const auto refuse = [&](const std::string& expected) {
+    throw ConfigError(fmt::format("--write-calibration: found {}, expected {}", path, expected));
+  };
+  if (fs::is_directory(target) || !fs::is_directory(target.parent_path())) {
+    refuse("a file in a folder that exists");
+  }
+  for (const std::string& read : {arguments.calibration, arguments.config}) {
+    if (!read.empty() && target == fs::weakly_canonical(read)) refuse("no file that is read");
+  }
+  for (const std::string& folder : {arguments.run, arguments.sequence}) {
+    const fs::path inside = target.lexically_relative(fs::weakly_canonical(folder));
+    if (!inside.empty() && *inside.begin() != "..") refuse("a file out of " + folder);
+  }
+}
+
 void WriteCalibration(const std::string& path, const OdometryRun& run) {
   if (path.empty()) return;
+  if (run.verdict && run.verdict->level == VerdictLevel::kFailed) {
+    spdlog::warn("{} was not written: the run has failed", path);
+    return;
+  }
   if (run.calibration.empty()) {
     spdlog::warn("{} was not written: the calibration could not be estimated", path);
     return;
@@ -350,6 +376,7 @@ OdometryRun RunOdometryStage(const OdometryArguments& arguments,
     throw ConfigError(fmt::format("--threads: found {}, expected 1 to 256", arguments.threads));
   }
   arguments.part.Check();
+  CheckCalibrationTarget(arguments);
   StageOptions options = ReadOptions(arguments);
   OutputFolder output(arguments.run, RunFiles(), FoldersOf(arguments.sequence));
   const bool one_camera = options.odometry.method == Method::kPointsMono;
@@ -378,10 +405,10 @@ OdometryRun RunOdometryStage(const OdometryArguments& arguments,
   }
   const OdometryRun run = feeder.Run("interrupted");
   WriteRunFolder(&output, run);
-  WriteCalibration(arguments.write_calibration, run);
   if (run.complete && !run.states.empty()) output.RemoveAside();
   LogResult(run, info, feeder.path_length_m(), arguments.run);
   LogVerdict(arguments.run, *run.verdict);
+  WriteCalibration(arguments.write_calibration, run);
   if (run.states.empty()) RefuseFailed(arguments.run, run);
   return run;
 }

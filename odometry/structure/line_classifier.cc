@@ -24,9 +24,9 @@ LineClassifier::LineClassifier(const LineClassifierOptions& options, double foca
   options_.Check();
 }
 
-std::optional<LineClass> LineClassifier::Classify(const LineSegment& segment,
-                                                  const Eigen::Matrix3d& R_world_camera,
-                                                  const std::vector<std::optional<double>>& headings_rad) const {
+std::optional<LineClass> LineClassifier::Classify(
+    const LineSegment& segment, const Eigen::Matrix3d& R_world_camera,
+    const std::vector<std::optional<double>>& headings_rad) const {
   const InterpretationPlane plane = PlaneOfSegment(segment, end_sigma_).Rotated(R_world_camera);
   std::optional<LineClass> best;
   double best_sigmas = std::numeric_limits<double>::infinity();

@@ -128,10 +128,13 @@ void Estimator::CutAgain(int64_t stamp_ns) {
 // To cut again what is in the window; of long rests that is not wanted.
 int64_t Estimator::OldestSampleNeeded(int64_t stamp_ns) const {
   constexpr int64_t kMargin_ns = 100'000'000, kLongest_ns = 20'000'000'000;
+  if (keyframe_) return stamp_ns - kLongest_ns;  // the window belongs to another thread
   int64_t oldest_ns = stamp_ns;
-  if (!window_.empty() && !keyframe_) oldest_ns = window_.state().frames.front()->cut_stamp_ns();
-  if (keyframe_) oldest_ns = 0;
-  if (window_.empty() && initializer_.size() > 0) oldest_ns = initializer_.first_cut_ns();
+  if (!window_.empty()) {
+    oldest_ns = window_.state().frames.front()->cut_stamp_ns();
+  } else if (initializer_.size() > 0) {
+    oldest_ns = initializer_.first_cut_ns();
+  }
   return std::max(std::min(oldest_ns, stamp_ns) - kMargin_ns, stamp_ns - kLongest_ns);
 }
 

@@ -97,9 +97,9 @@ void Structure::FindHeadings(const FrameState& newest, const CostModel& model,
                              WindowState* window) {
   std::vector<LineSegment> segments;
   for (const auto& [id, measurement] : newest.lines) segments.push_back(measurement.left);
-  std::vector<double> known_rad;
-  for (const auto& heading_rad : HeadingsOf(*window)) {
-    if (heading_rad) known_rad.push_back(*heading_rad);
+  std::vector<double> known_rad;  // withdrawn ones too, or they would be found again at once
+  for (const HeadingState& heading : window->headings) {
+    known_rad.push_back(heading.heading_rad[0]);
   }
   detector_.SetKnownHeadings(known_rad);
   const Eigen::Quaterniond R_world_camera =

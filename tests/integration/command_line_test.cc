@@ -353,6 +353,20 @@ TEST_F(StillRig, TheRecordingIsNoOutput) {
   }
 }
 
+TEST_F(StillRig, ACalibrationIsWrittenWhereItReplacesNothingThatIsRead) {
+  Write(5);
+  const TempFolder other;
+  const std::string given = other.Path("given.yaml"), run = other.Path("run");
+  std::ofstream(given) << "cam0: {}\n";
+  const auto expect_refused = [&](const std::string& more, const std::string& words) {
+    ExpectError(RunSlcmap("odometry " + folder_.Path() + " -o " + run + more), 2, words);
+    EXPECT_FALSE(std::filesystem::exists(run)) << "before the run";
+  };
+  expect_refused(" --write-calibration " + folder_.Path("found.yaml"), "expected a file out of");
+  expect_refused(" --write-calibration " + other.Path("none/found.yaml"), "folder that exists");
+  expect_refused(" --calibration " + given + " --write-calibration " + given, "file that is read");
+}
+
 TEST_F(StillRig, APartOfARecordingIsProcessedAlone) {
   Write(80);
   const ProcessResult result = RunSlcmap(Command() + " --from 1 --duration 2.5");
