@@ -3,6 +3,7 @@
 #include <spdlog/spdlog.h>
 
 #include <cstdio>
+
 namespace slcmap {
 
 void LogVerdict(const std::string& place, const Verdict& verdict) {

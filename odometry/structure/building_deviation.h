@@ -26,7 +26,7 @@ class BuildingDeviation {
       : options_(options), sigma_rad_(options.start_sigma_rad) {}
 
   // Takes in a line of the window, as it is estimated with a term of tie_sigma_rad on each
-  // component, which is taken out again. What it said before is replaced, unless it is now tied so
+  // component, whose effect is removed. What it said before is replaced, unless it is now tied so
   // tightly that it tells nothing.
   void Add(int64_t id, const LineDeviation& line, double tie_sigma_rad);
 
@@ -37,6 +37,9 @@ class BuildingDeviation {
   void Solve();
 
   double sigma_rad() const { return sigma_rad_; }
+
+  // A line that is further off an axis does not follow it.
+  double max_deviation_rad() const { return options_.max_sigmas * sigma_rad_; }
 
   // What a line that is new is to be tied with; 0: it is exactly along its axis. Ties that are as
   // tight as an exact building's cost accuracy, since what images show of a line's direction is

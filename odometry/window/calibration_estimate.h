@@ -57,7 +57,7 @@ class CalibrationPrior {
   CalibrationMatrix covariance_;
 };
 
-// The estimate with its standard deviations. Unknown to the covariance: those of `prior` remain.
+// The estimate with its standard deviations. Unknown to the covariance, these are 0.
 CalibrationEstimate Describe(const CalibrationState& state, const WindowCovariance& covariance);
 
 }  // namespace slcmap

@@ -53,7 +53,6 @@ void Report(Line line, int segment, OdometryRun* run) {
 
 Structure::Structure(const OdometryOptions& options, const Rig& rectified_rig)
     : options_(options.line_landmarks),
-      deviation_options_(options.building_deviation),
       manhattan_options_(options.manhattan),
       kinds_(KindsOf(options)),
       points_on_lines_options_(options.points_on_lines),
@@ -82,10 +81,9 @@ void Structure::Update(const CostModel& model, FrameState* newest, WindowState* 
 // is.
 void Structure::LearnDeviation(const WindowState& window, const WindowCovariance& covariance,
                                const CostModel& model, const std::unordered_set<int64_t>& gone) {
-  const double max_deviation_rad = deviation_options_.max_sigmas * deviation_.sigma_rad();
   for (const auto& [id, line] : window.lines) {
     if (!line.estimated || !line.MayDeviate()) continue;
-    if (!IsKnown(line) && !IsOffAxis(line, max_deviation_rad, model)) continue;
+    if (!IsKnown(line) && !IsOffAxis(line, deviation_.max_deviation_rad(), model)) continue;
     const auto deviation = DeviationFromAxis(line, covariance);
     if (deviation) deviation_.Add(id, *deviation, line.deviation_sigma_rad);
   }
@@ -128,8 +126,8 @@ void Structure::FindPointsOnLines(const FrameState& newest) {
 
 std::unordered_set<int64_t> Structure::Judge(const CostModel& model, const FrameState& newest,
                                              WindowState* window) {
-  std::unordered_set<int64_t> gone = RejectLineOutliers(
-      options_, deviation_options_.max_sigmas * deviation_.sigma_rad(), model, window);
+  std::unordered_set<int64_t> gone =
+      RejectLineOutliers(options_, deviation_.max_deviation_rad(), model, window);
   for (const int64_t id : gone) {
     if (HeadingState* heading = window->lines.at(id).heading) ++heading->lines_given_up;
   }

@@ -67,7 +67,6 @@ class Structure {
   std::unordered_set<int64_t> LinesToForget(const WindowState& window) const;
 
   LineLandmarkOptions options_;
-  BuildingDeviationOptions deviation_options_;
   ManhattanOptions manhattan_options_;
   LineKinds kinds_;
   PointsOnLinesOptions points_on_lines_options_;
