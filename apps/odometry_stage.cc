@@ -261,16 +261,25 @@ void LogCalibration(const OdometryRun& run) {
   if (run.calibration.empty()) return;
   constexpr double kDegrees = 180 / std::numbers::pi;
   const CalibrationEstimate& e = run.calibration.back();
+  const auto number = [](double value, double sigma, const char* unit) {
+    if (sigma == 0) return std::string("held");
+    return fmt::format("{:.2f} {} (sigma {:.2f})", value, unit, sigma);
+  };
   const auto degrees = [](const Eigen::Vector3d& v) {
     return fmt::format("{:.3f} {:.3f} {:.3f}", kDegrees * v.x(), kDegrees * v.y(),
                        kDegrees * v.z());
   };
+  const auto turn = [&](const Eigen::Vector3d& value, const Eigen::Vector3d& sigma) {
+    if (sigma.isZero(0)) return std::string("held");
+    return fmt::format("{} degrees (sigma {})", degrees(value), degrees(sigma));
+  };
   spdlog::info(
-      "calibration found, less what was given: time offset {:.2f} ms (sigma {:.2f}), IMU turned by "
-      "{} degrees ({}), right camera by {} ({}), focal length {:.2f} % ({:.2f})",
-      1e3 * e.time_offset_s, 1e3 * e.time_offset_sigma_s, degrees(e.imu_rotation_rad),
-      degrees(e.imu_rotation_sigma_rad), degrees(e.right_rotation_rad),
-      degrees(e.right_rotation_sigma_rad), 100 * e.focal_length, 100 * e.focal_length_sigma);
+      "calibration found, less what was given: time offset {}, turn of the IMU {}, of the right "
+      "camera {}, focal length {}",
+      number(1e3 * e.time_offset_s, 1e3 * e.time_offset_sigma_s, "ms"),
+      turn(e.imu_rotation_rad, e.imu_rotation_sigma_rad),
+      turn(e.right_rotation_rad, e.right_rotation_sigma_rad),
+      number(100 * e.focal_length, 100 * e.focal_length_sigma, "%"));
 }
 
 // Before anything is computed. The file may replace an older one, but none that is read, nor one of

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -83,6 +84,13 @@ void DropNonFinite(const std::string& warning, std::vector<Item>* items, Odometr
   if (dropped > 0) run->warnings[warning] += static_cast<int64_t>(dropped);
 }
 
+// What was known in segments of which nothing is left.
+void DropCalibrationOfNoSegment(OdometryRun* run) {
+  const std::set<int> segments = SegmentsOf(*run);
+  std::erase_if(run->calibration,
+                [&](const CalibrationEstimate& e) { return !segments.contains(e.segment); });
+}
+
 // With a world go the lines along its axes; the others are reported at its new place.
 void DropNonFiniteWorlds(OdometryRun* run) {
   for (int i = static_cast<int>(run->manhattan_worlds.size()) - 1; i >= 0; --i) {
@@ -111,6 +119,7 @@ OdometryRun WithoutNonFinite(OdometryRun run) {
   DropNonFinite("landmarks_not_finite", &run.landmarks, &run);
   DropNonFinite("lines_not_finite", &run.lines, &run);
   DropNonFinite("calibration_not_finite", &run.calibration, &run);
+  DropCalibrationOfNoSegment(&run);
   DropNonFiniteWorlds(&run);
   return run;
 }

@@ -93,7 +93,8 @@ struct Line {
 };
 
 // What was found of the rig's calibration: corrections of what was given, with their standard
-// deviations. See residuals/calibration.h for what they say exactly.
+// deviations, which are 0 of what was held and not estimated. See residuals/calibration.h for what
+// they say exactly.
 struct CalibrationEstimate {
   int64_t stamp_ns = 0;  // of the newest keyframe that it knows
   int segment = 0;

@@ -43,7 +43,6 @@ void AddRow(const char* table, const std::string& row, std::string* rows) {
 std::string TaggedRows(const OdometryRun& run) {
   std::string rows;
   for (const ImuSample& sample : run.imu) AddRow(kImuTable, Row(sample), &rows);
-  for (const CalibrationEstimate& e : run.calibration) AddRow(kCalibrationTable, Row(e), &rows);
   for (const OnlineState& state : run.states) AddRow(kStateTable, Row(state), &rows);
   for (std::size_t i = 0; i < run.manhattan_worlds.size(); ++i) {
     AddRow(kWorldTable, Row(static_cast<int64_t>(i), run.manhattan_worlds[i]), &rows);
@@ -58,6 +57,7 @@ std::string TaggedRows(const OdometryRun& run) {
       AddRow(kLineObservationTable, Row(keyframe.id, seen), &rows);
     }
   }
+  for (const CalibrationEstimate& e : run.calibration) AddRow(kCalibrationTable, Row(e), &rows);
   for (const Line& line : run.lines) {
     AddRow(kLineTable, Row(line), &rows);
     for (const int64_t id : line.point_ids) AddRow(kLinePointTable, Row(line.id, id), &rows);
@@ -75,6 +75,15 @@ void AddMissing(std::vector<Item>&& items, std::vector<Item>* run) {
   for (const Item& item : *run) known.insert(item.id);
   for (Item& item : items) {
     if (!known.contains(item.id)) run->push_back(std::move(item));
+  }
+}
+
+// What the window knows of the calibration, where that is newer.
+void AddNewer(const std::vector<CalibrationEstimate>& window, OdometryRun* run) {
+  for (const CalibrationEstimate& estimate : window) {
+    if (run->calibration.empty() || run->calibration.back().stamp_ns < estimate.stamp_ns) {
+      run->calibration.push_back(estimate);
+    }
   }
 }
 
@@ -185,6 +194,7 @@ OdometryRun ReadRunJournal(const std::string& run_folder) {
   AddMissing(std::move(window.keyframes), &run.keyframes);
   AddMissing(std::move(window.landmarks), &run.landmarks);
   AddMissing(std::move(window.lines), &run.lines);
+  AddNewer(window.calibration, &run);
   ReadLineMerges(newest[kLineMergeTable], &run);
   ResolveMergedLines(&run);
   if (cut_rows > 0) run.warnings["rows of the journal that were cut off"] = cut_rows;

@@ -71,11 +71,14 @@ std::vector<ManhattanWorld> ParseWorlds(const std::string& path, const Json& jso
   return worlds;
 }
 
-Json ItemJson(double value, double sigma) { return {{"value", value}, {"sigma", sigma}}; }
+Json ItemJson(double value, double sigma) {
+  return {{"value", value}, {"sigma", sigma}, {"estimated", sigma > 0}};
+}
 
 Json ItemJson(const Eigen::Vector3d& value, const Eigen::Vector3d& sigma) {
   return {{"value", {value.x(), value.y(), value.z()}},
-          {"sigma", {sigma.x(), sigma.y(), sigma.z()}}};
+          {"sigma", {sigma.x(), sigma.y(), sigma.z()}},
+          {"estimated", !sigma.isZero(0)}};
 }
 
 // As it was known last; null where nothing was estimated.

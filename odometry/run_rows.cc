@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cmath>
+#include <set>
 #include <unordered_map>
 #include <unordered_set>
 #include <utility>
@@ -260,6 +261,13 @@ std::string Row(const CalibrationEstimate& e) {
                      Cells(e.right_rotation_sigma_rad), e.focal_length_sigma);
 }
 
+std::set<int> SegmentsOf(const OdometryRun& run) {
+  std::set<int> segments;
+  for (const OnlineState& state : run.states) segments.insert(state.segment);
+  for (const Keyframe& keyframe : run.keyframes) segments.insert(keyframe.segment);
+  return segments;
+}
+
 void ReadStates(const CsvTable& table, OdometryRun* run) {
   Rising stamps;
   for (std::size_t i = 0; i < table.rows(); ++i) {
@@ -391,10 +399,14 @@ void ReadImu(const CsvTable& table, OdometryRun* run) {
 
 void ReadCalibration(const CsvTable& table, OdometryRun* run) {
   Rising stamps;
+  const std::set<int> segments = SegmentsOf(*run);
   for (std::size_t i = 0; i < table.rows(); ++i) {
     CalibrationEstimate& estimate = run->calibration.emplace_back();
     estimate.stamp_ns = stamps.Next(table, i, 0);
     estimate.segment = table.Int(i, 1);
+    if (!segments.contains(estimate.segment)) {
+      table.Fail(i, 1, "a segment that a state or a keyframe is of");
+    }
     estimate.time_offset_s = table.Number(i, 2);
     estimate.imu_rotation_rad = VectorAt(table, i, 3);
     estimate.lever_m = VectorAt(table, i, 6);

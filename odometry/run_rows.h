@@ -3,6 +3,7 @@
 #pragma once
 
 #include <map>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -49,6 +50,9 @@ std::string Row(const Line& line);             // without its points
 std::string Row(int64_t line_id, int64_t id);  // of a landmark on it, or the line it is merged into
 std::string Row(const ImuSample& sample);
 std::string Row(const CalibrationEstimate& estimate);
+
+// Those that a state or a keyframe is of.
+std::set<int> SegmentsOf(const OdometryRun& run);
 
 // Add a table to a run. Throw DataError, naming file and row, for ids that were there before,
 // stamps that do not rise, and references to what there is not: what is referred to must be read

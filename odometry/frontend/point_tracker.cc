@@ -106,10 +106,17 @@ class PointTracker::Impl {
     for (const auto& px : detector->Find(occupied, room, min_distance_px)) {
       TrackedPoint p;
       p.left.center_px = EdgeCrossing(left_[0], px).cast<float>();
-      if (!Anchor(left_, &p)) continue;
+      if (!HasPlace(p.left.center_px, min_distance_px) || !Anchor(left_, &p)) continue;
       observations_.push_back(Observe(next_id_++, p));
       points_.push_back(std::move(p));
     }
+  }
+
+  // What was detected apart may move to the same place, or to where nothing may be seen.
+  bool HasPlace(const Eigen::Vector2f& px, double min_distance_px) const {
+    return IsSeen(px) && std::all_of(points_.begin(), points_.end(), [&](const TrackedPoint& p) {
+             return (p.left.center_px - px).norm() >= static_cast<float>(min_distance_px);
+           });
   }
 
   static PointObservation Observe(int64_t id, const TrackedPoint& p) {
@@ -178,10 +185,13 @@ class PointTracker::Impl {
     if (correlation < min_correlation) return false;
     const float scale = warp.affine.determinant();
     if (scale < 0.3f || scale > 4.f) return false;
-    const Eigen::Vector2f& c = warp.center_px;
-    return camera_.Contains(c.cast<double>()) &&
-           mask_.at<uchar>(static_cast<int>(std::lround(c.y())),
-                           static_cast<int>(std::lround(c.x())));
+    return IsSeen(warp.center_px);
+  }
+
+  bool IsSeen(const Eigen::Vector2f& px) const {
+    return camera_.Contains(px.cast<double>()) &&
+           mask_.at<uchar>(static_cast<int>(std::lround(px.y())),
+                           static_cast<int>(std::lround(px.x())));
   }
 
   bool AcceptRight(float correlation, const TrackedPoint& p, const PatchWarp& right) const {

@@ -88,7 +88,8 @@ void JudgeSize(const char* what, double found, const VerdictLimits& limits, cons
                 fmt::format("at most {:.3g} {}", limits.doubtful, unit), remedy});
 }
 
-// The largest difference of a step between images from what the velocities at its ends say.
+// The largest difference of a step between images from what the velocities at its ends say; no
+// number where one is none.
 double LargestJump_m(const std::vector<OnlineState>& states) {
   constexpr double kMaxStep_s = 0.2;
   double largest_m = 0;
@@ -100,6 +101,7 @@ double LargestJump_m(const std::vector<OnlineState>& states) {
         0.5 * step_s * (from.velocity_world_m_s + to.velocity_world_m_s);
     const double jump_m =
         (to.T_world_imu.translation - from.T_world_imu.translation - expected_m).norm();
+    if (std::isnan(jump_m)) return jump_m;
     largest_m = std::max(largest_m, jump_m);
   }
   return largest_m;

@@ -131,10 +131,11 @@ std::string CalibrationPrior::BeyondLimit(const CalibrationState& state) const {
 void CalibrationPrior::Hold(const CalibrationState& state) {
   if (BeyondLimit(state).empty()) return;
   for (const Item& item : kItems) {
-    if (IsBeyond(item, options_, AsVector(state))) options_.*item.estimated = false;
+    if (!IsBeyond(item, options_, AsVector(state))) continue;
+    options_.*item.estimated = false;
+    mean_.segment(item.row, item.count).setZero();
   }
   SetFirstSigma();
-  mean_.setZero();
 }
 
 CalibrationEstimate Describe(const CalibrationState& state, const WindowCovariance& covariance) {
@@ -142,6 +143,7 @@ CalibrationEstimate Describe(const CalibrationState& state, const WindowCovarian
   CalibrationVector sigma = CalibrationVector::Zero();
   if (covariance.Knows(state.imu.data()) && covariance.Knows(state.cameras.data())) {
     sigma = covariance.Of({state.imu.data(), state.cameras.data()}).diagonal().cwiseSqrt();
+    sigma = (sigma.array() <= 2 * kHeldSigma).select(0, sigma);  // options ask for more
   }
   CalibrationEstimate out;
   out.imu_rotation_rad = x.segment<3>(kRowImuRotation);

@@ -42,6 +42,7 @@ class CalibrationPrior {
   // errors would tell more of them than the motion does. True where the rows, by the estimated turn
   // about x, turn out not to fit, and all three are to be estimated from now on.
   bool ReleaseRightRotation(const CalibrationState& state);
+  bool right_released() const { return right_released_; }
 
   // Which estimate is beyond its limit, in words; empty where none is. Hold() puts the items that
   // are back to the given value, for good.
@@ -57,7 +58,8 @@ class CalibrationPrior {
   CalibrationMatrix covariance_;
 };
 
-// The estimate with its standard deviations. Unknown to the covariance, these are 0.
+// The estimate with its standard deviations. Of what is held, and unknown to the covariance, these
+// are 0.
 CalibrationEstimate Describe(const CalibrationState& state, const WindowCovariance& covariance);
 
 }  // namespace slcmap

@@ -107,7 +107,8 @@ std::optional<OnlineState> Estimator::AddImage(int64_t stamp_ns) {
 // may not have arrived yet, and whether they have must not matter.
 ImuCut Estimator::NewCut(int64_t stamp_ns) const {
   int64_t cut_ns = stamp_ns + std::min<int64_t>(cut_offset_ns_, 0);
-  if (last_stamp_ns_) cut_ns = std::max(cut_ns, last_cut_ns_ + 1);
+  const bool integrates = !window_.empty() || initializer_.size() > 0;  // from the cut before
+  if (integrates) cut_ns = std::max(cut_ns, last_cut_ns_ + 1);
   return CutOf(imu_, stamp_ns, cut_ns - stamp_ns);
 }
 
@@ -462,6 +463,8 @@ void Estimator::Restart(const std::string& reason, bool calibration_is_good) {
     if (calibration_is_good) window_.LearnCalibration();
     window_.HoldCalibration();
     window_.Clear();
+    cut_offset_ns_ = ToNanoseconds(window_.calibration().imu[kRowTimeOffset]);
+    KnowForTracking();
     ++segment_;
   }
   initializer_.Reset();

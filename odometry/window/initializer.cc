@@ -177,6 +177,7 @@ std::vector<std::unique_ptr<FrameState>> Initializer::EverySecond(
 }
 
 void Initializer::CutAgain(const ImuBuffer& imu, int64_t offset_ns) {
+  if (frames_.back()->cut.offset_ns == offset_ns) return;
   for (size_t i = 0; i < frames_.size(); ++i) {
     FrameState& frame = *frames_[i];
     frame.cut = CutOf(imu, frame.stamp_ns, offset_ns);
@@ -190,6 +191,13 @@ void Initializer::CutAgain(const ImuBuffer& imu, int64_t offset_ns) {
 InitializationResult Initializer::TryInMotion(const std::optional<RigidTransform>& start,
                                               const ImuBuffer& imu, SlidingWindow* window) {
   InitializationResult result;
+  const CalibrationPrior known = window->calibration_prior();
+  const int64_t known_offset_ns = frames_.back()->cut.offset_ns;
+  // What the attempt has found of the calibration fails with it.
+  const auto fail = [&] {
+    window->ResetCalibration(known);
+    CutAgain(imu, known_offset_ns);
+  };
   double gravity_error = 0, rms = 0;
   int landmarks = 0;
   Vector3d gyro_bias = Vector3d::Zero();
@@ -201,7 +209,7 @@ InitializationResult Initializer::TryInMotion(const std::optional<RigidTransform
     const auto alignment = AlignLinearly(frames_, GeometryFromImu(window->model(), T_imu_body),
                                          rig_.imu_noise, gyro_bias);
     if (!alignment) {
-      window->Clear();
+      fail();
       result.report = "not initialised in motion: the motion does not tell velocity and gravity";
       return result;
     }
@@ -230,7 +238,7 @@ InitializationResult Initializer::TryInMotion(const std::optional<RigidTransform
   if (result.success) {
     frames_.clear();
   } else {
-    window->Clear();
+    fail();
   }
   return result;
 }

@@ -265,7 +265,7 @@ void SlidingWindow::ReleaseFromOldest(const WindowCovariance& covariance, PointL
 void SlidingWindow::MarginalizeOldest(FinishedIds* finished) {
   FrameState* oldest = state_.frames.front().get();
   const WindowCovariance covariance(information_);
-  DescribeCalibration(covariance, &left_calibration_);
+  DescribeCalibration(0, covariance, &left_calibration_);  // Collect() knows the segment
   std::vector<Term> terms;
   std::vector<double*> dropped{oldest->pose.data(), oldest->speed_bias.data()};
   std::unordered_set<int64_t> finished_points;
@@ -305,13 +305,14 @@ void SlidingWindow::AdoptPrior(Prior prior) {
   }
 }
 
-void SlidingWindow::DescribeCalibration(const WindowCovariance& covariance,
+void SlidingWindow::DescribeCalibration(int segment, const WindowCovariance& covariance,
                                         std::vector<CalibrationEstimate>* out) const {
   const CalibrationState& state = calibration();
   if (!covariance.Knows(state.imu.data()) || !covariance.Knows(state.cameras.data())) return;
   if (!out->empty() && out->back().stamp_ns == newest().stamp_ns) out->pop_back();
   out->push_back(Describe(state, covariance));
   out->back().stamp_ns = newest().stamp_ns;
+  out->back().segment = segment;
 }
 
 Keyframe SlidingWindow::DescribeFrame(const FrameState& frame) const {
@@ -353,10 +354,7 @@ void SlidingWindow::Collect(int segment, OdometryRun* run) {
 
 void SlidingWindow::AddContents(int segment, OdometryRun* run) const {
   const WindowCovariance covariance(information_);
-  if (!empty()) {
-    DescribeCalibration(covariance, &run->calibration);
-    if (!run->calibration.empty()) run->calibration.back().segment = segment;
-  }
+  if (!empty()) DescribeCalibration(segment, covariance, &run->calibration);
   for (const auto& frame : state_.frames) {
     run->keyframes.push_back(DescribeFrame(*frame));
     run->keyframes.back().segment = segment;
@@ -374,6 +372,11 @@ void SlidingWindow::Clear() {
   information_ = StateInformation();
   structure_.Reset();
   calibration_prior_.Reset(model_.calibration.get());
+}
+
+void SlidingWindow::ResetCalibration(const CalibrationPrior& prior) {
+  calibration_prior_ = prior;
+  Clear();
 }
 
 void SlidingWindow::LearnCalibration() {

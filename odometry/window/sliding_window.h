@@ -38,6 +38,11 @@ class SlidingWindow {
   // the prior again.
   void Clear();
 
+  // What is known of the calibration before any image; to go back to once a start has failed,
+  // which forgets everything as Clear() does.
+  const CalibrationPrior& calibration_prior() const { return calibration_prior_; }
+  void ResetCalibration(const CalibrationPrior& prior);
+
   // The calibration that is estimated now is where later segments start.
   void LearnCalibration();
 
@@ -107,7 +112,7 @@ class SlidingWindow {
                          std::vector<Term>* terms, std::unordered_set<int64_t>* finished);
   void AdoptPrior(Prior prior);
   bool CanCutAgain(size_t frame, const ImuBuffer& imu, int64_t offset_ns) const;
-  void DescribeCalibration(const WindowCovariance& covariance,
+  void DescribeCalibration(int segment, const WindowCovariance& covariance,
                            std::vector<CalibrationEstimate>* out) const;
   Keyframe DescribeFrame(const FrameState& frame) const;
 

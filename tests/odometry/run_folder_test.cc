@@ -5,6 +5,7 @@
 
 #include <filesystem>
 #include <limits>
+#include <nlohmann/json.hpp>
 
 #include "data/error.h"
 #include "data/file.h"
@@ -216,6 +217,31 @@ TEST_F(RunFolderTest, TheCalibrationComesBack) {
   EXPECT_THAT(ReadFile(folder_ + "/run.json"), HasSubstr("\"focal_length\""));
 }
 
+TEST_F(RunFolderTest, WhatWasHeldOfTheCalibrationIsSaidToBe) {
+  OdometryRun run = MakeRun();
+  run.calibration[0].lever_sigma_m.setZero();
+  run.calibration[0].focal_length_sigma = 0;
+  WriteRunFolder(folder_, run);
+  const auto summary = nlohmann::json::parse(ReadFile(folder_ + "/run.json"));
+  for (const char* item : {"time_offset_s", "imu_rotation_rad", "right_rotation_rad"}) {
+    EXPECT_TRUE(summary["calibration"][item]["estimated"]) << item;
+  }
+  EXPECT_FALSE(summary["calibration"]["lever_m"]["estimated"]);
+  EXPECT_FALSE(summary["calibration"]["focal_length"]["estimated"]);
+}
+
+TEST_F(RunFolderTest, TheCalibrationIsThatOfSegmentsOfTheRun) {
+  OdometryRun run = MakeRun();
+  run.calibration[0].segment = 2;
+  WriteRunFolder(folder_, run);
+  ExpectReadError("calibration.csv: row 2: segment: found '2'",
+                  "a segment that a state or a keyframe is of");
+  // Of one of which nothing is left there is none.
+  run.states.back().velocity_world_m_s.x() = kNaN;
+  WriteRunFolder(folder_, run);
+  EXPECT_TRUE(ReadRunFolder(folder_).calibration.empty());
+}
+
 TEST_F(RunFolderTest, SaysWhereItCameFrom) {
   WriteRunFolder(folder_, MakeRun());
   const OdometryRun read = ReadRunFolder(folder_);
@@ -255,6 +281,7 @@ TEST_F(RunFolderTest, EmptyRunComesBackEmpty) {
   run.states.clear();
   run.keyframes.clear();
   run.landmarks.clear();
+  run.calibration.clear();
   WriteRunFolder(folder_, run);
   const OdometryRun read = ReadRunFolder(folder_);
   EXPECT_TRUE(read.states.empty() && read.keyframes.empty() && read.landmarks.empty());

@@ -52,8 +52,18 @@ class RunJournalTest : public ::testing::Test {
     window.lines = {run_.lines[22]};
     window.manhattan_worlds = run_.manhattan_worlds;
     window.figures.points_rejected = {0.1, 0.2, 30};
+    finished.calibration = {Calibration(2, 0.001), Calibration(4, 0.002)};
+    window.calibration = {Calibration(4, 0.003), Calibration(5, 0.004)};
     journal.SetWindow(window);
     journal.Append(finished);
+  }
+  // As known at a keyframe.
+  CalibrationEstimate Calibration(std::size_t keyframe, double time_offset_s) const {
+    CalibrationEstimate estimate;
+    estimate.stamp_ns = run_.keyframes[keyframe].stamp_ns;
+    estimate.segment = run_.keyframes[keyframe].segment;
+    estimate.time_offset_s = time_offset_s;
+    return estimate;
   }
   std::string Path(const char* name) const { return folder_ + "/journal/" + name; }
 
@@ -96,6 +106,15 @@ TEST_F(RunJournalTest, WhatIsFinalGoesBeforeWhatWasInTheWindow) {
   ASSERT_EQ(read.lines.size(), 2u);
   EXPECT_EQ(read.lines[0].world, 0);
   EXPECT_EQ(read.manhattan_worlds.size(), 1u);
+}
+
+TEST_F(RunJournalTest, TheCalibrationIsThatOfTheWindowInTheEnd) {
+  const OdometryRun read = ReadRunFolder(folder_);
+  ASSERT_EQ(read.calibration.size(), 3u);
+  EXPECT_EQ(read.calibration[1].time_offset_s, 0.002);
+  EXPECT_EQ(read.calibration[2].time_offset_s, 0.004);
+  WriteFile(Path("finished.csv"), "");  // a short run: nothing has left the window
+  EXPECT_EQ(ReadRunFolder(folder_).calibration.size(), 2u);
 }
 
 TEST_F(RunJournalTest, CanBeCutAnywhere) {

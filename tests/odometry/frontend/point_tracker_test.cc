@@ -252,6 +252,48 @@ TEST_F(PointTrackerTest, KeepsTheDistanceAndTheMaximum) {
   }
 }
 
+cv::Point Pixel(const Eigen::Vector2d& px) {
+  return {static_cast<int>(std::lround(px.x())), static_cast<int>(std::lround(px.y()))};
+}
+
+// Bright squares of `side_px`: the edges about each corner meet in it, wherever it was detected.
+cv::Mat Squares(int side_px) {
+  cv::Mat image(480, 640, CV_8UC1, cv::Scalar(60));
+  for (int v = 30; v < 440; v += 40) {
+    for (int u = 30; u < 600; u += 40) {
+      cv::rectangle(image, cv::Rect(u, v, side_px, side_px), cv::Scalar(180), cv::FILLED);
+    }
+  }
+  cv::GaussianBlur(image, image, {0, 0}, 1);
+  return image;
+}
+
+// Corners are moved to where edges meet: not onto each other, nor to where the mask says no.
+TEST_F(PointTrackerTest, PointsThatAreMovedKeepTheirDistanceAndTheMask) {
+  PointTrackerOptions options;
+  options.min_distance_px = 5;
+  options.max_points = 2000;
+  for (int side_px = 3; side_px <= 9; ++side_px) {
+    const cv::Mat image = Squares(side_px);
+    PointTracker free(options, TestRig(), cv::Mat(480, 640, CV_8UC1, 255));
+    free.Track(image, kNoRotation);
+    free.Detect({});
+    ASSERT_GT(free.observations().size(), 100u);
+    // Corners may be found all about where they are moved to.
+    cv::Mat mask(480, 640, CV_8UC1, cv::Scalar(255));
+    for (const auto& [id, px] : LeftPixels(free)) mask.at<uchar>(Pixel(px)) = 0;
+    PointTracker masked(options, TestRig(), mask);
+    masked.Track(image, kNoRotation);
+    masked.Detect({});
+    for (const auto& [id, px] : LeftPixels(masked)) EXPECT_TRUE(mask.at<uchar>(Pixel(px)));
+    for (const auto& a : free.observations()) {
+      for (const auto& b : free.observations()) {
+        if (a.id < b.id) EXPECT_GT((a.left_px - b.left_px).norm(), 2.49) << side_px;
+      }
+    }
+  }
+}
+
 TEST_F(PointTrackerTest, IsTheSameWhateverTheThreads) {
   const auto run = [&](int threads) {
     cv::setNumThreads(threads);

@@ -124,6 +124,8 @@ TEST(Judge, StatesThatCannotBeAreNamed) {
   EXPECT_EQ(LevelOf(Judged(jumping), "jump"), VerdictLevel::kDoubtful);
   lost.states[50].velocity_world_m_s.y() = std::numeric_limits<double>::quiet_NaN();
   EXPECT_EQ(LevelOf(Judged(lost), "speed"), VerdictLevel::kFailed);
+  jumping.states[50].T_world_imu.translation.z() = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_EQ(LevelOf(Judged(jumping), "jump"), VerdictLevel::kFailed);
 }
 
 TEST(Judge, AKeyframeAnImageIsDoubtful) {

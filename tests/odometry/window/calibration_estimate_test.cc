@@ -137,6 +137,35 @@ TEST(Calibration, WhatIsNotToBeEstimatedStays) {
   const SimulatedRun run = RunOnSimulatedTracks(options);
   EXPECT_LT(run.calibration_error.cwiseAbs().maxCoeff(), 1e-6);
   EXPECT_LT(run.calibration_sigma.maxCoeff(), 2e-7);
+  // Which is told as held, not as known so well.
+  const CalibrationEstimate& told = run.run.calibration.back();
+  EXPECT_EQ(told.time_offset_sigma_s, 0);
+  EXPECT_EQ(told.focal_length_sigma, 0);
+  for (const Vector3d& sigma :
+       {told.imu_rotation_sigma_rad, told.lever_sigma_m, told.right_rotation_sigma_rad}) {
+    EXPECT_TRUE(sigma.isZero(0));
+  }
+}
+
+TEST(Calibration, AfterARefusedTimeOffsetImagesAreWhereTheyWereGivenAgain) {
+  SimulatedRunOptions options = Noisy(8);
+  options.imu_noise = false;
+  options.gyro_bias_rad_s.setZero();
+  options.fault.stamps_late_ns = 40'000'000;
+  options.odometry.calibration.max_time_offset_s = 0.03;
+  std::optional<double> predicted_rad, expected_rad;
+  bool started = false;
+  RunOnSimulatedTracks(options, nullptr, [&](Estimator* estimator) {
+    started = started || !estimator->window().empty();
+    if (!started || !estimator->window().empty() || predicted_rad) return;
+    // From the last sample on, which is that of the image, the rate is taken to stay.
+    const int64_t stamp_ns = estimator->imu().last_stamp_ns();
+    predicted_rad = LogRotation(estimator->PredictedCameraRotation(stamp_ns + 50'000'000)).norm();
+    expected_rad = 0.05 * estimator->imu().MeanRate(stamp_ns, 1).norm();
+  });
+  ASSERT_TRUE(predicted_rad);
+  EXPECT_GT(*expected_rad, 0.01);
+  EXPECT_NEAR(*predicted_rad, *expected_rad, 1e-6);
 }
 
 TEST(Calibration, AnEstimateBeyondItsLimitIsReportedAndNotUsed) {
@@ -150,6 +179,40 @@ TEST(Calibration, AnEstimateBeyondItsLimitIsReportedAndNotUsed) {
   }
   EXPECT_EQ(reported, 1);
   EXPECT_LT(std::abs(run.run.calibration.back().time_offset_s), 1e-5);
+}
+
+CalibrationState StateOf(const CalibrationVector& x) {
+  CalibrationState state;
+  std::copy_n(x.data(), kImuCalibrationSize, state.imu.data());
+  std::copy_n(x.data() + kImuCalibrationSize, kCameraCalibrationSize, state.cameras.data());
+  return state;
+}
+
+CalibrationVector MeanOf(const CalibrationPrior& prior) {
+  CalibrationState state;
+  prior.Reset(&state);
+  return AsVector(state);
+}
+
+TEST(CalibrationPrior, HoldsWhatIsBeyondItsLimitAndKeepsTheRest) {
+  const CalibrationOptions options;
+  CalibrationVector known = CalibrationVector::Zero();
+  known[kTime] = 0.5 * options.max_time_offset_s;
+  known[kRowImuRotation] = 0.5 * options.max_imu_rotation_rad;
+  CalibrationState state = StateOf(known);
+  const StateInformation information{
+      {state.imu.data(), state.cameras.data()},
+      {kImuCalibrationKind, kCameraCalibrationKind},
+      1e8 * Eigen::MatrixXd::Identity(kCalibrationSize, kCalibrationSize)};
+  CalibrationPrior prior(options);
+  prior.Learn(state, WindowCovariance(information));
+  ASSERT_EQ(MeanOf(prior), known);
+  prior.Hold(state);  // nothing is
+  EXPECT_EQ(MeanOf(prior), known);
+  known[kTime] = 2 * options.max_time_offset_s;
+  prior.Hold(StateOf(known));
+  known[kTime] = 0;
+  EXPECT_EQ(MeanOf(prior), known);
 }
 
 TEST(CalibrationPrior, ALaterSegmentStartsFromWhatWasFound) {
