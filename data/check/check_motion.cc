@@ -270,16 +270,32 @@ void Judge(const TurnAlignment& turns, const ForceAlignment& forces, const Rig& 
   }
 }
 
+// Whether the images tell anything of all that is compared.
+bool Tells(const TurnAlignment& turns, const ForceAlignment& forces, const Rig& rig) {
+  return turns.enough_motion && (forces.enough_motion || !IsStereo(rig));
+}
+
 }  // namespace
 
 void CheckMotion(const SequenceSource& source, const Rig& rig,
                  const std::vector<ImuSample>& samples, const Progress& progress,
                  CheckReport* report) {
-  const ImageMotion motion =
+  ImageMotion motion =
       FollowImages(source, rig, LiveliestParts(source.info(), samples, kDuration_s), progress);
   const RigidTransform& T_imu_camera = rig.T_imu_camera[0];
-  const TurnAlignment turns =
-      AlignTurns(motion.turns, samples, T_imu_camera.rotation, rig.camera_time_offset_s);
+  TurnAlignment turns;
+  ForceAlignment forces;
+  const auto align = [&] {
+    turns = AlignTurns(motion.turns, samples, T_imu_camera.rotation, rig.camera_time_offset_s);
+    forces = AlignForces(motion.steps, samples, turns, T_imu_camera);
+  };
+  align();
+  // Where the rig moves most it may look at what shows nothing, as a dark ceiling.
+  if (!Tells(turns, forces, rig)) {
+    const auto further = LiveliestParts(source.info(), samples, kDuration_s, kDuration_s);
+    Append(FollowImages(source, rig, further, progress.Part(1, 1)), &motion);
+    align();
+  }
   const std::optional<double> far_s =
       turns.enough_motion && Explains(turns.best)
           ? std::nullopt
@@ -290,7 +306,6 @@ void CheckMotion(const SequenceSource& source, const Rig& rig,
                    report);
     return;
   }
-  const ForceAlignment forces = AlignForces(motion.steps, samples, turns, T_imu_camera);
   Judge(turns, forces, rig, report);
 }
 

@@ -289,7 +289,7 @@ double Liveliness(const std::vector<ImuSample>& imu, int64_t from_ns, int64_t to
 }  // namespace
 
 std::vector<PairRange> LiveliestParts(const SourceInfo& info, const std::vector<ImuSample>& imu,
-                                      double duration_s) {
+                                      double duration_s, double skipped_s) {
   struct Rated {
     PairRange part;
     double liveliness;
@@ -307,13 +307,23 @@ std::vector<PairRange> LiveliestParts(const SourceInfo& info, const std::vector<
   }
   std::stable_sort(rated.begin(), rated.end(),
                    [](const Rated& a, const Rated& b) { return a.liveliness > b.liveliness; });
-  const size_t count = static_cast<size_t>(std::ceil(duration_s / kPart_s));
-  if (rated.size() > count) rated.resize(count);
+  const auto count = [](double s) { return static_cast<size_t>(std::ceil(s / kPart_s)); };
+  const size_t first = count(skipped_s), end = std::min(rated.size(), first + count(duration_s));
   std::vector<PairRange> parts;
-  for (const Rated& entry : rated) parts.push_back(entry.part);
+  for (size_t i = first; i < end; ++i) parts.push_back(rated[i].part);
   std::sort(parts.begin(), parts.end(),
             [](const PairRange& a, const PairRange& b) { return a.first < b.first; });
   return parts;
+}
+
+void Append(const ImageMotion& other, ImageMotion* motion) {
+  const auto add = [](const auto& items, auto* all) {
+    all->insert(all->end(), items.begin(), items.end());
+    std::stable_sort(all->begin(), all->end(),
+                     [](const auto& a, const auto& b) { return a.from_ns < b.from_ns; });
+  };
+  add(other.turns, &motion->turns);
+  add(other.steps, &motion->steps);
 }
 
 ImageMotion FollowImages(const SequenceSource& source, const Rig& rig,

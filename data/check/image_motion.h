@@ -28,15 +28,18 @@ struct ImageMotion {
   std::vector<StereoStep> steps;  // none of one camera
 };
 
+// Adds the motion in other parts of the same recording.
+void Append(const ImageMotion& other, ImageMotion* motion);
+
 // A range of pairs, [first, end).
 struct PairRange {
   size_t first = 0, end = 0;
 };
 
 // The parts of a recording in which the gyroscope changes most, in the order of time, of about
-// `duration_s` in all.
+// `duration_s` in all; after those of about `skipped_s` in which it changes more.
 std::vector<PairRange> LiveliestParts(const SourceInfo& info, const std::vector<ImuSample>& imu,
-                                      double duration_s);
+                                      double duration_s, double skipped_s = 0);
 
 // Follows features through those parts, at the images' rate where that is below 40 Hz. `rig` is
 // what points are placed with. Throws StoppedError where progress ends it.
