@@ -9,6 +9,7 @@
 #include "odometry/geometry/pinhole.h"
 #include "odometry/imu/imu_spread.h"
 #include "odometry/run_lines.h"
+#include "odometry/window/kept_points.h"
 
 namespace slcmap {
 
@@ -49,38 +50,6 @@ std::string FindImpossible(const OnlineState& state, const FailureOptions& limit
     return "an impossible accelerometer bias";
   }
   return {};
-}
-
-// The points of the last keyframe, and those of them that a later frame has.
-struct KeptPoints {
-  int all = 0, kept = 0;
-  // Shown by something else than the last keyframe's left image: by its right image, or a keyframe
-  // before. What was detected in noise is soon gone, and must not look as if the view had changed.
-  int proven = 0, proven_kept = 0;
-
-  // Those that the later frame proves count too.
-  int True() const { return proven + kept - proven_kept; }
-  bool AreFewerThan(double share) const {
-    constexpr double kUnproven = 0.5;  // of the share that is asked for, where all points count
-    return proven_kept < share * proven || kept < kUnproven * share * all;
-  }
-};
-
-KeptPoints CountKept(const WindowState& window, const FrameState& frame) {
-  KeptPoints points;
-  const FrameState& last = *window.frames.back();
-  for (const auto& [id, measurement] : last.measurements) {
-    const auto landmark = window.landmarks.find(id);
-    const bool proven = measurement.right ||
-                        (landmark != window.landmarks.end() &&
-                         landmark->second.frames.size() + landmark->second.released_frames > 1);
-    const bool kept = frame.measurements.contains(id);
-    ++points.all;
-    if (kept) ++points.kept;
-    if (proven) ++points.proven;
-    if (proven && kept) ++points.proven_kept;
-  }
-  return points;
 }
 
 }  // namespace
@@ -317,6 +286,7 @@ std::optional<OnlineState> Estimator::Estimate(int64_t stamp_ns) {
     return policy_ == std::launch::async ? std::nullopt : FinishKeyframe();
   }
   since_keyframe_ = std::move(frame->from_previous);
+  if (!followed_) Follow(*frame);
   if (frame->stands_still && since_keyframe_->duration_s() > kStandstillStep_s) {
     source_->Remove(
         window_.ExtendStandstill(since_keyframe_->samples(), frame->stamp_ns, frame->cut));
@@ -325,7 +295,14 @@ std::optional<OnlineState> Estimator::Estimate(int64_t stamp_ns) {
   return Judge(state, static_cast<int>(source_->observations().size()));
 }
 
+// The first image after a keyframe.
+void Estimator::Follow(const FrameState& frame) {
+  followed_.emplace();
+  for (const auto& [id, measurement] : frame.measurements) followed_->insert(id);
+}
+
 void Estimator::StartKeyframe(std::unique_ptr<FrameState> frame) {
+  followed_.reset();
   std::future<void> lines = StartLines(CameraRotation(*frame, window_.newest(), rig_),
                                        PredictLines(window_.state(), *frame, rig_),
                                        AxesInCamera(window_.state(), *frame, rig_));
@@ -420,7 +397,7 @@ bool Estimator::StandsStill(const FrameState& frame) const {
 bool Estimator::IsKeyframe(const FrameState& frame) const {
   const FrameState& last = window_.newest();
   const KeyframeOptions& limits = options_.keyframes;
-  const KeptPoints points = CountKept(window_.state(), frame);
+  const KeptPoints points = CountKept(window_.state(), frame, followed_);
   if (points.AreFewerThan(limits.min_kept_share)) return true;
   if (frame.stands_still) return false;
   const Flow flow =
@@ -471,6 +448,7 @@ void Estimator::Restart(const std::string& reason, bool calibration_is_good) {
   source_->Reset();
   if (lines_) lines_->Reset();
   since_keyframe_.reset();
+  followed_.reset();
   lost_since_ns_.reset();
   gyro_bias_rad_s_.setZero();
 }

@@ -115,6 +115,7 @@ class Estimator {
   std::vector<Eigen::Vector3d> RoughVertical(int64_t stamp_ns) const;
   std::optional<OnlineState> Initialize(int64_t stamp_ns);
   std::optional<OnlineState> Estimate(int64_t stamp_ns);
+  void Follow(const FrameState& frame);
   void StartKeyframe(std::unique_ptr<FrameState> frame);
   std::future<void> StartLines(const Eigen::Quaterniond& R_now_previous,
                                std::vector<LinePrediction> predictions,
@@ -146,6 +147,8 @@ class Estimator {
   FigureCollector figures_;
 
   std::unique_ptr<Preintegration> since_keyframe_;  // up to the last image that was no keyframe
+  // Points of the image after the last keyframe, once it has come.
+  std::optional<std::unordered_set<int64_t>> followed_;
   // At the last image; of a keyframe, as it was before its optimisation.
   Eigen::Vector3d gyro_bias_rad_s_ = Eigen::Vector3d::Zero();
   // What tracking takes as known of the calibration: like the bias.
