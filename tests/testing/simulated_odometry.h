@@ -21,11 +21,13 @@ namespace slcmap {
 // Plays simulated tracks to an estimator; what it removes stays away.
 class SimulatedPoints final : public PointSource {
  public:
-  // Each Detect() adds so many points that no other image has.
+  // Each Detect() adds so many points that no other image has, but for the right one, which has
+  // every other of them, as if it were there.
   explicit SimulatedPoints(int noise_points = 0) : noise_points_(noise_points) {}
 
   void Show(const SimulatedTrackFrame& frame, bool stereo, double outlier_share) {
     observations_.clear();
+    stereo_ = stereo;
     for (const SimulatedTrack& track : frame.tracks) {
       if (removed_.count(track.id)) continue;
       PointObservation point;
@@ -44,12 +46,14 @@ class SimulatedPoints final : public PointSource {
   }
   const std::vector<PointObservation>& observations() const override { return observations_; }
   void Detect() override {
-    std::uniform_real_distribution<double> x_px(20, 600), y_px(20, 400);
+    std::uniform_real_distribution<double> x_px(60, 600), y_px(20, 400), disparity_px(3, 40);
     for (int i = 0; i < noise_points_; ++i) {
       PointObservation& point = observations_.emplace_back();
       point.id = next_noise_id_++;
       point.left_px.x() = x_px(generator_);
       point.left_px.y() = y_px(generator_);
+      const Eigen::Vector2d to_right_px(-disparity_px(generator_), 0);
+      if (stereo_ && i % 2 == 0) point.right_px = point.left_px + to_right_px;
     }
   }
   void Remove(const std::unordered_set<int64_t>& ids) override {
@@ -62,6 +66,7 @@ class SimulatedPoints final : public PointSource {
 
  private:
   const int noise_points_;
+  bool stereo_ = false;
   int64_t next_noise_id_ = 1'000'000'000;  // beyond those of the tracks
   std::mt19937 generator_{1};
   std::vector<PointObservation> observations_;
@@ -167,7 +172,7 @@ struct SimulatedRunOptions {
   double image_rate_hz = 20;
   double outlier_share = 0;  // of the tracks, that slide 1 px a frame
   int tracks = 0;            // of points at once, at most; 0: as many as the tracker may have
-  int noise_points = 0;      // detected at each keyframe, and in no other image
+  int noise_points = 0;      // detected at each keyframe; see SimulatedPoints
   // Edges and landmarks on them, beside the other landmarks. The landmarks are seen by all methods,
   // the edges by those that use lines.
   std::optional<LineTrackSimulatorOptions> lines;

@@ -152,7 +152,8 @@ TEST(Estimator, OutliersAreRejected) {
   EXPECT_GT(run.removed_points, 50u);
 }
 
-// Corners found in noise are gone in the next image: the share of kept points says nothing then.
+// Corners found in noise, be it in both images of a pair, are gone in the next image: the share of
+// kept points says nothing then.
 TEST(Estimator, PointsThatNoOtherImageHasMakeNoKeyframes) {
   for (const Method method : {Method::kPoints, Method::kPointsMono}) {
     SimulatedRunOptions options = Noisy(11);
