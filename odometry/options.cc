@@ -194,6 +194,8 @@ constexpr OptionTable kBuildingDeviation{
     Option{"min_sigma_rad", &BuildingDeviationOptions::min_sigma_rad, 1e-5, 0.1},
     Option{"max_sigma_rad", &BuildingDeviationOptions::max_sigma_rad, 1e-5, 0.1},
     Option{"exact_below_rad", &BuildingDeviationOptions::exact_below_rad, 0.0, 0.1},
+    Option{"shared_share", &BuildingDeviationOptions::shared_share, 0.0, 0.95},
+    Option{"shared_radius_m", &BuildingDeviationOptions::shared_radius_m, 0.1, 1000.0},
     Option{"probe_every", &BuildingDeviationOptions::probe_every, 1, 1000000},
     Option{"loss_sigma", &BuildingDeviationOptions::loss_sigma, 0.1, 100.0},
     Option{"max_sigmas", &BuildingDeviationOptions::max_sigmas, 1.0, 1e6}};

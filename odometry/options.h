@@ -252,6 +252,9 @@ struct BuildingDeviationOptions {
   // would tell if it were not.
   double exact_below_rad = 0.0015;
   int probe_every = 4;
+  // What lines of an axis have in common where they are near each other, as share of the variance.
+  double shared_share = 0.5;
+  double shared_radius_m = 3;
   double loss_sigma = 2;  // of a line's deviation, where the Cauchy loss turns
   double max_sigmas = 4;  // further off its axis, a line is given up: it follows none
   void Check() const;

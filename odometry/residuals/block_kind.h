@@ -28,8 +28,8 @@ struct BlockKind {
   bool is_calibration = false;  // of the rig: there as long as the window
 };
 
-// See point_residual.h.
-inline constexpr int kPointSize = 3;
+inline constexpr int kPointSize = 3;            // see point_residual.h
+inline constexpr int kSharedDeviationSize = 2;  // see along_axis_residual.h
 
 inline constexpr BlockKind kPoseKind{kPoseSize, kPoseTangentSize, SharedPoseManifold};
 inline constexpr BlockKind kSpeedBiasKind{kSpeedBiasSize, kSpeedBiasSize};
@@ -38,6 +38,7 @@ inline constexpr BlockKind kImuCalibrationKind{
 inline constexpr BlockKind kCameraCalibrationKind{
     kCameraCalibrationSize, kCameraCalibrationSize, nullptr, false, false, true};
 inline constexpr BlockKind kHeadingKind{kHeadingSize, kHeadingSize};
+inline constexpr BlockKind kSharedDeviationKind{kSharedDeviationSize, kSharedDeviationSize};
 inline constexpr BlockKind kStructuralLineKind{kStructuralLineSize, kStructuralLineSize, nullptr,
                                                false, true};
 inline constexpr BlockKind kGeneralLineKind{kGeneralLineSize, kGeneralLineTangentSize,

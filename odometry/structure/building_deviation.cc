@@ -17,20 +17,29 @@ constexpr double kMaxTiedShare = 0.9;
 
 }  // namespace
 
+// A tie of variance t^2 pulls what a line does not share, e, to the axis turned by what it shares,
+// c. What the line's own observations have of a component, y with variance r, says
+//
+//   1 / r = L_ee - 1 / t^2     y / r = L_ec c + L_ee e
+//
+// with the information L on (c, e) that is known with the tie.
 std::vector<BuildingDeviation::Sample> BuildingDeviation::SamplesOf(const LineDeviation& line,
                                                                     double tie_sigma_rad) const {
+  const Eigen::Vector2d own_rad = line.off_rad - line.shared_rad;
   // What the Cauchy loss leaves of the tie of a line that is far off.
   const double loss_rad2 = options_.loss_sigma * options_.loss_sigma;
-  const double tie_rad2 = tie_sigma_rad * tie_sigma_rad + line.off_rad.squaredNorm() / loss_rad2;
+  const double tie_rad2 = tie_sigma_rad * tie_sigma_rad + own_rad.squaredNorm() / loss_rad2;
   std::vector<Sample> samples;
   for (int i = 0; i < 2; ++i) {
-    // The tie pulls a deviation x of variance v to x' = w x, of variance v' = w v, with
-    // w = 1 - v' / tie^2.
-    const double variance_rad2 = line.covariance_rad2(i, i);
-    const double own = 1 - variance_rad2 / tie_rad2;
-    if (!(own > 1 - kMaxTiedShare)) continue;
-    const double off_rad = line.off_rad[i] / own;
-    samples.push_back({off_rad * off_rad, variance_rad2 / own});
+    const double of_shared = line.shared_variance_rad2[i];
+    const double both = line.cross_covariance_rad2[i] - of_shared;  // of c and e
+    const double own = line.covariance_rad2(i, i) - of_shared - 2 * both;
+    const double on_own = of_shared > 0 ? 1 / (own - both * both / of_shared) : 1 / own;
+    const double told = on_own - 1 / tie_rad2;
+    if (!(told > (1 - kMaxTiedShare) * on_own)) continue;
+    const double on_both = of_shared > 0 ? -on_own * both / of_shared : 0;
+    const double off_rad = (on_both * line.shared_rad[i] + on_own * own_rad[i]) / told;
+    samples.push_back({off_rad * off_rad, 1 / told});
   }
   return samples;
 }
@@ -50,15 +59,23 @@ void BuildingDeviation::Close(const std::unordered_set<int64_t>& ids) {
 }
 
 bool BuildingDeviation::TakesAsExact(int64_t id) const {
-  return sigma_rad_ < options_.exact_below_rad && id % options_.probe_every != 0;
+  return IsTakenAsExact() && id % options_.probe_every != 0;
+}
+
+double BuildingDeviation::own_sigma_rad() const {
+  return std::sqrt(1 - options_.shared_share) * sigma_rad_;
+}
+
+double BuildingDeviation::shared_sigma_rad() const {
+  return IsTakenAsExact() ? options_.min_sigma_rad : std::sqrt(options_.shared_share) * sigma_rad_;
 }
 
 double BuildingDeviation::OfNewLine(int64_t id) const {
-  return options_.start_sigma_rad == 0 || TakesAsExact(id) ? 0 : sigma_rad_;
+  return options_.start_sigma_rad == 0 || TakesAsExact(id) ? 0 : own_sigma_rad();
 }
 
 double BuildingDeviation::OfLine(int64_t id) const {
-  return TakesAsExact(id) ? options_.min_sigma_rad : sigma_rad_;
+  return TakesAsExact(id) ? options_.min_sigma_rad : own_sigma_rad();
 }
 
 // By how much the samples scatter more than a standard deviation lets expect; falls with it.

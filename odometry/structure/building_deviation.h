@@ -17,6 +17,11 @@ namespace slcmap {
 struct LineDeviation {
   Eigen::Vector2d off_rad = Eigen::Vector2d::Zero();
   Eigen::Matrix2d covariance_rad2 = Eigen::Matrix2d::Zero();
+  // Of that, what it shares with its neighbours, how well each component of it is known, and its
+  // covariance with that of off_rad. Zero for a line that shares nothing.
+  Eigen::Vector2d shared_rad = Eigen::Vector2d::Zero();
+  Eigen::Vector2d shared_variance_rad2 = Eigen::Vector2d::Zero();
+  Eigen::Vector2d cross_covariance_rad2 = Eigen::Vector2d::Zero();
 };
 
 // The standard deviation s of lines' directions from their axes, about either axis across them.
@@ -26,8 +31,8 @@ class BuildingDeviation {
       : options_(options), sigma_rad_(options.start_sigma_rad) {}
 
   // Takes in a line of the window, as it is estimated with a term of tie_sigma_rad on each
-  // component, whose effect is removed. What it said before is replaced, unless it is now tied so
-  // tightly that it tells nothing.
+  // component of what it does not share, whose effect is removed. What it said before is replaced,
+  // unless it is now tied so tightly that it tells nothing.
   void Add(int64_t id, const LineDeviation& line, double tie_sigma_rad);
 
   // Those are no longer in the window: what they said last stays.
@@ -41,9 +46,14 @@ class BuildingDeviation {
   // A line that is further off an axis does not follow it.
   double max_deviation_rad() const { return options_.max_sigmas * sigma_rad_; }
 
-  // What a line that is new is to be tied with; 0: it is exactly along its axis. Ties that are as
-  // tight as an exact building's cost accuracy, since what images show of a line's direction is
-  // biased now and then: that averages out over lines that are exact.
+  // What lines share with their neighbours.
+  bool IsShared() const { return options_.shared_share > 0; }
+  double shared_sigma_rad() const;
+  double shared_radius_m() const { return options_.shared_radius_m; }
+
+  // What a line that is new is to be tied with, beside what it shares; 0: it is exactly along its
+  // axis. Ties that are as tight as an exact building's cost accuracy, since what images show of a
+  // line's direction is biased now and then: that averages out over lines that are exact.
   double OfNewLine(int64_t id) const;
 
   // What a line is to be tied with that was not taken as exact when it was new. Where the building
@@ -52,7 +62,9 @@ class BuildingDeviation {
   double OfLine(int64_t id) const;
 
  private:
+  bool IsTakenAsExact() const { return sigma_rad_ < options_.exact_below_rad; }
   bool TakesAsExact(int64_t id) const;
+  double own_sigma_rad() const;
   // One component of a line's deviation, as its observations have it.
   struct Sample {
     double squared_rad2, variance_rad2;

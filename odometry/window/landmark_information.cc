@@ -217,7 +217,17 @@ std::optional<LineDeviation> DeviationFromAxis(const LineLandmark& line,
   } else {
     moved << by_line;
   }
-  out.covariance_rad2 = moved * window.Of(blocks) * moved.transpose();
+  if (!line.shared || !window.Knows(line.shared->off_rad.data())) {
+    out.covariance_rad2 = moved * window.Of(blocks) * moved.transpose();
+    return out;
+  }
+  blocks.push_back(line.shared->off_rad.data());
+  const Eigen::Index size = moved.cols();
+  const Eigen::MatrixXd covariance = window.Of(blocks);
+  out.covariance_rad2 = moved * covariance.topLeftCorner(size, size) * moved.transpose();
+  out.shared_rad = Eigen::Map<const Eigen::Vector2d>(line.shared->off_rad.data());
+  out.shared_variance_rad2 = covariance.bottomRightCorner<2, 2>().diagonal();
+  out.cross_covariance_rad2 = (moved * covariance.topRightCorner(size, 2)).diagonal();
   return out;
 }
 

@@ -124,6 +124,19 @@ bool EstimateGeneral(const LineLandmarkOptions& options, const CostModel& model,
   return FitsItsObservations(*line, options.max_new_chi2, model);
 }
 
+// The one that lines around there share, made where there is none.
+SharedDeviation* SharedBy(const LineLandmark& line, double max_distance_m, WindowState* window) {
+  const Vector3d p_world = line.InWorld().point_world;
+  for (SharedDeviation& shared : window->shared_deviations) {
+    if (shared.axis == line.axis && shared.heading == line.heading &&
+        (shared.p_world - p_world).norm() < max_distance_m) {
+      return &shared;
+    }
+  }
+  return &window->shared_deviations.emplace_back(
+      SharedDeviation{line.axis, line.heading, p_world, {}, 0});
+}
+
 void RemoveObservation(LineLandmark* line, FrameState* frame) {
   std::erase(line->frames, frame);
   frame->lines.erase(line->id);
@@ -317,8 +330,46 @@ void EstimateLines(const LineLandmarkOptions& options, const LineKinds& kinds,
 
 void TieLines(const BuildingDeviation& deviation, WindowState* window) {
   for (auto& [id, line] : window->lines) {
-    if (!line.retired && line.MayDeviate()) line.deviation_sigma_rad = deviation.OfLine(id);
+    if (line.retired || !line.estimated || !line.MayDeviate()) continue;
+    line.deviation_sigma_rad = deviation.OfLine(id);
+    if (deviation.IsShared() && !line.shared) {
+      line.shared = SharedBy(line, deviation.shared_radius_m(), window);
+    }
   }
+  for (SharedDeviation& shared : window->shared_deviations) {
+    shared.sigma_rad = deviation.shared_sigma_rad();
+  }
+}
+
+namespace {
+
+// Those that no line has but those of `gone`.
+std::unordered_set<const SharedDeviation*> SharedByNone(const std::unordered_set<int64_t>& gone,
+                                                        const WindowState& window) {
+  std::unordered_set<const SharedDeviation*> unused;
+  for (const SharedDeviation& shared : window.shared_deviations) unused.insert(&shared);
+  for (const auto& [id, line] : window.lines) {
+    if (!gone.contains(id)) unused.erase(line.shared);
+  }
+  return unused;
+}
+
+}  // namespace
+
+void ReleaseShared(const std::unordered_set<int64_t>& gone, WindowState* window,
+                   std::vector<Term>* terms, std::vector<double*>* dropped) {
+  const auto unused = SharedByNone(gone, *window);
+  for (SharedDeviation& shared : window->shared_deviations) {
+    if (!unused.contains(&shared)) continue;
+    AddSharedDeviationTerm(&shared, terms);
+    dropped->push_back(shared.off_rad.data());
+  }
+}
+
+void ForgetShared(WindowState* window) {
+  const auto unused = SharedByNone({}, *window);
+  window->shared_deviations.remove_if(
+      [&](const SharedDeviation& shared) { return unused.contains(&shared); });
 }
 
 std::unordered_set<int64_t> RetireMisplaced(const LineLandmarkOptions& options,
@@ -348,10 +399,11 @@ void RejectLineMisfits(const LineLandmarkOptions& options, const CostModel& mode
   }
 }
 
-bool IsOffAxis(const LineLandmark& line, double max_deviation_rad, const CostModel& model) {
+bool IsOffAxis(const LineLandmark& line, double max_deviation_rad) {
   if (!line.MayDeviate()) return false;
-  const double in_sigmas = ResidualOf(FixedAlongAxisTerm(line, model)).norm();
-  return in_sigmas * line.deviation_sigma_rad > max_deviation_rad;
+  const Vector3d direction = line.InWorld().direction_world;
+  return (AxesAcross(line.axis, line.heading_rad()).transpose() * direction).norm() >
+         max_deviation_rad;
 }
 
 std::unordered_set<int64_t> RejectLineOutliers(const LineLandmarkOptions& options,
@@ -368,7 +420,7 @@ std::unordered_set<int64_t> RejectLineOutliers(const LineLandmarkOptions& option
     }
     const bool fits =
         2 * kept.size() >= frames.size() && !MisfitsAll(options.max_median_chi2, std::move(kept));
-    if (fits && !IsBehindAnchor(line) && !IsOffAxis(line, max_deviation_rad, model)) continue;
+    if (fits && !IsBehindAnchor(line) && !IsOffAxis(line, max_deviation_rad)) continue;
     outliers.insert(id);
     Retire(&line);
   }

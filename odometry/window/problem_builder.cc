@@ -134,9 +134,19 @@ template <typename Number>
 BasicTerm<Number> AlongAxisTerm(Of<Number, LineLandmark>& line, const CostModel& model) {
   BasicTerm<Number> term;
   term.loss = model.along_axis_loss.get();
-  term.factor = std::make_unique<AlongAxisResidual>(line.axis, line.deviation_sigma_rad);
-  const int next = BindHeading(0, line, &term);
+  term.factor =
+      std::make_unique<AlongAxisResidual>(line.axis, line.deviation_sigma_rad, line.shared);
+  int next = BindHeading(0, line, &term);
+  if (line.shared) term.blocks[next++] = line.shared->off_rad.data();
   Bind(next, line.block, line.linearization, &term);
+  return term;
+}
+
+template <typename Number>
+BasicTerm<Number> SharedDeviationTerm(Of<Number, SharedDeviation>& shared) {
+  BasicTerm<Number> term;
+  term.factor = std::make_unique<SharedDeviationResidual>(shared.sigma_rad);
+  term.blocks[0] = shared.off_rad.data();
   return term;
 }
 
@@ -172,6 +182,9 @@ std::vector<BasicTerm<Number>> AllTerms(Of<Number, WindowState>& window, const C
     for (FrameState* frame : landmark.frames) {
       terms.push_back(PointTerm<Number>(landmark, *frame, model));
     }
+  }
+  for (auto& shared : window.shared_deviations) {
+    terms.push_back(SharedDeviationTerm<Number>(shared));
   }
   for (auto& [id, line] : window.lines) {
     if (line.estimated && !line.retired) AddLineTerms<Number>(line, window, model, &terms);
@@ -211,6 +224,10 @@ void AddPointOnLineTerm(PointLandmark* landmark, LineLandmark* line, const CostM
 
 void AddAlongAxisTerm(LineLandmark* line, const CostModel& model, std::vector<Term>* terms) {
   terms->push_back(AlongAxisTerm<double>(*line, model));
+}
+
+void AddSharedDeviationTerm(SharedDeviation* shared, std::vector<Term>* terms) {
+  terms->push_back(SharedDeviationTerm<double>(*shared));
 }
 
 std::vector<Term> BuildTerms(WindowState* window, const CostModel& model) {

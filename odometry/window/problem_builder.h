@@ -56,6 +56,7 @@ void AddPointOnLineTerm(PointLandmark* landmark, LineLandmark* line, const CostM
                         std::vector<Term>* terms);
 // The term that ties the direction of an estimated line to its axis, where it may deviate from it.
 void AddAlongAxisTerm(LineLandmark* line, const CostModel& model, std::vector<Term>* terms);
+void AddSharedDeviationTerm(SharedDeviation* shared, std::vector<Term>* terms);
 
 // All terms of a window but its prior.
 std::vector<Term> BuildTerms(WindowState* window, const CostModel& model);

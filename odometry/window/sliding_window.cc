@@ -280,6 +280,7 @@ void SlidingWindow::MarginalizeOldest(FinishedIds* finished) {
   AdoptPrior(Marginalize(terms, state_.prior, dropped));
   for (const int64_t id : finished_points) state_.landmarks.erase(id);
   for (const int64_t id : gone) state_.lines.erase(id);
+  ForgetShared(&state_);
   finished->points.insert(finished_points.begin(), finished_points.end());
   finished->lines.insert(gone.begin(), gone.end());
   state_.frames.pop_front();

@@ -80,10 +80,10 @@ void Structure::Update(const CostModel& model, FrameState* newest, WindowState* 
 // Those that were given up because they are off their axis count too: it may be the building that
 // is.
 void Structure::LearnDeviation(const WindowState& window, const WindowCovariance& covariance,
-                               const CostModel& model, const std::unordered_set<int64_t>& gone) {
+                               const std::unordered_set<int64_t>& gone) {
   for (const auto& [id, line] : window.lines) {
     if (!line.estimated || !line.MayDeviate()) continue;
-    if (!IsKnown(line) && !IsOffAxis(line, deviation_.max_deviation_rad(), model)) continue;
+    if (!IsKnown(line) && !IsOffAxis(line, deviation_.max_deviation_rad())) continue;
     const auto deviation = DeviationFromAxis(line, covariance);
     if (deviation) deviation_.Add(id, *deviation, line.deviation_sigma_rad);
   }
@@ -191,7 +191,8 @@ std::unordered_set<int64_t> Structure::ReleaseOldest(const CostModel& model,
     memberships_.ReleaseLine(id);
     covariance_as_left_m2_.erase(id);
   }
-  LearnDeviation(*window, covariance, model, gone);
+  ReleaseShared(gone, window, terms, dropped);
+  LearnDeviation(*window, covariance, gone);
   return gone;
 }
 

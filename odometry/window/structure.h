@@ -63,7 +63,7 @@ class Structure {
                     const WindowCovariance& covariance) const;
   void FindPointsOnLines(const FrameState& newest);
   void LearnDeviation(const WindowState& window, const WindowCovariance& covariance,
-                      const CostModel& model, const std::unordered_set<int64_t>& gone);
+                      const std::unordered_set<int64_t>& gone);
   std::unordered_set<int64_t> LinesToForget(const WindowState& window) const;
 
   LineLandmarkOptions options_;

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <deque>
 #include <limits>
+#include <list>
 #include <map>
 #include <memory>
 #include <optional>
@@ -77,6 +78,18 @@ struct HeadingState {
   bool withdrawn = false;  // nothing follows it any more
 };
 
+using SharedDeviationBlock = std::array<double, kSharedDeviationSize>;
+
+// By how much lines of one axis that are near each other are off it in common; see
+// along_axis_residual.h. Its address is fixed while it lives.
+struct SharedDeviation {
+  LineAxis axis = LineAxis::kNone;
+  const HeadingState* heading = nullptr;              // of its lines' world; null for vertical ones
+  Eigen::Vector3d p_world = Eigen::Vector3d::Zero();  // around which its lines were seen
+  SharedDeviationBlock off_rad{};
+  double sigma_rad = 0;  // as it is known without its lines
+};
+
 // How far along itself a line was seen, in metres from the point of it that is nearest to its
 // anchor. The outermost end on either side is left out: a single wrong match must not stretch a
 // line.
@@ -105,9 +118,11 @@ struct LineLandmark {
   LineAxis axis = LineAxis::kNone;
   HeadingState* heading = nullptr;  // of its world; null for vertical and general lines
   Eigen::Vector3d anchor_world = Eigen::Vector3d::Zero();
-  // How far a line of an axis may be off its direction; zero for one that is exactly along it.
+  // How far a line of an axis may be off its direction, beside what it shares with its neighbours;
+  // zero for one that is exactly along it.
   double deviation_sigma_rad = 0;
-  GeneralLineBlock block{};  // of a line exactly along an axis the first numbers
+  SharedDeviation* shared = nullptr;  // null for one that shares none
+  GeneralLineBlock block{};           // of a line exactly along an axis the first numbers
   std::optional<GeneralLineBlock> linearization;
   bool estimated = false;  // triangulated, and part of the cost
   bool retired = false;    // no longer part of the cost; the prior has yet to forget it
@@ -142,7 +157,8 @@ struct WindowState {
   std::deque<std::unique_ptr<FrameState>> frames;  // oldest first
   std::map<int64_t, PointLandmark> landmarks;      // by id
   std::deque<HeadingState> headings;               // by world
-  std::map<int64_t, LineLandmark> lines;           // by id
+  std::list<SharedDeviation> shared_deviations;
+  std::map<int64_t, LineLandmark> lines;  // by id
   Prior prior;
 };
 

@@ -431,7 +431,20 @@ TEST(AlongAxisResidual, IsTheAngleOffTheAxisInStandardDeviations) {
     if (axis != LineAxis::kVertical) blocks.insert(blocks.begin(), {kHeading});
     const Eigen::VectorXd r = Residual(AlongAxisResidual(axis, 1e-3), blocks);
     EXPECT_LT((r - Vector2d(1, -2)).norm(), 1e-4);
+    blocks.insert(std::prev(blocks.end()), {3e-3, 1e-3});
+    const Eigen::VectorXd own = Residual(AlongAxisResidual(axis, 1e-3, true), blocks);
+    EXPECT_LT((own - Vector2d(-2, -3)).norm(), 1e-4) << "beside what it shares";
   }
+}
+
+TEST(AlongAxisResidual, WhatIsSharedHasJacobiansAsDifferencesHaveThem) {
+  const LineScene scene;
+  for (const LineAxis axis : kAxes) {
+    Blocks blocks{{2e-3, -1e-3}, FreeLineBlocks(scene, {0.3, -0.8, 0.4})[1]};
+    if (axis != LineAxis::kVertical) blocks.insert(blocks.begin(), {kHeading});
+    ExpectJacobiansMatchDifferences(AlongAxisResidual(axis, 0.01, true), blocks, 1e-6);
+  }
+  ExpectJacobiansMatchDifferences(SharedDeviationResidual(0.01), {{2e-3, -1e-3}}, 1e-6);
 }
 
 TEST(AlongAxisResidual, JacobiansMatchAutomaticDifferentiation) {

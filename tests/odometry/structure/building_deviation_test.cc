@@ -79,23 +79,50 @@ TEST(BuildingDeviation, LinesThatTellNothingChangeNothing) {
 
 TEST(BuildingDeviation, AFewLinesAskAnExactBuildingWhetherItIs) {
   const BuildingDeviationOptions options;
+  const double own = std::sqrt(1 - options.shared_share);
   BuildingDeviation deviation(options);
   MadeBuilding(0).AddLines(100, &deviation);
   int probes = 0;
   for (int64_t id = 0; id < 100; ++id) {
     const bool is_probe = deviation.OfNewLine(id) > 0;
     probes += is_probe;
-    EXPECT_EQ(deviation.OfLine(id), is_probe ? deviation.sigma_rad() : options.min_sigma_rad);
+    EXPECT_EQ(deviation.OfLine(id), is_probe ? own * deviation.sigma_rad() : options.min_sigma_rad);
   }
   EXPECT_EQ(probes, 100 / options.probe_every);
   MadeBuilding(0.005).AddLines(200, &deviation);
   for (int64_t id = 0; id < 100; ++id) {
-    EXPECT_EQ(deviation.OfNewLine(id), deviation.sigma_rad());
-    EXPECT_EQ(deviation.OfLine(id), deviation.sigma_rad());
+    EXPECT_EQ(deviation.OfNewLine(id), own * deviation.sigma_rad());
+    EXPECT_EQ(deviation.OfLine(id), own * deviation.sigma_rad());
   }
   BuildingDeviationOptions exact;
   exact.start_sigma_rad = 0;
   EXPECT_EQ(BuildingDeviation(exact).OfNewLine(0), 0);
+}
+
+// What lines share with their neighbours pulls them too, and is taken out as well.
+TEST(BuildingDeviation, LearnsFromLinesThatShareWhatTheyAreOff) {
+  constexpr double kTrue_rad = 0.004, kNoise_rad = 0.001;
+  BuildingDeviation deviation({});
+  std::mt19937 generator(7);
+  std::normal_distribution<double> normal;
+  for (int64_t id = 0; id < 400; ++id) {
+    const double tie_rad = std::sqrt(0.5) * deviation.sigma_rad();
+    // On (c, e), each of variance t^2 before, y = c + e with its noise is observed.
+    const double t2 = tie_rad * tie_rad, gain = t2 / (2 * t2 + kNoise_rad * kNoise_rad);
+    LineDeviation line;
+    for (int k = 0; k < 2; ++k) {
+      const double y_rad = kTrue_rad * normal(generator) + kNoise_rad * normal(generator);
+      line.shared_rad[k] = gain * y_rad;
+      line.off_rad[k] = 2 * gain * y_rad;
+      line.shared_variance_rad2[k] = t2 - gain * t2;
+      line.cross_covariance_rad2[k] = t2 - 2 * gain * t2;
+      line.covariance_rad2(k, k) = 2 * t2 - 4 * gain * t2;
+    }
+    deviation.Add(id, line, tie_rad);
+    deviation.Close({id});
+    deviation.Solve();
+  }
+  EXPECT_NEAR(deviation.sigma_rad(), kTrue_rad, 0.1 * kTrue_rad);
 }
 
 TEST(BuildingDeviation, LearnsFromLinesThatAreStillInTheWindow) {
