@@ -195,6 +195,7 @@ constexpr OptionTable kBuildingDeviation{
     Option{"max_sigma_rad", &BuildingDeviationOptions::max_sigma_rad, 1e-5, 0.1},
     Option{"exact_below_rad", &BuildingDeviationOptions::exact_below_rad, 0.0, 0.1},
     Option{"shared_share", &BuildingDeviationOptions::shared_share, 0.0, 0.95},
+    Option{"max_piece_m", &BuildingDeviationOptions::max_piece_m, 0.1, 1e6},
     Option{"shared_radius_m", &BuildingDeviationOptions::shared_radius_m, 0.1, 1000.0},
     Option{"probe_every", &BuildingDeviationOptions::probe_every, 1, 1000000},
     Option{"loss_sigma", &BuildingDeviationOptions::loss_sigma, 0.1, 100.0},

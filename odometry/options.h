@@ -255,6 +255,9 @@ struct BuildingDeviationOptions {
   // What lines of an axis have in common where they are near each other, as share of the variance.
   double shared_share = 0.5;
   double shared_radius_m = 3;
+  // Walls bend: a line that may deviate is one piece as long as it is seen within this distance
+  // along it from where it was first seen from.
+  double max_piece_m = 3;
   double loss_sigma = 2;  // of a line's deviation, where the Cauchy loss turns
   double max_sigmas = 4;  // further off its axis, a line is given up: it follows none
   void Check() const;

@@ -5,6 +5,7 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <deque>
+#include <limits>
 #include <map>
 #include <unordered_set>
 #include <vector>
@@ -49,6 +50,10 @@ class BuildingDeviation {
   // What lines share with their neighbours.
   bool IsShared() const { return options_.shared_share > 0; }
   double shared_sigma_rad() const;
+  // How far along itself a line is straight.
+  double max_piece_m() const {
+    return IsTakenAsExact() ? std::numeric_limits<double>::infinity() : options_.max_piece_m;
+  }
   double shared_radius_m() const { return options_.shared_radius_m; }
 
   // What a line that is new is to be tied with, beside what it shares; 0: it is exactly along its

@@ -10,6 +10,7 @@
 #include "odometry/geometry/pinhole.h"
 #include "odometry/window/landmark_information.h"
 #include "odometry/window/line_members.h"
+#include "odometry/window/line_ties.h"
 #include "odometry/window/line_triangulation.h"
 
 namespace slcmap {
@@ -122,19 +123,6 @@ bool EstimateGeneral(const LineLandmarkOptions& options, const CostModel& model,
   if (!fit) return false;
   line->block = fit->block;
   return FitsItsObservations(*line, options.max_new_chi2, model);
-}
-
-// The one that lines around there share, made where there is none.
-SharedDeviation* SharedBy(const LineLandmark& line, double max_distance_m, WindowState* window) {
-  const Vector3d p_world = line.InWorld().point_world;
-  for (SharedDeviation& shared : window->shared_deviations) {
-    if (shared.axis == line.axis && shared.heading == line.heading &&
-        (shared.p_world - p_world).norm() < max_distance_m) {
-      return &shared;
-    }
-  }
-  return &window->shared_deviations.emplace_back(
-      SharedDeviation{line.axis, line.heading, p_world, {}, 0});
 }
 
 void RemoveObservation(LineLandmark* line, FrameState* frame) {
@@ -292,6 +280,10 @@ std::optional<LineSegment> Project(Vector3d from_world, Vector3d to_world,
 }  // namespace
 
 void RegisterLines(FrameState* frame, WindowState* window) {
+  std::erase_if(frame->lines, [&](const auto& entry) {
+    const auto known = window->lines.find(entry.first);
+    return known != window->lines.end() && known->second.finished;
+  });
   for (const auto& [id, measurement] : frame->lines) {
     LineLandmark& line = window->lines[id];
     line.id = id;
@@ -328,50 +320,6 @@ void EstimateLines(const LineLandmarkOptions& options, const LineKinds& kinds,
   }
 }
 
-void TieLines(const BuildingDeviation& deviation, WindowState* window) {
-  for (auto& [id, line] : window->lines) {
-    if (line.retired || !line.estimated || !line.MayDeviate()) continue;
-    line.deviation_sigma_rad = deviation.OfLine(id);
-    if (deviation.IsShared() && !line.shared) {
-      line.shared = SharedBy(line, deviation.shared_radius_m(), window);
-    }
-  }
-  for (SharedDeviation& shared : window->shared_deviations) {
-    shared.sigma_rad = deviation.shared_sigma_rad();
-  }
-}
-
-namespace {
-
-// Those that no line has but those of `gone`.
-std::unordered_set<const SharedDeviation*> SharedByNone(const std::unordered_set<int64_t>& gone,
-                                                        const WindowState& window) {
-  std::unordered_set<const SharedDeviation*> unused;
-  for (const SharedDeviation& shared : window.shared_deviations) unused.insert(&shared);
-  for (const auto& [id, line] : window.lines) {
-    if (!gone.contains(id)) unused.erase(line.shared);
-  }
-  return unused;
-}
-
-}  // namespace
-
-void ReleaseShared(const std::unordered_set<int64_t>& gone, WindowState* window,
-                   std::vector<Term>* terms, std::vector<double*>* dropped) {
-  const auto unused = SharedByNone(gone, *window);
-  for (SharedDeviation& shared : window->shared_deviations) {
-    if (!unused.contains(&shared)) continue;
-    AddSharedDeviationTerm(&shared, terms);
-    dropped->push_back(shared.off_rad.data());
-  }
-}
-
-void ForgetShared(WindowState* window) {
-  const auto unused = SharedByNone({}, *window);
-  window->shared_deviations.remove_if(
-      [&](const SharedDeviation& shared) { return unused.contains(&shared); });
-}
-
 std::unordered_set<int64_t> RetireMisplaced(const LineLandmarkOptions& options,
                                             const std::unordered_set<int64_t>& ids,
                                             const CostModel& model, WindowState* window) {
@@ -397,13 +345,6 @@ void RejectLineMisfits(const LineLandmarkOptions& options, const CostModel& mode
     if (!line.estimated || line.retired || !frame->lines.contains(id)) continue;
     RejectMisfit(options.max_tracking_chi2, model, &line, frame);
   }
-}
-
-bool IsOffAxis(const LineLandmark& line, double max_deviation_rad) {
-  if (!line.MayDeviate()) return false;
-  const Vector3d direction = line.InWorld().direction_world;
-  return (AxesAcross(line.axis, line.heading_rad()).transpose() * direction).norm() >
-         max_deviation_rad;
 }
 
 std::unordered_set<int64_t> RejectLineOutliers(const LineLandmarkOptions& options,
@@ -455,7 +396,8 @@ std::map<int64_t, int64_t> MergeLines(const LineLandmarkOptions& options, const 
                                       WindowState* window) {
   std::map<int64_t, int64_t> merged;
   const auto mergeable = [](const LineLandmark& line) {
-    return line.estimated && !line.retired && line.IsStructural() && !line.extent.empty();
+    return line.estimated && !line.retired && !line.finished && line.IsStructural() &&
+           !line.extent.empty();
   };
   for (auto a = window->lines.begin(); a != window->lines.end(); ++a) {
     if (!mergeable(a->second)) continue;
@@ -491,7 +433,7 @@ std::vector<LinePrediction> PredictLines(const WindowState& window, const FrameS
   constexpr double kSigma_px = 1.5;  // mostly of the pose that the points alone have found
   std::vector<LinePrediction> out;
   for (const auto& [id, line] : window.lines) {
-    if (!line.estimated || line.retired || line.extent.empty()) continue;
+    if (!line.estimated || line.retired || line.finished || line.extent.empty()) continue;
     const PointAndDirection in_world = line.InWorld();
     const Vector3d from = in_world.point_world + line.extent.from_m() * in_world.direction_world;
     const Vector3d to = in_world.point_world + line.extent.to_m() * in_world.direction_world;

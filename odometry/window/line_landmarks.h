@@ -18,7 +18,8 @@
 
 namespace slcmap {
 
-// Adds the frame to every line that it measures; new lines are made.
+// Adds the frame to every line that it measures; new lines are made. What it measures of finished
+// ones is left out.
 void RegisterLines(FrameState* frame, WindowState* window);
 
 // Which lines a method estimates.
@@ -32,20 +33,6 @@ struct LineKinds {
 void EstimateLines(const LineLandmarkOptions& options, const LineKinds& kinds,
                    const LineClassifier& classifier, const PointsOnLines& memberships,
                    const BuildingDeviation& deviation, const CostModel& model, WindowState* window);
-
-// Whether the angle between a line that may deviate and its axis is larger than a limit.
-bool IsOffAxis(const LineLandmark& line, double max_deviation_rad);
-
-// Ties the directions of lines that may deviate from their axes by how much the building is known
-// to, and to what they share with their neighbours.
-void TieLines(const BuildingDeviation& deviation, WindowState* window);
-
-// Shared deviations that no line will have any more once those of `gone` are forgotten are added to
-// the terms by what was known of them, and their blocks to the dropped ones; ForgetShared() erases
-// them once these lines are.
-void ReleaseShared(const std::unordered_set<int64_t>& gone, WindowState* window,
-                   std::vector<Term>* terms, std::vector<double*>* dropped);
-void ForgetShared(WindowState* window);
 
 // Of lines whose points turned out not to belong to them: those that their views place too stay as
 // they are, the others are retired. Returns the ids of these.

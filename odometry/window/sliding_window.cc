@@ -7,6 +7,7 @@
 
 #include "odometry/geometry/pinhole.h"
 #include "odometry/window/line_landmarks.h"
+#include "odometry/window/line_ties.h"
 #include "odometry/window/point_landmarks.h"
 
 namespace slcmap {

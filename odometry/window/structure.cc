@@ -9,6 +9,7 @@
 
 #include "odometry/geometry/pinhole.h"
 #include "odometry/window/landmark_information.h"
+#include "odometry/window/line_ties.h"
 
 namespace slcmap {
 namespace {
@@ -134,6 +135,9 @@ std::unordered_set<int64_t> Structure::Judge(const CostModel& model, const Frame
   gone.merge(WithdrawHeadings(manhattan_options_, window));
   gone.merge(std::exchange(misplaced_, {}));
   ExtendLines(newest, model, window);
+  if (!options_.anchor_at_origin) {
+    gone.merge(FinishPieces(deviation_.max_piece_m(), model, window));
+  }
   for (const int64_t id : gone) memberships_.ReleaseLine(id);
   for (const auto& [id, older_id] : MergeLines(options_, model, window)) {
     MergeMembers(id, older_id, &memberships_, window);
@@ -150,7 +154,7 @@ std::unordered_set<int64_t> Structure::LinesToForget(const WindowState& window) 
   std::unordered_set<int64_t> forgotten;
   std::vector<std::pair<int64_t, int64_t>> unseen;  // last frame that saw it, id
   for (const auto& [id, line] : window.lines) {
-    if (line.retired || (line.frames.empty() && !line.estimated)) {
+    if (line.retired || (line.frames.empty() && (!line.estimated || line.finished))) {
       forgotten.insert(id);
     } else if (line.frames.empty()) {
       unseen.emplace_back(line.last_seen_frame(), id);

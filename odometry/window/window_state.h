@@ -126,6 +126,7 @@ struct LineLandmark {
   std::optional<GeneralLineBlock> linearization;
   bool estimated = false;  // triangulated, and part of the cost
   bool retired = false;    // no longer part of the cost; the prior has yet to forget it
+  bool finished = false;   // what is seen of the edge from now on is another line
   std::vector<int64_t> released_frames;  // ids of those that saw it but have left, oldest first
   LineExtent extent;
   std::vector<int64_t> points;  // landmarks that belong to it; see line_members.h

@@ -35,22 +35,6 @@ class LineLandmarksTest : public testing::LineScene {
   const LineLandmarkOptions options_;
 };
 
-TEST_F(LineLandmarksTest, ALineIsOffItsAxisByAnAngleHoweverTightlyItIsTied) {
-  const PointAndDirection in_world = line().InWorld();
-  const Vector3d across = in_world.direction_world.unitOrthogonal();
-  EXPECT_FALSE(IsOffAxis(line(), kMaxDeviation_rad)) << "exactly along it";
-  for (const double tie_rad : {1e-4, 1e-3}) {
-    line().deviation_sigma_rad = tie_rad;
-    for (const double off_rad : {0.0, 3.9e-3, -3.9e-3, 4.1e-3, 20e-3}) {
-      line().block = GeneralLineThrough(line().anchor_world, in_world.point_world,
-                                        in_world.direction_world + off_rad * across);
-      EXPECT_EQ(IsOffAxis(line(), kMaxDeviation_rad), std::abs(off_rad) > kMaxDeviation_rad)
-          << off_rad;
-      EXPECT_EQ(RejectLineOutliers(options_, 1e6, model_, &window_).count(kLine), 0u);
-    }
-  }
-}
-
 TEST_F(LineLandmarksTest, AHeadingThatMostLinesAreOffIsWithdrawnWithTheOthers) {
   const ManhattanOptions options;
   HeadingState& heading = *line().heading;
