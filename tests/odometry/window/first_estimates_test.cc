@@ -60,6 +60,13 @@ MatrixXd MovedStructural(const StructuralLine& line, double heading_rad, const d
   return of_block;
 }
 
+// Counted from axes that turn with the heading; of vertical lines, from those of the world.
+MatrixXd MovedShared(const SharedDeviation& shared) {
+  MatrixXd moved = MatrixXd::Zero(2, 4);
+  if (!shared.heading) moved.col(3) << -shared.off_rad[1], shared.off_rad[0];
+  return moved;
+}
+
 // By differences: the line is moved, and its block found again.
 MatrixXd MovedGeneral(const Vector3d& anchor_world, const double* block) {
   constexpr double kStep = 1e-5;
@@ -92,6 +99,9 @@ class Unobservable {
     }
     for (const HeadingState& heading : window.headings) {
       of_[heading.heading_rad.data()] = Eigen::RowVector4d(0, 0, 0, 1);
+    }
+    for (const SharedDeviation& shared : window.shared_deviations) {
+      of_[shared.off_rad.data()] = MovedShared(shared);
     }
     for (const auto& [id, line] : window.lines) {
       const double* block = At(line.block, line.linearization);
