@@ -250,7 +250,7 @@ struct BuildingDeviationOptions {
   double max_sigma_rad = 0.017;
   // Below it the building is taken to be exact, and so are its lines but for one in so many, which
   // would tell if it were not.
-  double exact_below_rad = 0.0015;
+  double exact_below_rad = 0.001;
   int probe_every = 4;
   // What lines of an axis have in common where they are near each other, as share of the variance.
   double shared_share = 0.5;
