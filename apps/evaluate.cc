@@ -7,6 +7,7 @@
 #include <memory>
 
 #include "apps/commands.h"
+#include "apps/evaluation/calibration_plots.h"
 #include "apps/evaluation/line_report.h"
 #include "apps/evaluation/trajectory_metrics.h"
 #include "apps/evaluation/trajectory_plots.h"
@@ -35,6 +36,13 @@ std::string ImageStampsBeside(const std::string& truth) {
   const auto stamps = folder / "cam0" / "data.csv";
   std::error_code error;
   return std::filesystem::exists(stamps, error) ? stamps.lexically_normal().string() : "";
+}
+
+// What a run folder says of the calibration beside its trajectory; empty where there is none.
+std::string CalibrationBeside(const std::string& estimate) {
+  const auto table = std::filesystem::path(estimate).parent_path() / "calibration.csv";
+  std::error_code error;
+  return std::filesystem::exists(table, error) ? table.string() : "";
 }
 
 // The first column of a file such as cam0/data.csv, in nanoseconds.
@@ -131,9 +139,14 @@ void WriteResults(const EvaluateArguments& arguments, const TrajectoryMetrics& m
                   const Json& json) {
   if (!arguments.json.empty()) WriteJsonFile(arguments.json, json);
   if (arguments.plots.empty()) return;
-  for (const std::string& path : WriteTrajectoryPlots(arguments.plots, metrics)) {
-    spdlog::info("wrote {}", path);
+  std::vector<std::string> paths = WriteTrajectoryPlots(arguments.plots, metrics);
+  const std::string calibration = CalibrationBeside(arguments.inputs.estimate);
+  if (!calibration.empty()) {
+    for (std::string& path : WriteCalibrationPlots(arguments.plots + "/calibration", calibration)) {
+      paths.push_back(std::move(path));
+    }
   }
+  for (const std::string& path : paths) spdlog::info("wrote {}", path);
 }
 
 void Evaluate(EvaluateArguments arguments) {
@@ -179,7 +192,8 @@ void AddEvaluateCommand(CLI::App& app) {
   lines->needs(true_edges);
   command->add_option("--json", arguments->json, "Write the figures to this file");
   command->add_option("--plots", arguments->plots,
-                      "Write top.svg, side.svg, error.svg and lines.svg into this folder");
+                      "Write top.svg, side.svg, error.svg, lines.svg, and of a run folder's "
+                      "trajectory calibration/*.svg, into this folder");
   command
       ->add_option("--max-samples", arguments->line_options.max_samples,
                    "Refuse lines and edges that take more samples, of 2 cm each")
