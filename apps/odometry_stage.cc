@@ -233,6 +233,19 @@ void WriteAfter(const std::exception& error, Feeder* feeder, OutputFolder* outpu
   }
 }
 
+void LogSlopes(const OdometryRun& run) {
+  constexpr double kDegrees = 180 / std::numbers::pi;
+  for (std::size_t i = 0; i < run.sloped_directions.size(); ++i) {
+    const SlopedDirection& slope = run.sloped_directions[i];
+    const auto follows = [&](const Line& line) {
+      return line.axis == LineAxis::kSloped && line.world == static_cast<int>(i);
+    };
+    spdlog::info("slope of {:.2f} degrees towards {:.1f} degrees: {} lines{}",
+                 slope.elevation_rad * kDegrees, slope.azimuth_rad * kDegrees,
+                 std::ranges::count_if(run.lines, follows), slope.withdrawn ? " (withdrawn)" : "");
+  }
+}
+
 void LogLines(const OdometryRun& run) {
   if (run.line_deviation_rad > 0 && !run.manhattan_worlds.empty()) {
     spdlog::info("lines are off the axes of the building by {:.2f} degrees",
@@ -250,6 +263,7 @@ void LogLines(const OdometryRun& run) {
   } else if (UsesStructure(MethodFromName(run.method))) {
     spdlog::info("no Manhattan world found: the building's directions were not used");
   }
+  LogSlopes(run);
   if (run.lines.empty()) return;
   const LineLives lives = MeasureLineLives(run.lines);
   spdlog::info(

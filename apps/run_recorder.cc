@@ -17,9 +17,10 @@ RunRecorder::RunRecorder(const std::string& run_folder, const OdometryRun& heade
 
 void RunRecorder::Update() {
   const OdometryRun finished = odometry_->TakeFinished();
-  const bool new_world =
-      std::ranges::any_of(finished.lines, [&](const Line& line) { return line.world >= worlds_; });
-  if (new_world || std::chrono::steady_clock::now() - window_written_ >= kWindowEvery) {
+  const bool new_direction = std::ranges::any_of(finished.lines, [&](const Line& line) {
+    return line.world >= (line.axis == LineAxis::kSloped ? slopes_ : worlds_);
+  });
+  if (new_direction || std::chrono::steady_clock::now() - window_written_ >= kWindowEvery) {
     UpdateWindow(finished);
   } else {
     journal_.Append(finished);
@@ -31,10 +32,12 @@ void RunRecorder::UpdateWindow(OdometryRun finished) {
   const OdometryRun window = odometry_->Window();
   finished.line_deviation_rad = window.line_deviation_rad;
   finished.manhattan_worlds = window.manhattan_worlds;  // lines in both refer to them
+  finished.sloped_directions = window.sloped_directions;
   journal_.Append(finished);
   journal_.Append(odometry_->TakeFinished());  // by the end of what Window() waited for
   journal_.SetWindow(window);
   worlds_ = static_cast<int>(window.manhattan_worlds.size());
+  slopes_ = static_cast<int>(window.sloped_directions.size());
   window_written_ = std::chrono::steady_clock::now();
 }
 

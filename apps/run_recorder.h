@@ -24,7 +24,7 @@ class RunRecorder {
   Odometry* odometry_;
   RunJournal journal_;
   std::chrono::steady_clock::time_point window_written_;
-  int worlds_ = 0;  // Manhattan worlds that the journal knows
+  int worlds_ = 0, slopes_ = 0;  // Manhattan worlds and slopes that the journal knows
 };
 
 }  // namespace slcmap

@@ -13,8 +13,11 @@ namespace {
 
 using Rgb = std::array<uint8_t, 3>;
 
-constexpr std::array<Rgb, 4> kAxisColours = {
-    {{255, 90, 80}, {80, 220, 100}, {90, 150, 255}, {240, 190, 70}}};  // by LineAxis
+constexpr std::array<Rgb, 5> kAxisColours = {{{255, 90, 80},
+                                              {80, 220, 100},
+                                              {90, 150, 255},
+                                              {240, 190, 70},
+                                              {220, 110, 230}}};  // by LineAxis
 // Not darker: viewers that take glTF's linear colours for those of the screen square it, nearly.
 constexpr double kOldShade = 0.8;
 
@@ -106,7 +109,7 @@ std::vector<MapLine> ReadMapLines(const std::string& path) {
     line.end_world = segments[i].end_world;
     line.id = static_cast<int64_t>(edges.Value("id", i, static_cast<double>(i), 0, kMaxInt));
     line.segment = static_cast<int>(edges.Value("segment", i, 0, 0, kMaxInt));
-    line.axis = static_cast<LineAxis>(edges.Value("axis", i, 3, 0, 3));
+    line.axis = static_cast<LineAxis>(edges.Value("axis", i, 3, 0, 4));
     line.world = static_cast<int>(edges.Value("world", i, -1, -1, kMaxInt));
     line.sigma_m = edges.Value("sigma_m", i, 0, 0, kMaxSigma_m);
     line.recent = edges.Value("recent", i, 0, 0, 1) != 0;

@@ -15,9 +15,11 @@ struct MapLine {
   int64_t id = 0;
   int segment = 0;                  // of the run
   LineAxis axis = LineAxis::kNone;  // kNone: it follows no direction of the building
-  int world = -1;                   // the Manhattan world whose axis it has; -1: none, or vertical
-  double sigma_m = 0;               // standard deviation across it, where that is largest
-  bool recent = false;              // the last keyframes of the run saw it
+  // The Manhattan world whose axis it has, of a sloped line its sloped direction; -1: none, or
+  // vertical.
+  int world = -1;
+  double sigma_m = 0;   // standard deviation across it, where that is largest
+  bool recent = false;  // the last keyframes of the run saw it
   Eigen::Vector3d start_world = Eigen::Vector3d::Zero();
   Eigen::Vector3d end_world = Eigen::Vector3d::Zero();
   int observations = 0;  // keyframes that saw it
@@ -27,8 +29,8 @@ struct MapLine {
   double deviation_rad = 0, deviation_sigma_rad = 0;
 };
 
-// Red, green and blue: X is red, Y green, vertical blue, none amber. Recent lines are bright, old
-// ones dark.
+// Red, green and blue: X is red, Y green, vertical blue, none amber, sloped violet. Recent lines
+// are bright, old ones dark.
 std::array<uint8_t, 3> LineColour(LineAxis axis, bool recent);
 
 // Writes an edge-PLY: float positions and colours of vertices, and edges with vertex1, vertex2,

@@ -47,8 +47,9 @@ struct Rig {
   double camera_time_offset_s = 0;  // stamp on the IMU's clock = camera stamp + this
 };
 
-// The axis of a Manhattan world that a line runs along. Files hold these numbers.
-enum class LineAxis { kX = 0, kY = 1, kVertical = 2, kNone = 3 };
+// What a line runs along: an axis of a Manhattan world, nothing that is known, or a slope that it
+// shares with others. Files hold these numbers.
+enum class LineAxis { kX = 0, kY = 1, kVertical = 2, kNone = 3, kSloped = 4 };
 
 // A straight segment, in pixels of a rectified image or on the plane z = 1 of a camera (the name of
 // what holds it says which). Which end is the start means nothing.

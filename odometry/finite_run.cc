@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <set>
 #include <string>
 #include <utility>
@@ -54,6 +55,11 @@ bool IsFinite(const ManhattanWorld& world) {
   return std::isfinite(world.heading_rad) && std::isfinite(world.sigma_rad);
 }
 
+bool IsFinite(const SlopedDirection& slope) {
+  return std::isfinite(slope.azimuth_rad) && std::isfinite(slope.elevation_rad) &&
+         std::isfinite(slope.azimuth_sigma_rad) && std::isfinite(slope.elevation_sigma_rad);
+}
+
 bool IsFinite(const CalibrationEstimate& e) {
   for (const Eigen::Vector3d& v :
        {e.imu_rotation_rad, e.lever_m, e.right_rotation_rad, e.imu_rotation_sigma_rad,
@@ -91,14 +97,17 @@ void DropCalibrationOfNoSegment(OdometryRun* run) {
                 [&](const CalibrationEstimate& e) { return !segments.contains(e.segment); });
 }
 
-// With a world go the lines along its axes; the others are reported at its new place.
-void DropNonFiniteWorlds(OdometryRun* run) {
-  for (int i = static_cast<int>(run->manhattan_worlds.size()) - 1; i >= 0; --i) {
-    if (IsFinite(run->manhattan_worlds[i])) continue;
-    ++run->warnings["manhattan_worlds_not_finite"];
-    run->manhattan_worlds.erase(run->manhattan_worlds.begin() + i);
-    std::erase_if(run->lines, [&](const Line& line) { return line.world == i; });
-    for (Line& line : run->lines) line.world -= line.world > i ? 1 : 0;
+// With a direction go the lines along it (those of which is_one of them holds); the others are
+// reported at its new place.
+template <typename Direction, typename IsOne>
+void DropNonFiniteDirections(const std::string& warning, const IsOne& is_one,
+                             std::vector<Direction>* directions, OdometryRun* run) {
+  for (int i = static_cast<int>(directions->size()) - 1; i >= 0; --i) {
+    if (IsFinite((*directions)[i])) continue;
+    ++run->warnings[warning];
+    directions->erase(directions->begin() + i);
+    std::erase_if(run->lines, [&](const Line& line) { return is_one(line) && line.world == i; });
+    for (Line& line : run->lines) line.world -= is_one(line) && line.world > i ? 1 : 0;
   }
 }
 
@@ -106,7 +115,8 @@ void DropNonFiniteWorlds(OdometryRun* run) {
 
 bool IsFinite(const OdometryRun& run) {
   return AllFinite(run.states) && AllFinite(run.keyframes) && AllFinite(run.landmarks) &&
-         AllFinite(run.lines) && AllFinite(run.manhattan_worlds) && AllFinite(run.calibration);
+         AllFinite(run.lines) && AllFinite(run.manhattan_worlds) &&
+         AllFinite(run.sloped_directions) && AllFinite(run.calibration);
 }
 
 OdometryRun WithoutNonFinite(OdometryRun run) {
@@ -120,7 +130,10 @@ OdometryRun WithoutNonFinite(OdometryRun run) {
   DropNonFinite("lines_not_finite", &run.lines, &run);
   DropNonFinite("calibration_not_finite", &run.calibration, &run);
   DropCalibrationOfNoSegment(&run);
-  DropNonFiniteWorlds(&run);
+  const auto is_sloped = [](const Line& line) { return line.axis == LineAxis::kSloped; };
+  DropNonFiniteDirections("manhattan_worlds_not_finite", std::not_fn(is_sloped),
+                          &run.manhattan_worlds, &run);
+  DropNonFiniteDirections("sloped_directions_not_finite", is_sloped, &run.sloped_directions, &run);
   return run;
 }
 

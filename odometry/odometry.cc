@@ -227,6 +227,9 @@ class Odometry::Impl {
     for (ManhattanWorld& world : run->manhattan_worlds) {
       world.found_at_ns = StampOnCameraClock(world.found_at_ns);
     }
+    for (SlopedDirection& slope : run->sloped_directions) {
+      slope.found_at_ns = StampOnCameraClock(slope.found_at_ns);
+    }
   }
 
   // Those that were not returned yet.

@@ -131,6 +131,8 @@ constexpr OptionTable kManhattan{
     Option{"min_minor_share", &ManhattanOptions::min_minor_share, 0.0, 0.5},
     Option{"min_one_axis_share", &ManhattanOptions::min_one_axis_share, 0.0, 1.0},
     Option{"min_spread", &ManhattanOptions::min_spread, 0.0, 1.0},
+    Option{"min_images_one_axis", &ManhattanOptions::min_images_one_axis, 1, 10000},
+    Option{"max_runner_up_one_axis", &ManhattanOptions::max_runner_up_one_axis, 0.0, 1.0},
     Option{"min_given_up", &ManhattanOptions::min_given_up, 1, 1000000},
     Option{"max_given_up_share", &ManhattanOptions::max_given_up_share, 0.0, 1.0}};
 
@@ -146,6 +148,26 @@ constexpr OptionTable kLineClassifier{
 
 void LineClassifierOptions::Check() const { kLineClassifier.Check("line_classifier", *this); }
 void LineClassifierOptions::Read(YamlSection section) { kLineClassifier.Read(section, this); }
+
+constexpr OptionTable kSlopes{
+    Option{"enabled", &SlopeOptions::enabled, false, true},
+    Option{"min_length_m", &SlopeOptions::min_length_m, 0.0, 100.0},
+    Option{"max_line_sigma_rad", &SlopeOptions::max_line_sigma_rad, 1e-4, 0.2},
+    Option{"min_separation_rad", &SlopeOptions::min_separation_rad, 0.01, 0.7},
+    Option{"min_other_sigmas", &SlopeOptions::min_other_sigmas, 0.5, 100.0},
+    Option{"memory_keyframes", &SlopeOptions::memory_keyframes, 1, 10000},
+    Option{"search_sigma_rad", &SlopeOptions::search_sigma_rad, 1e-5, 0.1},
+    Option{"max_sigmas", &SlopeOptions::max_sigmas, 0.5, 10.0},
+    Option{"max_angle_rad", &SlopeOptions::max_angle_rad, 1e-3, 0.5},
+    Option{"min_lines", &SlopeOptions::min_lines, 2, 10000},
+    Option{"min_objects", &SlopeOptions::min_objects, 1, 10000},
+    Option{"min_apart_m", &SlopeOptions::min_apart_m, 0.0, 100.0},
+    Option{"max_sigma_rad", &SlopeOptions::max_sigma_rad, 1e-4, 0.2},
+    Option{"min_given_up", &SlopeOptions::min_given_up, 1, 1000000},
+    Option{"max_given_up_share", &SlopeOptions::max_given_up_share, 0.0, 1.0}};
+
+void SlopeOptions::Check() const { kSlopes.Check("slopes", *this); }
+void SlopeOptions::Read(YamlSection section) { kSlopes.Read(section, this); }
 
 constexpr OptionTable kPointsOnLines{
     Option{"max_distance_px", &PointsOnLinesOptions::max_distance_px, 0.01, 100.0},
@@ -257,6 +279,7 @@ void ForEachSection(Options& options, const Visit& visit) {
   visit("lines", options.lines);
   visit("manhattan", options.manhattan);
   visit("line_classifier", options.line_classifier);
+  visit("slopes", options.slopes);
   visit("points_on_lines", options.points_on_lines);
   visit("line_landmarks", options.line_landmarks);
   visit("building_deviation", options.building_deviation);

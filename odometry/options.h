@@ -180,7 +180,9 @@ struct ManhattanOptions {
   // Closer to a heading, what is next to it are flanks of its own.
   double runner_up_separation_rad = 0.14;
   // When a heading is certain: its lines are the greater part, along both of its axes, or nearly
-  // all, along one axis but on all sides of the camera, as in a corridor.
+  // all, along one axis but on all sides of the camera, as in a corridor. Where none is known yet
+  // one axis will do wherever it is seen, as of a colonnade, if its lines are the greater part for
+  // long, not only below the camera, and no other heading comes near it.
   int min_images = 10;               // in which it has min_image_share
   int min_images_below = 25;         // where its lines are nearly all below the camera, as those
                                      // of things that stand about are
@@ -192,6 +194,8 @@ struct ManhattanOptions {
   double min_minor_share = 0.12;  // along the axis with fewer lines
   double min_one_axis_share = 0.75;
   double min_spread = 0.45;  // 0: lines all to one side, 1: all around
+  int min_images_one_axis = 25;
+  double max_runner_up_one_axis = 0.3;
   // A heading is withdrawn when so many lines, and this share of all that were taken to follow it,
   // turned out not to.
   int min_given_up = 8;
@@ -210,6 +214,35 @@ struct LineClassifierOptions {
   double max_sigmas = 3;               // between a line and the direction that it belongs to
   double max_angle_rad = 0.05;         // the same, however uncertain the line
   double min_other_sigmas = 5;         // between it and every other direction
+  void Check() const;
+  void Read(YamlSection section);
+};
+
+// Search for slopes, directions that lines share without being an axis of the building; see
+// structure/slope_detector.h.
+struct SlopeOptions {
+  bool enabled = true;
+  // Which lines vote: as their own observations have them.
+  double min_length_m = 0.7;         // crates that lie about are shorter
+  double max_line_sigma_rad = 0.02;  // of its direction
+  // From the vertical, the level, the axes of the building and other slopes, and at least so many
+  // standard deviations.
+  double min_separation_rad = 0.05;
+  double min_other_sigmas = 5;
+  int memory_keyframes = 30;  // a line is remembered so long since it was last seen
+  // Which lines agree.
+  double search_sigma_rad = 0.005;  // of lines' own deviation from what they share
+  double max_sigmas = 3;
+  double max_angle_rad = 0.05;
+  // When a slope is certain.
+  int min_lines = 5;
+  int min_objects = 3;        // that they belong to, and
+  double min_apart_m = 0.25;  // these are so far from each other: a box has edges all around
+  double max_sigma_rad = 0.01;
+  // A slope is withdrawn when so many lines, and this share of all that were taken to follow it,
+  // turned out not to.
+  int min_given_up = 4;
+  double max_given_up_share = 0.7;
   void Check() const;
   void Read(YamlSection section);
 };
@@ -309,6 +342,7 @@ struct OdometryOptions {
   LineTrackerOptions lines;
   ManhattanOptions manhattan;
   LineClassifierOptions line_classifier;
+  SlopeOptions slopes;
   PointsOnLinesOptions points_on_lines;
   LineLandmarkOptions line_landmarks;
   BuildingDeviationOptions building_deviation;

@@ -71,13 +71,26 @@ struct ManhattanWorld {
   bool withdrawn = false;   // its lines turned out not to follow it: none of them is to be used
 };
 
+// A direction, neither vertical nor level, that lines share, as handrails and rafters do: the line
+// rises by the elevation towards the azimuth from the world's x.
+struct SlopedDirection {
+  int segment = 0;
+  double azimuth_rad = 0;
+  double elevation_rad = 0;        // in (0, pi/2)
+  double azimuth_sigma_rad = 0;    // as the window knows them; of one that it does not, as it was
+  double elevation_sigma_rad = 0;  // found
+  int64_t found_at_ns = 0;         // stamp of the image
+  bool withdrawn = false;          // its lines turned out not to follow it
+};
+
 // A line as the window last had it, however well it is known: covariance and observations say so.
 struct Line {
   int64_t id = 0;
   int segment = 0;
   LineAxis axis = LineAxis::kNone;  // kNone: general, with four degrees of freedom
-  int world =
-      -1;  // of OdometryRun::manhattan_worlds, whose axis it has; -1 for kVertical and kNone
+  // Of OdometryRun::manhattan_worlds, whose axis it has, or for kSloped of sloped_directions; -1
+  // for kVertical and kNone.
+  int world = -1;
   Eigen::Vector3d start_world = Eigen::Vector3d::Zero();  // how far it was seen
   Eigen::Vector3d end_world = Eigen::Vector3d::Zero();
   // Of its midpoint across it, in the axes of the world and counted from last_keyframe: rank 2. How
@@ -169,6 +182,7 @@ struct OdometryRun {
   std::vector<Keyframe> keyframes;
   std::vector<Landmark> landmarks;
   std::vector<ManhattanWorld> manhattan_worlds;
+  std::vector<SlopedDirection> sloped_directions;
   // Standard deviation of lines' directions from the axes that they follow, as the run has found it
   // for the building; 0 where lines were taken to be exactly along their axes, or not used.
   double line_deviation_rad = 0;

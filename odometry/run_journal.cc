@@ -47,6 +47,9 @@ std::string TaggedRows(const OdometryRun& run) {
   for (std::size_t i = 0; i < run.manhattan_worlds.size(); ++i) {
     AddRow(kWorldTable, Row(static_cast<int64_t>(i), run.manhattan_worlds[i]), &rows);
   }
+  for (std::size_t i = 0; i < run.sloped_directions.size(); ++i) {
+    AddRow(kSlopeTable, Row(static_cast<int64_t>(i), run.sloped_directions[i]), &rows);
+  }
   for (const Landmark& landmark : run.landmarks) AddRow(kLandmarkTable, Row(landmark), &rows);
   for (const Keyframe& keyframe : run.keyframes) {
     AddRow(kKeyframeTable, Row(keyframe), &rows);
@@ -188,7 +191,10 @@ OdometryRun ReadRunJournal(const std::string& run_folder) {
   // Each file has those that its lines refer to; those of the window are newer.
   ReadWorlds(finished[kWorldTable], &run);
   ReadWorlds(newest[kWorldTable], &run);
+  ReadSlopes(finished[kSlopeTable], &run);
+  ReadSlopes(newest[kSlopeTable], &run);
   window.manhattan_worlds = run.manhattan_worlds;
+  window.sloped_directions = run.sloped_directions;
   ReadTables(finished, &run);
   if (has_window) ReadTables(newest, &window);
   AddMissing(std::move(window.keyframes), &run.keyframes);

@@ -44,6 +44,9 @@ Json SegmentsJson(const OdometryRun& run) {
   return json;
 }
 
+constexpr double kMaxHeading_rad = 7;
+constexpr int64_t kMaxStamp_ns = 4'000'000'000'000'000'000;
+
 Json WorldsJson(const std::vector<ManhattanWorld>& worlds) {
   Json json = Json::array();
   for (const ManhattanWorld& world : worlds) {
@@ -57,8 +60,6 @@ Json WorldsJson(const std::vector<ManhattanWorld>& worlds) {
 }
 
 std::vector<ManhattanWorld> ParseWorlds(const std::string& path, const Json& json) {
-  constexpr double kMaxHeading_rad = 7;
-  constexpr int64_t kMaxStamp_ns = 4'000'000'000'000'000'000;
   std::vector<ManhattanWorld> worlds;
   for (const Json& world : json) {
     const std::string place = fmt::format("{}: manhattan_worlds[{}]", path, worlds.size());
@@ -69,6 +70,36 @@ std::vector<ManhattanWorld> ParseWorlds(const std::string& path, const Json& jso
                       world.at("withdrawn").get<bool>()});
   }
   return worlds;
+}
+
+Json SlopesJson(const std::vector<SlopedDirection>& slopes) {
+  Json json = Json::array();
+  for (const SlopedDirection& slope : slopes) {
+    json.push_back({{"segment", slope.segment},
+                    {"azimuth_rad", slope.azimuth_rad},
+                    {"elevation_rad", slope.elevation_rad},
+                    {"azimuth_sigma_rad", slope.azimuth_sigma_rad},
+                    {"elevation_sigma_rad", slope.elevation_sigma_rad},
+                    {"found_at_ns", slope.found_at_ns},
+                    {"withdrawn", slope.withdrawn}});
+  }
+  return json;
+}
+
+std::vector<SlopedDirection> ParseSlopes(const std::string& path, const Json& json) {
+  std::vector<SlopedDirection> slopes;
+  for (const Json& slope : json) {
+    const std::string place = fmt::format("{}: sloped_directions[{}]", path, slopes.size());
+    const auto angle = [&](const char* key, double least) {
+      return BoundedAt(place, slope, key, least, kMaxHeading_rad);
+    };
+    slopes.push_back({BoundedAt(place, slope, "segment", 0, static_cast<int>(kMaxSegment)),
+                      angle("azimuth_rad", -kMaxHeading_rad), angle("elevation_rad", 0),
+                      angle("azimuth_sigma_rad", 0), angle("elevation_sigma_rad", 0),
+                      BoundedAt(place, slope, "found_at_ns", -kMaxStamp_ns, kMaxStamp_ns),
+                      slope.at("withdrawn").get<bool>()});
+  }
+  return slopes;
 }
 
 Json ItemJson(double value, double sigma) {
@@ -274,6 +305,7 @@ void WriteRunSummary(const std::string& path, const OdometryRun& run,
   json["figures"] = FiguresJson(run.figures);
   json["warnings"] = run.warnings;
   json["manhattan_worlds"] = WorldsJson(run.manhattan_worlds);
+  json["sloped_directions"] = SlopesJson(run.sloped_directions);
   json["line_deviation_rad"] = run.line_deviation_rad;
   json["point_lives"] = LivesJson(MeasurePointLives(run.keyframes));
   json["calibration"] = CalibrationJson(run.calibration);
@@ -294,6 +326,9 @@ Json ReadRunSummary(const std::string& path, OdometryRun* run) {
     run->verdict = ParseVerdict(path, json);
     if (json.contains("figures")) run->figures = ParseFigures(path, json.at("figures"));
     run->manhattan_worlds = ParseWorlds(path, json.at("manhattan_worlds"));
+    if (json.contains("sloped_directions")) {  // newer than the version
+      run->sloped_directions = ParseSlopes(path, json.at("sloped_directions"));
+    }
     if (json.contains("line_deviation_rad")) {  // newer than the version
       run->line_deviation_rad = BoundedAt(path, json, "line_deviation_rad", 0, 1);
     }

@@ -30,10 +30,15 @@ void RenameMerged(const std::map<int64_t, int64_t>& survivors,
   observations->erase(rest.begin(), rest.end());
 }
 
-bool FollowsWithdrawnWorld(const Line& line, const OdometryRun& run) {
-  const auto world = static_cast<std::size_t>(line.world);
-  return line.world >= 0 && world < run.manhattan_worlds.size() &&
-         run.manhattan_worlds[world].withdrawn;
+template <typename Direction>
+bool IsWithdrawn(const std::vector<Direction>& directions, int index) {
+  const auto i = static_cast<std::size_t>(index);
+  return index >= 0 && i < directions.size() && directions[i].withdrawn;
+}
+
+bool FollowsWithdrawn(const Line& line, const OdometryRun& run) {
+  if (line.axis == LineAxis::kSloped) return IsWithdrawn(run.sloped_directions, line.world);
+  return IsWithdrawn(run.manhattan_worlds, line.world);
 }
 
 }  // namespace
@@ -57,7 +62,7 @@ std::vector<MapLine> MapLines(const OdometryRun& run) {
   const int64_t first_recent = FirstRecentKeyframe(run.keyframes);
   std::vector<MapLine> lines;
   for (const Line& line : run.lines) {
-    if (FollowsWithdrawnWorld(line, run)) continue;
+    if (FollowsWithdrawn(line, run)) continue;
     lines.push_back({line.id, line.segment, line.axis, line.world, LargestSigma(line),
                      line.last_keyframe >= first_recent, line.start_world, line.end_world,
                      line.observations, line.deviation_rad, line.deviation_sigma_rad});

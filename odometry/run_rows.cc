@@ -73,8 +73,12 @@ std::map<std::string, CsvColumns> MakeColumns() {
       {kWorldTable,
        {Id("index"), Segment(), Number("heading_rad", kMaxHeading_rad),
         Sigma("sigma_rad", kMaxHeading_rad), Stamp("found_at_ns"), Integer("withdrawn", 0, 1)}},
+      {kSlopeTable, CsvColumns{Id("index"), Segment(), Number("azimuth_rad", kMaxHeading_rad),
+                               Number("elevation_rad", kMaxHeading_rad)} +
+                        Sigmas({"azimuth_sigma_rad", "elevation_sigma_rad"}, kMaxHeading_rad) +
+                        CsvColumns{Stamp("found_at_ns"), Integer("withdrawn", 0, 1)}},
       {kLineTable,
-       CsvColumns{Id("id"), Segment(), Integer("axis", 0, 3), Integer("world", -1, kMaxId)} +
+       CsvColumns{Id("id"), Segment(), Integer("axis", 0, 4), Integer("world", -1, kMaxId)} +
            Numbers({"start_x_m", "start_y_m", "start_z_m", "end_x_m", "end_y_m", "end_z_m"},
                    kMaxCoordinate_m) +
            Numbers({"cov_xx_m2", "cov_xy_m2", "cov_xz_m2", "cov_yy_m2", "cov_yz_m2", "cov_zz_m2"},
@@ -237,6 +241,12 @@ std::string Row(int64_t index, const ManhattanWorld& world) {
                      world.sigma_rad, world.found_at_ns, world.withdrawn ? 1 : 0);
 }
 
+std::string Row(int64_t index, const SlopedDirection& slope) {
+  return fmt::format("{},{},{},{},{},{},{},{}\n", index, slope.segment, slope.azimuth_rad,
+                     slope.elevation_rad, slope.azimuth_sigma_rad, slope.elevation_sigma_rad,
+                     slope.found_at_ns, slope.withdrawn ? 1 : 0);
+}
+
 std::string Row(const Line& line) {
   std::string row =
       fmt::format("{},{},{},{},{},{}", line.id, line.segment, static_cast<int>(line.axis),
@@ -321,20 +331,35 @@ void ReadLandmarks(const CsvTable& table, OdometryRun* run) {
   }
 }
 
+// The one of a row, which may be told again, or be new.
+template <typename Item>
+Item& ItemOfRow(const CsvTable& table, std::size_t row, std::vector<Item>* items) {
+  const auto index = static_cast<std::size_t>(table.Integer(row, 0));
+  if (index > items->size()) table.Fail(row, 0, fmt::format("at most {}", items->size()));
+  if (index == items->size()) items->emplace_back();
+  return (*items)[index];
+}
+
 void ReadWorlds(const CsvTable& table, OdometryRun* run) {
-  std::vector<ManhattanWorld>& worlds = run->manhattan_worlds;
   for (std::size_t i = 0; i < table.rows(); ++i) {
-    const auto index = static_cast<std::size_t>(table.Integer(i, 0));
-    if (index > worlds.size()) table.Fail(i, 0, fmt::format("at most {}", worlds.size()));
-    if (index == worlds.size()) worlds.emplace_back();
-    worlds[index] = {table.Int(i, 1), table.Number(i, 2), table.Number(i, 3), table.Integer(i, 4),
-                     table.Integer(i, 5) != 0};
+    ItemOfRow(table, i, &run->manhattan_worlds) = {table.Int(i, 1), table.Number(i, 2),
+                                                   table.Number(i, 3), table.Integer(i, 4),
+                                                   table.Integer(i, 5) != 0};
+  }
+}
+
+void ReadSlopes(const CsvTable& table, OdometryRun* run) {
+  for (std::size_t i = 0; i < table.rows(); ++i) {
+    ItemOfRow(table, i, &run->sloped_directions) = {
+        table.Int(i, 1),    table.Number(i, 2),  table.Number(i, 3),      table.Number(i, 4),
+        table.Number(i, 5), table.Integer(i, 6), table.Integer(i, 7) != 0};
   }
 }
 
 void ReadLines(const CsvTable& table, OdometryRun* run) {
   OnceOnly ids;
   const auto worlds = static_cast<int>(run->manhattan_worlds.size());
+  const auto slopes = static_cast<int>(run->sloped_directions.size());
   for (std::size_t i = 0; i < table.rows(); ++i) {
     Line& line = run->lines.emplace_back();
     line.id = table.Integer(i, 0);
@@ -342,8 +367,11 @@ void ReadLines(const CsvTable& table, OdometryRun* run) {
     line.segment = table.Int(i, 1);
     line.axis = static_cast<LineAxis>(table.Int(i, 2));
     line.world = table.Int(i, 3);
-    if (line.world >= worlds) {
-      table.Fail(i, 3, "-1 or the index of a Manhattan world in run.json");
+    const bool sloped = line.axis == LineAxis::kSloped;
+    if (line.world >= (sloped ? slopes : worlds) || (sloped && line.world < 0)) {
+      table.Fail(i, 3,
+                 sloped ? "the index of a sloped direction in run.json"
+                        : "-1 or the index of a Manhattan world in run.json");
     }
     line.start_world = VectorAt(table, i, 4);
     line.end_world = VectorAt(table, i, 7);

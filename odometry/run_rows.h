@@ -29,6 +29,7 @@ inline constexpr const char* kKeyframeTable = "keyframe";
 inline constexpr const char* kObservationTable = "observation";
 inline constexpr const char* kLandmarkTable = "landmark";
 inline constexpr const char* kWorldTable = "world";
+inline constexpr const char* kSlopeTable = "slope";
 inline constexpr const char* kLineTable = "line";
 inline constexpr const char* kLineObservationTable = "line_observation";
 inline constexpr const char* kLinePointTable = "line_point";
@@ -46,6 +47,7 @@ std::string Row(int64_t keyframe_id, const KeyframeObservation& observation);
 std::string Row(int64_t keyframe_id, const LineObservation& observation);
 std::string Row(const Landmark& landmark);
 std::string Row(int64_t index, const ManhattanWorld& world);
+std::string Row(int64_t index, const SlopedDirection& slope);
 std::string Row(const Line& line);             // without its points
 std::string Row(int64_t line_id, int64_t id);  // of a landmark on it, or the line it is merged into
 std::string Row(const ImuSample& sample);
@@ -63,6 +65,7 @@ void ReadObservations(const CsvTable& table, OdometryRun* run);
 void ReadLandmarks(const CsvTable& table, OdometryRun* run);
 // Of worlds, a later row of an index replaces an earlier one.
 void ReadWorlds(const CsvTable& table, OdometryRun* run);
+void ReadSlopes(const CsvTable& table, OdometryRun* run);
 void ReadLines(const CsvTable& table, OdometryRun* run);
 void ReadLineObservations(const CsvTable& table, OdometryRun* run);
 void ReadLinePoints(const CsvTable& table, OdometryRun* run);

@@ -15,10 +15,11 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr char kTruthColour[] = "#bbbbbb";
-constexpr std::array<std::pair<LineAxis, const char*>, 4> kAxisNames = {
+constexpr std::array<std::pair<LineAxis, const char*>, 5> kAxisNames = {
     {{LineAxis::kX, "X"},
      {LineAxis::kY, "Y"},
      {LineAxis::kVertical, "vertical"},
+     {LineAxis::kSloped, "sloped"},
      {LineAxis::kNone, "no axis"}}};
 
 std::string ScoreRow(const LineScore& score) {

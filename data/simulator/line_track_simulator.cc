@@ -151,9 +151,13 @@ class LineTrackSimulator {
         CameraFromWorld(frame, 0).Inverse() *
         (depth_m * Vector3d((x_px - left.cx_px) / left.fx_px, (y_px - left.cy_px) / left.fy_px, 1));
     SimulatedEdge edge;
-    if (Uniform(0, 1) >= options_.general_share) edge.axis = static_cast<int>(Uniform(0, 3));
+    if (Uniform(0, 1) >= options_.general_share) {
+      edge.is_sloped = options_.sloped_share > 0 && Uniform(0, 1) < options_.sloped_share;
+      if (!edge.is_sloped) edge.axis = static_cast<int>(Uniform(0, 3));
+    }
     const double length_m = Uniform(options_.max_length_m / 3, options_.max_length_m);
-    const Vector3d half = 0.5 * length_m * Deviating(Direction(edge.axis));
+    const Vector3d half =
+        0.5 * length_m * Deviating(edge.is_sloped ? Slope() : Direction(edge.axis));
     edge.start_world = middle - half;
     edge.end_world = middle + half;
     return edge;
@@ -165,6 +169,12 @@ class LineTrackSimulator {
     if (axis == 1) return {-s, c, 0};
     if (axis == 2) return Vector3d::UnitZ();
     return Normal3().normalized();
+  }
+
+  Vector3d Slope() const {
+    const double level = std::cos(options_.slope_elevation_rad);
+    return {level * std::cos(options_.slope_azimuth_rad),
+            level * std::sin(options_.slope_azimuth_rad), std::sin(options_.slope_elevation_rad)};
   }
 
   Vector3d Deviating(const Vector3d& direction) {
@@ -267,6 +277,9 @@ void LineTrackSimulatorOptions::Check() const {
   if (max_lines < 1) throw ConfigError("max_lines: expected at least 1");
   if (!(general_share >= 0 && general_share <= 1)) {
     throw ConfigError("general_share: expected a number from 0 to 1");
+  }
+  if (!(sloped_share >= 0 && sloped_share <= 1)) {
+    throw ConfigError("sloped_share: expected a number from 0 to 1");
   }
   if (!(deviation_rad >= 0)) throw ConfigError("deviation_rad: expected zero or more");
   if (edges_per_object < 1) throw ConfigError("edges_per_object: expected at least 1");

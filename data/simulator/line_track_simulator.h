@@ -9,9 +9,12 @@
 namespace slcmap {
 
 struct LineTrackSimulatorOptions {
-  int max_lines = 30;          // in a frame
-  double heading_rad = 0;      // of the building's X axis, from the world's x
-  double general_share = 0;    // of the edges, whose direction is random
+  int max_lines = 30;            // in a frame
+  double heading_rad = 0;        // of the building's X axis, from the world's x
+  double general_share = 0;      // of the edges, whose direction is random
+  double sloped_share = 0;       // of the others, that rise by slope_elevation_rad towards
+  double slope_azimuth_rad = 0;  // this from the world's x
+  double slope_elevation_rad = 0.5;
   double deviation_rad = 0;    // standard deviation of an edge's direction from its axis, about
                                // either axis across it
   int edges_per_object = 1;    // that share their axis and its deviation, as the sides of a door

@@ -33,7 +33,8 @@ struct SimulatedTrack {
 
 // A straight edge, and the landmarks that lie on it.
 struct SimulatedEdge {
-  std::optional<int> axis;  // of the building: X, Y, vertical; none for a random direction
+  std::optional<int> axis;  // of the building: X, Y, vertical; none for a slope or a random one
+  bool is_sloped = false;   // along the slope that such edges share
   Eigen::Vector3d start_world = Eigen::Vector3d::Zero();
   Eigen::Vector3d end_world = Eigen::Vector3d::Zero();
   std::vector<int64_t> landmarks;  // rows in SimulatedTracks::landmarks_world

@@ -3,6 +3,7 @@
 
 #include <ceres/manifold.h>
 
+#include "odometry/geometry/slope.h"
 #include "odometry/geometry/structural_line.h"
 #include "odometry/residuals/calibration.h"
 #include "odometry/residuals/line_manifold.h"
@@ -39,6 +40,7 @@ inline constexpr BlockKind kCameraCalibrationKind{
     kCameraCalibrationSize, kCameraCalibrationSize, nullptr, false, false, true};
 inline constexpr BlockKind kHeadingKind{kHeadingSize, kHeadingSize};
 inline constexpr BlockKind kSharedDeviationKind{kSharedDeviationSize, kSharedDeviationSize};
+inline constexpr BlockKind kSlopeKind{kSlopeSize, kSlopeSize};
 inline constexpr BlockKind kStructuralLineKind{kStructuralLineSize, kStructuralLineSize, nullptr,
                                                false, true};
 inline constexpr BlockKind kGeneralLineKind{kGeneralLineSize, kGeneralLineTangentSize,

@@ -4,8 +4,6 @@
 #include <cmath>
 #include <numbers>
 
-#include "odometry/structure/interpretation_plane.h"
-
 namespace slcmap {
 namespace {
 
@@ -35,6 +33,7 @@ std::optional<Vote> VoteOf(const ManhattanOptions& options, const Interpretation
   const double turn_rad = plane.sigma_rad * std::abs(plane.along.dot(d)) / horizontal;
   const double tilt_rad = options.tilt_sigma_rad * std::abs(n.z()) / horizontal;
   Vote vote;
+  vote.plane = plane;
   vote.sigma_rad = std::hypot(turn_rad, tilt_rad);
   if (vote.sigma_rad > options.max_vote_sigma_rad) return std::nullopt;
   vote.heading_rad =
@@ -214,16 +213,24 @@ void ManhattanDetector::SetKnownHeadings(const std::vector<double>& headings_rad
   known_headings_rad_ = headings_rad;
 }
 
+bool ManhattanDetector::IsKnown(const Vote& vote) const {
+  const auto has_heading = [&](double heading_rad) {
+    return SigmasApart(options_, vote, heading_rad) < options_.max_sigmas;
+  };
+  const auto runs_along = [&](const Eigen::Vector3d& slope) {
+    const VanishingAngle v = AngleToVanishingPoint(vote.plane, slope, options_.tilt_sigma_rad);
+    return v.angle_rad < options_.max_sigmas * v.sigma_rad;
+  };
+  return std::ranges::any_of(known_headings_rad_, has_heading) ||
+         std::ranges::any_of(known_slopes_world_, runs_along);
+}
+
 std::optional<HeadingEvidence> ManhattanDetector::Best() const {
   Images unexplained;
   for (const auto& votes : images_) {
     auto& left_over = unexplained.emplace_back();
     for (const Vote& vote : votes) {
-      const bool known = std::any_of(
-          known_headings_rad_.begin(), known_headings_rad_.end(), [&](double heading_rad) {
-            return SigmasApart(options_, vote, heading_rad) < options_.max_sigmas;
-          });
-      if (!known) left_over.push_back(vote);
+      if (!IsKnown(vote)) left_over.push_back(vote);
     }
   }
   const HeadingHistogram histogram(options_, unexplained);
@@ -254,12 +261,16 @@ bool ManhattanDetector::IsCertain(const HeadingEvidence& e) const {
   if (e.runner_up_share > options_.max_runner_up * e.share) return false;
   const bool both_axes = e.share >= options_.min_share && e.minor_share >= options_.min_minor_share;
   const bool all_around = e.share >= options_.min_one_axis_share && e.spread >= options_.min_spread;
-  return both_axes || all_around;
+  const bool lasting = known_headings_rad_.empty() && overhead &&
+                       e.images >= options_.min_images_one_axis && e.share >= options_.min_share &&
+                       e.runner_up_share <= options_.max_runner_up_one_axis * e.share;
+  return both_axes || all_around || lasting;
 }
 
 void ManhattanDetector::Reset() {
   images_.clear();
   known_headings_rad_.clear();
+  known_slopes_world_.clear();
 }
 
 }  // namespace slcmap

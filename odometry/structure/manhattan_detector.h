@@ -8,6 +8,7 @@
 
 #include "data/types.h"
 #include "odometry/options.h"
+#include "odometry/structure/interpretation_plane.h"
 
 namespace slcmap {
 
@@ -44,6 +45,12 @@ class ManhattanDetector {
   void SetKnownHeadings(const std::vector<double>& headings_rad);
   const std::vector<double>& known_headings_rad() const { return known_headings_rad_; }
 
+  // Replaces the known slopes (unit, in the world). What follows them does not vote: it is not
+  // level, and would say another heading in each image.
+  void SetKnownSlopes(const std::vector<Eigen::Vector3d>& directions_world) {
+    known_slopes_world_ = directions_world;
+  }
+
   // The best heading at present, certain or not; nothing where nothing votes.
   std::optional<HeadingEvidence> Best() const;
 
@@ -55,11 +62,13 @@ class ManhattanDetector {
     double heading_rad = 0;  // of the line, were it horizontal, in [0, pi)
     double sigma_rad = 0;
     double weight_px = 0;
+    InterpretationPlane plane;
     double pencil_rad = 0;  // of its plane, about that heading: 0 level with the camera
     bool above = false;     // the camera's height, or below it
   };
 
  private:
+  bool IsKnown(const Vote& vote) const;
   bool IsCertain(const HeadingEvidence& evidence) const;
 
   ManhattanOptions options_;
@@ -67,6 +76,7 @@ class ManhattanDetector {
   double focal_px_;
   std::deque<std::vector<Vote>> images_;
   std::vector<double> known_headings_rad_;
+  std::vector<Eigen::Vector3d> known_slopes_world_;
 };
 
 }  // namespace slcmap

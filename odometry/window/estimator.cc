@@ -10,6 +10,7 @@
 #include "odometry/imu/imu_spread.h"
 #include "odometry/run_lines.h"
 #include "odometry/window/kept_points.h"
+#include "odometry/window/line_views.h"
 
 namespace slcmap {
 
@@ -159,6 +160,7 @@ void Estimator::Describe(OdometryRun* run) const {
   run->keyframes = run_.keyframes;
   run->landmarks = run_.landmarks;
   run->manhattan_worlds = run_.manhattan_worlds;
+  run->sloped_directions = run_.sloped_directions;
   run->calibration = run_.calibration;
   run->lines = run_.lines;
   run->line_merges = run_.line_merges;
@@ -178,6 +180,7 @@ void Estimator::DescribeFinished(FinishedMarks* marks, OdometryRun* run) const {
 
 void Estimator::DescribeWindow(OdometryRun* run) const {
   run->manhattan_worlds = run_.manhattan_worlds;
+  run->sloped_directions = run_.sloped_directions;
   run->line_merges = run_.line_merges;
   run->figures = figures_.Figures();
   window_.AddContents(segment_, run);

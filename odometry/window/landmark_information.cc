@@ -4,8 +4,10 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <array>
+#include <memory>
 
 #include "odometry/residuals/along_axis_residual.h"
+#include "odometry/residuals/along_slope_residual.h"
 #include "odometry/residuals/block_kind.h"
 
 namespace slcmap {
@@ -199,23 +201,32 @@ std::optional<Matrix3d> CovarianceAcross(const LineLandmark& line, const Vector3
 
 std::optional<LineDeviation> DeviationFromAxis(const LineLandmark& line,
                                                const WindowCovariance& window) {
-  const AlongAxisResidual residual(line.axis, 1);
-  std::vector<const double*> blocks{line.block.data()};
-  if (line.heading) blocks.insert(blocks.begin(), line.heading->heading_rad.data());
-  for (const double* block : blocks) {
-    if (!window.Knows(block)) return std::nullopt;
-  }
-  Eigen::Matrix<double, 2, 4, Eigen::RowMajor> by_line;
-  Eigen::Vector2d by_heading;
-  std::array<double*, 2> jacobians{by_line.data(), nullptr};
-  if (line.heading) jacobians = {by_heading.data(), by_line.data()};
-  LineDeviation out;
-  residual.Linearize(blocks.data(), out.off_rad.data(), jacobians.data());
-  Eigen::Matrix<double, 2, Eigen::Dynamic> moved(2, line.heading ? 5 : 4);
-  if (line.heading) {
-    moved << by_heading, by_line;
+  std::unique_ptr<Factor> residual;
+  std::vector<const double*> blocks;
+  if (line.slope) {
+    residual = std::make_unique<AlongSlopeResidual>(1);
+    blocks.push_back(line.slope->angles_rad.data());
   } else {
-    moved << by_line;
+    residual = std::make_unique<AlongAxisResidual>(line.axis, 1);
+    if (line.heading) blocks.push_back(line.heading->heading_rad.data());
+  }
+  blocks.push_back(line.block.data());
+  std::vector<RowMajorXd> jacobians;
+  std::vector<double*> pointers;
+  Eigen::Index columns = 0;
+  for (size_t k = 0; k < blocks.size(); ++k) {
+    if (!window.Knows(blocks[k])) return std::nullopt;
+    jacobians.emplace_back(2, residual->tangent_size(static_cast<int>(k)));
+    columns += jacobians.back().cols();
+  }
+  for (RowMajorXd& jacobian : jacobians) pointers.push_back(jacobian.data());
+  LineDeviation out;
+  residual->Linearize(blocks.data(), out.off_rad.data(), pointers.data());
+  Eigen::Matrix<double, 2, Eigen::Dynamic> moved(2, columns);
+  columns = 0;
+  for (const RowMajorXd& jacobian : jacobians) {
+    moved.middleCols(columns, jacobian.cols()) = jacobian;
+    columns += jacobian.cols();
   }
   if (!line.shared || !window.Knows(line.shared->off_rad.data())) {
     out.covariance_rad2 = moved * window.Of(blocks) * moved.transpose();

@@ -52,8 +52,8 @@ Eigen::Matrix3d ConditionalCovarianceAcross(const LineLandmark& line,
                                             const Eigen::Vector3d& p_world, const CostModel& model,
                                             const Prior& prior);
 
-// The direction of a line that may deviate from its axis, against that. Nothing where it is not
-// known.
+// The direction of a line that may deviate from its axis or slope, against that. Nothing where it
+// is not known.
 std::optional<LineDeviation> DeviationFromAxis(const LineLandmark& line,
                                                const WindowCovariance& window);
 

@@ -7,7 +7,6 @@
 #include <iterator>
 #include <utility>
 
-#include "odometry/geometry/pinhole.h"
 #include "odometry/window/landmark_information.h"
 #include "odometry/window/line_members.h"
 #include "odometry/window/line_ties.h"
@@ -19,18 +18,6 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 namespace {
-
-RigidTransform WorldFromLeftCamera(const FrameState& frame, const StereoGeometry& geometry) {
-  return frame.T_world_imu() * geometry.T_imu_camera[0];
-}
-
-std::vector<PosedLineObservation> ObservationsOf(const LineLandmark& line) {
-  std::vector<PosedLineObservation> observations;
-  for (const FrameState* frame : line.frames) {
-    observations.push_back({frame->T_world_imu(), frame->lines.at(line.id)});
-  }
-  return observations;
-}
 
 // What all observations of the line agree on; nothing where they do not.
 std::optional<LineClass> AgreedClass(const LineLandmark& line,
@@ -74,17 +61,6 @@ double Chi2OfDeviation(const LineLandmark& line, const FrameState& frame, const 
   const double off = 0.5 * frame.lines.at(line.id).left.Length() * kSigmas *
                      line.deviation_sigma_rad * model.lines.weight;
   return 2 * off * off;
-}
-
-bool FitsItsObservations(const LineLandmark& line, double max_new_chi2, const CostModel& model) {
-  int good = 0;
-  for (const FrameState* frame : line.frames) {
-    const double max_chi2 = max_new_chi2 + Chi2OfDeviation(line, *frame, model);
-    const auto [left, right] = ObservationChi2(line, *frame, model);
-    good += left <= max_chi2 && right <= max_chi2;
-  }
-  // One in four may be a wrong match, and is rejected later.
-  return 4 * good >= 3 * static_cast<int>(line.frames.size());
 }
 
 std::optional<StructuralLineFit> FitToViews(const LineLandmarkOptions& options,
@@ -143,13 +119,6 @@ std::optional<double> RejectMisfit(double max_chi2, const CostModel& model, Line
   return left;
 }
 
-void Retire(LineLandmark* line) {
-  for (FrameState* frame : line->frames) frame->lines.erase(line->id);
-  line->frames.clear();
-  line->points.clear();
-  line->retired = true;
-}
-
 // Whether the observations misfit alike: those of a line that is nearly along an axis do, though
 // none of them by much.
 bool MisfitsAll(double max_median_chi2, std::vector<double> chi2) {
@@ -194,6 +163,8 @@ bool AreSeenApart(const LineLandmark& a, const LineLandmark& b, double max_apart
 bool IsSameEdge(const LineLandmarkOptions& options, const LineLandmark& a, const LineLandmark& b,
                 const CostModel& model, const Prior& prior) {
   const PointAndDirection in_a = a.InWorld(), in_b = b.InWorld();
+  // Those that were estimated before they followed a slope may run either way.
+  if (in_a.direction_world.dot(in_b.direction_world) < 0) return false;
   const double along_m = AlongFrom(in_a, in_b);
   const double from_m = std::max(a.extent.from_m(), b.extent.from_m() + along_m);
   const double to_m = std::min(a.extent.to_m(), b.extent.to_m() + along_m);
@@ -231,53 +202,37 @@ void TakeOver(LineLandmark* older, LineLandmark* newer) {
   older->extent.Add(newer->extent, AlongFrom(older->InWorld(), newer->InWorld()));
 }
 
-// Cuts a segment to the image; false where nothing of it is inside.
-bool ClipToImage(const Camera& camera, LineSegment* segment) {
-  const Vector2d along = segment->end - segment->start;
-  const Vector2d limit(camera.width_px - 1, camera.height_px - 1);
-  double from = 0, to = 1;
-  for (int i = 0; i < 2; ++i) {
-    double enters = -segment->start[i], leaves = limit[i] - segment->start[i];
-    if (along[i] == 0) {
-      if (enters > 0 || leaves < 0) return false;
-      continue;
-    }
-    enters /= along[i];
-    leaves /= along[i];
-    from = std::max(from, std::min(enters, leaves));
-    to = std::min(to, std::max(enters, leaves));
-  }
-  if (from >= to) return false;
-  *segment = {segment->start + from * along, segment->start + to * along};
-  return true;
-}
-
-// The segment in pixels of a camera where a part of a line in the world appears; nothing where less
-// than a minimum of it is in the image.
-std::optional<LineSegment> Project(Vector3d from_world, Vector3d to_world,
-                                   const RigidTransform& T_world_camera, const Camera& camera) {
-  constexpr double kNear_m = 0.2, kMinLength_px = 15;
-  const RigidTransform T_camera_world = T_world_camera.Inverse();
-  Vector3d a = T_camera_world * from_world, b = T_camera_world * to_world;
-  if (a.z() < kNear_m && b.z() < kNear_m) return std::nullopt;
-  const auto bring_forward = [&](Vector3d* behind, const Vector3d& front) {
-    if (behind->z() >= kNear_m) return;
-    *behind += (kNear_m - behind->z()) / (front.z() - behind->z()) * (front - *behind);
-  };
-  bring_forward(&a, b);
-  bring_forward(&b, a);
-  const auto pixel = [&](const Vector3d& p) {
-    return Vector2d(camera.fx_px * p.x() / p.z() + camera.cx_px,
-                    camera.fy_px * p.y() / p.z() + camera.cy_px);
-  };
-  LineSegment segment{pixel(a), pixel(b)};
-  if (!ClipToImage(camera, &segment) || segment.Length() < kMinLength_px) {
-    return std::nullopt;
-  }
-  return segment;
-}
-
 }  // namespace
+
+RigidTransform WorldFromLeftCamera(const FrameState& frame, const StereoGeometry& geometry) {
+  return frame.T_world_imu() * geometry.T_imu_camera[0];
+}
+
+std::vector<PosedLineObservation> ObservationsOf(const LineLandmark& line) {
+  std::vector<PosedLineObservation> observations;
+  for (const FrameState* frame : line.frames) {
+    observations.push_back({frame->T_world_imu(), frame->lines.at(line.id)});
+  }
+  return observations;
+}
+
+bool FitsItsObservations(const LineLandmark& line, double max_new_chi2, const CostModel& model) {
+  int good = 0;
+  for (const FrameState* frame : line.frames) {
+    const double max_chi2 = max_new_chi2 + Chi2OfDeviation(line, *frame, model);
+    const auto [left, right] = ObservationChi2(line, *frame, model);
+    good += left <= max_chi2 && right <= max_chi2;
+  }
+  // One in four may be a wrong match, and is rejected later.
+  return 4 * good >= 3 * static_cast<int>(line.frames.size());
+}
+
+void Retire(LineLandmark* line) {
+  for (FrameState* frame : line->frames) frame->lines.erase(line->id);
+  line->frames.clear();
+  line->points.clear();
+  line->retired = true;
+}
 
 void RegisterLines(FrameState* frame, WindowState* window) {
   std::erase_if(frame->lines, [&](const auto& entry) {
@@ -361,7 +316,8 @@ std::unordered_set<int64_t> RejectLineOutliers(const LineLandmarkOptions& option
     }
     const bool fits =
         2 * kept.size() >= frames.size() && !MisfitsAll(options.max_median_chi2, std::move(kept));
-    if (fits && !IsBehindAnchor(line) && !IsOffAxis(line, max_deviation_rad)) continue;
+    const bool off_axis = !line.slope && IsOffAxis(line, max_deviation_rad);
+    if (fits && !IsBehindAnchor(line) && !off_axis) continue;
     outliers.insert(id);
     Retire(&line);
   }
@@ -403,7 +359,7 @@ std::map<int64_t, int64_t> MergeLines(const LineLandmarkOptions& options, const 
     if (!mergeable(a->second)) continue;
     for (auto b = std::next(a); b != window->lines.end(); ++b) {
       if (!mergeable(b->second) || a->second.axis != b->second.axis ||
-          a->second.heading != b->second.heading ||
+          a->second.heading != b->second.heading || a->second.slope != b->second.slope ||
           !IsSameEdge(options, a->second, b->second, model, window->prior)) {
         continue;
       }
@@ -428,51 +384,6 @@ void ExtendLines(const FrameState& newest, const CostModel& model, WindowState* 
   }
 }
 
-std::vector<LinePrediction> PredictLines(const WindowState& window, const FrameState& frame,
-                                         const Rig& rectified_rig) {
-  constexpr double kSigma_px = 1.5;  // mostly of the pose that the points alone have found
-  std::vector<LinePrediction> out;
-  for (const auto& [id, line] : window.lines) {
-    if (!line.estimated || line.retired || line.finished || line.extent.empty()) continue;
-    const PointAndDirection in_world = line.InWorld();
-    const Vector3d from = in_world.point_world + line.extent.from_m() * in_world.direction_world;
-    const Vector3d to = in_world.point_world + line.extent.to_m() * in_world.direction_world;
-    std::array<std::optional<LineSegment>, 2> seen;
-    for (int c = 0; c < 2; ++c) {
-      seen[c] = Project(from, to, frame.T_world_imu() * rectified_rig.T_imu_camera[c],
-                        rectified_rig.cameras[c]);
-    }
-    if (seen[0]) out.push_back({id, *seen[0], seen[1], kSigma_px});
-  }
-  return out;
-}
-
-std::vector<Vector3d> AxesInCamera(const WindowState& window, const FrameState& frame,
-                                   const Rig& rectified_rig) {
-  std::vector<Vector3d> axes;
-  const Eigen::Quaterniond R_camera_world =
-      (frame.T_world_imu().rotation * rectified_rig.T_imu_camera[0].rotation).conjugate();
-  axes.push_back(R_camera_world * Vector3d::UnitZ());
-  for (const HeadingState& heading : window.headings) {
-    if (heading.withdrawn) continue;
-    for (const LineAxis axis : {LineAxis::kX, LineAxis::kY}) {
-      axes.push_back(R_camera_world * AxisDirection(axis, heading.heading_rad[0]));
-    }
-  }
-  return axes;
-}
-
-std::vector<LineObservation> LinesInPixels(const FrameState& frame, const Camera& camera) {
-  std::vector<LineObservation> lines;
-  for (const auto& [id, measurement] : frame.lines) {
-    LineObservation& line = lines.emplace_back();
-    line.id = id;
-    line.left_px = PixelFromPlane(camera, measurement.left);
-    if (measurement.right) line.right_px = PixelFromPlane(camera, *measurement.right);
-  }
-  return lines;
-}
-
 Vector3d MiddleOf(const LineLandmark& line) {
   const PointAndDirection in_world = line.InWorld();
   return in_world.point_world +
@@ -484,7 +395,8 @@ Line Describe(const LineLandmark& line) {
   Line out;
   out.id = line.id;
   out.axis = line.axis;
-  out.world = line.heading ? line.heading->world : -1;
+  if (line.heading) out.world = line.heading->world;
+  if (line.slope) out.world = line.slope->index;
   out.start_world = in_world.point_world + line.extent.from_m() * in_world.direction_world;
   out.end_world = in_world.point_world + line.extent.to_m() * in_world.direction_world;
   out.observations = static_cast<int>(line.frames.size() + line.released_frames.size());

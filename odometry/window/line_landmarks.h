@@ -8,15 +8,27 @@
 #include <vector>
 
 #include "data/types.h"
-#include "odometry/line_prediction.h"
 #include "odometry/options.h"
 #include "odometry/run.h"
 #include "odometry/structure/building_deviation.h"
 #include "odometry/structure/line_classifier.h"
 #include "odometry/structure/points_on_lines.h"
+#include "odometry/window/line_triangulation.h"
 #include "odometry/window/problem_builder.h"
 
 namespace slcmap {
+
+// The pose of a frame's left camera.
+RigidTransform WorldFromLeftCamera(const FrameState& frame, const StereoGeometry& geometry);
+
+// What the frames of the window saw of a line.
+std::vector<PosedLineObservation> ObservationsOf(const LineLandmark& line);
+
+// Whether all but a few observations of a line that was just placed are near it.
+bool FitsItsObservations(const LineLandmark& line, double max_new_chi2, const CostModel& model);
+
+// Takes a line out of the cost, and its observations out of the window.
+void Retire(LineLandmark* line);
 
 // Adds the frame to every line that it measures; new lines are made. What it measures of finished
 // ones is left out.
@@ -51,8 +63,8 @@ void RejectLineMisfits(const LineLandmarkOptions& options, const CostModel& mode
                        FrameState* frame, WindowState* window);
 
 // Rejects observations whose squared residual in one camera is above the limit, and retires the
-// lines that have mostly such, whose median residual is too large, or that are off their axis;
-// returns the ids of these.
+// lines that have mostly such, whose median residual is too large, or that are off their axis (not
+// those that are off a slope); returns the ids of these.
 std::unordered_set<int64_t> RejectLineOutliers(const LineLandmarkOptions& options,
                                                double max_deviation_rad, const CostModel& model,
                                                WindowState* window);
@@ -68,17 +80,6 @@ std::map<int64_t, int64_t> MergeLines(const LineLandmarkOptions& options, const 
 
 // Takes in how far the newest frame saw its estimated lines, and all frames those just estimated.
 void ExtendLines(const FrameState& newest, const CostModel& model, WindowState* window);
-
-// Where the estimated lines are expected in a frame's cameras, in pixels of the rectified images.
-std::vector<LinePrediction> PredictLines(const WindowState& window, const FrameState& frame,
-                                         const Rig& rectified_rig);
-
-// The vertical, and the horizontal axes of all known worlds, in a frame's left camera.
-std::vector<Eigen::Vector3d> AxesInCamera(const WindowState& window, const FrameState& frame,
-                                          const Rig& rectified_rig);
-
-// What a frame saw of lines, in pixels of the rectified cameras, which share their intrinsics.
-std::vector<LineObservation> LinesInPixels(const FrameState& frame, const Camera& camera);
 
 // The middle of what was seen of a line.
 Eigen::Vector3d MiddleOf(const LineLandmark& line);

@@ -26,7 +26,7 @@ Membership JudgeMembership(const LineLandmarkOptions& options, const PointLandma
   const std::optional<PointPlace> place = PlaceByObservations(point, model);
   if (!place) return Membership::kOpen;
   if (!IsAtRest(*place)) return Membership::kRefuted;
-  const Matrix32d across = AxesAcross(line.axis, line.heading_rad());
+  const Matrix32d across = line.AcrossAxisInWorld();
   const Eigen::Vector2d off =
       across.transpose() * (place->p_world - NearestOn(line.InWorld(), place->p_world));
   const Eigen::Matrix3d in_world =

@@ -37,13 +37,12 @@ std::unordered_set<const SharedDeviation*> SharedByNone(const std::unordered_set
 bool IsOffAxis(const LineLandmark& line, double max_deviation_rad) {
   if (!line.MayDeviate()) return false;
   const Vector3d direction = line.InWorld().direction_world;
-  return (AxesAcross(line.axis, line.heading_rad()).transpose() * direction).norm() >
-         max_deviation_rad;
+  return (line.AcrossAxisInWorld().transpose() * direction).norm() > max_deviation_rad;
 }
 
 void TieLines(const BuildingDeviation& deviation, WindowState* window) {
   for (auto& [id, line] : window->lines) {
-    if (line.retired || !line.estimated || !line.MayDeviate()) continue;
+    if (line.retired || !line.estimated || !line.MayDeviate() || line.slope) continue;
     line.deviation_sigma_rad = deviation.OfLine(id);
     if (deviation.IsShared() && !line.shared) {
       line.shared = SharedBy(line, deviation.shared_radius_m(), window);

@@ -10,11 +10,11 @@
 
 namespace slcmap {
 
-// Whether the angle between a line that may deviate and its axis is larger than a limit.
+// Whether the angle between a line that may deviate and its axis or slope is larger than a limit.
 bool IsOffAxis(const LineLandmark& line, double max_deviation_rad);
 
 // Ties the directions of lines that may deviate from their axes by how much the building is known
-// to, and to what they share with their neighbours.
+// to, and to what they share with their neighbours; not those of sloped lines.
 void TieLines(const BuildingDeviation& deviation, WindowState* window);
 
 // Shared deviations that no line will have any more once those of `gone` are forgotten are added to

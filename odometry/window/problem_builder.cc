@@ -3,6 +3,7 @@
 #include <type_traits>
 
 #include "odometry/residuals/along_axis_residual.h"
+#include "odometry/residuals/along_slope_residual.h"
 #include "odometry/residuals/general_line_residual.h"
 #include "odometry/residuals/imu_residual.h"
 #include "odometry/residuals/point_on_line_residual.h"
@@ -134,10 +135,16 @@ template <typename Number>
 BasicTerm<Number> AlongAxisTerm(Of<Number, LineLandmark>& line, const CostModel& model) {
   BasicTerm<Number> term;
   term.loss = model.along_axis_loss.get();
-  term.factor =
-      std::make_unique<AlongAxisResidual>(line.axis, line.deviation_sigma_rad, line.shared);
-  int next = BindHeading(0, line, &term);
-  if (line.shared) term.blocks[next++] = line.shared->off_rad.data();
+  int next = 0;
+  if (line.slope) {
+    term.factor = std::make_unique<AlongSlopeResidual>(line.deviation_sigma_rad);
+    Bind(next++, line.slope->angles_rad, line.slope->linearization, &term);
+  } else {
+    term.factor =
+        std::make_unique<AlongAxisResidual>(line.axis, line.deviation_sigma_rad, line.shared);
+    next = BindHeading(0, line, &term);
+    if (line.shared) term.blocks[next++] = line.shared->off_rad.data();
+  }
   Bind(next, line.block, line.linearization, &term);
   return term;
 }

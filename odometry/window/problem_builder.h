@@ -54,7 +54,8 @@ void AddLineTerm(LineLandmark* line, FrameState* frame, const CostModel& model,
 // The term that holds a triangulated point to an estimated structural line.
 void AddPointOnLineTerm(PointLandmark* landmark, LineLandmark* line, const CostModel& model,
                         std::vector<Term>* terms);
-// The term that ties the direction of an estimated line to its axis, where it may deviate from it.
+// The term that ties the direction of an estimated line to its axis or slope, where it may deviate
+// from it.
 void AddAlongAxisTerm(LineLandmark* line, const CostModel& model, std::vector<Term>* terms);
 void AddSharedDeviationTerm(SharedDeviation* shared, std::vector<Term>* terms);
 

@@ -6,8 +6,8 @@
 #include <utility>
 
 #include "odometry/geometry/pinhole.h"
-#include "odometry/window/line_landmarks.h"
 #include "odometry/window/line_ties.h"
+#include "odometry/window/line_views.h"
 #include "odometry/window/point_landmarks.h"
 
 namespace slcmap {
@@ -303,6 +303,7 @@ void SlidingWindow::AdoptPrior(Prior prior) {
     for (HeadingState& heading : state_.headings) {
       adopt(heading.heading_rad, &heading.linearization);
     }
+    for (SlopeState& slope : state_.slopes) adopt(slope.angles_rad, &slope.linearization);
     for (auto& [id, line] : state_.lines) adopt(line.block, &line.linearization);
   }
 }

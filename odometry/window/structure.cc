@@ -10,6 +10,8 @@
 #include "odometry/geometry/pinhole.h"
 #include "odometry/window/landmark_information.h"
 #include "odometry/window/line_ties.h"
+#include "odometry/window/line_views.h"
+#include "odometry/window/sloped_lines.h"
 
 namespace slcmap {
 namespace {
@@ -32,7 +34,7 @@ bool IsKnown(const LineLandmark& line) {
 // side, that is towards the camera, and the angle alone would hide it.
 void DescribeDeviation(const LineLandmark& line, const WindowCovariance& covariance, Line* out) {
   if (!line.MayDeviate()) return;
-  const Vector3d axis = AxisDirection(line.axis, line.heading_rad());
+  const Vector3d axis = line.AxisInWorld();
   out->deviation_rad = std::asin(std::min(1.0, axis.cross(line.InWorld().direction_world).norm()));
   out->deviation_sigma_rad = kUnknownSigma_rad;
   const auto deviation = DeviationFromAxis(line, covariance);
@@ -43,11 +45,31 @@ void DescribeDeviation(const LineLandmark& line, const WindowCovariance& covaria
   if (variance_rad2 > 0) out->deviation_sigma_rad = std::sqrt(variance_rad2);
 }
 
-// Adds a line of a segment whose headings the run does not hold yet.
+// Adds a line of a segment whose headings and slopes the run does not hold yet.
 void Report(Line line, int segment, OdometryRun* run) {
   line.segment = segment;
-  if (line.world >= 0) line.world += static_cast<int>(run->manhattan_worlds.size());
+  const size_t before =
+      line.axis == LineAxis::kSloped ? run->sloped_directions.size() : run->manhattan_worlds.size();
+  if (line.world >= 0) line.world += static_cast<int>(before);
   run->lines.push_back(std::move(line));
+}
+
+SlopedDirection DescribeSlope(const SlopeState& slope, int segment,
+                              const WindowCovariance& covariance) {
+  SlopedDirection out;
+  out.segment = segment;
+  out.azimuth_rad = slope.angles_rad[0];
+  out.elevation_rad = slope.angles_rad[1];
+  out.azimuth_sigma_rad = out.elevation_sigma_rad = slope.found_sigma_rad;
+  const double* block = slope.angles_rad.data();
+  if (covariance.Knows(block)) {
+    const Eigen::Vector2d variance_rad2 = covariance.Of({block}).diagonal();
+    out.azimuth_sigma_rad = std::sqrt(std::max(0.0, variance_rad2[0]));
+    out.elevation_sigma_rad = std::sqrt(std::max(0.0, variance_rad2[1]));
+  }
+  out.found_at_ns = slope.found_at_ns;
+  out.withdrawn = slope.withdrawn;
+  return out;
 }
 
 }  // namespace
@@ -55,6 +77,7 @@ void Report(Line line, int segment, OdometryRun* run) {
 Structure::Structure(const OdometryOptions& options, const Rig& rectified_rig)
     : options_(options.line_landmarks),
       manhattan_options_(options.manhattan),
+      slope_options_(options.slopes),
       kinds_(KindsOf(options)),
       points_on_lines_options_(options.points_on_lines),
       points_on_lines_(options.method == Method::kSlc),
@@ -63,7 +86,9 @@ Structure::Structure(const OdometryOptions& options, const Rig& rectified_rig)
       detector_(options.manhattan, options.line_classifier.end_sigma_px,
                 rectified_rig.cameras[0].fx_px),
       memberships_(options.points_on_lines),
-      deviation_(options.building_deviation) {}
+      slope_detector_(options.slopes),
+      deviation_(options.building_deviation),
+      slope_deviation_(options.building_deviation) {}
 
 void Structure::Update(const CostModel& model, FrameState* newest, WindowState* window) {
   if (newest->lines.empty()) return;
@@ -71,11 +96,18 @@ void Structure::Update(const CostModel& model, FrameState* newest, WindowState* 
   if (kinds_.structural) FindHeadings(*newest, model, window);
   if (points_on_lines_) FindPointsOnLines(*newest);
   EstimateLines(options_, kinds_, classifier_, memberships_, deviation_, model, window);
+  if (kinds_.structural && slope_options_.enabled) FindSlopes(*newest, model, window);
   if (points_on_lines_) {
     const auto misplaced = AdoptMembers(options_, model, &memberships_, window);
     misplaced_ = RetireMisplaced(options_, misplaced, model, window);
   }
   TieLines(deviation_, window);
+  TieSlopedLines(slope_deviation_, window);
+}
+
+// What deviates from a slope says nothing of the axes: handrails are put up by themselves.
+BuildingDeviation& Structure::DeviationOf(const LineLandmark& line) {
+  return line.slope ? slope_deviation_ : deviation_;
 }
 
 // Those that were given up because they are off their axis count too: it may be the building that
@@ -84,12 +116,15 @@ void Structure::LearnDeviation(const WindowState& window, const WindowCovariance
                                const std::unordered_set<int64_t>& gone) {
   for (const auto& [id, line] : window.lines) {
     if (!line.estimated || !line.MayDeviate()) continue;
-    if (!IsKnown(line) && !IsOffAxis(line, deviation_.max_deviation_rad())) continue;
+    BuildingDeviation& building = DeviationOf(line);
+    if (!IsKnown(line) && !IsOffAxis(line, building.max_deviation_rad())) continue;
     const auto deviation = DeviationFromAxis(line, covariance);
-    if (deviation) deviation_.Add(id, *deviation, line.deviation_sigma_rad);
+    if (deviation) building.Add(id, *deviation, line.deviation_sigma_rad);
   }
-  deviation_.Close(gone);
-  deviation_.Solve();
+  for (BuildingDeviation* building : {&deviation_, &slope_deviation_}) {
+    building->Close(gone);
+    building->Solve();
+  }
 }
 
 void Structure::FindHeadings(const FrameState& newest, const CostModel& model,
@@ -101,6 +136,11 @@ void Structure::FindHeadings(const FrameState& newest, const CostModel& model,
     known_rad.push_back(heading.heading_rad[0]);
   }
   detector_.SetKnownHeadings(known_rad);
+  std::vector<Vector3d> slopes_world;
+  for (const SlopeState& slope : window->slopes) {
+    if (!slope.withdrawn) slopes_world.push_back(SlopeDirection(slope.angles_rad.data()));
+  }
+  detector_.SetKnownSlopes(slopes_world);
   const Eigen::Quaterniond R_world_camera =
       newest.T_world_imu().rotation * model.geometry.T_imu_camera[0].rotation;
   for (const HeadingEvidence& found :
@@ -113,6 +153,27 @@ void Structure::FindHeadings(const FrameState& newest, const CostModel& model,
     spdlog::info("found Manhattan world {}, heading {:.2f} degrees", heading.world,
                  found.heading_rad * 180 / M_PI);
   }
+}
+
+void Structure::FindSlopes(const FrameState& newest, const CostModel& model, WindowState* window) {
+  std::vector<Vector3d> axes_world;
+  for (const StructuralDirection& axis : StructuralDirections(HeadingsOf(*window))) {
+    axes_world.push_back(axis.d_world);
+  }
+  const std::vector<FittedLine> fits = FitFreeLines(options_, newest, model, *window);
+  const std::vector<FreeLine> others =
+      FollowSlopes(slope_options_, axes_world, fits, slope_deviation_, window);
+  const auto found = slope_detector_.AddKeyframe(others, axes_world, SlopesOf(*window));
+  if (!found) return;
+  SlopeState& slope = window->slopes.emplace_back();
+  slope.index = static_cast<int>(window->slopes.size()) - 1;
+  slope.angles_rad = found->angles_rad;
+  slope.found_sigma_rad = found->sigma_rad;
+  slope.found_at_ns = newest.stamp_ns;
+  spdlog::info("found slope {}, {:.2f} degrees towards {:.2f} degrees: {} lines of {} objects",
+               slope.index, slope.angles_rad[1] * 180 / M_PI, slope.angles_rad[0] * 180 / M_PI,
+               found->lines, found->objects);
+  FollowSlopes(slope_options_, axes_world, fits, slope_deviation_, window);
 }
 
 void Structure::FindPointsOnLines(const FrameState& newest) {
@@ -129,10 +190,14 @@ std::unordered_set<int64_t> Structure::Judge(const CostModel& model, const Frame
                                              WindowState* window) {
   std::unordered_set<int64_t> gone =
       RejectLineOutliers(options_, deviation_.max_deviation_rad(), model, window);
+  gone.merge(RejectLinesOffSlope(slope_deviation_.max_deviation_rad(), window));
   for (const int64_t id : gone) {
-    if (HeadingState* heading = window->lines.at(id).heading) ++heading->lines_given_up;
+    const LineLandmark& line = window->lines.at(id);
+    if (line.heading) ++line.heading->lines_given_up;
+    if (line.slope) ++line.slope->lines_given_up;
   }
   gone.merge(WithdrawHeadings(manhattan_options_, window));
+  gone.merge(WithdrawSlopes(slope_options_, window));
   gone.merge(std::exchange(misplaced_, {}));
   ExtendLines(newest, model, window);
   if (!options_.anchor_at_origin) {
@@ -191,6 +256,7 @@ std::unordered_set<int64_t> Structure::ReleaseOldest(const CostModel& model,
     if (IsKnown(line)) {
       left_lines_.push_back(DescribeLine(line, *window, covariance));
       if (line.heading) ++line.heading->lines_kept;
+      if (line.slope) ++line.slope->lines_kept;
     }
     memberships_.ReleaseLine(id);
     covariance_as_left_m2_.erase(id);
@@ -243,10 +309,14 @@ void Structure::AddContents(int segment, const WindowState& window,
     world.withdrawn = heading.withdrawn;
     run->manhattan_worlds.push_back(world);
   }
+  for (const SlopeState& slope : window.slopes) {
+    run->sloped_directions.push_back(DescribeSlope(slope, segment, covariance));
+  }
 }
 
 void Structure::Reset() {
   detector_.Reset();
+  slope_detector_.Reset();
   misplaced_.clear();
   memberships_ = PointsOnLines(points_on_lines_options_);
   covariance_as_left_m2_.clear();

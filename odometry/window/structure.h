@@ -10,6 +10,7 @@
 #include "odometry/structure/line_classifier.h"
 #include "odometry/structure/manhattan_detector.h"
 #include "odometry/structure/points_on_lines.h"
+#include "odometry/structure/slope_detector.h"
 #include "odometry/window/line_landmarks.h"
 #include "odometry/window/line_members.h"
 #include "odometry/window/window_covariance.h"
@@ -59,6 +60,8 @@ class Structure {
 
  private:
   void FindHeadings(const FrameState& newest, const CostModel& model, WindowState* window);
+  void FindSlopes(const FrameState& newest, const CostModel& model, WindowState* window);
+  BuildingDeviation& DeviationOf(const LineLandmark& line);
   Line DescribeLine(const LineLandmark& line, const WindowState& window,
                     const WindowCovariance& covariance) const;
   void FindPointsOnLines(const FrameState& newest);
@@ -68,6 +71,7 @@ class Structure {
 
   LineLandmarkOptions options_;
   ManhattanOptions manhattan_options_;
+  SlopeOptions slope_options_;
   LineKinds kinds_;
   PointsOnLinesOptions points_on_lines_options_;
   bool points_on_lines_ = false;
@@ -75,7 +79,8 @@ class Structure {
   LineClassifier classifier_;
   ManhattanDetector detector_;
   PointsOnLines memberships_;
-  BuildingDeviation deviation_;
+  SlopeDetector slope_detector_;
+  BuildingDeviation deviation_, slope_deviation_;
   // Of lines of the window that no frame of it sees, by id: as their last one left.
   std::map<int64_t, Eigen::Matrix3d> covariance_as_left_m2_;
   std::vector<Line> left_lines_;

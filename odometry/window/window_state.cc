@@ -44,6 +44,14 @@ PointAndDirection LineLandmark::InWorld() const {
           AxisDirection(axis, heading_rad())};
 }
 
+Eigen::Vector3d LineLandmark::AxisInWorld() const {
+  return slope ? SlopeDirection(slope->angles_rad.data()) : AxisDirection(axis, heading_rad());
+}
+
+Matrix32d LineLandmark::AcrossAxisInWorld() const {
+  return slope ? AxesAcrossSlope(slope->angles_rad.data()) : AxesAcross(axis, heading_rad());
+}
+
 std::vector<std::optional<double>> HeadingsOf(const WindowState& window) {
   std::vector<std::optional<double>> headings;
   for (const HeadingState& heading : window.headings) {

@@ -90,6 +90,18 @@ struct SharedDeviation {
   double sigma_rad = 0;  // as it is known without its lines
 };
 
+// A slope that lines share. Its address is fixed while the segment lasts.
+struct SlopeState {
+  int index = 0;  // counts those of the segment
+  SlopeBlock angles_rad{};
+  std::optional<SlopeBlock> linearization;
+  double found_sigma_rad = 0;  // as it was found
+  int64_t found_at_ns = 0;
+  int lines_kept = 0;      // that followed it and have left the window
+  int lines_given_up = 0;  // that were taken to follow it, and turned out not to
+  bool withdrawn = false;  // nothing follows it any more
+};
+
 // How far along itself a line was seen, in metres from the point of it that is nearest to its
 // anchor. The outermost end on either side is left out: a single wrong match must not stretch a
 // line.
@@ -109,17 +121,18 @@ class LineExtent {
 };
 
 // A line: along an axis of the building, with two degrees of freedom where it is exactly along it
-// and with four of which two are tied to the axis where it may deviate, or of any direction with
-// four. Unlike a point it is hosted by no frame: its block stays, in the prior too, when frames
-// leave.
+// and with four of which two are tied to the axis where it may deviate, along a slope, to which it
+// is tied likewise, or of any direction with four. Unlike a point it is hosted by no frame: its
+// block stays, in the prior too, when frames leave.
 struct LineLandmark {
   int64_t id = 0;
   std::vector<FrameState*> frames;  // of the window that saw it, oldest first
   LineAxis axis = LineAxis::kNone;
-  HeadingState* heading = nullptr;  // of its world; null for vertical and general lines
+  HeadingState* heading = nullptr;  // of its world; null for all but those along X and Y
+  SlopeState* slope = nullptr;      // that a sloped line follows, null for others
   Eigen::Vector3d anchor_world = Eigen::Vector3d::Zero();
-  // How far a line of an axis may be off its direction, beside what it shares with its neighbours;
-  // zero for one that is exactly along it.
+  // How far a line of an axis or a slope may be off its direction, beside what it shares with its
+  // neighbours; zero for one that is exactly along its axis.
   double deviation_sigma_rad = 0;
   SharedDeviation* shared = nullptr;  // null for one that shares none
   GeneralLineBlock block{};           // of a line exactly along an axis the first numbers
@@ -141,6 +154,9 @@ struct LineLandmark {
   const BlockKind& kind() const { return IsExact() ? kStructuralLineKind : kGeneralLineKind; }
   StructuralLine structural() const { return {axis, anchor_world}; }
   double heading_rad() const { return heading ? heading->heading_rad[0] : 0; }
+  // The direction of the axis or slope that it follows, and the axes across that.
+  Eigen::Vector3d AxisInWorld() const;
+  Matrix32d AcrossAxisInWorld() const;
   // The id of the last frame whose observation of it counts; -1 where none does.
   int64_t last_seen_frame() const {
     if (!frames.empty()) return frames.back()->id;
@@ -159,6 +175,7 @@ struct WindowState {
   std::map<int64_t, PointLandmark> landmarks;      // by id
   std::deque<HeadingState> headings;               // by world
   std::list<SharedDeviation> shared_deviations;
+  std::deque<SlopeState> slopes;          // by index
   std::map<int64_t, LineLandmark> lines;  // by id
   Prior prior;
 };

@@ -2,7 +2,7 @@
 //
 //   estimator_on_tracks [--method M] [--moving] [--seconds S] [--runs N] [--sigma PX]
 //       [--lines N [--deviation DEG [--edges-per-object N]] [--points-per-edge N]
-//       [--crossings-per-edge N] [--scatter M]] [--config YAML]
+//       [--crossings-per-edge N] [--scatter M] [--sloped-share S]] [--config YAML]
 //
 // With lines, a part of them holds landmarks (that all methods see), and places where nearer edges
 // cross them, which slide: what memberships of points in lines give, and what wrong ones cost.
@@ -89,6 +89,7 @@ int main(int argc, char** argv) {
   app.add_option("--points-per-edge", lines.points_per_edge);
   app.add_option("--crossings-per-edge", lines.crossings_per_edge);
   app.add_option("--scatter", lines.scatter_m);
+  app.add_option("--sloped-share", lines.sloped_share, "of the edges, that share a slope");
   app.add_flag("--moving", moving);
   double late_ms = 0, imu_turn_deg = 0, right_turn_deg = 0;
   app.add_option("--late-ms", late_ms, "stamps of the images");
@@ -109,6 +110,8 @@ int main(int argc, char** argv) {
   options.fault.imu_rotation_rad = imu_turn_deg * kDegree * Eigen::Vector3d(2, -1, 2) / 3;
   options.fault.right_rotation_rad = right_turn_deg * kDegree * Eigen::Vector3d(1, 1, 0);
   double ape = 0, nees = 0, nees_yaw_pos = 0, nees_heading = 0, calibration_nees = 0;
+  double nees_slope = 0;
+  int slopes = 0;
   for (int i = 0; i < runs; ++i) {
     options.seed = 10 + i;
     const auto start = std::chrono::steady_clock::now();
@@ -128,6 +131,15 @@ int main(int argc, char** argv) {
       const double off = run.final_heading_error_rad / run.final_heading_sigma_rad;
       nees_heading += off * off / runs;
     }
+    if (run.final_slope_nees > 0) {
+      const Eigen::Vector2d error = run.final_slope_error_rad / kDegree,
+                            sigma = run.final_slope_sigma_rad / kDegree;
+      std::printf("  slope off by %+.4f (%.4f) %+.4f (%.4f) deg, NEES %.1f / 2, of %zu found\n",
+                  error[0], sigma[0], error[1], sigma[1], run.final_slope_nees,
+                  run.run.sloped_directions.size());
+      nees_slope += run.final_slope_nees;
+      ++slopes;
+    }
     PrintCalibration(run);
     calibration_nees += run.calibration_nees / runs;
     ape += ApeAfterGauge(run) / runs;
@@ -138,4 +150,5 @@ int main(int argc, char** argv) {
       "mean APE %.4f m, NEES pose %.2f / 6, all %.2f / 15, heading %.2f / 1, calibration %.2f / "
       "11\n",
       ape, nees_yaw_pos, nees, nees_heading, calibration_nees);
+  if (slopes > 0) std::printf("slope NEES %.2f / 2 (%d runs)\n", nees_slope / slopes, slopes);
 }

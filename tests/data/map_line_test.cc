@@ -62,7 +62,8 @@ TEST(MapLine, VerticesAndEdgesHaveTheColourOfTheAxis) {
 }
 
 TEST(MapLine, OldLinesAreDarkerThanRecentOnes) {
-  for (const LineAxis axis : {LineAxis::kX, LineAxis::kY, LineAxis::kVertical, LineAxis::kNone}) {
+  for (const LineAxis axis :
+       {LineAxis::kX, LineAxis::kY, LineAxis::kVertical, LineAxis::kNone, LineAxis::kSloped}) {
     const std::vector<int> recent = Parts(LineColour(axis, true));
     const std::vector<int> old = Parts(LineColour(axis, false));
     for (int i = 0; i < 3; ++i) EXPECT_NEAR(old[i], 0.8 * recent[i], 0.5);

@@ -107,6 +107,41 @@ TEST_F(RunFolderLinesTest, ManhattanWorldsComeBack) {
   EXPECT_TRUE(read.manhattan_worlds[1].withdrawn);
 }
 
+TEST_F(RunFolderLinesTest, SlopedDirectionsComeBackWithTheirLines) {
+  OdometryRun run = testing::MakeLineRun();
+  run.sloped_directions = {{0, 1.5, 0.5, 0.001, 0.002, 1600000003123456789, false},
+                           {0, -2.5, 0.1, 0, 0.003, 5, true}};
+  run.lines[3].axis = run.lines[4].axis = LineAxis::kSloped;
+  run.lines[3].world = 0;
+  run.lines[4].world = 1;
+  WriteRunFolder(folder_, run);
+  const OdometryRun read = ReadRunFolder(folder_);
+  ASSERT_EQ(read.sloped_directions.size(), 2u);
+  EXPECT_EQ(read.sloped_directions[0].azimuth_rad, 1.5);
+  EXPECT_EQ(read.sloped_directions[0].elevation_rad, 0.5);
+  EXPECT_EQ(read.sloped_directions[0].azimuth_sigma_rad, 0.001);
+  EXPECT_EQ(read.sloped_directions[0].elevation_sigma_rad, 0.002);
+  EXPECT_EQ(read.sloped_directions[0].found_at_ns, 1600000003123456789);
+  EXPECT_FALSE(read.sloped_directions[0].withdrawn);
+  EXPECT_TRUE(read.sloped_directions[1].withdrawn);
+  EXPECT_EQ(read.lines[3].axis, LineAxis::kSloped);
+  const std::vector<MapLine> lines = ReadMapLines(Path("lines.ply"));
+  EXPECT_EQ(lines.size(), run.lines.size() - 1) << "without that of the withdrawn one";
+  EXPECT_EQ(lines[3].axis, LineAxis::kSloped);
+  EXPECT_EQ(lines[3].world, 0);
+}
+
+TEST_F(RunFolderLinesTest, ALineOfASlopeThatThereIsNotIsRefused) {
+  OdometryRun run = testing::MakeLineRun();
+  run.sloped_directions.resize(1);
+  run.lines[3].axis = LineAxis::kSloped;
+  for (const int index : {-1, 1}) {
+    run.lines[3].world = index;
+    WriteRunFolder(folder_, run);
+    ExpectReadError("lines.csv", "the index of a sloped direction");
+  }
+}
+
 TEST_F(RunFolderLinesTest, PlyHoldsTheLinesForOtherPrograms) {
   OdometryRun run = testing::MakeLineRun();
   run.lines[20].deviation_rad = 0.002;
@@ -168,9 +203,25 @@ TEST_F(RunFolderLinesTest, LinesFollowTheirWorldWhereOneIsDropped) {
   EXPECT_EQ(read.lines[0].world, -1);
 }
 
+TEST_F(RunFolderLinesTest, LinesFollowTheirSlopeWhereOneIsDropped) {
+  OdometryRun run = testing::MakeLineRun();
+  run.sloped_directions = {{0, kNaN, 0.5, 0, 0, 5, false}, {0, 0.2, 0.6, 0, 0, 6, false}};
+  run.lines[3].axis = run.lines[4].axis = LineAxis::kSloped;
+  run.lines[3].world = 0;
+  run.lines[4].world = 1;
+  WriteRunFolder(folder_, run);
+  const OdometryRun read = ReadRunFolder(folder_);
+  EXPECT_EQ(read.warnings.at("sloped_directions_not_finite"), 1);
+  ASSERT_EQ(read.sloped_directions.size(), 1u);
+  ASSERT_EQ(read.lines.size(), run.lines.size() - 1);
+  EXPECT_EQ(read.lines[3].id, run.lines[4].id);
+  EXPECT_EQ(read.lines[3].world, 0);
+  EXPECT_EQ(read.lines.back().world, run.lines.back().world) << "of a Manhattan world";
+}
+
 TEST_F(RunFolderLinesTest, DamagedRowsAreNamed) {
   const std::string ends = "0,0,0,1,1,1,", covariance = "0,0,0,0,0,0,";
-  ExpectRowError("lines.csv", "7,0,4,-1," + ends + covariance + "3,5,0,0", "axis: found '4'");
+  ExpectRowError("lines.csv", "7,0,5,-1," + ends + covariance + "3,5,0,0", "axis: found '5'");
   ExpectRowError("lines.csv", "7,0,1,1," + ends + covariance + "3,5,0,0", "world: found '1'");
   ExpectRowError("lines.csv", "7,0,1,-2," + ends + covariance + "3,5,0,0", "world: found '-2'");
   ExpectRowError("lines.csv", "100,0,1,0," + ends + covariance + "3,5,0,0", "id: found '100'");

@@ -51,6 +51,9 @@ class RunJournalTest : public ::testing::Test {
     window.landmarks[1].p_world.x() = 77;  // has changed before it left the window
     window.lines = {run_.lines[22]};
     window.manhattan_worlds = run_.manhattan_worlds;
+    window.sloped_directions = {{0, 0.25, 0.5, 0.001, 0.002, 7, false}};
+    window.lines[0].axis = LineAxis::kSloped;
+    window.lines[0].world = 0;
     window.figures.points_rejected = {0.1, 0.2, 30};
     finished.calibration = {Calibration(2, 0.001), Calibration(4, 0.002)};
     window.calibration = {Calibration(4, 0.003), Calibration(5, 0.004)};
@@ -106,6 +109,10 @@ TEST_F(RunJournalTest, WhatIsFinalGoesBeforeWhatWasInTheWindow) {
   ASSERT_EQ(read.lines.size(), 2u);
   EXPECT_EQ(read.lines[0].world, 0);
   EXPECT_EQ(read.manhattan_worlds.size(), 1u);
+  EXPECT_EQ(read.lines[1].axis, LineAxis::kSloped);
+  ASSERT_EQ(read.sloped_directions.size(), 1u);
+  EXPECT_EQ(read.sloped_directions[0].azimuth_rad, 0.25);
+  EXPECT_EQ(read.sloped_directions[0].found_at_ns, 7);
 }
 
 TEST_F(RunJournalTest, TheCalibrationIsThatOfTheWindowInTheEnd) {

@@ -198,6 +198,10 @@ struct SimulatedRun {
   // At the end, of the first heading found: its error, counted from the first pose, modulo a right
   // angle, and the standard deviation claimed; 0 where there is none.
   double final_heading_error_rad = 0, final_heading_sigma_rad = 0;
+  // The same of the first slope's azimuth and elevation, and its normalised squared error (2).
+  Eigen::Vector2d final_slope_error_rad = Eigen::Vector2d::Zero();
+  Eigen::Vector2d final_slope_sigma_rad = Eigen::Vector2d::Zero();
+  double final_slope_nees = 0;
   // At the end: estimate less truth of the calibration, what is claimed of it, and the normalised
   // squared error of all (11).
   CalibrationVector calibration_error, calibration_sigma;
@@ -276,6 +280,27 @@ inline void MeasureFinalHeading(const MotionSpline& motion, double true_heading_
   constexpr double kGaugeVariance_rad2 = 1e-8;
   run->final_heading_sigma_rad =
       std::sqrt(covariance.Of({heading.heading_rad.data()})(0, 0) - kGaugeVariance_rad2);
+}
+
+inline void MeasureFinalSlope(const MotionSpline& motion, const LineTrackSimulatorOptions& lines,
+                              const SlidingWindow& window, SimulatedRun* run) {
+  const WindowCovariance covariance(window.information());
+  if (window.state().slopes.empty()) return;
+  const SlopeState& slope = window.state().slopes.front();
+  if (!covariance.Knows(slope.angles_rad.data())) return;
+  const Keyframe& first = run->run.keyframes.front();
+  const RigidTransform gauge =
+      GaugeBetween(motion.PoseAt(ToSeconds(first.stamp_ns)), first.T_world_imu);
+  const double yaw_rad = 2 * std::atan2(gauge.rotation.z(), gauge.rotation.w());
+  run->final_slope_error_rad =
+      Eigen::Vector2d(std::remainder(slope.angles_rad[0] + yaw_rad - lines.slope_azimuth_rad, M_PI),
+                      slope.angles_rad[1] - lines.slope_elevation_rad);
+  constexpr double kGaugeVariance_rad2 = 1e-8;
+  Eigen::Matrix2d variance_rad2 = covariance.Of({slope.angles_rad.data()});
+  variance_rad2(0, 0) -= kGaugeVariance_rad2;
+  run->final_slope_sigma_rad = variance_rad2.diagonal().cwiseSqrt();
+  run->final_slope_nees =
+      run->final_slope_error_rad.dot(variance_rad2.ldlt().solve(run->final_slope_error_rad));
 }
 
 inline void MeasureCalibration(const SlidingWindow& window, const CalibrationFault& fault,
@@ -362,6 +387,7 @@ inline SimulatedRun RunOnSimulatedTracks(
     MeasureFinalNees(motion, estimator.window(), options.fault, &out);
     if (options.lines) {
       MeasureFinalHeading(motion, options.lines->heading_rad, estimator.window(), &out);
+      MeasureFinalSlope(motion, *options.lines, estimator.window(), &out);
     }
     MeasureCalibration(estimator.window(), options.fault, &out);
   }

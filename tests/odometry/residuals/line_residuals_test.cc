@@ -5,6 +5,7 @@
 
 #include "data/simulator/example.h"
 #include "odometry/residuals/along_axis_residual.h"
+#include "odometry/residuals/along_slope_residual.h"
 #include "odometry/residuals/general_line_residual.h"
 #include "odometry/residuals/point_on_line_residual.h"
 #include "odometry/residuals/structural_line_residual.h"
@@ -191,6 +192,19 @@ struct AlongAxisByDefinition {
   bool operator()(const T* block, T* r) const {
     const T heading(0);
     return (*this)(&heading, block, r);
+  }
+};
+
+struct AlongSlopeByDefinition {
+  double sigma_rad;
+  template <typename T>
+  bool operator()(const T* slope, const T* block, T* r) const {
+    const Vec3<T> d = Eigen::Map<const Eigen::Quaternion<T>>(block) * Vec3<T>(T(0), T(1), T(0));
+    const T c = ceres::cos(slope[0]), s = ceres::sin(slope[0]);
+    const T along = c * d[0] + s * d[1];  // level
+    r[0] = (c * d[1] - s * d[0]) / sigma_rad;
+    r[1] = (ceres::cos(slope[1]) * d[2] - ceres::sin(slope[1]) * along) / sigma_rad;
+    return true;
   }
 };
 
@@ -461,6 +475,27 @@ TEST(AlongAxisResidual, JacobiansMatchAutomaticDifferentiation) {
       ExpectSameAsTwin(factor, twin, {{kHeading}, line});
     }
   }
+}
+
+const std::vector<double> kSlope = {0.7, 0.5};
+
+TEST(AlongSlopeResidual, IsTheAngleOffTheSlopeInStandardDeviations) {
+  const LineScene scene;
+  const Matrix32d across = AxesAcrossSlope(kSlope.data());
+  const Vector3d direction =
+      SlopeDirection(kSlope.data()) + 1e-3 * across.col(0) - 2e-3 * across.col(1);
+  EXPECT_LT(std::abs(across.col(0).z()), 1e-12) << "the first one is level";
+  const Eigen::VectorXd r =
+      Residual(AlongSlopeResidual(1e-3), {kSlope, FreeLineBlocks(scene, direction)[1]});
+  EXPECT_LT((r - Vector2d(1, -2)).norm(), 1e-4);
+}
+
+TEST(AlongSlopeResidual, JacobiansMatchAutomaticDifferentiation) {
+  const LineScene scene;
+  const ceres::AutoDiffCostFunction<AlongSlopeByDefinition, 2, 2, 5> twin(
+      new AlongSlopeByDefinition{0.01});
+  ExpectSameAsTwin(AlongSlopeResidual(0.01), twin,
+                   {kSlope, FreeLineBlocks(scene, {0.3, -0.8, 0.4})[1]});
 }
 
 // Nobody can observe where the whole scene is, nor how it is turned about the vertical.

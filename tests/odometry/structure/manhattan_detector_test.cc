@@ -36,9 +36,16 @@ class ManhattanDetectorTest : public ::testing::Test {
   }
 
   std::vector<double> Turn(int images, const Eigen::Matrix3d& R_world_tilted) {
+    return Look(images, 0, 0.2, R_world_tilted);
+  }
+
+  // The same of one that turns by a step an image.
+  std::vector<double> Look(int images, double heading_rad, double step_rad,
+                           const Eigen::Matrix3d& R_world_tilted = Eigen::Matrix3d::Identity()) {
     std::vector<double> found;
     for (int i = 0; i < images; ++i) {
-      const Eigen::Matrix3d R = testing::CameraLooking(0.2 * i, 0.1 * std::sin(0.7 * i));
+      const Eigen::Matrix3d R =
+          testing::CameraLooking(heading_rad + step_rad * i, 0.1 * std::sin(0.7 * i));
       const auto segments = testing::ProjectAll(lines_, R, 0.5, &random_);
       for (const auto& heading : detector_.AddImage(segments, R_world_tilted * R)) {
         found.push_back(heading.heading_rad);
@@ -47,6 +54,16 @@ class ManhattanDetectorTest : public ::testing::Test {
     return found;
   }
   std::vector<double> Turn(int images) { return Turn(images, Eigen::Matrix3d::Identity()); }
+
+  // Lines along one heading, on all sides of the camera or to the left of it only.
+  void AddOneAxis(double heading_rad, int count, bool all_around) {
+    std::vector<WorldLine> lines = testing::ScatteredLines(Heading(heading_rad), count, &random_);
+    const Eigen::Vector3d left = Heading(heading_rad + 90 * kDegree);
+    if (!all_around) {
+      std::erase_if(lines, [&](const WorldLine& line) { return left.dot(line.start) < 2; });
+    }
+    Append(&lines_, lines);
+  }
 
   std::mt19937 random_{3};
   std::vector<WorldLine> lines_;
@@ -90,6 +107,47 @@ TEST_F(ManhattanDetectorTest, FindsNoneBetweenOddWalls) {
   }
   AddClutter(40);
   EXPECT_TRUE(Turn(200).empty());
+}
+
+// A colonnade, or a corridor whose edges across are hardly seen.
+TEST_F(ManhattanDetectorTest, OneAxisIsEnoughWhereItLasts) {
+  for (const bool all_around : {true, false}) {
+    detector_.Reset();
+    lines_.clear();
+    AddOneAxis(25 * kDegree, all_around ? 90 : 270, all_around);
+    AddClutter(40);
+    const auto look = [&](int images) {
+      return all_around ? Turn(images) : Look(images, 75 * kDegree, 0.02);
+    };
+    EXPECT_TRUE(look(20).empty());
+    const auto found = look(25);
+    ASSERT_EQ(found.size(), 1u) << (all_around ? "around" : "to one side");
+    EXPECT_NEAR(found[0], 25 * kDegree, 0.2 * kDegree);
+  }
+}
+
+// Furniture that stands askew has one too.
+TEST_F(ManhattanDetectorTest, OneAxisIsNotEnoughForAFurtherHeading) {
+  AddOneAxis(25 * kDegree, 90, true);
+  AddClutter(40);
+  detector_.SetKnownHeadings({0});
+  EXPECT_TRUE(Turn(80).empty());
+}
+
+// A pitched roof has more rafters than there are edges along the building.
+TEST_F(ManhattanDetectorTest, WhatFollowsAKnownSlopeDoesNotVote) {
+  AddBuilding(20 * kDegree, 20);
+  const Eigen::Vector3d to_ridge = Heading(110 * kDegree), up = Eigen::Vector3d::UnitZ();
+  std::vector<Eigen::Vector3d> slopes;
+  for (const double side : {-1, 1}) {
+    slopes.push_back((side * to_ridge + 0.8 * up).normalized());
+    Append(&lines_, testing::ScatteredLines(slopes.back(), 40, &random_));
+  }
+  EXPECT_TRUE(Turn(60).empty());
+  detector_.SetKnownSlopes(slopes);
+  const auto found = Turn(30);
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_NEAR(found[0], 20 * kDegree, 0.2 * kDegree);
 }
 
 TEST_F(ManhattanDetectorTest, FindsASecondHeadingLater) {

@@ -103,6 +103,11 @@ class Unobservable {
     for (const SharedDeviation& shared : window.shared_deviations) {
       of_[shared.off_rad.data()] = MovedShared(shared);
     }
+    for (const SlopeState& slope : window.slopes) {
+      MatrixXd moved = MatrixXd::Zero(2, 4);
+      moved(0, 3) = 1;
+      of_[slope.angles_rad.data()] = moved;
+    }
     for (const auto& [id, line] : window.lines) {
       const double* block = At(line.block, line.linearization);
       if (!line.IsExact()) {
@@ -181,6 +186,7 @@ struct Tested {
   std::string name;
   Method method;
   bool exact = false;  // lines are exactly along their axes
+  double sloped_share = 0;
 };
 
 SimulatedRunOptions Noisy(const Tested& tested) {
@@ -202,6 +208,7 @@ SimulatedRunOptions Noisy(const Tested& tested) {
   options.lines = LineTrackSimulatorOptions{.heading_rad = 0.3, .points_per_edge = 1};
   if (!tested.exact) options.lines->deviation_rad = 0.003;
   if (method == Method::kPointsLines) options.lines->general_share = 0.3;
+  options.lines->sloped_share = tested.sloped_share;
   return options;
 }
 
@@ -217,12 +224,14 @@ class FirstEstimatesTest : public testing::TestWithParam<Tested> {
       last_id = window.frames.back()->id;
       ++checked_;
       for (const auto& [id, line] : window.lines) lines_ += line.linearization.has_value();
+      for (const SlopeState& slope : window.slopes) slopes_ += slope.linearization.has_value();
       check(estimator->window());
     });
     EXPECT_GT(checked_, 15);
     if (UsesLines(GetParam().method)) EXPECT_GT(lines_, 10 * checked_);
+    if (GetParam().sloped_share > 0) EXPECT_GT(2 * slopes_, checked_);
   }
-  int checked_ = 0, lines_ = 0;
+  int checked_ = 0, lines_ = 0, slopes_ = 0;
 };
 
 TEST_P(FirstEstimatesTest, ThePriorLearnsNeitherPositionNorHeading) {
@@ -284,7 +293,8 @@ INSTANTIATE_TEST_SUITE_P(Methods, FirstEstimatesTest,
                                          Tested{"structural", Method::kStructural},
                                          Tested{"slc", Method::kSlc},
                                          Tested{"structural_exact", Method::kStructural, true},
-                                         Tested{"slc_exact", Method::kSlc, true}),
+                                         Tested{"slc_exact", Method::kSlc, true},
+                                         Tested{"slc_sloped", Method::kSlc, false, 0.4}),
                          [](const auto& tested) { return tested.param.name; });
 
 }  // namespace

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "odometry/window/line_views.h"
 #include "tests/odometry/window/line_scene.h"
 
 namespace slcmap {
@@ -190,15 +191,6 @@ TEST_F(MergeMovedLinesTest, LinesThatOneImageShowsSideBySideStayTwo) {
   EXPECT_FALSE(AreMerged());
   left = {left.start - apart, left.end - apart};
   EXPECT_TRUE(AreMerged());
-}
-
-TEST_F(LineLandmarksTest, TheVerticalIsAnAxisBeforeAnyWorldIsKnown) {
-  const FrameState& frame = *window_.frames.front();
-  EXPECT_EQ(AxesInCamera(window_, frame, rig_).size(), 3u);
-  window_.headings.clear();
-  const auto axes = AxesInCamera(window_, frame, rig_);
-  ASSERT_EQ(axes.size(), 1u);
-  EXPECT_LT((axes[0] - Vector3d(0, -1, 0)).norm(), 1e-9);
 }
 
 }  // namespace
