@@ -63,8 +63,9 @@ SlopeState* SlopeOfLine(const SlopeOptions& options, const FreeLine& line, doubl
 // Lines of a slope all run up it: lines that are the same edge have to point the same way.
 GeneralLineBlock UpwardBlock(const FittedLine& fit) {
   const PointAndDirection in_world = GeneralLineFromBlock(fit.anchor_world, fit.block.data());
-  if (in_world.direction_world.z() > 0) return fit.block;
-  return GeneralLineThrough(fit.anchor_world, in_world.point_world, -in_world.direction_world);
+  const double sign = in_world.direction_world.z() < 0 ? -1 : 1;
+  return GeneralLineThrough(fit.anchor_world, in_world.point_world,
+                            sign * in_world.direction_world);
 }
 
 }  // namespace

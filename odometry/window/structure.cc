@@ -54,6 +54,14 @@ void Report(Line line, int segment, OdometryRun* run) {
   run->lines.push_back(std::move(line));
 }
 
+// A slope has few lines: they may tell that they are far off, but not that they are exact.
+BuildingDeviationOptions OfSlopes(BuildingDeviationOptions options) {
+  options.start_sigma_rad = std::max(options.start_sigma_rad, options.min_sigma_rad);
+  options.min_sigma_rad = options.start_sigma_rad;
+  options.exact_below_rad = 0;
+  return options;
+}
+
 SlopedDirection DescribeSlope(const SlopeState& slope, int segment,
                               const WindowCovariance& covariance) {
   SlopedDirection out;
@@ -88,7 +96,7 @@ Structure::Structure(const OdometryOptions& options, const Rig& rectified_rig)
       memberships_(options.points_on_lines),
       slope_detector_(options.slopes),
       deviation_(options.building_deviation),
-      slope_deviation_(options.building_deviation) {}
+      slope_deviation_(OfSlopes(options.building_deviation)) {}
 
 void Structure::Update(const CostModel& model, FrameState* newest, WindowState* window) {
   if (newest->lines.empty()) return;

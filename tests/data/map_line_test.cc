@@ -98,7 +98,7 @@ TEST(MapLine, ValuesThatCannotBeAreNamed) {
                 ThrowsMessage<DataError>(AllOf(HasSubstr("bad.ply: edge row 1"),
                                                HasSubstr(property), HasSubstr(value))));
   };
-  expect_error("axis", "4");
+  expect_error("axis", "5");
   expect_error("world", "-2");
   expect_error("sigma_m", "nan");
   EXPECT_EQ(ReadMapLines(file("axis", "2"))[0].axis, LineAxis::kVertical);

@@ -136,12 +136,12 @@ TEST_F(ManhattanDetectorTest, OneAxisIsNotEnoughForAFurtherHeading) {
 
 // A pitched roof has more rafters than there are edges along the building.
 TEST_F(ManhattanDetectorTest, WhatFollowsAKnownSlopeDoesNotVote) {
-  AddBuilding(20 * kDegree, 20);
+  AddBuilding(20 * kDegree, 60);
   const Eigen::Vector3d to_ridge = Heading(110 * kDegree), up = Eigen::Vector3d::UnitZ();
   std::vector<Eigen::Vector3d> slopes;
   for (const double side : {-1, 1}) {
     slopes.push_back((side * to_ridge + 0.8 * up).normalized());
-    Append(&lines_, testing::ScatteredLines(slopes.back(), 40, &random_));
+    Append(&lines_, testing::ScatteredLines(slopes.back(), 120, &random_));
   }
   EXPECT_TRUE(Turn(60).empty());
   detector_.SetKnownSlopes(slopes);
