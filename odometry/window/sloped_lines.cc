@@ -118,6 +118,7 @@ std::unordered_set<int64_t> RejectLinesOffSlope(double max_deviation_rad, Window
   for (auto& [id, line] : window->lines) {
     if (!line.estimated || line.retired || !line.slope) continue;
     if (!IsOffAxis(line, max_deviation_rad)) continue;
+    ++line.slope->lines_given_up;
     outliers.insert(id);
     Retire(&line);
   }

@@ -34,11 +34,12 @@ std::vector<FreeLine> FollowSlopes(const SlopeOptions& options,
 // Ties the directions of sloped lines by how much such lines are known to deviate.
 void TieSlopedLines(const BuildingDeviation& deviation, WindowState* window);
 
-// Retires the lines that are further off their slope than a limit; returns their ids.
+// Retires the lines that are further off their slope than a limit, which speaks against the slope;
+// returns their ids.
 std::unordered_set<int64_t> RejectLinesOffSlope(double max_deviation_rad, WindowState* window);
 
-// Withdraws the slopes most of whose lines were given up, and retires the rest of these lines.
-// Returns the ids of these.
+// Withdraws the slopes most of whose lines turned out to be off them, and retires the rest of these
+// lines. Returns the ids of these.
 std::unordered_set<int64_t> WithdrawSlopes(const SlopeOptions& options, WindowState* window);
 
 // What the angles of all slopes are, of those that were withdrawn too.

@@ -200,9 +200,7 @@ std::unordered_set<int64_t> Structure::Judge(const CostModel& model, const Frame
       RejectLineOutliers(options_, deviation_.max_deviation_rad(), model, window);
   gone.merge(RejectLinesOffSlope(slope_deviation_.max_deviation_rad(), window));
   for (const int64_t id : gone) {
-    const LineLandmark& line = window->lines.at(id);
-    if (line.heading) ++line.heading->lines_given_up;
-    if (line.slope) ++line.slope->lines_given_up;
+    if (HeadingState* heading = window->lines.at(id).heading) ++heading->lines_given_up;
   }
   gone.merge(WithdrawHeadings(manhattan_options_, window));
   gone.merge(WithdrawSlopes(slope_options_, window));

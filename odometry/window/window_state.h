@@ -98,7 +98,7 @@ struct SlopeState {
   double found_sigma_rad = 0;  // as it was found
   int64_t found_at_ns = 0;
   int lines_kept = 0;      // that followed it and have left the window
-  int lines_given_up = 0;  // that were taken to follow it, and turned out not to
+  int lines_given_up = 0;  // that were taken to follow it, and turned out to be off it
   bool withdrawn = false;  // nothing follows it any more
 };
 

@@ -234,7 +234,7 @@ class FirstEstimatesTest : public testing::TestWithParam<Tested> {
     });
     EXPECT_GT(checked_, 15);
     if (UsesLines(GetParam().method)) EXPECT_GT(lines_, 10 * checked_);
-    if (GetParam().sloped_share > 0) EXPECT_GT(slopes_, 8);
+    if (GetParam().sloped_share > 0) EXPECT_GT(slopes_, 4);
   }
   int checked_ = 0, lines_ = 0, slopes_ = 0;
 };

@@ -94,6 +94,7 @@ TEST_F(SlopedLinesTest, ALineOffItsSlopeIsGivenUp) {
   EXPECT_TRUE(RejectLinesOffSlope(0.011, &window_).empty());
   EXPECT_EQ(RejectLinesOffSlope(0.009, &window_).count(kLine), 1u);
   EXPECT_TRUE(line().retired);
+  EXPECT_EQ(window_.slopes[0].lines_given_up, 1);
 }
 
 TEST_F(SlopedLinesTest, ASlopeMostOfWhoseLinesWereGivenUpIsWithdrawnWithTheRest) {
