@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "odometry/window/line_landmarks.h"
+#include "odometry/window/line_views.h"
 #include "tests/odometry/window/line_scene.h"
 
 namespace slcmap {
