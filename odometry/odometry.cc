@@ -107,7 +107,9 @@ class Odometry::Impl {
         lines_(UsesLines(options.method)
                    ? std::make_unique<TrackedLines>(options.lines, rectifier_, &pair_)
                    : nullptr),
-        estimator_(options, rectifier_.rectified_rig(), &points_, lines_.get(), threads) {}
+        estimator_(options, rectifier_.rectified_rig(), &points_, lines_.get(), threads) {
+    estimator_.SetFocalShifts(FocalShiftsOf(rig, rectifier_.rectified_rig()));
+  }
 
   void AddImu(const ImuSample& sample) {
     if (estimator_.AddImu(sample)) {

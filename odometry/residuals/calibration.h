@@ -22,10 +22,11 @@ enum ImuCalibrationRow { kRowImuRotation = 0, kRowLever = 3, kRowTimeOffset = 6 
 //
 //   (psi, s): rotation vector in rad, and the share by which focal lengths are longer than given
 //
-// with the right camera's true place T_imu_right (Exp(psi), 0), and the image of a point p of a
-// camera's true frame at (1 + s) p.xy / p.z on the plane z = 1. Perturbed by addition.
+// with the right camera's true place T_imu_right (Exp(psi), 0), and a point p of a camera's true
+// frame seen where p.xy / p.z = m - s / (1 + s) g(m) holds for the measurement m on the plane z = 1
+// (see geometry/focal_shift.h; of an ideal pinhole m = (1 + s) p.xy / p.z). Perturbed by addition.
 inline constexpr int kCameraCalibrationSize = 4;
-enum CameraCalibrationRow { kRowRightRotation = 0, kRowFocalScale = 3 };
+enum CameraCalibrationRow { kRowRightRotation = 0, kRowFocalLength = 3 };
 
 using ImuCalibrationBlock = std::array<double, kImuCalibrationSize>;
 using CameraCalibrationBlock = std::array<double, kCameraCalibrationSize>;
@@ -34,6 +35,11 @@ struct CalibrationState {
   ImuCalibrationBlock imu{};
   CameraCalibrationBlock cameras{};
 };
+
+// Both blocks as one vector: the IMU's, then that of the cameras.
+inline constexpr int kCalibrationSize = kImuCalibrationSize + kCameraCalibrationSize;
+using CalibrationVector = Eigen::Matrix<double, kCalibrationSize, 1>;
+using CalibrationMatrix = Eigen::Matrix<double, kCalibrationSize, kCalibrationSize>;
 
 // The turn Exp(psi) of the right camera of a camera calibration block.
 inline Eigen::Quaterniond RightRotation(const double* block) {

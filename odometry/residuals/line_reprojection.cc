@@ -18,19 +18,37 @@ constexpr double kNoImageResidual = 10;  // standard deviations
 struct EndDistances {
   Vector2d residual = Vector2d::Constant(kNoImageResidual);
   Matrix23d jacobian = Matrix23d::Zero();  // d residual / d n
+  Vector2d by_focal_length = Vector2d::Zero();
 };
 
-EndDistances Distances(const Vector3d& n, const LineSegment& segment, double weight) {
+// Of a segment's ends, by the focal lengths, and how they move with these.
+struct FocalEnds {
+  FocalEnds(const LineSegment& segment, int camera, const StereoGeometry& geometry,
+            double focal_length)
+      : s(focal_length),
+        ends{FocalMeasurement(geometry, camera, segment.start),
+             FocalMeasurement(geometry, camera, segment.end)} {}
+
+  double s;
+  std::array<FocalMeasurement, 2> ends;
+};
+
+EndDistances Distances(const Vector3d& n, const FocalEnds& segment, double weight) {
   EndDistances out;
   const double m = n.head<2>().norm();
   if (!(m > kMinSine * n.norm())) return out;
   const Vector3d flat(n.x() / m, n.y() / m, 0);
   for (int end = 0; end < 2; ++end) {
-    const Vector2d& at = end == 0 ? segment.start : segment.end;
-    const Vector3d s(at.x(), at.y(), 1);
-    const double distance = s.dot(n) / m;
-    out.residual[end] = weight * distance;
-    out.jacobian.row(end) = (weight / m) * (s - distance * flat).transpose();
+    const FocalMeasurement& measured = segment.ends[end];
+    const Vector3d at = measured.At(segment.s).homogeneous();
+    const double distance = at.dot(n) / m;
+    // Across the line, as a point's.
+    const double gradient = flat.head<2>().dot(measured.gradient * flat.head<2>());
+    const double scale = weight * (1 + segment.s * gradient);
+    out.residual[end] = scale * distance;
+    out.jacobian.row(end) = (scale / m) * (at - distance * flat).transpose();
+    out.by_focal_length[end] = weight * gradient * distance +
+                               scale * flat.head<2>().dot(measured.ByFocalLength(segment.s));
   }
   return out;
 }
@@ -41,30 +59,19 @@ struct LinePlane {
             const PlueckerLine& line)
       : R_world_imu(Map<const Quaterniond>(pose + 3).toRotationMatrix()),
         R_imu_camera(geometry.R_imu_camera[camera]),
-        focal_scale(geometry.focal_scale),
+        focal_length(cameras ? cameras[kRowFocalLength] : geometry.focal_length),
         centre_imu(geometry.T_imu_camera[camera].translation),
         from_centre(line.anchor_world - Map<const Vector3d>(pose) - R_world_imu * centre_imu),
         normal_imu(R_world_imu.transpose() * (line.moment + from_centre.cross(line.direction))) {
-    if (!cameras) return;
-    focal_scale *= 1 + cameras[kRowFocalScale];
-    if (camera == 1) R_imu_camera = R_imu_camera * RightRotation(cameras).toRotationMatrix();
+    if (!cameras || camera == 0) return;
+    R_imu_camera = R_imu_camera * RightRotation(cameras).toRotationMatrix();
   }
 
   Vector3d NormalInCamera() const { return R_imu_camera.transpose() * normal_imu; }
-  // As the focal length has it.
-  Vector3d NormalInImage() const {
-    const Vector3d n = NormalInCamera();
-    return {n.x(), n.y(), focal_scale * n.z()};
-  }
-  // Of a derivative by the normal in the image that by the one in the camera.
-  Matrix23d ByNormalInCamera(Matrix23d by_image) const {
-    by_image.col(2) *= focal_scale;
-    return by_image;
-  }
 
   Matrix3d R_world_imu;
   Matrix3d R_imu_camera;
-  double focal_scale;
+  double focal_length;
   const Vector3d& centre_imu;
   Vector3d from_centre;  // to the anchor, in the world
   Vector3d normal_imu;
@@ -83,7 +90,9 @@ void EvaluateLineReprojection(const StereoGeometry& geometry,
   for (int c = 0; 2 * c < measurement.rows(); ++c) {
     const LinePlane plane(geometry, c, pose, cameras, line);
     Map<Vector2d>{residuals + 2 * c} =
-        Distances(plane.NormalInImage(), SegmentOf(measurement, c), weight).residual;
+        Distances(plane.NormalInCamera(),
+                  FocalEnds(SegmentOf(measurement, c), c, geometry, plane.focal_length), weight)
+            .residual;
   }
 }
 
@@ -98,9 +107,11 @@ void LinearizeLineReprojection(const StereoGeometry& geometry,
   jacobian->by_line.resize(measurement.rows(), line_jacobian.moment.cols());
   for (int c = 0; 2 * c < measurement.rows(); ++c) {
     const LinePlane plane(geometry, c, pose, cameras, line);
-    const EndDistances ends = Distances(plane.NormalInImage(), SegmentOf(measurement, c), weight);
+    const EndDistances ends =
+        Distances(plane.NormalInCamera(),
+                  FocalEnds(SegmentOf(measurement, c), c, geometry, plane.focal_length), weight);
     Map<Vector2d>{residuals + 2 * c} = ends.residual;
-    const Matrix23d by_normal = plane.ByNormalInCamera(ends.jacobian);
+    const Matrix23d& by_normal = ends.jacobian;
     const Matrix23d by_imu = by_normal * plane.R_imu_camera.transpose();
     const Matrix23d by_world = by_imu * plane.R_world_imu.transpose();
     const Vector3d direction_imu = plane.R_world_imu.transpose() * line.direction;
@@ -111,8 +122,7 @@ void LinearizeLineReprojection(const StereoGeometry& geometry,
         jacobian->by_cameras.block<2, 3>(2, kRowRightRotation) =
             by_normal * Skew(n) * RightJacobian(Map<const Vector3d>(cameras + kRowRightRotation));
       }
-      jacobian->by_cameras.block<2, 1>(2 * c, kRowFocalScale) =
-          geometry.focal_scale * n.z() * ends.jacobian.col(2);
+      jacobian->by_cameras.block<2, 1>(2 * c, kRowFocalLength) = ends.by_focal_length;
     }
     jacobian->by_pose.block<2, 3>(2 * c, 0) = by_world * Skew(line.direction);
     jacobian->by_pose.block<2, 3>(2 * c, 3) =

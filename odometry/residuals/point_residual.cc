@@ -23,13 +23,21 @@ using Jacobian23 = Eigen::Matrix<double, 2, 3, Eigen::RowMajor>;
 struct CameraCalibration {
   explicit CameraCalibration(const double* block)
       : psi(block + kRowRightRotation),
-        focal_scale(1 + block[kRowFocalScale]),
+        focal_length(block[kRowFocalLength]),
         R_true_right(RightRotation(block).conjugate().toRotationMatrix()) {}
 
   Eigen::Map<const Vector3d> psi;
-  double focal_scale;
+  double focal_length;
   Matrix3d R_true_right;  // turns the given frame's coordinates into the true one's
 };
+
+std::array<FocalMeasurement, 2> FocalMeasurementsOf(const StereoMeasurement& measurement,
+                                                    const StereoGeometry& geometry) {
+  std::array<FocalMeasurement, 2> out;
+  out[0] = {geometry, 0, measurement.left};
+  if (measurement.right) out[1] = {geometry, 1, *measurement.right};
+  return out;
+}
 
 // A point of a camera's given frame on its image.
 struct Projection {
@@ -39,28 +47,31 @@ struct Projection {
   bool IsInFront() const { return p_camera.z() >= kMinDepthRatio; }
   Vector2d OnPlane() const { return p_camera.head<2>() / p_camera.z(); }
 
-  Vector2d Residual(const Vector2d& measured, double weight, double focal_scale) const {
+  Vector2d Residual(const FocalMeasurement& measured, double weight, double focal_length) const {
     if (!IsInFront()) return Vector2d::Constant(kBehindResidual);
-    return weight * (focal_scale * OnPlane() - measured);
+    return weight * measured.Magnification(focal_length) * (OnPlane() - measured.At(focal_length));
   }
 
   // Of the residual by p_camera.
-  Matrix23d ByPoint(double weight, double focal_scale) const {
+  Matrix23d ByPoint(const FocalMeasurement& measured, double weight, double focal_length) const {
     Matrix23d d = Matrix23d::Zero();
     if (!IsInFront()) return d;
-    const double inverse_z = weight * focal_scale / p_camera.z();
+    const double inverse_z = 1 / p_camera.z();
     const Vector2d on_plane = OnPlane();
     d << inverse_z, 0, -on_plane.x() * inverse_z, 0, inverse_z, -on_plane.y() * inverse_z;
-    return d;
+    return weight * measured.Magnification(focal_length) * d;
   }
 
   // Of the residual by the camera calibration, with ByPoint(). Exp(-psi) p moves by [p']x Jr(psi).
   Jacobian24 ByCalibration(const Matrix23d& by_point, int camera, double weight,
+                           const FocalMeasurement& measured,
                            const CameraCalibration& calibration) const {
     Jacobian24 d = Jacobian24::Zero();
     if (!IsInFront()) return d;
     if (camera == 1) d.leftCols<3>() = by_point * Skew(p_camera) * RightJacobian(calibration.psi);
-    d.col(kRowFocalScale) = weight * OnPlane();
+    const double s = calibration.focal_length;
+    d.col(kRowFocalLength) = weight * (measured.gradient * (OnPlane() - measured.At(s)) -
+                                       measured.Magnification(s) * measured.ByFocalLength(s));
     return d;
   }
 
@@ -79,14 +90,21 @@ StereoGeometry StereoGeometry::CorrectedBy(const double* cameras) const {
   std::array<RigidTransform, 2> transforms = T_imu_camera;
   transforms[1].rotation = (transforms[1].rotation * RightRotation(cameras)).normalized();
   StereoGeometry corrected(transforms, weight);
-  corrected.focal_scale = focal_scale * (1 + cameras[kRowFocalScale]);
+  corrected.focal_shifts = focal_shifts;
+  corrected.focal_length = cameras[kRowFocalLength];
   return corrected;
 }
+
+FocalMeasurement::FocalMeasurement(const StereoGeometry& geometry, int camera, const Vector2d& at)
+    : measured(at),
+      shift(geometry.ShiftOf(camera).At(at)),
+      gradient(geometry.ShiftOf(camera).GradientAt(at)) {}
 
 PointResidual::PointResidual(const StereoGeometry* geometry, const StereoMeasurement& target)
     : Factor(target.right ? 4 : 2, {kPoseKind, kPoseKind, kCameraCalibrationKind, kPointKind}),
       geometry_(geometry),
-      target_(target) {}
+      target_(FocalMeasurementsOf(target, *geometry)),
+      cameras_(target.right ? 2 : 1) {}
 
 void PointResidual::EvaluateAt(const double* const* parameters, double* residuals,
                                double** jacobians) const {
@@ -100,15 +118,15 @@ void PointResidual::EvaluateAt(const double* const* parameters, double* residual
   const Vector3d in_host = r_ic0 * ray + lambda * geometry_->T_imu_camera[0].translation;
   const Vector3d between = p_h - p_t;
   const Vector3d m = r_t_t * (r_h * in_host + lambda * between);
-  const int cameras = target_.right ? 2 : 1;
-  for (int c = 0; c < cameras; ++c) {
+  for (int c = 0; c < cameras_; ++c) {
     const Matrix3d& r_ic = geometry_->R_imu_camera[c];
     const Vector3d& p_ic = geometry_->T_imu_camera[c].translation;
     const Projection projection(r_ic.transpose() * (m - lambda * p_ic), c, calibration);
-    Map<Vector2d>{residuals + 2 * c} = projection.Residual(
-        c == 0 ? target_.left : *target_.right, geometry_->weight, calibration.focal_scale);
+    Map<Vector2d>{residuals + 2 * c} =
+        projection.Residual(target_[c], geometry_->weight, calibration.focal_length);
     if (!jacobians) continue;
-    const Matrix23d by_point = projection.ByPoint(geometry_->weight, calibration.focal_scale);
+    const Matrix23d by_point =
+        projection.ByPoint(target_[c], geometry_->weight, calibration.focal_length);
     const Matrix23d by_given = c == 0 ? by_point : by_point * calibration.R_true_right;
     const Matrix23d by_m = by_given * r_ic.transpose();
     const Matrix23d by_world = by_m * r_t_t;
@@ -125,7 +143,7 @@ void PointResidual::EvaluateAt(const double* const* parameters, double* residual
     }
     if (jacobians[2]) {
       Map<Jacobian24>{jacobians[2] + 8 * c} =
-          projection.ByCalibration(by_point, c, geometry_->weight, calibration);
+          projection.ByCalibration(by_point, c, geometry_->weight, target_[c], calibration);
     }
     if (jacobians[3]) {
       Map<Jacobian23> d(jacobians[3] + 6 * c);
@@ -140,7 +158,8 @@ HostPointResidual::HostPointResidual(const StereoGeometry& geometry, const Stere
     : Factor(host.right ? 4 : 2, {kCameraCalibrationKind, kPointKind}),
       weight_(geometry.weight),
       T_right_left_(geometry.T_imu_camera[1].Inverse() * geometry.T_imu_camera[0]),
-      host_(host) {}
+      host_(FocalMeasurementsOf(host, geometry)),
+      cameras_(host.right ? 2 : 1) {}
 
 void HostPointResidual::EvaluateAt(const double* const* parameters, double* residuals,
                                    double** jacobians) const {
@@ -148,17 +167,16 @@ void HostPointResidual::EvaluateAt(const double* const* parameters, double* resi
   const Vector3d ray(parameters[1][0], parameters[1][1], 1);
   const double lambda = parameters[1][2];
   const Matrix3d r = T_right_left_.rotation.toRotationMatrix();
-  const int cameras = host_.right ? 2 : 1;
-  for (int c = 0; c < cameras; ++c) {
+  for (int c = 0; c < cameras_; ++c) {
     const Projection projection(c == 0 ? ray : r * ray + lambda * T_right_left_.translation, c,
                                 calibration);
     Map<Vector2d>{residuals + 2 * c} =
-        projection.Residual(c == 0 ? host_.left : *host_.right, weight_, calibration.focal_scale);
+        projection.Residual(host_[c], weight_, calibration.focal_length);
     if (!jacobians) continue;
-    const Matrix23d by_point = projection.ByPoint(weight_, calibration.focal_scale);
+    const Matrix23d by_point = projection.ByPoint(host_[c], weight_, calibration.focal_length);
     if (jacobians[0]) {
       Map<Jacobian24>{jacobians[0] + 8 * c} =
-          projection.ByCalibration(by_point, c, weight_, calibration);
+          projection.ByCalibration(by_point, c, weight_, host_[c], calibration);
     }
     if (!jacobians[1]) continue;
     Map<Jacobian23> d(jacobians[1] + 6 * c);

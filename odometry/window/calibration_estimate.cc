@@ -34,16 +34,11 @@ constexpr std::array<Item, 5> kItems{
      {"rotation of the right camera", kCameras + kRowRightRotation, 3,
       &CalibrationOptions::right_rotation, &CalibrationOptions::right_rotation_sigma_rad,
       &CalibrationOptions::max_right_rotation_rad},
-     {"focal length", kCameras + kRowFocalScale, 1, &CalibrationOptions::focal_length,
+     {"focal length", kCameras + kRowFocalLength, 1, &CalibrationOptions::focal_length,
       &CalibrationOptions::focal_length_sigma, &CalibrationOptions::max_focal_length}}};
 
 CalibrationVector FirstSigma(const CalibrationOptions& options) {
-  CalibrationVector sigma;
-  for (const Item& item : kItems) {
-    sigma.segment(item.row, item.count)
-        .setConstant(options.*item.estimated ? options.*item.sigma : kHeldSigma);
-  }
-  return sigma;
+  return EstimatedSigma(options).cwiseMax(kHeldSigma);
 }
 
 bool IsBeyond(const Item& item, const CalibrationOptions& options, const CalibrationVector& x) {
@@ -57,6 +52,15 @@ CalibrationVector AsVector(const CalibrationState& state) {
   x << Map<const Eigen::Matrix<double, kImuCalibrationSize, 1>>(state.imu.data()),
       Map<const Eigen::Matrix<double, kCameraCalibrationSize, 1>>(state.cameras.data());
   return x;
+}
+
+CalibrationVector EstimatedSigma(const CalibrationOptions& options) {
+  CalibrationVector sigma;
+  for (const Item& item : kItems) {
+    sigma.segment(item.row, item.count)
+        .setConstant(options.*item.estimated ? options.*item.sigma : 0.0);
+  }
+  return sigma;
 }
 
 CalibrationPrior::CalibrationPrior(const CalibrationOptions& options)
@@ -107,10 +111,8 @@ void CalibrationPrior::AddTo(CalibrationState* state, Prior* prior) const {
   prior->residual.conservativeResizeLike(Eigen::VectorXd::Zero(rows + kCalibrationSize));
 }
 
-void CalibrationPrior::Learn(const CalibrationState& state, const WindowCovariance& covariance) {
-  if (!covariance.Knows(state.imu.data()) || !covariance.Knows(state.cameras.data())) return;
-  const CalibrationMatrix known =
-      kRelearned * covariance.Of({state.imu.data(), state.cameras.data()});
+void CalibrationPrior::Learn(const CalibrationBelief& belief) {
+  const CalibrationMatrix known = kRelearned * belief.covariance;
   const Eigen::LLT<CalibrationMatrix> cholesky(known);
   if (!known.allFinite() || cholesky.info() != Eigen::Success) return;
   // Together with what was known at first, which the doubling must not exceed.
@@ -118,7 +120,7 @@ void CalibrationPrior::Learn(const CalibrationState& state, const WindowCovarian
   CalibrationMatrix information = cholesky.solve(CalibrationMatrix::Identity());
   information.diagonal() += first_information;
   covariance_ = information.llt().solve(CalibrationMatrix::Identity());
-  mean_ = AsVector(state);
+  mean_ = belief.mean;
 }
 
 std::string CalibrationPrior::BeyondLimit(const CalibrationState& state) const {
@@ -138,24 +140,23 @@ void CalibrationPrior::Hold(const CalibrationState& state) {
   SetFirstSigma();
 }
 
-CalibrationEstimate Describe(const CalibrationState& state, const WindowCovariance& covariance) {
+CalibrationEstimate Describe(const CalibrationState& state, const CalibrationMatrix& covariance,
+                             double sigma_scale) {
   const CalibrationVector x = AsVector(state);
-  CalibrationVector sigma = CalibrationVector::Zero();
-  if (covariance.Knows(state.imu.data()) && covariance.Knows(state.cameras.data())) {
-    sigma = covariance.Of({state.imu.data(), state.cameras.data()}).diagonal().cwiseSqrt();
-    sigma = (sigma.array() <= 2 * kHeldSigma).select(0, sigma);  // options ask for more
-  }
+  CalibrationVector sigma = covariance.diagonal().cwiseSqrt();
+  // Options ask for more than what is held has.
+  sigma = (sigma.array() <= 2 * kHeldSigma).select(0, sigma_scale * sigma);
   CalibrationEstimate out;
   out.imu_rotation_rad = x.segment<3>(kRowImuRotation);
   out.lever_m = x.segment<3>(kRowLever);
   out.time_offset_s = x[kRowTimeOffset];
   out.right_rotation_rad = x.segment<3>(kCameras + kRowRightRotation);
-  out.focal_length = x[kCameras + kRowFocalScale];
+  out.focal_length = x[kCameras + kRowFocalLength];
   out.imu_rotation_sigma_rad = sigma.segment<3>(kRowImuRotation);
   out.lever_sigma_m = sigma.segment<3>(kRowLever);
   out.time_offset_sigma_s = sigma[kRowTimeOffset];
   out.right_rotation_sigma_rad = sigma.segment<3>(kCameras + kRowRightRotation);
-  out.focal_length_sigma = sigma[kCameras + kRowFocalScale];
+  out.focal_length_sigma = sigma[kCameras + kRowFocalLength];
   return out;
 }
 

@@ -9,16 +9,14 @@
 #include "odometry/residuals/calibration.h"
 #include "odometry/residuals/prior.h"
 #include "odometry/run.h"
-#include "odometry/window/window_covariance.h"
+#include "odometry/window/calibration_ties.h"
 
 namespace slcmap {
 
-// A calibration as one vector: the IMU's block, then that of the cameras.
-inline constexpr int kCalibrationSize = kImuCalibrationSize + kCameraCalibrationSize;
-using CalibrationVector = Eigen::Matrix<double, kCalibrationSize, 1>;
-using CalibrationMatrix = Eigen::Matrix<double, kCalibrationSize, kCalibrationSize>;
-
 CalibrationVector AsVector(const CalibrationState& state);
+
+// The standard deviations of what was given, 0 of what is not estimated.
+CalibrationVector EstimatedSigma(const CalibrationOptions& options);
 
 // What a window starts from: at first that the calibration was given with the options' standard
 // deviations, in later segments what earlier ones have found. What is not estimated is held.
@@ -33,9 +31,9 @@ class CalibrationPrior {
   // `prior` has.
   void AddTo(CalibrationState* state, Prior* prior) const;
 
-  // Takes over what a window knows: the estimate, with a covariance that is doubled since the rig
-  // may have been touched, and at most that of the options.
-  void Learn(const CalibrationState& state, const WindowCovariance& covariance);
+  // Takes over what a window knows, with a covariance that is doubled since the rig may have been
+  // touched, and at most that of the options.
+  void Learn(const CalibrationBelief& belief);
 
   // Rows of the rectified images that fit say that the right camera is where it was given: its
   // turns about the other axes are then held, since they trade with depth, and the images' own
@@ -58,8 +56,8 @@ class CalibrationPrior {
   CalibrationMatrix covariance_;
 };
 
-// The estimate with its standard deviations. Of what is held, and unknown to the covariance, these
-// are 0.
-CalibrationEstimate Describe(const CalibrationState& state, const WindowCovariance& covariance);
+// The estimate with its standard deviations, these scaled; 0 of what is held.
+CalibrationEstimate Describe(const CalibrationState& state, const CalibrationMatrix& covariance,
+                             double sigma_scale);
 
 }  // namespace slcmap

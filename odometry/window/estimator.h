@@ -62,6 +62,9 @@ class Estimator {
   // False where the sample is not finite or not later than the last one; it is then dropped.
   bool AddImu(const ImuSample& sample) { return imu_.Add(sample); }
   const ImuBuffer& imu() const { return imu_; }
+  // How images move with the focal lengths; ideal pinholes without.
+  void SetFocalShifts(const std::array<FocalShift, 2>& shifts) { window_.SetFocalShifts(shifts); }
+
   // Right images are from now on rectified with the right camera turned by Exp(rotation_rad).
   void SetRightRectification(const Eigen::Vector3d& rotation_rad) {
     R_given_rectified_ = ExpRotation(-rotation_rad);

@@ -22,8 +22,6 @@ using Eigen::Vector3d;
 constexpr int kMaxIterations = 6;
 constexpr double kMinAngle_rad = 0.03;  // between a ray and the line that it should meet
 
-Vector3d OnPlane(const Vector2d& p) { return {p.x(), p.y(), 1}; }
-
 // A segment as one camera saw it, in the world.
 struct View {
   Vector3d centre;
@@ -31,11 +29,13 @@ struct View {
   Vector3d Middle() const { return (start + end).normalized(); }
 };
 
-View ViewOf(const LineSegment& segment, const RigidTransform& T_world_camera,
-            double focal_scale = 1) {
-  return {T_world_camera.translation,
-          (T_world_camera.rotation * OnPlane(segment.start / focal_scale)).normalized(),
-          (T_world_camera.rotation * OnPlane(segment.end / focal_scale)).normalized()};
+View ViewOf(const LineSegment& segment, int camera, const StereoGeometry& geometry,
+            const RigidTransform& T_world_imu) {
+  const RigidTransform T_world_camera = T_world_imu * geometry.T_imu_camera[camera];
+  const auto ray = [&](const Vector2d& end) -> Vector3d {
+    return T_world_camera.rotation * geometry.OnTruePlane(camera, end).homogeneous().normalized();
+  };
+  return {T_world_camera.translation, ray(segment.start), ray(segment.end)};
 }
 
 std::vector<View> ViewsOf(const std::vector<PosedLineObservation>& observations,
@@ -43,12 +43,8 @@ std::vector<View> ViewsOf(const std::vector<PosedLineObservation>& observations,
   std::vector<View> views;
   for (const PosedLineObservation& observation : observations) {
     const StereoLineMeasurement& m = observation.measurement;
-    views.push_back(
-        ViewOf(m.left, observation.T_world_imu * geometry.T_imu_camera[0], geometry.focal_scale));
-    if (m.right) {
-      views.push_back(ViewOf(*m.right, observation.T_world_imu * geometry.T_imu_camera[1],
-                             geometry.focal_scale));
-    }
+    views.push_back(ViewOf(m.left, 0, geometry, observation.T_world_imu));
+    if (m.right) views.push_back(ViewOf(*m.right, 1, geometry, observation.T_world_imu));
   }
   return views;
 }
@@ -263,7 +259,7 @@ std::optional<GeneralLineFit> TriangulateGeneralLine(
 std::optional<std::pair<double, double>> ExtentAlong(const PointAndDirection& line,
                                                      const LineSegment& segment,
                                                      const RigidTransform& T_world_camera) {
-  const View view = ViewOf(segment, T_world_camera);
+  const View view = ViewOf(segment, 0, StereoGeometry(), T_world_camera);
   const std::optional<double> start = MeetRay(line, view.centre, view.start);
   const std::optional<double> end = MeetRay(line, view.centre, view.end);
   if (!start || !end) return std::nullopt;

@@ -66,7 +66,7 @@ std::vector<ObservationsOfPoint> GatherObservations(
         by_id[id].push_back(
             {(imu[i].rotation * geometry.R_imu_camera[c]).transpose(),
              imu[i].position_m + imu[i].rotation * geometry.T_imu_camera[c].translation, imu[i].t_s,
-             (c == 0 ? measurement.left : *measurement.right) / geometry.focal_scale});
+             geometry.OnTruePlane(c, c == 0 ? measurement.left : *measurement.right)});
       }
     }
   }

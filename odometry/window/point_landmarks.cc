@@ -36,7 +36,7 @@ void TriangulatePoints(const PointTriangulationOptions& options, const StereoGeo
     const auto inverse_depth = TriangulateInverseDepth(landmark, geometry, options);
     landmark.triangulated = inverse_depth.has_value();
     if (!inverse_depth) continue;
-    const Vector2d left = landmark.host()->measurements.at(id).left / geometry.focal_scale;
+    const Vector2d left = geometry.OnTruePlane(0, landmark.host()->measurements.at(id).left);
     landmark.point = {left.x(), left.y(), *inverse_depth};
   }
 }

@@ -4,6 +4,7 @@
 
 #include "odometry/residuals/along_axis_residual.h"
 #include "odometry/residuals/along_slope_residual.h"
+#include "odometry/residuals/as_given_residual.h"
 #include "odometry/residuals/general_line_residual.h"
 #include "odometry/residuals/imu_residual.h"
 #include "odometry/residuals/point_on_line_residual.h"
@@ -181,8 +182,22 @@ void AddLineTerms(Of<Number, LineLandmark>& line, Of<Number, WindowState>& windo
 }
 
 template <typename Number>
+void AddCalibrationTies(const CostModel& model, std::vector<BasicTerm<Number>>* terms) {
+  const auto add = [&](const BlockKind& kind, int row, auto& block) {
+    const Eigen::VectorXd weights = model.calibration_ties.segment(row, kind.size);
+    if (weights.isZero(0)) return;
+    BasicTerm<Number>& term = terms->emplace_back();
+    term.factor = std::make_unique<AsGivenResidual>(kind, weights);
+    term.blocks[0] = block.data();
+  };
+  add(kImuCalibrationKind, 0, model.calibration->imu);
+  add(kCameraCalibrationKind, kImuCalibrationSize, model.calibration->cameras);
+}
+
+template <typename Number>
 std::vector<BasicTerm<Number>> AllTerms(Of<Number, WindowState>& window, const CostModel& model) {
   std::vector<BasicTerm<Number>> terms;
+  AddCalibrationTies(model, &terms);
   AddFrameTerms(window, model, &terms);
   for (auto& [id, landmark] : window.landmarks) {
     if (!landmark.triangulated) continue;

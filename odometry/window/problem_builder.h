@@ -34,6 +34,9 @@ struct CostModel {
   // cannot be observed of the poses, position and heading, cannot wherever these are evaluated.
   std::unique_ptr<CalibrationState> calibration = std::make_unique<CalibrationState>();
 
+  // One over the standard deviations of ties of the calibration to what was given; 0 for none.
+  CalibrationVector calibration_ties = CalibrationVector::Zero();
+
   // As it is estimated, for what takes the cameras as known.
   StereoGeometry Corrected(const StereoGeometry& given) const {
     return given.CorrectedBy(calibration->cameras.data());

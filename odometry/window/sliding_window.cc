@@ -47,7 +47,8 @@ SlidingWindow::SlidingWindow(const OdometryOptions& options, const Rig& rectifie
     : options_(options.window),
       rig_(rectified_rig),
       structure_(options, rectified_rig),
-      calibration_prior_(WhatTells(options)) {
+      calibration_prior_(WhatTells(options)),
+      calibration_ties_(WhatTells(options)) {
   const double focal_px = rig_.cameras[0].fx_px;
   const LineLandmarkOptions& lines = options.line_landmarks;
   model_.geometry = StereoGeometry(rig_.T_imu_camera, focal_px / options_.point_sigma_px);
@@ -59,6 +60,12 @@ SlidingWindow::SlidingWindow(const OdometryOptions& options, const Rig& rectifie
       std::make_unique<ceres::CauchyLoss>(options.building_deviation.loss_sigma);
   model_.point_on_line_sigma_m = lines.point_sigma_m;
   model_.zero_velocity_sigma_m_s = options_.zero_velocity_sigma_m_s;
+  model_.calibration_ties = calibration_ties_.weights();
+}
+
+void SlidingWindow::SetFocalShifts(const std::array<FocalShift, 2>& shifts) {
+  model_.geometry.focal_shifts = model_.lines.focal_shifts =
+      std::make_shared<const std::array<FocalShift, 2>>(shifts);
 }
 
 FinishedIds SlidingWindow::Start(std::vector<std::unique_ptr<FrameState>> frames) {
@@ -267,6 +274,8 @@ void SlidingWindow::MarginalizeOldest(FinishedIds* finished) {
   FrameState* oldest = state_.frames.front().get();
   const WindowCovariance covariance(information_);
   DescribeCalibration(0, covariance, &left_calibration_);  // Collect() knows the segment
+  if (const auto belief = CalibrationKnown(covariance)) calibration_ties_.Update(*belief);
+  model_.calibration_ties = calibration_ties_.weights();
   std::vector<Term> terms;
   std::vector<double*> dropped{oldest->pose.data(), oldest->speed_bias.data()};
   std::unordered_set<int64_t> finished_points;
@@ -308,12 +317,21 @@ void SlidingWindow::AdoptPrior(Prior prior) {
   }
 }
 
+std::optional<CalibrationBelief> SlidingWindow::CalibrationKnown(
+    const WindowCovariance& covariance) const {
+  const CalibrationState& state = calibration();
+  if (!covariance.Knows(state.imu.data()) || !covariance.Knows(state.cameras.data())) return {};
+  return CalibrationBelief{AsVector(state),
+                           covariance.Of({state.imu.data(), state.cameras.data()})};
+}
+
 void SlidingWindow::DescribeCalibration(int segment, const WindowCovariance& covariance,
                                         std::vector<CalibrationEstimate>* out) const {
-  const CalibrationState& state = calibration();
-  if (!covariance.Knows(state.imu.data()) || !covariance.Knows(state.cameras.data())) return;
+  const auto with_ties = CalibrationKnown(covariance);
+  if (!with_ties) return;
   if (!out->empty() && out->back().stamp_ns == newest().stamp_ns) out->pop_back();
-  out->push_back(Describe(state, covariance));
+  out->push_back(Describe(calibration(), calibration_ties_.Without(*with_ties).covariance,
+                          calibration_ties_.sigma_scale()));
   out->back().stamp_ns = newest().stamp_ns;
   out->back().segment = segment;
 }
@@ -383,7 +401,8 @@ void SlidingWindow::ResetCalibration(const CalibrationPrior& prior) {
 }
 
 void SlidingWindow::LearnCalibration() {
-  calibration_prior_.Learn(calibration(), WindowCovariance(information_));
+  const auto with_ties = CalibrationKnown(WindowCovariance(information_));
+  if (with_ties) calibration_prior_.Learn(calibration_ties_.Without(*with_ties));
 }
 
 std::string SlidingWindow::CalibrationBeyondLimit() const {

@@ -9,6 +9,7 @@
 #include "odometry/options.h"
 #include "odometry/run.h"
 #include "odometry/window/calibration_estimate.h"
+#include "odometry/window/calibration_ties.h"
 #include "odometry/window/fit.h"
 #include "odometry/window/marginalization.h"
 #include "odometry/window/problem_builder.h"
@@ -27,6 +28,9 @@ struct FinishedIds {
 class SlidingWindow {
  public:
   SlidingWindow(const OdometryOptions& options, const Rig& rectified_rig);
+
+  // How images move with the focal lengths; ideal pinholes without.
+  void SetFocalShifts(const std::array<FocalShift, 2>& shifts);
 
   // Starts anew with frames that an initialiser has given first estimates, oldest first. The prior
   // fixes position and heading of the first (the four freedoms that nothing observes) and holds its
@@ -112,6 +116,8 @@ class SlidingWindow {
                          std::vector<Term>* terms, std::unordered_set<int64_t>* finished);
   void AdoptPrior(Prior prior);
   bool CanCutAgain(size_t frame, const ImuBuffer& imu, int64_t offset_ns) const;
+  // Nothing before the first optimisation.
+  std::optional<CalibrationBelief> CalibrationKnown(const WindowCovariance& covariance) const;
   void DescribeCalibration(int segment, const WindowCovariance& covariance,
                            std::vector<CalibrationEstimate>* out) const;
   Keyframe DescribeFrame(const FrameState& frame) const;
@@ -121,6 +127,7 @@ class SlidingWindow {
   CostModel model_;
   Structure structure_;
   CalibrationPrior calibration_prior_;
+  CalibrationTies calibration_ties_;
   WindowState state_;
   StateInformation information_;
   std::vector<Keyframe> left_keyframes_;

@@ -19,7 +19,7 @@ std::vector<View> ViewsOf(const PointLandmark& landmark, const StereoGeometry& g
   std::vector<View> views;
   const RigidTransform T_world_host = landmark.host()->T_world_imu() * geometry.T_imu_camera[0];
   const Vector2d left = landmark.host()->measurements.at(landmark.id).left;
-  const Vector3d ray = geometry.Ray(left) / geometry.focal_scale;
+  const Vector3d ray = geometry.OnTruePlane(0, left).homogeneous();
   for (const FrameState* frame : landmark.frames) {
     const StereoMeasurement& measurement = frame->measurements.at(landmark.id);
     const RigidTransform T_imu_world = frame->T_world_imu().Inverse();
@@ -28,7 +28,7 @@ std::vector<View> ViewsOf(const PointLandmark& landmark, const StereoGeometry& g
       if (c == 1 && !measurement.right) continue;
       const RigidTransform T = geometry.T_imu_camera[c].Inverse() * T_imu_world * T_world_host;
       views.push_back({T.rotation * ray, T.translation,
-                       (c == 0 ? measurement.left : *measurement.right) / geometry.focal_scale});
+                       geometry.OnTruePlane(c, c == 0 ? measurement.left : *measurement.right)});
     }
   }
   return views;

@@ -53,7 +53,7 @@ void PrintCalibration(const SimulatedRun& run) {
   print("IMU", "deg", kRowImuRotation, 3, kDegrees);
   print("lever", "mm", kRowLever, 3, 1e3);
   print("right", "deg", kImuCalibrationSize + kRowRightRotation, 3, kDegrees);
-  print("focal length", "%", kImuCalibrationSize + kRowFocalScale, 1, 100);
+  print("focal length", "%", kImuCalibrationSize + kRowFocalLength, 1, 100);
   std::printf("  NEES %.1f / 11\n", run.calibration_nees);
 }
 

@@ -23,6 +23,7 @@ SimulatedRunOptions Noisy(uint64_t seed, double sigma_px = 0.5) {
   options.pixel_sigma_px = sigma_px;
   options.odometry.window.point_sigma_px = sigma_px;
   options.odometry.calibration.lever = options.odometry.calibration.focal_length = true;
+  options.odometry.calibration.confirm = false;
   options.gyro_bias_rad_s << -0.002, 0.02, 0.08;
   options.accel_bias_m_s2 << -0.02, 0.13, 0.08;
   options.seed = seed;
@@ -52,7 +53,7 @@ TEST(Calibration, IsFoundWhereTheTracksAreExact) {
     EXPECT_LT(error.segment<3>(kRowImuRotation).norm(), 0.05 * kDegree);
     EXPECT_LT(std::abs(error[kTime]), 2e-4);
     EXPECT_LT(error.segment<3>(kImuCalibrationSize + kRowRightRotation).norm(), 0.005 * kDegree);
-    EXPECT_LT(std::abs(error[kImuCalibrationSize + kRowFocalScale]), 6e-4);
+    EXPECT_LT(std::abs(error[kImuCalibrationSize + kRowFocalLength]), 6e-4);
     EXPECT_LT(error.segment<3>(kRowLever).norm(), 0.004);
   }
 }
@@ -199,20 +200,43 @@ TEST(CalibrationPrior, HoldsWhatIsBeyondItsLimitAndKeepsTheRest) {
   CalibrationVector known = CalibrationVector::Zero();
   known[kTime] = 0.5 * options.max_time_offset_s;
   known[kRowImuRotation] = 0.5 * options.max_imu_rotation_rad;
-  CalibrationState state = StateOf(known);
-  const StateInformation information{
-      {state.imu.data(), state.cameras.data()},
-      {kImuCalibrationKind, kCameraCalibrationKind},
-      1e8 * Eigen::MatrixXd::Identity(kCalibrationSize, kCalibrationSize)};
   CalibrationPrior prior(options);
-  prior.Learn(state, WindowCovariance(information));
+  prior.Learn({known, 1e-8 * CalibrationMatrix::Identity()});
   ASSERT_EQ(MeanOf(prior), known);
-  prior.Hold(state);  // nothing is
+  prior.Hold(StateOf(known));  // nothing is
   EXPECT_EQ(MeanOf(prior), known);
   known[kTime] = 2 * options.max_time_offset_s;
   prior.Hold(StateOf(known));
   known[kTime] = 0;
   EXPECT_EQ(MeanOf(prior), known);
+}
+
+// Estimates of an exact rig scatter; taken to be as given, they do so by a fraction.
+TEST(Calibration, WhatIsAsGivenIsTakenAsSuch) {
+  SimulatedRunOptions options = Noisy(10);
+  const SimulatedRun free = RunOnSimulatedTracks(options);
+  options.odometry.calibration.confirm = true;
+  const SimulatedRun tied = RunOnSimulatedTracks(options);
+  for (const int row : {kTime, kRowImuRotation + 2, kImuCalibrationSize + kRowFocalLength}) {
+    EXPECT_LT(std::abs(tied.calibration_error[row]), 0.3 * free.calibration_sigma[row]) << row;
+    EXPECT_LT(tied.calibration_sigma[row], 0.3 * free.calibration_sigma[row]) << row;
+  }
+  // What is told is what is known without ties.
+  const CalibrationEstimate& told = tied.run.calibration.back();
+  EXPECT_NEAR(told.time_offset_sigma_s,
+              options.odometry.calibration.sigma_scale * free.calibration_sigma[kTime],
+              0.3 * told.time_offset_sigma_s);
+}
+
+TEST(Calibration, WhatIsNotAsGivenIsFoundWhereTheRestIsTakenAsSuch) {
+  SimulatedRunOptions options = Noisy(3, 0.2);
+  options.odometry.calibration.confirm = true;
+  options.fault.focal_length = 0.003;
+  options.fault.imu_rotation_rad = kDegree * Vector3d(0.6, -0.5, 0.6);
+  const CalibrationVector error = RunOnSimulatedTracks(options).calibration_error;
+  EXPECT_LT(error.segment<3>(kRowImuRotation).norm(), 0.1 * kDegree);
+  EXPECT_LT(std::abs(error[kImuCalibrationSize + kRowFocalLength]), 8e-4);
+  EXPECT_LT(std::abs(error[kTime]), 2e-4);
 }
 
 TEST(CalibrationPrior, ALaterSegmentStartsFromWhatWasFound) {

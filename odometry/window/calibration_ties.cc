@@ -1,0 +1,63 @@
+#include "odometry/window/calibration_ties.h"
+
+#include <Eigen/Cholesky>
+#include <cmath>
+
+#include "odometry/window/calibration_estimate.h"
+
+namespace slcmap {
+namespace {
+
+// Odds for and against a number's being as given at which it is tied, and the tie taken off.
+constexpr double kTieOdds = 4, kReleaseOdds = 1.0 / 4;
+// Of a number's standard deviation to that of its tie: what is left of the scatter is a sixtieth,
+// and what is known without the tie can still be told from what is known with it.
+constexpr double kTightness = 8;
+
+}  // namespace
+
+CalibrationTies::CalibrationTies(const CalibrationOptions& options)
+    : confirm_(options.confirm),
+      sigma_scale_(options.sigma_scale),
+      given_sigma_(EstimatedSigma(options)) {
+  // Nothing tells a focal length before the rig has turned by a lot.
+  constexpr int kFocal = kImuCalibrationSize + kRowFocalLength;
+  if (confirm_ && given_sigma_[kFocal] > 0) weights_[kFocal] = kTightness / given_sigma_[kFocal];
+}
+
+CalibrationBelief CalibrationTies::Without(const CalibrationBelief& with) const {
+  if (weights_.isZero(0)) return with;
+  // In units of what was given, so that all numbers are alike.
+  const CalibrationVector scale = with.covariance.diagonal().cwiseSqrt();
+  const CalibrationMatrix scaled =
+      scale.cwiseInverse().asDiagonal() * with.covariance * scale.cwiseInverse().asDiagonal();
+  const CalibrationMatrix information = scaled.llt().solve(CalibrationMatrix::Identity());
+  CalibrationMatrix untied = information;
+  untied.diagonal() -= weights_.cwiseProduct(scale).cwiseAbs2();
+  const Eigen::LLT<CalibrationMatrix> cholesky(untied);
+  if (cholesky.info() != Eigen::Success) return with;
+  CalibrationBelief without;
+  without.mean = scale.asDiagonal() * cholesky.solve(information * with.mean.cwiseQuotient(scale));
+  without.covariance =
+      scale.asDiagonal() * cholesky.solve(CalibrationMatrix::Identity()) * scale.asDiagonal();
+  return without;
+}
+
+bool CalibrationTies::Update(const CalibrationBelief& with) {
+  if (!confirm_) return false;
+  const CalibrationBelief belief = Without(with);
+  bool changed = false;
+  for (int row = 0; row < kCalibrationSize; ++row) {
+    if (given_sigma_[row] == 0) continue;
+    const double sigma = std::sqrt(belief.covariance(row, row));
+    const double off = belief.mean[row] / (sigma_scale_ * sigma);
+    const double odds = given_sigma_[row] / (sigma_scale_ * sigma) * std::exp(-0.5 * off * off);
+    const bool was_tied = weights_[row] > 0;
+    const bool tied = was_tied ? odds > kReleaseOdds : odds > kTieOdds;
+    weights_[row] = tied ? kTightness / sigma : 0;
+    changed = changed || tied != was_tied;
+  }
+  return changed;
+}
+
+}  // namespace slcmap

@@ -1,0 +1,100 @@
+#include "odometry/window/calibration_ties.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Cholesky>
+#include <cmath>
+
+namespace slcmap {
+namespace {
+
+constexpr int kTime = kRowTimeOffset, kFocal = kImuCalibrationSize + kRowFocalLength;
+
+CalibrationOptions Options() {
+  CalibrationOptions options;
+  options.right_rotation = false;
+  return options;
+}
+
+// Of what was given alone, but for one number that is known to be at `mean`.
+CalibrationBelief Known(const CalibrationOptions& options, int row, double mean, double sigma) {
+  CalibrationBelief belief{CalibrationVector::Zero(), CalibrationMatrix::Identity() * 1e-14};
+  belief.covariance.diagonal()
+      .segment<3>(kRowImuRotation)
+      .setConstant(std::pow(options.imu_rotation_sigma_rad, 2));
+  belief.covariance(kTime, kTime) = std::pow(options.time_offset_sigma_s, 2);
+  belief.covariance(kFocal, kFocal) = std::pow(options.focal_length_sigma, 2);
+  belief.mean[row] = mean;
+  belief.covariance(row, row) = sigma * sigma;
+  return belief;
+}
+
+// What is known once ties are added.
+CalibrationBelief Tied(const CalibrationBelief& without, const CalibrationVector& weights) {
+  const CalibrationMatrix information = without.covariance.inverse();
+  CalibrationMatrix tied = information;
+  tied.diagonal() += weights.cwiseAbs2();
+  const Eigen::LLT<CalibrationMatrix> cholesky(tied);
+  return {cholesky.solve(information * without.mean),
+          cholesky.solve(CalibrationMatrix::Identity())};
+}
+
+TEST(CalibrationTies, WhatTurnsOutToBeAsGivenIsTied) {
+  const CalibrationOptions options = Options();
+  CalibrationTies ties(options);
+  EXPECT_EQ(ties.weights()[kTime], 0);
+  EXPECT_GT(ties.weights()[kFocal], 0);
+  const auto told = [&](double mean, double sigma) {
+    return ties.Update(Tied(Known(options, kTime, mean, sigma), ties.weights()));
+  };
+  EXPECT_FALSE(told(0.001, 0.01));  // known too little
+  EXPECT_FALSE(told(0.005, 0.001));
+  EXPECT_TRUE(told(0.001, 0.001));
+  EXPECT_GT(ties.weights()[kTime], 1 / 0.001);
+  EXPECT_FALSE(told(0.001, 0.001));
+}
+
+TEST(CalibrationTies, ATieGoesWhereItTurnsOutToBeWrong) {
+  const CalibrationOptions options = Options();
+  CalibrationTies ties(options);
+  const auto told = [&](double mean, double sigma) {
+    return ties.Update(Tied(Known(options, kFocal, mean, sigma), ties.weights()));
+  };
+  EXPECT_FALSE(told(0.003, options.focal_length_sigma));
+  EXPECT_FALSE(told(0.0005, 0.0002));
+  EXPECT_TRUE(told(0.003, 0.0004));
+  EXPECT_EQ(ties.weights()[kFocal], 0);
+}
+
+TEST(CalibrationTies, WhatIsKnownWithoutThemCanBeTold) {
+  const CalibrationOptions options = Options();
+  CalibrationTies ties(options);
+  ASSERT_TRUE(ties.Update(
+      Tied(Known(options, kTime, 0.0005, 0.0004), ties.weights())));  // beside the focal length
+  CalibrationBelief known = Known(options, kTime, 0.0005, 0.0004);
+  known.mean[kFocal] = 0.001;
+  const double shared = 0.6 * 0.0004 * options.focal_length_sigma;
+  known.covariance(kTime, kFocal) = known.covariance(kFocal, kTime) = shared;
+  const CalibrationBelief with = Tied(known, ties.weights());
+  EXPECT_LT(std::abs(with.mean[kTime]), 0.1 * known.mean[kTime]);
+  const CalibrationBelief without = ties.Without(with);
+  EXPECT_NEAR(without.mean[kTime], known.mean[kTime], 1e-9);
+  EXPECT_NEAR(without.mean[kFocal], known.mean[kFocal], 1e-9);
+  EXPECT_NEAR(without.covariance(kTime, kFocal), shared, 1e-6 * shared);
+}
+
+TEST(CalibrationTies, ThereAreNoneOfWhatIsHeldNorWhereNoneAreWanted) {
+  CalibrationOptions options = Options();
+  options.focal_length = options.time_offset = false;
+  CalibrationTies of_held(options);
+  EXPECT_FALSE(of_held.Update(Known(options, kTime, 0, 1e-5)));
+  EXPECT_EQ(of_held.weights().norm(), 0);
+  options = Options();
+  options.confirm = false;
+  CalibrationTies none(options);
+  EXPECT_FALSE(none.Update(Known(options, kTime, 0, 1e-5)));
+  EXPECT_EQ(none.weights().norm(), 0);
+}
+
+}  // namespace
+}  // namespace slcmap
