@@ -194,6 +194,10 @@ FinishedIds SlidingWindow::AddKeyframe(std::unique_ptr<FrameState> frame) {
   TriangulatePoints(options_.triangulation, model_.Corrected(model_.geometry), &state_);
   RegisterLines(newest, &state_);
   structure_.Update(model_, newest, &state_);
+  // Not before: until then what is known has the ties of the last optimisation in it.
+  if (known_calibration_) calibration_ties_.Update(*known_calibration_);
+  known_calibration_.reset();
+  model_.calibration_ties = calibration_ties_.weights();
   iterations_ += Optimize(options_.max_iterations).iterations;
   fit_ = MeasureWindowFit(model_, state_);
   FinishedIds finished = RejectOutliers();
@@ -274,8 +278,7 @@ void SlidingWindow::MarginalizeOldest(FinishedIds* finished) {
   FrameState* oldest = state_.frames.front().get();
   const WindowCovariance covariance(information_);
   DescribeCalibration(0, covariance, &left_calibration_);  // Collect() knows the segment
-  if (const auto belief = CalibrationKnown(covariance)) calibration_ties_.Update(*belief);
-  model_.calibration_ties = calibration_ties_.weights();
+  known_calibration_ = CalibrationKnown(covariance);
   std::vector<Term> terms;
   std::vector<double*> dropped{oldest->pose.data(), oldest->speed_bias.data()};
   std::unordered_set<int64_t> finished_points;
@@ -391,6 +394,7 @@ void SlidingWindow::AddContents(int segment, OdometryRun* run) const {
 void SlidingWindow::Clear() {
   state_ = WindowState();
   information_ = StateInformation();
+  known_calibration_.reset();
   structure_.Reset();
   calibration_prior_.Reset(model_.calibration.get());
 }

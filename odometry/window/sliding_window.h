@@ -128,6 +128,7 @@ class SlidingWindow {
   Structure structure_;
   CalibrationPrior calibration_prior_;
   CalibrationTies calibration_ties_;
+  std::optional<CalibrationBelief> known_calibration_;  // when the oldest keyframe left
   WindowState state_;
   StateInformation information_;
   std::vector<Keyframe> left_keyframes_;
