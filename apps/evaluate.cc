@@ -38,11 +38,13 @@ std::string ImageStampsBeside(const std::string& truth) {
   return std::filesystem::exists(stamps, error) ? stamps.lexically_normal().string() : "";
 }
 
-// What a run folder says of the calibration beside its trajectory; empty where there is none.
+// What a run folder says of the calibration beside its trajectory; empty where that lies in none.
 std::string CalibrationBeside(const std::string& estimate) {
-  const auto table = std::filesystem::path(estimate).parent_path() / "calibration.csv";
+  const auto folder = std::filesystem::path(estimate).parent_path();
+  const auto table = folder / "calibration.csv";
   std::error_code error;
-  return std::filesystem::exists(table, error) ? table.string() : "";
+  const bool is_run = std::filesystem::exists(folder / "run.json", error);
+  return is_run && std::filesystem::exists(table, error) ? table.string() : "";
 }
 
 // The first column of a file such as cam0/data.csv, in nanoseconds.

@@ -85,7 +85,7 @@ constexpr OptionTable kCalibration{
     Option{"focal_length", &CalibrationOptions::focal_length, false, true},
     Option{"rows_fit", &CalibrationOptions::rows_fit, false, true},
     Option{"confirm", &CalibrationOptions::confirm, false, true},
-    Option{"sigma_scale", &CalibrationOptions::sigma_scale, 1.0, 10.0},
+    Option{"sigma_scale", &CalibrationOptions::sigma_scale, 1.0, 3.0},
     Option{"time_offset_sigma_s", &CalibrationOptions::time_offset_sigma_s, 1e-6, 0.5},
     Option{"imu_rotation_sigma_rad", &CalibrationOptions::imu_rotation_sigma_rad, 1e-6, 0.5},
     Option{"lever_sigma_m", &CalibrationOptions::lever_sigma_m, 1e-6, 1.0},

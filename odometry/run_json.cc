@@ -45,6 +45,7 @@ Json SegmentsJson(const OdometryRun& run) {
 }
 
 constexpr double kMaxHeading_rad = 7;
+constexpr double kMaxElevation_rad = 1.5708;
 constexpr int64_t kMaxStamp_ns = 4'000'000'000'000'000'000;
 
 Json WorldsJson(const std::vector<ManhattanWorld>& worlds) {
@@ -94,7 +95,8 @@ std::vector<SlopedDirection> ParseSlopes(const std::string& path, const Json& js
       return BoundedAt(place, slope, key, least, kMaxHeading_rad);
     };
     slopes.push_back({BoundedAt(place, slope, "segment", 0, static_cast<int>(kMaxSegment)),
-                      angle("azimuth_rad", -kMaxHeading_rad), angle("elevation_rad", 0),
+                      angle("azimuth_rad", -kMaxHeading_rad),
+                      BoundedAt(place, slope, "elevation_rad", 0.0, kMaxElevation_rad),
                       angle("azimuth_sigma_rad", 0), angle("elevation_sigma_rad", 0),
                       BoundedAt(place, slope, "found_at_ns", -kMaxStamp_ns, kMaxStamp_ns),
                       slope.at("withdrawn").get<bool>()});

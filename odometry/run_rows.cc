@@ -17,6 +17,7 @@ namespace {
 constexpr double kMaxStamp_ns = 4e18;
 constexpr double kMaxVariance_m2 = kMaxSigma_m * kMaxSigma_m;
 constexpr double kMaxHeading_rad = 7;
+constexpr double kMaxElevation_rad = 1.5708;
 
 constexpr CsvColumn Id(const char* name) { return {name, CsvColumn::Kind::kInteger, 0, kMaxId}; }
 constexpr CsvColumn Integer(const char* name, double least, double most) {
@@ -74,7 +75,7 @@ std::map<std::string, CsvColumns> MakeColumns() {
        {Id("index"), Segment(), Number("heading_rad", kMaxHeading_rad),
         Sigma("sigma_rad", kMaxHeading_rad), Stamp("found_at_ns"), Integer("withdrawn", 0, 1)}},
       {kSlopeTable, CsvColumns{Id("index"), Segment(), Number("azimuth_rad", kMaxHeading_rad),
-                               Number("elevation_rad", kMaxHeading_rad)} +
+                               Sigma("elevation_rad", kMaxElevation_rad)} +
                         Sigmas({"azimuth_sigma_rad", "elevation_sigma_rad"}, kMaxHeading_rad) +
                         CsvColumns{Stamp("found_at_ns"), Integer("withdrawn", 0, 1)}},
       {kLineTable,
@@ -372,6 +373,9 @@ void ReadLines(const CsvTable& table, OdometryRun* run) {
       table.Fail(i, 3,
                  sloped ? "the index of a sloped direction in run.json"
                         : "-1 or the index of a Manhattan world in run.json");
+    }
+    if (sloped && run->sloped_directions[line.world].segment != line.segment) {
+      table.Fail(i, 3, "a sloped direction of the line's segment");
     }
     line.start_world = VectorAt(table, i, 4);
     line.end_world = VectorAt(table, i, 7);

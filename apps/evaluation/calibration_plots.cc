@@ -50,15 +50,21 @@ bool WasEstimated(const CsvTable& table, const Item& item) {
   return false;
 }
 
-// The largest that is drawn, to either side of what was given.
-double Limit(const CsvTable& table, const Item& item) {
-  double limit = 0;
-  for (std::size_t row = table.rows() / 3; row < table.rows(); ++row) {
+double LargestFrom(std::size_t first_row, const CsvTable& table, const Item& item) {
+  double largest = 0;
+  for (std::size_t row = first_row; row < table.rows(); ++row) {
     for (int i = item.first; i < item.first + item.count; ++i) {
-      limit = std::max(limit, std::abs(ValueAt(table, row, i)) + SigmaAt(table, row, i));
+      largest = std::max(largest, std::abs(ValueAt(table, row, i)) + SigmaAt(table, row, i));
     }
   }
-  return item.scale * limit;
+  return item.scale * largest;
+}
+
+// The largest that is drawn, to either side of what was given: of all rows where an item was given
+// up early.
+double Limit(const CsvTable& table, const Item& item) {
+  const double of_most = LargestFrom(table.rows() / 3, table, item);
+  return of_most > 0 ? of_most : LargestFrom(0, table, item);
 }
 
 SvgPlot PlotOf(const CsvTable& table, const Item& item) {

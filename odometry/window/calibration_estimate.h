@@ -42,6 +42,10 @@ class CalibrationPrior {
   bool ReleaseRightRotation(const CalibrationState& state);
   bool right_released() const { return right_released_; }
 
+  // What is known before a window starts, and what of it is estimated.
+  CalibrationBelief belief() const { return {mean_, covariance_}; }
+  const CalibrationOptions& options() const { return options_; }
+
   // Which estimate is beyond its limit, in words; empty where none is. Hold() puts the items that
   // are back to the given value, for good.
   std::string BeyondLimit(const CalibrationState& state) const;

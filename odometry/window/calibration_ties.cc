@@ -16,18 +16,28 @@ constexpr double kTightness = 8;
 
 }  // namespace
 
-CalibrationTies::CalibrationTies(const CalibrationOptions& options)
+CalibrationTies::CalibrationTies(const CalibrationOptions& options, const CalibrationBelief& known)
     : confirm_(options.confirm),
       sigma_scale_(options.sigma_scale),
       given_sigma_(EstimatedSigma(options)) {
   // Nothing tells a focal length before the rig has turned by a lot.
   constexpr int kFocal = kImuCalibrationSize + kRowFocalLength;
-  if (confirm_ && given_sigma_[kFocal] > 0) weights_[kFocal] = kTightness / given_sigma_[kFocal];
+  if (!confirm_ || given_sigma_[kFocal] == 0) return;
+  if (OddsOfGiven(known, kFocal) > kReleaseOdds) {
+    weights_[kFocal] = kTightness / given_sigma_[kFocal];
+  }
+}
+
+// For its being as it was given.
+double CalibrationTies::OddsOfGiven(const CalibrationBelief& belief, int row) const {
+  const double sigma = sigma_scale_ * std::sqrt(belief.covariance(row, row));
+  const double off = belief.mean[row] / sigma;
+  return given_sigma_[row] / sigma * std::exp(-0.5 * off * off);
 }
 
 CalibrationBelief CalibrationTies::Without(const CalibrationBelief& with) const {
   if (weights_.isZero(0)) return with;
-  // In units of what was given, so that all numbers are alike.
+  // In units of what is known, so that all numbers are alike.
   const CalibrationVector scale = with.covariance.diagonal().cwiseSqrt();
   const CalibrationMatrix scaled =
       scale.cwiseInverse().asDiagonal() * with.covariance * scale.cwiseInverse().asDiagonal();
@@ -49,12 +59,10 @@ bool CalibrationTies::Update(const CalibrationBelief& with) {
   bool changed = false;
   for (int row = 0; row < kCalibrationSize; ++row) {
     if (given_sigma_[row] == 0) continue;
-    const double sigma = std::sqrt(belief.covariance(row, row));
-    const double off = belief.mean[row] / (sigma_scale_ * sigma);
-    const double odds = given_sigma_[row] / (sigma_scale_ * sigma) * std::exp(-0.5 * off * off);
+    const double odds = OddsOfGiven(belief, row);
     const bool was_tied = weights_[row] > 0;
     const bool tied = was_tied ? odds > kReleaseOdds : odds > kTieOdds;
-    weights_[row] = tied ? kTightness / sigma : 0;
+    weights_[row] = tied ? kTightness / std::sqrt(belief.covariance(row, row)) : 0;
     changed = changed || tied != was_tied;
   }
   return changed;

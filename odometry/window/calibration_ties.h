@@ -1,8 +1,6 @@
 // Which numbers of the calibration are taken to be as they were given.
 #pragma once
 
-#include <array>
-
 #include "odometry/options.h"
 #include "odometry/residuals/calibration.h"
 
@@ -28,7 +26,10 @@ struct CalibrationBelief {
 // claims as CalibrationOptions::sigma_scale says.
 class CalibrationTies {
  public:
-  explicit CalibrationTies(const CalibrationOptions& options);
+  // With what is known before a segment starts: focal lengths are tied, unless earlier segments
+  // have found them off. What else earlier ones have tied has to be found anew, since the rig may
+  // have been touched.
+  CalibrationTies(const CalibrationOptions& options, const CalibrationBelief& known);
 
   // One over the standard deviation of a number's tie to the given value; 0 where it has none.
   const CalibrationVector& weights() const { return weights_; }
@@ -43,6 +44,8 @@ class CalibrationTies {
   bool Update(const CalibrationBelief& with);
 
  private:
+  double OddsOfGiven(const CalibrationBelief& belief, int row) const;
+
   bool confirm_;
   double sigma_scale_;
   CalibrationVector given_sigma_;  // 0 of what is not estimated

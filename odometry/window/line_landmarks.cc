@@ -129,7 +129,11 @@ bool MisfitsAll(double max_median_chi2, std::vector<double> chi2) {
   return *median > max_median_chi2;
 }
 
-bool IsBehindAnchor(const LineLandmark& line) { return line.IsExact() && line.block[1] <= 0; }
+// Beyond infinity, or through the place that it was first seen from.
+bool IsBehindAnchor(const LineLandmark& line) {
+  if (line.IsExact()) return line.block[1] <= 0;
+  return !(line.block[4] > 0 && line.block[4] < M_PI_2);
+}
 
 // How far along a line the point of another one of its class is that is nearest to that one's
 // anchor: what its extent is counted from.
@@ -272,6 +276,7 @@ void EstimateLines(const LineLandmarkOptions& options, const LineKinds& kinds,
     if (line.estimated) continue;
     line.axis = LineAxis::kNone;
     line.heading = nullptr;
+    line.placed_by.reset();
   }
 }
 

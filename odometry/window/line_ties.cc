@@ -76,6 +76,7 @@ std::unordered_set<int64_t> FinishPieces(double max_piece_m, const CostModel& mo
       window->frames.back()->T_world_imu() * model.geometry.T_imu_camera[0].translation;
   for (auto& [id, line] : window->lines) {
     if (!line.estimated || line.retired || line.finished || !line.MayDeviate()) continue;
+    if (line.slope) continue;  // rails and rafters do not bend as walls do
     const Vector3d from_first = eye_world - line.anchor_world;
     if (std::abs(line.InWorld().direction_world.dot(from_first)) <= max_piece_m) continue;
     line.finished = true;

@@ -48,7 +48,7 @@ SlidingWindow::SlidingWindow(const OdometryOptions& options, const Rig& rectifie
       rig_(rectified_rig),
       structure_(options, rectified_rig),
       calibration_prior_(WhatTells(options)),
-      calibration_ties_(WhatTells(options)) {
+      calibration_ties_(calibration_prior_.options(), calibration_prior_.belief()) {
   const double focal_px = rig_.cameras[0].fx_px;
   const LineLandmarkOptions& lines = options.line_landmarks;
   model_.geometry = StereoGeometry(rig_.T_imu_camera, focal_px / options_.point_sigma_px);
@@ -397,6 +397,8 @@ void SlidingWindow::Clear() {
   known_calibration_.reset();
   structure_.Reset();
   calibration_prior_.Reset(model_.calibration.get());
+  calibration_ties_ = CalibrationTies(calibration_prior_.options(), calibration_prior_.belief());
+  model_.calibration_ties = calibration_ties_.weights();
 }
 
 void SlidingWindow::ResetCalibration(const CalibrationPrior& prior) {

@@ -98,6 +98,7 @@ std::vector<FreeLine> FollowSlopes(const SlopeOptions& options,
     LineLandmark& line = window->lines.at(fit.line.id);
     line.axis = LineAxis::kSloped;
     line.slope = slope;
+    line.placed_by.reset();
     line.deviation_sigma_rad = deviation.OfLine(line.id);
     if (line.estimated) continue;
     line.anchor_world = fit.anchor_world;

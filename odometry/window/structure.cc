@@ -59,6 +59,7 @@ BuildingDeviationOptions OfSlopes(BuildingDeviationOptions options) {
   options.start_sigma_rad = std::max(options.start_sigma_rad, options.min_sigma_rad);
   options.min_sigma_rad = options.start_sigma_rad;
   options.exact_below_rad = 0;
+  options.shared_share = 0;
   return options;
 }
 
@@ -206,10 +207,11 @@ std::unordered_set<int64_t> Structure::Judge(const CostModel& model, const Frame
   gone.merge(WithdrawSlopes(slope_options_, window));
   gone.merge(std::exchange(misplaced_, {}));
   ExtendLines(newest, model, window);
+  for (const int64_t id : gone) memberships_.ReleaseLine(id);
+  // These keep their points until the window has forgotten them.
   if (!options_.anchor_at_origin) {
     gone.merge(FinishPieces(deviation_.max_piece_m(), model, window));
   }
-  for (const int64_t id : gone) memberships_.ReleaseLine(id);
   for (const auto& [id, older_id] : MergeLines(options_, model, window)) {
     MergeMembers(id, older_id, &memberships_, window);
     merges_.emplace(id, older_id);

@@ -39,9 +39,23 @@ CalibrationBelief Tied(const CalibrationBelief& without, const CalibrationVector
           cholesky.solve(CalibrationMatrix::Identity())};
 }
 
+CalibrationBelief AtFirst(const CalibrationOptions& options) {
+  return Known(options, kTime, 0, options.time_offset_sigma_s);
+}
+
+// In a later segment: a focal length that earlier ones have found off is not tied to the given one,
+// and what they have tied is not either, since the rig may have been touched.
+TEST(CalibrationTies, ALaterSegmentStartsFromWhatIsKnown) {
+  const CalibrationOptions options = Options();
+  EXPECT_EQ(CalibrationTies(options, Known(options, kFocal, -0.003, 0.0003)).weights().norm(), 0);
+  const CalibrationTies known(options, Known(options, kTime, 0, 1e-5));
+  EXPECT_EQ(known.weights()[kTime], 0);
+  EXPECT_GT(known.weights()[kFocal], 0);
+}
+
 TEST(CalibrationTies, WhatTurnsOutToBeAsGivenIsTied) {
   const CalibrationOptions options = Options();
-  CalibrationTies ties(options);
+  CalibrationTies ties(options, AtFirst(options));
   EXPECT_EQ(ties.weights()[kTime], 0);
   EXPECT_GT(ties.weights()[kFocal], 0);
   const auto told = [&](double mean, double sigma) {
@@ -56,7 +70,7 @@ TEST(CalibrationTies, WhatTurnsOutToBeAsGivenIsTied) {
 
 TEST(CalibrationTies, ATieGoesWhereItTurnsOutToBeWrong) {
   const CalibrationOptions options = Options();
-  CalibrationTies ties(options);
+  CalibrationTies ties(options, AtFirst(options));
   const auto told = [&](double mean, double sigma) {
     return ties.Update(Tied(Known(options, kFocal, mean, sigma), ties.weights()));
   };
@@ -68,7 +82,7 @@ TEST(CalibrationTies, ATieGoesWhereItTurnsOutToBeWrong) {
 
 TEST(CalibrationTies, WhatIsKnownWithoutThemCanBeTold) {
   const CalibrationOptions options = Options();
-  CalibrationTies ties(options);
+  CalibrationTies ties(options, AtFirst(options));
   ASSERT_TRUE(ties.Update(
       Tied(Known(options, kTime, 0.0005, 0.0004), ties.weights())));  // beside the focal length
   CalibrationBelief known = Known(options, kTime, 0.0005, 0.0004);
@@ -86,12 +100,12 @@ TEST(CalibrationTies, WhatIsKnownWithoutThemCanBeTold) {
 TEST(CalibrationTies, ThereAreNoneOfWhatIsHeldNorWhereNoneAreWanted) {
   CalibrationOptions options = Options();
   options.focal_length = options.time_offset = false;
-  CalibrationTies of_held(options);
+  CalibrationTies of_held(options, AtFirst(options));
   EXPECT_FALSE(of_held.Update(Known(options, kTime, 0, 1e-5)));
   EXPECT_EQ(of_held.weights().norm(), 0);
   options = Options();
   options.confirm = false;
-  CalibrationTies none(options);
+  CalibrationTies none(options, AtFirst(options));
   EXPECT_FALSE(none.Update(Known(options, kTime, 0, 1e-5)));
   EXPECT_EQ(none.weights().norm(), 0);
 }
