@@ -211,6 +211,7 @@ SimulatedRunOptions Noisy(const Tested& tested) {
   if (tested.sloped_share > 0) {
     options.lines->sloped_share = tested.sloped_share;
     // Or the slope is found when the run is nearly over.
+    options.duration_s = 20;
     options.pixel_sigma_px = 0.4;
     options.odometry.window.point_sigma_px = options.odometry.line_landmarks.sigma_px = 0.4;
   }
