@@ -10,6 +10,8 @@
 
 namespace slcmap {
 
+struct TurnAlignment;
+
 // Opens a sequence and checks all of it: files, stamps, IMU, calibration, the header and length of
 // every image, and the pixels of a sample of them. A sequence that cannot be opened gives a report
 // with that one finding; nothing is thrown for bad data. Throws StoppedError where progress ends
@@ -23,6 +25,11 @@ CheckReport CheckSource(SequenceSource* source, const Progress& progress = {});
 // The part that odometry needs before it starts, of a few seconds: IMU, calibration and geometry.
 CheckReport CheckStart(const SequenceSource& source, const std::vector<ImuSample>& samples,
                        const Progress& progress = {});
+
+// Turns that differ by a factor: the gyroscope's about all axes, the focal lengths' about x and y.
+// One camera takes shifts for turns where it sees little: factors that differ between x and y are
+// then no error. False where that is so, and nothing else is to be judged by these turns.
+bool JudgeScales(const TurnAlignment& turns, const Rig& rig, CheckReport* report);
 
 // The parts, each of which adds figures and findings. `samples` are the source's.
 void CheckWarnings(const Warnings& warnings, CheckReport* report);  // what reading had to drop

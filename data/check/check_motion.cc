@@ -135,36 +135,6 @@ void JudgeRotation(const TurnAlignment& turns, const Rig& rig, CheckReport* repo
   }
 }
 
-// Turns that differ by a factor: the gyroscope's about all axes, the focal lengths' about x and y.
-void JudgeScales(const TurnAlignment& turns, const Rig& rig, CheckReport* report) {
-  const Eigen::Vector3d& scales = turns.scales;
-  const auto off = [&](int axis) {
-    return std::abs(scales[axis] - 1) > std::max(kMaxScaleError, kClear * turns.scale_sigmas[axis]);
-  };
-  if (!off(0) && !off(1)) return;
-  const bool rolls = turns.scale_sigmas.z() < kMaxScaleSigma;
-  const std::string found = fmt::format(
-      "images turn ({:.3f}, {:.3f}, {:.3f}) times as much about the camera's x, y, z as the "
-      "gyroscope says",
-      scales.x(), scales.y(), scales.z());
-  const std::string gyro =
-      scales.y() > 0.01 && scales.y() < 0.03
-          ? std::string("the gyroscope seems to be in deg/s: multiply by pi / 180")
-          : fmt::format("multiply the gyroscope's readings by {:.3f}", scales.y());
-  const std::string focal = fmt::format(
-      "calibrate the cameras for images of this size: the focal lengths seem to be {:.0f} and "
-      "{:.0f} px",
-      rig.cameras[0].fx_px * scales.y(), rig.cameras[0].fy_px * scales.x());
-  const bool all = std::abs(scales.z() / scales.y() - 1) < kMaxScaleError;
-  if (rolls && all) {
-    report->Fail(scales.y() < 0.03 ? "imu-units" : "gyro-scale", found, gyro);
-  } else if (rolls) {
-    report->Fail("focal-length", found, focal);
-  } else {
-    report->Fail("turn-scale", found, gyro + ", or " + focal);
-  }
-}
-
 void JudgeForceAxes(const ForceAlignment& forces, CheckReport* report) {
   report->Fail(
       "accel-axes",
@@ -263,7 +233,7 @@ void Judge(const TurnAlignment& turns, const ForceAlignment& forces, const Rig& 
                              100 * std::max(0.0, 1 - turns.best.unexplained)),
                  kCameraRemedy);
   } else {
-    JudgeScales(turns, rig, report);
+    if (!JudgeScales(turns, rig, report)) return;
     JudgeOffset(turns, rig.camera_time_offset_s, report);
     JudgeRotation(turns, rig, report);
     JudgeForces(forces, rig, report);
@@ -276,6 +246,39 @@ bool Tells(const TurnAlignment& turns, const ForceAlignment& forces, const Rig& 
 }
 
 }  // namespace
+
+bool JudgeScales(const TurnAlignment& turns, const Rig& rig, CheckReport* report) {
+  const Eigen::Vector3d& scales = turns.scales;
+  const auto off = [&](int axis) {
+    return std::abs(scales[axis] - 1) > std::max(kMaxScaleError, kClear * turns.scale_sigmas[axis]);
+  };
+  if (!off(0) && !off(1)) return true;
+  const bool rolls = turns.scale_sigmas.z() < kMaxScaleSigma;
+  const std::string found = fmt::format(
+      "images turn ({:.3f}, {:.3f}, {:.3f}) times as much about the camera's x, y, z as the "
+      "gyroscope says",
+      scales.x(), scales.y(), scales.z());
+  const std::string gyro =
+      scales.y() > 0.01 && scales.y() < 0.03
+          ? std::string("the gyroscope seems to be in deg/s: multiply by pi / 180")
+          : fmt::format("multiply the gyroscope's readings by {:.3f}", scales.y());
+  const std::string focal = fmt::format(
+      "calibrate the cameras for images of this size: the focal lengths seem to be {:.0f} and "
+      "{:.0f} px",
+      rig.cameras[0].fx_px * scales.y(), rig.cameras[0].fy_px * scales.x());
+  const bool all = std::abs(scales.z() / scales.y() - 1) < kMaxScaleError;
+  if (rolls && all) {
+    report->Fail(scales.y() < 0.03 ? "imu-units" : "gyro-scale", found, gyro);
+  } else if (rolls) {
+    report->Fail("focal-length", found, focal);
+  } else if (IsStereo(rig) || std::abs(scales.x() / scales.y() - 1) < kMaxScaleError) {
+    report->Fail("turn-scale", found, gyro + ", or " + focal);
+  } else {
+    report->Warn("turn-scale", found, "record a place with more texture; one camera does not tell");
+    return false;
+  }
+  return true;
+}
 
 void CheckMotion(const SequenceSource& source, const Rig& rig,
                  const std::vector<ImuSample>& samples, const Progress& progress,

@@ -1,8 +1,10 @@
 // What the check looks at of a recording that shows little where it moves most.
 #include <gtest/gtest.h>
 
+#include "data/calibration.h"
 #include "data/check/check.h"
 #include "data/check/image_motion.h"
+#include "data/check/turn_alignment.h"
 #include "data/simulator/example.h"
 #include "data/simulator/imu_simulator.h"
 #include "tests/testing/box_room_renderer.h"
@@ -51,6 +53,25 @@ std::string Findings(double dark_s) {
 TEST(CheckMotion, LooksFurtherWhereTheLiveliestPartsShowNothing) {
   EXPECT_EQ(Findings(16), "");
   EXPECT_EQ(Findings(24), "alignment ");
+}
+
+// One camera took its shifts along a bare corridor for turns.
+TEST(CheckMotion, OneCameraIsNoProofOfScalesThatDifferFromAxisToAxis) {
+  TurnAlignment turns;
+  turns.scale_sigmas = {0.01, 0.01, 1};
+  Rig rig = SmallRig();
+  const auto findings = [&](double x, double y) {
+    turns.scales = {x, y, 0.5};
+    CheckReport report;
+    EXPECT_EQ(JudgeScales(turns, rig, &report), IsStereo(rig) || x == y);
+    return report.findings;
+  };
+  EXPECT_EQ(findings(0.71, 0.87).at(0).severity, Severity::kError);
+  EXPECT_TRUE(findings(1, 1).empty());
+  rig.cameras[1] = Camera();
+  ASSERT_FALSE(IsStereo(rig));
+  EXPECT_EQ(findings(0.71, 0.87).at(0).severity, Severity::kWarning);
+  EXPECT_EQ(findings(0.8, 0.8).at(0).severity, Severity::kError);
 }
 
 }  // namespace
