@@ -1,13 +1,12 @@
 #include "odometry/window/line_landmarks.h"
 
-#include <spdlog/spdlog.h>
-
 #include <algorithm>
 #include <cmath>
 #include <iterator>
 #include <utility>
 
 #include "odometry/window/landmark_information.h"
+#include "odometry/window/line_followers.h"
 #include "odometry/window/line_members.h"
 #include "odometry/window/line_ties.h"
 #include "odometry/window/line_triangulation.h"
@@ -330,27 +329,11 @@ std::unordered_set<int64_t> RejectLineOutliers(const LineLandmarkOptions& option
 }
 
 std::unordered_set<int64_t> WithdrawHeadings(const ManhattanOptions& options, WindowState* window) {
-  std::map<const HeadingState*, std::vector<LineLandmark*>> followers;
-  for (auto& [id, line] : window->lines) {
-    if (line.estimated && !line.retired && line.heading) followers[line.heading].push_back(&line);
-  }
-  std::unordered_set<int64_t> retired;
-  for (HeadingState& heading : window->headings) {
-    const int given_up = heading.lines_given_up;
-    const int all = heading.lines_kept + given_up + static_cast<int>(followers[&heading].size());
-    if (heading.withdrawn || given_up < options.min_given_up ||
-        given_up < options.max_given_up_share * all) {
-      continue;
-    }
-    spdlog::warn("withdrew Manhattan world {}, heading {:.2f} degrees: {} of {} lines are off it",
-                 heading.world, heading.heading_rad[0] * 180 / M_PI, given_up, all);
-    heading.withdrawn = true;
-    for (LineLandmark* line : followers[&heading]) {
-      Retire(line);
-      retired.insert(line->id);
-    }
-  }
-  return retired;
+  const auto name = [](const HeadingState& heading) {
+    return fmt::format("Manhattan world {}, heading {:.2f} degrees", heading.world,
+                       heading.heading_rad[0] * 180 / M_PI);
+  };
+  return WithdrawFollowed(options, &LineLandmark::heading, &window->headings, name, window);
 }
 
 std::map<int64_t, int64_t> MergeLines(const LineLandmarkOptions& options, const CostModel& model,

@@ -1,11 +1,10 @@
 #include "odometry/window/sloped_lines.h"
 
-#include <spdlog/spdlog.h>
-
 #include <algorithm>
 #include <cmath>
 #include <optional>
 
+#include "odometry/window/line_followers.h"
 #include "odometry/window/line_landmarks.h"
 #include "odometry/window/line_ties.h"
 #include "odometry/window/line_triangulation.h"
@@ -127,27 +126,10 @@ std::unordered_set<int64_t> RejectLinesOffSlope(double max_deviation_rad, Window
 }
 
 std::unordered_set<int64_t> WithdrawSlopes(const SlopeOptions& options, WindowState* window) {
-  std::map<const SlopeState*, std::vector<LineLandmark*>> followers;
-  for (auto& [id, line] : window->lines) {
-    if (line.estimated && !line.retired && line.slope) followers[line.slope].push_back(&line);
-  }
-  std::unordered_set<int64_t> retired;
-  for (SlopeState& slope : window->slopes) {
-    const int given_up = slope.lines_given_up;
-    const int all = slope.lines_kept + given_up + static_cast<int>(followers[&slope].size());
-    if (slope.withdrawn || given_up < options.min_given_up ||
-        given_up < options.max_given_up_share * all) {
-      continue;
-    }
-    spdlog::warn("withdrew slope {}, {:.2f} degrees: {} of {} lines are off it", slope.index,
-                 slope.angles_rad[1] * 180 / M_PI, given_up, all);
-    slope.withdrawn = true;
-    for (LineLandmark* line : followers[&slope]) {
-      Retire(line);
-      retired.insert(line->id);
-    }
-  }
-  return retired;
+  const auto name = [](const SlopeState& slope) {
+    return fmt::format("slope {}, {:.2f} degrees", slope.index, slope.angles_rad[1] * 180 / M_PI);
+  };
+  return WithdrawFollowed(options, &LineLandmark::slope, &window->slopes, name, window);
 }
 
 std::vector<SlopeBlock> SlopesOf(const WindowState& window) {
