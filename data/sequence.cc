@@ -57,7 +57,7 @@ std::vector<StereoEntry> ReadImageList(const SequenceOptions& options, Sequence*
 
 }  // namespace
 
-std::string FindAslFolder(const std::string& path) {
+std::string FindAslFolder(const std::string& path, bool needs_imu) {
   std::error_code error;
   if (!fs::is_directory(path, error)) {
     throw InputFault("unreadable",
@@ -66,7 +66,7 @@ std::string FindAslFolder(const std::string& path) {
   }
   for (const fs::path& folder : {fs::path(path), fs::path(path) / "mav0"}) {
     if (!fs::is_directory(folder / "cam0", error)) continue;
-    if (!fs::is_directory(folder / "imu0", error)) {
+    if (needs_imu && !fs::is_directory(folder / "imu0", error)) {
       throw InputFault("unreadable",
                        folder.string() + ": found no imu0, expected cam0, cam1 and imu0",
                        "write the IMU's samples as " + (folder / "imu0" / "data.csv").string());
@@ -120,7 +120,7 @@ std::vector<StereoEntry> PairImages(const std::vector<ImageFile>& left,
 
 Sequence OpenSequence(const std::string& path, const SequenceOptions& options) {
   Sequence sequence;
-  sequence.folder = FindAslFolder(path);
+  sequence.folder = FindAslFolder(path, options.needs_imu);
   const fs::path folder(sequence.folder);
   const Calibration calibration = options.calibration.empty()
                                       ? FindCalibration(sequence.folder, &sequence.warnings)
@@ -130,8 +130,10 @@ Sequence OpenSequence(const std::string& path, const SequenceOptions& options) {
   std::error_code error;
   if (!fs::is_directory(folder / "cam1", error)) sequence.rig.cameras[1] = Camera();
   sequence.images = ReadImageList(options, &sequence);
-  sequence.imu = ReadAslImu((folder / "imu0" / "data.csv").string(), &sequence.warnings);
-  RequireOverlap(sequence);
+  if (options.needs_imu) {
+    sequence.imu = ReadAslImu((folder / "imu0" / "data.csv").string(), &sequence.warnings);
+    RequireOverlap(sequence);
+  }
   sequence.truth_path = FindTruth(sequence.folder);
   return sequence;
 }

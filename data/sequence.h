@@ -29,6 +29,7 @@ struct Sequence {
 struct SequenceOptions {
   std::string calibration;             // file or folder; "" takes the sequence's own
   double max_stereo_offset_s = 0.003;  // between the stamps of a pair
+  bool needs_imu = true;  // false: a recording without imu0 will do, and its samples stay unread
 };
 
 // Opens an EuRoC (ASL) or TUM VI sequence: the folder with cam0, cam1, imu0, or the one above it.
@@ -39,7 +40,7 @@ Sequence OpenSequence(const std::string& path, const SequenceOptions& options = 
 
 // The folder with cam0, imu0 and, of two cameras, cam1 for a path as OpenSequence takes it; throws
 // DataError.
-std::string FindAslFolder(const std::string& path);
+std::string FindAslFolder(const std::string& path, bool needs_imu = true);
 
 // The file of true poses in that folder (EuRoC's state_groundtruth_estimate0, TUM VI's mocap0); ""
 // where there is none.

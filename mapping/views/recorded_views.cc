@@ -1,0 +1,172 @@
+#include "mapping/views/recorded_views.h"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <algorithm>
+#include <atomic>
+#include <filesystem>
+#include <map>
+
+#include "data/calibration.h"
+#include "data/error.h"
+#include "data/image_file.h"
+#include "data/sequence.h"
+#include "odometry/calibrated_rig.h"
+#include "odometry/frontend/rectifier.h"
+
+namespace slcmap {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Where the images of a view are; "" where there is none.
+struct ViewFiles {
+  std::string left_path, right_path;
+};
+
+class RecordedImageReader : public ViewImages {
+ public:
+  RecordedImageReader(const Rig& raw_rig, std::vector<ViewFiles> files)
+      : raw_rig_(raw_rig), rectifier_(raw_rig, RectifierOptions()), files_(std::move(files)) {}
+
+  const Rig& rig() const override { return rectifier_.rectified_rig(); }
+  const cv::Mat& mask(int camera) const override { return rectifier_.mask(camera); }
+  int64_t unreadable() const override { return unreadable_; }
+
+  StereoImage Read(size_t view) const override {
+    StereoImage pair;
+    pair.left = ReadRectified(files_[view].left_path, 0);
+    pair.right = ReadRectified(files_[view].right_path, 1);
+    return pair;
+  }
+
+ private:
+  cv::Mat ReadRectified(const std::string& path, int camera) const {
+    const Camera& raw = raw_rig_.cameras[camera];
+    const cv::Size size(raw.width_px, raw.height_px);
+    const cv::Mat image = path.empty() ? cv::Mat() : ReadGrayImage(path, size).image;
+    if (!image.empty()) return rectifier_.Rectify(image, camera);
+    ++unreadable_;
+    return {};
+  }
+
+  const Rig raw_rig_;
+  const Rectifier rectifier_;
+  const std::vector<ViewFiles> files_;
+  mutable std::atomic<int64_t> unreadable_{0};
+};
+
+void RequireStereo(const std::string& place, const Rig& rig) {
+  if (IsStereo(rig)) return;
+  throw DataError(place +
+                  ": found one camera, expected two: mapping from images needs a stereo "
+                  "rig (--sparse maps from a run alone)");
+}
+
+// The cameras as the run has found them. Poses are those of the body, in which the left camera
+// stays where it was given: of the corrections only those of the cameras themselves apply.
+Rig CamerasAsFound(const OdometryRun& run) {
+  if (run.calibration.empty()) return run.source->raw_rig;
+  CalibrationEstimate cameras = run.calibration.back();
+  cameras.time_offset_s = 0;
+  cameras.imu_rotation_rad.setZero();
+  cameras.lever_m.setZero();
+  return CalibratedRig(run.source->raw_rig, run.rectified_rig, cameras);
+}
+
+// Where a file of the recording is once the recording has moved from one folder to another.
+std::string Moved(const std::string& path, const std::string& from, const std::string& to) {
+  if (path.empty() || to.empty()) return path;
+  const std::string relative = fs::path(path).lexically_relative(from).string();
+  const bool is_inside = !relative.empty() && relative.rfind("..", 0) != 0;
+  return is_inside ? (fs::path(to) / relative).string() : path;
+}
+
+void RequireSomeFile(const std::string& folder, const std::vector<ViewFiles>& files) {
+  std::error_code error;
+  for (const ViewFiles& pair : files) {
+    if (fs::is_regular_file(pair.left_path, error)) return;
+  }
+  throw DataError(fmt::format(
+      "{}: found none of the {} images of the run's keyframes, such as {}, expected the recording "
+      "where it was (--sequence names where it moved to, --sparse maps without images)",
+      folder, files.size(), files.empty() ? "" : files.front().left_path));
+}
+
+bool IsFarEnough(const RigidTransform& from, const RigidTransform& to,
+                 const ViewSelection& selection) {
+  return (to.translation - from.translation).norm() >= selection.min_travel_m ||
+         from.rotation.angularDistance(to.rotation) >= selection.min_turn_rad;
+}
+
+// The pose at a stamp: that of a row so near in time that only its stamp was rounded, else between
+// two rows.
+std::optional<RigidTransform> PoseOfImage(const Trajectory& trajectory, int64_t stamp_ns,
+                                          const ViewSelection& selection) {
+  const auto is_before = [](const StampedPose& pose, int64_t ns) { return pose.stamp_ns < ns; };
+  const auto after = std::lower_bound(trajectory.begin(), trajectory.end(), stamp_ns, is_before);
+  const int64_t most_ns = ToNanoseconds(selection.max_stamp_offset_s);
+  if (after != trajectory.end() && after->stamp_ns - stamp_ns <= most_ns) return after->T_world_imu;
+  if (after != trajectory.begin() && stamp_ns - std::prev(after)->stamp_ns <= most_ns) {
+    return std::prev(after)->T_world_imu;
+  }
+  return PoseAt(trajectory, stamp_ns, selection.max_pose_gap_s);
+}
+
+}  // namespace
+
+RecordedViews ViewsOfRun(const OdometryRun& run, const std::string& sequence) {
+  const std::string place = run.source ? run.source->sequence : "run";
+  if (!run.source) {
+    throw DataError(
+        "run: found nothing about where its images are, expected a run of a recording "
+        "(--sparse maps without images)");
+  }
+  RequireStereo(place, run.source->raw_rig);
+  const std::string folder = sequence.empty() ? "" : FindAslFolder(sequence, false);
+  std::map<int64_t, ViewFiles> files_at;
+  for (const RecordedImages& images : run.source->images) {
+    files_at[images.stamp_ns] = {Moved(images.left_path, place, folder),
+                                 Moved(images.right_path, place, folder)};
+  }
+  RecordedViews recorded;
+  std::vector<ViewFiles> files;
+  for (const Keyframe& keyframe : run.keyframes) {
+    recorded.views.push_back({keyframe.stamp_ns, keyframe.segment, keyframe.T_world_imu});
+    files.push_back(files_at[keyframe.stamp_ns]);
+  }
+  RequireSomeFile(folder.empty() ? place : folder, files);
+  recorded.images = std::make_unique<RecordedImageReader>(CamerasAsFound(run), std::move(files));
+  return recorded;
+}
+
+RecordedViews ViewsAtPoses(const std::string& sequence, const std::string& calibration,
+                           const Trajectory& trajectory, const ViewSelection& selection) {
+  const Sequence recording =
+      OpenSequence(sequence, {.calibration = calibration, .needs_imu = false});
+  RequireStereo(recording.folder, recording.rig);
+  RecordedViews recorded;
+  std::vector<ViewFiles> files;
+  for (const StereoEntry& pair : recording.images) {
+    const auto T_world_imu = PoseOfImage(trajectory, pair.stamp_ns, selection);
+    if (!T_world_imu) continue;
+    if (!recorded.views.empty() &&
+        !IsFarEnough(recorded.views.back().T_world_imu, *T_world_imu, selection)) {
+      continue;
+    }
+    recorded.views.push_back({pair.stamp_ns, 0, *T_world_imu});
+    files.push_back({pair.left_path, pair.right_path});
+  }
+  if (recorded.views.empty()) {
+    throw DataError(fmt::format(
+        "{}: found poses from {:.3f} to {:.3f} s and images from {:.3f} to {:.3f} s, expected "
+        "poses at the images (are they of this recording, and of its clock?)",
+        recording.folder, ToSeconds(trajectory.front().stamp_ns),
+        ToSeconds(trajectory.back().stamp_ns), ToSeconds(recording.images.front().stamp_ns),
+        ToSeconds(recording.images.back().stamp_ns)));
+  }
+  recorded.images = std::make_unique<RecordedImageReader>(recording.rig, std::move(files));
+  return recorded;
+}
+
+}  // namespace slcmap
