@@ -1,6 +1,7 @@
 #include "mapping/mapping.h"
 
 #include "mapping/line_map.h"
+#include "mapping/lines/map_lines.h"
 #include "mapping/occupancy.h"
 #include "mapping/point_cloud.h"
 #include "mapping/refinement.h"
@@ -9,12 +10,20 @@ namespace slcmap {
 namespace {
 
 // Shares of the time, about, up to the end of a stage.
-constexpr double kFused = 0.1, kFiltered = 0.3;
+constexpr double kFused = 0.02, kFiltered = 0.05, kLines = 0.9;
+constexpr char kImageUnreadable[] = "images_unreadable";
+
+std::vector<MapLine> LinesOf(const OdometryRun& run, const RecordedViews* recorded,
+                             const MappingOptions& options, const Progress& progress) {
+  if (!recorded) return SelectLines(run, options.run_lines);
+  return BuildLines(recorded->views, *recorded->images,
+                    AxesOfRun(run, options.lines.min_axis_sigma_rad), options.lines, progress);
+}
 
 }  // namespace
 
-MapResult BuildMap(const OdometryRun& run, const MappingOptions& options,
-                   const Progress& progress) {
+MapResult BuildMap(const OdometryRun& run, const RecordedViews* recorded,
+                   const MappingOptions& options, const Progress& progress) {
   options.Check();
   MapResult map;
   map.source.run_id = run.id;
@@ -41,9 +50,12 @@ MapResult BuildMap(const OdometryRun& run, const MappingOptions& options,
                              watched.Part(0, kFused));
   map.points =
       RemoveOutliers(std::move(map.points), options.cloud, watched.Part(kFused, kFiltered));
-  map.lines = SelectLines(run, options.lines);
+  map.lines = LinesOf(run, recorded, options, watched.Part(kFiltered, kLines));
   map.occupancy = MapOccupancy(KeyframeRays(run, map.points), options.occupancy, &map.warnings,
-                               watched.Part(kFiltered, 1));
+                               watched.Part(kLines, 1));
+  if (recorded && recorded->images->unreadable() > 0) {
+    map.warnings[kImageUnreadable] += recorded->images->unreadable();
+  }
   if (stopped) {
     map.complete = false;
     map.partial_reason += map.partial_reason.empty() ? "" : "; ";

@@ -13,6 +13,7 @@
 #include "data/sequence.h"
 #include "odometry/calibrated_rig.h"
 #include "odometry/frontend/rectifier.h"
+#include "odometry/method.h"
 
 namespace slcmap {
 namespace {
@@ -94,7 +95,7 @@ void RequireSomeFile(const std::string& folder, const std::vector<ViewFiles>& fi
 }
 
 bool IsFarEnough(const RigidTransform& from, const RigidTransform& to,
-                 const ViewSelection& selection) {
+                 const KeyframeSelection& selection) {
   return (to.translation - from.translation).norm() >= selection.min_travel_m ||
          from.rotation.angularDistance(to.rotation) >= selection.min_turn_rad;
 }
@@ -102,7 +103,7 @@ bool IsFarEnough(const RigidTransform& from, const RigidTransform& to,
 // The pose at a stamp: that of a row so near in time that only its stamp was rounded, else between
 // two rows.
 std::optional<RigidTransform> PoseOfImage(const Trajectory& trajectory, int64_t stamp_ns,
-                                          const ViewSelection& selection) {
+                                          const KeyframeSelection& selection) {
   const auto is_before = [](const StampedPose& pose, int64_t ns) { return pose.stamp_ns < ns; };
   const auto after = std::lower_bound(trajectory.begin(), trajectory.end(), stamp_ns, is_before);
   const int64_t most_ns = ToNanoseconds(selection.max_stamp_offset_s);
@@ -111,6 +112,15 @@ std::optional<RigidTransform> PoseOfImage(const Trajectory& trajectory, int64_t 
     return std::prev(after)->T_world_imu;
   }
   return PoseAt(trajectory, stamp_ns, selection.max_pose_gap_s);
+}
+
+[[noreturn]] void RefusePoses(const Sequence& recording, const Trajectory& trajectory) {
+  throw DataError(fmt::format(
+      "{}: found poses from {:.3f} to {:.3f} s and images from {:.3f} to {:.3f} s, expected poses "
+      "at the images (are they of this recording, and of its clock?)",
+      recording.folder, ToSeconds(trajectory.front().stamp_ns),
+      ToSeconds(trajectory.back().stamp_ns), ToSeconds(recording.images.front().stamp_ns),
+      ToSeconds(recording.images.back().stamp_ns)));
 }
 
 }  // namespace
@@ -140,33 +150,34 @@ RecordedViews ViewsOfRun(const OdometryRun& run, const std::string& sequence) {
   return recorded;
 }
 
-RecordedViews ViewsAtPoses(const std::string& sequence, const std::string& calibration,
-                           const Trajectory& trajectory, const ViewSelection& selection) {
+OdometryRun RunAtPoses(const std::string& sequence, const std::string& calibration,
+                       const Trajectory& trajectory, const KeyframeSelection& selection) {
   const Sequence recording =
       OpenSequence(sequence, {.calibration = calibration, .needs_imu = false});
   RequireStereo(recording.folder, recording.rig);
-  RecordedViews recorded;
-  std::vector<ViewFiles> files;
+  OdometryRun run;
+  run.method = kGivenPoses;
+  run.complete = true;
+  run.source = RunSource{.sequence = recording.folder,
+                         .calibration = recording.calibration_source,
+                         .raw_rig = recording.rig};
+  run.rectified_rig = Rectifier(recording.rig, RectifierOptions()).rectified_rig();
   for (const StereoEntry& pair : recording.images) {
     const auto T_world_imu = PoseOfImage(trajectory, pair.stamp_ns, selection);
-    if (!T_world_imu) continue;
-    if (!recorded.views.empty() &&
-        !IsFarEnough(recorded.views.back().T_world_imu, *T_world_imu, selection)) {
+    if (!T_world_imu) {
+      ++run.warnings[kImageWithoutPose];
       continue;
     }
-    recorded.views.push_back({pair.stamp_ns, 0, *T_world_imu});
-    files.push_back({pair.left_path, pair.right_path});
+    run.source->images.push_back({pair.stamp_ns, pair.left_path, pair.right_path});
+    run.states.push_back({.stamp_ns = pair.stamp_ns, .T_world_imu = *T_world_imu});
+    if (run.keyframes.empty() ||
+        IsFarEnough(run.keyframes.back().T_world_imu, *T_world_imu, selection)) {
+      const auto id = static_cast<int64_t>(run.keyframes.size());
+      run.keyframes.push_back({id, 0, pair.stamp_ns, *T_world_imu, {}, {}});
+    }
   }
-  if (recorded.views.empty()) {
-    throw DataError(fmt::format(
-        "{}: found poses from {:.3f} to {:.3f} s and images from {:.3f} to {:.3f} s, expected "
-        "poses at the images (are they of this recording, and of its clock?)",
-        recording.folder, ToSeconds(trajectory.front().stamp_ns),
-        ToSeconds(trajectory.back().stamp_ns), ToSeconds(recording.images.front().stamp_ns),
-        ToSeconds(recording.images.back().stamp_ns)));
-  }
-  recorded.images = std::make_unique<RecordedImageReader>(recording.rig, std::move(files));
-  return recorded;
+  if (run.states.empty()) RefusePoses(recording, trajectory);
+  return run;
 }
 
 }  // namespace slcmap

@@ -80,9 +80,9 @@ TEST_F(MappingTest, WhichLinesAreCertainEnoughIsForItsOptions) {
   for (Line& line : run.lines) line.observations = 2;
   EXPECT_TRUE(BuildMap(run, {}).lines.empty());
   MappingOptions options;
-  options.lines.max_sigma_m = 0.05;
+  options.run_lines.max_sigma_m = 0.05;
   EXPECT_TRUE(BuildMap(run, options).lines.empty());
-  options.lines.min_observations = 2;
+  options.run_lines.min_observations = 2;
   EXPECT_EQ(BuildMap(run, options).lines.size(), run.lines.size());
 }
 

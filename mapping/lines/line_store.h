@@ -1,0 +1,31 @@
+// The lines of a map while they are being made.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "mapping/lines/building_axes.h"
+#include "mapping/lines/line_fit.h"
+#include "mapping/lines/line_in_view.h"
+
+namespace slcmap {
+
+// How many views look at a bin of a line, and how many of them show its edge.
+struct BinViews {
+  uint16_t shown = 0, missed = 0;
+};
+
+struct TrackedLine {
+  int axis = -1;    // index into the building's axes; -1: none
+  int segment = 0;  // of the run
+  // Runs so that the bright side is on the left of its image in the view that it was found in.
+  PointAndDirection line;
+  Stretch seen;  // by segments
+  LineFit fit;
+  std::vector<EdgePlace> places;
+  std::vector<BinViews> bins;  // from bins_from_m on
+  double bins_from_m = 0;
+  std::vector<Stretch> intervals;
+};
+
+}  // namespace slcmap

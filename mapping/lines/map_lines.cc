@@ -1,0 +1,52 @@
+#include "mapping/lines/map_lines.h"
+
+#include "mapping/lines/guided_pass.h"
+#include "mapping/lines/line_finder.h"
+#include "mapping/lines/line_merging.h"
+
+namespace slcmap {
+namespace {
+
+// Shares of the time, about, up to the end of a step.
+constexpr double kFound = 0.6, kLooked = 0.95;
+
+void AddMapLines(const TrackedLine& line, int64_t id, const std::vector<BuildingAxis>& axes,
+                 std::vector<MapLine>* map_lines) {
+  MapLine piece;
+  piece.id = id;
+  piece.segment = line.segment;
+  if (line.axis >= 0) {
+    const BuildingAxis& axis = axes[line.axis];
+    piece.axis = axis.axis;
+    piece.world = axis.world;
+    piece.deviation_rad =
+        std::acos(std::min(1.0, std::abs(axis.direction_world.dot(line.line.direction_world))));
+  }
+  piece.sigma_m = line.fit.sigma_m();
+  piece.deviation_sigma_rad = std::sqrt(line.fit.covariance.bottomRightCorner<2, 2>().trace() / 2);
+  piece.observations = line.fit.views;
+  for (const Stretch& interval : line.intervals) {
+    piece.start_world = line.line.point_world + interval.from_m * line.line.direction_world;
+    piece.end_world = line.line.point_world + interval.to_m * line.line.direction_world;
+    map_lines->push_back(piece);
+  }
+}
+
+}  // namespace
+
+std::vector<MapLine> BuildLines(const Views& views, const ViewImages& images,
+                                const std::vector<BuildingAxis>& axes,
+                                const MapLineOptions& options, const Progress& progress) {
+  std::vector<TrackedLine> lines =
+      LineFinder(views, images, axes, options).Find(progress.Part(0, kFound));
+  LookForLines(views, images, options, &lines, progress.Part(kFound, kLooked));
+  FitAgain(views, images.rig(), axes, options, &lines);
+  lines = MergeLines(std::move(lines), options.merging);
+  std::vector<MapLine> map_lines;
+  for (size_t i = 0; i < lines.size(); ++i) {
+    AddMapLines(lines[i], static_cast<int64_t>(i), axes, &map_lines);
+  }
+  return map_lines;
+}
+
+}  // namespace slcmap
