@@ -1,6 +1,7 @@
 #include "mapping/mapping.h"
 
 #include "mapping/line_map.h"
+#include "mapping/lines/known_lines.h"
 #include "mapping/lines/map_lines.h"
 #include "mapping/occupancy.h"
 #include "mapping/point_cloud.h"
@@ -11,13 +12,21 @@ namespace {
 
 // Shares of the time, about, up to the end of a stage.
 constexpr double kFused = 0.02, kFiltered = 0.05, kLines = 0.9;
+constexpr double kAxes = 0.4;  // of the lines' part
 constexpr char kImageUnreadable[] = "images_unreadable";
 
 std::vector<MapLine> LinesOf(const OdometryRun& run, const RecordedViews* recorded,
                              const MappingOptions& options, const Progress& progress) {
   if (!recorded) return SelectLines(run, options.run_lines);
-  return BuildLines(recorded->views, *recorded->images,
-                    AxesOfRun(run, options.lines.min_axis_sigma_rad), options.lines, progress);
+  const std::vector<BuildingAxis> axes =
+      run.manhattan_worlds.empty()
+          ? AxesOfViews(recorded->views, *recorded->images, options.lines, progress.Part(0, kAxes))
+          : AxesOfRun(run, options.lines.min_axis_sigma_rad);
+  return BuildLines(recorded->views, *recorded->images, axes,
+                    KnownLines(run, axes, options.run_lines.max_sigma_m,
+                               options.run_lines.min_observations),
+                    options.lines,
+                    progress.Part(run.manhattan_worlds.empty() ? kAxes : 0, 1));
 }
 
 }  // namespace

@@ -45,14 +45,14 @@ void MarkBins(const std::vector<LineSample>& samples, const TrackedLine& line, d
 void LookForLine(int view, const StereoImage& pair, const ViewImages& images,
                  const ViewCameras& cameras, const MapLineOptions& options, TrackedLine* line) {
   const LineSampling sampling{.step_m = options.intervals.bin_m,
-                              .min_gradient = options.min_gradient};
+                              .min_gradient = MinGradient(*line, options)};
   const Stretch bins{line->bins_from_m,
                      line->bins_from_m + options.intervals.bin_m * static_cast<double>(line->bins.size())};
   ViewOfBins of_bins;
   for (const int camera : {0, 1}) {
     const cv::Mat& image = camera == 0 ? pair.left : pair.right;
     const auto part = SeenPart(line->line, bins, cameras.T_camera_world[view][camera],
-                               cameras.cameras[camera], {.max_depth_m = options.max_depth_m});
+                               cameras.cameras[camera], {.max_depth_m = line->max_depth_m});
     if (!part || image.empty()) continue;
     const std::vector<LineSample> samples = SampleLine(image, images.mask(camera), *part, sampling);
     if (of_bins.looked.empty()) {
@@ -69,6 +69,21 @@ void LookForLine(int view, const StereoImage& pair, const ViewImages& images,
   }
 }
 
+// From far away neighbouring edges run together: a line is looked for from where it is not much
+// farther than in the view that is nearest to it.
+double MaxDepth_m(const TrackedLine& line, const Views& views, const ViewCameras& cameras,
+                  const MapLineOptions& options) {
+  constexpr double kTimes = 2.2, kLeast_m = 2.5;
+  double nearest_m = options.max_depth_m;
+  for (size_t view = 0; view < views.size(); ++view) {
+    if (views[view].segment != line.segment) continue;
+    const auto part = SeenPart(line.line, line.seen, cameras.T_camera_world[view][0],
+                               cameras.cameras[0], {.max_depth_m = options.max_depth_m});
+    if (part) nearest_m = std::min({nearest_m, part->start_depth_m, part->end_depth_m});
+  }
+  return std::clamp(kTimes * nearest_m, kLeast_m, options.max_depth_m);
+}
+
 bool IsInside(double along_m, const std::vector<Stretch>& intervals) {
   return std::any_of(intervals.begin(), intervals.end(), [&](const Stretch& interval) {
     return along_m >= interval.from_m && along_m <= interval.to_m;
@@ -81,7 +96,10 @@ void LookForLines(const Views& views, const ViewImages& images, const MapLineOpt
                   std::vector<TrackedLine>* lines, const Progress& progress) {
   constexpr int kAtOnce = 4;  // views in memory
   const ViewCameras cameras(views, images.rig());
-  for (TrackedLine& line : *lines) StartBins(options.intervals, &line);
+  for (TrackedLine& line : *lines) {
+    StartBins(options.intervals, &line);
+    line.max_depth_m = MaxDepth_m(line, views, cameras, options);
+  }
   const auto count = static_cast<int>(views.size());
   for (int first = 0; first < count; first += kAtOnce) {
     if (!progress.Report(static_cast<double>(first) / count)) return;
@@ -139,6 +157,7 @@ void FitAgain(const Views& views, const Rig& rig, const std::vector<BuildingAxis
     if (line.intervals.empty()) return false;
     const auto fit = FitLine(line.line, line.places, cameras, AxisPrior(axes, line.axis), options.fit);
     if (!fit || fit->views < options.min_views || fit->sigma_m() > options.max_sigma_m) return false;
+    if (getenv("DBG")) fprintf(stderr,"axis %d known %d views %d moved %.4f rms %.2f sigma %.4f\n",line.axis,line.known_sigma_m>0,fit->views,(fit->line.point_world-(line.line.point_world+fit->shift_m*line.line.direction_world)).norm(),fit->rms_px,fit->sigma_m());
     line.fit = *fit;
     line.line = fit->line;
     for (Stretch& interval : line.intervals) {

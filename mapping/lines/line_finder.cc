@@ -4,6 +4,7 @@
 #include <cmath>
 #include <opencv2/core/utility.hpp>
 
+#include "data/asl_files.h"
 #include "odometry/frontend/line_detector.h"
 #include "odometry/frontend/line_geometry.h"
 #include "odometry/geometry/pinhole.h"
@@ -55,6 +56,10 @@ void Take(const LineFit& fit, TrackedLine* line) {
 
 }  // namespace
 
+double MinGradient(const TrackedLine& line, const MapLineOptions& options) {
+  return std::max(options.min_gradient, options.min_gradient_share * line.gradient);
+}
+
 std::optional<DirectionPrior> AxisPrior(const std::vector<BuildingAxis>& axes, int axis) {
   if (axis < 0) return std::nullopt;
   return DirectionPrior{axes[axis].direction_world, axes[axis].sigma_rad};
@@ -69,7 +74,9 @@ LineFinder::LineFinder(const Views& views, const ViewImages& images,
       cameras_(views, images.rig()),
       window_(images, views, options.min_gradient, kReach) {}
 
-std::vector<TrackedLine> LineFinder::Find(const Progress& progress) {
+std::vector<TrackedLine> LineFinder::Find(std::vector<TrackedLine> known,
+                                          const Progress& progress) {
+  lines_ = std::move(known);
   const auto count = static_cast<double>(views_.size());
   for (size_t view = 0; view < views_.size(); ++view) {
     if (!progress.Report(static_cast<double>(view) / count)) break;
@@ -154,6 +161,19 @@ std::optional<LineFinder::Hypothesis> LineFinder::Sweep(
   return swept ? std::optional(Hypothesis{-1, *swept}) : std::nullopt;
 }
 
+double LineFinder::GradientIn(int view, const TrackedLine& line) const {
+  const auto part = SeenPart(line.line, line.seen, cameras_.T_camera_world[view][0],
+                             cameras_.cameras[0], {.max_depth_m = options_.max_depth_m});
+  if (!part) return 0;
+  std::vector<double> gradients;
+  for (const LineSample& sample :
+       SampleLine(window_.at(view).images.left, images_.mask(0), *part,
+                  {.min_gradient = options_.min_gradient})) {
+    if (sample.is_edge) gradients.push_back(sample.gradient);
+  }
+  return Median(std::move(gradients));
+}
+
 std::optional<TrackedLine> LineFinder::Accept(const Hypothesis& hypothesis, int view,
                                               const std::vector<SweepImage>& images) const {
   constexpr double kMinShown = 0.5, kMaxRms_px = 1.2;
@@ -164,8 +184,9 @@ std::optional<TrackedLine> LineFinder::Accept(const Hypothesis& hypothesis, int 
   line.seen = hypothesis.swept.seen;
   std::vector<SweepImage> all = images;
   all.push_back({view, 0, cv::Mat()});
+  line.gradient = GradientIn(view, line);
   for (const double reach_px : {2.5, 1.5}) {
-    LineSampling sampling{.reach_px = reach_px, .min_gradient = options_.min_gradient};
+    const LineSampling sampling{.reach_px = reach_px, .min_gradient = MinGradient(line, options_)};
     std::vector<EdgePlace> places;
     size_t shown = 0, looked = 0;
     for (const SweepImage& image : all) {

@@ -19,8 +19,8 @@ class LineFinder {
   LineFinder(const Views& views, const ViewImages& images, const std::vector<BuildingAxis>& axes,
              const MapLineOptions& options);
 
-  // Once progress says so, later views are left out.
-  std::vector<TrackedLine> Find(const Progress& progress);
+  // The known lines and those found. Once progress says so, later views are left out.
+  std::vector<TrackedLine> Find(std::vector<TrackedLine> known, const Progress& progress);
 
  private:
   // A line that a segment may be of.
@@ -36,6 +36,8 @@ class LineFinder {
                std::vector<char>* explained);
   std::optional<Hypothesis> Sweep(const LineSegment& px, int view,
                                   const std::vector<SweepImage>& images) const;
+  // The median gradient of a line's edge in the left image of a view.
+  double GradientIn(int view, const TrackedLine& line) const;
   std::optional<TrackedLine> Accept(const Hypothesis& hypothesis, int view,
                                     const std::vector<SweepImage>& images) const;
 
@@ -50,5 +52,8 @@ class LineFinder {
 
 // What the direction of a line along an axis (an index; -1: none) is known to be beforehand.
 std::optional<DirectionPrior> AxisPrior(const std::vector<BuildingAxis>& axes, int axis);
+
+// The gradient from which an image shows a line.
+double MinGradient(const TrackedLine& line, const MapLineOptions& options);
 
 }  // namespace slcmap

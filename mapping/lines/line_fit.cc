@@ -70,7 +70,7 @@ Sums SumPlaces(const PointAndDirection& line, const Eigen::Matrix<double, 3, 2>&
     const double pose_px = focal_px * options.pose_sigma_m / residual->depth_m;
     const double sigma_px = std::hypot(image_px, pose_px);
     const double sigmas = std::abs(residual->value_px) / sigma_px;
-    const double robust = sigmas > options.robust_sigmas ? options.robust_sigmas / sigmas : 1;
+    const double robust = 1 / (1 + std::pow(sigmas / options.robust_sigmas, 2));
     const double weight = robust / (sigma_px * sigma_px);
     Eigen::Vector4d J;
     J << residual->by_shift, along_m * residual->by_shift;

@@ -31,7 +31,7 @@ struct DirectionPrior {
 struct LineFitOptions {
   double sigma_px = 0.3;        // of a place of four samples and more
   double pose_sigma_m = 0.002;  // of the views against each other
-  double robust_sigmas = 2;     // beyond which a place counts less (Huber)
+  double robust_sigmas = 2;     // at which a place counts half (Cauchy)
   int views_that_count = 10;    // more views of one line share their errors
 };
 
@@ -48,7 +48,7 @@ struct LineFit {
   double sigma_m() const;  // across the line at its point, where that is largest
 };
 
-// Gauss-Newton from `start` on the distances of the places from the line's image, with Huber's
+// Gauss-Newton from `start` on the distances of the places from the line's image, with Cauchy's
 // loss; places are re-weighted in each step. Nothing where they do not determine a line.
 std::optional<LineFit> FitLine(const PointAndDirection& start, const std::vector<EdgePlace>& places,
                                const ViewCameras& views, const std::optional<DirectionPrior>& prior,

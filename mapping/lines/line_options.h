@@ -26,7 +26,8 @@ struct LineMergingOptions {
 struct MapLineOptions {
   double min_segment_px = 16;
   int max_segments = 400;        // of an image
-  double min_gradient = 1.5;     // grey values a pixel, of an edge
+  double min_gradient = 3;       // grey values a pixel, of an edge
+  double min_gradient_share = 0.4;  // of what a line's edge has where it was found
   double axis_distance_px = 1.5;  // of a segment's ends from an axis' image through its middle
   double explained_px = 1.5;      // of a segment's ends from the image of a line that is known
   double max_depth_m = 10;        // up to which views are looked at for a line

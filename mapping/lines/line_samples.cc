@@ -24,9 +24,13 @@ bool IsInside(const cv::Mat& image, const Eigen::Vector2d& px) {
   return px.x() >= 0 && px.y() >= 0 && px.x() < image.cols - 1 && px.y() < image.rows - 1;
 }
 
+struct Rise {
+  double across_px, gradient;
+};
+
 // The place nearest to `center` where brightness rises most along `normal`, by a parabola through
 // the gradients.
-std::optional<double> NearestRise_px(const cv::Mat& image, const Eigen::Vector2d& center,
+std::optional<Rise> NearestRise(const cv::Mat& image, const Eigen::Vector2d& center,
                                      const Eigen::Vector2d& normal, const LineSampling& options) {
   const int reach = std::clamp(static_cast<int>(std::ceil(options.reach_px)), 1, kMaxReach_px);
   const int ends = reach + 2;
@@ -35,14 +39,16 @@ std::optional<double> NearestRise_px(const cv::Mat& image, const Eigen::Vector2d
   std::array<double, 2 * kMaxReach_px + 5> values;
   for (int i = 0; i <= 2 * ends; ++i) values[i] = Brightness(image, low + i * normal);
   const auto gradient = [&](int i) { return 0.5 * (values[i + 1] - values[i - 1]); };
-  std::optional<double> nearest;
+  std::optional<Rise> nearest;
   for (int i = 2; i <= 2 * ends - 2; ++i) {
     const double before = gradient(i - 1), peak = gradient(i), after = gradient(i + 1);
     const double curvature = before - 2 * peak + after;
     if (peak < options.min_gradient || peak < before || peak < after || curvature >= 0) continue;
     const double across_px = i - ends + 0.5 * (before - after) / curvature;
     if (std::abs(across_px) > options.reach_px) continue;
-    if (!nearest || std::abs(across_px) < std::abs(*nearest)) nearest = across_px;
+    if (!nearest || std::abs(across_px) < std::abs(nearest->across_px)) {
+      nearest = Rise{across_px, peak};
+    }
   }
   return nearest;
 }
@@ -70,9 +76,11 @@ std::vector<LineSample> SampleLine(const cv::Mat& image, const cv::Mat& mask,
     sample.reach_m = 0.5 * std::abs(line.AlongAt((i + 1.0) / count) -
                                     line.AlongAt(static_cast<double>(i) / count));
     sample.depth_m = line.DepthAt(share);
-    const std::optional<double> across_px = NearestRise_px(image, sample.px, normal, options);
-    sample.is_edge = across_px.has_value();
-    sample.across_px = across_px.value_or(0);
+    if (const auto rise = NearestRise(image, sample.px, normal, options)) {
+      sample.is_edge = true;
+      sample.across_px = rise->across_px;
+      sample.gradient = rise->gradient;
+    }
     samples.push_back(sample);
   }
   return samples;

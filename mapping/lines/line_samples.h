@@ -16,13 +16,14 @@ struct LineSample {
   Eigen::Vector2d px = Eigen::Vector2d::Zero();  // where the line is expected
   bool is_edge = false;  // an edge of the line's orientation is near
   double across_px = 0;  // where it is, along the normal of the line's image
+  double gradient = 0;   // of it, grey values a pixel
 };
 
 struct LineSampling {
   double step_m = 0.02;       // along the line, but
   double min_step_px = 3;     // no less in the image
   double reach_px = 1.5;      // across, up to which an edge counts
-  double min_gradient = 1.5;  // grey values a pixel
+  double min_gradient = 3;    // grey values a pixel
   int max_samples = 200;
 };
 

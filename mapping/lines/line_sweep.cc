@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "mapping/lines/edge_directions.h"
 #include "odometry/frontend/line_geometry.h"
@@ -69,42 +70,50 @@ std::optional<Stretch> StretchOf(PointAndDirection* line, const LineSegment& seg
   return Stretch{-extent->second, -extent->first};
 }
 
-// Keeps the best line, and the best score away from it.
+// Lines by inverse depth, in rising order, and the best of them.
 class BestLine {
  public:
-  explicit BestLine(double apart) : apart_(apart) {}
-
   void Offer(double inverse_depth, const SweptLine& line, const Support& support) {
     scores_.push_back({inverse_depth, line.score});
     if (best_ && best_->score >= line.score) return;
     best_ = line;
     images_ = support.images;
-    inverse_depth_ = inverse_depth;
+    peak_ = inverse_depth;
   }
 
+  // Nothing where another peak is nearly as high: what lies beyond the depths around the best at
+  // which the score has fallen by half.
   std::optional<SweptLine> Result(const LineSweepOptions& options) const {
     if (!best_ || images_ < options.min_images) return std::nullopt;
+    double below = -1, above = std::numeric_limits<double>::infinity();  // where it has fallen
     for (const auto& [inverse_depth, score] : scores_) {
-      if (std::abs(inverse_depth - inverse_depth_) < apart_) continue;
-      if (score > (1 - options.min_lead) * best_->score) return std::nullopt;
+      if (score > 0.5 * best_->score) continue;
+      if (inverse_depth < peak_) below = std::max(below, inverse_depth);
+      if (inverse_depth > peak_) above = std::min(above, inverse_depth);
+    }
+    for (const auto& [inverse_depth, score] : scores_) {
+      const bool is_beyond = inverse_depth < below || inverse_depth > above;
+      if (is_beyond && score > (1 - options.min_lead) * best_->score) return std::nullopt;
     }
     return best_;
   }
 
  private:
-  const double apart_;
   std::vector<std::pair<double, double>> scores_;  // by inverse depth
   std::optional<SweptLine> best_;
   int images_ = 0;
-  double inverse_depth_ = 0;
+  double peak_ = 0;
 };
 
-double LongestBaseline_m(int view, const std::vector<SweepImage>& images,
-                         const ViewCameras& views) {
+// The farthest that a camera is from the plane through a line and the segment's own camera: a move
+// within that plane does not tell how far the line is.
+double LongestParallax_m(int view, const Eigen::Vector3d& normal_world,
+                         const std::vector<SweepImage>& images, const ViewCameras& views) {
   double longest_m = 0;
   for (const SweepImage& image : images) {
-    longest_m = std::max(
-        longest_m, (views.Centre(image.view, image.camera) - views.Centre(view)).norm());
+    const Eigen::Vector3d baseline =
+        views.Centre(image.view, image.camera) - views.Centre(view);
+    longest_m = std::max(longest_m, std::abs(normal_world.dot(baseline)));
   }
   return longest_m;
 }
@@ -117,10 +126,11 @@ std::optional<SweptLine> SweepAlongAxis(const LineSegment& segment, int view,
                                         const ViewCameras& views, const LineSweepOptions& options) {
   const RigidTransform T_world_camera = views.T_camera_world[view][0].Inverse();
   const Eigen::Vector3d ray = segment.Midpoint().homogeneous();
-  const double baseline_m = LongestBaseline_m(view, images, views);
-  if (baseline_m == 0) return std::nullopt;
-  const double step = options.step_px / (views.cameras[0].fx_px * baseline_m);
-  BestLine best(4 * step);
+  const Eigen::Vector3d normal = (T_world_camera.rotation * ray).cross(direction_world);
+  const double parallax_m = LongestParallax_m(view, normal.normalized(), images, views);
+  if (parallax_m < options.min_parallax_m) return std::nullopt;
+  const double step = options.step_px / (views.cameras[0].fx_px * parallax_m);
+  BestLine best;
   for (double w = 1 / options.max_depth_m; w < 1 / options.min_depth_m; w += step) {
     SweptLine swept;
     swept.line = {T_world_camera * (ray / w), direction_world};
@@ -146,7 +156,7 @@ std::optional<SweptLine> SweepAnyDirection(const LineSegment& segment, int view,
   const RigidTransform T_world_camera = views.T_camera_world[view][0].Inverse();
   const double baseline_m = (views.Centre(view, 1) - views.Centre(view, 0)).norm();
   const double step = options.step_px / (views.cameras[0].fx_px * baseline_m);
-  BestLine best(3 * step);
+  BestLine best;
   const auto at = [&](const Eigen::Vector2d& end, double w) -> Eigen::Vector3d {
     return T_world_camera * (end.homogeneous() / w);
   };

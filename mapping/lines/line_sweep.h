@@ -14,6 +14,7 @@ struct LineSweepOptions {
   double step_px = 1.5;       // by which an image of the line moves from one depth to the next
   double min_baseline_m = 0.08, max_baseline_m = 1.5;  // of a view to be looked at
   double max_turn_rad = 0.7;                           // likewise
+  double min_parallax_m = 0.05;  // across the plane of camera and line, of some image
   int max_views = 7;
   double min_share = 0.7;  // of the samples of an image that have an edge: it shows the line
   int min_images = 4;      // that show the line

@@ -75,12 +75,9 @@ Rig CamerasAsFound(const OdometryRun& run) {
   return CalibratedRig(run.source->raw_rig, run.rectified_rig, cameras);
 }
 
-// Where a file of the recording is once the recording has moved from one folder to another.
-std::string Moved(const std::string& path, const std::string& from, const std::string& to) {
-  if (path.empty() || to.empty()) return path;
-  const std::string relative = fs::path(path).lexically_relative(from).string();
-  const bool is_inside = !relative.empty() && relative.rfind("..", 0) != 0;
-  return is_inside ? (fs::path(to) / relative).string() : path;
+// Where a file of the recording is; runs name them relative to the recording's folder.
+std::string PathOf(const std::string& file, const std::string& folder) {
+  return file.empty() ? "" : (fs::path(folder) / file).string();
 }
 
 void RequireSomeFile(const std::string& folder, const std::vector<ViewFiles>& files) {
@@ -133,11 +130,10 @@ RecordedViews ViewsOfRun(const OdometryRun& run, const std::string& sequence) {
         "(--sparse maps without images)");
   }
   RequireStereo(place, run.source->raw_rig);
-  const std::string folder = sequence.empty() ? "" : FindAslFolder(sequence, false);
+  const std::string folder = sequence.empty() ? place : FindAslFolder(sequence, false);
   std::map<int64_t, ViewFiles> files_at;
   for (const RecordedImages& images : run.source->images) {
-    files_at[images.stamp_ns] = {Moved(images.left_path, place, folder),
-                                 Moved(images.right_path, place, folder)};
+    files_at[images.stamp_ns] = {PathOf(images.left_path, folder), PathOf(images.right_path, folder)};
   }
   RecordedViews recorded;
   std::vector<ViewFiles> files;
@@ -145,7 +141,7 @@ RecordedViews ViewsOfRun(const OdometryRun& run, const std::string& sequence) {
     recorded.views.push_back({keyframe.stamp_ns, keyframe.segment, keyframe.T_world_imu});
     files.push_back(files_at[keyframe.stamp_ns]);
   }
-  RequireSomeFile(folder.empty() ? place : folder, files);
+  RequireSomeFile(folder, files);
   recorded.images = std::make_unique<RecordedImageReader>(CamerasAsFound(run), std::move(files));
   return recorded;
 }
