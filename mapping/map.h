@@ -44,7 +44,8 @@ struct MapResult {
   Trajectory trajectory;  // refined, a pose an image
   Trajectory keyframes;
   std::vector<MapPoint> points;
-  std::vector<MapLine> lines;
+  std::vector<MapLine> lines;  // but marks
+  std::vector<MapLine> marks;  // lines that are on surfaces, and no edges of them
   OccupancyMap occupancy{0.1};
 };
 

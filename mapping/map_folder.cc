@@ -20,12 +20,12 @@
 namespace slcmap {
 namespace {
 
-constexpr int kMapVersion = 2;
+constexpr int kMapVersion = 3;
 constexpr char kSummary[] = "map.json";
 
 // The files of a map folder besides its summary.
 constexpr char kTrajectory[] = "trajectory.tum", kKeyframes[] = "keyframes.tum",
-               kPoints[] = "points.ply", kCloud[] = "points.pcd", kLines[] = "lines.ply",
+               kPoints[] = "points.ply", kCloud[] = "points.pcd", kLines[] = "lines.ply", kMarks[] = "marks.ply",
                kOccupancy[] = "occupancy.bt", kRig[] = "rig.json", kOptions[] = "options.yaml";
 
 double MedianObservations(const std::vector<MapLine>& lines) {
@@ -35,7 +35,7 @@ double MedianObservations(const std::vector<MapLine>& lines) {
 }
 
 std::vector<std::string> ListedNames() {
-  return {kTrajectory, kKeyframes, kPoints, kCloud, kLines, kOccupancy, kRig, kOptions};
+  return {kTrajectory, kKeyframes, kPoints, kCloud, kLines, kMarks, kOccupancy, kRig, kOptions};
 }
 
 std::vector<std::pair<const char*, std::size_t>> CountsOf(const MapResult& map) {
@@ -43,6 +43,7 @@ std::vector<std::pair<const char*, std::size_t>> CountsOf(const MapResult& map) 
           {"keyframes", map.keyframes.size()},
           {"points", map.points.size()},
           {"lines", map.lines.size()},
+          {"marks", map.marks.size()},
           {"occupied_voxels", map.occupancy.OccupiedVoxels().size()}};
 }
 
@@ -161,6 +162,7 @@ std::string WriteMapFolder(OutputFolder* folder, const MapResult& map) {
   WritePoints(path + kPoints, map.points);
   WritePcd(path + kCloud, map.points);
   WriteMapLines(path + kLines, map.lines);
+  WriteMapLines(path + kMarks, map.marks);
   map.occupancy.Write(path + kOccupancy);
   WriteRig(path + kRig, map.rectified_rig);
   WriteFile(path + kOptions, map.source.options);
@@ -179,6 +181,7 @@ MapResult ReadMapFolder(const std::string& folder, const MapReadOptions& options
   map.keyframes = ReadPoses(path + kKeyframes);
   map.points = ReadPoints(path + kPoints);
   map.lines = ReadLines(path + kLines);
+  map.marks = ReadLines(path + kMarks);
   map.occupancy = OccupancyMap::Read(path + kOccupancy);
   map.source.options = ReadFile(path + kOptions);
   if (options.accept_changed) return map;

@@ -1,5 +1,8 @@
 #include "mapping/mapping.h"
 
+#include <algorithm>
+#include <iterator>
+
 #include "mapping/line_map.h"
 #include "mapping/lines/known_lines.h"
 #include "mapping/lines/map_lines.h"
@@ -27,6 +30,12 @@ std::vector<MapLine> LinesOf(const OdometryRun& run, const RecordedViews* record
                                options.run_lines.min_observations),
                     options.lines,
                     progress.Part(run.manhattan_worlds.empty() ? kAxes : 0, 1));
+}
+
+void MoveMarks(MapResult* map) {
+  const auto is_mark = [](const MapLine& line) { return line.kind == LineKind::kMark; };
+  std::copy_if(map->lines.begin(), map->lines.end(), std::back_inserter(map->marks), is_mark);
+  std::erase_if(map->lines, is_mark);
 }
 
 }  // namespace
@@ -60,6 +69,7 @@ MapResult BuildMap(const OdometryRun& run, const RecordedViews* recorded,
   map.points =
       RemoveOutliers(std::move(map.points), options.cloud, watched.Part(kFused, kFiltered));
   map.lines = LinesOf(run, recorded, options, watched.Part(kFiltered, kLines));
+  MoveMarks(&map);
   map.occupancy = MapOccupancy(KeyframeRays(run, map.points), options.occupancy, &map.warnings,
                                watched.Part(kLines, 1));
   if (recorded && recorded->images->unreadable() > 0) {

@@ -61,6 +61,13 @@ void LookForLine(int view, const StereoImage& pair, const ViewImages& images,
     }
     MarkBins(samples, *line, options.intervals.bin_m, &of_bins);
     AddPlaces(samples, *part, view, camera, kPlaceStep_m, &line->places);
+    for (const LineSample& sample : samples) {
+      if (!sample.is_edge || sample.along_m < line->seen.from_m || sample.along_m > line->seen.to_m) {
+        continue;
+      }
+      line->step_sum += sample.step;
+      line->lasting_sum += sample.lasting_step;
+    }
   }
   for (size_t i = 0; i < of_bins.looked.size(); ++i) {
     line->bins[i].shown = static_cast<uint16_t>(line->bins[i].shown + of_bins.shown[i]);
@@ -157,7 +164,6 @@ void FitAgain(const Views& views, const Rig& rig, const std::vector<BuildingAxis
     if (line.intervals.empty()) return false;
     const auto fit = FitLine(line.line, line.places, cameras, AxisPrior(axes, line.axis), options.fit);
     if (!fit || fit->views < options.min_views || fit->sigma_m() > options.max_sigma_m) return false;
-    if (getenv("DBG")) fprintf(stderr,"axis %d known %d views %d moved %.4f rms %.2f sigma %.4f\n",line.axis,line.known_sigma_m>0,fit->views,(fit->line.point_world-(line.line.point_world+fit->shift_m*line.line.direction_world)).norm(),fit->rms_px,fit->sigma_m());
     line.fit = *fit;
     line.line = fit->line;
     for (Stretch& interval : line.intervals) {

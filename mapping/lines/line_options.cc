@@ -15,6 +15,8 @@ constexpr OptionTable kTable{
     Option{"max_depth_m", &MapLineOptions::max_depth_m, 0.5, 1000.0},
     Option{"max_sigma_m", &MapLineOptions::max_sigma_m, 1e-4, 10.0},
     Option{"min_views", &MapLineOptions::min_views, 2, 1000},
+    Option{"min_lasting_step", &MapLineOptions::min_lasting_step, -100.0, 100.0},
+    Option{"max_lasting_step", &MapLineOptions::max_lasting_step, -100.0, 100.0},
     Option{"min_axis_sigma_rad", &MapLineOptions::min_axis_sigma_rad, 1e-6, 1.0}};
 
 constexpr OptionTable kSweepTable{

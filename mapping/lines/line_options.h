@@ -34,6 +34,9 @@ struct MapLineOptions {
   double max_sigma_m = 0.02;      // across a line that is kept
   int min_views = 3;              // of a line that is kept
   double min_axis_sigma_rad = 0.0005;
+  // Of the step of brightness across a line, the share that is there some pixels from it, too; of
+  // other lines than these it is a mark.
+  double min_lasting_step = 0.6, max_lasting_step = 1.9;
   LineSweepOptions sweep;
   LineFitOptions fit;
   LineIntervalOptions intervals;

@@ -11,6 +11,7 @@ namespace slcmap {
 namespace {
 
 constexpr int kMaxReach_px = 4;
+constexpr double kNear_px = 1.5, kFar_px = 5;  // from an edge, where its step is looked at
 
 double Brightness(const cv::Mat& image, const Eigen::Vector2d& px) {
   const int u = static_cast<int>(px.x()), v = static_cast<int>(px.y());
@@ -53,6 +54,13 @@ std::optional<Rise> NearestRise(const cv::Mat& image, const Eigen::Vector2d& cen
   return nearest;
 }
 
+// Left less right of a place, `offset` away from it; 0 at the border of the image.
+double StepAcross(const cv::Mat& image, const Eigen::Vector2d& px, const Eigen::Vector2d& offset) {
+  const Eigen::Vector2d left = px + offset, right = px - offset;
+  if (!IsInside(image, left) || !IsInside(image, right)) return 0;
+  return Brightness(image, left) - Brightness(image, right);
+}
+
 }  // namespace
 
 std::vector<LineSample> SampleLine(const cv::Mat& image, const cv::Mat& mask,
@@ -80,6 +88,9 @@ std::vector<LineSample> SampleLine(const cv::Mat& image, const cv::Mat& mask,
       sample.is_edge = true;
       sample.across_px = rise->across_px;
       sample.gradient = rise->gradient;
+      const Eigen::Vector2d edge_px = sample.px + rise->across_px * normal;
+      sample.step = StepAcross(image, edge_px, kNear_px * normal);
+      sample.lasting_step = StepAcross(image, edge_px, kFar_px * normal);
     }
     samples.push_back(sample);
   }

@@ -17,6 +17,10 @@ struct LineSample {
   bool is_edge = false;  // an edge of the line's orientation is near
   double across_px = 0;  // where it is, along the normal of the line's image
   double gradient = 0;   // of it, grey values a pixel
+  // By how much the image is brighter on the left of the edge than on its right, some pixels away
+  // from it: a step that lasts, or one that soon ends as those of grain and joints do.
+  double lasting_step = 0;
+  double step = 0;  // the same, beside the edge
 };
 
 struct LineSampling {

@@ -26,6 +26,7 @@ struct TrackedLine {
   double max_depth_m = 0;    // from which it is looked for
   LineFit fit;
   std::vector<EdgePlace> places;
+  double step_sum = 0, lasting_sum = 0;  // of the samples that show its edge
   std::vector<BinViews> bins;  // from bins_from_m on
   double bins_from_m = 0;
   std::vector<Stretch> intervals;

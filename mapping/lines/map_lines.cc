@@ -10,8 +10,17 @@ namespace {
 // Shares of the time, about, up to the end of a step.
 constexpr double kFound = 0.6, kLooked = 0.95;
 
+// Grain, joints and print are streaks: beside them the image is soon as bright as on the other side,
+// and shadows have no edge that the step would keep to. The edges of surfaces keep their step.
+LineKind KindOf(const TrackedLine& line, const MapLineOptions& options) {
+  if (line.known_sigma_m > 0) return LineKind::kUnknown;
+  const double lasting = line.lasting_sum / std::max(line.step_sum, 1e-9);
+  const bool lasts = lasting >= options.min_lasting_step && lasting <= options.max_lasting_step;
+  return lasts ? LineKind::kUnknown : LineKind::kMark;
+}
+
 void AddMapLines(const TrackedLine& line, int64_t id, const std::vector<BuildingAxis>& axes,
-                 std::vector<MapLine>* map_lines) {
+                 const MapLineOptions& options, std::vector<MapLine>* map_lines) {
   MapLine piece;
   piece.id = id;
   piece.segment = line.segment;
@@ -25,6 +34,7 @@ void AddMapLines(const TrackedLine& line, int64_t id, const std::vector<Building
   piece.sigma_m = line.fit.sigma_m();
   piece.deviation_sigma_rad = std::sqrt(line.fit.covariance.bottomRightCorner<2, 2>().trace() / 2);
   piece.observations = line.fit.views;
+  piece.kind = KindOf(line, options);
   for (const Stretch& interval : line.intervals) {
     piece.start_world = line.line.point_world + interval.from_m * line.line.direction_world;
     piece.end_world = line.line.point_world + interval.to_m * line.line.direction_world;
@@ -50,14 +60,13 @@ std::vector<MapLine> BuildLines(const Views& views, const ViewImages& images,
                                 const std::vector<BuildingAxis>& axes,
                                 std::vector<TrackedLine> known, const MapLineOptions& options,
                                 const Progress& progress) {
-  std::vector<TrackedLine> lines = getenv("KNOWN")? std::move(known) :
-      LineFinder(views, images, axes, options).Find(std::move(known), progress.Part(0, kFound));
+  std::vector<TrackedLine> lines =       LineFinder(views, images, axes, options).Find(std::move(known), progress.Part(0, kFound));
   LookForLines(views, images, options, &lines, progress.Part(kFound, kLooked));
   FitAgain(views, images.rig(), axes, options, &lines);
   lines = MergeLines(std::move(lines), options.merging);
   std::vector<MapLine> map_lines;
   for (size_t i = 0; i < lines.size(); ++i) {
-    AddMapLines(lines[i], static_cast<int64_t>(i), axes, &map_lines);
+    AddMapLines(lines[i], static_cast<int64_t>(i), axes, options, &map_lines);
   }
   return map_lines;
 }
