@@ -23,7 +23,8 @@ void CheckInput(const MapArguments& arguments) {
   }
   ExpectFolder(arguments.input, FolderKind::kSequence);
   if (arguments.sparse) {
-    throw ConfigError("--sparse: found it beside --poses, which bring no landmarks; expected either");
+    throw ConfigError(
+        "--sparse: found it beside --poses, which bring no landmarks; expected either");
   }
 }
 

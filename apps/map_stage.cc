@@ -79,14 +79,12 @@ MapResult RunMapStage(const MapArguments& arguments, const MappingOptions& optio
                 run.states.size(), run.keyframes.size(), run.landmarks.size(), run.lines.size());
   WarnOfRun(arguments.input, run);
   const std::optional<RecordedViews> recorded = OpenViews(arguments, run);
-  MapResult map =
-      BuildMap(run, recorded ? &*recorded : nullptr, options, StageProgress("map"));
+  MapResult map = BuildMap(run, recorded ? &*recorded : nullptr, options, StageProgress("map"));
   map.id = WriteMapFolder(output, map);
   spdlog::info(
       "wrote {}: {} poses, {} points of {} landmarks, {} lines, {} occupied voxels of {} m",
       output->path(), map.trajectory.size(), map.points.size(), run.landmarks.size(),
-      map.lines.size(), map.occupancy.OccupiedVoxels().size(),
-      map.occupancy.resolution_m());
+      map.lines.size(), map.occupancy.OccupiedVoxels().size(), map.occupancy.resolution_m());
   if (Interrupted() && !map.complete) {
     spdlog::warn("{}: the map is partial: {}", output->path(), map.partial_reason);
   }

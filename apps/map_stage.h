@@ -24,8 +24,8 @@ struct MapArguments {
 };
 
 // Reads the run (also of files that were changed, if asked to) or the poses and builds the map,
-// writes and returns it, and logs what both hold and what they lack. After Ctrl-C the map is what is
-// done so far, and says that it is partial. Throws what reading, mapping and writing throw; an
+// writes and returns it, and logs what both hold and what they lack. After Ctrl-C the map is what
+// is done so far, and says that it is partial. Throws what reading, mapping and writing throw; an
 // earlier map then stays as it was.
 MapResult RunMapStage(const MapArguments& arguments, const MappingOptions& options,
                       OutputFolder* output);

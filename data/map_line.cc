@@ -92,11 +92,12 @@ Rgb LineColour(LineAxis axis, bool recent) {
 }
 
 void WriteMapLines(const std::string& path, const std::vector<MapLine>& lines) {
-  WritePly(path, {{"slcmap lines, metres in the world frame, z up",
-                   "axis: 0 X, 1 Y, 2 vertical, 3 none, 4 sloped; recent: seen by the last keyframes",
-                   "kind: 0 unknown, 1 edge, 2 outline, 3 mark, 4 pipe"},
-                  {VertexElement(lines), EdgeElement(lines)},
-                  {}});
+  WritePly(path,
+           {{"slcmap lines, metres in the world frame, z up",
+             "axis: 0 X, 1 Y, 2 vertical, 3 none, 4 sloped; recent: seen by the last keyframes",
+             "kind: 0 unknown, 1 edge, 2 outline, 3 mark, 4 pipe"},
+            {VertexElement(lines), EdgeElement(lines)},
+            {}});
 }
 
 std::vector<MapLine> ReadMapLines(const std::string& path) {

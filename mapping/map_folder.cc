@@ -25,8 +25,9 @@ constexpr char kSummary[] = "map.json";
 
 // The files of a map folder besides its summary.
 constexpr char kTrajectory[] = "trajectory.tum", kKeyframes[] = "keyframes.tum",
-               kPoints[] = "points.ply", kCloud[] = "points.pcd", kLines[] = "lines.ply", kMarks[] = "marks.ply",
-               kOccupancy[] = "occupancy.bt", kRig[] = "rig.json", kOptions[] = "options.yaml";
+               kPoints[] = "points.ply", kCloud[] = "points.pcd", kLines[] = "lines.ply",
+               kMarks[] = "marks.ply", kOccupancy[] = "occupancy.bt", kRig[] = "rig.json",
+               kOptions[] = "options.yaml";
 
 double MedianObservations(const std::vector<MapLine>& lines) {
   std::vector<int> observations;
@@ -39,12 +40,10 @@ std::vector<std::string> ListedNames() {
 }
 
 std::vector<std::pair<const char*, std::size_t>> CountsOf(const MapResult& map) {
-  return {{"poses", map.trajectory.size()},
-          {"keyframes", map.keyframes.size()},
-          {"points", map.points.size()},
-          {"lines", map.lines.size()},
-          {"marks", map.marks.size()},
-          {"occupied_voxels", map.occupancy.OccupiedVoxels().size()}};
+  return {
+      {"poses", map.trajectory.size()}, {"keyframes", map.keyframes.size()},
+      {"points", map.points.size()},    {"lines", map.lines.size()},
+      {"marks", map.marks.size()},      {"occupied_voxels", map.occupancy.OccupiedVoxels().size()}};
 }
 
 std::string WriteSummary(const std::string& folder, const MapResult& map) {

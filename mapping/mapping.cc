@@ -25,11 +25,10 @@ std::vector<MapLine> LinesOf(const OdometryRun& run, const RecordedViews* record
       run.manhattan_worlds.empty()
           ? AxesOfViews(recorded->views, *recorded->images, options.lines, progress.Part(0, kAxes))
           : AxesOfRun(run, options.lines.min_axis_sigma_rad);
-  return BuildLines(recorded->views, *recorded->images, axes,
-                    KnownLines(run, axes, options.run_lines.max_sigma_m,
-                               options.run_lines.min_observations),
-                    options.lines,
-                    progress.Part(run.manhattan_worlds.empty() ? kAxes : 0, 1));
+  return BuildLines(
+      recorded->views, *recorded->images, axes,
+      KnownLines(run, axes, options.run_lines.max_sigma_m, options.run_lines.min_observations),
+      options.lines, progress.Part(run.manhattan_worlds.empty() ? kAxes : 0, 1));
 }
 
 void MoveMarks(MapResult* map) {

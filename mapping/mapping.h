@@ -9,10 +9,10 @@
 
 namespace slcmap {
 
-// Builds the map of a run; of a run without landmarks and views, an empty one. With views, the lines
-// are those of their images, else those of the run. The same input gives the same map, to the last
-// bit. Once progress says so, the map is what is done so far, and not complete. Throws ConfigError
-// when an option is not plausible, or would take too much memory.
+// Builds the map of a run; of a run without landmarks and views, an empty one. With views, the
+// lines are those of their images, else those of the run. The same input gives the same map, to the
+// last bit. Once progress says so, the map is what is done so far, and not complete. Throws
+// ConfigError when an option is not plausible, or would take too much memory.
 MapResult BuildMap(const OdometryRun& run, const RecordedViews* recorded,
                    const MappingOptions& options, const Progress& progress = {});
 

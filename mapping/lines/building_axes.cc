@@ -45,7 +45,8 @@ std::vector<Heading> LevelHeadings(const std::vector<DirectedLine>& lines,
   for (const DirectedLine& line : lines) {
     if (std::abs(line.direction_world.z()) > std::sin(options.max_tilt_rad)) continue;
     const double angle = std::atan2(line.direction_world.y(), line.direction_world.x());
-    headings.push_back({std::fmod(angle + 2 * M_PI, kQuarter_rad), Weight(line, options), line.length_m});
+    headings.push_back(
+        {std::fmod(angle + 2 * M_PI, kQuarter_rad), Weight(line, options), line.length_m});
   }
   return headings;
 }
@@ -87,8 +88,7 @@ std::vector<BuildingAxis> FindAxes(const std::vector<DirectedLine>& lines,
     if (heading.length_m < options.min_length_m || heading.weight < options.min_share * most) break;
     most = std::max(most, heading.weight);
     for (const LineAxis axis : {LineAxis::kX, LineAxis::kY}) {
-      axes.push_back(
-          {axis, world, -1, AxisDirection(axis, heading.angle_rad), options.sigma_rad});
+      axes.push_back({axis, world, -1, AxisDirection(axis, heading.angle_rad), options.sigma_rad});
     }
     std::erase_if(headings, [&](const Heading& other) {
       return Apart(other.angle_rad, heading.angle_rad) < options.min_apart_rad;
@@ -113,7 +113,8 @@ std::vector<BuildingAxis> AxesOfRun(const OdometryRun& run, double min_sigma_rad
     const SlopedDirection& slope = run.sloped_directions[i];
     if (slope.withdrawn) continue;
     axes.push_back({LineAxis::kSloped, static_cast<int>(i), slope.segment,
-                    SlopeDirection(SlopeBlock{slope.azimuth_rad, slope.elevation_rad}.data()), sigma_rad});
+                    SlopeDirection(SlopeBlock{slope.azimuth_rad, slope.elevation_rad}.data()),
+                    sigma_rad});
   }
   return axes;
 }

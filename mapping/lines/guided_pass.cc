@@ -9,7 +9,7 @@
 namespace slcmap {
 namespace {
 
-constexpr double kBeyond_m = 1.5;    // past the ends of what is known of a line
+constexpr double kBeyond_m = 1.5;     // past the ends of what is known of a line
 constexpr double kMaxReach_m = 0.05;  // a sample that stands for more is seen too nearly end-on
 constexpr double kPlaceStep_m = 0.25;
 
@@ -46,8 +46,9 @@ void LookForLine(int view, const StereoImage& pair, const ViewImages& images,
                  const ViewCameras& cameras, const MapLineOptions& options, TrackedLine* line) {
   const LineSampling sampling{.step_m = options.intervals.bin_m,
                               .min_gradient = MinGradient(*line, options)};
-  const Stretch bins{line->bins_from_m,
-                     line->bins_from_m + options.intervals.bin_m * static_cast<double>(line->bins.size())};
+  const Stretch bins{
+      line->bins_from_m,
+      line->bins_from_m + options.intervals.bin_m * static_cast<double>(line->bins.size())};
   ViewOfBins of_bins;
   for (const int camera : {0, 1}) {
     const cv::Mat& image = camera == 0 ? pair.left : pair.right;
@@ -62,7 +63,8 @@ void LookForLine(int view, const StereoImage& pair, const ViewImages& images,
     MarkBins(samples, *line, options.intervals.bin_m, &of_bins);
     AddPlaces(samples, *part, view, camera, kPlaceStep_m, &line->places);
     for (const LineSample& sample : samples) {
-      if (!sample.is_edge || sample.along_m < line->seen.from_m || sample.along_m > line->seen.to_m) {
+      if (!sample.is_edge || sample.along_m < line->seen.from_m ||
+          sample.along_m > line->seen.to_m) {
         continue;
       }
       line->step_sum += sample.step;
@@ -158,12 +160,13 @@ void FitAgain(const Views& views, const Rig& rig, const std::vector<BuildingAxis
   const ViewCameras cameras(views, rig);
   const auto holds = [&](TrackedLine& line) {
     line.intervals = FindIntervals(line, options.intervals);
-    std::erase_if(line.places, [&](const EdgePlace& place) {
-      return !IsInside(place.along_m, line.intervals);
-    });
+    std::erase_if(line.places,
+                  [&](const EdgePlace& place) { return !IsInside(place.along_m, line.intervals); });
     if (line.intervals.empty()) return false;
-    const auto fit = FitLine(line.line, line.places, cameras, AxisPrior(axes, line.axis), options.fit);
-    if (!fit || fit->views < options.min_views || fit->sigma_m() > options.max_sigma_m) return false;
+    const auto fit =
+        FitLine(line.line, line.places, cameras, AxisPrior(axes, line.axis), options.fit);
+    if (!fit || fit->views < options.min_views || fit->sigma_m() > options.max_sigma_m)
+      return false;
     line.fit = *fit;
     line.line = fit->line;
     for (Stretch& interval : line.intervals) {

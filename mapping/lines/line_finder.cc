@@ -18,8 +18,8 @@ constexpr double kExplainBeyond_m = 1;  // past the ends of what is known of a l
 constexpr double kPlaceStep_m = 0.25;
 
 // Whether a segment runs along the image of a direction through its middle.
-bool MayFollow(const LineSegment& px, const Eigen::Vector3d& direction_camera,
-               const Camera& camera, double max_distance_px) {
+bool MayFollow(const LineSegment& px, const Eigen::Vector3d& direction_camera, const Camera& camera,
+               double max_distance_px) {
   const Eigen::Vector2d middle = px.Midpoint();
   const Eigen::Vector3d ray = PlaneFromPixel(camera, middle).homogeneous();
   const Eigen::Vector3d moved = ray + 1e-3 * direction_camera;
@@ -150,8 +150,8 @@ std::optional<LineFinder::Hypothesis> LineFinder::Sweep(
                    options_.axis_distance_px)) {
       continue;
     }
-    const auto swept = SweepAlongAxis(segment, view, axis.direction_world, images, cameras_,
-                                      options_.sweep);
+    const auto swept =
+        SweepAlongAxis(segment, view, axis.direction_world, images, cameras_, options_.sweep);
     if (swept && (!best || swept->score > best->swept.score)) {
       best = Hypothesis{static_cast<int>(i), *swept};
     }
@@ -166,9 +166,8 @@ double LineFinder::GradientIn(int view, const TrackedLine& line) const {
                              cameras_.cameras[0], {.max_depth_m = options_.max_depth_m});
   if (!part) return 0;
   std::vector<double> gradients;
-  for (const LineSample& sample :
-       SampleLine(window_.at(view).images.left, images_.mask(0), *part,
-                  {.min_gradient = options_.min_gradient})) {
+  for (const LineSample& sample : SampleLine(window_.at(view).images.left, images_.mask(0), *part,
+                                             {.min_gradient = options_.min_gradient})) {
     if (sample.is_edge) gradients.push_back(sample.gradient);
   }
   return Median(std::move(gradients));
@@ -194,20 +193,22 @@ std::optional<TrackedLine> LineFinder::Accept(const Hypothesis& hypothesis, int 
           SeenPart(line.line, line.seen, cameras_.T_camera_world[image.view][image.camera],
                    cameras_.cameras[image.camera], {.max_depth_m = options_.max_depth_m});
       if (!part) continue;
-      const std::vector<LineSample> samples =
-          SampleLine(window_.at(image.view).image(image.camera), images_.mask(image.camera), *part,
-                     sampling);
+      const std::vector<LineSample> samples = SampleLine(
+          window_.at(image.view).image(image.camera), images_.mask(image.camera), *part, sampling);
       looked += samples.size();
       for (const LineSample& sample : samples) shown += sample.is_edge;
       AddPlaces(samples, *part, image.view, image.camera, kPlaceStep_m, &places);
     }
-    const auto fit = FitLine(line.line, places, cameras_, AxisPrior(axes_, line.axis), options_.fit);
+    const auto fit =
+        FitLine(line.line, places, cameras_, AxisPrior(axes_, line.axis), options_.fit);
     if (!fit || static_cast<double>(shown) < kMinShown * static_cast<double>(looked)) {
       return std::nullopt;
     }
     Take(*fit, &line);
   }
-  if (line.fit.views < options_.min_views || line.fit.rms_px > kMaxRms_px) return std::nullopt;
+  // Of a line without an axis four numbers are to be found instead of two.
+  const int min_views = (line.axis < 0 ? 2 : 1) * options_.min_views;
+  if (line.fit.views < min_views || line.fit.rms_px > kMaxRms_px) return std::nullopt;
   if (line.fit.sigma_m() > options_.max_sigma_m) return std::nullopt;
   return line;
 }

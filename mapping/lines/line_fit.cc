@@ -11,7 +11,7 @@ namespace slcmap {
 namespace {
 
 constexpr int kSteps = 5;
-constexpr int kFullSamples = 4;  // more that are near each other err alike
+constexpr int kFullSamples = 4;       // more that are near each other err alike
 constexpr double kWeakSigma_rad = 1;  // of the direction of a line without a prior
 constexpr double kMaxStep_m = 1;
 
@@ -64,9 +64,8 @@ Sums SumPlaces(const PointAndDirection& line, const Eigen::Matrix<double, 3, 2>&
     const auto residual = ResidualOf(place, p_world, across, views);
     if (!residual) continue;
     const double focal_px = views.cameras[place.camera].fx_px;
-    const double image_px =
-        options.sigma_px * std::sqrt(static_cast<double>(kFullSamples) /
-                                     std::min(place.samples, kFullSamples));
+    const double image_px = options.sigma_px * std::sqrt(static_cast<double>(kFullSamples) /
+                                                         std::min(place.samples, kFullSamples));
     const double pose_px = focal_px * options.pose_sigma_m / residual->depth_m;
     const double sigma_px = std::hypot(image_px, pose_px);
     const double sigmas = std::abs(residual->value_px) / sigma_px;
@@ -161,7 +160,8 @@ std::optional<LineFit> FitLine(const PointAndDirection& start, const std::vector
     const Eigen::Vector4d delta = -solver.solve(sums.g);
     if (!delta.allFinite() || delta.head<2>().norm() > kMaxStep_m) return std::nullopt;
     fit.line.point_world += fit.across * delta.head<2>();
-    fit.line.direction_world = (fit.line.direction_world + fit.across * delta.tail<2>()).normalized();
+    fit.line.direction_world =
+        (fit.line.direction_world + fit.across * delta.tail<2>()).normalized();
     if (delta.norm() < 1e-6) break;
   }
   const double shared = std::max(1.0, static_cast<double>(fit.views) / options.views_that_count);

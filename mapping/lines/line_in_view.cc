@@ -46,12 +46,12 @@ std::optional<LineInView> SeenPart(const PointAndDirection& line, const Stretch&
   cut_at({0, -1, bottom});
   if (!(from < to)) return std::nullopt;
   const Eigen::Vector3d start = p + from * d, end = p + to * d;
-  return LineInView{{PixelFromPlane(camera, start.hnormalized()),
-                     PixelFromPlane(camera, end.hnormalized())},
-                    from,
-                    to,
-                    start.z(),
-                    end.z()};
+  return LineInView{
+      {PixelFromPlane(camera, start.hnormalized()), PixelFromPlane(camera, end.hnormalized())},
+      from,
+      to,
+      start.z(),
+      end.z()};
 }
 
 }  // namespace slcmap

@@ -11,7 +11,7 @@ namespace slcmap {
 // The part of a line that is in an image, from start to end as the line runs.
 struct LineInView {
   LineSegment px;
-  double from_m = 0, to_m = 0;              // of its ends, along the line from its point
+  double from_m = 0, to_m = 0;  // of its ends, along the line from its point
   double start_depth_m = 0, end_depth_m = 0;
 
   // The place along the line of what is seen at a share of the way from px.start to px.end, and

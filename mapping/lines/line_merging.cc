@@ -74,8 +74,8 @@ double Length_m(const TrackedLine& line) {
 // A stretch of `other` along `line`.
 Stretch Along(const PointAndDirection& line, const TrackedLine& other, const Stretch& stretch) {
   const auto at = [&](double along_m) {
-    return line.direction_world.dot(other.line.point_world +
-                                    along_m * other.line.direction_world - line.point_world);
+    return line.direction_world.dot(other.line.point_world + along_m * other.line.direction_world -
+                                    line.point_world);
   };
   const double a = at(stretch.from_m), b = at(stretch.to_m);
   return {std::min(a, b), std::max(a, b)};

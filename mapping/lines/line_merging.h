@@ -8,8 +8,9 @@
 
 namespace slcmap {
 
-// Merges lines of one axis that lie beside each other within what is known of them: each with all of
-// its group (full linkage), the best known first, so that chains of neighbours do not grow together.
+// Merges lines of one axis that lie beside each other within what is known of them: each with all
+// of its group (full linkage), the best known first, so that chains of neighbours do not grow
+// together.
 std::vector<TrackedLine> MergeLines(std::vector<TrackedLine> lines,
                                     const LineMergingOptions& options);
 

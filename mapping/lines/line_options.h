@@ -18,21 +18,21 @@ struct LineIntervalOptions {
 };
 
 struct LineMergingOptions {
-  double max_sigmas = 3;       // between lines, with what is known of both
-  double max_distance_m = 0.03;  // where lines lie beside each other
+  double max_sigmas = 3;          // between lines, with what is known of both
+  double max_distance_m = 0.03;   // where lines lie beside each other
   double min_distance_m = 0.006;  // up to which they are the same however well they are known
 };
 
 struct MapLineOptions {
   double min_segment_px = 16;
-  int max_segments = 400;        // of an image
-  double min_gradient = 3;       // grey values a pixel, of an edge
+  int max_segments = 400;           // of an image
+  double min_gradient = 3;          // grey values a pixel, of an edge
   double min_gradient_share = 0.4;  // of what a line's edge has where it was found
-  double axis_distance_px = 1.5;  // of a segment's ends from an axis' image through its middle
-  double explained_px = 1.5;      // of a segment's ends from the image of a line that is known
-  double max_depth_m = 10;        // up to which views are looked at for a line
-  double max_sigma_m = 0.02;      // across a line that is kept
-  int min_views = 3;              // of a line that is kept
+  double axis_distance_px = 1.5;    // of a segment's ends from an axis' image through its middle
+  double explained_px = 1.5;        // of a segment's ends from the image of a line that is known
+  double max_depth_m = 10;          // up to which views are looked at for a line
+  double max_sigma_m = 0.02;        // across a line that is kept
+  int min_views = 3;                // of a line that is kept; twice as many without an axis
   double min_axis_sigma_rad = 0.0005;
   // Of the step of brightness across a line, the share that is there some pixels from it, too; of
   // other lines than these it is a mark.

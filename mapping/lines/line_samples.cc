@@ -32,7 +32,7 @@ struct Rise {
 // The place nearest to `center` where brightness rises most along `normal`, by a parabola through
 // the gradients.
 std::optional<Rise> NearestRise(const cv::Mat& image, const Eigen::Vector2d& center,
-                                     const Eigen::Vector2d& normal, const LineSampling& options) {
+                                const Eigen::Vector2d& normal, const LineSampling& options) {
   const int reach = std::clamp(static_cast<int>(std::ceil(options.reach_px)), 1, kMaxReach_px);
   const int ends = reach + 2;
   const Eigen::Vector2d low = center - ends * normal, high = center + ends * normal;
@@ -66,9 +66,9 @@ double StepAcross(const cv::Mat& image, const Eigen::Vector2d& px, const Eigen::
 std::vector<LineSample> SampleLine(const cv::Mat& image, const cv::Mat& mask,
                                    const LineInView& line, const LineSampling& options) {
   const double length_px = line.px.Length();
-  const int count = std::min({options.max_samples,
-                              static_cast<int>(length_px / options.min_step_px),
-                              static_cast<int>((line.to_m - line.from_m) / options.step_m)});
+  const int count =
+      std::min({options.max_samples, static_cast<int>(length_px / options.min_step_px),
+                static_cast<int>((line.to_m - line.from_m) / options.step_m)});
   std::vector<LineSample> samples;
   if (count < 1) return samples;
   samples.reserve(count);

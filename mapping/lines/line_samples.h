@@ -10,11 +10,11 @@ namespace slcmap {
 
 // The image beside one place of a line.
 struct LineSample {
-  double along_m = 0;   // along the line, from its point
-  double reach_m = 0;   // of the line that the sample stands for, to either side
+  double along_m = 0;  // along the line, from its point
+  double reach_m = 0;  // of the line that the sample stands for, to either side
   double depth_m = 0;
   Eigen::Vector2d px = Eigen::Vector2d::Zero();  // where the line is expected
-  bool is_edge = false;  // an edge of the line's orientation is near
+  bool is_edge = false;                          // an edge of the line's orientation is near
   double across_px = 0;  // where it is, along the normal of the line's image
   double gradient = 0;   // of it, grey values a pixel
   // By how much the image is brighter on the left of the edge than on its right, some pixels away
@@ -24,10 +24,10 @@ struct LineSample {
 };
 
 struct LineSampling {
-  double step_m = 0.02;       // along the line, but
-  double min_step_px = 3;     // no less in the image
-  double reach_px = 1.5;      // across, up to which an edge counts
-  double min_gradient = 3;    // grey values a pixel
+  double step_m = 0.02;     // along the line, but
+  double min_step_px = 3;   // no less in the image
+  double reach_px = 1.5;    // across, up to which an edge counts
+  double min_gradient = 3;  // grey values a pixel
   int max_samples = 200;
 };
 

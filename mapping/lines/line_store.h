@@ -20,14 +20,14 @@ struct TrackedLine {
   int segment = 0;  // of the run
   // Runs so that the bright side is on the left of its image in the view that it was found in.
   PointAndDirection line;
-  Stretch seen;         // by segments
-  double gradient = 0;  // of its edge, grey values a pixel, where it was found
+  Stretch seen;              // by segments
+  double gradient = 0;       // of its edge, grey values a pixel, where it was found
   double known_sigma_m = 0;  // across it, of a line that was known beforehand; 0 of others
   double max_depth_m = 0;    // from which it is looked for
   LineFit fit;
   std::vector<EdgePlace> places;
   double step_sum = 0, lasting_sum = 0;  // of the samples that show its edge
-  std::vector<BinViews> bins;  // from bins_from_m on
+  std::vector<BinViews> bins;            // from bins_from_m on
   double bins_from_m = 0;
   std::vector<Stretch> intervals;
 };

@@ -111,8 +111,7 @@ double LongestParallax_m(int view, const Eigen::Vector3d& normal_world,
                          const std::vector<SweepImage>& images, const ViewCameras& views) {
   double longest_m = 0;
   for (const SweepImage& image : images) {
-    const Eigen::Vector3d baseline =
-        views.Centre(image.view, image.camera) - views.Centre(view);
+    const Eigen::Vector3d baseline = views.Centre(image.view, image.camera) - views.Centre(view);
     longest_m = std::max(longest_m, std::abs(normal_world.dot(baseline)));
   }
   return longest_m;
@@ -168,8 +167,8 @@ std::optional<SweptLine> SweepAnyDirection(const LineSegment& segment, int view,
       swept.line = {0.5 * (start + end), (end - start).normalized()};
       const double half_m = 0.5 * (end - start).norm();
       swept.seen = {-half_m, half_m};
-      const auto part = SeenPart(swept.line, swept.seen, views.T_camera_world[view][1],
-                                 views.cameras[1], {});
+      const auto part =
+          SeenPart(swept.line, swept.seen, views.T_camera_world[view][1], views.cameras[1], {});
       if (!part || ShareOfEdges(right->edges, part->px) < options.min_share) continue;
       const Support support = SupportOf(swept.line, swept.seen, images, views, options);
       swept.score = support.score;

@@ -11,7 +11,7 @@ namespace slcmap {
 
 struct LineSweepOptions {
   double min_depth_m = 0.4, max_depth_m = 10;
-  double step_px = 1.5;       // by which an image of the line moves from one depth to the next
+  double step_px = 1.5;  // by which an image of the line moves from one depth to the next
   double min_baseline_m = 0.08, max_baseline_m = 1.5;  // of a view to be looked at
   double max_turn_rad = 0.7;                           // likewise
   double min_parallax_m = 0.05;  // across the plane of camera and line, of some image

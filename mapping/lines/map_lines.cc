@@ -10,8 +10,9 @@ namespace {
 // Shares of the time, about, up to the end of a step.
 constexpr double kFound = 0.6, kLooked = 0.95;
 
-// Grain, joints and print are streaks: beside them the image is soon as bright as on the other side,
-// and shadows have no edge that the step would keep to. The edges of surfaces keep their step.
+// Grain, joints and print are streaks: beside them the image is soon as bright as on the other
+// side, and shadows have no edge that the step would keep to. The edges of surfaces keep their
+// step.
 LineKind KindOf(const TrackedLine& line, const MapLineOptions& options) {
   if (line.known_sigma_m > 0) return LineKind::kUnknown;
   const double lasting = line.lasting_sum / std::max(line.step_sum, 1e-9);
@@ -60,7 +61,8 @@ std::vector<MapLine> BuildLines(const Views& views, const ViewImages& images,
                                 const std::vector<BuildingAxis>& axes,
                                 std::vector<TrackedLine> known, const MapLineOptions& options,
                                 const Progress& progress) {
-  std::vector<TrackedLine> lines =       LineFinder(views, images, axes, options).Find(std::move(known), progress.Part(0, kFound));
+  std::vector<TrackedLine> lines =
+      LineFinder(views, images, axes, options).Find(std::move(known), progress.Part(0, kFound));
   LookForLines(views, images, options, &lines, progress.Part(kFound, kLooked));
   FitAgain(views, images.rig(), axes, options, &lines);
   lines = MergeLines(std::move(lines), options.merging);

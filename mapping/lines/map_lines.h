@@ -16,10 +16,11 @@ namespace slcmap {
 std::vector<BuildingAxis> AxesOfViews(const Views& views, const ViewImages& images,
                                       const MapLineOptions& options, const Progress& progress = {});
 
-// Starts from the lines that are known, finds more in the views, looks for all of them in all views once more, finds the intervals that they
-// are in, and merges those that are one. A line with several intervals is several MapLines with one
-// id, which counts from 0. The same views give the same lines, whatever the number of threads. Once
-// progress says so, the lines are those that were found so far.
+// Starts from the lines that are known, finds more in the views, looks for all of them in all views
+// once more, finds the intervals that they are in, and merges those that are one. A line with
+// several intervals is several MapLines with one id, which counts from 0. The same views give the
+// same lines, whatever the number of threads. Once progress says so, the lines are those that were
+// found so far.
 std::vector<MapLine> BuildLines(const Views& views, const ViewImages& images,
                                 const std::vector<BuildingAxis>& axes,
                                 std::vector<TrackedLine> known, const MapLineOptions& options,

@@ -14,8 +14,8 @@ struct ViewCameras {
 
   ViewCameras(const Views& views, const Rig& rig) : cameras(rig.cameras) {
     for (const View& view : views) {
-      T_camera_world.push_back({WorldFromCamera(view, rig, 0).Inverse(),
-                                WorldFromCamera(view, rig, 1).Inverse()});
+      T_camera_world.push_back(
+          {WorldFromCamera(view, rig, 0).Inverse(), WorldFromCamera(view, rig, 1).Inverse()});
     }
   }
 

@@ -133,7 +133,8 @@ RecordedViews ViewsOfRun(const OdometryRun& run, const std::string& sequence) {
   const std::string folder = sequence.empty() ? place : FindAslFolder(sequence, false);
   std::map<int64_t, ViewFiles> files_at;
   for (const RecordedImages& images : run.source->images) {
-    files_at[images.stamp_ns] = {PathOf(images.left_path, folder), PathOf(images.right_path, folder)};
+    files_at[images.stamp_ns] = {PathOf(images.left_path, folder),
+                                 PathOf(images.right_path, folder)};
   }
   RecordedViews recorded;
   std::vector<ViewFiles> files;
@@ -154,9 +155,10 @@ OdometryRun RunAtPoses(const std::string& sequence, const std::string& calibrati
   OdometryRun run;
   run.method = kGivenPoses;
   run.complete = true;
-  run.source = RunSource{.sequence = recording.folder,
-                         .calibration = recording.calibration_source,
-                         .raw_rig = recording.rig};
+  RunSource& source = run.source.emplace();
+  source.sequence = recording.folder;
+  source.calibration = recording.calibration_source;
+  source.raw_rig = recording.rig;
   run.rectified_rig = Rectifier(recording.rig, RectifierOptions()).rectified_rig();
   for (const StereoEntry& pair : recording.images) {
     const auto T_world_imu = PoseOfImage(trajectory, pair.stamp_ns, selection);

@@ -23,7 +23,7 @@ using ::testing::HasSubstr;
 using ::testing::ThrowsMessage;
 
 const char* const kFiles[] = {"trajectory.tum", "keyframes.tum", "points.ply", "points.pcd",
-                              "lines.ply",      "occupancy.bt",  "rig.json",   "map.json"};
+                              "lines.ply",      "marks.ply", "occupancy.bt",  "rig.json",   "map.json"};
 
 class MappingTest : public ::testing::Test {
  protected:
