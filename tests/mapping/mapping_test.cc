@@ -113,7 +113,7 @@ TEST_F(MappingTest, APartialRunMakesAPartialMap) {
 
 TEST_F(MappingTest, AMapThatIsEndedIsPartialAndHoldsWhatIsDone) {
   const MapResult map =
-      BuildMap(testing::MakeLineRun(), {}, Progress([](double done) { return done < 0.5; }));
+      BuildMap(testing::MakeLineRun(), {}, Progress([](double done) { return done < 0.95; }));
   EXPECT_FALSE(map.complete);
   EXPECT_EQ(map.partial_reason, "mapping was interrupted");
   EXPECT_EQ(map.trajectory.size(), 51u);
