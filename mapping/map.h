@@ -12,6 +12,7 @@
 #include "data/trajectory.h"
 #include "data/types.h"
 #include "data/verdict.h"
+#include "mapping/dense/dense_point.h"
 #include "mapping/occupancy_map.h"
 
 namespace slcmap {
@@ -44,6 +45,7 @@ struct MapResult {
   Trajectory trajectory;  // refined, a pose an image
   Trajectory keyframes;
   std::vector<MapPoint> points;
+  std::vector<DensePoint> dense;  // none of a map that was made without images
   std::vector<MapLine> lines;
   OccupancyMap occupancy{0.1};
 };

@@ -11,6 +11,7 @@
 #include "data/summary_file.h"
 #include "data/trajectory.h"
 #include "data/verdict_json.h"
+#include "mapping/dense/dense_file.h"
 #include "mapping/point_cloud.h"
 #include "odometry/method.h"
 #include "odometry/run_json.h"
@@ -20,12 +21,13 @@
 namespace slcmap {
 namespace {
 
-constexpr int kMapVersion = 2;
+constexpr int kMapVersion = 3;
 constexpr char kSummary[] = "map.json";
 
 // The files of a map folder besides its summary.
 constexpr char kTrajectory[] = "trajectory.tum", kKeyframes[] = "keyframes.tum",
-               kPoints[] = "points.ply", kCloud[] = "points.pcd", kLines[] = "lines.ply",
+               kPoints[] = "points.ply", kCloud[] = "points.pcd", kDense[] = "dense.ply",
+               kDenseCloud[] = "dense.pcd", kLines[] = "lines.ply",
                kOccupancy[] = "occupancy.bt", kRig[] = "rig.json", kOptions[] = "options.yaml";
 
 double MedianObservations(const std::vector<MapLine>& lines) {
@@ -35,13 +37,14 @@ double MedianObservations(const std::vector<MapLine>& lines) {
 }
 
 std::vector<std::string> ListedNames() {
-  return {kTrajectory, kKeyframes, kPoints, kCloud, kLines, kOccupancy, kRig, kOptions};
+  return {kTrajectory, kKeyframes, kPoints, kCloud, kDense, kDenseCloud, kLines, kOccupancy, kRig, kOptions};
 }
 
 std::vector<std::pair<const char*, std::size_t>> CountsOf(const MapResult& map) {
   return {{"poses", map.trajectory.size()},
           {"keyframes", map.keyframes.size()},
           {"points", map.points.size()},
+          {"dense_points", map.dense.size()},
           {"lines", map.lines.size()},
           {"occupied_voxels", map.occupancy.OccupiedVoxels().size()}};
 }
@@ -160,6 +163,8 @@ std::string WriteMapFolder(OutputFolder* folder, const MapResult& map) {
   WriteTumTrajectory(path + kKeyframes, map.keyframes);
   WritePoints(path + kPoints, map.points);
   WritePcd(path + kCloud, map.points);
+  WriteDensePly(path + kDense, map.dense);
+  WriteDensePcd(path + kDenseCloud, map.dense);
   WriteMapLines(path + kLines, map.lines);
   map.occupancy.Write(path + kOccupancy);
   WriteRig(path + kRig, map.rectified_rig);
@@ -178,6 +183,7 @@ MapResult ReadMapFolder(const std::string& folder, const MapReadOptions& options
   map.trajectory = ReadPoses(path + kTrajectory);
   map.keyframes = ReadPoses(path + kKeyframes);
   map.points = ReadPoints(path + kPoints);
+  map.dense = ReadDensePly(path + kDense);
   map.lines = ReadLines(path + kLines);
   map.occupancy = OccupancyMap::Read(path + kOccupancy);
   map.source.options = ReadFile(path + kOptions);

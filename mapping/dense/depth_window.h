@@ -2,7 +2,6 @@
 #pragma once
 
 #include <deque>
-#include <opencv2/core/mat.hpp>
 #include <vector>
 
 #include "mapping/dense/dense_options.h"
@@ -38,7 +37,7 @@ class DepthWindow {
   struct WindowView {
     RigidTransform T_world_camera;
     int segment = 0;
-    cv::Mat left, right;  // smoothed; the right one until the depth is refined
+    ImagePyramid left, right;  // the right one until the depth is refined
     DepthGrid depth;
   };
 

@@ -15,6 +15,7 @@ constexpr int kFit_px = 3;               // half width of the window that a plan
 constexpr double kMaxStep_px = 1;        // of disparities within it, at half size
 constexpr double kMinFitShare = 0.6;     // of the window: at a depth edge there are fewer
 constexpr double kMatchSigma_px = 0.35;  // of disparities, at full size
+constexpr int kMaxLeftRight_px = 2;      // between a match and the one back, at half size
 constexpr int kSpeckle_px = 60;          // smaller patches of equal disparity are noise
 
 double Baseline_m(const Rig& rig) {
@@ -37,7 +38,8 @@ cv::Mat MatchAtHalfSize(const StereoImage& pair, int disparities, const DenseOpt
     cv::copyMakeBorder(*image, *image, 0, 0, disparities, 0, cv::BORDER_REPLICATE);
   }
   constexpr int kArea = kBlock_px * kBlock_px;
-  const auto matcher = cv::StereoSGBM::create(0, disparities, kBlock_px, 8 * kArea, 32 * kArea, 1,
+  const auto matcher = cv::StereoSGBM::create(0, disparities, kBlock_px, 8 * kArea, 32 * kArea,
+                                              kMaxLeftRight_px,
                                               31, options.uniqueness_percent, kSpeckle_px, 1,
                                               cv::StereoSGBM::MODE_SGBM_3WAY);
   matcher->compute(left, right, matched);
