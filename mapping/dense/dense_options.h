@@ -18,7 +18,7 @@ struct DenseOptions {
   int grid_px = 5;            // between the pixels of an image whose depth is estimated
   int uniqueness_percent = 5;  // by which the best disparity beats all others
   double max_grazing_deg = 75;  // between a surface's normal and the ray to it
-  double pair_sigma_px = 0.05;  // what the calibration lets the right image be off
+  double pair_sigma_px = 0.08;  // what the calibration lets the right image be off
   double pose_sigma_px = 0.15;  // what poses let the image of another view be off
   int neighbours = 3;           // views whose images refine the depth of one
 
@@ -28,7 +28,7 @@ struct DenseOptions {
   double min_baseline_m = 0.1;  // between those that count
   double agree_sigmas = 2;
   double voxel_m = 0.04;
-  double max_sigma_m = 0.06;  // of one view's depth
+  double max_sigma_m = 0.1;  // of one view's depth
 
   void Check() const;  // throws ConfigError
   void Read(YamlSection section);

@@ -7,7 +7,7 @@ namespace slcmap {
 namespace {
 
 constexpr double kContrarySigmas = 3;
-constexpr double kFloor = 0.003;  // of inverse depth, as a share: planes bend between nodes
+constexpr double kFloor = 0.008;  // of inverse depth, as a share: planes bend between nodes
 
 enum class Opinion { kNone, kAgrees, kContradicts };
 

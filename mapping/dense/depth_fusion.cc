@@ -10,7 +10,6 @@
 namespace slcmap {
 namespace {
 
-constexpr int kMinObservations = 2;    // of a voxel
 constexpr float kIndependent = 10;     // observations of a place share what is wrong with it
 constexpr float kMinSigma_m = 0.001F;  // of one view's depth: what its model deserves
 constexpr int kReach = 2;              // voxels around one that its plane is fitted to
@@ -157,7 +156,6 @@ void DepthFusion::Add(const RigidTransform& T_world_camera, const Camera& camera
 std::vector<DensePoint> DepthFusion::Points() const {
   std::vector<Surfel> surfels;
   for (const auto& [key, sums] : voxels_) {
-    if (sums.count < kMinObservations) continue;
     Surfel surfel;
     surfel.key = key;
     surfel.p = sums.weighted_p / sums.weight;

@@ -13,12 +13,12 @@ namespace {
 
 constexpr int kSteps = 3;              // of a pass
 constexpr float kMaxStep_px = 1.5F;    // in the neighbour where it moves most
-constexpr float kConverged_px = 0.15F;  // what the last step may still be
+constexpr float kConverged_px = 0.25F;  // what the last step may still be
 constexpr float kDone_px = 0.02F;       // a smaller step is the last
 constexpr float kMaxWay_px = 3;        // from the first depth, in the right image
 constexpr float kMinFirstCorrelation = 0.5F, kMinCorrelation = 0.65F;
 // Of a patch, grey values squared a tap, by level: noise alone has less.
-constexpr std::array<float, ImagePyramid::kLevels> kMinEnergy = {1.2F, 0.4F, 0.2F};
+constexpr std::array<float, ImagePyramid::kLevels> kMinEnergy = {1.0F, 0.25F, 0.08F};
 constexpr float kDisagree_sigmas = 3;  // of a neighbour's step: it is left out
 
 struct CombinedStep {
@@ -152,20 +152,22 @@ class PatchRefiner {
 // its plane: a window that reaches over a depth edge fits neither side of it.
 bool IsFlatAround(const DepthGrid& matched, int column, int row, int reach_px) {
   constexpr float kSigmas = 4;
+  constexpr int kMinKnown = 6;  // of nine
   const int reach = (reach_px + matched.step_px - 1) / matched.step_px;
   const DepthNode& centre = matched.At(column, row);
+  int known = 0;
   for (int i = 0; i < 9; ++i) {
     const int x = (i % 3 - 1) * reach, y = (i / 3 - 1) * reach;
-    if (!matched.Contains(column + x, row + y)) return false;
+    if (!matched.Contains(column + x, row + y)) continue;
     const DepthNode& node = matched.At(column + x, row + y);
     const float expected =
         centre.inverse_depth + static_cast<float>(x * matched.step_px) * centre.slope_x +
         static_cast<float>(y * matched.step_px) * centre.slope_y;
-    if (!node.is_known() || std::abs(node.inverse_depth - expected) > kSigmas * node.sigma) {
-      return false;
-    }
+    if (!node.is_known()) continue;
+    if (std::abs(node.inverse_depth - expected) > kSigmas * node.sigma) return false;
+    ++known;
   }
-  return true;
+  return known >= kMinKnown;
 }
 
 // `matched`: the nodes before any was refined.

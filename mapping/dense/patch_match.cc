@@ -8,8 +8,9 @@ namespace {
 
 // Smoothed images still have noise and rounding.
 constexpr float kMinVariance = 0.15F;  // of residuals, grey values squared
-// Smoothing makes the residuals of taps depend on each other.
-constexpr float kIndependentShare = 0.5F;
+// Smoothing makes the residuals of taps depend on each other, and surfaces are not quite planes:
+// with this share about two thirds of simulated depths are within one sigma.
+constexpr float kIndependentShare = 0.12F;
 constexpr float kMinContrast = 0.6F, kMaxContrast = 1.6F;  // between two images of one patch
 
 // Grey values in the neighbour, and how they change with inverse depth.

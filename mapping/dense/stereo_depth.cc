@@ -12,7 +12,8 @@ namespace {
 
 constexpr int kBlock_px = 5;             // of matching, at half size
 constexpr int kFit_px = 3;               // half width of the window that a plane is fitted in
-constexpr double kMaxStep_px = 1;        // of disparities within it, at half size
+// Of disparities within it, at half size: matches of faint texture go in steps of a pixel.
+constexpr double kMaxStep_px = 1.6;
 constexpr double kMinFitShare = 0.6;     // of the window: at a depth edge there are fewer
 constexpr double kMatchSigma_px = 0.35;  // of disparities, at full size
 constexpr int kMaxLeftRight_px = 2;      // between a match and the one back, at half size
