@@ -12,6 +12,7 @@
 #include "data/trajectory.h"
 #include "data/types.h"
 #include "data/verdict.h"
+#include "mapping/dense/dense_point.h"
 #include "mapping/occupancy_map.h"
 
 namespace slcmap {
@@ -44,8 +45,9 @@ struct MapResult {
   Trajectory trajectory;  // refined, a pose an image
   Trajectory keyframes;
   std::vector<MapPoint> points;
-  std::vector<MapLine> lines;  // but marks
-  std::vector<MapLine> marks;  // lines that are on surfaces, and no edges of them
+  std::vector<DensePoint> dense;  // none of a map that was made without images
+  std::vector<MapLine> lines;     // but marks
+  std::vector<MapLine> marks;     // lines that are on surfaces, and no edges of them
   OccupancyMap occupancy{0.1};
 };
 

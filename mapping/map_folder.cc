@@ -11,6 +11,7 @@
 #include "data/summary_file.h"
 #include "data/trajectory.h"
 #include "data/verdict_json.h"
+#include "mapping/dense/dense_file.h"
 #include "mapping/point_cloud.h"
 #include "odometry/method.h"
 #include "odometry/run_json.h"
@@ -25,9 +26,9 @@ constexpr char kSummary[] = "map.json";
 
 // The files of a map folder besides its summary.
 constexpr char kTrajectory[] = "trajectory.tum", kKeyframes[] = "keyframes.tum",
-               kPoints[] = "points.ply", kCloud[] = "points.pcd", kLines[] = "lines.ply",
-               kMarks[] = "marks.ply", kOccupancy[] = "occupancy.bt", kRig[] = "rig.json",
-               kOptions[] = "options.yaml";
+               kPoints[] = "points.ply", kCloud[] = "points.pcd", kDense[] = "dense.ply",
+               kDenseCloud[] = "dense.pcd", kLines[] = "lines.ply", kMarks[] = "marks.ply",
+               kOccupancy[] = "occupancy.bt", kRig[] = "rig.json", kOptions[] = "options.yaml";
 
 double MedianObservations(const std::vector<MapLine>& lines) {
   std::vector<int> observations;
@@ -36,14 +37,18 @@ double MedianObservations(const std::vector<MapLine>& lines) {
 }
 
 std::vector<std::string> ListedNames() {
-  return {kTrajectory, kKeyframes, kPoints, kCloud, kLines, kMarks, kOccupancy, kRig, kOptions};
+  return {kTrajectory, kKeyframes, kPoints,    kCloud, kDense,  kDenseCloud,
+          kLines,      kMarks,     kOccupancy, kRig,   kOptions};
 }
 
 std::vector<std::pair<const char*, std::size_t>> CountsOf(const MapResult& map) {
-  return {
-      {"poses", map.trajectory.size()}, {"keyframes", map.keyframes.size()},
-      {"points", map.points.size()},    {"lines", map.lines.size()},
-      {"marks", map.marks.size()},      {"occupied_voxels", map.occupancy.OccupiedVoxels().size()}};
+  return {{"poses", map.trajectory.size()},
+          {"keyframes", map.keyframes.size()},
+          {"points", map.points.size()},
+          {"dense_points", map.dense.size()},
+          {"lines", map.lines.size()},
+          {"marks", map.marks.size()},
+          {"occupied_voxels", map.occupancy.OccupiedVoxels().size()}};
 }
 
 std::string WriteSummary(const std::string& folder, const MapResult& map) {
@@ -160,6 +165,8 @@ std::string WriteMapFolder(OutputFolder* folder, const MapResult& map) {
   WriteTumTrajectory(path + kKeyframes, map.keyframes);
   WritePoints(path + kPoints, map.points);
   WritePcd(path + kCloud, map.points);
+  WriteDensePly(path + kDense, map.dense);
+  WriteDensePcd(path + kDenseCloud, map.dense);
   WriteMapLines(path + kLines, map.lines);
   WriteMapLines(path + kMarks, map.marks);
   map.occupancy.Write(path + kOccupancy);
@@ -179,6 +186,7 @@ MapResult ReadMapFolder(const std::string& folder, const MapReadOptions& options
   map.trajectory = ReadPoses(path + kTrajectory);
   map.keyframes = ReadPoses(path + kKeyframes);
   map.points = ReadPoints(path + kPoints);
+  map.dense = ReadDensePly(path + kDense);
   map.lines = ReadLines(path + kLines);
   map.marks = ReadLines(path + kMarks);
   map.occupancy = OccupancyMap::Read(path + kOccupancy);

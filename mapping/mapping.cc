@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <iterator>
 
+#include "mapping/dense/dense_stage.h"
 #include "mapping/line_map.h"
 #include "mapping/lines/known_lines.h"
 #include "mapping/lines/map_lines.h"
@@ -14,7 +15,7 @@ namespace slcmap {
 namespace {
 
 // Shares of the time, about, up to the end of a stage.
-constexpr double kFused = 0.02, kFiltered = 0.05, kLines = 0.9;
+constexpr double kFused = 0.02, kFiltered = 0.05, kLines = 0.5;
 constexpr double kAxes = 0.4;  // of the lines' part
 constexpr char kImageUnreadable[] = "images_unreadable";
 
@@ -69,8 +70,12 @@ MapResult BuildMap(const OdometryRun& run, const RecordedViews* recorded,
       RemoveOutliers(std::move(map.points), options.cloud, watched.Part(kFused, kFiltered));
   map.lines = LinesOf(run, recorded, options, watched.Part(kFiltered, kLines));
   MoveMarks(&map);
-  map.occupancy = MapOccupancy(KeyframeRays(run, map.points), options.occupancy, &map.warnings,
-                               watched.Part(kLines, 1));
+  if (recorded) {
+    MapDensely(recorded->views, *recorded->images, options, watched.Part(kLines, 1), &map);
+  } else {
+    map.occupancy = MapOccupancy(KeyframeRays(run, map.points), options.occupancy, &map.warnings,
+                                 watched.Part(kLines, 1));
+  }
   if (recorded && recorded->images->unreadable() > 0) {
     map.warnings[kImageUnreadable] += recorded->images->unreadable();
   }

@@ -46,6 +46,7 @@ MappingOptions MappingOptions::FromYaml(const std::string& path) {
     options.occupancy.Read(section.Section("occupancy"));
     options.lines.Read(section.Section("lines"));
     options.run_lines.Read(section.Section("run_lines"));
+    options.dense.Read(section.Section("dense"));
     section.Finish();
     options.Check();
     return options;
@@ -60,6 +61,7 @@ std::string MappingOptions::ToYaml() const {
     options.occupancy.Read(section.Section("occupancy"));
     options.lines.Read(section.Section("lines"));
     options.run_lines.Read(section.Section("run_lines"));
+    options.dense.Read(section.Section("dense"));
   });
 }
 
@@ -68,6 +70,7 @@ void MappingOptions::Check() const {
   occupancy.Check();
   lines.Check();
   run_lines.Check();
+  dense.Check();
 }
 
 }  // namespace slcmap
