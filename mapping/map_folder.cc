@@ -27,8 +27,8 @@ constexpr char kSummary[] = "map.json";
 // The files of a map folder besides its summary.
 constexpr char kTrajectory[] = "trajectory.tum", kKeyframes[] = "keyframes.tum",
                kPoints[] = "points.ply", kCloud[] = "points.pcd", kDense[] = "dense.ply",
-               kDenseCloud[] = "dense.pcd", kLines[] = "lines.ply",
-               kOccupancy[] = "occupancy.bt", kRig[] = "rig.json", kOptions[] = "options.yaml";
+               kDenseCloud[] = "dense.pcd", kLines[] = "lines.ply", kOccupancy[] = "occupancy.bt",
+               kRig[] = "rig.json", kOptions[] = "options.yaml";
 
 double MedianObservations(const std::vector<MapLine>& lines) {
   std::vector<int> observations;
@@ -37,16 +37,15 @@ double MedianObservations(const std::vector<MapLine>& lines) {
 }
 
 std::vector<std::string> ListedNames() {
-  return {kTrajectory, kKeyframes, kPoints, kCloud, kDense, kDenseCloud, kLines, kOccupancy, kRig, kOptions};
+  return {kTrajectory, kKeyframes, kPoints,    kCloud, kDense,
+          kDenseCloud, kLines,     kOccupancy, kRig,   kOptions};
 }
 
 std::vector<std::pair<const char*, std::size_t>> CountsOf(const MapResult& map) {
-  return {{"poses", map.trajectory.size()},
-          {"keyframes", map.keyframes.size()},
-          {"points", map.points.size()},
-          {"dense_points", map.dense.size()},
-          {"lines", map.lines.size()},
-          {"occupied_voxels", map.occupancy.OccupiedVoxels().size()}};
+  return {
+      {"poses", map.trajectory.size()}, {"keyframes", map.keyframes.size()},
+      {"points", map.points.size()},    {"dense_points", map.dense.size()},
+      {"lines", map.lines.size()},      {"occupied_voxels", map.occupancy.OccupiedVoxels().size()}};
 }
 
 std::string WriteSummary(const std::string& folder, const MapResult& map) {

@@ -48,8 +48,8 @@ class OccupancyMap {
   // Counts a view's observation, once a cell. Returns the number of cells that are out of the
   // octree. Finish() makes what Update() and MarkOccupied() did known to the whole tree.
   int64_t Update(const CellObservation& observation);
-  // Makes the cells of points (world, metres) occupied, whatever was seen of them; points out of the
-  // octree are left out.
+  // Makes the cells of points (world, metres) occupied, whatever was seen of them; points out of
+  // the octree are left out.
   void MarkOccupied(const std::vector<Eigen::Vector3d>& points);
   void Finish();
 

@@ -22,8 +22,9 @@ using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::ThrowsMessage;
 
-const char* const kFiles[] = {"trajectory.tum", "keyframes.tum", "points.ply", "points.pcd", "dense.ply", "dense.pcd",
-                              "lines.ply",      "occupancy.bt",  "rig.json",   "map.json"};
+const char* const kFiles[] = {"trajectory.tum", "keyframes.tum", "points.ply", "points.pcd",
+                              "dense.ply",      "dense.pcd",     "lines.ply",  "occupancy.bt",
+                              "rig.json",       "map.json"};
 
 class MappingTest : public ::testing::Test {
  protected:
