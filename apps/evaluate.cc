@@ -144,8 +144,8 @@ Json EvaluateSurfaceMap(const EvaluateArguments& arguments, const Alignment& ali
   const SurfaceInputs& inputs = arguments.surfaces;
   const CloudMetricOptions options;
   const Trajectory truth = ReadTrajectory(arguments.inputs.truth);
-  const SurfaceMetrics metrics = EvaluateSurfaces(
-      inputs, truth, alignment, options, arguments.visibility, StageProgress("surfaces"));
+  const SurfaceMetrics metrics = EvaluateSurfaces(inputs, truth, alignment, options,
+                                                  arguments.visibility, StageProgress("surfaces"));
   std::fputs(("\n" + SurfaceTable(inputs, metrics, options)).c_str(), stdout);
   return SurfaceJson(inputs, metrics, options);
 }
@@ -188,9 +188,9 @@ void Evaluate(EvaluateArguments arguments) {
 
 void AddSurfaceOptions(CLI::App* command, EvaluateArguments* arguments) {
   SurfaceInputs& inputs = arguments->surfaces;
-  CLI::Option* surfaces = command->add_option(
-      "--true-surfaces", inputs.true_surfaces,
-      "True surfaces, a PLY of faces: surfaces.ply of a simulated sequence, in the world of --truth");
+  CLI::Option* surfaces = command->add_option("--true-surfaces", inputs.true_surfaces,
+                                              "True surfaces, a PLY of faces: surfaces.ply of a "
+                                              "simulated sequence, in the world of --truth");
   command
       ->add_option("--true-rig", inputs.rig,
                    "True calibration, a Kalibr chain (default: rig.yaml beside the surfaces)")

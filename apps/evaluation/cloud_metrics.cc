@@ -44,8 +44,8 @@ std::vector<double> DistancesToCloud(const std::vector<SurfaceSample>& seen,
   if (cloud.points.empty()) return std::vector<double>(seen.size(), HUGE_VAL);
   const auto points = pcl::make_shared<pcl::PointCloud<pcl::PointXYZ>>();
   for (const Eigen::Vector3d& p : cloud.points) {
-    points->push_back({static_cast<float>(p.x()), static_cast<float>(p.y()),
-                       static_cast<float>(p.z())});
+    points->push_back(
+        {static_cast<float>(p.x()), static_cast<float>(p.y()), static_cast<float>(p.z())});
   }
   pcl::KdTreeFLANN<pcl::PointXYZ> tree;
   tree.setInputCloud(points);

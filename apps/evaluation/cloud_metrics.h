@@ -28,8 +28,8 @@ EvaluatedCloud Aligned(const Alignment& alignment, EvaluatedCloud cloud);
 struct CloudScore {
   double tolerance_m = 0;
   double accuracy = 0;
-  double filled_accuracy = 0;               // of the points of source 1; 0 without any
-  std::vector<double> completeness, f;      // by range
+  double filled_accuracy = 0;           // of the points of source 1; 0 without any
+  std::vector<double> completeness, f;  // by range
 };
 
 struct CloudMetricOptions {

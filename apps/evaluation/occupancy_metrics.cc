@@ -8,9 +8,9 @@ namespace {
 
 constexpr double kBehind_m = 0.5;
 constexpr std::size_t kEveryRay = 20;
-constexpr int kMarginCells = 2;      // of ends: walls are not where cells begin
-constexpr double kSkin_m = 1e-4;     // by which a ray to a point on a surface ends before it
-constexpr std::size_t kLookouts = 4; // one view in as many is looked from at what is behind ends
+constexpr int kMarginCells = 2;       // of ends: walls are not where cells begin
+constexpr double kSkin_m = 1e-4;      // by which a ray to a point on a surface ends before it
+constexpr std::size_t kLookouts = 4;  // one view in as many is looked from at what is behind ends
 
 double Share(int64_t part, int64_t whole) {
   return whole > 0 ? static_cast<double>(part) / static_cast<double>(whole) : 0.0;

@@ -50,8 +50,8 @@ std::string OccupancyTable(const SurfaceInputs& inputs, const OccupancyMetrics& 
       "          passages known {:.1f} %, free of these {:.2f} %\n"
       "          called free of {} samples behind surfaces {:.2f} %\n",
       inputs.occupancy, metrics.rays, 100 * metrics.ends_occupied,
-      100 * metrics.ends_occupied_nearby, 100 * metrics.passages_known,
-      100 * metrics.passages_free, metrics.behind, 100 * metrics.behind_called_free);
+      100 * metrics.ends_occupied_nearby, 100 * metrics.passages_known, 100 * metrics.passages_free,
+      metrics.behind, 100 * metrics.behind_called_free);
 }
 
 Json ScoreJson(const CloudScore& score, const CloudMetricOptions& options) {
@@ -88,8 +88,7 @@ SurfaceMetrics EvaluateSurfaces(const SurfaceInputs& inputs, const Trajectory& t
   SurfaceMetrics metrics;
   if (!inputs.cloud.empty()) {
     const EvaluatedCloud cloud = Aligned(alignment, ReadEvaluatedCloud(inputs.cloud));
-    metrics.cloud =
-        EvaluateCloud(surfaces, SeenSurfaces(views, visibility.cell_m), cloud, options);
+    metrics.cloud = EvaluateCloud(surfaces, SeenSurfaces(views, visibility.cell_m), cloud, options);
   }
   if (!inputs.occupancy.empty()) {
     metrics.occupancy = EvaluateOccupancy(surfaces, views, OccupancyMap::Read(inputs.occupancy),

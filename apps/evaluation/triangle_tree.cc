@@ -92,10 +92,9 @@ void TriangleTree::Build(int32_t begin, int32_t end) {
   int axis = 0;
   centres.sizes().maxCoeff(&axis);
   const int32_t middle = begin + (end - begin) / 2;
-  std::nth_element(triangles_.begin() + begin, triangles_.begin() + middle,
-                   triangles_.begin() + end, [axis](const Triangle& a, const Triangle& b) {
-                     return Centre(a)[axis] < Centre(b)[axis];
-                   });
+  std::nth_element(
+      triangles_.begin() + begin, triangles_.begin() + middle, triangles_.begin() + end,
+      [axis](const Triangle& a, const Triangle& b) { return Centre(a)[axis] < Centre(b)[axis]; });
   Build(begin, middle);
   nodes_[index].first = static_cast<int32_t>(nodes_.size());
   nodes_[index].count = 0;

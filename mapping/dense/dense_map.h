@@ -15,7 +15,7 @@ namespace slcmap {
 
 struct DenseMap {
   std::vector<DensePoint> points;
-  int64_t views = 0;             // looked at
+  int64_t views = 0;                 // looked at
   int64_t views_without_images = 0;  // of which nothing could be had
 };
 

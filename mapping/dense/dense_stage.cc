@@ -10,11 +10,10 @@ void MapDensely(const Views& views, const ViewImages& images, const MappingOptio
                 const Progress& progress, MapResult* map) {
   DepthOccupancy occupancy(options.occupancy);
   const Rig& rig = images.rig();
-  DenseMap dense = BuildDense(views, images, options.dense, progress,
-                              [&](std::size_t view, const DepthGrid& depth) {
-                                occupancy.Add(WorldFromCamera(views[view], rig), rig.cameras[0],
-                                              depth);
-                              });
+  DenseMap dense = BuildDense(
+      views, images, options.dense, progress, [&](std::size_t view, const DepthGrid& depth) {
+        occupancy.Add(WorldFromCamera(views[view], rig), rig.cameras[0], depth);
+      });
   map->dense = std::move(dense.points);
   map->occupancy = occupancy.Finish(map->dense);
   if (dense.views_without_images > 0) {

@@ -105,8 +105,8 @@ CellObservation DepthCarver::Observe(const RigidTransform& T_world_camera, const
     if (marked.Mark(cell)) observation.occupied.push_back(cell);
   };
   const auto mark_free = [&](const DepthNode& node, const Eigen::Vector3d& ray) {
-    const double free_m = std::min(max_range_m_ / ray.norm(),
-                                   node.depth_m() - kFreeSigmas * node.depth_sigma_m());
+    const double free_m =
+        std::min(max_range_m_ / ray.norm(), node.depth_m() - kFreeSigmas * node.depth_sigma_m());
     if (free_m <= 0) return;
     const Eigen::Vector3d end = origin + free_m / resolution_m_ * (T_world_camera.rotation * ray);
     ForEachCell(origin, end, [&](const OctreeCell& cell) {

@@ -48,8 +48,8 @@ class Confirmer {
     Eigen::Vector2d offset_px;
     const DepthNode* seen = others_[other].grid->KnownNear(pixel_px, &offset_px);
     if (!seen) return Opinion::kNone;
-    const double seen_inverse = seen->inverse_depth + offset_px.x() * seen->slope_x +
-                                offset_px.y() * seen->slope_y;
+    const double seen_inverse =
+        seen->inverse_depth + offset_px.x() * seen->slope_x + offset_px.y() * seen->slope_y;
     const double inverse = 1 / p.z();
     // A displacement along the view's ray moves the point about as much in depth of the other one.
     const double sigma = node.sigma * std::pow(inverse / node.inverse_depth, 2);

@@ -60,9 +60,8 @@ class SurfelIndex {
       const int side = 2 * reach + 1;
       const std::array<int64_t, 3> offset = {i % side - reach, i / side % side - reach,
                                              i / side / side - reach};
-      const std::array<int64_t, 3> voxel = {surfel.voxel[0] + offset[0],
-                                            surfel.voxel[1] + offset[1],
-                                            surfel.voxel[2] + offset[2]};
+      const std::array<int64_t, 3> voxel = {
+          surfel.voxel[0] + offset[0], surfel.voxel[1] + offset[1], surfel.voxel[2] + offset[2]};
       const auto found = place_.find(KeyOf(voxel, surfel.facing));
       if (found == place_.end()) continue;
       const Surfel& other = surfels_[found->second];
@@ -136,8 +135,7 @@ void DepthFusion::Add(const RigidTransform& T_world_camera, const Camera& camera
     for (int column = 0; column < grid.columns; ++column) {
       const DepthNode& node = grid.At(column, row);
       if (!node.is_known() || node.depth_sigma_m() > options_.max_sigma_m) continue;
-      const Eigen::Vector3d ray =
-          PinholeRay(camera, grid.ColumnPixel(column), grid.RowPixel(row));
+      const Eigen::Vector3d ray = PinholeRay(camera, grid.ColumnPixel(column), grid.RowPixel(row));
       const Eigen::Vector3d p = R * (node.depth_m() * ray) + T_world_camera.translation;
       const Eigen::Vector3f normal = (R * NormalOf(node, camera, ray)).cast<float>();
       const float sigma_m = std::max(static_cast<float>(node.depth_sigma_m()), kMinSigma_m);
@@ -164,6 +162,7 @@ std::vector<DensePoint> DepthFusion::Points() const {
     surfel.normal = sums.weighted_normal.cast<double>().normalized();
     const float shared = std::max(1.0F, static_cast<float>(sums.count) / kIndependent);
     surfel.sigma_m = std::sqrt(shared / sums.weight);
+    if (surfel.sigma_m > options_.voxel_m) continue;
     surfel.weight = sums.weight / shared;
     surfel.grey = sums.weighted_grey / sums.weight;
     surfel.filled_share = sums.filled_weight / sums.weight;
@@ -173,15 +172,14 @@ std::vector<DensePoint> DepthFusion::Points() const {
             [](const Surfel& a, const Surfel& b) { return a.key < b.key; });
   const SurfelIndex index(surfels);
   std::vector<Surfel> flat(surfels.size());
-  ParallelFor(0, surfels.size(), options_.threads, [&](std::size_t i) {
-    flat[i] = OntoPlane(surfels[i], index, options_.voxel_m);
-  });
+  ParallelFor(0, surfels.size(), options_.threads,
+              [&](std::size_t i) { flat[i] = OntoPlane(surfels[i], index, options_.voxel_m); });
   std::vector<DensePoint> points;
   const SurfelIndex flat_index(flat);
   for (const Surfel& surfel : ThinnedOut(flat, flat_index, options_.voxel_m)) {
-    points.push_back({surfel.p, surfel.normal, surfel.sigma_m,
-                      static_cast<uint8_t>(std::lround(surfel.grey)),
-                      surfel.filled_share > 0.5 ? DenseSource::kFilledPlane : DenseSource::kStereo});
+    points.push_back(
+        {surfel.p, surfel.normal, surfel.sigma_m, static_cast<uint8_t>(std::lround(surfel.grey)),
+         surfel.filled_share > 0.5 ? DenseSource::kFilledPlane : DenseSource::kStereo});
   }
   return points;
 }

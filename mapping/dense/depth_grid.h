@@ -15,7 +15,7 @@ namespace slcmap {
 struct DepthNode {
   float inverse_depth = 0;  // 0: not known
   float slope_x = 0, slope_y = 0;
-  float sigma = 0;      // standard deviation of inverse_depth
+  float sigma = 0;  // standard deviation of inverse_depth
   uint8_t grey = 0;
   bool is_filled = false;  // from a plane, not from this pixel's own match
 

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
 #include <opencv2/imgproc.hpp>
+#include <optional>
 
 #include "mapping/dense/patch_match.h"
 #include "mapping/dense/slope_fit.h"
@@ -11,11 +11,11 @@
 namespace slcmap {
 namespace {
 
-constexpr int kSteps = 3;              // of a pass
-constexpr float kMaxStep_px = 1.5F;    // in the neighbour where it moves most
+constexpr int kSteps = 3;               // of a pass
+constexpr float kMaxStep_px = 1.5F;     // in the neighbour where it moves most
 constexpr float kConverged_px = 0.25F;  // what the last step may still be
 constexpr float kDone_px = 0.02F;       // a smaller step is the last
-constexpr float kMaxWay_px = 3;        // from the first depth, in the right image
+constexpr float kMaxWay_px = 3;         // from the first depth, in the right image
 constexpr float kMinFirstCorrelation = 0.5F, kMinCorrelation = 0.65F;
 // Of a patch, grey values squared a tap, by level: noise alone has less.
 constexpr std::array<float, ImagePyramid::kLevels> kMinEnergy = {1.0F, 0.25F, 0.08F};
@@ -105,8 +105,7 @@ class PatchRefiner {
     std::vector<std::pair<float, float>> steps;  // and their information
     CombinedStep combined;
     for (std::size_t i = 0; i < warps_.size(); ++i) {
-      const PatchComparison comparison =
-          ComparePatch(patch, u, v, node, warps_[i], images_[i]);
+      const PatchComparison comparison = ComparePatch(patch, u, v, node, warps_[i], images_[i]);
       if (!comparison.is_inside || comparison.correlation < min_correlation) continue;
       steps.emplace_back(comparison.step, WithPose(comparison, pose_sigmas_px_[i]));
       combined.max_pixels_per_unit =
@@ -128,8 +127,9 @@ class PatchRefiner {
       const auto misfit = [mean](const std::pair<float, float>& step) {
         return std::abs(step.first - mean) * std::sqrt(step.second);
       };
-      const auto worst = std::max_element(steps.begin(), steps.end(),
-          [&](const auto& a, const auto& b) { return misfit(a) < misfit(b); });
+      const auto worst =
+          std::max_element(steps.begin(), steps.end(),
+                           [&](const auto& a, const auto& b) { return misfit(a) < misfit(b); });
       if (steps.size() > 1 && misfit(*worst) > kDisagree_sigmas) {
         steps.erase(worst);
         continue;
@@ -148,8 +148,8 @@ class PatchRefiner {
   std::vector<PatchWarp> warps_;
 };
 
-// Whether the matches around a node, at the corners and the middles of the sides of a window, are on
-// its plane: a window that reaches over a depth edge fits neither side of it.
+// Whether the matches around a node, at the corners and the middles of the sides of a window, are
+// on its plane: a window that reaches over a depth edge fits neither side of it.
 bool IsFlatAround(const DepthGrid& matched, int column, int row, int reach_px) {
   constexpr float kSigmas = 4;
   constexpr int kMinKnown = 6;  // of nine
@@ -160,9 +160,9 @@ bool IsFlatAround(const DepthGrid& matched, int column, int row, int reach_px) {
     const int x = (i % 3 - 1) * reach, y = (i / 3 - 1) * reach;
     if (!matched.Contains(column + x, row + y)) continue;
     const DepthNode& node = matched.At(column + x, row + y);
-    const float expected =
-        centre.inverse_depth + static_cast<float>(x * matched.step_px) * centre.slope_x +
-        static_cast<float>(y * matched.step_px) * centre.slope_y;
+    const float expected = centre.inverse_depth +
+                           static_cast<float>(x * matched.step_px) * centre.slope_x +
+                           static_cast<float>(y * matched.step_px) * centre.slope_y;
     if (!node.is_known()) continue;
     if (std::abs(node.inverse_depth - expected) > kSigmas * node.sigma) return false;
     ++known;
@@ -198,7 +198,8 @@ SlopeFit FitAround(const DepthGrid& grid, int column, int row, float tolerance) 
       if (!grid.Contains(column + x, row + y)) continue;
       const DepthNode& node = grid.At(column + x, row + y);
       if (!node.is_known()) continue;
-      const float dx = static_cast<float>(x * grid.step_px), dy = static_cast<float>(y * grid.step_px);
+      const float dx = static_cast<float>(x * grid.step_px),
+                  dy = static_cast<float>(y * grid.step_px);
       const float expected = centre.inverse_depth + dx * centre.slope_x + dy * centre.slope_y;
       if (std::abs(node.inverse_depth - expected) > tolerance + 3 * node.sigma) continue;
       fit.Add(dx, dy, node.inverse_depth, 1 / (node.sigma * node.sigma));

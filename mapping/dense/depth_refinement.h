@@ -11,8 +11,8 @@
 
 namespace slcmap {
 
-// An image at full, half and quarter size, float. Less noise is left at each level, and less of what
-// bilinear interpolation makes of it, so that the faint texture of plaster tells there.
+// An image at full, half and quarter size, float. Less noise is left at each level, and less of
+// what bilinear interpolation makes of it, so that the faint texture of plaster tells there.
 struct ImagePyramid {
   static constexpr int kLevels = 3;
   std::array<cv::Mat, kLevels> levels;  // none of an empty image

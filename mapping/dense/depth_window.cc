@@ -11,9 +11,9 @@
 namespace slcmap {
 namespace {
 
-constexpr std::size_t kBatch = 8;         // views read at once
-constexpr double kMaxTurn_rad = 0.45;     // of a neighbour's optical axis
-constexpr double kMinOffset_m = 0.08;     // of a neighbour: nearer ones say little of depth
+constexpr std::size_t kBatch = 8;      // views read at once
+constexpr double kMaxTurn_rad = 0.45;  // of a neighbour's optical axis
+constexpr double kMinOffset_m = 0.08;  // of a neighbour: nearer ones say little of depth
 // Between a view and its neighbours: a fifth to a tenth of usual depths, so that some see what is
 // near and some measure what is far.
 constexpr std::array<double, 4> kWantedOffsets_m = {0.25, 0.5, 0.8, 0.4};
@@ -111,8 +111,8 @@ std::vector<std::size_t> DepthWindow::NeighboursOf(std::size_t i) const {
   std::vector<std::size_t> neighbours;
   for (int k = 0; k < options_.neighbours && !candidates.empty(); ++k) {
     const double wanted_m = kWantedOffsets_m[k % kWantedOffsets_m.size()];
-    const auto nearest = std::min_element(
-        candidates.begin(), candidates.end(), [&](std::size_t a, std::size_t b) {
+    const auto nearest =
+        std::min_element(candidates.begin(), candidates.end(), [&](std::size_t a, std::size_t b) {
           return std::abs(std::log(offset_m(a) / wanted_m)) <
                  std::abs(std::log(offset_m(b) / wanted_m));
         });

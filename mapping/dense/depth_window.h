@@ -56,7 +56,7 @@ class DepthWindow {
   const DenseOptions options_;
   const Camera camera_;  // the rectified left one
   std::deque<WindowView> window_;
-  std::size_t first_ = 0;                             // of the window
+  std::size_t first_ = 0;                               // of the window
   std::size_t read_ = 0, refined_ = 0, confirmed_ = 0;  // how many are
   int64_t without_images_ = 0;
 };

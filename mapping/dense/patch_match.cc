@@ -96,8 +96,8 @@ PatchComparison ComparePatch(const ReferencePatch& patch, int u, int v, const De
   const float energy = warped.values.square().sum();
   const float product = (warped.values * patch.values).sum();
   comparison.correlation = product / std::sqrt(std::max(energy * patch.energy, 1e-6F));
-  const float contrast = std::clamp(product / std::max(patch.energy, 1e-6F), kMinContrast,
-                                    kMaxContrast);
+  const float contrast =
+      std::clamp(product / std::max(patch.energy, 1e-6F), kMinContrast, kMaxContrast);
   const Taps residuals = warped.values - contrast * patch.values;
   const float steepness = warped.slopes.square().sum();
   if (steepness <= 0) return comparison;

@@ -33,10 +33,10 @@ struct PatchWarp {
 };
 
 struct PatchComparison {
-  bool is_inside = false;    // all taps lie in the neighbour's image
-  float correlation = 0;     // normalised, zero mean
-  float step = 0;            // of inverse depth, to the best agreement by first order
-  float information = 0;     // of that step, 1/variance, by the residuals that are left
+  bool is_inside = false;     // all taps lie in the neighbour's image
+  float correlation = 0;      // normalised, zero mean
+  float step = 0;             // of inverse depth, to the best agreement by first order
+  float information = 0;      // of that step, 1/variance, by the residuals that are left
   float pixels_per_unit = 0;  // how fast the patch moves with inverse depth
 };
 

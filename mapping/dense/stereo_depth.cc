@@ -10,8 +10,8 @@
 namespace slcmap {
 namespace {
 
-constexpr int kBlock_px = 5;             // of matching, at half size
-constexpr int kFit_px = 3;               // half width of the window that a plane is fitted in
+constexpr int kBlock_px = 5;  // of matching, at half size
+constexpr int kFit_px = 3;    // half width of the window that a plane is fitted in
 // Of disparities within it, at half size: matches of faint texture go in steps of a pixel.
 constexpr double kMaxStep_px = 1.6;
 constexpr double kMinFitShare = 0.6;     // of the window: at a depth edge there are fewer
@@ -40,9 +40,8 @@ cv::Mat MatchAtHalfSize(const StereoImage& pair, int disparities, const DenseOpt
   }
   constexpr int kArea = kBlock_px * kBlock_px;
   const auto matcher = cv::StereoSGBM::create(0, disparities, kBlock_px, 8 * kArea, 32 * kArea,
-                                              kMaxLeftRight_px,
-                                              31, options.uniqueness_percent, kSpeckle_px, 1,
-                                              cv::StereoSGBM::MODE_SGBM_3WAY);
+                                              kMaxLeftRight_px, 31, options.uniqueness_percent,
+                                              kSpeckle_px, 1, cv::StereoSGBM::MODE_SGBM_3WAY);
   matcher->compute(left, right, matched);
   matched = matched.colRange(disparities, matched.cols);
   cv::Mat disparity;
@@ -66,7 +65,8 @@ float MedianAround(const cv::Mat& disparity, int u, int v) {
 
 // The disparities around a pixel of the half size as a plane: value and slopes.
 std::optional<Eigen::Vector3d> PlaneAround(const cv::Mat& disparity, int u, int v) {
-  if (u < kFit_px || v < kFit_px || u >= disparity.cols - kFit_px || v >= disparity.rows - kFit_px) {
+  if (u < kFit_px || v < kFit_px || u >= disparity.cols - kFit_px ||
+      v >= disparity.rows - kFit_px) {
     return std::nullopt;
   }
   const float centre = MedianAround(disparity, u, v);
@@ -90,8 +90,7 @@ DepthGrid StereoDepth(const StereoImage& pair, const cv::Mat& mask, const Rig& r
   const Camera& camera = rig.cameras[0];
   DepthGrid grid(camera, options.grid_px);
   if (pair.left.empty() || pair.right.empty()) return grid;
-  const cv::Mat disparity =
-      MatchAtHalfSize(pair, DisparitiesAtHalfSize(rig, options), options);
+  const cv::Mat disparity = MatchAtHalfSize(pair, DisparitiesAtHalfSize(rig, options), options);
   const double per_px = 1 / (camera.fx_px * Baseline_m(rig));  // inverse depth of a disparity
   const double min_cosine = std::cos(options.max_grazing_deg * M_PI / 180);
   for (int row = 0; row < grid.rows; ++row) {

@@ -61,21 +61,25 @@ class DepthScore {
 
   void Print(const char* stage) const {
     const auto share = [&](int64_t n) { return 100.0 * static_cast<double>(n) / known_; };
-    fmt::print("{:<10} known {:.1f} %  within 0.25 px {:.1f}  off > 3 px {:.1f}  within 5 cm {:.1f}  10 cm {:.1f}  "
-               "1 sigma {:.1f}  2 sigma {:.1f} %\n",
-               stage, 100.0 * static_cast<double>(known_) / nodes_, share(quarter_), share(far_off_),
-               share(near_), share(ten_), share(one_sigma_), share(two_sigma_));
+    fmt::print(
+        "{:<10} known {:.1f} %  within 0.25 px {:.1f}  off > 3 px {:.1f}  within 5 cm {:.1f}  10 "
+        "cm {:.1f}  "
+        "1 sigma {:.1f}  2 sigma {:.1f} %\n",
+        stage, 100.0 * static_cast<double>(known_) / nodes_, share(quarter_), share(far_off_),
+        share(near_), share(ten_), share(one_sigma_), share(two_sigma_));
   }
 
  private:
-  int64_t nodes_ = 0, known_ = 0, quarter_ = 0, far_off_ = 0, near_ = 0, ten_ = 0, one_sigma_ = 0, two_sigma_ = 0;
+  int64_t nodes_ = 0, known_ = 0, quarter_ = 0, far_off_ = 0, near_ = 0, ten_ = 0, one_sigma_ = 0,
+          two_sigma_ = 0;
 };
 
 void WriteDepthImage(const std::string& path, const DepthGrid& grid) {
   cv::Mat image(grid.rows, grid.columns, CV_8UC1, cv::Scalar(0)), coloured, large;
   for (std::size_t i = 0; i < grid.nodes.size(); ++i) {
     if (grid.nodes[i].is_known()) {
-      image.data[i] = cv::saturate_cast<uint8_t>(40 + 150 * std::log(grid.nodes[i].depth_m()) / 1.6);
+      image.data[i] =
+          cv::saturate_cast<uint8_t>(40 + 150 * std::log(grid.nodes[i].depth_m()) / 1.6);
     }
   }
   cv::applyColorMap(image, coloured, cv::COLORMAP_JET);
@@ -86,7 +90,7 @@ void WriteDepthImage(const std::string& path, const DepthGrid& grid) {
 
 void Measure(const std::string& sequence, const std::string& output, std::size_t max_views) {
   Trajectory truth = ReadTrajectory(sequence + "/truth/trajectory.tum");
-  RecordedViews recorded = ViewsAtPoses(sequence, "", truth, {});
+  RecordedViews recorded = ViewsOfRun(RunAtPoses(sequence, "", truth), "");
   if (recorded.views.size() > max_views) {
     recorded.views.resize(max_views);
     const int64_t last_ns = recorded.views.back().stamp_ns;
@@ -128,15 +132,19 @@ void Measure(const std::string& sequence, const std::string& output, std::size_t
 
   const double start_s = Now_s();
   double busy = 0;
-  const DenseMap map = BuildDense(recorded.views, *recorded.images, options, {}, [&](std::size_t i, const DepthGrid& depth) {
-    const double sink_s = Now_s();
-    confirmed.Add(depth, rig.cameras[0], baseline_m, WorldFromCamera(recorded.views[i], rig), surfaces);
-    if (!output.empty() && i % 10 == 0) WriteDepthImage(fmt::format("{}/confirmed_{:04}.png", output, i), depth);
-    busy += Now_s() - sink_s;
-  });
+  const DenseMap map = BuildDense(
+      recorded.views, *recorded.images, options, {}, [&](std::size_t i, const DepthGrid& depth) {
+        const double sink_s = Now_s();
+        confirmed.Add(depth, rig.cameras[0], baseline_m, WorldFromCamera(recorded.views[i], rig),
+                      surfaces);
+        if (!output.empty() && i % 10 == 0)
+          WriteDepthImage(fmt::format("{}/confirmed_{:04}.png", output, i), depth);
+        busy += Now_s() - sink_s;
+      });
   confirmed.Print("confirmed");
-  fmt::print("{} views, {} points in {:.1f} s, {:.1f} s of recording\n", map.views, map.points.size(),
-             Now_s() - start_s - busy, ToSeconds(truth.back().stamp_ns - truth.front().stamp_ns));
+  fmt::print("{} views, {} points in {:.1f} s, {:.1f} s of recording\n", map.views,
+             map.points.size(), Now_s() - start_s - busy,
+             ToSeconds(truth.back().stamp_ns - truth.front().stamp_ns));
   if (output.empty()) return;
   inputs.cloud = output + "/dense.ply";
   WriteDensePly(inputs.cloud, map.points);

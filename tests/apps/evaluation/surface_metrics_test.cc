@@ -36,8 +36,8 @@ Rig ForwardRig() {
 
 Trajectory Standing(double seconds) {
   Trajectory trajectory;
-  for (double t_s = 0; t_s <= seconds; t_s += 0.05) {
-    trajectory.push_back({ToNanoseconds(t_s), RigidTransform()});
+  for (int i = 0; 0.05 * i < seconds + 0.01; ++i) {
+    trajectory.push_back({ToNanoseconds(0.05 * i), RigidTransform()});
   }
   return trajectory;
 }

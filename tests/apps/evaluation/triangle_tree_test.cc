@@ -80,8 +80,8 @@ TEST(TriangleTree, MeasuresTheLeastDistanceOfMany) {
   std::uniform_real_distribution<double> place(-2, 22), height(-1, 1);
   for (int i = 0; i < 50; ++i) {
     const Eigen::Vector3d p(place(random), place(random), height(random));
-    const double expected = LeastOfEach(
-        triangles, [&](const TriangleTree& one) { return one.Distance_m(p, 100); });
+    const double expected =
+        LeastOfEach(triangles, [&](const TriangleTree& one) { return one.Distance_m(p, 100); });
     EXPECT_NEAR(tree.Distance_m(p, 100), expected, 1e-12);
   }
 }
@@ -97,9 +97,10 @@ TEST(ReadSurfaces, CutsFacesIntoTrianglesAndRefusesWhatIsNoMesh) {
   const std::string path = folder.Path("surfaces.ply");
   PlyElement vertices{"vertex", {}};
   for (const char* name : {"x", "y", "z"}) vertices.Add(name, PlyType::kFloat);
-  for (const auto& [x, y] : {std::pair{0, 0}, {1, 0}, {1, 1}, {0, 1}}) {
-    vertices.AppendRow({static_cast<double>(x), static_cast<double>(y), 0});
-  }
+  vertices.AppendRow({0, 0, 0});
+  vertices.AppendRow({1, 0, 0});
+  vertices.AppendRow({1, 1, 0});
+  vertices.AppendRow({0, 1, 0});
   WritePly(path, {{}, {vertices}, {{0, 1, 2, 3}}});
   EXPECT_EQ(ReadSurfaces(path).size(), 2u);
   WritePly(path, {{}, {vertices}, {{0, 1, 9}}});

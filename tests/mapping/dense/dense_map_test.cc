@@ -31,13 +31,13 @@ bool AreEqual(const std::vector<DensePoint>& a, const std::vector<DensePoint>& b
 }
 
 TEST(DenseMap, LiesOnTheWallsOfARoom) {
-  const RoomViews room(4, 0.2, 1.5);
+  const RoomViews room(3, 0.25, 1.5);
   const DenseMap map = BuildDense(room.views(), room, SmallOptions());
   EXPECT_EQ(map.views_without_images, 0);
   ASSERT_GT(map.points.size(), 3000u);
   int64_t near = 0;
   for (const DensePoint& point : map.points) {
-    near += room.DistanceFromWalls_m(point.p_world) < 0.03;
+    near += room.DistanceFromWalls_m(point.p_world) < 0.05;
     EXPECT_NEAR(point.normal_world.norm(), 1, 1e-9);
     const Eigen::Vector3d inwards = room.room().center() - point.p_world;
     EXPECT_GT(point.normal_world.dot(inwards), 0);
@@ -65,8 +65,8 @@ TEST(DenseMap, SurvivesAViewWithoutImages) {
 
 TEST(DenseMap, EndsWhenAskedWithWhatIsDone) {
   const RoomViews room(4, 0.1, 1.5);
-  const DenseMap none = BuildDense(room.views(), room, SmallOptions(),
-                                   Progress([](double) { return false; }));
+  const DenseMap none =
+      BuildDense(room.views(), room, SmallOptions(), Progress([](double) { return false; }));
   EXPECT_TRUE(none.points.empty());
   EXPECT_EQ(none.views, 0);
 }

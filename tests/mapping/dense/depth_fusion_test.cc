@@ -71,7 +71,7 @@ TEST(DepthFusion, KeepsTheSidesOfAThinWallApart) {
   for (const DensePoint& point : fusion.Points()) {
     const bool is_near = point.normal_world.x() < 0;
     ++(is_near ? near : far);
-    EXPECT_NEAR(point.p_world.x(), is_near ? 2.0 : 2.03, 0.012);
+    EXPECT_NEAR(point.p_world.x(), is_near ? 2.0 : 2.03, 0.015);
   }
   EXPECT_GT(near, 1000);
   EXPECT_GT(far, 1000);
@@ -80,10 +80,25 @@ TEST(DepthFusion, KeepsTheSidesOfAThinWallApart) {
 TEST(DepthFusion, LeavesOutWhatIsUncertain) {
   DenseOptions options;
   DepthFusion uncertain(options);
-  for (int i = 0; i < 5; ++i) {
-    uncertain.Add(LookingAlongX(0), TestCamera(), WallAt(2, 1.5 * options.max_sigma_m, i));
+  DepthGrid wall = WallAt(2, 0.001, 1);
+  for (DepthNode& node : wall.nodes) {
+    node.sigma = static_cast<float>(1.1 * options.max_sigma_m / (2 * 2));
   }
+  for (int i = 0; i < 20; ++i) uncertain.Add(LookingAlongX(0), TestCamera(), wall);
   EXPECT_TRUE(uncertain.Points().empty());
+}
+
+TEST(DepthFusion, TakesAPlaceOnceItIsKnownToTheVoxelsSize) {
+  DenseOptions options;
+  options.max_sigma_m = 0.2;
+  DepthGrid wall = WallAt(2, 0.0001, 1);
+  const double sigma_m = 1.6 * options.voxel_m;
+  for (DepthNode& node : wall.nodes) node.sigma = static_cast<float>(sigma_m / (2 * 2));
+  DepthFusion fusion(options);
+  fusion.Add(LookingAlongX(0), TestCamera(), wall);
+  const std::size_t once = fusion.Points().size();
+  for (int i = 0; i < 4; ++i) fusion.Add(LookingAlongX(0), TestCamera(), wall);
+  EXPECT_GT(fusion.Points().size(), 2 * once);
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "data/error.h"
@@ -79,8 +80,7 @@ TEST(DepthOccupancy, FollowsNoRayBeyondItsRange) {
 
 TEST(DepthOccupancy, CountsACellOnceAView) {
   const DepthCarver carver(kCell_m, 4);
-  const CellObservation observation =
-      carver.Observe({}, TestCamera(), WallAt(kDepth_m, 0.01));
+  const CellObservation observation = carver.Observe({}, TestCamera(), WallAt(kDepth_m, 0.01));
   const auto less = [](const OctreeCell& a, const OctreeCell& b) {
     return std::lexicographical_compare(a.data(), a.data() + 3, b.data(), b.data() + 3);
   };

@@ -46,8 +46,7 @@ Errors ErrorsOf(const DepthGrid& grid, const RoomViews& room) {
 
 TEST(StereoDepth, FindsMostOfATexturedRoom) {
   const RoomViews room(3, 0.2, 1.5);
-  const DepthGrid grid =
-      StereoDepth(room.Read(kView), room.mask(0), room.rig(), Options());
+  const DepthGrid grid = StereoDepth(room.Read(kView), room.mask(0), room.rig(), Options());
   const Errors errors = ErrorsOf(grid, room);
   EXPECT_GT(errors.error_px.size(), 0.6 * grid.nodes.size());
   EXPECT_GT(errors.Share(1), 0.95);
