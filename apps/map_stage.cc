@@ -59,8 +59,11 @@ OdometryRun ReadRun(const MapArguments& arguments) {
 // The images of the run's keyframes; nothing where the map is made without them.
 std::optional<RecordedViews> OpenViews(const MapArguments& arguments, const OdometryRun& run) {
   if (arguments.sparse || run.keyframes.empty()) return std::nullopt;
-  if (run.source && !IsStereo(run.source->raw_rig)) {
-    spdlog::warn("{}: a run of one camera is mapped from its landmarks alone", arguments.input);
+  const char* reason = !run.source                      ? "that does not say where its images are"
+                       : !IsStereo(run.source->raw_rig) ? "of one camera"
+                                                        : nullptr;
+  if (reason) {
+    spdlog::warn("{}: a run {} is mapped from its landmarks alone", arguments.input, reason);
     return std::nullopt;
   }
   return ViewsOfRun(run, arguments.sequence);

@@ -18,7 +18,7 @@ constexpr float kDone_px = 0.02F;       // a smaller step is the last
 constexpr float kMaxWay_px = 3;         // from the first depth, in the right image
 constexpr float kMinFirstCorrelation = 0.5F, kMinCorrelation = 0.65F;
 // Of a patch, grey values squared a tap, by level: noise alone has less.
-constexpr std::array<float, ImagePyramid::kLevels> kMinEnergy = {1.0F, 0.25F, 0.08F};
+constexpr std::array<float, DepthPyramid::kLevels> kMinEnergy = {1.0F, 0.25F, 0.08F};
 constexpr float kDisagree_sigmas = 3;  // of a neighbour's step: it is left out
 
 struct CombinedStep {
@@ -45,7 +45,7 @@ Camera AtLevel(Camera camera, int level) {
 // Refines nodes at one level of the pyramids.
 class PatchRefiner {
  public:
-  PatchRefiner(const ImagePyramid& reference, const std::vector<NeighbourImage>& neighbours,
+  PatchRefiner(const DepthPyramid& reference, const std::vector<NeighbourImage>& neighbours,
                const Camera& camera, int level)
       : level_(level), reference_(reference.levels[level]) {
     for (const NeighbourImage& neighbour : neighbours) {
@@ -145,7 +145,7 @@ class PatchRefiner {
   const cv::Mat reference_;
   std::vector<cv::Mat> images_;
   std::vector<double> pose_sigmas_px_;
-  std::vector<PatchWarp> warps_;
+  std::vector<PlaneWarp> warps_;
 };
 
 // Whether the matches around a node, at the corners and the middles of the sides of a window, are
@@ -210,7 +210,7 @@ SlopeFit FitAround(const DepthGrid& grid, int column, int row, float tolerance) 
 
 }  // namespace
 
-ImagePyramid::ImagePyramid(const cv::Mat& image) {
+DepthPyramid::DepthPyramid(const cv::Mat& image) {
   if (image.empty()) return;
   image.convertTo(levels[0], CV_32F);
   cv::GaussianBlur(levels[0], levels[0], {5, 5}, 0.8);
@@ -241,10 +241,10 @@ void SmoothSlopes(const Camera& camera, const DenseOptions& options, DepthGrid* 
   }
 }
 
-void RefineDepth(const ImagePyramid& reference, const std::vector<NeighbourImage>& neighbours,
+void RefineDepth(const DepthPyramid& reference, const std::vector<NeighbourImage>& neighbours,
                  const Camera& camera, const DenseOptions& options, DepthGrid* grid) {
   std::vector<PatchRefiner> levels;
-  for (int level = 0; level < ImagePyramid::kLevels; ++level) {
+  for (int level = 0; level < DepthPyramid::kLevels; ++level) {
     levels.emplace_back(reference, neighbours, camera, level);
   }
   const DepthGrid matched = *grid;

@@ -13,18 +13,18 @@ namespace slcmap {
 
 // An image at full, half and quarter size, float. Less noise is left at each level, and less of
 // what bilinear interpolation makes of it, so that the faint texture of plaster tells there.
-struct ImagePyramid {
+struct DepthPyramid {
   static constexpr int kLevels = 3;
   std::array<cv::Mat, kLevels> levels;  // none of an empty image
 
-  ImagePyramid() = default;
-  explicit ImagePyramid(const cv::Mat& image);  // 8 bit
+  DepthPyramid() = default;
+  explicit DepthPyramid(const cv::Mat& image);  // 8 bit
   bool empty() const { return levels[0].empty(); }
 };
 
 // An image that sees what the reference sees: the right one of its pair, or that of another view.
 struct NeighbourImage {
-  const ImagePyramid* image = nullptr;
+  const DepthPyramid* image = nullptr;
   RigidTransform T_neighbour_reference;
   double pose_sigma_px = 0;  // what its pose lets it be off
 };
@@ -36,7 +36,7 @@ struct NeighbourImage {
 // size, and where they fail there, at half and at quarter size, where they are larger. Sigma
 // becomes that of the result. A node becomes unknown where too few neighbours agree, where its
 // patch has no texture at any size, or where it ends far from where it began.
-void RefineDepth(const ImagePyramid& reference, const std::vector<NeighbourImage>& neighbours,
+void RefineDepth(const DepthPyramid& reference, const std::vector<NeighbourImage>& neighbours,
                  const Camera& camera, const DenseOptions& options, DepthGrid* grid);
 
 // Fits the slopes of each known node to the nodes around it that agree with it; nodes that have too

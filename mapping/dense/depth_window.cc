@@ -84,8 +84,8 @@ void DepthWindow::Read(std::size_t i) {
   const StereoImage pair = images_.Read(selected_[i]);
   view.depth = StereoDepth(pair, images_.mask(0), images_.rig(), options_);
   if (pair.left.empty() || pair.right.empty()) return;
-  view.left = ImagePyramid(pair.left);
-  view.right = ImagePyramid(pair.right);
+  view.left = DepthPyramid(pair.left);
+  view.right = DepthPyramid(pair.right);
 }
 
 std::vector<std::size_t> DepthWindow::Around(std::size_t i) const {
@@ -133,7 +133,7 @@ void DepthWindow::Refine(std::size_t i) {
                           options_.pose_sigma_px});
   }
   RefineDepth(view.left, neighbours, camera_, options_, &view.depth);
-  view.right = ImagePyramid();
+  view.right = DepthPyramid();
 }
 
 DepthGrid DepthWindow::Confirm(std::size_t i) const {

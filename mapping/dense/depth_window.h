@@ -37,7 +37,7 @@ class DepthWindow {
   struct WindowView {
     RigidTransform T_world_camera;
     int segment = 0;
-    ImagePyramid left, right;  // the right one until the depth is refined
+    DepthPyramid left, right;  // the right one until the depth is refined
     DepthGrid depth;
   };
 

@@ -33,7 +33,7 @@ inline void Sample(const cv::Mat& image, float u, float v, float du, float dv, f
   *slope = du * (across_top + y * (across_bottom - across_top)) + dv * (lower - upper);
 }
 
-WarpedPatch Warp(int u, int v, const DepthNode& node, const PatchWarp& warp, const cv::Mat& image) {
+WarpedPatch Warp(int u, int v, const DepthNode& node, const PlaneWarp& warp, const cv::Mat& image) {
   WarpedPatch patch;
   const Eigen::Vector3f centre =
       warp.A * Eigen::Vector3f(static_cast<float>(u), static_cast<float>(v), 1) +
@@ -77,7 +77,7 @@ ReferencePatch PatchAt(const cv::Mat& image, int u, int v) {
   return patch;
 }
 
-PatchWarp::PatchWarp(const Camera& camera, const RigidTransform& T_neighbour_reference) {
+PlaneWarp::PlaneWarp(const Camera& camera, const RigidTransform& T_neighbour_reference) {
   Eigen::Matrix3d K;
   K << camera.fx_px, 0, camera.cx_px, 0, camera.fy_px, camera.cy_px, 0, 0, 1;
   A = (K * T_neighbour_reference.rotation.toRotationMatrix() * K.inverse()).cast<float>();
@@ -85,7 +85,7 @@ PatchWarp::PatchWarp(const Camera& camera, const RigidTransform& T_neighbour_ref
 }
 
 PatchComparison ComparePatch(const ReferencePatch& patch, int u, int v, const DepthNode& node,
-                             const PatchWarp& warp, const cv::Mat& neighbour) {
+                             const PlaneWarp& warp, const cv::Mat& neighbour) {
   PatchComparison comparison;
   WarpedPatch warped = Warp(u, v, node, warp, neighbour);
   if (!warped.is_inside) return comparison;

@@ -25,8 +25,8 @@ struct ReferencePatch {
 ReferencePatch PatchAt(const cv::Mat& image, int u, int v);
 
 // A neighbour relative to the reference, in the pixels of the camera that both are.
-struct PatchWarp {
-  PatchWarp(const Camera& camera, const RigidTransform& T_neighbour_reference);
+struct PlaneWarp {
+  PlaneWarp(const Camera& camera, const RigidTransform& T_neighbour_reference);
   // Homogeneous pixel in the neighbour: A (u, v, 1) + b inverse_depth.
   Eigen::Matrix3f A;
   Eigen::Vector3f b;
@@ -42,6 +42,6 @@ struct PatchComparison {
 
 // Compares a patch, mapped by the plane of its node, with the neighbour's image (float).
 PatchComparison ComparePatch(const ReferencePatch& patch, int u, int v, const DepthNode& node,
-                             const PatchWarp& warp, const cv::Mat& neighbour);
+                             const PlaneWarp& warp, const cv::Mat& neighbour);
 
 }  // namespace slcmap

@@ -118,7 +118,7 @@ void Measure(const std::string& sequence, const std::string& output, std::size_t
       cv::imwrite(fmt::format("{}/left_{:04}.png", output, i), pair.left);
     }
     start_s = Now_s();
-    const ImagePyramid left(pair.left), right(pair.right);
+    const DepthPyramid left(pair.left), right(pair.right);
     RefineDepth(left, {{&right, rig.T_imu_camera[1].Inverse() * rig.T_imu_camera[0], 0.05}},
                 rig.cameras[0], options, &grid);
     refine_s += Now_s() - start_s;

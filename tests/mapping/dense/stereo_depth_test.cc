@@ -72,7 +72,7 @@ TEST(DepthRefinement, MakesMatchesRightBelowThePixelAndKnowsHowWell) {
   const StereoImage pair = room.Read(kView);
   DepthGrid grid = StereoDepth(pair, room.mask(0), room.rig(), Options());
   const Errors before = ErrorsOf(grid, room);
-  const ImagePyramid left(pair.left), right(pair.right);
+  const DepthPyramid left(pair.left), right(pair.right);
   const RigidTransform T_right_left(Eigen::Quaterniond::Identity(), {-kBaseline_m, 0, 0});
   RefineDepth(left, {{&right, T_right_left, 0.02}}, room.rig().cameras[0], Options(), &grid);
   const Errors after = ErrorsOf(grid, room);
@@ -84,7 +84,7 @@ TEST(DepthRefinement, MakesMatchesRightBelowThePixelAndKnowsHowWell) {
 TEST(DepthRefinement, GivesUpPatchesWithoutTexture) {
   const RoomViews room(3, 0.2, 1.5);
   DepthGrid grid = StereoDepth(room.Read(kView), room.mask(0), room.rig(), Options());
-  const ImagePyramid blank(cv::Mat(room.mask(0).size(), CV_8UC1, cv::Scalar(120)));
+  const DepthPyramid blank(cv::Mat(room.mask(0).size(), CV_8UC1, cv::Scalar(120)));
   const RigidTransform T_right_left(Eigen::Quaterniond::Identity(), {-kBaseline_m, 0, 0});
   RefineDepth(blank, {{&blank, T_right_left, 0.02}}, room.rig().cameras[0], Options(), &grid);
   EXPECT_TRUE(std::none_of(grid.nodes.begin(), grid.nodes.end(),
