@@ -217,13 +217,10 @@ class BuildingWatch {
     }
   }
 
-  bool WasIn(const TrueRoom& room) const {
-    return std::any_of(poses_.begin(), poses_.end(), [&](const CameraPose& pose) {
-      const Vector3d& place = pose.T_world_camera.translation;
-      const double up_m = place.z() - room.floor_m;
-      return up_m > 0 && (room.height_m == 0 || up_m < room.height_m) &&
-             Contains(room.polygon, place.head<2>());
-    });
+  std::vector<Vector3d> Places() const {
+    std::vector<Vector3d> places;
+    for (const CameraPose& pose : poses_) places.push_back(pose.T_world_camera.translation);
+    return places;
   }
 
  private:
@@ -249,7 +246,15 @@ class BuildingWatch {
   std::vector<CameraPose> poses_;
 };
 
-void ObserveOpenings(const Scene& scene, const SceneWallFace& face, const BuildingWatch& watch,
+using IsSeen = std::function<bool(const Vector3d&)>;
+
+bool IsIn(const TrueRoom& room, const Vector3d& place) {
+  const double up_m = place.z() - room.floor_m;
+  return up_m > 0 && (room.height_m == 0 || up_m < room.height_m) &&
+         Contains(room.polygon, place.head<2>());
+}
+
+void ObserveOpenings(const Scene& scene, const SceneWallFace& face, const IsSeen& is_seen,
                      TrueWall* wall) {
   for (size_t i = 0; i < face.openings.size(); ++i) {
     const SceneOpening& hole = face.openings[i];
@@ -257,24 +262,24 @@ void ObserveOpenings(const Scene& scene, const SceneWallFace& face, const Buildi
     for (const double along : Middles(hole.from_m, hole.to_m, kOpeningCell_m)) {
       for (const double up : Middles(hole.low_m, hole.high_m, kOpeningCell_m)) {
         ++all;
-        seen += watch.IsSeen(OnFace(scene, face, along, up)) ? 1 : 0;
+        seen += is_seen(OnFace(scene, face, along, up)) ? 1 : 0;
       }
     }
     wall->openings[i].looked_through = static_cast<double>(seen) / all;
   }
 }
 
-void ObserveWall(const Scene& scene, const SceneWallFace& face, const BuildingWatch& watch,
+void ObserveWall(const Scene& scene, const SceneWallFace& face, const IsSeen& is_seen,
                  TrueWall* wall) {
   const double columns = static_cast<double>(Middles(0, LengthOf(face), kCell_m).size());
   const double rows = static_cast<double>(Middles(0, face.height_m, kCell_m).size());
   const double cell_m2 = LengthOf(face) * face.height_m / (columns * rows);
   for (const Vector3d& p : GridOf(scene, face)) {
     // Before the face, so that its bending between the points of a patch does not hide it.
-    if (watch.IsSeen(p + 0.5 * kMargin_m * wall->normal)) wall->seen_world.push_back(p);
+    if (is_seen(p + 0.5 * kMargin_m * wall->normal)) wall->seen_world.push_back(p);
   }
   wall->seen_m2 = cell_m2 * static_cast<double>(wall->seen_world.size());
-  ObserveOpenings(scene, face, watch, wall);
+  ObserveOpenings(scene, face, is_seen, wall);
 }
 
 }  // namespace
@@ -319,16 +324,26 @@ std::vector<TrueRoom> TrueRooms(const Scene& scene) {
   return rooms;
 }
 
+TrueBuilding ObserveBuilding(const Scene& scene,
+                             const std::function<bool(const Vector3d&)>& is_seen,
+                             const std::vector<Vector3d>& places) {
+  TrueBuilding building{kCell_m, TrueWalls(scene), TrueRooms(scene)};
+  for (size_t i = 0; i < building.walls.size(); ++i) {
+    ObserveWall(scene, scene.wall_faces[i], is_seen, &building.walls[i]);
+  }
+  for (TrueRoom& room : building.rooms) {
+    room.is_entered = std::any_of(places.begin(), places.end(),
+                                  [&](const Vector3d& place) { return IsIn(room, place); });
+  }
+  return building;
+}
+
 TrueBuilding ObserveBuilding(const Scene& scene, const RayScene& rays, const RenderTask& task,
                              int frames) {
   BuildingWatch watch(rays, task);
   watch.AddPoses(frames);
-  TrueBuilding building{kCell_m, TrueWalls(scene), TrueRooms(scene)};
-  for (size_t i = 0; i < building.walls.size(); ++i) {
-    ObserveWall(scene, scene.wall_faces[i], watch, &building.walls[i]);
-  }
-  for (TrueRoom& room : building.rooms) room.is_entered = watch.WasIn(room);
-  return building;
+  return ObserveBuilding(
+      scene, [&](const Vector3d& p) { return watch.IsSeen(p); }, watch.Places());
 }
 
 }  // namespace slcmap

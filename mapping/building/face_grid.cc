@@ -1,0 +1,117 @@
+#include "mapping/building/face_grid.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace slcmap {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr double kTop_m = 0.5;        // beneath a storey's top: what reaches it is a wall
+constexpr double kShortGap_m = 0.4;   // between parts of a wall, of which nothing is known
+constexpr double kLeastWall_m = 0.3;  // of columns that are walls
+constexpr double kLeastWallShare = 0.25;
+
+struct ColumnCounts {
+  int hits = 0, passes = 0, top_hits = 0, top_passes = 0;
+};
+
+ColumnCounts CountColumn(const FaceGrid& grid, int column) {
+  const int top = grid.rows() - static_cast<int>(std::lround(kTop_m / grid.cell_m));
+  ColumnCounts counts;
+  for (int row = 0; row < grid.rows(); ++row) {
+    const bool hit = grid.IsHit(row, column), passed = grid.IsPassed(row, column);
+    counts.hits += hit ? 1 : 0;
+    counts.passes += passed ? 1 : 0;
+    if (row < top) continue;
+    counts.top_hits += hit ? 1 : 0;
+    counts.top_passes += passed ? 1 : 0;
+  }
+  return counts;
+}
+
+double ShareOf(const FaceGrid& grid, int column) {
+  constexpr int kSolidRows = 3;
+  const ColumnCounts counts = CountColumn(grid, column);
+  const double passed = static_cast<double>(counts.passes) / grid.rows();
+  if (counts.top_passes > counts.top_hits) return 0;
+  if (counts.top_hits > 0 && passed < 0.3) return 1;
+  if (counts.top_hits >= kSolidRows) return 1;  // over a door
+  if (counts.hits >= kSolidRows && counts.passes == 0) return 0.5;
+  return 0;
+}
+
+}  // namespace
+
+FaceGrid::FaceGrid(const Face& face, double low, double high_m, double cell)
+    : from_m(face.from_m), low_m(low), cell_m(cell) {
+  const int columns = std::max(1, static_cast<int>(std::ceil(face.Length() / cell)));
+  const int rows = std::max(1, static_cast<int>(std::lround((high_m - low) / cell)));
+  hits = cv::Mat1i::zeros(rows, columns);
+  passes = cv::Mat1i::zeros(rows, columns);
+}
+
+bool FaceGrid::IsHit(int row, int column) const {
+  return hits(row, column) > 0 && !IsPassed(row, column);
+}
+
+bool FaceGrid::IsPassed(int row, int column) const {
+  return passes(row, column) >= 2 && passes(row, column) > 2 * hits(row, column);
+}
+
+void FaceGrid::AddHit(double along_m, double z_m) {
+  const int column = static_cast<int>(std::floor((along_m - from_m) / cell_m));
+  const int row = static_cast<int>(std::floor((z_m - low_m) / cell_m));
+  if (row >= 0 && column >= 0 && row < rows() && column < columns()) ++hits(row, column);
+}
+
+void FaceGrid::AddPass(double along_m, double z_m) {
+  const int column = static_cast<int>(std::floor((along_m - from_m) / cell_m));
+  const int row = static_cast<int>(std::floor((z_m - low_m) / cell_m));
+  if (row >= 0 && column >= 0 && row < rows() && column < columns()) ++passes(row, column);
+}
+
+void AddRay(const Face& face, const Vector3d& camera, const Vector3d& end, double sigma_m,
+            double behind_m, FaceGrid* grid) {
+  const double before = face.DistanceTo(camera.head<2>()), after = face.DistanceTo(end.head<2>());
+  const double margin_m = std::max(behind_m, 3 * sigma_m);
+  if (std::abs(after) <= margin_m) {
+    // What is before the face hides it; what is on it, or in a niche, closes it.
+    const bool closes = before > 0 ? after < 0.5 * behind_m : after > -0.5 * behind_m;
+    const double share = std::abs(before - after) > 1e-9 ? before / (before - after) : 1;
+    const Vector3d at = camera + std::min(share, 1.0) * (end - camera);
+    if (closes && before > 0) grid->AddHit(face.AlongOf(at.head<2>()), at.z());
+    return;
+  }
+  if (before * after >= 0) return;
+  const Vector3d at = camera + before / (before - after) * (end - camera);
+  grid->AddPass(face.AlongOf(at.head<2>()), at.z());
+}
+
+std::vector<double> WallShares(const FaceGrid& grid) {
+  std::vector<double> shares;
+  for (int column = 0; column < grid.columns(); ++column) shares.push_back(ShareOf(grid, column));
+  // Between covered columns, what was not seen at all goes on.
+  const int longest = static_cast<int>(std::lround(kShortGap_m / grid.cell_m));
+  int last = -1;
+  for (int column = 0; column < grid.columns(); ++column) {
+    if (shares[column] == 0) continue;
+    if (last >= 0 && column - last - 1 <= longest) {
+      for (int k = last + 1; k < column; ++k) {
+        if (CountColumn(grid, k).passes == 0) shares[k] = std::min(shares[last], shares[column]);
+      }
+    }
+    last = column;
+  }
+  return shares;
+}
+
+bool IsWall(const std::vector<double>& shares, double cell_m) {
+  double covered = 0;
+  for (const double share : shares) covered += share;
+  return covered * cell_m >= kLeastWall_m &&
+         covered >= kLeastWallShare * static_cast<double>(shares.size());
+}
+
+}  // namespace slcmap
