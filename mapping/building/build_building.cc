@@ -15,7 +15,8 @@ using Eigen::Vector3d;
 
 constexpr double kUprightSine = 0.3;    // of the normals of upright surfaces
 constexpr double kLeastNormal = 0.5;    // shorter: unknown
-constexpr double kHitSlack_m = 0.05;    // of points on a face from its plane
+constexpr double kHitSlack_m = 0.05;      // of points at a face from its plane
+constexpr double kSupportSlack_m = 0.025;  // of points on it
 constexpr double kFloorSlack_m = 0.1;   // over the floor and under the top rays tell nothing
 constexpr double kOther_m2 = 0.5;       // of a plane that is no wall but worth telling
 constexpr double kBeforeWall_m = 0.1;   // in the room that a wall bounds
@@ -50,6 +51,7 @@ void AddPointSamples(const BuildingInput& input, const std::vector<Level>& level
 void AddLineSamples(const BuildingInput& input, const std::vector<Level>& levels,
                     double step_m, std::vector<LevelData>* data) {
   constexpr double kLevelSlope = 0.1, kUprightSlope = 0.99;
+  constexpr double kProud_m = 0.01;  // frames and skirtings, which have most lines, before a wall
   for (const MapLine& line : input.lines) {
     const Vector3d way = line.end_world - line.start_world;
     const double length_m = way.norm(), slope = std::abs(way.z()) / std::max(length_m, 1e-9);
@@ -62,7 +64,7 @@ void AddLineSamples(const BuildingInput& input, const std::vector<Level>& levels
       const int level = LevelAt(levels, p);
       if (level < 0) continue;
       (*data)[level].samples.push_back(
-          {p, Vector2d::Zero(), direction, std::max(line.sigma_m, 3e-3)});
+          {p, Vector2d::Zero(), direction, std::hypot(line.sigma_m, kProud_m)});
     }
   }
 }
@@ -131,16 +133,19 @@ void FindLevelFaces(const BuildingOptions& options, std::vector<LevelData>* data
     }
   }
   AgreeHeadings(&all);
-  for (const Face& face : all) (*data)[face.level].faces.push_back({{face, {}, options.cell_m}});
+  for (const Face& face : all) (*data)[face.level].faces.push_back({{face, {}, options.cell_m}, {}});
 }
 
 void AddHits(const LevelData& data, const Face& face, FaceGrid* grid) {
   for (const FaceSample& sample : data.samples) {
     const Vector2d p = sample.p_world.head<2>();
-    if (std::abs(face.DistanceTo(p)) > std::max(kHitSlack_m, kFreeSigmas * sample.sigma_m)) continue;
+    const double distance_m = std::abs(face.DistanceTo(p));
+    if (distance_m > std::max(kHitSlack_m, kFreeSigmas * sample.sigma_m)) continue;
     // What faces the other way is the back of something before it.
     if (!sample.normal.isZero() && sample.normal.dot(face.normal) < -0.5) continue;
     grid->AddHit(face.AlongOf(p), sample.p_world.z());
+    if (distance_m > std::max(kSupportSlack_m, 2 * sample.sigma_m)) continue;
+    grid->AddSupport(face.AlongOf(p), sample.p_world.z());
   }
 }
 

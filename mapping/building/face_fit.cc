@@ -12,9 +12,18 @@ constexpr double kLeastStripSigma_m = 0.003;  // no wall is flatter
 constexpr double kStripBias_m = 0.01;         // of a strip with few samples, whatever they claim
 constexpr double kHeadingPrior = 0.1;         // of the slope, where nothing but one strip is known
 
+// Tukey's, which goes to zero: what stands a little before a wall, as skirtings do, has little part
+// in it. At least the distance within which faces are one counts as near.
+double RobustWeight(const HeadedSample& sample, const LineFit& fit, double merge_m) {
+  const double reach_m = std::max(merge_m, 2.5 * sample.sigma_m);
+  const double share = (sample.n - fit.At(sample.s)) / reach_m;
+  return share * share < 1 ? (1 - share * share) * (1 - share * share) : 0;
+}
+
 // Weighted means by strip; a strip without samples is not among them.
 std::vector<StripMean> StripMeans(const std::vector<HeadedSample>& samples,
-                                  const std::vector<int>& members) {
+                                  const std::vector<int>& members, const LineFit& fit,
+                                  double merge_m) {
   struct Sum {
     double weight = 0, s = 0, n = 0;
     int count = 0;
@@ -22,8 +31,10 @@ std::vector<StripMean> StripMeans(const std::vector<HeadedSample>& samples,
   std::map<int, Sum> sums;
   for (const int i : members) {
     const HeadedSample& sample = samples[i];
+    const double robust = RobustWeight(sample, fit, merge_m);
+    if (robust <= 0) continue;
     Sum& sum = sums[static_cast<int>(std::floor(sample.s / kStrip_m))];
-    const double weight = 1 / (sample.sigma_m * sample.sigma_m);
+    const double weight = robust / (sample.sigma_m * sample.sigma_m);
     sum.weight += weight;
     sum.s += weight * sample.s;
     sum.n += weight * sample.n;
@@ -117,12 +128,14 @@ LineFit FitStrips(const std::vector<StripMean>& strips, const BuildingOptions& o
 
 bool Refit(const std::vector<HeadedSample>& samples, double tolerance_cosine, double gate_m,
            const BuildingOptions& options, LineFit* fit, std::vector<int>* used) {
-  constexpr int kRounds = 3;
+  constexpr int kRounds = 4;
   constexpr size_t kLeastMembers = 4;
   for (int round = 0; round < kRounds; ++round) {
     *used = Members(samples, *fit, tolerance_cosine, gate_m);
     if (used->size() < kLeastMembers) return false;
-    *fit = FitStrips(StripMeans(samples, *used), options);
+    const std::vector<StripMean> means = StripMeans(samples, *used, *fit, options.merge_m);
+    if (means.empty()) return false;
+    *fit = FitStrips(means, options);
     SetEnds(samples, *used, fit);
   }
   return fit->to_m > fit->from_m;

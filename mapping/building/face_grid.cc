@@ -14,19 +14,22 @@ constexpr double kLeastWall_m = 0.3;  // of columns that are walls
 constexpr double kLeastWallShare = 0.25;
 
 struct ColumnCounts {
-  int hits = 0, passes = 0, top_hits = 0, top_passes = 0;
+  int support = 0, passes = 0;
+  int top_support = 0, top_passes = 0, top_others = 0;  // in the rows at the top
 };
 
 ColumnCounts CountColumn(const FaceGrid& grid, int column) {
   const int top = grid.rows() - static_cast<int>(std::lround(kTop_m / grid.cell_m));
   ColumnCounts counts;
   for (int row = 0; row < grid.rows(); ++row) {
-    const bool hit = grid.IsHit(row, column), passed = grid.IsPassed(row, column);
-    counts.hits += hit ? 1 : 0;
+    const bool passed = grid.IsPassed(row, column);
+    const bool supported = !passed && grid.support(row, column) > 0;
+    counts.support += supported ? 1 : 0;
     counts.passes += passed ? 1 : 0;
     if (row < top) continue;
-    counts.top_hits += hit ? 1 : 0;
+    counts.top_support += supported ? 1 : 0;
     counts.top_passes += passed ? 1 : 0;
+    counts.top_others += !supported && grid.IsHit(row, column) ? 1 : 0;
   }
   return counts;
 }
@@ -35,10 +38,10 @@ double ShareOf(const FaceGrid& grid, int column) {
   constexpr int kSolidRows = 3;
   const ColumnCounts counts = CountColumn(grid, column);
   const double passed = static_cast<double>(counts.passes) / grid.rows();
-  if (counts.top_passes > counts.top_hits) return 0;
-  if (counts.top_hits > 0 && passed < 0.3) return 1;
-  if (counts.top_hits >= kSolidRows) return 1;  // over a door
-  if (counts.hits >= kSolidRows && counts.passes == 0) return 0.5;
+  if (counts.top_passes > counts.top_support || counts.top_others > counts.top_support) return 0;
+  if (counts.top_support > 0 && passed < 0.3) return 1;
+  if (counts.top_support >= kSolidRows) return 1;  // over a door
+  if (counts.support >= kSolidRows && counts.passes == 0) return 0.5;
   return 0;
 }
 
@@ -50,6 +53,7 @@ FaceGrid::FaceGrid(const Face& face, double low, double high_m, double cell)
   const int rows = std::max(1, static_cast<int>(std::lround((high_m - low) / cell)));
   hits = cv::Mat1i::zeros(rows, columns);
   passes = cv::Mat1i::zeros(rows, columns);
+  support = cv::Mat1i::zeros(rows, columns);
 }
 
 bool FaceGrid::IsHit(int row, int column) const {
@@ -60,16 +64,10 @@ bool FaceGrid::IsPassed(int row, int column) const {
   return passes(row, column) >= 2 && passes(row, column) > 2 * hits(row, column);
 }
 
-void FaceGrid::AddHit(double along_m, double z_m) {
+void FaceGrid::Count(double along_m, double z_m, cv::Mat1i* counts) const {
   const int column = static_cast<int>(std::floor((along_m - from_m) / cell_m));
   const int row = static_cast<int>(std::floor((z_m - low_m) / cell_m));
-  if (row >= 0 && column >= 0 && row < rows() && column < columns()) ++hits(row, column);
-}
-
-void FaceGrid::AddPass(double along_m, double z_m) {
-  const int column = static_cast<int>(std::floor((along_m - from_m) / cell_m));
-  const int row = static_cast<int>(std::floor((z_m - low_m) / cell_m));
-  if (row >= 0 && column >= 0 && row < rows() && column < columns()) ++passes(row, column);
+  if (row >= 0 && column >= 0 && row < rows() && column < columns()) ++(*counts)(row, column);
 }
 
 void AddRay(const Face& face, const Vector3d& camera, const Vector3d& end, double sigma_m,

@@ -46,8 +46,9 @@ class BorderFinder {
   void Add(int cell, const PlanPoints& outline) {
     for (size_t i = 0; i < outline.size(); ++i) {
       const Vector2d &a = outline[i], &b = outline[(i + 1) % outline.size()];
-      const auto key = std::minmax(OnGrid(a), OnGrid(b));
-      const auto [entry, is_new] = borders_.try_emplace({key.first, key.second}, Border{});
+      const GridPoint first = OnGrid(a), second = OnGrid(b);
+      const auto key = first < second ? std::pair(first, second) : std::pair(second, first);
+      const auto [entry, is_new] = borders_.try_emplace(key, Border{});
       if (is_new) {
         entry->second = NewBorder(cell, a, b);
       } else {
@@ -126,8 +127,8 @@ class Groups {
     return i;
   }
   void Join(int a, int b) {
-    const auto [low, high] = std::minmax(Of(a), Of(b));
-    parents_[high] = low;
+    const int first = Of(a), second = Of(b);
+    parents_[std::max(first, second)] = std::min(first, second);
   }
 
  private:
