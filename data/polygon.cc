@@ -28,7 +28,7 @@ class Geos {
   // What GEOS made, until the end; throws where it made nothing.
   const GEOSGeometry* Keep(GEOSGeometry* geometry) {
     if (geometry == nullptr) {
-      throw DataError("plan: found lines that GEOS cannot arrange, expected finite coordinates");
+      throw DataError("plan: found lines that GEOS cannot arrange, expected polygons and chains");
     }
     owned_.push_back(geometry);
     return geometry;
@@ -155,6 +155,9 @@ std::vector<Polygon> ArrangementCells(const std::vector<PlanPoints>& chains, dou
   Geos geos;
   std::vector<GEOSGeometry*> parts;
   for (const PlanPoints& chain : chains) {
+    if (std::any_of(chain.begin(), chain.end(), [](const Vector2d& p) { return !p.allFinite(); })) {
+      throw DataError("plan: found a point at infinity, expected finite coordinates");
+    }
     if (chain.size() >= 2) parts.push_back(geos.Chain(chain));
   }
   const GEOSGeometry* lines = geos.Keep(geos.Collect(GEOS_MULTILINESTRING, parts));

@@ -17,6 +17,7 @@ constexpr double kUprightSine = 0.3;    // of the normals of upright surfaces
 constexpr double kLeastNormal = 0.5;    // shorter: unknown
 constexpr double kHitSlack_m = 0.05;      // of points at a face from its plane
 constexpr double kSupportSlack_m = 0.025;  // of points on it
+constexpr double kMostSlack_m = 0.075;     // of uncertain ones, at it
 constexpr double kFloorSlack_m = 0.1;   // over the floor and under the top rays tell nothing
 constexpr double kOther_m2 = 0.5;       // of a plane that is no wall but worth telling
 constexpr double kBeforeWall_m = 0.1;   // in the room that a wall bounds
@@ -140,11 +141,11 @@ void AddHits(const LevelData& data, const Face& face, FaceGrid* grid) {
   for (const FaceSample& sample : data.samples) {
     const Vector2d p = sample.p_world.head<2>();
     const double distance_m = std::abs(face.DistanceTo(p));
-    if (distance_m > std::max(kHitSlack_m, kFreeSigmas * sample.sigma_m)) continue;
-    // What faces the other way is the back of something before it.
-    if (!sample.normal.isZero() && sample.normal.dot(face.normal) < -0.5) continue;
+    if (distance_m > std::clamp(kFreeSigmas * sample.sigma_m, kHitSlack_m, kMostSlack_m)) continue;
+    // The cheeks of an opening do not close it, nor does what faces the other way.
+    if (!sample.normal.isZero() && sample.normal.dot(face.normal) < 0.5) continue;
     grid->AddHit(face.AlongOf(p), sample.p_world.z());
-    if (distance_m > std::max(kSupportSlack_m, 2 * sample.sigma_m)) continue;
+    if (distance_m > std::clamp(2 * sample.sigma_m, kSupportSlack_m, kHitSlack_m)) continue;
     grid->AddSupport(face.AlongOf(p), sample.p_world.z());
   }
 }
@@ -268,9 +269,13 @@ RigidTransform MapFrame(const std::vector<BuiltFace>& faces) {
 
 }  // namespace
 
-Building BuildBuilding(const BuildingInput& input, const BuildingOptions& options,
+Building BuildBuilding(const BuildingInput& all, const BuildingOptions& options,
                        const Progress& progress) {
   options.Check();
+  BuildingInput input = all;
+  std::erase_if(input.points, [&](const SurfacePoint& point) {
+    return !(point.sigma_m <= options.max_point_sigma_m) || !point.p_world.allFinite();
+  });
   Building building;
   const std::vector<Level> levels = FindLevels(input);
   for (const Level& level : levels) {

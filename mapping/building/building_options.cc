@@ -6,6 +6,7 @@ namespace slcmap {
 namespace {
 
 constexpr OptionTable kTable{
+    Option{"max_point_sigma_m", &BuildingOptions::max_point_sigma_m, 1e-4, 10.0},
     Option{"normal_tolerance_deg", &BuildingOptions::normal_tolerance_deg, 1.0, 45.0},
     Option{"merge_m", &BuildingOptions::merge_m, 1e-3, 0.5},
     Option{"min_face_m2", &BuildingOptions::min_face_m2, 1e-3, 100.0},

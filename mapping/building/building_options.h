@@ -6,6 +6,8 @@
 namespace slcmap {
 
 struct BuildingOptions {
+  double max_point_sigma_m = 0.05;  // points that are less certain are left out
+
   // Faces.
   double normal_tolerance_deg = 15;  // between a point's normal and that of its face
   double merge_m = 0.02;             // faces nearer than this, and than 2 sigma, are one

@@ -9,39 +9,47 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr double kTop_m = 0.5;        // beneath a storey's top: what reaches it is a wall
+constexpr int kBeside = 2;               // columns beside a column that count with it
+constexpr int kSolidRows = 3;            // that a wall has over a door
 constexpr double kShortGap_m = 0.4;   // between parts of a wall, of which nothing is known
 constexpr double kLeastWall_m = 0.3;  // of columns that are walls
 constexpr double kLeastWallShare = 0.25;
 
 struct ColumnCounts {
-  int support = 0, passes = 0;
+  int cells = 0, support = 0, passes = 0;
   int top_support = 0, top_passes = 0, top_others = 0;  // in the rows at the top
 };
 
-ColumnCounts CountColumn(const FaceGrid& grid, int column) {
+// Cells of a column and of those beside it: rays can be few.
+ColumnCounts CountAround(const FaceGrid& grid, int middle) {
   const int top = grid.rows() - static_cast<int>(std::lround(kTop_m / grid.cell_m));
   ColumnCounts counts;
-  for (int row = 0; row < grid.rows(); ++row) {
-    const bool passed = grid.IsPassed(row, column);
-    const bool supported = !passed && grid.support(row, column) > 0;
-    counts.support += supported ? 1 : 0;
-    counts.passes += passed ? 1 : 0;
-    if (row < top) continue;
-    counts.top_support += supported ? 1 : 0;
-    counts.top_passes += passed ? 1 : 0;
-    counts.top_others += !supported && grid.IsHit(row, column) ? 1 : 0;
+  const int first = std::max(0, middle - kBeside), last = std::min(grid.columns() - 1, middle + kBeside);
+  for (int column = first; column <= last; ++column) {
+    for (int row = 0; row < grid.rows(); ++row) {
+      const bool passed = grid.passes(row, column) > grid.hits(row, column);
+      const bool supported = !passed && grid.support(row, column) > 0;
+      const bool other = !passed && !supported && grid.hits(row, column) > 0;
+      ++counts.cells;
+      counts.support += supported ? 1 : 0;
+      counts.passes += passed ? 1 : 0;
+      if (row < top) continue;
+      counts.top_support += supported ? 1 : 0;
+      counts.top_passes += passed ? 1 : 0;
+      counts.top_others += other ? 1 : 0;
+    }
   }
   return counts;
 }
 
 double ShareOf(const FaceGrid& grid, int column) {
-  constexpr int kSolidRows = 3;
-  const ColumnCounts counts = CountColumn(grid, column);
-  const double passed = static_cast<double>(counts.passes) / grid.rows();
+  const ColumnCounts counts = CountAround(grid, column);
+  const int solid = kSolidRows * counts.cells / grid.rows();
+  const double passed = static_cast<double>(counts.passes) / counts.cells;
   if (counts.top_passes > counts.top_support || counts.top_others > counts.top_support) return 0;
   if (counts.top_support > 0 && passed < 0.3) return 1;
-  if (counts.top_support >= kSolidRows) return 1;  // over a door
-  if (counts.support >= kSolidRows && counts.passes == 0) return 0.5;
+  if (counts.top_support >= solid) return 1;  // over a door
+  if (counts.support >= solid && counts.passes == 0) return 0.5;
   return 0;
 }
 
@@ -61,7 +69,7 @@ bool FaceGrid::IsHit(int row, int column) const {
 }
 
 bool FaceGrid::IsPassed(int row, int column) const {
-  return passes(row, column) >= 2 && passes(row, column) > 2 * hits(row, column);
+  return passes(row, column) >= 2 && passes(row, column) > hits(row, column);
 }
 
 void FaceGrid::Count(double along_m, double z_m, cv::Mat1i* counts) const {
@@ -75,11 +83,10 @@ void AddRay(const Face& face, const Vector3d& camera, const Vector3d& end, doubl
   const double before = face.DistanceTo(camera.head<2>()), after = face.DistanceTo(end.head<2>());
   const double margin_m = std::max(behind_m, 3 * sigma_m);
   if (std::abs(after) <= margin_m) {
-    // What is before the face hides it; what is on it, or in a niche, closes it.
-    const bool closes = before > 0 ? after < 0.5 * behind_m : after > -0.5 * behind_m;
-    const double share = std::abs(before - after) > 1e-9 ? before / (before - after) : 1;
-    const Vector3d at = camera + std::min(share, 1.0) * (end - camera);
-    if (closes && before > 0) grid->AddHit(face.AlongOf(at.head<2>()), at.z());
+    // What is well before the face hides it; the cheeks of an opening begin at it.
+    if (before <= 0 || std::abs(after) > 0.5 * margin_m) return;
+    const Vector3d at = camera + std::min(before / (before - after), 1.0) * (end - camera);
+    grid->AddHit(face.AlongOf(at.head<2>()), at.z());
     return;
   }
   if (before * after >= 0) return;
@@ -97,7 +104,7 @@ std::vector<double> WallShares(const FaceGrid& grid) {
     if (shares[column] == 0) continue;
     if (last >= 0 && column - last - 1 <= longest) {
       for (int k = last + 1; k < column; ++k) {
-        if (CountColumn(grid, k).passes == 0) shares[k] = std::min(shares[last], shares[column]);
+        if (CountAround(grid, k).passes == 0) shares[k] = std::min(shares[last], shares[column]);
       }
     }
     last = column;

@@ -22,7 +22,9 @@ constexpr double kMostSlope = 0.0875;     // of a face against the heading it is
 constexpr double kLeastHeight_m = 0.4;   // of a face
 constexpr double kLeastLength_m = 0.25;  // of a face
 constexpr double kProbe_m = 0.15;        // before a face, whether it is free there
-constexpr double kLayer_m = 0.05;        // as far before and behind a face it has stray samples
+constexpr double kNear_m = 0.03;         // samples so far from a face are on it,
+constexpr double kTails = 2.5;           // and those that are off by so many sigma
+constexpr double kLayer_m = 0.05;        // so far before and behind a face, others are what it left
 
 Vector2d Direction(double angle_rad) { return {std::cos(angle_rad), std::sin(angle_rad)}; }
 
@@ -150,7 +152,7 @@ class HeadingSearch {
   void Take(const LineFit& fit, std::vector<HeadedSample>* left) const {
     std::erase_if(*left, [&](const HeadedSample& sample) {
       return sample.s >= fit.from_m && sample.s <= fit.to_m &&
-             std::abs(sample.n - fit.At(sample.s)) <= std::max(Gate(), 2 * sample.sigma_m);
+             std::abs(sample.n - fit.At(sample.s)) <= std::max(Gate(), kTails * sample.sigma_m);
     });
   }
 
@@ -221,9 +223,7 @@ void Explain(const std::vector<FaceSample>& samples, const Face& face,
     const Vector2d p = sample.p_world.head<2>();
     const double along_m = face.AlongOf(p);
     if (along_m < face.from_m || along_m > face.to_m) continue;
-    if (std::abs(face.DistanceTo(p)) > std::min(std::max(0.03, 2 * sample.sigma_m), kLayer_m)) {
-      continue;
-    }
+    if (std::abs(face.DistanceTo(p)) > std::max(kNear_m, kTails * sample.sigma_m)) continue;
     const bool is_like = sample.normal.isZero()
                              ? std::abs(sample.direction.dot(face.normal)) < kLineTurn_rad
                              : sample.normal.dot(face.normal) > 0.9;
@@ -240,6 +240,48 @@ bool IsLayerOf(const Face& face, const Face& stronger, double merge_m) {
   if (along_m < stronger.from_m || along_m > stronger.to_m) return false;
   return std::abs(stronger.DistanceTo(middle)) <=
          std::clamp(2 * std::hypot(face.sigma_m, stronger.sigma_m), 2 * merge_m, kLayer_m);
+}
+
+double SigmaAt(const Face& face, double along_m) {
+  return std::hypot(face.sigma_m,
+                    face.heading_sigma_rad * (along_m - 0.5 * (face.from_m + face.to_m)));
+}
+
+// Whether a face goes on along the line of another, which was found by another heading.
+bool GoesOn(const Face& face, const Face& stronger, const BuildingOptions& options) {
+  constexpr double kMostTurn = 0.035;
+  if (stronger.normal.dot(face.normal) < std::cos(kMostTurn)) return false;
+  const double a = stronger.AlongOf(face.PointAt(face.from_m));
+  const double b = stronger.AlongOf(face.PointAt(face.to_m));
+  const double gap_m = std::max(a - stronger.to_m, stronger.from_m - b);
+  if (gap_m > options.join_gap_m) return false;
+  const double middle_m = 0.5 * (face.from_m + face.to_m);
+  const double sigma_m =
+      std::hypot(face.sigma_m, SigmaAt(stronger, stronger.AlongOf(face.PointAt(middle_m))));
+  return std::abs(stronger.DistanceTo(face.PointAt(middle_m))) <=
+         std::min(std::max(2 * sigma_m, options.merge_m), 2 * options.merge_m);
+}
+
+// Strong faces take in the weaker ones that go on along them. Sorted by area.
+std::vector<Face> Continued(const std::vector<Face>& faces, const BuildingOptions& options) {
+  std::vector<Face> kept;
+  for (const Face& face : faces) {
+    const auto stronger = std::find_if(kept.begin(), kept.end(), [&](const Face& other) {
+      return GoesOn(face, other, options);
+    });
+    if (stronger == kept.end()) {
+      kept.push_back(face);
+      continue;
+    }
+    const double a = stronger->AlongOf(face.PointAt(face.from_m));
+    const double b = stronger->AlongOf(face.PointAt(face.to_m));
+    stronger->from_m = std::min(stronger->from_m, a);
+    stronger->to_m = std::max(stronger->to_m, b);
+    stronger->low_m = std::min(stronger->low_m, face.low_m);
+    stronger->high_m = std::max(stronger->high_m, face.high_m);
+    stronger->area_m2 += face.area_m2;
+  }
+  return kept;
 }
 
 }  // namespace
@@ -269,7 +311,7 @@ std::vector<Face> FindFaces(const std::vector<FaceSample>& samples, const IsFree
   }
   std::stable_sort(faces.begin(), faces.end(),
                    [](const Face& a, const Face& b) { return a.area_m2 > b.area_m2; });
-  return faces;
+  return Continued(faces, options);
 }
 
 namespace {

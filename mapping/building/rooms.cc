@@ -16,6 +16,7 @@ using Eigen::Vector2d;
 constexpr double kFrame_m = 0.6;    // beyond what is free
 constexpr double kFreeWeight = 2;   // of free area against area that was not seen
 constexpr double kLeastFree = 0.3;  // of a room
+constexpr double kLeastWidth_m = 0.4;  // of a room, in the mean; the inside of a wall is none
 constexpr double kStraight_m = 1e-3;
 
 struct Cell {
@@ -178,6 +179,18 @@ PlanPoints Straightened(const PlanPoints& outline) {
   return corners.size() >= 3 ? corners : outline;
 }
 
+double Perimeter(const Polygon& polygon) {
+  double length_m = 0;
+  const auto add = [&](const PlanPoints& outline) {
+    for (size_t i = 0; i < outline.size(); ++i) {
+      length_m += (outline[(i + 1) % outline.size()] - outline[i]).norm();
+    }
+  };
+  add(polygon.outline);
+  for (const PlanPoints& hole : polygon.holes) add(hole);
+  return length_m;
+}
+
 double BoundedShare(const std::vector<Border>& borders, const std::vector<Cell>& cells,
                     int group, Groups* groups) {
   double covered_m = 0, all_m = 0;
@@ -227,6 +240,7 @@ std::vector<FoundRoom> FindRooms(const std::vector<WallFace>& walls, const FreeS
     if (area_m2 < options.min_room_m2 || free_m2 < kLeastFree * area_m2) continue;
     const double bounded = BoundedShare(borders, cells, group, &groups);
     for (Polygon& polygon : Union(polygons, kPlanGrid_m)) {
+      if (2 * Area(polygon) < kLeastWidth_m * Perimeter(polygon)) continue;
       polygon.outline = Straightened(polygon.outline);
       for (PlanPoints& hole : polygon.holes) hole = Straightened(hole);
       rooms.push_back({polygon, bounded});

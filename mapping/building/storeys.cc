@@ -18,6 +18,7 @@ constexpr double kColumn_m = 0.25;     // side of a column of the plan
 constexpr double kBin_m = 0.02;
 constexpr int kFloorReach = 2, kCeilingReach = 6;  // columns around a place
 constexpr double kLeastBelow_m = 0.2, kLeastAbove_m = 0.05;
+constexpr int kMeanRounds = 5;
 constexpr double kSameFloor_m = 0.12, kSamePeak_m = 0.05;
 constexpr size_t kLeastColumns = 16;  // 1 m2
 constexpr double kLeastCeiling = 0.1;  // of as many columns as have a floor
@@ -81,9 +82,12 @@ class FirstSurfaces {
     }
     if (most < std::max<size_t>(least, 1)) return std::nullopt;
     if (count != nullptr) *count = most;
-    const double mean_m = MeanNear(best_m);
+    // What is seen first is rather the nearer side of the noise: the mean moves to the middle.
+    double mean_m = best_m;
+    for (int round = 0; round < kMeanRounds; ++round) mean_m = MeanNear(mean_m);
     std::erase_if(heights_, [&](const auto& entry) {
-      return std::abs(entry.second - mean_m) <= around_m;
+      return std::abs(entry.second - mean_m) <= around_m ||
+             std::abs(entry.second - best_m) <= kSamePeak_m;
     });
     return mean_m;
   }

@@ -1,7 +1,8 @@
 // How well walls, openings and rooms of a simulated building are found from what a perfect rig
 // would measure along the scene's own way, with made noise.
 //
-//   building_quality SCENE.yaml [--inexact A] [--seed N] [--noise M] [--drift M] [--plot FILE.svg]
+//   building_quality SCENE.yaml [--inexact A] [--seed N] [--noise M] [--noise-per-m M] [--drift M]
+//       [--half-width-deg D] [--lowest-deg D] [--highest-deg D] [--rays N] [--plot FILE.svg]
 //       [--output FOLDER]
 #include <CLI/CLI.hpp>
 #include <chrono>
@@ -33,7 +34,7 @@ std::vector<Eigen::Vector3d> Waypoints(const std::string& path) {
 void Run(Arguments arguments) {
   arguments.scan.drift_m = {arguments.drift_m, arguments.drift_m, 0};
   const Scene scene = ReadScene(arguments.scene, {}, arguments.inexact);
-  const std::vector<Eigen::Vector3d> places = testing::PlacesAlong(Waypoints(arguments.scene));
+  const std::vector<Eigen::Vector3d> places = testing::PlacesAlong(Waypoints(arguments.scene), 0.2);
   const BuildingInput input = testing::Scan(scene, places, arguments.scan);
   const TrueBuilding truth = testing::SeenFrom(scene, places);
   const auto begin = std::chrono::steady_clock::now();
@@ -60,6 +61,8 @@ int main(int argc, char** argv) {
   app.add_option("--inexact", arguments.inexact.amount);
   app.add_option("--seed", arguments.inexact.seed);
   app.add_option("--noise", arguments.scan.noise_m);
+  app.add_option("--noise-per-m", arguments.scan.noise_per_m);
+  app.add_option("--half-width-deg", arguments.scan.half_width_deg);
   app.add_option("--rays", arguments.scan.rays);
   app.add_option("--lowest-deg", arguments.scan.lowest_deg);
   app.add_option("--highest-deg", arguments.scan.highest_deg);

@@ -33,8 +33,8 @@ Vector3d RayOf(int i, int count, double turn_rad) {
 using VoxelKey = std::array<int, 4>;
 
 struct Voxel {
-  Vector3d p = Vector3d::Zero(), normal = Vector3d::Zero();
-  int count = 0;
+  Vector3d p = Vector3d::Zero(), normal = Vector3d::Zero();  // sums, by weight
+  double weight = 0;
 };
 
 VoxelKey KeyOf(const Vector3d& p, const Vector3d& normal, double voxel_m) {
@@ -55,12 +55,13 @@ class Scanner {
     input.trajectory_world = places;
     for (size_t i = 0; i < places.size(); ++i) {
       const Vector3d drift = 2 * i >= places.size() ? options_.drift_m : Vector3d::Zero();
+      const Vector3d way = i + 1 < places.size() ? Vector3d(places[i + 1] - places[i]) : way_;
+      if (way.head<2>().norm() > 1e-6) way_ = way;
       input.sights.push_back(Look(places[i], drift));
     }
     for (const auto& [key, voxel] : voxels_) {
-      const double fused_m = options_.noise_m / std::sqrt(voxel.count);
-      input.points.push_back(
-          {voxel.p / voxel.count, voxel.normal.normalized(), std::max(0.004, fused_m)});
+      input.points.push_back({voxel.p / voxel.weight, voxel.normal.normalized(),
+                              std::max(0.004, 1 / std::sqrt(voxel.weight))});
     }
     if (options_.with_lines) AddLines(places, &input);
     return input;
@@ -72,6 +73,14 @@ class Scanner {
     return material.contrast > 0 && material.texture != TextureKind::kLamp;
   }
 
+  bool IsInView(const Vector3d& ray) const {
+    const double up_deg = std::asin(ray.z()) * 180 / M_PI;
+    const double aside_rad =
+        std::atan2(way_.x() * ray.y() - way_.y() * ray.x(), way_.head<2>().dot(ray.head<2>()));
+    return up_deg >= options_.lowest_deg && up_deg <= options_.highest_deg &&
+           std::abs(aside_rad) * 180 / M_PI <= options_.half_width_deg;
+  }
+
   Sights Look(const Vector3d& place, const Vector3d& drift) {
     Sights sights{place + drift, {}, {}};
     const double turn_rad = UniformIn(0, 2 * M_PI, &generator_);
@@ -80,8 +89,7 @@ class Scanner {
       packet.Clear();
       for (int lane = 0; lane < RayScene::kLanes; ++lane) {
         const Vector3d ray = RayOf(first + lane, options_.rays + RayScene::kLanes, turn_rad);
-        const double up_deg = std::asin(ray.z()) * 180 / M_PI;
-        if (up_deg < options_.lowest_deg || up_deg > options_.highest_deg) continue;
+        if (!IsInView(ray)) continue;
         packet.Set(lane, place.cast<float>(), ray.cast<float>(),
                    static_cast<float>(options_.range_m));
       }
@@ -99,17 +107,18 @@ class Scanner {
   void AddHit(const ScenePatch& patch, const Vector3d& place, const Vector3d& ray,
               double distance_m, const Vector3d& drift, Sights* sights) {
     if (!IsTextured(patch)) return;
-    const double noise_m = options_.noise_m * Normal(&generator_);
-    const Vector3d p = place + (distance_m + noise_m) * ray + drift;
+    const double sigma_m = options_.noise_m + options_.noise_per_m * distance_m * distance_m;
+    const Vector3d p = place + (distance_m + sigma_m * Normal(&generator_)) * ray + drift;
     sights->p_world.push_back(p.cast<float>());
-    sights->sigma_m.push_back(static_cast<float>(options_.noise_m));
+    sights->sigma_m.push_back(static_cast<float>(sigma_m));
     Vector3d normal = patch.normal.cast<double>();
     if (normal.dot(ray) > 0) normal = -normal;
     for (int k = 0; k < 3; ++k) normal[k] += options_.normal_noise_rad * Normal(&generator_);
     Voxel& voxel = voxels_[KeyOf(p, normal, options_.voxel_m)];
-    voxel.p += p;
-    voxel.normal += normal.normalized();
-    ++voxel.count;
+    const double weight = 1 / (sigma_m * sigma_m);
+    voxel.p += weight * p;
+    voxel.normal += weight * normal.normalized();
+    voxel.weight += weight;
   }
 
   bool Sees(const Vector3d& place, const Vector3d& p) const {
@@ -153,6 +162,7 @@ class Scanner {
   const RayScene rays_;
   std::mt19937 generator_{1};
   std::map<VoxelKey, Voxel> voxels_;
+  Vector3d way_ = Vector3d::UnitX();
 };
 
 }  // namespace

@@ -14,6 +14,7 @@ namespace slcmap::testing {
 
 struct ScanOptions {
   double noise_m = 0.01;          // of a distance
+  double noise_per_m = 0;         // besides, by its square, as stereo has
   double normal_noise_rad = 0.1;  // of a normal, in each of two directions
   double line_noise_m = 0.003;    // of a line across it
   double voxel_m = 0.05;          // in which points that look the same way are fused
@@ -21,6 +22,7 @@ struct ScanOptions {
   double range_m = 8;
   // Between steepest downs and ups that are looked at, degrees.
   double lowest_deg = -90, highest_deg = 90;
+  double half_width_deg = 180;  // to either side of the way, where each place looks along
   Eigen::Vector3d drift_m = Eigen::Vector3d::Zero();  // of what the second half of places measures
   bool with_lines = true;
 };

@@ -150,7 +150,9 @@ objects:
   const std::vector<Vector3d> beyond = PlacesAlong({{6.2, 1.5, 1.5}, {9, 1.5, 1.5}, {8, 3, 1.5}});
   if (walked) places.insert(places.end(), {{4.6, 1.5, 1.5}, {5.6, 1.5, 1.5}});
   if (walked) places.insert(places.end(), beyond.begin(), beyond.end());
-  return BuildBuilding(Scan(scene, places), {});
+  ScanOptions options;
+  options.rays = 8000;
+  return BuildBuilding(Scan(scene, places, options), {});
 }
 
 TEST(BuildBuilding, OpenDoorIsSeenThroughAndPartsRooms) {
@@ -310,7 +312,7 @@ objects:
   - {kind: slab, at: [0, 0, 2.7], size: [12, 9], faces_down: true}
 )");
   const std::vector<Vector3d> places =
-      PlacesAlong({{1, 1, 1.5}, {11, 1, 1.5}, {11, 8, 1.5}, {1, 8, 1.5}, {1, 1, 1.5}});
+      PlacesAlong({{1, 1, 1.5}, {11, 1, 1.5}, {11, 8, 1.5}, {1, 8, 1.5}, {1, 1, 1.5}}, 0.8);
   const Building building = BuildBuilding(Scan(scene, places), {});
   EXPECT_THAT(WallsOf(building), SizeIs(8));
   ASSERT_THAT(building.rooms, SizeIs(1));
@@ -326,7 +328,7 @@ TEST(BuildBuilding, OfficeOfFiveRoomsMeetsItsFigures) {
        {4.1, 3, 1.5},  {2.8, 3.2, 1.5}, {4.1, 0.2, 1.5},  {8.05, 0, 1.5},   {8.05, -2.4, 1.5},
        {9.4, -2.7, 1.5}, {8.05, 0, 1.5}, {12.1, 0, 1.5},  {12.1, 2.8, 1.5}, {10.6, 3.0, 1.5},
        {12.1, 0.5, 1.5}, {13.3, 0, 1.5}, {13.3, -3, 1.5}, {14.6, -2.7, 1.5}, {13.3, 0, 1.5}},
-      0.6);
+      0.8);
   const Building building = BuildBuilding(Scan(scene, places), {});
   const BuildingMetrics metrics = EvaluateBuilding(SeenFrom(scene, places), building, {});
   EXPECT_GE(metrics.walls_found, 0.95 * metrics.walls);
