@@ -7,6 +7,7 @@
 #include <memory>
 
 #include "apps/commands.h"
+#include "apps/evaluation/building_report.h"
 #include "apps/evaluation/calibration_plots.h"
 #include "apps/evaluation/line_report.h"
 #include "apps/evaluation/surface_report.h"
@@ -18,6 +19,7 @@
 #include "data/json_file.h"
 #include "data/progress.h"
 #include "data/text_row.h"
+#include "mapping/building/building_files.h"
 
 namespace slcmap {
 namespace {
@@ -26,6 +28,7 @@ struct EvaluateArguments {
   EvaluationInputs inputs;
   LineInputs lines;
   SurfaceInputs surfaces;
+  BuildingInputs building;
   std::string json, plots;
   TrajectoryMetricOptions options;
   LineMetricOptions line_options;
@@ -150,6 +153,25 @@ Json EvaluateSurfaceMap(const EvaluateArguments& arguments, const Alignment& ali
   return SurfaceJson(inputs, metrics, options);
 }
 
+// Prints the table and draws the plan.
+Json EvaluateMappedBuilding(const EvaluateArguments& arguments, const Alignment& alignment) {
+  const BuildingInputs& inputs = arguments.building;
+  const EndsAtOnce nothing_is_written;
+  const TrueBuilding truth = ReadTrueBuilding(inputs.true_building);
+  const std::filesystem::path folder = std::filesystem::path(inputs.planes).parent_path();
+  const Building building =
+      Aligned(alignment, ReadBuilding(folder.empty() ? "." : folder.string()));
+  const BuildingMetrics metrics = EvaluateBuilding(truth, building, {});
+  std::fputs(("\n" + BuildingTable(inputs, metrics)).c_str(), stdout);
+  if (!arguments.plots.empty()) {
+    MakeFolder(arguments.plots);
+    const std::string plan = arguments.plots + "/building.svg";
+    WriteBuildingPlan(plan, truth, building);
+    spdlog::info("wrote {}", plan);
+  }
+  return BuildingJson(inputs, metrics);
+}
+
 void WriteResults(const EvaluateArguments& arguments, const TrajectoryMetrics& metrics,
                   const Json& json) {
   if (!arguments.json.empty()) WriteJsonFile(arguments.json, json);
@@ -177,6 +199,9 @@ void Evaluate(EvaluateArguments arguments) {
     }
     if (!arguments.surfaces.true_surfaces.empty()) {
       json["surfaces"] = EvaluateSurfaceMap(arguments, metrics.absolute.front().alignment);
+    }
+    if (!arguments.building.planes.empty()) {
+      json["building"] = EvaluateMappedBuilding(arguments, metrics.absolute.front().alignment);
     }
   } catch (const StoppedError& error) {
     json["partial_reason"] = error.what();
@@ -233,9 +258,17 @@ void AddEvaluateCommand(CLI::App& app) {
   true_edges->needs(lines);
   lines->needs(true_edges);
   AddSurfaceOptions(command, arguments.get());
+  CLI::Option* true_building =
+      command->add_option("--true-building", arguments->building.true_building,
+                          "True walls and rooms: truth/building.json of a simulated sequence");
+  CLI::Option* planes =
+      command->add_option("--planes", arguments->building.planes,
+                          "planes.json of a map, with rooms.json and plan.json beside it");
+  true_building->needs(planes);
+  planes->needs(true_building);
   command->add_option("--json", arguments->json, "Write the figures to this file");
   command->add_option("--plots", arguments->plots,
-                      "Write top.svg, side.svg, error.svg, lines.svg, and of a run folder's "
+                      "Write top.svg, side.svg, error.svg, lines.svg, building.svg, and of a run folder's "
                       "trajectory calibration/*.svg, into this folder");
   command
       ->add_option("--max-samples", arguments->line_options.max_samples,
