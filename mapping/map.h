@@ -12,6 +12,7 @@
 #include "data/trajectory.h"
 #include "data/types.h"
 #include "data/verdict.h"
+#include "mapping/building/building.h"
 #include "mapping/dense/dense_point.h"
 #include "mapping/occupancy_map.h"
 
@@ -48,6 +49,7 @@ struct MapResult {
   std::vector<DensePoint> dense;  // none of a map that was made without images
   std::vector<MapLine> lines;     // but marks
   std::vector<MapLine> marks;     // lines that are on surfaces, and no edges of them
+  Building building;              // empty of a map that was made without images
   OccupancyMap occupancy{0.1};
 };
 

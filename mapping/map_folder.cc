@@ -11,6 +11,7 @@
 #include "data/summary_file.h"
 #include "data/trajectory.h"
 #include "data/verdict_json.h"
+#include "mapping/building/building_files.h"
 #include "mapping/dense/dense_file.h"
 #include "mapping/point_cloud.h"
 #include "odometry/method.h"
@@ -37,8 +38,11 @@ double MedianObservations(const std::vector<MapLine>& lines) {
 }
 
 std::vector<std::string> ListedNames() {
-  return {kTrajectory, kKeyframes, kPoints,    kCloud, kDense,  kDenseCloud,
-          kLines,      kMarks,     kOccupancy, kRig,   kOptions};
+  std::vector<std::string> names = {kTrajectory, kKeyframes,  kPoints, kCloud,
+                                    kDense,      kDenseCloud, kLines,  kMarks,
+                                    kOccupancy,  kRig,        kOptions};
+  for (const std::string& name : BuildingFiles()) names.push_back(name);
+  return names;
 }
 
 std::vector<std::pair<const char*, std::size_t>> CountsOf(const MapResult& map) {
@@ -48,6 +52,8 @@ std::vector<std::pair<const char*, std::size_t>> CountsOf(const MapResult& map) 
           {"dense_points", map.dense.size()},
           {"lines", map.lines.size()},
           {"marks", map.marks.size()},
+          {"planes", map.building.planes.size()},
+          {"rooms", map.building.rooms.size()},
           {"occupied_voxels", map.occupancy.OccupiedVoxels().size()}};
 }
 
@@ -169,6 +175,7 @@ std::string WriteMapFolder(OutputFolder* folder, const MapResult& map) {
   WriteDensePcd(path + kDenseCloud, map.dense);
   WriteMapLines(path + kLines, map.lines);
   WriteMapLines(path + kMarks, map.marks);
+  WriteBuilding(folder->staging(), map.building);
   map.occupancy.Write(path + kOccupancy);
   WriteRig(path + kRig, map.rectified_rig);
   WriteFile(path + kOptions, map.source.options);
@@ -189,6 +196,7 @@ MapResult ReadMapFolder(const std::string& folder, const MapReadOptions& options
   map.dense = ReadDensePly(path + kDense);
   map.lines = ReadLines(path + kLines);
   map.marks = ReadLines(path + kMarks);
+  map.building = ReadBuilding(folder);
   map.occupancy = OccupancyMap::Read(path + kOccupancy);
   map.source.options = ReadFile(path + kOptions);
   if (options.accept_changed) return map;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <iterator>
 
+#include "mapping/building/build_building.h"
 #include "mapping/dense/dense_stage.h"
 #include "mapping/line_map.h"
 #include "mapping/lines/known_lines.h"
@@ -15,7 +16,7 @@ namespace slcmap {
 namespace {
 
 // Shares of the time, about, up to the end of a stage.
-constexpr double kFused = 0.02, kFiltered = 0.05, kLines = 0.5;
+constexpr double kFused = 0.02, kFiltered = 0.05, kLines = 0.5, kDense = 0.95;
 constexpr double kAxes = 0.4;  // of the lines' part
 constexpr char kImageUnreadable[] = "images_unreadable";
 
@@ -36,6 +37,31 @@ void MoveMarks(MapResult* map) {
   const auto is_mark = [](const MapLine& line) { return line.kind == LineKind::kMark; };
   std::copy_if(map->lines.begin(), map->lines.end(), std::back_inserter(map->marks), is_mark);
   std::erase_if(map->lines, is_mark);
+}
+
+BuildingInput InputOf(const MapResult& map, std::vector<Sights> sights) {
+  BuildingInput input;
+  for (const DensePoint& point : map.dense) {
+    input.points.push_back({point.p_world, point.normal_world, point.sigma_m});
+  }
+  input.lines = map.lines;
+  input.sights = std::move(sights);
+  for (const StampedPose& pose : map.trajectory) {
+    input.trajectory_world.push_back(pose.T_world_imu.translation);
+  }
+  return input;
+}
+
+// Occupancy, the dense cloud and the building, of the images of the keyframes.
+void MapImages(const RecordedViews& recorded, const MappingOptions& options,
+               const Progress& progress, MapResult* map) {
+  std::vector<Sights> sights = MapDensely(recorded.views, *recorded.images, options,
+                                          progress.Part(kLines, kDense), map);
+  if (progress.Report(kDense)) {
+    map->building = BuildBuilding(InputOf(*map, std::move(sights)), options.building);
+  }
+  const int64_t unreadable = recorded.images->unreadable();
+  if (unreadable > 0) map->warnings[kImageUnreadable] += unreadable;
 }
 
 }  // namespace
@@ -71,13 +97,10 @@ MapResult BuildMap(const OdometryRun& run, const RecordedViews* recorded,
   map.lines = LinesOf(run, recorded, options, watched.Part(kFiltered, kLines));
   MoveMarks(&map);
   if (recorded) {
-    MapDensely(recorded->views, *recorded->images, options, watched.Part(kLines, 1), &map);
+    MapImages(*recorded, options, watched, &map);
   } else {
     map.occupancy = MapOccupancy(KeyframeRays(run, map.points), options.occupancy, &map.warnings,
                                  watched.Part(kLines, 1));
-  }
-  if (recorded && recorded->images->unreadable() > 0) {
-    map.warnings[kImageUnreadable] += recorded->images->unreadable();
   }
   if (stopped) {
     map.complete = false;

@@ -47,6 +47,7 @@ MappingOptions MappingOptions::FromYaml(const std::string& path) {
     options.lines.Read(section.Section("lines"));
     options.run_lines.Read(section.Section("run_lines"));
     options.dense.Read(section.Section("dense"));
+    options.building.Read(section.Section("building"));
     section.Finish();
     options.Check();
     return options;
@@ -62,6 +63,7 @@ std::string MappingOptions::ToYaml() const {
     options.lines.Read(section.Section("lines"));
     options.run_lines.Read(section.Section("run_lines"));
     options.dense.Read(section.Section("dense"));
+    options.building.Read(section.Section("building"));
   });
 }
 
@@ -71,6 +73,7 @@ void MappingOptions::Check() const {
   lines.Check();
   run_lines.Check();
   dense.Check();
+  building.Check();
 }
 
 }  // namespace slcmap

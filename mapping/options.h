@@ -2,6 +2,7 @@
 #pragma once
 
 #include "data/yaml_options.h"
+#include "mapping/building/building_options.h"
 #include "mapping/dense/dense_options.h"
 #include "mapping/lines/line_options.h"
 
@@ -42,6 +43,7 @@ struct MappingOptions {
   MapLineOptions lines;
   RunLineOptions run_lines;
   DenseOptions dense;
+  BuildingOptions building;
 
   // Overrides the defaults by the section `mapping` of a file; other sections, which belong to
   // other stages, are left alone. Throws ConfigError naming file and key, also for a value out of
