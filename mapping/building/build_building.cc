@@ -18,6 +18,7 @@ constexpr double kLeastNormal = 0.5;    // shorter: unknown
 constexpr double kHitSlack_m = 0.05;      // of points at a face from its plane
 constexpr double kSupportSlack_m = 0.025;  // of points on it
 constexpr double kMostSlack_m = 0.075;     // of uncertain ones, at it
+constexpr double kBeside_m = 0.12;         // as far, something is before or behind it
 constexpr double kFloorSlack_m = 0.1;   // over the floor and under the top rays tell nothing
 constexpr double kOther_m2 = 0.5;       // of a plane that is no wall but worth telling
 constexpr double kBeforeWall_m = 0.1;   // in the room that a wall bounds
@@ -140,13 +141,19 @@ void FindLevelFaces(const BuildingOptions& options, std::vector<LevelData>* data
 void AddHits(const LevelData& data, const Face& face, FaceGrid* grid) {
   for (const FaceSample& sample : data.samples) {
     const Vector2d p = sample.p_world.head<2>();
-    const double distance_m = std::abs(face.DistanceTo(p));
-    if (distance_m > std::clamp(kFreeSigmas * sample.sigma_m, kHitSlack_m, kMostSlack_m)) continue;
+    const double distance_m = std::abs(face.DistanceTo(p)), along_m = face.AlongOf(p);
+    if (distance_m > kBeside_m) continue;
     // The cheeks of an opening do not close it, nor does what faces the other way.
     if (!sample.normal.isZero() && sample.normal.dot(face.normal) < 0.5) continue;
-    grid->AddHit(face.AlongOf(p), sample.p_world.z());
-    if (distance_m > std::clamp(2 * sample.sigma_m, kSupportSlack_m, kHitSlack_m)) continue;
-    grid->AddSupport(face.AlongOf(p), sample.p_world.z());
+    const double z_m = sample.p_world.z();
+    if (distance_m <= std::clamp(kFreeSigmas * sample.sigma_m, kHitSlack_m, kMostSlack_m)) {
+      grid->AddHit(along_m, z_m);
+    }
+    if (distance_m <= std::clamp(2 * sample.sigma_m, kSupportSlack_m, kHitSlack_m)) {
+      grid->AddSupport(along_m, z_m);
+    } else {
+      grid->AddOther(along_m, z_m);
+    }
   }
 }
 
@@ -173,9 +180,11 @@ void FillGrids(const BuildingInput& input, const std::vector<Level>& levels,
 void LookAtFaces(const BuildingInput& input, const Level& level, const BuildingOptions& options,
                  LevelData* data) {
   for (size_t k = 0; k < data->faces.size(); ++k) {
+    data->faces[k].wall.shares = WallShares(data->grids[k]);
+  }
+  SelectWalls(&data->faces);
+  for (size_t k = 0; k < data->faces.size(); ++k) {
     BuiltFace& built = data->faces[k];
-    built.wall.shares = WallShares(data->grids[k]);
-    built.is_wall = IsWall(built.wall.shares, options.cell_m);
     if (built.is_wall) {
       built.openings = FindOpenings(built.wall.face, data->grids[k], level, input, options);
     }

@@ -75,6 +75,14 @@ void SetEnds(const std::vector<HeadedSample>& samples, const std::vector<int>& m
   fit->to_m = samples[members[members.size() - 1 - stray]].s;
 }
 
+// What the errors of the samples have in common, which no number of them averages out.
+double CommonSigma(const std::vector<HeadedSample>& samples, const std::vector<int>& members) {
+  constexpr double kCommonShare = 0.2;  // of one's
+  double weight = 0;
+  for (const int i : members) weight += 1 / (samples[i].sigma_m * samples[i].sigma_m);
+  return kCommonShare * std::sqrt(static_cast<double>(members.size()) / weight);
+}
+
 }  // namespace
 
 double LineFit::SigmaAt(double s) const {
@@ -136,6 +144,7 @@ bool Refit(const std::vector<HeadedSample>& samples, double tolerance_cosine, do
     const std::vector<StripMean> means = StripMeans(samples, *used, *fit, options.merge_m);
     if (means.empty()) return false;
     *fit = FitStrips(means, options);
+    fit->offset_sigma_m = std::hypot(fit->offset_sigma_m, CommonSigma(samples, *used));
     SetEnds(samples, *used, fit);
   }
   return fit->to_m > fit->from_m;

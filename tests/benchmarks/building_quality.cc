@@ -36,7 +36,7 @@ void Run(Arguments arguments) {
   const Scene scene = ReadScene(arguments.scene, {}, arguments.inexact);
   const std::vector<Eigen::Vector3d> places = testing::PlacesAlong(Waypoints(arguments.scene), 0.2);
   const BuildingInput input = testing::Scan(scene, places, arguments.scan);
-  const TrueBuilding truth = testing::SeenFrom(scene, places);
+  const TrueBuilding truth = testing::SeenFrom(scene, places, arguments.scan);
   const auto begin = std::chrono::steady_clock::now();
   const Building building = BuildBuilding(input, {});
   const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - begin;
