@@ -13,15 +13,15 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kUprightSine = 0.3;    // of the normals of upright surfaces
-constexpr double kLeastNormal = 0.5;    // shorter: unknown
-constexpr double kHitSlack_m = 0.05;      // of points at a face from its plane
+constexpr double kUprightSine = 0.3;       // of the normals of upright surfaces
+constexpr double kLeastNormal = 0.5;       // shorter: unknown
+constexpr double kHitSlack_m = 0.05;       // of points at a face from its plane
 constexpr double kSupportSlack_m = 0.025;  // of points on it
 constexpr double kMostSlack_m = 0.075;     // of uncertain ones, at it
 constexpr double kBeside_m = 0.12;         // as far, something is before or behind it
-constexpr double kFloorSlack_m = 0.1;   // over the floor and under the top rays tell nothing
-constexpr double kOther_m2 = 0.5;       // of a plane that is no wall but worth telling
-constexpr double kBeforeWall_m = 0.1;   // in the room that a wall bounds
+constexpr double kFloorSlack_m = 0.1;      // over the floor and under the top rays tell nothing
+constexpr double kOther_m2 = 0.5;          // of a plane that is no wall but worth telling
+constexpr double kBeforeWall_m = 0.1;      // in the room that a wall bounds
 constexpr double kFreeSigmas = 3;
 
 // Shares of the time, about, up to the end of a stage.
@@ -50,8 +50,8 @@ void AddPointSamples(const BuildingInput& input, const std::vector<Level>& level
   }
 }
 
-void AddLineSamples(const BuildingInput& input, const std::vector<Level>& levels,
-                    double step_m, std::vector<LevelData>* data) {
+void AddLineSamples(const BuildingInput& input, const std::vector<Level>& levels, double step_m,
+                    std::vector<LevelData>* data) {
   constexpr double kLevelSlope = 0.1, kUprightSlope = 0.99;
   constexpr double kProud_m = 0.01;  // frames and skirtings, which have most lines, before a wall
   for (const MapLine& line : input.lines) {
@@ -135,7 +135,8 @@ void FindLevelFaces(const BuildingOptions& options, std::vector<LevelData>* data
     }
   }
   AgreeHeadings(&all);
-  for (const Face& face : all) (*data)[face.level].faces.push_back({{face, {}, options.cell_m}, {}});
+  for (const Face& face : all)
+    (*data)[face.level].faces.push_back({{face, {}, options.cell_m}, {}});
 }
 
 void AddHits(const LevelData& data, const Face& face, FaceGrid* grid) {
@@ -235,7 +236,8 @@ BuildingPlane PlaneOf(const BuiltFace& built, const Level& level) {
                             : Rectangle(face, face.from_m, face.to_m, face.low_m, face.high_m);
   for (const FaceOpening& opening : built.openings) {
     plane.openings.push_back(
-        {opening.kind, opening.walked, opening.to_m - opening.from_m, opening.high_m - opening.low_m,
+        {opening.kind, opening.walked, opening.to_m - opening.from_m,
+         opening.high_m - opening.low_m,
          Rectangle(face, opening.from_m, opening.to_m, opening.low_m, opening.high_m)});
   }
   return plane;
@@ -254,8 +256,7 @@ std::vector<int64_t> RoomsBefore(const BuiltFace& built, const std::vector<Room>
   return {ids.begin(), ids.end()};
 }
 
-void AddPlanes(const std::vector<Level>& levels, std::vector<LevelData>* data,
-               Building* building) {
+void AddPlanes(const std::vector<Level>& levels, std::vector<LevelData>* data, Building* building) {
   for (size_t i = 0; i < data->size(); ++i) {
     CloseCorners(&(*data)[i].faces);
     for (BuiltFace& built : (*data)[i].faces) {

@@ -8,11 +8,11 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kTop_m = 0.5;        // beneath a storey's top: what reaches it is a wall
-constexpr int kBeside = 2;               // columns beside a column that count with it
-constexpr int kSolidRows = 3;            // that a wall has over a door
+constexpr double kTop_m = 0.5;          // beneath a storey's top: what reaches it is a wall
+constexpr int kBeside = 2;              // columns beside a column that count with it
+constexpr int kSolidRows = 3;           // that a wall has over a door
 constexpr double kUnseenPasses = 0.05;  // share of cells, of which it is as if none was passed
-constexpr double kLeastWall_m = 0.3;  // of columns that are walls
+constexpr double kLeastWall_m = 0.3;    // of columns that are walls
 constexpr double kLeastWallShare = 0.25;
 
 struct ColumnCounts {
@@ -24,7 +24,8 @@ struct ColumnCounts {
 ColumnCounts CountAround(const FaceGrid& grid, int middle) {
   const int top = grid.rows() - static_cast<int>(std::lround(kTop_m / grid.cell_m));
   ColumnCounts counts;
-  const int first = std::max(0, middle - kBeside), last = std::min(grid.columns() - 1, middle + kBeside);
+  const int first = std::max(0, middle - kBeside),
+            last = std::min(grid.columns() - 1, middle + kBeside);
   for (int column = first; column <= last; ++column) {
     for (int row = 0; row < grid.rows(); ++row) {
       const bool passed = grid.passes(row, column) > grid.hits(row, column);

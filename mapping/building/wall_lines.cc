@@ -10,7 +10,7 @@ using Eigen::Vector2d;
 
 constexpr double kShortest_m = 0.2;  // parts that are shorter belong to those beside them
 constexpr double kCovered = 0.4;     // share of a step from which on it counts as covered
-constexpr double kReach_m = 0.3;     // from where another wall ends at it to what was measured of it
+constexpr double kReach_m = 0.3;  // from where another wall ends at it to what was measured of it
 
 // The parts of a face between its ends, by whether they are covered.
 std::vector<WallPart> PartsOf(const WallFace& wall) {
@@ -60,8 +60,8 @@ std::optional<double> FirstWall(const std::vector<WallFace>& walls, const WallFa
   for (const WallFace& other : walls) {
     const auto crossing = Crossing(wall.face, other.face);
     if (!crossing || !IsCoveredNear(other, crossing->second)) continue;
-    const double beyond_m = at_end ? crossing->first - wall.face.to_m
-                                   : wall.face.from_m - crossing->first;
+    const double beyond_m =
+        at_end ? crossing->first - wall.face.to_m : wall.face.from_m - crossing->first;
     if (beyond_m < -kReach_m || beyond_m > most_m) continue;
     if (!first_m || beyond_m < *first_m) first_m = beyond_m;
   }

@@ -71,8 +71,8 @@ PlanOpening OpeningOf(const Face& front, const FaceOpening& opening, const Face&
 // One that both sides show is as wide as the mean of both.
 void AddOpening(const PlanOpening& opening, std::vector<PlanOpening>* openings) {
   for (PlanOpening& known : *openings) {
-    const double overlap_m = std::min(known.to_m, opening.to_m) -
-                             std::max(known.from_m, opening.from_m);
+    const double overlap_m =
+        std::min(known.to_m, opening.to_m) - std::max(known.from_m, opening.from_m);
     if (overlap_m < 0.5 * (opening.to_m - opening.from_m)) continue;
     known.from_m = 0.5 * (known.from_m + opening.from_m);
     known.to_m = 0.5 * (known.to_m + opening.to_m);
