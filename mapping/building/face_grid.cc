@@ -47,10 +47,12 @@ double ShareOf(const FaceGrid& grid, int column) {
   const ColumnCounts counts = CountAround(grid, column);
   const int solid = kSolidRows * counts.cells / grid.rows();
   const double passed = static_cast<double>(counts.passes) / counts.cells;
-  if (counts.top_passes > counts.top_support || counts.top_others > counts.top_support) return 0;
+  const double stray = kUnseenPasses * counts.cells;
+  if (counts.top_passes > counts.top_support + 0.2 * stray) return 0;
+  if (counts.top_others > counts.top_support) return 0;
   if (counts.top_support > 0 && passed < 0.3) return 1;
   if (counts.top_support >= solid) return 1;  // over a door
-  if (counts.support >= solid && counts.passes == 0) return 0.5;
+  if (counts.support >= solid && counts.passes <= stray) return 0.5;
   return 0;
 }
 
