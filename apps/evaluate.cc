@@ -267,9 +267,10 @@ void AddEvaluateCommand(CLI::App& app) {
   true_building->needs(planes);
   planes->needs(true_building);
   command->add_option("--json", arguments->json, "Write the figures to this file");
-  command->add_option("--plots", arguments->plots,
-                      "Write top.svg, side.svg, error.svg, lines.svg, building.svg, and of a run folder's "
-                      "trajectory calibration/*.svg, into this folder");
+  command->add_option(
+      "--plots", arguments->plots,
+      "Write top.svg, side.svg, error.svg, lines.svg, building.svg, and of a run folder's "
+      "trajectory calibration/*.svg, into this folder");
   command
       ->add_option("--max-samples", arguments->line_options.max_samples,
                    "Refuse lines and edges that take more samples, of 2 cm each")

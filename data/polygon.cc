@@ -162,8 +162,7 @@ std::vector<Polygon> ArrangementCells(const std::vector<PlanPoints>& chains, dou
   }
   const GEOSGeometry* lines = geos.Keep(geos.Collect(GEOS_MULTILINESTRING, parts));
   // Nodes the lines on the grid: without it, lines that cross in one place leave slivers there.
-  const GEOSGeometry* noded =
-      geos.Keep(GEOSUnaryUnionPrec_r(geos.context(), lines, grid_m));
+  const GEOSGeometry* noded = geos.Keep(GEOSUnaryUnionPrec_r(geos.context(), lines, grid_m));
   return geos.Polygons(geos.Keep(GEOSPolygonize_r(geos.context(), &noded, 1)));
 }
 
@@ -180,8 +179,7 @@ double IntersectionArea(const Polygon& a, const Polygon& b) {
   const GEOSGeometry* first = geos.Keep(geos.ToGeos(a));
   const GEOSGeometry* second = geos.Keep(geos.ToGeos(b));
   double area = 0;
-  GEOSArea_r(geos.context(),
-             geos.Keep(GEOSIntersection_r(geos.context(), first, second)), &area);
+  GEOSArea_r(geos.context(), geos.Keep(GEOSIntersection_r(geos.context(), first, second)), &area);
   return area;
 }
 

@@ -22,8 +22,8 @@ double Area(const Polygon& polygon);  // without the holes
 bool Contains(const Polygon& polygon, const Eigen::Vector2d& point);
 
 // The cells that chains of points cut the plane into, without the outer one. Points come to lie on
-// a grid: cells that meet have the same vertices along their border. Deterministic. Throws DataError
-// for coordinates that are not finite.
+// a grid: cells that meet have the same vertices along their border. Deterministic. Throws
+// DataError for coordinates that are not finite.
 std::vector<Polygon> ArrangementCells(const std::vector<PlanPoints>& chains, double grid_m);
 
 // The union, as polygons that do not touch along a side, by the first point of their outline.

@@ -15,11 +15,11 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 constexpr double kOutlineSlack_m = 0.1;
-constexpr double kLeastOverlap = 0.5;     // of the union of what is compared
-constexpr double kReveal_m = 0.4;         // of an opening on one face of a wall from that on another
-constexpr double kLeastBeside_m = 0.5;    // of opposite walls
+constexpr double kLeastOverlap = 0.5;   // of the union of what is compared
+constexpr double kReveal_m = 0.4;       // of an opening on one face of a wall from that on another
+constexpr double kLeastBeside_m = 0.5;  // of opposite walls
 constexpr double kMostApart_m = 20;
-constexpr double kLeastPoints = 4;        // of a wall under a plane, to be compared with it
+constexpr double kLeastPoints = 4;  // of a wall under a plane, to be compared with it
 
 double Quantile(std::vector<double> values, double share) {
   if (values.empty()) return 0;
@@ -199,8 +199,8 @@ void CompareOpenings(const TrueBuilding& truth, const Building& building,
   metrics->openings = static_cast<int64_t>(expected.size());
   for (const int64_t id : expected) metrics->openings_found += found.count(id) > 0 ? 1 : 0;
   const auto right = 2.0 * static_cast<double>(metrics->openings_found);
-  const auto wrong = static_cast<double>(metrics->openings_false + metrics->openings -
-                                         metrics->openings_found);
+  const auto wrong =
+      static_cast<double>(metrics->openings_false + metrics->openings - metrics->openings_found);
   metrics->openings_f1 = right + wrong > 0 ? right / (right + wrong) : 1;
   metrics->clear_width_median_m = Quantile(width_errors_m, 0.5);
 }

@@ -21,7 +21,8 @@ struct BuildingMetricOptions {
 struct BuildingMetrics {
   // A true wall is found when planes of walls lie over more than half of its points that were seen.
   int64_t walls = 0, walls_found = 0;
-  // Between the points of a found wall that were seen, in the mean, and the plane over most of them.
+  // Between the points of a found wall that were seen, in the mean, and the plane over most of
+  // them.
   double offset_median_m = 0, offset_95_m = 0;
   // Errors of the distances between opposite found walls, which face each other or are of one wall.
   int64_t distances = 0;

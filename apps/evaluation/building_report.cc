@@ -36,10 +36,10 @@ void AddFoot(const std::vector<Eigen::Vector3d>& outline, SvgSeries* series) {
 
 std::string BuildingTable(const BuildingInputs& inputs, const BuildingMetrics& metrics) {
   std::string text = fmt::format("building  {}, {}\n\n", inputs.true_building, inputs.planes);
-  text += fmt::format("walls     {} of {} found ({:.1f} %), offset {:.4f} m median, {:.4f} m 95 %\n",
-                      metrics.walls_found, metrics.walls,
-                      Percent(metrics.walls_found, metrics.walls), metrics.offset_median_m,
-                      metrics.offset_95_m);
+  text +=
+      fmt::format("walls     {} of {} found ({:.1f} %), offset {:.4f} m median, {:.4f} m 95 %\n",
+                  metrics.walls_found, metrics.walls, Percent(metrics.walls_found, metrics.walls),
+                  metrics.offset_median_m, metrics.offset_95_m);
   text += fmt::format("distances {} between opposite walls, error {:.4f} m 95 %\n",
                       metrics.distances, metrics.distance_error_95_m);
   text += fmt::format("intervals {} of {} hold the truth ({:.1f} %)\n", metrics.intervals_held,

@@ -15,11 +15,12 @@ using Eigen::Vector3d;
 constexpr double kCell_m = 0.4;         // of points on walls
 constexpr double kOpeningCell_m = 0.2;  // of points in openings
 constexpr double kRange_m = 8;
-constexpr double kMargin_m = 0.02;     // a surface this near in front of a point does not hide it
-constexpr double kInterval_s = 0.5;    // between frames that are looked at
-constexpr double kGrid_m = 1e-4;       // of the plan
-constexpr double kWallAbove_m = 1.2;   // over a floor: what reaches so high parts rooms
-constexpr double kBentPiece_m = 0.5;   // of a room's outline
+constexpr double kMargin_m = 0.02;   // a surface this near in front of a point does not hide it
+constexpr double kInterval_s = 0.5;  // between frames that are looked at
+constexpr double kGrid_m = 1e-4;     // of the plan
+constexpr double kMeets_m = 1e-3;
+constexpr double kWallAbove_m = 1.2;  // over a floor: what reaches so high parts rooms
+constexpr double kBentPiece_m = 0.5;  // of a room's outline
 constexpr double kLeastRoom_m2 = 0.5;
 
 Vector3d Displaced(const Scene& scene, const Vector3d& p_world) {
@@ -119,7 +120,9 @@ std::vector<Polygon> FreeCells(const Scene& scene, double z_m) {
   std::vector<Polygon> solids;
   for (const SceneWallFace& face : scene.wall_faces) {
     if (!IsAcross(face, z_m)) continue;
-    chains.push_back({face.foot_world.head<2>(), face.end_world.head<2>()});
+    // A little longer: scenes tell where walls meet to a tenth of a millimetre.
+    const Vector2d beyond = kMeets_m * (face.end_world - face.foot_world).head<2>().normalized();
+    chains.push_back({face.foot_world.head<2>() - beyond, face.end_world.head<2>() + beyond});
     if (!face.is_back) continue;  // of a wall with one face, nobody knows what is behind it
     solids.push_back(SolidOf(face));
     PlanPoints around = solids.back().outline;
@@ -169,7 +172,8 @@ double HeightAbove(const Scene& scene, const std::vector<Level>& levels, const V
                    double floor_m) {
   double ceiling_m = 0;
   for (const Level& level : levels) {
-    if (!level.faces_down || level.z_m <= floor_m || !Contains({level.corners, {}}, point)) continue;
+    if (!level.faces_down || level.z_m <= floor_m || !Contains({level.corners, {}}, point))
+      continue;
     if (ceiling_m == 0 || level.z_m < ceiling_m) ceiling_m = level.z_m;
   }
   if (ceiling_m == 0) return 0;
@@ -210,8 +214,7 @@ class BuildingWatch {
       if (t_s < next_s) continue;
       next_s = t_s + kInterval_s;
       for (int c = 0; c < 2; ++c) {
-        const RigidTransform T_world_camera =
-            task_.motion.PoseAt(t_s) * task_.rig.T_imu_camera[c];
+        const RigidTransform T_world_camera = task_.motion.PoseAt(t_s) * task_.rig.T_imu_camera[c];
         poses_.push_back({c, T_world_camera, T_world_camera.Inverse()});
       }
     }
@@ -311,11 +314,10 @@ std::vector<TrueRoom> TrueRooms(const Scene& scene) {
     if (floor.faces_down || std::any_of(done_m.begin(), done_m.end(), is_same)) continue;
     done_m.push_back(floor.z_m);
     for (const Polygon& cell : FreeCells(scene, floor.z_m + kWallAbove_m)) {
-      const bool is_over_slab =
-          std::any_of(levels.begin(), levels.end(), [&](const Level& level) {
-            return !level.faces_down && is_same(level.z_m) &&
-                   Contains({level.corners, {}}, PointIn(cell));
-          });
+      const bool is_over_slab = std::any_of(levels.begin(), levels.end(), [&](const Level& level) {
+        return !level.faces_down && is_same(level.z_m) &&
+               Contains({level.corners, {}}, PointIn(cell));
+      });
       if (!is_over_slab) continue;
       rooms.push_back(RoomOf(scene, levels, cell, floor.z_m));
       rooms.back().id = static_cast<int64_t>(rooms.size()) - 1;

@@ -13,14 +13,15 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kUprightSine = 0.3;    // of the normals of upright surfaces
-constexpr double kLeastNormal = 0.5;    // shorter: unknown
-constexpr double kHitSlack_m = 0.05;      // of points at a face from its plane
+constexpr double kUprightSine = 0.3;       // of the normals of upright surfaces
+constexpr double kLeastNormal = 0.5;       // shorter: unknown
+constexpr double kHitSlack_m = 0.05;       // of points at a face from its plane
 constexpr double kSupportSlack_m = 0.025;  // of points on it
 constexpr double kMostSlack_m = 0.075;     // of uncertain ones, at it
-constexpr double kFloorSlack_m = 0.1;   // over the floor and under the top rays tell nothing
-constexpr double kOther_m2 = 0.5;       // of a plane that is no wall but worth telling
-constexpr double kBeforeWall_m = 0.1;   // in the room that a wall bounds
+constexpr double kBeside_m = 0.12;         // as far, something is before or behind it
+constexpr double kFloorSlack_m = 0.1;      // over the floor and under the top rays tell nothing
+constexpr double kOther_m2 = 0.5;          // of a plane that is no wall but worth telling
+constexpr double kBeforeWall_m = 0.1;      // in the room that a wall bounds
 constexpr double kFreeSigmas = 3;
 
 // Shares of the time, about, up to the end of a stage.
@@ -49,8 +50,8 @@ void AddPointSamples(const BuildingInput& input, const std::vector<Level>& level
   }
 }
 
-void AddLineSamples(const BuildingInput& input, const std::vector<Level>& levels,
-                    double step_m, std::vector<LevelData>* data) {
+void AddLineSamples(const BuildingInput& input, const std::vector<Level>& levels, double step_m,
+                    std::vector<LevelData>* data) {
   constexpr double kLevelSlope = 0.1, kUprightSlope = 0.99;
   constexpr double kProud_m = 0.01;  // frames and skirtings, which have most lines, before a wall
   for (const MapLine& line : input.lines) {
@@ -134,19 +135,26 @@ void FindLevelFaces(const BuildingOptions& options, std::vector<LevelData>* data
     }
   }
   AgreeHeadings(&all);
-  for (const Face& face : all) (*data)[face.level].faces.push_back({{face, {}, options.cell_m}, {}});
+  for (const Face& face : all)
+    (*data)[face.level].faces.push_back({{face, {}, options.cell_m}, {}});
 }
 
 void AddHits(const LevelData& data, const Face& face, FaceGrid* grid) {
   for (const FaceSample& sample : data.samples) {
     const Vector2d p = sample.p_world.head<2>();
-    const double distance_m = std::abs(face.DistanceTo(p));
-    if (distance_m > std::clamp(kFreeSigmas * sample.sigma_m, kHitSlack_m, kMostSlack_m)) continue;
+    const double distance_m = std::abs(face.DistanceTo(p)), along_m = face.AlongOf(p);
+    if (distance_m > kBeside_m) continue;
     // The cheeks of an opening do not close it, nor does what faces the other way.
     if (!sample.normal.isZero() && sample.normal.dot(face.normal) < 0.5) continue;
-    grid->AddHit(face.AlongOf(p), sample.p_world.z());
-    if (distance_m > std::clamp(2 * sample.sigma_m, kSupportSlack_m, kHitSlack_m)) continue;
-    grid->AddSupport(face.AlongOf(p), sample.p_world.z());
+    const double z_m = sample.p_world.z();
+    if (distance_m <= std::clamp(kFreeSigmas * sample.sigma_m, kHitSlack_m, kMostSlack_m)) {
+      grid->AddHit(along_m, z_m);
+    }
+    if (distance_m <= std::clamp(2 * sample.sigma_m, kSupportSlack_m, kHitSlack_m)) {
+      grid->AddSupport(along_m, z_m);
+    } else {
+      grid->AddOther(along_m, z_m);
+    }
   }
 }
 
@@ -173,9 +181,11 @@ void FillGrids(const BuildingInput& input, const std::vector<Level>& levels,
 void LookAtFaces(const BuildingInput& input, const Level& level, const BuildingOptions& options,
                  LevelData* data) {
   for (size_t k = 0; k < data->faces.size(); ++k) {
+    data->faces[k].wall.shares = WallShares(data->grids[k]);
+  }
+  SelectWalls(&data->faces);
+  for (size_t k = 0; k < data->faces.size(); ++k) {
     BuiltFace& built = data->faces[k];
-    built.wall.shares = WallShares(data->grids[k]);
-    built.is_wall = IsWall(built.wall.shares, options.cell_m);
     if (built.is_wall) {
       built.openings = FindOpenings(built.wall.face, data->grids[k], level, input, options);
     }
@@ -226,7 +236,8 @@ BuildingPlane PlaneOf(const BuiltFace& built, const Level& level) {
                             : Rectangle(face, face.from_m, face.to_m, face.low_m, face.high_m);
   for (const FaceOpening& opening : built.openings) {
     plane.openings.push_back(
-        {opening.kind, opening.walked, opening.to_m - opening.from_m, opening.high_m - opening.low_m,
+        {opening.kind, opening.walked, opening.to_m - opening.from_m,
+         opening.high_m - opening.low_m,
          Rectangle(face, opening.from_m, opening.to_m, opening.low_m, opening.high_m)});
   }
   return plane;
@@ -245,8 +256,7 @@ std::vector<int64_t> RoomsBefore(const BuiltFace& built, const std::vector<Room>
   return {ids.begin(), ids.end()};
 }
 
-void AddPlanes(const std::vector<Level>& levels, std::vector<LevelData>* data,
-               Building* building) {
+void AddPlanes(const std::vector<Level>& levels, std::vector<LevelData>* data, Building* building) {
   for (size_t i = 0; i < data->size(); ++i) {
     CloseCorners(&(*data)[i].faces);
     for (BuiltFace& built : (*data)[i].faces) {

@@ -25,7 +25,8 @@ const char* NameOf(PlaneKind kind) { return kPlaneKinds[static_cast<size_t>(kind
 const char* NameOf(OpeningKind kind) { return kOpeningKinds[static_cast<size_t>(kind)]; }
 
 template <typename Kind, size_t N>
-Kind ParseKind(const std::string& place, const Json& json, const std::array<const char*, N>& names) {
+Kind ParseKind(const std::string& place, const Json& json,
+               const std::array<const char*, N>& names) {
   const auto found = json.at("kind").get<std::string>();
   std::string all;
   for (size_t i = 0; i < N; ++i) {
@@ -239,16 +240,16 @@ template <typename Thing>
 void CheckIds(const std::string& path, const char* what, const std::vector<Thing>& things) {
   for (size_t i = 0; i < things.size(); ++i) {
     if (things[i].id == static_cast<int64_t>(i)) continue;
-    throw DataError(
-        fmt::format("{}: found {} {} at place {}, expected ids to count from 0", path, what,
-                    things[i].id, i));
+    throw DataError(fmt::format("{}: found {} {} at place {}, expected ids to count from 0", path,
+                                what, things[i].id, i));
   }
 }
 
 void CheckReference(const std::string& path, const char* what, int64_t id, size_t count) {
   if (id >= 0 && id < static_cast<int64_t>(count)) return;
-  throw DataError(fmt::format("{}: found a reference to {} {}, expected one of the {} that there are",
-                              path, what, id, count));
+  throw DataError(
+      fmt::format("{}: found a reference to {} {}, expected one of the {} that there are", path,
+                  what, id, count));
 }
 
 void CheckBuilding(const std::string& folder, const Building& building) {

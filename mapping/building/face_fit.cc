@@ -54,9 +54,8 @@ std::vector<int> Members(const std::vector<HeadedSample>& samples, const LineFit
                          double tolerance_cosine, double gate_m) {
   const double length = std::sqrt(1 + fit.slope * fit.slope);
   std::vector<int> members;
-  auto at = std::lower_bound(
-      samples.begin(), samples.end(), fit.from_m - kStrip_m,
-      [](const HeadedSample& sample, double s) { return sample.s < s; });
+  auto at = std::lower_bound(samples.begin(), samples.end(), fit.from_m - kStrip_m,
+                             [](const HeadedSample& sample, double s) { return sample.s < s; });
   for (; at != samples.end() && at->s <= fit.to_m + kStrip_m; ++at) {
     if (std::abs(at->n - fit.At(at->s)) > gate_m) continue;
     // Components of the normal along the heading and along s.
@@ -73,6 +72,14 @@ void SetEnds(const std::vector<HeadedSample>& samples, const std::vector<int>& m
   const size_t stray = members.size() / 200;
   fit->from_m = samples[members[stray]].s;
   fit->to_m = samples[members[members.size() - 1 - stray]].s;
+}
+
+// What the errors of the samples have in common, which no number of them averages out.
+double CommonSigma(const std::vector<HeadedSample>& samples, const std::vector<int>& members) {
+  constexpr double kCommonShare = 0.2;  // of one's
+  double weight = 0;
+  for (const int i : members) weight += 1 / (samples[i].sigma_m * samples[i].sigma_m);
+  return kCommonShare * std::sqrt(static_cast<double>(members.size()) / weight);
 }
 
 }  // namespace
@@ -120,7 +127,8 @@ LineFit FitStrips(const std::vector<StripMean>& strips, const BuildingOptions& o
   const double independent = std::max(1.0, std::min(count, reach_m / options.bend_length_m));
   fit.offset_sigma_m = std::sqrt(1 / weight + scatter_m2 / independent +
                                  options.shared_sigma_m * options.shared_sigma_m);
-  fit.slope_sigma = std::sqrt(1 / (ss + prior) + 12 * scatter_m2 / (independent * reach_m * reach_m));
+  fit.slope_sigma =
+      std::sqrt(1 / (ss + prior) + 12 * scatter_m2 / (independent * reach_m * reach_m));
   fit.from_m = strips.front().s - 0.5 * kStrip_m;
   fit.to_m = strips.back().s + 0.5 * kStrip_m;
   return fit;
@@ -136,6 +144,7 @@ bool Refit(const std::vector<HeadedSample>& samples, double tolerance_cosine, do
     const std::vector<StripMean> means = StripMeans(samples, *used, *fit, options.merge_m);
     if (means.empty()) return false;
     *fit = FitStrips(means, options);
+    fit->offset_sigma_m = std::hypot(fit->offset_sigma_m, CommonSigma(samples, *used));
     SetEnds(samples, *used, fit);
   }
   return fit->to_m > fit->from_m;

@@ -8,11 +8,11 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kTop_m = 0.5;        // beneath a storey's top: what reaches it is a wall
-constexpr int kBeside = 2;               // columns beside a column that count with it
-constexpr int kSolidRows = 3;            // that a wall has over a door
-constexpr double kShortGap_m = 0.4;   // between parts of a wall, of which nothing is known
-constexpr double kLeastWall_m = 0.3;  // of columns that are walls
+constexpr double kTop_m = 0.5;          // beneath a storey's top: what reaches it is a wall
+constexpr int kBeside = 2;              // columns beside a column that count with it
+constexpr int kSolidRows = 3;           // that a wall has over a door
+constexpr double kUnseenPasses = 0.05;  // share of cells, of which it is as if none was passed
+constexpr double kLeastWall_m = 0.3;    // of columns that are walls
 constexpr double kLeastWallShare = 0.25;
 
 struct ColumnCounts {
@@ -24,12 +24,13 @@ struct ColumnCounts {
 ColumnCounts CountAround(const FaceGrid& grid, int middle) {
   const int top = grid.rows() - static_cast<int>(std::lround(kTop_m / grid.cell_m));
   ColumnCounts counts;
-  const int first = std::max(0, middle - kBeside), last = std::min(grid.columns() - 1, middle + kBeside);
+  const int first = std::max(0, middle - kBeside),
+            last = std::min(grid.columns() - 1, middle + kBeside);
   for (int column = first; column <= last; ++column) {
     for (int row = 0; row < grid.rows(); ++row) {
       const bool passed = grid.passes(row, column) > grid.hits(row, column);
-      const bool supported = !passed && grid.support(row, column) > 0;
-      const bool other = !passed && !supported && grid.hits(row, column) > 0;
+      const int support = grid.support(row, column), others = grid.others(row, column);
+      const bool supported = !passed && support > others, other = !passed && others > support;
       ++counts.cells;
       counts.support += supported ? 1 : 0;
       counts.passes += passed ? 1 : 0;
@@ -46,11 +47,19 @@ double ShareOf(const FaceGrid& grid, int column) {
   const ColumnCounts counts = CountAround(grid, column);
   const int solid = kSolidRows * counts.cells / grid.rows();
   const double passed = static_cast<double>(counts.passes) / counts.cells;
-  if (counts.top_passes > counts.top_support || counts.top_others > counts.top_support) return 0;
+  const double stray = kUnseenPasses * counts.cells;
+  if (counts.top_passes > counts.top_support + 0.2 * stray) return 0;
+  if (counts.top_others > counts.top_support) return 0;
   if (counts.top_support > 0 && passed < 0.3) return 1;
   if (counts.top_support >= solid) return 1;  // over a door
-  if (counts.support >= solid && counts.passes == 0) return 0.5;
+  if (counts.support >= solid && counts.passes <= stray) return 0.5;
   return 0;
+}
+
+// Neither seen through nor hidden by what reaches the top.
+bool IsUnseen(const FaceGrid& grid, int column) {
+  const ColumnCounts counts = CountAround(grid, column);
+  return counts.passes <= kUnseenPasses * counts.cells && counts.top_others <= counts.top_support;
 }
 
 }  // namespace
@@ -62,6 +71,7 @@ FaceGrid::FaceGrid(const Face& face, double low, double high_m, double cell)
   hits = cv::Mat1i::zeros(rows, columns);
   passes = cv::Mat1i::zeros(rows, columns);
   support = cv::Mat1i::zeros(rows, columns);
+  others = cv::Mat1i::zeros(rows, columns);
 }
 
 bool FaceGrid::IsHit(int row, int column) const {
@@ -97,15 +107,12 @@ void AddRay(const Face& face, const Vector3d& camera, const Vector3d& end, doubl
 std::vector<double> WallShares(const FaceGrid& grid) {
   std::vector<double> shares;
   for (int column = 0; column < grid.columns(); ++column) shares.push_back(ShareOf(grid, column));
-  // Between covered columns, what was not seen at all goes on.
-  const int longest = static_cast<int>(std::lround(kShortGap_m / grid.cell_m));
+  // Between covered columns, a wall goes on where nobody saw anything else.
   int last = -1;
   for (int column = 0; column < grid.columns(); ++column) {
     if (shares[column] == 0) continue;
-    if (last >= 0 && column - last - 1 <= longest) {
-      for (int k = last + 1; k < column; ++k) {
-        if (CountAround(grid, k).passes == 0) shares[k] = std::min(shares[last], shares[column]);
-      }
+    for (int k = last + 1; last >= 0 && k < column; ++k) {
+      if (IsUnseen(grid, k)) shares[k] = std::min(shares[last], shares[column]);
     }
     last = column;
   }

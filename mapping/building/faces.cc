@@ -18,7 +18,7 @@ constexpr int kMaxHeadings = 24;
 constexpr int kHeadingBins = 180;        // of half a turn: a degree each
 constexpr int kHeadingBlur = 3;          // bins
 constexpr double kLineTurn_rad = 0.09;   // of a line against the face that it lies on, 5 degrees
-constexpr double kMostSlope = 0.0875;     // of a face against the heading it is found by, 5 degrees
+constexpr double kMostSlope = 0.0875;    // of a face against the heading it is found by, 5 degrees
 constexpr double kLeastHeight_m = 0.4;   // of a face
 constexpr double kLeastLength_m = 0.25;  // of a face
 constexpr double kProbe_m = 0.15;        // before a face, whether it is free there
@@ -71,9 +71,8 @@ class HeadingSearch {
     for (size_t i = 0; i < samples.size(); ++i) {
       if (!explained[i]) Add(samples[i], static_cast<int>(i), is_free);
     }
-    std::stable_sort(headed_.begin(), headed_.end(), [](const auto& a, const auto& b) {
-      return a.s < b.s;
-    });
+    std::stable_sort(headed_.begin(), headed_.end(),
+                     [](const auto& a, const auto& b) { return a.s < b.s; });
   }
 
   std::vector<FoundFace> Find() {
@@ -98,7 +97,10 @@ class HeadingSearch {
 
   void Add(const FaceSample& sample, int index, const IsFreeAt& is_free) {
     const Vector2d p = sample.p_world.head<2>();
-    HeadedSample headed{heading_.dot(p), along_.dot(p), sample.p_world.z(), sample.sigma_m,
+    HeadedSample headed{heading_.dot(p),
+                        along_.dot(p),
+                        sample.p_world.z(),
+                        sample.sigma_m,
                         !sample.normal.isZero(),
                         {heading_.dot(sample.normal), along_.dot(sample.normal)},
                         index};
@@ -159,8 +161,8 @@ class HeadingSearch {
   // Whether two pieces along one line are one face: neither leaves the line of the other by more
   // than it may.
   bool AreOne(const FoundFace& a, const FoundFace& b) const {
-    const LineFit &first = a.fit.from_m < b.fit.from_m ? a.fit : b.fit;
-    const LineFit &second = &first == &a.fit ? b.fit : a.fit;
+    const LineFit& first = a.fit.from_m < b.fit.from_m ? a.fit : b.fit;
+    const LineFit& second = &first == &a.fit ? b.fit : a.fit;
     const double gap_m = second.from_m - first.to_m;
     if (gap_m > options_.join_gap_m) return false;
     const double s = 0.5 * (first.to_m + second.from_m);
@@ -266,9 +268,8 @@ bool GoesOn(const Face& face, const Face& stronger, const BuildingOptions& optio
 std::vector<Face> Continued(const std::vector<Face>& faces, const BuildingOptions& options) {
   std::vector<Face> kept;
   for (const Face& face : faces) {
-    const auto stronger = std::find_if(kept.begin(), kept.end(), [&](const Face& other) {
-      return GoesOn(face, other, options);
-    });
+    const auto stronger = std::find_if(
+        kept.begin(), kept.end(), [&](const Face& other) { return GoesOn(face, other, options); });
     if (stronger == kept.end()) {
       kept.push_back(face);
       continue;
@@ -306,7 +307,8 @@ std::vector<Face> FindFaces(const std::vector<FaceSample>& samples, const IsFree
     }
     const int bin = static_cast<int>(*heading / kDegree);
     for (const int turn : {0, kHeadingBins / 2}) {
-      for (int k = -1; k <= 1; ++k) exhausted[(bin + turn + k + kHeadingBins) % kHeadingBins] = true;
+      for (int k = -1; k <= 1; ++k)
+        exhausted[(bin + turn + k + kHeadingBins) % kHeadingBins] = true;
     }
   }
   std::stable_sort(faces.begin(), faces.end(),

@@ -16,10 +16,10 @@ using Eigen::Vector3d;
 constexpr double kLevelCosine = 0.96;
 constexpr double kBin_m = 0.02, kPeak_m = 0.05;
 constexpr double kColumn_m = 0.25;
-constexpr double kFloorReach_m = 0.3;    // of a room's floor from its storey's
+constexpr double kFloorReach_m = 0.3;  // of a room's floor from its storey's
 constexpr double kLeastRoomHeight_m = 1.8;
 constexpr double kAboveTop_m = 0.3;
-constexpr double kLeastShare = 0.05;     // of a room's area, of which a ceiling must be seen
+constexpr double kLeastShare = 0.05;  // of a room's area, of which a ceiling must be seen
 
 struct Height {
   double z_m = 0, sigma_m = 0;
@@ -97,18 +97,16 @@ void AddFloorAndCeiling(const std::vector<SurfacePoint>& points, const Level& le
                         std::vector<BuildingPlane>* planes) {
   const double least_m2 = kLeastShare * room->area_m2;
   room->floor_m = level.floor_m;
-  const auto floor =
-      MostCommon(LevelPoints(points, *room, 1, level.floor_m - kFloorReach_m,
-                             level.floor_m + kFloorReach_m),
-                 least_m2, options);
+  const auto floor = MostCommon(
+      LevelPoints(points, *room, 1, level.floor_m - kFloorReach_m, level.floor_m + kFloorReach_m),
+      least_m2, options);
   if (floor) {
     room->floor_m = floor->z_m;
     planes->push_back(LevelPlane(*room, *floor, true, planes->size()));
   }
-  const auto ceiling =
-      MostCommon(LevelPoints(points, *room, -1, room->floor_m + kLeastRoomHeight_m,
-                             level.top_m + kAboveTop_m),
-                 least_m2, options);
+  const auto ceiling = MostCommon(
+      LevelPoints(points, *room, -1, room->floor_m + kLeastRoomHeight_m, level.top_m + kAboveTop_m),
+      least_m2, options);
   if (!ceiling) return;
   room->height_m = ceiling->z_m - room->floor_m;
   planes->push_back(LevelPlane(*room, *ceiling, false, planes->size()));

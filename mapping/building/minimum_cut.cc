@@ -9,16 +9,16 @@ namespace {
 // A flow network with residual capacities, as Boost asks for it.
 using Traits = boost::adjacency_list_traits<boost::vecS, boost::vecS, boost::directedS>;
 using EdgeOf = Traits::edge_descriptor;
-using NodeProperties = boost::property<
-    boost::vertex_color_t, boost::default_color_type,
-    boost::property<boost::vertex_distance_t, long,
-                    boost::property<boost::vertex_predecessor_t, EdgeOf>>>;
-using EdgeProperties = boost::property<
-    boost::edge_capacity_t, double,
-    boost::property<boost::edge_residual_capacity_t, double,
-                    boost::property<boost::edge_reverse_t, EdgeOf>>>;
-using Network =
-    boost::adjacency_list<boost::vecS, boost::vecS, boost::directedS, NodeProperties, EdgeProperties>;
+using NodeProperties =
+    boost::property<boost::vertex_color_t, boost::default_color_type,
+                    boost::property<boost::vertex_distance_t, long,
+                                    boost::property<boost::vertex_predecessor_t, EdgeOf>>>;
+using EdgeProperties =
+    boost::property<boost::edge_capacity_t, double,
+                    boost::property<boost::edge_residual_capacity_t, double,
+                                    boost::property<boost::edge_reverse_t, EdgeOf>>>;
+using Network = boost::adjacency_list<boost::vecS, boost::vecS, boost::directedS, NodeProperties,
+                                      EdgeProperties>;
 
 void Connect(size_t a, size_t b, double forth, double back, Network* network) {
   const EdgeOf there = boost::add_edge(a, b, *network).first;

@@ -10,15 +10,15 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kFloorGap_m = 0.45;    // beneath a door, where little is seen
-constexpr double kLeastDoor_m = 1.7;    // height
-constexpr double kLintel_m = 0.25;      // a door has at least this above it
+constexpr double kFloorGap_m = 0.45;  // beneath a door, where little is seen
+constexpr double kLeastDoor_m = 1.7;  // height
+constexpr double kLintel_m = 0.25;    // a door has at least this above it
 constexpr double kWidestDoor_m = 1.9;
-constexpr double kJamb_m = 0.3;         // beside an opening, where its wall must have been measured
-constexpr double kCheek_m = 0.2;        // beside an opening, where rays also end on its cheeks
-constexpr double kReveal_m = 0.25;      // of lines at an opening from the plane of the face
-constexpr double kUpright = 0.98;       // cosine
-constexpr double kLeastFilled = 0.55;   // of an opening's rectangle by cells that were passed
+constexpr double kJamb_m = 0.3;        // beside an opening, where its wall must have been measured
+constexpr double kCheek_m = 0.2;       // beside an opening, where rays also end on its cheeks
+constexpr double kReveal_m = 0.25;     // of lines at an opening from the plane of the face
+constexpr double kUpright = 0.98;      // cosine
+constexpr double kLeastFilled = 0.55;  // of an opening's rectangle by cells that were passed
 
 // Cells that were passed, without gaps and single cells.
 cv::Mat1b PassedMask(const FaceGrid& grid) {
@@ -146,8 +146,8 @@ std::vector<EdgeLine> LinesNear(const Face& face, const std::vector<MapLine>& li
     const Vector3d direction = (b - a).normalized();
     const double s = face.AlongOf(a.head<2>()), t = face.AlongOf(b.head<2>());
     if (std::abs(direction.z()) > kUpright) {
-      near.push_back({true, 0.5 * (s + t), line.sigma_m, std::min(a.z(), b.z()),
-                      std::max(a.z(), b.z())});
+      near.push_back(
+          {true, 0.5 * (s + t), line.sigma_m, std::min(a.z(), b.z()), std::max(a.z(), b.z())});
     } else if (std::abs(face.Along().dot(direction.head<2>())) > kUpright) {
       near.push_back({false, 0.5 * (a.z() + b.z()), line.sigma_m, std::min(s, t), std::max(s, t)});
     }

@@ -13,9 +13,9 @@ namespace {
 
 using Eigen::Vector2d;
 
-constexpr double kFrame_m = 0.6;    // beyond what is free
-constexpr double kFreeWeight = 2;   // of free area against area that was not seen
-constexpr double kLeastFree = 0.3;  // of a room
+constexpr double kFrame_m = 0.6;       // beyond what is free
+constexpr double kFreeWeight = 2;      // of free area against area that was not seen
+constexpr double kLeastFree = 0.3;     // of a room
 constexpr double kLeastWidth_m = 0.4;  // of a room, in the mean; the inside of a wall is none
 constexpr double kStraight_m = 1e-3;
 
@@ -29,9 +29,9 @@ struct Cell {
 struct Border {
   int cell = -1, other = -1;
   double length_m = 0;
-  double share = 0;      // covered by a wall
-  bool parts = false;    // rooms
-  bool narrow = false;   // though it is open
+  double share = 0;     // covered by a wall
+  bool parts = false;   // rooms
+  bool narrow = false;  // though it is open
 };
 
 using GridPoint = std::pair<int64_t, int64_t>;
@@ -84,8 +84,7 @@ std::vector<Cell> CellsOf(const std::vector<WallLine>& lines, const FreeSpace& f
   if (box.isEmpty()) return {};
   const Vector2d low = box.min() - Vector2d::Constant(kFrame_m);
   const Vector2d high = box.max() + Vector2d::Constant(kFrame_m);
-  std::vector<PlanPoints> chains = {
-      {low, {high.x(), low.y()}, high, {low.x(), high.y()}, low}};
+  std::vector<PlanPoints> chains = {{low, {high.x(), low.y()}, high, {low.x(), high.y()}, low}};
   for (const WallLine& line : lines) chains.push_back(line.Chain());
   std::vector<Cell> cells;
   for (Polygon& polygon : ArrangementCells(chains, kPlanGrid_m)) {
@@ -191,8 +190,8 @@ double Perimeter(const Polygon& polygon) {
   return length_m;
 }
 
-double BoundedShare(const std::vector<Border>& borders, const std::vector<Cell>& cells,
-                    int group, Groups* groups) {
+double BoundedShare(const std::vector<Border>& borders, const std::vector<Cell>& cells, int group,
+                    Groups* groups) {
   double covered_m = 0, all_m = 0;
   for (const Border& border : borders) {
     const auto is_in = [&](int cell) {

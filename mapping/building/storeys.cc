@@ -20,7 +20,7 @@ constexpr int kFloorReach = 2, kCeilingReach = 6;  // columns around a place
 constexpr double kLeastBelow_m = 0.2, kLeastAbove_m = 0.05;
 constexpr int kMeanRounds = 5;
 constexpr double kSameFloor_m = 0.12, kSamePeak_m = 0.05;
-constexpr size_t kLeastColumns = 16;  // 1 m2
+constexpr size_t kLeastColumns = 16;   // 1 m2
 constexpr double kLeastCeiling = 0.1;  // of as many columns as have a floor
 constexpr double kSlack_m = 0.05;      // of a storey's floor and top
 
@@ -154,7 +154,8 @@ std::optional<size_t> FloorBelow(const Surfaces& floors, const std::vector<Level
 
 double MedianHeight(std::vector<Vector3d> places) {
   std::nth_element(places.begin(), places.begin() + static_cast<int64_t>(places.size() / 2),
-                   places.end(), [](const Vector3d& a, const Vector3d& b) { return a.z() < b.z(); });
+                   places.end(),
+                   [](const Vector3d& a, const Vector3d& b) { return a.z() < b.z(); });
   return places[places.size() / 2].z();
 }
 
@@ -253,7 +254,8 @@ void FindTops(const BuildingInput& input, std::vector<Level>* levels) {
     }
     double limit_m = std::numeric_limits<double>::infinity();
     for (const Level& other : *levels) {
-      if (other.floor_m > level.floor_m + kLeastStorey_m) limit_m = std::min(limit_m, other.floor_m);
+      if (other.floor_m > level.floor_m + kLeastStorey_m)
+        limit_m = std::min(limit_m, other.floor_m);
     }
     const double least_m = level.floor_m + kLeastStorey_m;
     level.top_m = std::max(
@@ -274,7 +276,8 @@ double PlanDistance(const Level& level, const Vector3d& p_world) {
 std::vector<Level> FindLevels(const BuildingInput& input) {
   const std::vector<Vector3d> places = Thinned(input.trajectory_world);
   if (places.empty()) return {};
-  const Surfaces floors = LevelSurfaces(input.points, 1), ceilings = LevelSurfaces(input.points, -1);
+  const Surfaces floors = LevelSurfaces(input.points, 1),
+                 ceilings = LevelSurfaces(input.points, -1);
   std::vector<Level> levels;
   for (const Level& candidate : Candidates(floors, places)) {
     if (levels.empty() || IsFollowed(candidate, levels)) levels.push_back(candidate);

@@ -12,8 +12,8 @@ namespace slcmap {
 // The part of a building over one floor. Metres, in world.
 struct Level {
   double floor_m = 0;
-  std::optional<double> ceiling_m;  // nothing where none was seen
-  double top_m = 0;                 // the ceiling, else as high as anything upright was seen
+  std::optional<double> ceiling_m;      // nothing where none was seen
+  double top_m = 0;                     // the ceiling, else as high as anything upright was seen
   std::vector<Eigen::Vector3d> places;  // of the trajectory, thinned
 };
 

@@ -10,7 +10,7 @@ using Eigen::Vector2d;
 
 constexpr double kShortest_m = 0.2;  // parts that are shorter belong to those beside them
 constexpr double kCovered = 0.4;     // share of a step from which on it counts as covered
-constexpr double kReach_m = 0.15;    // beyond the measured ends of a wall that another one ends at
+constexpr double kReach_m = 0.3;  // from where another wall ends at it to what was measured of it
 
 // The parts of a face between its ends, by whether they are covered.
 std::vector<WallPart> PartsOf(const WallFace& wall) {
@@ -40,12 +40,17 @@ void DropShort(std::vector<WallPart>* parts) {
   }
 }
 
-bool IsCoveredAt(const WallFace& wall, double along_m) {
-  const Face& face = wall.face;
-  if (along_m < face.from_m - kReach_m || along_m > face.to_m + kReach_m) return false;
-  const auto step = static_cast<int64_t>((along_m - face.from_m) / wall.step_m);
-  const auto last = static_cast<int64_t>(wall.shares.size()) - 1;
-  return wall.shares[std::clamp<int64_t>(step, 0, last)] >= kCovered;
+// Whether a wall is covered near a place along it.
+bool IsCoveredNear(const WallFace& wall, double along_m) {
+  const auto step_of = [&](double at_m) {
+    return static_cast<int64_t>(std::floor((at_m - wall.face.from_m) / wall.step_m));
+  };
+  const auto count = static_cast<int64_t>(wall.shares.size());
+  const int64_t last = std::min(step_of(along_m + kReach_m), count - 1);
+  for (int64_t step = std::max<int64_t>(0, step_of(along_m - kReach_m)); step <= last; ++step) {
+    if (wall.shares[step] >= kCovered) return true;
+  }
+  return false;
 }
 
 // How far beyond an end of a face the first other wall is; nothing within `most_m`.
@@ -54,9 +59,9 @@ std::optional<double> FirstWall(const std::vector<WallFace>& walls, const WallFa
   std::optional<double> first_m;
   for (const WallFace& other : walls) {
     const auto crossing = Crossing(wall.face, other.face);
-    if (!crossing || !IsCoveredAt(other, crossing->second)) continue;
-    const double beyond_m = at_end ? crossing->first - wall.face.to_m
-                                   : wall.face.from_m - crossing->first;
+    if (!crossing || !IsCoveredNear(other, crossing->second)) continue;
+    const double beyond_m =
+        at_end ? crossing->first - wall.face.to_m : wall.face.from_m - crossing->first;
     if (beyond_m < -kReach_m || beyond_m > most_m) continue;
     if (!first_m || beyond_m < *first_m) first_m = beyond_m;
   }

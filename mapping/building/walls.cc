@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <tuple>
 
 #include "mapping/building/wall_lines.h"
@@ -10,6 +11,8 @@ namespace slcmap {
 namespace {
 
 constexpr double kCorner_m = 0.5;        // from a measured end to the corner
+constexpr double kAlike = 0.99;          // cosine, 8 degrees
+constexpr double kBeside_m = 0.4;        // behind or before a wall there is no other
 constexpr double kOpposite = -0.995;     // cosine, 6 degrees
 constexpr double kLeastOverlap_m = 0.3;  // of the faces of a wall
 constexpr double kLeastOverlap = 0.5;    // of the shorter one
@@ -68,8 +71,8 @@ PlanOpening OpeningOf(const Face& front, const FaceOpening& opening, const Face&
 // One that both sides show is as wide as the mean of both.
 void AddOpening(const PlanOpening& opening, std::vector<PlanOpening>* openings) {
   for (PlanOpening& known : *openings) {
-    const double overlap_m = std::min(known.to_m, opening.to_m) -
-                             std::max(known.from_m, opening.from_m);
+    const double overlap_m =
+        std::min(known.to_m, opening.to_m) - std::max(known.from_m, opening.from_m);
     if (overlap_m < 0.5 * (opening.to_m - opening.from_m)) continue;
     known.from_m = 0.5 * (known.from_m + opening.from_m);
     known.to_m = 0.5 * (known.to_m + opening.to_m);
@@ -80,7 +83,40 @@ void AddOpening(const PlanOpening& opening, std::vector<PlanOpening>* openings) 
   openings->push_back(opening);
 }
 
+double CoveredLength(const WallFace& wall) {
+  return wall.step_m * std::accumulate(wall.shares.begin(), wall.shares.end(), 0.0);
+}
+
+// Takes a wall's shares where a stronger one stands beside it.
+void Yield(const WallFace& stronger, WallFace* weaker) {
+  if (stronger.face.level != weaker->face.level ||
+      stronger.face.normal.dot(weaker->face.normal) < kAlike) {
+    return;
+  }
+  for (size_t i = 0; i < weaker->shares.size(); ++i) {
+    const double along_m = weaker->face.from_m + (static_cast<double>(i) + 0.5) * weaker->step_m;
+    const Eigen::Vector2d p = weaker->face.PointAt(along_m);
+    if (std::abs(stronger.face.DistanceTo(p)) > kBeside_m) continue;
+    const double at = (stronger.face.AlongOf(p) - stronger.face.from_m) / stronger.step_m;
+    if (at < 0 || at >= static_cast<double>(stronger.shares.size())) continue;
+    if (stronger.shares[static_cast<size_t>(at)] > 0) weaker->shares[i] = 0;
+  }
+}
+
 }  // namespace
+
+void SelectWalls(std::vector<BuiltFace>* faces) {
+  std::vector<size_t> order(faces->size());
+  std::iota(order.begin(), order.end(), size_t{0});
+  std::stable_sort(order.begin(), order.end(), [&](size_t a, size_t b) {
+    return CoveredLength((*faces)[a].wall) > CoveredLength((*faces)[b].wall);
+  });
+  for (size_t i = 0; i < order.size(); ++i) {
+    BuiltFace& built = (*faces)[order[i]];
+    for (size_t k = 0; k < i; ++k) Yield((*faces)[order[k]].wall, &built.wall);
+    built.is_wall = IsWall(built.wall.shares, built.wall.step_m);
+  }
+}
 
 void CloseCorners(std::vector<BuiltFace>* faces) {
   std::vector<std::pair<double, double>> ends;

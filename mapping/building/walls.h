@@ -17,6 +17,11 @@ struct BuiltFace {
   bool is_wall = false;
 };
 
+// Of parallel faces one of which is just behind another, as a pane behind its wall, a duct before
+// it, only that is the wall's which is one in more places: the others have no share of a wall
+// there. Sets which faces are of walls.
+void SelectWalls(std::vector<BuiltFace>* faces);
+
 // Moves the ends of walls to the walls that they end at: to where the planes cross, where that is
 // near a measured end of either.
 void CloseCorners(std::vector<BuiltFace>* faces);

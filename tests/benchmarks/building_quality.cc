@@ -36,12 +36,12 @@ void Run(Arguments arguments) {
   const Scene scene = ReadScene(arguments.scene, {}, arguments.inexact);
   const std::vector<Eigen::Vector3d> places = testing::PlacesAlong(Waypoints(arguments.scene), 0.2);
   const BuildingInput input = testing::Scan(scene, places, arguments.scan);
-  const TrueBuilding truth = testing::SeenFrom(scene, places);
+  const TrueBuilding truth = testing::SeenFrom(scene, places, arguments.scan);
   const auto begin = std::chrono::steady_clock::now();
   const Building building = BuildBuilding(input, {});
   const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - begin;
-  std::printf("%zu points, %zu lines, %zu views; %.2f s\n", input.points.size(),
-              input.lines.size(), input.sights.size(), spent.count());
+  std::printf("%zu points, %zu lines, %zu views; %.2f s\n", input.points.size(), input.lines.size(),
+              input.sights.size(), spent.count());
   for (const Storey& storey : building.storeys) {
     std::printf("storey %.3f to %.3f m\n", storey.floor_m, storey.ceiling_m.value_or(-1));
   }

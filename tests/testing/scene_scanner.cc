@@ -45,6 +45,27 @@ VoxelKey KeyOf(const Vector3d& p, const Vector3d& normal, double voxel_m) {
   return {static_cast<int>(cell.x()), static_cast<int>(cell.y()), static_cast<int>(cell.z()), way};
 }
 
+// Where each place looks: along the way to the next one.
+std::vector<Vector3d> WaysOf(const std::vector<Vector3d>& places) {
+  std::vector<Vector3d> ways;
+  Vector3d last = Vector3d::UnitX();
+  for (size_t i = 0; i < places.size(); ++i) {
+    const Vector3d way = i + 1 < places.size() ? Vector3d(places[i + 1] - places[i]) : last;
+    if (way.head<2>().norm() > 1e-6) last = way;
+    ways.push_back(last);
+  }
+  return ways;
+}
+
+// A ray of length 1 from a place that looks along a way.
+bool IsInView(const ScanOptions& options, const Vector3d& way, const Vector3d& ray) {
+  const double up_deg = std::asin(std::clamp(ray.z(), -1.0, 1.0)) * 180 / M_PI;
+  const double aside_rad =
+      std::atan2(way.x() * ray.y() - way.y() * ray.x(), way.head<2>().dot(ray.head<2>()));
+  return up_deg >= options.lowest_deg && up_deg <= options.highest_deg &&
+         std::abs(aside_rad) * 180 / M_PI <= options.half_width_deg;
+}
+
 class Scanner {
  public:
   Scanner(const Scene& scene, const ScanOptions& options)
@@ -53,11 +74,10 @@ class Scanner {
   BuildingInput Scan(const std::vector<Vector3d>& places) {
     BuildingInput input;
     input.trajectory_world = places;
+    const std::vector<Vector3d> ways = WaysOf(places);
     for (size_t i = 0; i < places.size(); ++i) {
       const Vector3d drift = 2 * i >= places.size() ? options_.drift_m : Vector3d::Zero();
-      const Vector3d way = i + 1 < places.size() ? Vector3d(places[i + 1] - places[i]) : way_;
-      if (way.head<2>().norm() > 1e-6) way_ = way;
-      input.sights.push_back(Look(places[i], drift));
+      input.sights.push_back(Look(places[i], ways[i], drift));
     }
     for (const auto& [key, voxel] : voxels_) {
       input.points.push_back({voxel.p / voxel.weight, voxel.normal.normalized(),
@@ -73,15 +93,7 @@ class Scanner {
     return material.contrast > 0 && material.texture != TextureKind::kLamp;
   }
 
-  bool IsInView(const Vector3d& ray) const {
-    const double up_deg = std::asin(ray.z()) * 180 / M_PI;
-    const double aside_rad =
-        std::atan2(way_.x() * ray.y() - way_.y() * ray.x(), way_.head<2>().dot(ray.head<2>()));
-    return up_deg >= options_.lowest_deg && up_deg <= options_.highest_deg &&
-           std::abs(aside_rad) * 180 / M_PI <= options_.half_width_deg;
-  }
-
-  Sights Look(const Vector3d& place, const Vector3d& drift) {
+  Sights Look(const Vector3d& place, const Vector3d& way, const Vector3d& drift) {
     Sights sights{place + drift, {}, {}};
     const double turn_rad = UniformIn(0, 2 * M_PI, &generator_);
     RayScene::Packet packet;
@@ -89,7 +101,7 @@ class Scanner {
       packet.Clear();
       for (int lane = 0; lane < RayScene::kLanes; ++lane) {
         const Vector3d ray = RayOf(first + lane, options_.rays + RayScene::kLanes, turn_rad);
-        if (!IsInView(ray)) continue;
+        if (!IsInView(options_, way, ray)) continue;
         packet.Set(lane, place.cast<float>(), ray.cast<float>(),
                    static_cast<float>(options_.range_m));
       }
@@ -162,7 +174,6 @@ class Scanner {
   const RayScene rays_;
   std::mt19937 generator_{1};
   std::map<VoxelKey, Voxel> voxels_;
-  Vector3d way_ = Vector3d::UnitX();
 };
 
 }  // namespace
@@ -172,17 +183,23 @@ BuildingInput Scan(const Scene& scene, const std::vector<Vector3d>& places,
   return Scanner(scene, options).Scan(places);
 }
 
-TrueBuilding SeenFrom(const Scene& scene, const std::vector<Vector3d>& places, double range_m) {
+TrueBuilding SeenFrom(const Scene& scene, const std::vector<Vector3d>& places,
+                      const ScanOptions& options) {
   constexpr double kMargin_m = 0.02;
   const RayScene rays(SeenPatches(scene));
+  const std::vector<Vector3d> ways = WaysOf(places);
   const auto is_seen = [&](const Vector3d& p) {
-    return std::any_of(places.begin(), places.end(), [&](const Vector3d& place) {
-      const Vector3d way = p - place;
-      const double distance_m = way.norm();
-      return distance_m < range_m && distance_m > kMargin_m &&
-             !rays.Blocked(place.cast<float>(), (way / distance_m).cast<float>(),
-                           static_cast<float>(distance_m - kMargin_m));
-    });
+    for (size_t i = 0; i < places.size(); ++i) {
+      const Vector3d ray = p - places[i];
+      const double distance_m = ray.norm();
+      if (distance_m < options.range_m && distance_m > kMargin_m &&
+          IsInView(options, ways[i], ray / distance_m) &&
+          !rays.Blocked(places[i].cast<float>(), (ray / distance_m).cast<float>(),
+                        static_cast<float>(distance_m - kMargin_m))) {
+        return true;
+      }
+    }
+    return false;
   };
   return ObserveBuilding(scene, is_seen, places);
 }

@@ -31,9 +31,9 @@ struct ScanOptions {
 BuildingInput Scan(const Scene& scene, const std::vector<Eigen::Vector3d>& places,
                    const ScanOptions& options = {});
 
-// What is true, seen all around from the places.
+// What is true, as seen from the places with the same view.
 TrueBuilding SeenFrom(const Scene& scene, const std::vector<Eigen::Vector3d>& places,
-                      double range_m = 8);
+                      const ScanOptions& options = {});
 
 // From waypoint to waypoint.
 std::vector<Eigen::Vector3d> PlacesAlong(const std::vector<Eigen::Vector3d>& waypoints,

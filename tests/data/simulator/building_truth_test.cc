@@ -12,10 +12,10 @@ namespace slcmap {
 namespace {
 
 using Eigen::Vector3d;
-using testing::MessageOf;
-using testing::TempFolder;
 using ::testing::HasSubstr;
+using testing::MessageOf;
 using ::testing::SizeIs;
+using testing::TempFolder;
 
 // Two rooms of 5 by 4 m less a wall of 0.15 m between them, with an open door and a window.
 Scene TwoRooms(double inexact) {
@@ -96,8 +96,7 @@ TEST(BuildingTruth, FileIsReadBackAndDamageIsNamed) {
   ASSERT_THAT(read.rooms, SizeIs(2));
   EXPECT_NEAR(read.rooms[1].area_m2, building.rooms[1].area_m2, 1e-5);
   folder.Write("building.json", R"({"format": "slcmap true building", "version": 1})");
-  EXPECT_THAT(MessageOf<DataError>([&] { ReadTrueBuilding(path); }),
-              HasSubstr("cell_m: missing"));
+  EXPECT_THAT(MessageOf<DataError>([&] { ReadTrueBuilding(path); }), HasSubstr("cell_m: missing"));
 }
 
 }  // namespace

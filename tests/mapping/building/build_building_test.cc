@@ -14,14 +14,14 @@ namespace slcmap {
 namespace {
 
 using Eigen::Vector3d;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
 using testing::PlacesAlong;
 using testing::Scan;
 using testing::ScanOptions;
 using testing::SceneFromText;
 using testing::SeenFrom;
-using ::testing::ElementsAre;
-using ::testing::HasSubstr;
-using ::testing::IsEmpty;
 using ::testing::SizeIs;
 
 std::vector<BuildingPlane> WallsOf(const Building& building) {
@@ -221,8 +221,8 @@ objects:
   - {kind: wall, points: [[4, 0], [4, 2]], has_back: true, thickness: 0.06}
   - {kind: slab, at: [0, 0, 0], size: [8, 5]}
 )");
-  const Building building =
-      BuildBuilding(Scan(scene, PlacesAlong({{1, 1, 1.5}, {3, 3, 1.5}, {7, 3, 1.5}, {7, 1, 1.5}})), {});
+  const Building building = BuildBuilding(
+      Scan(scene, PlacesAlong({{1, 1, 1.5}, {3, 3, 1.5}, {7, 3, 1.5}, {7, 1, 1.5}})), {});
   const std::vector<double> back = OffsetsAlong(building, 270);
   ASSERT_THAT(back, SizeIs(2));
   EXPECT_NEAR(back[0], -4.06, 0.01);
@@ -297,8 +297,8 @@ objects:
   - {kind: slab, at: [0, 0, 0], size: [8, 8]}
   - {kind: box, at: [4, 4, 0], size: [2, 2, 1.2]}
 )");
-  const Building building =
-      BuildBuilding(Scan(scene, PlacesAlong({{1, 4, 2.5}, {7, 4, 2.5}, {4, 7, 2.5}, {4, 1, 2.5}})), {});
+  const Building building = BuildBuilding(
+      Scan(scene, PlacesAlong({{1, 4, 2.5}, {7, 4, 2.5}, {4, 7, 2.5}, {4, 1, 2.5}})), {});
   ASSERT_THAT(building.storeys, SizeIs(1));
   EXPECT_NEAR(building.storeys[0].floor_m, 0, 0.01);
 }
@@ -322,12 +322,13 @@ objects:
 }
 
 TEST(BuildBuilding, OfficeOfFiveRoomsMeetsItsFigures) {
-  const Scene scene = ReadScene(std::string(SLCMAP_SOURCE_DIR) + "/config/scenes/office_floor.yaml");
+  const Scene scene =
+      ReadScene(std::string(SLCMAP_SOURCE_DIR) + "/config/scenes/office_floor.yaml");
   const std::vector<Vector3d> places = PlacesAlong(
-      {{0.9, 0, 1.5},  {2.9, 0, 1.5},   {2.9, -3.8, 1.5}, {2.9, 0, 1.5},    {4.1, 0, 1.5},
-       {4.1, 3, 1.5},  {2.8, 3.2, 1.5}, {4.1, 0.2, 1.5},  {8.05, 0, 1.5},   {8.05, -2.4, 1.5},
-       {9.4, -2.7, 1.5}, {8.05, 0, 1.5}, {12.1, 0, 1.5},  {12.1, 2.8, 1.5}, {10.6, 3.0, 1.5},
-       {12.1, 0.5, 1.5}, {13.3, 0, 1.5}, {13.3, -3, 1.5}, {14.6, -2.7, 1.5}, {13.3, 0, 1.5}},
+      {{0.9, 0, 1.5},    {2.9, 0, 1.5},   {2.9, -3.8, 1.5}, {2.9, 0, 1.5},     {4.1, 0, 1.5},
+       {4.1, 3, 1.5},    {2.8, 3.2, 1.5}, {4.1, 0.2, 1.5},  {8.05, 0, 1.5},    {8.05, -2.4, 1.5},
+       {9.4, -2.7, 1.5}, {8.05, 0, 1.5},  {12.1, 0, 1.5},   {12.1, 2.8, 1.5},  {10.6, 3.0, 1.5},
+       {12.1, 0.5, 1.5}, {13.3, 0, 1.5},  {13.3, -3, 1.5},  {14.6, -2.7, 1.5}, {13.3, 0, 1.5}},
       0.8);
   const Building building = BuildBuilding(Scan(scene, places), {});
   const BuildingMetrics metrics = EvaluateBuilding(SeenFrom(scene, places), building, {});

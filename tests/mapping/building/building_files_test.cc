@@ -11,12 +11,12 @@ namespace {
 
 using Eigen::Vector2d;
 using Eigen::Vector3d;
-using testing::MessageOf;
-using testing::ReadText;
-using testing::TempFolder;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+using testing::MessageOf;
+using testing::ReadText;
 using ::testing::SizeIs;
+using testing::TempFolder;
 
 // A wall with a door, the floor before it, the room over that, in a storey without a ceiling.
 Building MakeBuilding() {
@@ -100,8 +100,9 @@ std::string MessageAfter(const std::string& name, const std::string& from, const
 }
 
 TEST(BuildingFiles, DamageIsToldWithFileAndKey) {
-  EXPECT_THAT(MessageAfter("planes.json", "\"wall\"", "\"roof\""),
-              AllOf(HasSubstr("planes.json: plane 0: kind: found 'roof'"), HasSubstr("wall, floor")));
+  EXPECT_THAT(
+      MessageAfter("planes.json", "\"wall\"", "\"roof\""),
+      AllOf(HasSubstr("planes.json: plane 0: kind: found 'roof'"), HasSubstr("wall, floor")));
   EXPECT_THAT(MessageAfter("planes.json", "\"sigma_m\": 0.004", "\"sigma_m\": -1"),
               HasSubstr("sigma_m: found -1"));
   EXPECT_THAT(MessageAfter("planes.json", "0.8", "0.9"), HasSubstr("expected 1"));
@@ -109,7 +110,8 @@ TEST(BuildingFiles, DamageIsToldWithFileAndKey) {
               HasSubstr("offset_m: missing"));
   EXPECT_THAT(MessageAfter("rooms.json", "\"bounded\": 0.75", "\"bounded\": 1.5"),
               HasSubstr("rooms.json: room 0: bounded: found 1.5"));
-  EXPECT_THAT(MessageAfter("plan.json", "\"version\": 1", "\"version\": 9"), HasSubstr("version 9"));
+  EXPECT_THAT(MessageAfter("plan.json", "\"version\": 1", "\"version\": 9"),
+              HasSubstr("version 9"));
 }
 
 TEST(BuildingFiles, ReferencesToNothingAreRefused) {

@@ -80,8 +80,8 @@ TEST(Faces, LinesOfABlankWallMakeAFaceOnTheFreeSide) {
       samples.push_back({{x, 1, z}, Vector2d::Zero(), Vector2d::UnitX(), 0.005});
     }
   }
-  const auto faces =
-      FindFaces(samples, [](const Vector2d& p) { return p.y() < 1; }, BuildingOptions{});
+  const auto faces = FindFaces(
+      samples, [](const Vector2d& p) { return p.y() < 1; }, BuildingOptions{});
   ASSERT_THAT(faces, SizeIs(1));
   EXPECT_NEAR(faces[0].normal.y(), -1, 1e-3);
   EXPECT_NEAR(faces[0].offset_m, -1, 0.005);
