@@ -10,12 +10,13 @@
 namespace slcmap {
 namespace {
 
-constexpr float kIndependent = 10;     // observations of a place share what is wrong with it
-constexpr float kMinSigma_m = 0.001F;  // of one view's depth: what its model deserves
-constexpr int kReach = 2;              // voxels around one that its plane is fitted to
-constexpr double kMinFacing = 0.7;     // cosine between normals of one surface
-constexpr double kSameSigmas = 3;      // along the normal, between points of one surface
-constexpr double kBesides = 0.6;       // voxels across it, at which they are two points
+constexpr float kIndependent = 10;       // observations of a place share what is wrong with it
+constexpr float kMinSigma_m = 0.001F;    // of one view's depth: what its model deserves
+constexpr double kMaxSigmaVoxels = 1.5;  // of a point, in voxels
+constexpr int kReach = 2;                // voxels around one that its plane is fitted to
+constexpr double kMinFacing = 0.7;       // cosine between normals of one surface
+constexpr double kSameSigmas = 3;        // along the normal, between points of one surface
+constexpr double kBesides = 0.6;         // voxels across it, at which they are two points
 
 // 20 bits a coordinate, and 3 for where the surface faces.
 constexpr int64_t kMask = (1 << 20) - 1;
@@ -94,7 +95,8 @@ Surfel OntoPlane(const Surfel& surfel, const SurfelIndex& index, double voxel_m)
   moved.p += (*plane)[0] * surfel.normal;
   moved.normal =
       (surfel.normal - (*plane)[1] / voxel_m * across - (*plane)[2] / voxel_m * up).normalized();
-  return moved;
+  // Neighbours on a narrow strip do not tell how the plane is turned about it.
+  return moved.normal.dot(surfel.normal) >= kMinFacing ? moved : surfel;
 }
 
 // Of the surfels along a normal the best known stays. Those that stay, in their order.
@@ -162,7 +164,7 @@ std::vector<DensePoint> DepthFusion::Points() const {
     surfel.normal = sums.weighted_normal.cast<double>().normalized();
     const float shared = std::max(1.0F, static_cast<float>(sums.count) / kIndependent);
     surfel.sigma_m = std::sqrt(shared / sums.weight);
-    if (surfel.sigma_m > options_.voxel_m) continue;
+    if (surfel.sigma_m > kMaxSigmaVoxels * options_.voxel_m) continue;
     surfel.weight = sums.weight / shared;
     surfel.grey = sums.weighted_grey / sums.weight;
     surfel.filled_share = sums.filled_weight / sums.weight;

@@ -22,10 +22,10 @@ class DepthFusion {
   // Adds the known nodes whose depth is certain to max_sigma_m, weighted by their information.
   void Add(const RigidTransform& T_world_camera, const Camera& camera, const DepthGrid& grid);
 
-  // One point a voxel that is known to the voxel's size. Surfaces that noise has spread over voxels
-  // are drawn together along their normals: each point is moved onto the plane of those around it,
-  // and of several along a normal the best known stays. By voxel, so that the order of Add does not
-  // tell.
+  // One point a voxel that is known to about the voxel's size. Surfaces that noise has spread over
+  // voxels are drawn together along their normals: each point is moved onto the plane of those
+  // around it, and of several along a normal the best known stays. By voxel, so that the order of
+  // Add does not tell.
   std::vector<DensePoint> Points() const;
 
  private:

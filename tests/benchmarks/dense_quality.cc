@@ -1,12 +1,14 @@
 // Dense mapping of a simulated sequence with its true poses against its true surfaces: how many of
-// the depths are right, stage by stage, and how long each stage takes.
+// the depths are right, stage by stage, and how good the
+// cloud and the occupancy are.
 //
 //   dense_quality SEQ [OUTPUT [VIEWS]]     of the first VIEWS; writes OUTPUT/dense.ply and depth
 //                                          images
 #include <spdlog/fmt/fmt.h>
 
-#include <chrono>
 #include <cstdio>
+#include <cstdlib>
+#include <ctime>
 #include <opencv2/core.hpp>
 #include <opencv2/core/utility.hpp>
 #include <opencv2/imgcodecs.hpp>
@@ -18,6 +20,7 @@
 #include "data/output_folder.h"
 #include "mapping/dense/dense_file.h"
 #include "mapping/dense/dense_map.h"
+#include "mapping/dense/depth_occupancy.h"
 #include "mapping/dense/depth_refinement.h"
 #include "mapping/dense/depth_window.h"
 #include "mapping/dense/stereo_depth.h"
@@ -26,27 +29,29 @@
 namespace slcmap {
 namespace {
 
-double Now_s() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
+double Cpu_s() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
 
 // Depths against the true ones.
 class DepthScore {
  public:
-  void Add(const DepthGrid& grid, const Camera& camera, double baseline_m,
-           const RigidTransform& T_world_camera, const TriangleTree& surfaces) {
+  explicit DepthScore(const Rig& rig)
+      : camera_(rig.cameras[0]),
+        baseline_m_((rig.T_imu_camera[1].translation - rig.T_imu_camera[0].translation).norm()) {}
+
+  void Add(const DepthGrid& grid, const RigidTransform& T_world_camera,
+           const TriangleTree& surfaces) {
     for (int row = 0; row < grid.rows; row += 3) {
       for (int column = 0; column < grid.columns; column += 3) {
         ++nodes_;
         const DepthNode& node = grid.At(column, row);
         if (!node.is_known()) continue;
         const Eigen::Vector3d ray =
-            PinholeRay(camera, grid.ColumnPixel(column), grid.RowPixel(row));
+            PinholeRay(camera_, grid.ColumnPixel(column), grid.RowPixel(row));
         const double range_m = surfaces.FirstHit_m(
             T_world_camera.translation, (T_world_camera.rotation * ray).normalized(), 50);
         const double true_inverse = ray.norm() / range_m;
         const double error = std::abs(node.inverse_depth - true_inverse);
-        const double error_px = error * baseline_m * camera.fx_px;
+        const double error_px = error * baseline_m_ * camera_.fx_px;
         const double error_m = std::abs(node.depth_m() - 1 / true_inverse);
         ++known_;
         quarter_ += error_px < 0.25;
@@ -70,6 +75,8 @@ class DepthScore {
   }
 
  private:
+  const Camera camera_;
+  const double baseline_m_;
   int64_t nodes_ = 0, known_ = 0, quarter_ = 0, far_off_ = 0, near_ = 0, ten_ = 0, one_sigma_ = 0,
           two_sigma_ = 0;
 };
@@ -88,68 +95,86 @@ void WriteDepthImage(const std::string& path, const DepthGrid& grid) {
   cv::imwrite(path, large);
 }
 
-void Measure(const std::string& sequence, const std::string& output, std::size_t max_views) {
-  Trajectory truth = ReadTrajectory(sequence + "/truth/trajectory.tum");
-  RecordedViews recorded = ViewsOfRun(RunAtPoses(sequence, "", truth), "");
+struct Sequence {
+  Trajectory truth;
+  RecordedViews recorded;
+  TriangleTree surfaces;
+  std::string folder, output;
+
+  const Rig& rig() const { return recorded.images->rig(); }
+  RigidTransform CameraOf(std::size_t view) const {
+    return WorldFromCamera(recorded.views[view], rig());
+  }
+};
+
+Sequence Open(const std::string& folder, const std::string& output, std::size_t max_views) {
+  Trajectory truth = ReadTrajectory(folder + "/truth/trajectory.tum");
+  RecordedViews recorded = ViewsAtPoses(folder, "", truth, {});
   if (recorded.views.size() > max_views) {
     recorded.views.resize(max_views);
     const int64_t last_ns = recorded.views.back().stamp_ns;
     std::erase_if(truth, [&](const StampedPose& pose) { return pose.stamp_ns > last_ns; });
   }
-  const Rig& rig = recorded.images->rig();
-  const double baseline_m =
-      (rig.T_imu_camera[1].translation - rig.T_imu_camera[0].translation).norm();
-  SurfaceInputs inputs{sequence + "/truth/surfaces.ply", "", "", ""};
-  const TriangleTree surfaces(ReadSurfaces(inputs.true_surfaces));
-  DenseOptions options;
-  DepthScore stereo, stereo_refined, confirmed;
-  double stereo_s = 0, refine_s = 0;
-  const std::vector<std::size_t> selected = SelectDenseViews(recorded.views, options);
+  return {std::move(truth), std::move(recorded),
+          TriangleTree(ReadSurfaces(folder + "/truth/surfaces.ply")), folder, output};
+}
+
+// Every tenth view alone: its match, and that refined by its own right image.
+void MeasurePairs(const Sequence& sequence, const DenseOptions& options) {
+  DepthScore matched(sequence.rig()), refined(sequence.rig());
+  const RigidTransform T_right_left =
+      sequence.rig().T_imu_camera[1].Inverse() * sequence.rig().T_imu_camera[0];
+  const std::vector<std::size_t> selected = SelectDenseViews(sequence.recorded.views, options);
   for (std::size_t k = 0; k < selected.size(); k += 10) {
     const std::size_t i = selected[k];
-    const StereoImage pair = recorded.images->Read(i);
-    const RigidTransform T_world_camera = WorldFromCamera(recorded.views[i], rig);
-    double start_s = Now_s();
-    DepthGrid grid = StereoDepth(pair, recorded.images->mask(0), rig, options);
-    stereo_s += Now_s() - start_s;
-    stereo.Add(grid, rig.cameras[0], baseline_m, T_world_camera, surfaces);
-    if (!output.empty() && k % 40 == 0) {
-      WriteDepthImage(fmt::format("{}/sgbm_{:04}.png", output, i), grid);
-      cv::imwrite(fmt::format("{}/left_{:04}.png", output, i), pair.left);
+    const StereoImage pair = sequence.recorded.images->Read(i);
+    DepthGrid grid = StereoDepth(pair, sequence.recorded.images->mask(0), sequence.rig(), options);
+    matched.Add(grid, sequence.CameraOf(i), sequence.surfaces);
+    if (!sequence.output.empty()) {
+      WriteDepthImage(fmt::format("{}/matched_{:04}.png", sequence.output, i), grid);
+      cv::imwrite(fmt::format("{}/left_{:04}.png", sequence.output, i), pair.left);
     }
-    start_s = Now_s();
     const DepthPyramid left(pair.left), right(pair.right);
-    RefineDepth(left, {{&right, rig.T_imu_camera[1].Inverse() * rig.T_imu_camera[0], 0.05}},
-                rig.cameras[0], options, &grid);
-    refine_s += Now_s() - start_s;
-    stereo_refined.Add(grid, rig.cameras[0], baseline_m, T_world_camera, surfaces);
+    RefineDepth(left, {{&right, T_right_left, options.pair_sigma_px}}, sequence.rig().cameras[0],
+                options, &grid);
+    refined.Add(grid, sequence.CameraOf(i), sequence.surfaces);
   }
-  stereo.Print("matched");
-  stereo_refined.Print("refined");
-  fmt::print("stereo {:.0f} ms, refinement in the pair alone {:.0f} ms a view\n",
-             1e4 * stereo_s / static_cast<double>(selected.size()),
-             1e4 * refine_s / static_cast<double>(selected.size()));
+  matched.Print("matched");
+  refined.Print("refined");
+}
 
-  const double start_s = Now_s();
-  double busy = 0;
+void MeasureMap(const Sequence& sequence, const DenseOptions& options) {
+  OccupancyOptions occupancy_options;
+  occupancy_options.resolution_m = 0.05;
+  occupancy_options.max_range_m = 8;
+  DepthOccupancy occupancy(occupancy_options);
+  DepthScore confirmed(sequence.rig());
+  const double start_s = Cpu_s();
+  double scoring_s = 0, carving_s = 0;
   const DenseMap map = BuildDense(
-      recorded.views, *recorded.images, options, {}, [&](std::size_t i, const DepthGrid& depth) {
-        const double sink_s = Now_s();
-        confirmed.Add(depth, rig.cameras[0], baseline_m, WorldFromCamera(recorded.views[i], rig),
-                      surfaces);
-        if (!output.empty() && i % 10 == 0)
-          WriteDepthImage(fmt::format("{}/confirmed_{:04}.png", output, i), depth);
-        busy += Now_s() - sink_s;
+      sequence.recorded.views, *sequence.recorded.images, options, {},
+      [&](std::size_t i, const DepthGrid& depth) {
+        const double sink_s = Cpu_s();
+        occupancy.Add(sequence.CameraOf(i), sequence.rig().cameras[0], depth);
+        carving_s += Cpu_s() - sink_s;
+        confirmed.Add(depth, sequence.CameraOf(i), sequence.surfaces);
+        if (!sequence.output.empty() && i % 10 == 0) {
+          WriteDepthImage(fmt::format("{}/confirmed_{:04}.png", sequence.output, i), depth);
+        }
+        scoring_s += Cpu_s() - sink_s;
       });
+  const double dense_s = Cpu_s() - start_s - scoring_s;
   confirmed.Print("confirmed");
-  fmt::print("{} views, {} points in {:.1f} s, {:.1f} s of recording\n", map.views,
-             map.points.size(), Now_s() - start_s - busy,
-             ToSeconds(truth.back().stamp_ns - truth.front().stamp_ns));
-  if (output.empty()) return;
-  inputs.cloud = output + "/dense.ply";
+  fmt::print("{} views, {} points; CPU: depth and cloud {:.1f} s, carving {:.1f} s, for {:.1f} s\n",
+             map.views, map.points.size(), dense_s, carving_s,
+             ToSeconds(sequence.truth.back().stamp_ns - sequence.truth.front().stamp_ns));
+  if (sequence.output.empty()) return;
+  const SurfaceInputs inputs{sequence.folder + "/truth/surfaces.ply", "",
+                             sequence.output + "/dense.ply", sequence.output + "/occupancy.bt"};
   WriteDensePly(inputs.cloud, map.points);
+  occupancy.Finish(map.points).Write(inputs.occupancy);
   const CloudMetricOptions cloud_options;
-  const SurfaceMetrics metrics = EvaluateSurfaces(inputs, truth, {}, cloud_options, {});
+  const SurfaceMetrics metrics = EvaluateSurfaces(inputs, sequence.truth, {}, cloud_options, {});
   std::fputs(SurfaceTable(inputs, metrics, cloud_options).c_str(), stdout);
 }
 
@@ -162,5 +187,9 @@ int main(int argc, char** argv) {
   std::setvbuf(stdout, nullptr, _IOLBF, 0);
   const std::string output = argc > 2 ? argv[2] : "";
   if (!output.empty()) slcmap::MakeFolder(output);
-  slcmap::Measure(argv[1], output, argc > 3 ? std::strtoul(argv[3], nullptr, 10) : SIZE_MAX);
+  const std::size_t max_views = argc > 3 ? std::strtoul(argv[3], nullptr, 10) : SIZE_MAX;
+  const slcmap::Sequence sequence = slcmap::Open(argv[1], output, max_views);
+  const slcmap::DenseOptions options;
+  slcmap::MeasurePairs(sequence, options);
+  slcmap::MeasureMap(sequence, options);
 }

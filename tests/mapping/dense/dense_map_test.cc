@@ -39,8 +39,7 @@ TEST(DenseMap, LiesOnTheWallsOfARoom) {
   for (const DensePoint& point : map.points) {
     near += room.DistanceFromWalls_m(point.p_world) < 0.05;
     EXPECT_NEAR(point.normal_world.norm(), 1, 1e-9);
-    const Eigen::Vector3d inwards = room.room().center() - point.p_world;
-    inward += point.normal_world.dot(inwards) > 0;
+    inward += point.normal_world.dot(room.room().center() - point.p_world) > 0;
   }
   const auto count = static_cast<double>(map.points.size());
   EXPECT_GT(static_cast<double>(near), 0.97 * count);

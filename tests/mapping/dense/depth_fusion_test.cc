@@ -92,7 +92,7 @@ TEST(DepthFusion, TakesAPlaceOnceItIsKnownToTheVoxelsSize) {
   DenseOptions options;
   options.max_sigma_m = 0.2;
   DepthGrid wall = WallAt(2, 0.0001, 1);
-  const double sigma_m = 1.6 * options.voxel_m;
+  const double sigma_m = 2.4 * options.voxel_m;
   for (DepthNode& node : wall.nodes) node.sigma = static_cast<float>(sigma_m / (2 * 2));
   DepthFusion fusion(options);
   fusion.Add(LookingAlongX(0), TestCamera(), wall);
