@@ -10,6 +10,8 @@
 #include "data/summary_file.h"
 #include "export/gltf_writer.h"
 #include "export/map_writer.h"
+#include "export/plan/pdf_writer.h"
+#include "export/plan/svg_writer.h"
 #include "export/ply_writer.h"
 #include "export/scene_writer.h"
 
@@ -59,6 +61,8 @@ std::vector<std::unique_ptr<MapWriter>> MakeMapWriters(const ExportOptions& opti
   std::vector<std::unique_ptr<MapWriter>> writers;
   writers.push_back(std::make_unique<GltfSceneWriter>(scene));
   writers.push_back(std::make_unique<PlySceneWriter>(scene));
+  writers.push_back(std::make_unique<SvgPlanWriter>(options.plan));
+  writers.push_back(std::make_unique<PdfPlanWriter>(options.plan));
   return writers;
 }
 
@@ -77,6 +81,7 @@ StageFiles ExportFiles() {
 }
 
 void CheckFormats(const ExportOptions& options) {
+  options.plan.Check();
   const std::vector<std::string> known = ExportFormats();
   for (const std::string& format : options.formats) {
     if (std::find(known.begin(), known.end(), format) != known.end()) continue;

@@ -1,0 +1,40 @@
+// Which places of a drawing are taken, so that texts do not lie over each other.
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "export/plan/drawing.h"
+
+namespace slcmap {
+
+// A rectangle, in the drawing's unit.
+struct Box {
+  Eigen::Vector2d centre = Eigen::Vector2d::Zero();
+  Eigen::Vector2d half = Eigen::Vector2d::Zero();  // along its own axes
+  double angle_rad = 0;                            // from x to the first of them
+};
+
+bool Overlap(const Box& a, const Box& b);
+
+// Around a centred text.
+Box BoxOf(const DrawnText& text);
+
+// Around a line, that far at each side.
+Box BoxOf(const Eigen::Vector2d& start, const Eigen::Vector2d& end, double reach);
+
+// Lines may cross lines; texts keep clear of everything.
+class TakenPlaces {
+ public:
+  void AddText(const Box& box) { texts_.push_back(box); }
+  void AddLine(const Box& box) { lines_.push_back(box); }
+
+  bool HasRoomForText(const Box& box) const;
+  bool HasRoomForLine(const Box& box) const;
+
+ private:
+  std::vector<Box> texts_, lines_;
+};
+
+}  // namespace slcmap
