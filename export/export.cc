@@ -8,8 +8,10 @@
 #include "data/error.h"
 #include "data/nearest_name.h"
 #include "data/summary_file.h"
+#include "export/dxf/dxf_writer.h"
 #include "export/gltf_writer.h"
 #include "export/map_writer.h"
+#include "export/obj_writer.h"
 #include "export/plan/pdf_writer.h"
 #include "export/plan/svg_writer.h"
 #include "export/ply_writer.h"
@@ -63,6 +65,8 @@ std::vector<std::unique_ptr<MapWriter>> MakeMapWriters(const ExportOptions& opti
   writers.push_back(std::make_unique<PlySceneWriter>(scene));
   writers.push_back(std::make_unique<SvgPlanWriter>(options.plan));
   writers.push_back(std::make_unique<PdfPlanWriter>(options.plan));
+  writers.push_back(std::make_unique<DxfWriter>(options.plan, options.scene.max_jump_s));
+  writers.push_back(std::make_unique<ObjWriter>(options.scene.max_jump_s));
   return writers;
 }
 

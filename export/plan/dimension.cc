@@ -28,6 +28,8 @@ PlanTextSizes::PlanTextSizes(int scale) {
   row_m = 7 * metres_of_mm;
 }
 
+Vector2d Dimension::LineEnd() const { return to + offset_m * LeftOf((to - from).normalized()); }
+
 std::string Dimension::Text() const { return fmt::format("{:.2f}", Length()); }
 
 DrawnText DimensionText(const Dimension& dimension, const PlanTextSizes& sizes) {

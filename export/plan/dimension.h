@@ -18,6 +18,7 @@ struct Dimension {
   bool is_below = false;  // the text is under the line, as it is read
 
   double Length() const { return (to - from).norm(); }
+  Eigen::Vector2d LineEnd() const;  // where the line ends, beside `to`
   // In metres and centimetres.
   std::string Text() const;
 };
@@ -36,8 +37,9 @@ Drawing DrawDimension(const Dimension& dimension, const PlanTextSizes& sizes);
 // The text alone, as it is read from below or from the right.
 DrawnText DimensionText(const Dimension& dimension, const PlanTextSizes& sizes);
 
-// Between opposite sides of a room, at least half a metre long and parallel within a degree: one
-// for each two, where there is room for it. What is placed is taken.
+// Between opposite sides of a room, at least half a metre long and parallel within a degree, that
+// walls stand at: one for each two, where there is room for it and no wall between them. What is
+// placed is taken.
 std::vector<Dimension> RoomDimensions(const Polygon& room, const PlanTextSizes& sizes,
                                       TakenPlaces* taken);
 

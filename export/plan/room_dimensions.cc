@@ -72,10 +72,15 @@ Opposite FindOpposite(const std::vector<Side>& sides, const Side& side, const Ve
   return nearest;
 }
 
-// Places the text where nothing is in its way; false where there is no such place.
+// Places the text where nothing is in its way; false where there is no such place, or where no wall
+// is at either end.
 bool Place(const PlanTextSizes& sizes, TakenPlaces* taken, Dimension* dimension) {
   const Box line = BoxOf(dimension->from, dimension->to, sizes.gap_m);
-  if (!taken->HasRoomForLine(line)) return false;
+  constexpr double kIntoWalls_m = 0.1;  // sides of rooms are about where the walls are
+  for (const Vector2d& end : {dimension->from, dimension->to}) {
+    if (!taken->IsAtWall(end, kIntoWalls_m)) return false;
+  }
+  if (!taken->HasRoomForLine(line, kIntoWalls_m)) return false;
   for (const double at : {0.5, 0.35, 0.65, 0.2, 0.8}) {
     dimension->text_at = at;
     const DrawnText text = DimensionText(*dimension, sizes);

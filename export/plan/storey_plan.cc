@@ -16,7 +16,7 @@ TakenPlaces PlacesOf(const std::vector<WallSolid>& solids) {
   TakenPlaces taken;
   for (const WallSolid& solid : solids) {
     const double half_m = 0.5 * solid.Thickness();
-    taken.AddLine(BoxOf(solid.At(0, half_m), solid.At(solid.Length(), half_m), half_m));
+    taken.AddWall(BoxOf(solid.At(0, half_m), solid.At(solid.Length(), half_m), half_m));
     for (const PlanOpening& opening : solid.wall->openings) {
       if (opening.kind != OpeningKind::kDoor || !opening.walked) continue;
       const double half_width_m = 0.5 * (opening.to_m - opening.from_m);

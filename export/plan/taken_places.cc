@@ -51,9 +51,17 @@ Box BoxOf(const Vector2d& start, const Vector2d& end, double reach) {
 }
 
 bool TakenPlaces::HasRoomForText(const Box& box) const {
-  return IsFree(texts_, box) && IsFree(lines_, box);
+  return IsFree(texts_, box) && IsFree(lines_, box) && IsFree(walls_, box);
 }
 
-bool TakenPlaces::HasRoomForLine(const Box& box) const { return IsFree(texts_, box); }
+bool TakenPlaces::HasRoomForLine(const Box& box, double into_walls) const {
+  Box within = box;
+  within.half.x() = std::max(0.0, box.half.x() - into_walls);
+  return IsFree(texts_, box) && IsFree(walls_, within);
+}
+
+bool TakenPlaces::IsAtWall(const Vector2d& point, double reach) const {
+  return !IsFree(walls_, {point, {reach, reach}, 0});
+}
 
 }  // namespace slcmap

@@ -24,17 +24,22 @@ Box BoxOf(const DrawnText& text);
 // Around a line, that far at each side.
 Box BoxOf(const Eigen::Vector2d& start, const Eigen::Vector2d& end, double reach);
 
-// Lines may cross lines; texts keep clear of everything.
+// Lines may cross lines, but neither texts nor walls; texts keep clear of everything.
 class TakenPlaces {
  public:
+  void AddWall(const Box& box) { walls_.push_back(box); }
   void AddText(const Box& box) { texts_.push_back(box); }
   void AddLine(const Box& box) { lines_.push_back(box); }
 
   bool HasRoomForText(const Box& box) const;
-  bool HasRoomForLine(const Box& box) const;
+  // Both ends may reach into a wall by that much.
+  bool HasRoomForLine(const Box& box, double into_walls) const;
+
+  // Whether a wall is no farther from a point than that.
+  bool IsAtWall(const Eigen::Vector2d& point, double reach) const;
 
  private:
-  std::vector<Box> texts_, lines_;
+  std::vector<Box> texts_, lines_, walls_;
 };
 
 }  // namespace slcmap

@@ -24,9 +24,9 @@ using ::testing::HasSubstr;
 using ::testing::ThrowsMessage;
 using ::testing::UnorderedElementsAre;
 
-const char* const kFiles[] = {"scene.glb",      "points.ply",    "lines.ply",
-                              "trajectory.ply", "keyframes.ply", "voxels.ply",
-                              "line_bars.ply",  "plan.pdf",      "plan/no_storey.svg"};
+const char* const kFiles[] = {"scene.glb",          "points.ply", "lines.ply",     "trajectory.ply",
+                              "keyframes.ply",      "voxels.ply", "line_bars.ply", "plan.pdf",
+                              "plan/no_storey.svg", "plan.dxf",   "map.dxf",       "map.obj"};
 
 MapResult MakeMap() {
   MapResult map = BuildMap(testing::MakeWallRun(), {});

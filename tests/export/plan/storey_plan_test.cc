@@ -50,6 +50,21 @@ TEST(StoreyPlanTest, ClearWidthsOfARoomAreExactAlsoWhereItIsTurned) {
   }
 }
 
+TEST(StoreyPlanTest, OnlyBetweenWallsAreThereDimensions) {
+  Building building = testing::MakeBuilding();
+  building.walls.erase(building.walls.begin() + 1);  // at the left
+  EXPECT_THAT(LengthsOf(MakePlans(building, {}).storeys[0]), Not(Contains("4.00")));
+  building = testing::MakeBuilding();
+  PlanWall across = building.walls[1];
+  across.start.x() = across.end.x() = 2;
+  across.thickness_assumed = true;
+  building.walls.push_back(across);
+  const PlanSet plans = MakePlans(building, {});
+  for (const Dimension& dimension : plans.storeys[0].dimensions) {
+    if (dimension.offset_m == 0) EXPECT_NEAR(dimension.Length(), 3, 1e-9);
+  }
+}
+
 TEST(StoreyPlanTest, ChainsHoldWallsThatWereMeasuredOnBothSides) {
   const PlanSet plans = MakePlans(testing::MakeBuilding(), {});
   // Along x: the wall at the right has an assumed thickness, which is no dimension.

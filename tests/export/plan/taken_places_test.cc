@@ -16,14 +16,19 @@ TEST(TakenPlacesTest, BoxesThatAreTurnedOverlapWhereTheirAreasDo) {
   EXPECT_TRUE(Overlap(upright, {{1.9, 0}, {1.2, 1.2}, M_PI / 4}));
 }
 
-TEST(TakenPlacesTest, LinesMayCrossLinesButNoTexts) {
+TEST(TakenPlacesTest, LinesMayCrossLinesButNeitherTextsNorWalls) {
   TakenPlaces taken;
   taken.AddLine({{0, 0}, {5, 0.1}, 0});
   taken.AddText({{0, 3}, {2, 0.5}, 0});
   const Box across = {{3, 0}, {5, 0.1}, M_PI / 2};
-  EXPECT_TRUE(taken.HasRoomForLine(across));
+  EXPECT_TRUE(taken.HasRoomForLine(across, 0));
   EXPECT_FALSE(taken.HasRoomForText(across));
-  EXPECT_FALSE(taken.HasRoomForLine({{0, 0}, {5, 0.1}, M_PI / 2}));
+  EXPECT_FALSE(taken.HasRoomForLine({{0, 0}, {5, 0.1}, M_PI / 2}, 0));
+  taken.AddWall({{3, 4}, {1, 0.5}, 0});
+  EXPECT_FALSE(taken.HasRoomForLine(across, 1));
+  EXPECT_TRUE(taken.HasRoomForLine(across, 1.6));
+  EXPECT_TRUE(taken.IsAtWall({3, 4.55}, 0.1));
+  EXPECT_FALSE(taken.IsAtWall({3, 4.65}, 0.1));
 }
 
 TEST(TakenPlacesTest, TextsAreReadFromBelowOrFromTheRight) {
