@@ -35,8 +35,8 @@ double DistanceToBorder(const Polygon& polygon, const Vector2d& point) {
 // Places within a polygon, those farthest from its border first; of places that are about as far
 // from it, those nearest to its middle.
 std::vector<Vector2d> Places(const Polygon& polygon) {
-  constexpr int kSteps = 24;
-  constexpr double kAlike_m = 0.1;
+  constexpr int kSteps = 40;
+  constexpr double kAlike_m = 0.05;
   Eigen::AlignedBox2d extent;
   for (const Vector2d& point : polygon.outline) extent.extend(point);
   std::vector<std::pair<std::pair<double, double>, Vector2d>> ranked;
