@@ -332,7 +332,7 @@ Json ReadRunSummary(const std::string& path, OdometryRun* run) {
       run->sloped_directions = ParseSlopes(path, json.at("sloped_directions"));
     }
     if (json.contains("line_deviation_rad")) {  // newer than the version
-      run->line_deviation_rad = BoundedAt(path, json, "line_deviation_rad", 0, 1);
+      run->line_deviation_rad = BoundedAt(path, json, "line_deviation_rad", 0.0, 1.0);
     }
     return json;
   });
