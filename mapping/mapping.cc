@@ -1,15 +1,40 @@
 #include "mapping/mapping.h"
 
+#include <spdlog/spdlog.h>
+
+#include "mapping/adjustment/adjustment.h"
 #include "mapping/line_map.h"
 #include "mapping/occupancy.h"
 #include "mapping/point_cloud.h"
 #include "mapping/refinement.h"
+#include "odometry/calibrated_rig.h"
 
 namespace slcmap {
 namespace {
 
 // Shares of the time, about, up to the end of a stage.
-constexpr double kFused = 0.1, kFiltered = 0.3;
+constexpr double kAdjusted = 0.6, kFused = 0.65, kFiltered = 0.75;
+
+// The run as the adjustment over all its keyframes has it; as it is where there is nothing to
+// adjust, which is counted, or where progress ends that.
+OdometryRun Adjusted(const OdometryRun& run, const AdjustmentOptions& options,
+                     const Progress& progress, MapResult* map) {
+  OdometryRun adjusted = run;
+  if (!options.enabled || run.keyframes.empty()) return adjusted;
+  try {
+    const AdjustmentResult result = Adjust(run, options, nullptr, progress);
+    if (!result.usable) {
+      ++map->warnings["not adjusted: " + result.reason];
+      spdlog::warn("keyframes are not adjusted: {}", result.reason);
+      return adjusted;
+    }
+    Apply(result, &adjusted);
+    map->adjustment = result.figures;
+  } catch (const StoppedError&) {
+    spdlog::debug("the adjustment was interrupted");
+  }
+  return adjusted;
+}
 
 }  // namespace
 
@@ -35,14 +60,19 @@ MapResult BuildMap(const OdometryRun& run, const MappingOptions& options,
     stopped = stopped || !progress.Report(done);
     return !stopped;
   });
-  map.trajectory = RefineTrajectory(run.states, run.keyframes, &map.warnings);
-  map.keyframes = KeyframeTrajectory(run.keyframes);
-  map.points = FuseLandmarks(SelectLandmarks(run.landmarks, options.cloud), options.cloud,
-                             watched.Part(0, kFused));
+  const OdometryRun adjusted = Adjusted(run, options.adjustment, watched.Part(0, kAdjusted), &map);
+  if (run.source && !adjusted.calibration.empty()) {
+    map.calibrated_rig =
+        CalibratedRig(run.source->raw_rig, run.rectified_rig, adjusted.calibration.back());
+  }
+  map.trajectory = RefineTrajectory(run.states, adjusted.keyframes, &map.warnings);
+  map.keyframes = KeyframeTrajectory(adjusted.keyframes);
+  map.points = FuseLandmarks(SelectLandmarks(adjusted.landmarks, options.cloud), options.cloud,
+                             watched.Part(kAdjusted, kFused));
   map.points =
       RemoveOutliers(std::move(map.points), options.cloud, watched.Part(kFused, kFiltered));
-  map.lines = SelectLines(run, options.lines);
-  map.occupancy = MapOccupancy(KeyframeRays(run, map.points), options.occupancy, &map.warnings,
+  map.lines = SelectLines(adjusted, options.lines);
+  map.occupancy = MapOccupancy(KeyframeRays(adjusted, map.points), options.occupancy, &map.warnings,
                                watched.Part(kFiltered, 1));
   if (stopped) {
     map.complete = false;

@@ -45,6 +45,7 @@ MappingOptions MappingOptions::FromYaml(const std::string& path) {
     options.cloud.Read(section.Section("cloud"));
     options.occupancy.Read(section.Section("occupancy"));
     options.lines.Read(section.Section("lines"));
+    options.adjustment.Read(section.Section("adjustment"));
     section.Finish();
     options.Check();
     return options;
@@ -58,6 +59,7 @@ std::string MappingOptions::ToYaml() const {
     options.cloud.Read(section.Section("cloud"));
     options.occupancy.Read(section.Section("occupancy"));
     options.lines.Read(section.Section("lines"));
+    options.adjustment.Read(section.Section("adjustment"));
   });
 }
 
@@ -65,6 +67,7 @@ void MappingOptions::Check() const {
   cloud.Check();
   occupancy.Check();
   lines.Check();
+  adjustment.Check();
 }
 
 }  // namespace slcmap

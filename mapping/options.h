@@ -2,6 +2,7 @@
 #pragma once
 
 #include "data/yaml_options.h"
+#include "mapping/adjustment/adjustment_options.h"
 
 namespace slcmap {
 
@@ -37,6 +38,7 @@ struct MappingOptions {
   CloudOptions cloud;
   OccupancyOptions occupancy;
   LineMapOptions lines;
+  AdjustmentOptions adjustment;
 
   // Overrides the defaults by the section `mapping` of a file; other sections, which belong to
   // other stages, are left alone. Throws ConfigError naming file and key, also for a value out of

@@ -171,7 +171,8 @@ class Adjustment {
     links_ = LinkChi2(state_);
     closures_ = find(state_, progress);
     figures_.closures = std::ssize(closures_);
-    return !closures_.empty();
+    figures_.closures_taken_back = RefuseBeyondGate(options_.closures, state_, model_, &closures_);
+    return figures_.closures_taken_back < figures_.closures;
   }
 
   // Wrong ones do not decide where right ones are, and none may speak against odometry.

@@ -1,6 +1,7 @@
 #include "mapping/adjustment/closure_terms.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "mapping/adjustment/same_edge_residual.h"
 
@@ -62,7 +63,47 @@ Closure* WorstAcross(size_t link, const AdjustmentState& state, const Adjustment
   return worst;
 }
 
+// By how much a shift of three standard deviations may move a point in the later image.
+double GateOf_px(const PointMatch& match, const ShiftSigma& sigma, const ClosureOptions& options,
+                 const AdjustmentState& state) {
+  const RigidTransform T_world_camera =
+      PoseFromBlock(state.frames[match.frame].pose) * state.rig.T_imu_camera[0];
+  const double distance_m =
+      (PointInWorld(state.points[match.point], state) - T_world_camera.translation).norm();
+  return 3 * state.rig.cameras[0].fx_px * (sigma.position_m / distance_m + sigma.yaw_rad) +
+         options.point_tolerance_px;
+}
+
+// Of one closure; the state's path lengths lead from visit to visit.
+void EraseBeyondGate(const ClosureOptions& options, double path_m, const AdjustmentState& state,
+                     const AdjustmentModel& model, Closure* closure) {
+  const ShiftSigma sigma = SigmaOver(path_m, options);
+  std::erase_if(closure->points, [&](const PointMatch& match) {
+    const double off_px =
+        options.point_sigma_px * std::sqrt(Chi2(PointMatchTerm(match, state, model)));
+    return !(off_px <= GateOf_px(match, sigma, options, state));
+  });
+  std::erase_if(closure->edges, [&](const EdgeMatch& match) {
+    const double off_m = options.edge_sigma_m * std::sqrt(Chi2(EdgeMatchTerm(match, state, model)));
+    return !(off_m <= 3 * sigma.position_m);
+  });
+}
+
 }  // namespace
+
+int RefuseBeyondGate(const ClosureOptions& options, const AdjustmentState& state,
+                     const AdjustmentModel& model, std::vector<Closure>* closures) {
+  const std::vector<double> path_m = PathLengths(state);
+  int taken_back = 0;
+  for (Closure& closure : *closures) {
+    const size_t before = closure.points.size() + closure.edges.size();
+    EraseBeyondGate(options, path_m[closure.newer_frame] - path_m[closure.older_frame], state,
+                    model, &closure);
+    closure.taken_back = 2 * (closure.points.size() + closure.edges.size()) <= before;
+    taken_back += closure.taken_back;
+  }
+  return taken_back;
+}
 
 AdjustmentTerm PointMatchTerm(const PointMatch& match, const AdjustmentState& state,
                               const AdjustmentModel& model) {

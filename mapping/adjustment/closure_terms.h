@@ -17,6 +17,12 @@ AdjustmentTerm EdgeMatchTerm(const EdgeMatch& match, const AdjustmentState& stat
 void AddClosureTerms(const std::vector<Closure>& closures, const AdjustmentState& state,
                      const AdjustmentModel& model, ceres::Problem* problem);
 
+// Takes out the matches that are farther from where the state has them than odometry may have
+// drifted over the path between the visits, and takes back the closures that lose most of theirs:
+// whoever found them, no closure moves a visit by more. Returns how many it has taken back.
+int RefuseBeyondGate(const ClosureOptions& options, const AdjustmentState& state,
+                     const AdjustmentModel& model, std::vector<Closure>* closures);
+
 // The squared residual of odometry's link from the keyframe before, for each keyframe; 0 where
 // there is none.
 std::vector<double> LinkChi2(const AdjustmentState& state);

@@ -171,7 +171,7 @@ std::vector<Closure> Injected(const AdjustmentState& state, const SimulatedRun& 
   return closures;
 }
 
-TEST(Adjustment, RefusesClosuresThatOdometrySpeaksAgainst) {
+TEST(Adjustment, RefusesClosuresBeyondWhatOdometryMayHaveDrifted) {
   const SimulatedRun run = Fly(Noisy(20));
   const AdjustmentResult without = AdjustWithClosures(run.run, Quick(), nullptr);
   const auto shifted = [&](const AdjustmentState& state, const Progress&) {

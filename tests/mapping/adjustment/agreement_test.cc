@@ -81,7 +81,7 @@ TEST(Agreement, BeyondTheGateNothingIsFound) {
   std::mt19937 generator(3);
   std::vector<ShiftVote> votes;
   for (int i = 0; i < 30; ++i) {
-    votes.push_back(VoteAt({0.2 * i, 1, 2}, i % 3, Shift(1, 0, 0, 0), &generator));
+    votes.push_back(VoteAt({0.2 * i, 1, 2}, i % 3, Shift(1, 1, 1, 0), &generator));
   }
   EXPECT_EQ(FindAgreement(votes, kSigma, 0.025).votes, 0);
   EXPECT_EQ(FindAgreement({}, kSigma, 0.025).votes, 0);
