@@ -89,7 +89,7 @@ void RunAll(const RunArguments& arguments) {
   const OdometryRun run = RunOdometryStage(odometry, {&map_folder, &export_folder});
   if (Interrupted()) return;
   const MapResult map =
-      Timed("map", [&] { return RunMapStage(odometry.run, mapping, false, &map_folder); });
+      Timed("map", [&] { return RunMapStage({.input = odometry.run}, mapping, &map_folder); });
   if (Interrupted()) return;
   const std::vector<std::string> files = Timed("export", [&] {
     return ExportMap(map, &export_folder, arguments.exporting, StageProgress("export"));

@@ -12,6 +12,8 @@
 #include "data/summary_file.h"
 #include "data/trajectory.h"
 #include "data/verdict_json.h"
+#include "mapping/building/building_files.h"
+#include "mapping/dense/dense_file.h"
 #include "mapping/point_cloud.h"
 #include "odometry/method.h"
 #include "odometry/run_json.h"
@@ -21,12 +23,13 @@
 namespace slcmap {
 namespace {
 
-constexpr int kMapVersion = 2;
+constexpr int kMapVersion = 3;
 constexpr char kSummary[] = "map.json";
 
 // The files of a map folder besides its summary.
 constexpr char kTrajectory[] = "trajectory.tum", kKeyframes[] = "keyframes.tum",
-               kPoints[] = "points.ply", kCloud[] = "points.pcd", kLines[] = "lines.ply",
+               kPoints[] = "points.ply", kCloud[] = "points.pcd", kDense[] = "dense.ply",
+               kDenseCloud[] = "dense.pcd", kLines[] = "lines.ply", kMarks[] = "marks.ply",
                kOccupancy[] = "occupancy.bt", kRig[] = "rig.json", kOptions[] = "options.yaml",
                kCalibration[] = "calibration.yaml";
 
@@ -37,8 +40,10 @@ double MedianObservations(const std::vector<MapLine>& lines) {
 }
 
 std::vector<std::string> ListedNames(bool with_calibration) {
-  std::vector<std::string> names{kTrajectory, kKeyframes, kPoints, kCloud,
-                                 kLines,      kOccupancy, kRig,    kOptions};
+  std::vector<std::string> names = {kTrajectory, kKeyframes,  kPoints, kCloud,
+                                    kDense,      kDenseCloud, kLines,  kMarks,
+                                    kOccupancy,  kRig,        kOptions};
+  for (const std::string& name : BuildingFiles()) names.push_back(name);
   if (with_calibration) names.emplace_back(kCalibration);
   return names;
 }
@@ -62,7 +67,11 @@ std::vector<std::pair<const char*, std::size_t>> CountsOf(const MapResult& map) 
   return {{"poses", map.trajectory.size()},
           {"keyframes", map.keyframes.size()},
           {"points", map.points.size()},
+          {"dense_points", map.dense.size()},
           {"lines", map.lines.size()},
+          {"marks", map.marks.size()},
+          {"planes", map.building.planes.size()},
+          {"rooms", map.building.rooms.size()},
           {"occupied_voxels", map.occupancy.OccupiedVoxels().size()}};
 }
 
@@ -181,7 +190,11 @@ std::string WriteMapFolder(OutputFolder* folder, const MapResult& map) {
   WriteTumTrajectory(path + kKeyframes, map.keyframes);
   WritePoints(path + kPoints, map.points);
   WritePcd(path + kCloud, map.points);
+  WriteDensePly(path + kDense, map.dense);
+  WriteDensePcd(path + kDenseCloud, map.dense);
   WriteMapLines(path + kLines, map.lines);
+  WriteMapLines(path + kMarks, map.marks);
+  WriteBuilding(folder->staging(), map.building);
   map.occupancy.Write(path + kOccupancy);
   WriteRig(path + kRig, map.rectified_rig);
   WriteFile(path + kOptions, map.source.options);
@@ -200,7 +213,10 @@ MapResult ReadMapFolder(const std::string& folder, const MapReadOptions& options
   map.trajectory = ReadPoses(path + kTrajectory);
   map.keyframes = ReadPoses(path + kKeyframes);
   map.points = ReadPoints(path + kPoints);
+  map.dense = ReadDensePly(path + kDense);
   map.lines = ReadLines(path + kLines);
+  map.marks = ReadLines(path + kMarks);
+  map.building = ReadBuilding(folder);
   map.occupancy = OccupancyMap::Read(path + kOccupancy);
   map.source.options = ReadFile(path + kOptions);
   if (options.accept_changed) return map;

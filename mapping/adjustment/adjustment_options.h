@@ -39,7 +39,7 @@ struct ClosureOptions {
 };
 
 struct AdjustmentOptions {
-  bool enabled = false;  // until it is never worse than the online trajectory
+  bool enabled = true;
   // Standard deviations of what was measured, and where robust losses turn, in standard deviations;
   // as the window has them.
   double point_sigma_px = 0.25;

@@ -36,8 +36,8 @@ TEST(MappingOptions, UnknownKeysAndAbsurdValuesAreNamed) {
                 ThrowsMessage<ConfigError>(HasSubstr(key)));
   }
   for (const char* key : {"max_sigma_m", "min_observations"}) {
-    EXPECT_THAT([&] { Read(std::string("mapping: {lines: {") + key + ": 0}}"); },
-                ThrowsMessage<ConfigError>(HasSubstr(std::string("mapping.lines.") + key)));
+    EXPECT_THAT([&] { Read(std::string("mapping: {run_lines: {") + key + ": 0}}"); },
+                ThrowsMessage<ConfigError>(HasSubstr(std::string("mapping.run_lines.") + key)));
   }
   for (const char* key : {"resolution_m", "max_range_m"}) {
     EXPECT_THAT([&] { Read(std::string("mapping: {occupancy: {") + key + ": 0}}"); },
@@ -67,7 +67,7 @@ TEST(MappingOptions, ValuesOutOfRangeAreNamedWithTheirFileAndRange) {
                         HasSubstr("expected 0.001 to 100"))));
   for (const char* yaml : {"cloud: {voxel_m: 1e-9}", "cloud: {outlier_neighbours: 1000000000}",
                            "occupancy: {max_range_m: 1e9}", "occupancy: {max_voxels: 0}",
-                           "lines: {max_sigma_m: 1e9}"}) {
+                           "run_lines: {max_sigma_m: 1e9}", "lines: {sweep: {max_views: 0}}"}) {
     EXPECT_THAT([&] { Read(std::string("mapping: {") + yaml + "}"); },
                 ThrowsMessage<ConfigError>(HasSubstr("options.yaml: mapping.")));
   }
