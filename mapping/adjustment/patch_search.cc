@@ -1,5 +1,6 @@
 #include "mapping/adjustment/patch_search.h"
 
+#include <Eigen/LU>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
