@@ -35,6 +35,7 @@ install(DIRECTORY data odometry mapping export DESTINATION ${SLCMAP_HEADERS} COM
   FILES_MATCHING PATTERN "*.h"
   PATTERN data/simulator EXCLUDE
   PATTERN data/json_file.h EXCLUDE
+  PATTERN data/polygon_json.h EXCLUDE
   PATTERN data/summary_file.h EXCLUDE
   PATTERN data/verdict_json.h EXCLUDE
   PATTERN odometry/run_json.h EXCLUDE

@@ -5,17 +5,15 @@
 #include <numeric>
 #include <tuple>
 
+#include "mapping/building/wall_bodies.h"
 #include "mapping/building/wall_lines.h"
 
 namespace slcmap {
 namespace {
 
-constexpr double kCorner_m = 0.5;        // from a measured end to the corner
-constexpr double kAlike = 0.99;          // cosine, 8 degrees
-constexpr double kBeside_m = 0.4;        // behind or before a wall there is no other
-constexpr double kOpposite = -0.995;     // cosine, 6 degrees
-constexpr double kLeastOverlap_m = 0.3;  // of the faces of a wall
-constexpr double kLeastOverlap = 0.5;    // of the shorter one
+constexpr double kCorner_m = 0.5;  // from a measured end to the corner
+constexpr double kAlike = 0.99;    // cosine, 8 degrees
+constexpr double kBeside_m = 0.4;  // behind or before a wall there is no other
 
 double CornerOf(const std::vector<BuiltFace>& faces, const BuiltFace& built, double end_m) {
   const Face& face = built.wall.face;
@@ -33,27 +31,6 @@ double CornerOf(const std::vector<BuiltFace>& faces, const BuiltFace& built, dou
     corner_m = crossing->first;
   }
   return corner_m;
-}
-
-// How far a face is behind another, as the other side of the same wall; 0: it is not.
-struct Behind {
-  double thickness_m = 0, overlap_m = 0;
-};
-
-Behind BehindOf(const Face& front, const Face& back, const BuildingOptions& options) {
-  if (front.level != back.level || front.normal.dot(back.normal) > kOpposite) return {};
-  const double a = front.AlongOf(back.PointAt(back.from_m));
-  const double b = front.AlongOf(back.PointAt(back.to_m));
-  const double from_m = std::max(front.from_m, std::min(a, b));
-  const double to_m = std::min(front.to_m, std::max(a, b));
-  const double least_m =
-      std::max(kLeastOverlap_m, kLeastOverlap * std::min(front.Length(), back.Length()));
-  if (to_m - from_m < least_m) return {};
-  const Eigen::Vector2d middle = front.PointAt(0.5 * (from_m + to_m));
-  const double thickness_m = -back.DistanceTo(middle);
-  // Before the back is behind the front.
-  if (thickness_m < options.min_thickness_m || thickness_m > options.max_thickness_m) return {};
-  return {thickness_m, to_m - from_m};
 }
 
 PlanOpening OpeningOf(const Face& front, const FaceOpening& opening, const Face& face,
@@ -160,11 +137,11 @@ std::vector<PlanWall> PlanWalls(const std::vector<BuiltFace>& faces,
     for (const size_t j : order) {
       if (is_taken[j]) continue;
       const Face& back = faces[j].wall.face;
-      const Behind behind = BehindOf(front, back, options);
-      if (behind.overlap_m == 0) continue;
+      const auto body = BodyBetween(front, back, options);
+      if (!body) continue;
       is_taken[j] = true;
-      thickness += behind.overlap_m * behind.thickness_m;
-      overlap_m += behind.overlap_m;
+      thickness += (body->to_m - body->from_m) * body->thickness_m;
+      overlap_m += body->to_m - body->from_m;
       wall.plane_ids.push_back(faces[j].plane_id);
       for (const FaceOpening& opening : faces[j].openings) {
         AddOpening(OpeningOf(front, opening, back, levels[front.level]), &wall.openings);
