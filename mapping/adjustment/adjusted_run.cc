@@ -20,7 +20,7 @@ AdjustedRun AdjustRun(OdometryRun run, const AdjustmentOptions& options, const V
       adjusted.figures = result.figures;
     } else {
       ++adjusted.run.warnings[kNotAdjusted];
-      spdlog::warn("keyframes are not adjusted: {}", result.reason);
+      spdlog::debug("keyframes are not adjusted: {}", result.reason);
     }
   } catch (const StoppedError&) {
     spdlog::debug("the adjustment was interrupted");
