@@ -221,8 +221,9 @@ double BoundedShare(const std::vector<Border>& borders, const std::vector<Cell>&
 
 }  // namespace
 
-std::vector<FoundRoom> FindRooms(const std::vector<WallFace>& walls, const FreeSpace& free,
+std::vector<FoundRoom> FindRooms(const std::vector<WallFace>& seen, const FreeSpace& free,
                                  const BuildingOptions& options) {
+  const std::vector<WallFace> walls = WithUnseenFaces(seen, options);
   const std::vector<WallLine> lines = LinesOf(walls, options);
   std::vector<Cell> cells = CellsOf(lines, free);
   CloseWallBodies(walls, options, &cells);

@@ -20,6 +20,14 @@ struct WallBody {
 std::optional<WallBody> BodyBetween(const Face& front, const Face& back,
                                     const BuildingOptions& options);
 
+// The median thickness of the walls of which both faces were seen, by length; the assumed one of
+// the options where there are none.
+double TypicalThickness(const std::vector<WallFace>& walls, const BuildingOptions& options);
+
+// The walls, and behind each that was seen from one side alone the face that it must have, at the
+// typical thickness: the room behind it ends there.
+std::vector<WallFace> WithUnseenFaces(std::vector<WallFace> walls, const BuildingOptions& options);
+
 // Whether a place is between two faces of one wall.
 bool IsInWall(const std::vector<WallFace>& walls, const Eigen::Vector2d& p,
               const BuildingOptions& options);

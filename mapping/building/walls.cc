@@ -13,6 +13,9 @@ namespace {
 
 constexpr double kCorner_m = 0.5;  // from a measured end to the corner
 constexpr double kAlike = 0.99;    // cosine, 8 degrees
+constexpr double kLong_m = 1.5;    // covered: of a wall that need not be like others
+constexpr double kSure = 0.5;      // share of a shorter one that must reach the top
+constexpr double kRight = 0.995;   // cosine, 6 degrees
 constexpr double kBeside_m = 0.4;  // behind or before a wall there is no other
 
 double CornerOf(const std::vector<BuiltFace>& faces, const BuiltFace& built, double end_m) {
@@ -80,6 +83,22 @@ void Yield(const WallFace& stronger, WallFace* weaker) {
   }
 }
 
+bool IsLong(const BuiltFace& built) { return CoveredLength(built.wall) >= kLong_m; }
+
+// Normals at corners, reveals and furniture point anywhere, and a door's leaf is as high as can be
+// seen of it: what is short is a wall only where it reaches the top, along or across a long one.
+bool IsCredible(const std::vector<BuiltFace>& faces, const BuiltFace& built) {
+  if (IsLong(built)) return true;
+  const std::vector<double>& shares = built.wall.shares;
+  const auto sure = std::count(shares.begin(), shares.end(), 1.0);
+  if (static_cast<double>(sure) < kSure * static_cast<double>(shares.size())) return false;
+  return std::any_of(faces.begin(), faces.end(), [&](const BuiltFace& other) {
+    const double cosine = std::abs(other.wall.face.normal.dot(built.wall.face.normal));
+    return other.is_wall && IsLong(other) && other.wall.face.level == built.wall.face.level &&
+           (cosine > kRight || cosine < std::sqrt(1 - kRight * kRight));
+  });
+}
+
 }  // namespace
 
 void SelectWalls(std::vector<BuiltFace>* faces) {
@@ -91,7 +110,7 @@ void SelectWalls(std::vector<BuiltFace>* faces) {
   for (size_t i = 0; i < order.size(); ++i) {
     BuiltFace& built = (*faces)[order[i]];
     for (size_t k = 0; k < i; ++k) Yield((*faces)[order[k]].wall, &built.wall);
-    built.is_wall = IsWall(built.wall.shares, built.wall.step_m);
+    built.is_wall = IsWall(built.wall.shares, built.wall.step_m) && IsCredible(*faces, built);
   }
 }
 
@@ -118,6 +137,9 @@ std::vector<PlanWall> PlanWalls(const std::vector<BuiltFace>& faces,
     return faces[a].wall.face.Length() > faces[b].wall.face.Length();
   });
   std::vector<bool> is_taken(faces.size(), false);
+  std::vector<WallFace> seen;
+  for (const size_t i : order) seen.push_back(faces[i].wall);
+  const double typical_m = TypicalThickness(seen, options);
   std::vector<PlanWall> walls;
   for (const size_t i : order) {
     if (is_taken[i]) continue;
@@ -148,7 +170,7 @@ std::vector<PlanWall> PlanWalls(const std::vector<BuiltFace>& faces,
       }
     }
     wall.thickness_assumed = overlap_m == 0;
-    wall.thickness_m = overlap_m > 0 ? thickness / overlap_m : options.assumed_thickness_m;
+    wall.thickness_m = overlap_m > 0 ? thickness / overlap_m : typical_m;
     walls.push_back(wall);
   }
   return walls;
