@@ -1,10 +1,11 @@
 #!/usr/bin/env bash
-# Installs those packages of packages.txt that are missing; says nothing when there are none.
+# Installs those packages of a list that are missing; says nothing when there are none. The list is
+# packages.txt, or the file given.
 set -euo pipefail
 
-cd "$(dirname "$0")"
+list=$(realpath "${1:-$(dirname "$0")/packages.txt}")
 missing=()
-for package in $(grep -v '^#' packages.txt); do
+for package in $(grep -v '^#' "$list"); do
   status=$(dpkg-query --show --showformat='${db:Status-Status}' "$package" 2>/dev/null || true)
   [ "$status" = installed ] || missing+=("$package")
 done

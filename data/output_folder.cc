@@ -119,6 +119,16 @@ void Sync(const std::string& path, int flags) {
   if (!synced) FailOutput(path, "cannot be written", std::strerror(why));
 }
 
+// The same for a file, or a folder with all that it holds.
+void SyncAll(const std::string& path) {
+  Sync(path, 0);
+  std::error_code error;
+  for (fs::recursive_directory_iterator it(path, error), end; !error && it != end;
+       it.increment(error)) {
+    Sync(it->path(), 0);
+  }
+}
+
 // Of a folder, sorted: what is done with them is the same everywhere.
 std::vector<std::string> NamesIn(const std::string& folder) {
   std::vector<std::string> names;
@@ -189,11 +199,12 @@ void OutputFolder::Commit() {
   std::vector<std::string> names = NamesIn(staging());
   const std::string& summary = files_.names.front();
   if (std::erase(names, summary) > 0) names.push_back(summary);
-  for (const std::string& name : names) Sync(staging_ + "/" + name, 0);
+  for (const std::string& name : names) SyncAll(staging_ + "/" + name);
   // In between the summary is neither of the old files nor of the new ones.
   RemoveNames(path_, {summary});
   for (const std::string& name : names) {
     const std::string to = path_ + "/" + name;
+    if (fs::is_directory(to)) RemoveNames(path_, {name});  // only files are replaced by renaming
     Try(to, "cannot be written",
         [&](std::error_code& error) { fs::rename(staging_ + "/" + name, to, error); });
   }

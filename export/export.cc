@@ -8,8 +8,12 @@
 #include "data/error.h"
 #include "data/nearest_name.h"
 #include "data/summary_file.h"
+#include "export/dxf/dxf_writer.h"
 #include "export/gltf_writer.h"
 #include "export/map_writer.h"
+#include "export/obj_writer.h"
+#include "export/plan/pdf_writer.h"
+#include "export/plan/svg_writer.h"
 #include "export/ply_writer.h"
 #include "export/scene_writer.h"
 
@@ -59,6 +63,10 @@ std::vector<std::unique_ptr<MapWriter>> MakeMapWriters(const ExportOptions& opti
   std::vector<std::unique_ptr<MapWriter>> writers;
   writers.push_back(std::make_unique<GltfSceneWriter>(scene));
   writers.push_back(std::make_unique<PlySceneWriter>(scene));
+  writers.push_back(std::make_unique<SvgPlanWriter>(options.plan));
+  writers.push_back(std::make_unique<PdfPlanWriter>(options.plan));
+  writers.push_back(std::make_unique<DxfWriter>(options.plan, options.scene.max_jump_s));
+  writers.push_back(std::make_unique<ObjWriter>(options.scene.max_jump_s));
   return writers;
 }
 
@@ -77,6 +85,7 @@ StageFiles ExportFiles() {
 }
 
 void CheckFormats(const ExportOptions& options) {
+  options.plan.Check();
   const std::vector<std::string> known = ExportFormats();
   for (const std::string& format : options.formats) {
     if (std::find(known.begin(), known.end(), format) != known.end()) continue;

@@ -6,6 +6,7 @@
 
 #include "data/output_folder.h"
 #include "data/progress.h"
+#include "export/plan/plan_options.h"
 #include "export/scene.h"
 #include "mapping/map.h"
 
@@ -14,12 +15,13 @@ namespace slcmap {
 struct ExportOptions {
   std::vector<std::string> formats;  // empty: all there are
   SceneOptions scene;
+  PlanOptions plan;
 };
 
 // The names of the formats there are.
 std::vector<std::string> ExportFormats();
 
-// Throws ConfigError for a format that there is not.
+// Throws ConfigError for a format that there is not, and for options of plans that cannot be.
 void CheckFormats(const ExportOptions& options);
 
 // The names of the files of an export in all formats.

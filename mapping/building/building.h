@@ -64,7 +64,7 @@ struct PlanOpening {
   double clear_height_m = 0;
 };
 
-// A wall in the plan: its measured face, seen from which it goes from right to left, and behind it
+// A wall in the plan: its measured face, seen from which it goes from left to right, and behind it
 // its thickness.
 struct PlanWall {
   int64_t id = 0;

@@ -40,6 +40,20 @@ TEST_F(OutputFolderTest, FilesAppearTogetherAndReplaceOlderOnes) {
   EXPECT_EQ(std::distance(fs::directory_iterator(path_), {}), 3);
 }
 
+TEST_F(OutputFolderTest, FoldersAreReplacedWhole) {
+  const StageFiles stage = {"a map", {"map.json", "plan"}};
+  temp_.Write("out/map.json", "old");
+  temp_.Write("out/plan/storey_0.svg", "old");
+  temp_.Write("out/plan/storey_1.svg", "old");
+  OutputFolder output(path_, stage);
+  MakeFolder(output.staging() + "/plan");
+  WriteFile(output.staging() + "/plan/storey_0.svg", "new");
+  WriteFile(output.staging() + "/map.json", "{}");
+  output.Commit();
+  EXPECT_EQ(ReadText(path_ + "/plan/storey_0.svg"), "new");
+  EXPECT_FALSE(fs::exists(path_ + "/plan/storey_1.svg"));
+}
+
 TEST_F(OutputFolderTest, FilesThatAreNotOfTheStageAreNeitherReplacedNorRemoved) {
   temp_.Write("out/points.ply", "mine");
   EXPECT_THAT(MessageOf<ConfigError>([&] { OutputFolder(path_, kMap); }),

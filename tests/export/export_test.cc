@@ -24,8 +24,9 @@ using ::testing::HasSubstr;
 using ::testing::ThrowsMessage;
 using ::testing::UnorderedElementsAre;
 
-const char* const kFiles[] = {"scene.glb",     "points.ply", "lines.ply",    "trajectory.ply",
-                              "keyframes.ply", "voxels.ply", "line_bars.ply"};
+const char* const kFiles[] = {"scene.glb",          "points.ply", "lines.ply",     "trajectory.ply",
+                              "keyframes.ply",      "voxels.ply", "line_bars.ply", "plan.pdf",
+                              "plan/no_storey.svg", "plan.dxf",   "map.dxf",       "map.obj"};
 
 MapResult MakeMap() {
   MapResult map = BuildMap(testing::MakeWallRun(), {});
@@ -97,7 +98,7 @@ TEST_F(ExportTest, OneFormatAlone) {
   EXPECT_THAT(ExportMap(MakeMap(), folder_, options), UnorderedElementsAre(Path("scene.glb")));
   options.formats = {"step"};
   EXPECT_THAT([&] { ExportMap(MakeMap(), folder_, options); },
-              ThrowsMessage<ConfigError>(HasSubstr("found 'step', expected one of glb, ply")));
+              ThrowsMessage<ConfigError>(HasSubstr("found 'step', expected one of glb, ply, svg")));
 }
 
 TEST_F(ExportTest, GltfHoldsTheLayers) {

@@ -1,0 +1,284 @@
+#include "export/dxf/dxf_file.h"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <cmath>
+#include <iterator>
+
+namespace slcmap {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+// Rows of a group code and a value.
+class Groups {
+ public:
+  explicit Groups(std::string* text) : text_(text) {}
+
+  Groups& Name(int code, std::string_view value) { return Row(code, value); }
+  Groups& Number(int code, int value) { return Row(code, value); }
+  Groups& Real(int code, double value) {
+    fmt::format_to(std::back_inserter(*text_), "{}\n{:.6f}\n", code, value);
+    return *this;
+  }
+  // Codes 10, 20, 30 for the first point, 11, 21, 31 for the second, ...
+  Groups& Point(int which, const Vector3d& point) {
+    return Real(10 + which, point.x()).Real(20 + which, point.y()).Real(30 + which, point.z());
+  }
+  Groups& Variable(std::string_view name) { return Name(9, name); }
+
+ private:
+  template <typename Value>
+  Groups& Row(int code, const Value& value) {
+    fmt::format_to(std::back_inserter(*text_), "{}\n{}\n", code, value);
+    return *this;
+  }
+
+  std::string* text_;
+};
+
+constexpr std::array<const char*, 3> kLinetypes = {"CONTINUOUS", "DASHED", "DOTTED"};
+
+Vector3d Flat(const Vector2d& p) { return {p.x(), p.y(), 0}; }
+
+void WriteLine(const std::string& layer, const Vector3d& start, const Vector3d& end,
+               std::string* text) {
+  Groups(text).Name(0, "LINE").Name(8, layer).Point(0, start).Point(1, end);
+}
+
+void WriteText(const std::string& layer, const DrawnText& drawn, std::string* text) {
+  const Vector3d place = Flat(drawn.position);
+  Groups(text)
+      .Name(0, "TEXT")
+      .Name(8, layer)
+      .Point(0, place)
+      .Real(40, drawn.height)
+      .Name(1, Ascii(drawn.text))
+      .Real(50, drawn.angle_rad * 180 / M_PI)
+      .Name(7, "STANDARD")
+      .Number(72, drawn.align == Align::kLeft ? 0 : 1)
+      .Point(1, place);
+}
+
+// Dashes and gaps (negative) in metres.
+void WriteLinetype(DxfLinetype type, const char* shown, const std::vector<double>& parts_m,
+                   std::string* text) {
+  double length_m = 0;
+  for (const double part_m : parts_m) length_m += std::abs(part_m);
+  Groups groups(text);
+  groups.Name(0, "LTYPE")
+      .Name(2, kLinetypes[static_cast<size_t>(type)])
+      .Number(70, 0)
+      .Name(3, shown)
+      .Number(72, 65)
+      .Number(73, static_cast<int>(parts_m.size()))
+      .Real(40, length_m);
+  for (const double part_m : parts_m) groups.Real(49, part_m);
+}
+
+void WriteLayer(const DxfLayer& layer, std::string* text) {
+  Groups(text)
+      .Name(0, "LAYER")
+      .Name(2, layer.name)
+      .Number(70, 0)
+      .Number(62, layer.is_on ? layer.colour : -layer.colour)
+      .Name(6, kLinetypes[static_cast<size_t>(layer.linetype)]);
+}
+
+void WriteStyles(std::string* text) {
+  Groups(text)
+      .Name(0, "TABLE")
+      .Name(2, "STYLE")
+      .Number(70, 1)
+      .Name(0, "STYLE")
+      .Name(2, "STANDARD")
+      .Number(70, 0)
+      .Real(40, 0)
+      .Real(41, 1)
+      .Real(50, 0)
+      .Number(71, 0)
+      .Real(42, 0.2)
+      .Name(3, "txt")
+      .Name(4, "")
+      .Name(0, "ENDTAB");
+}
+
+// How dimensions are drawn, beneath a style's group codes and the header's variables.
+struct DimensionVariable {
+  const char* name;
+  int code;
+  double value;
+};
+
+std::vector<DimensionVariable> DimensionLengths(const PlanTextSizes& sizes) {
+  return {{"$DIMSCALE", 40, 1},
+          {"$DIMASZ", 41, sizes.figure_m},
+          {"$DIMEXO", 42, sizes.gap_m},
+          {"$DIMEXE", 44, sizes.gap_m},
+          {"$DIMTXT", 140, sizes.figure_m},
+          {"$DIMTSZ", 142, 0.5 * sizes.figure_m},
+          {"$DIMGAP", 147, sizes.gap_m}};
+}
+
+// Texts stand above the line and along it.
+constexpr std::array<std::tuple<const char*, int, int>, 3> kDimensionFlags = {
+    {{"$DIMTIH", 73, 0}, {"$DIMTOH", 74, 0}, {"$DIMTAD", 77, 1}}};
+
+void WriteDimensionStyle(const PlanTextSizes& sizes, std::string* text) {
+  Groups groups(text);
+  groups.Name(0, "TABLE").Name(2, "DIMSTYLE").Number(70, 1).Name(0, "DIMSTYLE");
+  groups.Name(2, "STANDARD").Number(70, 0);
+  for (const DimensionVariable& variable : DimensionLengths(sizes)) {
+    groups.Real(variable.code, variable.value);
+  }
+  for (const auto& [name, code, value] : kDimensionFlags) groups.Number(code, value);
+  groups.Name(0, "ENDTAB");
+}
+
+}  // namespace
+
+std::string Ascii(const std::string& text) {
+  const std::pair<const char*, const char*> known[] = {{"\u00b2", "2"}, {"\u03c3", "sigma"}};
+  std::string ascii = text;
+  for (const auto& [from, to] : known) {
+    for (size_t at = 0; (at = ascii.find(from, at)) != std::string::npos;) {
+      ascii.replace(at, std::char_traits<char>::length(from), to);
+    }
+  }
+  for (char& c : ascii) {
+    if (c < ' ' || c > '~') c = '?';
+  }
+  return ascii;
+}
+
+void DxfFile::AddLine(const std::string& layer, const Vector3d& start, const Vector3d& end) {
+  Extend(start);
+  Extend(end);
+  WriteLine(layer, start, end, &entities_);
+}
+
+void DxfFile::AddPoint(const std::string& layer, const Vector3d& point) {
+  Extend(point);
+  Groups(&entities_).Name(0, "POINT").Name(8, layer).Point(0, point);
+}
+
+void DxfFile::AddTriangle(const std::string& layer, const std::array<Vector3d, 3>& corners) {
+  constexpr int kAllEdgesHidden = 15;  // outlines are drawn beside
+  for (const Vector3d& corner : corners) Extend(corner);
+  Groups(&entities_)
+      .Name(0, "3DFACE")
+      .Name(8, layer)
+      .Point(0, corners[0])
+      .Point(1, corners[1])
+      .Point(2, corners[2])
+      .Point(3, corners[2])
+      .Number(70, kAllEdgesHidden);
+}
+
+void DxfFile::AddPolyline(const std::string& layer, const std::vector<Vector3d>& points,
+                          bool is_closed) {
+  constexpr int kClosed = 1, kInSpace = 8, kVertexInSpace = 32;
+  Groups groups(&entities_);
+  groups.Name(0, "POLYLINE").Name(8, layer).Number(66, 1).Point(0, Vector3d::Zero());
+  groups.Number(70, kInSpace + (is_closed ? kClosed : 0));
+  for (const Vector3d& point : points) {
+    Extend(point);
+    groups.Name(0, "VERTEX").Name(8, layer).Point(0, point).Number(70, kVertexInSpace);
+  }
+  groups.Name(0, "SEQEND").Name(8, layer);
+}
+
+void DxfFile::AddText(const std::string& layer, const DrawnText& text) {
+  Extend(Flat(text.position));
+  WriteText(layer, text, &entities_);
+}
+
+void DxfFile::AddDimension(const std::string& layer, const Dimension& dimension) {
+  constexpr int kAtAngle = 0, kAnonymous = 1;
+  const std::string block = fmt::format("*D{}", ++dimensions_);
+  const Drawing drawing = DrawDimension(dimension, sizes_);
+  Groups blocks(&blocks_);
+  blocks.Name(0, "BLOCK").Name(8, layer).Name(2, block).Number(70, kAnonymous);
+  blocks.Point(0, Vector3d::Zero()).Name(3, block);
+  for (const DrawnPath& path : drawing.paths) {
+    for (size_t i = 0; i + 1 < path.points.size(); ++i) {
+      WriteLine(layer, Flat(path.points[i]), Flat(path.points[i + 1]), &blocks_);
+      Extend(Flat(path.points[i]));
+    }
+  }
+  const DrawnText& text = drawing.texts.front();
+  WriteText(layer, text, &blocks_);
+  blocks.Name(0, "ENDBLK").Name(8, layer);
+  const Vector2d along = dimension.to - dimension.from;
+  const Vector2d up(-std::sin(text.angle_rad), std::cos(text.angle_rad));
+  Groups(&entities_)
+      .Name(0, "DIMENSION")
+      .Name(8, layer)
+      .Name(2, block)
+      .Point(0, Flat(dimension.LineEnd()))
+      .Point(1, Flat(text.position + 0.5 * text.height * up))
+      .Number(70, kAtAngle)
+      .Name(1, text.text)
+      .Name(3, "STANDARD")
+      .Point(3, Flat(dimension.from))
+      .Point(4, Flat(dimension.to))
+      .Real(50, std::atan2(along.y(), along.x()) * 180 / M_PI);
+}
+
+void DxfFile::Extend(const Vector3d& point) {
+  least_ = is_empty_ ? point : least_.cwiseMin(point);
+  most_ = is_empty_ ? point : most_.cwiseMax(point);
+  is_empty_ = false;
+}
+
+std::string DxfFile::Header() const {
+  std::string text;
+  Groups groups(&text);
+  groups.Name(0, "SECTION").Name(2, "HEADER");
+  groups.Variable("$ACADVER").Name(1, "AC1009");
+  groups.Variable("$EXTMIN").Point(0, least_).Variable("$EXTMAX").Point(0, most_);
+  // R12 knows neither of these two; FreeCAD takes metres for millimetres without them.
+  groups.Variable("$INSUNITS").Number(70, 6).Variable("$MEASUREMENT").Number(70, 1);
+  groups.Variable("$LUNITS").Number(70, 2).Variable("$LUPREC").Number(70, 3);
+  groups.Variable("$LTSCALE").Real(40, 1);
+  groups.Variable("$DIMSTYLE").Name(2, "STANDARD");
+  for (const DimensionVariable& variable : DimensionLengths(sizes_)) {
+    groups.Variable(variable.name).Real(40, variable.value);
+  }
+  for (const auto& [name, code, value] : kDimensionFlags) groups.Variable(name).Number(70, value);
+  groups.Name(0, "ENDSEC");
+  return text;
+}
+
+std::string DxfFile::Tables() const {
+  std::string text;
+  Groups groups(&text);
+  groups.Name(0, "SECTION").Name(2, "TABLES");
+  groups.Name(0, "TABLE").Name(2, "LTYPE").Number(70, static_cast<int>(kLinetypes.size()));
+  const double dash_m = sizes_.gap_m;
+  WriteLinetype(DxfLinetype::kContinuous, "Solid line", {}, &text);
+  WriteLinetype(DxfLinetype::kDashed, "__ __ __ __", {2 * dash_m, -dash_m}, &text);
+  WriteLinetype(DxfLinetype::kDotted, ". . . . . .", {0, -dash_m}, &text);
+  groups.Name(0, "ENDTAB");
+  groups.Name(0, "TABLE").Name(2, "LAYER").Number(70, static_cast<int>(layers_.size()) + 1);
+  WriteLayer({"0", 7, DxfLinetype::kContinuous, true}, &text);
+  for (const DxfLayer& layer : layers_) WriteLayer(layer, &text);
+  groups.Name(0, "ENDTAB");
+  WriteStyles(&text);
+  groups.Name(0, "TABLE").Name(2, "APPID").Number(70, 1);
+  groups.Name(0, "APPID").Name(2, "ACAD").Number(70, 0).Name(0, "ENDTAB");
+  WriteDimensionStyle(sizes_, &text);
+  groups.Name(0, "ENDSEC");
+  return text;
+}
+
+std::string DxfFile::Text() const {
+  const auto section = [](const char* name, const std::string& content) {
+    return fmt::format("0\nSECTION\n2\n{}\n{}0\nENDSEC\n", name, content);
+  };
+  return Header() + Tables() + section("BLOCKS", blocks_) + section("ENTITIES", entities_) +
+         "0\nEOF\n";
+}
+
+}  // namespace slcmap

@@ -1,0 +1,62 @@
+// A DXF file in the form of AutoCAD R12, the one that all programs read.
+//
+// Metres. Names are upper-case ASCII letters, digits, $, _ and -, at most 31 of them. Texts are
+// ASCII: what is not, is written by its nearest ASCII characters.
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <string>
+#include <vector>
+
+#include "export/plan/dimension.h"
+
+namespace slcmap {
+
+enum class DxfLinetype { kContinuous, kDashed, kDotted };
+
+struct DxfLayer {
+  std::string name;
+  int colour = 7;  // of AutoCAD's index: 1 red, 3 green, 5 blue, 7 black or white, ...
+  DxfLinetype linetype = DxfLinetype::kContinuous;
+  bool is_on = true;
+};
+
+class DxfFile {
+ public:
+  // Texts and dashes are sized for a drawing that is printed at 1 : scale.
+  explicit DxfFile(int scale) : sizes_(scale) {}
+
+  const PlanTextSizes& sizes() const { return sizes_; }
+
+  // What is drawn on a layer comes after it was added.
+  void AddLayer(const DxfLayer& layer) { layers_.push_back(layer); }
+
+  void AddLine(const std::string& layer, const Eigen::Vector3d& start, const Eigen::Vector3d& end);
+  void AddPoint(const std::string& layer, const Eigen::Vector3d& point);
+  void AddTriangle(const std::string& layer, const std::array<Eigen::Vector3d, 3>& corners);
+  void AddPolyline(const std::string& layer, const std::vector<Eigen::Vector3d>& points,
+                   bool is_closed);
+  void AddText(const std::string& layer, const DrawnText& text);
+  // The dimension with the block that shows it, at z = 0.
+  void AddDimension(const std::string& layer, const Dimension& dimension);
+
+  std::string Text() const;
+
+ private:
+  std::string Header() const;
+  std::string Tables() const;
+  void Extend(const Eigen::Vector3d& point);
+
+  PlanTextSizes sizes_;
+  std::vector<DxfLayer> layers_;
+  std::string blocks_, entities_;
+  int dimensions_ = 0;
+  bool is_empty_ = true;
+  Eigen::Vector3d least_ = Eigen::Vector3d::Zero(), most_ = Eigen::Vector3d::Zero();
+};
+
+// A text with ASCII characters alone.
+std::string Ascii(const std::string& text);
+
+}  // namespace slcmap

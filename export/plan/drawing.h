@@ -1,0 +1,88 @@
+// What a plan is drawn with: filled areas, paths and texts. Coordinates are in a right-handed
+// plane, y up; whether they are metres of the building or millimetres on paper, who holds a drawing
+// says.
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <string>
+#include <vector>
+
+#include "data/polygon.h"
+
+namespace slcmap {
+
+enum class Pen {
+  kWall,      // what was measured of walls
+  kAssumed,   // the back of walls that were seen from one side
+  kOpening,   // leaves, panes, thresholds
+  kOverhead,  // what is above the cut: lintels of passages
+  kRoom,      // the border of a room, where no wall hides it
+  kDimension,
+  kFrame,
+};
+enum class Fill { kAssumed, kWall, kInk };  // in the order in which they are laid over each other
+
+// How lines of a pen look on paper; dashes of length 0 are none.
+struct PenStyle {
+  const char* name;
+  double width_mm;
+  double dash_mm, gap_mm;
+};
+inline constexpr std::array<PenStyle, 7> kPenStyles = {{{"walls", 0.5, 0, 0},
+                                                        {"assumed", 0.25, 1.4, 0.9},
+                                                        {"openings", 0.25, 0, 0},
+                                                        {"overhead", 0.18, 0.9, 0.9},
+                                                        {"rooms", 0.18, 0.3, 0.9},
+                                                        {"dimensions", 0.18, 0, 0},
+                                                        {"frame", 0.35, 0, 0}}};
+
+struct FillStyle {
+  const char* name;
+  double grey;  // 0 black to 1 white
+};
+inline constexpr std::array<FillStyle, 3> kFillStyles = {
+    {{"assumed_areas", 0.88}, {"wall_areas", 0.62}, {"ink", 0}}};
+
+// Height of capitals over the size of a font, in DejaVu Sans and about so in others.
+inline constexpr double kCapitalOfFont = 0.729;
+
+struct DrawnArea {
+  Fill fill = Fill::kWall;
+  Polygon polygon;
+};
+
+struct DrawnPath {
+  Pen pen = Pen::kWall;
+  PlanPoints points;
+};
+
+enum class Align { kCentre, kLeft };
+
+// A line of text (UTF-8); it stands on a line through `position`, from which it is turned.
+struct DrawnText {
+  std::string text;
+  Eigen::Vector2d position = Eigen::Vector2d::Zero();
+  double height = 0;  // of capitals
+  double angle_rad = 0;
+  Align align = Align::kCentre;
+};
+
+struct Drawing {
+  std::vector<DrawnArea> areas;
+  std::vector<DrawnPath> paths;
+  std::vector<DrawnText> texts;
+
+  void Add(const Drawing& other);
+};
+
+// A drawing moved and scaled: p -> scale * p + offset.
+Drawing Placed(const Drawing& drawing, double scale, const Eigen::Vector2d& offset);
+
+// The angle of a text along a direction, so that it is read from below or from the right.
+double ReadableAngle(const Eigen::Vector2d& direction);
+
+// How wide a text is drawn at most, in common sans serif faces.
+double TextWidth(const std::string& text, double height);
+
+}  // namespace slcmap

@@ -1,0 +1,122 @@
+#include "export/plan/legend.h"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <cmath>
+
+#include "export/plan/opening_symbols.h"
+#include "export/plan/wall_solids.h"
+
+namespace slcmap {
+namespace {
+
+using Eigen::Vector2d;
+
+constexpr double kSample_mm = 14, kThickness_mm = 2, kRow_mm = 6, kColumn_mm = 55;
+constexpr double kText_mm = 1.8;
+
+// A short wall, whose "metres" are millimetres here.
+PlanWall SampleWall(bool is_assumed) {
+  PlanWall wall;
+  wall.start = {kSample_mm, 0};  // so that it is below its face
+  wall.thickness_m = kThickness_mm;
+  wall.thickness_assumed = is_assumed;
+  return wall;
+}
+
+PlanWall SampleOpening(OpeningKind kind, bool is_walked) {
+  PlanWall wall = SampleWall(false);
+  PlanOpening opening;
+  opening.kind = kind;
+  opening.walked = is_walked;
+  opening.from_m = 5.2;
+  opening.to_m = 8.8;
+  wall.openings = {opening};
+  return wall;
+}
+
+void AddText(const char* text, Drawing* drawing) {
+  drawing->texts.push_back(
+      {text, {kSample_mm + 2, -0.5 * (kThickness_mm + kText_mm)}, kText_mm, 0, Align::kLeft});
+}
+
+struct Sample {
+  const char* text;
+  PlanWall wall;
+};
+
+Drawing DrawSample(const Sample& sample) {
+  Building building;
+  building.walls = {sample.wall};
+  const std::vector<WallSolid> solids = WallSolids(building, 0);
+  Drawing drawing = DrawWalls(solids);
+  for (const PlanOpening& opening : sample.wall.openings) {
+    drawing.Add(OpeningSymbol(solids.front(), opening));
+  }
+  AddText(sample.text, &drawing);
+  return drawing;
+}
+
+Drawing DrawRoomSample() {
+  const double middle_mm = -0.5 * kThickness_mm;
+  Drawing drawing;
+  drawing.paths = {{Pen::kRoom, {{0, middle_mm}, {kSample_mm, middle_mm}}}};
+  AddText("border of a room, no wall seen", &drawing);
+  return drawing;
+}
+
+// The round length, of 1, 2 or 5 times a power of ten, that comes nearest below.
+double RoundBelow(double length_m) {
+  const double ten = std::pow(10, std::floor(std::log10(length_m)));
+  for (const double step : {5, 2}) {
+    if (step * ten <= length_m) return step * ten;
+  }
+  return ten;
+}
+
+}  // namespace
+
+Drawing Legend() {
+  const Sample samples[] = {
+      {"wall, measured on both sides", SampleWall(false)},
+      {"wall, thickness assumed", SampleWall(true)},
+      {"door, walked through", SampleOpening(OpeningKind::kDoor, true)},
+      {"door, seen through", SampleOpening(OpeningKind::kDoor, false)},
+      {"window", SampleOpening(OpeningKind::kWindow, false)},
+      {"passage", SampleOpening(OpeningKind::kPassage, false)},
+  };
+  constexpr int kRows = 4;
+  std::vector<Drawing> drawn;
+  for (const Sample& sample : samples) drawn.push_back(DrawSample(sample));
+  drawn.push_back(DrawRoomSample());
+  Drawing legend;
+  for (int i = 0; i < static_cast<int>(drawn.size()); ++i) {
+    const Vector2d place(kColumn_mm * (i / kRows),
+                         kRow_mm * (kRows - 1 - i % kRows) + kThickness_mm);
+    legend.Add(Placed(drawn[static_cast<size_t>(i)], 1, place));
+  }
+  return legend;
+}
+
+Drawing ScaleBar(int scale) {
+  constexpr double kLongest_mm = 60, kHeight_mm = 1.6;
+  constexpr int kParts = 5;
+  const double length_m = RoundBelow(kLongest_mm * 1e-3 * scale);
+  const double part_mm = length_m * 1e3 / scale / kParts;
+  Drawing bar;
+  for (int i = 0; i < kParts; ++i) {
+    const double from = i * part_mm, to = from + part_mm;
+    const PlanPoints outline = {{from, 0}, {to, 0}, {to, kHeight_mm}, {from, kHeight_mm}};
+    if (i % 2 == 0) bar.areas.push_back({Fill::kInk, {outline, {}}});
+    PlanPoints border = outline;
+    border.push_back(outline.front());
+    bar.paths.push_back({Pen::kDimension, border});
+  }
+  for (const int i : {0, kParts}) {
+    const std::string text = fmt::format("{:g}{}", length_m * i / kParts, i == 0 ? "" : " m");
+    bar.texts.push_back({text, {i * part_mm, kHeight_mm + 1}, kText_mm});
+  }
+  return bar;
+}
+
+}  // namespace slcmap

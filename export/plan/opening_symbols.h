@@ -1,0 +1,26 @@
+// How openings of walls are drawn and what is written beside them.
+#pragma once
+
+#include <vector>
+
+#include "export/plan/dimension.h"
+#include "export/plan/drawing.h"
+#include "export/plan/taken_places.h"
+#include "export/plan/wall_solids.h"
+
+namespace slcmap {
+
+// Of a door that was walked through, its leaf and swing, at one hinge of two that it may have and
+// into the room that it was seen from: which way doors open is not known. Of other doors the
+// threshold, of windows the pane, of passages what is overhead.
+Drawing OpeningSymbol(const WallSolid& solid, const PlanOpening& opening);
+
+// Clear width, and height where it ends below the ceiling, of each opening, where there is room.
+std::vector<DrawnText> OpeningTexts(const WallSolid& solid, const PlanTextSizes& sizes,
+                                    TakenPlaces* taken);
+
+// "sigma 4 mm" beside the back of a wall, where there is room.
+std::vector<DrawnText> SigmaText(const WallSolid& solid, const PlanTextSizes& sizes,
+                                 TakenPlaces* taken);
+
+}  // namespace slcmap

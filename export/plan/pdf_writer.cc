@@ -1,0 +1,124 @@
+#include "export/plan/pdf_writer.h"
+
+#include <cairo/cairo-pdf.h>
+#include <cairo/cairo.h>
+#include <spdlog/fmt/fmt.h>
+
+#include <memory>
+
+#include "data/error.h"
+#include "data/file.h"
+#include "export/plan/sheet.h"
+
+namespace slcmap {
+namespace {
+
+using Eigen::Vector2d;
+
+constexpr double kPointsOfMm = 72 / 25.4;
+
+cairo_status_t Append(void* bytes, const unsigned char* data, unsigned length) {
+  static_cast<std::string*>(bytes)->append(reinterpret_cast<const char*>(data), length);
+  return CAIRO_STATUS_SUCCESS;
+}
+
+using Surface = std::unique_ptr<cairo_surface_t, decltype(&cairo_surface_destroy)>;
+using Context = std::unique_ptr<cairo_t, decltype(&cairo_destroy)>;
+
+// Draws in millimetres; cairo's y points down.
+class Page {
+ public:
+  Page(cairo_t* cairo, double height_mm) : cairo_(cairo), height_mm_(height_mm) {}
+
+  void Draw(const Drawing& drawing) const {
+    cairo_set_fill_rule(cairo_, CAIRO_FILL_RULE_EVEN_ODD);
+    cairo_set_line_join(cairo_, CAIRO_LINE_JOIN_ROUND);
+    for (const DrawnArea& area : drawing.areas) Draw(area);
+    for (const DrawnPath& path : drawing.paths) Draw(path);
+    for (const DrawnText& text : drawing.texts) Draw(text);
+  }
+
+ private:
+  void Trace(const PlanPoints& points) const {
+    for (const Vector2d& p : points) cairo_line_to(cairo_, p.x(), height_mm_ - p.y());
+  }
+
+  void Draw(const DrawnArea& area) const {
+    const double grey = kFillStyles[static_cast<size_t>(area.fill)].grey;
+    cairo_set_source_rgb(cairo_, grey, grey, grey);
+    Trace(area.polygon.outline);
+    cairo_close_path(cairo_);
+    for (const PlanPoints& hole : area.polygon.holes) {
+      cairo_new_sub_path(cairo_);
+      Trace(hole);
+      cairo_close_path(cairo_);
+    }
+    cairo_fill(cairo_);
+  }
+
+  void Draw(const DrawnPath& path) const {
+    const PenStyle& style = kPenStyles[static_cast<size_t>(path.pen)];
+    const double dashes[] = {style.dash_mm, style.gap_mm};
+    const bool is_dashed = style.dash_mm > 0;
+    cairo_set_source_rgb(cairo_, 0, 0, 0);
+    cairo_set_line_width(cairo_, style.width_mm);
+    cairo_set_line_cap(cairo_, is_dashed ? CAIRO_LINE_CAP_BUTT : CAIRO_LINE_CAP_ROUND);
+    cairo_set_dash(cairo_, dashes, is_dashed ? 2 : 0, 0);
+    Trace(path.points);
+    cairo_stroke(cairo_);
+  }
+
+  void Draw(const DrawnText& text) const {
+    cairo_save(cairo_);
+    cairo_select_font_face(cairo_, "DejaVu Sans", CAIRO_FONT_SLANT_NORMAL,
+                           CAIRO_FONT_WEIGHT_NORMAL);
+    cairo_set_font_size(cairo_, text.height / kCapitalOfFont);
+    cairo_translate(cairo_, text.position.x(), height_mm_ - text.position.y());
+    cairo_rotate(cairo_, -text.angle_rad);
+    cairo_text_extents_t extents;
+    cairo_text_extents(cairo_, text.text.c_str(), &extents);
+    cairo_move_to(cairo_, text.align == Align::kLeft ? 0 : -0.5 * extents.x_advance, 0);
+    cairo_set_source_rgb(cairo_, 0, 0, 0);
+    cairo_show_text(cairo_, text.text.c_str());
+    cairo_restore(cairo_);
+  }
+
+  cairo_t* cairo_;
+  double height_mm_;
+};
+
+void DrawPage(cairo_surface_t* surface, const Sheet& sheet) {
+  cairo_pdf_surface_set_size(surface, sheet.size_mm.x() * kPointsOfMm,
+                             sheet.size_mm.y() * kPointsOfMm);
+  const Context cairo(cairo_create(surface), cairo_destroy);
+  cairo_scale(cairo.get(), kPointsOfMm, kPointsOfMm);
+  Page(cairo.get(), sheet.size_mm.y()).Draw(sheet.drawing);
+  cairo_show_page(cairo.get());
+}
+
+std::string PdfOf(const std::string& path, const std::vector<Sheet>& sheets) {
+  std::string bytes;
+  const Vector2d size = sheets.front().size_mm * kPointsOfMm;
+  const Surface surface(cairo_pdf_surface_create_for_stream(Append, &bytes, size.x(), size.y()),
+                        cairo_surface_destroy);
+  // Without it cairo writes the time, and the same map would not give the same bytes.
+  cairo_pdf_surface_set_metadata(surface.get(), CAIRO_PDF_METADATA_CREATE_DATE, nullptr);
+  for (const Sheet& sheet : sheets) DrawPage(surface.get(), sheet);
+  cairo_surface_finish(surface.get());
+  const cairo_status_t status = cairo_surface_status(surface.get());
+  if (status == CAIRO_STATUS_SUCCESS) return bytes;
+  throw OutputError(fmt::format("{}: cannot be written: {}", path, cairo_status_to_string(status)));
+}
+
+}  // namespace
+
+std::vector<std::string> PdfPlanWriter::Write(const std::string& folder, const MapResult& map,
+                                              const Progress& progress) const {
+  progress.ReportOrStop(0);
+  const std::string path = folder + "/plan.pdf";
+  WriteFile(path, PdfOf(path, MakeSheets(map, options_)));
+  progress.ReportOrStop(1);
+  return {path};
+}
+
+}  // namespace slcmap

@@ -1,0 +1,131 @@
+#include "export/plan/room_label.h"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace slcmap {
+namespace {
+
+using Eigen::Vector2d;
+
+double DistanceToRing(const PlanPoints& ring, const Vector2d& point) {
+  double least_m = std::numeric_limits<double>::infinity();
+  for (size_t i = 0, j = ring.size() - 1; i < ring.size(); j = i++) {
+    const Vector2d along = ring[i] - ring[j];
+    const double length2 = along.squaredNorm();
+    const double at =
+        length2 > 0 ? std::clamp((point - ring[j]).dot(along) / length2, 0.0, 1.0) : 0;
+    least_m = std::min(least_m, (ring[j] + at * along - point).norm());
+  }
+  return least_m;
+}
+
+double DistanceToBorder(const Polygon& polygon, const Vector2d& point) {
+  double least_m = DistanceToRing(polygon.outline, point);
+  for (const PlanPoints& hole : polygon.holes) {
+    least_m = std::min(least_m, DistanceToRing(hole, point));
+  }
+  return least_m;
+}
+
+// Places within a polygon, those farthest from its border first; of places that are about as far
+// from it, those nearest to its middle.
+std::vector<Vector2d> Places(const Polygon& polygon) {
+  constexpr int kSteps = 40;
+  constexpr double kAlike_m = 0.05;
+  Eigen::AlignedBox2d extent;
+  for (const Vector2d& point : polygon.outline) extent.extend(point);
+  std::vector<std::pair<std::pair<double, double>, Vector2d>> ranked;
+  for (int i = 1; i < kSteps; ++i) {
+    for (int j = 1; j < kSteps; ++j) {
+      const Vector2d at(static_cast<double>(i) / kSteps, static_cast<double>(j) / kSteps);
+      const Vector2d place = extent.min() + extent.sizes().cwiseProduct(at);
+      if (!Contains(polygon, place)) continue;
+      const double rank = -std::floor(DistanceToBorder(polygon, place) / kAlike_m);
+      ranked.push_back({{rank, (place - extent.center()).norm()}, place});
+    }
+  }
+  std::stable_sort(ranked.begin(), ranked.end(),
+                   [](const auto& a, const auto& b) { return a.first < b.first; });
+  std::vector<Vector2d> places;
+  for (const auto& [rank, place] : ranked) places.push_back(place);
+  if (places.empty()) places.push_back(extent.center());  // thinner than what was looked at
+  return places;
+}
+
+// The lines around a middle.
+std::vector<DrawnText> Stacked(const std::vector<std::string>& lines, const Vector2d& middle,
+                               const PlanTextSizes& sizes, double shrunk) {
+  const double name_m = shrunk * sizes.name_m, figure_m = shrunk * sizes.figure_m;
+  const double gap_m = 0.7 * figure_m;
+  const double height_m = name_m + static_cast<double>(lines.size() - 1) * (figure_m + gap_m);
+  double base_m = 0.5 * height_m - name_m;
+  std::vector<DrawnText> texts;
+  for (const std::string& line : lines) {
+    texts.push_back({line, middle + Vector2d(0, base_m), texts.empty() ? name_m : figure_m});
+    base_m -= figure_m + gap_m;
+  }
+  return texts;
+}
+
+bool Fits(const std::vector<DrawnText>& texts, const Polygon& polygon, const TakenPlaces& taken) {
+  return std::all_of(texts.begin(), texts.end(), [&](const DrawnText& text) {
+    const Box box = BoxOf(text);
+    for (const double x : {-1, 1}) {
+      for (const double y : {-1, 1}) {
+        if (!Contains(polygon, box.centre + box.half.cwiseProduct(Vector2d(x, y)))) return false;
+      }
+    }
+    return taken.HasRoomForText(box);
+  });
+}
+
+// A name that is not in its room: in the first free place around it.
+Drawing LabelBeside(const std::string& name, const Vector2d& room, double height_m,
+                    const TakenPlaces& taken) {
+  constexpr int kRings = 12, kDirections = 16;
+  DrawnText text = {name, room, height_m};
+  for (int i = 0; i < kRings * kDirections; ++i) {
+    const double turn_rad = 2 * M_PI * (i % kDirections) / kDirections;
+    const double away_m = (2 + i / kDirections) * height_m;
+    const Vector2d direction(std::cos(turn_rad), std::sin(turn_rad));
+    text.position = room + away_m * direction.cwiseProduct(Vector2d(2, 1));
+    if (taken.HasRoomForText(BoxOf(text))) break;
+  }
+  const Vector2d under = text.position - Vector2d(0, 0.3 * height_m);
+  return {{}, {{Pen::kDimension, {room, under}}}, {text}};
+}
+
+}  // namespace
+
+std::string NameOf(const Room& room) { return fmt::format("Room {}", room.id + 1); }
+
+Drawing RoomLabel(const Room& room, const Polygon& polygon, const PlanTextSizes& sizes,
+                  TakenPlaces* taken) {
+  constexpr double kSmallest = 0.6;
+  std::vector<std::string> lines = {NameOf(room), fmt::format("{:.2f} m\u00b2", room.area_m2)};
+  if (room.height_m) lines.push_back(fmt::format("h {:.2f}", *room.height_m));
+  const std::vector<Vector2d> places = Places(polygon);
+  Drawing label;
+  const auto find = [&](double shrunk) {
+    for (const Vector2d& place : places) {
+      const std::vector<DrawnText> texts = Stacked(lines, place, sizes, shrunk);
+      if (!Fits(texts, polygon, *taken)) continue;
+      label.texts = texts;
+      return true;
+    }
+    return false;
+  };
+  while (!find(1) && !find(kSmallest) && lines.size() > 1) lines.pop_back();
+  if (label.texts.empty()) {
+    label = LabelBeside(lines[0], places.front(), kSmallest * sizes.name_m, *taken);
+  }
+  for (const DrawnText& text : label.texts) taken->AddText(BoxOf(text));
+  return label;
+}
+
+}  // namespace slcmap

@@ -1,0 +1,118 @@
+#include "export/plan/storey_plan.h"
+
+#include <Eigen/Geometry>
+
+#include "export/plan/opening_symbols.h"
+#include "export/plan/room_label.h"
+#include "export/plan/wall_solids.h"
+
+namespace slcmap {
+namespace {
+
+using Eigen::Vector2d;
+
+// Walls and the swings of doors: where no text may stand.
+TakenPlaces PlacesOf(const std::vector<WallSolid>& solids) {
+  TakenPlaces taken;
+  for (const WallSolid& solid : solids) {
+    const double half_m = 0.5 * solid.Thickness();
+    taken.AddWall(BoxOf(solid.At(0, half_m), solid.At(solid.Length(), half_m), half_m));
+    for (const PlanOpening& opening : solid.wall->openings) {
+      if (opening.kind != OpeningKind::kDoor || !opening.walked) continue;
+      const double half_width_m = 0.5 * (opening.to_m - opening.from_m);
+      taken.AddLine(BoxOf(solid.At(opening.from_m, -half_width_m),
+                          solid.At(opening.to_m, -half_width_m), half_width_m));
+    }
+  }
+  return taken;
+}
+
+template <typename Part>
+void Append(const std::vector<Part>& parts, std::vector<Part>* all) {
+  all->insert(all->end(), parts.begin(), parts.end());
+}
+
+void AddTexts(const Building& building, const std::vector<WallSolid>& solids,
+              const PlanTextSizes& sizes, bool wall_sigma, StoreyPlan* plan) {
+  TakenPlaces taken = PlacesOf(solids);
+  for (const WallSolid& solid : solids) {
+    Append(OpeningTexts(solid, sizes, &taken), &plan->wall_texts);
+  }
+  for (const Room& room : building.rooms) {
+    if (room.storey != plan->storey.id) continue;
+    const Drawing label = RoomLabel(room, RoomInPlan(building, room), sizes, &taken);
+    Append(label.texts, &plan->room_texts);
+    Append(label.paths, &plan->rooms.paths);
+  }
+  for (const Room& room : building.rooms) {
+    if (room.storey != plan->storey.id) continue;
+    Append(RoomDimensions(RoomInPlan(building, room), sizes, &taken), &plan->dimensions);
+  }
+  Append(OuterChains(solids, sizes), &plan->dimensions);
+  if (!wall_sigma) return;
+  for (const WallSolid& solid : solids) {
+    Append(SigmaText(solid, sizes, &taken), &plan->wall_texts);
+  }
+}
+
+// Of the walls and rooms of all storeys; empty where there are none.
+Eigen::AlignedBox2d ExtentOf(const Building& building) {
+  Eigen::AlignedBox2d extent;
+  for (const Storey& storey : building.storeys) {
+    for (const WallSolid& solid : WallSolids(building, storey.id)) {
+      for (const Vector2d& p : {solid.start, solid.end, solid.back_start, solid.back_end}) {
+        extent.extend(p);
+      }
+    }
+  }
+  for (const Room& room : building.rooms) {
+    for (const Vector2d& point : RoomInPlan(building, room).outline) extent.extend(point);
+  }
+  return extent;
+}
+
+DrawnPath BorderOf(const PlanPoints& ring) {
+  DrawnPath border = {Pen::kRoom, ring};
+  border.points.push_back(ring.front());
+  return border;
+}
+
+void AddBorders(const Polygon& room, Drawing* drawing) {
+  drawing->paths.push_back(BorderOf(room.outline));
+  for (const PlanPoints& hole : room.holes) drawing->paths.push_back(BorderOf(hole));
+}
+
+StoreyPlan MakePlan(const Building& building, const Storey& storey, const PlanTextSizes& sizes,
+                    bool wall_sigma) {
+  const std::vector<WallSolid> solids = WallSolids(building, storey.id);
+  StoreyPlan plan;
+  plan.storey = storey;
+  plan.walls = DrawWalls(solids);
+  for (const WallSolid& solid : solids) {
+    for (const PlanOpening& opening : solid.wall->openings) {
+      plan.openings.Add(OpeningSymbol(solid, opening));
+    }
+  }
+  for (const Room& room : building.rooms) {
+    if (room.storey == storey.id) AddBorders(RoomInPlan(building, room), &plan.rooms);
+  }
+  AddTexts(building, solids, sizes, wall_sigma, &plan);
+  return plan;
+}
+
+}  // namespace
+
+PlanSet MakePlans(const Building& building, const PlanOptions& options) {
+  const Eigen::AlignedBox2d extent = ExtentOf(building);
+  PlanSet plans;
+  if (!extent.isEmpty()) plans.middle_m = extent.center();
+  plans.format =
+      ChooseFormat(extent.isEmpty() ? Vector2d::Zero() : Vector2d(extent.sizes()), options);
+  const PlanTextSizes sizes(plans.format.scale);
+  for (const Storey& storey : building.storeys) {
+    plans.storeys.push_back(MakePlan(building, storey, sizes, options.wall_sigma));
+  }
+  return plans;
+}
+
+}  // namespace slcmap

@@ -1,0 +1,26 @@
+// Plans as SVG files.
+#pragma once
+
+#include "export/map_writer.h"
+#include "export/plan/plan_options.h"
+#include "export/plan/sheet.h"
+
+namespace slcmap {
+
+// A sheet as an SVG file in millimetres, with a group a pen and text as text.
+std::string SvgOf(const Sheet& sheet);
+
+// Writes plan/NAME.svg for each sheet.
+class SvgPlanWriter : public MapWriter {
+ public:
+  explicit SvgPlanWriter(const PlanOptions& options) : options_(options) {}
+  std::string Format() const override { return "svg"; }
+  std::vector<std::string> Names() const override { return {"plan"}; }
+  std::vector<std::string> Write(const std::string& folder, const MapResult& map,
+                                 const Progress& progress) const override;
+
+ private:
+  PlanOptions options_;
+};
+
+}  // namespace slcmap

@@ -1,0 +1,184 @@
+#include "export/plan/wall_solids.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+namespace slcmap {
+namespace {
+
+using Eigen::Vector2d;
+
+constexpr double kLeastLength_m = 1e-3, kLeastThickness_m = 1e-3;
+constexpr double kGrid_m = 1e-5;
+
+Vector2d InPlan(const Building& building, const Vector2d& world) {
+  return (building.T_map_world * Eigen::Vector3d(world.x(), world.y(), 0)).head<2>();
+}
+
+WallSolid MakeSolid(const Building& building, const PlanWall& wall) {
+  WallSolid solid;
+  solid.wall = &wall;
+  solid.start = InPlan(building, wall.start);
+  solid.end = InPlan(building, wall.end);
+  const double thickness_m = std::max(wall.thickness_m, kLeastThickness_m);
+  solid.back_start = solid.At(0, thickness_m);
+  solid.back_end = solid.At(solid.Length(), thickness_m);
+  return solid;
+}
+
+double Cross(const Vector2d& a, const Vector2d& b) { return a.x() * b.y() - a.y() * b.x(); }
+
+// Where the backs of two walls meet, the second of which begins where the first ends.
+std::optional<Vector2d> BackCorner(const WallSolid& first, const WallSolid& second) {
+  constexpr double kLeastSine = 0.2;  // flatter corners have no clear one
+  constexpr double kFarthest = 3;     // thicknesses from the corner
+  const double sine = Cross(first.Direction(), second.Direction());
+  if (std::abs(sine) < kLeastSine) return std::nullopt;
+  const double along = Cross(second.back_start - first.back_end, second.Direction()) / sine;
+  const Vector2d corner = first.back_end + along * first.Direction();
+  const double reach_m = kFarthest * std::max(first.Thickness(), second.Thickness());
+  if ((corner - first.end).norm() > reach_m) return std::nullopt;
+  return corner;
+}
+
+// Whether a wall may end there behind: no opening of it is cut, nor the wall used up.
+bool MayEndAt(const WallSolid& solid, const Vector2d& corner, bool at_start) {
+  const double along_m = (corner - solid.start).dot(solid.Direction());
+  double least_m = 0.5 * solid.Length(), most_m = least_m;
+  for (const PlanOpening& opening : solid.wall->openings) {
+    least_m = std::max(least_m, opening.to_m);
+    most_m = std::min(most_m, opening.from_m);
+  }
+  return at_start ? along_m < most_m : along_m > least_m;
+}
+
+void JoinCorners(std::vector<WallSolid>* solids) {
+  constexpr double kNear_m = 0.02;
+  const std::vector<WallSolid> before = *solids;
+  for (size_t i = 0; i < before.size(); ++i) {
+    for (size_t j = 0; j < before.size(); ++j) {
+      if (i == j || (before[i].end - before[j].start).norm() > kNear_m) continue;
+      const std::optional<Vector2d> corner = BackCorner(before[i], before[j]);
+      if (!corner || !MayEndAt(before[i], *corner, false) || !MayEndAt(before[j], *corner, true)) {
+        continue;
+      }
+      (*solids)[i].back_end = *corner;
+      (*solids)[j].back_start = *corner;
+      break;
+    }
+  }
+}
+
+// The stretches of a wall between its openings, in metres from its start.
+std::vector<std::pair<double, double>> Stretches(const WallSolid& solid) {
+  std::vector<PlanOpening> openings = solid.wall->openings;
+  std::sort(openings.begin(), openings.end(),
+            [](const PlanOpening& a, const PlanOpening& b) { return a.from_m < b.from_m; });
+  std::vector<std::pair<double, double>> stretches;
+  double from_m = 0;
+  for (const PlanOpening& opening : openings) {
+    const double to_m = std::min(opening.from_m, solid.Length());
+    if (to_m - from_m > kLeastLength_m) stretches.emplace_back(from_m, to_m);
+    from_m = std::max(from_m, opening.to_m);
+  }
+  if (solid.Length() - from_m > kLeastLength_m) stretches.emplace_back(from_m, solid.Length());
+  return stretches;
+}
+
+// Counter-clockwise.
+Polygon PieceOf(const WallSolid& solid, double from_m, double to_m) {
+  const double behind_m = solid.Thickness();
+  const Vector2d back_from = from_m == 0 ? solid.back_start : solid.At(from_m, behind_m);
+  const Vector2d back_to = to_m == solid.Length() ? solid.back_end : solid.At(to_m, behind_m);
+  return {{solid.At(from_m, 0), solid.At(to_m, 0), back_to, back_from}, {}};
+}
+
+bool IsNear(const Vector2d& point, const Vector2d& start, const Vector2d& end) {
+  constexpr double kNear_m = 1e-3;
+  const Vector2d along = end - start;
+  const double at = std::clamp((point - start).dot(along) / along.squaredNorm(), 0.0, 1.0);
+  return (start + at * along - point).norm() < kNear_m;
+}
+
+bool IsAssumed(const std::vector<WallSolid>& solids, const Vector2d& point) {
+  bool on_assumed = false;
+  for (const WallSolid& solid : solids) {
+    if (IsNear(point, solid.start, solid.end)) return false;
+    if (!IsNear(point, solid.back_start, solid.back_end)) continue;
+    if (!solid.wall->thickness_assumed) return false;
+    on_assumed = true;
+  }
+  return on_assumed;
+}
+
+void AddEdges(const std::vector<WallSolid>& solids, const PlanPoints& ring,
+              std::vector<WallEdge>* edges) {
+  for (size_t i = 0; i < ring.size(); ++i) {
+    const Vector2d &start = ring[i], &end = ring[(i + 1) % ring.size()];
+    edges->push_back({start, end, IsAssumed(solids, 0.5 * (start + end))});
+  }
+}
+
+}  // namespace
+
+std::vector<WallSolid> WallSolids(const Building& building, int64_t storey) {
+  std::vector<WallSolid> solids;
+  for (const PlanWall& wall : building.walls) {
+    if (wall.storey != storey || (wall.end - wall.start).norm() < kLeastLength_m) continue;
+    solids.push_back(MakeSolid(building, wall));
+  }
+  JoinCorners(&solids);
+  return solids;
+}
+
+std::vector<Polygon> WallAreas(const std::vector<WallSolid>& solids) {
+  constexpr double kLeastHole_m2 = 5e-3;  // smaller ones are slivers between walls
+  std::vector<Polygon> pieces;
+  for (const WallSolid& solid : solids) {
+    for (const auto& [from_m, to_m] : Stretches(solid)) {
+      pieces.push_back(PieceOf(solid, from_m, to_m));
+    }
+  }
+  std::vector<Polygon> areas = Union(pieces, kGrid_m);
+  for (Polygon& area : areas) {
+    std::erase_if(area.holes, [&](const PlanPoints& hole) {
+      return std::abs(SignedArea(hole)) < kLeastHole_m2;
+    });
+  }
+  return areas;
+}
+
+std::vector<WallEdge> WallEdges(const std::vector<WallSolid>& solids) {
+  std::vector<WallEdge> edges;
+  for (const Polygon& area : WallAreas(solids)) {
+    AddEdges(solids, area.outline, &edges);
+    for (const PlanPoints& hole : area.holes) AddEdges(solids, hole, &edges);
+  }
+  return edges;
+}
+
+Drawing DrawWalls(const std::vector<WallSolid>& solids) {
+  std::vector<WallSolid> measured;
+  for (const WallSolid& solid : solids) {
+    if (!solid.wall->thickness_assumed) measured.push_back(solid);
+  }
+  Drawing drawing;
+  for (Polygon& area : WallAreas(solids)) drawing.areas.push_back({Fill::kAssumed, area});
+  for (Polygon& area : WallAreas(measured)) drawing.areas.push_back({Fill::kWall, area});
+  for (const WallEdge& edge : WallEdges(solids)) {
+    drawing.paths.push_back({edge.assumed ? Pen::kAssumed : Pen::kWall, {edge.start, edge.end}});
+  }
+  return drawing;
+}
+
+Polygon RoomInPlan(const Building& building, const Room& room) {
+  Polygon polygon = room.polygon;
+  for (Vector2d& point : polygon.outline) point = InPlan(building, point);
+  for (PlanPoints& hole : polygon.holes) {
+    for (Vector2d& point : hole) point = InPlan(building, point);
+  }
+  return polygon;
+}
+
+}  // namespace slcmap

@@ -1,0 +1,52 @@
+// The walls of a storey as areas: joined at corners, cut by their openings.
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "data/polygon.h"
+#include "export/plan/drawing.h"
+#include "mapping/building/building.h"
+
+namespace slcmap {
+
+// A wall in the plan's frame (Building::T_map_world), in metres: from start to end along its face,
+// behind which, to the left of that direction, it has its thickness.
+struct WallSolid {
+  const PlanWall* wall = nullptr;
+  Eigen::Vector2d start, end;
+  Eigen::Vector2d back_start, back_end;  // where the back ends: at corners, on the next wall's back
+
+  double Length() const { return (end - start).norm(); }
+  Eigen::Vector2d Direction() const { return (end - start).normalized(); }
+  Eigen::Vector2d Behind() const { return {-Direction().y(), Direction().x()}; }
+  double Thickness() const { return (back_start - start).dot(Behind()); }
+  // The point that far along the face, and that far behind it.
+  Eigen::Vector2d At(double along_m, double behind_m) const {
+    return start + along_m * Direction() + behind_m * Behind();
+  }
+};
+
+// A border of the walls of a storey.
+struct WallEdge {
+  Eigen::Vector2d start, end;
+  bool assumed = false;  // it is the back of a wall whose thickness was assumed
+};
+
+// The walls of a storey that have a length.
+std::vector<WallSolid> WallSolids(const Building& building, int64_t storey);
+
+// The area of walls, without their openings.
+std::vector<Polygon> WallAreas(const std::vector<WallSolid>& solids);
+
+// The borders of those areas, once each; walls that overlap are one.
+std::vector<WallEdge> WallEdges(const std::vector<WallSolid>& solids);
+
+// Their areas, those that were measured on both sides over the others, and the paths of the
+// borders.
+Drawing DrawWalls(const std::vector<WallSolid>& solids);
+
+// The polygon of a room in the plan's frame.
+Polygon RoomInPlan(const Building& building, const Room& room);
+
+}  // namespace slcmap

@@ -1,0 +1,162 @@
+#include "export/dxf/dxf_writer.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <regex>
+
+#include "data/file.h"
+#include "export/dxf/dxf_file.h"
+#include "tests/testing/made_building.h"
+#include "tests/testing/reader_program.h"
+#include "tests/testing/temp_folder.h"
+
+namespace slcmap {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::Not;
+using testing::OutputOf;
+
+const char* const kPython = "/usr/bin/python3";  // that for which Debian has packages
+
+class DxfWriterTest : public ::testing::Test {
+ protected:
+  DxfWriterTest() { map_.building = testing::MakeBuilding(2, 0.2); }
+
+  void Write(const MapResult& map) const { DxfWriter({}, 0.5).Write(temp_.Path(""), map, {}); }
+
+  // What read_dxf.py says of a file.
+  std::string Read(const std::string& name) const {
+    return OutputOf(std::string(kPython) + " " SLCMAP_SOURCE_DIR "/tests/export/dxf/read_dxf.py " +
+                    temp_.Path(name));
+  }
+
+  static bool HasEzdxf() {
+    int status = 0;
+    OutputOf(std::string(kPython) + " -c 'import ezdxf'", &status);
+    return status == 0;
+  }
+
+  MapResult map_;
+  testing::TempFolder temp_;
+};
+
+#define NEEDS_EZDXF() \
+  if (!HasEzdxf()) GTEST_SKIP() << "ezdxf is not here: tests/install_readers.sh"
+
+// A wall of 4 m by 2.5 m whose door, of 0.9 m by 2.1 m, reaches down to its border.
+BuildingPlane WallWithDoor() {
+  BuildingPlane plane;
+  plane.kind = PlaneKind::kWall;
+  plane.normal = {0, -1, 0};
+  plane.outline_world = {{0, 0, 0}, {4, 0, 0}, {4, 0, 2.5}, {0, 0, 2.5}};
+  PlaneOpening door;
+  door.outline_world = {{1, 0, 0}, {1.9, 0, 0}, {1.9, 0, 2.1}, {1, 0, 2.1}};
+  plane.openings = {door};
+  return plane;
+}
+
+TEST_F(DxfWriterTest, NamesAreThoseThatR12Takes) {
+  map_.building.storeys[1].id = 123456789;
+  map_.building.planes = {WallWithDoor()};
+  map_.building.planes[0].storey = 123456789;
+  MapLine line;
+  line.start_world.z() = line.end_world.z() = 4;
+  line.axis = LineAxis::kVertical;
+  line.kind = LineKind::kOutline;
+  map_.lines = {line};
+  Write(map_);
+  const std::regex layer("\n8\n([^\n]*)\n");
+  int count = 0;
+  for (const char* name : {"plan.dxf", "map.dxf"}) {
+    const std::string text = ReadFile(temp_.Path(name));
+    for (std::sregex_iterator it(text.begin(), text.end(), layer), end; it != end; ++it, ++count) {
+      EXPECT_TRUE(std::regex_match((*it)[1].str(), std::regex("[A-Z0-9$_-]{1,31}"))) << (*it)[1];
+    }
+    EXPECT_TRUE(
+        std::all_of(text.begin(), text.end(), [](char c) { return c == '\n' || c >= ' '; }));
+  }
+  EXPECT_GT(count, 50);
+}
+
+TEST(DxfTextTest, OtherCharactersAreWrittenByAscii) {
+  EXPECT_EQ(Ascii("12.00 m\u00b2"), "12.00 m2");
+  EXPECT_EQ(Ascii("\u03c3 4 mm"), "sigma 4 mm");
+}
+
+TEST_F(DxfWriterTest, EzdxfFindsNothingToMend) {
+  NEEDS_EZDXF();
+  map_.building.planes = {WallWithDoor()};
+  map_.points = {{{1, 2, 3}}};
+  map_.trajectory = {{0, {}}, {100'000'000, {}}};
+  for (const bool is_empty : {false, true}) {
+    if (is_empty)
+      Write(MapResult());
+    else
+      Write(map_);
+    for (const char* name : {"plan.dxf", "map.dxf"}) {
+      EXPECT_THAT(Read(name), HasSubstr("version AC1009\nerrors 0\nfixes 0\nunits 6"));
+    }
+  }
+}
+
+TEST_F(DxfWriterTest, FourMetresAreFourMetres) {
+  NEEDS_EZDXF();
+  map_.building.walls[0].openings.clear();
+  Write(map_);
+  const std::string plan = Read("plan.dxf");
+  EXPECT_THAT(plan, HasSubstr("LINE S0_WALL 4.0000"));
+  EXPECT_THAT(plan, HasSubstr("DIMENSION S0_DIMENSION 4.0000 4.00"));
+  EXPECT_THAT(plan, HasSubstr("DIMENSION S0_DIMENSION 3.0000 3.00"));
+  EXPECT_THAT(plan, HasSubstr("text height 0.1"));  // 2 mm at 1:50
+  EXPECT_THAT(plan, HasSubstr("TEXT S0_ROOM_TEXT 12.00 m2"));
+}
+
+TEST_F(DxfWriterTest, TheLowestStoreyIsShown) {
+  NEEDS_EZDXF();
+  Write(map_);
+  EXPECT_THAT(Read("plan.dxf"), AllOf(HasSubstr("LAYER S0_WALL on"), HasSubstr("LAYER S1_WALL off"),
+                                      HasSubstr("TEXT S1_ROOM_TEXT Room 2")));
+}
+
+TEST_F(DxfWriterTest, CoordinatesSurvive) {
+  NEEDS_EZDXF();
+  map_.building.T_map_world.translation = {1000, -2000, 0};
+  map_.points = {{{123.45678, -0.00012, 3.3}}};
+  MapLine line;
+  line.axis = LineAxis::kX;
+  line.kind = LineKind::kEdge;
+  line.start_world = {0.12341, 0.98768, 3.5};
+  line.end_world = {5, 5, 3.5};
+  map_.lines = {line};
+  Write(map_);
+  const std::string read = Read("map.dxf");
+  EXPECT_THAT(read, HasSubstr("STARTS S1_X_EDGE 1000.1234 -1999.0123 3.5000"));
+  EXPECT_THAT(read, HasSubstr("POINT POINTS 1123.4568 -2000.0001 3.3000"));
+}
+
+TEST_F(DxfWriterTest, PlanesAreFacesWithoutTheirOpeningsBesideOutlines) {
+  NEEDS_EZDXF();
+  map_.building.planes = {WallWithDoor()};
+  map_.trajectory = {{0, {}}, {100'000'000, {}}, {5'000'000'000, {}}, {5'100'000'000, {}}};
+  Write(map_);
+  const std::string read = Read("map.dxf");
+  EXPECT_THAT(read, HasSubstr("3DFACE S0_WALL_PLANE 8.1100"));
+  EXPECT_THAT(read, HasSubstr("POLYLINE S0_WALL_PLANE_OUTLINE 4 closed\n"
+                              "POLYLINE S0_WALL_PLANE_OUTLINE 4 closed\n"
+                              "POLYLINE TRAJECTORY 2 open\nPOLYLINE TRAJECTORY 2 open"));
+}
+
+TEST_F(DxfWriterTest, LibreCadDrawsThePlan) {
+  SLCMAP_NEEDS_READER("librecad");
+  SLCMAP_NEEDS_READER("pdfinfo");
+  Write(map_);
+  OutputOf("HOME=" + temp_.Path("") +
+           " QT_QPA_PLATFORM=offscreen timeout 300 librecad dxf2pdf -a " + temp_.Path("plan.dxf"));
+  EXPECT_THAT(OutputOf("pdfinfo " + temp_.Path("plan.pdf")), HasSubstr("Pages:           1"));
+}
+
+}  // namespace
+}  // namespace slcmap

@@ -1,0 +1,164 @@
+#include "export/plan/storey_plan.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <limits>
+
+#include "data/error.h"
+#include "tests/testing/made_building.h"
+
+namespace slcmap {
+namespace {
+
+using ::testing::Contains;
+using ::testing::HasSubstr;
+using ::testing::Not;
+using ::testing::ThrowsMessage;
+using ::testing::UnorderedElementsAre;
+
+std::vector<std::string> LengthsOf(const StoreyPlan& plan) {
+  std::vector<std::string> lengths;
+  for (const Dimension& dimension : plan.dimensions) lengths.push_back(dimension.Text());
+  return lengths;
+}
+
+std::vector<std::string> TextsOf(const std::vector<DrawnText>& texts) {
+  std::vector<std::string> all;
+  for (const DrawnText& text : texts) all.push_back(text.text);
+  return all;
+}
+
+TEST(StoreyPlanTest, RoomsHaveNamesAreasAndHeights) {
+  const PlanSet plans = MakePlans(testing::MakeBuilding(2), {});
+  ASSERT_EQ(plans.storeys.size(), 2u);
+  EXPECT_THAT(TextsOf(plans.storeys[0].room_texts),
+              UnorderedElementsAre("Room 1", "12.00 m\u00b2", "h 2.50"));
+  EXPECT_THAT(TextsOf(plans.storeys[1].room_texts), Contains("Room 2"));
+}
+
+TEST(StoreyPlanTest, ClearWidthsOfARoomAreExactAlsoWhereItIsTurned) {
+  for (const double turn_rad : {0.0, 12 * M_PI / 180}) {
+    const PlanSet plans = MakePlans(testing::MakeBuilding(1, turn_rad), {});
+    std::vector<double> lengths;
+    for (const Dimension& dimension : plans.storeys[0].dimensions) {
+      if (dimension.offset_m == 0) lengths.push_back(dimension.Length());
+    }
+    EXPECT_THAT(lengths, UnorderedElementsAre(::testing::DoubleNear(4, 1e-9),
+                                              ::testing::DoubleNear(3, 1e-9)));
+  }
+}
+
+TEST(StoreyPlanTest, OnlyBetweenWallsAreThereDimensions) {
+  Building building = testing::MakeBuilding();
+  building.walls.erase(building.walls.begin() + 1);  // at the left
+  EXPECT_THAT(LengthsOf(MakePlans(building, {}).storeys[0]), Not(Contains("4.00")));
+  building = testing::MakeBuilding();
+  PlanWall across = building.walls[1];
+  across.start.x() = across.end.x() = 2;
+  across.thickness_assumed = true;
+  building.walls.push_back(across);
+  const PlanSet plans = MakePlans(building, {});
+  for (const Dimension& dimension : plans.storeys[0].dimensions) {
+    if (dimension.offset_m == 0) EXPECT_NEAR(dimension.Length(), 3, 1e-9);
+  }
+}
+
+TEST(StoreyPlanTest, ChainsHoldWallsThatWereMeasuredOnBothSides) {
+  const PlanSet plans = MakePlans(testing::MakeBuilding(), {});
+  // Along x: the wall at the right has an assumed thickness, which is no dimension.
+  EXPECT_THAT(LengthsOf(plans.storeys[0]), UnorderedElementsAre("4.00", "3.00",  // in the room
+                                                                "0.20", "4.00", "4.20",  //
+                                                                "0.20", "3.00", "0.20", "3.40"));
+}
+
+TEST(StoreyPlanTest, OpeningsSayTheirClearSizes) {
+  const PlanSet plans = MakePlans(testing::MakeBuilding(), {});
+  EXPECT_THAT(TextsOf(plans.storeys[0].wall_texts),
+              UnorderedElementsAre("0.90 x 2.10", "1.20 x 1.40 +0.90"));
+}
+
+TEST(StoreyPlanTest, OnlyDoorsThatWereWalkedThroughSwing) {
+  Building building = testing::MakeBuilding();
+  const auto swings = [&] {
+    const PlanSet plans = MakePlans(building, {});
+    const auto& paths = plans.storeys[0].openings.paths;
+    return std::count_if(paths.begin(), paths.end(),
+                         [](const DrawnPath& path) { return path.points.size() > 2; });
+  };
+  EXPECT_EQ(swings(), 1);
+  building.walls[0].openings[0].walked = false;
+  EXPECT_EQ(swings(), 0);
+}
+
+TEST(StoreyPlanTest, SigmaIsWrittenOnRequest) {
+  PlanOptions options;
+  EXPECT_THAT(TextsOf(MakePlans(testing::MakeBuilding(), options).storeys[0].wall_texts),
+              Not(Contains("\u03c3 4 mm")));
+  options.wall_sigma = true;
+  EXPECT_THAT(TextsOf(MakePlans(testing::MakeBuilding(), options).storeys[0].wall_texts),
+              Contains("\u03c3 4 mm").Times(4));
+}
+
+// All texts but those of the chains, whose places follow from the walls.
+std::vector<Box> TextBoxes(const PlanSet& plans) {
+  const StoreyPlan& plan = plans.storeys[0];
+  const PlanTextSizes sizes(plans.format.scale);
+  std::vector<Box> boxes;
+  for (const auto* texts : {&plan.room_texts, &plan.wall_texts}) {
+    for (const DrawnText& text : *texts) boxes.push_back(BoxOf(text));
+  }
+  for (const Dimension& dimension : plan.dimensions) {
+    boxes.push_back(BoxOf(DimensionText(dimension, sizes)));
+  }
+  for (Box& box : boxes) box.half.y() *= 0.6;  // without what is kept clear around them
+  return boxes;
+}
+
+TEST(StoreyPlanTest, TextsDoNotLieOverEachOther) {
+  Building building;
+  building.storeys = {{0, 0, 2.5}};
+  for (int i = 0; i < 12; ++i) {  // rooms down to 0.6 m, side by side
+    testing::AddRoom({5.0 * (i % 4), 4.0 * (i / 4)}, {4.4 - 0.34 * i, 3.4 - 0.25 * i}, 0.01, 0,
+                     &building);
+  }
+  PlanOptions options;
+  options.wall_sigma = true;
+  for (const int scale : {50, 100, 200}) {
+    options.scale = scale;
+    const std::vector<Box> boxes = TextBoxes(MakePlans(building, options));
+    EXPECT_GT(boxes.size(), 20u);
+    for (size_t i = 0; i < boxes.size(); ++i) {
+      for (size_t j = 0; j < i; ++j) EXPECT_FALSE(Overlap(boxes[i], boxes[j])) << scale;
+    }
+  }
+}
+
+TEST(SheetSizeTest, TheSmallestSheetThatHoldsThePlan) {
+  EXPECT_EQ(ChooseFormat({4, 3}, {}).name, "A4");
+  EXPECT_EQ(ChooseFormat({4, 3}, {}).scale, 50);
+  EXPECT_EQ(ChooseFormat({20, 12}, {}).name, "A2");
+  EXPECT_EQ(ChooseFormat({20, 12}, {}).scale, 50);
+  EXPECT_EQ(ChooseFormat({40, 30}, {}).scale, 100);
+  EXPECT_EQ(ChooseFormat({1000, 500}, {}).scale, 1000);
+  EXPECT_EQ(ChooseFormat({20, 12}, {100, false}).name, "A4");
+}
+
+TEST(SheetSizeTest, ScalesThatCannotBeAreRefused) {
+  EXPECT_THAT(
+      [] {
+        ChooseFormat({100, 80}, {50, false});
+      },
+      ThrowsMessage<ConfigError>(HasSubstr("found 1:50, which A0 does not hold, expected "
+                                           "1:200")));
+  EXPECT_THAT(
+      [] {
+        ChooseFormat({1, 1}, {-1, false});
+      },
+      ThrowsMessage<ConfigError>(HasSubstr("plan scale: found 1:-1")));
+  EXPECT_THROW(ChooseFormat({std::numeric_limits<double>::quiet_NaN(), 1}, {}), DataError);
+}
+
+}  // namespace
+}  // namespace slcmap

@@ -1,0 +1,9 @@
+#!/usr/bin/env bash
+# Installs the programs that tests read exported files back with: the Debian packages of
+# readers/packages.txt, and the npm packages of readers/package.json into readers/node_modules.
+# Without them their tests are skipped.
+set -euo pipefail
+
+cd "$(dirname "$0")"
+../.ci/install_packages.sh readers/packages.txt
+grep -q '"dependencies": {}' readers/package.json || npm --prefix readers install --no-audit --no-fund
