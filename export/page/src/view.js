@@ -1,0 +1,238 @@
+// The canvas: cameras, how one moves, and when what is drawn how finely.
+import {
+  Color, MOUSE, OrthographicCamera, PerspectiveCamera, Plane, Scene, TOUCH, Vector2, Vector3, WebGLRenderer,
+} from 'three';
+import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
+
+const FIELD_DEG = 38;
+const STILL_MS = 160; // after the last movement everything is drawn
+const SLOW_MS = 45; // a frame; then less is drawn while moving
+const QUICK_MS = 18;
+
+// What is drawn while moving: lines as wide as always or a pixel wide, and a share of the points.
+const LEVELS = [
+  { thin: false, share: 1 },
+  { thin: false, share: 0.25 },
+  { thin: true, share: 0.1 },
+  { thin: true, share: 0.02 },
+];
+const STILL = { thin: false, share: 1 };
+
+export class View {
+  // Throws where the browser has no WebGL 2.
+  constructor(canvas) {
+    this.canvas = canvas;
+    this.renderer = new WebGLRenderer({ canvas, antialias: true, powerPreference: 'high-performance' });
+    this.scene = new Scene();
+    this.low = new Plane(new Vector3(0, 0, 1), 1e6);
+    this.high = new Plane(new Vector3(0, 0, -1), 1e6);
+    this.renderer.clippingPlanes = [this.low, this.high];
+    this.size = { width: 1, height: 1 };
+    this.cameras = { space: new PerspectiveCamera(FIELD_DEG), plan: new OrthographicCamera() };
+    this.cameras.space.up.set(0, 0, 1);
+    this.mode = 'space';
+    this.level = 0;
+    this.movedAt_ms = -Infinity;
+    this.frames = 0;
+    this.onDraw = []; // called with the camera behind each frame
+    this.onDetail = () => {}; // called with what is to be drawn how finely
+  }
+
+  get camera() {
+    return this.cameras[this.mode];
+  }
+
+  // Starts to answer to the pointer; `heading_rad` is that of the building, up in a plan.
+  start(heading_rad) {
+    this.heading_rad = heading_rad;
+    this.cameras.plan.up.set(-Math.sin(heading_rad), Math.cos(heading_rad), 0);
+    this.controls = {
+      space: this.makeControls('space'),
+      plan: this.makeControls('plan'),
+    };
+    this.controls.space.maxPolarAngle = 0.98 * Math.PI;
+    Object.assign(this.controls.plan, {
+      enableRotate: false,
+      mouseButtons: { LEFT: MOUSE.PAN, MIDDLE: MOUSE.DOLLY, RIGHT: MOUSE.PAN },
+      touches: { ONE: TOUCH.PAN, TWO: TOUCH.DOLLY_PAN },
+    });
+    new ResizeObserver(() => this.resize()).observe(this.canvas.parentElement);
+    this.resize();
+    this.setMode('space');
+  }
+
+  makeControls(mode) {
+    const controls = new OrbitControls(this.cameras[mode], this.canvas);
+    Object.assign(controls, { enableDamping: true, dampingFactor: 0.14, zoomToCursor: true, screenSpacePanning: true });
+    controls.addEventListener('change', () => this.moved());
+    return controls;
+  }
+
+  resize() {
+    const { clientWidth, clientHeight } = this.canvas.parentElement;
+    this.size = { width: Math.max(clientWidth, 1), height: Math.max(clientHeight, 1) };
+    this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
+    this.renderer.setSize(this.size.width, this.size.height);
+    const aspect = this.size.width / this.size.height;
+    this.cameras.space.aspect = aspect;
+    const { plan } = this.cameras;
+    const half = 0.5 * (plan.top - plan.bottom);
+    Object.assign(plan, { left: -half * aspect, right: half * aspect });
+    for (const camera of Object.values(this.cameras)) camera.updateProjectionMatrix();
+    this.invalidate();
+  }
+
+  setMode(mode) {
+    this.mode = mode;
+    for (const [name, controls] of Object.entries(this.controls)) controls.enabled = name === mode;
+    this.invalidate();
+  }
+
+  setBackground(colour) {
+    this.scene.background = new Color(colour);
+    this.invalidate();
+  }
+
+  setSection(low_m, high_m) {
+    this.low.constant = -low_m;
+    this.high.constant = high_m;
+    this.invalidate();
+  }
+
+  // Shows a box whole: from above and aside, and in the plan.
+  fit(box) {
+    this.fitSpace(box);
+    this.fitPlan(box);
+    this.invalidate();
+  }
+
+  fitSpace(box) {
+    const camera = this.cameras.space;
+    const azimuth = this.heading_rad - (62 * Math.PI) / 180;
+    const elevation = (52 * Math.PI) / 180;
+    const away = new Vector3(
+      Math.cos(azimuth) * Math.cos(elevation), Math.sin(azimuth) * Math.cos(elevation), Math.sin(elevation));
+    const target = box.getCenter(new Vector3());
+    let distance_m = 1;
+    for (let step = 0; step < 60; step++, distance_m *= 1.12) {
+      camera.position.copy(target).addScaledVector(away, distance_m);
+      camera.lookAt(target);
+      camera.updateMatrixWorld();
+      if (this.holdsBox(camera, box, 0.93)) break;
+    }
+    camera.near = distance_m / 200;
+    camera.far = distance_m * 50;
+    camera.updateProjectionMatrix();
+    this.controls.space.target.copy(target);
+    this.controls.space.update();
+  }
+
+  holdsBox(camera, box, margin) {
+    return cornersOf(box).every((corner) => {
+      const depth_m = corner.clone().applyMatrix4(camera.matrixWorldInverse).z;
+      const { x, y } = corner.project(camera);
+      return depth_m < 0 && Math.abs(x) < margin && Math.abs(y) < margin;
+    });
+  }
+
+  fitPlan(box) {
+    const camera = this.cameras.plan;
+    const target = box.getCenter(new Vector3());
+    const height_m = box.max.z - box.min.z;
+    camera.position.copy(target).setZ(box.max.z + 10);
+    camera.lookAt(target);
+    camera.updateMatrixWorld();
+    const seen = cornersOf(box).map((corner) => corner.applyMatrix4(camera.matrixWorldInverse));
+    const half = (axis) => Math.max(...seen.map((corner) => Math.abs(corner[axis])));
+    const aspect = this.size.width / this.size.height;
+    const half_m = 1.1 * Math.max(half('y'), half('x') / aspect, 1);
+    Object.assign(camera, {
+      top: half_m, bottom: -half_m, left: -half_m * aspect, right: half_m * aspect, zoom: 1, near: 0.1, far: height_m + 20,
+    });
+    camera.updateProjectionMatrix();
+    this.controls.plan.target.copy(target);
+    this.controls.plan.update();
+  }
+
+  // Of the plan.
+  metresPerPixel() {
+    const { plan } = this.cameras;
+    return (plan.top - plan.bottom) / plan.zoom / this.size.height;
+  }
+
+  // Device pixels that a metre takes at clip-space w = 1.
+  pointScale() {
+    return 0.5 * this.camera.projectionMatrix.elements[5] * this.size.height * this.renderer.getPixelRatio();
+  }
+
+  toPixels(point) {
+    const { x, y } = point.clone().project(this.camera);
+    return new Vector2((0.5 + 0.5 * x) * this.size.width, (0.5 - 0.5 * y) * this.size.height);
+  }
+
+  isInFront(point) {
+    return point.clone().project(this.camera).z < 1;
+  }
+
+  moved() {
+    this.movedAt_ms = performance.now();
+    clearTimeout(this.stillTimer);
+    this.stillTimer = setTimeout(() => this.invalidate(), STILL_MS + 10);
+    this.invalidate();
+  }
+
+  isMoving() {
+    return performance.now() - this.movedAt_ms < STILL_MS;
+  }
+
+  // Draws soon, and once.
+  invalidate() {
+    if (this.waiting) return;
+    this.waiting = true;
+    requestAnimationFrame((now_ms) => {
+      this.waiting = false;
+      this.controls[this.mode].update();
+      this.draw(now_ms);
+    });
+  }
+
+  draw(now_ms) {
+    const moving = this.isMoving();
+    if (moving && this.wasMoving) this.adapt(now_ms - this.drawnAt_ms);
+    this.wasMoving = moving;
+    this.drawnAt_ms = now_ms;
+    this.onDetail(moving ? LEVELS[this.level] : STILL);
+    this.renderer.render(this.scene, this.camera);
+    this.frames++;
+    for (const call of this.onDraw) call(this.camera);
+  }
+
+  adapt(frame_ms) {
+    this.frame_ms = 0.6 * (this.frame_ms ?? frame_ms) + 0.4 * frame_ms;
+    const step = this.frame_ms > SLOW_MS ? 1 : this.frame_ms < QUICK_MS ? -1 : 0;
+    const level = Math.min(Math.max(this.level + step, this.least ?? 0), LEVELS.length - 1);
+    if (level > this.level) this.least = level; // what was too slow once stays out
+    if (level !== this.level) this.frame_ms = undefined;
+    this.level = level;
+  }
+
+  // Learns from one frame with everything in it what to begin with while moving.
+  async calibrate() {
+    const gl = this.renderer.getContext();
+    this.draw(performance.now());
+    const from_ms = performance.now();
+    const drawn = gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
+    gl.flush();
+    while (gl.clientWaitSync(drawn, 0, 0) === gl.TIMEOUT_EXPIRED) {
+      await new Promise((resolve) => setTimeout(resolve, 4));
+    }
+    gl.deleteSync(drawn);
+    const took_ms = performance.now() - from_ms;
+    this.level = [40, 80, 160].filter((limit_ms) => took_ms > limit_ms).length;
+  }
+}
+
+function cornersOf({ min, max }) {
+  return [min.x, max.x].flatMap((x) =>
+    [min.y, max.y].flatMap((y) => [min.z, max.z].map((z) => new Vector3(x, y, z))));
+}
