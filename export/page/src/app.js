@@ -1,5 +1,5 @@
 // The page: its state, and what follows from a change of it.
-import { Vector3 } from 'three';
+import { Box3, Vector3 } from 'three';
 import { byId, element } from './dom.js';
 import { Describer } from './describe.js';
 import { formatArea, formatLength, roundLength, useFeet } from './format.js';
@@ -27,7 +27,7 @@ export class App {
     this.storey = 'all';
     this.view = new View(byId('canvas'));
     this.layers = new Layers(map, this.view.scene);
-    this.box = this.layers.box();
+    this.extent = this.layers.extent();
     this.section = this.makeSection();
     this.labels = new Labels(this.view, byId('labels'));
     this.picker = new Picker(this.view, this.layers, this.section);
@@ -49,7 +49,7 @@ export class App {
     this.setTheme(this.theme);
     for (const [name, { on }] of Object.entries(layers.switches)) layers.switchLayer(name, on);
     this.showStorey('all');
-    view.fit(this.box);
+    view.fit(this.extent);
     this.pointer = new Pointer(this);
     view.calibrate();
   }
@@ -57,7 +57,8 @@ export class App {
   makeSection() {
     const { storeys } = this.map.document.building;
     const zero_m = storeys.length > 0 ? storeys[0].floor_m : 0;
-    return new Section(this.box.min.z - 0.5, this.box.max.z + 0.5, zero_m, (low_m, high_m) =>
+    const { min, max } = new Box3().setFromPoints(this.extent);
+    return new Section(min.z - 0.5, max.z + 0.5, zero_m, (low_m, high_m) =>
       this.view.setSection(low_m, high_m));
   }
 
@@ -158,7 +159,7 @@ export class App {
   }
 
   fit() {
-    this.view.fit(this.box);
+    this.view.fit(this.extent);
   }
 
   // Highlights what is under the pointer: of lines all pieces.

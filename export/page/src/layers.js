@@ -2,7 +2,7 @@
 import { Box3, Vector3 } from 'three';
 import { LineIndex } from './line_index.js';
 import { LineData, LineLayer } from './lines.js';
-import { PLANE_KINDS, Planes } from './planes.js';
+import { Planes } from './planes.js';
 import { RoomLayer, WallPlan } from './plan.js';
 import { DenseCloud, Landmarks } from './points.js';
 import { TrajectoryLayer } from './trajectory.js';
@@ -88,20 +88,20 @@ export class Layers {
     this.landmarks.setScale(pointScale_px);
   }
 
-  // A box about what the map is mostly of: its planes, else its lines without the farthest.
-  box() {
+  // Points about what the map is mostly of: corners of its planes, else the box of its lines without
+  // the farthest.
+  extent() {
+    const corners = this.planes.all
+      .filter(({ kind }) => kind !== 'other')
+      .flatMap(({ outline }) => outline.map((point) => new Vector3(...point)));
+    if (corners.length > 0) return corners;
     const box = new Box3();
-    for (const { outline } of this.planes.all) {
-      for (const point of outline) box.expandByPoint(new Vector3(...point));
-    }
-    if (box.isEmpty()) expandByMost(box, this.lines.data.ends);
+    expandByMost(box, this.lines.data.ends);
     if (box.isEmpty()) expandByMost(box, this.map.arrays.trajectory_positions);
-    if (box.isEmpty()) box.set(new Vector3(-1, -1, -1), new Vector3(1, 1, 1));
-    return box.expandByScalar(0.05);
-  }
-
-  planeCounts() {
-    return Object.fromEntries(PLANE_KINDS.map((kind) => [kind, this.planes.count(kind)]));
+    if (box.isEmpty()) box.expandByPoint(new Vector3());
+    const { min, max } = box.expandByScalar(0.5);
+    return [min.x, max.x].flatMap((x) =>
+      [min.y, max.y].flatMap((y) => [min.z, max.z].map((z) => new Vector3(x, y, z))));
   }
 }
 

@@ -17,6 +17,11 @@ function toggle(name, count, on, change, colour) {
   return element('label', { class: 'toggle' }, box, ...swatch, element('span', {}, name), ...number);
 }
 
+// A choice of one is none.
+function several(title, toggles) {
+  return toggles.length > 1 ? [element('h3', {}, title), ...toggles] : [];
+}
+
 function countBy(codes, until) {
   const counts = new Map();
   for (let i = 0; i < until; i++) counts.set(codes[i], (counts.get(codes[i]) ?? 0) + 1);
@@ -81,14 +86,11 @@ export class Panel {
     const { data } = lines;
     const row = choiceRow('Colour lines by', COLOURINGS, app.layers.colourBy, (by) => app.colourBy(by));
     const marks = data.count - data.lines;
-    const worlds = countBy(data.world, data.lines);
     return group('Lines',
       row,
       ...this.codes('axis', data.axis, AXES, lineFilter.axes),
-      element('h3', {}, 'Kinds'),
-      ...this.codes('kind', data.kind, KINDS, lineFilter.kinds),
-      ...(worlds.length > 1 ? [element('h3', {}, 'Worlds')] : []),
-      ...(worlds.length > 1 ? worlds.map(([world, count]) => this.world(world, count)) : []),
+      ...several('Kinds', this.codes('kind', data.kind, KINDS, lineFilter.kinds)),
+      ...several('Manhattan worlds', this.worlds()),
       ...(marks > 0 ? [toggle('Marks on surfaces', marks, lineFilter.marks, (on) => {
         lineFilter.marks = on;
         app.updateLines();
@@ -105,10 +107,11 @@ export class Panel {
     });
   }
 
-  world(world, count) {
-    const name = world < 0 ? 'Of none' : `World ${world}`;
-    const { worlds } = this.app.layers.lineFilter;
-    return toggle(name, count, worlds.has(world), (on) => this.app.showLines(worlds, world, on));
+  worlds() {
+    const { lines: { data }, lineFilter: { worlds } } = this.app.layers;
+    return countBy(data.world, data.lines).map(([world, count]) =>
+      toggle(world < 0 ? 'Of none' : `World ${world}`, count, worlds.has(world), (on) =>
+        this.app.showLines(worlds, world, on)));
   }
 
   layers() {

@@ -5,9 +5,9 @@ import {
   MeshBasicMaterial, Raycaster, ShapeUtils, Vector2, Vector3,
 } from 'three';
 
-export const PLANE_KINDS = ['wall', 'floor', 'ceiling', 'other'];
-const LIGHT = new Vector3(0.35, 0.55, 0.75).normalize();
-const BEHIND_M = 0.03; // how far planes are drawn behind what is on them
+const PLANE_KINDS = ['wall', 'floor', 'ceiling', 'other'];
+const LIGHT = new Vector3(0.8, 0.3, 0.5).normalize();
+const BEHIND_M = 0.08; // how far planes are drawn behind what is on them
 
 // Two directions in a plane that make a right-handed frame with its normal.
 function frameOf(normal) {
@@ -89,7 +89,7 @@ class PlaneLayer {
   setPalette(palette) {
     const { color } = this.mesh.geometry.attributes;
     this.planeOfFace.forEach((plane, face) => {
-      const light = 0.86 + 0.14 * plane.direction.dot(LIGHT);
+      const light = 0.88 + 0.12 * plane.direction.dot(LIGHT);
       const { r, g, b } = new Color(palette.plane[plane.kind]).multiplyScalar(light);
       for (let corner = 0; corner < 3; corner++) color.setXYZ(3 * face + corner, r, g, b);
     });

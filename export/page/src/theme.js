@@ -7,8 +7,8 @@ export const AGES = ['Older', 'Seen last'];
 
 const DARK = {
   background: '#0e1217',
-  plane: { wall: '#2a323d', floor: '#1b2129', ceiling: '#232a33', other: '#262d36' },
-  planeEdge: '#56616f',
+  plane: { wall: '#3d4857', floor: '#202934', ceiling: '#2b3440', other: '#343e4b' },
+  planeEdge: '#667382',
   opening: '#e9b44c',
   room: '#7fb4ff',
   poche: '#aeb9c6',
@@ -27,8 +27,8 @@ const DARK = {
 
 const LIGHT = {
   background: '#f4f3ef',
-  plane: { wall: '#fbfaf7', floor: '#e6e3db', ceiling: '#eeece6', other: '#efede8' },
-  planeEdge: '#a9a59b',
+  plane: { wall: '#e3e0d8', floor: '#fbfaf8', ceiling: '#edebe5', other: '#dbd8cf' },
+  planeEdge: '#b3aea2',
   opening: '#b97c10',
   room: '#2f6fd0',
   poche: '#3b4048',

@@ -1,10 +1,13 @@
 // The canvas: cameras, how one moves, and when what is drawn how finely.
 import {
-  Color, MOUSE, OrthographicCamera, PerspectiveCamera, Plane, Scene, TOUCH, Vector2, Vector3, WebGLRenderer,
+  Box3, Color, MOUSE, OrthographicCamera, PerspectiveCamera, Plane, Scene, TOUCH, Vector2, Vector3, WebGLRenderer,
 } from 'three';
 import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
 
-const FIELD_DEG = 38;
+const FIELD_DEG = 34;
+const ELEVATION_DEG = 50;
+const AZIMUTHS_DEG = [-60, -120, -30, -150, -70, -20, 60, 120, 30, 150]; // from its heading
+const FILLED = 0.84; // of the canvas, by what is fitted
 const STILL_MS = 160; // after the last movement everything is drawn
 const SLOW_MS = 45; // a frame; then less is drawn while moving
 const QUICK_MS = 18;
@@ -99,58 +102,76 @@ export class View {
     this.invalidate();
   }
 
-  // Shows a box whole: from above and aside, and in the plan.
-  fit(box) {
-    this.fitSpace(box);
-    this.fitPlan(box);
+  // Shows points whole: from above and aside, and in the plan.
+  fit(points) {
+    this.fitSpace(points);
+    this.fitPlan(points);
     this.invalidate();
   }
 
-  fitSpace(box) {
+  // Of the sides of the building, from that from which it fills most of the canvas.
+  fitSpace(points) {
     const camera = this.cameras.space;
-    const azimuth = this.heading_rad - (62 * Math.PI) / 180;
-    const elevation = (52 * Math.PI) / 180;
-    const away = new Vector3(
-      Math.cos(azimuth) * Math.cos(elevation), Math.sin(azimuth) * Math.cos(elevation), Math.sin(elevation));
-    const target = box.getCenter(new Vector3());
-    let distance_m = 1;
-    for (let step = 0; step < 60; step++, distance_m *= 1.12) {
-      camera.position.copy(target).addScaledVector(away, distance_m);
-      camera.lookAt(target);
-      camera.updateMatrixWorld();
-      if (this.holdsBox(camera, box, 0.93)) break;
-    }
+    const box = new Box3().setFromPoints(points);
+    const views = AZIMUTHS_DEG.map((azimuth_deg) => {
+      const away = directionOf(this.heading_rad + radians(azimuth_deg), radians(ELEVATION_DEG));
+      return { away, ...this.nearest(camera, box, away, points) };
+    });
+    const { away, centre, distance_m } = views.reduce((a, b) => (b.distance_m < a.distance_m ? b : a));
+    camera.position.copy(centre).addScaledVector(away, distance_m);
     camera.near = distance_m / 200;
     camera.far = distance_m * 50;
     camera.updateProjectionMatrix();
-    this.controls.space.target.copy(target);
+    this.controls.space.target.copy(centre);
     this.controls.space.update();
   }
 
-  holdsBox(camera, box, margin) {
-    return cornersOf(box).every((corner) => {
-      const depth_m = corner.clone().applyMatrix4(camera.matrixWorldInverse).z;
-      const { x, y } = corner.project(camera);
-      return depth_m < 0 && Math.abs(x) < margin && Math.abs(y) < margin;
-    });
+  // The nearest view along a direction that holds points, their middle in the middle: found from
+  // afar, where both follow from what is seen almost in proportion.
+  nearest(camera, box, away, points) {
+    const centre = box.getCenter(new Vector3());
+    let distance_m = 4 * Math.max(box.getSize(new Vector3()).length(), 0.1);
+    for (let step = 0; step < 12; step++) {
+      camera.position.copy(centre).addScaledVector(away, distance_m);
+      camera.lookAt(centre);
+      camera.updateMatrixWorld();
+      const { x, y, extent } = this.extentOf(camera, points);
+      const half_m = distance_m * Math.tan(radians(FIELD_DEG / 2));
+      centre
+        .addScaledVector(axisOf(camera, 0), x * half_m * camera.aspect)
+        .addScaledVector(axisOf(camera, 1), y * half_m);
+      distance_m *= Math.max(extent / FILLED, 0.5);
+    }
+    return { centre, distance_m };
   }
 
-  fitPlan(box) {
+  // The middle of points on the canvas, and half their larger extent; 1 is half the canvas.
+  extentOf(camera, points) {
+    const box = new Box3();
+    for (const point of points) box.expandByPoint(point.clone().project(camera));
+    const size = box.getSize(new Vector3());
+    const { x, y } = box.getCenter(new Vector3());
+    return { x, y, extent: 0.5 * Math.max(size.x, size.y) };
+  }
+
+  fitPlan(points) {
     const camera = this.cameras.plan;
+    const box = new Box3().setFromPoints(points);
     const target = box.getCenter(new Vector3());
-    const height_m = box.max.z - box.min.z;
     camera.position.copy(target).setZ(box.max.z + 10);
     camera.lookAt(target);
     camera.updateMatrixWorld();
-    const seen = cornersOf(box).map((corner) => corner.applyMatrix4(camera.matrixWorldInverse));
-    const half = (axis) => Math.max(...seen.map((corner) => Math.abs(corner[axis])));
+    const seen = points.map((point) => point.clone().applyMatrix4(camera.matrixWorldInverse));
+    const middle = new Box3().setFromPoints(seen).getCenter(new Vector3()).setZ(0);
+    const half = (axis) => Math.max(...seen.map((point) => Math.abs(point[axis] - middle[axis])));
     const aspect = this.size.width / this.size.height;
-    const half_m = 1.1 * Math.max(half('y'), half('x') / aspect, 1);
-    Object.assign(camera, {
-      top: half_m, bottom: -half_m, left: -half_m * aspect, right: half_m * aspect, zoom: 1, near: 0.1, far: height_m + 20,
-    });
+    const top = Math.max(half('y'), half('x') / aspect, 1) / FILLED;
+    Object.assign(camera, { top, bottom: -top, left: -top * aspect, right: top * aspect });
+    Object.assign(camera, { zoom: 1, near: 0.1, far: box.max.z - box.min.z + 20 });
     camera.updateProjectionMatrix();
-    this.controls.plan.target.copy(target);
+    const shift = middle.applyQuaternion(camera.quaternion);
+    camera.position.add(shift);
+    this.controls.plan.target.copy(target).add(shift);
     this.controls.plan.update();
   }
 
@@ -232,7 +253,17 @@ export class View {
   }
 }
 
-function cornersOf({ min, max }) {
-  return [min.x, max.x].flatMap((x) =>
-    [min.y, max.y].flatMap((y) => [min.z, max.z].map((z) => new Vector3(x, y, z))));
+// Right (0) or up (1) of a camera.
+function axisOf(camera, index) {
+  return new Vector3().setFromMatrixColumn(camera.matrixWorld, index);
+}
+
+function radians(degrees) {
+  return (degrees * Math.PI) / 180;
+}
+
+function directionOf(azimuth_rad, elevation_rad) {
+  return new Vector3(Math.cos(azimuth_rad), Math.sin(azimuth_rad), 0)
+    .multiplyScalar(Math.cos(elevation_rad))
+    .setZ(Math.sin(elevation_rad));
 }

@@ -38,6 +38,14 @@ export async function settle(page) {
   });
 }
 
+// The canvas as text, to compare.
+export async function picture(page) {
+  return page.evaluate(() => {
+    app.view.draw(performance.now());
+    return app.view.canvas.toDataURL();
+  });
+}
+
 // The share of the canvas' pixels that are not of the background.
 export async function drawnShare(page) {
   return page.evaluate(() => {
@@ -53,4 +61,16 @@ export async function drawnShare(page) {
     }
     return drawn / (width * height);
   });
+}
+
+// Looks from a place to another, relative to the page's origin.
+export async function lookFrom(page, place, target) {
+  await page.evaluate(({ place, target }) => {
+    const { space } = app.view.controls;
+    space.object.position.set(...place);
+    space.target.set(...target);
+    space.update();
+    app.view.invalidate();
+  }, { place, target });
+  await settle(page);
 }

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Runs page_test.mjs on the page of a made room. Ends with 77 (skipped), saying what is missing,
+# Runs distance_test.mjs, and page_test.mjs on the page of a made room. Ends with 77 (skipped), saying what is missing,
 # where there is no Chromium, no node or no page.
 #
 #   page_test.sh BUILD WRITE_ROOM_PAGE
@@ -21,6 +21,10 @@ command -v node >/dev/null || skip "node"
 
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
+tests=$(cd "$(dirname "$0")" && pwd)
+NODE_PATH=$modules "$modules/.bin/esbuild" "$tests/distance_test.mjs" --bundle --platform=node \
+  --format=esm --outfile="$folder/distance_test.mjs" --log-level=error
+node --test "$folder/distance_test.mjs"
 "$write_room_page" "$template" "$folder/room.html"
 SLCMAP_PAGE=$folder/room.html SLCMAP_CHROMIUM=$chromium SLCMAP_NODE_MODULES=$modules \
-  node --test "$(dirname "$0")/page_test.mjs"
+  node --test "$tests/page_test.mjs"
