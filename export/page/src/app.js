@@ -51,7 +51,6 @@ export class App {
     this.showStorey('all');
     view.fit(this.extent);
     this.pointer = new Pointer(this);
-    view.calibrate();
   }
 
   makeSection() {
@@ -150,6 +149,7 @@ export class App {
 
   switchLayer(name, on) {
     this.layers.switchLayer(name, on);
+    this.view.forgetTimes();
     this.view.invalidate();
   }
 

@@ -11,15 +11,15 @@ const FILLED = 0.84; // of the canvas, by what is fitted
 const STILL_MS = 160; // after the last movement everything is drawn
 const SLOW_MS = 45; // a frame; then less is drawn while moving
 const QUICK_MS = 18;
+const LONG_MS = 400; // a frame at rest; then less is drawn at rest too
 
-// What is drawn while moving: lines as wide as always or a pixel wide, and a share of the points.
+// How much is drawn: lines as wide as always or a pixel wide, and a share of the points.
 const LEVELS = [
   { thin: false, share: 1 },
-  { thin: false, share: 0.25 },
+  { thin: false, share: 0.3 },
   { thin: true, share: 0.1 },
-  { thin: true, share: 0.02 },
+  { thin: true, share: 0.03 },
 ];
-const STILL = { thin: false, share: 1 };
 
 export class View {
   // Throws where the browser has no WebGL 2.
@@ -34,7 +34,8 @@ export class View {
     this.cameras = { space: new PerspectiveCamera(FIELD_DEG), plan: new OrthographicCamera() };
     this.cameras.space.up.set(0, 0, 1);
     this.mode = 'space';
-    this.level = 0;
+    this.forgetTimes();
+    this.restLevel = LEVELS.length - 1;
     this.movedAt_ms = -Infinity;
     this.frames = 0;
     this.onDraw = []; // called with the camera behind each frame
@@ -222,34 +223,56 @@ export class View {
     if (moving && this.wasMoving) this.adapt(now_ms - this.drawnAt_ms);
     this.wasMoving = moving;
     this.drawnAt_ms = now_ms;
-    this.onDetail(moving ? LEVELS[this.level] : STILL);
+    this.onDetail(LEVELS[moving ? this.level : this.restLevel]);
     this.renderer.render(this.scene, this.camera);
     this.frames++;
     for (const call of this.onDraw) call(this.camera);
+    if (!moving) this.timeRest();
   }
 
+  // Draws less while moving where frames take long, more where they do not.
   adapt(frame_ms) {
     this.frame_ms = 0.6 * (this.frame_ms ?? frame_ms) + 0.4 * frame_ms;
     const step = this.frame_ms > SLOW_MS ? 1 : this.frame_ms < QUICK_MS ? -1 : 0;
-    const level = Math.min(Math.max(this.level + step, this.least ?? 0), LEVELS.length - 1);
-    if (level > this.level) this.least = level; // what was too slow once stays out
+    const level = Math.min(Math.max(this.level + step, this.leastLevel), LEVELS.length - 1);
+    if (level > this.level) this.leastLevel = level; // what was too slow once stays out
     if (level !== this.level) this.frame_ms = undefined;
     this.level = level;
   }
 
-  // Learns from one frame with everything in it what to begin with while moving.
-  async calibrate() {
+  // At rest one frame after the other is finer, until that takes long; the first ones come quickly.
+  async timeRest() {
+    if (this.timing) return;
+    this.timing = true;
+    const took_ms = await this.untilDrawn();
+    this.timing = false;
+    if (took_ms > LONG_MS) {
+      this.restLevel = Math.min(this.restLevel + 1, LEVELS.length - 1);
+      this.fineEnough = true;
+    } else if (this.restLevel > 0 && !this.fineEnough) {
+      this.restLevel--;
+      this.invalidate();
+    }
+    const begin = [40, 80, 160].filter((limit_ms) => took_ms > limit_ms).length;
+    this.level = Math.max(this.level, begin, this.restLevel);
+  }
+
+  // Waits until what was asked of the graphics is done, and returns how long that took.
+  async untilDrawn() {
     const gl = this.renderer.getContext();
-    this.draw(performance.now());
     const from_ms = performance.now();
     const drawn = gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
     gl.flush();
     while (gl.clientWaitSync(drawn, 0, 0) === gl.TIMEOUT_EXPIRED) {
-      await new Promise((resolve) => setTimeout(resolve, 4));
+      await new Promise((resolve) => setTimeout(resolve, 2));
     }
     gl.deleteSync(drawn);
-    const took_ms = performance.now() - from_ms;
-    this.level = [40, 80, 160].filter((limit_ms) => took_ms > limit_ms).length;
+    return performance.now() - from_ms;
+  }
+
+  // What is drawn is different from now on: how much of it can be, is tried anew.
+  forgetTimes() {
+    Object.assign(this, { level: 0, leastLevel: 0, frame_ms: undefined, fineEnough: false });
   }
 }
 

@@ -19,6 +19,7 @@ export async function open(browser, file, options = {}) {
     offline: true, viewport: { width: 1000, height: 700 }, colorScheme: 'dark', ...options,
   });
   const page = await context.newPage();
+  page.setDefaultTimeout(0); // drawing by software takes its time; the test as a whole has a limit
   Object.assign(page, { said: [], requested: [] });
   page.on('console', (message) => {
     if (['error', 'warning'].includes(message.type())) page.said.push(message.text());
@@ -34,7 +35,7 @@ export async function open(browser, file, options = {}) {
 export async function settle(page) {
   await page.evaluate(async () => {
     const frame = () => new Promise((resolve) => requestAnimationFrame(resolve));
-    do await frame(); while (app.view.isMoving() || app.view.waiting);
+    do await frame(); while (app.view.isMoving() || app.view.waiting || app.view.timing);
   });
 }
 
