@@ -13,6 +13,7 @@ void AddCheckCommand(CLI::App& app);
 void AddOdometryCommand(CLI::App& app);
 void AddMapCommand(CLI::App& app);
 void AddExportCommand(CLI::App& app);
+void AddViewCommand(CLI::App& app);
 void AddRunCommand(CLI::App& app);
 void AddEvaluateCommand(CLI::App& app);
 

@@ -50,6 +50,7 @@ void AddCommands(CLI::App& app) {
   AddOdometryCommand(app);
   AddMapCommand(app);
   AddExportCommand(app);
+  AddViewCommand(app);
   AddRunCommand(app);
   AddEvaluateCommand(app);
   AddHelpCommand(app);

@@ -7,6 +7,7 @@
 #include "data/calibration.h"
 #include "data/trajectory.h"
 #include "data/warnings.h"
+#include "mapping/adjustment/adjusted_run.h"
 #include "mapping/map_folder.h"
 #include "mapping/mapping.h"
 #include "mapping/views/recorded_views.h"
@@ -15,6 +16,8 @@
 
 namespace slcmap {
 namespace {
+
+constexpr double kAdjusted = 0.1;  // share of the time, about
 
 // How often poses go on in another segment, which starts at the last pose of the one before.
 int SegmentEnds(const OdometryRun& run) {
@@ -81,8 +84,14 @@ MapResult RunMapStage(const MapArguments& arguments, const MappingOptions& optio
   spdlog::debug("{}: {} poses, {} keyframes, {} landmarks, {} lines", arguments.input,
                 run.states.size(), run.keyframes.size(), run.landmarks.size(), run.lines.size());
   WarnOfRun(arguments.input, run);
-  const std::optional<RecordedViews> recorded = OpenViews(arguments, run);
-  MapResult map = BuildMap(run, recorded ? &*recorded : nullptr, options, StageProgress("map"));
+  const Progress progress = StageProgress("map");
+  const AdjustedRun adjusted =
+      AdjustRun(run, options.adjustment, nullptr, progress.Part(0, kAdjusted));
+  // Images are rectified with the calibration that the adjustment found.
+  const std::optional<RecordedViews> recorded = OpenViews(arguments, adjusted.run);
+  MapResult map =
+      BuildMap(adjusted.run, recorded ? &*recorded : nullptr, options, progress.Part(kAdjusted, 1));
+  map.adjustment = adjusted.figures;
   map.id = WriteMapFolder(output, map);
   spdlog::info(
       "wrote {}: {} poses, {} points of {} landmarks, {} lines, {} occupied voxels of {} m",

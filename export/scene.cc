@@ -4,10 +4,10 @@
 
 #include <algorithm>
 #include <limits>
-#include <optional>
 
 #include "data/error.h"
 #include "export/colour_scale.h"
+#include "export/frustum.h"
 #include "export/line_bars.h"
 #include "export/voxel_mesh.h"
 
@@ -69,21 +69,6 @@ LineLayer TrajectoryOf(const MapResult& map, double max_jump_s) {
     layer.edges.push_back({vertex - 1, vertex});
   }
   return layer;
-}
-
-// The image's corners at a depth, in the camera frame; none when the camera has no calibration.
-std::vector<Eigen::Vector3d> FrustumCorners(const Camera& camera, double depth_m) {
-  if (!(camera.fx_px > 0 && camera.fy_px > 0)) return {};
-  const double right_px = camera.width_px - 0.5, bottom_px = camera.height_px - 0.5;
-  std::vector<Eigen::Vector3d> corners;
-  for (const Eigen::Vector2d& pixel_px :
-       {Eigen::Vector2d(-0.5, -0.5), Eigen::Vector2d(right_px, -0.5),
-        Eigen::Vector2d(right_px, bottom_px), Eigen::Vector2d(-0.5, bottom_px)}) {
-    const std::optional<Eigen::Vector3d> ray = camera.Unproject(pixel_px);
-    if (!ray || !(ray->z() > 0)) return {};
-    corners.push_back(*ray * (depth_m / ray->z()));
-  }
-  return corners;
 }
 
 LineLayer KeyframesOf(const MapResult& map, const SceneOptions& options) {

@@ -12,6 +12,7 @@
 #include "data/trajectory.h"
 #include "data/types.h"
 #include "data/verdict.h"
+#include "mapping/adjustment/adjustment.h"
 #include "mapping/building/building.h"
 #include "mapping/dense/dense_point.h"
 #include "mapping/occupancy_map.h"
@@ -43,6 +44,11 @@ struct MapResult {
   std::map<std::string, int64_t> warnings;  // counted by kind
   std::optional<Verdict> verdict;           // on the run
   Rig rectified_rig;
+  // What the adjustment over all keyframes was made of; none where there was none. Not read back.
+  std::optional<AdjustmentFigures> adjustment;
+  // The raw cameras with what the run, or its adjustment, found of their calibration; none of a run
+  // that does not say how they were calibrated. Not read back.
+  std::optional<Rig> calibrated_rig;
   Trajectory trajectory;  // refined, a pose an image
   Trajectory keyframes;
   std::vector<MapPoint> points;

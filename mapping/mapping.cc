@@ -11,6 +11,7 @@
 #include "mapping/occupancy.h"
 #include "mapping/point_cloud.h"
 #include "mapping/refinement.h"
+#include "odometry/calibrated_rig.h"
 
 namespace slcmap {
 namespace {
@@ -55,8 +56,8 @@ BuildingInput InputOf(const MapResult& map, std::vector<Sights> sights) {
 // Occupancy, the dense cloud and the building, of the images of the keyframes.
 void MapImages(const RecordedViews& recorded, const MappingOptions& options,
                const Progress& progress, MapResult* map) {
-  std::vector<Sights> sights = MapDensely(recorded.views, *recorded.images, options,
-                                          progress.Part(kLines, kDense), map);
+  std::vector<Sights> sights =
+      MapDensely(recorded.views, *recorded.images, options, progress.Part(kLines, kDense), map);
   if (progress.Report(kDense)) {
     map->building = BuildBuilding(InputOf(*map, std::move(sights)), options.building);
   }
@@ -75,6 +76,10 @@ MapResult BuildMap(const OdometryRun& run, const RecordedViews* recorded,
   if (run.source) {
     map.source.sequence = run.source->sequence;
     map.source.version = run.source->version;
+    if (!run.calibration.empty()) {
+      map.calibrated_rig =
+          CalibratedRig(run.source->raw_rig, run.rectified_rig, run.calibration.back());
+    }
   }
   map.method = run.method;
   map.complete = run.complete;

@@ -44,6 +44,7 @@ MappingOptions MappingOptions::FromYaml(const std::string& path) {
     YamlSection section = root.Section("mapping");
     options.cloud.Read(section.Section("cloud"));
     options.occupancy.Read(section.Section("occupancy"));
+    options.adjustment.Read(section.Section("adjustment"));
     options.lines.Read(section.Section("lines"));
     options.run_lines.Read(section.Section("run_lines"));
     options.dense.Read(section.Section("dense"));
@@ -60,6 +61,7 @@ std::string MappingOptions::ToYaml() const {
     YamlSection section = root->Section("mapping");
     options.cloud.Read(section.Section("cloud"));
     options.occupancy.Read(section.Section("occupancy"));
+    options.adjustment.Read(section.Section("adjustment"));
     options.lines.Read(section.Section("lines"));
     options.run_lines.Read(section.Section("run_lines"));
     options.dense.Read(section.Section("dense"));
@@ -70,6 +72,7 @@ std::string MappingOptions::ToYaml() const {
 void MappingOptions::Check() const {
   cloud.Check();
   occupancy.Check();
+  adjustment.Check();
   lines.Check();
   run_lines.Check();
   dense.Check();

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "data/yaml_options.h"
+#include "mapping/adjustment/adjustment_options.h"
 #include "mapping/building/building_options.h"
 #include "mapping/dense/dense_options.h"
 #include "mapping/lines/line_options.h"
@@ -40,6 +41,7 @@ struct RunLineOptions {
 struct MappingOptions {
   CloudOptions cloud;
   OccupancyOptions occupancy;
+  AdjustmentOptions adjustment;
   MapLineOptions lines;
   RunLineOptions run_lines;
   DenseOptions dense;

@@ -9,6 +9,9 @@ set(SLCMAP_CMAKE ${CMAKE_INSTALL_LIBDIR}/cmake/slcmap)
 install(TARGETS slcmap DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT program)
 install(DIRECTORY config/rigs config/scenes DESTINATION ${CMAKE_INSTALL_DATADIR}/slcmap/config
   COMPONENT program)
+# Missing where it could not be made: see export/page.
+install(FILES ${PROJECT_BINARY_DIR}/share/slcmap/page/page.html
+  DESTINATION ${CMAKE_INSTALL_DATADIR}/slcmap/page COMPONENT program OPTIONAL)
 install(FILES README.md LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT program)
 
 # slcmap_install_libraries(PART TARGET...): slcmap_x is slcmap::x to those who find the package.
@@ -35,6 +38,7 @@ install(DIRECTORY data odometry mapping export DESTINATION ${SLCMAP_HEADERS} COM
   FILES_MATCHING PATTERN "*.h"
   PATTERN data/simulator EXCLUDE
   PATTERN data/json_file.h EXCLUDE
+  PATTERN data/polygon_json.h EXCLUDE
   PATTERN data/geos.h EXCLUDE
   PATTERN data/summary_file.h EXCLUDE
   PATTERN data/verdict_json.h EXCLUDE
@@ -70,5 +74,5 @@ set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SECTION libdevel)
 # What slcmap-config.cmake looks for.
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS "libeigen3-dev (>= 3.4), libopencv-dev (>= 4.6), \
 libopencv-contrib-dev (>= 4.6), libceres-dev (>= 2.1), libyaml-cpp-dev, libspdlog-dev, libfmt-dev, \
-libpcl-dev (>= 1.13), libgeos-dev, libcairo2-dev, liboctomap-dev, libtinygltf-dev")
+libpcl-dev (>= 1.13), libgeos-dev, libcairo2-dev, liboctomap-dev, libtinygltf-dev, zlib1g-dev")
 include(CPack)

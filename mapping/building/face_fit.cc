@@ -14,7 +14,7 @@ constexpr double kHeadingPrior = 0.1;         // of the slope, where nothing but
 
 // Tukey's, which goes to zero: what stands a little before a wall, as skirtings do, has little part
 // in it. At least the distance within which faces are one counts as near.
-double RobustWeight(const HeadedSample& sample, const LineFit& fit, double merge_m) {
+double RobustWeight(const HeadedSample& sample, const FaceFit& fit, double merge_m) {
   const double reach_m = std::max(merge_m, 2.5 * sample.sigma_m);
   const double share = (sample.n - fit.At(sample.s)) / reach_m;
   return share * share < 1 ? (1 - share * share) * (1 - share * share) : 0;
@@ -22,7 +22,7 @@ double RobustWeight(const HeadedSample& sample, const LineFit& fit, double merge
 
 // Weighted means by strip; a strip without samples is not among them.
 std::vector<StripMean> StripMeans(const std::vector<HeadedSample>& samples,
-                                  const std::vector<int>& members, const LineFit& fit,
+                                  const std::vector<int>& members, const FaceFit& fit,
                                   double merge_m) {
   struct Sum {
     double weight = 0, s = 0, n = 0;
@@ -50,7 +50,7 @@ std::vector<StripMean> StripMeans(const std::vector<HeadedSample>& samples,
 }
 
 // Samples within the gate of the line, beside its ends by at most a strip.
-std::vector<int> Members(const std::vector<HeadedSample>& samples, const LineFit& fit,
+std::vector<int> Members(const std::vector<HeadedSample>& samples, const FaceFit& fit,
                          double tolerance_cosine, double gate_m) {
   const double length = std::sqrt(1 + fit.slope * fit.slope);
   std::vector<int> members;
@@ -68,7 +68,7 @@ std::vector<int> Members(const std::vector<HeadedSample>& samples, const LineFit
 
 // Ends of what was measured, but for a few stray samples.
 void SetEnds(const std::vector<HeadedSample>& samples, const std::vector<int>& members,
-             LineFit* fit) {
+             FaceFit* fit) {
   const size_t stray = members.size() / 200;
   fit->from_m = samples[members[stray]].s;
   fit->to_m = samples[members[members.size() - 1 - stray]].s;
@@ -84,7 +84,7 @@ double CommonSigma(const std::vector<HeadedSample>& samples, const std::vector<i
 
 }  // namespace
 
-double LineFit::SigmaAt(double s) const {
+double FaceFit::SigmaAt(double s) const {
   return std::hypot(offset_sigma_m, (s - middle_m) * slope_sigma);
 }
 
@@ -97,14 +97,14 @@ std::pair<int, int> AreaCellOf(double s, double z) {
           static_cast<int>(std::floor(z / kAreaCell_m))};
 }
 
-LineFit FitStrips(const std::vector<StripMean>& strips, const BuildingOptions& options) {
+FaceFit FitStrips(const std::vector<StripMean>& strips, const BuildingOptions& options) {
   double weight = 0, s_sum = 0, n_sum = 0;
   for (const StripMean& strip : strips) {
     weight += 1 / strip.variance_m2;
     s_sum += strip.s / strip.variance_m2;
     n_sum += strip.n / strip.variance_m2;
   }
-  LineFit fit;
+  FaceFit fit;
   fit.middle_m = s_sum / weight;
   fit.offset_m = n_sum / weight;
   double ss = 0, sn = 0;
@@ -135,7 +135,7 @@ LineFit FitStrips(const std::vector<StripMean>& strips, const BuildingOptions& o
 }
 
 bool Refit(const std::vector<HeadedSample>& samples, double tolerance_cosine, double gate_m,
-           const BuildingOptions& options, LineFit* fit, std::vector<int>* used) {
+           const BuildingOptions& options, FaceFit* fit, std::vector<int>* used) {
   constexpr int kRounds = 4;
   constexpr size_t kLeastMembers = 4;
   for (int round = 0; round < kRounds; ++round) {

@@ -19,7 +19,7 @@ struct HeadedSample {
 };
 
 // The straight line n = offset + slope (s - middle), with its uncertainty.
-struct LineFit {
+struct FaceFit {
   double middle_m = 0, offset_m = 0, slope = 0;
   double offset_sigma_m = 0, slope_sigma = 0;
   double from_m = 0, to_m = 0;
@@ -37,12 +37,12 @@ inline constexpr double kStrip_m = 0.2;
 
 // Of least squares over strips, no strip better than the bending of a wall lets it be; the
 // uncertainties count deviations as alike along options.bend_length_m. At least one strip.
-LineFit FitStrips(const std::vector<StripMean>& strips, const BuildingOptions& options);
+FaceFit FitStrips(const std::vector<StripMean>& strips, const BuildingOptions& options);
 
 // Fits a line again to the samples near it: those within its gate, beside its strips, of its side.
 // Samples are sorted by s. `used` gets the samples that it is made of. False: too little is left.
 bool Refit(const std::vector<HeadedSample>& samples, double tolerance_cosine, double gate_m,
-           const BuildingOptions& options, LineFit* fit, std::vector<int>* used);
+           const BuildingOptions& options, FaceFit* fit, std::vector<int>* used);
 
 // Cells of 10 cm, as area.
 double CellArea(const std::set<std::pair<int, int>>& cells);

@@ -14,9 +14,12 @@ constexpr int kSolidRows = 3;           // that a wall has over a door
 constexpr double kUnseenPasses = 0.05;  // share of cells, of which it is as if none was passed
 constexpr double kLeastWall_m = 0.3;    // of columns that are walls
 constexpr double kLeastWallShare = 0.25;
+// Of what is beside a face, over the face itself: then the one is the wall, and the other, as a
+// duct or a rail, is fixed to it.
+constexpr int kMainly = 3;
 
 struct ColumnCounts {
-  int cells = 0, support = 0, passes = 0;
+  int cells = 0, support = 0, passes = 0, others = 0;
   int top_support = 0, top_passes = 0, top_others = 0;  // in the rows at the top
 };
 
@@ -34,6 +37,7 @@ ColumnCounts CountAround(const FaceGrid& grid, int middle) {
       ++counts.cells;
       counts.support += supported ? 1 : 0;
       counts.passes += passed ? 1 : 0;
+      counts.others += other ? 1 : 0;
       if (row < top) continue;
       counts.top_support += supported ? 1 : 0;
       counts.top_passes += passed ? 1 : 0;
@@ -49,7 +53,8 @@ double ShareOf(const FaceGrid& grid, int column) {
   const double passed = static_cast<double>(counts.passes) / counts.cells;
   const double stray = kUnseenPasses * counts.cells;
   if (counts.top_passes > counts.top_support + 0.2 * stray) return 0;
-  if (counts.top_others > counts.top_support) return 0;
+  if (counts.others > kMainly * counts.support) return 0;
+  if (counts.top_others > counts.top_support && counts.support < kMainly * counts.others) return 0;
   if (counts.top_support > 0 && passed < 0.3) return 1;
   if (counts.top_support >= solid) return 1;  // over a door
   if (counts.support >= solid && counts.passes <= stray) return 0.5;

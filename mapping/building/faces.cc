@@ -55,7 +55,7 @@ std::optional<double> StrongestHeading(const std::vector<FaceSample>& samples,
 
 struct FoundFace {
   Face face;
-  LineFit fit;            // along the heading that it was found by
+  FaceFit fit;            // along the heading that it was found by
   std::vector<int> used;  // samples
 };
 
@@ -80,7 +80,7 @@ class HeadingSearch {
     std::vector<HeadedSample> left = headed_;
     // Strong chains take their samples from the weaker ones, which are followed anew.
     for (const std::vector<StripMean>& chain : FollowOffsets(left, options_)) {
-      LineFit fit = FitStrips(chain, options_);
+      FaceFit fit = FitStrips(chain, options_);
       std::vector<int> members;
       if (!Refit(left, tolerance_cosine_, Gate(), options_, &fit, &members)) continue;
       std::optional<FoundFace> found = FaceOf(left, fit, members);
@@ -114,7 +114,7 @@ class HeadingSearch {
     headed_.push_back(headed);
   }
 
-  std::optional<FoundFace> FaceOf(const std::vector<HeadedSample>& samples, const LineFit& fit,
+  std::optional<FoundFace> FaceOf(const std::vector<HeadedSample>& samples, const FaceFit& fit,
                                   const std::vector<int>& members) const {
     FoundFace found{{}, fit, {}};
     std::set<std::pair<int, int>> cells;
@@ -139,7 +139,7 @@ class HeadingSearch {
 
   // The line of the fit as a plane of its own.
   void SetPlane(FoundFace* found) const {
-    const LineFit& fit = found->fit;
+    const FaceFit& fit = found->fit;
     Face& face = found->face;
     face.normal = (heading_ - fit.slope * along_).normalized();
     const Vector2d middle = fit.offset_m * heading_ + fit.middle_m * along_;
@@ -151,7 +151,7 @@ class HeadingSearch {
   }
 
   // Takes away what lies on a face, and the tails of it.
-  void Take(const LineFit& fit, std::vector<HeadedSample>* left) const {
+  void Take(const FaceFit& fit, std::vector<HeadedSample>* left) const {
     std::erase_if(*left, [&](const HeadedSample& sample) {
       return sample.s >= fit.from_m && sample.s <= fit.to_m &&
              std::abs(sample.n - fit.At(sample.s)) <= std::max(Gate(), kTails * sample.sigma_m);
@@ -161,8 +161,8 @@ class HeadingSearch {
   // Whether two pieces along one line are one face: neither leaves the line of the other by more
   // than it may.
   bool AreOne(const FoundFace& a, const FoundFace& b) const {
-    const LineFit& first = a.fit.from_m < b.fit.from_m ? a.fit : b.fit;
-    const LineFit& second = &first == &a.fit ? b.fit : a.fit;
+    const FaceFit& first = a.fit.from_m < b.fit.from_m ? a.fit : b.fit;
+    const FaceFit& second = &first == &a.fit ? b.fit : a.fit;
     const double gap_m = second.from_m - first.to_m;
     if (gap_m > options_.join_gap_m) return false;
     const double s = 0.5 * (first.to_m + second.from_m);
@@ -195,7 +195,7 @@ class HeadingSearch {
     for (const HeadedSample& sample : headed_) {
       if (both.count(sample.index) > 0) samples.push_back(sample);
     }
-    LineFit fit = a.face.Length() >= b.face.Length() ? a.fit : b.fit;
+    FaceFit fit = a.face.Length() >= b.face.Length() ? a.fit : b.fit;
     fit.from_m = std::min(a.fit.from_m, b.fit.from_m);
     fit.to_m = std::max(a.fit.to_m, b.fit.to_m);
     std::vector<int> members;

@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "mapping/building/minimum_cut.h"
+#include "mapping/building/wall_bodies.h"
 #include "mapping/building/wall_lines.h"
 
 namespace slcmap {
@@ -94,6 +95,20 @@ std::vector<Cell> CellsOf(const std::vector<WallLine>& lines, const FreeSpace& f
     cells.push_back(std::move(cell));
   }
   return cells;
+}
+
+Vector2d Middle(const PlanPoints& outline) {
+  Vector2d sum = Vector2d::Zero();
+  for (const Vector2d& point : outline) sum += point;
+  return sum / static_cast<double>(outline.size());
+}
+
+// Rays that graze a wall, or end in it, do not make a room of it.
+void CloseWallBodies(const std::vector<WallFace>& walls, const BuildingOptions& options,
+                     std::vector<Cell>* cells) {
+  for (Cell& cell : *cells) {
+    if (IsInWall(walls, Middle(cell.polygon.outline), options)) cell.free = 0;
+  }
 }
 
 void LabelCells(const std::vector<Border>& borders, double border_cost_m,
@@ -206,10 +221,12 @@ double BoundedShare(const std::vector<Border>& borders, const std::vector<Cell>&
 
 }  // namespace
 
-std::vector<FoundRoom> FindRooms(const std::vector<WallFace>& walls, const FreeSpace& free,
+std::vector<FoundRoom> FindRooms(const std::vector<WallFace>& seen, const FreeSpace& free,
                                  const BuildingOptions& options) {
+  const std::vector<WallFace> walls = WithUnseenFaces(seen, options);
   const std::vector<WallLine> lines = LinesOf(walls, options);
   std::vector<Cell> cells = CellsOf(lines, free);
+  CloseWallBodies(walls, options, &cells);
   BorderFinder finder(lines);
   for (size_t i = 0; i < cells.size(); ++i) {
     finder.Add(static_cast<int>(i), cells[i].polygon.outline);

@@ -5,17 +5,18 @@
 #include <numeric>
 #include <tuple>
 
+#include "mapping/building/wall_bodies.h"
 #include "mapping/building/wall_lines.h"
 
 namespace slcmap {
 namespace {
 
-constexpr double kCorner_m = 0.5;        // from a measured end to the corner
-constexpr double kAlike = 0.99;          // cosine, 8 degrees
-constexpr double kBeside_m = 0.4;        // behind or before a wall there is no other
-constexpr double kOpposite = -0.995;     // cosine, 6 degrees
-constexpr double kLeastOverlap_m = 0.3;  // of the faces of a wall
-constexpr double kLeastOverlap = 0.5;    // of the shorter one
+constexpr double kCorner_m = 0.5;  // from a measured end to the corner
+constexpr double kAlike = 0.99;    // cosine, 8 degrees
+constexpr double kLong_m = 1.5;    // covered: of a wall that need not be like others
+constexpr double kSure = 0.5;      // share of a shorter one that must reach the top
+constexpr double kRight = 0.995;   // cosine, 6 degrees
+constexpr double kBeside_m = 0.4;  // behind or before a wall there is no other
 
 double CornerOf(const std::vector<BuiltFace>& faces, const BuiltFace& built, double end_m) {
   const Face& face = built.wall.face;
@@ -33,27 +34,6 @@ double CornerOf(const std::vector<BuiltFace>& faces, const BuiltFace& built, dou
     corner_m = crossing->first;
   }
   return corner_m;
-}
-
-// How far a face is behind another, as the other side of the same wall; 0: it is not.
-struct Behind {
-  double thickness_m = 0, overlap_m = 0;
-};
-
-Behind BehindOf(const Face& front, const Face& back, const BuildingOptions& options) {
-  if (front.level != back.level || front.normal.dot(back.normal) > kOpposite) return {};
-  const double a = front.AlongOf(back.PointAt(back.from_m));
-  const double b = front.AlongOf(back.PointAt(back.to_m));
-  const double from_m = std::max(front.from_m, std::min(a, b));
-  const double to_m = std::min(front.to_m, std::max(a, b));
-  const double least_m =
-      std::max(kLeastOverlap_m, kLeastOverlap * std::min(front.Length(), back.Length()));
-  if (to_m - from_m < least_m) return {};
-  const Eigen::Vector2d middle = front.PointAt(0.5 * (from_m + to_m));
-  const double thickness_m = -back.DistanceTo(middle);
-  // Before the back is behind the front.
-  if (thickness_m < options.min_thickness_m || thickness_m > options.max_thickness_m) return {};
-  return {thickness_m, to_m - from_m};
 }
 
 PlanOpening OpeningOf(const Face& front, const FaceOpening& opening, const Face& face,
@@ -103,6 +83,22 @@ void Yield(const WallFace& stronger, WallFace* weaker) {
   }
 }
 
+bool IsLong(const BuiltFace& built) { return CoveredLength(built.wall) >= kLong_m; }
+
+// Normals at corners, reveals and furniture point anywhere, and a door's leaf is as high as can be
+// seen of it: what is short is a wall only where it reaches the top, along or across a long one.
+bool IsCredible(const std::vector<BuiltFace>& faces, const BuiltFace& built) {
+  if (IsLong(built)) return true;
+  const std::vector<double>& shares = built.wall.shares;
+  const auto sure = std::count(shares.begin(), shares.end(), 1.0);
+  if (static_cast<double>(sure) < kSure * static_cast<double>(shares.size())) return false;
+  return std::any_of(faces.begin(), faces.end(), [&](const BuiltFace& other) {
+    const double cosine = std::abs(other.wall.face.normal.dot(built.wall.face.normal));
+    return other.is_wall && IsLong(other) && other.wall.face.level == built.wall.face.level &&
+           (cosine > kRight || cosine < std::sqrt(1 - kRight * kRight));
+  });
+}
+
 }  // namespace
 
 void SelectWalls(std::vector<BuiltFace>* faces) {
@@ -114,7 +110,7 @@ void SelectWalls(std::vector<BuiltFace>* faces) {
   for (size_t i = 0; i < order.size(); ++i) {
     BuiltFace& built = (*faces)[order[i]];
     for (size_t k = 0; k < i; ++k) Yield((*faces)[order[k]].wall, &built.wall);
-    built.is_wall = IsWall(built.wall.shares, built.wall.step_m);
+    built.is_wall = IsWall(built.wall.shares, built.wall.step_m) && IsCredible(*faces, built);
   }
 }
 
@@ -141,6 +137,9 @@ std::vector<PlanWall> PlanWalls(const std::vector<BuiltFace>& faces,
     return faces[a].wall.face.Length() > faces[b].wall.face.Length();
   });
   std::vector<bool> is_taken(faces.size(), false);
+  std::vector<WallFace> seen;
+  for (const size_t i : order) seen.push_back(faces[i].wall);
+  const double typical_m = TypicalThickness(seen, options);
   std::vector<PlanWall> walls;
   for (const size_t i : order) {
     if (is_taken[i]) continue;
@@ -160,18 +159,18 @@ std::vector<PlanWall> PlanWalls(const std::vector<BuiltFace>& faces,
     for (const size_t j : order) {
       if (is_taken[j]) continue;
       const Face& back = faces[j].wall.face;
-      const Behind behind = BehindOf(front, back, options);
-      if (behind.overlap_m == 0) continue;
+      const auto body = BodyBetween(front, back, options);
+      if (!body) continue;
       is_taken[j] = true;
-      thickness += behind.overlap_m * behind.thickness_m;
-      overlap_m += behind.overlap_m;
+      thickness += (body->to_m - body->from_m) * body->thickness_m;
+      overlap_m += body->to_m - body->from_m;
       wall.plane_ids.push_back(faces[j].plane_id);
       for (const FaceOpening& opening : faces[j].openings) {
         AddOpening(OpeningOf(front, opening, back, levels[front.level]), &wall.openings);
       }
     }
     wall.thickness_assumed = overlap_m == 0;
-    wall.thickness_m = overlap_m > 0 ? thickness / overlap_m : options.assumed_thickness_m;
+    wall.thickness_m = overlap_m > 0 ? thickness / overlap_m : typical_m;
     walls.push_back(wall);
   }
   return walls;

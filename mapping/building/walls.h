@@ -19,7 +19,8 @@ struct BuiltFace {
 
 // Of parallel faces one of which is just behind another, as a pane behind its wall, a duct before
 // it, only that is the wall's which is one in more places: the others have no share of a wall
-// there. Sets which faces are of walls.
+// there. What is short is a wall only where it reaches the top of its storey, along or across a
+// long one. Sets which faces are of walls.
 void SelectWalls(std::vector<BuiltFace>* faces);
 
 // Moves the ends of walls to the walls that they end at: to where the planes cross, where that is
@@ -28,7 +29,7 @@ void CloseCorners(std::vector<BuiltFace>* faces);
 
 // The walls of the plan. Faces that look away from each other, between the least and the largest
 // thickness apart and beside each other, are sides of one wall: it has the longer one's line.
-// The others get the assumed thickness behind what was measured.
+// The others get the typical thickness of the building behind what was measured.
 std::vector<PlanWall> PlanWalls(const std::vector<BuiltFace>& faces,
                                 const std::vector<Level>& levels, const BuildingOptions& options);
 

@@ -22,6 +22,8 @@ fail() {
 
 quietly cmake --install "$build" --prefix "$prefix"
 "$prefix/bin/slcmap" --version
+page=share/slcmap/page/page.html
+[ ! -e "$build/$page" ] || cmp "$build/$page" "$prefix/$page" || fail "the page is not installed"
 
 # Copied, so that nothing of the sources beside it can be found.
 cp -r "$source/apps/example" "$folder/example"

@@ -159,9 +159,38 @@ TEST_F(OverwritingTest, AnotherStagesFolderIsNoOutput) {
   EXPECT_EQ(ReadRunFolder(other).lines.size(), 24u);
 }
 
+class ViewTest : public OverwritingTest {
+ protected:
+  void SetUp() override {
+    if (!std::filesystem::exists(SLCMAP_PAGE)) {
+      GTEST_SKIP() << "the page was not built: it needs npm";
+    }
+  }
+};
+
+TEST_F(ViewTest, WritesOnePageOverAnEarlierOne) {
+  const std::string page = folder_.Write("map.html", "earlier");
+  const ProcessResult viewed = RunSlcmap("view " + map_ + " -o " + page);
+  EXPECT_EQ(viewed.exit_code, 0) << viewed.error;
+  EXPECT_THAT(testing::ReadText(page),
+              AllOf(::testing::StartsWith("<!doctype html>"), HasSubstr("</html>")));
+  EXPECT_FALSE(std::filesystem::exists(page + ".unfinished"));
+}
+
+TEST_F(ViewTest, WrongPlacesAreNamedAndLeftAsTheyWere) {
+  ExpectError(RunSlcmap("view " + map_ + " -o " + folder_.Path()), 2,
+              "found a folder, expected a file's name");
+  ExpectError(RunSlcmap("view " + map_ + " -o " + map_ + "/map.html"), 2, "map.html");
+  ExpectError(RunSlcmap("view " + run_ + " -o " + folder_.Path("map.html")), 1,
+              "run: found a run folder, expected a map folder");
+  ExpectError(RunSlcmap("view " + map_ + " -o /proc/map.html"), 1, "/proc/map.html");
+  EXPECT_FALSE(std::filesystem::exists(folder_.Path("map.html")));
+  EXPECT_FALSE(std::filesystem::exists(map_ + "/map.html"));
+}
+
 TEST_F(OverwritingTest, AnEmptyPathIsAUsageError) {
   for (const std::string& command :
-       {"map " + run_, "export " + map_, "odometry " + run_, "run " + run_}) {
+       {"map " + run_, "export " + map_, "view " + map_, "odometry " + run_, "run " + run_}) {
     ExpectError(RunSlcmap(command + " -o ''"), 2, "--output: found an empty text");
   }
 }

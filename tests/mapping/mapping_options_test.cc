@@ -45,6 +45,21 @@ TEST(MappingOptions, UnknownKeysAndAbsurdValuesAreNamed) {
   }
 }
 
+TEST(MappingOptions, OfTheAdjustmentAreNamedToo) {
+  const MappingOptions options = Read(
+      "mapping: {adjustment: {enabled: false, closures: {min_edges: 7}, calibration: {lever: "
+      "true}}}");
+  EXPECT_FALSE(options.adjustment.enabled);
+  EXPECT_EQ(options.adjustment.closures.min_edges, 7);
+  EXPECT_TRUE(options.adjustment.calibration.lever);
+  EXPECT_THAT([] { Read("mapping: {adjustment: {clozures: {}}}"); },
+              ThrowsMessage<ConfigError>(HasSubstr("clozures")));
+  EXPECT_THAT([] { Read("mapping: {adjustment: {closures: {gate_m: -1}}}"); },
+              ThrowsMessage<ConfigError>(HasSubstr("mapping.adjustment.closures.gate_m")));
+  EXPECT_THAT([] { Read("mapping: {adjustment: {point_sigma_px: 0}}"); },
+              ThrowsMessage<ConfigError>(HasSubstr("point_sigma_px")));
+}
+
 TEST(MappingOptions, ValuesOutOfRangeAreNamedWithTheirFileAndRange) {
   EXPECT_THAT([] { Read("mapping: {occupancy: {resolution_m: 1e300}}"); },
               ThrowsMessage<ConfigError>(

@@ -14,6 +14,7 @@ namespace slcmap {
 namespace {
 
 using Eigen::Vector3d;
+using ::testing::DoubleNear;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
@@ -133,6 +134,18 @@ TEST(BuildBuilding, BlankAndFurnishedWallsHaveNoOpenings) {
 )"));
   const Building building = BuildBuilding(Scan(scene, InRoom()), {});
   EXPECT_THAT(OpeningsOf(building), IsEmpty());
+  ASSERT_THAT(building.rooms, SizeIs(1));
+  EXPECT_NEAR(building.rooms[0].area_m2, 20, 0.4);
+}
+
+TEST(BuildBuilding, DuctsAndLeavesOfDoorsAreNoWalls) {
+  const Scene scene = SceneFromText(RoomWith(R"(
+  - {kind: box, at: [2.5, 0.05, 2.4], size: [4.9, 0.08, 0.12], material: white}
+  - {kind: box, at: [4.5, 2, 0], size: [0.9, 0.04, 2.1]}
+)"));
+  const Building building = BuildBuilding(Scan(scene, InRoom()), {});
+  EXPECT_THAT(WallsOf(building), SizeIs(4));
+  EXPECT_THAT(OffsetsAlong(building, 90), ElementsAre(DoubleNear(0, 0.01)));
   ASSERT_THAT(building.rooms, SizeIs(1));
   EXPECT_NEAR(building.rooms[0].area_m2, 20, 0.4);
 }

@@ -1,0 +1,15 @@
+// How commands that show a map read it.
+#pragma once
+
+#include <string>
+
+#include "mapping/map.h"
+
+namespace slcmap {
+
+// Reads a map folder, and warns where the map is partial; Ctrl-C ends the program meanwhile. Unless
+// accept_changed, throws DataError for files that are not as `map` wrote them, and for a map of
+// another run than that beside it.
+MapResult ReadMapToShow(const std::string& folder, bool accept_changed);
+
+}  // namespace slcmap

@@ -1,0 +1,95 @@
+// slcmap view: a map as one HTML file for a browser.
+#include <spdlog/spdlog.h>
+
+#include <filesystem>
+#include <memory>
+
+#include "apps/commands.h"
+#include "apps/folder_kind.h"
+#include "apps/map_input.h"
+#include "apps/page_template.h"
+#include "apps/progress.h"
+#include "data/error.h"
+#include "data/file.h"
+#include "data/output_folder.h"
+#include "export/page_writer.h"
+
+namespace slcmap {
+namespace {
+
+struct ViewArguments {
+  std::string map, output;
+  PageOptions page;
+  bool accept_changed = false;
+};
+
+// Before the work that it would be in vain.
+void CheckOutput(const std::string& path, const std::string& map) {
+  RefuseInputs(path, {map});
+  std::error_code error;
+  if (std::filesystem::is_directory(path, error)) {
+    throw ConfigError(fmt::format("output {}: found a folder, expected a file's name, such as {}",
+                                  path, (std::filesystem::path(path) / "map.html").string()));
+  }
+  const std::filesystem::path folder = std::filesystem::path(path).parent_path();
+  if (!folder.empty()) MakeFolder(folder);
+}
+
+// All of it or, where that fails, what was there before.
+void ReplaceFile(const std::string& path, const std::string& bytes) {
+  const std::string aside = path + ".unfinished";
+  std::error_code error, ignored;
+  try {
+    WriteFile(aside, bytes);
+  } catch (...) {
+    std::filesystem::remove(aside, ignored);
+    throw;
+  }
+  std::filesystem::rename(aside, path, error);
+  if (!error) return;
+  std::filesystem::remove(aside, ignored);
+  throw OutputError(fmt::format("{}: cannot be replaced: {}", path, error.message()));
+}
+
+// The name of a map for people: its folder's, or where that is "map", as in results of `run`, that
+// of the folder above.
+std::string TitleOf(const std::string& folder) {
+  const std::filesystem::path path = std::filesystem::weakly_canonical(folder + "/.");
+  const std::filesystem::path self = path.has_filename() ? path : path.parent_path();
+  const bool has_name = self.filename() != "map" || !self.parent_path().has_filename();
+  return (has_name ? self : self.parent_path()).filename().string();
+}
+
+void View(ViewArguments arguments) {
+  ExpectFolder(arguments.map, FolderKind::kMap);
+  CheckOutput(arguments.output, arguments.map);
+  const std::string page_template = ReadPageTemplate();
+  const MapResult map = ReadMapToShow(arguments.map, arguments.accept_changed);
+  if (arguments.page.title.empty()) arguments.page.title = TitleOf(arguments.map);
+  const std::string page = MakePage(map, page_template, arguments.page, StageProgress("view"));
+  ReplaceFile(arguments.output, page);
+  spdlog::info("wrote {} ({:.1f} MB): open it in a browser", arguments.output,
+               static_cast<double>(page.size()) * 1e-6);
+}
+
+}  // namespace
+
+void AddViewCommand(CLI::App& app) {
+  CLI::App* command =
+      app.add_subcommand("view", "Write a map as a page that a browser shows, offline");
+  const auto arguments = std::make_shared<ViewArguments>();
+  command->add_option("map", arguments->map, "Map folder, as map writes it")
+      ->type_name("MAP")
+      ->required();
+  command->add_option("-o,--output", arguments->output, "HTML file to write")
+      ->type_name("FILE")
+      ->required();
+  command->add_option("--title", arguments->page.title, "Of the page (default: the folder's name)");
+  command->add_flag("--accept-changed", arguments->accept_changed,
+                    "Also take files that are not as map wrote them, and a map of another run than "
+                    "that beside it; values are checked in any case");
+  command->footer("Example:\n  slcmap view OUT/map -o OUT/map.html");
+  command->callback([arguments] { View(*arguments); });
+}
+
+}  // namespace slcmap

@@ -1,0 +1,25 @@
+// Finds lines near the pointer.
+import { BufferAttribute, BufferGeometry } from 'three';
+import { LineSegmentsBVH, INTERSECTED, NOT_INTERSECTED } from 'three-mesh-bvh';
+
+export class LineIndex {
+  constructor(data) {
+    this.data = data;
+    if (data.count === 0) return;
+    const geometry = new BufferGeometry();
+    geometry.setAttribute('position', new BufferAttribute(data.ends, 3));
+    this.tree = new LineSegmentsBVH(geometry, { indirect: true });
+  }
+
+  // Calls visit(index) for each line that may be in the cone: those that are in boxes that it meets.
+  visitNear(cone, visit) {
+    if (!this.tree) return;
+    this.tree.shapecast({
+      intersectsBounds: (box) => (cone.meetsBox(box) ? INTERSECTED : NOT_INTERSECTED),
+      intersectsLine: (line, entry) => {
+        visit(this.tree.resolvePrimitiveIndex(entry));
+        return false;
+      },
+    });
+  }
+}

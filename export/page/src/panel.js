@@ -1,0 +1,146 @@
+// The panel beside the canvas: what is shown, and how.
+import { choiceRow, element } from './dom.js';
+import { formatArea, formatCoarse, formatCount, formatSigma } from './format.js';
+import { AGES, AXES, KINDS, paletteOf } from './theme.js';
+
+const COLOURINGS = [['axis', 'Axis'], ['kind', 'Kind'], ['age', 'Age'], ['sigma', 'Sigma']];
+
+function group(title, ...content) {
+  return element('section', {}, element('h2', {}, title), ...content);
+}
+
+function toggle(name, count, on, change, colour) {
+  const box = element('input', { type: 'checkbox', onchange: () => change(box.checked) });
+  box.checked = on;
+  const swatch = colour ? [element('i', { class: 'swatch', style: `--colour: ${colour}` })] : [];
+  const number = count === null ? [] : [element('span', { class: 'count' }, formatCount(count))];
+  return element('label', { class: 'toggle' }, box, ...swatch, element('span', {}, name), ...number);
+}
+
+// A choice of one is none.
+function several(title, toggles) {
+  return toggles.length > 1 ? [element('h3', {}, title), ...toggles] : [];
+}
+
+function countBy(codes, until) {
+  const counts = new Map();
+  for (let i = 0; i < until; i++) counts.set(codes[i], (counts.get(codes[i]) ?? 0) + 1);
+  return [...counts].sort(([a], [b]) => a - b);
+}
+
+export class Panel {
+  constructor(app, container) {
+    this.app = app;
+    this.container = container;
+    this.render();
+  }
+
+  // Anew, as colours and units changed.
+  render() {
+    const { app } = this;
+    this.container.replaceChildren(
+      this.heading(),
+      ...this.storeys(),
+      group('Height shown', app.section.element, app.section.text),
+      this.lines(),
+      group('Layers', ...this.layers()),
+      this.settings(),
+    );
+    app.section.show();
+  }
+
+  heading() {
+    const { document } = this.app.map;
+    const state = document.complete ? '' : ` · partial: ${document.partial_reason}`;
+    return element('header', {},
+      element('h1', {}, document.title),
+      element('p', {}, `slcmap ${document.slcmap} · method ${document.method}${state}`),
+      element('p', { class: 'figures' }, this.figures().join(' · ')));
+  }
+
+  figures() {
+    const { layers, map } = this.app;
+    const { rooms } = map.document.building;
+    const figures = [`${formatCount(layers.lines.data.lines)} lines`];
+    if (layers.dense.count > 0) figures.push(`${formatCount(layers.dense.count)} points`);
+    if (rooms.length > 0) {
+      const area_m2 = rooms.reduce((sum, room) => sum + room.area_m2, 0);
+      figures.push(`${rooms.length} ${rooms.length > 1 ? 'rooms' : 'room'}, ${formatArea(area_m2)}`);
+    }
+    figures.push(`${formatCoarse(layers.trajectory.length_m)} walked`);
+    return figures;
+  }
+
+  storeys() {
+    const { app } = this;
+    const { storeys } = app.map.document.building;
+    if (storeys.length < 2) return [];
+    const choices = [['all', 'All'], ...storeys.map(({ id }) => [id, String(id)])];
+    this.storeyRow = choiceRow('Storey', choices, app.storey, (storey) => app.showStorey(storey));
+    return [group('Storey', this.storeyRow)];
+  }
+
+  lines() {
+    const { app } = this;
+    const { lines, lineFilter } = app.layers;
+    const { data } = lines;
+    const row = choiceRow('Colour lines by', COLOURINGS, app.layers.colourBy, (by) => app.colourBy(by));
+    const marks = data.count - data.lines;
+    return group('Lines',
+      row,
+      ...this.codes('axis', data.axis, AXES, lineFilter.axes),
+      ...several('Kinds', this.codes('kind', data.kind, KINDS, lineFilter.kinds)),
+      ...several('Manhattan worlds', this.worlds()),
+      ...(marks > 0 ? [toggle('Marks on surfaces', marks, lineFilter.marks, (on) => {
+        lineFilter.marks = on;
+        app.updateLines();
+      })] : []));
+  }
+
+  // A toggle for each code that lines have.
+  codes(what, codes, names, shown) {
+    const { app } = this;
+    const palette = paletteOf(app.theme);
+    return countBy(codes, app.layers.lines.data.lines).map(([code, count]) => {
+      const colour = app.layers.colourBy === what ? palette[what][code] : null;
+      return toggle(names[code] ?? String(code), count, shown.has(code), (on) => app.showLines(shown, code, on), colour);
+    });
+  }
+
+  worlds() {
+    const { lines: { data }, lineFilter: { worlds } } = this.app.layers;
+    return countBy(data.world, data.lines).map(([world, count]) =>
+      toggle(world < 0 ? 'Of none' : `World ${world}`, count, worlds.has(world), (on) =>
+        this.app.showLines(worlds, world, on)));
+  }
+
+  layers() {
+    const { app } = this;
+    return Object.entries(app.layers.switches)
+      .filter(([, { count }]) => count !== 0)
+      .map(([key, { name, count, on }]) =>
+        toggle(name, count, on, (checked) => app.switchLayer(key, checked)));
+  }
+
+  settings() {
+    const { app } = this;
+    return group('Page',
+      choiceRow('Units', [['m', 'Metres'], ['ft', 'Feet']], app.units, (units) => app.setUnits(units)),
+      choiceRow('Theme', [['dark', 'Dark'], ['light', 'Light']], app.theme, (theme) => app.chooseTheme(theme)));
+  }
+}
+
+// What the colours of lines mean, for the corner of the canvas.
+export function legend(app) {
+  const palette = paletteOf(app.theme);
+  const { data } = app.layers.lines;
+  const by = app.layers.colourBy;
+  if (by === 'sigma') {
+    const [low, high] = data.sigmaRange_m.map(formatSigma);
+    const ramp = element('i', { class: 'ramp', style: `--ramp: ${palette.scale.join(', ')}` });
+    return [element('span', {}, low), ramp, element('span', {}, high)];
+  }
+  const [codes, names] = { axis: [data.axis, AXES], kind: [data.kind, KINDS], age: [data.recent, AGES] }[by];
+  return countBy(codes, data.lines).map(([code]) =>
+    element('span', {}, element('i', { class: 'swatch', style: `--colour: ${palette[by][code]}` }), names[code] ?? ''));
+}

@@ -1,0 +1,64 @@
+// The way of the body, and the keyframes as pyramids of the left camera.
+import { BufferAttribute, BufferGeometry, Group, LineBasicMaterial, LineSegments, Quaternion, Vector3 } from 'three';
+import { LineMaterial } from 'three/addons/lines/LineMaterial.js';
+import { LineSegments2 } from 'three/addons/lines/LineSegments2.js';
+import { LineSegmentsGeometry } from 'three/addons/lines/LineSegmentsGeometry.js';
+
+const JUMP_S = 0.5; // the way is not drawn across longer gaps
+const FRUSTUM_M = 0.15;
+const SPACING_M = 0.5; // keyframes nearer to the last drawn one are left out
+const WIDTH_PX = 2;
+
+function wayEnds(positions, times_s) {
+  const ends = [];
+  for (let i = 1; i < times_s.length; i++) {
+    if (times_s[i] - times_s[i - 1] > JUMP_S) continue;
+    for (let j = 3 * (i - 1); j < 3 * (i + 1); j++) ends.push(positions[j]);
+  }
+  return ends;
+}
+
+function frustumEnds(poses, corners) {
+  const ends = [];
+  const last = new Vector3(Infinity, Infinity, Infinity);
+  for (let i = 0; i < poses.length; i += 7) {
+    const centre = new Vector3().fromArray(poses, i);
+    if (centre.distanceTo(last) < SPACING_M) continue;
+    last.copy(centre);
+    const rotation = new Quaternion().fromArray(poses, i + 3);
+    const seen = corners.map((corner) =>
+      new Vector3(...corner).multiplyScalar(FRUSTUM_M).applyQuaternion(rotation).add(centre));
+    seen.forEach((corner, k) => {
+      ends.push(...centre, ...corner, ...corner, ...seen[(k + 1) % seen.length]);
+    });
+  }
+  return ends;
+}
+
+export class TrajectoryLayer {
+  constructor({ document, arrays }) {
+    this.keyframeCount = arrays.keyframe_times.length;
+    const ends = wayEnds(arrays.trajectory_positions, arrays.trajectory_times);
+    this.length_m = lengthOf(ends);
+    this.way = new LineSegments2(
+      new LineSegmentsGeometry().setPositions(ends), new LineMaterial({ linewidth: WIDTH_PX }));
+    this.keyframes = new LineSegments(new BufferGeometry(), new LineBasicMaterial());
+    const frustums = new Float32Array(frustumEnds(arrays.keyframe_poses, document.camera_corners));
+    this.keyframes.geometry.setAttribute('position', new BufferAttribute(frustums, 3));
+    this.object = new Group();
+    this.object.add(this.way, this.keyframes);
+  }
+
+  setPalette(palette) {
+    this.way.material.color.set(palette.trajectory);
+    this.keyframes.material.color.set(palette.keyframe);
+  }
+}
+
+function lengthOf(ends) {
+  let length = 0;
+  for (let i = 0; i < ends.length; i += 6) {
+    length += Math.hypot(ends[i + 3] - ends[i], ends[i + 4] - ends[i + 1], ends[i + 5] - ends[i + 2]);
+  }
+  return length;
+}

@@ -1,0 +1,327 @@
+#include "export/page_pack.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <optional>
+
+#include "data/json_file.h"
+#include "data/polygon_json.h"
+#include "data/version.h"
+#include "export/frustum.h"
+#include "export/page_arrays.h"
+#include "export/page_points.h"
+
+namespace slcmap {
+namespace {
+
+constexpr int kPageVersion = 1;
+
+const char* NameOf(PlaneKind kind) {
+  switch (kind) {
+    case PlaneKind::kWall:
+      return "wall";
+    case PlaneKind::kFloor:
+      return "floor";
+    case PlaneKind::kCeiling:
+      return "ceiling";
+    case PlaneKind::kOther:
+      break;
+  }
+  return "other";
+}
+
+const char* NameOf(OpeningKind kind) {
+  switch (kind) {
+    case OpeningKind::kDoor:
+      return "door";
+    case OpeningKind::kWindow:
+      return "window";
+    case OpeningKind::kPassage:
+      break;
+  }
+  return "passage";
+}
+
+template <typename Value>
+Json OptionalJson(const std::optional<Value>& value) {
+  return value ? Json(*value) : Json(nullptr);
+}
+
+// The middle of what is there, in whole metres: coordinates relative to it are small.
+class Bounds {
+ public:
+  void Add(const Eigen::Vector3d& p_world) {
+    low_ = low_.cwiseMin(p_world);
+    high_ = high_.cwiseMax(p_world);
+  }
+  Eigen::Vector3d Middle() const {
+    if (!(low_.x() <= high_.x())) return Eigen::Vector3d::Zero();
+    return (0.5 * (low_ + high_)).array().round();
+  }
+
+ private:
+  static constexpr double kNone = std::numeric_limits<double>::infinity();
+  Eigen::Vector3d low_ = Eigen::Vector3d::Constant(kNone);
+  Eigen::Vector3d high_ = Eigen::Vector3d::Constant(-kNone);
+};
+
+Eigen::Vector3d OriginOf(const MapResult& map) {
+  Bounds bounds;
+  for (const StampedPose& pose : map.trajectory) bounds.Add(pose.T_world_imu.translation);
+  for (const MapLine& line : map.lines) {
+    bounds.Add(line.start_world);
+    bounds.Add(line.end_world);
+  }
+  for (const MapPoint& point : map.points) bounds.Add(point.p_world);
+  return bounds.Middle();
+}
+
+void Append(const Eigen::Vector3d& p_m, std::vector<float>* values) {
+  for (const double value : p_m) values->push_back(static_cast<float>(value));
+}
+
+// The same value of all lines, then of all marks, as an array.
+template <typename Value, typename Get>
+void AddOfLines(const MapResult& map, const std::string& name, Get get, PageArrays* arrays) {
+  std::vector<Value> values;
+  values.reserve(map.lines.size() + map.marks.size());
+  for (const std::vector<MapLine>* lines : {&map.lines, &map.marks}) {
+    for (const MapLine& line : *lines) values.push_back(static_cast<Value>(get(line)));
+  }
+  arrays->Add(name, values);
+}
+
+void AddLines(const MapResult& map, const Eigen::Vector3d& origin_world, PageArrays* arrays) {
+  std::vector<float> ends;
+  for (const std::vector<MapLine>* lines : {&map.lines, &map.marks}) {
+    for (const MapLine& line : *lines) {
+      Append(line.start_world - origin_world, &ends);
+      Append(line.end_world - origin_world, &ends);
+    }
+  }
+  arrays->Add("line_ends", ends);
+  const auto add = [&]<typename Value>(const char* name, Value, auto member) {
+    AddOfLines<Value>(
+        map, name, [&](const MapLine& line) { return line.*member; }, arrays);
+  };
+  add("line_id", double{}, &MapLine::id);  // whole numbers, exact to 2^53
+  add("line_axis", uint8_t{}, &MapLine::axis);
+  add("line_kind", uint8_t{}, &MapLine::kind);
+  add("line_recent", uint8_t{}, &MapLine::recent);
+  add("line_world", int32_t{}, &MapLine::world);
+  add("line_observations", int32_t{}, &MapLine::observations);
+  add("line_sigma", float{}, &MapLine::sigma_m);
+  add("line_deviation", float{}, &MapLine::deviation_rad);
+  add("line_deviation_sigma", float{}, &MapLine::deviation_sigma_rad);
+}
+
+void AddPoints(const MapResult& map, const Eigen::Vector3d& origin_world, PageArrays* arrays) {
+  std::vector<float> positions, sigmas;
+  std::vector<int32_t> observations;
+  for (const MapPoint& point : map.points) {
+    Append(point.p_world - origin_world, &positions);
+    sigmas.push_back(static_cast<float>(point.sigma_m));
+    observations.push_back(point.observations);
+  }
+  arrays->Add("point_positions", positions);
+  arrays->Add("point_sigma", sigmas);
+  arrays->Add("point_observations", observations);
+}
+
+// Returns the chunks.
+Json AddDense(const MapResult& map, const Eigen::Vector3d& origin_world, PageArrays* arrays,
+              const Progress& progress) {
+  const PagePoints points = ChunkPoints(map.dense, origin_world, progress);
+  arrays->Add("dense_x", points.x);
+  arrays->Add("dense_y", points.y);
+  arrays->Add("dense_z", points.z);
+  arrays->Add("dense_grey", points.grey);
+  arrays->Add("dense_sigma", points.sigma);
+  arrays->Add("dense_source", points.source);
+  Json chunks = Json::array();
+  for (const PageChunk& chunk : points.chunks) {
+    chunks.push_back(
+        {{"corner", PointJson(chunk.corner_m)}, {"from", chunk.from}, {"count", chunk.count}});
+  }
+  return chunks;
+}
+
+void AddVoxels(const MapResult& map, const Eigen::Vector3d& origin_world, PageArrays* arrays) {
+  std::vector<float> centres, sizes;
+  for (const Voxel& voxel : map.occupancy.OccupiedVoxels()) {
+    Append(voxel.centre_world - origin_world, &centres);
+    sizes.push_back(static_cast<float>(voxel.size_m));
+  }
+  arrays->Add("voxel_centres", centres);
+  arrays->Add("voxel_sizes", sizes);
+}
+
+void AddTrajectory(const MapResult& map, const Eigen::Vector3d& origin_world, PageArrays* arrays) {
+  std::vector<float> positions, keyframes;
+  std::vector<double> times_s, keyframe_times_s;
+  const int64_t start_ns = map.trajectory.empty() ? 0 : map.trajectory.front().stamp_ns;
+  for (const StampedPose& pose : map.trajectory) {
+    Append(pose.T_world_imu.translation - origin_world, &positions);
+    times_s.push_back(ToSeconds(pose.stamp_ns - start_ns));
+  }
+  for (const StampedPose& keyframe : map.keyframes) {
+    const RigidTransform T_world_camera = keyframe.T_world_imu * map.rectified_rig.T_imu_camera[0];
+    Append(T_world_camera.translation - origin_world, &keyframes);
+    for (const double value : T_world_camera.rotation.coeffs()) {  // x, y, z, w
+      keyframes.push_back(static_cast<float>(value));
+    }
+    keyframe_times_s.push_back(ToSeconds(keyframe.stamp_ns - start_ns));
+  }
+  arrays->Add("trajectory_positions", positions);
+  arrays->Add("trajectory_times", times_s);
+  arrays->Add("keyframe_poses", keyframes);
+  arrays->Add("keyframe_times", keyframe_times_s);
+}
+
+std::vector<Eigen::Vector3d> Relative(std::vector<Eigen::Vector3d> points,
+                                      const Eigen::Vector3d& origin_world) {
+  for (Eigen::Vector3d& point : points) point -= origin_world;
+  return points;
+}
+
+PlanPoints Relative(PlanPoints points, const Eigen::Vector3d& origin_world) {
+  for (Eigen::Vector2d& point : points) point -= origin_world.head<2>();
+  return points;
+}
+
+Json PlaneJson(const BuildingPlane& plane, const Eigen::Vector3d& origin_world) {
+  Json openings = Json::array();
+  for (const PlaneOpening& opening : plane.openings) {
+    openings.push_back({{"kind", NameOf(opening.kind)},
+                        {"walked", opening.walked},
+                        {"width_m", RoundedForJson(opening.clear_width_m)},
+                        {"height_m", RoundedForJson(opening.clear_height_m)},
+                        {"outline", PointsJson(Relative(opening.outline_world, origin_world))}});
+  }
+  const Eigen::Vector3d& normal = plane.normal;
+  return {{"id", plane.id},
+          {"kind", NameOf(plane.kind)},
+          {"storey", plane.storey},
+          {"normal", {normal.x(), normal.y(), normal.z()}},
+          {"offset_m", plane.offset_m - normal.dot(origin_world)},
+          {"sigma_m", plane.sigma_m},
+          {"outline", PointsJson(Relative(plane.outline_world, origin_world))},
+          {"openings", openings},
+          {"rooms", plane.room_ids}};
+}
+
+Json RoomJson(const Room& room, const Eigen::Vector3d& origin_world) {
+  Json holes = Json::array();
+  for (const PlanPoints& hole : room.polygon.holes) {
+    holes.push_back(PointsJson(Relative(hole, origin_world)));
+  }
+  return {{"id", room.id},
+          {"storey", room.storey},
+          {"area_m2", room.area_m2},
+          {"floor_m", RoundedForJson(room.floor_m - origin_world.z())},
+          {"height_m", OptionalJson(room.height_m)},
+          {"bounded", room.bounded},
+          {"outline", PointsJson(Relative(room.polygon.outline, origin_world))},
+          {"holes", holes}};
+}
+
+Json WallJson(const PlanWall& wall, const Eigen::Vector3d& origin_world) {
+  Json openings = Json::array();
+  for (const PlanOpening& opening : wall.openings) {
+    openings.push_back({{"kind", NameOf(opening.kind)},
+                        {"from_m", RoundedForJson(opening.from_m)},
+                        {"to_m", RoundedForJson(opening.to_m)},
+                        {"sill_m", RoundedForJson(opening.sill_m)},
+                        {"height_m", RoundedForJson(opening.clear_height_m)}});
+  }
+  const Eigen::Vector2d origin = origin_world.head<2>();
+  return {{"id", wall.id},
+          {"storey", wall.storey},
+          {"start", PointJson(Eigen::Vector2d(wall.start - origin))},
+          {"end", PointJson(Eigen::Vector2d(wall.end - origin))},
+          {"thickness_m", wall.thickness_m},
+          {"thickness_assumed", wall.thickness_assumed},
+          {"sigma_m", wall.sigma_m},
+          {"planes", wall.plane_ids},
+          {"openings", openings}};
+}
+
+Json StoreyJson(const Storey& storey, const Eigen::Vector3d& origin_world) {
+  std::optional<double> ceiling_m = storey.ceiling_m;
+  if (ceiling_m) *ceiling_m -= origin_world.z();
+  return {{"id", storey.id},
+          {"floor_m", storey.floor_m - origin_world.z()},
+          {"ceiling_m", OptionalJson(ceiling_m)}};
+}
+
+template <typename Part>
+Json PartsJson(const std::vector<Part>& parts, const Eigen::Vector3d& origin_world,
+               Json (*part_json)(const Part&, const Eigen::Vector3d&)) {
+  Json json = Json::array();
+  for (const Part& part : parts) json.push_back(part_json(part, origin_world));
+  return json;
+}
+
+Json BuildingJson(const Building& building, const Eigen::Vector3d& origin_world) {
+  const Eigen::Vector3d x_axis =
+      building.T_map_world.rotation.conjugate() * Eigen::Vector3d::UnitX();
+  return {{"heading_rad", std::atan2(x_axis.y(), x_axis.x())},
+          {"storeys", PartsJson(building.storeys, origin_world, StoreyJson)},
+          {"planes", PartsJson(building.planes, origin_world, PlaneJson)},
+          {"rooms", PartsJson(building.rooms, origin_world, RoomJson)},
+          {"walls", PartsJson(building.walls, origin_world, WallJson)}};
+}
+
+Json ArraysJson(const PageArrays& arrays) {
+  Json json = Json::object();
+  for (const PageArrays::Entry& entry : arrays.entries()) {
+    json[entry.name] = {{"type", entry.type}, {"offset", entry.offset}, {"count", entry.count}};
+  }
+  return json;
+}
+
+std::string Block(const Json& document, const PageArrays& arrays) {
+  std::string text = document.dump(-1, ' ', false, Json::error_handler_t::replace);
+  const auto behind_length = text.size() + sizeof(uint32_t);
+  text.append(
+      (PageArrays::kAlignment - behind_length % PageArrays::kAlignment) % PageArrays::kAlignment,
+      ' ');
+  const auto length = static_cast<uint32_t>(text.size());
+  std::string block(sizeof length, '\0');
+  std::memcpy(block.data(), &length, sizeof length);
+  return block + text + arrays.bytes();
+}
+
+}  // namespace
+
+std::string PackForPage(const MapResult& map, const std::string& title, const Progress& progress) {
+  const Eigen::Vector3d origin_world = OriginOf(map);
+  PageArrays arrays;
+  AddLines(map, origin_world, &arrays);
+  AddPoints(map, origin_world, &arrays);
+  const Json chunks = AddDense(map, origin_world, &arrays, progress);
+  AddVoxels(map, origin_world, &arrays);
+  AddTrajectory(map, origin_world, &arrays);
+  Json document = {
+      {"format", "slcmap page"},
+      {"version", kPageVersion},
+      {"title", title},
+      {"slcmap", kVersion},
+      {"map", map.id},
+      {"run", map.source.run_id},
+      {"method", map.method},
+      {"complete", map.complete},
+      {"partial_reason", map.partial_reason},
+      {"origin", {origin_world.x(), origin_world.y(), origin_world.z()}},
+      {"marks", map.marks.size()},
+      {"chunk_m", kPageChunk_m},
+      {"dense_chunks", chunks},
+      {"camera_corners", PointsJson(FrustumCorners(map.rectified_rig.cameras[0], 1.0))},
+      {"building", BuildingJson(map.building, origin_world)}};
+  document["arrays"] = ArraysJson(arrays);
+  return Block(document, arrays);
+}
+
+}  // namespace slcmap

@@ -1,0 +1,23 @@
+// What a page shows of a map, as one block of bytes: a JSON document and arrays beside it.
+#pragma once
+
+#include <string>
+
+#include "data/progress.h"
+#include "mapping/map.h"
+
+namespace slcmap {
+
+// The block: the length of the JSON document as a little-endian uint32, the document (UTF-8, padded
+// by spaces to a multiple of 8 bytes), then the arrays, little-endian, each padded to a multiple of
+// 8 bytes. The document's "arrays" gives type ("f64", "f32", "i32", "u16", "u8"), offset in bytes
+// behind the document and number of values of each by its name.
+//
+// Coordinates are metres relative to the document's "origin" (in the world, z up), which keeps
+// floats exact to a micrometre or so. The dense cloud is in chunks of "chunk_m": coordinates are
+// uint16 from a chunk's corner, 65535 for its far side, half a millimetre a step; in a chunk,
+// points are in Morton order. Throws StoppedError when progress says so.
+std::string PackForPage(const MapResult& map, const std::string& title,
+                        const Progress& progress = {});
+
+}  // namespace slcmap

@@ -1,0 +1,107 @@
+// See page_speed.sh.
+import { statSync } from 'node:fs';
+import { pathToFileURL } from 'node:url';
+import { launch, open } from '../export/page/browser.mjs';
+
+const [large, reference] = process.argv.slice(2);
+const VIEWPORT = { width: 1400, height: 900 };
+const FRAMES = 6; // of each, in turns: other work on the machine slows both
+
+function median(values) {
+  return [...values].sort((a, b) => a - b)[Math.floor(values.length / 2)];
+}
+
+// Frames of the page while it is turned, each to its end.
+async function framesOfPage(page, frames) {
+  return page.evaluate(async (count) => {
+    const { view } = app;
+    const { object, target } = view.controls.space;
+    const times_ms = [];
+    for (let i = 0; i < count; i++) {
+      object.position.sub(target).applyAxisAngle(object.up, 0.02).add(target);
+      const from_ms = performance.now();
+      view.movedAt_ms = Infinity; // it moves, until the last frame
+      view.controls.space.update();
+      view.draw(from_ms);
+      await view.untilDrawn();
+      times_ms.push(performance.now() - from_ms);
+    }
+    return times_ms;
+  }, frames);
+}
+
+async function framesOfReference(page, distance_m, frames) {
+  return page.evaluate(async ({ count, distance_m }) => {
+    const times_ms = [];
+    for (let i = 0; i < count; i++) {
+      const from_ms = performance.now();
+      drawFrom(0.02 * i, distance_m);
+      const drawn = gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
+      gl.flush();
+      while (gl.clientWaitSync(drawn, 0, 0) === gl.TIMEOUT_EXPIRED) {
+        await new Promise((resolve) => setTimeout(resolve, 2));
+      }
+      gl.deleteSync(drawn);
+      times_ms.push(performance.now() - from_ms);
+    }
+    return times_ms;
+  }, { count: frames, distance_m });
+}
+
+// Picks at places all over the canvas, of lines and planes and, as when points are measured, of the
+// dense cloud.
+async function hoverTimes(page, only) {
+  return page.evaluate((which) => {
+    const { width, height } = app.view.size;
+    const times_ms = [];
+    for (let i = 0; i < 200; i++) {
+      const place = [((i * 0.618034) % 1) * width, ((i * 0.754878) % 1) * height];
+      const from_ms = performance.now();
+      app.picker.pick(...place, which);
+      times_ms.push(performance.now() - from_ms);
+    }
+    return times_ms;
+  }, only);
+}
+
+const browser = await launch();
+const from_ms = performance.now();
+const page = await open(browser, large, { viewport: VIEWPORT });
+await page.evaluate(async () => {
+  app.view.draw(performance.now());
+  await app.view.untilDrawn();
+});
+const load_s = (performance.now() - from_ms) / 1000;
+const renderer = await page.evaluate(() => {
+  const gl = app.view.renderer.getContext();
+  return gl.getParameter(gl.getExtension('WEBGL_debug_renderer_info').UNMASKED_RENDERER_WEBGL);
+});
+const distance_m = await page.evaluate(() => {
+  const { object, target } = app.view.controls.space;
+  app.switchLayer('dense', true);
+  return object.position.distanceTo(target);
+});
+const other = await browser.newPage({ viewport: VIEWPORT });
+other.setDefaultTimeout(0);
+await other.goto(pathToFileURL(reference).href);
+await framesOfPage(page, 4); // these find out how much to draw
+await framesOfReference(other, distance_m, 1);
+const times = { page: [], reference: [] };
+for (let i = 0; i < FRAMES; i++) {
+  times.page.push(...(await framesOfPage(page, 1)));
+  times.reference.push(...(await framesOfReference(other, distance_m, 1)));
+}
+const level = await page.evaluate(() => app.view.level);
+const [page_ms, reference_ms] = [median(times.page), median(times.reference)];
+const hover = await hoverTimes(page, 'all');
+const hoverPoints = await hoverTimes(page, 'points');
+await browser.close();
+
+console.log(`drawn by               ${renderer}`);
+console.log(`size                   ${(statSync(large).size * 1e-6).toFixed(1)} MB`);
+console.log(`load                   ${load_s.toFixed(2)} s`);
+console.log(`frame while orbiting   ${page_ms.toFixed(0)} ms (level ${level} of 0 to 3)`);
+console.log(`wide lines of three    ${reference_ms.toFixed(0)} ms: ${(page_ms / reference_ms).toFixed(2)} of it`);
+for (const [name, times_ms] of [['hover', hover], ['hover on points', hoverPoints]]) {
+  console.log(`${name.padEnd(23)}${median(times_ms).toFixed(1)} ms, at most ${Math.max(...times_ms).toFixed(1)} ms`);
+}

@@ -1,0 +1,212 @@
+// The page of the room that room_map.h describes, as a user meets it.
+import assert from 'node:assert/strict';
+import { after, before, beforeEach, test } from 'node:test';
+import { drawnShare, launch, lookFrom, open, picture, settle } from './browser.mjs';
+
+const file = process.env.SLCMAP_PAGE;
+// Relative to the page's origin, which is the room's middle in whole metres: (102, 203, 1).
+const ROOM = { x: [-2, 2], y: [-3, 2], z: [-1, 1.6] };
+let browser;
+let page;
+
+before(async () => {
+  browser = await launch();
+  page = await open(browser, file);
+});
+
+after(() => browser.close());
+
+beforeEach(async () => {
+  await page.evaluate(() => {
+    app.pointer.setMeasuring(false);
+    app.setMode('space');
+    app.showStorey('all');
+    app.fit();
+  });
+  await lookFrom(page, [7, -9, 9], [0, 0, 0]);
+});
+
+async function pointAt(place, click = false) {
+  const { x, y } = await page.evaluate((point) => app.toWindow(point), place);
+  await page.mouse.move(x, y);
+  if (click) await page.mouse.click(x, y);
+  await settle(page);
+}
+
+test('opens from a file, asks for nothing and complains of nothing', () => {
+  assert.deepEqual(page.said, []);
+  assert.equal(page.requested.length, 1);
+  assert.match(page.requested[0], /^file:/);
+});
+
+test('says what the map holds', async () => {
+  const text = await page.locator('#panel').innerText();
+  for (const part of ['A made room', '12 lines', '400 points', '1 room, 20.0 m²', '1.90 m walked']) {
+    assert.ok(text.includes(part), `${part} in ${text}`);
+  }
+  const counts = await page.evaluate(() =>
+    Object.fromEntries([...document.querySelectorAll('.toggle')].map((row) =>
+      [row.querySelector('span').textContent, row.querySelector('.count')?.textContent])));
+  const expected = {
+    X: '4', Y: '4', Vertical: '4', Edge: '11', Outline: '1', 'Marks on surfaces': '1', Walls: '4', Floors: '1',
+    Ceilings: '1', Rooms: '1', Points: '4', 'Dense cloud': '400', 'Occupied space': '1', Keyframes: '5',
+    'World 0': '7', 'World 1': '1', 'Of none': '4',
+  };
+  for (const [name, count] of Object.entries(expected)) assert.equal(counts[name], count, name);
+});
+
+test('names the line under the pointer', async () => {
+  await pointAt([ROOM.x[0] + 1, ROOM.y[1], ROOM.z[0]]); // on the lower edge at the far side
+  const tip = await page.locator('#tip').innerText();
+  for (const part of ['Line 11', '4.000 m', '7 keyframes', '3.0 mm', 'Edge', 'X, world 0']) {
+    assert.ok(tip.includes(part), `${part} in ${tip}`);
+  }
+  await pointAt([0, 0, 60]); // in the sky
+  assert.ok(await page.locator('#tip').isHidden());
+});
+
+test('names a wall with its door', async () => {
+  await pointAt([ROOM.x[0], 0.4, 0.3]);
+  assert.match(await page.locator('#tip').innerText(), /Wall 2[^]*13\.0 m²[^]*4\.0 mm/);
+  const area_m2 = await page.evaluate(() => app.layers.planes.all[3].area_m2);
+  assert.ok(Math.abs(area_m2 - (13 - 0.9 * 2)) < 1e-4, `${area_m2} m²`);
+});
+
+test('a layer that is off draws nothing and cannot be picked', async () => {
+  const with_lines = await page.evaluate(() => app.layers.lines.fat.geometry.instanceCount);
+  await page.getByLabel('X4').click();
+  const without = await page.evaluate(() => app.layers.lines.fat.geometry.instanceCount);
+  await pointAt([ROOM.x[0] + 1, ROOM.y[1], ROOM.z[0]]);
+  const tip = await page.locator('#tip').innerText();
+  await page.getByLabel('X4').click();
+  assert.equal(with_lines - without, 4);
+  assert.ok(!tip.includes('Line 11'), tip);
+});
+
+test('themes differ, and follow the system', async () => {
+  const background = () => page.evaluate(() => getComputedStyle(document.body).backgroundColor);
+  const dark = await background();
+  await page.locator('#theme').click();
+  const light = await background();
+  await page.locator('#theme').click();
+  const other = await open(browser, file, { colorScheme: 'light' });
+  const system = await other.evaluate(() => getComputedStyle(document.body).backgroundColor);
+  await other.close();
+  assert.equal(dark, 'rgb(14, 18, 23)');
+  assert.equal(light, 'rgb(244, 243, 239)');
+  assert.equal(system, light);
+});
+
+test('a section removes what is above it', async () => {
+  const whole = await drawnShare(page);
+  await page.getByLabel('Upper cut').fill('-0.9');
+  const cut = await drawnShare(page);
+  assert.ok(whole > 0.1 && cut < 0.9 * whole, `${whole} and ${cut}`);
+});
+
+const CORNER = [ROOM.x[0], ROOM.y[0], ROOM.z[0]]; // of the lower edges
+const CARD = '#card-rows';
+
+async function measured(first, second) {
+  await pointAt(first, true);
+  await pointAt(second, true);
+  return page.locator(CARD).innerText();
+}
+
+test('measures between parallel lines', async () => {
+  await page.keyboard.press('m');
+  const text = await measured([0, ROOM.y[0], ROOM.z[0]], [ROOM.x[0] + 1, ROOM.y[1], ROOM.z[0]]);
+  const sigma_mm = Math.hypot(3, 3);
+  for (const part of ['5.000 m', `± ${(1.96 * sigma_mm).toFixed(1)} mm`, `sigma ${sigma_mm.toFixed(1)} mm`, 'parallel']) {
+    assert.ok(text.includes(part), `${part} in ${text}`);
+  }
+  assert.equal(await page.locator('.distance').innerText(), '5.000 m');
+});
+
+test('measures between points: ends of lines', async () => {
+  await page.keyboard.press('m');
+  await page.locator('#pick-points').click();
+  const text = await measured(CORNER, [ROOM.x[1], ROOM.y[1], ROOM.z[0]]);
+  await page.locator('#pick-surfaces').click();
+  assert.ok(text.includes('6.403 m'), text); // 4 m by 5 m
+});
+
+test('measures between walls, and from a wall to a line', async () => {
+  const rows = await page.evaluate(() => {
+    const wall = (id) => ({ type: 'plane', plane: app.layers.planes.all[id] });
+    const measure = (...picks) => {
+      app.measure.clear();
+      picks.forEach((pick) => app.measure.take(pick));
+      return app.measure.result;
+    };
+    return [measure(wall(2), wall(3)), measure(wall(5), { type: 'line', index: 0 }), measure(wall(2), wall(4))];
+  });
+  assert.ok(Math.abs(rows[0].distance_m - 4) < 1e-3 && Math.abs(rows[0].sigma_m - 0.004 * Math.SQRT2) < 1e-6);
+  assert.ok(Math.abs(rows[1].distance_m - 5) < 1e-3 && Math.abs(rows[1].sigma_m - 0.005) < 1e-6);
+  assert.equal(rows[2].distance_m, undefined);
+  assert.ok(Math.abs(rows[2].angle_rad - Math.PI / 2) < 1e-9);
+});
+
+test('shows a plan, to scale, in which lines are named', async () => {
+  await page.keyboard.press('2');
+  await settle(page);
+  const ends = await page.evaluate(() => [[-2, -3, -1], [2, -3, -1]].map((point) => app.toWindow(point)));
+  const scale = await page.locator('#scale').evaluate((bar) => ({ width: bar.offsetWidth, text: bar.textContent }));
+  const metres = (parseFloat(scale.text) / scale.width) * Math.hypot(ends[1].x - ends[0].x, ends[1].y - ends[0].y);
+  assert.ok(Math.abs(metres - 4) < 0.1, `${metres} m`);
+  await pointAt([ROOM.x[0] + 1, ROOM.y[1], ROOM.z[0]]);
+  assert.match(await page.locator('#tip').innerText(), /Line 1[13]/); // one edge is above the other
+  assert.ok(await page.evaluate(() => app.layers.isOn('plan')));
+});
+
+test('names rooms with their area, in feet too', async () => {
+  assert.match(await page.locator('.room').innerText(), /Room 0\s*20.0 m²/);
+  await page.getByRole('radio', { name: 'Feet' }).click();
+  assert.match(await page.locator('.room').innerText(), /215 ft²/);
+  await page.getByRole('radio', { name: 'Metres' }).click();
+});
+
+test('occupied space, the dense cloud and keyframes are drawn when they are switched on', async () => {
+  await lookFrom(page, [2, 0, 3], [0.5, 0.5, -1]);
+  for (const key of ['o', 'd', 'k']) {
+    const without = await picture(page);
+    await page.keyboard.press(key);
+    assert.notEqual(await picture(page), without, key);
+    await page.keyboard.press(key);
+  }
+});
+
+test('colours lines by kind, age and sigma', async () => {
+  const colours = new Set();
+  for (const name of ['Axis', 'Kind', 'Age', 'Sigma']) {
+    await page.getByRole('radio', { name, exact: true }).click();
+    colours.add(await page.evaluate(() => {
+      const { array } = app.layers.lines.fat.geometry.attributes.instanceColorStart.data;
+      return array.slice(0, 3).join();
+    }));
+  }
+  assert.equal(colours.size, 4);
+  assert.match(await page.locator('#legend').innerText(), /3.0 mm/);
+  await page.getByRole('radio', { name: 'Axis', exact: true }).click();
+});
+
+test('a storey is shown from its floor to below its ceiling', async () => {
+  const [low, high] = await page.evaluate(() => {
+    app.showStorey('0');
+    return [app.section.low_m, app.section.high_m];
+  });
+  assert.ok(low > ROOM.z[0] - 0.2 && low < ROOM.z[0]);
+  assert.ok(high > 1 && high < ROOM.z[1]);
+});
+
+test('on a phone a tap keeps what is known of a line, and layers open', async () => {
+  const phone = await open(browser, file, { viewport: { width: 390, height: 800 }, hasTouch: true, isMobile: true });
+  await lookFrom(phone, [12, -15, 15], [0, 0, 0]);
+  const { x, y } = await phone.evaluate(() => app.toWindow([0, -3, -1]));
+  await phone.touchscreen.tap(x, y);
+  assert.match(await phone.locator('#card').innerText(), /Line 10/);
+  await phone.locator('#menu').tap();
+  assert.ok(await phone.locator('#panel').isVisible());
+  assert.deepEqual(phone.said, []);
+  await phone.close();
+});

@@ -1,0 +1,178 @@
+#include "export/page_writer.h"
+
+#include <gmock/gmock.h>
+#include <zlib.h>
+
+#include <cmath>
+#include <cstring>
+#include <nlohmann/json.hpp>
+
+#include "data/error.h"
+#include "export/page_pack.h"
+#include "export/page_points.h"
+#include "tests/export/page/room_map.h"
+
+namespace slcmap {
+namespace {
+
+using Eigen::Vector3d;
+using slcmap::testing::MakeRoomMap;
+using ::testing::HasSubstr;
+using ::testing::ThrowsMessage;
+
+// What PackForPage wrote, taken apart by its description.
+struct Pack {
+  nlohmann::json document;
+  std::string arrays;
+
+  template <typename Value>
+  std::vector<Value> Get(const std::string& name) const {
+    const nlohmann::json& entry = document.at("arrays").at(name);
+    std::vector<Value> values(entry.at("count").get<std::size_t>());
+    std::memcpy(values.data(), arrays.data() + entry.at("offset").get<std::size_t>(),
+                values.size() * sizeof(Value));
+    return values;
+  }
+};
+
+Pack Unpack(const std::string& block) {
+  uint32_t length = 0;
+  std::memcpy(&length, block.data(), sizeof length);
+  return {nlohmann::json::parse(block.substr(sizeof length, length)),
+          block.substr(sizeof length + length)};
+}
+
+Pack PackOf(const MapResult& map) { return Unpack(PackForPage(map, "title")); }
+
+Vector3d OriginOf(const Pack& pack) {
+  const auto origin = pack.document.at("origin").get<std::vector<double>>();
+  return {origin[0], origin[1], origin[2]};
+}
+
+TEST(PackForPage, LinesComeBackWithAllThatIsKnownOfThem) {
+  const MapResult map = MakeRoomMap();
+  const Pack pack = PackOf(map);
+  const auto ends = pack.Get<float>("line_ends");
+  ASSERT_EQ(ends.size(), 6 * (map.lines.size() + map.marks.size()));
+  for (std::size_t i = 0; i < map.lines.size(); ++i) {
+    const Vector3d start(ends[6 * i], ends[6 * i + 1], ends[6 * i + 2]);
+    EXPECT_LT((start + OriginOf(pack) - map.lines[i].start_world).norm(), 1e-6);
+    EXPECT_EQ(pack.Get<double>("line_id")[i], static_cast<double>(map.lines[i].id));
+    EXPECT_EQ(pack.Get<uint8_t>("line_axis")[i], static_cast<uint8_t>(map.lines[i].axis));
+    EXPECT_EQ(pack.Get<int32_t>("line_world")[i], map.lines[i].world);
+    EXPECT_EQ(pack.Get<int32_t>("line_observations")[i], 7);
+    EXPECT_NEAR(pack.Get<float>("line_sigma")[i], 0.003, 1e-8);
+  }
+  EXPECT_EQ(pack.document.at("marks"), 1);
+  EXPECT_EQ(pack.Get<uint8_t>("line_kind").back(), static_cast<uint8_t>(LineKind::kMark));
+}
+
+TEST(PackForPage, ArraysBeginWhereTheirTypesMay) {
+  const std::string block = PackForPage(MakeRoomMap(), "title");
+  const Pack pack = Unpack(block);
+  EXPECT_EQ((block.size() - pack.arrays.size()) % 8, 0u);
+  for (const nlohmann::json& entry : pack.document.at("arrays")) {
+    EXPECT_EQ(entry.at("offset").get<std::size_t>() % 8, 0u);
+  }
+}
+
+// Across several chunks, one of them below the origin.
+TEST(PackForPage, DensePointsComeBackToHalfAMillimetre) {
+  MapResult map = MakeRoomMap({.lines = 12, .dense_points = 500});
+  for (int i = 0; i < 100; ++i) {
+    map.dense.push_back({Vector3d(90.0 - i, 203.0 + i, 0.5), Vector3d::UnitZ(), 0.003, 77});
+  }
+  const Pack pack = PackOf(map);
+  const auto x = pack.Get<uint16_t>("dense_x"), y = pack.Get<uint16_t>("dense_y"),
+             z = pack.Get<uint16_t>("dense_z");
+  ASSERT_EQ(x.size(), map.dense.size());
+  const double step_m = pack.document.at("chunk_m").get<double>() / 65535;
+  std::vector<bool> found(map.dense.size());
+  for (const nlohmann::json& chunk : pack.document.at("dense_chunks")) {
+    const auto corner = chunk.at("corner").get<std::vector<double>>();
+    const auto from = chunk.at("from").get<std::size_t>();
+    for (std::size_t i = from; i < from + chunk.at("count").get<std::size_t>(); ++i) {
+      const Vector3d p_world = OriginOf(pack) + Vector3d(corner[0], corner[1], corner[2]) +
+                               step_m * Vector3d(x[i], y[i], z[i]);
+      for (std::size_t k = 0; k < map.dense.size(); ++k) {
+        if ((map.dense[k].p_world - p_world).norm() < 0.5e-3) found[k] = true;
+      }
+    }
+  }
+  EXPECT_THAT(found, ::testing::Each(true));
+  EXPECT_GT(pack.document.at("dense_chunks").size(), 2u);
+}
+
+TEST(PackForPage, PlanesRoomsAndWallsAreRelativeToTheOrigin) {
+  const Pack pack = PackOf(MakeRoomMap());
+  const nlohmann::json& building = pack.document.at("building");
+  const nlohmann::json& wall = building.at("planes")[3];
+  EXPECT_EQ(wall.at("kind"), "wall");
+  EXPECT_NEAR(wall.at("offset_m").get<double>(), -(104 - OriginOf(pack).x()), 1e-9);
+  EXPECT_EQ(wall.at("openings")[0].at("kind"), "door");
+  for (const nlohmann::json& corner : wall.at("outline")) {
+    EXPECT_NEAR(corner[0].get<double>() + OriginOf(pack).x(), 104, 1e-5);
+  }
+  EXPECT_EQ(building.at("rooms")[0].at("area_m2"), 20);
+  EXPECT_EQ(building.at("walls")[0].at("openings")[0].at("to_m"), 2.9);
+}
+
+TEST(PackForPage, SigmasHoldToTwoPercent) {
+  for (const double sigma_m : {1e-4, 0.0035, 0.02, 0.9, 5.0}) {
+    EXPECT_NEAR(1e-4 * std::exp2(SigmaCode(sigma_m) / 16.0) / sigma_m, 1, 0.022);
+  }
+  EXPECT_EQ(SigmaCode(0), 0);
+  EXPECT_EQ(SigmaCode(1e9), 255);
+}
+
+std::string FromBase64(const std::string& text) {
+  std::string bytes;
+  uint32_t bits = 0;
+  int count = 0;
+  const std::string digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  for (const char c : text) {
+    if (c == '=') break;
+    bits = bits << 6 | static_cast<uint32_t>(digits.find(c));
+    if ((count += 6) < 8) continue;
+    count -= 8;
+    bytes.push_back(static_cast<char>(bits >> count));
+  }
+  return bytes;
+}
+
+TEST(MakePage, TheMapTakesThePlaceOfTheMark) {
+  const MapResult map = MakeRoomMap();
+  const std::string page = MakePage(map, "<before>@SLCMAP_MAP@<after>", {.title = "title"});
+  ASSERT_TRUE(page.starts_with("<before>") && page.ends_with("<after>"));
+  const std::string compressed = FromBase64(page.substr(8, page.size() - 8 - 7));
+  const std::string expected = PackForPage(map, "title");
+  std::string bytes(expected.size() + 1, '\0');
+  uLongf size = bytes.size();
+  ASSERT_EQ(uncompress(reinterpret_cast<Bytef*>(bytes.data()), &size,
+                       reinterpret_cast<const Bytef*>(compressed.data()), compressed.size()),
+            Z_OK);
+  bytes.resize(size);
+  EXPECT_EQ(bytes, expected);
+}
+
+TEST(MakePage, OfAnEmptyMapToo) {
+  EXPECT_THAT(MakePage({}, "@SLCMAP_MAP@", {}), ::testing::Not(::testing::IsEmpty()));
+  EXPECT_EQ(PackOf({}).Get<float>("line_ends").size(), 0u);
+}
+
+TEST(MakePage, AWrongTemplateIsNamed) {
+  EXPECT_THAT([] { MakePage({}, "<html>", {}); },
+              ThrowsMessage<ConfigError>(HasSubstr("without the mark @SLCMAP_MAP@")));
+  EXPECT_THAT([] { MakePage({}, "@SLCMAP_MAP@ @SLCMAP_MAP@", {}); },
+              ThrowsMessage<ConfigError>(HasSubstr("several")));
+  EXPECT_THAT([] { MakePage({}, "@SLCMAP_MAP@", {.title = "", .compression = 10}); },
+              ThrowsMessage<ConfigError>(HasSubstr("compression: found 10")));
+}
+
+TEST(MakePage, EndsWhenAsked) {
+  const Progress stop([](double) { return false; });
+  EXPECT_THROW(MakePage(MakeRoomMap(), "@SLCMAP_MAP@", {}, stop), StoppedError);
+}
+
+}  // namespace
+}  // namespace slcmap

@@ -1,0 +1,77 @@
+#include "mapping/building/wall_bodies.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace slcmap {
+namespace {
+
+using Eigen::Vector2d;
+using ::testing::DoubleNear;
+using ::testing::SizeIs;
+
+// A face along x at a height in the plan, seen from above it (+1) or below it (-1).
+WallFace FaceAt(double y_m, double side, double from_x_m, double to_x_m) {
+  WallFace wall;
+  wall.face.normal = {0, side};
+  wall.face.offset_m = side * y_m;
+  const double a = wall.face.AlongOf({from_x_m, y_m}), b = wall.face.AlongOf({to_x_m, y_m});
+  wall.face.from_m = std::min(a, b);
+  wall.face.to_m = std::max(a, b);
+  const auto steps = static_cast<size_t>(std::lround((to_x_m - from_x_m) / wall.step_m));
+  wall.shares.assign(steps, 1);
+  return wall;
+}
+
+TEST(WallBodies, AreBetweenFacesThatLookAwayFromEachOther) {
+  const WallFace upper = FaceAt(1.2, 1, 0, 5), lower = FaceAt(1.0, -1, 1, 6);
+  const auto body = BodyBetween(upper.face, lower.face, {});
+  ASSERT_TRUE(body);
+  EXPECT_NEAR(body->thickness_m, 0.2, 1e-12);
+  EXPECT_NEAR(body->to_m - body->from_m, 4, 1e-12);
+  // Faces that look at each other are two walls of a room.
+  EXPECT_FALSE(BodyBetween(FaceAt(1.0, 1, 0, 5).face, FaceAt(1.2, -1, 0, 5).face, {}));
+  EXPECT_FALSE(BodyBetween(upper.face, FaceAt(0.2, -1, 0, 5).face, {}));
+  EXPECT_FALSE(BodyBetween(upper.face, FaceAt(1.0, -1, 4.9, 9).face, {}));
+}
+
+TEST(WallBodies, HoldThePlacesBetweenTheirFaces) {
+  const std::vector<WallFace> walls = {FaceAt(1.2, 1, 0, 5), FaceAt(1.0, -1, 1, 6)};
+  EXPECT_TRUE(IsInWall(walls, {2, 1.1}, {}));
+  EXPECT_FALSE(IsInWall(walls, {2, 1.3}, {}));
+  EXPECT_FALSE(IsInWall(walls, {2, 0.9}, {}));
+  EXPECT_FALSE(IsInWall(walls, {5.5, 1.1}, {}));
+}
+
+TEST(WallBodies, TypicalThicknessIsThatOfMostOfTheLength) {
+  const std::vector<WallFace> walls = {FaceAt(1.2, 1, 0, 5),  FaceAt(1.0, -1, 0, 5),
+                                       FaceAt(9.4, 1, 0, 2),  FaceAt(9.0, -1, 0, 2),
+                                       FaceAt(20.1, 1, 0, 1), FaceAt(20.0, -1, 0, 1)};
+  EXPECT_NEAR(TypicalThickness(walls, {}), 0.2, 1e-12);
+  BuildingOptions options;
+  options.assumed_thickness_m = 0.17;
+  EXPECT_EQ(TypicalThickness({FaceAt(1, 1, 0, 5)}, options), 0.17);
+}
+
+TEST(WallBodies, FacesThatNobodySawAreBehindThoseThatStandAlone) {
+  WallFace alone = FaceAt(7, 1, 2, 5);
+  alone.shares.front() = 0;  // at one end of it
+  const std::vector<WallFace> walls =
+      WithUnseenFaces({FaceAt(1.2, 1, 0, 5), FaceAt(1.0, -1, 0, 5), alone}, {});
+  ASSERT_THAT(walls, SizeIs(4));
+  const Face& unseen = walls[3].face;
+  EXPECT_EQ(unseen.normal, Vector2d(0, -1));
+  EXPECT_NEAR(unseen.DistanceTo({3, 6.8}), 0, 1e-12);
+  EXPECT_TRUE(IsInWall(walls, {3, 6.9}, {}));
+  // What is known of it lies opposite.
+  const double end_m = unseen.AlongOf(alone.face.PointAt(alone.face.from_m));
+  EXPECT_NEAR(end_m, unseen.to_m, 1e-12);
+  EXPECT_EQ(walls[3].shares.back(), 0);
+  EXPECT_THAT(unseen.to_m - unseen.from_m, DoubleNear(3, 1e-12));
+}
+
+}  // namespace
+}  // namespace slcmap
