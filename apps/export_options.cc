@@ -13,6 +13,8 @@ void AddExportOptions(CLI::App& command, ExportOptions* options) {
       .add_option("--max-vertices", options->scene.max_vertices,
                   "Refuse a map that takes more; some 150 bytes of memory each")
       ->capture_default_str();
+  command.add_flag("--ifc-line-solids", options->ifc.line_solids,
+                   "IFC: lines as thin solids too, for viewers that hide annotations");
 }
 
 }  // namespace slcmap

@@ -9,6 +9,7 @@
 #include "data/nearest_name.h"
 #include "data/summary_file.h"
 #include "export/gltf_writer.h"
+#include "export/ifc/ifc_writer.h"
 #include "export/map_writer.h"
 #include "export/ply_writer.h"
 #include "export/scene_writer.h"
@@ -59,6 +60,7 @@ std::vector<std::unique_ptr<MapWriter>> MakeMapWriters(const ExportOptions& opti
   std::vector<std::unique_ptr<MapWriter>> writers;
   writers.push_back(std::make_unique<GltfSceneWriter>(scene));
   writers.push_back(std::make_unique<PlySceneWriter>(scene));
+  writers.push_back(std::make_unique<IfcWriter>(options.ifc));
   return writers;
 }
 

@@ -6,6 +6,7 @@
 
 #include "data/output_folder.h"
 #include "data/progress.h"
+#include "export/ifc/ifc_options.h"
 #include "export/scene.h"
 #include "mapping/map.h"
 
@@ -14,6 +15,7 @@ namespace slcmap {
 struct ExportOptions {
   std::vector<std::string> formats;  // empty: all there are
   SceneOptions scene;
+  IfcOptions ifc;
 };
 
 // The names of the formats there are.

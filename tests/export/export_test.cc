@@ -25,7 +25,7 @@ using ::testing::ThrowsMessage;
 using ::testing::UnorderedElementsAre;
 
 const char* const kFiles[] = {"scene.glb",     "points.ply", "lines.ply",    "trajectory.ply",
-                              "keyframes.ply", "voxels.ply", "line_bars.ply"};
+                              "keyframes.ply", "voxels.ply", "line_bars.ply", "map.ifc"};
 
 MapResult MakeMap() {
   MapResult map = BuildMap(testing::MakeWallRun(), {});
@@ -97,7 +97,7 @@ TEST_F(ExportTest, OneFormatAlone) {
   EXPECT_THAT(ExportMap(MakeMap(), folder_, options), UnorderedElementsAre(Path("scene.glb")));
   options.formats = {"step"};
   EXPECT_THAT([&] { ExportMap(MakeMap(), folder_, options); },
-              ThrowsMessage<ConfigError>(HasSubstr("found 'step', expected one of glb, ply")));
+              ThrowsMessage<ConfigError>(HasSubstr("found 'step', expected one of glb, ply, ifc")));
 }
 
 TEST_F(ExportTest, GltfHoldsTheLayers) {
