@@ -13,6 +13,10 @@ void AddExportOptions(CLI::App& command, ExportOptions* options) {
       .add_option("--max-vertices", options->scene.max_vertices,
                   "Refuse a map that takes more; some 150 bytes of memory each")
       ->capture_default_str();
+  command.add_flag("--tubes", options->gltf.tubes,
+                   "GLB: lines as bars too, for viewers that show only triangles");
+  command.add_flag("--quantised", options->gltf.quantised,
+                   "GLB: positions in 16 bits of each layer's extent, for smaller files");
   command.add_flag("--ifc-line-solids", options->ifc.line_solids,
                    "IFC: lines as thin solids too, for viewers that hide annotations");
 }

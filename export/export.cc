@@ -58,7 +58,7 @@ std::vector<std::unique_ptr<MapWriter>> WantedWriters(const ExportOptions& optio
 std::vector<std::unique_ptr<MapWriter>> MakeMapWriters(const ExportOptions& options) {
   const auto scene = std::make_shared<SceneOfMap>(options.scene);
   std::vector<std::unique_ptr<MapWriter>> writers;
-  writers.push_back(std::make_unique<GltfSceneWriter>(scene));
+  writers.push_back(std::make_unique<GltfWriter>(scene, options.scene.max_vertices, options.gltf));
   writers.push_back(std::make_unique<PlySceneWriter>(scene));
   writers.push_back(std::make_unique<IfcWriter>(options.ifc));
   return writers;

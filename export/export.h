@@ -6,6 +6,7 @@
 
 #include "data/output_folder.h"
 #include "data/progress.h"
+#include "export/gltf_options.h"
 #include "export/ifc/ifc_options.h"
 #include "export/scene.h"
 #include "mapping/map.h"
@@ -15,6 +16,7 @@ namespace slcmap {
 struct ExportOptions {
   std::vector<std::string> formats;  // empty: all there are
   SceneOptions scene;
+  GltfOptions gltf;
   IfcOptions ifc;
 };
 

@@ -4,28 +4,13 @@
 
 #include <algorithm>
 
+#include "export/axis_name.h"
 #include "export/storey_at.h"
 
 namespace slcmap {
 namespace {
 
 constexpr double kLeast_m = 1e-4;
-
-const char* NameOf(LineAxis axis) {
-  switch (axis) {
-    case LineAxis::kX:
-      return "along x";
-    case LineAxis::kY:
-      return "along y";
-    case LineAxis::kVertical:
-      return "vertical";
-    case LineAxis::kSloped:
-      return "sloped";
-    case LineAxis::kNone:
-      break;
-  }
-  return "of no axis";
-}
 
 using Lines = std::vector<const MapLine*>;
 
@@ -47,7 +32,7 @@ class LineGroup {
       : lines_(lines),
         part_(part),
         file_(file),
-        name_(fmt::format("Lines {}", NameOf(axis))),
+        name_(fmt::format("Lines {}", AxisName(axis))),
         content_(fmt::format("{} {}", part->content, name_)) {
     const auto [red, green, blue] = LineColour(axis, true);
     colour_ = {red, green, blue};

@@ -2,9 +2,8 @@
 
 #include <spdlog/fmt/fmt.h>
 
-#include <algorithm>
-
 #include "export/storey_at.h"
+#include "export/surface_mesh.h"
 
 namespace slcmap {
 namespace {
@@ -60,16 +59,6 @@ void AddSpace(const Room& room, IfcPart* part, IfcFile* file) {
   file->AddProperties(space, content, "Space", {{"coverage", IfcRatioValue(room.bounded)}});
 }
 
-// The room that a floor or ceiling is of has the holes too, which a plane's outline has not.
-Polygon OutlineOf(const BuildingPlane& plane, const Building& building) {
-  for (const Room& room : building.rooms) {
-    if (plane.room_ids.size() == 1 && room.id == plane.room_ids[0]) return room.polygon;
-  }
-  Polygon polygon;
-  for (const Eigen::Vector3d& p : plane.outline_world) polygon.outline.push_back(p.head<2>());
-  return polygon;
-}
-
 void AddSlab(const BuildingPlane& plane, const Polygon& polygon, const IfcOptions& options,
              IfcPart* part, IfcFile* file) {
   const bool is_floor = plane.kind == PlaneKind::kFloor;
@@ -109,7 +98,7 @@ int AddIfcSlabs(const Building& building, const IfcOptions& options, IfcStructur
   int left_out = 0;
   for (const BuildingPlane& plane : building.planes) {
     if (!IsLevel(plane)) continue;
-    const Polygon polygon = OutlineOf(plane, building);
+    const Polygon polygon = LevelOutline(plane, building);
     if (!HasArea(polygon) || plane.normal.z() == 0) {
       ++left_out;
       continue;

@@ -2,55 +2,28 @@
 
 #include <spdlog/fmt/fmt.h>
 
-#include <Eigen/Geometry>
-#include <algorithm>
-#include <cmath>
-
 #include "export/storey_at.h"
+#include "export/wall_shape.h"
 
 namespace slcmap {
 namespace {
 
-constexpr double kLeast_m = 1e-4;     // of anything that is a solid
 constexpr double kBeyond_m = 0.05;    // openings reach beyond the faces and borders that they cut
 constexpr double kAtBorder_m = 1e-3;  // and are at a border when they are as near
 constexpr Colour kWallColour{222, 219, 211};
 constexpr Colour kAssumedColour{205, 196, 178};
 
-struct Height {
-  double top_m = 0;  // over the storey's floor
-  bool assumed = false;
-};
-
-// From the storey's ceiling, else as high as the wall's planes were seen.
-Height HeightOf(const PlanWall& wall, const Building& building, const IfcPart& part,
-                std::optional<std::size_t> storey, const IfcOptions& options) {
-  if (storey && building.storeys[*storey].ceiling_m) {
-    return {*building.storeys[*storey].ceiling_m - part.floor_m, false};
-  }
-  double top_m = 0;
-  for (const BuildingPlane& plane : building.planes) {
-    if (std::find(wall.plane_ids.begin(), wall.plane_ids.end(), plane.id) == wall.plane_ids.end()) {
-      continue;
-    }
-    for (const Eigen::Vector3d& p : plane.outline_world)
-      top_m = std::max(top_m, p.z() - part.floor_m);
-  }
-  if (top_m > kLeast_m) return {top_m, false};
-  return {options.assumed_height_m, true};
-}
-
 // A wall in its own frame: x along it, y from its measured face to the one behind, z up.
 class WallBuilder {
  public:
-  WallBuilder(const PlanWall& wall, const Height& height, IfcPart* part, IfcFile* file)
+  WallBuilder(const PlanWall& wall, const WallHeight& height, IfcPart* part, IfcFile* file)
       : wall_(wall),
         height_(height),
         part_(part),
         file_(file),
         length_m_((wall.end - wall.start).norm()),
         content_(fmt::format("{} {} {} {} {}", wall.storey, Text(wall.start), Text(wall.end),
-                             StepReal(wall.thickness_m), StepReal(height.top_m))) {}
+                             StepReal(wall.thickness_m), StepReal(height.height_m))) {}
 
   void Add() {
     placement_ = file_->LocalPlacement(
@@ -64,7 +37,7 @@ class WallBuilder {
     file_->AddQuantities(
         entity_, content_, "Qto_WallBaseQuantities",
         {file_->Length("Length", length_m_), file_->Length("Width", wall_.thickness_m),
-         file_->Length("Height", height_.top_m)});
+         file_->Length("Height", height_.height_m)});
     std::vector<std::string> planes;
     for (const int64_t id : wall_.plane_ids) planes.push_back(fmt::format("{}", id));
     file_->AddProperties(entity_, content_, "Wall",
@@ -76,15 +49,11 @@ class WallBuilder {
 
   // False: it is not in the wall.
   bool AddOpening(const PlanOpening& opening) {
-    const double from_m = std::max(0.0, opening.from_m);
-    const double to_m = std::min(length_m_, opening.to_m);
-    const double low_m = std::max(0.0, opening.sill_m);
-    const double high_m = std::min(height_.top_m, opening.sill_m + opening.clear_height_m);
-    if (!(to_m - from_m > kLeast_m && high_m - low_m > kLeast_m)) return false;
-    const std::string content = fmt::format("{} in {} to {} {} to {}", content_, StepReal(from_m),
-                                            StepReal(to_m), StepReal(low_m), StepReal(high_m));
-    const Eigen::AlignedBox2d hole(Eigen::Vector2d(from_m, low_m), Eigen::Vector2d(to_m, high_m));
-    AddHole(opening, hole, content);
+    const std::optional<Eigen::AlignedBox2d> hole = HoleOf(opening, wall_, height_);
+    if (!hole) return false;
+    const std::string content =
+        fmt::format("{} in {} to {}", content_, Text(hole->min()), Text(hole->max()));
+    AddHole(opening, *hole, content);
     return true;
   }
 
@@ -95,7 +64,7 @@ class WallBuilder {
 
   std::string Shape() {
     const std::string box = file_->Box({0.5 * length_m_, 0.5 * wall_.thickness_m},
-                                       {length_m_, wall_.thickness_m}, 0, height_.top_m);
+                                       {length_m_, wall_.thickness_m}, 0, height_.height_m);
     file_->SetSurface(box, wall_.thickness_assumed ? kAssumedColour : kWallColour, 0);
     const IfcContexts& contexts = file_->contexts();
     const std::string line = file_->Polyline({{0, 0}, {length_m_, 0}}, false);
@@ -125,7 +94,7 @@ class WallBuilder {
 
   // Cut solids that end at a face or border of the wall leave skins there.
   Eigen::AlignedBox2d Beyond(const Eigen::AlignedBox2d& hole) const {
-    const Eigen::Vector2d border(length_m_, height_.top_m);
+    const Eigen::Vector2d border(length_m_, height_.height_m);
     Eigen::AlignedBox2d solid = hole;
     for (int i = 0; i < 2; ++i) {
       if (hole.min()[i] < kAtBorder_m) solid.min()[i] = -kBeyond_m;
@@ -155,7 +124,7 @@ class WallBuilder {
   }
 
   const PlanWall& wall_;
-  const Height height_;
+  const WallHeight height_;
   IfcPart* part_;
   IfcFile* file_;
   const double length_m_;
@@ -163,20 +132,14 @@ class WallBuilder {
   std::string entity_, placement_;
 };
 
-bool IsSolid(const PlanWall& wall, const Height& height) {
-  return (wall.end - wall.start).norm() > kLeast_m && wall.thickness_m > kLeast_m &&
-         height.top_m > kLeast_m;
-}
-
 }  // namespace
 
 int AddIfcWalls(const Building& building, const IfcOptions& options, IfcStructure* structure,
                 IfcFile* file) {
   int left_out = 0;
   for (const PlanWall& wall : building.walls) {
-    const std::optional<std::size_t> storey = StoreyOfId(building, wall.storey);
-    IfcPart& part = structure->PartOf(storey);
-    const Height height = HeightOf(wall, building, part, storey, options);
+    IfcPart& part = structure->PartOf(StoreyOfId(building, wall.storey));
+    const WallHeight height = HeightOfWall(wall, building, options.assumed_height_m);
     if (!IsSolid(wall, height)) {
       ++left_out;
       continue;

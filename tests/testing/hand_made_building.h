@@ -24,7 +24,7 @@ inline PlanWall MakeWall(int64_t id, int64_t storey, const Eigen::Vector2d& star
   wall.thickness_m = thickness_m;
   wall.thickness_assumed = assumed;
   wall.sigma_m = 0.004;
-  wall.plane_ids = {id};
+  wall.plane_ids = {id + 2};  // after those of floor and ceiling
   return wall;
 }
 
