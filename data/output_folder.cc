@@ -130,6 +130,12 @@ std::vector<std::string> NamesIn(const std::string& folder) {
   return names;
 }
 
+// A file, or a folder with all that is in it.
+void SyncAll(const std::string& path) {
+  for (const std::string& name : NamesIn(path)) SyncAll(path + "/" + name);
+  Sync(path, 0);
+}
+
 void RemoveNames(const std::string& folder, const std::vector<std::string>& names) {
   for (const std::string& name : names) {
     const std::string path = folder + "/" + name;
@@ -189,11 +195,12 @@ void OutputFolder::Commit() {
   std::vector<std::string> names = NamesIn(staging());
   const std::string& summary = files_.names.front();
   if (std::erase(names, summary) > 0) names.push_back(summary);
-  for (const std::string& name : names) Sync(staging_ + "/" + name, 0);
+  for (const std::string& name : names) SyncAll(staging_ + "/" + name);
   // In between the summary is neither of the old files nor of the new ones.
   RemoveNames(path_, {summary});
   for (const std::string& name : names) {
     const std::string to = path_ + "/" + name;
+    if (fs::is_directory(to)) RemoveNames(path_, {name});  // a rename replaces files alone
     Try(to, "cannot be written",
         [&](std::error_code& error) { fs::rename(staging_ + "/" + name, to, error); });
   }

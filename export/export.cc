@@ -8,8 +8,10 @@
 #include "data/error.h"
 #include "data/nearest_name.h"
 #include "data/summary_file.h"
+#include "export/colmap_writer.h"
 #include "export/gltf_writer.h"
 #include "export/ifc/ifc_writer.h"
+#include "export/limap_writer.h"
 #include "export/map_writer.h"
 #include "export/ply_writer.h"
 #include "export/scene_writer.h"
@@ -61,6 +63,8 @@ std::vector<std::unique_ptr<MapWriter>> MakeMapWriters(const ExportOptions& opti
   writers.push_back(std::make_unique<GltfWriter>(scene, options.scene.max_vertices, options.gltf));
   writers.push_back(std::make_unique<PlySceneWriter>(scene));
   writers.push_back(std::make_unique<IfcWriter>(options.ifc));
+  writers.push_back(std::make_unique<ColmapWriter>());
+  writers.push_back(std::make_unique<LimapWriter>());
   return writers;
 }
 

@@ -40,6 +40,19 @@ TEST_F(OutputFolderTest, FilesAppearTogetherAndReplaceOlderOnes) {
   EXPECT_EQ(std::distance(fs::directory_iterator(path_), {}), 3);
 }
 
+TEST_F(OutputFolderTest, FoldersAreReplacedWithAllThatIsInThem) {
+  const StageFiles files = {"an export", {"export.json", "model"}};
+  for (const char* name : {"old.txt", "new.txt"}) {
+    OutputFolder output(path_, files);
+    MakeFolder(output.staging() + "/model");
+    WriteFile(output.staging() + "/model/" + name, "text");
+    WriteFile(output.staging() + "/export.json", "{}");
+    output.Commit();
+  }
+  EXPECT_TRUE(fs::exists(path_ + "/model/new.txt"));
+  EXPECT_FALSE(fs::exists(path_ + "/model/old.txt"));
+}
+
 TEST_F(OutputFolderTest, FilesThatAreNotOfTheStageAreNeitherReplacedNorRemoved) {
   temp_.Write("out/points.ply", "mine");
   EXPECT_THAT(MessageOf<ConfigError>([&] { OutputFolder(path_, kMap); }),
