@@ -19,6 +19,12 @@ void AddExportOptions(CLI::App& command, ExportOptions* options) {
       ->type_name("N");
   command.add_flag("--wall-sigma", options->plan.wall_sigma,
                    "Write the standard deviation of walls into plans");
+  command.add_flag("--tubes", options->gltf.tubes,
+                   "GLB: lines as bars too, for viewers that show only triangles");
+  command.add_flag("--quantised", options->gltf.quantised,
+                   "GLB: positions in 16 bits of each layer's extent, for smaller files");
+  command.add_flag("--ifc-line-solids", options->ifc.line_solids,
+                   "IFC: lines as thin solids too, for viewers that hide annotations");
 }
 
 }  // namespace slcmap

@@ -7,7 +7,7 @@
 
 namespace slcmap {
 
-// Adds --format, --max-vertices, --plan-scale and --wall-sigma; `options` must outlive the parsing.
+// Adds --format, --max-vertices and those of single formats; `options` must outlive the parsing.
 void AddExportOptions(CLI::App& command, ExportOptions* options);
 
 }  // namespace slcmap

@@ -140,6 +140,12 @@ std::vector<std::string> NamesIn(const std::string& folder) {
   return names;
 }
 
+// A file, or a folder with all that is in it.
+void SyncAll(const std::string& path) {
+  for (const std::string& name : NamesIn(path)) SyncAll(path + "/" + name);
+  Sync(path, 0);
+}
+
 void RemoveNames(const std::string& folder, const std::vector<std::string>& names) {
   for (const std::string& name : names) {
     const std::string path = folder + "/" + name;

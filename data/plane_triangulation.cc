@@ -5,30 +5,43 @@
 namespace slcmap {
 namespace {
 
-// An outline as an area, also where it crosses itself.
-const GEOSGeometry* ValidArea(const PlanPoints& outline, Geos* geos) {
-  if (std::any_of(outline.begin(), outline.end(),
-                  [](const Eigen::Vector2d& p) { return !p.allFinite(); })) {
-    throw DataError("plane: found a point at infinity, expected finite coordinates");
-  }
-  const GEOSGeometry* area = geos->Keep(geos->ToGeos({outline, {}}));
+void RequireFinite(const PlanPoints& points) {
+  if (std::all_of(points.begin(), points.end(), [](const auto& p) { return p.allFinite(); }))
+    return;
+  throw DataError("plane: found a point at infinity, expected finite coordinates");
+}
+
+// As an area, also where it crosses itself.
+const GEOSGeometry* ValidArea(Polygon polygon, Geos* geos) {
+  std::erase_if(polygon.holes, [](const PlanPoints& hole) { return hole.size() < 3; });
+  RequireFinite(polygon.outline);
+  for (const PlanPoints& hole : polygon.holes) RequireFinite(hole);
+  const GEOSGeometry* area = geos->Keep(geos->ToGeos(polygon));
   return geos->Keep(GEOSMakeValid_r(geos->context(), area));
 }
 
 }  // namespace
 
-std::vector<PlanTriangle> Triangulate(const PlanPoints& outline,
-                                      const std::vector<PlanPoints>& cuts, double grid_m) {
-  if (outline.size() < 3) return {};
+std::vector<Polygon> Difference(const Polygon& polygon, const std::vector<PlanPoints>& cuts,
+                                double grid_m) {
+  if (polygon.outline.size() < 3) return {};
   Geos geos;
-  const GEOSGeometry* rest = ValidArea(outline, &geos);
+  const GEOSGeometry* rest = ValidArea(polygon, &geos);
   for (const PlanPoints& cut : cuts) {
     if (cut.size() < 3) continue;
-    rest = geos.Keep(GEOSDifferencePrec_r(geos.context(), rest, ValidArea(cut, &geos), grid_m));
+    const GEOSGeometry* taken = ValidArea({cut, {}}, &geos);
+    rest = geos.Keep(GEOSDifferencePrec_r(geos.context(), rest, taken, grid_m));
   }
+  return geos.Polygons(rest);
+}
+
+std::vector<PlanTriangle> Triangulate(const Polygon& polygon) {
+  if (polygon.outline.size() < 3) return {};
+  Geos geos;
+  const GEOSGeometry* area = ValidArea(polygon, &geos);
   std::vector<PlanTriangle> triangles;
   for (const Polygon& triangle :
-       geos.Polygons(geos.Keep(GEOSConstrainedDelaunayTriangulation_r(geos.context(), rest)))) {
+       geos.Polygons(geos.Keep(GEOSConstrainedDelaunayTriangulation_r(geos.context(), area)))) {
     triangles.push_back({triangle.outline[0], triangle.outline[1], triangle.outline[2]});
   }
   return triangles;

@@ -9,7 +9,10 @@
 #include "data/nearest_name.h"
 #include "data/summary_file.h"
 #include "export/dxf/dxf_writer.h"
+#include "export/colmap_writer.h"
 #include "export/gltf_writer.h"
+#include "export/ifc/ifc_writer.h"
+#include "export/limap_writer.h"
 #include "export/map_writer.h"
 #include "export/obj_writer.h"
 #include "export/plan/pdf_writer.h"
@@ -61,12 +64,15 @@ std::vector<std::unique_ptr<MapWriter>> WantedWriters(const ExportOptions& optio
 std::vector<std::unique_ptr<MapWriter>> MakeMapWriters(const ExportOptions& options) {
   const auto scene = std::make_shared<SceneOfMap>(options.scene);
   std::vector<std::unique_ptr<MapWriter>> writers;
-  writers.push_back(std::make_unique<GltfSceneWriter>(scene));
+  writers.push_back(std::make_unique<GltfWriter>(scene, options.scene.max_vertices, options.gltf));
   writers.push_back(std::make_unique<PlySceneWriter>(scene));
   writers.push_back(std::make_unique<SvgPlanWriter>(options.plan));
   writers.push_back(std::make_unique<PdfPlanWriter>(options.plan));
   writers.push_back(std::make_unique<DxfWriter>(options.plan, options.scene.max_jump_s));
   writers.push_back(std::make_unique<ObjWriter>(options.scene.max_jump_s));
+  writers.push_back(std::make_unique<IfcWriter>(options.ifc));
+  writers.push_back(std::make_unique<ColmapWriter>());
+  writers.push_back(std::make_unique<LimapWriter>());
   return writers;
 }
 

@@ -7,6 +7,8 @@
 #include "data/output_folder.h"
 #include "data/progress.h"
 #include "export/plan/plan_options.h"
+#include "export/gltf_options.h"
+#include "export/ifc/ifc_options.h"
 #include "export/scene.h"
 #include "mapping/map.h"
 
@@ -16,6 +18,8 @@ struct ExportOptions {
   std::vector<std::string> formats;  // empty: all there are
   SceneOptions scene;
   PlanOptions plan;
+  GltfOptions gltf;
+  IfcOptions ifc;
 };
 
 // The names of the formats there are.

@@ -1,148 +1,58 @@
 #include "export/gltf_writer.h"
 
-#include <tiny_gltf.h>
+#include <spdlog/fmt/fmt.h>
 
-#include <cmath>
-#include <cstring>
+#include <algorithm>
+#include <map>
 #include <sstream>
 
 #include "data/error.h"
 #include "data/file.h"
+#include "export/axis_name.h"
+#include "export/gltf_model.h"
+#include "export/storey_at.h"
+#include "export/surface_mesh.h"
 
 namespace slcmap {
 namespace {
 
-// glTF colours are linear, while those of the scene are as a screen shows them (sRGB).
-uint8_t ToLinear(uint8_t value) {
-  const double u = value / 255.0;
-  const double linear = u <= 0.04045 ? u / 12.92 : std::pow((u + 0.055) / 1.055, 2.4);
-  return static_cast<uint8_t>(std::lround(255 * linear));
+using Extras = tinygltf::Value::Object;
+
+constexpr Colour kWallColour{222, 219, 211};
+constexpr Colour kPlaneColour{200, 198, 192};
+constexpr double kAssumedHeight_m = 2.5;  // of walls whose top was not seen, as in IFC
+
+tinygltf::Value ValueOf(double value) { return tinygltf::Value(value); }
+tinygltf::Value ValueOf(int64_t value) { return tinygltf::Value(static_cast<int>(value)); }
+tinygltf::Value ValueOf(bool value) { return tinygltf::Value(value); }
+tinygltf::Value ValueOf(const std::string& value) { return tinygltf::Value(value); }
+
+template <typename T>
+tinygltf::Value ArrayOf(const std::vector<T>& values) {
+  tinygltf::Value::Array array;
+  for (const T& value : values) array.push_back(ValueOf(value));
+  return tinygltf::Value(array);
 }
 
-// Builds a glTF model layer by layer; all data goes into its one buffer.
-class ModelBuilder {
- public:
-  ModelBuilder() {
-    model_.asset.version = "2.0";
-    model_.asset.generator = "slcmap";
-    tinygltf::Node root;
-    root.name = "world, z up, metres";
-    root.rotation = {-std::sqrt(0.5), 0, 0, std::sqrt(0.5)};
-    model_.nodes.push_back(root);
-    tinygltf::Scene scene;
-    scene.nodes = {0};
-    model_.scenes.push_back(scene);
-    model_.defaultScene = 0;
-  }
+std::string StoreyPath(const std::string& layer, const Building& building,
+                       std::optional<std::size_t> storey) {
+  if (!storey) return layer;
+  return fmt::format("{}/storey {}", layer, building.storeys[*storey].id);
+}
 
-  // Adds a node with a mesh of the vertices; without indices they are drawn in their order.
-  void AddLayer(const std::string& name, const Vertices& vertices,
-                const std::vector<uint32_t>& indices, int mode) {
-    if (vertices.size() == 0 || (mode != TINYGLTF_MODE_POINTS && indices.empty())) return;
-    tinygltf::Primitive primitive;
-    primitive.mode = mode;
-    primitive.material = UnlitMaterial();
-    primitive.attributes["POSITION"] = AddPositions(vertices);
-    primitive.attributes["COLOR_0"] = AddColours(vertices);
-    if (!indices.empty()) primitive.indices = AddIndices(indices);
-    tinygltf::Mesh mesh;
-    mesh.name = name;
-    mesh.primitives.push_back(primitive);
-    tinygltf::Node node;
-    node.name = name;
-    node.mesh = static_cast<int>(model_.meshes.size());
-    model_.meshes.push_back(mesh);
-    model_.nodes[0].children.push_back(static_cast<int>(model_.nodes.size()));
-    model_.nodes.push_back(node);
+std::string NameOf(PlaneKind kind) {
+  switch (kind) {
+    case PlaneKind::kWall:
+      return "wall";
+    case PlaneKind::kFloor:
+      return "floor";
+    case PlaneKind::kCeiling:
+      return "ceiling";
+    case PlaneKind::kOther:
+      break;
   }
-
-  void SetOrigin(const std::string& map_id, const std::string& run_id) {
-    if (map_id.empty()) return;
-    tinygltf::Value::Object ids;
-    ids["map"] = tinygltf::Value(map_id);
-    ids["run"] = tinygltf::Value(run_id);
-    model_.asset.extras = tinygltf::Value(ids);
-  }
-
-  tinygltf::Model Finish() {
-    // A buffer must not be empty.
-    if (!buffer_.empty()) {
-      tinygltf::Buffer buffer;
-      buffer.data = std::move(buffer_);
-      model_.buffers.push_back(std::move(buffer));
-    }
-    return std::move(model_);
-  }
-
- private:
-  int UnlitMaterial() {
-    if (!model_.materials.empty()) return 0;
-    tinygltf::Material material;
-    material.name = "unlit";
-    material.extensions["KHR_materials_unlit"] = tinygltf::Value(tinygltf::Value::Object());
-    // For viewers that do not know the extension.
-    material.pbrMetallicRoughness.metallicFactor = 0;
-    material.pbrMetallicRoughness.roughnessFactor = 1;
-    model_.materials.push_back(material);
-    model_.extensionsUsed = {"KHR_materials_unlit"};
-    return 0;
-  }
-
-  template <typename T>
-  int AddAccessor(const std::vector<T>& values, int target, tinygltf::Accessor accessor) {
-    tinygltf::BufferView view;
-    view.buffer = 0;
-    view.byteOffset = buffer_.size();  // stays a multiple of 4: all values are
-    view.byteLength = values.size() * sizeof(T);
-    view.target = target;
-    buffer_.resize(buffer_.size() + view.byteLength);
-    std::memcpy(buffer_.data() + view.byteOffset, values.data(), view.byteLength);
-    accessor.bufferView = static_cast<int>(model_.bufferViews.size());
-    accessor.count = values.size();
-    model_.bufferViews.push_back(view);
-    model_.accessors.push_back(accessor);
-    return static_cast<int>(model_.accessors.size()) - 1;
-  }
-
-  int AddPositions(const Vertices& vertices) {
-    std::vector<std::array<float, 3>> positions;
-    Eigen::Vector3f low = vertices.positions.front().cast<float>(), high = low;
-    for (const Eigen::Vector3d& position : vertices.positions) {
-      const Eigen::Vector3f p = position.cast<float>();
-      positions.push_back({p.x(), p.y(), p.z()});
-      low = low.cwiseMin(p);
-      high = high.cwiseMax(p);
-    }
-    tinygltf::Accessor accessor;
-    accessor.componentType = TINYGLTF_COMPONENT_TYPE_FLOAT;
-    accessor.type = TINYGLTF_TYPE_VEC3;
-    accessor.minValues = {low.x(), low.y(), low.z()};
-    accessor.maxValues = {high.x(), high.y(), high.z()};
-    return AddAccessor(positions, TINYGLTF_TARGET_ARRAY_BUFFER, accessor);
-  }
-
-  int AddColours(const Vertices& vertices) {
-    std::vector<std::array<uint8_t, 4>> colours;
-    for (const Colour& c : vertices.colours) {
-      colours.push_back({ToLinear(c.red), ToLinear(c.green), ToLinear(c.blue), 255});
-    }
-    tinygltf::Accessor accessor;
-    accessor.componentType = TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE;
-    accessor.type = TINYGLTF_TYPE_VEC4;
-    accessor.normalized = true;
-    return AddAccessor(colours, TINYGLTF_TARGET_ARRAY_BUFFER, accessor);
-  }
-
-  int AddIndices(const std::vector<uint32_t>& indices) {
-    tinygltf::Accessor accessor;
-    accessor.componentType = TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT;
-    accessor.type = TINYGLTF_TYPE_SCALAR;
-    return AddAccessor(indices, TINYGLTF_TARGET_ELEMENT_ARRAY_BUFFER, accessor);
-  }
-
-  tinygltf::Model model_;
-  std::vector<unsigned char> buffer_;
-};
+  return "other";
+}
 
 template <std::size_t N>
 std::vector<uint32_t> Flat(const std::vector<std::array<uint32_t, N>>& groups) {
@@ -151,31 +61,161 @@ std::vector<uint32_t> Flat(const std::vector<std::array<uint32_t, N>>& groups) {
   return indices;
 }
 
+// Fills a model with what a map and its scene hold.
+class GltfLayers {
+ public:
+  GltfLayers(const MapResult& map, const MapScene& scene, GltfModel* model)
+      : map_(map), scene_(scene), model_(model) {}
+
+  void AddPoints() {
+    for (const PointLayer& layer : scene_.points) {
+      model_->AddLayer(layer.name, layer.vertices, {}, TINYGLTF_MODE_POINTS);
+    }
+  }
+
+  // At most so many, one of every few.
+  void AddDense(int64_t most) {
+    if (most <= 0 || map_.dense.empty()) return;
+    const int64_t every = (std::ssize(map_.dense) + most - 1) / most;
+    Vertices vertices;
+    for (std::size_t i = 0; i < map_.dense.size(); i += static_cast<std::size_t>(every)) {
+      const uint8_t grey = map_.dense[i].grey;
+      vertices.Add(map_.dense[i].p_world, {grey, grey, grey});
+    }
+    model_->AddLayer("dense", vertices, {}, TINYGLTF_MODE_POINTS, {{"one_of", ValueOf(every)}});
+  }
+
+  // The scene's lines are the map's, in their order, with two vertices each.
+  void AddLines() {
+    std::map<std::string, std::vector<std::size_t>> groups;
+    for (std::size_t i = 0; i < map_.lines.size(); ++i) {
+      const MapLine& line = map_.lines[i];
+      const double middle_m = 0.5 * (line.start_world.z() + line.end_world.z());
+      const auto storey = StoreyAt(map_.building, middle_m);
+      groups[StoreyPath("lines", map_.building, storey) + "/" + AxisName(line.axis)].push_back(i);
+    }
+    for (const auto& [path, lines] : groups) AddLineGroup(path, lines);
+  }
+
+  void AddTracks() {
+    for (const LineLayer& layer : scene_.lines) {
+      if (layer.name == "lines") continue;
+      model_->AddLayer(layer.name, layer.vertices, Flat(layer.edges), TINYGLTF_MODE_LINE);
+    }
+  }
+
+  void AddMeshes(bool tubes, const Progress& progress) {
+    for (const MeshLayer& layer : scene_.meshes) {
+      progress.ReportOrStop(0);
+      if (layer.name == "line_bars" && !tubes) continue;
+      AddMesh(layer.name, layer, {});
+    }
+  }
+
+  void AddWalls() {
+    for (const PlanWall& wall : map_.building.walls) {
+      const WallHeight height = HeightOfWall(wall, map_.building, kAssumedHeight_m);
+      MeshLayer mesh;
+      AddWallMesh(wall, height, kWallColour, &mesh);
+      const auto storey = StoreyOfId(map_.building, wall.storey);
+      AddMesh(StoreyPath("walls", map_.building, storey) + fmt::format("/wall {}", wall.id), mesh,
+              {{"id", ValueOf(wall.id)},
+               {"kind", ValueOf(std::string("wall"))},
+               {"thickness_m", ValueOf(wall.thickness_m)},
+               {"thickness_assumed", ValueOf(wall.thickness_assumed)},
+               {"height_assumed", ValueOf(height.assumed)},
+               {"sigma_m", ValueOf(wall.sigma_m)},
+               {"plane_ids", ArrayOf(wall.plane_ids)}});
+    }
+  }
+
+  // But those that walls are made of.
+  void AddPlanes() {
+    for (const BuildingPlane& plane : map_.building.planes) {
+      if (IsOfWall(plane.id)) continue;
+      MeshLayer mesh;
+      AddPlaneMesh(plane, map_.building, kPlaneColour, &mesh);
+      const auto storey = StoreyOfId(map_.building, plane.storey);
+      AddMesh(StoreyPath("planes", map_.building, storey) + "/" + NameOf(plane.kind) +
+                  fmt::format("/plane {}", plane.id),
+              mesh,
+              {{"id", ValueOf(plane.id)},
+               {"kind", ValueOf(NameOf(plane.kind))},
+               {"sigma_m", ValueOf(plane.sigma_m)},
+               {"room_ids", ArrayOf(plane.room_ids)}});
+    }
+  }
+
+ private:
+  void AddMesh(const std::string& path, const MeshLayer& layer, const Extras& extras) {
+    model_->AddLayer(path, layer.vertices, Flat(layer.triangles), TINYGLTF_MODE_TRIANGLES, extras);
+  }
+
+  void AddLineGroup(const std::string& path, const std::vector<std::size_t>& lines) {
+    const Vertices& all = scene_.lines[0].vertices;
+    Vertices vertices;
+    std::vector<int64_t> ids, kinds;
+    std::vector<double> sigmas_m;
+    for (const std::size_t i : lines) {
+      for (const std::size_t k : {2 * i, 2 * i + 1}) vertices.Add(all.positions[k], all.colours[k]);
+      ids.push_back(map_.lines[i].id);
+      kinds.push_back(static_cast<int64_t>(map_.lines[i].kind));
+      sigmas_m.push_back(map_.lines[i].sigma_m);
+    }
+    std::vector<uint32_t> indices(vertices.size());
+    for (std::size_t i = 0; i < indices.size(); ++i) indices[i] = static_cast<uint32_t>(i);
+    model_->AddLayer(path, vertices, indices, TINYGLTF_MODE_LINE,
+                     {{"axis", ValueOf(std::string(AxisName(map_.lines[lines[0]].axis)))},
+                      {"ids", ArrayOf(ids)},
+                      {"kinds", ArrayOf(kinds)},
+                      {"sigmas_m", ArrayOf(sigmas_m)}});
+  }
+
+  bool IsOfWall(int64_t plane_id) const {
+    return std::any_of(map_.building.walls.begin(), map_.building.walls.end(),
+                       [&](const PlanWall& wall) {
+                         const std::vector<int64_t>& ids = wall.plane_ids;
+                         return std::find(ids.begin(), ids.end(), plane_id) != ids.end();
+                       });
+  }
+
+  const MapResult& map_;
+  const MapScene& scene_;
+  GltfModel* model_;
+};
+
+int64_t CountVertices(const MapScene& scene) {
+  int64_t count = 0;
+  for (const PointLayer& layer : scene.points) count += std::ssize(layer.vertices.positions);
+  for (const LineLayer& layer : scene.lines) count += std::ssize(layer.vertices.positions);
+  for (const MeshLayer& layer : scene.meshes) count += std::ssize(layer.vertices.positions);
+  return count;
+}
+
 }  // namespace
 
-std::vector<std::string> GltfSceneWriter::WriteScene(const std::string& folder, const MapScene& scene,
-                                                const Progress& progress) const {
-  ModelBuilder builder;
-  builder.SetOrigin(scene.map_id, scene.run_id);
-  for (const PointLayer& layer : scene.points) {
-    builder.AddLayer(layer.name, layer.vertices, {}, TINYGLTF_MODE_POINTS);
-  }
-  progress.ReportOrStop(0.1);
-  for (const LineLayer& layer : scene.lines) {
-    builder.AddLayer(layer.name, layer.vertices, Flat(layer.edges), TINYGLTF_MODE_LINE);
-  }
-  for (const MeshLayer& layer : scene.meshes) {
-    progress.ReportOrStop(0.2);
-    builder.AddLayer(layer.name, layer.vertices, Flat(layer.triangles), TINYGLTF_MODE_TRIANGLES);
-  }
-  progress.ReportOrStop(0.5);
-  const tinygltf::Model model = builder.Finish();
+std::vector<std::string> GltfWriter::Write(const std::string& folder, const MapResult& map,
+                                           const Progress& progress) const {
+  const MapScene& scene = scene_->Of(map, progress.Part(0, 0.5));
+  GltfModel model(options_.quantised);
+  model.SetOrigin(scene.map_id, scene.run_id);
+  GltfLayers layers(map, scene, &model);
+  layers.AddPoints();
+  layers.AddDense(max_vertices_ - CountVertices(scene));
+  progress.ReportOrStop(0.55);
+  layers.AddLines();
+  layers.AddTracks();
+  layers.AddMeshes(options_.tubes, progress.Part(0.6, 0.7));
+  layers.AddWalls();
+  layers.AddPlanes();
+  progress.ReportOrStop(0.75);
+  const tinygltf::Model finished = model.Finish();
   const std::string path = folder + "/scene.glb";
   std::ostringstream bytes;
-  if (!tinygltf::TinyGLTF().WriteGltfSceneToStream(&model, bytes, false, true)) {
+  if (!tinygltf::TinyGLTF().WriteGltfSceneToStream(&finished, bytes, false, true)) {
     throw OutputError(path + ": cannot be written as glTF");
   }
-  progress.ReportOrStop(0.8);
+  progress.ReportOrStop(0.9);
   WriteFile(path, bytes.str());
   return {path};
 }

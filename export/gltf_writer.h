@@ -1,22 +1,32 @@
 // One binary glTF 2.0 file, for browsers, Blender, f3d and most viewers.
 #pragma once
 
+#include <memory>
+
+#include "export/gltf_options.h"
 #include "export/scene_writer.h"
 
 namespace slcmap {
 
-// Writes scene.glb: a node a layer under a root node that turns z up into glTF's y up. Materials
-// are unlit (KHR_materials_unlit) and colours are vertex colours of 8 bits. Empty layers are left
-// out.
-class GltfSceneWriter : public SceneWriter {
+// Writes scene.glb under a root node that turns z up into glTF's y up: the points, the dense cloud,
+// the lines by storey and axis, trajectory, keyframes and voxels, walls as solids with their
+// openings, and other planes by kind, with ids, kinds and what is known of each in `extras`.
+// Materials are unlit (KHR_materials_unlit) and colours are vertex colours of 8 bits. Empty layers
+// are left out. With what the scene has, there are at most SceneOptions::max_vertices: dense
+// points beyond are thinned.
+class GltfWriter : public MapWriter {
  public:
-  using SceneWriter::SceneWriter;
+  GltfWriter(std::shared_ptr<SceneOfMap> scene, int max_vertices, const GltfOptions& options)
+      : scene_(std::move(scene)), max_vertices_(max_vertices), options_(options) {}
   std::string Format() const override { return "glb"; }
   std::vector<std::string> Names() const override { return {"scene.glb"}; }
+  std::vector<std::string> Write(const std::string& folder, const MapResult& map,
+                                 const Progress& progress) const override;
 
- protected:
-  std::vector<std::string> WriteScene(const std::string& folder, const MapScene& scene,
-                                      const Progress& progress) const override;
+ private:
+  std::shared_ptr<SceneOfMap> scene_;
+  int max_vertices_;
+  GltfOptions options_;
 };
 
 }  // namespace slcmap

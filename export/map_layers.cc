@@ -60,8 +60,10 @@ void AddPlane(const BuildingPlane& plane, PlanesOfLayer* layer) {
     cuts.push_back(frame.In(opening.outline_world));
     layer->outlines.push_back(opening.outline_world);
   }
-  for (const PlanTriangle& t : Triangulate(frame.In(plane.outline_world), cuts, kGrid_m)) {
-    layer->triangles.push_back({frame.Out(t[0]), frame.Out(t[1]), frame.Out(t[2])});
+  for (const Polygon& part : Difference({frame.In(plane.outline_world), {}}, cuts, kGrid_m)) {
+    for (const PlanTriangle& t : Triangulate(part)) {
+      layer->triangles.push_back({frame.Out(t[0]), frame.Out(t[1]), frame.Out(t[2])});
+    }
   }
 }
 

@@ -6,4 +6,4 @@ set -euo pipefail
 
 cd "$(dirname "$0")"
 ../.ci/install_packages.sh readers/packages.txt
-grep -q '"dependencies": {}' readers/package.json || npm --prefix readers install --no-audit --no-fund
+npm --prefix readers ci --no-audit --no-fund

@@ -9,33 +9,52 @@
 namespace slcmap {
 namespace {
 
-double AreaOf(const std::vector<PlanTriangle>& triangles) {
+double AreaOf(const std::vector<Polygon>& parts) {
   double area = 0;
-  for (const PlanTriangle& t : triangles) area += SignedArea({t.begin(), t.end()});
+  for (const Polygon& part : parts) {
+    for (const PlanTriangle& t : Triangulate(part)) area += SignedArea({t.begin(), t.end()});
+  }
   return area;
 }
 
-const PlanPoints kSquare = {{0, 0}, {4, 0}, {4, 4}, {0, 4}};
+const Polygon kSquare = {{{0, 0}, {4, 0}, {4, 4}, {0, 4}}, {}};
 
 TEST(PlaneTriangulationTest, CutsMayTouchEachOtherAndReachBeyond) {
-  EXPECT_NEAR(AreaOf(Triangulate(kSquare, {}, 1e-5)), 16, 1e-9);
-  EXPECT_NEAR(AreaOf(Triangulate(kSquare, {{{1, 1}, {2, 1}, {2, 2}, {1, 2}}}, 1e-5)), 15, 1e-9);
+  EXPECT_NEAR(AreaOf(Difference(kSquare, {})), 16, 1e-9);
+  EXPECT_NEAR(AreaOf(Difference(kSquare, {{{1, 1}, {2, 1}, {2, 2}, {1, 2}}})), 15, 1e-9);
   const PlanPoints left = {{1, -1}, {2, -1}, {2, 2}, {1, 2}},
                    right = {{2, -1}, {3, -1}, {3, 2}, {2, 2}};
-  EXPECT_NEAR(AreaOf(Triangulate(kSquare, {left, right}, 1e-5)), 12, 1e-9);
-  EXPECT_TRUE(Triangulate(kSquare, {{{-1, -1}, {5, -1}, {5, 5}, {-1, 5}}}, 1e-5).empty());
+  EXPECT_NEAR(AreaOf(Difference(kSquare, {left, right})), 12, 1e-9);
+  EXPECT_TRUE(Difference(kSquare, {{{-1, -1}, {5, -1}, {5, 5}, {-1, 5}}}).empty());
+}
+
+TEST(PlaneTriangulationTest, CutsMayPartAPolygon) {
+  const std::vector<Polygon> halves = Difference(kSquare, {{{1, -1}, {2, -1}, {2, 5}, {1, 5}}});
+  ASSERT_EQ(halves.size(), 2u);
+  EXPECT_NEAR(Area(halves[0]), 4, 1e-12);
+  EXPECT_NEAR(Area(halves[1]), 8, 1e-12);
+}
+
+TEST(PlaneTriangulationTest, HolesStayEmpty) {
+  const Polygon ring = {kSquare.outline, {{{1, 1}, {1, 3}, {3, 3}, {3, 1}}}};
+  EXPECT_NEAR(AreaOf({ring}), 12, 1e-9);
+  for (const PlanTriangle& t : Triangulate(ring)) {
+    EXPECT_GT(SignedArea({t[0], t[1], t[2]}), 0);
+    EXPECT_TRUE(Contains(ring, (t[0] + t[1] + t[2]) / 3));
+  }
 }
 
 TEST(PlaneTriangulationTest, OutlinesMayGoEitherWayRoundAndCrossThemselves) {
-  EXPECT_NEAR(AreaOf(Triangulate({{0, 4}, {4, 4}, {4, 0}, {0, 0}}, {}, 1e-5)), 16, 1e-9);
-  EXPECT_NEAR(AreaOf(Triangulate({{0, 0}, {4, 4}, {4, 0}, {0, 4}}, {}, 1e-5)), 8, 1e-9);
+  EXPECT_NEAR(AreaOf({{{{0, 4}, {4, 4}, {4, 0}, {0, 0}}, {}}}), 16, 1e-9);
+  EXPECT_NEAR(AreaOf({{{{0, 0}, {4, 4}, {4, 0}, {0, 4}}, {}}}), 8, 1e-9);
 }
 
 TEST(PlaneTriangulationTest, WhatEnclosesNothingHasNoTriangles) {
-  EXPECT_TRUE(Triangulate({{0, 0}, {1, 1}}, {}, 1e-5).empty());
-  EXPECT_TRUE(Triangulate({{0, 0}, {1, 1}, {2, 2}}, {}, 1e-5).empty());
+  EXPECT_TRUE(Triangulate({}).empty());
+  EXPECT_TRUE(Triangulate({{{0, 0}, {1, 1}}, {}}).empty());
+  EXPECT_TRUE(Triangulate({{{0, 0}, {1, 1}, {2, 2}}, {}}).empty());
   const double nan = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_THROW(Triangulate({{0, 0}, {1, nan}, {2, 2}}, {}, 1e-5), DataError);
+  EXPECT_THROW(Triangulate({{{0, 0}, {1, nan}, {2, 2}}, {}}), DataError);
 }
 
 }  // namespace

@@ -1,0 +1,231 @@
+#include "export/ifc/ifc_file.h"
+
+#include <spdlog/fmt/fmt.h>
+
+#include "data/version.h"
+#include "export/ifc/ifc_guid.h"
+
+namespace slcmap {
+namespace {
+
+constexpr int kDirectionDecimals = 12;
+constexpr double kLeastUpright = 1e-6;  // of a direction, to be square to the vertical
+
+std::string Part(double value) { return StepReal(value / 255.0); }
+
+}  // namespace
+
+std::string IfcLengthValue(double length_m) {
+  return fmt::format("IFCLENGTHMEASURE({})", StepReal(length_m));
+}
+std::string IfcIntegerValue(int64_t value) { return fmt::format("IFCINTEGER({})", value); }
+std::string IfcBooleanValue(bool value) { return fmt::format("IFCBOOLEAN({})", StepBool(value)); }
+std::string IfcRatioValue(double ratio) {
+  return fmt::format("IFCNORMALISEDRATIOMEASURE({})", StepReal(ratio));
+}
+std::string IfcTextValue(std::string_view text) {
+  return fmt::format("IFCTEXT({})", StepText(text));
+}
+
+IfcFile::IfcFile() {
+  AddOwner();
+  AddUnits();
+  AddContexts();
+}
+
+void IfcFile::AddOwner() {
+  const std::string organization = Add("IFCORGANIZATION", {"$", "'slcmap'", "$", "$", "$"});
+  const std::string person = Add("IFCPERSON", {"$", "'unknown'", "$", "$", "$", "$", "$", "$"});
+  const std::string both = Add("IFCPERSONANDORGANIZATION", {person, organization, "$"});
+  const std::string application =
+      Add("IFCAPPLICATION", {organization, StepText(kVersion), "'slcmap'", "'slcmap'"});
+  // Without a date of a change, no other than this state is allowed; 0 is that of FILE_NAME.
+  owner_ = Add("IFCOWNERHISTORY", {both, application, "$", ".NOCHANGE.", "$", "$", "$", "0"});
+}
+
+void IfcFile::AddUnits() {
+  std::vector<std::string> units;
+  for (const auto& [kind, name] :
+       {std::pair(".LENGTHUNIT.", ".METRE."), std::pair(".AREAUNIT.", ".SQUARE_METRE."),
+        std::pair(".VOLUMEUNIT.", ".CUBIC_METRE."), std::pair(".PLANEANGLEUNIT.", ".RADIAN.")}) {
+    units.push_back(Add("IFCSIUNIT", {kStepDerived, kind, kStepUnset, name}));
+  }
+  units_ = Add("IFCUNITASSIGNMENT", {StepList(units)});
+}
+
+void IfcFile::AddContexts() {
+  contexts_.model = Add("IFCGEOMETRICREPRESENTATIONCONTEXT",
+                        {"$", "'Model'", "3", "1.E-05", Placement({}), kStepUnset});
+  const auto sub = [&](const char* identifier, const char* view) {
+    return Add("IFCGEOMETRICREPRESENTATIONSUBCONTEXT", {StepText(identifier), "'Model'", "*", "*",
+                                                        "*", "*", contexts_.model, "$", view, "$"});
+  };
+  contexts_.body = sub("Body", ".MODEL_VIEW.");
+  contexts_.axis = sub("Axis", ".GRAPH_VIEW.");
+  contexts_.annotation = sub("Annotation", ".MODEL_VIEW.");
+  contexts_.footprint = sub("FootPrint", ".MODEL_VIEW.");
+}
+
+std::string IfcFile::Text() const {
+  return step_.Text("map.ifc", "IFC4", "ViewDefinition [DesignTransferView_V1.0]",
+                    fmt::format("slcmap {}", kVersion));
+}
+
+std::string IfcFile::AddRooted(std::string_view type, const std::string& content,
+                               const std::vector<std::string>& attributes) {
+  std::string name = fmt::format("{} {}", type, content);
+  const int repeated = names_[name]++;
+  if (repeated > 0) name += fmt::format(" {}", repeated);
+  std::vector<std::string> all = {StepText(IfcGuid(name)), owner_};
+  all.insert(all.end(), attributes.begin(), attributes.end());
+  return step_.Add(type, all);
+}
+
+std::string IfcFile::Coordinates(const Eigen::Ref<const Eigen::VectorXd>& values, int decimals) {
+  std::vector<std::string> texts;
+  for (const double value : values) texts.push_back(StepReal(value, decimals));
+  return StepList(texts);
+}
+
+std::string IfcFile::Point(const Eigen::Vector3d& point) {
+  return Add("IFCCARTESIANPOINT", {Coordinates(point)});
+}
+
+std::string IfcFile::Point(const Eigen::Vector2d& point) {
+  return step_.Share("IFCCARTESIANPOINT", {Coordinates(point)});
+}
+
+std::string IfcFile::Direction(const Eigen::Vector3d& direction) {
+  return step_.Share("IFCDIRECTION", {Coordinates(direction, kDirectionDecimals)});
+}
+
+std::string IfcFile::Placement(const IfcPose& pose) {
+  const Eigen::Vector2d along = pose.along.normalized();
+  return step_.Share("IFCAXIS2PLACEMENT3D",
+                     {step_.Share("IFCCARTESIANPOINT", {Coordinates(pose.origin)}),
+                      Direction(Eigen::Vector3d::UnitZ()), Direction({along.x(), along.y(), 0})});
+}
+
+std::string IfcFile::LocalPlacement(const std::string& parent, const IfcPose& pose) {
+  return Add("IFCLOCALPLACEMENT", {parent, Placement(pose)});
+}
+
+std::string IfcFile::Extruded(const std::string& profile, const std::string& placement,
+                              double height_m) {
+  return Add("IFCEXTRUDEDAREASOLID",
+             {profile, placement, Direction(Eigen::Vector3d::UnitZ()), StepReal(height_m)});
+}
+
+std::string IfcFile::Box(const Eigen::Vector2d& centre, const Eigen::Vector2d& size, double low_m,
+                         double height_m) {
+  const std::string place = Add("IFCAXIS2PLACEMENT2D", {Point(centre), kStepUnset});
+  const std::string profile =
+      Add("IFCRECTANGLEPROFILEDEF",
+          {".AREA.", kStepUnset, place, StepReal(size.x()), StepReal(size.y())});
+  return Extruded(profile, Placement({{0, 0, low_m}, Eigen::Vector2d::UnitX()}), height_m);
+}
+
+std::string IfcFile::Prism(const Polygon& polygon, double low_m, double height_m) {
+  std::vector<std::string> holes;
+  for (const PlanPoints& hole : polygon.holes) holes.push_back(Polyline(hole, true));
+  const std::string outline = Polyline(polygon.outline, true);
+  const std::string profile =
+      holes.empty() ? Add("IFCARBITRARYCLOSEDPROFILEDEF", {".AREA.", kStepUnset, outline})
+                    : Add("IFCARBITRARYPROFILEDEFWITHVOIDS",
+                          {".AREA.", kStepUnset, outline, StepList(holes)});
+  return Extruded(profile, Placement({{0, 0, low_m}, Eigen::Vector2d::UnitX()}), height_m);
+}
+
+std::string IfcFile::Bar(const Eigen::Vector3d& start, const Eigen::Vector3d& end, double width_m) {
+  const Eigen::Vector3d along = (end - start).normalized();
+  const bool is_upright = along.head<2>().norm() < kLeastUpright;
+  const Eigen::Vector3d side = is_upright
+                                   ? Eigen::Vector3d::UnitX().eval()
+                                   : Eigen::Vector3d::UnitZ().cross(along).normalized().eval();
+  const std::string centre =
+      step_.Share("IFCAXIS2PLACEMENT2D", {Point(Eigen::Vector2d(0, 0)), kStepUnset});
+  const std::string profile =
+      step_.Share("IFCRECTANGLEPROFILEDEF",
+                  {".AREA.", kStepUnset, centre, StepReal(width_m), StepReal(width_m)});
+  const std::string place =
+      Add("IFCAXIS2PLACEMENT3D", {Point(start), Direction(along), Direction(side)});
+  return Extruded(profile, place, (end - start).norm());
+}
+
+std::string IfcFile::Polyline(const PlanPoints& points, bool closed) {
+  std::vector<std::string> references;
+  for (const Eigen::Vector2d& point : points) references.push_back(Point(point));
+  if (closed) references.push_back(references.front());
+  return Add("IFCPOLYLINE", {StepList(references)});
+}
+
+std::string IfcFile::Representation(const std::string& context, const char* identifier,
+                                    const char* type, const std::vector<std::string>& items) {
+  return Add("IFCSHAPEREPRESENTATION",
+             {context, StepText(identifier), StepText(type), StepList(items)});
+}
+
+std::string IfcFile::Shape(const std::vector<std::string>& representations) {
+  return Add("IFCPRODUCTDEFINITIONSHAPE", {kStepUnset, kStepUnset, StepList(representations)});
+}
+
+std::string IfcFile::SolidShape(const std::vector<std::string>& solids) {
+  return Shape({Representation(contexts_.body, "Body", "SweptSolid", solids)});
+}
+
+std::string IfcFile::ColourOf(const Colour& colour) {
+  return step_.Share("IFCCOLOURRGB",
+                     {kStepUnset, Part(colour.red), Part(colour.green), Part(colour.blue)});
+}
+
+void IfcFile::SetSurface(const std::string& item, const Colour& colour, double transparency) {
+  const std::string shading =
+      step_.Share("IFCSURFACESTYLESHADING", {ColourOf(colour), StepReal(transparency)});
+  const std::string style =
+      step_.Share("IFCSURFACESTYLE", {kStepUnset, ".BOTH.", StepList({shading})});
+  Add("IFCSTYLEDITEM", {item, StepList({style}), kStepUnset});
+}
+
+void IfcFile::SetCurve(const std::string& item, const Colour& colour) {
+  const std::string style = step_.Share(
+      "IFCCURVESTYLE", {kStepUnset, kStepUnset, kStepUnset, ColourOf(colour), StepBool(true)});
+  Add("IFCSTYLEDITEM", {item, StepList({style}), kStepUnset});
+}
+
+void IfcFile::AddProperties(const std::string& element, const std::string& content,
+                            const char* name, const std::vector<IfcProperty>& properties) {
+  std::vector<std::string> references;
+  for (const IfcProperty& property : properties) {
+    references.push_back(Add("IFCPROPERTYSINGLEVALUE",
+                             {StepText(property.name), kStepUnset, property.value, kStepUnset}));
+  }
+  const std::string set_name = fmt::format("slcmap_{}", name);
+  RelateProperties(element, set_name + " of " + content,
+                   AddRooted("IFCPROPERTYSET", set_name + " of " + content,
+                             {StepText(set_name), kStepUnset, StepList(references)}));
+}
+
+void IfcFile::AddQuantities(const std::string& element, const std::string& content,
+                            const char* name, const std::vector<std::string>& quantities) {
+  RelateProperties(element, std::string(name) + " of " + content,
+                   AddRooted("IFCELEMENTQUANTITY", std::string(name) + " of " + content,
+                             {StepText(name), kStepUnset, kStepUnset, StepList(quantities)}));
+}
+
+void IfcFile::RelateProperties(const std::string& element, const std::string& content,
+                               const std::string& definition) {
+  AddRooted("IFCRELDEFINESBYPROPERTIES", content,
+            {kStepUnset, kStepUnset, StepList({element}), definition});
+}
+
+std::string IfcFile::Length(const char* name, double length_m) {
+  return Add("IFCQUANTITYLENGTH",
+             {StepText(name), kStepUnset, kStepUnset, StepReal(length_m), kStepUnset});
+}
+
+std::string IfcFile::Area(const char* name, double area_m2) {
+  return Add("IFCQUANTITYAREA",
+             {StepText(name), kStepUnset, kStepUnset, StepReal(area_m2), kStepUnset});
+}
+
+}  // namespace slcmap

@@ -1,0 +1,111 @@
+#include "export/ifc/ifc_rooms.h"
+
+#include <spdlog/fmt/fmt.h>
+
+#include "export/storey_at.h"
+#include "export/surface_mesh.h"
+
+namespace slcmap {
+namespace {
+
+constexpr double kLeastArea_m2 = 1e-4;
+constexpr double kLeastHeight_m = 1e-4;
+constexpr Colour kSpaceColour{150, 190, 220};
+constexpr Colour kSlabColour{190, 188, 184};
+constexpr double kSpaceTransparency = 0.8;
+
+std::string ContentOf(const Polygon& polygon) {
+  std::string content;
+  const auto add = [&](const PlanPoints& points) {
+    for (const Eigen::Vector2d& p : points) {
+      content += fmt::format("{} {} ", StepReal(p.x()), StepReal(p.y()));
+    }
+    content += "; ";
+  };
+  add(polygon.outline);
+  for (const PlanPoints& hole : polygon.holes) add(hole);
+  return content;
+}
+
+bool HasArea(const Polygon& polygon) {
+  return polygon.outline.size() >= 3 && Area(polygon) > kLeastArea_m2;
+}
+
+std::string SpaceShape(const Room& room, const IfcPart& part, IfcFile* file) {
+  const IfcContexts& contexts = file->contexts();
+  if (!room.height_m || !(*room.height_m > kLeastHeight_m)) {
+    std::vector<std::string> lines = {file->Polyline(room.polygon.outline, true)};
+    for (const PlanPoints& hole : room.polygon.holes) lines.push_back(file->Polyline(hole, true));
+    return file->Shape({file->Representation(contexts.footprint, "FootPrint", "Curve2D", lines)});
+  }
+  const std::string prism = file->Prism(room.polygon, room.floor_m - part.floor_m, *room.height_m);
+  file->SetSurface(prism, kSpaceColour, kSpaceTransparency);
+  return file->SolidShape({prism});
+}
+
+void AddSpace(const Room& room, IfcPart* part, IfcFile* file) {
+  const std::string content =
+      fmt::format("{} {} {}", room.storey, StepReal(room.floor_m), ContentOf(room.polygon));
+  const std::string name = StepText(fmt::format("Room {}", room.id));
+  const std::string placement = file->LocalPlacement(part->placement, {});
+  const std::string space =
+      file->AddRooted("IFCSPACE", content,
+                      {name, kStepUnset, kStepUnset, placement, SpaceShape(room, *part, file), name,
+                       ".ELEMENT.", ".INTERNAL.", StepReal(room.floor_m)});
+  part->spaces.push_back(space);
+  std::vector<std::string> quantities = {file->Area("NetFloorArea", room.area_m2)};
+  if (room.height_m) quantities.push_back(file->Length("FinishCeilingHeight", *room.height_m));
+  file->AddQuantities(space, content, "Qto_SpaceBaseQuantities", quantities);
+  file->AddProperties(space, content, "Space", {{"coverage", IfcRatioValue(room.bounded)}});
+}
+
+void AddSlab(const BuildingPlane& plane, const Polygon& polygon, const IfcOptions& options,
+             IfcPart* part, IfcFile* file) {
+  const bool is_floor = plane.kind == PlaneKind::kFloor;
+  const double height_m = plane.offset_m / plane.normal.z();
+  const std::string content =
+      fmt::format("{} {} {}", plane.storey, StepReal(height_m), ContentOf(polygon));
+  const double low_m = height_m - part->floor_m - (is_floor ? options.slab_m : 0);
+  const std::string prism = file->Prism(polygon, low_m, options.slab_m);
+  file->SetSurface(prism, kSlabColour, 0);
+  const std::string placement = file->LocalPlacement(part->placement, {});
+  const std::string slab = file->AddRooted(
+      "IFCSLAB", content,
+      {StepText(fmt::format("{} {}", is_floor ? "Floor" : "Ceiling", plane.id)), kStepUnset,
+       is_floor ? kStepUnset : "'CEILING'", placement, file->SolidShape({prism}),
+       StepText(fmt::format("{}", plane.id)), is_floor ? ".FLOOR." : ".USERDEFINED."});
+  part->elements.push_back(slab);
+  file->AddProperties(
+      slab, content, "Slab",
+      {{"sigma_m", IfcLengthValue(plane.sigma_m)}, {"thickness_assumed", IfcBooleanValue(true)}});
+}
+
+bool IsLevel(const BuildingPlane& plane) {
+  return plane.kind == PlaneKind::kFloor || plane.kind == PlaneKind::kCeiling;
+}
+
+}  // namespace
+
+void AddIfcSpaces(const Building& building, IfcStructure* structure, IfcFile* file) {
+  for (const Room& room : building.rooms) {
+    if (!HasArea(room.polygon)) continue;
+    AddSpace(room, &structure->PartOf(StoreyOfId(building, room.storey)), file);
+  }
+}
+
+int AddIfcSlabs(const Building& building, const IfcOptions& options, IfcStructure* structure,
+                IfcFile* file) {
+  int left_out = 0;
+  for (const BuildingPlane& plane : building.planes) {
+    if (!IsLevel(plane)) continue;
+    const Polygon polygon = LevelOutline(plane, building);
+    if (!HasArea(polygon) || plane.normal.z() == 0) {
+      ++left_out;
+      continue;
+    }
+    AddSlab(plane, polygon, options, &structure->PartOf(StoreyOfId(building, plane.storey)), file);
+  }
+  return left_out;
+}
+
+}  // namespace slcmap

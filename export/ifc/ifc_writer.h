@@ -1,0 +1,28 @@
+// IFC4, for programs of building information modelling.
+#pragma once
+
+#include "export/ifc/ifc_options.h"
+#include "export/map_writer.h"
+
+namespace slcmap {
+
+// Writes map.ifc: project, site, building, storeys; walls with openings and doors, slabs, spaces,
+// and lines as annotations. Metres, in the map's world; without a compass there is no true north.
+// Pipes are lines too: their radius is not known. What cannot be a solid is left out, with a
+// warning that counts it.
+class IfcWriter : public MapWriter {
+ public:
+  explicit IfcWriter(const IfcOptions& options) : options_(options) {}
+  std::string Format() const override { return "ifc"; }
+  std::vector<std::string> Names() const override { return {"map.ifc"}; }
+
+  // Throws also DataError for a map with numbers that are not finite, and ConfigError for options
+  // out of their range.
+  std::vector<std::string> Write(const std::string& folder, const MapResult& map,
+                                 const Progress& progress) const override;
+
+ private:
+  IfcOptions options_;
+};
+
+}  // namespace slcmap

@@ -1,0 +1,146 @@
+#include "export/surface_mesh.h"
+
+#include <cmath>
+
+#include "data/plane_triangulation.h"
+#include "export/colour_scale.h"
+
+namespace slcmap {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+// How bright a surface is that looks there.
+Colour Lit(const Colour& colour, const Vector3d& normal) {
+  const Vector3d light = Vector3d(0.35, 0.55, 0.76);
+  return Shade(colour, 0.74 + 0.25 * normal.dot(light));
+}
+
+// A plane in space: x and y of a polygon go along two directions, which are square to each other.
+struct Canvas {
+  Vector3d origin = Vector3d::Zero(), x = Vector3d::UnitX(), y = Vector3d::UnitY();
+
+  Vector3d At(const Vector2d& p) const { return origin + p.x() * x + p.y() * y; }
+  Vector2d Of(const Vector3d& p) const { return {(p - origin).dot(x), (p - origin).dot(y)}; }
+  Vector3d Normal() const { return x.cross(y); }
+};
+
+uint32_t AddVertex(const Vector3d& p, const Colour& colour, MeshLayer* layer) {
+  layer->vertices.Add(p, colour);
+  return static_cast<uint32_t>(layer->vertices.size() - 1);
+}
+
+// The side of the canvas that its normal looks to.
+void AddFace(const Polygon& polygon, const Canvas& canvas, const Colour& colour, MeshLayer* layer) {
+  for (const PlanTriangle& triangle : Triangulate(polygon)) {
+    std::array<uint32_t, 3> corners;
+    for (std::size_t i = 0; i < 3; ++i)
+      corners[i] = AddVertex(canvas.At(triangle[i]), colour, layer);
+    layer->triangles.push_back(corners);
+  }
+}
+
+// A strip between the edges of an outline, which has its inside on the left, and the same edges
+// moved by `depth`, against the normal of the canvas.
+void AddSides(const PlanPoints& outline, const Canvas& canvas, const Vector3d& depth,
+              const Colour& colour, MeshLayer* layer) {
+  for (std::size_t i = 0; i < outline.size(); ++i) {
+    const Vector3d a = canvas.At(outline[i]);
+    const Vector3d b = canvas.At(outline[(i + 1) % outline.size()]);
+    const Vector3d normal = (b - a).cross(canvas.Normal()).normalized();
+    const Colour lit = Lit(colour, normal);
+    const uint32_t first = AddVertex(a, lit, layer);
+    AddVertex(b, lit, layer);
+    AddVertex(b + depth, lit, layer);
+    AddVertex(a + depth, lit, layer);
+    layer->triangles.push_back({first, first + 2, first + 1});
+    layer->triangles.push_back({first, first + 3, first + 2});
+  }
+}
+
+// The other side of a solid whose front is the polygon.
+void AddBack(const Polygon& polygon, const Canvas& canvas, const Vector3d& depth,
+             const Colour& colour, MeshLayer* layer) {
+  for (const PlanTriangle& triangle : Triangulate(polygon)) {
+    std::array<uint32_t, 3> corners;
+    for (std::size_t i = 0; i < 3; ++i) {
+      corners[i] = AddVertex(canvas.At(triangle[2 - i]) + depth, colour, layer);
+    }
+    layer->triangles.push_back(corners);
+  }
+}
+
+PlanPoints RectangleOf(const Eigen::AlignedBox2d& box) {
+  return {box.min(), {box.max().x(), box.min().y()}, box.max(), {box.min().x(), box.max().y()}};
+}
+
+PlanPoints PointsOn(const Canvas& canvas, const std::vector<Vector3d>& points_world) {
+  PlanPoints points;
+  for (const Vector3d& p : points_world) points.push_back(canvas.Of(p));
+  return points;
+}
+
+Polygon OutlineOn(const Canvas& canvas, const BuildingPlane& plane, const Building& building) {
+  if (plane.kind != PlaneKind::kFloor && plane.kind != PlaneKind::kCeiling) {
+    return {PointsOn(canvas, plane.outline_world), {}};
+  }
+  Polygon outline = LevelOutline(plane, building);
+  const auto move = [&](PlanPoints* points) {
+    for (Vector2d& p : *points) p = canvas.Of({p.x(), p.y(), plane.offset_m / plane.normal.z()});
+  };
+  move(&outline.outline);
+  for (PlanPoints& hole : outline.holes) move(&hole);
+  return outline;
+}
+
+}  // namespace
+
+void AddWallMesh(const PlanWall& wall, const WallHeight& height, const Colour& colour,
+                 MeshLayer* layer) {
+  if (!IsSolid(wall, height)) return;
+  const double length_m = (wall.end - wall.start).norm();
+  const Vector2d along = (wall.end - wall.start) / length_m;
+  // The measured face looks to the right of the way from start to end.
+  const Canvas front{{wall.start.x(), wall.start.y(), height.floor_m},
+                     {along.x(), along.y(), 0},
+                     Vector3d::UnitZ()};
+  const Vector3d depth = -wall.thickness_m * front.Normal();
+  std::vector<PlanPoints> holes;
+  for (const PlanOpening& opening : wall.openings) {
+    if (const auto hole = HoleOf(opening, wall, height)) holes.push_back(RectangleOf(*hole));
+  }
+  const Eigen::AlignedBox2d all(Vector2d(0, 0), Vector2d(length_m, height.height_m));
+  for (const Polygon& part : Difference({RectangleOf(all), {}}, holes)) {
+    AddFace(part, front, Lit(colour, front.Normal()), layer);
+    AddBack(part, front, depth, Lit(colour, -front.Normal()), layer);
+    AddSides(part.outline, front, depth, colour, layer);
+    for (const PlanPoints& hole : part.holes) AddSides(hole, front, depth, colour, layer);
+  }
+}
+
+Polygon LevelOutline(const BuildingPlane& plane, const Building& building) {
+  for (const Room& room : building.rooms) {
+    if (plane.room_ids.size() == 1 && room.id == plane.room_ids[0]) return room.polygon;
+  }
+  Polygon polygon;
+  for (const Vector3d& p : plane.outline_world) polygon.outline.push_back(p.head<2>());
+  return polygon;
+}
+
+void AddPlaneMesh(const BuildingPlane& plane, const Building& building, const Colour& colour,
+                  MeshLayer* layer) {
+  Canvas canvas;
+  canvas.origin = plane.offset_m * plane.normal;
+  canvas.x = plane.normal.unitOrthogonal();
+  canvas.y = plane.normal.cross(canvas.x);
+  std::vector<PlanPoints> openings;
+  for (const PlaneOpening& opening : plane.openings) {
+    openings.push_back(PointsOn(canvas, opening.outline_world));
+  }
+  for (const Polygon& part : Difference(OutlineOn(canvas, plane, building), openings)) {
+    AddFace(part, canvas, Lit(colour, plane.normal), layer);
+  }
+}
+
+}  // namespace slcmap

@@ -1,0 +1,23 @@
+// Walls and level surfaces of a building as triangles.
+#pragma once
+
+#include "export/scene.h"
+#include "export/wall_shape.h"
+#include "mapping/building/building.h"
+
+namespace slcmap {
+
+// A wall as a closed solid with its openings cut, in world; its sides have their own vertices and
+// shades of the colour, in place of a light. Nothing of a wall that is no solid.
+void AddWallMesh(const PlanWall& wall, const WallHeight& height, const Colour& colour,
+                 MeshLayer* layer);
+
+// The front of a plane: its outline, or that of its room, without its openings.
+void AddPlaneMesh(const BuildingPlane& plane, const Building& building, const Colour& colour,
+                  MeshLayer* layer);
+
+// The outline of a plane that is of one room, as a floor is, which has the room's holes too; else
+// that of the plane itself, seen from above.
+Polygon LevelOutline(const BuildingPlane& plane, const Building& building);
+
+}  // namespace slcmap

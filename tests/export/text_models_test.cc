@@ -1,0 +1,125 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <sstream>
+
+#include "data/file.h"
+#include "export/colmap_writer.h"
+#include "export/export.h"
+#include "export/limap_writer.h"
+#include "tests/testing/hand_made_building.h"
+#include "tests/testing/reader.h"
+#include "tests/testing/temp_folder.h"
+
+namespace slcmap {
+namespace {
+
+using ::testing::HasSubstr;
+
+std::vector<std::string> RowsOf(const std::string& path) {
+  std::vector<std::string> rows;
+  std::istringstream text(ReadFile(path));
+  for (std::string row; std::getline(text, row);) {
+    if (row.empty() || row[0] != '#') rows.push_back(row);
+  }
+  return rows;
+}
+
+// Two keyframes of a stereo camera that looks along x of the body.
+MapResult MakeMap() {
+  MapResult map = testing::MakeTwoStoreys();
+  Eigen::Matrix3d R_imu_camera;
+  R_imu_camera << 0, 0, 1, -1, 0, 0, 0, -1, 0;
+  for (std::size_t i = 0; i < 2; ++i) {
+    Camera& camera = map.rectified_rig.cameras[i];
+    camera.width_px = 640;
+    camera.height_px = 480;
+    camera.fx_px = camera.fy_px = 400;
+    camera.cx_px = 319.5;
+    camera.cy_px = 239.5;
+    map.rectified_rig.T_imu_camera[i] = {Eigen::Quaterniond(R_imu_camera),
+                                         {0, i == 0 ? 0.05 : -0.05, 0}};
+  }
+  const RigidTransform turned(ExpRotation({0, 0, 0.3}), {1, 2, 1.5});
+  map.keyframes = {{1403636580000000000, {}}, {1403636581000000000, turned}};
+  map.points = {{{4, 0.5, -0.2}, 0.01, 3, {}}, {{5, -1, 1}, 0.02, 4, {}}};
+  return map;
+}
+
+class TextModelsTest : public ::testing::Test {
+ protected:
+  testing::TempFolder temp_;
+};
+
+TEST_F(TextModelsTest, ColmapProjectsPointsToWhereTheRigDoes) {
+  const MapResult map = MakeMap();
+  ColmapWriter().Write(temp_.Path(), map, {});
+  const std::vector<std::string> cameras = RowsOf(temp_.Path("colmap/cameras.txt"));
+  ASSERT_EQ(cameras.size(), 2u);
+  EXPECT_EQ(cameras[0],
+            "1 PINHOLE 640 480 400.000000000 400.000000000 320.000000000 240.000000000");
+  const std::vector<std::string> images = RowsOf(temp_.Path("colmap/images.txt"));
+  ASSERT_EQ(images.size(), 8u);
+  for (std::size_t i = 0; i < 4; ++i) {
+    EXPECT_EQ(images[2 * i + 1], "");
+    std::istringstream row(images[2 * i]);
+    int id = 0, camera = 0;
+    Eigen::Quaterniond q;
+    Eigen::Vector3d t;
+    std::string name;
+    row >> id >> q.w() >> q.x() >> q.y() >> q.z() >> t.x() >> t.y() >> t.z() >> camera >> name;
+    EXPECT_EQ(id, static_cast<int>(i) + 1);
+    const std::size_t side = i % 2;
+    EXPECT_EQ(camera, static_cast<int>(side) + 1);
+    EXPECT_EQ(name, "cam" + std::to_string(side) + "/data/" +
+                        std::to_string(map.keyframes[i / 2].stamp_ns) + ".png");
+    const RigidTransform T_world_camera =
+        map.keyframes[i / 2].T_world_imu * map.rectified_rig.T_imu_camera[side];
+    const Eigen::Vector3d p_camera = T_world_camera.Inverse() * map.points[0].p_world;
+    EXPECT_LT((q * map.points[0].p_world + t - p_camera).norm(), 1e-8);
+  }
+}
+
+TEST_F(TextModelsTest, ColmapReadsTheModel) {
+  if (testing::RunReader("colmap help").status != 0) {
+    GTEST_SKIP() << "colmap is not installed: apt-get install colmap";
+  }
+  ColmapWriter().Write(temp_.Path(), MakeMap(), {});
+  const auto output = testing::RunReader("QT_QPA_PLATFORM=offscreen colmap model_analyzer --path " +
+                                         temp_.Path("colmap"));
+  EXPECT_EQ(output.status, 0) << output.text;
+  EXPECT_THAT(output.text, HasSubstr("Cameras: 2"));
+  EXPECT_THAT(output.text, HasSubstr("Images: 4"));
+  EXPECT_THAT(output.text, HasSubstr("Points: 2"));
+}
+
+TEST_F(TextModelsTest, LimapHoldsTheLines) {
+  LimapWriter().Write(temp_.Path(), MakeMap(), {});
+  const std::vector<std::string> tracks = RowsOf(temp_.Path("limap/alltracks.txt"));
+  ASSERT_EQ(tracks.size(), 1 + 3 * 5u);
+  EXPECT_EQ(tracks[0], "3");
+  EXPECT_EQ(tracks[11], "2 0 0");
+  EXPECT_EQ(tracks[13], "1.0000000000 1.0000000000 4.2345000000");
+  EXPECT_EQ(tracks[14], "");
+  const std::vector<std::string> rows = RowsOf(temp_.Path("limap/lines.txt"));
+  ASSERT_EQ(rows.size(), 3u);
+  EXPECT_EQ(rows[0],
+            "1 0.0000000000 0.0000000000 -0.5000000000 8.0000000000 0.0000000000 -0.5000000000 0");
+}
+
+TEST_F(TextModelsTest, AnEmptyMapReplacesTheFoldersOfAnEarlierOne) {
+  ExportOptions options;
+  options.formats = {"colmap", "limap"};
+  const std::string folder = temp_.Path("export");
+  ExportMap(MakeMap(), folder, options);
+  EXPECT_EQ(ExportMap({}, folder, options).size(), 5u);
+  EXPECT_TRUE(RowsOf(folder + "/colmap/cameras.txt").empty());
+  EXPECT_TRUE(RowsOf(folder + "/colmap/images.txt").empty());
+  EXPECT_EQ(RowsOf(folder + "/limap/alltracks.txt").at(0), "0");
+  options.formats = {"limap"};
+  ExportMap({}, folder, options);
+  EXPECT_FALSE(std::filesystem::exists(folder + "/colmap"));
+}
+
+}  // namespace
+}  // namespace slcmap
