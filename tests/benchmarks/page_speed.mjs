@@ -20,7 +20,6 @@ async function framesOfPage(page, frames) {
     for (let i = 0; i < count; i++) {
       object.position.sub(target).applyAxisAngle(object.up, 0.02).add(target);
       const from_ms = performance.now();
-      view.movedAt_ms = Infinity; // it moves, until the last frame
       view.controls.space.update();
       view.draw(from_ms);
       await view.untilDrawn();
@@ -31,21 +30,24 @@ async function framesOfPage(page, frames) {
 }
 
 async function framesOfReference(page, distance_m, frames) {
-  return page.evaluate(async ({ count, distance_m }) => {
-    const times_ms = [];
-    for (let i = 0; i < count; i++) {
-      const from_ms = performance.now();
-      drawFrom(0.02 * i, distance_m);
-      const drawn = gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
-      gl.flush();
-      while (gl.clientWaitSync(drawn, 0, 0) === gl.TIMEOUT_EXPIRED) {
-        await new Promise((resolve) => setTimeout(resolve, 2));
+  return page.evaluate(
+    async ({ count, distance_m }) => {
+      const times_ms = [];
+      for (let i = 0; i < count; i++) {
+        const from_ms = performance.now();
+        drawFrom(0.02 * i, distance_m);
+        const drawn = gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
+        gl.flush();
+        while (gl.clientWaitSync(drawn, 0, 0) === gl.TIMEOUT_EXPIRED) {
+          await new Promise((resolve) => setTimeout(resolve, 2));
+        }
+        gl.deleteSync(drawn);
+        times_ms.push(performance.now() - from_ms);
       }
-      gl.deleteSync(drawn);
-      times_ms.push(performance.now() - from_ms);
-    }
-    return times_ms;
-  }, { count: frames, distance_m });
+      return times_ms;
+    },
+    { count: frames, distance_m },
+  );
 }
 
 // Picks at places all over the canvas, of lines and planes and, as when points are measured, of the
@@ -64,20 +66,33 @@ async function hoverTimes(page, only) {
   }, only);
 }
 
+function tell(name, text) {
+  console.log(name.padEnd(23) + text);
+}
+
 const browser = await launch();
+tell('size', `${(statSync(large).size * 1e-6).toFixed(1)} MB`);
 const from_ms = performance.now();
 const page = await open(browser, large, { viewport: VIEWPORT });
-await page.evaluate(async () => {
-  app.view.draw(performance.now());
-  await app.view.untilDrawn();
-});
-const load_s = (performance.now() - from_ms) / 1000;
+await page.evaluate(() => app.view.untilDrawn());
+tell('load', `${((performance.now() - from_ms) / 1000).toFixed(2)} s until it is shown`);
 const renderer = await page.evaluate(() => {
   const gl = app.view.renderer.getContext();
   return gl.getParameter(gl.getExtension('WEBGL_debug_renderer_info').UNMASKED_RENDERER_WEBGL);
 });
+tell('drawn by', renderer);
+
+for (const [name, only] of [
+  ['hover', 'all'],
+  ['hover on points', 'points'],
+]) {
+  const times_ms = await hoverTimes(page, only);
+  tell(name, `${median(times_ms).toFixed(1)} ms, at most ${Math.max(...times_ms).toFixed(1)} ms`);
+}
+
 const distance_m = await page.evaluate(() => {
   const { object, target } = app.view.controls.space;
+  Object.assign(app.view, { movedAt_ms: Infinity, moved() {} }); // it moves from now on
   app.switchLayer('dense', true);
   return object.position.distanceTo(target);
 });
@@ -93,15 +108,7 @@ for (let i = 0; i < FRAMES; i++) {
 }
 const level = await page.evaluate(() => app.view.level);
 const [page_ms, reference_ms] = [median(times.page), median(times.reference)];
-const hover = await hoverTimes(page, 'all');
-const hoverPoints = await hoverTimes(page, 'points');
+tell('frame while orbiting', `${page_ms.toFixed(0)} ms (level ${level} of 0 to 3)`);
+tell('wide lines of three', `${reference_ms.toFixed(0)} ms`);
+tell('page to wide lines', (page_ms / reference_ms).toFixed(2));
 await browser.close();
-
-console.log(`drawn by               ${renderer}`);
-console.log(`size                   ${(statSync(large).size * 1e-6).toFixed(1)} MB`);
-console.log(`load                   ${load_s.toFixed(2)} s`);
-console.log(`frame while orbiting   ${page_ms.toFixed(0)} ms (level ${level} of 0 to 3)`);
-console.log(`wide lines of three    ${reference_ms.toFixed(0)} ms: ${(page_ms / reference_ms).toFixed(2)} of it`);
-for (const [name, times_ms] of [['hover', hover], ['hover on points', hoverPoints]]) {
-  console.log(`${name.padEnd(23)}${median(times_ms).toFixed(1)} ms, at most ${Math.max(...times_ms).toFixed(1)} ms`);
-}
