@@ -7,6 +7,8 @@ list=$(realpath "${1:-$(dirname "$0")/packages.txt}")
 missing=()
 for package in $(grep -v '^#' "$list"); do
   status=$(dpkg-query --show --showformat='${db:Status-Status}' "$package" 2>/dev/null || true)
+  # Where nodejs is not Debian's, npm is part of it, and Debian's would be in conflict with it.
+  [ "$package" = npm ] && command -v npm >/dev/null && status=installed
   [ "$status" = installed ] || missing+=("$package")
 done
 [ ${#missing[@]} -gt 0 ] || exit 0

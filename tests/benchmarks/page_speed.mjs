@@ -1,5 +1,5 @@
 // See page_speed.sh.
-import { statSync } from 'node:fs';
+import { readdirSync, readFileSync, statSync } from 'node:fs';
 import { pathToFileURL } from 'node:url';
 import { launch, open } from '../export/page/browser.mjs';
 
@@ -11,6 +11,43 @@ function median(values) {
   return [...values].sort((a, b) => a - b)[Math.floor(values.length / 2)];
 }
 
+// Seconds of CPU that the processes begun by this one have taken: unlike the time that passes, it
+// says something on a busy machine too.
+function cpuOfChildren() {
+  const TICKS_S = 100;
+  const processes = readdirSync('/proc')
+    .filter((name) => /^\d+$/.test(name))
+    .flatMap((pid) => statOf(pid));
+  const below = new Set([process.pid]);
+  let cpu_s = 0;
+  for (let grown = true; grown;) {
+    grown = false;
+    for (const { pid, parent, ticks } of processes) {
+      if (below.has(pid) || !below.has(parent)) continue;
+      below.add(pid);
+      cpu_s += ticks / TICKS_S;
+      grown = true;
+    }
+  }
+  return cpu_s;
+}
+
+// Of a process that may have ended meanwhile: none or one.
+function statOf(pid) {
+  try {
+    const fields = readFileSync(`/proc/${pid}/stat`, 'utf8').split(') ')[1].split(' ');
+    return [
+      {
+        pid: Number(pid),
+        parent: Number(fields[1]),
+        ticks: Number(fields[11]) + Number(fields[12]),
+      },
+    ];
+  } catch {
+    return [];
+  }
+}
+
 // Frames of the page while it is turned, each to its end.
 async function framesOfPage(page, frames) {
   return page.evaluate(async (count) => {
@@ -20,7 +57,6 @@ async function framesOfPage(page, frames) {
     for (let i = 0; i < count; i++) {
       object.position.sub(target).applyAxisAngle(object.up, 0.02).add(target);
       const from_ms = performance.now();
-      view.movedAt_ms = Infinity; // it moves, until the last frame
       view.controls.space.update();
       view.draw(from_ms);
       await view.untilDrawn();
@@ -31,21 +67,24 @@ async function framesOfPage(page, frames) {
 }
 
 async function framesOfReference(page, distance_m, frames) {
-  return page.evaluate(async ({ count, distance_m }) => {
-    const times_ms = [];
-    for (let i = 0; i < count; i++) {
-      const from_ms = performance.now();
-      drawFrom(0.02 * i, distance_m);
-      const drawn = gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
-      gl.flush();
-      while (gl.clientWaitSync(drawn, 0, 0) === gl.TIMEOUT_EXPIRED) {
-        await new Promise((resolve) => setTimeout(resolve, 2));
+  return page.evaluate(
+    async ({ count, distance_m }) => {
+      const times_ms = [];
+      for (let i = 0; i < count; i++) {
+        const from_ms = performance.now();
+        drawFrom(0.02 * i, distance_m);
+        const drawn = gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
+        gl.flush();
+        while (gl.clientWaitSync(drawn, 0, 0) === gl.TIMEOUT_EXPIRED) {
+          await new Promise((resolve) => setTimeout(resolve, 2));
+        }
+        gl.deleteSync(drawn);
+        times_ms.push(performance.now() - from_ms);
       }
-      gl.deleteSync(drawn);
-      times_ms.push(performance.now() - from_ms);
-    }
-    return times_ms;
-  }, { count: frames, distance_m });
+      return times_ms;
+    },
+    { count: frames, distance_m },
+  );
 }
 
 // Picks at places all over the canvas, of lines and planes and, as when points are measured, of the
@@ -64,20 +103,35 @@ async function hoverTimes(page, only) {
   }, only);
 }
 
+function tell(name, text) {
+  console.log(name.padEnd(23) + text);
+}
+
 const browser = await launch();
-const from_ms = performance.now();
+tell('size', `${(statSync(large).size * 1e-6).toFixed(1)} MB`);
+const [from_ms, from_cpu_s] = [performance.now(), cpuOfChildren()];
 const page = await open(browser, large, { viewport: VIEWPORT });
-await page.evaluate(async () => {
-  app.view.draw(performance.now());
-  await app.view.untilDrawn();
-});
+await page.evaluate(() => app.view.untilDrawn()); // coarsely: it becomes finer at rest
 const load_s = (performance.now() - from_ms) / 1000;
+tell('load', `${load_s.toFixed(2)} s until it is shown`);
+tell('CPU of loading', `${(cpuOfChildren() - from_cpu_s).toFixed(2)} s`);
 const renderer = await page.evaluate(() => {
   const gl = app.view.renderer.getContext();
   return gl.getParameter(gl.getExtension('WEBGL_debug_renderer_info').UNMASKED_RENDERER_WEBGL);
 });
+tell('drawn by', renderer);
+
+for (const [name, only] of [
+  ['hover', 'all'],
+  ['hover on points', 'points'],
+]) {
+  const times_ms = await hoverTimes(page, only);
+  tell(name, `${median(times_ms).toFixed(1)} ms, at most ${Math.max(...times_ms).toFixed(1)} ms`);
+}
+
 const distance_m = await page.evaluate(() => {
   const { object, target } = app.view.controls.space;
+  Object.assign(app.view, { movedAt_ms: Infinity, moved() {} }); // it moves from now on
   app.switchLayer('dense', true);
   return object.position.distanceTo(target);
 });
@@ -93,15 +147,7 @@ for (let i = 0; i < FRAMES; i++) {
 }
 const level = await page.evaluate(() => app.view.level);
 const [page_ms, reference_ms] = [median(times.page), median(times.reference)];
-const hover = await hoverTimes(page, 'all');
-const hoverPoints = await hoverTimes(page, 'points');
+tell('frame while orbiting', `${page_ms.toFixed(0)} ms (level ${level} of 0 to 3)`);
+tell('wide lines of three', `${reference_ms.toFixed(0)} ms`);
+tell('page to wide lines', (page_ms / reference_ms).toFixed(2));
 await browser.close();
-
-console.log(`drawn by               ${renderer}`);
-console.log(`size                   ${(statSync(large).size * 1e-6).toFixed(1)} MB`);
-console.log(`load                   ${load_s.toFixed(2)} s`);
-console.log(`frame while orbiting   ${page_ms.toFixed(0)} ms (level ${level} of 0 to 3)`);
-console.log(`wide lines of three    ${reference_ms.toFixed(0)} ms: ${(page_ms / reference_ms).toFixed(2)} of it`);
-for (const [name, times_ms] of [['hover', hover], ['hover on points', hoverPoints]]) {
-  console.log(`${name.padEnd(23)}${median(times_ms).toFixed(1)} ms, at most ${Math.max(...times_ms).toFixed(1)} ms`);
-}

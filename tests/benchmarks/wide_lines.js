@@ -27,7 +27,11 @@ scene.add(new LineSegments2(geometry, new LineMaterial({ linewidth: 2, vertexCol
 
 // Draws from an angle about the room, as far away as the page sees it.
 window.drawFrom = (angle_rad, distance_m) => {
-  camera.position.set(2 + distance_m * 0.64 * Math.cos(angle_rad), 2.5 + distance_m * 0.64 * Math.sin(angle_rad), 1.3 + distance_m * 0.77);
+  camera.position.set(
+    2 + distance_m * 0.64 * Math.cos(angle_rad),
+    2.5 + distance_m * 0.64 * Math.sin(angle_rad),
+    1.3 + distance_m * 0.77,
+  );
   camera.lookAt(2, 2.5, 1.3);
   renderer.render(scene, camera);
 };

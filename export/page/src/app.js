@@ -58,13 +58,15 @@ export class App {
     const zero_m = storeys.length > 0 ? storeys[0].floor_m : 0;
     const { min, max } = new Box3().setFromPoints(this.extent);
     return new Section(min.z - 0.5, max.z + 0.5, zero_m, (low_m, high_m) =>
-      this.view.setSection(low_m, high_m));
+      this.view.setSection(low_m, high_m),
+    );
   }
 
   addRoomNames() {
     for (const room of this.layers.rooms.rooms) {
       const isShown = () =>
-        this.layers.isOn('rooms') && this.section.holds(room.place.clone().setZ(room.floor_m + 0.05));
+        this.layers.isOn('rooms') &&
+        this.section.holds(room.place.clone().setZ(room.floor_m + 0.05));
       const area = element('span', {}, formatArea(room.area_m2));
       room.label = this.labels.add(room.place, isShown, { class: 'room' }, `Room ${room.id}`, area);
     }
@@ -171,7 +173,9 @@ export class App {
 
   endsOf({ index }) {
     const { data } = this.layers.lines;
-    return data.piecesOf(index).flatMap((piece) => [...data.ends.subarray(6 * piece, 6 * piece + 6)]);
+    return data
+      .piecesOf(index)
+      .flatMap((piece) => [...data.ends.subarray(6 * piece, 6 * piece + 6)]);
   }
 
   showScale() {

@@ -59,7 +59,9 @@ export class Describer {
   }
 
   densePoint({ index, point }) {
-    const title = this.dense.isFilled(index) ? 'Point of a filled plane' : 'Point of the dense cloud';
+    const title = this.dense.isFilled(index)
+      ? 'Point of a filled plane'
+      : 'Point of the dense cloud';
     return { title, rows: [['Sigma', formatSigma(this.dense.sigmaOf(index))], this.place(point)] };
   }
 
@@ -75,7 +77,8 @@ export class Describer {
       ['Sigma of offset', formatSigma(plane.sigma_m)],
       ['Storey', String(plane.storey)],
     ];
-    if (plane.rooms.length > 0) rows.push([plane.rooms.length > 1 ? 'Rooms' : 'Room', plane.rooms.join(', ')]);
+    if (plane.rooms.length > 0)
+      rows.push([plane.rooms.length > 1 ? 'Rooms' : 'Room', plane.rooms.join(', ')]);
     for (const { kind, width_m, height_m } of plane.openings) {
       const name = kind[0].toUpperCase() + kind.slice(1);
       rows.push([name, `${formatLength(width_m)} × ${formatLength(height_m)}`]);

@@ -27,7 +27,11 @@ export function choiceRow(label, choices, chosen, choose) {
   };
   for (const [value, name] of choices) {
     row.append(
-      element('button', { type: 'button', role: 'radio', value, onclick: () => choose(value) }, name),
+      element(
+        'button',
+        { type: 'button', role: 'radio', value, onclick: () => choose(value) },
+        name,
+      ),
     );
   }
   row.select(chosen);

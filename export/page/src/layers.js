@@ -22,7 +22,14 @@ export class Layers {
     this.voxels = new VoxelLayer(map);
     this.trajectory = new TrajectoryLayer(map);
     this.parts = [
-      this.lines, this.landmarks, this.dense, this.planes, this.rooms, this.walls, this.voxels, this.trajectory,
+      this.lines,
+      this.landmarks,
+      this.dense,
+      this.planes,
+      this.rooms,
+      this.walls,
+      this.voxels,
+      this.trajectory,
     ];
     for (const { object } of this.parts) scene.add(object);
     this.lineFilter = this.everyLine();
@@ -41,17 +48,57 @@ export class Layers {
     const plane = (kind) => this.planes.layers[kind];
     const some = this.planes.all.length > 0;
     return {
-      walls: { name: 'Walls', count: this.planes.count('wall'), object: plane('wall').object, on: true },
-      floors: { name: 'Floors', count: this.planes.count('floor'), object: plane('floor').object, on: true },
-      ceilings: { name: 'Ceilings', count: this.planes.count('ceiling'), object: plane('ceiling').object, on: false },
-      others: { name: 'Other planes', count: this.planes.count('other'), object: plane('other').object, on: false },
+      walls: {
+        name: 'Walls',
+        count: this.planes.count('wall'),
+        object: plane('wall').object,
+        on: true,
+      },
+      floors: {
+        name: 'Floors',
+        count: this.planes.count('floor'),
+        object: plane('floor').object,
+        on: true,
+      },
+      ceilings: {
+        name: 'Ceilings',
+        count: this.planes.count('ceiling'),
+        object: plane('ceiling').object,
+        on: false,
+      },
+      others: {
+        name: 'Other planes',
+        count: this.planes.count('other'),
+        object: plane('other').object,
+        on: false,
+      },
       rooms: { name: 'Rooms', count: this.rooms.rooms.length, object: this.rooms.object, on: true },
-      plan: { name: 'Walls as in a plan', count: this.walls.count, object: this.walls.object, on: false },
-      landmarks: { name: 'Points', count: this.landmarks.count, object: this.landmarks.object, on: !some },
+      plan: {
+        name: 'Walls as in a plan',
+        count: this.walls.count,
+        object: this.walls.object,
+        on: false,
+      },
+      landmarks: {
+        name: 'Points',
+        count: this.landmarks.count,
+        object: this.landmarks.object,
+        on: !some,
+      },
       dense: { name: 'Dense cloud', count: this.dense.count, object: this.dense.object, on: false },
-      voxels: { name: 'Occupied space', count: this.voxels.count, object: this.voxels.object, on: false },
+      voxels: {
+        name: 'Occupied space',
+        count: this.voxels.count,
+        object: this.voxels.object,
+        on: false,
+      },
       trajectory: { name: 'Trajectory', count: null, object: this.trajectory.way, on: true },
-      keyframes: { name: 'Keyframes', count: this.trajectory.keyframeCount, object: this.trajectory.keyframes, on: false },
+      keyframes: {
+        name: 'Keyframes',
+        count: this.trajectory.keyframeCount,
+        object: this.trajectory.keyframes,
+        on: false,
+      },
     };
   }
 
@@ -101,7 +148,8 @@ export class Layers {
     if (box.isEmpty()) box.expandByPoint(new Vector3());
     const { min, max } = box.expandByScalar(0.5);
     return [min.x, max.x].flatMap((x) =>
-      [min.y, max.y].flatMap((y) => [min.z, max.z].map((z) => new Vector3(x, y, z))));
+      [min.y, max.y].flatMap((y) => [min.z, max.z].map((z) => new Vector3(x, y, z))),
+    );
   }
 }
 
@@ -113,5 +161,6 @@ function expandByMost(box, coordinates) {
     const margin = Math.floor(values.length / 100);
     return [values[margin], values[values.length - 1 - margin]];
   });
-  for (const which of [0, 1]) box.expandByPoint(new Vector3(...corners.map((corner) => corner[which])));
+  for (const which of [0, 1])
+    box.expandByPoint(new Vector3(...corners.map((corner) => corner[which])));
 }

@@ -1,5 +1,12 @@
 // Lines and marks: which are shown, in what colour, and as what.
-import { BufferAttribute, BufferGeometry, Color, Group, LineBasicMaterial, LineSegments } from 'three';
+import {
+  BufferAttribute,
+  BufferGeometry,
+  Color,
+  Group,
+  LineBasicMaterial,
+  LineSegments,
+} from 'three';
 import { LineMaterial } from 'three/addons/lines/LineMaterial.js';
 import { LineSegments2 } from 'three/addons/lines/LineSegments2.js';
 import { LineSegmentsGeometry } from 'three/addons/lines/LineSegmentsGeometry.js';
@@ -63,11 +70,17 @@ export class LineLayer {
     this.data = data;
     this.shown = new Uint8Array(data.count); // by the layers that are on
     this.order = new Uint32Array(data.count); // the lines that are shown, in the buffers' order
-    this.fat = new LineSegments2(fatGeometry(data.count), new LineMaterial({
-      linewidth: WIDTH_PX,
-      vertexColors: true,
-    }));
-    this.thin = new LineSegments(thinGeometry(data.count), new LineBasicMaterial({ vertexColors: true }));
+    this.fat = new LineSegments2(
+      fatGeometry(data.count),
+      new LineMaterial({
+        linewidth: WIDTH_PX,
+        vertexColors: true,
+      }),
+    );
+    this.thin = new LineSegments(
+      thinGeometry(data.count),
+      new LineBasicMaterial({ vertexColors: true }),
+    );
     for (const object of [this.fat, this.thin]) object.frustumCulled = false;
     this.object = new Group();
     this.object.add(this.fat, this.thin);
@@ -153,7 +166,11 @@ function thinGeometry(count) {
 // Some lines once more, wide and in front of all.
 export class LineHighlight {
   constructor() {
-    const material = new LineMaterial({ linewidth: HIGHLIGHT_PX, depthTest: false, transparent: true });
+    const material = new LineMaterial({
+      linewidth: HIGHLIGHT_PX,
+      depthTest: false,
+      transparent: true,
+    });
     this.object = new LineSegments2(new LineSegmentsGeometry(), material);
     this.object.frustumCulled = false;
     this.object.renderOrder = 10;

@@ -15,9 +15,10 @@ async function start() {
 
 // For other scripts: a promise of the page's App.
 window.slcmap = start().catch((error) => {
-  const what = typeof DecompressionStream === 'undefined'
-    ? 'This browser is too old: it cannot decompress the map.'
-    : `The map cannot be shown: ${error.message}`;
+  const what =
+    typeof DecompressionStream === 'undefined'
+      ? 'This browser is too old: it cannot decompress the map.'
+      : `The map cannot be shown: ${error.message}`;
   byId('loading').textContent = what;
   throw error;
 });

@@ -83,7 +83,9 @@ export class Measure {
 
 // A table of rows of name and value.
 export function rowTable(rows) {
-  return element('dl', {}, ...rows.flatMap(([name, value]) => [
-    element('dt', {}, name), element('dd', {}, value),
-  ]));
+  return element(
+    'dl',
+    {},
+    ...rows.flatMap(([name, value]) => [element('dt', {}, name), element('dd', {}, value)]),
+  );
 }

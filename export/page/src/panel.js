@@ -3,7 +3,12 @@ import { choiceRow, element } from './dom.js';
 import { formatArea, formatCoarse, formatCount, formatSigma } from './format.js';
 import { AGES, AXES, KINDS, paletteOf } from './theme.js';
 
-const COLOURINGS = [['axis', 'Axis'], ['kind', 'Kind'], ['age', 'Age'], ['sigma', 'Sigma']];
+const COLOURINGS = [
+  ['axis', 'Axis'],
+  ['kind', 'Kind'],
+  ['age', 'Age'],
+  ['sigma', 'Sigma'],
+];
 
 function group(title, ...content) {
   return element('section', {}, element('h2', {}, title), ...content);
@@ -14,7 +19,14 @@ function toggle(name, count, on, change, colour) {
   box.checked = on;
   const swatch = colour ? [element('i', { class: 'swatch', style: `--colour: ${colour}` })] : [];
   const number = count === null ? [] : [element('span', { class: 'count' }, formatCount(count))];
-  return element('label', { class: 'toggle' }, box, ...swatch, element('span', {}, name), ...number);
+  return element(
+    'label',
+    { class: 'toggle' },
+    box,
+    ...swatch,
+    element('span', {}, name),
+    ...number,
+  );
 }
 
 // A choice of one is none.
@@ -52,10 +64,13 @@ export class Panel {
   heading() {
     const { document } = this.app.map;
     const state = document.complete ? '' : ` · partial: ${document.partial_reason}`;
-    return element('header', {},
+    return element(
+      'header',
+      {},
       element('h1', {}, document.title),
       element('p', {}, `slcmap ${document.slcmap} · method ${document.method}${state}`),
-      element('p', { class: 'figures' }, this.figures().join(' · ')));
+      element('p', { class: 'figures' }, this.figures().join(' · ')),
+    );
   }
 
   figures() {
@@ -65,7 +80,9 @@ export class Panel {
     if (layers.dense.count > 0) figures.push(`${formatCount(layers.dense.count)} points`);
     if (rooms.length > 0) {
       const area_m2 = rooms.reduce((sum, room) => sum + room.area_m2, 0);
-      figures.push(`${rooms.length} ${rooms.length > 1 ? 'rooms' : 'room'}, ${formatArea(area_m2)}`);
+      figures.push(
+        `${rooms.length} ${rooms.length > 1 ? 'rooms' : 'room'}, ${formatArea(area_m2)}`,
+      );
     }
     figures.push(`${formatCoarse(layers.trajectory.length_m)} walked`);
     return figures;
@@ -84,17 +101,25 @@ export class Panel {
     const { app } = this;
     const { lines, lineFilter } = app.layers;
     const { data } = lines;
-    const row = choiceRow('Colour lines by', COLOURINGS, app.layers.colourBy, (by) => app.colourBy(by));
+    const row = choiceRow('Colour lines by', COLOURINGS, app.layers.colourBy, (by) =>
+      app.colourBy(by),
+    );
     const marks = data.count - data.lines;
-    return group('Lines',
+    return group(
+      'Lines',
       row,
       ...this.codes('axis', data.axis, AXES, lineFilter.axes),
       ...several('Kinds', this.codes('kind', data.kind, KINDS, lineFilter.kinds)),
       ...several('Manhattan worlds', this.worlds()),
-      ...(marks > 0 ? [toggle('Marks on surfaces', marks, lineFilter.marks, (on) => {
-        lineFilter.marks = on;
-        app.updateLines();
-      })] : []));
+      ...(marks > 0
+        ? [
+            toggle('Marks on surfaces', marks, lineFilter.marks, (on) => {
+              lineFilter.marks = on;
+              app.updateLines();
+            }),
+          ]
+        : []),
+    );
   }
 
   // A toggle for each code that lines have.
@@ -103,15 +128,26 @@ export class Panel {
     const palette = paletteOf(app.theme);
     return countBy(codes, app.layers.lines.data.lines).map(([code, count]) => {
       const colour = app.layers.colourBy === what ? palette[what][code] : null;
-      return toggle(names[code] ?? String(code), count, shown.has(code), (on) => app.showLines(shown, code, on), colour);
+      return toggle(
+        names[code] ?? String(code),
+        count,
+        shown.has(code),
+        (on) => app.showLines(shown, code, on),
+        colour,
+      );
     });
   }
 
   worlds() {
-    const { lines: { data }, lineFilter: { worlds } } = this.app.layers;
+    const {
+      lines: { data },
+      lineFilter: { worlds },
+    } = this.app.layers;
     return countBy(data.world, data.lines).map(([world, count]) =>
       toggle(world < 0 ? 'Of none' : `World ${world}`, count, worlds.has(world), (on) =>
-        this.app.showLines(worlds, world, on)));
+        this.app.showLines(worlds, world, on),
+      ),
+    );
   }
 
   layers() {
@@ -119,14 +155,33 @@ export class Panel {
     return Object.entries(app.layers.switches)
       .filter(([, { count }]) => count !== 0)
       .map(([key, { name, count, on }]) =>
-        toggle(name, count, on, (checked) => app.switchLayer(key, checked)));
+        toggle(name, count, on, (checked) => app.switchLayer(key, checked)),
+      );
   }
 
   settings() {
     const { app } = this;
-    return group('Page',
-      choiceRow('Units', [['m', 'Metres'], ['ft', 'Feet']], app.units, (units) => app.setUnits(units)),
-      choiceRow('Theme', [['dark', 'Dark'], ['light', 'Light']], app.theme, (theme) => app.chooseTheme(theme)));
+    return group(
+      'Page',
+      choiceRow(
+        'Units',
+        [
+          ['m', 'Metres'],
+          ['ft', 'Feet'],
+        ],
+        app.units,
+        (units) => app.setUnits(units),
+      ),
+      choiceRow(
+        'Theme',
+        [
+          ['dark', 'Dark'],
+          ['light', 'Light'],
+        ],
+        app.theme,
+        (theme) => app.chooseTheme(theme),
+      ),
+    );
   }
 }
 
@@ -140,7 +195,17 @@ export function legend(app) {
     const ramp = element('i', { class: 'ramp', style: `--ramp: ${palette.scale.join(', ')}` });
     return [element('span', {}, low), ramp, element('span', {}, high)];
   }
-  const [codes, names] = { axis: [data.axis, AXES], kind: [data.kind, KINDS], age: [data.recent, AGES] }[by];
+  const [codes, names] = {
+    axis: [data.axis, AXES],
+    kind: [data.kind, KINDS],
+    age: [data.recent, AGES],
+  }[by];
   return countBy(codes, data.lines).map(([code]) =>
-    element('span', {}, element('i', { class: 'swatch', style: `--colour: ${palette[by][code]}` }), names[code] ?? ''));
+    element(
+      'span',
+      {},
+      element('i', { class: 'swatch', style: `--colour: ${palette[by][code]}` }),
+      names[code] ?? '',
+    ),
+  );
 }

@@ -1,5 +1,15 @@
 // Rooms as tinted floors with their names, and walls as a plan draws them: cut, filled.
-import { DoubleSide, Group, Mesh, MeshBasicMaterial, Path, Shape, ShapeGeometry, Vector2, Vector3 } from 'three';
+import {
+  DoubleSide,
+  Group,
+  Mesh,
+  MeshBasicMaterial,
+  Path,
+  Shape,
+  ShapeGeometry,
+  Vector2,
+  Vector3,
+} from 'three';
 import { drawBehind } from './planes.js';
 
 const TINT = 0.1;
@@ -22,12 +32,20 @@ function labelPlace({ outline, holes }) {
   const rings = [outline, ...holes].map(flat);
   const xs = rings[0].map(({ x }) => x);
   const ys = rings[0].map(({ y }) => y);
-  const [left, right, low, high] = [Math.min(...xs), Math.max(...xs), Math.min(...ys), Math.max(...ys)];
+  const [left, right, low, high] = [
+    Math.min(...xs),
+    Math.max(...xs),
+    Math.min(...ys),
+    Math.max(...ys),
+  ];
   const STEPS = 24;
   let best = { place: rings[0][0], clear_m: -Infinity };
   for (let i = 1; i < STEPS; i++) {
     for (let j = 1; j < STEPS; j++) {
-      const place = new Vector2(left + ((right - left) * i) / STEPS, low + ((high - low) * j) / STEPS);
+      const place = new Vector2(
+        left + ((right - left) * i) / STEPS,
+        low + ((high - low) * j) / STEPS,
+      );
       const clear_m = insideBy(place, rings);
       if (clear_m > best.clear_m) best = { place, clear_m };
     }

@@ -1,8 +1,19 @@
 // Planes of the building, seen from the side from which they were measured only: from outside, one
 // looks through walls and ceilings into the rooms.
 import {
-  BufferAttribute, BufferGeometry, Color, FrontSide, Group, LineBasicMaterial, LineSegments, Mesh,
-  MeshBasicMaterial, Raycaster, ShapeUtils, Vector2, Vector3,
+  BufferAttribute,
+  BufferGeometry,
+  Color,
+  FrontSide,
+  Group,
+  LineBasicMaterial,
+  LineSegments,
+  Mesh,
+  MeshBasicMaterial,
+  Raycaster,
+  ShapeUtils,
+  Vector2,
+  Vector3,
 } from 'three';
 
 const PLANE_KINDS = ['wall', 'floor', 'ceiling', 'other'];
@@ -28,7 +39,10 @@ function trianglesOf({ outline, openings }, normal) {
   const contour = flatten(outline, false);
   const holes = openings.map((opening) => flatten(opening.outline, true));
   const points = [contour, ...holes].flatMap(({ kept }) => kept);
-  const faces = ShapeUtils.triangulateShape(contour.flat, holes.map(({ flat }) => flat));
+  const faces = ShapeUtils.triangulateShape(
+    contour.flat,
+    holes.map(({ flat }) => flat),
+  );
   return faces.flatMap((face) => face.map((corner) => points[corner]));
 }
 
@@ -48,10 +62,13 @@ function outlineEdges(outline) {
 // Shifts what is drawn away from the camera, so that lines on planes are seen whole.
 export function drawBehind(material, distance_m) {
   material.onBeforeCompile = (shader) => {
-    shader.vertexShader = shader.vertexShader.replace('#include <project_vertex>', `
+    shader.vertexShader = shader.vertexShader.replace(
+      '#include <project_vertex>',
+      `
       #include <project_vertex>
       vec3 seen = isPerspectiveMatrix(projectionMatrix) ? normalize(mvPosition.xyz) : vec3(0, 0, -1);
-      gl_Position = projectionMatrix * vec4(mvPosition.xyz + ${distance_m.toFixed(3)} * seen, 1.0);`);
+      gl_Position = projectionMatrix * vec4(mvPosition.xyz + ${distance_m.toFixed(3)} * seen, 1.0);`,
+    );
   };
   return material;
 }
@@ -81,7 +98,8 @@ class PlaneLayer {
     this.mesh = new Mesh(geometry, drawBehind(material, BEHIND_M));
     this.edges = edgeObject(planes.flatMap(({ outline }) => outlineEdges(outline)));
     this.openings = edgeObject(
-      planes.flatMap(({ openings }) => openings.flatMap(({ outline }) => outlineEdges(outline))));
+      planes.flatMap(({ openings }) => openings.flatMap(({ outline }) => outlineEdges(outline))),
+    );
     this.object = new Group();
     this.object.add(this.mesh, this.edges, this.openings);
   }
@@ -109,7 +127,11 @@ export class Planes {
         .divideScalar(plane.outline.length);
     }
     this.layers = Object.fromEntries(
-      PLANE_KINDS.map((kind) => [kind, new PlaneLayer(planes.filter((plane) => plane.kind === kind))]));
+      PLANE_KINDS.map((kind) => [
+        kind,
+        new PlaneLayer(planes.filter((plane) => plane.kind === kind)),
+      ]),
+    );
     this.object = new Group();
     for (const layer of Object.values(this.layers)) this.object.add(layer.object);
     this.raycaster = new Raycaster();

@@ -25,7 +25,8 @@ export class Pointer {
       const { pressed } = this;
       this.pressed = null;
       if (!pressed || event.button !== 0) return;
-      if (Math.hypot(event.clientX - pressed.x, event.clientY - pressed.y) < CLICK_PX) this.click(event);
+      if (Math.hypot(event.clientX - pressed.x, event.clientY - pressed.y) < CLICK_PX)
+        this.click(event);
     });
   }
 
@@ -117,7 +118,10 @@ export class Pointer {
     if (!pick) return;
     if (changed) {
       const { title, rows } = app.describer.describe(pick);
-      tip.replaceChildren(Object.assign(document.createElement('b'), { textContent: title }), rowTable(rows));
+      tip.replaceChildren(
+        Object.assign(document.createElement('b'), { textContent: title }),
+        rowTable(rows),
+      );
     }
     this.placeTip(tip, event);
   }

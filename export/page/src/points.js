@@ -1,5 +1,14 @@
 // Clouds of points: the dense one in chunks, and the fused landmarks.
-import { BufferAttribute, BufferGeometry, Color, Group, Points, ShaderMaterial, Sphere, Vector3 } from 'three';
+import {
+  BufferAttribute,
+  BufferGeometry,
+  Color,
+  Group,
+  Points,
+  ShaderMaterial,
+  Sphere,
+  Vector3,
+} from 'three';
 import { sigmaOfCode } from './pack.js';
 
 const POINT_M = 0.02;

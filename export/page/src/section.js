@@ -22,7 +22,13 @@ export class Section {
   slider(label, value, input) {
     const [min, max] = this.range;
     return element('input', {
-      type: 'range', min, max, step: STEP_M, value, 'aria-label': label, oninput: input,
+      type: 'range',
+      min,
+      max,
+      step: STEP_M,
+      value,
+      'aria-label': label,
+      oninput: input,
     });
   }
 
@@ -41,8 +47,7 @@ export class Section {
     const share = (value) => `${(100 * (value - least)) / (most - least)}%`;
     this.bar.style.left = share(this.low_m);
     this.bar.style.right = `calc(100% - ${share(this.high_m)})`;
-    this.text.textContent =
-      `${formatCoarse(this.low_m - this.zero_m)} to ${formatCoarse(this.high_m - this.zero_m)}`;
+    this.text.textContent = `${formatCoarse(this.low_m - this.zero_m)} to ${formatCoarse(this.high_m - this.zero_m)}`;
   }
 
   holds({ z }) {

@@ -1,5 +1,13 @@
 // The way of the body, and the keyframes as pyramids of the left camera.
-import { BufferAttribute, BufferGeometry, Group, LineBasicMaterial, LineSegments, Quaternion, Vector3 } from 'three';
+import {
+  BufferAttribute,
+  BufferGeometry,
+  Group,
+  LineBasicMaterial,
+  LineSegments,
+  Quaternion,
+  Vector3,
+} from 'three';
 import { LineMaterial } from 'three/addons/lines/LineMaterial.js';
 import { LineSegments2 } from 'three/addons/lines/LineSegments2.js';
 import { LineSegmentsGeometry } from 'three/addons/lines/LineSegmentsGeometry.js';
@@ -27,7 +35,8 @@ function frustumEnds(poses, corners) {
     last.copy(centre);
     const rotation = new Quaternion().fromArray(poses, i + 3);
     const seen = corners.map((corner) =>
-      new Vector3(...corner).multiplyScalar(FRUSTUM_M).applyQuaternion(rotation).add(centre));
+      new Vector3(...corner).multiplyScalar(FRUSTUM_M).applyQuaternion(rotation).add(centre),
+    );
     seen.forEach((corner, k) => {
       ends.push(...centre, ...corner, ...corner, ...seen[(k + 1) % seen.length]);
     });
@@ -41,7 +50,9 @@ export class TrajectoryLayer {
     const ends = wayEnds(arrays.trajectory_positions, arrays.trajectory_times);
     this.length_m = lengthOf(ends);
     this.way = new LineSegments2(
-      new LineSegmentsGeometry().setPositions(ends), new LineMaterial({ linewidth: WIDTH_PX }));
+      new LineSegmentsGeometry().setPositions(ends),
+      new LineMaterial({ linewidth: WIDTH_PX }),
+    );
     this.keyframes = new LineSegments(new BufferGeometry(), new LineBasicMaterial());
     const frustums = new Float32Array(frustumEnds(arrays.keyframe_poses, document.camera_corners));
     this.keyframes.geometry.setAttribute('position', new BufferAttribute(frustums, 3));
@@ -58,7 +69,11 @@ export class TrajectoryLayer {
 function lengthOf(ends) {
   let length = 0;
   for (let i = 0; i < ends.length; i += 6) {
-    length += Math.hypot(ends[i + 3] - ends[i], ends[i + 4] - ends[i + 1], ends[i + 5] - ends[i + 2]);
+    length += Math.hypot(
+      ends[i + 3] - ends[i],
+      ends[i + 4] - ends[i + 1],
+      ends[i + 5] - ends[i + 2],
+    );
   }
   return length;
 }

@@ -1,6 +1,16 @@
 // The canvas: cameras, how one moves, and when what is drawn how finely.
 import {
-  Box3, Color, MOUSE, OrthographicCamera, PerspectiveCamera, Plane, Scene, TOUCH, Vector2, Vector3, WebGLRenderer,
+  Box3,
+  Color,
+  MOUSE,
+  OrthographicCamera,
+  PerspectiveCamera,
+  Plane,
+  Scene,
+  TOUCH,
+  Vector2,
+  Vector3,
+  WebGLRenderer,
 } from 'three';
 import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
 
@@ -25,7 +35,11 @@ export class View {
   // Throws where the browser has no WebGL 2.
   constructor(canvas) {
     this.canvas = canvas;
-    this.renderer = new WebGLRenderer({ canvas, antialias: true, powerPreference: 'high-performance' });
+    this.renderer = new WebGLRenderer({
+      canvas,
+      antialias: true,
+      powerPreference: 'high-performance',
+    });
     this.scene = new Scene();
     this.low = new Plane(new Vector3(0, 0, 1), 1e6);
     this.high = new Plane(new Vector3(0, 0, -1), 1e6);
@@ -67,7 +81,12 @@ export class View {
 
   makeControls(mode) {
     const controls = new OrbitControls(this.cameras[mode], this.canvas);
-    Object.assign(controls, { enableDamping: true, dampingFactor: 0.14, zoomToCursor: true, screenSpacePanning: true });
+    Object.assign(controls, {
+      enableDamping: true,
+      dampingFactor: 0.14,
+      zoomToCursor: true,
+      screenSpacePanning: true,
+    });
     controls.addEventListener('change', () => this.moved());
     return controls;
   }
@@ -118,7 +137,9 @@ export class View {
       const away = directionOf(this.heading_rad + radians(azimuth_deg), radians(ELEVATION_DEG));
       return { away, ...this.nearest(camera, box, away, points) };
     });
-    const { away, centre, distance_m } = views.reduce((a, b) => (b.distance_m < a.distance_m ? b : a));
+    const { away, centre, distance_m } = views.reduce((a, b) =>
+      b.distance_m < a.distance_m ? b : a,
+    );
     camera.position.copy(centre).addScaledVector(away, distance_m);
     camera.near = distance_m / 200;
     camera.far = distance_m * 50;
@@ -184,7 +205,12 @@ export class View {
 
   // Device pixels that a metre takes at clip-space w = 1.
   pointScale() {
-    return 0.5 * this.camera.projectionMatrix.elements[5] * this.size.height * this.renderer.getPixelRatio();
+    return (
+      0.5 *
+      this.camera.projectionMatrix.elements[5] *
+      this.size.height *
+      this.renderer.getPixelRatio()
+    );
   }
 
   toPixels(point) {

@@ -1,5 +1,13 @@
 // Occupied space as cubes.
-import { BoxGeometry, BufferAttribute, Color, InstancedBufferAttribute, InstancedBufferGeometry, Mesh, MeshBasicMaterial } from 'three';
+import {
+  BoxGeometry,
+  BufferAttribute,
+  Color,
+  InstancedBufferAttribute,
+  InstancedBufferGeometry,
+  Mesh,
+  MeshBasicMaterial,
+} from 'three';
 
 // Shades of the faces of a BoxGeometry: x, -x, y, -y, z, -z; four corners each.
 const SHADES = [0.88, 0.88, 0.76, 0.76, 1, 0.6];
@@ -18,8 +26,11 @@ export class VoxelLayer {
     geometry.instanceCount = this.count;
     this.material = new MeshBasicMaterial({ vertexColors: true });
     this.material.onBeforeCompile = (shader) => {
-      shader.vertexShader = `attribute vec3 centre; attribute float size;\n${shader.vertexShader}`
-        .replace('#include <begin_vertex>', 'vec3 transformed = centre + size * position;');
+      shader.vertexShader =
+        `attribute vec3 centre; attribute float size;\n${shader.vertexShader}`.replace(
+          '#include <begin_vertex>',
+          'vec3 transformed = centre + size * position;',
+        );
     };
     this.object = new Mesh(geometry, this.material);
     this.object.frustumCulled = false;

@@ -3,12 +3,19 @@ import { createRequire } from 'node:module';
 import { join } from 'node:path';
 import { pathToFileURL } from 'node:url';
 
-const { chromium } = createRequire(join(process.env.SLCMAP_NODE_MODULES, 'index.js'))('playwright-core');
+const { chromium } = createRequire(join(process.env.SLCMAP_NODE_MODULES, 'index.js'))(
+  'playwright-core',
+);
 
 export async function launch() {
   return chromium.launch({
     executablePath: process.env.SLCMAP_CHROMIUM,
-    args: ['--headless=new', '--no-sandbox', '--use-angle=swiftshader', '--enable-unsafe-swiftshader'],
+    args: [
+      '--headless=new',
+      '--no-sandbox',
+      '--use-angle=swiftshader',
+      '--enable-unsafe-swiftshader',
+    ],
   });
 }
 
@@ -16,7 +23,10 @@ export async function launch() {
 // warnings on the console and whose `requested` is all that was asked for.
 export async function open(browser, file, options = {}) {
   const context = await browser.newContext({
-    offline: true, viewport: { width: 1000, height: 700 }, colorScheme: 'dark', ...options,
+    offline: true,
+    viewport: { width: 1000, height: 700 },
+    colorScheme: 'dark',
+    ...options,
   });
   const page = await context.newPage();
   page.setDefaultTimeout(0); // drawing by software takes its time; the test as a whole has a limit
@@ -27,7 +37,9 @@ export async function open(browser, file, options = {}) {
   page.on('pageerror', (error) => page.said.push(String(error)));
   page.on('request', (request) => page.requested.push(request.url()));
   await page.goto(pathToFileURL(file).href);
-  await page.evaluate(async () => { window.app = await window.slcmap; });
+  await page.evaluate(async () => {
+    window.app = await window.slcmap;
+  });
   return page;
 }
 
@@ -35,7 +47,8 @@ export async function open(browser, file, options = {}) {
 export async function settle(page) {
   await page.evaluate(async () => {
     const frame = () => new Promise((resolve) => requestAnimationFrame(resolve));
-    do await frame(); while (app.view.isMoving() || app.view.waiting || app.view.timing);
+    do await frame();
+    while (app.view.isMoving() || app.view.waiting || app.view.timing);
   });
 }
 
@@ -66,12 +79,15 @@ export async function drawnShare(page) {
 
 // Looks from a place to another, relative to the page's origin.
 export async function lookFrom(page, place, target) {
-  await page.evaluate(({ place, target }) => {
-    const { space } = app.view.controls;
-    space.object.position.set(...place);
-    space.target.set(...target);
-    space.update();
-    app.view.invalidate();
-  }, { place, target });
+  await page.evaluate(
+    ({ place, target }) => {
+      const { space } = app.view.controls;
+      space.object.position.set(...place);
+      space.target.set(...target);
+      space.update();
+      app.view.invalidate();
+    },
+    { place, target },
+  );
   await settle(page);
 }

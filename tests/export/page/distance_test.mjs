@@ -5,9 +5,18 @@ import { Vector3 } from 'three';
 import { distanceBetween } from '../../../export/page/src/distance.js';
 
 const point = (...at) => ({ type: 'point', at: new Vector3(...at), sigma_m: 0.003 });
-const line = (a, b) => ({ type: 'line', a: new Vector3(...a), b: new Vector3(...b), sigma_m: 0.004 });
+const line = (a, b) => ({
+  type: 'line',
+  a: new Vector3(...a),
+  b: new Vector3(...b),
+  sigma_m: 0.004,
+});
 const plane = (normal, offset_m, centre) => ({
-  type: 'plane', normal: new Vector3(...normal).normalize(), offset_m, centre: new Vector3(...centre), sigma_m: 0.012,
+  type: 'plane',
+  normal: new Vector3(...normal).normalize(),
+  offset_m,
+  centre: new Vector3(...centre),
+  sigma_m: 0.012,
 });
 
 function expectDistance(result, expected_m) {

@@ -41,16 +41,41 @@ test('opens from a file, asks for nothing and complains of nothing', () => {
 
 test('says what the map holds', async () => {
   const text = await page.locator('#panel').innerText();
-  for (const part of ['A made room', '12 lines', '400 points', '1 room, 20.0 m²', '1.90 m walked']) {
+  for (const part of [
+    'A made room',
+    '12 lines',
+    '400 points',
+    '1 room, 20.0 m²',
+    '1.90 m walked',
+  ]) {
     assert.ok(text.includes(part), `${part} in ${text}`);
   }
   const counts = await page.evaluate(() =>
-    Object.fromEntries([...document.querySelectorAll('.toggle')].map((row) =>
-      [row.querySelector('span').textContent, row.querySelector('.count')?.textContent])));
+    Object.fromEntries(
+      [...document.querySelectorAll('.toggle')].map((row) => [
+        row.querySelector('span').textContent,
+        row.querySelector('.count')?.textContent,
+      ]),
+    ),
+  );
   const expected = {
-    X: '4', Y: '4', Vertical: '4', Edge: '11', Outline: '1', 'Marks on surfaces': '1', Walls: '4', Floors: '1',
-    Ceilings: '1', Rooms: '1', Points: '4', 'Dense cloud': '400', 'Occupied space': '1', Keyframes: '5',
-    'World 0': '7', 'World 1': '1', 'Of none': '4',
+    X: '4',
+    Y: '4',
+    Vertical: '4',
+    Edge: '11',
+    Outline: '1',
+    'Marks on surfaces': '1',
+    Walls: '4',
+    Floors: '1',
+    Ceilings: '1',
+    Rooms: '1',
+    Points: '4',
+    'Dense cloud': '400',
+    'Occupied space': '1',
+    Keyframes: '5',
+    'World 0': '7',
+    'World 1': '1',
+    'Of none': '4',
   };
   for (const [name, count] of Object.entries(expected)) assert.equal(counts[name], count, name);
 });
@@ -117,7 +142,12 @@ test('measures between parallel lines', async () => {
   await page.keyboard.press('m');
   const text = await measured([0, ROOM.y[0], ROOM.z[0]], [ROOM.x[0] + 1, ROOM.y[1], ROOM.z[0]]);
   const sigma_mm = Math.hypot(3, 3);
-  for (const part of ['5.000 m', `± ${(1.96 * sigma_mm).toFixed(1)} mm`, `sigma ${sigma_mm.toFixed(1)} mm`, 'parallel']) {
+  for (const part of [
+    '5.000 m',
+    `± ${(1.96 * sigma_mm).toFixed(1)} mm`,
+    `sigma ${sigma_mm.toFixed(1)} mm`,
+    'parallel',
+  ]) {
     assert.ok(text.includes(part), `${part} in ${text}`);
   }
   assert.equal(await page.locator('.distance').innerText(), '5.000 m');
@@ -139,9 +169,16 @@ test('measures between walls, and from a wall to a line', async () => {
       picks.forEach((pick) => app.measure.take(pick));
       return app.measure.result;
     };
-    return [measure(wall(2), wall(3)), measure(wall(5), { type: 'line', index: 0 }), measure(wall(2), wall(4))];
+    return [
+      measure(wall(2), wall(3)),
+      measure(wall(5), { type: 'line', index: 0 }),
+      measure(wall(2), wall(4)),
+    ];
   });
-  assert.ok(Math.abs(rows[0].distance_m - 4) < 1e-3 && Math.abs(rows[0].sigma_m - 0.004 * Math.SQRT2) < 1e-6);
+  assert.ok(
+    Math.abs(rows[0].distance_m - 4) < 1e-3 &&
+      Math.abs(rows[0].sigma_m - 0.004 * Math.SQRT2) < 1e-6,
+  );
   assert.ok(Math.abs(rows[1].distance_m - 5) < 1e-3 && Math.abs(rows[1].sigma_m - 0.005) < 1e-6);
   assert.equal(rows[2].distance_m, undefined);
   assert.ok(Math.abs(rows[2].angle_rad - Math.PI / 2) < 1e-9);
@@ -150,9 +187,18 @@ test('measures between walls, and from a wall to a line', async () => {
 test('shows a plan, to scale, in which lines are named', async () => {
   await page.keyboard.press('2');
   await settle(page);
-  const ends = await page.evaluate(() => [[-2, -3, -1], [2, -3, -1]].map((point) => app.toWindow(point)));
-  const scale = await page.locator('#scale').evaluate((bar) => ({ width: bar.offsetWidth, text: bar.textContent }));
-  const metres = (parseFloat(scale.text) / scale.width) * Math.hypot(ends[1].x - ends[0].x, ends[1].y - ends[0].y);
+  const ends = await page.evaluate(() =>
+    [
+      [-2, -3, -1],
+      [2, -3, -1],
+    ].map((point) => app.toWindow(point)),
+  );
+  const scale = await page
+    .locator('#scale')
+    .evaluate((bar) => ({ width: bar.offsetWidth, text: bar.textContent }));
+  const metres =
+    (parseFloat(scale.text) / scale.width) *
+    Math.hypot(ends[1].x - ends[0].x, ends[1].y - ends[0].y);
   assert.ok(Math.abs(metres - 4) < 0.1, `${metres} m`);
   await pointAt([ROOM.x[0] + 1, ROOM.y[1], ROOM.z[0]]);
   assert.match(await page.locator('#tip').innerText(), /Line 1[13]/); // one edge is above the other
@@ -180,10 +226,12 @@ test('colours lines by kind, age and sigma', async () => {
   const colours = new Set();
   for (const name of ['Axis', 'Kind', 'Age', 'Sigma']) {
     await page.getByRole('radio', { name, exact: true }).click();
-    colours.add(await page.evaluate(() => {
-      const { array } = app.layers.lines.fat.geometry.attributes.instanceColorStart.data;
-      return array.slice(0, 3).join();
-    }));
+    colours.add(
+      await page.evaluate(() => {
+        const { array } = app.layers.lines.fat.geometry.attributes.instanceColorStart.data;
+        return array.slice(0, 3).join();
+      }),
+    );
   }
   assert.equal(colours.size, 4);
   assert.match(await page.locator('#legend').innerText(), /3.0 mm/);
@@ -200,7 +248,11 @@ test('a storey is shown from its floor to below its ceiling', async () => {
 });
 
 test('on a phone a tap keeps what is known of a line, and layers open', async () => {
-  const phone = await open(browser, file, { viewport: { width: 390, height: 800 }, hasTouch: true, isMobile: true });
+  const phone = await open(browser, file, {
+    viewport: { width: 390, height: 800 },
+    hasTouch: true,
+    isMobile: true,
+  });
   await lookFrom(phone, [12, -15, 15], [0, 0, 0]);
   const { x, y } = await phone.evaluate(() => app.toWindow([0, -3, -1]));
   await phone.touchscreen.tap(x, y);
