@@ -15,6 +15,7 @@ void AddMapCommand(CLI::App& app);
 void AddExportCommand(CLI::App& app);
 void AddRunCommand(CLI::App& app);
 void AddEvaluateCommand(CLI::App& app);
+void AddCompareCommand(CLI::App& app);
 
 // Exit codes of slcmap.
 inline constexpr int kExitSuccess = 0;

@@ -52,6 +52,7 @@ void AddCommands(CLI::App& app) {
   AddExportCommand(app);
   AddRunCommand(app);
   AddEvaluateCommand(app);
+  AddCompareCommand(app);
   AddHelpCommand(app);
   RefuseEmptyValues(app);
 }
