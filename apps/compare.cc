@@ -123,6 +123,7 @@ void CheckArguments(const CompareArguments& arguments) {
     throw ConfigError(fmt::format("--repeats: found {}, expected 1 to 19", arguments.repeats));
   }
   CheckNames(arguments);
+  for (const MethodToRun& method : MethodsToRun(arguments)) CheckMethod(method);
   for (const std::string& sequence : arguments.sequences) {
     ExpectFolder(sequence, FolderKind::kSequence);
     SequenceId(sequence);
@@ -195,6 +196,16 @@ void WriteReport(const Comparison& comparison, OutputFolder* output) {
   output->Commit();
 }
 
+// The report tells what went wrong; a script should learn of it too.
+void RefuseEmpty(const std::string& output, const Comparison& comparison) {
+  for (const SequenceResult& sequence : comparison.sequences) {
+    for (const MethodResult& method : sequence.methods) {
+      if (!method.repeats.empty()) return;
+    }
+  }
+  throw DataError(output + ": no method gave a result; the logs in its folder runs say why");
+}
+
 void Compare(const CompareArguments& arguments) {
   CheckArguments(arguments);
   std::vector<std::string> inputs;
@@ -219,6 +230,7 @@ void Compare(const CompareArguments& arguments) {
   std::fputs(ComparisonTable(comparison).c_str(), stdout);
   std::printf("\nresults   %s/compare.json, compare.csv, compare.tex\nopen      %s/report.html\n",
               arguments.output.c_str(), arguments.output.c_str());
+  RefuseEmpty(arguments.output, comparison);
 }
 
 }  // namespace

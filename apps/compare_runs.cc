@@ -35,6 +35,7 @@ std::string OptionsOf(const MethodToRun& method, int repeat) {
     verdict = VerdictOptions::FromYaml(method.config);
   }
   if (!method.method.empty()) odometry.method = MethodFromName(method.method);
+  odometry.Check();
   odometry.points.max_points = PointsOfRepeat(odometry.points.max_points, repeat);
   return odometry.ToYaml() + verdict.ToYaml() + ReadMappingOptions(method.config).ToYaml();
 }
@@ -80,6 +81,7 @@ Repeat RunRepeat(const MethodToRun& method, const std::string& sequence, const s
   const std::string folder =
       fmt::format("{}/{}/{}-{}-{}", plan.folder, sequence_name, method.name, repeat, key);
   MakeFolder(folder);
+  if (IsFinished(folder + "/run/run.json")) spdlog::info("{}: kept from before", folder);
   const std::string config = folder + "/options.yaml";
   WriteFile(config, options);
   Repeat made{{folder + "/run", folder + "/map", plan.dense_maps ? folder + "/dense_map" : ""}, ""};
@@ -114,6 +116,8 @@ std::string SequenceId(const std::string& sequence) {
   }
   return text;
 }
+
+void CheckMethod(const MethodToRun& method) { OptionsOf(method, 0); }
 
 int PointsOfRepeat(int max_points, int repeat) {
   // 1, 0.9, 1.1, 0.8, 1.2, ...

@@ -26,6 +26,9 @@ struct RunPlan {
 // DataError where it is none.
 std::string SequenceId(const std::string& sequence);
 
+// Throws ConfigError where the options of a method cannot be used.
+void CheckMethod(const MethodToRun& method);
+
 // A number of points for a repeat, around the one asked for: the same run again would be the same
 // to the byte, and tell nothing of how results scatter.
 int PointsOfRepeat(int max_points, int repeat);

@@ -21,6 +21,7 @@
 #include "data/progress.h"
 #include "data/text_row.h"
 #include "mapping/building/building_files.h"
+#include "mapping/map_folder.h"
 #include "mapping/refinement.h"
 #include "odometry/run_folder.h"
 
@@ -33,6 +34,7 @@ struct EvaluateArguments {
   SurfaceInputs surfaces;
   BuildingInputs building;
   std::string observations;  // a run folder
+  std::string map;           // a map folder
   std::string json, plots;
   TrajectoryMetricOptions options;
   LineMetricOptions line_options;
@@ -198,6 +200,18 @@ Json EvaluateStraightness(const EvaluateArguments& arguments) {
           {"truth", StraightnessJson(with_truth, nullptr, options)}};
 }
 
+Json EvaluateMapStraightness(const std::string& folder) {
+  const StraightnessOptions options;
+  const MapResult map = ReadMapFolder(folder);
+  const MapStraightness straightness =
+      MeasureMapStraightness(map.building, map.dense, options, StageProgress("walls"));
+  std::printf("\nwalls of %s, by its points of stereo depth\n%s", folder.c_str(),
+              MapStraightnessTable(straightness, options).c_str());
+  Json json = MapStraightnessJson(straightness, options);
+  json["map"] = folder;
+  return json;
+}
+
 void WriteResults(const EvaluateArguments& arguments, const TrajectoryMetrics& metrics,
                   const Json& json) {
   if (!arguments.json.empty()) WriteJsonFile(arguments.json, json);
@@ -230,6 +244,7 @@ void Evaluate(EvaluateArguments arguments) {
       json["building"] = EvaluateMappedBuilding(arguments, metrics.absolute.front().alignment);
     }
     if (!arguments.observations.empty()) json["straightness"] = EvaluateStraightness(arguments);
+    if (!arguments.map.empty()) json["map"] = EvaluateMapStraightness(arguments.map);
   } catch (const StoppedError& error) {
     json["partial_reason"] = error.what();
     WriteResults(arguments, metrics, json);
@@ -286,6 +301,8 @@ void AddEvaluateCommand(CLI::App& app) {
       "--observations", arguments->observations,
       "Run folder of the sequence: measure how straight its observations are, each placed alone "
       "with the estimate's poses");
+  command->add_option("--map", arguments->map,
+                      "Map folder, made from images: measure how flat and straight its walls are");
   command->callback([=] {
     if (true_edges->count() > 0 && lines->count() + observations->count() == 0) {
       throw CLI::RequiresError("--true-edges", "--lines or --observations");

@@ -68,34 +68,60 @@ std::string CsvField(const std::string& text) {
   return quoted + "\"";
 }
 
-// A table of one group: a row a method, a column a figure; the best is marked where there is one.
-std::string GroupTable(const SequenceResult& sequence, FigureGroup group) {
-  const std::vector<FigureInfo> figures = FiguresOf(sequence, group, true);
-  if (figures.empty()) return "";
-  std::string text = "\n" + GroupTitle(group) + "\n";
-  std::vector<std::vector<std::string>> rows = {{""}};
-  for (const FigureInfo& figure : figures) rows[0].push_back(Head(figure));
+using Columns = std::vector<std::vector<std::string>>;  // each from its head down
+
+std::vector<std::string> FigureColumn(const SequenceResult& sequence, const FigureInfo& figure) {
+  const std::vector<Ranked> all = sequence.Of(figure);
+  const auto best = BestOf(all, figure.less_is_better);
+  std::vector<std::string> column = {Head(figure)};
   for (const MethodResult& method : sequence.methods) {
-    rows.push_back({method.name});
-    for (const FigureInfo& figure : figures) {
-      const std::vector<Ranked> all = sequence.Of(figure);
-      const auto best = BestOf(all, figure.less_is_better);
-      const bool is_best = best && all[*best].name == method.name;
-      rows.back().push_back(SpreadText(SpreadOf(method.Values(figure.key)), figure.digits) +
-                            (is_best ? " *" : "  "));
+    const bool is_best = best && all[*best].name == method.name;
+    column.push_back(SpreadText(SpreadOf(method.Values(figure.key)), figure.digits) +
+                     (is_best ? " *" : "  "));
+  }
+  return column;
+}
+
+std::string Rows(const Columns& columns) {
+  std::string text;
+  for (size_t row = 0; row < columns.front().size(); ++row) {
+    for (size_t i = 0; i < columns.size(); ++i) {
+      size_t width = 0;
+      for (const std::string& cell : columns[i]) width = std::max(width, cell.size());
+      text += i == 0 ? fmt::format("  {:<{}}", columns[i][row], width)
+                     : fmt::format("  {:>{}}", columns[i][row], width);
     }
-  }
-  std::vector<size_t> widths(rows[0].size(), 0);
-  for (const auto& row : rows) {
-    for (size_t i = 0; i < row.size(); ++i) widths[i] = std::max(widths[i], row[i].size());
-  }
-  for (const auto& row : rows) {
-    text += fmt::format("  {:<{}}", row[0], widths[0]);
-    for (size_t i = 1; i < row.size(); ++i) text += fmt::format("  {:>{}}", row[i], widths[i]);
     while (text.back() == ' ') text.pop_back();
     text += "\n";
   }
   return text;
+}
+
+// A table of one group: a row a method, a column a figure; the best is marked where there is one.
+// What is too wide for a terminal goes on below.
+std::string GroupTable(const SequenceResult& sequence, FigureGroup group) {
+  constexpr size_t kWidth = 110;
+  std::vector<std::string> names = {""};
+  for (const MethodResult& method : sequence.methods) names.push_back(method.name);
+  std::string text;
+  Columns columns = {names};
+  size_t width = 0;
+  for (const FigureInfo& figure : FiguresOf(sequence, group, true)) {
+    std::vector<std::string> column = FigureColumn(sequence, figure);
+    const size_t more = std::max_element(column.begin(), column.end(),
+                                         [](auto& a, auto& b) { return a.size() < b.size(); })
+                            ->size() +
+                        2;
+    if (columns.size() > 1 && width + more > kWidth) {
+      text += Rows(columns);
+      columns = {names};
+      width = 0;
+    }
+    width += more;
+    columns.push_back(std::move(column));
+  }
+  if (columns.size() == 1) return "";
+  return "\n" + GroupTitle(group) + "\n" + text + Rows(columns);
 }
 
 std::string LatexText(const std::string& text) {
@@ -233,10 +259,12 @@ std::vector<std::string> NotesOn(const SequenceResult& sequence, int repeats) {
   }
   const auto floor = sequence.with_true_poses.find("edge_thickness_mm");
   if (floor != sequence.with_true_poses.end()) {
-    notes.push_back(
-        fmt::format("With true poses the same observations make edges {:.2f} mm thick: "
-                    "no method can be below.",
-                    floor->second));
+    notes.push_back(fmt::format(
+        "With the true poses the same observations make edges {:.2f} mm thick: {}", floor->second,
+        sequence.truth_is_floor
+            ? "what stereo and the building have of their own, below which no method can be."
+            : "more than with some method's, so these poses are no floor, and what is beyond them "
+              "is not told."));
   }
   notes.push_back(
       fmt::format("A real wall may bend by {:.0f} mm over 10 m (DIN 18202): less cannot "

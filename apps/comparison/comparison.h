@@ -36,8 +36,9 @@ struct SequenceResult {
   std::string name, path;
   double length_m = 0, duration_s = 0;
   bool true_poses = false, true_edges = false;
-  std::string reference;    // whose observations all were measured with, in words
-  Figures with_true_poses;  // straightness: what observations and building have of their own
+  bool truth_is_floor = false;  // with true poses edges are thinner than with any method's
+  std::string reference;        // whose observations all were measured with, in words
+  Figures with_true_poses;      // straightness: what observations and building have of their own
   Trajectory truth;
   std::vector<PlySegment> edges;  // true ones that were seen
   std::vector<MethodResult> methods;

@@ -31,7 +31,7 @@ h1 { font-size: 1.7rem; margin: 0; } h2 { font-size: 1.35rem; margin: 2.6rem 0 .
 h3 { font-size: 1rem; margin: 1.6rem 0 .5rem; } p { margin: .3rem 0; }
 .soft, .soft li { color: var(--soft); } code { font-size: .9em; }
 .cards { display: grid; gap: 14px; grid-template-columns: repeat(auto-fill, minmax(330px, 1fr)); }
-.wide { grid-template-columns: repeat(auto-fit, minmax(480px, 1fr)); }
+.wide { grid-template-columns: repeat(auto-fill, minmax(min(480px, 100%), 1fr)); }
 figure { margin: 0; background: var(--card); border: 1px solid var(--rule); border-radius: 8px;
   padding: 10px 12px; }
 figcaption { font-weight: 600; font-size: .92rem; margin-bottom: 4px; }
@@ -43,8 +43,10 @@ svg .small { font-size: 11px; fill: var(--soft); }
 .floor { stroke: var(--ink); stroke-dasharray: 3 3; } .grid { stroke: var(--rule); }
 .table { overflow-x: auto; } table { border-collapse: collapse; font-variant-numeric: tabular-nums; }
 th, td { padding: 4px 12px; text-align: right; border-bottom: 1px solid var(--rule);
-  white-space: nowrap; font-size: .9rem; }
-th:first-child, td:first-child { text-align: left; } th { font-weight: 600; } th small, td small {
+  white-space: nowrap; font-size: .9rem; vertical-align: bottom; }
+th { white-space: normal; max-width: 8rem; line-height: 1.25; }
+th:first-child, td:first-child { text-align: left; } th { font-weight: 600; }
+th small, td small {
   color: var(--soft); font-weight: 400; } td.best { background: var(--best); font-weight: 600; }
 .key i { display: inline-block; width: 11px; height: 11px; border-radius: 2px; margin: 0 5px 0 14px; }
 ul { margin: .3rem 0; padding-left: 1.2rem; }
@@ -59,7 +61,7 @@ std::string Figure(const std::string& caption, const std::string& plot, const ch
 std::string Key(const SequenceResult& sequence) {
   std::string html = "<p class=\"key\">";
   for (size_t i = 0; i < sequence.methods.size(); ++i) {
-    html += fmt::format("<i style=\"background:{}\"></i>{}", MethodColour(i),
+    html += fmt::format("<i style=\"background:{}\"></i>{}", MethodColour(sequence, i),
                         EscapeHtml(sequence.methods[i].name));
   }
   if (sequence.true_poses) html += "<i style=\"background:#bbb\"></i>truth";
@@ -161,6 +163,7 @@ std::string LineMaps(const SequenceResult& sequence) {
   if (html.empty()) return "";
   return std::string("<h3>Line maps from above") +
          (sequence.true_edges ? ", over the true edges (grey)" : "") +
+         ": red and green along the building's axes, blue upright, amber along none" +
          "</h3><div class=\"cards wide\">" + html + "</div>\n";
 }
 
@@ -169,7 +172,8 @@ std::string Section(const SequenceResult& sequence, int repeats) {
       "<h2>{}</h2>\n<p class=\"soft\">{:.1f} m, {:.0f} s; true poses {}, true edges {}</p>\n",
       EscapeHtml(sequence.name), sequence.length_m, sequence.duration_s,
       sequence.true_poses ? "known" : "not known", sequence.true_edges ? "known" : "not known");
-  html += Notes(sequence, repeats) + Key(sequence) + Bars(sequence) + Orders(sequence);
+  html += Notes(sequence, repeats) + Key(sequence) + Bars(sequence);
+  if (repeats > 1) html += Orders(sequence);
   html += "<h3>Paths</h3><div class=\"cards wide\">" +
           Figure("From above", PathPlot(sequence), "paper") +
           Figure("Distance from the truth over time", ErrorPlot(sequence)) + "</div>\n";

@@ -8,7 +8,6 @@
 #include <map>
 
 #include "apps/evaluation/line_metrics.h"
-#include "apps/evaluation/map_walls.h"
 #include "apps/evaluation/straightness_report.h"
 #include "apps/evaluation/trajectory_metrics.h"
 #include "data/error.h"
@@ -22,8 +21,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kLeastPoses = 0.9;     // of the observations, of a trajectory that decides
-constexpr double kDenseRadius_m = 0.1;  // of a point's neighbourhood in a dense cloud
+constexpr double kLeastPoses = 0.9;  // of the observations, of a trajectory that decides
 constexpr double kLineTolerance_m = 0.05;
 
 // What is read of one run, or of one given trajectory.
@@ -167,16 +165,10 @@ void AddLineFigures(const Measured& measured, const TrueEdges& edges, const Alig
 void AddDenseFigures(const std::string& folder, const StraightnessOptions& options,
                      const Progress& progress, Figures* figures) {
   const MapResult map = ReadMapFolder(folder);
-  std::vector<Eigen::Vector3d> points;
-  for (const DensePoint& point : map.dense) {
-    if (point.source == DenseSource::kStereo) points.push_back(point.p_world);
-  }
-  FlatnessOptions flatness = options.flatness;
-  flatness.radius_m = kDenseRadius_m;
-  AddFlatness(MeasureFlatness(points, flatness, progress), "dense_", figures);
-  const Survey survey = SurveyWalls(WallsOfMap(map.building, map.dense, {}),
-                                    Eigen::Vector3d::UnitZ(), options.survey);
-  const SurveySummary summary = Summarize(survey, nullptr, options.survey);
+  const MapStraightness straightness =
+      MeasureMapStraightness(map.building, map.dense, options, progress);
+  AddFlatness(straightness.flatness, "dense_", figures);
+  const SurveySummary summary = Summarize(straightness.survey, nullptr, options.survey);
   for (const GapSummary& gap : summary.gaps) {
     if (gap.walls == 0) continue;
     (*figures)[fmt::format("wall_gap_{:g}m_mm", gap.length_m)] = 1e3 * gap.median_m;
@@ -259,7 +251,7 @@ class SequenceMeasurer {
     });
     std::vector<const Trajectory*> deciding;
     for (const Measured& measured : all_) {
-      if (ShareOf(run, measured.final_poses) >= kLeastPoses) {
+      if (ShareOf(run, own->final_poses, measured.final_poses) >= kLeastPoses) {
         deciding.push_back(&measured.final_poses);
       } else {
         Remark(measured, "has no pose for many of the observations: measured with the others");
@@ -275,16 +267,24 @@ class SequenceMeasurer {
     if (truth_.trajectory.empty()) return;
     with_truth_ = MeasureStraightness(*reference_, truth_.trajectory, {}, options_);
     AddStraightness(*with_truth_, nullptr, options_, &result_.with_true_poses);
+    // Thickness beyond true poses means nothing where these are not better than the methods'.
+    result_.truth_is_floor =
+        std::all_of(deciding.begin(), deciding.end(), [&](const Trajectory* trajectory) {
+          return RetriangulateEdges(reference_->observations.edges, *trajectory, options_.edges)
+                     .thickness_m >= with_truth_->edges.thickness_m;
+        });
   }
 
-  static double ShareOf(const OdometryRun& run, const Trajectory& trajectory) {
-    if (run.keyframes.empty()) return 1;
-    const auto has_pose = [&](const Keyframe& k) {
-      return PoseAt(trajectory, k.stamp_ns).has_value();
-    };
-    return static_cast<double>(
-               std::count_if(run.keyframes.begin(), run.keyframes.end(), has_pose)) /
-           static_cast<double>(run.keyframes.size());
+  // The share of the keyframes that the run itself has poses for, and the trajectory too.
+  static double ShareOf(const OdometryRun& run, const Trajectory& own,
+                        const Trajectory& trajectory) {
+    int64_t keyframes = 0, shared = 0;
+    for (const Keyframe& keyframe : run.keyframes) {
+      if (!PoseAt(own, keyframe.stamp_ns)) continue;
+      ++keyframes;
+      shared += PoseAt(trajectory, keyframe.stamp_ns).has_value();
+    }
+    return keyframes > 0 ? static_cast<double>(shared) / static_cast<double>(keyframes) : 1;
   }
 
   void Remark(const Measured& measured, const std::string& remark) {
@@ -302,6 +302,7 @@ class SequenceMeasurer {
       AddStraightness(
           MeasureStraightness(*reference_, measured.final_poses, truth_.trajectory, options_),
           with_truth_ ? &*with_truth_ : nullptr, options_, &figures);
+      if (!result_.truth_is_floor) figures.erase("edge_thickness_beyond_mm");
     }
     if (!measured.dense_map.empty()) {
       AddDenseFigures(measured.dense_map, options_, progress_, &figures);
@@ -338,9 +339,15 @@ class SequenceMeasurer {
     method->lines = slcmap::Aligned(alignment, measured.lines);
     method->stages = StagesOf(measured.timings);
     if (result_.length_m > 0) return;
-    const Trajectory& path = result_.true_poses ? truth_.trajectory : measured.final_poses;
+    if (measured.final_poses.empty()) return;
+    const int64_t from_ns = measured.final_poses.front().stamp_ns;
+    const int64_t to_ns = measured.final_poses.back().stamp_ns;
+    Trajectory path = result_.true_poses ? truth_.trajectory : measured.final_poses;
+    std::erase_if(path, [&](const StampedPose& pose) {
+      return pose.stamp_ns < from_ns || pose.stamp_ns > to_ns;
+    });
     result_.length_m = Length_m(path);
-    result_.duration_s = ToSeconds(path.back().stamp_ns - path.front().stamp_ns);
+    result_.duration_s = ToSeconds(to_ns - from_ns);
   }
 
   // Without truth all are laid over the first.

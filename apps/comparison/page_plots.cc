@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
 namespace slcmap {
 namespace {
@@ -13,8 +14,14 @@ namespace {
 using Eigen::Vector2d;
 using Box = Eigen::AlignedBox2d;
 
-constexpr std::array<const char*, 8> kMethodColours = {"#8a8a8a", "#d98e00", "#3fa0d8", "#00916b",
-                                                       "#d2502a", "#a04c9c", "#0060a8", "#7a6a00"};
+// Methods keep their colours, whichever are compared; others take what is left in turn.
+constexpr std::array<std::pair<const char*, const char*>, 5> kMethodColours = {
+    {{"points-mono", "#8a8a8a"},
+     {"points", "#d98e00"},
+     {"points-lines", "#3fa0d8"},
+     {"structural", "#00916b"},
+     {"slc", "#d2502a"}}};
+constexpr std::array<const char*, 4> kOtherColours = {"#a04c9c", "#0060a8", "#7a6a00", "#c2577f"};
 constexpr std::array<const char*, 9> kStageColours = {"#c8d5de", "#8fb3cc", "#5b8fb5",
                                                       "#2f6c97", "#e0c090", "#cf9b52",
                                                       "#a8712b", "#9fb58a", "#6d8c55"};
@@ -224,7 +231,20 @@ std::string EscapeHtml(const std::string& text) {
   return escaped;
 }
 
-std::string MethodColour(size_t method) { return kMethodColours[method % kMethodColours.size()]; }
+std::string MethodColour(const SequenceResult& sequence, size_t method) {
+  const std::string& wanted = sequence.methods[method].name;
+  size_t others = 0;
+  for (const MethodResult& m : sequence.methods) {
+    const auto own = std::find_if(kMethodColours.begin(), kMethodColours.end(),
+                                  [&](const auto& entry) { return m.name == entry.first; });
+    if (m.name == wanted) {
+      return own != kMethodColours.end() ? own->second
+                                         : kOtherColours[others % kOtherColours.size()];
+    }
+    others += own == kMethodColours.end();
+  }
+  return kOtherColours.front();
+}
 
 std::string BarPlot(const SequenceResult& sequence, const FigureInfo& figure, const double* floor) {
   constexpr double kWidth = 340, kLeft = 92, kRow = 19, kRight = 96;
@@ -239,15 +259,18 @@ std::string BarPlot(const SequenceResult& sequence, const FigureInfo& figure, co
     svg += Text(kLeft - 6, y + 12, method.name, "end");
     const double end = kLeft + scale * std::max(0.0, spread.mean);
     const double whisker = scale * spread.deviation;
-    svg += Rectangle(kLeft, y + 2, end - kLeft, kRow - 6, MethodColour(i),
+    svg += Rectangle(kLeft, y + 2, end - kLeft, kRow - 6, MethodColour(sequence, i),
                      method.name + ": " + text + " " + figure.unit);
     if (spread.count > 1) svg += Line(end - whisker, y + 8.5, end + whisker, y + 8.5, "whisker");
-    svg += Text(end + whisker + 5, y + 12, text, "start", "small");
+    const double beside = floor ? std::max(end + whisker, kLeft + scale * *floor) : end + whisker;
+    svg += Text(beside + 5, y + 12, text, "start", "small");
     y += kRow;
   }
   if (floor) {
     const double x = kLeft + scale * *floor;
-    svg += Line(x, 2, x, y, "floor") + Text(x, y + 10, "with true poses", "middle", "small");
+    svg += Line(x, 2, x, y, "floor") +
+           Text(x, y + 10, fmt::format("{:.{}f} with true poses", *floor, figure.digits), "middle",
+                "small");
     y += 12;
   }
   return Svg(kWidth, y + 4, figure.label, svg);
@@ -258,7 +281,7 @@ std::string PathPlot(const SequenceResult& sequence) {
   const Plan plan(PathBox(sequence), kWidth, 420);
   std::string svg = PathOf(sequence.truth, plan, "#bbbbbb", 5);
   for (size_t i = 0; i < sequence.methods.size(); ++i) {
-    svg += PathOf(sequence.methods[i].trajectory, plan, MethodColour(i), 1.4);
+    svg += PathOf(sequence.methods[i].trajectory, plan, MethodColour(sequence, i), 1.4);
   }
   return Svg(kWidth, plan.height() + 10, "paths from above", svg + plan.Scale());
 }
@@ -285,7 +308,7 @@ std::string ErrorPlot(const SequenceResult& sequence) {
       points += fmt::format("{:.1f},{:.1f} ", at.x(), at.y());
     }
     svg += fmt::format("<polyline points=\"{}\" fill=\"none\" stroke=\"{}\" stroke-width=\"1.3\"/>",
-                       points, MethodColour(i));
+                       points, MethodColour(sequence, i));
   }
   return Svg(Axes::kWidth, Axes::kHeight, "distance from the truth over time", svg);
 }

@@ -9,8 +9,8 @@ namespace slcmap {
 
 std::string EscapeHtml(const std::string& text);
 
-// The colour of the i-th method, in CSS; also told apart with most colour blindness.
-std::string MethodColour(size_t method);
+// The colour of a sequence's method, by its index, in CSS.
+std::string MethodColour(const SequenceResult& sequence, size_t method);
 
 // A bar a method with its standard deviation as a whisker, and a line where `floor` is.
 std::string BarPlot(const SequenceResult& sequence, const FigureInfo& figure, const double* floor);

@@ -74,4 +74,19 @@ Straightness MeasureStraightness(const StraightnessReference& reference,
   return result;
 }
 
+MapStraightness MeasureMapStraightness(const Building& building,
+                                       const std::vector<DensePoint>& cloud,
+                                       const StraightnessOptions& options,
+                                       const Progress& progress) {
+  std::vector<Vector3d> points;
+  for (const DensePoint& point : cloud) {
+    if (point.source == DenseSource::kStereo) points.push_back(point.p_world);
+  }
+  FlatnessOptions flatness = options.flatness;
+  flatness.radius_m = options.dense_radius_m;
+  return {MeasureFlatness(points, flatness, progress),
+          SurveyWalls(WallsOfMap(building, cloud, options.map_walls), Vector3d::UnitZ(),
+                      options.survey)};
+}
+
 }  // namespace slcmap

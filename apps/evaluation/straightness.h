@@ -9,6 +9,7 @@
 #include "apps/evaluation/cloud_flatness.h"
 #include "apps/evaluation/direction_metrics.h"
 #include "apps/evaluation/edge_straightness.h"
+#include "apps/evaluation/map_walls.h"
 #include "apps/evaluation/reference_observations.h"
 #include "apps/evaluation/wall_finder.h"
 #include "apps/evaluation/wall_survey.h"
@@ -23,7 +24,9 @@ struct StraightnessOptions {
   DirectionOptions directions;
   double max_flat_sigma_m = 0.02;  // of the points whose flatness is measured
   FlatnessOptions flatness;
+  double dense_radius_m = 0.1;  // the same of a dense cloud: of a point's neighbourhood
   WallFinderOptions walls;
+  MapWallOptions map_walls;
   SurveyOptions survey;
 };
 
@@ -59,5 +62,15 @@ struct Straightness {
 Straightness MeasureStraightness(const StraightnessReference& reference,
                                  const Trajectory& trajectory, const Trajectory& truth,
                                  const StraightnessOptions& options);
+
+// The same of a map that was made from images, by its points of stereo depth, which are free.
+struct MapStraightness {
+  std::optional<FlatnessMetrics> flatness;
+  Survey survey;  // of the map's own walls
+};
+MapStraightness MeasureMapStraightness(const Building& building,
+                                       const std::vector<DensePoint>& cloud,
+                                       const StraightnessOptions& options,
+                                       const Progress& progress = {});
 
 }  // namespace slcmap

@@ -104,13 +104,13 @@ std::string GapRows(const SurveySummary& summary, const SurveySummary* added) {
   return text;
 }
 
-std::string SurveyRows(const Straightness& straightness, const Straightness* truth,
+// `added` and `truth` may be null.
+std::string SurveyRows(const Survey& survey, const Survey* added_survey, const Survey* truth,
                        const SurveyOptions& options) {
-  const Survey& survey = straightness.survey;
   if (survey.walls.empty()) return "walls     none with points enough\n";
-  const SurveySummary summary = Summarize(survey, truth ? &truth->survey : nullptr, options);
+  const SurveySummary summary = Summarize(survey, truth, options);
   std::optional<SurveySummary> added;
-  if (straightness.added) added = Summarize(*straightness.added, nullptr, options);
+  if (added_survey) added = Summarize(*added_survey, nullptr, options);
   std::string text = fmt::format("walls     {} faces\n", survey.walls.size());
   text += GapRows(summary, added ? &*added : nullptr);
   text += fmt::format("lean      {:.1f} mm a storey of {} m (median), {:.1f} mm (worst)\n",
@@ -256,7 +256,8 @@ std::string StraightnessTable(const Straightness& straightness, const Straightne
                               const StraightnessOptions& options) {
   return EdgeRows(straightness.edges, truth ? &truth->edges : nullptr) +
          DirectionRow(straightness.directions) + FlatnessRow(straightness.flatness) +
-         SurveyRows(straightness, truth, options.survey);
+         SurveyRows(straightness.survey, straightness.added ? &*straightness.added : nullptr,
+                    truth ? &truth->survey : nullptr, options.survey);
 }
 
 Json StraightnessJson(const Straightness& straightness, const Straightness* truth,
@@ -270,6 +271,19 @@ Json StraightnessJson(const Straightness& straightness, const Straightness* trut
   json["added_by_mapping"] =
       straightness.added ? SummaryJson(Summarize(*straightness.added, nullptr, options.survey))
                          : Json();
+  return json;
+}
+
+std::string MapStraightnessTable(const MapStraightness& straightness,
+                                 const StraightnessOptions& options) {
+  return FlatnessRow(straightness.flatness) +
+         SurveyRows(straightness.survey, nullptr, nullptr, options.survey);
+}
+
+Json MapStraightnessJson(const MapStraightness& straightness, const StraightnessOptions& options) {
+  Json json;
+  json["flatness"] = straightness.flatness ? FlatnessJson(*straightness.flatness) : Json();
+  json["survey"] = SurveyJson(straightness.survey, nullptr, options.survey);
   return json;
 }
 

@@ -42,4 +42,10 @@ std::string StraightnessTable(const Straightness& straightness, const Straightne
 nlohmann::ordered_json StraightnessJson(const Straightness& straightness, const Straightness* truth,
                                         const StraightnessOptions& options);
 
+// Of a map's own points and walls.
+std::string MapStraightnessTable(const MapStraightness& straightness,
+                                 const StraightnessOptions& options);
+nlohmann::ordered_json MapStraightnessJson(const MapStraightness& straightness,
+                                           const StraightnessOptions& options);
+
 }  // namespace slcmap

@@ -6,75 +6,17 @@
 #include <cmath>
 
 #include "data/error.h"
-#include "odometry/geometry/pinhole.h"
+#include "tests/testing/edge_walk.h"
 
 namespace slcmap {
 namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kStep_s = 0.5;
+using testing::RunOver;
+using testing::Walk;
 
-Rig StereoRig() {
-  Rig rig;
-  for (Camera& camera : rig.cameras) {
-    camera.width_px = 752;
-    camera.height_px = 480;
-    camera.fx_px = camera.fy_px = 450;
-    camera.cx_px = 375.5;
-    camera.cy_px = 239.5;
-  }
-  rig.T_imu_camera[1].translation.x() = 0.11;
-  return rig;
-}
-
-// The IMU's axes are those of the camera, which looks along the world's x with y down.
-RigidTransform PoseAtPlace(double x_m) {
-  Eigen::Matrix3d rotation;
-  rotation << 0, 0, 1, -1, 0, 0, 0, -1, 0;
-  return {Eigen::Quaterniond(rotation), {x_m, 0, 0}};
-}
-
-Trajectory Walk(int poses) {
-  Trajectory walk;
-  for (int i = 0; i < poses; ++i) {
-    walk.push_back({ToNanoseconds(kStep_s * i), PoseAtPlace(0.05 * i)});
-  }
-  return walk;
-}
-
-// Edges across the view, 2.5 to 3 m away: upright ones, and two along y that lean, so that stereo
-// places them.
-const std::vector<PlySegment> kEdges = {{{2.6, -0.8, -0.5}, {2.6, -0.8, 0.6}},
-                                        {{2.6, 0.1, -0.5}, {2.6, 0.1, 0.6}},
-                                        {{2.9, 0.9, -0.5}, {2.9, 0.9, 0.6}},
-                                        {{2.6, -0.8, -0.4}, {2.6, 0.8, 0.5}}};
-
-LineSegment Seen(const Camera& camera, const RigidTransform& T_camera_world,
-                 const PlySegment& edge) {
-  const auto pixel = [&](const Vector3d& p) { return *camera.Project(T_camera_world * p); };
-  return {pixel(edge.start_world), pixel(edge.end_world)};
-}
-
-// A run whose keyframes see all edges at each pose; line i of the run is edge i.
-OdometryRun RunOver(const Trajectory& walk) {
-  OdometryRun run;
-  run.rectified_rig = StereoRig();
-  for (const StampedPose& pose : walk) {
-    Keyframe keyframe;
-    keyframe.stamp_ns = pose.stamp_ns;
-    for (size_t i = 0; i < kEdges.size(); ++i) {
-      std::array<LineSegment, 2> seen;
-      for (int c = 0; c < 2; ++c) {
-        const RigidTransform T_world_camera = pose.T_world_imu * run.rectified_rig.T_imu_camera[c];
-        seen[c] = Seen(run.rectified_rig.cameras[c], T_world_camera.Inverse(), kEdges[i]);
-      }
-      keyframe.lines.push_back({static_cast<int64_t>(i), seen[0], seen[1]});
-    }
-    run.keyframes.push_back(keyframe);
-  }
-  return run;
-}
+const std::vector<PlySegment> kEdges = testing::WalkEdges();
 
 std::vector<EdgeObservation> ObservationsOver(const Trajectory& walk) {
   return ObservationsOfRun(RunOver(walk), {}).edges;
