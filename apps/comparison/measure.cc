@@ -32,6 +32,7 @@ struct Measured {
   std::vector<MapLine> lines;
   RunTimings timings;
   std::string dense_map;
+  std::string remark;  // on the run's own verdict
 };
 
 std::string FileBeside(const std::string& sequence, const char* name) {
@@ -60,6 +61,11 @@ Measured ReadMeasured(const RunFolders& folders, size_t method) {
   measured.lines = map.lines;
   measured.timings = run.timings;
   measured.dense_map = folders.dense_map;
+  if (run.states.empty()) {
+    measured.remark = "a run has no pose at all";
+  } else if (run.verdict && run.verdict->level == VerdictLevel::kFailed) {
+    measured.remark = "a run failed by its own verdict: " + InWords(run.verdict->reasons.front());
+  }
   return measured;
 }
 
@@ -251,6 +257,7 @@ class SequenceMeasurer {
     });
     std::vector<const Trajectory*> deciding;
     for (const Measured& measured : all_) {
+      if (measured.final_poses.empty()) continue;
       if (ShareOf(run, own->final_poses, measured.final_poses) >= kLeastPoses) {
         deciding.push_back(&measured.final_poses);
       } else {
@@ -295,6 +302,8 @@ class SequenceMeasurer {
   }
 
   void MeasureOne(const Measured& measured) {
+    if (!measured.remark.empty()) Remark(measured, measured.remark);
+    if (measured.final_poses.empty()) return;
     Figures figures;
     Alignment alignment;
     if (result_.true_poses) MeasureAgainstTruth(measured, &figures, &alignment);
