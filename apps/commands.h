@@ -16,6 +16,7 @@ void AddExportCommand(CLI::App& app);
 void AddViewCommand(CLI::App& app);
 void AddRunCommand(CLI::App& app);
 void AddEvaluateCommand(CLI::App& app);
+void AddCompareCommand(CLI::App& app);
 
 // Exit codes of slcmap.
 inline constexpr int kExitSuccess = 0;

@@ -10,6 +10,7 @@
 #include "apps/evaluation/building_report.h"
 #include "apps/evaluation/calibration_plots.h"
 #include "apps/evaluation/line_report.h"
+#include "apps/evaluation/straightness_report.h"
 #include "apps/evaluation/surface_report.h"
 #include "apps/evaluation/trajectory_metrics.h"
 #include "apps/evaluation/trajectory_plots.h"
@@ -20,6 +21,9 @@
 #include "data/progress.h"
 #include "data/text_row.h"
 #include "mapping/building/building_files.h"
+#include "mapping/map_folder.h"
+#include "mapping/refinement.h"
+#include "odometry/run_folder.h"
 
 namespace slcmap {
 namespace {
@@ -29,6 +33,8 @@ struct EvaluateArguments {
   LineInputs lines;
   SurfaceInputs surfaces;
   BuildingInputs building;
+  std::string observations;  // a run folder
+  std::string map;           // a map folder
   std::string json, plots;
   TrajectoryMetricOptions options;
   LineMetricOptions line_options;
@@ -172,6 +178,40 @@ Json EvaluateMappedBuilding(const EvaluateArguments& arguments, const Alignment&
   return BuildingJson(inputs, metrics);
 }
 
+// With the observations of a run, which may be another than the estimate's.
+Json EvaluateStraightness(const EvaluateArguments& arguments) {
+  const StraightnessOptions options;
+  const Trajectory estimate = ReadTrajectory(arguments.inputs.estimate);
+  KnownTruth truth{ReadTrajectory(arguments.inputs.truth), {}};
+  if (!arguments.lines.true_edges.empty()) truth.edges = ReadTrueEdges(arguments.lines.true_edges);
+  OdometryRun run = ReadRunFolder(arguments.observations);
+  const Trajectory final_poses = RefineTrajectory(run.states, run.keyframes, &run.warnings);
+  const StraightnessReference reference =
+      MakeReference(run, final_poses, {&estimate}, truth, options);
+  const Straightness with_truth = MeasureStraightness(reference, truth.trajectory, {}, options);
+  const Straightness straightness =
+      MeasureStraightness(reference, estimate, truth.trajectory, options);
+  std::printf("\nstraightness, with the observations of %s\n%s\nthe same with true poses\n%s",
+              arguments.observations.c_str(),
+              StraightnessTable(straightness, &with_truth, options).c_str(),
+              StraightnessTable(with_truth, nullptr, options).c_str());
+  return {{"observations", arguments.observations},
+          {"estimate", StraightnessJson(straightness, &with_truth, options)},
+          {"truth", StraightnessJson(with_truth, nullptr, options)}};
+}
+
+Json EvaluateMapStraightness(const std::string& folder) {
+  const StraightnessOptions options;
+  const MapResult map = ReadMapFolder(folder);
+  const MapStraightness straightness =
+      MeasureMapStraightness(map.building, map.dense, options, StageProgress("walls"));
+  std::printf("\nwalls of %s, by its points of stereo depth\n%s", folder.c_str(),
+              MapStraightnessTable(straightness, options).c_str());
+  Json json = MapStraightnessJson(straightness, options);
+  json["map"] = folder;
+  return json;
+}
+
 void WriteResults(const EvaluateArguments& arguments, const TrajectoryMetrics& metrics,
                   const Json& json) {
   if (!arguments.json.empty()) WriteJsonFile(arguments.json, json);
@@ -203,6 +243,8 @@ void Evaluate(EvaluateArguments arguments) {
     if (!arguments.building.planes.empty()) {
       json["building"] = EvaluateMappedBuilding(arguments, metrics.absolute.front().alignment);
     }
+    if (!arguments.observations.empty()) json["straightness"] = EvaluateStraightness(arguments);
+    if (!arguments.map.empty()) json["map"] = EvaluateMapStraightness(arguments.map);
   } catch (const StoppedError& error) {
     json["partial_reason"] = error.what();
     WriteResults(arguments, metrics, json);
@@ -255,7 +297,18 @@ void AddEvaluateCommand(CLI::App& app) {
                           "True edges: edges.csv of a simulated sequence, or an edge-PLY");
   CLI::Option* lines = command->add_option(
       "--lines", arguments->lines.lines, "Mapped lines, an edge-PLY, in the world of the estimate");
-  true_edges->needs(lines);
+  CLI::Option* observations = command->add_option(
+      "--observations", arguments->observations,
+      "Run folder of the sequence: measure how straight its observations are, each placed alone "
+      "with the estimate's poses");
+  command->add_option("--map", arguments->map,
+                      "Map folder, made from images: measure how flat and straight its walls are");
+  command->callback([=] {
+    if (true_edges->count() > 0 && lines->count() + observations->count() == 0) {
+      throw CLI::RequiresError("--true-edges", "--lines or --observations");
+    }
+    Evaluate(*arguments);
+  });
   lines->needs(true_edges);
   AddSurfaceOptions(command, arguments.get());
   CLI::Option* true_building =
@@ -287,7 +340,6 @@ void AddEvaluateCommand(CLI::App& app) {
       "  slcmap evaluate --truth SEQ/truth/trajectory.tum --estimate MAP/trajectory.tum \\\n"
       "      --true-surfaces SEQ/truth/surfaces.ply --cloud MAP/dense.ply --occupancy "
       "MAP/occupancy.bt");
-  command->callback([arguments] { Evaluate(*arguments); });
 }
 
 }  // namespace slcmap

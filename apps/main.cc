@@ -53,6 +53,7 @@ void AddCommands(CLI::App& app) {
   AddViewCommand(app);
   AddRunCommand(app);
   AddEvaluateCommand(app);
+  AddCompareCommand(app);
   AddHelpCommand(app);
   RefuseEmptyValues(app);
 }

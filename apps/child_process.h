@@ -1,0 +1,14 @@
+// Runs this program again as a process of its own, whose cost and failure are its own.
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace slcmap {
+
+// Runs slcmap with arguments, its output in a log file, and waits for it. Ctrl-C is passed on, so
+// that it ends as it does alone. Returns its exit code; 128 and more where a signal ended it.
+// Throws OutputError where it cannot be started.
+int RunChild(const std::vector<std::string>& arguments, const std::string& log_path);
+
+}  // namespace slcmap

@@ -1,0 +1,296 @@
+#include "apps/evaluation/edge_straightness.h"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <optional>
+
+#include "data/option_table.h"
+
+namespace slcmap {
+namespace {
+
+using Eigen::Matrix2d;
+using Eigen::Matrix3d;
+using Eigen::Matrix4d;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+using Eigen::Vector4d;
+
+constexpr int kIterations = 10;
+constexpr double kOtherThing_m = 0.02;
+
+constexpr OptionTable kTable{
+    Option{"min_observations", &EdgeStraightnessOptions::min_observations, 2, 1000},
+    Option{"pose_sigma_m", &EdgeStraightnessOptions::pose_sigma_m, 1e-6, 0.1},
+    Option{"max_sigmas", &EdgeStraightnessOptions::max_sigmas, 0.1, 1000.0}};
+
+struct End {
+  int64_t stamp_ns = 0;
+  PlacedInWorld place;
+};
+
+// Both ends of each observation of one edge, in turn.
+using Ends = std::vector<End>;
+
+// A distance across a line, with its weight.
+struct Across {
+  Vector2d residual_m = Vector2d::Zero();
+  Matrix2d covariance_m2 = Matrix2d::Zero();
+  double along_m = 0;
+};
+
+// RMS of vectors of two components of which each counts by how well it is known.
+class WeightedRms {
+ public:
+  explicit WeightedRms(double least_sigma_m) : least_(least_sigma_m * least_sigma_m) {}
+
+  void Add(const Vector2d& vector_m, const Matrix2d& covariance_m2) {
+    const Matrix2d weight = (covariance_m2 + least_ * Matrix2d::Identity()).inverse();
+    sum_ += vector_m.dot(weight * vector_m);
+    weights_ += weight.trace();
+  }
+  void Add(const WeightedRms& other) {
+    sum_ += other.sum_;
+    weights_ += other.weights_;
+  }
+  double Value() const { return weights_ > 0 ? std::sqrt(2 * sum_ / weights_) : 0; }
+
+ private:
+  const double least_;
+  double sum_ = 0, weights_ = 0;
+};
+
+// A line in space and the plane across it.
+class FittedLine {
+ public:
+  // Through the ends of observations: their mean, and the direction that they have in common.
+  explicit FittedLine(const Ends& ends) {
+    Matrix3d directions = Matrix3d::Zero();
+    double weights = 0;
+    p_.setZero();
+    for (size_t i = 0; i + 1 < ends.size(); i += 2) {
+      const Vector3d seen = ends[i + 1].place.p_world - ends[i].place.p_world;
+      const double weight = 1 / (1e-12 + ends[i].place.covariance_m2.trace() +
+                                 ends[i + 1].place.covariance_m2.trace());
+      directions += weight * seen * seen.transpose();
+      p_ += weight * 0.5 * (ends[i].place.p_world + ends[i + 1].place.p_world);
+      weights += weight;
+    }
+    p_ /= weights;
+    SetDirection(Eigen::SelfAdjointEigenSolver<Matrix3d>(directions).eigenvectors().col(2));
+  }
+
+  Across AcrossOf(const PlacedInWorld& place) const {
+    const Vector3d offset = place.p_world - p_;
+    return {across_.transpose() * offset, across_.transpose() * place.covariance_m2 * across_,
+            direction_.dot(offset)};
+  }
+
+  // One step of least squares over place across (2) and direction (2), with Cauchy's loss where
+  // loss_m is finite; false where they are not determined.
+  bool Improve(const Ends& ends, double least_sigma_m, double loss_m) {
+    Matrix4d information = Matrix4d::Zero();
+    Vector4d gradient = Vector4d::Zero();
+    for (const End& end : ends) {
+      const Across across = AcrossOf(end.place);
+      const double off = across.residual_m.norm() / loss_m;
+      const Matrix2d weight =
+          (across.covariance_m2 + least_sigma_m * least_sigma_m * Matrix2d::Identity()).inverse() /
+          (1 + off * off);
+      Eigen::Matrix<double, 2, 4> by;
+      by << Matrix2d::Identity(), across.along_m * Matrix2d::Identity();
+      information += by.transpose() * weight * by;
+      gradient += by.transpose() * weight * across.residual_m;
+    }
+    const Eigen::SelfAdjointEigenSolver<Matrix4d> solver(information);
+    if (!(solver.eigenvalues()[0] > 1e-9 * solver.eigenvalues()[3])) return false;
+    covariance_ = information.inverse();
+    const Vector4d step = covariance_ * gradient;
+    p_ += across_ * step.head<2>();
+    SetDirection(direction_ + across_ * step.tail<2>());
+    return true;
+  }
+
+  FreeLine Result(const Ends& ends) const {
+    double from_m = HUGE_VAL, to_m = -HUGE_VAL;
+    for (const End& end : ends) {
+      const double along_m = direction_.dot(end.place.p_world - p_);
+      from_m = std::min(from_m, along_m);
+      to_m = std::max(to_m, along_m);
+    }
+    FreeLine line;
+    line.p_world = p_ + 0.5 * (from_m + to_m) * direction_;
+    line.direction_world = direction_;
+    line.length_m = to_m - from_m;
+    const Matrix2d turn = covariance_.bottomRightCorner<2, 2>();
+    line.direction_sigma_rad =
+        std::sqrt(Eigen::SelfAdjointEigenSolver<Matrix2d>(turn).eigenvalues()[1]);
+    line.observations = static_cast<int>(ends.size() / 2);
+    return line;
+  }
+
+ private:
+  void SetDirection(const Vector3d& direction) {
+    direction_ = direction.normalized();
+    across_.col(0) = direction_.unitOrthogonal();
+    across_.col(1) = direction_.cross(across_.col(0));
+  }
+
+  Vector3d p_, direction_;
+  Eigen::Matrix<double, 3, 2> across_;
+  Matrix4d covariance_ = Matrix4d::Zero();
+};
+
+std::optional<FittedLine> Fit(const Ends& ends, const EdgeStraightnessOptions& options,
+                              double loss_m = HUGE_VAL) {
+  if (static_cast<int>(ends.size()) < 2 * options.min_observations) return std::nullopt;
+  FittedLine line(ends);
+  for (int i = 0; i < kIterations; ++i) {
+    if (!line.Improve(ends, options.pose_sigma_m, loss_m)) return std::nullopt;
+  }
+  return line;
+}
+
+// The ends of each edge in the world of a trajectory.
+std::map<int64_t, Ends> EndsByEdge(const std::vector<EdgeObservation>& observations,
+                                   const Trajectory& trajectory, int64_t* without_pose) {
+  std::map<int64_t, Ends> edges;
+  for (const EdgeObservation& observation : observations) {
+    const std::optional<RigidTransform> pose = PoseAt(trajectory, observation.stamp_ns);
+    if (!pose) {
+      ++*without_pose;
+      continue;
+    }
+    for (const Placed& end : observation.ends) {
+      edges[observation.edge].push_back({observation.stamp_ns, InWorld(end, *pose)});
+    }
+  }
+  return edges;
+}
+
+// Sums over pairs of observations of one edge, by the time between them.
+class GapsByTime {
+ public:
+  explicit GapsByTime(const EdgeStraightnessOptions& options)
+      : options_(options),
+        pairs_(options.times_s.size(), 0),
+        sums_(options.times_s.size(), WeightedRms(options.pose_sigma_m)) {}
+
+  void Add(const Ends& ends, const FittedLine& line) {
+    std::vector<Across> across;
+    for (const End& end : ends) across.push_back(line.AcrossOf(end.place));
+    for (size_t i = 0; i < ends.size(); i += 2) {
+      for (size_t j = i + 2; j < ends.size(); j += 2) AddPair(ends, across, i, j);
+    }
+  }
+
+  std::vector<TimeGap> Result() const {
+    std::vector<TimeGap> gaps;
+    for (size_t k = 0; k < pairs_.size(); ++k) {
+      const double to_s = k + 1 < pairs_.size() ? options_.times_s[k + 1] : HUGE_VAL;
+      gaps.push_back({options_.times_s[k], to_s, pairs_[k], sums_[k].Value()});
+    }
+    return gaps;
+  }
+
+ private:
+  // The middles of two observations.
+  void AddPair(const Ends& ends, const std::vector<Across>& across, size_t i, size_t j) {
+    const double time_s = std::abs(ToSeconds(ends[j].stamp_ns - ends[i].stamp_ns));
+    const auto above = std::upper_bound(options_.times_s.begin(), options_.times_s.end(), time_s);
+    if (above == options_.times_s.begin()) return;
+    const auto k = static_cast<size_t>(above - options_.times_s.begin() - 1);
+    const auto middle = [&](size_t at) {
+      return Vector2d(0.5 * (across[at].residual_m + across[at + 1].residual_m));
+    };
+    Matrix2d covariance_m2 = Matrix2d::Zero();
+    for (const size_t at : {i, i + 1, j, j + 1}) {
+      covariance_m2 += 0.25 * across[at].covariance_m2;
+    }
+    sums_[k].Add(middle(i) - middle(j), covariance_m2);
+    ++pairs_[k];
+  }
+
+  const EdgeStraightnessOptions& options_;
+  std::vector<int64_t> pairs_;
+  std::vector<WeightedRms> sums_;
+};
+
+WeightedRms ThicknessOf(const Ends& ends, const FittedLine& line,
+                        const EdgeStraightnessOptions& options) {
+  WeightedRms thickness(options.pose_sigma_m);
+  for (const End& end : ends) {
+    const Across across = line.AcrossOf(end.place);
+    thickness.Add(across.residual_m, across.covariance_m2);
+  }
+  return thickness;
+}
+
+bool IsFar(const End& end, const FittedLine& line, double max_sigmas) {
+  const Across across = line.AcrossOf(end.place);
+  const Matrix2d covariance_m2 =
+      across.covariance_m2 + kOtherThing_m * kOtherThing_m * Matrix2d::Identity();
+  return across.residual_m.dot(covariance_m2.inverse() * across.residual_m) >
+         max_sigmas * max_sigmas;
+}
+
+}  // namespace
+
+void EdgeStraightnessOptions::Check() const {
+  kTable.Check("edge_straightness", *this);
+  if (times_s.empty() || !std::is_sorted(times_s.begin(), times_s.end())) {
+    throw ConfigError("edge_straightness.times_s: expected at least one time, ascending");
+  }
+}
+
+EdgeStraightness RetriangulateEdges(const std::vector<EdgeObservation>& observations,
+                                    const Trajectory& trajectory,
+                                    const EdgeStraightnessOptions& options) {
+  options.Check();
+  EdgeStraightness result;
+  WeightedRms thickness(options.pose_sigma_m);
+  GapsByTime gaps(options);
+  for (const auto& [edge, ends] : EndsByEdge(observations, trajectory, &result.without_pose)) {
+    const std::optional<FittedLine> line = Fit(ends, options);
+    if (!line) continue;
+    const WeightedRms own = ThicknessOf(ends, *line, options);
+    thickness.Add(own);
+    gaps.Add(ends, *line);
+    result.lines.push_back(line->Result(ends));
+    result.lines.back().edge = edge;
+    result.lines.back().thickness_m = own.Value();
+    result.observations += result.lines.back().observations;
+  }
+  result.edges = static_cast<int64_t>(result.lines.size());
+  result.thickness_m = thickness.Value();
+  result.gaps = gaps.Result();
+  return result;
+}
+
+std::vector<EdgeObservation> OfOneEdge(const std::vector<EdgeObservation>& observations,
+                                       const Trajectory& trajectory,
+                                       const EdgeStraightnessOptions& options) {
+  options.Check();
+  int64_t without_pose = 0;
+  std::map<int64_t, FittedLine> lines;
+  for (const auto& [edge, ends] : EndsByEdge(observations, trajectory, &without_pose)) {
+    if (const auto line = Fit(ends, options, kOtherThing_m)) lines.emplace(edge, *line);
+  }
+  std::vector<EdgeObservation> kept;
+  for (const EdgeObservation& observation : observations) {
+    const auto line = lines.find(observation.edge);
+    const std::optional<RigidTransform> pose = PoseAt(trajectory, observation.stamp_ns);
+    if (line == lines.end() || !pose) continue;
+    const bool far =
+        std::any_of(observation.ends.begin(), observation.ends.end(), [&](const Placed& end) {
+          return IsFar({observation.stamp_ns, InWorld(end, *pose)}, line->second,
+                       options.max_sigmas);
+        });
+    if (!far) kept.push_back(observation);
+  }
+  return kept;
+}
+
+}  // namespace slcmap

@@ -1,0 +1,358 @@
+#include "apps/evaluation/wall_survey.h"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numbers>
+
+#include "data/option_table.h"
+
+namespace slcmap {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+constexpr double kDegrees = 180 / std::numbers::pi;
+constexpr int kIterations = 6;
+constexpr double kCauchy_m = 0.02;      // a point so far from its face counts half
+constexpr double kKnownPlaces = 0.7;    // of those under a straightedge
+constexpr double kLeastSpan = 0.9;      // of a straightedge, between the outer places under it
+constexpr double kLeastBeside_m = 0.5;  // of faces that face each other
+constexpr double kMostApart_m = 30;     // the same; DIN 18202 goes no further
+constexpr double kNear_m = 1;           // of faces that an angle is between, at their ends
+constexpr double kMadToSigma = 1.4826, kMedianSpread = 1.2533;
+
+constexpr OptionTable kTable{
+    Option{"step_m", &SurveyOptions::step_m, 0.01, 10.0},
+    Option{"min_points", &SurveyOptions::min_points, 1, 100000},
+    Option{"point_sigma_m", &SurveyOptions::point_sigma_m, 1e-6, 1.0},
+    Option{"min_length_m", &SurveyOptions::min_length_m, 0.1, 100.0},
+    Option{"min_height_m", &SurveyOptions::min_height_m, 0.1, 100.0},
+    Option{"storey_m", &SurveyOptions::storey_m, 0.1, 100.0},
+    Option{"max_parallel_deg", &SurveyOptions::max_parallel_deg, 0.1, 20.0}};
+
+// A plane with axes of its own: along (level), upwards on it, and its normal.
+struct Face {
+  Vector3d middle, normal, along, upwards;
+
+  void SetNormal(const Vector3d& n, const Vector3d& up) {
+    normal = n;
+    along = up.cross(normal).normalized();
+    upwards = normal.cross(along);
+  }
+  double Off(const Vector3d& p) const { return normal.dot(p - middle); }
+};
+
+double NormalVariance(const PlacedInWorld& point, const Vector3d& normal,
+                      const SurveyOptions& options) {
+  return normal.dot(point.covariance_m2 * normal) + options.point_sigma_m * options.point_sigma_m;
+}
+
+// Least squares with Cauchy's loss, from the plane of the points' largest extents.
+Face FitFace(const SurveyedPoints& wall, const Vector3d& up, const SurveyOptions& options) {
+  std::vector<double> weights(wall.points.size(), 1);
+  Face face;
+  for (int iteration = 0; iteration < kIterations; ++iteration) {
+    double sum = 0;
+    Vector3d middle = Vector3d::Zero();
+    for (size_t i = 0; i < weights.size(); ++i) {
+      middle += weights[i] * wall.points[i].p_world;
+      sum += weights[i];
+    }
+    middle /= sum;
+    Matrix3d spread = Matrix3d::Zero();
+    for (size_t i = 0; i < weights.size(); ++i) {
+      const Vector3d offset = wall.points[i].p_world - middle;
+      spread += weights[i] * offset * offset.transpose();
+    }
+    Vector3d normal = Eigen::SelfAdjointEigenSolver<Matrix3d>(spread).eigenvectors().col(0);
+    if (normal.dot(wall.seen_from_world - middle) < 0) normal = -normal;
+    face.middle = middle;
+    face.SetNormal(normal, up);
+    for (size_t i = 0; i < weights.size(); ++i) {
+      const double off = face.Off(wall.points[i].p_world) / kCauchy_m;
+      weights[i] = 1 / (NormalVariance(wall.points[i], normal, options) * (1 + off * off));
+    }
+  }
+  return face;
+}
+
+struct WeightedValue {
+  double value = 0, weight = 0;
+};
+
+double WeightedMedian(std::vector<WeightedValue> values) {
+  std::sort(values.begin(), values.end(),
+            [](const auto& a, const auto& b) { return a.value < b.value; });
+  double half = 0;
+  for (const WeightedValue& v : values) half += 0.5 * v.weight;
+  double sum = 0;
+  for (size_t i = 0; i < values.size(); ++i) {
+    sum += values[i].weight;
+    // Where the halves meet between two values: their mean.
+    if (sum == half && i + 1 < values.size()) return 0.5 * (values[i].value + values[i + 1].value);
+    if (sum > half) return values[i].value;
+  }
+  return values.back().value;
+}
+
+// Places along the face, step_m apart, of points around each.
+class ProfileMaker {
+ public:
+  ProfileMaker(const Face& face, const SurveyOptions& options) : face_(face), options_(options) {}
+
+  std::vector<ProfilePlace> Make(const std::vector<PlacedInWorld>& points) const {
+    double first_m = HUGE_VAL;
+    for (const PlacedInWorld& p : points) first_m = std::min(first_m, Along(p));
+    std::map<int64_t, std::vector<const PlacedInWorld*>> places;
+    for (const PlacedInWorld& p : points) {
+      places[std::lround((Along(p) - first_m) / options_.step_m)].push_back(&p);
+    }
+    std::vector<ProfilePlace> profile;
+    for (const auto& [place, around] : places) {
+      if (static_cast<int>(around.size()) >= options_.min_points) {
+        profile.push_back(PlaceOf(around));
+      }
+    }
+    return profile;
+  }
+
+ private:
+  double Along(const PlacedInWorld& p) const { return face_.along.dot(p.p_world - face_.middle); }
+
+  ProfilePlace PlaceOf(const std::vector<const PlacedInWorld*>& around) const {
+    std::vector<WeightedValue> off, spread;
+    double along_m = 0, weights = 0;
+    for (const PlacedInWorld* p : around) {
+      const double weight = 1 / NormalVariance(*p, face_.normal, options_);
+      off.push_back({face_.Off(p->p_world), weight});
+      along_m += weight * Along(*p);
+      weights += weight;
+    }
+    ProfilePlace place{along_m / weights, WeightedMedian(off), 0};
+    for (const WeightedValue& v : off) {
+      spread.push_back({std::abs(v.value - place.off_m), v.weight});
+    }
+    place.sigma_m = kMedianSpread * kMadToSigma * WeightedMedian(spread) /
+                    std::sqrt(static_cast<double>(around.size()));
+    return place;
+  }
+
+  const Face& face_;
+  const SurveyOptions& options_;
+};
+
+// The corners of the upper side (sign 1) or lower side (-1) of the hull of places in their order.
+std::vector<Vector2d> HullSide(const std::vector<Vector2d>& places, double sign) {
+  std::vector<Vector2d> hull;
+  for (const Vector2d& p : places) {
+    while (hull.size() >= 2) {
+      const Vector2d a = hull[hull.size() - 1] - hull[hull.size() - 2], b = p - hull.back();
+      if (sign * (a.x() * b.y() - a.y() * b.x()) < 0) break;
+      hull.pop_back();
+    }
+    hull.push_back(p);
+  }
+  return hull;
+}
+
+// The least distance, along y, of two parallels that hold the places: one lies on an edge of the
+// hull.
+double LeastZone(const std::vector<Vector2d>& places) {
+  double least = HUGE_VAL;
+  for (const double sign : {1.0, -1.0}) {
+    const std::vector<Vector2d> hull = HullSide(places, sign);
+    for (size_t i = 0; i + 1 < hull.size(); ++i) {
+      const double slope = (hull[i + 1].y() - hull[i].y()) / (hull[i + 1].x() - hull[i].x());
+      double low = HUGE_VAL, high = -HUGE_VAL;
+      for (const Vector2d& p : places) {
+        low = std::min(low, p.y() - slope * p.x());
+        high = std::max(high, p.y() - slope * p.x());
+      }
+      least = std::min(least, high - low);
+    }
+  }
+  return least;
+}
+
+struct Extent {
+  double from_m = HUGE_VAL, to_m = -HUGE_VAL;
+  void Add(double value) {
+    from_m = std::min(from_m, value);
+    to_m = std::max(to_m, value);
+  }
+  double Length() const { return std::max(0.0, to_m - from_m); }
+};
+
+// What lies alone at the ends of a face does not make it longer: from the 1st to the 99th of a
+// hundred points.
+Extent Inner(std::vector<double> values) {
+  std::sort(values.begin(), values.end());
+  const size_t cut = values.size() / 100;
+  return {values[cut], values[values.size() - 1 - cut]};
+}
+
+// How well the plane is known in the middle: neighbours share what is wrong with them, so that
+// places count, not points.
+double SigmaOf(const std::vector<ProfilePlace>& profile) {
+  if (profile.size() < 2) return 0;
+  double squares = 0;
+  for (const ProfilePlace& place : profile) {
+    squares += place.off_m * place.off_m + place.sigma_m * place.sigma_m;
+  }
+  const auto n = static_cast<double>(profile.size());
+  return std::sqrt(squares / n / (n - 1));
+}
+
+std::optional<WallFace> MeasureWall(const SurveyedPoints& wall, const Vector3d& up,
+                                    const SurveyOptions& options) {
+  if (wall.points.size() < 3) return std::nullopt;
+  const Face face = FitFace(wall, up, options);
+  std::vector<double> along_m, up_m;
+  WallFace result;
+  result.wall = wall.wall;
+  result.points = static_cast<int64_t>(wall.points.size());
+  result.middle_world = face.middle;
+  result.normal_world = face.normal;
+  for (const PlacedInWorld& p : wall.points) {
+    along_m.push_back(face.along.dot(p.p_world - face.middle));
+    up_m.push_back(face.upwards.dot(p.p_world - face.middle));
+    result.rms_m += face.Off(p.p_world) * face.Off(p.p_world);
+  }
+  result.rms_m = std::sqrt(result.rms_m / static_cast<double>(wall.points.size()));
+  const Extent along = Inner(along_m), upwards = Inner(up_m);
+  result.length_m = along.Length();
+  result.height_m = upwards.Length();
+  if (!(result.length_m >= options.min_length_m)) return std::nullopt;
+  result.middle_world += 0.5 * (along.from_m + along.to_m) * face.along +
+                         0.5 * (upwards.from_m + upwards.to_m) * face.upwards;
+  result.profile = ProfileMaker(face, options).Make(wall.points);
+  result.sigma_m = SigmaOf(result.profile);
+  for (const double length_m : options.straightedges_m) {
+    const auto gap_m = GapUnder_m(result.profile, length_m, options.step_m);
+    if (gap_m) result.gaps.push_back({length_m, *gap_m});
+  }
+  if (result.height_m >= options.min_height_m) {
+    result.lean_m = options.storey_m * std::abs(std::asin(face.normal.dot(up)));
+  }
+  return result;
+}
+
+// The stretch of a face along a direction, from a place.
+Extent StretchOf(const WallFace& wall, const Vector3d& direction, const Vector3d& from,
+                 const Vector3d& up) {
+  const Vector3d half = 0.5 * wall.length_m * up.cross(wall.normal_world).normalized();
+  Extent extent;
+  for (const double sign : {-1.0, 1.0}) {
+    extent.Add(direction.dot(wall.middle_world + sign * half - from));
+  }
+  return extent;
+}
+
+std::optional<FaceDistance> DistanceBetween(const WallFace& a, const WallFace& b,
+                                            const Vector3d& up, const SurveyOptions& options) {
+  if (a.normal_world.dot(b.normal_world) > -std::cos(options.max_parallel_deg / kDegrees)) {
+    return std::nullopt;
+  }
+  const Vector3d along = up.cross(a.normal_world).normalized();
+  const Extent first = StretchOf(a, along, a.middle_world, up),
+               second = StretchOf(b, along, a.middle_world, up);
+  const double from_m = std::max(first.from_m, second.from_m);
+  const double to_m = std::min(first.to_m, second.to_m);
+  if (to_m - from_m < kLeastBeside_m) return std::nullopt;
+  const Vector3d place = a.middle_world + 0.5 * (from_m + to_m) * along;
+  // Along the mean of both normals, so that it does not matter which face comes first.
+  const Vector3d across = (a.normal_world - b.normal_world).normalized();
+  const double distance_m =
+      (b.middle_world - place).dot(b.normal_world) / across.dot(b.normal_world);
+  if (!(distance_m > 0.3 && distance_m < kMostApart_m)) return std::nullopt;
+  return FaceDistance{a.wall, b.wall, distance_m, 1.96 * std::hypot(a.sigma_m, b.sigma_m)};
+}
+
+std::optional<FaceAngle> AngleBetween(const WallFace& a, const WallFace& b, const Vector3d& up,
+                                      const SurveyOptions& options) {
+  const auto level = [&](const Vector3d& n) { return Vector3d((n - up * up.dot(n)).normalized()); };
+  const double off_rad = std::asin(level(a.normal_world).dot(level(b.normal_world)));
+  if (std::abs(off_rad) > options.max_parallel_deg / kDegrees) return std::nullopt;
+  // Each reaches, within a metre, to where the other's plane is.
+  for (const auto& [wall, other] : {std::pair(&a, &b), std::pair(&b, &a)}) {
+    const Extent stretch = StretchOf(*wall, other->normal_world, other->middle_world, up);
+    if (stretch.from_m > kNear_m || stretch.to_m < -kNear_m) return std::nullopt;
+  }
+  const double leg_m = std::min(a.length_m, b.length_m);
+  return FaceAngle{a.wall, b.wall, std::abs(off_rad) * kDegrees, std::abs(off_rad) * leg_m, leg_m};
+}
+
+}  // namespace
+
+void SurveyOptions::Check() const {
+  kTable.Check("survey", *this);
+  for (const double length_m : straightedges_m) {
+    if (!(length_m > 0)) throw ConfigError("survey.straightedges_m: expected lengths above 0");
+  }
+}
+
+std::optional<double> GapUnder_m(const std::vector<ProfilePlace>& profile, double length_m,
+                                 double step_m) {
+  std::optional<double> largest;
+  for (size_t first = 0; first < profile.size(); ++first) {
+    std::vector<Vector2d> places;
+    for (size_t i = first; i < profile.size(); ++i) {
+      if (profile[i].along_m > profile[first].along_m + length_m + 0.5 * step_m) break;
+      places.emplace_back(profile[i].along_m, profile[i].off_m);
+    }
+    if (places.size() < 3) continue;
+    const double span_m = places.back().x() - places.front().x();
+    const double known = static_cast<double>(places.size()) / (length_m / step_m);
+    if (span_m < kLeastSpan * length_m || known < kKnownPlaces) continue;
+    largest = std::max(largest.value_or(0), LeastZone(places));
+  }
+  return largest;
+}
+
+std::vector<SurveyedPoints> BendsAdded(const std::vector<SurveyedPoints>& walls,
+                                       const std::vector<SurveyedPoints>& true_walls,
+                                       const Vector3d& up_world, const SurveyOptions& options) {
+  options.Check();
+  std::vector<SurveyedPoints> added;
+  for (const SurveyedPoints& truth : true_walls) {
+    const auto wall = std::find_if(walls.begin(), walls.end(),
+                                   [&](const auto& w) { return w.wall == truth.wall; });
+    if (wall == walls.end() || wall->points.size() != truth.points.size()) continue;
+    if (truth.points.size() < 3) continue;
+    const Face face = FitFace(*wall, up_world, options);
+    const Face true_face = FitFace(truth, up_world, options);
+    SurveyedPoints bent = truth;
+    for (size_t i = 0; i < bent.points.size(); ++i) {
+      const double off_m = face.Off(wall->points[i].p_world);
+      const double true_off_m = true_face.Off(truth.points[i].p_world);
+      bent.points[i].p_world += (off_m - 2 * true_off_m) * true_face.normal;
+    }
+    added.push_back(std::move(bent));
+  }
+  return added;
+}
+
+Survey SurveyWalls(const std::vector<SurveyedPoints>& walls, const Vector3d& up_world,
+                   const SurveyOptions& options) {
+  options.Check();
+  Survey survey;
+  for (const SurveyedPoints& wall : walls) {
+    if (auto face = MeasureWall(wall, up_world, options)) survey.walls.push_back(std::move(*face));
+  }
+  for (size_t i = 0; i < survey.walls.size(); ++i) {
+    for (size_t j = i + 1; j < survey.walls.size(); ++j) {
+      const WallFace &a = survey.walls[i], &b = survey.walls[j];
+      if (const auto d = DistanceBetween(a, b, up_world, options)) survey.distances.push_back(*d);
+      if (const auto angle = AngleBetween(a, b, up_world, options)) {
+        survey.angles.push_back(*angle);
+      }
+    }
+  }
+  return survey;
+}
+
+}  // namespace slcmap

@@ -1,0 +1,216 @@
+#include "apps/evaluation/wall_survey.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <functional>
+
+#include "apps/evaluation/building_tolerances.h"
+#include "apps/evaluation/map_walls.h"
+#include "apps/evaluation/straightness_report.h"
+#include "data/error.h"
+
+namespace slcmap {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr double kRadians = M_PI / 180;
+const Vector3d kUp = Vector3d::UnitZ();
+
+// How far a wall is off its plane at a place along it.
+using Bend = std::function<double(double along_m)>;
+
+// Bent as an arc whose middle is sag_m off the chord of length_m.
+Bend Arc(double sag_m, double length_m) {
+  return [=](double s) { return 4 * sag_m * s * (length_m - s) / (length_m * length_m); };
+}
+double Straight(double) { return 0; }
+
+// The face y = 0 of x = 0 to length_m, 2.4 m high, seen from y > 0.
+SurveyedPoints Wall(double length_m, const Bend& bend, double step_m = 0.1) {
+  SurveyedPoints wall{0, {0.5 * length_m, 1, 1}, {}};
+  for (double x = 0; x <= length_m + 1e-9; x += step_m) {
+    for (double z = 0; z <= 2.4; z += 0.2) {
+      wall.points.push_back({{x, bend(x), z}, Eigen::Matrix3d::Zero()});
+    }
+  }
+  return wall;
+}
+
+SurveyedPoints Moved(const Eigen::Isometry3d& motion, SurveyedPoints wall, int64_t id) {
+  wall.wall = id;
+  wall.seen_from_world = motion * wall.seen_from_world;
+  for (PlacedInWorld& p : wall.points) p.p_world = motion * p.p_world;
+  return wall;
+}
+
+Eigen::Isometry3d Turn(double yaw_deg, const Vector3d& shift) {
+  return Eigen::Translation3d(shift) * Eigen::AngleAxisd(yaw_deg * kRadians, kUp);
+}
+
+double GapOf(const WallFace& wall, double length_m) {
+  for (const StraightedgeGap& gap : wall.gaps) {
+    if (gap.length_m == length_m) return gap.gap_m;
+  }
+  ADD_FAILURE() << "no straightedge of " << length_m << " m";
+  return -1;
+}
+
+WallFace Measured(const SurveyedPoints& wall) { return SurveyWalls({wall}, kUp, {}).walls.at(0); }
+
+TEST(WallSurvey, TenMillimetresOverTenMetresAreReportedAsSuch) {
+  const WallFace wall = Measured(Wall(10, Arc(0.010, 10)));
+  EXPECT_NEAR(GapOf(wall, 10), 0.010, 0.001);
+  EXPECT_NEAR(GapOf(wall, 4), 0.0016, 0.0003);
+  EXPECT_EQ(wall.gaps.size(), 3u);  // there is no place for 15 m
+}
+
+TEST(WallSurvey, AHollowIsAsAHump) {
+  EXPECT_NEAR(GapOf(Measured(Wall(10, Arc(-0.010, 10))), 10), 0.010, 0.001);
+}
+
+TEST(WallSurvey, TheStraightWallRanksBeforeTheBentOne) {
+  const WallFace straight = Measured(Wall(10, Straight));
+  for (const double length_m : {1.0, 4.0, 10.0}) EXPECT_LT(GapOf(straight, length_m), 1e-9);
+  const WallFace bent = Measured(Wall(10, Arc(0.010, 10)));
+  EXPECT_GT(GapOf(bent, 10), GapOf(straight, 10) + 0.009);
+  EXPECT_GT(bent.rms_m, straight.rms_m);
+}
+
+TEST(WallSurvey, TheSameTurnedOrResampledScoresTheSame) {
+  const SurveyedPoints bent = Wall(10, Arc(0.010, 10));
+  const WallFace as_is = Measured(bent);
+  // Of any direction: the vertical is turned with it.
+  const Eigen::Isometry3d turn = Eigen::Translation3d(3, -8, 1) *
+                                 Eigen::AngleAxisd(2.1, Vector3d(0.5, 0.1, -0.7).normalized());
+  const WallFace turned =
+      SurveyWalls({Moved(turn, bent, 0)}, turn.rotation() * kUp, {}).walls.at(0);
+  const WallFace resampled = Measured(Wall(10, Arc(0.010, 10), 0.037));
+  for (const double length_m : {1.0, 4.0, 10.0}) {
+    EXPECT_NEAR(GapOf(turned, length_m), GapOf(as_is, length_m), 1e-6);
+    EXPECT_NEAR(GapOf(resampled, length_m), GapOf(as_is, length_m), 0.0006);
+  }
+  EXPECT_NEAR(turned.lean_m.value(), 0, 1e-6);
+}
+
+TEST(WallSurvey, AFewWildPointsBendNothing) {
+  SurveyedPoints wall = Wall(10, Straight);
+  for (size_t i = 7; i < wall.points.size(); i += 29) wall.points[i].p_world.y() += 0.3;
+  EXPECT_LT(GapOf(Measured(wall), 10), 0.001);
+}
+
+TEST(WallSurvey, LeanIsToldForAStorey) {
+  const Eigen::Isometry3d lean(Eigen::AngleAxisd(0.2 * kRadians, Vector3d::UnitX()));
+  EXPECT_NEAR(Measured(Moved(lean, Wall(4, Straight), 0)).lean_m.value(),
+              2.75 * std::sin(0.2 * kRadians), 1e-6);
+}
+
+// A room of 4 m x 3 m: the walls y = 0, y = 3, x = 0 and x = 4.
+std::vector<SurveyedPoints> Room(double shift_m = 0, double turn_deg = 0) {
+  return {Wall(4, Straight), Moved(Turn(180, {4, 3 + shift_m, 0}), Wall(4, Straight), 1),
+          Moved(Turn(-90, {0, 3, 0}), Wall(3, Straight), 2),
+          Moved(Turn(90 + turn_deg, {4, 0, 0}), Wall(3, Straight), 3)};
+}
+
+TEST(WallSurvey, DistancesAndAnglesOfARoomAreFound) {
+  const Survey survey = SurveyWalls(Room(), kUp, {});
+  ASSERT_EQ(survey.walls.size(), 4u);
+  ASSERT_EQ(survey.distances.size(), 2u);
+  EXPECT_NEAR(survey.distances[0].distance_m, 3, 1e-9);
+  EXPECT_NEAR(survey.distances[1].distance_m, 4, 1e-9);
+  ASSERT_EQ(survey.angles.size(), 4u);
+  EXPECT_NEAR(survey.angles[0].off_deg, 0, 1e-9);
+}
+
+TEST(WallSurvey, DisplacedAndTurnedWallsAreWorse) {
+  const Survey truth = SurveyWalls(Room(), kUp, {});
+  const SurveySummary right = Summarize(SurveyWalls(Room(), kUp, {}), &truth, {});
+  const SurveySummary wrong = Summarize(SurveyWalls(Room(0.02, 0.5), kUp, {}), &truth, {});
+  EXPECT_NEAR(right.distance_error_95_m.value(), 0, 1e-9);
+  EXPECT_NEAR(wrong.distance_error_95_m.value(), 0.02, 0.003);
+  EXPECT_NEAR(wrong.angle_worst_deg, 0.5, 1e-6);
+  EXPECT_EQ(right.angles_within, 4);
+  EXPECT_LT(wrong.angles_within, 4);
+}
+
+TEST(WallSurvey, WhatPosesBentIsToldApartFromWhatIsBent) {
+  SurveyedPoints truth = Wall(10, Arc(0.015, 10)), mapped = truth;
+  // Each point has its own place before the wall, the same in both: noise of the observations.
+  for (size_t i = 0; i < truth.points.size(); ++i) {
+    const double noise_m = 0.02 * std::sin(37.0 * static_cast<double>(i));
+    truth.points[i].p_world.y() += noise_m;
+    mapped.points[i].p_world.y() += noise_m + Arc(0.010, 10)(mapped.points[i].p_world.x());
+  }
+  mapped = Moved(Turn(40, {1, 2, 0}), mapped, 0);
+  const auto added = BendsAdded({mapped}, {truth}, kUp, {});
+  ASSERT_EQ(added.size(), 1u);
+  EXPECT_NEAR(GapOf(Measured(added[0]), 10), 0.010, 0.001);
+  EXPECT_LT(GapOf(Measured(BendsAdded({truth}, {truth}, kUp, {})[0]), 10), 1e-9);
+  EXPECT_TRUE(BendsAdded({Wall(4, Straight)}, {truth}, kUp, {}).empty());
+}
+
+TEST(WallSurvey, GapsOfAProfileWithHolesAreNotGuessed) {
+  std::vector<ProfilePlace> profile;
+  for (int i = 0; i <= 40; ++i) {
+    if (i < 5 || i > 35) profile.push_back({0.25 * i, 0, 0});
+  }
+  EXPECT_FALSE(GapUnder_m(profile, 10, 0.25));
+  EXPECT_TRUE(GapUnder_m(profile, 1, 0.25));
+}
+
+TEST(WallSurvey, AbsurdOptionsAreRefused) {
+  SurveyOptions options;
+  options.step_m = 0;
+  EXPECT_THROW(SurveyWalls({}, kUp, options), ConfigError);
+  options = {};
+  options.straightedges_m = {-1};
+  EXPECT_THROW(SurveyWalls({}, kUp, options), ConfigError);
+}
+
+TEST(MapWalls, OnlyFreePointsOfTheFaceAreSurveyed) {
+  Building building;
+  BuildingPlane plane;
+  plane.kind = PlaneKind::kWall;
+  plane.normal = Vector3d::UnitY();
+  plane.outline_world = {{0, 0, 0}, {10, 0, 0}, {10, 0, 2.4}, {0, 0, 2.4}};
+  building.planes = {plane};
+  std::vector<DensePoint> cloud;
+  for (const PlacedInWorld& p : Wall(10, Arc(0.01, 10)).points) {
+    cloud.push_back({p.p_world, Vector3d::UnitY(), 0.002, 0, DenseSource::kStereo});
+  }
+  const size_t on_wall = cloud.size();
+  DensePoint other = cloud.front();
+  other.source = DenseSource::kFilledPlane;
+  cloud.push_back(other);
+  other = cloud.front();
+  other.normal_world = -Vector3d::UnitY();  // of the room behind
+  cloud.push_back(other);
+  other = cloud.front();
+  other.p_world = {5, 0.2, 1};  // of furniture
+  cloud.push_back(other);
+  const auto walls = WallsOfMap(building, cloud, {});
+  ASSERT_EQ(walls.size(), 1u);
+  EXPECT_EQ(walls[0].points.size(), on_wall);
+  EXPECT_NEAR(GapOf(Measured(walls[0]), 10), 0.010, 0.001);
+}
+
+TEST(BuildingTolerances, AreThoseOfTheStandards) {
+  EXPECT_DOUBLE_EQ(AllowedGap_m(0.1), 0.003);
+  EXPECT_DOUBLE_EQ(AllowedGap_m(4), 0.010);
+  EXPECT_DOUBLE_EQ(AllowedGap_m(7), 0.015);
+  EXPECT_DOUBLE_EQ(AllowedGap_m(40), 0.025);
+  EXPECT_DOUBLE_EQ(AllowedAngle_m(2.5), 0.008);
+  EXPECT_DOUBLE_EQ(AllowedWidth_m(3), 0.016);
+  EXPECT_DOUBLE_EQ(AllowedWidth_m(99), 0.030);
+  EXPECT_DOUBLE_EQ(BuildingFloor_m(10), 0.020);
+  EXPECT_EQ(LevelOfAccuracy(0.0009), "LOA50");
+  EXPECT_EQ(LevelOfAccuracy(0.004), "LOA40");
+  EXPECT_EQ(LevelOfAccuracy(0.015), "LOA30");
+  EXPECT_EQ(LevelOfAccuracy(0.02), "LOA20");
+  EXPECT_EQ(LevelOfAccuracy(0.2), "LOA10");
+}
+
+}  // namespace
+}  // namespace slcmap
