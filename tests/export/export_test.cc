@@ -23,8 +23,11 @@ using ::testing::HasSubstr;
 using ::testing::ThrowsMessage;
 using ::testing::UnorderedElementsAre;
 
-const char* const kFiles[] = {"scene.glb",     "points.ply", "lines.ply",     "trajectory.ply",
-                              "keyframes.ply", "voxels.ply", "line_bars.ply", "map.ifc"};
+const char* const kFiles[] = {
+    "scene.glb",          "points.ply",        "lines.ply",           "trajectory.ply",
+    "keyframes.ply",      "voxels.ply",        "line_bars.ply",       "map.ifc",
+    "colmap/cameras.txt", "colmap/images.txt", "colmap/points3D.txt", "limap/alltracks.txt",
+    "limap/lines.txt"};
 
 MapResult MakeMap() {
   MapResult map = BuildMap(testing::MakeWallRun(), {});
