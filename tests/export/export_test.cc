@@ -23,10 +23,24 @@ using ::testing::HasSubstr;
 using ::testing::ThrowsMessage;
 using ::testing::UnorderedElementsAre;
 
-const char* const kFiles[] = {"scene.glb",          "points.ply", "lines.ply",     "trajectory.ply",
-                              "keyframes.ply",      "voxels.ply", "line_bars.ply", "plan.pdf",
-                              "plan/no_storey.svg", "plan.dxf",   "map.dxf",       "map.obj",
-                              "map.ifc"};
+const char* const kFiles[] = {"scene.glb",
+                              "points.ply",
+                              "lines.ply",
+                              "trajectory.ply",
+                              "keyframes.ply",
+                              "voxels.ply",
+                              "line_bars.ply",
+                              "plan.pdf",
+                              "plan/no_storey.svg",
+                              "plan.dxf",
+                              "map.dxf",
+                              "map.obj",
+                              "map.ifc",
+                              "colmap/cameras.txt",
+                              "colmap/images.txt",
+                              "colmap/points3D.txt",
+                              "limap/alltracks.txt",
+                              "limap/lines.txt"};
 
 MapResult MakeMap() {
   MapResult map = BuildMap(testing::MakeWallRun(), {});

@@ -9,7 +9,7 @@
 
 #include "data/file.h"
 #include "tests/testing/hand_made_building.h"
-#include "tests/testing/reader.h"
+#include "tests/testing/node_reader.h"
 #include "tests/testing/temp_folder.h"
 
 namespace slcmap {

@@ -8,7 +8,7 @@
 #include "export/export.h"
 #include "export/limap_writer.h"
 #include "tests/testing/hand_made_building.h"
-#include "tests/testing/reader.h"
+#include "tests/testing/node_reader.h"
 #include "tests/testing/temp_folder.h"
 
 namespace slcmap {

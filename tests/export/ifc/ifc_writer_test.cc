@@ -13,7 +13,7 @@
 #include "export/ifc/step_file.h"
 #include "tests/export/ifc/ifc_rules.h"
 #include "tests/testing/hand_made_building.h"
-#include "tests/testing/reader.h"
+#include "tests/testing/node_reader.h"
 #include "tests/testing/shared_data.h"
 #include "tests/testing/temp_folder.h"
 

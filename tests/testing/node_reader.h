@@ -1,10 +1,11 @@
-// Programs by others that read exports back: tests/readers says how they are installed.
+// Programs of npm that read exports back: tests/readers says how they are installed.
 #pragma once
 
-#include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <string>
+
+#include "tests/testing/reader_program.h"
 
 namespace slcmap::testing {
 
@@ -12,7 +13,7 @@ namespace slcmap::testing {
 inline bool HasNodeReader(const std::string& package) {
   const std::filesystem::path readers = SLCMAP_SOURCE_DIR "/tests/readers";
   return std::filesystem::exists(readers / "node_modules" / package / "package.json") &&
-         std::system("node --version > /dev/null 2>&1") == 0;
+         HasProgram("node");
 }
 
 inline std::string NodeReaderMissing(const std::string& package) {
@@ -27,13 +28,7 @@ struct ReaderOutput {
 
 inline ReaderOutput RunReader(const std::string& command) {
   ReaderOutput output;
-  FILE* pipe = popen((command + " 2>&1").c_str(), "r");
-  if (pipe == nullptr) return output;
-  char buffer[4096];
-  for (size_t size; (size = fread(buffer, 1, sizeof buffer, pipe)) > 0;) {
-    output.text.append(buffer, size);
-  }
-  output.status = pclose(pipe);
+  output.text = OutputOf(command, &output.status);
   return output;
 }
 
