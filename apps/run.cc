@@ -11,6 +11,8 @@
 #include "apps/map_stage.h"
 #include "apps/odometry_options.h"
 #include "apps/odometry_stage.h"
+#include "apps/page_file.h"
+#include "apps/page_template.h"
 #include "apps/progress.h"
 #include "apps/verdict_report.h"
 #include "data/error.h"
@@ -76,6 +78,21 @@ void PrintCost(const RunTimings& timings) {
               timings.peak_memory_mib);
 }
 
+// The path of the map's page; "" where the program was built without it.
+std::string WriteRunPage(const MapResult& map, const std::string& output) {
+  std::string page_template;
+  try {
+    page_template = ReadPageTemplate();
+  } catch (const DataError& error) {
+    spdlog::warn("{}", error.what());
+    return "";
+  }
+  PageOptions options;
+  options.title = TitleOfMap(output + "/map");
+  WritePage(map, page_template, options, output + "/map.html", StageProgress("view"));
+  return output + "/map.html";
+}
+
 void RunAll(const RunArguments& arguments) {
   const std::string& output = arguments.output;
   if (output.empty()) throw ConfigError("output: found an empty path, expected a folder");
@@ -95,12 +112,14 @@ void RunAll(const RunArguments& arguments) {
   const std::vector<std::string> files = Timed("export", [&] {
     return ExportMap(map, &export_folder, arguments.exporting, StageProgress("export"));
   });
+  const std::string page = WriteRunPage(map, output);
   map_folder.RemoveAside();
   export_folder.RemoveAside();
   PrintAccuracies(odometry.sequence, run, map);
   PrintCost(run.timings);
   std::printf("results   %s/run, %s/map\n", output.c_str(), output.c_str());
   for (const std::string& file : files) std::printf("open      %s\n", file.c_str());
+  if (!page.empty()) std::printf("open      %s\n", page.c_str());
   PrintVerdict(*run.verdict);
   RefuseFailed(odometry.run, run);
 }
@@ -112,7 +131,8 @@ void AddRunCommand(CLI::App& app) {
   const auto arguments = std::make_shared<RunArguments>();
   AddOdometryOptions(*command, &arguments->odometry);
   command
-      ->add_option("-o,--output", arguments->output, "Folder for the results: run, map and export")
+      ->add_option("-o,--output", arguments->output,
+                   "Folder for the results: run, map, export and map.html")
       ->type_name("OUT")
       ->required();
   AddExportOptions(*command, &arguments->exporting);

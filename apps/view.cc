@@ -1,5 +1,5 @@
 // slcmap view: a map as one HTML file for a browser.
-#include <spdlog/spdlog.h>
+#include <spdlog/fmt/fmt.h>
 
 #include <filesystem>
 #include <memory>
@@ -7,12 +7,12 @@
 #include "apps/commands.h"
 #include "apps/folder_kind.h"
 #include "apps/map_input.h"
+#include "apps/page_file.h"
 #include "apps/page_template.h"
 #include "apps/progress.h"
 #include "data/error.h"
 #include "data/file.h"
 #include "data/output_folder.h"
-#include "export/page_writer.h"
 
 namespace slcmap {
 namespace {
@@ -35,41 +35,13 @@ void CheckOutput(const std::string& path, const std::string& map) {
   if (!folder.empty()) MakeFolder(folder);
 }
 
-// All of it or, where that fails, what was there before.
-void ReplaceFile(const std::string& path, const std::string& bytes) {
-  const std::string aside = path + ".unfinished";
-  std::error_code error, ignored;
-  try {
-    WriteFile(aside, bytes);
-  } catch (...) {
-    std::filesystem::remove(aside, ignored);
-    throw;
-  }
-  std::filesystem::rename(aside, path, error);
-  if (!error) return;
-  std::filesystem::remove(aside, ignored);
-  throw OutputError(fmt::format("{}: cannot be replaced: {}", path, error.message()));
-}
-
-// The name of a map for people: its folder's, or where that is "map", as in results of `run`, that
-// of the folder above.
-std::string TitleOf(const std::string& folder) {
-  const std::filesystem::path path = std::filesystem::weakly_canonical(folder + "/.");
-  const std::filesystem::path self = path.has_filename() ? path : path.parent_path();
-  const bool has_name = self.filename() != "map" || !self.parent_path().has_filename();
-  return (has_name ? self : self.parent_path()).filename().string();
-}
-
 void View(ViewArguments arguments) {
   ExpectFolder(arguments.map, FolderKind::kMap);
   CheckOutput(arguments.output, arguments.map);
   const std::string page_template = ReadPageTemplate();
   const MapResult map = ReadMapToShow(arguments.map, arguments.accept_changed);
-  if (arguments.page.title.empty()) arguments.page.title = TitleOf(arguments.map);
-  const std::string page = MakePage(map, page_template, arguments.page, StageProgress("view"));
-  ReplaceFile(arguments.output, page);
-  spdlog::info("wrote {} ({:.1f} MB): open it in a browser", arguments.output,
-               static_cast<double>(page.size()) * 1e-6);
+  if (arguments.page.title.empty()) arguments.page.title = TitleOfMap(arguments.map);
+  WritePage(map, page_template, arguments.page, arguments.output, StageProgress("view"));
 }
 
 }  // namespace

@@ -1,0 +1,22 @@
+// The page of a map as a file.
+#pragma once
+
+#include <string>
+
+#include "data/progress.h"
+#include "export/page_writer.h"
+#include "mapping/map.h"
+
+namespace slcmap {
+
+// The name of a map for people: its folder's, or where that is "map", as in results of `run`, that
+// of the folder above.
+std::string TitleOfMap(const std::string& folder);
+
+// Writes the page of a map, all of it or, where that fails, nothing: what was there before stays.
+// The template is that of ReadPageTemplate(). Throws OutputError, and StoppedError when progress
+// says so.
+void WritePage(const MapResult& map, const std::string& page_template, const PageOptions& options,
+               const std::string& path, const Progress& progress);
+
+}  // namespace slcmap
