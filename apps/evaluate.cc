@@ -7,8 +7,10 @@
 #include <memory>
 
 #include "apps/commands.h"
+#include "apps/evaluation/building_report.h"
 #include "apps/evaluation/calibration_plots.h"
 #include "apps/evaluation/line_report.h"
+#include "apps/evaluation/surface_report.h"
 #include "apps/evaluation/trajectory_metrics.h"
 #include "apps/evaluation/trajectory_plots.h"
 #include "apps/evaluation/trajectory_report.h"
@@ -17,6 +19,7 @@
 #include "data/json_file.h"
 #include "data/progress.h"
 #include "data/text_row.h"
+#include "mapping/building/building_files.h"
 
 namespace slcmap {
 namespace {
@@ -24,9 +27,12 @@ namespace {
 struct EvaluateArguments {
   EvaluationInputs inputs;
   LineInputs lines;
+  SurfaceInputs surfaces;
+  BuildingInputs building;
   std::string json, plots;
   TrajectoryMetricOptions options;
   LineMetricOptions line_options;
+  VisibilityOptions visibility;
 };
 
 // The stamps of the images beside a EuRoC ground truth (mav0/*/data.csv); empty where there are
@@ -137,6 +143,35 @@ Json EvaluateLineMap(const EvaluateArguments& arguments, const Alignment& alignm
   return LineJson(arguments.lines, comparison.metrics);
 }
 
+Json EvaluateSurfaceMap(const EvaluateArguments& arguments, const Alignment& alignment) {
+  const SurfaceInputs& inputs = arguments.surfaces;
+  const CloudMetricOptions options;
+  const Trajectory truth = ReadTrajectory(arguments.inputs.truth);
+  const SurfaceMetrics metrics = EvaluateSurfaces(inputs, truth, alignment, options,
+                                                  arguments.visibility, StageProgress("surfaces"));
+  std::fputs(("\n" + SurfaceTable(inputs, metrics, options)).c_str(), stdout);
+  return SurfaceJson(inputs, metrics, options);
+}
+
+// Prints the table and draws the plan.
+Json EvaluateMappedBuilding(const EvaluateArguments& arguments, const Alignment& alignment) {
+  const BuildingInputs& inputs = arguments.building;
+  const EndsAtOnce nothing_is_written;
+  const TrueBuilding truth = ReadTrueBuilding(inputs.true_building);
+  const std::filesystem::path folder = std::filesystem::path(inputs.planes).parent_path();
+  const Building building =
+      Aligned(alignment, ReadBuilding(folder.empty() ? "." : folder.string()));
+  const BuildingMetrics metrics = EvaluateBuilding(truth, building, {});
+  std::fputs(("\n" + BuildingTable(inputs, metrics)).c_str(), stdout);
+  if (!arguments.plots.empty()) {
+    MakeFolder(arguments.plots);
+    const std::string plan = arguments.plots + "/building.svg";
+    WriteBuildingPlan(plan, truth, building);
+    spdlog::info("wrote {}", plan);
+  }
+  return BuildingJson(inputs, metrics);
+}
+
 void WriteResults(const EvaluateArguments& arguments, const TrajectoryMetrics& metrics,
                   const Json& json) {
   if (!arguments.json.empty()) WriteJsonFile(arguments.json, json);
@@ -162,12 +197,42 @@ void Evaluate(EvaluateArguments arguments) {
     if (!arguments.lines.lines.empty()) {
       json["lines"] = EvaluateLineMap(arguments, metrics.absolute.front().alignment);
     }
+    if (!arguments.surfaces.true_surfaces.empty()) {
+      json["surfaces"] = EvaluateSurfaceMap(arguments, metrics.absolute.front().alignment);
+    }
+    if (!arguments.building.planes.empty()) {
+      json["building"] = EvaluateMappedBuilding(arguments, metrics.absolute.front().alignment);
+    }
   } catch (const StoppedError& error) {
     json["partial_reason"] = error.what();
     WriteResults(arguments, metrics, json);
     throw;
   }
   WriteResults(arguments, metrics, json);
+}
+
+void AddSurfaceOptions(CLI::App* command, EvaluateArguments* arguments) {
+  SurfaceInputs& inputs = arguments->surfaces;
+  CLI::Option* surfaces = command->add_option("--true-surfaces", inputs.true_surfaces,
+                                              "True surfaces, a PLY of faces: surfaces.ply of a "
+                                              "simulated sequence, in the world of --truth");
+  command
+      ->add_option("--true-rig", inputs.rig,
+                   "True calibration, a Kalibr chain (default: rig.yaml beside the surfaces)")
+      ->needs(surfaces);
+  command
+      ->add_option("--cloud", inputs.cloud,
+                   "Points of a map, a PLY, in the world of the estimate; compared with what the "
+                   "cameras saw of the surfaces")
+      ->needs(surfaces);
+  command
+      ->add_option("--occupancy", inputs.occupancy,
+                   "Occupancy of a map, a .bt file, in the world of the estimate")
+      ->needs(surfaces);
+  command
+      ->add_option("--look-every", arguments->visibility.interval_s,
+                   "Time [s] between the true poses that the surfaces are looked at from")
+      ->capture_default_str();
 }
 
 }  // namespace
@@ -192,10 +257,20 @@ void AddEvaluateCommand(CLI::App& app) {
       "--lines", arguments->lines.lines, "Mapped lines, an edge-PLY, in the world of the estimate");
   true_edges->needs(lines);
   lines->needs(true_edges);
+  AddSurfaceOptions(command, arguments.get());
+  CLI::Option* true_building =
+      command->add_option("--true-building", arguments->building.true_building,
+                          "True walls and rooms: truth/building.json of a simulated sequence");
+  CLI::Option* planes =
+      command->add_option("--planes", arguments->building.planes,
+                          "planes.json of a map, with rooms.json and plan.json beside it");
+  true_building->needs(planes);
+  planes->needs(true_building);
   command->add_option("--json", arguments->json, "Write the figures to this file");
-  command->add_option("--plots", arguments->plots,
-                      "Write top.svg, side.svg, error.svg, lines.svg, and of a run folder's "
-                      "trajectory calibration/*.svg, into this folder");
+  command->add_option(
+      "--plots", arguments->plots,
+      "Write top.svg, side.svg, error.svg, lines.svg, building.svg, and of a run folder's "
+      "trajectory calibration/*.svg, into this folder");
   command
       ->add_option("--max-samples", arguments->line_options.max_samples,
                    "Refuse lines and edges that take more samples, of 2 cm each")
@@ -208,7 +283,10 @@ void AddEvaluateCommand(CLI::App& app) {
       "Example:\n  slcmap evaluate --truth SEQ/mav0/state_groundtruth_estimate0/data.csv \\\n"
       "      --estimate OUT/run/trajectory.tum --json metrics.json --plots plots\n"
       "  slcmap evaluate --truth SEQ/truth/trajectory.tum --estimate RUN/trajectory.tum \\\n"
-      "      --true-edges SEQ/truth/edges.csv --lines RUN/lines.ply");
+      "      --true-edges SEQ/truth/edges.csv --lines RUN/lines.ply\n"
+      "  slcmap evaluate --truth SEQ/truth/trajectory.tum --estimate MAP/trajectory.tum \\\n"
+      "      --true-surfaces SEQ/truth/surfaces.ply --cloud MAP/dense.ply --occupancy "
+      "MAP/occupancy.bt");
   command->callback([arguments] { Evaluate(*arguments); });
 }
 

@@ -5,42 +5,75 @@
 #include "apps/folder_kind.h"
 #include "apps/map_stage.h"
 #include "apps/verdict_report.h"
+#include "data/error.h"
 #include "mapping/map_folder.h"
 
 namespace slcmap {
 namespace {
 
-struct MapArguments {
-  std::string run, output, config;
-  bool accept_changed = false;
+struct MapCommand {
+  MapArguments arguments;
+  std::string output;
 };
 
-void Map(const MapArguments& arguments) {
+void CheckInput(const MapArguments& arguments) {
+  if (arguments.poses.empty()) {
+    ExpectFolder(arguments.input, FolderKind::kRun);
+    return;
+  }
+  ExpectFolder(arguments.input, FolderKind::kSequence);
+  if (arguments.sparse) {
+    throw ConfigError(
+        "--sparse: found it beside --poses, which bring no landmarks; expected either");
+  }
+}
+
+void Map(const MapCommand& command) {
+  const MapArguments& arguments = command.arguments;
   const MappingOptions options = ReadMappingOptions(arguments.config);
-  ExpectFolder(arguments.run, FolderKind::kRun);
-  OutputFolder output(arguments.output, MapFiles(), {arguments.run});
-  const MapResult map = RunMapStage(arguments.run, options, arguments.accept_changed, &output);
-  LogVerdict(arguments.run, *map.verdict);
+  CheckInput(arguments);
+  OutputFolder output(command.output, MapFiles(), {arguments.input});
+  const MapResult map = RunMapStage(arguments, options, &output);
+  if (map.verdict) LogVerdict(arguments.input, *map.verdict);
 }
 
 }  // namespace
 
 void AddMapCommand(CLI::App& app) {
-  CLI::App* command = app.add_subcommand("map", "Build a map from a run folder");
-  const auto arguments = std::make_shared<MapArguments>();
-  command->add_option("run", arguments->run, "Run folder, as odometry writes it")
-      ->type_name("RUN")
+  CLI::App* command = app.add_subcommand(
+      "map", "Build a map from a run folder, or from a sequence and poses by anyone");
+  const auto map = std::make_shared<MapCommand>();
+  MapArguments& arguments = map->arguments;
+  command
+      ->add_option("input", arguments.input,
+                   "Run folder, as odometry writes it, or with --poses a sequence (EuRoC, TUM VI)")
+      ->type_name("RUN|SEQ")
       ->required();
-  command->add_option("-o,--output", arguments->output, "Map folder to write")
+  command->add_option("-o,--output", map->output, "Map folder to write")
       ->type_name("MAP")
       ->required();
-  command->add_option("--config", arguments->config,
+  CLI::Option* poses = command->add_option(
+      "--poses", arguments.poses,
+      "Poses of the sequence's IMU, TUM or EuRoC file: from another SLAM, COLMAP, a tracker");
+  command
+      ->add_option("--calibration", arguments.calibration,
+                   "Kalibr chain or folder that stands for the sequence's own calibration")
+      ->needs(poses);
+  command
+      ->add_option("--sequence", arguments.sequence,
+                   "Where the recording of the run is, if it has moved since")
+      ->excludes(poses);
+  command->add_flag("--sparse", arguments.sparse,
+                    "Map the landmarks and lines of the run alone, without opening its images");
+  command->add_option("--config", arguments.config,
                       "YAML file whose section `mapping` overrides options");
-  command->add_flag("--accept-changed", arguments->accept_changed,
+  command->add_flag("--accept-changed", arguments.accept_changed,
                     "Also take files that are not as odometry wrote them; their values are checked "
                     "in any case");
-  command->footer("Example:\n  slcmap map OUT/run -o OUT/map");
-  command->callback([arguments] { Map(*arguments); });
+  command->footer(
+      "Examples:\n  slcmap map OUT/run -o OUT/map\n"
+      "  slcmap map SEQ --poses poses.tum -o MAP");
+  command->callback([map] { Map(*map); });
 }
 
 }  // namespace slcmap

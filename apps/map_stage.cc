@@ -4,14 +4,20 @@
 
 #include "apps/commands.h"
 #include "apps/progress.h"
+#include "data/calibration.h"
+#include "data/trajectory.h"
 #include "data/warnings.h"
+#include "mapping/adjustment/adjusted_run.h"
 #include "mapping/map_folder.h"
 #include "mapping/mapping.h"
+#include "mapping/views/recorded_views.h"
 #include "odometry/run_folder.h"
 #include "odometry/verdict/judge.h"
 
 namespace slcmap {
 namespace {
+
+constexpr double kAdjusted = 0.1;  // share of the time, about
 
 // How often poses go on in another segment, which starts at the last pose of the one before.
 int SegmentEnds(const OdometryRun& run) {
@@ -42,9 +48,28 @@ void WarnOfRun(const std::string& folder, const OdometryRun& run) {
   }
 }
 
-OdometryRun ReadRun(const std::string& folder, bool accept_changed) {
+OdometryRun ReadRun(const MapArguments& arguments) {
   const EndsAtOnce nothing_is_written;
-  return ReadRunFolder(folder, {.accept_changed = accept_changed});
+  if (!arguments.poses.empty()) {
+    return RunAtPoses(arguments.input, arguments.calibration, ReadTrajectory(arguments.poses));
+  }
+  OdometryRun run = ReadRunFolder(arguments.input, {.accept_changed = arguments.accept_changed});
+  // Cut off, or of an earlier version.
+  if (!run.verdict) run.verdict = JudgeRun(run, VerdictOptions());
+  return run;
+}
+
+// The images of the run's keyframes; nothing where the map is made without them.
+std::optional<RecordedViews> OpenViews(const MapArguments& arguments, const OdometryRun& run) {
+  if (arguments.sparse || run.keyframes.empty()) return std::nullopt;
+  const char* reason = !run.source                      ? "that does not say where its images are"
+                       : !IsStereo(run.source->raw_rig) ? "of one camera"
+                                                        : nullptr;
+  if (reason) {
+    spdlog::warn("{}: a run {} is mapped from its landmarks alone", arguments.input, reason);
+    return std::nullopt;
+  }
+  return ViewsOfRun(run, arguments.sequence);
 }
 
 }  // namespace
@@ -53,22 +78,25 @@ MappingOptions ReadMappingOptions(const std::string& config) {
   return config.empty() ? MappingOptions() : MappingOptions::FromYaml(config);
 }
 
-MapResult RunMapStage(const std::string& run_folder, const MappingOptions& options,
-                      bool accept_changed, OutputFolder* output) {
-  OdometryRun run = ReadRun(run_folder, accept_changed);
-  if (!run.verdict)
-    run.verdict = JudgeRun(run, VerdictOptions());  // cut off, or of an earlier version
-  spdlog::debug("{}: {} poses, {} keyframes, {} landmarks, {} lines", run_folder, run.states.size(),
-                run.keyframes.size(), run.landmarks.size(), run.lines.size());
-  WarnOfRun(run_folder, run);
-  MapResult map = BuildMap(run, options, StageProgress("map"));
+MapResult RunMapStage(const MapArguments& arguments, const MappingOptions& options,
+                      OutputFolder* output) {
+  const OdometryRun run = ReadRun(arguments);
+  spdlog::debug("{}: {} poses, {} keyframes, {} landmarks, {} lines", arguments.input,
+                run.states.size(), run.keyframes.size(), run.landmarks.size(), run.lines.size());
+  WarnOfRun(arguments.input, run);
+  const Progress progress = StageProgress("map");
+  const AdjustedRun adjusted =
+      AdjustRun(run, options.adjustment, nullptr, progress.Part(0, kAdjusted));
+  // Images are rectified with the calibration that the adjustment found.
+  const std::optional<RecordedViews> recorded = OpenViews(arguments, adjusted.run);
+  MapResult map =
+      BuildMap(adjusted.run, recorded ? &*recorded : nullptr, options, progress.Part(kAdjusted, 1));
+  map.adjustment = adjusted.figures;
   map.id = WriteMapFolder(output, map);
   spdlog::info(
-      "wrote {}: {} poses, {} points of {} landmarks, {} of {} lines, {} occupied voxels of "
-      "{} m",
+      "wrote {}: {} poses, {} points of {} landmarks, {} lines, {} occupied voxels of {} m",
       output->path(), map.trajectory.size(), map.points.size(), run.landmarks.size(),
-      map.lines.size(), run.lines.size(), map.occupancy.OccupiedVoxels().size(),
-      map.occupancy.resolution_m());
+      map.lines.size(), map.occupancy.OccupiedVoxels().size(), map.occupancy.resolution_m());
   if (Interrupted() && !map.complete) {
     spdlog::warn("{}: the map is partial: {}", output->path(), map.partial_reason);
   }

@@ -12,11 +12,22 @@ namespace slcmap {
 // The options of the section `mapping` of a YAML file; the defaults for "". Throws ConfigError.
 MappingOptions ReadMappingOptions(const std::string& config);
 
-// Builds the map of a run folder (also of files that were changed, if asked to), writes and returns
-// it, and logs what both hold and what they lack. After Ctrl-C the map is what is done so far, and
-// says that it is partial. Throws what reading, mapping and writing throw; an earlier map then
-// stays as it was.
-MapResult RunMapStage(const std::string& run_folder, const MappingOptions& options,
-                      bool accept_changed, OutputFolder* output);
+// What a map is made of.
+struct MapArguments {
+  std::string input;        // a run folder or, with poses, a sequence
+  std::string poses;        // trajectory file of the sequence's IMU by anyone; "": input is a run
+  std::string calibration;  // of the sequence, with poses; "" takes its own
+  std::string sequence;     // where the run's recording has moved to; "": it is where it was
+  std::string config;
+  bool sparse = false;  // from the run alone, without its recording's images
+  bool accept_changed = false;
+};
+
+// Reads the run (also of files that were changed, if asked to) or the poses and builds the map,
+// writes and returns it, and logs what both hold and what they lack. After Ctrl-C the map is what
+// is done so far, and says that it is partial. Throws what reading, mapping and writing throw; an
+// earlier map then stays as it was.
+MapResult RunMapStage(const MapArguments& arguments, const MappingOptions& options,
+                      OutputFolder* output);
 
 }  // namespace slcmap

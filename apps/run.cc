@@ -88,8 +88,9 @@ void RunAll(const RunArguments& arguments) {
   OutputFolder export_folder(output + "/export", ExportFiles(), {odometry.sequence});
   const OdometryRun run = RunOdometryStage(odometry, {&map_folder, &export_folder});
   if (Interrupted()) return;
-  const MapResult map =
-      Timed("map", [&] { return RunMapStage(odometry.run, mapping, false, &map_folder); });
+  MapArguments of_run;
+  of_run.input = odometry.run;
+  const MapResult map = Timed("map", [&] { return RunMapStage(of_run, mapping, &map_folder); });
   if (Interrupted()) return;
   const std::vector<std::string> files = Timed("export", [&] {
     return ExportMap(map, &export_folder, arguments.exporting, StageProgress("export"));

@@ -8,6 +8,8 @@
 #include "apps/commands.h"
 #include "apps/process_cost.h"
 #include "apps/progress.h"
+#include "data/file.h"
+#include "data/simulator/building_truth.h"
 #include "data/simulator/renderer.h"
 #include "data/simulator/scene.h"
 #include "data/simulator/simulation.h"
@@ -27,7 +29,8 @@ constexpr const char* kExamples = R"(Examples:
       the same building as builders leave it: walls bend, fittings are turned
 
 It writes a EuRoC folder (mav0) and beside it what is true (truth): trajectory.tum, rig.yaml, the
-scene's edges with the parts that the cameras saw, and depth images with --depth.)";
+scene's edges with the parts that the cameras saw, its walls and rooms, and depth images with
+--depth.)";
 
 struct SimulateArguments {
   SimulationOptions simulation;
@@ -35,6 +38,7 @@ struct SimulateArguments {
   std::optional<double> inexact;  // instead of what the scene says
   std::optional<int> inexact_seed;
   bool without_image_noise = false;
+  bool only_building = false;
 };
 
 RendererOptions RendererOf(const SimulateArguments& arguments) {
@@ -73,8 +77,25 @@ std::unique_ptr<PairRenderer> MakeRenderer(const SimulateArguments& arguments,
   return MakeSceneRenderer(scene, options, task);
 }
 
+// What is true of the walls and rooms, without rendering: for a sequence that lacks it.
+void WriteBuildingTruth(const SimulateArguments& arguments) {
+  const SimulationOptions& options = arguments.simulation;
+  const RenderTask task = PlanSimulation(options, StageProgress);
+  const Scene scene =
+      ReadScene(options.scene, task.Stage("reading the scene"), InexactOf(arguments));
+  const RayScene rays(SeenPatches(scene));
+  const TrueBuilding building =
+      ObserveBuilding(scene, rays, task, static_cast<int>(task.times_s.size()));
+  const std::string folder = options.folder + "/truth";
+  MakeFolder(folder);
+  WriteTrueBuilding(folder + "/building.json", building);
+  spdlog::info("wrote {}/building.json: {} walls, {} rooms", folder, building.walls.size(),
+               building.rooms.size());
+}
+
 void RunSimulate(const SimulateArguments& arguments) {
   const SimulationOptions& options = arguments.simulation;
+  if (arguments.only_building) return WriteBuildingTruth(arguments);
   const ProcessCost before = CostSoFar();
   std::optional<RecordingBar> bar;
   const SimulationState summary = Simulate(
@@ -148,6 +169,8 @@ void AddSimulateCommand(CLI::App& app) {
   AddMotionOptions(options, command);
   AddBuildingOptions(*arguments, command);
   AddSensorOptions(*arguments, command);
+  command->add_flag("--only-building", arguments->only_building,
+                    "Write nothing but truth/building.json, also into a sequence that is there");
   command->add_flag("--depth", options.with_depth, "Write truth/depth for each left image");
   command->add_option("--threads", options.threads, "Threads; the bytes are the same with any")
       ->capture_default_str();

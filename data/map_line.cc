@@ -45,6 +45,7 @@ PlyElement EdgeElement(const std::vector<MapLine>& lines) {
   edges.Add("observations", PlyType::kInt32);
   for (const char* name : {"deviation_rad", "deviation_sigma_rad"})
     edges.Add(name, PlyType::kFloat);
+  edges.Add("kind", PlyType::kUint8);
   for (const MapLine& line : lines) {
     const auto [red, green, blue] = LineColour(line.axis, line.recent);
     const double first = 2 * static_cast<double>(edges.size());
@@ -53,7 +54,7 @@ PlyElement EdgeElement(const std::vector<MapLine>& lines) {
                      static_cast<double>(line.segment), static_cast<double>(line.axis),
                      static_cast<double>(line.world), line.sigma_m, line.recent ? 1.0 : 0.0,
                      static_cast<double>(line.observations), line.deviation_rad,
-                     line.deviation_sigma_rad});
+                     line.deviation_sigma_rad, static_cast<double>(line.kind)});
   }
   return edges;
 }
@@ -91,10 +92,12 @@ Rgb LineColour(LineAxis axis, bool recent) {
 }
 
 void WriteMapLines(const std::string& path, const std::vector<MapLine>& lines) {
-  WritePly(path, {{"slcmap lines, metres in the world frame, z up",
-                   "axis: 0 X, 1 Y, 2 vertical, 3 none; recent: seen by the last keyframes"},
-                  {VertexElement(lines), EdgeElement(lines)},
-                  {}});
+  WritePly(path,
+           {{"slcmap lines, metres in the world frame, z up",
+             "axis: 0 X, 1 Y, 2 vertical, 3 none, 4 sloped; recent: seen by the last keyframes",
+             "kind: 0 unknown, 1 edge, 2 outline, 3 mark, 4 pipe"},
+            {VertexElement(lines), EdgeElement(lines)},
+            {}});
 }
 
 std::vector<MapLine> ReadMapLines(const std::string& path) {
@@ -116,6 +119,7 @@ std::vector<MapLine> ReadMapLines(const std::string& path) {
     line.observations = static_cast<int>(edges.Value("observations", i, 0, 0, kMaxInt));
     line.deviation_rad = edges.Value("deviation_rad", i, 0, 0, M_PI);
     line.deviation_sigma_rad = edges.Value("deviation_sigma_rad", i, 0, 0, kMaxSigma_rad);
+    line.kind = static_cast<LineKind>(edges.Value("kind", i, 0, 0, 4));
   }
   return lines;
 }

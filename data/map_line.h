@@ -11,6 +11,16 @@
 
 namespace slcmap {
 
+// What a line is of. Files hold these numbers.
+enum class LineKind {
+  kUnknown = 0,
+  kEdge = 1,     // where surfaces meet, or one ends before another
+  kOutline = 2,  // of a flat thing on a surface: a poster, a sign, a door's leaf
+  kMark = 3,     // on a surface: grain, a joint, print, a shadow
+  kPipe = 4,     // the axis of a pipe
+};
+
+// A straight piece of a line: of a line with gaps there are several, which share its id.
 struct MapLine {
   int64_t id = 0;
   int segment = 0;                  // of the run
@@ -27,6 +37,7 @@ struct MapLine {
   // largest; both 0 of a line that was taken to be exactly along its axis, and of one that has
   // none.
   double deviation_rad = 0, deviation_sigma_rad = 0;
+  LineKind kind = LineKind::kUnknown;
 };
 
 // Red, green and blue: X is red, Y green, vertical blue, none amber, sloped violet. Recent lines

@@ -129,6 +129,7 @@ class Reader {
     bool is_list = false;
     PlyType count_type = PlyType::kUint8;
     std::size_t index = 0;
+    bool is_face = false;  // the list of a face's vertices
   };
 
   [[noreturn]] void Fail(const std::string& what) const { throw DataError(path_ + ": " + what); }
@@ -205,7 +206,9 @@ class Reader {
       Fail(fmt::format("found '{}' in the header, expected 'property TYPE NAME'", line));
     }
     if (is_list) {
-      declared_.back().push_back({TypeOf(words[3]), true, TypeOf(words[2]), 0});
+      const bool is_face = file_.elements.back().name == "face" &&
+                           (words[4] == "vertex_indices" || words[4] == "vertex_index");
+      declared_.back().push_back({TypeOf(words[3]), true, TypeOf(words[2]), 0, is_face});
       return;
     }
     PlyElement& element = file_.elements.back();
@@ -256,13 +259,27 @@ class Reader {
     for (row_ = 0; row_ < expected_rows_; ++row_) {
       for (const Declared& declared : declared_[index]) {
         if (declared.is_list) {
-          const double count = TakeValue(declared.count_type);
-          for (double i = 0; i < count; ++i) TakeValue(declared.type);
+          ReadList(declared);
         } else {
           element.properties[declared.index].values.push_back(TakeValue(declared.type));
         }
       }
     }
+  }
+
+  void ReadList(const Declared& declared) {
+    const double count = TakeValue(declared.count_type);
+    if (declared.is_face) file_.faces.emplace_back();
+    for (double i = 0; i < count; ++i) {
+      const double value = TakeValue(declared.type);
+      if (declared.is_face) file_.faces.back().push_back(VertexIndex(value));
+    }
+  }
+
+  int32_t VertexIndex(double value) const {
+    if (Fits(PlyType::kInt32, value) && value >= 0) return static_cast<int32_t>(value);
+    Fail(fmt::format("{} row {}: found vertex {}, expected a number from 0", element_name_,
+                     row_ + 1, value));
   }
 
   std::string path_;

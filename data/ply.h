@@ -44,7 +44,8 @@ struct PlyElement {
 struct PlyFile {
   std::vector<std::string> comments;
   std::vector<PlyElement> elements;
-  // Written as an element "face" with a list property "vertex_indices", unless empty. Not read.
+  // Written as an element "face" with a list property "vertex_indices", unless empty; read from
+  // there or from "vertex_index". Nothing says that the vertices exist.
   std::vector<std::vector<int32_t>> faces;
 
   // The element of that name; throws DataError naming `path` when there is none.
@@ -75,7 +76,7 @@ std::vector<PlySegment> Segments(const PlyFile& file, const std::string& path);
 std::vector<PlySegment> ReadLinesPly(const std::string& path);
 
 // Throws DataError, naming file and element, when the file is missing, cut short or not a PLY file
-// of scalar properties. List properties are skipped.
+// of scalar properties. List properties other than faces are skipped.
 PlyFile ReadPly(const std::string& path);
 
 }  // namespace slcmap

@@ -9,6 +9,7 @@
 #include "data/nearest_name.h"
 #include "data/summary_file.h"
 #include "export/gltf_writer.h"
+#include "export/map_writer.h"
 #include "export/ply_writer.h"
 #include "export/scene_writer.h"
 
@@ -32,40 +33,47 @@ void WriteSummary(const std::string& folder, const MapResult& map,
 // What an earlier export left in formats that this one does not have would be of another map.
 void RemoveOthers(const OutputFolder& folder, const std::vector<std::string>& names) {
   for (const std::string& name : ExportFiles().names) {
-    const bool is_new = std::find(names.begin(), names.end(), name) != names.end();
+    const bool is_new = std::any_of(names.begin(), names.end(), [&](const std::string& written) {
+      return written == name || written.starts_with(name + "/");
+    });
     std::error_code error;
-    if (!is_new && name != kSummary) std::filesystem::remove(folder.path() + "/" + name, error);
+    if (!is_new && name != kSummary) std::filesystem::remove_all(folder.path() + "/" + name, error);
   }
 }
 
-// All for no names.
-std::vector<std::unique_ptr<SceneWriter>> WantedWriters(const std::vector<std::string>& names) {
-  std::vector<std::unique_ptr<SceneWriter>> writers = MakeSceneWriters();
-  std::erase_if(writers, [&](const std::unique_ptr<SceneWriter>& writer) {
-    return !names.empty() && std::find(names.begin(), names.end(), writer->Format()) == names.end();
+// Those of the formats that are wanted.
+std::vector<std::unique_ptr<MapWriter>> WantedWriters(const ExportOptions& options) {
+  std::vector<std::unique_ptr<MapWriter>> writers = MakeMapWriters(options);
+  const std::vector<std::string>& wanted = options.formats;
+  std::erase_if(writers, [&](const std::unique_ptr<MapWriter>& writer) {
+    return !wanted.empty() &&
+           std::find(wanted.begin(), wanted.end(), writer->Format()) == wanted.end();
   });
   return writers;
 }
 
 }  // namespace
 
-std::vector<std::unique_ptr<SceneWriter>> MakeSceneWriters() {
-  std::vector<std::unique_ptr<SceneWriter>> writers;
-  writers.push_back(std::make_unique<GltfSceneWriter>());
-  writers.push_back(std::make_unique<PlySceneWriter>());
+std::vector<std::unique_ptr<MapWriter>> MakeMapWriters(const ExportOptions& options) {
+  const auto scene = std::make_shared<SceneOfMap>(options.scene);
+  std::vector<std::unique_ptr<MapWriter>> writers;
+  writers.push_back(std::make_unique<GltfSceneWriter>(scene));
+  writers.push_back(std::make_unique<PlySceneWriter>(scene));
   return writers;
 }
 
 std::vector<std::string> ExportFormats() {
   std::vector<std::string> formats;
-  for (const auto& writer : MakeSceneWriters()) formats.push_back(writer->Format());
+  for (const auto& writer : MakeMapWriters({})) formats.push_back(writer->Format());
   return formats;
 }
 
 StageFiles ExportFiles() {
-  return {"an export",
-          {kSummary, "scene.glb", "points.ply", "lines.ply", "trajectory.ply", "keyframes.ply",
-           "voxels.ply", "line_bars.ply"}};
+  StageFiles files = {"an export", {kSummary}};
+  for (const auto& writer : MakeMapWriters({})) {
+    for (const std::string& name : writer->Names()) files.names.push_back(name);
+  }
+  return files;
 }
 
 void CheckFormats(const ExportOptions& options) {
@@ -87,16 +95,13 @@ std::vector<std::string> ExportMap(const MapResult& map, const std::string& fold
 std::vector<std::string> ExportMap(const MapResult& map, OutputFolder* folder,
                                    const ExportOptions& options, const Progress& progress) {
   CheckFormats(options);
-  const std::vector<std::unique_ptr<SceneWriter>> writers = WantedWriters(options.formats);
-  const double parts = 1 + static_cast<double>(writers.size());
-  MapScene scene = MakeScene(map, options.scene, progress.Part(0, 1 / parts));
-  scene.map_id = map.id;
-  scene.run_id = map.source.run_id;
+  const std::vector<std::unique_ptr<MapWriter>> writers = WantedWriters(options);
+  const auto parts = static_cast<double>(writers.size());
   std::vector<std::string> names;
   for (std::size_t i = 0; i < writers.size(); ++i) {
-    const double from = static_cast<double>(i + 1) / parts;
+    const double from = static_cast<double>(i) / parts;
     const Progress part = progress.Part(from, from + 1 / parts);
-    for (const std::string& path : writers[i]->Write(folder->staging(), scene, part)) {
+    for (const std::string& path : writers[i]->Write(folder->staging(), map, part)) {
       names.push_back(path.substr(folder->staging().size() + 1));
     }
   }

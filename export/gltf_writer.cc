@@ -153,7 +153,7 @@ std::vector<uint32_t> Flat(const std::vector<std::array<uint32_t, N>>& groups) {
 
 }  // namespace
 
-std::vector<std::string> GltfSceneWriter::Write(const std::string& folder, const MapScene& scene,
+std::vector<std::string> GltfSceneWriter::WriteScene(const std::string& folder, const MapScene& scene,
                                                 const Progress& progress) const {
   ModelBuilder builder;
   builder.SetOrigin(scene.map_id, scene.run_id);

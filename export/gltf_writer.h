@@ -10,9 +10,13 @@ namespace slcmap {
 // out.
 class GltfSceneWriter : public SceneWriter {
  public:
+  using SceneWriter::SceneWriter;
   std::string Format() const override { return "glb"; }
-  std::vector<std::string> Write(const std::string& folder, const MapScene& scene,
-                                 const Progress& progress) const override;
+  std::vector<std::string> Names() const override { return {"scene.glb"}; }
+
+ protected:
+  std::vector<std::string> WriteScene(const std::string& folder, const MapScene& scene,
+                                      const Progress& progress) const override;
 };
 
 }  // namespace slcmap

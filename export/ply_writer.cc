@@ -34,7 +34,12 @@ PlyElement EdgeElement(const std::vector<std::array<uint32_t, 2>>& edges) {
 
 }  // namespace
 
-std::vector<std::string> PlySceneWriter::Write(const std::string& folder, const MapScene& scene,
+std::vector<std::string> PlySceneWriter::Names() const {
+  return {"points.ply",    "lines.ply",  "trajectory.ply",
+          "keyframes.ply", "voxels.ply", "line_bars.ply"};
+}
+
+std::vector<std::string> PlySceneWriter::WriteScene(const std::string& folder, const MapScene& scene,
                                                const Progress& progress) const {
   std::vector<std::string> paths;
   const std::size_t layers = scene.points.size() + scene.lines.size() + scene.meshes.size();

@@ -9,9 +9,13 @@ namespace slcmap {
 // between them. Empty layers are written too, so that no file of an earlier export is left.
 class PlySceneWriter : public SceneWriter {
  public:
+  using SceneWriter::SceneWriter;
   std::string Format() const override { return "ply"; }
-  std::vector<std::string> Write(const std::string& folder, const MapScene& scene,
-                                 const Progress& progress) const override;
+  std::vector<std::string> Names() const override;
+
+ protected:
+  std::vector<std::string> WriteScene(const std::string& folder, const MapScene& scene,
+                                      const Progress& progress) const override;
 };
 
 }  // namespace slcmap

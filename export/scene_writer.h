@@ -1,4 +1,4 @@
-// The formats that a scene can be written in.
+// The formats that coloured geometry can be written in.
 #pragma once
 
 #include <memory>
@@ -6,24 +6,40 @@
 #include <vector>
 
 #include "data/progress.h"
+#include "export/map_writer.h"
 #include "export/scene.h"
 
 namespace slcmap {
 
-// Writes scenes in one format.
-class SceneWriter {
+// Makes the scene of a map once, for all formats that are written from it.
+class SceneOfMap {
  public:
-  virtual ~SceneWriter() = default;
+  explicit SceneOfMap(const SceneOptions& options) : options_(options) {}
 
-  virtual std::string Format() const = 0;  // as named on the command line, such as "glb"
+  // Throws what MakeScene does. Maps are told apart by their address.
+  const MapScene& Of(const MapResult& map, const Progress& progress);
 
-  // Writes files into an existing folder and returns their paths. Throws OutputError, and
-  // StoppedError when progress says so.
-  virtual std::vector<std::string> Write(const std::string& folder, const MapScene& scene,
-                                         const Progress& progress) const = 0;
+ private:
+  SceneOptions options_;
+  const MapResult* map_ = nullptr;
+  MapScene scene_;
 };
 
-// A writer for each format there is.
-std::vector<std::unique_ptr<SceneWriter>> MakeSceneWriters();
+// Writes the scene of a map in one format.
+class SceneWriter : public MapWriter {
+ public:
+  explicit SceneWriter(std::shared_ptr<SceneOfMap> scene) : scene_(std::move(scene)) {}
+
+  std::vector<std::string> Write(const std::string& folder, const MapResult& map,
+                                 const Progress& progress) const final;
+
+ protected:
+  // As Write() of a map.
+  virtual std::vector<std::string> WriteScene(const std::string& folder, const MapScene& scene,
+                                              const Progress& progress) const = 0;
+
+ private:
+  std::shared_ptr<SceneOfMap> scene_;
+};
 
 }  // namespace slcmap

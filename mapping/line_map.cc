@@ -4,7 +4,7 @@
 
 namespace slcmap {
 
-std::vector<MapLine> SelectLines(const OdometryRun& run, const LineMapOptions& options) {
+std::vector<MapLine> SelectLines(const OdometryRun& run, const RunLineOptions& options) {
   std::vector<MapLine> selected;
   for (const MapLine& line : MapLines(run)) {
     // Comparisons with a value that is not finite fail.

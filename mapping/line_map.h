@@ -11,6 +11,6 @@ namespace slcmap {
 
 // The run's lines that are certain enough, were seen often enough and have an extent, in their
 // order.
-std::vector<MapLine> SelectLines(const OdometryRun& run, const LineMapOptions& options);
+std::vector<MapLine> SelectLines(const OdometryRun& run, const RunLineOptions& options);
 
 }  // namespace slcmap

@@ -12,6 +12,9 @@
 #include "data/trajectory.h"
 #include "data/types.h"
 #include "data/verdict.h"
+#include "mapping/adjustment/adjustment.h"
+#include "mapping/building/building.h"
+#include "mapping/dense/dense_point.h"
 #include "mapping/occupancy_map.h"
 
 namespace slcmap {
@@ -41,10 +44,18 @@ struct MapResult {
   std::map<std::string, int64_t> warnings;  // counted by kind
   std::optional<Verdict> verdict;           // on the run
   Rig rectified_rig;
+  // What the adjustment over all keyframes was made of; none where there was none. Not read back.
+  std::optional<AdjustmentFigures> adjustment;
+  // The raw cameras with what the run, or its adjustment, found of their calibration; none of a run
+  // that does not say how they were calibrated. Not read back.
+  std::optional<Rig> calibrated_rig;
   Trajectory trajectory;  // refined, a pose an image
   Trajectory keyframes;
   std::vector<MapPoint> points;
-  std::vector<MapLine> lines;
+  std::vector<DensePoint> dense;  // none of a map that was made without images
+  std::vector<MapLine> lines;     // but marks
+  std::vector<MapLine> marks;     // lines that are on surfaces, and no edges of them
+  Building building;              // empty of a map that was made without images
   OccupancyMap occupancy{0.1};
 };
 

@@ -5,12 +5,15 @@
 #include <algorithm>
 #include <utility>
 
+#include "data/calibration.h"
 #include "data/error.h"
 #include "data/file.h"
 #include "data/ply.h"
 #include "data/summary_file.h"
 #include "data/trajectory.h"
 #include "data/verdict_json.h"
+#include "mapping/building/building_files.h"
+#include "mapping/dense/dense_file.h"
 #include "mapping/point_cloud.h"
 #include "odometry/method.h"
 #include "odometry/run_json.h"
@@ -20,13 +23,15 @@
 namespace slcmap {
 namespace {
 
-constexpr int kMapVersion = 2;
+constexpr int kMapVersion = 3;
 constexpr char kSummary[] = "map.json";
 
 // The files of a map folder besides its summary.
 constexpr char kTrajectory[] = "trajectory.tum", kKeyframes[] = "keyframes.tum",
-               kPoints[] = "points.ply", kCloud[] = "points.pcd", kLines[] = "lines.ply",
-               kOccupancy[] = "occupancy.bt", kRig[] = "rig.json", kOptions[] = "options.yaml";
+               kPoints[] = "points.ply", kCloud[] = "points.pcd", kDense[] = "dense.ply",
+               kDenseCloud[] = "dense.pcd", kLines[] = "lines.ply", kMarks[] = "marks.ply",
+               kOccupancy[] = "occupancy.bt", kRig[] = "rig.json", kOptions[] = "options.yaml",
+               kCalibration[] = "calibration.yaml";
 
 double MedianObservations(const std::vector<MapLine>& lines) {
   std::vector<int> observations;
@@ -34,15 +39,39 @@ double MedianObservations(const std::vector<MapLine>& lines) {
   return LivesOf(std::move(observations)).median_keyframes;
 }
 
-std::vector<std::string> ListedNames() {
-  return {kTrajectory, kKeyframes, kPoints, kCloud, kLines, kOccupancy, kRig, kOptions};
+std::vector<std::string> ListedNames(bool with_calibration) {
+  std::vector<std::string> names = {kTrajectory, kKeyframes,  kPoints, kCloud,
+                                    kDense,      kDenseCloud, kLines,  kMarks,
+                                    kOccupancy,  kRig,        kOptions};
+  for (const std::string& name : BuildingFiles()) names.push_back(name);
+  if (with_calibration) names.emplace_back(kCalibration);
+  return names;
+}
+
+Json AdjustmentJson(const std::optional<AdjustmentFigures>& figures) {
+  if (!figures) return nullptr;
+  return {{"points", figures->points},
+          {"point_observations", figures->point_observations},
+          {"rejected_point_observations", figures->rejected_point_observations},
+          {"lines", figures->lines},
+          {"line_observations", figures->line_observations},
+          {"rejected_line_observations", figures->rejected_line_observations},
+          {"closures", figures->closures},
+          {"closures_taken_back", figures->closures_taken_back},
+          {"matched_points", figures->matched_points},
+          {"matched_edges", figures->matched_edges},
+          {"iterations", figures->iterations}};
 }
 
 std::vector<std::pair<const char*, std::size_t>> CountsOf(const MapResult& map) {
   return {{"poses", map.trajectory.size()},
           {"keyframes", map.keyframes.size()},
           {"points", map.points.size()},
+          {"dense_points", map.dense.size()},
           {"lines", map.lines.size()},
+          {"marks", map.marks.size()},
+          {"planes", map.building.planes.size()},
+          {"rooms", map.building.rooms.size()},
           {"occupied_voxels", map.occupancy.OccupiedVoxels().size()}};
 }
 
@@ -59,9 +88,10 @@ std::string WriteSummary(const std::string& folder, const MapResult& map) {
                {"verdict", VerdictJson(map.verdict)},
                {"warnings", Json(map.warnings)},
                {"median_line_observations", MedianObservations(map.lines)},
-               {"voxel_m", map.occupancy.resolution_m()}};
+               {"voxel_m", map.occupancy.resolution_m()},
+               {"adjustment", AdjustmentJson(map.adjustment)}};
   for (const auto& [what, count] : CountsOf(map)) json["counts"][what] = count;
-  json["files"] = ListFiles(folder, ListedNames());
+  json["files"] = ListFiles(folder, ListedNames(map.calibrated_rig.has_value()));
   return WriteSummaryFile(folder + "/" + kSummary, json);
 }
 
@@ -145,7 +175,7 @@ std::vector<MapPoint> ReadPoints(const std::string& path) {
 
 StageFiles MapFiles() {
   StageFiles files{"a map", {kSummary}};
-  for (const std::string& name : ListedNames()) files.names.push_back(name);
+  for (const std::string& name : ListedNames(true)) files.names.push_back(name);
   return files;
 }
 
@@ -160,10 +190,15 @@ std::string WriteMapFolder(OutputFolder* folder, const MapResult& map) {
   WriteTumTrajectory(path + kKeyframes, map.keyframes);
   WritePoints(path + kPoints, map.points);
   WritePcd(path + kCloud, map.points);
+  WriteDensePly(path + kDense, map.dense);
+  WriteDensePcd(path + kDenseCloud, map.dense);
   WriteMapLines(path + kLines, map.lines);
+  WriteMapLines(path + kMarks, map.marks);
+  WriteBuilding(folder->staging(), map.building);
   map.occupancy.Write(path + kOccupancy);
   WriteRig(path + kRig, map.rectified_rig);
   WriteFile(path + kOptions, map.source.options);
+  if (map.calibrated_rig) WriteKalibrCalibration(path + kCalibration, *map.calibrated_rig);
   const std::string id = WriteSummary(folder->staging(), map);
   folder->Commit();
   return id;
@@ -178,7 +213,10 @@ MapResult ReadMapFolder(const std::string& folder, const MapReadOptions& options
   map.trajectory = ReadPoses(path + kTrajectory);
   map.keyframes = ReadPoses(path + kKeyframes);
   map.points = ReadPoints(path + kPoints);
+  map.dense = ReadDensePly(path + kDense);
   map.lines = ReadLines(path + kLines);
+  map.marks = ReadLines(path + kMarks);
+  map.building = ReadBuilding(folder);
   map.occupancy = OccupancyMap::Read(path + kOccupancy);
   map.source.options = ReadFile(path + kOptions);
   if (options.accept_changed) return map;

@@ -1,20 +1,74 @@
 #include "mapping/mapping.h"
 
+#include <algorithm>
+#include <iterator>
+
+#include "mapping/building/build_building.h"
+#include "mapping/dense/dense_stage.h"
 #include "mapping/line_map.h"
+#include "mapping/lines/known_lines.h"
+#include "mapping/lines/map_lines.h"
 #include "mapping/occupancy.h"
 #include "mapping/point_cloud.h"
 #include "mapping/refinement.h"
+#include "odometry/calibrated_rig.h"
 
 namespace slcmap {
 namespace {
 
 // Shares of the time, about, up to the end of a stage.
-constexpr double kFused = 0.1, kFiltered = 0.3;
+constexpr double kFused = 0.02, kFiltered = 0.05, kLines = 0.5, kDense = 0.95;
+constexpr double kAxes = 0.4;  // of the lines' part
+constexpr char kImageUnreadable[] = "images_unreadable";
+
+std::vector<MapLine> LinesOf(const OdometryRun& run, const RecordedViews* recorded,
+                             const MappingOptions& options, const Progress& progress) {
+  if (!recorded) return SelectLines(run, options.run_lines);
+  const std::vector<BuildingAxis> axes =
+      run.manhattan_worlds.empty()
+          ? AxesOfViews(recorded->views, *recorded->images, options.lines, progress.Part(0, kAxes))
+          : AxesOfRun(run, options.lines.min_axis_sigma_rad);
+  return BuildLines(
+      recorded->views, *recorded->images, axes,
+      KnownLines(run, axes, options.run_lines.max_sigma_m, options.run_lines.min_observations),
+      options.lines, progress.Part(run.manhattan_worlds.empty() ? kAxes : 0, 1));
+}
+
+void MoveMarks(MapResult* map) {
+  const auto is_mark = [](const MapLine& line) { return line.kind == LineKind::kMark; };
+  std::copy_if(map->lines.begin(), map->lines.end(), std::back_inserter(map->marks), is_mark);
+  std::erase_if(map->lines, is_mark);
+}
+
+BuildingInput InputOf(const MapResult& map, std::vector<Sights> sights) {
+  BuildingInput input;
+  for (const DensePoint& point : map.dense) {
+    input.points.push_back({point.p_world, point.normal_world, point.sigma_m});
+  }
+  input.lines = map.lines;
+  input.sights = std::move(sights);
+  for (const StampedPose& pose : map.trajectory) {
+    input.trajectory_world.push_back(pose.T_world_imu.translation);
+  }
+  return input;
+}
+
+// Occupancy, the dense cloud and the building, of the images of the keyframes.
+void MapImages(const RecordedViews& recorded, const MappingOptions& options,
+               const Progress& progress, MapResult* map) {
+  std::vector<Sights> sights =
+      MapDensely(recorded.views, *recorded.images, options, progress.Part(kLines, kDense), map);
+  if (progress.Report(kDense)) {
+    map->building = BuildBuilding(InputOf(*map, std::move(sights)), options.building);
+  }
+  const int64_t unreadable = recorded.images->unreadable();
+  if (unreadable > 0) map->warnings[kImageUnreadable] += unreadable;
+}
 
 }  // namespace
 
-MapResult BuildMap(const OdometryRun& run, const MappingOptions& options,
-                   const Progress& progress) {
+MapResult BuildMap(const OdometryRun& run, const RecordedViews* recorded,
+                   const MappingOptions& options, const Progress& progress) {
   options.Check();
   MapResult map;
   map.source.run_id = run.id;
@@ -22,6 +76,10 @@ MapResult BuildMap(const OdometryRun& run, const MappingOptions& options,
   if (run.source) {
     map.source.sequence = run.source->sequence;
     map.source.version = run.source->version;
+    if (!run.calibration.empty()) {
+      map.calibrated_rig =
+          CalibratedRig(run.source->raw_rig, run.rectified_rig, run.calibration.back());
+    }
   }
   map.method = run.method;
   map.complete = run.complete;
@@ -41,9 +99,14 @@ MapResult BuildMap(const OdometryRun& run, const MappingOptions& options,
                              watched.Part(0, kFused));
   map.points =
       RemoveOutliers(std::move(map.points), options.cloud, watched.Part(kFused, kFiltered));
-  map.lines = SelectLines(run, options.lines);
-  map.occupancy = MapOccupancy(KeyframeRays(run, map.points), options.occupancy, &map.warnings,
-                               watched.Part(kFiltered, 1));
+  map.lines = LinesOf(run, recorded, options, watched.Part(kFiltered, kLines));
+  MoveMarks(&map);
+  if (recorded) {
+    MapImages(*recorded, options, watched, &map);
+  } else {
+    map.occupancy = MapOccupancy(KeyframeRays(run, map.points), options.occupancy, &map.warnings,
+                                 watched.Part(kLines, 1));
+  }
   if (stopped) {
     map.complete = false;
     map.partial_reason += map.partial_reason.empty() ? "" : "; ";

@@ -4,14 +4,22 @@
 #include "data/progress.h"
 #include "mapping/map.h"
 #include "mapping/options.h"
+#include "mapping/views/recorded_views.h"
 #include "odometry/run.h"
 
 namespace slcmap {
 
-// Builds the map of a run; of a run without landmarks, an empty one. The same run gives the same
-// map, to the last bit. Once progress says so, the map is what is done so far, and not complete.
-// Throws ConfigError when an option is not plausible, or would take too much memory.
-MapResult BuildMap(const OdometryRun& run, const MappingOptions& options,
-                   const Progress& progress = {});
+// Builds the map of a run; of a run without landmarks and views, an empty one. With views, the
+// lines are those of their images, else those of the run. The same input gives the same map, to the
+// last bit. Once progress says so, the map is what is done so far, and not complete. Throws
+// ConfigError when an option is not plausible, or would take too much memory.
+MapResult BuildMap(const OdometryRun& run, const RecordedViews* recorded,
+                   const MappingOptions& options, const Progress& progress = {});
+
+// From the run alone.
+inline MapResult BuildMap(const OdometryRun& run, const MappingOptions& options,
+                          const Progress& progress = {}) {
+  return BuildMap(run, nullptr, options, progress);
+}
 
 }  // namespace slcmap

@@ -13,9 +13,19 @@ namespace slcmap {
 namespace {
 
 constexpr double kReachVoxels = 32767;  // OctoMap's keys are of 16 bits
+constexpr int kKeyOfOrigin = 32768;
+// The inner nodes are updated once, at the end.
+constexpr bool kLazy = true;
 
 octomap::point3d ToOctomap(const Eigen::Vector3d& p) {
   return octomap::point3d(p.cast<float>().x(), p.cast<float>().y(), p.cast<float>().z());
+}
+
+bool IsInOctree(const OctreeCell& cell) { return cell.cwiseAbs().maxCoeff() < kReachVoxels; }
+
+octomap::OcTreeKey KeyOf(const OctreeCell& cell) {
+  const auto key = [](int index) { return static_cast<octomap::key_type>(index + kKeyOfOrigin); };
+  return {key(cell.x()), key(cell.y()), key(cell.z())};
 }
 
 // The points of a bundle whose rays stay within `reach_m` of the origin along each axis. OctoMap
@@ -54,13 +64,40 @@ int64_t OccupancyMap::Insert(const std::vector<RayBundle>& bundles, double max_r
     if (!progress.Report(static_cast<double>(i) / static_cast<double>(bundles.size()))) break;
     const octomap::Pointcloud points = PointsInReach(bundles[i], max_range_m, reach_m);
     left_out += static_cast<int64_t>(bundles[i].p_world.size() - points.size());
-    // The inner nodes are updated once, at the end.
-    constexpr bool kLazy = true;
     impl_->tree.insertPointCloud(points, ToOctomap(bundles[i].p_world_camera), max_range_m, kLazy);
   }
+  Finish();
+  return left_out;
+}
+
+int64_t OccupancyMap::Update(const CellObservation& observation) {
+  int64_t left_out = 0;
+  const auto update = [&](const std::vector<OctreeCell>& cells, bool occupied) {
+    for (const OctreeCell& cell : cells) {
+      if (IsInOctree(cell)) {
+        impl_->tree.updateNode(KeyOf(cell), occupied, kLazy);
+      } else {
+        ++left_out;
+      }
+    }
+  };
+  update(observation.free, false);
+  update(observation.occupied, true);
+  return left_out;
+}
+
+void OccupancyMap::MarkOccupied(const std::vector<Eigen::Vector3d>& points) {
+  for (const Eigen::Vector3d& p : points) {
+    const Eigen::Vector3d scaled = p / resolution_m();
+    if (!(scaled.cwiseAbs().maxCoeff() < kReachVoxels - 1)) continue;
+    const OctreeCell cell = scaled.array().floor().cast<int>();
+    impl_->tree.setNodeValue(KeyOf(cell), impl_->tree.getClampingThresMaxLog(), kLazy);
+  }
+}
+
+void OccupancyMap::Finish() {
   impl_->tree.updateInnerOccupancy();
   impl_->tree.prune();
-  return left_out;
 }
 
 double OccupancyMap::resolution_m() const { return impl_->tree.getResolution(); }
@@ -89,6 +126,14 @@ void OccupancyMap::Write(const std::string& path) const {
   std::ostringstream bytes;
   bytes << OctreeHeaderText(impl_->tree.size(), impl_->tree.getResolution());
   impl_->tree.writeBinaryData(bytes);
+  WriteFile(path, bytes.str());
+}
+
+void OccupancyMap::WriteProbabilities(const std::string& path) const {
+  std::ostringstream bytes;
+  bytes << "# Octomap OcTree file\nid OcTree\nsize " << impl_->tree.size() << "\nres "
+        << impl_->tree.getResolution() << "\ndata\n";
+  impl_->tree.writeData(bytes);
   WriteFile(path, bytes.str());
 }
 

@@ -23,6 +23,14 @@ struct RayBundle {
   std::vector<Eigen::Vector3d> p_world;
 };
 
+// A cell of the octree's smallest size: the cube from it to it + 1, in units of the resolution.
+using OctreeCell = Eigen::Vector3i;
+
+// What one view says of cells, each of them once.
+struct CellObservation {
+  std::vector<OctreeCell> free, occupied;
+};
+
 class OccupancyMap {
  public:
   explicit OccupancyMap(double resolution_m);
@@ -37,6 +45,14 @@ class OccupancyMap {
   int64_t Insert(const std::vector<RayBundle>& bundles, double max_range_m,
                  const Progress& progress = {});
 
+  // Counts a view's observation, once a cell. Returns the number of cells that are out of the
+  // octree. Finish() makes what Update() and MarkOccupied() did known to the whole tree.
+  int64_t Update(const CellObservation& observation);
+  // Makes the cells of points (world, metres) occupied, whatever was seen of them; points out of
+  // the octree are left out.
+  void MarkOccupied(const std::vector<Eigen::Vector3d>& points);
+  void Finish();
+
   double resolution_m() const;
   std::vector<Voxel> OccupiedVoxels() const;  // in the tree's order
   bool IsOccupied(const Eigen::Vector3d& p_world) const;
@@ -46,6 +62,9 @@ class OccupancyMap {
   // Writes the .bt file of OctoMap, which holds occupied, free and unknown without probabilities.
   // Throws OutputError.
   void Write(const std::string& path) const;
+
+  // Writes the .ot file of OctoMap, which holds probabilities too. Throws OutputError.
+  void WriteProbabilities(const std::string& path) const;
 
   // Throws DataError when the file is missing, damaged or not a .bt file (see octree_file.h).
   static OccupancyMap Read(const std::string& path);

@@ -23,9 +23,9 @@ constexpr OptionTable kOccupancyTable{
     Option{"max_range_m", &OccupancyOptions::max_range_m, 1e-3, kMaxLength_m},
     Option{"max_voxels", &OccupancyOptions::max_voxels, 1, 1000000000}};
 
-constexpr OptionTable kLinesTable{
-    Option{"max_sigma_m", &LineMapOptions::max_sigma_m, 1e-6, kMaxLength_m},
-    Option{"min_observations", &LineMapOptions::min_observations, 1, kMaxCount}};
+constexpr OptionTable kRunLinesTable{
+    Option{"max_sigma_m", &RunLineOptions::max_sigma_m, 1e-6, kMaxLength_m},
+    Option{"min_observations", &RunLineOptions::min_observations, 1, kMaxCount}};
 
 }  // namespace
 
@@ -35,8 +35,8 @@ void CloudOptions::Read(YamlSection section) { kCloudTable.Read(section, this); 
 void OccupancyOptions::Check() const { kOccupancyTable.Check("mapping.occupancy", *this); }
 void OccupancyOptions::Read(YamlSection section) { kOccupancyTable.Read(section, this); }
 
-void LineMapOptions::Check() const { kLinesTable.Check("mapping.lines", *this); }
-void LineMapOptions::Read(YamlSection section) { kLinesTable.Read(section, this); }
+void RunLineOptions::Check() const { kRunLinesTable.Check("mapping.run_lines", *this); }
+void RunLineOptions::Read(YamlSection section) { kRunLinesTable.Read(section, this); }
 
 MappingOptions MappingOptions::FromYaml(const std::string& path) {
   return ReadConfigFile(path, [](YamlSection& root) {
@@ -44,7 +44,11 @@ MappingOptions MappingOptions::FromYaml(const std::string& path) {
     YamlSection section = root.Section("mapping");
     options.cloud.Read(section.Section("cloud"));
     options.occupancy.Read(section.Section("occupancy"));
+    options.adjustment.Read(section.Section("adjustment"));
     options.lines.Read(section.Section("lines"));
+    options.run_lines.Read(section.Section("run_lines"));
+    options.dense.Read(section.Section("dense"));
+    options.building.Read(section.Section("building"));
     section.Finish();
     options.Check();
     return options;
@@ -57,14 +61,22 @@ std::string MappingOptions::ToYaml() const {
     YamlSection section = root->Section("mapping");
     options.cloud.Read(section.Section("cloud"));
     options.occupancy.Read(section.Section("occupancy"));
+    options.adjustment.Read(section.Section("adjustment"));
     options.lines.Read(section.Section("lines"));
+    options.run_lines.Read(section.Section("run_lines"));
+    options.dense.Read(section.Section("dense"));
+    options.building.Read(section.Section("building"));
   });
 }
 
 void MappingOptions::Check() const {
   cloud.Check();
   occupancy.Check();
+  adjustment.Check();
   lines.Check();
+  run_lines.Check();
+  dense.Check();
+  building.Check();
 }
 
 }  // namespace slcmap

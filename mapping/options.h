@@ -2,6 +2,10 @@
 #pragma once
 
 #include "data/yaml_options.h"
+#include "mapping/adjustment/adjustment_options.h"
+#include "mapping/building/building_options.h"
+#include "mapping/dense/dense_options.h"
+#include "mapping/lines/line_options.h"
 
 namespace slcmap {
 
@@ -24,8 +28,9 @@ struct OccupancyOptions {
   void Read(YamlSection section);
 };
 
-// Which lines of the run become lines of the map. The run reports all that it has estimated.
-struct LineMapOptions {
+// Which lines of the run become lines of a map that is made without images. The run reports all
+// that it has estimated.
+struct RunLineOptions {
   double max_sigma_m = 0.0085;  // of a line's middle across it
   int min_observations = 4;     // keyframes that saw it
   void Check() const;
@@ -36,7 +41,11 @@ struct LineMapOptions {
 struct MappingOptions {
   CloudOptions cloud;
   OccupancyOptions occupancy;
-  LineMapOptions lines;
+  AdjustmentOptions adjustment;
+  MapLineOptions lines;
+  RunLineOptions run_lines;
+  DenseOptions dense;
+  BuildingOptions building;
 
   // Overrides the defaults by the section `mapping` of a file; other sections, which belong to
   // other stages, are left alone. Throws ConfigError naming file and key, also for a value out of

@@ -26,7 +26,7 @@ endfunction()
 
 slcmap_install_libraries(odometry
   slcmap_data slcmap_residuals slcmap_frontend slcmap_structure slcmap_run_folder slcmap_odometry)
-slcmap_install_libraries(mapping slcmap_mapping)
+slcmap_install_libraries(mapping slcmap_polygon slcmap_mapping)
 slcmap_install_libraries(export slcmap_export)
 
 # Headers keep their places, so that includes read as they do here. The JSON parser and the
@@ -35,6 +35,7 @@ install(DIRECTORY data odometry mapping export DESTINATION ${SLCMAP_HEADERS} COM
   FILES_MATCHING PATTERN "*.h"
   PATTERN data/simulator EXCLUDE
   PATTERN data/json_file.h EXCLUDE
+  PATTERN data/polygon_json.h EXCLUDE
   PATTERN data/summary_file.h EXCLUDE
   PATTERN data/verdict_json.h EXCLUDE
   PATTERN odometry/run_json.h EXCLUDE
@@ -69,5 +70,5 @@ set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SECTION libdevel)
 # What slcmap-config.cmake looks for.
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS "libeigen3-dev (>= 3.4), libopencv-dev (>= 4.6), \
 libopencv-contrib-dev (>= 4.6), libceres-dev (>= 2.1), libyaml-cpp-dev, libspdlog-dev, libfmt-dev, \
-libpcl-dev (>= 1.13), liboctomap-dev, libtinygltf-dev")
+libpcl-dev (>= 1.13), libgeos-dev, liboctomap-dev, libtinygltf-dev")
 include(CPack)

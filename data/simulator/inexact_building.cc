@@ -145,6 +145,7 @@ class InexactBuilding {
   }
 
   const OwnTurn& turn(int body) const { return turns_[body]; }
+  const DisplacementField& field() const { return field_; }
 
   // Where a point of a body of the exact building is; a body of -1 has no turn of its own.
   Vector3d Moved(const Vector3d& p_world, int body) const {
@@ -310,7 +311,11 @@ void MakeInexact(const InexactOptions& options, Scene* scene) {
   const InexactBuilding building(options, *scene);
   QuadCutter cutter(building, scene);
   for (uint32_t i = 0; i < scene->quads.size(); ++i) cutter.Cut(i);
-  InexactTruth truth{options, cutter.max_displacement_m(), {}, {}};
+  InexactTruth truth{options, cutter.max_displacement_m(), nullptr, {}, {}};
+  const DisplacementField& field = building.field();
+  truth.Displaced = [field](const Vector3d& p_world) -> Vector3d {
+    return p_world + field.At(p_world);
+  };
   for (size_t i = 0; i < scene->bodies.size(); ++i) {
     if (scene->bodies[i].box_body.isEmpty()) continue;
     truth.bodies.push_back(DeviationOf(*scene, static_cast<int>(i), building));

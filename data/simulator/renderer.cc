@@ -1,3 +1,4 @@
+#include "data/simulator/building_truth.h"
 #include "data/simulator/renderer.h"
 
 #include <spdlog/fmt/fmt.h>
@@ -84,6 +85,7 @@ class SceneRenderer : public PairRenderer {
     }
     WriteEdges(folder, scene_, watch_.Parts());
     WriteSurfaces(folder + "/surfaces.ply");
+    WriteTrueBuilding(folder + "/building.json", ObserveBuilding(scene_, rays_, task_, frames));
     if (scene_.inexact) WriteDeviations(folder, scene_);
   }
 

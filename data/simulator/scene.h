@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -81,6 +82,24 @@ struct TrueEdge {
   int bent_edge = -1;
 };
 
+// A hole in a face of a wall, within its frame: metres along the face and above its foot.
+struct SceneOpening {
+  int id = 0;  // the same on both faces
+  bool is_door = true;
+  bool is_open = false;  // one sees and goes through
+  double from_m = 0, to_m = 0, low_m = 0, high_m = 0;
+};
+
+// One side of a straight wall as the exact building has it (metres, in world).
+struct SceneWallFace {
+  Eigen::Vector3d foot_world, end_world;  // of its foot; seen from its front, foot is at the right
+  Eigen::Vector3d normal;                 // out of the wall
+  double height_m = 0;
+  double thickness_m = 0;
+  bool is_back = false;  // the face before it is the front of the same wall
+  std::vector<SceneOpening> openings;
+};
+
 // How a body or an edge of an inexact building differs from that of the exact one.
 struct BodyDeviation {
   int body = 0;                  // index into Scene::bodies
@@ -102,6 +121,8 @@ struct EdgeDeviation {
 struct InexactTruth {
   InexactOptions options;
   double max_displacement_m = 0;  // of any corner of a surface
+  // Where a point of walls and slabs of the exact building is.
+  std::function<Eigen::Vector3d(const Eigen::Vector3d&)> Displaced;
   std::vector<BodyDeviation> bodies;
   std::vector<EdgeDeviation> edges;
 };
@@ -113,6 +134,7 @@ struct Scene {
   std::vector<SceneBody> bodies;
   std::vector<SceneLamp> lamps;
   std::vector<TrueEdge> edges;
+  std::vector<SceneWallFace> wall_faces;
   float ambient = 0.1f;              // light that reaches everything, as radiance
   std::vector<double> wing_yaw_rad;  // heading of each wing's first axis in world
 

@@ -226,6 +226,14 @@ void SceneBuilder::AddLamp(const Vector3d& a, const Vector3d& u, const Vector3d&
   scene_.lamps.push_back({quad.a, quad.u, quad.v, radiance});
 }
 
+void SceneBuilder::AddWallFace(const SceneWallFace& face_object) {
+  SceneWallFace face = face_object;
+  face.foot_world = world_object_ * face.foot_world;
+  face.end_world = world_object_ * face.end_world;
+  face.normal = world_object_.linear() * face.normal;
+  scene_.wall_faces.push_back(face);
+}
+
 Scene SceneBuilder::Finish(const Progress& progress, bool fittings_apart) {
   Scene scene = std::move(scene_);
   scene_ = Scene();

@@ -50,6 +50,10 @@ class SceneBuilder {
   void AddLamp(const Eigen::Vector3d& a, const Eigen::Vector3d& u, const Eigen::Vector3d& v,
                float radiance, uint32_t material);
 
+  // A side of a wall, whose surfaces are added by themselves: what is true of it as a whole.
+  void AddWallFace(const SceneWallFace& face_object);
+  int NewOpening() { return openings_++; }
+
   // The scene; edges that lie on one another become one, unless they are of two fittings that
   // stand apart. Leaves the builder empty. Throws StoppedError where progress ends it.
   Scene Finish(const Progress& progress = {}, bool fittings_apart = false);
@@ -58,7 +62,7 @@ class SceneBuilder {
   Scene scene_;
   std::vector<Eigen::Isometry3d> world_wings_;
   Eigen::Isometry3d world_object_ = Eigen::Isometry3d::Identity();
-  int wing_ = 0, body_ = -1;
+  int wing_ = 0, body_ = -1, openings_ = 0;
 };
 
 // Collinear edges (within a millimetre) of one body that overlap become their union.

@@ -120,6 +120,29 @@ void AddFrame(const WallSpec& spec, const WallOpening& opening, SceneBuilder* bu
                   {x1 - kFrameInside_m, 3 * kProud_m, z0 + kFrameInside_m}, spec.frame);
 }
 
+// What is true of a face as a whole.
+SceneWallFace FaceOf(const WallSpec& spec, const Segment& segment, bool front,
+                     const std::vector<int>& opening_ids) {
+  constexpr double kOpen_deg = 20;
+  SceneWallFace face;
+  const double y = front ? 0 : -spec.thickness;
+  face.foot_world = {0, y, 0};
+  face.end_world = {segment.length, y, 0};
+  face.normal = {0, front ? 1.0 : -1.0, 0};
+  face.height_m = spec.height;
+  face.thickness_m = spec.thickness;
+  face.is_back = !front;
+  for (size_t i = 0; i < segment.openings.size(); ++i) {
+    const WallOpening& opening = segment.openings[i];
+    const double frame = kFrameInside_m, low = opening.is_door ? 0 : frame;
+    face.openings.push_back({opening_ids[i], opening.is_door,
+                             opening.is_door && opening.open_deg >= kOpen_deg,
+                             opening.along + frame, opening.along + opening.width - frame,
+                             opening.sill + low, opening.sill + opening.height - frame});
+  }
+  return face;
+}
+
 // In the frame of its hinge: x along the closed leaf, its front at y = 0.
 void AddLeaf(const WallSpec& spec, double width, double height, SceneBuilder* builder) {
   builder->AddBox({0, -0.04, 0.008}, {width, 0, height}, spec.leaf);
@@ -195,8 +218,13 @@ Eigen::Isometry3d PlaceOf(const WallSpec& spec, int index) {
 // The bodies of the openings in the order of the segment's.
 void AddSegment(const WallSpec& spec, const Segment& segment,
                 const std::vector<int>& opening_bodies, SceneBuilder* builder) {
+  std::vector<int> opening_ids;
+  for (size_t i = 0; i < segment.openings.size(); ++i) {
+    opening_ids.push_back(builder->NewOpening());
+  }
   for (const bool front : {true, false}) {
     if (!front && !spec.has_back) continue;
+    builder->AddWallFace(FaceOf(spec, segment, front, opening_ids));
     AddFace(spec, segment, front, builder);
     if (spec.skirting_height > 0) AddSkirting(spec, segment, front, builder);
   }

@@ -78,6 +78,19 @@ SimulatedImu ImuOf(const StartedMotion& started, const ImuModel& model, uint64_t
   return SimulateImu(started.motion, options, progress);
 }
 
+ImuModel ModelOf(const SimulationOptions& options, const Rig& rig) {
+  if (!options.imu.empty()) return ImuModelFromName(options.imu);
+  return {rig.imu_noise, 0.02, 0.05};  // biases as those of both published rigs
+}
+
+// As the rig truly is.
+Rig TrueRigOf(const SimulationOptions& options) {
+  Rig rig = ReadSimulatedRig(options.rig);
+  rig.imu_noise = ModelOf(options, rig).noise;
+  rig.camera_time_offset_s = options.time_offset_s;
+  return rig;
+}
+
 // Images in step with the IMU's samples, as a triggered rig takes them.
 std::vector<double> ImageTimes(const SimulationOptions& options, const MotionSpline& motion) {
   std::vector<double> times_s;
@@ -97,11 +110,6 @@ std::vector<int64_t> ImageStamps(const RenderTask& task, const StartedMotion& st
                         ToNanoseconds(task.rig.camera_time_offset_s));
   }
   return stamps_ns;
-}
-
-ImuModel ModelOf(const SimulationOptions& options, const Rig& rig) {
-  if (!options.imu.empty()) return ImuModelFromName(options.imu);
-  return {rig.imu_noise, 0.02, 0.05};  // biases as those of both published rigs
 }
 
 // Everything but the images. mav0 does not tell the time offset.
@@ -183,16 +191,22 @@ void SimulationOptions::Check() const {
   expect(threads >= 1 && threads <= 64, "--threads: expected 1 to 64");
 }
 
+RenderTask PlanSimulation(const SimulationOptions& options, const StageStarter& start_stage) {
+  options.Check();
+  const Rig rig = TrueRigOf(options);
+  const Progress progress = start_stage ? start_stage("planning the motion") : Progress();
+  const StartedMotion started = MotionOf(options, rig, progress);
+  return {rig, started.motion, ImageTimes(options, started.motion), start_stage};
+}
+
 SimulationState Simulate(const SimulationOptions& options, const PairRendererFactory& make_renderer,
                          const SimulationProgress& progress, const StageStarter& start_stage) {
   options.Check();
   const auto stage = [&](const char* label) {
     return start_stage ? start_stage(label) : Progress();
   };
-  Rig rig = ReadSimulatedRig(options.rig);
+  const Rig rig = TrueRigOf(options);
   const ImuModel model = ModelOf(options, rig);
-  rig.imu_noise = model.noise;
-  rig.camera_time_offset_s = options.time_offset_s;
   const StartedMotion started = MotionOf(options, rig, stage("planning the motion"));
   std::stop_source stop;
   const RenderTask task{rig, started.motion, ImageTimes(options, started.motion), start_stage,

@@ -13,6 +13,7 @@
 #include "data/sequence.h"
 #include "odometry/calibrated_rig.h"
 #include "odometry/frontend/rectifier.h"
+#include "odometry/method.h"
 
 namespace slcmap {
 namespace {
@@ -74,12 +75,9 @@ Rig CamerasAsFound(const OdometryRun& run) {
   return CalibratedRig(run.source->raw_rig, run.rectified_rig, cameras);
 }
 
-// Where a file of the recording is once the recording has moved from one folder to another.
-std::string Moved(const std::string& path, const std::string& from, const std::string& to) {
-  if (path.empty() || to.empty()) return path;
-  const std::string relative = fs::path(path).lexically_relative(from).string();
-  const bool is_inside = !relative.empty() && relative.rfind("..", 0) != 0;
-  return is_inside ? (fs::path(to) / relative).string() : path;
+// Where a file of the recording is; runs name them relative to the recording's folder.
+std::string PathOf(const std::string& file, const std::string& folder) {
+  return file.empty() ? "" : (fs::path(folder) / file).string();
 }
 
 void RequireSomeFile(const std::string& folder, const std::vector<ViewFiles>& files) {
@@ -94,7 +92,7 @@ void RequireSomeFile(const std::string& folder, const std::vector<ViewFiles>& fi
 }
 
 bool IsFarEnough(const RigidTransform& from, const RigidTransform& to,
-                 const ViewSelection& selection) {
+                 const KeyframeSelection& selection) {
   return (to.translation - from.translation).norm() >= selection.min_travel_m ||
          from.rotation.angularDistance(to.rotation) >= selection.min_turn_rad;
 }
@@ -102,7 +100,7 @@ bool IsFarEnough(const RigidTransform& from, const RigidTransform& to,
 // The pose at a stamp: that of a row so near in time that only its stamp was rounded, else between
 // two rows.
 std::optional<RigidTransform> PoseOfImage(const Trajectory& trajectory, int64_t stamp_ns,
-                                          const ViewSelection& selection) {
+                                          const KeyframeSelection& selection) {
   const auto is_before = [](const StampedPose& pose, int64_t ns) { return pose.stamp_ns < ns; };
   const auto after = std::lower_bound(trajectory.begin(), trajectory.end(), stamp_ns, is_before);
   const int64_t most_ns = ToNanoseconds(selection.max_stamp_offset_s);
@@ -111,6 +109,15 @@ std::optional<RigidTransform> PoseOfImage(const Trajectory& trajectory, int64_t 
     return std::prev(after)->T_world_imu;
   }
   return PoseAt(trajectory, stamp_ns, selection.max_pose_gap_s);
+}
+
+[[noreturn]] void RefusePoses(const Sequence& recording, const Trajectory& trajectory) {
+  throw DataError(fmt::format(
+      "{}: found poses from {:.3f} to {:.3f} s and images from {:.3f} to {:.3f} s, expected poses "
+      "at the images (are they of this recording, and of its clock?)",
+      recording.folder, ToSeconds(trajectory.front().stamp_ns),
+      ToSeconds(trajectory.back().stamp_ns), ToSeconds(recording.images.front().stamp_ns),
+      ToSeconds(recording.images.back().stamp_ns)));
 }
 
 }  // namespace
@@ -123,11 +130,11 @@ RecordedViews ViewsOfRun(const OdometryRun& run, const std::string& sequence) {
         "(--sparse maps without images)");
   }
   RequireStereo(place, run.source->raw_rig);
-  const std::string folder = sequence.empty() ? "" : FindAslFolder(sequence, false);
+  const std::string folder = sequence.empty() ? place : FindAslFolder(sequence, false);
   std::map<int64_t, ViewFiles> files_at;
   for (const RecordedImages& images : run.source->images) {
-    files_at[images.stamp_ns] = {Moved(images.left_path, place, folder),
-                                 Moved(images.right_path, place, folder)};
+    files_at[images.stamp_ns] = {PathOf(images.left_path, folder),
+                                 PathOf(images.right_path, folder)};
   }
   RecordedViews recorded;
   std::vector<ViewFiles> files;
@@ -135,38 +142,40 @@ RecordedViews ViewsOfRun(const OdometryRun& run, const std::string& sequence) {
     recorded.views.push_back({keyframe.stamp_ns, keyframe.segment, keyframe.T_world_imu});
     files.push_back(files_at[keyframe.stamp_ns]);
   }
-  RequireSomeFile(folder.empty() ? place : folder, files);
+  RequireSomeFile(folder, files);
   recorded.images = std::make_unique<RecordedImageReader>(CamerasAsFound(run), std::move(files));
   return recorded;
 }
 
-RecordedViews ViewsAtPoses(const std::string& sequence, const std::string& calibration,
-                           const Trajectory& trajectory, const ViewSelection& selection) {
+OdometryRun RunAtPoses(const std::string& sequence, const std::string& calibration,
+                       const Trajectory& trajectory, const KeyframeSelection& selection) {
   const Sequence recording =
       OpenSequence(sequence, {.calibration = calibration, .needs_imu = false});
   RequireStereo(recording.folder, recording.rig);
-  RecordedViews recorded;
-  std::vector<ViewFiles> files;
+  OdometryRun run;
+  run.method = kGivenPoses;
+  run.complete = true;
+  RunSource& source = run.source.emplace();
+  source.sequence = recording.folder;
+  source.calibration = recording.calibration_source;
+  source.raw_rig = recording.rig;
+  run.rectified_rig = Rectifier(recording.rig, RectifierOptions()).rectified_rig();
   for (const StereoEntry& pair : recording.images) {
     const auto T_world_imu = PoseOfImage(trajectory, pair.stamp_ns, selection);
-    if (!T_world_imu) continue;
-    if (!recorded.views.empty() &&
-        !IsFarEnough(recorded.views.back().T_world_imu, *T_world_imu, selection)) {
+    if (!T_world_imu) {
+      ++run.warnings[kImageWithoutPose];
       continue;
     }
-    recorded.views.push_back({pair.stamp_ns, 0, *T_world_imu});
-    files.push_back({pair.left_path, pair.right_path});
+    run.source->images.push_back({pair.stamp_ns, pair.left_path, pair.right_path});
+    run.states.push_back({.stamp_ns = pair.stamp_ns, .T_world_imu = *T_world_imu});
+    if (run.keyframes.empty() ||
+        IsFarEnough(run.keyframes.back().T_world_imu, *T_world_imu, selection)) {
+      const auto id = static_cast<int64_t>(run.keyframes.size());
+      run.keyframes.push_back({id, 0, pair.stamp_ns, *T_world_imu, {}, {}});
+    }
   }
-  if (recorded.views.empty()) {
-    throw DataError(fmt::format(
-        "{}: found poses from {:.3f} to {:.3f} s and images from {:.3f} to {:.3f} s, expected "
-        "poses at the images (are they of this recording, and of its clock?)",
-        recording.folder, ToSeconds(trajectory.front().stamp_ns),
-        ToSeconds(trajectory.back().stamp_ns), ToSeconds(recording.images.front().stamp_ns),
-        ToSeconds(recording.images.back().stamp_ns)));
-  }
-  recorded.images = std::make_unique<RecordedImageReader>(recording.rig, std::move(files));
-  return recorded;
+  if (run.states.empty()) RefusePoses(recording, trajectory);
+  return run;
 }
 
 }  // namespace slcmap

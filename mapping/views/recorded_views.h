@@ -21,18 +21,22 @@ struct RecordedViews {
 // camera, or when none of the files is there; keyframes without files are views without images.
 RecordedViews ViewsOfRun(const OdometryRun& run, const std::string& sequence);
 
-// Which images of a recording become views when poses are given.
-struct ViewSelection {
-  double min_travel_m = 0.1;          // from the view before, or
+// Which images of a recording become keyframes when poses are given.
+struct KeyframeSelection {
+  double min_travel_m = 0.1;          // from the keyframe before, or
   double min_turn_rad = 0.15;         // as much as that
   double max_pose_gap_s = 0.1;        // between poses that one is interpolated from
   double max_stamp_offset_s = 0.005;  // to a pose that is taken as it is
 };
 
-// The images of a recording (an ASL folder; IMU data are not needed) at which a trajectory has
-// poses. `calibration` as SequenceOptions has it. Throws DataError when the recording cannot be
-// used, or no pose covers an image.
-RecordedViews ViewsAtPoses(const std::string& sequence, const std::string& calibration,
-                           const Trajectory& trajectory, const ViewSelection& selection);
+// The run of an odometry that was done by somebody else: a state at each image of a recording (an
+// ASL folder; IMU data are not needed) that the trajectory covers, and keyframes among them without
+// observations; its method is kGivenPoses (odometry/method.h). `calibration` as SequenceOptions has
+// it. Throws DataError when the recording cannot be used, or no pose is at an image.
+OdometryRun RunAtPoses(const std::string& sequence, const std::string& calibration,
+                       const Trajectory& trajectory, const KeyframeSelection& selection = {});
+
+// Counts images that the poses do not cover, as a warning of the run.
+inline constexpr const char* kImageWithoutPose = "images_without_pose";
 
 }  // namespace slcmap

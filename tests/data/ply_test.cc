@@ -43,6 +43,16 @@ TEST(Ply, ReadsAsciiFromOtherPrograms) {
   const PlyFile file = ReadPly(kPath);
   EXPECT_THAT(file.Get("vertex", kPath).Get("x", kPath).values, ElementsAre(1.5, -2));
   EXPECT_THAT(file.Get("edge", kPath).Get("vertex1", kPath).values, ElementsAre(1));
+  EXPECT_THAT(file.faces, ElementsAre(ElementsAre(0, 1, 0)));
+}
+
+TEST(Ply, FacesComeBackAndRefuseVerticesThatCannotBe) {
+  PlyElement vertices{"vertex", {{"x", PlyType::kFloat, {1, 2, 3, 4}}}};
+  const std::vector<std::vector<int32_t>> faces = {{0, 1, 2}, {0, 1, 2, 3}};
+  WritePly(kPath, {{}, {vertices}, faces});
+  EXPECT_EQ(ReadPly(kPath).faces, faces);
+  WritePly(kPath, {{}, {vertices}, {{0, 1, -2}}});
+  EXPECT_THROW(ReadPly(kPath), DataError);
 }
 
 TEST(Ply, AllTypesComeBackToTheirLimits) {

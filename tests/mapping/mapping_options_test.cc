@@ -36,13 +36,28 @@ TEST(MappingOptions, UnknownKeysAndAbsurdValuesAreNamed) {
                 ThrowsMessage<ConfigError>(HasSubstr(key)));
   }
   for (const char* key : {"max_sigma_m", "min_observations"}) {
-    EXPECT_THAT([&] { Read(std::string("mapping: {lines: {") + key + ": 0}}"); },
-                ThrowsMessage<ConfigError>(HasSubstr(std::string("mapping.lines.") + key)));
+    EXPECT_THAT([&] { Read(std::string("mapping: {run_lines: {") + key + ": 0}}"); },
+                ThrowsMessage<ConfigError>(HasSubstr(std::string("mapping.run_lines.") + key)));
   }
   for (const char* key : {"resolution_m", "max_range_m"}) {
     EXPECT_THAT([&] { Read(std::string("mapping: {occupancy: {") + key + ": 0}}"); },
                 ThrowsMessage<ConfigError>(HasSubstr(key)));
   }
+}
+
+TEST(MappingOptions, OfTheAdjustmentAreNamedToo) {
+  const MappingOptions options = Read(
+      "mapping: {adjustment: {enabled: false, closures: {min_edges: 7}, calibration: {lever: "
+      "true}}}");
+  EXPECT_FALSE(options.adjustment.enabled);
+  EXPECT_EQ(options.adjustment.closures.min_edges, 7);
+  EXPECT_TRUE(options.adjustment.calibration.lever);
+  EXPECT_THAT([] { Read("mapping: {adjustment: {clozures: {}}}"); },
+              ThrowsMessage<ConfigError>(HasSubstr("clozures")));
+  EXPECT_THAT([] { Read("mapping: {adjustment: {closures: {gate_m: -1}}}"); },
+              ThrowsMessage<ConfigError>(HasSubstr("mapping.adjustment.closures.gate_m")));
+  EXPECT_THAT([] { Read("mapping: {adjustment: {point_sigma_px: 0}}"); },
+              ThrowsMessage<ConfigError>(HasSubstr("point_sigma_px")));
 }
 
 TEST(MappingOptions, ValuesOutOfRangeAreNamedWithTheirFileAndRange) {
@@ -52,7 +67,7 @@ TEST(MappingOptions, ValuesOutOfRangeAreNamedWithTheirFileAndRange) {
                         HasSubstr("expected 0.001 to 100"))));
   for (const char* yaml : {"cloud: {voxel_m: 1e-9}", "cloud: {outlier_neighbours: 1000000000}",
                            "occupancy: {max_range_m: 1e9}", "occupancy: {max_voxels: 0}",
-                           "lines: {max_sigma_m: 1e9}"}) {
+                           "run_lines: {max_sigma_m: 1e9}", "lines: {sweep: {max_views: 0}}"}) {
     EXPECT_THAT([&] { Read(std::string("mapping: {") + yaml + "}"); },
                 ThrowsMessage<ConfigError>(HasSubstr("options.yaml: mapping.")));
   }

@@ -23,7 +23,8 @@ using ::testing::HasSubstr;
 using ::testing::ThrowsMessage;
 
 const char* const kFiles[] = {"trajectory.tum", "keyframes.tum", "points.ply", "points.pcd",
-                              "lines.ply",      "occupancy.bt",  "rig.json",   "map.json"};
+                              "dense.ply",      "dense.pcd",     "lines.ply",  "marks.ply",
+                              "occupancy.bt",   "rig.json",      "map.json"};
 
 class MappingTest : public ::testing::Test {
  protected:
@@ -80,9 +81,9 @@ TEST_F(MappingTest, WhichLinesAreCertainEnoughIsForItsOptions) {
   for (Line& line : run.lines) line.observations = 2;
   EXPECT_TRUE(BuildMap(run, {}).lines.empty());
   MappingOptions options;
-  options.lines.max_sigma_m = 0.05;
+  options.run_lines.max_sigma_m = 0.05;
   EXPECT_TRUE(BuildMap(run, options).lines.empty());
-  options.lines.min_observations = 2;
+  options.run_lines.min_observations = 2;
   EXPECT_EQ(BuildMap(run, options).lines.size(), run.lines.size());
 }
 
@@ -113,7 +114,7 @@ TEST_F(MappingTest, APartialRunMakesAPartialMap) {
 
 TEST_F(MappingTest, AMapThatIsEndedIsPartialAndHoldsWhatIsDone) {
   const MapResult map =
-      BuildMap(testing::MakeLineRun(), {}, Progress([](double done) { return done < 0.5; }));
+      BuildMap(testing::MakeLineRun(), {}, Progress([](double done) { return done < 0.75; }));
   EXPECT_FALSE(map.complete);
   EXPECT_EQ(map.partial_reason, "mapping was interrupted");
   EXPECT_EQ(map.trajectory.size(), 51u);

@@ -51,7 +51,7 @@ MappedFlight MakeMappedFlight() {
   flight.run = odometry.Run();
   // At the images' small size lines are less certain than the map's limit asks for.
   MappingOptions mapping;
-  mapping.lines.max_sigma_m = 0.03;
+  mapping.run_lines.max_sigma_m = 0.03;
   flight.map = BuildMap(flight.run, mapping);
   if (flight.map.trajectory.empty()) return flight;
   const auto truth = [&](const StampedPose& pose) {

@@ -73,6 +73,14 @@ TEST_F(RunFolderLinesTest, LinesComeBackExactly) {
   EXPECT_EQ(read.lines[3].point_ids.size(), 20u);
 }
 
+// It was read as a whole number: 0.
+TEST_F(RunFolderLinesTest, TheDeviationOfTheBuildingComesBack) {
+  OdometryRun run = testing::MakeLineRun();
+  run.line_deviation_rad = 0.0033;
+  WriteRunFolder(folder_, run);
+  EXPECT_EQ(ReadRunFolder(folder_).line_deviation_rad, 0.0033);
+}
+
 TEST_F(RunFolderLinesTest, ObservationsComeBack) {
   OdometryRun run = testing::MakeLineRun();
   run.keyframes[2].lines[1].right_px.reset();

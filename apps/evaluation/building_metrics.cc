@@ -1,0 +1,282 @@
+#include "apps/evaluation/building_metrics.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <optional>
+#include <set>
+
+#include "data/error.h"
+
+namespace slcmap {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+constexpr double kOutlineSlack_m = 0.1;
+constexpr double kLeastOverlap = 0.5;   // of the union of what is compared
+constexpr double kReveal_m = 0.4;       // of an opening on one face of a wall from that on another
+constexpr double kLeastBeside_m = 0.5;  // of opposite walls
+constexpr double kMostApart_m = 20;
+constexpr double kLeastPoints = 4;  // of a wall under a plane, to be compared with it
+
+double Quantile(std::vector<double> values, double share) {
+  if (values.empty()) return 0;
+  std::sort(values.begin(), values.end());
+  const double at = share * static_cast<double>(values.size() - 1);
+  return values[static_cast<size_t>(std::lround(at))];
+}
+
+// The level direction along an upright plane.
+Vector3d AlongOf(const Vector3d& normal) { return Vector3d::UnitZ().cross(normal).normalized(); }
+
+struct Extent {
+  double from_m = 1e9, to_m = -1e9;
+  void Add(double value) {
+    from_m = std::min(from_m, value);
+    to_m = std::max(to_m, value);
+  }
+  double Length() const { return std::max(0.0, to_m - from_m); }
+  double Common(const Extent& other) const {
+    return std::max(0.0, std::min(to_m, other.to_m) - std::max(from_m, other.from_m));
+  }
+  bool Holds(double value, double slack) const {
+    return value >= from_m - slack && value <= to_m + slack;
+  }
+};
+
+Extent ExtentOf(const std::vector<Vector3d>& points, const Vector3d& direction) {
+  Extent extent;
+  for (const Vector3d& p : points) extent.Add(direction.dot(p));
+  return extent;
+}
+
+bool IsOver(const BuildingPlane& plane, const Vector3d& p, double max_distance_m) {
+  if (std::abs(plane.normal.dot(p) - plane.offset_m) > max_distance_m) return false;
+  const Vector3d along = AlongOf(plane.normal);
+  return ExtentOf(plane.outline_world, along).Holds(along.dot(p), kOutlineSlack_m) &&
+         ExtentOf(plane.outline_world, Vector3d::UnitZ()).Holds(p.z(), kOutlineSlack_m);
+}
+
+// What a plane is off from the points under it.
+struct Sum {
+  double distance_m = 0;
+  int64_t count = 0;
+  double Mean() const { return distance_m / static_cast<double>(count); }
+};
+
+class WallComparison {
+ public:
+  WallComparison(const TrueBuilding& truth, const Building& building,
+                 const BuildingMetricOptions& options)
+      : truth_(truth), building_(building), options_(options) {}
+
+  void AddTo(BuildingMetrics* metrics) {
+    for (const TrueWall& wall : truth_.walls) Compare(wall, metrics);
+    std::vector<double> offsets_m;
+    for (const auto& [wall, distance_m] : found_) offsets_m.push_back(std::abs(distance_m));
+    metrics->offset_median_m = Quantile(offsets_m, 0.5);
+    metrics->offset_95_m = Quantile(offsets_m, 0.95);
+    AddDistances(metrics);
+    for (const auto& [plane, sum] : planes_) {
+      if (sum.count < kLeastPoints) continue;
+      ++metrics->intervals;
+      const bool holds = std::abs(sum.Mean()) <= 1.96 * building_.planes[plane].sigma_m;
+      metrics->intervals_held += holds ? 1 : 0;
+    }
+  }
+
+ private:
+  void Compare(const TrueWall& wall, BuildingMetrics* metrics) {
+    std::map<size_t, Sum> sums;
+    const double least_cosine = std::cos(options_.max_angle_deg * M_PI / 180);
+    int64_t covered = 0;
+    for (const Vector3d& p : wall.seen_world) {
+      bool is_covered = false;
+      for (size_t i = 0; i < building_.planes.size(); ++i) {
+        const BuildingPlane& plane = building_.planes[i];
+        if (plane.kind != PlaneKind::kWall || plane.normal.dot(wall.normal) < least_cosine ||
+            !IsOver(plane, p, options_.max_distance_m)) {
+          continue;
+        }
+        is_covered = true;
+        const double distance_m = plane.normal.dot(p) - plane.offset_m;
+        for (Sum* sum : {&sums[i], &planes_[i]}) {
+          sum->distance_m += distance_m;
+          ++sum->count;
+        }
+      }
+      covered += is_covered ? 1 : 0;
+    }
+    if (wall.seen_m2 < options_.min_seen_m2) return;
+    ++metrics->walls;
+    if (2 * covered <= static_cast<int64_t>(wall.seen_world.size())) return;
+    ++metrics->walls_found;
+    const auto most = std::max_element(sums.begin(), sums.end(), [](const auto& a, const auto& b) {
+      return a.second.count < b.second.count;
+    });
+    found_[wall.id] = most->second.Mean();
+  }
+
+  void AddDistances(BuildingMetrics* metrics) const {
+    std::vector<double> errors_m;
+    for (const auto& [first, first_m] : found_) {
+      for (const auto& [second, second_m] : found_) {
+        if (first < second && AreOpposite(truth_.walls[first], truth_.walls[second])) {
+          errors_m.push_back(std::abs(first_m + second_m));
+        }
+      }
+    }
+    metrics->distances = static_cast<int64_t>(errors_m.size());
+    metrics->distance_error_95_m = Quantile(errors_m, 0.95);
+  }
+
+  static bool AreOpposite(const TrueWall& a, const TrueWall& b) {
+    if (a.normal.dot(b.normal) > -0.995) return false;
+    const Vector3d along = AlongOf(a.normal);
+    if (std::abs(a.offset_m + b.offset_m) > kMostApart_m) return false;
+    return ExtentOf(a.seen_world, along).Common(ExtentOf(b.seen_world, along)) >= kLeastBeside_m &&
+           ExtentOf(a.seen_world, Vector3d::UnitZ())
+                   .Common(ExtentOf(b.seen_world, Vector3d::UnitZ())) >= kLeastBeside_m;
+  }
+
+  const TrueBuilding& truth_;
+  const Building& building_;
+  const BuildingMetricOptions& options_;
+  std::map<int64_t, double> found_;  // wall: mean distance of its points from the plane over most
+  std::map<size_t, Sum> planes_;
+};
+
+// Two rectangles of upright planes, as seen along the normal of the first.
+double OverlapOf(const std::vector<Vector3d>& a, const std::vector<Vector3d>& b,
+                 const Vector3d& normal) {
+  const Vector3d along = AlongOf(normal), up = Vector3d::UnitZ();
+  const Extent a_along = ExtentOf(a, along), a_up = ExtentOf(a, up);
+  const Extent b_along = ExtentOf(b, along), b_up = ExtentOf(b, up);
+  const double apart_m = std::abs(normal.dot(a.front()) - normal.dot(b.front()));
+  if (apart_m > kReveal_m) return 0;
+  const double common = a_along.Common(b_along) * a_up.Common(b_up);
+  return common / (a_along.Length() * a_up.Length() + b_along.Length() * b_up.Length() - common);
+}
+
+void CompareOpenings(const TrueBuilding& truth, const Building& building,
+                     const BuildingMetricOptions& options, BuildingMetrics* metrics) {
+  std::set<int64_t> expected, allowed, found;
+  for (const TrueWall& wall : truth.walls) {
+    for (const TrueOpening& opening : wall.openings) {
+      if (!opening.is_open) continue;
+      allowed.insert(opening.id);
+      if (opening.looked_through >= options.min_looked_through &&
+          wall.seen_m2 >= options.min_seen_m2) {
+        expected.insert(opening.id);
+      }
+    }
+  }
+  std::vector<double> width_errors_m;
+  for (const BuildingPlane& plane : building.planes) {
+    for (const PlaneOpening& mapped : plane.openings) {
+      const TrueOpening* best = nullptr;
+      double most = kLeastOverlap;
+      for (const TrueWall& wall : truth.walls) {
+        if (std::abs(wall.normal.dot(plane.normal)) < 0.98) continue;
+        for (const TrueOpening& opening : wall.openings) {
+          const double overlap =
+              OverlapOf(mapped.outline_world, opening.outline_world, plane.normal);
+          if (overlap < most) continue;
+          most = overlap;
+          best = &opening;
+        }
+      }
+      if (best == nullptr || allowed.count(best->id) == 0) {
+        ++metrics->openings_false;
+        continue;
+      }
+      found.insert(best->id);
+      width_errors_m.push_back(std::abs(mapped.clear_width_m - best->clear_width_m));
+    }
+  }
+  metrics->openings = static_cast<int64_t>(expected.size());
+  for (const int64_t id : expected) metrics->openings_found += found.count(id) > 0 ? 1 : 0;
+  const auto right = 2.0 * static_cast<double>(metrics->openings_found);
+  const auto wrong =
+      static_cast<double>(metrics->openings_false + metrics->openings - metrics->openings_found);
+  metrics->openings_f1 = right + wrong > 0 ? right / (right + wrong) : 1;
+  metrics->clear_width_median_m = Quantile(width_errors_m, 0.5);
+}
+
+void CompareRooms(const TrueBuilding& truth, const Building& building,
+                  const BuildingMetricOptions& options, BuildingMetrics* metrics) {
+  constexpr double kSameFloor_m = 0.5;
+  std::vector<double> errors;
+  metrics->rooms_mapped = static_cast<int64_t>(building.rooms.size());
+  for (const TrueRoom& room : truth.rooms) {
+    if (!room.is_entered) continue;
+    ++metrics->rooms;
+    const Room* best = nullptr;
+    double most = kLeastOverlap;
+    for (const Room& mapped : building.rooms) {
+      if (std::abs(mapped.floor_m - room.floor_m) > kSameFloor_m) continue;
+      const double common_m2 = IntersectionArea(mapped.polygon, room.polygon);
+      const double overlap = common_m2 / (mapped.area_m2 + room.area_m2 - common_m2);
+      if (overlap < most) continue;
+      most = overlap;
+      best = &mapped;
+    }
+    if (best == nullptr) continue;
+    ++metrics->rooms_found;
+    errors.push_back(std::abs(best->area_m2 - room.area_m2) / room.area_m2);
+    metrics->rooms_right += errors.back() <= options.area_share ? 1 : 0;
+  }
+  metrics->area_error_median = Quantile(errors, 0.5);
+}
+
+}  // namespace
+
+void BuildingMetricOptions::Check() const {
+  const auto expect = [](bool holds, const char* message) {
+    if (!holds) throw ConfigError(std::string("evaluate: buildings: ") + message);
+  };
+  expect(min_seen_m2 >= 0, "min_seen_m2: expected zero or more");
+  expect(max_distance_m > 0, "max_distance_m: expected more than 0");
+  expect(max_angle_deg > 0 && max_angle_deg < 90, "max_angle_deg: expected more than 0, below 90");
+  expect(min_looked_through >= 0 && min_looked_through <= 1, "min_looked_through: expected 0 to 1");
+  expect(area_share > 0, "area_share: expected more than 0");
+}
+
+BuildingMetrics EvaluateBuilding(const TrueBuilding& truth, const Building& building,
+                                 const BuildingMetricOptions& options) {
+  options.Check();
+  BuildingMetrics metrics;
+  WallComparison(truth, building, options).AddTo(&metrics);
+  CompareOpenings(truth, building, options, &metrics);
+  CompareRooms(truth, building, options, &metrics);
+  return metrics;
+}
+
+Building Aligned(const Alignment& alignment, Building building) {
+  const auto move = [&](std::vector<Vector3d>* points) {
+    for (Vector3d& p : *points) p = alignment.Position(p);
+  };
+  for (BuildingPlane& plane : building.planes) {
+    const Vector3d on_plane = alignment.Position(plane.offset_m * plane.normal);
+    plane.normal = alignment.T_truth_estimate.rotation * plane.normal;
+    plane.offset_m = plane.normal.dot(on_plane);
+    move(&plane.outline_world);
+    for (PlaneOpening& opening : plane.openings) move(&opening.outline_world);
+  }
+  for (Room& room : building.rooms) {
+    const double floor_m = room.floor_m;
+    const auto moved = [&](const Vector2d& p) {
+      return alignment.Position(Vector3d(p.x(), p.y(), floor_m));
+    };
+    room.floor_m = moved(room.polygon.outline.front()).z();
+    for (Vector2d& p : room.polygon.outline) p = moved(p).head<2>();
+    for (PlanPoints& hole : room.polygon.holes) {
+      for (Vector2d& p : hole) p = moved(p).head<2>();
+    }
+  }
+  return building;
+}
+
+}  // namespace slcmap

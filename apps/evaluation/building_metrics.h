@@ -1,0 +1,50 @@
+// How well a mapped building shows the true one.
+#pragma once
+
+#include <cstdint>
+
+#include "apps/evaluation/alignment.h"
+#include "data/true_building.h"
+#include "mapping/building/building.h"
+
+namespace slcmap {
+
+struct BuildingMetricOptions {
+  double min_seen_m2 = 2;           // of a true wall that should be found
+  double max_distance_m = 0.1;      // of a true wall's points from the plane that shows it
+  double max_angle_deg = 6;         // between their normals
+  double min_looked_through = 0.5;  // of an open opening that should be found
+  double area_share = 0.02;         // within which a room's area is right
+  void Check() const;               // throws ConfigError
+};
+
+struct BuildingMetrics {
+  // A true wall is found when planes of walls lie over more than half of its points that were seen.
+  int64_t walls = 0, walls_found = 0;
+  // Between the points of a found wall that were seen, in the mean, and the plane over most of
+  // them.
+  double offset_median_m = 0, offset_95_m = 0;
+  // Errors of the distances between opposite found walls, which face each other or are of one wall.
+  int64_t distances = 0;
+  double distance_error_95_m = 0;
+  // Mapped planes of walls over true ones, and those of them whose 95 % interval, of 1.96 sigma,
+  // holds the mean of the true points under them.
+  int64_t intervals = 0, intervals_held = 0;
+  // Open openings that cameras looked through; right ones overlap by half of the union. One found
+  // where there is none, or a closed one, is false.
+  int64_t openings = 0, openings_found = 0, openings_false = 0;
+  double openings_f1 = 0;
+  double clear_width_median_m = 0;  // error
+  // Rooms that the camera was in; found ones overlap by half of the union.
+  int64_t rooms = 0, rooms_found = 0, rooms_right = 0, rooms_mapped = 0;
+  double area_error_median = 0;  // of found ones, as a share
+};
+
+// Compares a building with the true one, in one world.
+BuildingMetrics EvaluateBuilding(const TrueBuilding& truth, const Building& building,
+                                 const BuildingMetricOptions& options);
+
+// The building laid over the truth, as the trajectory was.
+Building Aligned(const Alignment& alignment, Building building);
+
+}  // namespace slcmap

@@ -1,0 +1,51 @@
+// How well a cloud of points shows the true surfaces of a building.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "apps/evaluation/alignment.h"
+#include "apps/evaluation/seen_surfaces.h"
+
+namespace slcmap {
+
+struct EvaluatedCloud {
+  std::vector<Eigen::Vector3d> points;
+  std::vector<int> sources;  // by point: 0 stereo, 1 filled plane
+};
+
+// The vertices of a PLY file, with the property `source` where it has one (else 0). Throws
+// DataError.
+EvaluatedCloud ReadEvaluatedCloud(const std::string& path);
+
+// The cloud laid over the truth, as the trajectory was.
+EvaluatedCloud Aligned(const Alignment& alignment, EvaluatedCloud cloud);
+
+// Shares at one tolerance. Accuracy: points with a true surface, seen or not, within it.
+// Completeness: samples of the surfaces seen within a range that have a point within it. F is the
+// harmonic mean of the two.
+struct CloudScore {
+  double tolerance_m = 0;
+  double accuracy = 0;
+  double filled_accuracy = 0;           // of the points of source 1; 0 without any
+  std::vector<double> completeness, f;  // by range
+};
+
+struct CloudMetricOptions {
+  std::vector<double> tolerances_m = {0.02, 0.05, 0.1, 0.2};
+  std::vector<double> ranges_m = {4, 8};  // ascending, at most what views were cast to
+};
+
+struct CloudMetrics {
+  int64_t points = 0, filled = 0;
+  double rms_m = 0;                   // distance of points to surfaces, those beyond 20 cm left out
+  std::vector<int64_t> seen_samples;  // of the surfaces, by range
+  std::vector<CloudScore> scores;     // by tolerance
+};
+
+// Compares points with surfaces in the same world.
+CloudMetrics EvaluateCloud(const TriangleTree& surfaces, const std::vector<SurfaceSample>& seen,
+                           const EvaluatedCloud& cloud, const CloudMetricOptions& options);
+
+}  // namespace slcmap

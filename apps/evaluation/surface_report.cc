@@ -1,0 +1,127 @@
+#include "apps/evaluation/surface_report.h"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "data/calibration.h"
+
+namespace slcmap {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr double kCast = 0.4;  // share of the time, about, that casting rays takes
+
+Rig TrueRig(const SurfaceInputs& inputs) {
+  const std::string path =
+      inputs.rig.empty()
+          ? std::filesystem::path(inputs.true_surfaces).replace_filename("rig.yaml").string()
+          : inputs.rig;
+  Warnings warnings;
+  return ReadCalibration(path, &warnings).rig;
+}
+
+std::string CloudTable(const SurfaceInputs& inputs, const CloudMetrics& metrics,
+                       const CloudMetricOptions& options) {
+  std::string text = fmt::format("cloud     {}, {} points, {} of them filled, {:.4f} m RMS\n",
+                                 inputs.cloud, metrics.points, metrics.filled, metrics.rms_m);
+  text += "\nwithin m  accuracy %  filled %";
+  for (const double range_m : options.ranges_m) {
+    text += fmt::format("{:>16}{:>9}", fmt::format("seen <{} m %", range_m), "F %");
+  }
+  text += "\n";
+  for (const CloudScore& score : metrics.scores) {
+    text += fmt::format("{:<9.2f}{:>11.1f}{:>10.1f}", score.tolerance_m, 100 * score.accuracy,
+                        100 * score.filled_accuracy);
+    for (std::size_t i = 0; i < score.f.size(); ++i) {
+      text += fmt::format("{:>16.1f}{:>9.1f}", 100 * score.completeness[i], 100 * score.f[i]);
+    }
+    text += "\n";
+  }
+  return text;
+}
+
+std::string OccupancyTable(const SurfaceInputs& inputs, const OccupancyMetrics& metrics) {
+  return fmt::format(
+      "\noccupancy {}, {} rays\n"
+      "          end cells occupied {:.1f} %, they or those beside them {:.1f} %\n"
+      "          passages known {:.1f} %, free of these {:.2f} %\n"
+      "          called free of {} samples behind surfaces {:.2f} %\n",
+      inputs.occupancy, metrics.rays, 100 * metrics.ends_occupied,
+      100 * metrics.ends_occupied_nearby, 100 * metrics.passages_known, 100 * metrics.passages_free,
+      metrics.behind, 100 * metrics.behind_called_free);
+}
+
+Json ScoreJson(const CloudScore& score, const CloudMetricOptions& options) {
+  Json json = {{"tolerance_m", score.tolerance_m},
+               {"accuracy", score.accuracy},
+               {"filled_accuracy", score.filled_accuracy}};
+  for (std::size_t i = 0; i < score.f.size(); ++i) {
+    json["ranges"].push_back({{"seen_within_m", options.ranges_m[i]},
+                              {"completeness", score.completeness[i]},
+                              {"f", score.f[i]}});
+  }
+  return json;
+}
+
+Json OccupancyJson(const OccupancyMetrics& metrics) {
+  return {{"rays", metrics.rays},
+          {"ends_occupied", metrics.ends_occupied},
+          {"ends_occupied_nearby", metrics.ends_occupied_nearby},
+          {"passages_known", metrics.passages_known},
+          {"passages_free", metrics.passages_free},
+          {"behind_samples", metrics.behind},
+          {"behind_called_free", metrics.behind_called_free}};
+}
+
+}  // namespace
+
+SurfaceMetrics EvaluateSurfaces(const SurfaceInputs& inputs, const Trajectory& truth,
+                                const Alignment& alignment, const CloudMetricOptions& options,
+                                const VisibilityOptions& visibility, const Progress& progress) {
+  visibility.Check();
+  const TriangleTree surfaces(ReadSurfaces(inputs.true_surfaces));
+  const std::vector<ReferenceView> views =
+      ReferenceViews(surfaces, truth, TrueRig(inputs), visibility, progress.Part(0, kCast));
+  SurfaceMetrics metrics;
+  if (!inputs.cloud.empty()) {
+    const EvaluatedCloud cloud = Aligned(alignment, ReadEvaluatedCloud(inputs.cloud));
+    metrics.cloud = EvaluateCloud(surfaces, SeenSurfaces(views, visibility.cell_m), cloud, options);
+  }
+  if (!inputs.occupancy.empty()) {
+    metrics.occupancy = EvaluateOccupancy(surfaces, views, OccupancyMap::Read(inputs.occupancy),
+                                          alignment, progress.Part(kCast, 1));
+  }
+  return metrics;
+}
+
+std::string SurfaceTable(const SurfaceInputs& inputs, const SurfaceMetrics& metrics,
+                         const CloudMetricOptions& options) {
+  std::string text = fmt::format("surfaces  {}\n", inputs.true_surfaces);
+  if (metrics.cloud) text += CloudTable(inputs, *metrics.cloud, options);
+  if (metrics.occupancy) text += OccupancyTable(inputs, *metrics.occupancy);
+  return text;
+}
+
+Json SurfaceJson(const SurfaceInputs& inputs, const SurfaceMetrics& metrics,
+                 const CloudMetricOptions& options) {
+  Json json = {{"true_surfaces", inputs.true_surfaces}};
+  if (metrics.cloud) {
+    json["cloud"] = {{"file", inputs.cloud},
+                     {"points", metrics.cloud->points},
+                     {"filled", metrics.cloud->filled},
+                     {"rms_m", metrics.cloud->rms_m}};
+    for (const CloudScore& score : metrics.cloud->scores) {
+      json["cloud"]["scores"].push_back(ScoreJson(score, options));
+    }
+  }
+  if (metrics.occupancy) {
+    json["occupancy"] = OccupancyJson(*metrics.occupancy);
+    json["occupancy"]["file"] = inputs.occupancy;
+  }
+  return json;
+}
+
+}  // namespace slcmap

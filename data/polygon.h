@@ -1,0 +1,35 @@
+// Polygons of a plan, and the arrangement of its lines (GEOS). Metres, in the plane.
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+namespace slcmap {
+
+using PlanPoints = std::vector<Eigen::Vector2d>;
+
+// An outline, counter-clockwise, and the outlines of the holes in it, clockwise; none is closed by
+// repeating its first point.
+struct Polygon {
+  PlanPoints outline;
+  std::vector<PlanPoints> holes;
+};
+
+// What is enclosed, counter-clockwise positive.
+double SignedArea(const PlanPoints& outline);
+
+double Area(const Polygon& polygon);  // without the holes
+bool Contains(const Polygon& polygon, const Eigen::Vector2d& point);
+
+// The cells that chains of points cut the plane into, without the outer one. Points come to lie on
+// a grid: cells that meet have the same vertices along their border. Deterministic. Throws
+// DataError for coordinates that are not finite.
+std::vector<Polygon> ArrangementCells(const std::vector<PlanPoints>& chains, double grid_m);
+
+// The union, as polygons that do not touch along a side, by the first point of their outline.
+// Points come to lie on a grid.
+std::vector<Polygon> Union(const std::vector<Polygon>& polygons, double grid_m);
+
+double IntersectionArea(const Polygon& a, const Polygon& b);
+
+}  // namespace slcmap

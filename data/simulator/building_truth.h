@@ -1,0 +1,32 @@
+// The walls and rooms of a simulated building, and what the cameras of a rig saw of them.
+#pragma once
+
+#include <Eigen/Core>
+#include <functional>
+#include <vector>
+
+#include "data/simulator/pair_renderer.h"
+#include "data/simulator/ray_scene.h"
+#include "data/simulator/scene.h"
+#include "data/true_building.h"
+
+namespace slcmap {
+
+// The walls of a scene, nothing seen: planes of least squares where they are bent.
+std::vector<TrueWall> TrueWalls(const Scene& scene);
+
+// Its rooms, none entered: the plan's cells between walls, over a slab, one through the door beside
+// the other. Walls count that rise above 1.2 m over the slab.
+std::vector<TrueRoom> TrueRooms(const Scene& scene);
+
+// Both, with the points that were seen, and the rooms that one of the places is in.
+TrueBuilding ObserveBuilding(const Scene& scene,
+                             const std::function<bool(const Eigen::Vector3d&)>& is_seen,
+                             const std::vector<Eigen::Vector3d>& places);
+
+// Both, with what was seen from the first `frames` of the task, twice a second. Once the task's
+// stop is requested, with what was seen until then.
+TrueBuilding ObserveBuilding(const Scene& scene, const RayScene& rays, const RenderTask& task,
+                             int frames);
+
+}  // namespace slcmap

@@ -1,0 +1,31 @@
+#include "mapping/adjustment/adjusted_run.h"
+
+#include <spdlog/spdlog.h>
+
+#include "data/error.h"
+#include "odometry/method.h"
+
+namespace slcmap {
+
+AdjustedRun AdjustRun(OdometryRun run, const AdjustmentOptions& options, const ViewImages* images,
+                      const Progress& progress) {
+  AdjustedRun adjusted{std::move(run), std::nullopt};
+  if (!options.enabled || adjusted.run.method == kGivenPoses || adjusted.run.keyframes.empty()) {
+    return adjusted;
+  }
+  try {
+    const AdjustmentResult result = Adjust(adjusted.run, options, images, progress);
+    if (result.usable) {
+      Apply(result, &adjusted.run);
+      adjusted.figures = result.figures;
+    } else {
+      ++adjusted.run.warnings[kNotAdjusted];
+      spdlog::debug("keyframes are not adjusted: {}", result.reason);
+    }
+  } catch (const StoppedError&) {
+    spdlog::debug("the adjustment was interrupted");
+  }
+  return adjusted;
+}
+
+}  // namespace slcmap

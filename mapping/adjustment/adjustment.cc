@@ -1,0 +1,289 @@
+#include "mapping/adjustment/adjustment.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <tuple>
+
+#include "mapping/adjustment/adjustment_problem.h"
+#include "mapping/adjustment/block_covariance.h"
+#include "mapping/adjustment/closure_terms.h"
+#include "mapping/adjustment/edge_closures.h"
+#include "mapping/adjustment/point_closures.h"
+#include "odometry/window/calibration_estimate.h"
+
+namespace slcmap {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr size_t kMinKeyframes = 3;
+constexpr double kFirstGraduation = 8;  // of the closures' loss
+
+// Takes out the observations that do not fit. The right camera's go alone where it is they.
+void RejectPointOutliers(const AdjustmentOptions& options, const AdjustmentModel& model,
+                         AdjustmentState* state, AdjustmentFigures* figures) {
+  for (AdjustedPoint& point : state->points) {
+    std::erase_if(point.sightings, [&](PointSighting& sighting) {
+      const AdjustmentTerm term = PointTerm(point, sighting, *state, model);
+      const double left = Chi2OfLeft(term);
+      if (left > options.max_point_chi2) return true;
+      if (Chi2(term) - left > options.max_point_chi2) {
+        sighting.measurement.right.reset();
+        ++figures->rejected_point_observations;
+      }
+      return false;
+    });
+    if (std::ssize(point.sightings) < options.min_point_keyframes) point.sightings.clear();
+  }
+}
+
+void RejectLineOutliers(const AdjustmentOptions& options, const AdjustmentModel& model,
+                        AdjustmentState* state) {
+  for (AdjustedLine& line : state->lines) {
+    std::erase_if(line.sightings, [&](LineSighting& sighting) {
+      const AdjustmentTerm term = LineTerm(line, sighting, 1, *state, model);
+      const double left = Chi2OfLeft(term);
+      if (left > options.max_line_chi2) return true;
+      if (Chi2(term) - left > options.max_line_chi2) sighting.measurement.right.reset();
+      return false;
+    });
+  }
+}
+
+template <typename Landmarks>
+std::pair<int64_t, int64_t> CountWithSightings(const Landmarks& landmarks) {
+  int64_t with = 0, sightings = 0;
+  for (const auto& landmark : landmarks) {
+    with += !landmark.sightings.empty();
+    sightings += std::ssize(landmark.sightings);
+  }
+  return {with, sightings};
+}
+
+void Count(const AdjustmentState& state, AdjustmentFigures* figures) {
+  figures->keyframes = std::ssize(state.frames);
+  std::tie(figures->points, figures->point_observations) = CountWithSightings(state.points);
+  std::tie(figures->lines, figures->line_observations) = CountWithSightings(state.lines);
+}
+
+// How each keyframe moved: where those landmarks go that the adjustment knows nothing of.
+std::vector<RigidTransform> CorrectionsOf(const AdjustmentState& state) {
+  std::vector<RigidTransform> corrections;
+  for (const AdjustedFrame& frame : state.frames) {
+    corrections.push_back(PoseFromBlock(frame.pose) * frame.keyframe->T_world_imu.Inverse());
+  }
+  return corrections;
+}
+
+void MoveLandmarks(const OdometryRun& run, const AdjustmentState& state, AdjustmentResult* result) {
+  const std::vector<RigidTransform> corrections = CorrectionsOf(state);
+  std::map<int64_t, size_t> last_seen;
+  for (size_t k = 0; k < run.keyframes.size(); ++k) {
+    for (const auto& seen : run.keyframes[k].observations) last_seen[seen.landmark_id] = k;
+  }
+  std::map<int64_t, Vector3d> adjusted;
+  for (const AdjustedPoint& point : state.points) {
+    if (point.sightings.empty() || !(point.block[2] > 0)) continue;
+    adjusted[point.landmark->id] = PointInWorld(point, state);
+  }
+  for (Landmark landmark : run.landmarks) {
+    const auto known = adjusted.find(landmark.id);
+    const auto seen = last_seen.find(landmark.id);
+    if (known != adjusted.end()) {
+      landmark.p_world = known->second;
+    } else if (seen != last_seen.end()) {
+      landmark.p_world = corrections[seen->second] * landmark.p_world;
+    }
+    result->landmarks.push_back(std::move(landmark));
+  }
+}
+
+// Ends stay where they were along the line.
+void LayOnto(const AdjustedLine& adjusted, Line* line) {
+  const PointAndDirection in_world = adjusted.InWorld();
+  line->start_world = NearestOn(in_world, line->start_world);
+  line->end_world = NearestOn(in_world, line->end_world);
+}
+
+void MoveLines(const OdometryRun& run, const AdjustmentState& state, AdjustmentResult* result) {
+  const std::vector<RigidTransform> corrections = CorrectionsOf(state);
+  std::map<int64_t, size_t> index_of;
+  for (size_t k = 0; k < run.keyframes.size(); ++k) index_of[run.keyframes[k].id] = k;
+  std::map<int64_t, const AdjustedLine*> adjusted;
+  for (const AdjustedLine& line : state.lines) {
+    if (!line.sightings.empty()) adjusted[line.line->id] = &line;
+  }
+  for (Line line : run.lines) {
+    const auto seen = index_of.find(line.last_keyframe);
+    if (seen != index_of.end()) {
+      line.start_world = corrections[seen->second] * line.start_world;
+      line.end_world = corrections[seen->second] * line.end_world;
+    }
+    const auto known = adjusted.find(line.id);
+    if (known != adjusted.end()) LayOnto(*known->second, &line);
+    result->lines.push_back(std::move(line));
+  }
+}
+
+// One adjustment under way.
+class Adjustment {
+ public:
+  Adjustment(const OdometryRun& run, const AdjustmentOptions& options)
+      : run_(run), options_(options), model_(run, options), state_(StateOfRun(run, options)) {
+    CalibrationPrior prior(options.calibration);
+    ties_.emplace(options.calibration, prior.belief());
+    model_.tie_weights = ties_->weights();
+  }
+
+  bool Solve(const Progress& progress) {
+    Preintegrate(run_, &state_);
+    problem_ = BuildProblem(options_, model_, state_, closures_);
+    const RoundSummary round = SolveProblem(options_, state_, closures_, problem_.get(), progress);
+    if (figures_.iterations == 0) figures_.initial_cost = round.initial_cost;
+    figures_.iterations += round.iterations;
+    figures_.final_cost = round.final_cost;
+    return round.usable;
+  }
+
+  void Reject() {
+    const int64_t points = CountWithSightings(state_.points).second;
+    const int64_t lines = CountWithSightings(state_.lines).second;
+    RejectPointOutliers(options_, model_, &state_, &figures_);
+    RejectLineOutliers(options_, model_, &state_);
+    figures_.rejected_point_observations += points - CountWithSightings(state_.points).second;
+    figures_.rejected_line_observations += lines - CountWithSightings(state_.lines).second;
+  }
+
+  // What is known of the calibration, and which of its numbers are taken to be as given.
+  void JudgeCalibration() {
+    const Eigen::MatrixXd covariance =
+        BlockCovariance(problem_.get(), {state_.imu_calibration, state_.camera_calibration});
+    if (covariance.size() == 0) return;
+    const CalibrationBelief with{AsVector(state_.calibration()), covariance};
+    known_ = ties_->Without(with);
+    ties_->Update(with);
+    model_.tie_weights = ties_->weights();
+  }
+
+  // Recognises places that were visited twice. False where there are none.
+  bool FindClosures(const ClosureSource& find, const Progress& progress) {
+    links_ = LinkChi2(state_);
+    closures_ = find(state_, progress);
+    figures_.closures = std::ssize(closures_);
+    figures_.closures_taken_back = RefuseBeyondGate(options_.closures, state_, model_, &closures_);
+    return figures_.closures_taken_back < figures_.closures;
+  }
+
+  // Wrong ones do not decide where right ones are, and none may speak against odometry.
+  bool SolveWithClosures(const Progress& progress) {
+    constexpr int kMostTakenBack = 5;
+    model_.GraduateClosures(kFirstGraduation);
+    bool usable = Solve(progress.Part(0, 0.4));
+    model_.GraduateClosures(1);
+    for (int i = 0; usable && i < kMostTakenBack; ++i) {
+      usable = Solve(progress.Part(0.4 + 0.1 * i, 0.5 + 0.1 * i));
+      const int count = TakeBackClosures(options_.closures, links_, state_, model_, &closures_);
+      figures_.closures_taken_back += count;
+      if (count == 0) return usable;
+    }
+    // They go on being taken back: none of them is to be believed.
+    for (Closure& closure : closures_) closure.taken_back = true;
+    figures_.closures_taken_back = std::ssize(closures_);
+    return usable && Solve(progress.Part(0.9, 1));
+  }
+
+  AdjustmentResult Result() {
+    AdjustmentResult result;
+    result.usable = true;
+    for (const AdjustedFrame& frame : state_.frames) {
+      result.T_world_imu.push_back(PoseFromBlock(frame.pose));
+    }
+    MoveLandmarks(run_, state_, &result);
+    MoveLines(run_, state_, &result);
+    for (size_t i = 0; i < state_.headings.size(); ++i) {
+      result.headings_rad.push_back(state_.headings[i] ? *state_.headings[i]
+                                                       : run_.manhattan_worlds[i].heading_rad);
+    }
+    if (known_) {
+      result.calibration =
+          Describe(state_.calibration(), known_->covariance, options_.calibration.sigma_scale);
+      result.calibration->stamp_ns = run_.keyframes.back().stamp_ns;
+      result.calibration->segment = run_.keyframes.back().segment;
+    }
+    Count(state_, &figures_);
+    for (const Closure& closure : closures_) {
+      if (closure.taken_back) continue;
+      figures_.matched_points += std::ssize(closure.points);
+      figures_.matched_edges += std::ssize(closure.edges);
+    }
+    result.figures = figures_;
+    return result;
+  }
+
+ private:
+  const OdometryRun& run_;
+  const AdjustmentOptions& options_;
+  AdjustmentModel model_;
+  AdjustmentState state_;
+  std::unique_ptr<ceres::Problem> problem_;
+  std::vector<Closure> closures_;
+  std::vector<double> links_;  // before there were closures
+  std::optional<CalibrationTies> ties_;
+  std::optional<CalibrationBelief> known_;
+  AdjustmentFigures figures_;
+};
+
+AdjustmentResult Unusable(const std::string& reason) {
+  AdjustmentResult result;
+  result.reason = reason;
+  return result;
+}
+
+}  // namespace
+
+AdjustmentResult AdjustWithClosures(const OdometryRun& run, const AdjustmentOptions& options,
+                                    const ClosureSource& find, const Progress& progress) {
+  options.Check();
+  if (run.keyframes.size() < kMinKeyframes || run.imu.empty()) {
+    return Unusable("too few keyframes, or no IMU samples");
+  }
+  Adjustment adjustment(run, options);
+  bool usable = adjustment.Solve(progress.Part(0, 0.3));
+  adjustment.Reject();
+  adjustment.JudgeCalibration();
+  usable = usable && adjustment.Solve(progress.Part(0.3, 0.5));
+  if (usable && find && adjustment.FindClosures(find, progress.Part(0.5, 0.7))) {
+    usable = adjustment.SolveWithClosures(progress.Part(0.7, 1));
+  }
+  return usable ? adjustment.Result() : Unusable("the adjustment diverged");
+}
+
+AdjustmentResult Adjust(const OdometryRun& run, const AdjustmentOptions& options,
+                        const ViewImages* images, const Progress& progress) {
+  if (!options.closures.enabled) return AdjustWithClosures(run, options, nullptr, progress);
+  const AdjustmentModel model(run, options);
+  const auto find = [&](const AdjustmentState& state, const Progress& part) {
+    std::vector<Closure> closures = FindEdgeClosures(state, options.closures);
+    if (!images) return closures;
+    std::ranges::move(FindPointClosures(state, *images, model.points, options.closures, part),
+                      std::back_inserter(closures));
+    return closures;
+  };
+  return AdjustWithClosures(run, options, find, progress);
+}
+
+void Apply(const AdjustmentResult& result, OdometryRun* run) {
+  if (!result.usable) return;
+  for (size_t k = 0; k < run->keyframes.size(); ++k) {
+    run->keyframes[k].T_world_imu = result.T_world_imu[k];
+  }
+  run->landmarks = result.landmarks;
+  run->lines = result.lines;
+  for (size_t i = 0; i < result.headings_rad.size(); ++i) {
+    run->manhattan_worlds[i].heading_rad = result.headings_rad[i];
+  }
+  if (result.calibration) run->calibration.push_back(*result.calibration);
+}
+
+}  // namespace slcmap

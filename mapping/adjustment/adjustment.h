@@ -1,0 +1,61 @@
+// One visual-inertial adjustment over all keyframes of a run.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "data/progress.h"
+#include "mapping/adjustment/adjustment_options.h"
+#include "mapping/adjustment/closure.h"
+#include "mapping/views/view.h"
+#include "odometry/run.h"
+
+namespace slcmap {
+
+// What an adjustment was made of, and how it went.
+struct AdjustmentFigures {
+  int64_t keyframes = 0, points = 0, point_observations = 0, lines = 0, line_observations = 0;
+  int64_t rejected_point_observations = 0, rejected_line_observations = 0;
+  int64_t closures = 0, closures_taken_back = 0;  // found, and of these
+  int64_t matched_points = 0, matched_edges = 0;  // of those that stayed
+  int iterations = 0;
+  double initial_cost = 0, final_cost = 0;  // half the robustified sum of squares
+};
+
+struct AdjustmentResult {
+  // False where the run has too little to adjust, or the solution cannot be used: all is then as
+  // the run has it, and `reason` says why.
+  bool usable = false;
+  std::string reason;
+  std::vector<RigidTransform> T_world_imu;  // of the run's keyframes, in their order
+  std::vector<Landmark> landmarks;          // of the run, moved
+  std::vector<Line> lines;
+  std::vector<double> headings_rad;                // of the run's Manhattan worlds
+  std::optional<CalibrationEstimate> calibration;  // none where the run has found none
+  AdjustmentFigures figures;
+};
+
+// Where closures come from: what is recognised once a run is adjusted without any.
+using ClosureSource =
+    std::function<std::vector<Closure>(const AdjustmentState& state, const Progress& progress)>;
+
+// Poses, velocities and biases of all keyframes, all points that several keyframes saw, all lines
+// with the headings they share, and the calibration, from all that the run observed at once. The
+// first pose of each segment keeps its position and heading. The same run gives the same result,
+// to the last bit. With the images of the keyframes (in their order; null for none) places are
+// recognised by points too, else by edges alone. Throws StoppedError when progress says so, and
+// ConfigError.
+AdjustmentResult Adjust(const OdometryRun& run, const AdjustmentOptions& options,
+                        const ViewImages* images = nullptr, const Progress& progress = {});
+
+// The same with closures from elsewhere, right or wrong; none looks for no revisits.
+AdjustmentResult AdjustWithClosures(const OdometryRun& run, const AdjustmentOptions& options,
+                                    const ClosureSource& find, const Progress& progress = {});
+
+// The run with what the adjustment found in place of what it had.
+void Apply(const AdjustmentResult& result, OdometryRun* run);
+
+}  // namespace slcmap

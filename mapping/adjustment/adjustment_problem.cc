@@ -1,0 +1,279 @@
+#include "mapping/adjustment/adjustment_problem.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "mapping/adjustment/closure_terms.h"
+#include "mapping/adjustment/first_pose_residual.h"
+#include "odometry/residuals/along_axis_residual.h"
+#include "odometry/residuals/along_slope_residual.h"
+#include "odometry/residuals/as_given_residual.h"
+#include "odometry/residuals/general_line_residual.h"
+#include "odometry/residuals/structural_line_residual.h"
+#include "odometry/window/calibration_estimate.h"
+
+namespace slcmap {
+namespace {
+
+// Of a segment's first keyframe, as WindowOptions has them: weak, but where nothing else tells of
+// them the problem has to have a solution.
+constexpr double kVelocitySigma_m_s = 2, kGyroBiasSigma_rad_s = 0.1, kAccelBiasSigma_m_s2 = 0.2;
+
+// One over what is believed of the calibration at first; large for what is not estimated. While the
+// rows of rectified images fit, the right camera's turns about y and z are held; see
+// CalibrationPrior.
+CalibrationVector FirstWeights(const OdometryRun& run, const CalibrationOptions& options) {
+  CalibrationPrior prior(options);
+  CalibrationState known;
+  if (!run.calibration.empty()) {
+    std::copy_n(run.calibration.back().right_rotation_rad.data(), 3, known.cameras.begin());
+  }
+  prior.ReleaseRightRotation(known);
+  return prior.belief().covariance.diagonal().cwiseSqrt().cwiseInverse();
+}
+
+void AddTerm(AdjustmentTerm term, ceres::Problem* problem) {
+  problem->AddResidualBlock(term.factor.release(), term.loss, term.blocks);
+}
+
+void AddCalibrationTerms(const AdjustmentModel& model, const AdjustmentState& state,
+                         ceres::Problem* problem) {
+  for (const CalibrationVector& weights : {model.prior_weights, model.tie_weights}) {
+    if (weights.isZero(0)) continue;
+    problem->AddResidualBlock(
+        new AsGivenResidual(kImuCalibrationKind, weights.head<kImuCalibrationSize>()), nullptr,
+        state.imu_calibration);
+    problem->AddResidualBlock(
+        new AsGivenResidual(kCameraCalibrationKind, weights.tail<kCameraCalibrationSize>()),
+        nullptr, state.camera_calibration);
+  }
+}
+
+void AddFirstFrameTerms(const AdjustedFrame& frame, ceres::Problem* problem) {
+  problem->AddResidualBlock(new FirstPoseResidual(PoseFromBlock(frame.pose)), nullptr, frame.pose);
+  Eigen::VectorXd weights(kSpeedBiasSize);
+  weights << Eigen::Vector3d::Constant(1 / kVelocitySigma_m_s),
+      Eigen::Vector3d::Constant(1 / kGyroBiasSigma_rad_s),
+      Eigen::Vector3d::Constant(1 / kAccelBiasSigma_m_s2);
+  problem->AddResidualBlock(new AsGivenResidual(kSpeedBiasKind, weights), nullptr,
+                            frame.speed_bias);
+}
+
+void AddFrameTerms(const AdjustmentState& state, ceres::Problem* problem) {
+  for (size_t k = 0; k < state.frames.size(); ++k) {
+    const AdjustedFrame& frame = state.frames[k];
+    problem->AddParameterBlock(frame.pose, kPoseSize, SharedPoseManifold());
+    problem->AddParameterBlock(frame.speed_bias, kSpeedBiasSize);
+    if (frame.from_previous) {
+      AddTerm(ImuTerm(k, state), problem);
+    } else {
+      AddFirstFrameTerms(frame, problem);
+    }
+  }
+}
+
+AdjustmentTerm AxisTerm(const AdjustedLine& line, const AdjustmentModel& model) {
+  AdjustmentTerm term;
+  term.loss = model.axis_loss.get();
+  if (line.slope) {
+    term.factor = std::make_unique<AlongSlopeResidual>(line.deviation_sigma_rad);
+    term.blocks = {line.slope, line.block};
+    return term;
+  }
+  term.factor = std::make_unique<AlongAxisResidual>(line.axis, line.deviation_sigma_rad,
+                                                    line.share != nullptr);
+  if (line.heading) term.blocks.push_back(line.heading);
+  if (line.share) term.blocks.push_back(line.share);
+  term.blocks.push_back(line.block);
+  return term;
+}
+
+void AddLineTerms(const AdjustmentOptions& options, const AdjustmentModel& model,
+                  const AdjustmentState& state, ceres::Problem* problem) {
+  for (const AdjustedShare& share : state.shares) {
+    problem->AddResidualBlock(new SharedDeviationResidual(state.share_sigma_rad), nullptr,
+                              share.block);
+  }
+  for (const AdjustedLine& line : state.lines) {
+    if (line.sightings.empty()) continue;
+    if (!line.exact) problem->AddParameterBlock(line.block, kGeneralLineSize, SharedLineManifold());
+    const double count = static_cast<double>(line.sightings.size());
+    const double weight = std::sqrt(std::min(1.0, options.line_observations / count));
+    for (const LineSighting& sighting : line.sightings) {
+      AddTerm(LineTerm(line, sighting, weight, state, model), problem);
+    }
+    if (!line.exact && line.axis != LineAxis::kNone) AddTerm(AxisTerm(line, model), problem);
+  }
+}
+
+// Points and short lines, between which there are no terms, are eliminated first; closures bind
+// lines to each other.
+std::shared_ptr<ceres::ParameterBlockOrdering> OrderingOf(const AdjustmentOptions& options,
+                                                          const AdjustmentState& state,
+                                                          const std::vector<Closure>& closures,
+                                                          const ceres::Problem& problem) {
+  auto ordering = std::make_shared<ceres::ParameterBlockOrdering>();
+  std::vector<double*> blocks;
+  problem.GetParameterBlocks(&blocks);
+  for (double* block : blocks) ordering->AddElementToGroup(block, 1);
+  for (const AdjustedPoint& point : state.points) {
+    if (!point.sightings.empty()) ordering->AddElementToGroup(point.block, 0);
+  }
+  for (const AdjustedLine& line : state.lines) {
+    if (line.sightings.empty() ||
+        std::ssize(line.sightings) > options.max_eliminated_observations) {
+      continue;
+    }
+    ordering->AddElementToGroup(line.block, 0);
+  }
+  for (const Closure& closure : closures) {
+    if (closure.taken_back) continue;
+    for (const EdgeMatch& match : closure.edges) {
+      ordering->AddElementToGroup(state.lines[match.older].block, 1);
+      ordering->AddElementToGroup(state.lines[match.newer].block, 1);
+    }
+  }
+  return ordering;
+}
+
+class ProgressCallback final : public ceres::IterationCallback {
+ public:
+  ProgressCallback(const Progress& progress, int iterations)
+      : progress_(progress), iterations_(iterations) {}
+  ceres::CallbackReturnType operator()(const ceres::IterationSummary& summary) override {
+    stopped_ = !progress_.Report(std::min(1.0, 1.0 * summary.iteration / iterations_));
+    return stopped_ ? ceres::SOLVER_ABORT : ceres::SOLVER_CONTINUE;
+  }
+  bool stopped() const { return stopped_; }
+
+ private:
+  const Progress& progress_;
+  int iterations_;
+  bool stopped_ = false;
+};
+
+// The first rows of a term's residual at its blocks.
+double SquaredRows(const AdjustmentTerm& term, int rows) {
+  std::array<double, 15> residuals;
+  term.factor->Evaluate(term.blocks.data(), residuals.data(), nullptr);
+  return Eigen::Map<const Eigen::VectorXd>(residuals.data(), rows).squaredNorm();
+}
+
+}  // namespace
+
+AdjustmentModel::AdjustmentModel(const OdometryRun& run, const AdjustmentOptions& options)
+    : points(run.rectified_rig.T_imu_camera,
+             run.rectified_rig.cameras[0].fx_px / options.point_sigma_px),
+      lines(run.rectified_rig.T_imu_camera,
+            run.rectified_rig.cameras[0].fx_px / options.line_sigma_px),
+      matched_points(run.rectified_rig.T_imu_camera,
+                     run.rectified_rig.cameras[0].fx_px / options.closures.point_sigma_px),
+      edge_sigma_m(options.closures.edge_sigma_m),
+      point_loss(std::make_unique<ceres::HuberLoss>(options.point_loss_sigma)),
+      line_loss(std::make_unique<ceres::HuberLoss>(options.line_loss_sigma)),
+      axis_loss(std::make_unique<ceres::CauchyLoss>(options.axis_loss_sigma)),
+      closure_loss_sigma(options.closures.loss_sigma),
+      prior_weights(FirstWeights(run, options.calibration)) {
+  GraduateClosures(1);
+  if (!run.source) return;
+  points.focal_shifts = lines.focal_shifts = matched_points.focal_shifts =
+      std::make_shared<const std::array<FocalShift, 2>>(
+          FocalShiftsOf(run.source->raw_rig, run.rectified_rig));
+}
+
+void AdjustmentModel::GraduateClosures(double factor) {
+  closure_loss = std::make_unique<ceres::CauchyLoss>(factor * closure_loss_sigma);
+}
+
+AdjustmentTerm PointTerm(const AdjustedPoint& point, const PointSighting& sighting,
+                         const AdjustmentState& state, const AdjustmentModel& model) {
+  AdjustmentTerm term;
+  term.loss = model.point_loss.get();
+  if (sighting.frame == point.host) {
+    term.factor = std::make_unique<HostPointResidual>(model.points, sighting.measurement);
+    term.blocks = {state.camera_calibration, point.block};
+  } else {
+    term.factor = std::make_unique<PointResidual>(&model.points, sighting.measurement);
+    term.blocks = {state.frames[point.host].pose, state.frames[sighting.frame].pose,
+                   state.camera_calibration, point.block};
+  }
+  return term;
+}
+
+AdjustmentTerm LineTerm(const AdjustedLine& line, const LineSighting& sighting, double weight,
+                        const AdjustmentState& state, const AdjustmentModel& model) {
+  StereoLineMeasurement measurement = sighting.measurement;
+  measurement.weight = weight;
+  AdjustmentTerm term;
+  term.loss = model.line_loss.get();
+  term.blocks = {state.frames[sighting.frame].pose, state.camera_calibration};
+  if (line.exact) {
+    const StructuralLine structural{line.axis, line.anchor_world};
+    term.factor =
+        std::make_unique<StructuralLineResidual>(&model.lines, structural, measurement, true);
+    if (line.heading) term.blocks.push_back(line.heading);
+  } else {
+    term.factor =
+        std::make_unique<GeneralLineResidual>(&model.lines, line.anchor_world, measurement, true);
+  }
+  term.blocks.push_back(line.block);
+  return term;
+}
+
+AdjustmentTerm ImuTerm(size_t frame, const AdjustmentState& state) {
+  const AdjustedFrame &from = state.frames[frame - 1], &to = state.frames[frame];
+  AdjustmentTerm term;
+  term.factor = std::make_unique<ImuResidual>(to.from_previous.get(), from.cut, to.cut);
+  term.blocks = {from.pose, from.speed_bias, to.pose, to.speed_bias, state.imu_calibration};
+  return term;
+}
+
+double Chi2(const AdjustmentTerm& term) { return SquaredRows(term, term.factor->rows()); }
+double Chi2OfLeft(const AdjustmentTerm& term) { return SquaredRows(term, 2); }
+
+std::unique_ptr<ceres::Problem> BuildProblem(const AdjustmentOptions& options,
+                                             const AdjustmentModel& model,
+                                             const AdjustmentState& state,
+                                             const std::vector<Closure>& closures) {
+  ceres::Problem::Options ownership;
+  ownership.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+  ownership.manifold_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+  ownership.disable_all_safety_checks = true;
+  auto problem = std::make_unique<ceres::Problem>(ownership);
+  AddFrameTerms(state, problem.get());
+  AddCalibrationTerms(model, state, problem.get());
+  for (const AdjustedPoint& point : state.points) {
+    for (const PointSighting& sighting : point.sightings) {
+      AddTerm(PointTerm(point, sighting, state, model), problem.get());
+    }
+  }
+  AddLineTerms(options, model, state, problem.get());
+  AddClosureTerms(closures, state, model, problem.get());
+  return problem;
+}
+
+RoundSummary SolveProblem(const AdjustmentOptions& options, const AdjustmentState& state,
+                          const std::vector<Closure>& closures, ceres::Problem* problem,
+                          const Progress& progress) {
+  ceres::Solver::Options solver;
+  solver.linear_solver_type = ceres::SPARSE_SCHUR;
+  solver.linear_solver_ordering = OrderingOf(options, state, closures, *problem);
+  solver.num_threads = 1;  // sums of several threads come in any order
+  solver.max_num_iterations = options.max_iterations;
+  solver.function_tolerance = 1e-6;  // a drift that is slow to settle costs little
+  solver.logging_type = ceres::SILENT;
+  ProgressCallback callback(progress, options.max_iterations);
+  solver.callbacks = {&callback};
+  ceres::Solver::Summary summary;
+  ceres::Solve(solver, problem, &summary);
+  if (callback.stopped()) throw StoppedError("interrupted");
+  RoundSummary out;
+  out.usable = summary.IsSolutionUsable() && std::isfinite(summary.final_cost);
+  out.iterations = static_cast<int>(summary.iterations.size());
+  out.initial_cost = summary.initial_cost;
+  out.final_cost = summary.final_cost;
+  return out;
+}
+
+}  // namespace slcmap

@@ -1,0 +1,113 @@
+// What an adjustment over all keyframes of a run estimates, and what was observed of it.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "mapping/adjustment/adjustment_options.h"
+#include "odometry/geometry/general_line.h"
+#include "odometry/imu/preintegration.h"
+#include "odometry/residuals/calibration.h"
+#include "odometry/residuals/imu_residual.h"
+#include "odometry/residuals/line_reprojection.h"
+#include "odometry/residuals/point_residual.h"
+#include "odometry/run.h"
+
+namespace slcmap {
+
+// The numbers of all parameter blocks, side by side in the order in which they are added: Ceres
+// orders blocks by their addresses, and the same run has to give the same bytes.
+class BlockStore {
+ public:
+  explicit BlockStore(size_t capacity) { numbers_.reserve(capacity); }
+  // The address stays; more than the capacity must not be added.
+  double* Add(std::span<const double> values);
+
+ private:
+  std::vector<double> numbers_;
+};
+
+// A keyframe: its pose, and its speed and biases.
+struct AdjustedFrame {
+  const Keyframe* keyframe = nullptr;
+  double* pose = nullptr;
+  double* speed_bias = nullptr;
+  ImuCut cut;
+  std::unique_ptr<Preintegration> from_previous;  // none for the first of a segment
+};
+
+// Observations name keyframes by their index.
+struct PointSighting {
+  size_t frame = 0;
+  StereoMeasurement measurement;
+};
+
+struct LineSighting {
+  size_t frame = 0;
+  StereoLineMeasurement measurement;
+};
+
+// A point, by its inverse depth in the left camera of its host, the first keyframe that saw it.
+struct AdjustedPoint {
+  const Landmark* landmark = nullptr;
+  size_t host = 0;
+  double* block = nullptr;
+  std::vector<PointSighting> sightings;  // by keyframe
+};
+
+// What lines of an axis that are near each other share of their deviation.
+struct AdjustedShare {
+  LineAxis axis = LineAxis::kNone;
+  int world = -1;
+  Eigen::Vector3d p_world = Eigen::Vector3d::Zero();
+  double* block = nullptr;
+};
+
+struct AdjustedLine {
+  const Line* line = nullptr;
+  LineAxis axis = LineAxis::kNone;  // of the heading's X and Y
+  bool exact = false;               // along its axis: two freedoms, else four
+  double* heading = nullptr;        // null for all but those along X and Y
+  double* slope = nullptr;          // null for all but sloped ones
+  double* share = nullptr;          // null where it shares none
+  double deviation_sigma_rad = 0;   // of its own from its axis or slope
+  Eigen::Vector3d anchor_world = Eigen::Vector3d::Zero();
+  double* block = nullptr;
+  std::vector<LineSighting> sightings;  // by keyframe
+
+  PointAndDirection InWorld() const;
+};
+
+// A block of numbers that refers to a world or slope of the run; null where that was withdrawn.
+struct AdjustmentState {
+  explicit AdjustmentState(size_t capacity) : blocks(capacity) {}
+
+  BlockStore blocks;
+  Rig rig;  // rectified
+  std::vector<AdjustedFrame> frames;
+  double* imu_calibration = nullptr;
+  double* camera_calibration = nullptr;
+  std::vector<double*> headings, slopes;
+  std::vector<AdjustedShare> shares;
+  double share_sigma_rad = 0;
+  std::vector<AdjustedPoint> points;
+  std::vector<AdjustedLine> lines;
+
+  CalibrationState calibration() const;
+};
+
+// All that the run knows, as it has it; points that too few keyframes saw and lines of headings
+// that were withdrawn are left out. The run must outlive the state.
+AdjustmentState StateOfRun(const OdometryRun& run, const AdjustmentOptions& options);
+
+// The position of a point, with the cameras as they are estimated.
+Eigen::Vector3d PointInWorld(const AdjustedPoint& point, const AdjustmentState& state);
+
+// Preintegrates the samples between neighbouring keyframes about their biases, cut at the estimated
+// time of exposure.
+void Preintegrate(const OdometryRun& run, AdjustmentState* state);
+
+}  // namespace slcmap

@@ -1,0 +1,180 @@
+#include "mapping/adjustment/closure_terms.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "mapping/adjustment/same_edge_residual.h"
+
+namespace slcmap {
+namespace {
+
+constexpr double kMaxMatchChi2 = 9;   // of two rows, that fits
+constexpr double kLinkChi2Risen = 9;  // that closures are blamed for
+
+struct ClosureFit {
+  double agreeing = 0;   // share of its matches
+  double mean_chi2 = 0;  // of a match
+};
+
+ClosureFit FitOf(const Closure& closure, const AdjustmentState& state,
+                 const AdjustmentModel& model) {
+  std::vector<double> chi2;
+  for (const PointMatch& match : closure.points) {
+    chi2.push_back(Chi2(PointMatchTerm(match, state, model)));
+  }
+  for (const EdgeMatch& match : closure.edges) {
+    chi2.push_back(Chi2(EdgeMatchTerm(match, state, model)));
+  }
+  ClosureFit fit;
+  const double count = std::max(1.0, static_cast<double>(chi2.size()));
+  for (const double value : chi2) {
+    fit.agreeing += (value < kMaxMatchChi2) / count;
+    fit.mean_chi2 += value / count;
+  }
+  return fit;
+}
+
+int TakeBackMisfits(const ClosureOptions& options, const AdjustmentState& state,
+                    const AdjustmentModel& model, std::vector<Closure>* closures) {
+  int taken_back = 0;
+  for (Closure& closure : *closures) {
+    if (closure.taken_back || FitOf(closure, state, model).agreeing >= options.min_agreeing) {
+      continue;
+    }
+    closure.taken_back = true;
+    ++taken_back;
+  }
+  return taken_back;
+}
+
+// Of those that span a link, the one that fits worst; null where there is none.
+Closure* WorstAcross(size_t link, const AdjustmentState& state, const AdjustmentModel& model,
+                     std::vector<Closure>* closures) {
+  Closure* worst = nullptr;
+  double most = -1;
+  for (Closure& closure : *closures) {
+    const bool spans = closure.older_frame < link && link <= closure.newer_frame;
+    if (closure.taken_back || !spans) continue;
+    const double chi2 = FitOf(closure, state, model).mean_chi2;
+    if (chi2 <= most) continue;
+    most = chi2;
+    worst = &closure;
+  }
+  return worst;
+}
+
+// By how much a shift of three standard deviations may move a point in the later image.
+double GateOf_px(const PointMatch& match, const ShiftSigma& sigma, const ClosureOptions& options,
+                 const AdjustmentState& state) {
+  const RigidTransform T_world_camera =
+      PoseFromBlock(state.frames[match.frame].pose) * state.rig.T_imu_camera[0];
+  const double distance_m =
+      (PointInWorld(state.points[match.point], state) - T_world_camera.translation).norm();
+  return 3 * state.rig.cameras[0].fx_px * (sigma.position_m / distance_m + sigma.yaw_rad) +
+         options.point_tolerance_px;
+}
+
+// Of one closure; the state's path lengths lead from visit to visit.
+void EraseBeyondGate(const ClosureOptions& options, double path_m, const AdjustmentState& state,
+                     const AdjustmentModel& model, Closure* closure) {
+  const ShiftSigma sigma = SigmaOver(path_m, options);
+  std::erase_if(closure->points, [&](const PointMatch& match) {
+    const double off_px =
+        options.point_sigma_px * std::sqrt(Chi2(PointMatchTerm(match, state, model)));
+    return !(off_px <= GateOf_px(match, sigma, options, state));
+  });
+  std::erase_if(closure->edges, [&](const EdgeMatch& match) {
+    const double off_m = options.edge_sigma_m * std::sqrt(Chi2(EdgeMatchTerm(match, state, model)));
+    return !(off_m <= 3 * sigma.position_m);
+  });
+}
+
+}  // namespace
+
+int RefuseBeyondGate(const ClosureOptions& options, const AdjustmentState& state,
+                     const AdjustmentModel& model, std::vector<Closure>* closures) {
+  const std::vector<double> path_m = PathLengths(state);
+  int taken_back = 0;
+  for (Closure& closure : *closures) {
+    const size_t before = closure.points.size() + closure.edges.size();
+    EraseBeyondGate(options, path_m[closure.newer_frame] - path_m[closure.older_frame], state,
+                    model, &closure);
+    closure.taken_back = 2 * (closure.points.size() + closure.edges.size()) <= before;
+    taken_back += closure.taken_back;
+  }
+  return taken_back;
+}
+
+AdjustmentTerm PointMatchTerm(const PointMatch& match, const AdjustmentState& state,
+                              const AdjustmentModel& model) {
+  const AdjustedPoint& point = state.points[match.point];
+  AdjustmentTerm term;
+  term.loss = model.closure_loss.get();
+  term.factor = std::make_unique<PointResidual>(&model.matched_points,
+                                                StereoMeasurement{match.left, std::nullopt});
+  term.blocks = {state.frames[point.host].pose, state.frames[match.frame].pose,
+                 state.camera_calibration, point.block};
+  return term;
+}
+
+AdjustmentTerm EdgeMatchTerm(const EdgeMatch& match, const AdjustmentState& state,
+                             const AdjustmentModel& model) {
+  const AdjustedLine &older = state.lines[match.older], &newer = state.lines[match.newer];
+  AdjustmentTerm term;
+  term.loss = model.closure_loss.get();
+  if (newer.exact) {
+    term.factor = std::make_unique<SameStructuralEdgeResidual>(
+        newer.axis, older.anchor_world, newer.anchor_world, model.edge_sigma_m);
+    if (newer.heading) term.blocks.push_back(newer.heading);
+  } else {
+    const PointAndDirection a = older.InWorld(), b = newer.InWorld();
+    const Eigen::Vector3d middle =
+        NearestOn(b, 0.5 * (newer.line->start_world + newer.line->end_world));
+    const auto end = [&](const AdjustedLine& line, const PointAndDirection& in_world) {
+      return SameFreeEdgeResidual::End{line.anchor_world,
+                                       in_world.direction_world.dot(middle - in_world.point_world)};
+    };
+    term.factor = std::make_unique<SameFreeEdgeResidual>(
+        end(older, a), end(newer, b), AxesAcross(newer.axis, newer.heading ? *newer.heading : 0),
+        model.edge_sigma_m);
+  }
+  term.blocks.insert(term.blocks.end(), {older.block, newer.block});
+  return term;
+}
+
+void AddClosureTerms(const std::vector<Closure>& closures, const AdjustmentState& state,
+                     const AdjustmentModel& model, ceres::Problem* problem) {
+  const auto add = [&](AdjustmentTerm term) {
+    problem->AddResidualBlock(term.factor.release(), term.loss, term.blocks);
+  };
+  for (const Closure& closure : closures) {
+    if (closure.taken_back) continue;
+    for (const PointMatch& match : closure.points) add(PointMatchTerm(match, state, model));
+    for (const EdgeMatch& match : closure.edges) add(EdgeMatchTerm(match, state, model));
+  }
+}
+
+std::vector<double> LinkChi2(const AdjustmentState& state) {
+  std::vector<double> chi2;
+  for (size_t k = 0; k < state.frames.size(); ++k) {
+    chi2.push_back(state.frames[k].from_previous ? Chi2(ImuTerm(k, state)) : 0);
+  }
+  return chi2;
+}
+
+int TakeBackClosures(const ClosureOptions& options, const std::vector<double>& links,
+                     const AdjustmentState& state, const AdjustmentModel& model,
+                     std::vector<Closure>* closures) {
+  int taken_back = TakeBackMisfits(options, state, model, closures);
+  const std::vector<double> now = LinkChi2(state);
+  for (size_t k = 0; k < now.size(); ++k) {
+    if (now[k] <= options.max_link_chi2 || now[k] <= links[k] + kLinkChi2Risen) continue;
+    Closure* worst = WorstAcross(k, state, model, closures);
+    if (!worst) continue;
+    worst->taken_back = true;
+    return taken_back + 1;
+  }
+  return taken_back;
+}
+
+}  // namespace slcmap

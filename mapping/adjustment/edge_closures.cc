@@ -1,0 +1,186 @@
+#include "mapping/adjustment/edge_closures.h"
+
+#include <algorithm>
+#include <set>
+
+#include "odometry/geometry/structural_line.h"
+
+namespace slcmap {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+constexpr double kPlace_m = 4;     // of path, along which lines that appear are one later visit
+constexpr double kMaxGap_m = 0.5;  // along an edge, between what the visits saw of it
+
+// A line that may be an edge of an earlier visit.
+struct Candidate {
+  size_t newer = 0;
+  std::vector<size_t> older;
+  ShiftVote vote;
+};
+
+// A line with what the search needs of it.
+struct SeenLine {
+  size_t index = 0;  // of the state
+  size_t first_frame = 0, last_frame = 0;
+  PointAndDirection in_world;
+  Vector3d middle_world;
+  double half_length_m = 0;
+};
+
+SeenLine Describe(const AdjustmentState& state, size_t index) {
+  const AdjustedLine& line = state.lines[index];
+  SeenLine out;
+  out.index = index;
+  out.first_frame = line.sightings.front().frame;
+  out.last_frame = line.sightings.back().frame;
+  out.in_world = line.InWorld();
+  out.middle_world = NearestOn(out.in_world, 0.5 * (line.line->start_world + line.line->end_world));
+  out.half_length_m = 0.5 * (line.line->end_world - line.line->start_world).norm();
+  return out;
+}
+
+class EdgeSearch {
+ public:
+  EdgeSearch(const AdjustmentState& state, const ClosureOptions& options)
+      : state_(state), options_(options), path_m_(PathLengths(state)) {
+    for (size_t i = 0; i < state.lines.size(); ++i) {
+      const AdjustedLine& line = state.lines[i];
+      const bool has_axis = line.axis != LineAxis::kNone && line.axis != LineAxis::kSloped;
+      if (!line.sightings.empty() && has_axis) lines_.push_back(Describe(state, i));
+    }
+    std::ranges::stable_sort(lines_, {}, &SeenLine::first_frame);
+  }
+
+  std::vector<Closure> Find() const {
+    std::vector<Closure> closures;
+    for (size_t from = 0; from < lines_.size();) {
+      size_t to = from;
+      while (to < lines_.size() && IsOnePlace(lines_[from], lines_[to])) ++to;
+      AddClosure(from, to, &closures);
+      from = to;
+    }
+    return closures;
+  }
+
+ private:
+  const Keyframe& KeyframeOf(size_t frame) const { return *state_.frames[frame].keyframe; }
+
+  bool IsOnePlace(const SeenLine& a, const SeenLine& b) const {
+    return KeyframeOf(a.first_frame).segment == KeyframeOf(b.first_frame).segment &&
+           path_m_[b.first_frame] - path_m_[a.first_frame] < kPlace_m;
+  }
+
+  bool IsEarlierVisit(const SeenLine& older, const SeenLine& newer) const {
+    const Keyframe &a = KeyframeOf(older.last_frame), &b = KeyframeOf(newer.first_frame);
+    return a.segment == b.segment && ToSeconds(b.stamp_ns - a.stamp_ns) > options_.min_interval_s &&
+           path_m_[newer.first_frame] - path_m_[older.last_frame] > options_.min_path_m;
+  }
+
+  // Where they are along each other, and across within the gate.
+  bool MayBeOneEdge(const SeenLine& older, const SeenLine& newer) const {
+    const AdjustedLine &a = state_.lines[older.index], &b = state_.lines[newer.index];
+    if (a.axis != b.axis || a.heading != b.heading || a.exact != b.exact) return false;
+    if (!IsEarlierVisit(older, newer)) return false;
+    const double along_m =
+        std::abs(older.in_world.direction_world.dot(newer.middle_world - older.middle_world));
+    if (along_m > older.half_length_m + newer.half_length_m + kMaxGap_m) return false;
+    const double path_m = path_m_[newer.last_frame] - path_m_[older.last_frame];
+    return OffsetOf(older, newer).norm() < 3 * SigmaOver(path_m, options_).position_m;
+  }
+
+  Matrix32d AcrossOf(const SeenLine& line) const {
+    const AdjustedLine& adjusted = state_.lines[line.index];
+    return AxesAcross(adjusted.axis, adjusted.heading ? *adjusted.heading : 0);
+  }
+
+  Vector2d OffsetOf(const SeenLine& older, const SeenLine& newer) const {
+    return AcrossOf(newer).transpose() *
+           (NearestOn(older.in_world, newer.middle_world) - newer.middle_world);
+  }
+
+  std::vector<Candidate> CandidatesOf(size_t from, size_t to) const {
+    std::vector<Candidate> candidates;
+    const Vector3d place_world =
+        PoseFromBlock(state_.frames[lines_[from].first_frame].pose).translation;
+    for (size_t n = from; n < to; ++n) {
+      const SeenLine& newer = lines_[n];
+      Candidate candidate;
+      candidate.newer = n;
+      for (size_t o = 0; o < from; ++o) {
+        if (!MayBeOneEdge(lines_[o], newer)) continue;
+        candidate.older.push_back(o);
+        candidate.vote.alternatives.emplace_back(OffsetOf(lines_[o], newer) /
+                                                 options_.edge_tolerance_m);
+      }
+      if (candidate.older.empty()) continue;
+      Eigen::Matrix<double, 3, 4> moved;
+      moved << Eigen::Matrix3d::Identity(),
+          Vector3d::UnitZ().cross(newer.middle_world - place_world);
+      candidate.vote.by_shift = AcrossOf(newer).transpose() * moved / options_.edge_tolerance_m;
+      candidates.push_back(std::move(candidate));
+    }
+    return candidates;
+  }
+
+  void AddClosure(size_t from, size_t to, std::vector<Closure>* closures) const {
+    const std::vector<Candidate> candidates = CandidatesOf(from, to);
+    if (std::ssize(candidates) < options_.min_edges) return;
+    std::vector<ShiftVote> votes;
+    double path_m = 0;
+    for (const Candidate& candidate : candidates) {
+      votes.push_back(candidate.vote);
+      for (const size_t o : candidate.older) {
+        path_m = std::max(
+            path_m, path_m_[lines_[candidate.newer].first_frame] - path_m_[lines_[o].last_frame]);
+      }
+    }
+    const Agreement agreement =
+        FindAgreement(votes, SigmaOver(path_m, options_), options_.min_displacement_m);
+    if (!IsUnique(agreement, options_.min_edges, options_)) return;
+    Closure closure = ClosureOf(candidates, agreement);
+    if (IsWellSeen(closure)) closures->push_back(std::move(closure));
+  }
+
+  Closure ClosureOf(const std::vector<Candidate>& candidates, const Agreement& agreement) const {
+    Closure closure;
+    closure.shift = agreement.shift;
+    for (size_t i = 0; i < candidates.size(); ++i) {
+      if (agreement.chosen[i] < 0) continue;
+      const SeenLine& newer = lines_[candidates[i].newer];
+      const SeenLine& older = lines_[candidates[i].older[static_cast<size_t>(agreement.chosen[i])]];
+      closure.edges.push_back({older.index, newer.index});
+      closure.older_frame = std::max(closure.older_frame, older.last_frame);
+      closure.newer_frame = std::max(closure.newer_frame, newer.first_frame);
+    }
+    return closure;
+  }
+
+  // Along two axes, from several keyframes.
+  bool IsWellSeen(const Closure& closure) const {
+    std::set<LineAxis> axes;
+    std::set<size_t> frames;
+    for (const EdgeMatch& match : closure.edges) {
+      axes.insert(state_.lines[match.newer].axis);
+      for (const LineSighting& sighting : state_.lines[match.newer].sightings) {
+        frames.insert(sighting.frame);
+      }
+    }
+    return axes.size() >= 2 && std::ssize(frames) >= options_.min_keyframes;
+  }
+
+  const AdjustmentState& state_;
+  const ClosureOptions& options_;
+  std::vector<double> path_m_;
+  std::vector<SeenLine> lines_;  // by the keyframe that saw them first
+};
+
+}  // namespace
+
+std::vector<Closure> FindEdgeClosures(const AdjustmentState& state, const ClosureOptions& options) {
+  return EdgeSearch(state, options).Find();
+}
+
+}  // namespace slcmap

@@ -1,0 +1,279 @@
+#include "mapping/adjustment/point_closures.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <optional>
+
+#include "mapping/adjustment/patch_search.h"
+#include "odometry/geometry/pinhole.h"
+
+namespace slcmap {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+// Which views look at a place alike.
+constexpr double kMaxAngle_rad = 0.5;       // between their axes
+constexpr double kMaxDistanceShare = 0.35;  // of how far away what they see is
+constexpr double kMinNewPath_m = 0.3;       // between later keyframes that are searched
+constexpr double kMaxSearch_px = 30;
+constexpr double kMinDepth_m = 0.3;
+constexpr double kMaxScale = 1.5;      // of a patch in the later image, and one over it
+constexpr double kSameShift_m = 0.02;  // between neighbouring keyframes that recognise a place
+constexpr double kNear_m = 6;          // of path, within which they are neighbours
+
+// A keyframe as a view.
+struct PosedView {
+  RigidTransform T_world_camera;
+  double depth_m = 0;            // the median of what it sees
+  std::vector<size_t> points;    // of the state, that it sees
+  std::vector<Vector2d> places;  // where, on the plane z = 1 as measured
+};
+
+std::vector<PosedView> ViewsOf(const AdjustmentState& state, const StereoGeometry& geometry) {
+  std::vector<PosedView> views(state.frames.size());
+  std::vector<std::vector<double>> depths_m(views.size());
+  for (size_t k = 0; k < views.size(); ++k) {
+    views[k].T_world_camera = PoseFromBlock(state.frames[k].pose) * geometry.T_imu_camera[0];
+  }
+  for (size_t i = 0; i < state.points.size(); ++i) {
+    const Vector3d p_world = PointInWorld(state.points[i], state);
+    for (const PointSighting& sighting : state.points[i].sightings) {
+      PosedView& view = views[sighting.frame];
+      view.points.push_back(i);
+      view.places.push_back(sighting.measurement.left);
+      depths_m[sighting.frame].push_back((view.T_world_camera.Inverse() * p_world).z());
+    }
+  }
+  for (size_t k = 0; k < views.size(); ++k) {
+    if (depths_m[k].empty()) continue;
+    const auto middle = depths_m[k].begin() + std::ssize(depths_m[k]) / 2;
+    std::nth_element(depths_m[k].begin(), middle, depths_m[k].end());
+    views[k].depth_m = *middle;
+  }
+  return views;
+}
+
+// How unlike two views are, 1 where they are too unlike to be compared.
+double Unlikeness(const PosedView& a, const PosedView& b) {
+  const double angle_rad = a.T_world_camera.rotation.angularDistance(b.T_world_camera.rotation);
+  const double distance_m = (a.T_world_camera.translation - b.T_world_camera.translation).norm();
+  const double depth_m = std::min(a.depth_m, b.depth_m);
+  if (!(depth_m > 0)) return 1;
+  return std::max(angle_rad / kMaxAngle_rad, distance_m / (kMaxDistanceShare * depth_m));
+}
+
+// Between what was measured by the run's rectification and pixels of the images that are read
+// again, which are rectified with what the run has found of the cameras.
+class LeftPixels {
+ public:
+  LeftPixels(const ViewImages& images, const StereoGeometry& geometry)
+      : geometry_(geometry),
+        camera_(images.rig().cameras[0]),
+        R_image_run_(images.rig().T_imu_camera[0].rotation.conjugate() *
+                     geometry.T_imu_camera[0].rotation) {}
+
+  Vector2d PixelOf(const Vector2d& true_plane) const {
+    return PixelFromPlane(camera_, (R_image_run_ * true_plane.homogeneous()).hnormalized());
+  }
+  Vector2d TruePlaneOf(const Vector2d& pixel_px) const {
+    return (R_image_run_.conjugate() * PlaneFromPixel(camera_, pixel_px).homogeneous())
+        .hnormalized();
+  }
+  Vector2d True(const Vector2d& measured) const { return geometry_.OnTruePlane(0, measured); }
+  // The inverse of that, to far less than a pixel's hundredth.
+  Vector2d Measured(const Vector2d& true_plane) const {
+    Vector2d measured = true_plane;
+    for (int i = 0; i < 3; ++i) measured += true_plane - True(measured);
+    return measured;
+  }
+  double focal_px() const { return camera_.fx_px; }
+
+ private:
+  const StereoGeometry& geometry_;
+  const Camera& camera_;
+  Eigen::Quaterniond R_image_run_;
+};
+
+class PointSearch {
+ public:
+  PointSearch(const AdjustmentState& state, const ViewImages& images,
+              const StereoGeometry& geometry, const ClosureOptions& options)
+      : state_(state),
+        images_(images),
+        options_(options),
+        geometry_(geometry.CorrectedBy(state.camera_calibration)),
+        pixels_(images, geometry_),
+        path_m_(PathLengths(state)),
+        views_(ViewsOf(state, geometry)) {}
+
+  std::vector<Closure> Find(const Progress& progress) {
+    std::vector<Closure> closures;
+    double searched_m = -kMinNewPath_m;
+    int segment = -1;
+    for (size_t newer = 0; newer < views_.size(); ++newer) {
+      progress.ReportOrStop(static_cast<double>(newer) / static_cast<double>(views_.size()));
+      if (KeyframeOf(newer).segment != segment) {
+        segment = KeyframeOf(newer).segment;
+        searched_m = -kMinNewPath_m;
+      }
+      if (path_m_[newer] - searched_m < kMinNewPath_m) continue;
+      const auto older = MostAlike(newer);
+      if (!older) continue;
+      searched_m = path_m_[newer];
+      if (auto closure = Compare(*older, newer)) closures.push_back(std::move(*closure));
+    }
+    return Confirmed(closures);
+  }
+
+ private:
+  const Keyframe& KeyframeOf(size_t frame) const { return *state_.frames[frame].keyframe; }
+
+  std::optional<size_t> MostAlike(size_t newer) const {
+    std::optional<size_t> best;
+    double least = 1;
+    for (size_t older = 0; older < newer; ++older) {
+      const Keyframe &a = KeyframeOf(older), &b = KeyframeOf(newer);
+      if (a.segment != b.segment || ToSeconds(b.stamp_ns - a.stamp_ns) < options_.min_interval_s ||
+          path_m_[newer] - path_m_[older] < options_.min_path_m) {
+        continue;
+      }
+      const double unlike = Unlikeness(views_[older], views_[newer]);
+      if (unlike >= least) continue;
+      least = unlike;
+      best = older;
+    }
+    return best;
+  }
+
+  cv::Mat ImageOf(size_t frame) {
+    constexpr size_t kKept = 8;
+    const auto known = kept_.find(frame);
+    if (known != kept_.end()) return known->second;
+    if (kept_.size() >= kKept) kept_.clear();
+    return kept_.emplace(frame, images_.Read(frame).left).first->second;
+  }
+
+  // How offsets about a point's place in the older image look in the newer one, for a surface that
+  // faces the older camera.
+  std::optional<PatchWarp> WarpOf(const Vector3d& p_older,
+                                  const RigidTransform& T_newer_older) const {
+    const auto project = [&](const Vector3d& p) {
+      return pixels_.PixelOf((T_newer_older * p).hnormalized());
+    };
+    if ((T_newer_older * p_older).z() < kMinDepth_m) return std::nullopt;
+    const Vector2d centre = project(p_older);
+    const double step = p_older.z() / pixels_.focal_px();
+    Eigen::Matrix2d affine;
+    affine << project(p_older + step * Vector3d::UnitX()) - centre,
+        project(p_older + step * Vector3d::UnitY()) - centre;
+    const double scale = std::sqrt(std::abs(affine.determinant()));
+    if (!(scale < kMaxScale && scale > 1 / kMaxScale)) return std::nullopt;
+    return PatchWarp{centre.cast<float>(), affine.cast<float>()};
+  }
+
+  // Where a point that the older keyframe sees may be in the newer one.
+  std::vector<Vector2d> Search(size_t older, size_t index, size_t newer, const Vector3d& p_world) {
+    const PosedView &from = views_[older], &to = views_[newer];
+    const Vector3d p_older = from.T_world_camera.Inverse() * p_world;
+    if (p_older.z() < kMinDepth_m) return {};
+    const auto warp = WarpOf(p_older, to.T_world_camera.Inverse() * from.T_world_camera);
+    if (!warp) return {};
+    const double path_m = path_m_[newer] - path_m_[older];
+    const ShiftSigma sigma = SigmaOver(path_m, options_);
+    const double within_px =
+        3 * pixels_.focal_px() * (sigma.position_m / p_older.z() + sigma.yaw_rad) +
+        options_.point_tolerance_px;
+    PatchSearchOptions search;
+    search.min_correlation = options_.min_correlation;
+    const Vector2d from_px = pixels_.PixelOf(pixels_.True(from.places[index]));
+    std::vector<Vector2d> places;
+    for (const Eigen::Vector2f& px :
+         SearchPatch(ImageOf(older), from_px.cast<float>(), ImageOf(newer), *warp,
+                     std::min(within_px, kMaxSearch_px), search)) {
+      places.push_back(pixels_.TruePlaneOf(px.cast<double>()));
+    }
+    return places;
+  }
+
+  // In units of the tolerance.
+  ShiftVote VoteOf(const PosedView& newer, const Vector3d& p_world,
+                   const std::vector<Vector2d>& places) const {
+    const Vector3d p = newer.T_world_camera.Inverse() * p_world;
+    Eigen::Matrix<double, 2, 3> by_point;
+    by_point << 1 / p.z(), 0, -p.x() / (p.z() * p.z()), 0, 1 / p.z(), -p.y() / (p.z() * p.z());
+    const Eigen::Matrix3d R_camera_world =
+        newer.T_world_camera.rotation.conjugate().toRotationMatrix();
+    Eigen::Matrix<double, 3, 4> moved;
+    moved << Eigen::Matrix3d::Identity(),
+        Vector3d::UnitZ().cross(p_world - newer.T_world_camera.translation);
+    const double per_tolerance = pixels_.focal_px() / options_.point_tolerance_px;
+    ShiftVote vote;
+    vote.by_shift = -per_tolerance * by_point * R_camera_world * moved;
+    for (const Vector2d& place : places) {
+      vote.alternatives.emplace_back(per_tolerance * (place - p.hnormalized()));
+    }
+    return vote;
+  }
+
+  std::optional<Closure> Compare(size_t older, size_t newer) {
+    if (ImageOf(newer).empty() || ImageOf(older).empty()) return std::nullopt;
+    std::vector<ShiftVote> votes;
+    std::vector<PointMatch> matches;  // a row an alternative of each vote
+    std::vector<size_t> first_match;
+    for (size_t i = 0; i < views_[older].points.size(); ++i) {
+      const size_t point = views_[older].points[i];
+      const Vector3d p_world = PointInWorld(state_.points[point], state_);
+      const std::vector<Vector2d> places = Search(older, i, newer, p_world);
+      if (places.empty()) continue;
+      votes.push_back(VoteOf(views_[newer], p_world, places));
+      first_match.push_back(matches.size());
+      for (const Vector2d& place : places) {
+        matches.push_back({point, newer, pixels_.Measured(place)});
+      }
+    }
+    const Agreement agreement = FindAgreement(
+        votes, SigmaOver(path_m_[newer] - path_m_[older], options_), options_.min_displacement_m);
+    if (!IsUnique(agreement, options_.min_points, options_)) return std::nullopt;
+    Closure closure{older, newer, agreement.shift, {}, {}, false};
+    for (size_t i = 0; i < votes.size(); ++i) {
+      if (agreement.chosen[i] < 0) continue;
+      closure.points.push_back(matches[first_match[i] + static_cast<size_t>(agreement.chosen[i])]);
+    }
+    return closure;
+  }
+
+  // Those that some neighbours agree with.
+  std::vector<Closure> Confirmed(const std::vector<Closure>& found) const {
+    std::vector<Closure> confirmed;
+    for (const Closure& closure : found) {
+      const auto agreeing = std::ranges::count_if(found, [&](const Closure& other) {
+        return std::abs(path_m_[other.newer_frame] - path_m_[closure.newer_frame]) < kNear_m &&
+               (other.shift - closure.shift).head<3>().norm() < kSameShift_m;
+      });
+      if (agreeing >= options_.min_keyframes) confirmed.push_back(closure);
+    }
+    return confirmed;
+  }
+
+  const AdjustmentState& state_;
+  const ViewImages& images_;
+  const ClosureOptions& options_;
+  const StereoGeometry geometry_;
+  const LeftPixels pixels_;
+  const std::vector<double> path_m_;
+  const std::vector<PosedView> views_;
+  std::map<size_t, cv::Mat> kept_;  // images by keyframe
+};
+
+}  // namespace
+
+std::vector<Closure> FindPointClosures(const AdjustmentState& state, const ViewImages& images,
+                                       const StereoGeometry& geometry,
+                                       const ClosureOptions& options, const Progress& progress) {
+  return PointSearch(state, images, geometry, options).Find(progress);
+}
+
+}  // namespace slcmap

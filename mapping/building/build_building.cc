@@ -1,0 +1,315 @@
+#include "mapping/building/build_building.h"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "mapping/building/horizontal_planes.h"
+#include "mapping/building/walls.h"
+
+namespace slcmap {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+constexpr double kUprightSine = 0.3;       // of the normals of upright surfaces
+constexpr double kLeastNormal = 0.5;       // shorter: unknown
+constexpr double kHitSlack_m = 0.05;       // of points at a face from its plane
+constexpr double kSupportSlack_m = 0.025;  // of points on it
+constexpr double kMostSlack_m = 0.075;     // of uncertain ones, at it
+constexpr double kBeside_m = 0.12;         // as far, something is before or behind it
+constexpr double kFloorSlack_m = 0.1;      // over the floor and under the top rays tell nothing
+constexpr double kOther_m2 = 0.5;          // of a plane that is no wall but worth telling
+constexpr double kBeforeWall_m = 0.1;      // in the room that a wall bounds
+constexpr double kFreeSigmas = 3;
+
+// Shares of the time, about, up to the end of a stage.
+constexpr double kSorted = 0.1, kFaced = 0.4, kCrossed = 0.85;
+
+// What belongs to a storey.
+struct LevelData {
+  std::vector<FaceSample> samples;
+  std::vector<BuiltFace> faces;
+  std::optional<FreeSpace> free;
+  std::vector<FaceGrid> grids;  // by face
+};
+
+void AddPointSamples(const BuildingInput& input, const std::vector<Level>& levels,
+                     std::vector<LevelData>* data) {
+  for (const SurfacePoint& point : input.points) {
+    if (point.normal_world.norm() < kLeastNormal ||
+        std::abs(point.normal_world.z()) > kUprightSine) {
+      continue;
+    }
+    const int level = LevelAt(levels, point.p_world);
+    if (level < 0) continue;
+    const Vector2d normal = point.normal_world.head<2>().normalized();
+    (*data)[level].samples.push_back(
+        {point.p_world, normal, Vector2d::Zero(), std::max(point.sigma_m, 1e-3)});
+  }
+}
+
+void AddLineSamples(const BuildingInput& input, const std::vector<Level>& levels, double step_m,
+                    std::vector<LevelData>* data) {
+  constexpr double kLevelSlope = 0.1, kUprightSlope = 0.99;
+  constexpr double kProud_m = 0.01;  // frames and skirtings, which have most lines, before a wall
+  for (const MapLine& line : input.lines) {
+    const Vector3d way = line.end_world - line.start_world;
+    const double length_m = way.norm(), slope = std::abs(way.z()) / std::max(length_m, 1e-9);
+    if (length_m < step_m || (slope > kLevelSlope && slope < kUprightSlope)) continue;
+    const Vector2d direction =
+        slope > kUprightSlope ? Vector2d::Zero() : Vector2d(way.head<2>().normalized());
+    const int count = static_cast<int>(length_m / step_m);
+    for (int i = 0; i < count; ++i) {
+      const Vector3d p = line.start_world + way * ((i + 0.5) / count);
+      const int level = LevelAt(levels, p);
+      if (level < 0) continue;
+      (*data)[level].samples.push_back(
+          {p, Vector2d::Zero(), direction, std::hypot(line.sigma_m, kProud_m)});
+    }
+  }
+}
+
+// Calls use(level, camera, end, sigma) for the rays of all sights, or every so manieth.
+template <typename Use>
+void ForEachRay(const BuildingInput& input, const std::vector<Level>& levels, int max_rays,
+                const Progress& progress, Use use) {
+  size_t rays = 0;
+  for (const Sights& sights : input.sights) rays += sights.p_world.size();
+  const size_t step = rays / static_cast<size_t>(max_rays) + 1;
+  size_t next = 0;  // in the sights that come
+  for (size_t i = 0; i < input.sights.size(); ++i) {
+    progress.ReportOrStop(static_cast<double>(i) / static_cast<double>(input.sights.size()));
+    const Sights& sights = input.sights[i];
+    const int level = LevelAt(levels, sights.p_world_camera);
+    for (; next < sights.p_world.size(); next += step) {
+      if (level < 0) continue;
+      use(level, sights.p_world_camera, Vector3d(sights.p_world[next].cast<double>()),
+          static_cast<double>(sights.sigma_m[next]));
+    }
+    next -= sights.p_world.size();
+  }
+}
+
+FreeSpace MakeFreeSpace(const BuildingInput& input, const Level& level,
+                        const BuildingOptions& options) {
+  constexpr double kMargin_m = 1;
+  constexpr double kMaxReach_m = 60;  // of rays from the trajectory; a stray end must not matter
+  Eigen::AlignedBox2d places, box;
+  for (const Vector3d& place : level.places) places.extend(Vector2d(place.head<2>()));
+  box.extend(places);
+  for (const SurfacePoint& point : input.points) {
+    const Vector2d p = point.p_world.head<2>();
+    if (places.squaredExteriorDistance(p) < kMaxReach_m * kMaxReach_m) box.extend(p);
+  }
+  const Vector2d margin = Vector2d::Constant(kMargin_m);
+  return {Eigen::AlignedBox2d(box.min() - margin, box.max() + margin), options.cell_m};
+}
+
+void MarkFree(const BuildingInput& input, const std::vector<Level>& levels,
+              const BuildingOptions& options, const Progress& progress,
+              std::vector<LevelData>* data) {
+  for (size_t i = 0; i < levels.size(); ++i) {
+    (*data)[i].free = MakeFreeSpace(input, levels[i], options);
+  }
+  ForEachRay(input, levels, options.max_rays, progress,
+             [&](int i, const Vector3d& camera, const Vector3d& end, double sigma_m) {
+               Vector3d from, to;
+               const double end_m = std::max(options.cell_m, kFreeSigmas * sigma_m);
+               if (ClipRay(camera, end, end_m, levels[i].floor_m + kFloorSlack_m,
+                           levels[i].top_m - kFloorSlack_m, &from, &to)) {
+                 (*data)[i].free->AddWay(from.head<2>(), to.head<2>());
+               }
+             });
+}
+
+void FindLevelFaces(const BuildingOptions& options, std::vector<LevelData>* data) {
+  std::vector<Face> all;
+  for (size_t i = 0; i < data->size(); ++i) {
+    const FreeSpace& free = *(*data)[i].free;
+    for (Face face : FindFaces((*data)[i].samples,
+                               [&](const Vector2d& p) { return free.IsFree(p); }, options)) {
+      face.level = static_cast<int>(i);
+      all.push_back(face);
+    }
+  }
+  AgreeHeadings(&all);
+  for (const Face& face : all)
+    (*data)[face.level].faces.push_back({{face, {}, options.cell_m}, {}});
+}
+
+void AddHits(const LevelData& data, const Face& face, FaceGrid* grid) {
+  for (const FaceSample& sample : data.samples) {
+    const Vector2d p = sample.p_world.head<2>();
+    const double distance_m = std::abs(face.DistanceTo(p)), along_m = face.AlongOf(p);
+    if (distance_m > kBeside_m) continue;
+    // The cheeks of an opening do not close it, nor does what faces the other way.
+    if (!sample.normal.isZero() && sample.normal.dot(face.normal) < 0.5) continue;
+    const double z_m = sample.p_world.z();
+    if (distance_m <= std::clamp(kFreeSigmas * sample.sigma_m, kHitSlack_m, kMostSlack_m)) {
+      grid->AddHit(along_m, z_m);
+    }
+    if (distance_m <= std::clamp(2 * sample.sigma_m, kSupportSlack_m, kHitSlack_m)) {
+      grid->AddSupport(along_m, z_m);
+    } else {
+      grid->AddOther(along_m, z_m);
+    }
+  }
+}
+
+void FillGrids(const BuildingInput& input, const std::vector<Level>& levels,
+               const BuildingOptions& options, const Progress& progress,
+               std::vector<LevelData>* data) {
+  for (size_t i = 0; i < data->size(); ++i) {
+    LevelData& level = (*data)[i];
+    for (const BuiltFace& built : level.faces) {
+      level.grids.emplace_back(built.wall.face, levels[i].floor_m, levels[i].top_m, options.cell_m);
+      AddHits(level, built.wall.face, &level.grids.back());
+    }
+  }
+  ForEachRay(input, levels, options.max_rays, progress,
+             [&](int i, const Vector3d& camera, const Vector3d& end, double sigma_m) {
+               LevelData& level = (*data)[i];
+               for (size_t k = 0; k < level.faces.size(); ++k) {
+                 AddRay(level.faces[k].wall.face, camera, end, sigma_m, options.behind_m,
+                        &level.grids[k]);
+               }
+             });
+}
+
+void LookAtFaces(const BuildingInput& input, const Level& level, const BuildingOptions& options,
+                 LevelData* data) {
+  for (size_t k = 0; k < data->faces.size(); ++k) {
+    data->faces[k].wall.shares = WallShares(data->grids[k]);
+  }
+  SelectWalls(&data->faces);
+  for (size_t k = 0; k < data->faces.size(); ++k) {
+    BuiltFace& built = data->faces[k];
+    if (built.is_wall) {
+      built.openings = FindOpenings(built.wall.face, data->grids[k], level, input, options);
+    }
+  }
+}
+
+void AddRooms(const BuildingInput& input, const Level& level, int64_t storey,
+              const BuildingOptions& options, const LevelData& data, Building* building) {
+  std::vector<WallFace> walls;
+  for (const BuiltFace& built : data.faces) {
+    if (built.is_wall) walls.push_back(built.wall);
+  }
+  for (const FoundRoom& found : FindRooms(walls, *data.free, options)) {
+    Room room;
+    room.id = static_cast<int64_t>(building->rooms.size());
+    room.storey = storey;
+    room.polygon = found.polygon;
+    room.area_m2 = Area(found.polygon);
+    room.bounded = found.bounded;
+    AddFloorAndCeiling(input.points, level, options, &room, &building->planes);
+    building->rooms.push_back(room);
+  }
+}
+
+Vector3d OnPlane(const Face& face, double along_m, double z_m) {
+  const Vector2d p = face.PointAt(along_m);
+  return {p.x(), p.y(), z_m};
+}
+
+std::vector<Vector3d> Rectangle(const Face& face, double from_m, double to_m, double low_m,
+                                double high_m) {
+  return {OnPlane(face, from_m, low_m), OnPlane(face, to_m, low_m), OnPlane(face, to_m, high_m),
+          OnPlane(face, from_m, high_m)};
+}
+
+// Of a wall from its storey's floor to its top; of other things as far as they were measured.
+BuildingPlane PlaneOf(const BuiltFace& built, const Level& level) {
+  const Face& face = built.wall.face;
+  BuildingPlane plane;
+  plane.id = built.plane_id;
+  plane.kind = built.is_wall ? PlaneKind::kWall : PlaneKind::kOther;
+  plane.storey = face.level;
+  plane.normal = {face.normal.x(), face.normal.y(), 0};
+  plane.offset_m = face.offset_m;
+  plane.sigma_m = face.sigma_m;
+  plane.outline_world = built.is_wall
+                            ? Rectangle(face, face.from_m, face.to_m, level.floor_m, level.top_m)
+                            : Rectangle(face, face.from_m, face.to_m, face.low_m, face.high_m);
+  for (const FaceOpening& opening : built.openings) {
+    plane.openings.push_back(
+        {opening.kind, opening.walked, opening.to_m - opening.from_m,
+         opening.high_m - opening.low_m,
+         Rectangle(face, opening.from_m, opening.to_m, opening.low_m, opening.high_m)});
+  }
+  return plane;
+}
+
+std::vector<int64_t> RoomsBefore(const BuiltFace& built, const std::vector<Room>& rooms) {
+  constexpr double kStep_m = 0.2;
+  const Face& face = built.wall.face;
+  std::set<int64_t> ids;
+  for (double along_m = face.from_m + 0.5 * kStep_m; along_m < face.to_m; along_m += kStep_m) {
+    const Vector2d p = face.PointAt(along_m) + kBeforeWall_m * face.normal;
+    for (const Room& room : rooms) {
+      if (room.storey == face.level && Contains(room.polygon, p)) ids.insert(room.id);
+    }
+  }
+  return {ids.begin(), ids.end()};
+}
+
+void AddPlanes(const std::vector<Level>& levels, std::vector<LevelData>* data, Building* building) {
+  for (size_t i = 0; i < data->size(); ++i) {
+    CloseCorners(&(*data)[i].faces);
+    for (BuiltFace& built : (*data)[i].faces) {
+      if (!built.is_wall && built.wall.face.area_m2 < kOther_m2) continue;
+      built.plane_id = static_cast<int64_t>(building->planes.size());
+      building->planes.push_back(PlaneOf(built, levels[i]));
+      if (built.is_wall) building->planes.back().room_ids = RoomsBefore(built, building->rooms);
+    }
+  }
+}
+
+RigidTransform MapFrame(const std::vector<BuiltFace>& faces) {
+  std::vector<Face> walls;
+  for (const BuiltFace& built : faces) {
+    if (built.is_wall) walls.push_back(built.wall.face);
+  }
+  return {Eigen::Quaterniond(Eigen::AngleAxisd(-MainHeading(walls), Vector3d::UnitZ())),
+          Vector3d::Zero()};
+}
+
+}  // namespace
+
+Building BuildBuilding(const BuildingInput& all, const BuildingOptions& options,
+                       const Progress& progress) {
+  options.Check();
+  BuildingInput input = all;
+  std::erase_if(input.points, [&](const SurfacePoint& point) {
+    return !(point.sigma_m <= options.max_point_sigma_m) || !point.p_world.allFinite();
+  });
+  Building building;
+  const std::vector<Level> levels = FindLevels(input);
+  for (const Level& level : levels) {
+    building.storeys.push_back(
+        {static_cast<int64_t>(building.storeys.size()), level.floor_m, level.ceiling_m});
+  }
+  std::vector<LevelData> data(levels.size());
+  AddPointSamples(input, levels, &data);
+  AddLineSamples(input, levels, options.line_sample_m, &data);
+  MarkFree(input, levels, options, progress.Part(kSorted, 0.5 * (kSorted + kFaced)), &data);
+  FindLevelFaces(options, &data);
+  FillGrids(input, levels, options, progress.Part(kFaced, kCrossed), &data);
+  std::vector<BuiltFace> faces;
+  for (size_t i = 0; i < data.size(); ++i) {
+    LookAtFaces(input, levels[i], options, &data[i]);
+    AddRooms(input, levels[i], static_cast<int64_t>(i), options, data[i], &building);
+  }
+  AddPlanes(levels, &data, &building);
+  for (const LevelData& level : data) {
+    faces.insert(faces.end(), level.faces.begin(), level.faces.end());
+  }
+  building.walls = PlanWalls(faces, levels, options);
+  building.T_map_world = MapFrame(faces);
+  return building;
+}
+
+}  // namespace slcmap

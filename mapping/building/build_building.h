@@ -1,0 +1,17 @@
+// Planes, storeys, rooms and walls of a building, from what is known of its surfaces and of the
+// space between them. README.md, "Buildings", describes the steps.
+#pragma once
+
+#include "data/progress.h"
+#include "mapping/building/building.h"
+#include "mapping/building/building_input.h"
+#include "mapping/building/building_options.h"
+
+namespace slcmap {
+
+// Deterministic. Without a trajectory, or with nothing upright, the building is empty. Throws
+// ConfigError for options out of their range, and StoppedError once progress says so.
+Building BuildBuilding(const BuildingInput& input, const BuildingOptions& options,
+                       const Progress& progress = {});
+
+}  // namespace slcmap

@@ -1,0 +1,129 @@
+#include "mapping/building/face_grid.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace slcmap {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr double kTop_m = 0.5;          // beneath a storey's top: what reaches it is a wall
+constexpr int kBeside = 2;              // columns beside a column that count with it
+constexpr int kSolidRows = 3;           // that a wall has over a door
+constexpr double kUnseenPasses = 0.05;  // share of cells, of which it is as if none was passed
+constexpr double kLeastWall_m = 0.3;    // of columns that are walls
+constexpr double kLeastWallShare = 0.25;
+
+struct ColumnCounts {
+  int cells = 0, support = 0, passes = 0;
+  int top_support = 0, top_passes = 0, top_others = 0;  // in the rows at the top
+};
+
+// Cells of a column and of those beside it: rays can be few.
+ColumnCounts CountAround(const FaceGrid& grid, int middle) {
+  const int top = grid.rows() - static_cast<int>(std::lround(kTop_m / grid.cell_m));
+  ColumnCounts counts;
+  const int first = std::max(0, middle - kBeside),
+            last = std::min(grid.columns() - 1, middle + kBeside);
+  for (int column = first; column <= last; ++column) {
+    for (int row = 0; row < grid.rows(); ++row) {
+      const bool passed = grid.passes(row, column) > grid.hits(row, column);
+      const int support = grid.support(row, column), others = grid.others(row, column);
+      const bool supported = !passed && support > others, other = !passed && others > support;
+      ++counts.cells;
+      counts.support += supported ? 1 : 0;
+      counts.passes += passed ? 1 : 0;
+      if (row < top) continue;
+      counts.top_support += supported ? 1 : 0;
+      counts.top_passes += passed ? 1 : 0;
+      counts.top_others += other ? 1 : 0;
+    }
+  }
+  return counts;
+}
+
+double ShareOf(const FaceGrid& grid, int column) {
+  const ColumnCounts counts = CountAround(grid, column);
+  const int solid = kSolidRows * counts.cells / grid.rows();
+  const double passed = static_cast<double>(counts.passes) / counts.cells;
+  const double stray = kUnseenPasses * counts.cells;
+  if (counts.top_passes > counts.top_support + 0.2 * stray) return 0;
+  if (counts.top_others > counts.top_support) return 0;
+  if (counts.top_support > 0 && passed < 0.3) return 1;
+  if (counts.top_support >= solid) return 1;  // over a door
+  if (counts.support >= solid && counts.passes <= stray) return 0.5;
+  return 0;
+}
+
+// Neither seen through nor hidden by what reaches the top.
+bool IsUnseen(const FaceGrid& grid, int column) {
+  const ColumnCounts counts = CountAround(grid, column);
+  return counts.passes <= kUnseenPasses * counts.cells && counts.top_others <= counts.top_support;
+}
+
+}  // namespace
+
+FaceGrid::FaceGrid(const Face& face, double low, double high_m, double cell)
+    : from_m(face.from_m), low_m(low), cell_m(cell) {
+  const int columns = std::max(1, static_cast<int>(std::ceil(face.Length() / cell)));
+  const int rows = std::max(1, static_cast<int>(std::lround((high_m - low) / cell)));
+  hits = cv::Mat1i::zeros(rows, columns);
+  passes = cv::Mat1i::zeros(rows, columns);
+  support = cv::Mat1i::zeros(rows, columns);
+  others = cv::Mat1i::zeros(rows, columns);
+}
+
+bool FaceGrid::IsHit(int row, int column) const {
+  return hits(row, column) > 0 && !IsPassed(row, column);
+}
+
+bool FaceGrid::IsPassed(int row, int column) const {
+  return passes(row, column) >= 2 && passes(row, column) > hits(row, column);
+}
+
+void FaceGrid::Count(double along_m, double z_m, cv::Mat1i* counts) const {
+  const int column = static_cast<int>(std::floor((along_m - from_m) / cell_m));
+  const int row = static_cast<int>(std::floor((z_m - low_m) / cell_m));
+  if (row >= 0 && column >= 0 && row < rows() && column < columns()) ++(*counts)(row, column);
+}
+
+void AddRay(const Face& face, const Vector3d& camera, const Vector3d& end, double sigma_m,
+            double behind_m, FaceGrid* grid) {
+  const double before = face.DistanceTo(camera.head<2>()), after = face.DistanceTo(end.head<2>());
+  const double margin_m = std::max(behind_m, 3 * sigma_m);
+  if (std::abs(after) <= margin_m) {
+    // What is well before the face hides it; the cheeks of an opening begin at it.
+    if (before <= 0 || std::abs(after) > 0.5 * margin_m) return;
+    const Vector3d at = camera + std::min(before / (before - after), 1.0) * (end - camera);
+    grid->AddHit(face.AlongOf(at.head<2>()), at.z());
+    return;
+  }
+  if (before * after >= 0) return;
+  const Vector3d at = camera + before / (before - after) * (end - camera);
+  grid->AddPass(face.AlongOf(at.head<2>()), at.z());
+}
+
+std::vector<double> WallShares(const FaceGrid& grid) {
+  std::vector<double> shares;
+  for (int column = 0; column < grid.columns(); ++column) shares.push_back(ShareOf(grid, column));
+  // Between covered columns, a wall goes on where nobody saw anything else.
+  int last = -1;
+  for (int column = 0; column < grid.columns(); ++column) {
+    if (shares[column] == 0) continue;
+    for (int k = last + 1; last >= 0 && k < column; ++k) {
+      if (IsUnseen(grid, k)) shares[k] = std::min(shares[last], shares[column]);
+    }
+    last = column;
+  }
+  return shares;
+}
+
+bool IsWall(const std::vector<double>& shares, double cell_m) {
+  double covered = 0;
+  for (const double share : shares) covered += share;
+  return covered * cell_m >= kLeastWall_m &&
+         covered >= kLeastWallShare * static_cast<double>(shares.size());
+}
+
+}  // namespace slcmap

@@ -1,0 +1,115 @@
+#include "mapping/building/horizontal_planes.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <optional>
+#include <set>
+
+namespace slcmap {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+constexpr double kLevelCosine = 0.96;
+constexpr double kBin_m = 0.02, kPeak_m = 0.05;
+constexpr double kColumn_m = 0.25;
+constexpr double kFloorReach_m = 0.3;  // of a room's floor from its storey's
+constexpr double kLeastRoomHeight_m = 1.8;
+constexpr double kAboveTop_m = 0.3;
+constexpr double kLeastShare = 0.05;  // of a room's area, of which a ceiling must be seen
+
+struct Height {
+  double z_m = 0, sigma_m = 0;
+};
+
+using Column = std::pair<int, int>;
+
+Column ColumnOf(const Vector3d& p) {
+  return {static_cast<int>(std::floor(p.x() / kColumn_m)),
+          static_cast<int>(std::floor(p.y() / kColumn_m))};
+}
+
+// The height that surfaces have in most columns.
+std::optional<Height> MostCommon(const std::vector<Vector3d>& points, double least_m2,
+                                 const BuildingOptions& options) {
+  std::map<int, std::set<Column>> histogram;
+  for (const Vector3d& p : points) {
+    const int bin = static_cast<int>(std::floor(p.z() / kBin_m));
+    for (int k = -1; k <= 1; ++k) histogram[bin + k].insert(ColumnOf(p));
+  }
+  const auto best = std::max_element(
+      histogram.begin(), histogram.end(),
+      [](const auto& a, const auto& b) { return a.second.size() < b.second.size(); });
+  if (best == histogram.end()) return std::nullopt;
+  const double area_m2 = static_cast<double>(best->second.size()) * kColumn_m * kColumn_m;
+  if (area_m2 < least_m2) return std::nullopt;
+  const double middle_m = (best->first + 0.5) * kBin_m;
+  double sum = 0, squares = 0, count = 0;
+  for (const Vector3d& p : points) {
+    const double d = p.z() - middle_m;
+    if (std::abs(d) > kPeak_m) continue;
+    sum += d;
+    squares += d * d;
+    ++count;
+  }
+  const double mean = sum / count, variance = std::max(0.0, squares / count - mean * mean);
+  const double bends = std::max(1.0, area_m2 / (options.bend_length_m * options.bend_length_m));
+  return Height{middle_m + mean, std::hypot(options.shared_sigma_m, std::sqrt(variance / bends))};
+}
+
+// Points of level surfaces that face a way, between two heights within a room.
+std::vector<Vector3d> LevelPoints(const std::vector<SurfacePoint>& points, const Room& room,
+                                  double way, double low_m, double high_m) {
+  Eigen::AlignedBox2d box;
+  for (const Vector2d& p : room.polygon.outline) box.extend(p);
+  std::vector<Vector3d> inside;
+  for (const SurfacePoint& point : points) {
+    const Vector3d& p = point.p_world;
+    if (way * point.normal_world.z() < kLevelCosine || p.z() < low_m || p.z() > high_m) continue;
+    if (!box.contains(p.head<2>()) || !Contains(room.polygon, p.head<2>())) continue;
+    inside.push_back(p);
+  }
+  return inside;
+}
+
+BuildingPlane LevelPlane(const Room& room, const Height& height, bool is_floor, size_t id) {
+  BuildingPlane plane;
+  plane.id = static_cast<int64_t>(id);
+  plane.kind = is_floor ? PlaneKind::kFloor : PlaneKind::kCeiling;
+  plane.storey = room.storey;
+  plane.normal = is_floor ? Vector3d::UnitZ() : Vector3d(-Vector3d::UnitZ());
+  plane.offset_m = is_floor ? height.z_m : -height.z_m;
+  plane.sigma_m = height.sigma_m;
+  for (const Vector2d& p : room.polygon.outline) {
+    plane.outline_world.emplace_back(p.x(), p.y(), height.z_m);
+  }
+  plane.room_ids = {room.id};
+  return plane;
+}
+
+}  // namespace
+
+void AddFloorAndCeiling(const std::vector<SurfacePoint>& points, const Level& level,
+                        const BuildingOptions& options, Room* room,
+                        std::vector<BuildingPlane>* planes) {
+  const double least_m2 = kLeastShare * room->area_m2;
+  room->floor_m = level.floor_m;
+  const auto floor = MostCommon(
+      LevelPoints(points, *room, 1, level.floor_m - kFloorReach_m, level.floor_m + kFloorReach_m),
+      least_m2, options);
+  if (floor) {
+    room->floor_m = floor->z_m;
+    planes->push_back(LevelPlane(*room, *floor, true, planes->size()));
+  }
+  const auto ceiling = MostCommon(
+      LevelPoints(points, *room, -1, room->floor_m + kLeastRoomHeight_m, level.top_m + kAboveTop_m),
+      least_m2, options);
+  if (!ceiling) return;
+  room->height_m = ceiling->z_m - room->floor_m;
+  planes->push_back(LevelPlane(*room, *ceiling, false, planes->size()));
+}
+
+}  // namespace slcmap

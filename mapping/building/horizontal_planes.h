@@ -1,0 +1,20 @@
+// Floors and ceilings of rooms.
+#pragma once
+
+#include <vector>
+
+#include "mapping/building/building.h"
+#include "mapping/building/building_input.h"
+#include "mapping/building/building_options.h"
+#include "mapping/building/storeys.h"
+
+namespace slcmap {
+
+// Measures the floor and the ceiling of a room of a level, sets its heights and adds the planes of
+// those that were seen, with ids that go on from those there are. A room's height is that at which
+// most of the level surface in it is (2 cm), away from its floor for the ceiling.
+void AddFloorAndCeiling(const std::vector<SurfacePoint>& points, const Level& level,
+                        const BuildingOptions& options, Room* room,
+                        std::vector<BuildingPlane>* planes);
+
+}  // namespace slcmap

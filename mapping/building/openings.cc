@@ -1,0 +1,249 @@
+#include "mapping/building/openings.h"
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+#include <optional>
+
+namespace slcmap {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr double kFloorGap_m = 0.45;  // beneath a door, where little is seen
+constexpr double kLeastDoor_m = 1.7;  // height
+constexpr double kLintel_m = 0.25;    // a door has at least this above it
+constexpr double kWidestDoor_m = 1.9;
+constexpr double kJamb_m = 0.3;        // beside an opening, where its wall must have been measured
+constexpr double kCheek_m = 0.2;       // beside an opening, where rays also end on its cheeks
+constexpr double kReveal_m = 0.25;     // of lines at an opening from the plane of the face
+constexpr double kUpright = 0.98;      // cosine
+constexpr double kLeastFilled = 0.55;  // of an opening's rectangle by cells that were passed
+
+// Cells that were passed, without gaps and single cells.
+cv::Mat1b PassedMask(const FaceGrid& grid) {
+  cv::Mat1b passed(grid.rows(), grid.columns(), uchar{0}), hit = passed.clone();
+  for (int row = 0; row < grid.rows(); ++row) {
+    for (int column = 0; column < grid.columns(); ++column) {
+      if (grid.IsPassed(row, column)) passed(row, column) = 255;
+      if (grid.IsHit(row, column)) hit(row, column) = 255;
+    }
+  }
+  const cv::Mat kernel = cv::Mat::ones(5, 5, CV_8U);
+  // A border of nothing: closing must not reach over the edge of the grid.
+  cv::Mat1b wide;
+  cv::copyMakeBorder(passed, wide, 4, 4, 4, 4, cv::BORDER_CONSTANT, 0);
+  cv::morphologyEx(wide, wide, cv::MORPH_CLOSE, kernel);
+  wide(cv::Rect(4, 4, grid.columns(), grid.rows())).copyTo(passed);
+  passed.setTo(0, hit);
+  cv::morphologyEx(passed, passed, cv::MORPH_OPEN, cv::Mat::ones(3, 3, CV_8U), {-1, -1}, 1,
+                   cv::BORDER_REPLICATE);
+  return passed;
+}
+
+// The first and the last of the sums along one side that are at least half of the usual large one.
+std::pair<int, int> CoreOf(const std::vector<int>& sums) {
+  std::vector<int> sorted = sums;
+  std::sort(sorted.begin(), sorted.end());
+  const int least = std::max(1, sorted[sorted.size() * 8 / 10] / 2);
+  int first = 0, last = static_cast<int>(sums.size()) - 1;
+  while (first < last && sums[first] < least) ++first;
+  while (last > first && sums[last] < least) --last;
+  return {first, last};
+}
+
+// The rectangle of most of a region, in cells.
+std::optional<cv::Rect> CoreOf(const cv::Mat1i& labels, int label, const cv::Rect& box) {
+  std::vector<int> across(box.width, 0), up(box.height, 0);
+  for (int row = 0; row < box.height; ++row) {
+    for (int column = 0; column < box.width; ++column) {
+      if (labels(box.y + row, box.x + column) != label) continue;
+      ++across[column];
+      ++up[row];
+    }
+  }
+  const auto [left, right] = CoreOf(across);
+  const auto [bottom, top] = CoreOf(up);
+  const cv::Rect core(box.x + left, box.y + bottom, right - left + 1, top - bottom + 1);
+  int filled = 0;
+  for (int row = core.y; row < core.y + core.height; ++row) {
+    for (int column = core.x; column < core.x + core.width; ++column) {
+      filled += labels(row, column) == label ? 1 : 0;
+    }
+  }
+  if (filled < kLeastFilled * core.area()) return std::nullopt;
+  return core;
+}
+
+// Whether rays went through most of a strip of cells, whatever else ended there.
+bool IsMostlyPassed(const FaceGrid& grid, const cv::Rect& strip) {
+  if ((strip & cv::Rect(0, 0, grid.columns(), grid.rows())) != strip) return false;
+  int passed = 0;
+  for (int row = strip.y; row < strip.y + strip.height; ++row) {
+    for (int column = strip.x; column < strip.x + strip.width; ++column) {
+      passed += grid.passes(row, column) >= 2 ? 1 : 0;
+    }
+  }
+  return 2 * passed >= strip.area();
+}
+
+// Up to its cheeks, which rays hit beside those that go through.
+void GrowToCheeks(const FaceGrid& grid, cv::Rect* core) {
+  const int most = static_cast<int>(std::lround(kCheek_m / grid.cell_m));
+  const auto grow = [&](int right, int up) {
+    for (int k = 0; k < most; ++k) {
+      cv::Rect strip = *core;
+      if (right != 0) {
+        strip.x = right > 0 ? core->x + core->width : core->x - 1;
+        strip.width = 1;
+      } else {
+        strip.y = up > 0 ? core->y + core->height : core->y - 1;
+        strip.height = 1;
+      }
+      if (!IsMostlyPassed(grid, strip)) return;
+      *core |= strip;
+    }
+  };
+  grow(1, 0);
+  grow(-1, 0);
+  grow(0, 1);
+  grow(0, -1);
+}
+
+bool AnyHit(const FaceGrid& grid, int first_column, int last_column, int first_row, int last_row) {
+  for (int column = std::max(0, first_column); column <= std::min(grid.columns() - 1, last_column);
+       ++column) {
+    for (int row = std::max(0, first_row); row <= std::min(grid.rows() - 1, last_row); ++row) {
+      if (grid.IsHit(row, column)) return true;
+    }
+  }
+  return false;
+}
+
+// Whether something was measured beside it on both sides.
+bool IsFramed(const FaceGrid& grid, const cv::Rect& core) {
+  const int reach = static_cast<int>(std::lround(kJamb_m / grid.cell_m));
+  const int top = grid.rows() - 1;
+  return AnyHit(grid, core.x - reach, core.x - 1, 0, top) &&
+         AnyHit(grid, core.x + core.width, core.x + core.width + reach - 1, 0, top);
+}
+
+// What a line says of an edge: where it is along the face, or how high.
+struct EdgeLine {
+  bool is_upright;
+  double at_m, sigma_m;
+  double from_m, to_m;  // its extent, along the other direction
+};
+
+std::vector<EdgeLine> LinesNear(const Face& face, const std::vector<MapLine>& lines) {
+  std::vector<EdgeLine> near;
+  for (const MapLine& line : lines) {
+    const Vector3d &a = line.start_world, &b = line.end_world;
+    if (std::abs(face.DistanceTo(a.head<2>())) > kReveal_m ||
+        std::abs(face.DistanceTo(b.head<2>())) > kReveal_m) {
+      continue;
+    }
+    const Vector3d direction = (b - a).normalized();
+    const double s = face.AlongOf(a.head<2>()), t = face.AlongOf(b.head<2>());
+    if (std::abs(direction.z()) > kUpright) {
+      near.push_back(
+          {true, 0.5 * (s + t), line.sigma_m, std::min(a.z(), b.z()), std::max(a.z(), b.z())});
+    } else if (std::abs(face.Along().dot(direction.head<2>())) > kUpright) {
+      near.push_back({false, 0.5 * (a.z() + b.z()), line.sigma_m, std::min(s, t), std::max(s, t)});
+    }
+  }
+  return near;
+}
+
+// The place of the nearest line beside an edge of the grid that runs along enough of it.
+double Snapped(const std::vector<EdgeLine>& lines, bool is_upright, double edge_m, double from_m,
+               double to_m, double snap_m) {
+  double best_m = edge_m, least_m = 1e9;
+  for (const EdgeLine& line : lines) {
+    if (line.is_upright != is_upright) continue;
+    const double distance_m = std::abs(line.at_m - edge_m);
+    const double overlap_m = std::min(line.to_m, to_m) - std::max(line.from_m, from_m);
+    if (distance_m > std::max(2 * line.sigma_m, snap_m) || overlap_m < 0.3 * (to_m - from_m)) {
+      continue;
+    }
+    if (distance_m >= least_m) continue;
+    least_m = distance_m;
+    best_m = line.at_m;
+  }
+  return best_m;
+}
+
+void SnapEdges(const std::vector<EdgeLine>& lines, double snap_m, FaceOpening* opening) {
+  const FaceOpening grid = *opening;
+  opening->from_m = Snapped(lines, true, grid.from_m, grid.low_m, grid.high_m, snap_m);
+  opening->to_m = Snapped(lines, true, grid.to_m, grid.low_m, grid.high_m, snap_m);
+  opening->high_m = Snapped(lines, false, grid.high_m, grid.from_m, grid.to_m, snap_m);
+  if (opening->kind == OpeningKind::kWindow) {
+    opening->low_m = Snapped(lines, false, grid.low_m, grid.from_m, grid.to_m, snap_m);
+  }
+}
+
+bool IsWalked(const Face& face, const FaceOpening& opening,
+              const std::vector<Vector3d>& trajectory) {
+  for (size_t i = 1; i < trajectory.size(); ++i) {
+    const Vector3d &a = trajectory[i - 1], &b = trajectory[i];
+    const double before = face.DistanceTo(a.head<2>()), after = face.DistanceTo(b.head<2>());
+    if (before * after >= 0) continue;
+    const Vector3d at = a + before / (before - after) * (b - a);
+    const double along_m = face.AlongOf(at.head<2>());
+    if (along_m > opening.from_m && along_m < opening.to_m && at.z() > opening.low_m &&
+        at.z() < opening.high_m + kLintel_m) {
+      return true;
+    }
+  }
+  return false;
+}
+
+void SetKind(const Level& level, FaceOpening* opening) {
+  const bool from_floor = opening->low_m < level.floor_m + kFloorGap_m || opening->walked;
+  if (!from_floor || (!opening->walked && opening->high_m - level.floor_m < kLeastDoor_m)) {
+    opening->kind = OpeningKind::kWindow;
+    return;
+  }
+  opening->low_m = level.floor_m;
+  const bool has_lintel = opening->high_m < level.top_m - kLintel_m;
+  const bool is_wide = opening->to_m - opening->from_m > kWidestDoor_m;
+  opening->kind = has_lintel && !is_wide ? OpeningKind::kDoor : OpeningKind::kPassage;
+}
+
+}  // namespace
+
+std::vector<FaceOpening> FindOpenings(const Face& face, const FaceGrid& grid, const Level& level,
+                                      const BuildingInput& input, const BuildingOptions& options) {
+  cv::Mat1i labels, stats;
+  cv::Mat1d middles;
+  const int count =
+      cv::connectedComponentsWithStats(PassedMask(grid), labels, stats, middles, 4, CV_32S);
+  const std::vector<EdgeLine> lines = LinesNear(face, input.lines);
+  std::vector<FaceOpening> openings;
+  for (int label = 1; label < count; ++label) {
+    const cv::Rect box(stats(label, cv::CC_STAT_LEFT), stats(label, cv::CC_STAT_TOP),
+                       stats(label, cv::CC_STAT_WIDTH), stats(label, cv::CC_STAT_HEIGHT));
+    auto core = CoreOf(labels, label, box);
+    if (core) GrowToCheeks(grid, &*core);
+    if (!core || core->width * grid.cell_m < options.min_opening_m ||
+        core->height * grid.cell_m < options.min_opening_m || !IsFramed(grid, *core)) {
+      continue;
+    }
+    FaceOpening opening;
+    opening.from_m = grid.from_m + core->x * grid.cell_m;
+    opening.to_m = opening.from_m + core->width * grid.cell_m;
+    opening.low_m = grid.low_m + core->y * grid.cell_m;
+    opening.high_m = opening.low_m + core->height * grid.cell_m;
+    opening.walked = IsWalked(face, opening, input.trajectory_world);
+    SetKind(level, &opening);
+    SnapEdges(lines, options.snap_m, &opening);
+    openings.push_back(opening);
+  }
+  std::sort(openings.begin(), openings.end(), [](const FaceOpening& a, const FaceOpening& b) {
+    return a.from_m != b.from_m ? a.from_m < b.from_m : a.low_m < b.low_m;
+  });
+  return openings;
+}
+
+}  // namespace slcmap

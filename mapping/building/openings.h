@@ -1,0 +1,27 @@
+// Openings of a face, from what was seen through it.
+#pragma once
+
+#include <vector>
+
+#include "mapping/building/building.h"
+#include "mapping/building/building_input.h"
+#include "mapping/building/face_grid.h"
+#include "mapping/building/storeys.h"
+
+namespace slcmap {
+
+// A rectangle of a face's plane: metres along the face and heights in world.
+struct FaceOpening {
+  OpeningKind kind = OpeningKind::kPassage;
+  bool walked = false;
+  double from_m = 0, to_m = 0, low_m = 0, high_m = 0;
+};
+
+// Regions of cells that were passed, with something measured at either side, large enough; what was
+// not seen is none. Edges go to the nearest upright line, or line along the face, near the plane
+// within max(2 sigma, options.snap_m). Those that begin near the floor are doors, or passages where
+// nothing is above them or they are wide; the others are windows.
+std::vector<FaceOpening> FindOpenings(const Face& face, const FaceGrid& grid, const Level& level,
+                                      const BuildingInput& input, const BuildingOptions& options);
+
+}  // namespace slcmap

@@ -1,0 +1,267 @@
+#include "mapping/building/rooms.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numeric>
+
+#include "mapping/building/minimum_cut.h"
+#include "mapping/building/wall_bodies.h"
+#include "mapping/building/wall_lines.h"
+
+namespace slcmap {
+namespace {
+
+using Eigen::Vector2d;
+
+constexpr double kFrame_m = 0.6;       // beyond what is free
+constexpr double kFreeWeight = 2;      // of free area against area that was not seen
+constexpr double kLeastFree = 0.3;     // of a room
+constexpr double kLeastWidth_m = 0.4;  // of a room, in the mean; the inside of a wall is none
+constexpr double kStraight_m = 1e-3;
+
+struct Cell {
+  Polygon polygon;
+  double area_m2 = 0, free = 0;
+  bool is_inside = false;
+};
+
+// A piece of border between two cells; `other` is -1 at the outside of all.
+struct Border {
+  int cell = -1, other = -1;
+  double length_m = 0;
+  double share = 0;     // covered by a wall
+  bool parts = false;   // rooms
+  bool narrow = false;  // though it is open
+};
+
+using GridPoint = std::pair<int64_t, int64_t>;
+
+GridPoint OnGrid(const Vector2d& point) {
+  return {std::llround(point.x() / kPlanGrid_m), std::llround(point.y() / kPlanGrid_m)};
+}
+
+class BorderFinder {
+ public:
+  explicit BorderFinder(const std::vector<WallLine>& lines) : lines_(lines) {}
+
+  void Add(int cell, const PlanPoints& outline) {
+    for (size_t i = 0; i < outline.size(); ++i) {
+      const Vector2d &a = outline[i], &b = outline[(i + 1) % outline.size()];
+      const GridPoint first = OnGrid(a), second = OnGrid(b);
+      const auto key = first < second ? std::pair(first, second) : std::pair(second, first);
+      const auto [entry, is_new] = borders_.try_emplace(key, Border{});
+      if (is_new) {
+        entry->second = NewBorder(cell, a, b);
+      } else {
+        entry->second.other = cell;
+      }
+    }
+  }
+
+  std::vector<Border> Borders() const {
+    std::vector<Border> borders;
+    for (const auto& [key, border] : borders_) borders.push_back(border);
+    return borders;
+  }
+
+ private:
+  Border NewBorder(int cell, const Vector2d& a, const Vector2d& b) const {
+    Border border{cell, -1, (b - a).norm()};
+    if (const auto part = PartAt(lines_, a, b)) {
+      border.share = part->share;
+      border.narrow = part->is_narrow;
+      border.parts = part->share > 0 || part->is_narrow;
+    }
+    return border;
+  }
+
+  const std::vector<WallLine>& lines_;
+  std::map<std::pair<GridPoint, GridPoint>, Border> borders_;
+};
+
+std::vector<Cell> CellsOf(const std::vector<WallLine>& lines, const FreeSpace& free) {
+  Eigen::AlignedBox2d box = free.FreeBox();
+  if (box.isEmpty()) return {};
+  const Vector2d low = box.min() - Vector2d::Constant(kFrame_m);
+  const Vector2d high = box.max() + Vector2d::Constant(kFrame_m);
+  std::vector<PlanPoints> chains = {{low, {high.x(), low.y()}, high, {low.x(), high.y()}, low}};
+  for (const WallLine& line : lines) chains.push_back(line.Chain());
+  std::vector<Cell> cells;
+  for (Polygon& polygon : ArrangementCells(chains, kPlanGrid_m)) {
+    Cell cell{std::move(polygon)};
+    cell.area_m2 = Area(cell.polygon);
+    cell.free = free.ShareOf(cell.polygon);
+    cells.push_back(std::move(cell));
+  }
+  return cells;
+}
+
+Vector2d Middle(const PlanPoints& outline) {
+  Vector2d sum = Vector2d::Zero();
+  for (const Vector2d& point : outline) sum += point;
+  return sum / static_cast<double>(outline.size());
+}
+
+// Rays that graze a wall, or end in it, do not make a room of it.
+void CloseWallBodies(const std::vector<WallFace>& walls, const BuildingOptions& options,
+                     std::vector<Cell>* cells) {
+  for (Cell& cell : *cells) {
+    if (IsInWall(walls, Middle(cell.polygon.outline), options)) cell.free = 0;
+  }
+}
+
+void LabelCells(const std::vector<Border>& borders, double border_cost_m,
+                std::vector<Cell>* cells) {
+  std::vector<LabelCosts> costs;
+  for (const Cell& cell : *cells) {
+    costs.push_back({cell.area_m2 * (1 - cell.free), kFreeWeight * cell.area_m2 * cell.free});
+  }
+  std::vector<PairCost> pairs;
+  for (const Border& border : borders) {
+    const double cost = border_cost_m * border.length_m * (1 - border.share);
+    const auto a = static_cast<size_t>(border.cell);
+    if (border.other < 0) {
+      costs[a].inside += cost;  // beyond the frame is outside
+    } else {
+      pairs.push_back({a, static_cast<size_t>(border.other), cost});
+    }
+  }
+  const std::vector<bool> labels = LeastCostLabels(costs, pairs);
+  for (size_t i = 0; i < cells->size(); ++i) (*cells)[i].is_inside = labels[i];
+}
+
+// Sets of cells that grow together.
+class Groups {
+ public:
+  explicit Groups(size_t count) : parents_(count) {
+    std::iota(parents_.begin(), parents_.end(), 0);
+  }
+  int Of(int i) {
+    while (parents_[i] != i) i = parents_[i] = parents_[parents_[i]];
+    return i;
+  }
+  void Join(int a, int b) {
+    const int first = Of(a), second = Of(b);
+    parents_[std::max(first, second)] = std::min(first, second);
+  }
+
+ private:
+  std::vector<int> parents_;
+};
+
+bool AreInside(const std::vector<Cell>& cells, const Border& border) {
+  return border.other >= 0 && cells[border.cell].is_inside && cells[border.other].is_inside;
+}
+
+// What is too small for a room, as a niche, belongs to that beside it through its widest gap.
+void JoinSmall(const std::vector<Cell>& cells, const std::vector<Border>& borders,
+               double min_room_m2, Groups* groups) {
+  for (bool changed = true; changed;) {
+    changed = false;
+    std::map<int, double> areas;
+    for (size_t i = 0; i < cells.size(); ++i) {
+      if (cells[i].is_inside) areas[groups->Of(static_cast<int>(i))] += cells[i].area_m2;
+    }
+    std::map<std::pair<int, int>, double> gaps;  // from a small one
+    for (const Border& border : borders) {
+      if (!AreInside(cells, border) || border.share > 0) continue;
+      const int a = groups->Of(border.cell), b = groups->Of(border.other);
+      if (a == b) continue;
+      if (areas[a] < min_room_m2) gaps[{a, b}] += border.length_m;
+      if (areas[b] < min_room_m2) gaps[{b, a}] += border.length_m;
+    }
+    const auto widest = std::max_element(
+        gaps.begin(), gaps.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
+    if (widest == gaps.end()) return;
+    groups->Join(widest->first.first, widest->first.second);
+    changed = true;
+  }
+}
+
+// Without the points between two that a straight line connects.
+PlanPoints Straightened(const PlanPoints& outline) {
+  PlanPoints corners;
+  for (size_t i = 0; i < outline.size(); ++i) {
+    const Vector2d& before = corners.empty() ? outline.back() : corners.back();
+    const Vector2d &point = outline[i], &after = outline[(i + 1) % outline.size()];
+    const Vector2d way = after - before;
+    const Vector2d off = point - before;
+    const double cross = way.x() * off.y() - way.y() * off.x();
+    if (std::abs(cross) > kStraight_m * way.norm()) corners.push_back(point);
+  }
+  return corners.size() >= 3 ? corners : outline;
+}
+
+double Perimeter(const Polygon& polygon) {
+  double length_m = 0;
+  const auto add = [&](const PlanPoints& outline) {
+    for (size_t i = 0; i < outline.size(); ++i) {
+      length_m += (outline[(i + 1) % outline.size()] - outline[i]).norm();
+    }
+  };
+  add(polygon.outline);
+  for (const PlanPoints& hole : polygon.holes) add(hole);
+  return length_m;
+}
+
+double BoundedShare(const std::vector<Border>& borders, const std::vector<Cell>& cells, int group,
+                    Groups* groups) {
+  double covered_m = 0, all_m = 0;
+  for (const Border& border : borders) {
+    const auto is_in = [&](int cell) {
+      return cell >= 0 && cells[cell].is_inside && groups->Of(cell) == group;
+    };
+    if (is_in(border.cell) == is_in(border.other)) continue;
+    all_m += border.length_m;
+    covered_m += border.length_m * border.share;
+  }
+  return all_m > 0 ? covered_m / all_m : 0;
+}
+
+}  // namespace
+
+std::vector<FoundRoom> FindRooms(const std::vector<WallFace>& walls, const FreeSpace& free,
+                                 const BuildingOptions& options) {
+  const std::vector<WallLine> lines = LinesOf(walls, options);
+  std::vector<Cell> cells = CellsOf(lines, free);
+  CloseWallBodies(walls, options, &cells);
+  BorderFinder finder(lines);
+  for (size_t i = 0; i < cells.size(); ++i) {
+    finder.Add(static_cast<int>(i), cells[i].polygon.outline);
+    for (const PlanPoints& hole : cells[i].polygon.holes) finder.Add(static_cast<int>(i), hole);
+  }
+  const std::vector<Border> borders = finder.Borders();
+  LabelCells(borders, options.border_cost_m, &cells);
+
+  Groups groups(cells.size());
+  for (const Border& border : borders) {
+    if (AreInside(cells, border) && !border.parts) groups.Join(border.cell, border.other);
+  }
+  JoinSmall(cells, borders, options.min_room_m2, &groups);
+  std::map<int, std::vector<int>> members;
+  for (size_t i = 0; i < cells.size(); ++i) {
+    if (cells[i].is_inside) members[groups.Of(static_cast<int>(i))].push_back(static_cast<int>(i));
+  }
+  std::vector<FoundRoom> rooms;
+  for (const auto& [group, indices] : members) {
+    std::vector<Polygon> polygons;
+    double area_m2 = 0, free_m2 = 0;
+    for (const int i : indices) {
+      polygons.push_back(cells[i].polygon);
+      area_m2 += cells[i].area_m2;
+      free_m2 += cells[i].area_m2 * cells[i].free;
+    }
+    if (area_m2 < options.min_room_m2 || free_m2 < kLeastFree * area_m2) continue;
+    const double bounded = BoundedShare(borders, cells, group, &groups);
+    for (Polygon& polygon : Union(polygons, kPlanGrid_m)) {
+      if (2 * Area(polygon) < kLeastWidth_m * Perimeter(polygon)) continue;
+      polygon.outline = Straightened(polygon.outline);
+      for (PlanPoints& hole : polygon.holes) hole = Straightened(hole);
+      rooms.push_back({polygon, bounded});
+    }
+  }
+  return rooms;
+}
+
+}  // namespace slcmap

@@ -1,0 +1,34 @@
+// Rooms of a storey: cells between the lines of its walls, labelled by a graph cut.
+#pragma once
+
+#include <vector>
+
+#include "mapping/building/building.h"
+#include "mapping/building/faces.h"
+#include "mapping/building/free_space.h"
+
+namespace slcmap {
+
+// A face of a wall with what is known of it along its line, in steps of step_m from face.from_m:
+// the share of each, 0 to 1, that is sure to be a wall.
+struct WallFace {
+  Face face;
+  std::vector<double> shares;
+  double step_m = 0.05;
+};
+
+// What a room is in the plan.
+struct FoundRoom {
+  Polygon polygon;
+  double bounded = 0;  // share of its border on which a wall was measured
+};
+
+// The arrangement of the walls' lines, extended; of its cells, those are inside that rays went
+// through, smoothly (minimum cut: a cell costs its area that is labelled wrongly, a border between
+// inside and outside its length that no wall covers). Rooms are inside cells that open borders
+// connect; gaps in a wall, or from its end to the next, that are no wider than a door part them. By
+// the first point of their outline.
+std::vector<FoundRoom> FindRooms(const std::vector<WallFace>& walls, const FreeSpace& free,
+                                 const BuildingOptions& options);
+
+}  // namespace slcmap

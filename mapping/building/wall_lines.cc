@@ -1,0 +1,139 @@
+#include "mapping/building/wall_lines.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace slcmap {
+namespace {
+
+using Eigen::Vector2d;
+
+constexpr double kShortest_m = 0.2;  // parts that are shorter belong to those beside them
+constexpr double kCovered = 0.4;     // share of a step from which on it counts as covered
+constexpr double kReach_m = 0.3;  // from where another wall ends at it to what was measured of it
+
+// The parts of a face between its ends, by whether they are covered.
+std::vector<WallPart> PartsOf(const WallFace& wall) {
+  std::vector<WallPart> parts;
+  for (size_t i = 0; i < wall.shares.size(); ++i) {
+    const bool covered = wall.shares[i] >= kCovered;
+    const double from_m = wall.face.from_m + static_cast<double>(i) * wall.step_m;
+    const double to_m = std::min(from_m + wall.step_m, wall.face.to_m);
+    if (parts.empty() || (parts.back().share > 0) != covered) {
+      parts.push_back({from_m, to_m, covered ? 1.0 : 0.0});
+    } else {
+      parts.back().to_m = to_m;
+    }
+  }
+  return parts;
+}
+
+void DropShort(std::vector<WallPart>* parts) {
+  for (size_t i = 1; i + 1 < parts->size();) {
+    if ((*parts)[i].to_m - (*parts)[i].from_m >= kShortest_m) {
+      ++i;
+      continue;
+    }
+    (*parts)[i - 1].to_m = (*parts)[i + 1].to_m;
+    parts->erase(parts->begin() + static_cast<int64_t>(i),
+                 parts->begin() + static_cast<int64_t>(i) + 2);
+  }
+}
+
+// Whether a wall is covered near a place along it.
+bool IsCoveredNear(const WallFace& wall, double along_m) {
+  const auto step_of = [&](double at_m) {
+    return static_cast<int64_t>(std::floor((at_m - wall.face.from_m) / wall.step_m));
+  };
+  const auto count = static_cast<int64_t>(wall.shares.size());
+  const int64_t last = std::min(step_of(along_m + kReach_m), count - 1);
+  for (int64_t step = std::max<int64_t>(0, step_of(along_m - kReach_m)); step <= last; ++step) {
+    if (wall.shares[step] >= kCovered) return true;
+  }
+  return false;
+}
+
+// How far beyond an end of a face the first other wall is; nothing within `most_m`.
+std::optional<double> FirstWall(const std::vector<WallFace>& walls, const WallFace& wall,
+                                bool at_end, double most_m) {
+  std::optional<double> first_m;
+  for (const WallFace& other : walls) {
+    const auto crossing = Crossing(wall.face, other.face);
+    if (!crossing || !IsCoveredNear(other, crossing->second)) continue;
+    const double beyond_m =
+        at_end ? crossing->first - wall.face.to_m : wall.face.from_m - crossing->first;
+    if (beyond_m < -kReach_m || beyond_m > most_m) continue;
+    if (!first_m || beyond_m < *first_m) first_m = beyond_m;
+  }
+  return first_m;
+}
+
+void Extend(const std::vector<WallFace>& walls, const BuildingOptions& options, WallLine* line) {
+  const WallFace& wall = *line->wall;
+  const double far_from_m = wall.face.from_m - options.extension_m;
+  const double far_to_m = wall.face.to_m + options.extension_m;
+  const auto before_m = FirstWall(walls, wall, false, options.max_door_width_m);
+  const auto after_m = FirstWall(walls, wall, true, options.max_door_width_m);
+  const double from_m = wall.face.from_m - std::max(before_m.value_or(0), 0.0);
+  const double to_m = wall.face.to_m + std::max(after_m.value_or(0), 0.0);
+  std::vector<WallPart> parts;
+  if (from_m > far_from_m) parts.push_back({far_from_m, from_m});
+  if (from_m < wall.face.from_m) parts.push_back({from_m, wall.face.from_m, 0, true});
+  parts.insert(parts.end(), line->parts.begin(), line->parts.end());
+  if (to_m > wall.face.to_m) parts.push_back({wall.face.to_m, to_m, 0, true});
+  if (to_m < far_to_m) parts.push_back({to_m, far_to_m});
+  line->parts = parts;
+}
+
+}  // namespace
+
+PlanPoints WallLine::Chain() const {
+  PlanPoints chain;
+  for (const WallPart& part : parts) chain.push_back(wall->face.PointAt(part.from_m));
+  chain.push_back(wall->face.PointAt(parts.back().to_m));
+  return chain;
+}
+
+std::optional<std::pair<double, double>> Crossing(const Face& a, const Face& b) {
+  constexpr double kLeastSine = 0.2;
+  Eigen::Matrix2d normals;
+  normals << a.normal.transpose(), b.normal.transpose();
+  if (std::abs(normals.determinant()) < kLeastSine) return std::nullopt;
+  const Vector2d point = normals.inverse() * Vector2d(a.offset_m, b.offset_m);
+  return std::pair(a.AlongOf(point), b.AlongOf(point));
+}
+
+std::vector<WallLine> LinesOf(const std::vector<WallFace>& walls, const BuildingOptions& options) {
+  std::vector<WallLine> lines;
+  for (const WallFace& wall : walls) {
+    WallLine line{&wall, PartsOf(wall)};
+    DropShort(&line.parts);
+    for (size_t i = 1; i + 1 < line.parts.size(); ++i) {
+      WallPart& part = line.parts[i];
+      part.is_narrow = part.share == 0 && part.to_m - part.from_m <= options.max_door_width_m;
+    }
+    Extend(walls, options, &line);
+    lines.push_back(line);
+  }
+  return lines;
+}
+
+std::optional<WallPart> PartAt(const std::vector<WallLine>& lines, const Vector2d& a,
+                               const Vector2d& b) {
+  std::optional<WallPart> best;
+  const Vector2d middle = 0.5 * (a + b);
+  for (const WallLine& line : lines) {
+    const Face& face = line.wall->face;
+    // Points on the grid are that far from their line, or a little more where it was bent to them.
+    if (std::abs(face.DistanceTo(middle)) > 4 * kPlanGrid_m) continue;
+    if (std::abs(face.normal.dot((b - a).normalized())) > 0.05) continue;
+    const double along_m = face.AlongOf(middle);
+    for (const WallPart& part : line.parts) {
+      if (along_m < part.from_m || along_m > part.to_m) continue;
+      if (!best || part.share > best->share || (part.is_narrow && best->share == 0)) best = part;
+    }
+  }
+  return best;
+}
+
+}  // namespace slcmap

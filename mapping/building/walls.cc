@@ -1,0 +1,157 @@
+#include "mapping/building/walls.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <tuple>
+
+#include "mapping/building/wall_bodies.h"
+#include "mapping/building/wall_lines.h"
+
+namespace slcmap {
+namespace {
+
+constexpr double kCorner_m = 0.5;  // from a measured end to the corner
+constexpr double kAlike = 0.99;    // cosine, 8 degrees
+constexpr double kBeside_m = 0.4;  // behind or before a wall there is no other
+
+double CornerOf(const std::vector<BuiltFace>& faces, const BuiltFace& built, double end_m) {
+  const Face& face = built.wall.face;
+  double corner_m = end_m, least_m = kCorner_m;
+  for (const BuiltFace& other : faces) {
+    if (!other.is_wall || &other == &built || other.wall.face.level != face.level) continue;
+    const auto crossing = Crossing(face, other.wall.face);
+    if (!crossing || crossing->second < other.wall.face.from_m - kCorner_m ||
+        crossing->second > other.wall.face.to_m + kCorner_m) {
+      continue;
+    }
+    const double distance_m = std::abs(crossing->first - end_m);
+    if (distance_m >= least_m) continue;
+    least_m = distance_m;
+    corner_m = crossing->first;
+  }
+  return corner_m;
+}
+
+PlanOpening OpeningOf(const Face& front, const FaceOpening& opening, const Face& face,
+                      const Level& level) {
+  const double a = front.AlongOf(face.PointAt(opening.from_m));
+  const double b = front.AlongOf(face.PointAt(opening.to_m));
+  return {opening.kind,
+          opening.walked,
+          std::min(a, b) - front.from_m,
+          std::max(a, b) - front.from_m,
+          std::max(0.0, opening.low_m - level.floor_m),
+          opening.high_m - opening.low_m};
+}
+
+// One that both sides show is as wide as the mean of both.
+void AddOpening(const PlanOpening& opening, std::vector<PlanOpening>* openings) {
+  for (PlanOpening& known : *openings) {
+    const double overlap_m =
+        std::min(known.to_m, opening.to_m) - std::max(known.from_m, opening.from_m);
+    if (overlap_m < 0.5 * (opening.to_m - opening.from_m)) continue;
+    known.from_m = 0.5 * (known.from_m + opening.from_m);
+    known.to_m = 0.5 * (known.to_m + opening.to_m);
+    known.walked = known.walked || opening.walked;
+    if (opening.kind == OpeningKind::kDoor) known.kind = opening.kind;
+    return;
+  }
+  openings->push_back(opening);
+}
+
+double CoveredLength(const WallFace& wall) {
+  return wall.step_m * std::accumulate(wall.shares.begin(), wall.shares.end(), 0.0);
+}
+
+// Takes a wall's shares where a stronger one stands beside it.
+void Yield(const WallFace& stronger, WallFace* weaker) {
+  if (stronger.face.level != weaker->face.level ||
+      stronger.face.normal.dot(weaker->face.normal) < kAlike) {
+    return;
+  }
+  for (size_t i = 0; i < weaker->shares.size(); ++i) {
+    const double along_m = weaker->face.from_m + (static_cast<double>(i) + 0.5) * weaker->step_m;
+    const Eigen::Vector2d p = weaker->face.PointAt(along_m);
+    if (std::abs(stronger.face.DistanceTo(p)) > kBeside_m) continue;
+    const double at = (stronger.face.AlongOf(p) - stronger.face.from_m) / stronger.step_m;
+    if (at < 0 || at >= static_cast<double>(stronger.shares.size())) continue;
+    if (stronger.shares[static_cast<size_t>(at)] > 0) weaker->shares[i] = 0;
+  }
+}
+
+}  // namespace
+
+void SelectWalls(std::vector<BuiltFace>* faces) {
+  std::vector<size_t> order(faces->size());
+  std::iota(order.begin(), order.end(), size_t{0});
+  std::stable_sort(order.begin(), order.end(), [&](size_t a, size_t b) {
+    return CoveredLength((*faces)[a].wall) > CoveredLength((*faces)[b].wall);
+  });
+  for (size_t i = 0; i < order.size(); ++i) {
+    BuiltFace& built = (*faces)[order[i]];
+    for (size_t k = 0; k < i; ++k) Yield((*faces)[order[k]].wall, &built.wall);
+    built.is_wall = IsWall(built.wall.shares, built.wall.step_m);
+  }
+}
+
+void CloseCorners(std::vector<BuiltFace>* faces) {
+  std::vector<std::pair<double, double>> ends;
+  for (const BuiltFace& built : *faces) {
+    const Face& face = built.wall.face;
+    ends.emplace_back(built.is_wall ? CornerOf(*faces, built, face.from_m) : face.from_m,
+                      built.is_wall ? CornerOf(*faces, built, face.to_m) : face.to_m);
+  }
+  for (size_t i = 0; i < faces->size(); ++i) {
+    Face& face = (*faces)[i].wall.face;
+    if (ends[i].second > ends[i].first) std::tie(face.from_m, face.to_m) = ends[i];
+  }
+}
+
+std::vector<PlanWall> PlanWalls(const std::vector<BuiltFace>& faces,
+                                const std::vector<Level>& levels, const BuildingOptions& options) {
+  std::vector<size_t> order;
+  for (size_t i = 0; i < faces.size(); ++i) {
+    if (faces[i].is_wall) order.push_back(i);
+  }
+  std::stable_sort(order.begin(), order.end(), [&](size_t a, size_t b) {
+    return faces[a].wall.face.Length() > faces[b].wall.face.Length();
+  });
+  std::vector<bool> is_taken(faces.size(), false);
+  std::vector<PlanWall> walls;
+  for (const size_t i : order) {
+    if (is_taken[i]) continue;
+    is_taken[i] = true;
+    const Face& front = faces[i].wall.face;
+    PlanWall wall;
+    wall.id = static_cast<int64_t>(walls.size());
+    wall.storey = front.level;
+    wall.start = front.PointAt(front.from_m);
+    wall.end = front.PointAt(front.to_m);
+    wall.sigma_m = front.sigma_m;
+    wall.plane_ids.push_back(faces[i].plane_id);
+    for (const FaceOpening& opening : faces[i].openings) {
+      AddOpening(OpeningOf(front, opening, front, levels[front.level]), &wall.openings);
+    }
+    double thickness = 0, overlap_m = 0;
+    for (const size_t j : order) {
+      if (is_taken[j]) continue;
+      const Face& back = faces[j].wall.face;
+      const auto body = BodyBetween(front, back, options);
+      if (!body) continue;
+      is_taken[j] = true;
+      thickness += (body->to_m - body->from_m) * body->thickness_m;
+      overlap_m += body->to_m - body->from_m;
+      wall.plane_ids.push_back(faces[j].plane_id);
+      for (const FaceOpening& opening : faces[j].openings) {
+        AddOpening(OpeningOf(front, opening, back, levels[front.level]), &wall.openings);
+      }
+    }
+    wall.thickness_assumed = overlap_m == 0;
+    wall.thickness_m = overlap_m > 0 ? thickness / overlap_m : options.assumed_thickness_m;
+    walls.push_back(wall);
+  }
+  return walls;
+}
+
+}  // namespace slcmap

@@ -1,0 +1,35 @@
+// Walls as solids: opposite faces of one wall belong together.
+#pragma once
+
+#include <vector>
+
+#include "mapping/building/building.h"
+#include "mapping/building/openings.h"
+#include "mapping/building/rooms.h"
+
+namespace slcmap {
+
+// A wall's face with what is on it.
+struct BuiltFace {
+  WallFace wall;
+  std::vector<FaceOpening> openings;
+  int64_t plane_id = 0;
+  bool is_wall = false;
+};
+
+// Of parallel faces one of which is just behind another, as a pane behind its wall, a duct before
+// it, only that is the wall's which is one in more places: the others have no share of a wall
+// there. Sets which faces are of walls.
+void SelectWalls(std::vector<BuiltFace>* faces);
+
+// Moves the ends of walls to the walls that they end at: to where the planes cross, where that is
+// near a measured end of either.
+void CloseCorners(std::vector<BuiltFace>* faces);
+
+// The walls of the plan. Faces that look away from each other, between the least and the largest
+// thickness apart and beside each other, are sides of one wall: it has the longer one's line.
+// The others get the assumed thickness behind what was measured.
+std::vector<PlanWall> PlanWalls(const std::vector<BuiltFace>& faces,
+                                const std::vector<Level>& levels, const BuildingOptions& options);
+
+}  // namespace slcmap

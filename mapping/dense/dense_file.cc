@@ -1,0 +1,76 @@
+#include "mapping/dense/dense_file.h"
+
+#include <spdlog/fmt/fmt.h>
+
+#include "data/file.h"
+#include "data/ply.h"
+#include "odometry/run_rows.h"
+
+namespace slcmap {
+namespace {
+
+template <typename T>
+void Append(T value, std::string* bytes) {
+  bytes->append(reinterpret_cast<const char*>(&value), sizeof value);
+}
+
+}  // namespace
+
+void WriteDensePly(const std::string& path, const std::vector<DensePoint>& points) {
+  PlyElement vertices{"vertex", {}};
+  for (const char* name : {"x", "y", "z", "nx", "ny", "nz", "sigma_m"}) {
+    vertices.Add(name, PlyType::kFloat);
+  }
+  vertices.Add("grey", PlyType::kUint8);
+  vertices.Add("source", PlyType::kInt32);
+  for (const DensePoint& point : points) {
+    const Eigen::Vector3d &p = point.p_world, &n = point.normal_world;
+    vertices.AppendRow({p.x(), p.y(), p.z(), n.x(), n.y(), n.z(), point.sigma_m,
+                        static_cast<double>(point.grey), static_cast<double>(point.source)});
+  }
+  WritePly(path, {{"slcmap dense points, metres in the world frame"}, {vertices}, {}});
+}
+
+std::vector<DensePoint> ReadDensePly(const std::string& path) {
+  const PlyFile file = ReadPly(path);
+  const PlyElement& vertices = file.Get("vertex", path);
+  const auto bounded = [&](const char* name, double least, double most) {
+    return vertices.Bounded(name, least, most, path);
+  };
+  const auto coordinate = [&](const char* name) {
+    return bounded(name, -kMaxCoordinate_m, kMaxCoordinate_m);
+  };
+  const std::vector<double> x = coordinate("x"), y = coordinate("y"), z = coordinate("z");
+  const std::vector<double> nx = bounded("nx", -1, 1), ny = bounded("ny", -1, 1),
+                            nz = bounded("nz", -1, 1);
+  const std::vector<double> sigma_m = bounded("sigma_m", 0, kMaxSigma_m);
+  const std::vector<double> grey = bounded("grey", 0, 255), source = bounded("source", 0, 1);
+  std::vector<DensePoint> points(vertices.size());
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    points[i] = {{x[i], y[i], z[i]},
+                 {nx[i], ny[i], nz[i]},
+                 sigma_m[i],
+                 static_cast<uint8_t>(grey[i]),
+                 source[i] == 1 ? DenseSource::kFilledPlane : DenseSource::kStereo};
+  }
+  return points;
+}
+
+void WriteDensePcd(const std::string& path, const std::vector<DensePoint>& points) {
+  std::string bytes = fmt::format(
+      "# .PCD v0.7 - Point Cloud Data file format\nVERSION 0.7\n"
+      "FIELDS x y z normal_x normal_y normal_z intensity sigma_m source\n"
+      "SIZE 4 4 4 4 4 4 4 4 4\nTYPE F F F F F F F F I\nCOUNT 1 1 1 1 1 1 1 1 1\n"
+      "WIDTH {0}\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS {0}\nDATA binary\n",
+      points.size());
+  for (const DensePoint& point : points) {
+    for (const double value : point.p_world) Append(static_cast<float>(value), &bytes);
+    for (const double value : point.normal_world) Append(static_cast<float>(value), &bytes);
+    Append(static_cast<float>(point.grey), &bytes);
+    Append(static_cast<float>(point.sigma_m), &bytes);
+    Append(static_cast<int32_t>(point.source), &bytes);
+  }
+  WriteFile(path, bytes);
+}
+
+}  // namespace slcmap

@@ -1,0 +1,189 @@
+#include "mapping/dense/depth_fusion.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "mapping/dense/parallel.h"
+#include "mapping/dense/slope_fit.h"
+
+namespace slcmap {
+namespace {
+
+constexpr float kIndependent = 10;       // observations of a place share what is wrong with it
+constexpr float kMinSigma_m = 0.001F;    // of one view's depth: what its model deserves
+constexpr double kMaxSigmaVoxels = 1.5;  // of a point, in voxels
+constexpr int kReach = 2;                // voxels around one that its plane is fitted to
+constexpr double kMinFacing = 0.7;       // cosine between normals of one surface
+constexpr double kSameSigmas = 3;        // along the normal, between points of one surface
+constexpr double kBesides = 0.6;         // voxels across it, at which they are two points
+
+// 20 bits a coordinate, and 3 for where the surface faces.
+constexpr int64_t kMask = (1 << 20) - 1;
+
+int64_t Facing(const Eigen::Vector3f& normal) {
+  int axis = 0;
+  normal.cwiseAbs().maxCoeff(&axis);
+  return 2 * axis + (normal[axis] < 0 ? 1 : 0);
+}
+
+int64_t KeyOf(const std::array<int64_t, 3>& voxel, int64_t facing) {
+  return ((voxel[0] & kMask) << 43) | ((voxel[1] & kMask) << 23) | ((voxel[2] & kMask) << 3) |
+         facing;
+}
+
+std::array<int64_t, 3> VoxelOf(const Eigen::Vector3d& p, double voxel_m) {
+  const auto index = [&](double x) { return static_cast<int64_t>(std::floor(x / voxel_m)); };
+  return {index(p.x()), index(p.y()), index(p.z())};
+}
+
+// A voxel's point before surfaces are drawn together.
+struct Surfel {
+  int64_t key = 0;
+  int64_t facing = 0;
+  std::array<int64_t, 3> voxel = {};
+  Eigen::Vector3d p = Eigen::Vector3d::Zero(), normal = Eigen::Vector3d::Zero();
+  double sigma_m = 0;
+  float weight = 0, grey = 0, filled_share = 0;
+};
+
+class SurfelIndex {
+ public:
+  explicit SurfelIndex(const std::vector<Surfel>& surfels) : surfels_(surfels) {
+    place_.reserve(surfels.size());
+    for (std::size_t i = 0; i < surfels.size(); ++i) place_[surfels[i].key] = i;
+  }
+
+  // Those near a surfel that face as it does; itself among them.
+  template <typename Visit>
+  void ForEachNear(const Surfel& surfel, int reach, const Visit& visit) const {
+    for (int i = 0; i < (2 * reach + 1) * (2 * reach + 1) * (2 * reach + 1); ++i) {
+      const int side = 2 * reach + 1;
+      const std::array<int64_t, 3> offset = {i % side - reach, i / side % side - reach,
+                                             i / side / side - reach};
+      const std::array<int64_t, 3> voxel = {
+          surfel.voxel[0] + offset[0], surfel.voxel[1] + offset[1], surfel.voxel[2] + offset[2]};
+      const auto found = place_.find(KeyOf(voxel, surfel.facing));
+      if (found == place_.end()) continue;
+      const Surfel& other = surfels_[found->second];
+      if (other.normal.dot(surfel.normal) >= kMinFacing) visit(found->second, other);
+    }
+  }
+
+ private:
+  const std::vector<Surfel>& surfels_;
+  std::unordered_map<int64_t, std::size_t> place_;
+};
+
+// Where a surfel's own line along its normal meets the plane of those around it.
+Surfel OntoPlane(const Surfel& surfel, const SurfelIndex& index, double voxel_m) {
+  const Eigen::Vector3d across = surfel.normal.unitOrthogonal();
+  const Eigen::Vector3d up = surfel.normal.cross(across);
+  SlopeFit fit;
+  double weight = 0;
+  index.ForEachNear(surfel, kReach, [&](std::size_t, const Surfel& other) {
+    const Eigen::Vector3d way = other.p - surfel.p;
+    const double offset_m = way.dot(surfel.normal);
+    const double same_m = kSameSigmas * std::hypot(other.sigma_m, surfel.sigma_m) + 0.3 * voxel_m;
+    if (std::abs(offset_m) > same_m) return;
+    fit.Add(way.dot(across) / voxel_m, way.dot(up) / voxel_m, offset_m, other.weight);
+    weight += other.weight;
+  });
+  const auto plane = fit.count() >= 5 ? fit.Solve() : std::nullopt;
+  if (!plane) return surfel;
+  Surfel moved = surfel;
+  moved.p += (*plane)[0] * surfel.normal;
+  moved.normal =
+      (surfel.normal - (*plane)[1] / voxel_m * across - (*plane)[2] / voxel_m * up).normalized();
+  // Neighbours on a narrow strip do not tell how the plane is turned about it.
+  return moved.normal.dot(surfel.normal) >= kMinFacing ? moved : surfel;
+}
+
+// Of the surfels along a normal the best known stays. Those that stay, in their order.
+std::vector<Surfel> ThinnedOut(const std::vector<Surfel>& surfels, const SurfelIndex& index,
+                               double voxel_m) {
+  std::vector<std::size_t> order(surfels.size());
+  for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
+  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    if (surfels[a].weight != surfels[b].weight) return surfels[a].weight > surfels[b].weight;
+    return surfels[a].key < surfels[b].key;
+  });
+  std::vector<char> stays(surfels.size(), 0);
+  for (const std::size_t i : order) {
+    bool is_shadowed = false;
+    index.ForEachNear(surfels[i], kReach, [&](std::size_t j, const Surfel& other) {
+      if (!stays[j] || is_shadowed) return;
+      const Eigen::Vector3d way = surfels[i].p - other.p;
+      const double along_m = way.dot(other.normal);
+      const double across_m = (way - along_m * other.normal).norm();
+      is_shadowed = across_m < kBesides * voxel_m &&
+                    std::abs(along_m) < kSameSigmas * surfels[i].sigma_m + 0.5 * voxel_m;
+    });
+    stays[i] = !is_shadowed;
+  }
+  std::vector<Surfel> left;
+  for (std::size_t i = 0; i < surfels.size(); ++i) {
+    if (stays[i]) left.push_back(surfels[i]);
+  }
+  return left;
+}
+
+}  // namespace
+
+void DepthFusion::Add(const RigidTransform& T_world_camera, const Camera& camera,
+                      const DepthGrid& grid) {
+  const Eigen::Matrix3d R = T_world_camera.rotation.toRotationMatrix();
+  for (int row = 0; row < grid.rows; ++row) {
+    for (int column = 0; column < grid.columns; ++column) {
+      const DepthNode& node = grid.At(column, row);
+      if (!node.is_known() || node.depth_sigma_m() > options_.max_sigma_m) continue;
+      const Eigen::Vector3d ray = PinholeRay(camera, grid.ColumnPixel(column), grid.RowPixel(row));
+      const Eigen::Vector3d p = R * (node.depth_m() * ray) + T_world_camera.translation;
+      const Eigen::Vector3f normal = (R * NormalOf(node, camera, ray)).cast<float>();
+      const float sigma_m = std::max(static_cast<float>(node.depth_sigma_m()), kMinSigma_m);
+      const float weight = 1 / (sigma_m * sigma_m);
+      Sums& sums = voxels_[KeyOf(VoxelOf(p, options_.voxel_m), Facing(normal))];
+      sums.weighted_p += weight * p;
+      sums.weighted_normal += weight * normal;
+      sums.weight += weight;
+      sums.weighted_grey += weight * node.grey;
+      sums.filled_weight += node.is_filled ? weight : 0;
+      ++sums.count;
+    }
+  }
+}
+
+std::vector<DensePoint> DepthFusion::Points() const {
+  std::vector<Surfel> surfels;
+  for (const auto& [key, sums] : voxels_) {
+    Surfel surfel;
+    surfel.key = key;
+    surfel.p = sums.weighted_p / sums.weight;
+    surfel.voxel = VoxelOf(surfel.p, options_.voxel_m);
+    surfel.facing = key & 7;
+    surfel.normal = sums.weighted_normal.cast<double>().normalized();
+    const float shared = std::max(1.0F, static_cast<float>(sums.count) / kIndependent);
+    surfel.sigma_m = std::sqrt(shared / sums.weight);
+    if (surfel.sigma_m > kMaxSigmaVoxels * options_.voxel_m) continue;
+    surfel.weight = sums.weight / shared;
+    surfel.grey = sums.weighted_grey / sums.weight;
+    surfel.filled_share = sums.filled_weight / sums.weight;
+    surfels.push_back(surfel);
+  }
+  std::sort(surfels.begin(), surfels.end(),
+            [](const Surfel& a, const Surfel& b) { return a.key < b.key; });
+  const SurfelIndex index(surfels);
+  std::vector<Surfel> flat(surfels.size());
+  ParallelFor(0, surfels.size(), options_.threads,
+              [&](std::size_t i) { flat[i] = OntoPlane(surfels[i], index, options_.voxel_m); });
+  std::vector<DensePoint> points;
+  const SurfelIndex flat_index(flat);
+  for (const Surfel& surfel : ThinnedOut(flat, flat_index, options_.voxel_m)) {
+    points.push_back(
+        {surfel.p, surfel.normal, surfel.sigma_m, static_cast<uint8_t>(std::lround(surfel.grey)),
+         surfel.filled_share > 0.5 ? DenseSource::kFilledPlane : DenseSource::kStereo});
+  }
+  return points;
+}
+
+}  // namespace slcmap

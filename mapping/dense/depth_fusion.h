@@ -1,0 +1,43 @@
+// The confirmed depth of many views as one cloud of points with normals.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <unordered_map>
+#include <vector>
+
+#include "data/types.h"
+#include "mapping/dense/dense_options.h"
+#include "mapping/dense/dense_point.h"
+#include "mapping/dense/depth_grid.h"
+
+namespace slcmap {
+
+// Sums what views see in voxels; surfaces that face different ways, as the two sides of a thin
+// wall, are kept apart. Memory grows with the surface, not with the number of views.
+class DepthFusion {
+ public:
+  explicit DepthFusion(const DenseOptions& options) : options_(options) {}
+
+  // Adds the known nodes whose depth is certain to max_sigma_m, weighted by their information.
+  void Add(const RigidTransform& T_world_camera, const Camera& camera, const DepthGrid& grid);
+
+  // One point a voxel that is known to about the voxel's size. Surfaces that noise has spread over
+  // voxels are drawn together along their normals: each point is moved onto the plane of those
+  // around it, and of several along a normal the best known stays. By voxel, so that the order of
+  // Add does not tell.
+  std::vector<DensePoint> Points() const;
+
+ private:
+  struct Sums {
+    Eigen::Vector3d weighted_p = Eigen::Vector3d::Zero();
+    Eigen::Vector3f weighted_normal = Eigen::Vector3f::Zero();
+    float weight = 0, weighted_grey = 0, filled_weight = 0;
+    int count = 0;
+  };
+
+  const DenseOptions options_;
+  std::unordered_map<int64_t, Sums> voxels_;
+};
+
+}  // namespace slcmap

@@ -1,0 +1,34 @@
+// Occupied, free and unknown space from the depth of many views.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "mapping/dense/dense_point.h"
+#include "mapping/dense/depth_carving.h"
+#include "mapping/options.h"
+
+namespace slcmap {
+
+class DepthOccupancy {
+ public:
+  // Throws ConfigError where the resolution would take too much memory.
+  explicit DepthOccupancy(const OccupancyOptions& options);
+
+  // A view's confirmed depth: one observation of each cell that it tells of. Cells out of the
+  // octree are left out and counted.
+  void Add(const RigidTransform& T_world_camera, const Camera& camera, const DepthGrid& depth);
+
+  // The map once all views are in, with the surfaces fused of them: their cells are occupied, and
+  // those half a cell behind them, whatever single views said of these.
+  OccupancyMap Finish(const std::vector<DensePoint>& points);
+
+  int64_t out_of_octree() const { return out_of_octree_; }
+
+ private:
+  const DepthCarver carver_;
+  OccupancyMap map_;
+  int64_t out_of_octree_ = 0;
+};
+
+}  // namespace slcmap

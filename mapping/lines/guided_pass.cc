@@ -1,0 +1,183 @@
+#include "mapping/lines/guided_pass.h"
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/core/utility.hpp>
+
+#include "mapping/lines/line_finder.h"
+
+namespace slcmap {
+namespace {
+
+constexpr double kBeyond_m = 1.5;     // past the ends of what is known of a line
+constexpr double kMaxReach_m = 0.05;  // a sample that stands for more is seen too nearly end-on
+constexpr double kPlaceStep_m = 0.25;
+
+void StartBins(const LineIntervalOptions& options, TrackedLine* line) {
+  line->places.clear();
+  line->bins_from_m = line->seen.from_m - kBeyond_m;
+  const double length_m = line->seen.to_m + kBeyond_m - line->bins_from_m;
+  line->bins.assign(static_cast<size_t>(std::ceil(length_m / options.bin_m)), BinViews());
+}
+
+// A bin counts a view once, whichever of its images shows it.
+struct ViewOfBins {
+  std::vector<char> looked, shown;
+};
+
+void MarkBins(const std::vector<LineSample>& samples, const TrackedLine& line, double bin_m,
+              ViewOfBins* view) {
+  const auto last = static_cast<int>(line.bins.size()) - 1;
+  for (const LineSample& sample : samples) {
+    if (sample.reach_m > kMaxReach_m) continue;
+    const auto bin_of = [&](double along_m) {
+      return static_cast<int>(std::floor((along_m - line.bins_from_m) / bin_m));
+    };
+    const int from = std::max(0, bin_of(sample.along_m - sample.reach_m + 0.5 * bin_m));
+    const int to = std::min(last, bin_of(sample.along_m + sample.reach_m - 0.5 * bin_m));
+    for (int i = from; i <= std::max(from, to) && i <= last; ++i) {
+      view->looked[i] = 1;
+      if (sample.is_edge) view->shown[i] = 1;
+    }
+  }
+}
+
+void LookForLine(int view, const StereoImage& pair, const ViewImages& images,
+                 const ViewCameras& cameras, const MapLineOptions& options, TrackedLine* line) {
+  const LineSampling sampling{.step_m = options.intervals.bin_m,
+                              .min_gradient = MinGradient(*line, options)};
+  const Stretch bins{
+      line->bins_from_m,
+      line->bins_from_m + options.intervals.bin_m * static_cast<double>(line->bins.size())};
+  ViewOfBins of_bins;
+  for (const int camera : {0, 1}) {
+    const cv::Mat& image = camera == 0 ? pair.left : pair.right;
+    const auto part = SeenPart(line->line, bins, cameras.T_camera_world[view][camera],
+                               cameras.cameras[camera], {.max_depth_m = line->max_depth_m});
+    if (!part || image.empty()) continue;
+    const std::vector<LineSample> samples = SampleLine(image, images.mask(camera), *part, sampling);
+    if (of_bins.looked.empty()) {
+      of_bins.looked.assign(line->bins.size(), 0);
+      of_bins.shown.assign(line->bins.size(), 0);
+    }
+    MarkBins(samples, *line, options.intervals.bin_m, &of_bins);
+    AddPlaces(samples, *part, view, camera, kPlaceStep_m, &line->places);
+    for (const LineSample& sample : samples) {
+      if (!sample.is_edge || sample.along_m < line->seen.from_m ||
+          sample.along_m > line->seen.to_m) {
+        continue;
+      }
+      line->step_sum += sample.step;
+      line->lasting_sum += sample.lasting_step;
+    }
+  }
+  for (size_t i = 0; i < of_bins.looked.size(); ++i) {
+    line->bins[i].shown = static_cast<uint16_t>(line->bins[i].shown + of_bins.shown[i]);
+    line->bins[i].missed =
+        static_cast<uint16_t>(line->bins[i].missed + (of_bins.looked[i] && !of_bins.shown[i]));
+  }
+}
+
+// From far away neighbouring edges run together: a line is looked for from where it is not much
+// farther than in the view that is nearest to it.
+double MaxDepth_m(const TrackedLine& line, const Views& views, const ViewCameras& cameras,
+                  const MapLineOptions& options) {
+  constexpr double kTimes = 2.2, kLeast_m = 2.5;
+  double nearest_m = options.max_depth_m;
+  for (size_t view = 0; view < views.size(); ++view) {
+    if (views[view].segment != line.segment) continue;
+    const auto part = SeenPart(line.line, line.seen, cameras.T_camera_world[view][0],
+                               cameras.cameras[0], {.max_depth_m = options.max_depth_m});
+    if (part) nearest_m = std::min({nearest_m, part->start_depth_m, part->end_depth_m});
+  }
+  return std::clamp(kTimes * nearest_m, kLeast_m, options.max_depth_m);
+}
+
+bool IsInside(double along_m, const std::vector<Stretch>& intervals) {
+  return std::any_of(intervals.begin(), intervals.end(), [&](const Stretch& interval) {
+    return along_m >= interval.from_m && along_m <= interval.to_m;
+  });
+}
+
+}  // namespace
+
+void LookForLines(const Views& views, const ViewImages& images, const MapLineOptions& options,
+                  std::vector<TrackedLine>* lines, const Progress& progress) {
+  constexpr int kAtOnce = 4;  // views in memory
+  const ViewCameras cameras(views, images.rig());
+  for (TrackedLine& line : *lines) {
+    StartBins(options.intervals, &line);
+    line.max_depth_m = MaxDepth_m(line, views, cameras, options);
+  }
+  const auto count = static_cast<int>(views.size());
+  for (int first = 0; first < count; first += kAtOnce) {
+    if (!progress.Report(static_cast<double>(first) / count)) return;
+    const int some = std::min(kAtOnce, count - first);
+    std::vector<StereoImage> pairs(some);
+    cv::parallel_for_({0, some}, [&](const cv::Range& range) {
+      for (int i = range.start; i < range.end; ++i) pairs[i] = images.Read(first + i);
+    });
+    cv::parallel_for_({0, static_cast<int>(lines->size())}, [&](const cv::Range& range) {
+      for (int k = range.start; k < range.end; ++k) {
+        TrackedLine& line = (*lines)[k];
+        for (int i = 0; i < some; ++i) {
+          if (views[first + i].segment != line.segment) continue;
+          LookForLine(first + i, pairs[i], images, cameras, options, &line);
+        }
+      }
+    });
+  }
+}
+
+std::vector<Stretch> FindIntervals(const TrackedLine& line, const LineIntervalOptions& options) {
+  std::vector<Stretch> intervals;
+  double last_known_m = line.bins_from_m;  // the end of the last bin that is known not to belong
+  for (size_t i = 0; i < line.bins.size(); ++i) {
+    const double from_m = line.bins_from_m + static_cast<double>(i) * options.bin_m;
+    const BinViews& bin = line.bins[i];
+    const int looked = bin.shown + bin.missed;
+    if (looked == 0) continue;
+    if (bin.shown < options.min_views || bin.shown < options.min_share * looked) {
+      if (looked >= options.min_views) last_known_m = from_m + options.bin_m;
+      continue;
+    }
+    const bool goes_on = !intervals.empty() && last_known_m <= intervals.back().to_m &&
+                         from_m - intervals.back().to_m <= options.max_gap_m;
+    if (goes_on) {
+      intervals.back().to_m = from_m + options.bin_m;
+    } else {
+      intervals.push_back({from_m, from_m + options.bin_m});
+    }
+  }
+  std::erase_if(intervals, [&](const Stretch& interval) {
+    return interval.to_m - interval.from_m < options.min_length_m;
+  });
+  return intervals;
+}
+
+void FitAgain(const Views& views, const Rig& rig, const std::vector<BuildingAxis>& axes,
+              const MapLineOptions& options, std::vector<TrackedLine>* lines) {
+  const ViewCameras cameras(views, rig);
+  const auto holds = [&](TrackedLine& line) {
+    line.intervals = FindIntervals(line, options.intervals);
+    std::erase_if(line.places,
+                  [&](const EdgePlace& place) { return !IsInside(place.along_m, line.intervals); });
+    if (line.intervals.empty()) return false;
+    const auto fit =
+        FitLine(line.line, line.places, cameras, AxisPrior(axes, line.axis), options.fit);
+    if (!fit || fit->views < options.min_views || fit->sigma_m() > options.max_sigma_m)
+      return false;
+    line.fit = *fit;
+    line.line = fit->line;
+    for (Stretch& interval : line.intervals) {
+      interval = {interval.from_m - fit->shift_m, interval.to_m - fit->shift_m};
+    }
+    line.bins_from_m -= fit->shift_m;
+    for (EdgePlace& place : line.places) place.along_m -= fit->shift_m;
+    line.seen = {line.intervals.front().from_m, line.intervals.back().to_m};
+    return true;
+  };
+  std::erase_if(*lines, [&](TrackedLine& line) { return !holds(line); });
+}
+
+}  // namespace slcmap

@@ -1,0 +1,25 @@
+// The second look at all views, guided by the lines that are known.
+#pragma once
+
+#include <vector>
+
+#include "data/progress.h"
+#include "mapping/lines/line_options.h"
+#include "mapping/lines/line_store.h"
+
+namespace slcmap {
+
+// Looks for each line, a good deal beyond its ends, in both images of every view of its segment:
+// afterwards its bins say how many views look at each piece of it and how many of them show an edge
+// there, and its places where that is. Once progress says so, later views are left out.
+void LookForLines(const Views& views, const ViewImages& images, const MapLineOptions& options,
+                  std::vector<TrackedLine>* lines, const Progress& progress);
+
+// The intervals of a line in which enough of the views show its edge, by its bins.
+std::vector<Stretch> FindIntervals(const TrackedLine& line, const LineIntervalOptions& options);
+
+// Fits the lines again to their places in their intervals; those that do not hold are dropped.
+void FitAgain(const Views& views, const Rig& rig, const std::vector<BuildingAxis>& axes,
+              const MapLineOptions& options, std::vector<TrackedLine>* lines);
+
+}  // namespace slcmap

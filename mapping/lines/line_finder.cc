@@ -1,0 +1,216 @@
+#include "mapping/lines/line_finder.h"
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/core/utility.hpp>
+
+#include "data/asl_files.h"
+#include "odometry/frontend/line_detector.h"
+#include "odometry/frontend/line_geometry.h"
+#include "odometry/geometry/pinhole.h"
+#include "odometry/window/line_triangulation.h"
+
+namespace slcmap {
+namespace {
+
+constexpr int kReach = 12;              // views to either side that a segment is looked for in
+constexpr double kExplainBeyond_m = 1;  // past the ends of what is known of a line
+constexpr double kPlaceStep_m = 0.25;
+
+// Whether a segment runs along the image of a direction through its middle.
+bool MayFollow(const LineSegment& px, const Eigen::Vector3d& direction_camera, const Camera& camera,
+               double max_distance_px) {
+  const Eigen::Vector2d middle = px.Midpoint();
+  const Eigen::Vector3d ray = PlaneFromPixel(camera, middle).homogeneous();
+  const Eigen::Vector3d moved = ray + 1e-3 * direction_camera;
+  const Eigen::Vector2d along =
+      PixelFromPlane(camera, Eigen::Vector2d(moved.hnormalized())) - middle;
+  if (along.norm() < 1e-9) return false;  // towards the camera
+  const Eigen::Vector2d half = px.end - middle, unit = along.normalized();
+  return std::abs(half.x() * unit.y() - half.y() * unit.x()) <= max_distance_px;
+}
+
+// Whether a segment lies on the image of a line, the same way round, for at least half its length.
+bool LiesOn(const LineSegment& segment, const LineSegment& line, double max_distance_px) {
+  const Eigen::Vector2d direction = Direction(line);
+  if (direction.dot(Direction(segment)) < 0.98) return false;
+  if (std::abs(DistanceAcross_px(line, segment.start)) > max_distance_px ||
+      std::abs(DistanceAcross_px(line, segment.end)) > max_distance_px) {
+    return false;
+  }
+  return Overlap_px(line, segment) >= 0.5 * segment.Length();
+}
+
+void Lengthen(const Stretch& by, Stretch* stretch) {
+  stretch->from_m = std::min(stretch->from_m, by.from_m);
+  stretch->to_m = std::max(stretch->to_m, by.to_m);
+}
+
+// Moves the origin of the line's places along it to where its fit has it.
+void Take(const LineFit& fit, TrackedLine* line) {
+  line->fit = fit;
+  line->line = fit.line;
+  line->seen.from_m -= fit.shift_m;
+  line->seen.to_m -= fit.shift_m;
+}
+
+}  // namespace
+
+double MinGradient(const TrackedLine& line, const MapLineOptions& options) {
+  return std::max(options.min_gradient, options.min_gradient_share * line.gradient);
+}
+
+std::optional<DirectionPrior> AxisPrior(const std::vector<BuildingAxis>& axes, int axis) {
+  if (axis < 0) return std::nullopt;
+  return DirectionPrior{axes[axis].direction_world, axes[axis].sigma_rad};
+}
+
+LineFinder::LineFinder(const Views& views, const ViewImages& images,
+                       const std::vector<BuildingAxis>& axes, const MapLineOptions& options)
+    : views_(views),
+      images_(images),
+      axes_(axes),
+      options_(options),
+      cameras_(views, images.rig()),
+      window_(images, views, options.min_gradient, kReach) {}
+
+std::vector<TrackedLine> LineFinder::Find(std::vector<TrackedLine> known,
+                                          const Progress& progress) {
+  lines_ = std::move(known);
+  const auto count = static_cast<double>(views_.size());
+  for (size_t view = 0; view < views_.size(); ++view) {
+    if (!progress.Report(static_cast<double>(view) / count)) break;
+    window_.MoveTo(static_cast<int>(view));
+    LookAt(static_cast<int>(view));
+  }
+  return std::move(lines_);
+}
+
+void LineFinder::LookAt(int view) {
+  if (window_.at(view).images.left.empty()) return;
+  const std::vector<LineSegment> segments = DetectIn(view);
+  std::vector<char> explained(segments.size(), 0);
+  Explain(view, segments, 0, &explained);
+  const std::vector<SweepImage> images =
+      ImagesAround(window_, view, views_, cameras_, options_.sweep);
+  std::vector<std::optional<TrackedLine>> found(segments.size());
+  cv::parallel_for_({0, static_cast<int>(segments.size())}, [&](const cv::Range& range) {
+    for (int i = range.start; i < range.end; ++i) {
+      if (explained[i]) continue;
+      const std::optional<Hypothesis> hypothesis = Sweep(segments[i], view, images);
+      if (hypothesis) found[i] = Accept(*hypothesis, view, images);
+    }
+  });
+  for (size_t i = 0; i < segments.size(); ++i) {
+    if (!found[i] || explained[i]) continue;
+    lines_.push_back(std::move(*found[i]));
+    Explain(view, segments, lines_.size() - 1, &explained);
+  }
+}
+
+std::vector<LineSegment> LineFinder::DetectIn(int view) const {
+  LineDetectorOptions detector;
+  detector.scale = 1;
+  detector.min_length_px = options_.min_segment_px;
+  detector.max_join_gap_px = 3;
+  detector.max_segments = options_.max_segments;
+  return DetectSegments(window_.at(view).images.left, images_.mask(0), detector);
+}
+
+void LineFinder::Explain(int view, const std::vector<LineSegment>& segments, size_t first_line,
+                         std::vector<char>* explained) {
+  const RigidTransform& T_camera_world = cameras_.T_camera_world[view][0];
+  const Camera& camera = cameras_.cameras[0];
+  const ViewLimits limits{.max_depth_m = options_.max_depth_m};
+  for (size_t k = first_line; k < lines_.size(); ++k) {
+    TrackedLine& line = lines_[k];
+    if (line.segment != views_[view].segment) continue;
+    const Stretch longer{line.seen.from_m - kExplainBeyond_m, line.seen.to_m + kExplainBeyond_m};
+    const auto part = SeenPart(line.line, longer, T_camera_world, camera, limits);
+    if (!part) continue;
+    for (size_t i = 0; i < segments.size(); ++i) {
+      if (!LiesOn(segments[i], part->px, options_.explained_px)) continue;
+      (*explained)[i] = 1;
+      const auto extent =
+          ExtentAlong(line.line, PlaneFromPixel(camera, segments[i]), T_camera_world.Inverse());
+      if (extent) Lengthen({extent->first, extent->second}, &line.seen);
+    }
+  }
+}
+
+std::optional<LineFinder::Hypothesis> LineFinder::Sweep(
+    const LineSegment& px, int view, const std::vector<SweepImage>& images) const {
+  const Eigen::Quaterniond& R_camera_world = cameras_.T_camera_world[view][0].rotation;
+  const LineSegment segment = PlaneFromPixel(cameras_.cameras[0], px);
+  std::optional<Hypothesis> best;
+  for (size_t i = 0; i < axes_.size(); ++i) {
+    const BuildingAxis& axis = axes_[i];
+    if (axis.segment >= 0 && axis.segment != views_[view].segment) continue;
+    if (!MayFollow(px, R_camera_world * axis.direction_world, cameras_.cameras[0],
+                   options_.axis_distance_px)) {
+      continue;
+    }
+    const auto swept =
+        SweepAlongAxis(segment, view, axis.direction_world, images, cameras_, options_.sweep);
+    if (swept && (!best || swept->score > best->swept.score)) {
+      best = Hypothesis{static_cast<int>(i), *swept};
+    }
+  }
+  if (best) return best;
+  const auto swept = SweepAnyDirection(segment, view, images, cameras_, options_.sweep);
+  return swept ? std::optional(Hypothesis{-1, *swept}) : std::nullopt;
+}
+
+double LineFinder::GradientIn(int view, const TrackedLine& line) const {
+  const auto part = SeenPart(line.line, line.seen, cameras_.T_camera_world[view][0],
+                             cameras_.cameras[0], {.max_depth_m = options_.max_depth_m});
+  if (!part) return 0;
+  std::vector<double> gradients;
+  for (const LineSample& sample : SampleLine(window_.at(view).images.left, images_.mask(0), *part,
+                                             {.min_gradient = options_.min_gradient})) {
+    if (sample.is_edge) gradients.push_back(sample.gradient);
+  }
+  return Median(std::move(gradients));
+}
+
+std::optional<TrackedLine> LineFinder::Accept(const Hypothesis& hypothesis, int view,
+                                              const std::vector<SweepImage>& images) const {
+  constexpr double kMinShown = 0.5, kMaxRms_px = 1.2;
+  TrackedLine line;
+  line.axis = hypothesis.axis;
+  line.segment = views_[view].segment;
+  line.line = hypothesis.swept.line;
+  line.seen = hypothesis.swept.seen;
+  std::vector<SweepImage> all = images;
+  all.push_back({view, 0, cv::Mat()});
+  line.gradient = GradientIn(view, line);
+  for (const double reach_px : {2.5, 1.5}) {
+    const LineSampling sampling{.reach_px = reach_px, .min_gradient = MinGradient(line, options_)};
+    std::vector<EdgePlace> places;
+    size_t shown = 0, looked = 0;
+    for (const SweepImage& image : all) {
+      const auto part =
+          SeenPart(line.line, line.seen, cameras_.T_camera_world[image.view][image.camera],
+                   cameras_.cameras[image.camera], {.max_depth_m = options_.max_depth_m});
+      if (!part) continue;
+      const std::vector<LineSample> samples = SampleLine(
+          window_.at(image.view).image(image.camera), images_.mask(image.camera), *part, sampling);
+      looked += samples.size();
+      for (const LineSample& sample : samples) shown += sample.is_edge;
+      AddPlaces(samples, *part, image.view, image.camera, kPlaceStep_m, &places);
+    }
+    const auto fit =
+        FitLine(line.line, places, cameras_, AxisPrior(axes_, line.axis), options_.fit);
+    if (!fit || static_cast<double>(shown) < kMinShown * static_cast<double>(looked)) {
+      return std::nullopt;
+    }
+    Take(*fit, &line);
+  }
+  // Of a line without an axis four numbers are to be found instead of two.
+  const int min_views = (line.axis < 0 ? 2 : 1) * options_.min_views;
+  if (line.fit.views < min_views || line.fit.rms_px > kMaxRms_px) return std::nullopt;
+  if (line.fit.sigma_m() > options_.max_sigma_m) return std::nullopt;
+  return line;
+}
+
+}  // namespace slcmap

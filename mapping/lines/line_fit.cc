@@ -1,0 +1,174 @@
+#include "mapping/lines/line_fit.h"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+
+#include "odometry/frontend/line_geometry.h"
+#include "odometry/geometry/pinhole.h"
+
+namespace slcmap {
+namespace {
+
+constexpr int kSteps = 5;
+constexpr int kFullSamples = 4;       // more that are near each other err alike
+constexpr double kWeakSigma_rad = 1;  // of the direction of a line without a prior
+constexpr double kMaxStep_m = 1;
+
+Eigen::Matrix<double, 3, 2> AcrossOf(const Eigen::Vector3d& direction) {
+  Eigen::Matrix<double, 3, 2> across;
+  across.col(0) = direction.unitOrthogonal();
+  across.col(1) = direction.cross(across.col(0));
+  return across;
+}
+
+// A place's distance from the line's image, and its derivative by the line's shift across at the
+// place; nothing behind the camera.
+struct Residual {
+  double value_px = 0;
+  Eigen::Vector2d by_shift;  // px / m
+  double depth_m = 0;
+};
+
+std::optional<Residual> ResidualOf(const EdgePlace& place, const Eigen::Vector3d& p_world,
+                                   const Eigen::Matrix<double, 3, 2>& across,
+                                   const ViewCameras& views) {
+  const RigidTransform& T_camera_world = views.T_camera_world[place.view][place.camera];
+  const Camera& camera = views.cameras[place.camera];
+  const Eigen::Vector3d p = T_camera_world * p_world;
+  if (p.z() < 0.05) return std::nullopt;
+  const Eigen::Vector2d px = PixelFromPlane(camera, Eigen::Vector2d(p.hnormalized()));
+  Eigen::Matrix<double, 2, 3> by_point;
+  by_point << camera.fx_px / p.z(), 0, -camera.fx_px * p.x() / (p.z() * p.z()), 0,
+      camera.fy_px / p.z(), -camera.fy_px * p.y() / (p.z() * p.z());
+  const Eigen::Matrix3d R = T_camera_world.rotation.toRotationMatrix();
+  return Residual{place.normal.dot(px - place.px),
+                  (place.normal.transpose() * by_point * R * across).transpose(), p.z()};
+}
+
+struct Sums {
+  Eigen::Matrix4d H = Eigen::Matrix4d::Zero();
+  Eigen::Vector4d g = Eigen::Vector4d::Zero();
+  double squared_px = 0;
+  int places = 0;
+};
+
+// With the direction's derivative along `across`, counted from the middle of the line.
+Sums SumPlaces(const PointAndDirection& line, const Eigen::Matrix<double, 3, 2>& across,
+               const std::vector<EdgePlace>& places, const ViewCameras& views, double middle_m,
+               const LineFitOptions& options) {
+  Sums sums;
+  for (const EdgePlace& place : places) {
+    const double along_m = place.along_m - middle_m;
+    const Eigen::Vector3d p_world = line.point_world + along_m * line.direction_world;
+    const auto residual = ResidualOf(place, p_world, across, views);
+    if (!residual) continue;
+    const double focal_px = views.cameras[place.camera].fx_px;
+    const double image_px = options.sigma_px * std::sqrt(static_cast<double>(kFullSamples) /
+                                                         std::min(place.samples, kFullSamples));
+    const double pose_px = focal_px * options.pose_sigma_m / residual->depth_m;
+    const double sigma_px = std::hypot(image_px, pose_px);
+    const double sigmas = std::abs(residual->value_px) / sigma_px;
+    const double robust = 1 / (1 + std::pow(sigmas / options.robust_sigmas, 2));
+    const double weight = robust / (sigma_px * sigma_px);
+    Eigen::Vector4d J;
+    J << residual->by_shift, along_m * residual->by_shift;
+    sums.H += weight * J * J.transpose();
+    sums.g += weight * residual->value_px * J;
+    sums.squared_px += residual->value_px * residual->value_px;
+    ++sums.places;
+  }
+  return sums;
+}
+
+void AddPrior(const PointAndDirection& line, const Eigen::Matrix<double, 3, 2>& across,
+              const std::optional<DirectionPrior>& prior, Sums* sums) {
+  const double sigma_rad = prior ? prior->sigma_rad : kWeakSigma_rad;
+  const double weight = 1 / (sigma_rad * sigma_rad);
+  sums->H.bottomRightCorner<2, 2>() += weight * Eigen::Matrix2d::Identity();
+  if (!prior) return;
+  const double sense = prior->axis_world.dot(line.direction_world) < 0 ? -1 : 1;
+  const Eigen::Vector3d off = line.direction_world - sense * prior->axis_world;
+  sums->g.tail<2>() += weight * across.transpose() * off;
+}
+
+double MiddleOf(const std::vector<EdgePlace>& places) {
+  double sum = 0, count = 0;
+  for (const EdgePlace& place : places) {
+    sum += place.along_m * place.samples;
+    count += place.samples;
+  }
+  return count > 0 ? sum / count : 0;
+}
+
+int CountViews(const std::vector<EdgePlace>& places) {
+  std::vector<int> views;
+  for (const EdgePlace& place : places) views.push_back(place.view);
+  std::sort(views.begin(), views.end());
+  return static_cast<int>(std::unique(views.begin(), views.end()) - views.begin());
+}
+
+}  // namespace
+
+void AddPlaces(const std::vector<LineSample>& samples, const LineInView& line, int view, int camera,
+               double step_m, std::vector<EdgePlace>* places) {
+  const Eigen::Vector2d normal = Normal(line.px);
+  EdgePlace place;
+  int64_t cell = 0;
+  const auto finish = [&] {
+    if (place.samples == 0) return;
+    place.px /= place.samples;
+    place.along_m /= place.samples;
+    places->push_back(place);
+  };
+  for (const LineSample& sample : samples) {
+    if (!sample.is_edge) continue;
+    const auto sample_cell = static_cast<int64_t>(std::floor(sample.along_m / step_m));
+    if (place.samples == 0 || sample_cell != cell) {
+      finish();
+      place = {view, camera, 0, Eigen::Vector2d::Zero(), normal, 0};
+      cell = sample_cell;
+    }
+    place.px += sample.px + sample.across_px * normal;
+    place.along_m += sample.along_m;
+    ++place.samples;
+  }
+  finish();
+}
+
+double LineFit::sigma_m() const {
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver(covariance.topLeftCorner<2, 2>());
+  return std::sqrt(std::max(0.0, solver.eigenvalues()(1)));
+}
+
+std::optional<LineFit> FitLine(const PointAndDirection& start, const std::vector<EdgePlace>& places,
+                               const ViewCameras& views, const std::optional<DirectionPrior>& prior,
+                               const LineFitOptions& options) {
+  LineFit fit;
+  fit.views = CountViews(places);
+  fit.shift_m = MiddleOf(places);
+  fit.line = start;
+  fit.line.point_world += fit.shift_m * start.direction_world;
+  Sums sums;
+  for (int step = 0; step < kSteps; ++step) {
+    fit.across = AcrossOf(fit.line.direction_world);
+    sums = SumPlaces(fit.line, fit.across, places, views, fit.shift_m, options);
+    if (sums.places < 4) return std::nullopt;
+    AddPrior(fit.line, fit.across, prior, &sums);
+    const Eigen::LDLT<Eigen::Matrix4d> solver(sums.H);
+    if (solver.info() != Eigen::Success || !solver.isPositive()) return std::nullopt;
+    const Eigen::Vector4d delta = -solver.solve(sums.g);
+    if (!delta.allFinite() || delta.head<2>().norm() > kMaxStep_m) return std::nullopt;
+    fit.line.point_world += fit.across * delta.head<2>();
+    fit.line.direction_world =
+        (fit.line.direction_world + fit.across * delta.tail<2>()).normalized();
+    if (delta.norm() < 1e-6) break;
+  }
+  const double shared = std::max(1.0, static_cast<double>(fit.views) / options.views_that_count);
+  fit.covariance = shared * sums.H.inverse();
+  fit.rms_px = std::sqrt(sums.squared_px / sums.places);
+  if (!fit.covariance.allFinite()) return std::nullopt;
+  return fit;
+}
+
+}  // namespace slcmap

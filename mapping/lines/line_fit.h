@@ -1,0 +1,57 @@
+// The line of the world that fits the places where images have its edge.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "mapping/lines/line_samples.h"
+#include "mapping/lines/view_cameras.h"
+
+namespace slcmap {
+
+// The mean of some samples that are near each other on a line, in one image.
+struct EdgePlace {
+  int view = 0, camera = 0;
+  double along_m = 0;
+  Eigen::Vector2d px = Eigen::Vector2d::Zero();      // on the edge
+  Eigen::Vector2d normal = Eigen::Vector2d::Zero();  // of the line's image
+  int samples = 0;
+};
+
+// Means of the samples that are edges over stretches of at most step_m, added to `places`.
+void AddPlaces(const std::vector<LineSample>& samples, const LineInView& line, int view, int camera,
+               double step_m, std::vector<EdgePlace>* places);
+
+// How far from an axis of the building the direction of a line may be.
+struct DirectionPrior {
+  Eigen::Vector3d axis_world;  // unit
+  double sigma_rad = 0;
+};
+
+struct LineFitOptions {
+  double sigma_px = 0.3;        // of a place of four samples and more
+  double pose_sigma_m = 0.002;  // of the views against each other
+  double robust_sigmas = 2;     // at which a place counts half (Cauchy)
+  int views_that_count = 10;    // more views of one line share their errors
+};
+
+struct LineFit {
+  PointAndDirection line;  // its point in the middle of the places
+  // Of the place across the line at its point (m, first two) and of the direction (rad), along the
+  // columns of `across`.
+  Eigen::Matrix4d covariance;
+  Eigen::Matrix<double, 3, 2> across;
+  double rms_px = 0;
+  double shift_m = 0;  // of the point along the line, by which places' along_m became smaller
+  int views = 0;       // left and right images of a view count once
+
+  double sigma_m() const;  // across the line at its point, where that is largest
+};
+
+// Gauss-Newton from `start` on the distances of the places from the line's image, with Cauchy's
+// loss; places are re-weighted in each step. Nothing where they do not determine a line.
+std::optional<LineFit> FitLine(const PointAndDirection& start, const std::vector<EdgePlace>& places,
+                               const ViewCameras& views, const std::optional<DirectionPrior>& prior,
+                               const LineFitOptions& options);
+
+}  // namespace slcmap

@@ -1,0 +1,177 @@
+#include "mapping/lines/line_merging.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <numeric>
+#include <optional>
+
+namespace slcmap {
+namespace {
+
+constexpr double kCell_m = 0.5;  // of the index of places that lines pass
+constexpr double kMaxAngle_rad = 0.05;
+
+using Cell = std::array<int64_t, 3>;
+
+// Lines by the cells that their intervals pass.
+class CellIndex {
+ public:
+  explicit CellIndex(const std::vector<TrackedLine>& lines) : lines_(lines) {}
+
+  void Add(int line) {
+    ForEachCell(line, [&](const Cell& cell) { members_[cell].push_back(line); });
+  }
+
+  // Lines that pass near a line, in order, each once.
+  std::vector<int> Near(int line) const {
+    std::vector<int> near;
+    ForEachCell(line, [&](const Cell& cell) {
+      for (int64_t dx = -1; dx <= 1; ++dx) {
+        for (int64_t dy = -1; dy <= 1; ++dy) {
+          for (int64_t dz = -1; dz <= 1; ++dz) {
+            const auto found = members_.find({cell[0] + dx, cell[1] + dy, cell[2] + dz});
+            if (found == members_.end()) continue;
+            near.insert(near.end(), found->second.begin(), found->second.end());
+          }
+        }
+      }
+    });
+    std::sort(near.begin(), near.end());
+    near.erase(std::unique(near.begin(), near.end()), near.end());
+    return near;
+  }
+
+ private:
+  template <typename Visit>
+  void ForEachCell(int index, Visit visit) const {
+    const TrackedLine& line = lines_[index];
+    std::optional<Cell> last;
+    for (const Stretch& interval : line.intervals) {
+      for (double along_m = interval.from_m;; along_m += kCell_m) {
+        const Eigen::Vector3d p =
+            line.line.point_world + std::min(along_m, interval.to_m) * line.line.direction_world;
+        const auto of = [](double x) { return static_cast<int64_t>(std::floor(x / kCell_m)); };
+        const Cell cell{of(p.x()), of(p.y()), of(p.z())};
+        if (!last || *last != cell) visit(cell);
+        last = cell;
+        if (along_m >= interval.to_m) break;
+      }
+    }
+  }
+
+  const std::vector<TrackedLine>& lines_;
+  std::map<Cell, std::vector<int>> members_;
+};
+
+double Length_m(const TrackedLine& line) {
+  double length_m = 0;
+  for (const Stretch& interval : line.intervals) length_m += interval.to_m - interval.from_m;
+  return length_m;
+}
+
+// A stretch of `other` along `line`.
+Stretch Along(const PointAndDirection& line, const TrackedLine& other, const Stretch& stretch) {
+  const auto at = [&](double along_m) {
+    return line.direction_world.dot(other.line.point_world + along_m * other.line.direction_world -
+                                    line.point_world);
+  };
+  const double a = at(stretch.from_m), b = at(stretch.to_m);
+  return {std::min(a, b), std::max(a, b)};
+}
+
+// Where the two are compared: the middle of what they share along the first, or of their gap.
+double MeetingPlace_m(const TrackedLine& a, const TrackedLine& b) {
+  const Stretch extent = Along(a.line, b, {b.intervals.front().from_m, b.intervals.back().to_m});
+  const double from_m = std::max(a.intervals.front().from_m, extent.from_m);
+  const double to_m = std::min(a.intervals.back().to_m, extent.to_m);
+  return 0.5 * (from_m + to_m);
+}
+
+double VarianceAt(const TrackedLine& line, double along_m) {
+  return std::pow(line.fit.sigma_m(), 2) +
+         along_m * along_m * line.fit.covariance.bottomRightCorner<2, 2>().trace() / 2;
+}
+
+bool IsSameEdge(const TrackedLine& a, const TrackedLine& b, const LineMergingOptions& options) {
+  if (a.segment != b.segment || a.axis != b.axis) return false;
+  const double cosine = std::abs(a.line.direction_world.dot(b.line.direction_world));
+  if (cosine < std::cos(kMaxAngle_rad)) return false;
+  const double along_m = MeetingPlace_m(a, b);
+  const Eigen::Vector3d p = a.line.point_world + along_m * a.line.direction_world;
+  const double along_b_m = b.line.direction_world.dot(p - b.line.point_world);
+  const Eigen::Vector3d q = b.line.point_world + along_b_m * b.line.direction_world;
+  const double distance_m = (p - q).norm();
+  if (distance_m <= options.min_distance_m) return true;
+  const double sigma_m = std::sqrt(VarianceAt(a, along_m) + VarianceAt(b, along_b_m));
+  return distance_m <= std::min(options.max_distance_m, options.max_sigmas * sigma_m);
+}
+
+std::vector<Stretch> Union(std::vector<Stretch> intervals, double max_gap_m) {
+  std::sort(intervals.begin(), intervals.end(),
+            [](const Stretch& a, const Stretch& b) { return a.from_m < b.from_m; });
+  std::vector<Stretch> united;
+  for (const Stretch& interval : intervals) {
+    if (!united.empty() && interval.from_m <= united.back().to_m + max_gap_m) {
+      united.back().to_m = std::max(united.back().to_m, interval.to_m);
+    } else {
+      united.push_back(interval);
+    }
+  }
+  return united;
+}
+
+void TakeOver(const TrackedLine& other, TrackedLine* line) {
+  constexpr double kGap_m = 0.04;
+  for (const Stretch& interval : other.intervals) {
+    line->intervals.push_back(Along(line->line, other, interval));
+  }
+  line->intervals = Union(std::move(line->intervals), kGap_m);
+  line->fit.views = std::max(line->fit.views, other.fit.views);
+}
+
+// The best known first: those seen most, by length and views.
+std::vector<int> ByQuality(const std::vector<TrackedLine>& lines) {
+  std::vector<int> order(lines.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::stable_sort(order.begin(), order.end(), [&](int a, int b) {
+    return Length_m(lines[a]) * lines[a].fit.views > Length_m(lines[b]) * lines[b].fit.views;
+  });
+  return order;
+}
+
+}  // namespace
+
+std::vector<TrackedLine> MergeLines(std::vector<TrackedLine> lines,
+                                    const LineMergingOptions& options) {
+  std::vector<std::vector<int>> groups(lines.size());  // by the line that leads it
+  std::vector<int> leader(lines.size(), -1);
+  CellIndex index(lines);
+  for (const int i : ByQuality(lines)) {
+    leader[i] = i;
+    for (const int k : index.Near(i)) {
+      const std::vector<int>& group = groups[leader[k]];
+      const bool fits_all = std::all_of(group.begin(), group.end(), [&](int member) {
+        return IsSameEdge(lines[member], lines[i], options);
+      });
+      if (!fits_all) continue;
+      leader[i] = leader[k];
+      break;
+    }
+    groups[leader[i]].push_back(i);
+    index.Add(i);
+  }
+  std::vector<TrackedLine> merged;
+  for (size_t i = 0; i < lines.size(); ++i) {
+    if (groups[i].empty()) continue;
+    TrackedLine& line = lines[i];
+    for (const int member : groups[i]) {
+      if (member != static_cast<int>(i)) TakeOver(lines[member], &line);
+    }
+    merged.push_back(std::move(line));
+  }
+  return merged;
+}
+
+}  // namespace slcmap

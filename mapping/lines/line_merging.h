@@ -1,0 +1,17 @@
+// Takes lines that are one edge together.
+#pragma once
+
+#include <vector>
+
+#include "mapping/lines/line_options.h"
+#include "mapping/lines/line_store.h"
+
+namespace slcmap {
+
+// Merges lines of one axis that lie beside each other within what is known of them: each with all
+// of its group (full linkage), the best known first, so that chains of neighbours do not grow
+// together.
+std::vector<TrackedLine> MergeLines(std::vector<TrackedLine> lines,
+                                    const LineMergingOptions& options);
+
+}  // namespace slcmap

@@ -1,0 +1,71 @@
+#include "mapping/lines/line_options.h"
+
+#include "data/option_table.h"
+
+namespace slcmap {
+namespace {
+
+constexpr OptionTable kTable{
+    Option{"min_segment_px", &MapLineOptions::min_segment_px, 10.0, 1e4},
+    Option{"max_segments", &MapLineOptions::max_segments, 1, 100000},
+    Option{"min_gradient", &MapLineOptions::min_gradient, 0.1, 255.0},
+    Option{"min_gradient_share", &MapLineOptions::min_gradient_share, 0.0, 1.0},
+    Option{"axis_distance_px", &MapLineOptions::axis_distance_px, 0.1, 20.0},
+    Option{"explained_px", &MapLineOptions::explained_px, 0.1, 20.0},
+    Option{"max_depth_m", &MapLineOptions::max_depth_m, 0.5, 1000.0},
+    Option{"max_sigma_m", &MapLineOptions::max_sigma_m, 1e-4, 10.0},
+    Option{"min_views", &MapLineOptions::min_views, 2, 1000},
+    Option{"min_lasting_step", &MapLineOptions::min_lasting_step, -100.0, 100.0},
+    Option{"max_lasting_step", &MapLineOptions::max_lasting_step, -100.0, 100.0},
+    Option{"min_axis_sigma_rad", &MapLineOptions::min_axis_sigma_rad, 1e-6, 1.0}};
+
+constexpr OptionTable kSweepTable{
+    Option{"min_depth_m", &LineSweepOptions::min_depth_m, 0.01, 1000.0},
+    Option{"max_depth_m", &LineSweepOptions::max_depth_m, 0.5, 1000.0},
+    Option{"step_px", &LineSweepOptions::step_px, 0.1, 10.0},
+    Option{"min_baseline_m", &LineSweepOptions::min_baseline_m, 0.001, 100.0},
+    Option{"max_baseline_m", &LineSweepOptions::max_baseline_m, 0.01, 100.0},
+    Option{"max_turn_rad", &LineSweepOptions::max_turn_rad, 0.01, 3.0},
+    Option{"min_parallax_m", &LineSweepOptions::min_parallax_m, 0.001, 100.0},
+    Option{"max_views", &LineSweepOptions::max_views, 1, 100},
+    Option{"min_share", &LineSweepOptions::min_share, 0.1, 1.0},
+    Option{"min_images", &LineSweepOptions::min_images, 2, 100},
+    Option{"min_lead", &LineSweepOptions::min_lead, 0.0, 1.0}};
+
+constexpr OptionTable kFitTable{
+    Option{"sigma_px", &LineFitOptions::sigma_px, 0.01, 10.0},
+    Option{"pose_sigma_m", &LineFitOptions::pose_sigma_m, 0.0, 1.0},
+    Option{"robust_sigmas", &LineFitOptions::robust_sigmas, 0.5, 100.0},
+    Option{"views_that_count", &LineFitOptions::views_that_count, 1, 10000}};
+
+constexpr OptionTable kIntervalTable{
+    Option{"bin_m", &LineIntervalOptions::bin_m, 0.005, 1.0},
+    Option{"max_gap_m", &LineIntervalOptions::max_gap_m, 0.0, 10.0},
+    Option{"min_length_m", &LineIntervalOptions::min_length_m, 0.0, 10.0},
+    Option{"min_views", &LineIntervalOptions::min_views, 1, 1000},
+    Option{"min_share", &LineIntervalOptions::min_share, 0.0, 1.0}};
+
+constexpr OptionTable kMergingTable{
+    Option{"max_sigmas", &LineMergingOptions::max_sigmas, 0.0, 100.0},
+    Option{"max_distance_m", &LineMergingOptions::max_distance_m, 0.0, 1.0},
+    Option{"min_distance_m", &LineMergingOptions::min_distance_m, 0.0, 1.0}};
+
+}  // namespace
+
+void MapLineOptions::Check() const {
+  kTable.Check("mapping.lines", *this);
+  kSweepTable.Check("mapping.lines.sweep", sweep);
+  kFitTable.Check("mapping.lines.fit", fit);
+  kIntervalTable.Check("mapping.lines.intervals", intervals);
+  kMergingTable.Check("mapping.lines.merging", merging);
+}
+
+void MapLineOptions::Read(YamlSection section) {
+  kSweepTable.Read(section.Section("sweep"), &sweep);
+  kFitTable.Read(section.Section("fit"), &fit);
+  kIntervalTable.Read(section.Section("intervals"), &intervals);
+  kMergingTable.Read(section.Section("merging"), &merging);
+  kTable.Read(section, this);
+}
+
+}  // namespace slcmap

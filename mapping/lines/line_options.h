@@ -1,0 +1,48 @@
+// The options of the line stage.
+#pragma once
+
+#include "data/yaml_options.h"
+#include "mapping/lines/line_fit.h"
+#include "mapping/lines/line_samples.h"
+#include "mapping/lines/line_sweep.h"
+
+namespace slcmap {
+
+// The bins of a line that belong to it.
+struct LineIntervalOptions {
+  double bin_m = 0.02;
+  double max_gap_m = 0.1;     // that is closed, where nothing was observed
+  double min_length_m = 0.1;  // of an interval
+  int min_views = 3;          // that show a bin's edge
+  double min_share = 0.55;    // of the views that look at a bin
+};
+
+struct LineMergingOptions {
+  double max_sigmas = 3;          // between lines, with what is known of both
+  double max_distance_m = 0.03;   // where lines lie beside each other
+  double min_distance_m = 0.006;  // up to which they are the same however well they are known
+};
+
+struct MapLineOptions {
+  double min_segment_px = 16;
+  int max_segments = 400;           // of an image
+  double min_gradient = 3;          // grey values a pixel, of an edge
+  double min_gradient_share = 0.4;  // of what a line's edge has where it was found
+  double axis_distance_px = 1.5;    // of a segment's ends from an axis' image through its middle
+  double explained_px = 1.5;        // of a segment's ends from the image of a line that is known
+  double max_depth_m = 10;          // up to which views are looked at for a line
+  double max_sigma_m = 0.02;        // across a line that is kept
+  int min_views = 3;                // of a line that is kept; twice as many without an axis
+  double min_axis_sigma_rad = 0.0005;
+  // Of the step of brightness across a line, the share that is there some pixels from it, too; of
+  // other lines than these it is a mark.
+  double min_lasting_step = 0.6, max_lasting_step = 1.9;
+  LineSweepOptions sweep;
+  LineFitOptions fit;
+  LineIntervalOptions intervals;
+  LineMergingOptions merging;
+  void Check() const;  // throws ConfigError
+  void Read(YamlSection section);
+};
+
+}  // namespace slcmap

@@ -1,0 +1,100 @@
+#include "mapping/lines/line_samples.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+
+#include "odometry/frontend/line_geometry.h"
+
+namespace slcmap {
+namespace {
+
+constexpr int kMaxReach_px = 4;
+constexpr double kNear_px = 1.5, kFar_px = 5;  // from an edge, where its step is looked at
+
+double Brightness(const cv::Mat& image, const Eigen::Vector2d& px) {
+  const int u = static_cast<int>(px.x()), v = static_cast<int>(px.y());
+  const double a = px.x() - u, b = px.y() - v;
+  const uchar* top = image.ptr<uchar>(v) + u;
+  const uchar* bottom = image.ptr<uchar>(v + 1) + u;
+  return (1 - b) * ((1 - a) * top[0] + a * top[1]) + b * ((1 - a) * bottom[0] + a * bottom[1]);
+}
+
+bool IsInside(const cv::Mat& image, const Eigen::Vector2d& px) {
+  return px.x() >= 0 && px.y() >= 0 && px.x() < image.cols - 1 && px.y() < image.rows - 1;
+}
+
+struct Rise {
+  double across_px, gradient;
+};
+
+// The place nearest to `center` where brightness rises most along `normal`, by a parabola through
+// the gradients.
+std::optional<Rise> NearestRise(const cv::Mat& image, const Eigen::Vector2d& center,
+                                const Eigen::Vector2d& normal, const LineSampling& options) {
+  const int reach = std::clamp(static_cast<int>(std::ceil(options.reach_px)), 1, kMaxReach_px);
+  const int ends = reach + 2;
+  const Eigen::Vector2d low = center - ends * normal, high = center + ends * normal;
+  if (!IsInside(image, low) || !IsInside(image, high)) return std::nullopt;
+  std::array<double, 2 * kMaxReach_px + 5> values;
+  for (int i = 0; i <= 2 * ends; ++i) values[i] = Brightness(image, low + i * normal);
+  const auto gradient = [&](int i) { return 0.5 * (values[i + 1] - values[i - 1]); };
+  std::optional<Rise> nearest;
+  for (int i = 2; i <= 2 * ends - 2; ++i) {
+    const double before = gradient(i - 1), peak = gradient(i), after = gradient(i + 1);
+    const double curvature = before - 2 * peak + after;
+    if (peak < options.min_gradient || peak < before || peak < after || curvature >= 0) continue;
+    const double across_px = i - ends + 0.5 * (before - after) / curvature;
+    if (std::abs(across_px) > options.reach_px) continue;
+    if (!nearest || std::abs(across_px) < std::abs(nearest->across_px)) {
+      nearest = Rise{across_px, peak};
+    }
+  }
+  return nearest;
+}
+
+// Left less right of a place, `offset` away from it; 0 at the border of the image.
+double StepAcross(const cv::Mat& image, const Eigen::Vector2d& px, const Eigen::Vector2d& offset) {
+  const Eigen::Vector2d left = px + offset, right = px - offset;
+  if (!IsInside(image, left) || !IsInside(image, right)) return 0;
+  return Brightness(image, left) - Brightness(image, right);
+}
+
+}  // namespace
+
+std::vector<LineSample> SampleLine(const cv::Mat& image, const cv::Mat& mask,
+                                   const LineInView& line, const LineSampling& options) {
+  const double length_px = line.px.Length();
+  const int count =
+      std::min({options.max_samples, static_cast<int>(length_px / options.min_step_px),
+                static_cast<int>((line.to_m - line.from_m) / options.step_m)});
+  std::vector<LineSample> samples;
+  if (count < 1) return samples;
+  samples.reserve(count);
+  const Eigen::Vector2d normal = Normal(line.px);
+  for (int i = 0; i < count; ++i) {
+    const double share = (i + 0.5) / count;
+    LineSample sample;
+    sample.px = line.px.start + share * (line.px.end - line.px.start);
+    const int u = static_cast<int>(std::lround(sample.px.x()));
+    const int v = static_cast<int>(std::lround(sample.px.y()));
+    if (mask.at<uchar>(v, u) == 0) continue;
+    sample.along_m = line.AlongAt(share);
+    sample.reach_m = 0.5 * std::abs(line.AlongAt((i + 1.0) / count) -
+                                    line.AlongAt(static_cast<double>(i) / count));
+    sample.depth_m = line.DepthAt(share);
+    if (const auto rise = NearestRise(image, sample.px, normal, options)) {
+      sample.is_edge = true;
+      sample.across_px = rise->across_px;
+      sample.gradient = rise->gradient;
+      const Eigen::Vector2d edge_px = sample.px + rise->across_px * normal;
+      sample.step = StepAcross(image, edge_px, kNear_px * normal);
+      sample.lasting_step = StepAcross(image, edge_px, kFar_px * normal);
+    }
+    samples.push_back(sample);
+  }
+  return samples;
+}
+
+}  // namespace slcmap

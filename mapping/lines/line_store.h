@@ -1,0 +1,35 @@
+// The lines of a map while they are being made.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "mapping/lines/building_axes.h"
+#include "mapping/lines/line_fit.h"
+#include "mapping/lines/line_in_view.h"
+
+namespace slcmap {
+
+// How many views look at a bin of a line, and how many of them show its edge.
+struct BinViews {
+  uint16_t shown = 0, missed = 0;
+};
+
+struct TrackedLine {
+  int axis = -1;    // index into the building's axes; -1: none
+  int segment = 0;  // of the run
+  // Runs so that the bright side is on the left of its image in the view that it was found in.
+  PointAndDirection line;
+  Stretch seen;              // by segments
+  double gradient = 0;       // of its edge, grey values a pixel, where it was found
+  double known_sigma_m = 0;  // across it, of a line that was known beforehand; 0 of others
+  double max_depth_m = 0;    // from which it is looked for
+  LineFit fit;
+  std::vector<EdgePlace> places;
+  double step_sum = 0, lasting_sum = 0;  // of the samples that show its edge
+  std::vector<BinViews> bins;            // from bins_from_m on
+  double bins_from_m = 0;
+  std::vector<Stretch> intervals;
+};
+
+}  // namespace slcmap

@@ -1,0 +1,51 @@
+// How far away a segment of an image lies, by the views around it.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "mapping/lines/line_in_view.h"
+#include "mapping/lines/view_cameras.h"
+
+namespace slcmap {
+
+struct LineSweepOptions {
+  double min_depth_m = 0.4, max_depth_m = 10;
+  double step_px = 1.5;  // by which an image of the line moves from one depth to the next
+  double min_baseline_m = 0.08, max_baseline_m = 1.5;  // of a view to be looked at
+  double max_turn_rad = 0.7;                           // likewise
+  double min_parallax_m = 0.05;  // across the plane of camera and line, of some image
+  int max_views = 7;
+  double min_share = 0.7;  // of the samples of an image that have an edge: it shows the line
+  int min_images = 4;      // that show the line
+  double min_lead = 0.25;  // of the images that show it more than at any other depth
+};
+
+// An image that a line may be seen in.
+struct SweepImage {
+  int view = 0, camera = 0;
+  cv::Mat edges;  // EdgeDirections
+};
+
+struct SweptLine {
+  PointAndDirection line;  // its point is seen in the middle of the segment
+  Stretch seen;            // between the ends of the segment
+  double score = 0;        // images that show it, less those that do not
+};
+
+// A line through the middle of a segment (on the plane z = 1 of the left camera of a view; bright
+// side on the left) along `direction_world`, at the depth at which most images show it. Nothing
+// where no depth stands out. Depths are steps of inverse depth.
+std::optional<SweptLine> SweepAlongAxis(const LineSegment& segment, int view,
+                                        const Eigen::Vector3d& direction_world,
+                                        const std::vector<SweepImage>& images,
+                                        const ViewCameras& views, const LineSweepOptions& options);
+
+// The same for a line of any direction: of those that the right image of the view shows, at any
+// depths of its two ends, the one that most images show.
+std::optional<SweptLine> SweepAnyDirection(const LineSegment& segment, int view,
+                                           const std::vector<SweepImage>& images,
+                                           const ViewCameras& views,
+                                           const LineSweepOptions& options);
+
+}  // namespace slcmap

@@ -1,0 +1,76 @@
+#include "mapping/lines/map_lines.h"
+
+#include "mapping/lines/guided_pass.h"
+#include "mapping/lines/line_finder.h"
+#include "mapping/lines/line_merging.h"
+
+namespace slcmap {
+namespace {
+
+// Shares of the time, about, up to the end of a step.
+constexpr double kFound = 0.6, kLooked = 0.95;
+
+// Grain, joints and print are streaks: beside them the image is soon as bright as on the other
+// side, and shadows have no edge that the step would keep to. The edges of surfaces keep their
+// step.
+LineKind KindOf(const TrackedLine& line, const MapLineOptions& options) {
+  if (line.known_sigma_m > 0) return LineKind::kUnknown;
+  const double lasting = line.lasting_sum / std::max(line.step_sum, 1e-9);
+  const bool lasts = lasting >= options.min_lasting_step && lasting <= options.max_lasting_step;
+  return lasts ? LineKind::kUnknown : LineKind::kMark;
+}
+
+void AddMapLines(const TrackedLine& line, int64_t id, const std::vector<BuildingAxis>& axes,
+                 const MapLineOptions& options, std::vector<MapLine>* map_lines) {
+  MapLine piece;
+  piece.id = id;
+  piece.segment = line.segment;
+  if (line.axis >= 0) {
+    const BuildingAxis& axis = axes[line.axis];
+    piece.axis = axis.axis;
+    piece.world = axis.world;
+    piece.deviation_rad =
+        std::acos(std::min(1.0, std::abs(axis.direction_world.dot(line.line.direction_world))));
+  }
+  piece.sigma_m = line.fit.sigma_m();
+  piece.deviation_sigma_rad = std::sqrt(line.fit.covariance.bottomRightCorner<2, 2>().trace() / 2);
+  piece.observations = line.fit.views;
+  piece.kind = KindOf(line, options);
+  for (const Stretch& interval : line.intervals) {
+    piece.start_world = line.line.point_world + interval.from_m * line.line.direction_world;
+    piece.end_world = line.line.point_world + interval.to_m * line.line.direction_world;
+    map_lines->push_back(piece);
+  }
+}
+
+}  // namespace
+
+std::vector<BuildingAxis> AxesOfViews(const Views& views, const ViewImages& images,
+                                      const MapLineOptions& options, const Progress& progress) {
+  const std::vector<BuildingAxis> none;
+  LineFinder finder(views, images, none, options);
+  std::vector<DirectedLine> directed;
+  for (const TrackedLine& line : finder.Find({}, progress)) {
+    directed.push_back({line.line.direction_world, line.seen.to_m - line.seen.from_m,
+                        std::sqrt(line.fit.covariance.bottomRightCorner<2, 2>().trace() / 2)});
+  }
+  return FindAxes(directed);
+}
+
+std::vector<MapLine> BuildLines(const Views& views, const ViewImages& images,
+                                const std::vector<BuildingAxis>& axes,
+                                std::vector<TrackedLine> known, const MapLineOptions& options,
+                                const Progress& progress) {
+  std::vector<TrackedLine> lines =
+      LineFinder(views, images, axes, options).Find(std::move(known), progress.Part(0, kFound));
+  LookForLines(views, images, options, &lines, progress.Part(kFound, kLooked));
+  FitAgain(views, images.rig(), axes, options, &lines);
+  lines = MergeLines(std::move(lines), options.merging);
+  std::vector<MapLine> map_lines;
+  for (size_t i = 0; i < lines.size(); ++i) {
+    AddMapLines(lines[i], static_cast<int64_t>(i), axes, options, &map_lines);
+  }
+  return map_lines;
+}
+
+}  // namespace slcmap

@@ -1,0 +1,128 @@
+#include "apps/evaluation/building_metrics.h"
+
+#include <gtest/gtest.h>
+
+namespace slcmap {
+namespace {
+
+using Eigen::Vector3d;
+
+std::vector<Vector3d> Upright(Vector3d from, Vector3d to, double low_m, double high_m) {
+  from.z() = to.z() = low_m;
+  const Vector3d up(0, 0, high_m - low_m);
+  return {from, to, to + up, from + up};
+}
+
+// A true wall that looks along y, from x = 0 to 4 and of 2 m height, seen all over.
+TrueWall WallAt(int64_t id, double y, double side) {
+  TrueWall wall;
+  wall.id = id;
+  wall.normal = {0, side, 0};
+  wall.offset_m = side * y;
+  wall.seen_m2 = 8;
+  wall.outline_world = Upright({0, y, 0}, {4, y, 0}, 0, 2);
+  for (double x = 0.2; x < 4; x += 0.4) {
+    for (double z = 0.2; z < 2; z += 0.4) wall.seen_world.push_back({x, y, z});
+  }
+  return wall;
+}
+
+BuildingPlane PlaneAt(double y, double side, double sigma_m) {
+  BuildingPlane plane;
+  plane.kind = PlaneKind::kWall;
+  plane.normal = {0, side, 0};
+  plane.offset_m = side * y;
+  plane.sigma_m = sigma_m;
+  plane.outline_world = Upright({0, y, 0}, {4, y, 0}, 0, 2);
+  return plane;
+}
+
+// Two walls that face each other, 3 m apart.
+TrueBuilding Truth() {
+  TrueBuilding truth;
+  truth.walls = {WallAt(0, 0, 1), WallAt(1, 3, -1)};
+  TrueOpening door{7, true, true, 1, 0.9, Upright({1, 0, 0}, {1.9, 0, 0}, 0, 2)};
+  truth.walls[0].openings = {door};
+  door.id = 8;
+  door.is_open = false;
+  for (Vector3d& p : door.outline_world) p.y() = 3;
+  truth.walls[1].openings = {door};
+  TrueRoom room;
+  room.polygon = {{{0, 0}, {4, 0}, {4, 3}, {0, 3}}, {}};
+  room.area_m2 = 12;
+  room.is_entered = true;
+  truth.rooms = {room};
+  return truth;
+}
+
+Building Mapped() {
+  Building building;
+  building.planes = {PlaneAt(0.01, 1, 0.006), PlaneAt(3.02, -1, 0.006)};
+  PlaneOpening door{OpeningKind::kDoor, true, 0.92, 2, Upright({1, 0, 0}, {1.92, 0, 0}, 0, 2)};
+  building.planes[0].openings = {door};
+  Room room;
+  room.polygon = {{{0, 0.01}, {4, 0.01}, {4, 3.02}, {0, 3.02}}, {}};
+  room.area_m2 = 12.04;
+  building.rooms = {room};
+  return building;
+}
+
+TEST(BuildingMetrics, OffsetsDistancesAndIntervals) {
+  const BuildingMetrics metrics = EvaluateBuilding(Truth(), Mapped(), {});
+  EXPECT_EQ(metrics.walls, 2);
+  EXPECT_EQ(metrics.walls_found, 2);
+  EXPECT_NEAR(metrics.offset_95_m, 0.02, 1e-9);
+  EXPECT_EQ(metrics.distances, 1);
+  EXPECT_NEAR(metrics.distance_error_95_m, 0.01, 1e-9);  // 3.01 m instead of 3
+  EXPECT_EQ(metrics.intervals, 2);
+  EXPECT_EQ(metrics.intervals_held, 1);
+}
+
+TEST(BuildingMetrics, OpeningsOfClosedDoorsAreFalse) {
+  Building building = Mapped();
+  BuildingMetrics metrics = EvaluateBuilding(Truth(), building, {});
+  EXPECT_EQ(metrics.openings, 1);
+  EXPECT_EQ(metrics.openings_found, 1);
+  EXPECT_DOUBLE_EQ(metrics.openings_f1, 1);
+  EXPECT_NEAR(metrics.clear_width_median_m, 0.02, 1e-9);
+  PlaneOpening closed = building.planes[0].openings[0];
+  for (Vector3d& p : closed.outline_world) p.y() = 3;
+  building.planes[1].openings = {closed};
+  metrics = EvaluateBuilding(Truth(), building, {});
+  EXPECT_EQ(metrics.openings_false, 1);
+  EXPECT_NEAR(metrics.openings_f1, 2.0 / 3, 1e-9);
+}
+
+TEST(BuildingMetrics, RoomsAreRightWithinTwoPercent) {
+  Building building = Mapped();
+  EXPECT_EQ(EvaluateBuilding(Truth(), building, {}).rooms_right, 1);
+  building.rooms[0].polygon = {{{0, 0}, {4, 0}, {4, 3.2}, {0, 3.2}}, {}};
+  building.rooms[0].area_m2 = 12.8;
+  const BuildingMetrics metrics = EvaluateBuilding(Truth(), building, {});
+  EXPECT_EQ(metrics.rooms_found, 1);
+  EXPECT_EQ(metrics.rooms_right, 0);
+  EXPECT_NEAR(metrics.area_error_median, 0.8 / 12, 1e-9);
+}
+
+TEST(BuildingMetrics, WallsOfAnotherSideOrElsewhereAreNotFound) {
+  Building building;
+  building.planes = {PlaneAt(0, -1, 0.01), PlaneAt(3.3, -1, 0.01)};
+  const BuildingMetrics metrics = EvaluateBuilding(Truth(), building, {});
+  EXPECT_EQ(metrics.walls, 2);
+  EXPECT_EQ(metrics.walls_found, 0);
+  EXPECT_EQ(metrics.intervals, 0);
+}
+
+TEST(BuildingMetrics, AlignmentMovesAllOfABuilding) {
+  Alignment alignment;
+  alignment.T_truth_estimate.rotation = Eigen::AngleAxisd(M_PI / 2, Vector3d::UnitZ());
+  alignment.T_truth_estimate.translation = {10, 0, 0};
+  const Building aligned = Aligned(alignment, Mapped());
+  EXPECT_NEAR((aligned.planes[0].normal - Vector3d(-1, 0, 0)).norm(), 0, 1e-12);
+  EXPECT_NEAR(aligned.planes[0].offset_m, -9.99, 1e-9);
+  EXPECT_NEAR((aligned.planes[0].outline_world[1] - Vector3d(9.99, 4, 0)).norm(), 0, 1e-9);
+  EXPECT_NEAR((aligned.rooms[0].polygon.outline[1] - Eigen::Vector2d(9.99, 4)).norm(), 0, 1e-9);
+}
+
+}  // namespace
+}  // namespace slcmap

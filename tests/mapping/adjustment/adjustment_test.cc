@@ -1,0 +1,188 @@
+// The adjustment on simulated tracks, whose truth is known to the last digit.
+#include "mapping/adjustment/adjustment.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "mapping/adjustment/closure_terms.h"
+#include "mapping/adjustment/edge_closures.h"
+#include "tests/testing/simulated_odometry.h"
+
+namespace slcmap {
+namespace {
+
+SimulatedRunOptions Noisy(double duration_s = 12) {
+  SimulatedRunOptions options;
+  options.duration_s = duration_s;
+  options.stand_still_s = 1;
+  options.imu_noise = true;
+  options.pixel_sigma_px = 0.25;
+  options.tracks = 80;
+  options.gyro_bias_rad_s << -0.002, 0.02, 0.08;
+  options.accel_bias_m_s2 << -0.02, 0.13, 0.08;
+  return options;
+}
+
+// A run as a folder would hold it.
+SimulatedRun Fly(const SimulatedRunOptions& options) {
+  SimulatedRun run = RunOnSimulatedTracks(options);
+  run.run.rectified_rig = options.fault.Claimed(run.rig);
+  run.run.imu = run.imu.samples;
+  run.run.states = run.states;
+  return run;
+}
+
+// RMSE of the keyframes' positions after the best shift and the turn that the first poses have.
+double Ape(const SimulatedRun& run, const std::vector<RigidTransform>& poses,
+           const CalibrationFault& fault = {}) {
+  const auto truth = [&](size_t k) {
+    return run.motion->PoseAt(ToSeconds(run.run.keyframes[k].stamp_ns - fault.stamps_late_ns));
+  };
+  const RigidTransform gauge = GaugeBetween(truth(0), poses[0]);
+  double sum = 0;
+  for (size_t k = 0; k < poses.size(); ++k) {
+    sum += (gauge * poses[k].translation - truth(k).translation).squaredNorm();
+  }
+  return std::sqrt(sum / static_cast<double>(poses.size()));
+}
+
+std::vector<RigidTransform> WindowPoses(const OdometryRun& run) {
+  std::vector<RigidTransform> poses;
+  for (const Keyframe& keyframe : run.keyframes) poses.push_back(keyframe.T_world_imu);
+  return poses;
+}
+
+AdjustmentOptions Quick() {
+  AdjustmentOptions options;
+  options.line_sigma_px = options.point_sigma_px;
+  return options;
+}
+
+TEST(Adjustment, OfPerfectTracksIsTheTruth) {
+  SimulatedRunOptions options = Noisy();
+  options.imu_noise = false;
+  options.pixel_sigma_px = 0;
+  SimulatedRun run = Fly(options);
+  // Poses that are off, as a window's may be; the first one holds position and heading.
+  for (size_t k = 1; k < run.run.keyframes.size(); ++k) {
+    run.run.keyframes[k].T_world_imu.translation.x() +=
+        0.02 * std::sin(0.3 * static_cast<double>(k));
+  }
+  AdjustmentOptions adjustment = Quick();
+  adjustment.max_iterations = 30;
+  const AdjustmentResult result = Adjust(run.run, adjustment);
+  ASSERT_TRUE(result.usable);
+  EXPECT_GT(Ape(run, WindowPoses(run.run)), 0.01);
+  EXPECT_LT(Ape(run, result.T_world_imu), 5e-4);
+}
+
+TEST(Adjustment, IsNearerToTheTruthThanTheWindow) {
+  const SimulatedRunOptions options = Noisy(20);
+  const SimulatedRun run = Fly(options);
+  const AdjustmentResult result = Adjust(run.run, Quick());
+  ASSERT_TRUE(result.usable);
+  EXPECT_GT(result.figures.points, 100);
+  EXPECT_LT(Ape(run, result.T_world_imu), Ape(run, WindowPoses(run.run)));
+}
+
+TEST(Adjustment, FindsACalibrationThatIsOff) {
+  SimulatedRunOptions options = Noisy(20);
+  options.fault.stamps_late_ns = 10'000'000;
+  options.fault.right_rotation_rad << 8.7e-4, 8.7e-4, 0;
+  const SimulatedRun run = Fly(options);
+  const AdjustmentResult result = Adjust(run.run, Quick());
+  ASSERT_TRUE(result.usable && result.calibration);
+  const CalibrationVector expected = options.fault.Expected();
+  EXPECT_NEAR(result.calibration->time_offset_s, expected[kRowTimeOffset], 5e-4);
+  constexpr int kRight = kImuCalibrationSize + kRowRightRotation;
+  EXPECT_NEAR(result.calibration->right_rotation_rad.x(), expected[kRight], 9e-5);
+  EXPECT_NEAR(result.calibration->right_rotation_rad.y(), expected[kRight + 1], 9e-5);
+  EXPECT_GT(result.calibration->time_offset_sigma_s, 0);
+}
+
+TEST(Adjustment, OfLinesKnowsTheHeading) {
+  SimulatedRunOptions options = Noisy();
+  LineTrackSimulatorOptions lines;
+  lines.heading_rad = 0.3;
+  lines.max_lines = 20;
+  options.lines = lines;
+  const SimulatedRun run = Fly(options);
+  const AdjustmentResult result = Adjust(run.run, Quick());
+  ASSERT_TRUE(result.usable);
+  EXPECT_GT(result.figures.lines, 10);
+  ASSERT_FALSE(result.headings_rad.empty());
+  const RigidTransform gauge = GaugeBetween(
+      run.motion->PoseAt(ToSeconds(run.run.keyframes[0].stamp_ns)), result.T_world_imu[0]);
+  const double yaw_rad = 2 * std::atan2(gauge.rotation.z(), gauge.rotation.w());
+  EXPECT_NEAR(std::remainder(result.headings_rad[0] + yaw_rad - 0.3, M_PI / 2), 0, 1e-3);
+  EXPECT_EQ(result.lines.size(), run.run.lines.size());
+}
+
+TEST(Adjustment, TheSameRunGivesTheSameBytes) {
+  const SimulatedRun run = Fly(Noisy(8));
+  const AdjustmentResult a = Adjust(run.run, Quick()), b = Adjust(run.run, Quick());
+  ASSERT_TRUE(a.usable);
+  for (size_t k = 0; k < a.T_world_imu.size(); ++k) {
+    EXPECT_EQ(a.T_world_imu[k].translation, b.T_world_imu[k].translation);
+    EXPECT_EQ(a.T_world_imu[k].rotation.coeffs(), b.T_world_imu[k].rotation.coeffs());
+  }
+}
+
+TEST(Adjustment, OfTooLittleIsNone) {
+  OdometryRun run;
+  EXPECT_FALSE(Adjust(run, {}).usable);
+  run.keyframes.resize(2);
+  const AdjustmentResult result = Adjust(run, {});
+  EXPECT_FALSE(result.usable);
+  EXPECT_FALSE(result.reason.empty());
+  Apply(result, &run);
+  EXPECT_EQ(run.keyframes.size(), 2u);
+}
+
+TEST(Adjustment, EndsWhenItIsTold) {
+  const SimulatedRun run = Fly(Noisy(8));
+  const Progress never([](double) { return false; });
+  EXPECT_THROW(Adjust(run.run, Quick(), nullptr, never), StoppedError);
+}
+
+// Matches of points that are seen again at the end of the flight with those of its start, right or
+// shifted, which odometry cannot have drifted by.
+std::vector<Closure> Injected(const AdjustmentState& state, const SimulatedRun& run,
+                              const Eigen::Vector3d& shift_m, int count) {
+  std::vector<Closure> closures;
+  for (int i = 0; i < count; ++i) {
+    const size_t newer = state.frames.size() - 1 - static_cast<size_t>(i);
+    Closure closure;
+    closure.older_frame = 1;
+    closure.newer_frame = newer;
+    const RigidTransform T_camera_world =
+        (PoseFromBlock(state.frames[newer].pose) * run.run.rectified_rig.T_imu_camera[0]).Inverse();
+    for (size_t p = 0; p < state.points.size() && closure.points.size() < 40; ++p) {
+      if (state.points[p].host > 8) continue;
+      const Eigen::Vector3d seen =
+          T_camera_world * (PointInWorld(state.points[p], state) + shift_m);
+      if (seen.z() > 0.5 && seen.head<2>().norm() < seen.z()) {
+        closure.points.push_back({p, newer, seen.hnormalized()});
+      }
+    }
+    if (closure.points.size() >= 10) closures.push_back(closure);
+  }
+  return closures;
+}
+
+TEST(Adjustment, RefusesClosuresBeyondWhatOdometryMayHaveDrifted) {
+  const SimulatedRun run = Fly(Noisy(20));
+  const AdjustmentResult without = AdjustWithClosures(run.run, Quick(), nullptr);
+  const auto shifted = [&](const AdjustmentState& state, const Progress&) {
+    return Injected(state, run, {0.5, 0.3, 0}, 4);
+  };
+  const AdjustmentResult with = AdjustWithClosures(run.run, Quick(), shifted);
+  ASSERT_TRUE(with.usable);
+  ASSERT_GE(with.figures.closures, 1);
+  EXPECT_EQ(with.figures.closures_taken_back, with.figures.closures);
+  EXPECT_LT(Ape(run, with.T_world_imu), Ape(run, without.T_world_imu) + 1e-3);
+}
+
+}  // namespace
+}  // namespace slcmap

@@ -1,0 +1,344 @@
+#include "mapping/building/build_building.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <set>
+
+#include "apps/evaluation/building_metrics.h"
+#include "data/error.h"
+#include "tests/testing/scene_scanner.h"
+
+namespace slcmap {
+namespace {
+
+using Eigen::Vector3d;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using testing::PlacesAlong;
+using testing::Scan;
+using testing::ScanOptions;
+using testing::SceneFromText;
+using testing::SeenFrom;
+using ::testing::SizeIs;
+
+std::vector<BuildingPlane> WallsOf(const Building& building) {
+  std::vector<BuildingPlane> walls;
+  for (const BuildingPlane& plane : building.planes) {
+    if (plane.kind == PlaneKind::kWall) walls.push_back(plane);
+  }
+  return walls;
+}
+
+std::vector<PlaneOpening> OpeningsOf(const Building& building) {
+  std::vector<PlaneOpening> openings;
+  for (const BuildingPlane& plane : building.planes) {
+    openings.insert(openings.end(), plane.openings.begin(), plane.openings.end());
+  }
+  return openings;
+}
+
+// Of the planes of walls with that heading (of the normal, degrees, to half a degree).
+std::vector<double> OffsetsAlong(const Building& building, double heading_deg) {
+  std::vector<double> offsets;
+  for (const BuildingPlane& plane : WallsOf(building)) {
+    const double turn_deg =
+        std::atan2(plane.normal.y(), plane.normal.x()) * 180 / M_PI - heading_deg;
+    if (std::abs(std::remainder(turn_deg, 360)) < 0.5) offsets.push_back(plane.offset_m);
+  }
+  std::sort(offsets.begin(), offsets.end());
+  return offsets;
+}
+
+// A room of 5 by 4 m, 2.7 m high, with more in it.
+std::string RoomWith(const std::string& objects) {
+  return R"(
+materials:
+  blank: {texture: plain, contrast: 0}
+objects:
+  - {kind: wall, points: [[0, 0], [5, 0], [5, 4], [0, 4]], closed: true, skirting_height: 0.09}
+  - {kind: slab, at: [0, 0, 0], size: [5, 4], material: carpet}
+  - {kind: slab, at: [0, 0, 2.7], size: [5, 4], material: ceiling, faces_down: true}
+)" + objects;
+}
+
+std::vector<Vector3d> InRoom() { return PlacesAlong({{1, 1, 1.5}, {4, 1.2, 1.5}, {4, 3, 1.5}}); }
+
+TEST(BuildBuilding, RoomHasFourWallsItsAreaAndItsHeight) {
+  const Scene scene = SceneFromText(RoomWith(""));
+  const Building building = BuildBuilding(Scan(scene, InRoom()), {});
+  ASSERT_THAT(building.storeys, SizeIs(1));
+  EXPECT_NEAR(building.storeys[0].floor_m, 0, 0.01);
+  ASSERT_TRUE(building.storeys[0].ceiling_m);
+  EXPECT_NEAR(*building.storeys[0].ceiling_m, 2.7, 0.01);
+  EXPECT_THAT(WallsOf(building), SizeIs(4));
+  ASSERT_THAT(building.rooms, SizeIs(1));
+  EXPECT_NEAR(building.rooms[0].area_m2, 20, 0.2);
+  ASSERT_TRUE(building.rooms[0].height_m);
+  EXPECT_NEAR(*building.rooms[0].height_m, 2.7, 0.015);
+  for (const BuildingPlane& plane : WallsOf(building)) {
+    EXPECT_THAT(plane.room_ids, ElementsAre(0));
+    EXPECT_THAT(plane.openings, IsEmpty());
+  }
+  ASSERT_THAT(building.walls, SizeIs(4));
+  EXPECT_TRUE(building.walls[0].thickness_assumed);
+}
+
+TEST(BuildBuilding, WallsAreWhereTheyAreWithinTheirIntervals) {
+  const Scene scene = SceneFromText(RoomWith(""));
+  const Building building = BuildBuilding(Scan(scene, InRoom()), {});
+  const auto expect = [&](double heading_deg, double offset_m) {
+    const std::vector<double> offsets = OffsetsAlong(building, heading_deg);
+    ASSERT_THAT(offsets, SizeIs(1)) << heading_deg;
+    EXPECT_NEAR(offsets[0], offset_m, 0.01) << heading_deg;
+  };
+  expect(0, 0);
+  expect(90, 0);
+  expect(180, -5);
+  expect(270, -4);
+}
+
+TEST(BuildBuilding, SameInputGivesTheSameBuilding) {
+  const Scene scene = SceneFromText(RoomWith(""));
+  const BuildingInput input = Scan(scene, InRoom());
+  const Building first = BuildBuilding(input, {}), second = BuildBuilding(input, {});
+  ASSERT_EQ(first.planes.size(), second.planes.size());
+  for (size_t i = 0; i < first.planes.size(); ++i) {
+    EXPECT_EQ(first.planes[i].offset_m, second.planes[i].offset_m);
+  }
+}
+
+TEST(BuildBuilding, NothingGivesNothing) {
+  const Building building = BuildBuilding({}, {});
+  EXPECT_THAT(building.storeys, IsEmpty());
+  EXPECT_THAT(building.planes, IsEmpty());
+  BuildingInput only_trajectory;
+  only_trajectory.trajectory_world = InRoom();
+  EXPECT_THAT(BuildBuilding(only_trajectory, {}).rooms, IsEmpty());
+}
+
+TEST(BuildBuilding, WrongOptionsAreRefused) {
+  BuildingOptions options;
+  options.merge_m = -1;
+  EXPECT_THROW(BuildBuilding({}, options), ConfigError);
+}
+
+TEST(BuildBuilding, BlankAndFurnishedWallsHaveNoOpenings) {
+  const Scene scene = SceneFromText(RoomWith(R"(
+  - {kind: box, at: [2.5, 0.01, 0], size: [4.96, 0.01, 2.69], material: blank}
+  - {kind: shelf, at: [0.01, 3.2, 0], yaw_deg: 90, seed: 3, repeat: 3, step: [0, -0.95, 0]}
+  - {kind: cabinet, at: [2.2, 3.99, 0], repeat: 2, step: [1.0, 0, 0]}
+)"));
+  const Building building = BuildBuilding(Scan(scene, InRoom()), {});
+  EXPECT_THAT(OpeningsOf(building), IsEmpty());
+  ASSERT_THAT(building.rooms, SizeIs(1));
+  EXPECT_NEAR(building.rooms[0].area_m2, 20, 0.4);
+}
+
+// Two rooms beside each other, with a wall between them that has what is given.
+Building TwoRooms(const std::string& openings, bool walked) {
+  const Scene scene = SceneFromText(R"(
+objects:
+  - {kind: wall, points: [[0, 0], [10, 0], [10, 4], [0, 4]], closed: true, skirting_height: 0.09}
+  - {kind: slab, at: [0, 0, 0], size: [10, 4], material: carpet}
+  - {kind: slab, at: [0, 0, 2.7], size: [10, 4], material: ceiling, faces_down: true}
+  - {kind: wall, points: [[5, 0], [5, 4]], has_back: true, skirting_height: 0.09, )" +
+                                    openings + "}\n");
+  std::vector<Vector3d> places = PlacesAlong({{1, 2.8, 1.5}, {3.8, 3, 1.5}, {4, 1.5, 1.5}});
+  const std::vector<Vector3d> beyond = PlacesAlong({{6.2, 1.5, 1.5}, {9, 1.5, 1.5}, {8, 3, 1.5}});
+  if (walked) places.insert(places.end(), {{4.6, 1.5, 1.5}, {5.6, 1.5, 1.5}});
+  if (walked) places.insert(places.end(), beyond.begin(), beyond.end());
+  ScanOptions options;
+  options.rays = 8000;
+  return BuildBuilding(Scan(scene, places, options), {});
+}
+
+TEST(BuildBuilding, OpenDoorIsSeenThroughAndPartsRooms) {
+  const Building building = TwoRooms("doors: [[0, 1.0, 1.0, 2.1, 90]]", true);
+  EXPECT_THAT(building.rooms, SizeIs(2));
+  const std::vector<PlaneOpening> openings = OpeningsOf(building);
+  ASSERT_THAT(openings, SizeIs(2));  // one on each face
+  for (const PlaneOpening& opening : openings) {
+    EXPECT_EQ(opening.kind, OpeningKind::kDoor);
+    EXPECT_TRUE(opening.walked);
+    EXPECT_NEAR(opening.clear_width_m, 0.96, 0.04);
+    EXPECT_NEAR(opening.clear_height_m, 2.08, 0.06);
+  }
+  int pairs = 0;
+  for (const PlanWall& wall : building.walls) {
+    if (wall.thickness_assumed) continue;
+    ++pairs;
+    EXPECT_NEAR(wall.thickness_m, 0.15, 0.015);
+    EXPECT_THAT(wall.openings, SizeIs(1));
+    EXPECT_THAT(wall.plane_ids, SizeIs(2));
+  }
+  EXPECT_EQ(pairs, 1);
+}
+
+TEST(BuildBuilding, ClosedDoorAndPaneAreNoOpenings) {
+  const Building building =
+      TwoRooms("doors: [[0, 1.0, 1.0, 2.1, 0]], windows: [[0, 2.5, 1.0, 1.2, 0.9]]", false);
+  EXPECT_THAT(OpeningsOf(building), IsEmpty());
+  EXPECT_THAT(building.rooms, SizeIs(1));
+}
+
+TEST(BuildBuilding, WingTurnedByTwelveDegreesIsNotStraightened) {
+  const Scene scene = SceneFromText(R"(
+wings: [[0, 0, 0], [12, 8, 0]]
+objects:
+  - {kind: wall, points: [[8.0, 1], [0, 1], [0, -1], [8.2, -1]]}
+  - {kind: wall, wing: 1, points: [[0, -1], [8, -1], [8, 1], [0, 1]]}
+  - {kind: slab, at: [0, -1, 0], size: [9, 2]}
+  - {kind: slab, wing: 1, at: [0, -1, -0.002], size: [8, 2]}
+)");
+  const Building building =
+      BuildBuilding(Scan(scene, PlacesAlong({{1, 0, 1.5}, {8, 0, 1.5}, {15, 1.5, 1.5}})), {});
+  EXPECT_THAT(OffsetsAlong(building, 90), SizeIs(1));
+  EXPECT_THAT(OffsetsAlong(building, 270), SizeIs(1));
+  EXPECT_THAT(OffsetsAlong(building, 102), SizeIs(1));
+  EXPECT_THAT(OffsetsAlong(building, 282), SizeIs(1));
+}
+
+TEST(BuildBuilding, HeadingsThreeDegreesApartStayTwo) {
+  const Scene scene = SceneFromText(R"(
+objects:
+  - {kind: wall, points: [[0, 0], [8, 0], [8, 4.419], [0, 4]], closed: true}
+  - {kind: slab, at: [0, 0, 0], size: [8, 5]}
+)");
+  const Building building = BuildBuilding(Scan(scene, PlacesAlong({{1, 2, 1.5}, {7, 2, 1.5}})), {});
+  EXPECT_THAT(OffsetsAlong(building, 90), SizeIs(1));
+  EXPECT_THAT(OffsetsAlong(building, 270), IsEmpty());
+  EXPECT_THAT(OffsetsAlong(building, 273), SizeIs(1));
+}
+
+TEST(BuildBuilding, WallsSixCentimetresApartStayTwo) {
+  // The wall at y = 4 steps back by 6 cm; a wall of 6 cm has faces both ways.
+  const Scene scene = SceneFromText(R"(
+objects:
+  - {kind: wall, points: [[0, 0], [8, 0], [8, 4.06], [4, 4.06], [4, 4], [0, 4]], closed: true}
+  - {kind: wall, points: [[4, 0], [4, 2]], has_back: true, thickness: 0.06}
+  - {kind: slab, at: [0, 0, 0], size: [8, 5]}
+)");
+  const Building building = BuildBuilding(
+      Scan(scene, PlacesAlong({{1, 1, 1.5}, {3, 3, 1.5}, {7, 3, 1.5}, {7, 1, 1.5}})), {});
+  const std::vector<double> back = OffsetsAlong(building, 270);
+  ASSERT_THAT(back, SizeIs(2));
+  EXPECT_NEAR(back[0], -4.06, 0.01);
+  EXPECT_NEAR(back[1], -4, 0.01);
+  bool has_thin = false;
+  for (const PlanWall& wall : building.walls) {
+    has_thin = has_thin || (!wall.thickness_assumed && std::abs(wall.thickness_m - 0.06) < 0.015);
+  }
+  EXPECT_TRUE(has_thin);
+}
+
+TEST(BuildBuilding, OneWallWithDriftIsOne) {
+  const Scene scene = SceneFromText(RoomWith(""));
+  ScanOptions options;
+  options.drift_m = {0.03, 0.03, 0};
+  // The same way twice, the second time measured 3 cm off.
+  const std::vector<Vector3d> places =
+      PlacesAlong({{1, 1, 1.5}, {4, 1.2, 1.5}, {4, 3, 1.5}, {4, 1.2, 1.5}, {1, 1, 1.5}});
+  options.with_lines = false;
+  const Building building = BuildBuilding(Scan(scene, places, options), {});
+  EXPECT_THAT(WallsOf(building), SizeIs(4));
+  ASSERT_THAT(building.rooms, SizeIs(1));
+  EXPECT_NEAR(building.rooms[0].area_m2, 20, 0.4);
+}
+
+TEST(BuildBuilding, StoreysOfUnequalAreaAndACeilingNeverSeen) {
+  // The lower storey is 8 by 4 m; the upper one 4 by 4 m, without a ceiling.
+  const Scene scene = SceneFromText(R"(
+objects:
+  - {kind: wall, points: [[0, 0], [8, 0], [8, 4], [0, 4]], closed: true, height: 2.6}
+  - {kind: wall, points: [[0, 0], [4, 0], [4, 4], [0, 4]], closed: true, at: [0, 0, 3]}
+  - {kind: slab, at: [0, 0, 0], size: [8, 4]}
+  - {kind: slab, at: [0, 0, 2.6], size: [8, 4], faces_down: true}
+  - {kind: slab, at: [0, 0, 3], size: [4, 4]}
+)");
+  std::vector<Vector3d> places = PlacesAlong({{1, 2, 1.5}, {7, 2, 1.5}, {2, 2, 1.5}});
+  const std::vector<Vector3d> upper = PlacesAlong({{1, 1, 4.5}, {3, 3, 4.5}, {1, 3, 4.5}});
+  places.insert(places.end(), upper.begin(), upper.end());
+  const Building building = BuildBuilding(Scan(scene, places), {});
+  ASSERT_THAT(building.storeys, SizeIs(2));
+  EXPECT_NEAR(building.storeys[0].floor_m, 0, 0.01);
+  EXPECT_NEAR(building.storeys[1].floor_m, 3, 0.01);
+  ASSERT_TRUE(building.storeys[0].ceiling_m);
+  EXPECT_NEAR(*building.storeys[0].ceiling_m, 2.6, 0.01);
+  EXPECT_FALSE(building.storeys[1].ceiling_m);
+  ASSERT_THAT(building.rooms, SizeIs(2));
+  EXPECT_NEAR(building.rooms[0].area_m2, 32, 0.5);
+  EXPECT_NEAR(building.rooms[1].area_m2, 16, 0.3);
+  EXPECT_FALSE(building.rooms[1].height_m);
+}
+
+TEST(BuildBuilding, SplitLevelHasTwoFloors) {
+  const Scene scene = SceneFromText(R"(
+objects:
+  - {kind: wall, points: [[0, 0], [10, 0], [10, 4], [0, 4]], closed: true, height: 3.4}
+  - {kind: slab, at: [0, 0, 0], size: [5, 4]}
+  - {kind: slab, at: [5, 0, 0.8], size: [5, 4]}
+  - {kind: box, at: [5.05, 2, 0], size: [0.1, 4, 0.79]}
+  - {kind: slab, at: [0, 0, 3.4], size: [10, 4], faces_down: true}
+)");
+  const Building building = BuildBuilding(
+      Scan(scene, PlacesAlong({{1, 2, 1.5}, {4, 2, 1.5}, {6, 2, 2.3}, {9, 2, 2.3}})), {});
+  ASSERT_THAT(building.storeys, SizeIs(2));
+  EXPECT_NEAR(building.storeys[0].floor_m, 0, 0.01);
+  EXPECT_NEAR(building.storeys[1].floor_m, 0.8, 0.01);
+}
+
+TEST(BuildBuilding, WhatIsFlownOverIsNoStorey) {
+  const Scene scene = SceneFromText(R"(
+objects:
+  - {kind: wall, points: [[0, 0], [8, 0], [8, 8], [0, 8]], closed: true, height: 6}
+  - {kind: slab, at: [0, 0, 0], size: [8, 8]}
+  - {kind: box, at: [4, 4, 0], size: [2, 2, 1.2]}
+)");
+  const Building building = BuildBuilding(
+      Scan(scene, PlacesAlong({{1, 4, 2.5}, {7, 4, 2.5}, {4, 7, 2.5}, {4, 1, 2.5}})), {});
+  ASSERT_THAT(building.storeys, SizeIs(1));
+  EXPECT_NEAR(building.storeys[0].floor_m, 0, 0.01);
+}
+
+TEST(BuildBuilding, CorridorAroundABlockIsOneRoomWithAHole) {
+  const Scene scene = SceneFromText(R"(
+objects:
+  - {kind: wall, points: [[0, 0], [12, 0], [12, 9], [0, 9]], closed: true}
+  - {kind: wall, points: [[2, 2], [2, 7], [10, 7], [10, 2]], closed: true}
+  - {kind: slab, at: [0, 0, 0], size: [12, 9]}
+  - {kind: slab, at: [0, 0, 2.7], size: [12, 9], faces_down: true}
+)");
+  const std::vector<Vector3d> places =
+      PlacesAlong({{1, 1, 1.5}, {11, 1, 1.5}, {11, 8, 1.5}, {1, 8, 1.5}, {1, 1, 1.5}}, 0.8);
+  const Building building = BuildBuilding(Scan(scene, places), {});
+  EXPECT_THAT(WallsOf(building), SizeIs(8));
+  ASSERT_THAT(building.rooms, SizeIs(1));
+  EXPECT_THAT(building.rooms[0].polygon.holes, SizeIs(1));
+  EXPECT_NEAR(building.rooms[0].area_m2, 68, 0.7);
+  EXPECT_THAT(OpeningsOf(building), IsEmpty());
+}
+
+TEST(BuildBuilding, OfficeOfFiveRoomsMeetsItsFigures) {
+  const Scene scene =
+      ReadScene(std::string(SLCMAP_SOURCE_DIR) + "/config/scenes/office_floor.yaml");
+  const std::vector<Vector3d> places = PlacesAlong(
+      {{0.9, 0, 1.5},    {2.9, 0, 1.5},   {2.9, -3.8, 1.5}, {2.9, 0, 1.5},     {4.1, 0, 1.5},
+       {4.1, 3, 1.5},    {2.8, 3.2, 1.5}, {4.1, 0.2, 1.5},  {8.05, 0, 1.5},    {8.05, -2.4, 1.5},
+       {9.4, -2.7, 1.5}, {8.05, 0, 1.5},  {12.1, 0, 1.5},   {12.1, 2.8, 1.5},  {10.6, 3.0, 1.5},
+       {12.1, 0.5, 1.5}, {13.3, 0, 1.5},  {13.3, -3, 1.5},  {14.6, -2.7, 1.5}, {13.3, 0, 1.5}},
+      0.8);
+  const Building building = BuildBuilding(Scan(scene, places), {});
+  const BuildingMetrics metrics = EvaluateBuilding(SeenFrom(scene, places), building, {});
+  EXPECT_GE(metrics.walls_found, 0.95 * metrics.walls);
+  EXPECT_LE(metrics.offset_median_m, 0.01);
+  EXPECT_LE(metrics.distance_error_95_m, 0.015);
+  EXPECT_GE(metrics.openings_f1, 0.85);
+  EXPECT_EQ(metrics.rooms, 6);
+  EXPECT_EQ(metrics.rooms_right, 6);
+}
+
+}  // namespace
+}  // namespace slcmap

@@ -1,0 +1,113 @@
+// Space in front of a wall, at it and behind it.
+#include "mapping/dense/depth_occupancy.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "data/error.h"
+
+namespace slcmap {
+namespace {
+
+constexpr double kDepth_m = 2.02, kCell_m = 0.05;
+
+Camera TestCamera() {
+  Camera camera;
+  camera.width_px = 200;
+  camera.height_px = 150;
+  camera.fx_px = camera.fy_px = 120;
+  camera.cx_px = 99.5;
+  camera.cy_px = 74.5;
+  return camera;
+}
+
+DepthGrid WallAt(double depth_m, double sigma_m) {
+  DepthGrid grid(TestCamera(), 2);
+  for (DepthNode& node : grid.nodes) {
+    node.inverse_depth = static_cast<float>(1 / depth_m);
+    node.sigma = static_cast<float>(sigma_m / (depth_m * depth_m));
+  }
+  return grid;
+}
+
+OccupancyOptions Options() {
+  OccupancyOptions options;
+  options.resolution_m = kCell_m;
+  options.max_range_m = 4;
+  return options;
+}
+
+Eigen::Vector3d Ahead(double z_m) { return {0.1, 0.1, z_m}; }
+
+TEST(DepthOccupancy, CarvesToThreeSigmasBeforeAWall) {
+  constexpr double kSigma_m = 0.1;
+  DepthOccupancy occupancy(Options());
+  occupancy.Add({}, TestCamera(), WallAt(kDepth_m, kSigma_m));
+  const OccupancyMap map = occupancy.Finish({});
+  for (double z_m = 0.3; z_m < kDepth_m - 3 * kSigma_m - kCell_m; z_m += 0.02) {
+    EXPECT_TRUE(map.IsFree(Ahead(z_m))) << z_m;
+  }
+  for (double z_m = kDepth_m - 3 * kSigma_m + 2 * kCell_m; z_m < kDepth_m + 1; z_m += 0.02) {
+    EXPECT_FALSE(map.IsFree(Ahead(z_m))) << z_m;
+  }
+  EXPECT_TRUE(map.IsOccupied(Ahead(kDepth_m)));
+  EXPECT_FALSE(map.IsOccupied(Ahead(kDepth_m + 0.2)));
+}
+
+TEST(DepthOccupancy, SaysNothingWhereDepthIsUnknown) {
+  DepthGrid half = WallAt(kDepth_m, 0.01);
+  for (int row = 0; row < half.rows; ++row) {
+    for (int column = 0; column < half.columns / 2; ++column) half.At(column, row) = {};
+  }
+  DepthOccupancy occupancy(Options());
+  occupancy.Add({}, TestCamera(), half);
+  const OccupancyMap map = occupancy.Finish({});
+  EXPECT_TRUE(map.IsFree({0.5, 0, 1.5}));
+  EXPECT_FALSE(map.IsFree({-0.5, 0, 1.5}));
+  EXPECT_FALSE(map.IsOccupied({-0.5, 0, kDepth_m}));
+}
+
+TEST(DepthOccupancy, FollowsNoRayBeyondItsRange) {
+  DepthOccupancy occupancy(Options());
+  occupancy.Add({}, TestCamera(), WallAt(9, 0.01));
+  const OccupancyMap map = occupancy.Finish({});
+  EXPECT_TRUE(map.IsFree(Ahead(3.5)));
+  EXPECT_FALSE(map.IsFree(Ahead(4.3)));
+  EXPECT_FALSE(map.IsOccupied(Ahead(9)));
+}
+
+TEST(DepthOccupancy, CountsACellOnceAView) {
+  const DepthCarver carver(kCell_m, 4);
+  const CellObservation observation = carver.Observe({}, TestCamera(), WallAt(kDepth_m, 0.01));
+  const auto less = [](const OctreeCell& a, const OctreeCell& b) {
+    return std::lexicographical_compare(a.data(), a.data() + 3, b.data(), b.data() + 3);
+  };
+  std::vector<OctreeCell> cells = observation.free;
+  cells.insert(cells.end(), observation.occupied.begin(), observation.occupied.end());
+  std::sort(cells.begin(), cells.end(), less);
+  EXPECT_EQ(std::adjacent_find(cells.begin(), cells.end()), cells.end());
+  EXPECT_GT(observation.occupied.size(), 1000u);
+}
+
+TEST(DepthOccupancy, MakesFusedSurfacesOccupied) {
+  DepthOccupancy occupancy(Options());
+  for (int i = 0; i < 30; ++i) occupancy.Add({}, TestCamera(), WallAt(kDepth_m, 0.01));
+  DensePoint point;
+  point.p_world = Ahead(1);
+  point.normal_world = -Eigen::Vector3d::UnitZ();
+  const OccupancyMap map = occupancy.Finish({point});
+  EXPECT_TRUE(map.IsOccupied(Ahead(1)));
+  EXPECT_TRUE(map.IsFree(Ahead(0.9)));
+}
+
+TEST(DepthOccupancy, RefusesCellsThatWouldTakeTooMuchMemory) {
+  OccupancyOptions options;
+  options.resolution_m = 0.001;
+  options.max_range_m = 20;
+  EXPECT_THROW(DepthOccupancy{options}, ConfigError);
+}
+
+}  // namespace
+}  // namespace slcmap

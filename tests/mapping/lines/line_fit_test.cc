@@ -1,0 +1,102 @@
+#include "mapping/lines/line_fit.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "odometry/geometry/pinhole.h"
+#include "tests/mapping/lines/painted_wall.h"
+
+namespace slcmap {
+namespace {
+
+using testing::MovingViews;
+using testing::PaintedWall;
+
+const PointAndDirection kTrue{{0.2, 2, 0.1}, Eigen::Vector3d(0.3, 0.1, 1).normalized()};
+
+// Where the views see the line, off by noise across its image.
+std::vector<EdgePlace> PlacesOf(const ViewCameras& cameras, double sigma_px, unsigned seed) {
+  std::mt19937 random(seed);
+  std::normal_distribution<double> noise(0, 1);
+  std::vector<EdgePlace> places;
+  for (int view = 0; view < static_cast<int>(cameras.T_camera_world.size()); ++view) {
+    for (const int camera : {0, 1}) {
+      const auto part = SeenPart(kTrue, {-0.5, 0.5}, cameras.T_camera_world[view][camera],
+                                 cameras.cameras[camera], {});
+      if (!part) continue;
+      const Eigen::Vector2d along = (part->px.end - part->px.start).normalized();
+      for (const double share : {0.1, 0.5, 0.9}) {
+        EdgePlace place{
+            view, camera, part->AlongAt(share), Eigen::Vector2d::Zero(), {along.y(), -along.x()},
+            4};
+        place.px = part->px.start + share * (part->px.end - part->px.start) +
+                   sigma_px * noise(random) * place.normal;
+        places.push_back(place);
+      }
+    }
+  }
+  return places;
+}
+
+class LineFitting : public ::testing::Test {
+ protected:
+  const Views views_ = MovingViews(8);
+  const PaintedWall wall_{views_, {}, 2};
+  const ViewCameras cameras_{views_, wall_.rig()};
+  const LineFitOptions options_{.pose_sigma_m = 0, .views_that_count = 1000};
+  const PointAndDirection start_{{0.23, 2.05, 0.1}, Eigen::Vector3d(0.33, 0.05, 1).normalized()};
+};
+
+TEST_F(LineFitting, OfExactPlacesIsExact) {
+  const auto fit = FitLine(start_, PlacesOf(cameras_, 0, 1), cameras_, std::nullopt, options_);
+  ASSERT_TRUE(fit);
+  EXPECT_LT((NearestOn(kTrue, fit->line.point_world) - fit->line.point_world).norm(), 1e-6);
+  EXPECT_LT(fit->line.direction_world.cross(kTrue.direction_world).norm(), 1e-6);
+  EXPECT_EQ(fit->views, 8);
+}
+
+TEST_F(LineFitting, ErrsAsItsCovarianceSays) {
+  double squared = 0;
+  constexpr int kRuns = 200;
+  for (unsigned seed = 1; seed <= kRuns; ++seed) {
+    const auto places = PlacesOf(cameras_, options_.sigma_px, seed);
+    const auto fit = FitLine(start_, places, cameras_, std::nullopt, options_);
+    ASSERT_TRUE(fit);
+    // Where the true line crosses the plane through the fit's point, and its direction.
+    const Eigen::Vector3d& d = fit->line.direction_world;
+    const Eigen::Vector3d off = kTrue.point_world - fit->line.point_world;
+    const Eigen::Vector3d crossing =
+        off - d.dot(off) / d.dot(kTrue.direction_world) * kTrue.direction_world;
+    Eigen::Vector4d error;
+    error << fit->across.transpose() * crossing,
+        fit->across.transpose() * (kTrue.direction_world / d.dot(kTrue.direction_world));
+    squared += error.dot(fit->covariance.inverse() * error);
+  }
+  // The robust loss costs some information, which the covariance tells as less.
+  EXPECT_NEAR(squared / kRuns, 4, 1.2);
+}
+
+TEST_F(LineFitting, SurvivesPlacesOfAnotherEdge) {
+  std::vector<EdgePlace> places = PlacesOf(cameras_, 0.1, 1);
+  for (size_t i = 0; i < places.size(); i += 5) places[i].px += 5 * places[i].normal;
+  const auto fit = FitLine(start_, places, cameras_, std::nullopt, options_);
+  ASSERT_TRUE(fit);
+  EXPECT_LT((NearestOn(kTrue, fit->line.point_world) - fit->line.point_world).norm(), 0.01);
+}
+
+TEST_F(LineFitting, KeepsToAnAxisThatIsKnownWell) {
+  const DirectionPrior prior{Eigen::Vector3d::UnitZ(), 1e-7};
+  const auto fit = FitLine({kTrue.point_world, Eigen::Vector3d::UnitZ()}, PlacesOf(cameras_, 0, 1),
+                           cameras_, prior, options_);
+  ASSERT_TRUE(fit);
+  EXPECT_LT(fit->line.direction_world.cross(Eigen::Vector3d::UnitZ()).norm(), 1e-4);
+}
+
+TEST_F(LineFitting, NeedsPlaces) {
+  EXPECT_FALSE(FitLine(start_, {}, cameras_, std::nullopt, options_));
+}
+
+}  // namespace
+}  // namespace slcmap

@@ -1,0 +1,74 @@
+#include <gtest/gtest.h>
+
+#include "mapping/lines/guided_pass.h"
+#include "mapping/lines/line_merging.h"
+
+namespace slcmap {
+namespace {
+
+// A line along x whose bins are shown and missed as often as the pairs say, two centimetres each.
+TrackedLine WithBins(const std::vector<std::pair<int, BinViews>>& stretches) {
+  TrackedLine line;
+  line.line = {Eigen::Vector3d::Zero(), Eigen::Vector3d::UnitX()};
+  for (const auto& [count, bin] : stretches) line.bins.insert(line.bins.end(), count, bin);
+  return line;
+}
+
+constexpr BinViews kShown{8, 1}, kMissed{1, 8}, kUnseen{0, 0};
+
+TEST(LineIntervals, KeepADoorway) {
+  const auto intervals = FindIntervals(WithBins({{50, kShown}, {45, kMissed}, {50, kShown}}), {});
+  ASSERT_EQ(intervals.size(), 2u);
+  EXPECT_NEAR(intervals[0].to_m, 1.0, 1e-9);
+  EXPECT_NEAR(intervals[1].from_m, 1.9, 1e-9);
+}
+
+TEST(LineIntervals, CloseAShortGapOnlyWhereNothingWasSeen) {
+  EXPECT_EQ(FindIntervals(WithBins({{20, kShown}, {4, kUnseen}, {20, kShown}}), {}).size(), 1u);
+  EXPECT_EQ(FindIntervals(WithBins({{20, kShown}, {4, kMissed}, {20, kShown}}), {}).size(), 2u);
+  EXPECT_EQ(FindIntervals(WithBins({{20, kShown}, {9, kUnseen}, {20, kShown}}), {}).size(), 2u);
+}
+
+TEST(LineIntervals, NeedViewsAndLength) {
+  EXPECT_TRUE(FindIntervals(WithBins({{50, {2, 0}}}), {}).empty());
+  EXPECT_TRUE(FindIntervals(WithBins({{2, kShown}, {50, kMissed}}), {}).empty());
+}
+
+TrackedLine At(double y_m, double from_m, double to_m, double sigma_m, int views = 10) {
+  TrackedLine line;
+  line.axis = 1;
+  line.line = {{0, y_m, 0}, Eigen::Vector3d::UnitX()};
+  line.intervals = {{from_m, to_m}};
+  line.fit.covariance = Eigen::Matrix4d::Identity() * sigma_m * sigma_m;
+  line.fit.covariance.bottomRightCorner<2, 2>() *= 0.01;
+  line.fit.views = views;
+  return line;
+}
+
+TEST(LineMerging, TakesOneEdgeTogether) {
+  const auto merged = MergeLines({At(0, 0, 1, 0.005), At(0.008, 0.9, 2, 0.005)}, {});
+  ASSERT_EQ(merged.size(), 1u);
+  ASSERT_EQ(merged[0].intervals.size(), 1u);
+  EXPECT_NEAR(merged[0].intervals[0].to_m - merged[0].intervals[0].from_m, 2, 1e-6);
+}
+
+TEST(LineMerging, LeavesJambsTwo) {
+  EXPECT_EQ(MergeLines({At(0, 0, 1, 0.005), At(0.06, 0, 1, 0.005)}, {}).size(), 2u);
+}
+
+TEST(LineMerging, DoesNotChain) {
+  // Each fits its neighbour, the first and the last do not fit each other.
+  const auto merged =
+      MergeLines({At(0, 0, 1, 0.006), At(0.02, 0, 1, 0.006, 9), At(0.04, 0, 1, 0.006, 8)}, {});
+  EXPECT_EQ(merged.size(), 2u);
+}
+
+TEST(LineMerging, KeepsGapsBetweenPieces) {
+  const auto merged = MergeLines({At(0, 0, 1, 0.005), At(0, 1.9, 3, 0.005)}, {});
+  size_t pieces = 0;
+  for (const TrackedLine& line : merged) pieces += line.intervals.size();
+  EXPECT_EQ(pieces, 2u);
+}
+
+}  // namespace
+}  // namespace slcmap

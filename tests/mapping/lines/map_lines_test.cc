@@ -1,0 +1,107 @@
+#include "mapping/lines/map_lines.h"
+
+#include <gtest/gtest.h>
+
+#include <opencv2/core/utility.hpp>
+
+#include "tests/mapping/lines/painted_wall.h"
+
+namespace slcmap {
+namespace {
+
+using testing::MovingViews;
+using testing::PaintedWall;
+using testing::WallRectangle;
+
+constexpr double kDistance_m = 2;
+
+std::vector<BuildingAxis> WallAxes() {
+  return {{LineAxis::kVertical, -1, -1, Eigen::Vector3d::UnitZ(), 0.001},
+          {LineAxis::kX, 0, -1, Eigen::Vector3d::UnitX(), 0.001},
+          {LineAxis::kY, 0, -1, Eigen::Vector3d::UnitY(), 0.001}};
+}
+
+std::vector<MapLine> LinesOf(const std::vector<WallRectangle>& rectangles,
+                             const std::vector<BuildingAxis>& axes, int views = 11) {
+  const Views moving = MovingViews(views);
+  const PaintedWall wall(moving, rectangles, kDistance_m);
+  return BuildLines(moving, wall, axes, {}, MapLineOptions());
+}
+
+// The largest distance of a line's ends from a place (x, z) of the wall, for a vertical line, or
+// from a height, for a level one.
+bool IsAlong(const MapLine& line, int across, double place_m) {
+  for (const Eigen::Vector3d& p : {line.start_world, line.end_world}) {
+    if (std::abs(p(across) - place_m) > 0.01 || std::abs(p.y() - kDistance_m) > 0.02) return false;
+  }
+  return true;
+}
+
+double Length_m(const MapLine& line) { return (line.end_world - line.start_world).norm(); }
+
+TEST(MapLines, TheSidesOfARectangleAreFoundWhereTheyAre) {
+  const auto lines = LinesOf({{-0.5, 0.4, -0.3, 0.4}}, WallAxes());
+  ASSERT_EQ(lines.size(), 4u);
+  for (const auto& [across, place_m, length_m] :
+       {std::tuple(0, -0.5, 0.7), {0, 0.4, 0.7}, {2, -0.3, 0.9}, {2, 0.4, 0.9}}) {
+    const auto found =
+        std::find_if(lines.begin(), lines.end(), [&, a = across, p = place_m](auto& l) {
+          return l.axis == (a == 0 ? LineAxis::kVertical : LineAxis::kX) && IsAlong(l, a, p);
+        });
+    ASSERT_NE(found, lines.end()) << across << " " << place_m;
+    EXPECT_NEAR(Length_m(*found), length_m, 0.05);
+    EXPECT_GT(found->observations, 5);
+    EXPECT_LT(found->sigma_m, 0.02);
+    EXPECT_NE(found->kind, LineKind::kMark);
+  }
+}
+
+TEST(MapLines, ADoorwayIsAGapOfOneLine) {
+  const auto lines = LinesOf({{-1.0, -0.3, -0.3, 0.4}, {0.3, 1.0, -0.3, 0.4}}, WallAxes());
+  std::vector<const MapLine*> tops;
+  for (const MapLine& line : lines) {
+    if (line.axis == LineAxis::kX && IsAlong(line, 2, 0.4)) tops.push_back(&line);
+  }
+  ASSERT_EQ(tops.size(), 2u);
+  EXPECT_EQ(tops[0]->id, tops[1]->id);
+  for (const MapLine* top : tops) EXPECT_NEAR(Length_m(*top), 0.7, 0.05);
+}
+
+TEST(MapLines, JambsSixCentimetresApartStayTwo) {
+  const auto lines = LinesOf({{-0.5, -0.2, -0.4, 0.5}, {-0.14, 0.3, -0.4, 0.5}}, WallAxes());
+  for (const double place_m : {-0.2, -0.14}) {
+    EXPECT_EQ(std::count_if(lines.begin(), lines.end(),
+                            [&](const MapLine& l) {
+                              return l.axis == LineAxis::kVertical && IsAlong(l, 0, place_m);
+                            }),
+              1)
+        << place_m;
+  }
+}
+
+TEST(MapLines, ABlankWallHasNone) { EXPECT_TRUE(LinesOf({}, WallAxes()).empty()); }
+
+TEST(MapLines, AreTheSameWithAnyNumberOfThreads) {
+  const std::vector<WallRectangle> rectangles = {{-0.5, 0.4, -0.3, 0.4}, {0.6, 0.9, -0.1, 0.2}};
+  const auto many = LinesOf(rectangles, WallAxes());
+  const int threads = cv::getNumThreads();
+  cv::setNumThreads(1);
+  const auto one = LinesOf(rectangles, WallAxes());
+  cv::setNumThreads(threads);
+  ASSERT_EQ(one.size(), many.size());
+  for (size_t i = 0; i < one.size(); ++i) {
+    EXPECT_EQ(one[i].start_world, many[i].start_world);
+    EXPECT_EQ(one[i].end_world, many[i].end_world);
+  }
+}
+
+TEST(MapLines, EndWithWhatIsFoundOnceProgressSaysSo) {
+  const Views views = MovingViews(11);
+  const PaintedWall wall(views, {{-0.5, 0.4, -0.3, 0.4}}, kDistance_m);
+  const auto lines = BuildLines(views, wall, WallAxes(), {}, MapLineOptions(),
+                                Progress([](double) { return false; }));
+  EXPECT_TRUE(lines.empty());
+}
+
+}  // namespace
+}  // namespace slcmap

@@ -1,0 +1,87 @@
+// Views of a dark wall with bright rectangles on it, for tests of lines.
+#pragma once
+
+#include <opencv2/imgproc.hpp>
+#include <vector>
+
+#include "mapping/views/view.h"
+
+namespace slcmap::testing {
+
+// A wall in the plane z = 0 of the wall's frame, which is the world turned so that the cameras,
+// with their z along the world's y, look at it: x of the world is right, z up.
+struct WallRectangle {
+  double left_m, right_m, bottom_m, top_m;
+};
+
+class PaintedWall : public ViewImages {
+ public:
+  PaintedWall(Views views, std::vector<WallRectangle> rectangles, double distance_m)
+      : views_(std::move(views)), rectangles_(std::move(rectangles)), distance_m_(distance_m) {
+    for (int i = 0; i < 2; ++i) {
+      Camera& camera = rig_.cameras[i];
+      camera.width_px = 480;
+      camera.height_px = 320;
+      camera.fx_px = camera.fy_px = 300;
+      camera.cx_px = 239.5;
+      camera.cy_px = 159.5;
+      rig_.T_imu_camera[i].translation.x() = 0.11 * i;
+    }
+    mask_ = cv::Mat(320, 480, CV_8UC1, cv::Scalar(255));
+  }
+
+  const Rig& rig() const override { return rig_; }
+  const cv::Mat& mask(int) const override { return mask_; }
+  int64_t unreadable() const override { return 0; }
+  StereoImage Read(size_t view) const override {
+    return {views_[view].stamp_ns, Paint(view, 0), Paint(view, 1)};
+  }
+
+ private:
+  // Four times finer and then averaged: edges are as a camera's pixels see them.
+  cv::Mat Paint(size_t view, int camera) const {
+    constexpr int kFiner = 4, kShift = 8;
+    const RigidTransform T_camera_world = WorldFromCamera(views_[view], rig_, camera).Inverse();
+    cv::Mat fine(320 * kFiner, 480 * kFiner, CV_8UC1, cv::Scalar(60));
+    for (const WallRectangle& r : rectangles_) {
+      std::vector<cv::Point> corners;
+      for (const auto& [x, z] : {std::pair(r.left_m, r.bottom_m), std::pair(r.right_m, r.bottom_m),
+                                 std::pair(r.right_m, r.top_m), std::pair(r.left_m, r.top_m)}) {
+        const Eigen::Vector3d p = T_camera_world * Eigen::Vector3d(x, distance_m_, z);
+        const double u = 300 * p.x() / p.z() + 239.5, v = 300 * p.y() / p.z() + 159.5;
+        const auto at = [&](double px) {
+          return static_cast<int>(std::lround(((px + 0.5) * kFiner - 0.5) * (1 << kShift)));
+        };
+        corners.push_back({at(u), at(v)});
+      }
+      cv::fillConvexPoly(fine, corners, cv::Scalar(170), cv::LINE_8, kShift);
+    }
+    cv::Mat image;
+    cv::resize(fine, image, {480, 320}, 0, 0, cv::INTER_AREA);
+    cv::GaussianBlur(image, image, {5, 5}, 0.7);
+    return image;
+  }
+
+  const Views views_;
+  const std::vector<WallRectangle> rectangles_;
+  const double distance_m_;
+  Rig rig_;
+  cv::Mat mask_;
+};
+
+// The camera looks along the world's y, its x along the world's x, its y down.
+inline View LookingAtWall(const Eigen::Vector3d& p_world, int64_t stamp_ns) {
+  Eigen::Matrix3d R;
+  R << 1, 0, 0, 0, 0, 1, 0, -1, 0;
+  return {stamp_ns, 0, {Eigen::Quaterniond(R), p_world}};
+}
+
+inline Views MovingViews(int count) {
+  Views views;
+  for (int i = 0; i < count; ++i) {
+    views.push_back(LookingAtWall({-0.5 + 0.1 * i, 0, 0.15 * (i % 4)}, 100 + i));
+  }
+  return views;
+}
+
+}  // namespace slcmap::testing
