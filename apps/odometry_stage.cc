@@ -294,6 +294,15 @@ void LogCalibration(const OdometryRun& run) {
       turn(e.imu_rotation_rad, e.imu_rotation_sigma_rad),
       turn(e.right_rotation_rad, e.right_rotation_sigma_rad),
       number(100 * e.focal_length, 100 * e.focal_length_sigma, "%"));
+  if (!run.principal_points) return;
+  const auto point = [&](int camera) {
+    const Eigen::Vector2d& offset = run.principal_points->offset_px[camera];
+    const Eigen::Vector2d& sigma = run.principal_points->sigma_px[camera];
+    return fmt::format("{:.1f} {:.1f} px (sigma {:.1f} {:.1f})", offset.x(), offset.y(), sigma.x(),
+                       sigma.y());
+  };
+  spdlog::info("principal points, less what was given: left {}, right {}; reported, not used",
+               point(0), point(1));
 }
 
 // Before anything is computed. The file may replace an older one, but none that is read, nor one of

@@ -83,6 +83,7 @@ constexpr OptionTable kCalibration{
     Option{"lever", &CalibrationOptions::lever, false, true},
     Option{"right_rotation", &CalibrationOptions::right_rotation, false, true},
     Option{"focal_length", &CalibrationOptions::focal_length, false, true},
+    Option{"principal_points", &CalibrationOptions::principal_points, false, true},
     Option{"rows_fit", &CalibrationOptions::rows_fit, false, true},
     Option{"confirm", &CalibrationOptions::confirm, false, true},
     Option{"sigma_scale", &CalibrationOptions::sigma_scale, 1.0, 3.0},

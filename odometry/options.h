@@ -92,6 +92,8 @@ struct CalibrationOptions {
   bool lever = false;          // the same
   bool right_rotation = true;  // of the right camera against the left one
   bool focal_length = true;    // of both cameras in common
+  // What the images tell of principal points is reported, and not used; see principal_points.h.
+  bool principal_points = true;
   // Rows of rectified images are believed to fit while they do: the right camera's turns about y
   // and z are held until they do not. False lets them free from the start.
   bool rows_fit = true;

@@ -114,6 +114,17 @@ Json ItemJson(const Eigen::Vector3d& value, const Eigen::Vector3d& sigma) {
           {"estimated", !sigma.isZero(0)}};
 }
 
+// Null where the images told nothing.
+Json PrincipalPointsJson(const std::optional<PrincipalPoints>& points) {
+  if (!points) return nullptr;
+  Json json;
+  for (const auto& [name, camera] : {std::pair{"left", 0}, std::pair{"right", 1}}) {
+    const Eigen::Vector2d &offset = points->offset_px[camera], &sigma = points->sigma_px[camera];
+    json[name] = {{"offset_px", {offset.x(), offset.y()}}, {"sigma_px", {sigma.x(), sigma.y()}}};
+  }
+  return json;
+}
+
 // As it was known last; null where nothing was estimated.
 Json CalibrationJson(const std::vector<CalibrationEstimate>& estimates) {
   if (estimates.empty()) return nullptr;
@@ -311,6 +322,7 @@ void WriteRunSummary(const std::string& path, const OdometryRun& run,
   json["line_deviation_rad"] = run.line_deviation_rad;
   json["point_lives"] = LivesJson(MeasurePointLives(run.keyframes));
   json["calibration"] = CalibrationJson(run.calibration);
+  json["principal_points"] = PrincipalPointsJson(run.principal_points);
   json["line_lives"] = LivesJson(MeasureLineLives(run.lines));
   json["segments"] = SegmentsJson(run);
   for (const auto& [what, count] : RunCounts(run)) json["counts"][what] = count;

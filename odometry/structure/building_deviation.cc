@@ -15,6 +15,15 @@ constexpr double kMostOfStart =
 // Of a line's posterior variance to the tie's; above it the observations tell nothing.
 constexpr double kMaxTiedShare = 0.9;
 
+// A slope has few lines: they may tell that they are far off, but not that they are exact.
+BuildingDeviationOptions OfSlopes(BuildingDeviationOptions options) {
+  options.start_sigma_rad = std::max(options.start_sigma_rad, options.min_sigma_rad);
+  options.min_sigma_rad = options.start_sigma_rad;
+  options.exact_below_rad = 0;
+  options.shared_share = 0;
+  return options;
+}
+
 }  // namespace
 
 // A tie of variance t^2 pulls what a line does not share, e, to the axis turned by what it shares,
@@ -101,6 +110,17 @@ void BuildingDeviation::Solve() {
     (Excess(middle) > 0 ? low : high) = middle;
   }
   sigma_rad_ = std::sqrt(low * high);
+}
+
+LineDeviations::LineDeviations(const BuildingDeviationOptions& options)
+    : of_{BuildingDeviation(options), BuildingDeviation(OfSlopes(options))} {}
+
+void LineDeviations::Close(const std::unordered_set<int64_t>& ids) {
+  for (BuildingDeviation& deviation : of_) deviation.Close(ids);
+}
+
+void LineDeviations::Solve() {
+  for (BuildingDeviation& deviation : of_) deviation.Solve();
 }
 
 }  // namespace slcmap

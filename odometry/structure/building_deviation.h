@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <cstdint>
 #include <deque>
 #include <limits>
@@ -10,6 +11,7 @@
 #include <unordered_set>
 #include <vector>
 
+#include "data/types.h"
 #include "odometry/options.h"
 
 namespace slcmap {
@@ -81,6 +83,26 @@ class BuildingDeviation {
   std::map<int64_t, std::vector<Sample>> open_;  // of lines in the window
   std::deque<Sample> closed_;                    // oldest first
   double sigma_rad_;
+};
+
+// What is believed of a building's lines, by what they follow: handrails are put up by themselves,
+// and what deviates from a slope says nothing of the axes.
+class LineDeviations {
+ public:
+  explicit LineDeviations(const BuildingDeviationOptions& options);
+
+  // Of lines that follow an axis or none, or a slope.
+  const BuildingDeviation& Of(LineAxis axis) const { return of_[KindOf(axis)]; }
+  BuildingDeviation& Of(LineAxis axis) { return of_[KindOf(axis)]; }
+
+  // See BuildingDeviation.
+  void Close(const std::unordered_set<int64_t>& ids);
+  void Solve();
+
+ private:
+  static size_t KindOf(LineAxis axis) { return axis == LineAxis::kSloped ? 1 : 0; }
+
+  std::array<BuildingDeviation, 2> of_;  // of the axes, of slopes
 };
 
 }  // namespace slcmap

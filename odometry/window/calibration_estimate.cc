@@ -63,17 +63,18 @@ CalibrationVector EstimatedSigma(const CalibrationOptions& options) {
   return sigma;
 }
 
+// Options ask for more than what is held has.
+CalibrationFlags IsHeld(const CalibrationVector& sigma) { return sigma.array() <= 2 * kHeldSigma; }
+
 CalibrationPrior::CalibrationPrior(const CalibrationOptions& options)
     : options_(options), right_released_(!options.rows_fit) {
   SetFirstSigma();
 }
 
 void CalibrationPrior::SetFirstSigma() {
-  constexpr double kRowsFitSigma_rad = 2e-5;
   first_sigma_ = FirstSigma(options_);
   if (!right_released_) {
-    auto others = first_sigma_.segment<2>(kCameras + kRowRightRotation + 1);
-    others = others.cwiseMin(kRowsFitSigma_rad);
+    first_sigma_.segment<2>(kCameras + kRowRightRotation + 1).setConstant(kHeldSigma);
   }
   covariance_ = first_sigma_.array().square().matrix().asDiagonal();
 }
@@ -144,8 +145,7 @@ CalibrationEstimate Describe(const CalibrationState& state, const CalibrationMat
                              double sigma_scale) {
   const CalibrationVector x = AsVector(state);
   CalibrationVector sigma = covariance.diagonal().cwiseSqrt();
-  // Options ask for more than what is held has.
-  sigma = (sigma.array() <= 2 * kHeldSigma).select(0, sigma_scale * sigma);
+  sigma = IsHeld(sigma).select(0, sigma_scale * sigma);
   CalibrationEstimate out;
   out.imu_rotation_rad = x.segment<3>(kRowImuRotation);
   out.lever_m = x.segment<3>(kRowLever);

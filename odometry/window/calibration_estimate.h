@@ -18,6 +18,10 @@ CalibrationVector AsVector(const CalibrationState& state);
 // The standard deviations of what was given, 0 of what is not estimated.
 CalibrationVector EstimatedSigma(const CalibrationOptions& options);
 
+// Which numbers are held, by the standard deviations that a prior gives them.
+using CalibrationFlags = Eigen::Array<bool, kCalibrationSize, 1>;
+CalibrationFlags IsHeld(const CalibrationVector& sigma);
+
 // What a window starts from: at first that the calibration was given with the options' standard
 // deviations, in later segments what earlier ones have found. What is not estimated is held.
 class CalibrationPrior {
@@ -40,7 +44,6 @@ class CalibrationPrior {
   // errors would tell more of them than the motion does. True where the rows, by the estimated turn
   // about x, turn out not to fit, and all three are to be estimated from now on.
   bool ReleaseRightRotation(const CalibrationState& state);
-  bool right_released() const { return right_released_; }
 
   // What is known before a window starts, and what of it is estimated.
   CalibrationBelief belief() const { return {mean_, covariance_}; }

@@ -19,7 +19,8 @@ constexpr double kTightness = 8;
 CalibrationTies::CalibrationTies(const CalibrationOptions& options, const CalibrationBelief& known)
     : confirm_(options.confirm),
       sigma_scale_(options.sigma_scale),
-      given_sigma_(EstimatedSigma(options)) {
+      given_sigma_(
+          IsHeld(known.covariance.diagonal().cwiseSqrt()).select(0, EstimatedSigma(options))) {
   // Nothing tells a focal length before the rig has turned by a lot.
   constexpr int kFocal = kImuCalibrationSize + kRowFocalLength;
   if (!confirm_ || given_sigma_[kFocal] == 0) return;
@@ -53,19 +54,15 @@ CalibrationBelief CalibrationTies::Without(const CalibrationBelief& with) const 
   return without;
 }
 
-bool CalibrationTies::Update(const CalibrationBelief& with) {
-  if (!confirm_) return false;
+void CalibrationTies::Update(const CalibrationBelief& with) {
+  if (!confirm_) return;
   const CalibrationBelief belief = Without(with);
-  bool changed = false;
   for (int row = 0; row < kCalibrationSize; ++row) {
     if (given_sigma_[row] == 0) continue;
     const double odds = OddsOfGiven(belief, row);
-    const bool was_tied = weights_[row] > 0;
-    const bool tied = was_tied ? odds > kReleaseOdds : odds > kTieOdds;
+    const bool tied = odds > (weights_[row] > 0 ? kReleaseOdds : kTieOdds);
     weights_[row] = tied ? kTightness / std::sqrt(belief.covariance(row, row)) : 0;
-    changed = changed || tied != was_tied;
   }
-  return changed;
 }
 
 }  // namespace slcmap

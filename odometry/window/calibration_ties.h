@@ -39,16 +39,15 @@ class CalibrationTies {
   // What is known without the ties, given what is known with them.
   CalibrationBelief Without(const CalibrationBelief& with) const;
 
-  // Ties, and takes ties off, by what is known with those there are. False where nothing changed
-  // but how tight they are.
-  bool Update(const CalibrationBelief& with);
+  // Ties, and takes ties off, by what is known with those there are.
+  void Update(const CalibrationBelief& with);
 
  private:
   double OddsOfGiven(const CalibrationBelief& belief, int row) const;
 
   bool confirm_;
   double sigma_scale_;
-  CalibrationVector given_sigma_;  // 0 of what is not estimated
+  CalibrationVector given_sigma_;  // 0 of what is held
   CalibrationVector weights_ = CalibrationVector::Zero();
 };
 

@@ -251,8 +251,7 @@ void RegisterLines(FrameState* frame, WindowState* window) {
 
 void EstimateLines(const LineLandmarkOptions& options, const LineKinds& kinds,
                    const LineClassifier& classifier, const PointsOnLines& memberships,
-                   const BuildingDeviation& deviation, const CostModel& model,
-                   WindowState* window) {
+                   const LineDeviations& deviations, const CostModel& model, WindowState* window) {
   const std::vector<std::optional<double>> headings = HeadingsOf(*window);
   for (auto& [id, line] : window->lines) {
     if (line.estimated || line.retired) continue;
@@ -264,7 +263,7 @@ void EstimateLines(const LineLandmarkOptions& options, const LineKinds& kinds,
         kinds.structural ? AgreedClass(line, headings, classifier, model) : std::nullopt;
     if (agreed) {
       line.axis = agreed->axis;
-      line.deviation_sigma_rad = deviation.OfNewLine(id);
+      line.deviation_sigma_rad = deviations.Of(line.axis).OfNewLine(id);
       line.heading =
           agreed->axis == LineAxis::kVertical ? nullptr : &window->headings[agreed->world];
       line.estimated = EstimateStructural(options, memberships.PointsOf(id), model, *window, &line);
@@ -307,8 +306,8 @@ void RejectLineMisfits(const LineLandmarkOptions& options, const CostModel& mode
 }
 
 std::unordered_set<int64_t> RejectLineOutliers(const LineLandmarkOptions& options,
-                                               double max_deviation_rad, const CostModel& model,
-                                               WindowState* window) {
+                                               const LineDeviations& deviations,
+                                               const CostModel& model, WindowState* window) {
   std::unordered_set<int64_t> outliers;
   for (auto& [id, line] : window->lines) {
     if (!line.estimated || line.retired) continue;
@@ -320,7 +319,8 @@ std::unordered_set<int64_t> RejectLineOutliers(const LineLandmarkOptions& option
     }
     const bool fits =
         2 * kept.size() >= frames.size() && !MisfitsAll(options.max_median_chi2, std::move(kept));
-    const bool off_axis = !line.slope && IsOffAxis(line, max_deviation_rad);
+    const bool off_axis =
+        !line.slope && IsOffAxis(line, deviations.Of(line.axis).max_deviation_rad());
     if (fits && !IsBehindAnchor(line) && !off_axis) continue;
     outliers.insert(id);
     Retire(&line);

@@ -44,7 +44,7 @@ struct LineKinds {
 // views, or from a well known point that belongs to it in the images (SLC-VIO, section 3.6).
 void EstimateLines(const LineLandmarkOptions& options, const LineKinds& kinds,
                    const LineClassifier& classifier, const PointsOnLines& memberships,
-                   const BuildingDeviation& deviation, const CostModel& model, WindowState* window);
+                   const LineDeviations& deviations, const CostModel& model, WindowState* window);
 
 // Of lines whose points turned out not to belong to them: those that their views place too stay as
 // they are, the others are retired. Returns the ids of these.
@@ -66,8 +66,8 @@ void RejectLineMisfits(const LineLandmarkOptions& options, const CostModel& mode
 // lines that have mostly such, whose median residual is too large, or that are off their axis (not
 // those that are off a slope); returns the ids of these.
 std::unordered_set<int64_t> RejectLineOutliers(const LineLandmarkOptions& options,
-                                               double max_deviation_rad, const CostModel& model,
-                                               WindowState* window);
+                                               const LineDeviations& deviations,
+                                               const CostModel& model, WindowState* window);
 
 // Withdraws the headings most of whose lines were given up, and retires the rest of these lines.
 // Returns the ids of these.

@@ -40,16 +40,17 @@ bool IsOffAxis(const LineLandmark& line, double max_deviation_rad) {
   return (line.AcrossAxisInWorld().transpose() * direction).norm() > max_deviation_rad;
 }
 
-void TieLines(const BuildingDeviation& deviation, WindowState* window) {
+void TieLines(const LineDeviations& deviations, WindowState* window) {
   for (auto& [id, line] : window->lines) {
-    if (line.retired || !line.estimated || !line.MayDeviate() || line.slope) continue;
+    if (line.retired || !line.estimated || !line.MayDeviate()) continue;
+    const BuildingDeviation& deviation = deviations.Of(line.axis);
     line.deviation_sigma_rad = deviation.OfLine(id);
     if (deviation.IsShared() && !line.shared) {
       line.shared = SharedBy(line, deviation.shared_radius_m(), window);
     }
   }
   for (SharedDeviation& shared : window->shared_deviations) {
-    shared.sigma_rad = deviation.shared_sigma_rad();
+    shared.sigma_rad = deviations.Of(shared.axis).shared_sigma_rad();
   }
 }
 
@@ -69,16 +70,17 @@ void ForgetShared(WindowState* window) {
       [&](const SharedDeviation& shared) { return unused.contains(&shared); });
 }
 
-std::unordered_set<int64_t> FinishPieces(double max_piece_m, const CostModel& model,
+std::unordered_set<int64_t> FinishPieces(const LineDeviations& deviations, const CostModel& model,
                                          WindowState* window) {
   std::unordered_set<int64_t> finished;
   const Vector3d eye_world =
       window->frames.back()->T_world_imu() * model.geometry.T_imu_camera[0].translation;
   for (auto& [id, line] : window->lines) {
-    if (!line.estimated || line.retired || line.finished || !line.MayDeviate()) continue;
+    if (!line.estimated || line.retired || line.finished || line.IsExact()) continue;
     if (line.slope) continue;  // rails and rafters do not bend as walls do
     const Vector3d from_first = eye_world - line.anchor_world;
-    if (std::abs(line.InWorld().direction_world.dot(from_first)) <= max_piece_m) continue;
+    const double moved_m = std::abs(line.InWorld().direction_world.dot(from_first));
+    if (moved_m <= deviations.Of(line.axis).max_piece_m()) continue;
     line.finished = true;
     finished.insert(id);
   }

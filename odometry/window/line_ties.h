@@ -14,8 +14,8 @@ namespace slcmap {
 bool IsOffAxis(const LineLandmark& line, double max_deviation_rad);
 
 // Ties the directions of lines that may deviate from their axes by how much the building is known
-// to, and to what they share with their neighbours; not those of sloped lines.
-void TieLines(const BuildingDeviation& deviation, WindowState* window);
+// to, and to what they share with their neighbours.
+void TieLines(const LineDeviations& deviations, WindowState* window);
 
 // Shared deviations that no line will have any more once those of `gone` are forgotten are added to
 // the terms by what was known of them, and their blocks to the dropped ones; ForgetShared() erases
@@ -24,9 +24,9 @@ void ReleaseShared(const std::unordered_set<int64_t>& gone, WindowState* window,
                    std::vector<Term>* terms, std::vector<double*>* dropped);
 void ForgetShared(WindowState* window);
 
-// Finishes lines that may deviate from their axes and would become longer than is taken for
+// Finishes lines, but those exactly along their axes, that would become longer than is taken for
 // straight with what the newest frame sees. Returns their ids.
-std::unordered_set<int64_t> FinishPieces(double max_piece_m, const CostModel& model,
+std::unordered_set<int64_t> FinishPieces(const LineDeviations& deviations, const CostModel& model,
                                          WindowState* window);
 
 }  // namespace slcmap

@@ -83,7 +83,7 @@ std::vector<FittedLine> FitFreeLines(const LineLandmarkOptions& options, const F
 std::vector<FreeLine> FollowSlopes(const SlopeOptions& options,
                                    const std::vector<Vector3d>& axes_world,
                                    const std::vector<FittedLine>& fits,
-                                   const BuildingDeviation& deviation, WindowState* window) {
+                                   const LineDeviations& deviations, WindowState* window) {
   std::vector<FreeLine> others;
   for (const FittedLine& fit : fits) {
     SlopeState* slope = nullptr;
@@ -98,7 +98,7 @@ std::vector<FreeLine> FollowSlopes(const SlopeOptions& options,
     line.axis = LineAxis::kSloped;
     line.slope = slope;
     line.placed_by.reset();
-    line.deviation_sigma_rad = deviation.OfLine(line.id);
+    line.deviation_sigma_rad = deviations.Of(line.axis).OfLine(line.id);
     if (line.estimated) continue;
     line.anchor_world = fit.anchor_world;
     line.block = UpwardBlock(fit);
@@ -107,13 +107,9 @@ std::vector<FreeLine> FollowSlopes(const SlopeOptions& options,
   return others;
 }
 
-void TieSlopedLines(const BuildingDeviation& deviation, WindowState* window) {
-  for (auto& [id, line] : window->lines) {
-    if (!line.retired && line.slope) line.deviation_sigma_rad = deviation.OfLine(id);
-  }
-}
-
-std::unordered_set<int64_t> RejectLinesOffSlope(double max_deviation_rad, WindowState* window) {
+std::unordered_set<int64_t> RejectLinesOffSlope(const LineDeviations& deviations,
+                                                WindowState* window) {
+  const double max_deviation_rad = deviations.Of(LineAxis::kSloped).max_deviation_rad();
   std::unordered_set<int64_t> outliers;
   for (auto& [id, line] : window->lines) {
     if (!line.estimated || line.retired || !line.slope) continue;

@@ -29,14 +29,12 @@ std::vector<FittedLine> FitFreeLines(const LineLandmarkOptions& options, const F
 std::vector<FreeLine> FollowSlopes(const SlopeOptions& options,
                                    const std::vector<Eigen::Vector3d>& axes_world,
                                    const std::vector<FittedLine>& fits,
-                                   const BuildingDeviation& deviation, WindowState* window);
+                                   const LineDeviations& deviations, WindowState* window);
 
-// Ties the directions of sloped lines by how much such lines are known to deviate.
-void TieSlopedLines(const BuildingDeviation& deviation, WindowState* window);
-
-// Retires the lines that are further off their slope than a limit, which speaks against the slope;
-// returns their ids.
-std::unordered_set<int64_t> RejectLinesOffSlope(double max_deviation_rad, WindowState* window);
+// Retires the lines that are further off their slope than lines deviate, which speaks against the
+// slope; returns their ids.
+std::unordered_set<int64_t> RejectLinesOffSlope(const LineDeviations& deviations,
+                                                WindowState* window);
 
 // Withdraws the slopes most of whose lines turned out to be off them, and retires the rest of these
 // lines. Returns the ids of these.

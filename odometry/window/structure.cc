@@ -54,15 +54,6 @@ void Report(Line line, int segment, OdometryRun* run) {
   run->lines.push_back(std::move(line));
 }
 
-// A slope has few lines: they may tell that they are far off, but not that they are exact.
-BuildingDeviationOptions OfSlopes(BuildingDeviationOptions options) {
-  options.start_sigma_rad = std::max(options.start_sigma_rad, options.min_sigma_rad);
-  options.min_sigma_rad = options.start_sigma_rad;
-  options.exact_below_rad = 0;
-  options.shared_share = 0;
-  return options;
-}
-
 SlopedDirection DescribeSlope(const SlopeState& slope, int segment,
                               const WindowCovariance& covariance) {
   SlopedDirection out;
@@ -96,27 +87,20 @@ Structure::Structure(const OdometryOptions& options, const Rig& rectified_rig)
                 rectified_rig.cameras[0].fx_px),
       memberships_(options.points_on_lines),
       slope_detector_(options.slopes),
-      deviation_(options.building_deviation),
-      slope_deviation_(OfSlopes(options.building_deviation)) {}
+      deviations_(options.building_deviation) {}
 
 void Structure::Update(const CostModel& model, FrameState* newest, WindowState* window) {
   if (newest->lines.empty()) return;
   RejectLineMisfits(options_, model, newest, window);
   if (kinds_.structural) FindHeadings(*newest, model, window);
   if (points_on_lines_) FindPointsOnLines(*newest);
-  EstimateLines(options_, kinds_, classifier_, memberships_, deviation_, model, window);
+  EstimateLines(options_, kinds_, classifier_, memberships_, deviations_, model, window);
   if (kinds_.structural && slope_options_.enabled) FindSlopes(*newest, model, window);
   if (points_on_lines_) {
     const auto misplaced = AdoptMembers(options_, model, &memberships_, window);
     misplaced_ = RetireMisplaced(options_, misplaced, model, window);
   }
-  TieLines(deviation_, window);
-  TieSlopedLines(slope_deviation_, window);
-}
-
-// What deviates from a slope says nothing of the axes: handrails are put up by themselves.
-BuildingDeviation& Structure::DeviationOf(const LineLandmark& line) {
-  return line.slope ? slope_deviation_ : deviation_;
+  TieLines(deviations_, window);
 }
 
 // Those that were given up because they are off their axis count too: it may be the building that
@@ -125,15 +109,13 @@ void Structure::LearnDeviation(const WindowState& window, const WindowCovariance
                                const std::unordered_set<int64_t>& gone) {
   for (const auto& [id, line] : window.lines) {
     if (!line.estimated || !line.MayDeviate()) continue;
-    BuildingDeviation& building = DeviationOf(line);
+    BuildingDeviation& building = deviations_.Of(line.axis);
     if (!IsKnown(line) && !IsOffAxis(line, building.max_deviation_rad())) continue;
     const auto deviation = DeviationFromAxis(line, covariance);
     if (deviation) building.Add(id, *deviation, line.deviation_sigma_rad);
   }
-  for (BuildingDeviation* building : {&deviation_, &slope_deviation_}) {
-    building->Close(gone);
-    building->Solve();
-  }
+  deviations_.Close(gone);
+  deviations_.Solve();
 }
 
 void Structure::FindHeadings(const FrameState& newest, const CostModel& model,
@@ -171,7 +153,7 @@ void Structure::FindSlopes(const FrameState& newest, const CostModel& model, Win
   }
   const std::vector<FittedLine> fits = FitFreeLines(options_, newest, model, *window);
   const std::vector<FreeLine> others =
-      FollowSlopes(slope_options_, axes_world, fits, slope_deviation_, window);
+      FollowSlopes(slope_options_, axes_world, fits, deviations_, window);
   const auto found = slope_detector_.AddKeyframe(others, axes_world, SlopesOf(*window));
   if (!found) return;
   SlopeState& slope = window->slopes.emplace_back();
@@ -182,7 +164,7 @@ void Structure::FindSlopes(const FrameState& newest, const CostModel& model, Win
   spdlog::info("found slope {}, {:.2f} degrees towards {:.2f} degrees: {} lines of {} objects",
                slope.index, slope.angles_rad[1] * 180 / M_PI, slope.angles_rad[0] * 180 / M_PI,
                found->lines, found->objects);
-  FollowSlopes(slope_options_, axes_world, fits, slope_deviation_, window);
+  FollowSlopes(slope_options_, axes_world, fits, deviations_, window);
 }
 
 void Structure::FindPointsOnLines(const FrameState& newest) {
@@ -197,9 +179,8 @@ void Structure::FindPointsOnLines(const FrameState& newest) {
 
 std::unordered_set<int64_t> Structure::Judge(const CostModel& model, const FrameState& newest,
                                              WindowState* window) {
-  std::unordered_set<int64_t> gone =
-      RejectLineOutliers(options_, deviation_.max_deviation_rad(), model, window);
-  gone.merge(RejectLinesOffSlope(slope_deviation_.max_deviation_rad(), window));
+  std::unordered_set<int64_t> gone = RejectLineOutliers(options_, deviations_, model, window);
+  gone.merge(RejectLinesOffSlope(deviations_, window));
   for (const int64_t id : gone) {
     if (HeadingState* heading = window->lines.at(id).heading) ++heading->lines_given_up;
   }
@@ -210,7 +191,7 @@ std::unordered_set<int64_t> Structure::Judge(const CostModel& model, const Frame
   for (const int64_t id : gone) memberships_.ReleaseLine(id);
   // These keep their points until the window has forgotten them.
   if (!options_.anchor_at_origin) {
-    gone.merge(FinishPieces(deviation_.max_piece_m(), model, window));
+    gone.merge(FinishPieces(deviations_, model, window));
   }
   for (const auto& [id, older_id] : MergeLines(options_, model, window)) {
     MergeMembers(id, older_id, &memberships_, window);
@@ -307,7 +288,7 @@ void Structure::AddContents(int segment, const WindowState& window,
     if (IsKnown(line)) Report(DescribeLine(line, window, covariance), segment, run);
   }
   run->line_merges.insert(merges_.begin(), merges_.end());
-  run->line_deviation_rad = kinds_.structural ? deviation_.sigma_rad() : 0;
+  if (kinds_.structural) run->line_deviation_rad = deviations_.Of(LineAxis::kX).sigma_rad();
   for (const HeadingState& heading : window.headings) {
     ManhattanWorld world;
     world.segment = segment;

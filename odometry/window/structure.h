@@ -61,7 +61,6 @@ class Structure {
  private:
   void FindHeadings(const FrameState& newest, const CostModel& model, WindowState* window);
   void FindSlopes(const FrameState& newest, const CostModel& model, WindowState* window);
-  BuildingDeviation& DeviationOf(const LineLandmark& line);
   Line DescribeLine(const LineLandmark& line, const WindowState& window,
                     const WindowCovariance& covariance) const;
   void FindPointsOnLines(const FrameState& newest);
@@ -80,7 +79,7 @@ class Structure {
   ManhattanDetector detector_;
   PointsOnLines memberships_;
   SlopeDetector slope_detector_;
-  BuildingDeviation deviation_, slope_deviation_;
+  LineDeviations deviations_;
   // Of lines of the window that no frame of it sees, by id: as their last one left.
   std::map<int64_t, Eigen::Matrix3d> covariance_as_left_m2_;
   std::vector<Line> left_lines_;

@@ -230,6 +230,28 @@ TEST_F(RunFolderTest, WhatWasHeldOfTheCalibrationIsSaidToBe) {
   EXPECT_FALSE(summary["calibration"]["focal_length"]["estimated"]);
 }
 
+TEST_F(RunFolderTest, WhatIsKnownOfPrincipalPointsIsSaid) {
+  OdometryRun run = MakeRun();
+  WriteRunFolder(folder_, run);
+  const auto points = [&] {
+    return nlohmann::json::parse(ReadFile(folder_ + "/run.json"))["principal_points"];
+  };
+  EXPECT_TRUE(points().is_null());
+  run.principal_points = PrincipalPoints{{Eigen::Vector2d(1.5, -2), Eigen::Vector2d(3, 4)},
+                                         {Eigen::Vector2d(0.5, 0.25), Eigen::Vector2d(1, 2)}};
+  WriteRunFolder(folder_, run);
+  EXPECT_EQ(points()["left"]["offset_px"], nlohmann::json({1.5, -2.0}));
+  EXPECT_EQ(points()["right"]["sigma_px"], nlohmann::json({1.0, 2.0}));
+}
+
+TEST_F(RunFolderTest, HowFarLinesDeviateComesBack) {
+  OdometryRun run = MakeRun();
+  run.line_deviation_rad = 0.002;
+  WriteRunFolder(folder_, run);
+  const OdometryRun read = ReadRunFolder(folder_);
+  EXPECT_EQ(read.line_deviation_rad, 0.002);
+}
+
 TEST_F(RunFolderTest, TheCalibrationIsThatOfSegmentsOfTheRun) {
   OdometryRun run = MakeRun();
   run.calibration[0].segment = 2;

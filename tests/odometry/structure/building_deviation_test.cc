@@ -152,5 +152,15 @@ TEST(BuildingDeviation, StaysWithinItsLimits) {
   EXPECT_NEAR(deviation.sigma_rad(), BuildingDeviationOptions().max_sigma_rad, 1e-5);
 }
 
+// Nobody knows of a building's handrails, however exact its walls are.
+TEST(LineDeviations, SlopesHaveTheirOwn) {
+  LineDeviations deviations{BuildingDeviationOptions{}};
+  MadeBuilding(0).AddLines(300, &deviations.Of(LineAxis::kX));
+  EXPECT_LT(deviations.Of(LineAxis::kVertical).sigma_rad(), 0.0005);
+  MadeBuilding(0).AddLines(300, &deviations.Of(LineAxis::kSloped));
+  EXPECT_NEAR(deviations.Of(LineAxis::kSloped).sigma_rad(),
+              BuildingDeviationOptions().start_sigma_rad, 1e-6);
+}
+
 }  // namespace
 }  // namespace slcmap

@@ -148,6 +148,19 @@ TEST(Calibration, WhatIsNotToBeEstimatedStays) {
   }
 }
 
+// Rows that fit leave the right camera's turns about y and z as they were given, and say so.
+TEST(Calibration, TurnsThatRowsDoNotTellAreToldAsHeld) {
+  SimulatedRunOptions options = Noisy(7, 0.2);
+  options.odometry.calibration.confirm = true;
+  options.duration_s = 8;
+  const SimulatedRun run = RunOnSimulatedTracks(options);
+  const CalibrationEstimate& told = run.run.calibration.back();
+  EXPECT_GT(told.right_rotation_sigma_rad.x(), 0);
+  EXPECT_EQ(told.right_rotation_sigma_rad.y(), 0);
+  EXPECT_EQ(told.right_rotation_sigma_rad.z(), 0);
+  EXPECT_LT(told.right_rotation_rad.tail<2>().norm(), 1e-7);
+}
+
 TEST(Calibration, AfterARefusedTimeOffsetImagesAreWhereTheyWereGivenAgain) {
   SimulatedRunOptions options = Noisy(8);
   options.imu_noise = false;

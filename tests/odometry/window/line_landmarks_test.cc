@@ -32,8 +32,8 @@ class LineLandmarksTest : public testing::LineScene {
 
   LineLandmark& line() { return window_.lines.at(kLine); }
 
-  static constexpr double kMaxDeviation_rad = 4e-3;
   const LineLandmarkOptions options_;
+  const LineDeviations deviations_{BuildingDeviationOptions{}};
 };
 
 TEST_F(LineLandmarksTest, AHeadingThatMostLinesAreOffIsWithdrawnWithTheOthers) {
@@ -54,7 +54,7 @@ TEST_F(LineLandmarksTest, AHeadingThatMostLinesAreOffIsWithdrawnWithTheOthers) {
 
 TEST_F(LineLandmarksTest, KeepsALineThatFits) {
   RejectLineMisfits(options_, model_, window_.frames.back().get(), &window_);
-  EXPECT_TRUE(RejectLineOutliers(options_, kMaxDeviation_rad, model_, &window_).empty());
+  EXPECT_TRUE(RejectLineOutliers(options_, deviations_, model_, &window_).empty());
   EXPECT_EQ(line().frames.size(), kFrames);
 }
 
@@ -68,7 +68,7 @@ TEST_F(LineLandmarksTest, RejectsAnObservationOfAnotherEdgeBeforeItMovesTheFrame
 TEST_F(LineLandmarksTest, AnObservationThatWasRejectedIsNotTheLastReported) {
   EXPECT_EQ(Describe(line()).last_keyframe, kFrames - 1);
   See(kFrames - 1, 6 * options_.sigma_px);
-  EXPECT_TRUE(RejectLineOutliers(options_, kMaxDeviation_rad, model_, &window_).empty());
+  EXPECT_TRUE(RejectLineOutliers(options_, deviations_, model_, &window_).empty());
   EXPECT_EQ(Describe(line()).last_keyframe, kFrames - 2);
 }
 
@@ -82,7 +82,7 @@ TEST_F(LineLandmarksTest, SurvivesTheLossOfItsOnlyObservation) {
   RejectLineMisfits(options_, model_, window_.frames.back().get(), &window_);
   EXPECT_TRUE(line().frames.empty());
   EXPECT_EQ(line().last_seen_frame(), 0);
-  EXPECT_TRUE(RejectLineOutliers(options_, kMaxDeviation_rad, model_, &window_).empty());
+  EXPECT_TRUE(RejectLineOutliers(options_, deviations_, model_, &window_).empty());
   ExtendLines(*window_.frames.back(), model_, &window_);
   EXPECT_TRUE(MergeLines(options_, model_, &window_).empty());
   EXPECT_EQ(PredictLines(window_, *window_.frames.back(), rig_).size(), 1u);
@@ -98,14 +98,14 @@ TEST_F(LineLandmarksTest, RejectsTheRightObservationAloneWhereItAloneIsOfAnother
 
 TEST_F(LineLandmarksTest, OneOutlierGoesAndTheLineStays) {
   See(2, 6 * options_.sigma_px);
-  EXPECT_TRUE(RejectLineOutliers(options_, kMaxDeviation_rad, model_, &window_).empty());
+  EXPECT_TRUE(RejectLineOutliers(options_, deviations_, model_, &window_).empty());
   EXPECT_EQ(line().frames.size(), kFrames - 1);
 }
 
 // Nearly along the axis, as the grain of wood is: no observation is far off, but all are.
 TEST_F(LineLandmarksTest, RetiresALineWhoseObservationsAllMisfitALittle) {
   for (int i = 0; i < kFrames; ++i) See(i, 1.5 * options_.sigma_px);
-  EXPECT_EQ(RejectLineOutliers(options_, kMaxDeviation_rad, model_, &window_).count(kLine), 1u);
+  EXPECT_EQ(RejectLineOutliers(options_, deviations_, model_, &window_).count(kLine), 1u);
   EXPECT_TRUE(line().retired);
 }
 

@@ -23,6 +23,18 @@ class LineTiesTest : public testing::LineScene {
 
   LineLandmark& line() { return window_.lines.at(kLine); }
 
+  // Which gives up no line for being off its axis.
+  static LineDeviations Loose() {
+    BuildingDeviationOptions options;
+    options.max_sigmas = 1e6;
+    return LineDeviations(options);
+  }
+  static LineDeviations PiecesOf(double max_piece_m) {
+    BuildingDeviationOptions options;
+    options.max_piece_m = max_piece_m;
+    return LineDeviations(options);
+  }
+
   static constexpr double kMaxDeviation_rad = 4e-3;
   const LineLandmarkOptions options_;
 };
@@ -38,22 +50,32 @@ TEST_F(LineTiesTest, ALineIsOffItsAxisByAnAngleHoweverTightlyItIsTied) {
                                         in_world.direction_world + off_rad * across);
       EXPECT_EQ(IsOffAxis(line(), kMaxDeviation_rad), std::abs(off_rad) > kMaxDeviation_rad)
           << off_rad;
-      EXPECT_EQ(RejectLineOutliers(options_, 1e6, model_, &window_).count(kLine), 0u);
+      EXPECT_EQ(RejectLineOutliers(options_, Loose(), model_, &window_).count(kLine), 0u);
     }
   }
+}
+
+TEST_F(LineTiesTest, ALineOfNoAxisBendsToo) {
+  line().axis = LineAxis::kNone;
+  line().heading = nullptr;
+  line().block = GeneralLineThrough(line().anchor_world, At(0), Vector3d::UnitX());
+  const double moved_m = 0.15 * (kFrames - 1);
+  EXPECT_TRUE(FinishPieces(PiecesOf(1.1 * moved_m), model_, &window_).empty());
+  EXPECT_EQ(FinishPieces(PiecesOf(0.9 * moved_m), model_, &window_).count(kLine), 1u);
 }
 
 // Walls bend: what is seen of the edge further on is another line.
 TEST_F(LineTiesTest, ALineThatMayDeviateIsFinishedOnceTheRigHasMovedAlongIt) {
   line().extent.Add(-1, 1);
   const double moved_m = 0.15 * (kFrames - 1);
-  EXPECT_TRUE(FinishPieces(0.9 * moved_m, model_, &window_).empty()) << "exactly along its axis";
+  EXPECT_TRUE(FinishPieces(PiecesOf(0.9 * moved_m), model_, &window_).empty())
+      << "exactly along its axis";
   line().deviation_sigma_rad = 1e-3;
   line().block = GeneralLineThrough(line().anchor_world, At(0), Vector3d::UnitX());
-  EXPECT_TRUE(FinishPieces(1.1 * moved_m, model_, &window_).empty());
-  EXPECT_THAT(FinishPieces(0.9 * moved_m, model_, &window_),
+  EXPECT_TRUE(FinishPieces(PiecesOf(1.1 * moved_m), model_, &window_).empty());
+  EXPECT_THAT(FinishPieces(PiecesOf(0.9 * moved_m), model_, &window_),
               ::testing::ElementsAre(int64_t{kLine}));
-  EXPECT_TRUE(FinishPieces(0.9 * moved_m, model_, &window_).empty()) << "once";
+  EXPECT_TRUE(FinishPieces(PiecesOf(0.9 * moved_m), model_, &window_).empty()) << "once";
   EXPECT_TRUE(PredictLines(window_, *window_.frames.back(), rig_).empty());
   FrameState later;
   later.lines[kLine] = ObservationOf(kFrames);
@@ -63,7 +85,7 @@ TEST_F(LineTiesTest, ALineThatMayDeviateIsFinishedOnceTheRigHasMovedAlongIt) {
 }
 
 TEST_F(LineTiesTest, LinesOfAnAxisShareWhatTheyAreOffWhereTheyAreNear) {
-  const BuildingDeviation deviation({});
+  const LineDeviations deviations{BuildingDeviationOptions{}};
   line().deviation_sigma_rad = 1e-3;
   line().block = GeneralLineThrough(line().anchor_world, At(0), Vector3d::UnitX());
   const auto add = [&](int64_t id, const Vector3d& by, LineAxis axis) {
@@ -75,12 +97,12 @@ TEST_F(LineTiesTest, LinesOfAnAxisShareWhatTheyAreOffWhereTheyAreNear) {
   add(20, {1, 0, 0}, LineAxis::kX);
   add(21, {9, 0, 0}, LineAxis::kX);
   add(22, {0, 0, 0}, LineAxis::kVertical);
-  TieLines(deviation, &window_);
+  TieLines(deviations, &window_);
   EXPECT_EQ(line().shared, window_.lines.at(20).shared);
   EXPECT_EQ(window_.shared_deviations.size(), 3u);
   for (const auto& shared : window_.shared_deviations) {
-    EXPECT_NEAR(std::hypot(shared.sigma_rad, line().deviation_sigma_rad), deviation.sigma_rad(),
-                1e-12);
+    EXPECT_NEAR(std::hypot(shared.sigma_rad, line().deviation_sigma_rad),
+                deviations.Of(shared.axis).sigma_rad(), 1e-12);
   }
   std::vector<Term> terms;
   std::vector<double*> dropped;

@@ -44,7 +44,7 @@ class SlopedLinesTest : public testing::LineScene {
   const std::vector<Vector3d> axes_ = {Vector3d::UnitX(), Vector3d::UnitY(), Vector3d::UnitZ()};
   LineLandmarkOptions options_;
   SlopeOptions slope_options_;
-  BuildingDeviation deviation_{BuildingDeviationOptions{}};
+  LineDeviations deviations_{BuildingDeviationOptions{}};
 };
 
 TEST_F(SlopedLinesTest, ALineOfNoAxisIsFittedToItsObservations) {
@@ -63,7 +63,7 @@ TEST_F(SlopedLinesTest, ALineOfNoAxisIsFittedToItsObservations) {
 TEST_F(SlopedLinesTest, ALineFollowsTheNearestSlopeAndRunsUpIt) {
   AddSlope({slope_[0], slope_[1] + 0.02});
   AddSlope({slope_[0], slope_[1] + 0.002});
-  EXPECT_TRUE(FollowSlopes(slope_options_, axes_, Fits(), deviation_, &window_).empty());
+  EXPECT_TRUE(FollowSlopes(slope_options_, axes_, Fits(), deviations_, &window_).empty());
   EXPECT_TRUE(line().estimated);
   EXPECT_EQ(line().axis, LineAxis::kSloped);
   EXPECT_EQ(line().slope, &window_.slopes[1]);
@@ -77,7 +77,7 @@ TEST_F(SlopedLinesTest, ALineFollowsNoSlopeThatIsFarOffOrWithdrawn) {
   AddSlope({slope_[0], slope_[1] + 0.06});
   AddSlope(slope_);
   window_.slopes[1].withdrawn = true;
-  EXPECT_EQ(FollowSlopes(slope_options_, axes_, Fits(), deviation_, &window_).size(), 1u);
+  EXPECT_EQ(FollowSlopes(slope_options_, axes_, Fits(), deviations_, &window_).size(), 1u);
   EXPECT_EQ(line().axis, LineAxis::kNone);
 }
 
@@ -85,21 +85,24 @@ TEST_F(SlopedLinesTest, ALineThatMayFollowAnAxisFollowsNoSlope) {
   AddSlope(slope_);
   std::vector<Vector3d> axes = axes_;
   axes.push_back(SlopeDirection(SlopeBlock{slope_[0], slope_[1] + 0.03}.data()));
-  EXPECT_EQ(FollowSlopes(slope_options_, axes, Fits(), deviation_, &window_).size(), 1u);
+  EXPECT_EQ(FollowSlopes(slope_options_, axes, Fits(), deviations_, &window_).size(), 1u);
 }
 
 TEST_F(SlopedLinesTest, ALineOffItsSlopeIsGivenUp) {
   AddSlope({slope_[0], slope_[1] + 0.01});
-  FollowSlopes(slope_options_, axes_, Fits(), deviation_, &window_);
-  EXPECT_TRUE(RejectLinesOffSlope(0.011, &window_).empty());
-  EXPECT_EQ(RejectLinesOffSlope(0.009, &window_).count(kLine), 1u);
+  FollowSlopes(slope_options_, axes_, Fits(), deviations_, &window_);
+  BuildingDeviationOptions options;
+  options.max_sigmas = 0.011 / options.start_sigma_rad;
+  EXPECT_TRUE(RejectLinesOffSlope(LineDeviations(options), &window_).empty());
+  options.max_sigmas = 0.009 / options.start_sigma_rad;
+  EXPECT_EQ(RejectLinesOffSlope(LineDeviations(options), &window_).count(kLine), 1u);
   EXPECT_TRUE(line().retired);
   EXPECT_EQ(window_.slopes[0].lines_given_up, 1);
 }
 
 TEST_F(SlopedLinesTest, ASlopeMostOfWhoseLinesWereGivenUpIsWithdrawnWithTheRest) {
   AddSlope(slope_);
-  FollowSlopes(slope_options_, axes_, Fits(), deviation_, &window_);
+  FollowSlopes(slope_options_, axes_, Fits(), deviations_, &window_);
   SlopeState& slope = window_.slopes[0];
   slope.lines_given_up = slope_options_.min_given_up - 1;
   EXPECT_TRUE(WithdrawSlopes(slope_options_, &window_).empty()) << "these are few";
