@@ -9,6 +9,7 @@
 #include "apps/commands.h"
 #include "apps/evaluation/building_report.h"
 #include "apps/evaluation/calibration_plots.h"
+#include "apps/evaluation/clear_edges.h"
 #include "apps/evaluation/line_report.h"
 #include "apps/evaluation/straightness_report.h"
 #include "apps/evaluation/surface_report.h"
@@ -16,6 +17,7 @@
 #include "apps/evaluation/trajectory_plots.h"
 #include "apps/evaluation/trajectory_report.h"
 #include "apps/progress.h"
+#include "data/calibration.h"
 #include "data/error.h"
 #include "data/json_file.h"
 #include "data/progress.h"
@@ -117,18 +119,46 @@ struct LineComparison {
   LineMetrics metrics;
 };
 
+// How well the cameras saw the edges, where the surfaces and the calibration lie beside them.
+void LookAtEdges(const EvaluateArguments& arguments, TrueEdges* edges) {
+  const std::filesystem::path beside(arguments.lines.true_edges);
+  const std::string surfaces = std::filesystem::path(beside).replace_filename("surfaces.ply");
+  const std::string rig = std::filesystem::path(beside).replace_filename("rig.yaml");
+  std::error_code error;
+  if (!std::filesystem::exists(surfaces, error) || !std::filesystem::exists(rig, error)) return;
+  Warnings warnings;
+  edges->clear = ClearlySeen(*edges, TriangleTree(ReadSurfaces(surfaces)),
+                             ReadTrajectory(arguments.inputs.truth),
+                             ReadCalibration(rig, &warnings).rig, {}, StageProgress("edges"));
+}
+
+// The marks of a map, beside its lines.
+std::optional<std::vector<MapLine>> MarksBeside(const std::string& lines) {
+  const std::string path = std::filesystem::path(lines).replace_filename("marks.ply");
+  std::error_code error;
+  if (!std::filesystem::exists(path, error)) return std::nullopt;
+  return ReadMapLines(path);
+}
+
 LineComparison CompareLines(const EvaluateArguments& arguments, const Alignment& alignment) {
   const LineInputs& inputs = arguments.lines;
   LineComparison comparison;
+  std::optional<std::vector<MapLine>> marks;
   {
     const EndsAtOnce nothing_is_written;
     comparison.truth = ReadTrueEdges(inputs.true_edges);
     comparison.lines = Aligned(alignment, ReadMapLines(inputs.lines));
+    marks = MarksBeside(inputs.lines);
   }
+  LookAtEdges(arguments, &comparison.truth);
   spdlog::debug("{} true edges, {} lines", comparison.truth.seen.size(), comparison.lines.size());
   try {
     comparison.metrics = EvaluateLines(comparison.truth, comparison.lines, arguments.line_options,
                                        StageProgress("lines"));
+    if (marks) {
+      EvaluateMarks(comparison.truth, Aligned(alignment, *marks), arguments.line_options,
+                    &comparison.metrics);
+    }
   } catch (const DataError& error) {
     throw DataError(
         fmt::format("{} against {}: {}", inputs.lines, inputs.true_edges, error.what()));

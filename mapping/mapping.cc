@@ -17,21 +17,24 @@ namespace slcmap {
 namespace {
 
 // Shares of the time, about, up to the end of a stage.
-constexpr double kFused = 0.02, kFiltered = 0.05, kLines = 0.5, kDense = 0.95;
-constexpr double kAxes = 0.4;  // of the lines' part
+constexpr double kFused = 0.02, kFiltered = 0.05, kDense = 0.5, kLines = 0.95;
+constexpr double kAxes = 0.3, kSights = 0.4;  // of the lines' part
 constexpr char kImageUnreadable[] = "images_unreadable";
 
-std::vector<MapLine> LinesOf(const OdometryRun& run, const RecordedViews* recorded,
-                             const MappingOptions& options, const Progress& progress) {
-  if (!recorded) return SelectLines(run, options.run_lines);
+std::vector<MapLine> LinesOf(const OdometryRun& run, const RecordedViews& recorded,
+                             const std::vector<DensePoint>& dense, const MappingOptions& options,
+                             const Progress& progress) {
   const std::vector<BuildingAxis> axes =
       run.manhattan_worlds.empty()
-          ? AxesOfViews(recorded->views, *recorded->images, options.lines, progress.Part(0, kAxes))
+          ? AxesOfViews(recorded.views, *recorded.images, options.lines, progress.Part(0, kAxes))
           : AxesOfRun(run, options.lines.min_axis_sigma_rad);
+  const SightDepths sights(dense, options.dense.voxel_m,
+                           ViewCameras(recorded.views, recorded.images->rig()),
+                           progress.Part(kAxes, kSights));
   return BuildLines(
-      recorded->views, *recorded->images, axes,
+      recorded.views, *recorded.images, axes,
       KnownLines(run, axes, options.run_lines.max_sigma_m, options.run_lines.min_observations),
-      options.lines, progress.Part(run.manhattan_worlds.empty() ? kAxes : 0, 1));
+      sights, LineSurfaces(dense), options.lines, progress.Part(kSights, 1));
 }
 
 void MoveMarks(MapResult* map) {
@@ -53,12 +56,14 @@ BuildingInput InputOf(const MapResult& map, std::vector<Sights> sights) {
   return input;
 }
 
-// Occupancy, the dense cloud and the building, of the images of the keyframes.
-void MapImages(const RecordedViews& recorded, const MappingOptions& options,
+// Occupancy, the dense cloud, lines and the building, of the images of the keyframes.
+void MapImages(const OdometryRun& run, const RecordedViews& recorded, const MappingOptions& options,
                const Progress& progress, MapResult* map) {
   std::vector<Sights> sights =
-      MapDensely(recorded.views, *recorded.images, options, progress.Part(kLines, kDense), map);
-  if (progress.Report(kDense)) {
+      MapDensely(recorded.views, *recorded.images, options, progress.Part(kFiltered, kDense), map);
+  map->lines = LinesOf(run, recorded, map->dense, options, progress.Part(kDense, kLines));
+  MoveMarks(map);
+  if (progress.Report(kLines)) {
     map->building = BuildBuilding(InputOf(*map, std::move(sights)), options.building);
   }
   const int64_t unreadable = recorded.images->unreadable();
@@ -99,13 +104,12 @@ MapResult BuildMap(const OdometryRun& run, const RecordedViews* recorded,
                              watched.Part(0, kFused));
   map.points =
       RemoveOutliers(std::move(map.points), options.cloud, watched.Part(kFused, kFiltered));
-  map.lines = LinesOf(run, recorded, options, watched.Part(kFiltered, kLines));
-  MoveMarks(&map);
   if (recorded) {
-    MapImages(*recorded, options, watched, &map);
+    MapImages(run, *recorded, options, watched, &map);
   } else {
+    map.lines = SelectLines(run, options.run_lines);
     map.occupancy = MapOccupancy(KeyframeRays(run, map.points), options.occupancy, &map.warnings,
-                                 watched.Part(kLines, 1));
+                                 watched.Part(kFiltered, 1));
   }
   if (stopped) {
     map.complete = false;

@@ -148,7 +148,8 @@ std::vector<PlySegment> WithExtent(const std::vector<MapLine>& lines) {
 // Before the first of them is made. A length that is not finite is refused too.
 void CheckSamples(const TrueEdges& truth, const std::vector<PlySegment>& mapped,
                   const LineMetricOptions& options) {
-  const double edges_m = std::max(Length(truth.whole), Length(truth.seen));
+  double edges_m = std::max(Length(truth.whole), Length(truth.seen));
+  if (truth.clear) edges_m = std::max(edges_m, Length(*truth.clear));
   const double lines_m = Length(mapped);
   const double samples = (edges_m + lines_m) / options.sample_m;
   if (samples <= options.max_samples) return;
@@ -156,6 +157,17 @@ void CheckSamples(const TrueEdges& truth, const std::vector<PlySegment>& mapped,
       fmt::format("found {:.6g} m of edges and {:.6g} m of lines, which take {:.3g} samples every "
                   "{} m; expected at most {} samples (--max-samples): are both in metres?",
                   edges_m, lines_m, samples, options.sample_m, options.max_samples));
+}
+
+// The length of the segments that others lie beside, by tolerance.
+MatchedLengths CoveredLengths(const std::vector<PlySegment>& segments, const SegmentIndex& others,
+                              const LineMetricOptions& options, const Progress& progress) {
+  MatchedLengths covered(options.tolerances_m);
+  ForEachSample(segments, others, options, progress,
+                [&](const PlySegment&, double length_m, const auto& match) {
+                  if (match) covered.Add(length_m, match->distance_m);
+                });
+  return covered;
 }
 
 double Ratio(double part, double whole) { return whole > 0 ? part / whole : 0; }
@@ -190,7 +202,9 @@ LineMetrics EvaluateLines(const TrueEdges& truth, const std::vector<MapLine>& li
   metrics.mapped_length_m = Length(mapped);
   metrics.seen_length_m = Length(truth.seen);
 
-  MatchedLengths correct(options.tolerances_m), covered(options.tolerances_m);
+  const double seen_done = truth.clear ? 0.9 : 1;
+  const SegmentIndex mapped_index(mapped);
+  MatchedLengths correct(options.tolerances_m);
   EdgeAccuracy accuracy(truth);
   ForEachSample(mapped, SegmentIndex(truth.whole), options, progress.Part(0, 0.5),
                 [&](const PlySegment& line, double length_m, const auto& match) {
@@ -198,18 +212,42 @@ LineMetrics EvaluateLines(const TrueEdges& truth, const std::vector<MapLine>& li
                   correct.Add(length_m, match->distance_m);
                   accuracy.Add(line, length_m, *match);
                 });
-  ForEachSample(truth.seen, SegmentIndex(mapped), options, progress.Part(0.5, 1),
-                [&](const PlySegment&, double length_m, const auto& match) {
-                  if (match) covered.Add(length_m, match->distance_m);
-                });
+  const MatchedLengths covered =
+      CoveredLengths(truth.seen, mapped_index, options, progress.Part(0.5, seen_done));
   for (std::size_t i = 0; i < options.tolerances_m.size(); ++i) {
     metrics.scores.push_back({options.tolerances_m[i], covered.at(i),
-                              Ratio(covered.at(i), metrics.seen_length_m),
+                              Ratio(covered.at(i), metrics.seen_length_m), std::nullopt,
                               Ratio(correct.at(i), metrics.mapped_length_m),
                               Ratio(metrics.mapped_length_m, covered.at(i))});
   }
   metrics.accuracy = accuracy.Result();
+  if (truth.clear) {
+    metrics.clear_length_m = Length(*truth.clear);
+    const MatchedLengths clear =
+        CoveredLengths(*truth.clear, mapped_index, options, progress.Part(seen_done, 1));
+    for (std::size_t i = 0; i < options.tolerances_m.size(); ++i) {
+      metrics.scores[i].clear_recall = Ratio(clear.at(i), *metrics.clear_length_m);
+    }
+  }
   return metrics;
+}
+
+void EvaluateMarks(const TrueEdges& truth, const std::vector<MapLine>& marks,
+                   const LineMetricOptions& options, LineMetrics* metrics,
+                   const Progress& progress) {
+  const std::vector<PlySegment> mapped = WithExtent(marks);
+  CheckSamples(truth, mapped, options);
+  metrics->marks_length_m = Length(mapped);
+  const MatchedLengths on_edges =
+      CoveredLengths(mapped, SegmentIndex(truth.whole), options, progress);
+  for (std::size_t i = 0; i < metrics->scores.size(); ++i) {
+    const LineScore& score = metrics->scores[i];
+    const double edges_m = score.precision * metrics->mapped_length_m;
+    const double others_m = metrics->mapped_length_m - edges_m;
+    const double marks_m = metrics->marks_length_m - on_edges.at(i);
+    metrics->kinds.push_back({score.tolerance_m, Ratio(others_m, others_m + marks_m),
+                              Ratio(on_edges.at(i), on_edges.at(i) + edges_m)});
+  }
 }
 
 std::vector<MapLine> Aligned(const Alignment& alignment, std::vector<MapLine> lines) {

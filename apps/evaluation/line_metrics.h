@@ -25,9 +25,10 @@ struct LineMetricOptions {
 // parts is covered when a mapped line of nearly its direction is.
 struct LineScore {
   double tolerance_m = 0;
-  double recall_m = 0;    // covered length of the seen parts
-  double recall = 0;      // as a share of their length
-  double precision = 0;   // correct share of the mapped length; 0 without lines
+  double recall_m = 0;                 // covered length of the seen parts
+  double recall = 0;                   // as a share of their length
+  std::optional<double> clear_recall;  // share of the clearly seen length that is covered
+  double precision = 0;                // correct share of the mapped length; 0 without lines
   double redundancy = 0;  // mapped length over covered length, 1 is ideal; 0 where none is covered
 };
 
@@ -41,19 +42,35 @@ struct LineAccuracy {
   double offset_rms_m = 0;  // distance to the edge
 };
 
+// Of lines whose kind was told: what was called which by length, at the tolerance of a score. A
+// line is an edge's where a sample of it is correct.
+struct KindScore {
+  double tolerance_m = 0;
+  double marks_called_edges = 0;  // share of what is no edge's; 0 where there is none
+  double edges_called_marks = 0;  // share of what is an edge's
+};
+
 struct LineMetrics {
   int64_t lines = 0;           // mapped
   int64_t without_extent = 0;  // of them; they count for nothing
   double mapped_length_m = 0;
   double seen_length_m = 0;              // of the true edges
+  std::optional<double> clear_length_m;  // of their parts that were seen well, where known
   std::vector<LineScore> scores;         // by tolerance
   std::optional<LineAccuracy> accuracy;  // nothing where no sample is correct
+  double marks_length_m = 0;
+  std::vector<KindScore> kinds;  // by tolerance; none of a map without marks
 };
 
 // Compares lines with edges in the same world. Throws DataError when their lengths take more than
 // max_samples, and StoppedError when progress says so.
 LineMetrics EvaluateLines(const TrueEdges& truth, const std::vector<MapLine>& lines,
                           const LineMetricOptions& options, const Progress& progress = {});
+
+// Adds how the map told its lines from marks, which are to be on no edge.
+void EvaluateMarks(const TrueEdges& truth, const std::vector<MapLine>& marks,
+                   const LineMetricOptions& options, LineMetrics* metrics,
+                   const Progress& progress = {});
 
 // The lines laid over the truth, as the trajectory was.
 std::vector<MapLine> Aligned(const Alignment& alignment, std::vector<MapLine> lines);

@@ -23,16 +23,42 @@ constexpr std::array<std::pair<LineAxis, const char*>, 5> kAxisNames = {
      {LineAxis::kNone, "no axis"}}};
 
 std::string ScoreRow(const LineScore& score) {
-  return fmt::format("{:<9.2f}{:>10.2f}{:>10.1f}{:>12.1f}{:>12.2f}\n", score.tolerance_m,
-                     score.recall_m, 100 * score.recall, 100 * score.precision, score.redundancy);
+  const std::string clear =
+      score.clear_recall ? fmt::format("{:>16.1f}", 100 * *score.clear_recall) : "";
+  return fmt::format("{:<9.2f}{:>10.2f}{:>10.1f}{:>12.1f}{:>12.2f}{}\n", score.tolerance_m,
+                     score.recall_m, 100 * score.recall, 100 * score.precision, score.redundancy,
+                     clear);
+}
+
+std::string KindTable(const LineMetrics& metrics) {
+  std::string text =
+      fmt::format("\nmarks     {:.2f} m\n\nwithin m  marks called edges %  edges called marks %\n",
+                  metrics.marks_length_m);
+  for (const KindScore& score : metrics.kinds) {
+    text += fmt::format("{:<9.2f}{:>21.1f}{:>22.1f}\n", score.tolerance_m,
+                        100 * score.marks_called_edges, 100 * score.edges_called_marks);
+  }
+  return text;
 }
 
 Json ScoreJson(const LineScore& score) {
-  return {{"tolerance_m", score.tolerance_m},
-          {"recall_m", score.recall_m},
-          {"recall", score.recall},
-          {"precision", score.precision},
-          {"redundancy", score.redundancy}};
+  Json json = {{"tolerance_m", score.tolerance_m},
+               {"recall_m", score.recall_m},
+               {"recall", score.recall},
+               {"precision", score.precision},
+               {"redundancy", score.redundancy}};
+  if (score.clear_recall) json["clear_recall"] = *score.clear_recall;
+  return json;
+}
+
+Json KindsJson(const LineMetrics& metrics) {
+  Json json = {{"marks_length_m", metrics.marks_length_m}, {"scores", Json::array()}};
+  for (const KindScore& score : metrics.kinds) {
+    json["scores"].push_back({{"tolerance_m", score.tolerance_m},
+                              {"marks_called_edges", score.marks_called_edges},
+                              {"edges_called_marks", score.edges_called_marks}});
+  }
+  return json;
 }
 
 Json AccuracyJson(const LineAccuracy& accuracy) {
@@ -63,7 +89,11 @@ std::string LineTable(const LineInputs& inputs, const LineMetrics& metrics) {
     text +=
         fmt::format("          {} of them without extent, not counted\n", metrics.without_extent);
   }
-  text += "\nwithin m  recall m  recall %  precision %  redundancy\n";
+  if (metrics.clear_length_m) {
+    text += fmt::format("          {:.2f} m of the edges seen clearly\n", *metrics.clear_length_m);
+  }
+  text += "\nwithin m  recall m  recall %  precision %  redundancy";
+  text += metrics.clear_length_m ? "  clear recall %\n" : "\n";
   for (const LineScore& score : metrics.scores) text += ScoreRow(score);
   if (metrics.accuracy) {
     const LineAccuracy& accuracy = *metrics.accuracy;
@@ -73,6 +103,7 @@ std::string LineTable(const LineInputs& inputs, const LineMetrics& metrics) {
         accuracy.direction_mean_deg, accuracy.direction_rms_deg, accuracy.offset_rms_m,
         accuracy.length_m, metrics.scores.back().tolerance_m);
   }
+  if (!metrics.kinds.empty()) text += KindTable(metrics);
   return text;
 }
 
@@ -83,9 +114,11 @@ Json LineJson(const LineInputs& inputs, const LineMetrics& metrics) {
                {"without_extent", metrics.without_extent},
                {"mapped_length_m", metrics.mapped_length_m},
                {"seen_length_m", metrics.seen_length_m}};
+  if (metrics.clear_length_m) json["clear_length_m"] = *metrics.clear_length_m;
   json["scores"] = Json::array();
   for (const LineScore& score : metrics.scores) json["scores"].push_back(ScoreJson(score));
   json["accuracy"] = metrics.accuracy ? AccuracyJson(*metrics.accuracy) : Json();
+  if (!metrics.kinds.empty()) json["kinds"] = KindsJson(metrics);
   return json;
 }
 

@@ -28,18 +28,24 @@ std::vector<Eigen::Vector3d> RaysOf(const Camera& camera, int stride_px) {
 
 void VisibilityOptions::Check() const { kVisibilityTable.Check("visibility", *this); }
 
+Trajectory PosesApart(const Trajectory& poses, double interval_s) {
+  const int64_t step_ns = ToNanoseconds(interval_s);
+  Trajectory apart;
+  for (const StampedPose& pose : poses) {
+    if (apart.empty() || pose.stamp_ns >= apart.back().stamp_ns + step_ns) apart.push_back(pose);
+  }
+  return apart;
+}
+
 std::vector<ReferenceView> ReferenceViews(const TriangleTree& surfaces, const Trajectory& truth,
                                           const Rig& rig, const VisibilityOptions& options,
                                           const Progress& progress) {
   const std::vector<Eigen::Vector3d> rays = RaysOf(rig.cameras[0], options.stride_px);
-  const int64_t step_ns = ToNanoseconds(options.interval_s);
+  const Trajectory poses = PosesApart(truth, options.interval_s);
   std::vector<ReferenceView> views;
-  int64_t next_ns = truth.empty() ? 0 : truth.front().stamp_ns;
-  for (std::size_t i = 0; i < truth.size(); ++i) {
-    progress.ReportOrStop(static_cast<double>(i) / static_cast<double>(truth.size()));
-    if (truth[i].stamp_ns < next_ns) continue;
-    next_ns = truth[i].stamp_ns + step_ns;
-    const RigidTransform T_world_camera = truth[i].T_world_imu * rig.T_imu_camera[0];
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    progress.ReportOrStop(static_cast<double>(i) / static_cast<double>(poses.size()));
+    const RigidTransform T_world_camera = poses[i].T_world_imu * rig.T_imu_camera[0];
     ReferenceView view{T_world_camera.translation, {}};
     for (const Eigen::Vector3d& ray : rays) {
       const Eigen::Vector3d direction = T_world_camera.rotation * ray;

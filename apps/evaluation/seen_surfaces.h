@@ -31,6 +31,9 @@ struct ReferenceView {
   std::vector<Eigen::Vector3d> ends;
 };
 
+// The poses that are at least interval_s apart, from the first one on.
+Trajectory PosesApart(const Trajectory& poses, double interval_s);
+
 // The rays of the left camera up to max_range_m, at poses interval_s apart. Throws StoppedError
 // when progress says so.
 std::vector<ReferenceView> ReferenceViews(const TriangleTree& surfaces, const Trajectory& truth,

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -16,6 +17,8 @@ struct TrueEdges {
   std::vector<PlySegment> seen;  // the parts that they saw
   // Which edge each of `whole` is of: pieces of one have the same. Empty: each is an edge.
   std::vector<int64_t> edge_of_whole = {};
+  // The parts that they saw well (clear_edges.h), where that is known.
+  std::optional<std::vector<PlySegment>> clear = {};
 };
 
 // A row of edges.csv: a part of an edge, or of a straight piece of a bent one, that the cameras

@@ -5,6 +5,7 @@
 #include <opencv2/core/utility.hpp>
 
 #include "mapping/lines/line_finder.h"
+#include "odometry/geometry/pinhole.h"
 
 namespace slcmap {
 namespace {
@@ -18,6 +19,23 @@ void StartBins(const LineIntervalOptions& options, TrackedLine* line) {
   line->bins_from_m = line->seen.from_m - kBeyond_m;
   const double length_m = line->seen.to_m + kBeyond_m - line->bins_from_m;
   line->bins.assign(static_cast<size_t>(std::ceil(length_m / options.bin_m)), BinViews());
+}
+
+Stretch BinsOf(const TrackedLine& line, const LineIntervalOptions& options) {
+  return {line.bins_from_m,
+          line.bins_from_m + options.bin_m * static_cast<double>(line.bins.size())};
+}
+
+// The samples that are not hidden, at bins that are near enough for their edge to be told from its
+// neighbours.
+void KeepClear(const TrackedLine& line, double bin_m, const SightDepths& sights, int view,
+               int camera, std::vector<LineSample>* samples) {
+  std::erase_if(*samples, [&](const LineSample& sample) {
+    if (sights.Hides(view, camera, sample.px, sample.depth_m)) return true;
+    const auto bin = static_cast<int>(std::floor((sample.along_m - line.bins_from_m) / bin_m));
+    const int last = static_cast<int>(line.bins.size()) - 1;
+    return sample.depth_m > line.bins[std::clamp(bin, 0, last)].max_depth_m;
+  });
 }
 
 // A bin counts a view once, whichever of its images shows it.
@@ -43,19 +61,19 @@ void MarkBins(const std::vector<LineSample>& samples, const TrackedLine& line, d
 }
 
 void LookForLine(int view, const StereoImage& pair, const ViewImages& images,
-                 const ViewCameras& cameras, const MapLineOptions& options, TrackedLine* line) {
+                 const ViewCameras& cameras, const SightDepths& sights,
+                 const MapLineOptions& options, TrackedLine* line) {
   const LineSampling sampling{.step_m = options.intervals.bin_m,
                               .min_gradient = MinGradient(*line, options)};
-  const Stretch bins{
-      line->bins_from_m,
-      line->bins_from_m + options.intervals.bin_m * static_cast<double>(line->bins.size())};
+  const Stretch bins = BinsOf(*line, options.intervals);
   ViewOfBins of_bins;
   for (const int camera : {0, 1}) {
     const cv::Mat& image = camera == 0 ? pair.left : pair.right;
     const auto part = SeenPart(line->line, bins, cameras.T_camera_world[view][camera],
-                               cameras.cameras[camera], {.max_depth_m = line->max_depth_m});
+                               cameras.cameras[camera], {.max_depth_m = options.max_depth_m});
     if (!part || image.empty()) continue;
-    const std::vector<LineSample> samples = SampleLine(image, images.mask(camera), *part, sampling);
+    std::vector<LineSample> samples = SampleLine(image, images.mask(camera), *part, sampling);
+    KeepClear(*line, options.intervals.bin_m, sights, view, camera, &samples);
     if (of_bins.looked.empty()) {
       of_bins.looked.assign(line->bins.size(), 0);
       of_bins.shown.assign(line->bins.size(), 0);
@@ -67,6 +85,7 @@ void LookForLine(int view, const StereoImage& pair, const ViewImages& images,
           sample.along_m > line->seen.to_m) {
         continue;
       }
+      ++line->shown_samples;
       line->step_sum += sample.step;
       line->lasting_sum += sample.lasting_step;
     }
@@ -78,19 +97,38 @@ void LookForLine(int view, const StereoImage& pair, const ViewImages& images,
   }
 }
 
-// From far away neighbouring edges run together: a line is looked for from where it is not much
-// farther than in the view that is nearest to it.
-double MaxDepth_m(const TrackedLine& line, const Views& views, const ViewCameras& cameras,
-                  const MapLineOptions& options) {
-  constexpr double kTimes = 2.2, kLeast_m = 2.5;
-  double nearest_m = options.max_depth_m;
+// From far away neighbouring edges run together: a bin is looked at from where it is not much
+// farther than in the view that is nearest to it, of those that it is not hidden from.
+void LimitDepths(const Views& views, const ViewCameras& cameras, const SightDepths& sights,
+                 const MapLineOptions& options, TrackedLine* line) {
+  constexpr float kTimes = 2.2F, kLeast_m = 2.5F;
+  constexpr int kBins = 5;  // at once
+  const auto limit_m = static_cast<float>(options.max_depth_m);
+  const auto count = static_cast<int>(line->bins.size());
+  std::vector<float> nearest_m(count / kBins + 1, limit_m);
+  const double step_m = kBins * options.intervals.bin_m;
   for (size_t view = 0; view < views.size(); ++view) {
-    if (views[view].segment != line.segment) continue;
-    const auto part = SeenPart(line.line, line.seen, cameras.T_camera_world[view][0],
+    if (views[view].segment != line->segment) continue;
+    const RigidTransform& T_camera_world = cameras.T_camera_world[view][0];
+    const auto part = SeenPart(line->line, BinsOf(*line, options.intervals), T_camera_world,
                                cameras.cameras[0], {.max_depth_m = options.max_depth_m});
-    if (part) nearest_m = std::min({nearest_m, part->start_depth_m, part->end_depth_m});
+    if (!part) continue;
+    const int from = static_cast<int>((part->from_m - line->bins_from_m) / step_m);
+    const int to = static_cast<int>((part->to_m - line->bins_from_m) / step_m);
+    for (int i = std::max(0, from); i <= std::min(to, count / kBins); ++i) {
+      const double along_m = line->bins_from_m + (i + 0.5) * step_m;
+      const Eigen::Vector3d p =
+          T_camera_world * (line->line.point_world + along_m * line->line.direction_world);
+      if (p.z() <= 0 || p.z() >= nearest_m[i]) continue;
+      const Eigen::Vector2d px =
+          PixelFromPlane(cameras.cameras[0], Eigen::Vector2d(p.hnormalized()));
+      if (sights.Hides(static_cast<int>(view), 0, px, p.z())) continue;
+      nearest_m[i] = static_cast<float>(p.z());
+    }
   }
-  return std::clamp(kTimes * nearest_m, kLeast_m, options.max_depth_m);
+  for (int i = 0; i < count; ++i) {
+    line->bins[i].max_depth_m = std::clamp(kTimes * nearest_m[i / kBins], kLeast_m, limit_m);
+  }
 }
 
 bool IsInside(double along_m, const std::vector<Stretch>& intervals) {
@@ -101,14 +139,17 @@ bool IsInside(double along_m, const std::vector<Stretch>& intervals) {
 
 }  // namespace
 
-void LookForLines(const Views& views, const ViewImages& images, const MapLineOptions& options,
-                  std::vector<TrackedLine>* lines, const Progress& progress) {
+void LookForLines(const Views& views, const ViewImages& images, const SightDepths& sights,
+                  const MapLineOptions& options, std::vector<TrackedLine>* lines,
+                  const Progress& progress) {
   constexpr int kAtOnce = 4;  // views in memory
   const ViewCameras cameras(views, images.rig());
-  for (TrackedLine& line : *lines) {
-    StartBins(options.intervals, &line);
-    line.max_depth_m = MaxDepth_m(line, views, cameras, options);
-  }
+  cv::parallel_for_({0, static_cast<int>(lines->size())}, [&](const cv::Range& range) {
+    for (int k = range.start; k < range.end; ++k) {
+      StartBins(options.intervals, &(*lines)[k]);
+      LimitDepths(views, cameras, sights, options, &(*lines)[k]);
+    }
+  });
   const auto count = static_cast<int>(views.size());
   for (int first = 0; first < count; first += kAtOnce) {
     if (!progress.Report(static_cast<double>(first) / count)) return;
@@ -122,7 +163,7 @@ void LookForLines(const Views& views, const ViewImages& images, const MapLineOpt
         TrackedLine& line = (*lines)[k];
         for (int i = 0; i < some; ++i) {
           if (views[first + i].segment != line.segment) continue;
-          LookForLine(first + i, pairs[i], images, cameras, options, &line);
+          LookForLine(first + i, pairs[i], images, cameras, sights, options, &line);
         }
       }
     });
@@ -165,8 +206,11 @@ void FitAgain(const Views& views, const Rig& rig, const std::vector<BuildingAxis
     if (line.intervals.empty()) return false;
     const auto fit =
         FitLine(line.line, line.places, cameras, AxisPrior(axes, line.axis), options.fit);
-    if (!fit || fit->views < options.min_views || fit->sigma_m() > options.max_sigma_m)
+    const double max_rms_px = line.axis < 0 ? options.max_free_rms_px : options.max_rms_px;
+    if (!fit || fit->views < options.min_views || fit->sigma_m() > options.max_sigma_m ||
+        fit->rms_px > max_rms_px) {
       return false;
+    }
     line.fit = *fit;
     line.line = fit->line;
     for (Stretch& interval : line.intervals) {

@@ -6,14 +6,17 @@
 #include "data/progress.h"
 #include "mapping/lines/line_options.h"
 #include "mapping/lines/line_store.h"
+#include "mapping/lines/sight_depths.h"
 
 namespace slcmap {
 
 // Looks for each line, a good deal beyond its ends, in both images of every view of its segment:
-// afterwards its bins say how many views look at each piece of it and how many of them show an edge
-// there, and its places where that is. Once progress says so, later views are left out.
-void LookForLines(const Views& views, const ViewImages& images, const MapLineOptions& options,
-                  std::vector<TrackedLine>* lines, const Progress& progress);
+// afterwards, but where surfaces hide it, its bins say how many views look at each piece of it and
+// how many of them show an edge there, and its places where that is. Once progress says so, later
+// views are left out.
+void LookForLines(const Views& views, const ViewImages& images, const SightDepths& sights,
+                  const MapLineOptions& options, std::vector<TrackedLine>* lines,
+                  const Progress& progress);
 
 // The intervals of a line in which enough of the views show its edge, by its bins.
 std::vector<Stretch> FindIntervals(const TrackedLine& line, const LineIntervalOptions& options);

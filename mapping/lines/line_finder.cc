@@ -209,7 +209,7 @@ std::optional<TrackedLine> LineFinder::Accept(const Hypothesis& hypothesis, int 
   // Of a line without an axis four numbers are to be found instead of two.
   const int min_views = (line.axis < 0 ? 2 : 1) * options_.min_views;
   if (line.fit.views < min_views || line.fit.rms_px > kMaxRms_px) return std::nullopt;
-  if (line.fit.sigma_m() > options_.max_sigma_m) return std::nullopt;
+  if (line.fit.sigma_m() > options_.max_found_sigma_m) return std::nullopt;
   return line;
 }
 

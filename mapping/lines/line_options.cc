@@ -13,10 +13,11 @@ constexpr OptionTable kTable{
     Option{"axis_distance_px", &MapLineOptions::axis_distance_px, 0.1, 20.0},
     Option{"explained_px", &MapLineOptions::explained_px, 0.1, 20.0},
     Option{"max_depth_m", &MapLineOptions::max_depth_m, 0.5, 1000.0},
+    Option{"max_found_sigma_m", &MapLineOptions::max_found_sigma_m, 1e-4, 10.0},
     Option{"max_sigma_m", &MapLineOptions::max_sigma_m, 1e-4, 10.0},
+    Option{"max_rms_px", &MapLineOptions::max_rms_px, 0.01, 10.0},
+    Option{"max_free_rms_px", &MapLineOptions::max_free_rms_px, 0.01, 10.0},
     Option{"min_views", &MapLineOptions::min_views, 2, 1000},
-    Option{"min_lasting_step", &MapLineOptions::min_lasting_step, -100.0, 100.0},
-    Option{"max_lasting_step", &MapLineOptions::max_lasting_step, -100.0, 100.0},
     Option{"min_axis_sigma_rad", &MapLineOptions::min_axis_sigma_rad, 1e-6, 1.0}};
 
 constexpr OptionTable kSweepTable{
@@ -50,6 +51,13 @@ constexpr OptionTable kMergingTable{
     Option{"max_distance_m", &LineMergingOptions::max_distance_m, 0.0, 1.0},
     Option{"min_distance_m", &LineMergingOptions::min_distance_m, 0.0, 1.0}};
 
+constexpr OptionTable kKindTable{
+    Option{"min_lasting_step", &LineKindOptions::min_lasting_step, -100.0, 100.0},
+    Option{"max_lasting_step", &LineKindOptions::max_lasting_step, -100.0, 100.0},
+    Option{"min_outline_step", &LineKindOptions::min_outline_step, 0.0, 255.0},
+    Option{"min_known_share", &LineKindOptions::min_known_share, 0.0, 1.0},
+    Option{"min_flat_share", &LineKindOptions::min_flat_share, 0.0, 1.0}};
+
 }  // namespace
 
 void MapLineOptions::Check() const {
@@ -58,6 +66,7 @@ void MapLineOptions::Check() const {
   kFitTable.Check("mapping.lines.fit", fit);
   kIntervalTable.Check("mapping.lines.intervals", intervals);
   kMergingTable.Check("mapping.lines.merging", merging);
+  kKindTable.Check("mapping.lines.kinds", kinds);
 }
 
 void MapLineOptions::Read(YamlSection section) {
@@ -65,6 +74,7 @@ void MapLineOptions::Read(YamlSection section) {
   kFitTable.Read(section.Section("fit"), &fit);
   kIntervalTable.Read(section.Section("intervals"), &intervals);
   kMergingTable.Read(section.Section("merging"), &merging);
+  kKindTable.Read(section.Section("kinds"), &kinds);
   kTable.Read(section, this);
 }
 

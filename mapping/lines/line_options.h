@@ -23,6 +23,15 @@ struct LineMergingOptions {
   double min_distance_m = 0.006;  // up to which they are the same however well they are known
 };
 
+// See line_kinds.h.
+struct LineKindOptions {
+  // Of the step of brightness across a line, the share that is there some pixels from it, too.
+  double min_lasting_step = 0.7, max_lasting_step = 1.9;
+  double min_outline_step = 15;  // grey values, some pixels from a line on a flat surface
+  double min_known_share = 0.3;  // of a line beside which surfaces are known
+  double min_flat_share = 0.6;   // of that, of a line on a flat surface
+};
+
 struct MapLineOptions {
   double min_segment_px = 16;
   int max_segments = 400;           // of an image
@@ -31,16 +40,17 @@ struct MapLineOptions {
   double axis_distance_px = 1.5;    // of a segment's ends from an axis' image through its middle
   double explained_px = 1.5;        // of a segment's ends from the image of a line that is known
   double max_depth_m = 10;          // up to which views are looked at for a line
+  double max_found_sigma_m = 0.06;  // across a line that is looked for in all views
   double max_sigma_m = 0.02;        // across a line that is kept
-  int min_views = 3;                // of a line that is kept; twice as many without an axis
+  // Of the places of a line that is kept from it, in the images; without an axis.
+  double max_rms_px = 0.45, max_free_rms_px = 0.3;
+  int min_views = 3;  // of a line that is kept; twice as many without an axis
   double min_axis_sigma_rad = 0.0005;
-  // Of the step of brightness across a line, the share that is there some pixels from it, too; of
-  // other lines than these it is a mark.
-  double min_lasting_step = 0.6, max_lasting_step = 1.9;
   LineSweepOptions sweep;
   LineFitOptions fit;
   LineIntervalOptions intervals;
   LineMergingOptions merging;
+  LineKindOptions kinds;
   void Check() const;  // throws ConfigError
   void Read(YamlSection section);
 };

@@ -7,12 +7,14 @@
 #include "mapping/lines/building_axes.h"
 #include "mapping/lines/line_fit.h"
 #include "mapping/lines/line_in_view.h"
+#include "mapping/lines/line_surfaces.h"
 
 namespace slcmap {
 
 // How many views look at a bin of a line, and how many of them show its edge.
 struct BinViews {
   uint16_t shown = 0, missed = 0;
+  float max_depth_m = 0;  // from which it is looked at
 };
 
 struct TrackedLine {
@@ -23,11 +25,12 @@ struct TrackedLine {
   Stretch seen;              // by segments
   double gradient = 0;       // of its edge, grey values a pixel, where it was found
   double known_sigma_m = 0;  // across it, of a line that was known beforehand; 0 of others
-  double max_depth_m = 0;    // from which it is looked for
   LineFit fit;
   std::vector<EdgePlace> places;
   double step_sum = 0, lasting_sum = 0;  // of the samples that show its edge
-  std::vector<BinViews> bins;            // from bins_from_m on
+  int shown_samples = 0;                 // these
+  SurfacesBeside surfaces;
+  std::vector<BinViews> bins;  // from bins_from_m on
   double bins_from_m = 0;
   std::vector<Stretch> intervals;
 };

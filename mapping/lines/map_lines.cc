@@ -2,6 +2,7 @@
 
 #include "mapping/lines/guided_pass.h"
 #include "mapping/lines/line_finder.h"
+#include "mapping/lines/line_kinds.h"
 #include "mapping/lines/line_merging.h"
 
 namespace slcmap {
@@ -9,16 +10,6 @@ namespace {
 
 // Shares of the time, about, up to the end of a step.
 constexpr double kFound = 0.6, kLooked = 0.95;
-
-// Grain, joints and print are streaks: beside them the image is soon as bright as on the other
-// side, and shadows have no edge that the step would keep to. The edges of surfaces keep their
-// step.
-LineKind KindOf(const TrackedLine& line, const MapLineOptions& options) {
-  if (line.known_sigma_m > 0) return LineKind::kUnknown;
-  const double lasting = line.lasting_sum / std::max(line.step_sum, 1e-9);
-  const bool lasts = lasting >= options.min_lasting_step && lasting <= options.max_lasting_step;
-  return lasts ? LineKind::kUnknown : LineKind::kMark;
-}
 
 void AddMapLines(const TrackedLine& line, int64_t id, const std::vector<BuildingAxis>& axes,
                  const MapLineOptions& options, std::vector<MapLine>* map_lines) {
@@ -35,7 +26,7 @@ void AddMapLines(const TrackedLine& line, int64_t id, const std::vector<Building
   piece.sigma_m = line.fit.sigma_m();
   piece.deviation_sigma_rad = std::sqrt(line.fit.covariance.bottomRightCorner<2, 2>().trace() / 2);
   piece.observations = line.fit.views;
-  piece.kind = KindOf(line, options);
+  piece.kind = KindOf(line, options.kinds);
   for (const Stretch& interval : line.intervals) {
     piece.start_world = line.line.point_world + interval.from_m * line.line.direction_world;
     piece.end_world = line.line.point_world + interval.to_m * line.line.direction_world;
@@ -59,13 +50,21 @@ std::vector<BuildingAxis> AxesOfViews(const Views& views, const ViewImages& imag
 
 std::vector<MapLine> BuildLines(const Views& views, const ViewImages& images,
                                 const std::vector<BuildingAxis>& axes,
-                                std::vector<TrackedLine> known, const MapLineOptions& options,
+                                std::vector<TrackedLine> known, const SightDepths& sights,
+                                const LineSurfaces& surfaces, const MapLineOptions& options,
                                 const Progress& progress) {
   std::vector<TrackedLine> lines =
       LineFinder(views, images, axes, options).Find(std::move(known), progress.Part(0, kFound));
-  LookForLines(views, images, options, &lines, progress.Part(kFound, kLooked));
+  LookForLines(views, images, sights, options, &lines, progress.Part(kFound, kLooked));
   FitAgain(views, images.rig(), axes, options, &lines);
   lines = MergeLines(std::move(lines), options.merging);
+  for (TrackedLine& line : lines) line.surfaces = surfaces.Beside(line.line, line.intervals);
+  return AsMapLines(lines, axes, options);
+}
+
+std::vector<MapLine> AsMapLines(const std::vector<TrackedLine>& lines,
+                                const std::vector<BuildingAxis>& axes,
+                                const MapLineOptions& options) {
   std::vector<MapLine> map_lines;
   for (size_t i = 0; i < lines.size(); ++i) {
     AddMapLines(lines[i], static_cast<int64_t>(i), axes, options, &map_lines);

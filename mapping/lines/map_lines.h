@@ -8,6 +8,7 @@
 #include "mapping/lines/building_axes.h"
 #include "mapping/lines/line_options.h"
 #include "mapping/lines/line_store.h"
+#include "mapping/lines/sight_depths.h"
 #include "mapping/views/view.h"
 
 namespace slcmap {
@@ -16,14 +17,20 @@ namespace slcmap {
 std::vector<BuildingAxis> AxesOfViews(const Views& views, const ViewImages& images,
                                       const MapLineOptions& options, const Progress& progress = {});
 
+// What a map says of lines: a line with several intervals is several MapLines with one id, which
+// counts from 0.
+std::vector<MapLine> AsMapLines(const std::vector<TrackedLine>& lines,
+                                const std::vector<BuildingAxis>& axes,
+                                const MapLineOptions& options);
+
 // Starts from the lines that are known, finds more in the views, looks for all of them in all views
-// once more, finds the intervals that they are in, and merges those that are one. A line with
-// several intervals is several MapLines with one id, which counts from 0. The same views give the
-// same lines, whatever the number of threads. Once progress says so, the lines are those that were
-// found so far.
+// once more, finds the intervals that they are in, and merges those that are one. The same views
+// give the same lines, whatever the number of threads. Once progress says so, the lines are those
+// that were found so far.
 std::vector<MapLine> BuildLines(const Views& views, const ViewImages& images,
                                 const std::vector<BuildingAxis>& axes,
-                                std::vector<TrackedLine> known, const MapLineOptions& options,
+                                std::vector<TrackedLine> known, const SightDepths& sights,
+                                const LineSurfaces& surfaces, const MapLineOptions& options,
                                 const Progress& progress = {});
 
 }  // namespace slcmap

@@ -150,6 +150,38 @@ TEST(LineMetrics, RecallIsOfSeenPartsAndPrecisionOfWholeEdges) {
   EXPECT_NEAR(At(metrics, 0.01).recall, 0.5, 0.011);
 }
 
+TEST(LineMetrics, RecallOfWhatWasSeenClearlyStandsBesideThatOfAll) {
+  TrueEdges truth = kTwoEdges;
+  EXPECT_FALSE(At(EvaluateLines(truth, {}, {}), 0.05).clear_recall.has_value());
+  truth.clear = {{{{1, 0, 0}, {3, 0, 0}}}};
+  const std::vector<MapLine> lines = {Mapped({2, 0, 0}, {4, 0, 0})};
+  const LineMetrics metrics = EvaluateLines(truth, lines, {});
+  EXPECT_NEAR(At(metrics, 0.01).clear_recall.value(), 0.5, 0.011);
+  EXPECT_NEAR(At(metrics, 0.01).recall, 2.0 / 6, 0.011);
+  EXPECT_NEAR(metrics.clear_length_m.value(), 2, 1e-12);
+  const LineInputs inputs{"edges.csv", "lines.ply"};
+  EXPECT_THAT(LineTable(inputs, metrics),
+              AllOf(HasSubstr("2.00 m of the edges seen clearly"), HasSubstr("clear recall %")));
+  EXPECT_NEAR(LineJson(inputs, metrics)["scores"][0]["clear_recall"].get<double>(), 0.5, 0.011);
+}
+
+TEST(LineMetrics, MarksAreToBeOnNoEdge) {
+  // Of 4 m on edges 1 m is called a mark; of 3 m on none, 2 m are not.
+  LineMetrics metrics =
+      EvaluateLines(kTwoEdges, {Mapped({0, 0, 0}, {3, 0, 0}), Mapped({0, 1, 0}, {2, 1, 0})}, {});
+  EvaluateMarks(kTwoEdges, {Mapped({0, 0, 1}, {0, 0, 2}), Mapped({0, 1, 0}, {0, 1, 1})}, {},
+                &metrics);
+  ASSERT_EQ(metrics.kinds.size(), metrics.scores.size());
+  EXPECT_NEAR(metrics.marks_length_m, 2, 1e-9);
+  EXPECT_NEAR(metrics.kinds[2].edges_called_marks, 1.0 / 4, 1e-9);
+  EXPECT_NEAR(metrics.kinds[2].marks_called_edges, 2.0 / 3, 1e-9);
+  const LineInputs inputs{"edges.csv", "lines.ply"};
+  EXPECT_THAT(LineTable(inputs, metrics),
+              HasSubstr("0.05                      66.7                  25.0\n"));
+  EXPECT_NEAR(LineJson(inputs, metrics)["kinds"]["scores"][2]["edges_called_marks"].get<double>(),
+              0.25, 1e-9);
+}
+
 TEST(LineMetrics, NoLinesAndLinesWithoutExtentAreNoDivisionByZero) {
   const LineMetrics none = EvaluateLines(kTwoEdges, {}, {});
   EXPECT_EQ(At(none, 0.2).recall, 0);

@@ -7,40 +7,15 @@
 #include "apps/evaluation/surface_report.h"
 #include "data/calibration.h"
 #include "data/ply.h"
+#include "tests/testing/forward_rig.h"
 #include "tests/testing/temp_folder.h"
 
 namespace slcmap {
 namespace {
 
-// A square of two triangles, side 2 * half, at x = at_m, facing along x.
-std::vector<Triangle> WallAtX(double at_m, double half_m) {
-  const Eigen::Vector3d a(at_m, -half_m, -half_m), b(at_m, half_m, -half_m);
-  const Eigen::Vector3d c(at_m, half_m, half_m), d(at_m, -half_m, half_m);
-  return {{a, b, c}, {a, c, d}};
-}
-
-Rig ForwardRig() {
-  Rig rig;
-  Camera& camera = rig.cameras[0];
-  camera.width_px = 320;
-  camera.height_px = 240;
-  camera.fx_px = camera.fy_px = 200;
-  camera.cx_px = 159.5;
-  camera.cy_px = 119.5;
-  rig.cameras[1] = camera;
-  rig.T_imu_camera[0].rotation = Eigen::Quaterniond(
-      (Eigen::Matrix3d() << 0, 0, 1, -1, 0, 0, 0, -1, 0).finished());  // looks along x
-  rig.T_imu_camera[1] = rig.T_imu_camera[0];
-  return rig;
-}
-
-Trajectory Standing(double seconds) {
-  Trajectory trajectory;
-  for (int i = 0; 0.05 * i < seconds + 0.01; ++i) {
-    trajectory.push_back({ToNanoseconds(0.05 * i), RigidTransform()});
-  }
-  return trajectory;
-}
+using testing::ForwardRig;
+using testing::Standing;
+using testing::WallAtX;
 
 TEST(SeenSurfaces, AreThoseInSightWithinRange) {
   std::vector<Triangle> triangles = WallAtX(3, 1);

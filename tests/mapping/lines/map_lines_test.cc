@@ -25,7 +25,7 @@ std::vector<MapLine> LinesOf(const std::vector<WallRectangle>& rectangles,
                              const std::vector<BuildingAxis>& axes, int views = 11) {
   const Views moving = MovingViews(views);
   const PaintedWall wall(moving, rectangles, kDistance_m);
-  return BuildLines(moving, wall, axes, {}, MapLineOptions());
+  return BuildLines(moving, wall, axes, {}, {}, LineSurfaces({}), MapLineOptions());
 }
 
 // The largest distance of a line's ends from a place (x, z) of the wall, for a vertical line, or
@@ -95,10 +95,51 @@ TEST(MapLines, AreTheSameWithAnyNumberOfThreads) {
   }
 }
 
+// Of which some views, from `first` on, show nothing.
+class PartlyBlindWall : public PaintedWall {
+ public:
+  PartlyBlindWall(const Views& views, size_t first)
+      : PaintedWall(views, {{-0.5, 0.4, -0.3, 0.4}}, kDistance_m), first_(first) {}
+
+  StereoImage Read(size_t view) const override {
+    StereoImage pair = PaintedWall::Read(view);
+    if (view >= first_) pair.left = pair.right = cv::Mat(320, 480, CV_8UC1, cv::Scalar(60));
+    return pair;
+  }
+
+ private:
+  const size_t first_;
+};
+
+// Of 2 m x 2 m, facing away from the painted wall.
+std::vector<DensePoint> Screen(double y_m) {
+  std::vector<DensePoint> points;
+  for (int x = -25; x <= 25; ++x) {
+    for (int z = -25; z <= 25; ++z) {
+      points.push_back({{0.04 * x, y_m, 0.04 * z}, -Eigen::Vector3d::UnitY(), 0.01});
+    }
+  }
+  return points;
+}
+
+TEST(MapLines, ViewsFromWhichALineIsHiddenDoNotMissIt) {
+  Views views = MovingViews(11);
+  for (int i = 0; i < 20; ++i) {
+    views.push_back(testing::LookingAtWall({-0.2 + 0.02 * i, -1.5, 0}, 200 + i));
+  }
+  const PartlyBlindWall wall(views, 11);
+  const auto lines_with = [&](const SightDepths& sights) {
+    return BuildLines(views, wall, WallAxes(), {}, sights, LineSurfaces({}), MapLineOptions());
+  };
+  EXPECT_TRUE(lines_with({}).empty());
+  const SightDepths sights(Screen(-0.7), 0.04, ViewCameras(views, wall.rig()));
+  EXPECT_EQ(lines_with(sights).size(), 4u);
+}
+
 TEST(MapLines, EndWithWhatIsFoundOnceProgressSaysSo) {
   const Views views = MovingViews(11);
   const PaintedWall wall(views, {{-0.5, 0.4, -0.3, 0.4}}, kDistance_m);
-  const auto lines = BuildLines(views, wall, WallAxes(), {}, MapLineOptions(),
+  const auto lines = BuildLines(views, wall, WallAxes(), {}, {}, LineSurfaces({}), MapLineOptions(),
                                 Progress([](double) { return false; }));
   EXPECT_TRUE(lines.empty());
 }

@@ -1,0 +1,87 @@
+#include "mapping/lines/line_kinds.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "mapping/lines/line_surfaces.h"
+
+namespace slcmap {
+namespace {
+
+const PointAndDirection kLine = {Eigen::Vector3d::Zero(), Eigen::Vector3d::UnitX()};
+const std::vector<Stretch> kMetre = {{-0.5, 0.5}};
+
+// Points every 4 cm of a half plane that ends at the line, `degrees` from the world's y, moved by
+// `off_m` along z; alternately 5 mm off it.
+void AddHalfPlane(double degrees, double off_m, std::vector<DensePoint>* cloud) {
+  const double angle = degrees * M_PI / 180;
+  for (int x = -18; x <= 18; ++x) {
+    for (int k = 0; k < 8; ++k) {
+      const double beside_m = 0.02 + 0.04 * k;
+      DensePoint point;
+      point.p_world = {0.04 * x, beside_m * std::cos(angle),
+                       beside_m * std::sin(angle) + off_m + (k % 2 == 0 ? 0.005 : -0.005)};
+      point.sigma_m = 0.005;
+      cloud->push_back(point);
+    }
+  }
+}
+
+SurfacesBeside Beside(double left_deg, double right_deg, double right_off_m = 0) {
+  std::vector<DensePoint> cloud;
+  AddHalfPlane(left_deg, 0, &cloud);
+  AddHalfPlane(right_deg, right_off_m, &cloud);
+  return LineSurfaces(cloud).Beside(kLine, kMetre);
+}
+
+TEST(LineSurfaces, APlaneOnBothSidesIsFlat) {
+  EXPECT_NEAR(Beside(0, 180).flat_m, 1, 1e-9);
+  EXPECT_NEAR(Beside(60, 240).flat_m, 1, 1e-9);
+}
+
+TEST(LineSurfaces, ACreaseAStepAndAnEndAreNotFlat) {
+  EXPECT_NEAR(Beside(0, 90).relief_m, 1, 1e-9);
+  EXPECT_NEAR(Beside(0, 150).relief_m, 1, 1e-9);
+  EXPECT_NEAR(Beside(0, 180, 0.08).relief_m, 1, 1e-9);
+  EXPECT_NEAR(Beside(0, 0).relief_m, 1, 1e-9);
+}
+
+TEST(LineSurfaces, FarFromAllPointsNothingIsKnown) {
+  std::vector<DensePoint> cloud;
+  AddHalfPlane(0, 1, &cloud);
+  EXPECT_NEAR(LineSurfaces(cloud).Beside(kLine, kMetre).unknown_m, 1, 1e-9);
+  EXPECT_NEAR(LineSurfaces({}).Beside(kLine, {{0, 0.4}, {1, 1.3}}).unknown_m, 0.7, 1e-9);
+}
+
+TrackedLine WithStep(double step, double lasting, const SurfacesBeside& surfaces) {
+  TrackedLine line;
+  line.shown_samples = 10;
+  line.step_sum = 10 * step;
+  line.lasting_sum = 10 * step * lasting;
+  line.surfaces = surfaces;
+  return line;
+}
+
+TEST(LineKinds, ALineWhereSurfacesBendIsAnEdgeHoweverItLooks) {
+  EXPECT_EQ(KindOf(WithStep(40, 1, {0.1, 0.9, 0}), {}), LineKind::kEdge);
+  EXPECT_EQ(KindOf(WithStep(40, 0.1, {0.1, 0.9, 0}), {}), LineKind::kEdge);
+}
+
+TEST(LineKinds, OnAFlatSurfaceALargeStepThatLastsIsAnOutline) {
+  const SurfacesBeside flat{0.9, 0.1, 0};
+  EXPECT_EQ(KindOf(WithStep(40, 1, flat), {}), LineKind::kOutline);
+  EXPECT_EQ(KindOf(WithStep(8, 1, flat), {}), LineKind::kMark);
+  EXPECT_EQ(KindOf(WithStep(40, 0.3, flat), {}), LineKind::kMark);
+  EXPECT_EQ(KindOf(WithStep(40, 3, flat), {}), LineKind::kMark);
+}
+
+TEST(LineKinds, WithoutSurfacesTheStepAloneTellsMarks) {
+  const SurfacesBeside unknown{0.1, 0, 0.9};
+  EXPECT_EQ(KindOf(WithStep(40, 1, unknown), {}), LineKind::kUnknown);
+  EXPECT_EQ(KindOf(WithStep(40, 0.3, unknown), {}), LineKind::kMark);
+  EXPECT_EQ(KindOf(TrackedLine(), {}), LineKind::kMark) << "never seen";
+}
+
+}  // namespace
+}  // namespace slcmap
