@@ -35,7 +35,7 @@ void CheckOutput(const std::string& path, const std::string& map) {
   if (!folder.empty()) MakeFolder(folder);
 }
 
-void View(ViewArguments arguments) {
+void ViewMap(ViewArguments arguments) {
   ExpectFolder(arguments.map, FolderKind::kMap);
   CheckOutput(arguments.output, arguments.map);
   const std::string page_template = ReadPageTemplate();
@@ -61,7 +61,7 @@ void AddViewCommand(CLI::App& app) {
                     "Also take files that are not as map wrote them, and a map of another run than "
                     "that beside it; values are checked in any case");
   command->footer("Example:\n  slcmap view OUT/map -o OUT/map.html");
-  command->callback([arguments] { View(*arguments); });
+  command->callback([arguments] { ViewMap(*arguments); });
 }
 
 }  // namespace slcmap

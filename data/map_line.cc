@@ -101,7 +101,7 @@ void WriteMapLines(const std::string& path, const std::vector<MapLine>& lines) {
 }
 
 std::vector<MapLine> ReadMapLines(const std::string& path) {
-  constexpr double kMaxInt = 2147483647, kMaxSigma_m = 1e6, kMaxSigma_rad = 1e9;
+  constexpr double kMaxInt = 2147483647, kMaxSigma_m = 1e9, kMaxSigma_rad = 1e9;
   const PlyFile file = ReadPly(path);
   const std::vector<PlySegment> segments = Segments(file, path);
   const EdgeReader edges(path, file.Get("edge", path));

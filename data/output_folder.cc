@@ -119,16 +119,6 @@ void Sync(const std::string& path, int flags) {
   if (!synced) FailOutput(path, "cannot be written", std::strerror(why));
 }
 
-// The same for a file, or a folder with all that it holds.
-void SyncAll(const std::string& path) {
-  Sync(path, 0);
-  std::error_code error;
-  for (fs::recursive_directory_iterator it(path, error), end; !error && it != end;
-       it.increment(error)) {
-    Sync(it->path(), 0);
-  }
-}
-
 // Of a folder, sorted: what is done with them is the same everywhere.
 std::vector<std::string> NamesIn(const std::string& folder) {
   std::vector<std::string> names;

@@ -42,6 +42,13 @@ TEST(MapLine, ComesBackFromItsFile) {
   EXPECT_FALSE(lines[1].recent);
 }
 
+TEST(MapLine, OfWhichNothingIsKnownAcrossComesBack) {
+  const testing::TempFolder folder;
+  MapLine line{1, 0, LineAxis::kX, 0, 1e9, false, {0, 0, 0}, {1, 0, 0}};  // as runs report it
+  WriteMapLines(folder.Path("lines.ply"), {line});
+  EXPECT_EQ(ReadMapLines(folder.Path("lines.ply"))[0].sigma_m, 1e9);
+}
+
 TEST(MapLine, NoLinesMakeAFileWithoutEdges) {
   const testing::TempFolder folder;
   WriteMapLines(folder.Path("lines.ply"), {});
