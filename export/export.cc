@@ -9,6 +9,7 @@
 #include "data/nearest_name.h"
 #include "data/summary_file.h"
 #include "export/dxf/dxf_writer.h"
+#include "export/cloud_writer.h"
 #include "export/colmap_writer.h"
 #include "export/gltf_writer.h"
 #include "export/ifc/ifc_writer.h"
@@ -66,6 +67,7 @@ std::vector<std::unique_ptr<MapWriter>> MakeMapWriters(const ExportOptions& opti
   std::vector<std::unique_ptr<MapWriter>> writers;
   writers.push_back(std::make_unique<GltfWriter>(scene, options.scene.max_vertices, options.gltf));
   writers.push_back(std::make_unique<PlySceneWriter>(scene));
+  writers.push_back(std::make_unique<CloudWriter>());
   writers.push_back(std::make_unique<SvgPlanWriter>(options.plan));
   writers.push_back(std::make_unique<PdfPlanWriter>(options.plan));
   writers.push_back(std::make_unique<DxfWriter>(options.plan, options.scene.max_jump_s));

@@ -23,7 +23,7 @@
 namespace slcmap {
 namespace {
 
-constexpr int kMapVersion = 3;
+constexpr int kMapVersion = 4;
 constexpr char kSummary[] = "map.json";
 
 // The files of a map folder besides its summary.
@@ -31,7 +31,7 @@ constexpr char kTrajectory[] = "trajectory.tum", kKeyframes[] = "keyframes.tum",
                kPoints[] = "points.ply", kCloud[] = "points.pcd", kDense[] = "dense.ply",
                kDenseCloud[] = "dense.pcd", kLines[] = "lines.ply", kMarks[] = "marks.ply",
                kOccupancy[] = "occupancy.bt", kRig[] = "rig.json", kOptions[] = "options.yaml",
-               kCalibration[] = "calibration.yaml";
+               kCalibration[] = "calibration.yaml", kProbabilities[] = "occupancy.ot";
 
 double MedianObservations(const std::vector<MapLine>& lines) {
   std::vector<int> observations;
@@ -40,9 +40,9 @@ double MedianObservations(const std::vector<MapLine>& lines) {
 }
 
 std::vector<std::string> ListedNames(bool with_calibration) {
-  std::vector<std::string> names = {kTrajectory, kKeyframes,  kPoints, kCloud,
-                                    kDense,      kDenseCloud, kLines,  kMarks,
-                                    kOccupancy,  kRig,        kOptions};
+  std::vector<std::string> names = {kTrajectory, kKeyframes,     kPoints, kCloud,
+                                    kDense,      kDenseCloud,    kLines,  kMarks,
+                                    kOccupancy,  kProbabilities, kRig,    kOptions};
   for (const std::string& name : BuildingFiles()) names.push_back(name);
   if (with_calibration) names.emplace_back(kCalibration);
   return names;
@@ -196,6 +196,7 @@ std::string WriteMapFolder(OutputFolder* folder, const MapResult& map) {
   WriteMapLines(path + kMarks, map.marks);
   WriteBuilding(folder->staging(), map.building);
   map.occupancy.Write(path + kOccupancy);
+  map.occupancy.WriteProbabilities(path + kProbabilities);
   WriteRig(path + kRig, map.rectified_rig);
   WriteFile(path + kOptions, map.source.options);
   if (map.calibrated_rig) WriteKalibrCalibration(path + kCalibration, *map.calibrated_rig);

@@ -40,7 +40,11 @@ const char* const kFiles[] = {"scene.glb",
                               "colmap/images.txt",
                               "colmap/points3D.txt",
                               "limap/alltracks.txt",
-                              "limap/lines.txt"};
+                              "limap/lines.txt",
+                              "points.pcd",
+                              "dense.pcd",
+                              "dense.ply",
+                              "occupancy.bt"};
 
 MapResult MakeMap() {
   MapResult map = BuildMap(testing::MakeWallRun(), {});
@@ -111,8 +115,9 @@ TEST_F(ExportTest, OneFormatAlone) {
   options.formats = {"glb"};
   EXPECT_THAT(ExportMap(MakeMap(), folder_, options), UnorderedElementsAre(Path("scene.glb")));
   options.formats = {"step"};
-  EXPECT_THAT([&] { ExportMap(MakeMap(), folder_, options); },
-              ThrowsMessage<ConfigError>(HasSubstr("found 'step', expected one of glb, ply, svg")));
+  EXPECT_THAT(
+      [&] { ExportMap(MakeMap(), folder_, options); },
+      ThrowsMessage<ConfigError>(HasSubstr("found 'step', expected one of glb, ply, cloud, svg")));
 }
 
 TEST_F(ExportTest, GltfHoldsTheLayers) {

@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 #include <octomap/OcTree.h>
 
+#include <memory>
+
 #include "data/error.h"
 #include "data/file.h"
 #include "tests/testing/temp_folder.h"
@@ -55,6 +57,23 @@ TEST(OccupancyMap, OctomapReadsTheFile) {
   const octomap::OcTreeNode* node = tree.search(3.05, 0.05, 0.05);
   ASSERT_NE(node, nullptr);
   EXPECT_TRUE(tree.isNodeOccupied(node));
+}
+
+TEST(OccupancyMap, OctomapReadsTheProbabilities) {
+  OccupancyMap map = MakeMap();
+  map.Insert({{{0.05, 0.05, 0.05}, {{3.05, 0.05, 0.05}}}}, 5);
+  const std::string path = kFolder.Path("a.ot");
+  map.WriteProbabilities(path);
+  const std::unique_ptr<octomap::AbstractOcTree> file(octomap::AbstractOcTree::read(path));
+  const auto* tree = dynamic_cast<octomap::OcTree*>(file.get());
+  ASSERT_NE(tree, nullptr);
+  EXPECT_NEAR(tree->getResolution(), 0.1, 1e-9);
+  const octomap::OcTreeNode* twice = tree->search(3.05, 0.05, 0.05);
+  const octomap::OcTreeNode* once = tree->search(0.05, 4.55, 0.05);  // free, seen by one bundle
+  ASSERT_NE(twice, nullptr);
+  ASSERT_NE(once, nullptr);
+  EXPECT_GT(twice->getOccupancy(), tree->getProbHit());
+  EXPECT_NEAR(once->getOccupancy(), tree->getProbMiss(), 1e-6);
 }
 
 TEST(OccupancyMap, TheSameRaysGiveTheSameBytes) {
