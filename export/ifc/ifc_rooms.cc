@@ -46,7 +46,7 @@ std::string SpaceShape(const Room& room, const IfcPart& part, IfcFile* file) {
 void AddSpace(const Room& room, IfcPart* part, IfcFile* file) {
   const std::string content =
       fmt::format("{} {} {}", room.storey, StepReal(room.floor_m), ContentOf(room.polygon));
-  const std::string name = StepText(fmt::format("Room {}", room.id));
+  const std::string name = StepText(fmt::format("Room {}", room.id + 1));
   const std::string placement = file->LocalPlacement(part->placement, {});
   const std::string space =
       file->AddRooted("IFCSPACE", content,

@@ -2,6 +2,7 @@
 #include "mapping/map_folder.h"
 #include "mapping/mapping.h"
 #include "tests/fuzz/folder_target.h"
+#include "tests/testing/made_building.h"
 #include "tests/testing/made_run.h"
 
 namespace {
@@ -10,7 +11,9 @@ const slcmap::fuzz::FolderTarget& Target() {
   static const slcmap::fuzz::FolderTarget target([](const std::string& folder) {
     slcmap::MappingOptions options;
     options.occupancy.resolution_m = 0.5;
-    slcmap::WriteMapFolder(folder, slcmap::BuildMap(slcmap::testing::MakeLineRun(), options));
+    slcmap::MapResult map = slcmap::BuildMap(slcmap::testing::MakeLineRun(), options);
+    map.building = slcmap::testing::MakeBuilding(2);
+    slcmap::WriteMapFolder(folder, map);
   });
   return target;
 }

@@ -68,7 +68,7 @@ export class App {
         this.layers.isOn('rooms') &&
         this.section.holds(room.place.clone().setZ(room.floor_m + 0.05));
       const area = element('span', {}, formatArea(room.area_m2));
-      room.label = this.labels.add(room.place, isShown, { class: 'room' }, `Room ${room.id}`, area);
+      room.label = this.labels.add(room.place, isShown, { class: 'room' }, `Room ${room.id + 1}`, area);
     }
   }
 

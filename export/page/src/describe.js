@@ -78,7 +78,7 @@ export class Describer {
       ['Storey', String(plane.storey)],
     ];
     if (plane.rooms.length > 0)
-      rows.push([plane.rooms.length > 1 ? 'Rooms' : 'Room', plane.rooms.join(', ')]);
+      rows.push([plane.rooms.length > 1 ? 'Rooms' : 'Room', plane.rooms.map((id) => id + 1).join(', ')]);
     for (const { kind, width_m, height_m } of plane.openings) {
       const name = kind[0].toUpperCase() + kind.slice(1);
       rows.push([name, `${formatLength(width_m)} × ${formatLength(height_m)}`]);

@@ -206,7 +206,7 @@ test('shows a plan, to scale, in which lines are named', async () => {
 });
 
 test('names rooms with their area, in feet too', async () => {
-  assert.match(await page.locator('.room').innerText(), /Room 0\s*20.0 m²/);
+  assert.match(await page.locator('.room').innerText(), /Room 1\s*20.0 m²/);
   await page.getByRole('radio', { name: 'Feet' }).click();
   assert.match(await page.locator('.room').innerText(), /215 ft²/);
   await page.getByRole('radio', { name: 'Metres' }).click();
