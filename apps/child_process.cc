@@ -45,7 +45,7 @@ struct Surroundings {
 };
 
 int ExitCode(int status) {
-  return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+  return WIFEXITED(status) ? WEXITSTATUS(status) : kExitSignal + WTERMSIG(status);
 }
 
 }  // namespace
@@ -68,7 +68,7 @@ int RunChild(const std::vector<std::string>& arguments, const std::string& log_p
   int status = 0;
   while (waitpid(child, &status, WNOHANG) == 0) {
     if (Interrupted() && !passed_on) {
-      kill(child, SIGINT);
+      kill(child, SIGTERM);  // a child of a background job ignores SIGINT
       passed_on = true;
     }
     std::this_thread::sleep_for(kPause);

@@ -6,6 +6,9 @@
 
 namespace slcmap {
 
+// Of a child that a signal ended, and the signal's number more.
+inline constexpr int kExitSignal = 128;
+
 // Runs slcmap with arguments, its output in a log file, and waits for it. Ctrl-C is passed on, so
 // that it ends as it does alone. Returns its exit code; 128 and more where a signal ended it.
 // Throws OutputError where it cannot be started.

@@ -118,10 +118,33 @@ void CheckNames(const CompareArguments& arguments) {
   }
 }
 
+// Before the runs that they are compared with.
+void CheckGiven(const CompareArguments& arguments) {
+  for (const std::string& text : arguments.with) {
+    const NamedFile named = ParseNamedFile("--with", text);
+    ReadTrajectory(named.path);
+    const size_t at = named.name.find('@');
+    if (at == std::string::npos) continue;
+    const std::string name = named.name.substr(at + 1);
+    const bool is_known =
+        std::any_of(arguments.sequences.begin(), arguments.sequences.end(),
+                    [&](const std::string& path) { return SequenceName(path) == name; });
+    if (at > 0 && is_known) continue;
+    throw ConfigError(
+        fmt::format("--with: found {}, expected NAME@SEQUENCE=file with the name of a sequence "
+                    "that is compared",
+                    text));
+  }
+}
+
 void CheckArguments(const CompareArguments& arguments) {
   if (arguments.repeats < 1 || arguments.repeats > 19) {
     throw ConfigError(fmt::format("--repeats: found {}, expected 1 to 19", arguments.repeats));
   }
+  if (arguments.threads < 1 || arguments.threads > 256) {
+    throw ConfigError(fmt::format("--threads: found {}, expected 1 to 256", arguments.threads));
+  }
+  CheckGiven(arguments);
   CheckNames(arguments);
   for (const MethodToRun& method : MethodsToRun(arguments)) CheckMethod(method);
   for (const std::string& sequence : arguments.sequences) {

@@ -66,7 +66,11 @@ std::string RunStage(const std::vector<std::string>& arguments, const std::strin
   const int code = RunChild(arguments, log_path);
   if (Interrupted()) throw StoppedError("interrupted; finished runs are kept");
   if ((code == kExitSuccess || code == kExitFailedRun) && IsFinished(summary)) return "";
-  return LastLine(log_path);
+  if (code >= kExitSignal) {
+    return fmt::format("ended by signal {}; {}", code - kExitSignal, log_path);
+  }
+  const std::string last = LastLine(log_path);
+  return last.empty() ? fmt::format("ended with {}; {}", code, log_path) : last;
 }
 
 struct Repeat {

@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # From a bare Debian 12 to a mapped building: installs, builds, simulates a walk through an office
-# corridor, runs every stage on it, compares two methods, and says which files to open. A second run only does what is new.
+# corridor, runs every stage on it, compares two methods, and says which files to open. A second run
+# does not simulate again.
 #
 #   apps/demo.sh [FOLDER]     default: out/demo
 set -euo pipefail
@@ -29,5 +30,5 @@ echo "== Comparing methods on it"
 
 echo "== Open in a browser"
 [ ! -e "$out/map.html" ] || echo "the map       $out/map.html"
-echo "the plan      $out/export/plan/storey_0.svg (all sheets: $out/export/plan.pdf)"
+echo "the plan      $out/export/plan.pdf"
 echo "the report    $out/report/report.html"

@@ -3,6 +3,7 @@
 
 #include <chrono>
 #include <cstdio>
+#include <filesystem>
 #include <memory>
 
 #include "apps/commands.h"
@@ -93,6 +94,11 @@ std::string WriteRunPage(const MapResult& map, const std::string& output) {
   return output + "/map.html";
 }
 
+void RemovePage(const std::string& output) {
+  std::error_code ignored;
+  std::filesystem::remove(output + "/map.html", ignored);
+}
+
 void RunAll(const RunArguments& arguments) {
   const std::string& output = arguments.output;
   if (output.empty()) throw ConfigError("output: found an empty path, expected a folder");
@@ -101,19 +107,24 @@ void RunAll(const RunArguments& arguments) {
   RefuseInputs(output, FoldersOf(odometry.sequence));
   const MappingOptions mapping = ReadMappingOptions(odometry.config);
   CheckFormats(arguments.exporting);
-  OutputFolder map_folder(output + "/map", MapFiles(), {odometry.sequence});
+  auto map_folder =
+      std::make_unique<OutputFolder>(output + "/map", MapFiles(), std::vector{odometry.sequence});
   OutputFolder export_folder(output + "/export", ExportFiles(), {odometry.sequence});
-  const OdometryRun run = RunOdometryStage(odometry, {&map_folder, &export_folder});
+  RemovePage(output);  // it is of what is moved aside now
+  const OdometryRun run = RunOdometryStage(odometry, {map_folder.get(), &export_folder});
   if (Interrupted()) return;
   MapArguments of_run;
   of_run.input = odometry.run;
-  const MapResult map = Timed("map", [&] { return RunMapStage(of_run, mapping, &map_folder); });
+  Timed("map", [&] { return RunMapStage(of_run, mapping, map_folder.get()); });
   if (Interrupted()) return;
+  // What is shown is what the folder holds, whose numbers are rounded.
+  map_folder.reset();
+  const MapResult map = ReadMapFolder(output + "/map");
   const std::vector<std::string> files = Timed("export", [&] {
     return ExportMap(map, &export_folder, arguments.exporting, StageProgress("export"));
   });
   const std::string page = WriteRunPage(map, output);
-  map_folder.RemoveAside();
+  OutputFolder(output + "/map", MapFiles()).RemoveAside();
   export_folder.RemoveAside();
   PrintAccuracies(odometry.sequence, run, map);
   PrintCost(run.timings);

@@ -17,6 +17,8 @@
 namespace slcmap {
 namespace {
 
+constexpr char kPageBegin[] = "<!doctype html>";
+
 struct ViewArguments {
   std::string map, output;
   PageOptions page;
@@ -31,8 +33,17 @@ void CheckOutput(const std::string& path, const std::string& map) {
     throw ConfigError(fmt::format("output {}: found a folder, expected a file's name, such as {}",
                                   path, (std::filesystem::path(path) / "map.html").string()));
   }
-  const std::filesystem::path folder = std::filesystem::path(path).parent_path();
-  if (!folder.empty()) MakeFolder(folder);
+  if (std::filesystem::is_regular_file(path, error) && !ReadFile(path).starts_with(kPageBegin)) {
+    throw ConfigError(fmt::format(
+        "output {}: found a file that is no page, expected a new name: it would be overwritten",
+        path));
+  }
+  const std::filesystem::path file(path);
+  if (!file.has_filename()) {
+    throw ConfigError(fmt::format(
+        "output {}: found a folder's name, expected a file's, such as {}map.html", path, path));
+  }
+  if (file.has_parent_path()) MakeFolder(file.parent_path());
 }
 
 void ViewMap(ViewArguments arguments) {

@@ -1,5 +1,8 @@
 #include "data/plane_triangulation.h"
 
+#include <functional>
+#include <memory>
+
 #include "data/geos.h"
 
 namespace slcmap {
@@ -17,7 +20,13 @@ const GEOSGeometry* ValidArea(Polygon polygon, Geos* geos) {
   RequireFinite(polygon.outline);
   for (const PlanPoints& hole : polygon.holes) RequireFinite(hole);
   const GEOSGeometry* area = geos->Keep(geos->ToGeos(polygon));
-  return geos->Keep(GEOSMakeValid_r(geos->context(), area));
+  // Parts without an area, as spikes, are left out: what mixes areas and lines cannot be cut.
+  const std::unique_ptr<GEOSMakeValidParams, std::function<void(GEOSMakeValidParams*)>> how(
+      GEOSMakeValidParams_create_r(geos->context()),
+      [&](GEOSMakeValidParams* params) { GEOSMakeValidParams_destroy_r(geos->context(), params); });
+  GEOSMakeValidParams_setMethod_r(geos->context(), how.get(), GEOS_MAKE_VALID_STRUCTURE);
+  GEOSMakeValidParams_setKeepCollapsed_r(geos->context(), how.get(), 0);
+  return geos->Keep(GEOSMakeValidWithParams_r(geos->context(), area, how.get()));
 }
 
 }  // namespace

@@ -4,13 +4,14 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <set>
 
 #include "data/error.h"
 #include "data/nearest_name.h"
 #include "data/summary_file.h"
-#include "export/dxf/dxf_writer.h"
 #include "export/cloud_writer.h"
 #include "export/colmap_writer.h"
+#include "export/dxf/dxf_writer.h"
 #include "export/gltf_writer.h"
 #include "export/ifc/ifc_writer.h"
 #include "export/limap_writer.h"
@@ -23,6 +24,8 @@
 
 namespace slcmap {
 namespace {
+
+namespace fs = std::filesystem;
 
 constexpr char kSummary[] = "export.json";
 constexpr int kExportVersion = 1;
@@ -38,14 +41,46 @@ void WriteSummary(const std::string& folder, const MapResult& map,
                                              {"files", ListFiles(folder, names)}});
 }
 
+// The files that an earlier export in the folder says it wrote; none where there is none.
+std::set<std::string> FilesOfLastExport(const std::string& folder) {
+  const std::string path = folder + "/" + kSummary;
+  std::error_code error;
+  if (!fs::exists(path, error)) return {};
+  return ParseJsonFile(path, [](const Json& json) {
+    std::set<std::string> names;
+    for (const Json& file : json.at("files")) names.insert(file.at("name").get<std::string>());
+    return names;
+  });
+}
+
+// Folders are replaced with all that they hold, which must be what an export wrote.
+void RefuseFilesOfOthers(const std::string& folder, const std::set<std::string>& last,
+                         const std::vector<std::unique_ptr<MapWriter>>& writers) {
+  for (const auto& writer : writers) {
+    for (const std::string& name : writer->Names()) {
+      std::error_code error;
+      if (!fs::is_directory(folder + "/" + name, error)) continue;
+      for (const auto& entry : fs::recursive_directory_iterator(folder + "/" + name, error)) {
+        const std::string found = fs::path(entry.path()).lexically_relative(folder).string();
+        if (entry.is_directory() || last.contains(found)) continue;
+        throw ConfigError(fmt::format(
+            "output {}: found {}, which no export wrote, expected a folder without other files: it "
+            "would be removed",
+            folder, found));
+      }
+    }
+  }
+}
+
 // What an earlier export left in formats that this one does not have would be of another map.
-void RemoveOthers(const OutputFolder& folder, const std::vector<std::string>& names) {
-  for (const std::string& name : ExportFiles().names) {
-    const bool is_new = std::any_of(names.begin(), names.end(), [&](const std::string& written) {
-      return written == name || written.starts_with(name + "/");
-    });
-    std::error_code error;
-    if (!is_new && name != kSummary) std::filesystem::remove_all(folder.path() + "/" + name, error);
+void RemoveOthers(const std::string& folder, const std::set<std::string>& last,
+                  const std::vector<std::string>& names) {
+  std::error_code error;
+  for (const std::string& name : last) {
+    if (std::find(names.begin(), names.end(), name) != names.end()) continue;
+    const fs::path path = fs::path(folder) / name;
+    fs::remove(path, error);
+    if (path.parent_path() != fs::path(folder)) fs::remove(path.parent_path(), error);  // if empty
   }
 }
 
@@ -113,6 +148,8 @@ std::vector<std::string> ExportMap(const MapResult& map, OutputFolder* folder,
                                    const ExportOptions& options, const Progress& progress) {
   CheckFormats(options);
   const std::vector<std::unique_ptr<MapWriter>> writers = WantedWriters(options);
+  const std::set<std::string> last = FilesOfLastExport(folder->path());
+  RefuseFilesOfOthers(folder->path(), last, writers);
   const auto parts = static_cast<double>(writers.size());
   std::vector<std::string> names;
   for (std::size_t i = 0; i < writers.size(); ++i) {
@@ -125,7 +162,7 @@ std::vector<std::string> ExportMap(const MapResult& map, OutputFolder* folder,
   progress.ReportOrStop(1);
   WriteSummary(folder->staging(), map, names);
   folder->Commit();
-  RemoveOthers(*folder, names);
+  RemoveOthers(folder->path(), last, names);
   std::vector<std::string> paths;
   for (const std::string& name : names) paths.push_back(folder->path() + "/" + name);
   return paths;

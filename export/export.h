@@ -6,9 +6,9 @@
 
 #include "data/output_folder.h"
 #include "data/progress.h"
-#include "export/plan/plan_options.h"
 #include "export/gltf_options.h"
 #include "export/ifc/ifc_options.h"
+#include "export/plan/plan_options.h"
 #include "export/scene.h"
 #include "mapping/map.h"
 
@@ -33,7 +33,8 @@ StageFiles ExportFiles();
 
 // Writes a map into a folder, which is made where it is missing, and returns the files' paths. The
 // files of an earlier export are replaced once all are written. Throws ConfigError for a format
-// that there is not or a map that is too large (SceneOptions::max_vertices), OutputError naming the
+// that there is not, a map that is too large (SceneOptions::max_vertices) or files of others in
+// folders that are written anew, OutputError naming the
 // file that cannot be written, StoppedError when progress says so, and what OutputFolder throws;
 // the files of an earlier export then stay as they were.
 std::vector<std::string> ExportMap(const MapResult& map, const std::string& folder,

@@ -7,6 +7,7 @@
 
 #include "data/plane_triangulation.h"
 #include "export/storey_at.h"
+#include "export/surface_mesh.h"
 
 namespace slcmap {
 namespace {
@@ -50,16 +51,33 @@ class PlaneFrame {
   Vector3d origin_, u_, v_;
 };
 
-void AddPlane(const BuildingPlane& plane, PlanesOfLayer* layer) {
+// Of the room that a floor or ceiling is of.
+std::vector<PlanPoints> LevelHoles(const BuildingPlane& plane, const Building& building) {
+  const bool is_level = plane.kind == PlaneKind::kFloor || plane.kind == PlaneKind::kCeiling;
+  return is_level ? LevelOutline(plane, building).holes : std::vector<PlanPoints>();
+}
+
+std::vector<Vector3d> OnLevel(const BuildingPlane& plane, const PlanPoints& points) {
+  std::vector<Vector3d> outline_world;
+  for (const Vector2d& p : points) {
+    const double z_m = (plane.offset_m - plane.normal.head<2>().dot(p)) / plane.normal.z();
+    outline_world.emplace_back(p.x(), p.y(), z_m);
+  }
+  return outline_world;
+}
+
+void AddPlane(const BuildingPlane& plane, const Building& building, PlanesOfLayer* layer) {
   constexpr double kGrid_m = 1e-5;
   if (plane.outline_world.size() < 3) return;
   const PlaneFrame frame(plane);
   std::vector<PlanPoints> cuts;
   layer->outlines.push_back(plane.outline_world);
-  for (const PlaneOpening& opening : plane.openings) {
-    cuts.push_back(frame.In(opening.outline_world));
-    layer->outlines.push_back(opening.outline_world);
-  }
+  const auto add_cut = [&](const std::vector<Vector3d>& outline_world) {
+    cuts.push_back(frame.In(outline_world));
+    layer->outlines.push_back(outline_world);
+  };
+  for (const PlaneOpening& opening : plane.openings) add_cut(opening.outline_world);
+  for (const PlanPoints& hole : LevelHoles(plane, building)) add_cut(OnLevel(plane, hole));
   for (const Polygon& part : Difference({frame.In(plane.outline_world), {}}, cuts, kGrid_m)) {
     for (const PlanTriangle& t : Triangulate(part)) {
       layer->triangles.push_back({frame.Out(t[0]), frame.Out(t[1]), frame.Out(t[2])});
@@ -93,7 +111,7 @@ std::vector<PlanesOfLayer> PlaneLayers(const Building& building) {
     PlanesOfLayer& layer = layers[{plane.storey, plane.kind}];
     layer.name = fmt::format("{}_{}_PLANE", StoreyPrefix(plane.storey),
                              kPlaneKinds[static_cast<size_t>(plane.kind)]);
-    AddPlane(plane, &layer);
+    AddPlane(plane, building, &layer);
   }
   std::vector<PlanesOfLayer> sorted;
   for (auto& [key, layer] : layers) sorted.push_back(std::move(layer));

@@ -39,8 +39,9 @@ std::vector<std::string> PlySceneWriter::Names() const {
           "keyframes.ply", "voxels.ply", "line_bars.ply"};
 }
 
-std::vector<std::string> PlySceneWriter::WriteScene(const std::string& folder, const MapScene& scene,
-                                               const Progress& progress) const {
+std::vector<std::string> PlySceneWriter::WriteScene(const std::string& folder,
+                                                    const MapScene& scene,
+                                                    const Progress& progress) const {
   std::vector<std::string> paths;
   const std::size_t layers = scene.points.size() + scene.lines.size() + scene.meshes.size();
   const auto vertices_of = [&](const auto& layer) {

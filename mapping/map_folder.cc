@@ -3,6 +3,7 @@
 #include <spdlog/fmt/fmt.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <utility>
 
 #include "data/calibration.h"
@@ -202,6 +203,10 @@ std::string WriteMapFolder(OutputFolder* folder, const MapResult& map) {
   if (map.calibrated_rig) WriteKalibrCalibration(path + kCalibration, *map.calibrated_rig);
   const std::string id = WriteSummary(folder->staging(), map);
   folder->Commit();
+  if (!map.calibrated_rig) {  // an earlier map's would be of another run
+    std::error_code ignored;
+    std::filesystem::remove(folder->path() + "/" + kCalibration, ignored);
+  }
   return id;
 }
 

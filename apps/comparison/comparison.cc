@@ -127,8 +127,14 @@ std::string GroupTable(const SequenceResult& sequence, FigureGroup group) {
 std::string LatexText(const std::string& text) {
   std::string escaped;
   for (const char c : text) {
-    if (std::string_view("_%&#$").find(c) != std::string_view::npos) escaped += '\\';
-    escaped += c;
+    if (c == '\\') {
+      escaped += "\\textbackslash{}";
+    } else if (c == '~' || c == '^') {
+      escaped += fmt::format("\\{}{{}}", c);
+    } else {
+      if (std::string_view("_%&#${}").find(c) != std::string_view::npos) escaped += '\\';
+      escaped += c;
+    }
   }
   return escaped;
 }

@@ -159,7 +159,7 @@ def main():
     print("With true poses edges are " + ", ".join(
         f"{s['with_true_poses']['edge_thickness_mm']:.2f} mm thick in {s['name']}"
         for s in report["sequences"] if "edge_thickness_mm" in s["with_true_poses"]) +
-        ": below that no method can be. A real wall may bend by 20 mm over 10 m (DIN 18202): less "
+        ": what stereo and the building have of their own. A real wall may bend by 20 mm over 10 m (DIN 18202): less "
         "cannot be blamed on a map of one.\n")
     if {"slc", "points"} <= present:
         rows = [row for figure in ("edge_thickness_mm", "edge_thickness_beyond_mm")

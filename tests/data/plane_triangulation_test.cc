@@ -49,6 +49,11 @@ TEST(PlaneTriangulationTest, OutlinesMayGoEitherWayRoundAndCrossThemselves) {
   EXPECT_NEAR(AreaOf({{{{0, 0}, {4, 4}, {4, 0}, {0, 4}}, {}}}), 8, 1e-9);
 }
 
+TEST(PlaneTriangulationTest, SpikesOfAnOutlineAreLeftOut) {
+  const Polygon spiked = {{{0, 0}, {4, 0}, {4, 2}, {6, 3}, {4, 2}, {0, 2}}, {}};
+  EXPECT_NEAR(AreaOf(Difference(spiked, {{{1, 0}, {2, 0}, {2, 1}, {1, 1}}})), 7, 1e-9);
+}
+
 TEST(PlaneTriangulationTest, WhatEnclosesNothingHasNoTriangles) {
   EXPECT_TRUE(Triangulate({}).empty());
   EXPECT_TRUE(Triangulate({{{0, 0}, {1, 1}}, {}}).empty());

@@ -120,6 +120,20 @@ TEST_F(ExportTest, OneFormatAlone) {
       ThrowsMessage<ConfigError>(HasSubstr("found 'step', expected one of glb, ply, cloud, svg")));
 }
 
+TEST_F(ExportTest, FilesOfOthersInItsFoldersStay) {
+  ExportOptions options;
+  options.formats = {"glb", "colmap"};
+  ExportMap(MakeMap(), folder_, options);
+  const std::string others = temp_.Write("made/export/colmap/database.db", "of the user");
+  EXPECT_THAT([&] { ExportMap(MakeMap(), folder_, options); },
+              ThrowsMessage<ConfigError>(HasSubstr("found colmap/database.db")));
+  EXPECT_TRUE(std::filesystem::exists(Path("colmap/cameras.txt")));
+  options.formats = {"glb"};
+  ExportMap(MakeMap(), folder_, options);
+  EXPECT_EQ(ReadFile(others), "of the user");
+  EXPECT_FALSE(std::filesystem::exists(Path("colmap/cameras.txt")));
+}
+
 TEST_F(ExportTest, GltfHoldsTheLayers) {
   const MapResult map = MakeMap();
   ExportMap(map, folder_, {});

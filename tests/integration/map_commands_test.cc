@@ -183,6 +183,8 @@ TEST_F(ViewTest, WrongPlacesAreNamedAndLeftAsTheyWere) {
   ExpectError(RunSlcmap("view " + map_ + " -o " + map_ + "/map.html"), 2, "map.html");
   ExpectError(RunSlcmap("view " + run_ + " -o " + folder_.Path("map.html")), 1,
               "run: found a run folder, expected a map folder");
+  ExpectError(RunSlcmap("view " + map_ + " -o " + run_ + "/run.json"), 2, "no page");
+  ExpectError(RunSlcmap("view " + map_ + " -o " + folder_.Path("new/")), 2, "folder's name");
   ExpectError(RunSlcmap("view " + map_ + " -o /proc/map.html"), 1, "/proc/map.html");
   EXPECT_FALSE(std::filesystem::exists(folder_.Path("map.html")));
   EXPECT_FALSE(std::filesystem::exists(map_ + "/map.html"));
