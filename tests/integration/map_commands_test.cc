@@ -169,7 +169,7 @@ class ViewTest : public OverwritingTest {
 };
 
 TEST_F(ViewTest, WritesOnePageOverAnEarlierOne) {
-  const std::string page = folder_.Write("map.html", "earlier");
+  const std::string page = folder_.Write("map.html", "<!doctype html> an earlier one");
   const ProcessResult viewed = RunSlcmap("view " + map_ + " -o " + page);
   EXPECT_EQ(viewed.exit_code, 0) << viewed.error;
   EXPECT_THAT(testing::ReadText(page),
