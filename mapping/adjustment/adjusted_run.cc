@@ -7,6 +7,14 @@
 
 namespace slcmap {
 
+namespace {
+
+bool HasRevisit(const AdjustmentFigures& figures) {
+  return figures.closures > figures.closures_taken_back;
+}
+
+}  // namespace
+
 AdjustedRun AdjustRun(OdometryRun run, const AdjustmentOptions& options, const ViewImages* images,
                       const Progress& progress) {
   AdjustedRun adjusted{std::move(run), std::nullopt};
@@ -15,6 +23,7 @@ AdjustedRun AdjustRun(OdometryRun run, const AdjustmentOptions& options, const V
   }
   try {
     const AdjustmentResult result = Adjust(adjusted.run, options, images, progress);
+    if (result.usable && options.needs_revisit && !HasRevisit(result.figures)) return adjusted;
     if (result.usable) {
       Apply(result, &adjusted.run);
       adjusted.figures = result.figures;

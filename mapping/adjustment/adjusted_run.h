@@ -17,8 +17,9 @@ struct AdjustedRun {
 // Counts runs that have too little to be adjusted, as a warning of the run.
 inline constexpr const char* kNotAdjusted = "not_adjusted";
 
-// The run as it is where adjusting it is not enabled, where its poses were given, where it has too
-// little to adjust (which is counted), and where progress ends that. With the images of
+// The run as it is where adjusting it is not enabled, where its poses were given, where it visits
+// no place again (needs_revisit), where it has too little to adjust (which is counted), and where
+// progress ends that. With the images of
 // its keyframes (null for none) places are recognised by points too. Throws ConfigError.
 AdjustedRun AdjustRun(OdometryRun run, const AdjustmentOptions& options, const ViewImages* images,
                       const Progress& progress = {});

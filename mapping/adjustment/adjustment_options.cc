@@ -10,6 +10,7 @@ constexpr double kMaxChi2 = 1e6;
 
 constexpr OptionTable kTable{
     Option{"enabled", &AdjustmentOptions::enabled, false, true},
+    Option{"needs_revisit", &AdjustmentOptions::needs_revisit, false, true},
     Option{"point_sigma_px", &AdjustmentOptions::point_sigma_px, 1e-3, kMaxSigma_px},
     Option{"point_loss_sigma", &AdjustmentOptions::point_loss_sigma, 1e-3, 1e3},
     Option{"line_sigma_px", &AdjustmentOptions::line_sigma_px, 1e-3, kMaxSigma_px},

@@ -40,6 +40,9 @@ struct ClosureOptions {
 
 struct AdjustmentOptions {
   bool enabled = true;
+  // Where no place is recognised again the run stays as the window has it: measured on images of
+  // buildings, an adjustment without revisits is behind it by some tenths of a millimetre.
+  bool needs_revisit = true;
   // Standard deviations of what was measured, and where robust losses turn, in standard deviations;
   // as the window has them.
   double point_sigma_px = 0.25;

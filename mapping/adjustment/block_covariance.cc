@@ -60,7 +60,8 @@ Eigen::MatrixXd BlockCovariance(ceres::Problem* problem, const std::vector<doubl
   Eigen::MatrixXd units = Eigen::MatrixXd::Zero(information.cols(), size);
   Eigen::Index next = 0;
   for (const Columns& columns : wanted) {
-    for (int i = 0; i < columns.count; ++i) units(columns.first + i, next++) = scale[columns.first + i];
+    for (int i = 0; i < columns.count; ++i)
+      units(columns.first + i, next++) = scale[columns.first + i];
   }
   const Eigen::MatrixXd solved = cholesky.solve(units);
   Eigen::MatrixXd covariance = units.transpose() * solved;

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 
+#include "mapping/adjustment/adjusted_run.h"
 #include "mapping/adjustment/closure_terms.h"
 #include "mapping/adjustment/edge_closures.h"
 #include "tests/testing/simulated_odometry.h"
@@ -138,6 +139,21 @@ TEST(Adjustment, OfTooLittleIsNone) {
   EXPECT_FALSE(result.reason.empty());
   Apply(result, &run);
   EXPECT_EQ(run.keyframes.size(), 2u);
+}
+
+TEST(Adjustment, WithoutRevisitsIsTakenOnlyWhereThatIsWanted) {
+  const SimulatedRun run = Fly(Noisy());
+  AdjustmentOptions options = Quick();
+  options.closures.enabled = false;
+  const AdjustedRun kept = AdjustRun(run.run, options, nullptr);
+  EXPECT_FALSE(kept.figures);
+  EXPECT_EQ(kept.run.keyframes.back().T_world_imu.translation,
+            run.run.keyframes.back().T_world_imu.translation);
+  options.needs_revisit = false;
+  const AdjustedRun adjusted = AdjustRun(run.run, options, nullptr);
+  EXPECT_TRUE(adjusted.figures);
+  EXPECT_NE(adjusted.run.keyframes.back().T_world_imu.translation,
+            run.run.keyframes.back().T_world_imu.translation);
 }
 
 TEST(Adjustment, EndsWhenItIsTold) {
