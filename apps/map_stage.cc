@@ -80,13 +80,13 @@ MappingOptions ReadMappingOptions(const std::string& config) {
 
 MapResult RunMapStage(const MapArguments& arguments, const MappingOptions& options,
                       OutputFolder* output) {
-  const OdometryRun run = ReadRun(arguments);
+  OdometryRun run = ReadRun(arguments);
   spdlog::debug("{}: {} poses, {} keyframes, {} landmarks, {} lines", arguments.input,
                 run.states.size(), run.keyframes.size(), run.landmarks.size(), run.lines.size());
   WarnOfRun(arguments.input, run);
   const Progress progress = StageProgress("map");
   const AdjustedRun adjusted =
-      AdjustRun(run, options.adjustment, nullptr, progress.Part(0, kAdjusted));
+      AdjustRun(std::move(run), options.adjustment, nullptr, progress.Part(0, kAdjusted));
   // Images are rectified with the calibration that the adjustment found.
   const std::optional<RecordedViews> recorded = OpenViews(arguments, adjusted.run);
   MapResult map =
@@ -95,7 +95,7 @@ MapResult RunMapStage(const MapArguments& arguments, const MappingOptions& optio
   map.id = WriteMapFolder(output, map);
   spdlog::info(
       "wrote {}: {} poses, {} points of {} landmarks, {} lines, {} occupied voxels of {} m",
-      output->path(), map.trajectory.size(), map.points.size(), run.landmarks.size(),
+      output->path(), map.trajectory.size(), map.points.size(), adjusted.run.landmarks.size(),
       map.lines.size(), map.occupancy.OccupiedVoxels().size(), map.occupancy.resolution_m());
   if (Interrupted() && !map.complete) {
     spdlog::warn("{}: the map is partial: {}", output->path(), map.partial_reason);

@@ -12,6 +12,7 @@
 #include "export/gltf_model.h"
 #include "export/storey_at.h"
 #include "export/surface_mesh.h"
+#include "mapping/building/building_names.h"
 
 namespace slcmap {
 namespace {
@@ -38,20 +39,6 @@ std::string StoreyPath(const std::string& layer, const Building& building,
                        std::optional<std::size_t> storey) {
   if (!storey) return layer;
   return fmt::format("{}/storey {}", layer, building.storeys[*storey].id);
-}
-
-std::string NameOf(PlaneKind kind) {
-  switch (kind) {
-    case PlaneKind::kWall:
-      return "wall";
-    case PlaneKind::kFloor:
-      return "floor";
-    case PlaneKind::kCeiling:
-      return "ceiling";
-    case PlaneKind::kOther:
-      break;
-  }
-  return "other";
 }
 
 template <std::size_t N>
@@ -140,7 +127,7 @@ class GltfLayers {
                   fmt::format("/plane {}", plane.id),
               mesh,
               {{"id", ValueOf(plane.id)},
-               {"kind", ValueOf(NameOf(plane.kind))},
+               {"kind", ValueOf(std::string(NameOf(plane.kind)))},
                {"sigma_m", ValueOf(plane.sigma_m)},
                {"room_ids", ArrayOf(plane.room_ids)}});
     }

@@ -12,37 +12,12 @@
 #include "export/frustum.h"
 #include "export/page_arrays.h"
 #include "export/page_points.h"
+#include "mapping/building/building_names.h"
 
 namespace slcmap {
 namespace {
 
 constexpr int kPageVersion = 1;
-
-const char* NameOf(PlaneKind kind) {
-  switch (kind) {
-    case PlaneKind::kWall:
-      return "wall";
-    case PlaneKind::kFloor:
-      return "floor";
-    case PlaneKind::kCeiling:
-      return "ceiling";
-    case PlaneKind::kOther:
-      break;
-  }
-  return "other";
-}
-
-const char* NameOf(OpeningKind kind) {
-  switch (kind) {
-    case OpeningKind::kDoor:
-      return "door";
-    case OpeningKind::kWindow:
-      return "window";
-    case OpeningKind::kPassage:
-      break;
-  }
-  return "passage";
-}
 
 template <typename Value>
 Json OptionalJson(const std::optional<Value>& value) {

@@ -12,9 +12,6 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr FigureGroup kGroups[] = {FigureGroup::kTrajectory, FigureGroup::kStraightness,
-                                   FigureGroup::kLines, FigureGroup::kDenseMap, FigureGroup::kCost};
-
 std::string Head(const FigureInfo& figure) {
   return *figure.unit ? fmt::format("{} [{}]", figure.label, figure.unit) : figure.label;
 }
@@ -237,7 +234,7 @@ std::string ComparisonTable(const Comparison& comparison) {
   for (const SequenceResult& sequence : comparison.sequences) {
     text += fmt::format("\n=== {} ({:.1f} m, {:.0f} s)\n", sequence.name, sequence.length_m,
                         sequence.duration_s);
-    for (const FigureGroup group : kGroups) text += GroupTable(sequence, group);
+    for (const FigureGroup group : kFigureGroups) text += GroupTable(sequence, group);
     text += "\n";
     for (const MethodResult& method : sequence.methods) {
       for (const std::string& remark : method.remarks) text += method.name + ": " + remark + "\n";
@@ -250,7 +247,7 @@ std::string ComparisonTable(const Comparison& comparison) {
 std::string ComparisonLatex(const Comparison& comparison) {
   std::string text = "% slcmap compare, " + comparison.date + "\n";
   for (const SequenceResult& sequence : comparison.sequences) {
-    for (const FigureGroup group : kGroups) text += LatexTable(sequence, group);
+    for (const FigureGroup group : kFigureGroups) text += LatexTable(sequence, group);
   }
   return text;
 }

@@ -6,6 +6,7 @@
 #include <array>
 
 #include "apps/comparison/page_plots.h"
+#include "data/markup.h"
 
 namespace slcmap {
 namespace {
@@ -15,9 +16,6 @@ constexpr std::array<const char*, 9> kPlotted = {
     "ape_final_m",   "edge_thickness_mm", "edge_thickness_beyond_mm",
     "bend_10m_mm",   "distance_95_mm",    "line_precision_5cm_percent",
     "dense_mpv_mm2", "wall_gap_10m_mm",   "cpu_ms_a_pair"};
-
-constexpr FigureGroup kGroups[] = {FigureGroup::kTrajectory, FigureGroup::kStraightness,
-                                   FigureGroup::kLines, FigureGroup::kDenseMap, FigureGroup::kCost};
 
 constexpr char kStyle[] = R"(
 :root { color-scheme: light dark; --ink: #1d2530; --soft: #5c6773; --page: #f6f7f8; --card: #fff;
@@ -62,7 +60,7 @@ std::string Key(const SequenceResult& sequence) {
   std::string html = "<p class=\"key\">";
   for (size_t i = 0; i < sequence.methods.size(); ++i) {
     html += fmt::format("<i style=\"background:{}\"></i>{}", MethodColour(sequence, i),
-                        EscapeHtml(sequence.methods[i].name));
+                        EscapeMarkup(sequence.methods[i].name));
   }
   if (sequence.true_poses) html += "<i style=\"background:#bbb\"></i>truth";
   return html + "</p>\n";
@@ -91,7 +89,7 @@ std::string Orders(const SequenceResult& sequence) {
     const std::vector<Ranked> methods = sequence.Of(figure);
     if (methods.size() < 2) continue;
     html += fmt::format("<li><b>{}</b>: {}.</li>\n", figure.label,
-                        EscapeHtml(OrderInWords(methods, figure.less_is_better)));
+                        EscapeMarkup(OrderInWords(methods, figure.less_is_better)));
   }
   return html.empty() ? "" : "<h3>Which order the spread bears</h3><ul>" + html + "</ul>\n";
 }
@@ -119,7 +117,7 @@ std::string Table(const SequenceResult& sequence, FigureGroup group) {
   }
   html += "</tr>\n";
   for (const MethodResult& method : sequence.methods) {
-    html += "<tr><td>" + EscapeHtml(method.name) + "</td>";
+    html += "<tr><td>" + EscapeMarkup(method.name) + "</td>";
     for (const FigureInfo& figure : figures) html += Cell(sequence, method, figure);
     html += "</tr>\n";
   }
@@ -143,11 +141,11 @@ std::string Notes(const SequenceResult& sequence, int repeats) {
   std::string html = "<ul class=\"soft\">";
   for (const MethodResult& method : sequence.methods) {
     for (const std::string& remark : method.remarks) {
-      html += "<li><b>" + EscapeHtml(method.name) + "</b>: " + EscapeHtml(remark) + "</li>\n";
+      html += "<li><b>" + EscapeMarkup(method.name) + "</b>: " + EscapeMarkup(remark) + "</li>\n";
     }
   }
   for (const std::string& note : NotesOn(sequence, repeats)) {
-    html += "<li>" + EscapeHtml(note) + "</li>\n";
+    html += "<li>" + EscapeMarkup(note) + "</li>\n";
   }
   return html + "</ul>\n";
 }
@@ -157,7 +155,7 @@ std::string LineMaps(const SequenceResult& sequence) {
   for (const MethodResult& method : sequence.methods) {
     if (method.lines.empty()) continue;
     html += Figure(
-        fmt::format("{} <span>{} lines</span>", EscapeHtml(method.name), method.lines.size()),
+        fmt::format("{} <span>{} lines</span>", EscapeMarkup(method.name), method.lines.size()),
         LineMapPlot(sequence, method), "paper");
   }
   if (html.empty()) return "";
@@ -170,7 +168,7 @@ std::string LineMaps(const SequenceResult& sequence) {
 std::string Section(const SequenceResult& sequence, int repeats) {
   std::string html = fmt::format(
       "<h2>{}</h2>\n<p class=\"soft\">{:.1f} m, {:.0f} s; true poses {}, true edges {}</p>\n",
-      EscapeHtml(sequence.name), sequence.length_m, sequence.duration_s,
+      EscapeMarkup(sequence.name), sequence.length_m, sequence.duration_s,
       sequence.true_poses ? "known" : "not known", sequence.true_edges ? "known" : "not known");
   html += Notes(sequence, repeats) + Key(sequence) + Bars(sequence);
   if (repeats > 1) html += Orders(sequence);
@@ -178,7 +176,7 @@ std::string Section(const SequenceResult& sequence, int repeats) {
           Figure("From above", PathPlot(sequence), "paper") +
           Figure("Distance from the truth over time", ErrorPlot(sequence)) + "</div>\n";
   html += LineMaps(sequence);
-  for (const FigureGroup group : kGroups) html += Table(sequence, group);
+  for (const FigureGroup group : kFigureGroups) html += Table(sequence, group);
   const std::string stages = StagePlot(sequence);
   if (stages.empty()) return html;
   return html + "<h3>Where the time goes</h3><div class=\"cards wide\">" +
@@ -196,8 +194,8 @@ std::string ComparisonPage(const Comparison& comparison) {
       "<title>slcmap: comparison</title>\n<style>{}</style></head><body>\n"
       "<h1>Comparison of methods</h1>\n<p class=\"soft\">slcmap {}, {}, "
       "{}<br><code>{}</code></p>\n",
-      kStyle, EscapeHtml(comparison.version), EscapeHtml(comparison.date),
-      EscapeHtml(comparison.machine), EscapeHtml(comparison.command));
+      kStyle, EscapeMarkup(comparison.version), EscapeMarkup(comparison.date),
+      EscapeMarkup(comparison.machine), EscapeMarkup(comparison.command));
   for (const SequenceResult& sequence : comparison.sequences) {
     html += Section(sequence, comparison.repeats);
   }

@@ -9,6 +9,11 @@ namespace slcmap {
 
 enum class FigureGroup { kTrajectory, kStraightness, kLines, kDenseMap, kCost };
 
+// In the order of the tables.
+inline constexpr FigureGroup kFigureGroups[] = {FigureGroup::kTrajectory,
+                                                FigureGroup::kStraightness, FigureGroup::kLines,
+                                                FigureGroup::kDenseMap, FigureGroup::kCost};
+
 struct FigureInfo {
   const char* key;    // in files; names the unit
   const char* label;  // for people

@@ -8,6 +8,8 @@
 #include <cmath>
 #include <utility>
 
+#include "data/markup.h"
+
 namespace slcmap {
 namespace {
 
@@ -29,13 +31,13 @@ constexpr size_t kMaxPlotted = 1500;  // points of a path
 
 std::string Svg(double width, double height, const std::string& label, const std::string& content) {
   return fmt::format("<svg viewBox=\"0 0 {:.0f} {:.0f}\" role=\"img\" aria-label=\"{}\">{}</svg>\n",
-                     width, height, EscapeHtml(label), content);
+                     width, height, EscapeMarkup(label), content);
 }
 
 std::string Text(double x, double y, const std::string& text, const char* anchor = "start",
                  const char* css_class = "") {
   return fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"{}\" class=\"{}\">{}</text>", x,
-                     y, anchor, css_class, EscapeHtml(text));
+                     y, anchor, css_class, EscapeMarkup(text));
 }
 
 std::string Line(double x1, double y1, double x2, double y2, const char* css_class) {
@@ -48,7 +50,7 @@ std::string Rectangle(double x, double y, double width, double height, const std
   return fmt::format(
       "<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"{:.2f}\" height=\"{:.1f}\" fill=\"{}\" "
       "rx=\"1.5\"><title>{}</title></rect>",
-      x, y, std::max(0.0, width), height, fill, EscapeHtml(title));
+      x, y, std::max(0.0, width), height, fill, EscapeMarkup(title));
 }
 
 // The distance between ticks, so that there are at most five: 1, 2 or 5 times a power of ten.
@@ -207,29 +209,6 @@ double MostOf(const std::vector<Ranked>& methods, const double* floor) {
 }
 
 }  // namespace
-
-std::string EscapeHtml(const std::string& text) {
-  std::string escaped;
-  for (const char c : text) {
-    switch (c) {
-      case '&':
-        escaped += "&amp;";
-        break;
-      case '<':
-        escaped += "&lt;";
-        break;
-      case '>':
-        escaped += "&gt;";
-        break;
-      case '"':
-        escaped += "&quot;";
-        break;
-      default:
-        escaped += c;
-    }
-  }
-  return escaped;
-}
 
 std::string MethodColour(const SequenceResult& sequence, size_t method) {
   const std::string& wanted = sequence.methods[method].name;

@@ -7,8 +7,6 @@
 
 namespace slcmap {
 
-std::string EscapeHtml(const std::string& text);
-
 // The colour of a sequence's method, by its index, in CSS.
 std::string MethodColour(const SequenceResult& sequence, size_t method);
 

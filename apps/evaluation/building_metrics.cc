@@ -6,6 +6,7 @@
 #include <optional>
 #include <set>
 
+#include "apps/evaluation/quantile.h"
 #include "data/error.h"
 
 namespace slcmap {
@@ -20,13 +21,6 @@ constexpr double kReveal_m = 0.4;       // of an opening on one face of a wall f
 constexpr double kLeastBeside_m = 0.5;  // of opposite walls
 constexpr double kMostApart_m = 20;
 constexpr double kLeastPoints = 4;  // of a wall under a plane, to be compared with it
-
-double Quantile(std::vector<double> values, double share) {
-  if (values.empty()) return 0;
-  std::sort(values.begin(), values.end());
-  const double at = share * static_cast<double>(values.size() - 1);
-  return values[static_cast<size_t>(std::lround(at))];
-}
 
 // The level direction along an upright plane.
 Vector3d AlongOf(const Vector3d& normal) { return Vector3d::UnitZ().cross(normal).normalized(); }

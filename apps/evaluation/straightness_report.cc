@@ -7,17 +7,12 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/evaluation/building_tolerances.h"
+#include "apps/evaluation/quantile.h"
 
 namespace slcmap {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-double Quantile(std::vector<double> values, double share) {
-  if (values.empty()) return 0;
-  std::sort(values.begin(), values.end());
-  return values[static_cast<size_t>(std::lround(share * static_cast<double>(values.size() - 1)))];
-}
 
 GapSummary SummarizeGaps(const Survey& survey, double length_m) {
   GapSummary summary;

@@ -7,6 +7,8 @@
 #include <array>
 #include <cmath>
 
+#include "data/markup.h"
+
 namespace slcmap {
 namespace {
 
@@ -46,24 +48,10 @@ double TickStep(double range) {
   return 10 * power;
 }
 
-std::string Escape(const std::string& text) {
-  std::string escaped;
-  for (const char c : text) {
-    if (c == '&') {
-      escaped += "&amp;";
-    } else if (c == '<') {
-      escaped += "&lt;";
-    } else {
-      escaped += c;
-    }
-  }
-  return escaped;
-}
-
 std::string Text(double x, double y, const std::string& anchor, const std::string& text,
                  const std::string& more = "") {
   return fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"{}\"{}>{}</text>\n", x, y,
-                     anchor, more, Escape(text));
+                     anchor, more, EscapeMarkup(text));
 }
 
 // Of a long curve only those points that show: of each stretch of points its first and last, and

@@ -5,26 +5,12 @@
 #include <cmath>
 
 #include "data/file.h"
+#include "data/markup.h"
 
 namespace slcmap {
 namespace {
 
 using Eigen::Vector2d;
-
-std::string Escaped(const std::string& text) {
-  std::string escaped;
-  for (const char c : text) {
-    if (c == '&')
-      escaped += "&amp;";
-    else if (c == '<')
-      escaped += "&lt;";
-    else if (c == '>')
-      escaped += "&gt;";
-    else
-      escaped += c;
-  }
-  return escaped;
-}
 
 std::string Grey(double grey) {
   const int value = static_cast<int>(std::lround(255 * grey));
@@ -43,7 +29,7 @@ class SvgSheet {
         "<svg xmlns=\"http://www.w3.org/2000/svg\" version=\"1.1\" width=\"{0}mm\" "
         "height=\"{1}mm\" viewBox=\"0 0 {0} {1}\">\n<title>{2}</title>\n"
         "<rect width=\"{0}\" height=\"{1}\" fill=\"#ffffff\"/>\n",
-        size.x(), size.y(), Escaped(sheet_.title));
+        size.x(), size.y(), EscapeMarkup(sheet_.title));
     for (size_t fill = 0; fill < kFillStyles.size(); ++fill) text += Areas(fill);
     for (size_t pen = 0; pen < kPenStyles.size(); ++pen) text += Paths(pen);
     return text + Texts() + "</svg>\n";
@@ -101,7 +87,7 @@ class SvgSheet {
       group += fmt::format(
           "<text transform=\"translate({}){}\" font-size=\"{:.4f}\" text-anchor=\"{}\">{}</text>\n",
           Point(text.position), turn, text.height / kCapitalOfFont,
-          text.align == Align::kLeft ? "start" : "middle", Escaped(text.text));
+          text.align == Align::kLeft ? "start" : "middle", EscapeMarkup(text.text));
     }
     return group + "</g>\n";
   }

@@ -18,7 +18,9 @@ bool HasRevisit(const AdjustmentFigures& figures) {
 AdjustedRun AdjustRun(OdometryRun run, const AdjustmentOptions& options, const ViewImages* images,
                       const Progress& progress) {
   AdjustedRun adjusted{std::move(run), std::nullopt};
-  if (!options.enabled || adjusted.run.method == kGivenPoses || adjusted.run.keyframes.empty()) {
+  // Without closures no place is known to be seen again.
+  const bool is_wanted = options.enabled && (options.closures.enabled || !options.needs_revisit);
+  if (!is_wanted || adjusted.run.method == kGivenPoses || adjusted.run.keyframes.empty()) {
     return adjusted;
   }
   try {

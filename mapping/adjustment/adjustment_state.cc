@@ -78,23 +78,29 @@ void AddDirections(const OdometryRun& run, AdjustmentState* state) {
   }
 }
 
-std::map<int64_t, std::vector<PointSighting>> PointSightings(const OdometryRun& run) {
-  std::map<int64_t, std::vector<PointSighting>> sightings;
+int64_t LandmarkOf(const KeyframeObservation& seen) { return seen.landmark_id; }
+int64_t LandmarkOf(const LineObservation& seen) { return seen.id; }
+
+// By landmark: the observations of one list of all keyframes, on the cameras' normalised planes.
+template <typename Sighting, typename Observation>
+std::map<int64_t, std::vector<Sighting>> SightingsOf(
+    const OdometryRun& run, const std::vector<Observation> Keyframe::*observations) {
+  std::map<int64_t, std::vector<Sighting>> sightings;
   for (size_t k = 0; k < run.keyframes.size(); ++k) {
-    for (const KeyframeObservation& seen : run.keyframes[k].observations) {
-      StereoMeasurement measurement;
-      measurement.left = PlaneFromPixel(run.rectified_rig.cameras[0], seen.left_px);
+    for (const Observation& seen : run.keyframes[k].*observations) {
+      Sighting sighting{k, {}};
+      sighting.measurement.left = PlaneFromPixel(run.rectified_rig.cameras[0], seen.left_px);
       if (seen.right_px) {
-        measurement.right = PlaneFromPixel(run.rectified_rig.cameras[1], *seen.right_px);
+        sighting.measurement.right = PlaneFromPixel(run.rectified_rig.cameras[1], *seen.right_px);
       }
-      sightings[seen.landmark_id].push_back({k, measurement});
+      sightings[LandmarkOf(seen)].push_back(sighting);
     }
   }
   return sightings;
 }
 
 void AddPoints(const OdometryRun& run, const AdjustmentOptions& options, AdjustmentState* state) {
-  auto sightings = PointSightings(run);
+  auto sightings = SightingsOf<PointSighting>(run, &Keyframe::observations);
   for (const Landmark& landmark : run.landmarks) {
     const auto seen = sightings.find(landmark.id);
     if (seen == sightings.end() ||
@@ -114,21 +120,6 @@ void AddPoints(const OdometryRun& run, const AdjustmentOptions& options, Adjustm
     point.sightings = std::move(seen->second);
     state->points.push_back(std::move(point));
   }
-}
-
-std::map<int64_t, std::vector<LineSighting>> LineSightings(const OdometryRun& run) {
-  std::map<int64_t, std::vector<LineSighting>> sightings;
-  for (size_t k = 0; k < run.keyframes.size(); ++k) {
-    for (const LineObservation& seen : run.keyframes[k].lines) {
-      StereoLineMeasurement measurement;
-      measurement.left = PlaneFromPixel(run.rectified_rig.cameras[0], seen.left_px);
-      if (seen.right_px) {
-        measurement.right = PlaneFromPixel(run.rectified_rig.cameras[1], *seen.right_px);
-      }
-      sightings[seen.id].push_back({k, measurement});
-    }
-  }
-  return sightings;
 }
 
 template <typename Block>
@@ -203,7 +194,7 @@ bool PlaceLine(const Vector3d& middle, const Vector3d& direction, AdjustmentStat
 }
 
 void AddLines(const OdometryRun& run, const AdjustmentOptions& options, AdjustmentState* state) {
-  auto sightings = LineSightings(run);
+  auto sightings = SightingsOf<LineSighting>(run, &Keyframe::lines);
   for (const Line& line : run.lines) {
     const auto seen = sightings.find(line.id);
     const Vector3d along = line.end_world - line.start_world;

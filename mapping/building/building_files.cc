@@ -3,6 +3,7 @@
 #include <array>
 
 #include "data/polygon_json.h"
+#include "mapping/building/building_names.h"
 
 namespace slcmap {
 namespace {
@@ -17,12 +18,6 @@ constexpr int kPlanVersion = 1;
 // What no building exceeds.
 constexpr double kMost_m = 1e5, kMostArea_m2 = 1e8, kMostThickness_m = 1e3;
 constexpr int64_t kMostId = 100'000'000;
-
-constexpr std::array<const char*, 4> kPlaneKinds = {"wall", "floor", "ceiling", "other"};
-constexpr std::array<const char*, 3> kOpeningKinds = {"door", "window", "passage"};
-
-const char* NameOf(PlaneKind kind) { return kPlaneKinds[static_cast<size_t>(kind)]; }
-const char* NameOf(OpeningKind kind) { return kOpeningKinds[static_cast<size_t>(kind)]; }
 
 template <typename Kind, size_t N>
 Kind ParseKind(const std::string& place, const Json& json,

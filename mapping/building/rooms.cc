@@ -106,8 +106,9 @@ Vector2d Middle(const PlanPoints& outline) {
 // Rays that graze a wall, or end in it, do not make a room of it.
 void CloseWallBodies(const std::vector<WallFace>& walls, const BuildingOptions& options,
                      std::vector<Cell>* cells) {
+  const std::vector<WallBody> bodies = BodiesOf(walls, options);
   for (Cell& cell : *cells) {
-    if (IsInWall(walls, Middle(cell.polygon.outline), options)) cell.free = 0;
+    if (IsInWall(walls, bodies, Middle(cell.polygon.outline))) cell.free = 0;
   }
 }
 

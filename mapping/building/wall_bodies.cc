@@ -15,13 +15,6 @@ bool IsIn(const Face& front, const WallBody& body, const Eigen::Vector2d& p) {
          behind_m < body.thickness_m;
 }
 
-bool HasOtherFace(const std::vector<WallFace>& walls, const Face& face,
-                  const BuildingOptions& options) {
-  return std::any_of(walls.begin(), walls.end(), [&](const WallFace& other) {
-    return BodyBetween(face, other.face, options) || BodyBetween(other.face, face, options);
-  });
-}
-
 // As seen from behind the wall; what is along it is in the other order there.
 WallFace Opposite(const WallFace& wall, double thickness_m) {
   WallFace back = wall;
@@ -53,44 +46,49 @@ std::optional<WallBody> BodyBetween(const Face& front, const Face& back,
   return fits ? std::optional(body) : std::nullopt;
 }
 
-double TypicalThickness(const std::vector<WallFace>& walls, const BuildingOptions& options) {
-  std::vector<std::pair<double, double>> thickness_length_m;
-  double all_m = 0;
-  for (const WallFace& front : walls) {
-    for (const WallFace& back : walls) {
-      const auto body = BodyBetween(front.face, back.face, options);
+std::vector<WallBody> BodiesOf(const std::vector<WallFace>& walls, const BuildingOptions& options) {
+  std::vector<WallBody> bodies;
+  for (size_t front = 0; front < walls.size(); ++front) {
+    for (size_t back = 0; back < walls.size(); ++back) {
+      auto body = BodyBetween(walls[front].face, walls[back].face, options);
       if (!body) continue;
-      thickness_length_m.emplace_back(body->thickness_m, body->to_m - body->from_m);
-      all_m += body->to_m - body->from_m;
+      body->front = front;
+      body->back = back;
+      bodies.push_back(*body);
     }
   }
-  std::sort(thickness_length_m.begin(), thickness_length_m.end());
-  for (const auto& [thickness_m, length_m] : thickness_length_m) {
-    all_m -= 2 * length_m;
-    if (all_m <= 0) return thickness_m;
+  return bodies;
+}
+
+double TypicalThickness(std::vector<WallBody> bodies, const BuildingOptions& options) {
+  std::sort(bodies.begin(), bodies.end(),
+            [](const WallBody& a, const WallBody& b) { return a.thickness_m < b.thickness_m; });
+  double left_m = 0;
+  for (const WallBody& body : bodies) left_m += body.to_m - body.from_m;
+  for (const WallBody& body : bodies) {
+    left_m -= 2 * (body.to_m - body.from_m);
+    if (left_m <= 0) return body.thickness_m;
   }
   return options.assumed_thickness_m;
 }
 
 std::vector<WallFace> WithUnseenFaces(std::vector<WallFace> walls, const BuildingOptions& options) {
-  const double thickness_m = TypicalThickness(walls, options);
+  const std::vector<WallBody> bodies = BodiesOf(walls, options);
+  const double thickness_m = TypicalThickness(bodies, options);
+  std::vector<bool> has_other(walls.size());
+  for (const WallBody& body : bodies) has_other[body.front] = has_other[body.back] = true;
   std::vector<WallFace> unseen;
-  for (const WallFace& wall : walls) {
-    if (!HasOtherFace(walls, wall.face, options)) unseen.push_back(Opposite(wall, thickness_m));
+  for (size_t i = 0; i < walls.size(); ++i) {
+    if (!has_other[i]) unseen.push_back(Opposite(walls[i], thickness_m));
   }
   walls.insert(walls.end(), unseen.begin(), unseen.end());
   return walls;
 }
 
-bool IsInWall(const std::vector<WallFace>& walls, const Eigen::Vector2d& p,
-              const BuildingOptions& options) {
-  for (const WallFace& front : walls) {
-    for (const WallFace& back : walls) {
-      const auto body = BodyBetween(front.face, back.face, options);
-      if (body && IsIn(front.face, *body, p)) return true;
-    }
-  }
-  return false;
+bool IsInWall(const std::vector<WallFace>& walls, const std::vector<WallBody>& bodies,
+              const Eigen::Vector2d& p) {
+  return std::any_of(bodies.begin(), bodies.end(),
+                     [&](const WallBody& body) { return IsIn(walls[body.front].face, body, p); });
 }
 
 }  // namespace slcmap

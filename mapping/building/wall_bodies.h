@@ -11,6 +11,7 @@ namespace slcmap {
 
 // A face behind another, as the other side of the same wall.
 struct WallBody {
+  size_t front = 0, back = 0;   // indices of faces, as BodiesOf gives them
   double from_m = 0, to_m = 0;  // along the front, where there are both
   double thickness_m = 0;
 };
@@ -20,16 +21,18 @@ struct WallBody {
 std::optional<WallBody> BodyBetween(const Face& front, const Face& back,
                                     const BuildingOptions& options);
 
-// The median thickness of the walls of which both faces were seen, by length; the assumed one of
-// the options where there are none.
-double TypicalThickness(const std::vector<WallFace>& walls, const BuildingOptions& options);
+// The median thickness, by length; the assumed one of the options where there are none.
+double TypicalThickness(std::vector<WallBody> bodies, const BuildingOptions& options);
 
 // The walls, and behind each that was seen from one side alone the face that it must have, at the
 // typical thickness: the room behind it ends there.
 std::vector<WallFace> WithUnseenFaces(std::vector<WallFace> walls, const BuildingOptions& options);
 
-// Whether a place is between two faces of one wall.
-bool IsInWall(const std::vector<WallFace>& walls, const Eigen::Vector2d& p,
-              const BuildingOptions& options);
+// Between all faces, each as the front: a wall that was seen from both sides has two.
+std::vector<WallBody> BodiesOf(const std::vector<WallFace>& walls, const BuildingOptions& options);
+
+// Whether a place is between two faces of one wall; the bodies are those of the walls.
+bool IsInWall(const std::vector<WallFace>& walls, const std::vector<WallBody>& bodies,
+              const Eigen::Vector2d& p);
 
 }  // namespace slcmap

@@ -139,7 +139,7 @@ std::vector<PlanWall> PlanWalls(const std::vector<BuiltFace>& faces,
   std::vector<bool> is_taken(faces.size(), false);
   std::vector<WallFace> seen;
   for (const size_t i : order) seen.push_back(faces[i].wall);
-  const double typical_m = TypicalThickness(seen, options);
+  const double typical_m = TypicalThickness(BodiesOf(seen, options), options);
   std::vector<PlanWall> walls;
   for (const size_t i : order) {
     if (is_taken[i]) continue;
