@@ -11,95 +11,20 @@
 #include "data/file.h"
 #include "data/ply.h"
 #include "tests/testing/file_size_limit.h"
-#include "tests/testing/temp_folder.h"
+#include "tests/testing/small_run_folder.h"
 
 namespace slcmap {
 namespace {
 
-using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::ThrowsMessage;
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
-// A run of two keyframes and three landmarks in two segments, cut short.
-OdometryRun MakeRun() {
-  OdometryRun run;
-  run.method = "points";
-  run.partial_reason = "interrupted";
-  run.warnings = {{"imu_gap", 2}};
-  for (Camera& camera : run.rectified_rig.cameras) {
-    camera = {Distortion::kNone,      752, 480, 458.5, 457.25, 367.125, 248.375,
-              Eigen::Vector4d::Zero()};
-  }
-  run.rectified_rig.T_imu_camera[1].translation = {0.11, 0.01, 0.001};
-  run.rectified_rig.imu_noise.rate_hz = 100;
-  run.rectified_rig.camera_time_offset_s = 0.0125;
-  for (int i = 0; i < 5; ++i) {
-    OnlineState state;
-    state.stamp_ns = 1403636579763555584 + i * 50000000;
-    state.segment = i / 3;
-    state.T_world_imu = {ExpRotation({0.1 * i, 0.2, 0.3}), {1.0 / 3 * i, 2, 3}};
-    state.velocity_world_m_s = {0.1 * i, 0.7, 1e-17};
-    state.gyro_bias_rad_s = {0.001, 0.002, 0.003};
-    state.accel_bias_m_s2 = {-0.01, 0.02, 0.03};
-    run.states.push_back(state);
-  }
-  run.keyframes = {
-      {7,
-       0,
-       run.states[0].stamp_ns,
-       run.states[0].T_world_imu,
-       {{1, {10.5, 20.25}, Eigen::Vector2d(8.125, 20.25)}, {2, {100, 200}, std::nullopt}},
-       {}},
-      {9, 1, run.states[3].stamp_ns, run.states[3].T_world_imu, {}, {}}};
-  run.landmarks = {
-      {1, 0, {1.5, -2.25, 3}, 0.125, 4}, {2, 0, {0.5, 4, 8}, 0.5, 2}, {3, 1, {7, 8, 9}, 0.25, 3}};
-  run.imu = {{5, {0.1, 0.2, 1.0 / 3}, {1, 2, 9.81}}, {6, {}, {0, 0, 1e-17}}};
-  CalibrationEstimate& found = run.calibration.emplace_back();
-  found.stamp_ns = run.states[3].stamp_ns;
-  found.segment = 1;
-  found.time_offset_s = -0.0125;
-  found.imu_rotation_rad = {0.01, -0.02, 1.0 / 3};
-  found.lever_m = {0.001, 0.002, 0.003};
-  found.right_rotation_rad = {0.004, 0.005, 0.006};
-  found.focal_length = 0.0035;
-  found.time_offset_sigma_s = 1e-4;
-  found.imu_rotation_sigma_rad = {1e-3, 2e-3, 3e-3};
-  found.lever_sigma_m = {4e-3, 5e-3, 6e-3};
-  found.right_rotation_sigma_rad = {7e-5, 8e-5, 9e-5};
-  found.focal_length_sigma = 2.5e-4;
-  run.source = {"0.1.0",
-                "/recordings/hall",
-                "its own",
-                "method: points\n",
-                {{kRightTurnCorrection, {0.25, 0, -0.125}, "right camera turned"}},
-                run.rectified_rig,
-                {{5, "cam0/data/5.png", "cam1/data/5.png"}, {6, "cam0/data/6.png", ""}},
-                {}};
-  run.source->raw_rig.cameras[0].distortion = Distortion::kEquidistant;
-  run.timings.stages = {{"points", 1.25, 160}};
-  run.timings.window_iterations = 37;
-  run.timings.cpu_s = 2.5;
-  run.timings.stereo_frames = 160;
-  run.timings.real_time = {12, 0.0125, 0.03};
-  return run;
-}
-
-class RunFolderTest : public ::testing::Test {
- protected:
-  // Reading must fail with a message that holds both.
-  void ExpectReadError(const std::string& place, const std::string& what) {
-    EXPECT_THAT([&] { ReadRunFolder(folder_); },
-                ThrowsMessage<DataError>(AllOf(HasSubstr(place), HasSubstr(what))));
-  }
-
-  testing::TempFolder temp_;
-  const std::string folder_ = temp_.Path("made/run");
-};
+class RunFolderTest : public testing::SmallRunFolder {};
 
 TEST_F(RunFolderTest, ComesBackAsItWasWritten) {
-  const OdometryRun run = MakeRun();
+  const OdometryRun run = testing::MakeSmallRun();
   WriteRunFolder(folder_, run);
   const OdometryRun read = ReadRunFolder(folder_);
   EXPECT_EQ(read.method, "points");
@@ -122,7 +47,7 @@ TEST_F(RunFolderTest, ComesBackAsItWasWritten) {
 }
 
 TEST_F(RunFolderTest, TheVerdictComesBackWithWhatItIsBasedOn) {
-  OdometryRun run = MakeRun();
+  OdometryRun run = testing::MakeSmallRun();
   WriteRunFolder(folder_, run);
   EXPECT_FALSE(ReadRunFolder(folder_).verdict.has_value());
   run.figures.points_rejected = {0.25, 0.5, 40};
@@ -143,7 +68,7 @@ TEST_F(RunFolderTest, TheVerdictComesBackWithWhatItIsBasedOn) {
 }
 
 TEST_F(RunFolderTest, AVerdictThatIsNoneIsRefused) {
-  OdometryRun run = MakeRun();
+  OdometryRun run = testing::MakeSmallRun();
   run.verdict.emplace();
   run.verdict->Add({VerdictLevel::kFailed, "speed", "a", "b", "c"});
   WriteRunFolder(folder_, run);
@@ -159,7 +84,7 @@ TEST_F(RunFolderTest, AVerdictThatIsNoneIsRefused) {
 }
 
 TEST_F(RunFolderTest, StatesComeBack) {
-  const OdometryRun run = MakeRun();
+  const OdometryRun run = testing::MakeSmallRun();
   WriteRunFolder(folder_, run);
   const OdometryRun read = ReadRunFolder(folder_);
   ASSERT_EQ(read.states.size(), run.states.size());
@@ -176,7 +101,7 @@ TEST_F(RunFolderTest, StatesComeBack) {
 }
 
 TEST_F(RunFolderTest, KeyframesAndLandmarksComeBack) {
-  const OdometryRun run = MakeRun();
+  const OdometryRun run = testing::MakeSmallRun();
   WriteRunFolder(folder_, run);
   const OdometryRun read = ReadRunFolder(folder_);
   ASSERT_EQ(read.keyframes.size(), 2u);
@@ -197,7 +122,7 @@ TEST_F(RunFolderTest, KeyframesAndLandmarksComeBack) {
 }
 
 TEST_F(RunFolderTest, TheCalibrationComesBack) {
-  const OdometryRun run = MakeRun();
+  const OdometryRun run = testing::MakeSmallRun();
   WriteRunFolder(folder_, run);
   const OdometryRun read = ReadRunFolder(folder_);
   ASSERT_EQ(read.calibration.size(), 1u);
@@ -218,7 +143,7 @@ TEST_F(RunFolderTest, TheCalibrationComesBack) {
 }
 
 TEST_F(RunFolderTest, WhatWasHeldOfTheCalibrationIsSaidToBe) {
-  OdometryRun run = MakeRun();
+  OdometryRun run = testing::MakeSmallRun();
   run.calibration[0].lever_sigma_m.setZero();
   run.calibration[0].focal_length_sigma = 0;
   WriteRunFolder(folder_, run);
@@ -231,7 +156,7 @@ TEST_F(RunFolderTest, WhatWasHeldOfTheCalibrationIsSaidToBe) {
 }
 
 TEST_F(RunFolderTest, WhatIsKnownOfPrincipalPointsIsSaid) {
-  OdometryRun run = MakeRun();
+  OdometryRun run = testing::MakeSmallRun();
   WriteRunFolder(folder_, run);
   const auto points = [&] {
     return nlohmann::json::parse(ReadFile(folder_ + "/run.json"))["principal_points"];
@@ -245,7 +170,7 @@ TEST_F(RunFolderTest, WhatIsKnownOfPrincipalPointsIsSaid) {
 }
 
 TEST_F(RunFolderTest, HowFarLinesDeviateComesBack) {
-  OdometryRun run = MakeRun();
+  OdometryRun run = testing::MakeSmallRun();
   run.line_deviation_rad = 0.002;
   WriteRunFolder(folder_, run);
   const OdometryRun read = ReadRunFolder(folder_);
@@ -253,7 +178,7 @@ TEST_F(RunFolderTest, HowFarLinesDeviateComesBack) {
 }
 
 TEST_F(RunFolderTest, TheCalibrationIsThatOfSegmentsOfTheRun) {
-  OdometryRun run = MakeRun();
+  OdometryRun run = testing::MakeSmallRun();
   run.calibration[0].segment = 2;
   WriteRunFolder(folder_, run);
   ExpectReadError("calibration.csv: row 2: segment: found '2'",
@@ -265,7 +190,7 @@ TEST_F(RunFolderTest, TheCalibrationIsThatOfSegmentsOfTheRun) {
 }
 
 TEST_F(RunFolderTest, SaysWhereItCameFrom) {
-  WriteRunFolder(folder_, MakeRun());
+  WriteRunFolder(folder_, testing::MakeSmallRun());
   const OdometryRun read = ReadRunFolder(folder_);
   ASSERT_TRUE(read.source.has_value());
   EXPECT_EQ(read.source->version, "0.1.0");
@@ -287,19 +212,19 @@ TEST_F(RunFolderTest, SaysWhereItCameFrom) {
 }
 
 TEST_F(RunFolderTest, HasAnIdThatIsThatOfItsContents) {
-  WriteRunFolder(folder_, MakeRun());
+  WriteRunFolder(folder_, testing::MakeSmallRun());
   const std::string id = ReadRunFolder(folder_).id;
   EXPECT_EQ(id.size(), 16u);
-  WriteRunFolder(folder_, MakeRun());
+  WriteRunFolder(folder_, testing::MakeSmallRun());
   EXPECT_EQ(RunIdIn(folder_), id);
-  OdometryRun other = MakeRun();
+  OdometryRun other = testing::MakeSmallRun();
   other.landmarks[0].p_world.x() += 0.25;
   WriteRunFolder(folder_, other);
   EXPECT_NE(RunIdIn(folder_), id);
 }
 
 TEST_F(RunFolderTest, EmptyRunComesBackEmpty) {
-  OdometryRun run = MakeRun();
+  OdometryRun run = testing::MakeSmallRun();
   run.states.clear();
   run.keyframes.clear();
   run.landmarks.clear();
@@ -312,7 +237,7 @@ TEST_F(RunFolderTest, EmptyRunComesBackEmpty) {
 }
 
 TEST_F(RunFolderTest, DropsAndCountsWhatIsNotFinite) {
-  OdometryRun run = MakeRun();
+  OdometryRun run = testing::MakeSmallRun();
   run.landmarks[1].p_world.y() = kNaN;
   run.landmarks[2].sigma_m = std::numeric_limits<double>::infinity();
   run.states[4].T_world_imu.translation.x() = 1e30;
@@ -331,8 +256,8 @@ TEST_F(RunFolderTest, DropsAndCountsWhatIsNotFinite) {
 }
 
 TEST_F(RunFolderTest, AFullDiskNamesTheFileAndLeavesTheOldRun) {
-  WriteRunFolder(folder_, MakeRun());
-  OdometryRun longer = MakeRun();
+  WriteRunFolder(folder_, testing::MakeSmallRun());
+  OdometryRun longer = testing::MakeSmallRun();
   longer.method = "slc";
   for (const std::string name : {"trajectory.tum", "run.json"}) {
     const auto bytes = std::filesystem::file_size(folder_ + "/" + name);
@@ -348,169 +273,7 @@ TEST_F(RunFolderTest, AFullDiskNamesTheFileAndLeavesTheOldRun) {
 TEST_F(RunFolderTest, FileInPlaceOfFolder) {
   std::filesystem::create_directories(std::filesystem::path(folder_).parent_path());
   WriteFile(folder_, "not a folder");
-  EXPECT_THROW(WriteRunFolder(folder_, MakeRun()), OutputError);
-}
-
-TEST_F(RunFolderTest, MissingFilesAreNamed) {
-  for (const char* name :
-       {"trajectory.tum", "states.csv", "keyframes.csv", "observations.csv", "points.ply",
-        "rig.json", "timings.json", "run.json", "imu.csv", "raw_rig.json", "options.yaml",
-        "images.csv", "lines.ply", "calibration.csv"}) {
-    std::filesystem::remove_all(folder_);
-    WriteRunFolder(folder_, MakeRun());
-    std::filesystem::remove(folder_ + "/" + name);
-    ExpectReadError(name, folder_);
-  }
-}
-
-// Makes row 2 of a table, the first below the columns, another one.
-struct Damage {
-  const char* file;
-  const char* row;
-  const char* message;
-};
-
-TEST_F(RunFolderTest, DamagedRowsAreNamed) {
-  const std::string pose = ",0,0,0,0,0,0,1", rest = ",0,0,0,0,0,0,0,0,0";
-  const std::string far = "3,0" + std::string(",1e30,0,0,0,0,0,1") + rest,
-                    fast = "3,0" + pose + ",1e30,0,0,0,0,0,0,0,0",
-                    late = "1403636579763555584,0" + pose + rest,
-                    unit = "3,0,0,0,0,0.5,0.5,0,0.5" + rest, twice = "9,0,5" + pose;
-  const Damage damages[] = {
-      {"states.csv", far.c_str(), "x_m: found '1e30', expected -1000000 to 1000000"},
-      {"states.csv", fast.c_str(), "vx_m_s: found '1e30'"},
-      {"states.csv", unit.c_str(), "expected a quaternion of length 1"},
-      {"states.csv", "3,-1", "found 2 columns, expected 18"},
-      {"keyframes.csv", "-7,0,5,0,0,0,0,0,0,1", "id: found '-7', expected 0 to 2147483647"},
-      {"observations.csv", "7,1,abc,2,nan,nan", "left_x_px: found 'abc', expected a finite number"},
-      {"observations.csv", "7,1,nan,2,nan,nan", "left_x_px: found 'nan'"},
-      {"observations.csv", "7,1,1e9,2,nan,nan", "left_x_px: found '1e9'"},
-      {"observations.csv", "7,1,1,2,3,nan", "nan in all of the right image's columns or in none"},
-      {"observations.csv", "8,1,1,2,nan,nan", "keyframe_id: found '8'"},
-      {"imu.csv", "5,0,0,1e3,0,0,0", "wz_rad_s: found '1e3', expected -100 to 100"}};
-  for (const Damage& damage : damages) {
-    WriteRunFolder(folder_, MakeRun());
-    std::string text = ReadFile(folder_ + "/" + damage.file);
-    const std::size_t start = text.find('\n') + 1;
-    text.replace(start, text.find('\n', start) - start, damage.row);
-    WriteFile(folder_ + "/" + damage.file, text);
-    ExpectReadError(std::string(damage.file) + ": row 2: ", damage.message);
-    // The same where changes are accepted: values are checked in any case.
-    EXPECT_THAT([&] { ReadRunFolder(folder_, {.accept_changed = true}); },
-                ThrowsMessage<DataError>(HasSubstr(damage.message)));
-  }
-  WriteRunFolder(folder_, MakeRun());
-  WriteFile(folder_ + "/observations.csv", "a,b\n");
-  ExpectReadError("observations.csv: row 1", "found the columns 'a,b'");
-}
-
-TEST_F(RunFolderTest, RowsThatContradictOthersAreNamed) {
-  for (const auto& [file, what] :
-       {std::pair("states.csv",
-                  "stamp_ns: found '1403636579763555584', expected a stamp after "
-                  "1403636579963555584"),
-        std::pair("keyframes.csv", "id: found '7', expected an id that no row before it has"),
-        std::pair("observations.csv", "landmark_id: found '1', expected an id that no row"),
-        std::pair("imu.csv", "stamp_ns: found '5', expected a stamp after 6")}) {
-    WriteRunFolder(folder_, MakeRun());
-    const std::string path = folder_ + "/" + file, text = ReadFile(path);
-    const std::size_t first = text.find('\n') + 1;
-    WriteFile(path, text + text.substr(first, text.find('\n', first) + 1 - first));
-    ExpectReadError(std::string(file) + ": row ", what);
-  }
-}
-
-TEST_F(RunFolderTest, ChangedFilesAreRefusedUnlessAccepted) {
-  WriteRunFolder(folder_, MakeRun());
-  const std::string path = folder_ + "/observations.csv", text = ReadFile(path);
-  WriteFile(path, text.substr(0, text.rfind("7,2,")));
-  ExpectReadError(folder_ + ": found 1 observations, expected 2 as in run.json",
-                  "--accept-changed");
-  EXPECT_EQ(ReadRunFolder(folder_, {.accept_changed = true}).keyframes[0].observations.size(), 1u);
-  std::string moved = text;
-  moved.replace(text.find("10.5"), 4, "11.5");
-  WriteFile(path, moved);
-  ExpectReadError("observations.csv: found ", "expected ");
-  WriteFile(path, text);
-  // The file of another run does not belong here.
-  OdometryRun other = MakeRun();
-  other.landmarks[0].sigma_m = 0.25;
-  WriteRunFolder(temp_.Path("other"), other);
-  std::filesystem::copy_file(temp_.Path("other/points.ply"), folder_ + "/points.ply",
-                             std::filesystem::copy_options::overwrite_existing);
-  ExpectReadError("points.ply: found ", "as in run.json: written by another run or changed since");
-}
-
-// Runs of the same version from before it was estimated.
-TEST_F(RunFolderTest, ARunWithoutItsCalibrationIsRead) {
-  WriteRunFolder(folder_, MakeRun());
-  std::filesystem::remove(folder_ + "/calibration.csv");
-  EXPECT_TRUE(ReadRunFolder(folder_, {.accept_changed = true}).calibration.empty());
-}
-
-TEST_F(RunFolderTest, TheSummaryCountsPointsOfShortLives) {
-  WriteRunFolder(folder_, MakeRun());
-  const std::string text = ReadFile(folder_ + "/run.json");
-  EXPECT_THAT(text, AllOf(HasSubstr("\"points\": 2"), HasSubstr("\"seen_once\": 2")));
-}
-
-TEST_F(RunFolderTest, AChangedSummaryIsRefused) {
-  WriteRunFolder(folder_, MakeRun());
-  const std::string path = folder_ + "/run.json", text = ReadFile(path);
-  const auto change = [&](const std::string& from, const std::string& to) {
-    std::string changed = text;
-    ASSERT_NE(text.find(from), std::string::npos) << from;
-    changed.replace(text.find(from), from.size(), to);
-    WriteFile(path, changed);
-  };
-  change("\"method\": \"points\"", "\"method\": \"plane\"");
-  ExpectReadError("run.json: method: found 'plane'", "expected points-mono");
-  change("\"imu_gap\": 2", "\"imu_gap\": -2");
-  ExpectReadError("run.json: warnings: imu_gap: found -2", "at least 0");
-  change("\"imu_gap\": 2", "\"imu_gap\": 3");
-  ExpectReadError("run.json: found checksum", "--accept-changed");
-  change("\"states\": 5", "\"states\": 6");
-  ExpectReadError("found 5 states, expected 6", "run.json");
-}
-
-TEST_F(RunFolderTest, DamagedPlyAndJsonAreNamed) {
-  WriteRunFolder(folder_, MakeRun());
-  const std::string points = folder_ + "/points.ply";
-  std::string bytes = ReadFile(points);
-  bytes.resize(bytes.size() - 5);
-  WriteFile(points, bytes);
-  ExpectReadError("points.ply", "cut short: found 2 rows of element vertex, expected 3");
-
-  WriteRunFolder(folder_, MakeRun());
-  WriteFile(folder_ + "/rig.json", "{\"cameras\": [");
-  ExpectReadError("rig.json: found no valid JSON at byte 14", "expected");
-  WriteFile(folder_ + "/rig.json", "{\"cameras\": [1, 2]}");
-  ExpectReadError("rig.json: found a value of a wrong type", "expected");
-  WriteFile(folder_ + "/rig.json", "{}");
-  ExpectReadError("rig.json: cameras: missing", "expected");
-  for (const int version : {1, 2, 99}) {
-    WriteFile(folder_ + "/run.json",
-              "{\"format\": \"slcmap run\", \"version\": " + std::to_string(version) + "}");
-    ExpectReadError("run.json",
-                    "version " + std::to_string(version) + ", expected 'slcmap run' of version 4");
-  }
-}
-
-TEST_F(RunFolderTest, AnAbsurdRigIsRefused) {
-  WriteRunFolder(folder_, MakeRun());
-  const std::string path = folder_ + "/rig.json", text = ReadFile(path);
-  for (const auto& [from, to] :
-       {std::pair("\"fx_px\": 458.5", "\"fx_px\": 0.0"),
-        std::pair("\"fx_px\": 458.5", "\"fx_px\": -458.5"),
-        std::pair("\"rate_hz\": 100", "\"rate_hz\": -100"),
-        std::pair("\"camera_time_offset_s\": 0.0125", "\"camera_time_offset_s\": 1e9")}) {
-    std::string damaged = text;
-    ASSERT_NE(text.find(from), std::string::npos) << from;
-    damaged.replace(text.find(from), std::string(from).size(), to);
-    WriteFile(path, damaged);
-    EXPECT_THAT([&] { ReadRunFolder(folder_, {.accept_changed = true}); },
-                ThrowsMessage<DataError>(AllOf(HasSubstr("rig.json: "), HasSubstr("expected"))));
-  }
+  EXPECT_THROW(WriteRunFolder(folder_, testing::MakeSmallRun()), OutputError);
 }
 
 }  // namespace
