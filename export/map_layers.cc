@@ -8,6 +8,7 @@
 #include "data/plane_triangulation.h"
 #include "export/storey_at.h"
 #include "export/surface_mesh.h"
+#include "export/trajectory_gap.h"
 
 namespace slcmap {
 namespace {
@@ -120,10 +121,11 @@ std::vector<PlanesOfLayer> PlaneLayers(const Building& building) {
 
 std::vector<std::vector<Vector3d>> TrajectoryPieces(const Trajectory& trajectory,
                                                     double max_jump_s) {
+  const double gap_s = TrajectoryGap_s(trajectory, max_jump_s);
   std::vector<std::vector<Vector3d>> pieces;
   for (size_t i = 0; i < trajectory.size(); ++i) {
     const bool is_new =
-        i == 0 || ToSeconds(trajectory[i].stamp_ns - trajectory[i - 1].stamp_ns) > max_jump_s;
+        i == 0 || ToSeconds(trajectory[i].stamp_ns - trajectory[i - 1].stamp_ns) > gap_s;
     if (is_new) pieces.emplace_back();
     pieces.back().push_back(trajectory[i].T_world_imu.translation);
   }

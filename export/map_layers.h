@@ -34,7 +34,7 @@ std::vector<LinesOfLayer> LineLayers(const MapResult& map);
 // finite.
 std::vector<PlanesOfLayer> PlaneLayers(const Building& building);
 
-// The refined trajectory in pieces between gaps of more than max_jump_s; of two positions or more.
+// The refined trajectory in pieces between its gaps (TrajectoryGap_s), of two positions or more.
 std::vector<std::vector<Eigen::Vector3d>> TrajectoryPieces(const Trajectory& trajectory,
                                                            double max_jump_s);
 

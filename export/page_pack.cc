@@ -12,6 +12,8 @@
 #include "export/frustum.h"
 #include "export/page_arrays.h"
 #include "export/page_points.h"
+#include "export/scene.h"
+#include "export/trajectory_gap.h"
 #include "mapping/building/building_names.h"
 
 namespace slcmap {
@@ -293,6 +295,7 @@ std::string PackForPage(const MapResult& map, const std::string& title, const Pr
       {"marks", map.marks.size()},
       {"chunk_m", kPageChunk_m},
       {"dense_chunks", chunks},
+      {"trajectory_gap_s", TrajectoryGap_s(map.trajectory, SceneOptions{}.max_jump_s)},
       {"camera_corners", PointsJson(FrustumCorners(map.rectified_rig.cameras[0], 1.0))},
       {"building", BuildingJson(map.building, origin_world)}};
   document["arrays"] = ArraysJson(arrays);

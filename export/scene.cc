@@ -9,6 +9,7 @@
 #include "export/colour_scale.h"
 #include "export/frustum.h"
 #include "export/line_bars.h"
+#include "export/trajectory_gap.h"
 #include "export/voxel_mesh.h"
 
 namespace slcmap {
@@ -61,11 +62,12 @@ LineLayer LinesOf(const MapResult& map) {
 LineLayer TrajectoryOf(const MapResult& map, double max_jump_s) {
   LineLayer layer{"trajectory", {}, {}};
   const Trajectory& poses = map.trajectory;
+  const double gap_s = TrajectoryGap_s(poses, max_jump_s);
   for (std::size_t i = 0; i < poses.size(); ++i) {
     const auto vertex = static_cast<uint32_t>(i);
     layer.vertices.Add(poses[i].T_world_imu.translation,
                        ScaleColour(static_cast<double>(i) / static_cast<double>(poses.size())));
-    if (i == 0 || ToSeconds(poses[i].stamp_ns - poses[i - 1].stamp_ns) > max_jump_s) continue;
+    if (i == 0 || ToSeconds(poses[i].stamp_ns - poses[i - 1].stamp_ns) > gap_s) continue;
     layer.edges.push_back({vertex - 1, vertex});
   }
   return layer;

@@ -12,15 +12,15 @@ import { LineMaterial } from 'three/addons/lines/LineMaterial.js';
 import { LineSegments2 } from 'three/addons/lines/LineSegments2.js';
 import { LineSegmentsGeometry } from 'three/addons/lines/LineSegmentsGeometry.js';
 
-const JUMP_S = 0.5; // the way is not drawn across longer gaps
 const FRUSTUM_M = 0.15;
 const SPACING_M = 0.5; // keyframes nearer to the last drawn one are left out
 const WIDTH_PX = 2;
 
-function wayEnds(positions, times_s) {
+// The way, but for what lies in gaps.
+function wayEnds(positions, times_s, gap_s) {
   const ends = [];
   for (let i = 1; i < times_s.length; i++) {
-    if (times_s[i] - times_s[i - 1] > JUMP_S) continue;
+    if (times_s[i] - times_s[i - 1] > gap_s) continue;
     for (let j = 3 * (i - 1); j < 3 * (i + 1); j++) ends.push(positions[j]);
   }
   return ends;
@@ -47,7 +47,11 @@ function frustumEnds(poses, corners) {
 export class TrajectoryLayer {
   constructor({ document, arrays }) {
     this.keyframeCount = arrays.keyframe_times.length;
-    const ends = wayEnds(arrays.trajectory_positions, arrays.trajectory_times);
+    const ends = wayEnds(
+      arrays.trajectory_positions,
+      arrays.trajectory_times,
+      document.trajectory_gap_s,
+    );
     this.length_m = lengthOf(ends);
     this.way = new LineSegments2(
       new LineSegmentsGeometry().setPositions(ends),
