@@ -1,5 +1,7 @@
 #include "mapping/mapping.h"
 
+#include <spdlog/spdlog.h>
+
 #include <algorithm>
 #include <iterator>
 
@@ -11,7 +13,9 @@
 #include "mapping/occupancy.h"
 #include "mapping/point_cloud.h"
 #include "mapping/refinement.h"
+#include "mapping/views/pose_agreement.h"
 #include "odometry/calibrated_rig.h"
+#include "odometry/method.h"
 
 namespace slcmap {
 namespace {
@@ -19,22 +23,43 @@ namespace {
 // Shares of the time, about, up to the end of a stage.
 constexpr double kFused = 0.02, kFiltered = 0.05, kDense = 0.5, kLines = 0.95;
 constexpr double kAxes = 0.3, kSights = 0.4;  // of the lines' part
-constexpr char kImageUnreadable[] = "images_unreadable";
+constexpr char kImageUnreadable[] = "images_unreadable", kPosesDisagree[] = "poses_disagree";
+constexpr double kMaxPoseError_px = 3, kMinPointsFound = 0.2;
+
+// With given poses what lines may be off is as much as these are.
+MapLineOptions LineOptionsFor(const OdometryRun& run, const RecordedViews& recorded,
+                              const MapLineOptions& options,
+                              std::map<std::string, int64_t>* warnings) {
+  if (run.method != kGivenPoses) return options;
+  const auto agreement = MeasurePoseAgreement(recorded.views, *recorded.images);
+  if (!agreement) return options;
+  spdlog::info("poses and images agree to {:.2f} px in {} pairs of views, with {:.0f} % of points",
+               agreement->across_px, agreement->pairs, 100 * agreement->found);
+  if (agreement->across_px > kMaxPoseError_px || agreement->found < kMinPointsFound) {
+    ++(*warnings)[kPosesDisagree];
+    spdlog::warn(
+        "poses and images agree to {:.1f} px, and {:.0f} % of points are where they are expected; "
+        "expected at most {} px, and at least {:.0f} %: are the poses those of the IMU, in metres, "
+        "with the images' stamps?",
+        agreement->across_px, 100 * agreement->found, kMaxPoseError_px, 100 * kMinPointsFound);
+  }
+  return options.ForPoses(agreement->across_px);
+}
 
 std::vector<MapLine> LinesOf(const OdometryRun& run, const RecordedViews& recorded,
                              const std::vector<DensePoint>& dense, const MappingOptions& options,
-                             const Progress& progress) {
+                             const MapLineOptions& line_options, const Progress& progress) {
   const std::vector<BuildingAxis> axes =
       run.manhattan_worlds.empty()
-          ? AxesOfViews(recorded.views, *recorded.images, options.lines, progress.Part(0, kAxes))
-          : AxesOfRun(run, options.lines.min_axis_sigma_rad);
+          ? AxesOfViews(recorded.views, *recorded.images, line_options, progress.Part(0, kAxes))
+          : AxesOfRun(run, line_options.min_axis_sigma_rad);
   const SightDepths sights(dense, options.dense.voxel_m,
                            ViewCameras(recorded.views, recorded.images->rig()),
                            progress.Part(kAxes, kSights));
   return BuildLines(
       recorded.views, *recorded.images, axes,
       KnownLines(run, axes, options.run_lines.max_sigma_m, options.run_lines.min_observations),
-      sights, LineSurfaces(dense), options.lines, progress.Part(kSights, 1));
+      sights, LineSurfaces(dense), line_options, progress.Part(kSights, 1));
 }
 
 void MoveMarks(MapResult* map) {
@@ -61,7 +86,9 @@ void MapImages(const OdometryRun& run, const RecordedViews& recorded, const Mapp
                const Progress& progress, MapResult* map) {
   std::vector<Sights> sights =
       MapDensely(recorded.views, *recorded.images, options, progress.Part(kFiltered, kDense), map);
-  map->lines = LinesOf(run, recorded, map->dense, options, progress.Part(kDense, kLines));
+  const MapLineOptions line_options = LineOptionsFor(run, recorded, options.lines, &map->warnings);
+  map->lines =
+      LinesOf(run, recorded, map->dense, options, line_options, progress.Part(kDense, kLines));
   MoveMarks(map);
   if (progress.Report(kLines)) {
     map->building = BuildBuilding(InputOf(*map, std::move(sights)), options.building);

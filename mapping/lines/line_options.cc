@@ -1,5 +1,7 @@
 #include "mapping/lines/line_options.h"
 
+#include <algorithm>
+
 #include "data/option_table.h"
 
 namespace slcmap {
@@ -67,6 +69,17 @@ void MapLineOptions::Check() const {
   kIntervalTable.Check("mapping.lines.intervals", intervals);
   kMergingTable.Check("mapping.lines.merging", merging);
   kKindTable.Check("mapping.lines.kinds", kinds);
+}
+
+MapLineOptions MapLineOptions::ForPoses(double across_px) const {
+  constexpr double kUsual_px = 0.3, kMost = 5;
+  const double factor = std::clamp(across_px / kUsual_px, 1.0, kMost);
+  MapLineOptions options = *this;
+  options.max_rms_px *= factor;
+  options.max_free_rms_px *= factor;
+  options.fit.sigma_px *= factor;
+  options.fit.pose_sigma_m *= factor;
+  return options;
 }
 
 void MapLineOptions::Read(YamlSection section) {

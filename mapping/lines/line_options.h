@@ -53,6 +53,10 @@ struct MapLineOptions {
   LineKindOptions kinds;
   void Check() const;  // throws ConfigError
   void Read(YamlSection section);
+
+  // For poses that images agree with to `across_px` (PoseAgreement) only: what a line's places may
+  // be off grows with it, from what odometry's own poses have on.
+  MapLineOptions ForPoses(double across_px) const;
 };
 
 }  // namespace slcmap

@@ -1,7 +1,7 @@
 // A map of nine stereo pairs in ten against the tenth: how far its lines and points, reprojected,
 // are from what the pairs that it was not made of show. Needs no truth but the poses.
 //
-//   held_out_pairs SEQ POSES.tum [OUTPUT]     writes the map folder OUTPUT
+//   held_out_pairs SEQ POSES.tum [CONFIG.yaml [OUTPUT]]     writes the map folder OUTPUT
 #include <spdlog/fmt/fmt.h>
 
 #include <algorithm>
@@ -134,7 +134,8 @@ void Print(const char* what, const std::vector<double>& errors_px) {
              Quantile(errors_px, 0.5), Quantile(errors_px, 0.75));
 }
 
-int Main(const std::string& sequence, const std::string& poses, const std::string& output) {
+int Main(const std::string& sequence, const std::string& poses, const MappingOptions& options,
+         const std::string& output) {
   Trajectory kept, held_out;
   const Trajectory all = ReadTrajectory(poses);
   for (size_t i = 0; i < all.size(); ++i) {
@@ -142,7 +143,7 @@ int Main(const std::string& sequence, const std::string& poses, const std::strin
   }
   const OdometryRun run = RunAtPoses(sequence, "", kept);
   const RecordedViews recorded = ViewsOfRun(run, sequence);
-  const MapResult map = BuildMap(run, &recorded, MappingOptions());
+  const MapResult map = BuildMap(run, &recorded, options);
   if (!output.empty()) WriteMapFolder(output, map);
   const RecordedViews others = ViewsOfRun(RunAtPoses(sequence, "", held_out), sequence);
   std::vector<double> line_px, point_px;
@@ -165,12 +166,14 @@ int Main(const std::string& sequence, const std::string& poses, const std::strin
 }  // namespace slcmap
 
 int main(int argc, char** argv) {
-  if (argc < 3 || argc > 4) {
-    fmt::print(stderr, "usage: held_out_pairs SEQ POSES.tum [OUTPUT]\n");
+  if (argc < 3 || argc > 5) {
+    fmt::print(stderr, "usage: held_out_pairs SEQ POSES.tum [CONFIG.yaml [OUTPUT]]\n");
     return EXIT_FAILURE;
   }
   try {
-    return slcmap::Main(argv[1], argv[2], argc > 3 ? argv[3] : "");
+    const auto options =
+        argc > 3 ? slcmap::MappingOptions::FromYaml(argv[3]) : slcmap::MappingOptions();
+    return slcmap::Main(argv[1], argv[2], options, argc > 4 ? argv[4] : "");
   } catch (const std::exception& error) {
     fmt::print(stderr, "error: {}\n", error.what());
     return EXIT_FAILURE;
