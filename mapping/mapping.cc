@@ -26,16 +26,17 @@ constexpr double kAxes = 0.3, kSights = 0.4;  // of the lines' part
 constexpr char kImageUnreadable[] = "images_unreadable", kPosesDisagree[] = "poses_disagree";
 constexpr double kMaxPoseError_px = 3, kMinPointsFound = 0.2;
 
-// With given poses what lines may be off is as much as these are.
+// What lines may be off is as much as images and poses are.
 MapLineOptions LineOptionsFor(const OdometryRun& run, const RecordedViews& recorded,
                               const MapLineOptions& options,
                               std::map<std::string, int64_t>* warnings) {
-  if (run.method != kGivenPoses) return options;
   const auto agreement = MeasurePoseAgreement(recorded.views, *recorded.images);
   if (!agreement) return options;
-  spdlog::info("poses and images agree to {:.2f} px in {} pairs of views, with {:.0f} % of points",
-               agreement->across_px, agreement->pairs, 100 * agreement->found);
-  if (agreement->across_px > kMaxPoseError_px || agreement->found < kMinPointsFound) {
+  spdlog::debug("poses and images agree to {:.2f} px in {} pairs of views, with {:.0f} % of points",
+                agreement->across_px, agreement->pairs, 100 * agreement->found);
+  const bool are_doubtful =
+      agreement->across_px > kMaxPoseError_px || agreement->found < kMinPointsFound;
+  if (run.method == kGivenPoses && are_doubtful) {
     ++(*warnings)[kPosesDisagree];
     spdlog::warn(
         "poses and images agree to {:.1f} px, and {:.0f} % of points are where they are expected; "

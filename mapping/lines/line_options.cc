@@ -72,7 +72,7 @@ void MapLineOptions::Check() const {
 }
 
 MapLineOptions MapLineOptions::ForPoses(double across_px) const {
-  constexpr double kUsual_px = 0.3, kMost = 5;
+  constexpr double kUsual_px = 0.15, kMost = 5;
   const double factor = std::clamp(across_px / kUsual_px, 1.0, kMost);
   MapLineOptions options = *this;
   options.max_rms_px *= factor;

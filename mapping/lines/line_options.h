@@ -54,8 +54,8 @@ struct MapLineOptions {
   void Check() const;  // throws ConfigError
   void Read(YamlSection section);
 
-  // For poses that images agree with to `across_px` (PoseAgreement) only: what a line's places may
-  // be off grows with it, from what odometry's own poses have on.
+  // For images that agree with their poses to `across_px` (PoseAgreement): what a line's places may
+  // be off grows with it, from what simulated images and good poses have (0.1 px) on.
   MapLineOptions ForPoses(double across_px) const;
 };
 

@@ -136,25 +136,30 @@ void Print(const char* what, const std::vector<double>& errors_px) {
 
 int Main(const std::string& sequence, const std::string& poses, const MappingOptions& options,
          const std::string& output) {
-  Trajectory kept, held_out;
-  const Trajectory all = ReadTrajectory(poses);
-  for (size_t i = 0; i < all.size(); ++i) {
-    (i % kEvery == kEvery / 2 ? held_out : kept).push_back(all[i]);
+  OdometryRun run = RunAtPoses(sequence, "", ReadTrajectory(poses));
+  const RecordedViews all = ViewsOfRun(run, sequence);
+  std::vector<size_t> held_out;
+  std::vector<Keyframe> kept;
+  for (size_t i = 0; i < run.keyframes.size(); ++i) {
+    if (i % kEvery == kEvery / 2) {
+      held_out.push_back(i);
+    } else {
+      kept.push_back(run.keyframes[i]);
+    }
   }
-  const OdometryRun run = RunAtPoses(sequence, "", kept);
+  run.keyframes = std::move(kept);
   const RecordedViews recorded = ViewsOfRun(run, sequence);
   const MapResult map = BuildMap(run, &recorded, options);
   if (!output.empty()) WriteMapFolder(output, map);
-  const RecordedViews others = ViewsOfRun(RunAtPoses(sequence, "", held_out), sequence);
   std::vector<double> line_px, point_px;
   int64_t seen = 0;
-  for (size_t i = 0; i < others.views.size(); ++i) {
-    const HeldOutPair pair(others.images->Read(i), *others.images, others.views[i].T_world_imu);
+  for (const size_t i : held_out) {
+    const HeldOutPair pair(all.images->Read(i), *all.images, all.views[i].T_world_imu);
     for (const MapLine& line : map.lines) pair.AddLine(line, &line_px, &seen);
     pair.AddPoints(map.dense, &point_px);
   }
-  fmt::print("{} views, {} held out: {} lines, {} points\n", recorded.views.size(),
-             others.views.size(), map.lines.size(), map.dense.size());
+  fmt::print("{} views, {} held out: {} lines, {} points\n", recorded.views.size(), held_out.size(),
+             map.lines.size(), map.dense.size());
   Print("lines", line_px);
   fmt::print("  with an edge within {} px: {:.0f} % of {} places that are not hidden\n", kNear_px,
              100.0 * static_cast<double>(line_px.size()) / std::max<int64_t>(seen, 1), seen);
