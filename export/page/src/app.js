@@ -51,6 +51,8 @@ export class App {
     this.showStorey('all');
     view.fit(this.extent);
     this.pointer = new Pointer(this);
+    // Behind the first frame, while that is drawn.
+    requestAnimationFrame(() => setTimeout(() => layers.lineIndex.build()));
   }
 
   makeSection() {

@@ -128,8 +128,7 @@ export class Layers {
   }
 
   // Draws as finely as asked, see View.
-  setDetail({ thin, share }, pointScale_px) {
-    this.lines.useThin(thin);
+  setDetail({ share }, pointScale_px) {
     this.dense.useShare(share);
     this.dense.setScale(pointScale_px);
     this.landmarks.setScale(pointScale_px);

@@ -2,15 +2,14 @@
 import {
   BufferAttribute,
   BufferGeometry,
+  Color,
   Group,
   LineBasicMaterial,
   LineSegments,
   Quaternion,
   Vector3,
 } from 'three';
-import { LineMaterial } from 'three/addons/lines/LineMaterial.js';
-import { LineSegments2 } from 'three/addons/lines/LineSegments2.js';
-import { LineSegmentsGeometry } from 'three/addons/lines/LineSegmentsGeometry.js';
+import { WideLines } from './wide_lines.js';
 
 const JUMP_S = 0.5; // the way is not drawn across longer gaps
 const FRUSTUM_M = 0.15;
@@ -47,12 +46,10 @@ function frustumEnds(poses, corners) {
 export class TrajectoryLayer {
   constructor({ document, arrays }) {
     this.keyframeCount = arrays.keyframe_times.length;
-    const ends = wayEnds(arrays.trajectory_positions, arrays.trajectory_times);
-    this.length_m = lengthOf(ends);
-    this.way = new LineSegments2(
-      new LineSegmentsGeometry().setPositions(ends),
-      new LineMaterial({ linewidth: WIDTH_PX }),
-    );
+    this.wayEnds = wayEnds(arrays.trajectory_positions, arrays.trajectory_times);
+    this.length_m = lengthOf(this.wayEnds);
+    this.wide = new WideLines(WIDTH_PX);
+    this.way = this.wide.object;
     this.keyframes = new LineSegments(new BufferGeometry(), new LineBasicMaterial());
     const frustums = new Float32Array(frustumEnds(arrays.keyframe_poses, document.camera_corners));
     this.keyframes.geometry.setAttribute('position', new BufferAttribute(frustums, 3));
@@ -61,7 +58,7 @@ export class TrajectoryLayer {
   }
 
   setPalette(palette) {
-    this.way.material.color.set(palette.trajectory);
+    this.wide.showAll(this.wayEnds, new Color(palette.trajectory).getHex());
     this.keyframes.material.color.set(palette.keyframe);
   }
 }
