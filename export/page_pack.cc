@@ -12,6 +12,7 @@
 #include "export/frustum.h"
 #include "export/page_arrays.h"
 #include "export/page_points.h"
+#include "export/surface_mesh.h"
 #include "mapping/building/building_names.h"
 
 namespace slcmap {
@@ -166,7 +167,8 @@ PlanPoints Relative(PlanPoints points, const Eigen::Vector3d& origin_world) {
   return points;
 }
 
-Json PlaneJson(const BuildingPlane& plane, const Eigen::Vector3d& origin_world) {
+Json PlaneJson(const BuildingPlane& plane, const Building& building,
+               const Eigen::Vector3d& origin_world) {
   Json openings = Json::array();
   for (const PlaneOpening& opening : plane.openings) {
     openings.push_back({{"kind", NameOf(opening.kind)},
@@ -174,6 +176,10 @@ Json PlaneJson(const BuildingPlane& plane, const Eigen::Vector3d& origin_world) 
                         {"width_m", RoundedForJson(opening.clear_width_m)},
                         {"height_m", RoundedForJson(opening.clear_height_m)},
                         {"outline", PointsJson(Relative(opening.outline_world, origin_world))}});
+  }
+  Json holes = Json::array();
+  for (const auto& hole_world : LevelHoles(plane, building)) {
+    holes.push_back(PointsJson(Relative(hole_world, origin_world)));
   }
   const Eigen::Vector3d& normal = plane.normal;
   return {{"id", plane.id},
@@ -184,6 +190,7 @@ Json PlaneJson(const BuildingPlane& plane, const Eigen::Vector3d& origin_world) 
           {"sigma_m", plane.sigma_m},
           {"outline", PointsJson(Relative(plane.outline_world, origin_world))},
           {"openings", openings},
+          {"holes", holes},
           {"rooms", plane.room_ids}};
 }
 
@@ -231,9 +238,9 @@ Json StoreyJson(const Storey& storey, const Eigen::Vector3d& origin_world) {
           {"ceiling_m", OptionalJson(ceiling_m)}};
 }
 
-template <typename Part>
+template <typename Part, typename ToJson>
 Json PartsJson(const std::vector<Part>& parts, const Eigen::Vector3d& origin_world,
-               Json (*part_json)(const Part&, const Eigen::Vector3d&)) {
+               ToJson part_json) {
   Json json = Json::array();
   for (const Part& part : parts) json.push_back(part_json(part, origin_world));
   return json;
@@ -242,9 +249,12 @@ Json PartsJson(const std::vector<Part>& parts, const Eigen::Vector3d& origin_wor
 Json BuildingJson(const Building& building, const Eigen::Vector3d& origin_world) {
   const Eigen::Vector3d x_axis =
       building.T_map_world.rotation.conjugate() * Eigen::Vector3d::UnitX();
+  const auto plane_json = [&](const BuildingPlane& plane, const Eigen::Vector3d& origin) {
+    return PlaneJson(plane, building, origin);
+  };
   return {{"heading_rad", std::atan2(x_axis.y(), x_axis.x())},
           {"storeys", PartsJson(building.storeys, origin_world, StoreyJson)},
-          {"planes", PartsJson(building.planes, origin_world, PlaneJson)},
+          {"planes", PartsJson(building.planes, origin_world, plane_json)},
           {"rooms", PartsJson(building.rooms, origin_world, RoomJson)},
           {"walls", PartsJson(building.walls, origin_world, WallJson)}};
 }

@@ -45,7 +45,7 @@ test('says what the map holds', async () => {
     'A made room',
     '12 lines',
     '400 points',
-    '1 room, 20.0 m²',
+    '1 room, 19.8 m²',
     '1.90 m walked',
   ]) {
     assert.ok(text.includes(part), `${part} in ${text}`);
@@ -95,6 +95,17 @@ test('names a wall with its door', async () => {
   assert.match(await page.locator('#tip').innerText(), /Wall 2[^]*13\.0 m²[^]*4\.0 mm/);
   const area_m2 = await page.evaluate(() => app.layers.planes.all[3].area_m2);
   assert.ok(Math.abs(area_m2 - (13 - 0.9 * 2)) < 1e-4, `${area_m2} m²`);
+});
+
+test('a floor ends at the holes of its room', async () => {
+  const area_m2 = await page.evaluate(() => app.layers.planes.all[0].area_m2);
+  assert.ok(Math.abs(area_m2 - 19.75) < 1e-4, `${area_m2} m²`);
+  await lookFrom(page, [0, -1, 9], [0, -0.9, 0]);
+  await pointAt([1.45, -1.6, ROOM.z[0]]);
+  assert.match(await page.locator('#tip').innerText(), /Floor 0/);
+  await pointAt([1.45, -2.25, ROOM.z[0]]); // in the pillar
+  const tip = await page.locator('#tip').evaluate((shown) => (shown.hidden ? '' : shown.innerText));
+  assert.equal(tip, '');
 });
 
 test('a layer that is off draws nothing and cannot be picked', async () => {
@@ -257,9 +268,9 @@ test('shows a plan, to scale, in which lines are named', async () => {
 });
 
 test('names rooms with their area, in feet too', async () => {
-  assert.match(await page.locator('.room').innerText(), /Room 1\s*20.0 m²/);
+  assert.match(await page.locator('.room').innerText(), /Room 1\s*19.8 m²/);
   await page.getByRole('radio', { name: 'Feet' }).click();
-  assert.match(await page.locator('.room').innerText(), /215 ft²/);
+  assert.match(await page.locator('.room').innerText(), /213 ft²/);
   await page.getByRole('radio', { name: 'Metres' }).click();
 });
 
