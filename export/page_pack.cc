@@ -156,6 +156,19 @@ void AddTrajectory(const MapResult& map, const Eigen::Vector3d& origin_world, Pa
   arrays->Add("keyframe_times", keyframe_times_s);
 }
 
+void AddImages(const std::vector<PageImage>& images, PageArrays* arrays) {
+  std::vector<uint8_t> bytes;
+  std::vector<int32_t> keyframes, ends;
+  for (const PageImage& image : images) {
+    bytes.insert(bytes.end(), image.jpeg.begin(), image.jpeg.end());
+    keyframes.push_back(static_cast<int32_t>(image.keyframe));
+    ends.push_back(static_cast<int32_t>(bytes.size()));
+  }
+  arrays->Add("image_bytes", bytes);
+  arrays->Add("image_keyframe", keyframes);
+  arrays->Add("image_end", ends);
+}
+
 std::vector<Eigen::Vector3d> Relative(std::vector<Eigen::Vector3d> points,
                                       const Eigen::Vector3d& origin_world) {
   for (Eigen::Vector3d& point : points) point -= origin_world;
@@ -281,7 +294,8 @@ std::string Block(const Json& document, const PageArrays& arrays) {
 
 }  // namespace
 
-std::string PackForPage(const MapResult& map, const std::string& title, const Progress& progress) {
+std::string PackForPage(const MapResult& map, const std::string& title,
+                        const std::vector<PageImage>& images, const Progress& progress) {
   const Eigen::Vector3d origin_world = OriginOf(map);
   PageArrays arrays;
   AddLines(map, origin_world, &arrays);
@@ -289,6 +303,7 @@ std::string PackForPage(const MapResult& map, const std::string& title, const Pr
   const Json chunks = AddDense(map, origin_world, &arrays, progress);
   AddVoxels(map, origin_world, &arrays);
   AddTrajectory(map, origin_world, &arrays);
+  AddImages(images, &arrays);
   Json document = {
       {"format", "slcmap page"},
       {"version", kPageVersion},

@@ -6,9 +6,9 @@ import {
   Group,
   LineBasicMaterial,
   LineSegments,
-  Quaternion,
   Vector3,
 } from 'three';
+import { poseAt, pyramidEnds } from './pictures.js';
 import { WideLines } from './wide_lines.js';
 
 const JUMP_S = 0.5; // the way is not drawn across longer gaps
@@ -28,17 +28,11 @@ function wayEnds(positions, times_s) {
 function frustumEnds(poses, corners) {
   const ends = [];
   const last = new Vector3(Infinity, Infinity, Infinity);
-  for (let i = 0; i < poses.length; i += 7) {
-    const centre = new Vector3().fromArray(poses, i);
-    if (centre.distanceTo(last) < SPACING_M) continue;
-    last.copy(centre);
-    const rotation = new Quaternion().fromArray(poses, i + 3);
-    const seen = corners.map((corner) =>
-      new Vector3(...corner).multiplyScalar(FRUSTUM_M).applyQuaternion(rotation).add(centre),
-    );
-    seen.forEach((corner, k) => {
-      ends.push(...centre, ...corner, ...corner, ...seen[(k + 1) % seen.length]);
-    });
+  for (let i = 0; i < poses.length / 7; i++) {
+    const pose = poseAt(poses, i);
+    if (pose.centre.distanceTo(last) < SPACING_M) continue;
+    last.copy(pose.centre);
+    ends.push(...pyramidEnds(pose, corners, FRUSTUM_M));
   }
   return ends;
 }

@@ -291,13 +291,14 @@ export class View {
     const took_ms = await this.untilDrawn();
     this.timing = false;
     if (!this.warm) {
-      // The first frame also compiled and uploaded.
+      // The first frame also compiled and uploaded: it is coarse, and its time says nothing.
       this.warm = true;
+      this.restLevel = Math.min(this.restLevel, this.coarsestAtRest());
       this.invalidate();
       return;
     }
     if (took_ms > LONG_MS) {
-      this.restLevel = Math.min(this.restLevel + 1, this.levels.length - 1);
+      this.restLevel = Math.min(this.restLevel + 1, this.coarsestAtRest());
       this.fineEnough = true;
     } else if (this.restLevel > 0 && !this.fineEnough) {
       this.restLevel--;
@@ -305,6 +306,11 @@ export class View {
     }
     const begin = [40, 80, 160].filter((limit_ms) => took_ms > limit_ms).length;
     this.level = Math.max(this.level, begin, this.restLevel);
+  }
+
+  // At rest no pixel of the screen is left out.
+  coarsestAtRest() {
+    return this.levels.findLastIndex(({ scale }) => scale >= 1);
   }
 
   // Waits until what was asked of the graphics is done, and returns how long that took.

@@ -78,6 +78,7 @@ test('says what the map holds', async () => {
     'Of none': '4',
   };
   for (const [name, count] of Object.entries(expected)) assert.equal(counts[name], count, name);
+  assert.ok(!('Pictures' in counts));
 });
 
 test('names the line under the pointer', async () => {
@@ -163,6 +164,11 @@ test('draws what is before the camera of a line that begins behind it', () =>
     assert.ok(column.includes(X_COLOUR), 'line 10');
     assert.ok(column.indexOf(X_COLOUR) < column.length / 2, 'below the horizon');
   }));
+
+test('draws every pixel at rest, however long that takes', async () => {
+  await settle(page);
+  assert.ok((await page.evaluate(() => app.view.renderer.getPixelRatio())) >= 1);
+});
 
 test('is not moved by being fitted', async () => {
   await settle(page);

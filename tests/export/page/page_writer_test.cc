@@ -130,6 +130,15 @@ TEST(PackForPage, FloorsAndCeilingsHaveTheHolesOfTheirRoom) {
   EXPECT_TRUE(planes[3].at("holes").empty());
 }
 
+TEST(PackForPage, PicturesAreOneBehindTheOther) {
+  EXPECT_EQ(PackOf(MakeRoomMap()).Get<int32_t>("image_end").size(), 0u);
+  const Pack pack = Unpack(PackForPage(MakeRoomMap(), "title", {{1, "first"}, {3, "second"}}));
+  EXPECT_THAT(pack.Get<int32_t>("image_keyframe"), ::testing::ElementsAre(1, 3));
+  EXPECT_THAT(pack.Get<int32_t>("image_end"), ::testing::ElementsAre(5, 11));
+  const std::vector<uint8_t> bytes = pack.Get<uint8_t>("image_bytes");
+  EXPECT_EQ(std::string(bytes.begin(), bytes.end()), "firstsecond");
+}
+
 TEST(PackForPage, SigmasHoldToTwoPercent) {
   for (const double sigma_m : {1e-4, 0.0035, 0.02, 0.9, 5.0}) {
     EXPECT_NEAR(1e-4 * std::exp2(SigmaCode(sigma_m) / 16.0) / sigma_m, 1, 0.022);
@@ -184,7 +193,7 @@ TEST(MakePage, AWrongTemplateIsNamed) {
 
 TEST(MakePage, EndsWhenAsked) {
   const Progress stop([](double) { return false; });
-  EXPECT_THROW(MakePage(MakeRoomMap(), "@SLCMAP_MAP@", {}, stop), StoppedError);
+  EXPECT_THROW(MakePage(MakeRoomMap(), "@SLCMAP_MAP@", {}, {}, stop), StoppedError);
 }
 
 }  // namespace
