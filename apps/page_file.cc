@@ -36,8 +36,9 @@ std::string TitleOfMap(const std::string& folder) {
 }
 
 void WritePage(const MapResult& map, const std::string& page_template, const PageOptions& options,
-               const std::string& path, const Progress& progress) {
-  const std::string page = MakePage(map, page_template, options, progress);
+               const std::vector<PageImage>& images, const std::string& path,
+               const Progress& progress) {
+  const std::string page = MakePage(map, page_template, options, images, progress);
   ReplaceFile(path, page);
   spdlog::info("wrote {} ({:.1f} MB): open it in a browser", path,
                static_cast<double>(page.size()) * 1e-6);

@@ -17,6 +17,7 @@ std::string TitleOfMap(const std::string& folder);
 // The template is that of ReadPageTemplate(). Throws OutputError, and StoppedError when progress
 // says so.
 void WritePage(const MapResult& map, const std::string& page_template, const PageOptions& options,
-               const std::string& path, const Progress& progress);
+               const std::vector<PageImage>& images, const std::string& path,
+               const Progress& progress);
 
 }  // namespace slcmap

@@ -90,7 +90,7 @@ std::string WriteRunPage(const MapResult& map, const std::string& output) {
   }
   PageOptions options;
   options.title = TitleOfMap(output + "/map");
-  WritePage(map, page_template, options, output + "/map.html", StageProgress("view"));
+  WritePage(map, page_template, options, {}, output + "/map.html", StageProgress("view"));
   return output + "/map.html";
 }
 

@@ -13,6 +13,7 @@
 #include "data/error.h"
 #include "data/file.h"
 #include "data/output_folder.h"
+#include "data/source/asl_source.h"
 
 namespace slcmap {
 namespace {
@@ -23,6 +24,8 @@ struct ViewArguments {
   std::string map, output;
   PageOptions page;
   bool accept_changed = false;
+  bool images = false;
+  std::string sequence;  // where the recording moved to; "" where the map says it is
 };
 
 // Before the work that it would be in vain.
@@ -46,13 +49,36 @@ void CheckOutput(const std::string& path, const std::string& map) {
   if (file.has_parent_path()) MakeFolder(file.parent_path());
 }
 
+// With the calibration that the map was made with, where it says that.
+std::unique_ptr<SequenceSource> OpenRecording(const MapResult& map,
+                                              const ViewArguments& arguments) {
+  const std::string& path = arguments.sequence.empty() ? map.source.sequence : arguments.sequence;
+  std::error_code error;
+  if (path.empty() || !std::filesystem::exists(path, error)) {
+    throw DataError(fmt::format(
+        "{}: --images: found no recording {}, expected the one that the map was made of "
+        "(--sequence names where it moved to)",
+        arguments.map, path.empty() ? "named by the map" : path));
+  }
+  const std::string calibration = arguments.map + "/calibration.yaml";
+  SequenceOptions options{.needs_imu = false};
+  if (std::filesystem::exists(calibration, error)) options.calibration = calibration;
+  return OpenSource(path, options, false);
+}
+
 void ViewMap(ViewArguments arguments) {
   ExpectFolder(arguments.map, FolderKind::kMap);
   CheckOutput(arguments.output, arguments.map);
   const std::string page_template = ReadPageTemplate();
   const MapResult map = ReadMapToShow(arguments.map, arguments.accept_changed);
   if (arguments.page.title.empty()) arguments.page.title = TitleOfMap(arguments.map);
-  WritePage(map, page_template, arguments.page, arguments.output, StageProgress("view"));
+  const Progress progress = StageProgress("view");
+  std::vector<PageImage> images;
+  if (arguments.images) {
+    images = ReadPageImages(map, *OpenRecording(map, arguments), {}, progress.Part(0, 0.5));
+  }
+  WritePage(map, page_template, arguments.page, images, arguments.output,
+            progress.Part(arguments.images ? 0.5 : 0, 1));
 }
 
 }  // namespace
@@ -68,10 +94,20 @@ void AddViewCommand(CLI::App& app) {
       ->type_name("FILE")
       ->required();
   command->add_option("--title", arguments->page.title, "Of the page (default: the folder's name)");
+  CLI::Option* images =
+      command->add_flag("--images", arguments->images,
+                        "Also pictures of keyframes, at most 200 of them, from the recording");
+  command
+      ->add_option("--sequence", arguments->sequence,
+                   "Where the recording is, if not where it was when the map was made")
+      ->type_name("SEQ")
+      ->needs(images);
   command->add_flag("--accept-changed", arguments->accept_changed,
                     "Also take files that are not as map wrote them, and a map of another run than "
                     "that beside it; values are checked in any case");
-  command->footer("Example:\n  slcmap view OUT/map -o OUT/map.html");
+  command->footer(
+      "Examples:\n  slcmap view OUT/map -o OUT/map.html\n"
+      "  slcmap view OUT/map -o OUT/map.html --images");
   command->callback([arguments] { ViewMap(*arguments); });
 }
 

@@ -52,21 +52,6 @@ class PlaneFrame {
   Vector3d origin_, u_, v_;
 };
 
-// Of the room that a floor or ceiling is of.
-std::vector<PlanPoints> LevelHoles(const BuildingPlane& plane, const Building& building) {
-  const bool is_level = plane.kind == PlaneKind::kFloor || plane.kind == PlaneKind::kCeiling;
-  return is_level ? LevelOutline(plane, building).holes : std::vector<PlanPoints>();
-}
-
-std::vector<Vector3d> OnLevel(const BuildingPlane& plane, const PlanPoints& points) {
-  std::vector<Vector3d> outline_world;
-  for (const Vector2d& p : points) {
-    const double z_m = (plane.offset_m - plane.normal.head<2>().dot(p)) / plane.normal.z();
-    outline_world.emplace_back(p.x(), p.y(), z_m);
-  }
-  return outline_world;
-}
-
 void AddPlane(const BuildingPlane& plane, const Building& building, PlanesOfLayer* layer) {
   constexpr double kGrid_m = 1e-5;
   if (plane.outline_world.size() < 3) return;
@@ -78,7 +63,7 @@ void AddPlane(const BuildingPlane& plane, const Building& building, PlanesOfLaye
     layer->outlines.push_back(outline_world);
   };
   for (const PlaneOpening& opening : plane.openings) add_cut(opening.outline_world);
-  for (const PlanPoints& hole : LevelHoles(plane, building)) add_cut(OnLevel(plane, hole));
+  for (const auto& hole_world : LevelHoles(plane, building)) add_cut(hole_world);
   for (const Polygon& part : Difference({frame.In(plane.outline_world), {}}, cuts, kGrid_m)) {
     for (const PlanTriangle& t : Triangulate(part)) {
       layer->triangles.push_back({frame.Out(t[0]), frame.Out(t[1]), frame.Out(t[2])});

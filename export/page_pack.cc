@@ -13,6 +13,7 @@
 #include "export/page_arrays.h"
 #include "export/page_points.h"
 #include "export/scene.h"
+#include "export/surface_mesh.h"
 #include "export/trajectory_gap.h"
 #include "mapping/building/building_names.h"
 
@@ -157,6 +158,19 @@ void AddTrajectory(const MapResult& map, const Eigen::Vector3d& origin_world, Pa
   arrays->Add("keyframe_times", keyframe_times_s);
 }
 
+void AddImages(const std::vector<PageImage>& images, PageArrays* arrays) {
+  std::vector<uint8_t> bytes;
+  std::vector<int32_t> keyframes, ends;
+  for (const PageImage& image : images) {
+    bytes.insert(bytes.end(), image.jpeg.begin(), image.jpeg.end());
+    keyframes.push_back(static_cast<int32_t>(image.keyframe));
+    ends.push_back(static_cast<int32_t>(bytes.size()));
+  }
+  arrays->Add("image_bytes", bytes);
+  arrays->Add("image_keyframe", keyframes);
+  arrays->Add("image_end", ends);
+}
+
 std::vector<Eigen::Vector3d> Relative(std::vector<Eigen::Vector3d> points,
                                       const Eigen::Vector3d& origin_world) {
   for (Eigen::Vector3d& point : points) point -= origin_world;
@@ -168,7 +182,8 @@ PlanPoints Relative(PlanPoints points, const Eigen::Vector3d& origin_world) {
   return points;
 }
 
-Json PlaneJson(const BuildingPlane& plane, const Eigen::Vector3d& origin_world) {
+Json PlaneJson(const BuildingPlane& plane, const Building& building,
+               const Eigen::Vector3d& origin_world) {
   Json openings = Json::array();
   for (const PlaneOpening& opening : plane.openings) {
     openings.push_back({{"kind", NameOf(opening.kind)},
@@ -176,6 +191,10 @@ Json PlaneJson(const BuildingPlane& plane, const Eigen::Vector3d& origin_world) 
                         {"width_m", RoundedForJson(opening.clear_width_m)},
                         {"height_m", RoundedForJson(opening.clear_height_m)},
                         {"outline", PointsJson(Relative(opening.outline_world, origin_world))}});
+  }
+  Json holes = Json::array();
+  for (const auto& hole_world : LevelHoles(plane, building)) {
+    holes.push_back(PointsJson(Relative(hole_world, origin_world)));
   }
   const Eigen::Vector3d& normal = plane.normal;
   return {{"id", plane.id},
@@ -186,6 +205,7 @@ Json PlaneJson(const BuildingPlane& plane, const Eigen::Vector3d& origin_world) 
           {"sigma_m", plane.sigma_m},
           {"outline", PointsJson(Relative(plane.outline_world, origin_world))},
           {"openings", openings},
+          {"holes", holes},
           {"rooms", plane.room_ids}};
 }
 
@@ -233,9 +253,9 @@ Json StoreyJson(const Storey& storey, const Eigen::Vector3d& origin_world) {
           {"ceiling_m", OptionalJson(ceiling_m)}};
 }
 
-template <typename Part>
+template <typename Part, typename ToJson>
 Json PartsJson(const std::vector<Part>& parts, const Eigen::Vector3d& origin_world,
-               Json (*part_json)(const Part&, const Eigen::Vector3d&)) {
+               ToJson part_json) {
   Json json = Json::array();
   for (const Part& part : parts) json.push_back(part_json(part, origin_world));
   return json;
@@ -244,9 +264,12 @@ Json PartsJson(const std::vector<Part>& parts, const Eigen::Vector3d& origin_wor
 Json BuildingJson(const Building& building, const Eigen::Vector3d& origin_world) {
   const Eigen::Vector3d x_axis =
       building.T_map_world.rotation.conjugate() * Eigen::Vector3d::UnitX();
+  const auto plane_json = [&](const BuildingPlane& plane, const Eigen::Vector3d& origin) {
+    return PlaneJson(plane, building, origin);
+  };
   return {{"heading_rad", std::atan2(x_axis.y(), x_axis.x())},
           {"storeys", PartsJson(building.storeys, origin_world, StoreyJson)},
-          {"planes", PartsJson(building.planes, origin_world, PlaneJson)},
+          {"planes", PartsJson(building.planes, origin_world, plane_json)},
           {"rooms", PartsJson(building.rooms, origin_world, RoomJson)},
           {"walls", PartsJson(building.walls, origin_world, WallJson)}};
 }
@@ -273,7 +296,8 @@ std::string Block(const Json& document, const PageArrays& arrays) {
 
 }  // namespace
 
-std::string PackForPage(const MapResult& map, const std::string& title, const Progress& progress) {
+std::string PackForPage(const MapResult& map, const std::string& title,
+                        const std::vector<PageImage>& images, const Progress& progress) {
   const Eigen::Vector3d origin_world = OriginOf(map);
   PageArrays arrays;
   AddLines(map, origin_world, &arrays);
@@ -281,6 +305,7 @@ std::string PackForPage(const MapResult& map, const std::string& title, const Pr
   const Json chunks = AddDense(map, origin_world, &arrays, progress);
   AddVoxels(map, origin_world, &arrays);
   AddTrajectory(map, origin_world, &arrays);
+  AddImages(images, &arrays);
   Json document = {
       {"format", "slcmap page"},
       {"version", kPageVersion},

@@ -2,8 +2,10 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "data/progress.h"
+#include "export/page_images.h"
 #include "mapping/map.h"
 
 namespace slcmap {
@@ -16,8 +18,9 @@ namespace slcmap {
 // Coordinates are metres relative to the document's "origin" (in the world, z up), which keeps
 // floats exact to a micrometre or so. The dense cloud is in chunks of "chunk_m": coordinates are
 // uint16 from a chunk's corner, 65535 for its far side, half a millimetre a step; in a chunk,
-// points are in Morton order. Throws StoppedError when progress says so.
+// points are in Morton order. Pictures are one behind the other in "image_bytes", the first from
+// byte 0 to "image_end"[0]. Throws StoppedError when progress says so.
 std::string PackForPage(const MapResult& map, const std::string& title,
-                        const Progress& progress = {});
+                        const std::vector<PageImage>& images = {}, const Progress& progress = {});
 
 }  // namespace slcmap

@@ -34,12 +34,11 @@ std::string Deflate(std::string bytes, int level, const Progress& progress) {
     stream.next_in = reinterpret_cast<Bytef*>(bytes.data() + done);
     stream.avail_in = static_cast<uInt>(part);
     done += part;
-    const std::size_t before = compressed.size();
-    compressed.resize(before + deflateBound(&stream, static_cast<uLong>(part)));
-    stream.next_out = reinterpret_cast<Bytef*>(compressed.data() + before);
-    stream.avail_out = static_cast<uInt>(compressed.size() - before);
+    std::string room(deflateBound(&stream, static_cast<uLong>(part)), '\0');
+    stream.next_out = reinterpret_cast<Bytef*>(room.data());
+    stream.avail_out = static_cast<uInt>(room.size());
     state = deflate(&stream, done == bytes.size() ? Z_FINISH : Z_NO_FLUSH);
-    compressed.resize(compressed.size() - stream.avail_out);
+    compressed.append(room, 0, room.size() - stream.avail_out);
   }
   return compressed;
 }
@@ -78,11 +77,12 @@ void PageOptions::Check() const {
 }
 
 std::string MakePage(const MapResult& map, const std::string& page_template,
-                     const PageOptions& options, const Progress& progress) {
+                     const PageOptions& options, const std::vector<PageImage>& images,
+                     const Progress& progress) {
   options.Check();
   const std::size_t mark = FindMark(page_template);
   const std::string title = options.title.empty() ? map.id : options.title;
-  std::string pack = PackForPage(map, title, progress.Part(0, 0.3));
+  std::string pack = PackForPage(map, title, images, progress.Part(0, 0.3));
   const std::string compressed =
       Deflate(std::move(pack), options.compression, progress.Part(0.3, 0.95));
   const std::string text = Base64(compressed);

@@ -2,8 +2,10 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "data/progress.h"
+#include "export/page_images.h"
 #include "mapping/map.h"
 
 namespace slcmap {
@@ -14,10 +16,12 @@ struct PageOptions {
   void Check() const;   // throws ConfigError
 };
 
-// The page of a map: `page_template` is the bundle of export/page, in which the map, compressed and
-// as base64, takes the place of a mark. Throws ConfigError where the template lacks the mark or has
-// it twice, and StoppedError when progress says so.
+// The page of a map, with pictures of keyframes where there are some: `page_template` is the bundle
+// of export/page, in which the map, compressed and as base64, takes the place of a mark. Throws
+// ConfigError where the template lacks the mark or has it twice, and StoppedError when progress
+// says so.
 std::string MakePage(const MapResult& map, const std::string& page_template,
-                     const PageOptions& options, const Progress& progress = {});
+                     const PageOptions& options, const std::vector<PageImage>& images = {},
+                     const Progress& progress = {});
 
 }  // namespace slcmap

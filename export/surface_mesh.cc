@@ -128,6 +128,20 @@ Polygon LevelOutline(const BuildingPlane& plane, const Building& building) {
   return polygon;
 }
 
+std::vector<std::vector<Vector3d>> LevelHoles(const BuildingPlane& plane,
+                                              const Building& building) {
+  std::vector<std::vector<Vector3d>> holes_world;
+  if (plane.kind != PlaneKind::kFloor && plane.kind != PlaneKind::kCeiling) return holes_world;
+  for (const PlanPoints& hole : LevelOutline(plane, building).holes) {
+    std::vector<Vector3d>& hole_world = holes_world.emplace_back();
+    for (const Vector2d& p : hole) {
+      const double z_m = (plane.offset_m - plane.normal.head<2>().dot(p)) / plane.normal.z();
+      hole_world.emplace_back(p.x(), p.y(), z_m);
+    }
+  }
+  return holes_world;
+}
+
 void AddPlaneMesh(const BuildingPlane& plane, const Building& building, const Colour& colour,
                   MeshLayer* layer) {
   Canvas canvas;

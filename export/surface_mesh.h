@@ -20,4 +20,8 @@ void AddPlaneMesh(const BuildingPlane& plane, const Building& building, const Co
 // that of the plane itself, seen from above.
 Polygon LevelOutline(const BuildingPlane& plane, const Building& building);
 
+// The holes of a floor or ceiling, which are those of its room, in world; of other planes none.
+std::vector<std::vector<Eigen::Vector3d>> LevelHoles(const BuildingPlane& plane,
+                                                     const Building& building);
+
 }  // namespace slcmap

@@ -10,6 +10,7 @@
 #include "odometry/run_folder.h"
 #include "tests/integration/slcmap_process.h"
 #include "tests/testing/made_run.h"
+#include "tests/testing/small_sequence.h"
 #include "tests/testing/temp_folder.h"
 
 namespace slcmap {
@@ -188,6 +189,38 @@ TEST_F(ViewTest, WrongPlacesAreNamedAndLeftAsTheyWere) {
   ExpectError(RunSlcmap("view " + map_ + " -o /proc/map.html"), 1, "/proc/map.html");
   EXPECT_FALSE(std::filesystem::exists(folder_.Path("map.html")));
   EXPECT_FALSE(std::filesystem::exists(map_ + "/map.html"));
+}
+
+TEST_F(ViewTest, PicturesNeedTheRecording) {
+  const std::string view = "view " + map_ + " -o " + folder_.Path("map.html");
+  ExpectError(RunSlcmap(view + " --images --sequence " + folder_.Path("gone")), 1,
+              "gone, expected the one that the map was made of");
+  ExpectError(RunSlcmap(view + " --sequence " + map_), 2, "--images");
+  EXPECT_FALSE(std::filesystem::exists(folder_.Path("map.html")));
+}
+
+TEST_F(ViewTest, PicturesComeFromWhereTheRecordingIs) {
+  testing::WriteSequence(folder_, {});
+  std::string poses;
+  for (int i = 0; i < 5; ++i) {
+    poses += fmt::format("{:.9f} {} 0 0 0 0 0 1\n", 1e-9 * testing::ImageStamp(i), 0.2 * i);
+  }
+  const std::string map = folder_.Path("posed"), moved = folder_.Path("moved"),
+                    plain = folder_.Path("plain.html"), page = folder_.Path("map.html");
+  EXPECT_EQ(RunSlcmap("map " + folder_.Path("mav0") + " --poses " +
+                      folder_.Write("poses.tum", poses) + " -o " + map)
+                .exit_code,
+            0);
+  EXPECT_EQ(RunSlcmap("view " + map + " -o " + plain).exit_code, 0);
+  const ProcessResult viewed = RunSlcmap("view " + map + " -o " + page + " --images");
+  EXPECT_EQ(viewed.exit_code, 0) << viewed.error;
+  EXPECT_GT(std::filesystem::file_size(page), std::filesystem::file_size(plain) + 2000);
+  std::filesystem::create_directory(moved);
+  std::filesystem::rename(folder_.Path("mav0"), moved + "/mav0");
+  ExpectError(RunSlcmap("view " + map + " -o " + page + " --images"), 1, "found no recording");
+  const ProcessResult again =
+      RunSlcmap("view " + map + " -o " + page + " --images --sequence " + moved);
+  EXPECT_EQ(again.exit_code, 0) << again.error;
 }
 
 TEST_F(OverwritingTest, AnEmptyPathIsAUsageError) {

@@ -31,8 +31,7 @@ export class App {
     this.section = this.makeSection();
     this.labels = new Labels(this.view, byId('labels'));
     this.picker = new Picker(this.view, this.layers, this.section);
-    const { lines, landmarks, dense } = this.layers;
-    this.describer = new Describer(map, lines.data, landmarks, dense);
+    this.describer = new Describer(map, this.layers);
     this.measure = new Measure(this.view, this.labels, this.layers);
     this.hovered = new LineHighlight();
     this.view.scene.add(this.hovered.object);
@@ -51,6 +50,8 @@ export class App {
     this.showStorey('all');
     view.fit(this.extent);
     this.pointer = new Pointer(this);
+    // Behind the first frame, while that is drawn.
+    requestAnimationFrame(() => setTimeout(() => layers.lineIndex.build()));
   }
 
   makeSection() {
@@ -164,10 +165,13 @@ export class App {
     this.view.fit(this.extent);
   }
 
-  // Highlights what is under the pointer: of lines all pieces.
+  // Highlights what is under the pointer: of lines all pieces, of keyframes their picture.
   highlight(pick) {
     const ends = pick?.type === 'line' ? this.endsOf(pick) : [];
     this.hovered.show(ends);
+    const { pictures } = this.layers;
+    if (pick?.type === 'picture') pictures.show(pick.index).then(() => this.view.invalidate());
+    else pictures.hide();
     this.view.invalidate();
   }
 

@@ -1,13 +1,14 @@
 // What the page says of what is under the pointer: a title and rows of name and value.
-import { formatAngle, formatArea, formatCount, formatLength, formatSigma } from './format.js';
+import { formatAngle, formatArea, formatCount, formatLength, formatSigma, formatTime } from './format.js';
 import { AXES, KINDS } from './theme.js';
 
 export class Describer {
-  constructor({ document }, lines, landmarks, dense) {
+  constructor({ document }, { lines, landmarks, dense, pictures }) {
     this.document = document;
-    this.lines = lines;
+    this.lines = lines.data;
     this.landmarks = landmarks;
     this.dense = dense;
+    this.pictures = pictures;
   }
 
   describe(pick) {
@@ -16,6 +17,7 @@ export class Describer {
       landmark: () => this.landmark(pick),
       dense: () => this.densePoint(pick),
       plane: () => this.plane(pick),
+      picture: () => this.picture(pick),
     }[pick.type]();
   }
 
@@ -63,6 +65,13 @@ export class Describer {
       ? 'Point of a filled plane'
       : 'Point of the dense cloud';
     return { title, rows: [['Sigma', formatSigma(this.dense.sigmaOf(index))], this.place(point)] };
+  }
+
+  picture({ index, point }) {
+    return {
+      title: `Keyframe ${this.pictures.keyframeOf(index)}`,
+      rows: [['Time', formatTime(this.pictures.time_s(index))], this.place(point)],
+    };
   }
 
   place(point) {

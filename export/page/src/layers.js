@@ -4,6 +4,7 @@ import { LineIndex } from './line_index.js';
 import { LineData, LineLayer } from './lines.js';
 import { Planes } from './planes.js';
 import { RoomLayer, WallPlan } from './plan.js';
+import { Pictures } from './pictures.js';
 import { DenseCloud, Landmarks } from './points.js';
 import { TrajectoryLayer } from './trajectory.js';
 import { VoxelLayer } from './voxels.js';
@@ -21,6 +22,7 @@ export class Layers {
     this.walls = new WallPlan(building);
     this.voxels = new VoxelLayer(map);
     this.trajectory = new TrajectoryLayer(map);
+    this.pictures = new Pictures(map);
     this.parts = [
       this.lines,
       this.landmarks,
@@ -30,6 +32,7 @@ export class Layers {
       this.walls,
       this.voxels,
       this.trajectory,
+      this.pictures,
     ];
     for (const { object } of this.parts) scene.add(object);
     this.lineFilter = this.everyLine();
@@ -99,6 +102,12 @@ export class Layers {
         object: this.trajectory.keyframes,
         on: false,
       },
+      pictures: {
+        name: 'Pictures',
+        count: this.pictures.count,
+        object: this.pictures.object,
+        on: this.pictures.count > 0,
+      },
     };
   }
 
@@ -128,8 +137,7 @@ export class Layers {
   }
 
   // Draws as finely as asked, see View.
-  setDetail({ thin, share }, pointScale_px) {
-    this.lines.useThin(thin);
+  setDetail({ share }, pointScale_px) {
     this.dense.useShare(share);
     this.dense.setScale(pointScale_px);
     this.landmarks.setScale(pointScale_px);

@@ -1,16 +1,7 @@
-// Lines and marks: which are shown, in what colour, and as what.
-import {
-  BufferAttribute,
-  BufferGeometry,
-  Color,
-  Group,
-  LineBasicMaterial,
-  LineSegments,
-} from 'three';
-import { LineMaterial } from 'three/addons/lines/LineMaterial.js';
-import { LineSegments2 } from 'three/addons/lines/LineSegments2.js';
-import { LineSegmentsGeometry } from 'three/addons/lines/LineSegmentsGeometry.js';
+// Lines and marks: which are shown, and in what colour.
+import { Color } from 'three';
 import { scaleColour } from './theme.js';
+import { WideLines } from './wide_lines.js';
 
 const WIDTH_PX = 2;
 const HIGHLIGHT_PX = 4.5;
@@ -69,28 +60,9 @@ export class LineLayer {
   constructor(data) {
     this.data = data;
     this.shown = new Uint8Array(data.count); // by the layers that are on
-    this.order = new Uint32Array(data.count); // the lines that are shown, in the buffers' order
-    this.fat = new LineSegments2(
-      fatGeometry(data.count),
-      new LineMaterial({
-        linewidth: WIDTH_PX,
-        vertexColors: true,
-      }),
-    );
-    this.thin = new LineSegments(
-      thinGeometry(data.count),
-      new LineBasicMaterial({ vertexColors: true }),
-    );
-    for (const object of [this.fat, this.thin]) object.frustumCulled = false;
-    this.object = new Group();
-    this.object.add(this.fat, this.thin);
-    this.useThin(false);
-  }
-
-  // Lines a pixel wide are drawn much faster.
-  useThin(thin) {
-    this.thin.visible = thin;
-    this.fat.visible = !thin;
+    this.order = new Uint32Array(data.count); // the lines that are shown
+    this.wide = new WideLines(WIDTH_PX);
+    this.object = this.wide.object;
   }
 
   // Shows those for which isShown(index) holds, in the colours of a palette.
@@ -100,92 +72,57 @@ export class LineLayer {
       this.shown[i] = isShown(i) ? 1 : 0;
       if (this.shown[i]) this.order[count++] = i;
     }
-    this.fill(count, colourBy, palette);
-  }
-
-  fill(count, colourBy, palette) {
-    const positions = this.fat.geometry.attributes.instanceStart.data;
-    const colours = this.fat.geometry.attributes.instanceColorStart.data;
-    const { ends } = this.data;
-    const colourOf = this.colours(colourBy, palette);
-    for (let k = 0; k < count; k++) {
-      const index = this.order[k];
-      for (let j = 0; j < 6; j++) positions.array[6 * k + j] = ends[6 * index + j];
-      const { r, g, b } = colourOf(index);
-      for (let j = 0; j < 6; j += 3) {
-        colours.array[6 * k + j] = r;
-        colours.array[6 * k + j + 1] = g;
-        colours.array[6 * k + j + 2] = b;
-      }
-    }
-    const { position, color } = this.thin.geometry.attributes;
-    position.array.set(positions.array.subarray(0, 6 * count));
-    color.array.set(colours.array.subarray(0, 6 * count));
-    for (const buffer of [positions, colours, position, color]) buffer.needsUpdate = true;
-    this.fat.geometry.instanceCount = count;
-    this.thin.geometry.setDrawRange(0, 2 * count);
+    this.wide.show(this.data.ends, this.order, count, this.colours(colourBy, palette));
   }
 
   // The function from a line's index to its colour.
   colours(colourBy, palette) {
     const { data } = this;
     const background = new Color(palette.background);
+    const ofMark = (own) => background.clone().lerp(own, MARK_SHARE);
     const ofCodes = (codes, names) => {
       const colours = names.map((name) => new Color(name));
-      return (index) => colours[codes[index]] ?? colours[0];
+      const lines = colours.map((colour) => colour.getHex());
+      const marks = colours.map((colour) => ofMark(colour).getHex());
+      return (index) => {
+        const of = data.isMark(index) ? marks : lines;
+        return of[codes[index]] ?? of[0];
+      };
+    };
+    const ofSigma = (index) => {
+      const place = sigmaPlace(data.sigma_m[index], data.sigmaRange_m);
+      const own = scaleColour(palette.scale, place);
+      return (data.isMark(index) ? ofMark(own) : own).getHex();
     };
     const functions = {
       axis: () => ofCodes(data.axis, palette.axis),
       kind: () => ofCodes(data.kind, palette.kind),
       age: () => ofCodes(data.recent, palette.age),
-      sigma: () => (index) =>
-        scaleColour(palette.scale, sigmaPlace(data.sigma_m[index], data.sigmaRange_m)),
+      sigma: () => ofSigma,
     };
-    const own = functions[colourBy]();
-    return (index) =>
-      data.isMark(index) ? background.clone().lerp(own(index), MARK_SHARE) : own(index);
+    return functions[colourBy]();
   }
-}
-
-function fatGeometry(count) {
-  const geometry = new LineSegmentsGeometry();
-  geometry.setPositions(new Float32Array(6 * count));
-  geometry.setColors(new Float32Array(6 * count));
-  geometry.instanceCount = 0;
-  return geometry;
-}
-
-function thinGeometry(count) {
-  const geometry = new BufferGeometry();
-  geometry.setAttribute('position', new BufferAttribute(new Float32Array(6 * count), 3));
-  geometry.setAttribute('color', new BufferAttribute(new Float32Array(6 * count), 3));
-  geometry.setDrawRange(0, 0);
-  return geometry;
 }
 
 // Some lines once more, wide and in front of all.
 export class LineHighlight {
   constructor() {
-    const material = new LineMaterial({
-      linewidth: HIGHLIGHT_PX,
-      depthTest: false,
-      transparent: true,
-    });
-    this.object = new LineSegments2(new LineSegmentsGeometry(), material);
-    this.object.frustumCulled = false;
+    this.wide = new WideLines(HIGHLIGHT_PX);
+    Object.assign(this.wide.material, { depthTest: false, transparent: true });
+    this.object = this.wide.object;
     this.object.renderOrder = 10;
-    this.object.visible = false;
+    this.show([]);
   }
 
   setColour(colour) {
-    this.object.material.color.set(colour);
+    this.colour = new Color(colour).getHex();
+    this.show(this.ends);
   }
 
   // Pairs of ends, as x, y, z of one and the other; none hides it.
   show(ends) {
+    this.ends = ends;
     this.object.visible = ends.length > 0;
-    if (ends.length === 0) return;
-    this.object.geometry.dispose();
-    this.object.geometry = new LineSegmentsGeometry().setPositions(ends);
+    this.wide.showAll(ends, this.colour);
   }
 }

@@ -40,8 +40,9 @@ export class Picker {
 
   // Returns what is nearest in pixels, as { type, point, distance_m } with the `index` of a 'line',
   // a 'landmark' or a point of the 'dense' cloud, with the `end` of a line that is near, or with the
-  // `plane`; null where there is nothing. Of only 'points', lines count by their ends, and planes
-  // not; of 'all', the dense cloud does not.
+  // `plane`, or with the `index` of a 'picture'; null where there is nothing. Of only 'points', lines
+  // count by their ends, and planes not; of 'surfaces' and 'all', the dense cloud does not, and
+  // pictures of 'all' only.
   pick(x_px, y_px, only = 'all') {
     const cone = this.coneAt(x_px, y_px);
     const plane = this.layers.planes.pick(cone.ray, (point) => this.section.holds(point));
@@ -52,6 +53,7 @@ export class Picker {
       points && !line?.end ? null : line,
       this.nearestPoint(this.layers.landmarks, 'landmark', cone, far_m),
       points ? this.nearestPoint(this.layers.dense, 'dense', cone, far_m) : null,
+      only === 'all' ? this.nearestPoint(this.layers.pictures, 'picture', cone, far_m) : null,
     ].filter((candidate) => candidate);
     candidates.sort((a, b) => a.aside_px - b.aside_px);
     if (candidates.length > 0) return candidates[0];

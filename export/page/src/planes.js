@@ -27,8 +27,9 @@ function frameOf(normal) {
   return { u, v: new Vector3().crossVectors(normal, u) };
 }
 
-// Triangles of an outline with openings, as points in space, counter-clockwise about the normal.
-function trianglesOf({ outline, openings }, normal) {
+// Triangles of an outline without openings and holes, as points in space, counter-clockwise about the
+// normal.
+function trianglesOf({ outline, openings, holes }, normal) {
   const { u, v } = frameOf(normal);
   const flatten = (points, clockwise) => {
     const kept = points.map((p) => new Vector3(...p));
@@ -37,11 +38,13 @@ function trianglesOf({ outline, openings }, normal) {
     return turned ? { kept: kept.reverse(), flat: flat.reverse() } : { kept, flat };
   };
   const contour = flatten(outline, false);
-  const holes = openings.map((opening) => flatten(opening.outline, true));
-  const points = [contour, ...holes].flatMap(({ kept }) => kept);
+  const cuts = [...openings.map((opening) => opening.outline), ...holes].map((ring) =>
+    flatten(ring, true),
+  );
+  const points = [contour, ...cuts].flatMap(({ kept }) => kept);
   const faces = ShapeUtils.triangulateShape(
     contour.flat,
-    holes.map(({ flat }) => flat),
+    cuts.map(({ flat }) => flat),
   );
   return faces.flatMap((face) => face.map((corner) => points[corner]));
 }
@@ -96,7 +99,9 @@ class PlaneLayer {
     geometry.setAttribute('color', new BufferAttribute(new Float32Array(positions.length), 3));
     const material = new MeshBasicMaterial({ vertexColors: true, side: FrontSide });
     this.mesh = new Mesh(geometry, drawBehind(material, BEHIND_M));
-    this.edges = edgeObject(planes.flatMap(({ outline }) => outlineEdges(outline)));
+    this.edges = edgeObject(
+      planes.flatMap(({ outline, holes }) => [outline, ...holes].flatMap(outlineEdges)),
+    );
     this.openings = edgeObject(
       planes.flatMap(({ openings }) => openings.flatMap(({ outline }) => outlineEdges(outline))),
     );

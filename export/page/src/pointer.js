@@ -100,10 +100,11 @@ export class Pointer {
   pickAt({ clientX, clientY }) {
     const { app } = this;
     const { left, top } = app.view.canvas.getBoundingClientRect();
-    const only = this.measuring && this.pickPoints ? 'points' : 'all';
+    const measured = this.pickPoints ? 'points' : 'surfaces';
+    const only = this.measuring ? measured : 'all';
     const pick = app.picker.pick(clientX - left, clientY - top, only);
     // Surfaces are measured by lines and planes, not by the ends of lines.
-    if (pick?.type === 'line' && only === 'all') delete pick.end;
+    if (pick?.type === 'line' && only !== 'points') delete pick.end;
     return pick;
   }
 
@@ -121,9 +122,14 @@ export class Pointer {
       tip.replaceChildren(
         Object.assign(document.createElement('b'), { textContent: title }),
         rowTable(rows),
+        ...this.picturesOf(pick),
       );
     }
     this.placeTip(tip, event);
+  }
+
+  picturesOf(pick) {
+    return pick?.type === 'picture' ? [this.app.layers.pictures.element(pick.index)] : [];
   }
 
   placeTip(tip, { clientX, clientY }) {
@@ -157,7 +163,7 @@ export class Pointer {
     byId('card').hidden = picks.length === 0;
     byId('card-title').textContent = described.map(({ title }) => title).join(' to ');
     const rows = measure.result ? measure.rows() : described.flatMap(({ rows: own }) => own);
-    byId('card-rows').replaceChildren(rowTable(rows));
+    byId('card-rows').replaceChildren(rowTable(rows), ...picks.flatMap((pick) => this.picturesOf(pick)));
   }
 }
 

@@ -108,6 +108,11 @@ export class DenseCloud extends Cloud {
     this.chunk_m = document.chunk_m;
     this.chunks = document.dense_chunks;
     this.material = pointMaterial(true, POINT_M);
+  }
+
+  // What is drawn is made when it first is.
+  makeObjects() {
+    if (this.object.children.length > 0) return;
     for (const chunk of this.chunks) this.object.add(this.chunkObject(chunk));
   }
 
@@ -134,6 +139,8 @@ export class DenseCloud extends Cloud {
 
   // Draws only so many of the points, spread over all.
   useShare(share) {
+    if (!this.object.visible) return;
+    this.makeObjects();
     this.object.children.forEach((points, i) => {
       points.geometry.setDrawRange(0, Math.ceil(share * this.chunks[i].count));
     });

@@ -2,15 +2,14 @@
 import {
   BufferAttribute,
   BufferGeometry,
+  Color,
   Group,
   LineBasicMaterial,
   LineSegments,
-  Quaternion,
   Vector3,
 } from 'three';
-import { LineMaterial } from 'three/addons/lines/LineMaterial.js';
-import { LineSegments2 } from 'three/addons/lines/LineSegments2.js';
-import { LineSegmentsGeometry } from 'three/addons/lines/LineSegmentsGeometry.js';
+import { poseAt, pyramidEnds } from './pictures.js';
+import { WideLines } from './wide_lines.js';
 
 const FRUSTUM_M = 0.15;
 const SPACING_M = 0.5; // keyframes nearer to the last drawn one are left out
@@ -29,17 +28,11 @@ function wayEnds(positions, times_s, gap_s) {
 function frustumEnds(poses, corners) {
   const ends = [];
   const last = new Vector3(Infinity, Infinity, Infinity);
-  for (let i = 0; i < poses.length; i += 7) {
-    const centre = new Vector3().fromArray(poses, i);
-    if (centre.distanceTo(last) < SPACING_M) continue;
-    last.copy(centre);
-    const rotation = new Quaternion().fromArray(poses, i + 3);
-    const seen = corners.map((corner) =>
-      new Vector3(...corner).multiplyScalar(FRUSTUM_M).applyQuaternion(rotation).add(centre),
-    );
-    seen.forEach((corner, k) => {
-      ends.push(...centre, ...corner, ...corner, ...seen[(k + 1) % seen.length]);
-    });
+  for (let i = 0; i < poses.length / 7; i++) {
+    const pose = poseAt(poses, i);
+    if (pose.centre.distanceTo(last) < SPACING_M) continue;
+    last.copy(pose.centre);
+    ends.push(...pyramidEnds(pose, corners, FRUSTUM_M));
   }
   return ends;
 }
@@ -47,16 +40,14 @@ function frustumEnds(poses, corners) {
 export class TrajectoryLayer {
   constructor({ document, arrays }) {
     this.keyframeCount = arrays.keyframe_times.length;
-    const ends = wayEnds(
+    this.wayEnds = wayEnds(
       arrays.trajectory_positions,
       arrays.trajectory_times,
       document.trajectory_gap_s,
     );
-    this.length_m = lengthOf(ends);
-    this.way = new LineSegments2(
-      new LineSegmentsGeometry().setPositions(ends),
-      new LineMaterial({ linewidth: WIDTH_PX }),
-    );
+    this.length_m = lengthOf(this.wayEnds);
+    this.wide = new WideLines(WIDTH_PX);
+    this.way = this.wide.object;
     this.keyframes = new LineSegments(new BufferGeometry(), new LineBasicMaterial());
     const frustums = new Float32Array(frustumEnds(arrays.keyframe_poses, document.camera_corners));
     this.keyframes.geometry.setAttribute('position', new BufferAttribute(frustums, 3));
@@ -65,7 +56,7 @@ export class TrajectoryLayer {
   }
 
   setPalette(palette) {
-    this.way.material.color.set(palette.trajectory);
+    this.wide.showAll(this.wayEnds, new Color(palette.trajectory).getHex());
     this.keyframes.material.color.set(palette.keyframe);
   }
 }

@@ -23,23 +23,23 @@ const SLOW_MS = 45; // a frame; then less is drawn while moving
 const QUICK_MS = 18;
 const LONG_MS = 400; // a frame at rest; then less is drawn at rest too
 
-// How much is drawn: lines as wide as always or a pixel wide, and a share of the points.
+// How finely is drawn: pixels a pixel of the screen, and a share of the points.
 const LEVELS = [
-  { thin: false, share: 1 },
-  { thin: false, share: 0.3 },
-  { thin: true, share: 0.1 },
-  { thin: true, share: 0.03 },
+  { scale: 1, share: 1 },
+  { scale: 1, share: 0.3 },
+  { scale: 0.5, share: 0.1 },
+  { scale: 0.5, share: 0.03 },
 ];
+// Where the processor draws, several samples a pixel cost three times the time, in each frame: there
+// they are left to frames at rest, whose pixels the browser averages.
+const LEVELS_BY_PROCESSOR = [{ scale: 2, share: 1 }, ...LEVELS];
+const MOST_PER_PIXEL = 2;
 
 export class View {
   // Throws where the browser has no WebGL 2.
   constructor(canvas) {
     this.canvas = canvas;
-    this.renderer = new WebGLRenderer({
-      canvas,
-      antialias: true,
-      powerPreference: 'high-performance',
-    });
+    this.makeRenderer();
     this.scene = new Scene();
     this.low = new Plane(new Vector3(0, 0, 1), 1e6);
     this.high = new Plane(new Vector3(0, 0, -1), 1e6);
@@ -49,7 +49,7 @@ export class View {
     this.cameras.space.up.set(0, 0, 1);
     this.mode = 'space';
     this.forgetTimes();
-    this.restLevel = LEVELS.length - 1;
+    this.restLevel = this.levels.length - 1;
     this.movedAt_ms = -Infinity;
     this.frames = 0;
     this.onDraw = []; // called with the camera behind each frame
@@ -58,6 +58,16 @@ export class View {
 
   get camera() {
     return this.cameras[this.mode];
+  }
+
+  makeRenderer() {
+    const byProcessor = isDrawnByProcessor();
+    this.levels = byProcessor ? LEVELS_BY_PROCESSOR : LEVELS;
+    this.renderer = new WebGLRenderer({
+      canvas: this.canvas,
+      antialias: !byProcessor,
+      powerPreference: 'high-performance',
+    });
   }
 
   // Starts to answer to the pointer; `heading_rad` is that of the building, up in a plan.
@@ -94,7 +104,6 @@ export class View {
   resize() {
     const { clientWidth, clientHeight } = this.canvas.parentElement;
     this.size = { width: Math.max(clientWidth, 1), height: Math.max(clientHeight, 1) };
-    this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
     this.renderer.setSize(this.size.width, this.size.height);
     const aspect = this.size.width / this.size.height;
     this.cameras.space.aspect = aspect;
@@ -122,10 +131,12 @@ export class View {
     this.invalidate();
   }
 
-  // Shows points whole: from above and aside, and in the plan.
+  // Shows points whole: from above and aside, and in the plan. That is no movement by the user.
   fit(points) {
     this.fitSpace(points);
     this.fitPlan(points);
+    clearTimeout(this.stillTimer);
+    this.movedAt_ms = -Infinity;
     this.invalidate();
   }
 
@@ -249,18 +260,25 @@ export class View {
     if (moving && this.wasMoving) this.adapt(now_ms - this.drawnAt_ms);
     this.wasMoving = moving;
     this.drawnAt_ms = now_ms;
-    this.onDetail(LEVELS[moving ? this.level : this.restLevel]);
+    this.useDetail(this.levels[moving ? this.level : this.restLevel]);
     this.renderer.render(this.scene, this.camera);
     this.frames++;
     for (const call of this.onDraw) call(this.camera);
     if (!moving) this.timeRest();
   }
 
+  useDetail(detail) {
+    const scale = detail.scale * Math.min(devicePixelRatio, MOST_PER_PIXEL);
+    const ratio = Math.min(scale, MOST_PER_PIXEL);
+    if (ratio !== this.renderer.getPixelRatio()) this.renderer.setPixelRatio(ratio);
+    this.onDetail(detail);
+  }
+
   // Draws less while moving where frames take long, more where they do not.
   adapt(frame_ms) {
     this.frame_ms = 0.6 * (this.frame_ms ?? frame_ms) + 0.4 * frame_ms;
     const step = this.frame_ms > SLOW_MS ? 1 : this.frame_ms < QUICK_MS ? -1 : 0;
-    const level = Math.min(Math.max(this.level + step, this.leastLevel), LEVELS.length - 1);
+    const level = Math.min(Math.max(this.level + step, this.leastLevel), this.levels.length - 1);
     if (level > this.level) this.leastLevel = level; // what was too slow once stays out
     if (level !== this.level) this.frame_ms = undefined;
     this.level = level;
@@ -272,8 +290,15 @@ export class View {
     this.timing = true;
     const took_ms = await this.untilDrawn();
     this.timing = false;
+    if (!this.warm) {
+      // The first frame also compiled and uploaded: it is coarse, and its time says nothing.
+      this.warm = true;
+      this.restLevel = Math.min(this.restLevel, this.coarsestAtRest());
+      this.invalidate();
+      return;
+    }
     if (took_ms > LONG_MS) {
-      this.restLevel = Math.min(this.restLevel + 1, LEVELS.length - 1);
+      this.restLevel = Math.min(this.restLevel + 1, this.coarsestAtRest());
       this.fineEnough = true;
     } else if (this.restLevel > 0 && !this.fineEnough) {
       this.restLevel--;
@@ -281,6 +306,11 @@ export class View {
     }
     const begin = [40, 80, 160].filter((limit_ms) => took_ms > limit_ms).length;
     this.level = Math.max(this.level, begin, this.restLevel);
+  }
+
+  // At rest no pixel of the screen is left out.
+  coarsestAtRest() {
+    return this.levels.findLastIndex(({ scale }) => scale >= 1);
   }
 
   // Waits until what was asked of the graphics is done, and returns how long that took.
@@ -298,7 +328,8 @@ export class View {
 
   // What is drawn is different from now on: how much of it can be, is tried anew.
   forgetTimes() {
-    Object.assign(this, { level: 0, leastLevel: 0, frame_ms: undefined, fineEnough: false });
+    const begin = { level: 0, leastLevel: 0, frame_ms: undefined, fineEnough: false, warm: false };
+    Object.assign(this, begin);
   }
 }
 
@@ -315,4 +346,13 @@ function directionOf(azimuth_rad, elevation_rad) {
   return new Vector3(Math.cos(azimuth_rad), Math.sin(azimuth_rad), 0)
     .multiplyScalar(Math.cos(elevation_rad))
     .setZ(Math.sin(elevation_rad));
+}
+
+// Asked of a canvas of its own, as that of the page is smoothed or not from its beginning.
+function isDrawnByProcessor() {
+  const gl = document.createElement('canvas').getContext('webgl2');
+  const info = gl?.getExtension('WEBGL_debug_renderer_info');
+  const name = info ? gl.getParameter(info.UNMASKED_RENDERER_WEBGL) : '';
+  gl?.getExtension('WEBGL_lose_context')?.loseContext();
+  return /swiftshader|llvmpipe|softpipe|basic render/i.test(name);
 }

@@ -45,7 +45,7 @@ test('says what the map holds', async () => {
     'A made room',
     '12 lines',
     '400 points',
-    '1 room, 20.0 m²',
+    '1 room, 19.8 m²',
     '1.90 m walked',
   ]) {
     assert.ok(text.includes(part), `${part} in ${text}`);
@@ -78,6 +78,7 @@ test('says what the map holds', async () => {
     'Of none': '4',
   };
   for (const [name, count] of Object.entries(expected)) assert.equal(counts[name], count, name);
+  assert.ok(!('Pictures' in counts));
 });
 
 test('names the line under the pointer', async () => {
@@ -97,15 +98,82 @@ test('names a wall with its door', async () => {
   assert.ok(Math.abs(area_m2 - (13 - 0.9 * 2)) < 1e-4, `${area_m2} m²`);
 });
 
+test('a floor ends at the holes of its room', async () => {
+  const area_m2 = await page.evaluate(() => app.layers.planes.all[0].area_m2);
+  assert.ok(Math.abs(area_m2 - 19.75) < 1e-4, `${area_m2} m²`);
+  await lookFrom(page, [0, -1, 9], [0, -0.9, 0]);
+  await pointAt([1.45, -1.6, ROOM.z[0]]);
+  assert.match(await page.locator('#tip').innerText(), /Floor 0/);
+  await pointAt([1.45, -2.25, ROOM.z[0]]); // in the pillar
+  const tip = await page.locator('#tip').evaluate((shown) => (shown.hidden ? '' : shown.innerText));
+  assert.equal(tip, '');
+});
+
 test('a layer that is off draws nothing and cannot be picked', async () => {
-  const with_lines = await page.evaluate(() => app.layers.lines.fat.geometry.instanceCount);
+  const with_lines = await page.evaluate(() => app.layers.lines.wide.count);
   await page.getByLabel('X4').click();
-  const without = await page.evaluate(() => app.layers.lines.fat.geometry.instanceCount);
+  const without = await page.evaluate(() => app.layers.lines.wide.count);
   await pointAt([ROOM.x[0] + 1, ROOM.y[1], ROOM.z[0]]);
   const tip = await page.locator('#tip').innerText();
   await page.getByLabel('X4').click();
   assert.equal(with_lines - without, 4);
   assert.ok(!tip.includes('Line 11'), tip);
+});
+
+// Colours of the column of pixels through a place, as text, from the canvas' lower border.
+async function columnThrough(place) {
+  return page.evaluate((point) => {
+    app.view.draw(performance.now());
+    const gl = app.view.renderer.getContext();
+    const { drawingBufferWidth: width, drawingBufferHeight: height } = gl;
+    const pixels = new Uint8Array(4 * height);
+    const { left } = app.view.canvas.getBoundingClientRect();
+    const x = ((app.toWindow(point).x - left) / app.view.size.width) * width;
+    gl.readPixels(Math.floor(x), 0, 1, height, gl.RGBA, gl.UNSIGNED_BYTE, pixels);
+    return Array.from({ length: height }, (_, y) => pixels.slice(4 * y, 4 * y + 3).join());
+  }, place);
+}
+
+const X_COLOUR = '255,111,97'; // dark, #ff6f61
+
+async function onlyLines(run) {
+  const names = await page.evaluate(() => {
+    const on = Object.keys(app.layers.switches).filter((name) => app.layers.isOn(name));
+    for (const name of on) app.switchLayer(name, false);
+    return on;
+  });
+  await run();
+  await page.evaluate((on) => on.forEach((name) => app.switchLayer(name, true)), names);
+}
+
+test('draws lines two pixels wide', () =>
+  onlyLines(async () => {
+    await lookFrom(page, [0, -9, 0], [0, 0, 0]);
+    const column = await columnThrough([0, ROOM.y[0], ROOM.z[0]]);
+    const ratio = await page.evaluate(() => app.view.renderer.getPixelRatio());
+    const nearest = column.slice(0, Math.floor(column.length / 2)); // its lower half
+    const count = nearest.filter((colour) => colour === X_COLOUR).length;
+    // One edge there is of the near wall, one of the far one.
+    assert.ok(Math.abs(count - 2 * 2 * ratio) <= 2, `${count} pixels at ${ratio} a pixel`);
+  }));
+
+test('draws what is before the camera of a line that begins behind it', () =>
+  onlyLines(async () => {
+    await lookFrom(page, [0, ROOM.y[0], -0.9], [2, ROOM.y[0], -0.9]);
+    const column = await columnThrough([1, ROOM.y[0], ROOM.z[0]]);
+    assert.ok(column.includes(X_COLOUR), 'line 10');
+    assert.ok(column.indexOf(X_COLOUR) < column.length / 2, 'below the horizon');
+  }));
+
+test('draws every pixel at rest, however long that takes', async () => {
+  await settle(page);
+  assert.ok((await page.evaluate(() => app.view.renderer.getPixelRatio())) >= 1);
+});
+
+test('is not moved by being fitted', async () => {
+  await settle(page);
+  await page.evaluate(() => app.fit());
+  assert.ok(!(await page.evaluate(() => app.view.isMoving())));
 });
 
 test('themes differ, and follow the system', async () => {
@@ -206,9 +274,9 @@ test('shows a plan, to scale, in which lines are named', async () => {
 });
 
 test('names rooms with their area, in feet too', async () => {
-  assert.match(await page.locator('.room').innerText(), /Room 1\s*20.0 m²/);
+  assert.match(await page.locator('.room').innerText(), /Room 1\s*19.8 m²/);
   await page.getByRole('radio', { name: 'Feet' }).click();
-  assert.match(await page.locator('.room').innerText(), /215 ft²/);
+  assert.match(await page.locator('.room').innerText(), /213 ft²/);
   await page.getByRole('radio', { name: 'Metres' }).click();
 });
 
@@ -227,10 +295,7 @@ test('colours lines by kind, age and sigma', async () => {
   for (const name of ['Axis', 'Kind', 'Age', 'Sigma']) {
     await page.getByRole('radio', { name, exact: true }).click();
     colours.add(
-      await page.evaluate(() => {
-        const { array } = app.layers.lines.fat.geometry.attributes.instanceColorStart.data;
-        return array.slice(0, 3).join();
-      }),
+      await page.evaluate(() => app.layers.lines.wide.texels[3]), // of the first line
     );
   }
   assert.equal(colours.size, 4);

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Runs distance_test.mjs, and page_test.mjs on the page of a made room. Ends with 77 (skipped), saying what is missing,
+# Runs distance_test.mjs, and page_test.mjs and pictures_test.mjs on pages of a made room. Ends with 77 (skipped), saying what is missing,
 # where there is no Chromium, no node or no page.
 #
 #   page_test.sh BUILD WRITE_ROOM_PAGE
@@ -26,5 +26,7 @@ NODE_PATH=$modules "$modules/.bin/esbuild" "$tests/distance_test.mjs" --bundle -
   --format=esm --outfile="$folder/distance_test.mjs" --log-level=error
 node --test "$folder/distance_test.mjs"
 "$write_room_page" "$template" "$folder/room.html"
-SLCMAP_PAGE=$folder/room.html SLCMAP_CHROMIUM=$chromium SLCMAP_NODE_MODULES=$modules \
-  node --test "$tests/page_test.mjs"
+"$write_room_page" "$template" "$folder/pictures.html" --images
+export SLCMAP_CHROMIUM=$chromium SLCMAP_NODE_MODULES=$modules
+SLCMAP_PAGE=$folder/room.html node --test "$tests/page_test.mjs"
+SLCMAP_PAGE=$folder/pictures.html node --test "$tests/pictures_test.mjs"

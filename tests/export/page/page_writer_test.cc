@@ -113,8 +113,30 @@ TEST(PackForPage, PlanesRoomsAndWallsAreRelativeToTheOrigin) {
   for (const nlohmann::json& corner : wall.at("outline")) {
     EXPECT_NEAR(corner[0].get<double>() + OriginOf(pack).x(), 104, 1e-5);
   }
-  EXPECT_EQ(building.at("rooms")[0].at("area_m2"), 20);
+  EXPECT_EQ(building.at("rooms")[0].at("area_m2"), 19.75);
   EXPECT_EQ(building.at("walls")[0].at("openings")[0].at("to_m"), 2.9);
+}
+
+TEST(PackForPage, FloorsAndCeilingsHaveTheHolesOfTheirRoom) {
+  const Pack pack = PackOf(MakeRoomMap());
+  const nlohmann::json& planes = pack.document.at("building").at("planes");
+  for (const auto& [id, z_m] : {std::pair(0, 0.0), std::pair(1, 2.6)}) {
+    const auto holes = planes[id].at("holes").get<std::vector<std::vector<std::vector<double>>>>();
+    ASSERT_EQ(holes.size(), 1u) << id;
+    ASSERT_EQ(holes[0].size(), 4u);
+    const Vector3d corner(holes[0][2][0], holes[0][2][1], holes[0][2][2]);
+    EXPECT_LT((corner + OriginOf(pack) - Vector3d(103.7, 201, z_m)).norm(), 1e-5) << id;
+  }
+  EXPECT_TRUE(planes[3].at("holes").empty());
+}
+
+TEST(PackForPage, PicturesAreOneBehindTheOther) {
+  EXPECT_EQ(PackOf(MakeRoomMap()).Get<int32_t>("image_end").size(), 0u);
+  const Pack pack = Unpack(PackForPage(MakeRoomMap(), "title", {{1, "first"}, {3, "second"}}));
+  EXPECT_THAT(pack.Get<int32_t>("image_keyframe"), ::testing::ElementsAre(1, 3));
+  EXPECT_THAT(pack.Get<int32_t>("image_end"), ::testing::ElementsAre(5, 11));
+  const std::vector<uint8_t> bytes = pack.Get<uint8_t>("image_bytes");
+  EXPECT_EQ(std::string(bytes.begin(), bytes.end()), "firstsecond");
 }
 
 TEST(PackForPage, SigmasHoldToTwoPercent) {
@@ -171,7 +193,7 @@ TEST(MakePage, AWrongTemplateIsNamed) {
 
 TEST(MakePage, EndsWhenAsked) {
   const Progress stop([](double) { return false; });
-  EXPECT_THROW(MakePage(MakeRoomMap(), "@SLCMAP_MAP@", {}, stop), StoppedError);
+  EXPECT_THROW(MakePage(MakeRoomMap(), "@SLCMAP_MAP@", {}, {}, stop), StoppedError);
 }
 
 }  // namespace

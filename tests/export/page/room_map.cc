@@ -137,7 +137,8 @@ Building MakeBuilding(int planes) {
   Room room;
   room.polygon.outline = {Corner(0).head<2>(), Corner(1).head<2>(), Corner(3).head<2>(),
                           Corner(2).head<2>()};
-  room.area_m2 = 20;
+  room.polygon.holes = {{{103.2, 200.5}, {103.7, 200.5}, {103.7, 201}, {103.2, 201}}};
+  room.area_m2 = 19.75;
   room.height_m = 2.6;
   room.bounded = 1;
   building.rooms = {room};
