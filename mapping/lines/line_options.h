@@ -14,7 +14,7 @@ struct LineIntervalOptions {
   double max_gap_m = 0.1;     // that is closed, where nothing was observed
   double min_length_m = 0.1;  // of an interval
   int min_views = 3;          // that show a bin's edge
-  double min_share = 0.55;    // of the views that look at a bin
+  double min_share = 0.4;     // of the views that look at a bin: not all that hides it is known
 };
 
 struct LineMergingOptions {
