@@ -27,7 +27,12 @@ struct LineMergingOptions {
 struct LineKindOptions {
   // Of the step of brightness across a line, the share that is there some pixels from it, too.
   double min_lasting_step = 0.7, max_lasting_step = 1.9;
-  double min_outline_step = 15;  // grey values, some pixels from a line on a flat surface
+  // Some pixels from a line on a flat surface, of the mean brightness of both sides: how bright the
+  // light is and how long the exposure does not matter.
+  double min_outline_step = 0.25;
+  // The same beside the line, of a step that need not last: frames and trims are narrow, but stand
+  // out more than grain and joints do.
+  double min_trim_step = 0.45;
   double min_known_share = 0.3;  // of a line beside which surfaces are known
   double min_flat_share = 0.6;   // of that, of a line on a flat surface
 };
