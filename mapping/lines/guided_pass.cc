@@ -88,6 +88,7 @@ void LookForLine(int view, const StereoImage& pair, const ViewImages& images,
       ++line->shown_samples;
       line->step_sum += sample.step;
       line->lasting_sum += sample.lasting_step;
+      line->brightness_sum += sample.brightness;
     }
   }
   for (size_t i = 0; i < of_bins.looked.size(); ++i) {

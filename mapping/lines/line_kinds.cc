@@ -4,6 +4,22 @@
 #include <cmath>
 
 namespace slcmap {
+namespace {
+
+// Grain, joints and print are as long as the boards and sheets that they are on; what is longer is
+// of the building, unless it hardly stands out.
+constexpr double kLong_m = 1.2, kMinLongStep = 0.15;
+
+// Of a line on a flat surface.
+bool IsOutline(const TrackedLine& line, double length_m, bool lasts,
+               const LineKindOptions& options) {
+  const double brightness = std::max(line.brightness_sum, 1e-9);
+  const double trim_step = length_m >= kLong_m ? kMinLongStep : options.min_trim_step;
+  return (lasts && line.lasting_sum >= options.min_outline_step * brightness) ||
+         line.step_sum >= trim_step * brightness;
+}
+
+}  // namespace
 
 LineKind KindOf(const TrackedLine& line, const LineKindOptions& options) {
   const SurfacesBeside& beside = line.surfaces;
@@ -16,8 +32,7 @@ LineKind KindOf(const TrackedLine& line, const LineKindOptions& options) {
     return lasts ? LineKind::kUnknown : LineKind::kMark;
   }
   if (beside.flat_m < options.min_flat_share * known_m) return LineKind::kEdge;
-  const double step = line.lasting_sum / std::max(line.shown_samples, 1);
-  return lasts && step >= options.min_outline_step ? LineKind::kOutline : LineKind::kMark;
+  return IsOutline(line, all_m, lasts, options) ? LineKind::kOutline : LineKind::kMark;
 }
 
 }  // namespace slcmap

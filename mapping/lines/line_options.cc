@@ -56,7 +56,8 @@ constexpr OptionTable kMergingTable{
 constexpr OptionTable kKindTable{
     Option{"min_lasting_step", &LineKindOptions::min_lasting_step, -100.0, 100.0},
     Option{"max_lasting_step", &LineKindOptions::max_lasting_step, -100.0, 100.0},
-    Option{"min_outline_step", &LineKindOptions::min_outline_step, 0.0, 255.0},
+    Option{"min_outline_step", &LineKindOptions::min_outline_step, 0.0, 2.0},
+    Option{"min_trim_step", &LineKindOptions::min_trim_step, 0.0, 2.0},
     Option{"min_known_share", &LineKindOptions::min_known_share, 0.0, 1.0},
     Option{"min_flat_share", &LineKindOptions::min_flat_share, 0.0, 1.0}};
 

@@ -14,7 +14,7 @@ struct LineIntervalOptions {
   double max_gap_m = 0.1;     // that is closed, where nothing was observed
   double min_length_m = 0.1;  // of an interval
   int min_views = 3;          // that show a bin's edge
-  double min_share = 0.55;    // of the views that look at a bin
+  double min_share = 0.4;     // of the views that look at a bin: not all that hides it is known
 };
 
 struct LineMergingOptions {
@@ -27,7 +27,12 @@ struct LineMergingOptions {
 struct LineKindOptions {
   // Of the step of brightness across a line, the share that is there some pixels from it, too.
   double min_lasting_step = 0.7, max_lasting_step = 1.9;
-  double min_outline_step = 15;  // grey values, some pixels from a line on a flat surface
+  // Some pixels from a line on a flat surface, of the mean brightness of both sides: how bright the
+  // light is and how long the exposure does not matter.
+  double min_outline_step = 0.25;
+  // The same beside the line, of a step that need not last: frames and trims are narrow, but stand
+  // out more than grain and joints do.
+  double min_trim_step = 0.45;
   double min_known_share = 0.3;  // of a line beside which surfaces are known
   double min_flat_share = 0.6;   // of that, of a line on a flat surface
 };

@@ -54,11 +54,25 @@ std::optional<Rise> NearestRise(const cv::Mat& image, const Eigen::Vector2d& cen
   return nearest;
 }
 
-// Left less right of a place, `offset` away from it; 0 at the border of the image.
-double StepAcross(const cv::Mat& image, const Eigen::Vector2d& px, const Eigen::Vector2d& offset) {
+// What is at the left and the right of a place, `offset` away from it; 0 at the border of the
+// image.
+struct Sides {
+  double left = 0, right = 0;
+};
+
+Sides SidesOf(const cv::Mat& image, const Eigen::Vector2d& px, const Eigen::Vector2d& offset) {
   const Eigen::Vector2d left = px + offset, right = px - offset;
-  if (!IsInside(image, left) || !IsInside(image, right)) return 0;
-  return Brightness(image, left) - Brightness(image, right);
+  if (!IsInside(image, left) || !IsInside(image, right)) return {};
+  return {Brightness(image, left), Brightness(image, right)};
+}
+
+void SetSteps(const cv::Mat& image, const Eigen::Vector2d& edge_px, const Eigen::Vector2d& normal,
+              LineSample* sample) {
+  const Sides near = SidesOf(image, edge_px, kNear_px * normal);
+  const Sides far = SidesOf(image, edge_px, kFar_px * normal);
+  sample->step = near.left - near.right;
+  sample->lasting_step = far.left - far.right;
+  sample->brightness = 0.5 * (far.left + far.right);
 }
 
 }  // namespace
@@ -88,9 +102,7 @@ std::vector<LineSample> SampleLine(const cv::Mat& image, const cv::Mat& mask,
       sample.is_edge = true;
       sample.across_px = rise->across_px;
       sample.gradient = rise->gradient;
-      const Eigen::Vector2d edge_px = sample.px + rise->across_px * normal;
-      sample.step = StepAcross(image, edge_px, kNear_px * normal);
-      sample.lasting_step = StepAcross(image, edge_px, kFar_px * normal);
+      SetSteps(image, sample.px + rise->across_px * normal, normal, &sample);
     }
     samples.push_back(sample);
   }

@@ -20,7 +20,8 @@ struct LineSample {
   // By how much the image is brighter on the left of the edge than on its right, some pixels away
   // from it: a step that lasts, or one that soon ends as those of grain and joints do.
   double lasting_step = 0;
-  double step = 0;  // the same, beside the edge
+  double step = 0;        // the same, beside the edge
+  double brightness = 0;  // the mean of both sides, where the step that lasts is looked at
 };
 
 struct LineSampling {

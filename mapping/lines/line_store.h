@@ -27,8 +27,9 @@ struct TrackedLine {
   double known_sigma_m = 0;  // across it, of a line that was known beforehand; 0 of others
   LineFit fit;
   std::vector<EdgePlace> places;
-  double step_sum = 0, lasting_sum = 0;  // of the samples that show its edge
-  int shown_samples = 0;                 // these
+  // Of the samples that show its edge; these.
+  double step_sum = 0, lasting_sum = 0, brightness_sum = 0;
+  int shown_samples = 0;
   SurfacesBeside surfaces;
   std::vector<BinViews> bins;  // from bins_from_m on
   double bins_from_m = 0;

@@ -29,6 +29,12 @@ TEST(LineIntervals, CloseAShortGapOnlyWhereNothingWasSeen) {
   EXPECT_EQ(FindIntervals(WithBins({{20, kShown}, {9, kUnseen}, {20, kShown}}), {}).size(), 2u);
 }
 
+// What hides an edge from some views is not always known.
+TEST(LineIntervals, KeepWhatNearlyHalfOfTheViewsShow) {
+  EXPECT_EQ(FindIntervals(WithBins({{50, {5, 6}}}), {}).size(), 1u);
+  EXPECT_TRUE(FindIntervals(WithBins({{50, {5, 10}}}), {}).empty());
+}
+
 TEST(LineIntervals, NeedViewsAndLength) {
   EXPECT_TRUE(FindIntervals(WithBins({{50, {2, 0}}}), {}).empty());
   EXPECT_TRUE(FindIntervals(WithBins({{2, kShown}, {50, kMissed}}), {}).empty());

@@ -13,15 +13,17 @@ const PointAndDirection kLine = {Eigen::Vector3d::Zero(), Eigen::Vector3d::UnitX
 const std::vector<Stretch> kMetre = {{-0.5, 0.5}};
 
 // Points every 4 cm of a half plane that ends at the line, `degrees` from the world's y, moved by
-// `off_m` along z; alternately 5 mm off it.
-void AddHalfPlane(double degrees, double off_m, std::vector<DensePoint>* cloud) {
-  const double angle = degrees * M_PI / 180;
+// `off_m` along z; alternately 5 mm off it. Seen from where its angle grows to, or from the other
+// side.
+void AddHalfPlane(double degrees, double off_m, bool from_above, std::vector<DensePoint>* cloud) {
+  const double angle = degrees * M_PI / 180, sense = from_above ? 1 : -1;
   for (int x = -18; x <= 18; ++x) {
     for (int k = 0; k < 8; ++k) {
       const double beside_m = 0.02 + 0.04 * k;
       DensePoint point;
       point.p_world = {0.04 * x, beside_m * std::cos(angle),
                        beside_m * std::sin(angle) + off_m + (k % 2 == 0 ? 0.005 : -0.005)};
+      point.normal_world = {0, -sense * std::sin(angle), sense * std::cos(angle)};
       point.sigma_m = 0.005;
       cloud->push_back(point);
     }
@@ -30,8 +32,8 @@ void AddHalfPlane(double degrees, double off_m, std::vector<DensePoint>* cloud) 
 
 SurfacesBeside Beside(double left_deg, double right_deg, double right_off_m = 0) {
   std::vector<DensePoint> cloud;
-  AddHalfPlane(left_deg, 0, &cloud);
-  AddHalfPlane(right_deg, right_off_m, &cloud);
+  AddHalfPlane(left_deg, 0, true, &cloud);
+  AddHalfPlane(right_deg, right_off_m, false, &cloud);
   return LineSurfaces(cloud).Beside(kLine, kMetre);
 }
 
@@ -44,19 +46,47 @@ TEST(LineSurfaces, ACreaseAStepAndAnEndAreNotFlat) {
   EXPECT_NEAR(Beside(0, 90).relief_m, 1, 1e-9);
   EXPECT_NEAR(Beside(0, 150).relief_m, 1, 1e-9);
   EXPECT_NEAR(Beside(0, 180, 0.08).relief_m, 1, 1e-9);
-  EXPECT_NEAR(Beside(0, 0).relief_m, 1, 1e-9);
+  std::vector<DensePoint> end;
+  AddHalfPlane(0, 0, true, &end);
+  EXPECT_NEAR(LineSurfaces(end).Beside(kLine, kMetre).relief_m, 1, 1e-9);
+}
+
+TEST(LineSurfaces, ALeafOfADoorIsFlatWhateverIsAtItsBack) {
+  std::vector<DensePoint> cloud;
+  AddHalfPlane(0, 0, true, &cloud);
+  AddHalfPlane(180, 0, false, &cloud);
+  AddHalfPlane(0, -0.05, false, &cloud);
+  AddHalfPlane(180, -0.05, true, &cloud);
+  EXPECT_NEAR(LineSurfaces(cloud).Beside(kLine, kMetre).flat_m, 1, 1e-9);
+}
+
+TEST(LineSurfaces, AFlatOneIsSoBesideAThingThatStandsOnItElsewhere) {
+  const auto with_thing_at = [](double beside_m) {
+    std::vector<DensePoint> cloud;
+    AddHalfPlane(0, 0, true, &cloud);
+    AddHalfPlane(180, 0, false, &cloud);
+    std::vector<DensePoint> thing;
+    AddHalfPlane(90, 0, false, &thing);
+    for (DensePoint& point : thing) point.p_world.y() += beside_m;
+    cloud.insert(cloud.end(), thing.begin(), thing.end());
+    return LineSurfaces(cloud).Beside(kLine, kMetre);
+  };
+  EXPECT_NEAR(with_thing_at(0.08).flat_m, 1, 1e-9);
+  EXPECT_NEAR(with_thing_at(0).relief_m, 1, 1e-9) << "it stands at the line";
 }
 
 TEST(LineSurfaces, FarFromAllPointsNothingIsKnown) {
   std::vector<DensePoint> cloud;
-  AddHalfPlane(0, 1, &cloud);
+  AddHalfPlane(0, 1, true, &cloud);
   EXPECT_NEAR(LineSurfaces(cloud).Beside(kLine, kMetre).unknown_m, 1, 1e-9);
   EXPECT_NEAR(LineSurfaces({}).Beside(kLine, {{0, 0.4}, {1, 1.3}}).unknown_m, 0.7, 1e-9);
 }
 
-TrackedLine WithStep(double step, double lasting, const SurfacesBeside& surfaces) {
+TrackedLine WithStep(double step, double lasting, const SurfacesBeside& surfaces,
+                     double brightness = 100) {
   TrackedLine line;
   line.shown_samples = 10;
+  line.brightness_sum = 10 * brightness;
   line.step_sum = 10 * step;
   line.lasting_sum = 10 * step * lasting;
   line.surfaces = surfaces;
@@ -74,6 +104,23 @@ TEST(LineKinds, OnAFlatSurfaceALargeStepThatLastsIsAnOutline) {
   EXPECT_EQ(KindOf(WithStep(8, 1, flat), {}), LineKind::kMark);
   EXPECT_EQ(KindOf(WithStep(40, 0.3, flat), {}), LineKind::kMark);
   EXPECT_EQ(KindOf(WithStep(40, 3, flat), {}), LineKind::kMark);
+}
+
+TEST(LineKinds, AStepIsLargeAgainstHowBrightTheImageIs) {
+  const SurfacesBeside flat{0.9, 0.1, 0};
+  EXPECT_EQ(KindOf(WithStep(8, 1, flat, 20), {}), LineKind::kOutline) << "a poster in the dark";
+  EXPECT_EQ(KindOf(WithStep(30, 1, flat, 200), {}), LineKind::kMark) << "a tile in the light";
+}
+
+TEST(LineKinds, ANarrowTrimStandsOutMoreThanGrain) {
+  const SurfacesBeside flat{0.9, 0.1, 0};
+  EXPECT_EQ(KindOf(WithStep(60, 0.2, flat), {}), LineKind::kOutline);
+  EXPECT_EQ(KindOf(WithStep(30, 0.2, flat), {}), LineKind::kMark);
+}
+
+TEST(LineKinds, ALongLineOnAFlatSurfaceIsNoGrain) {
+  EXPECT_EQ(KindOf(WithStep(20, 0.2, {3, 0.2, 0}), {}), LineKind::kOutline) << "a skirting";
+  EXPECT_EQ(KindOf(WithStep(5, 0.2, {3, 0.2, 0}), {}), LineKind::kMark) << "a row of joints";
 }
 
 TEST(LineKinds, WithoutSurfacesTheStepAloneTellsMarks) {
