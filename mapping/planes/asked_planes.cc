@@ -13,6 +13,7 @@ namespace {
 constexpr double kMeasured_m = 0.045;    // from a measured point, nothing is filled
 constexpr double kMostMisfit = 20;       // of a patch for its neighbours: one does not outvote all
 constexpr double kSure = 4;              // a best place that beats others by as much is one
+constexpr double kLeastSolid = 0.9;      // share of a patch that no ray goes through
 constexpr double kMostSaturated = 0.02;  // of a patch: lamps and panes show no surface
 constexpr double kMostContrary = 40;     // misfit of a patch's own images on the plane
 
@@ -68,7 +69,10 @@ AskedPlane AskPlane(SuggestedPlane suggested, const PointIndex& measured,
   for (int row = 0; (row + 1) * side <= grid.rows; ++row) {
     for (int column = 0; (column + 1) * side <= grid.columns; ++column) {
       const cv::Rect cells(column * side, row * side, side, side);
-      if (cv::countNonZero(plane.open(cells)) < side) continue;
+      if (cv::countNonZero(plane.open(cells)) < side ||
+          cv::countNonZero(plane.solid(cells)) < kLeastSolid * side * side) {
+        continue;
+      }
       AskedPatch asked;
       asked.column = column;
       asked.row = row;

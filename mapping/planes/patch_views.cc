@@ -1,6 +1,5 @@
 #include "mapping/planes/patch_views.h"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -23,23 +22,6 @@ struct Candidate {
   double pixels_per_m = 0;          // in the direction in which the patch is seen smallest
 };
 
-// Of the patch's plane around a pixel. Depths of surfaces are known in coarse cells: a plane that
-// is seen slantingly is not hidden by its own nearer parts.
-double NearestDepth(const PlanePatch& patch, const RigidTransform& T_camera_world,
-                    const Camera& camera, const Vector2d& px) {
-  constexpr double kCoarse_px = 10;
-  const Vector3d normal = T_camera_world.rotation * patch.normal;
-  const double offset_m = normal.dot(T_camera_world * patch.middle_world);
-  double steepest = 0;  // 1 / depth
-  for (const double du : {-kCoarse_px, kCoarse_px}) {
-    for (const double dv : {-kCoarse_px, kCoarse_px}) {
-      const Vector2d ray = PlaneFromPixel(camera, px + Vector2d(du, dv));
-      steepest = std::max(steepest, normal.dot(ray.homogeneous()) / offset_m);
-    }
-  }
-  return 1 / steepest;
-}
-
 bool ShowsAll(const PlanePatch& patch, const PatchImage& image, const ViewCameras& cameras,
               const SightDepths& sights) {
   const double half_m = 0.5 * patch.side_m;
@@ -52,10 +34,7 @@ bool ShowsAll(const PlanePatch& patch, const PatchImage& image, const ViewCamera
     if (p.z() < kMinDepth_m) return false;
     const Camera& camera = cameras.cameras[image.camera];
     const Vector2d px = PixelFromPlane(camera, Vector2d(p.hnormalized()));
-    return camera.Contains(px, kMargin_px) &&
-           !sights.Hides(
-               image.view, image.camera, px,
-               NearestDepth(patch, cameras.T_camera_world[image.view][image.camera], camera, px));
+    return camera.Contains(px, kMargin_px) && !sights.Hides(image.view, image.camera, px, p.z());
   });
 }
 
