@@ -6,7 +6,7 @@
 namespace slcmap {
 
 struct PlaneOptions {
-  bool fill = false;  // not yet: too many filled points are off, see README.md
+  bool fill = false;  // measured on one building only so far, see README.md
 
   // Planes that structure suggests.
   double min_line_m = 0.5;      // of level lines that suggest an upright plane by themselves
@@ -22,14 +22,14 @@ struct PlaneOptions {
   int min_images = 4, max_images = 10;
   int window_views = 30;          // on either side of the view that shows a patch best
   double min_parallax_deg = 1.2;  // between the images, seen from the patch
-  double max_range_m = 8;
+  double max_range_m = 5;
   double max_grazing_deg = 76;
 
   // What counts as agreement.
   double sweep_m = 0.32, sweep_step_m = 0.04;  // on either side of the plane
   double max_offset_m = 0.07;                  // of the best place from the plane
   double min_correlation = 0.45;               // mean over all pairs of images, on the plane
-  int min_patches = 4;                         // of a plane, that agree
+  int min_patches = 8;                         // of a plane, that agree
   double min_plane_share = 0.15;               // of the patches of a plane that are seen
 
   // What is filled.
