@@ -11,6 +11,7 @@
 #include "mapping/lines/known_lines.h"
 #include "mapping/lines/map_lines.h"
 #include "mapping/occupancy.h"
+#include "mapping/planes/plane_filling.h"
 #include "mapping/point_cloud.h"
 #include "mapping/refinement.h"
 #include "mapping/views/pose_agreement.h"
@@ -21,8 +22,9 @@ namespace slcmap {
 namespace {
 
 // Shares of the time, about, up to the end of a stage.
-constexpr double kFused = 0.02, kFiltered = 0.05, kDense = 0.5, kLines = 0.95;
-constexpr double kAxes = 0.3, kSights = 0.4;  // of the lines' part
+constexpr double kFused = 0.02, kFiltered = 0.05, kDense = 0.45, kSights = 0.47, kLines = 0.85,
+                 kFilled = 0.95;
+constexpr double kAxes = 0.3;  // of the lines' part
 constexpr char kImageUnreadable[] = "images_unreadable", kPosesDisagree[] = "poses_disagree";
 constexpr double kMaxPoseError_px = 3, kMinPointsFound = 0.2;
 
@@ -48,19 +50,16 @@ MapLineOptions LineOptionsFor(const OdometryRun& run, const RecordedViews& recor
 }
 
 std::vector<MapLine> LinesOf(const OdometryRun& run, const RecordedViews& recorded,
-                             const std::vector<DensePoint>& dense, const MappingOptions& options,
-                             const MapLineOptions& line_options, const Progress& progress) {
+                             const std::vector<DensePoint>& dense, const SightDepths& depths,
+                             const MapLineOptions& options, const RunLineOptions& run_lines,
+                             const Progress& progress) {
   const std::vector<BuildingAxis> axes =
       run.manhattan_worlds.empty()
-          ? AxesOfViews(recorded.views, *recorded.images, line_options, progress.Part(0, kAxes))
-          : AxesOfRun(run, line_options.min_axis_sigma_rad);
-  const SightDepths sights(dense, options.dense.voxel_m,
-                           ViewCameras(recorded.views, recorded.images->rig()),
-                           progress.Part(kAxes, kSights));
-  return BuildLines(
-      recorded.views, *recorded.images, axes,
-      KnownLines(run, axes, options.run_lines.max_sigma_m, options.run_lines.min_observations),
-      sights, LineSurfaces(dense), line_options, progress.Part(kSights, 1));
+          ? AxesOfViews(recorded.views, *recorded.images, options, progress.Part(0, kAxes))
+          : AxesOfRun(run, options.min_axis_sigma_rad);
+  return BuildLines(recorded.views, *recorded.images, axes,
+                    KnownLines(run, axes, run_lines.max_sigma_m, run_lines.min_observations),
+                    depths, LineSurfaces(dense), options, progress.Part(kAxes, 1));
 }
 
 void MoveMarks(MapResult* map) {
@@ -82,16 +81,31 @@ BuildingInput InputOf(const MapResult& map, std::vector<Sights> sights) {
   return input;
 }
 
+void AddFilledPlanes(const RecordedViews& recorded, const std::vector<Sights>& sights,
+                     const SightDepths& depths, const MappingOptions& options,
+                     const Progress& progress, MapResult* map) {
+  if (!options.planes.fill) return;
+  const std::vector<DensePoint> filled =
+      FillPlanes(recorded.views, *recorded.images,
+                 {map->dense, options.dense.voxel_m, map->lines, sights, depths}, options.planes,
+                 options.dense.threads, progress);
+  map->dense.insert(map->dense.end(), filled.begin(), filled.end());
+}
+
 // Occupancy, the dense cloud, lines and the building, of the images of the keyframes.
 void MapImages(const OdometryRun& run, const RecordedViews& recorded, const MappingOptions& options,
                const Progress& progress, MapResult* map) {
   std::vector<Sights> sights =
       MapDensely(recorded.views, *recorded.images, options, progress.Part(kFiltered, kDense), map);
-  const MapLineOptions line_options = LineOptionsFor(run, recorded, options.lines, &map->warnings);
-  map->lines =
-      LinesOf(run, recorded, map->dense, options, line_options, progress.Part(kDense, kLines));
+  const SightDepths depths(map->dense, options.dense.voxel_m,
+                           ViewCameras(recorded.views, recorded.images->rig()),
+                           progress.Part(kDense, kSights));
+  map->lines = LinesOf(run, recorded, map->dense, depths,
+                       LineOptionsFor(run, recorded, options.lines, &map->warnings),
+                       options.run_lines, progress.Part(kSights, kLines));
   MoveMarks(map);
-  if (progress.Report(kLines)) {
+  AddFilledPlanes(recorded, sights, depths, options, progress.Part(kLines, kFilled), map);
+  if (progress.Report(kFilled)) {
     map->building = BuildBuilding(InputOf(*map, std::move(sights)), options.building);
   }
   const int64_t unreadable = recorded.images->unreadable();

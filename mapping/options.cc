@@ -48,6 +48,7 @@ MappingOptions MappingOptions::FromYaml(const std::string& path) {
     options.lines.Read(section.Section("lines"));
     options.run_lines.Read(section.Section("run_lines"));
     options.dense.Read(section.Section("dense"));
+    options.planes.Read(section.Section("planes"));
     options.building.Read(section.Section("building"));
     section.Finish();
     options.Check();
@@ -65,6 +66,7 @@ std::string MappingOptions::ToYaml() const {
     options.lines.Read(section.Section("lines"));
     options.run_lines.Read(section.Section("run_lines"));
     options.dense.Read(section.Section("dense"));
+    options.planes.Read(section.Section("planes"));
     options.building.Read(section.Section("building"));
   });
 }
@@ -76,6 +78,7 @@ void MappingOptions::Check() const {
   lines.Check();
   run_lines.Check();
   dense.Check();
+  planes.Check();
   building.Check();
 }
 

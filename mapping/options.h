@@ -6,6 +6,7 @@
 #include "mapping/building/building_options.h"
 #include "mapping/dense/dense_options.h"
 #include "mapping/lines/line_options.h"
+#include "mapping/planes/plane_options.h"
 
 namespace slcmap {
 
@@ -45,6 +46,7 @@ struct MappingOptions {
   MapLineOptions lines;
   RunLineOptions run_lines;
   DenseOptions dense;
+  PlaneOptions planes;
   BuildingOptions building;
 
   // Overrides the defaults by the section `mapping` of a file; other sections, which belong to

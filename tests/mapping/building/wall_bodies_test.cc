@@ -40,20 +40,20 @@ TEST(WallBodies, AreBetweenFacesThatLookAwayFromEachOther) {
 
 TEST(WallBodies, HoldThePlacesBetweenTheirFaces) {
   const std::vector<WallFace> walls = {FaceAt(1.2, 1, 0, 5), FaceAt(1.0, -1, 1, 6)};
-  EXPECT_TRUE(IsInWall(walls, {2, 1.1}, {}));
-  EXPECT_FALSE(IsInWall(walls, {2, 1.3}, {}));
-  EXPECT_FALSE(IsInWall(walls, {2, 0.9}, {}));
-  EXPECT_FALSE(IsInWall(walls, {5.5, 1.1}, {}));
+  EXPECT_TRUE(IsInWall(walls, BodiesOf(walls, {}), {2, 1.1}));
+  EXPECT_FALSE(IsInWall(walls, BodiesOf(walls, {}), {2, 1.3}));
+  EXPECT_FALSE(IsInWall(walls, BodiesOf(walls, {}), {2, 0.9}));
+  EXPECT_FALSE(IsInWall(walls, BodiesOf(walls, {}), {5.5, 1.1}));
 }
 
 TEST(WallBodies, TypicalThicknessIsThatOfMostOfTheLength) {
   const std::vector<WallFace> walls = {FaceAt(1.2, 1, 0, 5),  FaceAt(1.0, -1, 0, 5),
                                        FaceAt(9.4, 1, 0, 2),  FaceAt(9.0, -1, 0, 2),
                                        FaceAt(20.1, 1, 0, 1), FaceAt(20.0, -1, 0, 1)};
-  EXPECT_NEAR(TypicalThickness(walls, {}), 0.2, 1e-12);
+  EXPECT_NEAR(TypicalThickness(BodiesOf(walls, {}), {}), 0.2, 1e-12);
   BuildingOptions options;
   options.assumed_thickness_m = 0.17;
-  EXPECT_EQ(TypicalThickness({FaceAt(1, 1, 0, 5)}, options), 0.17);
+  EXPECT_EQ(TypicalThickness(BodiesOf({FaceAt(1, 1, 0, 5)}, options), options), 0.17);
 }
 
 TEST(WallBodies, FacesThatNobodySawAreBehindThoseThatStandAlone) {
@@ -65,7 +65,7 @@ TEST(WallBodies, FacesThatNobodySawAreBehindThoseThatStandAlone) {
   const Face& unseen = walls[3].face;
   EXPECT_EQ(unseen.normal, Vector2d(0, -1));
   EXPECT_NEAR(unseen.DistanceTo({3, 6.8}), 0, 1e-12);
-  EXPECT_TRUE(IsInWall(walls, {3, 6.9}, {}));
+  EXPECT_TRUE(IsInWall(walls, BodiesOf(walls, {}), {3, 6.9}));
   // What is known of it lies opposite.
   const double end_m = unseen.AlongOf(alone.face.PointAt(alone.face.from_m));
   EXPECT_NEAR(end_m, unseen.to_m, 1e-12);
