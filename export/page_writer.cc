@@ -25,7 +25,7 @@ std::string Deflate(std::string bytes, int level, const Progress& progress) {
   if (deflateInit(&stream, level) != Z_OK) throw Error("zlib: cannot be set up");
   const std::unique_ptr<z_stream, EndDeflate> end(&stream);
   constexpr std::size_t kStep = 1 << 20;
-  std::string compressed;
+  std::string compressed, room(kStep, '\0');
   std::size_t done = 0;
   int state = Z_OK;
   while (state != Z_STREAM_END) {
@@ -34,11 +34,13 @@ std::string Deflate(std::string bytes, int level, const Progress& progress) {
     stream.next_in = reinterpret_cast<Bytef*>(bytes.data() + done);
     stream.avail_in = static_cast<uInt>(part);
     done += part;
-    std::string room(deflateBound(&stream, static_cast<uLong>(part)), '\0');
-    stream.next_out = reinterpret_cast<Bytef*>(room.data());
-    stream.avail_out = static_cast<uInt>(room.size());
-    state = deflate(&stream, done == bytes.size() ? Z_FINISH : Z_NO_FLUSH);
-    compressed.append(room, 0, room.size() - stream.avail_out);
+    // What earlier parts left inside may need more room than this part does.
+    do {
+      stream.next_out = reinterpret_cast<Bytef*>(room.data());
+      stream.avail_out = static_cast<uInt>(room.size());
+      state = deflate(&stream, done == bytes.size() ? Z_FINISH : Z_NO_FLUSH);
+      compressed.append(room, 0, room.size() - stream.avail_out);
+    } while (stream.avail_out == 0);
   }
   return compressed;
 }

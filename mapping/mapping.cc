@@ -22,31 +22,49 @@ namespace slcmap {
 namespace {
 
 // Shares of the time, about, up to the end of a stage.
-constexpr double kFused = 0.02, kFiltered = 0.05, kDense = 0.45, kSights = 0.47, kLines = 0.85,
-                 kFilled = 0.95;
+constexpr double kFused = 0.02, kFiltered = 0.05, kDense = 0.45, kSights = 0.47, kAgreement = 0.5,
+                 kLines = 0.85, kFilled = 0.95;
 constexpr double kAxes = 0.3;  // of the lines' part
 constexpr char kImageUnreadable[] = "images_unreadable", kPosesDisagree[] = "poses_disagree";
 constexpr double kMaxPoseError_px = 3, kMinPointsFound = 0.2;
 
+// Poses by anyone may be of another recording, frame or unit.
+void WarnOfPoses(const std::string& found, std::map<std::string, int64_t>* warnings) {
+  ++(*warnings)[kPosesDisagree];
+  spdlog::warn(
+      "{}; expected agreement to {} px, and at least {:.0f} % of points: are the poses those of "
+      "the "
+      "IMU, in metres, with the images' stamps?",
+      found, kMaxPoseError_px, 100 * kMinPointsFound);
+}
+
 // What lines may be off is as much as images and poses are.
 MapLineOptions LineOptionsFor(const OdometryRun& run, const RecordedViews& recorded,
-                              const MapLineOptions& options,
+                              const MapLineOptions& options, const Progress& progress,
                               std::map<std::string, int64_t>* warnings) {
-  const auto agreement = MeasurePoseAgreement(recorded.views, *recorded.images);
-  if (!agreement) return options;
-  spdlog::debug("poses and images agree to {:.2f} px in {} pairs of views, with {:.0f} % of points",
-                agreement->across_px, agreement->pairs, 100 * agreement->found);
-  const bool are_doubtful =
-      agreement->across_px > kMaxPoseError_px || agreement->found < kMinPointsFound;
-  if (run.method == kGivenPoses && are_doubtful) {
-    ++(*warnings)[kPosesDisagree];
-    spdlog::warn(
-        "poses and images agree to {:.1f} px, and {:.0f} % of points are where they are expected; "
-        "expected at most {} px, and at least {:.0f} %: are the poses those of the IMU, in metres, "
-        "with the images' stamps?",
-        agreement->across_px, 100 * agreement->found, kMaxPoseError_px, 100 * kMinPointsFound);
+  const bool are_given = run.method == kGivenPoses;
+  const auto agreement = MeasurePoseAgreement(recorded.views, *recorded.images, progress);
+  if (!agreement) {
+    if (are_given && recorded.views.size() > 1 && progress.Report(1)) {
+      WarnOfPoses("no two views see the same by their poses", warnings);
+    }
+    return options;
   }
-  return options.ForPoses(agreement->across_px);
+  const std::string found =
+      agreement->across_px
+          ? fmt::format(
+                "poses and images agree to {:.2f} px in {} pairs of views, and {:.0f} % of "
+                "points are where they are expected",
+                *agreement->across_px, agreement->pairs, 100 * agreement->found)
+          : fmt::format(
+                "poses and images agree nowhere: {:.0f} % of points are where they are "
+                "expected",
+                100 * agreement->found);
+  spdlog::debug("{}", found);
+  const bool are_doubtful = !agreement->across_px || *agreement->across_px > kMaxPoseError_px ||
+                            agreement->found < kMinPointsFound;
+  if (are_given && are_doubtful) WarnOfPoses(found, warnings);
+  return agreement->across_px ? options.ForPoses(*agreement->across_px) : options;
 }
 
 std::vector<MapLine> LinesOf(const OdometryRun& run, const RecordedViews& recorded,
@@ -101,8 +119,9 @@ void MapImages(const OdometryRun& run, const RecordedViews& recorded, const Mapp
                            ViewCameras(recorded.views, recorded.images->rig()),
                            progress.Part(kDense, kSights));
   map->lines = LinesOf(run, recorded, map->dense, depths,
-                       LineOptionsFor(run, recorded, options.lines, &map->warnings),
-                       options.run_lines, progress.Part(kSights, kLines));
+                       LineOptionsFor(run, recorded, options.lines,
+                                      progress.Part(kSights, kAgreement), &map->warnings),
+                       options.run_lines, progress.Part(kAgreement, kLines));
   MoveMarks(map);
   AddFilledPlanes(recorded, sights, depths, options, progress.Part(kLines, kFilled), map);
   if (progress.Report(kFilled)) {

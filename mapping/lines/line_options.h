@@ -60,7 +60,7 @@ struct MapLineOptions {
   void Read(YamlSection section);
 
   // For images that agree with their poses to `across_px` (PoseAgreement): what a line's places may
-  // be off grows with it, from what simulated images and good poses have (0.1 px) on.
+  // be off grows with it, from 0.15 px on: simulated images and good poses have 0.1.
   MapLineOptions ForPoses(double across_px) const;
 };
 

@@ -54,25 +54,27 @@ std::optional<Rise> NearestRise(const cv::Mat& image, const Eigen::Vector2d& cen
   return nearest;
 }
 
-// What is at the left and the right of a place, `offset` away from it; 0 at the border of the
-// image.
+// What is at the left and the right of a place, `offset` away from it; nothing at the border of
+// the image.
 struct Sides {
   double left = 0, right = 0;
 };
 
-Sides SidesOf(const cv::Mat& image, const Eigen::Vector2d& px, const Eigen::Vector2d& offset) {
+std::optional<Sides> SidesOf(const cv::Mat& image, const Eigen::Vector2d& px,
+                             const Eigen::Vector2d& offset) {
   const Eigen::Vector2d left = px + offset, right = px - offset;
-  if (!IsInside(image, left) || !IsInside(image, right)) return {};
-  return {Brightness(image, left), Brightness(image, right)};
+  if (!IsInside(image, left) || !IsInside(image, right)) return std::nullopt;
+  return Sides{Brightness(image, left), Brightness(image, right)};
 }
 
 void SetSteps(const cv::Mat& image, const Eigen::Vector2d& edge_px, const Eigen::Vector2d& normal,
               LineSample* sample) {
-  const Sides near = SidesOf(image, edge_px, kNear_px * normal);
-  const Sides far = SidesOf(image, edge_px, kFar_px * normal);
-  sample->step = near.left - near.right;
-  sample->lasting_step = far.left - far.right;
-  sample->brightness = 0.5 * (far.left + far.right);
+  const auto near = SidesOf(image, edge_px, kNear_px * normal);
+  const auto far = SidesOf(image, edge_px, kFar_px * normal);
+  if (!near || !far) return;  // steps are compared with each other and with the brightness
+  sample->step = near->left - near->right;
+  sample->lasting_step = far->left - far->right;
+  sample->brightness = 0.5 * (far->left + far->right);
 }
 
 }  // namespace

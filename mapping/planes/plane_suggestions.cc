@@ -276,6 +276,7 @@ void AddPlanesFacing(const Vector3d& normal, std::vector<Evidence> evidence, con
       const bool is_on = std::abs(piece.n_m - *offset_m) <= options.merge_m;
       (is_on ? on_plane : left).push_back(piece);
     }
+    if (on_plane.empty()) return;
     const size_t first = planes->size();
     splitter.AddPlanes(*offset_m, on_plane, planes);
     std::erase_if(left, [&](const Evidence& piece) {

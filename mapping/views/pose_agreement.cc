@@ -22,11 +22,15 @@ double Median(std::vector<double> values) {
 
 }  // namespace
 
-std::optional<PoseAgreement> MeasurePoseAgreement(const Views& views, const ViewImages& images) {
-  const size_t step = std::max<size_t>(1, views.size() / kMaxPairs);
+std::optional<PoseAgreement> MeasurePoseAgreement(const Views& views, const ViewImages& images,
+                                                  const Progress& progress) {
+  const size_t step = std::max<size_t>(1, (views.size() + kMaxPairs - 1) / kMaxPairs);
   std::vector<double> medians_px;
   int64_t searched = 0, found = 0;
   for (size_t first = 0; first < views.size(); first += step) {
+    if (!progress.Report(static_cast<double>(first) / static_cast<double>(views.size()))) {
+      return std::nullopt;
+    }
     for (const size_t second : PartnersOf(views, first, kLaterViews, 1)) {
       const StereoImage from = images.Read(first), to = images.Read(second);
       if (to.left.empty()) continue;

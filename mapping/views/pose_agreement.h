@@ -3,14 +3,16 @@
 
 #include <optional>
 
+#include "data/progress.h"
 #include "mapping/views/view.h"
 
 namespace slcmap {
 
 struct PoseAgreement {
   // What the poses of two views let a point be off across its epipolar line, in pixels: the median
-  // over pairs of views of 1.48 times the median over their points.
-  double across_px = 0;
+  // over pairs of views of 1.48 times the median over their points. None where too little was
+  // found.
+  std::optional<double> across_px;
   int pairs = 0;
   // Of the points that were looked for, the share that was found; few where poses are not of the
   // recording.
@@ -19,7 +21,9 @@ struct PoseAgreement {
 
 // Looks for corners of the left images, at the depth that their pair has them, where the poses have
 // them in a later view's left image, up to 12 pixels from there. Up to 40 pairs of views from all
-// over the recording are looked at. Nothing where no view overlaps with a later one.
-std::optional<PoseAgreement> MeasurePoseAgreement(const Views& views, const ViewImages& images);
+// over the recording are looked at. Nothing where no view overlaps with a later one, and where
+// progress ended it.
+std::optional<PoseAgreement> MeasurePoseAgreement(const Views& views, const ViewImages& images,
+                                                  const Progress& progress = {});
 
 }  // namespace slcmap

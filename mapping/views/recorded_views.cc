@@ -80,6 +80,11 @@ std::string PathOf(const std::string& file, const std::string& folder) {
   return file.empty() ? "" : (fs::path(folder) / file).string();
 }
 
+// The same the other way round.
+std::string WithinFolder(const std::string& path, const std::string& folder) {
+  return path.empty() ? "" : fs::path(path).lexically_relative(folder).string();
+}
+
 void RequireSomeFile(const std::string& folder, const std::vector<ViewFiles>& files) {
   std::error_code error;
   for (const ViewFiles& pair : files) {
@@ -156,7 +161,7 @@ OdometryRun RunAtPoses(const std::string& sequence, const std::string& calibrati
   run.method = kGivenPoses;
   run.complete = true;
   RunSource& source = run.source.emplace();
-  source.sequence = recording.folder;
+  source.sequence = fs::weakly_canonical(recording.folder).string();
   source.calibration = recording.calibration_source;
   source.raw_rig = recording.rig;
   run.rectified_rig = Rectifier(recording.rig, RectifierOptions()).rectified_rig();
@@ -166,7 +171,8 @@ OdometryRun RunAtPoses(const std::string& sequence, const std::string& calibrati
       ++run.warnings[kImageWithoutPose];
       continue;
     }
-    run.source->images.push_back({pair.stamp_ns, pair.left_path, pair.right_path});
+    run.source->images.push_back({pair.stamp_ns, WithinFolder(pair.left_path, recording.folder),
+                                  WithinFolder(pair.right_path, recording.folder)});
     run.states.push_back({.stamp_ns = pair.stamp_ns, .T_world_imu = *T_world_imu});
     if (run.keyframes.empty() ||
         IsFarEnough(run.keyframes.back().T_world_imu, *T_world_imu, selection)) {

@@ -12,6 +12,7 @@
 
 #include "apps/evaluation/quantile.h"
 #include "data/camera.h"
+#include "data/error.h"
 #include "data/trajectory.h"
 #include "mapping/dense/stereo_depth.h"
 #include "mapping/map_folder.h"
@@ -158,6 +159,8 @@ int Main(const std::string& sequence, const std::string& poses, const MappingOpt
     for (const MapLine& line : map.lines) pair.AddLine(line, &line_px, &seen);
     pair.AddPoints(map.dense, &point_px);
   }
+  if (line_px.empty() || point_px.empty())
+    throw DataError("found nothing to compare: too few views");
   fmt::print("{} views, {} held out: {} lines, {} points\n", recorded.views.size(), held_out.size(),
              map.lines.size(), map.dense.size());
   Print("lines", line_px);

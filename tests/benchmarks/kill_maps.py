@@ -51,7 +51,7 @@ def main():
     parser.add_argument("options", nargs="*")
     arguments = parser.parse_args()
     moments = random.Random(arguments.seed)
-    failures = 0
+    failures = stops = 0
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
         command = [arguments.slcmap, "-q", "map", arguments.run, *arguments.options, "-o"]
@@ -66,11 +66,12 @@ def main():
             subprocess.run([*command, folder / "map"], check=True)
             wrong = differences(expected, contents(folder / "map"))
             failures += bool(wrong)
+            stops += stopped
             print(f"{i + 1:3}: {how.name} after {stop_s:5.2f} of {whole_s:.2f} s"
                   f"{'' if stopped else ' (was done)'}: "
                   f"{'other bytes: ' + ', '.join(wrong) if wrong else 'same bytes'}", flush=True)
-    print(f"{arguments.times} times, {failures} with other bytes")
-    return 1 if failures else 0
+    print(f"{stops} of {arguments.times} times stopped, {failures} with other bytes")
+    return 1 if failures or not stops else 0
 
 
 if __name__ == "__main__":

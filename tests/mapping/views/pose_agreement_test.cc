@@ -27,7 +27,8 @@ TEST_F(PoseAgreementTest, TruePosesAgree) {
   const auto agreement = MeasurePoseAgreement(room_.views(), room_);
   ASSERT_TRUE(agreement);
   EXPECT_GE(agreement->pairs, 5);
-  EXPECT_LT(agreement->across_px, 0.3);
+  ASSERT_TRUE(agreement->across_px);
+  EXPECT_LT(*agreement->across_px, 0.3);
   EXPECT_GT(agreement->found, 0.4);
 }
 
@@ -35,8 +36,9 @@ TEST_F(PoseAgreementTest, ATurnIsSeenAsThePixelsThatItMoves) {
   const double focal_px = room_.rig().cameras[0].fx_px;
   const auto agreement = MeasurePoseAgreement(Turned(2 / focal_px), room_);
   ASSERT_TRUE(agreement);
-  EXPECT_GT(agreement->across_px, 0.6);
-  EXPECT_LT(agreement->across_px, 5);
+  ASSERT_TRUE(agreement->across_px);
+  EXPECT_GT(*agreement->across_px, 0.6);
+  EXPECT_LT(*agreement->across_px, 5);
 }
 
 TEST_F(PoseAgreementTest, PosesOfAnotherRecordingFindLittle) {
@@ -48,6 +50,12 @@ TEST_F(PoseAgreementTest, PosesOfAnotherRecordingFindLittle) {
   const auto agreement = MeasurePoseAgreement(views, room_);
   ASSERT_TRUE(agreement);
   EXPECT_LT(agreement->found, 0.2);
+}
+
+TEST_F(PoseAgreementTest, NothingIsSaidOfPosesInMillimetres) {
+  Views views = room_.views();
+  for (View& view : views) view.T_world_imu.translation *= 1000;
+  EXPECT_FALSE(MeasurePoseAgreement(views, room_));
 }
 
 TEST_F(PoseAgreementTest, NothingIsSaidOfASingleView) {
