@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <filesystem>
 
 #include "data/error.h"
 #include "tests/testing/shared_data.h"
@@ -37,6 +38,17 @@ TEST_F(RealPairs, AreViewsAtTheirPoses) {
   EXPECT_EQ(pair.left.cols, recorded.images->rig().cameras[0].width_px);
   EXPECT_EQ(pair.right.size(), pair.left.size());
   EXPECT_EQ(recorded.images->unreadable(), 0);
+}
+
+TEST_F(RealPairs, AreFoundFromAFolderNamedByARelativePath) {
+  const auto here = std::filesystem::current_path();
+  const std::filesystem::path folder(folder_);
+  std::filesystem::current_path(folder.parent_path());
+  const OdometryRun run =
+      RunAtPoses(folder.filename().string(), "", ReadTrajectory(folder_ + "/poses.tum"));
+  std::filesystem::current_path(here);
+  const RecordedViews recorded = ViewsOfRun(run, "");
+  EXPECT_FALSE(recorded.images->Read(3).left.empty());
 }
 
 TEST_F(RealPairs, WithPosesOfAnotherTimeAreRefused) {
