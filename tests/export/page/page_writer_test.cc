@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstring>
 #include <nlohmann/json.hpp>
+#include <random>
 
 #include "data/error.h"
 #include "export/page_pack.h"
@@ -162,19 +163,37 @@ std::string FromBase64(const std::string& text) {
   return bytes;
 }
 
+std::string Inflated(const std::string& compressed, size_t expected_bytes) {
+  std::string bytes(expected_bytes + 1, '\0');
+  uLongf size = bytes.size();
+  EXPECT_EQ(uncompress(reinterpret_cast<Bytef*>(bytes.data()), &size,
+                       reinterpret_cast<const Bytef*>(compressed.data()), compressed.size()),
+            Z_OK);
+  bytes.resize(size);
+  return bytes;
+}
+
 TEST(MakePage, TheMapTakesThePlaceOfTheMark) {
   const MapResult map = MakeRoomMap();
   const std::string page = MakePage(map, "<before>@SLCMAP_MAP@<after>", {.title = "title"});
   ASSERT_TRUE(page.starts_with("<before>") && page.ends_with("<after>"));
   const std::string compressed = FromBase64(page.substr(8, page.size() - 8 - 7));
   const std::string expected = PackForPage(map, "title");
-  std::string bytes(expected.size() + 1, '\0');
-  uLongf size = bytes.size();
-  ASSERT_EQ(uncompress(reinterpret_cast<Bytef*>(bytes.data()), &size,
-                       reinterpret_cast<const Bytef*>(compressed.data()), compressed.size()),
-            Z_OK);
-  bytes.resize(size);
-  EXPECT_EQ(bytes, expected);
+  EXPECT_EQ(Inflated(compressed, expected.size()), expected);
+}
+
+TEST(MakePage, HoldsAllOfWhatDoesNotCompress) {
+  std::mt19937 random(1);
+  std::string bytes(5 << 20, '\0');
+  for (size_t i = 0; i < bytes.size(); ++i) {
+    const bool is_sparse = i / 300000 % 3 == 0;
+    if (!is_sparse || random() % 64 == 0) bytes[i] = static_cast<char>(random());
+  }
+  const std::vector<PageImage> images = {{1, bytes}};
+  const MapResult map = MakeRoomMap();
+  const std::string page = MakePage(map, "@SLCMAP_MAP@", {.title = "title"}, images);
+  const std::string expected = PackForPage(map, "title", images);
+  EXPECT_TRUE(Inflated(FromBase64(page), expected.size()) == expected);
 }
 
 TEST(MakePage, OfAnEmptyMapToo) {
