@@ -19,6 +19,7 @@
 #include "apps/verdict_report.h"
 #include "data/calibration.h"
 #include "data/error.h"
+#include "data/path_within.h"
 #include "data/real_time_pace.h"
 #include "data/source/asl_source.h"
 #include "data/version.h"
@@ -65,11 +66,6 @@ class PathLength {
   double length_m_ = 0;
 };
 
-// A path as seen from the folder of the recording, where it lies in it.
-std::string WithinFolder(const std::string& path, const std::string& folder) {
-  return path.empty() ? "" : std::filesystem::path(path).lexically_relative(folder).string();
-}
-
 RunSource OriginOf(const SequenceSource& source, const StageOptions& options,
                    const StartCheck& check) {
   const SourceInfo& info = source.info();
@@ -84,8 +80,8 @@ RunSource OriginOf(const SequenceSource& source, const StageOptions& options,
   const bool stereo = IsStereo(info.rig);
   for (size_t pair = 0; pair < info.pair_stamps_ns.size(); ++pair) {
     origin.images.push_back({info.pair_stamps_ns[pair],
-                             WithinFolder(source.ImagePlace(pair, 0), info.name),
-                             stereo ? WithinFolder(source.ImagePlace(pair, 1), info.name) : ""});
+                             PathWithin(source.ImagePlace(pair, 0), info.name),
+                             stereo ? PathWithin(source.ImagePlace(pair, 1), info.name) : ""});
   }
   return origin;
 }

@@ -1,7 +1,10 @@
 #include "export/trajectory_gap.h"
 
 #include <algorithm>
+#include <utility>
 #include <vector>
+
+#include "data/quantile.h"
 
 namespace slcmap {
 namespace {
@@ -15,10 +18,7 @@ double TrajectoryGap_s(const Trajectory& trajectory, double max_jump_s) {
   for (size_t i = 1; i < trajectory.size(); ++i) {
     steps_s.push_back(ToSeconds(trajectory[i].stamp_ns - trajectory[i - 1].stamp_ns));
   }
-  if (steps_s.empty()) return max_jump_s;
-  const auto middle = steps_s.begin() + static_cast<std::ptrdiff_t>(steps_s.size() / 2);
-  std::nth_element(steps_s.begin(), middle, steps_s.end());
-  return std::max(max_jump_s, kSteps * *middle);
+  return std::max(max_jump_s, kSteps * Quantile(std::move(steps_s), 0.5));
 }
 
 }  // namespace slcmap

@@ -32,9 +32,8 @@ constexpr double kMaxPoseError_px = 3, kMinPointsFound = 0.2;
 void WarnOfPoses(const std::string& found, std::map<std::string, int64_t>* warnings) {
   ++(*warnings)[kPosesDisagree];
   spdlog::warn(
-      "{}; expected agreement to {} px, and at least {:.0f} % of points: are the poses those of "
-      "the "
-      "IMU, in metres, with the images' stamps?",
+      "{}; expected agreement to {} px, and at least {:.0f} % of points: are the poses "
+      "those of the IMU, in metres, with the images' stamps?",
       found, kMaxPoseError_px, 100 * kMinPointsFound);
 }
 

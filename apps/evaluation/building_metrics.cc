@@ -6,8 +6,8 @@
 #include <optional>
 #include <set>
 
-#include "apps/evaluation/quantile.h"
 #include "data/error.h"
+#include "data/quantile.h"
 
 namespace slcmap {
 namespace {

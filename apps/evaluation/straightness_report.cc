@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/evaluation/building_tolerances.h"
-#include "apps/evaluation/quantile.h"
+#include "data/quantile.h"
 
 namespace slcmap {
 namespace {

@@ -6,6 +6,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
+
+#include "data/quantile.h"
 
 namespace slcmap {
 namespace {
@@ -45,9 +48,7 @@ double PlaceAlong_m(const std::vector<PointAcross>& points, const Eigen::Vector2
     }
   }
   if (places_m.empty()) return 2 * kMaxOff_m;
-  const auto middle = places_m.begin() + static_cast<std::ptrdiff_t>(places_m.size() / 2);
-  std::nth_element(places_m.begin(), middle, places_m.end());
-  return *middle;
+  return Quantile(std::move(places_m), 0.5);
 }
 
 // A plane across a line, and the points on it at the line's two sides.

@@ -11,9 +11,10 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kIndex_m = 0.05;
-constexpr double kOneSurface_m = 0.1;  // filled planes that are nearer to each other are one
-constexpr double kBehind_m = 0.03;     // a plane, as what it hides
+constexpr double kIndex_m = 0.05;       // edges of the cubes that measured points are looked up in
+constexpr double kSamePlace_m = 0.025;  // of points of two planes that are one, and off each
+constexpr double kOneSurface_m = 0.1;   // filled planes that are nearer to each other are one
+constexpr double kBehind_m = 0.03;      // a plane, as what it hides
 
 std::vector<AskedPlane> AskPlanes(const MeasuredBuilding& measured, const PlaneOptions& options,
                                   int threads) {
@@ -72,7 +73,7 @@ std::vector<DensePoint> FirstOfEach(const std::vector<DensePoint>& filled) {
       const Vector3d way = point.p_world - points[i].p_world;
       const double off_m = std::abs(way.dot(points[i].normal_world));
       return points[i].normal_world.dot(point.normal_world) > 0.7 &&
-             (way.norm() < 0.5 * kIndex_m || off_m > 0.5 * kIndex_m);
+             (way.norm() < kSamePlace_m || off_m > kSamePlace_m);
     });
     if (is_taken) continue;
     taken.Add(point.p_world, points.size());

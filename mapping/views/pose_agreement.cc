@@ -4,6 +4,7 @@
 #include <cmath>
 #include <vector>
 
+#include "data/quantile.h"
 #include "mapping/views/view_matches.h"
 
 namespace slcmap {
@@ -13,12 +14,6 @@ constexpr size_t kMaxPairs = 40;
 constexpr int kLaterViews = 5;             // that a partner is looked for among
 constexpr int kMinPoints = 15;             // of a pair that counts
 constexpr double kSigmaOfMedian = 1.4826;  // of absolute values, of a normal distribution
-
-double Median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 }  // namespace
 
@@ -45,14 +40,14 @@ std::optional<PoseAgreement> MeasurePoseAgreement(const Views& views, const View
       for (const ViewMatch& match : matches.found) {
         across_px.push_back(std::abs(match.across.dot(match.px - match.expected_px)));
       }
-      medians_px.push_back(Median(std::move(across_px)));
+      medians_px.push_back(Quantile(std::move(across_px), 0.5));
     }
   }
   if (searched == 0) return std::nullopt;
   PoseAgreement agreement;
   agreement.pairs = static_cast<int>(medians_px.size());
   agreement.found = static_cast<double>(found) / static_cast<double>(searched);
-  if (!medians_px.empty()) agreement.across_px = kSigmaOfMedian * Median(medians_px);
+  if (!medians_px.empty()) agreement.across_px = kSigmaOfMedian * Quantile(medians_px, 0.5);
   return agreement;
 }
 

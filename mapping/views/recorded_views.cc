@@ -10,6 +10,7 @@
 #include "data/calibration.h"
 #include "data/error.h"
 #include "data/image_file.h"
+#include "data/path_within.h"
 #include "data/sequence.h"
 #include "odometry/calibrated_rig.h"
 #include "odometry/frontend/rectifier.h"
@@ -78,11 +79,6 @@ Rig CamerasAsFound(const OdometryRun& run) {
 // Where a file of the recording is; runs name them relative to the recording's folder.
 std::string PathOf(const std::string& file, const std::string& folder) {
   return file.empty() ? "" : (fs::path(folder) / file).string();
-}
-
-// The same the other way round.
-std::string WithinFolder(const std::string& path, const std::string& folder) {
-  return path.empty() ? "" : fs::path(path).lexically_relative(folder).string();
 }
 
 void RequireSomeFile(const std::string& folder, const std::vector<ViewFiles>& files) {
@@ -171,8 +167,8 @@ OdometryRun RunAtPoses(const std::string& sequence, const std::string& calibrati
       ++run.warnings[kImageWithoutPose];
       continue;
     }
-    run.source->images.push_back({pair.stamp_ns, WithinFolder(pair.left_path, recording.folder),
-                                  WithinFolder(pair.right_path, recording.folder)});
+    run.source->images.push_back({pair.stamp_ns, PathWithin(pair.left_path, recording.folder),
+                                  PathWithin(pair.right_path, recording.folder)});
     run.states.push_back({.stamp_ns = pair.stamp_ns, .T_world_imu = *T_world_imu});
     if (run.keyframes.empty() ||
         IsFarEnough(run.keyframes.back().T_world_imu, *T_world_imu, selection)) {

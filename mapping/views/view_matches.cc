@@ -7,6 +7,7 @@
 
 #include "mapping/adjustment/patch_search.h"
 #include "mapping/dense/stereo_depth.h"
+#include "odometry/geometry/pinhole.h"
 
 namespace slcmap {
 namespace {
@@ -33,8 +34,7 @@ class ExpectedPlace {
     const Vector3d p_from = PinholeRay(camera_, px.x(), px.y()) / inverse_depth;
     const Vector3d p = T_to_from_ * p_from;
     if (!(p.z() > kMinDepth_m)) return std::nullopt;
-    return Vector2d(camera_.fx_px * p.x() / p.z() + camera_.cx_px,
-                    camera_.fy_px * p.y() / p.z() + camera_.cy_px);
+    return PixelFromPlane(camera_, Vector2d(p.hnormalized()));
   }
 
   std::optional<PatchWarp> WarpOf(const ViewPoint& point) const {

@@ -10,15 +10,16 @@
 #include <cstdlib>
 #include <vector>
 
-#include "apps/evaluation/quantile.h"
 #include "data/camera.h"
 #include "data/error.h"
+#include "data/quantile.h"
 #include "data/trajectory.h"
 #include "mapping/dense/stereo_depth.h"
 #include "mapping/map_folder.h"
 #include "mapping/mapping.h"
 #include "mapping/views/recorded_views.h"
 #include "odometry/frontend/line_detector.h"
+#include "odometry/geometry/pinhole.h"
 
 namespace slcmap {
 namespace {
@@ -94,8 +95,7 @@ class HeldOutPair {
 
  private:
   Vector2d Pixel(const Vector3d& p) const {
-    return {camera_.fx_px * p.x() / p.z() + camera_.cx_px,
-            camera_.fy_px * p.y() / p.z() + camera_.cy_px};
+    return PixelFromPlane(camera_, Vector2d(p.hnormalized()));
   }
 
   bool IsInside(const Vector2d& place) const {
