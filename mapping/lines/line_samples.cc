@@ -29,6 +29,21 @@ struct Rise {
   double across_px, gradient;
 };
 
+using Profile = std::array<double, 2 * kMaxReach_px + 5>;  // across an edge, pixel by pixel
+
+// Where the bright side is saturated, as a window's is, only the foot of the blurred step is left,
+// and the gradient is largest there: on the dark side of the edge, which in triangulation from few
+// degrees is centimetres of depth. How far depends on the blur and on how much brighter than white
+// it is, which the image does not say; this is the median in simulated offices.
+double SaturationShift_px(const Profile& values, double edge, int ends) {
+  constexpr double kSaturated = 249, kShift_px = 0.46;
+  constexpr int kBeside_px = 3;  // the bright side of an edge that is blurred
+  const int from = static_cast<int>(std::lround(edge));
+  const int to = std::min(2 * ends, from + kBeside_px);
+  const double brightest = *std::max_element(values.begin() + from, values.begin() + to + 1);
+  return brightest >= kSaturated ? kShift_px : 0;
+}
+
 // The place nearest to `center` where brightness rises most along `normal`, by a parabola through
 // the gradients.
 std::optional<Rise> NearestRise(const cv::Mat& image, const Eigen::Vector2d& center,
@@ -37,7 +52,7 @@ std::optional<Rise> NearestRise(const cv::Mat& image, const Eigen::Vector2d& cen
   const int ends = reach + 2;
   const Eigen::Vector2d low = center - ends * normal, high = center + ends * normal;
   if (!IsInside(image, low) || !IsInside(image, high)) return std::nullopt;
-  std::array<double, 2 * kMaxReach_px + 5> values;
+  Profile values;
   for (int i = 0; i <= 2 * ends; ++i) values[i] = Brightness(image, low + i * normal);
   const auto gradient = [&](int i) { return 0.5 * (values[i + 1] - values[i - 1]); };
   std::optional<Rise> nearest;
@@ -51,6 +66,7 @@ std::optional<Rise> NearestRise(const cv::Mat& image, const Eigen::Vector2d& cen
       nearest = Rise{across_px, peak};
     }
   }
+  if (nearest) nearest->across_px += SaturationShift_px(values, nearest->across_px + ends, ends);
   return nearest;
 }
 

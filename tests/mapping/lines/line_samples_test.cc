@@ -1,0 +1,54 @@
+#include "mapping/lines/line_samples.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace slcmap {
+namespace {
+
+constexpr double kEdge_px = 40.3;
+
+// Dark on the right of an upright edge at kEdge_px and `bright` on its left, seen through a lens
+// and clipped to 8 bits.
+cv::Mat BlurredStep(double bright) {
+  constexpr double kDark = 60, kBlur_px = 0.7;
+  cv::Mat image(60, 80, CV_8UC1);
+  for (int u = 0; u < image.cols; ++u) {
+    const double share = 0.5 * std::erfc((u - kEdge_px) / (kBlur_px * std::sqrt(2.0)));
+    const double grey = kDark + share * (bright - kDark);
+    image.col(u).setTo(std::clamp(std::lround(grey), 0L, 255L));
+  }
+  return image;
+}
+
+// Where samples along a line that is expected half a pixel beside the edge find it, on average.
+double MeanEdge_px(const cv::Mat& image) {
+  const cv::Mat mask(image.size(), CV_8UC1, 255);
+  // Upwards, so that the bright side is on the left.
+  const LineInView line{{{kEdge_px + 0.5, 50}, {kEdge_px + 0.5, 10}}, 0, 1, 2, 2};
+  double sum = 0, count = 0;
+  for (const LineSample& sample : SampleLine(image, mask, line, LineSampling())) {
+    if (!sample.is_edge) continue;
+    const Eigen::Vector2d normal(-1, 0);  // to the left
+    sum += (sample.px + sample.across_px * normal).x();
+    ++count;
+  }
+  EXPECT_GT(count, 5);
+  return sum / count;
+}
+
+TEST(LineSamples, FindAnEdgeBelowThePixel) {
+  EXPECT_NEAR(MeanEdge_px(BlurredStep(200)), kEdge_px, 0.08);
+}
+
+// Beside a window. One shift for all leaves some of it; unshifted they are off by up to 0.8 px.
+TEST(LineSamples, FindTheEdgeOfWhatIsSaturated) {
+  for (const double bright : {450, 600, 800}) {
+    EXPECT_NEAR(MeanEdge_px(BlurredStep(bright)), kEdge_px, 0.4) << bright;
+  }
+}
+
+}  // namespace
+}  // namespace slcmap
