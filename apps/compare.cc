@@ -137,7 +137,7 @@ void CheckGiven(const CompareArguments& arguments) {
   }
 }
 
-void CheckArguments(const CompareArguments& arguments) {
+void RefuseWrongArguments(const CompareArguments& arguments) {
   if (arguments.repeats < 1 || arguments.repeats > 19) {
     throw ConfigError(fmt::format("--repeats: found {}, expected 1 to 19", arguments.repeats));
   }
@@ -230,7 +230,7 @@ void RefuseEmpty(const std::string& output, const Comparison& comparison) {
 }
 
 void Compare(const CompareArguments& arguments) {
-  CheckArguments(arguments);
+  RefuseWrongArguments(arguments);
   std::vector<std::string> inputs;
   for (const std::string& sequence : arguments.sequences) {
     for (std::string& folder : FoldersOf(sequence)) inputs.push_back(std::move(folder));

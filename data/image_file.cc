@@ -60,7 +60,7 @@ const char* ReadWhole(const std::string& path, std::string* bytes) {
   return IsTruncated(*bytes) ? kImageTruncated : nullptr;
 }
 
-using File = std::unique_ptr<std::FILE, decltype(&std::fclose)>;
+using ImageHandle = std::unique_ptr<std::FILE, decltype(&std::fclose)>;
 
 // Up to `count` bytes from an offset, which is from the end where it is negative.
 std::string BytesAt(std::FILE* file, long offset, size_t count) {
@@ -108,7 +108,7 @@ ImageRead ReadGrayImage(const std::string& path, const cv::Size& size) {
 const char* FindImageProblem(const std::string& path, const cv::Size& size) {
   std::error_code error;
   if (!std::filesystem::is_regular_file(path, error)) return kImageMissing;
-  const File file(std::fopen(path.c_str(), "rb"), &std::fclose);
+  const ImageHandle file(std::fopen(path.c_str(), "rb"), &std::fclose);
   if (!file) return kImageMissing;
   const std::string start = BytesAt(file.get(), 0, 32);
   // Both ends in one, which is what the rule for whole files looks at.

@@ -21,19 +21,19 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little);
 
-struct TypeName {
+struct PlyTypeName {
   PlyType type;
   std::string_view name;   // as written
   std::string_view alias;  // also read
 };
-constexpr std::array<TypeName, 8> kTypeNames = {{{PlyType::kInt8, "char", "int8"},
-                                                 {PlyType::kUint8, "uchar", "uint8"},
-                                                 {PlyType::kInt16, "short", "int16"},
-                                                 {PlyType::kUint16, "ushort", "uint16"},
-                                                 {PlyType::kInt32, "int", "int32"},
-                                                 {PlyType::kUint32, "uint", "uint32"},
-                                                 {PlyType::kFloat, "float", "float32"},
-                                                 {PlyType::kDouble, "double", "float64"}}};
+constexpr std::array<PlyTypeName, 8> kTypeNames = {{{PlyType::kInt8, "char", "int8"},
+                                                    {PlyType::kUint8, "uchar", "uint8"},
+                                                    {PlyType::kInt16, "short", "int16"},
+                                                    {PlyType::kUint16, "ushort", "uint16"},
+                                                    {PlyType::kInt32, "int", "int32"},
+                                                    {PlyType::kUint32, "uint", "uint32"},
+                                                    {PlyType::kFloat, "float", "float32"},
+                                                    {PlyType::kDouble, "double", "float64"}}};
 
 // Calls function with a zero of the type.
 template <typename Function>
@@ -60,7 +60,7 @@ auto WithType(PlyType type, Function function) {
 }
 
 std::string_view NameOf(PlyType type) {
-  for (const TypeName& entry : kTypeNames) {
+  for (const PlyTypeName& entry : kTypeNames) {
     if (entry.type == type) return entry.name;
   }
   throw std::logic_error("unknown PLY type");
@@ -194,7 +194,7 @@ class Reader {
   }
 
   PlyType TypeOf(std::string_view name) const {
-    for (const TypeName& entry : kTypeNames) {
+    for (const PlyTypeName& entry : kTypeNames) {
       if (name == entry.name || name == entry.alias) return entry.type;
     }
     Fail(fmt::format("found PLY type '{}', expected one of its eight types", name));

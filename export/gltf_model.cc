@@ -8,7 +8,7 @@
 namespace slcmap {
 namespace {
 
-constexpr double kSteps = 65535;  // of a quantised position
+constexpr double kQuantisedSteps = 65535;  // of a quantised position
 
 // glTF colours are linear, while those of the scene are as a screen shows them (sRGB).
 uint8_t ToLinear(uint8_t value) {
@@ -149,7 +149,7 @@ int GltfModel::AddQuantised(const Vertices& vertices, tinygltf::Node* node) {
   Use("KHR_mesh_quantization", true);
   const Eigen::AlignedBox3d box = BoxOf(vertices);
   const double extent_m = box.sizes().maxCoeff();
-  const double step_m = extent_m > 0 ? extent_m / kSteps : 1;
+  const double step_m = extent_m > 0 ? extent_m / kQuantisedSteps : 1;
   const auto steps = [&](const Eigen::Vector3d& p) {
     return Eigen::Vector3d(((p - box.min()) / step_m).array().round());
   };

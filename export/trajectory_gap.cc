@@ -9,7 +9,7 @@
 namespace slcmap {
 namespace {
 
-constexpr double kSteps = 4;  // median ones
+constexpr double kMedianSteps = 4;  // median ones
 
 }  // namespace
 
@@ -18,7 +18,7 @@ double TrajectoryGap_s(const Trajectory& trajectory, double max_jump_s) {
   for (size_t i = 1; i < trajectory.size(); ++i) {
     steps_s.push_back(ToSeconds(trajectory[i].stamp_ns - trajectory[i - 1].stamp_ns));
   }
-  return std::max(max_jump_s, kSteps * Quantile(std::move(steps_s), 0.5));
+  return std::max(max_jump_s, kMedianSteps * Quantile(std::move(steps_s), 0.5));
 }
 
 }  // namespace slcmap

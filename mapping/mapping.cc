@@ -22,8 +22,8 @@ namespace slcmap {
 namespace {
 
 // Shares of the time, about, up to the end of a stage.
-constexpr double kFused = 0.02, kFiltered = 0.05, kDense = 0.45, kSights = 0.47, kAgreement = 0.5,
-                 kLines = 0.85, kFilled = 0.95;
+constexpr double kFusedUntil = 0.02, kFilteredUntil = 0.05, kDenseUntil = 0.45, kSightsUntil = 0.47,
+                 kAgreementUntil = 0.5, kLinesUntil = 0.85, kFilledUntil = 0.95;
 constexpr double kAxes = 0.3;  // of the lines' part
 constexpr char kImageUnreadable[] = "images_unreadable", kPosesDisagree[] = "poses_disagree";
 constexpr double kMaxPoseError_px = 3, kMinPointsFound = 0.2;
@@ -112,18 +112,18 @@ void AddFilledPlanes(const RecordedViews& recorded, const std::vector<Sights>& s
 // Occupancy, the dense cloud, lines and the building, of the images of the keyframes.
 void MapImages(const OdometryRun& run, const RecordedViews& recorded, const MappingOptions& options,
                const Progress& progress, MapResult* map) {
-  std::vector<Sights> sights =
-      MapDensely(recorded.views, *recorded.images, options, progress.Part(kFiltered, kDense), map);
+  std::vector<Sights> sights = MapDensely(recorded.views, *recorded.images, options,
+                                          progress.Part(kFilteredUntil, kDenseUntil), map);
   const SightDepths depths(map->dense, options.dense.voxel_m,
                            ViewCameras(recorded.views, recorded.images->rig()),
-                           progress.Part(kDense, kSights));
+                           progress.Part(kDenseUntil, kSightsUntil));
   map->lines = LinesOf(run, recorded, map->dense, depths,
                        LineOptionsFor(run, recorded, options.lines,
-                                      progress.Part(kSights, kAgreement), &map->warnings),
-                       options.run_lines, progress.Part(kAgreement, kLines));
+                                      progress.Part(kSightsUntil, kAgreementUntil), &map->warnings),
+                       options.run_lines, progress.Part(kAgreementUntil, kLinesUntil));
   MoveMarks(map);
-  AddFilledPlanes(recorded, sights, depths, options, progress.Part(kLines, kFilled), map);
-  if (progress.Report(kFilled)) {
+  AddFilledPlanes(recorded, sights, depths, options, progress.Part(kLinesUntil, kFilledUntil), map);
+  if (progress.Report(kFilledUntil)) {
     map->building = BuildBuilding(InputOf(*map, std::move(sights)), options.building);
   }
   const int64_t unreadable = recorded.images->unreadable();
@@ -161,15 +161,15 @@ MapResult BuildMap(const OdometryRun& run, const RecordedViews* recorded,
   map.trajectory = RefineTrajectory(run.states, run.keyframes, &map.warnings);
   map.keyframes = KeyframeTrajectory(run.keyframes);
   map.points = FuseLandmarks(SelectLandmarks(run.landmarks, options.cloud), options.cloud,
-                             watched.Part(0, kFused));
-  map.points =
-      RemoveOutliers(std::move(map.points), options.cloud, watched.Part(kFused, kFiltered));
+                             watched.Part(0, kFusedUntil));
+  map.points = RemoveOutliers(std::move(map.points), options.cloud,
+                              watched.Part(kFusedUntil, kFilteredUntil));
   if (recorded) {
     MapImages(run, *recorded, options, watched, &map);
   } else {
     map.lines = SelectLines(run, options.run_lines);
     map.occupancy = MapOccupancy(KeyframeRays(run, map.points), options.occupancy, &map.warnings,
-                                 watched.Part(kFiltered, 1));
+                                 watched.Part(kFilteredUntil, 1));
   }
   if (stopped) {
     map.complete = false;

@@ -23,7 +23,7 @@ namespace slcmap {
 namespace {
 
 constexpr char kHeader[] = "header.json";
-constexpr char kRig[] = "rig.json";
+constexpr char kJournalRig[] = "rig.json";
 constexpr char kFinished[] = "finished.csv";
 constexpr char kWindow[] = "window.csv";
 constexpr char kFigures[] = "figures.json";
@@ -124,7 +124,7 @@ RunJournal::RunJournal(const std::string& run_folder, const OdometryRun& header)
   const std::string path = JournalPath(run_folder, kFinished);
   file_ = open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_APPEND | O_CLOEXEC, 0666);
   if (file_ < 0) throw OutputError(path + ": cannot be created: " + std::strerror(errno));
-  WriteRig(JournalPath(run_folder, kRig), header.rectified_rig);
+  WriteRig(JournalPath(run_folder, kJournalRig), header.rectified_rig);
   if (header.source) WriteRunSource(run_folder + "/" + kJournalFolder, *header.source);
   // Last: without it there is no journal.
   WriteJsonFile(JournalPath(run_folder, kHeader), HeaderJson(header));
@@ -175,7 +175,7 @@ OdometryRun ReadRunJournal(const std::string& run_folder) {
     ParseHeader(header, json, &run);
     return true;
   });
-  run.rectified_rig = ReadRig(JournalPath(run_folder, kRig));
+  run.rectified_rig = ReadRig(JournalPath(run_folder, kJournalRig));
   if (run.source) ReadRunSource(run_folder + "/" + kJournalFolder, &*run.source);
   if (const std::string figures = JournalPath(run_folder, kFigures);
       std::filesystem::exists(figures)) {

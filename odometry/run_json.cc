@@ -44,10 +44,6 @@ Json SegmentsJson(const OdometryRun& run) {
   return json;
 }
 
-constexpr double kMaxHeading_rad = 7;
-constexpr double kMaxElevation_rad = 1.5708;
-constexpr int64_t kMaxStamp_ns = 4'000'000'000'000'000'000;
-
 Json WorldsJson(const std::vector<ManhattanWorld>& worlds) {
   Json json = Json::array();
   for (const ManhattanWorld& world : worlds) {

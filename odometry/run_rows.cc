@@ -14,10 +14,7 @@
 namespace slcmap {
 namespace {
 
-constexpr double kMaxStamp_ns = 4e18;
 constexpr double kMaxVariance_m2 = kMaxSigma_m * kMaxSigma_m;
-constexpr double kMaxHeading_rad = 7;
-constexpr double kMaxElevation_rad = 1.5708;
 
 constexpr CsvColumn Id(const char* name) { return {name, CsvColumn::Kind::kInteger, 0, kMaxId}; }
 constexpr CsvColumn Integer(const char* name, double least, double most) {

@@ -2,6 +2,7 @@
 // and both directions.
 #pragma once
 
+#include <cstdint>
 #include <map>
 #include <set>
 #include <string>
@@ -22,6 +23,9 @@ inline constexpr double kMaxSegment = 1e6;
 inline constexpr double kMaxSpeed_m_s = 1e5;
 inline constexpr double kMaxBias = 1e4;
 inline constexpr double kMaxCorrection = 1e3;  // of a calibration, in any unit
+inline constexpr int64_t kMaxStamp_ns = 4'000'000'000'000'000'000;
+inline constexpr double kMaxHeading_rad = 7;
+inline constexpr double kMaxElevation_rad = 1.5708;
 
 // The tables of a run; the values are their names in a journal.
 inline constexpr const char* kStateTable = "state";

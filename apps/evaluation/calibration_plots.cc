@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "apps/evaluation/svg_plot.h"
+#include "data/angle_unit.h"
 #include "data/csv_table.h"
 #include "data/file.h"
 #include "odometry/run_rows.h"
@@ -13,7 +14,6 @@
 namespace slcmap {
 namespace {
 
-constexpr double kDegrees = 180 / std::numbers::pi;
 constexpr int kNumbers = 11;  // of a row; then come their standard deviations
 constexpr int kFirstColumn = 2;
 constexpr std::array<const char*, 3> kColours = {"#d03020", "#20a040", "#2060c0"};
@@ -27,10 +27,10 @@ struct Item {
 };
 constexpr std::array<Item, 5> kItems{
     {{"time_offset", "Time offset found, less what was given", "ms", 0, 1, 1e3},
-     {"imu_rotation", "Turn of the IMU found, less what was given", "deg", 1, 3, kDegrees},
+     {"imu_rotation", "Turn of the IMU found, less what was given", "deg", 1, 3, kDegreesPerRadian},
      {"lever", "Lever of the IMU found, less what was given", "mm", 4, 3, 1e3},
      {"right_rotation", "Turn of the right camera found, less what was given", "deg", 7, 3,
-      kDegrees},
+      kDegreesPerRadian},
      {"focal_length", "Focal length found, less what was given", "%", 10, 1, 100}}};
 
 double ValueAt(const CsvTable& table, std::size_t row, int number) {

@@ -10,14 +10,15 @@
 namespace slcmap {
 namespace {
 
-constexpr OptionTable kTable{Option{"min_length_m", &ClearSightOptions::min_length_m, 0.0, 1e3},
-                             Option{"max_range_m", &ClearSightOptions::max_range_m, 0.1, 1e3},
-                             Option{"min_frames", &ClearSightOptions::min_frames, 1, 1000000},
-                             Option{"interval_s", &ClearSightOptions::interval_s, 1e-3, 1e3},
-                             Option{"sample_m", &ClearSightOptions::sample_m, 1e-3, 10.0},
-                             Option{"margin_m", &ClearSightOptions::margin_m, 0.0, 0.1}};
+constexpr OptionTable kEdgesTable{
+    Option{"min_length_m", &ClearSightOptions::min_length_m, 0.0, 1e3},
+    Option{"max_range_m", &ClearSightOptions::max_range_m, 0.1, 1e3},
+    Option{"min_frames", &ClearSightOptions::min_frames, 1, 1000000},
+    Option{"interval_s", &ClearSightOptions::interval_s, 1e-3, 1e3},
+    Option{"sample_m", &ClearSightOptions::sample_m, 1e-3, 10.0},
+    Option{"margin_m", &ClearSightOptions::margin_m, 0.0, 0.1}};
 
-double Length(const PlySegment& segment) {
+double EdgeLength(const PlySegment& segment) {
   return (segment.end_world - segment.start_world).norm();
 }
 
@@ -28,7 +29,7 @@ std::vector<PlySegment> LongEdges(const TrueEdges& edges, double min_length_m) {
   };
   std::map<int64_t, double> lengths_m;
   for (std::size_t i = 0; i < edges.whole.size(); ++i) {
-    lengths_m[edge_of(i)] += Length(edges.whole[i]);
+    lengths_m[edge_of(i)] += EdgeLength(edges.whole[i]);
   }
   std::vector<PlySegment> pieces;
   for (std::size_t i = 0; i < edges.whole.size(); ++i) {
@@ -94,7 +95,7 @@ void AddParts(const WatchedEdge& edge, int min_frames, std::vector<PlySegment>* 
 
 }  // namespace
 
-void ClearSightOptions::Check() const { kTable.Check("clear sight", *this); }
+void ClearSightOptions::Check() const { kEdgesTable.Check("clear sight", *this); }
 
 std::vector<PlySegment> ClearlySeen(const TrueEdges& edges, const TriangleTree& surfaces,
                                     const Trajectory& truth, const Rig& rig,
@@ -102,7 +103,7 @@ std::vector<PlySegment> ClearlySeen(const TrueEdges& edges, const TriangleTree& 
   options.Check();
   std::vector<WatchedEdge> watched;
   for (const PlySegment& piece : LongEdges(edges, options.min_length_m)) {
-    const double samples = std::max(std::round(Length(piece) / options.sample_m), 1.0);
+    const double samples = std::max(std::round(EdgeLength(piece) / options.sample_m), 1.0);
     watched.push_back({piece, std::vector<int>(static_cast<std::size_t>(samples), 0)});
   }
   const Watcher watcher{rig.cameras[0], surfaces, options};

@@ -20,12 +20,13 @@ using Eigen::Vector3d;
 
 constexpr double kLeastVariance_m2 = 1e-12;  // of a micrometre: keeps the entropy finite
 
-constexpr OptionTable kTable{Option{"radius_m", &FlatnessOptions::radius_m, 1e-3, 10.0},
-                             Option{"min_neighbours", &FlatnessOptions::min_neighbours, 4, 10000},
-                             Option{"max_points", &FlatnessOptions::max_points, 1, 100000000},
-                             Option{"max_neighbours", &FlatnessOptions::max_neighbours, 4, 100000},
-                             Option{"max_angle_deg", &FlatnessOptions::max_angle_deg, 0.1, 20.0},
-                             Option{"max_flatness", &FlatnessOptions::max_flatness, 0.0, 1.0}};
+constexpr OptionTable kFlatnessTable{
+    Option{"radius_m", &FlatnessOptions::radius_m, 1e-3, 10.0},
+    Option{"min_neighbours", &FlatnessOptions::min_neighbours, 4, 10000},
+    Option{"max_points", &FlatnessOptions::max_points, 1, 100000000},
+    Option{"max_neighbours", &FlatnessOptions::max_neighbours, 4, 100000},
+    Option{"max_angle_deg", &FlatnessOptions::max_angle_deg, 0.1, 20.0},
+    Option{"max_flatness", &FlatnessOptions::max_flatness, 0.0, 1.0}};
 
 // The variances of a neighbourhood along its principal directions, ascending.
 struct Neighbourhood {
@@ -105,7 +106,7 @@ void MeasureOrthogonalPlanes(const std::vector<Neighbourhood>& all, const Flatne
 
 }  // namespace
 
-void FlatnessOptions::Check() const { kTable.Check("flatness", *this); }
+void FlatnessOptions::Check() const { kFlatnessTable.Check("flatness", *this); }
 
 double FlatnessMetrics::thickness_m() const { return std::sqrt(mpv_m2); }
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "data/angle_unit.h"
 #include "data/option_table.h"
 #include "data/rigid_transform.h"
 
@@ -14,13 +15,13 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-constexpr double kDegrees = 180 / std::numbers::pi;
 constexpr size_t kCandidates = 60;      // of the most weight, that pairs are made of
 constexpr double kNearlySquare = 0.17;  // cosine between a pair
 constexpr int kRefinements = 10;
 
-constexpr OptionTable kTable{Option{"max_angle_deg", &DirectionOptions::max_angle_deg, 0.1, 20.0},
-                             Option{"min_weight", &DirectionOptions::min_weight, 0.0, 1.0}};
+constexpr OptionTable kDirectionTable{
+    Option{"max_angle_deg", &DirectionOptions::max_angle_deg, 0.1, 20.0},
+    Option{"min_weight", &DirectionOptions::min_weight, 0.0, 1.0}};
 
 using Directions = std::vector<WeightedDirection>;
 
@@ -100,7 +101,7 @@ std::optional<double> Orthogonality_deg(const Matrix3d& axes, const Directions& 
   std::optional<double> largest;
   for (size_t i = 0; i < own.size(); ++i) {
     for (size_t j = i + 1; j < own.size(); ++j) {
-      const double off_deg = std::abs(std::asin(own[i].dot(own[j]))) * kDegrees;
+      const double off_deg = std::abs(std::asin(own[i].dot(own[j]))) * kDegreesPerRadian;
       largest = std::max(largest.value_or(0), off_deg);
     }
   }
@@ -108,17 +109,18 @@ std::optional<double> Orthogonality_deg(const Matrix3d& axes, const Directions& 
 }
 
 double Angle_deg(const Vector3d& axis, const Vector3d& direction) {
-  return std::atan2(axis.cross(direction).norm(), std::abs(axis.dot(direction))) * kDegrees;
+  return std::atan2(axis.cross(direction).norm(), std::abs(axis.dot(direction))) *
+         kDegreesPerRadian;
 }
 
 }  // namespace
 
-void DirectionOptions::Check() const { kTable.Check("directions", *this); }
+void DirectionOptions::Check() const { kDirectionTable.Check("directions", *this); }
 
 std::optional<int> AxisOf(const Matrix3d& axes, const Vector3d& direction, double max_angle_deg) {
   Eigen::Index nearest = 0;
   const double cosine = (axes.transpose() * direction).cwiseAbs().maxCoeff(&nearest);
-  if (cosine < std::cos(max_angle_deg / kDegrees)) return std::nullopt;
+  if (cosine < std::cos(max_angle_deg / kDegreesPerRadian)) return std::nullopt;
   return static_cast<int>(nearest);
 }
 

@@ -21,7 +21,7 @@ using Eigen::Vector4d;
 constexpr int kIterations = 10;
 constexpr double kOtherThing_m = 0.02;
 
-constexpr OptionTable kTable{
+constexpr OptionTable kStraightnessTable{
     Option{"min_observations", &EdgeStraightnessOptions::min_observations, 2, 1000},
     Option{"pose_sigma_m", &EdgeStraightnessOptions::pose_sigma_m, 1e-6, 0.1},
     Option{"max_sigmas", &EdgeStraightnessOptions::max_sigmas, 0.1, 1000.0}};
@@ -239,7 +239,7 @@ bool IsFar(const End& end, const FittedLine& line, double max_sigmas) {
 }  // namespace
 
 void EdgeStraightnessOptions::Check() const {
-  kTable.Check("edge_straightness", *this);
+  kStraightnessTable.Check("edge_straightness", *this);
   if (times_s.empty() || !std::is_sorted(times_s.begin(), times_s.end())) {
     throw ConfigError("edge_straightness.times_s: expected at least one time, ascending");
   }

@@ -8,12 +8,11 @@
 #include <map>
 
 #include "apps/evaluation/segment_index.h"
+#include "data/angle_unit.h"
 #include "data/error.h"
 
 namespace slcmap {
 namespace {
-
-constexpr double kDegrees = 180 / M_PI;
 
 double Length(const PlySegment& segment) {
   return (segment.end_world - segment.start_world).norm();
@@ -44,7 +43,7 @@ void ForEachSample(const std::vector<PlySegment>& segments, const SegmentIndex& 
       }
       visit(segment, length_m / count,
             others.Nearest(segment.start_world + i / count * along, along / length_m,
-                           options.tolerances_m.back(), options.max_angle_deg / kDegrees));
+                           options.tolerances_m.back(), options.max_angle_deg / kDegreesPerRadian));
     }
     done_m += length_m;
   }
@@ -82,8 +81,8 @@ struct AccuracySums {
 
   std::optional<LineAccuracy> Result() const {
     if (length_m == 0) return std::nullopt;
-    return LineAccuracy{length_m, kDegrees * angle / length_m,
-                        kDegrees * std::sqrt(squared_angle / length_m),
+    return LineAccuracy{length_m, kDegreesPerRadian * angle / length_m,
+                        kDegreesPerRadian * std::sqrt(squared_angle / length_m),
                         std::sqrt(squared_distance / length_m)};
   }
 };

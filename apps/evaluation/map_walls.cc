@@ -11,8 +11,9 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr OptionTable kTable{Option{"max_distance_m", &MapWallOptions::max_distance_m, 1e-3, 1.0},
-                             Option{"max_angle_deg", &MapWallOptions::max_angle_deg, 0.1, 90.0}};
+constexpr OptionTable kWallsTable{
+    Option{"max_distance_m", &MapWallOptions::max_distance_m, 1e-3, 1.0},
+    Option{"max_angle_deg", &MapWallOptions::max_angle_deg, 0.1, 90.0}};
 
 // A plane with the box around its outline, in axes along it.
 class WallRegion {
@@ -45,7 +46,7 @@ class WallRegion {
 
 }  // namespace
 
-void MapWallOptions::Check() const { kTable.Check("map_walls", *this); }
+void MapWallOptions::Check() const { kWallsTable.Check("map_walls", *this); }
 
 std::vector<SurveyedPoints> WallsOfMap(const Building& building,
                                        const std::vector<DensePoint>& cloud,

@@ -22,7 +22,7 @@ constexpr double kBeyondEnds_m = 0.05;  // of a true edge
 constexpr double kClearlyWorse = 6;     // of another edge's chi2, by which the nearest one is told
 constexpr double kSameLine_m = 0.003;   // pieces of one edge go on in each other
 
-constexpr OptionTable kTable{
+constexpr OptionTable kObservationsTable{
     Option{"sigma_px", &PlacementOptions::sigma_px, 1e-3, 10.0},
     Option{"max_sigma_m", &PlacementOptions::max_sigma_m, 1e-4, 1.0},
     Option{"max_depth_m", &PlacementOptions::max_depth_m, 0.5, 100.0},
@@ -200,7 +200,7 @@ class EdgeFinder {
 
 }  // namespace
 
-void PlacementOptions::Check() const { kTable.Check("placement", *this); }
+void PlacementOptions::Check() const { kObservationsTable.Check("placement", *this); }
 
 PlacedInWorld InWorld(const Placed& place, const RigidTransform& T_world_imu) {
   const Matrix3d rotation = T_world_imu.rotation.toRotationMatrix();

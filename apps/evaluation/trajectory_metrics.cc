@@ -6,12 +6,12 @@
 #include <cmath>
 #include <numeric>
 
+#include "data/angle_unit.h"
 #include "data/error.h"
 
 namespace slcmap {
 namespace {
 
-constexpr double kDegrees = 180 / M_PI;
 constexpr double kMaxGapFrames = 3;
 constexpr double kMinExtent_m = 0.01;
 // A pose stands for the stamps around it; a little more than half a frame, as stamps jitter.
@@ -30,7 +30,7 @@ double Median(std::vector<double> values) {
 }
 
 double AngleDeg(const Eigen::Quaterniond& rotation) {
-  return LogRotation(rotation).norm() * kDegrees;
+  return LogRotation(rotation).norm() * kDegreesPerRadian;
 }
 
 std::vector<AssociatedPose> Associate(const Trajectory& truth, const Trajectory& estimate,
@@ -112,7 +112,7 @@ double PathLength(const Trajectory& trajectory) {
 }
 
 // The largest distance of a pose from the first one, of truth or estimate.
-double Extent(const std::vector<AssociatedPose>& poses) {
+double ExtentOfPath(const std::vector<AssociatedPose>& poses) {
   double extent_m = 0;
   for (const AssociatedPose& pose : poses) {
     for (const auto member : {&AssociatedPose::T_world_truth, &AssociatedPose::T_world_estimate}) {
@@ -196,7 +196,7 @@ double HeadingDifference(const AssociatedPose& pose) {
 
 double MeasureHeading(const std::vector<AssociatedPose>& poses) {
   const double difference_rad = HeadingDifference(poses.back()) - HeadingDifference(poses.front());
-  return std::remainder(difference_rad, 2 * M_PI) * kDegrees;
+  return std::remainder(difference_rad, 2 * M_PI) * kDegreesPerRadian;
 }
 
 }  // namespace
@@ -237,7 +237,7 @@ TrajectoryMetrics EvaluateTrajectory(const Trajectory& truth, const Trajectory& 
                     "at least 3: are both files of the same recording and clock?",
                     metrics.poses.size(), estimate.size()));
   }
-  if (const double extent_m = Extent(metrics.poses); extent_m < kMinExtent_m) {
+  if (const double extent_m = ExtentOfPath(metrics.poses); extent_m < kMinExtent_m) {
     throw DataError(
         fmt::format("found {} poses within {:.3g} m of each other, expected a path of at least {} "
                     "m: at rest nothing can be aligned, and no error be measured",

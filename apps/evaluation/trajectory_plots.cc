@@ -6,7 +6,7 @@
 namespace slcmap {
 namespace {
 
-constexpr char kTruthColour[] = "#888888";
+constexpr char kPlotTruthColour[] = "#888888";
 constexpr char kEstimateColour[] = "#d03020";
 constexpr char kRotationColour[] = "#2060c0";
 
@@ -15,7 +15,7 @@ constexpr char kRotationColour[] = "#2060c0";
 SvgPlot View(const TrajectoryMetrics& metrics, const std::string& title, int vertical,
              const std::string& y_label) {
   SvgPlot plot{title, "x [m]", y_label, true, {}};
-  SvgSeries truth{"truth", kTruthColour, {}}, estimate{"estimate", kEstimateColour, {}};
+  SvgSeries truth{"truth", kPlotTruthColour, {}}, estimate{"estimate", kEstimateColour, {}};
   for (const AssociatedPose& pose : metrics.poses) {
     const Eigen::Vector3d& t = pose.T_world_truth.translation;
     const Eigen::Vector3d e =

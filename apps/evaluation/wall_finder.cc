@@ -17,12 +17,13 @@ constexpr double kInFront_m = 0.1;     // of a wall the camera is
 constexpr double kFloorStrip_m = 0.5;  // of the length of a wall, each with points in it
 constexpr double kFilled = 0.6;        // of these strips
 
-constexpr OptionTable kTable{Option{"thickness_m", &WallFinderOptions::thickness_m, 1e-3, 1.0},
-                             Option{"max_sigma_m", &WallFinderOptions::max_sigma_m, 1e-4, 1.0},
-                             Option{"max_gap_m", &WallFinderOptions::max_gap_m, 0.1, 100.0},
-                             Option{"min_length_m", &WallFinderOptions::min_length_m, 0.1, 100.0},
-                             Option{"min_height_m", &WallFinderOptions::min_height_m, 0.1, 100.0},
-                             Option{"min_points", &WallFinderOptions::min_points, 3, 1000000}};
+constexpr OptionTable kFinderTable{
+    Option{"thickness_m", &WallFinderOptions::thickness_m, 1e-3, 1.0},
+    Option{"max_sigma_m", &WallFinderOptions::max_sigma_m, 1e-4, 1.0},
+    Option{"max_gap_m", &WallFinderOptions::max_gap_m, 0.1, 100.0},
+    Option{"min_length_m", &WallFinderOptions::min_length_m, 0.1, 100.0},
+    Option{"min_height_m", &WallFinderOptions::min_height_m, 0.1, 100.0},
+    Option{"min_points", &WallFinderOptions::min_points, 3, 1000000}};
 
 struct Candidate {
   size_t index = 0;  // of the point
@@ -112,7 +113,7 @@ void FindAcross(std::vector<Candidate> candidates, const WallFinderOptions& opti
 
 }  // namespace
 
-void WallFinderOptions::Check() const { kTable.Check("walls", *this); }
+void WallFinderOptions::Check() const { kFinderTable.Check("walls", *this); }
 
 std::vector<FoundWall> FindWalls(const std::vector<PointOfPair>& points,
                                  const Trajectory& trajectory, const Eigen::Matrix3d& axes,

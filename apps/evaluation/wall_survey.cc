@@ -6,6 +6,7 @@
 #include <map>
 #include <numbers>
 
+#include "data/angle_unit.h"
 #include "data/option_table.h"
 
 namespace slcmap {
@@ -15,17 +16,16 @@ using Eigen::Matrix3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kDegrees = 180 / std::numbers::pi;
-constexpr int kIterations = 6;
-constexpr double kCauchy_m = 0.02;      // a point so far from its face counts half
-constexpr double kKnownPlaces = 0.7;    // of those under a straightedge
-constexpr double kLeastSpan = 0.9;      // of a straightedge, between the outer places under it
-constexpr double kLeastBeside_m = 0.5;  // of faces that face each other
-constexpr double kMostApart_m = 30;     // the same; DIN 18202 goes no further
-constexpr double kNear_m = 1;           // of faces that an angle is between, at their ends
+constexpr int kSurveyIterations = 6;
+constexpr double kCauchy_m = 0.02;    // a point so far from its face counts half
+constexpr double kKnownPlaces = 0.7;  // of those under a straightedge
+constexpr double kLeastSpan = 0.9;    // of a straightedge, between the outer places under it
+constexpr double kSurveyLeastBeside_m = 0.5;  // of faces that face each other
+constexpr double kSurveyMostApart_m = 30;     // the same; DIN 18202 goes no further
+constexpr double kNear_m = 1;                 // of faces that an angle is between, at their ends
 constexpr double kMadToSigma = 1.4826, kMedianSpread = 1.2533;
 
-constexpr OptionTable kTable{
+constexpr OptionTable kSurveyTable{
     Option{"step_m", &SurveyOptions::step_m, 0.01, 10.0},
     Option{"min_points", &SurveyOptions::min_points, 1, 100000},
     Option{"point_sigma_m", &SurveyOptions::point_sigma_m, 1e-6, 1.0},
@@ -55,7 +55,7 @@ double NormalVariance(const PlacedInWorld& point, const Vector3d& normal,
 Face FitFace(const SurveyedPoints& wall, const Vector3d& up, const SurveyOptions& options) {
   std::vector<double> weights(wall.points.size(), 1);
   Face face;
-  for (int iteration = 0; iteration < kIterations; ++iteration) {
+  for (int iteration = 0; iteration < kSurveyIterations; ++iteration) {
     double sum = 0;
     Vector3d middle = Vector3d::Zero();
     for (size_t i = 0; i < weights.size(); ++i) {
@@ -178,7 +178,7 @@ double LeastZone(const std::vector<Vector2d>& places) {
   return least;
 }
 
-struct Extent {
+struct SurveyExtent {
   double from_m = HUGE_VAL, to_m = -HUGE_VAL;
   void Add(double value) {
     from_m = std::min(from_m, value);
@@ -189,7 +189,7 @@ struct Extent {
 
 // What lies alone at the ends of a face does not make it longer: from the 1st to the 99th of a
 // hundred points.
-Extent Inner(std::vector<double> values) {
+SurveyExtent Inner(std::vector<double> values) {
   std::sort(values.begin(), values.end());
   const size_t cut = values.size() / 100;
   return {values[cut], values[values.size() - 1 - cut]};
@@ -223,7 +223,7 @@ std::optional<WallFace> MeasureWall(const SurveyedPoints& wall, const Vector3d& 
     result.rms_m += face.Off(p.p_world) * face.Off(p.p_world);
   }
   result.rms_m = std::sqrt(result.rms_m / static_cast<double>(wall.points.size()));
-  const Extent along = Inner(along_m), upwards = Inner(up_m);
+  const SurveyExtent along = Inner(along_m), upwards = Inner(up_m);
   result.length_m = along.Length();
   result.height_m = upwards.Length();
   if (!(result.length_m >= options.min_length_m)) return std::nullopt;
@@ -242,10 +242,10 @@ std::optional<WallFace> MeasureWall(const SurveyedPoints& wall, const Vector3d& 
 }
 
 // The stretch of a face along a direction, from a place.
-Extent StretchOf(const WallFace& wall, const Vector3d& direction, const Vector3d& from,
-                 const Vector3d& up) {
+SurveyExtent StretchOf(const WallFace& wall, const Vector3d& direction, const Vector3d& from,
+                       const Vector3d& up) {
   const Vector3d half = 0.5 * wall.length_m * up.cross(wall.normal_world).normalized();
-  Extent extent;
+  SurveyExtent extent;
   for (const double sign : {-1.0, 1.0}) {
     extent.Add(direction.dot(wall.middle_world + sign * half - from));
   }
@@ -254,21 +254,22 @@ Extent StretchOf(const WallFace& wall, const Vector3d& direction, const Vector3d
 
 std::optional<FaceDistance> DistanceBetween(const WallFace& a, const WallFace& b,
                                             const Vector3d& up, const SurveyOptions& options) {
-  if (a.normal_world.dot(b.normal_world) > -std::cos(options.max_parallel_deg / kDegrees)) {
+  if (a.normal_world.dot(b.normal_world) >
+      -std::cos(options.max_parallel_deg / kDegreesPerRadian)) {
     return std::nullopt;
   }
   const Vector3d along = up.cross(a.normal_world).normalized();
-  const Extent first = StretchOf(a, along, a.middle_world, up),
-               second = StretchOf(b, along, a.middle_world, up);
+  const SurveyExtent first = StretchOf(a, along, a.middle_world, up),
+                     second = StretchOf(b, along, a.middle_world, up);
   const double from_m = std::max(first.from_m, second.from_m);
   const double to_m = std::min(first.to_m, second.to_m);
-  if (to_m - from_m < kLeastBeside_m) return std::nullopt;
+  if (to_m - from_m < kSurveyLeastBeside_m) return std::nullopt;
   const Vector3d place = a.middle_world + 0.5 * (from_m + to_m) * along;
   // Along the mean of both normals, so that it does not matter which face comes first.
   const Vector3d across = (a.normal_world - b.normal_world).normalized();
   const double distance_m =
       (b.middle_world - place).dot(b.normal_world) / across.dot(b.normal_world);
-  if (!(distance_m > 0.3 && distance_m < kMostApart_m)) return std::nullopt;
+  if (!(distance_m > 0.3 && distance_m < kSurveyMostApart_m)) return std::nullopt;
   return FaceDistance{a.wall, b.wall, distance_m, 1.96 * std::hypot(a.sigma_m, b.sigma_m)};
 }
 
@@ -276,20 +277,21 @@ std::optional<FaceAngle> AngleBetween(const WallFace& a, const WallFace& b, cons
                                       const SurveyOptions& options) {
   const auto level = [&](const Vector3d& n) { return Vector3d((n - up * up.dot(n)).normalized()); };
   const double off_rad = std::asin(level(a.normal_world).dot(level(b.normal_world)));
-  if (std::abs(off_rad) > options.max_parallel_deg / kDegrees) return std::nullopt;
+  if (std::abs(off_rad) > options.max_parallel_deg / kDegreesPerRadian) return std::nullopt;
   // Each reaches, within a metre, to where the other's plane is.
   for (const auto& [wall, other] : {std::pair(&a, &b), std::pair(&b, &a)}) {
-    const Extent stretch = StretchOf(*wall, other->normal_world, other->middle_world, up);
+    const SurveyExtent stretch = StretchOf(*wall, other->normal_world, other->middle_world, up);
     if (stretch.from_m > kNear_m || stretch.to_m < -kNear_m) return std::nullopt;
   }
   const double leg_m = std::min(a.length_m, b.length_m);
-  return FaceAngle{a.wall, b.wall, std::abs(off_rad) * kDegrees, std::abs(off_rad) * leg_m, leg_m};
+  return FaceAngle{a.wall, b.wall, std::abs(off_rad) * kDegreesPerRadian, std::abs(off_rad) * leg_m,
+                   leg_m};
 }
 
 }  // namespace
 
 void SurveyOptions::Check() const {
-  kTable.Check("survey", *this);
+  kSurveyTable.Check("survey", *this);
   for (const double length_m : straightedges_m) {
     if (!(length_m > 0)) throw ConfigError("survey.straightedges_m: expected lengths above 0");
   }

@@ -1,5 +1,5 @@
 # The headers that most files include, parsed once a build instead of once a file. What is compiled
-# is the same; a file that relies on them without including them fails in the sanitizer builds.
+# is the same.
 
 option(SLCMAP_PRECOMPILE_HEADERS "Parse the headers of Eigen, OpenCV and GoogleTest once" ON)
 

@@ -3,22 +3,18 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
+#include "data/angle_unit.h"
 #include "data/calibration.h"
 #include "data/check/check.h"
+#include "data/check/left_right.h"
 
 namespace slcmap {
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180;
 constexpr double kMinSideways = 0.8;  // of the baseline, along the left camera's x
 constexpr double kMaxUsualBaseline_m = 1;
 constexpr double kMaxAngle_rad = 20 * kDegree;  // between the optical axes
-
-RigidTransform LeftRight(const Rig& rig) {
-  return rig.T_imu_camera[0].Inverse() * rig.T_imu_camera[1];
-}
 
 // Between the optical axes.
 double AngleBetween_rad(const RigidTransform& T_left_right) {

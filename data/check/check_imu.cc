@@ -4,15 +4,14 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numbers>
 
+#include "data/angle_unit.h"
 #include "data/check/check.h"
 #include "data/imu_limits.h"
 
 namespace slcmap {
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180;
 constexpr double kMean_s = 0.25;        // accelerometer readings averaged for a direction
 constexpr double kBetween_s = 1.0;      // between two directions that are compared
 constexpr double kMinGyro_deg = 5;      // error that makes the unit doubtful

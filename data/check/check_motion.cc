@@ -3,8 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
+#include "data/angle_unit.h"
 #include "data/calibration.h"
 #include "data/check/check.h"
 #include "data/check/force_alignment.h"
@@ -14,13 +14,12 @@
 namespace slcmap {
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180;
 constexpr double kDuration_s = 16;  // of the recording that is looked at
 constexpr double kClear = 6;        // standard deviations, for a finding
 constexpr double kMaxOffset_s = 0.0015, kMaxOffsetSigma_s = 0.005;
 constexpr double kMaxTurned_rad = 1 * kDegree, kGrossTurned_rad = 5 * kDegree;
-constexpr double kExplained = 0.1;   // the share of the turns that a good calibration may leave
-constexpr double kMuchBetter = 0.3;  // of what is left without a change
+constexpr double kExplained = 0.1;  // the share of the turns that a good calibration may leave
+constexpr double kMotionMuchBetter = 0.3;  // of what is left without a change
 constexpr double kMaxScaleError = 0.05, kMaxScaleSigma = 0.02;
 constexpr double kMaxBaselineError = 0.2, kMaxLeverError_m = 0.3;
 constexpr double kMaxLeverSigma_m = 0.2;
@@ -44,7 +43,7 @@ std::string RotationRemedy(const TurnAlignment& turns) {
 bool Explains(const TurnFit& fit) { return fit.unexplained < kExplained; }
 
 bool IsMuchBetter(const TurnFit& fit, const TurnFit& than) {
-  return fit.unexplained < kMuchBetter * than.unexplained;
+  return fit.unexplained < kMotionMuchBetter * than.unexplained;
 }
 
 bool SameChange(const AxisChange& a, const AxisChange& b) {
@@ -220,7 +219,8 @@ void Judge(const TurnAlignment& turns, const ForceAlignment& forces, const Rig& 
   if (!turns.best.change.IsNone() && Explains(turns.best) &&
       IsMuchBetter(turns.best, turns.claimed)) {
     JudgeTurnAxes(turns, forces, report);
-  } else if (!Explains(turns.best) && turns.unexplained < kMuchBetter * turns.best.unexplained) {
+  } else if (!Explains(turns.best) &&
+             turns.unexplained < kMotionMuchBetter * turns.best.unexplained) {
     report->Fail("imu-camera",
                  fmt::format("the gyroscope explains {:.0f} % of the images' turns as calibrated, "
                              "and more with another rotation",

@@ -9,7 +9,7 @@
 namespace slcmap {
 namespace {
 
-constexpr double kMaxShare = 0.5;  // of repeated images in a sequence that is of use
+constexpr double kRepeatMaxShare = 0.5;  // of repeated images in a sequence that is of use
 
 struct Repeats {
   int64_t count = 0;
@@ -55,7 +55,7 @@ void CheckRepeats(const SequenceSource& source, const Progress& progress, CheckR
         "check the driver: a camera that hangs repeats its last image; such images are dropped "
         "while the rig moves";
     if (static_cast<double>(repeats.count) >
-        kMaxShare * static_cast<double>(info.pair_stamps_ns.size())) {
+        kRepeatMaxShare * static_cast<double>(info.pair_stamps_ns.size())) {
       report->Fail("frozen-camera", found, remedy);
     } else {
       report->Warn("frozen-camera", found, remedy);

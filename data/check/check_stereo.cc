@@ -4,28 +4,28 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <opencv2/features2d.hpp>
 #include <optional>
 
+#include "data/angle_unit.h"
 #include "data/calibration.h"
 #include "data/check/check.h"
+#include "data/check/left_right.h"
 #include "data/check/row_alignment.h"
 
 namespace slcmap {
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180;
 constexpr size_t kStereoSamples = 12, kRowSamples = 24;
-constexpr int kFeatures = 400;
+constexpr int kStereoFeatures = 400;
 constexpr double kMaxDescriptorDistance = 48;  // of 256 bits
 constexpr size_t kMinMatches = 60;             // in all, for a judgement
 constexpr double kAgree_px = 2.5;              // across the epipolar line
 constexpr double kMinAgree = 0.5;              // share of the matches; wrong ones are among them
-constexpr double kMuchBetter = 1.3;            // times the share, for a mistake to be named
+constexpr double kStereoMuchBetter = 1.3;      // times the share, for a mistake to be named
 constexpr double kBlur_px = 1.2;               // median of those that agree, in a poor calibration
 constexpr double kMaxRowsTurn_rad = 0.02 * kDegree, kGrossTurn_rad = 1 * kDegree;
-constexpr double kClear = 6;  // standard deviations
+constexpr double kStereoClear = 6;  // standard deviations
 constexpr int kMinFineMatches = 150;
 constexpr double kPoorRows_px = 0.55;      // once mended: the intrinsics are wrong
 constexpr double kIntrinsicsBetter = 0.6;  // of that, for a mistake to be named
@@ -37,7 +37,7 @@ struct PixelPair {
 
 void MatchFeatures(const cv::Mat& left, const cv::Mat& right, std::vector<PixelPair>* pairs) {
   if (left.empty() || right.empty()) return;
-  const auto orb = cv::ORB::create(kFeatures);
+  const auto orb = cv::ORB::create(kStereoFeatures);
   std::vector<cv::KeyPoint> left_points, right_points;
   cv::Mat left_descriptors, right_descriptors;
   orb->detectAndCompute(left, cv::noArray(), left_points, left_descriptors);
@@ -62,10 +62,6 @@ std::vector<PixelPair> Matches(const SequenceSource& source, int later, const Pr
     MatchFeatures(source.ReadImage(i, 0).image, source.ReadImage(i + later, 1).image, &pairs);
   }
   return pairs;
-}
-
-RigidTransform LeftRight(const Rig& rig) {
-  return rig.T_imu_camera[0].Inverse() * rig.T_imu_camera[1];
 }
 
 std::vector<RayPair> RaysOf(const std::vector<PixelPair>& pairs, const Rig& rig) {
@@ -213,7 +209,7 @@ const Mistake* BestMistake(const std::vector<Mistake>& mistakes,
   std::vector<PixelPair> swapped;
   for (const PixelPair& pair : pairs) swapped.push_back({pair.right_px, pair.left_px});
   const Mistake* found = nullptr;
-  *best = {std::max(kMinAgree, kMuchBetter * given.share), 0};
+  *best = {std::max(kMinAgree, kStereoMuchBetter * given.share), 0};
   for (const Mistake& mistake : mistakes) {
     const Agreement mended = AgreementOf(mistake.swap_images ? swapped : pairs, mistake.rig);
     if (mended.share <= best->share) continue;
@@ -241,7 +237,7 @@ constexpr double kMendedShare = 0.9;
 void JudgeRows(const RowAlignment& rows, const Rig& given, const Rig& mended, CheckReport* report) {
   const auto clear = [&](int axis) {
     return std::abs(rows.turn_rad[axis]) >
-           std::max(kMaxRowsTurn_rad, kClear * rows.turn_sigma_rad[axis]);
+           std::max(kMaxRowsTurn_rad, kStereoClear * rows.turn_sigma_rad[axis]);
   };
   if (!clear(0) && !clear(1) && !clear(2)) return;
   if (rows.mended_rows_px > kMendedShare * rows.rows_px) return;
@@ -340,7 +336,7 @@ void CheckRows(const SequenceSource& source, const Eigen::Vector3d& coarse_rad,
 // `share`.
 bool JudgeSynchronisation(const SequenceSource& source, const std::string& found, double share,
                           const Progress& progress, CheckReport* report) {
-  double best = std::max(kMinAgree, kMuchBetter * share);
+  double best = std::max(kMinAgree, kStereoMuchBetter * share);
   int best_later = 0;
   for (const int later : {1, -1, 2, -2}) {
     const Agreement agreement = AgreementOf(Matches(source, later, progress), source.info().rig);
@@ -382,7 +378,7 @@ std::optional<Eigen::Vector3d> JudgeDisagreement(const SequenceSource& source,
                            report)) {
     return std::nullopt;
   }
-  if (turned.share >= kMinAgree && turned.share > kMuchBetter * given.share &&
+  if (turned.share >= kMinAgree && turned.share > kStereoMuchBetter * given.share &&
       turned.share > (mistake != nullptr ? best.share : 0) - 0.05 &&
       rows.turn_rad.norm() < 10 * kDegree) {
     return rows.turn_rad;

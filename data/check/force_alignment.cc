@@ -31,7 +31,7 @@ struct Measurement {
 };
 
 // How the camera turns within a part, with the readings on the way.
-struct Reading {
+struct ForceReading {
   double time_s = 0;  // from the part's start
   Eigen::Matrix3d R_part_camera = Eigen::Matrix3d::Identity();
   Eigen::Vector3d force_m_s2 = Eigen::Vector3d::Zero();
@@ -59,9 +59,9 @@ class Part {
   }
 
   Eigen::Matrix3d R_part_camera(double time_s) const {
-    const auto after =
-        std::lower_bound(readings_.begin(), readings_.end(), time_s,
-                         [](const Reading& reading, double t_s) { return reading.time_s < t_s; });
+    const auto after = std::lower_bound(
+        readings_.begin(), readings_.end(), time_s,
+        [](const ForceReading& reading, double t_s) { return reading.time_s < t_s; });
     if (after == readings_.end()) return readings_.back().R_part_camera;
     if (after == readings_.begin()) return after->R_part_camera;
     const auto before = after - 1;
@@ -76,7 +76,7 @@ class Part {
   Eigen::Matrix<double, 3, 9> MeanForce(double first_s, double middle_s, double last_s) const {
     Eigen::Matrix<double, 3, 9> mean = Eigen::Matrix<double, 3, 9>::Zero();
     double total = 0;
-    for (const Reading& reading : readings_) {
+    for (const ForceReading& reading : readings_) {
       if (reading.time_s <= first_s || reading.time_s >= last_s) continue;
       const double weight = reading.time_s < middle_s
                                 ? (reading.time_s - first_s) / (middle_s - first_s)
@@ -93,7 +93,7 @@ class Part {
   bool empty() const { return readings_.empty(); }
 
  private:
-  std::vector<Reading> readings_;
+  std::vector<ForceReading> readings_;
 };
 
 // The steps of one part follow each other without a break.

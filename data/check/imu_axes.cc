@@ -4,14 +4,12 @@
 
 #include <algorithm>
 #include <array>
-#include <numbers>
 
 #include "data/rigid_transform.h"
 
 namespace slcmap {
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180;
 constexpr char kLetters[] = "xyz";
 
 // What is read as each axis: "y, -x, z" is the reading of a sensor turned about z.

@@ -11,11 +11,11 @@ namespace {
 using Vector6d = Eigen::Matrix<double, 6, 1>;
 using Matrix6d = Eigen::Matrix<double, 6, 6>;
 
-constexpr size_t kMinPoints = 20;
-constexpr double kMinAgree = 0.5;  // share of the points
-constexpr int kIterations = 12;
-constexpr double kMinNoise_rad = 1e-4, kFirstNoise_rad = 0.01;
-constexpr double kOutlier = 4;           // times the noise
+constexpr size_t kPlacedMinPoints = 20;
+constexpr double kPlacedMinAgree = 0.5;  // share of the points
+constexpr int kPlacedIterations = 12;
+constexpr double kPlacedMinNoise_rad = 1e-4, kFirstNoise_rad = 0.01;
+constexpr double kPlacedOutlier = 4;     // times the noise
 constexpr double kMedianToSigma = 0.85;  // of the length of a vector of two
 constexpr double kConverged = 1e-8;
 constexpr double kMinDistance_m = 0.05;
@@ -59,7 +59,7 @@ Normal NormalEquations(const std::vector<PlacedRay>& rays, const RigidTransform&
     const double u = sizes[i] / (2 * normal.noise_rad), weight = 1 / (1 + u * u);
     normal.H += weight * linears[i].jacobian.transpose() * linears[i].jacobian;
     normal.g -= weight * linears[i].jacobian.transpose() * linears[i].residual;
-    normal.agree += sizes[i] < kOutlier * normal.noise_rad;
+    normal.agree += sizes[i] < kPlacedOutlier * normal.noise_rad;
   }
   return normal;
 }
@@ -68,13 +68,14 @@ Normal NormalEquations(const std::vector<PlacedRay>& rays, const RigidTransform&
 
 std::optional<PlacedMotion> SolvePlaced(const std::vector<PlacedRay>& rays,
                                         const RigidTransform& guess, bool fixed_rotation) {
-  if (rays.size() < kMinPoints) return std::nullopt;
+  if (rays.size() < kPlacedMinPoints) return std::nullopt;
   PlacedMotion motion;
   RigidTransform& T = motion.T_first_second;
   T = guess;
-  for (int iteration = 0; iteration < kIterations; ++iteration) {
+  for (int iteration = 0; iteration < kPlacedIterations; ++iteration) {
     // Far off at first, few may seem to agree.
-    const Normal normal = NormalEquations(rays, T, iteration < 3 ? kFirstNoise_rad : kMinNoise_rad);
+    const Normal normal =
+        NormalEquations(rays, T, iteration < 3 ? kFirstNoise_rad : kPlacedMinNoise_rad);
     Vector6d step = Vector6d::Zero();
     if (fixed_rotation) {
       step.tail<3>() = normal.H.bottomRightCorner<3, 3>().ldlt().solve(normal.g.tail<3>());
@@ -86,9 +87,9 @@ std::optional<PlacedMotion> SolvePlaced(const std::vector<PlacedRay>& rays,
     T.translation += step.tail<3>();
     if (step.norm() < kConverged && iteration > 3) break;
   }
-  const Normal normal = NormalEquations(rays, T, kMinNoise_rad);
-  if (normal.agree < kMinPoints ||
-      static_cast<double>(normal.agree) < kMinAgree * static_cast<double>(rays.size())) {
+  const Normal normal = NormalEquations(rays, T, kPlacedMinNoise_rad);
+  if (normal.agree < kPlacedMinPoints ||
+      static_cast<double>(normal.agree) < kPlacedMinAgree * static_cast<double>(rays.size())) {
     return std::nullopt;
   }
   const Matrix6d covariance = normal.H.inverse() * normal.noise_rad * normal.noise_rad;

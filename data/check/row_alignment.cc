@@ -19,23 +19,23 @@ constexpr double kHeld_rad = 1e-7;
 constexpr double kBetterRows = 0.8;  // of what the rows are off without a turn about y, and
 constexpr double kClearSigmas = 5, kClearAboutY_rad = 2e-3;  // for y to be believed
 constexpr int kSteps = 4;                                    // at each scale
-constexpr double kAgree_px = 2.5;
-constexpr int kFeatures = 150;
-constexpr double kFeatureDistance_px = 20, kFeatureQuality = 0.02;
-const cv::Size kPatch_px(15, 15);
-constexpr int kLevels = 4;
-const cv::TermCriteria kUntil(cv::TermCriteria::COUNT + cv::TermCriteria::EPS, 30, 0.005);
-constexpr double kBorder_px = 6, kUsualDepth_m = 4;
+constexpr double kRowAgree_px = 2.5;
+constexpr int kRowFeatures = 150;
+constexpr double kRowFeatureDistance_px = 20, kRowFeatureQuality = 0.02;
+const cv::Size kRowPatch_px(15, 15);
+constexpr int kRowLevels = 4;
+const cv::TermCriteria kRowUntil(cv::TermCriteria::COUNT + cv::TermCriteria::EPS, 30, 0.005);
+constexpr double kRowBorder_px = 6, kRowUsualDepth_m = 4;
 constexpr double kMaxReturn_px = 0.3;  // between a feature and what is found from its match
 
-struct Linear {
+struct RowLinear {
   Eigen::Matrix3d H = Eigen::Matrix3d::Zero();
   Eigen::Vector3d g = Eigen::Vector3d::Zero();
 };
 
-Linear Linearise(const std::vector<RayPair>& matches, const RigidTransform& T_left_right,
-                 const Eigen::Quaterniond& turn, double prior_about_y_rad, double scale_rad) {
-  Linear linear;
+RowLinear Linearise(const std::vector<RayPair>& matches, const RigidTransform& T_left_right,
+                    const Eigen::Quaterniond& turn, double prior_about_y_rad, double scale_rad) {
+  RowLinear linear;
   const Eigen::Vector3d direction = T_left_right.translation.normalized();
   for (const RayPair& rays : matches) {
     const Epipolar e = EpipolarOf(rays, T_left_right.rotation * turn, direction);
@@ -60,7 +60,7 @@ struct Turn {
 Turn FindTurn(const std::vector<RayPair>& matches, const RigidTransform& T_left_right,
               double focal_px, double prior_about_y_rad) {
   Turn found;
-  Linear linear;
+  RowLinear linear;
   for (double scale_px = kFirstScale_px; scale_px >= kLastScale_px; scale_px *= kScaleStep) {
     for (int step = 0; step < kSteps; ++step) {
       linear = Linearise(matches, T_left_right, found.turn, prior_about_y_rad, scale_px / focal_px);
@@ -94,11 +94,13 @@ class Matcher {
 
   void Match(const cv::Mat& left, const cv::Mat& right, std::vector<RayPair>* matches) const {
     std::vector<cv::Point2f> corners, features, guess;
-    cv::goodFeaturesToTrack(left, corners, kFeatures, kFeatureQuality, kFeatureDistance_px);
+    cv::goodFeaturesToTrack(left, corners, kRowFeatures, kRowFeatureQuality,
+                            kRowFeatureDistance_px);
     for (const cv::Point2f& corner : corners) {
       const auto ray = rig_.cameras[0].Unproject({corner.x, corner.y});
       if (!ray) continue;
-      const auto pixel = rig_.cameras[1].Project(T_left_right_.Inverse() * (kUsualDepth_m * *ray));
+      const auto pixel =
+          rig_.cameras[1].Project(T_left_right_.Inverse() * (kRowUsualDepth_m * *ray));
       if (!pixel || !rig_.cameras[1].Contains(*pixel)) continue;
       features.push_back(corner);
       guess.emplace_back(static_cast<float>(pixel->x()), static_cast<float>(pixel->y()));
@@ -108,7 +110,7 @@ class Matcher {
     const std::vector<cv::Point2f> back = Follow(right, left, found, features);
     for (size_t i = 0; i < features.size(); ++i) {
       if (cv::norm(back[i] - features[i]) > kMaxReturn_px) continue;
-      if (!rig_.cameras[1].Contains({found[i].x, found[i].y}, kBorder_px)) continue;
+      if (!rig_.cameras[1].Contains({found[i].x, found[i].y}, kRowBorder_px)) continue;
       const auto a = rig_.cameras[0].Unproject({features[i].x, features[i].y});
       const auto b = rig_.cameras[1].Unproject({found[i].x, found[i].y});
       if (a && b) matches->push_back({*a, *b});
@@ -122,8 +124,8 @@ class Matcher {
                                          std::vector<cv::Point2f> guess) {
     std::vector<uchar> found;
     std::vector<float> error;
-    cv::calcOpticalFlowPyrLK(from, to, features, guess, found, error, kPatch_px, kLevels, kUntil,
-                             cv::OPTFLOW_USE_INITIAL_FLOW);
+    cv::calcOpticalFlowPyrLK(from, to, features, guess, found, error, kRowPatch_px, kRowLevels,
+                             kRowUntil, cv::OPTFLOW_USE_INITIAL_FLOW);
     for (size_t i = 0; i < guess.size(); ++i) {
       if (!found[i]) guess[i] = cv::Point2f(-1e4F, -1e4F);
     }
@@ -159,7 +161,7 @@ RowAlignment AlignRows(const std::vector<RayPair>& matches, const RigidTransform
   const std::vector<double> mended_px = Distances_px(matches, T_left_right, turn, focal_px);
   alignment.mended_rows_px = Median(mended_px);
   const auto agree = std::count_if(mended_px.begin(), mended_px.end(),
-                                   [](double distance_px) { return distance_px < kAgree_px; });
+                                   [](double distance_px) { return distance_px < kRowAgree_px; });
   alignment.agreeing_share = static_cast<double>(agree) / static_cast<double>(matches.size());
   return alignment;
 }

@@ -16,7 +16,7 @@ constexpr size_t kMinTurns = 30;
 constexpr double kTurnFloor_rad = 2e-4;  // of a turn's deviation, for what its residuals hide
 constexpr double kMinRate_rad_s = 0.02;  // RMS about the mean, to tell anything
 constexpr double kMaxShownNoise = 0.5;   // of the turn rate's variance
-constexpr int kWeightRounds = 4, kIterations = 8;
+constexpr int kWeightRounds = 4, kAlignmentIterations = 8;
 constexpr double kTurnLoss = 12;  // squared residual at which a turn counts half
 constexpr double kBiasSigma_rad_s = 0.2;
 constexpr double kUsualScaleError = 0.05;
@@ -291,7 +291,7 @@ class Aligner {
     state.offset_s = fit.time_offset_s;
     state.scales.setConstant(fit.scale);
     Normals normals;
-    for (int iteration = 0; iteration < kIterations; ++iteration) {
+    for (int iteration = 0; iteration < kAlignmentIterations; ++iteration) {
       normals = NormalsAt(state);
       const Vector10d step = normals.H.ldlt().solve(normals.g);
       alignment->enough_motion = step.allFinite();

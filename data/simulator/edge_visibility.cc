@@ -13,7 +13,7 @@
 namespace slcmap {
 namespace {
 
-constexpr int64_t kMaxSamples = 20'000'000;
+constexpr int64_t kEdgeMaxSamples = 20'000'000;
 
 // Of the origin from a segment.
 double Distance(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
@@ -46,11 +46,11 @@ EdgeWatch::EdgeWatch(const Scene& scene, const RayScene& rays, const RenderTask&
     const double length_m = (edge.b - edge.a).norm();
     const int64_t count = std::max(1l, std::lround(length_m / options.sample_m));
     samples += count;
-    if (samples > kMaxSamples) {
+    if (samples > kEdgeMaxSamples) {
       throw ConfigError(
           fmt::format("scene: found edges of more than {:.0f} m in all, "
                       "expected at most that: make it smaller",
-                      static_cast<double>(kMaxSamples) * options.sample_m));
+                      static_cast<double>(kEdgeMaxSamples) * options.sample_m));
     }
     seen_.emplace_back(count, 0);
   }

@@ -242,7 +242,7 @@ Eigen::MatrixX3d Positions(const std::vector<RigidTransform>& control) {
   return positions;
 }
 
-double RootMeanSquare(const Eigen::MatrixX3d& rows) {
+double RootMeanSquareOfRows(const Eigen::MatrixX3d& rows) {
   return std::sqrt(rows.rowwise().squaredNorm().mean());
 }
 
@@ -281,9 +281,9 @@ MotionFit FitMotion(const Trajectory& trajectory, const MotionFitOptions& option
   }
   const MotionSpline motion(knot_s, control);
   const Errors errors = ErrorsOf(motion, trajectory, times_s, progress.Part(1, 1));
-  return {motion, RootMeanSquare(errors.position_m),
+  return {motion, RootMeanSquareOfRows(errors.position_m),
           std::sqrt(errors.position_m.rowwise().squaredNorm().maxCoeff()),
-          RootMeanSquare(errors.rotation_rad),
+          RootMeanSquareOfRows(errors.rotation_rad),
           std::sqrt(errors.rotation_rad.rowwise().squaredNorm().maxCoeff())};
 }
 

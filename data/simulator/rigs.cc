@@ -1,16 +1,14 @@
 #include "data/simulator/rigs.h"
 
 #include <filesystem>
-#include <numbers>
 #include <random>
 
+#include "data/angle_unit.h"
 #include "data/calibration.h"
 #include "data/error.h"
 
 namespace slcmap {
 namespace {
-
-constexpr double kDegree = std::numbers::pi / 180;
 
 class Normal {
  public:

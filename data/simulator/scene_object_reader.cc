@@ -5,6 +5,7 @@
 #include <cmath>
 #include <functional>
 
+#include "data/angle_unit.h"
 #include "data/error.h"
 #include "data/simulator/scene_objects.h"
 #include "data/simulator/scene_walls.h"
@@ -376,7 +377,6 @@ const std::map<std::string, Kind>& Kinds() {
 }
 
 Isometry3d ReadPlace(ObjectKeys& keys) {
-  constexpr double kDegree = M_PI / 180;
   const Vector2d tilt_deg = keys.Vector<2>("tilt_deg", Vector2d::Zero());
   Isometry3d wing_object = Isometry3d::Identity();
   wing_object.translation() = keys.Vector<3>("at", Vector3d::Zero());

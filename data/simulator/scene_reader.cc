@@ -2,6 +2,7 @@
 #include <cmath>
 #include <filesystem>
 
+#include "data/angle_unit.h"
 #include "data/config_file.h"
 #include "data/error.h"
 #include "data/simulator/inexact_building.h"
@@ -12,8 +13,6 @@
 
 namespace slcmap {
 namespace {
-
-constexpr double kDegree = M_PI / 180;
 
 const std::map<std::string, TextureKind>& Textures() {
   static const std::map<std::string, TextureKind> textures = {

@@ -10,11 +10,6 @@ void Place(PlanPoints* points, double scale, const Eigen::Vector2d& offset) {
   for (Eigen::Vector2d& point : *points) point = scale * point + offset;
 }
 
-template <typename Part>
-void Append(const std::vector<Part>& parts, std::vector<Part>* all) {
-  all->insert(all->end(), parts.begin(), parts.end());
-}
-
 }  // namespace
 
 void Drawing::Add(const Drawing& other) {

@@ -68,6 +68,11 @@ struct DrawnText {
   Align align = Align::kCentre;
 };
 
+template <typename Part>
+void Append(const std::vector<Part>& parts, std::vector<Part>* all) {
+  all->insert(all->end(), parts.begin(), parts.end());
+}
+
 struct Drawing {
   std::vector<DrawnArea> areas;
   std::vector<DrawnPath> paths;

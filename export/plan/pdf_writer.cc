@@ -17,7 +17,7 @@ using Eigen::Vector2d;
 
 constexpr double kPointsOfMm = 72 / 25.4;
 
-cairo_status_t Append(void* bytes, const unsigned char* data, unsigned length) {
+cairo_status_t AppendBytes(void* bytes, const unsigned char* data, unsigned length) {
   static_cast<std::string*>(bytes)->append(reinterpret_cast<const char*>(data), length);
   return CAIRO_STATUS_SUCCESS;
 }
@@ -99,8 +99,9 @@ void DrawPage(cairo_surface_t* surface, const Sheet& sheet) {
 std::string PdfOf(const std::string& path, const std::vector<Sheet>& sheets) {
   std::string bytes;
   const Vector2d size = sheets.front().size_mm * kPointsOfMm;
-  const Surface surface(cairo_pdf_surface_create_for_stream(Append, &bytes, size.x(), size.y()),
-                        cairo_surface_destroy);
+  const Surface surface(
+      cairo_pdf_surface_create_for_stream(AppendBytes, &bytes, size.x(), size.y()),
+      cairo_surface_destroy);
   // Without it cairo writes the time, and the same map would not give the same bytes.
   cairo_pdf_surface_set_metadata(surface.get(), CAIRO_PDF_METADATA_CREATE_DATE, nullptr);
   for (const Sheet& sheet : sheets) DrawPage(surface.get(), sheet);

@@ -27,11 +27,6 @@ TakenPlaces PlacesOf(const std::vector<WallSolid>& solids) {
   return taken;
 }
 
-template <typename Part>
-void Append(const std::vector<Part>& parts, std::vector<Part>* all) {
-  all->insert(all->end(), parts.begin(), parts.end());
-}
-
 void AddTexts(const Building& building, const std::vector<WallSolid>& solids,
               const PlanTextSizes& sizes, bool wall_sigma, StoreyPlan* plan) {
   TakenPlaces taken = PlacesOf(solids);

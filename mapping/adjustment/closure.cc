@@ -3,7 +3,7 @@
 namespace slcmap {
 namespace {
 
-constexpr double kGateSigmas = 3;
+constexpr double kEdgeGateSigmas = 3;
 
 }  // namespace
 
@@ -22,8 +22,8 @@ std::vector<double> PathLengths(const AdjustmentState& state) {
 }
 
 ShiftSigma SigmaOver(double path_m, const ClosureOptions& options) {
-  return {(options.gate_m + options.gate_per_m * path_m) / kGateSigmas,
-          (options.gate_rad + options.gate_rad_per_m * path_m) / kGateSigmas};
+  return {(options.gate_m + options.gate_per_m * path_m) / kEdgeGateSigmas,
+          (options.gate_rad + options.gate_rad_per_m * path_m) / kEdgeGateSigmas};
 }
 
 bool IsUnique(const Agreement& agreement, int min_votes, const ClosureOptions& options) {

@@ -19,7 +19,7 @@ constexpr double kMaxAngle_rad = 0.5;       // between their axes
 constexpr double kMaxDistanceShare = 0.35;  // of how far away what they see is
 constexpr double kMinNewPath_m = 0.3;       // between later keyframes that are searched
 constexpr double kMaxSearch_px = 30;
-constexpr double kMinDepth_m = 0.3;
+constexpr double kMinClosureDepth_m = 0.3;
 constexpr double kMaxScale = 1.5;      // of a patch in the later image, and one over it
 constexpr double kSameShift_m = 0.02;  // between neighbouring keyframes that recognise a place
 constexpr double kNear_m = 6;          // of path, within which they are neighbours
@@ -163,7 +163,7 @@ class PointSearch {
     const auto project = [&](const Vector3d& p) {
       return pixels_.PixelOf((T_newer_older * p).hnormalized());
     };
-    if ((T_newer_older * p_older).z() < kMinDepth_m) return std::nullopt;
+    if ((T_newer_older * p_older).z() < kMinClosureDepth_m) return std::nullopt;
     const Vector2d centre = project(p_older);
     const double step = p_older.z() / pixels_.focal_px();
     Eigen::Matrix2d affine;
@@ -178,7 +178,7 @@ class PointSearch {
   std::vector<Vector2d> Search(size_t older, size_t index, size_t newer, const Vector3d& p_world) {
     const PosedView &from = views_[older], &to = views_[newer];
     const Vector3d p_older = from.T_world_camera.Inverse() * p_world;
-    if (p_older.z() < kMinDepth_m) return {};
+    if (p_older.z() < kMinClosureDepth_m) return {};
     const auto warp = WarpOf(p_older, to.T_world_camera.Inverse() * from.T_world_camera);
     if (!warp) return {};
     const double path_m = path_m_[newer] - path_m_[older];

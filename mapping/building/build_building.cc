@@ -18,7 +18,7 @@ constexpr double kLeastNormal = 0.5;       // shorter: unknown
 constexpr double kHitSlack_m = 0.05;       // of points at a face from its plane
 constexpr double kSupportSlack_m = 0.025;  // of points on it
 constexpr double kMostSlack_m = 0.075;     // of uncertain ones, at it
-constexpr double kBeside_m = 0.12;         // as far, something is before or behind it
+constexpr double kBesideWall_m = 0.12;     // as far, something is before or behind it
 constexpr double kFloorSlack_m = 0.1;      // over the floor and under the top rays tell nothing
 constexpr double kOther_m2 = 0.5;          // of a plane that is no wall but worth telling
 constexpr double kBeforeWall_m = 0.1;      // in the room that a wall bounds
@@ -143,7 +143,7 @@ void AddHits(const LevelData& data, const Face& face, FaceGrid* grid) {
   for (const FaceSample& sample : data.samples) {
     const Vector2d p = sample.p_world.head<2>();
     const double distance_m = std::abs(face.DistanceTo(p)), along_m = face.AlongOf(p);
-    if (distance_m > kBeside_m) continue;
+    if (distance_m > kBesideWall_m) continue;
     // The cheeks of an opening do not close it, nor does what faces the other way.
     if (!sample.normal.isZero() && sample.normal.dot(face.normal) < 0.5) continue;
     const double z_m = sample.p_world.z();

@@ -6,6 +6,7 @@
 #include <optional>
 #include <set>
 
+#include "data/angle_unit.h"
 #include "mapping/building/strip_modes.h"
 
 namespace slcmap {
@@ -13,7 +14,6 @@ namespace {
 
 using Eigen::Vector2d;
 
-constexpr double kDegree = M_PI / 180;
 constexpr int kMaxHeadings = 24;
 constexpr int kHeadingBins = 180;        // of half a turn: a degree each
 constexpr int kHeadingBlur = 3;          // bins

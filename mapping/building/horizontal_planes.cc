@@ -7,15 +7,15 @@
 #include <optional>
 #include <set>
 
+#include "mapping/building/plan_column.h"
+
 namespace slcmap {
 namespace {
 
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kLevelCosine = 0.96;
 constexpr double kBin_m = 0.02, kPeak_m = 0.05;
-constexpr double kColumn_m = 0.25;
 constexpr double kFloorReach_m = 0.3;  // of a room's floor from its storey's
 constexpr double kLeastRoomHeight_m = 1.8;
 constexpr double kAboveTop_m = 0.3;
@@ -25,20 +25,13 @@ struct Height {
   double z_m = 0, sigma_m = 0;
 };
 
-using Column = std::pair<int, int>;
-
-Column ColumnOf(const Vector3d& p) {
-  return {static_cast<int>(std::floor(p.x() / kColumn_m)),
-          static_cast<int>(std::floor(p.y() / kColumn_m))};
-}
-
 // The height that surfaces have in most columns.
 std::optional<Height> MostCommon(const std::vector<Vector3d>& points, double least_m2,
                                  const BuildingOptions& options) {
-  std::map<int, std::set<Column>> histogram;
+  std::map<int, std::set<PlanColumn>> histogram;
   for (const Vector3d& p : points) {
     const int bin = static_cast<int>(std::floor(p.z() / kBin_m));
-    for (int k = -1; k <= 1; ++k) histogram[bin + k].insert(ColumnOf(p));
+    for (int k = -1; k <= 1; ++k) histogram[bin + k].insert(ColumnOf(p.head<2>()));
   }
   const auto best = std::max_element(
       histogram.begin(), histogram.end(),

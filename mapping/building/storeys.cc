@@ -6,16 +6,16 @@
 #include <map>
 #include <set>
 
+#include "mapping/building/plan_column.h"
+
 namespace slcmap {
 namespace {
 
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kLevelCosine = 0.96;  // 16 degrees
-constexpr double kPlace_m = 0.25;      // between places of the thinned trajectory
-constexpr double kColumn_m = 0.25;     // side of a column of the plan
-constexpr double kBin_m = 0.02;
+constexpr double kPlace_m = 0.25;  // between places of the thinned trajectory
+constexpr double kHeightBin_m = 0.02;
 constexpr int kFloorReach = 2, kCeilingReach = 6;  // columns around a place
 constexpr double kLeastBelow_m = 0.2, kLeastAbove_m = 0.05;
 constexpr int kMeanRounds = 5;
@@ -24,20 +24,14 @@ constexpr size_t kLeastColumns = 16;   // 1 m2
 constexpr double kLeastCeiling = 0.1;  // of as many columns as have a floor
 constexpr double kSlack_m = 0.05;      // of a storey's floor and top
 
-using Column = std::pair<int, int>;
-
-Column ColumnOf(double x, double y) {
-  return {static_cast<int>(std::floor(x / kColumn_m)), static_cast<int>(std::floor(y / kColumn_m))};
-}
-
 // Heights of level surfaces that face one way, by column, ascending.
-using Surfaces = std::map<Column, std::vector<double>>;
+using Surfaces = std::map<PlanColumn, std::vector<double>>;
 
 Surfaces LevelSurfaces(const std::vector<SurfacePoint>& points, double way) {
   Surfaces surfaces;
   for (const SurfacePoint& point : points) {
     if (way * point.normal_world.z() < kLevelCosine) continue;
-    surfaces[ColumnOf(point.p_world.x(), point.p_world.y())].push_back(point.p_world.z());
+    surfaces[ColumnOf(point.p_world.head<2>())].push_back(point.p_world.z());
   }
   for (auto& [column, heights] : surfaces) std::sort(heights.begin(), heights.end());
   return surfaces;
@@ -57,10 +51,10 @@ class FirstSurfaces {
   FirstSurfaces(const Surfaces& surfaces, bool below) : surfaces_(surfaces), below_(below) {}
 
   void AddAround(const Vector3d& place, int reach) {
-    const Column middle = ColumnOf(place.x(), place.y());
+    const PlanColumn middle = ColumnOf(place.head<2>());
     for (int i = -reach; i <= reach; ++i) {
       for (int j = -reach; j <= reach; ++j) {
-        const Column column{middle.first + i, middle.second + j};
+        const PlanColumn column{middle.first + i, middle.second + j};
         if (const auto height_m = First(column, place.z())) heights_[column] = *height_m;
       }
     }
@@ -77,7 +71,7 @@ class FirstSurfaces {
       const size_t here = InPeak(histogram, bin);
       if (here > most) {
         most = here;
-        best_m = (bin + 0.5) * kBin_m;
+        best_m = (bin + 0.5) * kHeightBin_m;
       }
     }
     if (most < std::max<size_t>(least, 1)) return std::nullopt;
@@ -95,7 +89,9 @@ class FirstSurfaces {
   size_t size() const { return heights_.size(); }
 
  private:
-  static int BinOf(double height_m) { return static_cast<int>(std::floor(height_m / kBin_m)); }
+  static int BinOf(double height_m) {
+    return static_cast<int>(std::floor(height_m / kHeightBin_m));
+  }
 
   static size_t InPeak(const std::map<int, size_t>& histogram, int bin) {
     size_t count = 0;
@@ -106,7 +102,7 @@ class FirstSurfaces {
     return count;
   }
 
-  std::optional<double> First(const Column& column, double z_m) const {
+  std::optional<double> First(const PlanColumn& column, double z_m) const {
     const auto found = surfaces_.find(column);
     if (found == surfaces_.end()) return std::nullopt;
     const std::vector<double>& heights = found->second;
@@ -136,7 +132,7 @@ class FirstSurfaces {
 
   const Surfaces& surfaces_;
   const bool below_;
-  std::map<Column, double> heights_;
+  std::map<PlanColumn, double> heights_;
 };
 
 // The floor that most columns beneath a place have.

@@ -7,7 +7,7 @@
 namespace slcmap {
 namespace {
 
-constexpr double kBin_m = 0.005;
+constexpr double kOffsetBin_m = 0.005;
 constexpr int kGapStrips = 4;        // over which a chain is followed
 constexpr double kTurn = 0.05;       // of a wall against its heading, 3 degrees
 constexpr size_t kLeastSamples = 2;  // of an offset
@@ -24,10 +24,10 @@ std::map<int, double> Density(const HeadedSample* begin, const HeadedSample* end
   std::map<int, double> density;
   for (const HeadedSample* sample = begin; sample != end; ++sample) {
     const double sigma_m = std::hypot(merge_m, std::min(sample->sigma_m, merge_m));
-    const int reach = static_cast<int>(std::ceil(3 * sigma_m / kBin_m));
-    const int middle = static_cast<int>(std::floor(sample->n / kBin_m));
+    const int reach = static_cast<int>(std::ceil(3 * sigma_m / kOffsetBin_m));
+    const int middle = static_cast<int>(std::floor(sample->n / kOffsetBin_m));
     for (int bin = middle - reach; bin <= middle + reach; ++bin) {
-      const double d = ((bin + 0.5) * kBin_m - sample->n) / sigma_m;
+      const double d = ((bin + 0.5) * kOffsetBin_m - sample->n) / sigma_m;
       density[bin] += std::exp(-0.5 * d * d) / sigma_m;
     }
   }
@@ -64,7 +64,7 @@ std::vector<Offset> OffsetsOf(const HeadedSample* begin, const HeadedSample* end
   for (const auto& [bin, here] : density) {
     if (here < DensityAt(density, bin - 1) || here <= DensityAt(density, bin + 1)) continue;
     Offset offset;
-    if (!MeanAround(begin, end, (bin + 0.5) * kBin_m, merge_m, &offset)) continue;
+    if (!MeanAround(begin, end, (bin + 0.5) * kOffsetBin_m, merge_m, &offset)) continue;
     offsets.push_back(offset);
   }
   return offsets;

@@ -11,11 +11,11 @@
 namespace slcmap {
 namespace {
 
-constexpr int kSteps = 3;               // of a pass
-constexpr float kMaxStep_px = 1.5F;     // in the neighbour where it moves most
-constexpr float kConverged_px = 0.25F;  // what the last step may still be
-constexpr float kDone_px = 0.02F;       // a smaller step is the last
-constexpr float kMaxWay_px = 3;         // from the first depth, in the right image
+constexpr int kSteps = 3;                      // of a pass
+constexpr float kMaxRefinementStep_px = 1.5F;  // in the neighbour where it moves most
+constexpr float kConverged_px = 0.25F;         // what the last step may still be
+constexpr float kDone_px = 0.02F;              // a smaller step is the last
+constexpr float kMaxWay_px = 3;                // from the first depth, in the right image
 constexpr float kMinFirstCorrelation = 0.5F, kMinCorrelation = 0.65F;
 // Of a patch, grey values squared a tap, by level: noise alone has less.
 constexpr std::array<float, DepthPyramid::kLevels> kMinEnergy = {1.0F, 0.25F, 0.08F};
@@ -90,7 +90,7 @@ class PatchRefiner {
       if (combined.agreeing == 0) return false;
       const float moves_px = std::abs(combined.step) * combined.max_pixels_per_unit;
       if (is_last && moves_px > kConverged_px) return false;
-      const float limit = kMaxStep_px / combined.max_pixels_per_unit;
+      const float limit = kMaxRefinementStep_px / combined.max_pixels_per_unit;
       node->inverse_depth += std::clamp(combined.step, -limit, limit);
       if (i > 0 && moves_px < kDone_px) break;
     }

@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kBeyond_m = 1.5;     // past the ends of what is known of a line
 constexpr double kMaxReach_m = 0.05;  // a sample that stands for more is seen too nearly end-on
-constexpr double kPlaceStep_m = 0.25;
+constexpr double kGuidedPlaceStep_m = 0.25;
 
 void StartBins(const LineIntervalOptions& options, TrackedLine* line) {
   line->places.clear();
@@ -79,7 +79,7 @@ void LookForLine(int view, const StereoImage& pair, const ViewImages& images,
       of_bins.shown.assign(line->bins.size(), 0);
     }
     MarkBins(samples, *line, options.intervals.bin_m, &of_bins);
-    AddPlaces(samples, *part, view, camera, kPlaceStep_m, &line->places);
+    AddPlaces(samples, *part, view, camera, kGuidedPlaceStep_m, &line->places);
     for (const LineSample& sample : samples) {
       if (!sample.is_edge || sample.along_m < line->seen.from_m ||
           sample.along_m > line->seen.to_m) {

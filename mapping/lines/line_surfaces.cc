@@ -19,7 +19,7 @@ constexpr double kBeside_m = 0.02;  // from a line on, points are at one of its 
 constexpr int kMinPoints = 4;       // that show a surface at one side
 constexpr double kTolerance_m = 0.015, kSigmas = 2;  // of points from a plane
 constexpr double kMaxOff_m = 0.03;                   // of a plane from a line that is on it
-constexpr int kDirections = 36;                      // of planes that are tried
+constexpr int kPlaneDirections = 36;                 // of planes that are tried
 constexpr double kSameWay = 0.82;                    // cosine, of a plane's points' normals to its
 constexpr double kMinAcross = 0.5;     // the same of normals to the plane across a line
 constexpr double kMaxBend_rad = 0.35;  // between the normals at the two sides
@@ -85,8 +85,8 @@ PlaneBeside PlaneWith(const Eigen::Vector2d& normal, const std::vector<PointAcro
 // is beyond the surface that cameras see, as the back of a thin leaf, has other normals.
 PlaneBeside BestPlane(const std::vector<PointAcross>& points) {
   PlaneBeside best;
-  for (int i = 0; i < kDirections; ++i) {
-    const double angle = 2 * M_PI * i / kDirections;
+  for (int i = 0; i < kPlaneDirections; ++i) {
+    const double angle = 2 * M_PI * i / kPlaneDirections;
     const PlaneBeside plane = PlaneWith({std::cos(angle), std::sin(angle)}, points);
     const bool is_better = plane.Least() != best.Least()
                                ? plane.Least() > best.Least()

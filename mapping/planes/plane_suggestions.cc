@@ -6,12 +6,13 @@
 #include <opencv2/imgproc.hpp>
 #include <optional>
 
+#include "data/angle_unit.h"
+
 namespace slcmap {
 namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kDegree = M_PI / 180;
 constexpr int kHeadingBins = 180;       // of half a turn: a degree each
 constexpr int kHeadingBlur = 2;         // bins
 constexpr int kHeadingApart = 12;       // bins

@@ -10,10 +10,10 @@ namespace slcmap {
 namespace {
 
 constexpr int kReach_px = 3;  // of the square over which gradients are summed up
-constexpr int kSide_px = 2 * kReach_px + 1;
-constexpr int kBorder_px = 8;                 // in which no corners are looked for
-constexpr float kSobelScale = 0.125f;         // to grey values a pixel
-constexpr float kMinEigenvalueRatio = 0.15f;  // an edge slides along itself
+constexpr int kCornerSide_px = 2 * kReach_px + 1;
+constexpr int kBorder_px = 8;                       // in which no corners are looked for
+constexpr float kSobelScale = 0.125f;               // to grey values a pixel
+constexpr float kCornerMinEigenvalueRatio = 0.15f;  // an edge slides along itself
 constexpr int kPerCell = 6;
 
 // What is computed on the way to the responses of one row: Sobel gradients of the last rows, and
@@ -49,17 +49,17 @@ class GradientSums {
       xy[u] += x[u] * y[u];
       yy[u] += y[u] * y[u];
     }
-    next_ = (next_ + 1) % kSide_px;
+    next_ = (next_ + 1) % kCornerSide_px;
   }
 
   // The smaller eigenvalue of the mean product of the gradients (Shi and Tomasi, 1994) over the
   // square that begins in each column; 0 at edges, which have no second direction, and where it is
   // below `least`.
   void Respond(float least, int count, float* response) const {
-    constexpr float kMean = kSobelScale * kSobelScale / (kSide_px * kSide_px);
+    constexpr float kMean = kSobelScale * kSobelScale / (kCornerSide_px * kCornerSide_px);
     for (int u = 0; u < count; ++u) {
       int xx = 0, xy = 0, yy = 0;
-      for (int i = u; i < u + kSide_px; ++i) {
+      for (int i = u; i < u + kCornerSide_px; ++i) {
         xx += sums_[0][i];
         xy += sums_[1][i];
         yy += sums_[2][i];
@@ -72,15 +72,15 @@ class GradientSums {
       const float half_trace = 0.5f * (a + c), difference = 0.5f * (a - c);
       const float root = std::sqrt(difference * difference + b * b);
       const float smaller = half_trace - root, larger = half_trace + root;
-      if (smaller >= least && smaller > kMinEigenvalueRatio * larger) response[u] = smaller;
+      if (smaller >= least && smaller > kCornerMinEigenvalueRatio * larger) response[u] = smaller;
     }
   }
 
  private:
   int width_;
   int next_ = 0;
-  std::array<std::vector<int16_t>, kSide_px> x_, y_;  // 8 grey values a pixel
-  std::array<std::vector<int>, 3> sums_;              // xx, xy, yy
+  std::array<std::vector<int16_t>, kCornerSide_px> x_, y_;  // 8 grey values a pixel
+  std::array<std::vector<int>, 3> sums_;                    // xx, xy, yy
 };
 
 // The responses in an area of the image, which has its border about it; 0 below `least`.
@@ -108,9 +108,9 @@ int MeanAround(const cv::Mat& image, const cv::Point& px) {
   int sum = 0;
   for (int v = px.y - kReach_px; v <= px.y + kReach_px; ++v) {
     const uchar* row = image.ptr<uchar>(v) + px.x - kReach_px;
-    for (int i = 0; i < kSide_px; ++i) sum += row[i];
+    for (int i = 0; i < kCornerSide_px; ++i) sum += row[i];
   }
-  return sum / (kSide_px * kSide_px);
+  return sum / (kCornerSide_px * kCornerSide_px);
 }
 
 bool Crowded(const std::vector<Eigen::Vector2d>& others, const Eigen::Vector2d& px,

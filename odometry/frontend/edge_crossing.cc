@@ -7,20 +7,20 @@
 namespace slcmap {
 namespace {
 
-constexpr int kRadius_px = 5;
-constexpr int kSide_px = 2 * kRadius_px + 1;
+constexpr int kCrossingRadius_px = 5;
+constexpr int kCrossingSide_px = 2 * kCrossingRadius_px + 1;
 constexpr double kWeightSigma_px = 2.5;
 constexpr int kMaxSteps = 6;
 constexpr double kMinStep_px = 0.05;
-constexpr double kMaxShift_px = 5;  // from where the corner was detected
+constexpr double kCrossingMaxShift_px = 5;  // from where the corner was detected
 
 using Eigen::Vector2d;
 
-const std::array<double, kSide_px>& Weights() {
+const std::array<double, kCrossingSide_px>& Weights() {
   static const auto weights = [] {
-    std::array<double, kSide_px> w{};
-    for (int i = 0; i < kSide_px; ++i) {
-      const double x = (i - kRadius_px) / kWeightSigma_px;
+    std::array<double, kCrossingSide_px> w{};
+    for (int i = 0; i < kCrossingSide_px; ++i) {
+      const double x = (i - kCrossingRadius_px) / kWeightSigma_px;
       w[static_cast<size_t>(i)] = std::exp(-0.5 * x * x);
     }
     return w;
@@ -32,12 +32,12 @@ const std::array<double, kSide_px>& Weights() {
 Vector2d CrossingAbout(const cv::Mat& image, int u, int v) {
   double xx = 0, xy = 0, yy = 0;
   Vector2d sum = Vector2d::Zero();
-  for (int y = -kRadius_px; y <= kRadius_px; ++y) {
+  for (int y = -kCrossingRadius_px; y <= kCrossingRadius_px; ++y) {
     const uchar* row = image.ptr<uchar>(v + y) + u;
     const uchar *above = image.ptr<uchar>(v + y - 1) + u, *below = image.ptr<uchar>(v + y + 1) + u;
-    const double weight_y = Weights()[static_cast<size_t>(y + kRadius_px)];
-    for (int x = -kRadius_px; x <= kRadius_px; ++x) {
-      const double weight = weight_y * Weights()[static_cast<size_t>(x + kRadius_px)];
+    const double weight_y = Weights()[static_cast<size_t>(y + kCrossingRadius_px)];
+    for (int x = -kCrossingRadius_px; x <= kCrossingRadius_px; ++x) {
+      const double weight = weight_y * Weights()[static_cast<size_t>(x + kCrossingRadius_px)];
       const double gx = row[x + 1] - row[x - 1], gy = below[x] - above[x];
       const double along = weight * (gx * x + gy * y);
       xx += weight * gx * gx;
@@ -54,7 +54,7 @@ Vector2d CrossingAbout(const cv::Mat& image, int u, int v) {
 }  // namespace
 
 Eigen::Vector2d EdgeCrossing(const cv::Mat& image, const Vector2d& px) {
-  constexpr int kMargin_px = kRadius_px + 1;
+  constexpr int kMargin_px = kCrossingRadius_px + 1;
   Vector2d at = px;
   for (int i = 0; i < kMaxSteps; ++i) {
     const int u = static_cast<int>(std::lround(at.x())), v = static_cast<int>(std::lround(at.y()));
@@ -63,7 +63,7 @@ Eigen::Vector2d EdgeCrossing(const cv::Mat& image, const Vector2d& px) {
       return px;
     }
     const Vector2d next = CrossingAbout(image, u, v);
-    if (!((next - px).norm() <= kMaxShift_px)) return px;  // nor where no edges cross: NaN
+    if (!((next - px).norm() <= kCrossingMaxShift_px)) return px;  // nor where no edges cross: NaN
     const double step_px = (next - at).norm();
     at = next;
     if (step_px < kMinStep_px) break;

@@ -7,7 +7,7 @@
 namespace slcmap {
 namespace {
 
-constexpr double kMaxShift_px = 0.7;
+constexpr double kShadingMaxShift_px = 0.7;
 constexpr size_t kMinProfiles = 4;
 
 double At(const EdgeProfile& profile, int place) {
@@ -53,7 +53,8 @@ double ShadingShift_px(const std::vector<EdgeProfile>& profiles) {
   const double noise =
       (sum_squared - sum * sum / count) / (count * (count - 1));  // of the mean's, squared
   const double believed = std::max(0.0, 1 - noise / std::max(difference * difference, 1e-12));
-  return std::clamp(believed * difference * variance_px2 / step, -kMaxShift_px, kMaxShift_px);
+  return std::clamp(believed * difference * variance_px2 / step, -kShadingMaxShift_px,
+                    kShadingMaxShift_px);
 }
 
 }  // namespace slcmap

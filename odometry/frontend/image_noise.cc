@@ -12,7 +12,7 @@ namespace {
 // Variance of a block that is constant: cut off at an end of the scale, painted or compressed. It
 // shows no noise, whatever there is elsewhere.
 constexpr double kLeastDetail = 0.01;
-constexpr double kSobelScale = 0.125;  // to grey values a pixel
+constexpr double kNoiseSobelScale = 0.125;  // to grey values a pixel
 constexpr int kBlock_px = 16;
 constexpr int kLevels = 16;     // of brightness, evenly from 0 to 256
 constexpr int kMinBlocks = 12;  // of a level that are enough to measure it
@@ -28,14 +28,14 @@ constexpr double kMaxGradientOverDetail = 0.7;
 // Brightness of blocks without pixels at the ends of the scale, where noise is cut off.
 constexpr double kDarkest = 2, kBrightest = 245;
 
-struct Block {
+struct NoiseBlock {
   double grey = 0;      // mean brightness
   double gradient = 0;  // variance of its components, mean of both
   double detail = 0;    // variance of the pixels that the finest detail would have as noise
 };
 
 // Over an area that has neighbours on all sides.
-Block Measure(const cv::Mat& image, const cv::Rect& area) {
+NoiseBlock Measure(const cv::Mat& image, const cv::Rect& area) {
   long sum = 0, sum_x = 0, sum_y = 0, sum_xx_yy = 0, sum_dd = 0;
   for (int v = area.y; v < area.y + area.height; ++v) {
     const uchar* above = image.ptr<uchar>(v - 1);
@@ -63,30 +63,31 @@ Block Measure(const cv::Mat& image, const cv::Rect& area) {
   const auto n = static_cast<double>(area.area());
   const double x = static_cast<double>(sum_x) / n, y = static_cast<double>(sum_y) / n;
   const double gradient = static_cast<double>(sum_xx_yy) / n - x * x - y * y;
-  return {static_cast<double>(sum) / n, 0.5 * kSobelScale * kSobelScale * gradient,
+  return {static_cast<double>(sum) / n, 0.5 * kNoiseSobelScale * kNoiseSobelScale * gradient,
           static_cast<double>(sum_dd) / n / kDetailOfNoise};
 }
 
 }  // namespace
 
 GradientNoise::GradientNoise(const cv::Mat& image, const cv::Mat& mask) {
-  std::array<std::vector<Block>, kLevels> blocks;
+  std::array<std::vector<NoiseBlock>, kLevels> blocks;
   for (int v = 1; v + kBlock_px < image.rows; v += kBlock_px) {
     for (int u = 1; u + kBlock_px < image.cols; u += kBlock_px) {
       const cv::Rect area(u, v, kBlock_px, kBlock_px);
       if (cv::countNonZero(mask(area)) < area.area()) continue;
-      const Block block = Measure(image, area);
+      const NoiseBlock block = Measure(image, area);
       if (block.grey < kDarkest || block.grey > kBrightest) continue;
       if (block.detail < kLeastDetail) continue;
       if (block.gradient > kMaxGradientOverDetail * block.detail) continue;
       blocks[static_cast<int>(block.grey * kLevels / 256)].push_back(block);
     }
   }
-  for (std::vector<Block>& level : blocks) {
+  for (std::vector<NoiseBlock>& level : blocks) {
     if (std::ssize(level) < kMinBlocks) continue;
     const auto weak = level.begin() + static_cast<long>(kQuantile * level.size());
-    std::nth_element(level.begin(), weak, level.end(),
-                     [](const Block& a, const Block& b) { return a.gradient < b.gradient; });
+    std::nth_element(
+        level.begin(), weak, level.end(),
+        [](const NoiseBlock& a, const NoiseBlock& b) { return a.gradient < b.gradient; });
     double grey = 0;
     for (auto block = level.begin(); block <= weak; ++block) grey += block->grey;
     levels_.push_back({grey / (weak - level.begin() + 1), weak->gradient / kQuantileOverMean});

@@ -34,7 +34,7 @@ bool Inside(const cv::Mat& image, double x, double y) {
   return x >= 0 && y >= 0 && x < image.cols - 1 && y < image.rows - 1;
 }
 
-double Sample(const cv::Mat& image, double x, double y) {
+double SampleAt(const cv::Mat& image, double x, double y) {
   const int u = static_cast<int>(x), v = static_cast<int>(y);
   const double a = x - u, b = y - v;
   const uchar* top = image.ptr<uchar>(v) + u;
@@ -52,7 +52,7 @@ std::optional<ProfileEdge> FindEdge(const cv::Mat& image, const Eigen::Vector2d&
   const int count = 2 * reach + 5;
   for (int i = 0; i < count; ++i) {
     const Eigen::Vector2d p = low + i * normal;
-    values[i] = Sample(image, p.x(), p.y());
+    values[i] = SampleAt(image, p.x(), p.y());
   }
   const auto gradient = [&](int i) { return 0.5 * (values[i + 1] - values[i - 1]); };
   int best = 2;
@@ -158,7 +158,7 @@ std::vector<EdgeProfile> ProfilesAcross(const cv::Mat& image, const LineSegment&
     EdgeProfile& profile = profiles.emplace_back();
     for (size_t i = 0; i < profile.size(); ++i) {
       const Eigen::Vector2d p = low + static_cast<double>(i) * normal;
-      profile[i] = Sample(image, p.x(), p.y());
+      profile[i] = SampleAt(image, p.x(), p.y());
     }
   }
   return profiles;
@@ -211,7 +211,7 @@ double MeanContrast(const cv::Mat& image, const LineSegment& segment) {
     const Eigen::Vector2d p = segment.start + (i + 0.5) / samples * (segment.end - segment.start);
     const Eigen::Vector2d left = p + 1.5 * normal, right = p - 1.5 * normal;
     if (!Inside(image, left.x(), left.y()) || !Inside(image, right.x(), right.y())) continue;
-    sum += Sample(image, left.x(), left.y()) - Sample(image, right.x(), right.y());
+    sum += SampleAt(image, left.x(), left.y()) - SampleAt(image, right.x(), right.y());
   }
   return sum / samples;
 }

@@ -16,7 +16,7 @@ constexpr int kRows = 12;
 // A column of it is a row of the strip.
 using Strip = Eigen::Matrix<float, kWidth, kRows>;
 
-float Sample(const cv::Mat& image, float x, float y) {
+float SampleStrip(const cv::Mat& image, float x, float y) {
   x = std::clamp(x, 0.f, image.cols - 1.01f);
   y = std::clamp(y, 0.f, image.rows - 1.01f);
   const int u = static_cast<int>(x), v = static_cast<int>(y);
@@ -35,7 +35,7 @@ void SampleRows(const cv::Mat& image, const LineSegment& segment, const Eigen::V
     const Eigen::Vector2d center =
         segment.start + (r + 0.5) / kRows * (segment.end - segment.start);
     Eigen::Vector2f p = (center - reach_px * across).cast<float>();
-    for (int i = 0; i <= 2 * reach_px; ++i, p += step) take(i, r, Sample(image, p.x(), p.y()));
+    for (int i = 0; i <= 2 * reach_px; ++i, p += step) take(i, r, SampleStrip(image, p.x(), p.y()));
   }
 }
 

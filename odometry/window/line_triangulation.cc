@@ -23,14 +23,14 @@ constexpr int kMaxIterations = 6;
 constexpr double kMinAngle_rad = 0.03;  // between a ray and the line that it should meet
 
 // A segment as one camera saw it, in the world.
-struct View {
+struct SegmentView {
   Vector3d centre;
   Vector3d start, end;  // unit rays to its ends
   Vector3d Middle() const { return (start + end).normalized(); }
 };
 
-View ViewOf(const LineSegment& segment, int camera, const StereoGeometry& geometry,
-            const RigidTransform& T_world_imu) {
+SegmentView SegmentViewOf(const LineSegment& segment, int camera, const StereoGeometry& geometry,
+                          const RigidTransform& T_world_imu) {
   const RigidTransform T_world_camera = T_world_imu * geometry.T_imu_camera[camera];
   const auto ray = [&](const Vector2d& end) -> Vector3d {
     return T_world_camera.rotation * geometry.OnTruePlane(camera, end).homogeneous().normalized();
@@ -38,13 +38,13 @@ View ViewOf(const LineSegment& segment, int camera, const StereoGeometry& geomet
   return {T_world_camera.translation, ray(segment.start), ray(segment.end)};
 }
 
-std::vector<View> ViewsOf(const std::vector<PosedLineObservation>& observations,
-                          const StereoGeometry& geometry) {
-  std::vector<View> views;
+std::vector<SegmentView> ViewsOf(const std::vector<PosedLineObservation>& observations,
+                                 const StereoGeometry& geometry) {
+  std::vector<SegmentView> views;
   for (const PosedLineObservation& observation : observations) {
     const StereoLineMeasurement& m = observation.measurement;
-    views.push_back(ViewOf(m.left, 0, geometry, observation.T_world_imu));
-    if (m.right) views.push_back(ViewOf(*m.right, 1, geometry, observation.T_world_imu));
+    views.push_back(SegmentViewOf(m.left, 0, geometry, observation.T_world_imu));
+    if (m.right) views.push_back(SegmentViewOf(*m.right, 1, geometry, observation.T_world_imu));
   }
   return views;
 }
@@ -63,8 +63,8 @@ std::optional<double> MeetRay(const PointAndDirection& line, const Vector3d& cen
   return along_m;
 }
 
-bool IsInFront(const PointAndDirection& line, const std::vector<View>& views) {
-  return std::all_of(views.begin(), views.end(), [&](const View& view) {
+bool IsInFront(const PointAndDirection& line, const std::vector<SegmentView>& views) {
+  return std::all_of(views.begin(), views.end(), [&](const SegmentView& view) {
     return MeetRay(line, view.centre, view.Middle()).has_value();
   });
 }
@@ -138,13 +138,13 @@ std::optional<Eigen::MatrixXd> Refine(const LineProblem& problem, const BlockKin
 
 // The point across the axis, from the anchor, that is nearest to the planes of the axis and the
 // middles of the segments.
-std::optional<Vector2d> MeetAxisPlanes(const std::vector<View>& views, const StructuralLine& line,
-                                       double heading_rad) {
+std::optional<Vector2d> MeetAxisPlanes(const std::vector<SegmentView>& views,
+                                       const StructuralLine& line, double heading_rad) {
   const Vector3d axis = AxisDirection(line.axis, heading_rad);
   const Matrix32d across = AxesAcross(line.axis, heading_rad);
   Matrix2d a = Matrix2d::Zero();
   Vector2d b = Vector2d::Zero();
-  for (const View& view : views) {
+  for (const SegmentView& view : views) {
     const Vector3d normal = axis.cross(view.Middle());
     if (normal.norm() < kMinAngle_rad) continue;
     const Vector2d n = across.transpose() * normal.normalized();
@@ -157,11 +157,11 @@ std::optional<Vector2d> MeetAxisPlanes(const std::vector<View>& views, const Str
 }
 
 // The line in which the planes of the segments meet best, each the surer the longer it was seen.
-std::optional<PointAndDirection> MeetPlanes(const std::vector<View>& views,
+std::optional<PointAndDirection> MeetPlanes(const std::vector<SegmentView>& views,
                                             const Vector3d& anchor_world) {
   Matrix3d normals = Matrix3d::Zero();
   Vector3d offsets = Vector3d::Zero();
-  for (const View& view : views) {
+  for (const SegmentView& view : views) {
     const Vector3d normal = view.start.cross(view.end);  // as long as the sine of the angle seen
     normals += normal * normal.transpose();
     offsets += normal * normal.dot(view.centre - anchor_world);
@@ -187,7 +187,7 @@ double LargestSigma(const Matrix3d& covariance) {
 
 // The largest standard deviation across the line, over the distance to it, where the view saw it.
 double RelativeSigma(const GeneralLineBlock& block, const PointAndDirection& line,
-                     const Matrix4d& covariance, const View& view) {
+                     const Matrix4d& covariance, const SegmentView& view) {
   const double along_m = *MeetRay(line, view.centre, view.Middle());
   const Eigen::Matrix<double, 3, 4> moved = GeneralLineShift(block.data(), along_m);
   const Matrix3d across =
@@ -202,7 +202,7 @@ double RelativeSigma(const GeneralLineBlock& block, const PointAndDirection& lin
 std::optional<StructuralLineFit> TriangulateStructuralLine(
     const std::vector<PosedLineObservation>& observations, const StructuralLine& line,
     double heading_rad, const StereoGeometry& geometry, const LineTriangulationOptions& options) {
-  const std::vector<View> views = ViewsOf(observations, geometry);
+  const std::vector<SegmentView> views = ViewsOf(observations, geometry);
   const std::optional<Vector2d> crossing = MeetAxisPlanes(views, line, heading_rad);
   if (!crossing) return std::nullopt;
   StructuralLineFit fit{{std::atan2(crossing->y(), crossing->x()), 1 / crossing->norm()}, {}};
@@ -229,7 +229,7 @@ std::optional<StructuralLineFit> TriangulateStructuralLine(
 std::optional<GeneralLineFit> TriangulateGeneralLine(
     const std::vector<PosedLineObservation>& observations, const Vector3d& anchor_world,
     const StereoGeometry& geometry, const LineTriangulationOptions& options) {
-  const std::vector<View> views = ViewsOf(observations, geometry);
+  const std::vector<SegmentView> views = ViewsOf(observations, geometry);
   const std::optional<PointAndDirection> start = MeetPlanes(views, anchor_world);
   if (!start || !IsWithin((start->point_world - anchor_world).norm(), options)) return std::nullopt;
   GeneralLineFit fit{
@@ -259,7 +259,7 @@ std::optional<GeneralLineFit> TriangulateGeneralLine(
 std::optional<std::pair<double, double>> ExtentAlong(const PointAndDirection& line,
                                                      const LineSegment& segment,
                                                      const RigidTransform& T_world_camera) {
-  const View view = ViewOf(segment, 0, StereoGeometry(), T_world_camera);
+  const SegmentView view = SegmentViewOf(segment, 0, StereoGeometry(), T_world_camera);
   const std::optional<double> start = MeetRay(line, view.centre, view.start);
   const std::optional<double> end = MeetRay(line, view.centre, view.end);
   if (!start || !end) return std::nullopt;

@@ -12,6 +12,7 @@
 #include <cstdio>
 #include <utility>
 
+#include "data/angle_unit.h"
 #include "tests/testing/simulated_odometry.h"
 
 namespace slcmap {
@@ -105,7 +106,6 @@ int main(int argc, char** argv) {
   lines.deviation_rad = deviation_deg * M_PI / 180;
   if (lines.max_lines > 0) options.lines = lines;
   if (moving) options.stand_still_s = 0;
-  constexpr double kDegree = M_PI / 180;
   options.fault.stamps_late_ns = ToNanoseconds(1e-3 * late_ms);
   options.fault.imu_rotation_rad = imu_turn_deg * kDegree * Eigen::Vector3d(2, -1, 2) / 3;
   options.fault.right_rotation_rad = right_turn_deg * kDegree * Eigen::Vector3d(1, 1, 0);

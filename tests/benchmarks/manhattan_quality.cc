@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "apps/evaluation/true_edges.h"
+#include "data/angle_unit.h"
 #include "data/image_file.h"
 #include "data/sequence.h"
 #include "data/trajectory.h"
@@ -28,7 +29,6 @@
 namespace slcmap {
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180;
 constexpr int kEvery = 5;
 
 Eigen::Vector3d DirectionOf(const EdgeRow& edge) {

@@ -7,8 +7,8 @@
 namespace slcmap {
 namespace {
 
-using testing::DoubleEq;
-using testing::ElementsAre;
+using ::testing::DoubleEq;
+using ::testing::ElementsAre;
 
 TEST(ProgressTest, MadeOfNothingNeverEndsTheWork) {
   EXPECT_TRUE(Progress().Report(0.5));

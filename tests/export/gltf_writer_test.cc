@@ -44,7 +44,7 @@ class GltfWriterTest : public ::testing::Test {
   testing::TempFolder temp_;
 };
 
-MapResult MakeMap() {
+MapResult MakeTwoStoreysWithPoints() {
   MapResult map = testing::MakeTwoStoreys();
   for (int i = 0; i < 1000; ++i) {
     map.dense.push_back({{0.01 * i, 1, 2}, Eigen::Vector3d::UnitZ(), 0.01, 100});
@@ -91,7 +91,7 @@ std::vector<Eigen::Vector3d> PositionsOf(const tinygltf::Model& model, const std
 }
 
 TEST_F(GltfWriterTest, NodesAreByStoreyLayerAndKind) {
-  const tinygltf::Model model = Write(MakeMap());
+  const tinygltf::Model model = Write(MakeTwoStoreysWithPoints());
   EXPECT_THAT(NamesIn(model),
               IsSupersetOf({"lines", "lines/storey 0", "lines/storey 0/along x",
                             "lines/storey 0/vertical", "lines/storey 1/of no axis", "dense",
@@ -101,7 +101,7 @@ TEST_F(GltfWriterTest, NodesAreByStoreyLayerAndKind) {
 }
 
 TEST_F(GltfWriterTest, ExtrasHoldIdsKindsAndUnits) {
-  const tinygltf::Model model = Write(MakeMap());
+  const tinygltf::Model model = Write(MakeTwoStoreysWithPoints());
   EXPECT_EQ(model.nodes[0].extras.Get("unit").Get<std::string>(), "metre");
   const tinygltf::Value& wall = NodeOf(model, "walls/storey 0/wall 2").extras;
   EXPECT_EQ(wall.Get("id").GetNumberAsInt(), 2);
@@ -115,19 +115,20 @@ TEST_F(GltfWriterTest, ExtrasHoldIdsKindsAndUnits) {
 }
 
 TEST_F(GltfWriterTest, LinesAreBarsOnRequest) {
-  EXPECT_THAT(NamesIn(Write(MakeMap())), Not(Contains("line_bars")));
-  EXPECT_THAT(NamesIn(Write(MakeMap(), {.tubes = true})), Contains("line_bars"));
+  EXPECT_THAT(NamesIn(Write(MakeTwoStoreysWithPoints())), Not(Contains("line_bars")));
+  EXPECT_THAT(NamesIn(Write(MakeTwoStoreysWithPoints(), {.tubes = true})), Contains("line_bars"));
 }
 
 TEST_F(GltfWriterTest, DensePointsAreThinnedToTheLimit) {
-  EXPECT_EQ(PositionsOf(Write(MakeMap()), "dense").size(), 1000u);
-  const tinygltf::Model thinned = Write(MakeMap(), {}, 430);  // of which others take 30
+  EXPECT_EQ(PositionsOf(Write(MakeTwoStoreysWithPoints()), "dense").size(), 1000u);
+  const tinygltf::Model thinned =
+      Write(MakeTwoStoreysWithPoints(), {}, 430);  // of which others take 30
   EXPECT_EQ(PositionsOf(thinned, "dense").size(), 334u);
   EXPECT_EQ(NodeOf(thinned, "dense").extras.Get("one_of").GetNumberAsInt(), 3);
 }
 
 TEST_F(GltfWriterTest, QuantisedPositionsAreWithinAStep) {
-  const MapResult map = MakeMap();
+  const MapResult map = MakeTwoStoreysWithPoints();
   const tinygltf::Model model = Write(map, {.quantised = true});
   EXPECT_THAT(model.extensionsRequired, ::testing::ElementsAre("KHR_mesh_quantization"));
   const std::vector<Eigen::Vector3d> dense = PositionsOf(model, "dense");
@@ -141,9 +142,9 @@ TEST_F(GltfWriterTest, QuantisedPositionsAreWithinAStep) {
 }
 
 TEST_F(GltfWriterTest, TheSameMapGivesTheSameBytes) {
-  Write(MakeMap());
+  Write(MakeTwoStoreysWithPoints());
   const std::string bytes = ReadFile(temp_.Path("scene.glb"));
-  Write(MakeMap());
+  Write(MakeTwoStoreysWithPoints());
   EXPECT_TRUE(ReadFile(temp_.Path("scene.glb")) == bytes);
 }
 
@@ -153,7 +154,7 @@ TEST_F(GltfWriterTest, TheValidatorFindsNeitherErrorsNorWarnings) {
   }
   const GltfOptions all = {.tubes = true, .quantised = true};
   for (const GltfOptions& options : {GltfOptions(), all}) {
-    Write(MakeMap(), options);
+    Write(MakeTwoStoreysWithPoints(), options);
     ExpectValid();
     Write(MapResult(), options);
     ExpectValid();

@@ -14,7 +14,7 @@ namespace {
 using ::testing::HasSubstr;
 using testing::OutputOf;
 
-MapResult MakeMap() {
+MapResult MakeFurnishedMap() {
   MapResult map;
   map.building = testing::MakeBuilding();
   BuildingPlane floor;
@@ -34,7 +34,7 @@ MapResult MakeMap() {
 
 TEST(ObjWriterTest, AnObjectALayer) {
   const testing::TempFolder temp;
-  const std::string path = ObjWriter(0.5).Write(temp.Path(""), MakeMap(), {}).at(0);
+  const std::string path = ObjWriter(0.5).Write(temp.Path(""), MakeFurnishedMap(), {}).at(0);
   const std::string text = ReadFile(path);
   EXPECT_THAT(text, HasSubstr("o S0_X_EDGE\nv 0.123450 2.000000 1.000000\n"
                               "v 3.000000 2.000000 1.000000\nl 1 2\n"));
@@ -47,7 +47,7 @@ TEST(ObjWriterTest, AssimpReadsLinesAndFaces) {
   SLCMAP_NEEDS_READER("assimp");
   const testing::TempFolder temp;
   const std::string info =
-      OutputOf("assimp info " + ObjWriter(0.5).Write(temp.Path(""), MakeMap(), {}).at(0));
+      OutputOf("assimp info " + ObjWriter(0.5).Write(temp.Path(""), MakeFurnishedMap(), {}).at(0));
   EXPECT_THAT(info, HasSubstr("lines"));
   EXPECT_THAT(info, HasSubstr("triangles"));
   for (const char* name : {"S0_X_EDGE", "S0_FLOOR_PLANE", "S0_FLOOR_PLANE_OUTLINE", "TRAJECTORY"}) {

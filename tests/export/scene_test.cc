@@ -25,10 +25,10 @@ double VolumeOf(const MeshLayer& mesh, const Eigen::Vector3d& inside) {
   return volume_m3;
 }
 
-MapResult MakeMap() { return BuildMap(testing::MakeWallRun(), {}); }
+MapResult MakeWallMap() { return BuildMap(testing::MakeWallRun(), {}); }
 
 TEST(MapScene, HasALayerForEachPartOfTheMap) {
-  MapResult map = MakeMap();
+  MapResult map = MakeWallMap();
   map.lines.resize(2);
   const MapScene scene = MakeScene(map, {});
   EXPECT_EQ(scene.points[0].vertices.size(), map.points.size());
@@ -54,7 +54,7 @@ TEST(MapScene, LinesHaveTheColourOfTheirAxisAndAge) {
 }
 
 TEST(MapScene, AMapOfTooManyVerticesIsRefusedWithTheirNumber) {
-  const MapResult map = MakeMap();
+  const MapResult map = MakeWallMap();
   int64_t vertices = 0;
   const MapScene scene = MakeScene(map, {});
   for (const PointLayer& layer : scene.points) vertices += layer.vertices.size();
@@ -124,7 +124,7 @@ TEST(MapScene, FacesBetweenVoxelsAreLeftOut) {
 }
 
 TEST(MapScene, FrustaLookWhereTheCameraLooks) {
-  MapResult map = MakeMap();
+  MapResult map = MakeWallMap();
   map.keyframes.resize(1);
   SceneOptions options;
   options.frustum_m = 2;
@@ -139,7 +139,7 @@ TEST(MapScene, FrustaLookWhereTheCameraLooks) {
 }
 
 TEST(MapScene, NearKeyframesAndGapsInTimeAreLeftOut) {
-  MapResult map = MakeMap();
+  MapResult map = MakeWallMap();
   SceneOptions options;
   options.frustum_spacing_m = 1.5;
   map.trajectory.erase(map.trajectory.begin() + 20, map.trajectory.begin() + 30);

@@ -10,7 +10,7 @@ namespace slcmap {
 namespace {
 
 // Of a closed solid whose triangles are counter-clockwise seen from outside.
-double VolumeOf(const MeshLayer& mesh) {
+double VolumeAroundOrigin(const MeshLayer& mesh) {
   double volume = 0;
   for (const auto& t : mesh.triangles) {
     const auto& p = mesh.vertices.positions;
@@ -36,7 +36,7 @@ TEST(SurfaceMeshTest, WallsAreClosedSolidsWithTheirOpeningsCut) {
   for (std::size_t i = 0; i < building.walls.size(); ++i) {
     MeshLayer mesh;
     AddWallMesh(building.walls[i], HeightOfWall(building.walls[i], building, 2.5), {}, &mesh);
-    EXPECT_NEAR(VolumeOf(mesh), expected_m3[i], 1e-9) << i;
+    EXPECT_NEAR(VolumeAroundOrigin(mesh), expected_m3[i], 1e-9) << i;
     EXPECT_LT(SumOfAreas(mesh).norm(), 1e-9) << i;
   }
 }

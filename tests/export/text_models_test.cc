@@ -26,7 +26,7 @@ std::vector<std::string> RowsOf(const std::string& path) {
 }
 
 // Two keyframes of a stereo camera that looks along x of the body.
-MapResult MakeMap() {
+MapResult MakeMapWithCameras() {
   MapResult map = testing::MakeTwoStoreys();
   Eigen::Matrix3d R_imu_camera;
   R_imu_camera << 0, 0, 1, -1, 0, 0, 0, -1, 0;
@@ -52,7 +52,7 @@ class TextModelsTest : public ::testing::Test {
 };
 
 TEST_F(TextModelsTest, ColmapProjectsPointsToWhereTheRigDoes) {
-  const MapResult map = MakeMap();
+  const MapResult map = MakeMapWithCameras();
   ColmapWriter().Write(temp_.Path(), map, {});
   const std::vector<std::string> cameras = RowsOf(temp_.Path("colmap/cameras.txt"));
   ASSERT_EQ(cameras.size(), 2u);
@@ -84,7 +84,7 @@ TEST_F(TextModelsTest, ColmapReadsTheModel) {
   if (testing::RunReader("colmap help").status != 0) {
     GTEST_SKIP() << "colmap is not installed: apt-get install colmap";
   }
-  ColmapWriter().Write(temp_.Path(), MakeMap(), {});
+  ColmapWriter().Write(temp_.Path(), MakeMapWithCameras(), {});
   const auto output = testing::RunReader("QT_QPA_PLATFORM=offscreen colmap model_analyzer --path " +
                                          temp_.Path("colmap"));
   EXPECT_EQ(output.status, 0) << output.text;
@@ -94,7 +94,7 @@ TEST_F(TextModelsTest, ColmapReadsTheModel) {
 }
 
 TEST_F(TextModelsTest, LimapHoldsTheLines) {
-  LimapWriter().Write(temp_.Path(), MakeMap(), {});
+  LimapWriter().Write(temp_.Path(), MakeMapWithCameras(), {});
   const std::vector<std::string> tracks = RowsOf(temp_.Path("limap/alltracks.txt"));
   ASSERT_EQ(tracks.size(), 1 + 3 * 5u);
   EXPECT_EQ(tracks[0], "3");
@@ -111,7 +111,7 @@ TEST_F(TextModelsTest, AnEmptyMapReplacesTheFoldersOfAnEarlierOne) {
   ExportOptions options;
   options.formats = {"colmap", "limap"};
   const std::string folder = temp_.Path("export");
-  ExportMap(MakeMap(), folder, options);
+  ExportMap(MakeMapWithCameras(), folder, options);
   EXPECT_EQ(ExportMap({}, folder, options).size(), 5u);
   EXPECT_TRUE(RowsOf(folder + "/colmap/cameras.txt").empty());
   EXPECT_TRUE(RowsOf(folder + "/colmap/images.txt").empty());

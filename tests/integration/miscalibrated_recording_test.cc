@@ -7,6 +7,7 @@
 #include <set>
 #include <sstream>
 
+#include "data/angle_unit.h"
 #include "data/asl_files.h"
 #include "data/calibration.h"
 #include "tests/integration/slcmap_process.h"
@@ -18,8 +19,6 @@ namespace {
 using Eigen::Vector3d;
 using testing::RunShell;
 using testing::TempFolder;
-
-constexpr double kRadians = M_PI / 180;
 
 class MiscalibratedRecording : public ::testing::Test {
  protected:
@@ -58,14 +57,14 @@ TEST_F(MiscalibratedRecording, ClaimsWhatItsOptionsSay) {
   const Rig rig = RigOf(Made("off",
                              "--right-rotation-deg 0.05 0.02 0 --imu-rotation-deg 0 1 0 "
                              "--focal-scale 1.003 --principal-px 1 -2 --timeshift-ms -10"));
-  const Eigen::Quaterniond turn(Eigen::AngleAxisd(kRadians, Vector3d::UnitY()));
+  const Eigen::Quaterniond turn(Eigen::AngleAxisd(kDegree, Vector3d::UnitY()));
   EXPECT_LT(rig.T_imu_camera[0].rotation.angularDistance(turn * good.T_imu_camera[0].rotation),
             1e-9);
   EXPECT_LT((rig.T_imu_camera[0].translation - turn * good.T_imu_camera[0].translation).norm(),
             1e-9);
   const Eigen::Quaterniond right =
       good.T_imu_camera[1].rotation.inverse() * turn.inverse() * rig.T_imu_camera[1].rotation;
-  EXPECT_LT((LogRotation(right) / kRadians - Vector3d(0.05, 0.02, 0)).norm(), 1e-9);
+  EXPECT_LT((LogRotation(right) / kDegree - Vector3d(0.05, 0.02, 0)).norm(), 1e-9);
   EXPECT_NEAR(rig.cameras[0].fx_px, 1.003 * good.cameras[0].fx_px, 1e-9);
   EXPECT_NEAR(rig.cameras[1].cx_px, good.cameras[1].cx_px + 1, 1e-9);
   EXPECT_NEAR(rig.cameras[1].cy_px, good.cameras[1].cy_px - 2, 1e-9);

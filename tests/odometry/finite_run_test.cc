@@ -11,7 +11,7 @@
 namespace slcmap {
 namespace {
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+constexpr double kNotFinite = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 TEST(FiniteRun, AGoodRunStaysAsItIs) {
@@ -26,11 +26,11 @@ TEST(FiniteRun, AGoodRunStaysAsItIs) {
 
 TEST(FiniteRun, WhatMappingIsHandedHoldsFiniteValuesOnly) {
   OdometryRun run = testing::MakeLineRun();
-  run.states.front().gyro_bias_rad_s.z() = kNaN;
+  run.states.front().gyro_bias_rad_s.z() = kNotFinite;
   run.keyframes.front().observations.front().left_px.x() = kInfinity;
-  run.keyframes.back().T_world_imu.rotation.w() = kNaN;
+  run.keyframes.back().T_world_imu.rotation.w() = kNotFinite;
   run.landmarks.back().p_world.x() = -kInfinity;
-  run.lines.front().covariance_m2(0, 1) = kNaN;
+  run.lines.front().covariance_m2(0, 1) = kNotFinite;
   EXPECT_FALSE(IsFinite(run));
   const OdometryRun kept = WithoutNonFinite(run);
   EXPECT_TRUE(IsFinite(kept));
@@ -66,7 +66,7 @@ TEST(FiniteRun, EveryValueIsLookedAt) {
   for (size_t i = 0; i < values.size(); ++i) {
     OdometryRun run = testing::MakeLineRun();
     ASSERT_TRUE(run.keyframes[0].observations[0].right_px && run.keyframes[0].lines[0].right_px);
-    values[i](run) = kNaN;
+    values[i](run) = kNotFinite;
     EXPECT_FALSE(IsFinite(run)) << i;
     EXPECT_TRUE(IsFinite(WithoutNonFinite(run))) << i;
   }

@@ -19,7 +19,7 @@ using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::ThrowsMessage;
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+constexpr double kNotANumber = std::numeric_limits<double>::quiet_NaN();
 const char* const kTables[] = {"lines.csv", "line_observations.csv", "line_points.csv"};
 
 class RunFolderLinesTest : public ::testing::Test {
@@ -183,10 +183,10 @@ TEST_F(RunFolderLinesTest, ARunWithoutLinesHasEmptyFiles) {
 
 TEST_F(RunFolderLinesTest, DropsAndCountsWhatIsNotFinite) {
   OdometryRun run = testing::MakeLineRun();
-  run.lines[0].end_world.z() = kNaN;
+  run.lines[0].end_world.z() = kNotANumber;
   run.lines[1].covariance_m2(0, 0) = std::numeric_limits<double>::infinity();
-  run.keyframes[0].lines[0].left_px.start.x() = kNaN;
-  run.keyframes[0].lines[1].right_px->end.y() = kNaN;
+  run.keyframes[0].lines[0].left_px.start.x() = kNotANumber;
+  run.keyframes[0].lines[1].right_px->end.y() = kNotANumber;
   WriteRunFolder(folder_, run);
   const OdometryRun read = ReadRunFolder(folder_);
   EXPECT_EQ(read.lines.size(), 22u);
@@ -198,7 +198,7 @@ TEST_F(RunFolderLinesTest, DropsAndCountsWhatIsNotFinite) {
 TEST_F(RunFolderLinesTest, LinesFollowTheirWorldWhereOneIsDropped) {
   OdometryRun run = testing::MakeLineRun();
   run.manhattan_worlds.push_back({0, 0.5, 0.001, 5});
-  run.manhattan_worlds[0].heading_rad = kNaN;
+  run.manhattan_worlds[0].heading_rad = kNotANumber;
   run.lines[23].world = 1;
   WriteRunFolder(folder_, run);
   const OdometryRun read = ReadRunFolder(folder_);
@@ -213,7 +213,7 @@ TEST_F(RunFolderLinesTest, LinesFollowTheirWorldWhereOneIsDropped) {
 
 TEST_F(RunFolderLinesTest, LinesFollowTheirSlopeWhereOneIsDropped) {
   OdometryRun run = testing::MakeLineRun();
-  run.sloped_directions = {{0, kNaN, 0.5, 0, 0, 5, false}, {0, 0.2, 0.6, 0, 0, 6, false}};
+  run.sloped_directions = {{0, kNotANumber, 0.5, 0, 0, 5, false}, {0, 0.2, 0.6, 0, 0, 6, false}};
   run.lines[3].axis = run.lines[4].axis = LineAxis::kSloped;
   run.lines[3].world = 0;
   run.lines[4].world = 1;

@@ -13,12 +13,12 @@
 namespace slcmap {
 namespace {
 
-constexpr double kRest_s = 1, kDuration_s = 3, kRate_hz = 20;
+constexpr double kSourceRest_s = 1, kSourceDuration_s = 3, kSourceRate_hz = 20;
 
 class SequenceSourceTest : public ::testing::Test {
  protected:
   SequenceSourceTest() {
-    for (double t_s = 0.1; t_s < kDuration_s - 0.1; t_s += 1 / kRate_hz) {
+    for (double t_s = 0.1; t_s < kSourceDuration_s - 0.1; t_s += 1 / kSourceRate_hz) {
       task_.times_s.push_back(t_s);
     }
     BoxRoomRenderer renderer(task_, 2.5);
@@ -32,7 +32,7 @@ class SequenceSourceTest : public ::testing::Test {
     return {task_.rig, pairs_, SimulateImu(task_.motion, {}).samples};
   }
 
-  RenderTask task_{SmallRig(), ExampleFlight(SmallRig(), kDuration_s, kRest_s), {}};
+  RenderTask task_{SmallRig(), ExampleFlight(SmallRig(), kSourceDuration_s, kSourceRest_s), {}};
   std::vector<StereoImage> pairs_;
 };
 

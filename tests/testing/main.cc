@@ -37,6 +37,10 @@ int PrintSkipped(const testing::UnitTest& program) {
 int main(int argc, char** argv) {
   testing::InitGoogleMock(&argc, argv);
   const int result = RUN_ALL_TESTS();
+  if (testing::UnitTest::GetInstance()->test_to_run_count() == 0) {
+    std::printf("no test of that name\n");
+    return 1;
+  }
   const int skipped = PrintSkipped(*testing::UnitTest::GetInstance());
   return result == 0 && skipped > 0 ? kSkipped : result;
 }

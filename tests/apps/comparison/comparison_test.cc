@@ -14,7 +14,7 @@ using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-MethodResult Method(const std::string& name, const std::vector<double>& thickness_mm) {
+MethodResult MadeMethod(const std::string& name, const std::vector<double>& thickness_mm) {
   MethodResult method;
   method.name = name;
   for (const double value : thickness_mm) method.repeats.push_back({{"edge_thickness_mm", value}});
@@ -24,7 +24,7 @@ MethodResult Method(const std::string& name, const std::vector<double>& thicknes
 Comparison TwoMethods(const std::vector<double>& a, const std::vector<double>& b) {
   SequenceResult sequence;
   sequence.name = "hall_1 <west>";
-  sequence.methods = {Method("points", a), Method("slc", b)};
+  sequence.methods = {MadeMethod("points", a), MadeMethod("slc", b)};
   Comparison comparison;
   comparison.repeats = static_cast<int>(a.size());
   comparison.sequences = {sequence};
@@ -76,7 +76,7 @@ TEST(Comparison, ThePageNeedsNothingBesideItAndEscapesNames) {
 
 TEST(Comparison, AMethodWhoseRunsAllFailedIsShownWithoutFigures) {
   Comparison comparison = kClear;
-  comparison.sequences[0].methods.push_back(Method("structural", {}));
+  comparison.sequences[0].methods.push_back(MadeMethod("structural", {}));
   comparison.sequences[0].methods.back().remarks = {"run 1 failed: no pose"};
   EXPECT_THAT(ComparisonTable(comparison), HasSubstr("structural: run 1 failed: no pose"));
   EXPECT_THAT(ComparisonPage(comparison), HasSubstr("<td>structural</td><td>-</td>"));

@@ -5,14 +5,14 @@
 #include <Eigen/Geometry>
 #include <cmath>
 
+#include "data/angle_unit.h"
+
 namespace slcmap {
 namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kRadians = M_PI / 180;
-
-Vector3d Level(double deg) { return {std::cos(deg * kRadians), std::sin(deg * kRadians), 0}; }
+Vector3d Level(double deg) { return {std::cos(deg * kDegree), std::sin(deg * kDegree), 0}; }
 
 const std::vector<WeightedDirection> kSquare = {{Level(0), 4},
                                                 {Level(180), 2},

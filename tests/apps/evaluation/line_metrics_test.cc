@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/evaluation/line_report.h"
+#include "data/angle_unit.h"
 #include "data/error.h"
 #include "data/file.h"
 #include "tests/testing/temp_folder.h"
@@ -17,8 +18,6 @@ namespace {
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::ThrowsMessage;
-
-constexpr double kRadians = M_PI / 180;
 
 // Seen from end to end.
 TrueEdges Seen(const std::vector<PlySegment>& edges) { return {edges, edges}; }
@@ -73,8 +72,8 @@ TEST(LineMetrics, AnOffsetLineIsRightFromItsOffsetOn) {
 TEST(LineMetrics, DirectionErrorIsWeightedByLength) {
   // 3 m turned by 1 degree and 1 m by 5, each about a place on the edge.
   const auto turned = [](double x, double degrees, double length_m) {
-    const Eigen::Vector3d half(0.5 * length_m * std::cos(degrees * kRadians),
-                               0.5 * length_m * std::sin(degrees * kRadians), 0);
+    const Eigen::Vector3d half(0.5 * length_m * std::cos(degrees * kDegree),
+                               0.5 * length_m * std::sin(degrees * kDegree), 0);
     return Mapped(Eigen::Vector3d(x, 0, 0) - half, Eigen::Vector3d(x, 0, 0) + half);
   };
   const TrueEdges truth = Seen({{{0, 0, 0}, {40, 0, 0}}});
@@ -108,14 +107,14 @@ TEST(LineMetrics, ALineAlongABentEdgeHasTheDirectionOfWhatItCovers) {
   EXPECT_NEAR(whole.accuracy.value().direction_mean_deg, 0, 1e-3);
   // Its second half goes down by 30 mm.
   const LineMetrics half = EvaluateLines(truth, {Mapped({5, 0.02, 0}, {0, 0.02, 0})}, {});
-  EXPECT_NEAR(half.accuracy.value().direction_mean_deg, std::atan(0.03 / 5) / kRadians, 1e-3);
+  EXPECT_NEAR(half.accuracy.value().direction_mean_deg, std::atan(0.03 / 5) / kDegree, 1e-3);
   const LineMetrics chord = EvaluateLines(truth, {Mapped({0, 0.03, 0}, {5, 0, 0})}, {});
   EXPECT_NEAR(chord.accuracy.value().direction_mean_deg, 0, 1e-3);
 }
 
 TEST(LineMetrics, OtherDirectionsDoNotCount) {
   // Across an edge, and 12 degrees off it: near, but no observations of it.
-  const double slope = std::tan(12 * kRadians);
+  const double slope = std::tan(12 * kDegree);
   const LineMetrics metrics = EvaluateLines(
       kTwoEdges, {Mapped({1, -0.1, 0}, {1, 0.1, 0}), Mapped({2, 0, 0}, {2.2, 0.2 * slope, 0})}, {});
   EXPECT_EQ(At(metrics, 0.2).precision, 0);

@@ -6,12 +6,11 @@
 #include <cmath>
 #include <random>
 
+#include "data/angle_unit.h"
 #include "data/error.h"
 
 namespace slcmap {
 namespace {
-
-constexpr double kRadians = M_PI / 180;
 
 // A round of 20 m radius in 60 s that rises and sinks, at a given rate; it ends at its start.
 Trajectory Circle(double rate_hz) {
@@ -59,7 +58,7 @@ TEST(TrajectoryMetrics, TiltIsAnErrorButForTheRigidAlignment) {
   const TrajectoryMetrics metrics =
       Evaluate(truth, Moved({ExpRotation({0.02, 0, 0}), {1, 2, 3}}, truth));
   EXPECT_GT(metrics.absolute[0].position_m.rmse, 0.2);
-  EXPECT_NEAR(metrics.absolute[0].rotation_deg.rmse, 0.02 / kRadians, 1e-3);
+  EXPECT_NEAR(metrics.absolute[0].rotation_deg.rmse, 0.02 / kDegree, 1e-3);
   EXPECT_LT(metrics.absolute[1].position_m.max, 1e-9);
 }
 
@@ -102,7 +101,7 @@ TEST(TrajectoryMetrics, StatisticsOfKnownErrors) {
 TEST(TrajectoryMetrics, YawDriftShowsInRelativeError) {
   const Trajectory truth = Circle(20);
   Trajectory estimate = truth;
-  const double rate_rad_m = 0.1 * kRadians;
+  const double rate_rad_m = 0.1 * kDegree;
   double travelled_m = 0;
   for (std::size_t i = 1; i < truth.size(); ++i) {
     const RigidTransform motion = truth[i - 1].T_world_imu.Inverse() * truth[i].T_world_imu;
@@ -138,12 +137,12 @@ TEST(TrajectoryMetrics, HeadingErrorIsOfTheLastPoseAgainstTheFirst) {
   Trajectory estimate = Moved({ExpRotation({0, 0, 2.5}), {1, 2, 3}}, truth);
   EXPECT_NEAR(Evaluate(truth, estimate).heading_error_deg, 0, 1e-9);
   RigidTransform& last = estimate.back().T_world_imu;
-  last.rotation = ExpRotation({0, 0, 3 * kRadians}) * last.rotation;
+  last.rotation = ExpRotation({0, 0, 3 * kDegree}) * last.rotation;
   EXPECT_NEAR(Evaluate(truth, estimate).heading_error_deg, 3, 1e-9);
-  last.rotation = ExpRotation({0, 0, -8 * kRadians}) * last.rotation;
+  last.rotation = ExpRotation({0, 0, -8 * kDegree}) * last.rotation;
   EXPECT_NEAR(Evaluate(truth, estimate).heading_error_deg, -5, 1e-9);
   // A tilt is no heading.
-  last.rotation = ExpRotation({0, 0, 5 * kRadians}) * ExpRotation({0.01, 0.02, 0}) * last.rotation;
+  last.rotation = ExpRotation({0, 0, 5 * kDegree}) * ExpRotation({0.01, 0.02, 0}) * last.rotation;
   EXPECT_NEAR(Evaluate(truth, estimate).heading_error_deg, 0, 0.01);
 }
 

@@ -9,6 +9,7 @@
 #include "apps/evaluation/building_tolerances.h"
 #include "apps/evaluation/map_walls.h"
 #include "apps/evaluation/straightness_report.h"
+#include "data/angle_unit.h"
 #include "data/error.h"
 
 namespace slcmap {
@@ -16,7 +17,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kRadians = M_PI / 180;
 const Vector3d kUp = Vector3d::UnitZ();
 
 // How far a wall is off its plane at a place along it.
@@ -39,7 +39,7 @@ SurveyedPoints Wall(double length_m, const Bend& bend, double step_m = 0.1) {
   return wall;
 }
 
-SurveyedPoints Moved(const Eigen::Isometry3d& motion, SurveyedPoints wall, int64_t id) {
+SurveyedPoints MovedWall(const Eigen::Isometry3d& motion, SurveyedPoints wall, int64_t id) {
   wall.wall = id;
   wall.seen_from_world = motion * wall.seen_from_world;
   for (PlacedInWorld& p : wall.points) p.p_world = motion * p.p_world;
@@ -47,7 +47,7 @@ SurveyedPoints Moved(const Eigen::Isometry3d& motion, SurveyedPoints wall, int64
 }
 
 Eigen::Isometry3d Turn(double yaw_deg, const Vector3d& shift) {
-  return Eigen::Translation3d(shift) * Eigen::AngleAxisd(yaw_deg * kRadians, kUp);
+  return Eigen::Translation3d(shift) * Eigen::AngleAxisd(yaw_deg * kDegree, kUp);
 }
 
 double GapOf(const WallFace& wall, double length_m) {
@@ -86,7 +86,7 @@ TEST(WallSurvey, TheSameTurnedOrResampledScoresTheSame) {
   const Eigen::Isometry3d turn = Eigen::Translation3d(3, -8, 1) *
                                  Eigen::AngleAxisd(2.1, Vector3d(0.5, 0.1, -0.7).normalized());
   const WallFace turned =
-      SurveyWalls({Moved(turn, bent, 0)}, turn.rotation() * kUp, {}).walls.at(0);
+      SurveyWalls({MovedWall(turn, bent, 0)}, turn.rotation() * kUp, {}).walls.at(0);
   const WallFace resampled = Measured(Wall(10, Arc(0.010, 10), 0.037));
   for (const double length_m : {1.0, 4.0, 10.0}) {
     EXPECT_NEAR(GapOf(turned, length_m), GapOf(as_is, length_m), 1e-6);
@@ -102,16 +102,16 @@ TEST(WallSurvey, AFewWildPointsBendNothing) {
 }
 
 TEST(WallSurvey, LeanIsToldForAStorey) {
-  const Eigen::Isometry3d lean(Eigen::AngleAxisd(0.2 * kRadians, Vector3d::UnitX()));
-  EXPECT_NEAR(Measured(Moved(lean, Wall(4, Straight), 0)).lean_m.value(),
-              2.75 * std::sin(0.2 * kRadians), 1e-6);
+  const Eigen::Isometry3d lean(Eigen::AngleAxisd(0.2 * kDegree, Vector3d::UnitX()));
+  EXPECT_NEAR(Measured(MovedWall(lean, Wall(4, Straight), 0)).lean_m.value(),
+              2.75 * std::sin(0.2 * kDegree), 1e-6);
 }
 
 // A room of 4 m x 3 m: the walls y = 0, y = 3, x = 0 and x = 4.
 std::vector<SurveyedPoints> Room(double shift_m = 0, double turn_deg = 0) {
-  return {Wall(4, Straight), Moved(Turn(180, {4, 3 + shift_m, 0}), Wall(4, Straight), 1),
-          Moved(Turn(-90, {0, 3, 0}), Wall(3, Straight), 2),
-          Moved(Turn(90 + turn_deg, {4, 0, 0}), Wall(3, Straight), 3)};
+  return {Wall(4, Straight), MovedWall(Turn(180, {4, 3 + shift_m, 0}), Wall(4, Straight), 1),
+          MovedWall(Turn(-90, {0, 3, 0}), Wall(3, Straight), 2),
+          MovedWall(Turn(90 + turn_deg, {4, 0, 0}), Wall(3, Straight), 3)};
 }
 
 TEST(WallSurvey, DistancesAndAnglesOfARoomAreFound) {
@@ -143,7 +143,7 @@ TEST(WallSurvey, WhatPosesBentIsToldApartFromWhatIsBent) {
     truth.points[i].p_world.y() += noise_m;
     mapped.points[i].p_world.y() += noise_m + Arc(0.010, 10)(mapped.points[i].p_world.x());
   }
-  mapped = Moved(Turn(40, {1, 2, 0}), mapped, 0);
+  mapped = MovedWall(Turn(40, {1, 2, 0}), mapped, 0);
   const auto added = BendsAdded({mapped}, {truth}, kUp, {});
   ASSERT_EQ(added.size(), 1u);
   EXPECT_NEAR(GapOf(Measured(added[0]), 10), 0.010, 0.001);

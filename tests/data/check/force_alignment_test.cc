@@ -23,16 +23,16 @@ RigidTransform PoseAt(double t_s, double size) {
                                              0.25 * std::cos(2.4 * t_s))};
 }
 
-struct Made {
+struct ForceRecording {
   std::vector<ImuSample> imu;
   std::vector<StereoStep> steps;
   TurnAlignment turns;
 };
 
 // `size` scales the movement, and `claimed_baseline` what the images show of it.
-Made MakeRecording(double size, double claimed_baseline) {
+ForceRecording MakeForces(double size, double claimed_baseline) {
   constexpr double kH_s = 1e-3;
-  Made made;
+  ForceRecording made;
   for (int64_t t_ns = 0; t_ns <= kSteps * kStereoStep_ns; t_ns += kImuStep_ns) {
     const double t_s = ToSeconds(t_ns);
     const RigidTransform before = PoseAt(t_s - kH_s, size), now = PoseAt(t_s, size),
@@ -59,12 +59,12 @@ Made MakeRecording(double size, double claimed_baseline) {
   return made;
 }
 
-ForceAlignment Align(const Made& made, const RigidTransform& T_imu_camera = {}) {
+ForceAlignment Align(const ForceRecording& made, const RigidTransform& T_imu_camera = {}) {
   return AlignForces(made.steps, made.imu, made.turns, T_imu_camera);
 }
 
 TEST(ForceAlignment, FitsAGoodRecording) {
-  const ForceAlignment found = Align(MakeRecording(1, 1));
+  const ForceAlignment found = Align(MakeForces(1, 1));
   ASSERT_TRUE(found.enough_motion);
   EXPECT_TRUE(found.best.change.IsNone()) << found.best.change.words;
   EXPECT_NEAR(found.image_scale, 1, 0.03);
@@ -72,13 +72,13 @@ TEST(ForceAlignment, FitsAGoodRecording) {
 }
 
 TEST(ForceAlignment, NamesAChangeOfAxes) {
-  Made made = MakeRecording(1, 1);
+  ForceRecording made = MakeForces(1, 1);
   for (ImuSample& sample : made.imu) sample.specific_force_m_s2.y() *= -1;
   EXPECT_EQ(Align(made).best.change.words, "y negated");
 }
 
 TEST(ForceAlignment, MeasuresTheBaseline) {
-  const ForceAlignment found = Align(MakeRecording(1, 0.5));
+  const ForceAlignment found = Align(MakeForces(1, 0.5));
   ASSERT_TRUE(found.enough_motion);
   EXPECT_TRUE(found.best.change.IsNone());
   EXPECT_NEAR(found.image_scale, 2, 0.1);
@@ -87,7 +87,7 @@ TEST(ForceAlignment, MeasuresTheBaseline) {
 // The rotation inverted fits a little better than as claimed: no reason to change axes, and to
 // leave the baseline unjudged.
 TEST(ForceAlignment, AChangeThatIsNotClearlyBetterIsNone) {
-  Made made = MakeRecording(1, 0.5);
+  ForceRecording made = MakeForces(1, 0.5);
   const Eigen::Quaterniond claimed = ExpRotation({0.004, -0.003, 0.005});
   made.turns.best.change = {claimed.conjugate().toRotationMatrix(), "inverted"};
   const ForceAlignment found = Align(made, {claimed.conjugate(), Vector3d::Zero()});
@@ -96,7 +96,7 @@ TEST(ForceAlignment, AChangeThatIsNotClearlyBetterIsNone) {
 }
 
 TEST(ForceAlignment, SaysWhereThereIsTooLittleMotion) {
-  Made made = MakeRecording(1, 1);
+  ForceRecording made = MakeForces(1, 1);
   made.steps.resize(5);
   EXPECT_FALSE(Align(made).enough_motion);
   made.turns.enough_motion = false;

@@ -10,8 +10,8 @@
 namespace slcmap {
 namespace {
 
-constexpr int64_t kStart_ns = 1'000'000'000'000;
-constexpr int64_t kImuStep_ns = 5'000'000, kImageStep_ns = 50'000'000;
+constexpr int64_t kTurnStart_ns = 1'000'000'000'000;
+constexpr int64_t kTurnImuStep_ns = 5'000'000, kImageStep_ns = 50'000'000;
 constexpr int kImages = 150;
 
 Eigen::Quaterniond RigRotation() {
@@ -24,22 +24,22 @@ Eigen::Vector3d RateAt(double t_s, double size) {
                                 0.5 * std::sin(1.3 * t_s) + 0.4 * std::cos(4.7 * t_s));
 }
 
-struct Made {
+struct TurnRecording {
   std::vector<ImuSample> imu;
   std::vector<ImageTurn> turns;
 };
 
 // Images whose stamps are behind the IMU's clock by `offset_s`. The samples cover 4 s more on
 // either side.
-Made MakeRecording(double offset_s, double size = 0.5, double noise_rad = 2e-4) {
-  Made made;
-  const int64_t end_ns = kStart_ns + kImages * kImageStep_ns;
+TurnRecording MakeTurns(double offset_s, double size = 0.5, double noise_rad = 2e-4) {
+  TurnRecording made;
+  const int64_t end_ns = kTurnStart_ns + kImages * kImageStep_ns;
   constexpr int64_t kMore_ns = 4'000'000'000;
-  for (int64_t t_ns = kStart_ns - kMore_ns; t_ns < end_ns + kMore_ns; t_ns += kImuStep_ns) {
+  for (int64_t t_ns = kTurnStart_ns - kMore_ns; t_ns < end_ns + kMore_ns; t_ns += kTurnImuStep_ns) {
     ImuSample sample;
     sample.stamp_ns = t_ns;
     sample.angular_velocity_rad_s =
-        RateAt(ToSeconds(t_ns - kStart_ns), size) + Eigen::Vector3d(0.01, -0.02, 0.03);
+        RateAt(ToSeconds(t_ns - kTurnStart_ns), size) + Eigen::Vector3d(0.01, -0.02, 0.03);
     made.imu.push_back(sample);
   }
   const GyroIntegral gyro(made.imu);
@@ -47,7 +47,7 @@ Made MakeRecording(double offset_s, double size = 0.5, double noise_rad = 2e-4) 
   std::normal_distribution<double> normal(0, noise_rad);
   for (int i = 0; i < kImages; ++i) {
     ImageTurn turn;
-    turn.from_ns = kStart_ns + i * kImageStep_ns;
+    turn.from_ns = kTurnStart_ns + i * kImageStep_ns;
     turn.to_ns = turn.from_ns + kImageStep_ns;
     const int64_t offset_ns = ToNanoseconds(offset_s);
     const Eigen::Vector3d turned = gyro.Between(turn.from_ns + offset_ns, turn.to_ns + offset_ns) -
@@ -62,7 +62,7 @@ Made MakeRecording(double offset_s, double size = 0.5, double noise_rad = 2e-4) 
 
 TEST(TurnAlignment, FindsTheTimeOffset) {
   for (const double offset_s : {-0.15, -0.0421, 0.0, 0.0033, 0.08, 0.15}) {
-    const Made made = MakeRecording(offset_s);
+    const TurnRecording made = MakeTurns(offset_s);
     const TurnAlignment found = AlignTurns(made.turns, made.imu, RigRotation(), 0);
     ASSERT_TRUE(found.enough_motion);
     EXPECT_TRUE(found.best.change.IsNone()) << found.best.change.words;
@@ -72,12 +72,12 @@ TEST(TurnAlignment, FindsTheTimeOffset) {
 }
 
 TEST(TurnAlignment, CountsFromTheClaimedOffset) {
-  const Made made = MakeRecording(0.45);
+  const TurnRecording made = MakeTurns(0.45);
   EXPECT_NEAR(AlignTurns(made.turns, made.imu, RigRotation(), 0.4).time_offset_s, 0.45, 5e-4);
 }
 
 TEST(TurnAlignment, FindsASmallTurnOfTheCamera) {
-  const Made made = MakeRecording(0.01);
+  const TurnRecording made = MakeTurns(0.01);
   const Eigen::Quaterniond claimed = ExpRotation({0.02, -0.01, 0.015}) * RigRotation();
   const TurnAlignment found = AlignTurns(made.turns, made.imu, claimed, 0);
   EXPECT_TRUE(found.best.change.IsNone());
@@ -85,7 +85,7 @@ TEST(TurnAlignment, FindsASmallTurnOfTheCamera) {
 }
 
 TEST(TurnAlignment, NamesEachChangeOfAxes) {
-  const Made made = MakeRecording(-0.03);
+  const TurnRecording made = MakeTurns(-0.03);
   for (const AxisChange& change : AxisChanges()) {
     std::vector<ImuSample> imu = made.imu;
     for (ImuSample& sample : imu) {
@@ -100,7 +100,7 @@ TEST(TurnAlignment, NamesEachChangeOfAxes) {
 }
 
 TEST(TurnAlignment, NamesAnInvertedRotation) {
-  const Made made = MakeRecording(0);
+  const TurnRecording made = MakeTurns(0);
   const Eigen::Quaterniond tilted = ExpRotation({0.4, 0.3, -0.5}) * RigRotation();
   std::vector<ImageTurn> turns = made.turns;
   for (ImageTurn& turn : turns)
@@ -111,7 +111,7 @@ TEST(TurnAlignment, NamesAnInvertedRotation) {
 }
 
 TEST(TurnAlignment, MeasuresTheScaleOfEachAxis) {
-  Made made = MakeRecording(0);
+  TurnRecording made = MakeTurns(0);
   for (ImageTurn& turn : made.turns) {
     turn.turn_rad.x() *= 0.9;
     turn.turn_rad.y() *= 0.9;
@@ -121,31 +121,32 @@ TEST(TurnAlignment, MeasuresTheScaleOfEachAxis) {
 }
 
 TEST(TurnAlignment, SurvivesWrongTurns) {
-  Made made = MakeRecording(0.02);
+  TurnRecording made = MakeTurns(0.02);
   for (size_t i = 0; i < made.turns.size(); i += 10) made.turns[i].turn_rad *= -3;
   EXPECT_NEAR(AlignTurns(made.turns, made.imu, RigRotation(), 0).time_offset_s, 0.02, 1e-3);
 }
 
 // Of a recording whose samples begin and end with the images, as far as their stamps tell.
-std::optional<double> FarOffsetOf(Made made) {
+std::optional<double> FarOffsetOf(TurnRecording made) {
   std::erase_if(made.imu, [](const ImuSample& sample) {
-    return sample.stamp_ns < kStart_ns || sample.stamp_ns > kStart_ns + kImages * kImageStep_ns;
+    return sample.stamp_ns < kTurnStart_ns ||
+           sample.stamp_ns > kTurnStart_ns + kImages * kImageStep_ns;
   });
   return FindFarOffset(made.turns, made.imu, RigRotation(), 0);
 }
 
 TEST(TurnAlignment, FindsClocksThatAreSecondsApart) {
   for (const double offset_s : {-3.0, -1.0, 1.7}) {
-    const auto found = FarOffsetOf(MakeRecording(offset_s));
+    const auto found = FarOffsetOf(MakeTurns(offset_s));
     ASSERT_TRUE(found) << offset_s;
     EXPECT_NEAR(*found, offset_s, 0.011);
   }
 }
 
 TEST(TurnAlignment, DoesNotGuessClocksThatAreApart) {
-  EXPECT_FALSE(FarOffsetOf(MakeRecording(-3, 0.001)));     // without motion
-  EXPECT_FALSE(FarOffsetOf(MakeRecording(-3, 0.5, 0.1)));  // nothing fits
-  Made periodic = MakeRecording(0);
+  EXPECT_FALSE(FarOffsetOf(MakeTurns(-3, 0.001)));     // without motion
+  EXPECT_FALSE(FarOffsetOf(MakeTurns(-3, 0.5, 0.1)));  // nothing fits
+  TurnRecording periodic = MakeTurns(0);
   for (ImuSample& sample : periodic.imu) {
     sample.angular_velocity_rad_s =
         std::sin(M_PI * ToSeconds(sample.stamp_ns)) * Eigen::Vector3d(1, 0.5, 0.2);
@@ -158,9 +159,9 @@ TEST(TurnAlignment, DoesNotGuessClocksThatAreApart) {
 }
 
 TEST(TurnAlignment, DoesNotGuessWithoutMotion) {
-  const Made still = MakeRecording(0, 0.001);
+  const TurnRecording still = MakeTurns(0, 0.001);
   EXPECT_FALSE(AlignTurns(still.turns, still.imu, RigRotation(), 0).enough_motion);
-  Made shaken = MakeRecording(0, 0.5, 0.03);  // images that show noise more than turns
+  TurnRecording shaken = MakeTurns(0, 0.5, 0.03);  // images that show noise more than turns
   EXPECT_FALSE(AlignTurns(shaken.turns, shaken.imu, RigRotation(), 0).enough_motion);
   EXPECT_FALSE(AlignTurns({}, still.imu, RigRotation(), 0).enough_motion);
   EXPECT_FALSE(AlignTurns(still.turns, {}, RigRotation(), 0).enough_motion);

@@ -29,7 +29,7 @@ imu0: {gyroscope_noise_density: 1.7e-4, gyroscope_random_walk: 2e-5,
        accelerometer_noise_density: 2e-3, accelerometer_random_walk: 3e-3, update_rate: 200}
 )";
 
-class ImageConsistencyTest : public testing::Test {
+class ImageConsistencyTest : public ::testing::Test {
  protected:
   void SetUp() override {
     fs::remove_all(folder_);
@@ -96,7 +96,7 @@ class ImageConsistencyTest : public testing::Test {
            v * ((1 - u) * image.at<uchar>(y + 1, x) + u * image.at<uchar>(y + 1, x + 1));
   }
 
-  const std::string folder_ = testing::TempDir() + "image_consistency";
+  const std::string folder_ = ::testing::TempDir() + "image_consistency";
   Sequence sequence_;
   Trajectory truth_;
   Rig rig_;

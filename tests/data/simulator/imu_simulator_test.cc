@@ -10,10 +10,10 @@
 namespace slcmap {
 namespace {
 
-MotionSpline Flight(double duration_s) { return ExampleFlight(ExampleStereoRig(), duration_s); }
+MotionSpline FlightFor(double duration_s) { return ExampleFlight(ExampleStereoRig(), duration_s); }
 
 TEST(SimulateImu, ExactSamplesIntegrateToTheMotion) {
-  const MotionSpline motion = Flight(5.0);
+  const MotionSpline motion = FlightFor(5.0);
   ImuSimulatorOptions options;
   options.with_noise = false;
   options.noise.rate_hz = 10000;
@@ -42,14 +42,14 @@ TEST(SimulateImu, ExactSamplesIntegrateToTheMotion) {
 TEST(SimulateImu, StampsCoverTheMotion) {
   ImuSimulatorOptions options;
   options.start_stamp_ns = 1'403'636'580'838'555'648;
-  const SimulatedImu imu = SimulateImu(Flight(2.0), options);
+  const SimulatedImu imu = SimulateImu(FlightFor(2.0), options);
   ASSERT_EQ(imu.samples.size(), 401u);
   EXPECT_EQ(imu.samples.front().stamp_ns, options.start_stamp_ns);
   EXPECT_EQ(imu.samples.back().stamp_ns, options.start_stamp_ns + 2'000'000'000);
 }
 
 TEST(SimulateImu, NoiseHasItsDensitiesAndBiasesWalk) {
-  const MotionSpline motion = Flight(200.0);
+  const MotionSpline motion = FlightFor(200.0);
   ImuSimulatorOptions options;
   options.initial_gyro_bias_rad_s = {0.01, 0, 0};
   const SimulatedImu noisy = SimulateImu(motion, options);
@@ -76,7 +76,7 @@ TEST(SimulateImu, NoiseHasItsDensitiesAndBiasesWalk) {
 }
 
 TEST(SimulateImu, TheSeedDecides) {
-  const MotionSpline motion = Flight(1.0);
+  const MotionSpline motion = FlightFor(1.0);
   ImuSimulatorOptions options;
   const auto last = [&] {
     return SimulateImu(motion, options).samples.back().angular_velocity_rad_s;
@@ -90,7 +90,7 @@ TEST(SimulateImu, TheSeedDecides) {
 TEST(SimulateImu, RefusesNegativeDensities) {
   ImuSimulatorOptions options;
   options.noise.accel_walk_m_s3_sqrthz = -1;
-  EXPECT_THROW(SimulateImu(Flight(1.0), options), ConfigError);
+  EXPECT_THROW(SimulateImu(FlightFor(1.0), options), ConfigError);
 }
 
 }  // namespace

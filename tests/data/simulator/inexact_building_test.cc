@@ -23,10 +23,10 @@ using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::ThrowsMessage;
 
-const std::string kScenes = SLCMAP_SOURCE_DIR "/config/scenes/";
+const std::string kExactScenes = SLCMAP_SOURCE_DIR "/config/scenes/";
 
 Scene Corridor(double amount, int seed = 1) {
-  return ReadScene(kScenes + "office_corridor.yaml", {}, InexactOptions{amount, seed});
+  return ReadScene(kExactScenes + "office_corridor.yaml", {}, InexactOptions{amount, seed});
 }
 
 // A room of 9 x 6 x 3 m without openings, whose floor is of two parts that are cut elsewhere than
@@ -61,7 +61,7 @@ double Distance(const Vector3d& p, const ScenePatch& patch) {
 }
 
 TEST(InexactBuilding, OfNoAmountIsTheExactBuilding) {
-  const Scene exact = ReadScene(kScenes + "office_corridor.yaml"), none = Corridor(0, 7);
+  const Scene exact = ReadScene(kExactScenes + "office_corridor.yaml"), none = Corridor(0, 7);
   EXPECT_TRUE(none.patches.empty());
   EXPECT_FALSE(none.inexact.has_value());
   ASSERT_EQ(none.edges.size(), exact.edges.size());

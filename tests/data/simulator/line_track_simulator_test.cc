@@ -15,7 +15,7 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-class LineTrackSimulatorTest : public testing::Test {
+class LineTrackSimulatorTest : public ::testing::Test {
  protected:
   SimulatedTracks Simulate(const LineTrackSimulatorOptions& options) const {
     SimulatedTracks tracks = SimulateTracks(motion_, rig_, {});

@@ -9,7 +9,7 @@
 namespace slcmap {
 namespace {
 
-class MadeMotionTest : public testing::TestWithParam<MotionKind> {
+class MadeMotionTest : public ::testing::TestWithParam<MotionKind> {
  protected:
   MadeMotionTest() {
     options_.kind = GetParam();
@@ -68,8 +68,8 @@ TEST_P(MadeMotionTest, TheSeedDecides) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Kinds, MadeMotionTest,
-                         testing::Values(MotionKind::kWalk, MotionKind::kRobot,
-                                         MotionKind::kFlight));
+                         ::testing::Values(MotionKind::kWalk, MotionKind::kRobot,
+                                           MotionKind::kFlight));
 
 TEST(MadeMotionOptions, ReadsTheTrajectoryOfAScene) {
   MadeMotionOptions options;

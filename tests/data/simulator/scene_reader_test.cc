@@ -15,8 +15,8 @@ namespace slcmap {
 namespace {
 
 using Eigen::Vector3d;
-using testing::AllOf;
-using testing::HasSubstr;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
 
 const std::string kScenes = SLCMAP_SOURCE_DIR "/config/scenes/";
 
@@ -37,7 +37,7 @@ double Clearance(const Vector3d& point, const Scene& scene) {
 }
 
 std::string Written(const std::string& text) {
-  const std::string path = testing::TempDir() + "/scene_reader_test.yaml";
+  const std::string path = ::testing::TempDir() + "/scene_reader_test.yaml";
   std::ofstream(path) << text;
   return path;
 }
@@ -51,7 +51,7 @@ std::string ErrorOf(const std::string& text) {
   return "none";
 }
 
-class SceneFile : public testing::TestWithParam<std::string> {};
+class SceneFile : public ::testing::TestWithParam<std::string> {};
 
 void CheckIndices(const Scene& scene) {
   for (const SceneQuad& quad : scene.quads) {
@@ -125,8 +125,8 @@ std::vector<std::string> SceneFiles() {
   return names;
 }
 
-INSTANTIATE_TEST_SUITE_P(All, SceneFile, testing::ValuesIn(SceneFiles()),
-                         [](const testing::TestParamInfo<std::string>& info) {
+INSTANTIATE_TEST_SUITE_P(All, SceneFile, ::testing::ValuesIn(SceneFiles()),
+                         [](const ::testing::TestParamInfo<std::string>& info) {
                            return info.param.substr(0, info.param.find('.'));
                          });
 
@@ -211,7 +211,7 @@ TEST(ReadScene, BuildsABoxInATurnedWing) {
     EXPECT_NEAR((edge.b - edge.a).norm(), edge.axis + 1, 1e-9);
     middle += (edge.a + edge.b) / 24;
   }
-  EXPECT_THAT(of_axis, testing::ElementsAre(4, 4, 4));
+  EXPECT_THAT(of_axis, ::testing::ElementsAre(4, 4, 4));
   EXPECT_NEAR((middle - Vector3d(1 + std::sqrt(3.0), 1, 1.5)).norm(), 0, 1e-9);
 }
 
@@ -278,8 +278,8 @@ TEST(ReadScene, RefusesNumbersOutOfRangeNamingFileAndKey) {
       ReadScene(Written(std::string("objects: [") + object + "]"));
       ADD_FAILURE() << object;
     } catch (const ConfigError& error) {
-      EXPECT_THAT(error.what(), testing::HasSubstr("objects[0]")) << object;
-      EXPECT_THAT(error.what(), testing::HasSubstr(place)) << object;
+      EXPECT_THAT(error.what(), ::testing::HasSubstr("objects[0]")) << object;
+      EXPECT_THAT(error.what(), ::testing::HasSubstr(place)) << object;
     }
   }
   EXPECT_THROW(ReadScene(Written("ambient: 1e30\nobjects: [{kind: box, size: [1, 1, 1]}]")),

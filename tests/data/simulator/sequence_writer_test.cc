@@ -17,7 +17,7 @@ namespace fs = std::filesystem;
 
 constexpr int64_t kStart_ns = 1'400'000'000'000'000'000;
 
-class SequenceWriterTest : public testing::Test {
+class SequenceWriterTest : public ::testing::Test {
  protected:
   void SetUp() override { fs::remove_all(folder_); }
   void TearDown() override { fs::remove_all(folder_); }
@@ -36,8 +36,8 @@ class SequenceWriterTest : public testing::Test {
     EXPECT_EQ(found.imu_noise.gyro_walk_rad_s2_sqrthz, expected.imu_noise.gyro_walk_rad_s2_sqrthz);
   }
 
-  const std::string folder_ = testing::TempDir() + "sequence_writer_" +
-                              testing::UnitTest::GetInstance()->current_test_info()->name();
+  const std::string folder_ = ::testing::TempDir() + "sequence_writer_" +
+                              ::testing::UnitTest::GetInstance()->current_test_info()->name();
   const Rig rig_ = ExampleStereoRig();
   const MotionSpline motion_ = ExampleFlight(rig_, 1.0);
 };

@@ -35,7 +35,7 @@ class NumberPainter : public PairRenderer {
   cv::Size size_;
 };
 
-class SimulationTest : public testing::Test {
+class SimulationTest : public ::testing::Test {
  protected:
   void SetUp() override {
     fs::remove_all(folder_);
@@ -54,8 +54,8 @@ class SimulationTest : public testing::Test {
         [&](const SimulationState& state) { return state.pairs < most_pairs; });
   }
 
-  const std::string folder_ = testing::TempDir() + "simulation_" +
-                              testing::UnitTest::GetInstance()->current_test_info()->name();
+  const std::string folder_ = ::testing::TempDir() + "simulation_" +
+                              ::testing::UnitTest::GetInstance()->current_test_info()->name();
   SimulationOptions options_;
 };
 

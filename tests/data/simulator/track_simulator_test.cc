@@ -11,7 +11,7 @@
 namespace slcmap {
 namespace {
 
-class TrackSimulatorTest : public testing::Test {
+class TrackSimulatorTest : public ::testing::Test {
  protected:
   // Calls visit(track, exact left pixel, exact right pixel where in view) for every measurement.
   template <typename Visit>

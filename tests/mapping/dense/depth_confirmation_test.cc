@@ -4,29 +4,13 @@
 
 #include <algorithm>
 
+#include "tests/mapping/dense/wall_depth.h"
+
 namespace slcmap {
 namespace {
 
-constexpr double kDepth_m = 2;
-
-Camera TestCamera() {
-  Camera camera;
-  camera.width_px = 200;
-  camera.height_px = 150;
-  camera.fx_px = camera.fy_px = 120;
-  camera.cx_px = 99.5;
-  camera.cy_px = 74.5;
-  return camera;
-}
-
-DepthGrid WallAt(double depth_m, double sigma_m = 0.01) {
-  DepthGrid grid(TestCamera(), 5);
-  for (DepthNode& node : grid.nodes) {
-    node.inverse_depth = static_cast<float>(1 / depth_m);
-    node.sigma = static_cast<float>(sigma_m / (depth_m * depth_m));
-  }
-  return grid;
-}
+constexpr double kDepth_m = 2, kSigma_m = 0.01;
+constexpr int kStep_px = 5;
 
 RigidTransform Beside(double x_m) { return {Eigen::Quaterniond::Identity(), {x_m, 0, 0}}; }
 
@@ -37,15 +21,17 @@ int64_t Known(const DepthGrid& grid) {
 
 // How much of a wall is confirmed when other views stand at places and see it at depths.
 double ConfirmedShare(const std::vector<std::pair<double, double>>& places_and_depths_m) {
-  const DepthGrid wall = WallAt(kDepth_m);
+  const DepthGrid wall = testing::WallAt(kDepth_m, kSigma_m, kStep_px);
   std::vector<DepthGrid> grids;
-  for (const auto& [place_m, depth_m] : places_and_depths_m) grids.push_back(WallAt(depth_m));
+  for (const auto& [place_m, depth_m] : places_and_depths_m) {
+    grids.push_back(testing::WallAt(depth_m, kSigma_m, kStep_px));
+  }
   std::vector<PlacedGrid> others;
   for (std::size_t i = 0; i < grids.size(); ++i) {
     others.push_back({Beside(places_and_depths_m[i].first), &grids[i]});
   }
   const DepthGrid confirmed =
-      ConfirmedDepth({Beside(0), &wall}, others, TestCamera(), DenseOptions());
+      ConfirmedDepth({Beside(0), &wall}, others, testing::SmallCamera(), DenseOptions());
   return static_cast<double>(Known(confirmed)) / static_cast<double>(wall.nodes.size());
 }
 

@@ -7,7 +7,7 @@
 namespace slcmap {
 namespace {
 
-Camera TestCamera() {
+Camera FusionCamera() {
   Camera camera;
   camera.width_px = 400;
   camera.height_px = 300;
@@ -18,8 +18,8 @@ Camera TestCamera() {
 }
 
 // A wall across the optical axis, seen with noise.
-DepthGrid WallAt(double depth_m, double sigma_m, int seed) {
-  DepthGrid grid(TestCamera(), 5);
+DepthGrid NoisyWallAt(double depth_m, double sigma_m, int seed) {
+  DepthGrid grid(FusionCamera(), 5);
   std::mt19937 random(seed);
   std::normal_distribution<double> noise;
   for (DepthNode& node : grid.nodes) {
@@ -44,7 +44,7 @@ TEST(DepthFusion, MakesOneFlatWallOfManyNoisyViews) {
   DenseOptions options;
   DepthFusion fusion(options);
   for (int i = 0; i < 12; ++i) {
-    fusion.Add(LookingAlongX(0.02 * i), TestCamera(), WallAt(2.0 - 0.02 * i, 0.03, i));
+    fusion.Add(LookingAlongX(0.02 * i), FusionCamera(), NoisyWallAt(2.0 - 0.02 * i, 0.03, i));
   }
   const std::vector<DensePoint> points = fusion.Points();
   // The views see some 3.2 x 2.4 m of it.
@@ -64,8 +64,8 @@ TEST(DepthFusion, MakesOneFlatWallOfManyNoisyViews) {
 TEST(DepthFusion, KeepsTheSidesOfAThinWallApart) {
   DepthFusion fusion((DenseOptions()));
   for (int i = 0; i < 8; ++i) {
-    fusion.Add(LookingAlongX(0), TestCamera(), WallAt(2.0, 0.01, i));
-    fusion.Add(LookingBackAlongX(4.03), TestCamera(), WallAt(2.0, 0.01, 100 + i));
+    fusion.Add(LookingAlongX(0), FusionCamera(), NoisyWallAt(2.0, 0.01, i));
+    fusion.Add(LookingBackAlongX(4.03), FusionCamera(), NoisyWallAt(2.0, 0.01, 100 + i));
   }
   int64_t near = 0, far = 0;
   for (const DensePoint& point : fusion.Points()) {
@@ -80,24 +80,24 @@ TEST(DepthFusion, KeepsTheSidesOfAThinWallApart) {
 TEST(DepthFusion, LeavesOutWhatIsUncertain) {
   DenseOptions options;
   DepthFusion uncertain(options);
-  DepthGrid wall = WallAt(2, 0.001, 1);
+  DepthGrid wall = NoisyWallAt(2, 0.001, 1);
   for (DepthNode& node : wall.nodes) {
     node.sigma = static_cast<float>(1.1 * options.max_sigma_m / (2 * 2));
   }
-  for (int i = 0; i < 20; ++i) uncertain.Add(LookingAlongX(0), TestCamera(), wall);
+  for (int i = 0; i < 20; ++i) uncertain.Add(LookingAlongX(0), FusionCamera(), wall);
   EXPECT_TRUE(uncertain.Points().empty());
 }
 
 TEST(DepthFusion, TakesAPlaceOnceItIsKnownToTheVoxelsSize) {
   DenseOptions options;
   options.max_sigma_m = 0.2;
-  DepthGrid wall = WallAt(2, 0.0001, 1);
+  DepthGrid wall = NoisyWallAt(2, 0.0001, 1);
   const double sigma_m = 2.4 * options.voxel_m;
   for (DepthNode& node : wall.nodes) node.sigma = static_cast<float>(sigma_m / (2 * 2));
   DepthFusion fusion(options);
-  fusion.Add(LookingAlongX(0), TestCamera(), wall);
+  fusion.Add(LookingAlongX(0), FusionCamera(), wall);
   const std::size_t once = fusion.Points().size();
-  for (int i = 0; i < 4; ++i) fusion.Add(LookingAlongX(0), TestCamera(), wall);
+  for (int i = 0; i < 4; ++i) fusion.Add(LookingAlongX(0), FusionCamera(), wall);
   EXPECT_GT(fusion.Points().size(), 2 * once);
 }
 

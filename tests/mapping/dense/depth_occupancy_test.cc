@@ -7,32 +7,15 @@
 #include <cmath>
 
 #include "data/error.h"
+#include "tests/mapping/dense/wall_depth.h"
 
 namespace slcmap {
 namespace {
 
-constexpr double kDepth_m = 2.02, kCell_m = 0.05;
+constexpr double kWallDepth_m = 2.02, kCell_m = 0.05;
+constexpr int kNodeStep_px = 2;
 
-Camera TestCamera() {
-  Camera camera;
-  camera.width_px = 200;
-  camera.height_px = 150;
-  camera.fx_px = camera.fy_px = 120;
-  camera.cx_px = 99.5;
-  camera.cy_px = 74.5;
-  return camera;
-}
-
-DepthGrid WallAt(double depth_m, double sigma_m) {
-  DepthGrid grid(TestCamera(), 2);
-  for (DepthNode& node : grid.nodes) {
-    node.inverse_depth = static_cast<float>(1 / depth_m);
-    node.sigma = static_cast<float>(sigma_m / (depth_m * depth_m));
-  }
-  return grid;
-}
-
-OccupancyOptions Options() {
+OccupancyOptions OccupancyTestOptions() {
   OccupancyOptions options;
   options.resolution_m = kCell_m;
   options.max_range_m = 4;
@@ -43,35 +26,36 @@ Eigen::Vector3d Ahead(double z_m) { return {0.1, 0.1, z_m}; }
 
 TEST(DepthOccupancy, CarvesToThreeSigmasBeforeAWall) {
   constexpr double kSigma_m = 0.1;
-  DepthOccupancy occupancy(Options());
-  occupancy.Add({}, TestCamera(), WallAt(kDepth_m, kSigma_m));
+  DepthOccupancy occupancy(OccupancyTestOptions());
+  occupancy.Add({}, testing::SmallCamera(), testing::WallAt(kWallDepth_m, kSigma_m, kNodeStep_px));
   const OccupancyMap map = occupancy.Finish({});
-  for (double z_m = 0.3; z_m < kDepth_m - 3 * kSigma_m - kCell_m; z_m += 0.02) {
+  for (double z_m = 0.3; z_m < kWallDepth_m - 3 * kSigma_m - kCell_m; z_m += 0.02) {
     EXPECT_TRUE(map.IsFree(Ahead(z_m))) << z_m;
   }
-  for (double z_m = kDepth_m - 3 * kSigma_m + 2 * kCell_m; z_m < kDepth_m + 1; z_m += 0.02) {
+  for (double z_m = kWallDepth_m - 3 * kSigma_m + 2 * kCell_m; z_m < kWallDepth_m + 1;
+       z_m += 0.02) {
     EXPECT_FALSE(map.IsFree(Ahead(z_m))) << z_m;
   }
-  EXPECT_TRUE(map.IsOccupied(Ahead(kDepth_m)));
-  EXPECT_FALSE(map.IsOccupied(Ahead(kDepth_m + 0.2)));
+  EXPECT_TRUE(map.IsOccupied(Ahead(kWallDepth_m)));
+  EXPECT_FALSE(map.IsOccupied(Ahead(kWallDepth_m + 0.2)));
 }
 
 TEST(DepthOccupancy, SaysNothingWhereDepthIsUnknown) {
-  DepthGrid half = WallAt(kDepth_m, 0.01);
+  DepthGrid half = testing::WallAt(kWallDepth_m, 0.01, kNodeStep_px);
   for (int row = 0; row < half.rows; ++row) {
     for (int column = 0; column < half.columns / 2; ++column) half.At(column, row) = {};
   }
-  DepthOccupancy occupancy(Options());
-  occupancy.Add({}, TestCamera(), half);
+  DepthOccupancy occupancy(OccupancyTestOptions());
+  occupancy.Add({}, testing::SmallCamera(), half);
   const OccupancyMap map = occupancy.Finish({});
   EXPECT_TRUE(map.IsFree({0.5, 0, 1.5}));
   EXPECT_FALSE(map.IsFree({-0.5, 0, 1.5}));
-  EXPECT_FALSE(map.IsOccupied({-0.5, 0, kDepth_m}));
+  EXPECT_FALSE(map.IsOccupied({-0.5, 0, kWallDepth_m}));
 }
 
 TEST(DepthOccupancy, FollowsNoRayBeyondItsRange) {
-  DepthOccupancy occupancy(Options());
-  occupancy.Add({}, TestCamera(), WallAt(9, 0.01));
+  DepthOccupancy occupancy(OccupancyTestOptions());
+  occupancy.Add({}, testing::SmallCamera(), testing::WallAt(9, 0.01, kNodeStep_px));
   const OccupancyMap map = occupancy.Finish({});
   EXPECT_TRUE(map.IsFree(Ahead(3.5)));
   EXPECT_FALSE(map.IsFree(Ahead(4.3)));
@@ -80,7 +64,8 @@ TEST(DepthOccupancy, FollowsNoRayBeyondItsRange) {
 
 TEST(DepthOccupancy, CountsACellOnceAView) {
   const DepthCarver carver(kCell_m, 4);
-  const CellObservation observation = carver.Observe({}, TestCamera(), WallAt(kDepth_m, 0.01));
+  const CellObservation observation =
+      carver.Observe({}, testing::SmallCamera(), testing::WallAt(kWallDepth_m, 0.01, kNodeStep_px));
   const auto less = [](const OctreeCell& a, const OctreeCell& b) {
     return std::lexicographical_compare(a.data(), a.data() + 3, b.data(), b.data() + 3);
   };
@@ -92,8 +77,9 @@ TEST(DepthOccupancy, CountsACellOnceAView) {
 }
 
 TEST(DepthOccupancy, MakesFusedSurfacesOccupied) {
-  DepthOccupancy occupancy(Options());
-  for (int i = 0; i < 30; ++i) occupancy.Add({}, TestCamera(), WallAt(kDepth_m, 0.01));
+  DepthOccupancy occupancy(OccupancyTestOptions());
+  for (int i = 0; i < 30; ++i)
+    occupancy.Add({}, testing::SmallCamera(), testing::WallAt(kWallDepth_m, 0.01, kNodeStep_px));
   DensePoint point;
   point.p_world = Ahead(1);
   point.normal_world = -Eigen::Vector3d::UnitZ();

@@ -11,7 +11,7 @@ using testing::LookingAtWall;
 using testing::PaintedWall;
 
 // A screen of 1 m x 1 m at 2 m, in points every 4 cm that face the camera.
-std::vector<DensePoint> Screen(double normal_y = -1) {
+std::vector<DensePoint> DenseScreen(double normal_y = -1) {
   std::vector<DensePoint> points;
   for (int x = -12; x <= 12; ++x) {
     for (int z = -12; z <= 12; ++z) {
@@ -32,7 +32,7 @@ ViewCameras OneView() {
 const Eigen::Vector2d kMiddle_px(239.5, 159.5);
 
 TEST(SightDepths, ASurfaceHidesWhatIsBehindIt) {
-  const SightDepths sights(Screen(), 0.04, OneView());
+  const SightDepths sights(DenseScreen(), 0.04, OneView());
   EXPECT_TRUE(sights.Hides(0, 0, kMiddle_px, 3));
   EXPECT_TRUE(sights.Hides(0, 1, kMiddle_px, 3));
   EXPECT_FALSE(sights.Hides(0, 0, kMiddle_px, 2.05)) << "a line on it";
@@ -40,7 +40,7 @@ TEST(SightDepths, ASurfaceHidesWhatIsBehindIt) {
 }
 
 TEST(SightDepths, WhatIsBesideItIsNotHidden) {
-  const SightDepths sights(Screen(), 0.04, OneView());
+  const SightDepths sights(DenseScreen(), 0.04, OneView());
   // Its border is 75 px from the middle.
   EXPECT_TRUE(sights.Hides(0, 0, kMiddle_px + Eigen::Vector2d(60, 0), 3));
   EXPECT_FALSE(sights.Hides(0, 0, kMiddle_px + Eigen::Vector2d(90, 0), 3));
@@ -48,12 +48,12 @@ TEST(SightDepths, WhatIsBesideItIsNotHidden) {
 }
 
 TEST(SightDepths, BacksAndUnknownSurfacesHideNothing) {
-  EXPECT_FALSE(SightDepths(Screen(1), 0.04, OneView()).Hides(0, 0, kMiddle_px, 3));
+  EXPECT_FALSE(SightDepths(DenseScreen(1), 0.04, OneView()).Hides(0, 0, kMiddle_px, 3));
   EXPECT_FALSE(SightDepths().Hides(0, 0, kMiddle_px, 3));
 }
 
 TEST(SightDepths, OnceProgressSaysSoNothingIsHidden) {
-  const SightDepths sights(Screen(), 0.04, OneView(), Progress([](double) { return false; }));
+  const SightDepths sights(DenseScreen(), 0.04, OneView(), Progress([](double) { return false; }));
   EXPECT_FALSE(sights.Hides(0, 0, kMiddle_px, 3));
 }
 

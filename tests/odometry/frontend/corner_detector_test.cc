@@ -44,7 +44,7 @@ TEST(CornerDetector, FindsNoCornersInNoiseOfAnyLevelAndGain) {
 }
 
 // Squares that stand out of their ground by a contrast in grey values.
-cv::Mat Squares(double grey, double contrast) {
+cv::Mat SquaresOf(double grey, double contrast) {
   cv::Mat signal(kSize, CV_32F, cv::Scalar(grey));
   for (int v = 40; v + 40 < kSize.height; v += 60) {
     for (int u = 40; u + 40 < kSize.width; u += 60) {
@@ -58,7 +58,7 @@ cv::Mat Squares(double grey, double contrast) {
 TEST(CornerDetector, KeepsCornersOfLowContrastThatStandOutOfTheNoise) {
   for (const CameraNoise& noise : {CameraNoise{0.36, 0.023}, {2.3, 0.09}, {16, 0.5}}) {
     const double contrast = 10 * std::sqrt(noise.VarianceAt(60));
-    const std::vector<Eigen::Vector2d> corners = Corners(WithNoise(Squares(60, contrast), noise));
+    const std::vector<Eigen::Vector2d> corners = Corners(WithNoise(SquaresOf(60, contrast), noise));
     size_t at_squares = 0;
     for (const Eigen::Vector2d& px : corners) {
       const double x = std::fmod(px.x() - 40 + 600, 60), y = std::fmod(px.y() - 40 + 600, 60);
@@ -71,7 +71,7 @@ TEST(CornerDetector, KeepsCornersOfLowContrastThatStandOutOfTheNoise) {
 }
 
 TEST(CornerDetector, FindsTheMaximaOfTheSmallerEigenvalue) {
-  const cv::Mat image = WithNoise(Squares(60, 80), CameraNoise{2.3, 0.09});
+  const cv::Mat image = WithNoise(SquaresOf(60, 80), CameraNoise{2.3, 0.09});
   cv::Mat response, highest;
   cv::cornerMinEigenVal(image, response, 7, 3);
   cv::dilate(response, highest, cv::Mat());
@@ -84,7 +84,7 @@ TEST(CornerDetector, FindsTheMaximaOfTheSmallerEigenvalue) {
 }
 
 TEST(CornerDetector, FindsMoreWhereTheyMayBeCloserButNoneInTheMaskOrBesideOthers) {
-  const cv::Mat image = WithNoise(Squares(60, 80), CameraNoise{2.3, 0.09});
+  const cv::Mat image = WithNoise(SquaresOf(60, 80), CameraNoise{2.3, 0.09});
   cv::Mat mask(kSize, CV_8U, cv::Scalar(255));
   mask.colRange(0, 300) = 0;
   CornerDetector detector(image, mask, 40, GradientNoise(image, mask), CornerDetectorOptions());
@@ -100,7 +100,7 @@ TEST(CornerDetector, FindsMoreWhereTheyMayBeCloserButNoneInTheMaskOrBesideOthers
 }
 
 TEST(CornerDetector, LooksFirstWhereThereIsNoPoint) {
-  const cv::Mat image = WithNoise(Squares(60, 80), CameraNoise{2.3, 0.09});
+  const cv::Mat image = WithNoise(SquaresOf(60, 80), CameraNoise{2.3, 0.09});
   const cv::Mat mask(kSize, CV_8U, cv::Scalar(255));
   CornerDetector detector(image, mask, 50, GradientNoise(image, mask), CornerDetectorOptions());
   std::vector<Eigen::Vector2d> left_half;

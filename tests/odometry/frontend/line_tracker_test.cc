@@ -16,14 +16,14 @@ using testing::LineTestRig;
 using testing::NearestEdge;
 using testing::TestBars;
 
-const Eigen::Quaterniond kNoRotation = Eigen::Quaterniond::Identity();
+const Eigen::Quaterniond kNoTurn = Eigen::Quaterniond::Identity();
 
 class LineTrackerTest : public ::testing::Test {
  protected:
   // The whole scene shifted, at one disparity.
   void Track(const Eigen::Vector2d& shift, const std::vector<LinePrediction>& predictions = {}) {
     tracker_.Track(DrawBars(bars_, shift), DrawBars(bars_, shift - Eigen::Vector2d(12.4, 0)),
-                   kNoRotation, predictions, {});
+                   kNoTurn, predictions, {});
   }
   // Which edge each line is on, by id.
   std::map<int64_t, int> EdgeOfId(const Eigen::Vector2d& shift) const {
@@ -77,7 +77,7 @@ TEST_F(LineTrackerTest, FindsALostLineAgainByItsPrediction) {
   std::vector<LinePrediction> predictions;
   for (const auto& o : tracker_.observations()) predictions.push_back({o.id, o.left_px, {}, 1});
   for (int i = 0; i < 8; ++i) {
-    tracker_.Track(flat, flat, kNoRotation, predictions, {});
+    tracker_.Track(flat, flat, kNoTurn, predictions, {});
     EXPECT_TRUE(tracker_.observations().empty());
   }
   Track({0.8, 1.1}, predictions);
@@ -100,9 +100,9 @@ TEST_F(LineTrackerTest, ForgetsWhatIsRemovedAndNeverReusesIds) {
 
 TEST_F(LineTrackerTest, SurvivesBlankImagesAndOneCamera) {
   const cv::Mat black(400, 600, CV_8UC1, cv::Scalar(0));
-  tracker_.Track(black, black, kNoRotation, {}, {});
+  tracker_.Track(black, black, kNoTurn, {}, {});
   EXPECT_TRUE(tracker_.observations().empty());
-  tracker_.Track(DrawBars(bars_), {}, kNoRotation, {}, {});
+  tracker_.Track(DrawBars(bars_), {}, kNoTurn, {}, {});
   EXPECT_GE(tracker_.observations().size(), 11u);
   for (const auto& o : tracker_.observations()) EXPECT_FALSE(o.right_px);
 }

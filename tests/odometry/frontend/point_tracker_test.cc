@@ -56,7 +56,7 @@ class Scene {
   }
 };
 
-class PointTrackerTest : public testing::Test {
+class PointTrackerTest : public ::testing::Test {
  protected:
   PointTracker tracker_{PointTrackerOptions(), TestRig(), cv::Mat(480, 640, CV_8UC1, 255)};
   Scene scene_;

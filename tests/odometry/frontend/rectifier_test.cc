@@ -12,12 +12,12 @@
 namespace slcmap {
 namespace {
 
-class RectifierTest : public testing::TestWithParam<Rig> {
+class RectifierTest : public ::testing::TestWithParam<Rig> {
  protected:
   Rectifier rectifier_{GetParam(), RectifierOptions()};
 };
 
-INSTANTIATE_TEST_SUITE_P(Rigs, RectifierTest, testing::Values(EurocRig(), TumViRig()),
+INSTANTIATE_TEST_SUITE_P(Rigs, RectifierTest, ::testing::Values(EurocRig(), TumViRig()),
                          [](const auto& info) { return info.index == 0 ? "Euroc" : "TumVi"; });
 
 TEST_P(RectifierTest, APointHasTheSameRowInBothAndTheDisparityOfItsDepth) {

@@ -25,7 +25,7 @@ constexpr std::array kAxes = {LineAxis::kX, LineAxis::kY, LineAxis::kVertical};
 
 // A rig that flies past points, a line along each axis of a building, and one of no axis. A point
 // lies on each of the lines along axes.
-class CeresProblemTest : public testing::Test {
+class CeresProblemTest : public ::testing::Test {
  protected:
   void SetUp() override {
     for (int i = 0; i < kFrames; ++i) {

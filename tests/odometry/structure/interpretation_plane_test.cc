@@ -2,12 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include "data/angle_unit.h"
 #include "tests/odometry/structure/made_segments.h"
 
 namespace slcmap {
 namespace {
 
-using testing::kDegree;
 
 TEST(InterpretationPlaneTest, HoldsTheSegmentAndIsOrthonormal) {
   const LineSegment segment{{-0.3, 0.1}, {0.4, 0.25}};

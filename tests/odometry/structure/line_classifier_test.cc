@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "data/angle_unit.h"
 #include "data/error.h"
 #include "tests/odometry/structure/made_segments.h"
 
@@ -9,7 +10,6 @@ namespace slcmap {
 namespace {
 
 using testing::CameraLooking;
-using testing::kDegree;
 
 class LineClassifierTest : public ::testing::Test {
  protected:

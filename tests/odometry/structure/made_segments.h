@@ -4,7 +4,6 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <cmath>
-#include <numbers>
 #include <optional>
 #include <random>
 #include <vector>
@@ -14,7 +13,6 @@
 namespace slcmap::testing {
 
 inline constexpr double kFocal_px = 400;
-inline constexpr double kDegree = std::numbers::pi / 180;
 
 // A camera that looks along the heading, pitched down: its z forward, x right, y down.
 inline Eigen::Matrix3d CameraLooking(double heading_rad, double pitch_down_rad) {

@@ -2,13 +2,13 @@
 
 #include <gtest/gtest.h>
 
+#include "data/angle_unit.h"
 #include "data/error.h"
 #include "tests/odometry/structure/made_segments.h"
 
 namespace slcmap {
 namespace {
 
-using testing::kDegree;
 using testing::WorldLine;
 
 Eigen::Vector3d Heading(double rad) { return {std::cos(rad), std::sin(rad), 0}; }

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <random>
 
+#include "data/angle_unit.h"
 #include "data/error.h"
 
 namespace slcmap {
@@ -13,11 +14,10 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kDegree = M_PI / 180;
 constexpr double kSigma_rad = 0.005;  // of each line's direction
 const SlopeBlock kStairs = {0.4, 31 * kDegree};
 
-class SlopeDetectorTest : public testing::Test {
+class SlopeDetectorTest : public ::testing::Test {
  protected:
   double Normal() { return std::normal_distribution<double>()(random_); }
 

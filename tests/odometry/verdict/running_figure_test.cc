@@ -7,7 +7,7 @@
 namespace slcmap {
 namespace {
 
-constexpr int64_t kStep_ns = 100'000'000;
+constexpr int64_t kFigureStep_ns = 100'000'000;
 
 TEST(RunningFigure, OfNothingIsNothing) {
   const FigureSummary summary = RunningFigure().Summary();
@@ -18,7 +18,7 @@ TEST(RunningFigure, OfNothingIsNothing) {
 
 TEST(RunningFigure, HasAMeanAndThatOfTheWorstTwoSeconds) {
   RunningFigure figure;
-  for (int i = 0; i < 200; ++i) figure.Add(i * kStep_ns, i >= 100 && i < 120 ? 11 : 1);
+  for (int i = 0; i < 200; ++i) figure.Add(i * kFigureStep_ns, i >= 100 && i < 120 ? 11 : 1);
   EXPECT_EQ(figure.Summary().count, 200);
   EXPECT_DOUBLE_EQ(figure.Summary().mean, 2);
   EXPECT_DOUBLE_EQ(figure.Summary().worst, 11);
@@ -26,23 +26,23 @@ TEST(RunningFigure, HasAMeanAndThatOfTheWorstTwoSeconds) {
 
 TEST(RunningFigure, TheNewestSecondsCount) {
   RunningFigure figure;
-  for (int i = 0; i < 25; ++i) figure.Add(i * kStep_ns, i >= 20 ? 5 : 1);
+  for (int i = 0; i < 25; ++i) figure.Add(i * kFigureStep_ns, i >= 20 ? 5 : 1);
   EXPECT_DOUBLE_EQ(figure.Summary().worst, 5);
 }
 
 TEST(RunningFigure, AFewValuesAreNoWorstSeconds) {
   RunningFigure figure;
-  for (int i = 0; i < 20; ++i) figure.Add(i * kStep_ns, 1);
-  figure.Add(50 * kStep_ns, 100);
-  for (int i = 100; i < 120; ++i) figure.Add(i * kStep_ns, 2);
+  for (int i = 0; i < 20; ++i) figure.Add(i * kFigureStep_ns, 1);
+  figure.Add(50 * kFigureStep_ns, 100);
+  for (int i = 100; i < 120; ++i) figure.Add(i * kFigureStep_ns, 2);
   EXPECT_DOUBLE_EQ(figure.Summary().worst, 2);
 }
 
 TEST(RunningFigure, LeavesOutWhatIsNoNumber) {
   RunningFigure figure;
   figure.Add(0, 1);
-  figure.Add(kStep_ns, std::numeric_limits<double>::quiet_NaN());
-  figure.Add(2 * kStep_ns, std::numeric_limits<double>::infinity());
+  figure.Add(kFigureStep_ns, std::numeric_limits<double>::quiet_NaN());
+  figure.Add(2 * kFigureStep_ns, std::numeric_limits<double>::infinity());
   EXPECT_EQ(figure.Summary().count, 1);
   EXPECT_EQ(figure.Summary().mean, 1);
 }

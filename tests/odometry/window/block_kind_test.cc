@@ -45,7 +45,7 @@ class OffsetResidual final : public Factor {
   double weight_;
 };
 
-class OffsetsTest : public testing::Test {
+class OffsetsTest : public ::testing::Test {
  protected:
   OffsetsTest() {
     terms_.push_back(

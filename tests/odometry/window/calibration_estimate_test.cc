@@ -5,6 +5,7 @@
 
 #include <cmath>
 
+#include "data/angle_unit.h"
 #include "tests/testing/simulated_odometry.h"
 
 namespace slcmap {
@@ -12,10 +13,9 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kDegree = M_PI / 180;
 constexpr int kTime = kRowTimeOffset;
 
-SimulatedRunOptions Noisy(uint64_t seed, double sigma_px = 0.5) {
+SimulatedRunOptions NoisyCalibration(uint64_t seed, double sigma_px = 0.5) {
   SimulatedRunOptions options;
   options.odometry.method = Method::kPoints;
   options.odometry.points.max_points = 80;
@@ -41,7 +41,7 @@ CalibrationFault AllAtOnce() {
 
 TEST(Calibration, IsFoundWhereTheTracksAreExact) {
   for (const double still_s : {2.0, 0.0}) {  // started at rest, and in motion
-    SimulatedRunOptions options = Noisy(3, 0.2);
+    SimulatedRunOptions options = NoisyCalibration(3, 0.2);
     options.imu_noise = false;
     options.imu_rate_hz = 1000;
     options.stand_still_s = still_s;
@@ -60,7 +60,7 @@ TEST(Calibration, IsFoundWhereTheTracksAreExact) {
 
 // As where the rows were made to fit before the start: what is left is the turn about y alone.
 TEST(Calibration, ATurnThatTheRowsDoNotShowIsFoundWhereTheyAreNotBelieved) {
-  SimulatedRunOptions options = Noisy(4, 0.2);
+  SimulatedRunOptions options = NoisyCalibration(4, 0.2);
   options.fault.right_rotation_rad = kDegree * Vector3d(0, 0.2, 0);
   options.odometry.calibration.rows_fit = false;
   const SimulatedRun run = RunOnSimulatedTracks(options);
@@ -72,7 +72,7 @@ TEST(Calibration, IsAsWellKnownAsIsClaimed) {
   double nees = 0;
   constexpr int kRuns = 4;
   for (uint64_t seed = 31; seed < 31 + kRuns; ++seed) {
-    SimulatedRunOptions options = Noisy(seed);
+    SimulatedRunOptions options = NoisyCalibration(seed);
     options.fault = AllAtOnce();
     options.duration_s = 15;
     nees += RunOnSimulatedTracks(options).calibration_nees / kRuns;
@@ -82,7 +82,7 @@ TEST(Calibration, IsAsWellKnownAsIsClaimed) {
 }
 
 TEST(Calibration, StaysAtRest) {
-  SimulatedRunOptions options = Noisy(5);
+  SimulatedRunOptions options = NoisyCalibration(5);
   options.duration_s = options.stand_still_s = 20;
   const SimulatedRun run = RunOnSimulatedTracks(options);
   ASSERT_GT(run.states.size(), 300u);
@@ -112,7 +112,7 @@ MotionSpline Planar(const Rig& rig, double duration_s) {
 
 // About one axis the lever along it is nobody's to know.
 TEST(Calibration, WhatAPlanarMotionDoesNotTellStays) {
-  SimulatedRunOptions options = Noisy(6);
+  SimulatedRunOptions options = NoisyCalibration(6);
   const Rig rig = ExampleStereoRig();
   const MotionSpline motion = Planar(rig, options.duration_s);
   const SimulatedRun run = RunOnSimulatedTracks(options, &motion);
@@ -130,7 +130,7 @@ TEST(Calibration, WhatAPlanarMotionDoesNotTellStays) {
 }
 
 TEST(Calibration, WhatIsNotToBeEstimatedStays) {
-  SimulatedRunOptions options = Noisy(7);
+  SimulatedRunOptions options = NoisyCalibration(7);
   options.duration_s = 8;
   CalibrationOptions& calibration = options.odometry.calibration;
   calibration.time_offset = calibration.imu_rotation = calibration.lever = false;
@@ -150,7 +150,7 @@ TEST(Calibration, WhatIsNotToBeEstimatedStays) {
 
 // Rows that fit leave the right camera's turns about y and z as they were given, and say so.
 TEST(Calibration, TurnsThatRowsDoNotTellAreToldAsHeld) {
-  SimulatedRunOptions options = Noisy(7, 0.2);
+  SimulatedRunOptions options = NoisyCalibration(7, 0.2);
   options.odometry.calibration.confirm = true;
   options.duration_s = 8;
   const SimulatedRun run = RunOnSimulatedTracks(options);
@@ -162,7 +162,7 @@ TEST(Calibration, TurnsThatRowsDoNotTellAreToldAsHeld) {
 }
 
 TEST(Calibration, AfterARefusedTimeOffsetImagesAreWhereTheyWereGivenAgain) {
-  SimulatedRunOptions options = Noisy(8);
+  SimulatedRunOptions options = NoisyCalibration(8);
   options.imu_noise = false;
   options.gyro_bias_rad_s.setZero();
   options.fault.stamps_late_ns = 40'000'000;
@@ -183,7 +183,7 @@ TEST(Calibration, AfterARefusedTimeOffsetImagesAreWhereTheyWereGivenAgain) {
 }
 
 TEST(Calibration, AnEstimateBeyondItsLimitIsReportedAndNotUsed) {
-  SimulatedRunOptions options = Noisy(8);
+  SimulatedRunOptions options = NoisyCalibration(8);
   options.fault.stamps_late_ns = 20'000'000;
   options.odometry.calibration.max_time_offset_s = 0.01;
   const SimulatedRun run = RunOnSimulatedTracks(options);
@@ -226,7 +226,7 @@ TEST(CalibrationPrior, HoldsWhatIsBeyondItsLimitAndKeepsTheRest) {
 
 // Estimates of an exact rig scatter; taken to be as given, they do so by a fraction.
 TEST(Calibration, WhatIsAsGivenIsTakenAsSuch) {
-  SimulatedRunOptions options = Noisy(10);
+  SimulatedRunOptions options = NoisyCalibration(10);
   const SimulatedRun free = RunOnSimulatedTracks(options);
   options.odometry.calibration.confirm = true;
   const SimulatedRun tied = RunOnSimulatedTracks(options);
@@ -242,7 +242,7 @@ TEST(Calibration, WhatIsAsGivenIsTakenAsSuch) {
 }
 
 TEST(Calibration, WhatIsNotAsGivenIsFoundWhereTheRestIsTakenAsSuch) {
-  SimulatedRunOptions options = Noisy(3, 0.2);
+  SimulatedRunOptions options = NoisyCalibration(3, 0.2);
   options.odometry.calibration.confirm = true;
   options.fault.focal_length = 0.003;
   options.fault.imu_rotation_rad = kDegree * Vector3d(0.6, -0.5, 0.6);
@@ -253,7 +253,7 @@ TEST(Calibration, WhatIsNotAsGivenIsFoundWhereTheRestIsTakenAsSuch) {
 }
 
 TEST(CalibrationPrior, ALaterSegmentStartsFromWhatWasFound) {
-  SimulatedRunOptions options = Noisy(9);
+  SimulatedRunOptions options = NoisyCalibration(9);
   options.fault = AllAtOnce();
   options.image_gap_from_s = 14;
   options.image_gap_to_s = 17;

@@ -8,7 +8,7 @@
 namespace slcmap {
 namespace {
 
-constexpr int kTime = kRowTimeOffset, kFocal = kImuCalibrationSize + kRowFocalLength;
+constexpr int kTimeRow = kRowTimeOffset, kFocalRow = kImuCalibrationSize + kRowFocalLength;
 
 CalibrationOptions Options() {
   CalibrationOptions options;
@@ -22,8 +22,8 @@ CalibrationBelief Known(const CalibrationOptions& options, int row, double mean,
   belief.covariance.diagonal()
       .segment<3>(kRowImuRotation)
       .setConstant(std::pow(options.imu_rotation_sigma_rad, 2));
-  belief.covariance(kTime, kTime) = std::pow(options.time_offset_sigma_s, 2);
-  belief.covariance(kFocal, kFocal) = std::pow(options.focal_length_sigma, 2);
+  belief.covariance(kTimeRow, kTimeRow) = std::pow(options.time_offset_sigma_s, 2);
+  belief.covariance(kFocalRow, kFocalRow) = std::pow(options.focal_length_sigma, 2);
   belief.mean[row] = mean;
   belief.covariance(row, row) = sigma * sigma;
   return belief;
@@ -40,27 +40,28 @@ CalibrationBelief Tied(const CalibrationBelief& without, const CalibrationVector
 }
 
 CalibrationBelief AtFirst(const CalibrationOptions& options) {
-  return Known(options, kTime, 0, options.time_offset_sigma_s);
+  return Known(options, kTimeRow, 0, options.time_offset_sigma_s);
 }
 
 // In a later segment: a focal length that earlier ones have found off is not tied to the given one,
 // and what they have tied is not either, since the rig may have been touched.
 TEST(CalibrationTies, ALaterSegmentStartsFromWhatIsKnown) {
   const CalibrationOptions options = Options();
-  EXPECT_EQ(CalibrationTies(options, Known(options, kFocal, -0.003, 0.0003)).weights().norm(), 0);
-  const CalibrationTies known(options, Known(options, kTime, 0, 1e-5));
-  EXPECT_EQ(known.weights()[kTime], 0);
-  EXPECT_GT(known.weights()[kFocal], 0);
+  EXPECT_EQ(CalibrationTies(options, Known(options, kFocalRow, -0.003, 0.0003)).weights().norm(),
+            0);
+  const CalibrationTies known(options, Known(options, kTimeRow, 0, 1e-5));
+  EXPECT_EQ(known.weights()[kTimeRow], 0);
+  EXPECT_GT(known.weights()[kFocalRow], 0);
 }
 
 TEST(CalibrationTies, WhatTurnsOutToBeAsGivenIsTied) {
   const CalibrationOptions options = Options();
   CalibrationTies ties(options, AtFirst(options));
-  EXPECT_EQ(ties.weights()[kTime], 0);
-  EXPECT_GT(ties.weights()[kFocal], 0);
+  EXPECT_EQ(ties.weights()[kTimeRow], 0);
+  EXPECT_GT(ties.weights()[kFocalRow], 0);
   const auto told = [&](double mean, double sigma) {
-    ties.Update(Tied(Known(options, kTime, mean, sigma), ties.weights()));
-    return ties.weights()[kTime];
+    ties.Update(Tied(Known(options, kTimeRow, mean, sigma), ties.weights()));
+    return ties.weights()[kTimeRow];
   };
   EXPECT_EQ(told(0.001, 0.01), 0);  // known too little
   EXPECT_EQ(told(0.005, 0.001), 0);
@@ -72,8 +73,8 @@ TEST(CalibrationTies, ATieGoesWhereItTurnsOutToBeWrong) {
   const CalibrationOptions options = Options();
   CalibrationTies ties(options, AtFirst(options));
   const auto told = [&](double mean, double sigma) {
-    ties.Update(Tied(Known(options, kFocal, mean, sigma), ties.weights()));
-    return ties.weights()[kFocal];
+    ties.Update(Tied(Known(options, kFocalRow, mean, sigma), ties.weights()));
+    return ties.weights()[kFocalRow];
   };
   EXPECT_GT(told(0.003, options.focal_length_sigma), 0);
   EXPECT_GT(told(0.0005, 0.0002), 0);
@@ -83,30 +84,30 @@ TEST(CalibrationTies, ATieGoesWhereItTurnsOutToBeWrong) {
 TEST(CalibrationTies, WhatIsKnownWithoutThemCanBeTold) {
   const CalibrationOptions options = Options();
   CalibrationTies ties(options, AtFirst(options));
-  ties.Update(Tied(Known(options, kTime, 0.0005, 0.0004), ties.weights()));
-  ASSERT_GT(ties.weights()[kTime], 0);  // beside the focal length
-  CalibrationBelief known = Known(options, kTime, 0.0005, 0.0004);
-  known.mean[kFocal] = 0.001;
+  ties.Update(Tied(Known(options, kTimeRow, 0.0005, 0.0004), ties.weights()));
+  ASSERT_GT(ties.weights()[kTimeRow], 0);  // beside the focal length
+  CalibrationBelief known = Known(options, kTimeRow, 0.0005, 0.0004);
+  known.mean[kFocalRow] = 0.001;
   const double shared = 0.6 * 0.0004 * options.focal_length_sigma;
-  known.covariance(kTime, kFocal) = known.covariance(kFocal, kTime) = shared;
+  known.covariance(kTimeRow, kFocalRow) = known.covariance(kFocalRow, kTimeRow) = shared;
   const CalibrationBelief with = Tied(known, ties.weights());
-  EXPECT_LT(std::abs(with.mean[kTime]), 0.1 * known.mean[kTime]);
+  EXPECT_LT(std::abs(with.mean[kTimeRow]), 0.1 * known.mean[kTimeRow]);
   const CalibrationBelief without = ties.Without(with);
-  EXPECT_NEAR(without.mean[kTime], known.mean[kTime], 1e-9);
-  EXPECT_NEAR(without.mean[kFocal], known.mean[kFocal], 1e-9);
-  EXPECT_NEAR(without.covariance(kTime, kFocal), shared, 1e-6 * shared);
+  EXPECT_NEAR(without.mean[kTimeRow], known.mean[kTimeRow], 1e-9);
+  EXPECT_NEAR(without.mean[kFocalRow], known.mean[kFocalRow], 1e-9);
+  EXPECT_NEAR(without.covariance(kTimeRow, kFocalRow), shared, 1e-6 * shared);
 }
 
 TEST(CalibrationTies, ThereAreNoneOfWhatIsHeldNorWhereNoneAreWanted) {
   CalibrationOptions options = Options();
   options.focal_length = options.time_offset = false;
   CalibrationTies of_held(options, AtFirst(options));
-  of_held.Update(Known(options, kTime, 0, 1e-5));
+  of_held.Update(Known(options, kTimeRow, 0, 1e-5));
   EXPECT_EQ(of_held.weights().norm(), 0);
   options = Options();
   options.confirm = false;
   CalibrationTies none(options, AtFirst(options));
-  none.Update(Known(options, kTime, 0, 1e-5));
+  none.Update(Known(options, kTimeRow, 0, 1e-5));
   EXPECT_EQ(none.weights().norm(), 0);
 }
 

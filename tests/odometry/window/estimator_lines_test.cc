@@ -8,6 +8,7 @@
 #include <numbers>
 #include <set>
 
+#include "data/angle_unit.h"
 #include "odometry/finite_run.h"
 #include "odometry/run_lines.h"
 #include "odometry/window/estimator.h"
@@ -17,7 +18,6 @@ namespace slcmap {
 namespace {
 
 constexpr double kHeading_rad = 0.3;  // of the building
-constexpr double kDegree_rad = std::numbers::pi / 180;
 
 SimulatedRunOptions Building(Method method, double duration_s) {
   SimulatedRunOptions options;
@@ -32,13 +32,13 @@ SimulatedRunOptions Building(Method method, double duration_s) {
   return options;
 }
 
-SimulatedRunOptions Perfect(Method method) {
+SimulatedRunOptions PerfectLines(Method method) {
   SimulatedRunOptions options = Building(method, 10);
   options.imu_rate_hz = 1000;  // the integration's error falls with the square of the step
   return options;
 }
 
-SimulatedRunOptions Noisy(Method method, uint64_t seed, double duration_s = 10) {
+SimulatedRunOptions NoisyLines(Method method, uint64_t seed, double duration_s = 10) {
   SimulatedRunOptions options = Building(method, duration_s);
   options.imu_noise = true;
   options.pixel_sigma_px = 0.5;
@@ -127,11 +127,11 @@ Errors ErrorsOf(const SimulatedRun& run) {
   return {std::sqrt(position / count), std::sqrt(heading / count)};
 }
 
-class PerfectLinesTest : public testing::TestWithParam<Method> {};
+class PerfectLinesTest : public ::testing::TestWithParam<Method> {};
 
 TEST_P(PerfectLinesTest, GiveThePerfectPathAndTheEdges) {
   const bool structural = GetParam() != Method::kPointsLines;
-  SimulatedRunOptions options = Perfect(GetParam());
+  SimulatedRunOptions options = PerfectLines(GetParam());
   if (!structural) options.lines->general_share = 0.3;
   const SimulatedRun run = RunOnSimulatedTracks(options);
   ASSERT_GT(run.states.size(), 150u);
@@ -142,7 +142,7 @@ TEST_P(PerfectLinesTest, GiveThePerfectPathAndTheEdges) {
   const RigidTransform gauge = GaugeFromFirst(run);
   ASSERT_EQ(run.run.manhattan_worlds.size(), structural ? 1u : 0u);
   for (const ManhattanWorld& world : run.run.manhattan_worlds) {
-    EXPECT_LT(HeadingErrorOf(world, gauge), 0.05 * kDegree_rad);
+    EXPECT_LT(HeadingErrorOf(world, gauge), 0.05 * kDegree);
   }
   const std::vector<Line> lines = WellKnownLines(run.run);
   ASSERT_GT(lines.size(), 10u);
@@ -155,7 +155,8 @@ TEST_P(PerfectLinesTest, GiveThePerfectPathAndTheEdges) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Methods, PerfectLinesTest,
-                         testing::Values(Method::kPointsLines, Method::kStructural, Method::kSlc));
+                         ::testing::Values(Method::kPointsLines, Method::kStructural,
+                                           Method::kSlc));
 
 using Ids = std::map<int64_t, int>;
 
@@ -176,7 +177,7 @@ Ids ObservationsOf(const OdometryRun& run) {
 
 // Those that are little known too, which the run has to say.
 TEST(EstimatorWithLines, AllThatAreEstimatedAreReportedWithTheirQuality) {
-  const SimulatedRun run = RunOnSimulatedTracks(Noisy(Method::kStructural, 3));
+  const SimulatedRun run = RunOnSimulatedTracks(NoisyLines(Method::kStructural, 3));
   const auto well_known = WellKnownLines(run.run).size();
   EXPECT_GT(well_known, 5u);
   EXPECT_GT(run.run.lines.size(), well_known);
@@ -187,7 +188,7 @@ TEST(EstimatorWithLines, AllThatAreEstimatedAreReportedWithTheirQuality) {
 
 // Tracks break off and start again under new ids: the edges are the same.
 TEST(EstimatorWithLines, OfMergedLinesNothingIsLost) {
-  SimulatedRunOptions options = Perfect(Method::kStructural);
+  SimulatedRunOptions options = PerfectLines(Method::kStructural);
   options.line_life = 8;
   const SimulatedRun run = RunOnSimulatedTracks(options);
   ASSERT_GT(run.run.line_merges.size(), 10u);
@@ -222,7 +223,7 @@ TEST(EstimatorWithLines, PrefersVerticalsFromTheFirstImagesOn) {
 }
 
 TEST(EstimatorWithLines, PerfectPointsOnLinesAreFoundAsSuch) {
-  const SimulatedRun run = RunOnSimulatedTracks(Perfect(Method::kSlc));
+  const SimulatedRun run = RunOnSimulatedTracks(PerfectLines(Method::kSlc));
   size_t members = 0;
   for (const Line& line : run.run.lines) {
     const SimulatedEdge& edge = run.edges.at(static_cast<size_t>(line.id));
@@ -240,7 +241,7 @@ TEST(EstimatorWithLines, LinesMakePathAndHeadingBetterAndTheCovarianceStaysHones
   double of_pose = 0;
   for (int i = 0; i < kRuns; ++i) {
     for (const Method method : {Method::kPoints, Method::kSlc}) {
-      const SimulatedRun run = RunOnSimulatedTracks(Noisy(method, 200 + i));
+      const SimulatedRun run = RunOnSimulatedTracks(NoisyLines(method, 200 + i));
       const Errors errors = ErrorsOf(run);
       mean[method].position_m += errors.position_m / kRuns;
       mean[method].heading_rad += errors.heading_rad / kRuns;
@@ -279,7 +280,7 @@ TEST(EstimatorWithLines, LearnsHowFarLinesAreOffTheirAxesAndStaysHonest) {
   size_t told = 0;
   for (int i = 0; i < kRuns; ++i) {
     for (const bool exact : {false, true}) {
-      SimulatedRunOptions options = Noisy(Method::kSlc, 300 + i);
+      SimulatedRunOptions options = NoisyLines(Method::kSlc, 300 + i);
       options.pixel_sigma_px = 0.2;
       options.odometry.window.point_sigma_px = options.odometry.line_landmarks.sigma_px = 0.2;
       options.lines->max_lines = 40;
@@ -315,7 +316,7 @@ double FirstTiltError_rad(Method method) {
   constexpr int kRuns = 6;
   double sum = 0;
   for (int i = 0; i < kRuns; ++i) {
-    SimulatedRunOptions options = Noisy(method, 300 + i, 2);
+    SimulatedRunOptions options = NoisyLines(method, 300 + i, 2);
     options.stand_still_s = 0;
     const SimulatedRun run = RunOnSimulatedTracks(options);
     const Eigen::Vector3d up_estimated =
@@ -329,19 +330,19 @@ double FirstTiltError_rad(Method method) {
 // After half a second a bias of the accelerometer and a tilt look the same to points.
 TEST(EstimatorWithLines, VerticalLinesLevelTheFirstState) {
   const double points_rad = FirstTiltError_rad(Method::kPoints);
-  EXPECT_GT(points_rad, 0.3 * kDegree_rad);
+  EXPECT_GT(points_rad, 0.3 * kDegree);
   EXPECT_LT(FirstTiltError_rad(Method::kSlc), 0.5 * points_rad);
 }
 
 TEST(EstimatorWithLines, LinesThatSlideDoNotSpoilThePath) {
-  SimulatedRunOptions options = Noisy(Method::kSlc, 9);
+  SimulatedRunOptions options = NoisyLines(Method::kSlc, 9);
   options.line_outlier_share = 0.2;
   const SimulatedRun run = RunOnSimulatedTracks(options);
   EXPECT_EQ(run.states.back().segment, 0);
   EXPECT_LT(LargestPositionError(run), 0.04);
   const RigidTransform gauge = GaugeFromFirst(run);
   ASSERT_EQ(run.run.manhattan_worlds.size(), 1u);
-  EXPECT_LT(HeadingErrorOf(run.run.manhattan_worlds[0], gauge), 0.2 * kDegree_rad);
+  EXPECT_LT(HeadingErrorOf(run.run.manhattan_worlds[0], gauge), 0.2 * kDegree);
   for (const Line& line : WellKnownLines(run.run)) {
     EXPECT_LT(DistanceToItsEdge(run, line, gauge), 0.1) << line.id;
   }
@@ -371,7 +372,7 @@ Members MembersOf(const SimulatedRun& run) {
 
 // Whatever is retired, merged or refuted.
 TEST(EstimatorWithLines, LinesHaveNoPointsThatDoNotBelongToThemInTheImages) {
-  SimulatedRunOptions options = Noisy(Method::kSlc, 13);
+  SimulatedRunOptions options = NoisyLines(Method::kSlc, 13);
   options.lines->crossings_per_edge = 1;
   options.line_outlier_share = 0.1;
   options.line_life = 8;
@@ -395,7 +396,7 @@ TEST(EstimatorWithLines, CrossingsThatSlideAlongLinesDoNotBelongToThem) {
     sum->wrong += members.wrong;
   };
   for (const uint64_t seed : {11, 12}) {
-    SimulatedRunOptions options = Noisy(Method::kSlc, seed);
+    SimulatedRunOptions options = NoisyLines(Method::kSlc, seed);
     options.lines->crossings_per_edge = 2;
     const SimulatedRun run = RunOnSimulatedTracks(options);
     EXPECT_LT(LargestPositionError(run), 0.04);
@@ -411,7 +412,7 @@ TEST(EstimatorWithLines, CrossingsThatSlideAlongLinesDoNotBelongToThem) {
 }
 
 TEST(EstimatorWithLines, ARestartForgetsHeadingsAndLines) {
-  SimulatedRunOptions options = Noisy(Method::kSlc, 8, 16);
+  SimulatedRunOptions options = NoisyLines(Method::kSlc, 8, 16);
   options.image_gap_from_s = 7;
   options.image_gap_to_s = 9.5;
   bool had_structure = false, restarted = false, started_empty = false;
@@ -436,7 +437,7 @@ TEST(EstimatorWithLines, ARestartForgetsHeadingsAndLines) {
         GaugeFrom(run, static_cast<size_t>(std::distance(run.states.begin(), first)));
     const ManhattanWorld& world = run.run.manhattan_worlds[static_cast<size_t>(segment)];
     EXPECT_EQ(world.segment, segment);
-    EXPECT_LT(HeadingErrorOf(world, gauge), 0.3 * kDegree_rad);
+    EXPECT_LT(HeadingErrorOf(world, gauge), 0.3 * kDegree);
     int lines = 0;
     for (const Line& line : WellKnownLines(run.run)) {
       if (line.segment != segment) continue;

@@ -3,16 +3,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
+#include "data/angle_unit.h"
 #include "odometry/run_lines.h"
 #include "odometry/window/estimator.h"
 #include "tests/testing/simulated_odometry.h"
 
 namespace slcmap {
 namespace {
-
-constexpr double kDegree_rad = std::numbers::pi / 180;
 
 SimulatedRunOptions Stairs(uint64_t seed, double sloped_share = 0.3) {
   SimulatedRunOptions options;
@@ -31,7 +29,7 @@ SimulatedRunOptions Stairs(uint64_t seed, double sloped_share = 0.3) {
   options.lines = LineTrackSimulatorOptions{.heading_rad = 0.3,
                                             .sloped_share = sloped_share,
                                             .slope_azimuth_rad = 0.3,
-                                            .slope_elevation_rad = 31 * kDegree_rad,
+                                            .slope_elevation_rad = 31 * kDegree,
                                             .points_per_edge = 1};
   return options;
 }
@@ -41,10 +39,10 @@ TEST(EstimatorWithSlopes, WhatLinesShareIsFoundAndTheyFollowIt) {
   ASSERT_EQ(run.run.sloped_directions.size(), 1u);
   const SlopedDirection& slope = run.run.sloped_directions[0];
   EXPECT_FALSE(slope.withdrawn);
-  EXPECT_NEAR(slope.elevation_rad, 31 * kDegree_rad, 0.1 * kDegree_rad);
+  EXPECT_NEAR(slope.elevation_rad, 31 * kDegree, 0.1 * kDegree);
   EXPECT_GT(slope.elevation_sigma_rad, 0);
-  EXPECT_LT(slope.elevation_sigma_rad, 0.1 * kDegree_rad);
-  EXPECT_LT(run.final_slope_error_rad.norm(), 0.1 * kDegree_rad);
+  EXPECT_LT(slope.elevation_sigma_rad, 0.1 * kDegree);
+  EXPECT_LT(run.final_slope_error_rad.norm(), 0.1 * kDegree);
   int sloped = 0;
   for (const Line& line : run.run.lines) {
     const SimulatedEdge& edge = run.edges.at(static_cast<size_t>(line.id));
@@ -82,7 +80,7 @@ TEST(EstimatorWithSlopes, ErrorsAreAsLargeAsIsClaimed) {
   double of_pose = 0, of_slope = 0;
   for (int i = 0; i < kRuns; ++i) {
     SimulatedRunOptions options = Stairs(20 + static_cast<uint64_t>(i));
-    options.lines->deviation_rad = 0.1 * kDegree_rad;
+    options.lines->deviation_rad = 0.1 * kDegree;
     const SimulatedRun run = RunOnSimulatedTracks(options);
     ASSERT_GT(run.final_slope_nees, 0) << "it is known";
     of_slope += run.final_slope_nees / kRuns;

@@ -189,7 +189,7 @@ struct Tested {
   double sloped_share = 0;
 };
 
-SimulatedRunOptions Noisy(const Tested& tested) {
+SimulatedRunOptions NoisyRun(const Tested& tested) {
   const Method method = tested.method;
   SimulatedRunOptions options;
   options.odometry.method = method;
@@ -218,12 +218,12 @@ SimulatedRunOptions Noisy(const Tested& tested) {
   return options;
 }
 
-class FirstEstimatesTest : public testing::TestWithParam<Tested> {
+class FirstEstimatesTest : public ::testing::TestWithParam<Tested> {
  protected:
   // After each keyframe whose window's prior speaks of lines, where there are some.
   void ForEachPrior(const std::function<void(const SlidingWindow&)>& check) {
     int64_t last_id = -1;
-    RunOnSimulatedTracks(Noisy(GetParam()), nullptr, [&](Estimator* estimator) {
+    RunOnSimulatedTracks(NoisyRun(GetParam()), nullptr, [&](Estimator* estimator) {
       const WindowState& window = estimator->window().state();
       if (window.frames.size() < 8 || !window.frames[2]->pose_linearization) return;
       if (window.frames.back()->id == last_id) return;
@@ -294,13 +294,13 @@ TEST_P(FirstEstimatesTest, ThePriorHoldsWindowHeadingAndLinesTogether) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Methods, FirstEstimatesTest,
-                         testing::Values(Tested{"points", Method::kPoints},
-                                         Tested{"pointslines", Method::kPointsLines},
-                                         Tested{"structural", Method::kStructural},
-                                         Tested{"slc", Method::kSlc},
-                                         Tested{"structural_exact", Method::kStructural, true},
-                                         Tested{"slc_exact", Method::kSlc, true},
-                                         Tested{"slc_sloped", Method::kSlc, false, 0.4}),
+                         ::testing::Values(Tested{"points", Method::kPoints},
+                                           Tested{"pointslines", Method::kPointsLines},
+                                           Tested{"structural", Method::kStructural},
+                                           Tested{"slc", Method::kSlc},
+                                           Tested{"structural_exact", Method::kStructural, true},
+                                           Tested{"slc_exact", Method::kSlc, true},
+                                           Tested{"slc_sloped", Method::kSlc, false, 0.4}),
                          [](const auto& tested) { return tested.param.name; });
 
 }  // namespace

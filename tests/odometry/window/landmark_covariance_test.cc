@@ -27,7 +27,7 @@ struct Nees {
   double Mean() const { return sum / count; }
 };
 
-SimulatedRunOptions Noisy(Method method, uint64_t seed) {
+SimulatedRunOptions NoisyLandmarks(Method method, uint64_t seed) {
   SimulatedRunOptions options;
   options.odometry.method = method;
   options.odometry.points.max_points = 60;
@@ -98,14 +98,14 @@ class Judge {
   std::map<int64_t, int64_t> host_;
 };
 
-class LandmarkCovarianceTest : public testing::TestWithParam<Method> {};
+class LandmarkCovarianceTest : public ::testing::TestWithParam<Method> {};
 
 TEST_P(LandmarkCovarianceTest, IsWhatTheErrorsAre) {
   Nees points, lines;
   for (const uint64_t seed : {21, 22, 23, 24, 25, 26, 27, 28}) {
     Judge judge;
     const SimulatedRun run = RunOnSimulatedTracks(
-        Noisy(GetParam(), seed), nullptr,
+        NoisyLandmarks(GetParam(), seed), nullptr,
         [&](Estimator* estimator) { judge.Look(estimator->window().state()); });
     judge.JudgePoints(run, &points);
     judge.JudgeLines(run, &lines);
@@ -120,8 +120,8 @@ TEST_P(LandmarkCovarianceTest, IsWhatTheErrorsAre) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Methods, LandmarkCovarianceTest,
-                         testing::Values(Method::kPoints, Method::kPointsLines, Method::kStructural,
-                                         Method::kSlc),
+                         ::testing::Values(Method::kPoints, Method::kPointsLines,
+                                           Method::kStructural, Method::kSlc),
                          [](const auto& tested) {
                            std::string name = MethodName(tested.param);
                            std::erase(name, '-');

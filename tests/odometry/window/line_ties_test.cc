@@ -12,13 +12,13 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr int kFrames = 6;
+constexpr int kTieFrames = 6;
 
 class LineTiesTest : public testing::LineScene {
  protected:
   void SetUp() override {
     MakeLine(options_.sigma_px, &window_.headings.emplace_back(), &window_.lines[kLine]);
-    for (int i = 0; i < kFrames; ++i) AddFrame(i, &line());
+    for (int i = 0; i < kTieFrames; ++i) AddFrame(i, &line());
   }
 
   LineLandmark& line() { return window_.lines.at(kLine); }
@@ -59,7 +59,7 @@ TEST_F(LineTiesTest, ALineOfNoAxisBendsToo) {
   line().axis = LineAxis::kNone;
   line().heading = nullptr;
   line().block = GeneralLineThrough(line().anchor_world, At(0), Vector3d::UnitX());
-  const double moved_m = 0.15 * (kFrames - 1);
+  const double moved_m = 0.15 * (kTieFrames - 1);
   EXPECT_TRUE(FinishPieces(PiecesOf(1.1 * moved_m), model_, &window_).empty());
   EXPECT_EQ(FinishPieces(PiecesOf(0.9 * moved_m), model_, &window_).count(kLine), 1u);
 }
@@ -67,7 +67,7 @@ TEST_F(LineTiesTest, ALineOfNoAxisBendsToo) {
 // Walls bend: what is seen of the edge further on is another line.
 TEST_F(LineTiesTest, ALineThatMayDeviateIsFinishedOnceTheRigHasMovedAlongIt) {
   line().extent.Add(-1, 1);
-  const double moved_m = 0.15 * (kFrames - 1);
+  const double moved_m = 0.15 * (kTieFrames - 1);
   EXPECT_TRUE(FinishPieces(PiecesOf(0.9 * moved_m), model_, &window_).empty())
       << "exactly along its axis";
   line().deviation_sigma_rad = 1e-3;
@@ -78,10 +78,10 @@ TEST_F(LineTiesTest, ALineThatMayDeviateIsFinishedOnceTheRigHasMovedAlongIt) {
   EXPECT_TRUE(FinishPieces(PiecesOf(0.9 * moved_m), model_, &window_).empty()) << "once";
   EXPECT_TRUE(PredictLines(window_, *window_.frames.back(), rig_).empty());
   FrameState later;
-  later.lines[kLine] = ObservationOf(kFrames);
+  later.lines[kLine] = ObservationOf(kTieFrames);
   RegisterLines(&later, &window_);
   EXPECT_TRUE(later.lines.empty());
-  EXPECT_EQ(line().frames.size(), kFrames) << "what was seen of it stays";
+  EXPECT_EQ(line().frames.size(), kTieFrames) << "what was seen of it stays";
 }
 
 TEST_F(LineTiesTest, LinesOfAnAxisShareWhatTheyAreOffWhereTheyAreNear) {

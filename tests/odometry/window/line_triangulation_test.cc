@@ -16,7 +16,7 @@ using Eigen::Vector3d;
 
 constexpr double kFocal_px = 450, kSigma_px = 1, kHeading = 0.2;
 
-class LineTriangulationTest : public testing::Test {
+class LineTriangulationTest : public ::testing::Test {
  protected:
   StereoGeometry geometry_{ExampleStereoRig().T_imu_camera, kFocal_px / kSigma_px};
   RigidTransform first_{ExpRotation({0.1, 0.05, 0.3}), {4, -3, 1}};

@@ -19,7 +19,7 @@
 namespace slcmap {
 
 // Lines along the three axes and one of no axis, a point on each structural line, and four poses.
-class LinesInWindow : public testing::Test {
+class LinesInWindow : public ::testing::Test {
  protected:
   using Vector3d = Eigen::Vector3d;
   static constexpr int kFrames = 4;

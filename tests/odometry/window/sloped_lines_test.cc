@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "data/angle_unit.h"
 #include "odometry/window/line_landmarks.h"
 #include "tests/odometry/window/line_scene.h"
 
@@ -11,8 +12,6 @@ namespace slcmap {
 namespace {
 
 using Eigen::Vector3d;
-
-constexpr double kDegree = M_PI / 180;
 
 // A line before a rig that moves aslant, laid with an elevation.
 class SlopedLinesTest : public testing::LineScene {

@@ -7,7 +7,7 @@
 namespace slcmap {
 namespace {
 
-class TriangulationTest : public testing::Test {
+class TriangulationTest : public ::testing::Test {
  protected:
   void See(FrameState* frame, const RigidTransform& pose, bool right) {
     PoseToBlock(pose, frame->pose.data());
