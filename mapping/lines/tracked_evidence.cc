@@ -1,6 +1,7 @@
 #include "mapping/lines/tracked_evidence.h"
 
 #include <algorithm>
+#include <cmath>
 #include <span>
 #include <tuple>
 
@@ -10,7 +11,9 @@ namespace slcmap {
 namespace {
 
 constexpr double kLeastLength_px = 3;  // of a support
-constexpr double kLeastSpread_px = 5;  // of places that tell which way a segment runs
+constexpr double kMaxOff_px = 2;       // of its places in the mean: farther off is another edge
+// Of places that tell which way a segment runs: of its length, as standard deviation.
+constexpr double kLeastSpread = 0.2;
 constexpr double kLeastDepth_m = 0.05;
 
 // What a place across the line moves by, from the four numbers that FitLine finds.
@@ -66,8 +69,11 @@ class Deviation {
     }
     mean_ /= count_;
     const Eigen::Matrix2d spread = squares / count_ - mean_ * mean_.transpose();
-    if (spread(0, 0) > kLeastSpread_px * kLeastSpread_px) slope_ = spread(0, 1) / spread(0, 0);
+    const double least_px = kLeastSpread * px.Length();
+    if (spread(0, 0) > least_px * least_px) slope_ = spread(0, 1) / spread(0, 0);
   }
+
+  double mean_px() const { return mean_.y(); }
 
   double At(double along_px) const { return mean_.y() + slope_ * (along_px - mean_.x()); }
 
@@ -85,7 +91,8 @@ Stretch ExtentOf(std::span<const PlaceOfPiece> places, const Stretch& piece) {
   return extent;
 }
 
-// The edge of a piece in the image that the places are of; nothing where that is too short.
+// The edge of a piece in the image that the places are of; nothing where that is too short, or not
+// where the line is.
 std::optional<LineSegment> SegmentOf(const TrackedLine& line, const Stretch& extent,
                                      std::span<const PlaceOfPiece> places,
                                      const ViewCameras& cameras) {
@@ -101,6 +108,7 @@ std::optional<LineSegment> SegmentOf(const TrackedLine& line, const Stretch& ext
   const double length_px = expected.Length();
   if (length_px < kLeastLength_px) return std::nullopt;
   const Deviation deviation(expected, places);
+  if (std::abs(deviation.mean_px()) > kMaxOff_px) return std::nullopt;
   const Eigen::Vector2d along = (expected.end - expected.start) / length_px;
   const Eigen::Vector2d across(-along.y(), along.x());
   return LineSegment{expected.start + deviation.At(0) * across,
