@@ -8,6 +8,7 @@
 #include <opencv2/core/utility.hpp>
 #include <stdexcept>
 
+#include "mapping/lines/tracked_evidence.h"
 #include "odometry/geometry/pinhole.h"
 #include "tests/mapping/lines/painted_wall.h"
 
@@ -139,6 +140,58 @@ TEST_F(LineEvidenceTest, CovariancesSayWhatEndsMayBeOffAcross) {
     }
     EXPECT_NEAR(std::sqrt(least_m2), line.sigma_m, 0.1 * line.sigma_m);
   }
+}
+
+// A level line half a metre long, two metres before the first view, with places so far below it.
+class MadeEvidenceTest : public ::testing::Test {
+ protected:
+  MadeEvidenceTest() {
+    line_.line = {{-0.5, kDistance_m, 0}, Eigen::Vector3d::UnitX()};
+    line_.intervals = {{0, 0.5}};
+    line_.fit.across.setZero();
+    line_.fit.covariance.setZero();
+  }
+
+  void AddPlace(double along_m, const Stretch& stretch, double below_px) {
+    // 150 pixels are a metre.
+    line_.places.push_back({0, 0, along_m, {239.5 + 150 * along_m, 159.5 + below_px}, {0, 1}, 4});
+    line_.places.back().from_m = stretch.from_m;
+    line_.places.back().to_m = stretch.to_m;
+  }
+
+  std::vector<LineSupport> Supports() const {
+    const PaintedWall wall(views_, {}, kDistance_m);
+    return EvidenceOf({line_}, views_, ViewCameras(views_, wall.rig())).supports;
+  }
+
+  const Views views_ = MovingViews(1);
+  TrackedLine line_;
+};
+
+TEST_F(MadeEvidenceTest, ASupportGoesThroughItsPlaces) {
+  AddPlace(0.1, {0, 0.2}, 0.5);
+  AddPlace(0.4, {0.3, 0.48}, -0.7);
+  const auto supports = Supports();
+  ASSERT_EQ(supports.size(), 1u);
+  EXPECT_LT((supports[0].px.start - Eigen::Vector2d(239.5, 159.5 + 0.9)).norm(), 1e-6);
+  EXPECT_LT((supports[0].px.end - Eigen::Vector2d(239.5 + 72, 159.5 - 1.02)).norm(), 1e-6);
+}
+
+TEST_F(MadeEvidenceTest, PlacesNearEachOtherDoNotTurnALongSegment) {
+  AddPlace(0.24, {0, 0.24}, 0.3);
+  AddPlace(0.26, {0.26, 0.5}, -0.3);
+  const auto supports = Supports();
+  ASSERT_EQ(supports.size(), 1u);
+  EXPECT_NEAR(supports[0].px.start.y(), 159.5, 1e-6);
+  EXPECT_NEAR(supports[0].px.end.y(), 159.5, 1e-6);
+}
+
+TEST_F(MadeEvidenceTest, WhatIsShortOrFarBesideTheLineIsLeftOut) {
+  AddPlace(0.1, {0, 0.2}, 2.5);
+  EXPECT_TRUE(Supports().empty());
+  line_.places.clear();
+  AddPlace(0.1, {0.095, 0.105}, 0);
+  EXPECT_TRUE(Supports().empty());
 }
 
 TEST(MapLines, JambsSixCentimetresApartStayTwo) {
