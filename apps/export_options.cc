@@ -23,6 +23,8 @@ void AddExportOptions(CLI::App& command, ExportOptions* options) {
                    "GLB: lines as bars too, for viewers that show only triangles");
   command.add_flag("--quantised", options->gltf.quantised,
                    "GLB: positions in 16 bits of each layer's extent, for smaller files");
+  command.add_flag("--ascii-ply", options->ply.ascii,
+                   "PLY: as text, for scripts that cannot read binary files");
   command.add_flag("--ifc-line-solids", options->ifc.line_solids,
                    "IFC: lines as thin solids too, for viewers that hide annotations");
 }

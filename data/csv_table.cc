@@ -69,13 +69,28 @@ void CsvTable::CheckRow(std::size_t row, const CsvColumns& columns) const {
   }
 }
 
+void CsvTable::ForEach(const std::string& path, const CsvColumns& columns,
+                       const std::function<void(const CsvTable&)>& visit) {
+  ReadRows(path, CsvHeader(columns), [&](CsvTable* table) {
+    table->CheckRow(0, columns);
+    visit(*table);
+    table->rows_.clear();
+  });
+}
+
 CsvTable CsvTable::Read(const std::string& path, const std::string& header) {
+  return ReadRows(path, header, [](CsvTable*) {});
+}
+
+CsvTable CsvTable::ReadRows(const std::string& path, const std::string& header,
+                            const std::function<void(CsvTable*)>& handle) {
   CsvTable table;
   table.path_ = path;
   ForEachRow(path, [&](int line, const std::vector<std::string_view>& fields) {
     const std::vector<std::string> cells(fields.begin(), fields.end());
     if (!table.columns_.empty()) {
       table.AddRow(cells, line);
+      handle(&table);
     } else if (const std::string found = fmt::format("{}", fmt::join(cells, ","));
                found != header) {
       throw DataError(fmt::format("{}: row {}: found the columns '{}', expected '{}'", path, line,

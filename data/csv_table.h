@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <optional>
 #include <string>
@@ -33,6 +34,10 @@ class CsvTable {
   // The same, and throws where a cell is not what its column may hold.
   static CsvTable Read(const std::string& path, const CsvColumns& columns);
 
+  // The same, a row at a time, each as a table of that row alone: long tables are not held.
+  static void ForEach(const std::string& path, const CsvColumns& columns,
+                      const std::function<void(const CsvTable&)>& visit);
+
   // The tables of a file whose rows start with the name of the one that they belong to; `columns`
   // has those there can be. All of them are returned. A last row without its end of line was cut
   // off: it is left out and counted.
@@ -55,6 +60,9 @@ class CsvTable {
     int line = 0;  // in the file, from 1
     std::vector<std::string> cells;
   };
+  // Calls handle after each row that was added.
+  static CsvTable ReadRows(const std::string& path, const std::string& header,
+                           const std::function<void(CsvTable*)>& handle);
   void AddRow(const std::vector<std::string>& cells, int line);
   void CheckRow(std::size_t row, const CsvColumns& columns) const;
 

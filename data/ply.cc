@@ -7,6 +7,7 @@
 #include <charconv>
 #include <cmath>
 #include <cstring>
+#include <iterator>
 #include <limits>
 #include <string_view>
 #include <type_traits>
@@ -75,6 +76,32 @@ void AppendValue(PlyType type, double value, std::string* bytes) {
   WithType(type, [&](auto zero) { Append(static_cast<decltype(zero)>(value), bytes); });
 }
 
+void AppendText(PlyType type, double value, std::string* text) {
+  WithType(type, [&](auto zero) {
+    fmt::format_to(std::back_inserter(*text), "{}", +static_cast<decltype(zero)>(value));
+  });
+}
+
+// Rows of values, in the form that a file has.
+class RowWriter {
+ public:
+  RowWriter(PlyForm form, std::string* bytes) : is_ascii_(form == PlyForm::kAscii), bytes_(bytes) {}
+
+  void Add(PlyType type, double value) {
+    if (!is_ascii_) return AppendValue(type, value, bytes_);
+    if (bytes_->back() != '\n') *bytes_ += ' ';
+    AppendText(type, value, bytes_);
+  }
+
+  void EndRow() {
+    if (is_ascii_) *bytes_ += '\n';
+  }
+
+ private:
+  const bool is_ascii_;
+  std::string* bytes_;
+};
+
 bool Fits(PlyType type, double value) {
   return WithType(type, [&](auto zero) {
     using T = decltype(zero);
@@ -94,8 +121,9 @@ void CheckFits(const std::string& path, const PlyElement& element) {
   }
 }
 
-std::string Header(const PlyFile& file) {
-  std::string text = "ply\nformat binary_little_endian 1.0\n";
+std::string Header(const PlyFile& file, PlyForm form) {
+  std::string text = fmt::format("ply\nformat {} 1.0\n",
+                                 form == PlyForm::kAscii ? "ascii" : "binary_little_endian");
   for (const std::string& comment : file.comments) text += "comment " + comment + "\n";
   for (const PlyElement& element : file.elements) {
     text += fmt::format("element {} {}\n", element.name, element.size());
@@ -341,19 +369,22 @@ const PlyElement& PlyFile::Get(const std::string& element, const std::string& pa
   throw DataError(fmt::format("{}: found no element '{}'", path, element));
 }
 
-void WritePly(const std::string& path, const PlyFile& file) {
-  std::string bytes = Header(file);
+void WritePly(const std::string& path, const PlyFile& file, PlyForm form) {
+  std::string bytes = Header(file, form);
+  RowWriter rows(form, &bytes);
   for (const PlyElement& element : file.elements) {
     CheckFits(path, element);
     for (std::size_t row = 0; row < element.size(); ++row) {
       for (const PlyProperty& property : element.properties) {
-        AppendValue(property.type, property.values[row], &bytes);
+        rows.Add(property.type, property.values[row]);
       }
+      rows.EndRow();
     }
   }
   for (const std::vector<int32_t>& face : file.faces) {
-    Append(static_cast<uint8_t>(face.size()), &bytes);
-    for (const int32_t vertex : face) Append(vertex, &bytes);
+    rows.Add(PlyType::kUint8, static_cast<double>(face.size()));
+    for (const int32_t vertex : face) rows.Add(PlyType::kInt32, vertex);
+    rows.EndRow();
   }
   WriteFile(path, bytes);
 }

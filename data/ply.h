@@ -1,4 +1,4 @@
-// PLY files: written binary little endian, read binary little endian or ASCII.
+// PLY files, binary little endian or ASCII.
 //
 // What other programs can read decides the form: positions are float (PCL reads doubles as zeros
 // without a word), vertices have no list properties, nothing but the named elements is written.
@@ -52,8 +52,12 @@ struct PlyFile {
   const PlyElement& Get(const std::string& element, const std::string& path) const;
 };
 
+// How values are written. Both hold the same: ASCII has as many digits as tell a float from its
+// neighbours.
+enum class PlyForm { kBinary, kAscii };
+
 // Throws OutputError when the file cannot be written, or a value does not fit its integer type.
-void WritePly(const std::string& path, const PlyFile& file);
+void WritePly(const std::string& path, const PlyFile& file, PlyForm form = PlyForm::kBinary);
 
 // The columns x, y and z. Throws DataError naming `path` and the row when one is missing or not
 // finite.

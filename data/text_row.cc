@@ -2,9 +2,6 @@
 
 #include <charconv>
 #include <limits>
-#include <sstream>
-
-#include "data/file.h"
 
 namespace slcmap {
 namespace {
@@ -124,13 +121,6 @@ std::optional<int64_t> ParseScaledInteger(std::string_view text, int shift) {
   }
   value += round_up;
   return decimal->negative ? -value : value;
-}
-
-std::vector<std::string> ReadLines(const std::string& path) {
-  std::istringstream text(WithoutByteOrderMark(ReadFile(path)));
-  std::vector<std::string> lines;
-  for (std::string line; std::getline(text, line);) lines.push_back(std::move(line));
-  return lines;
 }
 
 }  // namespace slcmap

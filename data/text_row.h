@@ -2,11 +2,14 @@
 // nanoseconds.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
+
+#include "data/file.h"
 
 namespace slcmap {
 
@@ -23,22 +26,24 @@ std::optional<double> ParseNumber(std::string_view text);
 // are rounded off. Nothing for other text and beyond the range of int64.
 std::optional<int64_t> ParseScaledInteger(std::string_view text, int shift);
 
-// The rows of a text file, without the byte order mark that some editors put before the first;
-// throws DataError naming the file when it cannot be read.
-std::vector<std::string> ReadLines(const std::string& path);
-
 // True where a comma or a semicolon, not only blanks, separates two neighbouring fields that
 // SplitRow gave of one row.
 bool SeparatedByMark(std::string_view field, std::string_view next);
 
-// Calls handle(row number from 1, fields) for each row of the file that has fields. Throws
-// DataError when the file cannot be read.
+// Calls handle(row number from 1, fields) for each row of the file that has fields, without the
+// byte order mark that some editors put before the first. Throws DataError, naming the file, when
+// it cannot be read.
 template <typename Handler>
 void ForEachRow(const std::string& path, Handler handle) {
-  const std::vector<std::string> lines = ReadLines(path);
-  for (size_t i = 0; i < lines.size(); ++i) {
-    const std::vector<std::string_view> fields = SplitRow(lines[i]);
-    if (!fields.empty()) handle(static_cast<int>(i + 1), fields);
+  const std::string text = WithoutByteOrderMark(ReadFile(path));
+  int row = 0;
+  for (size_t from = 0; from < text.size();) {
+    const size_t end = std::min(text.find('\n', from), text.size());
+    const std::vector<std::string_view> fields =
+        SplitRow(std::string_view(text).substr(from, end - from));
+    ++row;
+    if (!fields.empty()) handle(row, fields);
+    from = end + 1;
   }
 }
 

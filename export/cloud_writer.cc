@@ -15,7 +15,7 @@ std::vector<std::string> CloudWriter::Write(const std::string& folder, const Map
   progress.ReportOrStop(0.2);
   WriteDensePcd(folder + "/dense.pcd", map.dense);
   progress.ReportOrStop(0.5);
-  WriteDensePly(folder + "/dense.ply", map.dense);
+  WriteDensePly(folder + "/dense.ply", map.dense, options_.form());
   progress.ReportOrStop(0.8);
   map.occupancy.Write(folder + "/occupancy.bt");
   std::vector<std::string> paths;

@@ -3,16 +3,10 @@
 #include <spdlog/fmt/fmt.h>
 
 #include "data/file.h"
+#include "export/model_images.h"
 
 namespace slcmap {
 namespace {
-
-// COLMAP has the origin of pixels at the corner of the first, not at its centre.
-constexpr double kCorner_px = 0.5;
-
-bool IsCalibrated(const Camera& camera) {
-  return camera.fx_px > 0 && camera.fy_px > 0 && camera.width_px > 0 && camera.height_px > 0;
-}
 
 std::string CamerasOf(const Rig& rig) {
   std::string text = "# CAMERA_ID MODEL WIDTH HEIGHT fx fy cx cy, of rectified images\n";
@@ -20,8 +14,8 @@ std::string CamerasOf(const Rig& rig) {
     const Camera& camera = rig.cameras[i];
     if (!IsCalibrated(camera)) continue;
     text += fmt::format("{} PINHOLE {} {} {:.9f} {:.9f} {:.9f} {:.9f}\n", i + 1, camera.width_px,
-                        camera.height_px, camera.fx_px, camera.fy_px, camera.cx_px + kCorner_px,
-                        camera.cy_px + kCorner_px);
+                        camera.height_px, camera.fx_px, camera.fy_px,
+                        camera.cx_px + kCornerOrigin_px, camera.cy_px + kCornerOrigin_px);
   }
   return text;
 }
@@ -29,18 +23,12 @@ std::string CamerasOf(const Rig& rig) {
 // Two rows an image: its pose, world to camera, and its points, none.
 std::string ImagesOf(const MapResult& map) {
   std::string text = "# IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME\n";
-  const Rig& rig = map.rectified_rig;
-  std::size_t id = 0;
-  for (const StampedPose& keyframe : map.keyframes) {
-    for (std::size_t i = 0; i < rig.cameras.size(); ++i) {
-      if (!IsCalibrated(rig.cameras[i])) continue;
-      const RigidTransform T_camera_world = (keyframe.T_world_imu * rig.T_imu_camera[i]).Inverse();
-      const Eigen::Quaterniond& q = T_camera_world.rotation;
-      const Eigen::Vector3d& t = T_camera_world.translation;
-      text += fmt::format("{} {:.12f} {:.12f} {:.12f} {:.12f} {:.9f} {:.9f} {:.9f} {} {}\n\n", ++id,
-                          q.w(), q.x(), q.y(), q.z(), t.x(), t.y(), t.z(), i + 1,
-                          fmt::format("cam{}/data/{}.png", i, keyframe.stamp_ns));
-    }
+  for (const ModelImage& image : ModelImages(map)) {
+    const Eigen::Quaterniond& q = image.T_camera_world.rotation;
+    const Eigen::Vector3d& t = image.T_camera_world.translation;
+    text +=
+        fmt::format("{} {:.12f} {:.12f} {:.12f} {:.12f} {:.9f} {:.9f} {:.9f} {} {}\n\n", image.id,
+                    q.w(), q.x(), q.y(), q.z(), t.x(), t.y(), t.z(), image.camera + 1, image.name);
   }
   return text;
 }

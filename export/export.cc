@@ -101,8 +101,8 @@ std::vector<std::unique_ptr<MapWriter>> MakeMapWriters(const ExportOptions& opti
   const auto scene = std::make_shared<SceneOfMap>(options.scene);
   std::vector<std::unique_ptr<MapWriter>> writers;
   writers.push_back(std::make_unique<GltfWriter>(scene, options.scene.max_vertices, options.gltf));
-  writers.push_back(std::make_unique<PlySceneWriter>(scene));
-  writers.push_back(std::make_unique<CloudWriter>());
+  writers.push_back(std::make_unique<PlySceneWriter>(scene, options.ply));
+  writers.push_back(std::make_unique<CloudWriter>(options.ply));
   writers.push_back(std::make_unique<SvgPlanWriter>(options.plan));
   writers.push_back(std::make_unique<PdfPlanWriter>(options.plan));
   writers.push_back(std::make_unique<DxfWriter>(options.plan, options.scene.max_jump_s));

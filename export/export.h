@@ -9,6 +9,7 @@
 #include "export/gltf_options.h"
 #include "export/ifc/ifc_options.h"
 #include "export/plan/plan_options.h"
+#include "export/ply_options.h"
 #include "export/scene.h"
 #include "mapping/map.h"
 
@@ -19,6 +20,7 @@ struct ExportOptions {
   SceneOptions scene;
   PlanOptions plan;
   GltfOptions gltf;
+  PlyOptions ply;
   IfcOptions ifc;
 };
 

@@ -5,10 +5,10 @@
 
 namespace slcmap {
 
-// Writes the lines twice: limap/alltracks.txt, as limap saves its tracks (their number; of each its
-// id and counts, start, end, ids of images, ids of lines), and limap/lines.txt, a row a line, as
-// Line3D++ has them and limap reads them. A map does not hold which images saw a line: tracks have
-// no supports.
+// Writes the pieces of lines twice: limap/alltracks.txt, as limap saves its tracks (their number;
+// of each its id and counts, start, end, ids of images, numbers of its segments there), and
+// limap/lines.txt, a row a piece with its segments, as Line3D++ has them and limap reads them.
+// Images are those of COLMAP's model (ModelImages), pixels too.
 class LimapWriter : public MapWriter {
  public:
   std::string Format() const override { return "limap"; }

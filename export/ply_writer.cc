@@ -51,7 +51,7 @@ std::vector<std::string> PlySceneWriter::WriteScene(const std::string& folder,
   };
   const auto write = [&](const std::string& name, const PlyFile& file) {
     paths.push_back(folder + "/" + name + ".ply");
-    WritePly(paths.back(), file);
+    WritePly(paths.back(), file, options_.form());
   };
   std::vector<std::string> comments = {"slcmap, metres in the world frame, z up"};
   if (!scene.map_id.empty()) {

@@ -15,6 +15,7 @@
 #include "mapping/adjustment/adjustment.h"
 #include "mapping/building/building.h"
 #include "mapping/dense/dense_point.h"
+#include "mapping/line_evidence.h"
 #include "mapping/occupancy_map.h"
 
 namespace slcmap {
@@ -55,6 +56,7 @@ struct MapResult {
   std::vector<DensePoint> dense;  // none of a map that was made without images
   std::vector<MapLine> lines;     // but marks
   std::vector<MapLine> marks;     // lines that are on surfaces, and no edges of them
+  LineEvidence line_evidence;     // for lines and marks
   Building building;              // empty of a map that was made without images
   OccupancyMap occupancy{0.1};
 };

@@ -15,6 +15,7 @@
 #include "data/verdict_json.h"
 #include "mapping/building/building_files.h"
 #include "mapping/dense/dense_file.h"
+#include "mapping/line_evidence_files.h"
 #include "mapping/point_cloud.h"
 #include "odometry/method.h"
 #include "odometry/run_json.h"
@@ -44,6 +45,7 @@ std::vector<std::string> ListedNames(bool with_calibration) {
   std::vector<std::string> names = {kTrajectory, kKeyframes,     kPoints, kCloud,
                                     kDense,      kDenseCloud,    kLines,  kMarks,
                                     kOccupancy,  kProbabilities, kRig,    kOptions};
+  for (const std::string& name : LineEvidenceFiles()) names.push_back(name);
   for (const std::string& name : BuildingFiles()) names.push_back(name);
   if (with_calibration) names.emplace_back(kCalibration);
   return names;
@@ -71,6 +73,8 @@ std::vector<std::pair<const char*, std::size_t>> CountsOf(const MapResult& map) 
           {"dense_points", map.dense.size()},
           {"lines", map.lines.size()},
           {"marks", map.marks.size()},
+          {"line_covariances", map.line_evidence.covariances.size()},
+          {"line_supports", map.line_evidence.supports.size()},
           {"planes", map.building.planes.size()},
           {"rooms", map.building.rooms.size()},
           {"occupied_voxels", map.occupancy.OccupiedVoxels().size()}};
@@ -116,6 +120,8 @@ Json ReadSummary(const std::string& path, MapResult* map) {
 
 void CheckCounts(const std::string& folder, const Json& summary, const MapResult& map) {
   for (const auto& [what, count] : CountsOf(map)) {
+    // Earlier maps have no tables of what is known of lines.
+    if (count == 0 && !summary.at("counts").contains(what)) continue;
     CheckCount(folder, kSummary, summary, what, count);
   }
 }
@@ -195,6 +201,7 @@ std::string WriteMapFolder(OutputFolder* folder, const MapResult& map) {
   WriteDensePcd(path + kDenseCloud, map.dense);
   WriteMapLines(path + kLines, map.lines);
   WriteMapLines(path + kMarks, map.marks);
+  WriteLineEvidence(folder->staging(), map.line_evidence);
   WriteBuilding(folder->staging(), map.building);
   map.occupancy.Write(path + kOccupancy);
   map.occupancy.WriteProbabilities(path + kProbabilities);
@@ -222,6 +229,7 @@ MapResult ReadMapFolder(const std::string& folder, const MapReadOptions& options
   map.dense = ReadDensePly(path + kDense);
   map.lines = ReadLines(path + kLines);
   map.marks = ReadLines(path + kMarks);
+  map.line_evidence = ReadLineEvidence(folder, map);
   map.building = ReadBuilding(folder);
   map.occupancy = OccupancyMap::Read(path + kOccupancy);
   map.source.options = ReadFile(path + kOptions);

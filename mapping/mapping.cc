@@ -66,10 +66,10 @@ MapLineOptions LineOptionsFor(const OdometryRun& run, const RecordedViews& recor
   return agreement->across_px ? options.ForPoses(*agreement->across_px) : options;
 }
 
-std::vector<MapLine> LinesOf(const OdometryRun& run, const RecordedViews& recorded,
-                             const std::vector<DensePoint>& dense, const SightDepths& depths,
-                             const MapLineOptions& options, const RunLineOptions& run_lines,
-                             const Progress& progress) {
+BuiltLines LinesOf(const OdometryRun& run, const RecordedViews& recorded,
+                   const std::vector<DensePoint>& dense, const SightDepths& depths,
+                   const MapLineOptions& options, const RunLineOptions& run_lines,
+                   const Progress& progress) {
   const std::vector<BuildingAxis> axes =
       run.manhattan_worlds.empty()
           ? AxesOfViews(recorded.views, *recorded.images, options, progress.Part(0, kAxes))
@@ -117,10 +117,13 @@ void MapImages(const OdometryRun& run, const RecordedViews& recorded, const Mapp
   const SightDepths depths(map->dense, options.dense.voxel_m,
                            ViewCameras(recorded.views, recorded.images->rig()),
                            progress.Part(kDenseUntil, kSightsUntil));
-  map->lines = LinesOf(run, recorded, map->dense, depths,
-                       LineOptionsFor(run, recorded, options.lines,
-                                      progress.Part(kSightsUntil, kAgreementUntil), &map->warnings),
-                       options.run_lines, progress.Part(kAgreementUntil, kLinesUntil));
+  BuiltLines built =
+      LinesOf(run, recorded, map->dense, depths,
+              LineOptionsFor(run, recorded, options.lines,
+                             progress.Part(kSightsUntil, kAgreementUntil), &map->warnings),
+              options.run_lines, progress.Part(kAgreementUntil, kLinesUntil));
+  map->lines = std::move(built.lines);
+  map->line_evidence = std::move(built.evidence);
   MoveMarks(map);
   AddFilledPlanes(recorded, sights, depths, options, progress.Part(kLinesUntil, kFilledUntil), map);
   if (progress.Report(kFilledUntil)) {
@@ -168,6 +171,7 @@ MapResult BuildMap(const OdometryRun& run, const RecordedViews* recorded,
     MapImages(run, *recorded, options, watched, &map);
   } else {
     map.lines = SelectLines(run, options.run_lines);
+    map.line_evidence = EvidenceOf(map.lines, run);
     map.occupancy = MapOccupancy(KeyframeRays(run, map.points), options.occupancy, &map.warnings,
                                  watched.Part(kFilteredUntil, 1));
   }

@@ -26,6 +26,9 @@ std::string IfcRatioValue(double ratio) {
 std::string IfcTextValue(std::string_view text) {
   return fmt::format("IFCTEXT({})", StepText(text));
 }
+std::string IfcLabelValue(std::string_view label) {
+  return fmt::format("IFCLABEL({})", StepText(label));
+}
 
 IfcFile::IfcFile() {
   AddOwner();
@@ -196,7 +199,7 @@ void IfcFile::AddProperties(const std::string& element, const std::string& conte
                             const char* name, const std::vector<IfcProperty>& properties) {
   std::vector<std::string> references;
   for (const IfcProperty& property : properties) {
-    references.push_back(Add("IFCPROPERTYSINGLEVALUE",
+    references.push_back(Add(property.is_list ? "IFCPROPERTYLISTVALUE" : "IFCPROPERTYSINGLEVALUE",
                              {StepText(property.name), kStepUnset, property.value, kStepUnset}));
   }
   const std::string set_name = fmt::format("slcmap_{}", name);

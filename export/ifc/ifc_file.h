@@ -24,15 +24,18 @@ struct IfcPose {
   Eigen::Vector2d along = Eigen::Vector2d::UnitX();
 };
 
-// A property of a set of its own, as "sigma_m" and "IFCLENGTHMEASURE(0.003)".
+// A property of a set of its own, as "sigma_m" and "IFCLENGTHMEASURE(0.003)", or a list of such
+// values (StepList).
 struct IfcProperty {
   std::string name, value;
+  bool is_list = false;
 };
 std::string IfcLengthValue(double length_m);
 std::string IfcIntegerValue(int64_t value);
 std::string IfcBooleanValue(bool value);
 std::string IfcRatioValue(double ratio);  // 0 to 1
 std::string IfcTextValue(std::string_view text);
+std::string IfcLabelValue(std::string_view label);
 
 class IfcFile {
  public:

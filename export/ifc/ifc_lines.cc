@@ -25,6 +25,30 @@ double MedianSigma(const Lines& lines) {
   return *middle;
 }
 
+const char* NameOf(LineKind kind) {
+  switch (kind) {
+    case LineKind::kEdge:
+      return "edge";
+    case LineKind::kOutline:
+      return "outline";
+    case LineKind::kMark:
+      return "mark";
+    case LineKind::kPipe:
+      return "pipe";
+    case LineKind::kUnknown:
+      break;
+  }
+  return "unknown";
+}
+
+// A value a line, in the order of the curves.
+template <typename Value>
+IfcProperty ListOf(const char* name, const Lines& lines, Value value) {
+  std::vector<std::string> values;
+  for (const MapLine* line : lines) values.push_back(value(*line));
+  return {name, StepList(values), true};
+}
+
 // The lines of one storey and axis.
 class LineGroup {
  public:
@@ -74,9 +98,15 @@ class LineGroup {
     attributes.insert(attributes.end(), others.begin(), others.end());
     const std::string element = file_->AddRooted(type, content_, attributes);
     part_->elements.push_back(element);
-    file_->AddProperties(element, type + content_, "Lines",
-                         {{"lines", IfcIntegerValue(std::ssize(lines_))},
-                          {"median_sigma_m", IfcLengthValue(MedianSigma(lines_))}});
+    file_->AddProperties(
+        element, type + content_, "Lines",
+        {{"lines", IfcIntegerValue(std::ssize(lines_))},
+         {"median_sigma_m", IfcLengthValue(MedianSigma(lines_))},
+         ListOf("ids", lines_, [](const MapLine& line) { return IfcIntegerValue(line.id); }),
+         ListOf("kinds", lines_,
+                [](const MapLine& line) { return IfcLabelValue(NameOf(line.kind)); }),
+         ListOf("sigmas_m", lines_,
+                [](const MapLine& line) { return IfcLengthValue(line.sigma_m); })});
   }
 
   const Lines& lines_;

@@ -3,7 +3,6 @@
 #include <spdlog/fmt/fmt.h>
 
 #include "data/file.h"
-#include "data/ply.h"
 #include "odometry/run_rows.h"
 
 namespace slcmap {
@@ -16,7 +15,7 @@ void Append(T value, std::string* bytes) {
 
 }  // namespace
 
-void WriteDensePly(const std::string& path, const std::vector<DensePoint>& points) {
+void WriteDensePly(const std::string& path, const std::vector<DensePoint>& points, PlyForm form) {
   PlyElement vertices{"vertex", {}};
   for (const char* name : {"x", "y", "z", "nx", "ny", "nz", "sigma_m"}) {
     vertices.Add(name, PlyType::kFloat);
@@ -28,7 +27,7 @@ void WriteDensePly(const std::string& path, const std::vector<DensePoint>& point
     vertices.AppendRow({p.x(), p.y(), p.z(), n.x(), n.y(), n.z(), point.sigma_m,
                         static_cast<double>(point.grey), static_cast<double>(point.source)});
   }
-  WritePly(path, {{"slcmap dense points, metres in the world frame"}, {vertices}, {}});
+  WritePly(path, {{"slcmap dense points, metres in the world frame"}, {vertices}, {}}, form);
 }
 
 std::vector<DensePoint> ReadDensePly(const std::string& path) {

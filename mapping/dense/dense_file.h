@@ -4,13 +4,15 @@
 #include <string>
 #include <vector>
 
+#include "data/ply.h"
 #include "mapping/dense/dense_point.h"
 
 namespace slcmap {
 
 // A PLY file: `x y z nx ny nz sigma_m` (float), `grey` (uchar) and `source` (int: 0 stereo, 1
 // filled plane). Throws OutputError.
-void WriteDensePly(const std::string& path, const std::vector<DensePoint>& points);
+void WriteDensePly(const std::string& path, const std::vector<DensePoint>& points,
+                   PlyForm form = PlyForm::kBinary);
 
 // Reads what WriteDensePly wrote. Throws DataError naming file and row.
 std::vector<DensePoint> ReadDensePly(const std::string& path);

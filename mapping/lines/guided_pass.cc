@@ -218,7 +218,9 @@ void FitAgain(const Views& views, const Rig& rig, const std::vector<BuildingAxis
       interval = {interval.from_m - fit->shift_m, interval.to_m - fit->shift_m};
     }
     line.bins_from_m -= fit->shift_m;
-    for (EdgePlace& place : line.places) place.along_m -= fit->shift_m;
+    for (EdgePlace& place : line.places) {
+      for (double* along_m : {&place.along_m, &place.from_m, &place.to_m}) *along_m -= fit->shift_m;
+    }
     line.seen = {line.intervals.front().from_m, line.intervals.back().to_m};
     return true;
   };

@@ -126,11 +126,12 @@ void AddPlaces(const std::vector<LineSample>& samples, const LineInView& line, i
     const auto sample_cell = static_cast<int64_t>(std::floor(sample.along_m / step_m));
     if (place.samples == 0 || sample_cell != cell) {
       finish();
-      place = {view, camera, 0, Eigen::Vector2d::Zero(), normal, 0};
+      place = {view, camera, 0, Eigen::Vector2d::Zero(), normal, 0, sample.along_m};
       cell = sample_cell;
     }
     place.px += sample.px + sample.across_px * normal;
     place.along_m += sample.along_m;
+    place.to_m = sample.along_m;
     ++place.samples;
   }
   finish();

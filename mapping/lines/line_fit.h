@@ -16,6 +16,7 @@ struct EdgePlace {
   Eigen::Vector2d px = Eigen::Vector2d::Zero();      // on the edge
   Eigen::Vector2d normal = Eigen::Vector2d::Zero();  // of the line's image
   int samples = 0;
+  double from_m = 0, to_m = 0;  // of the samples
 };
 
 // Means of the samples that are edges over stretches of at most step_m, added to `places`.

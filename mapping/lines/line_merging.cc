@@ -122,12 +122,31 @@ std::vector<Stretch> Union(std::vector<Stretch> intervals, double max_gap_m) {
   return united;
 }
 
+// Places of the other where the same image has none of the line's own: what it shows twice are two
+// edges that lie beside each other.
+void TakePlaces(const TrackedLine& other, TrackedLine* line) {
+  const auto own = static_cast<std::ptrdiff_t>(line->places.size());
+  for (EdgePlace place : other.places) {
+    const Stretch stretch = Along(line->line, other, {place.from_m, place.to_m});
+    const auto covers = [&](const EdgePlace& mine) {
+      return mine.view == place.view && mine.camera == place.camera &&
+             mine.from_m <= stretch.to_m && mine.to_m >= stretch.from_m;
+    };
+    if (std::any_of(line->places.begin(), line->places.begin() + own, covers)) continue;
+    place.along_m = Along(line->line, other, {place.along_m, place.along_m}).from_m;
+    place.from_m = stretch.from_m;
+    place.to_m = stretch.to_m;
+    line->places.push_back(place);
+  }
+}
+
 void TakeOver(const TrackedLine& other, TrackedLine* line) {
   constexpr double kGap_m = 0.04;
   for (const Stretch& interval : other.intervals) {
     line->intervals.push_back(Along(line->line, other, interval));
   }
   line->intervals = Union(std::move(line->intervals), kGap_m);
+  TakePlaces(other, line);
   line->fit.views = std::max(line->fit.views, other.fit.views);
 }
 

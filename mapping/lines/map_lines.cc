@@ -4,6 +4,7 @@
 #include "mapping/lines/line_finder.h"
 #include "mapping/lines/line_kinds.h"
 #include "mapping/lines/line_merging.h"
+#include "mapping/lines/tracked_evidence.h"
 
 namespace slcmap {
 namespace {
@@ -48,18 +49,18 @@ std::vector<BuildingAxis> AxesOfViews(const Views& views, const ViewImages& imag
   return FindAxes(directed);
 }
 
-std::vector<MapLine> BuildLines(const Views& views, const ViewImages& images,
-                                const std::vector<BuildingAxis>& axes,
-                                std::vector<TrackedLine> known, const SightDepths& sights,
-                                const LineSurfaces& surfaces, const MapLineOptions& options,
-                                const Progress& progress) {
+BuiltLines BuildLines(const Views& views, const ViewImages& images,
+                      const std::vector<BuildingAxis>& axes, std::vector<TrackedLine> known,
+                      const SightDepths& sights, const LineSurfaces& surfaces,
+                      const MapLineOptions& options, const Progress& progress) {
   std::vector<TrackedLine> lines =
       LineFinder(views, images, axes, options).Find(std::move(known), progress.Part(0, kFound));
   LookForLines(views, images, sights, options, &lines, progress.Part(kFound, kLooked));
   FitAgain(views, images.rig(), axes, options, &lines);
   lines = MergeLines(std::move(lines), options.merging);
   for (TrackedLine& line : lines) line.surfaces = surfaces.Beside(line.line, line.intervals);
-  return AsMapLines(lines, axes, options);
+  return {AsMapLines(lines, axes, options),
+          EvidenceOf(lines, views, ViewCameras(views, images.rig()))};
 }
 
 std::vector<MapLine> AsMapLines(const std::vector<TrackedLine>& lines,

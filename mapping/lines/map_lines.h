@@ -5,6 +5,7 @@
 
 #include "data/map_line.h"
 #include "data/progress.h"
+#include "mapping/line_evidence.h"
 #include "mapping/lines/building_axes.h"
 #include "mapping/lines/line_options.h"
 #include "mapping/lines/line_store.h"
@@ -23,14 +24,18 @@ std::vector<MapLine> AsMapLines(const std::vector<TrackedLine>& lines,
                                 const std::vector<BuildingAxis>& axes,
                                 const MapLineOptions& options);
 
+struct BuiltLines {
+  std::vector<MapLine> lines;
+  LineEvidence evidence;
+};
+
 // Starts from the lines that are known, finds more in the views, looks for all of them in all views
 // once more, finds the intervals that they are in, and merges those that are one. The same views
 // give the same lines, whatever the number of threads. Once progress says so, the lines are those
 // that were found so far.
-std::vector<MapLine> BuildLines(const Views& views, const ViewImages& images,
-                                const std::vector<BuildingAxis>& axes,
-                                std::vector<TrackedLine> known, const SightDepths& sights,
-                                const LineSurfaces& surfaces, const MapLineOptions& options,
-                                const Progress& progress = {});
+BuiltLines BuildLines(const Views& views, const ViewImages& images,
+                      const std::vector<BuildingAxis>& axes, std::vector<TrackedLine> known,
+                      const SightDepths& sights, const LineSurfaces& surfaces,
+                      const MapLineOptions& options, const Progress& progress = {});
 
 }  // namespace slcmap

@@ -51,6 +51,25 @@ TEST_F(CsvTableTest, WrongCellsAreNamed) {
   EXPECT_THROW(table.OptionalNumber(0, 0), DataError);
 }
 
+TEST_F(CsvTableTest, RowsAreReadOneByOne) {
+  const CsvColumns columns = {{"id", CsvColumn::Kind::kInteger, 0, 9},
+                              {"x_m", CsvColumn::Kind::kNumber, -1, 1}};
+  std::vector<int> ids;
+  const auto read = [&](const std::string& text) {
+    CsvTable::ForEach(folder_.Write("table.csv", text), columns, [&](const CsvTable& row) {
+      ASSERT_EQ(row.rows(), 1u);
+      ids.push_back(row.Int(0, 0));
+    });
+  };
+  read("id,x_m\n3,0.5\n\n1,1\n");
+  EXPECT_EQ(ids, (std::vector<int>{3, 1}));
+  EXPECT_THAT([&] { read("id,x_m\n3,0.5\n1,2\n"); },
+              ThrowsMessage<DataError>(HasSubstr("row 3: x_m: found '2', expected -1 to 1")));
+  EXPECT_THAT([&] { read("id,x_m\n3\n"); },
+              ThrowsMessage<DataError>(HasSubstr("row 2: found 1 columns, expected 2")));
+  EXPECT_THAT([&] { read("id\n"); }, ThrowsMessage<DataError>(HasSubstr("found the columns 'id'")));
+}
+
 TEST_F(CsvTableTest, CellsBeyondTheirColumnsRangeAreNamed) {
   const CsvColumns columns = {{"id", CsvColumn::Kind::kInteger, 0, 9},
                               {"x_m", CsvColumn::Kind::kOptionalNumber, -1, 1}};

@@ -34,6 +34,29 @@ TEST(Ply, ComesBackAsItWasWritten) {
   }
 }
 
+TEST(Ply, AsciiHoldsTheSame) {
+  PlyElement vertices{"vertex", {}};
+  for (const char* name : {"x", "y", "z"}) vertices.Add(name, PlyType::kFloat);
+  vertices.Add("red", PlyType::kUint8);
+  vertices.AppendRow({123.45678, -0.0001, 987.65432, 255});
+  vertices.AppendRow({1e-7, 0, -1e6, 7});
+  const PlyFile file = {{"a comment"}, {vertices}, {{0, 1, 0}}};
+  WritePly(kPath, file, PlyForm::kAscii);
+  EXPECT_THAT(ReadFile(kPath), ::testing::StartsWith("ply\nformat ascii 1.0\ncomment a comment\n"));
+  EXPECT_THAT(ReadFile(kPath), ::testing::EndsWith("end_header\n123.45678 -0.0001 987.6543 255\n"
+                                                   "1e-07 0 -1000000 7\n3 0 1 0\n"));
+  const PlyFile ascii = ReadPly(kPath);
+  WritePly(kPath, file);
+  const PlyFile binary = ReadPly(kPath);
+  EXPECT_EQ(ascii.faces, binary.faces);
+  for (std::size_t i = 0; i < 4; ++i) {
+    for (std::size_t row = 0; row < 2; ++row) {
+      EXPECT_EQ(static_cast<float>(ascii.elements[0].properties[i].values[row]),
+                static_cast<float>(binary.elements[0].properties[i].values[row]));
+    }
+  }
+}
+
 TEST(Ply, ReadsAsciiFromOtherPrograms) {
   WriteFile(
       kPath,

@@ -61,11 +61,12 @@ TEST(ForEachRow, CountsFromOneAndSkipsComments) {
   EXPECT_THAT(rows, ElementsAre(2, 4));
 }
 
-TEST(ReadLines, NamesAFileThatCannotBeRead) {
+TEST(ForEachRow, NamesAFileThatCannotBeRead) {
   const testing::TempFolder folder;
-  EXPECT_THAT(testing::MessageOf<DataError>([&] { ReadLines(folder.Path("none.csv")); }),
+  const auto read = [](const std::string& path) { ForEachRow(path, [](int, const auto&) {}); };
+  EXPECT_THAT(testing::MessageOf<DataError>([&] { read(folder.Path("none.csv")); }),
               ::testing::HasSubstr("none.csv: cannot be opened: No such file"));
-  EXPECT_THROW(ReadLines(folder.Path()), DataError);
+  EXPECT_THROW(read(folder.Path()), DataError);
 }
 
 TEST(SplitRow, TheSeparatorOfTwoFieldsCanBeAskedFor) {
@@ -77,11 +78,16 @@ TEST(SplitRow, TheSeparatorOfTwoFieldsCanBeAskedFor) {
   EXPECT_FALSE(SeparatedByMark(fields[0], fields[1]));
 }
 
-TEST(ReadLines, AByteOrderMarkIsNoPartOfTheFirstRow) {
+TEST(ForEachRow, AByteOrderMarkIsNoPartOfTheFirstRow) {
   const testing::TempFolder folder;
-  EXPECT_THAT(ReadLines(folder.Write("a.csv", "\xef\xbb\xbf#stamp\n1,2\n")),
-              ElementsAre("#stamp", "1,2"));
-  EXPECT_THAT(ReadLines(folder.Write("b.csv", "\xef\xbb\xbf")), IsEmpty());
+  std::vector<std::string> found;
+  const auto read = [&](const std::string& text) {
+    ForEachRow(folder.Write("a.csv", text),
+               [&](int, const auto& fields) { found.emplace_back(fields[0]); });
+  };
+  read("\xef\xbb\xbf#stamp\n1,2");
+  read("\xef\xbb\xbf");
+  EXPECT_THAT(found, ElementsAre("1"));
 }
 
 }  // namespace

@@ -195,6 +195,26 @@ TEST_F(ExportTest, PlyLinesComeBack) {
   EXPECT_EQ(ReadLinesPly(Path("trajectory.ply")).size(), 50u);
 }
 
+TEST_F(ExportTest, PlyFilesAreTextOnRequest) {
+  MapResult map = MakeMap();
+  map.lines[0].end_world = {123.4567, -98.7654, 12.3456};
+  map.dense = {{{123.4567, 0, 1}, {0, 0, 1}, 0.01}};
+  ExportOptions options;
+  options.ply.ascii = true;
+  for (const std::string& path : ExportMap(map, folder_, options)) {
+    if (!path.ends_with(".ply")) continue;
+    EXPECT_THAT(ReadFile(path), ::testing::StartsWith("ply\nformat ascii 1.0\n")) << path;
+    ReadPly(path);
+  }
+  EXPECT_LT((ReadLinesPly(Path("lines.ply")).at(0).end_world - map.lines[0].end_world).norm(),
+            1e-4);
+  EXPECT_NEAR(ReadPly(Path("dense.ply")).Get("vertex", "").Get("x", "").values[0], 123.4567, 1e-4);
+  pcl::PointCloud<pcl::PointXYZRGB> cloud;
+  ASSERT_EQ(pcl::io::loadPLYFile(Path("points.ply"), cloud), 0);
+  ASSERT_EQ(cloud.size(), map.points.size());
+  EXPECT_LT((cloud[5].getVector3fMap() - map.points[5].p_world.cast<float>()).norm(), 1e-6);
+}
+
 TEST_F(ExportTest, AnEmptyMapReplacesTheFilesOfAnEarlierOne) {
   ExportMap(MakeMap(), folder_, {});
   ExportMap(MapResult(), folder_, {});

@@ -39,6 +39,19 @@ TEST_F(PlyReadersTest, Points) {
   EXPECT_THAT(Read("points", "dense.ply"), HasSubstr("dense.ply 400 100.0"));
 }
 
+TEST_F(PlyReadersTest, Text) {
+  ExportOptions options;
+  options.formats = {"ply", "cloud"};
+  options.ply.ascii = true;
+  ExportMap(testing::MakeRoomMap(), folder_.Path("export"), options);
+  EXPECT_THAT(Read("points", "points.ply"),
+              HasSubstr("points.ply 4 101.500 202.500 1.000 102.250 202.500 1.000 coloured"));
+  EXPECT_THAT(Read("points", "dense.ply"), HasSubstr("dense.ply 400 100.0"));
+  EXPECT_THAT(Read("lines", "lines.ply"),
+              HasSubstr("lines.ply 12 100.000 200.000 0.000 104.000 205.000 2.600"));
+  EXPECT_THAT(Read("mesh", "voxels.ply"), HasSubstr("voxels.ply 12 103.000 204.000"));
+}
+
 TEST_F(PlyReadersTest, Lines) {
   EXPECT_THAT(Read("lines", "lines.ply"),
               HasSubstr("lines.ply 12 100.000 200.000 0.000 104.000 205.000 2.600"));

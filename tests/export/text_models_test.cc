@@ -107,6 +107,50 @@ TEST_F(TextModelsTest, LimapHoldsTheLines) {
             "1 0.0000000000 0.0000000000 -0.5000000000 8.0000000000 0.0000000000 -0.5000000000 0");
 }
 
+// Line 0 in two pieces, seen by three images, of which one is no keyframe's.
+MapResult MakeSupportedMap() {
+  MapResult map = MakeMap();
+  map.lines.insert(map.lines.begin() + 1, map.lines[0]);
+  map.trajectory = {map.keyframes[0], {1403636580500000000, {}}, map.keyframes[1]};
+  const auto see = [&](int piece, std::size_t pose, int camera, const LineSegment& px) {
+    map.line_evidence.supports.push_back({0, piece, map.trajectory[pose].stamp_ns, camera, px});
+  };
+  see(0, 0, 0, {{10, 20}, {30, 40.25}});
+  see(0, 0, 1, {{9, 20}, {28, 40}});
+  see(0, 1, 1, {{1, 2}, {3, 4}});
+  see(1, 0, 0, {{100, 20}, {130, 40}});
+  return map;
+}
+
+TEST_F(TextModelsTest, LimapHoldsTheSupports) {
+  LimapWriter().Write(temp_.Path(), MakeSupportedMap(), {});
+  const std::vector<std::string> tracks = RowsOf(temp_.Path("limap/alltracks.txt"));
+  ASSERT_EQ(tracks.size(), 1 + 4 * 5u);
+  EXPECT_EQ(tracks[1], "0 3 3");
+  EXPECT_EQ(tracks[4], "1 2 4 ");  // images
+  EXPECT_EQ(tracks[5], "0 0 0 ");  // the first segment of each
+  EXPECT_EQ(tracks[6], "1 1 1");
+  EXPECT_EQ(tracks[9], "1 ");
+  EXPECT_EQ(tracks[10], "1 ");
+  EXPECT_EQ(tracks[11], "2 0 0");
+  const std::vector<std::string> rows = RowsOf(temp_.Path("limap/lines.txt"));
+  ASSERT_EQ(rows.size(), 4u);
+  // Pixels as cameras.txt has them: the corner of the first is the origin.
+  EXPECT_THAT(rows[0], ::testing::EndsWith(" 3 1 0 10.50 20.50 30.50 40.75 2 0 9.50 20.50 28.50 "
+                                           "40.50 4 0 1.50 2.50 3.50 4.50"));
+  EXPECT_THAT(rows[1], ::testing::EndsWith(" 1 1 1 100.50 20.50 130.50 40.50"));
+  EXPECT_THAT(rows[2], ::testing::EndsWith(" 0"));
+}
+
+// What limap's tracks refer to is in COLMAP's model.
+TEST_F(TextModelsTest, ImagesThatLinesWereSeenInAreInTheModel) {
+  ColmapWriter().Write(temp_.Path(), MakeSupportedMap(), {});
+  const std::vector<std::string> images = RowsOf(temp_.Path("colmap/images.txt"));
+  ASSERT_EQ(images.size(), 12u);
+  EXPECT_THAT(images[6], ::testing::StartsWith("4 "));
+  EXPECT_THAT(images[6], ::testing::EndsWith(" 2 cam1/data/1403636580500000000.png"));
+}
+
 TEST_F(TextModelsTest, AnEmptyMapReplacesTheFoldersOfAnEarlierOne) {
   ExportOptions options;
   options.formats = {"colmap", "limap"};

@@ -50,6 +50,15 @@ TEST(MapCommands, LinesReachTheMapAndTheExport) {
       RunSlcmap("export " + folder.Path("map") + " -o " + folder.Path("export"));
   EXPECT_EQ(exported.exit_code, 0) << exported.error;
   EXPECT_EQ(ReadLinesPly(folder.Path("export/lines.ply")).size(), 24u);
+  const ProcessResult as_text = RunSlcmap("export " + folder.Path("map") + " -o " +
+                                          folder.Path("text") + " --format ply,limap --ascii-ply");
+  EXPECT_EQ(as_text.exit_code, 0) << as_text.error;
+  EXPECT_THAT(testing::ReadText(folder.Path("text/lines.ply")),
+              ::testing::StartsWith("ply\nformat ascii 1.0\n"));
+  EXPECT_EQ(ReadLinesPly(folder.Path("text/lines.ply")).size(), 24u);
+  // Both images of five keyframes.
+  EXPECT_THAT(testing::ReadText(folder.Path("text/limap/alltracks.txt")),
+              ::testing::StartsWith("24\n0 10 10\n"));
 }
 
 TEST(MapCommands, APartialRunIsMappedWithAWarning) {

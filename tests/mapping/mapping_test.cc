@@ -6,10 +6,13 @@
 #include <algorithm>
 #include <filesystem>
 #include <limits>
+#include <sstream>
 
 #include "data/error.h"
 #include "data/file.h"
 #include "data/ply.h"
+#include "data/summary_file.h"
+#include "mapping/line_evidence_files.h"
 #include "mapping/map_folder.h"
 #include "tests/testing/file_size_limit.h"
 #include "tests/testing/made_run.h"
@@ -22,9 +25,11 @@ using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::ThrowsMessage;
 
-const char* const kFiles[] = {"trajectory.tum", "keyframes.tum", "points.ply", "points.pcd",
-                              "dense.ply",      "dense.pcd",     "lines.ply",  "marks.ply",
-                              "occupancy.bt",   "rig.json",      "map.json"};
+const char* const kFiles[] = {"trajectory.tum",   "keyframes.tum", "points.ply",
+                              "points.pcd",       "dense.ply",     "dense.pcd",
+                              "lines.ply",        "marks.ply",     "occupancy.bt",
+                              "rig.json",         "map.json",      "line_covariances.csv",
+                              "line_supports.csv"};
 
 class MappingTest : public ::testing::Test {
  protected:
@@ -234,6 +239,136 @@ TEST_F(MappingTest, ChangedFilesAreRefusedUnlessAccepted) {
   EXPECT_THAT([&] { ReadMapFolder(folder_); },
               ThrowsMessage<DataError>(HasSubstr("found 50 poses, expected 51 as in map.json")));
   EXPECT_EQ(ReadMapFolder(folder_, {.accept_changed = true}).trajectory.size(), 50u);
+}
+
+class LineTablesTest : public MappingTest {
+ protected:
+  LineTablesTest() { WriteMapFolder(folder_, map_); }
+
+  // Puts other rows into the place of the first ones behind the header.
+  void Replace(const std::string& name, const std::vector<std::string>& rows) const {
+    std::istringstream text(original_.at(name));
+    std::string damaged, row;
+    for (std::size_t i = 0; std::getline(text, row); ++i) {
+      damaged += (i > 0 && i <= rows.size() ? rows[i - 1] : row) + "\n";
+    }
+    WriteFile(folder_ + "/" + name, damaged);
+  }
+
+  // What is said of it, whether or not changes are accepted.
+  void ExpectRefused(const std::string& name, const std::vector<std::string>& rows,
+                     const std::string& message) const {
+    Replace(name, rows);
+    for (const bool accept : {false, true}) {
+      EXPECT_THAT([&] { ReadMapFolder(folder_, {.accept_changed = accept}); },
+                  ThrowsMessage<DataError>(HasSubstr(name + ": row " + message)));
+    }
+    WriteFile(folder_ + "/" + name, original_.at(name));
+  }
+
+  const MapResult map_ = BuildMap(testing::MakeLineRun(), {});
+  std::map<std::string, std::string> original_;
+
+  void SetUp() override {
+    for (const std::string& name : LineEvidenceFiles()) {
+      original_[name] = ReadFile(folder_ + "/" + name);
+    }
+  }
+};
+
+TEST_F(LineTablesTest, ComesBack) {
+  const LineEvidence read = ReadMapFolder(folder_).line_evidence;
+  const LineEvidence& written = map_.line_evidence;
+  ASSERT_EQ(read.covariances.size(), 24u);
+  for (std::size_t i = 0; i < 24; ++i) {
+    const LineCovariance &a = read.covariances[i], &b = written.covariances[i];
+    EXPECT_EQ(a.line_id, 100 + static_cast<int64_t>(i));
+    EXPECT_LT((a.start_m2 - b.start_m2).norm(), 1e-5 * b.start_m2.norm());
+    EXPECT_LT((a.end_m2 - b.end_m2).norm(), 1e-5 * b.end_m2.norm());
+    EXPECT_LT((a.start_end_m2 - b.start_end_m2).norm(), 1e-5 * b.start_m2.norm());
+  }
+  // Both images of the first four keyframes, and the vertical ones in that at 5 s.
+  ASSERT_EQ(read.supports.size(), 2 * (4 * 24 + 20u));
+  const OdometryRun run = testing::MakeLineRun();
+  const LineSupport& support = read.supports[1];
+  EXPECT_EQ(support.line_id, 100);
+  EXPECT_EQ(support.stamp_ns, run.keyframes[0].stamp_ns);
+  EXPECT_EQ(support.camera, 1);
+  EXPECT_LT((support.px.end - run.keyframes[0].lines[0].right_px->end).norm(), 0.01);
+}
+
+// What the run does not know of a line's direction is not made up.
+TEST_F(LineTablesTest, LinesOfUnknownDirectionHaveNoCovariance) {
+  OdometryRun run = testing::MakeLineRun();
+  run.lines[2].deviation_sigma_rad = kUnknownSigma_rad;
+  run.lines[3].axis = LineAxis::kNone;
+  run.lines[4].deviation_sigma_rad = 0.01;
+  const LineEvidence evidence = BuildMap(run, {}).line_evidence;
+  ASSERT_EQ(evidence.covariances.size(), 22u);
+  const LineCovariance& turning = evidence.covariances[2];
+  EXPECT_EQ(turning.line_id, 104);
+  const double half_m = 0.5 * (run.lines[4].end_world - run.lines[4].start_world).norm();
+  EXPECT_NEAR(turning.end_m2(0, 0), run.lines[4].covariance_m2(0, 0) + 1e-4 * half_m * half_m,
+              1e-9);
+  EXPECT_NEAR(turning.end_m2(2, 2), 0, 1e-12);  // it is vertical
+}
+
+TEST_F(LineTablesTest, MapsOfEarlierVersionsHaveNone) {
+  for (const std::string& name : LineEvidenceFiles()) std::filesystem::remove(folder_ + "/" + name);
+  Json summary = Json::parse(ReadFile(folder_ + "/map.json"));
+  for (const char* what : {"line_covariances", "line_supports"}) summary["counts"].erase(what);
+  Json& files = summary["files"];
+  files.erase(std::remove_if(files.begin(), files.end(),
+                             [](const Json& file) {
+                               return file.at("name").get<std::string>().starts_with("line_");
+                             }),
+              files.end());
+  summary.erase("id");
+  summary.erase("checksum");
+  WriteSummaryFile(folder_ + "/map.json", summary);
+  const MapResult read = ReadMapFolder(folder_);
+  EXPECT_EQ(read.lines.size(), 24u);
+  EXPECT_TRUE(read.line_evidence.covariances.empty() && read.line_evidence.supports.empty());
+}
+
+TEST_F(LineTablesTest, DamagedCovariancesAreNamed) {
+  const std::string name = "line_covariances.csv",
+                    zeros = ",0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0";
+  ExpectRefused(name, {"100,0,1e-6,0"}, "2: found 4 columns, expected 23");
+  ExpectRefused(name, {"100,0" + zeros, "99,0" + zeros},
+                "3: line_id: found '99', expected the id of a line in lines.ply or marks.ply");
+  ExpectRefused(name, {"100,0" + zeros, "100,0" + zeros}, "3: line_id: found '100', expected rows");
+  ExpectRefused(name, {"100,1" + zeros}, "2: piece: found '1', expected less than the 1 pieces");
+  ExpectRefused(name, {"100,0,nan" + zeros.substr(2)}, "2: start_xx_m2: found 'nan', expected");
+  ExpectRefused(name, {"100,0,-1" + zeros.substr(2)}, "2: start_xx_m2: found '-1', expected 0 to");
+  ExpectRefused(name, {"100,0,1e-6,2e-6,0,1e-6" + zeros.substr(8)},
+                "2: start_xx_m2: found '1e-6', expected columns that are a covariance");
+}
+
+TEST_F(LineTablesTest, DamagedSupportsAreNamed) {
+  const std::string name = "line_supports.csv", stamp = std::to_string(map_.keyframes[0].stamp_ns);
+  ExpectRefused(name, {"100,0," + stamp + ",0,1,2,3"}, "2: found 7 columns, expected 8");
+  ExpectRefused(name, {"100,0," + stamp + ",0,1,2,3,inf"}, "2: end_y_px: found 'inf', expected");
+  ExpectRefused(name, {"100,0," + stamp + ",2,1,2,3,4"}, "2: camera: found '2', expected 0 to 1");
+  ExpectRefused(name, {"7,0," + stamp + ",0,1,2,3,4"}, "2: line_id: found '7', expected the id of");
+  ExpectRefused(name, {"100,0,12,0,1,2,3,4"},
+                "2: stamp_ns: found '12', expected the stamp of a pose");
+  ExpectRefused(name, {"100,0," + stamp + ",0,1,2,3,4", "100,0," + stamp + ",0,1,2,3,4"},
+                "3: line_id: found '100', expected rows in the order of");
+}
+
+TEST_F(LineTablesTest, ChangedTablesAreRefusedUnlessAccepted) {
+  Replace("line_supports.csv",
+          {"100,0," + std::to_string(map_.keyframes[0].stamp_ns) + ",0,1,2,3,4"});
+  EXPECT_THAT([&] { ReadMapFolder(folder_); },
+              ThrowsMessage<DataError>(HasSubstr("line_supports.csv: found ")));
+  EXPECT_EQ(ReadMapFolder(folder_, {.accept_changed = true}).line_evidence.supports[0].px.end.y(),
+            4);
+  std::string rows = original_.at("line_supports.csv");
+  rows.erase(rows.rfind('\n', rows.size() - 2) + 1);
+  WriteFile(folder_ + "/line_supports.csv", rows);
+  EXPECT_THAT([&] { ReadMapFolder(folder_); },
+              ThrowsMessage<DataError>(HasSubstr("found 231 line_supports, expected 232")));
 }
 
 TEST_F(MappingTest, LinesWithoutTheirVerticesAreNamed) {

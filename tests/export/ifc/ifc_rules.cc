@@ -39,6 +39,7 @@ const std::map<std::string, std::string>& Attributes() {
       {"IFCPOLYLINE", "m"},
       {"IFCPRODUCTDEFINITIONSHAPE", "oom"},
       {"IFCPROJECT", "goooooooo"},
+      {"IFCPROPERTYLISTVALUE", "mooo"},
       {"IFCPROPERTYSET", "gooom"},
       {"IFCPROPERTYSINGLEVALUE", "mooo"},
       {"IFCQUANTITYAREA", "moomo"},

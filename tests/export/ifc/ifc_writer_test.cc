@@ -26,6 +26,7 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::Not;
 using testing::StepEntities;
+using testing::StepEntity;
 
 class IfcWriterTest : public ::testing::Test {
  protected:
@@ -109,6 +110,43 @@ TEST_F(IfcWriterTest, AnEmptyMapIsAFileTooAndLinesNeedNoStorey) {
   const std::string text = Write(map);
   EXPECT_THAT(testing::FindIfcFaults(text), IsEmpty());
   EXPECT_EQ(CountOf(testing::ParseStep(text), "IFCANNOTATION"), 3);
+}
+
+// A map's lines can be told in the file: a value a line, in the order of the curves.
+TEST_F(IfcWriterTest, EachLineHasItsIdKindAndSigma) {
+  MapResult map = testing::MakeTwoStoreys();
+  map.lines.push_back(map.lines[0]);
+  map.lines[3].id = 7;
+  map.lines[3].kind = LineKind::kPipe;
+  map.lines[3].sigma_m = 0.0055;
+  map.lines[3].end_world.x() = 6;
+  map.lines[0].kind = LineKind::kEdge;
+  const std::string text = Write(map, {.line_solids = true});
+  EXPECT_THAT(testing::FindIfcFaults(text), IsEmpty());
+  const StepEntities entities = testing::ParseStep(text);
+  std::vector<std::string> sets;
+  for (const auto& [reference, entity] : entities) {
+    if (entity.type != "IFCPROPERTYSET" || entity.attributes[2] != "'slcmap_Lines'") continue;
+    std::string set;
+    for (const std::string& property : testing::ReferencesIn(entity.attributes[4])) {
+      const StepEntity& value = entities.at(property);
+      if (value.type == "IFCPROPERTYLISTVALUE") set += value.attributes[0] + value.attributes[2];
+    }
+    sets.push_back(set);
+  }
+  EXPECT_EQ(sets.size(), 6u);  // of annotations and of bars
+  const std::string expected =
+      "'ids'(IFCINTEGER(0),IFCINTEGER(7))'kinds'(IFCLABEL('edge'),IFCLABEL('pipe'))"
+      "'sigmas_m'(IFCLENGTHMEASURE(0.002),IFCLENGTHMEASURE(0.0055))";
+  EXPECT_EQ(std::ranges::count(sets, expected), 2);
+  // The second curve of its set is the one that ends at 6 m.
+  for (const auto& [reference, entity] : entities) {
+    if (entity.type != "IFCGEOMETRICCURVESET") continue;
+    const std::vector<std::string> curves = testing::ReferencesIn(entity.attributes[0]);
+    if (curves.size() != 2) continue;
+    const auto points = testing::ReferencesIn(entities.at(curves[1]).attributes[0]);
+    EXPECT_THAT(entities.at(points[1]).attributes[0], HasSubstr("(6.,"));
+  }
 }
 
 TEST_F(IfcWriterTest, CoordinatesSurviveATenthOfAMillimetre) {

@@ -69,6 +69,30 @@ TEST(LineMerging, DoesNotChain) {
   EXPECT_EQ(merged.size(), 2u);
 }
 
+EdgePlace PlaceAt(int view, double from_m, double to_m) {
+  EdgePlace place;
+  place.view = view;
+  place.along_m = 0.5 * (from_m + to_m);
+  place.from_m = from_m;
+  place.to_m = to_m;
+  return place;
+}
+
+// What supports the other supports the edge, but where an image shows both.
+TEST(LineMerging, PlacesOfTheOtherAreTakenWhereTheLineHasNone) {
+  TrackedLine line = At(0, 0, 1, 0.005), other = At(0.008, 0, 1, 0.005, 5);
+  other.line = {{1, 0.008, 0}, -Eigen::Vector3d::UnitX()};
+  line.places = {PlaceAt(0, 0, 0.25)};
+  other.places = {PlaceAt(0, 0.8, 1), PlaceAt(0, 0.2, 0.4), PlaceAt(3, 0.8, 1)};
+  const auto merged = MergeLines({line, other}, {});
+  ASSERT_EQ(merged.size(), 1u);
+  ASSERT_EQ(merged[0].places.size(), 3u);
+  EXPECT_NEAR(merged[0].places[1].from_m, 0.6, 1e-9);
+  EXPECT_NEAR(merged[0].places[1].to_m, 0.8, 1e-9);
+  EXPECT_NEAR(merged[0].places[1].along_m, 0.7, 1e-9);
+  EXPECT_EQ(merged[0].places[2].view, 3);
+}
+
 TEST(LineMerging, KeepsGapsBetweenPieces) {
   const auto merged = MergeLines({At(0, 0, 1, 0.005), At(0, 1.9, 3, 0.005)}, {});
   size_t pieces = 0;

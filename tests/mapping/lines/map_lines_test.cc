@@ -2,8 +2,14 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+#include <map>
 #include <opencv2/core/utility.hpp>
+#include <stdexcept>
 
+#include "mapping/lines/tracked_evidence.h"
+#include "odometry/geometry/pinhole.h"
 #include "tests/mapping/lines/painted_wall.h"
 
 namespace slcmap {
@@ -25,7 +31,7 @@ std::vector<MapLine> LinesOf(const std::vector<WallRectangle>& rectangles,
                              const std::vector<BuildingAxis>& axes, int views = 11) {
   const Views moving = MovingViews(views);
   const PaintedWall wall(moving, rectangles, kDistance_m);
-  return BuildLines(moving, wall, axes, {}, {}, LineSurfaces({}), MapLineOptions());
+  return BuildLines(moving, wall, axes, {}, {}, LineSurfaces({}), MapLineOptions()).lines;
 }
 
 // The largest distance of a line's ends from a place (x, z) of the wall, for a vertical line, or
@@ -65,6 +71,127 @@ TEST(MapLines, ADoorwayIsAGapOfOneLine) {
   ASSERT_EQ(tops.size(), 2u);
   EXPECT_EQ(tops[0]->id, tops[1]->id);
   for (const MapLine* top : tops) EXPECT_NEAR(Length_m(*top), 0.7, 0.05);
+}
+
+// Two rectangles with a doorway between them.
+class LineEvidenceTest : public ::testing::Test {
+ protected:
+  const MapLine& PieceOf(int64_t line_id, int piece) const {
+    for (const MapLine& line : built_.lines) {
+      if (line.id == line_id && piece-- == 0) return line;
+    }
+    throw std::logic_error("no such piece");
+  }
+
+  // A place of the wall as a support's image has it.
+  Eigen::Vector2d Project(const LineSupport& support, const Eigen::Vector3d& p_world) const {
+    const View& view = *std::ranges::find(views_, support.stamp_ns, &View::stamp_ns);
+    const Eigen::Vector3d p =
+        WorldFromCamera(view, wall_.rig(), support.camera).Inverse() * p_world;
+    return PixelFromPlane(wall_.rig().cameras[support.camera], Eigen::Vector2d(p.hnormalized()));
+  }
+
+  const Views views_ = MovingViews(11);
+  const PaintedWall wall_{views_, {{-1.0, -0.3, -0.3, 0.4}, {0.3, 1.0, -0.3, 0.4}}, kDistance_m};
+  const BuiltLines built_ =
+      BuildLines(views_, wall_, WallAxes(), {}, {}, LineSurfaces({}), MapLineOptions());
+};
+
+TEST_F(LineEvidenceTest, SupportsAreWhereImagesShowThePiece) {
+  ASSERT_FALSE(built_.lines.empty());
+  std::map<std::pair<int64_t, int>, int> counts;
+  for (const LineSupport& support : built_.evidence.supports) {
+    const MapLine& line = PieceOf(support.line_id, support.piece);
+    const bool is_level = line.axis == LineAxis::kX;
+    Eigen::Vector3d on_edge = 0.5 * (line.start_world + line.end_world);  // the true one
+    on_edge.y() = kDistance_m;
+    if (is_level) on_edge.z() = on_edge.z() > 0 ? 0.4 : -0.3;
+    if (!is_level) on_edge.x() = std::copysign(std::abs(on_edge.x()) > 0.6 ? 1 : 0.3, on_edge.x());
+    const int across = is_level ? 1 : 0;
+    for (const Eigen::Vector2d& px : {support.px.start, support.px.end}) {
+      EXPECT_NEAR(px(across), Project(support, on_edge)(across), 0.35);
+    }
+    // In the direction of the piece, and not across the doorway, of which 90 px are seen.
+    const Eigen::Vector2d along =
+        Project(support, line.end_world) - Project(support, line.start_world);
+    EXPECT_GT(along.dot(support.px.end - support.px.start), 0);
+    EXPECT_LT(support.px.Length(), along.norm() + 3);
+    ++counts[{support.line_id, support.piece}];
+  }
+  EXPECT_EQ(counts.size(), built_.lines.size());
+  for (const auto& [piece, count] : counts) EXPECT_GT(count, 10);
+}
+
+TEST_F(LineEvidenceTest, CovariancesSayWhatEndsMayBeOffAcross) {
+  ASSERT_EQ(built_.evidence.covariances.size(), built_.lines.size());
+  for (const LineCovariance& covariance : built_.evidence.covariances) {
+    const MapLine& line = PieceOf(covariance.line_id, covariance.piece);
+    const Eigen::Vector3d along = (line.end_world - line.start_world).normalized();
+    EXPECT_LT((covariance.start_m2 * along).norm(), 1e-9);
+    // The displacement of places between the ends is what those of the ends say, and least near
+    // the places of the line that were seen: there it is what the line's sigma tells.
+    double least_m2 = 1e9;
+    for (int i = -50; i <= 60; ++i) {
+      const double t = 0.1 * i;
+      const Eigen::Matrix3d cross = covariance.start_end_m2 + covariance.start_end_m2.transpose();
+      const Eigen::Matrix3d at =
+          (1 - t) * (1 - t) * covariance.start_m2 + t * t * covariance.end_m2 + t * (1 - t) * cross;
+      least_m2 = std::min(least_m2, at.selfadjointView<Eigen::Upper>().eigenvalues().maxCoeff());
+    }
+    EXPECT_NEAR(std::sqrt(least_m2), line.sigma_m, 0.1 * line.sigma_m);
+  }
+}
+
+// A level line half a metre long, two metres before the first view, with places so far below it.
+class MadeEvidenceTest : public ::testing::Test {
+ protected:
+  MadeEvidenceTest() {
+    line_.line = {{-0.5, kDistance_m, 0}, Eigen::Vector3d::UnitX()};
+    line_.intervals = {{0, 0.5}};
+    line_.fit.across.setZero();
+    line_.fit.covariance.setZero();
+  }
+
+  void AddPlace(double along_m, const Stretch& stretch, double below_px) {
+    // 150 pixels are a metre.
+    line_.places.push_back({0, 0, along_m, {239.5 + 150 * along_m, 159.5 + below_px}, {0, 1}, 4});
+    line_.places.back().from_m = stretch.from_m;
+    line_.places.back().to_m = stretch.to_m;
+  }
+
+  std::vector<LineSupport> Supports() const {
+    const PaintedWall wall(views_, {}, kDistance_m);
+    return EvidenceOf({line_}, views_, ViewCameras(views_, wall.rig())).supports;
+  }
+
+  const Views views_ = MovingViews(1);
+  TrackedLine line_;
+};
+
+TEST_F(MadeEvidenceTest, ASupportGoesThroughItsPlaces) {
+  AddPlace(0.1, {0, 0.2}, 0.5);
+  AddPlace(0.4, {0.3, 0.48}, -0.7);
+  const auto supports = Supports();
+  ASSERT_EQ(supports.size(), 1u);
+  EXPECT_LT((supports[0].px.start - Eigen::Vector2d(239.5, 159.5 + 0.9)).norm(), 1e-6);
+  EXPECT_LT((supports[0].px.end - Eigen::Vector2d(239.5 + 72, 159.5 - 1.02)).norm(), 1e-6);
+}
+
+TEST_F(MadeEvidenceTest, PlacesNearEachOtherDoNotTurnALongSegment) {
+  AddPlace(0.24, {0, 0.24}, 0.3);
+  AddPlace(0.26, {0.26, 0.5}, -0.3);
+  const auto supports = Supports();
+  ASSERT_EQ(supports.size(), 1u);
+  EXPECT_NEAR(supports[0].px.start.y(), 159.5, 1e-6);
+  EXPECT_NEAR(supports[0].px.end.y(), 159.5, 1e-6);
+}
+
+TEST_F(MadeEvidenceTest, WhatIsShortOrFarBesideTheLineIsLeftOut) {
+  AddPlace(0.1, {0, 0.2}, 2.5);
+  EXPECT_TRUE(Supports().empty());
+  line_.places.clear();
+  AddPlace(0.1, {0.095, 0.105}, 0);
+  EXPECT_TRUE(Supports().empty());
 }
 
 TEST(MapLines, JambsSixCentimetresApartStayTwo) {
@@ -129,7 +256,8 @@ TEST(MapLines, ViewsFromWhichALineIsHiddenDoNotMissIt) {
   }
   const PartlyBlindWall wall(views, 11);
   const auto lines_with = [&](const SightDepths& sights) {
-    return BuildLines(views, wall, WallAxes(), {}, sights, LineSurfaces({}), MapLineOptions());
+    return BuildLines(views, wall, WallAxes(), {}, sights, LineSurfaces({}), MapLineOptions())
+        .lines;
   };
   EXPECT_TRUE(lines_with({}).empty());
   const SightDepths sights(Screen(-0.7), 0.04, ViewCameras(views, wall.rig()));
@@ -139,9 +267,10 @@ TEST(MapLines, ViewsFromWhichALineIsHiddenDoNotMissIt) {
 TEST(MapLines, EndWithWhatIsFoundOnceProgressSaysSo) {
   const Views views = MovingViews(11);
   const PaintedWall wall(views, {{-0.5, 0.4, -0.3, 0.4}}, kDistance_m);
-  const auto lines = BuildLines(views, wall, WallAxes(), {}, {}, LineSurfaces({}), MapLineOptions(),
+  const auto built = BuildLines(views, wall, WallAxes(), {}, {}, LineSurfaces({}), MapLineOptions(),
                                 Progress([](double) { return false; }));
-  EXPECT_TRUE(lines.empty());
+  EXPECT_TRUE(built.lines.empty());
+  EXPECT_TRUE(built.evidence.covariances.empty() && built.evidence.supports.empty());
 }
 
 }  // namespace

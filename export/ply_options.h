@@ -1,0 +1,13 @@
+// In which form PLY files are written.
+#pragma once
+
+#include "data/ply.h"
+
+namespace slcmap {
+
+struct PlyOptions {
+  bool ascii = false;  // as text, for scripts; some two to three times as large
+  PlyForm form() const { return ascii ? PlyForm::kAscii : PlyForm::kBinary; }
+};
+
+}  // namespace slcmap

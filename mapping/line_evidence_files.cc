@@ -1,0 +1,232 @@
+#include "mapping/line_evidence_files.h"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <filesystem>
+#include <iterator>
+#include <tuple>
+#include <unordered_map>
+
+#include "data/csv_table.h"
+#include "data/file.h"
+#include "odometry/run_rows.h"
+
+namespace slcmap {
+namespace {
+
+constexpr char kCovariances[] = "line_covariances.csv", kSupports[] = "line_supports.csv";
+constexpr double kMaxVariance_m2 = kMaxSigma_m * kMaxSigma_m, kMaxStamp_ns = 4e18;
+constexpr std::size_t kFirstCell = 2;  // of the covariances, behind line and piece
+
+using Matrix6d = Eigen::Matrix<double, 6, 6>;
+
+// The cells of the matrix of both ends, in the order of the columns: the upper triangles of start
+// and end, and all of what they share.
+std::vector<std::pair<int, int>> MakeCells() {
+  std::vector<std::pair<int, int>> cells;
+  for (const int end : {0, 3}) {
+    for (int row = 0; row < 3; ++row) {
+      for (int column = row; column < 3; ++column) cells.emplace_back(end + row, end + column);
+    }
+  }
+  for (int i = 0; i < 9; ++i) cells.emplace_back(i / 3, 3 + i % 3);
+  return cells;
+}
+
+const std::vector<std::pair<int, int>>& Cells() {
+  static const std::vector<std::pair<int, int>> cells = MakeCells();
+  return cells;
+}
+
+constexpr const char* kCellNames[] = {
+    "start_xx_m2",     "start_xy_m2",     "start_xz_m2",     "start_yy_m2",     "start_yz_m2",
+    "start_zz_m2",     "end_xx_m2",       "end_xy_m2",       "end_xz_m2",       "end_yy_m2",
+    "end_yz_m2",       "end_zz_m2",       "start_end_xx_m2", "start_end_xy_m2", "start_end_xz_m2",
+    "start_end_yx_m2", "start_end_yy_m2", "start_end_yz_m2", "start_end_zx_m2", "start_end_zy_m2",
+    "start_end_zz_m2"};
+
+CsvColumn Integer(const char* name, double least, double most) {
+  return {name, CsvColumn::Kind::kInteger, least, most};
+}
+
+CsvColumns PieceColumns() { return {Integer("line_id", 0, kMaxId), Integer("piece", 0, kMaxId)}; }
+
+CsvColumns CovarianceColumns() {
+  CsvColumns columns = PieceColumns();
+  for (std::size_t i = 0; i < Cells().size(); ++i) {
+    const bool is_variance = Cells()[i].first == Cells()[i].second;
+    columns.push_back({kCellNames[i], CsvColumn::Kind::kNumber, is_variance ? 0 : -kMaxVariance_m2,
+                       kMaxVariance_m2});
+  }
+  return columns;
+}
+
+CsvColumns SupportColumns() {
+  CsvColumns columns = PieceColumns();
+  columns.push_back(Integer("stamp_ns", -kMaxStamp_ns, kMaxStamp_ns));
+  columns.push_back(Integer("camera", 0, 1));
+  for (const char* name : {"start_x_px", "start_y_px", "end_x_px", "end_y_px"}) {
+    columns.push_back({name, CsvColumn::Kind::kNumber, -kMaxPixel, kMaxPixel});
+  }
+  return columns;
+}
+
+Matrix6d BothEnds(const LineCovariance& covariance) {
+  Matrix6d both;
+  both << covariance.start_m2, covariance.start_end_m2, covariance.start_end_m2.transpose(),
+      covariance.end_m2;
+  return both;
+}
+
+// Six digits are far more than a covariance is known to.
+std::string Row(const LineCovariance& covariance) {
+  const Matrix6d both = BothEnds(covariance);
+  std::string row = fmt::format("{},{}", covariance.line_id, covariance.piece);
+  for (const auto& [r, c] : Cells()) {
+    fmt::format_to(std::back_inserter(row), ",{:.6g}", both(r, c) + 0.0);  // no -0
+  }
+  return row + "\n";
+}
+
+std::string Row(const LineSupport& support) {
+  const LineSegment& px = support.px;
+  return fmt::format("{},{},{},{},{:.2f},{:.2f},{:.2f},{:.2f}\n", support.line_id, support.piece,
+                     support.stamp_ns, support.camera, px.start.x(), px.start.y(), px.end.x(),
+                     px.end.y());
+}
+
+template <typename Items>
+std::string TableOf(const CsvColumns& columns, const Items& items) {
+  std::string text = CsvHeader(columns) + "\n";
+  for (const auto& item : items) text += Row(item);
+  return text;
+}
+
+// How many pieces each line has.
+class Pieces {
+ public:
+  explicit Pieces(const MapResult& map) {
+    for (const auto* lines : {&map.lines, &map.marks}) {
+      for (const MapLine& line : *lines) ++pieces_[line.id];
+    }
+  }
+
+  // The line and piece of a row.
+  std::pair<int64_t, int> At(const CsvTable& row) const {
+    const auto found = pieces_.find(row.Integer(0, 0));
+    if (found == pieces_.end()) row.Fail(0, 0, "the id of a line in lines.ply or marks.ply");
+    const int piece = row.Int(0, 1);
+    if (piece >= found->second) {
+      row.Fail(0, 1, fmt::format("less than the {} pieces that the line has", found->second));
+    }
+    return {found->first, piece};
+  }
+
+ private:
+  std::unordered_map<int64_t, int> pieces_;
+};
+
+// The stamps of a map's poses.
+class Stamps {
+ public:
+  explicit Stamps(const MapResult& map) {
+    for (const Trajectory* poses : {&map.trajectory, &map.keyframes}) {
+      for (const StampedPose& pose : *poses) stamps_ns_.push_back(pose.stamp_ns);
+    }
+    std::sort(stamps_ns_.begin(), stamps_ns_.end());
+  }
+
+  int64_t At(const CsvTable& row, std::size_t column) const {
+    const int64_t stamp_ns = row.Integer(0, column);
+    if (!std::binary_search(stamps_ns_.begin(), stamps_ns_.end(), stamp_ns)) {
+      row.Fail(0, column, "the stamp of a pose in trajectory.tum or keyframes.tum");
+    }
+    return stamp_ns;
+  }
+
+ private:
+  std::vector<int64_t> stamps_ns_;
+};
+
+auto KeyOf(const LineCovariance& row) { return std::tuple(row.line_id, row.piece); }
+
+auto KeyOf(const LineSupport& row) {
+  return std::tuple(row.line_id, row.piece, row.stamp_ns, row.camera);
+}
+
+// Adds what follows the last one.
+template <typename Item>
+void AddNext(const Item& item, const CsvTable& row, const char* order, std::vector<Item>* items) {
+  if (!items->empty() && !(KeyOf(items->back()) < KeyOf(item))) {
+    row.Fail(0, 0, fmt::format("rows in the order of {}, each once", order));
+  }
+  items->push_back(item);
+}
+
+LineCovariance CovarianceAt(const CsvTable& row) {
+  constexpr double kRounding = 1e-4;  // of the largest eigenvalue
+  Matrix6d both;
+  for (std::size_t i = 0; i < Cells().size(); ++i) {
+    const auto& [r, c] = Cells()[i];
+    both(r, c) = both(c, r) = row.Number(0, kFirstCell + i);
+  }
+  const Eigen::SelfAdjointEigenSolver<Matrix6d> solver(both, Eigen::EigenvaluesOnly);
+  const double least = solver.eigenvalues()(0), most = solver.eigenvalues()(5);
+  if (!(least >= -kRounding * most)) {
+    row.Fail(0, kFirstCell,
+             fmt::format("columns that are a covariance: its least eigenvalue is {:.3g}", least));
+  }
+  return {0, 0, both.topLeftCorner<3, 3>(), both.bottomRightCorner<3, 3>(),
+          both.topRightCorner<3, 3>()};
+}
+
+std::vector<LineCovariance> ReadCovariances(const std::string& path, const Pieces& pieces) {
+  std::vector<LineCovariance> covariances;
+  CsvTable::ForEach(path, CovarianceColumns(), [&](const CsvTable& row) {
+    const auto [line_id, piece] = pieces.At(row);
+    LineCovariance covariance = CovarianceAt(row);
+    covariance.line_id = line_id;
+    covariance.piece = piece;
+    AddNext(covariance, row, "line_id and piece", &covariances);
+  });
+  return covariances;
+}
+
+std::vector<LineSupport> ReadSupports(const std::string& path, const Pieces& pieces,
+                                      const Stamps& stamps) {
+  std::vector<LineSupport> supports;
+  CsvTable::ForEach(path, SupportColumns(), [&](const CsvTable& row) {
+    const auto [line_id, piece] = pieces.At(row);
+    const LineSegment px{{row.Number(0, 4), row.Number(0, 5)},
+                         {row.Number(0, 6), row.Number(0, 7)}};
+    const LineSupport support{line_id, piece, stamps.At(row, 2), row.Int(0, 3), px};
+    AddNext(support, row, "line_id, piece, stamp_ns and camera", &supports);
+  });
+  return supports;
+}
+
+}  // namespace
+
+std::vector<std::string> LineEvidenceFiles() { return {kCovariances, kSupports}; }
+
+void WriteLineEvidence(const std::string& folder, const LineEvidence& evidence) {
+  WriteFile(folder + "/" + kCovariances, TableOf(CovarianceColumns(), evidence.covariances));
+  WriteFile(folder + "/" + kSupports, TableOf(SupportColumns(), evidence.supports));
+}
+
+LineEvidence ReadLineEvidence(const std::string& folder, const MapResult& map) {
+  const std::string covariances = folder + "/" + kCovariances, supports = folder + "/" + kSupports;
+  const Pieces pieces(map);
+  LineEvidence evidence;
+  if (std::filesystem::exists(covariances)) {
+    evidence.covariances = ReadCovariances(covariances, pieces);
+  }
+  if (std::filesystem::exists(supports)) {
+    evidence.supports = ReadSupports(supports, pieces, Stamps(map));
+  }
+  return evidence;
+}
+
+}  // namespace slcmap
