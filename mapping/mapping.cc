@@ -85,8 +85,7 @@ SightDepths DepthsOf(const std::vector<DensePoint>& dense, const RecordedViews& 
 
 std::vector<MapLine> LinesOf(const OdometryRun& run, const RecordedViews& recorded,
                              const std::vector<DensePoint>& dense, const MappingOptions& options,
-                             const Progress& progress,
-                             std::map<std::string, int64_t>* warnings) {
+                             const Progress& progress, std::map<std::string, int64_t>* warnings) {
   const MapLineOptions lines =
       LineOptionsFor(run, recorded, options.lines, progress.Part(0, kAgreement), warnings);
   const RecordedViews chosen = ViewsForLines(recorded, options.lines.views);
@@ -95,10 +94,10 @@ std::vector<MapLine> LinesOf(const OdometryRun& run, const RecordedViews& record
       run.manhattan_worlds.empty()
           ? AxesOfViews(recorded.views, *recorded.images, lines, progress.Part(kSights, kAxes))
           : AxesOfRun(run, lines.min_axis_sigma_rad);
-  return BuildLines(chosen.views, *chosen.images, axes,
-                    KnownLines(run, axes, options.run_lines.max_sigma_m,
-                               options.run_lines.min_observations),
-                    depths, LineSurfaces(dense), lines, progress.Part(kAxes, 1));
+  return BuildLines(
+      chosen.views, *chosen.images, axes,
+      KnownLines(run, axes, options.run_lines.max_sigma_m, options.run_lines.min_observations),
+      depths, LineSurfaces(dense), lines, progress.Part(kAxes, 1));
 }
 
 void MoveMarks(MapResult* map) {
@@ -136,8 +135,8 @@ void MapImages(const OdometryRun& run, const RecordedViews& recorded, const Mapp
                const Progress& progress, MapResult* map) {
   std::vector<Sights> sights =
       MapDensely(recorded.views, *recorded.images, options, progress.Part(kFiltered, kDense), map);
-  map->lines = LinesOf(run, recorded, map->dense, options, progress.Part(kDense, kLines),
-                       &map->warnings);
+  map->lines =
+      LinesOf(run, recorded, map->dense, options, progress.Part(kDense, kLines), &map->warnings);
   MoveMarks(map);
   AddFilledPlanes(recorded, sights, options, progress.Part(kLines, kFilled), map);
   if (progress.Report(kFilled)) {

@@ -153,9 +153,9 @@ Views FramesOfRun(const OdometryRun& run) {
   Views frames;
   for (size_t i = 0; i < states.size(); ++i) {
     const auto keyframe = keyframes.find({states[i].segment, states[i].stamp_ns});
-    frames.push_back({states[i].stamp_ns, states[i].segment,
-                      keyframe == keyframes.end() ? refined[i].T_world_imu
-                                                  : keyframe->second->T_world_imu});
+    frames.push_back(
+        {states[i].stamp_ns, states[i].segment,
+         keyframe == keyframes.end() ? refined[i].T_world_imu : keyframe->second->T_world_imu});
   }
   return frames;
 }
