@@ -11,8 +11,8 @@ namespace slcmap {
 
 struct ViewSpacingOptions {
   bool between_keyframes = true;  // else keyframes alone
-  double min_travel_m = 0.1;      // from the view before and to the next keyframe, or
-  double min_turn_rad = 0.15;     // as much as that
+  double min_travel_m = 0.15;     // from the view before and to the next keyframe, or
+  double min_turn_rad = 0.2;      // as much as that
 };
 
 // The frames (their indices) that are keyframes, by segment and stamp, and those between two
