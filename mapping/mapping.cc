@@ -22,9 +22,9 @@ namespace slcmap {
 namespace {
 
 // Shares of the time, about, up to the end of a stage.
-constexpr double kFusedUntil = 0.02, kFilteredUntil = 0.05, kDenseUntil = 0.45, kSightsUntil = 0.47,
-                 kAgreementUntil = 0.5, kLinesUntil = 0.85, kFilledUntil = 0.95;
-constexpr double kAxes = 0.3;  // of the lines' part
+constexpr double kFusedUntil = 0.02, kFilteredUntil = 0.05, kDenseUntil = 0.45, kLinesUntil = 0.85,
+                 kFilledUntil = 0.95;
+constexpr double kAgreementUntil = 0.05, kSightsUntil = 0.1, kAxes = 0.3;  // of the lines' part
 constexpr char kImageUnreadable[] = "images_unreadable", kPosesDisagree[] = "poses_disagree";
 constexpr double kMaxPoseError_px = 3, kMinPointsFound = 0.2;
 
@@ -66,17 +66,40 @@ MapLineOptions LineOptionsFor(const OdometryRun& run, const RecordedViews& recor
   return agreement->across_px ? options.ForPoses(*agreement->across_px) : options;
 }
 
+// Keyframes and, where there are frames, those of them that are in between.
+RecordedViews ViewsForLines(const RecordedViews& recorded, const ViewSpacingOptions& options) {
+  const bool has_frames = !recorded.frames.empty();
+  const Views& frames = has_frames ? recorded.frames : recorded.views;
+  const std::vector<size_t> selected = SelectViews(frames, recorded.views, options);
+  RecordedViews chosen;
+  for (const size_t frame : selected) chosen.views.push_back(frames[frame]);
+  chosen.images = std::make_unique<SelectedImages>(
+      has_frames ? *recorded.frame_images : *recorded.images, selected);
+  return chosen;
+}
+
+SightDepths DepthsOf(const std::vector<DensePoint>& dense, const RecordedViews& recorded,
+                     const MappingOptions& options, const Progress& progress) {
+  return {dense, options.dense.voxel_m, ViewCameras(recorded.views, recorded.images->rig()),
+          progress};
+}
+
 BuiltLines LinesOf(const OdometryRun& run, const RecordedViews& recorded,
-                   const std::vector<DensePoint>& dense, const SightDepths& depths,
-                   const MapLineOptions& options, const RunLineOptions& run_lines,
-                   const Progress& progress) {
+                   const std::vector<DensePoint>& dense, const MappingOptions& options,
+                   const Progress& progress, std::map<std::string, int64_t>* warnings) {
+  const MapLineOptions lines =
+      LineOptionsFor(run, recorded, options.lines, progress.Part(0, kAgreementUntil), warnings);
+  const RecordedViews chosen = ViewsForLines(recorded, options.lines.views);
+  const SightDepths depths =
+      DepthsOf(dense, chosen, options, progress.Part(kAgreementUntil, kSightsUntil));
   const std::vector<BuildingAxis> axes =
       run.manhattan_worlds.empty()
-          ? AxesOfViews(recorded.views, *recorded.images, options, progress.Part(0, kAxes))
-          : AxesOfRun(run, options.min_axis_sigma_rad);
-  return BuildLines(recorded.views, *recorded.images, axes,
-                    KnownLines(run, axes, run_lines.max_sigma_m, run_lines.min_observations),
-                    depths, LineSurfaces(dense), options, progress.Part(kAxes, 1));
+          ? AxesOfViews(recorded.views, *recorded.images, lines, progress.Part(kSightsUntil, kAxes))
+          : AxesOfRun(run, lines.min_axis_sigma_rad);
+  return BuildLines(
+      chosen.views, *chosen.images, axes,
+      KnownLines(run, axes, options.run_lines.max_sigma_m, options.run_lines.min_observations),
+      depths, LineSurfaces(dense), lines, progress.Part(kAxes, 1));
 }
 
 void MoveMarks(MapResult* map) {
@@ -99,9 +122,9 @@ BuildingInput InputOf(const MapResult& map, std::vector<Sights> sights) {
 }
 
 void AddFilledPlanes(const RecordedViews& recorded, const std::vector<Sights>& sights,
-                     const SightDepths& depths, const MappingOptions& options,
-                     const Progress& progress, MapResult* map) {
+                     const MappingOptions& options, const Progress& progress, MapResult* map) {
   if (!options.planes.fill) return;
+  const SightDepths depths = DepthsOf(map->dense, recorded, options, {});
   const std::vector<DensePoint> filled =
       FillPlanes(recorded.views, *recorded.images,
                  {map->dense, options.dense.voxel_m, map->lines, sights, depths}, options.planes,
@@ -114,22 +137,18 @@ void MapImages(const OdometryRun& run, const RecordedViews& recorded, const Mapp
                const Progress& progress, MapResult* map) {
   std::vector<Sights> sights = MapDensely(recorded.views, *recorded.images, options,
                                           progress.Part(kFilteredUntil, kDenseUntil), map);
-  const SightDepths depths(map->dense, options.dense.voxel_m,
-                           ViewCameras(recorded.views, recorded.images->rig()),
-                           progress.Part(kDenseUntil, kSightsUntil));
-  BuiltLines built =
-      LinesOf(run, recorded, map->dense, depths,
-              LineOptionsFor(run, recorded, options.lines,
-                             progress.Part(kSightsUntil, kAgreementUntil), &map->warnings),
-              options.run_lines, progress.Part(kAgreementUntil, kLinesUntil));
+  BuiltLines built = LinesOf(run, recorded, map->dense, options,
+                             progress.Part(kDenseUntil, kLinesUntil), &map->warnings);
   map->lines = std::move(built.lines);
   map->line_evidence = std::move(built.evidence);
   MoveMarks(map);
-  AddFilledPlanes(recorded, sights, depths, options, progress.Part(kLinesUntil, kFilledUntil), map);
+  AddFilledPlanes(recorded, sights, options, progress.Part(kLinesUntil, kFilledUntil), map);
   if (progress.Report(kFilledUntil)) {
     map->building = BuildBuilding(InputOf(*map, std::move(sights)), options.building);
   }
-  const int64_t unreadable = recorded.images->unreadable();
+  const int64_t unreadable =
+      recorded.images->unreadable() +
+      (recorded.frame_images ? recorded.frame_images->unreadable() : int64_t{0});
   if (unreadable > 0) map->warnings[kImageUnreadable] += unreadable;
 }
 

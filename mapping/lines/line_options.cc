@@ -22,6 +22,11 @@ constexpr OptionTable kTable{
     Option{"min_views", &MapLineOptions::min_views, 2, 1000},
     Option{"min_axis_sigma_rad", &MapLineOptions::min_axis_sigma_rad, 1e-6, 1.0}};
 
+constexpr OptionTable kViewsTable{
+    Option{"between_keyframes", &ViewSpacingOptions::between_keyframes, false, true},
+    Option{"min_travel_m", &ViewSpacingOptions::min_travel_m, 0.01, 100.0},
+    Option{"min_turn_rad", &ViewSpacingOptions::min_turn_rad, 0.01, 3.0}};
+
 constexpr OptionTable kSweepTable{
     Option{"min_depth_m", &LineSweepOptions::min_depth_m, 0.01, 1000.0},
     Option{"max_depth_m", &LineSweepOptions::max_depth_m, 0.5, 1000.0},
@@ -65,6 +70,7 @@ constexpr OptionTable kKindTable{
 
 void MapLineOptions::Check() const {
   kTable.Check("mapping.lines", *this);
+  kViewsTable.Check("mapping.lines.views", views);
   kSweepTable.Check("mapping.lines.sweep", sweep);
   kFitTable.Check("mapping.lines.fit", fit);
   kIntervalTable.Check("mapping.lines.intervals", intervals);
@@ -84,6 +90,7 @@ MapLineOptions MapLineOptions::ForPoses(double across_px) const {
 }
 
 void MapLineOptions::Read(YamlSection section) {
+  kViewsTable.Read(section.Section("views"), &views);
   kSweepTable.Read(section.Section("sweep"), &sweep);
   kFitTable.Read(section.Section("fit"), &fit);
   kIntervalTable.Read(section.Section("intervals"), &intervals);

@@ -5,6 +5,7 @@
 #include "mapping/lines/line_fit.h"
 #include "mapping/lines/line_samples.h"
 #include "mapping/lines/line_sweep.h"
+#include "mapping/views/views_between.h"
 
 namespace slcmap {
 
@@ -51,6 +52,7 @@ struct MapLineOptions {
   double max_rms_px = 0.45, max_free_rms_px = 0.3;
   int min_views = 3;  // of a line that is kept; twice as many without an axis
   double min_axis_sigma_rad = 0.0005;
+  ViewSpacingOptions views;
   LineSweepOptions sweep;
   LineFitOptions fit;
   LineIntervalOptions intervals;

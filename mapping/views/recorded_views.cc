@@ -12,6 +12,7 @@
 #include "data/image_file.h"
 #include "data/path_within.h"
 #include "data/sequence.h"
+#include "mapping/refinement.h"
 #include "odometry/calibrated_rig.h"
 #include "odometry/frontend/rectifier.h"
 #include "odometry/method.h"
@@ -26,13 +27,21 @@ struct ViewFiles {
   std::string left_path, right_path;
 };
 
+// The cameras of a recording, which all readers of its images share.
+struct RecordedCameras {
+  explicit RecordedCameras(const Rig& rig) : raw_rig(rig), rectifier(rig, RectifierOptions()) {}
+
+  const Rig raw_rig;
+  const Rectifier rectifier;
+};
+
 class RecordedImageReader : public ViewImages {
  public:
-  RecordedImageReader(const Rig& raw_rig, std::vector<ViewFiles> files)
-      : raw_rig_(raw_rig), rectifier_(raw_rig, RectifierOptions()), files_(std::move(files)) {}
+  RecordedImageReader(std::shared_ptr<const RecordedCameras> cameras, std::vector<ViewFiles> files)
+      : cameras_(std::move(cameras)), files_(std::move(files)) {}
 
-  const Rig& rig() const override { return rectifier_.rectified_rig(); }
-  const cv::Mat& mask(int camera) const override { return rectifier_.mask(camera); }
+  const Rig& rig() const override { return cameras_->rectifier.rectified_rig(); }
+  const cv::Mat& mask(int camera) const override { return cameras_->rectifier.mask(camera); }
   int64_t unreadable() const override { return unreadable_; }
 
   StereoImage Read(size_t view) const override {
@@ -44,16 +53,15 @@ class RecordedImageReader : public ViewImages {
 
  private:
   cv::Mat ReadRectified(const std::string& path, int camera) const {
-    const Camera& raw = raw_rig_.cameras[camera];
+    const Camera& raw = cameras_->raw_rig.cameras[camera];
     const cv::Size size(raw.width_px, raw.height_px);
     const cv::Mat image = path.empty() ? cv::Mat() : ReadGrayImage(path, size).image;
-    if (!image.empty()) return rectifier_.Rectify(image, camera);
+    if (!image.empty()) return cameras_->rectifier.Rectify(image, camera);
     ++unreadable_;
     return {};
   }
 
-  const Rig raw_rig_;
-  const Rectifier rectifier_;
+  const std::shared_ptr<const RecordedCameras> cameras_;
   const std::vector<ViewFiles> files_;
   mutable std::atomic<int64_t> unreadable_{0};
 };
@@ -81,11 +89,13 @@ std::string PathOf(const std::string& file, const std::string& folder) {
   return file.empty() ? "" : (fs::path(folder) / file).string();
 }
 
-void RequireSomeFile(const std::string& folder, const std::vector<ViewFiles>& files) {
+bool IsThere(const ViewFiles& files) {
   std::error_code error;
-  for (const ViewFiles& pair : files) {
-    if (fs::is_regular_file(pair.left_path, error)) return;
-  }
+  return fs::is_regular_file(files.left_path, error);
+}
+
+void RequireSomeFile(const std::string& folder, const std::vector<ViewFiles>& files) {
+  if (std::any_of(files.begin(), files.end(), IsThere)) return;
   throw DataError(fmt::format(
       "{}: found none of the {} images of the run's keyframes, such as {}, expected the recording "
       "where it was (--sequence names where it moved to, --sparse maps without images)",
@@ -110,6 +120,44 @@ std::optional<RigidTransform> PoseOfImage(const Trajectory& trajectory, int64_t 
     return std::prev(after)->T_world_imu;
   }
   return PoseAt(trajectory, stamp_ns, selection.max_pose_gap_s);
+}
+
+// The states from the first keyframe of their segment to its last.
+std::vector<OnlineState> StatesAmongKeyframes(const OdometryRun& run) {
+  std::map<int, std::pair<int64_t, int64_t>> spans_ns;  // by segment
+  for (const Keyframe& keyframe : run.keyframes) {
+    const int64_t stamp_ns = keyframe.stamp_ns;
+    const auto [span, is_new] = spans_ns.try_emplace(keyframe.segment, stamp_ns, stamp_ns);
+    span->second.first = std::min(span->second.first, stamp_ns);
+    span->second.second = std::max(span->second.second, stamp_ns);
+  }
+  std::vector<OnlineState> among;
+  for (const OnlineState& state : run.states) {
+    const auto span = spans_ns.find(state.segment);
+    if (span == spans_ns.end()) continue;
+    const auto [first_ns, last_ns] = span->second;
+    if (state.stamp_ns >= first_ns && state.stamp_ns <= last_ns) among.push_back(state);
+  }
+  return among;
+}
+
+// Keyframes are at their own poses to the last bit: between these the others' are interpolated.
+Views FramesOfRun(const OdometryRun& run) {
+  const std::vector<OnlineState> states = StatesAmongKeyframes(run);
+  std::map<std::string, int64_t> counted_elsewhere;
+  const Trajectory refined = RefineTrajectory(states, run.keyframes, &counted_elsewhere);
+  std::map<std::pair<int, int64_t>, const Keyframe*> keyframes;
+  for (const Keyframe& keyframe : run.keyframes) {
+    keyframes[{keyframe.segment, keyframe.stamp_ns}] = &keyframe;
+  }
+  Views frames;
+  for (size_t i = 0; i < states.size(); ++i) {
+    const auto keyframe = keyframes.find({states[i].segment, states[i].stamp_ns});
+    frames.push_back(
+        {states[i].stamp_ns, states[i].segment,
+         keyframe == keyframes.end() ? refined[i].T_world_imu : keyframe->second->T_world_imu});
+  }
+  return frames;
 }
 
 [[noreturn]] void RefusePoses(const Sequence& recording, const Trajectory& trajectory) {
@@ -144,7 +192,16 @@ RecordedViews ViewsOfRun(const OdometryRun& run, const std::string& sequence) {
     files.push_back(files_at[keyframe.stamp_ns]);
   }
   RequireSomeFile(folder, files);
-  recorded.images = std::make_unique<RecordedImageReader>(CamerasAsFound(run), std::move(files));
+  const auto cameras = std::make_shared<const RecordedCameras>(CamerasAsFound(run));
+  recorded.images = std::make_unique<RecordedImageReader>(cameras, std::move(files));
+  std::vector<ViewFiles> frame_files;
+  for (const View& frame : FramesOfRun(run)) {
+    const ViewFiles& pair = files_at[frame.stamp_ns];
+    if (!IsThere(pair)) continue;
+    recorded.frames.push_back(frame);
+    frame_files.push_back(pair);
+  }
+  recorded.frame_images = std::make_unique<RecordedImageReader>(cameras, std::move(frame_files));
   return recorded;
 }
 

@@ -13,6 +13,10 @@ namespace slcmap {
 struct RecordedViews {
   Views views;
   std::unique_ptr<ViewImages> images;
+  // All images of a run whose files are there, from the first keyframe of a segment to its last, at
+  // their refined poses: the views are among them. None where views are not of a run.
+  Views frames;
+  std::unique_ptr<ViewImages> frame_images;
 };
 
 // The keyframes of a run with their images, in the recording's folder or, where that has moved to

@@ -8,6 +8,7 @@
 
 #include "data/error.h"
 #include "tests/testing/shared_data.h"
+#include "tests/testing/small_sequence.h"
 
 namespace slcmap {
 namespace {
@@ -18,6 +19,64 @@ using ::testing::ThrowsMessage;
 TEST(RecordedViews, OfARunWithoutImagesSayHowToMapItAllTheSame) {
   EXPECT_THAT([] { ViewsOfRun(OdometryRun(), ""); },
               ThrowsMessage<DataError>(HasSubstr("--sparse")));
+}
+
+// Seven images, 4 cm apart: the first, the fourth and the last become keyframes.
+class SmallRecording : public ::testing::Test {
+ protected:
+  SmallRecording() {
+    testing::WriteSequence(folder_, {.images = 7});
+    Trajectory trajectory;
+    for (int i = 0; i < 7; ++i) {
+      trajectory.push_back({testing::ImageStamp(i), {{}, {0.04 * i, 0, 0}}});
+    }
+    run_ = RunAtPoses(folder_.Path(), "", trajectory);
+  }
+
+  void Remove(int image) {
+    for (const char* camera : {"cam0", "cam1"}) {
+      std::filesystem::remove(folder_.Path(std::string("mav0/") + camera + "/data/" +
+                                           std::to_string(testing::ImageStamp(image)) + ".png"));
+    }
+  }
+
+  const testing::TempFolder folder_;
+  OdometryRun run_;
+};
+
+TEST_F(SmallRecording, HasAFrameForEachImageAtItsRefinedPose) {
+  ASSERT_EQ(run_.keyframes.size(), 3u);
+  // Moved up by 1 cm at the second keyframe: half as much half-way.
+  run_.keyframes[1].T_world_imu.translation.z() += 0.01;
+  run_.keyframes[2].T_world_imu.translation.z() += 0.01;
+  const RecordedViews recorded = ViewsOfRun(run_, "");
+  ASSERT_EQ(recorded.frames.size(), 7u);
+  EXPECT_NEAR(recorded.frames[1].T_world_imu.translation.z(), 0.01 / 3, 1e-9);
+  EXPECT_NEAR(recorded.frames[1].T_world_imu.translation.x(), 0.04, 1e-9);
+  EXPECT_EQ(recorded.frames[3].T_world_imu.translation, recorded.views[1].T_world_imu.translation);
+  EXPECT_NEAR(recorded.frames[5].T_world_imu.translation.z(), 0.01, 1e-9);
+  const cv::Mat of_view = recorded.images->Read(1).left,
+                of_frame = recorded.frame_images->Read(3).left;
+  EXPECT_EQ(cv::norm(of_view, of_frame), 0);
+}
+
+TEST_F(SmallRecording, HasNoFramesOfImagesThatAreNotThere) {
+  Remove(1);
+  Remove(3);  // of a keyframe
+  const RecordedViews recorded = ViewsOfRun(run_, "");
+  EXPECT_EQ(recorded.views.size(), 3u);
+  ASSERT_EQ(recorded.frames.size(), 5u);
+  for (size_t i = 0; i < recorded.frames.size(); ++i) {
+    EXPECT_FALSE(recorded.frame_images->Read(i).left.empty());
+  }
+  EXPECT_EQ(recorded.frame_images->unreadable(), 0);
+}
+
+TEST_F(SmallRecording, EndsWithItsFramesAtTheLastKeyframe) {
+  run_.keyframes.pop_back();
+  const RecordedViews recorded = ViewsOfRun(run_, "");
+  ASSERT_EQ(recorded.frames.size(), 4u);
+  EXPECT_EQ(recorded.frames.back().stamp_ns, run_.keyframes.back().stamp_ns);
 }
 
 class RealPairs : public ::testing::Test {

@@ -1,0 +1,41 @@
+// Views between keyframes, where those are far apart.
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "data/yaml_options.h"
+#include "mapping/views/view.h"
+
+namespace slcmap {
+
+struct ViewSpacingOptions {
+  bool between_keyframes = true;  // else keyframes alone
+  double min_travel_m = 0.15;     // from the view before and to the next keyframe, or
+  double min_turn_rad = 0.2;      // as much as that
+};
+
+// The frames (their indices) that are keyframes, by segment and stamp, and those between two
+// keyframes of a segment that are apart from the view before and from the next keyframe. Frames and
+// keyframes are sorted by stamp; keyframes that are no frames are left out.
+std::vector<size_t> SelectViews(const Views& frames, const Views& keyframes,
+                                const ViewSpacingOptions& options);
+
+// Some of the views of other images.
+class SelectedImages : public ViewImages {
+ public:
+  // `all` must outlive it.
+  SelectedImages(const ViewImages& all, std::vector<size_t> selected)
+      : all_(all), selected_(std::move(selected)) {}
+
+  const Rig& rig() const override { return all_.rig(); }
+  const cv::Mat& mask(int camera) const override { return all_.mask(camera); }
+  StereoImage Read(size_t view) const override { return all_.Read(selected_[view]); }
+  int64_t unreadable() const override { return all_.unreadable(); }
+
+ private:
+  const ViewImages& all_;
+  const std::vector<size_t> selected_;
+};
+
+}  // namespace slcmap
