@@ -207,9 +207,9 @@ void FitAgain(const Views& views, const Rig& rig, const std::vector<BuildingAxis
     if (line.intervals.empty()) return false;
     const auto fit =
         FitLine(line.line, line.places, cameras, AxisPrior(axes, line.axis), options.fit);
-    const double max_rms_px = line.axis < 0 ? options.max_free_rms_px : options.max_rms_px;
+    const double max_spread_px = line.axis < 0 ? options.max_free_spread_px : options.max_spread_px;
     if (!fit || fit->views < options.min_views || fit->sigma_m() > options.max_sigma_m ||
-        fit->rms_px > max_rms_px) {
+        fit->spread_px > max_spread_px) {
       return false;
     }
     line.fit = *fit;
