@@ -51,6 +51,8 @@ struct MapLineOptions {
   // Of the places of a line that is kept about it, in the images (LineFit); without an axis.
   double max_spread_px = 0.35, max_free_spread_px = 0.2;
   int min_views = 3;  // of a line that is kept; twice as many without an axis
+  // Between the views of a line that is kept though no surface is known beside it.
+  double min_parallax_rad = 0.12;
   double min_axis_sigma_rad = 0.0005;
   ViewSpacingOptions views;
   LineSweepOptions sweep;
