@@ -4,6 +4,7 @@
 #include <cmath>
 #include <opencv2/core/utility.hpp>
 
+#include "data/quantile.h"
 #include "mapping/lines/line_finder.h"
 #include "odometry/geometry/pinhole.h"
 
@@ -197,6 +198,26 @@ std::vector<Stretch> FindIntervals(const TrackedLine& line, const LineIntervalOp
   return intervals;
 }
 
+// The angle, about a line, between the views that show it: those that are in one plane with it tell
+// nothing of where in this plane it is, however many they are.
+double Parallax_rad(const PointAndDirection& line, const std::vector<EdgePlace>& places,
+                    const ViewCameras& cameras) {
+  const Eigen::Vector3d first = line.direction_world.unitOrthogonal();
+  const Eigen::Vector3d second = line.direction_world.cross(first);
+  std::vector<Eigen::Vector2d> ways;
+  Eigen::Vector2d mean = Eigen::Vector2d::Zero();
+  for (const EdgePlace& place : places) {
+    const Eigen::Vector3d to_view = cameras.Centre(place.view, place.camera) - line.point_world;
+    ways.push_back(Eigen::Vector2d(first.dot(to_view), second.dot(to_view)).normalized());
+    mean += ways.back();
+  }
+  std::vector<double> angles_rad;
+  for (const Eigen::Vector2d& way : ways) {
+    angles_rad.push_back(std::atan2(mean.x() * way.y() - mean.y() * way.x(), mean.dot(way)));
+  }
+  return Quantile(angles_rad, 0.95) - Quantile(angles_rad, 0.05);
+}
+
 void FitAgain(const Views& views, const Rig& rig, const std::vector<BuildingAxis>& axes,
               const MapLineOptions& options, std::vector<TrackedLine>* lines) {
   const ViewCameras cameras(views, rig);
@@ -207,11 +228,12 @@ void FitAgain(const Views& views, const Rig& rig, const std::vector<BuildingAxis
     if (line.intervals.empty()) return false;
     const auto fit =
         FitLine(line.line, line.places, cameras, AxisPrior(axes, line.axis), options.fit);
-    const double max_rms_px = line.axis < 0 ? options.max_free_rms_px : options.max_rms_px;
+    const double max_spread_px = line.axis < 0 ? options.max_free_spread_px : options.max_spread_px;
     if (!fit || fit->views < options.min_views || fit->sigma_m() > options.max_sigma_m ||
-        fit->rms_px > max_rms_px) {
+        fit->spread_px > max_spread_px) {
       return false;
     }
+    line.parallax_rad = Parallax_rad(fit->line, line.places, cameras);
     line.fit = *fit;
     line.line = fit->line;
     for (Stretch& interval : line.intervals) {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "data/quantile.h"
 #include "odometry/frontend/line_geometry.h"
 #include "odometry/geometry/pinhole.h"
 
@@ -14,6 +15,7 @@ constexpr int kSteps = 5;
 constexpr int kFullSamples = 4;       // more that are near each other err alike
 constexpr double kWeakSigma_rad = 1;  // of the direction of a line without a prior
 constexpr double kMaxStep_m = 1;
+constexpr double kSigmaOfMedian = 1.4826;  // of absolute values, of a normal distribution
 
 Eigen::Matrix<double, 3, 2> AcrossOf(const Eigen::Vector3d& direction) {
   Eigen::Matrix<double, 3, 2> across;
@@ -49,8 +51,7 @@ std::optional<Residual> ResidualOf(const EdgePlace& place, const Eigen::Vector3d
 struct Sums {
   Eigen::Matrix4d H = Eigen::Matrix4d::Zero();
   Eigen::Vector4d g = Eigen::Vector4d::Zero();
-  double squared_px = 0;
-  int places = 0;
+  std::vector<double> off_px;  // of the places, at least 0
 };
 
 // With the direction's derivative along `across`, counted from the middle of the line.
@@ -75,8 +76,7 @@ Sums SumPlaces(const PointAndDirection& line, const Eigen::Matrix<double, 3, 2>&
     J << residual->by_shift, along_m * residual->by_shift;
     sums.H += weight * J * J.transpose();
     sums.g += weight * residual->value_px * J;
-    sums.squared_px += residual->value_px * residual->value_px;
-    ++sums.places;
+    sums.off_px.push_back(std::abs(residual->value_px));
   }
   return sums;
 }
@@ -99,6 +99,12 @@ double MiddleOf(const std::vector<EdgePlace>& places) {
     count += place.samples;
   }
   return count > 0 ? sum / count : 0;
+}
+
+double RootMeanSquare(const std::vector<double>& values) {
+  double squared = 0;
+  for (const double value : values) squared += value * value;
+  return std::sqrt(squared / static_cast<double>(values.size()));
 }
 
 int CountViews(const std::vector<EdgePlace>& places) {
@@ -154,7 +160,7 @@ std::optional<LineFit> FitLine(const PointAndDirection& start, const std::vector
   for (int step = 0; step < kSteps; ++step) {
     fit.across = AcrossOf(fit.line.direction_world);
     sums = SumPlaces(fit.line, fit.across, places, views, fit.shift_m, options);
-    if (sums.places < 4) return std::nullopt;
+    if (sums.off_px.size() < 4) return std::nullopt;
     AddPrior(fit.line, fit.across, prior, &sums);
     const Eigen::LDLT<Eigen::Matrix4d> solver(sums.H);
     if (solver.info() != Eigen::Success || !solver.isPositive()) return std::nullopt;
@@ -167,7 +173,8 @@ std::optional<LineFit> FitLine(const PointAndDirection& start, const std::vector
   }
   const double shared = std::max(1.0, static_cast<double>(fit.views) / options.views_that_count);
   fit.covariance = shared * sums.H.inverse();
-  fit.rms_px = std::sqrt(sums.squared_px / sums.places);
+  fit.rms_px = RootMeanSquare(sums.off_px);
+  fit.spread_px = kSigmaOfMedian * Quantile(std::move(sums.off_px), 0.5);
   if (!fit.covariance.allFinite()) return std::nullopt;
   return fit;
 }

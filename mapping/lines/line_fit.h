@@ -43,6 +43,8 @@ struct LineFit {
   Eigen::Matrix4d covariance;
   Eigen::Matrix<double, 3, 2> across;
   double rms_px = 0;
+  // The same by the median of the places: few that are of another edge nearby do not count.
+  double spread_px = 0;
   double shift_m = 0;  // of the point along the line, by which places' along_m became smaller
   int views = 0;       // left and right images of a view count once
 

@@ -21,6 +21,11 @@ bool IsOutline(const TrackedLine& line, double length_m, bool lasts,
 
 }  // namespace
 
+bool IsKnownBeside(const SurfacesBeside& beside, const LineKindOptions& options) {
+  const double known_m = beside.flat_m + beside.relief_m;
+  return known_m > options.min_known_share * (known_m + beside.unknown_m);
+}
+
 LineKind KindOf(const TrackedLine& line, const LineKindOptions& options) {
   const SurfacesBeside& beside = line.surfaces;
   const double known_m = beside.flat_m + beside.relief_m;
@@ -28,7 +33,7 @@ LineKind KindOf(const TrackedLine& line, const LineKindOptions& options) {
   const double lasting = line.lasting_sum / std::max(line.step_sum, 1e-9);
   if (lasting > options.max_lasting_step) return LineKind::kMark;
   const bool lasts = lasting >= options.min_lasting_step;
-  if (known_m <= options.min_known_share * all_m) {
+  if (!IsKnownBeside(beside, options)) {
     return lasts ? LineKind::kUnknown : LineKind::kMark;
   }
   if (beside.flat_m < options.min_flat_share * known_m) return LineKind::kEdge;

@@ -17,9 +17,10 @@ constexpr OptionTable kTable{
     Option{"max_depth_m", &MapLineOptions::max_depth_m, 0.5, 1000.0},
     Option{"max_found_sigma_m", &MapLineOptions::max_found_sigma_m, 1e-4, 10.0},
     Option{"max_sigma_m", &MapLineOptions::max_sigma_m, 1e-4, 10.0},
-    Option{"max_rms_px", &MapLineOptions::max_rms_px, 0.01, 10.0},
-    Option{"max_free_rms_px", &MapLineOptions::max_free_rms_px, 0.01, 10.0},
+    Option{"max_spread_px", &MapLineOptions::max_spread_px, 0.01, 10.0},
+    Option{"max_free_spread_px", &MapLineOptions::max_free_spread_px, 0.01, 10.0},
     Option{"min_views", &MapLineOptions::min_views, 2, 1000},
+    Option{"min_parallax_rad", &MapLineOptions::min_parallax_rad, 0.0, 3.0},
     Option{"min_axis_sigma_rad", &MapLineOptions::min_axis_sigma_rad, 1e-6, 1.0}};
 
 constexpr OptionTable kViewsTable{
@@ -82,8 +83,8 @@ MapLineOptions MapLineOptions::ForPoses(double across_px) const {
   constexpr double kUsual_px = 0.15, kMost = 5;
   const double factor = std::clamp(across_px / kUsual_px, 1.0, kMost);
   MapLineOptions options = *this;
-  options.max_rms_px *= factor;
-  options.max_free_rms_px *= factor;
+  options.max_spread_px *= factor;
+  options.max_free_spread_px *= factor;
   options.fit.sigma_px *= factor;
   options.fit.pose_sigma_m *= factor;
   return options;

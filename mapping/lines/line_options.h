@@ -48,9 +48,11 @@ struct MapLineOptions {
   double max_depth_m = 10;          // up to which views are looked at for a line
   double max_found_sigma_m = 0.06;  // across a line that is looked for in all views
   double max_sigma_m = 0.02;        // across a line that is kept
-  // Of the places of a line that is kept from it, in the images; without an axis.
-  double max_rms_px = 0.45, max_free_rms_px = 0.3;
+  // Of the places of a line that is kept about it, in the images (LineFit); without an axis.
+  double max_spread_px = 0.35, max_free_spread_px = 0.2;
   int min_views = 3;  // of a line that is kept; twice as many without an axis
+  // Between the views of a line that is kept though no surface is known beside it.
+  double min_parallax_rad = 0.12;
   double min_axis_sigma_rad = 0.0005;
   ViewSpacingOptions views;
   LineSweepOptions sweep;

@@ -35,6 +35,14 @@ void AddMapLines(const TrackedLine& line, int64_t id, const std::vector<Building
   }
 }
 
+// Where two parallel edges are taken for one, the left images' one for the right images' other, a
+// line is seen in the air. From elsewhere it is not there, but on a way along the edges all views
+// agree on it, however many they are.
+bool MayBeGhost(const TrackedLine& line, const MapLineOptions& options) {
+  return line.parallax_rad < options.min_parallax_rad &&
+         !IsKnownBeside(line.surfaces, options.kinds);
+}
+
 }  // namespace
 
 std::vector<BuildingAxis> AxesOfViews(const Views& views, const ViewImages& images,
@@ -59,6 +67,7 @@ BuiltLines BuildLines(const Views& views, const ViewImages& images,
   FitAgain(views, images.rig(), axes, options, &lines);
   lines = MergeLines(std::move(lines), options.merging);
   for (TrackedLine& line : lines) line.surfaces = surfaces.Beside(line.line, line.intervals);
+  std::erase_if(lines, [&](const TrackedLine& line) { return MayBeGhost(line, options); });
   return {AsMapLines(lines, axes, options),
           EvidenceOf(lines, views, ViewCameras(views, images.rig()))};
 }

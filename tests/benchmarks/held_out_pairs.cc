@@ -148,6 +148,12 @@ int Main(const std::string& sequence, const std::string& poses, const MappingOpt
       kept.push_back(run.keyframes[i]);
     }
   }
+  // Lines are looked for between keyframes, too.
+  for (const size_t i : held_out) {
+    std::erase_if(run.states, [&](const OnlineState& state) {
+      return state.stamp_ns == run.keyframes[i].stamp_ns;
+    });
+  }
   run.keyframes = std::move(kept);
   const RecordedViews recorded = ViewsOfRun(run, sequence);
   const MapResult map = BuildMap(run, &recorded, options);

@@ -86,6 +86,17 @@ TEST_F(LineFitting, SurvivesPlacesOfAnotherEdge) {
   EXPECT_LT((NearestOn(kTrue, fit->line.point_world) - fit->line.point_world).norm(), 0.01);
 }
 
+TEST_F(LineFitting, TellsALineWithPlacesOfAnotherEdgeFromPlacesOfNone) {
+  std::vector<EdgePlace> of_two = PlacesOf(cameras_, 0.1, 1), of_none = PlacesOf(cameras_, 0.6, 2);
+  for (size_t i = 0; i < of_two.size(); i += 4) of_two[i].px += 1.3 * of_two[i].normal;
+  const auto two = FitLine(start_, of_two, cameras_, std::nullopt, options_);
+  const auto none = FitLine(start_, of_none, cameras_, std::nullopt, options_);
+  ASSERT_TRUE(two && none);
+  EXPECT_GT(two->rms_px, 0.45);
+  EXPECT_LT(two->spread_px, 0.25);
+  EXPECT_NEAR(none->spread_px, none->rms_px, 0.15);
+}
+
 TEST_F(LineFitting, KeepsToAnAxisThatIsKnownWell) {
   const DirectionPrior prior{Eigen::Vector3d::UnitZ(), 1e-7};
   const auto fit = FitLine({kTrue.point_world, Eigen::Vector3d::UnitZ()}, PlacesOf(cameras_, 0, 1),

@@ -264,6 +264,26 @@ TEST(MapLines, ViewsFromWhichALineIsHiddenDoNotMissIt) {
   EXPECT_EQ(lines_with(sights).size(), 4u);
 }
 
+int VerticalLines(const std::vector<MapLine>& lines) {
+  return static_cast<int>(std::count_if(lines.begin(), lines.end(), [](const MapLine& line) {
+    return line.axis == LineAxis::kVertical;
+  }));
+}
+
+// All views on a way along the edges agree on what two of them, taken for one, make in the air.
+TEST(MapLines, AreBesideSurfacesWhereViewsAreInOnePlaneWithThem) {
+  Views rising;
+  for (int i = 0; i < 12; ++i) rising.push_back(testing::LookingAtWall({0, 0, 0.1 * i - 0.5}, i));
+  const PaintedWall wall(rising, {{-0.5, 0.4, -0.3, 0.4}}, kDistance_m);
+  const auto lines_with = [&](const std::vector<DensePoint>& cloud) {
+    return BuildLines(rising, wall, WallAxes(), {}, {}, LineSurfaces(cloud), MapLineOptions());
+  };
+  const std::vector<MapLine> in_the_air = lines_with({});
+  EXPECT_EQ(VerticalLines(in_the_air), 0);
+  EXPECT_EQ(in_the_air.size(), 2u);  // the level ones are seen from below and from above
+  EXPECT_EQ(VerticalLines(lines_with(Screen(kDistance_m))), 2);
+}
+
 TEST(MapLines, EndWithWhatIsFoundOnceProgressSaysSo) {
   const Views views = MovingViews(11);
   const PaintedWall wall(views, {{-0.5, 0.4, -0.3, 0.4}}, kDistance_m);

@@ -66,10 +66,10 @@ TEST_F(PoseAgreementTest, NothingIsSaidOfASingleView) {
 
 TEST(LineOptionsForPoses, GrowOnlyWhereImagesAndPosesDisagree) {
   const MapLineOptions options;
-  EXPECT_EQ(options.ForPoses(0.1).max_rms_px, options.max_rms_px);
-  EXPECT_DOUBLE_EQ(options.ForPoses(0.45).max_rms_px, 3 * options.max_rms_px);
+  EXPECT_EQ(options.ForPoses(0.1).max_spread_px, options.max_spread_px);
+  EXPECT_DOUBLE_EQ(options.ForPoses(0.45).max_spread_px, 3 * options.max_spread_px);
   EXPECT_DOUBLE_EQ(options.ForPoses(0.45).fit.sigma_px, 3 * options.fit.sigma_px);
-  EXPECT_DOUBLE_EQ(options.ForPoses(50).max_rms_px, 5 * options.max_rms_px);
+  EXPECT_DOUBLE_EQ(options.ForPoses(50).max_spread_px, 5 * options.max_spread_px);
 }
 
 }  // namespace
