@@ -276,7 +276,8 @@ TEST(MapLines, AreBesideSurfacesWhereViewsAreInOnePlaneWithThem) {
   for (int i = 0; i < 12; ++i) rising.push_back(testing::LookingAtWall({0, 0, 0.1 * i - 0.5}, i));
   const PaintedWall wall(rising, {{-0.5, 0.4, -0.3, 0.4}}, kDistance_m);
   const auto lines_with = [&](const std::vector<DensePoint>& cloud) {
-    return BuildLines(rising, wall, WallAxes(), {}, {}, LineSurfaces(cloud), MapLineOptions());
+    return BuildLines(rising, wall, WallAxes(), {}, {}, LineSurfaces(cloud), MapLineOptions())
+        .lines;
   };
   const std::vector<MapLine> in_the_air = lines_with({});
   EXPECT_EQ(VerticalLines(in_the_air), 0);
