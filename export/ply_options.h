@@ -6,7 +6,7 @@
 namespace slcmap {
 
 struct PlyOptions {
-  bool ascii = false;  // as text, for scripts; some two to three times as large
+  bool ascii = false;  // as text, for scripts; up to two and a half times as large
   PlyForm form() const { return ascii ? PlyForm::kAscii : PlyForm::kBinary; }
 };
 

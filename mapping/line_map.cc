@@ -9,9 +9,13 @@
 namespace slcmap {
 namespace {
 
-// Whether the run knows how well it knows the direction; of lines without an axis it says nothing.
-bool KnowsDirection(const Line& line) {
-  return line.axis != LineAxis::kNone && line.deviation_sigma_rad < kUnknownSigma_rad;
+constexpr double kMostTurn_rad = 1;  // larger standard deviations of a direction say nothing of it
+
+// Whether the run knows how well it knows a line; of the direction of one without an axis it says
+// nothing.
+bool HasCovariance(const Line& line) {
+  return line.axis != LineAxis::kNone && line.deviation_sigma_rad < kMostTurn_rad &&
+         line.covariance_m2.diagonal().minCoeff() >= 0;
 }
 
 LineCovariance CovarianceOf(const Line& line) {
@@ -52,7 +56,7 @@ LineEvidence EvidenceOf(const std::vector<MapLine>& lines, const OdometryRun& ru
   std::map<int64_t, const Line*> chosen;
   for (const MapLine& line : lines) chosen.insert(*of_run.find(line.id));
   for (const auto& [id, line] : chosen) {
-    if (KnowsDirection(*line)) evidence.covariances.push_back(CovarianceOf(*line));
+    if (HasCovariance(*line)) evidence.covariances.push_back(CovarianceOf(*line));
   }
   for (const Keyframe& keyframe : run.keyframes) {
     for (const LineObservation& seen : keyframe.lines) {

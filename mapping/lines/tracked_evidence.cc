@@ -92,6 +92,25 @@ Stretch ExtentOf(std::span<const PlaceOfPiece> places, const Stretch& piece) {
   return extent;
 }
 
+// The part of a segment that is in an image; nothing where none is.
+std::optional<LineSegment> InImage(const LineSegment& px, const Camera& camera) {
+  const Eigen::Vector2d along = px.end - px.start, least(-0.5, -0.5);
+  const Eigen::Vector2d most(camera.width_px - 0.5, camera.height_px - 0.5);
+  double from = 0, to = 1;
+  for (int axis = 0; axis < 2; ++axis) {
+    const double to_least = least[axis] - px.start[axis], to_most = most[axis] - px.start[axis];
+    if (along[axis] == 0) {
+      if (to_least > 0 || to_most < 0) return std::nullopt;
+      continue;
+    }
+    const double a = to_least / along[axis], b = to_most / along[axis];
+    from = std::max(from, std::min(a, b));
+    to = std::min(to, std::max(a, b));
+  }
+  if (from > to) return std::nullopt;
+  return LineSegment{px.start + from * along, px.start + to * along};
+}
+
 // The edge of a piece in the image that the places are of; nothing where that is too short, or not
 // where the line is.
 std::optional<LineSegment> SegmentOf(const TrackedLine& line, const Stretch& extent,
@@ -104,16 +123,19 @@ std::optional<LineSegment> SegmentOf(const TrackedLine& line, const Stretch& ext
   };
   const Eigen::Vector3d start = at(extent.from_m), end = at(extent.to_m);
   if (start.z() < kLeastDepth_m || end.z() < kLeastDepth_m) return std::nullopt;
-  const LineSegment expected = PixelFromPlane(cameras.cameras[first.camera],
-                                              LineSegment{start.hnormalized(), end.hnormalized()});
+  const Camera& camera = cameras.cameras[first.camera];
+  const LineSegment expected =
+      PixelFromPlane(camera, LineSegment{start.hnormalized(), end.hnormalized()});
   const double length_px = expected.Length();
   if (length_px < kLeastLength_px) return std::nullopt;
   const Deviation deviation(expected, places);
   if (std::abs(deviation.mean_px()) > kMaxOff_px) return std::nullopt;
   const Eigen::Vector2d along = (expected.end - expected.start) / length_px;
   const Eigen::Vector2d across(-along.y(), along.x());
-  return LineSegment{expected.start + deviation.At(0) * across,
-                     expected.end + deviation.At(length_px) * across};
+  const auto seen = InImage(
+      {expected.start + deviation.At(0) * across, expected.end + deviation.At(length_px) * across},
+      camera);
+  return seen && seen->Length() >= kLeastLength_px ? seen : std::nullopt;
 }
 
 void AddSupports(const TrackedLine& line, int64_t id, const Views& views,

@@ -141,21 +141,22 @@ std::vector<OnlineState> StatesAmongKeyframes(const OdometryRun& run) {
   return among;
 }
 
-// Keyframes are at their own poses to the last bit: between these the others' are interpolated.
+// Keyframes are at their own poses to the last bit, those from before odometry's first state too;
+// between them the others' are interpolated.
 Views FramesOfRun(const OdometryRun& run) {
   const std::vector<OnlineState> states = StatesAmongKeyframes(run);
   std::map<std::string, int64_t> counted_elsewhere;
   const Trajectory refined = RefineTrajectory(states, run.keyframes, &counted_elsewhere);
-  std::map<std::pair<int, int64_t>, const Keyframe*> keyframes;
+  std::map<std::pair<int, int64_t>, RigidTransform> poses;  // by segment and stamp
+  for (size_t i = 0; i < states.size(); ++i) {
+    poses[{states[i].segment, states[i].stamp_ns}] = refined[i].T_world_imu;
+  }
   for (const Keyframe& keyframe : run.keyframes) {
-    keyframes[{keyframe.segment, keyframe.stamp_ns}] = &keyframe;
+    poses[{keyframe.segment, keyframe.stamp_ns}] = keyframe.T_world_imu;
   }
   Views frames;
-  for (size_t i = 0; i < states.size(); ++i) {
-    const auto keyframe = keyframes.find({states[i].segment, states[i].stamp_ns});
-    frames.push_back(
-        {states[i].stamp_ns, states[i].segment,
-         keyframe == keyframes.end() ? refined[i].T_world_imu : keyframe->second->T_world_imu});
+  for (const auto& [key, T_world_imu] : poses) {
+    frames.push_back({key.second, key.first, T_world_imu});
   }
   return frames;
 }

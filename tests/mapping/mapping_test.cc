@@ -303,8 +303,10 @@ TEST_F(LineTablesTest, LinesOfUnknownDirectionHaveNoCovariance) {
   run.lines[2].deviation_sigma_rad = kUnknownSigma_rad;
   run.lines[3].axis = LineAxis::kNone;
   run.lines[4].deviation_sigma_rad = 0.01;
+  run.lines[5].deviation_sigma_rad = 9e8;
+  run.lines[6].covariance_m2(0, 0) = -1e-5;
   const LineEvidence evidence = BuildMap(run, {}).line_evidence;
-  ASSERT_EQ(evidence.covariances.size(), 22u);
+  ASSERT_EQ(evidence.covariances.size(), 20u);
   const LineCovariance& turning = evidence.covariances[2];
   EXPECT_EQ(turning.line_id, 104);
   const double half_m = 0.5 * (run.lines[4].end_world - run.lines[4].start_world).norm();

@@ -186,6 +186,15 @@ TEST_F(MadeEvidenceTest, PlacesNearEachOtherDoNotTurnALongSegment) {
   EXPECT_NEAR(supports[0].px.end.y(), 159.5, 1e-6);
 }
 
+TEST_F(MadeEvidenceTest, SupportsEndAtTheBorderOfTheImage) {
+  line_.intervals = {{0, 2}};
+  AddPlace(1.3, {1, 1.9}, 0);
+  const auto supports = Supports();
+  ASSERT_EQ(supports.size(), 1u);
+  EXPECT_NEAR(supports[0].px.start.x(), 389.5, 1e-6);
+  EXPECT_NEAR(supports[0].px.end.x(), 479.5, 1e-6);  // the image is 480 pixels wide
+}
+
 TEST_F(MadeEvidenceTest, WhatIsShortOrFarBesideTheLineIsLeftOut) {
   AddPlace(0.1, {0, 0.2}, 2.5);
   EXPECT_TRUE(Supports().empty());

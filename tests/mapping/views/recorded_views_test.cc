@@ -72,6 +72,16 @@ TEST_F(SmallRecording, HasNoFramesOfImagesThatAreNotThere) {
   EXPECT_EQ(recorded.frame_images->unreadable(), 0);
 }
 
+// Odometry knows the poses of its first keyframes only later than it tells its first state.
+TEST_F(SmallRecording, HasFramesOfKeyframesWithoutAState) {
+  run_.states.erase(run_.states.begin(), run_.states.begin() + 2);
+  const RecordedViews recorded = ViewsOfRun(run_, "");
+  ASSERT_EQ(recorded.frames.size(), 6u);
+  EXPECT_EQ(recorded.frames[0].stamp_ns, run_.keyframes[0].stamp_ns);
+  EXPECT_EQ(recorded.frames[0].T_world_imu.translation, recorded.views[0].T_world_imu.translation);
+  EXPECT_EQ(recorded.frames[1].stamp_ns, testing::ImageStamp(2));
+}
+
 TEST_F(SmallRecording, EndsWithItsFramesAtTheLastKeyframe) {
   run_.keyframes.pop_back();
   const RecordedViews recorded = ViewsOfRun(run_, "");
