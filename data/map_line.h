@@ -32,7 +32,7 @@ struct MapLine {
   bool recent = false;  // the last keyframes of the run saw it
   Eigen::Vector3d start_world = Eigen::Vector3d::Zero();
   Eigen::Vector3d end_world = Eigen::Vector3d::Zero();
-  int observations = 0;  // views that saw it: keyframes and, in maps, those between them
+  int observations = 0;  // keyframes that saw it
   // The angle between it and its axis, and the standard deviation of its direction, where that is
   // largest; both 0 of a line that was taken to be exactly along its axis, and of one that has
   // none.

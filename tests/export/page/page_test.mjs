@@ -84,7 +84,7 @@ test('says what the map holds', async () => {
 test('names the line under the pointer', async () => {
   await pointAt([ROOM.x[0] + 1, ROOM.y[1], ROOM.z[0]]); // on the lower edge at the far side
   const tip = await page.locator('#tip').innerText();
-  for (const part of ['Line 11', '4.000 m', '7 keyframes', '3.0 mm', 'Edge', 'X, world 0']) {
+  for (const part of ['Line 11', '4.000 m', '7 views', '3.0 mm', 'Edge', 'X, world 0']) {
     assert.ok(tip.includes(part), `${part} in ${tip}`);
   }
   await pointAt([0, 0, 60]); // in the sky
