@@ -109,7 +109,7 @@ TEST_F(TextModelsTest, LimapHoldsTheLines) {
 
 // Line 0 in two pieces, seen by three images, of which one is no keyframe's.
 MapResult MakeSupportedMap() {
-  MapResult map = MakeMap();
+  MapResult map = MakeMapWithCameras();
   map.lines.insert(map.lines.begin() + 1, map.lines[0]);
   map.trajectory = {map.keyframes[0], {1403636580500000000, {}}, map.keyframes[1]};
   const auto see = [&](int piece, std::size_t pose, int camera, const LineSegment& px) {
