@@ -17,7 +17,6 @@ namespace slcmap {
 namespace {
 
 constexpr char kCovariances[] = "line_covariances.csv", kSupports[] = "line_supports.csv";
-constexpr double kMaxVariance_m2 = kMaxSigma_m * kMaxSigma_m, kMaxStamp_ns = 4e18;
 constexpr std::size_t kFirstCell = 2;  // of the covariances, behind line and piece
 
 using Matrix6d = Eigen::Matrix<double, 6, 6>;
@@ -47,11 +46,9 @@ constexpr const char* kCellNames[] = {
     "start_end_yx_m2", "start_end_yy_m2", "start_end_yz_m2", "start_end_zx_m2", "start_end_zy_m2",
     "start_end_zz_m2"};
 
-CsvColumn Integer(const char* name, double least, double most) {
-  return {name, CsvColumn::Kind::kInteger, least, most};
+CsvColumns PieceColumns() {
+  return {IntegerColumn("line_id", 0, kMaxId), IntegerColumn("piece", 0, kMaxId)};
 }
-
-CsvColumns PieceColumns() { return {Integer("line_id", 0, kMaxId), Integer("piece", 0, kMaxId)}; }
 
 CsvColumns CovarianceColumns() {
   CsvColumns columns = PieceColumns();
@@ -65,8 +62,8 @@ CsvColumns CovarianceColumns() {
 
 CsvColumns SupportColumns() {
   CsvColumns columns = PieceColumns();
-  columns.push_back(Integer("stamp_ns", -kMaxStamp_ns, kMaxStamp_ns));
-  columns.push_back(Integer("camera", 0, 1));
+  columns.push_back(IntegerColumn("stamp_ns", -kMaxStamp_ns, kMaxStamp_ns));
+  columns.push_back(IntegerColumn("camera", 0, 1));
   for (const char* name : {"start_x_px", "start_y_px", "end_x_px", "end_y_px"}) {
     columns.push_back({name, CsvColumn::Kind::kNumber, -kMaxPixel, kMaxPixel});
   }

@@ -14,14 +14,11 @@
 namespace slcmap {
 namespace {
 
-constexpr double kMaxVariance_m2 = kMaxSigma_m * kMaxSigma_m;
-
 constexpr CsvColumn Id(const char* name) { return {name, CsvColumn::Kind::kInteger, 0, kMaxId}; }
-constexpr CsvColumn Integer(const char* name, double least, double most) {
-  return {name, CsvColumn::Kind::kInteger, least, most};
+constexpr CsvColumn Stamp(const char* name) {
+  return IntegerColumn(name, -kMaxStamp_ns, kMaxStamp_ns);
 }
-constexpr CsvColumn Stamp(const char* name) { return Integer(name, -kMaxStamp_ns, kMaxStamp_ns); }
-constexpr CsvColumn Segment() { return Integer("segment", 0, kMaxSegment); }
+constexpr CsvColumn Segment() { return IntegerColumn("segment", 0, kMaxSegment); }
 constexpr CsvColumn Number(const char* name, double limit) {
   return {name, CsvColumn::Kind::kNumber, -limit, limit};
 }
@@ -70,13 +67,15 @@ std::map<std::string, CsvColumns> MakeColumns() {
                            CsvColumns{Sigma("sigma_m", kMaxSigma_m)}},
       {kWorldTable,
        {Id("index"), Segment(), Number("heading_rad", kMaxHeading_rad),
-        Sigma("sigma_rad", kMaxHeading_rad), Stamp("found_at_ns"), Integer("withdrawn", 0, 1)}},
+        Sigma("sigma_rad", kMaxHeading_rad), Stamp("found_at_ns"),
+        IntegerColumn("withdrawn", 0, 1)}},
       {kSlopeTable, CsvColumns{Id("index"), Segment(), Number("azimuth_rad", kMaxHeading_rad),
                                Sigma("elevation_rad", kMaxElevation_rad)} +
                         Sigmas({"azimuth_sigma_rad", "elevation_sigma_rad"}, kMaxHeading_rad) +
-                        CsvColumns{Stamp("found_at_ns"), Integer("withdrawn", 0, 1)}},
+                        CsvColumns{Stamp("found_at_ns"), IntegerColumn("withdrawn", 0, 1)}},
       {kLineTable,
-       CsvColumns{Id("id"), Segment(), Integer("axis", 0, 4), Integer("world", -1, kMaxId)} +
+       CsvColumns{Id("id"), Segment(), IntegerColumn("axis", 0, 4),
+                  IntegerColumn("world", -1, kMaxId)} +
            Numbers({"start_x_m", "start_y_m", "start_z_m", "end_x_m", "end_y_m", "end_z_m"},
                    kMaxCoordinate_m) +
            Numbers({"cov_xx_m2", "cov_xy_m2", "cov_xz_m2", "cov_yy_m2", "cov_yz_m2", "cov_zz_m2"},

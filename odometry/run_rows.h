@@ -18,6 +18,7 @@ namespace slcmap {
 inline constexpr double kMaxCoordinate_m = 1e6;
 inline constexpr double kMaxPixel = 1e6;
 inline constexpr double kMaxSigma_m = kUnknownSigma_m;
+inline constexpr double kMaxVariance_m2 = kMaxSigma_m * kMaxSigma_m;
 inline constexpr double kMaxId = 2147483647;  // points.ply and lines.ply hold them as int
 inline constexpr double kMaxSegment = 1e6;
 inline constexpr double kMaxSpeed_m_s = 1e5;
@@ -26,6 +27,10 @@ inline constexpr double kMaxCorrection = 1e3;  // of a calibration, in any unit
 inline constexpr int64_t kMaxStamp_ns = 4'000'000'000'000'000'000;
 inline constexpr double kMaxHeading_rad = 7;
 inline constexpr double kMaxElevation_rad = 1.5708;
+
+constexpr CsvColumn IntegerColumn(const char* name, double least, double most) {
+  return {name, CsvColumn::Kind::kInteger, least, most};
+}
 
 // The tables of a run; the values are their names in a journal.
 inline constexpr const char* kStateTable = "state";

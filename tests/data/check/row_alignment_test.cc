@@ -2,13 +2,14 @@
 
 #include <gtest/gtest.h>
 
-#include <numbers>
 #include <random>
+
+#include "data/angle_unit.h"
 
 namespace slcmap {
 namespace {
 
-constexpr double kFocal_px = 450, kDegree = std::numbers::pi / 180;
+constexpr double kFocal_px = 450;
 
 RigidTransform LeftRight() { return {Eigen::Quaterniond::Identity(), {0.11, 0.002, -0.001}}; }
 
