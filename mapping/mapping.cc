@@ -23,7 +23,7 @@ namespace {
 
 // Shares of the time, about, up to the end of a stage.
 constexpr double kFusedUntil = 0.02, kFilteredUntil = 0.05, kDenseUntil = 0.45, kLinesUntil = 0.85,
-                 kFilledUntil = 0.95;
+                 kBuiltUntil = 0.9;
 constexpr double kAgreementUntil = 0.05, kSightsUntil = 0.1, kAxes = 0.3;  // of the lines' part
 constexpr char kImageUnreadable[] = "images_unreadable", kPosesDisagree[] = "poses_disagree";
 constexpr double kMaxPoseError_px = 3, kMinPointsFound = 0.2;
@@ -124,10 +124,10 @@ BuildingInput InputOf(const MapResult& map, std::vector<Sights> sights) {
 void AddFilledPlanes(const RecordedViews& recorded, const std::vector<Sights>& sights,
                      const MappingOptions& options, const Progress& progress, MapResult* map) {
   if (!options.planes.fill) return;
-  const SightDepths depths = DepthsOf(map->dense, recorded, options, {});
+  const ViewCameras cameras(recorded.views, recorded.images->rig());
+  const SightDepths depths(map->dense, options.dense.voxel_m, cameras, {});
   const std::vector<DensePoint> filled =
-      FillPlanes(recorded.views, *recorded.images,
-                 {map->dense, options.dense.voxel_m, map->lines, sights, depths}, options.planes,
+      FillPlanes({map->dense, map->building, sights, cameras, depths}, options.planes,
                  options.dense.threads, progress);
   map->dense.insert(map->dense.end(), filled.begin(), filled.end());
 }
@@ -142,10 +142,9 @@ void MapImages(const OdometryRun& run, const RecordedViews& recorded, const Mapp
   map->lines = std::move(built.lines);
   map->line_evidence = std::move(built.evidence);
   MoveMarks(map);
-  AddFilledPlanes(recorded, sights, options, progress.Part(kLinesUntil, kFilledUntil), map);
-  if (progress.Report(kFilledUntil)) {
-    map->building = BuildBuilding(InputOf(*map, std::move(sights)), options.building);
-  }
+  const BuildingInput input = InputOf(*map, std::move(sights));
+  if (progress.Report(kLinesUntil)) map->building = BuildBuilding(input, options.building);
+  AddFilledPlanes(recorded, input.sights, options, progress.Part(kBuiltUntil, 1), map);
   const int64_t unreadable =
       recorded.images->unreadable() +
       (recorded.frame_images ? recorded.frame_images->unreadable() : int64_t{0});

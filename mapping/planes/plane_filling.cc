@@ -2,106 +2,128 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "mapping/dense/parallel.h"
-#include "mapping/planes/patch_sweeper.h"
+#include "mapping/planes/bounded_plane.h"
+#include "mapping/planes/measured_around.h"
+#include "mapping/planes/plane_rays.h"
+#include "mapping/planes/point_index.h"
+#include "odometry/geometry/pinhole.h"
 
 namespace slcmap {
 namespace {
 
+using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kIndex_m = 0.05;       // edges of the cubes that measured points are looked up in
-constexpr double kSamePlace_m = 0.025;  // of points of two planes that are one, and off each
-constexpr double kOneSurface_m = 0.1;   // filled planes that are nearer to each other are one
-constexpr double kBehind_m = 0.03;      // a plane, as what it hides
+constexpr double kIndex_m = 0.05;       // edges of the cubes that points are looked up in
+constexpr double kMeasured_m = 0.04;    // from a measured point, nothing is filled
+constexpr double kSamePlace_m = 0.025;  // of points of two planes that are one
+constexpr double kMinDepth_m = 0.3;     // of a place from a camera
+constexpr double kMargin_px = 2;        // of the image's border
 
-std::vector<AskedPlane> AskPlanes(const MeasuredBuilding& measured, const PlaneOptions& options,
-                                  int threads) {
-  std::vector<SuggestedPlane> suggested =
-      SuggestPlanes(measured.dense, measured.lines, measured.voxel_m, options);
-  std::erase_if(suggested, [&](const SuggestedPlane& plane) {
-    return plane.weight * measured.voxel_m * measured.voxel_m < options.min_support_m2;
-  });
-  std::stable_sort(suggested.begin(), suggested.end(),
-                   [](const auto& a, const auto& b) { return a.weight > b.weight; });
-  PointIndex index(kIndex_m);
-  for (size_t i = 0; i < measured.dense.size(); ++i) index.Add(measured.dense[i].p_world, i);
-  std::vector<AskedPlane> planes(suggested.size());
-  ParallelFor(0, planes.size(), threads, [&](size_t i) {
-    planes[i] = AskPlane(std::move(suggested[i]), index, measured.sights, options);
-  });
-  return planes;
-}
-
-// Whether a plane lies on the way from a camera to a place.
-bool IsBetween(const AskedPlane& plane, const Vector3d& camera, const Vector3d& place) {
-  const PlaneGrid& grid = plane.suggested.grid;
-  const double before_m = grid.DistanceTo(camera), after_m = grid.DistanceTo(place);
-  if (before_m <= 0 || after_m >= -kBehind_m) return false;
-  const Vector3d at = camera + before_m / (before_m - after_m) * (place - camera);
-  const int column = grid.ColumnOf(at), row = grid.RowOf(at);
-  return grid.Contains(column, row) && plane.solid(row, column) != 0;
-}
-
-// The cells of a patch; but those that other planes would hide.
-void FillPatch(const std::vector<AskedPlane>& planes, const AskedPlane& plane,
-               const AskedPatch& asked, const Vector3d& camera, int side,
-               std::vector<DensePoint>* points) {
-  const PlaneGrid& grid = plane.suggested.grid;
-  for (int row = asked.row * side; row < (asked.row + 1) * side; ++row) {
-    for (int column = asked.column * side; column < (asked.column + 1) * side; ++column) {
-      const Vector3d p = grid.At(column + 0.5, row + 0.5);
-      if (!plane.open(row, column) ||
-          std::any_of(planes.begin(), planes.end(),
-                      [&](const AskedPlane& other) { return IsBetween(other, camera, p); })) {
-        continue;
-      }
-      points->push_back({p, grid.normal, plane.suggested.sigma_m,
-                         static_cast<uint8_t>(std::lround(std::min(asked.sweep.grey, 255.0))),
-                         DenseSource::kFilledPlane});
+// Whether cameras look at places of a plane. Neighbouring places are seen by the same view, which
+// is asked first.
+class Watcher {
+ public:
+  Watcher(const MeasuredBuilding& measured, const Vector3d& normal, const PlaneOptions& options)
+      : cameras_(measured.cameras), depths_(measured.depths), normal_(normal), options_(options) {
+    for (size_t view = 0; view < cameras_.T_camera_world.size(); ++view) {
+      centres_.push_back(cameras_.Centre(static_cast<int>(view)));
     }
   }
+
+  bool Sees(const Vector3d& p) {
+    const int count = static_cast<int>(centres_.size());
+    for (int i = 0; i < count; ++i) {
+      const int view = (last_ + i) % count;
+      if (!SeesFrom(view, p)) continue;
+      last_ = view;
+      return true;
+    }
+    return false;
+  }
+
+ private:
+  bool SeesFrom(int view, const Vector3d& p) const {
+    const Vector3d way = centres_[view] - p;
+    const double range_m = way.norm();
+    if (range_m > options_.max_range_m || normal_.dot(way) < min_cosine_ * range_m) return false;
+    const Vector3d p_camera = cameras_.T_camera_world[view][0] * p;
+    if (p_camera.z() < kMinDepth_m) return false;
+    const Vector2d px = PixelFromPlane(cameras_.cameras[0], Vector2d(p_camera.hnormalized()));
+    return cameras_.cameras[0].Contains(px, kMargin_px) &&
+           !depths_.Hides(view, 0, px, p_camera.z());
+  }
+
+  const ViewCameras& cameras_;
+  const SightDepths& depths_;
+  const Vector3d normal_;
+  const PlaneOptions& options_;
+  const double min_cosine_ = std::cos(options_.max_grazing_deg * std::numbers::pi / 180);
+  std::vector<Vector3d> centres_;
+  int last_ = 0;
+};
+
+std::vector<DensePoint> Filled(const BoundedPlane& plane, const MeasuredBuilding& measured,
+                               const PointIndex& index, const PlaneOptions& options) {
+  const PlaneGrid& grid = plane.grid;
+  const MeasuredAround around(grid, measured.dense, options);
+  const cv::Mat1i passes = CountPasses(grid, measured.sights, options);
+  Watcher watcher(measured, grid.normal, options);
+  std::vector<DensePoint> points;
+  for (int row = 0; row < grid.rows; ++row) {
+    for (int column = 0; column < grid.columns; ++column) {
+      if (!plane.inside(row, column) || passes(row, column) > options.max_passes) continue;
+      const auto surface = around.At(column + 0.5, row + 0.5);
+      if (!surface || surface->nearest_m > plane.reach_m ||
+          std::abs(surface->offset_m) > options.max_offset_m) {
+        continue;
+      }
+      const Vector3d p = grid.At(column + 0.5, row + 0.5) + surface->offset_m * grid.normal;
+      if (index.HasNear(p, kMeasured_m) || !watcher.Sees(p)) continue;
+      points.push_back({p, grid.normal, plane.sigma_m,
+                        static_cast<uint8_t>(std::lround(surface->grey)),
+                        DenseSource::kFilledPlane});
+    }
+  }
+  return points;
 }
 
-// Of planes that were suggested twice, or lie close to each other, the first.
-std::vector<DensePoint> FirstOfEach(const std::vector<DensePoint>& filled) {
-  PointIndex taken(kOneSurface_m);
+// Of planes that overlap, the first's.
+std::vector<DensePoint> FirstOfEach(const std::vector<std::vector<DensePoint>>& by_plane) {
+  PointIndex taken(kIndex_m);
   std::vector<DensePoint> points;
-  for (const DensePoint& point : filled) {
-    const bool is_taken = taken.AnyNear(point.p_world, kOneSurface_m, [&](size_t i) {
-      const Vector3d way = point.p_world - points[i].p_world;
-      const double off_m = std::abs(way.dot(points[i].normal_world));
-      return points[i].normal_world.dot(point.normal_world) > 0.7 &&
-             (way.norm() < kSamePlace_m || off_m > kSamePlace_m);
-    });
-    if (is_taken) continue;
-    taken.Add(point.p_world, points.size());
-    points.push_back(point);
+  for (const std::vector<DensePoint>& filled : by_plane) {
+    for (const DensePoint& point : filled) {
+      const bool is_taken = taken.AnyNear(point.p_world, kSamePlace_m, [&](size_t i) {
+        return points[i].normal_world.dot(point.normal_world) > 0;
+      });
+      if (is_taken) continue;
+      taken.Add(point.p_world, points.size());
+      points.push_back(point);
+    }
   }
   return points;
 }
 
 }  // namespace
 
-std::vector<DensePoint> FillPlanes(const Views& views, const ViewImages& images,
-                                   const MeasuredBuilding& measured, const PlaneOptions& options,
+std::vector<DensePoint> FillPlanes(const MeasuredBuilding& measured, const PlaneOptions& options,
                                    int threads, const Progress& progress) {
   options.Check();
-  if (!progress.Report(0)) return {};
-  std::vector<AskedPlane> planes = AskPlanes(measured, options, threads);
-  PatchSweeper sweeper(views, images, measured.depths, options, threads);
-  if (!sweeper.Sweep(&planes, progress)) return {};
-  for (AskedPlane& plane : planes) JudgePatches(options, &plane);
-  const ViewCameras cameras(views, images.rig());
-  std::vector<DensePoint> filled;
-  for (const AskedPlane& plane : planes) {
-    for (const AskedPatch& asked : plane.patches) {
-      if (!asked.agrees) continue;
-      const PatchImage& image = asked.images.front();
-      FillPatch(planes, plane, asked, cameras.Centre(image.view, image.camera),
-                CellsOfPatch(options), &filled);
+  const std::vector<BoundedPlane> planes = BoundedPlanes(measured.building, options);
+  PointIndex index(kIndex_m);
+  for (size_t i = 0; i < measured.dense.size(); ++i) index.Add(measured.dense[i].p_world, i);
+  std::vector<std::vector<DensePoint>> filled(planes.size());
+  constexpr size_t kAtOnce = 8;  // planes, between which it may be ended
+  for (size_t begin = 0; begin < planes.size(); begin += kAtOnce) {
+    if (!progress.Report(static_cast<double>(begin) / static_cast<double>(planes.size()))) {
+      return {};
     }
+    ParallelFor(begin, std::min(planes.size(), begin + kAtOnce), threads,
+                [&](size_t i) { filled[i] = Filled(planes[i], measured, index, options); });
   }
   return FirstOfEach(filled);
 }

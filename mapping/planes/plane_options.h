@@ -1,4 +1,4 @@
-// The options of planes that are filled where images agree with them.
+// The options of surfaces that are filled between what was measured of them.
 #pragma once
 
 #include "data/yaml_options.h"
@@ -6,34 +6,21 @@
 namespace slcmap {
 
 struct PlaneOptions {
-  bool fill = false;  // measured on one building only so far, see README.md
+  bool fill = true;
+  double cell_m = 0.05;  // of a plane, that one point fills
 
-  // Planes that structure suggests.
-  double min_line_m = 0.5;      // of level lines that suggest an upright plane by themselves
-  double min_surface_m2 = 0.2;  // of measured points that suggest a plane by themselves
-  double min_support_m2 = 2.4;  // of both, that a plane needs
-  double merge_m = 0.035;       // from a plane, what is a part of it
-  double reach_m = 0.8;         // beyond what suggests it, along it
-  double height_m = 3;          // the same up and down an upright plane
+  // What has to be measured around a cell.
+  int neighbours = 8;          // of the measured points nearest to it along the plane
+  double beside_m = 0.15;      // on either side of the plane, in which they are looked for
+  double agree_m = 0.015;      // from their median, of those that are on one surface
+  double min_share = 0.75;     // of them, that is on one
+  double max_offset_m = 0.03;  // of their median from the plane
+  double reach_m = 0.5;        // from the nearest of them, along the plane
+  double room_reach_m = 2;     // the same on floors and ceilings of rooms, which walls bound
 
-  // Patches of a plane, which are compared between images.
-  double patch_m = 0.3;
-  int samples = 24;  // along a side
-  int min_images = 4, max_images = 10;
-  int window_views = 30;          // on either side of the view that shows a patch best
-  double min_parallax_deg = 1.2;  // between the images, seen from the patch
-  double max_range_m = 5;
-  double max_grazing_deg = 76;
-
-  // What counts as agreement.
-  double sweep_m = 0.32, sweep_step_m = 0.04;  // on either side of the plane
-  double max_offset_m = 0.07;                  // of the best place from the plane
-  double min_correlation = 0.45;               // mean over all pairs of images, on the plane
-  int min_patches = 8;                         // of a plane, that agree
-  double min_plane_share = 0.15;               // of the patches of a plane that are seen
-
-  // What is filled.
-  double cell_m = 0.05;
+  // What cameras have to see of it.
+  double max_range_m = 8;
+  double max_grazing_deg = 85;
   int max_passes = 2;     // rays that may be measured through a cell
   double behind_m = 0.1;  // where they end behind it
 

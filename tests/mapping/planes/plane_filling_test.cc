@@ -1,180 +1,173 @@
-// Painted walls that stereo is said not to have measured: what is filled, and what must not be.
+// A wall of which stereo measured a part: what is filled, and what must not be.
 #include "mapping/planes/plane_filling.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 
-#include "data/error.h"
-#include "tests/mapping/planes/painted_views.h"
+#include "tests/testing/box_room_renderer.h"
 
 namespace slcmap {
 namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kWall_m = 2.5;  // y of the wall
-constexpr double kFaint = 0.06;
-
-PaintedRectangle Upright(double from_x, double to_x, double low_z, double high_z, double y,
-                         double contrast, int seed) {
-  return {{from_x, y, low_z}, {to_x - from_x, 0, 0}, {0, 0, high_z - low_z}, 120, contrast, seed};
-}
-
-// A wall with a hole from x = -0.6 to 0.6 between two heights, and what is behind it as the last.
-std::vector<PaintedRectangle> WallWithHole(double low_z, double high_z,
-                                           const PaintedRectangle& behind) {
-  return {Upright(-4, -0.6, 0, 3, kWall_m, kFaint, 1), Upright(0.6, 4, 0, 3, kWall_m, kFaint, 2),
-          Upright(-0.6, 0.6, 0, low_z, kWall_m, kFaint, 3),
-          Upright(-0.6, 0.6, high_z, 3, kWall_m, kFaint, 4), behind};
-}
-
-// What was measured: floor and ceiling, which lie out of view, and the lines between them and the
-// wall.
-struct Measured {
-  std::vector<DensePoint> dense;
-  std::vector<MapLine> lines;
-  std::vector<Sights> sights;
-
-  Measured() {
-    for (double x = -2; x < 2; x += 0.04) {
-      dense.push_back({{x, -1, 0}, Vector3d::UnitZ(), 0.01, 100});
-      dense.push_back({{x, -1, 3}, -Vector3d::UnitZ(), 0.01, 100});
-    }
-    for (const double z : {0.0, 3.0}) {
-      MapLine line;
-      line.start_world = {-2, kWall_m, z};
-      line.end_world = {2, kWall_m, z};
-      line.kind = LineKind::kEdge;
-      lines.push_back(line);
-    }
-  }
-};
-
-std::vector<DensePoint> Fill(const PaintedViews& painted, const Measured& measured, int threads = 1,
-                             const Progress& progress = {}) {
-  const SightDepths depths(measured.dense, 0.04, ViewCameras(painted.views(), painted.rig()));
-  return FillPlanes(painted.views(), painted,
-                    {measured.dense, 0.04, measured.lines, measured.sights, depths}, {}, threads,
-                    progress);
-}
+constexpr double kWall_m = 2.5;  // y of the wall, which is seen from y = 0
 
 struct Box {
   double from_x, to_x, low_z, high_z;
+
+  bool Holds(const Vector3d& p) const {
+    return p.x() > from_x && p.x() < to_x && p.z() > low_z && p.z() < high_z;
+  }
+};
+
+constexpr Box kHole = {-0.3, 0.3, 1.2, 1.8};  // that stereo has left in the wall
+
+void AddMeasured(const Box& box, const Box& hole, double y, std::vector<DensePoint>* dense) {
+  for (double x = box.from_x; x < box.to_x; x += 0.04) {
+    for (double z = box.low_z; z < box.high_z; z += 0.04) {
+      if (hole.Holds({x, y, z})) continue;
+      dense->push_back({{x, y, z}, -Vector3d::UnitY(), 0.01, 100});
+    }
+  }
+}
+
+// The wall, 3 m high from x = -2 to 2, measured from x = -1 to 1 but in the hole.
+struct Scene {
+  std::vector<DensePoint> dense;
+  Building building;
+  std::vector<Sights> sights;
+  Views views;
+
+  explicit Scene(double measured_y = kWall_m) {
+    AddMeasured({-1, 1, 0, 3}, kHole, measured_y, &dense);
+    BuildingPlane wall;
+    wall.kind = PlaneKind::kWall;
+    wall.normal = -Vector3d::UnitY();
+    wall.offset_m = -kWall_m;
+    wall.sigma_m = 0.005;
+    wall.outline_world = {{-2, kWall_m, 0}, {2, kWall_m, 0}, {2, kWall_m, 3}, {-2, kWall_m, 3}};
+    building.planes = {wall};
+    Eigen::Matrix3d R_world_camera;
+    R_world_camera << 1, 0, 0, 0, 0, 1, 0, -1, 0;
+    for (int i = 0; i < 4; ++i) {
+      views.push_back(
+          {i * 100000000, 0, {Eigen::Quaterniond(R_world_camera), {0.2 * i - 0.3, 0, 1.5}}});
+    }
+  }
+
+  std::vector<DensePoint> Fill(int threads = 1, const Progress& progress = {}) const {
+    Rig rig = SmallRig();
+    for (RigidTransform& T_imu_camera : rig.T_imu_camera) T_imu_camera = {};
+    const ViewCameras cameras(views, rig);
+    const SightDepths depths(dense, 0.04, cameras);
+    return FillPlanes({dense, building, sights, cameras, depths}, {}, threads, progress);
+  }
 };
 
 // The share of a part of the wall that is filled, by cells of 5 cm.
 double Share(const std::vector<DensePoint>& points, const Box& box) {
   const auto inside = std::count_if(points.begin(), points.end(), [&](const DensePoint& point) {
-    const Vector3d& p = point.p_world;
-    return p.x() > box.from_x && p.x() < box.to_x && p.z() > box.low_z && p.z() < box.high_z;
+    return box.Holds(point.p_world);
   });
-  const double area_m2 = (box.to_x - box.from_x) * (box.high_z - box.low_z);
-  return static_cast<double>(inside) * 0.05 * 0.05 / area_m2;
+  return static_cast<double>(inside) * 0.05 * 0.05 /
+         ((box.to_x - box.from_x) * (box.high_z - box.low_z));
 }
 
-// Of the wall beside the hole, which all views show.
-constexpr Box kBeside = {1, 1.6, 0.8, 2.2};
-
-TEST(FillPlanes, FillsAFaintlyPaintedWall) {
-  const PaintedViews painted({Upright(-4, 4, 0, 3, kWall_m, kFaint, 1)});
-  const std::vector<DensePoint> points = Fill(painted, {});
-  EXPECT_GT(Share(points, {-1, 1, 0.8, 2.2}), 0.8);
+TEST(FillPlanes, FillsAHoleInAWall) {
+  const std::vector<DensePoint> points = Scene().Fill();
+  EXPECT_GT(Share(points, {-0.25, 0.25, 1.25, 1.75}), 0.95);
   for (const DensePoint& point : points) {
     EXPECT_EQ(point.source, DenseSource::kFilledPlane);
-    EXPECT_NEAR(point.p_world.y(), kWall_m, 0.04);
+    EXPECT_NEAR(point.p_world.y(), kWall_m, 1e-9);
     EXPECT_LT(point.normal_world.y(), -0.99);
-    EXPECT_NEAR(point.grey, 120, 20);
-    EXPECT_GT(point.sigma_m, 0);
+    EXPECT_EQ(point.grey, 100);
+    EXPECT_EQ(point.sigma_m, 0.005);
   }
 }
 
-TEST(FillPlanes, LeavesOutAWallThatImagesSayNothingOf) {
-  const PaintedViews painted({Upright(-4, 4, 0, 3, kWall_m, 0, 1)});
-  EXPECT_TRUE(Fill(painted, {}).empty());
-}
-
-TEST(FillPlanes, LeavesOutAPlaneBeforeTheWall) {
-  const PaintedViews painted({Upright(-4, 4, 0, 3, kWall_m + 0.2, kFaint, 1)});
-  EXPECT_TRUE(Fill(painted, {}).empty());
+TEST(FillPlanes, FollowsAWallThatBends) {
+  const std::vector<DensePoint> points = Scene(kWall_m + 0.02).Fill();
+  ASSERT_FALSE(points.empty());
+  for (const DensePoint& point : points) EXPECT_NEAR(point.p_world.y(), kWall_m + 0.02, 1e-9);
 }
 
 TEST(FillPlanes, LeavesOutWhatWasMeasured) {
-  const PaintedViews painted({Upright(-4, 4, 0, 3, kWall_m, kFaint, 1)});
-  Measured measured;
-  for (double x = -0.5; x < 0.5; x += 0.04) {
-    for (double z = 1; z < 2; z += 0.04) {
-      measured.dense.push_back({{x, kWall_m, z}, -Vector3d::UnitY(), 0.01, 100});
-    }
-  }
-  const std::vector<DensePoint> points = Fill(painted, measured);
-  EXPECT_LT(Share(points, {-0.45, 0.45, 1.05, 1.95}), 0.05);
-  EXPECT_GT(Share(points, kBeside), 0.5);
+  const std::vector<DensePoint> points = Scene().Fill();
+  EXPECT_EQ(Share(points, {-0.9, -0.4, 1, 2}), 0);
+  EXPECT_EQ(Share(points, {0.4, 0.9, 1, 2}), 0);
 }
 
-TEST(FillPlanes, LeavesOutADoorway) {
-  const PaintedViews painted(WallWithHole(0, 2.1, Upright(-4, 4, 0, 3, 4.5, kFaint, 5)));
-  const std::vector<DensePoint> points = Fill(painted, {});
-  EXPECT_GT(Share(points, kBeside), 0.5);
-  EXPECT_LT(Share(points, {-0.45, 0.45, 0.5, 1.95}), 0.03);
+TEST(FillPlanes, GoesNoFartherThanItsReach) {
+  Scene scene;
+  scene.building.planes[0].outline_world[1].x() = scene.building.planes[0].outline_world[2].x() = 4;
+  const std::vector<DensePoint> points = scene.Fill();
+  EXPECT_GT(Share(points, {1.1, 1.4, 1.2, 1.8}), 0.8);
+  EXPECT_EQ(Share(points, {1.6, 4, 0, 3}), 0);
 }
 
-TEST(FillPlanes, LeavesOutANiche) {
-  const PaintedViews painted(WallWithHole(0.9, 2.1, Upright(-1, 1, 0.5, 2.5, 2.7, kFaint, 5)));
-  const std::vector<DensePoint> points = Fill(painted, {});
-  EXPECT_GT(Share(points, kBeside), 0.5);
-  EXPECT_LT(Share(points, {-0.45, 0.45, 1.05, 1.95}), 0.03);
+TEST(FillPlanes, LeavesOutADoorLeafBehindThePlane) {
+  Scene scene;
+  scene.dense.clear();
+  AddMeasured({-1, 1, 0, 3}, {-0.5, 0.5, 1, 2}, kWall_m, &scene.dense);
+  AddMeasured({-0.5, 0.5, 1, 2}, kHole, kWall_m + 0.06, &scene.dense);
+  EXPECT_EQ(Share(scene.Fill(), kHole), 0);
 }
 
-TEST(FillPlanes, LeavesOutAWindowThatRaysPass) {
-  const PaintedViews painted(WallWithHole(0.9, 2.1, Upright(-4, 4, 0, 3, 4.5, 0.3, 5)));
-  Measured measured;
-  measured.sights = painted.SightsOf({4});
-  const std::vector<DensePoint> points = Fill(painted, measured);
-  EXPECT_GT(Share(points, kBeside), 0.5);
-  EXPECT_EQ(Share(points, {-0.55, 0.55, 0.95, 2.05}), 0);
+TEST(FillPlanes, LeavesOutOpenings) {
+  Scene scene;
+  PlaneOpening window;
+  window.outline_world = {
+      {-0.3, kWall_m, 1.2}, {0.3, kWall_m, 1.2}, {0.3, kWall_m, 1.8}, {-0.3, kWall_m, 1.8}};
+  scene.building.planes[0].openings = {window};
+  EXPECT_EQ(Share(scene.Fill(), kHole), 0);
 }
 
-TEST(FillPlanes, LeavesOutWhatRaysPassThoughItsImagesAgree) {
-  const PaintedViews painted({Upright(-4, 4, 0, 3, kWall_m, kFaint, 1)});
-  Measured measured;
-  for (int i = 0; i < 8; ++i) {
+TEST(FillPlanes, LeavesOutWhatRaysPass) {
+  Scene scene;
+  for (int i = 0; i < 3; ++i) {
     Sights sights{{0, 0, 1.5}, {}, {}};
-    for (float x = -0.4F; x <= 0.4F; x += 0.02F) {
-      for (float z = -0.4F; z <= 0.4F; z += 0.02F) {
+    for (float x = -0.25F; x <= 0.25F; x += 0.02F) {
+      for (float z = -0.25F; z <= 0.25F; z += 0.02F) {
         sights.p_world.emplace_back(2 * x, 2 * kWall_m, 1.5F + 2 * z);
         sights.sigma_m.push_back(0.02F);
       }
     }
-    measured.sights.push_back(sights);
+    scene.sights.push_back(sights);
   }
-  const std::vector<DensePoint> points = Fill(painted, measured);
-  EXPECT_GT(Share(points, kBeside), 0.5);
-  EXPECT_EQ(Share(points, {-0.35, 0.35, 1.15, 1.85}), 0);
+  EXPECT_EQ(Share(scene.Fill(), {-0.2, 0.2, 1.3, 1.7}), 0);
 }
 
-TEST(FillPlanes, LeavesOutWhatStandsBeforeTheWall) {
-  const PaintedViews painted(
-      {Upright(-4, 4, 0, 3, kWall_m, kFaint, 1), Upright(-0.6, 0.6, 0, 3, kWall_m - 0.4, 0.3, 2)});
-  const std::vector<DensePoint> points = Fill(painted, {});
-  EXPECT_GT(Share(points, kBeside), 0.4);
-  EXPECT_LT(Share(points, {-0.3, 0.3, 0.8, 2.2}), 0.03);
+TEST(FillPlanes, LeavesOutWhatNoCameraSees) {
+  Scene scene;
+  AddMeasured({-1, 1, 0, 3}, {9, 9, 9, 9}, 1.5, &scene.dense);
+  EXPECT_EQ(Share(scene.Fill(), {-0.2, 0.2, 1.3, 1.7}), 0);
+  for (View& view : scene.views) view.T_world_imu.translation.y() = 6;
+  EXPECT_TRUE(scene.Fill().empty());
+}
+
+TEST(FillPlanes, FillsOneOfTwoPlanesThatAreTheSame) {
+  Scene scene;
+  const size_t once = scene.Fill().size();
+  scene.building.planes.push_back(scene.building.planes[0]);
+  EXPECT_EQ(scene.Fill().size(), once);
 }
 
 TEST(FillPlanes, AreTheSameOnAnyNumberOfThreads) {
-  const PaintedViews painted({Upright(-4, 4, 0, 3, kWall_m, kFaint, 1)}, 10);
-  const std::vector<DensePoint> one = Fill(painted, {}, 1), three = Fill(painted, {}, 3);
+  Scene scene;
+  for (int i = 1; i < 4; ++i) {
+    scene.building.planes.push_back(scene.building.planes[0]);
+    for (Vector3d& p : scene.building.planes.back().outline_world) p.x() += i;
+  }
+  const std::vector<DensePoint> one = scene.Fill(1), three = scene.Fill(3);
   ASSERT_FALSE(one.empty());
   ASSERT_EQ(one.size(), three.size());
-  for (size_t i = 0; i < one.size(); ++i) {
-    EXPECT_EQ(one[i].p_world, three[i].p_world);
-    EXPECT_EQ(one[i].sigma_m, three[i].sigma_m);
-  }
+  for (size_t i = 0; i < one.size(); ++i) EXPECT_EQ(one[i].p_world, three[i].p_world);
 }
 
 TEST(FillPlanes, EndWhenAsked) {
-  const PaintedViews painted({Upright(-4, 4, 0, 3, kWall_m, kFaint, 1)}, 10);
-  EXPECT_TRUE(Fill(painted, {}, 1, Progress([](double) { return false; })).empty());
+  EXPECT_TRUE(Scene().Fill(1, Progress([](double) { return false; })).empty());
 }
 
 }  // namespace

@@ -1,0 +1,81 @@
+#include "mapping/planes/bounded_plane.h"
+
+#include <gtest/gtest.h>
+
+#include <numeric>
+
+namespace slcmap {
+namespace {
+
+using Eigen::Vector3d;
+
+double InsideArea(const BoundedPlane& plane) {
+  return std::accumulate(plane.inside.begin(), plane.inside.end(), 0.0) * plane.grid.cell_m *
+         plane.grid.cell_m;
+}
+
+// 4 m long and 2.5 m high, with a door of 1 m by 2 m.
+BuildingPlane WallWithDoor() {
+  BuildingPlane wall;
+  wall.kind = PlaneKind::kWall;
+  wall.normal = -Vector3d::UnitY();
+  wall.offset_m = -3;
+  wall.sigma_m = 0.004;
+  wall.outline_world = {{0, 3, 0}, {4, 3, 0}, {4, 3, 2.5}, {0, 3, 2.5}};
+  PlaneOpening door;
+  door.outline_world = {{1, 3, 0}, {2, 3, 0}, {2, 3, 2}, {1, 3, 2}};
+  wall.openings = {door};
+  return wall;
+}
+
+TEST(BoundedPlanes, LeaveOutOpenings) {
+  Building building;
+  building.planes = {WallWithDoor()};
+  const std::vector<BoundedPlane> planes = BoundedPlanes(building, {});
+  ASSERT_EQ(planes.size(), 1);
+  EXPECT_NEAR(InsideArea(planes[0]), 4 * 2.5 - 2, 0.1);
+  EXPECT_EQ(planes[0].sigma_m, 0.004);
+  EXPECT_EQ(planes[0].reach_m, PlaneOptions{}.reach_m);
+  const PlaneGrid& grid = planes[0].grid;
+  const Vector3d in_door(1.5, 3, 1), beside(3, 3, 1);
+  EXPECT_FALSE(planes[0].inside(grid.RowOf(in_door), grid.ColumnOf(in_door)));
+  EXPECT_TRUE(planes[0].inside(grid.RowOf(beside), grid.ColumnOf(beside)));
+  EXPECT_LT((grid.At(0.5 + grid.ColumnOf(beside), 0.5 + grid.RowOf(beside)) - beside).norm(), 0.05);
+}
+
+TEST(BoundedPlanes, LeaveOutWhatRoomsRunAround) {
+  Building building;
+  Room room;
+  room.id = 3;
+  room.polygon.outline = {{0, 0}, {4, 0}, {4, 4}, {0, 4}};
+  room.polygon.holes = {{{1, 1}, {1, 3}, {3, 3}, {3, 1}}};
+  building.rooms = {room};
+  for (const bool is_floor : {true, false}) {
+    BuildingPlane plane;
+    plane.kind = is_floor ? PlaneKind::kFloor : PlaneKind::kCeiling;
+    plane.normal = Vector3d(0, 0, is_floor ? 1 : -1);
+    plane.offset_m = is_floor ? 0.2 : -2.7;
+    plane.room_ids = {3};
+    for (const auto& p : room.polygon.outline) {
+      plane.outline_world.emplace_back(p.x(), p.y(), is_floor ? 0.2 : 2.7);
+    }
+    building.planes.push_back(plane);
+  }
+  const std::vector<BoundedPlane> planes = BoundedPlanes(building, {});
+  ASSERT_EQ(planes.size(), 2);
+  for (const BoundedPlane& plane : planes) {
+    EXPECT_NEAR(InsideArea(plane), 16 - 4, 0.1);
+    EXPECT_EQ(plane.reach_m, PlaneOptions{}.room_reach_m);
+  }
+  EXPECT_NEAR(planes[1].grid.At(3, 7).z(), 2.7, 1e-12);
+}
+
+TEST(BoundedPlanes, AreNotMadeOfFurniture) {
+  Building building;
+  building.planes = {WallWithDoor()};
+  building.planes[0].kind = PlaneKind::kOther;
+  EXPECT_TRUE(BoundedPlanes(building, {}).empty());
+}
+
+}  // namespace
+}  // namespace slcmap

@@ -1,0 +1,65 @@
+#include "mapping/planes/measured_around.h"
+
+#include <gtest/gtest.h>
+
+namespace slcmap {
+namespace {
+
+// The plane z = 0 of 4 m by 4 m, seen from above, in cells of 10 cm.
+PlaneGrid FloorGrid() {
+  PlaneGrid grid;
+  grid.cell_m = 0.1;
+  grid.columns = grid.rows = 40;
+  return grid;
+}
+
+void AddPatch(double from_x, double to_x, double z, uint8_t grey, std::vector<DensePoint>* cloud) {
+  for (double x = from_x; x < to_x; x += 0.05) {
+    for (double y = 1; y < 2; y += 0.05) {
+      cloud->push_back({{x, y, z}, Eigen::Vector3d::UnitZ(), 0.01, grey});
+    }
+  }
+}
+
+TEST(MeasuredAround, TellsTheSurfaceAroundAPlace) {
+  std::vector<DensePoint> cloud;
+  AddPatch(1, 2, 0.012, 90, &cloud);
+  const PlaneGrid grid = FloorGrid();
+  const auto around = MeasuredAround(grid, cloud, {}).At(22.5, 15);
+  ASSERT_TRUE(around);
+  EXPECT_NEAR(around->offset_m, 0.012, 1e-9);
+  EXPECT_NEAR(around->grey, 90, 1e-9);
+  EXPECT_NEAR(around->nearest_m, 0.3, 0.03);
+}
+
+TEST(MeasuredAround, TellsNothingBetweenTwoSurfaces) {
+  std::vector<DensePoint> cloud;
+  AddPatch(1, 2, 0, 90, &cloud);
+  AddPatch(2.2, 3, 0.08, 90, &cloud);
+  const PlaneGrid grid = FloorGrid();
+  const MeasuredAround around(grid, cloud, {});
+  EXPECT_FALSE(around.At(20.9, 15));
+  ASSERT_TRUE(around.At(18, 15));
+  EXPECT_NEAR(around.At(18, 15)->offset_m, 0, 1e-9);
+  ASSERT_TRUE(around.At(26, 15));
+  EXPECT_NEAR(around.At(26, 15)->offset_m, 0.08, 1e-9);
+}
+
+TEST(MeasuredAround, PassesOverWhatFacesTheOtherWayOrIsFarOffOrFilled) {
+  std::vector<DensePoint> cloud;
+  AddPatch(1, 2, 0.3, 90, &cloud);
+  std::vector<DensePoint> turned;
+  AddPatch(1, 2, 0, 90, &turned);
+  for (DensePoint& point : turned) point.normal_world = -point.normal_world;
+  std::vector<DensePoint> filled;
+  AddPatch(1, 2, 0, 90, &filled);
+  for (DensePoint& point : filled) point.source = DenseSource::kFilledPlane;
+  cloud.insert(cloud.end(), turned.begin(), turned.end());
+  cloud.insert(cloud.end(), filled.begin(), filled.end());
+  const PlaneGrid grid = FloorGrid();
+  EXPECT_FALSE(MeasuredAround(grid, cloud, {}).At(15, 15));
+  EXPECT_FALSE(MeasuredAround(grid, {}, {}).At(15, 15));
+}
+
+}  // namespace
+}  // namespace slcmap
