@@ -17,7 +17,7 @@ namespace {
 using Reason = AlignmentError::Reason;
 
 constexpr double kSamePlace_m = 0.2, kSamePlace_rad = 0.03;
-constexpr double kContradictionCost = 3;  // of a share of surfaces, as a share of what agrees
+constexpr double kContradictionCost = 3;   // of a share of surfaces, as a share of what agrees
 constexpr double kRivalContradiction = 2;  // of a rival, as a multiple of what is taken
 constexpr double kRivalAgreeing = 0.4;     // of a rival, as a share of what agrees at the best
 constexpr double kNudge_m = 0.3;
@@ -32,8 +32,10 @@ struct Place {
 
 class Aligner {
  public:
-  Aligner(const MapResult& first, const MapResult& second, const AlignmentOptions& options)
+  Aligner(const MapResult& first, const MapResult& second, const AlignmentOptions& options,
+          const Progress& progress)
       : options_(options),
+        progress_(progress),
         first_features_(FeaturesOf(first)),
         second_features_(FeaturesOf(second)),
         first_index_(first_features_),
@@ -52,9 +54,12 @@ class Aligner {
     CheckOverlap(best);
     CheckContradiction(best);
     const double rival_share = CheckRivals(best, places);
-    return {best.fit.T_first_second,     best.agreement.surfaces_m2(),
-            best.agreement.lines_m(),    best.fit.surface_rms_m,
-            best.fit.line_rms_m,         best.agreement.contradiction(),
+    return {best.fit.T_first_second,
+            best.agreement.surfaces_m2(),
+            best.agreement.lines_m(),
+            best.fit.surface_rms_m,
+            best.fit.line_rms_m,
+            best.agreement.contradiction(),
             rival_share};
   }
 
@@ -62,10 +67,11 @@ class Aligner {
   void CheckHeadings() const {
     for (const AlignmentFeatures* features : {&first_features_, &second_features_}) {
       if (!features->headings_rad.empty()) continue;
-      throw AlignmentError(Reason::kNoHeading,
-                           fmt::format("the {} map: found no level lines and upright surfaces, "
-                                       "expected a building, whose headings tell how maps are turned",
-                                       features == &first_features_ ? "first" : "second"));
+      throw AlignmentError(
+          Reason::kNoHeading,
+          fmt::format("the {} map: found no level lines and upright surfaces, "
+                      "expected a building, whose headings tell how maps are turned",
+                      features == &first_features_ ? "first" : "second"));
     }
   }
 
@@ -85,10 +91,11 @@ class Aligner {
   // The candidates where they come to rest, each once, the best first.
   std::vector<Place> FindPlaces() const {
     std::vector<Place> places;
-    for (const AlignmentCandidate& candidate :
-         FindCandidates(first_features_, second_features_, options_)) {
-      const auto fit =
-          FitAlignment(first_index_, second_features_, candidate.T_first_second, {.max_samples = 1500});
+    const auto candidates = FindCandidates(first_features_, second_features_, options_);
+    for (std::size_t i = 0; i < candidates.size(); ++i) {
+      progress_.ReportOrStop(static_cast<double>(i) / static_cast<double>(candidates.size()));
+      const auto fit = FitAlignment(first_index_, second_features_, candidates[i].T_first_second,
+                                    {.max_samples = 1500});
       if (!fit) continue;
       const auto is_same = [&](const Place& place) {
         return IsSamePlace(place.fit.T_first_second, fit->T_first_second);
@@ -107,7 +114,8 @@ class Aligner {
 
   // By all samples.
   Place FittedAgain(const Place& place) const {
-    constexpr AlignmentFitOptions kAll{.from_m = 0.1, .to_m = 0.04, .steps = 10, .max_samples = 200000};
+    constexpr AlignmentFitOptions kAll{
+        .from_m = 0.1, .to_m = 0.04, .steps = 10, .max_samples = 200000};
     const auto fit = FitAlignment(first_index_, second_features_, place.fit.T_first_second, kAll);
     if (!fit) FailForOverlap(&place);
     return PlaceAt(*fit);
@@ -118,9 +126,10 @@ class Aligner {
     const double lines_m = best ? best->agreement.lines_m() : 0;
     throw AlignmentError(
         Reason::kNoOverlap,
-        fmt::format("found no place where the maps overlap: at the best one {:.1f} m2 of surfaces and "
-                    "{:.1f} m of lines agree; expected at least {} m2 and {} m",
-                    surfaces_m2, lines_m, options_.min_surfaces_m2, options_.min_lines_m));
+        fmt::format(
+            "found no place where the maps overlap: at the best one {:.1f} m2 of surfaces and "
+            "{:.1f} m of lines agree; expected at least {} m2 and {} m",
+            surfaces_m2, lines_m, options_.min_surfaces_m2, options_.min_lines_m));
   }
 
   void CheckOverlap(const Place& best) const {
@@ -135,11 +144,12 @@ class Aligner {
     if (found <= options_.max_contradiction && agreeing >= options_.min_agreeing) return;
     throw AlignmentError(
         Reason::kContradiction,
-        fmt::format("found {:.0f} % of the surfaces of one map in the free space of the other at the "
-                    "best place, {}, and {:.0f} % of those that both know alike; expected at most "
-                    "{:.0f} % and at least {:.0f} %: are both of one building?",
-                    100 * found, InWords(best.fit.T_first_second), 100 * agreeing,
-                    100 * options_.max_contradiction, 100 * options_.min_agreeing));
+        fmt::format(
+            "found {:.0f} % of the surfaces of one map in the free space of the other at the "
+            "best place, {}, and {:.0f} % of those that both know alike; expected at most "
+            "{:.0f} % and at least {:.0f} %: are both of one building?",
+            100 * found, InWords(best.fit.T_first_second), 100 * agreeing,
+            100 * options_.max_contradiction, 100 * options_.min_agreeing));
   }
 
   // Other places, and those beside it, as along a blank wall nothing tells where one is. Returns
@@ -189,11 +199,12 @@ class Aligner {
     }
     throw AlignmentError(
         Reason::kAmbiguous,
-        fmt::format("found two places where the second map fits: {} and {}; of the lines and "
-                    "surfaces that tell them apart {:.1f} (m and m2) agree at the one and {:.1f} at "
-                    "the other, expected at most {:.0f} % of it and {} less; --at says which",
-                    InWords(T_best), InWords(T_rival), telling.for_best, telling.for_rival,
-                    100 * options_.max_rival_share, options_.min_telling));
+        fmt::format(
+            "found two places where the second map fits: {} and {}; of the lines and "
+            "surfaces that tell them apart {:.1f} (m and m2) agree at the one and {:.1f} at "
+            "the other, expected at most {:.0f} % of it and {} less; --at says which",
+            InWords(T_best), InWords(T_rival), telling.for_best, telling.for_rival,
+            100 * options_.max_rival_share, options_.min_telling));
   }
 
   // As --at takes it.
@@ -203,6 +214,7 @@ class Aligner {
   }
 
   const AlignmentOptions& options_;
+  const Progress& progress_;
   const AlignmentFeatures first_features_, second_features_;
   const FeatureIndex first_index_, second_index_;
   const ComparedMap first_, second_;
@@ -212,8 +224,8 @@ class Aligner {
 }  // namespace
 
 MapAlignment AlignMaps(const MapResult& first, const MapResult& second,
-                       const AlignmentOptions& options) {
-  return Aligner(first, second, options).Align();
+                       const AlignmentOptions& options, const Progress& progress) {
+  return Aligner(first, second, options, progress).Align();
 }
 
 }  // namespace slcmap

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "data/error.h"
+#include "data/progress.h"
 #include "mapping/map.h"
 #include "mapping/merge/merge_options.h"
 
@@ -25,14 +26,15 @@ struct MapAlignment {
   // What both have, within 8 cm and 4 cm across.
   double surfaces_m2 = 0, lines_m = 0;
   double surface_rms_m = 0, line_rms_m = 0;  // across, of what is near each other
-  double contradiction = 0;  // share of surfaces in the free space of the other
+  double contradiction = 0;                  // share of surfaces in the free space of the other
   // Of what tells it from the next best place, how much speaks for that, as a share; 0: no other.
   double rival_share = 0;
 };
 
 // Deterministic. Throws AlignmentError, saying what was found and what was expected, where the maps
-// do not share enough, contradict each other, or fit together in several ways about as well.
+// do not share enough, contradict each other, or fit together in several ways about as well, and
+// StoppedError once progress says so.
 MapAlignment AlignMaps(const MapResult& first, const MapResult& second,
-                       const AlignmentOptions& options);
+                       const AlignmentOptions& options, const Progress& progress = {});
 
 }  // namespace slcmap

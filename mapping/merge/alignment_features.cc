@@ -54,8 +54,7 @@ void SampleLines(const std::vector<MapLine>& lines, std::vector<LinePlace>* plac
     const double length_m = way.norm();
     const int count = static_cast<int>(std::lround(length_m / kLinePlace_m));
     for (int i = 0; i < count; ++i) {
-      places->push_back(
-          {line.start_world + (i + 0.5) / count * way, way / length_m, line.sigma_m});
+      places->push_back({line.start_world + (i + 0.5) / count * way, way / length_m, line.sigma_m});
     }
   }
 }

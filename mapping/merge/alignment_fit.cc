@@ -40,8 +40,7 @@ class LevelEquations {
     }
     const Eigen::Vector4d step = information_.ldlt().solve(gradient_);
     const RigidTransform about = LevelTransform(step(0) / kTypicalReach_m, Eigen::Vector3d::Zero());
-    const Eigen::Vector3d t =
-        about * (T_.translation - centre_) + centre_ + step.tail<3>();
+    const Eigen::Vector3d t = about * (T_.translation - centre_) + centre_ + step.tail<3>();
     return RigidTransform((about.rotation * T_.rotation).normalized(), t);
   }
 
@@ -80,9 +79,8 @@ void AddLines(const FeatureIndex& first, const std::vector<LinePlace>& places,
     if (!match) continue;
     const Eigen::Vector3d& along = match->direction_world;
     const Eigen::Vector3d way = match->p_world - p, off = way - way.dot(along) * along;
-    const double sigma_m =
-        std::sqrt(std::pow(match->sigma_m, 2) + std::pow(places[i].sigma_m, 2) +
-                  kLineSigma_m * kLineSigma_m);
+    const double sigma_m = std::sqrt(std::pow(match->sigma_m, 2) + std::pow(places[i].sigma_m, 2) +
+                                     kLineSigma_m * kLineSigma_m);
     const Eigen::Vector3d across = along.unitOrthogonal(), other = along.cross(across);
     equations->Add(p, across, across.dot(off), sigma_m);
     equations->Add(p, other, other.dot(off), sigma_m);

@@ -9,7 +9,7 @@ namespace slcmap {
 
 struct AlignmentFit {
   RigidTransform T_first_second;
-  int surfaces = 0, lines = 0;              // samples that were matched
+  int surfaces = 0, lines = 0;               // samples that were matched
   double surface_rms_m = 0, line_rms_m = 0;  // across, of these
 };
 

@@ -130,9 +130,9 @@ std::vector<SourceLine> SourceLinesOf(const LinesOfMap& map, int number) {
 }
 
 // Places across a line, from the four numbers of LineFit: at its point, and by metre along it.
-using Shift = Eigen::Matrix<double, 3, 4>;
-Shift ShiftOf(const LineFit& fit, double along_m) {
-  Shift shift;
+using AcrossShift = Eigen::Matrix<double, 3, 4>;
+AcrossShift ShiftOf(const LineFit& fit, double along_m) {
+  AcrossShift shift;
   shift << fit.across, along_m * fit.across;
   return shift;
 }
@@ -173,8 +173,8 @@ TrackedLine TrackedFrom(const SourceLine& source, int index, const UnitedAxes& a
   line.fit.across.col(0) = line.line.direction_world.unitOrthogonal();
   line.fit.across.col(1) = line.line.direction_world.cross(line.fit.across.col(0));
   const LineCovariance* known = source.covariances[longest - source.pieces.begin()];
-  line.fit.covariance = known ? FitCovariance(*known, way.norm(), line.fit.across)
-                              : FitCovariance(*longest);
+  line.fit.covariance =
+      known ? FitCovariance(*known, way.norm(), line.fit.across) : FitCovariance(*longest);
   // What the maps are off against each other is shared by both.
   line.fit.covariance.topLeftCorner<2, 2>().diagonal().array() += 0.5 * alignment_m * alignment_m;
   line.fit.views = ObservationsOf(source);
@@ -232,9 +232,9 @@ LineKind KindOf(const std::vector<const SourceLine*>& members) {
 }
 
 LineCovariance CovarianceAt(const LineFit& fit, const Stretch& piece) {
-  const Shift start = ShiftOf(fit, piece.from_m), end = ShiftOf(fit, piece.to_m);
-  return {0, 0, start * fit.covariance * start.transpose(),
-          end * fit.covariance * end.transpose(), start * fit.covariance * end.transpose()};
+  const AcrossShift start = ShiftOf(fit, piece.from_m), end = ShiftOf(fit, piece.to_m);
+  return {0, 0, start * fit.covariance * start.transpose(), end * fit.covariance * end.transpose(),
+          start * fit.covariance * end.transpose()};
 }
 
 // The piece that a place of the merged line is in; -1: none.

@@ -8,10 +8,10 @@
 namespace slcmap {
 namespace {
 
-constexpr double kCell_m = 0.4;       // of the index
-constexpr double kFacing = 0.8;       // cosine between normals of one surface
-constexpr double kParallel = 0.995;   // cosine between lines that are one
-constexpr double kBeside_m = 0.3;     // along a surface or line, to the next sample
+constexpr double kCell_m = 0.4;                      // of the index
+constexpr double kFacing = 0.8;                      // cosine between normals of one surface
+constexpr double kParallel = 0.995;                  // cosine between lines that are one
+constexpr double kBeside_m = 0.3;                    // along a surface or line, to the next sample
 constexpr double kSurface_m = 0.08, kLine_m = 0.04;  // across, of what agrees
 constexpr double kSurfaceSample_m2 = kSurfaceSample_m * kSurfaceSample_m;
 
@@ -62,9 +62,7 @@ struct FeatureIndex::Cells {
 };
 
 FeatureIndex::FeatureIndex(const AlignmentFeatures& features)
-    : features_(features),
-      surfaces_(std::make_unique<Cells>()),
-      lines_(std::make_unique<Cells>()) {
+    : features_(features), surfaces_(std::make_unique<Cells>()), lines_(std::make_unique<Cells>()) {
   for (std::size_t i = 0; i < features.surfaces.size(); ++i) {
     surfaces_->Add(features.surfaces[i].p_world, static_cast<int>(i));
   }
@@ -157,7 +155,7 @@ Answer AnswerTo(const LinePlace& place, const ComparedMap& map, const RigidTrans
 }  // namespace
 
 MapAgreement Compare(const ComparedMap& first, const ComparedMap& second,
-                  const RigidTransform& T_first_second) {
+                     const RigidTransform& T_first_second) {
   MapAgreement agreement;
   for (const SurfaceSample& sample : second.features.surfaces) {
     agreement.surfaces.push_back(AnswerTo(sample, first, T_first_second));

@@ -51,7 +51,7 @@ struct ComparedMap {
 };
 
 MapAgreement Compare(const ComparedMap& first, const ComparedMap& second,
-                  const RigidTransform& T_first_second);
+                     const RigidTransform& T_first_second);
 
 // What tells two places of the second map apart: the samples that agree at the one, while the first
 // map has looked where the other puts them and has nothing like them there. Metres of lines and

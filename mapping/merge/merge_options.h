@@ -1,9 +1,8 @@
 // Options of aligning and merging maps.
 #pragma once
 
-#include <optional>
-
 #include <Eigen/Core>
+#include <optional>
 
 namespace slcmap {
 

@@ -11,8 +11,8 @@ namespace slcmap {
 namespace {
 
 constexpr double kLeastSigma_m = 0.001;
-constexpr double kOneSurface = 0.7;  // cosine between normals
-constexpr double kOneSigmas = 3;     // along the normal, between points of one surface
+constexpr double kOneSurface = 0.7;     // cosine between normals
+constexpr double kOneSigmas = 3;        // along the normal, between points of one surface
 constexpr double kBesidesVoxels = 0.6;  // across it, from where they are two points
 
 using SideVoxel = std::array<int64_t, 4>;  // and the side that it faces
@@ -20,7 +20,8 @@ using SideVoxel = std::array<int64_t, 4>;  // and the side that it faces
 struct SideVoxelHash {
   std::size_t operator()(const SideVoxel& voxel) const {
     uint64_t hash = 0;
-    for (const int64_t index : voxel) hash = (hash ^ static_cast<uint64_t>(index)) * 0x9E3779B97F4A7C15;
+    for (const int64_t index : voxel)
+      hash = (hash ^ static_cast<uint64_t>(index)) * 0x9E3779B97F4A7C15;
     return hash ^ (hash >> 29);
   }
 };
@@ -78,12 +79,11 @@ std::vector<DensePoint> WithoutDoubles(const std::vector<DensePoint>& points, do
     const SideVoxel voxel = VoxelOf(points[i].p_world, points[i].normal_world, voxel_m);
     bool doubles = false;
     for (int k = 0; k < 125 && !doubles; ++k) {
-      const auto found = kept.find({voxel[0] + k % 5 - 2, voxel[1] + k / 5 % 5 - 2,
-                                    voxel[2] + k / 25 - 2, voxel[3]});
+      const auto found = kept.find(
+          {voxel[0] + k % 5 - 2, voxel[1] + k / 5 % 5 - 2, voxel[2] + k / 25 - 2, voxel[3]});
       if (found == kept.end()) continue;
-      doubles = std::any_of(found->second.begin(), found->second.end(), [&](std::size_t other) {
-        return is_double(points[i], points[other]);
-      });
+      doubles = std::any_of(found->second.begin(), found->second.end(),
+                            [&](std::size_t other) { return is_double(points[i], points[other]); });
     }
     if (doubles) continue;
     stays[i] = 1;

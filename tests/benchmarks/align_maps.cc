@@ -6,18 +6,19 @@
 // TRUTH is the true trajectory of the map's recording, both in the world of the scene. Printed are
 // how far places of the second map's trajectory are from where the truth has them in the first
 // one's world (mean and most), the error of the turn, what agrees and the seconds.
+#include "mapping/merge/align_maps.h"
+
+#include <spdlog/spdlog.h>
+
 #include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <cstring>
 #include <numbers>
 
-#include <spdlog/spdlog.h>
-
 #include "apps/evaluation/trajectory_metrics.h"
 #include "mapping/map_folder.h"
 #include "mapping/merge/alignment_features.h"
-#include "mapping/merge/align_maps.h"
 
 namespace slcmap {
 namespace {
@@ -45,12 +46,15 @@ int Main(char** argv) {
     most_m = std::max(most_m, off_m);
   }
   const Eigen::Vector3d t = found.T_first_second.translation - truth.translation;
-  std::printf("off by %.1f mm mean, %.1f mm at most (%.1f %.1f %.1f mm), %.3f degrees; %.1f m2 and %.1f m agree, rms %.1f and "
-              "%.1f mm, contradiction %.3f, rival %.2f; %.1f s\n",
-              1e3 * sum_m / static_cast<double>(second.trajectory.size()), 1e3 * most_m,1e3*t.x(),1e3*t.y(),1e3*t.z(),
-              180 / std::numbers::pi * YawOf(truth.Inverse() * found.T_first_second),
-              found.surfaces_m2, found.lines_m, 1e3 * found.surface_rms_m, 1e3 * found.line_rms_m,
-              found.contradiction, found.rival_share, seconds.count());
+  std::printf(
+      "off by %.1f mm mean, %.1f mm at most (%.1f %.1f %.1f mm), %.3f degrees; %.1f m2 and %.1f m "
+      "agree, rms %.1f and "
+      "%.1f mm, contradiction %.3f, rival %.2f; %.1f s\n",
+      1e3 * sum_m / static_cast<double>(second.trajectory.size()), 1e3 * most_m, 1e3 * t.x(),
+      1e3 * t.y(), 1e3 * t.z(),
+      180 / std::numbers::pi * YawOf(truth.Inverse() * found.T_first_second), found.surfaces_m2,
+      found.lines_m, 1e3 * found.surface_rms_m, 1e3 * found.line_rms_m, found.contradiction,
+      found.rival_share, seconds.count());
   return 0;
 }
 
