@@ -158,12 +158,13 @@ class Aligner {
     double most = 0;
     for (const Place& rival : places) {
       if (IsSamePlace(rival.fit.T_first_second, best.fit.T_first_second)) continue;
-      if (IsRival(best, rival)) most = std::max(most, CheckRival(best, rival));
+      if (!IsRival(best, rival)) continue;
+      most = std::max(most, CheckRival(best, rival, options_.min_telling_share));
     }
     for (const Eigen::Vector3d& nudge : Nudges()) {
       AlignmentFit fit = best.fit;
       fit.T_first_second.translation += nudge;
-      most = std::max(most, CheckRival(best, PlaceAt(fit)));
+      most = std::max(most, CheckRival(best, PlaceAt(fit), options_.min_holding_share));
     }
     return most;
   }
@@ -186,15 +187,17 @@ class Aligner {
     return nudges;
   }
 
-  double CheckRival(const Place& best, const Place& rival) const {
+  // What speaks for the best has to be more by a share of all that agrees there.
+  double CheckRival(const Place& best, const Place& rival, double min_share) const {
     const RigidTransform &T_best = best.fit.T_first_second, &T_rival = rival.fit.T_first_second;
     const Telling telling = WhatTells(best.agreement, rival.agreement);
     const double share = telling.for_rival / std::max(telling.for_best, 1e-9);
+    const double least = std::max(options_.min_telling, min_share * (best.agreement.surfaces_m2() +
+                                                                     best.agreement.lines_m()));
     spdlog::debug("rival {}: {:.1f} for the best, {:.1f} for it, contradiction {:.3f}",
                   InWords(T_rival), telling.for_best, telling.for_rival,
                   rival.agreement.contradiction());
-    if (share < options_.max_rival_share &&
-        telling.for_best - telling.for_rival >= options_.min_telling) {
+    if (share < options_.max_rival_share && telling.for_best - telling.for_rival >= least) {
       return share;
     }
     throw AlignmentError(
@@ -202,9 +205,9 @@ class Aligner {
         fmt::format(
             "found two places where the second map fits: {} and {}; of the lines and "
             "surfaces that tell them apart {:.1f} (m and m2) agree at the one and {:.1f} at "
-            "the other, expected at most {:.0f} % of it and {} less; --at says which",
+            "the other, expected at most {:.0f} % of it and {:.1f} less; --at says which",
             InWords(T_best), InWords(T_rival), telling.for_best, telling.for_rival,
-            100 * options_.max_rival_share, options_.min_telling));
+            100 * options_.max_rival_share, least));
   }
 
   // As --at takes it.

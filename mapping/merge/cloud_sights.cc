@@ -13,6 +13,20 @@ constexpr int kSightCell_px = 16;
 constexpr double kNearest_m = 0.2, kFarthest_m = 10;
 constexpr std::size_t kViewsAtOnce = 16;  // whose depth is in memory
 
+// Whether a way leads through free space but for short parts, as beside surfaces, and its ends.
+bool IsFreeWay(const OccupancyMap& occupancy, const Eigen::Vector3d& from,
+               const Eigen::Vector3d& to) {
+  constexpr double kAtStart_m = 0.3, kAtEnd_m = 0.15, kMostBlocked_m = 0.2;
+  const double length_m = (to - from).norm(), step_m = occupancy.resolution_m();
+  double blocked_m = 0;
+  for (double at_m = kAtStart_m; at_m < length_m - kAtEnd_m; at_m += step_m) {
+    const bool is_free = occupancy.IsFree(from + at_m / length_m * (to - from));
+    blocked_m = is_free ? 0 : blocked_m + step_m;
+    if (blocked_m > kMostBlocked_m) return false;
+  }
+  return true;
+}
+
 struct NearestPoint {
   const DensePoint* point = nullptr;
   double depth_m = std::numeric_limits<double>::infinity();
@@ -27,7 +41,8 @@ class SightsOfView {
 
   // Points that `hides` does not.
   template <typename Hides>
-  Sights Of(const std::vector<DensePoint>& cloud, const Hides& hides) {
+  Sights Of(const std::vector<DensePoint>& cloud, const OccupancyMap& occupancy,
+            const Hides& hides) const {
     const int columns = camera_.width_px / kSightCell_px, rows = camera_.height_px / kSightCell_px;
     std::vector<NearestPoint> cells(static_cast<std::size_t>(columns) * rows);
     for (const DensePoint& point : cloud) {
@@ -47,6 +62,7 @@ class SightsOfView {
     sights.p_world_camera = T_world_camera_.translation;
     for (const NearestPoint& cell : cells) {
       if (!cell.point) continue;
+      if (!IsFreeWay(occupancy, sights.p_world_camera, cell.point->p_world)) continue;
       sights.p_world.push_back(cell.point->p_world.cast<float>());
       sights.sigma_m.push_back(static_cast<float>(cell.point->sigma_m));
     }
@@ -63,7 +79,7 @@ class SightsOfView {
 
 std::vector<Sights> SightsOfCloud(const Trajectory& poses, const Rig& rig,
                                   const std::vector<DensePoint>& cloud, double size_m,
-                                  const Progress& progress) {
+                                  const OccupancyMap& occupancy, const Progress& progress) {
   std::vector<Sights> sights;
   for (std::size_t first = 0; first < poses.size(); first += kViewsAtOnce) {
     progress.ReportOrStop(static_cast<double>(first) / static_cast<double>(poses.size()));
@@ -73,8 +89,8 @@ std::vector<Sights> SightsOfCloud(const Trajectory& poses, const Rig& rig,
     }
     const SightDepths depths(cloud, size_m, ViewCameras(views, rig));
     for (std::size_t i = 0; i < views.size(); ++i) {
-      SightsOfView view(WorldFromCamera(views[i], rig), rig.cameras[0]);
-      sights.push_back(view.Of(cloud, [&](const Eigen::Vector2d& px, double depth_m) {
+      const SightsOfView view(WorldFromCamera(views[i], rig), rig.cameras[0]);
+      sights.push_back(view.Of(cloud, occupancy, [&](const Eigen::Vector2d& px, double depth_m) {
         return depths.Hides(static_cast<int>(i), 0, px, depth_m);
       }));
     }

@@ -224,10 +224,12 @@ MergedMaps MergeMaps(MapResult first, MapResult second, const AlignmentOptions& 
            &first);
   first.occupancy = UniteOccupancy(first.occupancy, second.occupancy, T, first.dense);
   progress.ReportOrStop(kUnitedUntil);
-  std::vector<Sights> sights = SightsOfCloud(first.keyframes, first.rectified_rig, first.dense,
-                                             voxel_m, progress.Part(kUnitedUntil, kSeenUntil));
-  std::vector<Sights> others = SightsOfCloud(seen_by_second, second.rectified_rig, first.dense,
-                                             voxel_m, progress.Part(kUnitedUntil, kSeenUntil));
+  std::vector<Sights> sights =
+      SightsOfCloud(first.keyframes, first.rectified_rig, first.dense, voxel_m, first.occupancy,
+                    progress.Part(kUnitedUntil, kSeenUntil));
+  std::vector<Sights> others =
+      SightsOfCloud(seen_by_second, second.rectified_rig, first.dense, voxel_m, first.occupancy,
+                    progress.Part(kUnitedUntil, kSeenUntil));
   std::move(others.begin(), others.end(), std::back_inserter(sights));
   first.trajectory = UniteTrajectories(first.trajectory, second.trajectory);
   first.keyframes = UniteTrajectories(first.keyframes, second.keyframes);

@@ -27,10 +27,12 @@ struct AlignmentOptions {
   // Of what both know, the share of surfaces of the one in the free space of the other.
   double max_contradiction = 0.12;
   double min_agreeing = 0.5;  // of the surfaces of the second that the first knows
-  // Another place is about as good where what tells the two apart (metres of lines and m2) speaks
-  // for it as far, as a share of what speaks for the best, or where that is not so much more.
+  // What tells another place from the best one (metres of lines and m2) has to speak for the best:
+  // for the other at most this share of it, and in all by as much more, and by a share of all that
+  // agrees. Where maps are held in their place by less than another share, they may slide.
   double max_rival_share = 0.5;
   double min_telling = 1.5;
+  double min_telling_share = 0.05, min_holding_share = 0.015;
 };
 
 }  // namespace slcmap

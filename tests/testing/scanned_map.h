@@ -14,14 +14,20 @@ namespace slcmap::testing {
 
 inline constexpr int64_t kScanStep_ns = 50'000'000;  // between poses
 
-// What is seen of a scene from places along a way, in a world that T_map_scene leads to. Stamps
+using Way = std::vector<Eigen::Vector3d>;  // waypoints
+
+// What is seen of a scene from places along some ways, in a world that T_map_scene leads to. Stamps
 // start at first_ns.
-inline MapResult ScannedMap(const Scene& scene, const std::vector<Eigen::Vector3d>& waypoints,
-                            const RigidTransform& T_map_scene = {}, const std::string& run = "a",
-                            int64_t first_ns = 1'000'000'000) {
+inline MapResult ScannedAlong(const Scene& scene, const std::vector<Way>& ways,
+                              const RigidTransform& T_map_scene = {}, const std::string& run = "a",
+                              int64_t first_ns = 1'000'000'000) {
   ScanOptions options;
   options.rays = 4000;
-  const std::vector<Eigen::Vector3d> places = PlacesAlong(waypoints);
+  std::vector<Eigen::Vector3d> places;
+  for (const Way& way : ways) {
+    const std::vector<Eigen::Vector3d> along = PlacesAlong(way);
+    places.insert(places.end(), along.begin(), along.end());
+  }
   const BuildingInput seen = Scan(scene, places, options);
   MapResult map;
   map.method = "slc";
@@ -35,7 +41,10 @@ inline MapResult ScannedMap(const Scene& scene, const std::vector<Eigen::Vector3
     camera.cx_px = 376;
     camera.cy_px = 240;
   }
-  map.rectified_rig.T_imu_camera[1].translation.x() = 0.11;
+  for (RigidTransform& T : map.rectified_rig.T_imu_camera) {  // looking along x
+    T.rotation = Eigen::Quaterniond(0.5, -0.5, 0.5, -0.5);
+  }
+  map.rectified_rig.T_imu_camera[1].translation.y() = -0.11;
   for (const SurfacePoint& point : seen.points) {
     map.dense.push_back({T_map_scene * point.p_world, T_map_scene.rotation * point.normal_world,
                          point.sigma_m, 128});
@@ -58,11 +67,19 @@ inline MapResult ScannedMap(const Scene& scene, const std::vector<Eigen::Vector3
   map.occupancy.Insert(rays, 20);
   for (size_t i = 0; i < places.size(); ++i) {
     const int64_t stamp_ns = first_ns + static_cast<int64_t>(i) * kScanStep_ns;
-    map.trajectory.push_back({stamp_ns, T_map_scene * RigidTransform({}, places[i])});
-    map.trajectory.back().T_world_imu.rotation = T_map_scene.rotation;
-    if (i % 4 == 0) map.keyframes.push_back(map.trajectory.back());
+    // Each looks somewhere else.
+    const Eigen::Quaterniond turn(
+        Eigen::AngleAxisd(1.1 * static_cast<double>(i), Eigen::Vector3d::UnitZ()));
+    map.trajectory.push_back({stamp_ns, T_map_scene * RigidTransform(turn, places[i])});
   }
+  map.keyframes = map.trajectory;
   return map;
+}
+
+inline MapResult ScannedMap(const Scene& scene, const Way& way,
+                            const RigidTransform& T_map_scene = {}, const std::string& run = "a",
+                            int64_t first_ns = 1'000'000'000) {
+  return ScannedAlong(scene, {way}, T_map_scene, run, first_ns);
 }
 
 }  // namespace slcmap::testing

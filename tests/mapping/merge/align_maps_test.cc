@@ -5,6 +5,7 @@
 
 #include <cmath>
 
+#include "mapping/merge/occupancy_union.h"
 #include "tests/testing/scanned_map.h"
 
 namespace slcmap {
@@ -12,9 +13,9 @@ namespace {
 
 using Eigen::Vector3d;
 using ::testing::HasSubstr;
+using testing::ScannedAlong;
 using testing::ScannedMap;
 using testing::SceneFromText;
-using Waypoints = std::vector<Vector3d>;
 
 constexpr double kDegree = M_PI / 180;
 
@@ -41,8 +42,8 @@ Scene Flat() {
 )");
 }
 
-const Waypoints kFlatWest = {{1.5, 2, 1.5}, {4, 2.4, 1.5}, {4.3, 1.7, 1.5}};
-const Waypoints kFlatAll = {{7.5, 2.5, 1.5}, {6, 1.8, 1.5}, {4, 1.7, 1.5}, {2, 1.6, 1.5}};
+const testing::Way kFlatWest = {{1.5, 2, 1.5}, {4, 2.4, 1.5}, {4.3, 1.7, 1.5}};
+const testing::Way kFlatAll = {{7.5, 2.5, 1.5}, {6, 1.8, 1.5}, {4, 1.7, 1.5}, {2, 1.6, 1.5}};
 
 RigidTransform Moved(double yaw_deg, const Vector3d& t = {3.2, -1.4, 0.7}) {
   return LevelTransform(yaw_deg * kDegree, t);
@@ -106,7 +107,8 @@ TEST(AlignMaps, RoomsThatShareNothingAreRefused) {
   - {kind: wall, points: [[0, 0], [3, 0], [3, 2.2], [0, 2.2]], closed: true}
   - {kind: box, at: [2.3, 1.5, 0], size: [0.5, 0.5, 0.5]}
 )");
-  WhyRefused(ScannedMap(Flat(), kFlatWest), ScannedMap(east, {{1, 1, 1.5}, {1.5, 1, 1.5}}, {}, "b"));
+  WhyRefused(ScannedMap(Flat(), kFlatWest),
+             ScannedMap(east, {{1, 1, 1.5}, {1.5, 1, 1.5}}, {}, "b"));
 }
 
 TEST(AlignMaps, AMirroredBuildingIsRefused) {
@@ -118,9 +120,10 @@ TEST(AlignMaps, AMirroredBuildingIsRefused) {
   - {kind: box, at: [-8.2, 0.6, 0], size: [0.6, 1.0, 1.1]}
   - {kind: box, at: [-6.4, 3.6, 0.9], size: [1.0, 0.3, 0.9]}
 )");
-  WhyRefused(ScannedMap(Flat(), kFlatAll),
-             ScannedMap(mirrored, {{-7.5, 2.5, 1.5}, {-6, 1.8, 1.5}, {-4, 1.7, 1.5}, {-2, 1.6, 1.5}},
-                        {}, "b"));
+  WhyRefused(
+      ScannedMap(Flat(), kFlatAll),
+      ScannedMap(mirrored, {{-7.5, 2.5, 1.5}, {-6, 1.8, 1.5}, {-4, 1.7, 1.5}, {-2, 1.6, 1.5}}, {},
+                 "b"));
 }
 
 // A corridor without anything at its ends that is seen, with doors as far apart as given.
@@ -149,31 +152,25 @@ TEST(AlignMaps, DoorsAPeriodApartAreRefused) {
             AlignmentError::Reason::kAmbiguous);
 }
 
-// Two rooms that look alike, one as the other in a row, and one that does not between them.
+// Two rooms that look alike, the one as the other, and between them one that does not.
 Scene Twins() {
   return SceneFromText("objects:\n" + Slabs(0, 0, 12, 4) + R"(
-  - {kind: wall, points: [[0, 0], [12, 0], [12, 4], [0, 4]], closed: true}
-  - {kind: wall, points: [[4, 0], [4, 4]], has_back: true, doors: [[0, 1.5, 1.0, 2.1, 95]]}
-  - {kind: wall, points: [[8, 0], [8, 4]], has_back: true, doors: [[0, 1.5, 1.0, 2.1, 95]]}
+  - {kind: wall, points: [[0, 0], [4, 0], [4, 4], [0, 4]], closed: true}
+  - {kind: wall, points: [[4.2, 0], [7.8, 0], [7.8, 4], [4.2, 4]], closed: true}
+  - {kind: wall, points: [[8, 0], [12, 0], [12, 4], [8, 4]], closed: true}
   - {kind: box, at: [1, 3.2, 0], size: [0.8, 0.6, 1.8], repeat: 2, step: [8, 0, 0]}
   - {kind: box, at: [3, 0.4, 0], size: [1.2, 0.6, 0.75], repeat: 2, step: [8, 0, 0]}
   - {kind: box, at: [6, 3.4, 0], size: [1.2, 0.6, 0.75]}
 )");
 }
 
-const Waypoints kAllTwins = {{2, 2, 1.5}, {6, 2, 1.5}, {10, 2, 1.5}};
-
 TEST(AlignMaps, TwinRoomsAreRefusedAndARoughStartSaysWhich) {
   const Scene scene = Twins();
-  const MapResult all = ScannedMap(scene, kAllTwins);
-
+  const MapResult all = ScannedAlong(
+      scene,
+      {{{1.5, 2, 1.5}, {3, 2, 1.5}}, {{5, 2, 1.5}, {7, 2, 1.5}}, {{9.5, 2, 1.5}, {11, 2, 1.5}}});
   const RigidTransform T = Moved(20);
-  const Scene single = SceneFromText("objects:\n" + Slabs(8, 0, 4, 4) + R"(
-  - {kind: wall, points: [[8, 0], [12, 0], [12, 4], [8, 4]], closed: true}
-  - {kind: box, at: [9, 3.2, 0], size: [0.8, 0.6, 1.8]}
-  - {kind: box, at: [11, 0.4, 0], size: [1.2, 0.6, 0.75]}
-)");
-  const MapResult twin = ScannedMap(single, {{10, 3, 1.5}, {10, 1.2, 1.5}}, T, "b");
+  const MapResult twin = ScannedMap(scene, {{10, 2.6, 1.5}, {10, 1.2, 1.5}}, T, "b");
   EXPECT_EQ(WhyRefused(all, twin), AlignmentError::Reason::kAmbiguous);
   const RigidTransform truth = T.Inverse();
   const RoughStart start{truth.translation + Vector3d(0.8, -0.7, 0.2), YawOf(truth) + 0.2};
@@ -181,23 +178,15 @@ TEST(AlignMaps, TwinRoomsAreRefusedAndARoughStartSaysWhich) {
 }
 
 TEST(AlignMaps, IdenticalStoreysAreRefused) {
-  std::string objects = "objects:\n";
-  for (const double floor_m : {0.0, 3.0}) {
-    objects += Slabs(0, 0, 5, 4, floor_m);
-    for (const char* box : {"at: [1, 3.2, ", "at: [3, 0.4, "}) {
-      objects += "  - {kind: box, " + std::string(box) + std::to_string(floor_m) +
-                 "], size: [0.8, 0.6, 1.2]}\n";
-    }
-  }
-  const Scene scene = SceneFromText(
-      objects +
-      "  - {kind: wall, points: [[0, 0], [5, 0], [5, 4], [0, 4]], closed: true, height: 5.7}\n");
-  const Waypoints up = {{1.5, 2, 4.5}, {3, 2, 4.5}};
-  MapResult both = ScannedMap(scene, {{1.5, 2, 1.5}, {3, 2, 1.5}});
-  const MapResult upper = ScannedMap(scene, up), other = ScannedMap(scene, {{3, 1.6, 4.5}, {2, 2, 4.5}}, {}, "b");
+  const Scene scene = Flat();
+  MapResult both = ScannedMap(scene, kFlatAll);
+  const MapResult upper = ScannedMap(scene, kFlatAll, Moved(0, {0, 0, 3}));
   both.dense.insert(both.dense.end(), upper.dense.begin(), upper.dense.end());
   both.lines.insert(both.lines.end(), upper.lines.begin(), upper.lines.end());
+  both.occupancy = UniteOccupancy(both.occupancy, upper.occupancy, {}, {});
+  const MapResult other = ScannedMap(scene, kFlatWest, Moved(0, {0, 0, 3}), "b");
   EXPECT_EQ(WhyRefused(both, other), AlignmentError::Reason::kAmbiguous);
+  ExpectAt(Align(both, other, RoughStart{{0.5, 0, 0.3}, 0.1}), {}, 0.01);
 }
 
 TEST(AlignMaps, AMapWithoutHeadingsIsRefused) {
