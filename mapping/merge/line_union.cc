@@ -158,8 +158,7 @@ Eigen::Matrix4d FitCovariance(const MapLine& piece) {
 int ObservationsOf(const SourceLine& line) { return line.pieces.front().observations; }
 
 // As it is merged: one place for each of its pieces says later what became of it.
-TrackedLine TrackedFrom(const SourceLine& source, int index, const UnitedAxes& axes,
-                        double alignment_m) {
+TrackedLine TrackedFrom(const SourceLine& source, int index, const UnitedAxes& axes) {
   const auto longest = std::max_element(
       source.pieces.begin(), source.pieces.end(), [](const MapLine& a, const MapLine& b) {
         return (a.end_world - a.start_world).norm() < (b.end_world - b.start_world).norm();
@@ -168,15 +167,13 @@ TrackedLine TrackedFrom(const SourceLine& source, int index, const UnitedAxes& a
   TrackedLine line;
   line.line = {0.5 * (longest->start_world + longest->end_world), way.normalized()};
   line.axis = axes.IndexOf(line.line.direction_world);
-  line.segment = longest->segment;
+  line.map = source.map;
   line.fit.line = line.line;
   line.fit.across.col(0) = line.line.direction_world.unitOrthogonal();
   line.fit.across.col(1) = line.line.direction_world.cross(line.fit.across.col(0));
   const LineCovariance* known = source.covariances[longest - source.pieces.begin()];
   line.fit.covariance =
       known ? FitCovariance(*known, way.norm(), line.fit.across) : FitCovariance(*longest);
-  // What the maps are off against each other is shared by both.
-  line.fit.covariance.topLeftCorner<2, 2>().diagonal().array() += 0.5 * alignment_m * alignment_m;
   line.fit.views = ObservationsOf(source);
   for (std::size_t i = 0; i < source.pieces.size(); ++i) {
     const auto along_m = [&](const Eigen::Vector3d& p) {
@@ -257,9 +254,9 @@ class Union {
                 const LineMergingOptions& options) {
     std::vector<TrackedLine> tracked;
     for (std::size_t i = 0; i < sources_.size(); ++i) {
-      tracked.push_back(TrackedFrom(sources_[i], static_cast<int>(i), axes, alignment_m_));
+      tracked.push_back(TrackedFrom(sources_[i], static_cast<int>(i), axes));
     }
-    for (const TrackedLine& line : MergeLines(std::move(tracked), options)) Add(line);
+    for (const TrackedLine& line : MergeLines(std::move(tracked), options, alignment_m_)) Add(line);
     AddSupports(first, 0);
     AddSupports(second, 1);
     SortSupports();
@@ -273,6 +270,7 @@ class Union {
     const SourceLine& leader = sources_[LeaderOf(line)];
     MapLine piece = leader.pieces.front();
     piece.id = next_id_;
+    piece.segment = 0;
     piece.kind = KindOf(members);
     piece.observations = 0;
     piece.recent = false;
@@ -294,16 +292,14 @@ class Union {
     ++next_id_;
   }
 
-  // As the best is known, without what the maps are off.
+  // As the best is known.
   void AddCovariances(const TrackedLine& line, const SourceLine& leader) {
     if (std::none_of(leader.covariances.begin(), leader.covariances.end(),
                      [](const LineCovariance* c) { return c != nullptr; })) {
       return;
     }
-    LineFit fit = line.fit;
-    fit.covariance.topLeftCorner<2, 2>().diagonal().array() -= 0.5 * alignment_m_ * alignment_m_;
     for (std::size_t i = 0; i < line.intervals.size(); ++i) {
-      LineCovariance covariance = CovarianceAt(fit, line.intervals[i]);
+      LineCovariance covariance = CovarianceAt(line.fit, line.intervals[i]);
       covariance.line_id = next_id_;
       covariance.piece = static_cast<int>(i);
       united_.evidence.covariances.push_back(covariance);

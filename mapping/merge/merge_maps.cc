@@ -18,8 +18,9 @@ namespace {
 
 // Shares of the time, about.
 constexpr double kAlignedUntil = 0.5, kUnitedUntil = 0.75, kSeenUntil = 0.9;
-// What maps that are aligned are off against each other here and there, as their trajectories err.
-constexpr double kAlignment_m = 0.005;
+// What maps that are aligned are off against each other here and there: trajectories err, and so do
+// lines, by more than their covariances tell (README.md, "How well a line is known").
+constexpr double kAlignment_m = 0.005, kLinesOff_m = 0.009;
 constexpr int64_t kHour_ns = 3600'000'000'000;
 
 void CheckMap(const MapResult& map) {
@@ -220,7 +221,7 @@ MergedMaps MergeMaps(MapResult first, MapResult second, const AlignmentOptions& 
   const double voxel_m = options.dense.voxel_m;
   first.dense = UniteSurfaces(first.dense, second.dense, kAlignment_m, voxel_m);
   first.points = UnitePoints(first.points, second.points, options.cloud.voxel_m);
-  SetLines(UniteLines(TakeLines(&first), TakeLines(&second), kAlignment_m, options.lines.merging),
+  SetLines(UniteLines(TakeLines(&first), TakeLines(&second), kLinesOff_m, options.lines.merging),
            &first);
   first.occupancy = UniteOccupancy(first.occupancy, second.occupancy, T, first.dense);
   progress.ReportOrStop(kUnitedUntil);

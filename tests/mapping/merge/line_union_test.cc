@@ -9,7 +9,7 @@ namespace {
 using Eigen::Vector3d;
 using ::testing::SizeIs;
 
-constexpr double kAlignment_m = 0.005;
+constexpr double kAlignment_m = 0.009;
 
 MapLine Piece(int64_t id, const Vector3d& start, const Vector3d& end,
               LineAxis axis = LineAxis::kVertical, int world = -1) {
@@ -66,6 +66,13 @@ TEST(UniteLines, NeighboursDoNotChain) {
     most_m = std::max(most_m, line.start_world.x());
   }
   EXPECT_GT(most_m - least_m, 0.03);
+}
+
+// What one run has kept apart, another one that lies between does not join.
+TEST(UniteLines, EdgesThatOneMapHasApartStayApart) {
+  const LinesOfMap united =
+      Unite({{Upright(0, 1.0), Upright(1, 1.015)}, {}}, {{Upright(0, 1.007)}, {}});
+  EXPECT_THAT(united.lines, SizeIs(2));
 }
 
 TEST(UniteLines, AGapThatBothHaveStaysOne) {

@@ -44,13 +44,19 @@ MergedMaps Merge(MapResult first, MapResult second) {
   return MergeMaps(std::move(first), std::move(second), AlignmentOptions(), MappingOptions());
 }
 
+// Of both, made once.
+const MapResult& Both() {
+  static const MapResult map = Merge(West(), East()).map;
+  return map;
+}
+
 TEST(MergeMaps, TheRoomsOfBothAreRoomsOfOneBuilding) {
-  EXPECT_THAT(Merge(West(), East()).map.building.rooms, SizeIs(2));
+  EXPECT_THAT(Both().building.rooms, SizeIs(2));
 }
 
 TEST(MergeMaps, StampsThatBothHaveAreMovedByAnHour) {
   const MapResult first = West(), second = East();
-  const MapResult map = Merge(West(), East()).map;
+  const MapResult& map = Both();
   ASSERT_THAT(map.trajectory, SizeIs(first.trajectory.size() + second.trajectory.size()));
   for (size_t i = 1; i < map.trajectory.size(); ++i) {
     EXPECT_LT(map.trajectory[i - 1].stamp_ns, map.trajectory[i].stamp_ns);
@@ -68,7 +74,7 @@ TEST(MergeMaps, StampsOfAnotherTimeStay) {
 
 TEST(MergeMaps, SurfacesThatBothSawAreOne) {
   const MapResult first = West();
-  const MapResult map = Merge(West(), East()).map;
+  const MapResult& map = Both();
   // In the west room, where the second saw most of the same.
   const auto west_of = [](const MapResult& m) {
     return std::count_if(m.dense.begin(), m.dense.end(),
@@ -80,7 +86,7 @@ TEST(MergeMaps, SurfacesThatBothSawAreOne) {
 
 TEST(MergeMaps, WhatEitherKnowsOfSpaceIsKnown) {
   const MapResult first = West();
-  const MapResult map = Merge(West(), East()).map;
+  const MapResult& map = Both();
   const Vector3d in_east(7, 2, 1.5), in_west(2, 2, 1.5), in_wall(9.02, 2.45, 1.25);
   EXPECT_FALSE(first.occupancy.IsFree(in_east + Vector3d(0, 1.6, 0)));
   EXPECT_TRUE(map.occupancy.IsFree(in_east));
@@ -90,7 +96,7 @@ TEST(MergeMaps, WhatEitherKnowsOfSpaceIsKnown) {
 
 TEST(MergeMaps, ComesBackFromItsFolderAndTheSameMapsGiveTheSameBytes) {
   const testing::TempFolder folder;
-  const std::string id = WriteMapFolder(folder.Path("a"), Merge(West(), East()).map);
+  const std::string id = WriteMapFolder(folder.Path("a"), Both());
   EXPECT_EQ(WriteMapFolder(folder.Path("b"), Merge(West(), East()).map), id);
   const MapResult map = ReadMapFolder(folder.Path("a"));
   ASSERT_THAT(map.source.merged, SizeIs(2));
