@@ -157,7 +157,28 @@ Eigen::Matrix4d FitCovariance(const MapLine& piece) {
 
 int ObservationsOf(const SourceLine& line) { return line.pieces.front().observations; }
 
-// As it is merged: one place for each of its pieces says later what became of it.
+// The pieces as intervals, and a place for each, which says later what became of it.
+void AddPieces(const SourceLine& source, int index, TrackedLine* line) {
+  const auto along_m = [&](const Eigen::Vector3d& p) {
+    return line->line.direction_world.dot(p - line->line.point_world);
+  };
+  for (std::size_t i = 0; i < source.pieces.size(); ++i) {
+    const double a = along_m(source.pieces[i].start_world), b = along_m(source.pieces[i].end_world);
+    const Stretch piece{std::min(a, b), std::max(a, b)};
+    line->intervals.push_back(piece);
+    EdgePlace place;
+    place.view = index;
+    place.samples = static_cast<int>(i);
+    place.from_m = piece.from_m;
+    place.to_m = piece.to_m;
+    place.along_m = 0.5 * (piece.from_m + piece.to_m);
+    line->places.push_back(place);
+  }
+  std::sort(line->intervals.begin(), line->intervals.end(),
+            [](const Stretch& x, const Stretch& y) { return x.from_m < y.from_m; });
+}
+
+// As it is merged.
 TrackedLine TrackedFrom(const SourceLine& source, int index, const UnitedAxes& axes) {
   const auto longest = std::max_element(
       source.pieces.begin(), source.pieces.end(), [](const MapLine& a, const MapLine& b) {
@@ -175,23 +196,7 @@ TrackedLine TrackedFrom(const SourceLine& source, int index, const UnitedAxes& a
   line.fit.covariance =
       known ? FitCovariance(*known, way.norm(), line.fit.across) : FitCovariance(*longest);
   line.fit.views = ObservationsOf(source);
-  for (std::size_t i = 0; i < source.pieces.size(); ++i) {
-    const auto along_m = [&](const Eigen::Vector3d& p) {
-      return line.line.direction_world.dot(p - line.line.point_world);
-    };
-    const double a = along_m(source.pieces[i].start_world), b = along_m(source.pieces[i].end_world);
-    line.intervals.push_back({std::min(a, b), std::max(a, b)});
-    EdgePlace place;
-    place.view = index;
-    place.camera = 0;
-    place.samples = static_cast<int>(i);
-    place.from_m = line.intervals.back().from_m;
-    place.to_m = line.intervals.back().to_m;
-    place.along_m = 0.5 * (place.from_m + place.to_m);
-    line.places.push_back(place);
-  }
-  std::sort(line.intervals.begin(), line.intervals.end(),
-            [](const Stretch& x, const Stretch& y) { return x.from_m < y.from_m; });
+  AddPieces(source, index, &line);
   return line;
 }
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <iterator>
+#include <optional>
 #include <utility>
 
 #include "mapping/building/build_building.h"
@@ -30,13 +31,16 @@ void CheckMap(const MapResult& map) {
                     "was made with --sparse; expected some, by which maps are compared",
                     map.source.run_id));
   }
+  std::optional<int> segment;
   for (const auto* lines : {&map.lines, &map.marks}) {
     for (const MapLine& line : *lines) {
-      if (line.segment == map.lines.front().segment) continue;
-      throw DataError(
-          fmt::format("map of run {}: found lines of several segments, between which "
-                      "the estimator lost itself; expected one, which is rigid",
-                      map.source.run_id));
+      if (segment.value_or(line.segment) != line.segment) {
+        throw DataError(
+            fmt::format("map of run {}: found lines of several segments, between which the "
+                        "estimator lost itself; expected one, which is rigid",
+                        map.source.run_id));
+      }
+      segment = line.segment;
     }
   }
 }
@@ -177,6 +181,33 @@ void UniteSources(const MapResult& second, const RigidTransform& T, int64_t shif
   first->source.merged = std::move(parts);
 }
 
+void UniteContents(const RigidTransform& T_first_second, const MappingOptions& options,
+                   MapResult* first, MapResult* second) {
+  first->dense = UniteSurfaces(first->dense, second->dense, kAlignment_m, options.dense.voxel_m);
+  first->points = UnitePoints(first->points, second->points, options.cloud.voxel_m);
+  SetLines(UniteLines(TakeLines(first), TakeLines(second), kLinesOff_m, options.lines.merging),
+           first);
+  first->occupancy =
+      UniteOccupancy(first->occupancy, second->occupancy, T_first_second, first->dense);
+}
+
+// Poses of a rig, in the world of the map that they look at.
+struct RigPoses {
+  const Trajectory* poses;
+  const Rig* rig;
+};
+
+std::vector<Sights> SightsOf(const MapResult& map, const std::vector<RigPoses>& rigs,
+                             double voxel_m, const Progress& progress) {
+  std::vector<Sights> sights;
+  for (const RigPoses& rig : rigs) {
+    std::vector<Sights> seen =
+        SightsOfCloud(*rig.poses, *rig.rig, map.dense, voxel_m, map.occupancy, progress);
+    std::move(seen.begin(), seen.end(), std::back_inserter(sights));
+  }
+  return sights;
+}
+
 Building BuildingOf(const MapResult& map, std::vector<Sights> sights,
                     const BuildingOptions& options) {
   BuildingInput input;
@@ -218,20 +249,11 @@ MergedMaps MergeMaps(MapResult first, MapResult second, const AlignmentOptions& 
   MoveStamps(shift_ns, &second);
   const Trajectory seen_by_second = second.keyframes;
   MoveImages(first.rectified_rig, &second);
-  const double voxel_m = options.dense.voxel_m;
-  first.dense = UniteSurfaces(first.dense, second.dense, kAlignment_m, voxel_m);
-  first.points = UnitePoints(first.points, second.points, options.cloud.voxel_m);
-  SetLines(UniteLines(TakeLines(&first), TakeLines(&second), kLinesOff_m, options.lines.merging),
-           &first);
-  first.occupancy = UniteOccupancy(first.occupancy, second.occupancy, T, first.dense);
+  UniteContents(T, options, &first, &second);
   progress.ReportOrStop(kUnitedUntil);
-  std::vector<Sights> sights =
-      SightsOfCloud(first.keyframes, first.rectified_rig, first.dense, voxel_m, first.occupancy,
-                    progress.Part(kUnitedUntil, kSeenUntil));
-  std::vector<Sights> others =
-      SightsOfCloud(seen_by_second, second.rectified_rig, first.dense, voxel_m, first.occupancy,
-                    progress.Part(kUnitedUntil, kSeenUntil));
-  std::move(others.begin(), others.end(), std::back_inserter(sights));
+  std::vector<Sights> sights = SightsOf(
+      first, {{&first.keyframes, &first.rectified_rig}, {&seen_by_second, &second.rectified_rig}},
+      options.dense.voxel_m, progress.Part(kUnitedUntil, kSeenUntil));
   first.trajectory = UniteTrajectories(first.trajectory, second.trajectory);
   first.keyframes = UniteTrajectories(first.keyframes, second.keyframes);
   UniteSources(second, T, shift_ns, &first);
