@@ -6,6 +6,7 @@
 // TRUTH is the true trajectory of the map's recording, both in the world of the scene. Printed are
 // how far places of the second map's trajectory are from where the truth has them in the first
 // one's world (mean and most), the error of the turn, what agrees and the seconds.
+// With VERBOSE in the environment each place that was looked at is told of.
 #include "mapping/merge/align_maps.h"
 
 #include <spdlog/spdlog.h>
@@ -13,7 +14,7 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
-#include <cstring>
+#include <cstdlib>
 #include <numbers>
 
 #include "apps/evaluation/trajectory_metrics.h"
