@@ -12,6 +12,7 @@ void AddSimulateCommand(CLI::App& app);
 void AddCheckCommand(CLI::App& app);
 void AddOdometryCommand(CLI::App& app);
 void AddMapCommand(CLI::App& app);
+void AddMergeCommand(CLI::App& app);
 void AddExportCommand(CLI::App& app);
 void AddViewCommand(CLI::App& app);
 void AddRunCommand(CLI::App& app);

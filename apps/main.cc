@@ -49,6 +49,7 @@ void AddCommands(CLI::App& app) {
   AddCheckCommand(app);
   AddOdometryCommand(app);
   AddMapCommand(app);
+  AddMergeCommand(app);
   AddExportCommand(app);
   AddViewCommand(app);
   AddRunCommand(app);

@@ -4,6 +4,7 @@
 #include "apps/commands.h"
 #include "apps/folder_kind.h"
 #include "apps/map_stage.h"
+#include "apps/merge_stage.h"
 #include "apps/verdict_report.h"
 #include "data/error.h"
 #include "mapping/map_folder.h"
@@ -16,7 +17,17 @@ struct MapCommand {
   std::string output;
 };
 
+void CheckInto(const MapArguments& arguments) {
+  ParseStart(arguments.at);
+  if (arguments.into.empty()) return;
+  ExpectFolder(arguments.into, FolderKind::kMap);
+  if (!arguments.sparse) return;
+  throw ConfigError(
+      "--sparse: found it beside --into, which compares what images show; expected either");
+}
+
 void CheckInput(const MapArguments& arguments) {
+  CheckInto(arguments);
   if (arguments.poses.empty()) {
     ExpectFolder(arguments.input, FolderKind::kRun);
     return;
@@ -32,7 +43,11 @@ void Map(const MapCommand& command) {
   const MapArguments& arguments = command.arguments;
   const MappingOptions options = ReadMappingOptions(arguments.config);
   CheckInput(arguments);
-  OutputFolder output(command.output, MapFiles(), {arguments.input});
+  std::vector<std::string> inputs;
+  for (const std::string& input : {arguments.input, arguments.into}) {
+    if (!input.empty()) inputs.push_back(input);
+  }
+  OutputFolder output(command.output, MapFiles(), inputs);
   const MapResult map = RunMapStage(arguments, options, &output);
   if (map.verdict) LogVerdict(arguments.input, *map.verdict);
 }
@@ -63,6 +78,14 @@ void AddMapCommand(CLI::App& app) {
       ->add_option("--sequence", arguments.sequence,
                    "Where the recording of the run is, if it has moved since")
       ->excludes(poses);
+  CLI::Option* into =
+      command
+          ->add_option(
+              "--into", arguments.into,
+              "Map folder of the same building: the run's map is merged into its world, as "
+              "slcmap merge does it; the folder itself stays as it is")
+          ->type_name("MAP");
+  AddStartOption(*command, &arguments.at)->needs(into);
   command->add_flag("--sparse", arguments.sparse,
                     "Map the landmarks and lines of the run alone, without opening its images");
   command->add_option("--config", arguments.config,
@@ -72,7 +95,8 @@ void AddMapCommand(CLI::App& app) {
                     "in any case");
   command->footer(
       "Examples:\n  slcmap map OUT/run -o OUT/map\n"
-      "  slcmap map SEQ --poses poses.tum -o MAP");
+      "  slcmap map SEQ --poses poses.tum -o MAP\n"
+      "  slcmap map OUT2/run --into OUT/map -o BUILDING");
   command->callback([map] { Map(*map); });
 }
 

@@ -2,11 +2,13 @@
 
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <filesystem>
 
 #include "apps/commands.h"
 #include "data/error.h"
 #include "mapping/map_folder.h"
+#include "mapping/merge/merge_maps.h"
 #include "odometry/run_folder.h"
 
 namespace slcmap {
@@ -19,7 +21,8 @@ void RefuseOutdated(const std::string& folder, const MapResult& map) {
   if (self.filename() != "map") return;  // not laid out as `run` does it
   const std::string run = self.parent_path() / "run";
   const std::string found = RunIdIn(run);
-  if (found.empty() || found == map.source.run_id) return;
+  const std::vector<std::string> runs = RunsOf(map);
+  if (found.empty() || std::find(runs.begin(), runs.end(), found) != runs.end()) return;
   throw DataError(
       fmt::format("{}: found a map of run {}, expected one of run {}, which is in {}: map that run "
                   "first, or take the map as it is with --accept-changed",

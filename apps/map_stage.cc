@@ -2,7 +2,12 @@
 
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
+#include <utility>
+
 #include "apps/commands.h"
+#include "apps/map_input.h"
+#include "apps/merge_stage.h"
 #include "apps/progress.h"
 #include "data/calibration.h"
 #include "data/trajectory.h"
@@ -10,6 +15,7 @@
 #include "mapping/adjustment/adjusted_run.h"
 #include "mapping/map_folder.h"
 #include "mapping/mapping.h"
+#include "mapping/merge/merge_maps.h"
 #include "mapping/views/recorded_views.h"
 #include "odometry/run_folder.h"
 #include "odometry/verdict/judge.h"
@@ -72,6 +78,22 @@ std::optional<RecordedViews> OpenViews(const MapArguments& arguments, const Odom
   return ViewsOfRun(run, arguments.sequence);
 }
 
+// The map that the run's is merged into; nothing where there is none.
+std::optional<MapResult> OtherMap(const MapArguments& arguments, const OdometryRun& run) {
+  if (arguments.into.empty()) return std::nullopt;
+  MapResult other = ReadMapToShow(arguments.into, arguments.accept_changed);
+  const std::vector<std::string> runs = RunsOf(other);
+  if (run.id.empty() || std::find(runs.begin(), runs.end(), run.id) == runs.end()) return other;
+  throw DataError(fmt::format("{}: found run {} in the map already, expected one without it",
+                              arguments.into, run.id));
+}
+
+MapResult MergedInto(MapResult other, MapResult map, const MapArguments& arguments) {
+  if (Interrupted()) throw StoppedError("interrupted");
+  return MergeStage(std::move(other), std::move(map), arguments.input, arguments.at,
+                    OptionsOfMerging(arguments.config, arguments.into), StageProgress("merge"));
+}
+
 }  // namespace
 
 MappingOptions ReadMappingOptions(const std::string& config) {
@@ -84,6 +106,7 @@ MapResult RunMapStage(const MapArguments& arguments, const MappingOptions& optio
   spdlog::debug("{}: {} poses, {} keyframes, {} landmarks, {} lines", arguments.input,
                 run.states.size(), run.keyframes.size(), run.landmarks.size(), run.lines.size());
   WarnOfRun(arguments.input, run);
+  std::optional<MapResult> other = OtherMap(arguments, run);
   const Progress progress = StageProgress("map");
   const AdjustedRun adjusted =
       AdjustRun(std::move(run), options.adjustment, nullptr, progress.Part(0, kAdjusted));
@@ -92,6 +115,7 @@ MapResult RunMapStage(const MapArguments& arguments, const MappingOptions& optio
   MapResult map =
       BuildMap(adjusted.run, recorded ? &*recorded : nullptr, options, progress.Part(kAdjusted, 1));
   map.adjustment = adjusted.figures;
+  if (other) map = MergedInto(std::move(*other), std::move(map), arguments);
   map.id = WriteMapFolder(output, map);
   spdlog::info(
       "wrote {}: {} poses, {} points of {} landmarks, {} lines, {} occupied voxels of {} m",

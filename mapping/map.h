@@ -28,12 +28,20 @@ struct MapPoint {
   std::vector<int64_t> landmark_ids;  // those that were fused; not kept in files
 };
 
-// Where a map came from.
+// A run that went into a map that was merged of several.
+struct MergedRun {
+  std::string run_id, sequence, version;  // as MapSource has them
+  int64_t stamps_moved_ns = 0;            // stamps of the run are this much earlier
+  RigidTransform T_world_run;             // from the run's world: a turn about z, and a translation
+};
+
+// Where a map came from; a merged one from its first run.
 struct MapSource {
   std::string run_id;
-  std::string sequence;  // folder of the recording; "" of a run that was made by hand
-  std::string version;   // of slcmap
-  std::string options;   // YAML: all of mapping's in effect
+  std::string sequence;           // folder of the recording; "" of a run that was made by hand
+  std::string version;            // of slcmap
+  std::string options;            // YAML: all of mapping's in effect
+  std::vector<MergedRun> merged;  // all runs of a merged map, the first among them; else none
 };
 
 struct MapResult {

@@ -48,6 +48,16 @@ octomap::Pointcloud PointsInReach(const RayBundle& bundle, double max_range_m, d
 class OccupancyMap::Impl {
  public:
   explicit Impl(double resolution_m) : tree(resolution_m) {}
+
+  std::vector<Voxel> Voxels(bool occupied) const {
+    std::vector<Voxel> voxels;
+    for (auto leaf = tree.begin_leafs(); leaf != tree.end_leafs(); ++leaf) {
+      if (tree.isNodeOccupied(*leaf) != occupied) continue;
+      voxels.push_back({{leaf.getX(), leaf.getY(), leaf.getZ()}, leaf.getSize()});
+    }
+    return voxels;
+  }
+
   octomap::OcTree tree;
 };
 
@@ -86,6 +96,16 @@ int64_t OccupancyMap::Update(const CellObservation& observation) {
   return left_out;
 }
 
+void OccupancyMap::Mark(const CellObservation& cells) {
+  const auto mark = [&](const std::vector<OctreeCell>& marked, float log_odds) {
+    for (const OctreeCell& cell : marked) {
+      if (IsInOctree(cell)) impl_->tree.setNodeValue(KeyOf(cell), log_odds, kLazy);
+    }
+  };
+  mark(cells.free, impl_->tree.getClampingThresMinLog());
+  mark(cells.occupied, impl_->tree.getClampingThresMaxLog());
+}
+
 void OccupancyMap::MarkOccupied(const std::vector<Eigen::Vector3d>& points) {
   for (const Eigen::Vector3d& p : points) {
     const Eigen::Vector3d scaled = p / resolution_m();
@@ -102,14 +122,9 @@ void OccupancyMap::Finish() {
 
 double OccupancyMap::resolution_m() const { return impl_->tree.getResolution(); }
 
-std::vector<Voxel> OccupancyMap::OccupiedVoxels() const {
-  std::vector<Voxel> voxels;
-  for (auto leaf = impl_->tree.begin_leafs(); leaf != impl_->tree.end_leafs(); ++leaf) {
-    if (!impl_->tree.isNodeOccupied(*leaf)) continue;
-    voxels.push_back({{leaf.getX(), leaf.getY(), leaf.getZ()}, leaf.getSize()});
-  }
-  return voxels;
-}
+std::vector<Voxel> OccupancyMap::OccupiedVoxels() const { return impl_->Voxels(true); }
+
+std::vector<Voxel> OccupancyMap::FreeVoxels() const { return impl_->Voxels(false); }
 
 bool OccupancyMap::IsOccupied(const Eigen::Vector3d& p_world) const {
   const octomap::OcTreeNode* node = impl_->tree.search(ToOctomap(p_world));

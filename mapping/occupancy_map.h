@@ -46,8 +46,10 @@ class OccupancyMap {
                  const Progress& progress = {});
 
   // Counts a view's observation, once a cell. Returns the number of cells that are out of the
-  // octree. Finish() makes what Update() and MarkOccupied() did known to the whole tree.
+  // octree. Finish() makes what Update(), Mark() and MarkOccupied() did known to the whole tree.
   int64_t Update(const CellObservation& observation);
+  // Makes cells free and occupied, whatever was seen of them; cells out of the octree are left out.
+  void Mark(const CellObservation& cells);
   // Makes the cells of points (world, metres) occupied, whatever was seen of them; points out of
   // the octree are left out.
   void MarkOccupied(const std::vector<Eigen::Vector3d>& points);
@@ -55,6 +57,7 @@ class OccupancyMap {
 
   double resolution_m() const;
   std::vector<Voxel> OccupiedVoxels() const;  // in the tree's order
+  std::vector<Voxel> FreeVoxels() const;
   bool IsOccupied(const Eigen::Vector3d& p_world) const;
   bool IsFree(
       const Eigen::Vector3d& p_world) const;  // seen to be free; neither holds where unknown

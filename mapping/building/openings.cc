@@ -18,6 +18,7 @@ constexpr double kJamb_m = 0.3;        // beside an opening, where its wall must
 constexpr double kCheek_m = 0.2;       // beside an opening, where rays also end on its cheeks
 constexpr double kReveal_m = 0.25;     // of lines at an opening from the plane of the face
 constexpr double kUpright = 0.98;      // cosine
+constexpr double kLongestStep_m = 2;   // of a walk: from one run to the next nobody walked
 constexpr double kLeastFilled = 0.55;  // of an opening's rectangle by cells that were passed
 
 // Cells that were passed, without gaps and single cells.
@@ -187,6 +188,7 @@ bool IsWalked(const Face& face, const FaceOpening& opening,
               const std::vector<Vector3d>& trajectory) {
   for (size_t i = 1; i < trajectory.size(); ++i) {
     const Vector3d &a = trajectory[i - 1], &b = trajectory[i];
+    if ((b - a).norm() > kLongestStep_m) continue;
     const double before = face.DistanceTo(a.head<2>()), after = face.DistanceTo(b.head<2>());
     if (before * after >= 0) continue;
     const Vector3d at = a + before / (before - after) * (b - a);

@@ -94,7 +94,8 @@ double VarianceAt(const TrackedLine& line, double along_m) {
          along_m * along_m * line.fit.covariance.bottomRightCorner<2, 2>().trace() / 2;
 }
 
-bool IsSameEdge(const TrackedLine& a, const TrackedLine& b, const LineMergingOptions& options) {
+bool IsSameEdge(const TrackedLine& a, const TrackedLine& b, const LineMergingOptions& options,
+                double between_maps_m) {
   if (a.segment != b.segment || a.axis != b.axis) return false;
   const double cosine = std::abs(a.line.direction_world.dot(b.line.direction_world));
   if (cosine < std::cos(kMaxAngle_rad)) return false;
@@ -104,7 +105,9 @@ bool IsSameEdge(const TrackedLine& a, const TrackedLine& b, const LineMergingOpt
   const Eigen::Vector3d q = b.line.point_world + along_b_m * b.line.direction_world;
   const double distance_m = (p - q).norm();
   if (distance_m <= options.min_distance_m) return true;
-  const double sigma_m = std::sqrt(VarianceAt(a, along_m) + VarianceAt(b, along_b_m));
+  const double between_m = a.map != b.map ? between_maps_m : 0;
+  const double sigma_m =
+      std::sqrt(VarianceAt(a, along_m) + VarianceAt(b, along_b_m) + between_m * between_m);
   return distance_m <= std::min(options.max_distance_m, options.max_sigmas * sigma_m);
 }
 
@@ -163,7 +166,7 @@ std::vector<int> ByQuality(const std::vector<TrackedLine>& lines) {
 }  // namespace
 
 std::vector<TrackedLine> MergeLines(std::vector<TrackedLine> lines,
-                                    const LineMergingOptions& options) {
+                                    const LineMergingOptions& options, double between_maps_m) {
   std::vector<std::vector<int>> groups(lines.size());  // by the line that leads it
   std::vector<int> leader(lines.size(), -1);
   CellIndex index(lines);
@@ -172,7 +175,7 @@ std::vector<TrackedLine> MergeLines(std::vector<TrackedLine> lines,
     for (const int k : index.Near(i)) {
       const std::vector<int>& group = groups[leader[k]];
       const bool fits_all = std::all_of(group.begin(), group.end(), [&](int member) {
-        return IsSameEdge(lines[member], lines[i], options);
+        return IsSameEdge(lines[member], lines[i], options, between_maps_m);
       });
       if (!fits_all) continue;
       leader[i] = leader[k];

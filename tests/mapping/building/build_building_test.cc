@@ -150,8 +150,10 @@ TEST(BuildBuilding, DuctsAndLeavesOfDoorsAreNoWalls) {
   EXPECT_NEAR(building.rooms[0].area_m2, 20, 0.4);
 }
 
-// Two rooms beside each other, with a wall between them that has what is given.
-Building TwoRooms(const std::string& openings, bool walked) {
+// Two rooms beside each other, with a wall between them that has what is given. The second is
+// walked into, or is where another run was.
+enum class Second { kUnseen, kWalkedInto, kOfAnotherRun };
+Building TwoRooms(const std::string& openings, Second second) {
   const Scene scene = SceneFromText(R"(
 objects:
   - {kind: wall, points: [[0, 0], [10, 0], [10, 4], [0, 4]], closed: true, skirting_height: 0.09}
@@ -161,15 +163,17 @@ objects:
                                     openings + "}\n");
   std::vector<Vector3d> places = PlacesAlong({{1, 2.8, 1.5}, {3.8, 3, 1.5}, {4, 1.5, 1.5}});
   const std::vector<Vector3d> beyond = PlacesAlong({{6.2, 1.5, 1.5}, {9, 1.5, 1.5}, {8, 3, 1.5}});
-  if (walked) places.insert(places.end(), {{4.6, 1.5, 1.5}, {5.6, 1.5, 1.5}});
-  if (walked) places.insert(places.end(), beyond.begin(), beyond.end());
+  if (second == Second::kWalkedInto) {
+    places.insert(places.end(), {{4.6, 1.5, 1.5}, {5.6, 1.5, 1.5}});
+  }
+  if (second != Second::kUnseen) places.insert(places.end(), beyond.begin(), beyond.end());
   ScanOptions options;
   options.rays = 8000;
   return BuildBuilding(Scan(scene, places, options), {});
 }
 
 TEST(BuildBuilding, OpenDoorIsSeenThroughAndPartsRooms) {
-  const Building building = TwoRooms("doors: [[0, 1.0, 1.0, 2.1, 90]]", true);
+  const Building building = TwoRooms("doors: [[0, 1.0, 1.0, 2.1, 90]]", Second::kWalkedInto);
   EXPECT_THAT(building.rooms, SizeIs(2));
   const std::vector<PlaneOpening> openings = OpeningsOf(building);
   ASSERT_THAT(openings, SizeIs(2));  // one on each face
@@ -190,9 +194,16 @@ TEST(BuildBuilding, OpenDoorIsSeenThroughAndPartsRooms) {
   EXPECT_EQ(pairs, 1);
 }
 
+TEST(BuildBuilding, FromOneRunToTheNextNobodyWalked) {
+  const Building building = TwoRooms("doors: [[0, 1.0, 1.0, 2.1, 90]]", Second::kOfAnotherRun);
+  const std::vector<PlaneOpening> openings = OpeningsOf(building);
+  ASSERT_THAT(openings, SizeIs(2));
+  for (const PlaneOpening& opening : openings) EXPECT_FALSE(opening.walked);
+}
+
 TEST(BuildBuilding, ClosedDoorAndPaneAreNoOpenings) {
-  const Building building =
-      TwoRooms("doors: [[0, 1.0, 1.0, 2.1, 0]], windows: [[0, 2.5, 1.0, 1.2, 0.9]]", false);
+  const Building building = TwoRooms(
+      "doors: [[0, 1.0, 1.0, 2.1, 0]], windows: [[0, 2.5, 1.0, 1.2, 0.9]]", Second::kUnseen);
   EXPECT_THAT(OpeningsOf(building), IsEmpty());
   EXPECT_THAT(building.rooms, SizeIs(1));
 }

@@ -1,0 +1,40 @@
+// Where one map lies in the world of another, by what both saw.
+#pragma once
+
+#include <string>
+
+#include "data/error.h"
+#include "data/progress.h"
+#include "mapping/map.h"
+#include "mapping/merge/merge_options.h"
+
+namespace slcmap {
+
+// Two maps of which it is not known how they belong together.
+class AlignmentError : public DataError {
+ public:
+  enum class Reason { kNoHeading, kNoOverlap, kContradiction, kAmbiguous };
+  AlignmentError(Reason reason, const std::string& message) : DataError(message), reason_(reason) {}
+  Reason reason() const { return reason_; }
+
+ private:
+  Reason reason_;
+};
+
+struct MapAlignment {
+  RigidTransform T_first_second;  // z stays up
+  // What both have, within 8 cm and 4 cm across.
+  double surfaces_m2 = 0, lines_m = 0;
+  double surface_rms_m = 0, line_rms_m = 0;  // across, of what is near each other
+  double contradiction = 0;                  // share of surfaces in the free space of the other
+  // Of what tells it from the next best place, how much speaks for that, as a share; 0: no other.
+  double rival_share = 0;
+};
+
+// Deterministic. Throws AlignmentError, saying what was found and what was expected, where the maps
+// do not share enough, contradict each other, or fit together in several ways about as well, and
+// StoppedError once progress says so.
+MapAlignment AlignMaps(const MapResult& first, const MapResult& second,
+                       const AlignmentOptions& options, const Progress& progress = {});
+
+}  // namespace slcmap

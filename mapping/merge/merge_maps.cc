@@ -1,0 +1,270 @@
+#include "mapping/merge/merge_maps.h"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <algorithm>
+#include <iterator>
+#include <optional>
+#include <utility>
+
+#include "mapping/building/build_building.h"
+#include "mapping/merge/cloud_sights.h"
+#include "mapping/merge/line_union.h"
+#include "mapping/merge/occupancy_union.h"
+#include "mapping/merge/other_rig.h"
+#include "mapping/merge/surface_union.h"
+
+namespace slcmap {
+namespace {
+
+// Shares of the time, about.
+constexpr double kAlignedUntil = 0.5, kUnitedUntil = 0.75, kSeenUntil = 0.9;
+// What maps that are aligned are off against each other here and there: trajectories err, and so do
+// lines, by more than their covariances tell (README.md, "How well a line is known").
+constexpr double kAlignment_m = 0.005, kLinesOff_m = 0.009;
+constexpr int64_t kHour_ns = 3600'000'000'000;
+
+void CheckMap(const MapResult& map) {
+  if (map.dense.empty()) {
+    throw DataError(
+        fmt::format("map of run {}: found no dense points, as of a map that is empty or "
+                    "was made with --sparse; expected some, by which maps are compared",
+                    map.source.run_id));
+  }
+  std::optional<int> segment;
+  for (const auto* lines : {&map.lines, &map.marks}) {
+    for (const MapLine& line : *lines) {
+      if (segment.value_or(line.segment) != line.segment) {
+        throw DataError(
+            fmt::format("map of run {}: found lines of several segments, between which the "
+                        "estimator lost itself; expected one, which is rigid",
+                        map.source.run_id));
+      }
+      segment = line.segment;
+    }
+  }
+}
+
+std::vector<MergedRun> PartsOf(const MapResult& map) {
+  if (!map.source.merged.empty()) return map.source.merged;
+  MergedRun run;
+  run.run_id = map.source.run_id;
+  run.sequence = map.source.sequence;
+  run.version = map.source.version;
+  return {run};
+}
+
+// The time from the first pose to the last.
+struct StampSpan {
+  int64_t from_ns = 0, to_ns = 0;
+};
+
+StampSpan SpanOf(const MapResult& map) {
+  std::vector<int64_t> stamps_ns;
+  for (const Trajectory* poses : {&map.trajectory, &map.keyframes}) {
+    if (poses->empty()) continue;
+    stamps_ns.push_back(poses->front().stamp_ns);
+    stamps_ns.push_back(poses->back().stamp_ns);
+  }
+  if (stamps_ns.empty()) return {};
+  const auto [least, most] = std::minmax_element(stamps_ns.begin(), stamps_ns.end());
+  return {*least, *most};
+}
+
+// By how much the second's stamps are moved: by nothing where its time is another, else by whole
+// hours, so that no stamp is there twice.
+int64_t StampShift(const MapResult& first, const MapResult& second) {
+  const StampSpan a = SpanOf(first), b = SpanOf(second);
+  if (b.from_ns > a.to_ns || b.to_ns < a.from_ns) return 0;
+  return ((a.to_ns - b.from_ns) / kHour_ns + 1) * kHour_ns;
+}
+
+void MoveStamps(int64_t shift_ns, MapResult* map) {
+  for (Trajectory* poses : {&map->trajectory, &map->keyframes}) {
+    for (StampedPose& pose : *poses) pose.stamp_ns += shift_ns;
+  }
+  for (LineSupport& support : map->line_evidence.supports) support.stamp_ns += shift_ns;
+}
+
+void MoveLines(const RigidTransform& T, MapResult* map) {
+  for (auto* lines : {&map->lines, &map->marks}) {
+    for (MapLine& line : *lines) {
+      line.start_world = T * line.start_world;
+      line.end_world = T * line.end_world;
+    }
+  }
+  const Eigen::Matrix3d R = T.rotation.toRotationMatrix();
+  for (LineCovariance& covariance : map->line_evidence.covariances) {
+    for (Eigen::Matrix3d* m :
+         {&covariance.start_m2, &covariance.end_m2, &covariance.start_end_m2}) {
+      *m = R * *m * R.transpose();
+    }
+  }
+}
+
+// All but occupancy and the building, which are made anew.
+void MoveInto(const RigidTransform& T, MapResult* map) {
+  for (Trajectory* poses : {&map->trajectory, &map->keyframes}) {
+    for (StampedPose& pose : *poses) pose.T_world_imu = T * pose.T_world_imu;
+  }
+  for (MapPoint& point : map->points) point.p_world = T * point.p_world;
+  for (DensePoint& point : map->dense) {
+    point.p_world = T * point.p_world;
+    point.normal_world = T.rotation * point.normal_world;
+  }
+  MoveLines(T, map);
+}
+
+// Images are those of rig.json: of other cameras none can be shown.
+void MoveImages(const Rig& rig, MapResult* map) {
+  if (IsSameRig(map->rectified_rig, rig)) {
+    map->line_evidence.supports =
+        SupportsInRig(map->line_evidence.supports, map->rectified_rig, rig);
+    return;
+  }
+  if (map->keyframes.empty()) return;
+  map->warnings[kKeyframesOfOtherCameras] += static_cast<int64_t>(map->keyframes.size());
+  map->keyframes.clear();
+  map->line_evidence.supports.clear();
+}
+
+Trajectory UniteTrajectories(const Trajectory& first, const Trajectory& second) {
+  Trajectory united;
+  std::merge(first.begin(), first.end(), second.begin(), second.end(), std::back_inserter(united),
+             [](const StampedPose& a, const StampedPose& b) { return a.stamp_ns < b.stamp_ns; });
+  return united;
+}
+
+LinesOfMap TakeLines(MapResult* map) {
+  LinesOfMap lines{std::move(map->lines), std::move(map->line_evidence)};
+  lines.lines.insert(lines.lines.end(), map->marks.begin(), map->marks.end());
+  map->lines.clear();
+  map->marks.clear();
+  return lines;
+}
+
+void SetLines(LinesOfMap united, MapResult* map) {
+  for (MapLine& line : united.lines) {
+    (line.kind == LineKind::kMark ? map->marks : map->lines).push_back(line);
+  }
+  map->line_evidence = std::move(united.evidence);
+}
+
+std::optional<Verdict> UniteVerdicts(const MapResult& first, const MapResult& second) {
+  if (!first.verdict || !second.verdict) return first.verdict ? first.verdict : second.verdict;
+  Verdict united = *first.verdict;
+  for (VerdictReason reason : second.verdict->reasons) {
+    reason.found = fmt::format("run {}: {}", second.source.run_id, reason.found);
+    united.Add(std::move(reason));
+  }
+  united.level = std::max(united.level, second.verdict->level);
+  return united;
+}
+
+void UniteReports(const MapResult& second, MapResult* first) {
+  first->verdict = UniteVerdicts(*first, second);
+  for (const auto& [kind, count] : second.warnings) first->warnings[kind] += count;
+  first->complete = first->complete && second.complete;
+  if (second.partial_reason.empty()) return;
+  first->partial_reason += first->partial_reason.empty() ? "" : "; ";
+  first->partial_reason += fmt::format("run {}: {}", second.source.run_id, second.partial_reason);
+}
+
+void UniteSources(const MapResult& second, const RigidTransform& T, int64_t shift_ns,
+                  MapResult* first) {
+  std::vector<MergedRun> parts = PartsOf(*first);
+  for (MergedRun part : PartsOf(second)) {
+    part.stamps_moved_ns += shift_ns;
+    part.T_world_run = T * part.T_world_run;
+    parts.push_back(part);
+  }
+  first->source.merged = std::move(parts);
+}
+
+void UniteContents(const RigidTransform& T_first_second, const MappingOptions& options,
+                   MapResult* first, MapResult* second) {
+  first->dense = UniteSurfaces(first->dense, second->dense, kAlignment_m, options.dense.voxel_m);
+  first->points = UnitePoints(first->points, second->points, options.cloud.voxel_m);
+  SetLines(UniteLines(TakeLines(first), TakeLines(second), kLinesOff_m, options.lines.merging),
+           first);
+  first->occupancy =
+      UniteOccupancy(first->occupancy, second->occupancy, T_first_second, first->dense);
+}
+
+// Poses of a rig, in the world of the map that they look at.
+struct RigPoses {
+  const Trajectory* poses;
+  const Rig* rig;
+};
+
+std::vector<Sights> SightsOf(const MapResult& map, const std::vector<RigPoses>& rigs,
+                             double voxel_m, const Progress& progress) {
+  std::vector<Sights> sights;
+  for (const RigPoses& rig : rigs) {
+    std::vector<Sights> seen =
+        SightsOfCloud(*rig.poses, *rig.rig, map.dense, voxel_m, map.occupancy, progress);
+    std::move(seen.begin(), seen.end(), std::back_inserter(sights));
+  }
+  return sights;
+}
+
+Building BuildingOf(const MapResult& map, std::vector<Sights> sights,
+                    const BuildingOptions& options) {
+  BuildingInput input;
+  for (const DensePoint& point : map.dense) {
+    input.points.push_back({point.p_world, point.normal_world, point.sigma_m});
+  }
+  input.lines = map.lines;
+  input.sights = std::move(sights);
+  for (const StampedPose& pose : map.trajectory) {
+    input.trajectory_world.push_back(pose.T_world_imu.translation);
+  }
+  return BuildBuilding(input, options);
+}
+
+}  // namespace
+
+std::vector<std::string> RunsOf(const MapResult& map) {
+  std::vector<std::string> runs;
+  for (const MergedRun& part : PartsOf(map)) runs.push_back(part.run_id);
+  return runs;
+}
+
+void RefuseSameRuns(const std::vector<std::string>& runs, const MapResult& map) {
+  for (const std::string& run : RunsOf(map)) {
+    if (run.empty() || std::find(runs.begin(), runs.end(), run) == runs.end()) continue;
+    throw DataError(fmt::format("found run {} in both maps, expected maps of different runs", run));
+  }
+}
+
+MergedMaps MergeMaps(MapResult first, MapResult second, const AlignmentOptions& alignment,
+                     const MappingOptions& options, const Progress& progress) {
+  options.Check();
+  RefuseSameRuns(RunsOf(first), second);
+  for (const MapResult* map : {&first, &second}) CheckMap(*map);
+  const MapAlignment found = AlignMaps(first, second, alignment, progress.Part(0, kAlignedUntil));
+  const RigidTransform& T = found.T_first_second;
+  const int64_t shift_ns = StampShift(first, second);
+  MoveInto(T, &second);
+  MoveStamps(shift_ns, &second);
+  const Trajectory seen_by_second = second.keyframes;
+  MoveImages(first.rectified_rig, &second);
+  UniteContents(T, options, &first, &second);
+  progress.ReportOrStop(kUnitedUntil);
+  std::vector<Sights> sights = SightsOf(
+      first, {{&first.keyframes, &first.rectified_rig}, {&seen_by_second, &second.rectified_rig}},
+      options.dense.voxel_m, progress.Part(kUnitedUntil, kSeenUntil));
+  first.trajectory = UniteTrajectories(first.trajectory, second.trajectory);
+  first.keyframes = UniteTrajectories(first.keyframes, second.keyframes);
+  UniteSources(second, T, shift_ns, &first);
+  UniteReports(second, &first);
+  progress.ReportOrStop(kSeenUntil);
+  first.building = BuildingOf(first, std::move(sights), options.building);
+  first.source.options = options.ToYaml();
+  first.adjustment.reset();
+  first.calibrated_rig.reset();
+  first.id.clear();
+  return {std::move(first), found};
+}
+
+}  // namespace slcmap

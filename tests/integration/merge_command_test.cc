@@ -1,0 +1,124 @@
+// slcmap merge, and map --into.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <spdlog/fmt/fmt.h>
+
+#include <filesystem>
+
+#include "mapping/map_folder.h"
+#include "odometry/run_folder.h"
+#include "tests/integration/slcmap_process.h"
+#include "tests/testing/made_run.h"
+#include "tests/testing/scanned_map.h"
+#include "tests/testing/temp_folder.h"
+
+namespace slcmap {
+namespace {
+
+using testing::ExpectError;
+using ::testing::HasSubstr;
+using testing::ProcessResult;
+using testing::RunSlcmap;
+using testing::ScannedMap;
+using testing::TempFolder;
+
+Scene Room(const std::string& size, const std::string& corners) {
+  return testing::SceneFromText("objects:\n  - {kind: slab, at: [0, 0, 0], size: " + size +
+                                ", material: carpet}\n  - {kind: wall, points: " + corners +
+                                R"(, closed: true}
+  - {kind: box, at: [0.5, 3.2, 0], size: [0.8, 0.6, 1.8]}
+  - {kind: box, at: [3.2, 0.4, 0], size: [1.2, 0.6, 0.75]}
+)");
+}
+
+// Map folders: two runs of one room, one of another, one of an empty place, and a run.
+class MergeCommand : public ::testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    folder_ = new TempFolder;
+    const Scene room = Room("[5, 4]", "[[0, 0], [5, 0], [5, 4], [0, 4]]");
+    const Scene other = Room("[9, 7]", "[[0, 0], [9, 0], [9, 3], [6, 7], [0, 7]]");
+    WriteMapFolder(Path("a"), ScannedMap(room, {{1.5, 2, 1.5}, {3.5, 2.2, 1.5}}));
+    WriteMapFolder(Path("b"), ScannedMap(room, {{3, 1.5, 1.5}, {2, 2.5, 1.5}},
+                                         LevelTransform(0.7, {2, 1, 0.1}), "b"));
+    WriteMapFolder(Path("other"), ScannedMap(other, {{5, 5, 1.5}, {6, 2, 1.5}}, {}, "c"));
+    WriteRunFolder(Path("run"), testing::MakeWallRun());
+    RunSlcmap("map " + Path("run") + " --sparse -o " + Path("sparse"));
+  }
+
+  static void TearDownTestSuite() { delete folder_; }
+
+  static std::string Path(const std::string& name) { return folder_->Path(name); }
+  // The command with the names of folders in it replaced by their paths.
+  static ProcessResult Merge(const std::string& first, const std::string& second,
+                             const std::string& rest = "", const std::string& output = "out") {
+    return RunSlcmap("merge " + Path(first) + " " + Path(second) + " -o " + Path(output) + " " +
+                     rest);
+  }
+
+  static TempFolder* folder_;
+};
+
+TempFolder* MergeCommand::folder_ = nullptr;
+
+TEST_F(MergeCommand, TwoMapsBecomeOneThatIsExported) {
+  const ProcessResult merged = Merge("a", "b", "", "merged");
+  EXPECT_EQ(merged.exit_code, 0) << merged.error;
+  EXPECT_THAT(merged.error, HasSubstr("of 2 runs"));
+  EXPECT_EQ(ReadMapFolder(Path("merged")).source.merged.size(), 2u);
+  const ProcessResult exported =
+      RunSlcmap("export " + Path("merged") + " -o " + Path("export") + " --format ply");
+  EXPECT_EQ(exported.exit_code, 0) << exported.error;
+  // Its runs are in it already.
+  ExpectError(Merge("merged", "b"), 1, "found run b in both maps");
+}
+
+TEST_F(MergeCommand, WhatDoesNotFitIsRefusedAndNothingWritten) {
+  const ProcessResult merged = Merge("a", "other");
+  EXPECT_EQ(merged.exit_code, 1) << merged.error;
+  EXPECT_THAT(merged.error, HasSubstr("expected"));
+  EXPECT_FALSE(std::filesystem::exists(Path("out")));
+}
+
+TEST_F(MergeCommand, ARoughStartIsFollowed) {
+  // The place of b's origin in a, and its turn, about.
+  const RigidTransform T = LevelTransform(0.7, {2, 1, 0.1}).Inverse();
+  const std::string near =
+      fmt::format("--at {:.1f},{:.1f},0,-50", T.translation.x() + 0.5, T.translation.y() - 0.5);
+  const ProcessResult merged = Merge("a", "b", near, "started");
+  EXPECT_EQ(merged.exit_code, 0) << merged.error;
+  const ProcessResult far = Merge("a", "b", "--at 0,0,0,130");
+  EXPECT_EQ(far.exit_code, 1) << far.error;
+}
+
+TEST_F(MergeCommand, WrongUsageIsNamed) {
+  ExpectError(RunSlcmap("merge " + Path("a") + " -o " + Path("out")), 2, "found one map");
+  ExpectError(Merge("a", "b", "", "a"), 2, "a");
+  ExpectError(Merge("a", "b", "--at 1,2,3"), 2, "X,Y,Z,YAW_DEG");
+  ExpectError(Merge("a", "b", "--at 1,2,x,4"), 2, "X,Y,Z,YAW_DEG");
+  ExpectError(Merge("a", "b", Path("other") + " --at 1,2,3,4"), 2, "expected two");
+  ExpectError(Merge("a", "run"), 1, "expected a map folder");
+  ExpectError(Merge("a", "nowhere"), 1, "no such folder");
+}
+
+TEST_F(MergeCommand, MapsThatCannotBeMergedAreNamed) {
+  ExpectError(Merge("a", "a"), 1, "found run a in both maps");
+  ExpectError(Merge("a", "sparse"), 1, "--sparse");
+}
+
+TEST_F(MergeCommand, MapIntoIsChecked) {
+  const std::string map = "map " + Path("run") + " -o " + Path("out") + " ";
+  ExpectError(RunSlcmap(map + "--at 1,2,3,4"), 2, "--into");
+  ExpectError(RunSlcmap(map + "--sparse --into " + Path("a")), 2, "--sparse");
+  ExpectError(RunSlcmap(map + "--into " + Path("run")), 1, "expected a map folder");
+  ExpectError(RunSlcmap("map " + Path("run") + " --into " + Path("a") + " -o " + Path("a")), 2,
+              "a");
+  // The made run has no images.
+  const ProcessResult merged = RunSlcmap(map + "--into " + Path("a"));
+  EXPECT_EQ(merged.exit_code, 1);
+  EXPECT_THAT(merged.error, HasSubstr("found no dense points"));
+  EXPECT_FALSE(std::filesystem::exists(Path("out")));
+}
+
+}  // namespace
+}  // namespace slcmap

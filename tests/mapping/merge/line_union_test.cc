@@ -1,0 +1,136 @@
+#include "mapping/merge/line_union.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace slcmap {
+namespace {
+
+using Eigen::Vector3d;
+using ::testing::SizeIs;
+
+constexpr double kAlignment_m = 0.009;
+
+MapLine Piece(int64_t id, const Vector3d& start, const Vector3d& end,
+              LineAxis axis = LineAxis::kVertical, int world = -1) {
+  MapLine line;
+  line.id = id;
+  line.axis = axis;
+  line.world = world;
+  line.sigma_m = 0.003;
+  line.start_world = start;
+  line.end_world = end;
+  line.observations = 10;
+  line.kind = LineKind::kEdge;
+  return line;
+}
+
+MapLine Upright(int64_t id, double x_m, double from_m = 0, double to_m = 2) {
+  return Piece(id, {x_m, 0, from_m}, {x_m, 0, to_m});
+}
+
+LineCovariance Known(int64_t id, int piece, const Vector3d& variances_m2) {
+  const Eigen::Matrix3d m = variances_m2.asDiagonal();
+  return {id, piece, m, m, m};
+}
+
+LinesOfMap Unite(const LinesOfMap& first, const LinesOfMap& second) {
+  return UniteLines(first, second, kAlignment_m, LineMergingOptions());
+}
+
+TEST(UniteLines, WhatBothSawIsOneLineAsLongAsBoth) {
+  const LinesOfMap united =
+      Unite({{Upright(4, 1.0, 0, 1.5)}, {}}, {{Upright(9, 1.006, 0.5, 2)}, {}});
+  ASSERT_THAT(united.lines, SizeIs(1));
+  EXPECT_EQ(united.lines[0].id, 0);
+  EXPECT_EQ(united.lines[0].observations, 20);
+  EXPECT_NEAR((united.lines[0].end_world - united.lines[0].start_world).norm(), 2, 1e-9);
+}
+
+TEST(UniteLines, JambsSixCentimetresApartStayTwo) {
+  const LinesOfMap united = Unite({{Upright(0, 1.0), Upright(1, 1.06)}, {}},
+                                  {{Upright(0, 1.004), Upright(1, 1.064)}, {}});
+  ASSERT_THAT(united.lines, SizeIs(2));
+  EXPECT_NEAR(std::abs(united.lines[0].start_world.x() - united.lines[1].start_world.x()), 0.06,
+              0.005);
+}
+
+// Each is near the next one: chained they would become one.
+TEST(UniteLines, NeighboursDoNotChain) {
+  const LinesOfMap united =
+      Unite({{Upright(0, 1.0), Upright(1, 1.04)}, {}}, {{Upright(0, 1.02), Upright(1, 1.06)}, {}});
+  EXPECT_THAT(united.lines, SizeIs(::testing::Ge(2)));
+  double least_m = 1e9, most_m = -1e9;
+  for (const MapLine& line : united.lines) {
+    least_m = std::min(least_m, line.start_world.x());
+    most_m = std::max(most_m, line.start_world.x());
+  }
+  EXPECT_GT(most_m - least_m, 0.03);
+}
+
+// What one run has kept apart, another one that lies between does not join.
+TEST(UniteLines, EdgesThatOneMapHasApartStayApart) {
+  const LinesOfMap united =
+      Unite({{Upright(0, 1.0), Upright(1, 1.015)}, {}}, {{Upright(0, 1.007)}, {}});
+  EXPECT_THAT(united.lines, SizeIs(2));
+}
+
+TEST(UniteLines, AGapThatBothHaveStaysOne) {
+  const auto level = [](int64_t id, double from_m, double to_m, double y_m) {
+    return Piece(id, {from_m, y_m, 0}, {to_m, y_m, 0}, LineAxis::kX, 0);
+  };
+  const LinesOfMap united = Unite({{level(0, 0, 1, 0), level(0, 2, 3, 0)}, {}},
+                                  {{level(5, 0.5, 1.01, 0.003), level(5, 1.99, 4, 0.003)}, {}});
+  ASSERT_THAT(united.lines, SizeIs(2));
+  EXPECT_EQ(united.lines[0].id, united.lines[1].id);
+  EXPECT_NEAR(std::abs(united.lines[1].start_world.x() - united.lines[0].end_world.x()), 0.98,
+              1e-9);
+}
+
+TEST(UniteLines, CovariancesAndSupportsGetTheNewIds) {
+  LinesOfMap first{{Upright(3, 0.0), Upright(7, 1.0)}, {}};
+  first.evidence.covariances = {Known(3, 0, {1e-6, 4e-6, 0}), Known(7, 0, {1e-6, 1e-6, 0})};
+  first.evidence.supports = {{3, 0, 100, 0, {{1, 1}, {1, 50}}}, {7, 0, 100, 0, {{9, 1}, {9, 50}}}};
+  LinesOfMap second{{Upright(2, 1.002)}, {}};
+  second.evidence.covariances = {Known(2, 0, {9e-6, 9e-6, 0})};
+  second.evidence.supports = {{2, 0, 200, 1, {{5, 1}, {5, 50}}}};
+  const LinesOfMap united = Unite(first, second);
+  ASSERT_THAT(united.lines, SizeIs(2));
+  ASSERT_THAT(united.evidence.covariances, SizeIs(2));
+  EXPECT_NEAR(united.evidence.covariances[0].start_m2(1, 1), 4e-6, 1e-9);
+  EXPECT_NEAR(united.evidence.covariances[0].start_m2(0, 0), 1e-6, 1e-9);
+  ASSERT_THAT(united.evidence.supports, SizeIs(3));
+  EXPECT_EQ(united.evidence.supports[0].line_id, 0);
+  EXPECT_EQ(united.evidence.supports[1].line_id, 1);
+  EXPECT_EQ(united.evidence.supports[2].line_id, 1);
+  EXPECT_EQ(united.evidence.supports[2].stamp_ns, 200);
+}
+
+TEST(UniteLines, KindsAreWhatMostOfTheLengthSays) {
+  MapLine mark = Upright(0, 1.0, 0, 0.5), edge = Upright(0, 1.003, 0, 2);
+  mark.kind = LineKind::kMark;
+  MapLine unknown = Upright(1, 3.0), outline = Upright(1, 3.002, 0, 0.3);
+  unknown.kind = LineKind::kUnknown;
+  outline.kind = LineKind::kOutline;
+  const LinesOfMap united = Unite({{mark, unknown}, {}}, {{edge, outline}, {}});
+  ASSERT_THAT(united.lines, SizeIs(2));
+  EXPECT_EQ(united.lines[0].kind, LineKind::kOutline);
+  EXPECT_EQ(united.lines[1].kind, LineKind::kEdge);
+}
+
+// A quarter turn makes X of the second run the Y of the first; a wing of it is a world of its own.
+TEST(UniteLines, AxesOfTheSecondGetTheFirstOnesNames) {
+  const MapLine x = Piece(0, {0, 0, 0}, {3, 0, 0}, LineAxis::kX, 0);
+  const MapLine y = Piece(1, {0, 0, 0}, {0, 3, 0}, LineAxis::kY, 0);
+  const MapLine turned = Piece(0, {5, 5, 0}, {5, 8, 0}, LineAxis::kX, 0);
+  const MapLine wing = Piece(1, {5, 5, 0}, {7, 6, 0}, LineAxis::kX, 1);
+  const LinesOfMap united = Unite({{x, y}, {}}, {{turned, wing}, {}});
+  ASSERT_THAT(united.lines, SizeIs(4));
+  EXPECT_EQ(united.lines[2].axis, LineAxis::kY);
+  EXPECT_EQ(united.lines[2].world, 0);
+  EXPECT_EQ(united.lines[3].axis, LineAxis::kX);
+  EXPECT_EQ(united.lines[3].world, 1);
+}
+
+}  // namespace
+}  // namespace slcmap

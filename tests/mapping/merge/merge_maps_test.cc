@@ -1,0 +1,196 @@
+#include "mapping/merge/merge_maps.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "data/error.h"
+#include "mapping/map_folder.h"
+#include "mapping/merge/occupancy_union.h"
+#include "mapping/merge/surface_union.h"
+#include "tests/testing/scanned_map.h"
+#include "tests/testing/temp_folder.h"
+
+namespace slcmap {
+namespace {
+
+using Eigen::Vector3d;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using testing::ScannedMap;
+using ::testing::SizeIs;
+
+Scene TwoRooms() {
+  return testing::SceneFromText(R"(
+objects:
+  - {kind: slab, at: [0, 0, 0], size: [9, 4], material: carpet}
+  - {kind: slab, at: [0, 0, 2.7], size: [9, 4], material: ceiling, faces_down: true}
+  - {kind: wall, points: [[0, 0], [9, 0], [9, 4], [0, 4]], closed: true, skirting_height: 0.09}
+  - {kind: wall, points: [[5, 0], [5, 4]], has_back: true, doors: [[0, 1.2, 1.0, 2.1, 90]]}
+  - {kind: box, at: [0.5, 3.2, 0], size: [0.8, 0.6, 1.8]}
+  - {kind: box, at: [3.2, 0.4, 0], size: [1.2, 0.6, 0.75]}
+  - {kind: box, at: [8.2, 0.6, 0], size: [0.6, 1.0, 1.1]}
+)");
+}
+
+// The west room, and from the east one through the door into it.
+MapResult West() { return ScannedMap(TwoRooms(), {{1.5, 2, 1.5}, {4, 2.4, 1.5}, {4.3, 1.7, 1.5}}); }
+
+MapResult East(int64_t first_ns = 1'000'000'000) {
+  return ScannedMap(TwoRooms(), {{7.5, 2.5, 1.5}, {6, 1.8, 1.5}, {4, 1.7, 1.5}, {2, 1.6, 1.5}},
+                    LevelTransform(1.9, {3, -2, 0.4}), "b", first_ns);
+}
+
+MergedMaps Merge(MapResult first, MapResult second) {
+  return MergeMaps(std::move(first), std::move(second), AlignmentOptions(), MappingOptions());
+}
+
+// Of both, made once.
+const MapResult& Both() {
+  static const MapResult map = Merge(West(), East()).map;
+  return map;
+}
+
+TEST(MergeMaps, TheRoomsOfBothAreRoomsOfOneBuilding) {
+  EXPECT_THAT(Both().building.rooms, SizeIs(2));
+}
+
+TEST(MergeMaps, StampsThatBothHaveAreMovedByAnHour) {
+  const MapResult first = West(), second = East();
+  const MapResult& map = Both();
+  ASSERT_THAT(map.trajectory, SizeIs(first.trajectory.size() + second.trajectory.size()));
+  for (size_t i = 1; i < map.trajectory.size(); ++i) {
+    EXPECT_LT(map.trajectory[i - 1].stamp_ns, map.trajectory[i].stamp_ns);
+  }
+  ASSERT_THAT(map.source.merged, SizeIs(2));
+  EXPECT_EQ(map.source.merged[0].stamps_moved_ns, 0);
+  EXPECT_EQ(map.source.merged[1].stamps_moved_ns, 3600'000'000'000);
+}
+
+TEST(MergeMaps, StampsOfAnotherTimeStay) {
+  const MapResult map = Merge(West(), East(-9'000'000'000)).map;
+  EXPECT_EQ(map.source.merged[1].stamps_moved_ns, 0);
+  EXPECT_EQ(map.trajectory.front().stamp_ns, -9'000'000'000);
+}
+
+TEST(MergeMaps, SurfacesThatBothSawAreOne) {
+  const MapResult first = West();
+  const MapResult& map = Both();
+  // In the west room, where the second saw most of the same.
+  const auto west_of = [](const MapResult& m) {
+    return std::count_if(m.dense.begin(), m.dense.end(),
+                         [](const DensePoint& p) { return p.p_world.x() < 4.9; });
+  };
+  EXPECT_LT(static_cast<double>(west_of(map)), 1.35 * static_cast<double>(west_of(first)));
+  EXPECT_GE(west_of(map), west_of(first));
+}
+
+TEST(MergeMaps, WhatEitherKnowsOfSpaceIsKnown) {
+  const MapResult first = West();
+  const MapResult& map = Both();
+  const Vector3d in_east(7, 2, 1.5), in_west(2, 2, 1.5), in_wall(9.02, 2.45, 1.25);
+  EXPECT_FALSE(first.occupancy.IsFree(in_east + Vector3d(0, 1.6, 0)));
+  EXPECT_TRUE(map.occupancy.IsFree(in_east));
+  EXPECT_TRUE(map.occupancy.IsFree(in_west));
+  EXPECT_FALSE(map.occupancy.IsFree(in_wall));
+}
+
+TEST(MergeMaps, ComesBackFromItsFolderAndTheSameMapsGiveTheSameBytes) {
+  const testing::TempFolder folder;
+  const std::string id = WriteMapFolder(folder.Path("a"), Both());
+  EXPECT_EQ(WriteMapFolder(folder.Path("b"), Merge(West(), East()).map), id);
+  const MapResult map = ReadMapFolder(folder.Path("a"));
+  ASSERT_THAT(map.source.merged, SizeIs(2));
+  EXPECT_EQ(map.source.merged[1].run_id, "b");
+  EXPECT_LT((map.source.merged[1].T_world_run * Vector3d(3, -2, 0.4)).norm(), 0.02);
+  EXPECT_THAT(RunsOf(map), ElementsAre("a", "b"));
+}
+
+TEST(MergeMaps, OfAPartialMapAPartialOneIsMade) {
+  MapResult partial = East();
+  partial.complete = false;
+  partial.partial_reason = "interrupted";
+  partial.warnings["imu_gaps"] = 2;
+  partial.verdict =
+      Verdict{VerdictLevel::kDoubtful, {{VerdictLevel::kDoubtful, "x", "1", "2", "3"}}};
+  MapResult first = West();
+  first.warnings["imu_gaps"] = 1;
+  const MapResult map = Merge(std::move(first), std::move(partial)).map;
+  EXPECT_FALSE(map.complete);
+  EXPECT_THAT(map.partial_reason, HasSubstr("run b: interrupted"));
+  EXPECT_EQ(map.warnings.at("imu_gaps"), 3);
+  ASSERT_TRUE(map.verdict.has_value());
+  EXPECT_EQ(map.verdict->level, VerdictLevel::kDoubtful);
+}
+
+TEST(MergeMaps, KeyframesOfOtherCamerasAreLeftOut) {
+  MapResult other = East();
+  other.rectified_rig.T_imu_camera[1].translation.y() = -0.3;
+  const size_t keyframes = other.keyframes.size();
+  const MapResult map = Merge(West(), std::move(other)).map;
+  EXPECT_THAT(map.keyframes, SizeIs(West().keyframes.size()));
+  EXPECT_EQ(map.warnings.at(kKeyframesOfOtherCameras), static_cast<int64_t>(keyframes));
+}
+
+// What merging throws, in words.
+std::string WhyNot(MapResult first, MapResult second) {
+  try {
+    Merge(std::move(first), std::move(second));
+  } catch (const DataError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(MergeMaps, MapsThatCannotBeMergedAreRefused) {
+  EXPECT_THAT(WhyNot(West(), West()), HasSubstr("found run a in both maps"));
+  MapResult sparse = East();
+  sparse.dense.clear();
+  EXPECT_THAT(WhyNot(West(), std::move(sparse)), HasSubstr("--sparse"));
+  MapResult lost = East();
+  lost.lines.back().segment = 1;
+  EXPECT_THAT(WhyNot(West(), std::move(lost)), HasSubstr("several segments"));
+}
+
+TEST(UniteSurfaces, TheSidesOfAThinWallStayTwo) {
+  const DensePoint front{{0, 0, 1.01}, Vector3d::UnitZ(), 0.005, 100};
+  const DensePoint back{{0, 0, 1.04}, -Vector3d::UnitZ(), 0.005, 100};
+  EXPECT_THAT(UniteSurfaces({front, back}, {front, back}, 0.005, 0.05), SizeIs(2));
+}
+
+// A surface on the border of two voxels, a little off in the second map.
+TEST(UniteSurfaces, OneSurfaceInTwoVoxelsIsOnePoint) {
+  const DensePoint below{{0.02, 0.02, 0.999}, Vector3d::UnitZ(), 0.004, 100};
+  const DensePoint above{{0.02, 0.02, 1.001}, Vector3d::UnitZ(), 0.006, 100};
+  const std::vector<DensePoint> united = UniteSurfaces({below}, {above}, 0.005, 0.05);
+  ASSERT_THAT(united, SizeIs(1));
+  EXPECT_DOUBLE_EQ(united[0].p_world.z(), 0.999);
+}
+
+TEST(UniteSurfaces, PointsOfOneVoxelAreWeightedByWhatIsKnown) {
+  const DensePoint good{{0.01, 0.01, 0.01}, Vector3d::UnitZ(), 0.01, 100};
+  const DensePoint poor{{0.01, 0.01, 0.04}, Vector3d::UnitZ(), 0.02, 200};
+  const std::vector<DensePoint> united = UniteSurfaces({good}, {poor}, 0.005, 0.05);
+  ASSERT_THAT(united, SizeIs(1));
+  EXPECT_NEAR(united[0].p_world.z(), 0.016, 1e-9);
+  EXPECT_EQ(united[0].grey, 120);
+}
+
+TEST(UniteOccupancy, OccupiedFreeAndUnknownAreUnited) {
+  OccupancyMap first(0.1), second(0.1);
+  first.Mark({{{1, 1, 1}, {2, 1, 1}}, {{5, 1, 1}}});
+  // In a world that lies 1 m farther along x.
+  second.Mark({{{-5, 1, 1}, {-7, 1, 1}}, {{-9, 1, 1}}});
+  const RigidTransform T = LevelTransform(0, {1, 0, 0});
+  const OccupancyMap united =
+      UniteOccupancy(first, second, T, {{{0.75, 0.15, 0.15}, Vector3d::UnitZ(), 0.01, 0}});
+  const auto at = [](int x) { return Vector3d(0.1 * x + 0.05, 0.15, 0.15); };
+  EXPECT_TRUE(united.IsFree(at(2)));
+  EXPECT_TRUE(united.IsFree(at(1)));      // free in one, occupied in the other, and no point there
+  EXPECT_TRUE(united.IsFree(at(5)));      // the same
+  EXPECT_TRUE(united.IsFree(at(3)));      // of the second alone
+  EXPECT_TRUE(united.IsOccupied(at(7)));  // by a point
+  EXPECT_FALSE(united.IsFree(at(8)) || united.IsOccupied(at(8)));
+}
+
+}  // namespace
+}  // namespace slcmap
