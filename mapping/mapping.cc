@@ -127,8 +127,8 @@ void AddFilledPlanes(const RecordedViews& recorded, const std::vector<Sights>& s
   const ViewCameras cameras(recorded.views, recorded.images->rig());
   const SightDepths depths(map->dense, options.dense.voxel_m, cameras, {});
   const std::vector<DensePoint> filled =
-      FillPlanes({map->dense, map->building, sights, cameras, depths}, options.planes,
-                 options.dense.threads, progress);
+      FillPlanes({map->dense, map->lines, map->building, sights, {{cameras, depths}}},
+                 options.planes, options.dense.threads, progress);
   map->dense.insert(map->dense.end(), filled.begin(), filled.end());
 }
 

@@ -8,11 +8,13 @@
 #include <utility>
 
 #include "mapping/building/build_building.h"
+#include "mapping/lines/sight_depths.h"
 #include "mapping/merge/cloud_sights.h"
 #include "mapping/merge/line_union.h"
 #include "mapping/merge/occupancy_union.h"
 #include "mapping/merge/other_rig.h"
 #include "mapping/merge/surface_union.h"
+#include "mapping/planes/plane_filling.h"
 
 namespace slcmap {
 namespace {
@@ -222,6 +224,40 @@ Building BuildingOf(const MapResult& map, std::vector<Sights> sights,
   return BuildBuilding(input, options);
 }
 
+void RemoveFilled(MapResult* map) {
+  std::erase_if(map->dense,
+                [](const DensePoint& point) { return point.source == DenseSource::kFilledPlane; });
+}
+
+struct WatchingRig {
+  ViewCameras cameras;
+  SightDepths depths;
+};
+
+WatchingRig WatchingRigOf(const RigPoses& rig, const std::vector<DensePoint>& dense,
+                          double voxel_m) {
+  Views views;
+  for (const StampedPose& pose : *rig.poses) {
+    views.push_back({pose.stamp_ns, 0, pose.T_world_imu});
+  }
+  const ViewCameras cameras(views, *rig.rig);
+  return {cameras, SightDepths(dense, voxel_m, cameras)};
+}
+
+void AddFilledPlanes(const std::vector<RigPoses>& rigs, const std::vector<Sights>& sights,
+                     const MappingOptions& options, MapResult* map) {
+  if (!options.planes.fill) return;
+  std::vector<WatchingRig> watching;
+  for (const RigPoses& rig : rigs) {
+    watching.push_back(WatchingRigOf(rig, map->dense, options.dense.voxel_m));
+  }
+  MeasuredBuilding measured{map->dense, map->lines, map->building, sights, {}};
+  for (const WatchingRig& rig : watching) measured.watchers.push_back({rig.cameras, rig.depths});
+  const std::vector<DensePoint> filled =
+      FillPlanes(measured, options.planes, options.dense.threads);
+  map->dense.insert(map->dense.end(), filled.begin(), filled.end());
+}
+
 }  // namespace
 
 std::vector<std::string> RunsOf(const MapResult& map) {
@@ -241,25 +277,30 @@ MergedMaps MergeMaps(MapResult first, MapResult second, const AlignmentOptions& 
                      const MappingOptions& options, const Progress& progress) {
   options.Check();
   RefuseSameRuns(RunsOf(first), second);
-  for (const MapResult* map : {&first, &second}) CheckMap(*map);
+  for (MapResult* map : {&first, &second}) {
+    CheckMap(*map);
+    RemoveFilled(map);
+  }
   const MapAlignment found = AlignMaps(first, second, alignment, progress.Part(0, kAlignedUntil));
   const RigidTransform& T = found.T_first_second;
   const int64_t shift_ns = StampShift(first, second);
   MoveInto(T, &second);
   MoveStamps(shift_ns, &second);
-  const Trajectory seen_by_second = second.keyframes;
+  const Trajectory seen_by_first = first.keyframes, seen_by_second = second.keyframes;
   MoveImages(first.rectified_rig, &second);
   UniteContents(T, options, &first, &second);
   progress.ReportOrStop(kUnitedUntil);
-  std::vector<Sights> sights = SightsOf(
-      first, {{&first.keyframes, &first.rectified_rig}, {&seen_by_second, &second.rectified_rig}},
-      options.dense.voxel_m, progress.Part(kUnitedUntil, kSeenUntil));
+  const std::vector<RigPoses> rigs = {{&seen_by_first, &first.rectified_rig},
+                                      {&seen_by_second, &second.rectified_rig}};
+  const std::vector<Sights> sights =
+      SightsOf(first, rigs, options.dense.voxel_m, progress.Part(kUnitedUntil, kSeenUntil));
   first.trajectory = UniteTrajectories(first.trajectory, second.trajectory);
   first.keyframes = UniteTrajectories(first.keyframes, second.keyframes);
   UniteSources(second, T, shift_ns, &first);
   UniteReports(second, &first);
   progress.ReportOrStop(kSeenUntil);
-  first.building = BuildingOf(first, std::move(sights), options.building);
+  first.building = BuildingOf(first, sights, options.building);
+  AddFilledPlanes(rigs, sights, options, &first);
   first.source.options = options.ToYaml();
   first.adjustment.reset();
   first.calibrated_rig.reset();

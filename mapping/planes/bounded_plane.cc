@@ -53,10 +53,12 @@ PlaneGrid AxesOf(const BuildingPlane& plane, double cell_m) {
 
 BoundedPlane Bounded(const BuildingPlane& plane, const Building& building,
                      const PlaneOptions& options) {
+  const bool is_wall = plane.kind == PlaneKind::kWall;
   BoundedPlane bounded{AxesOf(plane, options.cell_m),
                        {},
                        plane.sigma_m,
-                       plane.kind == PlaneKind::kWall ? options.reach_m : options.room_reach_m};
+                       is_wall ? options.reach_m : options.room_reach_m,
+                       is_wall};
   PlaneGrid& grid = bounded.grid;
   const Polygon polygon = PolygonOf(plane, building, grid);
   Eigen::AlignedBox2d box;

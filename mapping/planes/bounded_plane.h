@@ -15,6 +15,7 @@ struct BoundedPlane {
   cv::Mat1b inside;    // by cell: not 0 within the outline, and in no opening
   double sigma_m = 0;  // of the plane's offset
   double reach_m = 0;  // how far from what was measured of it, it may be filled
+  bool is_wall = false;
 };
 
 // Walls as far as their outlines reach, without their openings; floors and ceilings over their

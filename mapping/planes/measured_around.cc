@@ -70,6 +70,8 @@ std::optional<SurfaceAround> MeasuredAround::At(double column, double row) const
     ++agreeing;
   }
   if (agreeing < options_.min_share * options_.neighbours) return std::nullopt;
+  const pcl::PointXYZ& nearest = (*tree_->places.getInputCloud())[found.front()];
+  around.nearest = Eigen::Vector2d(nearest.x, nearest.y) / grid_.cell_m;
   around.nearest_m = std::sqrt(static_cast<double>(squares_m2.front()));
   around.offset_m /= agreeing;
   around.grey /= agreeing;

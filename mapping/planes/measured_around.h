@@ -13,8 +13,9 @@ namespace slcmap {
 
 // A surface around a place of a plane.
 struct SurfaceAround {
-  double nearest_m = 0;  // along the plane, to the nearest of its points
-  double offset_m = 0;   // of the surface from the plane, along its normal
+  Eigen::Vector2d nearest = Eigen::Vector2d::Zero();  // of its points, in units of cells
+  double nearest_m = 0;                               // along the plane, to that
+  double offset_m = 0;  // of the surface from the plane, along its normal
   double grey = 0;
 };
 

@@ -7,6 +7,7 @@
 #include "mapping/dense/parallel.h"
 #include "mapping/planes/bounded_plane.h"
 #include "mapping/planes/measured_around.h"
+#include "mapping/planes/plane_borders.h"
 #include "mapping/planes/plane_rays.h"
 #include "mapping/planes/point_index.h"
 #include "odometry/geometry/pinhole.h"
@@ -23,12 +24,12 @@ constexpr double kSamePlace_m = 0.025;  // of points of two planes that are one
 constexpr double kMinDepth_m = 0.3;     // of a place from a camera
 constexpr double kMargin_px = 2;        // of the image's border
 
-// Whether cameras look at places of a plane. Neighbouring places are seen by the same view, which
-// is asked first.
-class Watcher {
+// Whether views of a rig look at places of a plane. Neighbouring places are seen by the same view,
+// which is asked first.
+class Watch {
  public:
-  Watcher(const MeasuredBuilding& measured, const Vector3d& normal, const PlaneOptions& options)
-      : cameras_(measured.cameras), depths_(measured.depths), normal_(normal), options_(options) {
+  Watch(const Watchers& watchers, const Vector3d& normal, const PlaneOptions& options)
+      : cameras_(watchers.cameras), depths_(watchers.depths), normal_(normal), options_(options) {
     for (size_t view = 0; view < cameras_.T_camera_world.size(); ++view) {
       centres_.push_back(cameras_.Centre(static_cast<int>(view)));
     }
@@ -70,19 +71,28 @@ std::vector<DensePoint> Filled(const BoundedPlane& plane, const MeasuredBuilding
                                const PointIndex& index, const PlaneOptions& options) {
   const PlaneGrid& grid = plane.grid;
   const MeasuredAround around(grid, measured.dense, options);
+  const PlaneBorders borders =
+      plane.is_wall ? PlaneBorders(grid, measured.lines, options.beside_m) : PlaneBorders();
   const cv::Mat1i passes = CountPasses(grid, measured.sights, options);
-  Watcher watcher(measured, grid.normal, options);
+  std::vector<Watch> watches;
+  for (const Watchers& watchers : measured.watchers) {
+    watches.emplace_back(watchers, grid.normal, options);
+  }
+  const auto is_seen = [&](const Vector3d& p) {
+    return std::any_of(watches.begin(), watches.end(), [&](Watch& watch) { return watch.Sees(p); });
+  };
   std::vector<DensePoint> points;
   for (int row = 0; row < grid.rows; ++row) {
     for (int column = 0; column < grid.columns; ++column) {
       if (!plane.inside(row, column) || passes(row, column) > options.max_passes) continue;
       const auto surface = around.At(column + 0.5, row + 0.5);
       if (!surface || surface->nearest_m > plane.reach_m ||
-          std::abs(surface->offset_m) > options.max_offset_m) {
+          std::abs(surface->offset_m) > options.max_offset_m ||
+          borders.Part({column + 0.5, row + 0.5}, surface->nearest)) {
         continue;
       }
       const Vector3d p = grid.At(column + 0.5, row + 0.5) + surface->offset_m * grid.normal;
-      if (index.HasNear(p, kMeasured_m) || !watcher.Sees(p)) continue;
+      if (index.HasNear(p, kMeasured_m) || !is_seen(p)) continue;
       points.push_back({p, grid.normal, plane.sigma_m,
                         static_cast<uint8_t>(std::lround(surface->grey)),
                         DenseSource::kFilledPlane});

@@ -4,6 +4,7 @@
 
 #include <vector>
 
+#include "data/map_line.h"
 #include "data/progress.h"
 #include "mapping/building/building.h"
 #include "mapping/building/building_input.h"
@@ -13,19 +14,25 @@
 
 namespace slcmap {
 
+// Views that look at a building, and what hides it from them.
+struct Watchers {
+  const ViewCameras& cameras;
+  const SightDepths& depths;
+};
+
 // What is known of a building before.
 struct MeasuredBuilding {
   const std::vector<DensePoint>& dense;
+  const std::vector<MapLine>& lines;
   const Building& building;
   const std::vector<Sights>& sights;  // rays to what was measured
-  const ViewCameras& cameras;
-  const SightDepths& depths;  // of their views
+  std::vector<Watchers> watchers;     // by rig
 };
 
 // Points of source kFilledPlane, a cell of walls, floors and ceilings each: where nothing was
-// measured, the points around are on one surface, a camera looks there past all that was measured,
-// and no ray goes through. The same with any number of threads. Once progress says so, there are
-// none.
+// measured, the points around are on one surface, of a wall no line parts it from them, a camera
+// looks there past all that was measured, and no ray goes through. The same with any number of
+// threads. Once progress says so, there are none.
 std::vector<DensePoint> FillPlanes(const MeasuredBuilding& measured, const PlaneOptions& options,
                                    int threads, const Progress& progress = {});
 

@@ -36,6 +36,7 @@ void AddMeasured(const Box& box, const Box& hole, double y, std::vector<DensePoi
 // The wall, 3 m high from x = -2 to 2, measured from x = -1 to 1 but in the hole.
 struct Scene {
   std::vector<DensePoint> dense;
+  std::vector<MapLine> lines;
   Building building;
   std::vector<Sights> sights;
   Views views;
@@ -62,7 +63,7 @@ struct Scene {
     for (RigidTransform& T_imu_camera : rig.T_imu_camera) T_imu_camera = {};
     const ViewCameras cameras(views, rig);
     const SightDepths depths(dense, 0.04, cameras);
-    return FillPlanes({dense, building, sights, cameras, depths}, {}, threads, progress);
+    return FillPlanes({dense, lines, building, sights, {{cameras, depths}}}, {}, threads, progress);
   }
 };
 
@@ -113,6 +114,18 @@ TEST(FillPlanes, LeavesOutADoorLeafBehindThePlane) {
   AddMeasured({-1, 1, 0, 3}, {-0.5, 0.5, 1, 2}, kWall_m, &scene.dense);
   AddMeasured({-0.5, 0.5, 1, 2}, kHole, kWall_m + 0.06, &scene.dense);
   EXPECT_EQ(Share(scene.Fill(), kHole), 0);
+}
+
+TEST(FillPlanes, LeavesOutWhatALinePartsFromTheWall) {
+  Scene scene;
+  for (const double x : {-0.28, 0.28}) {
+    MapLine line;
+    line.start_world = {x, kWall_m + 0.03, 0};
+    line.end_world = {x, kWall_m + 0.03, 3};
+    line.kind = LineKind::kOutline;
+    scene.lines.push_back(line);
+  }
+  EXPECT_LT(Share(scene.Fill(), {-0.26, 0.26, 1.4, 1.6}), 0.05);
 }
 
 TEST(FillPlanes, LeavesOutOpenings) {
