@@ -43,10 +43,9 @@ double MedianObservations(const std::vector<MapLine>& lines) {
 }
 
 std::vector<std::string> ListedNames(bool with_calibration) {
-  std::vector<std::string> names = {kTrajectory, kKeyframes,     kPoints, kCloud,
-                                    kDense,      kDenseCloud,    kLines,  kMarks,
-                                    kOccupancy,  kProbabilities, kRig,    kOptions,
-                                    kPipeFile};
+  std::vector<std::string> names = {kTrajectory, kKeyframes, kPoints,  kCloud,     kDense,
+                                    kDenseCloud, kLines,     kMarks,   kOccupancy, kProbabilities,
+                                    kRig,        kOptions,   kPipeFile};
   for (const std::string& name : LineEvidenceFiles()) names.push_back(name);
   for (const std::string& name : BuildingFiles()) names.push_back(name);
   if (with_calibration) names.emplace_back(kCalibration);

@@ -12,7 +12,7 @@ struct MapPipe {
   int64_t id = 0;
   int segment = 0;  // of the run
   LineAxis axis = LineAxis::kNone;
-  int world = -1;  // as of a line (data/map_line.h)
+  int world = -1;                                         // as of a line (data/map_line.h)
   Eigen::Vector3d start_world = Eigen::Vector3d::Zero();  // of its axis, as far as it was seen
   Eigen::Vector3d end_world = Eigen::Vector3d::Zero();
   double radius_m = 0;

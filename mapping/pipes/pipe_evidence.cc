@@ -139,8 +139,11 @@ RayEvidence RayEvidenceOf(const Cylinder& cylinder, const RaysOfLines& lines) {
     }
     AddEdgeMisfits(of_line, &own);
   }
-  RayEvidence evidence{MisfitOf(round), MisfitOf(own), StraightMisfit(measured),
-                       StraightMisfit(touching)};
+  RayEvidence evidence;
+  evidence.round = MisfitOf(round);
+  evidence.own = MisfitOf(own);
+  evidence.straight = StraightMisfit(measured);
+  evidence.told = StraightMisfit(touching);
   CountImages(images, &evidence);
   return evidence;
 }
@@ -168,7 +171,8 @@ SurfaceEvidence SurfaceEvidenceOf(const Cylinder& cylinder, double from_m, doubl
     heights.push_back(height);
     offs.push_back(std::abs(height - std::sqrt(1 - aside * aside)));
   }
-  SurfaceEvidence evidence{static_cast<int>(heights.size())};
+  SurfaceEvidence evidence;
+  evidence.points = static_cast<int>(heights.size());
   if (heights.empty()) return evidence;
   evidence.height = Quantile(heights, 0.5);
   evidence.highest = Quantile(heights, 0.85);

@@ -18,8 +18,8 @@ LineAxis ParseAxis(const std::string& place, const Json& json) {
   for (size_t i = 0; i < kAxisNames.size(); ++i) {
     if (found == kAxisNames[i]) return static_cast<LineAxis>(i);
   }
-  throw DataError(fmt::format(
-      "{}: axis: found '{}', expected one of: x, y, vertical, none, sloped", place, found));
+  throw DataError(fmt::format("{}: axis: found '{}', expected one of: x, y, vertical, none, sloped",
+                              place, found));
 }
 
 // A hundredth of a millimetre is too coarse for what says how well something is known.
@@ -43,8 +43,8 @@ MapPipe ParsePipe(const std::string& path, const Json& json, size_t index) {
   pipe.id = BoundedAt<int64_t>(path, json, "id", 0, static_cast<int64_t>(kMaxId));
   const std::string place = fmt::format("{}: pipe {}", path, pipe.id);
   if (pipe.id != static_cast<int64_t>(index)) {
-    throw DataError(fmt::format("{}: found it at place {}, expected ids to count from 0", place,
-                                index));
+    throw DataError(
+        fmt::format("{}: found it at place {}, expected ids to count from 0", place, index));
   }
   pipe.segment = BoundedAt(place, json, "segment", 0, static_cast<int>(kMaxSegment));
   pipe.axis = ParseAxis(place, json);

@@ -11,15 +11,15 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr int kRounds = 3;       // of looking for further outlines
-constexpr double kBeyond_m = 1;  // past the ends of the outlines that are known
-constexpr double kMinOverlap_m = 0.25;    // of two lines
-constexpr double kMaxRadiusChange = 0.4;  // between two lines and the pipe that they are outlines of
-constexpr double kRadiusSlack = 1.2;      // of half the distance between them
+constexpr int kRounds = 3;              // of looking for further outlines
+constexpr double kBeyond_m = 1;         // past the ends of the outlines that are known
+constexpr double kMinOverlap_m = 0.25;  // of two lines
+constexpr double kMaxRadiusChange =
+    0.4;                              // between two lines and the pipe that they are outlines of
+constexpr double kRadiusSlack = 1.2;  // of half the distance between them
 
 // What two lines would be the outlines of, seen from afar.
-std::optional<Cylinder> Between(const Outline& a, const Outline& b,
-                                const PipeOptions& options) {
+std::optional<Cylinder> Between(const Outline& a, const Outline& b, const PipeOptions& options) {
   const double cosine = a.line.direction_world.dot(b.line.direction_world);
   if (std::abs(cosine) < std::cos(options.max_turn_rad) || a.segment != b.segment) {
     return std::nullopt;
@@ -34,8 +34,7 @@ std::optional<Cylinder> Between(const Outline& a, const Outline& b,
   if (to_m - from_m < kMinOverlap_m) return std::nullopt;
   const double middle_m = 0.5 * (from_m + to_m);
   const Vector3d on_a = a.line.point_world + middle_m * a.line.direction_world;
-  const Vector3d on_b =
-      b.line.point_world + (middle_m - along_m) * sense * b.line.direction_world;
+  const Vector3d on_b = b.line.point_world + (middle_m - along_m) * sense * b.line.direction_world;
   const Cylinder cylinder{{0.5 * (on_a + on_b), direction}, 0.5 * (on_b - on_a).norm()};
   const bool fits = cylinder.radius_m >= options.min_radius_m / kRadiusSlack &&
                     cylinder.radius_m <= options.max_radius_m * kRadiusSlack;

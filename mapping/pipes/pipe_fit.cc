@@ -44,8 +44,7 @@ std::optional<Residual> ResidualOf(const Cylinder& cylinder,
   for (int k = 0; k < 2; ++k) {
     const Vector3d turned = ray.ray_world.cross(across.col(k));
     residual.by[k] = -normal.dot(across.col(k)) / sine;
-    residual.by[2 + k] =
-        way.dot(turned) / sine - distance_m * normal.dot(turned) / (sine * sine);
+    residual.by[2 + k] = way.dot(turned) / sine - distance_m * normal.dot(turned) / (sine * sine);
   }
   residual.by[4] = -side;
   return residual;
@@ -125,13 +124,11 @@ std::optional<PipeFit> FitPipe(const Cylinder& start, const std::vector<TangentR
     const Vector5d delta = -solver.solve(sums.g);
     if (!delta.allFinite() || delta.head<2>().norm() > kMaxStep_m) return std::nullopt;
     axis.point_world += fit.across * delta.head<2>();
-    axis.direction_world =
-        (axis.direction_world + fit.across * delta.segment<2>(2)).normalized();
+    axis.direction_world = (axis.direction_world + fit.across * delta.segment<2>(2)).normalized();
     fit.cylinder.radius_m += delta[4];
     if (delta.norm() < 1e-9) break;
   }
-  const double shared =
-      std::max(1.0, static_cast<double>(fit.images) / options.images_that_count);
+  const double shared = std::max(1.0, static_cast<double>(fit.images) / options.images_that_count);
   fit.covariance = shared * sums.H.inverse();
   if (!fit.covariance.allFinite() || fit.cylinder.radius_m <= 0) return std::nullopt;
   return fit;

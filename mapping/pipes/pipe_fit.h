@@ -21,7 +21,7 @@ struct TangentRay {
   Eigen::Vector3d centre_world = Eigen::Vector3d::Zero();  // of the camera
   Eigen::Vector3d ray_world = Eigen::Vector3d::UnitZ();    // unit
   double sigma_m = 0;                                      // across the ray, at the pipe
-  int image = 0;  // rays of one image share their errors
+  int image = 0;                                           // rays of one image share their errors
 };
 
 // The distance of the ray from the axis, positive where it passes on one side, negative on the

@@ -8,7 +8,8 @@ namespace slcmap {
 
 struct PipeOptions {
   bool find = true;
-  double min_radius_m = 0.012, max_radius_m = 0.32;
+  // Thinner ones are told from square bars by less than images and poses are off.
+  double min_radius_m = 0.03, max_radius_m = 0.32;
   double min_length_m = 0.75;
   double sigma_px = 0.4;        // of where an image has an outline
   double pose_sigma_m = 0.002;  // of the views against each other

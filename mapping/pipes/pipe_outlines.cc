@@ -25,7 +25,11 @@ Poses PosesOf(const MapResult& map) {
 // From its pieces, which are on one straight line.
 Outline OutlineOf(const std::vector<const MapLine*>& pieces) {
   const MapLine& first = *pieces.front();
-  Outline outline{first.id, first.segment, first.axis, first.world};
+  Outline outline;
+  outline.line_id = first.id;
+  outline.segment = first.segment;
+  outline.axis = first.axis;
+  outline.world = first.world;
   outline.sigma_m = first.sigma_m;
   const Vector3d direction = (first.end_world - first.start_world).normalized();
   double from_m = 0, to_m = 0;
@@ -46,20 +50,20 @@ Outline OutlineOf(const std::vector<const MapLine*>& pieces) {
   return outline;
 }
 
-TangentRay RayThrough(const Eigen::Vector2d& px, const Camera& camera, const RigidTransform& T_world_camera,
-                      const Outline& outline, const PipeOptions& options) {
+TangentRay RayThrough(const Eigen::Vector2d& px, const Camera& camera,
+                      const RigidTransform& T_world_camera, const Outline& outline,
+                      const PipeOptions& options) {
   const Eigen::Vector2d on_plane = PlaneFromPixel(camera, px);
   TangentRay ray;
   ray.centre_world = T_world_camera.translation;
-  ray.ray_world =
-      T_world_camera.rotation * Vector3d(on_plane.x(), on_plane.y(), 1).normalized();
+  ray.ray_world = T_world_camera.rotation * Vector3d(on_plane.x(), on_plane.y(), 1).normalized();
   // Where it is nearest to the line.
   const Vector3d across = ray.ray_world.cross(outline.line.direction_world);
   const Vector3d way = outline.line.point_world - ray.centre_world;
   const double sine2 = std::max(across.squaredNorm(), 1e-6);
   const double depth_m = way.cross(outline.line.direction_world).dot(across) / sine2;
-  ray.sigma_m = std::hypot(options.sigma_px * std::abs(depth_m) / camera.fx_px,
-                           options.pose_sigma_m);
+  ray.sigma_m =
+      std::hypot(options.sigma_px * std::abs(depth_m) / camera.fx_px, options.pose_sigma_m);
   return ray;
 }
 
@@ -81,7 +85,8 @@ std::vector<Outline> OutlinesOf(const MapResult& map, const PipeOptions& options
     const auto pose = poses.find(support.stamp_ns);
     if (outline == outlines.end() || pose == poses.end()) continue;
     const int next = static_cast<int>(images.size());
-    const int image = images.emplace(std::pair(support.stamp_ns, support.camera), next).first->second;
+    const int image =
+        images.emplace(std::pair(support.stamp_ns, support.camera), next).first->second;
     const RigidTransform T_world_camera =
         pose->second * map.rectified_rig.T_imu_camera[support.camera];
     for (const Eigen::Vector2d& px : {support.px.start, support.px.end}) {

@@ -3,8 +3,6 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <numeric>
-#include <set>
 
 namespace slcmap {
 namespace {
@@ -24,8 +22,7 @@ bool IsTold(const RayEvidence& rays, const PipeOptions& options) {
   const bool by_most = rays.straight.median >= options.min_gain * rays.round.median &&
                        rays.told.median >= kLeastTold;
   const double gain = rays.straight.squared - rays.round.squared;
-  return by_most ||
-         (rays.told.squared >= kLeastSquared && gain >= kLeastShare * rays.told.squared);
+  return by_most || (rays.told.squared >= kLeastSquared && gain >= kLeastShare * rays.told.squared);
 }
 
 // Neither an edge on each side nor one for each line does better.
@@ -41,8 +38,7 @@ bool IsContradicted(const Cylinder& cylinder, const SurfaceEvidence& surface,
   constexpr int kLeastPoints = 30;
   constexpr double kLeastHighest = 0.4, kMostOff = 0.9;
   return surface.points < kLeastPoints || surface.highest < kLeastHighest ||
-         surface.off > kMostOff ||
-         surface.off * cylinder.radius_m > options.max_outlined_off_m;
+         surface.off > kMostOff || surface.off * cylinder.radius_m > options.max_outlined_off_m;
 }
 
 bool HasRoundSurface(const RayEvidence& rays, const SurfaceEvidence& surface,
@@ -109,8 +105,8 @@ std::vector<Stretch> StretchesOf(const PipeCandidate& candidate,
 
 // The outline that says most of which axis of the building a pipe follows.
 const Outline& LongestOf(const PipeCandidate& candidate, const std::vector<Outline>& outlines) {
-  return outlines[*std::ranges::max_element(
-      candidate.outlines, {}, [&](size_t i) { return outlines[i].half_m; })];
+  return outlines[*std::ranges::max_element(candidate.outlines, {},
+                                            [&](size_t i) { return outlines[i].half_m; })];
 }
 
 void AddMapPipes(const JudgedPipe& judged, const std::vector<Stretch>& stretches,
@@ -118,7 +114,10 @@ void AddMapPipes(const JudgedPipe& judged, const std::vector<Stretch>& stretches
                  std::vector<MapPipe>* pipes) {
   const PipeFit& fit = judged.candidate->fit;
   const Outline& longest = LongestOf(*judged.candidate, outlines);
-  MapPipe pipe{0, longest.segment, longest.axis, longest.world};
+  MapPipe pipe;
+  pipe.segment = longest.segment;
+  pipe.axis = longest.axis;
+  pipe.world = longest.world;
   pipe.radius_m = fit.cylinder.radius_m;
   pipe.sigma_m = fit.sigma_m();
   pipe.radius_sigma_m = fit.radius_sigma_m();
@@ -166,8 +165,8 @@ void Leave(const std::vector<int64_t>& ids, IdOf id_of, Items* items) {
 
 bool IsPipe(const Cylinder& cylinder, const RayEvidence& rays, const SurfaceEvidence& surface,
             const PipeOptions& options) {
-  const bool outlined = IsTold(rays, options) && FitsAsWell(rays) &&
-                        !IsContradicted(cylinder, surface, options);
+  const bool outlined =
+      IsTold(rays, options) && FitsAsWell(rays) && !IsContradicted(cylinder, surface, options);
   return outlined || HasRoundSurface(rays, surface, options);
 }
 
