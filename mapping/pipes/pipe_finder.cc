@@ -1,5 +1,6 @@
 #include "mapping/pipes/pipe_finder.h"
 
+#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -14,12 +15,13 @@ using Eigen::Vector3d;
 constexpr int kRounds = 3;              // of looking for further outlines
 constexpr double kBeyond_m = 1;         // past the ends of the outlines that are known
 constexpr double kMinOverlap_m = 0.25;  // of two lines
-constexpr double kMaxRadiusChange =
-    0.4;                              // between two lines and the pipe that they are outlines of
-constexpr double kRadiusSlack = 1.2;  // of half the distance between them
+constexpr double kApart = 2.2;          // radii: two lines at most
+constexpr double kMaxShift = 1.5;       // of the axis from the middle between two lines, in radii
 
-// What two lines would be the outlines of, seen from afar.
-std::optional<Cylinder> Between(const Outline& a, const Outline& b, const PipeOptions& options) {
+// The middle between two lines where they are side by side, with their direction; nothing where
+// they are not parallel, or nowhere side by side.
+std::optional<PointAndDirection> Between(const Outline& a, const Outline& b,
+                                         const PipeOptions& options) {
   const double cosine = a.line.direction_world.dot(b.line.direction_world);
   if (std::abs(cosine) < std::cos(options.max_turn_rad) || a.segment != b.segment) {
     return std::nullopt;
@@ -27,18 +29,51 @@ std::optional<Cylinder> Between(const Outline& a, const Outline& b, const PipeOp
   const double sense = cosine < 0 ? -1 : 1;
   const Vector3d direction =
       (a.half_m * a.line.direction_world + sense * b.half_m * b.line.direction_world).normalized();
-  const Vector3d way = b.line.point_world - a.line.point_world;
-  const double along_m = direction.dot(way);
+  const double along_m = direction.dot(b.line.point_world - a.line.point_world);
   const double from_m = std::max(-a.half_m, along_m - b.half_m);
   const double to_m = std::min(a.half_m, along_m + b.half_m);
   if (to_m - from_m < kMinOverlap_m) return std::nullopt;
   const double middle_m = 0.5 * (from_m + to_m);
   const Vector3d on_a = a.line.point_world + middle_m * a.line.direction_world;
   const Vector3d on_b = b.line.point_world + (middle_m - along_m) * sense * b.line.direction_world;
-  const Cylinder cylinder{{0.5 * (on_a + on_b), direction}, 0.5 * (on_b - on_a).norm()};
-  const bool fits = cylinder.radius_m >= options.min_radius_m / kRadiusSlack &&
-                    cylinder.radius_m <= options.max_radius_m * kRadiusSlack;
-  return fits ? std::optional(cylinder) : std::nullopt;
+  const double apart_m = (on_b - on_a).norm();
+  if (apart_m < options.min_radius_m || apart_m > kApart * options.max_radius_m) {
+    return std::nullopt;
+  }
+  return PointAndDirection{0.5 * (on_a + on_b), direction};
+}
+
+// The side on which most of the rays pass a line: 1 or -1.
+double SideOf(const PointAndDirection& line, const std::vector<TangentRay>& rays) {
+  const auto passes = [&](const TangentRay& ray) { return SignedDistance(line, ray) > 0; };
+  return 2 * std::ranges::count_if(rays, passes) > std::ssize(rays) ? 1 : -1;
+}
+
+// What two lines may be the outlines of, by least squares: a ray passes the axis at the radius, the
+// one's on one side, the other's on the other. The axis runs as `middle` does.
+std::optional<Cylinder> CylinderOf(const PointAndDirection& middle, const Outline& a,
+                                   const Outline& b) {
+  const double side = SideOf(middle, a.rays);
+  if (side == SideOf(middle, b.rays)) return std::nullopt;
+  const Vector3d first = middle.direction_world.unitOrthogonal();
+  const Vector3d second = middle.direction_world.cross(first);
+  Eigen::Matrix3d H = Eigen::Matrix3d::Zero();
+  Vector3d g = Vector3d::Zero();
+  for (const Outline* outline : {&a, &b}) {
+    for (const TangentRay& ray : outline->rays) {
+      const Vector3d normal = ray.ray_world.cross(middle.direction_world).normalized();
+      const Vector3d J(normal.dot(first), normal.dot(second), outline == &a ? side : -side);
+      const double weight = 1 / (ray.sigma_m * ray.sigma_m);
+      H += weight * J * J.transpose();
+      g += weight * SignedDistance(middle, ray) * J;
+    }
+  }
+  const Eigen::LDLT<Eigen::Matrix3d> solver(H);
+  if (solver.info() != Eigen::Success || !solver.isPositive()) return std::nullopt;
+  const Vector3d x = solver.solve(g);
+  if (!x.allFinite()) return std::nullopt;
+  return Cylinder{{middle.point_world + x[0] * first + x[1] * second, middle.direction_world},
+                  x[2]};
 }
 
 double TouchingShare(const Cylinder& cylinder, const std::vector<TangentRay>& rays,
@@ -66,13 +101,16 @@ class Finder {
       : outlines_(outlines), options_(options) {}
 
   std::optional<PipeCandidate> Try(size_t a, size_t b) const {
-    const auto start = Between(outlines_[a], outlines_[b], options_);
-    if (!start || !PassOutside(*start, a) || !PassOutside(*start, b)) return std::nullopt;
+    const auto middle = Between(outlines_[a], outlines_[b], options_);
+    if (!middle) return std::nullopt;
+    const auto start = CylinderOf(*middle, outlines_[a], outlines_[b]);
+    if (!start || !HasSize(*start) || !PassOutside(*start, a) || !PassOutside(*start, b) ||
+        DistanceAcross(start->axis, middle->point_world) > kMaxShift * start->radius_m) {
+      return std::nullopt;
+    }
     PipeCandidate candidate;
     candidate.outlines = {a, b};
     if (!Fit(*start, &candidate)) return std::nullopt;
-    const double change = candidate.fit.cylinder.radius_m / start->radius_m;
-    if (std::abs(change - 1) > kMaxRadiusChange) return std::nullopt;
     for (int round = 0; round < kRounds; ++round) {
       if (!Grow(&candidate)) break;
     }
@@ -80,6 +118,10 @@ class Finder {
   }
 
  private:
+  bool HasSize(const Cylinder& cylinder) const {
+    return cylinder.radius_m >= options_.min_radius_m && cylinder.radius_m <= options_.max_radius_m;
+  }
+
   std::vector<TangentRay> RaysOf(const std::vector<size_t>& some) const {
     std::vector<TangentRay> rays;
     for (const size_t i : some) {
@@ -101,10 +143,7 @@ class Finder {
 
   bool Fit(const Cylinder& start, PipeCandidate* candidate) const {
     const auto fit = FitPipe(start, RaysOf(candidate->outlines), options_.fit);
-    if (!fit || fit->cylinder.radius_m < options_.min_radius_m ||
-        fit->cylinder.radius_m > options_.max_radius_m) {
-      return false;
-    }
+    if (!fit || !HasSize(fit->cylinder)) return false;
     for (const size_t i : candidate->outlines) {
       if (TouchingShare(fit->cylinder, outlines_[i].rays, options_.max_off_sigmas) <
           options_.min_touching) {

@@ -36,7 +36,7 @@ bool FitsAsWell(const RayEvidence& rays) {
 bool IsContradicted(const Cylinder& cylinder, const SurfaceEvidence& surface,
                     const PipeOptions& options) {
   constexpr int kLeastPoints = 30;
-  constexpr double kLeastHighest = 0.4, kMostOff = 0.9;
+  constexpr double kLeastHighest = 0.6, kMostOff = 0.7;
   return surface.points < kLeastPoints || surface.highest < kLeastHighest ||
          surface.off > kMostOff || surface.off * cylinder.radius_m > options.max_outlined_off_m;
 }
