@@ -118,6 +118,40 @@ std::optional<Vector2d> WayToViews(const AcrossAxis& across, const RaysOfLines& 
   return mean.normalized();
 }
 
+// Points about a cylinder by their height and how far they are aside, in radii.
+class SurfaceAbout {
+ public:
+  static constexpr double kReach = 4;
+
+  void Add(double height, double aside) {
+    constexpr double kMiddle = 0.7, kBehind = 1.5, kBefore = 2, kBesideFrom = 1.25, kBesideTo = 2.5;
+    if (height > kBefore) return;
+    const double off = std::abs(aside);
+    if (off > kBesideFrom && off < kBesideTo) beside_[aside < 0 ? 0 : 1].push_back(height);
+    if (off > kMiddle || height < -kBehind) return;
+    heights_.push_back(height);
+    offs_.push_back(std::abs(height - std::sqrt(1 - off * off)));
+  }
+
+  SurfaceEvidence Evidence() const {
+    constexpr size_t kLeastBeside = 10;
+    SurfaceEvidence evidence;
+    for (const std::vector<double>& side : beside_) {
+      if (side.size() < kLeastBeside) continue;
+      evidence.beside = std::max(evidence.beside, Quantile(side, 0.5));
+    }
+    evidence.points = static_cast<int>(heights_.size());
+    if (heights_.empty()) return evidence;
+    evidence.height = Quantile(heights_, 0.5);
+    evidence.highest = Quantile(heights_, 0.85);
+    evidence.off = Quantile(offs_, 0.5);
+    return evidence;
+  }
+
+ private:
+  std::vector<double> heights_, offs_, beside_[2];
+};
+
 }  // namespace
 
 RayEvidence RayEvidenceOf(const Cylinder& cylinder, const RaysOfLines& lines) {
@@ -150,11 +184,10 @@ RayEvidence RayEvidenceOf(const Cylinder& cylinder, const RaysOfLines& lines) {
 
 SurfaceEvidence SurfaceEvidenceOf(const Cylinder& cylinder, double from_m, double to_m,
                                   const RaysOfLines& lines, const std::vector<DensePoint>& cloud) {
-  constexpr double kMiddle = 0.7, kBehind = 1.5, kBefore = 2;  // radii
-  const double reach_m = (kBefore + kMiddle) * cylinder.radius_m;
   const AcrossAxis across(cylinder.axis);
   const std::optional<Vector2d> to_views = WayToViews(across, lines);
-  std::vector<double> heights, offs;
+  SurfaceAbout about;
+  const double reach_m = SurfaceAbout::kReach * cylinder.radius_m;
   for (const DensePoint& point : cloud) {
     const Vector3d way = point.p_world - cylinder.axis.point_world;
     const double along_m = cylinder.axis.direction_world.dot(way);
@@ -164,20 +197,10 @@ SurfaceEvidence SurfaceEvidenceOf(const Cylinder& cylinder, double from_m, doubl
     // Normals look at the views that saw a point.
     const Vector2d facing =
         to_views ? *to_views : Vector2d(across.Direction(point.normal_world).normalized());
-    const double height = place.dot(facing) / cylinder.radius_m;
-    const double aside =
-        std::abs(place.x() * facing.y() - place.y() * facing.x()) / cylinder.radius_m;
-    if (aside > kMiddle || height < -kBehind || height > kBefore) continue;
-    heights.push_back(height);
-    offs.push_back(std::abs(height - std::sqrt(1 - aside * aside)));
+    about.Add(place.dot(facing) / cylinder.radius_m,
+              (facing.x() * place.y() - facing.y() * place.x()) / cylinder.radius_m);
   }
-  SurfaceEvidence evidence;
-  evidence.points = static_cast<int>(heights.size());
-  if (heights.empty()) return evidence;
-  evidence.height = Quantile(heights, 0.5);
-  evidence.highest = Quantile(heights, 0.85);
-  evidence.off = Quantile(offs, 0.5);
-  return evidence;
+  return about.Evidence();
 }
 
 }  // namespace slcmap

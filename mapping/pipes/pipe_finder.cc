@@ -43,18 +43,10 @@ std::optional<PointAndDirection> Between(const Outline& a, const Outline& b,
   return PointAndDirection{0.5 * (on_a + on_b), direction};
 }
 
-// The side on which most of the rays pass a line: 1 or -1.
-double SideOf(const PointAndDirection& line, const std::vector<TangentRay>& rays) {
-  const auto passes = [&](const TangentRay& ray) { return SignedDistance(line, ray) > 0; };
-  return 2 * std::ranges::count_if(rays, passes) > std::ssize(rays) ? 1 : -1;
-}
-
-// What two lines may be the outlines of, by least squares: a ray passes the axis at the radius, the
-// one's on one side, the other's on the other. The axis runs as `middle` does.
+// What two lines may be the outlines of, by least squares: each ray passes the axis at the radius,
+// on the side on which it passes the middle between them. The axis runs as `middle` does.
 std::optional<Cylinder> CylinderOf(const PointAndDirection& middle, const Outline& a,
                                    const Outline& b) {
-  const double side = SideOf(middle, a.rays);
-  if (side == SideOf(middle, b.rays)) return std::nullopt;
   const Vector3d first = middle.direction_world.unitOrthogonal();
   const Vector3d second = middle.direction_world.cross(first);
   Eigen::Matrix3d H = Eigen::Matrix3d::Zero();
@@ -62,10 +54,11 @@ std::optional<Cylinder> CylinderOf(const PointAndDirection& middle, const Outlin
   for (const Outline* outline : {&a, &b}) {
     for (const TangentRay& ray : outline->rays) {
       const Vector3d normal = ray.ray_world.cross(middle.direction_world).normalized();
-      const Vector3d J(normal.dot(first), normal.dot(second), outline == &a ? side : -side);
+      const double distance_m = SignedDistance(middle, ray);
+      const Vector3d J(normal.dot(first), normal.dot(second), distance_m < 0 ? -1 : 1);
       const double weight = 1 / (ray.sigma_m * ray.sigma_m);
       H += weight * J * J.transpose();
-      g += weight * SignedDistance(middle, ray) * J;
+      g += weight * distance_m * J;
     }
   }
   const Eigen::LDLT<Eigen::Matrix3d> solver(H);

@@ -33,12 +33,27 @@ bool FitsAsWell(const RayEvidence& rays) {
          rays.round.squared <= kMostOfImage * rays.images;
 }
 
+// The cloud does not bulge between the outlines, or it goes on beside them, as about a trim or the
+// frame of a door.
 bool IsContradicted(const Cylinder& cylinder, const SurfaceEvidence& surface,
                     const PipeOptions& options) {
   constexpr int kLeastPoints = 30;
-  constexpr double kLeastHighest = 0.6, kMostOff = 0.7;
+  constexpr double kLeastHighest = 0.6, kMostOff = 0.7, kBeside = 0.25, kClearlyRound = 0.3;
   return surface.points < kLeastPoints || surface.highest < kLeastHighest ||
-         surface.off > kMostOff || surface.off * cylinder.radius_m > options.max_outlined_off_m;
+         surface.off > kMostOff || surface.off * cylinder.radius_m > options.max_outlined_off_m ||
+         (surface.beside > kBeside && surface.off > kClearlyRound);
+}
+
+// The outlines fit edges as well, but the cloud bulges between them, and is behind beside them.
+bool StandsOut(const RayEvidence& rays, const SurfaceEvidence& surface) {
+  constexpr double kMostMedian = 0.2, kSlack = 1.3, kFew = 3;
+  constexpr int kLeastPoints = 60;
+  constexpr double kMostOff = 0.55, kLeastHighest = 0.7, kMostHighest = 1.1, kBehind = -0.3;
+  return rays.round.median <= kMostMedian &&
+         rays.round.squared <= kSlack * rays.straight.squared + kFew &&
+         surface.points >= kLeastPoints && surface.off <= kMostOff &&
+         surface.highest >= kLeastHighest && surface.highest <= kMostHighest &&
+         surface.beside <= kBehind;
 }
 
 bool HasRoundSurface(const RayEvidence& rays, const SurfaceEvidence& surface,
@@ -167,7 +182,7 @@ bool IsPipe(const Cylinder& cylinder, const RayEvidence& rays, const SurfaceEvid
             const PipeOptions& options) {
   const bool outlined =
       IsTold(rays, options) && FitsAsWell(rays) && !IsContradicted(cylinder, surface, options);
-  return outlined || HasRoundSurface(rays, surface, options);
+  return outlined || StandsOut(rays, surface) || HasRoundSurface(rays, surface, options);
 }
 
 FoundPipes FindPipes(const MapResult& map, const PipeOptions& options) {
