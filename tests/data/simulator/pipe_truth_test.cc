@@ -9,7 +9,7 @@
 namespace slcmap {
 namespace {
 
-std::vector<TruePipe> SeenOf(const Scene& scene) {
+std::vector<TruePipe> PipesSeen(const Scene& scene) {
   const RayScene rays(scene.quads);
   const RenderTask task = testing::SlidingTask(testing::SmallRig(Distortion::kNone),
                                                testing::LookingAlongX(), {0, 0, 0}, 1);
@@ -28,7 +28,7 @@ Scene PipesAndScreen(bool with_screen) {
 }
 
 TEST(PipeTruth, SaysWhatWasSeenOfEachPipe) {
-  const std::vector<TruePipe> pipes = SeenOf(PipesAndScreen(false));
+  const std::vector<TruePipe> pipes = PipesSeen(PipesAndScreen(false));
   ASSERT_EQ(pipes.size(), 3u);
   EXPECT_EQ(pipes[0].radius_m, 0.1);
   ASSERT_EQ(pipes[0].seen.size(), 1u);
@@ -39,7 +39,7 @@ TEST(PipeTruth, SaysWhatWasSeenOfEachPipe) {
 
 // The right camera, 0.1 m to the right, sees somewhat more behind the screen.
 TEST(PipeTruth, WhatIsHiddenIsNotSeen) {
-  const std::vector<TruePipe> pipes = SeenOf(PipesAndScreen(true));
+  const std::vector<TruePipe> pipes = PipesSeen(PipesAndScreen(true));
   ASSERT_EQ(pipes[0].seen.size(), 1u);
   EXPECT_NEAR(pipes[0].seen[0].from_m, 0, 1e-9);
   EXPECT_NEAR(pipes[0].seen[0].to_m, 1.1, 0.06);
