@@ -114,17 +114,19 @@ TEST_F(GltfWriterTest, ExtrasHoldIdsKindsAndUnits) {
             "floor");
 }
 
-TEST_F(GltfWriterTest, PipesAreTubesWithTheirRadius) {
-  MapResult map = MakeTwoStoreysWithPoints();
+MapResult WithPipe(MapResult map) {
   MapPipe pipe;
-  pipe.id = 0;
   pipe.axis = LineAxis::kX;
   pipe.start_world = {1, 2, 1};
   pipe.end_world = {3, 2, 1};
   pipe.radius_m = 0.06;
   pipe.radius_sigma_m = 0.001;
   map.pipes = {pipe};
-  const tinygltf::Model model = Write(map);
+  return map;
+}
+
+TEST_F(GltfWriterTest, PipesAreTubesWithTheirRadius) {
+  const tinygltf::Model model = Write(WithPipe(MakeTwoStoreysWithPoints()));
   const std::string name = "pipes/storey 0/pipe 0";
   const tinygltf::Value& extras = NodeOf(model, name).extras;
   EXPECT_NEAR(extras.Get("radius_m").GetNumberAsDouble(), 0.06, 1e-12);
@@ -136,7 +138,6 @@ TEST_F(GltfWriterTest, PipesAreTubesWithTheirRadius) {
     on_rim += std::abs(off_m - 0.06) < 1e-6;
   }
   EXPECT_EQ(on_rim, 48);
-  ExpectValid();
 }
 
 TEST_F(GltfWriterTest, LinesAreBarsOnRequest) {
@@ -179,7 +180,7 @@ TEST_F(GltfWriterTest, TheValidatorFindsNeitherErrorsNorWarnings) {
   }
   const GltfOptions all = {.tubes = true, .quantised = true};
   for (const GltfOptions& options : {GltfOptions(), all}) {
-    Write(MakeTwoStoreysWithPoints(), options);
+    Write(WithPipe(MakeTwoStoreysWithPoints()), options);
     ExpectValid();
     Write(MapResult(), options);
     ExpectValid();
