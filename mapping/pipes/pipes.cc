@@ -56,13 +56,15 @@ bool StandsOut(const RayEvidence& rays, const SurfaceEvidence& surface) {
          surface.beside <= kBehind;
 }
 
-bool HasRoundSurface(const RayEvidence& rays, const SurfaceEvidence& surface,
-                     const PipeOptions& options) {
+// The cloud alone tells it, which is too coarse for thin ones.
+bool HasRoundSurface(const Cylinder& cylinder, const RayEvidence& rays,
+                     const SurfaceEvidence& surface, const PipeOptions& options) {
   constexpr int kLeastPoints = 60;
+  constexpr double kLeastRadius_m = 0.08;
   constexpr double kLeastHeight = 0.8, kMostMedian = 0.75, kMostOfImage = 3;
-  return surface.points >= kLeastPoints && surface.height >= kLeastHeight &&
-         surface.off <= options.max_surface_off && rays.round.median <= kMostMedian &&
-         rays.round.squared <= kMostOfImage * rays.images;
+  return cylinder.radius_m >= kLeastRadius_m && surface.points >= kLeastPoints &&
+         surface.height >= kLeastHeight && surface.off <= options.max_surface_off &&
+         rays.round.median <= kMostMedian && rays.round.squared <= kMostOfImage * rays.images;
 }
 
 RaysOfLines RaysOf(const PipeCandidate& candidate, const std::vector<Outline>& outlines) {
@@ -182,7 +184,7 @@ bool IsPipe(const Cylinder& cylinder, const RayEvidence& rays, const SurfaceEvid
             const PipeOptions& options) {
   const bool outlined =
       IsTold(rays, options) && FitsAsWell(rays) && !IsContradicted(cylinder, surface, options);
-  return outlined || StandsOut(rays, surface) || HasRoundSurface(rays, surface, options);
+  return outlined || StandsOut(rays, surface) || HasRoundSurface(cylinder, rays, surface, options);
 }
 
 FoundPipes FindPipes(const MapResult& map, const PipeOptions& options) {
