@@ -28,16 +28,17 @@ using RaysOfLines = std::vector<const std::vector<TangentRay>*>;
 
 RayEvidence RayEvidenceOf(const Cylinder& cylinder, const RaysOfLines& lines);
 
-// What the dense cloud has about a cylinder, as its views see it. Heights are those before the plane
-// through the axis that faces the views, in radii.
+// What the dense cloud has about a cylinder, as its views see it. Heights are those before the
+// plane through the axis that faces the views, in radii.
 struct SurfaceEvidence {
   int points = 0;  // near the middle between the outlines, and not far behind them
   // Of these: 0.9 of a pipe, 0 of what is flat.
   double height = 0;   // the median
   double highest = 0;  // 85 % are below
   double off = 0;      // the median distance from the cylinder, in radii
-  // Beside the outlines, on the side where it is higher: the median. A pipe stands free, or before a
-  // wall; what a wall goes on beside is a trim or the frame of a door. Low where nothing is known.
+  // Beside the outlines, on the side where it is higher: the median. A pipe stands free, or before
+  // a wall; what a wall goes on beside is a trim or the frame of a door. Low where nothing is
+  // known.
   double beside = -10;
 };
 
