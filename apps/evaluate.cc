@@ -11,6 +11,7 @@
 #include "apps/evaluation/calibration_plots.h"
 #include "apps/evaluation/clear_edges.h"
 #include "apps/evaluation/line_report.h"
+#include "apps/evaluation/pipe_metrics.h"
 #include "apps/evaluation/straightness_report.h"
 #include "apps/evaluation/surface_report.h"
 #include "apps/evaluation/trajectory_metrics.h"
@@ -24,6 +25,7 @@
 #include "data/text_row.h"
 #include "mapping/building/building_files.h"
 #include "mapping/map_folder.h"
+#include "mapping/pipes/pipe_file.h"
 #include "mapping/refinement.h"
 #include "odometry/run_folder.h"
 
@@ -35,6 +37,7 @@ struct EvaluateArguments {
   LineInputs lines;
   SurfaceInputs surfaces;
   BuildingInputs building;
+  PipeInputs pipes;
   std::string observations;  // a run folder
   std::string map;           // a map folder
   std::string json, plots;
@@ -208,6 +211,15 @@ Json EvaluateMappedBuilding(const EvaluateArguments& arguments, const Alignment&
   return BuildingJson(inputs, metrics);
 }
 
+Json EvaluatePipeMap(const PipeInputs& inputs, const Alignment& alignment) {
+  const EndsAtOnce nothing_is_written;
+  const std::vector<TruePipe> truth = ReadTruePipes(inputs.true_pipes);
+  const PipeMetrics metrics =
+      EvaluatePipes(truth, Aligned(alignment, ReadPipes(inputs.pipes)), PipeMetricOptions());
+  std::fputs(("\n" + PipeTable(inputs, metrics)).c_str(), stdout);
+  return PipeJson(inputs, metrics);
+}
+
 // With the observations of a run, which may be another than the estimate's.
 Json EvaluateStraightness(const EvaluateArguments& arguments) {
   const StraightnessOptions options;
@@ -273,6 +285,9 @@ void Evaluate(EvaluateArguments arguments) {
     if (!arguments.building.planes.empty()) {
       json["building"] = EvaluateMappedBuilding(arguments, metrics.absolute.front().alignment);
     }
+    if (!arguments.pipes.pipes.empty()) {
+      json["pipes"] = EvaluatePipeMap(arguments.pipes, metrics.absolute.front().alignment);
+    }
     if (!arguments.observations.empty()) json["straightness"] = EvaluateStraightness(arguments);
     if (!arguments.map.empty()) json["map"] = EvaluateMapStraightness(arguments.map);
   } catch (const StoppedError& error) {
@@ -281,6 +296,15 @@ void Evaluate(EvaluateArguments arguments) {
     throw;
   }
   WriteResults(arguments, metrics, json);
+}
+
+void AddPipeOptions(CLI::App* command, PipeInputs* inputs) {
+  CLI::Option* truth = command->add_option("--true-pipes", inputs->true_pipes,
+                                           "True pipes: truth/pipes.csv of a simulated sequence");
+  CLI::Option* pipes =
+      command->add_option("--pipes", inputs->pipes, "Mapped pipes: pipes.json of a map");
+  truth->needs(pipes);
+  pipes->needs(truth);
 }
 
 void AddSurfaceOptions(CLI::App* command, EvaluateArguments* arguments) {
@@ -349,6 +373,7 @@ void AddEvaluateCommand(CLI::App& app) {
                           "planes.json of a map, with rooms.json and plan.json beside it");
   true_building->needs(planes);
   planes->needs(true_building);
+  AddPipeOptions(command, &arguments->pipes);
   command->add_option("--json", arguments->json, "Write the figures to this file");
   command->add_option(
       "--plots", arguments->plots,

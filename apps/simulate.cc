@@ -10,6 +10,7 @@
 #include "apps/progress.h"
 #include "data/file.h"
 #include "data/simulator/building_truth.h"
+#include "data/simulator/pipe_truth.h"
 #include "data/simulator/renderer.h"
 #include "data/simulator/scene.h"
 #include "data/simulator/simulation.h"
@@ -89,8 +90,11 @@ void WriteBuildingTruth(const SimulateArguments& arguments) {
   const std::string folder = options.folder + "/truth";
   MakeFolder(folder);
   WriteTrueBuilding(folder + "/building.json", building);
-  spdlog::info("wrote {}/building.json: {} walls, {} rooms", folder, building.walls.size(),
-               building.rooms.size());
+  const std::vector<TruePipe> pipes =
+      ObservePipes(scene, rays, task, static_cast<int>(task.times_s.size()));
+  WriteTruePipes(folder + "/pipes.csv", pipes);
+  spdlog::info("wrote {0}/building.json: {1} walls, {2} rooms; {0}/pipes.csv: {3} pipes", folder,
+               building.walls.size(), building.rooms.size(), pipes.size());
 }
 
 void RunSimulate(const SimulateArguments& arguments) {
@@ -170,7 +174,7 @@ void AddSimulateCommand(CLI::App& app) {
   AddBuildingOptions(*arguments, command);
   AddSensorOptions(*arguments, command);
   command->add_flag("--only-building", arguments->only_building,
-                    "Write nothing but truth/building.json, also into a sequence that is there");
+                    "Write nothing but truth/building.json and pipes.csv, also into a sequence that is there");
   command->add_flag("--depth", options.with_depth, "Write truth/depth for each left image");
   command->add_option("--threads", options.threads, "Threads; the bytes are the same with any")
       ->capture_default_str();

@@ -10,6 +10,7 @@
 #include "data/file.h"
 #include "export/axis_name.h"
 #include "export/gltf_model.h"
+#include "export/pipe_tubes.h"
 #include "export/storey_at.h"
 #include "export/surface_mesh.h"
 #include "mapping/building/building_names.h"
@@ -96,6 +97,22 @@ class GltfLayers {
       progress.ReportOrStop(0);
       if (layer.name == "line_bars" && !tubes) continue;
       AddMesh(layer.name, layer, {});
+    }
+  }
+
+  void AddPipes() {
+    for (const MapPipe& pipe : map_.pipes) {
+      MeshLayer mesh;
+      AddTube(pipe, kPipeColour, &mesh);
+      const double middle_m = 0.5 * (pipe.start_world.z() + pipe.end_world.z());
+      const auto storey = StoreyAt(map_.building, middle_m);
+      AddMesh(StoreyPath("pipes", map_.building, storey) + fmt::format("/pipe {}", pipe.id), mesh,
+              {{"id", ValueOf(pipe.id)},
+               {"kind", ValueOf(std::string("pipe"))},
+               {"axis", ValueOf(std::string(AxisName(pipe.axis)))},
+               {"radius_m", ValueOf(pipe.radius_m)},
+               {"radius_sigma_m", ValueOf(pipe.radius_sigma_m)},
+               {"sigma_m", ValueOf(pipe.sigma_m)}});
     }
   }
 
@@ -193,6 +210,7 @@ std::vector<std::string> GltfWriter::Write(const std::string& folder, const MapR
   layers.AddLines();
   layers.AddTracks();
   layers.AddMeshes(options_.tubes, progress.Part(0.6, 0.7));
+  layers.AddPipes();
   layers.AddWalls();
   layers.AddPlanes();
   progress.ReportOrStop(0.75);

@@ -6,6 +6,7 @@
 #include <tuple>
 
 #include "data/plane_triangulation.h"
+#include "export/pipe_tubes.h"
 #include "export/storey_at.h"
 #include "export/surface_mesh.h"
 #include "export/trajectory_gap.h"
@@ -77,15 +78,15 @@ std::string StoreyPrefix(int64_t storey) { return fmt::format("S{}", storey); }
 
 std::vector<LinesOfLayer> LineLayers(const MapResult& map) {
   std::map<std::tuple<int64_t, LineAxis, LineKind>, LinesOfLayer> layers;
-  for (const auto* lines : {&map.lines, &map.marks}) {
-    for (const MapLine& line : *lines) {
-      const LineKind kind = lines == &map.marks ? LineKind::kMark : line.kind;
-      const int64_t storey = StoreyOf(map.building, line);
-      LinesOfLayer& layer = layers[{storey, line.axis, kind}];
-      if (layer.name.empty()) layer = {LayerName(storey, line.axis, kind), line.axis, {}};
-      layer.lines.push_back({line.start_world, line.end_world});
-    }
-  }
+  const auto add = [&](const MapLine& line, LineKind kind) {
+    const int64_t storey = StoreyOf(map.building, line);
+    LinesOfLayer& layer = layers[{storey, line.axis, kind}];
+    if (layer.name.empty()) layer = {LayerName(storey, line.axis, kind), line.axis, {}};
+    layer.lines.push_back({line.start_world, line.end_world});
+  };
+  for (const MapLine& line : map.lines) add(line, line.kind);
+  for (const MapLine& mark : map.marks) add(mark, LineKind::kMark);
+  for (const MapPipe& pipe : map.pipes) add(AxisOf(pipe), LineKind::kPipe);
   std::vector<LinesOfLayer> sorted;
   for (auto& [key, layer] : layers) sorted.push_back(std::move(layer));
   return sorted;

@@ -26,8 +26,8 @@ struct PlanesOfLayer {
   std::vector<std::vector<Eigen::Vector3d>> outlines;     // of planes and openings
 };
 
-// By storey, axis and kind; only layers that hold something. Lines belong to the storey in which
-// their middle is.
+// Lines, marks and the axes of pipes by storey, axis and kind; only layers that hold something.
+// Lines belong to the storey in which their middle is.
 std::vector<LinesOfLayer> LineLayers(const MapResult& map);
 
 // By storey and kind; only layers that hold something. Throws DataError for outlines that are not

@@ -95,6 +95,19 @@ void AddLines(const MapResult& map, const Eigen::Vector3d& origin_world, PageArr
   add("line_deviation_sigma", float{}, &MapLine::deviation_sigma_rad);
 }
 
+// From start to end, then the radius and the standard deviations of axis and radius.
+void AddPipes(const MapResult& map, const Eigen::Vector3d& origin_world, PageArrays* arrays) {
+  std::vector<float> pipes;
+  for (const MapPipe& pipe : map.pipes) {
+    Append(pipe.start_world - origin_world, &pipes);
+    Append(pipe.end_world - origin_world, &pipes);
+    for (const double value_m : {pipe.radius_m, pipe.sigma_m, pipe.radius_sigma_m}) {
+      pipes.push_back(static_cast<float>(value_m));
+    }
+  }
+  arrays->Add("pipes", pipes);
+}
+
 void AddPoints(const MapResult& map, const Eigen::Vector3d& origin_world, PageArrays* arrays) {
   std::vector<float> positions, sigmas;
   std::vector<int32_t> observations;
@@ -301,6 +314,7 @@ std::string PackForPage(const MapResult& map, const std::string& title,
   const Eigen::Vector3d origin_world = OriginOf(map);
   PageArrays arrays;
   AddLines(map, origin_world, &arrays);
+  AddPipes(map, origin_world, &arrays);
   AddPoints(map, origin_world, &arrays);
   const Json chunks = AddDense(map, origin_world, &arrays, progress);
   AddVoxels(map, origin_world, &arrays);

@@ -19,7 +19,8 @@ namespace slcmap {
 // floats exact to a micrometre or so. The dense cloud is in chunks of "chunk_m": coordinates are
 // uint16 from a chunk's corner, 65535 for its far side, half a millimetre a step; in a chunk,
 // points are in Morton order. Pictures are one behind the other in "image_bytes", the first from
-// byte 0 to "image_end"[0]. Throws StoppedError when progress says so.
+// byte 0 to "image_end"[0]. A pipe is nine of "pipes": the ends of its axis, its radius, and the
+// standard deviations of axis and radius. Throws StoppedError when progress says so.
 std::string PackForPage(const MapResult& map, const std::string& title,
                         const std::vector<PageImage>& images = {}, const Progress& progress = {});
 

@@ -17,6 +17,7 @@
 #include "mapping/dense/dense_point.h"
 #include "mapping/line_evidence.h"
 #include "mapping/occupancy_map.h"
+#include "mapping/pipes/map_pipe.h"
 
 namespace slcmap {
 
@@ -65,6 +66,7 @@ struct MapResult {
   std::vector<MapLine> lines;     // but marks
   std::vector<MapLine> marks;     // lines that are on surfaces, and no edges of them
   LineEvidence line_evidence;     // for lines and marks
+  std::vector<MapPipe> pipes;     // their outlines are not among the lines
   Building building;              // empty of a map that was made without images
   OccupancyMap occupancy{0.1};
 };

@@ -18,6 +18,7 @@
 #include "mapping/building/building_files.h"
 #include "mapping/dense/dense_file.h"
 #include "mapping/line_evidence_files.h"
+#include "mapping/pipes/pipe_file.h"
 #include "mapping/point_cloud.h"
 #include "odometry/method.h"
 #include "odometry/run_json.h"
@@ -44,9 +45,9 @@ double MedianObservations(const std::vector<MapLine>& lines) {
 }
 
 std::vector<std::string> ListedNames(bool with_calibration) {
-  std::vector<std::string> names = {kTrajectory, kKeyframes,     kPoints, kCloud,
-                                    kDense,      kDenseCloud,    kLines,  kMarks,
-                                    kOccupancy,  kProbabilities, kRig,    kOptions};
+  std::vector<std::string> names = {kTrajectory, kKeyframes, kPoints,  kCloud,     kDense,
+                                    kDenseCloud, kLines,     kMarks,   kOccupancy, kProbabilities,
+                                    kRig,        kOptions,   kPipeFile};
   for (const std::string& name : LineEvidenceFiles()) names.push_back(name);
   for (const std::string& name : BuildingFiles()) names.push_back(name);
   if (with_calibration) names.emplace_back(kCalibration);
@@ -77,6 +78,7 @@ std::vector<std::pair<const char*, std::size_t>> CountsOf(const MapResult& map) 
           {"marks", map.marks.size()},
           {"line_covariances", map.line_evidence.covariances.size()},
           {"line_supports", map.line_evidence.supports.size()},
+          {"pipes", map.pipes.size()},
           {"planes", map.building.planes.size()},
           {"rooms", map.building.rooms.size()},
           {"occupied_voxels", map.occupancy.OccupiedVoxels().size()}};
@@ -161,7 +163,7 @@ Json ReadSummary(const std::string& path, MapResult* map) {
 
 void CheckCounts(const std::string& folder, const Json& summary, const MapResult& map) {
   for (const auto& [what, count] : CountsOf(map)) {
-    // Earlier maps have no tables of what is known of lines.
+    // Earlier maps have no pipes, and no tables of what is known of lines.
     if (count == 0 && !summary.at("counts").contains(what)) continue;
     CheckCount(folder, kSummary, summary, what, count);
   }
@@ -243,6 +245,7 @@ std::string WriteMapFolder(OutputFolder* folder, const MapResult& map) {
   WriteMapLines(path + kLines, map.lines);
   WriteMapLines(path + kMarks, map.marks);
   WriteLineEvidence(folder->staging(), map.line_evidence);
+  WritePipes(path + kPipeFile, map.pipes);
   WriteBuilding(folder->staging(), map.building);
   map.occupancy.Write(path + kOccupancy);
   map.occupancy.WriteProbabilities(path + kProbabilities);
@@ -271,6 +274,7 @@ MapResult ReadMapFolder(const std::string& folder, const MapReadOptions& options
   map.lines = ReadLines(path + kLines);
   map.marks = ReadLines(path + kMarks);
   map.line_evidence = ReadLineEvidence(folder, map);
+  if (std::filesystem::exists(path + kPipeFile)) map.pipes = ReadPipes(path + kPipeFile);
   map.building = ReadBuilding(folder);
   map.occupancy = OccupancyMap::Read(path + kOccupancy);
   map.source.options = ReadFile(path + kOptions);

@@ -11,6 +11,7 @@
 #include "mapping/lines/known_lines.h"
 #include "mapping/lines/map_lines.h"
 #include "mapping/occupancy.h"
+#include "mapping/pipes/pipes.h"
 #include "mapping/planes/plane_filling.h"
 #include "mapping/point_cloud.h"
 #include "mapping/refinement.h"
@@ -142,6 +143,7 @@ void MapImages(const OdometryRun& run, const RecordedViews& recorded, const Mapp
   map->lines = std::move(built.lines);
   map->line_evidence = std::move(built.evidence);
   MoveMarks(map);
+  AddPipes(options.pipes, map);
   const BuildingInput input = InputOf(*map, std::move(sights));
   if (progress.Report(kLinesUntil)) map->building = BuildBuilding(input, options.building);
   AddFilledPlanes(recorded, input.sights, options, progress.Part(kBuiltUntil, 1), map);

@@ -48,6 +48,7 @@ MappingOptions MappingOptions::FromYaml(const std::string& path) {
     options.lines.Read(section.Section("lines"));
     options.run_lines.Read(section.Section("run_lines"));
     options.dense.Read(section.Section("dense"));
+    options.pipes.Read(section.Section("pipes"));
     options.planes.Read(section.Section("planes"));
     options.building.Read(section.Section("building"));
     section.Finish();
@@ -66,6 +67,7 @@ std::string MappingOptions::ToYaml() const {
     options.lines.Read(section.Section("lines"));
     options.run_lines.Read(section.Section("run_lines"));
     options.dense.Read(section.Section("dense"));
+    options.pipes.Read(section.Section("pipes"));
     options.planes.Read(section.Section("planes"));
     options.building.Read(section.Section("building"));
   });
@@ -78,6 +80,7 @@ void MappingOptions::Check() const {
   lines.Check();
   run_lines.Check();
   dense.Check();
+  pipes.Check();
   planes.Check();
   building.Check();
 }

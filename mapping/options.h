@@ -6,6 +6,7 @@
 #include "mapping/building/building_options.h"
 #include "mapping/dense/dense_options.h"
 #include "mapping/lines/line_options.h"
+#include "mapping/pipes/pipe_options.h"
 #include "mapping/planes/plane_options.h"
 
 namespace slcmap {
@@ -46,6 +47,7 @@ struct MappingOptions {
   MapLineOptions lines;
   RunLineOptions run_lines;
   DenseOptions dense;
+  PipeOptions pipes;
   PlaneOptions planes;
   BuildingOptions building;
 

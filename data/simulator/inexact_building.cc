@@ -273,6 +273,13 @@ void MoveEdges(const InexactBuilding& building, Scene* scene, InexactTruth* trut
   scene->edges = pieces;
 }
 
+void MovePipes(const InexactBuilding& building, Scene* scene) {
+  for (ScenePipe& pipe : scene->pipes) {
+    pipe.a = building.Moved(pipe.a, pipe.body);
+    pipe.b = building.Moved(pipe.b, pipe.body);
+  }
+}
+
 // By the chords through the middle of its box, along the axes of its wing.
 BodyDeviation DeviationOf(const Scene& scene, int index, const InexactBuilding& building) {
   constexpr double kLeastHalf_m = 0.05;
@@ -321,6 +328,7 @@ void MakeInexact(const InexactOptions& options, Scene* scene) {
     truth.bodies.push_back(DeviationOf(*scene, static_cast<int>(i), building));
   }
   MoveEdges(building, scene, &truth);
+  MovePipes(building, scene);
   scene->inexact = truth;
 }
 

@@ -10,6 +10,7 @@
 #include "data/simulator/camera_rays.h"
 #include "data/simulator/hashing.h"
 #include "data/simulator/inexact_building.h"
+#include "data/simulator/pipe_truth.h"
 #include "data/simulator/surface_shader.h"
 
 namespace slcmap {
@@ -86,6 +87,7 @@ class SceneRenderer : public PairRenderer {
     WriteEdges(folder, scene_, watch_.Parts());
     WriteSurfaces(folder + "/surfaces.ply");
     WriteTrueBuilding(folder + "/building.json", ObserveBuilding(scene_, rays_, task_, frames));
+    WriteTruePipes(folder + "/pipes.csv", ObservePipes(scene_, rays_, task_, frames));
     if (scene_.inexact) WriteDeviations(folder, scene_);
   }
 

@@ -127,6 +127,13 @@ struct InexactTruth {
   std::vector<EdgeDeviation> edges;
 };
 
+// A round bar: a pipe, a column, a leg.
+struct ScenePipe {
+  Eigen::Vector3d a, b;  // ends of its axis (metres, in world)
+  double radius_m = 0;
+  int body = -1;
+};
+
 struct Scene {
   std::string name;
   std::vector<SurfaceMaterial> materials;
@@ -134,6 +141,7 @@ struct Scene {
   std::vector<SceneBody> bodies;
   std::vector<SceneLamp> lamps;
   std::vector<TrueEdge> edges;
+  std::vector<ScenePipe> pipes;
   std::vector<SceneWallFace> wall_faces;
   float ambient = 0.1f;              // light that reaches everything, as radiance
   std::vector<double> wing_yaw_rad;  // heading of each wing's first axis in world

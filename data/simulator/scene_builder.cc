@@ -188,8 +188,8 @@ void SceneBuilder::AddBar(const Vector3d& from, const Vector3d& to, double side,
   AddParallelepiped(corner, side * first, side * second, to - from, material);
 }
 
-void SceneBuilder::AddPipe(const Vector3d& from, const Vector3d& to, double radius, int sides,
-                           uint32_t material) {
+void SceneBuilder::AddRoundBar(const Vector3d& from, const Vector3d& to, double radius, int sides,
+                               uint32_t material) {
   const auto [first, second] = Across(to - from);
   const auto rim = [&, first = first, second = second](int i) {
     const double angle_rad = 2 * M_PI * i / sides;
@@ -199,6 +199,12 @@ void SceneBuilder::AddPipe(const Vector3d& from, const Vector3d& to, double radi
     const Vector3d chord = rim(i + 1) - rim(i);
     AddQuad(from + rim(i), chord, to - from, material, {i * chord.norm(), 0});
   }
+}
+
+void SceneBuilder::AddPipe(const Vector3d& from, const Vector3d& to, double radius, int sides,
+                           uint32_t material) {
+  AddRoundBar(from, to, radius, sides, material);
+  scene_.pipes.push_back({world_object_ * from, world_object_ * to, radius, body_});
 }
 
 void SceneBuilder::AddCylinder(const Vector3d& from, const Vector3d& to, double radius,

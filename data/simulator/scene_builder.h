@@ -41,6 +41,9 @@ class SceneBuilder {
   void AddBar(const Eigen::Vector3d& from, const Eigen::Vector3d& to, double side,
               uint32_t material);
   // A round bar of `sides` quads, open at its ends: its outlines are no edges of the building.
+  void AddRoundBar(const Eigen::Vector3d& from, const Eigen::Vector3d& to, double radius, int sides,
+                   uint32_t material);
+  // One that stands free all around: a pipe of the scene.
   void AddPipe(const Eigen::Vector3d& from, const Eigen::Vector3d& to, double radius, int sides,
                uint32_t material);
   // A round bar with flat ends.

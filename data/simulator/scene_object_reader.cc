@@ -248,8 +248,24 @@ BuildOne Extinguisher(ObjectKeys& keys) {
 BuildOne Pipe(ObjectKeys& keys) {
   const auto points = keys.Points<3>();
   const double radius = keys.Length("radius", 0.08);
+  const int sides = keys.Count("sides", 12, 8);
   const uint32_t material = keys.Material("material", "metal");
-  return [=](uint32_t, SceneBuilder* builder) { AddPipeRun(points, radius, material, builder); };
+  return [=](uint32_t, SceneBuilder* builder) {
+    AddPipeRun(points, radius, sides, material, builder);
+  };
+}
+
+// Trims: round bars with their axis in the surface that they are on.
+BuildOne HalfRound(ObjectKeys& keys) {
+  const auto points = keys.Points<3>();
+  const double radius = keys.Length("radius", 0.03);
+  const uint32_t material = keys.Material("material", "wood");
+  return [=](uint32_t, SceneBuilder* builder) {
+    constexpr int kSides = 40;
+    for (size_t i = 0; i + 1 < points.size(); ++i) {
+      builder->AddRoundBar(points[i], points[i + 1], radius, kSides, material);
+    }
+  };
 }
 
 BuildOne Cable(ObjectKeys& keys) {
@@ -368,6 +384,7 @@ const std::map<std::string, Kind>& Kinds() {
                                                     {"radiator", Radiator},
                                                     {"extinguisher", Extinguisher},
                                                     {"pipe", Pipe},
+                                                    {"half_round", HalfRound},
                                                     {"cable", Cable},
                                                     {"beam", Beam},
                                                     {"railing", Railing},

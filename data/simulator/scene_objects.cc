@@ -245,10 +245,10 @@ void AddExtinguisher(uint32_t body, uint32_t metal, SceneBuilder* builder) {
   builder->AddBox({-0.05, -0.02, 0.1}, {0.05, 0, 0.4}, metal);
 }
 
-void AddPipeRun(const std::vector<Vector3d>& points, double radius, uint32_t material,
+void AddPipeRun(const std::vector<Vector3d>& points, double radius, int sides, uint32_t material,
                 SceneBuilder* builder) {
   for (size_t i = 0; i + 1 < points.size(); ++i) {
-    builder->AddPipe(points[i], points[i + 1], radius, 12, material);
+    builder->AddPipe(points[i], points[i + 1], radius, sides, material);
     // A flange over each joint.
     const Vector3d along = (points[i + 1] - points[i]).normalized();
     const double half = 0.4 * radius + 0.02;
@@ -280,7 +280,7 @@ void AddCable(const Vector3d& from, const Vector3d& to, double sag, double radiu
     const double s = static_cast<double>(i) / kPieces;
     return Vector3d(from + s * (to - from) - Vector3d(0, 0, 4 * sag * s * (1 - s)));
   };
-  for (int i = 0; i < kPieces; ++i) builder->AddPipe(at(i), at(i + 1), radius, 5, material);
+  for (int i = 0; i < kPieces; ++i) builder->AddRoundBar(at(i), at(i + 1), radius, 5, material);
 }
 
 void AddStairs(int steps, double rise, double run, double width, uint32_t step, uint32_t side,

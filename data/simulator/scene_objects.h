@@ -40,8 +40,8 @@ void AddRadiator(const Eigen::Vector3d& size, uint32_t metal, SceneBuilder* buil
 void AddExtinguisher(uint32_t body, uint32_t metal, SceneBuilder* builder);
 
 // From point to point.
-void AddPipeRun(const std::vector<Eigen::Vector3d>& points, double radius, uint32_t material,
-                SceneBuilder* builder);
+void AddPipeRun(const std::vector<Eigen::Vector3d>& points, double radius, int sides,
+                uint32_t material, SceneBuilder* builder);
 void AddRailing(const std::vector<Eigen::Vector3d>& points, double height, uint32_t material,
                 SceneBuilder* builder);
 // Sags by `sag` in its middle.

@@ -139,20 +139,36 @@ std::string IfcFile::Prism(const Polygon& polygon, double low_m, double height_m
   return Extruded(profile, Placement({{0, 0, low_m}, Eigen::Vector2d::UnitX()}), height_m);
 }
 
-std::string IfcFile::Bar(const Eigen::Vector3d& start, const Eigen::Vector3d& end, double width_m) {
+std::string IfcFile::Centre() {
+  return step_.Share("IFCAXIS2PLACEMENT2D", {Point(Eigen::Vector2d(0, 0)), kStepUnset});
+}
+
+std::string IfcFile::ExtrudedAlong(const std::string& profile, const Eigen::Vector3d& start,
+                                   const Eigen::Vector3d& end) {
   const Eigen::Vector3d along = (end - start).normalized();
   const bool is_upright = along.head<2>().norm() < kLeastUpright;
   const Eigen::Vector3d side = is_upright
                                    ? Eigen::Vector3d::UnitX().eval()
                                    : Eigen::Vector3d::UnitZ().cross(along).normalized().eval();
-  const std::string centre =
-      step_.Share("IFCAXIS2PLACEMENT2D", {Point(Eigen::Vector2d(0, 0)), kStepUnset});
-  const std::string profile =
-      step_.Share("IFCRECTANGLEPROFILEDEF",
-                  {".AREA.", kStepUnset, centre, StepReal(width_m), StepReal(width_m)});
   const std::string place =
       Add("IFCAXIS2PLACEMENT3D", {Point(start), Direction(along), Direction(side)});
   return Extruded(profile, place, (end - start).norm());
+}
+
+std::string IfcFile::Bar(const Eigen::Vector3d& start, const Eigen::Vector3d& end, double width_m) {
+  const std::string centre = Centre();
+  return ExtrudedAlong(
+      step_.Share("IFCRECTANGLEPROFILEDEF",
+                  {".AREA.", kStepUnset, centre, StepReal(width_m), StepReal(width_m)}),
+      start, end);
+}
+
+std::string IfcFile::RoundBar(const Eigen::Vector3d& start, const Eigen::Vector3d& end,
+                              double radius_m) {
+  const std::string centre = Centre();
+  return ExtrudedAlong(
+      step_.Share("IFCCIRCLEPROFILEDEF", {".AREA.", kStepUnset, centre, StepReal(radius_m)}), start,
+      end);
 }
 
 std::string IfcFile::Polyline(const PlanPoints& points, bool closed) {

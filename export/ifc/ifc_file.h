@@ -66,6 +66,8 @@ class IfcFile {
   std::string Prism(const Polygon& polygon, double low_m, double height_m);
   // A bar of square section between two points.
   std::string Bar(const Eigen::Vector3d& start, const Eigen::Vector3d& end, double width_m);
+  // One of round section.
+  std::string RoundBar(const Eigen::Vector3d& start, const Eigen::Vector3d& end, double radius_m);
   std::string Polyline(const PlanPoints& points, bool closed);
 
   // A representation of one product ("Body" and "SweptSolid"), and the shape that they make.
@@ -91,6 +93,9 @@ class IfcFile {
   void AddOwner();
   void AddUnits();
   void AddContexts();
+  std::string Centre();
+  std::string ExtrudedAlong(const std::string& profile, const Eigen::Vector3d& start,
+                            const Eigen::Vector3d& end);
   std::string Extruded(const std::string& profile, const std::string& placement, double height_m);
   std::string ColourOf(const Colour& colour);
   void RelateProperties(const std::string& element, const std::string& content,

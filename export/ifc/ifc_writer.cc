@@ -5,6 +5,7 @@
 #include "data/file.h"
 #include "data/option_table.h"
 #include "export/ifc/ifc_lines.h"
+#include "export/ifc/ifc_pipes.h"
 #include "export/ifc/ifc_rooms.h"
 #include "export/ifc/ifc_walls.h"
 
@@ -31,11 +32,12 @@ std::vector<std::string> IfcWriter::Write(const std::string& folder, const MapRe
   int left_out = AddIfcWalls(map.building, options_, &structure, &file);
   left_out += AddIfcSlabs(map.building, options_, &structure, &file);
   AddIfcSpaces(map.building, &structure, &file);
+  left_out += AddIfcPipes(map, &structure, &file);
   progress.ReportOrStop(0.2);
   left_out += AddIfcLines(map, options_, &structure, &file, progress.Part(0.2, 0.9));
   structure.Finish();
   if (left_out > 0) {
-    spdlog::warn("map.ifc: {} walls, openings, slabs or lines without extent are left out",
+    spdlog::warn("map.ifc: {} walls, openings, slabs, pipes or lines without extent are left out",
                  left_out);
   }
   WriteFile(path, file.Text());

@@ -7,9 +7,8 @@
 namespace slcmap {
 
 // Writes map.ifc: project, site, building, storeys; walls with openings and doors, slabs, spaces,
-// and lines as annotations. Metres, in the map's world; without a compass there is no true north.
-// Pipes are lines too: their radius is not known. What cannot be a solid is left out, with a
-// warning that counts it.
+// pipes, and lines as annotations. Metres, in the map's world; without a compass there is no true
+// north. What cannot be a solid is left out, with a warning that counts it.
 class IfcWriter : public MapWriter {
  public:
   explicit IfcWriter(const IfcOptions& options) : options_(options) {}

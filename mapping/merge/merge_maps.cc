@@ -13,6 +13,7 @@
 #include "mapping/merge/line_union.h"
 #include "mapping/merge/occupancy_union.h"
 #include "mapping/merge/other_rig.h"
+#include "mapping/merge/pipe_union.h"
 #include "mapping/merge/surface_union.h"
 #include "mapping/planes/plane_filling.h"
 
@@ -114,6 +115,10 @@ void MoveInto(const RigidTransform& T, MapResult* map) {
     point.p_world = T * point.p_world;
     point.normal_world = T.rotation * point.normal_world;
   }
+  for (MapPipe& pipe : map->pipes) {
+    pipe.start_world = T * pipe.start_world;
+    pipe.end_world = T * pipe.end_world;
+  }
   MoveLines(T, map);
 }
 
@@ -189,6 +194,7 @@ void UniteContents(const RigidTransform& T_first_second, const MappingOptions& o
   first->points = UnitePoints(first->points, second->points, options.cloud.voxel_m);
   SetLines(UniteLines(TakeLines(first), TakeLines(second), kLinesOff_m, options.lines.merging),
            first);
+  first->pipes = UnitePipes(std::move(first->pipes), second->pipes, first->lines);
   first->occupancy =
       UniteOccupancy(first->occupancy, second->occupancy, T_first_second, first->dense);
 }

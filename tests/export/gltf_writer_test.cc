@@ -114,6 +114,32 @@ TEST_F(GltfWriterTest, ExtrasHoldIdsKindsAndUnits) {
             "floor");
 }
 
+MapResult WithPipe(MapResult map) {
+  MapPipe pipe;
+  pipe.axis = LineAxis::kX;
+  pipe.start_world = {1, 2, 1};
+  pipe.end_world = {3, 2, 1};
+  pipe.radius_m = 0.06;
+  pipe.radius_sigma_m = 0.001;
+  map.pipes = {pipe};
+  return map;
+}
+
+TEST_F(GltfWriterTest, PipesAreTubesWithTheirRadius) {
+  const tinygltf::Model model = Write(WithPipe(MakeTwoStoreysWithPoints()));
+  const std::string name = "pipes/storey 0/pipe 0";
+  const tinygltf::Value& extras = NodeOf(model, name).extras;
+  EXPECT_NEAR(extras.Get("radius_m").GetNumberAsDouble(), 0.06, 1e-12);
+  EXPECT_EQ(extras.Get("axis").Get<std::string>(), "along x");
+  int on_rim = 0;
+  for (const Eigen::Vector3d& p : PositionsOf(model, name)) {
+    EXPECT_TRUE(p.x() == 1 || p.x() == 3);
+    const double off_m = (p - Eigen::Vector3d(p.x(), 2, 1)).norm();
+    on_rim += std::abs(off_m - 0.06) < 1e-6;
+  }
+  EXPECT_EQ(on_rim, 48);
+}
+
 TEST_F(GltfWriterTest, LinesAreBarsOnRequest) {
   EXPECT_THAT(NamesIn(Write(MakeTwoStoreysWithPoints())), Not(Contains("line_bars")));
   EXPECT_THAT(NamesIn(Write(MakeTwoStoreysWithPoints(), {.tubes = true})), Contains("line_bars"));
@@ -154,7 +180,7 @@ TEST_F(GltfWriterTest, TheValidatorFindsNeitherErrorsNorWarnings) {
   }
   const GltfOptions all = {.tubes = true, .quantised = true};
   for (const GltfOptions& options : {GltfOptions(), all}) {
-    Write(MakeTwoStoreysWithPoints(), options);
+    Write(WithPipe(MakeTwoStoreysWithPoints()), options);
     ExpectValid();
     Write(MapResult(), options);
     ExpectValid();

@@ -37,6 +37,20 @@ TEST(MapLayersTest, LinesAreByStoreyAxisAndKind) {
   EXPECT_EQ(layers[0].lines.size(), 2u);
 }
 
+TEST(MapLayersTest, AxesOfPipesAreLinesOfTheirKind) {
+  MapResult map;
+  map.building = testing::MakeBuilding(2);
+  MapPipe pipe;
+  pipe.axis = LineAxis::kVertical;
+  pipe.start_world = {1, 2, 0.2};
+  pipe.end_world = {1, 2, 2};
+  map.pipes = {pipe};
+  const std::vector<LinesOfLayer> layers = LineLayers(map);
+  ASSERT_EQ(layers.size(), 1u);
+  EXPECT_EQ(layers[0].name, "S0_VERTICAL_PIPE");
+  EXPECT_EQ(layers[0].lines[0][1], Eigen::Vector3d(1, 2, 2));
+}
+
 TEST(MapLayersTest, TrianglesLookToWhereThePlaneWasSeenFrom) {
   Building building = testing::MakeBuilding();
   BuildingPlane plane;

@@ -13,6 +13,9 @@ const slcmap::fuzz::FolderTarget& Target() {
     options.occupancy.resolution_m = 0.5;
     slcmap::MapResult map = slcmap::BuildMap(slcmap::testing::MakeLineRun(), options);
     map.building = slcmap::testing::MakeBuilding(2);
+    map.pipes.emplace_back();
+    map.pipes[0].end_world = {0, 0, 2};
+    map.pipes[0].radius_m = 0.05;
     slcmap::WriteMapFolder(folder, map);
   });
   return target;

@@ -71,6 +71,7 @@ function printProduct(id) {
 
 console.log(`schema ${api.GetModelSchema(model)}`);
 for (const [name, count] of countTypes()) console.log(`count ${name.toUpperCase()} ${count}`);
-for (const type of [webIfc.IFCWALL, webIfc.IFCSLAB, webIfc.IFCSPACE, webIfc.IFCBUILDINGELEMENTPROXY]) {
+for (const type of [webIfc.IFCWALL, webIfc.IFCSLAB, webIfc.IFCSPACE, webIfc.IFCBUILDINGELEMENTPROXY,
+  webIfc.IFCPIPESEGMENT]) {
   listOf(api.GetLineIDsWithType(model, type)).forEach(printProduct);
 }

@@ -2,6 +2,7 @@
 import { Box3, Vector3 } from 'three';
 import { LineIndex } from './line_index.js';
 import { LineData, LineLayer } from './lines.js';
+import { PipeLayer } from './pipes.js';
 import { Planes } from './planes.js';
 import { RoomLayer, WallPlan } from './plan.js';
 import { Pictures } from './pictures.js';
@@ -17,6 +18,7 @@ export class Layers {
     this.lineIndex = new LineIndex(this.lines.data);
     this.landmarks = new Landmarks(map);
     this.dense = new DenseCloud(map);
+    this.pipes = new PipeLayer(map);
     this.planes = new Planes(building.planes);
     this.rooms = new RoomLayer(building.rooms);
     this.walls = new WallPlan(building);
@@ -27,6 +29,7 @@ export class Layers {
       this.lines,
       this.landmarks,
       this.dense,
+      this.pipes,
       this.planes,
       this.rooms,
       this.walls,
@@ -76,6 +79,7 @@ export class Layers {
         on: false,
       },
       rooms: { name: 'Rooms', count: this.rooms.rooms.length, object: this.rooms.object, on: true },
+      pipes: { name: 'Pipes', count: this.pipes.count, object: this.pipes.object, on: true },
       plan: {
         name: 'Walls as in a plan',
         count: this.walls.count,

@@ -271,6 +271,8 @@ TEST(ReadScene, RefusesNumbersOutOfRangeNamingFileAndKey) {
         {"{kind: box, size: [1, 1, 1], at: [0, 1e9, 0]}", "at: found 1"},
         {"{kind: pipe, points: [[0, 0, 0], [0, 0, 1e5]]}", "points: found 100000"},
         {"{kind: pipe, points: [[0, 0, 0], [0, 0, 0]]}", "a surface without area"},
+        {"{kind: pipe, points: [[0, 0, 0], [0, 0, 1]], sides: 7}", "sides: expected 8"},
+        {"{kind: half_round, points: [[0, 0, 0], [0, 0, 1]], radius: 0}", "radius: found 0"},
         {"{kind: box, size: [1, 1, 1], yaw_deg: 1e30}", "yaw_deg: found 1e+30"},
         {"{kind: box, size: [1, 1, 1], seed: -1}", "seed: expected 0"},
         {"{kind: clutter, size: [900, 900], count: 10000, repeat: 10000}", "in the scene"}}) {

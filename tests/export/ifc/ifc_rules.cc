@@ -21,6 +21,7 @@ const std::map<std::string, std::string>& Attributes() {
       {"IFCBUILDINGELEMENTPROXY", "goooooooo"},
       {"IFCBUILDINGSTOREY", "gooooooooo"},
       {"IFCCARTESIANPOINT", "m"},
+      {"IFCCIRCLEPROFILEDEF", "moom"},
       {"IFCCOLOURRGB", "ommm"},
       {"IFCCURVESTYLE", "ooooo"},
       {"IFCDIRECTION", "m"},
@@ -36,6 +37,7 @@ const std::map<std::string, std::string>& Attributes() {
       {"IFCOWNERHISTORY", "mmooooom"},
       {"IFCPERSON", "oooooooo"},
       {"IFCPERSONANDORGANIZATION", "mmo"},
+      {"IFCPIPESEGMENT", "goooooooo"},
       {"IFCPOLYLINE", "m"},
       {"IFCPRODUCTDEFINITIONSHAPE", "oom"},
       {"IFCPROJECT", "goooooooo"},
@@ -64,8 +66,8 @@ const std::map<std::string, std::string>& Attributes() {
   return attributes;
 }
 
-const std::set<std::string> kElements = {"IFCWALL", "IFCSLAB", "IFCDOOR", "IFCANNOTATION",
-                                         "IFCBUILDINGELEMENTPROXY"};
+const std::set<std::string> kElements = {
+    "IFCWALL", "IFCSLAB", "IFCDOOR", "IFCANNOTATION", "IFCBUILDINGELEMENTPROXY", "IFCPIPESEGMENT"};
 // Where types hold what the rules speak of, counted from 0.
 constexpr size_t kShape = 6;  // of a product
 

@@ -149,6 +149,31 @@ TEST_F(IfcWriterTest, EachLineHasItsIdKindAndSigma) {
   }
 }
 
+// One on each storey.
+MapResult WithPipes(MapResult map) {
+  MapPipe pipe;
+  pipe.start_world = {1, 2, 0.25};
+  pipe.end_world = {1, 2, 2.25};
+  pipe.radius_m = 0.06;
+  pipe.radius_sigma_m = 0.0012;
+  pipe.images = 30;
+  map.pipes = {pipe, pipe};
+  map.pipes[1].id = 1;
+  map.pipes[1].start_world = {1, 2, 4};
+  map.pipes[1].end_world = {3, 2, 5};
+  return map;
+}
+
+TEST_F(IfcWriterTest, PipesAreSegmentsWithTheirRadius) {
+  const std::string text = Write(WithPipes(testing::MakeTwoStoreys()));
+  EXPECT_THAT(testing::FindIfcFaults(text), IsEmpty());
+  EXPECT_EQ(CountOf(testing::ParseStep(text), "IFCPIPESEGMENT"), 2);
+  EXPECT_THAT(text, HasSubstr("'slcmap_Pipe'"));
+  EXPECT_THAT(text, HasSubstr("'radius_m',$,IFCLENGTHMEASURE(0.06)"));
+  EXPECT_THAT(text, HasSubstr("'radius_sigma_m',$,IFCLENGTHMEASURE(0.0012)"));
+  EXPECT_THAT(text, HasSubstr("'images',$,IFCINTEGER(30)"));
+}
+
 TEST_F(IfcWriterTest, CoordinatesSurviveATenthOfAMillimetre) {
   MapResult map = testing::MakeTwoStoreys();
   map.lines[2].end_world = {-123.45678, 0.00012, 4.2345};
@@ -324,6 +349,19 @@ TEST_F(IfcReaderTest, LinesAreSolidsOnRequest) {
   EXPECT_NEAR(bars[1].volume_m3, 2.7 * 0.01, 1e-4);
   const Eigen::Vector3d tilted = map.lines[2].end_world - map.lines[2].start_world;
   EXPECT_NEAR(bars[2].volume_m3, tilted.norm() * 0.01, 1e-4);
+}
+
+TEST_F(IfcReaderTest, PipesAreRoundSolids) {
+  const std::vector<Product> pipes =
+      ProductsIn(Read(WithPipes(testing::MakeTwoStoreys())), "IfcPipeSegment");
+  ASSERT_EQ(pipes.size(), 2u);
+  constexpr double kFacets = 0.1;  // of the volume, which the reader makes of plane pieces
+  const double section_m2 = M_PI * 0.06 * 0.06;
+  EXPECT_NEAR(pipes[0].volume_m3, 2 * section_m2, kFacets * 2 * section_m2);
+  EXPECT_NEAR(pipes[0].low.z(), 0.25, 1e-4);
+  EXPECT_NEAR(pipes[0].high.z(), 2.25, 1e-4);
+  EXPECT_NEAR(pipes[0].high.x() - pipes[0].low.x(), 0.12, 0.005);
+  EXPECT_NEAR(pipes[1].volume_m3, std::sqrt(5) * section_m2, kFacets * 3 * section_m2);
 }
 
 TEST_F(IfcReaderTest, AnEmptyMapIsRead) { EXPECT_THAT(Read({}), HasSubstr("count IFCPROJECT 1")); }

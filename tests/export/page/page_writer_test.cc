@@ -68,6 +68,26 @@ TEST(PackForPage, LinesComeBackWithAllThatIsKnownOfThem) {
   EXPECT_EQ(pack.Get<uint8_t>("line_kind").back(), static_cast<uint8_t>(LineKind::kMark));
 }
 
+TEST(PackForPage, PipesComeBackWithTheirRadius) {
+  MapResult map = MakeRoomMap();
+  EXPECT_TRUE(PackOf(map).Get<float>("pipes").empty());
+  MapPipe pipe;
+  pipe.start_world = {101, 202, 0};
+  pipe.end_world = {101, 202, 2.5};
+  pipe.radius_m = 0.06;
+  pipe.sigma_m = 0.002;
+  pipe.radius_sigma_m = 0.001;
+  map.pipes = {pipe};
+  const Pack pack = PackOf(map);
+  const auto pipes = pack.Get<float>("pipes");
+  ASSERT_EQ(pipes.size(), 9u);
+  const Vector3d end(pipes[3], pipes[4], pipes[5]);
+  EXPECT_LT((end + OriginOf(pack) - pipe.end_world).norm(), 1e-5);
+  EXPECT_NEAR(pipes[6], 0.06, 1e-7);
+  EXPECT_NEAR(pipes[7], 0.002, 1e-8);
+  EXPECT_NEAR(pipes[8], 0.001, 1e-8);
+}
+
 TEST(PackForPage, ArraysBeginWhereTheirTypesMay) {
   const std::string block = PackForPage(MakeRoomMap(), "title");
   const Pack pack = Unpack(block);

@@ -1,0 +1,133 @@
+#include "apps/evaluation/pipe_metrics.h"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "data/quantile.h"
+
+namespace slcmap {
+namespace {
+
+using Eigen::Vector3d;
+
+// How far the axis of a mapped pipe is from a true one where both are; nothing where they are
+// nowhere side by side, or not parallel.
+std::optional<double> AxisDistance(const TruePipe& truth, const MapPipe& pipe,
+                                   const PipeMetricOptions& options) {
+  const Vector3d along = (truth.end_world - truth.start_world).normalized();
+  const Vector3d way = pipe.end_world - pipe.start_world;
+  const double length_m = (truth.end_world - truth.start_world).norm();
+  if (std::abs(along.dot(way.normalized())) < std::cos(options.max_turn_rad)) return std::nullopt;
+  const double start_m = along.dot(pipe.start_world - truth.start_world);
+  const double end_m = along.dot(pipe.end_world - truth.start_world);
+  const double from_m = std::max(0.0, std::min(start_m, end_m));
+  const double to_m = std::min(length_m, std::max(start_m, end_m));
+  if (to_m <= from_m) return std::nullopt;
+  const double share = (0.5 * (from_m + to_m) - start_m) / (end_m - start_m);
+  const Vector3d middle = pipe.start_world + share * way;
+  return (middle - truth.start_world).cross(along).norm();
+}
+
+bool HasRadius(const TruePipe& truth, const MapPipe& pipe, const PipeMetricOptions& options) {
+  return std::abs(pipe.radius_m - truth.radius_m) <= options.max_radius_error * truth.radius_m;
+}
+
+// The pipe that is nearest to a true one, of those with its axis and perhaps its radius.
+struct Match {
+  const MapPipe* pipe = nullptr;
+  double distance_m = 0;
+};
+std::optional<Match> MatchOf(const TruePipe& truth, const std::vector<MapPipe>& pipes,
+                             bool with_radius, const PipeMetricOptions& options) {
+  std::optional<Match> best;
+  for (const MapPipe& pipe : pipes) {
+    if (with_radius && !HasRadius(truth, pipe, options)) continue;
+    const auto distance_m = AxisDistance(truth, pipe, options);
+    if (!distance_m || *distance_m > options.max_distance_m) continue;
+    if (!best || *distance_m < best->distance_m) best = {&pipe, *distance_m};
+  }
+  return best;
+}
+
+bool IsTrue(const MapPipe& pipe, const std::vector<TruePipe>& truth,
+            const PipeMetricOptions& options) {
+  return std::ranges::any_of(truth, [&](const TruePipe& true_pipe) {
+    return MatchOf(true_pipe, {pipe}, true, options).has_value();
+  });
+}
+
+double QuantileOf(const std::vector<double>& values, double share) {
+  return values.empty() ? 0 : Quantile(values, share);
+}
+
+}  // namespace
+
+std::vector<MapPipe> Aligned(const Alignment& alignment, std::vector<MapPipe> pipes) {
+  for (MapPipe& pipe : pipes) {
+    pipe.start_world = alignment.Position(pipe.start_world);
+    pipe.end_world = alignment.Position(pipe.end_world);
+    pipe.radius_m *= alignment.scale;
+  }
+  return pipes;
+}
+
+PipeMetrics EvaluatePipes(const std::vector<TruePipe>& truth, const std::vector<MapPipe>& pipes,
+                          const PipeMetricOptions& options) {
+  PipeMetrics metrics;
+  std::vector<double> radius_errors_m, distances_m;
+  for (const TruePipe& pipe : truth) {
+    if (pipe.SeenLength_m() < options.min_seen_m) continue;
+    ++metrics.pipes;
+    metrics.seen_m += pipe.SeenLength_m();
+    metrics.found_axes += MatchOf(pipe, pipes, false, options).has_value();
+    const auto match = MatchOf(pipe, pipes, true, options);
+    if (!match) continue;
+    ++metrics.found;
+    metrics.found_m += pipe.SeenLength_m();
+    radius_errors_m.push_back(std::abs(match->pipe->radius_m - pipe.radius_m));
+    distances_m.push_back(match->distance_m);
+  }
+  metrics.mapped = std::ssize(pipes);
+  metrics.false_pipes = std::ranges::count_if(
+      pipes, [&](const MapPipe& pipe) { return !IsTrue(pipe, truth, options); });
+  metrics.radius_median_m = QuantileOf(radius_errors_m, 0.5);
+  metrics.radius_95_m = QuantileOf(radius_errors_m, 0.95);
+  metrics.axis_median_m = QuantileOf(distances_m, 0.5);
+  return metrics;
+}
+
+std::string PipeTable(const PipeInputs& inputs, const PipeMetrics& metrics) {
+  const double percent = metrics.pipes > 0 ? 100.0 * static_cast<double>(metrics.found) /
+                                                 static_cast<double>(metrics.pipes)
+                                           : 0;
+  return fmt::format(
+      "pipes     {}, {}\n\n"
+      "found     {} of {} ({:.1f} %), {:.1f} of {:.1f} m that were seen; {} by their axes alone\n"
+      "false     {} of {} mapped\n"
+      "radius    {:.4f} m median, {:.4f} m 95 %; axis {:.4f} m median\n",
+      inputs.true_pipes, inputs.pipes, metrics.found, metrics.pipes, percent, metrics.found_m,
+      metrics.seen_m, metrics.found_axes, metrics.false_pipes, metrics.mapped,
+      metrics.radius_median_m, metrics.radius_95_m, metrics.axis_median_m);
+}
+
+nlohmann::ordered_json PipeJson(const PipeInputs& inputs, const PipeMetrics& metrics) {
+  return {{"pipes", inputs.pipes},
+          {"true_pipes", inputs.true_pipes},
+          {"true", metrics.pipes},
+          {"found", metrics.found},
+          {"found_axes", metrics.found_axes},
+          {"mapped", metrics.mapped},
+          {"false", metrics.false_pipes},
+          {"seen_m", metrics.seen_m},
+          {"found_m", metrics.found_m},
+          {"radius_error_median_m", metrics.radius_median_m},
+          {"radius_error_95_m", metrics.radius_95_m},
+          {"axis_error_median_m", metrics.axis_median_m}};
+}
+
+}  // namespace slcmap

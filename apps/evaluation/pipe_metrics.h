@@ -1,0 +1,48 @@
+// How good the pipes of a map are.
+#pragma once
+
+#include <cstdint>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <vector>
+
+#include "apps/evaluation/alignment.h"
+#include "data/true_pipes.h"
+#include "mapping/pipes/map_pipe.h"
+
+namespace slcmap {
+
+// When a mapped pipe is a true one.
+struct PipeMetricOptions {
+  double min_seen_m = 0.5;         // of a true pipe that counts as one to be found
+  double max_distance_m = 0.05;    // between the axes, where both are
+  double max_turn_rad = 0.0873;    // 5 degrees
+  double max_radius_error = 0.15;  // of the true radius
+};
+
+struct PipeMetrics {
+  int64_t pipes = 0;                    // true ones that were seen so far
+  int64_t found = 0;                    // of these
+  int64_t found_axes = 0;               // of these, whatever the radius
+  int64_t mapped = 0, false_pipes = 0;  // that are no true one, seen or not
+  double seen_m = 0, found_m = 0;       // lengths seen, of all and of those that were found
+  // Of those that were found.
+  double radius_median_m = 0, radius_95_m = 0;
+  double axis_median_m = 0;
+};
+
+std::vector<MapPipe> Aligned(const Alignment& alignment, std::vector<MapPipe> pipes);
+
+PipeMetrics EvaluatePipes(const std::vector<TruePipe>& truth, const std::vector<MapPipe>& pipes,
+                          const PipeMetricOptions& options);
+
+// Files, as the user named them.
+struct PipeInputs {
+  std::string pipes;       // pipes.json of a map
+  std::string true_pipes;  // truth/pipes.csv of a simulated sequence
+};
+
+std::string PipeTable(const PipeInputs& inputs, const PipeMetrics& metrics);
+nlohmann::ordered_json PipeJson(const PipeInputs& inputs, const PipeMetrics& metrics);
+
+}  // namespace slcmap

@@ -1,0 +1,206 @@
+#include "mapping/pipes/pipe_evidence.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <optional>
+#include <utility>
+
+#include "data/quantile.h"
+
+namespace slcmap {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+constexpr double kMostSquared = 9;
+constexpr double kRobustSigmas = 2;
+
+// A ray as seen along an axis, which is at the origin: n . x = d holds where it passes.
+struct FlatRay {
+  Vector2d n;
+  double d_m = 0, sigma_m = 0;
+};
+
+class AcrossAxis {
+ public:
+  explicit AcrossAxis(const PointAndDirection& axis)
+      : axis_(axis),
+        first_(axis.direction_world.unitOrthogonal()),
+        second_(axis.direction_world.cross(first_)) {}
+
+  Vector2d Direction(const Vector3d& way) const { return {first_.dot(way), second_.dot(way)}; }
+  Vector2d Place(const Vector3d& p_world) const { return Direction(p_world - axis_.point_world); }
+
+  FlatRay Of(const TangentRay& ray) const {
+    const Vector3d normal = ray.ray_world.cross(axis_.direction_world).normalized();
+    return {Direction(normal), (ray.centre_world - axis_.point_world).dot(normal), ray.sigma_m};
+  }
+
+ private:
+  PointAndDirection axis_;
+  Vector3d first_, second_;
+};
+
+// The place that all rays pass nearest to.
+Vector2d FixedEdge(const std::vector<FlatRay>& rays) {
+  constexpr int kRounds = 5;
+  Vector2d place = Vector2d::Zero();
+  for (int round = 0; round < kRounds; ++round) {
+    Eigen::Matrix2d H = 1e-6 * Eigen::Matrix2d::Identity();
+    Vector2d g = Vector2d::Zero();
+    for (const FlatRay& ray : rays) {
+      const double sigmas = (ray.n.dot(place) - ray.d_m) / ray.sigma_m;
+      const double robust = round == 0 ? 1 : 1 / (1 + std::pow(sigmas / kRobustSigmas, 2));
+      const double weight = robust / (ray.sigma_m * ray.sigma_m);
+      H += weight * ray.n * ray.n.transpose();
+      g += weight * ray.d_m * ray.n;
+    }
+    place = H.ldlt().solve(g);
+  }
+  return place;
+}
+
+void AddEdgeMisfits(const std::vector<FlatRay>& rays, std::vector<double>* sigmas) {
+  const Vector2d place = FixedEdge(rays);
+  for (const FlatRay& ray : rays) {
+    sigmas->push_back(std::abs(ray.n.dot(place) - ray.d_m) / ray.sigma_m);
+  }
+}
+
+Misfit MisfitOf(const std::vector<double>& sigmas) {
+  Misfit misfit;
+  if (sigmas.empty()) return misfit;
+  for (const double value : sigmas) misfit.squared += 0.5 * std::min(value * value, kMostSquared);
+  misfit.median = Quantile(sigmas, 0.5);
+  return misfit;
+}
+
+// Rays by the side of the axis that they pass on.
+using BothSides = std::vector<FlatRay>[2];
+int SideOf(const FlatRay& ray) { return ray.d_m < 0 ? 0 : 1; }
+
+Misfit StraightMisfit(const BothSides& sides) {
+  std::vector<double> sigmas;
+  for (const auto& side : sides) AddEdgeMisfits(side, &sigmas);
+  return MisfitOf(sigmas);
+}
+
+void CountImages(const std::map<int, std::pair<bool, bool>>& images, RayEvidence* evidence) {
+  evidence->images = static_cast<int>(images.size());
+  for (const auto& [image, sides] : images) evidence->both_images += sides.first && sides.second;
+}
+
+// Between the first and the last of almost all directions.
+double TurnOf(const std::vector<Vector2d>& ways, const Vector2d& mean) {
+  std::vector<double> turns_rad;
+  for (const Vector2d& way : ways) {
+    turns_rad.push_back(std::atan2(mean.x() * way.y() - mean.y() * way.x(), mean.dot(way)));
+  }
+  return Quantile(turns_rad, 0.95) - Quantile(turns_rad, 0.05);
+}
+
+// Where the views are, as seen along the axis; nothing where they are all around it.
+std::optional<Vector2d> WayToViews(const AcrossAxis& across, const RaysOfLines& lines) {
+  constexpr double kOneSide_rad = 1.5;
+  std::vector<Vector2d> ways;
+  Vector2d mean = Vector2d::Zero();
+  for (const auto* rays : lines) {
+    for (const TangentRay& ray : *rays) {
+      ways.push_back(across.Place(ray.centre_world).normalized());
+      mean += ways.back();
+    }
+  }
+  if (ways.empty() || TurnOf(ways, mean) > kOneSide_rad) return std::nullopt;
+  return mean.normalized();
+}
+
+// Points about a cylinder by their height and how far they are aside, in radii.
+class SurfaceAbout {
+ public:
+  static constexpr double kReach = 4;
+
+  void Add(double height, double aside) {
+    constexpr double kMiddle = 0.7, kBehind = 1.5, kBefore = 2, kBesideFrom = 1.25, kBesideTo = 2.5;
+    if (height > kBefore) return;
+    const double off = std::abs(aside);
+    if (off > kBesideFrom && off < kBesideTo) beside_[aside < 0 ? 0 : 1].push_back(height);
+    if (off > kMiddle || height < -kBehind) return;
+    heights_.push_back(height);
+    offs_.push_back(std::abs(height - std::sqrt(1 - off * off)));
+  }
+
+  SurfaceEvidence Evidence() const {
+    constexpr size_t kLeastBeside = 10;
+    SurfaceEvidence evidence;
+    for (const std::vector<double>& side : beside_) {
+      if (side.size() < kLeastBeside) continue;
+      evidence.beside = std::max(evidence.beside, Quantile(side, 0.5));
+    }
+    evidence.points = static_cast<int>(heights_.size());
+    if (heights_.empty()) return evidence;
+    evidence.height = Quantile(heights_, 0.5);
+    evidence.highest = Quantile(heights_, 0.85);
+    evidence.off = Quantile(offs_, 0.5);
+    return evidence;
+  }
+
+ private:
+  std::vector<double> heights_, offs_, beside_[2];
+};
+
+}  // namespace
+
+RayEvidence RayEvidenceOf(const Cylinder& cylinder, const RaysOfLines& lines) {
+  const AcrossAxis across(cylinder.axis);
+  BothSides measured, touching;
+  std::vector<double> round, own;
+  std::map<int, std::pair<bool, bool>> images;
+  for (const auto* rays : lines) {
+    std::vector<FlatRay> of_line;
+    for (const TangentRay& ray : *rays) {
+      FlatRay flat = across.Of(ray);
+      const int side = SideOf(flat);
+      of_line.push_back(flat);
+      measured[side].push_back(flat);
+      round.push_back(std::abs(std::abs(flat.d_m) - cylinder.radius_m) / flat.sigma_m);
+      flat.d_m = side == 0 ? -cylinder.radius_m : cylinder.radius_m;
+      touching[side].push_back(flat);
+      (side == 0 ? images[ray.image].first : images[ray.image].second) = true;
+    }
+    AddEdgeMisfits(of_line, &own);
+  }
+  RayEvidence evidence;
+  evidence.round = MisfitOf(round);
+  evidence.own = MisfitOf(own);
+  evidence.straight = StraightMisfit(measured);
+  evidence.told = StraightMisfit(touching);
+  CountImages(images, &evidence);
+  return evidence;
+}
+
+SurfaceEvidence SurfaceEvidenceOf(const Cylinder& cylinder, double from_m, double to_m,
+                                  const RaysOfLines& lines, const std::vector<DensePoint>& cloud) {
+  const AcrossAxis across(cylinder.axis);
+  const std::optional<Vector2d> to_views = WayToViews(across, lines);
+  SurfaceAbout about;
+  const double reach_m = SurfaceAbout::kReach * cylinder.radius_m;
+  for (const DensePoint& point : cloud) {
+    const Vector3d way = point.p_world - cylinder.axis.point_world;
+    const double along_m = cylinder.axis.direction_world.dot(way);
+    if (along_m < from_m || along_m > to_m) continue;
+    const Vector2d place = across.Direction(way);
+    if (place.squaredNorm() > reach_m * reach_m) continue;
+    // Normals look at the views that saw a point.
+    const Vector2d facing =
+        to_views ? *to_views : Vector2d(across.Direction(point.normal_world).normalized());
+    about.Add(place.dot(facing) / cylinder.radius_m,
+              (facing.x() * place.y() - facing.y() * place.x()) / cylinder.radius_m);
+  }
+  return about.Evidence();
+}
+
+}  // namespace slcmap

@@ -1,0 +1,49 @@
+// What speaks for a pipe, and what against it.
+#pragma once
+
+#include <vector>
+
+#include "mapping/dense/dense_point.h"
+#include "mapping/pipes/pipe_fit.h"
+
+namespace slcmap {
+
+// How far rays are from what they should touch, in standard deviations.
+struct Misfit {
+  double squared = 0;  // the sum, 9 at most of each; the two rays to the ends of an outline are one
+  double median = 0;
+};
+
+// The rays to some lines, taken for the outlines of one cylinder.
+struct RayEvidence {
+  Misfit round;     // from the cylinder
+  Misfit own;       // from a fixed edge for each line, where it fits best
+  Misfit straight;  // from one fixed edge on each side of the cylinder, where it fits best
+  Misfit told;      // what `straight` would be without noise if it is a cylinder
+  int images = 0;
+  int both_images = 0;  // that show an outline on each side
+};
+
+using RaysOfLines = std::vector<const std::vector<TangentRay>*>;
+
+RayEvidence RayEvidenceOf(const Cylinder& cylinder, const RaysOfLines& lines);
+
+// What the dense cloud has about a cylinder, as its views see it. Heights are those before the
+// plane through the axis that faces the views, in radii.
+struct SurfaceEvidence {
+  int points = 0;  // near the middle between the outlines, and not far behind them
+  // Of these: 0.9 of a pipe, 0 of what is flat.
+  double height = 0;   // the median
+  double highest = 0;  // 85 % are below
+  double off = 0;      // the median distance from the cylinder, in radii
+  // Beside the outlines, on the side where it is higher: the median. A pipe stands free, or before
+  // a wall; what a wall goes on beside is a trim or the frame of a door. Low where nothing is
+  // known.
+  double beside = -10;
+};
+
+// Between two places along the axis, from its point.
+SurfaceEvidence SurfaceEvidenceOf(const Cylinder& cylinder, double from_m, double to_m,
+                                  const RaysOfLines& lines, const std::vector<DensePoint>& cloud);
+
+}  // namespace slcmap

@@ -1,0 +1,209 @@
+#include "mapping/pipes/pipe_finder.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <opencv2/core/utility.hpp>
+#include <optional>
+
+namespace slcmap {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr int kRounds = 3;              // of looking for further outlines
+constexpr double kBeyond_m = 1;         // past the ends of the outlines that are known
+constexpr double kMinOverlap_m = 0.25;  // of two lines
+constexpr double kApart = 2.2;          // radii: two lines at most
+constexpr double kMaxShift = 1.5;       // of the axis from the middle between two lines, in radii
+
+// The middle between two lines where they are side by side, with their direction; nothing where
+// they are not parallel, or nowhere side by side.
+std::optional<PointAndDirection> Between(const Outline& a, const Outline& b,
+                                         const PipeOptions& options) {
+  const double cosine = a.line.direction_world.dot(b.line.direction_world);
+  if (std::abs(cosine) < std::cos(options.max_turn_rad) || a.segment != b.segment) {
+    return std::nullopt;
+  }
+  const double sense = cosine < 0 ? -1 : 1;
+  const Vector3d direction =
+      (a.half_m * a.line.direction_world + sense * b.half_m * b.line.direction_world).normalized();
+  const double along_m = direction.dot(b.line.point_world - a.line.point_world);
+  const double from_m = std::max(-a.half_m, along_m - b.half_m);
+  const double to_m = std::min(a.half_m, along_m + b.half_m);
+  if (to_m - from_m < kMinOverlap_m) return std::nullopt;
+  const double middle_m = 0.5 * (from_m + to_m);
+  const Vector3d on_a = a.line.point_world + middle_m * a.line.direction_world;
+  const Vector3d on_b = b.line.point_world + (middle_m - along_m) * sense * b.line.direction_world;
+  const double apart_m = (on_b - on_a).norm();
+  if (apart_m < options.min_radius_m || apart_m > kApart * options.max_radius_m) {
+    return std::nullopt;
+  }
+  return PointAndDirection{0.5 * (on_a + on_b), direction};
+}
+
+// What two lines may be the outlines of, by least squares: each ray passes the axis at the radius,
+// on the side on which it passes the middle between them. The axis runs as `middle` does.
+std::optional<Cylinder> CylinderOf(const PointAndDirection& middle, const Outline& a,
+                                   const Outline& b) {
+  const Vector3d first = middle.direction_world.unitOrthogonal();
+  const Vector3d second = middle.direction_world.cross(first);
+  Eigen::Matrix3d H = Eigen::Matrix3d::Zero();
+  Vector3d g = Vector3d::Zero();
+  for (const Outline* outline : {&a, &b}) {
+    for (const TangentRay& ray : outline->rays) {
+      const Vector3d normal = ray.ray_world.cross(middle.direction_world).normalized();
+      const double distance_m = SignedDistance(middle, ray);
+      const Vector3d J(normal.dot(first), normal.dot(second), distance_m < 0 ? -1 : 1);
+      const double weight = 1 / (ray.sigma_m * ray.sigma_m);
+      H += weight * J * J.transpose();
+      g += weight * distance_m * J;
+    }
+  }
+  const Eigen::LDLT<Eigen::Matrix3d> solver(H);
+  if (solver.info() != Eigen::Success || !solver.isPositive()) return std::nullopt;
+  const Vector3d x = solver.solve(g);
+  if (!x.allFinite()) return std::nullopt;
+  return Cylinder{{middle.point_world + x[0] * first + x[1] * second, middle.direction_world},
+                  x[2]};
+}
+
+double TouchingShare(const Cylinder& cylinder, const std::vector<TangentRay>& rays,
+                     double max_sigmas) {
+  const auto touches = [&](const TangentRay& ray) {
+    return std::abs(OffTangent(cylinder, ray)) <= max_sigmas * ray.sigma_m;
+  };
+  return static_cast<double>(std::count_if(rays.begin(), rays.end(), touches)) /
+         static_cast<double>(rays.size());
+}
+
+// Along the axis, from its point.
+std::pair<double, double> StretchOf(const PointAndDirection& axis, const Outline& outline) {
+  const double middle_m = axis.direction_world.dot(outline.line.point_world - axis.point_world);
+  return {middle_m - outline.half_m, middle_m + outline.half_m};
+}
+
+double DistanceAcross(const PointAndDirection& axis, const Vector3d& p) {
+  return (p - axis.point_world).cross(axis.direction_world).norm();
+}
+
+class Finder {
+ public:
+  Finder(const std::vector<Outline>& outlines, const PipeOptions& options)
+      : outlines_(outlines), options_(options) {}
+
+  std::optional<PipeCandidate> Try(size_t a, size_t b) const {
+    const auto middle = Between(outlines_[a], outlines_[b], options_);
+    if (!middle) return std::nullopt;
+    const auto start = CylinderOf(*middle, outlines_[a], outlines_[b]);
+    if (!start || !HasSize(*start) || !PassOutside(*start, a) || !PassOutside(*start, b) ||
+        DistanceAcross(start->axis, middle->point_world) > kMaxShift * start->radius_m) {
+      return std::nullopt;
+    }
+    PipeCandidate candidate;
+    candidate.outlines = {a, b};
+    if (!Fit(*start, &candidate)) return std::nullopt;
+    for (int round = 0; round < kRounds; ++round) {
+      if (!Grow(&candidate)) break;
+    }
+    return candidate;
+  }
+
+ private:
+  bool HasSize(const Cylinder& cylinder) const {
+    return cylinder.radius_m >= options_.min_radius_m && cylinder.radius_m <= options_.max_radius_m;
+  }
+
+  std::vector<TangentRay> RaysOf(const std::vector<size_t>& some) const {
+    std::vector<TangentRay> rays;
+    for (const size_t i : some) {
+      rays.insert(rays.end(), outlines_[i].rays.begin(), outlines_[i].rays.end());
+    }
+    return rays;
+  }
+
+  // The rays of an outline pass the axis at about the radius: two lines that most views see one
+  // behind the other are none of one pipe.
+  bool PassOutside(const Cylinder& start, size_t outline) const {
+    const std::vector<TangentRay>& rays = outlines_[outline].rays;
+    const auto passes = [&](const TangentRay& ray) {
+      return std::abs(SignedDistance(start.axis, ray)) > 0.5 * start.radius_m;
+    };
+    return static_cast<double>(std::count_if(rays.begin(), rays.end(), passes)) >=
+           options_.min_touching * static_cast<double>(rays.size());
+  }
+
+  bool Fit(const Cylinder& start, PipeCandidate* candidate) const {
+    const auto fit = FitPipe(start, RaysOf(candidate->outlines), options_.fit);
+    if (!fit || !HasSize(fit->cylinder)) return false;
+    for (const size_t i : candidate->outlines) {
+      if (TouchingShare(fit->cylinder, outlines_[i].rays, options_.max_off_sigmas) <
+          options_.min_touching) {
+        return false;
+      }
+    }
+    candidate->fit = *fit;
+    candidate->from_m = 1e9, candidate->to_m = -1e9;
+    for (const size_t i : candidate->outlines) {
+      const auto [from_m, to_m] = StretchOf(fit->cylinder.axis, outlines_[i]);
+      candidate->from_m = std::min(candidate->from_m, from_m);
+      candidate->to_m = std::max(candidate->to_m, to_m);
+    }
+    return true;
+  }
+
+  bool IsOutlineOf(const PipeCandidate& candidate, const Outline& outline) const {
+    const Cylinder& cylinder = candidate.fit.cylinder;
+    const double cosine = outline.line.direction_world.dot(cylinder.axis.direction_world);
+    if (std::abs(cosine) < std::cos(options_.max_turn_rad)) return false;
+    // A line that views on both sides of it have for one is somewhat outside.
+    const double across_m = DistanceAcross(cylinder.axis, outline.line.point_world);
+    const double most_m = 0.5 * cylinder.radius_m + 0.01 + 2 * outline.sigma_m;
+    if (std::abs(across_m - cylinder.radius_m) > most_m) return false;
+    const auto [from_m, to_m] = StretchOf(cylinder.axis, outline);
+    if (from_m > candidate.to_m + kBeyond_m || to_m < candidate.from_m - kBeyond_m) return false;
+    return TouchingShare(cylinder, outline.rays, options_.max_off_sigmas) >= options_.min_touching;
+  }
+
+  // Whether others were found.
+  bool Grow(PipeCandidate* candidate) const {
+    PipeCandidate grown = *candidate;
+    for (size_t i = 0; i < outlines_.size(); ++i) {
+      const bool has = std::find(candidate->outlines.begin(), candidate->outlines.end(), i) !=
+                       candidate->outlines.end();
+      if (!has && IsOutlineOf(*candidate, outlines_[i])) grown.outlines.push_back(i);
+    }
+    if (grown.outlines.size() == candidate->outlines.size() ||
+        !Fit(candidate->fit.cylinder, &grown)) {
+      return false;
+    }
+    *candidate = grown;
+    return true;
+  }
+
+  const std::vector<Outline>& outlines_;
+  const PipeOptions& options_;
+};
+
+}  // namespace
+
+std::vector<PipeCandidate> PipeCandidates(const std::vector<Outline>& outlines,
+                                          const PipeOptions& options) {
+  const Finder finder(outlines, options);
+  std::vector<std::vector<PipeCandidate>> found(outlines.size());
+  cv::parallel_for_({0, static_cast<int>(outlines.size())}, [&](const cv::Range& range) {
+    for (int a = range.start; a < range.end; ++a) {
+      for (size_t b = a + 1; b < outlines.size(); ++b) {
+        if (auto candidate = finder.Try(a, b)) found[a].push_back(std::move(*candidate));
+      }
+    }
+  });
+  std::vector<PipeCandidate> candidates;
+  for (auto& of_first : found) {
+    for (PipeCandidate& candidate : of_first) candidates.push_back(std::move(candidate));
+  }
+  return candidates;
+}
+
+}  // namespace slcmap

@@ -1,0 +1,20 @@
+// Pipes among the lines of a map.
+#pragma once
+
+#include <vector>
+
+#include "mapping/pipes/pipe_outlines.h"
+
+namespace slcmap {
+
+struct PipeCandidate {
+  PipeFit fit;
+  std::vector<size_t> outlines;
+  double from_m = 0, to_m = 0;  // along its axis from its point, where outlines show it
+};
+
+// All that two lines may be the outlines of, with the others that touch it.
+std::vector<PipeCandidate> PipeCandidates(const std::vector<Outline>& outlines,
+                                          const PipeOptions& options);
+
+}  // namespace slcmap

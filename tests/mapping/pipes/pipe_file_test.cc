@@ -1,0 +1,110 @@
+#include "mapping/pipes/pipe_file.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+
+#include "data/error.h"
+#include "data/summary_file.h"
+#include "mapping/map_folder.h"
+#include "mapping/mapping.h"
+#include "tests/testing/made_run.h"
+#include "tests/testing/temp_folder.h"
+
+namespace slcmap {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::ThrowsMessage;
+
+std::vector<MapPipe> TwoPipes() {
+  MapPipe pipe{0, 1, LineAxis::kVertical, -1, {1, 2, 0}, {1, 2, 2.5}, 0.0612, 0.0021, 0.00047, 40};
+  MapPipe other{1, 0, LineAxis::kX, 2, {-1, 2, 2}, {4, 2, 2}, 0.1, 0.003, 0.001, 7};
+  return {pipe, other};
+}
+
+class PipeFile : public ::testing::Test {
+ protected:
+  // What is said of the file once a text in it is another.
+  void ExpectRefused(const std::string& before, const std::string& after,
+                     const std::string& message) const {
+    WritePipes(path_, TwoPipes());
+    std::string text = ReadFile(path_);
+    const size_t at = text.find(before);
+    ASSERT_NE(at, std::string::npos) << before;
+    WriteFile(path_, text.replace(at, before.size(), after));
+    EXPECT_THAT([&] { ReadPipes(path_); }, ThrowsMessage<DataError>(HasSubstr(message)));
+  }
+
+  testing::TempFolder temp_;
+  const std::string path_ = temp_.Path("pipes.json");
+};
+
+TEST_F(PipeFile, IsReadAsItWasWritten) {
+  WritePipes(path_, TwoPipes());
+  const std::vector<MapPipe> read = ReadPipes(path_);
+  ASSERT_EQ(read.size(), 2u);
+  EXPECT_EQ(read[0].axis, LineAxis::kVertical);
+  EXPECT_EQ(read[0].segment, 1);
+  EXPECT_EQ(read[0].end_world, Eigen::Vector3d(1, 2, 2.5));
+  EXPECT_EQ(read[0].radius_m, 0.0612);
+  EXPECT_EQ(read[0].sigma_m, 0.0021);
+  EXPECT_EQ(read[0].radius_sigma_m, 0.00047);
+  EXPECT_EQ(read[0].images, 40);
+  EXPECT_EQ(read[1].world, 2);
+  WritePipes(path_, {});
+  EXPECT_TRUE(ReadPipes(path_).empty());
+}
+
+TEST_F(PipeFile, WhatCannotBeIsNamed) {
+  ExpectRefused("0.0612", "-0.0612", "pipe 0: radius_m: found -0.0612, expected 0.0001 to");
+  ExpectRefused("0.0612", "1e999", "pipes.json: ");
+  ExpectRefused("0.0612", "null", "pipes.json: found a value of a wrong type");
+  ExpectRefused("\"vertical\"", "\"up\"", "pipe 0: axis: found 'up', expected one of: x, y");
+  ExpectRefused("\"id\": 1", "\"id\": 0", "pipe 0: found it at place 1, expected ids to count");
+  ExpectRefused("\"images\": 40", "\"images\": -1", "pipe 0: images: found -1, expected 0 to");
+  ExpectRefused("\"radius_sigma_m\": 0.00047,", "", "radius_sigma_m: missing");
+  ExpectRefused("2.5", "0", "pipe 0: found an end that is its start");
+  ExpectRefused("2.5", "2e6", "pipe 0: found the point");
+  WriteFile(path_, "{}");
+  EXPECT_THAT([&] { ReadPipes(path_); }, ThrowsMessage<DataError>(HasSubstr("found no list")));
+}
+
+class PipesOfMap : public ::testing::Test {
+ protected:
+  PipesOfMap() {
+    MapResult map = BuildMap(testing::MakeLineRun(), {});
+    map.pipes = TwoPipes();
+    WriteMapFolder(folder_, map);
+  }
+
+  testing::TempFolder temp_;
+  const std::string folder_ = temp_.Path("map");
+};
+
+TEST_F(PipesOfMap, AreReadBackAndChangedOnesRefused) {
+  EXPECT_EQ(ReadMapFolder(folder_).pipes.size(), 2u);
+  WritePipes(folder_ + "/pipes.json", {TwoPipes()[0]});
+  EXPECT_THAT([&] { ReadMapFolder(folder_); },
+              ThrowsMessage<DataError>(HasSubstr("found 1 pipes, expected 2")));
+  std::filesystem::remove(folder_ + "/pipes.json");
+  EXPECT_THROW(ReadMapFolder(folder_), DataError);
+}
+
+TEST_F(PipesOfMap, MapsOfEarlierVersionsHaveNone) {
+  std::filesystem::remove(folder_ + "/pipes.json");
+  Json summary = Json::parse(ReadFile(folder_ + "/map.json"));
+  summary["counts"].erase("pipes");
+  Json& files = summary["files"];
+  files.erase(std::remove_if(files.begin(), files.end(),
+                             [](const Json& file) { return file.at("name") == "pipes.json"; }),
+              files.end());
+  summary.erase("id");
+  summary.erase("checksum");
+  WriteSummaryFile(folder_ + "/map.json", summary);
+  EXPECT_TRUE(ReadMapFolder(folder_).pipes.empty());
+}
+
+}  // namespace
+}  // namespace slcmap

@@ -1,0 +1,226 @@
+#include "mapping/pipes/pipes.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <cmath>
+
+namespace slcmap {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+constexpr double kHalf_m = 1;  // of the height of what is seen
+constexpr int kViews = 30;
+
+// Upright things about the origin, seen from views at 2 m that look at it.
+class SceneOfViews {
+ public:
+  // The views are within half of turn_rad to either side of the x axis.
+  explicit SceneOfViews(double turn_rad) {
+    for (Camera& camera : map_.rectified_rig.cameras) {
+      camera.width_px = 752;
+      camera.height_px = 480;
+      camera.fx_px = camera.fy_px = 450;
+      camera.cx_px = 376;
+      camera.cy_px = 240;
+    }
+    for (int view = 0; view < kViews; ++view) {
+      const double angle_rad = turn_rad * (static_cast<double>(view) / (kViews - 1) - 0.5);
+      const Vector3d out(std::cos(angle_rad), std::sin(angle_rad), 0);
+      Eigen::Matrix3d R;
+      R.col(2) = -out;
+      R.col(1) = -Vector3d::UnitZ();
+      R.col(0) = R.col(1).cross(R.col(2));
+      map_.keyframes.push_back({view, {Eigen::Quaterniond(R), 2 * out}});
+    }
+  }
+
+  MapResult& map() { return map_; }
+  Vector2d Centre(int view) const { return map_.keyframes[view].T_world_imu.translation.head<2>(); }
+
+  int AddLine(const Vector2d& place) {
+    MapLine line;
+    line.id = static_cast<int64_t>(map_.lines.size());
+    line.axis = LineAxis::kVertical;
+    line.sigma_m = 0.002;
+    line.start_world = {place.x(), place.y(), -kHalf_m};
+    line.end_world = {place.x(), place.y(), kHalf_m};
+    line.kind = LineKind::kEdge;
+    map_.lines.push_back(line);
+    map_.line_evidence.covariances.push_back({line.id, 0});
+    return static_cast<int>(line.id);
+  }
+
+  // A view has the line at this place.
+  void AddSupport(int line, int view, const Vector2d& place) {
+    const RigidTransform T_camera_world = map_.keyframes[view].T_world_imu.Inverse();
+    const auto pixel = [&](double height_m) -> Vector2d {
+      const Vector3d p = T_camera_world * Vector3d(place.x(), place.y(), height_m);
+      const Camera& camera = map_.rectified_rig.cameras[0];
+      return {camera.fx_px * p.x() / p.z() + camera.cx_px,
+              camera.fy_px * p.y() / p.z() + camera.cy_px};
+    };
+    map_.line_evidence.supports.push_back({line, 0, view, 0, {pixel(-0.9), pixel(0.9)}});
+  }
+
+  void AddPoints(const Vector2d& place, const Vector2d& normal) {
+    for (double height_m = -0.95; height_m < 1; height_m += 0.05) {
+      map_.dense.push_back(
+          {{place.x(), place.y(), height_m}, {normal.x(), normal.y(), 0}, 0.003, 100});
+    }
+  }
+
+ private:
+  MapResult map_;
+};
+
+Vector2d Way(double angle_rad) { return {std::cos(angle_rad), std::sin(angle_rad)}; }
+
+// What views see of a pipe: outlines that move over it.
+SceneOfViews PipeOf(double radius_m, double turn_rad) {
+  SceneOfViews scene(turn_rad);
+  const double touching_rad = std::acos(radius_m / 2);
+  for (const double side : {-1.0, 1.0}) {
+    const int line = scene.AddLine(radius_m * Way(side * touching_rad));
+    for (int view = 0; view < kViews; ++view) {
+      const Vector2d centre = scene.Centre(view);
+      const double angle_rad = std::atan2(centre.y(), centre.x());
+      scene.AddSupport(line, view, radius_m * Way(angle_rad + side * touching_rad));
+    }
+  }
+  for (double angle_rad = -1.2; angle_rad < 1.2; angle_rad += 0.1) {
+    scene.AddPoints(radius_m * Way(angle_rad), Way(angle_rad));
+  }
+  return scene;
+}
+
+// A line at each place in all views, or only in those whose view of it `shows` says so.
+template <typename Shows>
+void AddEdges(const std::vector<Vector2d>& places, Shows shows, SceneOfViews* scene) {
+  for (const Vector2d& place : places) {
+    const int line = scene->AddLine(place);
+    for (int view = 0; view < kViews; ++view) {
+      if (shows(place, view)) scene->AddSupport(line, view, place);
+    }
+  }
+}
+
+SceneOfViews PanelOf(double width_m, double turn_rad) {
+  SceneOfViews scene(turn_rad);
+  AddEdges(
+      {{0, -width_m / 2}, {0, width_m / 2}}, [](const Vector2d&, int) { return true; }, &scene);
+  for (double y_m = -0.45 * width_m; y_m < 0.46 * width_m; y_m += 0.1 * width_m) {
+    scene.AddPoints({0, y_m}, {1, 0});
+  }
+  return scene;
+}
+
+// Only its outermost corners are outlines of a post.
+SceneOfViews SquarePostOf(double side_m, double turn_rad) {
+  SceneOfViews scene(turn_rad);
+  const double h_m = side_m / 2;
+  const std::vector<Vector2d> corners = {{h_m, h_m}, {h_m, -h_m}, {-h_m, h_m}, {-h_m, -h_m}};
+  const auto angle_of = [&](const Vector2d& corner, int view) {
+    const Vector2d centre = scene.Centre(view), way = corner - centre;
+    return std::atan2(centre.x() * way.y() - centre.y() * way.x(), -centre.dot(way));
+  };
+  AddEdges(
+      corners,
+      [&](const Vector2d& corner, int view) {
+        const double angle_rad = angle_of(corner, view);
+        return std::ranges::none_of(corners,
+                                    [&](const Vector2d& other) {
+                                      return angle_of(other, view) > angle_rad + 1e-9;
+                                    }) ||
+               std::ranges::none_of(corners, [&](const Vector2d& other) {
+                 return angle_of(other, view) < angle_rad - 1e-9;
+               });
+      },
+      &scene);
+  for (double y_m = -0.9 * h_m; y_m < h_m; y_m += 0.2 * h_m) {
+    scene.AddPoints({h_m, y_m}, {1, 0});
+    scene.AddPoints({y_m, h_m}, {0, 1});
+    scene.AddPoints({y_m, -h_m}, {0, -1});
+  }
+  return scene;
+}
+
+TEST(Pipes, AreFoundByOutlinesThatMove) {
+  for (const double radius_m : {0.04, 0.06, 0.1, 0.18}) {
+    const FoundPipes found = FindPipes(PipeOf(radius_m, 1.4).map(), {});
+    ASSERT_EQ(found.pipes.size(), 1u) << radius_m;
+    const MapPipe& pipe = found.pipes[0];
+    EXPECT_NEAR(pipe.radius_m, radius_m, 1e-4);
+    EXPECT_LT(pipe.start_world.head<2>().norm(), 1e-3);
+    EXPECT_NEAR((pipe.end_world - pipe.start_world).norm(), 2 * kHalf_m, 1e-3);
+    EXPECT_EQ(pipe.axis, LineAxis::kVertical);
+    EXPECT_EQ(pipe.images, kViews);
+    EXPECT_EQ(found.line_ids, (std::vector<int64_t>{0, 1}));
+  }
+}
+
+// Views from one side alone do not tell outlines from edges; a round surface does.
+TEST(Pipes, OfOneSideAreFoundByTheirSurface) {
+  EXPECT_EQ(FindPipes(PipeOf(0.1, 0.1).map(), {}).pipes.size(), 1u);
+  // The cloud is too coarse to tell thin ones by itself.
+  SceneOfViews thin = PipeOf(0.05, 0.1);
+  thin.AddPoints({0.02, 0.09}, {1, 0});  // something is beside it
+  EXPECT_TRUE(FindPipes(thin.map(), {}).pipes.empty());
+  SceneOfViews without_surface = PipeOf(0.1, 0.1);
+  without_surface.map().dense.clear();
+  EXPECT_TRUE(FindPipes(without_surface.map(), {}).pipes.empty());
+}
+
+TEST(Pipes, PanelsAreNone) {
+  for (const double width_m : {0.08, 0.2, 0.4}) {
+    for (const double turn_rad : {0.1, 0.5, 1.4}) {
+      EXPECT_TRUE(FindPipes(PanelOf(width_m, turn_rad).map(), {}).pipes.empty())
+          << width_m << " " << turn_rad;
+    }
+  }
+}
+
+TEST(Pipes, SquarePostsAreNone) {
+  for (const double side_m : {0.08, 0.12, 0.3}) {
+    for (const double turn_rad : {0.1, 1.0, 2.5}) {
+      EXPECT_TRUE(FindPipes(SquarePostOf(side_m, turn_rad).map(), {}).pipes.empty())
+          << side_m << " " << turn_rad;
+    }
+  }
+}
+
+// Edges with nothing between them, as of a door frame.
+TEST(Pipes, EdgesThatOneSeesBetweenAreNone) {
+  SceneOfViews scene = PanelOf(0.2, 1.4);
+  for (DensePoint& point : scene.map().dense) point.p_world.x() -= 1;
+  EXPECT_TRUE(FindPipes(scene.map(), {}).pipes.empty());
+}
+
+TEST(Pipes, WhatTheyExplainLeavesTheLines) {
+  SceneOfViews scene = PipeOf(0.06, 1.4);
+  // A seam on the pipe, and an edge beside it.
+  AddEdges(
+      {{0.06, 0}, {0.2, 0.3}}, [](const Vector2d&, int) { return true; }, &scene);
+  MapResult& map = scene.map();
+  AddPipes({}, &map);
+  ASSERT_EQ(map.pipes.size(), 1u);
+  ASSERT_EQ(map.lines.size(), 1u);
+  EXPECT_EQ(map.lines[0].id, 3);
+  ASSERT_EQ(map.line_evidence.covariances.size(), 1u);
+  EXPECT_EQ(map.line_evidence.supports.size(), static_cast<size_t>(kViews));
+  for (const LineSupport& support : map.line_evidence.supports) EXPECT_EQ(support.line_id, 3);
+}
+
+TEST(Pipes, AreNotLookedForWhereThatIsOff) {
+  SceneOfViews scene = PipeOf(0.06, 1.4);
+  PipeOptions options;
+  options.find = false;
+  AddPipes(options, &scene.map());
+  EXPECT_TRUE(scene.map().pipes.empty());
+  EXPECT_EQ(scene.map().lines.size(), 2u);
+}
+
+}  // namespace
+}  // namespace slcmap
