@@ -73,9 +73,11 @@ class HeldOutPair {
   }
 
   // Adds the errors (px) of the disparities that the nearest points of the map have where the pair
-  // has one.
-  void AddPoints(const std::vector<DensePoint>& points, std::vector<double>* errors_px) const {
+  // has one; of those of filled planes to filled_px.
+  void AddPoints(const std::vector<DensePoint>& points, std::vector<double>* errors_px,
+                 std::vector<double>* filled_px) const {
     std::vector<double> nearest(depth_.nodes.size(), 0);  // inverse depth
+    std::vector<char> is_filled(depth_.nodes.size(), 0);
     for (const DensePoint& point : points) {
       const Vector3d p = T_camera_world_ * point.p_world;
       if (p.z() < kMinDepth_m) continue;
@@ -83,13 +85,16 @@ class HeldOutPair {
       const int column = static_cast<int>(place.x() / depth_.step_px);
       const int row = static_cast<int>(place.y() / depth_.step_px);
       if (!IsInside(place) || !depth_.Contains(column, row)) continue;
-      double& inverse_depth = nearest[row * depth_.columns + column];
-      inverse_depth = std::max(inverse_depth, 1 / p.z());
+      const int node = row * depth_.columns + column;
+      if (1 / p.z() <= nearest[node]) continue;
+      nearest[node] = 1 / p.z();
+      is_filled[node] = point.source == DenseSource::kFilledPlane;
     }
     for (size_t i = 0; i < nearest.size(); ++i) {
       if (nearest[i] == 0 || !depth_.nodes[i].is_known()) continue;
-      errors_px->push_back(std::abs(nearest[i] - depth_.nodes[i].inverse_depth) * baseline_m_ *
-                           camera_.fx_px);
+      (is_filled[i] ? filled_px : errors_px)
+          ->push_back(std::abs(nearest[i] - depth_.nodes[i].inverse_depth) * baseline_m_ *
+                      camera_.fx_px);
     }
   }
 
@@ -158,12 +163,12 @@ int Main(const std::string& sequence, const std::string& poses, const MappingOpt
   const RecordedViews recorded = ViewsOfRun(run, sequence);
   const MapResult map = BuildMap(run, &recorded, options);
   if (!output.empty()) WriteMapFolder(output, map);
-  std::vector<double> line_px, point_px;
+  std::vector<double> line_px, point_px, filled_px;
   int64_t seen = 0;
   for (const size_t i : held_out) {
     const HeldOutPair pair(all.images->Read(i), *all.images, all.views[i].T_world_imu);
     for (const MapLine& line : map.lines) pair.AddLine(line, &line_px, &seen);
-    pair.AddPoints(map.dense, &point_px);
+    pair.AddPoints(map.dense, &point_px, &filled_px);
   }
   if (line_px.empty() || point_px.empty())
     throw DataError("found nothing to compare: too few views");
@@ -173,6 +178,7 @@ int Main(const std::string& sequence, const std::string& poses, const MappingOpt
   fmt::print("  with an edge within {} px: {:.0f} % of {} places that are not hidden\n", kNear_px,
              100.0 * static_cast<double>(line_px.size()) / std::max<int64_t>(seen, 1), seen);
   Print("points (disparity)", point_px);
+  if (!filled_px.empty()) Print("points of filled planes (disparity)", filled_px);
   return EXIT_SUCCESS;
 }
 
