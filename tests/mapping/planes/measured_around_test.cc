@@ -2,16 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/mapping/planes/floor_grid.h"
+
 namespace slcmap {
 namespace {
-
-// The plane z = 0 of 4 m by 4 m, seen from above, in cells of 10 cm.
-PlaneGrid FloorGrid() {
-  PlaneGrid grid;
-  grid.cell_m = 0.1;
-  grid.columns = grid.rows = 40;
-  return grid;
-}
 
 void AddPatch(double from_x, double to_x, double z, uint8_t grey, std::vector<DensePoint>* cloud) {
   for (double x = from_x; x < to_x; x += 0.05) {

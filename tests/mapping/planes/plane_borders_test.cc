@@ -2,22 +2,18 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/mapping/planes/floor_grid.h"
+
 namespace slcmap {
 namespace {
 
-// Upright from (1, 0, h) to (1, 2, h) on the plane z = 0, whose cells are 10 cm.
+// Upright from (1, 0, h) to (1, 2, h) on the floor.
 MapLine LineAt(double height_m) {
   MapLine line;
   line.start_world = {1, 0, height_m};
   line.end_world = {1, 2, height_m};
   line.kind = LineKind::kEdge;
   return line;
-}
-
-PlaneGrid FloorGrid() {
-  PlaneGrid grid;
-  grid.cell_m = 0.1;
-  return grid;
 }
 
 TEST(PlaneBorders, PartWhatIsOnDifferentSides) {
