@@ -21,6 +21,7 @@ void CheckInto(const MapArguments& arguments) {
   ParseStart(arguments.at);
   if (arguments.into.empty()) return;
   ExpectFolder(arguments.into, FolderKind::kMap);
+  OptionsOfMerging(arguments.config, arguments.into);  // refuses them before the work is done
   if (!arguments.sparse) return;
   throw ConfigError(
       "--sparse: found it beside --into, which compares what images show; expected either");

@@ -4,8 +4,10 @@
 
 #include <spdlog/fmt/fmt.h>
 
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <type_traits>
 
 #include "data/error.h"
 #include "data/file.h"
@@ -71,10 +73,15 @@ inline int CheckFormat(const std::string& path, const Json& json, const std::str
 // to `most`.
 template <typename T>
 T BoundedAt(const std::string& place, const Json& json, const char* key, T least, T most) {
-  const T value = json.at(key).get<T>();
-  if (value >= least && value <= most) return value;
+  const Json& found = json.at(key);
+  // A number is compared before it is cut to the type.
+  const bool is_number = std::is_integral_v<T> ? found.is_number_integer() : found.is_number();
+  const auto value = is_number ? found.get<double>() : std::numeric_limits<double>::quiet_NaN();
+  if (value >= static_cast<double>(least) && value <= static_cast<double>(most)) {
+    return found.get<T>();
+  }
   throw DataError(
-      fmt::format("{}: {}: found {}, expected {} to {}", place, key, value, least, most));
+      fmt::format("{}: {}: found {}, expected {} to {}", place, key, found.dump(), least, most));
 }
 
 }  // namespace slcmap

@@ -159,9 +159,11 @@ class Aligner {
     for (const Place& rival : places) {
       if (IsSamePlace(rival.fit.T_first_second, best.fit.T_first_second)) continue;
       if (!IsRival(best, rival)) continue;
+      progress_.ReportOrStop(1);
       most = std::max(most, CheckRival(best, rival, options_.min_telling_share));
     }
     for (const Eigen::Vector3d& nudge : Nudges()) {
+      progress_.ReportOrStop(1);
       AlignmentFit fit = best.fit;
       fit.T_first_second.translation += nudge;
       most = std::max(most, CheckRival(best, PlaceAt(fit), options_.min_holding_share));

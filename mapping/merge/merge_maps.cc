@@ -21,7 +21,7 @@ namespace slcmap {
 namespace {
 
 // Shares of the time, about.
-constexpr double kAlignedUntil = 0.5, kUnitedUntil = 0.75, kSeenUntil = 0.9;
+constexpr double kAlignedUntil = 0.5, kUnitedUntil = 0.75, kSeenUntil = 0.85, kBuiltUntil = 0.95;
 // What maps that are aligned are off against each other here and there: trajectories err, and so do
 // lines, by more than their covariances tell (README.md, "How well a line is known").
 constexpr double kAlignment_m = 0.005, kLinesOff_m = 0.009;
@@ -44,6 +44,11 @@ void CheckMap(const MapResult& map) {
                         map.source.run_id));
       }
       segment = line.segment;
+      if (line.start_world != line.end_world) continue;
+      throw DataError(
+          fmt::format("map of run {}: found a line ({}) that ends where it starts, "
+                      "expected a length",
+                      map.source.run_id, line.id));
     }
   }
 }
@@ -189,12 +194,15 @@ void UniteSources(const MapResult& second, const RigidTransform& T, int64_t shif
 }
 
 void UniteContents(const RigidTransform& T_first_second, const MappingOptions& options,
-                   MapResult* first, MapResult* second) {
+                   const Progress& progress, MapResult* first, MapResult* second) {
   first->dense = UniteSurfaces(first->dense, second->dense, kAlignment_m, options.dense.voxel_m);
+  progress.ReportOrStop(0.3);
   first->points = UnitePoints(first->points, second->points, options.cloud.voxel_m);
+  progress.ReportOrStop(0.4);
   SetLines(UniteLines(TakeLines(first), TakeLines(second), kLinesOff_m, options.lines.merging),
            first);
   first->pipes = UnitePipes(std::move(first->pipes), second->pipes, first->lines);
+  progress.ReportOrStop(0.7);
   first->occupancy =
       UniteOccupancy(first->occupancy, second->occupancy, T_first_second, first->dense);
 }
@@ -217,7 +225,7 @@ std::vector<Sights> SightsOf(const MapResult& map, const std::vector<RigPoses>& 
 }
 
 Building BuildingOf(const MapResult& map, std::vector<Sights> sights,
-                    const BuildingOptions& options) {
+                    const BuildingOptions& options, const Progress& progress) {
   BuildingInput input;
   for (const DensePoint& point : map.dense) {
     input.points.push_back({point.p_world, point.normal_world, point.sigma_m});
@@ -227,7 +235,7 @@ Building BuildingOf(const MapResult& map, std::vector<Sights> sights,
   for (const StampedPose& pose : map.trajectory) {
     input.trajectory_world.push_back(pose.T_world_imu.translation);
   }
-  return BuildBuilding(input, options);
+  return BuildBuilding(input, options, progress);
 }
 
 void RemoveFilled(MapResult* map) {
@@ -240,27 +248,29 @@ struct WatchingRig {
   SightDepths depths;
 };
 
-WatchingRig WatchingRigOf(const RigPoses& rig, const std::vector<DensePoint>& dense,
-                          double voxel_m) {
+WatchingRig WatchingRigOf(const RigPoses& rig, const std::vector<DensePoint>& dense, double voxel_m,
+                          const Progress& progress) {
   Views views;
   for (const StampedPose& pose : *rig.poses) {
     views.push_back({pose.stamp_ns, 0, pose.T_world_imu});
   }
   const ViewCameras cameras(views, *rig.rig);
-  return {cameras, SightDepths(dense, voxel_m, cameras)};
+  return {cameras, SightDepths(dense, voxel_m, cameras, progress)};
 }
 
 void AddFilledPlanes(const std::vector<RigPoses>& rigs, const std::vector<Sights>& sights,
-                     const MappingOptions& options, MapResult* map) {
+                     const MappingOptions& options, const Progress& progress, MapResult* map) {
   if (!options.planes.fill) return;
   std::vector<WatchingRig> watching;
   for (const RigPoses& rig : rigs) {
-    watching.push_back(WatchingRigOf(rig, map->dense, options.dense.voxel_m));
+    watching.push_back(
+        WatchingRigOf(rig, map->dense, options.dense.voxel_m, progress.Part(0, 0.5)));
   }
   MeasuredBuilding measured{map->dense, map->lines, map->building, sights, {}};
   for (const WatchingRig& rig : watching) measured.watchers.push_back({rig.cameras, rig.depths});
   const std::vector<DensePoint> filled =
-      FillPlanes(measured, options.planes, options.dense.threads);
+      FillPlanes(measured, options.planes, options.dense.threads, progress.Part(0.5, 1));
+  progress.ReportOrStop(1);
   map->dense.insert(map->dense.end(), filled.begin(), filled.end());
 }
 
@@ -294,7 +304,7 @@ MergedMaps MergeMaps(MapResult first, MapResult second, const AlignmentOptions& 
   MoveStamps(shift_ns, &second);
   const Trajectory seen_by_first = first.keyframes, seen_by_second = second.keyframes;
   MoveImages(first.rectified_rig, &second);
-  UniteContents(T, options, &first, &second);
+  UniteContents(T, options, progress.Part(kAlignedUntil, kUnitedUntil), &first, &second);
   progress.ReportOrStop(kUnitedUntil);
   const std::vector<RigPoses> rigs = {{&seen_by_first, &first.rectified_rig},
                                       {&seen_by_second, &second.rectified_rig}};
@@ -305,8 +315,9 @@ MergedMaps MergeMaps(MapResult first, MapResult second, const AlignmentOptions& 
   UniteSources(second, T, shift_ns, &first);
   UniteReports(second, &first);
   progress.ReportOrStop(kSeenUntil);
-  first.building = BuildingOf(first, sights, options.building);
-  AddFilledPlanes(rigs, sights, options, &first);
+  first.building =
+      BuildingOf(first, sights, options.building, progress.Part(kSeenUntil, kBuiltUntil));
+  AddFilledPlanes(rigs, sights, options, progress.Part(kBuiltUntil, 1), &first);
   first.source.options = options.ToYaml();
   first.adjustment.reset();
   first.calibrated_rig.reset();

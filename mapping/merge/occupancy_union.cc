@@ -1,13 +1,19 @@
 #include "mapping/merge/occupancy_union.h"
 
+#include <spdlog/fmt/fmt.h>
+
 #include <array>
 #include <cmath>
 #include <set>
+
+#include "data/error.h"
 
 namespace slcmap {
 namespace {
 
 constexpr int kBlock = 8;  // cells of a side
+// What buildings fill is far less; a damaged tree can call half of its world free.
+constexpr double kMostBlocks = 2e6;
 
 using Block = std::array<int, 3>;
 
@@ -21,6 +27,12 @@ void AddBlocks(const std::vector<Voxel>& voxels, const RigidTransform& T, double
     const double reach_m = 0.5 * std::sqrt(3.0) * voxel.size_m;
     const Eigen::Vector3i from = ((centre.array() - reach_m) / block_m).floor().cast<int>();
     const Eigen::Vector3i to = ((centre.array() + reach_m) / block_m).floor().cast<int>();
+    if (static_cast<double>(blocks->size()) + ((to - from).cast<double>().array() + 1).prod() >
+        kMostBlocks) {
+      throw DataError(fmt::format(
+          "occupancy: found known space of more than {:.0f} m3, expected that of a building",
+          kMostBlocks * block_m * block_m * block_m));
+    }
     for (int x = from.x(); x <= to.x(); ++x) {
       for (int y = from.y(); y <= to.y(); ++y) {
         for (int z = from.z(); z <= to.z(); ++z) blocks->insert({x, y, z});

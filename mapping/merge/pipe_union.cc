@@ -38,7 +38,8 @@ bool IsOnePipe(const MapPipe& a, const MapPipe& b) {
 
 MapPipe United(const MapPipe& a, const MapPipe& b) {
   MapPipe best = b.sigma_m < a.sigma_m ? b : a;
-  best.id = a.id;
+  best.axis = a.axis;  // has its name already
+  best.world = a.world;
   best.images = a.images + b.images;
   const Vector3d from = best.start_world, direction = DirectionOf(best);
   double least_m = 0, most_m = 0;
@@ -67,18 +68,23 @@ void NameAxis(const std::vector<MapLine>& lines, MapPipe* pipe) {
 
 std::vector<MapPipe> UnitePipes(std::vector<MapPipe> first, const std::vector<MapPipe>& second,
                                 const std::vector<MapLine>& lines) {
-  for (size_t i = 0; i < first.size(); ++i) first[i].id = static_cast<int64_t>(i);
   for (MapPipe pipe : second) {
     NameAxis(lines, &pipe);
-    pipe.segment = 0;
-    const auto known = std::find_if(first.begin(), first.end(),
-                                    [&](const MapPipe& other) { return IsOnePipe(other, pipe); });
-    if (known != first.end()) {
-      *known = United(*known, pipe);
-    } else {
-      pipe.id = static_cast<int64_t>(first.size());
-      first.push_back(pipe);
+    // What has grown may reach another piece of the same pipe.
+    for (auto known = first.begin(); known != first.end();) {
+      if (!IsOnePipe(*known, pipe)) {
+        ++known;
+        continue;
+      }
+      pipe = United(*known, pipe);
+      first.erase(known);
+      known = first.begin();
     }
+    first.push_back(pipe);
+  }
+  for (size_t i = 0; i < first.size(); ++i) {
+    first[i].id = static_cast<int64_t>(i);
+    first[i].segment = 0;
   }
   return first;
 }

@@ -387,7 +387,7 @@ TEST_F(EvaluateLongLines, TooManySamplesAreRefusedWithTheirNumber) {
 TEST_F(EvaluateLongLines, CtrlCLeavesTheTrajectorysFigures) {
   const std::string json = folder_.Path("metrics.json");
   const ProcessResult result = testing::InterruptSlcmap(
-      Command("1e6", " --max-samples 1000000000 --json " + json), "1 true edges");
+      Command("3e5", " --max-samples 1000000000 --json " + json), "1 true edges");
   EXPECT_EQ(result.exit_code, 130) << result.error;
   EXPECT_THAT(result.output, HasSubstr("posyaw"));
   EXPECT_THAT(testing::ReadText(json),

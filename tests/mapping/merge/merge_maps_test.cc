@@ -149,6 +149,18 @@ TEST(MergeMaps, MapsThatCannotBeMergedAreRefused) {
   MapResult lost = East();
   lost.lines.back().segment = 1;
   EXPECT_THAT(WhyNot(West(), std::move(lost)), HasSubstr("several segments"));
+  MapResult pointed = East();
+  pointed.lines.back().end_world = pointed.lines.back().start_world;
+  EXPECT_THAT(WhyNot(West(), std::move(pointed)), HasSubstr("ends where it starts"));
+}
+
+// Which are filled anew, by what both have measured.
+TEST(MergeMaps, FilledPointsAreNotTakenOver) {
+  MapResult filled = East();
+  filled.dense.push_back({{0.5, 0.5, 40}, Vector3d::UnitZ(), 0.01, 100, DenseSource::kFilledPlane});
+  for (const DensePoint& point : Merge(West(), std::move(filled)).map.dense) {
+    ASSERT_LT(point.p_world.z(), 30);
+  }
 }
 
 TEST(UniteSurfaces, TheSidesOfAThinWallStayTwo) {
@@ -173,6 +185,15 @@ TEST(UniteSurfaces, PointsOfOneVoxelAreWeightedByWhatIsKnown) {
   ASSERT_THAT(united, SizeIs(1));
   EXPECT_NEAR(united[0].p_world.z(), 0.016, 1e-9);
   EXPECT_EQ(united[0].grey, 120);
+}
+
+// One free leaf that is an eighth of the tree's world.
+TEST(UniteOccupancy, SpaceThatNoBuildingHasIsRefused) {
+  const testing::TempFolder folder;
+  const std::string path = folder.Write(
+      "huge.bt", std::string("# Octomap OcTree binary file\nid OcTree\nsize 2\nres 0.1\ndata\n") +
+                     std::string("\x02\x00", 2));
+  EXPECT_THROW(UniteOccupancy(OccupancyMap(0.1), OccupancyMap::Read(path), {}, {}), DataError);
 }
 
 TEST(UniteOccupancy, OccupiedFreeAndUnknownAreUnited) {

@@ -34,10 +34,24 @@ TEST(UnitePipes, MakeOneOfWhatBothSaw) {
   EXPECT_EQ(united[0].id, 0);
   EXPECT_EQ(united[0].images, 20);
   EXPECT_EQ(united[0].radius_m, 0.052);  // the better known
-  EXPECT_EQ(united[0].world, 4);
   EXPECT_NEAR(united[0].start_world.x(), 1.01, 1e-12);
   EXPECT_NEAR(united[0].start_world.z(), 0, 1e-12);
   EXPECT_NEAR(united[0].end_world.z(), 2.5, 1e-12);
+}
+
+TEST(UnitePipes, MakeOneOfPiecesThatAnotherPieceBridges) {
+  const auto united =
+      UnitePipes({UprightPipe(1, 0, 1, 0.05, 0.004), UprightPipe(1, 2, 3, 0.05, 0.004)},
+                 {UprightPipe(1, 0.5, 2.5, 0.05, 0.002)}, {UprightLine()});
+  ASSERT_EQ(united.size(), 1);
+  EXPECT_NEAR((united[0].end_world - united[0].start_world).norm(), 3, 1e-12);
+}
+
+TEST(UnitePipes, NameTheAxisOfTheSecondsByTheUnitedLines) {
+  const auto united = UnitePipes({}, {UprightPipe(1, 0, 1, 0.05, 0.004)}, {UprightLine()});
+  ASSERT_EQ(united.size(), 1);
+  EXPECT_EQ(united[0].axis, LineAxis::kVertical);
+  EXPECT_EQ(united[0].world, 4);
 }
 
 TEST(UnitePipes, KeepNeighboursOtherRadiiAndPipesBehindEachOther) {

@@ -58,6 +58,9 @@ TEST_F(PipeFile, IsReadAsItWasWritten) {
 }
 
 TEST_F(PipeFile, WhatCannotBeIsNamed) {
+  ExpectRefused("\"segment\": 0", "\"segment\": 4294967296",
+                "segment: found 4294967296, expected 0 to");
+  ExpectRefused("\"segment\": 0", "\"segment\": 0.7", "segment: found 0.7, expected 0 to");
   ExpectRefused("0.0612", "-0.0612", "pipe 0: radius_m: found -0.0612, expected 0.0001 to");
   ExpectRefused("0.0612", "1e999", "pipes.json: ");
   ExpectRefused("0.0612", "null", "pipes.json: found a value of a wrong type");
