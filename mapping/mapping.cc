@@ -143,7 +143,7 @@ void MapImages(const OdometryRun& run, const RecordedViews& recorded, const Mapp
   map->lines = std::move(built.lines);
   map->line_evidence = std::move(built.evidence);
   MoveMarks(map);
-  AddPipes(options.pipes, map);
+  if (progress.Report(kLinesUntil)) AddPipes(options.pipes, map);
   const BuildingInput input = InputOf(*map, std::move(sights));
   if (progress.Report(kLinesUntil)) map->building = BuildBuilding(input, options.building);
   AddFilledPlanes(recorded, input.sights, options, progress.Part(kBuiltUntil, 1), map);
