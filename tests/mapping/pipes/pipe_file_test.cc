@@ -63,7 +63,7 @@ TEST_F(PipeFile, WhatCannotBeIsNamed) {
   ExpectRefused("\"segment\": 0", "\"segment\": 0.7", "segment: found 0.7, expected 0 to");
   ExpectRefused("0.0612", "-0.0612", "pipe 0: radius_m: found -0.0612, expected 0.0001 to");
   ExpectRefused("0.0612", "1e999", "pipes.json: ");
-  ExpectRefused("0.0612", "null", "pipes.json: found a value of a wrong type");
+  ExpectRefused("0.0612", "null", "radius_m: found null, expected 0.0001 to");
   ExpectRefused("\"vertical\"", "\"up\"", "pipe 0: axis: found 'up', expected one of: x, y");
   ExpectRefused("\"id\": 1", "\"id\": 0", "pipe 0: found it at place 1, expected ids to count");
   ExpectRefused("\"images\": 40", "\"images\": -1", "pipe 0: images: found -1, expected 0 to");

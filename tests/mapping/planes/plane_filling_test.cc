@@ -125,7 +125,11 @@ TEST(FillPlanes, LeavesOutWhatALinePartsFromTheWall) {
     line.kind = LineKind::kOutline;
     scene.lines.push_back(line);
   }
-  EXPECT_LT(Share(scene.Fill(), {-0.26, 0.26, 1.4, 1.6}), 0.05);
+  for (const double side : {-1, 1}) {
+    const double middle = 0.22 * side;  // to which the nearest of the wall is behind the line
+    EXPECT_EQ(Share(scene.Fill(), {middle - 0.04, middle + 0.04, 1.4, 1.6}), 0);
+    EXPECT_GT(Share(Scene().Fill(), {middle - 0.04, middle + 0.04, 1.4, 1.6}), 0.5);
+  }
 }
 
 TEST(FillPlanes, LeavesOutOpenings) {
