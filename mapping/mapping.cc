@@ -10,6 +10,7 @@
 #include "mapping/line_map.h"
 #include "mapping/lines/known_lines.h"
 #include "mapping/lines/map_lines.h"
+#include "mapping/map_building_input.h"
 #include "mapping/occupancy.h"
 #include "mapping/pipes/pipes.h"
 #include "mapping/planes/plane_filling.h"
@@ -109,19 +110,6 @@ void MoveMarks(MapResult* map) {
   std::erase_if(map->lines, is_mark);
 }
 
-BuildingInput InputOf(const MapResult& map, std::vector<Sights> sights) {
-  BuildingInput input;
-  for (const DensePoint& point : map.dense) {
-    input.points.push_back({point.p_world, point.normal_world, point.sigma_m});
-  }
-  input.lines = map.lines;
-  input.sights = std::move(sights);
-  for (const StampedPose& pose : map.trajectory) {
-    input.trajectory_world.push_back(pose.T_world_imu.translation);
-  }
-  return input;
-}
-
 void AddFilledPlanes(const RecordedViews& recorded, const std::vector<Sights>& sights,
                      const MappingOptions& options, const Progress& progress, MapResult* map) {
   if (!options.planes.fill) return;
@@ -144,7 +132,7 @@ void MapImages(const OdometryRun& run, const RecordedViews& recorded, const Mapp
   map->line_evidence = std::move(built.evidence);
   MoveMarks(map);
   if (progress.Report(kLinesUntil)) AddPipes(options.pipes, map);
-  const BuildingInput input = InputOf(*map, std::move(sights));
+  const BuildingInput input = BuildingInputOf(*map, std::move(sights));
   if (progress.Report(kLinesUntil)) map->building = BuildBuilding(input, options.building);
   AddFilledPlanes(recorded, input.sights, options, progress.Part(kBuiltUntil, 1), map);
   const int64_t unreadable =

@@ -9,6 +9,7 @@
 
 #include "mapping/building/build_building.h"
 #include "mapping/lines/sight_depths.h"
+#include "mapping/map_building_input.h"
 #include "mapping/merge/cloud_sights.h"
 #include "mapping/merge/line_union.h"
 #include "mapping/merge/occupancy_union.h"
@@ -224,20 +225,6 @@ std::vector<Sights> SightsOf(const MapResult& map, const std::vector<RigPoses>& 
   return sights;
 }
 
-Building BuildingOf(const MapResult& map, std::vector<Sights> sights,
-                    const BuildingOptions& options, const Progress& progress) {
-  BuildingInput input;
-  for (const DensePoint& point : map.dense) {
-    input.points.push_back({point.p_world, point.normal_world, point.sigma_m});
-  }
-  input.lines = map.lines;
-  input.sights = std::move(sights);
-  for (const StampedPose& pose : map.trajectory) {
-    input.trajectory_world.push_back(pose.T_world_imu.translation);
-  }
-  return BuildBuilding(input, options, progress);
-}
-
 void RemoveFilled(MapResult* map) {
   std::erase_if(map->dense,
                 [](const DensePoint& point) { return point.source == DenseSource::kFilledPlane; });
@@ -308,16 +295,16 @@ MergedMaps MergeMaps(MapResult first, MapResult second, const AlignmentOptions& 
   progress.ReportOrStop(kUnitedUntil);
   const std::vector<RigPoses> rigs = {{&seen_by_first, &first.rectified_rig},
                                       {&seen_by_second, &second.rectified_rig}};
-  const std::vector<Sights> sights =
+  std::vector<Sights> sights =
       SightsOf(first, rigs, options.dense.voxel_m, progress.Part(kUnitedUntil, kSeenUntil));
   first.trajectory = UniteTrajectories(first.trajectory, second.trajectory);
   first.keyframes = UniteTrajectories(first.keyframes, second.keyframes);
   UniteSources(second, T, shift_ns, &first);
   UniteReports(second, &first);
   progress.ReportOrStop(kSeenUntil);
-  first.building =
-      BuildingOf(first, sights, options.building, progress.Part(kSeenUntil, kBuiltUntil));
-  AddFilledPlanes(rigs, sights, options, progress.Part(kBuiltUntil, 1), &first);
+  const BuildingInput input = BuildingInputOf(first, std::move(sights));
+  first.building = BuildBuilding(input, options.building, progress.Part(kSeenUntil, kBuiltUntil));
+  AddFilledPlanes(rigs, input.sights, options, progress.Part(kBuiltUntil, 1), &first);
   first.source.options = options.ToYaml();
   first.adjustment.reset();
   first.calibrated_rig.reset();
