@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "data/quantile.h"
+#include "mapping/lines/across.h"
 #include "odometry/frontend/line_geometry.h"
 #include "odometry/geometry/pinhole.h"
 
@@ -16,13 +17,6 @@ constexpr int kFullSamples = 4;       // more that are near each other err alike
 constexpr double kWeakSigma_rad = 1;  // of the direction of a line without a prior
 constexpr double kMaxStep_m = 1;
 constexpr double kSigmaOfMedian = 1.4826;  // of absolute values, of a normal distribution
-
-Eigen::Matrix<double, 3, 2> AcrossOf(const Eigen::Vector3d& direction) {
-  Eigen::Matrix<double, 3, 2> across;
-  across.col(0) = direction.unitOrthogonal();
-  across.col(1) = direction.cross(across.col(0));
-  return across;
-}
 
 // A place's distance from the line's image, and its derivative by the line's shift across at the
 // place; nothing behind the camera.

@@ -8,6 +8,7 @@
 #include <optional>
 #include <tuple>
 
+#include "mapping/lines/across.h"
 #include "mapping/lines/line_merging.h"
 
 namespace slcmap {
@@ -190,8 +191,7 @@ TrackedLine TrackedFrom(const SourceLine& source, int index, const UnitedAxes& a
   line.axis = axes.IndexOf(line.line.direction_world);
   line.map = source.map;
   line.fit.line = line.line;
-  line.fit.across.col(0) = line.line.direction_world.unitOrthogonal();
-  line.fit.across.col(1) = line.line.direction_world.cross(line.fit.across.col(0));
+  line.fit.across = AcrossOf(line.line.direction_world);
   const LineCovariance* known = source.covariances[longest - source.pieces.begin()];
   line.fit.covariance =
       known ? FitCovariance(*known, way.norm(), line.fit.across) : FitCovariance(*longest);

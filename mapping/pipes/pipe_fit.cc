@@ -7,6 +7,8 @@
 #include <cmath>
 #include <set>
 
+#include "mapping/lines/across.h"
+
 namespace slcmap {
 namespace {
 
@@ -17,13 +19,6 @@ using Matrix5d = Eigen::Matrix<double, 5, 5>;
 constexpr int kSteps = 12;
 constexpr double kMaxStep_m = 0.2;
 constexpr double kLeastSine = 0.05;  // between ray and axis: others are along the pipe
-
-Eigen::Matrix<double, 3, 2> AcrossOf(const Vector3d& direction) {
-  Eigen::Matrix<double, 3, 2> across;
-  across.col(0) = direction.unitOrthogonal();
-  across.col(1) = direction.cross(across.col(0));
-  return across;
-}
 
 struct Residual {
   double value_m = 0;
