@@ -7,6 +7,7 @@
 
 #include "mapping/building/build_building.h"
 #include "mapping/dense/dense_stage.h"
+#include "mapping/junctions/junctions.h"
 #include "mapping/line_map.h"
 #include "mapping/lines/known_lines.h"
 #include "mapping/lines/map_lines.h"
@@ -135,6 +136,7 @@ void MapImages(const OdometryRun& run, const RecordedViews& recorded, const Mapp
   const BuildingInput input = BuildingInputOf(*map, std::move(sights));
   if (progress.Report(kLinesUntil)) map->building = BuildBuilding(input, options.building);
   AddFilledPlanes(recorded, input.sights, options, progress.Part(kBuiltUntil, 1), map);
+  if (progress.Report(1)) AddJunctions(options.junctions, map);
   const int64_t unreadable =
       recorded.images->unreadable() +
       (recorded.frame_images ? recorded.frame_images->unreadable() : int64_t{0});

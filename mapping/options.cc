@@ -50,6 +50,7 @@ MappingOptions MappingOptions::FromYaml(const std::string& path) {
     options.dense.Read(section.Section("dense"));
     options.pipes.Read(section.Section("pipes"));
     options.planes.Read(section.Section("planes"));
+    options.junctions.Read(section.Section("junctions"));
     options.building.Read(section.Section("building"));
     section.Finish();
     options.Check();
@@ -69,6 +70,7 @@ std::string MappingOptions::ToYaml() const {
     options.dense.Read(section.Section("dense"));
     options.pipes.Read(section.Section("pipes"));
     options.planes.Read(section.Section("planes"));
+    options.junctions.Read(section.Section("junctions"));
     options.building.Read(section.Section("building"));
   });
 }
@@ -82,6 +84,7 @@ void MappingOptions::Check() const {
   dense.Check();
   pipes.Check();
   planes.Check();
+  junctions.Check();
   building.Check();
 }
 

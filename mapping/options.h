@@ -5,6 +5,7 @@
 #include "mapping/adjustment/adjustment_options.h"
 #include "mapping/building/building_options.h"
 #include "mapping/dense/dense_options.h"
+#include "mapping/junctions/junction_options.h"
 #include "mapping/lines/line_options.h"
 #include "mapping/pipes/pipe_options.h"
 #include "mapping/planes/plane_options.h"
@@ -49,6 +50,7 @@ struct MappingOptions {
   DenseOptions dense;
   PipeOptions pipes;
   PlaneOptions planes;
+  JunctionOptions junctions;
   BuildingOptions building;
 
   // Overrides the defaults by the section `mapping` of a file; other sections, which belong to

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "mapping/building/build_building.h"
+#include "mapping/junctions/junctions.h"
 #include "mapping/lines/sight_depths.h"
 #include "mapping/map_building_input.h"
 #include "mapping/merge/cloud_sights.h"
@@ -283,6 +284,7 @@ MergedMaps MergeMaps(MapResult first, MapResult second, const AlignmentOptions& 
   for (MapResult* map : {&first, &second}) {
     CheckMap(*map);
     RemoveFilled(map);
+    RemoveJunctions(map);
   }
   const MapAlignment found = AlignMaps(first, second, alignment, progress.Part(0, kAlignedUntil));
   const RigidTransform& T = found.T_first_second;
@@ -305,6 +307,7 @@ MergedMaps MergeMaps(MapResult first, MapResult second, const AlignmentOptions& 
   const BuildingInput input = BuildingInputOf(first, std::move(sights));
   first.building = BuildBuilding(input, options.building, progress.Part(kSeenUntil, kBuiltUntil));
   AddFilledPlanes(rigs, input.sights, options, progress.Part(kBuiltUntil, 1), &first);
+  AddJunctions(options.junctions, &first);
   first.source.options = options.ToYaml();
   first.adjustment.reset();
   first.calibrated_rig.reset();

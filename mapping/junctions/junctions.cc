@@ -1,0 +1,210 @@
+#include "mapping/junctions/junctions.h"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <set>
+#include <tuple>
+#include <utility>
+
+#include "mapping/planes/point_index.h"
+
+namespace slcmap {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+constexpr double kParallel = 0.9986;  // cosine of 3 degrees
+constexpr double kSameAxis = 0.9998;  // of 1 degree
+constexpr double kSampled_m = 0.04;   // between places of lines that are looked up
+// Of where surfaces meet, besides their planes' sigma, over a length in which it is about the same;
+// and how far surfaces that belong to one plane may turn from it.
+constexpr double kOwnSigma_m = 0.008, kAlike_m = 0.8, kTurn_rad = 0.001;
+
+// Lines by their places, to look up whether one is near.
+class KnownEdges {
+ public:
+  explicit KnownEdges(double near_m) : near_m_(near_m), index_(std::max(near_m, kSampled_m)) {}
+
+  void Add(const Vector3d& start, const Vector3d& end) {
+    const Vector3d along = end - start;
+    const int steps = std::max(1, static_cast<int>(std::ceil(along.norm() / kSampled_m)));
+    for (int i = 0; i <= steps; ++i) {
+      index_.Add(start + along * (static_cast<double>(i) / steps), directions_.size());
+    }
+    directions_.push_back(along.normalized());
+  }
+
+  bool Has(const Vector3d& p, const Vector3d& direction) const {
+    return index_.AnyNear(p, near_m_, [&](size_t line) {
+      return std::abs(directions_[line].dot(direction)) > kParallel;
+    });
+  }
+
+ private:
+  const double near_m_;
+  PointIndex index_;
+  std::vector<Vector3d> directions_;
+};
+
+// The places of a junction, without those that are known, in pieces without a gap.
+std::vector<std::vector<JunctionPlace>> PiecesOf(const PlaneJunction& junction,
+                                                 const KnownEdges& known,
+                                                 const JunctionOptions& options) {
+  std::vector<std::vector<JunctionPlace>> pieces;
+  for (const JunctionPlace& place : junction.places) {
+    const Vector3d p = junction.At(place.along_m, place.offset_m);
+    if (known.Has(p, junction.direction_world)) continue;
+    const bool goes_on = !pieces.empty() && place.along_m - pieces.back().back().along_m <=
+                                                options.close_gap_m + options.bin_m;
+    if (!goes_on) pieces.emplace_back();
+    pieces.back().push_back(place);
+  }
+  return pieces;
+}
+
+// Offsets along a piece as a straight line: their mean, and its slope, which is held near none.
+struct StraightOffsets {
+  Vector2d mean_m = Vector2d::Zero(), slope = Vector2d::Zero();
+  double middle_m = 0;
+
+  Vector2d At(double along_m) const { return mean_m + (along_m - middle_m) * slope; }
+};
+
+StraightOffsets FitOffsets(const std::vector<JunctionPlace>& piece,
+                           const JunctionOptions& options) {
+  StraightOffsets fit;
+  const double count = static_cast<double>(piece.size());
+  for (const JunctionPlace& place : piece) {
+    fit.mean_m += place.offset_m / count;
+    fit.middle_m += place.along_m / count;
+  }
+  double spread_m2 =
+      std::pow(kOwnSigma_m / kTurn_rad, 2) * kAlike_m / options.bin_m;  // the prior's
+  for (const JunctionPlace& place : piece) {
+    fit.slope += (place.along_m - fit.middle_m) * (place.offset_m - fit.mean_m);
+    spread_m2 += std::pow(place.along_m - fit.middle_m, 2);
+  }
+  fit.slope /= spread_m2;
+  return fit;
+}
+
+JunctionEdge EdgeOf(const PlaneJunction& junction, const std::vector<JunctionPlace>& piece,
+                    const JunctionOptions& options) {
+  const StraightOffsets offsets = FitOffsets(piece, options);
+  const double from_m = piece.front().along_m - options.bin_m / 2;
+  const double to_m = piece.back().along_m + options.bin_m / 2;
+  return {{junction.planes[0], junction.planes[1]},
+          junction.At(from_m, offsets.At(from_m)),
+          junction.At(to_m, offsets.At(to_m))};
+}
+
+std::vector<PlaneJunction> JunctionsOf(const Building& building,
+                                       const std::vector<DensePoint>& cloud,
+                                       const JunctionOptions& options) {
+  const std::vector<SurfacePoints> surfaces = PointsOfPlanes(building, cloud, options);
+  std::vector<PlaneJunction> junctions;
+  for (size_t i = 0; i < surfaces.size(); ++i) {
+    for (size_t j = i + 1; j < surfaces.size(); ++j) {
+      auto junction = FindJunction(surfaces[i], surfaces[j], options);
+      if (junction) junctions.push_back(std::move(*junction));
+    }
+  }
+  std::stable_sort(junctions.begin(), junctions.end(),
+                   [](const auto& a, const auto& b) { return a.points > b.points; });
+  return junctions;
+}
+
+// The axis and world that most of the length of lines along a direction has.
+std::pair<LineAxis, int> AxisAlong(const Vector3d& direction, const std::vector<MapLine>& lines) {
+  std::map<std::pair<LineAxis, int>, double> length_m;
+  for (const MapLine& line : lines) {
+    const Vector3d along = line.end_world - line.start_world;
+    if (line.axis == LineAxis::kNone || std::abs(along.dot(direction)) < kSameAxis * along.norm()) {
+      continue;
+    }
+    length_m[{line.axis, line.world}] += along.norm();
+  }
+  if (length_m.empty()) return {LineAxis::kNone, -1};
+  return std::max_element(length_m.begin(), length_m.end(),
+                          [](const auto& a, const auto& b) { return a.second < b.second; })
+      ->first;
+}
+
+int64_t NextId(const MapResult& map) {
+  int64_t id = 0;
+  for (const MapLine& line : map.lines) id = std::max(id, line.id + 1);
+  for (const MapLine& line : map.marks) id = std::max(id, line.id + 1);
+  return id;
+}
+
+// What both planes' offsets may be off, at either end alike.
+LineCovariance CovarianceOf(const JunctionEdge& edge, int64_t id) {
+  Eigen::Matrix<double, 2, 3> normals;
+  normals << edge.planes[0]->normal.transpose(), edge.planes[1]->normal.transpose();
+  const Eigen::Matrix<double, 3, 2> across =
+      normals.transpose() * (normals * normals.transpose()).inverse();
+  Vector2d variance_m2;
+  for (int i = 0; i < 2; ++i) {
+    variance_m2[i] = std::pow(edge.planes[i]->sigma_m, 2) + std::pow(kOwnSigma_m, 2);
+  }
+  const Eigen::Matrix3d covariance = across * variance_m2.asDiagonal() * across.transpose();
+  return {id, 0, covariance, covariance, covariance};
+}
+
+bool IsJunction(const MapLine& line) { return line.observations == 0; }
+
+}  // namespace
+
+std::vector<JunctionEdge> FindJunctionEdges(const Building& building,
+                                            const std::vector<DensePoint>& cloud,
+                                            const std::vector<MapLine>& lines,
+                                            const JunctionOptions& options) {
+  options.Check();
+  KnownEdges known(options.known_m);
+  for (const MapLine& line : lines) known.Add(line.start_world, line.end_world);
+  std::vector<JunctionEdge> edges;
+  for (const PlaneJunction& junction : JunctionsOf(building, cloud, options)) {
+    for (const auto& piece : PiecesOf(junction, known, options)) {
+      const JunctionEdge edge = EdgeOf(junction, piece, options);
+      if ((edge.end_world - edge.start_world).norm() < options.min_length_m) continue;
+      known.Add(edge.start_world, edge.end_world);
+      edges.push_back(edge);
+    }
+  }
+  return edges;
+}
+
+void AddJunctions(const JunctionOptions& options, MapResult* map) {
+  if (!options.add) return;
+  const std::vector<MapLine> shown = map->lines;
+  int64_t id = NextId(*map);
+  for (const JunctionEdge& edge :
+       FindJunctionEdges(map->building, map->dense, map->lines, options)) {
+    const LineCovariance covariance = CovarianceOf(edge, id);
+    MapLine line;
+    line.id = id++;
+    line.start_world = edge.start_world;
+    line.end_world = edge.end_world;
+    const Vector3d direction = (edge.end_world - edge.start_world).normalized();
+    std::tie(line.axis, line.world) = AxisAlong(direction, shown);
+    line.sigma_m = std::sqrt(covariance.start_m2.trace() / 2);
+    line.kind = LineKind::kEdge;
+    map->lines.push_back(line);
+    map->line_evidence.covariances.push_back(covariance);
+  }
+}
+
+void RemoveJunctions(MapResult* map) {
+  std::set<int64_t> ids;
+  for (const MapLine& line : map->lines) {
+    if (IsJunction(line)) ids.insert(line.id);
+  }
+  std::erase_if(map->lines, IsJunction);
+  std::erase_if(map->line_evidence.covariances,
+                [&](const LineCovariance& known) { return ids.contains(known.line_id); });
+}
+
+}  // namespace slcmap

@@ -1,0 +1,32 @@
+// Edges of a building that images hardly show, as those between walls and a ceiling of one paint:
+// where its planes meet.
+#pragma once
+
+#include <vector>
+
+#include "mapping/junctions/plane_junction.h"
+#include "mapping/map.h"
+
+namespace slcmap {
+
+// A straight piece of a junction.
+struct JunctionEdge {
+  const BuildingPlane* planes[2] = {nullptr, nullptr};
+  Eigen::Vector3d start_world = Eigen::Vector3d::Zero();
+  Eigen::Vector3d end_world = Eigen::Vector3d::Zero();
+};
+
+// The edges at which walls, floors and ceilings meet, where none of `lines` is; those with most
+// points first, of several that are one edge the first alone. The planes are those of `building`.
+std::vector<JunctionEdge> FindJunctionEdges(const Building& building,
+                                            const std::vector<DensePoint>& cloud,
+                                            const std::vector<MapLine>& lines,
+                                            const JunctionOptions& options);
+
+// Adds them to a map's lines, as edges that no image shows (observations 0).
+void AddJunctions(const JunctionOptions& options, MapResult* map);
+
+// Takes them out again.
+void RemoveJunctions(MapResult* map);
+
+}  // namespace slcmap
