@@ -1,6 +1,8 @@
 #include "mapping/adjustment/edge_closures.h"
 
 #include <algorithm>
+#include <optional>
+#include <ranges>
 #include <set>
 
 #include "odometry/geometry/structural_line.h"
@@ -101,7 +103,31 @@ class EdgeSearch {
            (NearestOn(older.in_world, newer.middle_world) - newer.middle_world);
   }
 
-  std::vector<Candidate> CandidatesOf(size_t from, size_t to) const {
+  // The lines that may be edges of what appears from `from` to `to`, by visit: odometry drifts
+  // between visits, so that each of several earlier ones has a shift of its own, and together none
+  // would stand out.
+  std::vector<std::vector<size_t>> EarlierVisits(size_t from, size_t to) const {
+    std::vector<size_t> older;
+    for (size_t o = 0; o < from; ++o) {
+      const bool may_be =
+          std::any_of(lines_.begin() + from, lines_.begin() + to,
+                      [&](const SeenLine& newer) { return MayBeOneEdge(lines_[o], newer); });
+      if (may_be) older.push_back(o);
+    }
+    std::vector<std::vector<size_t>> visits;
+    double until_m = 0;  // of the path, the last visit so far
+    for (const size_t o : older) {
+      if (visits.empty() || path_m_[lines_[o].first_frame] - until_m > options_.min_path_m) {
+        visits.emplace_back();
+      }
+      until_m = std::max(visits.back().empty() ? 0 : until_m, path_m_[lines_[o].last_frame]);
+      visits.back().push_back(o);
+    }
+    return visits;
+  }
+
+  std::vector<Candidate> CandidatesOf(size_t from, size_t to,
+                                      const std::vector<size_t>& visit) const {
     std::vector<Candidate> candidates;
     const Vector3d place_world =
         PoseFromBlock(state_.frames[lines_[from].first_frame].pose).translation;
@@ -109,7 +135,7 @@ class EdgeSearch {
       const SeenLine& newer = lines_[n];
       Candidate candidate;
       candidate.newer = n;
-      for (size_t o = 0; o < from; ++o) {
+      for (const size_t o : visit) {
         if (!MayBeOneEdge(lines_[o], newer)) continue;
         candidate.older.push_back(o);
         candidate.vote.alternatives.emplace_back(OffsetOf(lines_[o], newer) /
@@ -125,9 +151,19 @@ class EdgeSearch {
     return candidates;
   }
 
+  // With the latest visit that is recognised: what ties it to earlier ones ties this one as well,
+  // and a system whose ties are short is solved fast.
   void AddClosure(size_t from, size_t to, std::vector<Closure>* closures) const {
-    const std::vector<Candidate> candidates = CandidatesOf(from, to);
-    if (std::ssize(candidates) < options_.min_edges) return;
+    for (const std::vector<size_t>& visit : EarlierVisits(from, to) | std::views::reverse) {
+      auto closure = ClosureWith(CandidatesOf(from, to, visit));
+      if (!closure) continue;
+      closures->push_back(std::move(*closure));
+      return;
+    }
+  }
+
+  std::optional<Closure> ClosureWith(const std::vector<Candidate>& candidates) const {
+    if (std::ssize(candidates) < options_.min_edges) return std::nullopt;
     std::vector<ShiftVote> votes;
     double path_m = 0;
     for (const Candidate& candidate : candidates) {
@@ -139,9 +175,9 @@ class EdgeSearch {
     }
     const Agreement agreement =
         FindAgreement(votes, SigmaOver(path_m, options_), options_.min_displacement_m);
-    if (!IsUnique(agreement, options_.min_edges, options_)) return;
+    if (!IsUnique(agreement, options_.min_edges, options_)) return std::nullopt;
     Closure closure = ClosureOf(candidates, agreement);
-    if (IsWellSeen(closure)) closures->push_back(std::move(closure));
+    return IsWellSeen(closure) ? std::optional(std::move(closure)) : std::nullopt;
   }
 
   Closure ClosureOf(const std::vector<Candidate>& candidates, const Agreement& agreement) const {
