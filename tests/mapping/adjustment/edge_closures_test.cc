@@ -1,0 +1,103 @@
+// Places that are recognised by the edges of the building that are seen there.
+#include "mapping/adjustment/edge_closures.h"
+
+#include <gtest/gtest.h>
+
+#include <set>
+
+#include "mapping/adjustment/adjustment_state.h"
+#include "tests/testing/forward_rig.h"
+
+namespace slcmap {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr int kKeyframesOfVisit = 4;
+constexpr double kRound_m = 20, kRound_s = 30;  // from visit to visit
+
+// The middles of three verticals and of three edges along Y, seen from x = 0.
+const std::vector<std::pair<Vector3d, LineAxis>> kEdges = {
+    {{4, -1, 1}, LineAxis::kVertical},  {{4.5, 0.3, 1}, LineAxis::kVertical},
+    {{5, 1.4, 1}, LineAxis::kVertical}, {{4, 0, 2.2}, LineAxis::kY},
+    {{4.6, 0.5, 0.1}, LineAxis::kY},    {{5.2, 0.2, 1.3}, LineAxis::kY}};
+
+Vector3d Along(LineAxis axis) {
+  return axis == LineAxis::kVertical ? Vector3d::UnitZ() : Vector3d::UnitY();
+}
+
+// Rounds that come back to the same place, each where odometry has drifted to.
+OdometryRun Visits(const std::vector<Vector3d>& drifts) {
+  OdometryRun run;
+  run.rectified_rig = testing::ForwardRig();
+  run.manhattan_worlds.emplace_back();
+  run.keyframes.reserve(100);
+  for (size_t visit = 0; visit < drifts.size(); ++visit) {
+    const int64_t first_id = std::ssize(run.lines);
+    for (size_t i = 0; i < kEdges.size(); ++i) {
+      const auto& [middle, axis] = kEdges[i];
+      Line line;
+      line.id = first_id + static_cast<int64_t>(i);
+      line.axis = axis;
+      line.world = axis == LineAxis::kY ? 0 : -1;
+      line.start_world = middle + drifts[visit] - 0.5 * Along(axis);
+      line.end_world = middle + drifts[visit] + 0.5 * Along(axis);
+      run.lines.push_back(line);
+    }
+    // At the place, and at the other end of the round.
+    for (int k = 0; k <= kKeyframesOfVisit; ++k) {
+      const bool is_there = k < kKeyframesOfVisit;
+      Keyframe keyframe;
+      keyframe.id = std::ssize(run.keyframes);
+      keyframe.stamp_ns = ToNanoseconds(kRound_s * static_cast<double>(visit) + 0.5 * k +
+                                        (is_there ? 0 : kRound_s / 2));
+      keyframe.T_world_imu.translation =
+          drifts[visit] + Vector3d(is_there ? 0.2 * k : -kRound_m / 2, 0, 1.2);
+      for (size_t i = 0; is_there && i < kEdges.size(); ++i) {
+        keyframe.lines.push_back({first_id + static_cast<int64_t>(i), {{1, 1}, {2, 2}}, {}});
+      }
+      run.keyframes.push_back(std::move(keyframe));
+    }
+  }
+  return run;
+}
+
+// By closure, the visit of the older edges and that of the newer ones.
+std::vector<std::pair<size_t, size_t>> ClosedVisits(const OdometryRun& run) {
+  const AdjustmentState state = StateOfRun(run, {});
+  std::vector<std::pair<size_t, size_t>> visits;
+  for (const Closure& closure : FindEdgeClosures(state, {})) {
+    std::set<size_t> older, newer;
+    for (const EdgeMatch& match : closure.edges) {
+      EXPECT_EQ(match.older % kEdges.size(), match.newer % kEdges.size());
+      older.insert(match.older / kEdges.size());
+      newer.insert(match.newer / kEdges.size());
+    }
+    EXPECT_EQ(older.size(), 1U);
+    EXPECT_EQ(newer.size(), 1U);
+    visits.emplace_back(*older.begin(), *newer.begin());
+  }
+  return visits;
+}
+
+TEST(EdgeClosures, APlaceIsRecognisedAtItsNextVisit) {
+  using Closed = std::vector<std::pair<size_t, size_t>>;
+  EXPECT_EQ(ClosedVisits(Visits({Vector3d::Zero(), {0.01, -0.02, 0}})), (Closed{{0, 1}}));
+  EXPECT_EQ(ClosedVisits(Visits({Vector3d::Zero()})), Closed());
+}
+
+// Against each of the visits before, all edges agree on another shift: none of these would stand
+// out among all edges that were seen before.
+TEST(EdgeClosures, ManyVisitsThatDriftAreRecognisedEach) {
+  const OdometryRun run =
+      Visits({Vector3d::Zero(), {0, 0.027, 0}, {0, 0.054, 0}, {0, 0.081, 0}, {0, 0.108, 0}});
+  const std::vector<std::pair<size_t, size_t>> each = {{0, 1}, {1, 2}, {2, 3}, {3, 4}};
+  EXPECT_EQ(ClosedVisits(run), each);
+}
+
+TEST(EdgeClosures, WhatIsBeyondOdometrysDriftIsAnotherPlace) {
+  EXPECT_TRUE(ClosedVisits(Visits({Vector3d::Zero(), {0, 0.3, 0}})).empty());
+}
+
+}  // namespace
+}  // namespace slcmap
