@@ -1,0 +1,122 @@
+#include "mapping/junctions/junctions.h"
+
+#include <gtest/gtest.h>
+
+#include "data/error.h"
+#include "tests/mapping/junctions/room_corner.h"
+
+namespace slcmap {
+namespace {
+
+using Eigen::Vector3d;
+
+MapLine LineAt(const Vector3d& start, const Vector3d& end) {
+  MapLine line;
+  line.id = 7;
+  line.axis = LineAxis::kX;
+  line.world = 0;
+  line.start_world = start;
+  line.end_world = end;
+  line.observations = 5;
+  line.kind = LineKind::kOutline;
+  return line;
+}
+
+MapResult MapOfCorner() {
+  MapResult map;
+  map.building = testing::WallAndFloor();
+  testing::AddWall({0, 4}, {0.1, 1}, 0, &map.dense);
+  testing::AddFloor({0, 4}, {0.1, 1}, 0, &map.dense);
+  return map;
+}
+
+TEST(Junctions, AreEdgesThatNoImageShows) {
+  MapResult map = MapOfCorner();
+  map.lines = {LineAt({0, 0, 1.2}, {3, 0, 1.2})};
+  map.line_evidence.covariances = {{7, 0}};
+  AddJunctions({}, &map);
+  ASSERT_EQ(map.lines.size(), 2U);
+  const MapLine& edge = map.lines.back();
+  EXPECT_EQ(edge.id, 8);
+  EXPECT_EQ(edge.kind, LineKind::kEdge);
+  EXPECT_EQ(edge.observations, 0);
+  EXPECT_EQ(edge.axis, LineAxis::kX);  // as the line along it has it
+  EXPECT_EQ(edge.world, 0);
+  EXPECT_NEAR((edge.end_world - edge.start_world).norm(), 4, 0.2);
+  for (const Vector3d& p : {edge.start_world, edge.end_world}) {
+    EXPECT_LT(std::hypot(p.y(), p.z()), 1e-9);
+  }
+  ASSERT_EQ(map.line_evidence.covariances.size(), 2U);
+  const LineCovariance& known = map.line_evidence.covariances.back();
+  EXPECT_EQ(known.line_id, 8);
+  EXPECT_GT(known.start_m2(1, 1), 0.006 * 0.006);  // as the wall's plane is known, and more
+  EXPECT_NEAR(known.start_m2(0, 0), 0, 1e-12);     // nothing is said along it
+  EXPECT_NEAR(edge.sigma_m, std::sqrt(known.start_m2(1, 1)), 1e-9);
+
+  RemoveJunctions(&map);
+  ASSERT_EQ(map.lines.size(), 1U);
+  EXPECT_EQ(map.lines.front().id, 7);
+  ASSERT_EQ(map.line_evidence.covariances.size(), 1U);
+}
+
+TEST(Junctions, HaveNoAxisThatNoLineHas) {
+  MapResult map = MapOfCorner();
+  AddJunctions({}, &map);
+  ASSERT_EQ(map.lines.size(), 1U);
+  EXPECT_EQ(map.lines.front().id, 0);
+  EXPECT_EQ(map.lines.front().axis, LineAxis::kNone);
+  EXPECT_EQ(map.lines.front().world, -1);
+}
+
+TEST(Junctions, FillWhatLinesOfTheImagesLeave) {
+  const MapResult map = MapOfCorner();
+  const std::vector<MapLine> shown = {LineAt({1, 0.02, 0.02}, {2.5, 0.02, 0.02}),
+                                      LineAt({0, 0.3, 0}, {4, 0.3, 0})};
+  const auto edges = FindJunctionEdges(map.building, map.dense, shown, {});
+  ASSERT_EQ(edges.size(), 2U);
+  double length_m = 0;
+  for (const JunctionEdge& edge : edges) length_m += (edge.end_world - edge.start_world).norm();
+  EXPECT_NEAR(length_m, 2.5, 0.25);
+}
+
+TEST(Junctions, OfPlanesThatAreOneAreOne) {
+  MapResult map = MapOfCorner();
+  map.building.planes.push_back(map.building.planes.front());
+  map.building.planes.back().offset_m += 0.01;
+  EXPECT_EQ(FindJunctionEdges(map.building, map.dense, {}, {}).size(), 1U);
+}
+
+TEST(Junctions, OfSurfacesThatBendStayNearThem) {
+  MapResult map;
+  map.building = testing::WallAndFloor();
+  testing::AddFloor({0, 4}, {0.1, 1}, 0, &map.dense);
+  for (double x = 0; x < 4; x += 0.2)
+    testing::AddWall({x, x + 0.2}, {0.1, 1}, 0.002 * x, &map.dense);
+  const auto edges = FindJunctionEdges(map.building, map.dense, {}, {});
+  ASSERT_EQ(edges.size(), 1U);
+  for (const Vector3d& p : {edges[0].start_world, edges[0].end_world}) {
+    EXPECT_NEAR(p.y(), 0.002 * p.x(), 0.004);
+    EXPECT_NEAR(p.z(), 0, 1e-9);
+  }
+}
+
+TEST(Junctions, AreNotAddedWhereTheyAreOffOrNothingIsBuilt) {
+  MapResult map = MapOfCorner();
+  JunctionOptions off;
+  off.add = false;
+  AddJunctions(off, &map);
+  EXPECT_TRUE(map.lines.empty());
+  map.building = {};
+  AddJunctions({}, &map);
+  EXPECT_TRUE(map.lines.empty());
+}
+
+TEST(Junctions, OptionsAreChecked) {
+  JunctionOptions options;
+  options.corner_m = 0.4;
+  options.reach_m = 0.2;
+  EXPECT_THROW(options.Check(), ConfigError);
+}
+
+}  // namespace
+}  // namespace slcmap
