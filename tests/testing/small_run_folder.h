@@ -45,7 +45,7 @@ inline OdometryRun MakeSmallRun() {
       {9, 1, run.states[3].stamp_ns, run.states[3].T_world_imu, {}, {}}};
   run.landmarks = {
       {1, 0, {1.5, -2.25, 3}, 0.125, 4}, {2, 0, {0.5, 4, 8}, 0.5, 2}, {3, 1, {7, 8, 9}, 0.25, 3}};
-  run.imu = {{5, {0.1, 0.2, 1.0 / 3}, {1, 2, 9.81}}, {6, {}, {0, 0, 1e-17}}};
+  run.imu = {{5, {0.1, 0.2, 1.0 / 3}, {1, 2, 9.81}}, {6, Eigen::Vector3d::Zero(), {0, 0, 1e-17}}};
   CalibrationEstimate& found = run.calibration.emplace_back();
   found.stamp_ns = run.states[3].stamp_ns;
   found.segment = 1;
