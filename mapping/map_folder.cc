@@ -40,7 +40,9 @@ constexpr char kTrajectory[] = "trajectory.tum", kKeyframes[] = "keyframes.tum",
 
 double MedianObservations(const std::vector<MapLine>& lines) {
   std::vector<int> observations;
-  for (const MapLine& line : lines) observations.push_back(line.observations);
+  for (const MapLine& line : lines) {
+    if (line.observations > 0) observations.push_back(line.observations);
+  }
   return LivesOf(std::move(observations)).median_keyframes;
 }
 

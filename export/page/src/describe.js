@@ -27,7 +27,7 @@ export class Describer {
     const pieces = lines.piecesOf(index);
     const rows = [
       ['Length', formatLength(lines.length_m(index))],
-      ['Seen by', `${formatCount(lines.observations[index])} views`],
+      ['Seen by', lines.observations[index] > 0 ? `${formatCount(lines.observations[index])} views` : 'no view: planes meet there'],
       ['Sigma across', formatSigma(lines.sigma_m[index])],
       ['Kind', KINDS[lines.kind[index]] ?? KINDS[0]],
       ['Axis', this.axisOf(index)],
