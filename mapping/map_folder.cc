@@ -3,8 +3,6 @@
 #include <spdlog/fmt/fmt.h>
 
 #include <algorithm>
-#include <array>
-#include <cmath>
 #include <filesystem>
 #include <utility>
 
@@ -19,6 +17,7 @@
 #include "mapping/dense/dense_file.h"
 #include "mapping/line_evidence_files.h"
 #include "mapping/pipes/pipe_file.h"
+#include "mapping/merged_runs.h"
 #include "mapping/point_cloud.h"
 #include "odometry/method.h"
 #include "odometry/run_json.h"
@@ -84,43 +83,6 @@ std::vector<std::pair<const char*, std::size_t>> CountsOf(const MapResult& map) 
           {"occupied_voxels", map.occupancy.OccupiedVoxels().size()}};
 }
 
-// The turn of a run's world is about z.
-Json MergedJson(const std::vector<MergedRun>& runs) {
-  Json json = Json::array();
-  for (const MergedRun& run : runs) {
-    const Eigen::Vector3d& p = run.T_world_run.translation;
-    json.push_back({{"run", run.run_id},
-                    {"slcmap", run.version},
-                    {"sequence", run.sequence},
-                    {"stamps_moved_ns", run.stamps_moved_ns},
-                    {"position_m", {p.x(), p.y(), p.z()}},
-                    {"yaw_rad", LogRotation(run.T_world_run.rotation).z()}});
-  }
-  return json;
-}
-
-std::vector<MergedRun> ParseMerged(const std::string& path, const Json& json) {
-  std::vector<MergedRun> runs;
-  for (const Json& item : json) {
-    MergedRun run{item.at("run").get<std::string>(), item.at("sequence").get<std::string>(),
-                  item.at("slcmap").get<std::string>(), item.at("stamps_moved_ns").get<int64_t>(),
-                  RigidTransform()};
-    const auto p = item.at("position_m").get<std::array<double, 3>>();
-    const double yaw_rad = item.at("yaw_rad").get<double>();
-    run.T_world_run.translation = Eigen::Vector3d(p[0], p[1], p[2]);
-    const double farthest_m = run.T_world_run.translation.cwiseAbs().maxCoeff();
-    if (!(farthest_m <= kMaxCoordinate_m) || !(std::abs(yaw_rad) <= 4)) {
-      throw DataError(
-          fmt::format("{}: merged: found a position of {} m and a yaw of {} rad, expected "
-                      "at most {} m and a turn",
-                      path, farthest_m, yaw_rad, kMaxCoordinate_m));
-    }
-    run.T_world_run.rotation = ExpRotation({0, 0, yaw_rad});
-    runs.push_back(run);
-  }
-  return runs;
-}
-
 std::string WriteSummary(const std::string& folder, const MapResult& map) {
   Json json = {{"format", "slcmap map"},
                {"version", kMapVersion},
@@ -152,7 +114,9 @@ Json ReadSummary(const std::string& path, MapResult* map) {
     map->source.run_id = source.at("run").get<std::string>();
     map->source.version = source.at("slcmap").get<std::string>();
     map->source.sequence = source.at("sequence").get<std::string>();
-    if (json.contains("merged")) map->source.merged = ParseMerged(path, json.at("merged"));
+    if (json.contains("merged")) {
+      map->source.merged = ParseMerged(path, json.at("merged"), map->source.run_id);
+    }
     map->complete = json.at("complete").get<bool>();
     map->partial_reason = json.at("partial_reason").get<std::string>();
     map->warnings = ParseWarnings(path, json.at("warnings"));
@@ -287,3 +251,4 @@ MapResult ReadMapFolder(const std::string& folder, const MapReadOptions& options
 }
 
 }  // namespace slcmap
+  CheckPosesOfRuns(path + kSummary, map);

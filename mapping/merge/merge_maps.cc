@@ -54,38 +54,35 @@ void CheckMap(const MapResult& map) {
   }
 }
 
-std::vector<MergedRun> PartsOf(const MapResult& map) {
-  if (!map.source.merged.empty()) return map.source.merged;
-  MergedRun run;
-  run.run_id = map.source.run_id;
-  run.sequence = map.source.sequence;
-  run.version = map.source.version;
-  return {run};
-}
-
 // The time from the first pose to the last.
-struct StampSpan {
-  int64_t from_ns = 0, to_ns = 0;
-};
-
-StampSpan SpanOf(const MapResult& map) {
+std::optional<StampSpan> SpanOf(const MapResult& map) {
   std::vector<int64_t> stamps_ns;
   for (const Trajectory* poses : {&map.trajectory, &map.keyframes}) {
     if (poses->empty()) continue;
     stamps_ns.push_back(poses->front().stamp_ns);
     stamps_ns.push_back(poses->back().stamp_ns);
   }
-  if (stamps_ns.empty()) return {};
+  if (stamps_ns.empty()) return std::nullopt;
   const auto [least, most] = std::minmax_element(stamps_ns.begin(), stamps_ns.end());
-  return {*least, *most};
+  return StampSpan{*least, *most};
+}
+
+std::vector<MergedRun> PartsOf(const MapResult& map) {
+  if (!map.source.merged.empty()) return map.source.merged;
+  MergedRun run;
+  run.run_id = map.source.run_id;
+  run.sequence = map.source.sequence;
+  run.version = map.source.version;
+  run.poses_ns = SpanOf(map);
+  return {run};
 }
 
 // By how much the second's stamps are moved: by nothing where its time is another, else by whole
 // hours, so that no stamp is there twice.
 int64_t StampShift(const MapResult& first, const MapResult& second) {
-  const StampSpan a = SpanOf(first), b = SpanOf(second);
-  if (b.from_ns > a.to_ns || b.to_ns < a.from_ns) return 0;
-  return ((a.to_ns - b.from_ns) / kHour_ns + 1) * kHour_ns;
+  const std::optional<StampSpan> a = SpanOf(first), b = SpanOf(second);
+  if (!a || !b || b->from_ns > a->to_ns || b->to_ns < a->from_ns) return 0;
+  return ((a->to_ns - b->from_ns) / kHour_ns + 1) * kHour_ns;
 }
 
 void MoveStamps(int64_t shift_ns, MapResult* map) {
@@ -183,15 +180,18 @@ void UniteReports(const MapResult& second, MapResult* first) {
   first->partial_reason += fmt::format("run {}: {}", second.source.run_id, second.partial_reason);
 }
 
-void UniteSources(const MapResult& second, const RigidTransform& T, int64_t shift_ns,
-                  MapResult* first) {
-  std::vector<MergedRun> parts = PartsOf(*first);
+// Of maps that were not moved yet.
+std::vector<MergedRun> UniteParts(const MapResult& first, const MapResult& second,
+                                  const RigidTransform& T_first_second, int64_t shift_ns) {
+  std::vector<MergedRun> parts = PartsOf(first);
   for (MergedRun part : PartsOf(second)) {
     part.stamps_moved_ns += shift_ns;
-    part.T_world_run = T * part.T_world_run;
+    part.T_world_run = T_first_second * part.T_world_run;
+    if (part.poses_ns) part.poses_ns->from_ns += shift_ns;
+    if (part.poses_ns) part.poses_ns->to_ns += shift_ns;
     parts.push_back(part);
   }
-  first->source.merged = std::move(parts);
+  return parts;
 }
 
 void UniteContents(const RigidTransform& T_first_second, const MappingOptions& options,
@@ -299,7 +299,8 @@ MergedMaps MergeMaps(MapResult first, MapResult second, const AlignmentOptions& 
       SightsOf(first, rigs, options.dense.voxel_m, progress.Part(kUnitedUntil, kSeenUntil));
   first.trajectory = UniteTrajectories(first.trajectory, second.trajectory);
   first.keyframes = UniteTrajectories(first.keyframes, second.keyframes);
-  UniteSources(second, T, shift_ns, &first);
+  std::vector<MergedRun> parts = UniteParts(first, second, T, shift_ns);
+  first.source.merged = std::move(parts);
   UniteReports(second, &first);
   progress.ReportOrStop(kSeenUntil);
   const BuildingInput input = BuildingInputOf(first, std::move(sights));

@@ -102,6 +102,13 @@ TEST(MergeMaps, ComesBackFromItsFolderAndTheSameMapsGiveTheSameBytes) {
   ASSERT_THAT(map.source.merged, SizeIs(2));
   EXPECT_EQ(map.source.merged[1].run_id, "b");
   EXPECT_LT((map.source.merged[1].T_world_run * Vector3d(3, -2, 0.4)).norm(), 0.02);
+  // Each pose is of one of them, and the recordings' stamps are known.
+  ASSERT_TRUE(map.source.merged[0].poses_ns && map.source.merged[1].poses_ns);
+  EXPECT_EQ(map.source.merged[0].poses_ns->from_ns, map.trajectory.front().stamp_ns);
+  EXPECT_EQ(map.source.merged[0].poses_ns->to_ns, West().trajectory.back().stamp_ns);
+  EXPECT_EQ(map.source.merged[1].poses_ns->to_ns, map.trajectory.back().stamp_ns);
+  EXPECT_EQ(map.source.merged[1].poses_ns->from_ns - map.source.merged[1].stamps_moved_ns,
+            East().trajectory.front().stamp_ns);
   EXPECT_THAT(RunsOf(map), ElementsAre("a", "b"));
 }
 
