@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <map>
 #include <utility>
 
 #include "data/calibration.h"
@@ -16,9 +17,10 @@
 #include "mapping/building/building_files.h"
 #include "mapping/dense/dense_file.h"
 #include "mapping/line_evidence_files.h"
-#include "mapping/pipes/pipe_file.h"
 #include "mapping/merged_runs.h"
+#include "mapping/pipes/pipe_file.h"
 #include "mapping/point_cloud.h"
+#include "mapping/point_observation_file.h"
 #include "odometry/method.h"
 #include "odometry/run_json.h"
 #include "odometry/run_lines.h"
@@ -44,9 +46,10 @@ double MedianObservations(const std::vector<MapLine>& lines) {
 }
 
 std::vector<std::string> ListedNames(bool with_calibration) {
-  std::vector<std::string> names = {kTrajectory, kKeyframes, kPoints,  kCloud,     kDense,
-                                    kDenseCloud, kLines,     kMarks,   kOccupancy, kProbabilities,
-                                    kRig,        kOptions,   kPipeFile};
+  std::vector<std::string> names = {kTrajectory, kKeyframes,           kPoints, kCloud,
+                                    kDense,      kDenseCloud,          kLines,  kMarks,
+                                    kOccupancy,  kProbabilities,       kRig,    kOptions,
+                                    kPipeFile,   kPointObservationFile};
   for (const std::string& name : LineEvidenceFiles()) names.push_back(name);
   for (const std::string& name : BuildingFiles()) names.push_back(name);
   if (with_calibration) names.emplace_back(kCalibration);
@@ -72,6 +75,7 @@ std::vector<std::pair<const char*, std::size_t>> CountsOf(const MapResult& map) 
   return {{"poses", map.trajectory.size()},
           {"keyframes", map.keyframes.size()},
           {"points", map.points.size()},
+          {"point_observations", map.point_observations.size()},
           {"dense_points", map.dense.size()},
           {"lines", map.lines.size()},
           {"marks", map.marks.size()},
@@ -125,12 +129,33 @@ Json ReadSummary(const std::string& path, MapResult* map) {
   });
 }
 
+// The files that earlier maps do not have, by what is counted of them.
+const std::map<std::string, std::string>& FilesOfLaterMaps() {
+  static const std::map<std::string, std::string> files = {
+      {"pipes", kPipeFile},
+      {"point_observations", kPointObservationFile},
+      {"line_covariances", kLineCovarianceFile},
+      {"line_supports", kLineSupportFile}};
+  return files;
+}
+
 void CheckCounts(const std::string& folder, const Json& summary, const MapResult& map) {
   for (const auto& [what, count] : CountsOf(map)) {
-    // Earlier maps have no pipes, and no tables of what is known of lines.
-    if (count == 0 && !summary.at("counts").contains(what)) continue;
-    CheckCount(folder, kSummary, summary, what, count);
+    const auto later = FilesOfLaterMaps().find(what);
+    const bool is_counted = later == FilesOfLaterMaps().end() ||
+                            std::filesystem::exists(folder + "/" + later->second) ||
+                            summary.at("counts").contains(what);
+    if (is_counted) CheckCount(folder, kSummary, summary, what, count);
   }
+}
+
+// Whether a map has a file that earlier ones lack: it is there, or should be.
+bool HasFile(const std::string& folder, const Json& summary, const char* name) {
+  if (std::filesystem::exists(folder + "/" + name)) return true;
+  return WithJsonErrors(folder + "/" + kSummary, [&] {
+    return std::ranges::any_of(summary.at("files"),
+                               [&](const Json& file) { return file.at("name") == name; });
+  });
 }
 
 // A file of no poses is no trajectory file for other readers.
@@ -204,6 +229,7 @@ std::string WriteMapFolder(OutputFolder* folder, const MapResult& map) {
   WriteTumTrajectory(path + kKeyframes, map.keyframes);
   WritePoints(path + kPoints, map.points);
   WritePcd(path + kCloud, map.points);
+  WritePointObservations(path + kPointObservationFile, map.point_observations);
   WriteDensePly(path + kDense, map.dense);
   WriteDensePcd(path + kDenseCloud, map.dense);
   WriteMapLines(path + kLines, map.lines);
@@ -233,12 +259,16 @@ MapResult ReadMapFolder(const std::string& folder, const MapReadOptions& options
   map.rectified_rig = ReadRig(path + kRig);
   map.trajectory = ReadPoses(path + kTrajectory);
   map.keyframes = ReadPoses(path + kKeyframes);
+  CheckPosesOfRuns(path + kSummary, map);
   map.points = ReadPoints(path + kPoints);
+  if (HasFile(folder, summary, kPointObservationFile)) {
+    map.point_observations = ReadPointObservations(path + kPointObservationFile, map);
+  }
   map.dense = ReadDensePly(path + kDense);
   map.lines = ReadLines(path + kLines);
   map.marks = ReadLines(path + kMarks);
   map.line_evidence = ReadLineEvidence(folder, map);
-  if (std::filesystem::exists(path + kPipeFile)) map.pipes = ReadPipes(path + kPipeFile);
+  if (HasFile(folder, summary, kPipeFile)) map.pipes = ReadPipes(path + kPipeFile);
   map.building = ReadBuilding(folder);
   map.occupancy = OccupancyMap::Read(path + kOccupancy);
   map.source.options = ReadFile(path + kOptions);
@@ -251,4 +281,3 @@ MapResult ReadMapFolder(const std::string& folder, const MapReadOptions& options
 }
 
 }  // namespace slcmap
-  CheckPosesOfRuns(path + kSummary, map);

@@ -90,6 +90,7 @@ void MoveStamps(int64_t shift_ns, MapResult* map) {
     for (StampedPose& pose : *poses) pose.stamp_ns += shift_ns;
   }
   for (LineSupport& support : map->line_evidence.supports) support.stamp_ns += shift_ns;
+  for (MapPointObservation& seen : map->point_observations) seen.stamp_ns += shift_ns;
 }
 
 void MoveLines(const RigidTransform& T, MapResult* map) {
@@ -130,12 +131,14 @@ void MoveImages(const Rig& rig, MapResult* map) {
   if (IsSameRig(map->rectified_rig, rig)) {
     map->line_evidence.supports =
         SupportsInRig(map->line_evidence.supports, map->rectified_rig, rig);
+    map->point_observations = ObservationsInRig(map->point_observations, map->rectified_rig, rig);
     return;
   }
   if (map->keyframes.empty()) return;
   map->warnings[kKeyframesOfOtherCameras] += static_cast<int64_t>(map->keyframes.size());
   map->keyframes.clear();
   map->line_evidence.supports.clear();
+  map->point_observations.clear();
 }
 
 Trajectory UniteTrajectories(const Trajectory& first, const Trajectory& second) {
@@ -158,6 +161,15 @@ void SetLines(LinesOfMap united, MapResult* map) {
     (line.kind == LineKind::kMark ? map->marks : map->lines).push_back(line);
   }
   map->line_evidence = std::move(united.evidence);
+}
+
+UnitedPoints TakePoints(MapResult* map) {
+  return {std::exchange(map->points, {}), std::exchange(map->point_observations, {})};
+}
+
+void SetPoints(UnitedPoints united, MapResult* map) {
+  map->points = std::move(united.points);
+  map->point_observations = std::move(united.observations);
 }
 
 std::optional<Verdict> UniteVerdicts(const MapResult& first, const MapResult& second) {
@@ -198,7 +210,7 @@ void UniteContents(const RigidTransform& T_first_second, const MappingOptions& o
                    const Progress& progress, MapResult* first, MapResult* second) {
   first->dense = UniteSurfaces(first->dense, second->dense, kAlignment_m, options.dense.voxel_m);
   progress.ReportOrStop(0.3);
-  first->points = UnitePoints(first->points, second->points, options.cloud.voxel_m);
+  SetPoints(UnitePoints(TakePoints(first), TakePoints(second), options.cloud.voxel_m), first);
   progress.ReportOrStop(0.4);
   SetLines(UniteLines(TakeLines(first), TakeLines(second), kLinesOff_m, options.lines.merging),
            first);
@@ -287,6 +299,7 @@ MergedMaps MergeMaps(MapResult first, MapResult second, const AlignmentOptions& 
   const MapAlignment found = AlignMaps(first, second, alignment, progress.Part(0, kAlignedUntil));
   const RigidTransform& T = found.T_first_second;
   const int64_t shift_ns = StampShift(first, second);
+  std::vector<MergedRun> parts = UniteParts(first, second, T, shift_ns);
   MoveInto(T, &second);
   MoveStamps(shift_ns, &second);
   const Trajectory seen_by_first = first.keyframes, seen_by_second = second.keyframes;
@@ -299,7 +312,6 @@ MergedMaps MergeMaps(MapResult first, MapResult second, const AlignmentOptions& 
       SightsOf(first, rigs, options.dense.voxel_m, progress.Part(kUnitedUntil, kSeenUntil));
   first.trajectory = UniteTrajectories(first.trajectory, second.trajectory);
   first.keyframes = UniteTrajectories(first.keyframes, second.keyframes);
-  std::vector<MergedRun> parts = UniteParts(first, second, T, shift_ns);
   first.source.merged = std::move(parts);
   UniteReports(second, &first);
   progress.ReportOrStop(kSeenUntil);
