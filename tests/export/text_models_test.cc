@@ -7,6 +7,7 @@
 #include "export/colmap_writer.h"
 #include "export/export.h"
 #include "export/limap_writer.h"
+#include "export/model_images.h"
 #include "tests/testing/hand_made_building.h"
 #include "tests/testing/node_reader.h"
 #include "tests/testing/temp_folder.h"
@@ -91,6 +92,38 @@ TEST_F(TextModelsTest, ColmapReadsTheModel) {
   EXPECT_THAT(output.text, HasSubstr("Cameras: 2"));
   EXPECT_THAT(output.text, HasSubstr("Images: 4"));
   EXPECT_THAT(output.text, HasSubstr("Points: 2"));
+}
+
+TEST_F(TextModelsTest, ImagesOfAMergedMapAreNamedAsTheirRecordingsHaveThem) {
+  MapResult map = MakeMapWithCameras();
+  const auto run = [&](const char* id, const char* sequence, int64_t moved_ns, std::size_t pose) {
+    const int64_t stamp_ns = map.keyframes[pose].stamp_ns;
+    map.source.merged.push_back(
+        {id, sequence, "0.1.0", moved_ns, {}, StampSpan{stamp_ns, stamp_ns}});
+  };
+  run("a", "/recordings/day/mav0", 0, 0);
+  run("b", "/recordings/night/", 1'000'000'000'000, 1);
+  const auto names = [&] {
+    std::vector<std::string> of_left;
+    for (const ModelImage& image : ModelImages(map)) {
+      if (image.camera == 0) of_left.push_back(image.name);
+    }
+    return of_left;
+  };
+  using ::testing::ElementsAre;
+  EXPECT_THAT(names(), ElementsAre("day/cam0/data/1403636580000000000.png",
+                                   "night/cam0/data/1403635581000000000.png"));
+  EXPECT_EQ(ModelImages(map)[3].name, "night/cam1/data/1403635581000000000.png");
+  // What does not tell them apart, or would end a name, is not taken.
+  for (const char* sequence : {"/other/day", "", "/recordings/a night", "/recordings/.."}) {
+    map.source.merged[1].sequence = sequence;
+    EXPECT_THAT(names()[1], ::testing::StartsWith("b/cam0/data/1403635581")) << sequence;
+  }
+  map.source.merged[0].run_id = map.source.merged[1].run_id = "";
+  EXPECT_THAT(names()[1], ::testing::StartsWith("run_1/cam0/data/1403635581"));
+  // Merged by an earlier version, which did not say which poses are whose.
+  map.source.merged[1].poses_ns.reset();
+  EXPECT_EQ(names()[1], "cam0/data/1403636581000000000.png");
 }
 
 TEST_F(TextModelsTest, LimapHoldsTheLines) {
