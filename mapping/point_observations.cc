@@ -2,13 +2,16 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <memory>
 #include <unordered_map>
+#include <utility>
 
 #include "odometry/geometry/focal_shift.h"
 #include "odometry/geometry/pinhole.h"
 #include "odometry/residuals/calibration.h"
 #include "odometry/residuals/point_residual.h"
+#include "odometry/run_rows.h"
 
 namespace slcmap {
 namespace {
@@ -62,6 +65,23 @@ std::unordered_map<int64_t, Track> TracksOf(const std::vector<MapPoint>& points)
   return tracks;
 }
 
+// What files take for one.
+bool IsPixel(const Vector2d& px) {
+  return std::abs(px.x()) <= kMaxPixel && std::abs(px.y()) <= kMaxPixel;
+}
+
+// Of landmarks that no keyframe says it saw there is no track.
+void NumberTracks(std::vector<MapPointObservation>* observations) {
+  int64_t point = -1;
+  int landmark = -1, track = -1;
+  for (MapPointObservation& seen : *observations) {
+    if (seen.point != point) track = -1;
+    if (seen.point != point || seen.track != landmark) ++track;
+    point = seen.point;
+    landmark = std::exchange(seen.track, track);
+  }
+}
+
 }  // namespace
 
 std::vector<MapPointObservation> ObservationsOf(const std::vector<MapPoint>& points,
@@ -74,14 +94,17 @@ std::vector<MapPointObservation> ObservationsOf(const std::vector<MapPoint>& poi
       const auto track = tracks.find(seen.landmark_id);
       if (track == tracks.end()) continue;
       const auto add = [&](int camera, const Vector2d& px) {
-        observations.push_back({track->second.point, track->second.number, keyframe.stamp_ns,
-                                camera, pixels.Moved(camera, px)});
+        const Vector2d moved_px = pixels.Moved(camera, px);
+        if (!IsPixel(moved_px)) return;
+        observations.push_back(
+            {track->second.point, track->second.number, keyframe.stamp_ns, camera, moved_px});
       };
       add(0, seen.left_px);
       if (seen.right_px) add(1, *seen.right_px);
     }
   }
   std::ranges::sort(observations, {}, [](const MapPointObservation& seen) { return KeyOf(seen); });
+  NumberTracks(&observations);
   return observations;
 }
 

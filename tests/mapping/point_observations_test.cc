@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <filesystem>
 #include <set>
 #include <sstream>
@@ -126,6 +127,34 @@ TEST_F(PointObservationsTest, ComeBack) {
     EXPECT_EQ(KeyOf(read[i]), KeyOf(map.point_observations[i]));
     EXPECT_LT((read[i].px - map.point_observations[i].px).norm(), 0.001);
   }
+}
+
+// As of a run that was cut off.
+TEST_F(PointObservationsTest, TracksOfAPointCountFromZeroWhateverWasSeen) {
+  OdometryRun run = testing::MakeWallRun();
+  const int64_t unseen = BuildMap(run, {}).points[0].landmark_ids[0];
+  MappingOptions options;
+  options.cloud.voxel_m = 0.5;
+  for (Keyframe& keyframe : run.keyframes) {
+    std::erase_if(keyframe.observations,
+                  [&](const KeyframeObservation& seen) { return seen.landmark_id == unseen; });
+  }
+  WriteMapFolder(folder_, BuildMap(run, options));
+  const MapResult map = ReadMapFolder(folder_);
+  const auto point = std::ranges::find(map.point_observations, 0, &MapPointObservation::point);
+  ASSERT_NE(point, map.point_observations.end());
+  EXPECT_EQ(point->track, 0);
+}
+
+// Files refuse what cannot be, so it is not written.
+TEST_F(PointObservationsTest, AreFinite) {
+  OdometryRun run = testing::MakeWallRun();
+  run.keyframes[0].observations[3].left_px.x() = std::nan("");
+  run.keyframes[1].observations[3].right_px->y() = 1e9;
+  const MapResult map = BuildMap(run, {});
+  WriteMapFolder(folder_, map);
+  EXPECT_EQ(ReadMapFolder(folder_).point_observations.size(),
+            BuildMap(testing::MakeWallRun(), {}).point_observations.size() - 2);
 }
 
 TEST_F(PointObservationsTest, MapsOfEarlierVersionsHaveNone) {
