@@ -2,8 +2,12 @@
 
 #include <spdlog/fmt/fmt.h>
 
+#include <iterator>
+#include <utility>
+
 #include "data/file.h"
 #include "export/model_images.h"
+#include "export/model_points.h"
 
 namespace slcmap {
 namespace {
@@ -20,24 +24,59 @@ std::string CamerasOf(const Rig& rig) {
   return text;
 }
 
-// Two rows an image: its pose, world to camera, and its points, none.
-std::string ImagesOf(const MapResult& map) {
-  std::string text = "# IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME\n";
-  for (const ModelImage& image : ModelImages(map)) {
+// A point in an image, and in a point's track: which image, and which of the points there.
+struct PointInImage {
+  Eigen::Vector2d px;
+  std::size_t point;
+};
+
+std::vector<std::vector<PointInImage>> PointsInImages(const std::vector<ModelPoint>& points,
+                                                      std::size_t images) {
+  std::vector<std::vector<PointInImage>> seen(images);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    for (const ModelSight& sight : points[i].track) seen[sight.image].push_back({sight.px, i});
+  }
+  return seen;
+}
+
+// Two rows an image: its pose, world to camera, and the points that it shows.
+std::string ImagesOf(const std::vector<ModelImage>& images, const std::vector<ModelPoint>& points) {
+  const auto seen = PointsInImages(points, images.size());
+  std::string text = "# IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME\n# X Y POINT3D_ID ...\n";
+  const auto out = std::back_inserter(text);
+  for (std::size_t i = 0; i < images.size(); ++i) {
+    const ModelImage& image = images[i];
     const Eigen::Quaterniond& q = image.T_camera_world.rotation;
     const Eigen::Vector3d& t = image.T_camera_world.translation;
-    text +=
-        fmt::format("{} {:.12f} {:.12f} {:.12f} {:.12f} {:.9f} {:.9f} {:.9f} {} {}\n\n", image.id,
-                    q.w(), q.x(), q.y(), q.z(), t.x(), t.y(), t.z(), image.camera + 1, image.name);
+    fmt::format_to(out, "{} {:.12f} {:.12f} {:.12f} {:.12f} {:.9f} {:.9f} {:.9f} {} {}\n", image.id,
+                   q.w(), q.x(), q.y(), q.z(), t.x(), t.y(), t.z(), image.camera + 1, image.name);
+    const char* blank = "";
+    for (const auto& [px, point] : seen[i]) {
+      fmt::format_to(out, "{}{:.3f} {:.3f} {}", std::exchange(blank, " "),
+                     px.x() + kCornerOrigin_px, px.y() + kCornerOrigin_px, point + 1);
+    }
+    text += "\n";
   }
   return text;
 }
 
-std::string PointsOf(const std::vector<MapPoint>& points) {
-  std::string text = "# POINT3D_ID X Y Z R G B ERROR\n";
+// Sights come in the order of points, as the points of each image do.
+std::string PointsOf(const std::vector<ModelPoint>& points, const std::vector<ModelImage>& images) {
+  std::vector<int> counts(images.size(), 0);  // of the points in each image so far
+  std::string text = "# POINT3D_ID X Y Z R G B ERROR TRACK (IMAGE_ID POINT2D_IDX ...)\n";
+  const auto out = std::back_inserter(text);
   for (std::size_t i = 0; i < points.size(); ++i) {
     const Eigen::Vector3d& p = points[i].p_world;
-    text += fmt::format("{} {:.6f} {:.6f} {:.6f} 128 128 128 -1\n", i + 1, p.x(), p.y(), p.z());
+    fmt::format_to(out, "{} {:.6f} {:.6f} {:.6f} 128 128 128 ", i + 1, p.x(), p.y(), p.z());
+    if (points[i].track.empty()) {
+      text += "-1\n";
+      continue;
+    }
+    fmt::format_to(out, "{:.4f}", points[i].error_px);
+    for (const ModelSight& sight : points[i].track) {
+      fmt::format_to(out, " {} {}", images[sight.image].id, counts[sight.image]++);
+    }
+    text += "\n";
   }
   return text;
 }
@@ -49,9 +88,11 @@ std::vector<std::string> ColmapWriter::Write(const std::string& folder, const Ma
   const std::string model = folder + "/colmap";
   MakeFolder(model);
   WriteFile(model + "/cameras.txt", CamerasOf(map.rectified_rig));
-  WriteFile(model + "/images.txt", ImagesOf(map));
-  progress.ReportOrStop(0.3);
-  WriteFile(model + "/points3D.txt", PointsOf(map.points));
+  const std::vector<ModelImage> images = ModelImages(map);
+  const std::vector<ModelPoint> points = ModelPoints(map, images);
+  progress.ReportOrStop(0.5);
+  WriteFile(model + "/images.txt", ImagesOf(images, points));
+  WriteFile(model + "/points3D.txt", PointsOf(points, images));
   progress.ReportOrStop(1);
   return {model + "/cameras.txt", model + "/images.txt", model + "/points3D.txt"};
 }

@@ -6,11 +6,10 @@
 namespace slcmap {
 
 // Writes colmap/cameras.txt, images.txt and points3D.txt: the rectified cameras as PINHOLE, both
-// images of each keyframe, and of each view between them that shows a line, with its pose, and the
-// points. A map does not hold which image saw which point, colours of points or errors of their
-// projections: images have no points, points no tracks, an error of -1 and grey. Images are named
-// as recordings in EuRoC's layout have them, cam0/data/STAMP.png; those have to be rectified first.
-// A map without calibrated cameras has points alone.
+// images of each keyframe, and of each view between them that shows a line, with its pose and the
+// points that it shows (ModelImages, ModelPoints), and the points with their tracks. A map does not
+// hold colours of points: they are grey. Images as recorded have to be rectified first. A map
+// without calibrated cameras has points alone.
 class ColmapWriter : public MapWriter {
  public:
   std::string Format() const override { return "colmap"; }

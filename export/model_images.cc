@@ -2,6 +2,9 @@
 
 #include <spdlog/fmt/fmt.h>
 
+#include <algorithm>
+#include <cctype>
+#include <filesystem>
 #include <map>
 #include <set>
 
@@ -20,6 +23,63 @@ std::map<int64_t, RigidTransform> PosesOf(const MapResult& map) {
   return poses;
 }
 
+// The recording's folder, or the one above mav0.
+std::string RecordingOf(const MergedRun& run) {
+  std::filesystem::path path = run.sequence;
+  if (!path.has_filename()) path = path.parent_path();  // ends in a slash
+  return (path.filename() == "mav0" ? path.parent_path() : path).filename().string();
+}
+
+// Readers of COLMAP's text end names at blanks.
+bool IsFolderName(const std::string& name) {
+  const auto is_plain = [](unsigned char c) {
+    return std::isalnum(c) || c == '_' || c == '-' || c == '.';
+  };
+  return !name.empty() && name[0] != '.' && std::ranges::all_of(name, is_plain);
+}
+
+// Names that tell the runs of a merged map apart: those of their recordings, else their ids, else
+// numbers.
+std::vector<std::string> FoldersOf(const std::vector<MergedRun>& runs) {
+  std::vector<std::string> recordings, ids, numbers;
+  for (const MergedRun& run : runs) {
+    recordings.push_back(RecordingOf(run));
+    ids.push_back(run.run_id);
+    numbers.push_back(fmt::format("run_{}", numbers.size()));
+  }
+  for (const std::vector<std::string>* names : {&recordings, &ids}) {
+    const std::set<std::string> different(names->begin(), names->end());
+    if (different.size() == runs.size() && std::ranges::all_of(different, IsFolderName)) {
+      return *names;
+    }
+  }
+  return numbers;
+}
+
+// Names of images as recordings have them.
+class ImageNames {
+ public:
+  explicit ImageNames(const std::vector<MergedRun>& runs)
+      : runs_(runs), folders_(FoldersOf(runs)) {}
+
+  std::string Of(int64_t stamp_ns, int camera) const {
+    for (std::size_t i = 0; i < runs_.size(); ++i) {
+      const auto& poses = runs_[i].poses_ns;
+      if (!poses || stamp_ns < poses->from_ns || stamp_ns > poses->to_ns) continue;
+      return folders_[i] + "/" + InRecording(stamp_ns - runs_[i].stamps_moved_ns, camera);
+    }
+    return InRecording(stamp_ns, camera);
+  }
+
+ private:
+  static std::string InRecording(int64_t stamp_ns, int camera) {
+    return fmt::format("cam{}/data/{}.png", camera, stamp_ns);
+  }
+
+  const std::vector<MergedRun>& runs_;
+  const std::vector<std::string> folders_;
+};
+
 }  // namespace
 
 bool IsCalibrated(const Camera& camera) {
@@ -28,13 +88,13 @@ bool IsCalibrated(const Camera& camera) {
 
 std::vector<ModelImage> ModelImages(const MapResult& map) {
   const Rig& rig = map.rectified_rig;
+  const ImageNames names(map.source.merged);
   std::vector<ModelImage> images;
   for (const auto& [stamp_ns, T_world_imu] : PosesOf(map)) {
     for (int i = 0; i < 2; ++i) {
       if (!IsCalibrated(rig.cameras[i])) continue;
       images.push_back({static_cast<int>(images.size()) + 1, stamp_ns, i,
-                        (T_world_imu * rig.T_imu_camera[i]).Inverse(),
-                        fmt::format("cam{}/data/{}.png", i, stamp_ns)});
+                        (T_world_imu * rig.T_imu_camera[i]).Inverse(), names.Of(stamp_ns, i)});
     }
   }
   return images;

@@ -4,6 +4,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <tuple>
 #include <vector>
 
 #include "data/types.h"
@@ -32,7 +33,14 @@ struct LineSupport {
   LineSegment px;
 };
 
-// Each by line, piece, stamp and camera.
+// What they are ordered by.
+inline auto KeyOf(const LineCovariance& covariance) {
+  return std::tuple(covariance.line_id, covariance.piece);
+}
+inline auto KeyOf(const LineSupport& support) {
+  return std::tuple(support.line_id, support.piece, support.stamp_ns, support.camera);
+}
+
 struct LineEvidence {
   std::vector<LineCovariance> covariances;
   std::vector<LineSupport> supports;

@@ -3,20 +3,18 @@
 #include <spdlog/fmt/fmt.h>
 
 #include <Eigen/Eigenvalues>
-#include <algorithm>
 #include <filesystem>
 #include <iterator>
-#include <tuple>
 #include <unordered_map>
 
 #include "data/csv_table.h"
 #include "data/file.h"
+#include "mapping/evidence_rows.h"
 #include "odometry/run_rows.h"
 
 namespace slcmap {
 namespace {
 
-constexpr char kCovariances[] = "line_covariances.csv", kSupports[] = "line_supports.csv";
 constexpr std::size_t kFirstCell = 2;  // of the covariances, behind line and piece
 
 using Matrix6d = Eigen::Matrix<double, 6, 6>;
@@ -125,43 +123,6 @@ class Pieces {
   std::unordered_map<int64_t, int> pieces_;
 };
 
-// The stamps of a map's poses.
-class Stamps {
- public:
-  explicit Stamps(const MapResult& map) {
-    for (const Trajectory* poses : {&map.trajectory, &map.keyframes}) {
-      for (const StampedPose& pose : *poses) stamps_ns_.push_back(pose.stamp_ns);
-    }
-    std::sort(stamps_ns_.begin(), stamps_ns_.end());
-  }
-
-  int64_t At(const CsvTable& row, std::size_t column) const {
-    const int64_t stamp_ns = row.Integer(0, column);
-    if (!std::binary_search(stamps_ns_.begin(), stamps_ns_.end(), stamp_ns)) {
-      row.Fail(0, column, "the stamp of a pose in trajectory.tum or keyframes.tum");
-    }
-    return stamp_ns;
-  }
-
- private:
-  std::vector<int64_t> stamps_ns_;
-};
-
-auto KeyOf(const LineCovariance& row) { return std::tuple(row.line_id, row.piece); }
-
-auto KeyOf(const LineSupport& row) {
-  return std::tuple(row.line_id, row.piece, row.stamp_ns, row.camera);
-}
-
-// Adds what follows the last one.
-template <typename Item>
-void AddNext(const Item& item, const CsvTable& row, const char* order, std::vector<Item>* items) {
-  if (!items->empty() && !(KeyOf(items->back()) < KeyOf(item))) {
-    row.Fail(0, 0, fmt::format("rows in the order of {}, each once", order));
-  }
-  items->push_back(item);
-}
-
 LineCovariance CovarianceAt(const CsvTable& row) {
   constexpr double kRounding = 1e-4;  // of the largest eigenvalue
   Matrix6d both;
@@ -192,7 +153,7 @@ std::vector<LineCovariance> ReadCovariances(const std::string& path, const Piece
 }
 
 std::vector<LineSupport> ReadSupports(const std::string& path, const Pieces& pieces,
-                                      const Stamps& stamps) {
+                                      const PoseStamps& stamps) {
   std::vector<LineSupport> supports;
   CsvTable::ForEach(path, SupportColumns(), [&](const CsvTable& row) {
     const auto [line_id, piece] = pieces.At(row);
@@ -206,22 +167,23 @@ std::vector<LineSupport> ReadSupports(const std::string& path, const Pieces& pie
 
 }  // namespace
 
-std::vector<std::string> LineEvidenceFiles() { return {kCovariances, kSupports}; }
+std::vector<std::string> LineEvidenceFiles() { return {kLineCovarianceFile, kLineSupportFile}; }
 
 void WriteLineEvidence(const std::string& folder, const LineEvidence& evidence) {
-  WriteFile(folder + "/" + kCovariances, TableOf(CovarianceColumns(), evidence.covariances));
-  WriteFile(folder + "/" + kSupports, TableOf(SupportColumns(), evidence.supports));
+  WriteFile(folder + "/" + kLineCovarianceFile, TableOf(CovarianceColumns(), evidence.covariances));
+  WriteFile(folder + "/" + kLineSupportFile, TableOf(SupportColumns(), evidence.supports));
 }
 
 LineEvidence ReadLineEvidence(const std::string& folder, const MapResult& map) {
-  const std::string covariances = folder + "/" + kCovariances, supports = folder + "/" + kSupports;
+  const std::string covariances = folder + "/" + kLineCovarianceFile,
+                    supports = folder + "/" + kLineSupportFile;
   const Pieces pieces(map);
   LineEvidence evidence;
   if (std::filesystem::exists(covariances)) {
     evidence.covariances = ReadCovariances(covariances, pieces);
   }
   if (std::filesystem::exists(supports)) {
-    evidence.supports = ReadSupports(supports, pieces, Stamps(map));
+    evidence.supports = ReadSupports(supports, pieces, PoseStamps(map));
   }
   return evidence;
 }

@@ -8,6 +8,8 @@
 
 namespace slcmap {
 
+inline constexpr char kLineCovarianceFile[] = "line_covariances.csv",
+                      kLineSupportFile[] = "line_supports.csv";
 std::vector<std::string> LineEvidenceFiles();
 
 // Writes both tables. Throws OutputError.

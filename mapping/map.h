@@ -18,6 +18,7 @@
 #include "mapping/line_evidence.h"
 #include "mapping/occupancy_map.h"
 #include "mapping/pipes/map_pipe.h"
+#include "mapping/point_observation.h"
 
 namespace slcmap {
 
@@ -29,11 +30,19 @@ struct MapPoint {
   std::vector<int64_t> landmark_ids;  // those that were fused; not kept in files
 };
 
+// From a stamp to a later one.
+struct StampSpan {
+  int64_t from_ns = 0, to_ns = 0;
+};
+
 // A run that went into a map that was merged of several.
 struct MergedRun {
   std::string run_id, sequence, version;  // as MapSource has them
   int64_t stamps_moved_ns = 0;            // stamps of the run are this much earlier
   RigidTransform T_world_run;             // from the run's world: a turn about z, and a translation
+  // Of its poses, as the map has them: no other run has any in between. None of a map that was
+  // merged by an earlier version, or of a run without poses.
+  std::optional<StampSpan> poses_ns;
 };
 
 // Where a map came from; a merged one from its first run.
@@ -53,7 +62,7 @@ struct MapResult {
   std::string partial_reason;
   std::map<std::string, int64_t> warnings;  // counted by kind
   std::optional<Verdict> verdict;           // on the run
-  Rig rectified_rig;
+  Rig rectified_rig;                        // the cameras of the images that observations are of
   // What the adjustment over all keyframes was made of; none where there was none. Not read back.
   std::optional<AdjustmentFigures> adjustment;
   // The raw cameras with what the run, or its adjustment, found of their calibration; none of a run
@@ -62,6 +71,7 @@ struct MapResult {
   Trajectory trajectory;  // refined, a pose an image
   Trajectory keyframes;
   std::vector<MapPoint> points;
+  std::vector<MapPointObservation> point_observations;  // by point, track, stamp and camera
   std::vector<DensePoint> dense;  // none of a map that was made without images
   std::vector<MapLine> lines;     // but marks
   std::vector<MapLine> marks;     // lines that are on surfaces, and no edges of them

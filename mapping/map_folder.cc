@@ -3,9 +3,8 @@
 #include <spdlog/fmt/fmt.h>
 
 #include <algorithm>
-#include <array>
-#include <cmath>
 #include <filesystem>
+#include <map>
 #include <utility>
 
 #include "data/calibration.h"
@@ -18,8 +17,10 @@
 #include "mapping/building/building_files.h"
 #include "mapping/dense/dense_file.h"
 #include "mapping/line_evidence_files.h"
+#include "mapping/merged_runs.h"
 #include "mapping/pipes/pipe_file.h"
 #include "mapping/point_cloud.h"
+#include "mapping/point_observation_file.h"
 #include "odometry/method.h"
 #include "odometry/run_json.h"
 #include "odometry/run_lines.h"
@@ -47,9 +48,10 @@ double MedianObservations(const std::vector<MapLine>& lines) {
 }
 
 std::vector<std::string> ListedNames(bool with_calibration) {
-  std::vector<std::string> names = {kTrajectory, kKeyframes, kPoints,  kCloud,     kDense,
-                                    kDenseCloud, kLines,     kMarks,   kOccupancy, kProbabilities,
-                                    kRig,        kOptions,   kPipeFile};
+  std::vector<std::string> names = {kTrajectory, kKeyframes,           kPoints, kCloud,
+                                    kDense,      kDenseCloud,          kLines,  kMarks,
+                                    kOccupancy,  kProbabilities,       kRig,    kOptions,
+                                    kPipeFile,   kPointObservationFile};
   for (const std::string& name : LineEvidenceFiles()) names.push_back(name);
   for (const std::string& name : BuildingFiles()) names.push_back(name);
   if (with_calibration) names.emplace_back(kCalibration);
@@ -75,6 +77,7 @@ std::vector<std::pair<const char*, std::size_t>> CountsOf(const MapResult& map) 
   return {{"poses", map.trajectory.size()},
           {"keyframes", map.keyframes.size()},
           {"points", map.points.size()},
+          {"point_observations", map.point_observations.size()},
           {"dense_points", map.dense.size()},
           {"lines", map.lines.size()},
           {"marks", map.marks.size()},
@@ -84,43 +87,6 @@ std::vector<std::pair<const char*, std::size_t>> CountsOf(const MapResult& map) 
           {"planes", map.building.planes.size()},
           {"rooms", map.building.rooms.size()},
           {"occupied_voxels", map.occupancy.OccupiedVoxels().size()}};
-}
-
-// The turn of a run's world is about z.
-Json MergedJson(const std::vector<MergedRun>& runs) {
-  Json json = Json::array();
-  for (const MergedRun& run : runs) {
-    const Eigen::Vector3d& p = run.T_world_run.translation;
-    json.push_back({{"run", run.run_id},
-                    {"slcmap", run.version},
-                    {"sequence", run.sequence},
-                    {"stamps_moved_ns", run.stamps_moved_ns},
-                    {"position_m", {p.x(), p.y(), p.z()}},
-                    {"yaw_rad", LogRotation(run.T_world_run.rotation).z()}});
-  }
-  return json;
-}
-
-std::vector<MergedRun> ParseMerged(const std::string& path, const Json& json) {
-  std::vector<MergedRun> runs;
-  for (const Json& item : json) {
-    MergedRun run{item.at("run").get<std::string>(), item.at("sequence").get<std::string>(),
-                  item.at("slcmap").get<std::string>(), item.at("stamps_moved_ns").get<int64_t>(),
-                  RigidTransform()};
-    const auto p = item.at("position_m").get<std::array<double, 3>>();
-    const double yaw_rad = item.at("yaw_rad").get<double>();
-    run.T_world_run.translation = Eigen::Vector3d(p[0], p[1], p[2]);
-    const double farthest_m = run.T_world_run.translation.cwiseAbs().maxCoeff();
-    if (!(farthest_m <= kMaxCoordinate_m) || !(std::abs(yaw_rad) <= 4)) {
-      throw DataError(
-          fmt::format("{}: merged: found a position of {} m and a yaw of {} rad, expected "
-                      "at most {} m and a turn",
-                      path, farthest_m, yaw_rad, kMaxCoordinate_m));
-    }
-    run.T_world_run.rotation = ExpRotation({0, 0, yaw_rad});
-    runs.push_back(run);
-  }
-  return runs;
 }
 
 std::string WriteSummary(const std::string& folder, const MapResult& map) {
@@ -154,7 +120,9 @@ Json ReadSummary(const std::string& path, MapResult* map) {
     map->source.run_id = source.at("run").get<std::string>();
     map->source.version = source.at("slcmap").get<std::string>();
     map->source.sequence = source.at("sequence").get<std::string>();
-    if (json.contains("merged")) map->source.merged = ParseMerged(path, json.at("merged"));
+    if (json.contains("merged")) {
+      map->source.merged = ParseMerged(path, json.at("merged"), map->source.run_id);
+    }
     map->complete = json.at("complete").get<bool>();
     map->partial_reason = json.at("partial_reason").get<std::string>();
     map->warnings = ParseWarnings(path, json.at("warnings"));
@@ -163,12 +131,33 @@ Json ReadSummary(const std::string& path, MapResult* map) {
   });
 }
 
+// The files that earlier maps do not have, by what is counted of them.
+const std::map<std::string, std::string>& FilesOfLaterMaps() {
+  static const std::map<std::string, std::string> files = {
+      {"pipes", kPipeFile},
+      {"point_observations", kPointObservationFile},
+      {"line_covariances", kLineCovarianceFile},
+      {"line_supports", kLineSupportFile}};
+  return files;
+}
+
 void CheckCounts(const std::string& folder, const Json& summary, const MapResult& map) {
   for (const auto& [what, count] : CountsOf(map)) {
-    // Earlier maps have no pipes, and no tables of what is known of lines.
-    if (count == 0 && !summary.at("counts").contains(what)) continue;
-    CheckCount(folder, kSummary, summary, what, count);
+    const auto later = FilesOfLaterMaps().find(what);
+    const bool is_counted = later == FilesOfLaterMaps().end() ||
+                            std::filesystem::exists(folder + "/" + later->second) ||
+                            summary.at("counts").contains(what);
+    if (is_counted) CheckCount(folder, kSummary, summary, what, count);
   }
+}
+
+// Whether a map has a file that earlier ones lack: it is there, or should be.
+bool HasFile(const std::string& folder, const Json& summary, const char* name) {
+  if (std::filesystem::exists(folder + "/" + name)) return true;
+  return WithJsonErrors(folder + "/" + kSummary, [&] {
+    return std::ranges::any_of(summary.at("files"),
+                               [&](const Json& file) { return file.at("name") == name; });
+  });
 }
 
 // A file of no poses is no trajectory file for other readers.
@@ -242,6 +231,7 @@ std::string WriteMapFolder(OutputFolder* folder, const MapResult& map) {
   WriteTumTrajectory(path + kKeyframes, map.keyframes);
   WritePoints(path + kPoints, map.points);
   WritePcd(path + kCloud, map.points);
+  WritePointObservations(path + kPointObservationFile, map.point_observations);
   WriteDensePly(path + kDense, map.dense);
   WriteDensePcd(path + kDenseCloud, map.dense);
   WriteMapLines(path + kLines, map.lines);
@@ -271,12 +261,16 @@ MapResult ReadMapFolder(const std::string& folder, const MapReadOptions& options
   map.rectified_rig = ReadRig(path + kRig);
   map.trajectory = ReadPoses(path + kTrajectory);
   map.keyframes = ReadPoses(path + kKeyframes);
+  CheckPosesOfRuns(path + kSummary, map);
   map.points = ReadPoints(path + kPoints);
+  if (HasFile(folder, summary, kPointObservationFile)) {
+    map.point_observations = ReadPointObservations(path + kPointObservationFile, map);
+  }
   map.dense = ReadDensePly(path + kDense);
   map.lines = ReadLines(path + kLines);
   map.marks = ReadLines(path + kMarks);
   map.line_evidence = ReadLineEvidence(folder, map);
-  if (std::filesystem::exists(path + kPipeFile)) map.pipes = ReadPipes(path + kPipeFile);
+  if (HasFile(folder, summary, kPipeFile)) map.pipes = ReadPipes(path + kPipeFile);
   map.building = ReadBuilding(folder);
   map.occupancy = OccupancyMap::Read(path + kOccupancy);
   map.source.options = ReadFile(path + kOptions);

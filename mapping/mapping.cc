@@ -16,6 +16,7 @@
 #include "mapping/pipes/pipes.h"
 #include "mapping/planes/plane_filling.h"
 #include "mapping/point_cloud.h"
+#include "mapping/point_observations.h"
 #include "mapping/refinement.h"
 #include "mapping/views/pose_agreement.h"
 #include "odometry/calibrated_rig.h"
@@ -125,6 +126,7 @@ void AddFilledPlanes(const RecordedViews& recorded, const std::vector<Sights>& s
 // Occupancy, the dense cloud, lines and the building, of the images of the keyframes.
 void MapImages(const OdometryRun& run, const RecordedViews& recorded, const MappingOptions& options,
                const Progress& progress, MapResult* map) {
+  map->rectified_rig = recorded.images->rig();  // with what was found of the cameras
   std::vector<Sights> sights = MapDensely(recorded.views, *recorded.images, options,
                                           progress.Part(kFilteredUntil, kDenseUntil), map);
   BuiltLines built = LinesOf(run, recorded, map->dense, options,
@@ -185,6 +187,7 @@ MapResult BuildMap(const OdometryRun& run, const RecordedViews* recorded,
     map.occupancy = MapOccupancy(KeyframeRays(run, map.points), options.occupancy, &map.warnings,
                                  watched.Part(kFilteredUntil, 1));
   }
+  map.point_observations = ObservationsOf(map.points, run, map.rectified_rig);
   if (stopped) {
     map.complete = false;
     map.partial_reason += map.partial_reason.empty() ? "" : "; ";

@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "data/angle_unit.h"
+#include "data/line_angle.h"
 #include "data/option_table.h"
 #include "data/rigid_transform.h"
 
@@ -109,8 +110,7 @@ std::optional<double> Orthogonality_deg(const Matrix3d& axes, const Directions& 
 }
 
 double Angle_deg(const Vector3d& axis, const Vector3d& direction) {
-  return std::atan2(axis.cross(direction).norm(), std::abs(axis.dot(direction))) *
-         kDegreesPerRadian;
+  return LineAngle_rad(axis, direction) * kDegreesPerRadian;
 }
 
 }  // namespace

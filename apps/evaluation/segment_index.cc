@@ -4,9 +4,10 @@
 #include <pcl/point_cloud.h>
 #include <pcl/point_types.h>
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+
+#include "data/line_angle.h"
 
 namespace slcmap {
 namespace {
@@ -21,8 +22,7 @@ double Distance(const PlySegment& segment, const Eigen::Vector3d& point) {
 }
 
 double Angle(const PlySegment& segment, const Eigen::Vector3d& direction) {
-  const Eigen::Vector3d along = segment.end_world - segment.start_world;
-  return std::atan2(along.cross(direction).norm(), std::abs(along.dot(direction)));
+  return LineAngle_rad(segment.end_world - segment.start_world, direction);
 }
 
 }  // namespace

@@ -323,16 +323,15 @@ class Union {
 
   // Of what one image shows of a piece twice, as of two lines that became one, the longer stays.
   void SortSupports() {
-    const auto key = [](const LineSupport& s) {
-      return std::tuple(s.line_id, s.piece, s.stamp_ns, s.camera);
-    };
     std::vector<LineSupport>& supports = united_.evidence.supports;
     std::stable_sort(supports.begin(), supports.end(),
                      [&](const LineSupport& a, const LineSupport& b) {
-                       if (key(a) != key(b)) return key(a) < key(b);
+                       if (KeyOf(a) != KeyOf(b)) return KeyOf(a) < KeyOf(b);
                        return a.px.Length() > b.px.Length();
                      });
-    const auto same = [&](const LineSupport& a, const LineSupport& b) { return key(a) == key(b); };
+    const auto same = [](const LineSupport& a, const LineSupport& b) {
+      return KeyOf(a) == KeyOf(b);
+    };
     supports.erase(std::unique(supports.begin(), supports.end(), same), supports.end());
   }
 

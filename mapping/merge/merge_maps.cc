@@ -55,38 +55,35 @@ void CheckMap(const MapResult& map) {
   }
 }
 
-std::vector<MergedRun> PartsOf(const MapResult& map) {
-  if (!map.source.merged.empty()) return map.source.merged;
-  MergedRun run;
-  run.run_id = map.source.run_id;
-  run.sequence = map.source.sequence;
-  run.version = map.source.version;
-  return {run};
-}
-
 // The time from the first pose to the last.
-struct StampSpan {
-  int64_t from_ns = 0, to_ns = 0;
-};
-
-StampSpan SpanOf(const MapResult& map) {
+std::optional<StampSpan> SpanOf(const MapResult& map) {
   std::vector<int64_t> stamps_ns;
   for (const Trajectory* poses : {&map.trajectory, &map.keyframes}) {
     if (poses->empty()) continue;
     stamps_ns.push_back(poses->front().stamp_ns);
     stamps_ns.push_back(poses->back().stamp_ns);
   }
-  if (stamps_ns.empty()) return {};
+  if (stamps_ns.empty()) return std::nullopt;
   const auto [least, most] = std::minmax_element(stamps_ns.begin(), stamps_ns.end());
-  return {*least, *most};
+  return StampSpan{*least, *most};
+}
+
+std::vector<MergedRun> PartsOf(const MapResult& map) {
+  if (!map.source.merged.empty()) return map.source.merged;
+  MergedRun run;
+  run.run_id = map.source.run_id;
+  run.sequence = map.source.sequence;
+  run.version = map.source.version;
+  run.poses_ns = SpanOf(map);
+  return {run};
 }
 
 // By how much the second's stamps are moved: by nothing where its time is another, else by whole
 // hours, so that no stamp is there twice.
 int64_t StampShift(const MapResult& first, const MapResult& second) {
-  const StampSpan a = SpanOf(first), b = SpanOf(second);
-  if (b.from_ns > a.to_ns || b.to_ns < a.from_ns) return 0;
-  return ((a.to_ns - b.from_ns) / kHour_ns + 1) * kHour_ns;
+  const std::optional<StampSpan> a = SpanOf(first), b = SpanOf(second);
+  if (!a || !b || b->from_ns > a->to_ns || b->to_ns < a->from_ns) return 0;
+  return ((a->to_ns - b->from_ns) / kHour_ns + 1) * kHour_ns;
 }
 
 void MoveStamps(int64_t shift_ns, MapResult* map) {
@@ -94,6 +91,7 @@ void MoveStamps(int64_t shift_ns, MapResult* map) {
     for (StampedPose& pose : *poses) pose.stamp_ns += shift_ns;
   }
   for (LineSupport& support : map->line_evidence.supports) support.stamp_ns += shift_ns;
+  for (MapPointObservation& seen : map->point_observations) seen.stamp_ns += shift_ns;
 }
 
 void MoveLines(const RigidTransform& T, MapResult* map) {
@@ -134,12 +132,14 @@ void MoveImages(const Rig& rig, MapResult* map) {
   if (IsSameRig(map->rectified_rig, rig)) {
     map->line_evidence.supports =
         SupportsInRig(map->line_evidence.supports, map->rectified_rig, rig);
+    map->point_observations = ObservationsInRig(map->point_observations, map->rectified_rig, rig);
     return;
   }
   if (map->keyframes.empty()) return;
   map->warnings[kKeyframesOfOtherCameras] += static_cast<int64_t>(map->keyframes.size());
   map->keyframes.clear();
   map->line_evidence.supports.clear();
+  map->point_observations.clear();
 }
 
 Trajectory UniteTrajectories(const Trajectory& first, const Trajectory& second) {
@@ -164,6 +164,15 @@ void SetLines(LinesOfMap united, MapResult* map) {
   map->line_evidence = std::move(united.evidence);
 }
 
+UnitedPoints TakePoints(MapResult* map) {
+  return {std::exchange(map->points, {}), std::exchange(map->point_observations, {})};
+}
+
+void SetPoints(UnitedPoints united, MapResult* map) {
+  map->points = std::move(united.points);
+  map->point_observations = std::move(united.observations);
+}
+
 std::optional<Verdict> UniteVerdicts(const MapResult& first, const MapResult& second) {
   if (!first.verdict || !second.verdict) return first.verdict ? first.verdict : second.verdict;
   Verdict united = *first.verdict;
@@ -184,22 +193,25 @@ void UniteReports(const MapResult& second, MapResult* first) {
   first->partial_reason += fmt::format("run {}: {}", second.source.run_id, second.partial_reason);
 }
 
-void UniteSources(const MapResult& second, const RigidTransform& T, int64_t shift_ns,
-                  MapResult* first) {
-  std::vector<MergedRun> parts = PartsOf(*first);
+// Of maps that were not moved yet.
+std::vector<MergedRun> UniteParts(const MapResult& first, const MapResult& second,
+                                  const RigidTransform& T_first_second, int64_t shift_ns) {
+  std::vector<MergedRun> parts = PartsOf(first);
   for (MergedRun part : PartsOf(second)) {
     part.stamps_moved_ns += shift_ns;
-    part.T_world_run = T * part.T_world_run;
+    part.T_world_run = T_first_second * part.T_world_run;
+    if (part.poses_ns) part.poses_ns->from_ns += shift_ns;
+    if (part.poses_ns) part.poses_ns->to_ns += shift_ns;
     parts.push_back(part);
   }
-  first->source.merged = std::move(parts);
+  return parts;
 }
 
 void UniteContents(const RigidTransform& T_first_second, const MappingOptions& options,
                    const Progress& progress, MapResult* first, MapResult* second) {
   first->dense = UniteSurfaces(first->dense, second->dense, kAlignment_m, options.dense.voxel_m);
   progress.ReportOrStop(0.3);
-  first->points = UnitePoints(first->points, second->points, options.cloud.voxel_m);
+  SetPoints(UnitePoints(TakePoints(first), TakePoints(second), options.cloud.voxel_m), first);
   progress.ReportOrStop(0.4);
   SetLines(UniteLines(TakeLines(first), TakeLines(second), kLinesOff_m, options.lines.merging),
            first);
@@ -289,6 +301,7 @@ MergedMaps MergeMaps(MapResult first, MapResult second, const AlignmentOptions& 
   const MapAlignment found = AlignMaps(first, second, alignment, progress.Part(0, kAlignedUntil));
   const RigidTransform& T = found.T_first_second;
   const int64_t shift_ns = StampShift(first, second);
+  std::vector<MergedRun> parts = UniteParts(first, second, T, shift_ns);
   MoveInto(T, &second);
   MoveStamps(shift_ns, &second);
   const Trajectory seen_by_first = first.keyframes, seen_by_second = second.keyframes;
@@ -301,7 +314,7 @@ MergedMaps MergeMaps(MapResult first, MapResult second, const AlignmentOptions& 
       SightsOf(first, rigs, options.dense.voxel_m, progress.Part(kUnitedUntil, kSeenUntil));
   first.trajectory = UniteTrajectories(first.trajectory, second.trajectory);
   first.keyframes = UniteTrajectories(first.keyframes, second.keyframes);
-  UniteSources(second, T, shift_ns, &first);
+  first.source.merged = std::move(parts);
   UniteReports(second, &first);
   progress.ReportOrStop(kSeenUntil);
   const BuildingInput input = BuildingInputOf(first, std::move(sights));

@@ -1,6 +1,7 @@
 #include "mapping/merge/other_rig.h"
 
 #include <Eigen/Geometry>
+#include <array>
 
 #include "odometry/geometry/pinhole.h"
 
@@ -8,6 +9,26 @@ namespace slcmap {
 namespace {
 
 constexpr double kSameCentre_m = 0.005, kSameDirection_rad = 0.0175;
+
+// From a camera's images into those of another one in the same place.
+struct PixelMove {
+  Camera from, to;
+  Eigen::Quaterniond R_to_from;
+
+  Eigen::Vector2d At(const Eigen::Vector2d& px) const {
+    const Eigen::Vector3d ray = R_to_from * PlaneFromPixel(from, px).homogeneous();
+    return PixelFromPlane(to, Eigen::Vector2d(ray.hnormalized()));
+  }
+};
+
+std::array<PixelMove, 2> MovesBetween(const Rig& from, const Rig& to) {
+  const auto move = [&](int camera) {
+    return PixelMove{
+        from.cameras[camera], to.cameras[camera],
+        to.T_imu_camera[camera].rotation.conjugate() * from.T_imu_camera[camera].rotation};
+  };
+  return {move(0), move(1)};
+}
 
 }  // namespace
 
@@ -20,21 +41,21 @@ bool IsSameRig(const Rig& a, const Rig& b) {
   return true;
 }
 
-std::vector<LineSupport> SupportsInRig(const std::vector<LineSupport>& supports, const Rig& from,
+std::vector<LineSupport> SupportsInRig(std::vector<LineSupport> supports, const Rig& from,
                                        const Rig& to) {
-  std::vector<LineSupport> moved;
-  for (LineSupport support : supports) {
-    const Camera &seen = from.cameras[support.camera], &other = to.cameras[support.camera];
-    const Eigen::Quaterniond R = to.T_imu_camera[support.camera].rotation.conjugate() *
-                                 from.T_imu_camera[support.camera].rotation;
-    const auto move = [&](const Eigen::Vector2d& px) {
-      const Eigen::Vector3d ray = R * PlaneFromPixel(seen, px).homogeneous();
-      return PixelFromPlane(other, Eigen::Vector2d(ray.hnormalized()));
-    };
-    support.px = {move(support.px.start), move(support.px.end)};
-    moved.push_back(support);
+  const std::array<PixelMove, 2> moves = MovesBetween(from, to);
+  for (LineSupport& support : supports) {
+    const PixelMove& move = moves[support.camera];
+    support.px = {move.At(support.px.start), move.At(support.px.end)};
   }
-  return moved;
+  return supports;
+}
+
+std::vector<MapPointObservation> ObservationsInRig(std::vector<MapPointObservation> observations,
+                                                   const Rig& from, const Rig& to) {
+  const std::array<PixelMove, 2> moves = MovesBetween(from, to);
+  for (MapPointObservation& seen : observations) seen.px = moves[seen.camera].At(seen.px);
+  return observations;
 }
 
 }  // namespace slcmap

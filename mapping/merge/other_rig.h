@@ -5,6 +5,7 @@
 
 #include "data/types.h"
 #include "mapping/line_evidence.h"
+#include "mapping/point_observation.h"
 
 namespace slcmap {
 
@@ -12,9 +13,11 @@ namespace slcmap {
 // 5 mm, their directions within a degree.
 bool IsSameRig(const Rig& a, const Rig& b);
 
-// Moves the pixels of supports from the images of one rig into those of another that is the same.
-// They may then lie beyond the border of the image by what the calibrations differ by.
-std::vector<LineSupport> SupportsInRig(const std::vector<LineSupport>& supports, const Rig& from,
+// Move pixels from the images of one rig into those of another that is the same. They may then lie
+// beyond the border of the image by what the calibrations differ by.
+std::vector<LineSupport> SupportsInRig(std::vector<LineSupport> supports, const Rig& from,
                                        const Rig& to);
+std::vector<MapPointObservation> ObservationsInRig(std::vector<MapPointObservation> observations,
+                                                   const Rig& from, const Rig& to);
 
 }  // namespace slcmap

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "data/line_angle.h"
+
 namespace slcmap {
 namespace {
 
@@ -19,13 +21,9 @@ Vector3d DirectionOf(const MapPipe& pipe) {
   return (pipe.end_world - pipe.start_world).normalized();
 }
 
-double AngleBetween(const Vector3d& a, const Vector3d& b) {
-  return std::atan2(a.cross(b).norm(), std::abs(a.dot(b)));
-}
-
 bool IsOnePipe(const MapPipe& a, const MapPipe& b) {
   const Vector3d direction = DirectionOf(a);
-  if (AngleBetween(direction, DirectionOf(b)) > kOneAxis_rad) return false;
+  if (LineAngle_rad(direction, DirectionOf(b)) > kOneAxis_rad) return false;
   const double radius_m = std::max(a.radius_m, b.radius_m);
   if (std::abs(a.radius_m - b.radius_m) > kOneRadiusShare * radius_m) return false;
   const Vector3d way = 0.5 * (b.start_world + b.end_world) - 0.5 * (a.start_world + a.end_world);
@@ -56,7 +54,7 @@ MapPipe United(const MapPipe& a, const MapPipe& b) {
 void NameAxis(const std::vector<MapLine>& lines, MapPipe* pipe) {
   const auto is_along = [&](const MapLine& line) {
     return line.axis != LineAxis::kNone &&
-           AngleBetween(line.end_world - line.start_world, DirectionOf(*pipe)) < kSameName_rad;
+           LineAngle_rad(line.end_world - line.start_world, DirectionOf(*pipe)) < kSameName_rad;
   };
   const auto found = std::find_if(lines.begin(), lines.end(), is_along);
   const bool is_named = pipe->axis != LineAxis::kNone && found != lines.end();

@@ -96,6 +96,40 @@ std::vector<DensePoint> WithoutDoubles(const std::vector<DensePoint>& points, do
   return left;
 }
 
+SideVoxel VoxelOf(const MapPoint& point, double voxel_m) {
+  return VoxelOf(point.p_world, Eigen::Vector3d::UnitX(), voxel_m);
+}
+
+// The points of a voxel.
+struct PointSum {
+  Eigen::Vector3d p = Eigen::Vector3d::Zero();
+  double weight = 0;
+  int observations = 0;
+  int64_t index = 0;  // of their mean among the united points
+  int tracks = 0;     // of their observations so far
+
+  void Add(const MapPoint& point) {
+    const double sigma_m = std::max(point.sigma_m, kLeastSigma_m), w = 1 / (sigma_m * sigma_m);
+    p += w * point.p_world;
+    weight += w;
+    observations += point.observations;
+  }
+  MapPoint Mean() const { return {p / weight, 1 / std::sqrt(weight), observations, {}}; }
+};
+
+// Adds a map's observations as those of the points that its own went into.
+template <typename SumOf>
+void AddObservations(const UnitedPoints& map, const SumOf& sum_of,
+                     std::vector<MapPointObservation>* united) {
+  const MapPointObservation* before = nullptr;
+  for (const MapPointObservation& seen : map.observations) {
+    PointSum* sum = sum_of(map.points[static_cast<std::size_t>(seen.point)]);
+    if (!before || before->point != seen.point || before->track != seen.track) ++sum->tracks;
+    before = &seen;
+    united->push_back({sum->index, sum->tracks - 1, seen.stamp_ns, seen.camera, seen.px});
+  }
+}
+
 }  // namespace
 
 std::vector<DensePoint> UniteSurfaces(const std::vector<DensePoint>& first,
@@ -112,28 +146,23 @@ std::vector<DensePoint> UniteSurfaces(const std::vector<DensePoint>& first,
   return WithoutDoubles(means, alignment_m, voxel_m);
 }
 
-std::vector<MapPoint> UnitePoints(const std::vector<MapPoint>& first,
-                                  const std::vector<MapPoint>& second, double voxel_m) {
-  struct Sum {
-    Eigen::Vector3d p = Eigen::Vector3d::Zero();
-    double weight = 0;
-    int observations = 0;
-  };
-  std::map<SideVoxel, Sum> voxels;
-  for (const std::vector<MapPoint>* points : {&first, &second}) {
-    for (const MapPoint& point : *points) {
-      const double sigma_m = std::max(point.sigma_m, kLeastSigma_m), w = 1 / (sigma_m * sigma_m);
-      SideVoxel voxel = VoxelOf(point.p_world, Eigen::Vector3d::UnitX(), voxel_m);
-      Sum& sum = voxels[voxel];
-      sum.p += w * point.p_world;
-      sum.weight += w;
-      sum.observations += point.observations;
-    }
+UnitedPoints UnitePoints(const UnitedPoints& first, const UnitedPoints& second, double voxel_m) {
+  std::map<SideVoxel, PointSum> voxels;
+  for (const UnitedPoints* map : {&first, &second}) {
+    for (const MapPoint& point : map->points) voxels[VoxelOf(point, voxel_m)].Add(point);
   }
-  std::vector<MapPoint> united;
-  for (const auto& [voxel, sum] : voxels) {
-    united.push_back({sum.p / sum.weight, 1 / std::sqrt(sum.weight), sum.observations, {}});
+  UnitedPoints united;
+  for (auto& [voxel, sum] : voxels) {
+    sum.index = std::ssize(united.points);
+    united.points.push_back(sum.Mean());
   }
+  for (const UnitedPoints* map : {&first, &second}) {
+    AddObservations(
+        *map, [&](const MapPoint& p) { return &voxels.at(VoxelOf(p, voxel_m)); },
+        &united.observations);
+  }
+  std::ranges::sort(united.observations, {},
+                    [](const MapPointObservation& seen) { return KeyOf(seen); });
   return united;
 }
 

@@ -16,8 +16,12 @@ std::vector<DensePoint> UniteSurfaces(const std::vector<DensePoint>& first,
                                       const std::vector<DensePoint>& second, double alignment_m,
                                       double voxel_m);
 
+struct UnitedPoints {
+  std::vector<MapPoint> points;
+  std::vector<MapPointObservation> observations;  // of those of either, whose tracks stay apart
+};
+
 // One point a voxel, weighted by what is known of each; observations are summed. By voxel.
-std::vector<MapPoint> UnitePoints(const std::vector<MapPoint>& first,
-                                  const std::vector<MapPoint>& second, double voxel_m);
+UnitedPoints UnitePoints(const UnitedPoints& first, const UnitedPoints& second, double voxel_m);
 
 }  // namespace slcmap

@@ -5,8 +5,9 @@
 #include <pcl/point_cloud.h>
 #include <pcl/point_types.h>
 
-#include <algorithm>
 #include <cmath>
+
+#include "data/quantile.h"
 
 namespace slcmap {
 namespace {
@@ -17,12 +18,6 @@ constexpr double kMinFacing = 0.7;  // cosine between normals
 pcl::PointXYZ Along(const PlaneGrid& grid, const Eigen::Vector3d& p) {
   return {static_cast<float>(grid.u.dot(p) - grid.from_u_m),
           static_cast<float>(grid.v.dot(p) - grid.from_v_m), 0};
-}
-
-double MedianOf(std::vector<double> values) {
-  const auto middle = values.begin() + std::ssize(values) / 2;
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 }  // namespace
@@ -60,7 +55,7 @@ std::optional<SurfaceAround> MeasuredAround::At(double column, double row) const
   for (const auto i : found) {
     offsets_m.push_back(grid_.DistanceTo(cloud_[beside_[i]].p_world));
   }
-  const double median_m = MedianOf(offsets_m);
+  const double median_m = Quantile(offsets_m, 0.5);
   SurfaceAround around;
   int agreeing = 0;
   for (size_t i = 0; i < found.size(); ++i) {

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "data/line_angle.h"
+
 namespace slcmap {
 namespace {
 
@@ -28,11 +30,6 @@ Across AcrossSlope(const FreeLine& line, const SlopeBlock& slope) {
 double LargestSigma(const Matrix2d& covariance) {
   const Eigen::SelfAdjointEigenSolver<Matrix2d> solver(covariance, Eigen::EigenvaluesOnly);
   return std::sqrt(std::max(0.0, solver.eigenvalues()[1]));
-}
-
-// Of the angle between two directions of lines.
-double AngleBetween(const Vector3d& a, const Vector3d& b) {
-  return std::atan2(a.cross(b).norm(), std::abs(a.dot(b)));
 }
 
 // Edges within so much of one another, across the slope, count as one object.
@@ -86,7 +83,7 @@ double MeanOf(const SlopeOptions& options, const std::vector<const FreeLine*>& l
 std::optional<double> SquaredSigmasOff(const SlopeOptions& options, const FreeLine& line,
                                        const SlopeBlock& slope, double deviation_sigma_rad) {
   const Across across = AcrossSlope(line, slope);
-  if (AngleBetween(line.direction_world, SlopeDirection(slope.data())) > options.max_angle_rad ||
+  if (LineAngle_rad(line.direction_world, SlopeDirection(slope.data())) > options.max_angle_rad ||
       LargestSigma(across.covariance_rad2) > options.max_line_sigma_rad) {
     return std::nullopt;
   }
@@ -103,7 +100,7 @@ bool MaySlope(const SlopeOptions& options, const FreeLine& line,
       std::max(options.min_separation_rad, options.min_other_sigmas * sigma_rad);
   if (sigma_rad > options.max_line_sigma_rad || own[1] < apart_rad) return false;
   const auto is_other = [&](const Vector3d& known) {
-    return AngleBetween(line.direction_world, known) >= apart_rad;
+    return LineAngle_rad(line.direction_world, known) >= apart_rad;
   };
   return is_other(Vector3d::UnitZ()) && std::ranges::all_of(axes_world, is_other) &&
          std::ranges::all_of(slopes, [&](const SlopeBlock& slope) {

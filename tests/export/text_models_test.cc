@@ -1,14 +1,18 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <map>
 #include <sstream>
 
 #include "data/file.h"
 #include "export/colmap_writer.h"
 #include "export/export.h"
 #include "export/limap_writer.h"
+#include "export/model_images.h"
+#include "export/model_points.h"
 #include "tests/testing/hand_made_building.h"
-#include "tests/testing/node_reader.h"
+#include "tests/testing/reader_program.h"
 #include "tests/testing/temp_folder.h"
 
 namespace slcmap {
@@ -46,6 +50,33 @@ MapResult MakeMapWithCameras() {
   return map;
 }
 
+// What the cameras of all keyframes see of a feature, `off_px` from there.
+void SeeFeature(int64_t point, int track, const Eigen::Vector3d& p_world, double off_px,
+                MapResult* map) {
+  const Rig& rig = map->rectified_rig;
+  for (const StampedPose& pose : map->keyframes) {
+    for (int i = 0; i < 2; ++i) {
+      const RigidTransform T_world_camera = pose.T_world_imu * rig.T_imu_camera[i];
+      const auto px = rig.cameras[i].Project(T_world_camera.Inverse() * p_world);
+      map->point_observations.push_back(
+          {point, track, pose.stamp_ns, i, *px + Eigen::Vector2d(0, i == 0 ? off_px : -off_px)});
+    }
+  }
+}
+
+constexpr double kNoise_px = 0.2;
+
+// Of the two points, the first is fused of two features that lie 6 cm apart.
+MapResult MakeSeenMap() {
+  MapResult map = MakeMapWithCameras();
+  map.points[0].p_world = {8, 0.5, 0};
+  map.points[1].p_world = {9, -1, 1};
+  SeeFeature(0, 0, {8, 0.53, 0}, kNoise_px, &map);
+  SeeFeature(0, 1, {8, 0.47, 0}, kNoise_px, &map);
+  SeeFeature(1, 0, {9.02, -1, 1}, kNoise_px, &map);
+  return map;
+}
+
 class TextModelsTest : public ::testing::Test {
  protected:
   testing::TempFolder temp_;
@@ -80,17 +111,162 @@ TEST_F(TextModelsTest, ColmapProjectsPointsToWhereTheRigDoes) {
   }
 }
 
-TEST_F(TextModelsTest, ColmapReadsTheModel) {
-  if (testing::RunReader("colmap help").status != 0) {
-    GTEST_SKIP() << "colmap is not installed: apt-get install colmap";
+// Of each feature one, and not where the map has them fused.
+TEST_F(TextModelsTest, ColmapsPointsAreWhereTheirTracksSeeThem) {
+  const MapResult map = MakeSeenMap();
+  const std::vector<ModelPoint> points = ModelPoints(map, ModelImages(map));
+  ASSERT_EQ(points.size(), 3u);
+  const Eigen::Vector3d features[] = {{8, 0.53, 0}, {8, 0.47, 0}, {9.02, -1, 1}};
+  for (std::size_t i = 0; i < 3; ++i) {
+    EXPECT_LT((points[i].p_world - features[i]).norm(), 1e-3) << i;
+    EXPECT_EQ(points[i].track.size(), 4u);
+    EXPECT_NEAR(points[i].error_px, kNoise_px, 0.01);
   }
+}
+
+TEST_F(TextModelsTest, SightsOfSomethingElseAreInNoTrack) {
+  MapResult map = MakeSeenMap();
+  map.point_observations[2].px.x() += 30;
+  // Of the last feature only one sight is left that the others agree with.
+  map.point_observations.erase(map.point_observations.begin() + 10,
+                               map.point_observations.begin() + 12);
+  map.point_observations[9].px.y() += 60;
+  const std::vector<ModelPoint> points = ModelPoints(map, ModelImages(map));
+  ASSERT_EQ(points.size(), 3u);
+  EXPECT_EQ(points[0].track.size(), 3u);
+  for (const ModelSight& sight : points[0].track) EXPECT_NE(sight.image, 2u);
+  EXPECT_LT((points[0].p_world - Eigen::Vector3d(8, 0.53, 0)).norm(), 0.02);
+  EXPECT_EQ(points[1].track.size(), 4u);
+  EXPECT_TRUE(points[2].track.empty());
+  EXPECT_EQ(points[2].error_px, -1);
+  EXPECT_EQ(points[2].p_world, map.points[1].p_world);
+}
+
+TEST_F(TextModelsTest, ColmapsTracksAndImagesReferToEachOther) {
+  ColmapWriter().Write(temp_.Path(), MakeSeenMap(), {});
+  const std::vector<std::string> images = RowsOf(temp_.Path("colmap/images.txt"));
+  ASSERT_EQ(images.size(), 8u);
+  struct Seen {
+    double x, y;
+    int64_t point;
+  };
+  std::map<int, std::vector<Seen>> seen;  // by id of the image
+  for (std::size_t i = 0; i < 4; ++i) {
+    std::istringstream row(images[2 * i + 1]);
+    Seen point{};
+    while (row >> point.x >> point.y >> point.point) {
+      seen[std::stoi(images[2 * i])].push_back(point);
+    }
+  }
+  const std::vector<std::string> points = RowsOf(temp_.Path("colmap/points3D.txt"));
+  ASSERT_EQ(points.size(), 3u);
+  for (std::size_t i = 0; i < 3; ++i) {
+    std::istringstream row(points[i]);
+    int64_t id = 0;
+    double x = 0, y = 0, z = 0, error_px = 0;
+    int red = 0, green = 0, blue = 0, image = 0;
+    std::size_t index = 0, length = 0;
+    row >> id >> x >> y >> z >> red >> green >> blue >> error_px;
+    EXPECT_EQ(id, static_cast<int64_t>(i) + 1);
+    EXPECT_NEAR(error_px, kNoise_px, 0.01);
+    for (; row >> image >> index; ++length) {
+      ASSERT_LT(index, seen[image].size());
+      EXPECT_EQ(seen[image][index].point, id);
+    }
+    EXPECT_EQ(length, 4u);
+  }
+  // From the corner of the first pixel, as the cameras have it: 7.95 m ahead of the left camera of
+  // the first keyframe, 0.48 m to the left.
+  EXPECT_NEAR(seen[1][0].x, 320 - 400 * 0.48 / 8, 1e-3);
+  EXPECT_NEAR(seen[1][0].y, 240 + kNoise_px, 1e-3);
+}
+
+// A map of an earlier version does not know them.
+TEST_F(TextModelsTest, PointsWithoutTracksHaveNoError) {
   ColmapWriter().Write(temp_.Path(), MakeMapWithCameras(), {});
-  const auto output = testing::RunReader("QT_QPA_PLATFORM=offscreen colmap model_analyzer --path " +
-                                         temp_.Path("colmap"));
-  EXPECT_EQ(output.status, 0) << output.text;
-  EXPECT_THAT(output.text, HasSubstr("Cameras: 2"));
-  EXPECT_THAT(output.text, HasSubstr("Images: 4"));
-  EXPECT_THAT(output.text, HasSubstr("Points: 2"));
+  EXPECT_EQ(RowsOf(temp_.Path("colmap/points3D.txt"))[0],
+            "1 4.000000 0.500000 -0.200000 128 128 128 -1");
+}
+
+class ColmapTest : public TextModelsTest {
+ protected:
+  void SetUp() override { SLCMAP_NEEDS_READER("colmap"); }
+
+  // Of a command on the model, which has to succeed.
+  std::string Colmap(const std::string& command) const {
+    return testing::OutputOf("QT_QPA_PLATFORM=offscreen colmap " + command);
+  }
+  const std::string model_ = temp_.Path("colmap");
+};
+
+TEST_F(ColmapTest, ReadsTheModel) {
+  ColmapWriter().Write(temp_.Path(), MakeSeenMap(), {});
+  const std::string text = Colmap("model_analyzer --path " + model_);
+  for (const char* found : {"Cameras: 2", "Images: 4", "Registered images: 4", "Points: 3",
+                            "Observations: 12", "Mean track length: 4.0", "error: 0.200000px"}) {
+    EXPECT_THAT(text, HasSubstr(found));
+  }
+}
+
+TEST_F(ColmapTest, ReadsAModelWithoutTracks) {
+  ColmapWriter().Write(temp_.Path(), MakeMapWithCameras(), {});
+  EXPECT_THAT(Colmap("model_analyzer --path " + model_), HasSubstr("Points: 2"));
+}
+
+// It finds the same errors, and next to nothing to improve.
+TEST_F(ColmapTest, AdjustsTheModel) {
+  MapResult map = MakeSeenMap();
+  for (int64_t i = 2; i < 40; ++i) {
+    const double angle = 0.7 * static_cast<double>(i);
+    map.points.push_back(
+        {{9 + std::sin(3 * angle), 2 * std::cos(angle), 2 * std::sin(angle)}, 0.01, 3, {}});
+    SeeFeature(i, 0, map.points.back().p_world, kNoise_px, &map);
+  }
+  ColmapWriter().Write(temp_.Path(), map, {});
+  const std::string adjusted = temp_.Path("adjusted");
+  std::filesystem::create_directory(adjusted);
+  const std::string text = Colmap(
+      "bundle_adjuster --BundleAdjustment.refine_focal_length 0 "
+      "--BundleAdjustment.refine_extra_params 0 --input_path " +
+      model_ + " --output_path " + adjusted);
+  const auto cost_px = [&](const std::string& name) {
+    const std::size_t at = text.find(name + " cost : ");
+    return at == std::string::npos ? 1e9 : std::stod(text.substr(at + name.size() + 8));
+  };
+  EXPECT_LT(cost_px("Initial"), 1.1 * kNoise_px) << text;
+  EXPECT_LE(cost_px("Final"), cost_px("Initial")) << text;
+}
+
+TEST_F(TextModelsTest, ImagesOfAMergedMapAreNamedAsTheirRecordingsHaveThem) {
+  MapResult map = MakeMapWithCameras();
+  const auto run = [&](const char* id, const char* sequence, int64_t moved_ns, std::size_t pose) {
+    const int64_t stamp_ns = map.keyframes[pose].stamp_ns;
+    map.source.merged.push_back(
+        {id, sequence, "0.1.0", moved_ns, {}, StampSpan{stamp_ns, stamp_ns}});
+  };
+  run("a", "/recordings/day/mav0", 0, 0);
+  run("b", "/recordings/night/", 1'000'000'000'000, 1);
+  const auto names = [&] {
+    std::vector<std::string> of_left;
+    for (const ModelImage& image : ModelImages(map)) {
+      if (image.camera == 0) of_left.push_back(image.name);
+    }
+    return of_left;
+  };
+  using ::testing::ElementsAre;
+  EXPECT_THAT(names(), ElementsAre("day/cam0/data/1403636580000000000.png",
+                                   "night/cam0/data/1403635581000000000.png"));
+  EXPECT_EQ(ModelImages(map)[3].name, "night/cam1/data/1403635581000000000.png");
+  // What does not tell them apart, or would end a name, is not taken.
+  for (const char* sequence : {"/other/day", "", "/recordings/a night", "/recordings/.."}) {
+    map.source.merged[1].sequence = sequence;
+    EXPECT_THAT(names()[1], ::testing::StartsWith("b/cam0/data/1403635581")) << sequence;
+  }
+  map.source.merged[0].run_id = map.source.merged[1].run_id = "";
+  EXPECT_THAT(names()[1], ::testing::StartsWith("run_1/cam0/data/1403635581"));
+  // Merged by an earlier version, which did not say which poses are whose.
+  map.source.merged[1].poses_ns.reset();
+  EXPECT_EQ(names()[1], "cam0/data/1403636581000000000.png");
 }
 
 TEST_F(TextModelsTest, LimapHoldsTheLines) {

@@ -16,6 +16,10 @@ const slcmap::fuzz::FolderTarget& Target() {
     map.pipes.emplace_back();
     map.pipes[0].end_world = {0, 0, 2};
     map.pipes[0].radius_m = 0.05;
+    const int64_t first_ns = map.trajectory.front().stamp_ns;
+    const int64_t last_ns = map.trajectory.back().stamp_ns;
+    map.source.merged = {{"", "a", "0.1.0", 0, {}, slcmap::StampSpan{first_ns, last_ns - 1}},
+                         {"b", "b", "0.1.0", 5, {}, slcmap::StampSpan{last_ns, last_ns}}};
     slcmap::WriteMapFolder(folder, map);
   });
   return target;

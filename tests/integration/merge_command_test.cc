@@ -5,6 +5,7 @@
 
 #include <filesystem>
 
+#include "data/file.h"
 #include "mapping/map_folder.h"
 #include "odometry/run_folder.h"
 #include "tests/integration/slcmap_process.h"
@@ -67,8 +68,12 @@ TEST_F(MergeCommand, TwoMapsBecomeOneThatIsExported) {
   EXPECT_THAT(merged.error, HasSubstr("of 2 runs"));
   EXPECT_EQ(ReadMapFolder(Path("merged")).source.merged.size(), 2u);
   const ProcessResult exported =
-      RunSlcmap("export " + Path("merged") + " -o " + Path("export") + " --format ply");
+      RunSlcmap("export " + Path("merged") + " -o " + Path("export") + " --format ply,colmap");
   EXPECT_EQ(exported.exit_code, 0) << exported.error;
+  // Images have the stamps of their recordings, which both begin at one second.
+  for (const char* name : {" a/cam0/data/1000000000.png", " b/cam1/data/1000000000.png"}) {
+    EXPECT_THAT(ReadFile(Path("export/colmap/images.txt")), HasSubstr(name));
+  }
   // Its runs are in it already.
   ExpectError(Merge("merged", "b"), 1, "found run b in both maps");
 }

@@ -25,11 +25,13 @@ using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::ThrowsMessage;
 
-const char* const kFiles[] = {"trajectory.tum",   "keyframes.tum", "points.ply",
-                              "points.pcd",       "dense.ply",     "dense.pcd",
-                              "lines.ply",        "marks.ply",     "occupancy.bt",
-                              "rig.json",         "map.json",      "line_covariances.csv",
-                              "line_supports.csv"};
+const char* const kFiles[] = {"trajectory.tum",    "keyframes.tum",
+                              "points.ply",        "points.pcd",
+                              "dense.ply",         "dense.pcd",
+                              "lines.ply",         "marks.ply",
+                              "occupancy.bt",      "rig.json",
+                              "map.json",          "line_covariances.csv",
+                              "line_supports.csv", "point_observations.csv"};
 
 class MappingTest : public ::testing::Test {
  protected:
@@ -239,6 +241,27 @@ TEST_F(MappingTest, ChangedFilesAreRefusedUnlessAccepted) {
   EXPECT_THAT([&] { ReadMapFolder(folder_); },
               ThrowsMessage<DataError>(HasSubstr("found 50 poses, expected 51 as in map.json")));
   EXPECT_EQ(ReadMapFolder(folder_, {.accept_changed = true}).trajectory.size(), 50u);
+}
+
+// What earlier maps do not have need not be counted, but what is there has to be.
+TEST_F(MappingTest, CountsThatAreMissingAreNamed) {
+  OdometryRun run = testing::MakeWallRun();
+  run.states.clear();
+  run.keyframes.clear();
+  run.landmarks.clear();
+  WriteMapFolder(folder_, BuildMap(run, {}));
+  const std::string path = folder_ + "/map.json";
+  const Json good = Json::parse(ReadFile(path));
+  for (const auto& [what, count] : good.at("counts").items()) {
+    ASSERT_EQ(count, 0) << what;
+    Json json = good;
+    json["counts"].erase(what);
+    json.erase("id");
+    json.erase("checksum");
+    WriteSummaryFile(path, json);
+    EXPECT_THAT([&] { ReadMapFolder(folder_); },
+                ThrowsMessage<DataError>(HasSubstr("map.json: " + what + ": missing")));
+  }
 }
 
 class LineTablesTest : public MappingTest {

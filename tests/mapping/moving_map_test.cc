@@ -2,8 +2,10 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <map>
 #include <memory>
 
+#include "data/quantile.h"
 #include "data/simulator/example.h"
 #include "data/simulator/imu_simulator.h"
 #include "mapping/mapping.h"
@@ -112,6 +114,24 @@ TEST_F(MovingMap, TheWayIsFreeAndOccupiedVoxelsAreOnTheWalls) {
     near += flight_->DistanceFromWalls_m(voxel.centre_world) < 0.2;
   }
   EXPECT_GT(near, 0.9 * static_cast<double>(voxels.size()));
+}
+
+// What goes on from the map, as bundle adjustment does, starts from errors of the tracker alone.
+TEST_F(MovingMap, PointsAreWhereTheImagesShowThem) {
+  const MapResult& map = flight_->map;
+  const Rig& rig = map.rectified_rig;
+  std::map<int64_t, RigidTransform> poses;
+  for (const StampedPose& pose : map.keyframes) poses[pose.stamp_ns] = pose.T_world_imu;
+  std::vector<double> off_px;
+  for (const MapPointObservation& seen : map.point_observations) {
+    const RigidTransform T_world_camera = poses.at(seen.stamp_ns) * rig.T_imu_camera[seen.camera];
+    const Eigen::Vector3d& p_world = map.points[static_cast<size_t>(seen.point)].p_world;
+    const auto px = rig.cameras[seen.camera].Project(T_world_camera.Inverse() * p_world);
+    off_px.push_back(px ? (*px - seen.px).norm() : 1e3);
+  }
+  ASSERT_GT(off_px.size(), 6 * map.points.size());  // three keyframes and more, both cameras
+  EXPECT_LT(Quantile(off_px, 0.5), 0.5);
+  EXPECT_LT(Quantile(off_px, 0.9), 3);  // of fused points, whose landmarks lie apart
 }
 
 }  // namespace

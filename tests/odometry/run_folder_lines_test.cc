@@ -95,7 +95,9 @@ TEST_F(RunFolderLinesTest, ObservationsComeBack) {
       EXPECT_LT((a[i].left_px.start - b[i].left_px.start).norm(), 1e-4);
       EXPECT_LT((a[i].left_px.end - b[i].left_px.end).norm(), 1e-4);
       ASSERT_EQ(a[i].right_px.has_value(), b[i].right_px.has_value());
-      if (a[i].right_px) EXPECT_LT((a[i].right_px->end - b[i].right_px->end).norm(), 1e-4);
+      if (a[i].right_px) {
+        EXPECT_LT((a[i].right_px->end - b[i].right_px->end).norm(), 1e-4);
+      }
     }
   }
   EXPECT_EQ(read.keyframes[5].lines.size(), 20u);

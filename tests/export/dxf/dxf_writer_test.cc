@@ -3,7 +3,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <initializer_list>
 #include <regex>
+#include <utility>
 
 #include "data/file.h"
 #include "export/dxf/dxf_file.h"
@@ -58,6 +60,28 @@ BuildingPlane WallWithDoor() {
   return plane;
 }
 
+// A pipe along each axis that there is, in both storeys.
+std::vector<MapPipe> PipesOfAllAxes() {
+  std::vector<MapPipe> pipes;
+  for (const double z : {0.0, 3.2}) {
+    for (const auto& [axis, end] : std::initializer_list<std::pair<LineAxis, Eigen::Vector3d>>{
+             {LineAxis::kX, {3, 0, 0}},
+             {LineAxis::kY, {0, 2, 0}},
+             {LineAxis::kVertical, {0, 0, 2}},
+             {LineAxis::kNone, {1, 1, 0.5}},
+             {LineAxis::kSloped, {2, 0, 1}}}) {
+      MapPipe pipe;
+      pipe.id = std::ssize(pipes);
+      pipe.axis = axis;
+      pipe.start_world = {1, 1, z + 0.2};
+      pipe.end_world = pipe.start_world + end;
+      pipe.radius_m = 0.05;
+      pipes.push_back(pipe);
+    }
+  }
+  return pipes;
+}
+
 TEST_F(DxfWriterTest, NamesAreThoseThatR12Takes) {
   map_.building.storeys[1].id = 123456789;
   map_.building.planes = {WallWithDoor()};
@@ -90,6 +114,7 @@ TEST_F(DxfWriterTest, EzdxfFindsNothingToMend) {
   NEEDS_EZDXF();
   map_.building.planes = {WallWithDoor()};
   map_.points = {{{1, 2, 3}}};
+  map_.pipes = PipesOfAllAxes();
   map_.trajectory = {{0, {}}, {100'000'000, {}}};
   Write(map_);
   MakeFolder(temp_.Path("empty"));
@@ -97,6 +122,12 @@ TEST_F(DxfWriterTest, EzdxfFindsNothingToMend) {
   const std::string read = Read("plan.dxf map.dxf empty/plan.dxf empty/map.dxf");
   const std::regex clean("version AC1009\nerrors 0\nfixes 0\nunits 6");
   EXPECT_EQ(std::distance(std::sregex_iterator(read.begin(), read.end(), clean), {}), 4) << read;
+  for (const char* row :
+       {"LAYER S0_X_PIPE on", "LINE S0_X_PIPE 3.0000", "LINE S0_Y_PIPE 2.0000",
+        "LINE S0_VERTICAL_PIPE 2.0000", "LINE S0_OTHER_PIPE 1.5000", "LINE S0_SLOPED_PIPE 2.2361",
+        "LINE S1_VERTICAL_PIPE 2.0000", "STARTS S1_SLOPED_PIPE 1.0000 1.0000 3.4000"}) {
+    EXPECT_THAT(read, HasSubstr(row));
+  }
 }
 
 TEST_F(DxfWriterTest, FourMetresAreFourMetres) {

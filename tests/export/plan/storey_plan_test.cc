@@ -61,7 +61,9 @@ TEST(StoreyPlanTest, OnlyBetweenWallsAreThereDimensions) {
   building.walls.push_back(across);
   const PlanSet plans = MakePlans(building, {});
   for (const Dimension& dimension : plans.storeys[0].dimensions) {
-    if (dimension.offset_m == 0) EXPECT_NEAR(dimension.Length(), 3, 1e-9);
+    if (dimension.offset_m == 0) {
+      EXPECT_NEAR(dimension.Length(), 3, 1e-9);
+    }
   }
 }
 

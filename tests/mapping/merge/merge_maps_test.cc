@@ -7,6 +7,7 @@
 #include "mapping/map_folder.h"
 #include "mapping/merge/occupancy_union.h"
 #include "mapping/merge/surface_union.h"
+#include "odometry/geometry/pinhole.h"
 #include "tests/testing/scanned_map.h"
 #include "tests/testing/temp_folder.h"
 
@@ -101,8 +102,51 @@ TEST(MergeMaps, ComesBackFromItsFolderAndTheSameMapsGiveTheSameBytes) {
   const MapResult map = ReadMapFolder(folder.Path("a"));
   ASSERT_THAT(map.source.merged, SizeIs(2));
   EXPECT_EQ(map.source.merged[1].run_id, "b");
+  // Each pose is of one of them, and the recordings' stamps are known.
+  ASSERT_TRUE(map.source.merged[0].poses_ns && map.source.merged[1].poses_ns);
+  EXPECT_EQ(map.source.merged[0].poses_ns->from_ns, map.trajectory.front().stamp_ns);
+  EXPECT_EQ(map.source.merged[0].poses_ns->to_ns, West().trajectory.back().stamp_ns);
+  EXPECT_EQ(map.source.merged[1].poses_ns->to_ns, map.trajectory.back().stamp_ns);
+  EXPECT_EQ(map.source.merged[1].poses_ns->from_ns - map.source.merged[1].stamps_moved_ns,
+            East().trajectory.front().stamp_ns);
   EXPECT_LT((map.source.merged[1].T_world_run * Vector3d(3, -2, 0.4)).norm(), 0.02);
   EXPECT_THAT(RunsOf(map), ElementsAre("a", "b"));
+}
+
+// A point that a keyframe's left camera sees.
+void SeePoint(size_t keyframe, const Vector3d& p_map, MapResult* map) {
+  const Rig& rig = map->rectified_rig;
+  const StampedPose& pose = map->keyframes[keyframe];
+  const Vector3d p_world = pose.T_world_imu * rig.T_imu_camera[0] * p_map;
+  map->points.push_back({p_world, 0.01, 3, {}});
+  map->point_observations.push_back({std::ssize(map->points) - 1, 0, pose.stamp_ns, 0,
+                                     PixelFromPlane(rig.cameras[0], p_map.hnormalized().eval())});
+}
+
+TEST(MergeMaps, PointsKeepTheImagesThatSawThem) {
+  MapResult first = West(), second = East();
+  SeePoint(2, {0.5, -0.2, 2}, &first);
+  SeePoint(1, {-0.3, 0.1, 1.5}, &second);
+  SeePoint(4, {-0.2, 0.4, 2.5}, &second);
+  second.rectified_rig.cameras[0].fx_px += 3;  // calibrated a little otherwise
+  second.rectified_rig.cameras[0].fy_px += 3;
+  const int64_t stamp_ns = second.keyframes[4].stamp_ns + 3600'000'000'000;
+  const MapResult map = Merge(std::move(first), std::move(second)).map;
+  ASSERT_THAT(map.points, SizeIs(3));
+  ASSERT_THAT(map.point_observations, SizeIs(3));
+  int64_t found = 0;
+  for (const MapPointObservation& seen : map.point_observations) {
+    const auto pose = std::ranges::find(map.keyframes, seen.stamp_ns, &StampedPose::stamp_ns);
+    ASSERT_NE(pose, map.keyframes.end());
+    found += seen.stamp_ns == stamp_ns ? 1 : 0;
+    const RigidTransform T_world_camera = pose->T_world_imu * map.rectified_rig.T_imu_camera[0];
+    const Vector3d p_camera =
+        T_world_camera.Inverse() * map.points[static_cast<size_t>(seen.point)].p_world;
+    const Eigen::Vector2d px =
+        PixelFromPlane(map.rectified_rig.cameras[0], p_camera.hnormalized().eval());
+    EXPECT_LT((px - seen.px).norm(), 1.5) << seen.point;
+  }
+  EXPECT_EQ(found, 1);
 }
 
 TEST(MergeMaps, OfAPartialMapAPartialOneIsMade) {
@@ -125,10 +169,13 @@ TEST(MergeMaps, OfAPartialMapAPartialOneIsMade) {
 TEST(MergeMaps, KeyframesOfOtherCamerasAreLeftOut) {
   MapResult other = East();
   other.rectified_rig.T_imu_camera[1].translation.y() = -0.3;
+  SeePoint(0, {0, 0, 2}, &other);
   const size_t keyframes = other.keyframes.size();
   const MapResult map = Merge(West(), std::move(other)).map;
   EXPECT_THAT(map.keyframes, SizeIs(West().keyframes.size()));
   EXPECT_EQ(map.warnings.at(kKeyframesOfOtherCameras), static_cast<int64_t>(keyframes));
+  EXPECT_THAT(map.points, SizeIs(1));
+  EXPECT_TRUE(map.point_observations.empty());
 }
 
 // What merging throws, in words.
@@ -185,6 +232,24 @@ TEST(UniteSurfaces, PointsOfOneVoxelAreWeightedByWhatIsKnown) {
   ASSERT_THAT(united, SizeIs(1));
   EXPECT_NEAR(united[0].p_world.z(), 0.016, 1e-9);
   EXPECT_EQ(united[0].grey, 120);
+}
+
+TEST(UnitePoints, TracksOfPointsThatBecomeOneStayApart) {
+  const auto near = [](double x) { return MapPoint{{x, 0.01, 0.01}, 0.01, 3, {}}; };
+  const Eigen::Vector2d px(1, 2);
+  const UnitedPoints first{
+      {near(0.21), near(0.01)},
+      {{0, 0, 5, 0, px}, {1, 0, 5, 0, px}, {1, 1, 5, 0, px}, {1, 1, 6, 1, px}}};
+  const UnitedPoints second{{near(0.02), near(0.03), near(0.41)},
+                            {{0, 0, 8, 0, px}, {1, 0, 8, 0, px}, {2, 0, 8, 0, px}}};
+  const UnitedPoints united = UnitePoints(first, second, 0.1);
+  ASSERT_THAT(united.points, SizeIs(3));
+  EXPECT_EQ(united.points[0].observations, 9);
+  std::vector<std::tuple<int64_t, int, int64_t, int>> keys;
+  for (const MapPointObservation& seen : united.observations) keys.push_back(KeyOf(seen));
+  using Key = std::tuple<int64_t, int, int64_t, int>;
+  EXPECT_THAT(keys, ElementsAre(Key(0, 0, 5, 0), Key(0, 1, 5, 0), Key(0, 1, 6, 1), Key(0, 2, 8, 0),
+                                Key(0, 3, 8, 0), Key(1, 0, 5, 0), Key(2, 0, 8, 0)));
 }
 
 // One free leaf that is an eighth of the tree's world.

@@ -7,6 +7,7 @@
 #include <filesystem>
 
 #include "data/error.h"
+#include "mapping/mapping.h"
 #include "tests/testing/shared_data.h"
 #include "tests/testing/small_sequence.h"
 
@@ -87,6 +88,18 @@ TEST_F(SmallRecording, EndsWithItsFramesAtTheLastKeyframe) {
   const RecordedViews recorded = ViewsOfRun(run_, "");
   ASSERT_EQ(recorded.frames.size(), 4u);
   EXPECT_EQ(recorded.frames.back().stamp_ns, run_.keyframes.back().stamp_ns);
+}
+
+// Pixels of lines and points are those of images that were rectified with what the run has found.
+TEST_F(SmallRecording, IsMappedWithTheCamerasOfItsImages) {
+  CalibrationEstimate found;
+  found.focal_length = 0.01;
+  run_.calibration = {found};
+  const RecordedViews recorded = ViewsOfRun(run_, "");
+  const MapResult map = BuildMap(run_, &recorded, {});
+  const double fx_px = map.rectified_rig.cameras[0].fx_px;
+  EXPECT_EQ(fx_px, recorded.images->rig().cameras[0].fx_px);
+  EXPECT_NEAR(fx_px, 1.01 * run_.rectified_rig.cameras[0].fx_px, 0.1);
 }
 
 class RealPairs : public ::testing::Test {

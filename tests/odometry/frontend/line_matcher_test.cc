@@ -91,7 +91,9 @@ TEST_F(LineMatcherTest, StereoRefusesNegativeDisparitiesOfSteepEdges) {
   const auto negative = match({15, 0});
   for (size_t i = 0; i < segments_.size(); ++i) {
     // Those along the rows don't tell.
-    if (std::abs(Direction(segments_[i]).y()) > 0.2) EXPECT_FALSE(negative[i]);
+    if (std::abs(Direction(segments_[i]).y()) > 0.2) {
+      EXPECT_FALSE(negative[i]);
+    }
   }
 }
 

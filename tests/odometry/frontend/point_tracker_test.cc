@@ -174,7 +174,9 @@ TEST_F(PointTrackerTest, RejectsNegativeDisparityAndOtherRows) {
   tracker_.Detect(scene_.Shifted(-7.3, 3));
   for (const auto& p : tracker_.observations()) {
     // What looks alike by chance elsewhere along the row cannot be told.
-    if (p.right_px) EXPECT_GT(std::abs(p.left_px.x() - p.right_px->x() - 7.3), 1);
+    if (p.right_px) {
+      EXPECT_GT(std::abs(p.left_px.x() - p.right_px->x() - 7.3), 1);
+    }
   }
 }
 
@@ -288,7 +290,9 @@ TEST_F(PointTrackerTest, PointsThatAreMovedKeepTheirDistanceAndTheMask) {
     for (const auto& [id, px] : LeftPixels(masked)) EXPECT_TRUE(mask.at<uchar>(Pixel(px)));
     for (const auto& a : free.observations()) {
       for (const auto& b : free.observations()) {
-        if (a.id < b.id) EXPECT_GT((a.left_px - b.left_px).norm(), 2.49) << side_px;
+        if (a.id < b.id) {
+          EXPECT_GT((a.left_px - b.left_px).norm(), 2.49) << side_px;
+        }
       }
     }
   }

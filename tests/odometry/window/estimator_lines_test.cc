@@ -150,7 +150,9 @@ TEST_P(PerfectLinesTest, GiveThePerfectPathAndTheEdges) {
     EXPECT_LT(DistanceToItsEdge(run, line, gauge), 0.01) << line.id;
     EXPECT_EQ(line.axis != LineAxis::kNone, structural) << line.id;
     const auto axis = run.edges.at(static_cast<size_t>(line.id)).axis;
-    if (structural) EXPECT_EQ(line.axis == LineAxis::kVertical, axis == 2) << line.id;
+    if (structural) {
+      EXPECT_EQ(line.axis == LineAxis::kVertical, axis == 2) << line.id;
+    }
   }
 }
 
@@ -380,7 +382,9 @@ TEST(EstimatorWithLines, LinesHaveNoPointsThatDoNotBelongToThemInTheImages) {
   RunOnSimulatedTracks(options, nullptr, [&](Estimator* estimator) {
     const auto& verified = estimator->window().structure().memberships().verified();
     for (const auto& [id, line] : estimator->window().state().lines) {
-      if (line.retired || !line.estimated) EXPECT_TRUE(line.points.empty()) << id;
+      if (line.retired || !line.estimated) {
+        EXPECT_TRUE(line.points.empty()) << id;
+      }
       for (const int64_t point : line.points) EXPECT_TRUE(verified.contains({point, id})) << id;
       members += line.points.size();
     }
@@ -443,7 +447,9 @@ TEST(EstimatorWithLines, ARestartForgetsHeadingsAndLines) {
       if (line.segment != segment) continue;
       ++lines;
       EXPECT_LT(DistanceToItsEdge(run, line, gauge), 0.1) << line.id;
-      if (line.axis != LineAxis::kVertical) EXPECT_EQ(line.world, segment);
+      if (line.axis != LineAxis::kVertical) {
+        EXPECT_EQ(line.world, segment);
+      }
     }
     EXPECT_GT(lines, 5);
   }

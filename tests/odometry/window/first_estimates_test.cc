@@ -234,8 +234,12 @@ class FirstEstimatesTest : public ::testing::TestWithParam<Tested> {
       check(estimator->window());
     });
     EXPECT_GT(checked_, 15);
-    if (UsesLines(GetParam().method)) EXPECT_GT(lines_, 10 * checked_);
-    if (GetParam().sloped_share > 0) EXPECT_GT(slopes_, 4);
+    if (UsesLines(GetParam().method)) {
+      EXPECT_GT(lines_, 10 * checked_);
+    }
+    if (GetParam().sloped_share > 0) {
+      EXPECT_GT(slopes_, 4);
+    }
   }
   int checked_ = 0, lines_ = 0, slopes_ = 0;
 };
@@ -290,7 +294,9 @@ TEST_P(FirstEstimatesTest, ThePriorHoldsWindowHeadingAndLinesTogether) {
   }
   // Lines that may deviate are tied to the heading by terms of the window, and say little of it in
   // the prior.
-  if (GetParam().exact) EXPECT_GT(without_heading, 2);
+  if (GetParam().exact) {
+    EXPECT_GT(without_heading, 2);
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(Methods, FirstEstimatesTest,

@@ -1,0 +1,23 @@
+// The runs of a merged map, as map.json holds them. Include in .cc files only.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "data/json_file.h"
+#include "mapping/map.h"
+
+namespace slcmap {
+
+Json MergedJson(const std::vector<MergedRun>& runs);
+
+// Throws DataError, naming the path and the run, for less than two runs, one that is there twice,
+// a first one that is not as it was or not that of the map's source, and values that cannot be.
+std::vector<MergedRun> ParseMerged(const std::string& path, const Json& json,
+                                   const std::string& source_run);
+
+// Throws DataError, naming the path, where it is known from when to when each run has poses and the
+// map has one besides.
+void CheckPosesOfRuns(const std::string& path, const MapResult& map);
+
+}  // namespace slcmap

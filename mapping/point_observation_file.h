@@ -1,0 +1,23 @@
+// The table point_observations.csv of a map folder.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "mapping/map.h"
+
+namespace slcmap {
+
+inline constexpr char kPointObservationFile[] = "point_observations.csv";
+
+// Throws OutputError.
+void WritePointObservations(const std::string& path,
+                            const std::vector<MapPointObservation>& observations);
+
+// Reads the table of a map whose points and poses were read. Throws DataError, naming file and row,
+// for values that cannot be, rows that are not in order or come twice, points and images that the
+// map has not, and tracks of a point that do not count from 0.
+std::vector<MapPointObservation> ReadPointObservations(const std::string& path,
+                                                       const MapResult& map);
+
+}  // namespace slcmap
