@@ -33,7 +33,7 @@ struct ClosureOptions {
   int min_keyframes = 3;         // that recognise a place alike
   // In the adjustment.
   double edge_sigma_m = 0.004;
-  double point_sigma_px = 0.5;
+  double point_sigma_px = 0.25;
   double loss_sigma = 2;      // where the Cauchy loss turns
   double min_agreeing = 0.6;  // of a closure's matches, that fit at the end; else it is taken back
   double max_link_chi2 = 35;  // of odometry's links (15 rows); more, and closures are taken back
@@ -43,9 +43,8 @@ struct ClosureOptions {
 
 struct AdjustmentOptions {
   bool enabled = true;
-  // Where no place is recognised again the run stays as the window has it: measured on images of
-  // buildings, an adjustment without revisits is behind it by some tenths of a millimetre.
-  bool needs_revisit = true;
+  // Where no place is recognised again the run stays as the window has it.
+  bool needs_revisit = false;
   // Standard deviations of what was measured, as the window has them, and where robust losses turn,
   // in standard deviations.
   double point_sigma_px = 0.25;

@@ -269,15 +269,19 @@ class PointSearch {
     return closure;
   }
 
-  // Those that some neighbours agree with.
+  // Those that some neighbours agree with, and most of them do: odometry knows how neighbours lie
+  // to each other.
   std::vector<Closure> Confirmed(const std::vector<Closure>& found) const {
     std::vector<Closure> confirmed;
     for (const Closure& closure : found) {
-      const auto agreeing = std::ranges::count_if(found, [&](const Closure& other) {
-        return std::abs(path_m_[other.newer_frame] - path_m_[closure.newer_frame]) < kNear_m &&
-               (other.shift - closure.shift).head<3>().norm() < kSameShift_m;
-      });
-      if (agreeing >= options_.min_keyframes) confirmed.push_back(closure);
+      int near = 0, agreeing = 0;
+      for (const Closure& other : found) {
+        if (std::abs(path_m_[other.newer_frame] - path_m_[closure.newer_frame]) >= kNear_m)
+          continue;
+        ++near;
+        agreeing += (other.shift - closure.shift).head<3>().norm() < kSameShift_m;
+      }
+      if (agreeing >= options_.min_keyframes && 2 * agreeing > near) confirmed.push_back(closure);
     }
     return confirmed;
   }
