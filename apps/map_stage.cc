@@ -17,6 +17,7 @@
 #include "mapping/mapping.h"
 #include "mapping/merge/merge_maps.h"
 #include "mapping/views/recorded_views.h"
+#include "odometry/method.h"
 #include "odometry/run_folder.h"
 #include "odometry/verdict/judge.h"
 
@@ -78,6 +79,19 @@ std::optional<RecordedViews> OpenViews(const MapArguments& arguments, const Odom
   return ViewsOfRun(run, arguments.sequence);
 }
 
+// Where revisits are looked for in them: the images of the keyframes with the calibration that
+// odometry found, which is good enough to recognise a place; else none.
+std::unique_ptr<ViewImages> ImagesOfRevisits(const MapArguments& arguments,
+                                             const AdjustmentOptions& options,
+                                             const OdometryRun& run) {
+  const bool are_wanted = options.enabled && options.closures.enabled && options.closures.points;
+  if (!are_wanted || arguments.sparse || run.method == kGivenPoses || run.keyframes.empty() ||
+      !run.source || !IsStereo(run.source->raw_rig)) {
+    return nullptr;
+  }
+  return KeyframeImages(run, arguments.sequence);
+}
+
 // The map that the run's is merged into; nothing where there is none.
 std::optional<MapResult> OtherMap(const MapArguments& arguments, const OdometryRun& run) {
   if (arguments.into.empty()) return std::nullopt;
@@ -108,8 +122,9 @@ MapResult RunMapStage(const MapArguments& arguments, const MappingOptions& optio
   WarnOfRun(arguments.input, run);
   std::optional<MapResult> other = OtherMap(arguments, run);
   const Progress progress = StageProgress("map");
+  const auto images = ImagesOfRevisits(arguments, options.adjustment, run);
   const AdjustedRun adjusted =
-      AdjustRun(std::move(run), options.adjustment, nullptr, progress.Part(0, kAdjusted));
+      AdjustRun(std::move(run), options.adjustment, images.get(), progress.Part(0, kAdjusted));
   // Images are rectified with the calibration that the adjustment found.
   const std::optional<RecordedViews> recorded = OpenViews(arguments, adjusted.run);
   MapResult map =

@@ -19,8 +19,8 @@ inline constexpr const char* kNotAdjusted = "not_adjusted";
 
 // The run as it is where adjusting it is not enabled, where its poses were given, where it visits
 // no place again (needs_revisit), where it has too little to adjust (which is counted), and where
-// progress ends that. With the images of
-// its keyframes (null for none) places are recognised by points too. Throws ConfigError.
+// progress ends that. With the images of its keyframes (null for none), read as they are needed,
+// places are recognised by points too where that is enabled. Throws ConfigError.
 AdjustedRun AdjustRun(OdometryRun run, const AdjustmentOptions& options, const ViewImages* images,
                       const Progress& progress = {});
 

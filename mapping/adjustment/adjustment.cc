@@ -51,6 +51,16 @@ void RejectLineOutliers(const AdjustmentOptions& options, const AdjustmentModel&
   }
 }
 
+// The standard deviation of two rows by the median of their squares, whatever is wrong with a third
+// of them; 1 as claimed.
+double ScatterOf(std::vector<double> chi2) {
+  constexpr double kMedian = 1.386;  // of two rows of variance 1
+  if (chi2.empty()) return 1;
+  const auto middle = chi2.begin() + std::ssize(chi2) / 2;
+  std::nth_element(chi2.begin(), middle, chi2.end());
+  return std::sqrt(*middle / kMedian);
+}
+
 template <typename Landmarks>
 std::pair<int64_t, int64_t> CountWithSightings(const Landmarks& landmarks) {
   int64_t with = 0, sightings = 0;
@@ -144,6 +154,26 @@ class Adjustment {
     figures_.iterations += round.iterations;
     figures_.final_cost = round.final_cost;
     return round.usable;
+  }
+
+  // Images are believed as far as they agree with each other.
+  void MeasureScatter() {
+    std::vector<double> of_points, of_lines;
+    for (const AdjustedPoint& point : state_.points) {
+      for (const PointSighting& sighting : point.sightings) {
+        of_points.push_back(Chi2OfLeft(PointTerm(point, sighting, state_, model_)));
+      }
+    }
+    for (const AdjustedLine& line : state_.lines) {
+      for (const LineSighting& sighting : line.sightings) {
+        of_lines.push_back(Chi2OfLeft(LineTerm(line, sighting, 1, state_, model_)));
+      }
+    }
+    const auto apply = [&](double scatter, StereoGeometry* geometry) {
+      geometry->weight /= std::clamp(scatter, options_.min_scatter, options_.max_scatter);
+    };
+    apply(ScatterOf(std::move(of_points)), &model_.points);
+    apply(ScatterOf(std::move(of_lines)), &model_.lines);
   }
 
   void Reject() {
@@ -250,6 +280,7 @@ AdjustmentResult AdjustWithClosures(const OdometryRun& run, const AdjustmentOpti
   }
   Adjustment adjustment(run, options);
   bool usable = adjustment.Solve(progress.Part(0, 0.3));
+  adjustment.MeasureScatter();
   adjustment.Reject();
   adjustment.JudgeCalibration();
   usable = usable && adjustment.Solve(progress.Part(0.3, 0.5));
@@ -265,7 +296,7 @@ AdjustmentResult Adjust(const OdometryRun& run, const AdjustmentOptions& options
   const AdjustmentModel model(run, options);
   const auto find = [&](const AdjustmentState& state, const Progress& part) {
     std::vector<Closure> closures = FindEdgeClosures(state, options.closures);
-    if (!images) return closures;
+    if (!images || !options.closures.points) return closures;
     std::ranges::move(FindPointClosures(state, *images, model.points, options.closures, part),
                       std::back_inserter(closures));
     return closures;

@@ -25,10 +25,13 @@ constexpr OptionTable kTable{
     Option{"shared_share", &AdjustmentOptions::shared_share, 0.0, 0.99},
     Option{"shared_radius_m", &AdjustmentOptions::shared_radius_m, 0.01, 1000.0},
     Option{"axis_loss_sigma", &AdjustmentOptions::axis_loss_sigma, 1e-3, 1e3},
+    Option{"min_scatter", &AdjustmentOptions::min_scatter, 0.01, 1.0},
+    Option{"max_scatter", &AdjustmentOptions::max_scatter, 1.0, 100.0},
     Option{"max_iterations", &AdjustmentOptions::max_iterations, 1, 1000}};
 
 constexpr OptionTable kClosures{
     Option{"enabled", &ClosureOptions::enabled, false, true},
+    Option{"points", &ClosureOptions::points, false, true},
     Option{"min_path_m", &ClosureOptions::min_path_m, 0.0, 1e4},
     Option{"min_interval_s", &ClosureOptions::min_interval_s, 0.0, 1e4},
     Option{"gate_m", &ClosureOptions::gate_m, 1e-4, 100.0},

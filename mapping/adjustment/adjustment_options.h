@@ -9,6 +9,9 @@ namespace slcmap {
 // How visits are recognised, and what may be believed of them.
 struct ClosureOptions {
   bool enabled = true;
+  // Besides edges, points are searched in the images, where these are there. Measured on images of
+  // buildings, edges tell as much.
+  bool points = false;
   // Between visits. What is seen again sooner is followed by odometry.
   double min_path_m = 5;
   double min_interval_s = 8;
@@ -21,7 +24,7 @@ struct ClosureOptions {
   double gate_rad_per_m = 0.0001;
   // Matches have to agree on one shift.
   int min_edges = 4;  // along two axes at least, or
-  int min_points = 30;
+  int min_points = 15;
   double min_lead = 1.5;  // of its votes over those of any other shift, further off than
   double min_displacement_m = 0.025;
   double edge_tolerance_m = 0.01;  // of an edge from where the shift has it
@@ -30,7 +33,7 @@ struct ClosureOptions {
   int min_keyframes = 3;         // that recognise a place alike
   // In the adjustment.
   double edge_sigma_m = 0.004;
-  double point_sigma_px = 0.5;
+  double point_sigma_px = 0.25;
   double loss_sigma = 2;      // where the Cauchy loss turns
   double min_agreeing = 0.6;  // of a closure's matches, that fit at the end; else it is taken back
   double max_link_chi2 = 35;  // of odometry's links (15 rows); more, and closures are taken back
@@ -40,15 +43,14 @@ struct ClosureOptions {
 
 struct AdjustmentOptions {
   bool enabled = true;
-  // Where no place is recognised again the run stays as the window has it: measured on images of
-  // buildings, an adjustment without revisits is behind it by some tenths of a millimetre.
-  bool needs_revisit = true;
-  // Standard deviations of what was measured, and where robust losses turn, in standard deviations;
-  // as the window has them.
+  // Where no place is recognised again the run stays as the window has it.
+  bool needs_revisit = false;
+  // Standard deviations of what was measured, as the window has them, and where robust losses turn,
+  // in standard deviations.
   double point_sigma_px = 0.25;
-  double point_loss_sigma = 1.0;
+  double point_loss_sigma = 0.5;
   double line_sigma_px = 0.2;
-  double line_loss_sigma = 1.5;
+  double line_loss_sigma = 0.5;
   double max_point_chi2 = 12;  // of one camera's observation (2 rows) that is kept
   double max_line_chi2 = 16;
   int min_point_keyframes = 2;  // that saw a point: fewer tell nothing of their poses
@@ -62,6 +64,9 @@ struct AdjustmentOptions {
   double shared_share = 0.5;
   double shared_radius_m = 3;
   double axis_loss_sigma = 2;
+  // The standard deviations are those that the run itself shows, but within these shares of the
+  // ones above.
+  double min_scatter = 0.4, max_scatter = 2;
   int max_iterations = 10;  // of each of the solver's rounds
   CalibrationOptions calibration;
   ClosureOptions closures;

@@ -15,9 +15,9 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 // Which views look at a place alike.
-constexpr double kMaxAngle_rad = 0.5;       // between their axes
-constexpr double kMaxDistanceShare = 0.35;  // of how far away what they see is
-constexpr double kMinNewPath_m = 0.3;       // between later keyframes that are searched
+constexpr double kMaxAngle_rad = 0.35;     // at a point, between where the cameras are
+constexpr double kMaxDistanceShare = 0.6;  // of how far away the farthest point is
+constexpr double kMinNewPath_m = 0.3;      // between later keyframes that are searched
 constexpr double kMaxSearch_px = 30;
 constexpr double kMinClosureDepth_m = 0.3;
 constexpr double kMaxScale = 1.5;      // of a patch in the later image, and one over it
@@ -27,14 +27,13 @@ constexpr double kNear_m = 6;          // of path, within which they are neighbo
 // A keyframe as a view.
 struct PosedView {
   RigidTransform T_world_camera;
-  double depth_m = 0;            // the median of what it sees
+  double farthest_m = 0;         // that it sees
   std::vector<size_t> points;    // of the state, that it sees
   std::vector<Vector2d> places;  // where, on the plane z = 1 as measured
 };
 
 std::vector<PosedView> ViewsOf(const AdjustmentState& state, const StereoGeometry& geometry) {
   std::vector<PosedView> views(state.frames.size());
-  std::vector<std::vector<double>> depths_m(views.size());
   for (size_t k = 0; k < views.size(); ++k) {
     views[k].T_world_camera = PoseFromBlock(state.frames[k].pose) * geometry.T_imu_camera[0];
   }
@@ -44,25 +43,11 @@ std::vector<PosedView> ViewsOf(const AdjustmentState& state, const StereoGeometr
       PosedView& view = views[sighting.frame];
       view.points.push_back(i);
       view.places.push_back(sighting.measurement.left);
-      depths_m[sighting.frame].push_back((view.T_world_camera.Inverse() * p_world).z());
+      view.farthest_m =
+          std::max(view.farthest_m, (p_world - view.T_world_camera.translation).norm());
     }
   }
-  for (size_t k = 0; k < views.size(); ++k) {
-    if (depths_m[k].empty()) continue;
-    const auto middle = depths_m[k].begin() + std::ssize(depths_m[k]) / 2;
-    std::nth_element(depths_m[k].begin(), middle, depths_m[k].end());
-    views[k].depth_m = *middle;
-  }
   return views;
-}
-
-// How unlike two views are, 1 where they are too unlike to be compared.
-double Unlikeness(const PosedView& a, const PosedView& b) {
-  const double angle_rad = a.T_world_camera.rotation.angularDistance(b.T_world_camera.rotation);
-  const double distance_m = (a.T_world_camera.translation - b.T_world_camera.translation).norm();
-  const double depth_m = std::min(a.depth_m, b.depth_m);
-  if (!(depth_m > 0)) return 1;
-  return std::max(angle_rad / kMaxAngle_rad, distance_m / (kMaxDistanceShare * depth_m));
 }
 
 // Between what was measured by the run's rectification and pixels of the images that are read
@@ -90,6 +75,8 @@ class LeftPixels {
     return measured;
   }
   double focal_px() const { return camera_.fx_px; }
+  double width_px() const { return camera_.width_px; }
+  double height_px() const { return camera_.height_px; }
 
  private:
   const StereoGeometry& geometry_;
@@ -107,7 +94,11 @@ class PointSearch {
         geometry_(geometry.CorrectedBy(state.camera_calibration)),
         pixels_(images, geometry_),
         path_m_(PathLengths(state)),
-        views_(ViewsOf(state, geometry)) {}
+        views_(ViewsOf(state, geometry)) {
+    for (const AdjustedPoint& point : state.points) {
+      points_world_.push_back(PointInWorld(point, state));
+    }
+  }
 
   std::vector<Closure> Find(const Progress& progress) {
     std::vector<Closure> closures;
@@ -131,18 +122,51 @@ class PointSearch {
  private:
   const Keyframe& KeyframeOf(size_t frame) const { return *state_.frames[frame].keyframe; }
 
+  bool IsEarlierVisit(size_t older, size_t newer) const {
+    const Keyframe &a = KeyframeOf(older), &b = KeyframeOf(newer);
+    return a.segment == b.segment &&
+           ToSeconds(b.stamp_ns - a.stamp_ns) >= options_.min_interval_s &&
+           path_m_[newer] - path_m_[older] >= options_.min_path_m;
+  }
+
+  // Whether a point that the older keyframe sees is in the newer image, seen from nearly the same
+  // side and distance.
+  bool LooksAlike(const Vector3d& p_world, const PosedView& older, const PosedView& newer) const {
+    const Vector3d p = newer.T_world_camera.Inverse() * p_world;
+    if (p.z() < kMinClosureDepth_m) return false;
+    const Vector2d px = pixels_.PixelOf(p.hnormalized());
+    if (!(px.x() >= 0 && px.y() >= 0 && px.x() < pixels_.width_px() &&
+          px.y() < pixels_.height_px())) {
+      return false;
+    }
+    const Vector3d from_older = p_world - older.T_world_camera.translation,
+                   from_newer = p_world - newer.T_world_camera.translation;
+    const double scale = from_older.norm() / from_newer.norm();
+    return scale < kMaxScale && scale > 1 / kMaxScale &&
+           from_older.normalized().dot(from_newer.normalized()) > std::cos(kMaxAngle_rad);
+  }
+
+  // False where no point of the older one can look alike, as is quickly told.
+  static bool MayOverlap(const PosedView& older, const PosedView& newer) {
+    const Vector3d apart_m = older.T_world_camera.translation - newer.T_world_camera.translation;
+    const auto axis = [](const PosedView& view) {
+      return Vector3d(view.T_world_camera.rotation * Vector3d::UnitZ());
+    };
+    return apart_m.norm() < kMaxDistanceShare * older.farthest_m &&
+           axis(older).dot(axis(newer)) > 0;
+  }
+
+  // The keyframe of an earlier visit of whose points the most look alike in the newer one.
   std::optional<size_t> MostAlike(size_t newer) const {
     std::optional<size_t> best;
-    double least = 1;
+    int64_t most = options_.min_points - 1;
     for (size_t older = 0; older < newer; ++older) {
-      const Keyframe &a = KeyframeOf(older), &b = KeyframeOf(newer);
-      if (a.segment != b.segment || ToSeconds(b.stamp_ns - a.stamp_ns) < options_.min_interval_s ||
-          path_m_[newer] - path_m_[older] < options_.min_path_m) {
-        continue;
-      }
-      const double unlike = Unlikeness(views_[older], views_[newer]);
-      if (unlike >= least) continue;
-      least = unlike;
+      if (!IsEarlierVisit(older, newer) || !MayOverlap(views_[older], views_[newer])) continue;
+      const auto count = std::ranges::count_if(views_[older].points, [&](size_t point) {
+        return LooksAlike(points_world_[point], views_[older], views_[newer]);
+      });
+      if (count <= most) continue;
+      most = count;
       best = older;
     }
     return best;
@@ -245,15 +269,19 @@ class PointSearch {
     return closure;
   }
 
-  // Those that some neighbours agree with.
+  // Those that some neighbours agree with, and most of them do: odometry knows how neighbours lie
+  // to each other.
   std::vector<Closure> Confirmed(const std::vector<Closure>& found) const {
     std::vector<Closure> confirmed;
     for (const Closure& closure : found) {
-      const auto agreeing = std::ranges::count_if(found, [&](const Closure& other) {
-        return std::abs(path_m_[other.newer_frame] - path_m_[closure.newer_frame]) < kNear_m &&
-               (other.shift - closure.shift).head<3>().norm() < kSameShift_m;
-      });
-      if (agreeing >= options_.min_keyframes) confirmed.push_back(closure);
+      int near = 0, agreeing = 0;
+      for (const Closure& other : found) {
+        if (std::abs(path_m_[other.newer_frame] - path_m_[closure.newer_frame]) >= kNear_m)
+          continue;
+        ++near;
+        agreeing += (other.shift - closure.shift).head<3>().norm() < kSameShift_m;
+      }
+      if (agreeing >= options_.min_keyframes && 2 * agreeing > near) confirmed.push_back(closure);
     }
     return confirmed;
   }
@@ -265,6 +293,7 @@ class PointSearch {
   const LeftPixels pixels_;
   const std::vector<double> path_m_;
   const std::vector<PosedView> views_;
+  std::vector<Vector3d> points_world_;
   std::map<size_t, cv::Mat> kept_;  // images by keyframe
 };
 

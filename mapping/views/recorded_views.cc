@@ -102,6 +102,38 @@ void RequireSomeFile(const std::string& folder, const std::vector<ViewFiles>& fi
       folder, files.size(), files.empty() ? "" : files.front().left_path));
 }
 
+// The folder of a run's recording.
+std::string RecordingOf(const OdometryRun& run, const std::string& sequence) {
+  if (!run.source) {
+    throw DataError(
+        "run: found nothing about where its images are, expected a run of a recording "
+        "(--sparse maps without images)");
+  }
+  RequireStereo(run.source->sequence, run.source->raw_rig);
+  return sequence.empty() ? run.source->sequence : FindAslFolder(sequence, false);
+}
+
+std::map<int64_t, ViewFiles> FilesByStamp(const OdometryRun& run, const std::string& folder) {
+  std::map<int64_t, ViewFiles> files_at;
+  for (const RecordedImages& images : run.source->images) {
+    files_at[images.stamp_ns] = {PathOf(images.left_path, folder),
+                                 PathOf(images.right_path, folder)};
+  }
+  return files_at;
+}
+
+// Of the keyframes in their order; some are there.
+std::vector<ViewFiles> KeyframeFiles(const OdometryRun& run, const std::string& folder,
+                                     const std::map<int64_t, ViewFiles>& files_at) {
+  std::vector<ViewFiles> files;
+  for (const Keyframe& keyframe : run.keyframes) {
+    const auto at = files_at.find(keyframe.stamp_ns);
+    files.push_back(at == files_at.end() ? ViewFiles() : at->second);
+  }
+  RequireSomeFile(folder, files);
+  return files;
+}
+
 bool IsFarEnough(const RigidTransform& from, const RigidTransform& to,
                  const KeyframeSelection& selection) {
   return (to.translation - from.translation).norm() >= selection.min_travel_m ||
@@ -172,27 +204,21 @@ Views FramesOfRun(const OdometryRun& run) {
 
 }  // namespace
 
+std::unique_ptr<ViewImages> KeyframeImages(const OdometryRun& run, const std::string& sequence) {
+  const std::string folder = RecordingOf(run, sequence);
+  return std::make_unique<RecordedImageReader>(
+      std::make_shared<const RecordedCameras>(CamerasAsFound(run)),
+      KeyframeFiles(run, folder, FilesByStamp(run, folder)));
+}
+
 RecordedViews ViewsOfRun(const OdometryRun& run, const std::string& sequence) {
-  const std::string place = run.source ? run.source->sequence : "run";
-  if (!run.source) {
-    throw DataError(
-        "run: found nothing about where its images are, expected a run of a recording "
-        "(--sparse maps without images)");
-  }
-  RequireStereo(place, run.source->raw_rig);
-  const std::string folder = sequence.empty() ? place : FindAslFolder(sequence, false);
-  std::map<int64_t, ViewFiles> files_at;
-  for (const RecordedImages& images : run.source->images) {
-    files_at[images.stamp_ns] = {PathOf(images.left_path, folder),
-                                 PathOf(images.right_path, folder)};
-  }
+  const std::string folder = RecordingOf(run, sequence);
+  std::map<int64_t, ViewFiles> files_at = FilesByStamp(run, folder);
   RecordedViews recorded;
-  std::vector<ViewFiles> files;
   for (const Keyframe& keyframe : run.keyframes) {
     recorded.views.push_back({keyframe.stamp_ns, keyframe.segment, keyframe.T_world_imu});
-    files.push_back(files_at[keyframe.stamp_ns]);
   }
-  RequireSomeFile(folder, files);
+  std::vector<ViewFiles> files = KeyframeFiles(run, folder, files_at);
   const auto cameras = std::make_shared<const RecordedCameras>(CamerasAsFound(run));
   recorded.images = std::make_unique<RecordedImageReader>(cameras, std::move(files));
   std::vector<ViewFiles> frame_files;

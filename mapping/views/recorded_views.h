@@ -25,6 +25,10 @@ struct RecordedViews {
 // camera, or when none of the files is there; keyframes without files are views without images.
 RecordedViews ViewsOfRun(const OdometryRun& run, const std::string& sequence);
 
+// The images of the keyframes alone, in their order, as ViewsOfRun() has them. They are read when
+// they are asked for.
+std::unique_ptr<ViewImages> KeyframeImages(const OdometryRun& run, const std::string& sequence);
+
 // Which images of a recording become keyframes when poses are given.
 struct KeyframeSelection {
   double min_travel_m = 0.1;          // from the keyframe before, or

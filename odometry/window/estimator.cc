@@ -290,7 +290,8 @@ std::optional<OnlineState> Estimator::Estimate(int64_t stamp_ns) {
   }
   since_keyframe_ = std::move(frame->from_previous);
   if (!followed_) Follow(*frame);
-  if (frame->stands_still && since_keyframe_->duration_s() > kStandstillStep_s) {
+  if (frame->stands_still && window_.newest().stands_still &&
+      since_keyframe_->duration_s() > kStandstillStep_s) {
     source_->Remove(
         window_.ExtendStandstill(since_keyframe_->samples(), frame->stamp_ns, frame->cut));
     since_keyframe_.reset();
@@ -397,12 +398,19 @@ bool Estimator::StandsStill(const FrameState& frame) const {
          flow.median_px < options_.keyframes.still_parallax_px;
 }
 
+// The keyframe before a rest may show the rig while it still moved, by too little to be seen in the
+// images and by centimetres along the view: another one is the first to show it at rest.
+bool Estimator::BeginsRest(const FrameState& frame) const {
+  const FrameState& last = window_.newest();
+  return !last.stands_still && ToSeconds(frame.stamp_ns - last.stamp_ns) > kStandstillStep_s;
+}
+
 bool Estimator::IsKeyframe(const FrameState& frame) const {
   const FrameState& last = window_.newest();
   const KeyframeOptions& limits = options_.keyframes;
   const KeptPoints points = CountKept(window_.state(), frame, followed_);
   if (points.AreFewerThan(limits.min_kept_share)) return true;
-  if (frame.stands_still) return false;
+  if (frame.stands_still) return BeginsRest(frame);
   const Flow flow =
       MedianFlow(last, frame, rig_.cameras[0].fx_px, CameraRotation(frame, last, rig_));
   const bool sparse = points.True() < limits.sparse_share * options_.points.max_points;

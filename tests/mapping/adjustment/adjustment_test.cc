@@ -145,6 +145,7 @@ TEST(Adjustment, WithoutRevisitsIsTakenOnlyWhereThatIsWanted) {
   const SimulatedRun run = Fly(Noisy());
   AdjustmentOptions options = Quick();
   options.closures.enabled = false;
+  options.needs_revisit = true;
   const AdjustedRun kept = AdjustRun(run.run, options, nullptr);
   EXPECT_FALSE(kept.figures);
   EXPECT_EQ(kept.run.keyframes.back().T_world_imu.translation,
@@ -198,6 +199,41 @@ TEST(Adjustment, RefusesClosuresBeyondWhatOdometryMayHaveDrifted) {
   ASSERT_GE(with.figures.closures, 1);
   EXPECT_EQ(with.figures.closures_taken_back, with.figures.closures);
   EXPECT_LT(Ape(run, with.T_world_imu), Ape(run, without.T_world_imu) + 1e-3);
+}
+
+// Within what odometry may have drifted, each by another 3 cm, they move poses by a tenth of that.
+TEST(Adjustment, HalfOfTheClosuresMayBeWrong) {
+  const SimulatedRun run = Fly(Noisy(20));
+  const AdjustmentResult without = AdjustWithClosures(run.run, Quick(), nullptr);
+  const auto mixed = [&](const AdjustmentState& state, const Progress&) {
+    std::vector<Closure> closures = Injected(state, run, Eigen::Vector3d::Zero(), 8);
+    for (size_t i = 0; i < closures.size(); i += 2) {
+      const double turn_rad = 2.1 * static_cast<double>(i);
+      const Eigen::Vector3d shift_m(0.03 * std::cos(turn_rad), 0.03 * std::sin(turn_rad), 0);
+      closures[i] = Injected(state, run, shift_m, 8).at(i);
+    }
+    return closures;
+  };
+  const AdjustmentResult with = AdjustWithClosures(run.run, Quick(), mixed);
+  ASSERT_TRUE(with.usable);
+  ASSERT_GE(with.figures.closures, 4);
+  EXPECT_GE(with.figures.closures_taken_back, 1);
+  EXPECT_LT(Ape(run, with.T_world_imu), Ape(run, without.T_world_imu) + 2.5e-3);
+}
+
+// Tracks that are better than what the options claim of them are believed more than those.
+TEST(Adjustment, ImagesAreBelievedAsFarAsTheyAgree) {
+  SimulatedRunOptions options = Noisy(20);
+  options.pixel_sigma_px = 0.05;
+  const SimulatedRun run = Fly(options);
+  AdjustmentOptions claimed = Quick(), found = Quick();
+  claimed.point_sigma_px = claimed.line_sigma_px = 0.5;
+  claimed.min_scatter = claimed.max_scatter = 1;
+  found.point_sigma_px = found.line_sigma_px = 0.5;
+  found.min_scatter = 0.05;
+  const AdjustmentResult as_claimed = Adjust(run.run, claimed), as_found = Adjust(run.run, found);
+  ASSERT_TRUE(as_claimed.usable && as_found.usable);
+  EXPECT_LT(Ape(run, as_found.T_world_imu), 0.8 * Ape(run, as_claimed.T_world_imu));
 }
 
 }  // namespace

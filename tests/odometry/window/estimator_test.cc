@@ -217,6 +217,50 @@ MotionSpline FlightWithRest(double flight_s, double rest_s) {
   return MotionSpline(kKnot_s, control);
 }
 
+constexpr double kStop_s = 3;
+
+// Rests for a second, rides along the view, stops from stop_s on for kStop_s, and rides on, so that
+// what it looks at is far away while it stands.
+MotionSpline RideWithStop(double stop_s, double duration_s) {
+  constexpr double kKnot_s = 0.1, kSpeed_m_s = 0.8, kEase_s = 1.6;
+  const Eigen::Quaterniond attitude = CameraLookingAlong(Eigen::Vector3d::UnitX()) *
+                                      ExampleStereoRig().T_imu_camera[0].rotation.conjugate();
+  std::vector<RigidTransform> control;
+  double x_m = 0;
+  for (double t_s = 0; t_s < duration_s; t_s += kKnot_s) {
+    const double starting = (t_s - 1) / kEase_s, braking = (stop_s - t_s) / kEase_s,
+                 going_on = (t_s - stop_s - kStop_s) / kEase_s;
+    const double ride = std::max(std::min(starting, braking), going_on);
+    x_m += kKnot_s * kSpeed_m_s * std::clamp(ride, 0.0, 1.0);
+    control.emplace_back(attitude, Eigen::Vector3d(x_m, 0, 0));
+  }
+  return MotionSpline(kKnot_s, control);
+}
+
+// The last keyframe before a stop may show the rig while it still crept along its view.
+TEST(Estimator, ComesToRestWhereItStops) {
+  constexpr double kDuration_s = 18;
+  for (const double stop_s : {6.0, 6.2, 6.4}) {
+    const MotionSpline motion = RideWithStop(stop_s, kDuration_s);
+    SimulatedRunOptions options = Noisy(12);
+    options.pixel_sigma_px = options.odometry.window.point_sigma_px = 0.1;
+    const SimulatedRun run = RunOnSimulatedTracks(options, &motion);
+    const RigidTransform gauge = GaugeFromFirst(run);
+    std::vector<Eigen::Vector3d> errors_m;
+    for (size_t i = 0; i < run.states.size(); ++i) {
+      const double t_s = ToSeconds(run.states[i].stamp_ns);
+      if (t_s < stop_s - 0.5 || t_s > stop_s + kStop_s) continue;
+      errors_m.push_back(gauge * run.states[i].T_world_imu.translation - run.truth[i].translation);
+    }
+    double largest_m = 0;
+    for (const auto& error_m : errors_m) {
+      largest_m = std::max(largest_m, (error_m - errors_m.front()).norm());
+    }
+    EXPECT_LT(largest_m, 0.015) << stop_s;
+    EXPECT_EQ(run.states.back().segment, 0);
+  }
+}
+
 TEST(Estimator, FiveMinutesAtRestTakeNoMoreMemoryThanAFew) {
   SimulatedRunOptions options = Noisy(13);
   options.pixel_sigma_px = options.odometry.window.point_sigma_px = 0.3;
