@@ -51,13 +51,24 @@ PlaneGrid AxesOf(const BuildingPlane& plane, double cell_m) {
   return grid;
 }
 
+// A floor or ceiling may be filled far where walls say how far it goes.
+double ReachOf_m(const BuildingPlane& plane, const Building& building,
+                 const PlaneOptions& options) {
+  if (plane.kind == PlaneKind::kWall) return options.reach_m;
+  const bool is_bounded = std::ranges::all_of(building.rooms, [&](const Room& room) {
+    return room.bounded >= options.min_bounded ||
+           std::ranges::find(plane.room_ids, room.id) == plane.room_ids.end();
+  });
+  return is_bounded ? options.room_reach_m : options.reach_m;
+}
+
 BoundedPlane Bounded(const BuildingPlane& plane, const Building& building,
                      const PlaneOptions& options) {
   const bool is_wall = plane.kind == PlaneKind::kWall;
   BoundedPlane bounded{AxesOf(plane, options.cell_m),
                        {},
                        plane.sigma_m,
-                       is_wall ? options.reach_m : options.room_reach_m,
+                       ReachOf_m(plane, building, options),
                        is_wall};
   PlaneGrid& grid = bounded.grid;
   const Polygon polygon = PolygonOf(plane, building, grid);

@@ -15,6 +15,7 @@ constexpr OptionTable kPlaneTable{
     Option{"max_offset_m", &PlaneOptions::max_offset_m, 0.0, 1.0},
     Option{"reach_m", &PlaneOptions::reach_m, 0.0, 20.0},
     Option{"room_reach_m", &PlaneOptions::room_reach_m, 0.0, 20.0},
+    Option{"min_bounded", &PlaneOptions::min_bounded, 0.0, 1.0},
     Option{"max_range_m", &PlaneOptions::max_range_m, 0.5, 100.0},
     Option{"max_grazing_deg", &PlaneOptions::max_grazing_deg, 10.0, 89.0},
     Option{"max_passes", &PlaneOptions::max_passes, 0, 1000},

@@ -16,7 +16,8 @@ struct PlaneOptions {
   double min_share = 0.75;     // of them, that is on one
   double max_offset_m = 0.03;  // of their median from the plane
   double reach_m = 0.5;        // from the nearest of them, along the plane
-  double room_reach_m = 2;     // the same on floors and ceilings of rooms, which walls bound
+  double room_reach_m = 2;     // the same on floors and ceilings of rooms that walls bound,
+  double min_bounded = 0.6;    // on this share of their border
 
   // What cameras have to see of it.
   double max_range_m = 8;

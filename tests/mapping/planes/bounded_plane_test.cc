@@ -43,10 +43,12 @@ TEST(BoundedPlanes, LeaveOutOpenings) {
   EXPECT_LT((grid.At(0.5 + grid.ColumnOf(beside), 0.5 + grid.RowOf(beside)) - beside).norm(), 0.05);
 }
 
-TEST(BoundedPlanes, LeaveOutWhatRoomsRunAround) {
+// A room of 4 m x 4 m around a pillar.
+Building RoomAroundPillar(double bounded) {
   Building building;
   Room room;
   room.id = 3;
+  room.bounded = bounded;
   room.polygon.outline = {{0, 0}, {4, 0}, {4, 4}, {0, 4}};
   room.polygon.holes = {{{1, 1}, {1, 3}, {3, 3}, {3, 1}}};
   building.rooms = {room};
@@ -61,13 +63,24 @@ TEST(BoundedPlanes, LeaveOutWhatRoomsRunAround) {
     }
     building.planes.push_back(plane);
   }
-  const std::vector<BoundedPlane> planes = BoundedPlanes(building, {});
+  return building;
+}
+
+TEST(BoundedPlanes, LeaveOutWhatRoomsRunAround) {
+  const std::vector<BoundedPlane> planes = BoundedPlanes(RoomAroundPillar(0.9), {});
   ASSERT_EQ(planes.size(), 2);
   for (const BoundedPlane& plane : planes) {
     EXPECT_NEAR(InsideArea(plane), 16 - 4, 0.1);
     EXPECT_EQ(plane.reach_m, PlaneOptions{}.room_reach_m);
   }
   EXPECT_NEAR(planes[1].grid.At(3, 7).z(), 2.7, 1e-12);
+}
+
+// Where no walls say how far it goes, a floor is not filled far.
+TEST(BoundedPlanes, ReachFarInRoomsThatWallsBound) {
+  for (const BoundedPlane& plane : BoundedPlanes(RoomAroundPillar(0.4), {})) {
+    EXPECT_EQ(plane.reach_m, PlaneOptions{}.reach_m);
+  }
 }
 
 TEST(BoundedPlanes, AreNotMadeOfFurniture) {
