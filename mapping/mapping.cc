@@ -27,7 +27,7 @@ namespace {
 
 // Shares of the time, about, up to the end of a stage.
 constexpr double kFusedUntil = 0.02, kFilteredUntil = 0.05, kDenseUntil = 0.45, kLinesUntil = 0.85,
-                 kBuiltUntil = 0.9;
+                 kBuiltUntil = 0.9, kFilledUntil = 0.98;
 constexpr double kAgreementUntil = 0.05, kSightsUntil = 0.1, kAxes = 0.3;  // of the lines' part
 constexpr char kImageUnreadable[] = "images_unreadable", kPosesDisagree[] = "poses_disagree";
 constexpr double kMaxPoseError_px = 3, kMinPointsFound = 0.2;
@@ -137,8 +137,8 @@ void MapImages(const OdometryRun& run, const RecordedViews& recorded, const Mapp
   if (progress.Report(kLinesUntil)) AddPipes(options.pipes, map);
   const BuildingInput input = BuildingInputOf(*map, std::move(sights));
   if (progress.Report(kLinesUntil)) map->building = BuildBuilding(input, options.building);
-  AddFilledPlanes(recorded, input.sights, options, progress.Part(kBuiltUntil, 1), map);
-  if (progress.Report(1)) AddJunctions(options.junctions, map);
+  AddFilledPlanes(recorded, input.sights, options, progress.Part(kBuiltUntil, kFilledUntil), map);
+  AddJunctions(options.junctions, progress.Part(kFilledUntil, 1), map);
   const int64_t unreadable =
       recorded.images->unreadable() +
       (recorded.frame_images ? recorded.frame_images->unreadable() : int64_t{0});

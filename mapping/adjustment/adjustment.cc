@@ -4,7 +4,9 @@
 #include <cmath>
 #include <map>
 #include <tuple>
+#include <utility>
 
+#include "data/quantile.h"
 #include "mapping/adjustment/adjustment_problem.h"
 #include "mapping/adjustment/block_covariance.h"
 #include "mapping/adjustment/closure_terms.h"
@@ -55,10 +57,8 @@ void RejectLineOutliers(const AdjustmentOptions& options, const AdjustmentModel&
 // of them; 1 as claimed.
 double ScatterOf(std::vector<double> chi2) {
   constexpr double kMedian = 1.386;  // of two rows of variance 1
-  if (chi2.empty()) return 1;
-  const auto middle = chi2.begin() + std::ssize(chi2) / 2;
-  std::nth_element(chi2.begin(), middle, chi2.end());
-  return std::sqrt(*middle / kMedian);
+  std::erase_if(chi2, [](double value) { return !std::isfinite(value); });
+  return chi2.empty() ? 1 : std::sqrt(Quantile(std::move(chi2), 0.5) / kMedian);
 }
 
 template <typename Landmarks>
@@ -187,6 +187,7 @@ class Adjustment {
 
   // What is known of the calibration, and which of its numbers are taken to be as given.
   void JudgeCalibration() {
+    problem_ = BuildProblem(options_, model_, state_, closures_);  // of what is left and believed
     const Eigen::MatrixXd covariance =
         BlockCovariance(problem_.get(), {state_.imu_calibration, state_.camera_calibration});
     if (covariance.size() == 0) return;
@@ -280,10 +281,11 @@ AdjustmentResult AdjustWithClosures(const OdometryRun& run, const AdjustmentOpti
   }
   Adjustment adjustment(run, options);
   bool usable = adjustment.Solve(progress.Part(0, 0.3));
+  if (!usable) return Unusable("the adjustment diverged");
   adjustment.MeasureScatter();
   adjustment.Reject();
   adjustment.JudgeCalibration();
-  usable = usable && adjustment.Solve(progress.Part(0.3, 0.5));
+  usable = adjustment.Solve(progress.Part(0.3, 0.5));
   if (usable && find && adjustment.FindClosures(find, progress.Part(0.5, 0.7))) {
     usable = adjustment.SolveWithClosures(progress.Part(0.7, 1));
   }

@@ -21,7 +21,7 @@ struct JunctionOptions {
   double corner_m = 0.05;       // from the junction, in which points are of neither surface
 
   double known_m = 0.05;      // from a line of the images, in which nothing is added
-  double min_length_m = 0.2;  // of what is added
+  double min_length_m = 0.3;  // of what is added
   double close_gap_m = 0.1;   // in it, that is closed
 
   void Check() const;  // throws ConfigError

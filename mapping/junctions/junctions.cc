@@ -1,5 +1,6 @@
 #include "mapping/junctions/junctions.h"
 
+#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
@@ -91,6 +92,11 @@ StraightOffsets FitOffsets(const std::vector<JunctionPlace>& piece,
   return fit;
 }
 
+int64_t BinsBetween(const JunctionPlace& first, const JunctionPlace& last,
+                    const JunctionOptions& options) {
+  return std::lround((last.along_m - first.along_m) / options.bin_m) + 1;
+}
+
 JunctionEdge EdgeOf(const PlaneJunction& junction, const std::vector<JunctionPlace>& piece,
                     const JunctionOptions& options) {
   const StraightOffsets offsets = FitOffsets(piece, options);
@@ -103,10 +109,11 @@ JunctionEdge EdgeOf(const PlaneJunction& junction, const std::vector<JunctionPla
 
 std::vector<PlaneJunction> JunctionsOf(const Building& building,
                                        const std::vector<DensePoint>& cloud,
-                                       const JunctionOptions& options) {
+                                       const JunctionOptions& options, const Progress& progress) {
   const std::vector<SurfacePoints> surfaces = PointsOfPlanes(building, cloud, options);
   std::vector<PlaneJunction> junctions;
   for (size_t i = 0; i < surfaces.size(); ++i) {
+    if (!progress.Report(static_cast<double>(i) / static_cast<double>(surfaces.size()))) return {};
     for (size_t j = i + 1; j < surfaces.size(); ++j) {
       auto junction = FindJunction(surfaces[i], surfaces[j], options);
       if (junction) junctions.push_back(std::move(*junction));
@@ -154,6 +161,23 @@ LineCovariance CovarianceOf(const JunctionEdge& edge, int64_t id) {
   return {id, 0, covariance, covariance, covariance};
 }
 
+double LargestSigma_m(const LineCovariance& known) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(known.start_m2,
+                                                              Eigen::EigenvaluesOnly);
+  return std::sqrt(std::max(0.0, solver.eigenvalues()(2)));
+}
+
+int SegmentOfMost(const std::vector<MapLine>& lines) {
+  std::map<int, double> length_m;
+  for (const MapLine& line : lines) {
+    length_m[line.segment] += (line.end_world - line.start_world).norm();
+  }
+  if (length_m.empty()) return 0;
+  return std::max_element(length_m.begin(), length_m.end(),
+                          [](const auto& a, const auto& b) { return a.second < b.second; })
+      ->first;
+}
+
 bool IsJunction(const MapLine& line) { return line.observations == 0; }
 
 }  // namespace
@@ -161,15 +185,17 @@ bool IsJunction(const MapLine& line) { return line.observations == 0; }
 std::vector<JunctionEdge> FindJunctionEdges(const Building& building,
                                             const std::vector<DensePoint>& cloud,
                                             const std::vector<MapLine>& lines,
-                                            const JunctionOptions& options) {
+                                            const JunctionOptions& options,
+                                            const Progress& progress) {
   options.Check();
   KnownEdges known(options.known_m);
   for (const MapLine& line : lines) known.Add(line.start_world, line.end_world);
+  const auto min_bins = std::lround(options.min_length_m / options.bin_m);
   std::vector<JunctionEdge> edges;
-  for (const PlaneJunction& junction : JunctionsOf(building, cloud, options)) {
+  for (const PlaneJunction& junction : JunctionsOf(building, cloud, options, progress)) {
     for (const auto& piece : PiecesOf(junction, known, options)) {
+      if (BinsBetween(piece.front(), piece.back(), options) < min_bins) continue;
       const JunctionEdge edge = EdgeOf(junction, piece, options);
-      if ((edge.end_world - edge.start_world).norm() < options.min_length_m) continue;
       known.Add(edge.start_world, edge.end_world);
       edges.push_back(edge);
     }
@@ -177,12 +203,13 @@ std::vector<JunctionEdge> FindJunctionEdges(const Building& building,
   return edges;
 }
 
-void AddJunctions(const JunctionOptions& options, MapResult* map) {
+void AddJunctions(const JunctionOptions& options, const Progress& progress, MapResult* map) {
   if (!options.add) return;
   const std::vector<MapLine> shown = map->lines;
+  const int segment = SegmentOfMost(shown);
   int64_t id = NextId(*map);
   for (const JunctionEdge& edge :
-       FindJunctionEdges(map->building, map->dense, map->lines, options)) {
+       FindJunctionEdges(map->building, map->dense, map->lines, options, progress)) {
     const LineCovariance covariance = CovarianceOf(edge, id);
     MapLine line;
     line.id = id++;
@@ -190,7 +217,8 @@ void AddJunctions(const JunctionOptions& options, MapResult* map) {
     line.end_world = edge.end_world;
     const Vector3d direction = (edge.end_world - edge.start_world).normalized();
     std::tie(line.axis, line.world) = AxisAlong(direction, shown);
-    line.sigma_m = std::sqrt(covariance.start_m2.trace() / 2);
+    line.segment = segment;
+    line.sigma_m = LargestSigma_m(covariance);
     line.kind = LineKind::kEdge;
     map->lines.push_back(line);
     map->line_evidence.covariances.push_back(covariance);

@@ -4,7 +4,11 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
+#include <utility>
+
+#include "data/quantile.h"
 
 namespace slcmap {
 namespace {
@@ -28,8 +32,9 @@ AlignedBox3d Grown(AlignedBox3d box, double by_m) {
 
 // The points of a surface around one bin of a junction.
 struct Bin {
-  int points = 0;                 // within reach of the junction
-  double gap_m = 1e9;             // from the junction to the nearest of them
+  int points = 0;  // within reach of the junction
+  double gap_m =
+      std::numeric_limits<double>::infinity();  // from the junction to the nearest of them
   std::vector<double> offsets_m;  // of those that are beyond the corner, from the plane
 };
 
@@ -52,36 +57,35 @@ std::map<int, Bin> BinsOf(const SurfacePoints& surface, const BuildingPlane& oth
   return bins;
 }
 
-struct SurfaceAtBin {
-  int points = 0;
-  double gap_m = 1e9;
-  double offset_m = 0;
-};
-
-SurfaceAtBin AtBin(const std::map<int, Bin>& bins, int index, const JunctionOptions& options) {
-  const int window = static_cast<int>(std::lround(options.window_m / options.bin_m));
-  const int around = static_cast<int>(std::lround(options.offset_reach_m / options.bin_m));
-  SurfaceAtBin surface;
-  std::vector<double> offsets_m;
-  for (auto bin = bins.lower_bound(index - std::max(window, around));
-       bin != bins.end() && bin->first <= index + std::max(window, around); ++bin) {
-    if (std::abs(bin->first - index) <= window) {
-      surface.points += bin->second.points;
-      surface.gap_m = std::min(surface.gap_m, bin->second.gap_m);
-    }
-    if (std::abs(bin->first - index) <= around) {
-      offsets_m.insert(offsets_m.end(), bin->second.offsets_m.begin(), bin->second.offsets_m.end());
-    }
+// Up to a number of bins to either side of one.
+template <typename Take>
+void ForBinsAround(const std::map<int, Bin>& bins, int index, double around_m, double bin_m,
+                   Take take) {
+  const int around = static_cast<int>(std::lround(around_m / bin_m));
+  for (auto bin = bins.lower_bound(index - around);
+       bin != bins.end() && bin->first <= index + around; ++bin) {
+    take(bin->second);
   }
-  if (offsets_m.empty()) return surface;
-  const auto middle = offsets_m.begin() + static_cast<ptrdiff_t>(offsets_m.size() / 2);
-  std::nth_element(offsets_m.begin(), middle, offsets_m.end());
-  surface.offset_m = *middle;
-  return surface;
 }
 
-bool IsMeasured(const SurfaceAtBin& surface, const JunctionOptions& options) {
-  return surface.points >= options.min_points && surface.gap_m <= options.max_gap_m;
+// The points of a surface that is measured near a bin; 0 where it is not.
+int PointsAt(const std::map<int, Bin>& bins, int index, const JunctionOptions& options) {
+  int points = 0;
+  double gap_m = std::numeric_limits<double>::infinity();
+  ForBinsAround(bins, index, options.window_m, options.bin_m, [&](const Bin& bin) {
+    points += bin.points;
+    gap_m = std::min(gap_m, bin.gap_m);
+  });
+  return points >= options.min_points && gap_m <= options.max_gap_m ? points : 0;
+}
+
+// How far a surface is off its plane around a bin.
+double OffsetAt_m(const std::map<int, Bin>& bins, int index, const JunctionOptions& options) {
+  std::vector<double> offsets_m;
+  ForBinsAround(bins, index, options.offset_reach_m, options.bin_m, [&](const Bin& bin) {
+    offsets_m.insert(offsets_m.end(), bin.offsets_m.begin(), bin.offsets_m.end());
+  });
+  return offsets_m.empty() ? 0 : Quantile(std::move(offsets_m), 0.5);
 }
 
 bool MayMeet(const SurfacePoints& a, const SurfacePoints& b, const JunctionOptions& options) {
@@ -135,10 +139,11 @@ std::optional<PlaneJunction> FindJunction(const SurfacePoints& first, const Surf
   const int begin = std::max(bins.begin()->first, others.begin()->first);
   const int end = std::min(bins.rbegin()->first, others.rbegin()->first);
   for (int i = begin; i <= end; ++i) {
-    const SurfaceAtBin a = AtBin(bins, i, options), b = AtBin(others, i, options);
-    if (!IsMeasured(a, options) || !IsMeasured(b, options)) continue;
-    junction.places.push_back({(i + 0.5) * options.bin_m, {a.offset_m, b.offset_m}});
-    junction.points += a.points + b.points;
+    const int points = PointsAt(bins, i, options), of_other = PointsAt(others, i, options);
+    if (points == 0 || of_other == 0) continue;
+    junction.places.push_back({(i + 0.5) * options.bin_m,
+                               {OffsetAt_m(bins, i, options), OffsetAt_m(others, i, options)}});
+    junction.points += points + of_other;
   }
   if (junction.places.empty()) return std::nullopt;
   return junction;

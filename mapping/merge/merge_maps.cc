@@ -23,7 +23,8 @@ namespace slcmap {
 namespace {
 
 // Shares of the time, about.
-constexpr double kAlignedUntil = 0.5, kUnitedUntil = 0.75, kSeenUntil = 0.85, kBuiltUntil = 0.95;
+constexpr double kAlignedUntil = 0.5, kUnitedUntil = 0.75, kSeenUntil = 0.85, kBuiltUntil = 0.95,
+                 kFilledUntil = 0.99;
 // What maps that are aligned are off against each other here and there: trajectories err, and so do
 // lines, by more than their covariances tell (README.md, "How well a line is known").
 constexpr double kAlignment_m = 0.005, kLinesOff_m = 0.009;
@@ -294,9 +295,9 @@ MergedMaps MergeMaps(MapResult first, MapResult second, const AlignmentOptions& 
   options.Check();
   RefuseSameRuns(RunsOf(first), second);
   for (MapResult* map : {&first, &second}) {
-    CheckMap(*map);
     RemoveFilled(map);
     RemoveJunctions(map);
+    CheckMap(*map);
   }
   const MapAlignment found = AlignMaps(first, second, alignment, progress.Part(0, kAlignedUntil));
   const RigidTransform& T = found.T_first_second;
@@ -319,8 +320,9 @@ MergedMaps MergeMaps(MapResult first, MapResult second, const AlignmentOptions& 
   progress.ReportOrStop(kSeenUntil);
   const BuildingInput input = BuildingInputOf(first, std::move(sights));
   first.building = BuildBuilding(input, options.building, progress.Part(kSeenUntil, kBuiltUntil));
-  AddFilledPlanes(rigs, input.sights, options, progress.Part(kBuiltUntil, 1), &first);
-  AddJunctions(options.junctions, &first);
+  AddFilledPlanes(rigs, input.sights, options, progress.Part(kBuiltUntil, kFilledUntil), &first);
+  AddJunctions(options.junctions, progress.Part(kFilledUntil, 1), &first);
+  progress.ReportOrStop(1);
   first.source.options = options.ToYaml();
   first.adjustment.reset();
   first.calibrated_rig.reset();

@@ -13,6 +13,7 @@ using Eigen::Vector3d;
 MapLine LineAt(const Vector3d& start, const Vector3d& end) {
   MapLine line;
   line.id = 7;
+  line.segment = 2;
   line.axis = LineAxis::kX;
   line.world = 0;
   line.start_world = start;
@@ -32,9 +33,10 @@ MapResult MapOfCorner() {
 
 TEST(Junctions, AreEdgesThatNoImageShows) {
   MapResult map = MapOfCorner();
+  map.building.planes[0].sigma_m = 0.02;  // the wall's
   map.lines = {LineAt({0, 0, 1.2}, {3, 0, 1.2})};
   map.line_evidence.covariances = {{7, 0}};
-  AddJunctions({}, &map);
+  AddJunctions({}, {}, &map);
   ASSERT_EQ(map.lines.size(), 2U);
   const MapLine& edge = map.lines.back();
   EXPECT_EQ(edge.id, 8);
@@ -49,9 +51,11 @@ TEST(Junctions, AreEdgesThatNoImageShows) {
   ASSERT_EQ(map.line_evidence.covariances.size(), 2U);
   const LineCovariance& known = map.line_evidence.covariances.back();
   EXPECT_EQ(known.line_id, 8);
-  EXPECT_GT(known.start_m2(1, 1), 0.006 * 0.006);  // as the wall's plane is known, and more
-  EXPECT_NEAR(known.start_m2(0, 0), 0, 1e-12);     // nothing is said along it
+  EXPECT_GT(known.start_m2(1, 1), 0.02 * 0.02);  // as the wall's plane is known, and more
+  EXPECT_LT(known.start_m2(2, 2), 0.02 * 0.02);
+  EXPECT_NEAR(known.start_m2(0, 0), 0, 1e-12);  // nothing is said along it
   EXPECT_NEAR(edge.sigma_m, std::sqrt(known.start_m2(1, 1)), 1e-9);
+  EXPECT_EQ(edge.segment, 2);  // as the line's
 
   RemoveJunctions(&map);
   ASSERT_EQ(map.lines.size(), 1U);
@@ -61,7 +65,7 @@ TEST(Junctions, AreEdgesThatNoImageShows) {
 
 TEST(Junctions, HaveNoAxisThatNoLineHas) {
   MapResult map = MapOfCorner();
-  AddJunctions({}, &map);
+  AddJunctions({}, {}, &map);
   ASSERT_EQ(map.lines.size(), 1U);
   EXPECT_EQ(map.lines.front().id, 0);
   EXPECT_EQ(map.lines.front().axis, LineAxis::kNone);
@@ -104,11 +108,26 @@ TEST(Junctions, AreNotAddedWhereTheyAreOffOrNothingIsBuilt) {
   MapResult map = MapOfCorner();
   JunctionOptions off;
   off.add = false;
-  AddJunctions(off, &map);
+  AddJunctions(off, {}, &map);
   EXPECT_TRUE(map.lines.empty());
   map.building = {};
-  AddJunctions({}, &map);
+  AddJunctions({}, {}, &map);
   EXPECT_TRUE(map.lines.empty());
+}
+
+TEST(Junctions, AreNoneOnceProgressSaysSo) {
+  MapResult map = MapOfCorner();
+  AddJunctions({}, Progress([](double) { return false; }), &map);
+  EXPECT_TRUE(map.lines.empty());
+}
+
+// A patch of both surfaces at one place is no edge.
+TEST(Junctions, AreOfSomeLength) {
+  MapResult map;
+  map.building = testing::WallAndFloor();
+  testing::AddWall({1, 1.05}, {0.1, 0.5}, 0, &map.dense);
+  testing::AddFloor({1, 1.05}, {0.1, 0.5}, 0, &map.dense);
+  EXPECT_TRUE(FindJunctionEdges(map.building, map.dense, {}, {}).empty());
 }
 
 TEST(Junctions, OptionsAreChecked) {
