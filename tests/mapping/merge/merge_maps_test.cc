@@ -210,6 +210,35 @@ TEST(MergeMaps, FilledPointsAreNotTakenOver) {
   }
 }
 
+// Of the building of both: where walls meet the ceiling no line is known, in neither map.
+TEST(MergeMaps, JunctionsAreMadeAnew) {
+  MapResult first = West(), second = East();
+  for (MapResult* map : {&first, &second}) {
+    double top_m = -1e9;
+    for (const MapLine& line : map->lines) top_m = std::max(top_m, line.start_world.z());
+    std::erase_if(map->lines, [&](const MapLine& line) {
+      return std::min(line.start_world.z(), line.end_world.z()) > top_m - 0.1;
+    });
+  }
+  MapLine old = second.lines.front();
+  old.id = 100000;
+  old.segment += 1;  // which is of no matter
+  old.observations = 0;
+  old.start_world.z() = old.end_world.z() = 40;
+  second.lines.push_back(old);
+  const MapResult map = Merge(std::move(first), std::move(second)).map;
+  ASSERT_FALSE(map.building.storeys.empty());
+  ASSERT_TRUE(map.building.storeys.front().ceiling_m);
+  const double ceiling_m = *map.building.storeys.front().ceiling_m;
+  double at_ceiling_m = 0;
+  for (const MapLine& line : map.lines) {
+    ASSERT_LT(line.start_world.z(), 30);
+    if (line.observations > 0 || std::abs(line.start_world.z() - ceiling_m) > 0.03) continue;
+    at_ceiling_m += (line.end_world - line.start_world).norm();
+  }
+  EXPECT_GT(at_ceiling_m, 10);
+}
+
 TEST(UniteSurfaces, TheSidesOfAThinWallStayTwo) {
   const DensePoint front{{0, 0, 1.01}, Vector3d::UnitZ(), 0.005, 100};
   const DensePoint back{{0, 0, 1.04}, -Vector3d::UnitZ(), 0.005, 100};
