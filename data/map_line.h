@@ -32,10 +32,12 @@ struct MapLine {
   bool recent = false;  // the last keyframes of the run saw it
   Eigen::Vector3d start_world = Eigen::Vector3d::Zero();
   Eigen::Vector3d end_world = Eigen::Vector3d::Zero();
-  int observations = 0;  // keyframes that saw it
+  // Keyframes that saw it; 0 of a junction, where planes of the building meet and no image shows
+  // it.
+  int observations = 0;
   // The angle between it and its axis, and the standard deviation of its direction, where that is
-  // largest; both 0 of a line that was taken to be exactly along its axis, and of one that has
-  // none.
+  // largest; both 0 of a line that was taken to be exactly along its axis, of one that has none,
+  // and of a junction.
   double deviation_rad = 0, deviation_sigma_rad = 0;
   LineKind kind = LineKind::kUnknown;
 };

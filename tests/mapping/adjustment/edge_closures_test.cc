@@ -26,14 +26,16 @@ Vector3d Along(LineAxis axis) {
   return axis == LineAxis::kVertical ? Vector3d::UnitZ() : Vector3d::UnitY();
 }
 
-// Rounds that come back to the same place, each where odometry has drifted to.
-OdometryRun Visits(const std::vector<Vector3d>& drifts) {
+// Rounds that come back to the same place, each where odometry has drifted to; at one of them two
+// of the edges are seen.
+OdometryRun Visits(const std::vector<Vector3d>& drifts, size_t fleeting = 1000) {
   OdometryRun run;
   run.rectified_rig = testing::ForwardRig();
   run.manhattan_worlds.emplace_back();
   run.keyframes.reserve(100);
   for (size_t visit = 0; visit < drifts.size(); ++visit) {
     const int64_t first_id = std::ssize(run.lines);
+    const size_t edges = visit == fleeting ? 2 : kEdges.size();
     for (size_t i = 0; i < kEdges.size(); ++i) {
       const auto& [middle, axis] = kEdges[i];
       Line line;
@@ -53,7 +55,7 @@ OdometryRun Visits(const std::vector<Vector3d>& drifts) {
                                         (is_there ? 0 : kRound_s / 2));
       keyframe.T_world_imu.translation =
           drifts[visit] + Vector3d(is_there ? 0.2 * k : -kRound_m / 2, 0, 1.2);
-      for (size_t i = 0; is_there && i < kEdges.size(); ++i) {
+      for (size_t i = 0; is_there && i < edges; ++i) {
         keyframe.lines.push_back({first_id + static_cast<int64_t>(i), {{1, 1}, {2, 2}}, {}});
       }
       run.keyframes.push_back(std::move(keyframe));
@@ -93,6 +95,15 @@ TEST(EdgeClosures, ManyVisitsThatDriftAreRecognisedEach) {
       Visits({Vector3d::Zero(), {0, 0.027, 0}, {0, 0.054, 0}, {0, 0.081, 0}, {0, 0.108, 0}});
   const std::vector<std::pair<size_t, size_t>> each = {{0, 1}, {1, 2}, {2, 3}, {3, 4}};
   EXPECT_EQ(ClosedVisits(run), each);
+}
+
+// Lines that no keyframe sees are not of the state: the third visit's are its ninth to fourteenth.
+TEST(EdgeClosures, WhereTheLatestVisitSawTooLittleAnEarlierOneCounts) {
+  const OdometryRun run = Visits({Vector3d::Zero(), {0, 0.01, 0}, {0, 0.02, 0}}, 1);
+  const std::vector<Closure> closures = FindEdgeClosures(StateOfRun(run, {}), {});
+  ASSERT_EQ(closures.size(), 1U);
+  ASSERT_EQ(closures[0].edges.size(), kEdges.size());
+  for (const EdgeMatch& match : closures[0].edges) EXPECT_EQ(match.newer - match.older, 8U);
 }
 
 TEST(EdgeClosures, WhatIsBeyondOdometrysDriftIsAnotherPlace) {
