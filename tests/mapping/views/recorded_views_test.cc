@@ -29,7 +29,8 @@ class SmallRecording : public ::testing::Test {
     testing::WriteSequence(folder_, {.images = 7});
     Trajectory trajectory;
     for (int i = 0; i < 7; ++i) {
-      trajectory.push_back({testing::ImageStamp(i), {{}, {0.04 * i, 0, 0}}});
+      trajectory.push_back(
+          {testing::ImageStamp(i), {Eigen::Quaterniond::Identity(), {0.04 * i, 0, 0}}});
     }
     run_ = RunAtPoses(folder_.Path(), "", trajectory);
   }
