@@ -13,8 +13,9 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kPlace_m = 4;     // of path, along which lines that appear are one later visit
-constexpr double kMaxGap_m = 0.5;  // along an edge, between what the visits saw of it
+constexpr double kPlace_m = 4;         // of path, along which lines that appear are one later visit
+constexpr double kTiedToFirst_m = 30;  // of path, between places that are tied to their first visit
+constexpr double kMaxGap_m = 0.5;      // along an edge, between what the visits saw of it
 
 // A line that may be an edge of an earlier visit.
 struct Candidate {
@@ -58,10 +59,11 @@ class EdgeSearch {
 
   std::vector<Closure> Find() const {
     std::vector<Closure> closures;
+    double tied_to_first_m = -kTiedToFirst_m;  // of the path
     for (size_t from = 0; from < lines_.size();) {
       size_t to = from;
       while (to < lines_.size() && IsOnePlace(lines_[from], lines_[to])) ++to;
-      AddClosure(from, to, &closures);
+      AddClosures(from, to, &tied_to_first_m, &closures);
       from = to;
     }
     return closures;
@@ -151,15 +153,30 @@ class EdgeSearch {
     return candidates;
   }
 
-  // With the latest visit that is recognised: what ties it to earlier ones ties this one as well,
-  // and a system whose ties are short is solved fast.
-  void AddClosure(size_t from, size_t to, std::vector<Closure>* closures) const {
-    for (const std::vector<size_t>& visit : EarlierVisits(from, to) | std::views::reverse) {
+  // With the latest visit that is recognised, and now and then with the first one: what ties a
+  // visit to the one before ties it to all, but only far ties show a drift of many rounds within
+  // the solver's steps. More of them make the system slow to solve.
+  void AddClosures(size_t from, size_t to, double* tied_to_first_m,
+                   std::vector<Closure>* closures) const {
+    const std::vector<std::vector<size_t>> visits = EarlierVisits(from, to);
+    const auto latest = Recognised(from, to, visits | std::views::reverse);
+    if (!latest) return;
+    closures->push_back(*latest);
+    const double here_m = path_m_[lines_[from].first_frame];
+    if (here_m - *tied_to_first_m < kTiedToFirst_m) return;
+    const auto first = Recognised(from, to, visits);
+    if (first->older_frame == latest->older_frame) return;
+    closures->push_back(*first);
+    *tied_to_first_m = here_m;
+  }
+
+  template <typename Visits>
+  std::optional<Closure> Recognised(size_t from, size_t to, const Visits& in_order) const {
+    for (const std::vector<size_t>& visit : in_order) {
       auto closure = ClosureWith(CandidatesOf(from, to, visit));
-      if (!closure) continue;
-      closures->push_back(std::move(*closure));
-      return;
+      if (closure) return closure;
     }
+    return std::nullopt;
   }
 
   std::optional<Closure> ClosureWith(const std::vector<Candidate>& candidates) const {

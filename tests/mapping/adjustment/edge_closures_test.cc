@@ -97,6 +97,12 @@ TEST(EdgeClosures, ManyVisitsThatDriftAreRecognisedEach) {
   EXPECT_EQ(ClosedVisits(run), each);
 }
 
+TEST(EdgeClosures, SomePlacesAreTiedToTheirFirstVisit) {
+  const OdometryRun run = Visits({Vector3d::Zero(), {0, 0.004, 0}, {0, 0.008, 0}, {0, 0.012, 0}});
+  const std::vector<std::pair<size_t, size_t>> tied = {{0, 1}, {1, 2}, {0, 2}, {2, 3}};
+  EXPECT_EQ(ClosedVisits(run), tied);
+}
+
 // Lines that no keyframe sees are not of the state: the third visit's are its ninth to fourteenth.
 TEST(EdgeClosures, WhereTheLatestVisitSawTooLittleAnEarlierOneCounts) {
   const OdometryRun run = Visits({Vector3d::Zero(), {0, 0.01, 0}, {0, 0.02, 0}}, 1);
