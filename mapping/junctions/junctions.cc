@@ -124,6 +124,15 @@ std::vector<PlaneJunction> JunctionsOf(const Building& building,
   return junctions;
 }
 
+// The key of most length; `otherwise` where there is none.
+template <typename Key>
+Key LongestOf(const std::map<Key, double>& length_m, const Key& otherwise) {
+  const auto longest =
+      std::max_element(length_m.begin(), length_m.end(),
+                       [](const auto& a, const auto& b) { return a.second < b.second; });
+  return longest == length_m.end() ? otherwise : longest->first;
+}
+
 // The axis and world that most of the length of lines along a direction has.
 std::pair<LineAxis, int> AxisAlong(const Vector3d& direction, const std::vector<MapLine>& lines) {
   std::map<std::pair<LineAxis, int>, double> length_m;
@@ -134,10 +143,7 @@ std::pair<LineAxis, int> AxisAlong(const Vector3d& direction, const std::vector<
     }
     length_m[{line.axis, line.world}] += along.norm();
   }
-  if (length_m.empty()) return {LineAxis::kNone, -1};
-  return std::max_element(length_m.begin(), length_m.end(),
-                          [](const auto& a, const auto& b) { return a.second < b.second; })
-      ->first;
+  return LongestOf(length_m, std::pair(LineAxis::kNone, -1));
 }
 
 int64_t NextId(const MapResult& map) {
@@ -172,10 +178,7 @@ int SegmentOfMost(const std::vector<MapLine>& lines) {
   for (const MapLine& line : lines) {
     length_m[line.segment] += (line.end_world - line.start_world).norm();
   }
-  if (length_m.empty()) return 0;
-  return std::max_element(length_m.begin(), length_m.end(),
-                          [](const auto& a, const auto& b) { return a.second < b.second; })
-      ->first;
+  return LongestOf(length_m, 0);
 }
 
 bool IsJunction(const MapLine& line) { return line.observations == 0; }
