@@ -10,11 +10,10 @@ namespace {
 // of the building, unless it hardly stands out.
 constexpr double kLong_m = 1.2, kMinLongStep = 0.15;
 
-// Of a line on a flat surface.
-bool IsOutline(const TrackedLine& line, double length_m, bool lasts,
+// Whether its step of brightness is large, or lasts and is not small.
+bool StandsOut(const TrackedLine& line, double trim_step, bool lasts,
                const LineKindOptions& options) {
   const double brightness = std::max(line.brightness_sum, 1e-9);
-  const double trim_step = length_m >= kLong_m ? kMinLongStep : options.min_trim_step;
   return (lasts && line.lasting_sum >= options.min_outline_step * brightness) ||
          line.step_sum >= trim_step * brightness;
 }
@@ -36,8 +35,13 @@ LineKind KindOf(const TrackedLine& line, const LineKindOptions& options) {
   if (!IsKnownBeside(beside, options)) {
     return lasts ? LineKind::kUnknown : LineKind::kMark;
   }
+  const bool is_in_texture = line.parallels >= options.texture_lines;
+  if (is_in_texture && !StandsOut(line, options.min_trim_step, lasts, options)) {
+    return LineKind::kMark;
+  }
   if (beside.flat_m < options.min_flat_share * known_m) return LineKind::kEdge;
-  return IsOutline(line, all_m, lasts, options) ? LineKind::kOutline : LineKind::kMark;
+  const double trim_step = all_m >= kLong_m ? kMinLongStep : options.min_trim_step;
+  return StandsOut(line, trim_step, lasts, options) ? LineKind::kOutline : LineKind::kMark;
 }
 
 }  // namespace slcmap

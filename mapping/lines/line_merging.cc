@@ -1,69 +1,15 @@
 #include "mapping/lines/line_merging.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <map>
 #include <numeric>
-#include <optional>
+
+#include "mapping/lines/line_cells.h"
 
 namespace slcmap {
 namespace {
 
-constexpr double kCell_m = 0.5;  // of the index of places that lines pass
 constexpr double kMaxAngle_rad = 0.05;
-
-using Cell = std::array<int64_t, 3>;
-
-// Lines by the cells that their intervals pass.
-class CellIndex {
- public:
-  explicit CellIndex(const std::vector<TrackedLine>& lines) : lines_(lines) {}
-
-  void Add(int line) {
-    ForEachCell(line, [&](const Cell& cell) { members_[cell].push_back(line); });
-  }
-
-  // Lines that pass near a line, in order, each once.
-  std::vector<int> Near(int line) const {
-    std::vector<int> near;
-    ForEachCell(line, [&](const Cell& cell) {
-      for (int64_t dx = -1; dx <= 1; ++dx) {
-        for (int64_t dy = -1; dy <= 1; ++dy) {
-          for (int64_t dz = -1; dz <= 1; ++dz) {
-            const auto found = members_.find({cell[0] + dx, cell[1] + dy, cell[2] + dz});
-            if (found == members_.end()) continue;
-            near.insert(near.end(), found->second.begin(), found->second.end());
-          }
-        }
-      }
-    });
-    std::sort(near.begin(), near.end());
-    near.erase(std::unique(near.begin(), near.end()), near.end());
-    return near;
-  }
-
- private:
-  template <typename Visit>
-  void ForEachCell(int index, Visit visit) const {
-    const TrackedLine& line = lines_[index];
-    std::optional<Cell> last;
-    for (const Stretch& interval : line.intervals) {
-      for (double along_m = interval.from_m;; along_m += kCell_m) {
-        const Eigen::Vector3d p =
-            line.line.point_world + std::min(along_m, interval.to_m) * line.line.direction_world;
-        const auto of = [](double x) { return static_cast<int64_t>(std::floor(x / kCell_m)); };
-        const Cell cell{of(p.x()), of(p.y()), of(p.z())};
-        if (!last || *last != cell) visit(cell);
-        last = cell;
-        if (along_m >= interval.to_m) break;
-      }
-    }
-  }
-
-  const std::vector<TrackedLine>& lines_;
-  std::map<Cell, std::vector<int>> members_;
-};
 
 double Length_m(const TrackedLine& line) {
   double length_m = 0;
@@ -169,7 +115,7 @@ std::vector<TrackedLine> MergeLines(std::vector<TrackedLine> lines,
                                     const LineMergingOptions& options, double between_maps_m) {
   std::vector<std::vector<int>> groups(lines.size());  // by the line that leads it
   std::vector<int> leader(lines.size(), -1);
-  CellIndex index(lines);
+  LineCells index(lines);
   for (const int i : ByQuality(lines)) {
     leader[i] = i;
     for (const int k : index.Near(i)) {

@@ -33,6 +33,7 @@ struct TrackedLine {
   double step_sum = 0, lasting_sum = 0, brightness_sum = 0;
   int shown_samples = 0;
   SurfacesBeside surfaces;
+  int parallels = 0;           // lines beside it, see line_texture.h
   std::vector<BinViews> bins;  // from bins_from_m on
   double bins_from_m = 0;
   std::vector<Stretch> intervals;

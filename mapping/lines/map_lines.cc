@@ -4,6 +4,7 @@
 #include "mapping/lines/line_finder.h"
 #include "mapping/lines/line_kinds.h"
 #include "mapping/lines/line_merging.h"
+#include "mapping/lines/line_texture.h"
 #include "mapping/lines/tracked_evidence.h"
 
 namespace slcmap {
@@ -68,6 +69,7 @@ BuiltLines BuildLines(const Views& views, const ViewImages& images,
   lines = MergeLines(std::move(lines), options.merging);
   for (TrackedLine& line : lines) line.surfaces = surfaces.Beside(line.line, line.intervals);
   std::erase_if(lines, [&](const TrackedLine& line) { return MayBeGhost(line, options); });
+  CountParallels(options.kinds.texture_reach_m, &lines);
   return {AsMapLines(lines, axes, options),
           EvidenceOf(lines, views, ViewCameras(views, images.rig()))};
 }

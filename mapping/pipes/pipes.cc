@@ -56,15 +56,31 @@ bool StandsOut(const RayEvidence& rays, const SurfaceEvidence& surface) {
          surface.beside <= kBehind;
 }
 
-// The cloud alone tells it, which is too coarse for thin ones.
+// A long bar that nearly all images show both outlines of, and that all around is behind. What of
+// the cloud is on it bulges, though much of it is torn to what is behind: so may a flat strip, or a
+// square bar seen from one side alone, but these seldom stand as free.
+bool StandsFree(const RayEvidence& rays, const SurfaceEvidence& surface) {
+  constexpr int kLeastImages = 60, kLeastPoints = 150;
+  constexpr double kLeastBoth = 0.85, kSlack = 1.3, kFew = 3;
+  constexpr double kLeastHeight = 0.15, kLeastHighest = 0.45, kMostHighest = 1.1, kBehind = -1;
+  return rays.images >= kLeastImages && rays.both_images >= kLeastBoth * rays.images &&
+         rays.round.squared <= kSlack * rays.straight.squared + kFew &&
+         surface.points >= kLeastPoints && surface.height >= kLeastHeight &&
+         surface.highest >= kLeastHighest && surface.highest <= kMostHighest &&
+         surface.beside <= kBehind;
+}
+
+// The cloud alone tells it, which is too coarse for thin ones. A long pipe has many lines in each
+// image, and these may be as far off it as they are off themselves.
 bool HasRoundSurface(const Cylinder& cylinder, const RayEvidence& rays,
                      const SurfaceEvidence& surface, const PipeOptions& options) {
   constexpr int kLeastPoints = 60;
   constexpr double kLeastRadius_m = 0.08;
-  constexpr double kLeastHeight = 0.8, kMostMedian = 0.75, kMostOfImage = 3;
+  constexpr double kLeastHeight = 0.8, kMostMedian = 0.75, kMostOfImage = 3, kMostOfOwn = 2;
   return cylinder.radius_m >= kLeastRadius_m && surface.points >= kLeastPoints &&
          surface.height >= kLeastHeight && surface.off <= options.max_surface_off &&
-         rays.round.median <= kMostMedian && rays.round.squared <= kMostOfImage * rays.images;
+         rays.round.median <= kMostMedian &&
+         rays.round.squared <= std::max(kMostOfImage * rays.images, kMostOfOwn * rays.own.squared);
 }
 
 RaysOfLines RaysOf(const PipeCandidate& candidate, const std::vector<Outline>& outlines) {
@@ -184,7 +200,8 @@ bool IsPipe(const Cylinder& cylinder, const RayEvidence& rays, const SurfaceEvid
             const PipeOptions& options) {
   const bool outlined =
       IsTold(rays, options) && FitsAsWell(rays) && !IsContradicted(cylinder, surface, options);
-  return outlined || StandsOut(rays, surface) || HasRoundSurface(cylinder, rays, surface, options);
+  return outlined || StandsOut(rays, surface) || StandsFree(rays, surface) ||
+         HasRoundSurface(cylinder, rays, surface, options);
 }
 
 FoundPipes FindPipes(const MapResult& map, const PipeOptions& options) {
