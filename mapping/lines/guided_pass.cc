@@ -139,6 +139,26 @@ bool IsInside(double along_m, const std::vector<Stretch>& intervals) {
   });
 }
 
+// The angle, about a line, between the views that show it: those that are in one plane with it tell
+// nothing of where in this plane it is, however many they are.
+double Parallax_rad(const PointAndDirection& line, const std::vector<EdgePlace>& places,
+                    const ViewCameras& cameras) {
+  const Eigen::Vector3d first = line.direction_world.unitOrthogonal();
+  const Eigen::Vector3d second = line.direction_world.cross(first);
+  std::vector<Eigen::Vector2d> ways;
+  Eigen::Vector2d mean = Eigen::Vector2d::Zero();
+  for (const EdgePlace& place : places) {
+    const Eigen::Vector3d to_view = cameras.Centre(place.view, place.camera) - line.point_world;
+    ways.push_back(Eigen::Vector2d(first.dot(to_view), second.dot(to_view)).normalized());
+    mean += ways.back();
+  }
+  std::vector<double> angles_rad;
+  for (const Eigen::Vector2d& way : ways) {
+    angles_rad.push_back(std::atan2(mean.x() * way.y() - mean.y() * way.x(), mean.dot(way)));
+  }
+  return Quantile(angles_rad, 0.95) - Quantile(angles_rad, 0.05);
+}
+
 }  // namespace
 
 void LookForLines(const Views& views, const ViewImages& images, const SightDepths& sights,
@@ -196,26 +216,6 @@ std::vector<Stretch> FindIntervals(const TrackedLine& line, const LineIntervalOp
     return interval.to_m - interval.from_m < options.min_length_m;
   });
   return intervals;
-}
-
-// The angle, about a line, between the views that show it: those that are in one plane with it tell
-// nothing of where in this plane it is, however many they are.
-double Parallax_rad(const PointAndDirection& line, const std::vector<EdgePlace>& places,
-                    const ViewCameras& cameras) {
-  const Eigen::Vector3d first = line.direction_world.unitOrthogonal();
-  const Eigen::Vector3d second = line.direction_world.cross(first);
-  std::vector<Eigen::Vector2d> ways;
-  Eigen::Vector2d mean = Eigen::Vector2d::Zero();
-  for (const EdgePlace& place : places) {
-    const Eigen::Vector3d to_view = cameras.Centre(place.view, place.camera) - line.point_world;
-    ways.push_back(Eigen::Vector2d(first.dot(to_view), second.dot(to_view)).normalized());
-    mean += ways.back();
-  }
-  std::vector<double> angles_rad;
-  for (const Eigen::Vector2d& way : ways) {
-    angles_rad.push_back(std::atan2(mean.x() * way.y() - mean.y() * way.x(), mean.dot(way)));
-  }
-  return Quantile(angles_rad, 0.95) - Quantile(angles_rad, 0.05);
 }
 
 void FitAgain(const Views& views, const Rig& rig, const std::vector<BuildingAxis>& axes,

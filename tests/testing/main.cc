@@ -34,11 +34,6 @@ int PrintSkipped(const testing::UnitTest& program) {
 
 }  // namespace
 
-#ifdef __SANITIZE_ADDRESS__
-// What the drawing library's fonts keep to the end is not ours.
-extern "C" const char* __lsan_default_suppressions() { return "leak:libfontconfig"; }
-#endif
-
 int main(int argc, char** argv) {
   testing::InitGoogleMock(&argc, argv);
   const int result = RUN_ALL_TESTS();
