@@ -6,6 +6,7 @@
 
 #include "data/quantile.h"
 #include "mapping/lines/line_finder.h"
+#include "mapping/lines/line_stretches.h"
 #include "odometry/geometry/pinhole.h"
 
 namespace slcmap {
@@ -226,9 +227,9 @@ void FitAgain(const Views& views, const Rig& rig, const std::vector<BuildingAxis
     std::erase_if(line.places,
                   [&](const EdgePlace& place) { return !IsInside(place.along_m, line.intervals); });
     if (line.intervals.empty()) return false;
-    const auto fit =
-        FitLine(line.line, line.places, cameras, AxisPrior(axes, line.axis), options.fit);
     const double max_spread_px = line.axis < 0 ? options.max_free_spread_px : options.max_spread_px;
+    const auto fit = FitStretches(cameras, AxisPrior(axes, line.axis), options.fit, max_spread_px,
+                                  options.intervals.min_length_m, &line);
     if (!fit || fit->views < options.min_views || fit->sigma_m() > options.max_sigma_m ||
         fit->spread_px > max_spread_px) {
       return false;

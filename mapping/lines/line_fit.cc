@@ -173,4 +173,18 @@ std::optional<LineFit> FitLine(const PointAndDirection& start, const std::vector
   return fit;
 }
 
+std::vector<double> OffLine_px(const PointAndDirection& line, double shift_m,
+                               const std::vector<EdgePlace>& places, const ViewCameras& views) {
+  constexpr double kBehind_px = 1e6;
+  const Eigen::Matrix<double, 3, 2> across = AcrossOf(line.direction_world);
+  std::vector<double> off_px;
+  for (const EdgePlace& place : places) {
+    const Eigen::Vector3d p_world =
+        line.point_world + (place.along_m - shift_m) * line.direction_world;
+    const auto residual = ResidualOf(place, p_world, across, views);
+    off_px.push_back(residual ? std::abs(residual->value_px) : kBehind_px);
+  }
+  return off_px;
+}
+
 }  // namespace slcmap

@@ -123,6 +123,20 @@ TEST(LineKinds, ALongLineOnAFlatSurfaceIsNoGrain) {
   EXPECT_EQ(KindOf(WithStep(5, 0.2, {3, 0.2, 0}), {}), LineKind::kMark) << "a row of joints";
 }
 
+TEST(LineKinds, WhatHardlyStandsOutAmongManyIsAMarkHoweverLong) {
+  const SurfacesBeside flat{3, 0.2, 0}, relief{0.1, 0.9, 0};
+  const auto among = [](int parallels, double step, const SurfacesBeside& surfaces) {
+    TrackedLine line = WithStep(step, 0.5, surfaces);
+    line.parallels = parallels;
+    return KindOf(line, {});
+  };
+  EXPECT_EQ(among(6, 20, flat), LineKind::kMark) << "the joint of a brick wall";
+  EXPECT_EQ(among(1, 20, flat), LineKind::kOutline) << "a skirting";
+  EXPECT_EQ(among(6, 60, flat), LineKind::kOutline) << "a poster on bricks";
+  EXPECT_EQ(among(6, 20, relief), LineKind::kMark) << "a joint where the cloud is rough";
+  EXPECT_EQ(among(6, 60, relief), LineKind::kEdge) << "a baluster";
+}
+
 TEST(LineKinds, WithoutSurfacesTheStepAloneTellsMarks) {
   const SurfacesBeside unknown{0.1, 0, 0.9};
   EXPECT_EQ(KindOf(WithStep(40, 1, unknown), {}), LineKind::kUnknown);

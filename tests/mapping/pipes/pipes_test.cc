@@ -198,6 +198,40 @@ TEST(Pipes, EdgesThatOneSeesBetweenAreNone) {
   EXPECT_TRUE(FindPipes(scene.map(), {}).pipes.empty());
 }
 
+Cylinder WithRadius(double radius_m) {
+  Cylinder cylinder;
+  cylinder.radius_m = radius_m;
+  return cylinder;
+}
+
+// A long pipe some way before a wall, whose cloud is torn to the wall.
+TEST(Pipes, AThinOneThatStandsFreeIsOne) {
+  RayEvidence rays;
+  rays.round = {100, 0.5}, rays.own = {90, 0.45}, rays.straight = {95, 0.48}, rays.told = {1, 0.02};
+  rays.images = 80, rays.both_images = 75;
+  const SurfaceEvidence surface{300, 0.3, 0.9, 0.6, -1.2};
+  EXPECT_TRUE(IsPipe(WithRadius(0.06), rays, surface, {}));
+  SurfaceEvidence other = surface;
+  other.beside = -0.5;
+  EXPECT_FALSE(IsPipe(WithRadius(0.06), rays, other, {})) << "the wall goes on beside it";
+  other = surface;
+  other.height = 0, other.highest = 0.2;
+  EXPECT_FALSE(IsPipe(WithRadius(0.06), rays, other, {})) << "a flat strip";
+  rays.both_images = 40;
+  EXPECT_FALSE(IsPipe(WithRadius(0.06), rays, surface, {})) << "two edges";
+}
+
+TEST(Pipes, ALongOneMayHaveManyLinesInEachImage) {
+  RayEvidence rays;
+  rays.round = {1000, 0.6}, rays.own = {700, 0.5}, rays.straight = {950, 0.6};
+  rays.told = {10, 0.05};
+  rays.images = 100, rays.both_images = 90;
+  const SurfaceEvidence round{500, 0.9, 1, 0.05, -2};
+  EXPECT_TRUE(IsPipe(WithRadius(0.15), rays, round, {}));
+  rays.own.squared = 300;
+  EXPECT_FALSE(IsPipe(WithRadius(0.15), rays, round, {})) << "its lines fit edges by far better";
+}
+
 TEST(Pipes, WhatTheyExplainLeavesTheLines) {
   SceneOfViews scene = PipeOf(0.06, 1.4);
   // A seam on the pipe, and an edge beside it.

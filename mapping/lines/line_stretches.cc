@@ -1,0 +1,125 @@
+#include "mapping/lines/line_stretches.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "data/quantile.h"
+
+namespace slcmap {
+namespace {
+
+constexpr double kStretchLength_m = 0.25;
+constexpr int kStretchRounds = 4;
+constexpr double kStretchSlack = 1.5;
+// What is left of a line that does not hold as a whole; without an axis.
+constexpr double kMinPart_m = 0.25, kMinFreePart_m = 0.5;
+constexpr double kScatterOfMedian = 1.4826;
+
+// The places of a line, by index, in stretches along it.
+class Stretches {
+ public:
+  explicit Stretches(const std::vector<EdgePlace>& places) : places_(places) {
+    for (size_t i = 0; i < places.size(); ++i) {
+      members_[static_cast<int>(std::floor(places[i].along_m / kStretchLength_m))].push_back(i);
+    }
+  }
+
+  // By how much the places of each stretch scatter about a fit, px.
+  std::map<int, double> Spreads(const LineFit& fit, const ViewCameras& cameras) const {
+    const std::vector<double> off_px = OffLine_px(fit.line, fit.shift_m, places_, cameras);
+    std::map<int, double> spreads;
+    for (const auto& [stretch, members] : members_) {
+      std::vector<double> values;
+      for (const size_t i : members) values.push_back(off_px[i]);
+      spreads[stretch] = kScatterOfMedian * Quantile(std::move(values), 0.5);
+    }
+    return spreads;
+  }
+
+  // The spread below which half of the places' stretches are.
+  double HalfOf(const std::map<int, double>& spreads) const {
+    std::vector<double> by_place;
+    for (const auto& [stretch, members] : members_) {
+      by_place.insert(by_place.end(), members.size(), spreads.at(stretch));
+    }
+    return Quantile(std::move(by_place), 0.5);
+  }
+
+  std::vector<EdgePlace> PlacesIn(const std::map<int, double>& spreads, double most_px) const {
+    std::vector<EdgePlace> places;
+    for (const EdgePlace& place : places_) {
+      const int stretch = static_cast<int>(std::floor(place.along_m / kStretchLength_m));
+      if (spreads.at(stretch) <= most_px) places.push_back(place);
+    }
+    return places;
+  }
+
+ private:
+  const std::vector<EdgePlace>& places_;
+  std::map<int, std::vector<size_t>> members_;
+};
+
+double Length_m(const std::vector<Stretch>& intervals) {
+  double length_m = 0;
+  for (const Stretch& interval : intervals) length_m += interval.to_m - interval.from_m;
+  return length_m;
+}
+
+// What is left of the intervals without the stretches that scatter more.
+std::vector<Stretch> Without(const std::vector<Stretch>& intervals,
+                             const std::map<int, double>& spreads, double most_px,
+                             double min_length_m) {
+  std::vector<Stretch> left = intervals;
+  for (const auto& [stretch, spread_px] : spreads) {
+    if (spread_px <= most_px) continue;
+    const double from_m = stretch * kStretchLength_m, to_m = from_m + kStretchLength_m;
+    std::vector<Stretch> cut;
+    for (const Stretch& interval : left) {
+      if (interval.to_m <= from_m || interval.from_m >= to_m) {
+        cut.push_back(interval);
+        continue;
+      }
+      if (interval.from_m < from_m) cut.push_back({interval.from_m, from_m});
+      if (interval.to_m > to_m) cut.push_back({to_m, interval.to_m});
+    }
+    left = std::move(cut);
+  }
+  std::erase_if(left, [&](const Stretch& interval) {
+    return interval.to_m - interval.from_m < min_length_m;
+  });
+  return left;
+}
+
+}  // namespace
+
+std::optional<LineFit> FitStretches(const ViewCameras& cameras,
+                                    const std::optional<DirectionPrior>& prior,
+                                    const LineFitOptions& options, double max_spread_px,
+                                    double min_length_m, TrackedLine* line) {
+  const auto whole = FitLine(line->line, line->places, cameras, prior, options);
+  if (!whole) return whole;
+  const Stretches stretches(line->places);
+  std::optional<LineFit> fit = whole;
+  for (int round = 0; round < kStretchRounds && fit->spread_px > max_spread_px; ++round) {
+    const std::map<int, double> spreads = stretches.Spreads(*fit, cameras);
+    fit = FitLine(line->line, stretches.PlacesIn(spreads, stretches.HalfOf(spreads)), cameras,
+                  prior, options);
+    if (!fit) return whole;
+  }
+  const std::map<int, double> spreads = stretches.Spreads(*fit, cameras);
+  // A line that holds as a whole lends its certainty to its stretches.
+  const bool holds = whole->spread_px <= max_spread_px;
+  const double most_px = (holds ? kStretchSlack : 1) * max_spread_px;
+  std::vector<EdgePlace> places = stretches.PlacesIn(spreads, most_px);
+  fit = FitLine(line->line, places, cameras, prior, options);
+  if (!fit || fit->spread_px > max_spread_px) return whole;
+  std::vector<Stretch> intervals = Without(line->intervals, spreads, most_px, min_length_m);
+  const double least_m = holds ? min_length_m : prior ? kMinPart_m : kMinFreePart_m;
+  if (Length_m(intervals) < least_m) return whole;
+  line->intervals = std::move(intervals);
+  line->places = std::move(places);
+  return fit;
+}
+
+}  // namespace slcmap

@@ -1,0 +1,21 @@
+// The stretches of a line whose places are of one edge.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "mapping/lines/line_store.h"
+
+namespace slcmap {
+
+// Fits a line to its places in its intervals. Where these scatter by more than max_spread_px, by
+// their median, the line may pass one edge here and another there: the stretches that scatter least
+// are fitted alone, and those that agree with them are kept. Intervals and places of others leave
+// the line. Nothing where no line can be fitted; a fit that scatters more than max_spread_px is
+// returned as it is.
+std::optional<LineFit> FitStretches(const ViewCameras& cameras,
+                                    const std::optional<DirectionPrior>& prior,
+                                    const LineFitOptions& options, double max_spread_px,
+                                    double min_length_m, TrackedLine* line);
+
+}  // namespace slcmap
