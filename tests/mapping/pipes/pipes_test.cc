@@ -226,7 +226,7 @@ TEST(Pipes, ALongOneMayHaveManyLinesInEachImage) {
   rays.round = {1000, 0.6}, rays.own = {700, 0.5}, rays.straight = {950, 0.6};
   rays.told = {10, 0.05};
   rays.images = 100, rays.both_images = 90;
-  const SurfaceEvidence round{500, 0.9, 1, 0.05, -2};
+  const SurfaceEvidence round{500, 0.9, 1, 0.05, 0};
   EXPECT_TRUE(IsPipe(WithRadius(0.15), rays, round, {}));
   rays.own.squared = 300;
   EXPECT_FALSE(IsPipe(WithRadius(0.15), rays, round, {})) << "its lines fit edges by far better";
