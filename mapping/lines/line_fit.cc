@@ -168,9 +168,13 @@ std::optional<LineFit> FitLine(const PointAndDirection& start, const std::vector
   const double shared = std::max(1.0, static_cast<double>(fit.views) / options.views_that_count);
   fit.covariance = shared * sums.H.inverse();
   fit.rms_px = RootMeanSquare(sums.off_px);
-  fit.spread_px = kSigmaOfMedian * Quantile(std::move(sums.off_px), 0.5);
+  fit.spread_px = SpreadOf(std::move(sums.off_px));
   if (!fit.covariance.allFinite()) return std::nullopt;
   return fit;
+}
+
+double SpreadOf(std::vector<double> distances_px) {
+  return kSigmaOfMedian * Quantile(std::move(distances_px), 0.5);
 }
 
 std::vector<double> OffLine_px(const PointAndDirection& line, double shift_m,

@@ -57,6 +57,9 @@ std::optional<LineFit> FitLine(const PointAndDirection& start, const std::vector
                                const ViewCameras& views, const std::optional<DirectionPrior>& prior,
                                const LineFitOptions& options);
 
+// The standard deviation of distances (at least 0) by their median.
+double SpreadOf(std::vector<double> distances_px);
+
 // How far the places are off the line's image (px, at least 0; a large number behind a camera), in
 // their order, whose along_m count from shift_m before the line's point.
 std::vector<double> OffLine_px(const PointAndDirection& line, double shift_m,

@@ -11,17 +11,19 @@ namespace {
 
 constexpr double kStretchLength_m = 0.25;
 constexpr int kStretchRounds = 4;
+// A line that holds as a whole lends its certainty to its stretches.
 constexpr double kStretchSlack = 1.5;
 // What is left of a line that does not hold as a whole; without an axis.
 constexpr double kMinPart_m = 0.25, kMinFreePart_m = 0.5;
-constexpr double kScatterOfMedian = 1.4826;
+
+int StretchAt(double along_m) { return static_cast<int>(std::floor(along_m / kStretchLength_m)); }
 
 // The places of a line, by index, in stretches along it.
 class Stretches {
  public:
   explicit Stretches(const std::vector<EdgePlace>& places) : places_(places) {
     for (size_t i = 0; i < places.size(); ++i) {
-      members_[static_cast<int>(std::floor(places[i].along_m / kStretchLength_m))].push_back(i);
+      members_[StretchAt(places[i].along_m)].push_back(i);
     }
   }
 
@@ -32,7 +34,7 @@ class Stretches {
     for (const auto& [stretch, members] : members_) {
       std::vector<double> values;
       for (const size_t i : members) values.push_back(off_px[i]);
-      spreads[stretch] = kScatterOfMedian * Quantile(std::move(values), 0.5);
+      spreads[stretch] = SpreadOf(std::move(values));
     }
     return spreads;
   }
@@ -49,8 +51,7 @@ class Stretches {
   std::vector<EdgePlace> PlacesIn(const std::map<int, double>& spreads, double most_px) const {
     std::vector<EdgePlace> places;
     for (const EdgePlace& place : places_) {
-      const int stretch = static_cast<int>(std::floor(place.along_m / kStretchLength_m));
-      if (spreads.at(stretch) <= most_px) places.push_back(place);
+      if (spreads.at(StretchAt(place.along_m)) <= most_px) places.push_back(place);
     }
     return places;
   }
@@ -91,6 +92,21 @@ std::vector<Stretch> Without(const std::vector<Stretch>& intervals,
   return left;
 }
 
+// The fit to those stretches that agree with each other, found by leaving out, again and again, the
+// half that scatters most.
+std::optional<LineFit> FitToBest(const Stretches& stretches, const LineFit& whole,
+                                 const TrackedLine& line, const ViewCameras& cameras,
+                                 const std::optional<DirectionPrior>& prior,
+                                 const LineFitOptions& options, double max_spread_px) {
+  std::optional<LineFit> fit = whole;
+  for (int round = 0; fit && round < kStretchRounds && fit->spread_px > max_spread_px; ++round) {
+    const std::map<int, double> spreads = stretches.Spreads(*fit, cameras);
+    fit = FitLine(line.line, stretches.PlacesIn(spreads, stretches.HalfOf(spreads)), cameras, prior,
+                  options);
+  }
+  return fit;
+}
+
 }  // namespace
 
 std::optional<LineFit> FitStretches(const ViewCameras& cameras,
@@ -100,19 +116,13 @@ std::optional<LineFit> FitStretches(const ViewCameras& cameras,
   const auto whole = FitLine(line->line, line->places, cameras, prior, options);
   if (!whole) return whole;
   const Stretches stretches(line->places);
-  std::optional<LineFit> fit = whole;
-  for (int round = 0; round < kStretchRounds && fit->spread_px > max_spread_px; ++round) {
-    const std::map<int, double> spreads = stretches.Spreads(*fit, cameras);
-    fit = FitLine(line->line, stretches.PlacesIn(spreads, stretches.HalfOf(spreads)), cameras,
-                  prior, options);
-    if (!fit) return whole;
-  }
-  const std::map<int, double> spreads = stretches.Spreads(*fit, cameras);
-  // A line that holds as a whole lends its certainty to its stretches.
+  const auto best = FitToBest(stretches, *whole, *line, cameras, prior, options, max_spread_px);
+  if (!best) return whole;
+  const std::map<int, double> spreads = stretches.Spreads(*best, cameras);
   const bool holds = whole->spread_px <= max_spread_px;
   const double most_px = (holds ? kStretchSlack : 1) * max_spread_px;
   std::vector<EdgePlace> places = stretches.PlacesIn(spreads, most_px);
-  fit = FitLine(line->line, places, cameras, prior, options);
+  const auto fit = FitLine(line->line, places, cameras, prior, options);
   if (!fit || fit->spread_px > max_spread_px) return whole;
   std::vector<Stretch> intervals = Without(line->intervals, spreads, most_px, min_length_m);
   const double least_m = holds ? min_length_m : prior ? kMinPart_m : kMinFreePart_m;

@@ -10,9 +10,9 @@ namespace slcmap {
 
 // Fits a line to its places in its intervals. Where these scatter by more than max_spread_px, by
 // their median, the line may pass one edge here and another there: the stretches that scatter least
-// are fitted alone, and those that agree with them are kept. Intervals and places of others leave
-// the line. Nothing where no line can be fitted; a fit that scatters more than max_spread_px is
-// returned as it is.
+// are fitted alone, and those that agree with them are kept; of a line that holds as a whole, those
+// that scatter by half as much again. Intervals and places of others leave the line. Nothing where
+// no line can be fitted; a fit that scatters more than max_spread_px is returned as it is.
 std::optional<LineFit> FitStretches(const ViewCameras& cameras,
                                     const std::optional<DirectionPrior>& prior,
                                     const LineFitOptions& options, double max_spread_px,
