@@ -134,17 +134,6 @@ void LimitDepths(const Views& views, const ViewCameras& cameras, const SightDept
   }
 }
 
-bool IsInside(double along_m, const std::vector<Stretch>& intervals) {
-  return std::any_of(intervals.begin(), intervals.end(), [&](const Stretch& interval) {
-    return along_m >= interval.from_m && along_m <= interval.to_m;
-  });
-}
-
-void DropPlacesOutside(TrackedLine* line) {
-  std::erase_if(line->places,
-                [&](const EdgePlace& place) { return !IsInside(place.along_m, line->intervals); });
-}
-
 // The angle, about a line, between the views that show it: those that are in one plane with it tell
 // nothing of where in this plane it is, however many they are.
 double Parallax_rad(const PointAndDirection& line, const std::vector<EdgePlace>& places,
@@ -231,14 +220,11 @@ void FitAgain(const Views& views, const Rig& rig, const std::vector<BuildingAxis
     line.intervals = FindIntervals(line, options.intervals);
     DropPlacesOutside(&line);
     if (line.intervals.empty()) return false;
-    const double max_spread_px = line.axis < 0 ? options.max_free_spread_px : options.max_spread_px;
-    const auto fit = FitStretches(cameras, AxisPrior(axes, line.axis), options.fit, max_spread_px,
-                                  options.intervals.min_length_m, &line);
-    DropPlacesOutside(&line);
-    if (!fit || fit->views < options.min_views || fit->sigma_m() > options.max_sigma_m ||
-        fit->spread_px > max_spread_px) {
-      return false;
-    }
+    const StretchLimits limits{options.min_views, options.max_sigma_m,
+                               line.axis < 0 ? options.max_free_spread_px : options.max_spread_px,
+                               options.intervals.min_length_m};
+    const auto fit = FitStretches(cameras, AxisPrior(axes, line.axis), options.fit, limits, &line);
+    if (!fit || !limits.Hold(*fit)) return false;
     line.parallax_rad = Parallax_rad(fit->line, line.places, cameras);
     line.fit = *fit;
     line.line = fit->line;

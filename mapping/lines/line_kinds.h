@@ -15,7 +15,7 @@ bool IsKnownBeside(const SurfacesBeside& beside, const LineKindOptions& options)
 // unless it is larger still, as of narrow trims; else a mark: beside grain, joints and print the
 // image is soon as bright as on the other side. A step that only grows away from the line is none
 // of an edge, but of a shadow. What hardly stands out among many lines beside each other is a mark,
-// wherever it is. Where the surfaces are not known, a line whose step lasts is of
+// where surfaces are known. Where the surfaces are not known, a line whose step lasts is of
 // unknown kind.
 LineKind KindOf(const TrackedLine& line, const LineKindOptions& options);
 

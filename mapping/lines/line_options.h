@@ -34,8 +34,8 @@ struct LineKindOptions {
   // The same beside the line, of a step that need not last: frames and trims are narrow, but stand
   // out more than grain and joints do.
   double min_trim_step = 0.45;
-  // A line with so many others beside it and up to so far away needs these steps wherever it is,
-  // and however long: bricks, tiles, boards and grain lie side by side.
+  // A line with so many others beside it and up to so far away needs these steps beside any
+  // surface, and however long: bricks, tiles, boards and grain lie side by side.
   int texture_lines = 4;
   double texture_reach_m = 0.4;
   double min_known_share = 0.3;  // of a line beside which surfaces are known

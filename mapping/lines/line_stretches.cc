@@ -109,26 +109,41 @@ std::optional<LineFit> FitToBest(const Stretches& stretches, const LineFit& whol
 
 }  // namespace
 
+bool StretchLimits::Hold(const LineFit& fit) const {
+  return fit.views >= min_views && fit.sigma_m() <= max_sigma_m && fit.spread_px <= max_spread_px;
+}
+
+void DropPlacesOutside(TrackedLine* line) {
+  std::erase_if(line->places, [&](const EdgePlace& place) {
+    return std::none_of(line->intervals.begin(), line->intervals.end(),
+                        [&](const Stretch& interval) {
+                          return place.along_m >= interval.from_m && place.along_m <= interval.to_m;
+                        });
+  });
+}
+
 std::optional<LineFit> FitStretches(const ViewCameras& cameras,
                                     const std::optional<DirectionPrior>& prior,
-                                    const LineFitOptions& options, double max_spread_px,
-                                    double min_length_m, TrackedLine* line) {
+                                    const LineFitOptions& options, const StretchLimits& limits,
+                                    TrackedLine* line) {
   const auto whole = FitLine(line->line, line->places, cameras, prior, options);
   if (!whole) return whole;
   const Stretches stretches(line->places);
-  const auto best = FitToBest(stretches, *whole, *line, cameras, prior, options, max_spread_px);
+  const auto best =
+      FitToBest(stretches, *whole, *line, cameras, prior, options, limits.max_spread_px);
   if (!best) return whole;
   const std::map<int, double> spreads = stretches.Spreads(*best, cameras);
-  const bool holds = whole->spread_px <= max_spread_px;
-  const double most_px = (holds ? kStretchSlack : 1) * max_spread_px;
-  std::vector<EdgePlace> places = stretches.PlacesIn(spreads, most_px);
-  const auto fit = FitLine(line->line, places, cameras, prior, options);
-  if (!fit || fit->spread_px > max_spread_px) return whole;
-  std::vector<Stretch> intervals = Without(line->intervals, spreads, most_px, min_length_m);
-  const double least_m = holds ? min_length_m : prior ? kMinPart_m : kMinFreePart_m;
-  if (Length_m(intervals) < least_m) return whole;
-  line->intervals = std::move(intervals);
-  line->places = std::move(places);
+  const bool holds = limits.Hold(*whole);
+  const double most_px = (holds ? kStretchSlack : 1) * limits.max_spread_px;
+  TrackedLine part = *line;
+  part.intervals = Without(line->intervals, spreads, most_px, limits.min_length_m);
+  DropPlacesOutside(&part);
+  const double least_m = holds ? limits.min_length_m : prior ? kMinPart_m : kMinFreePart_m;
+  if (Length_m(part.intervals) < least_m) return whole;
+  const auto fit = FitLine(line->line, part.places, cameras, prior, options);
+  if (!fit || !limits.Hold(*fit)) return whole;
+  line->intervals = std::move(part.intervals);
+  line->places = std::move(part.places);
   return fit;
 }
 

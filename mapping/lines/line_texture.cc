@@ -16,16 +16,6 @@ constexpr double kBesideEnd_m = 0.1;      // past its ends, to which a line coun
 constexpr double kMaxTurn_rad = 0.06;     // between parallel lines
 constexpr double kMinDistance_m = 0.012;  // between lines that are two
 constexpr double kOffPlane_m = 0.03;
-constexpr int kPlanes = 18;  // about a line that are tried
-
-std::vector<Eigen::Vector2d> PlanesAbout() {
-  std::vector<Eigen::Vector2d> ways;
-  for (int i = 0; i < kPlanes; ++i) {
-    const double angle_rad = M_PI * i / kPlanes;
-    ways.emplace_back(std::cos(angle_rad), std::sin(angle_rad));
-  }
-  return ways;
-}
 
 // How many differ, of sorted values.
 int CountApart(const std::vector<double>& sorted) {
@@ -58,10 +48,10 @@ class Neighbours {
   }
 
   int CountAt(double along_m) const {
-    static const std::vector<Eigen::Vector2d> planes = PlanesAbout();
     const std::vector<Eigen::Vector2d> places = PlacesAt(along_m);
     int most = 0;
-    for (const Eigen::Vector2d& way : planes) {
+    for (const Eigen::Vector2d& through : places) {  // the planes through one of them
+      const Eigen::Vector2d way = through.normalized();
       std::vector<double> distances_m;
       for (const Eigen::Vector2d& place : places) {
         const double off_m = way.x() * place.y() - way.y() * place.x();

@@ -56,9 +56,9 @@ bool StandsOut(const RayEvidence& rays, const SurfaceEvidence& surface) {
          surface.beside <= kBehind;
 }
 
-// A long bar that nearly all images show both outlines of, and that all around is behind. What of
-// the cloud is on it bulges, though much of it is torn to what is behind: so may a flat strip, or a
-// square bar seen from one side alone, but these seldom stand as free.
+// A long bar that nearly all images show both outlines of, and that all that is known beside it is
+// behind. What of the cloud is on it bulges, though much of it is torn to what is behind: so may a
+// flat strip, or a square bar seen from one side alone, but these seldom stand as free.
 bool StandsFree(const RayEvidence& rays, const SurfaceEvidence& surface) {
   constexpr int kLeastImages = 60, kLeastPoints = 150;
   constexpr double kLeastBoth = 0.85, kSlack = 1.3, kFew = 3;

@@ -14,7 +14,7 @@ namespace {
 using testing::MovingViews;
 using testing::PaintedWall;
 
-constexpr double kMaxSpread_px = 0.35, kMinLength_m = 0.1;
+const StretchLimits kLimits{3, 0.02, 0.35, 0.1};
 const PointAndDirection kEdge{{0.2, 2, 0.1}, Eigen::Vector3d::UnitZ()};
 
 class LineStretches : public ::testing::Test {
@@ -41,8 +41,7 @@ class LineStretches : public ::testing::Test {
   }
 
   std::optional<LineFit> Fit(TrackedLine* line) const {
-    return FitStretches(cameras_, DirectionPrior{kEdge.direction_world, 0.01}, {}, kMaxSpread_px,
-                        kMinLength_m, line);
+    return FitStretches(cameras_, DirectionPrior{kEdge.direction_world, 0.01}, {}, kLimits, line);
   }
 
   static double Off_m(const LineFit& fit) {
@@ -74,7 +73,7 @@ TEST_F(LineStretches, WhatShowsAnotherEdgeLeaves) {
       LineWith([](int view, double along_m) { return along_m > 0 ? Passing_px(view) : 0; });
   const auto fit = Fit(&line);
   ASSERT_TRUE(fit);
-  EXPECT_LE(fit->spread_px, kMaxSpread_px);
+  EXPECT_LE(fit->spread_px, kLimits.max_spread_px);
   EXPECT_LT(Off_m(*fit), 2e-3);
   ASSERT_EQ(line.intervals.size(), 1u);
   EXPECT_EQ(line.intervals[0].from_m, -0.5);
@@ -96,7 +95,7 @@ TEST_F(LineStretches, WhatScattersEverywhereIsToldAsItIs) {
   });
   const auto fit = Fit(&line);
   ASSERT_TRUE(fit);
-  EXPECT_GT(fit->spread_px, kMaxSpread_px);
+  EXPECT_GT(fit->spread_px, kLimits.max_spread_px);
   EXPECT_EQ(line.intervals.size(), 1u);
   EXPECT_EQ(line.intervals[0].to_m, 0.5);
 }
