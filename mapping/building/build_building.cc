@@ -31,7 +31,8 @@ constexpr double kSorted = 0.1, kFaced = 0.4, kCrossed = 0.85;
 struct LevelData {
   std::vector<FaceSample> samples;
   std::vector<BuiltFace> faces;
-  std::optional<FreeSpace> free;
+  std::optional<FreeSpace> free;    // of all rays,
+  std::optional<FreeSpace> inside;  // of what is before walls, or seen through doors
   std::vector<FaceGrid> grids;  // by face
 };
 
@@ -53,7 +54,6 @@ void AddPointSamples(const BuildingInput& input, const std::vector<Level>& level
 void AddLineSamples(const BuildingInput& input, const std::vector<Level>& levels, double step_m,
                     std::vector<LevelData>* data) {
   constexpr double kLevelSlope = 0.1, kUprightSlope = 0.99;
-  constexpr double kProud_m = 0.01;  // frames and skirtings, which have most lines, before a wall
   for (const MapLine& line : input.lines) {
     const Vector3d way = line.end_world - line.start_world;
     const double length_m = way.norm(), slope = std::abs(way.z()) / std::max(length_m, 1e-9);
@@ -65,8 +65,7 @@ void AddLineSamples(const BuildingInput& input, const std::vector<Level>& levels
       const Vector3d p = line.start_world + way * ((i + 0.5) / count);
       const int level = LevelAt(levels, p);
       if (level < 0) continue;
-      (*data)[level].samples.push_back(
-          {p, Vector2d::Zero(), direction, std::hypot(line.sigma_m, kProud_m)});
+      (*data)[level].samples.push_back({p, Vector2d::Zero(), direction, line.sigma_m});
     }
   }
 }
@@ -107,21 +106,42 @@ FreeSpace MakeFreeSpace(const BuildingInput& input, const Level& level,
   return {Eigen::AlignedBox2d(box.min() - margin, box.max() + margin), options.cell_m};
 }
 
-void MarkFree(const BuildingInput& input, const std::vector<Level>& levels,
-              const BuildingOptions& options, const Progress& progress,
-              std::vector<LevelData>* data) {
-  for (size_t i = 0; i < levels.size(); ++i) {
-    (*data)[i].free = MakeFreeSpace(input, levels[i], options);
-  }
+// Calls use(level, from, to) for the free parts of rays between floors and tops, in the plan.
+template <typename Use>
+void ForEachWay(const BuildingInput& input, const std::vector<Level>& levels,
+                const BuildingOptions& options, const Progress& progress, Use use) {
   ForEachRay(input, levels, options.max_rays, progress,
              [&](int i, const Vector3d& camera, const Vector3d& end, double sigma_m) {
                Vector3d from, to;
                const double end_m = std::max(options.cell_m, kFreeSigmas * sigma_m);
                if (ClipRay(camera, end, end_m, levels[i].floor_m + kFloorSlack_m,
                            levels[i].top_m - kFloorSlack_m, &from, &to)) {
-                 (*data)[i].free->AddWay(from.head<2>(), to.head<2>());
+                 use(i, Vector2d(from.head<2>()), Vector2d(to.head<2>()));
                }
              });
+}
+
+void MarkFree(const BuildingInput& input, const std::vector<Level>& levels,
+              const BuildingOptions& options, const Progress& progress,
+              std::vector<LevelData>* data) {
+  for (size_t i = 0; i < levels.size(); ++i) {
+    (*data)[i].free = MakeFreeSpace(input, levels[i], options);
+  }
+  ForEachWay(input, levels, options, progress, [&](int i, const Vector2d& from, const Vector2d& to) {
+    (*data)[i].free->AddWay(from, to);
+  });
+}
+
+void MarkInside(const BuildingInput& input, const std::vector<Level>& levels,
+                const BuildingOptions& options, const Progress& progress,
+                std::vector<LevelData>* data) {
+  for (size_t i = 0; i < levels.size(); ++i) {
+    (*data)[i].inside = MakeFreeSpace(input, levels[i], options);
+  }
+  ForEachWay(input, levels, options, progress, [&](int i, const Vector2d& from, const Vector2d& to) {
+    LevelData& level = (*data)[i];
+    level.inside->AddWay(from, from + ShareBeforeWalls(level.faces, from, to) * (to - from));
+  });
 }
 
 void FindLevelFaces(const BuildingOptions& options, std::vector<LevelData>* data) {
@@ -198,7 +218,7 @@ void AddRooms(const BuildingInput& input, const Level& level, int64_t storey,
   for (const BuiltFace& built : data.faces) {
     if (built.is_wall) walls.push_back(built.wall);
   }
-  for (const FoundRoom& found : FindRooms(walls, *data.free, options)) {
+  for (const FoundRoom& found : FindRooms(walls, *data.inside, options)) {
     Room room;
     room.id = static_cast<int64_t>(building->rooms.size());
     room.storey = storey;
@@ -299,8 +319,9 @@ Building BuildBuilding(const BuildingInput& all, const BuildingOptions& options,
   FindLevelFaces(options, &data);
   FillGrids(input, levels, options, progress.Part(kFaced, kCrossed), &data);
   std::vector<BuiltFace> faces;
+  for (size_t i = 0; i < data.size(); ++i) LookAtFaces(input, levels[i], options, &data[i]);
+  MarkInside(input, levels, options, progress.Part(kCrossed, 1), &data);
   for (size_t i = 0; i < data.size(); ++i) {
-    LookAtFaces(input, levels[i], options, &data[i]);
     AddRooms(input, levels[i], static_cast<int64_t>(i), options, data[i], &building);
   }
   AddPlanes(levels, &data, &building);

@@ -14,6 +14,7 @@ constexpr OptionTable kTable{
     Option{"line_sample_m", &BuildingOptions::line_sample_m, 0.01, 10.0},
     Option{"shared_sigma_m", &BuildingOptions::shared_sigma_m, 0.0, 1.0},
     Option{"bend_length_m", &BuildingOptions::bend_length_m, 0.1, 1000.0},
+    Option{"max_proud_m", &BuildingOptions::max_proud_m, 1e-3, 1.0},
     Option{"cell_m", &BuildingOptions::cell_m, 0.01, 0.5},
     Option{"behind_m", &BuildingOptions::behind_m, 0.01, 2.0},
     Option{"min_opening_m", &BuildingOptions::min_opening_m, 0.05, 10.0},

@@ -89,7 +89,10 @@ bool FaceGrid::IsPassed(int row, int column) const {
 
 void FaceGrid::Count(double along_m, double z_m, cv::Mat1i* counts) const {
   const int column = static_cast<int>(std::floor((along_m - from_m) / cell_m));
-  const int row = static_cast<int>(std::floor((z_m - low_m) / cell_m));
+  int row = static_cast<int>(std::floor((z_m - low_m) / cell_m));
+  // Edges to floor and ceiling lie at its borders, on one side or the other.
+  if (row == -1) row = 0;
+  if (row == rows()) row = rows() - 1;
   if (row >= 0 && column >= 0 && row < rows() && column < columns()) ++(*counts)(row, column);
 }
 

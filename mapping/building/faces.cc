@@ -7,6 +7,7 @@
 #include <set>
 
 #include "data/angle_unit.h"
+#include "mapping/building/face_surface.h"
 #include "mapping/building/strip_modes.h"
 
 namespace slcmap {
@@ -51,6 +52,12 @@ std::optional<double> StrongestHeading(const std::vector<FaceSample>& samples,
   const auto best = std::max_element(blurred.begin(), blurred.end());
   if (*best < least) return std::nullopt;
   return (static_cast<double>(best - blurred.begin()) + 0.5) * kDegree;
+}
+
+// Of a sample from the face that it is on.
+double SigmaOf(const FaceSample& sample) {
+  constexpr double kProud_m = 0.01;  // frames and skirtings, which have most lines, before a wall
+  return sample.normal.isZero() ? std::hypot(sample.sigma_m, kProud_m) : sample.sigma_m;
 }
 
 struct FoundFace {
@@ -100,7 +107,7 @@ class HeadingSearch {
     HeadedSample headed{heading_.dot(p),
                         along_.dot(p),
                         sample.p_world.z(),
-                        sample.sigma_m,
+                        SigmaOf(sample),
                         !sample.normal.isZero(),
                         {heading_.dot(sample.normal), along_.dot(sample.normal)},
                         index};
@@ -225,7 +232,7 @@ void Explain(const std::vector<FaceSample>& samples, const Face& face,
     const Vector2d p = sample.p_world.head<2>();
     const double along_m = face.AlongOf(p);
     if (along_m < face.from_m || along_m > face.to_m) continue;
-    if (std::abs(face.DistanceTo(p)) > std::max(kNear_m, kTails * sample.sigma_m)) continue;
+    if (std::abs(face.DistanceTo(p)) > std::max(kNear_m, kTails * SigmaOf(sample))) continue;
     const bool is_like = sample.normal.isZero()
                              ? std::abs(sample.direction.dot(face.normal)) < kLineTurn_rad
                              : sample.normal.dot(face.normal) > 0.9;
@@ -262,6 +269,33 @@ bool GoesOn(const Face& face, const Face& stronger, const BuildingOptions& optio
       std::hypot(face.sigma_m, SigmaAt(stronger, stronger.AlongOf(face.PointAt(middle_m))));
   return std::abs(stronger.DistanceTo(face.PointAt(middle_m))) <=
          std::min(std::max(2 * sigma_m, options.merge_m), 2 * options.merge_m);
+}
+
+// A face goes on as far as lines on it do: where a wall is blank, its edges to floor and ceiling are
+// all that is seen of it, and lone lines are no faces. Not so far that its heading tells nothing of
+// where it would be.
+void ExtendAlongLines(const std::vector<FaceSample>& samples, const BuildingOptions& options,
+                      Face* face) {
+  constexpr double kOnFace_m = 0.015, kAstray_m = 0.03;
+  const double reach_m = kAstray_m / std::max(face->heading_sigma_rad, 1e-4);
+  const double middle_m = 0.5 * (face->from_m + face->to_m);
+  std::vector<double> places_m;
+  for (const FaceSample& sample : samples) {
+    if (sample.direction.isZero() || std::abs(sample.direction.dot(face->normal)) > kLineTurn_rad) {
+      continue;
+    }
+    const Vector2d p = sample.p_world.head<2>();
+    const double along_m = face->AlongOf(p);
+    if (std::abs(along_m - middle_m) > reach_m) continue;
+    if (std::abs(face->DistanceTo(p)) <= kOnFace_m) places_m.push_back(along_m);
+  }
+  std::sort(places_m.begin(), places_m.end());
+  for (const double along_m : places_m) {
+    if (along_m > face->to_m && along_m - face->to_m <= options.join_gap_m) face->to_m = along_m;
+  }
+  for (auto at = places_m.rbegin(); at != places_m.rend(); ++at) {
+    if (*at < face->from_m && face->from_m - *at <= options.join_gap_m) face->from_m = *at;
+  }
 }
 
 // Strong faces take in the weaker ones that go on along them. Sorted by area.
@@ -313,6 +347,11 @@ std::vector<Face> FindFaces(const std::vector<FaceSample>& samples, const IsFree
   }
   std::stable_sort(faces.begin(), faces.end(),
                    [](const Face& a, const Face& b) { return a.area_m2 > b.area_m2; });
+  for (Face& face : faces) {
+    MoveOntoSurface(samples, options, &face);
+    ExtendAlongLines(samples, options, &face);
+    face.sigma_m = std::hypot(face.sigma_m, MoveOntoSurface(samples, options, &face));
+  }
   return Continued(faces, options);
 }
 
@@ -337,7 +376,7 @@ void TurnAboutMiddle(double turn_rad, Face* face) {
 }  // namespace
 
 void AgreeHeadings(std::vector<Face>* faces) {
-  constexpr double kParallel_rad = 0.3 * kDegree;  // as far as builders keep walls parallel
+  constexpr double kParallel_rad = 0.2 * kDegree;  // as far as builders keep walls parallel
   std::vector<double> turns_rad;
   for (const Face& face : *faces) {
     double weight = 0, sum = 0;

@@ -62,13 +62,13 @@ double FreeSpace::ShareOf(const Polygon& polygon) const {
   return static_cast<double>(free) / static_cast<double>(all);
 }
 
-Eigen::AlignedBox2d FreeSpace::FreeBox() const {
+Eigen::AlignedBox2d FreeSpace::FreeBox(const Eigen::Rotation2Dd& R_box_world) const {
   Eigen::AlignedBox2d free;
   for (int64_t i = 0; i < static_cast<int64_t>(ways_.size()); ++i) {
     if (ways_[i] < kLeastWays) continue;
-    const Vector2d cell(static_cast<double>(i % columns_), static_cast<double>(i / columns_));
-    free.extend(Vector2d(box_.min() + cell_m_ * cell));
-    free.extend(Vector2d(box_.min() + cell_m_ * (cell + Vector2d::Ones())));
+    const Vector2d cell(static_cast<double>(i % columns_) + 0.5,
+                        static_cast<double>(i / columns_) + 0.5);
+    free.extend(R_box_world * Vector2d(box_.min() + cell_m_ * cell));
   }
   return free;
 }

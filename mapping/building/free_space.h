@@ -24,8 +24,8 @@ class FreeSpace {
   // first corner is.
   double ShareOf(const Polygon& polygon) const;
 
-  // Around all that is free; empty where nothing is.
-  Eigen::AlignedBox2d FreeBox() const;
+  // Around the middles of all cells that are free, along turned axes; empty where nothing is.
+  Eigen::AlignedBox2d FreeBox(const Eigen::Rotation2Dd& R_box_world) const;
 
  private:
   int64_t IndexOf(const Eigen::Vector2d& point) const;  // -1: outside

@@ -80,12 +80,24 @@ class BorderFinder {
   std::map<std::pair<GridPoint, GridPoint>, Border> borders_;
 };
 
-std::vector<Cell> CellsOf(const std::vector<WallLine>& lines, const FreeSpace& free) {
-  Eigen::AlignedBox2d box = free.FreeBox();
+// Around all that is free, along the walls; empty where nothing is.
+PlanPoints FrameOf(const std::vector<WallLine>& lines, const FreeSpace& free) {
+  std::vector<Face> faces;
+  for (const WallLine& line : lines) faces.push_back(line.wall->face);
+  const Eigen::Rotation2Dd R_world_frame(MainHeading(faces));
+  const Eigen::AlignedBox2d box = free.FreeBox(R_world_frame.inverse());
   if (box.isEmpty()) return {};
   const Vector2d low = box.min() - Vector2d::Constant(kFrame_m);
   const Vector2d high = box.max() + Vector2d::Constant(kFrame_m);
-  std::vector<PlanPoints> chains = {{low, {high.x(), low.y()}, high, {low.x(), high.y()}, low}};
+  PlanPoints frame = {low, {high.x(), low.y()}, high, {low.x(), high.y()}, low};
+  for (Vector2d& corner : frame) corner = R_world_frame * corner;
+  return frame;
+}
+
+std::vector<Cell> CellsOf(const std::vector<WallLine>& lines, const FreeSpace& free) {
+  const PlanPoints frame = FrameOf(lines, free);
+  if (frame.empty()) return {};
+  std::vector<PlanPoints> chains = {frame};
   for (const WallLine& line : lines) chains.push_back(line.Chain());
   std::vector<Cell> cells;
   for (Polygon& polygon : ArrangementCells(chains, kPlanGrid_m)) {

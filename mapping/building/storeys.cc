@@ -22,6 +22,8 @@ constexpr int kMeanRounds = 5;
 constexpr double kSameFloor_m = 0.12, kSamePeak_m = 0.05;
 constexpr size_t kLeastColumns = 16;   // 1 m2
 constexpr double kLeastCeiling = 0.1;  // of as many columns as have a floor
+constexpr double kHung_m = 0.6;        // of what hangs from a ceiling, at most,
+constexpr size_t kHungOver = 4;        // over the part of the ceiling that is seen beside it
 constexpr double kSlack_m = 0.05;      // of a storey's floor and top
 
 // Heights of level surfaces that face one way, by column, ascending.
@@ -236,8 +238,17 @@ Level LevelWithoutFloor(const BuildingInput& input, const std::vector<Vector3d>&
 void FindCeiling(const Surfaces& ceilings, size_t floor_columns, Level* level) {
   FirstSurfaces above(ceilings, false);
   for (const Vector3d& place : level->places) above.AddAround(place, kCeilingReach);
-  const auto least = static_cast<size_t>(kLeastCeiling * static_cast<double>(floor_columns));
-  level->ceiling_m = above.TakePeak(std::max(least, kLeastColumns), kSamePeak_m);
+  const auto least = std::max(
+      static_cast<size_t>(kLeastCeiling * static_cast<double>(floor_columns)), kLeastColumns);
+  size_t columns = 0;
+  level->ceiling_m = above.TakePeak(least, kSamePeak_m, &columns);
+  if (!level->ceiling_m) return;
+  // Lamps and ducts have more texture than the blank ceiling that they hang under.
+  const double hung_m = *level->ceiling_m;
+  const auto enough = std::max(kLeastColumns, columns / kHungOver);
+  while (const auto higher_m = above.TakePeak(enough, kSamePeak_m)) {
+    if (*higher_m <= hung_m + kHung_m) level->ceiling_m = std::max(*level->ceiling_m, *higher_m);
+  }
 }
 
 void FindTops(const BuildingInput& input, std::vector<Level>* levels) {

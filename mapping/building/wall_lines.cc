@@ -68,10 +68,17 @@ std::optional<double> FirstWall(const std::vector<WallFace>& walls, const WallFa
   return first_m;
 }
 
+// Beyond both faces of another wall, where that was measured, no line goes on.
+double ExtensionOf(const std::vector<WallFace>& walls, const WallFace& wall, bool at_end,
+                   const BuildingOptions& options) {
+  const auto first_m = FirstWall(walls, wall, at_end, options.extension_m);
+  return first_m ? std::max(*first_m, 0.0) + options.max_thickness_m : options.extension_m;
+}
+
 void Extend(const std::vector<WallFace>& walls, const BuildingOptions& options, WallLine* line) {
   const WallFace& wall = *line->wall;
-  const double far_from_m = wall.face.from_m - options.extension_m;
-  const double far_to_m = wall.face.to_m + options.extension_m;
+  const double far_from_m = wall.face.from_m - ExtensionOf(walls, wall, false, options);
+  const double far_to_m = wall.face.to_m + ExtensionOf(walls, wall, true, options);
   const auto before_m = FirstWall(walls, wall, false, options.max_door_width_m);
   const auto after_m = FirstWall(walls, wall, true, options.max_door_width_m);
   const double from_m = wall.face.from_m - std::max(before_m.value_or(0), 0.0);

@@ -114,6 +114,29 @@ void SelectWalls(std::vector<BuiltFace>* faces) {
   }
 }
 
+double ShareBeforeWalls(const std::vector<BuiltFace>& faces, const Eigen::Vector2d& from,
+                        const Eigen::Vector2d& to) {
+  constexpr double kThrough_m = 0.1, kSolid = 0.4;
+  double least = 1;
+  for (const BuiltFace& built : faces) {
+    const Face& face = built.wall.face;
+    const double before_m = face.DistanceTo(from), after_m = face.DistanceTo(to);
+    if (!built.is_wall || before_m <= 0 || after_m >= -kThrough_m) continue;
+    const double share = before_m / (before_m - after_m);
+    const double along_m = face.AlongOf(from + share * (to - from));
+    const double step = (along_m - face.from_m) / built.wall.step_m;
+    if (step < 0 || step >= static_cast<double>(built.wall.shares.size())) continue;
+    if (built.wall.shares[static_cast<size_t>(step)] < kSolid) continue;
+    const bool is_open = std::any_of(
+        built.openings.begin(), built.openings.end(), [&](const FaceOpening& opening) {
+          return opening.kind != OpeningKind::kWindow && along_m > opening.from_m &&
+                 along_m < opening.to_m;
+        });
+    if (!is_open) least = std::min(least, share);
+  }
+  return least;
+}
+
 void CloseCorners(std::vector<BuiltFace>* faces) {
   std::vector<std::pair<double, double>> ends;
   for (const BuiltFace& built : *faces) {

@@ -23,6 +23,11 @@ struct BuiltFace {
 // long one. Sets which faces are of walls.
 void SelectWalls(std::vector<BuiltFace>* faces);
 
+// How far a way in the plan leads before it comes to the front of a wall that it cannot pass, as a
+// share of it. Doors and passages let it through; what is seen through a window is outside.
+double ShareBeforeWalls(const std::vector<BuiltFace>& faces, const Eigen::Vector2d& from,
+                        const Eigen::Vector2d& to);
+
 // Moves the ends of walls to the walls that they end at: to where the planes cross, where that is
 // near a measured end of either.
 void CloseCorners(std::vector<BuiltFace>* faces);

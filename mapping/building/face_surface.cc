@@ -1,0 +1,224 @@
+#include "mapping/building/face_surface.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <set>
+#include <utility>
+
+namespace slcmap {
+namespace {
+
+using Eigen::Vector2d;
+
+constexpr double kBin_m = 0.001;           // of distances from the face
+constexpr double kSamplesWithin_m = 0.06;  // samples so far from the face are looked at
+constexpr int kBins = 120;                 // up to there on both sides
+constexpr double kBackward_m = 0.046;      // the surface is at most so far behind the face
+constexpr int kOffsets = 39;               // that are tried, up to 3 cm before the face,
+constexpr int kBinsAnOffset = 2;           // in steps of so many bins
+constexpr double kPointCosine = 0.7;       // of a point's normal to that of the face
+constexpr double kLineTurn = 0.09;         // of a line against the face, 5 degrees
+constexpr double kCell_m = 0.3;            // points within it err alike
+constexpr double kCellPoints = 0.5;        // and count as so many
+constexpr double kLineWeight = 0.25;       // of a sample on a line, of which there are many
+constexpr double kLeastSigma_m = 0.004;
+constexpr double kAlone_m = 0.015;   // how far a small face may be off whatever its samples say,
+constexpr double kAloneArea_m2 = 2;  // by half in variance where so much of it was measured
+constexpr double kBent_m = 0.008;    // by which what was measured of a face may be bent
+
+using Offsets = std::array<double, kOffsets>;
+
+double OffsetAt(int i) { return i * kBinsAnOffset * kBin_m - kBackward_m; }
+
+// How samples are shared out between the surface, what stands before it, and stray ones.
+struct Shares {
+  double on = 0, before = 0;
+};
+constexpr Shares kPointShares{0.65, 0.25}, kLineShares{0.3, 0.6};
+
+double NormalCdf(double x) { return 0.5 * std::erfc(-M_SQRT1_2 * x); }
+
+// Densities of a sample at a distance from the surface.
+struct Densities {
+  double on = 0, all = 0;
+};
+
+Densities DensitiesAt(double distance_m, double sigma_m, const Shares& shares, double max_proud_m) {
+  const double z = distance_m / sigma_m, beyond = (distance_m - max_proud_m) / sigma_m;
+  const double on = shares.on * std::exp(-0.5 * z * z) / (sigma_m * std::sqrt(2 * M_PI));
+  const double before = shares.before * (NormalCdf(z) - NormalCdf(beyond)) / max_proud_m;
+  const double stray = (1 - shares.on - shares.before) / (2 * kSamplesWithin_m);
+  return {on, on + before + stray};
+}
+
+struct Place {
+  double along_m = 0, distance_m = 0, sigma_m = 0;
+};
+
+// What is known of the surface of a face, from points or from lines.
+struct Evidence {
+  Shares shares;
+  double weight = 1;  // of a place
+  std::vector<Place> places;
+};
+
+// The logarithm of the likelihood of each offset that is tried. Distances are counted in bins, by
+// how uncertain they are in steps of sqrt(2), so that each density is evaluated once.
+Offsets LogLikelihoods(const Evidence& evidence, double max_proud_m) {
+  constexpr int kLevels = 10;
+  std::array<std::array<int64_t, kBins>, kLevels> counts{};
+  for (const Place& place : evidence.places) {
+    const double level = std::round(2 * std::log2(place.sigma_m / kLeastSigma_m));
+    const double bin = std::floor((place.distance_m + kSamplesWithin_m) / kBin_m);
+    ++counts[std::clamp(static_cast<int>(level), 0, kLevels - 1)]
+            [std::clamp(static_cast<int>(bin), 0, kBins - 1)];
+  }
+  Offsets logs{};
+  for (int level = 0; level < kLevels; ++level) {
+    const double sigma_m = kLeastSigma_m * std::exp2(0.5 * level);
+    constexpr int kShifts = kBins + (kOffsets - 1) * kBinsAnOffset;
+    std::array<double, kShifts> densities;  // of bins, from the surface that is farthest in front
+    for (int i = 0; i < kShifts; ++i) {
+      const double distance_m = (i + 0.5) * kBin_m - kSamplesWithin_m - OffsetAt(kOffsets - 1);
+      densities[i] = std::log(DensitiesAt(distance_m, sigma_m, evidence.shares, max_proud_m).all);
+    }
+    for (int bin = 0; bin < kBins; ++bin) {
+      const auto count = static_cast<double>(counts[level][bin]);
+      if (count == 0) continue;
+      for (int i = 0; i < kOffsets; ++i) {
+        logs[i] += evidence.weight * count * densities[bin + (kOffsets - 1 - i) * kBinsAnOffset];
+      }
+    }
+  }
+  return logs;
+}
+
+bool LiesAlong(const FaceSample& sample, const Face& face) {
+  return sample.normal.isZero() ? std::abs(sample.direction.dot(face.normal)) <= kLineTurn
+                                : sample.normal.dot(face.normal) >= kPointCosine;
+}
+
+class Surface {
+ public:
+  Surface(const std::vector<FaceSample>& samples, const BuildingOptions& options, const Face& face)
+      : max_proud_m_(options.max_proud_m),
+        middle_m_(0.5 * (face.from_m + face.to_m)),
+        length_m_(face.Length()),
+        heading_sigma_rad_(face.heading_sigma_rad) {
+    std::set<std::pair<int, int>> cells;
+    for (const FaceSample& sample : samples) {
+      const Vector2d p = sample.p_world.head<2>();
+      const double distance_m = face.DistanceTo(p), along_m = face.AlongOf(p);
+      if (std::abs(distance_m) >= kSamplesWithin_m || along_m < face.from_m ||
+          along_m > face.to_m || !LiesAlong(sample, face)) {
+        continue;
+      }
+      Evidence& evidence = sample.normal.isZero() ? lines_ : points_;
+      evidence.places.push_back({along_m, distance_m, std::max(sample.sigma_m, kLeastSigma_m)});
+      if (sample.normal.isZero()) continue;
+      cells.emplace(static_cast<int>(std::floor(along_m / kCell_m)),
+                    static_cast<int>(std::floor(sample.p_world.z() / kCell_m)));
+    }
+    const auto count = static_cast<double>(cells.size());
+    if (count > 0) {
+      points_.weight =
+          std::min(1.0, kCellPoints * count / static_cast<double>(points_.places.size()));
+    }
+    area_m2_ = count * kCell_m * kCell_m;
+  }
+
+  bool is_known() const { return !points_.places.empty() || !lines_.places.empty(); }
+  double offset_m() const { return offset_m_; }
+  double slope() const { return slope_; }
+
+  double SigmaAdded() const {
+    return std::sqrt(variance_m2_ + kAlone_m * kAlone_m / (1 + area_m2_ / kAloneArea_m2));
+  }
+  double HeadingSigma() const { return std::sqrt(slope_variance_); }
+
+  // The posterior of the offset.
+  void FindOffset() {
+    const Offsets points = LogLikelihoods(points_, max_proud_m_);
+    Offsets logs = LogLikelihoods(lines_, max_proud_m_);
+    for (int i = 0; i < kOffsets; ++i) logs[i] += points[i];
+    const double most = *std::max_element(logs.begin(), logs.end());
+    double weight = 0, sum = 0, squares = 0;
+    for (int i = 0; i < kOffsets; ++i) {
+      const double w = std::exp(logs[i] - most);
+      weight += w;
+      sum += w * OffsetAt(i);
+      squares += w * OffsetAt(i) * OffsetAt(i);
+    }
+    const double moved_m = sum / weight;
+    variance_m2_ = std::max(0.0, squares / weight - moved_m * moved_m);
+    Shift(moved_m, 0);
+  }
+
+  // Turns towards what is on the surface, as far as the heading is uncertain.
+  void FindSlope() {
+    double weight = 0, s_sum = 0, n_sum = 0, ss = 0, sn = 0;
+    for (const Evidence* evidence : {&points_, &lines_}) {
+      for (const Place& place : evidence->places) {
+        const Densities densities =
+            DensitiesAt(place.distance_m, place.sigma_m, evidence->shares, max_proud_m_);
+        const double w = evidence->weight * densities.on / densities.all /
+                         (place.sigma_m * place.sigma_m);
+        const double s = place.along_m - middle_m_;
+        weight += w;
+        s_sum += w * s;
+        n_sum += w * place.distance_m;
+        ss += w * s * s;
+        sn += w * s * place.distance_m;
+      }
+    }
+    const double prior = 1 / (heading_sigma_rad_ * heading_sigma_rad_ + 1e-12);
+    const double information = std::max(0.0, ss - s_sum * s_sum / weight) + prior;
+    const double turned = (sn - s_sum * n_sum / weight) / information;
+    const double bent = std::sqrt(12.0) * kBent_m / std::max(length_m_, kBent_m);
+    slope_variance_ = 1 / information + bent * bent;
+    if (std::isfinite(turned)) Shift(0, turned);
+  }
+
+ private:
+  void Shift(double moved_m, double turned) {
+    offset_m_ += moved_m;
+    slope_ += turned;
+    for (Evidence* evidence : {&points_, &lines_}) {
+      for (Place& place : evidence->places) {
+        place.distance_m -= moved_m + turned * (place.along_m - middle_m_);
+      }
+    }
+  }
+
+  const double max_proud_m_, middle_m_, length_m_, heading_sigma_rad_;
+  Evidence points_{kPointShares, 1, {}}, lines_{kLineShares, kLineWeight, {}};
+  double area_m2_ = 0;  // with points
+  double offset_m_ = 0, slope_ = 0, variance_m2_ = 0, slope_variance_ = 0;
+};
+
+}  // namespace
+
+double MoveOntoSurface(const std::vector<FaceSample>& samples, const BuildingOptions& options,
+                       Face* face) {
+  constexpr int kTurns = 2;
+  Surface surface(samples, options, *face);
+  if (!surface.is_known()) return 0;
+  surface.FindOffset();
+  for (int round = 0; round < kTurns; ++round) {
+    surface.FindSlope();
+    surface.FindOffset();
+  }
+  // n = offset + slope s in the face's own frame.
+  const Vector2d middle = face->PointAt(0.5 * (face->from_m + face->to_m));
+  const double half_m = 0.5 * face->Length();
+  const Vector2d moved = middle + surface.offset_m() * face->normal;
+  face->normal = (face->normal - surface.slope() * face->Along()).normalized();
+  face->offset_m = face->normal.dot(moved);
+  face->from_m = face->AlongOf(moved) - half_m;
+  face->to_m = face->from_m + 2 * half_m;
+  face->heading_sigma_rad = surface.HeadingSigma();
+  return surface.SigmaAdded();
+}
+
+}  // namespace slcmap
