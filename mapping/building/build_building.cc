@@ -173,7 +173,7 @@ void AddHits(const LevelData& data, const Face& face, FaceGrid* grid) {
     if (distance_m <= std::clamp(2 * sample.sigma_m, kSupportSlack_m, kHitSlack_m)) {
       grid->AddSupport(along_m, z_m);
     } else {
-      grid->AddOther(along_m, z_m);
+      grid->AddOther(along_m, z_m, face.DistanceTo(p) < 0);
     }
   }
 }

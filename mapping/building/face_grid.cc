@@ -21,6 +21,7 @@ constexpr int kMainly = 3;
 struct ColumnCounts {
   int cells = 0, support = 0, passes = 0, others = 0;
   int top_support = 0, top_passes = 0, top_others = 0;  // in the rows at the top
+  int top_behind = 0;
 };
 
 // Cells of a column and of those beside it: rays can be few.
@@ -42,6 +43,7 @@ ColumnCounts CountAround(const FaceGrid& grid, int middle) {
       counts.top_support += supported ? 1 : 0;
       counts.top_passes += passed ? 1 : 0;
       counts.top_others += other ? 1 : 0;
+      counts.top_behind += other && grid.behind(row, column) > support ? 1 : 0;
     }
   }
   return counts;
@@ -61,10 +63,10 @@ double ShareOf(const FaceGrid& grid, int column) {
   return 0;
 }
 
-// Neither seen through nor hidden by what reaches the top.
+// Not seen through, nor is anything behind it that reaches the top: a duct before it hides it.
 bool IsUnseen(const FaceGrid& grid, int column) {
   const ColumnCounts counts = CountAround(grid, column);
-  return counts.passes <= kUnseenPasses * counts.cells && counts.top_others <= counts.top_support;
+  return counts.passes <= kUnseenPasses * counts.cells && counts.top_behind <= counts.top_support;
 }
 
 }  // namespace
@@ -77,6 +79,7 @@ FaceGrid::FaceGrid(const Face& face, double low, double high_m, double cell)
   passes = cv::Mat1i::zeros(rows, columns);
   support = cv::Mat1i::zeros(rows, columns);
   others = cv::Mat1i::zeros(rows, columns);
+  behind = cv::Mat1i::zeros(rows, columns);
 }
 
 bool FaceGrid::IsHit(int row, int column) const {

@@ -16,7 +16,8 @@ struct FaceGrid {
   cv::Mat1i hits;     // ends of rays at the plane: something is there, before or behind it
   cv::Mat1i passes;   // rays that went through
   cv::Mat1i support;  // measured places on the plane itself
-  cv::Mat1i others;   // and on what is a little before or behind it, alike
+  cv::Mat1i others;   // and on what is a little before or behind it, alike,
+  cv::Mat1i behind;   // and on that which is behind it
 
   FaceGrid(const Face& face, double low_m, double high_m, double cell_m);
 
@@ -29,7 +30,10 @@ struct FaceGrid {
   void AddHit(double along_m, double z_m) { Count(along_m, z_m, &hits); }
   void AddPass(double along_m, double z_m) { Count(along_m, z_m, &passes); }
   void AddSupport(double along_m, double z_m) { Count(along_m, z_m, &support); }
-  void AddOther(double along_m, double z_m) { Count(along_m, z_m, &others); }
+  void AddOther(double along_m, double z_m, bool is_behind) {
+    Count(along_m, z_m, &others);
+    if (is_behind) Count(along_m, z_m, &behind);
+  }
 
  private:
   void Count(double along_m, double z_m, cv::Mat1i* counts) const;

@@ -1,6 +1,7 @@
 #include "mapping/building/wall_bodies.h"
 
 #include <algorithm>
+#include <iterator>
 
 namespace slcmap {
 namespace {
@@ -8,6 +9,7 @@ namespace {
 constexpr double kOpposite = -0.995;     // cosine, 6 degrees
 constexpr double kLeastOverlap_m = 0.3;  // of the faces of a wall
 constexpr double kLeastOverlap = 0.5;    // of the shorter one
+constexpr double kLeastUnseen_m = 0.8;   // of a wall's back that was not seen, beside what was
 
 bool IsIn(const Face& front, const WallBody& body, const Eigen::Vector2d& p) {
   const double along_m = front.AlongOf(p), behind_m = -front.DistanceTo(p);
@@ -24,6 +26,40 @@ WallFace Opposite(const WallFace& wall, double thickness_m) {
   back.face.to_m = -wall.face.from_m;
   std::reverse(back.shares.begin(), back.shares.end());
   return back;
+}
+
+// Steps of a wall as a wall of its own.
+WallFace PartOf(const WallFace& wall, size_t first, size_t end) {
+  WallFace part = wall;
+  part.face.from_m = wall.face.from_m + static_cast<double>(first) * wall.step_m;
+  if (end < wall.shares.size()) {
+    part.face.to_m = wall.face.from_m + static_cast<double>(end) * wall.step_m;
+  }
+  part.shares.assign(wall.shares.begin() + static_cast<int64_t>(first),
+                     wall.shares.begin() + static_cast<int64_t>(end));
+  return part;
+}
+
+// Where none of its bodies has a face behind it, but for stretches as short as the end of a wall
+// that meets it.
+std::vector<WallFace> PartsWithoutBack(const WallFace& wall, const std::vector<WallBody>& bodies) {
+  const auto has_back = [&](size_t step) {
+    const double along_m = wall.face.from_m + (static_cast<double>(step) + 0.5) * wall.step_m;
+    return std::any_of(bodies.begin(), bodies.end(), [&](const WallBody& body) {
+      return along_m > body.from_m && along_m < body.to_m;
+    });
+  };
+  std::vector<WallFace> parts;
+  for (size_t first = 0; first < wall.shares.size();) {
+    size_t end = first;
+    while (end < wall.shares.size() && has_back(end) == has_back(first)) ++end;
+    const double length_m = static_cast<double>(end - first) * wall.step_m;
+    if (!has_back(first) && (length_m >= kLeastUnseen_m || bodies.empty())) {
+      parts.push_back(PartOf(wall, first, end));
+    }
+    first = end;
+  }
+  return parts;
 }
 
 }  // namespace
@@ -74,12 +110,16 @@ double TypicalThickness(std::vector<WallBody> bodies, const BuildingOptions& opt
 
 std::vector<WallFace> WithUnseenFaces(std::vector<WallFace> walls, const BuildingOptions& options) {
   const std::vector<WallBody> bodies = BodiesOf(walls, options);
-  const double thickness_m = TypicalThickness(bodies, options);
-  std::vector<bool> has_other(walls.size());
-  for (const WallBody& body : bodies) has_other[body.front] = has_other[body.back] = true;
+  const double typical_m = TypicalThickness(bodies, options);
   std::vector<WallFace> unseen;
   for (size_t i = 0; i < walls.size(); ++i) {
-    if (!has_other[i]) unseen.push_back(Opposite(walls[i], thickness_m));
+    std::vector<WallBody> own;
+    std::copy_if(bodies.begin(), bodies.end(), std::back_inserter(own),
+                 [&](const WallBody& body) { return body.front == i; });
+    const double thickness_m = own.empty() ? typical_m : TypicalThickness(own, options);
+    for (const WallFace& part : PartsWithoutBack(walls[i], own)) {
+      unseen.push_back(Opposite(part, thickness_m));
+    }
   }
   walls.insert(walls.end(), unseen.begin(), unseen.end());
   return walls;

@@ -24,8 +24,8 @@ std::optional<WallBody> BodyBetween(const Face& front, const Face& back,
 // The median thickness, by length; the assumed one of the options where there are none.
 double TypicalThickness(std::vector<WallBody> bodies, const BuildingOptions& options);
 
-// The walls, and behind each that was seen from one side alone the face that it must have, at the
-// typical thickness: the room behind it ends there.
+// The walls, and behind what was seen of each from one side alone the face that it must have, at its
+// own thickness where some of its back was seen, else the typical one: the room behind it ends there.
 std::vector<WallFace> WithUnseenFaces(std::vector<WallFace> walls, const BuildingOptions& options);
 
 // Between all faces, each as the front: a wall that was seen from both sides has two.

@@ -40,26 +40,38 @@ void DropShort(std::vector<WallPart>* parts) {
   }
 }
 
-// Whether a wall is covered near a place along it.
-bool IsCoveredNear(const WallFace& wall, double along_m) {
+// Whether a wall is covered somewhere between two places along it.
+bool IsCoveredBetween(const WallFace& wall, double low_m, double high_m) {
   const auto step_of = [&](double at_m) {
     return static_cast<int64_t>(std::floor((at_m - wall.face.from_m) / wall.step_m));
   };
   const auto count = static_cast<int64_t>(wall.shares.size());
-  const int64_t last = std::min(step_of(along_m + kReach_m), count - 1);
-  for (int64_t step = std::max<int64_t>(0, step_of(along_m - kReach_m)); step <= last; ++step) {
+  const int64_t last = std::min(step_of(high_m), count - 1);
+  for (int64_t step = std::max<int64_t>(0, step_of(low_m)); step <= last; ++step) {
     if (wall.shares[step] >= kCovered) return true;
   }
   return false;
 }
 
-// How far beyond an end of a face the first other wall is; nothing within `most_m`.
+bool IsCoveredNear(const WallFace& wall, double along_m) {
+  return IsCoveredBetween(wall, along_m - kReach_m, along_m + kReach_m);
+}
+
+// A wall that goes on at both sides, other than one that ends there.
+bool IsCoveredAcross(const WallFace& wall, double along_m) {
+  return IsCoveredBetween(wall, along_m - kReach_m, along_m - kReach_m / 2) &&
+         IsCoveredBetween(wall, along_m + kReach_m / 2, along_m + kReach_m);
+}
+
+// How far beyond an end of a face the first other wall is of those that stand in its way; nothing
+// within `most_m`.
+template <typename Stands>
 std::optional<double> FirstWall(const std::vector<WallFace>& walls, const WallFace& wall,
-                                bool at_end, double most_m) {
+                                bool at_end, double most_m, Stands stands) {
   std::optional<double> first_m;
   for (const WallFace& other : walls) {
     const auto crossing = Crossing(wall.face, other.face);
-    if (!crossing || !IsCoveredNear(other, crossing->second)) continue;
+    if (!crossing || !stands(other, crossing->second)) continue;
     const double beyond_m =
         at_end ? crossing->first - wall.face.to_m : wall.face.from_m - crossing->first;
     if (beyond_m < -kReach_m || beyond_m > most_m) continue;
@@ -71,7 +83,7 @@ std::optional<double> FirstWall(const std::vector<WallFace>& walls, const WallFa
 // Beyond both faces of another wall, where that was measured, no line goes on.
 double ExtensionOf(const std::vector<WallFace>& walls, const WallFace& wall, bool at_end,
                    const BuildingOptions& options) {
-  const auto first_m = FirstWall(walls, wall, at_end, options.extension_m);
+  const auto first_m = FirstWall(walls, wall, at_end, options.extension_m, IsCoveredAcross);
   return first_m ? std::max(*first_m, 0.0) + options.max_thickness_m : options.extension_m;
 }
 
@@ -79,8 +91,8 @@ void Extend(const std::vector<WallFace>& walls, const BuildingOptions& options, 
   const WallFace& wall = *line->wall;
   const double far_from_m = wall.face.from_m - ExtensionOf(walls, wall, false, options);
   const double far_to_m = wall.face.to_m + ExtensionOf(walls, wall, true, options);
-  const auto before_m = FirstWall(walls, wall, false, options.max_door_width_m);
-  const auto after_m = FirstWall(walls, wall, true, options.max_door_width_m);
+  const auto before_m = FirstWall(walls, wall, false, options.max_door_width_m, IsCoveredNear);
+  const auto after_m = FirstWall(walls, wall, true, options.max_door_width_m, IsCoveredNear);
   const double from_m = wall.face.from_m - std::max(before_m.value_or(0), 0.0);
   const double to_m = wall.face.to_m + std::max(after_m.value_or(0), 0.0);
   std::vector<WallPart> parts;
