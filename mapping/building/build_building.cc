@@ -5,6 +5,7 @@
 #include <set>
 
 #include "mapping/building/horizontal_planes.h"
+#include "mapping/building/wall_bodies.h"
 #include "mapping/building/walls.h"
 
 namespace slcmap {
@@ -33,7 +34,7 @@ struct LevelData {
   std::vector<BuiltFace> faces;
   std::optional<FreeSpace> free;    // of all rays,
   std::optional<FreeSpace> inside;  // of what is before walls, or seen through doors
-  std::vector<FaceGrid> grids;  // by face
+  std::vector<FaceGrid> grids;      // by face
 };
 
 void AddPointSamples(const BuildingInput& input, const std::vector<Level>& levels,
@@ -127,9 +128,9 @@ void MarkFree(const BuildingInput& input, const std::vector<Level>& levels,
   for (size_t i = 0; i < levels.size(); ++i) {
     (*data)[i].free = MakeFreeSpace(input, levels[i], options);
   }
-  ForEachWay(input, levels, options, progress, [&](int i, const Vector2d& from, const Vector2d& to) {
-    (*data)[i].free->AddWay(from, to);
-  });
+  ForEachWay(
+      input, levels, options, progress,
+      [&](int i, const Vector2d& from, const Vector2d& to) { (*data)[i].free->AddWay(from, to); });
 }
 
 void MarkInside(const BuildingInput& input, const std::vector<Level>& levels,
@@ -138,10 +139,11 @@ void MarkInside(const BuildingInput& input, const std::vector<Level>& levels,
   for (size_t i = 0; i < levels.size(); ++i) {
     (*data)[i].inside = MakeFreeSpace(input, levels[i], options);
   }
-  ForEachWay(input, levels, options, progress, [&](int i, const Vector2d& from, const Vector2d& to) {
-    LevelData& level = (*data)[i];
-    level.inside->AddWay(from, from + ShareBeforeWalls(level.faces, from, to) * (to - from));
-  });
+  ForEachWay(
+      input, levels, options, progress, [&](int i, const Vector2d& from, const Vector2d& to) {
+        LevelData& level = (*data)[i];
+        level.inside->AddWay(from, from + ShareBeforeWalls(level.faces, from, to) * (to - from));
+      });
 }
 
 void FindLevelFaces(const BuildingOptions& options, std::vector<LevelData>* data) {
@@ -251,6 +253,7 @@ BuildingPlane PlaneOf(const BuiltFace& built, const Level& level) {
   plane.normal = {face.normal.x(), face.normal.y(), 0};
   plane.offset_m = face.offset_m;
   plane.sigma_m = face.sigma_m;
+  plane.inferred = built.is_inferred;
   plane.outline_world = built.is_wall
                             ? Rectangle(face, face.from_m, face.to_m, level.floor_m, level.top_m)
                             : Rectangle(face, face.from_m, face.to_m, face.low_m, face.high_m);
@@ -261,6 +264,44 @@ BuildingPlane PlaneOf(const BuiltFace& built, const Level& level) {
          Rectangle(face, opening.from_m, opening.to_m, opening.low_m, opening.high_m)});
   }
   return plane;
+}
+
+// The longest part of a face with a room before it that ends there; false where it is short.
+bool CutToRooms(const std::vector<Room>& rooms, WallFace* wall) {
+  constexpr double kBeside_m = 0.05, kLeast_m = 0.8;
+  const Face& face = wall->face;
+  const auto is_inside = [&](double along_m, double before_m) {
+    const Vector2d p = face.PointAt(along_m) + before_m * face.normal;
+    return std::any_of(rooms.begin(), rooms.end(), [&](const Room& room) {
+      return room.storey == face.level && Contains(room.polygon, p);
+    });
+  };
+  double from_m = 0, best_from_m = 0, best_m = 0;
+  bool was_border = false;
+  for (double along_m = face.from_m; along_m < face.to_m; along_m += wall->step_m) {
+    const bool is_border = is_inside(along_m, kBeside_m) && !is_inside(along_m, -kBeside_m);
+    if (is_border && !was_border) from_m = along_m;
+    was_border = is_border;
+    if (!is_border || along_m + wall->step_m - from_m <= best_m) continue;
+    best_from_m = from_m;
+    best_m = along_m + wall->step_m - from_m;
+  }
+  wall->face.from_m = best_from_m;
+  wall->face.to_m = best_from_m + best_m;
+  return best_m >= kLeast_m;
+}
+
+void AddUnseenFaces(const std::vector<Room>& rooms, const BuildingOptions& options,
+                    std::vector<BuiltFace>* faces) {
+  std::vector<WallFace> walls;
+  for (const BuiltFace& built : *faces) {
+    if (built.is_wall) walls.push_back(built.wall);
+  }
+  for (WallFace& wall : UnseenFaces(walls, options)) {
+    if (!CutToRooms(rooms, &wall)) continue;
+    faces->push_back({std::move(wall), {}});
+    faces->back().is_wall = faces->back().is_inferred = true;
+  }
 }
 
 std::vector<int64_t> RoomsBefore(const BuiltFace& built, const std::vector<Room>& rooms) {
@@ -324,6 +365,7 @@ Building BuildBuilding(const BuildingInput& all, const BuildingOptions& options,
   for (size_t i = 0; i < data.size(); ++i) {
     AddRooms(input, levels[i], static_cast<int64_t>(i), options, data[i], &building);
   }
+  for (LevelData& level : data) AddUnseenFaces(building.rooms, options, &level.faces);
   AddPlanes(levels, &data, &building);
   for (const LevelData& level : data) {
     faces.insert(faces.end(), level.faces.begin(), level.faces.end());

@@ -37,6 +37,9 @@ struct BuildingPlane {
   std::vector<Eigen::Vector3d> outline_world;
   std::vector<PlaneOpening> openings;
   std::vector<int64_t> room_ids;  // that it bounds
+  // Of a wall: nobody saw this side of it, only the other one and the room before it; it stands
+  // where its thickness, or that of the building's walls, puts it.
+  bool inferred = false;
 };
 
 struct Storey {

@@ -81,7 +81,8 @@ Json PlaneJson(const BuildingPlane& plane) {
           {"sigma_m", RoundedForJson(plane.sigma_m)},
           {"outline", PointsJson(plane.outline_world)},
           {"openings", openings},
-          {"room_ids", plane.room_ids}};
+          {"room_ids", plane.room_ids},
+          {"inferred", plane.inferred}};
 }
 
 Vector3d ParseNormal(const std::string& place, const Json& json) {
@@ -106,6 +107,7 @@ BuildingPlane ParsePlane(const std::string& path, const Json& json) {
     plane.openings.push_back(ParseOpening(place, opening));
   }
   plane.room_ids = json.at("room_ids").get<std::vector<int64_t>>();
+  plane.inferred = json.value("inferred", false);  // maps of earlier versions do not say
   return plane;
 }
 

@@ -16,7 +16,7 @@ struct BuildingOptions {
   double line_sample_m = 0.1;        // a line counts as points so far apart
   // The least standard deviation of a face's offset: what all measurements of it share.
   double shared_sigma_m = 0.003;
-  double bend_length_m = 3;  // along which a wall's deviations from its plane are alike
+  double bend_length_m = 3;   // along which a wall's deviations from its plane are alike
   double max_proud_m = 0.04;  // how far what is fixed to a wall stands before it
 
   // Openings.
@@ -26,7 +26,7 @@ struct BuildingOptions {
   double snap_m = 0.05;        // to a line, or by 2 sigma of it
 
   // Rooms.
-  double extension_m = 30;   // of a wall's line beyond what was measured of it
+  double extension_m = 30;        // of a wall's line beyond what was measured of it
   double border_cost_m = 0.25;    // of a border without a wall, as area of a cell by length
   double max_door_width_m = 1.3;  // rooms are parted at gaps of at most this width
   double min_room_m2 = 1.0;

@@ -162,8 +162,8 @@ class Surface {
       for (const Place& place : evidence->places) {
         const Densities densities =
             DensitiesAt(place.distance_m, place.sigma_m, evidence->shares, max_proud_m_);
-        const double w = evidence->weight * densities.on / densities.all /
-                         (place.sigma_m * place.sigma_m);
+        const double w =
+            evidence->weight * densities.on / densities.all / (place.sigma_m * place.sigma_m);
         const double s = place.along_m - middle_m_;
         weight += w;
         s_sum += w * s;

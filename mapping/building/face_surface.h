@@ -8,14 +8,14 @@
 namespace slcmap {
 
 // Brings a face to lie in the surface that its samples stand on or before. What is fixed to a wall,
-// as skirtings, frames and signs are, stands before it by up to some centimetres, nothing behind it;
-// and where plaster is blank, images show nothing else. So a sample is either on the surface, or
-// before it by anything up to options.max_proud_m, or stray; the offset is the mean of its posterior
-// over these three (a mixture of a normal density, that of a uniform one with noise, and a uniform
-// one), the heading a least-squares fit to what is on it with as much weight. Points near each other
-// err alike and count by area, samples along a line by the line. A face without samples stays.
-// Samples: those of its storey, in any order. Returns the standard deviation that this adds to that
-// of the face's offset.
+// as skirtings, frames and signs are, stands before it by up to some centimetres, nothing behind
+// it; and where plaster is blank, images show nothing else. So a sample is either on the surface,
+// or before it by anything up to options.max_proud_m, or stray; the offset is the mean of its
+// posterior over these three (a mixture of a normal density, that of a uniform one with noise, and
+// a uniform one), the heading a least-squares fit to what is on it with as much weight. Points near
+// each other err alike and count by area, samples along a line by the line. A face without samples
+// stays. Samples: those of its storey, in any order. Returns the standard deviation that this adds
+// to that of the face's offset.
 double MoveOntoSurface(const std::vector<FaceSample>& samples, const BuildingOptions& options,
                        Face* face);
 

@@ -271,9 +271,9 @@ bool GoesOn(const Face& face, const Face& stronger, const BuildingOptions& optio
          std::min(std::max(2 * sigma_m, options.merge_m), 2 * options.merge_m);
 }
 
-// A face goes on as far as lines on it do: where a wall is blank, its edges to floor and ceiling are
-// all that is seen of it, and lone lines are no faces. Not so far that its heading tells nothing of
-// where it would be.
+// A face goes on as far as lines on it do: where a wall is blank, its edges to floor and ceiling
+// are all that is seen of it, and lone lines are no faces. Not so far that its heading tells
+// nothing of where it would be.
 void ExtendAlongLines(const std::vector<FaceSample>& samples, const BuildingOptions& options,
                       Face* face) {
   constexpr double kOnFace_m = 0.015, kAstray_m = 0.03;

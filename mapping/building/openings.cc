@@ -156,18 +156,29 @@ std::vector<EdgeLine> LinesNear(const Face& face, const std::vector<MapLine>& li
   return near;
 }
 
-// The place of the nearest line beside an edge of the grid that runs along enough of it.
-double Snapped(const std::vector<EdgeLine>& lines, bool is_upright, double edge_m, double from_m,
-               double to_m, double snap_m) {
-  double best_m = edge_m, least_m = 1e9;
+// An edge of an opening: of its sides, or of its top and bottom.
+struct OpeningEdge {
+  bool is_upright;
+  double at_m;          // as the grid has it
+  double from_m, to_m;  // its extent, along the other direction
+  int outward;          // 1 or -1
+};
+
+// The place of the nearest line beside an edge of the grid that runs along enough of it. Few rays
+// go through an opening right beside its frame, or a leaf that stands open there: farther outward,
+// what runs along most of it is its frame, too.
+double Snapped(const std::vector<EdgeLine>& lines, const OpeningEdge& edge, double snap_m) {
+  constexpr double kFrameReach_m = 0.2, kAlong = 0.3, kFrameAlong = 0.6;
+  double best_m = edge.at_m, least_m = 1e9;
   for (const EdgeLine& line : lines) {
-    if (line.is_upright != is_upright) continue;
-    const double distance_m = std::abs(line.at_m - edge_m);
-    const double overlap_m = std::min(line.to_m, to_m) - std::max(line.from_m, from_m);
-    if (distance_m > std::max(2 * line.sigma_m, snap_m) || overlap_m < 0.3 * (to_m - from_m)) {
-      continue;
-    }
-    if (distance_m >= least_m) continue;
+    if (line.is_upright != edge.is_upright) continue;
+    const double distance_m = std::abs(line.at_m - edge.at_m);
+    const double overlap_m = std::min(line.to_m, edge.to_m) - std::max(line.from_m, edge.from_m);
+    const double along = overlap_m / (edge.to_m - edge.from_m);
+    const bool is_near = distance_m <= std::max(2 * line.sigma_m, snap_m) && along >= kAlong;
+    const double out_m = edge.outward * (line.at_m - edge.at_m);
+    const bool is_frame = out_m > 0 && out_m <= kFrameReach_m && along >= kFrameAlong;
+    if ((!is_near && !is_frame) || distance_m >= least_m) continue;
     least_m = distance_m;
     best_m = line.at_m;
   }
@@ -176,12 +187,16 @@ double Snapped(const std::vector<EdgeLine>& lines, bool is_upright, double edge_
 
 void SnapEdges(const std::vector<EdgeLine>& lines, double snap_m, FaceOpening* opening) {
   const FaceOpening grid = *opening;
-  opening->from_m = Snapped(lines, true, grid.from_m, grid.low_m, grid.high_m, snap_m);
-  opening->to_m = Snapped(lines, true, grid.to_m, grid.low_m, grid.high_m, snap_m);
-  opening->high_m = Snapped(lines, false, grid.high_m, grid.from_m, grid.to_m, snap_m);
-  if (opening->kind == OpeningKind::kWindow) {
-    opening->low_m = Snapped(lines, false, grid.low_m, grid.from_m, grid.to_m, snap_m);
-  }
+  const auto side = [&](double at_m, int outward) {
+    return Snapped(lines, {true, at_m, grid.low_m, grid.high_m, outward}, snap_m);
+  };
+  const auto level = [&](double at_m, int outward) {
+    return Snapped(lines, {false, at_m, grid.from_m, grid.to_m, outward}, snap_m);
+  };
+  opening->from_m = side(grid.from_m, -1);
+  opening->to_m = side(grid.to_m, 1);
+  opening->high_m = level(grid.high_m, 1);
+  if (opening->kind == OpeningKind::kWindow) opening->low_m = level(grid.low_m, -1);
 }
 
 bool IsWalked(const Face& face, const FaceOpening& opening,

@@ -18,7 +18,7 @@ constexpr double kFrame_m = 0.6;       // beyond what is free
 constexpr double kFreeWeight = 2;      // of free area against area that was not seen
 constexpr double kLeastFree = 0.3;     // of a room
 constexpr double kLeastWidth_m = 0.4;  // of a room, in the mean; the inside of a wall is none
-constexpr double kStraight_m = 1e-3;
+constexpr double kStraight_m = 1e-3, kApart_m = 2 * kPlanGrid_m;
 
 struct Cell {
   Polygon polygon;
@@ -192,8 +192,19 @@ void JoinSmall(const std::vector<Cell>& cells, const std::vector<Border>& border
   }
 }
 
+// Without points that are, but for the grid, where the one before them is.
+PlanPoints Apart(const PlanPoints& outline) {
+  PlanPoints apart;
+  for (const Vector2d& point : outline) {
+    if (apart.empty() || (point - apart.back()).norm() > kApart_m) apart.push_back(point);
+  }
+  while (apart.size() > 1 && (apart.front() - apart.back()).norm() <= kApart_m) apart.pop_back();
+  return apart;
+}
+
 // Without the points between two that a straight line connects.
-PlanPoints Straightened(const PlanPoints& outline) {
+PlanPoints Straightened(const PlanPoints& all) {
+  const PlanPoints outline = Apart(all);
   PlanPoints corners;
   for (size_t i = 0; i < outline.size(); ++i) {
     const Vector2d& before = corners.empty() ? outline.back() : corners.back();
@@ -236,7 +247,9 @@ double BoundedShare(const std::vector<Border>& borders, const std::vector<Cell>&
 
 std::vector<FoundRoom> FindRooms(const std::vector<WallFace>& seen, const FreeSpace& free,
                                  const BuildingOptions& options) {
-  const std::vector<WallFace> walls = WithUnseenFaces(seen, options);
+  std::vector<WallFace> walls = seen;
+  const std::vector<WallFace> unseen = UnseenFaces(seen, options);
+  walls.insert(walls.end(), unseen.begin(), unseen.end());
   const std::vector<WallLine> lines = LinesOf(walls, options);
   std::vector<Cell> cells = CellsOf(lines, free);
   CloseWallBodies(walls, options, &cells);

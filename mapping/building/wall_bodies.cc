@@ -1,6 +1,7 @@
 #include "mapping/building/wall_bodies.h"
 
 #include <algorithm>
+#include <cmath>
 #include <iterator>
 
 namespace slcmap {
@@ -18,8 +19,9 @@ bool IsIn(const Face& front, const WallBody& body, const Eigen::Vector2d& p) {
 }
 
 // As seen from behind the wall; what is along it is in the other order there.
-WallFace Opposite(const WallFace& wall, double thickness_m) {
+WallFace Opposite(const WallFace& wall, double thickness_m, double thickness_sigma_m) {
   WallFace back = wall;
+  back.face.sigma_m = std::hypot(wall.face.sigma_m, thickness_sigma_m);
   back.face.normal = -wall.face.normal;
   back.face.offset_m = thickness_m - wall.face.offset_m;
   back.face.from_m = -wall.face.to_m;
@@ -108,21 +110,24 @@ double TypicalThickness(std::vector<WallBody> bodies, const BuildingOptions& opt
   return options.assumed_thickness_m;
 }
 
-std::vector<WallFace> WithUnseenFaces(std::vector<WallFace> walls, const BuildingOptions& options) {
+std::vector<WallFace> UnseenFaces(const std::vector<WallFace>& walls,
+                                  const BuildingOptions& options) {
+  constexpr double kOwnSigma_m = 0.01, kOthersSigma_m = 0.03, kAssumedSigma_m = 0.06;
   const std::vector<WallBody> bodies = BodiesOf(walls, options);
   const double typical_m = TypicalThickness(bodies, options);
+  const double typical_sigma_m = bodies.empty() ? kAssumedSigma_m : kOthersSigma_m;
   std::vector<WallFace> unseen;
   for (size_t i = 0; i < walls.size(); ++i) {
     std::vector<WallBody> own;
     std::copy_if(bodies.begin(), bodies.end(), std::back_inserter(own),
                  [&](const WallBody& body) { return body.front == i; });
     const double thickness_m = own.empty() ? typical_m : TypicalThickness(own, options);
+    const double sigma_m = own.empty() ? typical_sigma_m : kOwnSigma_m;
     for (const WallFace& part : PartsWithoutBack(walls[i], own)) {
-      unseen.push_back(Opposite(part, thickness_m));
+      unseen.push_back(Opposite(part, thickness_m, sigma_m));
     }
   }
-  walls.insert(walls.end(), unseen.begin(), unseen.end());
-  return walls;
+  return unseen;
 }
 
 bool IsInWall(const std::vector<WallFace>& walls, const std::vector<WallBody>& bodies,

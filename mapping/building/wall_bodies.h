@@ -24,9 +24,10 @@ std::optional<WallBody> BodyBetween(const Face& front, const Face& back,
 // The median thickness, by length; the assumed one of the options where there are none.
 double TypicalThickness(std::vector<WallBody> bodies, const BuildingOptions& options);
 
-// The walls, and behind what was seen of each from one side alone the face that it must have, at its
-// own thickness where some of its back was seen, else the typical one: the room behind it ends there.
-std::vector<WallFace> WithUnseenFaces(std::vector<WallFace> walls, const BuildingOptions& options);
+// Behind what was seen of each wall from one side alone, the face that it must have: at its own
+// thickness where some of its back was seen, else the typical one. The room behind it ends there.
+std::vector<WallFace> UnseenFaces(const std::vector<WallFace>& walls,
+                                  const BuildingOptions& options);
 
 // Between all faces, each as the front: a wall that was seen from both sides has two.
 std::vector<WallBody> BodiesOf(const std::vector<WallFace>& walls, const BuildingOptions& options);

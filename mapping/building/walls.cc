@@ -127,8 +127,8 @@ double ShareBeforeWalls(const std::vector<BuiltFace>& faces, const Eigen::Vector
     const double step = (along_m - face.from_m) / built.wall.step_m;
     if (step < 0 || step >= static_cast<double>(built.wall.shares.size())) continue;
     if (built.wall.shares[static_cast<size_t>(step)] < kSolid) continue;
-    const bool is_open = std::any_of(
-        built.openings.begin(), built.openings.end(), [&](const FaceOpening& opening) {
+    const bool is_open =
+        std::any_of(built.openings.begin(), built.openings.end(), [&](const FaceOpening& opening) {
           return opening.kind != OpeningKind::kWindow && along_m > opening.from_m &&
                  along_m < opening.to_m;
         });
@@ -154,7 +154,7 @@ std::vector<PlanWall> PlanWalls(const std::vector<BuiltFace>& faces,
                                 const std::vector<Level>& levels, const BuildingOptions& options) {
   std::vector<size_t> order;
   for (size_t i = 0; i < faces.size(); ++i) {
-    if (faces[i].is_wall) order.push_back(i);
+    if (faces[i].is_wall && !faces[i].is_inferred) order.push_back(i);
   }
   std::stable_sort(order.begin(), order.end(), [&](size_t a, size_t b) {
     return faces[a].wall.face.Length() > faces[b].wall.face.Length();

@@ -15,6 +15,8 @@ struct BuiltFace {
   std::vector<FaceOpening> openings;
   int64_t plane_id = 0;
   bool is_wall = false;
+  // Nobody saw it: it is the back of a wall, and before it is a room.
+  bool is_inferred = false;
 };
 
 // Of parallel faces one of which is just behind another, as a pane behind its wall, a duct before

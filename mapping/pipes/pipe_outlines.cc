@@ -4,23 +4,14 @@
 #include <cmath>
 #include <map>
 #include <tuple>
-#include <unordered_map>
 
+#include "mapping/map_poses.h"
 #include "odometry/geometry/pinhole.h"
 
 namespace slcmap {
 namespace {
 
 using Eigen::Vector3d;
-using Poses = std::unordered_map<int64_t, RigidTransform>;  // by stamp
-
-Poses PosesOf(const MapResult& map) {
-  Poses poses;
-  for (const Trajectory* trajectory : {&map.keyframes, &map.trajectory}) {
-    for (const StampedPose& pose : *trajectory) poses.emplace(pose.stamp_ns, pose.T_world_imu);
-  }
-  return poses;
-}
 
 // From its pieces, which are on one straight line.
 Outline OutlineOf(const std::vector<const MapLine*>& pieces) {
@@ -78,7 +69,7 @@ std::vector<Outline> OutlinesOf(const MapResult& map, const PipeOptions& options
   }
   std::map<int64_t, Outline> outlines;
   for (const auto& [id, of_line] : pieces) outlines.emplace(id, OutlineOf(of_line));
-  const Poses poses = PosesOf(map);
+  const auto poses = PosesByStamp(map);
   std::map<std::pair<int64_t, int>, int> images;
   for (const LineSupport& support : map.line_evidence.supports) {
     const auto outline = outlines.find(support.line_id);

@@ -180,7 +180,7 @@ TEST(BuildBuilding, OpenDoorIsSeenThroughAndPartsRooms) {
   for (const PlaneOpening& opening : openings) {
     EXPECT_EQ(opening.kind, OpeningKind::kDoor);
     EXPECT_TRUE(opening.walked);
-    EXPECT_NEAR(opening.clear_width_m, 0.96, 0.04);
+    EXPECT_NEAR(opening.clear_width_m, 0.96, 0.02);
     EXPECT_NEAR(opening.clear_height_m, 2.08, 0.06);
   }
   int pairs = 0;
@@ -192,6 +192,57 @@ TEST(BuildBuilding, OpenDoorIsSeenThroughAndPartsRooms) {
     EXPECT_THAT(wall.plane_ids, SizeIs(2));
   }
   EXPECT_EQ(pairs, 1);
+}
+
+TEST(BuildBuilding, BackOfAWallThatNobodySawIsToldWhereARoomEndsThere) {
+  // Two rooms behind a corridor; of the wall between them the right one looked at one side alone.
+  const Scene scene = SceneFromText(R"(
+objects:
+  - {kind: wall, points: [[0, 0], [12, 0], [12, 6], [0, 6]], closed: true, skirting_height: 0.09}
+  - {kind: slab, at: [0, 0, 0], size: [12, 6], material: carpet}
+  - {kind: slab, at: [0, 0, 2.7], size: [12, 6], material: ceiling, faces_down: true}
+  - {kind: wall, points: [[0, 2], [12, 2]], has_back: true,
+     doors: [[0, 2.5, 1.0, 2.1, 90], [0, 8.5, 1.0, 2.1, 90]]}
+  - {kind: wall, points: [[6, 2.15], [6, 6]], has_back: true}
+)");
+  std::vector<Vector3d> places = PlacesAlong({{1, 1, 1.5}, {11, 1, 1.5}});
+  for (const std::vector<Vector3d>& way :
+       {PlacesAlong({{3, 1, 1.5}, {3, 4, 1.5}, {1.5, 4, 1.5}}),
+        PlacesAlong({{9, 1, 1.5}, {9, 4, 1.5}, {10.5, 4, 1.5}})}) {
+    places.insert(places.end(), way.begin(), way.end());
+  }
+  BuildingInput input = Scan(scene, places);
+  std::erase_if(input.points, [](const SurfacePoint& point) {
+    return point.normal_world.x() > 0.7 && std::abs(point.p_world.x() - 6) < 0.3;
+  });
+  std::erase_if(input.lines, [](const MapLine& line) {
+    return line.start_world.x() > 6.02 && line.start_world.x() < 6.5 && line.end_world.x() < 6.5;
+  });
+  const Building building = BuildBuilding(input, {});
+  EXPECT_THAT(building.rooms, SizeIs(3));
+  std::vector<BuildingPlane> inferred;
+  for (const BuildingPlane& plane : building.planes) {
+    if (plane.inferred) inferred.push_back(plane);
+  }
+  ASSERT_THAT(inferred, SizeIs(1));
+  EXPECT_EQ(inferred[0].kind, PlaneKind::kWall);
+  EXPECT_GT(inferred[0].normal.x(), 0.99);
+  EXPECT_NEAR(std::abs(inferred[0].offset_m - 6), 0.075, 0.09);
+  EXPECT_THAT(inferred[0].room_ids, SizeIs(1));
+  EXPECT_GE(inferred[0].sigma_m, 0.02);
+  for (const PlanWall& wall : building.walls) {
+    for (const int64_t id : wall.plane_ids) EXPECT_FALSE(building.planes[id].inferred);
+  }
+}
+
+TEST(BuildBuilding, CeilingIsAboveTheLampsThatHideMostOfIt) {
+  const Scene scene = SceneFromText(RoomWith(R"(
+  - {kind: slab, at: [0.4, 0.4, 2.6], size: [4.2, 3.2], faces_down: true}
+)"));
+  const Building building = BuildBuilding(Scan(scene, InRoom()), {});
+  ASSERT_THAT(building.storeys, SizeIs(1));
+  ASSERT_TRUE(building.storeys[0].ceiling_m);
+  EXPECT_NEAR(*building.storeys[0].ceiling_m, 2.7, 0.01);
 }
 
 TEST(BuildBuilding, FromOneRunToTheNextNobodyWalked) {

@@ -30,6 +30,7 @@ Building MakeBuilding() {
   wall.outline_world = {{0, 0, 0}, {1, 0, 0}, {1, 0, 2}, {0, 0, 2}};
   wall.openings = {{OpeningKind::kDoor, true, 0.9, 2.05, wall.outline_world}};
   wall.room_ids = {0};
+  wall.inferred = true;
   BuildingPlane floor;
   floor.id = 1;
   floor.kind = PlaneKind::kFloor;
@@ -64,6 +65,8 @@ TEST(BuildingFiles, WhatIsWrittenIsReadBack) {
   EXPECT_NEAR(read.planes[0].offset_m, -1.23456, 1e-9);
   EXPECT_THAT(read.planes[0].outline_world, SizeIs(4));
   EXPECT_THAT(read.planes[0].room_ids, ElementsAre(0));
+  EXPECT_TRUE(read.planes[0].inferred);
+  EXPECT_FALSE(read.planes[1].inferred);
   ASSERT_THAT(read.planes[0].openings, SizeIs(1));
   EXPECT_TRUE(read.planes[0].openings[0].walked);
   EXPECT_NEAR(read.planes[0].openings[0].clear_width_m, 0.9, 1e-9);
@@ -77,6 +80,19 @@ TEST(BuildingFiles, WhatIsWrittenIsReadBack) {
   ASSERT_THAT(read.storeys, SizeIs(1));
   EXPECT_FALSE(read.storeys[0].ceiling_m);
   EXPECT_NEAR(Eigen::AngleAxisd(read.T_map_world.rotation).angle(), 0.3, 1e-9);
+}
+
+TEST(BuildingFiles, PlanesOfEarlierVersionsDoNotSayThatTheyAreInferred) {
+  const TempFolder folder;
+  WriteBuilding(folder.Path(), MakeBuilding());
+  std::string planes = ReadText(folder.Path() + "/planes.json");
+  for (const std::string& value : {"true", "false"}) {
+    const std::string key = ",\n    \"inferred\": " + value;
+    if (planes.find(key) != std::string::npos) planes.replace(planes.find(key), key.size(), "");
+  }
+  ASSERT_EQ(planes.find("inferred"), std::string::npos) << planes;
+  folder.Write("planes.json", planes);
+  EXPECT_FALSE(ReadBuilding(folder.Path()).planes[0].inferred);
 }
 
 TEST(BuildingFiles, SameBuildingGivesSameBytes) {

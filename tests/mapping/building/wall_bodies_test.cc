@@ -59,18 +59,33 @@ TEST(WallBodies, TypicalThicknessIsThatOfMostOfTheLength) {
 TEST(WallBodies, FacesThatNobodySawAreBehindThoseThatStandAlone) {
   WallFace alone = FaceAt(7, 1, 2, 5);
   alone.shares.front() = 0;  // at one end of it
-  const std::vector<WallFace> walls =
-      WithUnseenFaces({FaceAt(1.2, 1, 0, 5), FaceAt(1.0, -1, 0, 5), alone}, {});
-  ASSERT_THAT(walls, SizeIs(4));
-  const Face& unseen = walls[3].face;
-  EXPECT_EQ(unseen.normal, Vector2d(0, -1));
-  EXPECT_NEAR(unseen.DistanceTo({3, 6.8}), 0, 1e-12);
-  EXPECT_TRUE(IsInWall(walls, BodiesOf(walls, {}), {3, 6.9}));
+  std::vector<WallFace> walls = {FaceAt(1.2, 1, 0, 5), FaceAt(1.0, -1, 0, 5), alone};
+  const std::vector<WallFace> unseen = UnseenFaces(walls, {});
+  ASSERT_THAT(unseen, SizeIs(1));
+  const Face& face = unseen[0].face;
+  EXPECT_EQ(face.normal, Vector2d(0, -1));
+  EXPECT_NEAR(face.DistanceTo({3, 6.8}), 0, 1e-12);
+  EXPECT_GT(face.sigma_m, alone.face.sigma_m + 0.02);  // walls need not be alike
   // What is known of it lies opposite.
-  const double end_m = unseen.AlongOf(alone.face.PointAt(alone.face.from_m));
-  EXPECT_NEAR(end_m, unseen.to_m, 1e-12);
-  EXPECT_EQ(walls[3].shares.back(), 0);
-  EXPECT_THAT(unseen.to_m - unseen.from_m, DoubleNear(3, 1e-12));
+  const double end_m = face.AlongOf(alone.face.PointAt(alone.face.from_m));
+  EXPECT_NEAR(end_m, face.to_m, 1e-12);
+  EXPECT_EQ(unseen[0].shares.back(), 0);
+  EXPECT_THAT(face.to_m - face.from_m, DoubleNear(3, 1e-12));
+  walls.push_back(unseen[0]);
+  EXPECT_TRUE(IsInWall(walls, BodiesOf(walls, {}), {3, 6.9}));
+}
+
+TEST(WallBodies, WallWhoseBackWasSeenInPartGoesOnAtItsOwnThickness) {
+  const std::vector<WallFace> walls = {FaceAt(1.3, 1, 0, 9), FaceAt(1.0, -1, 0, 4),
+                                       FaceAt(1.0, -1, 4.2, 6), FaceAt(20.1, 1, 0, 20),
+                                       FaceAt(20.0, -1, 0, 20)};
+  const std::vector<WallFace> unseen = UnseenFaces(walls, {});
+  ASSERT_THAT(unseen, SizeIs(1));  // not where a wall meets it, at 4.1
+  const Face& face = unseen[0].face;
+  EXPECT_NEAR(face.DistanceTo({7, 1.0}), 0, 1e-12);
+  const double a_m = face.PointAt(face.from_m).x(), b_m = face.PointAt(face.to_m).x();
+  EXPECT_NEAR(std::min(a_m, b_m), 6, 0.06);
+  EXPECT_NEAR(std::max(a_m, b_m), 9, 1e-9);
 }
 
 }  // namespace

@@ -1,0 +1,124 @@
+#include "mapping/building/face_surface.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+namespace slcmap {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+constexpr double kLength_m = 6;
+
+// A wall along x at y = 0, looking to +y, with what is measured of it.
+class WallSamples {
+ public:
+  explicit WallSamples(uint32_t seed) : generator_(seed) {}
+
+  // Points of a part of it, so far before it.
+  void AddPoints(double before_m, double low_m, double high_m, double step_m = 0.05) {
+    constexpr double kNoise_m = 0.01;
+    for (double x = 0; x < kLength_m; x += step_m) {
+      for (double z = low_m; z < high_m; z += step_m) {
+        samples_.push_back({{x, before_m + kNoise_m * normal_(generator_), z},
+                            Vector2d::UnitY(),
+                            Vector2d::Zero(),
+                            kNoise_m});
+      }
+    }
+  }
+
+  void AddLine(double before_m, double z_m, double slope = 0) {
+    for (double x = 0.05; x < kLength_m; x += 0.1) {
+      const double y = before_m + slope * (x - 0.5 * kLength_m);
+      samples_.push_back({{x, y, z_m}, Vector2d::Zero(), Vector2d::UnitX(), 0.002});
+    }
+  }
+
+  const std::vector<FaceSample>& samples() const { return samples_; }
+
+ private:
+  std::mt19937 generator_;
+  std::normal_distribution<double> normal_;
+  std::vector<FaceSample> samples_;
+};
+
+Face FaceBefore(double offset_m) {
+  Face face;
+  face.normal = Vector2d::UnitY();
+  face.offset_m = offset_m;
+  face.heading_sigma_rad = 0.003;
+  face.from_m = -kLength_m;
+  face.to_m = 0;
+  return face;
+}
+
+double DistanceAtMiddle(const Face& face) { return face.DistanceTo({0.5 * kLength_m, 0}); }
+
+TEST(FaceSurface, WallIsBehindItsSkirtingAndFrames) {
+  // Blank but for its edge to the ceiling: most of what is seen of it stands before it.
+  WallSamples wall(1);
+  wall.AddLine(0, 2.7);
+  for (const double z : {0.08, 0.09, 2.1}) wall.AddLine(0.015, z);
+  wall.AddLine(0.025, 2.15);
+  wall.AddPoints(0.015, 0, 0.09);
+  Face face = FaceBefore(0.012);
+  MoveOntoSurface(wall.samples(), {}, &face);
+  EXPECT_NEAR(DistanceAtMiddle(face), 0, 0.003);
+}
+
+TEST(FaceSurface, TexturedWallIsWhereItsPointsAre) {
+  WallSamples wall(2);
+  wall.AddPoints(0, 0.1, 2.6);
+  for (const double z : {0.08, 0.09, 2.1}) wall.AddLine(0.015, z);
+  Face face = FaceBefore(-0.01);
+  MoveOntoSurface(wall.samples(), {}, &face);
+  EXPECT_NEAR(DistanceAtMiddle(face), 0, 0.003);
+}
+
+TEST(FaceSurface, StrayPlacesBehindItDoNotMoveIt) {
+  WallSamples wall(3);
+  wall.AddPoints(0, 0.1, 2.6);
+  wall.AddPoints(-0.03, 1, 1.2);
+  Face face = FaceBefore(0.005);
+  MoveOntoSurface(wall.samples(), {}, &face);
+  EXPECT_NEAR(DistanceAtMiddle(face), 0, 0.005);
+}
+
+TEST(FaceSurface, HeadingIsThatOfWhatIsOnTheSurface) {
+  constexpr double kSlope = 0.002;
+  WallSamples wall(4);
+  wall.AddLine(0, 2.7, kSlope);
+  wall.AddLine(0, 0.1, kSlope);
+  wall.AddLine(0.02, 1);  // a rail that is not parallel to it
+  Face face = FaceBefore(0.004);
+  MoveOntoSurface(wall.samples(), {}, &face);
+  EXPECT_NEAR(DistanceAtMiddle(face), 0, 0.002);
+  EXPECT_NEAR(-face.normal.x(), kSlope, 0.0007);
+  // The face covers what it covered.
+  EXPECT_NEAR(face.Length(), kLength_m, 1e-9);
+}
+
+TEST(FaceSurface, LittleThatIsSeenLeavesItUncertain) {
+  WallSamples small(5), large(5);
+  small.AddPoints(0, 1, 1.1, 0.5);
+  large.AddPoints(0, 0.1, 2.6);
+  Face first = FaceBefore(0), second = FaceBefore(0);
+  const double small_m = MoveOntoSurface(small.samples(), {}, &first);
+  const double large_m = MoveOntoSurface(large.samples(), {}, &second);
+  EXPECT_GT(small_m, 0.008);
+  EXPECT_LT(large_m, 0.006);
+}
+
+TEST(FaceSurface, WithoutSamplesItStays) {
+  Face face = FaceBefore(0.7);
+  EXPECT_EQ(MoveOntoSurface({}, {}, &face), 0);
+  EXPECT_EQ(face.offset_m, 0.7);
+  EXPECT_EQ(face.normal, Vector2d::UnitY());
+}
+
+}  // namespace
+}  // namespace slcmap

@@ -1,0 +1,49 @@
+#include "mapping/building/walls.h"
+
+#include <gtest/gtest.h>
+
+namespace slcmap {
+namespace {
+
+using Eigen::Vector2d;
+
+// A wall along x at y = 0, from 0 to 4 m, looking to +y.
+BuiltFace WallAlongX() {
+  BuiltFace built;
+  built.wall.face.normal = Vector2d::UnitY();
+  built.wall.face.from_m = -4;
+  built.wall.face.to_m = 0;
+  built.wall.shares.assign(80, 1);
+  built.is_wall = true;
+  return built;
+}
+
+TEST(ShareBeforeWalls, EndsAtTheFrontOfAWall) {
+  const std::vector<BuiltFace> walls = {WallAlongX()};
+  EXPECT_NEAR(ShareBeforeWalls(walls, {1, 3}, {1, -1}), 0.75, 1e-12);
+  EXPECT_EQ(ShareBeforeWalls(walls, {1, 3}, {1, 1}), 1);
+  EXPECT_EQ(ShareBeforeWalls(walls, {1, 3}, {1, -0.05}), 1);  // its own surface
+  EXPECT_EQ(ShareBeforeWalls(walls, {1, -3}, {1, 1}), 1);     // from behind: another face is there
+  EXPECT_EQ(ShareBeforeWalls(walls, {5, 3}, {5, -1}), 1);     // beside it
+}
+
+TEST(ShareBeforeWalls, DoorsLetThroughAndWindowsDoNot) {
+  BuiltFace wall = WallAlongX();
+  wall.openings.push_back({OpeningKind::kDoor, true, -1.5, -0.5, 0, 2});
+  wall.openings.push_back({OpeningKind::kWindow, false, -3.5, -2.5, 1, 2});
+  EXPECT_EQ(ShareBeforeWalls({wall}, {1, 3}, {1, -1}), 1);
+  EXPECT_NEAR(ShareBeforeWalls({wall}, {3, 3}, {3, -1}), 0.75, 1e-12);
+}
+
+TEST(ShareBeforeWalls, WhatIsNoWallOrWasSeenThroughLetsThrough) {
+  BuiltFace other = WallAlongX();
+  other.is_wall = false;
+  EXPECT_EQ(ShareBeforeWalls({other}, {1, 3}, {1, -1}), 1);
+  BuiltFace gap = WallAlongX();
+  std::fill(gap.wall.shares.begin() + 50, gap.wall.shares.end(), 0);  // from x = 1.5 to 0
+  EXPECT_EQ(ShareBeforeWalls({gap}, {1, 3}, {1, -1}), 1);
+  EXPECT_NEAR(ShareBeforeWalls({gap}, {3, 3}, {3, -1}), 0.75, 1e-12);
+}
+
+}  // namespace
+}  // namespace slcmap

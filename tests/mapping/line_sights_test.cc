@@ -1,0 +1,91 @@
+#include "mapping/line_sights.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace slcmap {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+using ::testing::IsEmpty;
+using ::testing::SizeIs;
+
+constexpr int64_t kStamp_ns = 7;
+
+// One keyframe at the origin that looks along z, and one line before it, in two pieces.
+MapResult MapOfOneLine() {
+  MapResult map;
+  for (Camera& camera : map.rectified_rig.cameras) {
+    camera.width_px = 640;
+    camera.height_px = 480;
+    camera.fx_px = camera.fy_px = 400;
+    camera.cx_px = 320;
+    camera.cy_px = 240;
+  }
+  map.rectified_rig.T_imu_camera[1].translation = {0.1, 0, 0};
+  map.keyframes.push_back({kStamp_ns, {}});
+  MapLine line;
+  line.id = 3;
+  line.sigma_m = 0.001;
+  line.start_world = {-1, 0.5, 2};
+  line.end_world = {0, 0.5, 2};
+  map.lines.push_back(line);
+  line.start_world = {0.4, 0.5, 2};
+  line.end_world = {1, 0.5, 2};
+  map.lines.push_back(line);
+  return map;
+}
+
+LineSupport SupportOf(int piece, double from_x_px, double to_x_px) {
+  return {3, piece, kStamp_ns, 0, {Vector2d(from_x_px, 340), Vector2d(to_x_px, 340)}};
+}
+
+TEST(LineSights, EndOnTheLineThatIsSeen) {
+  MapResult map = MapOfOneLine();
+  map.line_evidence.supports = {SupportOf(0, 120, 320)};
+  const std::vector<Sights> sights = SightsOfLines(map);
+  ASSERT_THAT(sights, SizeIs(1));
+  EXPECT_EQ(sights[0].p_world_camera, Vector3d::Zero());
+  EXPECT_GE(sights[0].p_world.size(), 4u);
+  ASSERT_EQ(sights[0].p_world.size(), sights[0].sigma_m.size());
+  for (size_t i = 0; i < sights[0].p_world.size(); ++i) {
+    const Eigen::Vector3f& p = sights[0].p_world[i];
+    EXPECT_NEAR(p.y(), 0.5, 1e-6);
+    EXPECT_NEAR(p.z(), 2, 1e-6);
+    EXPECT_GE(p.x(), -1);
+    EXPECT_LE(p.x(), 0);
+    EXPECT_GE(sights[0].sigma_m[i], 0.01);
+  }
+}
+
+TEST(LineSights, AreOfEachImageAndOfThePieceThatItShows) {
+  MapResult map = MapOfOneLine();
+  LineSupport right = SupportOf(1, 400, 500);
+  right.camera = 1;
+  map.line_evidence.supports = {SupportOf(0, 120, 320), right};
+  const std::vector<Sights> sights = SightsOfLines(map);
+  ASSERT_THAT(sights, SizeIs(2));
+  EXPECT_EQ(sights[1].p_world_camera, Vector3d(0.1, 0, 0));
+  for (const Eigen::Vector3f& p : sights[1].p_world) EXPECT_GE(p.x(), 0.4f);
+}
+
+TEST(LineSights, MarksAreSeenToo) {
+  MapResult map = MapOfOneLine();
+  std::swap(map.lines, map.marks);
+  map.line_evidence.supports = {SupportOf(0, 120, 320)};
+  EXPECT_THAT(SightsOfLines(map), SizeIs(1));
+}
+
+TEST(LineSights, WhatHasNoPoseOrNoLineTellsNothing) {
+  MapResult map = MapOfOneLine();
+  LineSupport unknown = SupportOf(0, 120, 320);
+  unknown.line_id = 99;
+  LineSupport elsewhere = SupportOf(0, 120, 320);
+  elsewhere.stamp_ns = 8;
+  map.line_evidence.supports = {unknown, elsewhere};
+  EXPECT_THAT(SightsOfLines(map), IsEmpty());
+}
+
+}  // namespace
+}  // namespace slcmap
