@@ -146,6 +146,7 @@ class GltfLayers {
               {{"id", ValueOf(plane.id)},
                {"kind", ValueOf(std::string(NameOf(plane.kind)))},
                {"sigma_m", ValueOf(plane.sigma_m)},
+               {"inferred", ValueOf(plane.inferred)},
                {"room_ids", ArrayOf(plane.room_ids)}});
     }
   }

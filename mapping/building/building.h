@@ -76,7 +76,7 @@ struct PlanWall {
   double thickness_m = 0;
   bool thickness_assumed = false;  // only one face was seen
   double sigma_m = 0;              // of the face's offset
-  std::vector<int64_t> plane_ids;  // the face's, then that of the face behind
+  std::vector<int64_t> plane_ids;  // the face's, then those behind it, inferred ones last
   std::vector<PlanOpening> openings;
 };
 

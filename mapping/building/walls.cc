@@ -192,6 +192,12 @@ std::vector<PlanWall> PlanWalls(const std::vector<BuiltFace>& faces,
         AddOpening(OpeningOf(front, opening, back, levels[front.level]), &wall.openings);
       }
     }
+    for (size_t j = 0; j < faces.size(); ++j) {
+      if (is_taken[j] || !faces[j].is_inferred) continue;
+      if (!BodyBetween(front, faces[j].wall.face, options)) continue;
+      is_taken[j] = true;
+      wall.plane_ids.push_back(faces[j].plane_id);
+    }
     wall.thickness_assumed = overlap_m == 0;
     wall.thickness_m = overlap_m > 0 ? thickness / overlap_m : typical_m;
     walls.push_back(wall);

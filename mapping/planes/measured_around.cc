@@ -5,7 +5,9 @@
 #include <pcl/point_cloud.h>
 #include <pcl/point_types.h>
 
+#include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "data/quantile.h"
 
@@ -20,27 +22,65 @@ pcl::PointXYZ Along(const PlaneGrid& grid, const Eigen::Vector3d& p) {
           static_cast<float>(grid.v.dot(p) - grid.from_v_m), 0};
 }
 
+using Places = pcl::PointCloud<pcl::PointXYZ>;
+
+// Places of a line that lies in the plane.
+void AddPlacesOf(const PlaneGrid& grid, const MapLine& line, double max_offset_m, Places* places) {
+  if (line.kind == LineKind::kPipe || std::abs(grid.DistanceTo(line.start_world)) > max_offset_m ||
+      std::abs(grid.DistanceTo(line.end_world)) > max_offset_m) {
+    return;
+  }
+  const Eigen::Vector3d way = line.end_world - line.start_world;
+  const int count = static_cast<int>(way.norm() / grid.cell_m) + 1;
+  for (int i = 0; i < count; ++i) {
+    places->push_back(Along(grid, line.start_world + (i + 0.5) / count * way));
+  }
+}
+
 }  // namespace
 
 struct MeasuredAround::Tree {
+  explicit Tree(const Places::Ptr& of) : count(std::ssize(*of)) {
+    if (count > 0) places.setInputCloud(of);
+  }
+
+  // The nearest of them; none where there are none.
+  std::optional<std::pair<pcl::PointXYZ, double>> Nearest(const pcl::PointXYZ& place) const {
+    if (count == 0) return std::nullopt;
+    pcl::Indices found;
+    std::vector<float> squares_m2;
+    places.nearestKSearch(place, 1, found, squares_m2);
+    return std::pair((*places.getInputCloud())[found.front()],
+                     std::sqrt(static_cast<double>(squares_m2.front())));
+  }
+
+  const int64_t count;
   pcl::KdTreeFLANN<pcl::PointXYZ> places;
 };
 
 MeasuredAround::MeasuredAround(const PlaneGrid& grid, const std::vector<DensePoint>& cloud,
-                               const PlaneOptions& options)
-    : grid_(grid), cloud_(cloud), options_(options), tree_(std::make_unique<Tree>()) {
-  const auto places = pcl::make_shared<pcl::PointCloud<pcl::PointXYZ>>();
+                               const std::vector<MapLine>& lines, const PlaneOptions& options)
+    : grid_(grid), cloud_(cloud), options_(options) {
+  const auto places = pcl::make_shared<Places>(), in_plane = pcl::make_shared<Places>(),
+             off_plane = pcl::make_shared<Places>();
   for (size_t i = 0; i < cloud.size(); ++i) {
     const DensePoint& point = cloud[i];
-    if (point.source != DenseSource::kStereo ||
-        std::abs(grid.DistanceTo(point.p_world)) > options.beside_m ||
+    const double offset_m = std::abs(grid.DistanceTo(point.p_world));
+    if (point.source != DenseSource::kStereo || offset_m > options.beside_m ||
         point.normal_world.dot(grid.normal) < kMinFacing) {
       continue;
     }
     beside_.push_back(i);
     places->push_back(Along(grid, point.p_world));
+    const bool is_in = offset_m <= options.max_offset_m;
+    (is_in ? in_plane : off_plane)->push_back(Along(grid, point.p_world));
+    grey_ += is_in ? point.grey : 0;
   }
-  if (!places->empty()) tree_->places.setInputCloud(places);
+  grey_ /= static_cast<double>(std::max<size_t>(in_plane->size(), 1));
+  for (const MapLine& line : lines) AddPlacesOf(grid, line, options.max_offset_m, in_plane.get());
+  tree_ = std::make_unique<Tree>(places);
+  in_plane_ = std::make_unique<Tree>(in_plane);
+  off_plane_ = std::make_unique<Tree>(off_plane);
 }
 
 MeasuredAround::~MeasuredAround() = default;
@@ -70,6 +110,19 @@ std::optional<SurfaceAround> MeasuredAround::At(double column, double row) const
   around.nearest_m = std::sqrt(static_cast<double>(squares_m2.front()));
   around.offset_m /= agreeing;
   around.grey /= agreeing;
+  return around;
+}
+
+std::optional<SurfaceAround> MeasuredAround::OnPlane(double column, double row) const {
+  const pcl::PointXYZ place = Along(grid_, grid_.At(column, row));
+  const auto nearest = in_plane_->Nearest(place);
+  if (!nearest) return std::nullopt;
+  const auto other = off_plane_->Nearest(place);
+  if (other && other->second < options_.blank_clear_m) return std::nullopt;
+  SurfaceAround around;
+  around.nearest = Eigen::Vector2d(nearest->first.x, nearest->first.y) / grid_.cell_m;
+  around.nearest_m = nearest->second;
+  around.grey = grey_;
   return around;
 }
 

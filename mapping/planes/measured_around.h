@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include "data/map_line.h"
 #include "mapping/dense/dense_point.h"
 #include "mapping/planes/plane_grid.h"
 #include "mapping/planes/plane_options.h"
@@ -21,21 +22,28 @@ struct SurfaceAround {
 
 class MeasuredAround {
  public:
-  // The points beside a plane that face as it does. Grid and cloud outlive it.
+  // The points beside a plane that face as it does, and the lines in it. Grid and cloud outlive it.
   MeasuredAround(const PlaneGrid& grid, const std::vector<DensePoint>& cloud,
-                 const PlaneOptions& options);
+                 const std::vector<MapLine>& lines, const PlaneOptions& options);
   ~MeasuredAround();
 
   // The surface that most of the nearest points are on; none where they are on several.
   std::optional<SurfaceAround> At(double column, double row) const;
 
+  // The plane itself, with the nearest point or place of a line in it; none where something else
+  // was measured near before or behind it.
+  std::optional<SurfaceAround> OnPlane(double column, double row) const;
+
  private:
+  struct Tree;
+
   const PlaneGrid& grid_;
   const std::vector<DensePoint>& cloud_;
   const PlaneOptions options_;
   std::vector<size_t> beside_;
-  struct Tree;
-  std::unique_ptr<Tree> tree_;  // of their places along the plane
+  double grey_ = 0;  // of the points in the plane, in the mean
+  // Of places along the plane: of all points beside it, of what is in it, of points off it.
+  std::unique_ptr<Tree> tree_, in_plane_, off_plane_;
 };
 
 }  // namespace slcmap

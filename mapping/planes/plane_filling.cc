@@ -67,10 +67,27 @@ class Watch {
   int last_ = 0;
 };
 
+// What is around a place of a plane, if it is on one surface, else the plane where that is known.
+std::optional<SurfaceAround> SurfaceAt(const BoundedPlane& plane, const MeasuredAround& around,
+                                       const PlaneBorders& borders, const Vector2d& cell,
+                                       const PlaneOptions& options) {
+  const auto reaches = [&](const std::optional<SurfaceAround>& surface, double reach_m) {
+    return surface && surface->nearest_m <= reach_m &&
+           std::abs(surface->offset_m) <= options.max_offset_m &&
+           !borders.Part(cell, surface->nearest);
+  };
+  auto surface = around.At(cell.x(), cell.y());
+  if (reaches(surface, plane.reach_m)) return surface;
+  if (plane.sigma_m > options.max_sigma_m) return std::nullopt;
+  surface = around.OnPlane(cell.x(), cell.y());
+  const double reach_m = plane.is_wall ? options.blank_reach_m : plane.reach_m;
+  return reaches(surface, reach_m) ? surface : std::nullopt;
+}
+
 std::vector<DensePoint> Filled(const BoundedPlane& plane, const MeasuredBuilding& measured,
                                const PointIndex& index, const PlaneOptions& options) {
   const PlaneGrid& grid = plane.grid;
-  const MeasuredAround around(grid, measured.dense, options);
+  const MeasuredAround around(grid, measured.dense, measured.lines, options);
   const PlaneBorders borders =
       plane.is_wall ? PlaneBorders(grid, measured.lines, options.beside_m) : PlaneBorders();
   const cv::Mat1i passes = CountPasses(grid, measured.sights, options);
@@ -85,12 +102,8 @@ std::vector<DensePoint> Filled(const BoundedPlane& plane, const MeasuredBuilding
   for (int row = 0; row < grid.rows; ++row) {
     for (int column = 0; column < grid.columns; ++column) {
       if (!plane.inside(row, column) || passes(row, column) > options.max_passes) continue;
-      const auto surface = around.At(column + 0.5, row + 0.5);
-      if (!surface || surface->nearest_m > plane.reach_m ||
-          std::abs(surface->offset_m) > options.max_offset_m ||
-          borders.Part({column + 0.5, row + 0.5}, surface->nearest)) {
-        continue;
-      }
+      const auto surface = SurfaceAt(plane, around, borders, {column + 0.5, row + 0.5}, options);
+      if (!surface) continue;
       const Vector3d p = grid.At(column + 0.5, row + 0.5) + surface->offset_m * grid.normal;
       if (index.HasNear(p, kMeasured_m) || !is_seen(p)) continue;
       points.push_back({p, grid.normal, plane.sigma_m,

@@ -19,6 +19,11 @@ struct PlaneOptions {
   double room_reach_m = 2;     // the same on floors and ceilings of rooms that walls bound,
   double min_bounded = 0.6;    // on this share of their border
 
+  // Where what is around is not on one surface, as it is little: on the plane itself.
+  double blank_reach_m = 1.5;  // of walls: from points and lines in the plane, along it
+  double blank_clear_m = 0.3;  // from what was measured beside the plane
+  double max_sigma_m = 0.02;   // of the plane
+
   // What cameras have to see of it.
   double max_range_m = 8;
   double max_grazing_deg = 85;

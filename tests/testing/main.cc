@@ -5,6 +5,8 @@
 
 #include <cstdio>
 
+#include "tests/testing/watched_threads.h"
+
 namespace {
 
 constexpr int kSkipped = 77;  // SKIP_RETURN_CODE in tests/CMakeLists.txt
@@ -35,6 +37,9 @@ int PrintSkipped(const testing::UnitTest& program) {
 }  // namespace
 
 int main(int argc, char** argv) {
+#ifdef SLCMAP_WATCH_THREADS
+  slcmap::testing::RunOnWatchedThreads();
+#endif
   testing::InitGoogleMock(&argc, argv);
   const int result = RUN_ALL_TESTS();
   if (testing::UnitTest::GetInstance()->test_to_run_count() == 0) {

@@ -230,9 +230,13 @@ objects:
   EXPECT_NEAR(std::abs(inferred[0].offset_m - 6), 0.075, 0.09);
   EXPECT_THAT(inferred[0].room_ids, SizeIs(1));
   EXPECT_GE(inferred[0].sigma_m, 0.02);
-  for (const PlanWall& wall : building.walls) {
-    for (const int64_t id : wall.plane_ids) EXPECT_FALSE(building.planes[id].inferred);
-  }
+  const auto of_wall = [&](const PlanWall& wall) {
+    return std::count(wall.plane_ids.begin(), wall.plane_ids.end(), inferred[0].id) > 0;
+  };
+  const auto wall = std::find_if(building.walls.begin(), building.walls.end(), of_wall);
+  ASSERT_NE(wall, building.walls.end());
+  EXPECT_TRUE(wall->thickness_assumed);
+  EXPECT_FALSE(building.planes[wall->plane_ids[0]].inferred);
 }
 
 TEST(BuildBuilding, CeilingIsAboveTheLampsThatHideMostOfIt) {

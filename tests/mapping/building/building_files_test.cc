@@ -86,7 +86,7 @@ TEST(BuildingFiles, PlanesOfEarlierVersionsDoNotSayThatTheyAreInferred) {
   const TempFolder folder;
   WriteBuilding(folder.Path(), MakeBuilding());
   std::string planes = ReadText(folder.Path() + "/planes.json");
-  for (const std::string& value : {"true", "false"}) {
+  for (const std::string value : {"true", "false"}) {
     const std::string key = ",\n    \"inferred\": " + value;
     if (planes.find(key) != std::string::npos) planes.replace(planes.find(key), key.size(), "");
   }

@@ -19,7 +19,7 @@ TEST(MeasuredAround, TellsTheSurfaceAroundAPlace) {
   std::vector<DensePoint> cloud;
   AddPatch(1, 2, 0.012, 90, &cloud);
   const PlaneGrid grid = FloorGrid();
-  const auto around = MeasuredAround(grid, cloud, {}).At(22.5, 15);
+  const auto around = MeasuredAround(grid, cloud, {}, {}).At(22.5, 15);
   ASSERT_TRUE(around);
   EXPECT_NEAR(around->offset_m, 0.012, 1e-9);
   EXPECT_NEAR(around->grey, 90, 1e-9);
@@ -31,7 +31,7 @@ TEST(MeasuredAround, TellsNothingBetweenTwoSurfaces) {
   AddPatch(1, 2, 0, 90, &cloud);
   AddPatch(2.2, 3, 0.08, 90, &cloud);
   const PlaneGrid grid = FloorGrid();
-  const MeasuredAround around(grid, cloud, {});
+  const MeasuredAround around(grid, cloud, {}, {});
   EXPECT_FALSE(around.At(20.9, 15));
   ASSERT_TRUE(around.At(18, 15));
   EXPECT_NEAR(around.At(18, 15)->offset_m, 0, 1e-9);
@@ -51,8 +51,8 @@ TEST(MeasuredAround, PassesOverWhatFacesTheOtherWayOrIsFarOffOrFilled) {
   cloud.insert(cloud.end(), turned.begin(), turned.end());
   cloud.insert(cloud.end(), filled.begin(), filled.end());
   const PlaneGrid grid = FloorGrid();
-  EXPECT_FALSE(MeasuredAround(grid, cloud, {}).At(15, 15));
-  EXPECT_FALSE(MeasuredAround(grid, {}, {}).At(15, 15));
+  EXPECT_FALSE(MeasuredAround(grid, cloud, {}, {}).At(15, 15));
+  EXPECT_FALSE(MeasuredAround(grid, {}, {}, {}).At(15, 15));
 }
 
 }  // namespace
