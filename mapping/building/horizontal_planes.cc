@@ -25,18 +25,38 @@ struct Height {
   double z_m = 0, sigma_m = 0;
 };
 
-// The height that surfaces have in most columns.
-std::optional<Height> MostCommon(const std::vector<Vector3d>& points, double least_m2,
-                                 const BuildingOptions& options) {
-  std::map<int, std::set<PlanColumn>> histogram;
+using Histogram = std::map<int, std::set<PlanColumn>>;  // columns by height
+
+bool HasLess(const Histogram::value_type& a, const Histogram::value_type& b) {
+  return a.second.size() < b.second.size();
+}
+
+// Lamps and ducts have more texture than the ceiling that they hang from: what is above the most
+// common height in a quarter as many columns, as a peak of its own.
+Histogram::const_iterator BehindWhatHangs(const Histogram& histogram,
+                                          Histogram::const_iterator most) {
+  constexpr int kPeak = static_cast<int>(kPeak_m / kBin_m) + 1;
+  constexpr double kValley = 0.7;  // of the peak, at most, beneath it
+  const auto above = histogram.lower_bound(most->first + kPeak);
+  const auto end = histogram.upper_bound(most->first + static_cast<int>(kHung_m / kBin_m));
+  const auto highest = std::max_element(above, end, HasLess);
+  if (highest == end || kHungOver * highest->second.size() < most->second.size()) return most;
+  const auto valley = std::min_element(most, highest, HasLess);
+  const auto size = [](const auto& bin) { return static_cast<double>(bin->second.size()); };
+  return size(valley) <= kValley * size(highest) ? highest : most;
+}
+
+// The height that surfaces have in most columns; of ceilings that above what hangs from them.
+std::optional<Height> MostCommon(const std::vector<Vector3d>& points, bool is_ceiling,
+                                 double least_m2, const BuildingOptions& options) {
+  Histogram histogram;
   for (const Vector3d& p : points) {
     const int bin = static_cast<int>(std::floor(p.z() / kBin_m));
     for (int k = -1; k <= 1; ++k) histogram[bin + k].insert(ColumnOf(p.head<2>()));
   }
-  const auto best = std::max_element(
-      histogram.begin(), histogram.end(),
-      [](const auto& a, const auto& b) { return a.second.size() < b.second.size(); });
+  Histogram::const_iterator best = std::max_element(histogram.begin(), histogram.end(), HasLess);
   if (best == histogram.end()) return std::nullopt;
+  if (is_ceiling) best = BehindWhatHangs(histogram, best);
   const double area_m2 = static_cast<double>(best->second.size()) * kColumn_m * kColumn_m;
   if (area_m2 < least_m2) return std::nullopt;
   const double middle_m = (best->first + 0.5) * kBin_m;
@@ -92,14 +112,14 @@ void AddFloorAndCeiling(const std::vector<SurfacePoint>& points, const Level& le
   room->floor_m = level.floor_m;
   const auto floor = MostCommon(
       LevelPoints(points, *room, 1, level.floor_m - kFloorReach_m, level.floor_m + kFloorReach_m),
-      least_m2, options);
+      false, least_m2, options);
   if (floor) {
     room->floor_m = floor->z_m;
     planes->push_back(LevelPlane(*room, *floor, true, planes->size()));
   }
   const auto ceiling = MostCommon(
       LevelPoints(points, *room, -1, room->floor_m + kLeastRoomHeight_m, level.top_m + kAboveTop_m),
-      least_m2, options);
+      true, least_m2, options);
   if (!ceiling) return;
   room->height_m = ceiling->z_m - room->floor_m;
   planes->push_back(LevelPlane(*room, *ceiling, false, planes->size()));

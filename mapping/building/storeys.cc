@@ -22,8 +22,6 @@ constexpr int kMeanRounds = 5;
 constexpr double kSameFloor_m = 0.12, kSamePeak_m = 0.05;
 constexpr size_t kLeastColumns = 16;   // 1 m2
 constexpr double kLeastCeiling = 0.1;  // of as many columns as have a floor
-constexpr double kHung_m = 0.6;        // of what hangs from a ceiling, at most,
-constexpr size_t kHungOver = 4;        // over the part of the ceiling that is seen beside it
 constexpr double kSlack_m = 0.05;      // of a storey's floor and top
 
 // Heights of level surfaces that face one way, by column, ascending.

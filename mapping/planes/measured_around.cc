@@ -14,7 +14,8 @@
 namespace slcmap {
 namespace {
 
-constexpr double kMinFacing = 0.7;  // cosine between normals
+constexpr double kMinFacing = 0.7;                             // cosine between normals
+constexpr double kLeastBehind_m = 0.045, kMostBehind_m = 0.4;  // of leaves and panes behind a wall
 
 // In the axes of the plane, from its first corner: small numbers, which the tree holds as floats.
 pcl::PointXYZ Along(const PlaneGrid& grid, const Eigen::Vector3d& p) {
@@ -24,16 +25,23 @@ pcl::PointXYZ Along(const PlaneGrid& grid, const Eigen::Vector3d& p) {
 
 using Places = pcl::PointCloud<pcl::PointXYZ>;
 
-// Places of a line that lies in the plane.
-void AddPlacesOf(const PlaneGrid& grid, const MapLine& line, double max_offset_m, Places* places) {
+// Places of a line that lies in the plane, at its border, where it meets others: there the plane is
+// on the inner side. Of lines elsewhere, as those around a pane, nobody knows on which side it is.
+void AddBorderPlaces(const PlaneGrid& grid, const MapLine& line, double max_offset_m,
+                     Places* places) {
+  constexpr double kBorder_m = 0.12;  // skirtings are as high
   if (line.kind == LineKind::kPipe || std::abs(grid.DistanceTo(line.start_world)) > max_offset_m ||
       std::abs(grid.DistanceTo(line.end_world)) > max_offset_m) {
     return;
   }
+  const auto width_m = static_cast<float>(grid.columns * grid.cell_m);
+  const auto height_m = static_cast<float>(grid.rows * grid.cell_m);
   const Eigen::Vector3d way = line.end_world - line.start_world;
   const int count = static_cast<int>(way.norm() / grid.cell_m) + 1;
   for (int i = 0; i < count; ++i) {
-    places->push_back(Along(grid, line.start_world + (i + 0.5) / count * way));
+    const pcl::PointXYZ place = Along(grid, line.start_world + (i + 0.5) / count * way);
+    const float from_border_m = std::min({place.x, place.y, width_m - place.x, height_m - place.y});
+    if (from_border_m < kBorder_m) places->push_back(place);
   }
 }
 
@@ -62,14 +70,17 @@ MeasuredAround::MeasuredAround(const PlaneGrid& grid, const std::vector<DensePoi
                                const std::vector<MapLine>& lines, const PlaneOptions& options)
     : grid_(grid), cloud_(cloud), options_(options) {
   const auto places = pcl::make_shared<Places>(), in_plane = pcl::make_shared<Places>(),
-             off_plane = pcl::make_shared<Places>();
+             off_plane = pcl::make_shared<Places>(), behind = pcl::make_shared<Places>();
   for (size_t i = 0; i < cloud.size(); ++i) {
     const DensePoint& point = cloud[i];
-    const double offset_m = std::abs(grid.DistanceTo(point.p_world));
-    if (point.source != DenseSource::kStereo || offset_m > options.beside_m ||
-        point.normal_world.dot(grid.normal) < kMinFacing) {
+    if (point.source != DenseSource::kStereo || point.normal_world.dot(grid.normal) < kMinFacing) {
       continue;
     }
+    const double before_m = grid.DistanceTo(point.p_world), offset_m = std::abs(before_m);
+    if (before_m < -kLeastBehind_m && before_m > -kMostBehind_m) {
+      behind->push_back(Along(grid, point.p_world));
+    }
+    if (offset_m > options.beside_m) continue;
     beside_.push_back(i);
     places->push_back(Along(grid, point.p_world));
     const bool is_in = offset_m <= options.max_offset_m;
@@ -77,10 +88,12 @@ MeasuredAround::MeasuredAround(const PlaneGrid& grid, const std::vector<DensePoi
     grey_ += is_in ? point.grey : 0;
   }
   grey_ /= static_cast<double>(std::max<size_t>(in_plane->size(), 1));
-  for (const MapLine& line : lines) AddPlacesOf(grid, line, options.max_offset_m, in_plane.get());
+  for (const MapLine& line : lines)
+    AddBorderPlaces(grid, line, options.max_offset_m, in_plane.get());
   tree_ = std::make_unique<Tree>(places);
   in_plane_ = std::make_unique<Tree>(in_plane);
   off_plane_ = std::make_unique<Tree>(off_plane);
+  behind_ = std::make_unique<Tree>(behind);
 }
 
 MeasuredAround::~MeasuredAround() = default;
@@ -119,6 +132,8 @@ std::optional<SurfaceAround> MeasuredAround::OnPlane(double column, double row) 
   if (!nearest) return std::nullopt;
   const auto other = off_plane_->Nearest(place);
   if (other && other->second < options_.blank_clear_m) return std::nullopt;
+  const auto behind = behind_->Nearest(place);
+  if (behind && behind->second < nearest->second) return std::nullopt;
   SurfaceAround around;
   around.nearest = Eigen::Vector2d(nearest->first.x, nearest->first.y) / grid_.cell_m;
   around.nearest_m = nearest->second;

@@ -22,7 +22,8 @@ struct SurfaceAround {
 
 class MeasuredAround {
  public:
-  // The points beside a plane that face as it does, and the lines in it. Grid and cloud outlive it.
+  // The points beside a plane that face as it does, and the lines at its border. Grid and cloud
+  // outlive it.
   MeasuredAround(const PlaneGrid& grid, const std::vector<DensePoint>& cloud,
                  const std::vector<MapLine>& lines, const PlaneOptions& options);
   ~MeasuredAround();
@@ -31,7 +32,7 @@ class MeasuredAround {
   std::optional<SurfaceAround> At(double column, double row) const;
 
   // The plane itself, with the nearest point or place of a line in it; none where something else
-  // was measured near before or behind it.
+  // was measured near before or behind it, or behind it no farther off, as a pane is.
   std::optional<SurfaceAround> OnPlane(double column, double row) const;
 
  private:
@@ -42,8 +43,9 @@ class MeasuredAround {
   const PlaneOptions options_;
   std::vector<size_t> beside_;
   double grey_ = 0;  // of the points in the plane, in the mean
-  // Of places along the plane: of all points beside it, of what is in it, of points off it.
-  std::unique_ptr<Tree> tree_, in_plane_, off_plane_;
+  // Of places along the plane: of all points beside it, of what is in it, of points off it, of
+  // those well behind it.
+  std::unique_ptr<Tree> tree_, in_plane_, off_plane_, behind_;
 };
 
 }  // namespace slcmap

@@ -16,13 +16,13 @@ struct PlaneOptions {
   double min_share = 0.75;     // of them, that is on one
   double max_offset_m = 0.03;  // of their median from the plane
   double reach_m = 0.5;        // from the nearest of them, along the plane
-  double room_reach_m = 2;     // the same on floors and ceilings of rooms that walls bound,
+  double room_reach_m = 4;     // the same on floors and ceilings of rooms that walls bound,
   double min_bounded = 0.6;    // on this share of their border
 
   // Where what is around is not on one surface, as it is little: on the plane itself.
-  double blank_reach_m = 1.5;  // of walls: from points and lines in the plane, along it
-  double blank_clear_m = 0.3;  // from what was measured beside the plane
-  double max_sigma_m = 0.02;   // of the plane
+  double blank_reach_m = 3;    // of walls: from points and lines in the plane, along it
+  double blank_clear_m = 0.1;  // from what was measured beside the plane
+  double max_sigma_m = 0.04;   // of the plane
 
   // What cameras have to see of it.
   double max_range_m = 8;

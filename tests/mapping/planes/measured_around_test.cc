@@ -55,5 +55,37 @@ TEST(MeasuredAround, PassesOverWhatFacesTheOtherWayOrIsFarOffOrFilled) {
   EXPECT_FALSE(MeasuredAround(grid, {}, {}, {}).At(15, 15));
 }
 
+TEST(MeasuredAround, BlankPlaceIsOnThePlaneWhoseBorderIsSeen) {
+  const PlaneGrid grid = FloorGrid();
+  const double middle_m = 0.5 * grid.columns * grid.cell_m, end_m = grid.rows * grid.cell_m;
+  MapLine border, inner;
+  border.start_world = grid.At(0, 0) + 0.002 * grid.normal;
+  border.end_world = border.start_world + grid.columns * grid.cell_m * grid.u;
+  inner.start_world = border.start_world + 0.4 * end_m * grid.v + 0.5 * grid.u;
+  inner.end_world = border.end_world + 0.4 * end_m * grid.v - 0.5 * grid.u;
+  const double column = middle_m / grid.cell_m, row = 0.5 * grid.rows;
+  EXPECT_FALSE(MeasuredAround(grid, {}, {}, {}).OnPlane(column, row));
+  const auto surface = MeasuredAround(grid, {}, {border, inner}, {}).OnPlane(column, row);
+  ASSERT_TRUE(surface);
+  EXPECT_EQ(surface->offset_m, 0);
+  EXPECT_NEAR(surface->nearest_m, 0.5 * end_m, 0.03);  // not the inner one, 0.1 of it away
+  EXPECT_FALSE(MeasuredAround(grid, {}, {inner}, {}).OnPlane(column, row));
+}
+
+TEST(MeasuredAround, BlankPlaceIsNotOnThePlaneBesideSomethingElseOrAPaneBehind) {
+  const PlaneGrid grid = FloorGrid();
+  std::vector<DensePoint> wall, leaf, pane;
+  AddPatch(1, 2, 0, 90, &wall);
+  leaf = pane = wall;
+  AddPatch(2.2, 2.3, -0.06, 90, &leaf);
+  AddPatch(2.3, 2.6, -0.2, 90, &pane);
+  const double column = 2.25 / grid.cell_m, row = 15;
+  EXPECT_TRUE(MeasuredAround(grid, wall, {}, {}).OnPlane(column, row));
+  EXPECT_FALSE(MeasuredAround(grid, leaf, {}, {}).OnPlane(column, row));
+  EXPECT_FALSE(MeasuredAround(grid, pane, {}, {}).OnPlane(column, row));
+  // Nearer to the wall than to the pane.
+  EXPECT_TRUE(MeasuredAround(grid, pane, {}, {}).OnPlane(2.1 / grid.cell_m, row));
+}
+
 }  // namespace
 }  // namespace slcmap
