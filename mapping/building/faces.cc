@@ -135,6 +135,7 @@ class HeadingSearch {
     const size_t stray = heights.size() / 200;
     found.face.low_m = heights[stray];
     found.face.high_m = heights[heights.size() - 1 - stray];
+    found.face.mostly_above_m = heights[heights.size() / 10];
     found.face.area_m2 = CellArea(cells);
     SetPlane(&found);
     const bool is_face = std::abs(fit.slope) <= kMostSlope &&
@@ -313,6 +314,7 @@ std::vector<Face> Continued(const std::vector<Face>& faces, const BuildingOption
     stronger->from_m = std::min(stronger->from_m, a);
     stronger->to_m = std::max(stronger->to_m, b);
     stronger->low_m = std::min(stronger->low_m, face.low_m);
+    stronger->mostly_above_m = std::min(stronger->mostly_above_m, face.mostly_above_m);
     stronger->high_m = std::max(stronger->high_m, face.high_m);
     stronger->area_m2 += face.area_m2;
   }

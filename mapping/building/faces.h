@@ -25,7 +25,8 @@ struct Face {
   double sigma_m = 0;            // of offset_m at its middle
   double heading_sigma_rad = 0;  // of the normal
   double from_m = 0, to_m = 0;   // where it was measured, along Along()
-  double low_m = 0, high_m = 0;  // heights between which it was measured
+  double low_m = 0, high_m = 0;  // heights between which it was measured,
+  double mostly_above_m = 0;     // and above which nine tenths of that are
   double area_m2 = 0;            // on which it was measured, in cells of 10 cm
   int level = 0;                 // its storey
 

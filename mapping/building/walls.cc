@@ -92,7 +92,7 @@ bool IsPaneOf(const Face& wall, const Face& pane) {
   const double a = wall.AlongOf(pane.PointAt(pane.from_m));
   const double b = wall.AlongOf(pane.PointAt(pane.to_m));
   return behind_m > 0 && behind_m <= kBeside_m && a >= wall.from_m - kAlongside_m &&
-         b <= wall.to_m + kAlongside_m && pane.low_m >= wall.low_m + kLeastSill_m;
+         b <= wall.to_m + kAlongside_m && pane.mostly_above_m >= wall.low_m + kLeastSill_m;
 }
 
 bool IsLong(const BuiltFace& built) { return CoveredLength(built.wall) >= kLong_m; }
@@ -109,7 +109,7 @@ bool IsCredible(const std::vector<BuiltFace>& faces, const BuiltFace& built) {
   return std::any_of(faces.begin(), faces.end(), [&](const BuiltFace& other) {
     const double cosine = std::abs(other.wall.face.normal.dot(built.wall.face.normal));
     return other.is_wall && IsLong(other) && other.wall.face.level == built.wall.face.level &&
-           built.wall.face.low_m <= other.wall.face.low_m + kMostAbove_m &&
+           built.wall.face.mostly_above_m <= other.wall.face.low_m + kMostAbove_m &&
            (cosine > kRight || cosine < std::sqrt(1 - kRight * kRight));
   });
 }
