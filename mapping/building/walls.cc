@@ -85,38 +85,38 @@ void Yield(const WallFace& stronger, WallFace* weaker) {
 
 // The pane of windows behind a wall: where that is not seen above and below them, the pane is all
 // there is. It begins at their sills, while the back of a recess begins at the floor.
-bool IsPaneOf(const Face& wall, const Face& pane) {
+bool IsPaneOf(const Face& wall, const Face& pane, double floor_m) {
   constexpr double kLeastSill_m = 0.6, kAlongside_m = 0.3;
   if (wall.level != pane.level || wall.normal.dot(pane.normal) < kAlike) return false;
   const double behind_m = -wall.DistanceTo(pane.PointAt(0.5 * (pane.from_m + pane.to_m)));
   const double a = wall.AlongOf(pane.PointAt(pane.from_m));
   const double b = wall.AlongOf(pane.PointAt(pane.to_m));
   return behind_m > 0 && behind_m <= kBeside_m && a >= wall.from_m - kAlongside_m &&
-         b <= wall.to_m + kAlongside_m && pane.mostly_above_m >= wall.low_m + kLeastSill_m;
+         b <= wall.to_m + kAlongside_m && pane.mostly_above_m >= floor_m + kLeastSill_m;
 }
 
 bool IsLong(const BuiltFace& built) { return CoveredLength(built.wall) >= kLong_m; }
 
 // Normals at corners, reveals and furniture point anywhere, and a door's leaf is as high as can be
 // seen of it: what is short is a wall only where it reaches the top, along or across a long one,
-// and nearly as far down as that: the reveals of windows begin at their sills.
-bool IsCredible(const std::vector<BuiltFace>& faces, const BuiltFace& built) {
+// and nearly reaches the floor: the reveals of windows begin at their sills.
+bool IsCredible(const std::vector<BuiltFace>& faces, const BuiltFace& built, double floor_m) {
   constexpr double kMostAbove_m = 0.75;
   if (IsLong(built)) return true;
+  if (built.wall.face.mostly_above_m > floor_m + kMostAbove_m) return false;
   const std::vector<double>& shares = built.wall.shares;
   const auto sure = std::count(shares.begin(), shares.end(), 1.0);
   if (static_cast<double>(sure) < kSure * static_cast<double>(shares.size())) return false;
   return std::any_of(faces.begin(), faces.end(), [&](const BuiltFace& other) {
     const double cosine = std::abs(other.wall.face.normal.dot(built.wall.face.normal));
     return other.is_wall && IsLong(other) && other.wall.face.level == built.wall.face.level &&
-           built.wall.face.mostly_above_m <= other.wall.face.low_m + kMostAbove_m &&
            (cosine > kRight || cosine < std::sqrt(1 - kRight * kRight));
   });
 }
 
 }  // namespace
 
-void SelectWalls(std::vector<BuiltFace>* faces) {
+void SelectWalls(double floor_m, std::vector<BuiltFace>* faces) {
   std::vector<size_t> order(faces->size());
   std::iota(order.begin(), order.end(), size_t{0});
   std::stable_sort(order.begin(), order.end(), [&](size_t a, size_t b) {
@@ -128,10 +128,10 @@ void SelectWalls(std::vector<BuiltFace>* faces) {
     const bool is_pane =
         std::any_of(order.begin(), order.begin() + static_cast<int64_t>(i), [&](size_t k) {
           const BuiltFace& wall = (*faces)[k];
-          return wall.is_wall && IsPaneOf(wall.wall.face, built.wall.face);
+          return wall.is_wall && IsPaneOf(wall.wall.face, built.wall.face, floor_m);
         });
-    built.is_wall =
-        !is_pane && IsWall(built.wall.shares, built.wall.step_m) && IsCredible(*faces, built);
+    built.is_wall = !is_pane && IsWall(built.wall.shares, built.wall.step_m) &&
+                    IsCredible(*faces, built, floor_m);
   }
 }
 

@@ -21,9 +21,9 @@ struct BuiltFace {
 
 // Of parallel faces one of which is just behind another, as a pane behind its wall, a duct before
 // it, only that is the wall's which is one in more places: the others have no share of a wall
-// there. What is short is a wall only where it reaches the top of its storey, along or across a
-// long one. Sets which faces are of walls.
-void SelectWalls(std::vector<BuiltFace>* faces);
+// there. What is short is a wall only where it reaches the top of its storey and nearly its floor,
+// along or across a long one. Sets which faces, all of one storey, are of walls.
+void SelectWalls(double floor_m, std::vector<BuiltFace>* faces);
 
 // How far a way in the plan leads before it comes to the front of a wall that it cannot pass, as a
 // share of it. Doors and passages let it through; what is seen through a window is outside.
