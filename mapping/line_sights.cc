@@ -26,8 +26,8 @@ using NumberedPieces = std::map<std::pair<int64_t, int>, const MapLine*>;  // by
 
 NumberedPieces NumberedPiecesOf(const MapResult& map) {
   NumberedPieces pieces;
+  std::map<int64_t, int> next;
   for (const auto* lines : {&map.lines, &map.marks}) {
-    std::map<int64_t, int> next;
     for (const MapLine& line : *lines) pieces.emplace(std::pair(line.id, next[line.id]++), &line);
   }
   return pieces;
@@ -48,7 +48,8 @@ std::optional<Vector3d> PlaceOn(const MapLine& line, const RigidTransform& T_wor
   const Vector3d to_start = line.start_world - T_world_camera.translation;
   if (to_start.cross(direction).dot(across) / sine2 < kNearest_m) return std::nullopt;
   const double along_m = to_start.cross(ray).dot(across) / sine2;
-  return Vector3d(line.start_world + std::clamp(along_m, 0.0, length_m) * direction);
+  if (along_m < 0 || along_m > length_m) return std::nullopt;
+  return Vector3d(line.start_world + along_m * direction);
 }
 
 void AddSights(const MapLine& line, const LineSegment& segment_px, const Camera& camera,

@@ -266,29 +266,46 @@ BuildingPlane PlaneOf(const BuiltFace& built, const Level& level) {
   return plane;
 }
 
-// The longest part of a face with a room before it that ends there; false where it is short.
-bool CutToRooms(const std::vector<Room>& rooms, WallFace* wall) {
+// The parts of a face with a room before them that ends there, but for short ones.
+std::vector<Face> PartsAtRooms(const WallFace& wall, const std::vector<Room>& rooms) {
   constexpr double kBeside_m = 0.05, kLeast_m = 0.8;
-  const Face& face = wall->face;
+  const Face& face = wall.face;
   const auto is_inside = [&](double along_m, double before_m) {
     const Vector2d p = face.PointAt(along_m) + before_m * face.normal;
     return std::any_of(rooms.begin(), rooms.end(), [&](const Room& room) {
       return room.storey == face.level && Contains(room.polygon, p);
     });
   };
-  double from_m = 0, best_from_m = 0, best_m = 0;
+  std::vector<Face> parts;
   bool was_border = false;
-  for (double along_m = face.from_m; along_m < face.to_m; along_m += wall->step_m) {
+  for (double along_m = face.from_m; along_m < face.to_m; along_m += wall.step_m) {
     const bool is_border = is_inside(along_m, kBeside_m) && !is_inside(along_m, -kBeside_m);
-    if (is_border && !was_border) from_m = along_m;
+    if (is_border && !was_border) {
+      parts.push_back(face);
+      parts.back().from_m = along_m;
+    }
+    if (is_border) parts.back().to_m = std::min(along_m + wall.step_m, face.to_m);
     was_border = is_border;
-    if (!is_border || along_m + wall->step_m - from_m <= best_m) continue;
-    best_from_m = from_m;
-    best_m = along_m + wall->step_m - from_m;
   }
-  wall->face.from_m = best_from_m;
-  wall->face.to_m = best_from_m + best_m;
-  return best_m >= kLeast_m;
+  std::erase_if(parts, [](const Face& part) { return part.Length() < kLeast_m; });
+  return parts;
+}
+
+// Openings of the fronts of a wall, as its back has them.
+std::vector<FaceOpening> OpeningsBehind(const std::vector<BuiltFace>& faces, const Face& back,
+                                        const BuildingOptions& options) {
+  std::vector<FaceOpening> openings;
+  for (const BuiltFace& front : faces) {
+    if (front.is_inferred || !BodyBetween(front.wall.face, back, options)) continue;
+    for (FaceOpening opening : front.openings) {
+      const double a = back.AlongOf(front.wall.face.PointAt(opening.from_m));
+      const double b = back.AlongOf(front.wall.face.PointAt(opening.to_m));
+      opening.from_m = std::max(std::min(a, b), back.from_m);
+      opening.to_m = std::min(std::max(a, b), back.to_m);
+      if (opening.to_m - opening.from_m >= options.min_opening_m) openings.push_back(opening);
+    }
+  }
+  return openings;
 }
 
 void AddUnseenFaces(const std::vector<Room>& rooms, const BuildingOptions& options,
@@ -297,10 +314,14 @@ void AddUnseenFaces(const std::vector<Room>& rooms, const BuildingOptions& optio
   for (const BuiltFace& built : *faces) {
     if (built.is_wall) walls.push_back(built.wall);
   }
-  for (WallFace& wall : UnseenFaces(walls, options)) {
-    if (!CutToRooms(rooms, &wall)) continue;
-    faces->push_back({std::move(wall), {}});
-    faces->back().is_wall = faces->back().is_inferred = true;
+  for (const WallFace& wall : UnseenFaces(walls, options)) {
+    for (const Face& part : PartsAtRooms(wall, rooms)) {
+      BuiltFace built;
+      built.wall = {part, {}, wall.step_m};
+      built.openings = OpeningsBehind(*faces, part, options);
+      built.is_wall = built.is_inferred = true;
+      faces->push_back(std::move(built));
+    }
   }
 }
 

@@ -26,7 +26,7 @@ struct BuildingOptions {
   double snap_m = 0.05;        // to a line, or by 2 sigma of it
 
   // Rooms.
-  double extension_m = 30;        // of a wall's line beyond what was measured of it
+  double extension_m = 30;        // of a wall's line beyond what was measured of it, at most
   double border_cost_m = 0.25;    // of a border without a wall, as area of a cell by length
   double max_door_width_m = 1.3;  // rooms are parted at gaps of at most this width
   double min_room_m2 = 1.0;

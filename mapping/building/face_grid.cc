@@ -90,12 +90,16 @@ bool FaceGrid::IsPassed(int row, int column) const {
   return passes(row, column) >= 2 && passes(row, column) > hits(row, column);
 }
 
+void FaceGrid::CountOnFace(double along_m, double z_m, cv::Mat1i* counts) const {
+  // Edges to floor and ceiling lie at its borders, on one side or the other.
+  const double top_m = low_m + rows() * cell_m;
+  if (z_m < low_m - cell_m || z_m >= top_m + cell_m) return;
+  Count(along_m, std::clamp(z_m, low_m + 0.5 * cell_m, top_m - 0.5 * cell_m), counts);
+}
+
 void FaceGrid::Count(double along_m, double z_m, cv::Mat1i* counts) const {
   const int column = static_cast<int>(std::floor((along_m - from_m) / cell_m));
-  int row = static_cast<int>(std::floor((z_m - low_m) / cell_m));
-  // Edges to floor and ceiling lie at its borders, on one side or the other.
-  if (row == -1) row = 0;
-  if (row == rows()) row = rows() - 1;
+  const int row = static_cast<int>(std::floor((z_m - low_m) / cell_m));
   if (row >= 0 && column >= 0 && row < rows() && column < columns()) ++(*counts)(row, column);
 }
 

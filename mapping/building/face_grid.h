@@ -29,14 +29,15 @@ struct FaceGrid {
 
   void AddHit(double along_m, double z_m) { Count(along_m, z_m, &hits); }
   void AddPass(double along_m, double z_m) { Count(along_m, z_m, &passes); }
-  void AddSupport(double along_m, double z_m) { Count(along_m, z_m, &support); }
+  void AddSupport(double along_m, double z_m) { CountOnFace(along_m, z_m, &support); }
   void AddOther(double along_m, double z_m, bool is_behind) {
-    Count(along_m, z_m, &others);
-    if (is_behind) Count(along_m, z_m, &behind);
+    CountOnFace(along_m, z_m, &others);
+    if (is_behind) CountOnFace(along_m, z_m, &behind);
   }
 
  private:
   void Count(double along_m, double z_m, cv::Mat1i* counts) const;
+  void CountOnFace(double along_m, double z_m, cv::Mat1i* counts) const;  // and just over its ends
 };
 
 // Adds a ray from a camera to what it saw: a pass where it ends more than behind_m and 3 of its

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <set>
 #include <utility>
 
@@ -11,17 +12,17 @@ namespace {
 
 using Eigen::Vector2d;
 
-constexpr double kBin_m = 0.001;           // of distances from the face
-constexpr double kSamplesWithin_m = 0.06;  // samples so far from the face are looked at
-constexpr int kBins = 120;                 // up to there on both sides
-constexpr double kBackward_m = 0.046;      // the surface is at most so far behind the face
-constexpr int kOffsets = 39;               // that are tried, up to 3 cm before the face,
-constexpr int kBinsAnOffset = 2;           // in steps of so many bins
-constexpr double kPointCosine = 0.7;       // of a point's normal to that of the face
-constexpr double kLineTurn = 0.09;         // of a line against the face, 5 degrees
-constexpr double kCell_m = 0.3;            // points within it err alike
-constexpr double kCellPoints = 0.5;        // and count as so many
-constexpr double kLineWeight = 0.25;       // of a sample on a line, of which there are many
+constexpr double kBin_m = 0.001;            // of distances from the face
+constexpr double kSamplesWithin_m = 0.06;   // samples so far from the face are looked at
+constexpr int kBins = 120;                  // up to there on both sides
+constexpr double kBackward_m = 0.046;       // the first offset that is tried is so far behind,
+constexpr int kOffsets = 39;                // the last of these 3 cm before the face,
+constexpr int kBinsAnOffset = 2;            // in steps of so many bins
+constexpr double kPointCosine = 0.7;        // of a point's normal to that of the face
+constexpr double kLineTurn = 0.09;          // of a line against the face, 5 degrees
+constexpr double kCell_m = 0.3;             // points within it err alike
+constexpr double kCellPoints = 0.5;         // and count as so many
+constexpr double kLinesWeightEach_m = 2.5;  // lines count as so many samples each metre
 constexpr double kLeastSigma_m = 0.004;
 constexpr double kAlone_m = 0.015;   // how far a small face may be off whatever its samples say,
 constexpr double kAloneArea_m2 = 2;  // by half in variance where so much of it was measured
@@ -101,8 +102,10 @@ bool LiesAlong(const FaceSample& sample, const Face& face) {
 
 class Surface {
  public:
-  Surface(const std::vector<FaceSample>& samples, const BuildingOptions& options, const Face& face)
+  Surface(const std::vector<FaceSample>& samples, double most_m, const BuildingOptions& options,
+          const Face& face)
       : max_proud_m_(options.max_proud_m),
+        most_m_(most_m),
         middle_m_(0.5 * (face.from_m + face.to_m)),
         length_m_(face.Length()),
         heading_sigma_rad_(face.heading_sigma_rad) {
@@ -120,6 +123,7 @@ class Surface {
       cells.emplace(static_cast<int>(std::floor(along_m / kCell_m)),
                     static_cast<int>(std::floor(sample.p_world.z() / kCell_m)));
     }
+    lines_.weight = kLinesWeightEach_m * options.line_sample_m;
     const auto count = static_cast<double>(cells.size());
     if (count > 0) {
       points_.weight =
@@ -141,7 +145,10 @@ class Surface {
   void FindOffset() {
     const Offsets points = LogLikelihoods(points_, max_proud_m_);
     Offsets logs = LogLikelihoods(lines_, max_proud_m_);
-    for (int i = 0; i < kOffsets; ++i) logs[i] += points[i];
+    for (int i = 0; i < kOffsets; ++i) {
+      const bool is_far = std::abs(offset_m_ + OffsetAt(i)) > most_m_ + kBin_m;
+      logs[i] = is_far ? -std::numeric_limits<double>::infinity() : logs[i] + points[i];
+    }
     const double most = *std::max_element(logs.begin(), logs.end());
     double weight = 0, sum = 0, squares = 0;
     for (int i = 0; i < kOffsets; ++i) {
@@ -191,18 +198,18 @@ class Surface {
     }
   }
 
-  const double max_proud_m_, middle_m_, length_m_, heading_sigma_rad_;
-  Evidence points_{kPointShares, 1, {}}, lines_{kLineShares, kLineWeight, {}};
+  const double max_proud_m_, most_m_, middle_m_, length_m_, heading_sigma_rad_;
+  Evidence points_{kPointShares, 1, {}}, lines_{kLineShares, 1, {}};
   double area_m2_ = 0;  // with points
   double offset_m_ = 0, slope_ = 0, variance_m2_ = 0, slope_variance_ = 0;
 };
 
 }  // namespace
 
-double MoveOntoSurface(const std::vector<FaceSample>& samples, const BuildingOptions& options,
-                       Face* face) {
+double MoveOntoSurface(const std::vector<FaceSample>& samples, double most_m,
+                       const BuildingOptions& options, Face* face) {
   constexpr int kTurns = 2;
-  Surface surface(samples, options, *face);
+  Surface surface(samples, most_m, options, *face);
   if (!surface.is_known()) return 0;
   surface.FindOffset();
   for (int round = 0; round < kTurns; ++round) {

@@ -13,10 +13,10 @@ namespace slcmap {
 // or before it by anything up to options.max_proud_m, or stray; the offset is the mean of its
 // posterior over these three (a mixture of a normal density, that of a uniform one with noise, and
 // a uniform one), the heading a least-squares fit to what is on it with as much weight. Points near
-// each other err alike and count by area, samples along a line by the line. A face without samples
-// stays. Samples: those of its storey, in any order. Returns the standard deviation that this adds
-// to that of the face's offset.
-double MoveOntoSurface(const std::vector<FaceSample>& samples, const BuildingOptions& options,
-                       Face* face);
+// each other err alike and count by area, lines by their length. The face moves by at most most_m
+// at its middle; without samples it stays. Samples: those of its storey, in any order. Returns the
+// standard deviation that this adds to that of the face's offset.
+double MoveOntoSurface(const std::vector<FaceSample>& samples, double most_m,
+                       const BuildingOptions& options, Face* face);
 
 }  // namespace slcmap

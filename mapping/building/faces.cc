@@ -16,16 +16,18 @@ namespace {
 using Eigen::Vector2d;
 
 constexpr int kMaxHeadings = 24;
-constexpr int kHeadingBins = 180;        // of half a turn: a degree each
-constexpr int kHeadingBlur = 3;          // bins
-constexpr double kLineTurn_rad = 0.09;   // of a line against the face that it lies on, 5 degrees
-constexpr double kMostSlope = 0.0875;    // of a face against the heading it is found by, 5 degrees
-constexpr double kLeastHeight_m = 0.4;   // of a face
-constexpr double kLeastLength_m = 0.25;  // of a face
-constexpr double kProbe_m = 0.15;        // before a face, whether it is free there
-constexpr double kNear_m = 0.03;         // samples so far from a face are on it,
-constexpr double kTails = 2.5;           // and those that are off by so many sigma
-constexpr double kLayer_m = 0.05;        // so far before and behind a face, others are what it left
+constexpr int kHeadingBins = 180;         // of half a turn: a degree each
+constexpr int kHeadingBlur = 3;           // bins
+constexpr double kLineTurn_rad = 0.09;    // of a line against the face that it lies on, 5 degrees
+constexpr double kMostSlope = 0.0875;     // of a face against the heading it is found by, 5 degrees
+constexpr double kLeastHeight_m = 0.4;    // of a face
+constexpr double kLeastLength_m = 0.25;   // of a face
+constexpr double kProbe_m = 0.15;         // before a face, whether it is free there
+constexpr double kNear_m = 0.03;          // samples so far from a face are on it,
+constexpr double kTails = 2.5;            // and those that are off by so many sigma
+constexpr double kBehindProud_m = 0.045;  // from where things before a wall put it to itself
+constexpr double kSettling_m = 0.015;     // once more, with what it goes on along
+constexpr double kLayer_m = 0.05;  // so far before and behind a face, others are what it left
 
 Vector2d Direction(double angle_rad) { return {std::cos(angle_rad), std::sin(angle_rad)}; }
 
@@ -350,9 +352,9 @@ std::vector<Face> FindFaces(const std::vector<FaceSample>& samples, const IsFree
   std::stable_sort(faces.begin(), faces.end(),
                    [](const Face& a, const Face& b) { return a.area_m2 > b.area_m2; });
   for (Face& face : faces) {
-    MoveOntoSurface(samples, options, &face);
+    MoveOntoSurface(samples, kBehindProud_m, options, &face);
     ExtendAlongLines(samples, options, &face);
-    face.sigma_m = std::hypot(face.sigma_m, MoveOntoSurface(samples, options, &face));
+    face.sigma_m = std::hypot(face.sigma_m, MoveOntoSurface(samples, kSettling_m, options, &face));
   }
   return Continued(faces, options);
 }

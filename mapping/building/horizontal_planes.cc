@@ -31,19 +31,23 @@ bool HasLess(const Histogram::value_type& a, const Histogram::value_type& b) {
   return a.second.size() < b.second.size();
 }
 
-// Lamps and ducts have more texture than the ceiling that they hang from: what is above the most
-// common height in a quarter as many columns, as a peak of its own.
-Histogram::const_iterator BehindWhatHangs(const Histogram& histogram,
-                                          Histogram::const_iterator most) {
-  constexpr int kPeak = static_cast<int>(kPeak_m / kBin_m) + 1;
-  constexpr double kValley = 0.7;  // of the peak, at most, beneath it
-  const auto above = histogram.lower_bound(most->first + kPeak);
-  const auto end = histogram.upper_bound(most->first + static_cast<int>(kHung_m / kBin_m));
-  const auto highest = std::max_element(above, end, HasLess);
-  if (highest == end || kHungOver * highest->second.size() < most->second.size()) return most;
-  const auto valley = std::min_element(most, highest, HasLess);
-  const auto size = [](const auto& bin) { return static_cast<double>(bin->second.size()); };
-  return size(valley) <= kValley * size(highest) ? highest : most;
+// Lamps and ducts have more texture than the ceiling that they hang from: the strongest peak above
+// the most common height that a quarter as many columns have, with a valley in between.
+int BehindWhatHangs(const Histogram& histogram, Histogram::const_iterator most) {
+  constexpr double kValley = 0.7;  // of the peak, at most
+  const size_t hanging = most->second.size();
+  int best = most->first;
+  size_t best_columns = 0, valley = hanging;
+  for (int bin = most->first + 1; bin <= most->first + static_cast<int>(kHung_m / kBin_m); ++bin) {
+    const auto found = histogram.find(bin);
+    const size_t here = found == histogram.end() ? 0 : found->second.size();
+    valley = std::min(valley, here);
+    const bool is_peak = static_cast<double>(valley) <= kValley * static_cast<double>(here);
+    if (!is_peak || kHungOver * here < hanging || here <= best_columns) continue;
+    best = bin;
+    best_columns = here;
+  }
+  return best;
 }
 
 // The height that surfaces have in most columns; of ceilings that above what hangs from them.
@@ -54,9 +58,9 @@ std::optional<Height> MostCommon(const std::vector<Vector3d>& points, bool is_ce
     const int bin = static_cast<int>(std::floor(p.z() / kBin_m));
     for (int k = -1; k <= 1; ++k) histogram[bin + k].insert(ColumnOf(p.head<2>()));
   }
-  Histogram::const_iterator best = std::max_element(histogram.begin(), histogram.end(), HasLess);
-  if (best == histogram.end()) return std::nullopt;
-  if (is_ceiling) best = BehindWhatHangs(histogram, best);
+  const auto most = std::max_element(histogram.begin(), histogram.end(), HasLess);
+  if (most == histogram.end()) return std::nullopt;
+  const auto best = is_ceiling ? histogram.find(BehindWhatHangs(histogram, most)) : most;
   const double area_m2 = static_cast<double>(best->second.size()) * kColumn_m * kColumn_m;
   if (area_m2 < least_m2) return std::nullopt;
   const double middle_m = (best->first + 0.5) * kBin_m;

@@ -7,10 +7,9 @@
 
 namespace slcmap {
 
-inline constexpr double kColumn_m = 0.25;     // its side
-inline constexpr double kHung_m = 0.6;  // of what hangs from a ceiling, at most
-// What hangs from it, at most, over what is seen of the ceiling itself, in columns.
-inline constexpr size_t kHungOver = 4;
+inline constexpr double kColumn_m = 0.25;  // its side
+inline constexpr double kHung_m = 0.6;     // from what hangs to the ceiling above it, at most
+inline constexpr size_t kHungOver = 4;  // columns of what hangs over those of the ceiling, at most
 inline constexpr double kLevelCosine = 0.96;  // of surfaces that count as level, 16 degrees
 
 using PlanColumn = std::pair<int, int>;

@@ -285,6 +285,7 @@ std::vector<FoundRoom> FindRooms(const std::vector<WallFace>& seen, const FreeSp
       if (2 * Area(polygon) < kLeastWidth_m * Perimeter(polygon)) continue;
       polygon.outline = Straightened(polygon.outline);
       for (PlanPoints& hole : polygon.holes) hole = Straightened(hole);
+      std::erase_if(polygon.holes, [](const PlanPoints& hole) { return hole.size() < 3; });
       rooms.push_back({polygon, bounded});
     }
   }

@@ -23,7 +23,7 @@ struct WallLine {
   PlanPoints Chain() const;
 };
 
-// Lines extended by options.extension_m at both ends.
+// Lines extended at both ends beyond the first wall that goes across, or by options.extension_m.
 std::vector<WallLine> LinesOf(const std::vector<WallFace>& walls, const BuildingOptions& options);
 
 // The part of any of the lines that covers a piece of one most; nothing where it is on none.

@@ -39,11 +39,22 @@ Polygon PolygonOf(const BuildingPlane& plane, const Building& building, const Pl
   return polygon;
 }
 
+// Rooms are mostly rectangles: along its longest side, the grid's border is that of the room.
+Vector3d LongestSide(const std::vector<Vector3d>& outline) {
+  Vector3d longest = Vector3d::Zero();
+  for (size_t i = 0; i < outline.size(); ++i) {
+    const Vector3d side = outline[(i + 1) % outline.size()] - outline[i];
+    if (side.norm() > longest.norm()) longest = side;
+  }
+  return longest.isZero() ? Vector3d::UnitX() : Vector3d(longest.normalized());
+}
+
 PlaneGrid AxesOf(const BuildingPlane& plane, double cell_m) {
   PlaneGrid grid;
   grid.normal = plane.normal.normalized();
   const bool is_level = std::abs(grid.normal.z()) > 0.9;
-  const Vector3d across = is_level ? Vector3d::UnitX() : Vector3d::UnitZ().cross(grid.normal);
+  const Vector3d across =
+      is_level ? LongestSide(plane.outline_world) : Vector3d::UnitZ().cross(grid.normal);
   grid.u = (across - across.dot(grid.normal) * grid.normal).normalized();
   grid.v = grid.normal.cross(grid.u);
   grid.offset_m = plane.offset_m;
@@ -94,7 +105,9 @@ BoundedPlane Bounded(const BuildingPlane& plane, const Building& building,
 std::vector<BoundedPlane> BoundedPlanes(const Building& building, const PlaneOptions& options) {
   std::vector<BoundedPlane> planes;
   for (const BuildingPlane& plane : building.planes) {
-    if (plane.kind == PlaneKind::kOther || plane.outline_world.size() < 3) continue;
+    // Of an inferred wall nothing was seen that could be filled in.
+    if (plane.kind == PlaneKind::kOther || plane.inferred) continue;
+    if (plane.outline_world.size() < 3) continue;
     planes.push_back(Bounded(plane, building, options));
   }
   return planes;

@@ -41,7 +41,7 @@ void AddBorderPlaces(const PlaneGrid& grid, const MapLine& line, double max_offs
   for (int i = 0; i < count; ++i) {
     const pcl::PointXYZ place = Along(grid, line.start_world + (i + 0.5) / count * way);
     const float from_border_m = std::min({place.x, place.y, width_m - place.x, height_m - place.y});
-    if (from_border_m < kBorder_m) places->push_back(place);
+    if (std::abs(from_border_m) < kBorder_m) places->push_back(place);
   }
 }
 

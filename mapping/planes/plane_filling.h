@@ -30,8 +30,9 @@ struct MeasuredBuilding {
 };
 
 // Points of source kFilledPlane, a cell of walls, floors and ceilings each: where nothing was
-// measured, the points around are on one surface, of a wall no line parts it from them, a camera
-// looks there past all that was measured, and no ray goes through. The same with any number of
+// measured, the points around are on one surface or the plane itself is well known, of a wall no
+// line parts it from what is around, a camera looks there past all that was measured, and no ray
+// goes through. Inferred walls are not filled. The same with any number of
 // threads. Once progress says so, there are none.
 std::vector<DensePoint> FillPlanes(const MeasuredBuilding& measured, const PlaneOptions& options,
                                    int threads, const Progress& progress = {});

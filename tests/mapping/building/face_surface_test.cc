@@ -66,7 +66,7 @@ TEST(FaceSurface, WallIsBehindItsSkirtingAndFrames) {
   wall.AddLine(0.025, 2.15);
   wall.AddPoints(0.015, 0, 0.09);
   Face face = FaceBefore(0.012);
-  MoveOntoSurface(wall.samples(), {}, &face);
+  MoveOntoSurface(wall.samples(), 0.045, {}, &face);
   EXPECT_NEAR(DistanceAtMiddle(face), 0, 0.003);
 }
 
@@ -75,7 +75,7 @@ TEST(FaceSurface, TexturedWallIsWhereItsPointsAre) {
   wall.AddPoints(0, 0.1, 2.6);
   for (const double z : {0.08, 0.09, 2.1}) wall.AddLine(0.015, z);
   Face face = FaceBefore(-0.01);
-  MoveOntoSurface(wall.samples(), {}, &face);
+  MoveOntoSurface(wall.samples(), 0.045, {}, &face);
   EXPECT_NEAR(DistanceAtMiddle(face), 0, 0.003);
 }
 
@@ -84,7 +84,7 @@ TEST(FaceSurface, StrayPlacesBehindItDoNotMoveIt) {
   wall.AddPoints(0, 0.1, 2.6);
   wall.AddPoints(-0.03, 1, 1.2);
   Face face = FaceBefore(0.005);
-  MoveOntoSurface(wall.samples(), {}, &face);
+  MoveOntoSurface(wall.samples(), 0.045, {}, &face);
   EXPECT_NEAR(DistanceAtMiddle(face), 0, 0.005);
 }
 
@@ -95,7 +95,7 @@ TEST(FaceSurface, HeadingIsThatOfWhatIsOnTheSurface) {
   wall.AddLine(0, 0.1, kSlope);
   wall.AddLine(0.02, 1);  // a rail that is not parallel to it
   Face face = FaceBefore(0.004);
-  MoveOntoSurface(wall.samples(), {}, &face);
+  MoveOntoSurface(wall.samples(), 0.045, {}, &face);
   EXPECT_NEAR(DistanceAtMiddle(face), 0, 0.002);
   EXPECT_NEAR(-face.normal.x(), kSlope, 0.0007);
   // The face covers what it covered.
@@ -107,15 +107,15 @@ TEST(FaceSurface, LittleThatIsSeenLeavesItUncertain) {
   small.AddPoints(0, 1, 1.1, 0.5);
   large.AddPoints(0, 0.1, 2.6);
   Face first = FaceBefore(0), second = FaceBefore(0);
-  const double small_m = MoveOntoSurface(small.samples(), {}, &first);
-  const double large_m = MoveOntoSurface(large.samples(), {}, &second);
+  const double small_m = MoveOntoSurface(small.samples(), 0.045, {}, &first);
+  const double large_m = MoveOntoSurface(large.samples(), 0.045, {}, &second);
   EXPECT_GT(small_m, 0.008);
   EXPECT_LT(large_m, 0.006);
 }
 
 TEST(FaceSurface, WithoutSamplesItStays) {
   Face face = FaceBefore(0.7);
-  EXPECT_EQ(MoveOntoSurface({}, {}, &face), 0);
+  EXPECT_EQ(MoveOntoSurface({}, 0.045, {}, &face), 0);
   EXPECT_EQ(face.offset_m, 0.7);
   EXPECT_EQ(face.normal, Vector2d::UnitY());
 }
