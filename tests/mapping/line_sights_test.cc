@@ -59,6 +59,14 @@ TEST(LineSights, EndOnTheLineThatIsSeen) {
   }
 }
 
+TEST(LineSights, PixelsBeyondThePieceTellNothing) {
+  MapResult map = MapOfOneLine();
+  map.line_evidence.supports = {SupportOf(0, 520, 620)};
+  const std::vector<Sights> sights = SightsOfLines(map);
+  ASSERT_THAT(sights, SizeIs(1));
+  EXPECT_TRUE(sights[0].p_world.empty());
+}
+
 TEST(LineSights, AreOfEachImageAndOfThePieceThatItShows) {
   MapResult map = MapOfOneLine();
   LineSupport right = SupportOf(1, 400, 500);

@@ -227,7 +227,8 @@ objects:
   ASSERT_THAT(inferred, SizeIs(1));
   EXPECT_EQ(inferred[0].kind, PlaneKind::kWall);
   EXPECT_GT(inferred[0].normal.x(), 0.99);
-  EXPECT_NEAR(std::abs(inferred[0].offset_m - 6), 0.075, 0.09);
+  // The wall is 0.15 m thick, behind the face at 6 m that looks to the left.
+  EXPECT_NEAR(inferred[0].offset_m, 6.15, 0.03);
   EXPECT_THAT(inferred[0].room_ids, SizeIs(1));
   EXPECT_GE(inferred[0].sigma_m, 0.02);
   const auto of_wall = [&](const PlanWall& wall) {
@@ -247,6 +248,9 @@ TEST(BuildBuilding, CeilingIsAboveTheLampsThatHideMostOfIt) {
   ASSERT_THAT(building.storeys, SizeIs(1));
   ASSERT_TRUE(building.storeys[0].ceiling_m);
   EXPECT_NEAR(*building.storeys[0].ceiling_m, 2.7, 0.01);
+  ASSERT_THAT(building.rooms, SizeIs(1));
+  ASSERT_TRUE(building.rooms[0].height_m);
+  EXPECT_NEAR(*building.rooms[0].height_m, 2.7, 0.015);
 }
 
 TEST(BuildBuilding, FromOneRunToTheNextNobodyWalked) {

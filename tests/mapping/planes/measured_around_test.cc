@@ -70,6 +70,10 @@ TEST(MeasuredAround, BlankPlaceIsOnThePlaneWhoseBorderIsSeen) {
   EXPECT_EQ(surface->offset_m, 0);
   EXPECT_NEAR(surface->nearest_m, 0.5 * end_m, 0.03);  // not the inner one, 0.1 of it away
   EXPECT_FALSE(MeasuredAround(grid, {}, {inner}, {}).OnPlane(column, row));
+  MapLine beyond = border;
+  beyond.start_world -= grid.v;
+  beyond.end_world -= grid.v;
+  EXPECT_FALSE(MeasuredAround(grid, {}, {beyond}, {}).OnPlane(column, row));
 }
 
 TEST(MeasuredAround, BlankPlaceIsNotOnThePlaneBesideSomethingElseOrAPaneBehind) {

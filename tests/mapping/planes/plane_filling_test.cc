@@ -128,6 +128,10 @@ TEST(FillPlanes, GoesNoFartherThanItsReach) {
   const std::vector<DensePoint> points = scene.Fill();
   EXPECT_GT(Share(points, {1.1, 1.4, 1.2, 1.8}), 0.8);
   EXPECT_EQ(Share(points, {1.6, 4, 0, 3}), 0);
+  scene.building.planes[0].sigma_m = 0.005;
+  EXPECT_GT(Share(scene.Fill(), {1.6, 1.9, 1.2, 1.8}), 0.8);
+  scene.building.planes[0].inferred = true;
+  EXPECT_TRUE(scene.Fill().empty());
 }
 
 TEST(FillPlanes, LeavesOutADoorLeafBehindThePlane) {
