@@ -8,17 +8,19 @@
 #include <map>
 #include <set>
 
+#include "mapping/map_poses.h"
+
 namespace slcmap {
 namespace {
 
 // Keyframes and the poses at which lines were seen, by stamp.
 std::map<int64_t, RigidTransform> PosesOf(const MapResult& map) {
+  std::set<int64_t> used_ns;
+  for (const StampedPose& pose : map.keyframes) used_ns.insert(pose.stamp_ns);
+  for (const LineSupport& support : map.line_evidence.supports) used_ns.insert(support.stamp_ns);
   std::map<int64_t, RigidTransform> poses;
-  for (const StampedPose& pose : map.keyframes) poses[pose.stamp_ns] = pose.T_world_imu;
-  std::set<int64_t> seen_ns;
-  for (const LineSupport& support : map.line_evidence.supports) seen_ns.insert(support.stamp_ns);
-  for (const StampedPose& pose : map.trajectory) {
-    if (seen_ns.contains(pose.stamp_ns)) poses.emplace(pose.stamp_ns, pose.T_world_imu);
+  for (const auto& [stamp_ns, T_world_imu] : PosesByStamp(map)) {
+    if (used_ns.contains(stamp_ns)) poses.emplace(stamp_ns, T_world_imu);
   }
   return poses;
 }

@@ -32,10 +32,17 @@ constexpr double kSorted = 0.1, kFaced = 0.4, kCrossed = 0.85;
 struct LevelData {
   std::vector<FaceSample> samples;
   std::vector<BuiltFace> faces;
-  std::optional<FreeSpace> free;    // of all rays,
-  std::optional<FreeSpace> inside;  // of what is before walls, or seen through doors
-  std::vector<FaceGrid> grids;      // by face
+  std::vector<FaceGrid> grids;   // by face
+  std::vector<WallFace> unseen;  // backs of walls
 };
+
+std::vector<WallFace> WallsOf(const std::vector<BuiltFace>& faces) {
+  std::vector<WallFace> walls;
+  for (const BuiltFace& built : faces) {
+    if (built.is_wall) walls.push_back(built.wall);
+  }
+  return walls;
+}
 
 void AddPointSamples(const BuildingInput& input, const std::vector<Level>& levels,
                      std::vector<LevelData>* data) {
@@ -107,49 +114,33 @@ FreeSpace MakeFreeSpace(const BuildingInput& input, const Level& level,
   return {Eigen::AlignedBox2d(box.min() - margin, box.max() + margin), options.cell_m};
 }
 
-// Calls use(level, from, to) for the free parts of rays between floors and tops, in the plan.
-template <typename Use>
-void ForEachWay(const BuildingInput& input, const std::vector<Level>& levels,
-                const BuildingOptions& options, const Progress& progress, Use use) {
+// A space of each storey with the free parts of rays between its floor and top, in the plan, up to
+// end_of(level, from, to).
+template <typename EndOf>
+std::vector<FreeSpace> FreeSpaces(const BuildingInput& input, const std::vector<Level>& levels,
+                                  const BuildingOptions& options, const Progress& progress,
+                                  EndOf end_of) {
+  std::vector<FreeSpace> spaces;
+  for (const Level& level : levels) spaces.push_back(MakeFreeSpace(input, level, options));
   ForEachRay(input, levels, options.max_rays, progress,
              [&](int i, const Vector3d& camera, const Vector3d& end, double sigma_m) {
-               Vector3d from, to;
+               Vector3d start, stop;
                const double end_m = std::max(options.cell_m, kFreeSigmas * sigma_m);
-               if (ClipRay(camera, end, end_m, levels[i].floor_m + kFloorSlack_m,
-                           levels[i].top_m - kFloorSlack_m, &from, &to)) {
-                 use(i, Vector2d(from.head<2>()), Vector2d(to.head<2>()));
+               if (!ClipRay(camera, end, end_m, levels[i].floor_m + kFloorSlack_m,
+                            levels[i].top_m - kFloorSlack_m, &start, &stop)) {
+                 return;
                }
+               const Vector2d from = start.head<2>(), to = stop.head<2>();
+               spaces[i].AddWay(from, end_of(i, from, to));
              });
+  return spaces;
 }
 
-void MarkFree(const BuildingInput& input, const std::vector<Level>& levels,
-              const BuildingOptions& options, const Progress& progress,
-              std::vector<LevelData>* data) {
-  for (size_t i = 0; i < levels.size(); ++i) {
-    (*data)[i].free = MakeFreeSpace(input, levels[i], options);
-  }
-  ForEachWay(
-      input, levels, options, progress,
-      [&](int i, const Vector2d& from, const Vector2d& to) { (*data)[i].free->AddWay(from, to); });
-}
-
-void MarkInside(const BuildingInput& input, const std::vector<Level>& levels,
-                const BuildingOptions& options, const Progress& progress,
-                std::vector<LevelData>* data) {
-  for (size_t i = 0; i < levels.size(); ++i) {
-    (*data)[i].inside = MakeFreeSpace(input, levels[i], options);
-  }
-  ForEachWay(
-      input, levels, options, progress, [&](int i, const Vector2d& from, const Vector2d& to) {
-        LevelData& level = (*data)[i];
-        level.inside->AddWay(from, from + ShareBeforeWalls(level.faces, from, to) * (to - from));
-      });
-}
-
-void FindLevelFaces(const BuildingOptions& options, std::vector<LevelData>* data) {
+void FindLevelFaces(const std::vector<FreeSpace>& spaces, const BuildingOptions& options,
+                    std::vector<LevelData>* data) {
   std::vector<Face> all;
   for (size_t i = 0; i < data->size(); ++i) {
-    const FreeSpace& free = *(*data)[i].free;
+    const FreeSpace& free = spaces[i];
     for (Face face : FindFaces((*data)[i].samples,
                                [&](const Vector2d& p) { return free.IsFree(p); }, options)) {
       face.level = static_cast<int>(i);
@@ -212,15 +203,15 @@ void LookAtFaces(const BuildingInput& input, const Level& level, const BuildingO
       built.openings = FindOpenings(built.wall.face, data->grids[k], level, input, options);
     }
   }
+  data->unseen = UnseenFaces(WallsOf(data->faces), options);
 }
 
 void AddRooms(const BuildingInput& input, const Level& level, int64_t storey,
-              const BuildingOptions& options, const LevelData& data, Building* building) {
-  std::vector<WallFace> walls;
-  for (const BuiltFace& built : data.faces) {
-    if (built.is_wall) walls.push_back(built.wall);
-  }
-  for (const FoundRoom& found : FindRooms(walls, *data.inside, options)) {
+              const BuildingOptions& options, const LevelData& data, const FreeSpace& inside,
+              Building* building) {
+  std::vector<WallFace> walls = WallsOf(data.faces);
+  walls.insert(walls.end(), data.unseen.begin(), data.unseen.end());
+  for (const FoundRoom& found : FindRooms(walls, inside, options)) {
     Room room;
     room.id = static_cast<int64_t>(building->rooms.size());
     room.storey = storey;
@@ -309,18 +300,14 @@ std::vector<FaceOpening> OpeningsBehind(const std::vector<BuiltFace>& faces, con
 }
 
 void AddUnseenFaces(const std::vector<Room>& rooms, const BuildingOptions& options,
-                    std::vector<BuiltFace>* faces) {
-  std::vector<WallFace> walls;
-  for (const BuiltFace& built : *faces) {
-    if (built.is_wall) walls.push_back(built.wall);
-  }
-  for (const WallFace& wall : UnseenFaces(walls, options)) {
+                    LevelData* data) {
+  for (const WallFace& wall : data->unseen) {
     for (const Face& part : PartsAtRooms(wall, rooms)) {
       BuiltFace built;
       built.wall = {part, {}, wall.step_m};
-      built.openings = OpeningsBehind(*faces, part, options);
+      built.openings = OpeningsBehind(data->faces, part, options);
       built.is_wall = built.is_inferred = true;
-      faces->push_back(std::move(built));
+      data->faces.push_back(std::move(built));
     }
   }
 }
@@ -377,16 +364,23 @@ Building BuildBuilding(const BuildingInput& all, const BuildingOptions& options,
   std::vector<LevelData> data(levels.size());
   AddPointSamples(input, levels, &data);
   AddLineSamples(input, levels, options.line_sample_m, &data);
-  MarkFree(input, levels, options, progress.Part(kSorted, 0.5 * (kSorted + kFaced)), &data);
-  FindLevelFaces(options, &data);
+  const std::vector<FreeSpace> free =
+      FreeSpaces(input, levels, options, progress.Part(kSorted, 0.5 * (kSorted + kFaced)),
+                 [](int, const Vector2d&, const Vector2d& to) { return to; });
+  FindLevelFaces(free, options, &data);
   FillGrids(input, levels, options, progress.Part(kFaced, kCrossed), &data);
   std::vector<BuiltFace> faces;
   for (size_t i = 0; i < data.size(); ++i) LookAtFaces(input, levels[i], options, &data[i]);
-  MarkInside(input, levels, options, progress.Part(kCrossed, 1), &data);
+  // What is before walls, or seen through doors.
+  const std::vector<FreeSpace> inside =
+      FreeSpaces(input, levels, options, progress.Part(kCrossed, 1),
+                 [&](int i, const Vector2d& from, const Vector2d& to) -> Vector2d {
+                   return from + ShareBeforeWalls(data[i].faces, from, to) * (to - from);
+                 });
   for (size_t i = 0; i < data.size(); ++i) {
-    AddRooms(input, levels[i], static_cast<int64_t>(i), options, data[i], &building);
+    AddRooms(input, levels[i], static_cast<int64_t>(i), options, data[i], inside[i], &building);
   }
-  for (LevelData& level : data) AddUnseenFaces(building.rooms, options, &level.faces);
+  for (LevelData& level : data) AddUnseenFaces(building.rooms, options, &level);
   AddPlanes(levels, &data, &building);
   for (const LevelData& level : data) {
     faces.insert(faces.end(), level.faces.begin(), level.faces.end());

@@ -19,7 +19,6 @@ constexpr double kBackward_m = 0.046;       // the first offset that is tried is
 constexpr int kOffsets = 39;                // the last of these 3 cm before the face,
 constexpr int kBinsAnOffset = 2;            // in steps of so many bins
 constexpr double kPointCosine = 0.7;        // of a point's normal to that of the face
-constexpr double kLineTurn = 0.09;          // of a line against the face, 5 degrees
 constexpr double kCell_m = 0.3;             // points within it err alike
 constexpr double kCellPoints = 0.5;         // and count as so many
 constexpr double kLinesWeightEach_m = 2.5;  // lines count as so many samples each metre
@@ -77,6 +76,7 @@ Offsets LogLikelihoods(const Evidence& evidence, double max_proud_m) {
   }
   Offsets logs{};
   for (int level = 0; level < kLevels; ++level) {
+    if (counts[level] == std::array<int64_t, kBins>{}) continue;
     const double sigma_m = kLeastSigma_m * std::exp2(0.5 * level);
     constexpr int kShifts = kBins + (kOffsets - 1) * kBinsAnOffset;
     std::array<double, kShifts> densities;  // of bins, from the surface that is farthest in front
@@ -96,7 +96,7 @@ Offsets LogLikelihoods(const Evidence& evidence, double max_proud_m) {
 }
 
 bool LiesAlong(const FaceSample& sample, const Face& face) {
-  return sample.normal.isZero() ? std::abs(sample.direction.dot(face.normal)) <= kLineTurn
+  return sample.normal.isZero() ? std::abs(sample.direction.dot(face.normal)) <= kLineTurn_rad
                                 : sample.normal.dot(face.normal) >= kPointCosine;
 }
 
@@ -217,13 +217,8 @@ double MoveOntoSurface(const std::vector<FaceSample>& samples, double most_m,
     surface.FindOffset();
   }
   // n = offset + slope s in the face's own frame.
-  const Vector2d middle = face->PointAt(0.5 * (face->from_m + face->to_m));
-  const double half_m = 0.5 * face->Length();
-  const Vector2d moved = middle + surface.offset_m() * face->normal;
-  face->normal = (face->normal - surface.slope() * face->Along()).normalized();
-  face->offset_m = face->normal.dot(moved);
-  face->from_m = face->AlongOf(moved) - half_m;
-  face->to_m = face->from_m + 2 * half_m;
+  const Vector2d middle = face->Middle() + surface.offset_m() * face->normal;
+  face->MoveTo(middle, (face->normal - surface.slope() * face->Along()).normalized());
   face->heading_sigma_rad = surface.HeadingSigma();
   return surface.SigmaAdded();
 }

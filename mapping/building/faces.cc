@@ -18,7 +18,6 @@ using Eigen::Vector2d;
 constexpr int kMaxHeadings = 24;
 constexpr int kHeadingBins = 180;         // of half a turn: a degree each
 constexpr int kHeadingBlur = 3;           // bins
-constexpr double kLineTurn_rad = 0.09;    // of a line against the face that it lies on, 5 degrees
 constexpr double kMostSlope = 0.0875;     // of a face against the heading it is found by, 5 degrees
 constexpr double kLeastHeight_m = 0.4;    // of a face
 constexpr double kLeastLength_m = 0.25;   // of a face
@@ -368,15 +367,6 @@ double SquareTurn(double angle_rad) {
 
 double AngleOf(const Face& face) { return std::atan2(face.normal.y(), face.normal.x()); }
 
-void TurnAboutMiddle(double turn_rad, Face* face) {
-  const Vector2d middle = face->PointAt(0.5 * (face->from_m + face->to_m));
-  const double half_m = 0.5 * face->Length();
-  face->normal = Direction(AngleOf(*face) + turn_rad);
-  face->offset_m = face->normal.dot(middle);
-  face->from_m = face->AlongOf(middle) - half_m;
-  face->to_m = face->from_m + 2 * half_m;
-}
-
 }  // namespace
 
 void AgreeHeadings(std::vector<Face>* faces) {
@@ -397,7 +387,10 @@ void AgreeHeadings(std::vector<Face>* faces) {
     const double own = 1 / std::max(face.heading_sigma_rad * face.heading_sigma_rad, 1e-10);
     turns_rad.push_back(weight > 0 ? others * (sum / weight) / (others + own) : 0);
   }
-  for (size_t i = 0; i < faces->size(); ++i) TurnAboutMiddle(turns_rad[i], &(*faces)[i]);
+  for (size_t i = 0; i < faces->size(); ++i) {
+    Face& face = (*faces)[i];
+    face.MoveTo(face.Middle(), Direction(AngleOf(face) + turns_rad[i]));
+  }
 }
 
 double MainHeading(const std::vector<Face>& faces) {

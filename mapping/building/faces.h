@@ -18,6 +18,9 @@ struct FaceSample {
   double sigma_m = 0.01;
 };
 
+// Of a line against the face that it lies on, 5 degrees.
+inline constexpr double kLineTurn_rad = 0.09;
+
 // A straight upright face as the plan has it: normal . p = offset_m. Metres, in world.
 struct Face {
   Eigen::Vector2d normal = Eigen::Vector2d::UnitX();  // towards the room
@@ -34,7 +37,17 @@ struct Face {
   double DistanceTo(const Eigen::Vector2d& p) const { return normal.dot(p) - offset_m; }
   double AlongOf(const Eigen::Vector2d& p) const { return Along().dot(p); }
   Eigen::Vector2d PointAt(double along_m) const { return offset_m * normal + along_m * Along(); }
+  Eigen::Vector2d Middle() const { return PointAt(0.5 * (from_m + to_m)); }
   double Length() const { return to_m - from_m; }
+
+  // Brings its middle to a place and turns it about that; its ends stay as far from there.
+  void MoveTo(const Eigen::Vector2d& middle, const Eigen::Vector2d& new_normal) {
+    const double half_m = 0.5 * Length();
+    normal = new_normal;
+    offset_m = normal.dot(middle);
+    from_m = AlongOf(middle) - half_m;
+    to_m = from_m + 2 * half_m;
+  }
 };
 
 // Whether the place before a face in the plan is known to be free.

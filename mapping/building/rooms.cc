@@ -245,11 +245,8 @@ double BoundedShare(const std::vector<Border>& borders, const std::vector<Cell>&
 
 }  // namespace
 
-std::vector<FoundRoom> FindRooms(const std::vector<WallFace>& seen, const FreeSpace& free,
+std::vector<FoundRoom> FindRooms(const std::vector<WallFace>& walls, const FreeSpace& free,
                                  const BuildingOptions& options) {
-  std::vector<WallFace> walls = seen;
-  const std::vector<WallFace> unseen = UnseenFaces(seen, options);
-  walls.insert(walls.end(), unseen.begin(), unseen.end());
   const std::vector<WallLine> lines = LinesOf(walls, options);
   std::vector<Cell> cells = CellsOf(lines, free);
   CloseWallBodies(walls, options, &cells);

@@ -23,7 +23,7 @@ struct FoundRoom {
   double bounded = 0;  // share of its border on which a wall was measured
 };
 
-// The arrangement of the walls' lines, and of those of faces that nobody saw, extended; of its
+// The arrangement of the lines of walls, also of those that nobody saw, extended; of its
 // cells, those are inside that rays went through, smoothly (minimum cut: a cell costs its area that
 // is labelled wrongly, a border between inside and outside its length that no wall covers). Rooms
 // are inside cells that open borders connect; gaps in a wall, or from its end to the next, that are

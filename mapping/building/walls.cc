@@ -63,6 +63,17 @@ void AddOpening(const PlanOpening& opening, std::vector<PlanOpening>* openings) 
   openings->push_back(opening);
 }
 
+// Planes behind a wall that nobody saw, and that no other wall has.
+void TakeInferred(const std::vector<BuiltFace>& faces, const Face& front,
+                  const BuildingOptions& options, std::vector<bool>* is_taken, PlanWall* wall) {
+  for (size_t i = 0; i < faces.size(); ++i) {
+    if ((*is_taken)[i] || !faces[i].is_inferred) continue;
+    if (!BodyBetween(front, faces[i].wall.face, options)) continue;
+    (*is_taken)[i] = true;
+    wall->plane_ids.push_back(faces[i].plane_id);
+  }
+}
+
 double CoveredLength(const WallFace& wall) {
   return wall.step_m * std::accumulate(wall.shares.begin(), wall.shares.end(), 0.0);
 }
@@ -88,7 +99,7 @@ void Yield(const WallFace& stronger, WallFace* weaker) {
 bool IsPaneOf(const Face& wall, const Face& pane, double floor_m) {
   constexpr double kLeastSill_m = 0.6, kAlongside_m = 0.3;
   if (wall.level != pane.level || wall.normal.dot(pane.normal) < kAlike) return false;
-  const double behind_m = -wall.DistanceTo(pane.PointAt(0.5 * (pane.from_m + pane.to_m)));
+  const double behind_m = -wall.DistanceTo(pane.Middle());
   const double a = wall.AlongOf(pane.PointAt(pane.from_m));
   const double b = wall.AlongOf(pane.PointAt(pane.to_m));
   return behind_m > 0 && behind_m <= kBeside_m && a >= wall.from_m - kAlongside_m &&
@@ -213,12 +224,7 @@ std::vector<PlanWall> PlanWalls(const std::vector<BuiltFace>& faces,
         AddOpening(OpeningOf(front, opening, back, levels[front.level]), &wall.openings);
       }
     }
-    for (size_t j = 0; j < faces.size(); ++j) {
-      if (is_taken[j] || !faces[j].is_inferred) continue;
-      if (!BodyBetween(front, faces[j].wall.face, options)) continue;
-      is_taken[j] = true;
-      wall.plane_ids.push_back(faces[j].plane_id);
-    }
+    TakeInferred(faces, front, options, &is_taken, &wall);
     wall.thickness_assumed = overlap_m == 0;
     wall.thickness_m = overlap_m > 0 ? thickness / overlap_m : typical_m;
     walls.push_back(wall);

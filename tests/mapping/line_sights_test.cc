@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tests/testing/pinhole_camera.h"
+
 namespace slcmap {
 namespace {
 
@@ -16,13 +18,7 @@ constexpr int64_t kStamp_ns = 7;
 // One keyframe at the origin that looks along z, and one line before it, in two pieces.
 MapResult MapOfOneLine() {
   MapResult map;
-  for (Camera& camera : map.rectified_rig.cameras) {
-    camera.width_px = 640;
-    camera.height_px = 480;
-    camera.fx_px = camera.fy_px = 400;
-    camera.cx_px = 320;
-    camera.cy_px = 240;
-  }
+  map.rectified_rig.cameras.fill(testing::PinholeCamera(640, 480, 400, 320, 240));
   map.rectified_rig.T_imu_camera[1].translation = {0.1, 0, 0};
   map.keyframes.push_back({kStamp_ns, {}});
   MapLine line;

@@ -8,6 +8,7 @@
 
 #include "data/ply.h"
 #include "odometry/run.h"
+#include "tests/testing/pinhole_camera.h"
 
 namespace slcmap::testing {
 
@@ -15,13 +16,7 @@ inline constexpr double kWalkStep_s = 0.5, kWalkStep_m = 0.05;
 
 inline Rig WalkRig() {
   Rig rig;
-  for (Camera& camera : rig.cameras) {
-    camera.width_px = 752;
-    camera.height_px = 480;
-    camera.fx_px = camera.fy_px = 450;
-    camera.cx_px = 375.5;
-    camera.cy_px = 239.5;
-  }
+  rig.cameras.fill(PinholeCamera(752, 480, 450, 375.5, 239.5));
   rig.T_imu_camera[1].translation.x() = 0.11;
   return rig;
 }

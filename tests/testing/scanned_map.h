@@ -8,6 +8,7 @@
 #include "mapping/map.h"
 #include "mapping/merge/alignment_features.h"
 #include "mapping/options.h"
+#include "tests/testing/pinhole_camera.h"
 #include "tests/testing/scene_scanner.h"
 
 namespace slcmap::testing {
@@ -34,13 +35,7 @@ inline MapResult ScannedAlong(const Scene& scene, const std::vector<Way>& ways,
   map.complete = true;
   map.source.run_id = run;
   map.source.options = MappingOptions().ToYaml();
-  for (Camera& camera : map.rectified_rig.cameras) {
-    camera.width_px = 752;
-    camera.height_px = 480;
-    camera.fx_px = camera.fy_px = 430;
-    camera.cx_px = 376;
-    camera.cy_px = 240;
-  }
+  map.rectified_rig.cameras.fill(PinholeCamera(752, 480, 430, 376, 240));
   for (RigidTransform& T : map.rectified_rig.T_imu_camera) {  // looking along x
     T.rotation = Eigen::Quaterniond(0.5, -0.5, 0.5, -0.5);
   }

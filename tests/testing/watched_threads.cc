@@ -1,11 +1,10 @@
 #include "tests/testing/watched_threads.h"
 
 #include <algorithm>
-#include <atomic>
 #include <memory>
 #include <opencv2/core/parallel/parallel_backend.hpp>
-#include <thread>
-#include <vector>
+
+#include "mapping/dense/parallel.h"
 
 namespace slcmap::testing {
 namespace {
@@ -14,20 +13,13 @@ class WatchedThreads : public cv::parallel::ParallelForAPI {
  public:
   void parallel_for(int tasks, FN_parallel_for_body_cb_t body_callback,
                     void* callback_data) override {
-    std::atomic<int> next = 0;
-    const auto work = [&](int number) {
-      number_ = number;
-      for (int task = next++; task < tasks; task = next++) {
-        body_callback(task, task + 1, callback_data);
-      }
-    };
-    std::vector<std::thread> others;
-    for (int i = 1; i < std::min(count_, tasks); ++i) others.emplace_back(work, i);
-    work(0);
-    for (std::thread& other : others) other.join();
+    ParallelFor(0, static_cast<std::size_t>(tasks), count_, [&](std::size_t task) {
+      const int start = static_cast<int>(task);
+      body_callback(start, start + 1, callback_data);
+    });
   }
 
-  int getThreadNum() const override { return number_; }
+  int getThreadNum() const override { return 0; }  // nothing here asks
   int getNumThreads() const override { return count_; }
   int setNumThreads(int count) override {
     const int before = count_;
@@ -37,11 +29,8 @@ class WatchedThreads : public cv::parallel::ParallelForAPI {
   const char* getName() const override { return "watched threads"; }
 
  private:
-  static thread_local int number_;
   int count_ = 2;
 };
-
-thread_local int WatchedThreads::number_ = 0;
 
 }  // namespace
 

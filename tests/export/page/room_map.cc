@@ -3,6 +3,8 @@
 #include <array>
 #include <random>
 
+#include "tests/testing/pinhole_camera.h"
+
 namespace slcmap::testing {
 namespace {
 
@@ -172,13 +174,7 @@ MapResult MakeRoomMap(const RoomMapSize& size) {
     map.trajectory.push_back({i * 100000000, pose});
     if (i % 4 == 0) map.keyframes.push_back(map.trajectory.back());
   }
-  for (Camera& camera : map.rectified_rig.cameras) {
-    camera.width_px = 640;
-    camera.height_px = 480;
-    camera.fx_px = camera.fy_px = 320;
-    camera.cx_px = 319.5;
-    camera.cy_px = 239.5;
-  }
+  map.rectified_rig.cameras.fill(testing::PinholeCamera(640, 480, 320, 319.5, 239.5));
   map.occupancy.MarkOccupied({{103.05, 204.05, 0.05}});
   map.occupancy.Finish();
   return map;

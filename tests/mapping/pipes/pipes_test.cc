@@ -5,6 +5,8 @@
 #include <Eigen/Geometry>
 #include <cmath>
 
+#include "tests/testing/pinhole_camera.h"
+
 namespace slcmap {
 namespace {
 
@@ -19,13 +21,7 @@ class SceneOfViews {
  public:
   // The views are within half of turn_rad to either side of the x axis.
   explicit SceneOfViews(double turn_rad) {
-    for (Camera& camera : map_.rectified_rig.cameras) {
-      camera.width_px = 752;
-      camera.height_px = 480;
-      camera.fx_px = camera.fy_px = 450;
-      camera.cx_px = 376;
-      camera.cy_px = 240;
-    }
+    map_.rectified_rig.cameras.fill(testing::PinholeCamera(752, 480, 450, 376, 240));
     for (int view = 0; view < kViews; ++view) {
       const double angle_rad = turn_rad * (static_cast<double>(view) / (kViews - 1) - 0.5);
       const Vector3d out(std::cos(angle_rad), std::sin(angle_rad), 0);
