@@ -9,6 +9,7 @@
 #include <memory>
 
 #include "data/error.h"
+#include "data/file_writer.h"
 
 namespace slcmap {
 namespace {
@@ -41,14 +42,9 @@ std::string WithoutByteOrderMark(std::string text) {
 }
 
 void WriteFile(const std::string& path, std::string_view bytes) {
-  File file(std::fopen(path.c_str(), "wb"));
-  if (!file)
-    throw OutputError(fmt::format("{}: cannot be created: {}", path, std::strerror(errno)));
-  const bool written = std::fwrite(bytes.data(), 1, bytes.size(), file.get()) == bytes.size();
-  // Closing flushes what is buffered, so that a full disk may first show here.
-  if (std::fclose(file.release()) != 0 || !written) {
-    throw OutputError(fmt::format("{}: cannot be written: {}", path, std::strerror(errno)));
-  }
+  FileWriter file(path);
+  file.Add(bytes);
+  file.Close();
 }
 
 void MakeFolder(const std::string& path) {

@@ -16,6 +16,7 @@
 
 #include "data/error.h"
 #include "data/file.h"
+#include "data/file_writer.h"
 
 namespace slcmap {
 namespace {
@@ -89,7 +90,7 @@ class RowWriter {
 
   void Add(PlyType type, double value) {
     if (!is_ascii_) return AppendValue(type, value, bytes_);
-    if (bytes_->back() != '\n') *bytes_ += ' ';
+    if (!bytes_->empty() && bytes_->back() != '\n') *bytes_ += ' ';
     AppendText(type, value, bytes_);
   }
 
@@ -328,6 +329,10 @@ PlyProperty& PlyElement::Add(const std::string& property, PlyType type) {
   return properties.back();
 }
 
+void PlyElement::Reserve(std::size_t rows) {
+  for (PlyProperty& property : properties) property.values.reserve(rows);
+}
+
 void PlyElement::AppendRow(std::initializer_list<double> row) {
   std::size_t column = 0;
   for (const double value : row) properties[column++].values.push_back(value);
@@ -370,23 +375,32 @@ const PlyElement& PlyFile::Get(const std::string& element, const std::string& pa
 }
 
 void WritePly(const std::string& path, const PlyFile& file, PlyForm form) {
+  for (const PlyElement& element : file.elements) CheckFits(path, element);
+  FileWriter out(path);
   std::string bytes = Header(file, form);
   RowWriter rows(form, &bytes);
+  const auto end_row = [&] {
+    constexpr std::size_t kBlock = 1 << 16;
+    rows.EndRow();
+    if (bytes.size() < kBlock) return;
+    out.Add(bytes);
+    bytes.clear();
+  };
   for (const PlyElement& element : file.elements) {
-    CheckFits(path, element);
     for (std::size_t row = 0; row < element.size(); ++row) {
       for (const PlyProperty& property : element.properties) {
         rows.Add(property.type, property.values[row]);
       }
-      rows.EndRow();
+      end_row();
     }
   }
   for (const std::vector<int32_t>& face : file.faces) {
     rows.Add(PlyType::kUint8, static_cast<double>(face.size()));
     for (const int32_t vertex : face) rows.Add(PlyType::kInt32, vertex);
-    rows.EndRow();
+    end_row();
   }
-  WriteFile(path, bytes);
+  out.Add(bytes);
+  out.Close();
 }
 
 std::vector<Eigen::Vector3d> Positions(const PlyElement& vertices, const std::string& path) {

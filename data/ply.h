@@ -29,6 +29,8 @@ struct PlyElement {
   std::size_t size() const { return properties.empty() ? 0 : properties.front().values.size(); }
   // Adds an empty property and returns it; the reference lasts until the next is added.
   PlyProperty& Add(const std::string& property, PlyType type);
+  // Makes room for so many rows of the properties that it has.
+  void Reserve(std::size_t rows);
   // Appends a value to each property, in their order.
   void AppendRow(std::initializer_list<double> row);
   // The property of that name; throws DataError naming `path` when there is none.

@@ -10,7 +10,7 @@ PlyElement VertexElement(const Vertices& vertices, const Progress& progress) {
   PlyElement element{"vertex", {}};
   for (const char* name : {"x", "y", "z"}) element.Add(name, PlyType::kFloat);
   for (const char* name : {"red", "green", "blue"}) element.Add(name, PlyType::kUint8);
-  for (PlyProperty& property : element.properties) property.values.reserve(vertices.size());
+  element.Reserve(vertices.size());
   for (std::size_t i = 0; i < vertices.size(); ++i) {
     if (i % kReportEvery == 0) {
       progress.ReportOrStop(static_cast<double>(i) / static_cast<double>(vertices.size()));

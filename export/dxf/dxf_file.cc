@@ -80,8 +80,8 @@ void WriteLinetype(DxfLinetype type, const char* shown, const std::vector<double
 void WriteLayer(const DxfLayer& layer, std::string* text) {
   Groups(text)
       .Name(0, "LAYER")
+      .Number(70, 0)  // FreeCAD skips what comes first, so that is not the name
       .Name(2, layer.name)
-      .Number(70, 0)
       .Number(62, layer.is_on ? layer.colour : -layer.colour)
       .Name(6, kLinetypes[static_cast<size_t>(layer.linetype)]);
 }

@@ -2,7 +2,9 @@
 
 #include <spdlog/fmt/fmt.h>
 
-#include "data/file.h"
+#include <utility>
+
+#include "data/file_writer.h"
 #include "odometry/run_rows.h"
 
 namespace slcmap {
@@ -22,12 +24,15 @@ void WriteDensePly(const std::string& path, const std::vector<DensePoint>& point
   }
   vertices.Add("grey", PlyType::kUint8);
   vertices.Add("source", PlyType::kInt32);
+  vertices.Reserve(points.size());
   for (const DensePoint& point : points) {
     const Eigen::Vector3d &p = point.p_world, &n = point.normal_world;
     vertices.AppendRow({p.x(), p.y(), p.z(), n.x(), n.y(), n.z(), point.sigma_m,
                         static_cast<double>(point.grey), static_cast<double>(point.source)});
   }
-  WritePly(path, {{"slcmap dense points, metres in the world frame"}, {vertices}, {}}, form);
+  PlyFile file{{"slcmap dense points, metres in the world frame"}, {}, {}};
+  file.elements.push_back(std::move(vertices));  // a list of elements would copy it
+  WritePly(path, file, form);
 }
 
 std::vector<DensePoint> ReadDensePly(const std::string& path) {
@@ -62,14 +67,20 @@ void WriteDensePcd(const std::string& path, const std::vector<DensePoint>& point
       "SIZE 4 4 4 4 4 4 4 4 4\nTYPE F F F F F F F F I\nCOUNT 1 1 1 1 1 1 1 1 1\n"
       "WIDTH {0}\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS {0}\nDATA binary\n",
       points.size());
+  constexpr std::size_t kBlock = 1 << 16;
+  FileWriter file(path);
   for (const DensePoint& point : points) {
     for (const double value : point.p_world) Append(static_cast<float>(value), &bytes);
     for (const double value : point.normal_world) Append(static_cast<float>(value), &bytes);
     Append(static_cast<float>(point.grey), &bytes);
     Append(static_cast<float>(point.sigma_m), &bytes);
     Append(static_cast<int32_t>(point.source), &bytes);
+    if (bytes.size() < kBlock) continue;
+    file.Add(bytes);
+    bytes.clear();
   }
-  WriteFile(path, bytes);
+  file.Add(bytes);
+  file.Close();
 }
 
 }  // namespace slcmap

@@ -187,5 +187,22 @@ TEST_F(DxfWriterTest, LibreCadDrawsThePlan) {
   EXPECT_THAT(OutputOf("pdfinfo " + temp_.Path("plan.pdf")), HasSubstr("Pages:           1"));
 }
 
+TEST_F(DxfWriterTest, FreeCadReadsLayersLinesPointsAndTexts) {
+  SLCMAP_NEEDS_READER("freecadcmd");
+  map_.building.walls[0].openings.clear();
+  map_.points = {{{1, 2, 3}}};
+  map_.pipes = PipesOfAllAxes();
+  Write(map_);
+  const std::string read =
+      OutputOf("HOME=" + temp_.Path("") + " SLCMAP_DXF=" + temp_.Path("plan.dxf") + ":" +
+               temp_.Path("map.dxf") +
+               " timeout 300 freecadcmd " SLCMAP_SOURCE_DIR "/tests/export/dxf/read_freecad.py");
+  for (const char* row : {"slcmap EDGE 4000.0", "slcmap EDGE 2236.1", "slcmap TEXT 12.00 m2",
+                          "slcmap POINT 1000.0 2000.0 3000.0"}) {
+    EXPECT_THAT(read, HasSubstr(row));
+  }
+  EXPECT_THAT(read, Not(HasSubstr("Failed to read")));
+}
+
 }  // namespace
 }  // namespace slcmap

@@ -1,0 +1,34 @@
+// A file that is written part by part.
+#pragma once
+
+#include <cstdio>
+#include <memory>
+#include <string>
+#include <string_view>
+
+namespace slcmap {
+
+class FileWriter {
+ public:
+  // Makes the file anew. Throws OutputError where it cannot be made.
+  explicit FileWriter(std::string path);
+
+  // Throws OutputError when the bytes cannot be written whole, as on a full disk.
+  void Add(std::string_view bytes);
+
+  // To be called at the end: what is still buffered is written, and a full disk may first show
+  // here. Throws OutputError then.
+  void Close();
+
+ private:
+  struct CloseFile {
+    void operator()(std::FILE* file) const { std::fclose(file); }
+  };
+
+  [[noreturn]] void Fail(const char* what) const;
+
+  std::string path_;
+  std::unique_ptr<std::FILE, CloseFile> file_;
+};
+
+}  // namespace slcmap
