@@ -13,6 +13,7 @@
 #include "data/trajectory.h"
 #include "data/warnings.h"
 #include "mapping/adjustment/adjusted_run.h"
+#include "mapping/given_poses/given_poses.h"
 #include "mapping/map_folder.h"
 #include "mapping/mapping.h"
 #include "mapping/merge/merge_maps.h"
@@ -92,6 +93,18 @@ std::unique_ptr<ViewImages> ImagesOfRevisits(const MapArguments& arguments,
   return KeyframeImages(run, arguments.sequence);
 }
 
+// Of a run whose poses were given.
+std::optional<GivenPoseFigures> AdjustGiven(const MapArguments& arguments,
+                                            const GivenPoseOptions& options, OdometryRun* run,
+                                            const Progress& progress) {
+  const bool has_images = run->source && IsStereo(run->source->raw_rig);
+  if (!options.adjust || arguments.sparse || run->method != kGivenPoses || !has_images) {
+    return std::nullopt;
+  }
+  const auto images = KeyframeImages(*run, arguments.sequence);
+  return AdjustGivenPoses(*images, options, run, progress);
+}
+
 // The map that the run's is merged into; nothing where there is none.
 std::optional<MapResult> OtherMap(const MapArguments& arguments, const OdometryRun& run) {
   if (arguments.into.empty()) return std::nullopt;
@@ -122,6 +135,7 @@ MapResult RunMapStage(const MapArguments& arguments, const MappingOptions& optio
   WarnOfRun(arguments.input, run);
   std::optional<MapResult> other = OtherMap(arguments, run);
   const Progress progress = StageProgress("map");
+  const auto given = AdjustGiven(arguments, options.given_poses, &run, progress.Part(0, kAdjusted));
   const auto images = ImagesOfRevisits(arguments, options.adjustment, run);
   const AdjustedRun adjusted =
       AdjustRun(std::move(run), options.adjustment, images.get(), progress.Part(0, kAdjusted));
@@ -130,6 +144,7 @@ MapResult RunMapStage(const MapArguments& arguments, const MappingOptions& optio
   MapResult map =
       BuildMap(adjusted.run, recorded ? &*recorded : nullptr, options, progress.Part(kAdjusted, 1));
   map.adjustment = adjusted.figures;
+  map.given_poses = given;
   if (other) map = MergedInto(std::move(*other), std::move(map), arguments);
   map.id = WriteMapFolder(output, map);
   spdlog::info(

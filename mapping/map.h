@@ -15,6 +15,7 @@
 #include "mapping/adjustment/adjustment.h"
 #include "mapping/building/building.h"
 #include "mapping/dense/dense_point.h"
+#include "mapping/given_poses/given_pose_figures.h"
 #include "mapping/line_evidence.h"
 #include "mapping/occupancy_map.h"
 #include "mapping/pipes/map_pipe.h"
@@ -65,6 +66,8 @@ struct MapResult {
   Rig rectified_rig;                        // the cameras of the images that observations are of
   // What the adjustment over all keyframes was made of; none where there was none. Not read back.
   std::optional<AdjustmentFigures> adjustment;
+  // How poses that were given were moved; none where they stay. Not read back.
+  std::optional<GivenPoseFigures> given_poses;
   // The raw cameras with what the run, or its adjustment, found of their calibration; none of a run
   // that does not say how they were calibrated. Not read back.
   std::optional<Rig> calibrated_rig;

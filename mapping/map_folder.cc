@@ -73,6 +73,17 @@ Json AdjustmentJson(const std::optional<AdjustmentFigures>& figures) {
           {"iterations", figures->iterations}};
 }
 
+Json GivenPosesJson(const std::optional<GivenPoseFigures>& figures) {
+  if (!figures) return nullptr;
+  return {{"views", figures->views},
+          {"pairs", figures->pairs},
+          {"points", figures->points},
+          {"given_off_px", figures->given_off_px},
+          {"off_px", figures->off_px},
+          {"moved_m", figures->moved_m},
+          {"turned_rad", figures->turned_rad}};
+}
+
 std::vector<std::pair<const char*, std::size_t>> CountsOf(const MapResult& map) {
   return {{"poses", map.trajectory.size()},
           {"keyframes", map.keyframes.size()},
@@ -103,7 +114,8 @@ std::string WriteSummary(const std::string& folder, const MapResult& map) {
                {"warnings", Json(map.warnings)},
                {"median_line_observations", MedianObservations(map.lines)},
                {"voxel_m", map.occupancy.resolution_m()},
-               {"adjustment", AdjustmentJson(map.adjustment)}};
+               {"adjustment", AdjustmentJson(map.adjustment)},
+               {"given_poses", GivenPosesJson(map.given_poses)}};
   if (!map.source.merged.empty()) json["merged"] = MergedJson(map.source.merged);
   for (const auto& [what, count] : CountsOf(map)) json["counts"][what] = count;
   json["files"] = ListFiles(folder, ListedNames(map.calibrated_rig.has_value()));

@@ -45,6 +45,7 @@ MappingOptions MappingOptions::FromYaml(const std::string& path) {
     options.cloud.Read(section.Section("cloud"));
     options.occupancy.Read(section.Section("occupancy"));
     options.adjustment.Read(section.Section("adjustment"));
+    options.given_poses.Read(section.Section("given_poses"));
     options.lines.Read(section.Section("lines"));
     options.run_lines.Read(section.Section("run_lines"));
     options.dense.Read(section.Section("dense"));
@@ -65,6 +66,7 @@ std::string MappingOptions::ToYaml() const {
     options.cloud.Read(section.Section("cloud"));
     options.occupancy.Read(section.Section("occupancy"));
     options.adjustment.Read(section.Section("adjustment"));
+    options.given_poses.Read(section.Section("given_poses"));
     options.lines.Read(section.Section("lines"));
     options.run_lines.Read(section.Section("run_lines"));
     options.dense.Read(section.Section("dense"));
@@ -79,6 +81,7 @@ void MappingOptions::Check() const {
   cloud.Check();
   occupancy.Check();
   adjustment.Check();
+  given_poses.Check();
   lines.Check();
   run_lines.Check();
   dense.Check();

@@ -5,6 +5,7 @@
 #include "mapping/adjustment/adjustment_options.h"
 #include "mapping/building/building_options.h"
 #include "mapping/dense/dense_options.h"
+#include "mapping/given_poses/pose_options.h"
 #include "mapping/junctions/junction_options.h"
 #include "mapping/lines/line_options.h"
 #include "mapping/pipes/pipe_options.h"
@@ -45,6 +46,7 @@ struct MappingOptions {
   CloudOptions cloud;
   OccupancyOptions occupancy;
   AdjustmentOptions adjustment;
+  GivenPoseOptions given_poses;
   MapLineOptions lines;
   RunLineOptions run_lines;
   DenseOptions dense;

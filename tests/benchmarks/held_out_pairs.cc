@@ -15,6 +15,7 @@
 #include "data/quantile.h"
 #include "data/trajectory.h"
 #include "mapping/dense/stereo_depth.h"
+#include "mapping/given_poses/given_poses.h"
 #include "mapping/map_folder.h"
 #include "mapping/mapping.h"
 #include "mapping/views/recorded_views.h"
@@ -143,6 +144,8 @@ void Print(const char* what, const std::vector<double>& errors_px) {
 int Main(const std::string& sequence, const std::string& poses, const MappingOptions& options,
          const std::string& output) {
   OdometryRun run = RunAtPoses(sequence, "", ReadTrajectory(poses));
+  // Of all pairs: where the tenth was taken from is found by points, which no line is made of.
+  AdjustGivenPoses(*KeyframeImages(run, sequence), options.given_poses, &run);
   const RecordedViews all = ViewsOfRun(run, sequence);
   std::vector<size_t> held_out;
   std::vector<Keyframe> kept;

@@ -1,0 +1,134 @@
+#include "mapping/given_poses/pose_matches.h"
+
+#include <algorithm>
+#include <functional>
+#include <mutex>
+#include <optional>
+#include <utility>
+
+#include "data/error.h"
+#include "mapping/dense/depth_grid.h"
+#include "mapping/dense/parallel.h"
+#include "odometry/geometry/pinhole.h"
+
+namespace slcmap {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+constexpr int kMinPoints = 12;  // of a pair of views
+
+// How far two views are from each other, for what they see in common: a metre counts as a radian.
+struct Between {
+  double travel_m = 0, turn_rad = 0;
+  double apart() const { return travel_m + turn_rad; }
+};
+
+Between BetweenViews(const View& a, const View& b) {
+  const RigidTransform T_a_b = a.T_world_imu.Inverse() * b.T_world_imu;
+  return {T_a_b.translation.norm(), Eigen::AngleAxisd(T_a_b.rotation).angle()};
+}
+
+// The nearest views that look at about the same.
+std::vector<size_t> PartnersNear(const Views& views, size_t of, const GivenPoseOptions& options) {
+  std::vector<std::pair<double, size_t>> near;
+  for (size_t i = 0; i < views.size(); ++i) {
+    if (i == of || views[i].segment != views[of].segment) continue;
+    const Between between = BetweenViews(views[of], views[i]);
+    if (between.travel_m > options.max_travel_m || between.turn_rad > options.max_turn_rad) {
+      continue;
+    }
+    near.emplace_back(between.apart(), i);
+  }
+  std::ranges::sort(near);
+  near.resize(std::min(near.size(), static_cast<size_t>(options.partners)));
+  std::vector<size_t> partners;
+  for (const auto& [apart, view] : near) partners.push_back(view);
+  std::ranges::sort(partners);
+  return partners;
+}
+
+double Baseline_m(const Rig& rig) {
+  return (rig.T_imu_camera[1].translation - rig.T_imu_camera[0].translation).norm();
+}
+
+std::vector<PoseMatch> MatchesOf(size_t from, const Views& views,
+                                 const std::vector<ViewPoint>& points, const ViewImages& images,
+                                 const GivenPoseOptions& options) {
+  if (points.empty()) return {};
+  const std::vector<size_t> partners = PartnersNear(views, from, options);
+  if (partners.empty()) return {};
+  const Rig& rig = images.rig();
+  const Camera& camera = rig.cameras[0];
+  const cv::Mat left = images.Read(from).left;
+  const double sigma = options.disparity_sigma_px / (Baseline_m(rig) * camera.fx_px);
+  const RigidTransform T_world_from = WorldFromCamera(views[from], rig);
+  std::vector<PoseMatch> matches;
+  for (const size_t to : partners) {
+    const cv::Mat image = images.Read(to).left;
+    if (image.empty()) continue;
+    const ViewMatches found = MatchPoints(points, left, image, camera,
+                                          WorldFromCamera(views[to], rig).Inverse() * T_world_from);
+    if (std::ssize(found.found) < kMinPoints) continue;
+    for (const ViewMatch& match : found.found) {
+      const ViewPoint& point = points[match.point];
+      const Vector3d p = PinholeRay(camera, point.px.x(), point.px.y()) / point.inverse_depth;
+      matches.push_back({from, to, p, sigma, match.px});
+    }
+  }
+  return matches;
+}
+
+void ForEachView(const Views& views, const GivenPoseOptions& options, const Progress& progress,
+                 const std::function<void(size_t)>& work) {
+  std::mutex reporting;
+  size_t done = 0;
+  bool stopped = false;
+  ParallelFor(0, views.size(), options.threads, [&](size_t view) {
+    {
+      const std::lock_guard lock(reporting);
+      if (stopped) return;
+    }
+    work(view);
+    const std::lock_guard lock(reporting);
+    stopped |= !progress.Report(static_cast<double>(++done) / static_cast<double>(views.size()));
+  });
+  if (stopped) throw StoppedError("interrupted");
+}
+
+}  // namespace
+
+std::optional<Vector2d> OffMatch_px(const PoseMatch& match, const Views& views, const Rig& rig) {
+  constexpr double kMinDepth_m = 0.05;
+  const Vector3d p = WorldFromCamera(views[match.to], rig).Inverse() *
+                     (WorldFromCamera(views[match.from], rig) * match.p_from);
+  if (!(p.z() > kMinDepth_m)) return std::nullopt;
+  return PixelFromPlane(rig.cameras[0], Vector2d(p.hnormalized())) - match.px;
+}
+
+std::vector<std::vector<ViewPoint>> PointsOfViews(const Views& views, const ViewImages& images,
+                                                  const GivenPoseOptions& options,
+                                                  const Progress& progress) {
+  std::vector<std::vector<ViewPoint>> points(views.size());
+  ForEachView(views, options, progress,
+              [&](size_t view) { points[view] = PointsOfView(images.Read(view), images); });
+  return points;
+}
+
+std::vector<PoseMatch> MatchViews(const Views& views,
+                                  const std::vector<std::vector<ViewPoint>>& points,
+                                  const ViewImages& images, const GivenPoseOptions& options,
+                                  const Progress& progress) {
+  std::vector<std::vector<PoseMatch>> of_views(views.size());
+  ForEachView(views, options, progress, [&](size_t view) {
+    of_views[view] = MatchesOf(view, views, points[view], images, options);
+  });
+  std::vector<PoseMatch> matches;
+  for (const std::vector<PoseMatch>& of_view : of_views) {
+    matches.insert(matches.end(), of_view.begin(), of_view.end());
+  }
+  return matches;
+}
+
+}  // namespace slcmap
