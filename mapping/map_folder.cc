@@ -80,6 +80,9 @@ Json GivenPosesJson(const std::optional<GivenPoseFigures>& figures) {
           {"points", figures->points},
           {"given_off_px", figures->given_off_px},
           {"off_px", figures->off_px},
+          {"body_turned_rad", figures->body_turned_rad},
+          {"body_shifted_m", figures->body_shifted_m},
+          {"clock_s", figures->clock_s},
           {"moved_m", figures->moved_m},
           {"turned_rad", figures->turned_rad}};
 }

@@ -13,8 +13,6 @@
 namespace slcmap {
 namespace {
 
-using Eigen::Vector2d;
-
 // The length of the median of each pair of views.
 std::vector<double> OffOfPairs_px(const std::vector<PoseMatch>& matches, const Views& views,
                                   const Rig& rig) {
@@ -33,69 +31,103 @@ std::vector<double> OffOfPairs_px(const std::vector<PoseMatch>& matches, const V
   return lengths_px;
 }
 
-void SetMoves(const Views& given, const Views& adjusted, GivenPoseFigures* figures) {
+double Turn_rad(const PoseMove& move) { return std::hypot(move[0], move[1], move[2]); }
+double Way_m(const PoseMove& move) { return std::hypot(move[3], move[4], move[5]); }
+
+void SetMoves(const PoseCorrection& correction, GivenPoseFigures* figures) {
+  figures->body_turned_rad = Turn_rad(correction.common);
+  figures->body_shifted_m = Way_m(correction.common);
+  figures->clock_s = correction.clock_s;
   double moved2 = 0, turned2 = 0;
-  for (size_t i = 0; i < given.size(); ++i) {
-    const RigidTransform move = given[i].T_world_imu.Inverse() * adjusted[i].T_world_imu;
-    moved2 += move.translation.squaredNorm();
-    turned2 += std::pow(Eigen::AngleAxisd(move.rotation).angle(), 2);
+  for (const PoseMove& own : correction.own) {
+    moved2 += std::pow(Way_m(own), 2);
+    turned2 += std::pow(Turn_rad(own), 2);
   }
-  const auto count = static_cast<double>(given.size());
+  const auto count = static_cast<double>(correction.own.size());
   figures->moved_m = std::sqrt(moved2 / count);
   figures->turned_rad = std::sqrt(turned2 / count);
 }
 
+// Between the states before and after that at an index; zero where these are far.
+PoseMove SpeedAt(const std::vector<OnlineState>& states, size_t at) {
+  constexpr int64_t kMost_ns = 250'000'000;
+  if (at == 0 || at + 1 >= states.size()) return {};
+  const OnlineState &before = states[at - 1], &after = states[at + 1];
+  const int64_t between_ns = after.stamp_ns - before.stamp_ns;
+  if (between_ns > kMost_ns || before.segment != after.segment) return {};
+  const RigidTransform move = before.T_world_imu.Inverse() * after.T_world_imu;
+  const Eigen::AngleAxisd turn(move.rotation);
+  const Eigen::Vector3d w = turn.angle() * turn.axis(), way = move.translation;
+  const double rate = 1 / (1e-9 * static_cast<double>(between_ns));
+  return {rate * w.x(), rate * w.y(), rate * w.z(), rate * way.x(), rate * way.y(), rate * way.z()};
+}
+
+GivenViews KeyframesOf(const OdometryRun& run) {
+  GivenViews given;
+  size_t at = 0;
+  for (const Keyframe& keyframe : run.keyframes) {
+    given.views.push_back({keyframe.stamp_ns, keyframe.segment, keyframe.T_world_imu});
+    while (at < run.states.size() && run.states[at].stamp_ns < keyframe.stamp_ns) ++at;
+    const bool is_there = at < run.states.size() && run.states[at].stamp_ns == keyframe.stamp_ns;
+    given.speeds.push_back(is_there ? SpeedAt(run.states, at) : PoseMove{});
+  }
+  return given;
+}
+
 }  // namespace
 
-std::optional<AdjustedViews> AdjustGivenViews(const Views& given, const ViewImages& images,
+std::optional<AdjustedViews> AdjustGivenViews(const GivenViews& given, const ViewImages& images,
                                               const GivenPoseOptions& options,
                                               const Progress& progress) {
   constexpr double kPoints = 0.5, kMatched = 0.9;  // shares of the time: of all, of a round
   options.Check();
   if (!options.adjust) return std::nullopt;
-  AdjustedViews adjusted{given, {}};
-  GivenPoseFigures& figures = adjusted.figures;
-  figures.views = std::ssize(given);
+  const Rig& rig = images.rig();
   const std::vector<std::vector<ViewPoint>> points =
-      PointsOfViews(given, images, options, progress.Part(0, kPoints));
+      PointsOfViews(given.views, images, options, progress.Part(0, kPoints));
   const Progress moving = progress.Part(kPoints, 1);
+  AdjustedViews adjusted{given.views, {}};
+  GivenPoseFigures& figures = adjusted.figures;
+  PoseCorrection correction;
+  correction.own.resize(given.views.size());
   for (int round = 0; round < options.rounds; ++round) {
     const Progress part =
         moving.Part(1.0 * round / options.rounds, 1.0 * (round + 1) / options.rounds);
     const std::vector<PoseMatch> matches =
         MatchViews(adjusted.views, points, images, options, part.Part(0, kMatched));
-    const std::vector<double> given_px = OffOfPairs_px(matches, given, images.rig());
+    const std::vector<double> given_px = OffOfPairs_px(matches, given.views, rig);
     if (given_px.empty()) return std::nullopt;
     figures.given_off_px = Quantile(given_px, 0.5);
     if (figures.given_off_px <= options.good_px) return std::nullopt;
-    adjusted.views =
-        AdjustViews(given, adjusted.views, matches, images.rig(), options, part.Part(kMatched, 1));
+    correction = AdjustPoses(given, correction, matches, rig, options, part.Part(kMatched, 1));
+    adjusted.views = Corrected(given, correction);
     figures.pairs = std::ssize(given_px);
     figures.points = std::ssize(matches);
-    figures.off_px = Quantile(OffOfPairs_px(matches, adjusted.views, images.rig()), 0.5);
+    figures.off_px = Quantile(OffOfPairs_px(matches, adjusted.views, rig), 0.5);
   }
-  SetMoves(given, adjusted.views, &figures);
+  figures.views = std::ssize(given.views);
+  SetMoves(correction, &figures);
   return adjusted;
 }
 
 std::optional<GivenPoseFigures> AdjustGivenPoses(const ViewImages& images,
                                                  const GivenPoseOptions& options, OdometryRun* run,
                                                  const Progress& progress) {
-  Views given;
-  for (const Keyframe& keyframe : run->keyframes) {
-    given.push_back({keyframe.stamp_ns, keyframe.segment, keyframe.T_world_imu});
-  }
+  constexpr double kDegrees = 180 / M_PI;
   try {
-    const auto adjusted = AdjustGivenViews(given, images, options, progress);
+    const auto adjusted = AdjustGivenViews(KeyframesOf(*run), images, options, progress);
     if (!adjusted) return std::nullopt;
-    for (size_t i = 0; i < given.size(); ++i) {
+    for (size_t i = 0; i < run->keyframes.size(); ++i) {
       run->keyframes[i].T_world_imu = adjusted->views[i].T_world_imu;
     }
     const GivenPoseFigures& figures = adjusted->figures;
     spdlog::info(
-        "poses were moved to agree with the images: by {:.1f} mm and {:.2f} degrees (RMS of {} "
-        "views); points of {} pairs of views were {:.2f} px off, now {:.2f} px",
-        1e3 * figures.moved_m, figures.turned_rad * 180 / M_PI, figures.views, figures.pairs,
+        "poses were moved to agree with the images: all by {:.1f} mm, {:.2f} degrees and {:.1f} "
+        "ms, "
+        "each by {:.1f} mm and {:.2f} degrees (RMS of {} views); points of {} pairs of views were "
+        "{:.2f} px off, now {:.2f} px",
+        1e3 * figures.body_shifted_m, kDegrees * figures.body_turned_rad, 1e3 * figures.clock_s,
+        1e3 * figures.moved_m, kDegrees * figures.turned_rad, figures.views, figures.pairs,
         figures.given_off_px, figures.off_px);
     return figures;
   } catch (const StoppedError&) {

@@ -9,9 +9,9 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
-#include <array>
 
 #include "data/error.h"
+#include "data/rigid_transform.h"
 #include "odometry/geometry/pinhole.h"
 
 namespace slcmap {
@@ -21,13 +21,10 @@ using Eigen::Matrix2d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-// What a pose is moved by, in its own frame: a rotation vector, then a translation.
-using Move = std::array<double, 6>;
-
 template <typename T>
 using Vector3 = Eigen::Matrix<T, 3, 1>;
 
-// How far a moved pose is from the given one.
+// How much is corrected, in standard deviations.
 struct PriorTerm {
   double sigma_rad, sigma_m;
 
@@ -41,9 +38,27 @@ struct PriorTerm {
   }
 };
 
+struct ClockTerm {
+  double sigma_s;
+
+  template <typename T>
+  bool operator()(const T* clock_s, T* residual) const {
+    residual[0] = clock_s[0] / sigma_s;
+    return true;
+  }
+};
+
+template <typename T>
+std::array<T, 6> Sum(const T* common, const T& clock_s, const PoseMove& speed, const T* own) {
+  std::array<T, 6> sum;
+  for (int i = 0; i < 6; ++i) sum[i] = common[i] + clock_s * speed[i] + own[i];
+  return sum;
+}
+
 // How far a point is from where it was found.
 struct MatchTerm {
   Vector3d p_imu_from;  // the point, in the given frame of the view that it is of
+  PoseMove speed_from, speed_to;
   RigidTransform T_to_from;
   RigidTransform T_camera_imu;
   Camera camera;
@@ -51,14 +66,17 @@ struct MatchTerm {
   Matrix2d weight;  // root of the information
 
   template <typename T>
-  bool operator()(const T* from, const T* to, T* residual) const {
+  bool operator()(const T* common, const T* clock_s, const T* own_from, const T* own_to,
+                  T* residual) const {
+    const std::array<T, 6> from = Sum(common, *clock_s, speed_from, own_from);
+    const std::array<T, 6> to = Sum(common, *clock_s, speed_to, own_to);
     const Vector3<T> p = p_imu_from.cast<T>();
     Vector3<T> moved;
-    ceres::AngleAxisRotatePoint(from, p.data(), moved.data());
-    moved += Eigen::Map<const Vector3<T>>(from + 3);
+    ceres::AngleAxisRotatePoint(from.data(), p.data(), moved.data());
+    moved += Eigen::Map<const Vector3<T>>(from.data() + 3);
     const Vector3<T> in_given = T_to_from.rotation.cast<T>() * moved +
                                 T_to_from.translation.cast<T>() -
-                                Eigen::Map<const Vector3<T>>(to + 3);
+                                Eigen::Map<const Vector3<T>>(to.data() + 3);
     const T back[3] = {-to[0], -to[1], -to[2]};
     Vector3<T> in_imu;
     ceres::AngleAxisRotatePoint(back, in_given.data(), in_imu.data());
@@ -85,32 +103,27 @@ Matrix2d WeightOf(const PoseMatch& match, const Views& views, const Rig& rig, do
   return covariance.inverse().llt().matrixU();
 }
 
-MatchTerm TermOf(const PoseMatch& match, const Views& given, const Views& start, const Rig& rig,
-                 const GivenPoseOptions& options) {
+MatchTerm TermOf(const PoseMatch& match, const GivenViews& given, const Views& corrected,
+                 const Rig& rig, const GivenPoseOptions& options) {
   const RigidTransform T_to_from =
-      given[match.to].T_world_imu.Inverse() * given[match.from].T_world_imu;
+      given.views[match.to].T_world_imu.Inverse() * given.views[match.from].T_world_imu;
   return {rig.T_imu_camera[0] * match.p_from,
+          given.speeds[match.from],
+          given.speeds[match.to],
           T_to_from,
           rig.T_imu_camera[0].Inverse(),
           rig.cameras[0],
           match.px,
-          WeightOf(match, start, rig, options.point_sigma_px)};
+          WeightOf(match, corrected, rig, options.point_sigma_px)};
 }
 
-Move MoveBetween(const RigidTransform& given, const RigidTransform& moved) {
-  const RigidTransform move = given.Inverse() * moved;
-  const Eigen::AngleAxisd turn(move.rotation);
-  const Vector3d vector = turn.angle() * turn.axis();
-  const Vector3d& way = move.translation;
-  return {vector.x(), vector.y(), vector.z(), way.x(), way.y(), way.z()};
+RigidTransform Moved(const RigidTransform& given, const PoseMove& move) {
+  return given *
+         RigidTransform(ExpRotation({move[0], move[1], move[2]}), {move[3], move[4], move[5]});
 }
 
-RigidTransform Moved(const RigidTransform& given, const Move& move) {
-  const Vector3d vector(move[0], move[1], move[2]);
-  const double angle = vector.norm();
-  const Eigen::Quaterniond turn(
-      Eigen::AngleAxisd(angle, angle > 0 ? Vector3d(vector / angle) : Vector3d::UnitX()));
-  return given * RigidTransform(turn, {move[3], move[4], move[5]});
+ceres::CostFunction* PriorOf(double sigma_rad, double sigma_m) {
+  return new ceres::AutoDiffCostFunction<PriorTerm, 6, 6>(new PriorTerm{sigma_rad, sigma_m});
 }
 
 class StopWhenAsked final : public ceres::IterationCallback {
@@ -146,32 +159,40 @@ bool Solve(ceres::Problem* problem, const GivenPoseOptions& options, const Progr
 
 }  // namespace
 
-Views AdjustViews(const Views& given, const Views& start, const std::vector<PoseMatch>& matches,
-                  const Rig& rig, const GivenPoseOptions& options, const Progress& progress) {
-  std::vector<Move> moves;
-  for (size_t i = 0; i < given.size(); ++i) {
-    moves.push_back(MoveBetween(given[i].T_world_imu, start[i].T_world_imu));
+Views Corrected(const GivenViews& given, const PoseCorrection& correction) {
+  Views corrected = given.views;
+  for (size_t i = 0; i < corrected.size(); ++i) {
+    const PoseMove move = Sum(correction.common.data(), correction.clock_s, given.speeds[i],
+                              correction.own[i].data());
+    corrected[i].T_world_imu = Moved(given.views[i].T_world_imu, move);
   }
+  return corrected;
+}
+
+PoseCorrection AdjustPoses(const GivenViews& given, const PoseCorrection& start,
+                           const std::vector<PoseMatch>& matches, const Rig& rig,
+                           const GivenPoseOptions& options, const Progress& progress) {
+  PoseCorrection found = start;
+  const Views corrected = Corrected(given, start);
   ceres::Problem::Options owner;
   owner.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
   ceres::CauchyLoss loss(options.robust_sigmas);
   ceres::Problem problem(owner);
-  for (Move& move : moves) {
-    problem.AddResidualBlock(new ceres::AutoDiffCostFunction<PriorTerm, 6, 6>(
-                                 new PriorTerm{options.sigma_rad, options.sigma_m}),
-                             nullptr, move.data());
+  problem.AddResidualBlock(PriorOf(options.body_sigma_rad, options.body_sigma_m), nullptr,
+                           found.common.data());
+  problem.AddResidualBlock(
+      new ceres::AutoDiffCostFunction<ClockTerm, 1, 1>(new ClockTerm{options.clock_sigma_s}),
+      nullptr, &found.clock_s);
+  for (PoseMove& own : found.own) {
+    problem.AddResidualBlock(PriorOf(options.sigma_rad, options.sigma_m), nullptr, own.data());
   }
   for (const PoseMatch& match : matches) {
-    auto* term = new MatchTerm(TermOf(match, given, start, rig, options));
-    problem.AddResidualBlock(new ceres::AutoDiffCostFunction<MatchTerm, 2, 6, 6>(term), &loss,
-                             moves[match.from].data(), moves[match.to].data());
+    auto* term = new MatchTerm(TermOf(match, given, corrected, rig, options));
+    problem.AddResidualBlock(new ceres::AutoDiffCostFunction<MatchTerm, 2, 6, 1, 6, 6>(term), &loss,
+                             found.common.data(), &found.clock_s, found.own[match.from].data(),
+                             found.own[match.to].data());
   }
-  if (!Solve(&problem, options, progress)) return start;
-  Views adjusted = given;
-  for (size_t i = 0; i < given.size(); ++i) {
-    adjusted[i].T_world_imu = Moved(given[i].T_world_imu, moves[i]);
-  }
-  return adjusted;
+  return Solve(&problem, options, progress) ? found : start;
 }
 
 }  // namespace slcmap

@@ -1,6 +1,7 @@
 // Poses of views moved so that points lie where images have them.
 #pragma once
 
+#include <array>
 #include <vector>
 
 #include "data/progress.h"
@@ -8,12 +9,33 @@
 
 namespace slcmap {
 
-// The views with their poses where the sum of squares is least of how far they are from the given
-// ones, in standard deviations, and of how far points are from where they were found, robustly. A
-// point's depth is that of its own pair, whose error lets it move along the epipolar line. `start`
-// are the given views in their order, perhaps adjusted before. Throws StoppedError when progress
-// says so.
-Views AdjustViews(const Views& given, const Views& start, const std::vector<PoseMatch>& matches,
-                  const Rig& rig, const GivenPoseOptions& options, const Progress& progress);
+// A small move in the frame of a pose: a rotation vector (rad), then a translation (m). Or the
+// speed of one, a second.
+using PoseMove = std::array<double, 6>;
+
+// Poses as they were given.
+struct GivenViews {
+  Views views;
+  std::vector<PoseMove> speeds;  // of the poses, in their order; zero where it is not known
+};
+
+// What given poses are off.
+struct PoseCorrection {
+  PoseMove common = {};       // of all: the body that was tracked against the rig's IMU
+  double clock_s = 0;         // to be added to the images' stamps to have those of the poses
+  std::vector<PoseMove> own;  // of each on top of that, in their order
+};
+
+// The pose is the given one moved by the sum of what all share, of what passes in clock_s, and of
+// its own.
+Views Corrected(const GivenViews& given, const PoseCorrection& correction);
+
+// From `start` (with `own` of the size of the views) to where the sum of squares is least: of what
+// is corrected, in its standard deviations, and of how far points are from where they were found,
+// robustly. A point's depth is that of its own pair, whose error lets it move along the epipolar
+// line. Throws StoppedError when progress says so.
+PoseCorrection AdjustPoses(const GivenViews& given, const PoseCorrection& start,
+                           const std::vector<PoseMatch>& matches, const Rig& rig,
+                           const GivenPoseOptions& options, const Progress& progress);
 
 }  // namespace slcmap

@@ -8,6 +8,9 @@ namespace {
 constexpr OptionTable kTable{
     Option{"adjust", &GivenPoseOptions::adjust, false, true},
     Option{"good_px", &GivenPoseOptions::good_px, 0.0, 100.0},
+    Option{"body_sigma_m", &GivenPoseOptions::body_sigma_m, 1e-6, 10.0},
+    Option{"body_sigma_rad", &GivenPoseOptions::body_sigma_rad, 1e-6, 1.0},
+    Option{"clock_sigma_s", &GivenPoseOptions::clock_sigma_s, 1e-6, 10.0},
     Option{"sigma_m", &GivenPoseOptions::sigma_m, 1e-6, 10.0},
     Option{"sigma_rad", &GivenPoseOptions::sigma_rad, 1e-6, 1.0},
     Option{"point_sigma_px", &GivenPoseOptions::point_sigma_px, 0.01, 10.0},

@@ -34,6 +34,10 @@ class GivenPosesTest : public ::testing::Test {
     return sum / static_cast<double>(views.size() - 1);
   }
 
+  static GivenViews Given(const Views& views) {
+    return {views, std::vector<PoseMove>(views.size())};
+  }
+
   OdometryRun RunOf(const Views& views) const {
     OdometryRun run;
     for (const View& view : views) {
@@ -52,7 +56,7 @@ class GivenPosesTest : public ::testing::Test {
 
 TEST_F(GivenPosesTest, TurnedViewsAreTurnedBack) {
   const Views given = Turned();
-  const auto adjusted = AdjustGivenViews(given, room_, options_);
+  const auto adjusted = AdjustGivenViews(Given(given), room_, options_);
   ASSERT_TRUE(adjusted);
   EXPECT_GT(adjusted->figures.given_off_px, 1);
   EXPECT_LT(adjusted->figures.off_px, 0.3);
@@ -62,23 +66,23 @@ TEST_F(GivenPosesTest, TurnedViewsAreTurnedBack) {
 }
 
 TEST_F(GivenPosesTest, TruePosesStay) {
-  EXPECT_FALSE(AdjustGivenViews(room_.views(), room_, options_));
+  EXPECT_FALSE(AdjustGivenViews(Given(room_.views()), room_, options_));
 }
 
 TEST_F(GivenPosesTest, NothingIsMovedThatIsNotSeenTwice) {
-  EXPECT_FALSE(AdjustGivenViews({room_.views().front()}, room_, options_));
+  EXPECT_FALSE(AdjustGivenViews(Given({room_.views().front()}), room_, options_));
   Views apart = room_.views();
   for (size_t i = 0; i < apart.size(); ++i) {
     apart[i].T_world_imu.translation.x() += 100.0 * static_cast<double>(i);
   }
-  EXPECT_FALSE(AdjustGivenViews(apart, room_, options_));
+  EXPECT_FALSE(AdjustGivenViews(Given(apart), room_, options_));
 }
 
 TEST_F(GivenPosesTest, IsTheSameOnAnyNumberOfThreads) {
   options_.threads = 1;
-  const auto one = AdjustGivenViews(Turned(), room_, options_);
+  const auto one = AdjustGivenViews(Given(Turned()), room_, options_);
   options_.threads = 3;
-  const auto three = AdjustGivenViews(Turned(), room_, options_);
+  const auto three = AdjustGivenViews(Given(Turned()), room_, options_);
   ASSERT_TRUE(one && three);
   for (size_t i = 0; i < one->views.size(); ++i) {
     const RigidTransform &a = one->views[i].T_world_imu, &b = three->views[i].T_world_imu;
@@ -110,7 +114,7 @@ TEST_F(GivenPosesTest, ARunThatIsInterruptedStaysAsItWas) {
 TEST_F(GivenPosesTest, AnOptionOutOfRangeIsNamed) {
   options_.sigma_m = 0;
   EXPECT_THAT(
-      [&] { AdjustGivenViews(Turned(), room_, options_); },
+      [&] { AdjustGivenViews(Given(Turned()), room_, options_); },
       ::testing::ThrowsMessage<ConfigError>(::testing::HasSubstr("mapping.given_poses.sigma_m")));
 }
 
