@@ -10,6 +10,17 @@ import sys
 SYSTEMS = {"points-mono": "VINS-Mono", "points": "VINS-Fusion", "points-lines": "PL-VIO",
            "structural": "SL-VIO", "slc": "SLC-VIO"}
 
+# How the sequences of these names are made.
+SCENES = "config/scenes/"
+SIMULATED = {
+    "corridor": "office_corridor.yaml",
+    "office": "office_floor.yaml",
+    "hall_MH_04": "machine_hall.yaml --trajectory MH_04 --from 20 --duration 40",
+    "hall_MH_05": "machine_hall.yaml --trajectory MH_05 --from 25 --duration 40",
+    "corridor_inexact": "office_corridor.yaml --inexact 1 --inexact-seed 1",
+    "office_inexact": "office_floor.yaml --inexact 1 --inexact-seed 2 --seed 3",
+}
+
 PAPER_EUROC = [  # position RMSE in m after alignment
     ("MH_01_easy", {"points": 0.194, "points-mono": 0.206, "points-lines": 0.095,
                     "structural": 0.130, "slc": 0.120}),
@@ -117,9 +128,10 @@ def main():
           "code: all methods here share one estimator.\n")
     print(f"Made on {report['date']} with slcmap {report['slcmap']} on {report['machine']}, a shared "
           "machine, by\n")
-    print("    build/bin/slcmap simulate config/scenes/office_corridor.yaml -o corridor\n"
-          "    build/bin/slcmap simulate config/scenes/office_floor.yaml -o office\n"
-          f"    build/bin/{report['command']} -o REPORT\n"
+    for name in (sequence["name"] for sequence in report["sequences"]):
+        if name in SIMULATED:
+            print(f"    build/bin/slcmap simulate {SCENES}{SIMULATED[name]} -o {name}")
+    print(f"    build/bin/{report['command']} -o REPORT\n"
           "    tests/benchmarks/benchmark.py REPORT/compare.json > BENCHMARK.md\n")
     print("One run each: nothing says how far they scatter, so differences of a quarter mean little, and nothing "
           "is called best.\n" if repeats < 2 else
