@@ -97,7 +97,7 @@ std::unique_ptr<ViewImages> ImagesOfRevisits(const MapArguments& arguments,
 std::optional<GivenPoseFigures> AdjustGiven(const MapArguments& arguments,
                                             const GivenPoseOptions& options, OdometryRun* run,
                                             const Progress& progress) {
-  const bool has_images = run->source && IsStereo(run->source->raw_rig);
+  const bool has_images = run->source && IsStereo(run->source->raw_rig) && !run->keyframes.empty();
   if (!options.adjust || arguments.sparse || run->method != kGivenPoses || !has_images) {
     return std::nullopt;
   }

@@ -3,6 +3,7 @@
 #include <spdlog/spdlog.h>
 
 #include <cmath>
+#include <cstdlib>
 #include <map>
 #include <utility>
 
@@ -48,17 +49,29 @@ void SetMoves(const PoseCorrection& correction, GivenPoseFigures* figures) {
   figures->turned_rad = std::sqrt(turned2 / count);
 }
 
-// Between the states before and after that at an index; zero where these are far.
+std::nullopt_t NotAdjusted(const char* reason) {
+  spdlog::debug("poses stay as they were given: {}", reason);
+  return std::nullopt;
+}
+
+// Of a state, from those before and after it that are near in time; zero where there are none.
 PoseMove SpeedAt(const std::vector<OnlineState>& states, size_t at) {
   constexpr int64_t kMost_ns = 250'000'000;
-  if (at == 0 || at + 1 >= states.size()) return {};
-  const OnlineState &before = states[at - 1], &after = states[at + 1];
-  const int64_t between_ns = after.stamp_ns - before.stamp_ns;
-  if (between_ns > kMost_ns || before.segment != after.segment) return {};
-  const RigidTransform move = before.T_world_imu.Inverse() * after.T_world_imu;
-  const Eigen::AngleAxisd turn(move.rotation);
-  const Eigen::Vector3d w = turn.angle() * turn.axis(), way = move.translation;
-  const double rate = 1 / (1e-9 * static_cast<double>(between_ns));
+  const OnlineState& here = states[at];
+  const auto is_near = [&](const OnlineState& other) {
+    return other.segment == here.segment && std::abs(other.stamp_ns - here.stamp_ns) <= kMost_ns;
+  };
+  const OnlineState& before = at > 0 && is_near(states[at - 1]) ? states[at - 1] : here;
+  const OnlineState& after =
+      at + 1 < states.size() && is_near(states[at + 1]) ? states[at + 1] : here;
+  if (after.stamp_ns <= before.stamp_ns) return {};
+  const Eigen::Quaterniond R_here_world = here.T_world_imu.rotation.conjugate();
+  const Eigen::AngleAxisd turn(R_here_world * after.T_world_imu.rotation *
+                               before.T_world_imu.rotation.conjugate() * here.T_world_imu.rotation);
+  const Eigen::Vector3d w = turn.angle() * turn.axis();
+  const Eigen::Vector3d way =
+      R_here_world * (after.T_world_imu.translation - before.T_world_imu.translation);
+  const double rate = 1e9 / static_cast<double>(after.stamp_ns - before.stamp_ns);
   return {rate * w.x(), rate * w.y(), rate * w.z(), rate * way.x(), rate * way.y(), rate * way.z()};
 }
 
@@ -74,6 +87,17 @@ GivenViews KeyframesOf(const OdometryRun& run) {
   return given;
 }
 
+void Report(const GivenPoseFigures& figures) {
+  constexpr double kDegrees = 180 / M_PI;
+  spdlog::info(
+      "poses were moved to agree with the images: all by {:.1f} mm, {:.2f} degrees and {:.1f} ms, "
+      "each by {:.1f} mm and {:.2f} degrees (RMS of {} views); points of {} pairs of views were "
+      "{:.2f} px off, now {:.2f} px",
+      1e3 * figures.body_shifted_m, kDegrees * figures.body_turned_rad, 1e3 * figures.clock_s,
+      1e3 * figures.moved_m, kDegrees * figures.turned_rad, figures.views, figures.pairs,
+      figures.given_off_px, figures.off_px);
+}
+
 }  // namespace
 
 std::optional<AdjustedViews> AdjustGivenViews(const GivenViews& given, const ViewImages& images,
@@ -86,10 +110,9 @@ std::optional<AdjustedViews> AdjustGivenViews(const GivenViews& given, const Vie
   const std::vector<std::vector<ViewPoint>> points =
       PointsOfViews(given.views, images, options, progress.Part(0, kPoints));
   const Progress moving = progress.Part(kPoints, 1);
-  AdjustedViews adjusted{given.views, {}};
+  AdjustedViews adjusted{given.views, {}, {}};
   GivenPoseFigures& figures = adjusted.figures;
-  PoseCorrection correction;
-  correction.own.resize(given.views.size());
+  adjusted.correction.own.resize(given.views.size());
   for (int round = 0; round < options.rounds; ++round) {
     const Progress part =
         moving.Part(1.0 * round / options.rounds, 1.0 * (round + 1) / options.rounds);
@@ -99,37 +122,45 @@ std::optional<AdjustedViews> AdjustGivenViews(const GivenViews& given, const Vie
     if (given_px.empty()) return std::nullopt;
     figures.given_off_px = Quantile(given_px, 0.5);
     if (figures.given_off_px <= options.good_px) return std::nullopt;
-    correction = AdjustPoses(given, correction, matches, rig, options, part.Part(kMatched, 1));
-    adjusted.views = Corrected(given, correction);
+    const auto found =
+        AdjustPoses(given, adjusted.correction, matches, rig, options, part.Part(kMatched, 1));
+    if (!found) return NotAdjusted("no solution");
+    adjusted.correction = *found;
+    adjusted.views = Corrected(given, *found);
+    const std::vector<double> px = OffOfPairs_px(matches, adjusted.views, rig);
+    if (px.empty() || Quantile(px, 0.5) >= figures.given_off_px) return NotAdjusted("no gain");
     figures.pairs = std::ssize(given_px);
     figures.points = std::ssize(matches);
-    figures.off_px = Quantile(OffOfPairs_px(matches, adjusted.views, rig), 0.5);
+    figures.off_px = Quantile(px, 0.5);
   }
   figures.views = std::ssize(given.views);
-  SetMoves(correction, &figures);
+  SetMoves(adjusted.correction, &figures);
   return adjusted;
+}
+
+std::vector<OnlineState> CorrectedStates(const std::vector<OnlineState>& states,
+                                         const PoseCorrection& correction) {
+  std::vector<OnlineState> corrected = states;
+  for (size_t i = 0; i < states.size(); ++i) {
+    corrected[i].T_world_imu =
+        CorrectedPose(states[i].T_world_imu, correction, SpeedAt(states, i), PoseMove{});
+  }
+  return corrected;
 }
 
 std::optional<GivenPoseFigures> AdjustGivenPoses(const ViewImages& images,
                                                  const GivenPoseOptions& options, OdometryRun* run,
                                                  const Progress& progress) {
-  constexpr double kDegrees = 180 / M_PI;
+  if (run->keyframes.empty()) return std::nullopt;
   try {
     const auto adjusted = AdjustGivenViews(KeyframesOf(*run), images, options, progress);
     if (!adjusted) return std::nullopt;
+    run->states = CorrectedStates(run->states, adjusted->correction);
     for (size_t i = 0; i < run->keyframes.size(); ++i) {
       run->keyframes[i].T_world_imu = adjusted->views[i].T_world_imu;
     }
-    const GivenPoseFigures& figures = adjusted->figures;
-    spdlog::info(
-        "poses were moved to agree with the images: all by {:.1f} mm, {:.2f} degrees and {:.1f} "
-        "ms, "
-        "each by {:.1f} mm and {:.2f} degrees (RMS of {} views); points of {} pairs of views were "
-        "{:.2f} px off, now {:.2f} px",
-        1e3 * figures.body_shifted_m, kDegrees * figures.body_turned_rad, 1e3 * figures.clock_s,
-        1e3 * figures.moved_m, kDegrees * figures.turned_rad, figures.views, figures.pairs,
-        figures.given_off_px, figures.off_px);
-    return figures;
+    Report(adjusted->figures);
+    return adjusted->figures;
   } catch (const StoppedError&) {
     spdlog::debug("the adjustment of poses was interrupted");
     return std::nullopt;

@@ -6,6 +6,7 @@
 #pragma once
 
 #include <optional>
+#include <vector>
 
 #include "data/progress.h"
 #include "mapping/given_poses/given_pose_figures.h"
@@ -18,18 +19,26 @@ namespace slcmap {
 
 struct AdjustedViews {
   Views views;
+  PoseCorrection correction;  // of the given ones
   GivenPoseFigures figures;
 };
 
 // The views, in their order, with poses that agree with the images, and stay near the given ones.
-// Nothing where that is not wanted, where these agree well enough, or too little is seen from
-// several views. Throws StoppedError when progress says so, and ConfigError.
+// Nothing where that is not wanted, where these agree well enough, where too little is seen from
+// several views, or that brings no gain. Throws StoppedError when progress says so, and
+// ConfigError.
 std::optional<AdjustedViews> AdjustGivenViews(const GivenViews& given, const ViewImages& images,
                                               const GivenPoseOptions& options,
                                               const Progress& progress = {});
 
-// The same for the keyframes of a run, whose images these are; states are left as they are
-// (refinement.h moves them with their keyframes). Where progress ends it, the run is as it was.
+// States with what all poses share and the clock's offset, by the speeds that their neighbours
+// tell.
+std::vector<OnlineState> CorrectedStates(const std::vector<OnlineState>& states,
+                                         const PoseCorrection& correction);
+
+// AdjustGivenViews for a run, whose keyframes' images these are. Its states are moved by what all
+// poses share, and by the clock; refinement.h then moves them with their keyframes. Where progress
+// ends it, the run is as it was.
 std::optional<GivenPoseFigures> AdjustGivenPoses(const ViewImages& images,
                                                  const GivenPoseOptions& options, OdometryRun* run,
                                                  const Progress& progress = {});

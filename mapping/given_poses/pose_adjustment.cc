@@ -57,7 +57,7 @@ std::array<T, 6> Sum(const T* common, const T& clock_s, const PoseMove& speed, c
 
 // How far a point is from where it was found.
 struct MatchTerm {
-  Vector3d p_imu_from;  // the point, in the given frame of the view that it is of
+  Vector3d p_imu_from;  // the point, in the frame of the body where the view is of
   PoseMove speed_from, speed_to;
   RigidTransform T_to_from;
   RigidTransform T_camera_imu;
@@ -117,11 +117,6 @@ MatchTerm TermOf(const PoseMatch& match, const GivenViews& given, const Views& c
           WeightOf(match, corrected, rig, options.point_sigma_px)};
 }
 
-RigidTransform Moved(const RigidTransform& given, const PoseMove& move) {
-  return given *
-         RigidTransform(ExpRotation({move[0], move[1], move[2]}), {move[3], move[4], move[5]});
-}
-
 ceres::CostFunction* PriorOf(double sigma_rad, double sigma_m) {
   return new ceres::AutoDiffCostFunction<PriorTerm, 6, 6>(new PriorTerm{sigma_rad, sigma_m});
 }
@@ -159,19 +154,26 @@ bool Solve(ceres::Problem* problem, const GivenPoseOptions& options, const Progr
 
 }  // namespace
 
+RigidTransform CorrectedPose(const RigidTransform& given, const PoseCorrection& correction,
+                             const PoseMove& speed, const PoseMove& own) {
+  const PoseMove move = Sum(correction.common.data(), correction.clock_s, speed, own.data());
+  return given *
+         RigidTransform(ExpRotation({move[0], move[1], move[2]}), {move[3], move[4], move[5]});
+}
+
 Views Corrected(const GivenViews& given, const PoseCorrection& correction) {
   Views corrected = given.views;
   for (size_t i = 0; i < corrected.size(); ++i) {
-    const PoseMove move = Sum(correction.common.data(), correction.clock_s, given.speeds[i],
-                              correction.own[i].data());
-    corrected[i].T_world_imu = Moved(given.views[i].T_world_imu, move);
+    corrected[i].T_world_imu =
+        CorrectedPose(given.views[i].T_world_imu, correction, given.speeds[i], correction.own[i]);
   }
   return corrected;
 }
 
-PoseCorrection AdjustPoses(const GivenViews& given, const PoseCorrection& start,
-                           const std::vector<PoseMatch>& matches, const Rig& rig,
-                           const GivenPoseOptions& options, const Progress& progress) {
+std::optional<PoseCorrection> AdjustPoses(const GivenViews& given, const PoseCorrection& start,
+                                          const std::vector<PoseMatch>& matches, const Rig& rig,
+                                          const GivenPoseOptions& options,
+                                          const Progress& progress) {
   PoseCorrection found = start;
   const Views corrected = Corrected(given, start);
   ceres::Problem::Options owner;
@@ -192,7 +194,8 @@ PoseCorrection AdjustPoses(const GivenViews& given, const PoseCorrection& start,
                              found.common.data(), &found.clock_s, found.own[match.from].data(),
                              found.own[match.to].data());
   }
-  return Solve(&problem, options, progress) ? found : start;
+  if (!Solve(&problem, options, progress)) return std::nullopt;
+  return found;
 }
 
 }  // namespace slcmap

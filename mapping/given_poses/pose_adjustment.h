@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <vector>
 
 #include "data/progress.h"
@@ -26,16 +27,18 @@ struct PoseCorrection {
   std::vector<PoseMove> own;  // of each on top of that, in their order
 };
 
-// The pose is the given one moved by the sum of what all share, of what passes in clock_s, and of
-// its own.
+// A given pose moved by the sum of what all share, of what passes in clock_s, and of its own.
+RigidTransform CorrectedPose(const RigidTransform& given, const PoseCorrection& correction,
+                             const PoseMove& speed, const PoseMove& own);
 Views Corrected(const GivenViews& given, const PoseCorrection& correction);
 
 // From `start` (with `own` of the size of the views) to where the sum of squares is least: of what
 // is corrected, in its standard deviations, and of how far points are from where they were found,
 // robustly. A point's depth is that of its own pair, whose error lets it move along the epipolar
-// line. Throws StoppedError when progress says so.
-PoseCorrection AdjustPoses(const GivenViews& given, const PoseCorrection& start,
-                           const std::vector<PoseMatch>& matches, const Rig& rig,
-                           const GivenPoseOptions& options, const Progress& progress);
+// line. Nothing where the solution cannot be used. Throws StoppedError when progress says so.
+std::optional<PoseCorrection> AdjustPoses(const GivenViews& given, const PoseCorrection& start,
+                                          const std::vector<PoseMatch>& matches, const Rig& rig,
+                                          const GivenPoseOptions& options,
+                                          const Progress& progress);
 
 }  // namespace slcmap

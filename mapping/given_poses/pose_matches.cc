@@ -4,6 +4,7 @@
 #include <functional>
 #include <mutex>
 #include <optional>
+#include <ranges>
 #include <utility>
 
 #include "data/error.h"
@@ -17,7 +18,8 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr int kMinPoints = 12;  // of a pair of views
+constexpr int kMinPoints = 12;     // of a pair of views
+constexpr size_t kMaxPoints = 60;  // the best corners of it: more say the same, and take memory
 
 // How far two views are from each other, for what they see in common: a metre counts as a radian.
 struct Between {
@@ -62,6 +64,7 @@ std::vector<PoseMatch> MatchesOf(size_t from, const Views& views,
   const Rig& rig = images.rig();
   const Camera& camera = rig.cameras[0];
   const cv::Mat left = images.Read(from).left;
+  if (left.empty()) return {};
   const double sigma = options.disparity_sigma_px / (Baseline_m(rig) * camera.fx_px);
   const RigidTransform T_world_from = WorldFromCamera(views[from], rig);
   std::vector<PoseMatch> matches;
@@ -71,7 +74,7 @@ std::vector<PoseMatch> MatchesOf(size_t from, const Views& views,
     const ViewMatches found = MatchPoints(points, left, image, camera,
                                           WorldFromCamera(views[to], rig).Inverse() * T_world_from);
     if (std::ssize(found.found) < kMinPoints) continue;
-    for (const ViewMatch& match : found.found) {
+    for (const ViewMatch& match : found.found | std::views::take(kMaxPoints)) {
       const ViewPoint& point = points[match.point];
       const Vector3d p = PinholeRay(camera, point.px.x(), point.px.y()) / point.inverse_depth;
       matches.push_back({from, to, p, sigma, match.px});

@@ -325,6 +325,7 @@ MergedMaps MergeMaps(MapResult first, MapResult second, const AlignmentOptions& 
   progress.ReportOrStop(1);
   first.source.options = options.ToYaml();
   first.adjustment.reset();
+  first.given_poses.reset();
   first.calibrated_rig.reset();
   first.id.clear();
   return {std::move(first), found};

@@ -140,10 +140,11 @@ bool IsFarEnough(const RigidTransform& from, const RigidTransform& to,
          from.rotation.angularDistance(to.rotation) >= selection.min_turn_rad;
 }
 
-// The pose at a stamp: that of a row so near in time that only its stamp was rounded, else between
-// two rows.
+// The pose at a stamp: between two rows, or where there are none on both sides, that of a row so
+// near in time that only its stamp was rounded.
 std::optional<RigidTransform> PoseOfImage(const Trajectory& trajectory, int64_t stamp_ns,
                                           const KeyframeSelection& selection) {
+  if (const auto between = PoseAt(trajectory, stamp_ns, selection.max_pose_gap_s)) return between;
   const auto is_before = [](const StampedPose& pose, int64_t ns) { return pose.stamp_ns < ns; };
   const auto after = std::lower_bound(trajectory.begin(), trajectory.end(), stamp_ns, is_before);
   const int64_t most_ns = ToNanoseconds(selection.max_stamp_offset_s);
@@ -151,7 +152,7 @@ std::optional<RigidTransform> PoseOfImage(const Trajectory& trajectory, int64_t 
   if (after != trajectory.begin() && stamp_ns - std::prev(after)->stamp_ns <= most_ns) {
     return std::prev(after)->T_world_imu;
   }
-  return PoseAt(trajectory, stamp_ns, selection.max_pose_gap_s);
+  return std::nullopt;
 }
 
 // The states from the first keyframe of their segment to its last.

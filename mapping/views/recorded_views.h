@@ -34,7 +34,7 @@ struct KeyframeSelection {
   double min_travel_m = 0.1;          // from the keyframe before, or
   double min_turn_rad = 0.15;         // as much as that
   double max_pose_gap_s = 0.1;        // between poses that one is interpolated from
-  double max_stamp_offset_s = 0.005;  // to a pose that is taken as it is
+  double max_stamp_offset_s = 0.005;  // to a pose that is taken as it is: none on both sides
 };
 
 // The run of an odometry that was done by somebody else: a state at each image of a recording (an

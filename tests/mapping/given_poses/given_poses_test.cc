@@ -102,6 +102,32 @@ TEST_F(GivenPosesTest, KeyframesOfARunAreMovedUnlessThatIsNotWanted) {
   EXPECT_GT(run.keyframes[2].T_world_imu.rotation.angularDistance(given), 0.0005);
 }
 
+// States that the way and its turns are told by, as a clock has them that is 40 ms off; those
+// between keyframes are corrected where the rig moves, and stay where it stands.
+TEST_F(GivenPosesTest, AClockThatIsOffIsMendedInStatesToo) {
+  OdometryRun run;
+  const Views& views = room_.views();
+  const RigidTransform first = views[0].T_world_imu;
+  const auto pose_at = [&](double s) {  // turns while it moves, and stands from 1 s on
+    const double moving_s = std::min(s, 1.0);
+    return first * RigidTransform(ExpRotation({0, 0, 0.8 * moving_s}), {0.4 * moving_s, 0, 0});
+  };
+  for (int i = 0; i <= 40; ++i) {
+    OnlineState state;
+    state.stamp_ns = 50'000'000LL * i;
+    state.T_world_imu = pose_at(0.05 * i);
+    run.states.push_back(state);
+  }
+  const PoseCorrection correction{{}, 0.04, {}};
+  const std::vector<OnlineState> corrected = CorrectedStates(run.states, correction);
+  for (const int i : {0, 7, 15}) {
+    const RigidTransform truth = pose_at(0.05 * i + 0.04);
+    EXPECT_LT((corrected[i].T_world_imu.translation - truth.translation).norm(), 5e-4) << i;
+    EXPECT_LT(corrected[i].T_world_imu.rotation.angularDistance(truth.rotation), 1e-3) << i;
+  }
+  EXPECT_EQ(corrected[35].T_world_imu.translation, run.states[35].T_world_imu.translation);
+}
+
 TEST_F(GivenPosesTest, ARunThatIsInterruptedStaysAsItWas) {
   OdometryRun run = RunOf(Turned());
   EXPECT_FALSE(AdjustGivenPoses(room_, options_, &run, Progress([](double done) {
