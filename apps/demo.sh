@@ -29,6 +29,10 @@ echo "== Comparing methods on it"
 "$slcmap" compare "$out/sequence" -o "$out/report" --methods points,slc
 
 echo "== Open in a browser"
-[ ! -e "$out/map.html" ] || echo "the map       $out/map.html"
+if [ -e "$out/map.html" ]; then
+  echo "the map       $out/map.html"
+else
+  echo "the map       is missing, as its page could not be built: see the warnings above"
+fi
 echo "the plan      $out/export/plan.pdf"
 echo "the report    $out/report/report.html"
