@@ -1,4 +1,4 @@
-// A file that is written part by part.
+// A file that is written part by part; small parts are gathered.
 #pragma once
 
 #include <cstdio>

@@ -380,9 +380,7 @@ void WritePly(const std::string& path, const PlyFile& file, PlyForm form) {
   std::string bytes = Header(file, form);
   RowWriter rows(form, &bytes);
   const auto end_row = [&] {
-    constexpr std::size_t kBlock = 1 << 16;
     rows.EndRow();
-    if (bytes.size() < kBlock) return;
     out.Add(bytes);
     bytes.clear();
   };

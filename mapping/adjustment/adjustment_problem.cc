@@ -6,6 +6,7 @@
 
 #include "mapping/adjustment/closure_terms.h"
 #include "mapping/adjustment/first_pose_residual.h"
+#include "mapping/adjustment/solver_progress.h"
 #include "odometry/residuals/along_axis_residual.h"
 #include "odometry/residuals/along_slope_residual.h"
 #include "odometry/residuals/as_given_residual.h"
@@ -137,22 +138,6 @@ std::shared_ptr<ceres::ParameterBlockOrdering> OrderingOf(const AdjustmentOption
   return ordering;
 }
 
-class ProgressCallback final : public ceres::IterationCallback {
- public:
-  ProgressCallback(const Progress& progress, int iterations)
-      : progress_(progress), iterations_(iterations) {}
-  ceres::CallbackReturnType operator()(const ceres::IterationSummary& summary) override {
-    stopped_ = !progress_.Report(std::min(1.0, 1.0 * summary.iteration / iterations_));
-    return stopped_ ? ceres::SOLVER_ABORT : ceres::SOLVER_CONTINUE;
-  }
-  bool stopped() const { return stopped_; }
-
- private:
-  const Progress& progress_;
-  int iterations_;
-  bool stopped_ = false;
-};
-
 // The first rows of a term's residual at its blocks.
 double SquaredRows(const AdjustmentTerm& term, int rows) {
   std::array<double, 15> residuals;
@@ -263,7 +248,7 @@ RoundSummary SolveProblem(const AdjustmentOptions& options, const AdjustmentStat
   solver.max_num_iterations = options.max_iterations;
   solver.function_tolerance = 1e-6;  // a drift that is slow to settle costs little
   solver.logging_type = ceres::SILENT;
-  ProgressCallback callback(progress, options.max_iterations);
+  SolverProgress callback(progress, options.max_iterations);
   solver.callbacks = {&callback};
   ceres::Solver::Summary summary;
   ceres::Solve(solver, problem, &summary);

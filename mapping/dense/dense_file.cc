@@ -67,7 +67,6 @@ void WriteDensePcd(const std::string& path, const std::vector<DensePoint>& point
       "SIZE 4 4 4 4 4 4 4 4 4\nTYPE F F F F F F F F I\nCOUNT 1 1 1 1 1 1 1 1 1\n"
       "WIDTH {0}\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS {0}\nDATA binary\n",
       points.size());
-  constexpr std::size_t kBlock = 1 << 16;
   FileWriter file(path);
   for (const DensePoint& point : points) {
     for (const double value : point.p_world) Append(static_cast<float>(value), &bytes);
@@ -75,7 +74,6 @@ void WriteDensePcd(const std::string& path, const std::vector<DensePoint>& point
     Append(static_cast<float>(point.grey), &bytes);
     Append(static_cast<float>(point.sigma_m), &bytes);
     Append(static_cast<int32_t>(point.source), &bytes);
-    if (bytes.size() < kBlock) continue;
     file.Add(bytes);
     bytes.clear();
   }

@@ -19,10 +19,6 @@ constexpr double kMatchSigma_px = 0.35;  // of disparities, at full size
 constexpr int kMaxLeftRight_px = 2;      // between a match and the one back, at half size
 constexpr int kSpeckle_px = 60;          // smaller patches of equal disparity are noise
 
-double Baseline_m(const Rig& rig) {
-  return (rig.T_imu_camera[1].translation - rig.T_imu_camera[0].translation).norm();
-}
-
 int DisparitiesAtHalfSize(const Rig& rig, const DenseOptions& options) {
   const double most_px = rig.cameras[0].fx_px * Baseline_m(rig) / options.min_depth_m / 2;
   const int rounded = static_cast<int>(std::ceil(most_px / 16)) * 16;
@@ -84,6 +80,10 @@ std::optional<Eigen::Vector3d> PlaneAround(const cv::Mat& disparity, int u, int 
 }
 
 }  // namespace
+
+double Baseline_m(const Rig& rig) {
+  return (rig.T_imu_camera[1].translation - rig.T_imu_camera[0].translation).norm();
+}
 
 DepthGrid StereoDepth(const StereoImage& pair, const cv::Mat& mask, const Rig& rig,
                       const DenseOptions& options) {

@@ -7,6 +7,9 @@
 
 namespace slcmap {
 
+// Between the cameras of a stereo rig.
+double Baseline_m(const Rig& rig);
+
 // Matches the pair at half size (H. Hirschmueller, "Stereo processing by semiglobal matching and
 // mutual information", PAMI 2008, as OpenCV has it), checks left against right, and fits a plane of
 // disparities around each node of the grid. Nodes at depth edges, on surfaces seen at a grazing

@@ -1,18 +1,16 @@
 #include "mapping/given_poses/pose_adjustment.h"
 
 #include <ceres/autodiff_cost_function.h>
-#include <ceres/iteration_callback.h>
 #include <ceres/loss_function.h>
 #include <ceres/problem.h>
 #include <ceres/rotation.h>
 #include <ceres/solver.h>
 
 #include <Eigen/Cholesky>
-#include <algorithm>
 
 #include "data/error.h"
 #include "data/rigid_transform.h"
-#include "odometry/geometry/pinhole.h"
+#include "mapping/adjustment/solver_progress.h"
 
 namespace slcmap {
 namespace {
@@ -121,22 +119,6 @@ ceres::CostFunction* PriorOf(double sigma_rad, double sigma_m) {
   return new ceres::AutoDiffCostFunction<PriorTerm, 6, 6>(new PriorTerm{sigma_rad, sigma_m});
 }
 
-class StopWhenAsked final : public ceres::IterationCallback {
- public:
-  StopWhenAsked(const Progress& progress, int iterations)
-      : progress_(progress), iterations_(iterations) {}
-  ceres::CallbackReturnType operator()(const ceres::IterationSummary& summary) override {
-    stopped_ = !progress_.Report(std::min(1.0, 1.0 * summary.iteration / iterations_));
-    return stopped_ ? ceres::SOLVER_ABORT : ceres::SOLVER_CONTINUE;
-  }
-  bool stopped() const { return stopped_; }
-
- private:
-  const Progress& progress_;
-  int iterations_;
-  bool stopped_ = false;
-};
-
 // False where the solution cannot be used.
 bool Solve(ceres::Problem* problem, const GivenPoseOptions& options, const Progress& progress) {
   ceres::Solver::Options solver;
@@ -144,7 +126,7 @@ bool Solve(ceres::Problem* problem, const GivenPoseOptions& options, const Progr
   solver.num_threads = 1;  // sums of several threads come in any order
   solver.max_num_iterations = options.max_iterations;
   solver.logging_type = ceres::SILENT;
-  StopWhenAsked callback(progress, options.max_iterations);
+  SolverProgress callback(progress, options.max_iterations);
   solver.callbacks = {&callback};
   ceres::Solver::Summary summary;
   ceres::Solve(solver, problem, &summary);

@@ -8,8 +8,8 @@
 #include <utility>
 
 #include "data/error.h"
-#include "mapping/dense/depth_grid.h"
 #include "mapping/dense/parallel.h"
+#include "mapping/dense/stereo_depth.h"
 #include "odometry/geometry/pinhole.h"
 
 namespace slcmap {
@@ -49,10 +49,6 @@ std::vector<size_t> PartnersNear(const Views& views, size_t of, const GivenPoseO
   for (const auto& [apart, view] : near) partners.push_back(view);
   std::ranges::sort(partners);
   return partners;
-}
-
-double Baseline_m(const Rig& rig) {
-  return (rig.T_imu_camera[1].translation - rig.T_imu_camera[0].translation).norm();
 }
 
 std::vector<PoseMatch> MatchesOf(size_t from, const Views& views,

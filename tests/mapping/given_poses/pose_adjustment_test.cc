@@ -8,7 +8,7 @@
 
 #include "data/error.h"
 #include "data/rigid_transform.h"
-#include "odometry/geometry/pinhole.h"
+#include "tests/testing/pinhole_camera.h"
 
 namespace slcmap {
 namespace {
@@ -22,12 +22,7 @@ class PoseAdjustmentTest : public ::testing::Test {
   static constexpr size_t kViews = 8;
 
   PoseAdjustmentTest() {
-    Camera camera;
-    camera.width_px = 640;
-    camera.height_px = 480;
-    camera.fx_px = camera.fy_px = 400;
-    camera.cx_px = 320;
-    camera.cy_px = 240;
+    const Camera camera = testing::PinholeCamera(640, 480, 400, 320, 240);
     rig_.cameras = {camera, camera};
     const Eigen::Quaterniond R_imu_camera = ExpRotation({0.1, -0.2, 1.5});
     rig_.T_imu_camera = {RigidTransform(R_imu_camera, {0.02, -0.05, 0.01}),
