@@ -7,6 +7,7 @@
 
 #include "mapping/building/build_building.h"
 #include "mapping/dense/dense_stage.h"
+#include "mapping/filled_points.h"
 #include "mapping/junctions/junctions.h"
 #include "mapping/line_map.h"
 #include "mapping/lines/known_lines.h"
@@ -120,7 +121,7 @@ void AddFilledPlanes(const RecordedViews& recorded, const std::vector<Sights>& s
   const std::vector<DensePoint> filled =
       FillPlanes({map->dense, map->lines, map->building, sights, {{cameras, depths}}},
                  options.planes, options.dense.threads, progress);
-  map->dense.insert(map->dense.end(), filled.begin(), filled.end());
+  AddFilledPoints(filled, options.planes.cell_m, map);
 }
 
 // Occupancy, the dense cloud, lines and the building, of the images of the keyframes.

@@ -106,15 +106,6 @@ void OccupancyMap::Mark(const CellObservation& cells) {
   mark(cells.occupied, impl_->tree.getClampingThresMaxLog());
 }
 
-void OccupancyMap::MarkOccupied(const std::vector<Eigen::Vector3d>& points) {
-  for (const Eigen::Vector3d& p : points) {
-    const Eigen::Vector3d scaled = p / resolution_m();
-    if (!(scaled.cwiseAbs().maxCoeff() < kReachVoxels - 1)) continue;
-    const OctreeCell cell = scaled.array().floor().cast<int>();
-    impl_->tree.setNodeValue(KeyOf(cell), impl_->tree.getClampingThresMaxLog(), kLazy);
-  }
-}
-
 void OccupancyMap::Finish() {
   impl_->tree.updateInnerOccupancy();
   impl_->tree.prune();

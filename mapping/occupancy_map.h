@@ -46,13 +46,10 @@ class OccupancyMap {
                  const Progress& progress = {});
 
   // Counts a view's observation, once a cell. Returns the number of cells that are out of the
-  // octree. Finish() makes what Update(), Mark() and MarkOccupied() did known to the whole tree.
+  // octree. Finish() makes what Update() and Mark() did known to the whole tree.
   int64_t Update(const CellObservation& observation);
   // Makes cells free and occupied, whatever was seen of them; cells out of the octree are left out.
   void Mark(const CellObservation& cells);
-  // Makes the cells of points (world, metres) occupied, whatever was seen of them; points out of
-  // the octree are left out.
-  void MarkOccupied(const std::vector<Eigen::Vector3d>& points);
   void Finish();
 
   double resolution_m() const;

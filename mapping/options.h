@@ -25,7 +25,7 @@ struct CloudOptions {
 };
 
 struct OccupancyOptions {
-  double resolution_m = 0.1;  // edge of a voxel
+  double resolution_m = 0.05;  // edge of a voxel
   double max_range_m = 20;    // a ray is followed no further
   int max_voxels = 20000000;  // that a map may take, by an estimate; some 70 bytes of memory each
   void Check() const;

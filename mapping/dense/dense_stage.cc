@@ -41,7 +41,7 @@ std::vector<Sights> MapDensely(const Views& views, const ViewImages& images,
         sights.push_back(SightsOf(T_world_camera, rig.cameras[0], depth));
       });
   map->dense = std::move(dense.points);
-  map->occupancy = occupancy.Finish(map->dense);
+  map->occupancy = occupancy.Finish(map->dense, options.dense.voxel_m);
   if (dense.views_without_images > 0) {
     map->warnings[kDenseViewWithoutImages] += dense.views_without_images;
   }

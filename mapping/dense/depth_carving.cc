@@ -93,10 +93,18 @@ DepthCarver::DepthCarver(double resolution_m, double max_range_m)
       resolution_m, side * side * side, max_range_m, 2.05 * max_range_m / std::cbrt(kMaxCells)));
 }
 
+double DepthCarver::Reach_m(const Camera& camera, const DepthGrid& grid) const {
+  double reach_m = 0;
+  ForEachKnown(grid, camera, [&](const DepthNode& node, const Eigen::Vector3d& ray) {
+    reach_m = std::max(reach_m, node.depth_m() * ray.norm());
+  });
+  return std::min(reach_m, max_range_m_);
+}
+
 CellObservation DepthCarver::Observe(const RigidTransform& T_world_camera, const Camera& camera,
                                      const DepthGrid& grid) const {
   const Eigen::Vector3d origin = T_world_camera.translation / resolution_m_;
-  CellBlock marked(CellOf(origin), static_cast<int>(max_range_m_ / resolution_m_) + 2);
+  CellBlock marked(CellOf(origin), static_cast<int>(Reach_m(camera, grid) / resolution_m_) + 2);
   CellObservation observation;
   const auto mark_occupied = [&](const DepthNode& node, const Eigen::Vector3d& ray) {
     if (node.depth_m() * ray.norm() > max_range_m_) return;

@@ -24,6 +24,9 @@ class DepthCarver {
                           const DepthGrid& grid) const;
 
  private:
+  // How far the rays of the known nodes go, up to max_range_m.
+  double Reach_m(const Camera& camera, const DepthGrid& grid) const;
+
   const double resolution_m_, max_range_m_;
 };
 

@@ -10,6 +10,11 @@
 
 namespace slcmap {
 
+// Makes the cells of surfaces occupied, and those half a cell behind them, whatever single views
+// said of these. Each point stands for a patch of its surface that is spacing_m wide. Inner cells
+// of the tree know of it after OccupancyMap::Finish().
+void MarkSurfaces(const std::vector<DensePoint>& points, double spacing_m, OccupancyMap* map);
+
 class DepthOccupancy {
  public:
   // Throws ConfigError where the resolution would take too much memory.
@@ -19,9 +24,8 @@ class DepthOccupancy {
   // octree are left out and counted.
   void Add(const RigidTransform& T_world_camera, const Camera& camera, const DepthGrid& depth);
 
-  // The map once all views are in, with the surfaces fused of them: their cells are occupied, and
-  // those half a cell behind them, whatever single views said of these.
-  OccupancyMap Finish(const std::vector<DensePoint>& points);
+  // The map once all views are in, with the surfaces fused of them marked.
+  OccupancyMap Finish(const std::vector<DensePoint>& points, double spacing_m);
 
   int64_t out_of_octree() const { return out_of_octree_; }
 

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "mapping/building/build_building.h"
+#include "mapping/filled_points.h"
 #include "mapping/junctions/junctions.h"
 #include "mapping/lines/sight_depths.h"
 #include "mapping/map_building_input.h"
@@ -219,7 +220,8 @@ void UniteContents(const RigidTransform& T_first_second, const MappingOptions& o
   first->pipes = UnitePipes(std::move(first->pipes), second->pipes, first->lines);
   progress.ReportOrStop(0.7);
   first->occupancy =
-      UniteOccupancy(first->occupancy, second->occupancy, T_first_second, first->dense);
+      UniteOccupancy(first->occupancy, second->occupancy, T_first_second, first->dense,
+                     options.dense.voxel_m);
 }
 
 // Poses of a rig, in the world of the map that they look at.
@@ -237,11 +239,6 @@ std::vector<Sights> SightsOf(const MapResult& map, const std::vector<RigPoses>& 
     std::move(seen.begin(), seen.end(), std::back_inserter(sights));
   }
   return sights;
-}
-
-void RemoveFilled(MapResult* map) {
-  std::erase_if(map->dense,
-                [](const DensePoint& point) { return point.source == DenseSource::kFilledPlane; });
 }
 
 struct WatchingRig {
@@ -272,7 +269,7 @@ void AddFilledPlanes(const std::vector<RigPoses>& rigs, const std::vector<Sights
   const std::vector<DensePoint> filled =
       FillPlanes(measured, options.planes, options.dense.threads, progress.Part(0.5, 1));
   progress.ReportOrStop(1);
-  map->dense.insert(map->dense.end(), filled.begin(), filled.end());
+  AddFilledPoints(filled, options.planes.cell_m, map);
 }
 
 }  // namespace
@@ -295,7 +292,7 @@ MergedMaps MergeMaps(MapResult first, MapResult second, const AlignmentOptions& 
   options.Check();
   RefuseSameRuns(RunsOf(first), second);
   for (MapResult* map : {&first, &second}) {
-    RemoveFilled(map);
+    RemoveFilledPoints(map);
     RemoveJunctions(map);
     CheckMap(*map);
   }

@@ -7,6 +7,7 @@
 #include <set>
 
 #include "data/error.h"
+#include "mapping/dense/depth_occupancy.h"
 
 namespace slcmap {
 namespace {
@@ -57,7 +58,7 @@ Cell Both(Cell a, Cell b) {
 
 OccupancyMap UniteOccupancy(const OccupancyMap& first, const OccupancyMap& second,
                             const RigidTransform& T_first_second,
-                            const std::vector<DensePoint>& united) {
+                            const std::vector<DensePoint>& united, double spacing_m) {
   const double resolution_m = first.resolution_m();
   const RigidTransform T_second_first = T_first_second.Inverse();
   std::set<Block> blocks;
@@ -81,9 +82,7 @@ OccupancyMap UniteOccupancy(const OccupancyMap& first, const OccupancyMap& secon
     }
     map.Mark(cells);
   }
-  std::vector<Eigen::Vector3d> points;
-  for (const DensePoint& point : united) points.push_back(point.p_world);
-  map.MarkOccupied(points);
+  MarkSurfaces(united, spacing_m, &map);
   map.Finish();
   return map;
 }

@@ -172,7 +172,7 @@ void MeasureMap(const Sequence& sequence, const DenseOptions& options) {
   const SurfaceInputs inputs{sequence.folder + "/truth/surfaces.ply", "",
                              sequence.output + "/dense.ply", sequence.output + "/occupancy.bt"};
   WriteDensePly(inputs.cloud, map.points);
-  occupancy.Finish(map.points).Write(inputs.occupancy);
+  occupancy.Finish(map.points, options.voxel_m).Write(inputs.occupancy);
   const CloudMetricOptions cloud_options;
   const SurfaceMetrics metrics = EvaluateSurfaces(inputs, sequence.truth, {}, cloud_options, {});
   std::fputs(SurfaceTable(inputs, metrics, cloud_options).c_str(), stdout);

@@ -40,7 +40,9 @@ class MappingTest : public ::testing::Test {
 };
 
 TEST_F(MappingTest, AWallBecomesPointsAndVoxels) {
-  const MapResult map = BuildMap(testing::MakeWallRun(), {});
+  MappingOptions options;
+  options.occupancy.resolution_m = 0.1;
+  const MapResult map = BuildMap(testing::MakeWallRun(), options);
   EXPECT_TRUE(map.complete);
   EXPECT_EQ(map.trajectory.size(), 51u);
   EXPECT_EQ(map.keyframes.size(), 6u);

@@ -175,7 +175,7 @@ MapResult MakeRoomMap(const RoomMapSize& size) {
     if (i % 4 == 0) map.keyframes.push_back(map.trajectory.back());
   }
   map.rectified_rig.cameras.fill(testing::PinholeCamera(640, 480, 320, 319.5, 239.5));
-  map.occupancy.MarkOccupied({{103.05, 204.05, 0.05}});
+  map.occupancy.Mark({{}, {{1030, 2040, 0}}});
   map.occupancy.Finish();
   return map;
 }

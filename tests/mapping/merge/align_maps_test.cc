@@ -183,7 +183,7 @@ TEST(AlignMaps, IdenticalStoreysAreRefused) {
   const MapResult upper = ScannedMap(scene, kFlatAll, Moved(0, {0, 0, 3}));
   both.dense.insert(both.dense.end(), upper.dense.begin(), upper.dense.end());
   both.lines.insert(both.lines.end(), upper.lines.begin(), upper.lines.end());
-  both.occupancy = UniteOccupancy(both.occupancy, upper.occupancy, {}, {});
+  both.occupancy = UniteOccupancy(both.occupancy, upper.occupancy, {}, {}, 0.05);
   const MapResult other = ScannedMap(scene, kFlatWest, Moved(0, {0, 0, 3}), "b");
   EXPECT_EQ(WhyRefused(both, other), AlignmentError::Reason::kAmbiguous);
   ExpectAt(Align(both, other, RoughStart{{0.5, 0, 0.3}, 0.1}), {}, 0.01);

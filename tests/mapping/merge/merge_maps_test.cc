@@ -287,7 +287,7 @@ TEST(UniteOccupancy, SpaceThatNoBuildingHasIsRefused) {
   const std::string path = folder.Write(
       "huge.bt", std::string("# Octomap OcTree binary file\nid OcTree\nsize 2\nres 0.1\ndata\n") +
                      std::string("\x02\x00", 2));
-  EXPECT_THROW(UniteOccupancy(OccupancyMap(0.1), OccupancyMap::Read(path), {}, {}), DataError);
+  EXPECT_THROW(UniteOccupancy(OccupancyMap(0.1), OccupancyMap::Read(path), {}, {}, 0.05), DataError);
 }
 
 TEST(UniteOccupancy, OccupiedFreeAndUnknownAreUnited) {
@@ -297,7 +297,7 @@ TEST(UniteOccupancy, OccupiedFreeAndUnknownAreUnited) {
   second.Mark({{{-5, 1, 1}, {-7, 1, 1}}, {{-9, 1, 1}}});
   const RigidTransform T = LevelTransform(0, {1, 0, 0});
   const OccupancyMap united =
-      UniteOccupancy(first, second, T, {{{0.75, 0.15, 0.15}, Vector3d::UnitZ(), 0.01, 0}});
+      UniteOccupancy(first, second, T, {{{0.75, 0.15, 0.15}, Vector3d::UnitZ(), 0.01, 0}}, 0.05);
   const auto at = [](int x) { return Vector3d(0.1 * x + 0.05, 0.15, 0.15); };
   EXPECT_TRUE(united.IsFree(at(2)));
   EXPECT_TRUE(united.IsFree(at(1)));      // free in one, occupied in the other, and no point there
