@@ -6,23 +6,15 @@
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
-#include <memory>
 
 #include "data/error.h"
+#include "data/file_handle.h"
 #include "data/file_writer.h"
 
 namespace slcmap {
-namespace {
-
-struct CloseFile {
-  void operator()(std::FILE* file) const { std::fclose(file); }
-};
-using File = std::unique_ptr<std::FILE, CloseFile>;
-
-}  // namespace
 
 std::string ReadFile(const std::string& path) {
-  const File file(std::fopen(path.c_str(), "rb"));
+  const FileHandle file(std::fopen(path.c_str(), "rb"));
   if (!file) throw DataError(fmt::format("{}: cannot be opened: {}", path, std::strerror(errno)));
   std::string bytes;
   char block[1 << 16];

@@ -1,10 +1,10 @@
 // A file that is written part by part; small parts are gathered.
 #pragma once
 
-#include <cstdio>
-#include <memory>
 #include <string>
 #include <string_view>
+
+#include "data/file_handle.h"
 
 namespace slcmap {
 
@@ -21,14 +21,10 @@ class FileWriter {
   void Close();
 
  private:
-  struct CloseFile {
-    void operator()(std::FILE* file) const { std::fclose(file); }
-  };
-
   [[noreturn]] void Fail(const char* what) const;
 
   std::string path_;
-  std::unique_ptr<std::FILE, CloseFile> file_;
+  FileHandle file_;
 };
 
 }  // namespace slcmap

@@ -7,6 +7,9 @@
 
 namespace slcmap {
 
+// Of a normal distribution: the standard deviation over the median of absolute values.
+inline constexpr double kSigmaOfMedian = 1.4826;
+
 // The nearest of the values; 0 where there are none.
 inline double Quantile(std::vector<double> values, double share) {
   if (values.empty()) return 0;

@@ -8,6 +8,7 @@
 
 #include "data/angle_unit.h"
 #include "data/option_table.h"
+#include "data/quantile.h"
 
 namespace slcmap {
 namespace {
@@ -23,7 +24,7 @@ constexpr double kLeastSpan = 0.9;    // of a straightedge, between the outer pl
 constexpr double kSurveyLeastBeside_m = 0.5;  // of faces that face each other
 constexpr double kSurveyMostApart_m = 30;     // the same; DIN 18202 goes no further
 constexpr double kNear_m = 1;                 // of faces that an angle is between, at their ends
-constexpr double kMadToSigma = 1.4826, kMedianSpread = 1.2533;
+constexpr double kMedianSpread = 1.2533;
 
 constexpr OptionTable kSurveyTable{
     Option{"step_m", &SurveyOptions::step_m, 0.01, 10.0},
@@ -136,7 +137,7 @@ class ProfileMaker {
     for (const WeightedValue& v : off) {
       spread.push_back({std::abs(v.value - place.off_m), v.weight});
     }
-    place.sigma_m = kMedianSpread * kMadToSigma * WeightedMedian(spread) /
+    place.sigma_m = kMedianSpread * kSigmaOfMedian * WeightedMedian(spread) /
                     std::sqrt(static_cast<double>(around.size()));
     return place;
   }

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "data/asl_files.h"
+#include "data/quantile.h"
 #include "data/rigid_transform.h"
 
 namespace slcmap {
@@ -16,7 +17,6 @@ constexpr int kMinPoints = 25;
 constexpr int kTurnIterations = 6, kTryIterations = 4, kIterations = 10;
 constexpr double kMinNoise_rad = 1e-4;  // a twentieth of a pixel
 constexpr double kOutlier = 4;          // times the noise
-constexpr double kMadToSigma = 1.4826;
 constexpr double kConverged_rad = 1e-7;
 
 struct Pose {
@@ -32,7 +32,7 @@ double CauchyWeight(double residual, double scale) {
 // Scale of residuals, of which some are wrong.
 double Noise_rad(std::vector<double> residuals_rad) {
   for (double& residual_rad : residuals_rad) residual_rad = std::abs(residual_rad);
-  return std::max(kMinNoise_rad, kMadToSigma * Median(std::move(residuals_rad)));
+  return std::max(kMinNoise_rad, kSigmaOfMedian * Median(std::move(residuals_rad)));
 }
 
 // The rotation that explains the rays best if the camera did not move.

@@ -22,6 +22,7 @@ constexpr OptionTable kTable{
     Option{"max_eliminated_observations", &AdjustmentOptions::max_eliminated_observations, 1,
            100000},
     Option{"exact_below_rad", &AdjustmentOptions::exact_below_rad, 0.0, 0.1},
+    Option{"deviation_scale", &AdjustmentOptions::deviation_scale, 0.1, 100.0},
     Option{"shared_share", &AdjustmentOptions::shared_share, 0.0, 0.99},
     Option{"shared_radius_m", &AdjustmentOptions::shared_radius_m, 0.01, 1000.0},
     Option{"axis_loss_sigma", &AdjustmentOptions::axis_loss_sigma, 1e-3, 1e3},

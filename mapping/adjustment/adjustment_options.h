@@ -59,7 +59,10 @@ struct AdjustmentOptions {
   int line_observations = 10;
   // A line that more keyframes saw stays in the reduced system, which eliminating it would fill.
   int max_eliminated_observations = 50;
-  // Directions of lines, as BuildingDeviationOptions has them.
+  // Directions of lines, as BuildingDeviationOptions has them. Where they may deviate, by so many
+  // times what the run has learned of single lines: they are off together in more ways than those
+  // that shares hold (all edges of one door, a wall that bends), which does not average out.
+  double deviation_scale = 2;
   double exact_below_rad = 0.001;
   double shared_share = 0.5;
   double shared_radius_m = 3;

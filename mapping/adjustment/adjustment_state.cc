@@ -172,8 +172,9 @@ void SetDeviation(const OdometryRun& run, const AdjustmentOptions& options, Adju
   } else if (line->axis != LineAxis::kNone) {
     line->exact = building_rad < options.exact_below_rad;
     if (line->exact) return;
-    line->deviation_sigma_rad = std::sqrt(1 - options.shared_share) * building_rad;
-    state->share_sigma_rad = std::sqrt(options.shared_share) * building_rad;
+    const double believed_rad = options.deviation_scale * building_rad;
+    line->deviation_sigma_rad = std::sqrt(1 - options.shared_share) * believed_rad;
+    state->share_sigma_rad = std::sqrt(options.shared_share) * believed_rad;
     if (options.shared_share > 0) line->share = ShareOf(*line, options.shared_radius_m, state);
   }
 }

@@ -22,26 +22,14 @@ constexpr int kMinPoints = 12;     // of a pair of views
 constexpr size_t kMaxPoints = 60;  // the best corners of it: more say the same, and take memory
 
 // How far two views are from each other, for what they see in common: a metre counts as a radian.
-struct Between {
-  double travel_m = 0, turn_rad = 0;
-  double apart() const { return travel_m + turn_rad; }
-};
-
-Between BetweenViews(const View& a, const View& b) {
-  const RigidTransform T_a_b = a.T_world_imu.Inverse() * b.T_world_imu;
-  return {T_a_b.translation.norm(), Eigen::AngleAxisd(T_a_b.rotation).angle()};
-}
-
 // The nearest views that look at about the same.
 std::vector<size_t> PartnersNear(const Views& views, size_t of, const GivenPoseOptions& options) {
   std::vector<std::pair<double, size_t>> near;
   for (size_t i = 0; i < views.size(); ++i) {
     if (i == of || views[i].segment != views[of].segment) continue;
-    const Between between = BetweenViews(views[of], views[i]);
-    if (between.travel_m > options.max_travel_m || between.turn_rad > options.max_turn_rad) {
-      continue;
-    }
-    near.emplace_back(between.apart(), i);
+    const auto [travel_m, turn_rad] = HowFarApart(views[of], views[i]);
+    if (travel_m > options.max_travel_m || turn_rad > options.max_turn_rad) continue;
+    near.emplace_back(travel_m + turn_rad, i);
   }
   std::ranges::sort(near);
   near.resize(std::min(near.size(), static_cast<size_t>(options.partners)));

@@ -16,7 +16,6 @@ constexpr int kSteps = 5;
 constexpr int kFullSamples = 4;       // more that are near each other err alike
 constexpr double kWeakSigma_rad = 1;  // of the direction of a line without a prior
 constexpr double kMaxStep_m = 1;
-constexpr double kSigmaOfMedian = 1.4826;  // of absolute values, of a normal distribution
 
 // A place's distance from the line's image, and its derivative by the line's shift across at the
 // place; nothing behind the camera.

@@ -219,9 +219,8 @@ void UniteContents(const RigidTransform& T_first_second, const MappingOptions& o
            first);
   first->pipes = UnitePipes(std::move(first->pipes), second->pipes, first->lines);
   progress.ReportOrStop(0.7);
-  first->occupancy =
-      UniteOccupancy(first->occupancy, second->occupancy, T_first_second, first->dense,
-                     options.dense.voxel_m);
+  first->occupancy = UniteOccupancy(first->occupancy, second->occupancy, T_first_second,
+                                    first->dense, options.dense.voxel_m);
 }
 
 // Poses of a rig, in the world of the map that they look at.

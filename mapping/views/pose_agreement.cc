@@ -13,7 +13,6 @@ namespace {
 constexpr size_t kMaxPairs = 40;
 constexpr int kLaterViews = 5;             // that a partner is looked for among
 constexpr int kMinPoints = 15;             // of a pair that counts
-constexpr double kSigmaOfMedian = 1.4826;  // of absolute values, of a normal distribution
 
 }  // namespace
 

@@ -101,14 +101,17 @@ ViewMatches MatchPoints(const std::vector<ViewPoint>& points, const cv::Mat& fro
   return matches;
 }
 
+ViewsApart HowFarApart(const View& a, const View& b) {
+  const RigidTransform T_a_b = a.T_world_imu.Inverse() * b.T_world_imu;
+  return {T_a_b.translation.norm(), Eigen::AngleAxisd(T_a_b.rotation).angle()};
+}
+
 std::vector<size_t> PartnersOf(const Views& views, size_t first, int later_views, size_t count) {
   std::vector<size_t> partners;
   const size_t end = std::min(views.size(), first + 1 + static_cast<size_t>(later_views));
   for (size_t second = first + 1; second < end && partners.size() < count; ++second) {
     if (views[second].segment != views[first].segment) break;
-    const RigidTransform between = views[first].T_world_imu.Inverse() * views[second].T_world_imu;
-    const double travel_m = between.translation.norm();
-    const double turn_rad = Eigen::AngleAxisd(between.rotation).angle();
+    const auto [travel_m, turn_rad] = HowFarApart(views[first], views[second]);
     if (travel_m > kMinTravel_m && travel_m < kMaxTravel_m && turn_rad < kMaxTurn_rad) {
       partners.push_back(second);
     }

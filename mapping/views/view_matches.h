@@ -34,6 +34,11 @@ struct ViewMatches {
 ViewMatches MatchPoints(const std::vector<ViewPoint>& points, const cv::Mat& from,
                         const cv::Mat& to, const Camera& camera, const RigidTransform& T_to_from);
 
+struct ViewsApart {
+  double travel_m = 0, turn_rad = 0;
+};
+ViewsApart HowFarApart(const View& a, const View& b);
+
 // Views after one, the nearest first, that look at about the same from elsewhere: at most so many.
 std::vector<size_t> PartnersOf(const Views& views, size_t first, int later_views, size_t count);
 

@@ -120,6 +120,26 @@ TEST(Adjustment, OfLinesKnowsTheHeading) {
   EXPECT_EQ(result.lines.size(), run.run.lines.size());
 }
 
+// What near lines are off alike counts as often as there are lines, so the tie of one is loose.
+TEST(Adjustment, TiesLinesByTheScaledDeviation) {
+  constexpr double kLearned_rad = 0.003;
+  SimulatedRunOptions options = Noisy(8);
+  options.lines = LineTrackSimulatorOptions();
+  SimulatedRun run = Fly(options);
+  run.run.line_deviation_rad = kLearned_rad;
+  AdjustmentOptions adjustment;
+  adjustment.deviation_scale = 3;
+  const AdjustmentState state = StateOfRun(run.run, adjustment);
+  ASSERT_FALSE(state.lines.empty());
+  for (const AdjustedLine& line : state.lines) {
+    EXPECT_FALSE(line.exact);
+    EXPECT_NEAR(std::hypot(line.deviation_sigma_rad, state.share_sigma_rad), 3 * kLearned_rad,
+                1e-12);
+  }
+  run.run.line_deviation_rad = 0.5 * adjustment.exact_below_rad;
+  for (const AdjustedLine& line : StateOfRun(run.run, adjustment).lines) EXPECT_TRUE(line.exact);
+}
+
 TEST(Adjustment, TheSameRunGivesTheSameBytes) {
   const SimulatedRun run = Fly(Noisy(8));
   const AdjustmentResult a = Adjust(run.run, Quick()), b = Adjust(run.run, Quick());
