@@ -223,7 +223,8 @@ void FitAgain(const Views& views, const Rig& rig, const std::vector<BuildingAxis
     const StretchLimits limits{options.min_views, options.max_sigma_m,
                                line.axis < 0 ? options.max_free_spread_px : options.max_spread_px,
                                options.intervals.min_length_m};
-    const auto fit = FitStretches(cameras, AxisPrior(axes, line.axis), options.fit, limits, &line);
+    const auto fit =
+        FitStretches(cameras, PriorOf(line, axes, options), options.fit, limits, &line);
     if (!fit || !limits.Hold(*fit)) return false;
     line.parallax_rad = Parallax_rad(fit->line, line.places, cameras);
     line.fit = *fit;

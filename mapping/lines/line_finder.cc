@@ -60,9 +60,14 @@ double MinGradient(const TrackedLine& line, const MapLineOptions& options) {
   return std::max(options.min_gradient, options.min_gradient_share * line.gradient);
 }
 
-std::optional<DirectionPrior> AxisPrior(const std::vector<BuildingAxis>& axes, int axis) {
-  if (axis < 0) return std::nullopt;
-  return DirectionPrior{axes[axis].direction_world, axes[axis].sigma_rad};
+std::optional<DirectionPrior> PriorOf(const TrackedLine& line,
+                                      const std::vector<BuildingAxis>& axes,
+                                      const MapLineOptions& options) {
+  if (line.is_level) {
+    return DirectionPrior{Eigen::Vector3d::UnitZ(), options.level_sigma_rad, true};
+  }
+  if (line.axis < 0) return std::nullopt;
+  return DirectionPrior{axes[line.axis].direction_world, axes[line.axis].sigma_rad};
 }
 
 LineFinder::LineFinder(const Views& views, const ViewImages& images,
@@ -153,12 +158,29 @@ std::optional<LineFinder::Hypothesis> LineFinder::Sweep(
     const auto swept =
         SweepAlongAxis(segment, view, axis.direction_world, images, cameras_, options_.sweep);
     if (swept && (!best || swept->score > best->swept.score)) {
-      best = Hypothesis{static_cast<int>(i), *swept};
+      best = Hypothesis{static_cast<int>(i), false, *swept};
     }
   }
   if (best) return best;
+  best = SweepLevel(segment, view, images);
   const auto swept = SweepAnyDirection(segment, view, images, cameras_, options_.sweep);
-  return swept ? std::optional(Hypothesis{-1, *swept}) : std::nullopt;
+  if (swept && (!best || swept->score > best->swept.score)) best = Hypothesis{-1, false, *swept};
+  return best;
+}
+
+// What stands about in a building is turned against it, but level: of all lines that a segment may
+// be an image of, those that are level have one direction, however far away.
+std::optional<LineFinder::Hypothesis> LineFinder::SweepLevel(
+    const LineSegment& segment, int view, const std::vector<SweepImage>& images) const {
+  constexpr double kMinLean = 0.1;  // sine of what the plane of camera and segment is off the level
+  const Eigen::Quaterniond R_world_camera = cameras_.T_camera_world[view][0].rotation.conjugate();
+  const Eigen::Vector3d normal_camera =
+      segment.start.homogeneous().cross(segment.end.homogeneous()).normalized();
+  const Eigen::Vector3d level = (R_world_camera * normal_camera).cross(Eigen::Vector3d::UnitZ());
+  if (level.norm() < kMinLean) return std::nullopt;
+  const auto swept =
+      SweepAlongAxis(segment, view, level.normalized(), images, cameras_, options_.sweep);
+  return swept ? std::optional(Hypothesis{-1, true, *swept}) : std::nullopt;
 }
 
 double LineFinder::GradientIn(int view, const TrackedLine& line) const {
@@ -178,6 +200,7 @@ std::optional<TrackedLine> LineFinder::Accept(const Hypothesis& hypothesis, int 
   constexpr double kMinShown = 0.5, kMaxRms_px = 1.2;
   TrackedLine line;
   line.axis = hypothesis.axis;
+  line.is_level = hypothesis.is_level;
   line.segment = views_[view].segment;
   line.line = hypothesis.swept.line;
   line.seen = hypothesis.swept.seen;
@@ -200,7 +223,7 @@ std::optional<TrackedLine> LineFinder::Accept(const Hypothesis& hypothesis, int 
       AddPlaces(samples, *part, image.view, image.camera, kPlaceStep_m, &places);
     }
     const auto fit =
-        FitLine(line.line, places, cameras_, AxisPrior(axes_, line.axis), options_.fit);
+        FitLine(line.line, places, cameras_, PriorOf(line, axes_, options_), options_.fit);
     if (!fit || static_cast<double>(shown) < kMinShown * static_cast<double>(looked)) {
       return std::nullopt;
     }

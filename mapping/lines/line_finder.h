@@ -26,6 +26,7 @@ class LineFinder {
   // A line that a segment may be of.
   struct Hypothesis {
     int axis = -1;
+    bool is_level = false;
     SweptLine swept;
   };
 
@@ -36,6 +37,8 @@ class LineFinder {
                std::vector<char>* explained);
   std::optional<Hypothesis> Sweep(const LineSegment& px, int view,
                                   const std::vector<SweepImage>& images) const;
+  std::optional<Hypothesis> SweepLevel(const LineSegment& segment, int view,
+                                       const std::vector<SweepImage>& images) const;
   // The median gradient of a line's edge in the left image of a view.
   double GradientIn(int view, const TrackedLine& line) const;
   std::optional<TrackedLine> Accept(const Hypothesis& hypothesis, int view,
@@ -50,8 +53,10 @@ class LineFinder {
   std::vector<TrackedLine> lines_;
 };
 
-// What the direction of a line along an axis (an index; -1: none) is known to be beforehand.
-std::optional<DirectionPrior> AxisPrior(const std::vector<BuildingAxis>& axes, int axis);
+// What the direction of a line is known to be beforehand.
+std::optional<DirectionPrior> PriorOf(const TrackedLine& line,
+                                      const std::vector<BuildingAxis>& axes,
+                                      const MapLineOptions& options);
 
 // The gradient from which an image shows a line.
 double MinGradient(const TrackedLine& line, const MapLineOptions& options);

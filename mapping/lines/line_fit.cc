@@ -76,10 +76,19 @@ Sums SumPlaces(const PointAndDirection& line, const Eigen::Matrix<double, 3, 2>&
 
 void AddPrior(const PointAndDirection& line, const Eigen::Matrix<double, 3, 2>& across,
               const std::optional<DirectionPrior>& prior, Sums* sums) {
-  const double sigma_rad = prior ? prior->sigma_rad : kWeakSigma_rad;
-  const double weight = 1 / (sigma_rad * sigma_rad);
-  sums->H.bottomRightCorner<2, 2>() += weight * Eigen::Matrix2d::Identity();
+  if (!prior || prior->is_across) {
+    sums->H.bottomRightCorner<2, 2>() +=
+        Eigen::Matrix2d::Identity() / (kWeakSigma_rad * kWeakSigma_rad);
+  }
   if (!prior) return;
+  const double weight = 1 / (prior->sigma_rad * prior->sigma_rad);
+  if (prior->is_across) {
+    const Eigen::Vector2d by_turn = across.transpose() * prior->axis_world;
+    sums->H.bottomRightCorner<2, 2>() += weight * by_turn * by_turn.transpose();
+    sums->g.tail<2>() += weight * prior->axis_world.dot(line.direction_world) * by_turn;
+    return;
+  }
+  sums->H.bottomRightCorner<2, 2>() += weight * Eigen::Matrix2d::Identity();
   const double sense = prior->axis_world.dot(line.direction_world) < 0 ? -1 : 1;
   const Eigen::Vector3d off = line.direction_world - sense * prior->axis_world;
   sums->g.tail<2>() += weight * across.transpose() * off;

@@ -23,10 +23,12 @@ struct EdgePlace {
 void AddPlaces(const std::vector<LineSample>& samples, const LineInView& line, int view, int camera,
                double step_m, std::vector<EdgePlace>* places);
 
-// How far from an axis of the building the direction of a line may be.
+// How far from an axis of the building the direction of a line may be, or from the plane across an
+// axis, as that of level lines.
 struct DirectionPrior {
   Eigen::Vector3d axis_world;  // unit
   double sigma_rad = 0;
+  bool is_across = false;
 };
 
 struct LineFitOptions {

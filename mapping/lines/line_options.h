@@ -58,6 +58,7 @@ struct MapLineOptions {
   // Between the views of a line that is kept though no surface is known beside it.
   double min_parallax_rad = 0.12;
   double min_axis_sigma_rad = 0.0005;
+  double level_sigma_rad = 0.005;  // of level lines without an axis
   ViewSpacingOptions views;
   LineSweepOptions sweep;
   LineFitOptions fit;

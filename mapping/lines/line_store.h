@@ -18,9 +18,10 @@ struct BinViews {
 };
 
 struct TrackedLine {
-  int axis = -1;    // index into the building's axes; -1: none
-  int segment = 0;  // of the run
-  int map = 0;      // where lines of several maps are merged
+  int axis = -1;          // index into the building's axes; -1: none
+  bool is_level = false;  // of one without an axis: its direction is held level
+  int segment = 0;        // of the run
+  int map = 0;            // where lines of several maps are merged
   // Runs so that the bright side is on the left of its image in the view that it was found in.
   PointAndDirection line;
   Stretch seen;              // by segments

@@ -105,6 +105,18 @@ TEST_F(LineFitting, KeepsToAnAxisThatIsKnownWell) {
   EXPECT_LT(fit->line.direction_world.cross(Eigen::Vector3d::UnitZ()).norm(), 1e-4);
 }
 
+TEST_F(LineFitting, KeepsLevelWithAnyHeading) {
+  // The true line, seen in a world whose z leans so that it is level, and off that by a little.
+  const Eigen::Vector3d level_axis =
+      (kTrue.direction_world.unitOrthogonal() + 0.02 * kTrue.direction_world).normalized();
+  const DirectionPrior prior{level_axis, 1e-7, true};
+  const auto fit = FitLine(start_, PlacesOf(cameras_, 0, 1), cameras_, prior, options_);
+  ASSERT_TRUE(fit);
+  EXPECT_NEAR(fit->line.direction_world.dot(level_axis), 0, 1e-5);
+  const Eigen::Vector3d heading = level_axis.cross(kTrue.direction_world).normalized();
+  EXPECT_NEAR(fit->line.direction_world.dot(heading), 0, 0.02);
+}
+
 TEST_F(LineFitting, NeedsPlaces) {
   EXPECT_FALSE(FitLine(start_, {}, cameras_, std::nullopt, options_));
 }

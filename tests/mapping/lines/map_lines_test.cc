@@ -62,6 +62,22 @@ TEST(MapLines, TheSidesOfARectangleAreFoundWhereTheyAre) {
   }
 }
 
+// Left and right images do not tell how far level edges are; views at other heights do.
+TEST(MapLines, LevelEdgesTurnedAgainstTheBuildingAreFound) {
+  std::vector<BuildingAxis> turned = WallAxes();
+  turned[1].direction_world = {std::cos(0.4), std::sin(0.4), 0};
+  turned[2].direction_world = {-std::sin(0.4), std::cos(0.4), 0};
+  const auto lines = LinesOf({{-0.5, 0.4, -0.3, 0.4}}, turned);
+  ASSERT_EQ(lines.size(), 4u);
+  for (const double height_m : {-0.3, 0.4}) {
+    const auto found = std::find_if(lines.begin(), lines.end(), [&](const MapLine& line) {
+      return line.axis == LineAxis::kNone && IsAlong(line, 2, height_m);
+    });
+    ASSERT_NE(found, lines.end()) << height_m;
+    EXPECT_NEAR(Length_m(*found), 0.9, 0.05);
+  }
+}
+
 TEST(MapLines, ADoorwayIsAGapOfOneLine) {
   const auto lines = LinesOf({{-1.0, -0.3, -0.3, 0.4}, {0.3, 1.0, -0.3, 0.4}}, WallAxes());
   std::vector<const MapLine*> tops;
