@@ -1,6 +1,7 @@
 #include "apps/run_recorder.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace slcmap {
 namespace {
@@ -10,8 +11,9 @@ constexpr std::chrono::milliseconds kWindowEvery(500);
 }  // namespace
 
 RunRecorder::RunRecorder(const std::string& run_folder, const OdometryRun& header,
-                         Odometry* odometry)
+                         Odometry* odometry, std::function<Warnings()> source_warnings)
     : odometry_(odometry),
+      source_warnings_(std::move(source_warnings)),
       journal_(run_folder, header),
       window_written_(std::chrono::steady_clock::now()) {}
 
@@ -29,8 +31,9 @@ void RunRecorder::Update() {
 
 // What leaves the window is in the journal before it is no longer in the window's file.
 void RunRecorder::UpdateWindow(OdometryRun finished) {
-  const OdometryRun window = odometry_->Window();
-  finished.line_deviation_rad = window.line_deviation_rad;
+  OdometryRun window = odometry_->Window();
+  const Warnings warnings = source_warnings_();
+  for (const auto& [kind, entry] : warnings.entries()) window.warnings[kind] += entry.count;
   finished.manhattan_worlds = window.manhattan_worlds;  // lines in both refer to them
   finished.sloped_directions = window.sloped_directions;
   journal_.Append(finished);

@@ -2,8 +2,10 @@
 #pragma once
 
 #include <chrono>
+#include <functional>
 #include <string>
 
+#include "data/warnings.h"
 #include "odometry/odometry.h"
 #include "odometry/run_journal.h"
 
@@ -11,8 +13,10 @@ namespace slcmap {
 
 class RunRecorder {
  public:
-  // `header` is what is known of the run; odometry must outlive the recorder. Throws OutputError.
-  RunRecorder(const std::string& run_folder, const OdometryRun& header, Odometry* odometry);
+  // `header` is what is known of the run; odometry must outlive the recorder. `source_warnings`
+  // tells what the reader of the recording has counted so far. Throws OutputError.
+  RunRecorder(const std::string& run_folder, const OdometryRun& header, Odometry* odometry,
+              std::function<Warnings()> source_warnings);
 
   // Writes what has become final; from time to time, also what is in the window. To be called after
   // each image. Throws OutputError.
@@ -22,6 +26,7 @@ class RunRecorder {
   void UpdateWindow(OdometryRun finished);
 
   Odometry* odometry_;
+  const std::function<Warnings()> source_warnings_;
   RunJournal journal_;
   std::chrono::steady_clock::time_point window_written_;
   int worlds_ = 0, slopes_ = 0;  // Manhattan worlds and slopes that the journal knows

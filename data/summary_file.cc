@@ -5,8 +5,6 @@
 namespace slcmap {
 namespace {
 
-constexpr char kOverride[] = "written by another run or changed since; --accept-changed takes it";
-
 // A path need not be UTF-8: what is not is replaced, as in the file.
 std::string Text(const Json& summary) {
   return summary.dump(-1, ' ', false, Json::error_handler_t::replace);
@@ -46,12 +44,16 @@ void CheckFiles(const std::string& folder, const std::string& summary_name, cons
     if (found == expected) continue;
     throw DataError(fmt::format("{}: found {} bytes of checksum {}, expected {} of {} as in {}: {}",
                                 path, bytes.size(), found, file.at("bytes").get<std::size_t>(),
-                                expected, summary_name, kOverride));
+                                expected, summary_name, kChangedSince));
   }
+  CheckSummary(folder, summary_name, summary);
+}
+
+void CheckSummary(const std::string& folder, const std::string& summary_name, const Json& summary) {
   const std::string found = ChecksumOf(summary);
   if (const auto expected = summary.at("checksum").get<std::string>(); found != expected) {
     throw DataError(fmt::format("{}/{}: found checksum {}, expected {}: {}", folder, summary_name,
-                                found, expected, kOverride));
+                                found, expected, kChangedSince));
   }
 }
 
@@ -60,7 +62,7 @@ void CheckCount(const std::string& folder, const std::string& summary_name, cons
   const auto expected = summary.at("counts").at(what).get<std::size_t>();
   if (found == expected) return;
   throw DataError(fmt::format("{}: found {} {}, expected {} as in {}: {}", folder, found, what,
-                              expected, summary_name, kOverride));
+                              expected, summary_name, kChangedSince));
 }
 
 }  // namespace slcmap

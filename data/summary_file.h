@@ -10,6 +10,10 @@
 
 namespace slcmap {
 
+// What messages of files that are not as they were written end in.
+inline constexpr char kChangedSince[] =
+    "written by another run or changed since; --accept-changed takes it";
+
 // What to do with files that are not as the stage wrote them. Their values are checked in any case.
 enum class ChangedFiles { kRefuse, kAccept };
 
@@ -25,6 +29,9 @@ std::string WriteSummaryFile(const std::string& path, Json summary);
 
 // Throws DataError unless the summary and each file that it lists are as they were written.
 void CheckFiles(const std::string& folder, const std::string& summary_name, const Json& summary);
+
+// Throws DataError unless the summary itself is as it was written.
+void CheckSummary(const std::string& folder, const std::string& summary_name, const Json& summary);
 
 // Throws DataError unless the number of rows that were read is that in the summary's "counts".
 void CheckCount(const std::string& folder, const std::string& summary_name, const Json& summary,

@@ -62,13 +62,14 @@ bool IsFinite(const SlopedDirection& slope) {
 
 bool IsFinite(const CalibrationEstimate& e) {
   for (const Eigen::Vector3d& v :
-       {e.imu_rotation_rad, e.lever_m, e.right_rotation_rad, e.imu_rotation_sigma_rad,
-        e.lever_sigma_m, e.right_rotation_sigma_rad,
-        Eigen::Vector3d(e.time_offset_s, e.focal_length, 0),
+       {e.imu_rotation_sigma_rad, e.lever_sigma_m, e.right_rotation_sigma_rad,
         Eigen::Vector3d(e.time_offset_sigma_s, e.focal_length_sigma, 0)}) {
-    if (!Within(v, kMaxCorrection)) return false;
+    if (!Within(v, kMaxCorrectionSigma)) return false;
   }
-  return true;
+  return Within(e.imu_rotation_rad, kMaxTurn_rad) && Within(e.lever_m, kMaxLever_m) &&
+         Within(e.right_rotation_rad, kMaxTurn_rad) &&
+         std::abs(e.time_offset_s) <= kMaxTimeCorrection_s &&
+         std::abs(e.focal_length) <= kMaxFocalShare;
 }
 
 bool IsFinite(const Keyframe& keyframe);

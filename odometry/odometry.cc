@@ -170,6 +170,7 @@ class Odometry::Impl {
     Take(estimator_.FinishKeyframe());
     OdometryRun run;
     estimator_.DescribeWindow(&run);
+    for (const auto& [kind, count] : warnings_) run.warnings[kind] += count;
     ToCameraClock(&run);
     return run;
   }

@@ -56,7 +56,8 @@ class Odometry {
   OdometryRun TakeFinished();
 
   // What is in the window, and may still change: keyframes, landmarks, lines, and all Manhattan
-  // worlds, which lines refer to. Waits for what is under way.
+  // worlds, which lines refer to; with it what the run knows of itself: figures, warnings, line
+  // deviation. Waits for what is under way.
   OdometryRun Window();
 
  private:

@@ -11,6 +11,7 @@
 #include "data/ply.h"
 #include "data/summary_file.h"
 #include "data/trajectory.h"
+#include "odometry/accept_changed.h"
 #include "odometry/finite_run.h"
 #include "odometry/run_journal.h"
 #include "odometry/run_json.h"
@@ -159,7 +160,8 @@ OdometryRun ReadWholeRun(const std::string& folder, const RunReadOptions& option
   }
   run.landmarks = ReadLandmarkFile(folder + "/" + kPoints);
   if (run.source) ReadRunSource(folder, &*run.source);
-  run.timings = ReadTimings(folder + "/" + kTimings);
+  ReadOrLeaveOut(options.accept_changed, "timings_unreadable", &run,
+                 [&] { run.timings = ReadTimings(folder + "/" + kTimings); });
   if (options.accept_changed) return run;
   WithJsonErrors(folder + "/" + kSummary, [&] {
     CheckCounts(folder, summary, run);
@@ -193,7 +195,7 @@ void WriteRunFolder(OutputFolder* folder, const OdometryRun& run) {
   if (run.source) WriteRunSource(path, *run.source);
   WriteTimings(path + "/" + kTimings, run.timings);
   WriteRunSummary(path + "/" + kSummary, run, ListedNames(run.source.has_value()));
-  folder->Commit();
+  folder->Commit(run.complete && !run.states.empty());
   // A run that is there as a whole needs no journal.
   std::filesystem::remove_all(folder->path() + "/" + kJournalFolder);
 }
@@ -201,7 +203,7 @@ void WriteRunFolder(OutputFolder* folder, const OdometryRun& run) {
 OdometryRun ReadRunFolder(const std::string& folder, const RunReadOptions& options) {
   const InputLock lock(folder);
   const bool finished = std::filesystem::exists(folder + "/" + kSummary);
-  return !finished && HasRunJournal(folder) ? ReadRunJournal(folder)
+  return !finished && HasRunJournal(folder) ? ReadRunJournal(folder, options.accept_changed)
                                             : ReadWholeRun(folder, options);
 }
 

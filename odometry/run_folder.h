@@ -24,9 +24,10 @@ struct RunReadOptions {
 };
 
 // Reads what WriteRunFolder wrote; landmark positions come back rounded to float, pixels to 1e-4.
-// Of a run that was cut off, what its journal holds, as a partial one. Throws DataError, naming
-// file and row, what was found and what was expected, when a file is missing, damaged, changed or
-// of another version.
+// Of a run that was cut off, what its journal holds, as a partial one. Where changes are accepted,
+// what nothing depends on, timings.json, is left out with a warning where it is damaged. Throws
+// DataError, naming file and row, what was found and what was expected, when a file is missing,
+// damaged, changed or of another version.
 OdometryRun ReadRunFolder(const std::string& folder, const RunReadOptions& options = {});
 
 // The id of the finished run in a folder; "" where there is none that says so.

@@ -13,7 +13,10 @@
 
 #include "data/error.h"
 #include "data/file.h"
+#include "data/summary_file.h"
+#include "odometry/accept_changed.h"
 #include "odometry/finite_run.h"
+#include "odometry/run_journal_state.h"
 #include "odometry/run_json.h"
 #include "odometry/run_lines.h"
 #include "odometry/run_rows.h"
@@ -26,7 +29,9 @@ constexpr char kHeader[] = "header.json";
 constexpr char kJournalRig[] = "rig.json";
 constexpr char kFinished[] = "finished.csv";
 constexpr char kWindow[] = "window.csv";
-constexpr char kFigures[] = "figures.json";
+constexpr char kState[] = "state.json";
+// Starts window.csv, so that one of no rows is told from an emptied file.
+constexpr char kWindowTitle[] = "# window\n";
 constexpr int64_t kSyncEvery_ns = 10'000'000'000;
 
 std::string JournalPath(const std::string& run_folder, const char* name) {
@@ -103,13 +108,77 @@ void ReadTables(std::map<std::string, CsvTable>& tables, OdometryRun* run) {
   ReadCalibration(tables[kCalibrationTable], run);
 }
 
-// A reader finds the old text or the new one.
-void Replace(const std::string& path, const std::string& text) {
-  const std::string aside = path + ".new";
-  WriteFile(aside, text);
-  std::error_code error;
-  std::filesystem::rename(aside, path, error);
-  if (error) throw OutputError(path + ": cannot be written: " + error.message());
+// Fills a run from finished.csv and window.csv.
+void ReadRows(const std::string& run_folder, OdometryRun* run) {
+  int64_t cut_rows = 0;
+  auto finished = CsvTable::ReadTagged(JournalPath(run_folder, kFinished), RunColumns(), &cut_rows);
+  auto newest = CsvTable::ReadTagged(JournalPath(run_folder, kWindow), RunColumns(), &cut_rows);
+  // Each file has those that its lines refer to; those of the window are newer.
+  ReadWorlds(finished[kWorldTable], run);
+  ReadWorlds(newest[kWorldTable], run);
+  ReadSlopes(finished[kSlopeTable], run);
+  ReadSlopes(newest[kSlopeTable], run);
+  OdometryRun window;
+  window.manhattan_worlds = run->manhattan_worlds;
+  window.sloped_directions = run->sloped_directions;
+  ReadTables(finished, run);
+  ReadTables(newest, &window);
+  AddMissing(std::move(window.keyframes), &run->keyframes);
+  AddMissing(std::move(window.landmarks), &run->landmarks);
+  AddMissing(std::move(window.lines), &run->lines);
+  AddNewer(window.calibration, run);
+  ReadLineMerges(newest[kLineMergeTable], run);
+  ResolveMergedLines(run);
+  if (cut_rows > 0) run->warnings["rows of the journal that were cut off"] = cut_rows;
+}
+
+void AddCounts(const std::map<std::string, int64_t>& counts, std::map<std::string, int64_t>* all) {
+  for (const auto& [kind, count] : counts) (*all)[kind] += count;
+}
+
+// What is not finite is left out and counted.
+std::string FiniteRows(const OdometryRun& run, std::map<std::string, int64_t>* left_out) {
+  if (IsFinite(run)) return TaggedRows(run);
+  OdometryRun finite = run;
+  finite.warnings.clear();
+  finite = WithoutNonFinite(std::move(finite));
+  AddCounts(finite.warnings, left_out);
+  return TaggedRows(finite);
+}
+
+void WriteHeader(const std::string& run_folder, const OdometryRun& header) {
+  const std::string folder = run_folder + "/" + kJournalFolder;
+  std::vector<std::string> files = {kJournalRig};
+  WriteRig(folder + "/" + kJournalRig, header.rectified_rig);
+  if (header.source) {
+    WriteRunSource(folder, *header.source);
+    for (const std::string& name : RunSourceFiles()) files.push_back(name);
+  }
+  Json json = HeaderJson(header);
+  json["files"] = ListFiles(folder, files);
+  WriteSummaryFile(folder + "/" + kHeader, json);
+}
+
+Json ReadHeader(const std::string& run_folder, OdometryRun* run) {
+  const std::string path = JournalPath(run_folder, kHeader);
+  const Json header = ParseJsonFile(path, [&](const Json& json) {
+    ParseHeader(path, json, run);
+    return json;
+  });
+  run->rectified_rig = ReadRig(JournalPath(run_folder, kJournalRig));
+  if (run->source) ReadRunSource(run_folder + "/" + kJournalFolder, &*run->source);
+  return header;
+}
+
+// Throws DataError unless all files are as they were written.
+void CheckJournal(const std::string& run_folder, const Json& header, const Json& state) {
+  const std::string folder = run_folder + "/" + kJournalFolder;
+  WithJsonErrors(folder + "/" + kHeader, [&] { CheckFiles(folder, kHeader, header); });
+  WithJsonErrors(folder + "/" + kState, [&] {
+    CheckSummary(folder, kState, state);
+    CheckStart(folder + "/" + kFinished, state.at("finished"));
+    CheckWhole(folder + "/" + kWindow, state.at("window"));
+  });
 }
 
 int64_t Now_ns() {
@@ -118,16 +187,19 @@ int64_t Now_ns() {
 
 }  // namespace
 
+// What the files hold.
+struct RunJournal::Written {
+  WrittenRows finished, window;
+};
+
 RunJournal::RunJournal(const std::string& run_folder, const OdometryRun& header)
-    : folder_(run_folder), synced_at_ns_(Now_ns()) {
+    : folder_(run_folder), written_(std::make_unique<Written>()), synced_at_ns_(Now_ns()) {
   MakeFolder(run_folder + "/" + kJournalFolder);
   const std::string path = JournalPath(run_folder, kFinished);
   file_ = open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_APPEND | O_CLOEXEC, 0666);
   if (file_ < 0) throw OutputError(path + ": cannot be created: " + std::strerror(errno));
-  WriteRig(JournalPath(run_folder, kJournalRig), header.rectified_rig);
-  if (header.source) WriteRunSource(run_folder + "/" + kJournalFolder, *header.source);
-  // Last: without it there is no journal.
-  WriteJsonFile(JournalPath(run_folder, kHeader), HeaderJson(header));
+  SetWindow({});
+  WriteHeader(run_folder, header);  // last: without it there is no journal
 }
 
 RunJournal::~RunJournal() {
@@ -136,7 +208,11 @@ RunJournal::~RunJournal() {
 }
 
 void RunJournal::Append(const OdometryRun& finished) {
-  const std::string rows = TaggedRows(IsFinite(finished) ? finished : WithoutNonFinite(finished));
+  Write(FiniteRows(finished, &left_out_));
+  SyncNowAndThen();
+}
+
+void RunJournal::Write(const std::string& rows) {
   for (std::size_t done = 0; done < rows.size();) {
     const ssize_t count = write(file_, rows.data() + done, rows.size() - done);
     if (count < 0 && errno == EINTR) continue;
@@ -146,7 +222,7 @@ void RunJournal::Append(const OdometryRun& finished) {
     }
     done += static_cast<std::size_t>(count);
   }
-  SyncNowAndThen();
+  written_->finished.Add(rows);
 }
 
 // Against a failing power supply; beside the caller, as it may take long.
@@ -159,51 +235,33 @@ void RunJournal::SyncNowAndThen() {
 }
 
 void RunJournal::SetWindow(const OdometryRun& window) {
-  Replace(JournalPath(folder_, kWindow),
-          TaggedRows(IsFinite(window) ? window : WithoutNonFinite(window)));
-  Replace(JournalPath(folder_, kFigures), FiguresJson(window.figures).dump() + "\n");
+  OdometryRun so_far;
+  so_far.figures = window.figures;
+  so_far.line_deviation_rad = window.line_deviation_rad;
+  so_far.warnings = window.warnings;
+  AddCounts(left_out_, &so_far.warnings);
+  const std::string rows = kWindowTitle + FiniteRows(window, &so_far.warnings),
+                    path = JournalPath(folder_, kWindow);
+  const WrittenRows newest(rows);
+  WriteFile(path + ".new", rows);
+  WriteJournalState(JournalPath(folder_, kState), so_far, written_->finished,
+                    {newest, written_->window});
+  PutInPlace(path);
+  written_->window = newest;
 }
 
 bool HasRunJournal(const std::string& run_folder) {
   return std::filesystem::exists(JournalPath(run_folder, kHeader));
 }
 
-OdometryRun ReadRunJournal(const std::string& run_folder) {
-  OdometryRun run, window;
-  const std::string header = JournalPath(run_folder, kHeader);
-  ParseJsonFile(header, [&](const Json& json) {
-    ParseHeader(header, json, &run);
-    return true;
-  });
-  run.rectified_rig = ReadRig(JournalPath(run_folder, kJournalRig));
-  if (run.source) ReadRunSource(run_folder + "/" + kJournalFolder, &*run.source);
-  if (const std::string figures = JournalPath(run_folder, kFigures);
-      std::filesystem::exists(figures)) {
-    run.figures =
-        ParseJsonFile(figures, [&](const Json& json) { return ParseFigures(figures, json); });
-  }
-  int64_t cut_rows = 0;
-  auto finished = CsvTable::ReadTagged(JournalPath(run_folder, kFinished), RunColumns(), &cut_rows);
-  const std::string window_path = JournalPath(run_folder, kWindow);
-  const bool has_window = std::filesystem::exists(window_path);
-  auto newest = has_window ? CsvTable::ReadTagged(window_path, RunColumns(), &cut_rows)
-                           : std::map<std::string, CsvTable>();
-  // Each file has those that its lines refer to; those of the window are newer.
-  ReadWorlds(finished[kWorldTable], &run);
-  ReadWorlds(newest[kWorldTable], &run);
-  ReadSlopes(finished[kSlopeTable], &run);
-  ReadSlopes(newest[kSlopeTable], &run);
-  window.manhattan_worlds = run.manhattan_worlds;
-  window.sloped_directions = run.sloped_directions;
-  ReadTables(finished, &run);
-  if (has_window) ReadTables(newest, &window);
-  AddMissing(std::move(window.keyframes), &run.keyframes);
-  AddMissing(std::move(window.landmarks), &run.landmarks);
-  AddMissing(std::move(window.lines), &run.lines);
-  AddNewer(window.calibration, &run);
-  ReadLineMerges(newest[kLineMergeTable], &run);
-  ResolveMergedLines(&run);
-  if (cut_rows > 0) run.warnings["rows of the journal that were cut off"] = cut_rows;
+OdometryRun ReadRunJournal(const std::string& run_folder, bool accept_changed) {
+  OdometryRun run;
+  const Json header = ReadHeader(run_folder, &run);
+  Json state;
+  ReadOrLeaveOut(accept_changed, "journal_state_unreadable", &run,
+                 [&] { state = ReadJournalState(JournalPath(run_folder, kState), &run); });
+  ReadRows(run_folder, &run);
+  if (!accept_changed) CheckJournal(run_folder, header, state);
   run.partial_reason =
       fmt::format("cut off after {} poses: the program that wrote it was ended before it was done",
                   run.states.size());

@@ -1,13 +1,17 @@
 // A run that is written as it goes, so that a program that is killed loses a second of it at most.
 //
-// The folder "journal" in the run folder holds header.json (method, source, rectified rig),
-// finished.csv, which grows by what has left the window, and window.csv, which is replaced by what
-// is in the window. Their rows are those of RunColumns(), after the name of their table.
-// figures.json, which is replaced with it, holds what the run knows about itself.
+// The folder "journal" in the run folder holds header.json (method, source, and the list of files
+// that are written with it), finished.csv, which grows by what has left the window, and window.csv,
+// which is replaced by what is in the window. Their rows are those of RunColumns(), after the name
+// of their table. state.json, which is replaced with it, holds what the run knows about itself, and
+// what the rows are that were written until then. finished.csv is written first, then state.json,
+// then window.csv: whenever the process is killed, what state.json says of them holds.
 #pragma once
 
 #include <cstdint>
 #include <future>
+#include <map>
+#include <memory>
 #include <string>
 
 #include "odometry/run.h"
@@ -29,14 +33,19 @@ class RunJournal {
   // is in the file when the call returns, so that it survives the process. Throws OutputError.
   void Append(const OdometryRun& finished);
 
-  // Replaces what is in the window, and the figures. Throws OutputError.
+  // Replaces what is in the window, and with it figures, warnings and line deviation. Throws
+  // OutputError.
   void SetWindow(const OdometryRun& window);
 
  private:
+  struct Written;
+  void Write(const std::string& rows);
   void SyncNowAndThen();
 
   std::string folder_;
   int file_ = -1;
+  std::unique_ptr<Written> written_;
+  std::map<std::string, int64_t> left_out_;  // of what was appended, counted by kind
   std::future<void> sync_;
   int64_t synced_at_ns_ = 0;
 };
@@ -45,7 +54,8 @@ class RunJournal {
 bool HasRunJournal(const std::string& run_folder);
 
 // The run up to where the journal ends, as a partial one that says so. A last row that was cut off
-// is left out and counted. Throws DataError, naming file and row.
-OdometryRun ReadRunJournal(const std::string& run_folder);
+// is left out and counted. Throws DataError, naming file and row, also where files are not as they
+// were written, unless those are accepted.
+OdometryRun ReadRunJournal(const std::string& run_folder, bool accept_changed = false);
 
 }  // namespace slcmap

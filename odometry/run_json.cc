@@ -3,6 +3,8 @@
 #include <spdlog/fmt/fmt.h>
 
 #include <algorithm>
+#include <array>
+#include <optional>
 
 #include "data/calibration.h"
 #include "data/error.h"
@@ -119,6 +121,28 @@ Json PrincipalPointsJson(const std::optional<PrincipalPoints>& points) {
     json[name] = {{"offset_px", {offset.x(), offset.y()}}, {"sigma_px", {sigma.x(), sigma.y()}}};
   }
   return json;
+}
+
+Eigen::Vector2d ParsePixels(const std::string& place, const Json& json, const char* key,
+                            double least_px) {
+  const auto px = json.at(key).get<std::array<double, 2>>();
+  for (const double value_px : px) {
+    if (value_px >= least_px && value_px <= kMaxPixel) continue;
+    throw DataError(fmt::format("{}: {}: found {}, expected {} to {}", place, key, value_px,
+                                least_px, kMaxPixel));
+  }
+  return {px[0], px[1]};
+}
+
+std::optional<PrincipalPoints> ParsePrincipalPoints(const std::string& path, const Json& json) {
+  if (json.is_null()) return std::nullopt;
+  PrincipalPoints points;
+  for (const auto& [name, camera] : {std::pair{"left", 0}, std::pair{"right", 1}}) {
+    const std::string place = fmt::format("{}: principal_points: {}", path, name);
+    points.offset_px[camera] = ParsePixels(place, json.at(name), "offset_px", -kMaxPixel);
+    points.sigma_px[camera] = ParsePixels(place, json.at(name), "sigma_px", 0);
+  }
+  return points;
 }
 
 // As it was known last; null where nothing was estimated.
@@ -291,6 +315,15 @@ RunFigures ParseFigures(const std::string& path, const Json& json) {
   return figures;
 }
 
+void ParseSoFar(const std::string& path, const Json& json, OdometryRun* run) {
+  run->warnings = ParseWarnings(path, json.at("warnings"));
+  // Newer than the version.
+  if (json.contains("figures")) run->figures = ParseFigures(path, json.at("figures"));
+  if (json.contains("line_deviation_rad")) {
+    run->line_deviation_rad = BoundedAt(path, json, "line_deviation_rad", 0.0, 1.0);
+  }
+}
+
 Json HeaderJson(const OdometryRun& run) {
   return {{"format", "slcmap run"},
           {"version", kRunVersion},
@@ -332,15 +365,14 @@ Json ReadRunSummary(const std::string& path, OdometryRun* run) {
     run->id = json.at("id").get<std::string>();
     run->complete = json.at("complete").get<bool>();
     run->partial_reason = json.at("partial_reason").get<std::string>();
-    run->warnings = ParseWarnings(path, json.at("warnings"));
     run->verdict = ParseVerdict(path, json);
-    if (json.contains("figures")) run->figures = ParseFigures(path, json.at("figures"));
+    ParseSoFar(path, json, run);
     run->manhattan_worlds = ParseWorlds(path, json.at("manhattan_worlds"));
     if (json.contains("sloped_directions")) {  // newer than the version
       run->sloped_directions = ParseSlopes(path, json.at("sloped_directions"));
     }
-    if (json.contains("line_deviation_rad")) {  // newer than the version
-      run->line_deviation_rad = BoundedAt(path, json, "line_deviation_rad", 0.0, 1.0);
+    if (json.contains("principal_points")) {  // newer than the version
+      run->principal_points = ParsePrincipalPoints(path, json.at("principal_points"));
     }
     return json;
   });

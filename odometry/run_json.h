@@ -20,8 +20,8 @@ std::vector<std::pair<const char*, std::size_t>> RunCounts(const OdometryRun& ru
 void WriteRunSummary(const std::string& path, const OdometryRun& run,
                      const std::vector<std::string>& files);
 
-// Fills id, method, complete, partial_reason, warnings, Manhattan worlds and source; returns the
-// whole. Throws DataError.
+// Fills id, method, complete, partial_reason, verdict, what ParseSoFar() does, Manhattan worlds,
+// slopes, principal points and source; returns the whole. Throws DataError.
 Json ReadRunSummary(const std::string& path, OdometryRun* run);
 
 // Counts by kind; throws DataError naming `path` where one is negative.
@@ -30,6 +30,10 @@ std::map<std::string, int64_t> ParseWarnings(const std::string& path, const Json
 // Throws DataError naming `path` where a figure is missing or negative.
 Json FiguresJson(const RunFigures& figures);
 RunFigures ParseFigures(const std::string& path, const Json& json);
+
+// Fills what a run knows of itself at any time: figures, warnings and line_deviation_rad. Throws
+// DataError naming `path`.
+void ParseSoFar(const std::string& path, const Json& json, OdometryRun* run);
 
 // The part of a summary that is known before a run begins: method and source. `place` stands in the
 // messages of DataErrors.

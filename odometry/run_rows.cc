@@ -95,16 +95,18 @@ std::map<std::string, CsvColumns> MakeColumns() {
                       Numbers({"ax_m_s2", "ay_m_s2", "az_m_s2"}, kMaxAccel_m_s2)},
       {kCalibrationTable,
        CsvColumns{Stamp("stamp_ns"), Segment()} +
-           Numbers(
-               {"time_offset_s", "imu_rotation_x_rad", "imu_rotation_y_rad", "imu_rotation_z_rad",
-                "lever_x_m", "lever_y_m", "lever_z_m", "right_rotation_x_rad",
-                "right_rotation_y_rad", "right_rotation_z_rad", "focal_length"},
-               kMaxCorrection) +
+           CsvColumns{Number("time_offset_s", kMaxTimeCorrection_s)} +
+           Numbers({"imu_rotation_x_rad", "imu_rotation_y_rad", "imu_rotation_z_rad"},
+                   kMaxTurn_rad) +
+           Numbers({"lever_x_m", "lever_y_m", "lever_z_m"}, kMaxLever_m) +
+           Numbers({"right_rotation_x_rad", "right_rotation_y_rad", "right_rotation_z_rad"},
+                   kMaxTurn_rad) +
+           CsvColumns{Number("focal_length", kMaxFocalShare)} +
            Sigmas({"time_offset_sigma_s", "imu_rotation_x_sigma_rad", "imu_rotation_y_sigma_rad",
                    "imu_rotation_z_sigma_rad", "lever_x_sigma_m", "lever_y_sigma_m",
                    "lever_z_sigma_m", "right_rotation_x_sigma_rad", "right_rotation_y_sigma_rad",
                    "right_rotation_z_sigma_rad", "focal_length_sigma"},
-                  kMaxCorrection)}};
+                  kMaxCorrectionSigma)}};
 }
 
 // The upper triangle of a symmetric matrix, in the order of the columns.

@@ -23,7 +23,12 @@ inline constexpr double kMaxId = 2147483647;  // points.ply and lines.ply hold t
 inline constexpr double kMaxSegment = 1e6;
 inline constexpr double kMaxSpeed_m_s = 1e5;
 inline constexpr double kMaxBias = 1e4;
-inline constexpr double kMaxCorrection = 1e3;  // of a calibration, in any unit
+// Corrections of a calibration, far beyond what CalibrationOptions lets estimates be.
+inline constexpr double kMaxTimeCorrection_s = 10;
+inline constexpr double kMaxTurn_rad = 3.2;
+inline constexpr double kMaxLever_m = 100;
+inline constexpr double kMaxFocalShare = 0.9;
+inline constexpr double kMaxCorrectionSigma = 1e3;  // in any unit
 inline constexpr int64_t kMaxStamp_ns = 4'000'000'000'000'000'000;
 inline constexpr double kMaxHeading_rad = 7;
 inline constexpr double kMaxElevation_rad = 1.5708;

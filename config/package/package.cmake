@@ -43,6 +43,7 @@ install(DIRECTORY data odometry mapping export DESTINATION ${SLCMAP_HEADERS} COM
   PATTERN data/summary_file.h EXCLUDE
   PATTERN data/verdict_json.h EXCLUDE
   PATTERN odometry/run_json.h EXCLUDE
+  PATTERN odometry/run_journal_state.h EXCLUDE
   PATTERN mapping/merged_runs.h EXCLUDE
   PATTERN images EXCLUDE)
 install(FILES ${PROJECT_BINARY_DIR}/generated/data/version.h DESTINATION ${SLCMAP_HEADERS}/data

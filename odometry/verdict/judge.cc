@@ -159,7 +159,7 @@ void JudgeSegments(const OdometryRun& run, const VerdictOptions& options, Verdic
                              kind.substr(std::string("segments ended by ").size()), count);
     }
   }
-  verdict->Add({often ? VerdictLevel::kFailed : VerdictLevel::kDoubtful, "lost",
+  verdict->Add({often ? VerdictLevel::kFailed : VerdictLevel::kDoubtful, kLostReason,
                 fmt::format("{} times that the estimator lost itself{}", ends, reasons),
                 "none: what is behind each is shifted by what moved meanwhile",
                 "record without gaps, with light and texture in view; where that is so, " +

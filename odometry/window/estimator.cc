@@ -182,6 +182,7 @@ void Estimator::DescribeWindow(OdometryRun* run) const {
   run->manhattan_worlds = run_.manhattan_worlds;
   run->sloped_directions = run_.sloped_directions;
   run->line_merges = run_.line_merges;
+  run->warnings = run_.warnings;
   run->figures = figures_.Figures();
   window_.AddContents(segment_, run);
 }

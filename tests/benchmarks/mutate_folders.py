@@ -20,8 +20,11 @@ The first four and `silent` should not be; their mutations are listed, and can b
 A map with pipes, and one that was merged, let more be damaged than others do: a list of no pipes
 has little that can be wrong.
 
+Of a run that was killed the journal is read: --killed takes the folder of one. What its finished.csv
+says beyond the last state.json may change in silence; nothing else may.
+
   tests/benchmarks/mutate_folders.py RUN MAP [-n 1000] [--jobs 2] [--slcmap build/bin/slcmap]
-      [--files pipes.json point_observations.csv] [--accept-changed]
+      [--killed RUN] [--files pipes.json point_observations.csv] [--accept-changed]
 """
 
 import argparse
@@ -319,11 +322,12 @@ def main():
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("run", help="folder of `slcmap odometry`; a short one")
     parser.add_argument("map", help="folder of `slcmap map`")
+    parser.add_argument("--killed", help="folder of a run that was killed", metavar="RUN")
     parser.add_argument("-n", "--mutations", type=int, default=1000, help="of each file")
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--slcmap", default="build/bin/slcmap")
     parser.add_argument("--only", help="FILE:NUMBER, as printed")
-    parser.add_argument("--files", nargs="+", metavar="NAME", help="of both folders, these alone")
+    parser.add_argument("--files", nargs="+", metavar="NAME", help="of all folders, these alone")
     parser.add_argument("--accept-changed", action="store_true",
                         help="past the checksums, which refuse whatever else is valid; accepting "
                              "it with other output is then as it should be")
@@ -334,7 +338,10 @@ def main():
     scratch = tempfile.mkdtemp(prefix="slcmap_mutations_")
     total = collections.Counter()
     try:
-        for command, folder in [("map", args.run), ("export", args.map)]:
+        folders = [("map", args.run), ("export", args.map)]
+        if args.killed:
+            folders.append(("map", args.killed))
+        for command, folder in folders:
             wanted = [name for name in files_of(pathlib.Path(folder)) if is_wanted(args, name)]
             if not wanted:
                 continue

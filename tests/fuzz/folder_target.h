@@ -12,12 +12,13 @@ namespace slcmap::fuzz {
 
 class FolderTarget {
  public:
-  // write(path) fills a folder with good files.
+  // write(path) fills a folder, and perhaps those in it, with good files.
   template <typename Write>
   explicit FolderTarget(Write write) {
     write(folder_.Path());
-    for (const auto& entry : std::filesystem::directory_iterator(folder_.Path())) {
-      names_.push_back(entry.path().filename());
+    for (const auto& entry : std::filesystem::recursive_directory_iterator(folder_.Path())) {
+      if (!entry.is_regular_file()) continue;
+      names_.push_back(std::filesystem::relative(entry.path(), folder_.Path()).string());
     }
     std::sort(names_.begin(), names_.end());
     for (const std::string& name : names_) contents_.push_back(ReadFile(folder_.Path(name)));

@@ -7,7 +7,9 @@ namespace {
 
 const slcmap::fuzz::FolderTarget& Target() {
   static const slcmap::fuzz::FolderTarget target([](const std::string& folder) {
-    slcmap::WriteRunFolder(folder, slcmap::testing::MakeLineRun());
+    slcmap::OdometryRun run = slcmap::testing::MakeLineRun();
+    run.source = slcmap::testing::MakeSource(run);
+    slcmap::WriteRunFolder(folder, run);
   });
   return target;
 }

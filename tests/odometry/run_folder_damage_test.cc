@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <tuple>
 
 #include "data/error.h"
 #include "data/file.h"
@@ -113,6 +114,37 @@ TEST_F(RunFolderDamageTest, ARunWithoutItsCalibrationIsRead) {
   WriteRunFolder(folder_, testing::MakeSmallRun());
   std::filesystem::remove(folder_ + "/calibration.csv");
   EXPECT_TRUE(ReadRunFolder(folder_, {.accept_changed = true}).calibration.empty());
+}
+
+// Nothing depends on it.
+TEST_F(RunFolderDamageTest, DamagedTimingsAreLeftOutWhereChangesAreAccepted) {
+  WriteRunFolder(folder_, testing::MakeSmallRun());
+  for (const char* text : {"{\"cpu_s\": -1}", "{", ""}) {
+    WriteFile(folder_ + "/timings.json", text);
+    ExpectReadError("timings.json: ", "expected");
+    const OdometryRun read = ReadRunFolder(folder_, {.accept_changed = true});
+    EXPECT_EQ(read.states.size(), 5u);
+    EXPECT_EQ(read.warnings.at("timings_unreadable"), 1);
+    EXPECT_EQ(read.timings.cpu_s, 0);
+  }
+}
+
+TEST_F(RunFolderDamageTest, AbsurdCorrectionsOfTheCalibrationAreRefused) {
+  WriteRunFolder(folder_, testing::MakeSmallRun());
+  const std::string path = folder_ + "/calibration.csv", text = ReadFile(path);
+  for (const auto& [from, to, what] :
+       {std::tuple(",-0.0125,", ",900,", "time_offset_s: found '900', expected -10 to 10"),
+        std::tuple(",-0.02,", ",-4,", "imu_rotation_y_rad: found '-4', expected -3.2 to 3.2"),
+        std::tuple(",0.002,", ",200,", "lever_y_m: found '200', expected -100 to 100"),
+        std::tuple(",0.004,", ",4,", "right_rotation_x_rad: found '4', expected -3.2 to 3.2"),
+        std::tuple(",0.0035,", ",-2,", "focal_length: found '-2', expected -0.9 to 0.9")}) {
+    std::string damaged = text;
+    ASSERT_NE(text.find(from), text.npos) << from;
+    damaged.replace(text.find(from), std::string(from).size(), to);
+    WriteFile(path, damaged);
+    EXPECT_THAT([&] { ReadRunFolder(folder_, {.accept_changed = true}); },
+                ThrowsMessage<DataError>(HasSubstr(what)));
+  }
 }
 
 TEST_F(RunFolderDamageTest, TheSummaryCountsPointsOfShortLives) {

@@ -167,6 +167,13 @@ TEST_F(RunFolderTest, WhatIsKnownOfPrincipalPointsIsSaid) {
   WriteRunFolder(folder_, run);
   EXPECT_EQ(points()["left"]["offset_px"], nlohmann::json({1.5, -2.0}));
   EXPECT_EQ(points()["right"]["sigma_px"], nlohmann::json({1.0, 2.0}));
+  const OdometryRun read = ReadRunFolder(folder_);
+  ASSERT_TRUE(read.principal_points.has_value());
+  EXPECT_EQ(read.principal_points->offset_px, run.principal_points->offset_px);
+  EXPECT_EQ(read.principal_points->sigma_px, run.principal_points->sigma_px);
+  run.principal_points->sigma_px[1].y() = -1;
+  WriteRunFolder(folder_, run);
+  ExpectReadError("run.json: principal_points: right: sigma_px: found -1", "expected 0 to 1000000");
 }
 
 TEST_F(RunFolderTest, HowFarLinesDeviateComesBack) {

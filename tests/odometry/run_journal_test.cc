@@ -88,12 +88,11 @@ TEST_F(RunJournalTest, IsReadAsAPartialRunThatSaysSo) {
   EXPECT_FALSE(read.verdict.has_value());  // nobody could judge it
 }
 
-TEST_F(RunJournalTest, FiguresMayBeMissingButNotDamaged) {
-  WriteFile(Path("figures.json"), "{\"points_rejected\": {\"mean\": -1}}");
+TEST_F(RunJournalTest, DamagedFiguresAreNamed) {
+  WriteFile(Path("state.json"),
+            R"({"warnings": {}, "figures": {"points_rejected": {"mean": -1}}})");
   EXPECT_THAT(MessageOf<DataError>([&] { ReadRunFolder(folder_); }),
-              HasSubstr("figures.json: figures: points_rejected: mean: found -1"));
-  std::filesystem::remove(Path("figures.json"));
-  EXPECT_EQ(ReadRunFolder(folder_).figures.points_rejected.count, 0);
+              HasSubstr("state.json: figures: points_rejected: mean: found -1"));
 }
 
 TEST_F(RunJournalTest, WhatIsFinalGoesBeforeWhatWasInTheWindow) {
@@ -133,9 +132,12 @@ TEST_F(RunJournalTest, CanBeCutAnywhere) {
     const bool torn = size > 0 && whole[size - 1] != '\n';
     EXPECT_EQ(read.warnings.count("rows of the journal that were cut off"), torn ? 1u : 0u);
   }
-  std::filesystem::remove(Path("window.csv"));
-  WriteFile(Path("finished.csv"), "");
-  EXPECT_TRUE(ReadRunFolder(folder_).states.empty());
+}
+
+TEST_F(RunJournalTest, OfARunThatHasJustBegunNothingIsRead) {
+  const std::string folder = temp_.Path("begun");
+  const RunJournal journal(folder, HeaderOf(run_));
+  EXPECT_TRUE(ReadRunFolder(folder).states.empty());
 }
 
 TEST_F(RunJournalTest, DamagedRowsAreNamed) {

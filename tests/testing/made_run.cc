@@ -1,6 +1,7 @@
 #include "tests/testing/made_run.h"
 
 #include <algorithm>
+#include <string>
 
 namespace slcmap::testing {
 namespace {
@@ -82,6 +83,18 @@ void Observe(const Rig& rig, Line* line, Keyframe* keyframe) {
 }
 
 }  // namespace
+
+RunSource MakeSource(const OdometryRun& run) {
+  RunSource source{"0.1.0", "/recordings/hall", "its own", "method: points\n", {}, {}, {}, {}};
+  source.corrections = {{kRightTurnCorrection, {0.25, 0, -0.125}, "right camera turned"}};
+  source.raw_rig = run.rectified_rig;
+  source.check_errors = {"an error that was forced"};
+  for (const Keyframe& keyframe : run.keyframes) {
+    const std::string name = std::to_string(keyframe.stamp_ns) + ".png";
+    source.images.push_back({keyframe.stamp_ns, "cam0/data/" + name, "cam1/data/" + name});
+  }
+  return source;
+}
 
 OdometryRun MakeLineRun() {
   OdometryRun run = MakeWallRun();

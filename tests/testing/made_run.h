@@ -17,4 +17,8 @@ OdometryRun MakeWallRun();
 // keyframe at 5 s sees the vertical ones again.
 OdometryRun MakeLineRun();
 
+// Where such a run could come from: its raw cameras are the rectified ones, and each keyframe has a
+// pair of images.
+RunSource MakeSource(const OdometryRun& run);
+
 }  // namespace slcmap::testing

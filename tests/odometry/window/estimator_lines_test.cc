@@ -257,6 +257,23 @@ TEST(EstimatorWithLines, LinesMakePathAndHeadingBetterAndTheCovarianceStaysHones
   EXPECT_LT(of_pose, 10);
 }
 
+// Lines of four degrees of freedom claim no more than they know, either.
+TEST(EstimatorWithLines, LinesWithoutAxesKeepTheCovarianceHonest) {
+  constexpr int kRuns = 8;
+  double of_pose = 0, of_all = 0;
+  for (int i = 0; i < kRuns; ++i) {
+    const SimulatedRun run = RunOnSimulatedTracks(NoisyLines(Method::kPointsLines, 400 + i));
+    EXPECT_GT(run.run.lines.size(), 5u);
+    of_pose += run.final_pose_nees / kRuns;
+    of_all += run.final_nees / kRuns;
+  }
+  // Expected 6 and 15, with standard deviations of sqrt(2 n / 8) = 1.2 and 1.9.
+  EXPECT_GT(of_pose, 3);
+  EXPECT_LT(of_pose, 10);
+  EXPECT_GT(of_all, 9);
+  EXPECT_LT(of_all, 22);
+}
+
 // Errors of the angles between lines and their axes, squared and over their variances, of lines
 // whose angle is told well.
 std::vector<double> NormalisedDeviationErrors(const SimulatedRun& run) {
