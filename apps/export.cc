@@ -25,6 +25,7 @@ void Export(const ExportArguments& arguments) {
   ExpectFolder(arguments.map, FolderKind::kMap);
   OutputFolder output(arguments.output, ExportFiles(), {arguments.map});
   const MapResult map = ReadMapToShow(arguments.map, arguments.accept_changed);
+  output.Open();
   const Progress progress = StageProgress("export");
   for (const std::string& path : ExportMap(map, &output, arguments.options, progress)) {
     spdlog::info("wrote {}", path);

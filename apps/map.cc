@@ -45,7 +45,8 @@ void Map(const MapCommand& command) {
   const MappingOptions options = ReadMappingOptions(arguments.config);
   CheckInput(arguments);
   std::vector<std::string> inputs;
-  for (const std::string& input : {arguments.input, arguments.into}) {
+  for (const std::string& input : {arguments.input, arguments.poses, arguments.calibration,
+                                   arguments.sequence, arguments.into, arguments.config}) {
     if (!input.empty()) inputs.push_back(input);
   }
   OutputFolder output(command.output, MapFiles(), inputs);

@@ -37,13 +37,16 @@ void CheckArguments(const MergeArguments& arguments) {
 void Merge(const MergeArguments& arguments) {
   CheckArguments(arguments);
   const MappingOptions options = OptionsOfMerging(arguments.config, arguments.maps.front());
-  OutputFolder output(arguments.output, MapFiles(), arguments.maps);
+  std::vector<std::string> inputs = arguments.maps;
+  if (!arguments.config.empty()) inputs.push_back(arguments.config);
+  OutputFolder output(arguments.output, MapFiles(), inputs);
   MapResult merged = ReadMapToShow(arguments.maps.front(), arguments.accept_changed);
   const Progress progress = StageProgress("merge");
   const auto steps = static_cast<double>(arguments.maps.size() - 1);
   for (std::size_t i = 1; i < arguments.maps.size(); ++i) {
     const std::string& name = arguments.maps[i];
     MapResult next = ReadMapToShow(name, arguments.accept_changed);
+    output.Open();
     const double step = static_cast<double>(i - 1);
     merged = MergeStage(std::move(merged), std::move(next), name, arguments.at, options,
                         progress.Part(step / steps, (step + 1) / steps));

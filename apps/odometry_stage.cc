@@ -97,7 +97,7 @@ class Feeder {
         verdict_options_(options.verdict),
         odometry_(source->info().rig, options.odometry, arguments.threads),
         stream_(arguments.run + "/trajectory.tum"),
-        recorder_(arguments.run, Header(), &odometry_),
+        recorder_(arguments.run, Header(), &odometry_, [this] { return source_.warnings(); }),
         start_(CostSoFar()) {
     if (arguments.real_time) pace_.emplace(Stamps(), SteadyClock(Interrupted));
   }
@@ -213,12 +213,6 @@ class Feeder {
   double data_s_ = 0, wait_s_ = 0;
   bool complete_ = false;
 };
-
-// What a new run makes outdated does not stay where it would be taken for the new one's.
-void MoveAside(OutputFolder* folder) {
-  const std::string aside = folder->MoveAside();
-  if (!aside.empty()) spdlog::info("moved the results of an earlier run to {}", aside);
-}
 
 // The run so far, if there is room for it.
 void WriteAfter(const std::exception& error, Feeder* feeder, OutputFolder* output) {
@@ -398,17 +392,26 @@ std::vector<std::string> FoldersOf(const std::string& sequence) {
   return folders;
 }
 
+std::vector<std::string> InputsOf(const OdometryArguments& arguments) {
+  std::vector<std::string> inputs = FoldersOf(arguments.sequence);
+  for (const std::string& input : {arguments.config, arguments.calibration}) {
+    if (!input.empty()) inputs.push_back(input);
+  }
+  return inputs;
+}
+
 OdometryRun RunOdometryStage(const OdometryArguments& arguments,
-                             const std::vector<OutputFolder*>& outdated) {
+                             const std::function<void()>& begin) {
   if (arguments.threads < 1 || arguments.threads > 256) {
     throw ConfigError(fmt::format("--threads: found {}, expected 1 to 256", arguments.threads));
   }
   arguments.part.Check();
   CheckCalibrationTarget(arguments);
   StageOptions options = ReadOptions(arguments);
-  OutputFolder output(arguments.run, RunFiles(), FoldersOf(arguments.sequence));
+  OutputFolder output(arguments.run, RunFiles(), InputsOf(arguments));
   const bool one_camera = options.odometry.method == Method::kPointsMono;
   Sequence sequence = OpenPart(arguments);
+  output.Open();
   if (!IsStereo(sequence.rig) && !one_camera) {
     throw DataError(sequence.folder +
                     ": found one camera, expected cam0 and cam1, or --method points-mono");
@@ -422,8 +425,8 @@ OdometryRun RunOdometryStage(const OdometryArguments& arguments,
   // Odometry has its own threads; to share loops as short as OpenCV's costs more than it saves.
   cv::setNumThreads(1);
 
-  MoveAside(&output);
-  for (OutputFolder* folder : outdated) MoveAside(folder);
+  if (begin) begin();
+  output.MoveAside();  // would be taken for the new run's
   Feeder feeder(&source, OriginOf(source, options, check), options, arguments);
   try {
     feeder.FeedAll();
@@ -433,7 +436,6 @@ OdometryRun RunOdometryStage(const OdometryArguments& arguments,
   }
   const OdometryRun run = feeder.Run("interrupted");
   WriteRunFolder(&output, run);
-  if (run.complete && !run.states.empty()) output.RemoveAside();
   LogResult(run, info, feeder.path_length_m(), arguments.run);
   LogVerdict(arguments.run, *run.verdict);
   WriteCalibration(arguments.write_calibration, run);

@@ -1,6 +1,7 @@
 // The odometry stage as commands run it: a sequence on disk in, a run folder out.
 #pragma once
 
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -27,14 +28,17 @@ struct OdometryArguments {
 // The folders of a sequence that nothing is to be written into.
 std::vector<std::string> FoldersOf(const std::string& sequence);
 
+// These, and the files that are read beside them.
+std::vector<std::string> InputsOf(const OdometryArguments& arguments);
+
 // Checks a sequence (see CheckBeforeStart) and runs odometry over it. What an earlier run left in
-// the folder, and earlier stages in those folders that are `outdated` by this one, is moved aside
-// within them when the new run begins, and that of the run is removed once the new one is complete.
+// the folder is moved aside within it when the new run begins, and removed once that is complete.
+// `begin` is called then: all is accepted, and nothing computed.
 // trajectory.tum grows with each image; a run folder without run.json is unfinished. After Ctrl-C
 // the run so far is written and returned with complete == false. After an error the run so far is
 // written, and the error thrown on. The verdict is logged; throws FailedRunError when no pose could
 // be estimated, and what OutputFolder throws.
 OdometryRun RunOdometryStage(const OdometryArguments& arguments,
-                             const std::vector<OutputFolder*>& outdated = {});
+                             const std::function<void()>& begin = {});
 
 }  // namespace slcmap

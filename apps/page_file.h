@@ -13,9 +13,16 @@ namespace slcmap {
 // of the folder above.
 std::string TitleOfMap(const std::string& folder);
 
+// Throws ConfigError where a page must not be written: something stands there, and it is no page of
+// a map that slcmap wrote. Symbolic links stand for what they lead to.
+void CheckPagePlace(const std::string& path);
+
+// Removes a page of a map, and nothing else.
+void RemovePage(const std::string& path);
+
 // Writes the page of a map, all of it or, where that fails, nothing: what was there before stays.
-// The template is that of ReadPageTemplate(). Throws OutputError, and StoppedError when progress
-// says so.
+// The template is that of ReadPageTemplate(). Throws OutputError, what CheckPagePlace() throws, and
+// StoppedError when progress says so.
 void WritePage(const MapResult& map, const std::string& page_template, const PageOptions& options,
                const std::vector<PageImage>& images, const std::string& path,
                const Progress& progress);

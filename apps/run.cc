@@ -3,7 +3,6 @@
 
 #include <chrono>
 #include <cstdio>
-#include <filesystem>
 #include <memory>
 
 #include "apps/commands.h"
@@ -79,6 +78,8 @@ void PrintCost(const RunTimings& timings) {
               timings.peak_memory_mib);
 }
 
+std::string PageIn(const std::string& output) { return output + "/map.html"; }
+
 // The path of the map's page; "" where the program was built without it.
 std::string WriteRunPage(const MapResult& map, const std::string& output) {
   std::string page_template;
@@ -90,13 +91,8 @@ std::string WriteRunPage(const MapResult& map, const std::string& output) {
   }
   PageOptions options;
   options.title = TitleOfMap(output + "/map");
-  WritePage(map, page_template, options, {}, output + "/map.html", StageProgress("view"));
-  return output + "/map.html";
-}
-
-void RemovePage(const std::string& output) {
-  std::error_code ignored;
-  std::filesystem::remove(output + "/map.html", ignored);
+  WritePage(map, page_template, options, {}, PageIn(output), StageProgress("view"));
+  return PageIn(output);
 }
 
 void RunAll(const RunArguments& arguments) {
@@ -104,14 +100,21 @@ void RunAll(const RunArguments& arguments) {
   if (output.empty()) throw ConfigError("output: found an empty path, expected a folder");
   OdometryArguments odometry = arguments.odometry;
   odometry.run = output + "/run";
-  RefuseInputs(output, FoldersOf(odometry.sequence));
+  const std::vector<std::string> inputs = InputsOf(odometry);
+  RefuseInputs(output, inputs);
   const MappingOptions mapping = ReadMappingOptions(odometry.config);
   CheckFormats(arguments.exporting);
-  auto map_folder =
-      std::make_unique<OutputFolder>(output + "/map", MapFiles(), std::vector{odometry.sequence});
-  OutputFolder export_folder(output + "/export", ExportFiles(), {odometry.sequence});
-  RemovePage(output);  // it is of what is moved aside now
-  const OdometryRun run = RunOdometryStage(odometry, {map_folder.get(), &export_folder});
+  CheckPagePlace(PageIn(output));
+  auto map_folder = std::make_unique<OutputFolder>(output + "/map", MapFiles(), inputs);
+  OutputFolder export_folder(output + "/export", ExportFiles(), inputs);
+  const OdometryRun run = RunOdometryStage(odometry, [&] {
+    // What the new run makes outdated does not stay where it would be taken for the new one's.
+    map_folder->Open();
+    export_folder.Open();
+    map_folder->MoveAside();
+    export_folder.MoveAside();
+    RemovePage(PageIn(output));
+  });
   if (Interrupted()) return;
   MapArguments of_run;
   of_run.input = odometry.run;
@@ -124,8 +127,6 @@ void RunAll(const RunArguments& arguments) {
     return ExportMap(map, &export_folder, arguments.exporting, StageProgress("export"));
   });
   const std::string page = WriteRunPage(map, output);
-  OutputFolder(output + "/map", MapFiles()).RemoveAside();
-  export_folder.RemoveAside();
   PrintAccuracies(odometry.sequence, run, map);
   PrintCost(run.timings);
   std::printf("results   %s/run, %s/map\n", output.c_str(), output.c_str());

@@ -12,13 +12,12 @@
 #include "apps/progress.h"
 #include "data/error.h"
 #include "data/file.h"
+#include "data/made_folder.h"
 #include "data/output_folder.h"
 #include "data/source/asl_source.h"
 
 namespace slcmap {
 namespace {
-
-constexpr char kPageBegin[] = "<!doctype html>";
 
 struct ViewArguments {
   std::string map, output;
@@ -30,23 +29,11 @@ struct ViewArguments {
 
 // Before the work that it would be in vain.
 void CheckOutput(const std::string& path, const std::string& map) {
-  RefuseInputs(path, {map});
-  std::error_code error;
-  if (std::filesystem::is_directory(path, error)) {
-    throw ConfigError(fmt::format("output {}: found a folder, expected a file's name, such as {}",
-                                  path, (std::filesystem::path(path) / "map.html").string()));
-  }
-  if (std::filesystem::is_regular_file(path, error) && !ReadFile(path).starts_with(kPageBegin)) {
-    throw ConfigError(fmt::format(
-        "output {}: found a file that is no page, expected a new name: it would be overwritten",
-        path));
-  }
-  const std::filesystem::path file(path);
-  if (!file.has_filename()) {
-    throw ConfigError(fmt::format(
-        "output {}: found a folder's name, expected a file's, such as {}map.html", path, path));
-  }
-  if (file.has_parent_path()) MakeFolder(file.parent_path());
+  RefuseInputs(LinkTarget(path), {map});
+  CheckPagePlace(path);
+  if (std::filesystem::path(path).has_filename()) return;
+  throw ConfigError(fmt::format(
+      "output {}: found a folder's name, expected a file's, such as {}map.html", path, path));
 }
 
 // With the calibration that the map was made with, where it says that.
@@ -60,6 +47,7 @@ std::unique_ptr<SequenceSource> OpenRecording(const MapResult& map,
         "(--sequence names where it moved to)",
         arguments.map, path.empty() ? "named by the map" : path));
   }
+  RefuseInputs(LinkTarget(arguments.output), {path});
   const std::string calibration = arguments.map + "/calibration.yaml";
   SequenceOptions options{.needs_imu = false};
   if (std::filesystem::exists(calibration, error)) options.calibration = calibration;
@@ -72,6 +60,7 @@ void ViewMap(ViewArguments arguments) {
   const std::string page_template = ReadPageTemplate();
   const MapResult map = ReadMapToShow(arguments.map, arguments.accept_changed);
   if (arguments.page.title.empty()) arguments.page.title = TitleOfMap(arguments.map);
+  const MadeFolder folder(std::filesystem::absolute(arguments.output).parent_path());
   const Progress progress = StageProgress("view");
   std::vector<PageImage> images;
   if (arguments.images) {

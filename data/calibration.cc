@@ -23,6 +23,7 @@ constexpr double kMaxTransformError_rad = 0.01;
 constexpr double kMinBaseline_m = 0.005, kMaxBaseline_m = 5;
 constexpr double kMaxLever_m = 10;  // from the IMU to a camera
 constexpr double kMaxTimeOffset_s = 1;
+constexpr double kMaxShiftApart_s = 1e-3, kSameShift_s = 1e-6;  // of the two cameras
 
 // "a.yaml: cam0" and "intrinsics" -> "cam0.intrinsics in a.yaml", for remedies.
 std::string KeyInFile(const std::string& place, const std::string& key) {
@@ -218,6 +219,24 @@ void ReadKalibrImu(const std::string& path, Rig* rig) {
   ReadNoise(imu, "update_rate", &rig->imu_noise);
 }
 
+// A camera without one has that of the rig: none, or that of the left one.
+void ReadTimeShift(YamlSection& camera, int index, Rig* rig, Warnings* warnings) {
+  constexpr char kKey[] = "timeshift_cam_imu";
+  double shift_s = rig->camera_time_offset_s;
+  camera.Read(kKey, &shift_s);
+  if (index == 0) rig->camera_time_offset_s = shift_s;
+  const double apart_s = std::abs(shift_s - rig->camera_time_offset_s);
+  if (!(apart_s <= kMaxShiftApart_s)) {
+    Fail(camera, kKey,
+         fmt::format("found {} s, expected that of cam0, {} s, to {} s", shift_s,
+                     rig->camera_time_offset_s, kMaxShiftApart_s),
+         fmt::format("trigger both cameras together, or bring the stamps of cam1 to the clock of "
+                     "cam0, and write cam0's shift as {}",
+                     KeyInFile(camera.place(), kKey)));
+  }
+  if (apart_s > kSameShift_s) warnings->Add(kTimeShiftsDiffer, camera.place());
+}
+
 // Wrong types are the data's fault here, not the command line's.
 template <typename Reader>
 auto AsDataErrors(Reader read) {
@@ -340,7 +359,7 @@ Calibration ReadAslCalibration(const std::string& folder, Warnings* warnings) {
       YamlSection camera = YamlSection::FromFile(fmt::format("{}/cam{}/sensor.yaml", folder, i));
       rig.cameras[i] = ReadCamera(camera, "distortion_coefficients");
       rig.T_imu_camera[i] = T_body_imu.Inverse() * RequiredTransform(camera, "T_BS", true);
-      if (i == 0) camera.Read("timeshift_cam_imu", &rig.camera_time_offset_s);
+      ReadTimeShift(camera, i, &rig, warnings);
     }
     CheckRig(rig, folder);
     calibration.source =
@@ -366,7 +385,7 @@ Calibration ReadKalibrCalibration(const std::string& camchain_path, const std::s
       YamlSection camera = root.Section(name);
       rig.cameras[i] = ReadCamera(camera, "distortion_coeffs");
       rig.T_imu_camera[i] = ReadKalibrPose(camera, i, rig.T_imu_camera[0], &calibration.source);
-      if (i == 0) camera.Read("timeshift_cam_imu", &rig.camera_time_offset_s);
+      ReadTimeShift(camera, i, &rig, warnings);
     }
     if (imu_path.empty()) {
       warnings->Add(kImuNoiseAssumed, camchain_path);

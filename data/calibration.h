@@ -17,7 +17,7 @@ struct Calibration {
 };
 
 // Reads cam0/sensor.yaml, cam1/sensor.yaml (where there is a cam1) and imu0/sensor.yaml under an
-// ASL folder (mav0). T_BS maps sensor to body. cam0 may hold Kalibr's timeshift_cam_imu besides
+// ASL folder (mav0). T_BS maps sensor to body. Cameras may hold Kalibr's timeshift_cam_imu besides
 // ASL's keys.
 Calibration ReadAslCalibration(const std::string& folder, Warnings* warnings);
 
@@ -41,6 +41,9 @@ void WriteKalibrCalibration(const std::string& path, const Rig& rig);
 // there is one) or a folder that FindCalibration understands.
 Calibration ReadCalibration(const std::string& path, Warnings* warnings);
 
+// Both cameras are taken to be triggered together: the time shift is that of cam0. Another one of
+// cam1 is a warning, and an error where it is more than 1 ms off.
+//
 // All of them throw DataError (an InputFault wherever a remedy is known) naming file and key, what
 // was found and what is expected, when an entry is missing or absurd; CheckRig is what they use for
 // the rig as a whole.

@@ -13,6 +13,8 @@
 
 namespace slcmap {
 
+namespace fs = std::filesystem;
+
 std::string ReadFile(const std::string& path) {
   const FileHandle file(std::fopen(path.c_str(), "rb"));
   if (!file) throw DataError(fmt::format("{}: cannot be opened: {}", path, std::strerror(errno)));
@@ -39,10 +41,56 @@ void WriteFile(const std::string& path, std::string_view bytes) {
   file.Close();
 }
 
+std::string LinkTarget(const std::string& path) {
+  constexpr int kMostLinks = 40;  // as Linux follows them
+  fs::path target = path;
+  std::error_code error;
+  for (int i = 0; i < kMostLinks && fs::is_symlink(target, error); ++i) {
+    target = target.parent_path() / fs::read_symlink(target, error);
+  }
+  return target.string();
+}
+
+std::string NoFileAt(const std::string& path) {
+  std::error_code error;
+  switch (fs::status(path, error).type()) {
+    case fs::file_type::none:
+    case fs::file_type::not_found:
+    case fs::file_type::regular:
+      return "";
+    case fs::file_type::directory:
+      return "a folder";
+    case fs::file_type::fifo:
+      return "a pipe";
+    case fs::file_type::socket:
+      return "a socket";
+    default:
+      return "a device";
+  }
+}
+
+void ReplaceFile(const std::string& path, std::string_view bytes) {
+  if (const std::string found = NoFileAt(path); !found.empty()) {
+    throw OutputError(fmt::format("{}: found {}, expected a file", path, found));
+  }
+  const std::string target = LinkTarget(path), aside = target + ".unfinished";
+  std::error_code error, ignored;
+  try {
+    WriteFile(aside, bytes);
+  } catch (...) {
+    fs::remove(aside, ignored);
+    throw;
+  }
+  fs::rename(aside, target, error);
+  if (!error) return;
+  fs::remove(aside, ignored);
+  throw OutputError(fmt::format("{}: cannot be replaced: {}", path, error.message()));
+}
+
 void MakeFolder(const std::string& path) {
   std::error_code error;
-  std::filesystem::create_directories(path, error);
-  if (error || !std::filesystem::is_directory(path)) {
+  fs::create_directories(path, error);
+  if (error || !fs::is_directory(path)) {
     throw OutputError(fmt::format("{}: folder cannot be made: {}", path,
                                   error ? error.message() : "a file is in its place"));
   }

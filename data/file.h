@@ -15,6 +15,18 @@ std::string WithoutByteOrderMark(std::string text);
 // Writes a file anew. Throws OutputError when it cannot be written whole, as on a full disk.
 void WriteFile(const std::string& path, std::string_view bytes);
 
+// The path that a symbolic link leads to, whether something is there or not; any other path as it
+// is.
+std::string LinkTarget(const std::string& path);
+
+// What stands at a path, a link's target: "" for a file or nothing, else "a folder", "a pipe" ...
+std::string NoFileAt(const std::string& path);
+
+// Writes a file anew, all of it or, where that fails, what was there before stays. A symbolic link
+// stays as well: its target is replaced. Throws OutputError, also where something stands that is no
+// file, as a pipe or a device.
+void ReplaceFile(const std::string& path, std::string_view bytes);
+
 // Makes a folder and those above it. Throws OutputError where that fails.
 void MakeFolder(const std::string& path);
 

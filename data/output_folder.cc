@@ -1,7 +1,7 @@
 #include "data/output_folder.h"
 
 #include <fcntl.h>
-#include <spdlog/fmt/fmt.h>
+#include <spdlog/spdlog.h>
 #include <sys/file.h>
 #include <unistd.h>
 
@@ -12,6 +12,7 @@
 
 #include "data/error.h"
 #include "data/file.h"
+#include "data/stage_summary.h"
 
 namespace slcmap {
 namespace {
@@ -20,16 +21,6 @@ namespace fs = std::filesystem;
 
 constexpr char kStaging[] = ".unfinished";
 constexpr char kAside[] = "previous-";
-
-// What only one stage writes, and so says whose folder it is.
-struct Mark {
-  const char* name;
-  const char* result;
-};
-constexpr Mark kMarks[] = {{"run.json", "a run"},
-                           {"journal", "a run"},
-                           {"map.json", "a map"},
-                           {"export.json", "an export"}};
 
 [[noreturn]] void FailOutput(const std::string& path, const char* what, const std::string& why) {
   throw OutputError(fmt::format("{}: {}: {}", path, what, why));
@@ -56,7 +47,7 @@ bool IsSame(const fs::path& a, const fs::path& b) {
 // Whether a folder lies in another one.
 bool IsWithin(const fs::path& path, const fs::path& folder) {
   std::error_code error;
-  fs::path above = fs::weakly_canonical(path, error);
+  fs::path above = fs::weakly_canonical(fs::absolute(path, error), error);
   while (!error && above.has_relative_path()) {
     above = above.parent_path();
     if (IsSame(above, folder)) return true;
@@ -64,17 +55,19 @@ bool IsWithin(const fs::path& path, const fs::path& folder) {
   return false;
 }
 
-// Whether it holds what a stage wrote, whichever that is.
-bool HasResults(const std::string& folder) {
-  return std::any_of(std::begin(kMarks), std::end(kMarks),
-                     [&](const Mark& mark) { return Exists(folder + "/" + mark.name); });
+// Of any kind that the readers of recordings know.
+bool IsRecording(const std::string& folder) {
+  constexpr const char* kParts[] = {"mav0", "cam0", "imu0"};
+  return std::ranges::any_of(kParts, [&](const char* part) { return Exists(folder + "/" + part); });
 }
 
-// Whether the stage's files in a folder are its own: its summary says so, or what it leaves when it
-// is killed.
+// Whether the stage's files in a folder are its own: a mark of it says so, or what it leaves when
+// it is killed.
 bool IsOfStage(const std::string& folder, const StageFiles& files) {
-  return Exists(folder + "/" + files.names.front()) || Exists(folder + "/journal") ||
-         Exists(folder + "/" + kStaging);
+  return Exists(folder + "/" + kStaging) ||
+         std::ranges::any_of(StageMarks(), [&](const StageMark& mark) {
+           return files.result == mark.result && IsOwn(StateOf(folder, mark));
+         });
 }
 
 // Files that the stage would replace, and did not write.
@@ -90,8 +83,8 @@ void RefuseFilesOfOthers(const std::string& path, const StageFiles& files) {
 }
 
 void RefuseOtherStages(const std::string& path, const std::string& result) {
-  for (const Mark& mark : kMarks) {
-    if (result == mark.result || !Exists(path + "/" + mark.name)) continue;
+  for (const StageMark& mark : StageMarks()) {
+    if (result == mark.result || !IsOwn(StateOf(path, mark))) continue;
     throw ConfigError(fmt::format(
         "output {}: found {} in it ({}), expected a folder of its own for {}: files of the same "
         "names would be overwritten",
@@ -143,14 +136,39 @@ void RemoveNames(const std::string& folder, const std::vector<std::string>& name
   }
 }
 
+// Inputs that a stage would replace by its results, or remove once these are there.
+void RefuseReplaced(const std::string& path, const StageFiles& files,
+                    const std::vector<std::string>& inputs) {
+  std::vector<std::string> replaced = files.names;
+  for (const std::string& name : NamesIn(path)) {
+    if (name.starts_with(kAside) || name == kStaging) replaced.push_back(name);
+  }
+  for (const std::string& name : replaced) {
+    const std::string there = path + "/" + name;
+    if (!Exists(there)) continue;
+    for (const std::string& input : inputs) {
+      if (!IsSame(input, there) && !IsWithin(input, there)) continue;
+      throw ConfigError(fmt::format(
+          "output {}: found the input {} in it, expected another folder: it would be replaced",
+          path, input));
+    }
+  }
+}
+
 }  // namespace
 
 void RefuseInputs(const std::string& path, const std::vector<std::string>& inputs) {
   for (const std::string& input : inputs) {
-    if (!IsSame(path, input) && !(HasResults(input) && IsWithin(path, input))) continue;
-    throw ConfigError(fmt::format(
-        "output {}: found the input {}, expected a folder of its own: it would be overwritten",
-        path, input));
+    if (IsSame(path, input)) {
+      throw ConfigError(fmt::format(
+          "output {}: found the input {}, expected a folder of its own: it would be overwritten",
+          path, input));
+    }
+    if (!IsWithin(path, input) || !(IsRecording(input) || HasResults(input))) continue;
+    throw ConfigError(
+        fmt::format("output {}: found the input {} around it, expected a place out of that: "
+                    "nothing is written into what is read",
+                    path, input));
   }
 }
 
@@ -159,10 +177,14 @@ OutputFolder::OutputFolder(const std::string& path, const StageFiles& files,
     : path_(path), files_(files) {
   if (path.empty()) throw ConfigError("output: found an empty path, expected a folder");
   RefuseInputs(path, inputs);
+  RefuseReplaced(path, files, inputs);
   RefuseOtherStages(path, files.result);
   RefuseFilesOfOthers(path, files);
-  made_ = !Exists(path);
-  MakeFolder(path);
+}
+
+void OutputFolder::Open() {
+  if (made_) return;
+  made_.emplace(path_);
   Lock();
 }
 
@@ -170,17 +192,20 @@ void OutputFolder::Lock() {
   lock_ = OpenFolder(path_);
   if (TakeLock(lock_, LOCK_EX)) return;
   close(lock_);
+  lock_ = -1;
+  made_.reset();
   throw OutputError(path_ + ": in use: another slcmap is writing into it or reading from it");
 }
 
 OutputFolder::~OutputFolder() {
   std::error_code error;
   if (!staging_.empty()) fs::remove_all(staging_, error);
-  if (made_) fs::remove(path_, error);  // fails where it is not empty
+  made_.reset();
   if (lock_ >= 0) close(lock_);
 }
 
 const std::string& OutputFolder::staging() {
+  Open();
   if (staging_.empty()) {
     const std::string path = path_ + "/" + kStaging;
     // May be left by a process that was killed.
@@ -191,11 +216,26 @@ const std::string& OutputFolder::staging() {
   return staging_;
 }
 
-void OutputFolder::Commit() {
+// What is worth more than the results that are about to take its place.
+void OutputFolder::KeepEarlier(bool complete) {
+  for (const StageMark& mark : StageMarks()) {
+    if (files_.names.front() != mark.name) continue;
+    const SummaryState earlier = StateOf(path_, mark);
+    if (earlier == SummaryState::kComplete && !complete) {
+      spdlog::warn("{}: partial results do not replace complete ones: those are in {} now", path_,
+                   MoveAside());
+    } else if (earlier == SummaryState::kDamaged) {
+      spdlog::warn("{}: found a damaged {}: it is in {} now", path_, mark.name, MoveAside());
+    }
+  }
+}
+
+void OutputFolder::Commit(bool complete) {
   std::vector<std::string> names = NamesIn(staging());
   const std::string& summary = files_.names.front();
   if (std::erase(names, summary) > 0) names.push_back(summary);
   for (const std::string& name : names) SyncAll(staging_ + "/" + name);
+  KeepEarlier(complete);
   // In between the summary is neither of the old files nor of the new ones.
   RemoveNames(path_, {summary});
   for (const std::string& name : names) {
@@ -207,9 +247,11 @@ void OutputFolder::Commit() {
   Sync(path_, O_DIRECTORY);
   RemoveNames(path_, {kStaging});
   staging_.clear();
+  if (complete) RemoveAside();
 }
 
 std::string OutputFolder::MoveAside() {
+  Open();
   std::string aside;
   // The summary last: as long as it is there, the rest is known to be the stage's.
   for (auto name = files_.names.rbegin(); name != files_.names.rend(); ++name) {
@@ -223,6 +265,7 @@ std::string OutputFolder::MoveAside() {
     Try(from, "cannot be moved",
         [&](std::error_code& error) { fs::rename(from, aside + "/" + *name, error); });
   }
+  if (!aside.empty()) spdlog::info("moved the results of an earlier run to {}", aside);
   return aside;
 }
 
@@ -230,7 +273,7 @@ void OutputFolder::RemoveAside() {
   for (const std::string& name : NamesIn(path_)) {
     if (!name.starts_with(kAside)) continue;
     const std::string aside = path_ + "/" + name;
-    if (!IsOfStage(aside, files_)) continue;  // the user's
+    if (!HasIntactResults(aside, files_.result)) continue;  // the user's, or the last of their kind
     RemoveNames(aside, files_.names);
     std::error_code error;
     fs::remove(aside, error);  // fails where the user put something there

@@ -1,8 +1,11 @@
 // A folder that a stage writes its results into: one process at a time, and all of them or none.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
+
+#include "data/made_folder.h"
 
 namespace slcmap {
 
@@ -13,48 +16,54 @@ struct StageFiles {
   std::vector<std::string> names;  // of files and folders
 };
 
-// Throws ConfigError where the path is one of the inputs, or lies in one that a stage has written.
+// Throws ConfigError where the path is one of the inputs, or lies in one that is a recording or
+// that a stage has written.
 void RefuseInputs(const std::string& path, const std::vector<std::string>& inputs);
 
-// While an object lives, no other takes the same folder, in this process or another. What is
-// written into staging() replaces the files of earlier results by Commit(), when all of it is
-// there; until then, and where it never comes to that, they stay as they were.
+// What is written into staging() replaces the files of earlier results by Commit(), when all of it
+// is there; until then, and where it never comes to that, they stay as they were.
 class OutputFolder {
  public:
-  // Makes the folder where it is missing. `inputs` are folders that must not be written into.
-  // Throws ConfigError where the path is empty, or the folder is an input, or holds what another
-  // stage wrote or files of the stage's names that are not of it; OutputError where it cannot be
-  // made or is in use.
+  // Looks whether results may be written there; makes nothing. `inputs` are files and folders that
+  // are read. Throws ConfigError where the path is empty, is an input or lies in one (see
+  // RefuseInputs), where an input is among what would be replaced or removed, or the folder holds
+  // what another stage wrote, or files of the stage's names that are not of it.
   OutputFolder(const std::string& path, const StageFiles& files,
                const std::vector<std::string>& inputs = {});
-  // Removes what was not committed, and the folder where it was made here and is empty.
+  // Removes what was not committed, and the folders that were made and are empty.
   ~OutputFolder();
   OutputFolder(const OutputFolder&) = delete;
   OutputFolder& operator=(const OutputFolder&) = delete;
 
   const std::string& path() const { return path_; }
 
+  // Makes the folder where it is missing. From then on, while the object lives, no other takes the
+  // same folder, in this process or another. Done by the first call, and by the functions below
+  // where it has not been called. Throws OutputError where it cannot be made or is in use.
+  void Open();
+
   // A folder within that belongs to the object alone; it is made, empty, by the first call.
   const std::string& staging();
 
-  // Replaces files by those in staging(), once these have reached the disk; the summary is the
-  // last. Throws OutputError.
-  void Commit();
+  // Puts the files in staging() in place, once these have reached the disk; the summary is the
+  // last. They replace those of earlier results, unless they are not `complete` and those are, or
+  // the earlier summary is damaged: then those are moved aside, which is logged. When complete
+  // results are in place, what was moved aside is removed. Throws OutputError.
+  void Commit(bool complete = true);
 
   // Moves what the stage left here before to a new folder within, "previous-1" or the next that is
-  // free, and returns its path; "" where there was nothing. Throws OutputError.
+  // free, logs its path and returns it; "" where there was nothing. Throws OutputError.
   std::string MoveAside();
-
-  // Removes what MoveAside() ever moved. Throws OutputError.
-  void RemoveAside();
 
  private:
   void Lock();
+  void KeepEarlier(bool complete);
+  void RemoveAside();
 
   std::string path_, staging_;
   StageFiles files_;
-  bool made_ = false;
-  int lock_ = -1;  // a file descriptor of the folder
+  std::optional<MadeFolder> made_;  // once it is open
+  int lock_ = -1;                   // a file descriptor of the folder
 };
 
 // Keeps writers out of a folder that is read. Throws DataError where one is at work in it.

@@ -8,6 +8,9 @@ namespace slcmap {
 
 enum class VerdictLevel { kGood, kDoubtful, kFailed };
 
+// Of the reason that an estimator lost itself: what is behind that is shifted.
+inline constexpr const char* kLostReason = "lost";
+
 // Why a verdict is what it is; what is good but had better be known is a reason too.
 struct VerdictReason {
   VerdictLevel level = VerdictLevel::kGood;

@@ -42,5 +42,6 @@ inline constexpr const char* kImageTruncated = "images_truncated";
 inline constexpr const char* kImageUndecodable = "images_undecodable";
 inline constexpr const char* kImageWrongSize = "images_of_wrong_size";
 inline constexpr const char* kImuNoiseAssumed = "imu_noise_assumed";
+inline constexpr const char* kTimeShiftsDiffer = "camera_time_shifts_differ";
 
 }  // namespace slcmap

@@ -13,9 +13,9 @@ namespace slcmap {
 StageFiles MapFiles();
 
 // Writes a map into a folder, which is made where it is missing; the files of an earlier map are
-// replaced once all are written. Throws OutputError, naming the file, when something cannot be
-// written, and what OutputFolder throws.
-// Returns the id that the map has there.
+// replaced once all are written, or moved aside (see OutputFolder::Commit). Throws OutputError,
+// naming the file, when something cannot be written, and what OutputFolder throws. Returns the id
+// that the map has there.
 std::string WriteMapFolder(const std::string& folder, const MapResult& map);
 std::string WriteMapFolder(OutputFolder* folder, const MapResult& map);
 

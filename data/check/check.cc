@@ -34,6 +34,9 @@ constexpr Remedy kRemedies[] = {
     {kImageUnpaired, "unpaired", "trigger both cameras together; single images are skipped"},
     {kImuNoiseAssumed, "imu-noise",
      "give the IMU's noise in imu0/sensor.yaml or a Kalibr imu.yaml"},
+    {kTimeShiftsDiffer, "time-shifts",
+     "write one timeshift_cam_imu for both cameras, which are triggered together; that of cam0 is "
+     "taken"},
 };
 
 // A stamp as what MedianStep_s takes.

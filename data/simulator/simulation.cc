@@ -20,6 +20,8 @@ namespace slcmap {
 namespace {
 
 constexpr int64_t kMadeStart_ns = 1'600'000'000'000'000'000;  // of motions without a date
+constexpr double kLeastRate_hz = 0.01, kMostRate_hz = 1000;
+constexpr int64_t kMostSeed = 4294967295;  // images take 32 bits
 constexpr double kMargin_s = 0.06;  // of IMU samples before the first and after the last image
 
 struct StartedMotion {
@@ -53,11 +55,20 @@ StartedMotion MotionOf(const SimulationOptions& options, const Rig& rig, const P
   StartedMotion started = options.trajectory.empty() ? MotionOfScene(options.scene, rig, progress)
                                                      : FittedMotion(options.trajectory, progress);
   const double duration_s = options.duration_s > 0 ? options.duration_s : 1e9;
+  if (options.from_s >= started.motion.Duration()) {
+    throw ConfigError(
+        fmt::format("simulate: --from: found {:.6g} s, expected less than the {:.6g} "
+                    "s that the motion lasts",
+                    options.from_s, started.motion.Duration()));
+  }
   started.motion = started.motion.Slice(options.from_s, duration_s);
   started.start_stamp_ns += ToNanoseconds(options.from_s);
-  if (started.motion.Duration() < 2 * kMargin_s + 1 / options.image_rate_hz) {
-    throw ConfigError("simulate: found a motion of " + std::to_string(started.motion.Duration()) +
-                      " s, expected a longer one");
+  const double least_s = 2 * kMargin_s + 1 / options.image_rate_hz;
+  if (started.motion.Duration() < least_s) {
+    throw ConfigError(fmt::format(
+        "simulate: found a motion of {:.3g} s, expected at least {:.3g} s, which a pair takes at "
+        "--rate {:.3g} Hz (--from and --duration choose the part)",
+        started.motion.Duration(), least_s, options.image_rate_hz));
   }
   return started;
 }
@@ -184,10 +195,16 @@ void SimulationOptions::Check() const {
   };
   expect(from_s >= 0, "--from: expected zero or more seconds");
   expect(duration_s >= 0, "--duration: expected zero or more seconds");
-  expect(image_rate_hz > 0 && image_rate_hz <= 1000, "--rate: expected more than 0 up to 1000");
+  if (!(image_rate_hz >= kLeastRate_hz && image_rate_hz <= kMostRate_hz)) {
+    throw ConfigError(
+        fmt::format("simulate: --rate: found {:.6g}, expected {} to {} pairs a second",
+                    image_rate_hz, kLeastRate_hz, kMostRate_hz));
+  }
   expect(std::abs(time_offset_s) <= 0.5, "--time-offset-s: expected at most 0.5 either way");
   expect(miscalibration >= 0 && miscalibration <= 100, "--wrong-calibration: expected 0 to 100");
-  expect(seed >= 0, "--seed: expected zero or more");
+  if (seed < 0 || seed > kMostSeed) {
+    throw ConfigError(fmt::format("simulate: --seed: found {}, expected 0 to {}", seed, kMostSeed));
+  }
   expect(threads >= 1 && threads <= 64, "--threads: expected 1 to 64");
 }
 

@@ -39,6 +39,29 @@ TEST(File, ErrorsNameTheFileAndTheCause) {
   }
 }
 
+TEST(File, LinksStayAndWhatTheyLeadToIsReplaced) {
+  namespace fs = std::filesystem;
+  const testing::TempFolder folder;
+  fs::create_symlink("target", folder.Path("link"));
+  fs::create_symlink(folder.Path("link"), folder.Path("outer"));
+  EXPECT_EQ(LinkTarget(folder.Path("outer")), folder.Path("target"));
+  for (const char* text : {"where nothing was", "where something was"}) {
+    ReplaceFile(folder.Path("outer"), text);
+    EXPECT_TRUE(fs::is_symlink(folder.Path("outer")));
+    EXPECT_EQ(ReadFile(folder.Path("target")), text);
+  }
+  EXPECT_FALSE(fs::exists(folder.Path("target.unfinished")));
+}
+
+TEST(File, WhatIsNoFileIsNotReplaced) {
+  const testing::TempFolder folder;
+  EXPECT_THAT([&] { ReplaceFile("/dev/null", "a"); },
+              ThrowsMessage<OutputError>(HasSubstr("/dev/null: found a device, expected a file")));
+  EXPECT_THAT([&] { ReplaceFile(folder.Path(), "a"); },
+              ThrowsMessage<OutputError>(HasSubstr("found a folder")));
+  EXPECT_EQ(NoFileAt(folder.Path("none")), "");
+}
+
 TEST(File, FoldersAreMadeWithThoseAbove) {
   const testing::TempFolder folder;
   MakeFolder(folder.Path("a/b/c"));

@@ -18,15 +18,23 @@ using testing::MessageOf;
 using testing::ReadText;
 
 const StageFiles kMap = {"a map", {"map.json", "points.ply"}};
+constexpr char kComplete[] = R"({"format": "slcmap map", "complete": true})";
+constexpr char kPartial[] = R"({"format": "slcmap map", "complete": false})";
 
 class OutputFolderTest : public ::testing::Test {
  protected:
+  // Writes a map of nothing but a summary.
+  static void Write(OutputFolder* output, const char* summary, bool complete) {
+    WriteFile(output->staging() + "/map.json", summary);
+    output->Commit(complete);
+  }
+
   testing::TempFolder temp_;
   const std::string path_ = temp_.Path("out");
 };
 
 TEST_F(OutputFolderTest, FilesAppearTogetherAndReplaceOlderOnes) {
-  temp_.Write("out/map.json", "old");
+  temp_.Write("out/map.json", kComplete);
   temp_.Write("out/points.ply", "old");
   temp_.Write("out/notes.txt", "mine");
   OutputFolder output(path_, kMap);
@@ -42,7 +50,7 @@ TEST_F(OutputFolderTest, FilesAppearTogetherAndReplaceOlderOnes) {
 
 TEST_F(OutputFolderTest, FoldersAreReplacedWhole) {
   const StageFiles stage = {"a map", {"map.json", "plan"}};
-  temp_.Write("out/map.json", "old");
+  temp_.Write("out/map.json", kComplete);
   temp_.Write("out/plan/storey_0.svg", "old");
   temp_.Write("out/plan/storey_1.svg", "old");
   OutputFolder output(path_, stage);
@@ -60,12 +68,13 @@ TEST_F(OutputFolderTest, FilesThatAreNotOfTheStageAreNeitherReplacedNorRemoved) 
               HasSubstr("found points.ply, which is not of a map"));
   fs::remove(path_ + "/points.ply");
   temp_.Write("out/previous-1/points.ply", "mine");
-  OutputFolder(path_, kMap).RemoveAside();
+  OutputFolder output(path_, kMap);
+  Write(&output, kComplete, true);
   EXPECT_EQ(ReadText(path_ + "/previous-1/points.ply"), "mine");
 }
 
 TEST_F(OutputFolderTest, NothingIsWrittenIntoWhatAnotherStageIsReadFrom) {
-  temp_.Write("run/run.json", "{}");
+  temp_.Write("run/run.json", R"({"format": "slcmap run"})");
   const std::string run = temp_.Path("run");
   for (const char* within : {"", "/.", "/deeper", "/previous-1/deeper"}) {
     EXPECT_THROW(OutputFolder(run + within, kMap, {run}), ConfigError) << within;
@@ -74,7 +83,7 @@ TEST_F(OutputFolderTest, NothingIsWrittenIntoWhatAnotherStageIsReadFrom) {
 }
 
 TEST_F(OutputFolderTest, WhatIsNotCommittedLeavesEverythingAsItWas) {
-  temp_.Write("out/map.json", "old");
+  temp_.Write("out/map.json", kComplete);
   temp_.Write("out/points.ply", "old");
   {
     OutputFolder output(path_, kMap);
@@ -98,18 +107,19 @@ TEST_F(OutputFolderTest, AKilledWritersFilesAreNotTakenOver) {
 
 TEST_F(OutputFolderTest, OneAtATime) {
   {
-    const OutputFolder first(path_, kMap);
-    EXPECT_THAT(MessageOf<OutputError>([&] { OutputFolder second(path_, kMap); }),
+    OutputFolder first(path_, kMap);
+    first.Open();
+    EXPECT_THAT(MessageOf<OutputError>([&] { OutputFolder(path_, kMap).Open(); }),
                 HasSubstr("out: in use"));
     EXPECT_THAT(MessageOf<DataError>([&] { InputLock reader(path_); }), HasSubstr("out: in use"));
   }
-  const OutputFolder again(path_, kMap);
+  OutputFolder(path_, kMap).Open();
 }
 
 TEST_F(OutputFolderTest, ReadersKeepWritersOutButNotEachOther) {
   MakeFolder(path_);
   const InputLock one(path_), other(path_);
-  EXPECT_THAT(MessageOf<OutputError>([&] { OutputFolder writer(path_, kMap); }),
+  EXPECT_THAT(MessageOf<OutputError>([&] { OutputFolder(path_, kMap).Open(); }),
               HasSubstr("out: in use"));
 }
 
@@ -129,7 +139,8 @@ TEST_F(OutputFolderTest, AnEmptyPathAndOtherStagesFoldersAreRefused) {
               HasSubstr("output: found an empty path"));
   for (const char* mark : {"run.json", "export.json", "journal/header.json"}) {
     fs::remove_all(path_);
-    temp_.Write(std::string("out/") + mark, "{}");
+    const std::string stage = mark == std::string("export.json") ? "export" : "run";
+    temp_.Write(std::string("out/") + mark, R"({"format": "slcmap )" + stage + "\"}");
     EXPECT_THAT(MessageOf<ConfigError>([&] { OutputFolder output(path_, kMap); }),
                 HasSubstr("expected a folder of its own for a map"))
         << mark;
@@ -139,18 +150,97 @@ TEST_F(OutputFolderTest, AnEmptyPathAndOtherStagesFoldersAreRefused) {
 TEST_F(OutputFolderTest, OlderResultsMoveAsideOneByOneAndTheUsersFilesStay) {
   OutputFolder output(path_, kMap);
   EXPECT_EQ(output.MoveAside(), "");
-  temp_.Write("out/map.json", "first");
+  temp_.Write("out/map.json", kPartial);
   temp_.Write("out/notes.txt", "mine");
   EXPECT_EQ(output.MoveAside(), path_ + "/previous-1");
-  temp_.Write("out/map.json", "second");
+  temp_.Write("out/map.json", kComplete);
   EXPECT_EQ(output.MoveAside(), path_ + "/previous-2");
-  EXPECT_EQ(ReadText(path_ + "/previous-1/map.json"), "first");
+  EXPECT_EQ(ReadText(path_ + "/previous-1/map.json"), kPartial);
   EXPECT_EQ(ReadText(path_ + "/notes.txt"), "mine");
   temp_.Write("out/previous-1/notes.txt", "mine too");
-  output.RemoveAside();
+  Write(&output, kComplete, true);
   EXPECT_FALSE(fs::exists(path_ + "/previous-2"));
   EXPECT_FALSE(fs::exists(path_ + "/previous-1/map.json"));
   EXPECT_EQ(ReadText(path_ + "/previous-1/notes.txt"), "mine too");
+}
+
+TEST_F(OutputFolderTest, PartialResultsReplaceNoCompleteOnes) {
+  temp_.Write("out/map.json", kComplete);
+  temp_.Write("out/points.ply", "complete");
+  OutputFolder output(path_, kMap);
+  for (int i = 0; i < 2; ++i) {  // the second ones replace partial ones
+    Write(&output, kPartial, false);
+    EXPECT_EQ(ReadText(path_ + "/map.json"), kPartial);
+    EXPECT_EQ(ReadText(path_ + "/previous-1/map.json"), kComplete);
+    EXPECT_EQ(ReadText(path_ + "/previous-1/points.ply"), "complete");
+    EXPECT_FALSE(fs::exists(path_ + "/points.ply"));
+    EXPECT_FALSE(fs::exists(path_ + "/previous-2"));
+  }
+  Write(&output, kComplete, true);
+  EXPECT_FALSE(fs::exists(path_ + "/previous-1"));
+}
+
+TEST_F(OutputFolderTest, ANameAloneMakesNoFolderOurs) {
+  for (const char* foreign : {"x", "{}", R"({"format": "slcmap run"})", "[1]"}) {
+    temp_.Write("out/map.json", foreign);
+    EXPECT_THAT(MessageOf<ConfigError>([&] { OutputFolder output(path_, kMap); }),
+                HasSubstr("found map.json, which is not of a map"))
+        << foreign;
+  }
+  fs::remove(path_ + "/map.json");
+  temp_.Write("out/run.json", "x");  // not a run's, and a map leaves it alone
+  OutputFolder output(path_, kMap);
+  Write(&output, kComplete, true);
+  EXPECT_EQ(ReadText(path_ + "/run.json"), "x");
+}
+
+TEST_F(OutputFolderTest, WhatIsDamagedIsKeptAside) {
+  for (const std::string& damaged : {std::string(kComplete).substr(0, 30), std::string()}) {
+    fs::remove_all(path_);
+    temp_.Write("out/map.json", damaged);
+    temp_.Write("out/points.ply", "old");
+    OutputFolder output(path_, kMap);
+    for (int i = 0; i < 2; ++i) Write(&output, kComplete, true);
+    EXPECT_EQ(ReadText(path_ + "/previous-1/map.json"), damaged);
+    EXPECT_EQ(ReadText(path_ + "/previous-1/points.ply"), "old");
+  }
+}
+
+TEST_F(OutputFolderTest, InputsThatWouldBeReplacedOrRemovedAreRefused) {
+  temp_.Write("out/map.json", kComplete);
+  fs::create_symlink(temp_.Write("out/points.ply", "an input"), temp_.Path("link.ply"));
+  temp_.Write("out/previous-1/map.json", kComplete);
+  for (const char* input :
+       {"out/points.ply", "link.ply", "out/previous-1", "out/previous-1/map.json"}) {
+    EXPECT_THAT(
+        MessageOf<ConfigError>([&] { OutputFolder output(path_, kMap, {temp_.Path(input)}); }),
+        HasSubstr("in it, expected another folder: it would be replaced"))
+        << input;
+  }
+  EXPECT_NO_THROW(OutputFolder(path_, kMap, {temp_.Write("out/mine.yaml", "")}));
+}
+
+TEST_F(OutputFolderTest, NothingIsWrittenIntoARecordingThatIsRead) {
+  MakeFolder(temp_.Path("sequence/mav0"));
+  const std::string sequence = temp_.Path("sequence");
+  for (const char* within : {"/x", "/mav0/x/y"}) {
+    EXPECT_THAT(
+        MessageOf<ConfigError>([&] { OutputFolder output(sequence + within, kMap, {sequence}); }),
+        HasSubstr("nothing is written into what is read"))
+        << within;
+  }
+}
+
+TEST_F(OutputFolderTest, FoldersThatStayEmptyGoAwayAgain) {
+  {
+    OutputFolder output(path_ + "/deep/er", kMap);
+    output.Open();
+    EXPECT_TRUE(fs::exists(path_ + "/deep/er"));
+  }
+  EXPECT_FALSE(fs::exists(path_));
+  MakeFolder(path_);
+  OutputFolder(path_, kMap).Open();
+  EXPECT_TRUE(fs::exists(path_)) << "was there before";
 }
 
 }  // namespace

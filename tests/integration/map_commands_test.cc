@@ -179,9 +179,11 @@ class ViewTest : public OverwritingTest {
 };
 
 TEST_F(ViewTest, WritesOnePageOverAnEarlierOne) {
-  const std::string page = folder_.Write("map.html", "<!doctype html> an earlier one");
-  const ProcessResult viewed = RunSlcmap("view " + map_ + " -o " + page);
-  EXPECT_EQ(viewed.exit_code, 0) << viewed.error;
+  const std::string page = folder_.Path("map.html");
+  for (int i = 0; i < 2; ++i) {
+    const ProcessResult viewed = RunSlcmap("view " + map_ + " -o " + page);
+    EXPECT_EQ(viewed.exit_code, 0) << viewed.error;
+  }
   EXPECT_THAT(testing::ReadText(page),
               AllOf(::testing::StartsWith("<!doctype html>"), HasSubstr("</html>")));
   EXPECT_FALSE(std::filesystem::exists(page + ".unfinished"));
