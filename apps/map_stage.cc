@@ -3,6 +3,7 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <utility>
 
 #include "apps/commands.h"
@@ -11,6 +12,7 @@
 #include "apps/progress.h"
 #include "data/calibration.h"
 #include "data/trajectory.h"
+#include "data/version.h"
 #include "data/warnings.h"
 #include "mapping/adjustment/adjusted_run.h"
 #include "mapping/given_poses/given_poses.h"
@@ -45,9 +47,20 @@ void WarnOfNoPoses(const std::string& folder, const OdometryRun& run) {
   spdlog::warn("{}: found no pose in the run, so the map is empty{}", folder, reasons);
 }
 
+void WarnOfImagesWithoutPose(const std::string& folder, const OdometryRun& run) {
+  const auto without = run.warnings.find(kImageWithoutPose);
+  if (without == run.warnings.end()) return;
+  spdlog::warn(
+      "{}: {} of {} images have no pose, and are left out: there are poses at images from "
+      "{:.3f} to {:.3f} s",
+      folder, without->second, without->second + static_cast<int64_t>(run.states.size()),
+      ToSeconds(run.states.front().stamp_ns), ToSeconds(run.states.back().stamp_ns));
+}
+
 void WarnOfRun(const std::string& folder, const OdometryRun& run) {
   if (!run.complete) spdlog::warn("{}: the run is partial: {}", folder, run.partial_reason);
   if (run.states.empty()) WarnOfNoPoses(folder, run);
+  WarnOfImagesWithoutPose(folder, run);
   if (const int ends = SegmentEnds(run); ends > 0) {
     spdlog::warn(
         "{}: the estimator lost itself {} times; the map behind each is shifted by what "
@@ -59,7 +72,10 @@ void WarnOfRun(const std::string& folder, const OdometryRun& run) {
 OdometryRun ReadRun(const MapArguments& arguments) {
   const EndsAtOnce nothing_is_written;
   if (!arguments.poses.empty()) {
-    return RunAtPoses(arguments.input, arguments.calibration, ReadTrajectory(arguments.poses));
+    OdometryRun run =
+        RunAtPoses(arguments.input, arguments.calibration, ReadTrajectory(arguments.poses));
+    run.source->version = kVersion;
+    return run;
   }
   OdometryRun run = ReadRunFolder(arguments.input, {.accept_changed = arguments.accept_changed});
   // Cut off, or of an earlier version.
@@ -115,10 +131,56 @@ std::optional<MapResult> OtherMap(const MapArguments& arguments, const OdometryR
                               arguments.into, run.id));
 }
 
-MapResult MergedInto(MapResult other, MapResult map, const MapArguments& arguments) {
-  if (Interrupted()) throw StoppedError("interrupted");
-  return MergeStage(std::move(other), std::move(map), arguments.input, arguments.at,
-                    OptionsOfMerging(arguments.config, arguments.into), StageProgress("merge"));
+// What options cost is known late, by the run: their file is named then too.
+template <typename Build>
+MapResult NamingConfig(const std::string& config, Build build) {
+  try {
+    return build();
+  } catch (const ConfigError& error) {
+    throw ConfigError((config.empty() ? "" : config + ": ") + error.what());
+  }
+}
+
+// The run's own map, which took long to make, is there until it is merged: that may be refused.
+class UnmergedMap {
+ public:
+  UnmergedMap(const std::string& output, const MapResult& map)
+      : folder_(std::filesystem::path(output + "/.").parent_path().string() + "-unmerged") {
+    OutputFolder unmerged(folder_, MapFiles());
+    WriteMapFolder(&unmerged, map);
+  }
+
+  void Remove() const {
+    std::error_code error;  // what else lies there stays
+    for (const std::string& name : MapFiles().names) {
+      std::filesystem::remove_all(folder_ + "/" + name, error);
+    }
+    std::filesystem::remove(folder_, error);
+  }
+
+  void Report(const std::string& into) const {
+    spdlog::warn("{}: the run's own map is kept there; slcmap merge {} {} takes it, with --at too",
+                 folder_, into, folder_);
+  }
+
+ private:
+  const std::string folder_;
+};
+
+MapResult MergedInto(MapResult other, MapResult map, const MapArguments& arguments,
+                     const std::string& output) {
+  const UnmergedMap unmerged(output, map);
+  try {
+    if (Interrupted()) throw StoppedError("interrupted");
+    MapResult merged =
+        MergeStage(std::move(other), std::move(map), arguments.input, arguments.at,
+                   OptionsOfMerging(arguments.config, arguments.into), StageProgress("merge"));
+    unmerged.Remove();
+    return merged;
+  } catch (const Error&) {
+    unmerged.Report(arguments.into);
+    throw;
+  }
 }
 
 }  // namespace
@@ -134,6 +196,8 @@ MapResult RunMapStage(const MapArguments& arguments, const MappingOptions& optio
                 run.states.size(), run.keyframes.size(), run.landmarks.size(), run.lines.size());
   WarnOfRun(arguments.input, run);
   std::optional<MapResult> other = OtherMap(arguments, run);
+  if (run.source) RefuseInputs(output->path(), {run.source->sequence});
+  output->Open();
   const Progress progress = StageProgress("map");
   const auto given = AdjustGiven(arguments, options.given_poses, &run, progress.Part(0, kAdjusted));
   const auto images = ImagesOfRevisits(arguments, options.adjustment, run);
@@ -141,11 +205,13 @@ MapResult RunMapStage(const MapArguments& arguments, const MappingOptions& optio
       AdjustRun(std::move(run), options.adjustment, images.get(), progress.Part(0, kAdjusted));
   // Images are rectified with the calibration that the adjustment found.
   const std::optional<RecordedViews> recorded = OpenViews(arguments, adjusted.run);
-  MapResult map =
-      BuildMap(adjusted.run, recorded ? &*recorded : nullptr, options, progress.Part(kAdjusted, 1));
+  MapResult map = NamingConfig(arguments.config, [&] {
+    return BuildMap(adjusted.run, recorded ? &*recorded : nullptr, options,
+                    progress.Part(kAdjusted, 1));
+  });
   map.adjustment = adjusted.figures;
   map.given_poses = given;
-  if (other) map = MergedInto(std::move(*other), std::move(map), arguments);
+  if (other) map = MergedInto(std::move(*other), std::move(map), arguments, output->path());
   map.id = WriteMapFolder(output, map);
   spdlog::info(
       "wrote {}: {} poses, {} points of {} landmarks, {} lines, {} occupied voxels of {} m",

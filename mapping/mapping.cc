@@ -33,13 +33,15 @@ constexpr double kAgreementUntil = 0.05, kSightsUntil = 0.1, kAxes = 0.3;  // of
 constexpr char kImageUnreadable[] = "images_unreadable", kPosesDisagree[] = "poses_disagree";
 constexpr double kMaxPoseError_px = 3, kMinPointsFound = 0.2;
 
-// Poses by anyone may be of another recording, frame or unit.
-void WarnOfPoses(const std::string& found, std::map<std::string, int64_t>* warnings) {
+// Poses by anyone may be of another recording, frame or unit, and a run's images may have changed
+// since.
+void WarnOfPoses(const std::string& found, bool are_given,
+                 std::map<std::string, int64_t>* warnings) {
   ++(*warnings)[kPosesDisagree];
-  spdlog::warn(
-      "{}; expected agreement to {} px, and at least {:.0f} % of points: are the poses "
-      "those of the IMU, in metres, with the images' stamps?",
-      found, kMaxPoseError_px, 100 * kMinPointsFound);
+  spdlog::warn("{}; expected agreement to {} px, and at least {:.0f} % of points: are {}?", found,
+               kMaxPoseError_px, 100 * kMinPointsFound,
+               are_given ? "the poses those of the IMU, in metres, with the images' stamps"
+                         : "the images those that the run was made of");
 }
 
 // What lines may be off is as much as images and poses are.
@@ -50,7 +52,7 @@ MapLineOptions LineOptionsFor(const OdometryRun& run, const RecordedViews& recor
   const auto agreement = MeasurePoseAgreement(recorded.views, *recorded.images, progress);
   if (!agreement) {
     if (are_given && recorded.views.size() > 1 && progress.Report(1)) {
-      WarnOfPoses("no two views see the same by their poses", warnings);
+      WarnOfPoses("no two views see the same by their poses", are_given, warnings);
     }
     return options;
   }
@@ -67,7 +69,7 @@ MapLineOptions LineOptionsFor(const OdometryRun& run, const RecordedViews& recor
   spdlog::debug("{}", found);
   const bool are_doubtful = !agreement->across_px || *agreement->across_px > kMaxPoseError_px ||
                             agreement->found < kMinPointsFound;
-  if (are_given && are_doubtful) WarnOfPoses(found, warnings);
+  if (are_doubtful) WarnOfPoses(found, are_given, warnings);
   return agreement->across_px ? options.ForPoses(*agreement->across_px) : options;
 }
 

@@ -8,6 +8,7 @@
 #include <map>
 
 #include "data/calibration.h"
+#include "data/checksum.h"
 #include "data/error.h"
 #include "data/image_file.h"
 #include "data/path_within.h"
@@ -194,6 +195,21 @@ Views FramesOfRun(const OdometryRun& run) {
   return frames;
 }
 
+// Of the poses and what they are of: the same poses of a recording that has moved have the same.
+std::string IdOfPoses(const OdometryRun& run) {
+  std::string contents;
+  for (const OnlineState& state : run.states) {
+    const Eigen::Vector3d& p = state.T_world_imu.translation;
+    const Eigen::Quaterniond& q = state.T_world_imu.rotation;
+    contents += fmt::format("{} {:.9f} {:.9f} {:.9f} {:.9f} {:.9f} {:.9f} {:.9f}\n", state.stamp_ns,
+                            p.x(), p.y(), p.z(), q.x(), q.y(), q.z(), q.w());
+  }
+  for (const RecordedImages& images : run.source->images) {
+    contents += images.left_path + ' ' + images.right_path + '\n';
+  }
+  return Checksum(contents);
+}
+
 [[noreturn]] void RefusePoses(const Sequence& recording, const Trajectory& trajectory) {
   throw DataError(fmt::format(
       "{}: found poses from {:.3f} to {:.3f} s and images from {:.3f} to {:.3f} s, expected poses "
@@ -262,6 +278,7 @@ OdometryRun RunAtPoses(const std::string& sequence, const std::string& calibrati
     }
   }
   if (run.states.empty()) RefusePoses(recording, trajectory);
+  run.id = IdOfPoses(run);
   return run;
 }
 

@@ -11,6 +11,7 @@
 #include "tests/integration/slcmap_process.h"
 #include "tests/testing/made_run.h"
 #include "tests/testing/scanned_map.h"
+#include "tests/testing/small_sequence.h"
 #include "tests/testing/temp_folder.h"
 
 namespace slcmap {
@@ -123,6 +124,25 @@ TEST_F(MergeCommand, MapIntoIsChecked) {
   EXPECT_EQ(merged.exit_code, 1);
   EXPECT_THAT(merged.error, HasSubstr("found no dense points"));
   EXPECT_FALSE(std::filesystem::exists(Path("out")));
+  // Not lost with the merge.
+  EXPECT_THAT(merged.error, HasSubstr("out-unmerged: the run's own map is kept there"));
+  EXPECT_EQ(ReadMapFolder(Path("out-unmerged")).source.run_id, ReadRunFolder(Path("run")).id);
+}
+
+TEST_F(MergeCommand, MapsOfTheSamePosesAreNotUnited) {
+  const TempFolder recording;
+  testing::WriteSequence(recording, {.images = 7});
+  std::string poses;
+  for (int i = 0; i < 6; ++i) {
+    poses += fmt::format("{:.9f} {} 0 0 0 0 0 1\n", ToSeconds(testing::ImageStamp(i)), 0.04 * i);
+  }
+  WriteFile(Path("poses.tum"), poses);
+  const std::string map = "map " + recording.Path() + " --poses " + Path("poses.tum") + " -o ";
+  const ProcessResult mapped = RunSlcmap(map + Path("posed"));
+  EXPECT_EQ(mapped.exit_code, 0) << mapped.error;
+  EXPECT_THAT(mapped.error, HasSubstr("1 of 7 images have no pose"));
+  RunSlcmap(map + Path("again"));
+  ExpectError(Merge("posed", "again"), 1, "in both maps");
 }
 
 }  // namespace

@@ -46,6 +46,17 @@ class SmallRecording : public ::testing::Test {
   OdometryRun run_;
 };
 
+TEST_F(SmallRecording, WithTheSamePosesIsTheSameRun) {
+  Trajectory poses;
+  for (const OnlineState& state : run_.states) {
+    poses.push_back({state.stamp_ns, state.T_world_imu});
+  }
+  EXPECT_FALSE(run_.id.empty());
+  EXPECT_EQ(RunAtPoses(folder_.Path(), "", poses).id, run_.id);
+  poses[3].T_world_imu.translation.z() += 1e-6;
+  EXPECT_NE(RunAtPoses(folder_.Path(), "", poses).id, run_.id);
+}
+
 TEST_F(SmallRecording, HasAFrameForEachImageAtItsRefinedPose) {
   ASSERT_EQ(run_.keyframes.size(), 3u);
   // Moved up by 1 cm at the second keyframe: half as much half-way.

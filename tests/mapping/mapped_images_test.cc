@@ -1,0 +1,41 @@
+// Maps of runs whose images are opened again.
+#include <gtest/gtest.h>
+
+#include "mapping/mapping.h"
+#include "odometry/method.h"
+#include "tests/testing/room_views.h"
+
+namespace slcmap {
+namespace {
+
+MapResult MapOf(const Views& views) {
+  auto room = std::make_unique<RoomViews>(4, 0.25, 3);
+  OdometryRun run;
+  run.method = MethodName(Method::kSlc);
+  run.rectified_rig = room->rig();
+  for (size_t i = 0; i < views.size(); ++i) {
+    run.keyframes.push_back(
+        {static_cast<int64_t>(i), 0, views[i].stamp_ns, views[i].T_world_imu, {}, {}});
+  }
+  RecordedViews recorded;
+  recorded.views = views;
+  recorded.images = std::move(room);
+  return BuildMap(run, &recorded, {});
+}
+
+TEST(MappedImages, OfTheRunAreTakenWithoutAWord) {
+  EXPECT_FALSE(MapOf(RoomViews(4, 0.25, 3).views()).warnings.contains("poses_disagree"));
+}
+
+// As those of another recording, or of cameras that were exchanged, at the same stamps.
+TEST(MappedImages, ThatAreNotThoseOfTheRunAreWarnedOf) {
+  const Views as_taken = RoomViews(4, 0.25, 3).views();
+  Views views = as_taken;
+  for (size_t i = 0; i < views.size(); ++i) {
+    views[i].T_world_imu = as_taken[(5 * i + 7) % views.size()].T_world_imu;
+  }
+  EXPECT_EQ(MapOf(views).warnings.at("poses_disagree"), 1);
+}
+
+}  // namespace
+}  // namespace slcmap
