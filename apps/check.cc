@@ -20,11 +20,11 @@ struct CheckArguments {
 };
 
 void Check(const CheckArguments& arguments) {
+  const Progress progress = StageProgress("check");  // shown or not by the user's level
   // The report names each kind of damage; the readers need not say it too.
   const auto level = spdlog::get_level();
   spdlog::set_level(spdlog::level::err);
-  const CheckReport report =
-      CheckSequence(arguments.sequence, arguments.options, StageProgress("check"));
+  const CheckReport report = CheckSequence(arguments.sequence, arguments.options, progress);
   spdlog::set_level(level);
   std::fputs(arguments.json ? CheckJson(report).c_str() : CheckTable(report).c_str(), stdout);
   if (report.Usable()) return;

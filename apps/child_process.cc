@@ -20,6 +20,7 @@ namespace slcmap {
 namespace {
 
 constexpr auto kPause = std::chrono::milliseconds(20);
+constexpr auto kWatch = std::chrono::milliseconds(200);  // between two calls of watch()
 
 // What a process gets beside its arguments; freed at the end.
 struct Surroundings {
@@ -50,7 +51,8 @@ int ExitCode(int status) {
 
 }  // namespace
 
-int RunChild(const std::vector<std::string>& arguments, const std::string& log_path) {
+int RunChild(const std::vector<std::string>& arguments, const std::string& log_path,
+             const std::function<void()>& watch) {
   const Surroundings surroundings(log_path);
   std::vector<std::string> all = {"slcmap"};
   all.insert(all.end(), arguments.begin(), arguments.end());
@@ -65,6 +67,7 @@ int RunChild(const std::vector<std::string>& arguments, const std::string& log_p
         fmt::format("{}: slcmap could not be started again: {}", log_path, std::strerror(error)));
   }
   bool passed_on = false;
+  auto watched = std::chrono::steady_clock::now();
   int status = 0;
   while (waitpid(child, &status, WNOHANG) == 0) {
     if (Interrupted() && !passed_on) {
@@ -72,6 +75,9 @@ int RunChild(const std::vector<std::string>& arguments, const std::string& log_p
       passed_on = true;
     }
     std::this_thread::sleep_for(kPause);
+    if (std::chrono::steady_clock::now() - watched < kWatch) continue;
+    watch();
+    watched = std::chrono::steady_clock::now();
   }
   return ExitCode(status);
 }

@@ -153,20 +153,27 @@ void RefuseWrongArguments(const CompareArguments& arguments) {
   }
 }
 
-MeasuredSequence RunSequence(const CompareArguments& arguments, const std::string& path) {
+MeasuredSequence RunSequence(const CompareArguments& arguments, const std::string& path,
+                             const std::string& program) {
   MeasuredSequence sequence;
   sequence.name = SequenceName(path);
   sequence.path = path;
   sequence.true_poses = TruePosesOf(path);
   sequence.true_edges = TrueEdgesOf(path);
   const RunPlan plan{arguments.output + "/runs", arguments.repeats, arguments.map,
-                     arguments.threads};
-  for (const MethodToRun& method : MethodsToRun(arguments)) {
-    sequence.methods.push_back(RunMethod(method, path, sequence.name, plan));
+                     arguments.threads, program};
+  const std::vector<MethodToRun> methods = MethodsToRun(arguments);
+  const Progress progress = StageProgress(sequence.name + " runs");
+  const auto count = static_cast<double>(methods.size());
+  for (size_t i = 0; i < methods.size(); ++i) {
+    const auto done = static_cast<double>(i);
+    sequence.methods.push_back(RunMethod(methods[i], path, sequence.name, plan,
+                                         progress.Part(done / count, (done + 1) / count)));
   }
   for (const NamedFile& given : GivenFor(arguments, sequence.name)) {
     sequence.methods.push_back({given.name, {}, given.path, {}});
   }
+  const EndsAtOnce only_read;
   sequence.reference = ReferenceAmong(sequence.methods);
   if (!sequence.reference) {
     spdlog::warn("{}: no run has lines, so straightness is not measured", sequence.name);
@@ -230,15 +237,20 @@ void RefuseEmpty(const std::string& output, const Comparison& comparison) {
 }
 
 void Compare(const CompareArguments& arguments) {
-  RefuseWrongArguments(arguments);
+  {
+    const EndsAtOnce nothing_is_written;
+    RefuseWrongArguments(arguments);
+  }
   std::vector<std::string> inputs;
   for (const std::string& sequence : arguments.sequences) {
     for (std::string& folder : FoldersOf(sequence)) inputs.push_back(std::move(folder));
   }
   RefuseInputs(arguments.output, inputs);
-  OutputFolder output(arguments.output,
-                      {"comparison", {"compare.json", "compare.csv", "compare.tex", "report.html"}},
-                      inputs);
+  OutputFolder output(
+      arguments.output,
+      {"a comparison", {"compare.json", "compare.csv", "compare.tex", "report.html"}}, inputs);
+  output.Open();
+  const std::string program = ProgramId();
   Comparison comparison;
   comparison.version = kVersion;
   comparison.date = Today();
@@ -246,8 +258,10 @@ void Compare(const CompareArguments& arguments) {
   comparison.command = CommandOf(arguments);
   comparison.repeats = arguments.repeats;
   for (const std::string& path : arguments.sequences) {
-    const MeasuredSequence sequence = RunSequence(arguments, path);
-    comparison.sequences.push_back(MeasureSequence(sequence, StageProgress("compare")));
+    const MeasuredSequence sequence = RunSequence(arguments, path, program);
+    const Progress progress = StageProgress(sequence.name + " measures");
+    const EndsAtOnce nothing_is_written;  // finished runs are kept
+    comparison.sequences.push_back(MeasureSequence(sequence, progress));
   }
   WriteReport(comparison, &output);
   std::fputs(ComparisonTable(comparison).c_str(), stdout);

@@ -5,7 +5,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdlib>
+#include <cstring>
 #include <filesystem>
+#include <functional>
 
 #include "apps/child_process.h"
 #include "apps/commands.h"
@@ -16,7 +19,9 @@
 #include "data/progress.h"
 #include "data/sequence.h"
 #include "data/version.h"
+#include "mapping/map_folder.h"
 #include "odometry/options.h"
+#include "odometry/run_folder.h"
 #include "odometry/verdict/verdict_options.h"
 
 namespace slcmap {
@@ -24,7 +29,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr size_t kKeyLength = 10;  // of a checksum, in folders' names
+constexpr size_t kKeyLength = 10;           // of a checksum, in folders' names
+constexpr double kRunBesideDenseMap = 0.4;  // share of the time, about
+constexpr char kSaysShare[] = "slcmap: info: odometry ";
 
 // Everything that decides what a run is; the text is also the configuration that it gets.
 std::string OptionsOf(const MethodToRun& method, int repeat) {
@@ -40,15 +47,38 @@ std::string OptionsOf(const MethodToRun& method, int repeat) {
   return odometry.ToYaml() + verdict.ToYaml() + ReadMappingOptions(method.config).ToYaml();
 }
 
-// True where a stage has left a whole result.
+// True where a stage has left a whole result. Throws DataError where its summary is damaged.
 bool IsFinished(const std::string& summary) {
   std::error_code error;
   if (!fs::exists(summary, error)) return false;
+  return ParseJsonFile(summary, [](const Json& json) { return json.at("complete").get<bool>(); });
+}
+
+// True where a stage has left a whole result in a folder, which read() finds to be as it was
+// written. Else the folder is removed: a stage would not take what is there for its own.
+bool IsKept(const std::string& folder, const char* summary,
+            const std::function<void(const std::string&)>& read) {
   try {
-    return ParseJsonFile(summary, [](const Json& json) { return json.at("complete").get<bool>(); });
-  } catch (const DataError&) {
-    return false;
+    const EndsAtOnce nothing_is_written;
+    if (IsFinished(folder + "/" + summary)) {
+      read(folder);
+      return true;
+    }
+  } catch (const DataError& error) {
+    spdlog::warn("{}: found damaged what was kept from before: made anew", folder);
+    spdlog::debug("{}", error.what());
   }
+  std::error_code error;
+  fs::remove_all(folder, error);  // what stays, the stage says
+  return false;
+}
+
+bool IsRunKept(const std::string& folder) {
+  return IsKept(folder, "run.json", [](const std::string& path) { ReadRunFolder(path); });
+}
+
+bool IsMapKept(const std::string& folder) {
+  return IsKept(folder, "map.json", [](const std::string& path) { ReadMapFolder(path); });
 }
 
 // The last thing that a stage said, which is the error where it ended with one.
@@ -59,11 +89,19 @@ std::string LastLine(const std::string& log_path) {
   return begin == std::string::npos ? text : text.substr(begin + 1);
 }
 
-// Runs a stage unless its summary says that it is done; the reason where it has no result.
+// How far a stage has come by what it last said of it ("odometry  40 %"): a share.
+double ShareSaid(const std::string& log_path) {
+  const std::string text = ReadFile(log_path);
+  const size_t said = text.rfind(kSaysShare);
+  if (said == std::string::npos) return 0;
+  return std::strtod(text.c_str() + said + std::strlen(kSaysShare), nullptr) / 100;
+}
+
+// Runs a stage; the reason where it has no result.
 std::string RunStage(const std::vector<std::string>& arguments, const std::string& summary,
-                     const std::string& log_path) {
-  if (IsFinished(summary)) return "";
-  const int code = RunChild(arguments, log_path);
+                     const std::string& log_path, const Progress& progress) {
+  progress.Report(0);
+  const int code = RunChild(arguments, log_path, [&] { progress.Report(ShareSaid(log_path)); });
   if (Interrupted()) throw StoppedError("interrupted; finished runs are kept");
   if ((code == kExitSuccess || code == kExitFailedRun) && IsFinished(summary)) return "";
   if (code >= kExitSignal) {
@@ -73,37 +111,74 @@ std::string RunStage(const std::vector<std::string>& arguments, const std::strin
   return last.empty() ? fmt::format("ended with {}; {}", code, log_path) : last;
 }
 
+// Makes a map in a folder unless it is kept; the reason where there is none.
+std::string MakeMap(const std::string& folder, std::vector<std::string> arguments,
+                    const Progress& progress) {
+  if (IsMapKept(folder)) return "";
+  arguments.insert(arguments.begin() + 2, {"-o", folder});
+  return RunStage(arguments, folder + "/map.json", folder + ".log", progress);
+}
+
 struct Repeat {
   RunFolders folders;
   std::string problem;
 };
 
+// Makes the run and the map without images; false where that was not possible.
+bool MakeRun(const std::string& sequence, const std::string& config, const std::string& folder,
+             int threads, const Progress& progress, Repeat* made) {
+  const std::string& run = made->folders.run;
+  if (IsRunKept(run)) {
+    spdlog::info("{}: kept from before", folder);
+  } else {
+    std::error_code error;
+    for (const char* map : {"/map", "/dense_map"}) fs::remove_all(folder + map, error);
+    made->problem = RunStage(
+        {"odometry", sequence, "-o", run, "--config", config, "--threads", std::to_string(threads)},
+        run + "/run.json", folder + "/odometry.log", progress.Part(0, 0.9));
+  }
+  if (!made->problem.empty()) return false;
+  made->problem = MakeMap(made->folders.map, {"map", run, "--sparse", "--config", config},
+                          progress.Part(0.9, 1));
+  return made->problem.empty();
+}
+
 Repeat RunRepeat(const MethodToRun& method, const std::string& sequence, const std::string& id,
-                 const std::string& sequence_name, int repeat, const RunPlan& plan) {
+                 const std::string& sequence_name, int repeat, const RunPlan& plan,
+                 const Progress& progress) {
   const std::string options = OptionsOf(method, repeat);
-  const std::string key = Checksum(id + kVersion + options).substr(0, kKeyLength);
+  const std::string key = Checksum(id + plan.program + options).substr(0, kKeyLength);
   const std::string folder =
       fmt::format("{}/{}/{}-{}-{}", plan.folder, sequence_name, method.name, repeat, key);
   MakeFolder(folder);
-  if (IsFinished(folder + "/run/run.json")) spdlog::info("{}: kept from before", folder);
   const std::string config = folder + "/options.yaml";
   WriteFile(config, options);
   Repeat made{{folder + "/run", folder + "/map", plan.dense_maps ? folder + "/dense_map" : ""}, ""};
-  made.problem = RunStage({"odometry", sequence, "-o", made.folders.run, "--config", config,
-                           "--threads", std::to_string(plan.threads)},
-                          made.folders.run + "/run.json", folder + "/odometry.log");
-  if (!made.problem.empty()) return made;
-  made.problem =
-      RunStage({"map", made.folders.run, "-o", made.folders.map, "--sparse", "--config", config},
-               made.folders.map + "/map.json", folder + "/map.log");
-  if (!made.problem.empty() || !plan.dense_maps) return made;
+  const double run_made = plan.dense_maps ? kRunBesideDenseMap : 1;
+  if (!MakeRun(sequence, config, folder, plan.threads, progress.Part(0, run_made), &made)) {
+    return made;
+  }
+  if (!plan.dense_maps) return made;
   const std::string problem =
-      RunStage({"map", made.folders.run, "-o", made.folders.dense_map, "--config", config},
-               made.folders.dense_map + "/map.json", folder + "/dense_map.log");
+      MakeMap(made.folders.dense_map, {"map", made.folders.run, "--config", config},
+              progress.Part(run_made, 1));
   if (problem.empty()) return made;
   spdlog::warn("{}: no dense map: {}", folder, problem);
   made.folders.dense_map.clear();
   return made;
+}
+
+// A row a file: name, size and the time of its last change.
+std::string FilesIn(const fs::path& folder) {
+  std::vector<std::string> rows;
+  std::error_code error;
+  for (fs::directory_iterator it(folder, error), end; !error && it != end; it.increment(error)) {
+    std::error_code unknown;
+    rows.push_back(fmt::format("{} {} {}\n", it->path().filename().string(), it->file_size(unknown),
+                               it->last_write_time(unknown).time_since_epoch().count()));
+  }
+  std::sort(rows.begin(), rows.end());
+  return fmt::format("{}", fmt::join(rows, ""));
 }
 
 }  // namespace
@@ -118,8 +193,13 @@ std::string SequenceId(const std::string& sequence) {
       text += "\n" + Checksum(ReadFile((folder / name).string()));
     }
   }
+  for (const char* images : {"cam0/data", "cam1/data"}) {
+    text += "\n" + Checksum(FilesIn(folder / images));
+  }
   return text;
 }
+
+std::string ProgramId() { return kVersion + (" " + Checksum(ReadFile("/proc/self/exe"))); }
 
 void CheckMethod(const MethodToRun& method) { OptionsOf(method, 0); }
 
@@ -130,12 +210,15 @@ int PointsOfRepeat(int max_points, int repeat) {
 }
 
 MeasuredMethod RunMethod(const MethodToRun& method, const std::string& sequence,
-                         const std::string& sequence_name, const RunPlan& plan) {
+                         const std::string& sequence_name, const RunPlan& plan,
+                         const Progress& progress) {
   MeasuredMethod measured{method.name, {}, "", {}};
   const std::string id = SequenceId(sequence);
   for (int repeat = 0; repeat < plan.repeats; ++repeat) {
     spdlog::info("{}: {}, run {} of {}", sequence_name, method.name, repeat + 1, plan.repeats);
-    const Repeat made = RunRepeat(method, sequence, id, sequence_name, repeat, plan);
+    const double repeats = plan.repeats;
+    const Repeat made = RunRepeat(method, sequence, id, sequence_name, repeat, plan,
+                                  progress.Part(repeat / repeats, (repeat + 1) / repeats));
     if (made.problem.empty()) {
       measured.runs.push_back(made.folders);
       continue;

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "apps/comparison/measure.h"
+#include "data/progress.h"
 
 namespace slcmap {
 
@@ -20,10 +21,14 @@ struct RunPlan {
   int repeats = 1;
   bool dense_maps = false;
   int threads = 2;
+  std::string program;  // see ProgramId
 };
 
-// What tells a recording from another: its path, tables and calibration, in a checksum. Throws
-// DataError where it is none.
+// What tells this program from another build of it, of the same version too. Throws DataError.
+std::string ProgramId();
+
+// What tells a recording from another: its path, tables, calibration and images, these by names,
+// sizes and times of their last change. Throws DataError where it is none.
 std::string SequenceId(const std::string& sequence);
 
 // Throws ConfigError where the options of a method cannot be used.
@@ -34,9 +39,11 @@ void CheckMethod(const MethodToRun& method);
 int PointsOfRepeat(int max_points, int repeat);
 
 // Runs odometry and the map of each repeat, each in a process of its own, unless they were finished
-// before with the same options by the same version; logs how far it is. What failed is a remark and
-// not a run. Throws StoppedError after Ctrl-C.
+// before with the same options by the same program from the same recording; what was, and cannot be
+// read any more, is made anew, with a warning. What failed is a remark and not a run. Throws
+// StoppedError after Ctrl-C.
 MeasuredMethod RunMethod(const MethodToRun& method, const std::string& sequence,
-                         const std::string& sequence_name, const RunPlan& plan);
+                         const std::string& sequence_name, const RunPlan& plan,
+                         const Progress& progress = {});
 
 }  // namespace slcmap

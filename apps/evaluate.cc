@@ -7,6 +7,7 @@
 #include <memory>
 
 #include "apps/commands.h"
+#include "apps/evaluate_output.h"
 #include "apps/evaluation/building_report.h"
 #include "apps/evaluation/calibration_plots.h"
 #include "apps/evaluation/clear_edges.h"
@@ -17,6 +18,7 @@
 #include "apps/evaluation/trajectory_metrics.h"
 #include "apps/evaluation/trajectory_plots.h"
 #include "apps/evaluation/trajectory_report.h"
+#include "apps/folder_kind.h"
 #include "apps/progress.h"
 #include "data/calibration.h"
 #include "data/error.h"
@@ -31,6 +33,9 @@
 
 namespace slcmap {
 namespace {
+
+// Shares of the time, about, that straightness takes.
+constexpr double kReferenceMade = 0.4, kTruthMeasured = 0.7;
 
 struct EvaluateArguments {
   EvaluationInputs inputs;
@@ -220,19 +225,51 @@ Json EvaluatePipeMap(const PipeInputs& inputs, const Alignment& alignment) {
   return PipeJson(inputs, metrics);
 }
 
+// Reads what is large, in which Ctrl-C would else go unheard.
+template <typename Read>
+auto AtOnce(Read read) {
+  const EndsAtOnce nothing_is_written;
+  return read();
+}
+
+std::string SpanOf(const Trajectory& trajectory) {
+  return trajectory.empty() ? "none"
+                            : fmt::format("{} of {:.3f} to {:.3f} s", trajectory.size(),
+                                          ToSeconds(trajectory.front().stamp_ns),
+                                          ToSeconds(trajectory.back().stamp_ns));
+}
+
+// Observations of another recording would be measured as if there were none.
+void RefuseOtherRecording(const EvaluateArguments& arguments, const OdometryRun& run,
+                          const Trajectory& estimate, const Trajectory& truth) {
+  Trajectory keyframes;
+  for (const Keyframe& keyframe : run.keyframes) {
+    if (PoseAt(estimate, keyframe.stamp_ns) && PoseAt(truth, keyframe.stamp_ns)) return;
+    keyframes.push_back({keyframe.stamp_ns, keyframe.T_world_imu});
+  }
+  throw DataError(fmt::format(
+      "{}: found no keyframe at whose stamp {} and {} have a pose (keyframes: {}; estimated poses: "
+      "{}; true poses: {}), expected a run of the same recording and clock",
+      arguments.observations, arguments.inputs.estimate, arguments.inputs.truth, SpanOf(keyframes),
+      SpanOf(estimate), SpanOf(truth)));
+}
+
 // With the observations of a run, which may be another than the estimate's.
 Json EvaluateStraightness(const EvaluateArguments& arguments) {
   const StraightnessOptions options;
+  const Progress progress = StageProgress("straightness");
   const Trajectory estimate = ReadTrajectory(arguments.inputs.estimate);
   KnownTruth truth{ReadTrajectory(arguments.inputs.truth), {}};
   if (!arguments.lines.true_edges.empty()) truth.edges = ReadTrueEdges(arguments.lines.true_edges);
-  OdometryRun run = ReadRunFolder(arguments.observations);
+  OdometryRun run = AtOnce([&] { return ReadRunFolder(arguments.observations); });
+  RefuseOtherRecording(arguments, run, estimate, truth.trajectory);
   const Trajectory final_poses = RefineTrajectory(run.states, run.keyframes, &run.warnings);
-  const StraightnessReference reference =
-      MakeReference(run, final_poses, {&estimate}, truth, options);
-  const Straightness with_truth = MeasureStraightness(reference, truth.trajectory, {}, options);
-  const Straightness straightness =
-      MeasureStraightness(reference, estimate, truth.trajectory, options);
+  const StraightnessReference reference = MakeReference(run, final_poses, {&estimate}, truth,
+                                                        options, progress.Part(0, kReferenceMade));
+  const Straightness with_truth = MeasureStraightness(
+      reference, truth.trajectory, {}, options, progress.Part(kReferenceMade, kTruthMeasured));
+  const Straightness straightness = MeasureStraightness(reference, estimate, truth.trajectory,
+                                                        options, progress.Part(kTruthMeasured, 1));
   std::printf("\nstraightness, with the observations of %s\n%s\nthe same with true poses\n%s",
               arguments.observations.c_str(),
               StraightnessTable(straightness, &with_truth, options).c_str(),
@@ -244,7 +281,7 @@ Json EvaluateStraightness(const EvaluateArguments& arguments) {
 
 Json EvaluateMapStraightness(const std::string& folder) {
   const StraightnessOptions options;
-  const MapResult map = ReadMapFolder(folder);
+  const MapResult map = AtOnce([&] { return ReadMapFolder(folder); });
   const MapStraightness straightness =
       MeasureMapStraightness(map.building, map.dense, options, StageProgress("walls"));
   std::printf("\nwalls of %s, by its points of stereo depth\n%s", folder.c_str(),
@@ -268,9 +305,23 @@ void WriteResults(const EvaluateArguments& arguments, const TrajectoryMetrics& m
   for (const std::string& path : paths) spdlog::info("wrote {}", path);
 }
 
+// Before anything is read.
+void CheckPaths(const EvaluateArguments& a) {
+  const std::vector<std::string> inputs = {
+      a.inputs.truth,       a.inputs.estimate,        a.inputs.stamps,   a.lines.true_edges,
+      a.lines.lines,        a.surfaces.true_surfaces, a.surfaces.rig,    a.surfaces.cloud,
+      a.surfaces.occupancy, a.building.true_building, a.building.planes, a.pipes.true_pipes,
+      a.pipes.pipes};
+  RefuseAsResult("--json", a.json, inputs);
+  RefuseAsResult("--plots", a.plots, inputs);
+  if (!a.observations.empty()) ExpectFolder(a.observations, FolderKind::kRun);
+  if (!a.map.empty()) ExpectFolder(a.map, FolderKind::kMap);
+}
+
 void Evaluate(EvaluateArguments arguments) {
   EvaluationInputs& inputs = arguments.inputs;
   arguments.line_options.Check();
+  CheckPaths(arguments);
   if (inputs.stamps.empty()) inputs.stamps = ImageStampsBeside(inputs.truth);
   const TrajectoryMetrics metrics = CompareTrajectories(inputs, arguments.options);
   std::fputs(TrajectoryTable(inputs, metrics).c_str(), stdout);

@@ -14,6 +14,7 @@ namespace {
 
 constexpr double kReachVoxels = 32767;  // OctoMap's keys are of 16 bits
 constexpr int kKeyOfOrigin = 32768;
+constexpr std::size_t kKeptNodes = 1000000;  // of work that is ended: finishing takes a second
 // The inner nodes are updated once, at the end.
 constexpr bool kLazy = true;
 
@@ -71,7 +72,10 @@ int64_t OccupancyMap::Insert(const std::vector<RayBundle>& bundles, double max_r
   const double reach_m = kReachVoxels * resolution_m();
   int64_t left_out = 0;
   for (std::size_t i = 0; i < bundles.size(); ++i) {
-    if (!progress.Report(static_cast<double>(i) / static_cast<double>(bundles.size()))) break;
+    if (!progress.Report(static_cast<double>(i) / static_cast<double>(bundles.size()))) {
+      if (impl_->tree.size() > kKeptNodes) impl_->tree.clear();
+      break;
+    }
     const octomap::Pointcloud points = PointsInReach(bundles[i], max_range_m, reach_m);
     left_out += static_cast<int64_t>(bundles[i].p_world.size() - points.size());
     impl_->tree.insertPointCloud(points, ToOctomap(bundles[i].p_world_camera), max_range_m, kLazy);

@@ -41,7 +41,9 @@ class OccupancyMap {
   // Follows the rays of all bundles. The way to a point is free and its voxel is occupied; of a
   // point beyond max_range_m only the first part of the way counts. Within a bundle, occupied beats
   // free. Returns the number of rays that were left out, as they leave the octree, which reaches
-  // 32767 voxels from the origin of the world. Once progress says so, later bundles are left out.
+  // 32767 voxels from the origin of the world. Once progress says so, later bundles are left out,
+  // and what takes long to finish, to write and to free is not kept: a tree of more than a million
+  // nodes is left empty.
   int64_t Insert(const std::vector<RayBundle>& bundles, double max_range_m,
                  const Progress& progress = {});
 

@@ -23,6 +23,7 @@ namespace fs = std::filesystem;
 
 constexpr double kLeastPoses = 0.9;  // of the observations, of a trajectory that decides
 constexpr double kLineTolerance_m = 0.05;
+constexpr double kReferenceMade = 0.2;  // share of the time, about
 
 // What is read of one run, or of one given trajectory.
 struct Measured {
@@ -83,6 +84,11 @@ std::vector<Measured> ReadAll(const MeasuredSequence& sequence) {
   return all;
 }
 
+// A figure of nothing is left out.
+void Set(const std::string& key, double value, Figures* figures) {
+  if (!std::isnan(value)) (*figures)[key] = value;
+}
+
 void AddAbsolute(const TrajectoryMetrics& metrics, Figures* figures) {
   for (const AbsoluteError& error : metrics.absolute) {
     if (error.kind == AlignmentKind::kPositionYaw) {
@@ -130,10 +136,10 @@ void AddFlatness(const std::optional<FlatnessMetrics>& flatness, const std::stri
 void AddStraightness(const Straightness& straightness, const Straightness* truth,
                      const StraightnessOptions& options, Figures* figures) {
   const EdgeStraightness& edges = straightness.edges;
-  if (edges.edges > 0) (*figures)["edge_thickness_mm"] = 1e3 * edges.thickness_m;
-  if (truth && edges.edges > 0) {
-    (*figures)["edge_thickness_beyond_mm"] =
-        1e3 * ThicknessBeyond_m(edges.thickness_m, truth->edges.thickness_m);
+  Set("edge_thickness_mm", 1e3 * edges.thickness_m, figures);
+  if (truth) {
+    Set("edge_thickness_beyond_mm",
+        1e3 * ThicknessBeyond_m(edges.thickness_m, truth->edges.thickness_m), figures);
   }
   AddGap(edges, 0, "edge_apart_under_1s_mm", figures);
   AddGap(edges, 30, "edge_apart_over_30s_mm", figures);
@@ -156,14 +162,15 @@ void AddStraightness(const Straightness& straightness, const Straightness* truth
 }
 
 void AddLineFigures(const Measured& measured, const TrueEdges& edges, const Alignment& alignment,
-                    Figures* figures) {
+                    const Progress& progress, Figures* figures) {
   if (measured.lines.empty()) return;
-  const LineMetrics metrics = EvaluateLines(edges, Aligned(alignment, measured.lines), {});
+  const LineMetrics metrics =
+      EvaluateLines(edges, Aligned(alignment, measured.lines), {}, progress);
   for (const LineScore& score : metrics.scores) {
     if (score.tolerance_m != kLineTolerance_m) continue;
-    (*figures)["line_precision_5cm_percent"] = 100 * score.precision;
-    (*figures)["line_recall_5cm_percent"] = 100 * score.recall;
-    if (score.recall > 0) (*figures)["line_redundancy"] = score.redundancy;
+    Set("line_precision_5cm_percent", 100 * score.precision, figures);
+    Set("line_recall_5cm_percent", 100 * score.recall, figures);
+    Set("line_redundancy", score.redundancy, figures);
   }
 }
 
@@ -179,10 +186,8 @@ void AddDenseFigures(const std::string& folder, const StraightnessOptions& optio
     if (gap.walls == 0) continue;
     (*figures)[fmt::format("wall_gap_{:g}m_mm", gap.length_m)] = 1e3 * gap.median_m;
   }
-  if (summary.leans > 0) (*figures)["wall_lean_mm"] = 1e3 * summary.lean_median_m;
-  if (summary.distances > 0) {
-    (*figures)["wall_distance_bound_mm"] = 1e3 * summary.distance_bound_median_m;
-  }
+  Set("wall_lean_mm", 1e3 * summary.lean_median_m, figures);
+  Set("wall_distance_bound_mm", 1e3 * summary.distance_bound_median_m, figures);
 }
 
 void AddCost(const RunTimings& timings, Figures* figures) {
@@ -239,17 +244,19 @@ class SequenceMeasurer {
   }
 
   SequenceResult Measure() {
-    if (sequence_.reference) MakeReferenceOfAll();
+    if (sequence_.reference) MakeReferenceOfAll(progress_.Part(0, kReferenceMade));
+    const double each = (1 - kReferenceMade) / static_cast<double>(all_.size());
     for (size_t i = 0; i < all_.size(); ++i) {
-      progress_.ReportOrStop(static_cast<double>(i) / static_cast<double>(all_.size()));
-      MeasureOne(all_[i]);
+      const double from = kReferenceMade + each * static_cast<double>(i);
+      progress_.ReportOrStop(from);
+      MeasureOne(all_[i], progress_.Part(from, from + each));
     }
     return result_;
   }
 
  private:
   // Trajectories that lack many poses do not decide what the others are measured with.
-  void MakeReferenceOfAll() {
+  void MakeReferenceOfAll(const Progress& progress) {
     const std::string& folder = sequence_.methods[*sequence_.reference].runs.front().run;
     const OdometryRun run = ReadRunFolder(folder);
     const auto own = std::find_if(all_.begin(), all_.end(), [&](const Measured& m) {
@@ -264,7 +271,8 @@ class SequenceMeasurer {
         Remark(measured, "has no pose for many of the observations: measured with the others");
       }
     }
-    reference_ = MakeReference(run, own->final_poses, deciding, truth_, options_);
+    reference_ =
+        MakeReference(run, own->final_poses, deciding, truth_, options_, progress.Part(0, 0.6));
     result_.reference = fmt::format(
         "{} observations of edges and {} of points by {}, each placed alone with each method's own "
         "poses; told apart by {}",
@@ -272,11 +280,13 @@ class SequenceMeasurer {
         sequence_.methods[*sequence_.reference].name,
         reference_->true_edges ? "the true edges that they lie on" : "the lines of that run");
     if (truth_.trajectory.empty()) return;
-    with_truth_ = MeasureStraightness(*reference_, truth_.trajectory, {}, options_);
+    with_truth_ =
+        MeasureStraightness(*reference_, truth_.trajectory, {}, options_, progress.Part(0.6, 0.9));
     AddStraightness(*with_truth_, nullptr, options_, &result_.with_true_poses);
     // Thickness beyond true poses means nothing where these are not better than the methods'.
     result_.truth_is_floor =
         std::all_of(deciding.begin(), deciding.end(), [&](const Trajectory* trajectory) {
+          progress.ReportOrStop(0.9);
           return RetriangulateEdges(reference_->observations.edges, *trajectory, options_.edges)
                      .thickness_m >= with_truth_->edges.thickness_m;
         });
@@ -301,20 +311,22 @@ class SequenceMeasurer {
     }
   }
 
-  void MeasureOne(const Measured& measured) {
+  void MeasureOne(const Measured& measured, const Progress& progress) {
     if (!measured.remark.empty()) Remark(measured, measured.remark);
     if (measured.final_poses.empty()) return;
     Figures figures;
     Alignment alignment;
-    if (result_.true_poses) MeasureAgainstTruth(measured, &figures, &alignment);
+    if (result_.true_poses) {
+      MeasureAgainstTruth(measured, progress.Part(0, 0.3), &figures, &alignment);
+    }
     if (reference_) {
-      AddStraightness(
-          MeasureStraightness(*reference_, measured.final_poses, truth_.trajectory, options_),
-          with_truth_ ? &*with_truth_ : nullptr, options_, &figures);
+      AddStraightness(MeasureStraightness(*reference_, measured.final_poses, truth_.trajectory,
+                                          options_, progress.Part(0.3, 0.6)),
+                      with_truth_ ? &*with_truth_ : nullptr, options_, &figures);
       if (!result_.truth_is_floor) figures.erase("edge_thickness_beyond_mm");
     }
     if (!measured.dense_map.empty()) {
-      AddDenseFigures(measured.dense_map, options_, progress_, &figures);
+      AddDenseFigures(measured.dense_map, options_, progress.Part(0.6, 1), &figures);
     }
     AddCost(measured.timings, &figures);
     MethodResult& method = result_.methods[measured.method];
@@ -324,7 +336,8 @@ class SequenceMeasurer {
 
   // A trajectory that has nothing in common with the truth is the method's failure, not the
   // comparison's.
-  void MeasureAgainstTruth(const Measured& measured, Figures* figures, Alignment* alignment) {
+  void MeasureAgainstTruth(const Measured& measured, const Progress& progress, Figures* figures,
+                           Alignment* alignment) {
     try {
       AddTrajectoryFigures(measured, truth_.trajectory, figures, alignment);
     } catch (const DataError& error) {
@@ -335,7 +348,7 @@ class SequenceMeasurer {
       Remark(measured, fmt::format("covers {:.1f} % only: its errors are not to be compared",
                                    (*figures)["coverage_percent"]));
     }
-    if (result_.true_edges) AddLineFigures(measured, truth_.edges, *alignment, figures);
+    if (result_.true_edges) AddLineFigures(measured, truth_.edges, *alignment, progress, figures);
   }
 
   void KeepForPictures(const Measured& measured, Alignment alignment, MethodResult* method) {

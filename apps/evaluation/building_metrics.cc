@@ -6,8 +6,8 @@
 #include <optional>
 #include <set>
 
+#include "apps/evaluation/no_figure.h"
 #include "data/error.h"
-#include "data/quantile.h"
 
 namespace slcmap {
 namespace {
@@ -70,8 +70,8 @@ class WallComparison {
     for (const TrueWall& wall : truth_.walls) Compare(wall, metrics);
     std::vector<double> offsets_m;
     for (const auto& [wall, distance_m] : found_) offsets_m.push_back(std::abs(distance_m));
-    metrics->offset_median_m = Quantile(offsets_m, 0.5);
-    metrics->offset_95_m = Quantile(offsets_m, 0.95);
+    metrics->offset_median_m = QuantileFigure(offsets_m, 0.5);
+    metrics->offset_95_m = QuantileFigure(offsets_m, 0.95);
     AddDistances(metrics);
     for (const auto& [plane, sum] : planes_) {
       if (sum.count < kLeastPoints) continue;
@@ -123,7 +123,7 @@ class WallComparison {
       }
     }
     metrics->distances = static_cast<int64_t>(errors_m.size());
-    metrics->distance_error_95_m = Quantile(errors_m, 0.95);
+    metrics->distance_error_95_m = QuantileFigure(errors_m, 0.95);
   }
 
   static bool AreOpposite(const TrueWall& a, const TrueWall& b) {
@@ -195,8 +195,8 @@ void CompareOpenings(const TrueBuilding& truth, const Building& building,
   const auto right = 2.0 * static_cast<double>(metrics->openings_found);
   const auto wrong =
       static_cast<double>(metrics->openings_false + metrics->openings - metrics->openings_found);
-  metrics->openings_f1 = right + wrong > 0 ? right / (right + wrong) : 1;
-  metrics->clear_width_median_m = Quantile(width_errors_m, 0.5);
+  metrics->openings_f1 = ShareOf(right, right + wrong);
+  metrics->clear_width_median_m = QuantileFigure(width_errors_m, 0.5);
 }
 
 void CompareRooms(const TrueBuilding& truth, const Building& building,
@@ -222,7 +222,7 @@ void CompareRooms(const TrueBuilding& truth, const Building& building,
     errors.push_back(std::abs(best->area_m2 - room.area_m2) / room.area_m2);
     metrics->rooms_right += errors.back() <= options.area_share ? 1 : 0;
   }
-  metrics->area_error_median = Quantile(errors, 0.5);
+  metrics->area_error_median = QuantileFigure(errors, 0.5);
 }
 
 }  // namespace

@@ -18,6 +18,7 @@ struct BuildingMetricOptions {
   void Check() const;               // throws ConfigError
 };
 
+// Figures of nothing, as the median offset of no wall, are kNoFigure.
 struct BuildingMetrics {
   // A true wall is found when planes of walls lie over more than half of its points that were seen.
   int64_t walls = 0, walls_found = 0;

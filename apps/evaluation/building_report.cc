@@ -4,6 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "apps/evaluation/no_figure.h"
 #include "apps/evaluation/svg_plot.h"
 #include "data/file.h"
 
@@ -12,9 +13,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-double Percent(int64_t part, int64_t all) {
-  return all > 0 ? 100.0 * static_cast<double>(part) / static_cast<double>(all) : 0;
-}
+std::string Percent(int64_t part, int64_t all) { return FigureText(100 * ShareOf(part, all), 1); }
 
 void AddSide(const Eigen::Vector2d& a, const Eigen::Vector2d& b, SvgSeries* series) {
   series->points.push_back(a);
@@ -37,21 +36,21 @@ void AddFoot(const std::vector<Eigen::Vector3d>& outline, SvgSeries* series) {
 std::string BuildingTable(const BuildingInputs& inputs, const BuildingMetrics& metrics) {
   std::string text = fmt::format("building  {}, {}\n\n", inputs.true_building, inputs.planes);
   text +=
-      fmt::format("walls     {} of {} found ({:.1f} %), offset {:.4f} m median, {:.4f} m 95 %\n",
+      fmt::format("walls     {} of {} found ({} %), offset {} m median, {} m 95 %\n",
                   metrics.walls_found, metrics.walls, Percent(metrics.walls_found, metrics.walls),
-                  metrics.offset_median_m, metrics.offset_95_m);
-  text += fmt::format("distances {} between opposite walls, error {:.4f} m 95 %\n",
-                      metrics.distances, metrics.distance_error_95_m);
-  text += fmt::format("intervals {} of {} hold the truth ({:.1f} %)\n", metrics.intervals_held,
+                  FigureText(metrics.offset_median_m, 4), FigureText(metrics.offset_95_m, 4));
+  text += fmt::format("distances {} between opposite walls, error {} m 95 %\n", metrics.distances,
+                      FigureText(metrics.distance_error_95_m, 4));
+  text += fmt::format("intervals {} of {} hold the truth ({} %)\n", metrics.intervals_held,
                       metrics.intervals, Percent(metrics.intervals_held, metrics.intervals));
   text += fmt::format(
-      "openings  {} of {} found, {} false, F1 {:.1f} %, clear width off by {:.3f} m median\n",
-      metrics.openings_found, metrics.openings, metrics.openings_false, 100 * metrics.openings_f1,
-      metrics.clear_width_median_m);
+      "openings  {} of {} found, {} false, F1 {} %, clear width off by {} m median\n",
+      metrics.openings_found, metrics.openings, metrics.openings_false,
+      FigureText(100 * metrics.openings_f1, 1), FigureText(metrics.clear_width_median_m, 3));
   text += fmt::format(
-      "rooms     {} of {} found, {} with the right area, off by {:.2f} % median; {} mapped\n",
-      metrics.rooms_found, metrics.rooms, metrics.rooms_right, 100 * metrics.area_error_median,
-      metrics.rooms_mapped);
+      "rooms     {} of {} found, {} with the right area, off by {} % median; {} mapped\n",
+      metrics.rooms_found, metrics.rooms, metrics.rooms_right,
+      FigureText(100 * metrics.area_error_median, 2), metrics.rooms_mapped);
   return text;
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <utility>
 
 namespace slcmap {
@@ -40,6 +41,7 @@ double AllowedWidth_m(double width_m) { return UpTo_m(kWidths, width_m); }
 std::string LevelOfAccuracy(double error_95_m) {
   constexpr std::array<std::pair<double, const char*>, 4> kBands = {
       {{0.001, "LOA50"}, {0.005, "LOA40"}, {0.015, "LOA30"}, {0.05, "LOA20"}}};
+  if (std::isnan(error_95_m)) return "-";
   for (const auto& [most_m, name] : kBands) {
     if (error_95_m <= most_m) return name;
   }

@@ -7,19 +7,16 @@
 #include <algorithm>
 #include <cmath>
 
+#include "apps/evaluation/no_figure.h"
 #include "data/ply.h"
 
 namespace slcmap {
 namespace {
 
-double Share(std::size_t part, std::size_t whole) {
-  return whole > 0 ? static_cast<double>(part) / static_cast<double>(whole) : 0.0;
-}
-
 double ShareWithin(const std::vector<double>& distances_m, double tolerance_m) {
   const auto is_within = [&](double distance_m) { return distance_m <= tolerance_m; };
-  return Share(std::count_if(distances_m.begin(), distances_m.end(), is_within),
-               distances_m.size());
+  return ShareOf(std::count_if(distances_m.begin(), distances_m.end(), is_within),
+                 std::ssize(distances_m));
 }
 
 std::vector<double> DistancesToSurfaces(const TriangleTree& surfaces, const EvaluatedCloud& cloud,
@@ -68,10 +65,11 @@ double RmsBelow(const std::vector<double>& distances_m, double limit_m) {
     sum += distance_m * distance_m;
     ++count;
   }
-  return count > 0 ? std::sqrt(sum / static_cast<double>(count)) : 0;
+  return std::sqrt(ShareOf(sum, static_cast<double>(count)));
 }
 
-double HarmonicMean(double a, double b) { return a + b > 0 ? 2 * a * b / (a + b) : 0; }
+// Of shares; 0 where one of them is, whatever the other.
+double HarmonicMean(double a, double b) { return a == 0 || b == 0 ? 0 : 2 * a * b / (a + b); }
 
 }  // namespace
 

@@ -24,11 +24,11 @@ EvaluatedCloud Aligned(const Alignment& alignment, EvaluatedCloud cloud);
 
 // Shares at one tolerance. Accuracy: points with a true surface, seen or not, within it.
 // Completeness: samples of the surfaces seen within a range that have a point within it. F is the
-// harmonic mean of the two.
+// harmonic mean of the two. Each is kNoFigure where it would be of nothing.
 struct CloudScore {
   double tolerance_m = 0;
   double accuracy = 0;
-  double filled_accuracy = 0;           // of the points of source 1; 0 without any
+  double filled_accuracy = 0;           // of the points of source 1
   std::vector<double> completeness, f;  // by range
 };
 
@@ -39,7 +39,8 @@ struct CloudMetricOptions {
 
 struct CloudMetrics {
   int64_t points = 0, filled = 0;
-  double rms_m = 0;                   // distance of points to surfaces, those beyond 20 cm left out
+  double rms_m = 0;  // distance of points to surfaces, those beyond 20 cm left out;
+                     // kNoFigure where no point is nearer
   std::vector<int64_t> seen_samples;  // of the surfaces, by range
   std::vector<CloudScore> scores;     // by tolerance
 };

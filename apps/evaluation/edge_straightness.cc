@@ -6,6 +6,7 @@
 #include <map>
 #include <optional>
 
+#include "apps/evaluation/no_figure.h"
 #include "data/option_table.h"
 
 namespace slcmap {
@@ -55,7 +56,7 @@ class WeightedRms {
     sum_ += other.sum_;
     weights_ += other.weights_;
   }
-  double Value() const { return weights_ > 0 ? std::sqrt(2 * sum_ / weights_) : 0; }
+  double Value() const { return std::sqrt(2 * ShareOf(sum_, weights_)); }
 
  private:
   const double least_;
@@ -247,12 +248,16 @@ void EdgeStraightnessOptions::Check() const {
 
 EdgeStraightness RetriangulateEdges(const std::vector<EdgeObservation>& observations,
                                     const Trajectory& trajectory,
-                                    const EdgeStraightnessOptions& options) {
+                                    const EdgeStraightnessOptions& options,
+                                    const Progress& progress) {
   options.Check();
   EdgeStraightness result;
   WeightedRms thickness(options.pose_sigma_m);
   GapsByTime gaps(options);
-  for (const auto& [edge, ends] : EndsByEdge(observations, trajectory, &result.without_pose)) {
+  const auto all = EndsByEdge(observations, trajectory, &result.without_pose);
+  double done = 0;
+  for (const auto& [edge, ends] : all) {
+    progress.ReportOrStop(done++ / static_cast<double>(all.size()));
     const std::optional<FittedLine> line = Fit(ends, options);
     if (!line) continue;
     const WeightedRms own = ThicknessOf(ends, *line, options);

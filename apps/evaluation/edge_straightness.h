@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "apps/evaluation/reference_observations.h"
+#include "data/progress.h"
 
 namespace slcmap {
 
@@ -35,7 +36,7 @@ struct FreeLine {
 struct TimeGap {
   double from_s = 0, to_s = 0;  // to_s is infinite in the last
   int64_t pairs = 0;
-  double apart_m = 0;  // RMS; 0 without pairs
+  double apart_m = 0;  // RMS; kNoFigure without pairs
 };
 
 struct EdgeStraightness {
@@ -44,15 +45,17 @@ struct EdgeStraightness {
   int64_t without_pose = 0;  // observations that the trajectory has no pose for
   // RMS distance of the observations' ends from their lines. A distance counts by how well a stereo
   // pair knows it in its direction: with residuals r across the line and weights W = (C + s^2
-  // I)^-1, sqrt(2 sum r'Wr / sum tr W).
+  // I)^-1, sqrt(2 sum r'Wr / sum tr W). kNoFigure without edges.
   double thickness_m = 0;
   std::vector<TimeGap> gaps;
   std::vector<FreeLine> lines;  // by edge
 };
 
+// Throws StoppedError when progress says so.
 EdgeStraightness RetriangulateEdges(const std::vector<EdgeObservation>& observations,
                                     const Trajectory& trajectory,
-                                    const EdgeStraightnessOptions& options);
+                                    const EdgeStraightnessOptions& options,
+                                    const Progress& progress = {});
 
 // The observations without those that are far from the line through all of their edge, with the
 // poses of one trajectory: of things that its run took for the edge and are not. To be called once,

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <map>
 
+#include "apps/evaluation/no_figure.h"
 #include "apps/evaluation/segment_index.h"
 #include "data/angle_unit.h"
 #include "data/error.h"
@@ -169,8 +170,6 @@ MatchedLengths CoveredLengths(const std::vector<PlySegment>& segments, const Seg
   return covered;
 }
 
-double Ratio(double part, double whole) { return whole > 0 ? part / whole : 0; }
-
 }  // namespace
 
 void LineMetricOptions::Check() const {
@@ -215,9 +214,9 @@ LineMetrics EvaluateLines(const TrueEdges& truth, const std::vector<MapLine>& li
       CoveredLengths(truth.seen, mapped_index, options, progress.Part(0.5, seen_done));
   for (std::size_t i = 0; i < options.tolerances_m.size(); ++i) {
     metrics.scores.push_back({options.tolerances_m[i], covered.at(i),
-                              Ratio(covered.at(i), metrics.seen_length_m), std::nullopt,
-                              Ratio(correct.at(i), metrics.mapped_length_m),
-                              Ratio(metrics.mapped_length_m, covered.at(i))});
+                              ShareOf(covered.at(i), metrics.seen_length_m), std::nullopt,
+                              correct.at(i), ShareOf(correct.at(i), metrics.mapped_length_m),
+                              ShareOf(metrics.mapped_length_m, covered.at(i))});
   }
   metrics.accuracy = accuracy.Result();
   if (truth.clear) {
@@ -225,7 +224,7 @@ LineMetrics EvaluateLines(const TrueEdges& truth, const std::vector<MapLine>& li
     const MatchedLengths clear =
         CoveredLengths(*truth.clear, mapped_index, options, progress.Part(seen_done, 1));
     for (std::size_t i = 0; i < options.tolerances_m.size(); ++i) {
-      metrics.scores[i].clear_recall = Ratio(clear.at(i), *metrics.clear_length_m);
+      metrics.scores[i].clear_recall = ShareOf(clear.at(i), *metrics.clear_length_m);
     }
   }
   return metrics;
@@ -241,11 +240,11 @@ void EvaluateMarks(const TrueEdges& truth, const std::vector<MapLine>& marks,
       CoveredLengths(mapped, SegmentIndex(truth.whole), options, progress);
   for (std::size_t i = 0; i < metrics->scores.size(); ++i) {
     const LineScore& score = metrics->scores[i];
-    const double edges_m = score.precision * metrics->mapped_length_m;
+    const double edges_m = score.correct_m;
     const double others_m = metrics->mapped_length_m - edges_m;
     const double marks_m = metrics->marks_length_m - on_edges.at(i);
-    metrics->kinds.push_back({score.tolerance_m, Ratio(others_m, others_m + marks_m),
-                              Ratio(on_edges.at(i), on_edges.at(i) + edges_m)});
+    metrics->kinds.push_back({score.tolerance_m, ShareOf(others_m, others_m + marks_m),
+                              ShareOf(on_edges.at(i), on_edges.at(i) + edges_m)});
   }
 }
 

@@ -22,14 +22,15 @@ struct LineMetricOptions {
 
 // What is right up to a tolerance. A mapped sample is correct when a true edge (one that was seen,
 // over its whole length) of nearly its direction is within the tolerance; a sample of the seen
-// parts is covered when a mapped line of nearly its direction is.
+// parts is covered when a mapped line of nearly its direction is. Shares of nothing are kNoFigure.
 struct LineScore {
   double tolerance_m = 0;
   double recall_m = 0;                 // covered length of the seen parts
   double recall = 0;                   // as a share of their length
   std::optional<double> clear_recall;  // share of the clearly seen length that is covered
-  double precision = 0;                // correct share of the mapped length; 0 without lines
-  double redundancy = 0;  // mapped length over covered length, 1 is ideal; 0 where none is covered
+  double correct_m = 0;                // correct length of the mapped lines
+  double precision = 0;                // as a share of their length
+  double redundancy = 0;               // mapped length over covered length, 1 is ideal
 };
 
 // Over the mapped samples that are correct at the largest tolerance, each compared with the nearest
@@ -43,10 +44,10 @@ struct LineAccuracy {
 };
 
 // Of lines whose kind was told: what was called which by length, at the tolerance of a score. A
-// line is an edge's where a sample of it is correct.
+// line is an edge's where a sample of it is correct. Shares of nothing are kNoFigure.
 struct KindScore {
   double tolerance_m = 0;
-  double marks_called_edges = 0;  // share of what is no edge's; 0 where there is none
+  double marks_called_edges = 0;  // share of what is no edge's
   double edges_called_marks = 0;  // share of what is an edge's
 };
 

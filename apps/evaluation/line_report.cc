@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "apps/evaluation/no_figure.h"
 #include "apps/evaluation/svg_plot.h"
 #include "data/file.h"
 
@@ -24,10 +25,10 @@ constexpr std::array<std::pair<LineAxis, const char*>, 5> kAxisNames = {
 
 std::string ScoreRow(const LineScore& score) {
   const std::string clear =
-      score.clear_recall ? fmt::format("{:>16.1f}", 100 * *score.clear_recall) : "";
-  return fmt::format("{:<9.2f}{:>10.2f}{:>10.1f}{:>12.1f}{:>12.2f}{}\n", score.tolerance_m,
-                     score.recall_m, 100 * score.recall, 100 * score.precision, score.redundancy,
-                     clear);
+      score.clear_recall ? fmt::format("{:>16}", FigureText(100 * *score.clear_recall, 1)) : "";
+  return fmt::format("{:<9.2f}{:>10.2f}{:>10}{:>12}{:>12}{}\n", score.tolerance_m, score.recall_m,
+                     FigureText(100 * score.recall, 1), FigureText(100 * score.precision, 1),
+                     FigureText(score.redundancy, 2), clear);
 }
 
 std::string KindTable(const LineMetrics& metrics) {
@@ -35,8 +36,9 @@ std::string KindTable(const LineMetrics& metrics) {
       fmt::format("\nmarks     {:.2f} m\n\nwithin m  marks called edges %  edges called marks %\n",
                   metrics.marks_length_m);
   for (const KindScore& score : metrics.kinds) {
-    text += fmt::format("{:<9.2f}{:>21.1f}{:>22.1f}\n", score.tolerance_m,
-                        100 * score.marks_called_edges, 100 * score.edges_called_marks);
+    text += fmt::format("{:<9.2f}{:>21}{:>22}\n", score.tolerance_m,
+                        FigureText(100 * score.marks_called_edges, 1),
+                        FigureText(100 * score.edges_called_marks, 1));
   }
   return text;
 }

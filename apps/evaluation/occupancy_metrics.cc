@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "apps/evaluation/no_figure.h"
+
 namespace slcmap {
 namespace {
 
@@ -11,10 +13,6 @@ constexpr std::size_t kEveryRay = 20;
 constexpr int kMarginCells = 2;       // of ends: walls are not where cells begin
 constexpr double kSkin_m = 1e-4;      // by which a ray to a point on a surface ends before it
 constexpr std::size_t kLookouts = 4;  // one view in as many is looked from at what is behind ends
-
-double Share(int64_t part, int64_t whole) {
-  return whole > 0 ? static_cast<double>(part) / static_cast<double>(whole) : 0.0;
-}
 
 bool IsOccupiedNearby(const OccupancyMap& occupancy, const Eigen::Vector3d& p) {
   for (int i = 0; i < 27; ++i) {
@@ -55,12 +53,12 @@ class Counter {
 
   OccupancyMetrics Metrics() const {
     return {rays_,
-            Share(occupied_ends_, rays_),
-            Share(nearby_ends_, rays_),
-            Share(known_, passages_),
-            Share(free_, known_),
+            ShareOf(occupied_ends_, rays_),
+            ShareOf(nearby_ends_, rays_),
+            ShareOf(known_, passages_),
+            ShareOf(free_, known_),
             behind_,
-            Share(behind_free_, behind_)};
+            ShareOf(behind_free_, behind_)};
   }
 
  private:

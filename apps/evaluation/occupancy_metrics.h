@@ -10,6 +10,7 @@
 
 namespace slcmap {
 
+// Shares of nothing are kNoFigure.
 struct OccupancyMetrics {
   int64_t rays = 0;
   double ends_occupied = 0;         // share of rays whose end cell is occupied

@@ -8,7 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "data/quantile.h"
+#include "apps/evaluation/no_figure.h"
 
 namespace slcmap {
 namespace {
@@ -61,10 +61,6 @@ bool IsTrue(const MapPipe& pipe, const std::vector<TruePipe>& truth,
   });
 }
 
-double QuantileOf(const std::vector<double>& values, double share) {
-  return values.empty() ? 0 : Quantile(values, share);
-}
-
 }  // namespace
 
 std::vector<MapPipe> Aligned(const Alignment& alignment, std::vector<MapPipe> pipes) {
@@ -95,24 +91,23 @@ PipeMetrics EvaluatePipes(const std::vector<TruePipe>& truth, const std::vector<
   metrics.mapped = std::ssize(pipes);
   metrics.false_pipes = std::ranges::count_if(
       pipes, [&](const MapPipe& pipe) { return !IsTrue(pipe, truth, options); });
-  metrics.radius_median_m = QuantileOf(radius_errors_m, 0.5);
-  metrics.radius_95_m = QuantileOf(radius_errors_m, 0.95);
-  metrics.axis_median_m = QuantileOf(distances_m, 0.5);
+  metrics.radius_median_m = QuantileFigure(radius_errors_m, 0.5);
+  metrics.radius_95_m = QuantileFigure(radius_errors_m, 0.95);
+  metrics.axis_median_m = QuantileFigure(distances_m, 0.5);
   return metrics;
 }
 
 std::string PipeTable(const PipeInputs& inputs, const PipeMetrics& metrics) {
-  const double percent = metrics.pipes > 0 ? 100.0 * static_cast<double>(metrics.found) /
-                                                 static_cast<double>(metrics.pipes)
-                                           : 0;
   return fmt::format(
       "pipes     {}, {}\n\n"
-      "found     {} of {} ({:.1f} %), {:.1f} of {:.1f} m that were seen; {} by their axes alone\n"
+      "found     {} of {} ({} %), {:.1f} of {:.1f} m that were seen; {} by their axes alone\n"
       "false     {} of {} mapped\n"
-      "radius    {:.4f} m median, {:.4f} m 95 %; axis {:.4f} m median\n",
-      inputs.true_pipes, inputs.pipes, metrics.found, metrics.pipes, percent, metrics.found_m,
-      metrics.seen_m, metrics.found_axes, metrics.false_pipes, metrics.mapped,
-      metrics.radius_median_m, metrics.radius_95_m, metrics.axis_median_m);
+      "radius    {} m median, {} m 95 %; axis {} m median\n",
+      inputs.true_pipes, inputs.pipes, metrics.found, metrics.pipes,
+      FigureText(100 * ShareOf(metrics.found, metrics.pipes), 1), metrics.found_m, metrics.seen_m,
+      metrics.found_axes, metrics.false_pipes, metrics.mapped,
+      FigureText(metrics.radius_median_m, 4), FigureText(metrics.radius_95_m, 4),
+      FigureText(metrics.axis_median_m, 4));
 }
 
 nlohmann::ordered_json PipeJson(const PipeInputs& inputs, const PipeMetrics& metrics) {

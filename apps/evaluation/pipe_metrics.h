@@ -26,7 +26,7 @@ struct PipeMetrics {
   int64_t found_axes = 0;               // of these, whatever the radius
   int64_t mapped = 0, false_pipes = 0;  // that are no true one, seen or not
   double seen_m = 0, found_m = 0;       // lengths seen, of all and of those that were found
-  // Of those that were found.
+  // Of those that were found; kNoFigure without any.
   double radius_median_m = 0, radius_95_m = 0;
   double axis_median_m = 0;
 };

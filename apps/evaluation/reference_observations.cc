@@ -207,12 +207,15 @@ PlacedInWorld InWorld(const Placed& place, const RigidTransform& T_world_imu) {
   return {T_world_imu * place.p_imu, rotation * place.covariance_m2 * rotation.transpose()};
 }
 
-ReferenceObservations ObservationsOfRun(const OdometryRun& run, const PlacementOptions& options) {
+ReferenceObservations ObservationsOfRun(const OdometryRun& run, const PlacementOptions& options,
+                                        const Progress& progress) {
   options.Check();
   const Rig& rig = run.rectified_rig;
   const PairGeometry geometry(rig, options);
   ReferenceObservations found;
+  double done = 0;
   for (const Keyframe& keyframe : run.keyframes) {
+    progress.ReportOrStop(done++ / static_cast<double>(run.keyframes.size()));
     for (const LineObservation& line : keyframe.lines) {
       const auto placed = PlaceLine(geometry, rig, line, keyframe.stamp_ns);
       placed ? found.edges.push_back(*placed) : void(++found.left_out);

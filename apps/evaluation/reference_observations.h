@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "apps/evaluation/true_edges.h"
+#include "data/progress.h"
 #include "data/trajectory.h"
 #include "odometry/run.h"
 
@@ -50,8 +51,9 @@ struct ReferenceObservations {
 };
 
 // The observations of a run's lines and points by both cameras. Edges are those that the run took
-// its lines to be.
-ReferenceObservations ObservationsOfRun(const OdometryRun& run, const PlacementOptions& options);
+// its lines to be. Throws StoppedError when progress says so.
+ReferenceObservations ObservationsOfRun(const OdometryRun& run, const PlacementOptions& options,
+                                        const Progress& progress = {});
 
 // The same observations of edges, told apart by the true edges that they lie on from true poses, so
 // that an edge that is seen again later is one edge, whatever the run took it for. What is on none,

@@ -33,19 +33,26 @@ std::vector<Vector3d> FlatPoints(const std::vector<PointOfPair>& points,
 
 StraightnessReference MakeReference(const OdometryRun& run, const Trajectory& final_poses,
                                     const std::vector<const Trajectory*>& trajectories,
-                                    const KnownTruth& truth, const StraightnessOptions& options) {
+                                    const KnownTruth& truth, const StraightnessOptions& options,
+                                    const Progress& progress) {
   StraightnessReference reference;
   reference.true_poses = !truth.trajectory.empty();
   reference.true_edges = reference.true_poses && !truth.edges.whole.empty();
   const Trajectory& poses = reference.true_poses ? truth.trajectory : final_poses;
   std::vector<const Trajectory*> all = trajectories;
   all.push_back(&poses);
-  reference.observations = SeenByAll(ObservationsOfRun(run, options.placement), all);
+  reference.observations =
+      SeenByAll(ObservationsOfRun(run, options.placement, progress.Part(0, 0.2)), all);
+  progress.ReportOrStop(0.3);
   std::vector<EdgeObservation>& edges = reference.observations.edges;
   edges = reference.true_edges ? OnTrueEdges(edges, poses, truth.edges, options.placement)
                                : OfOneEdge(edges, poses, options.edges);
+  progress.ReportOrStop(0.6);
   const auto directions = MeasureDirections(
-      DirectionsOf(RetriangulateEdges(edges, poses, options.edges), options), options.directions);
+      DirectionsOf(RetriangulateEdges(edges, poses, options.edges, progress.Part(0.6, 0.9)),
+                   options),
+      options.directions);
+  progress.ReportOrStop(0.9);
   if (directions) {
     reference.walls =
         FindWalls(reference.observations.points, poses, directions->axes, options.walls);
@@ -55,16 +62,20 @@ StraightnessReference MakeReference(const OdometryRun& run, const Trajectory& fi
 
 Straightness MeasureStraightness(const StraightnessReference& reference,
                                  const Trajectory& trajectory, const Trajectory& truth,
-                                 const StraightnessOptions& options) {
+                                 const StraightnessOptions& options, const Progress& progress) {
   const ReferenceObservations& observations = reference.observations;
   Straightness result;
-  result.edges = RetriangulateEdges(observations.edges, trajectory, options.edges);
+  result.edges =
+      RetriangulateEdges(observations.edges, trajectory, options.edges, progress.Part(0, 0.4));
   result.directions = MeasureDirections(DirectionsOf(result.edges, options), options.directions);
-  result.flatness = MeasureFlatness(
-      FlatPoints(observations.points, trajectory, options.max_flat_sigma_m), options.flatness);
+  result.flatness =
+      MeasureFlatness(FlatPoints(observations.points, trajectory, options.max_flat_sigma_m),
+                      options.flatness, progress.Part(0.4, 0.8));
+  progress.ReportOrStop(0.8);
   const std::vector<SurveyedPoints> walls =
       PlaceWalls(reference.walls, observations.points, trajectory);
   result.survey = SurveyWalls(walls, Vector3d::UnitZ(), options.survey);
+  progress.ReportOrStop(0.9);
   if (!truth.empty()) {
     const std::vector<SurveyedPoints> true_walls =
         PlaceWalls(reference.walls, observations.points, truth);

@@ -45,10 +45,12 @@ struct StraightnessReference {
 };
 
 // The observations of a run that all `trajectories` have a pose for. Where no true poses are known,
-// the run's own, `final_poses`, tell what belongs together.
+// the run's own, `final_poses`, tell what belongs together. Here and below StoppedError is thrown
+// when progress says so.
 StraightnessReference MakeReference(const OdometryRun& run, const Trajectory& final_poses,
                                     const std::vector<const Trajectory*>& trajectories,
-                                    const KnownTruth& truth, const StraightnessOptions& options);
+                                    const KnownTruth& truth, const StraightnessOptions& options,
+                                    const Progress& progress = {});
 
 struct Straightness {
   EdgeStraightness edges;
@@ -61,7 +63,7 @@ struct Straightness {
 // `trajectory` has z against gravity. `truth`: the true trajectory, or an empty one.
 Straightness MeasureStraightness(const StraightnessReference& reference,
                                  const Trajectory& trajectory, const Trajectory& truth,
-                                 const StraightnessOptions& options);
+                                 const StraightnessOptions& options, const Progress& progress = {});
 
 // The same of a map that was made from images, by its points of stereo depth, which are free.
 struct MapStraightness {

@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/evaluation/building_tolerances.h"
-#include "data/quantile.h"
+#include "apps/evaluation/no_figure.h"
 
 namespace slcmap {
 namespace {
@@ -26,8 +26,8 @@ GapSummary SummarizeGaps(const Survey& survey, double length_m) {
   summary.walls = static_cast<int64_t>(gaps_m.size());
   summary.within = std::count_if(gaps_m.begin(), gaps_m.end(),
                                  [&](double gap_m) { return gap_m <= AllowedGap_m(length_m); });
-  summary.median_m = Quantile(gaps_m, 0.5);
-  summary.worst_m = Quantile(gaps_m, 1);
+  summary.median_m = QuantileFigure(gaps_m, 0.5);
+  summary.worst_m = QuantileFigure(gaps_m, 1);
   return summary;
 }
 
@@ -41,14 +41,15 @@ std::optional<double> DistanceError95_m(const Survey& survey, const Survey& trut
     }
   }
   if (errors_m.empty()) return std::nullopt;
-  return Quantile(errors_m, 0.95);
+  return QuantileFigure(errors_m, 0.95);
 }
 
 std::string EdgeRows(const EdgeStraightness& edges, const EdgeStraightness* truth) {
+  if (edges.edges == 0) return "edges     none with observations enough\n";
   std::string text =
       fmt::format("edges     {} of {} observations, each placed alone: {:.2f} mm thick (RMS)\n",
                   edges.edges, edges.observations, 1e3 * edges.thickness_m);
-  if (truth) {
+  if (truth && truth->edges > 0) {
     text += fmt::format("          {:.2f} mm with true poses, beyond that {:.2f} mm\n",
                         1e3 * truth->thickness_m,
                         1e3 * ThicknessBeyond_m(edges.thickness_m, truth->thickness_m));
@@ -108,10 +109,11 @@ std::string SurveyRows(const Survey& survey, const Survey* added_survey, const S
   if (added_survey) added = Summarize(*added_survey, nullptr, options);
   std::string text = fmt::format("walls     {} faces\n", survey.walls.size());
   text += GapRows(summary, added ? &*added : nullptr);
-  text += fmt::format("lean      {:.1f} mm a storey of {} m (median), {:.1f} mm (worst)\n",
-                      1e3 * summary.lean_median_m, options.storey_m, 1e3 * summary.lean_worst_m);
-  text += fmt::format("distances {} between faces, known to +-{:.1f} mm (95 %, median): {}\n",
-                      summary.distances, 1e3 * summary.distance_bound_median_m,
+  text += fmt::format("lean      {} mm a storey of {} m (median), {} mm (worst)\n",
+                      FigureText(1e3 * summary.lean_median_m, 1), options.storey_m,
+                      FigureText(1e3 * summary.lean_worst_m, 1));
+  text += fmt::format("distances {} between faces, known to +-{} mm (95 %, median): {}\n",
+                      summary.distances, FigureText(1e3 * summary.distance_bound_median_m, 1),
                       LevelOfAccuracy(summary.distance_bound_median_m));
   if (summary.distance_error_95_m) {
     text += fmt::format("          95 % within {:.1f} mm of those with true poses: {}\n",
@@ -119,8 +121,8 @@ std::string SurveyRows(const Survey& survey, const Survey* added_survey, const S
                         LevelOfAccuracy(*summary.distance_error_95_m));
   }
   text +=
-      fmt::format("angles    {} between faces, at most {:.3f} deg off 90, {} within DIN 18202\n",
-                  summary.angles, summary.angle_worst_deg, summary.angles_within);
+      fmt::format("angles    {} between faces, at most {} deg off 90, {} within DIN 18202\n",
+                  summary.angles, FigureText(summary.angle_worst_deg, 3), summary.angles_within);
   return text + fmt::format(
                     "floor     a real wall may bend by {:.0f} mm over 10 m: less is not the "
                     "mapping's\n",
@@ -139,7 +141,7 @@ Json EdgeJson(const EdgeStraightness& edges, const EdgeStraightness* truth) {
     json["apart_by_time"].push_back({{"from_s", gap.from_s},
                                      {"to_s", std::isinf(gap.to_s) ? Json() : Json(gap.to_s)},
                                      {"pairs", gap.pairs},
-                                     {"apart_m", gap.pairs > 0 ? Json(gap.apart_m) : Json()}});
+                                     {"apart_m", gap.apart_m}});
   }
   return json;
 }
@@ -219,7 +221,7 @@ Json SurveyJson(const Survey& survey, const Survey* truth, const SurveyOptions& 
 
 double ThicknessBeyond_m(double thickness_m, double with_true_poses_m) {
   const double squares = thickness_m * thickness_m - with_true_poses_m * with_true_poses_m;
-  return std::sqrt(std::max(0.0, squares));
+  return std::isnan(squares) ? kNoFigure : std::sqrt(std::max(0.0, squares));
 }
 
 SurveySummary Summarize(const Survey& survey, const Survey* truth, const SurveyOptions& options) {
@@ -231,18 +233,20 @@ SurveySummary Summarize(const Survey& survey, const Survey* truth, const SurveyO
   for (const WallFace& wall : survey.walls) {
     if (wall.lean_m) leans_m.push_back(*wall.lean_m);
   }
-  for (const FaceDistance& d : survey.distances) bounds_m.push_back(d.bound_95_m);
+  for (const FaceDistance& d : survey.distances) {
+    if (!std::isnan(d.bound_95_m)) bounds_m.push_back(d.bound_95_m);
+  }
   for (const FaceAngle& angle : survey.angles) {
     angles_deg.push_back(angle.off_deg);
     summary.angles_within += angle.off_m <= AllowedAngle_m(angle.leg_m);
   }
   summary.leans = static_cast<int64_t>(leans_m.size());
-  summary.distances = static_cast<int64_t>(bounds_m.size());
+  summary.distances = static_cast<int64_t>(survey.distances.size());
   summary.angles = static_cast<int64_t>(angles_deg.size());
-  summary.lean_median_m = Quantile(leans_m, 0.5);
-  summary.lean_worst_m = Quantile(leans_m, 1);
-  summary.distance_bound_median_m = Quantile(bounds_m, 0.5);
-  summary.angle_worst_deg = Quantile(angles_deg, 1);
+  summary.lean_median_m = QuantileFigure(leans_m, 0.5);
+  summary.lean_worst_m = QuantileFigure(leans_m, 1);
+  summary.distance_bound_median_m = QuantileFigure(bounds_m, 0.5);
+  summary.angle_worst_deg = QuantileFigure(angles_deg, 1);
   if (truth) summary.distance_error_95_m = DistanceError95_m(survey, *truth);
   return summary;
 }

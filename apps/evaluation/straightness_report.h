@@ -21,8 +21,9 @@ struct GapSummary {
   double median_m = 0, worst_m = 0;
 };
 
+// Figures of nothing are kNoFigure.
 struct SurveySummary {
-  std::vector<GapSummary> gaps;  // by length; of no walls: zeros
+  std::vector<GapSummary> gaps;  // by length; of no walls: kNoFigure
   int64_t leans = 0, distances = 0, angles = 0;
   double lean_median_m = 0, lean_worst_m = 0;  // over a storey
   double distance_bound_median_m = 0;          // 95 %

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "apps/evaluation/no_figure.h"
 #include "data/calibration.h"
 
 namespace slcmap {
@@ -25,18 +26,21 @@ Rig TrueRig(const SurfaceInputs& inputs) {
 
 std::string CloudTable(const SurfaceInputs& inputs, const CloudMetrics& metrics,
                        const CloudMetricOptions& options) {
-  std::string text = fmt::format("cloud     {}, {} points, {} of them filled, {:.4f} m RMS\n",
-                                 inputs.cloud, metrics.points, metrics.filled, metrics.rms_m);
+  std::string text =
+      fmt::format("cloud     {}, {} points, {} of them filled, {} m RMS\n", inputs.cloud,
+                  metrics.points, metrics.filled, FigureText(metrics.rms_m, 4));
   text += "\nwithin m  accuracy %  filled %";
   for (const double range_m : options.ranges_m) {
     text += fmt::format("{:>16}{:>9}", fmt::format("seen <{} m %", range_m), "F %");
   }
   text += "\n";
   for (const CloudScore& score : metrics.scores) {
-    text += fmt::format("{:<9.2f}{:>11.1f}{:>10.1f}", score.tolerance_m, 100 * score.accuracy,
-                        100 * score.filled_accuracy);
+    text +=
+        fmt::format("{:<9.2f}{:>11}{:>10}", score.tolerance_m, FigureText(100 * score.accuracy, 1),
+                    FigureText(100 * score.filled_accuracy, 1));
     for (std::size_t i = 0; i < score.f.size(); ++i) {
-      text += fmt::format("{:>16.1f}{:>9.1f}", 100 * score.completeness[i], 100 * score.f[i]);
+      text += fmt::format("{:>16}{:>9}", FigureText(100 * score.completeness[i], 1),
+                          FigureText(100 * score.f[i], 1));
     }
     text += "\n";
   }
@@ -46,12 +50,13 @@ std::string CloudTable(const SurfaceInputs& inputs, const CloudMetrics& metrics,
 std::string OccupancyTable(const SurfaceInputs& inputs, const OccupancyMetrics& metrics) {
   return fmt::format(
       "\noccupancy {}, {} rays\n"
-      "          end cells occupied {:.1f} %, they or those beside them {:.1f} %\n"
-      "          passages known {:.1f} %, free of these {:.2f} %\n"
-      "          called free of {} samples behind surfaces {:.2f} %\n",
-      inputs.occupancy, metrics.rays, 100 * metrics.ends_occupied,
-      100 * metrics.ends_occupied_nearby, 100 * metrics.passages_known, 100 * metrics.passages_free,
-      metrics.behind, 100 * metrics.behind_called_free);
+      "          end cells occupied {} %, they or those beside them {} %\n"
+      "          passages known {} %, free of these {} %\n"
+      "          called free of {} samples behind surfaces {} %\n",
+      inputs.occupancy, metrics.rays, FigureText(100 * metrics.ends_occupied, 1),
+      FigureText(100 * metrics.ends_occupied_nearby, 1),
+      FigureText(100 * metrics.passages_known, 1), FigureText(100 * metrics.passages_free, 2),
+      metrics.behind, FigureText(100 * metrics.behind_called_free, 2));
 }
 
 Json ScoreJson(const CloudScore& score, const CloudMetricOptions& options) {

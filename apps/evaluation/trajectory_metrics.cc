@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "apps/evaluation/no_figure.h"
 #include "data/angle_unit.h"
 #include "data/error.h"
 
@@ -144,7 +145,7 @@ AbsoluteError MeasureAbsolute(AlignmentKind kind, const std::vector<AssociatedPo
   }
   error.position_m = Statistics(error.position_errors_m);
   error.rotation_deg = Statistics(error.rotation_errors_deg);
-  error.rmse_percent = length_m > 0 ? 100 * error.position_m.rmse / length_m : 0;
+  error.rmse_percent = 100 * ShareOf(error.position_m.rmse, length_m);
   return error;
 }
 
@@ -168,7 +169,7 @@ RelativeError MeasureRelative(const std::vector<AssociatedPose>& poses,
     degrees.push_back(AngleDeg(error.rotation));
     degrees_per_m.push_back(degrees.back() / travelled_m);
   }
-  if (percent.empty()) return {length_m, 0, 0, 0, 0, 0};
+  if (percent.empty()) return {length_m, 0, kNoFigure, kNoFigure, kNoFigure, kNoFigure};
   return {length_m,
           static_cast<int64_t>(percent.size()),
           RootMeanSquare(percent),

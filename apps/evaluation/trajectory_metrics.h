@@ -32,7 +32,7 @@ struct AbsoluteError {
   Alignment alignment;
   ErrorStatistics position_m;
   ErrorStatistics rotation_deg;
-  double rmse_percent = 0;                // position RMSE over the true path length
+  double rmse_percent = 0;  // position RMSE over the true path length; kNoFigure at rest
   std::vector<double> position_errors_m;  // a value for each associated pose
   std::vector<double> rotation_errors_deg;
 };
@@ -40,7 +40,7 @@ struct AbsoluteError {
 // Relative pose error over pieces of a given length of the true path, one starting at each pose.
 struct RelativeError {
   double length_m = 0;
-  int64_t pieces = 0;  // none where the path is shorter; the other values are 0 then
+  int64_t pieces = 0;  // none where the path is shorter: the others are kNoFigure
   double translation_rmse_percent = 0;
   double translation_median_percent = 0;
   double rotation_rmse_deg = 0;

@@ -4,6 +4,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "apps/evaluation/no_figure.h"
+
 namespace slcmap {
 namespace {
 
@@ -11,9 +13,9 @@ using Json = nlohmann::ordered_json;
 
 std::string AbsoluteRow(const AbsoluteError& error) {
   const ErrorStatistics& p = error.position_m;
-  std::string row = fmt::format("{:<8}{:>9.4f}{:>9.4f}{:>9.4f}{:>9.4f}{:>9.3f}{:>9.3f}",
+  std::string row = fmt::format("{:<8}{:>9.4f}{:>9.4f}{:>9.4f}{:>9.4f}{:>9}{:>9.3f}",
                                 AlignmentName(error.kind), p.rmse, p.mean, p.median, p.max,
-                                error.rmse_percent, error.rotation_deg.rmse);
+                                FigureText(error.rmse_percent, 3), error.rotation_deg.rmse);
   if (error.kind == AlignmentKind::kSimilarity) {
     row += fmt::format("   scale {:.4f}; for methods without scale only", error.alignment.scale);
   }

@@ -6,6 +6,7 @@
 #include <map>
 #include <numbers>
 
+#include "apps/evaluation/no_figure.h"
 #include "data/angle_unit.h"
 #include "data/option_table.h"
 #include "data/quantile.h"
@@ -199,7 +200,7 @@ SurveyExtent Inner(std::vector<double> values) {
 // How well the plane is known in the middle: neighbours share what is wrong with them, so that
 // places count, not points.
 double SigmaOf(const std::vector<ProfilePlace>& profile) {
-  if (profile.size() < 2) return 0;
+  if (profile.size() < 2) return kNoFigure;
   double squares = 0;
   for (const ProfilePlace& place : profile) {
     squares += place.off_m * place.off_m + place.sigma_m * place.sigma_m;

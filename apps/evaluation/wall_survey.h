@@ -46,7 +46,7 @@ struct WallFace {
   Eigen::Vector3d normal_world = Eigen::Vector3d::UnitX();  // towards where it was seen from
   double length_m = 0, height_m = 0;
   double rms_m = 0;    // of its points from its plane
-  double sigma_m = 0;  // of its plane's distance
+  double sigma_m = 0;  // of its plane's distance; kNoFigure where the profile has one place
   // Straightedges that are not longer than it, on its profile. What lies beneath is told without a
   // side: the least distance of two parallels that hold the profile between them.
   std::vector<StraightedgeGap> gaps;

@@ -207,9 +207,12 @@ class Aligner {
         fmt::format(
             "found two places where the second map fits: {} and {}; of the lines and "
             "surfaces that tell them apart {:.1f} (m and m2) agree at the one and {:.1f} at "
-            "the other, expected at most {:.0f} % of it and {:.1f} less; --at says which",
+            "the other, expected at most {:.0f} % of it and {:.1f} less; {}",
             InWords(T_best), InWords(T_rival), telling.for_best, telling.for_rival,
-            100 * options_.max_rival_share, least));
+            100 * options_.max_rival_share, least,
+            options_.start ? "--at reaches both: expected a start from which the wrong one is more "
+                             "than 2 m, 1 m of height or 20 degrees away"
+                           : "--at says which"));
   }
 
   // As --at takes it.

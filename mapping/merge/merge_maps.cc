@@ -31,6 +31,13 @@ constexpr double kAlignedUntil = 0.5, kUnitedUntil = 0.75, kSeenUntil = 0.85, kB
 constexpr double kAlignment_m = 0.005, kLinesOff_m = 0.009;
 constexpr int64_t kHour_ns = 3600'000'000'000;
 
+// By the verdict on its run: lines may all be of one of its segments.
+bool WasLost(const MapResult& map) {
+  return map.verdict && std::ranges::any_of(map.verdict->reasons, [](const VerdictReason& reason) {
+           return reason.what == kLostReason;
+         });
+}
+
 void CheckMap(const MapResult& map) {
   if (map.dense.empty()) {
     throw DataError(
@@ -39,14 +46,10 @@ void CheckMap(const MapResult& map) {
                     map.source.run_id));
   }
   std::optional<int> segment;
+  bool is_one = !WasLost(map);
   for (const auto* lines : {&map.lines, &map.marks}) {
     for (const MapLine& line : *lines) {
-      if (segment.value_or(line.segment) != line.segment) {
-        throw DataError(
-            fmt::format("map of run {}: found lines of several segments, between which the "
-                        "estimator lost itself; expected one, which is rigid",
-                        map.source.run_id));
-      }
+      is_one = is_one && segment.value_or(line.segment) == line.segment;
       segment = line.segment;
       if (line.start_world != line.end_world) continue;
       throw DataError(
@@ -55,6 +58,11 @@ void CheckMap(const MapResult& map) {
                       map.source.run_id, line.id));
     }
   }
+  if (is_one) return;
+  throw DataError(
+      fmt::format("map of run {}: found several segments, between which the estimator lost "
+                  "itself; expected one, which is rigid",
+                  map.source.run_id));
 }
 
 // The time from the first pose to the last.

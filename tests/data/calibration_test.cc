@@ -88,6 +88,32 @@ TEST(KalibrCalibration, EntriesThatContradictEachOtherAreAnError) {
               HasSubstr("cam0: T_cam_imu: missing"));
 }
 
+TEST(KalibrCalibration, BothCamerasHaveOneTimeShift) {
+  const auto read = [](const std::string& right_shift, Warnings* warnings) {
+    const TempFolder folder;
+    std::string right = KalibrCamera(Rows("T_imu_cam", kRight));
+    right.replace(right.find("0.0012"), 6, right_shift);
+    return ReadKalibrCalibration(
+        folder.Write("camchain.yaml",
+                     "cam0:\n" + KalibrCamera(Rows("T_imu_cam", kLeft)) + "cam1:\n" + right),
+        folder.Write("imu.yaml", testing::kImuYaml), warnings);
+  };
+  Warnings same, near, far;
+  EXPECT_EQ(read("0.0012", &same).rig.camera_time_offset_s, 0.0012);
+  EXPECT_EQ(same.Count(kTimeShiftsDiffer), 0);
+  EXPECT_EQ(read("0.0017", &near).rig.camera_time_offset_s, 0.0012);
+  EXPECT_EQ(near.Count(kTimeShiftsDiffer), 1);
+  try {
+    read("-0.003", &far);
+    ADD_FAILURE() << "expected a fault";
+  } catch (const InputFault& fault) {
+    EXPECT_THAT(
+        fault.what(),
+        HasSubstr("cam1: timeshift_cam_imu: found -0.003 s, expected that of cam0, 0.0012 s"));
+    EXPECT_THAT(fault.remedy(), HasSubstr("cam1.timeshift_cam_imu in "));
+  }
+}
+
 TEST(KalibrCalibration, OpenCvsFirstLineIsNoObstacle) {
   const TempFolder folder;
   const std::string path =
@@ -227,6 +253,8 @@ TEST(AslCalibrationFaults, HaveRemediesWithFileAndKey) {
        "timeshift_cam_imu: found 5 s, expected at most 1 s either way", "in seconds"},
       {camera, "rate_hz: 20\n", "rate_hz: 20\ntimeshift_cam_imu: -10\n",
        "timeshift_cam_imu: found -10 s", "one clock"},
+      {"cam1/sensor.yaml", "rate_hz: 20\n", "rate_hz: 20\ntimeshift_cam_imu: 0.002\n",
+       "timeshift_cam_imu: found 0.002 s, expected that of cam0, 0 s", "timeshift_cam_imu in "},
       {camera, "0, 0, 0, 1]", "0, 0, 5, 1]", "found the last row '0 0 5 1'", "T_BS in "},
       {camera, "[0, 0, 1, 0,", "[0, 0, 2, 0,", "is not a rotation", "copy T_BS in "},
       {camera, "rows: 4", "rows: 3", "rows: found 3", "T_BS.rows in "},

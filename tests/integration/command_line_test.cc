@@ -62,7 +62,7 @@ TEST(CommandLine, HelpIsACommandToo) {
 TEST(CommandLine, VerboseAndQuietStandAnywhere) {
   const TempFolder folder;
   testing::WriteSequence(folder, {.images = 3});
-  const std::string odometry = " odometry " + folder.Path() + " -o " + folder.Path("run");
+  const std::string odometry = " odometry " + folder.Path("mav0") + " -o " + folder.Path("run");
   EXPECT_THAT(RunSlcmap(odometry).error, HasSubstr("info: "));
   for (const std::string& command : {"-q" + odometry, odometry + " -q", odometry + " --quiet"}) {
     EXPECT_THAT(RunSlcmap(command).error, Not(HasSubstr("info: "))) << command;
@@ -79,7 +79,7 @@ TEST(Odometry, ErrorsNameThePlace) {
   const std::string run = " -o " + folder.Path("run");
   ExpectError(RunSlcmap("odometry " + folder.Path("none") + run), 1, "none: found no such folder");
   testing::WriteSequence(folder, {.images = 2});
-  const std::string sequence = "odometry " + folder.Path() + run;
+  const std::string sequence = "odometry " + folder.Path("mav0") + run;
   ExpectError(RunSlcmap(sequence + " --method plane"), 2, "structural or slc");
   folder.Write("bad.yaml", "window: {max_keyfraems: 3}\n");
   ExpectError(RunSlcmap(sequence + " --config " + folder.Path("bad.yaml")), 2,
@@ -94,7 +94,7 @@ TEST(Odometry, ASequenceThatShowsNoMotionFailsAndSaysSo) {
   const TempFolder folder;
   testing::WriteSequence(folder, {.images = 5});
   const ProcessResult result =
-      RunSlcmap("-q odometry " + folder.Path() + " -o " + folder.Path("run"));
+      RunSlcmap("-q odometry " + folder.Path("mav0") + " -o " + folder.Path("run"));
   EXPECT_EQ(result.exit_code, 3);
   EXPECT_THAT(result.error, HasSubstr("run: the run has failed: start: found no motion that could "
                                       "be estimated, expected at least one pose; remedy: "));
@@ -111,7 +111,7 @@ std::string WriteSequenceInG(const TempFolder& folder) {
                         (i + 9) % 5, (i + 9) % 7, (i + 9) % 4, (i + 9) % 6, (i + 9) % 8);
   }
   folder.Write("mav0/imu0/data.csv", rows);
-  return "odometry " + folder.Path() + " -o " + folder.Path("run");
+  return "odometry " + folder.Path("mav0") + " -o " + folder.Path("run");
 }
 
 TEST(Odometry, StopsWhereTheCheckBeforeTheStartFindsAnError) {
@@ -145,7 +145,7 @@ TEST(Odometry, OneCameraIsEnoughForPointsMonoOnly) {
   const TempFolder folder;
   testing::WriteSequence(folder, {.images = 40, .size = {320, 240}, .still = true});
   std::filesystem::remove_all(folder.Path("mav0/cam1"));
-  const std::string command = "-q odometry " + folder.Path() + " -o " + folder.Path("run");
+  const std::string command = "-q odometry " + folder.Path("mav0") + " -o " + folder.Path("run");
   ExpectError(RunSlcmap(command), 1, "mav0: found one camera, expected cam0 and cam1, or --method");
   const ProcessResult mono = RunSlcmap(command + " --method points-mono");
   EXPECT_EQ(mono.exit_code, 0) << mono.error;
@@ -248,7 +248,7 @@ TEST(Simulate, CtrlCEndsTheBakingOfLightAtOnce) {
                " & pid=\\$!; sleep 3; kill -TERM \\$pid; SECONDS=0; wait \\$pid; code=\\$?; "
                "echo \\$SECONDS; exit \\$code");
   EXPECT_EQ(result.exit_code, 130) << result.error;
-  EXPECT_LT(std::stoi(result.output), 20);
+  EXPECT_LE(std::stoi(result.output), 5);
   EXPECT_FALSE(std::filesystem::exists(folder.Path("sequence/mav0")));
 }
 
@@ -266,7 +266,7 @@ class StillRig : public ::testing::Test {
     testing::WriteSequence(folder_, {.images = images, .size = {320, 240}, .still = true});
   }
   std::string Command() const {
-    return "odometry " + folder_.Path() + " -o " + folder_.Path("run");
+    return "odometry " + folder_.Path("mav0") + " -o " + folder_.Path("run");
   }
   int Rows() const {
     int rows = -1;  // without the header
@@ -295,7 +295,8 @@ TEST_F(StillRig, StaysWhereItIsDespiteDamagedImages) {
 
 TEST_F(StillRig, RunsThroughAllStages) {
   Write(40);
-  const ProcessResult result = RunSlcmap("-q run " + folder_.Path() + " -o " + folder_.Path("out"));
+  const ProcessResult result =
+      RunSlcmap("-q run " + folder_.Path("mav0") + " -o " + folder_.Path("out"));
   EXPECT_EQ(result.exit_code, 0) << result.error;
   for (const char* file : {"run/trajectory.tum", "map/trajectory.tum", "export/scene.glb"}) {
     EXPECT_TRUE(std::filesystem::exists(folder_.Path(std::string("out/") + file))) << file;
@@ -305,7 +306,8 @@ TEST_F(StillRig, RunsThroughAllStages) {
 
 TEST_F(StillRig, TwoRunsDoNotShareAFolderAndARerunMarksWhatIsOutdated) {
   Write(150);
-  const std::string out = folder_.Path("out"), run = "-q run " + folder_.Path() + " -o " + out;
+  const std::string out = folder_.Path("out"),
+                    run = "-q run " + folder_.Path("mav0") + " -o " + out;
   EXPECT_EQ(RunSlcmap(run).exit_code, 0);
   const std::string map = testing::ReadText(out + "/map/map.json");
   // At the recording's pace it takes 7.5 s.
@@ -347,7 +349,7 @@ TEST_F(StillRig, AKilledRunIsMappedUpToTheLastSecond) {
 
 TEST_F(StillRig, TheRecordingIsNoOutput) {
   Write(5);
-  for (const char* name : {"", "/mav0", "/mav0/cam0/data"}) {
+  for (const char* name : {"", "/mav0", "/mav0/cam0/data", "/out", "/mav0/out/run"}) {
     ExpectError(RunSlcmap("odometry " + folder_.Path() + " -o " + folder_.Path() + name), 2,
                 "found the input");
   }
@@ -386,7 +388,7 @@ TEST_F(StillRig, APartOfARecordingIsProcessedAlone) {
 TEST_F(StillRig, RunExportsTheFormatsThatAreWanted) {
   Write(40);
   const ProcessResult result =
-      RunSlcmap("run -q " + folder_.Path() + " -o " + folder_.Path("out") + " --format ply");
+      RunSlcmap("run -q " + folder_.Path("mav0") + " -o " + folder_.Path("out") + " --format ply");
   EXPECT_EQ(result.exit_code, 0) << result.error;
   EXPECT_TRUE(std::filesystem::exists(folder_.Path("out/export/points.ply")));
   EXPECT_FALSE(std::filesystem::exists(folder_.Path("out/export/scene.glb")));

@@ -2,6 +2,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <filesystem>
+#include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "tests/integration/slcmap_process.h"
@@ -51,6 +53,49 @@ TEST_F(CompareTest, RunsThatFailAreToldWithTheirReason) {
   EXPECT_THAT(result.error, HasSubstr("no method gave a result"));
   EXPECT_THAT(result.output, HasSubstr("points: a run has no pose at all"));
   EXPECT_TRUE(std::filesystem::exists(folder_.Path("report/report.html")));
+}
+
+// A run without a pose is a whole result too, and quick to have.
+TEST_F(CompareTest, RunsAreKeptWhileProgramAndImagesAreTheSame) {
+  EXPECT_THAT(Compare("--methods points").error, Not(HasSubstr("kept")));
+  EXPECT_THAT(Compare("--methods points").error, HasSubstr("points-0-"));
+  EXPECT_THAT(Compare("--methods points").error, HasSubstr("kept from before"));
+  // Another build of the same version.
+  const std::string other = folder_.Path("other_slcmap");
+  const ProcessResult rebuilt = testing::RunShell(
+      "cp \\$SLCMAP " + other + " && echo >> " + other + " && " + other + " compare " +
+      sequence_.Path() + " -o " + folder_.Path("report") + " --methods points");
+  EXPECT_THAT(rebuilt.error, AllOf(HasSubstr("no method gave a result"), Not(HasSubstr("kept"))));
+  // The same names and tables, another image.
+  const std::string image =
+      sequence_.Path(fmt::format("mav0/cam1/data/{}.png", testing::ImageStamp(2)));
+  std::ofstream(image, std::ios::binary | std::ios::app) << " ";
+  EXPECT_THAT(Compare("--methods points").error, Not(HasSubstr("kept")));
+}
+
+TEST_F(CompareTest, DamagedRunsAreMadeAnew) {
+  Compare("--methods points");
+  const std::string runs = folder_.Path("report/runs");
+  std::string folder;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(runs)) {
+    if (entry.path().filename() == "run.json") folder = entry.path().parent_path().parent_path();
+  }
+  ASSERT_NE(folder, "");
+  std::ofstream(folder + "/run/imu.csv", std::ios::app) << "1,2,damaged\n";
+  const ProcessResult run = Compare("--methods points");
+  EXPECT_THAT(run.error, AllOf(HasSubstr(folder + "/run: found damaged what was kept from before"),
+                               Not(HasSubstr("--accept-changed"))));
+  EXPECT_THAT(run.output, HasSubstr("points: a run has no pose at all"));
+  EXPECT_THAT(Compare("--methods points").error, Not(HasSubstr("damaged")));
+
+  std::ofstream(folder + "/map/map.json") << "{";
+  EXPECT_THAT(Compare("--methods points").error, HasSubstr(folder + "/map: found damaged"));
+  // What is left without its summary would be taken for files of another.
+  std::filesystem::remove(folder + "/map/map.json");
+  const ProcessResult map = Compare("--methods points");
+  EXPECT_THAT(map.output,
+              AllOf(HasSubstr("points: a run has no pose at all"), Not(HasSubstr("run 1 failed"))));
+  EXPECT_TRUE(std::filesystem::exists(folder + "/map/map.json"));
 }
 
 TEST(Compare, FinishedRunsAreKept) {

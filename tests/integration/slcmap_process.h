@@ -40,17 +40,27 @@ inline ProcessResult RunSlcmap(const std::string& arguments) {
   return RunShell("\\$SLCMAP " + arguments);
 }
 
-// Presses Ctrl-C once the program has said `words` on standard error. An end later than 20 s after
-// that counts as no end.
-inline ProcessResult InterruptSlcmap(const std::string& arguments, const std::string& words) {
+// Runs slcmap with its standard error in $log, and presses Ctrl-C when the shell commands `waiting`
+// are done. An end later than 5 s after that counts as no end: a second is what it may take, the
+// rest is for machines with other work.
+inline ProcessResult InterruptAfter(const std::string& waiting, const std::string& arguments) {
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+  constexpr char kLimit_s[] = "60";
+#else
+  constexpr char kLimit_s[] = "5";
+#endif
   const TempFolder folder;
-  const std::string log = folder.Path("log");
   // Without job control a shell makes what runs beside it ignore SIGINT.
-  return RunShell("set -m; \\$SLCMAP " + arguments + " 2>" + log +
-                  " & pid=\\$!; for i in {1..600}; do grep -q '" + words + "' " + log +
-                  " && break; sleep 0.1; done; kill -INT \\$pid; " +
-                  "start=\\$SECONDS; wait \\$pid; code=\\$?; cat " + log + " >&2; " +
-                  "[ \\$((SECONDS - start)) -lt 20 ] || code=99; exit \\$code");
+  return RunShell("set -m; log='" + folder.Path("log") + "'; \\$SLCMAP " + arguments +
+                  " 2>\\$log & pid=\\$!; " + waiting + "; kill -INT \\$pid; " +
+                  "start=\\$SECONDS; wait \\$pid; code=\\$?; cat \\$log >&2; " +
+                  "[ \\$((SECONDS - start)) -le " + kLimit_s + " ] || code=99; exit \\$code");
+}
+
+// Presses Ctrl-C once the program has said `words` on standard error.
+inline ProcessResult InterruptSlcmap(const std::string& arguments, const std::string& words) {
+  return InterruptAfter(
+      "for i in {1..600}; do grep -q '" + words + "' \\$log && break; sleep 0.1; done", arguments);
 }
 
 // One line, in the form of every error.

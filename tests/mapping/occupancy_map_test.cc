@@ -138,6 +138,17 @@ std::string WholeFile() {
 }
 
 // OctoMap's own reader calls itself for every pair of such bytes.
+TEST(OccupancyMap, WhatTakesLongToFinishIsNotKeptWhenItsCallerEndsIt) {
+  RayBundle first{{0, 0, 0}, {}}, second{{0, 0, 0}, {{0, 1, 0}}};
+  for (int i = 0; i < 80; ++i) first.p_world.emplace_back(20, 0.2 * i, 1);  // over a million cells
+  const Progress ends([](double done) { return done < 0.5; });
+  OccupancyMap coarse(0.1), fine(0.001);
+  coarse.Insert({first, second}, 20, ends);
+  EXPECT_FALSE(coarse.FreeVoxels().empty());
+  fine.Insert({first, second}, 20, ends);
+  EXPECT_TRUE(fine.FreeVoxels().empty());
+}
+
 TEST(OccupancyMap, ATreeWithoutEndIsRefused) {
   const std::string deep(250000, '\xff');
   EXPECT_THAT(ReadError(WholeFile() + deep), HasSubstr("found 250000 more bytes"));

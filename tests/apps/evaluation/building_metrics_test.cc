@@ -1,11 +1,18 @@
 #include "apps/evaluation/building_metrics.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "apps/evaluation/building_report.h"
 
 namespace slcmap {
 namespace {
 
 using Eigen::Vector3d;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
 
 std::vector<Vector3d> Upright(Vector3d from, Vector3d to, double low_m, double high_m) {
   from.z() = to.z() = low_m;
@@ -122,6 +129,17 @@ TEST(BuildingMetrics, AlignmentMovesAllOfABuilding) {
   EXPECT_NEAR(aligned.planes[0].offset_m, -9.99, 1e-9);
   EXPECT_NEAR((aligned.planes[0].outline_world[1] - Vector3d(9.99, 4, 0)).norm(), 0, 1e-9);
   EXPECT_NEAR((aligned.rooms[0].polygon.outline[1] - Eigen::Vector2d(9.99, 4)).norm(), 0, 1e-9);
+}
+
+TEST(BuildingMetrics, OfNothingAreNoFigures) {
+  const BuildingMetrics metrics = EvaluateBuilding({}, {}, {});
+  const nlohmann::ordered_json json = BuildingJson({}, metrics);
+  for (const char* key : {"offset_median_m", "offset_95_m", "distance_error_95_m", "openings_f1",
+                          "clear_width_median_m", "area_error_median"}) {
+    EXPECT_EQ(json.at(key).dump(), "null") << key;
+  }
+  EXPECT_THAT(BuildingTable({}, metrics),
+              AllOf(HasSubstr("0 of 0 found (- %), offset - m median"), HasSubstr("F1 - %")));
 }
 
 }  // namespace

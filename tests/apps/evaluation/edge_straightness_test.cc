@@ -4,7 +4,9 @@
 
 #include <Eigen/Geometry>
 #include <cmath>
+#include <nlohmann/json.hpp>
 
+#include "apps/evaluation/straightness_report.h"
 #include "data/error.h"
 #include "tests/testing/edge_walk.h"
 
@@ -166,6 +168,17 @@ TEST(EdgeStraightness, AbsurdOptionsAreRefused) {
   options = {};
   options.min_observations = 0;
   EXPECT_THROW(RetriangulateEdges({}, {}, options), ConfigError);
+}
+
+TEST(EdgeStraightness, OfNoObservationsThereIsNoThickness) {
+  Straightness nothing;
+  nothing.edges = RetriangulateEdges({}, {}, {});
+  const StraightnessOptions options;
+  const nlohmann::ordered_json json = StraightnessJson(nothing, &nothing, options)["edges"];
+  EXPECT_EQ(json["thickness_m"].dump(), "null");
+  EXPECT_EQ(json["thickness_beyond_true_poses_m"].dump(), "null");
+  EXPECT_EQ(json["apart_by_time"][0]["apart_m"].dump(), "null");
+  EXPECT_EQ(StraightnessTable(nothing, &nothing, options).find("edges     none with"), 0u);
 }
 
 }  // namespace

@@ -59,7 +59,7 @@ TEST(LineMetrics, AnOffsetLineIsRightFromItsOffsetOn) {
   const LineMetrics metrics = EvaluateLines(kTwoEdges, {Mapped({1, 0.03, 0}, {3, 0.03, 0})}, {});
   EXPECT_EQ(At(metrics, 0.02).precision, 0);
   EXPECT_EQ(At(metrics, 0.02).recall_m, 0);
-  EXPECT_EQ(At(metrics, 0.02).redundancy, 0);
+  EXPECT_TRUE(std::isnan(At(metrics, 0.02).redundancy));
   EXPECT_NEAR(At(metrics, 0.05).precision, 1, 1e-9);
   // 2 m, and 4 cm beyond either end: the samples there are 3 and 1 cm along the edge from it, which
   // with 3 cm across is within 5 cm.
@@ -184,11 +184,18 @@ TEST(LineMetrics, MarksAreToBeOnNoEdge) {
 TEST(LineMetrics, NoLinesAndLinesWithoutExtentAreNoDivisionByZero) {
   const LineMetrics none = EvaluateLines(kTwoEdges, {}, {});
   EXPECT_EQ(At(none, 0.2).recall, 0);
-  EXPECT_EQ(At(none, 0.2).precision, 0);
+  EXPECT_TRUE(std::isnan(At(none, 0.2).precision));
+  const LineInputs inputs{"edges.csv", "lines.ply"};
+  EXPECT_TRUE(LineJson(inputs, none)["scores"][0]["precision"].dump() == "null");
+  EXPECT_THAT(LineTable(inputs, none),
+              HasSubstr("0.01           0.00       0.0           -           -\n"));
+  TrueEdges unseen = kTwoEdges;
+  unseen.seen.clear();
+  EXPECT_TRUE(std::isnan(At(EvaluateLines(unseen, {}, {}), 0.2).recall));
   const LineMetrics dot = EvaluateLines(kTwoEdges, {Mapped({1, 0, 0}, {1, 0, 0})}, {});
   EXPECT_EQ(dot.lines, 1);
   EXPECT_EQ(dot.without_extent, 1);
-  EXPECT_EQ(At(dot, 0.2).precision, 0);
+  EXPECT_TRUE(std::isnan(At(dot, 0.2).precision));
   EXPECT_THAT(LineTable({"edges.csv", "lines.ply"}, dot), HasSubstr("1 of them without extent"));
 }
 

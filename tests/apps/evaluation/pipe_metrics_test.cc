@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "data/error.h"
 #include "data/file.h"
 #include "tests/testing/temp_folder.h"
@@ -58,8 +60,8 @@ TEST(PipeMetrics, PipesThatAreTurnedOrElsewhereAlongTheAxisAreOthers) {
 TEST(PipeMetrics, OfNothingThereIsNothing) {
   const PipeMetrics metrics = EvaluatePipes({}, {}, {});
   EXPECT_EQ(metrics.pipes, 0);
-  EXPECT_EQ(metrics.radius_95_m, 0);
-  EXPECT_THAT(PipeTable({"pipes.json", "pipes.csv"}, metrics), HasSubstr("0 of 0 (0.0 %)"));
+  EXPECT_TRUE(std::isnan(metrics.radius_95_m));
+  EXPECT_THAT(PipeTable({"pipes.json", "pipes.csv"}, metrics), HasSubstr("0 of 0 (- %)"));
 }
 
 TEST(TruePipes, AreReadAsTheyWereWritten) {

@@ -67,11 +67,14 @@ TEST(CloudMetrics, CountWhatLiesOnSurfacesAndWhatOfThemIsCovered) {
   EXPECT_NEAR(at_10cm.f[0], 2 * at_10cm.completeness[0] / (1 + at_10cm.completeness[0]), 1e-9);
 }
 
-TEST(CloudMetrics, OfAnEmptyCloudAreZero) {
+TEST(CloudMetrics, AnEmptyCloudHasNoAccuracyAndCoversNothing) {
   const TriangleTree surfaces(WallAtX(3, 1));
   const CloudMetrics metrics = EvaluateCloud(surfaces, {{{3, 0, 0}, 3}}, {}, {});
   EXPECT_EQ(metrics.points, 0);
-  for (const CloudScore& score : metrics.scores) EXPECT_EQ(score.f[0], 0);
+  for (const CloudScore& score : metrics.scores) {
+    EXPECT_TRUE(std::isnan(score.accuracy));
+    EXPECT_EQ(score.f[0], 0);
+  }
 }
 
 // A map of the space before the wall at 3 m, known up to `known_y_m`.
@@ -153,6 +156,25 @@ TEST(SurfaceReport, ReadsFilesAndTellsOfBoth) {
   EXPECT_EQ(json["occupancy"]["behind_called_free"], 0);
   EXPECT_NE(SurfaceTable(inputs, metrics, options).find("end cells occupied 100.0 %"),
             std::string::npos);
+}
+
+TEST(SurfaceReport, OfNothingThereAreNoFigures) {
+  const TriangleTree surfaces(WallAtX(3, 1));
+  SurfaceMetrics metrics;
+  metrics.cloud = EvaluateCloud(surfaces, {}, {}, {});
+  metrics.occupancy = EvaluateOccupancy(surfaces, {}, OccupancyMap(0.1), {});
+  const nlohmann::ordered_json json = SurfaceJson({}, metrics, {});
+  EXPECT_EQ(json["cloud"]["rms_m"].dump(), "null");
+  EXPECT_EQ(json["cloud"]["scores"][0]["accuracy"].dump(), "null");
+  EXPECT_EQ(json["cloud"]["scores"][0]["ranges"][0]["completeness"].dump(), "null");
+  EXPECT_EQ(json["cloud"]["scores"][0]["ranges"][0]["f"].dump(), "null");
+  for (const char* key : {"ends_occupied", "ends_occupied_nearby", "passages_known",
+                          "passages_free", "behind_called_free"}) {
+    EXPECT_EQ(json["occupancy"].at(key).dump(), "null") << key;
+  }
+  const std::string table = SurfaceTable({}, metrics, {});
+  EXPECT_NE(table.find("0 points, 0 of them filled, - m RMS"), std::string::npos) << table;
+  EXPECT_NE(table.find("end cells occupied - %"), std::string::npos) << table;
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <Eigen/Geometry>
 #include <cmath>
 #include <functional>
+#include <nlohmann/json.hpp>
 
 #include "apps/evaluation/building_tolerances.h"
 #include "apps/evaluation/map_walls.h"
@@ -210,6 +211,24 @@ TEST(BuildingTolerances, AreThoseOfTheStandards) {
   EXPECT_EQ(LevelOfAccuracy(0.015), "LOA30");
   EXPECT_EQ(LevelOfAccuracy(0.02), "LOA20");
   EXPECT_EQ(LevelOfAccuracy(0.2), "LOA10");
+}
+
+TEST(WallSurvey, OfNoWallsThereAreNoFigures) {
+  const nlohmann::ordered_json json = MapStraightnessJson({}, {})["survey"];
+  for (const char* key : {"lean_median_m", "lean_worst_m", "distance_bound_95_median_m",
+                          "angle_worst_deg", "distance_error_95_m"}) {
+    EXPECT_EQ(json.at(key).dump(), "null") << key;
+  }
+}
+
+TEST(WallSurvey, WallsWithoutDistancesAreOfNoLevelOfAccuracy) {
+  const std::vector<SurveyedPoints> room = Room();
+  const MapStraightness one_wall{std::nullopt, SurveyWalls({room.front()}, kUp, {})};
+  const std::string table = MapStraightnessTable(one_wall, {});
+  EXPECT_NE(table.find("distances 0 between faces, known to +-- mm (95 %, median): -\n"),
+            std::string::npos)
+      << table;
+  EXPECT_NE(table.find("at most - deg off 90"), std::string::npos) << table;
 }
 
 }  // namespace

@@ -1,6 +1,8 @@
 #include "data/simulator/simulation.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <spdlog/fmt/fmt.h>
 
 #include <cmath>
 #include <filesystem>
@@ -10,11 +12,15 @@
 #include "data/error.h"
 #include "data/file.h"
 #include "data/sequence.h"
+#include "tests/testing/temp_folder.h"
 
 namespace slcmap {
 namespace {
 
 namespace fs = std::filesystem;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using testing::MessageOf;
 
 // Paints the frame's number, so that a test can tell which image is where.
 class NumberPainter : public PairRenderer {
@@ -147,11 +153,23 @@ TEST_F(SimulationTest, RefusesWhatMakesNoSense) {
   options_.seed = -1;
   EXPECT_THROW(Run(), ConfigError);
   options_.seed = 1;
-  options_.image_rate_hz = 0;
-  EXPECT_THROW(Run(), ConfigError);
+  options_.seed = int64_t{1} << 32;  // as 0, images would have the noise of another seed
+  EXPECT_THAT(MessageOf<ConfigError>([this] { Run(); }),
+              HasSubstr("--seed: found 4294967296, expected 0 to 4294967295"));
+  options_.seed = 1;
+  for (const double rate_hz : {0.0, 1e-300}) {
+    options_.image_rate_hz = rate_hz;
+    EXPECT_THAT(MessageOf<ConfigError>([this] { Run(); }),
+                HasSubstr(fmt::format("--rate: found {:.6g}, expected 0.01 to 1000", rate_hz)));
+  }
+  options_.image_rate_hz = 0.05;
+  EXPECT_THAT(MessageOf<ConfigError>([this] { Run(); }),
+              HasSubstr("expected at least 20.1 s, which a pair takes at --rate 0.05 Hz"));
   options_.image_rate_hz = 20;
-  options_.from_s = 1000;
-  EXPECT_THROW(Run(), DataError);
+  options_.from_s = 1e300;
+  EXPECT_THAT(MessageOf<ConfigError>([this] { Run(); }),
+              AllOf(HasSubstr("--from: found 1e+300 s, expected less than the "),
+                    HasSubstr("s that the motion lasts")));
   options_.from_s = 0;
   WriteFile(options_.scene, "walls: []\n");
   EXPECT_THROW(Run(), ConfigError);

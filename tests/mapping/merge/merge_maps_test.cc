@@ -196,6 +196,11 @@ TEST(MergeMaps, MapsThatCannotBeMergedAreRefused) {
   MapResult lost = East();
   lost.lines.back().segment = 1;
   EXPECT_THAT(WhyNot(West(), std::move(lost)), HasSubstr("several segments"));
+  MapResult without_lines_behind = East();
+  without_lines_behind.verdict = Verdict{};
+  without_lines_behind.verdict->Add(
+      {VerdictLevel::kDoubtful, kLostReason, "once", "never", "none"});
+  EXPECT_THAT(WhyNot(West(), std::move(without_lines_behind)), HasSubstr("several segments"));
   MapResult pointed = East();
   pointed.lines.back().end_world = pointed.lines.back().start_world;
   EXPECT_THAT(WhyNot(West(), std::move(pointed)), HasSubstr("ends where it starts"));
@@ -287,7 +292,8 @@ TEST(UniteOccupancy, SpaceThatNoBuildingHasIsRefused) {
   const std::string path = folder.Write(
       "huge.bt", std::string("# Octomap OcTree binary file\nid OcTree\nsize 2\nres 0.1\ndata\n") +
                      std::string("\x02\x00", 2));
-  EXPECT_THROW(UniteOccupancy(OccupancyMap(0.1), OccupancyMap::Read(path), {}, {}, 0.05), DataError);
+  EXPECT_THROW(UniteOccupancy(OccupancyMap(0.1), OccupancyMap::Read(path), {}, {}, 0.05),
+               DataError);
 }
 
 TEST(UniteOccupancy, OccupiedFreeAndUnknownAreUnited) {

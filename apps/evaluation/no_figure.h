@@ -1,0 +1,36 @@
+// Figures of nothing, which are no figures: 0 would be a perfect one, or the worst.
+#pragma once
+
+#include <spdlog/fmt/fmt.h>
+
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "data/quantile.h"
+
+namespace slcmap {
+
+// Not a number; null in JSON.
+inline constexpr double kNoFigure = std::numeric_limits<double>::quiet_NaN();
+
+// A part of a whole; of none, no figure.
+inline double ShareOf(double part, double whole) { return whole > 0 ? part / whole : kNoFigure; }
+inline double ShareOf(int64_t part, int64_t whole) {
+  return ShareOf(static_cast<double>(part), static_cast<double>(whole));
+}
+
+// The value below which a share of others lies; of none, no figure.
+inline double QuantileFigure(std::vector<double> values, double share) {
+  return values.empty() ? kNoFigure : Quantile(std::move(values), share);
+}
+
+// For tables: "-" where there is none.
+inline std::string FigureText(double figure, int digits) {
+  return std::isnan(figure) ? "-" : fmt::format("{:.{}f}", figure, digits);
+}
+
+}  // namespace slcmap
