@@ -16,6 +16,7 @@
 #include "apps/verdict_report.h"
 #include "data/checksum.h"
 #include "data/json_file.h"
+#include "data/output_folder.h"
 #include "data/progress.h"
 #include "data/sequence.h"
 #include "data/version.h"
@@ -69,6 +70,9 @@ bool IsKept(const std::string& folder, const char* summary,
     spdlog::debug("{}", error.what());
   }
   std::error_code error;
+  if (!fs::exists(folder, error)) return false;
+  // Of a comparison that was killed the stage may be at work still: that is an error.
+  const InputLock nobody_writes(folder);
   fs::remove_all(folder, error);  // what stays, the stage says
   return false;
 }
@@ -91,7 +95,12 @@ std::string LastLine(const std::string& log_path) {
 
 // How far a stage has come by what it last said of it ("odometry  40 %"): a share.
 double ShareSaid(const std::string& log_path) {
-  const std::string text = ReadFile(log_path);
+  std::string text;
+  try {
+    text = ReadFile(log_path);
+  } catch (const DataError&) {
+    return 0;  // it was removed: the stage goes on without
+  }
   const size_t said = text.rfind(kSaysShare);
   if (said == std::string::npos) return 0;
   return std::strtod(text.c_str() + said + std::strlen(kSaysShare), nullptr) / 100;

@@ -49,7 +49,7 @@ void WarnOfNoPoses(const std::string& folder, const OdometryRun& run) {
 
 void WarnOfImagesWithoutPose(const std::string& folder, const OdometryRun& run) {
   const auto without = run.warnings.find(kImageWithoutPose);
-  if (without == run.warnings.end()) return;
+  if (without == run.warnings.end() || run.states.empty()) return;
   spdlog::warn(
       "{}: {} of {} images have no pose, and are left out: there are poses at images from "
       "{:.3f} to {:.3f} s",
@@ -141,46 +141,56 @@ MapResult NamingConfig(const std::string& config, Build build) {
   }
 }
 
-// The run's own map, which took long to make, is there until it is merged: that may be refused.
+// Beside a folder, named after it; nothing is there.
+std::string FreePlaceBeside(const std::string& folder) {
+  const std::filesystem::path path = std::filesystem::weakly_canonical(folder + "/.");
+  const std::filesystem::path self = path.has_filename() ? path : path.parent_path();
+  std::string place = self.string() + "-unmerged";
+  std::error_code error;
+  for (int i = 2; std::filesystem::exists(std::filesystem::symlink_status(place, error)); ++i) {
+    place = fmt::format("{}-unmerged-{}", self.string(), i);
+  }
+  return place;
+}
+
+// The run's own map, which took long to make, is kept until the merged one is there: merging may be
+// refused, and writing may fail. The place for it is taken before the work begins.
 class UnmergedMap {
  public:
-  UnmergedMap(const std::string& output, const MapResult& map)
-      : folder_(std::filesystem::path(output + "/.").parent_path().string() + "-unmerged") {
-    OutputFolder unmerged(folder_, MapFiles());
-    WriteMapFolder(&unmerged, map);
+  UnmergedMap(const std::string& output, const std::string& into)
+      : into_(into), place_(FreePlaceBeside(output), MapFiles()) {
+    place_.Open();
   }
 
-  void Remove() const {
-    std::error_code error;  // what else lies there stays
-    for (const std::string& name : MapFiles().names) {
-      std::filesystem::remove_all(folder_ + "/" + name, error);
-    }
-    std::filesystem::remove(folder_, error);
-  }
-
-  void Report(const std::string& into) const {
+  ~UnmergedMap() {
+    if (!is_written_) return;
     spdlog::warn("{}: the run's own map is kept there; slcmap merge {} {} takes it, with --at too",
-                 folder_, into, folder_);
+                 place_.path(), into_, place_.path());
+  }
+
+  void Write(const MapResult& map) {
+    WriteMapFolder(&place_, map);
+    is_written_ = true;
+  }
+
+  void Remove() {
+    is_written_ = false;
+    std::error_code error;
+    for (const std::string& name : MapFiles().names) {
+      std::filesystem::remove_all(place_.path() + "/" + name, error);
+    }
   }
 
  private:
-  const std::string folder_;
+  const std::string into_;
+  OutputFolder place_;  // removes the folder where it is empty in the end
+  bool is_written_ = false;
 };
 
-MapResult MergedInto(MapResult other, MapResult map, const MapArguments& arguments,
-                     const std::string& output) {
-  const UnmergedMap unmerged(output, map);
-  try {
-    if (Interrupted()) throw StoppedError("interrupted");
-    MapResult merged =
-        MergeStage(std::move(other), std::move(map), arguments.input, arguments.at,
-                   OptionsOfMerging(arguments.config, arguments.into), StageProgress("merge"));
-    unmerged.Remove();
-    return merged;
-  } catch (const Error&) {
-    unmerged.Report(arguments.into);
-    throw;
-  }
+MapResult MergedInto(MapResult other, MapResult map, const MapArguments& arguments) {
+  if (Interrupted()) throw StoppedError("interrupted");
+  return MergeStage(std::move(other), std::move(map), arguments.input, arguments.at,
+                    OptionsOfMerging(arguments.config, arguments.into), StageProgress("merge"));
 }
 
 }  // namespace
@@ -198,6 +208,8 @@ MapResult RunMapStage(const MapArguments& arguments, const MappingOptions& optio
   std::optional<MapResult> other = OtherMap(arguments, run);
   if (run.source) RefuseInputs(output->path(), {run.source->sequence});
   output->Open();
+  std::optional<UnmergedMap> unmerged;
+  if (other) unmerged.emplace(output->path(), arguments.into);
   const Progress progress = StageProgress("map");
   const auto given = AdjustGiven(arguments, options.given_poses, &run, progress.Part(0, kAdjusted));
   const auto images = ImagesOfRevisits(arguments, options.adjustment, run);
@@ -211,8 +223,12 @@ MapResult RunMapStage(const MapArguments& arguments, const MappingOptions& optio
   });
   map.adjustment = adjusted.figures;
   map.given_poses = given;
-  if (other) map = MergedInto(std::move(*other), std::move(map), arguments, output->path());
+  if (other) {
+    unmerged->Write(map);
+    map = MergedInto(std::move(*other), std::move(map), arguments);
+  }
   map.id = WriteMapFolder(output, map);
+  if (unmerged) unmerged->Remove();
   spdlog::info(
       "wrote {}: {} poses, {} points of {} landmarks, {} lines, {} occupied voxels of {} m",
       output->path(), map.trajectory.size(), map.points.size(), adjusted.run.landmarks.size(),

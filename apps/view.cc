@@ -60,7 +60,7 @@ void ViewMap(ViewArguments arguments) {
   const std::string page_template = ReadPageTemplate();
   const MapResult map = ReadMapToShow(arguments.map, arguments.accept_changed);
   if (arguments.page.title.empty()) arguments.page.title = TitleOfMap(arguments.map);
-  const MadeFolder folder(std::filesystem::absolute(arguments.output).parent_path());
+  const MadeFolder folder(std::filesystem::absolute(LinkTarget(arguments.output)).parent_path());
   const Progress progress = StageProgress("view");
   std::vector<PageImage> images;
   if (arguments.images) {

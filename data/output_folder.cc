@@ -9,6 +9,7 @@
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
+#include <string_view>
 
 #include "data/error.h"
 #include "data/file.h"
@@ -24,6 +25,13 @@ constexpr char kAside[] = "previous-";
 
 [[noreturn]] void FailOutput(const std::string& path, const char* what, const std::string& why) {
   throw OutputError(fmt::format("{}: {}: {}", path, what, why));
+}
+
+// Whether a folder is named as MoveAside() names them.
+bool IsAside(const std::string& name) {
+  const std::size_t length = std::string_view(kAside).size();
+  return name.starts_with(kAside) && name.size() > length &&
+         name.find_first_not_of("0123456789", length) == name.npos;
 }
 
 // Calls a function of std::filesystem that reports by an error code.
@@ -141,7 +149,7 @@ void RefuseReplaced(const std::string& path, const StageFiles& files,
                     const std::vector<std::string>& inputs) {
   std::vector<std::string> replaced = files.names;
   for (const std::string& name : NamesIn(path)) {
-    if (name.starts_with(kAside) || name == kStaging) replaced.push_back(name);
+    if (IsAside(name) || name == kStaging) replaced.push_back(name);
   }
   for (const std::string& name : replaced) {
     const std::string there = path + "/" + name;
@@ -271,7 +279,7 @@ std::string OutputFolder::MoveAside() {
 
 void OutputFolder::RemoveAside() {
   for (const std::string& name : NamesIn(path_)) {
-    if (!name.starts_with(kAside)) continue;
+    if (!IsAside(name)) continue;
     const std::string aside = path_ + "/" + name;
     if (!HasIntactResults(aside, files_.result)) continue;  // the user's, or the last of their kind
     RemoveNames(aside, files_.names);

@@ -14,9 +14,6 @@ namespace slcmap {
 inline constexpr char kChangedSince[] =
     "written by another run or changed since; --accept-changed takes it";
 
-// What to do with files that are not as the stage wrote them. Their values are checked in any case.
-enum class ChangedFiles { kRefuse, kAccept };
-
 // The list of those files in the folder, for a summary's key "files". Throws DataError.
 Json ListFiles(const std::string& folder, const std::vector<std::string>& names);
 

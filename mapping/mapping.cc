@@ -32,6 +32,7 @@ constexpr double kFusedUntil = 0.02, kFilteredUntil = 0.05, kDenseUntil = 0.45, 
 constexpr double kAgreementUntil = 0.05, kSightsUntil = 0.1, kAxes = 0.3;  // of the lines' part
 constexpr char kImageUnreadable[] = "images_unreadable", kPosesDisagree[] = "poses_disagree";
 constexpr double kMaxPoseError_px = 3, kMinPointsFound = 0.2;
+constexpr size_t kLeastViewsOfRun = 10;
 
 // Poses by anyone may be of another recording, frame or unit, and a run's images may have changed
 // since.
@@ -51,8 +52,10 @@ MapLineOptions LineOptionsFor(const OdometryRun& run, const RecordedViews& recor
   const bool are_given = run.method == kGivenPoses;
   const auto agreement = MeasurePoseAgreement(recorded.views, *recorded.images, progress);
   if (!agreement) {
-    if (are_given && recorded.views.size() > 1 && progress.Report(1)) {
-      WarnOfPoses("no two views see the same by their poses", are_given, warnings);
+    // A run that hardly moved has few views, none of which tells of another.
+    const size_t least = are_given ? 2 : kLeastViewsOfRun;
+    if (recorded.views.size() >= least && progress.Report(1)) {
+      WarnOfPoses("no two views see points in common by their poses", are_given, warnings);
     }
     return options;
   }

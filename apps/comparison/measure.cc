@@ -287,8 +287,10 @@ class SequenceMeasurer {
     result_.truth_is_floor =
         std::all_of(deciding.begin(), deciding.end(), [&](const Trajectory* trajectory) {
           progress.ReportOrStop(0.9);
-          return RetriangulateEdges(reference_->observations.edges, *trajectory, options_.edges)
-                     .thickness_m >= with_truth_->edges.thickness_m;
+          const double thickness_m =
+              RetriangulateEdges(reference_->observations.edges, *trajectory, options_.edges)
+                  .thickness_m;
+          return !(thickness_m < with_truth_->edges.thickness_m);  // none where nothing was placed
         });
   }
 

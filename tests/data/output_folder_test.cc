@@ -206,6 +206,19 @@ TEST_F(OutputFolderTest, WhatIsDamagedIsKeptAside) {
   }
 }
 
+TEST_F(OutputFolderTest, OnlyFoldersThatItMovedAsideAreRemoved) {
+  temp_.Write("out/map.json", kComplete);
+  for (const char* name : {"previous-1", "previous-", "previous-best", "previous-1b"}) {
+    temp_.Write("out/" + std::string(name) + "/map.json", kComplete);
+  }
+  OutputFolder output(path_, kMap);
+  Write(&output, kComplete, true);
+  EXPECT_FALSE(fs::exists(path_ + "/previous-1"));
+  for (const char* name : {"previous-", "previous-best", "previous-1b"}) {
+    EXPECT_TRUE(fs::exists(path_ + "/" + name + "/map.json")) << name;
+  }
+}
+
 TEST_F(OutputFolderTest, InputsThatWouldBeReplacedOrRemovedAreRefused) {
   temp_.Write("out/map.json", kComplete);
   fs::create_symlink(temp_.Write("out/points.ply", "an input"), temp_.Path("link.ply"));

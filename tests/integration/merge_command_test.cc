@@ -126,7 +126,14 @@ TEST_F(MergeCommand, MapIntoIsChecked) {
   EXPECT_FALSE(std::filesystem::exists(Path("out")));
   // Not lost with the merge.
   EXPECT_THAT(merged.error, HasSubstr("out-unmerged: the run's own map is kept there"));
-  EXPECT_EQ(ReadMapFolder(Path("out-unmerged")).source.run_id, ReadRunFolder(Path("run")).id);
+  const std::string run_id = ReadRunFolder(Path("run")).id;
+  EXPECT_EQ(ReadMapFolder(Path("out-unmerged")).source.run_id, run_id);
+  // Nor is it with the next one, which may take it for the map to merge into.
+  const std::string kept = ReadFile(Path("out-unmerged/map.json"));
+  ExpectError(RunSlcmap(map + "--into " + Path("out-unmerged")), 1, "in the map already");
+  EXPECT_THAT(RunSlcmap(map + "--into " + Path("a")).error, HasSubstr("out-unmerged-2: the run's"));
+  EXPECT_EQ(ReadFile(Path("out-unmerged/map.json")), kept);
+  EXPECT_EQ(ReadMapFolder(Path("out-unmerged-2")).source.run_id, run_id);
 }
 
 TEST_F(MergeCommand, MapsOfTheSamePosesAreNotUnited) {
