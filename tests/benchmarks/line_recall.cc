@@ -5,6 +5,7 @@
 //
 // With FOLDER: missed.csv, the places of clearly seen edges every 5 cm with the distance of the
 // nearest line and mark, and wrong.csv, places on lines that no edge is near, to be drawn.
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>
@@ -16,7 +17,6 @@
 
 #include "apps/evaluation/clear_edges.h"
 #include "apps/evaluation/line_metrics.h"
-#include "apps/evaluation/seen_surfaces.h"
 #include "apps/evaluation/segment_index.h"
 #include "apps/evaluation/trajectory_metrics.h"
 #include "data/calibration.h"
@@ -32,8 +32,8 @@ const std::map<LineAxis, const char*> kAxisNames = {{LineAxis::kX, "X or Y"},
                                                     {LineAxis::kSloped, "sloped"},
                                                     {LineAxis::kNone, "no axis"}};
 
-constexpr double kStep_m = 0.05, kFar_m = 0.2, kMaxAngle_rad = 0.17;
-constexpr std::array<double, 4> kTolerances_m = {0.02, 0.05, 0.1, kFar_m};
+constexpr double kStep_m = 0.05, kNear_m = 0.05, kFar_m = 0.2, kMaxAngle_rad = 0.17;
+constexpr std::array<double, 4> kTolerances_m = {0.02, kNear_m, 0.1, kFar_m};
 
 std::string ClassOf(const PlySegment& segment, int64_t axis) {
   if (axis == 2) return "vertical";
@@ -135,7 +135,7 @@ void Measure(const std::string& map, const std::string& sequence, const std::str
     for (const PlySegment& part : ClearlySeen(edges, surfaces, true_poses, rig, {})) {
       Walk(part, [&](const Eigen::Vector3d& p, const Eigen::Vector3d& d, double step_m) {
         const double line_m = DistanceTo(line_index, p, d), mark_m = DistanceTo(mark_index, p, d);
-        lengths.Add(step_m, line_m, line_m > 0.05 && mark_m <= 0.05);
+        lengths.Add(step_m, line_m, line_m > kNear_m && mark_m <= kNear_m);
         missed << name << ',' << p.x() << ',' << p.y() << ',' << p.z() << ',' << d.x() << ','
                << d.y() << ',' << d.z() << ',' << line_m << ',' << mark_m << '\n';
       });
