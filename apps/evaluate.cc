@@ -263,7 +263,7 @@ Json EvaluateStraightness(const EvaluateArguments& arguments) {
   if (!arguments.lines.true_edges.empty()) truth.edges = ReadTrueEdges(arguments.lines.true_edges);
   OdometryRun run = AtOnce([&] { return ReadRunFolder(arguments.observations); });
   RefuseOtherRecording(arguments, run, estimate, truth.trajectory);
-  const Trajectory final_poses = RefineTrajectory(run.states, run.keyframes, &run.warnings);
+  const Trajectory final_poses = RefineTrajectory(run, &run.warnings);
   const StraightnessReference reference = MakeReference(run, final_poses, {&estimate}, truth,
                                                         options, progress.Part(0, kReferenceMade));
   const Straightness with_truth = MeasureStraightness(

@@ -179,7 +179,7 @@ MapResult BuildMap(const OdometryRun& run, const RecordedViews* recorded,
     stopped = stopped || !progress.Report(done);
     return !stopped;
   });
-  map.trajectory = RefineTrajectory(run.states, run.keyframes, &map.warnings);
+  map.trajectory = RefineTrajectory(run, &map.warnings);
   map.keyframes = KeyframeTrajectory(run.keyframes);
   map.points = FuseLandmarks(SelectLandmarks(run.landmarks, options.cloud), options.cloud,
                              watched.Part(0, kFusedUntil));

@@ -156,34 +156,34 @@ std::optional<RigidTransform> PoseOfImage(const Trajectory& trajectory, int64_t 
   return std::nullopt;
 }
 
-// The states from the first keyframe of their segment to its last.
-std::vector<OnlineState> StatesAmongKeyframes(const OdometryRun& run) {
-  std::map<int, std::pair<int64_t, int64_t>> spans_ns;  // by segment
-  for (const Keyframe& keyframe : run.keyframes) {
+using StampSpan = std::pair<int64_t, int64_t>;  // first and last
+
+std::map<int, StampSpan> SpansOfSegments(const std::vector<Keyframe>& keyframes) {
+  std::map<int, StampSpan> spans_ns;
+  for (const Keyframe& keyframe : keyframes) {
     const int64_t stamp_ns = keyframe.stamp_ns;
     const auto [span, is_new] = spans_ns.try_emplace(keyframe.segment, stamp_ns, stamp_ns);
     span->second.first = std::min(span->second.first, stamp_ns);
     span->second.second = std::max(span->second.second, stamp_ns);
   }
-  std::vector<OnlineState> among;
-  for (const OnlineState& state : run.states) {
-    const auto span = spans_ns.find(state.segment);
-    if (span == spans_ns.end()) continue;
-    const auto [first_ns, last_ns] = span->second;
-    if (state.stamp_ns >= first_ns && state.stamp_ns <= last_ns) among.push_back(state);
-  }
-  return among;
+  return spans_ns;
 }
 
-// Keyframes are at their own poses to the last bit, those from before odometry's first state too;
-// between them the others' are interpolated.
+// The states from the first keyframe of their segment to its last. Keyframes are at their own poses
+// to the last bit, those from before odometry's first state too.
 Views FramesOfRun(const OdometryRun& run) {
-  const std::vector<OnlineState> states = StatesAmongKeyframes(run);
+  const std::map<int, StampSpan> spans_ns = SpansOfSegments(run.keyframes);
   std::map<std::string, int64_t> counted_elsewhere;
-  const Trajectory refined = RefineTrajectory(states, run.keyframes, &counted_elsewhere);
+  const Trajectory refined = RefineTrajectory(run, &counted_elsewhere);
   std::map<std::pair<int, int64_t>, RigidTransform> poses;  // by segment and stamp
-  for (size_t i = 0; i < states.size(); ++i) {
-    poses[{states[i].segment, states[i].stamp_ns}] = refined[i].T_world_imu;
+  for (size_t i = 0; i < refined.size(); ++i) {
+    const int segment = run.states[i].segment;
+    const auto span = spans_ns.find(segment);
+    if (span == spans_ns.end()) continue;
+    const auto [first_ns, last_ns] = span->second;
+    const int64_t stamp_ns = refined[i].stamp_ns;
+    if (stamp_ns < first_ns || stamp_ns > last_ns) continue;
+    poses[{segment, stamp_ns}] = refined[i].T_world_imu;
   }
   for (const Keyframe& keyframe : run.keyframes) {
     poses[{keyframe.segment, keyframe.stamp_ns}] = keyframe.T_world_imu;

@@ -90,13 +90,13 @@ void Measure(const std::string& folder, double duration_s, const AdjustmentOptio
   }
   for (const OnlineState& state : run.states) online.push_back({state.stamp_ns, state.T_world_imu});
   std::map<std::string, int64_t> warnings;
-  const Trajectory window = RefineTrajectory(run.states, run.keyframes, &warnings);
+  const Trajectory window = RefineTrajectory(run, &warnings);
   const RenderedViews views(task, run, &renderer);
   const std::clock_t start = std::clock();
   const AdjustmentResult result = Adjust(run, options, with_images ? &views : nullptr);
   const double spent_s = static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
   Apply(result, &run);
-  const Trajectory adjusted = RefineTrajectory(run.states, run.keyframes, &warnings);
+  const Trajectory adjusted = RefineTrajectory(run, &warnings);
   const AdjustmentFigures& f = result.figures;
   std::printf(
       "%ld keyframes, %ld points, %ld lines, %d iterations; %ld closures, %ld taken back, %ld "

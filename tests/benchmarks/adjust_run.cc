@@ -55,7 +55,7 @@ void Measure(const std::string& folder, const std::string& truth_path,
   Trajectory online;
   for (const OnlineState& state : run.states) online.push_back({state.stamp_ns, state.T_world_imu});
   std::map<std::string, int64_t> warnings;
-  const Trajectory window = RefineTrajectory(run.states, run.keyframes, &warnings);
+  const Trajectory window = RefineTrajectory(run, &warnings);
   RecordedViews views;
   if (!sequence.empty()) views = ViewsOfRun(run, sequence);
   const double start_s = CpuSeconds();
@@ -66,7 +66,7 @@ void Measure(const std::string& folder, const std::string& truth_path,
   if (result.calibration) PrintCalibration("adjusted", *result.calibration);
   PrintFigures(result.figures);
   Apply(result, &run);
-  const Trajectory adjusted = RefineTrajectory(run.states, run.keyframes, &warnings);
+  const Trajectory adjusted = RefineTrajectory(run, &warnings);
   if (!written.empty()) WriteTumTrajectory(written, adjusted);
   const double length_s = ToSeconds(run.states.back().stamp_ns - run.states.front().stamp_ns);
   if (truth_path.empty()) return;

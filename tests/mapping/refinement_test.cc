@@ -17,7 +17,7 @@ constexpr char kNotRefined[] =
 // Expects a number of poses that could not be refined.
 Trajectory Refine(const OdometryRun& run, int64_t not_refined = 0) {
   std::map<std::string, int64_t> warnings;
-  const Trajectory trajectory = RefineTrajectory(run.states, run.keyframes, &warnings);
+  const Trajectory trajectory = RefineTrajectory(run, &warnings);
   EXPECT_EQ(warnings.contains(kNotRefined) ? warnings.at(kNotRefined) : 0, not_refined);
   return trajectory;
 }
@@ -63,13 +63,16 @@ TEST(Refinement, SegmentsAreCorrectedByTheirOwnKeyframes) {
 }
 
 TEST(Refinement, WithoutKeyframesNothingChanges) {
-  const OdometryRun run = testing::MakeWallRun();
+  OdometryRun run = testing::MakeWallRun();
+  run.keyframes.clear();
   std::map<std::string, int64_t> warnings;
-  const Trajectory refined = RefineTrajectory(run.states, {}, &warnings);
+  const Trajectory refined = RefineTrajectory(run, &warnings);
   EXPECT_EQ(refined.back().T_world_imu.translation, run.states.back().T_world_imu.translation);
   EXPECT_EQ(warnings.at(kNotRefined), std::ssize(run.states));
+  run = testing::MakeWallRun();
+  run.states.clear();
   warnings.clear();
-  EXPECT_TRUE(RefineTrajectory({}, run.keyframes, &warnings).empty());
+  EXPECT_TRUE(RefineTrajectory(run, &warnings).empty());
   EXPECT_TRUE(warnings.empty());
 }
 

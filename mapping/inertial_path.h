@@ -1,0 +1,44 @@
+// The way between two keyframes as the IMU tells it.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "data/trajectory.h"
+#include "odometry/imu/imu_buffer.h"
+#include "odometry/run.h"
+
+namespace slcmap {
+
+// A run's IMU for integration between poses that are already known well.
+//
+// Between keyframes some tenths of a second apart the IMU tells the way to a tenth of a millimetre
+// once both ends are given: the speed at the start and the gyroscope's bias follow from them. What
+// is left is a specific force that is off by a constant (the accelerometer's bias, the tilt): it
+// bends the way by b (t - t_0) (t - t_1) / 2, which is nothing over a short time and too much over
+// a long one. There the poses that odometry had between them tell it.
+class InertialPath {
+ public:
+  explicit InertialPath(const OdometryRun& run);
+
+  // Replaces the poses between the first and the last of `path`, which are those of two keyframes
+  // and stay; the others are what is known without the IMU. All are T_world_imu with z up, stamps
+  // are on the camera's clock and rise. `biases` is an online state near them. False, and nothing
+  // is changed, where the IMU does not tell the way: the keyframes are too far apart in time, or
+  // samples are missing.
+  bool Follow(const OnlineState& biases, Trajectory* path) const;
+
+ private:
+  // Poses and speeds at the stamps, starting at the first pose at rest; none where samples are
+  // missing.
+  std::optional<Trajectory> Integrate(const OnlineState& biases, const Trajectory& path) const;
+
+  // The IMU's true frame in that of the poses: samples are in the latter, biases in the former.
+  Eigen::Quaterniond R_given_true_ = Eigen::Quaterniond::Identity();
+  ImuBuffer imu_;
+  ImuNoise noise_;
+  int64_t clock_ahead_ns_ = 0;  // of the IMU, against the camera's
+};
+
+}  // namespace slcmap
