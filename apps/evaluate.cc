@@ -45,6 +45,7 @@ struct EvaluateArguments {
   PipeInputs pipes;
   std::string observations;  // a run folder
   std::string map;           // a map folder
+  bool accept_changed = false;
   std::string json, plots;
   TrajectoryMetricOptions options;
   LineMetricOptions line_options;
@@ -261,7 +262,9 @@ Json EvaluateStraightness(const EvaluateArguments& arguments) {
   const Trajectory estimate = ReadTrajectory(arguments.inputs.estimate);
   KnownTruth truth{ReadTrajectory(arguments.inputs.truth), {}};
   if (!arguments.lines.true_edges.empty()) truth.edges = ReadTrueEdges(arguments.lines.true_edges);
-  OdometryRun run = AtOnce([&] { return ReadRunFolder(arguments.observations); });
+  OdometryRun run = AtOnce([&] {
+    return ReadRunFolder(arguments.observations, {.accept_changed = arguments.accept_changed});
+  });
   RefuseOtherRecording(arguments, run, estimate, truth.trajectory);
   const Trajectory final_poses = RefineTrajectory(run, &run.warnings);
   const StraightnessReference reference = MakeReference(run, final_poses, {&estimate}, truth,
@@ -279,9 +282,10 @@ Json EvaluateStraightness(const EvaluateArguments& arguments) {
           {"truth", StraightnessJson(with_truth, nullptr, options)}};
 }
 
-Json EvaluateMapStraightness(const std::string& folder) {
+Json EvaluateMapStraightness(const std::string& folder, bool accept_changed) {
   const StraightnessOptions options;
-  const MapResult map = AtOnce([&] { return ReadMapFolder(folder); });
+  const MapResult map =
+      AtOnce([&] { return ReadMapFolder(folder, {.accept_changed = accept_changed}); });
   const MapStraightness straightness =
       MeasureMapStraightness(map.building, map.dense, options, StageProgress("walls"));
   std::printf("\nwalls of %s, by its points of stereo depth\n%s", folder.c_str(),
@@ -340,7 +344,9 @@ void Evaluate(EvaluateArguments arguments) {
       json["pipes"] = EvaluatePipeMap(arguments.pipes, metrics.absolute.front().alignment);
     }
     if (!arguments.observations.empty()) json["straightness"] = EvaluateStraightness(arguments);
-    if (!arguments.map.empty()) json["map"] = EvaluateMapStraightness(arguments.map);
+    if (!arguments.map.empty()) {
+      json["map"] = EvaluateMapStraightness(arguments.map, arguments.accept_changed);
+    }
   } catch (const StoppedError& error) {
     json["partial_reason"] = error.what();
     WriteResults(arguments, metrics, json);
@@ -408,6 +414,9 @@ void AddEvaluateCommand(CLI::App& app) {
       "with the estimate's poses");
   command->add_option("--map", arguments->map,
                       "Map folder, made from images: measure how flat and straight its walls are");
+  command->add_flag("--accept-changed", arguments->accept_changed,
+                    "Also take files of the run and the map that are not as they were written; "
+                    "values are checked in any case");
   command->callback([=] {
     if (true_edges->count() > 0 && lines->count() + observations->count() == 0) {
       throw CLI::RequiresError("--true-edges", "--lines or --observations");

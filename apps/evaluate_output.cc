@@ -2,13 +2,10 @@
 
 #include <spdlog/fmt/fmt.h>
 
-#include <algorithm>
 #include <filesystem>
 
 #include "data/error.h"
-#include "export/export.h"
-#include "mapping/map_folder.h"
-#include "odometry/run_folder.h"
+#include "data/stage_summary.h"
 
 namespace slcmap {
 namespace {
@@ -20,19 +17,11 @@ bool IsThere(const fs::path& path) {
   return fs::exists(path, error);
 }
 
-// A stage leaves more than its summary: a file of that name alone may be anything.
-bool IsOf(const StageFiles& stage, const fs::path& folder) {
-  const auto is_there = [&](const std::string& name) { return IsThere(folder / name); };
-  return is_there(stage.names.front()) &&
-         std::any_of(stage.names.begin() + 1, stage.names.end(), is_there);
-}
-
 // What lies in a folder that a stage wrote, or a recorder; "" in any other.
 std::string ContentOf(const fs::path& folder) {
-  for (const StageFiles& stage : {RunFiles(), MapFiles(), ExportFiles()}) {
-    if (IsOf(stage, folder)) return stage.result;
+  for (const StageMark& mark : StageMarks()) {
+    if (IsOwn(StateOf(folder.string(), mark))) return mark.result;
   }
-  if (IsThere(folder / "journal" / "header.json")) return "a run";  // that is not finished
   const bool is_recording = IsThere(folder / "cam0" / "data.csv") ||
                             IsThere(folder / "cam0" / "data") || IsThere(folder / "mav0" / "cam0");
   return is_recording ? "a recording" : "";

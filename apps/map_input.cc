@@ -7,6 +7,7 @@
 
 #include "apps/commands.h"
 #include "data/error.h"
+#include "data/file.h"
 #include "mapping/map_folder.h"
 #include "mapping/merge/merge_maps.h"
 #include "odometry/run_folder.h"
@@ -16,8 +17,7 @@ namespace {
 
 // As `slcmap run` lays folders out, the run of a map is beside it.
 void RefuseOutdated(const std::string& folder, const MapResult& map) {
-  const std::filesystem::path path = std::filesystem::weakly_canonical(folder + "/.");
-  const std::filesystem::path self = path.has_filename() ? path : path.parent_path();
+  const std::filesystem::path self = FolderItself(folder);
   if (self.filename() != "map") return;  // not laid out as `run` does it
   const std::string run = self.parent_path() / "run";
   const std::string found = RunIdIn(run);

@@ -11,6 +11,7 @@
 #include "apps/merge_stage.h"
 #include "apps/progress.h"
 #include "data/calibration.h"
+#include "data/file.h"
 #include "data/trajectory.h"
 #include "data/version.h"
 #include "data/warnings.h"
@@ -143,12 +144,11 @@ MapResult NamingConfig(const std::string& config, Build build) {
 
 // Beside a folder, named after it; nothing is there.
 std::string FreePlaceBeside(const std::string& folder) {
-  const std::filesystem::path path = std::filesystem::weakly_canonical(folder + "/.");
-  const std::filesystem::path self = path.has_filename() ? path : path.parent_path();
-  std::string place = self.string() + "-unmerged";
+  const std::string self = FolderItself(folder);
+  std::string place = self + "-unmerged";
   std::error_code error;
   for (int i = 2; std::filesystem::exists(std::filesystem::symlink_status(place, error)); ++i) {
-    place = fmt::format("{}-unmerged-{}", self.string(), i);
+    place = fmt::format("{}-unmerged-{}", self, i);
   }
   return place;
 }
@@ -175,10 +175,7 @@ class UnmergedMap {
 
   void Remove() {
     is_written_ = false;
-    std::error_code error;
-    for (const std::string& name : MapFiles().names) {
-      std::filesystem::remove_all(place_.path() + "/" + name, error);
-    }
+    place_.Clear();
   }
 
  private:

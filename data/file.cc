@@ -87,6 +87,11 @@ void ReplaceFile(const std::string& path, std::string_view bytes) {
   throw OutputError(fmt::format("{}: cannot be replaced: {}", path, error.message()));
 }
 
+std::string FolderItself(const std::string& path) {
+  const fs::path canonical = fs::weakly_canonical(path + "/.");
+  return canonical.has_filename() ? canonical : canonical.parent_path();
+}
+
 void MakeFolder(const std::string& path) {
   std::error_code error;
   fs::create_directories(path, error);

@@ -27,6 +27,9 @@ std::string NoFileAt(const std::string& path);
 // file, as a pipe or a device.
 void ReplaceFile(const std::string& path, std::string_view bytes);
 
+// The path of a folder, there or not, in full: without links, "." and a slash at its end.
+std::string FolderItself(const std::string& path);
+
 // Makes a folder and those above it. Throws OutputError where that fails.
 void MakeFolder(const std::string& path);
 

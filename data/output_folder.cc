@@ -258,6 +258,11 @@ void OutputFolder::Commit(bool complete) {
   if (complete) RemoveAside();
 }
 
+void OutputFolder::Clear() {
+  Open();
+  RemoveNames(path_, files_.names);
+}
+
 std::string OutputFolder::MoveAside() {
   Open();
   std::string aside;

@@ -26,28 +26,28 @@ constexpr double kFirstGraduation = 8;  // of the closures' loss
 void RejectPointOutliers(const AdjustmentOptions& options, const AdjustmentModel& model,
                          AdjustmentState* state, AdjustmentFigures* figures) {
   for (AdjustedPoint& point : state->points) {
-    std::erase_if(point.sightings, [&](PointSighting& sighting) {
-      const AdjustmentTerm term = PointTerm(point, sighting, *state, model);
+    std::erase_if(point.observations, [&](AdjustedPointObservation& observation) {
+      const AdjustmentTerm term = PointTerm(point, observation, *state, model);
       const double left = Chi2OfLeft(term);
       if (left > options.max_point_chi2) return true;
       if (Chi2(term) - left > options.max_point_chi2) {
-        sighting.measurement.right.reset();
+        observation.measurement.right.reset();
         ++figures->rejected_point_observations;
       }
       return false;
     });
-    if (std::ssize(point.sightings) < options.min_point_keyframes) point.sightings.clear();
+    if (std::ssize(point.observations) < options.min_point_keyframes) point.observations.clear();
   }
 }
 
 void RejectLineOutliers(const AdjustmentOptions& options, const AdjustmentModel& model,
                         AdjustmentState* state) {
   for (AdjustedLine& line : state->lines) {
-    std::erase_if(line.sightings, [&](LineSighting& sighting) {
-      const AdjustmentTerm term = LineTerm(line, sighting, 1, *state, model);
+    std::erase_if(line.observations, [&](AdjustedLineObservation& observation) {
+      const AdjustmentTerm term = LineTerm(line, observation, 1, *state, model);
       const double left = Chi2OfLeft(term);
       if (left > options.max_line_chi2) return true;
-      if (Chi2(term) - left > options.max_line_chi2) sighting.measurement.right.reset();
+      if (Chi2(term) - left > options.max_line_chi2) observation.measurement.right.reset();
       return false;
     });
   }
@@ -62,19 +62,19 @@ double ScatterOf(std::vector<double> chi2) {
 }
 
 template <typename Landmarks>
-std::pair<int64_t, int64_t> CountWithSightings(const Landmarks& landmarks) {
-  int64_t with = 0, sightings = 0;
+std::pair<int64_t, int64_t> CountWithObservations(const Landmarks& landmarks) {
+  int64_t with = 0, observations = 0;
   for (const auto& landmark : landmarks) {
-    with += !landmark.sightings.empty();
-    sightings += std::ssize(landmark.sightings);
+    with += !landmark.observations.empty();
+    observations += std::ssize(landmark.observations);
   }
-  return {with, sightings};
+  return {with, observations};
 }
 
 void Count(const AdjustmentState& state, AdjustmentFigures* figures) {
   figures->keyframes = std::ssize(state.frames);
-  std::tie(figures->points, figures->point_observations) = CountWithSightings(state.points);
-  std::tie(figures->lines, figures->line_observations) = CountWithSightings(state.lines);
+  std::tie(figures->points, figures->point_observations) = CountWithObservations(state.points);
+  std::tie(figures->lines, figures->line_observations) = CountWithObservations(state.lines);
 }
 
 // How each keyframe moved: where those landmarks go that the adjustment knows nothing of.
@@ -94,7 +94,7 @@ void MoveLandmarks(const OdometryRun& run, const AdjustmentState& state, Adjustm
   }
   std::map<int64_t, Vector3d> adjusted;
   for (const AdjustedPoint& point : state.points) {
-    if (point.sightings.empty() || !(point.block[2] > 0)) continue;
+    if (point.observations.empty() || !(point.block[2] > 0)) continue;
     adjusted[point.landmark->id] = PointInWorld(point, state);
   }
   for (Landmark landmark : run.landmarks) {
@@ -122,7 +122,7 @@ void MoveLines(const OdometryRun& run, const AdjustmentState& state, AdjustmentR
   for (size_t k = 0; k < run.keyframes.size(); ++k) index_of[run.keyframes[k].id] = k;
   std::map<int64_t, const AdjustedLine*> adjusted;
   for (const AdjustedLine& line : state.lines) {
-    if (!line.sightings.empty()) adjusted[line.line->id] = &line;
+    if (!line.observations.empty()) adjusted[line.line->id] = &line;
   }
   for (Line line : run.lines) {
     const auto seen = index_of.find(line.last_keyframe);
@@ -160,13 +160,13 @@ class Adjustment {
   void MeasureScatter() {
     std::vector<double> of_points, of_lines;
     for (const AdjustedPoint& point : state_.points) {
-      for (const PointSighting& sighting : point.sightings) {
-        of_points.push_back(Chi2OfLeft(PointTerm(point, sighting, state_, model_)));
+      for (const AdjustedPointObservation& observation : point.observations) {
+        of_points.push_back(Chi2OfLeft(PointTerm(point, observation, state_, model_)));
       }
     }
     for (const AdjustedLine& line : state_.lines) {
-      for (const LineSighting& sighting : line.sightings) {
-        of_lines.push_back(Chi2OfLeft(LineTerm(line, sighting, 1, state_, model_)));
+      for (const AdjustedLineObservation& observation : line.observations) {
+        of_lines.push_back(Chi2OfLeft(LineTerm(line, observation, 1, state_, model_)));
       }
     }
     const auto apply = [&](double scatter, StereoGeometry* geometry) {
@@ -177,12 +177,12 @@ class Adjustment {
   }
 
   void Reject() {
-    const int64_t points = CountWithSightings(state_.points).second;
-    const int64_t lines = CountWithSightings(state_.lines).second;
+    const int64_t points = CountWithObservations(state_.points).second;
+    const int64_t lines = CountWithObservations(state_.lines).second;
     RejectPointOutliers(options_, model_, &state_, &figures_);
     RejectLineOutliers(options_, model_, &state_);
-    figures_.rejected_point_observations += points - CountWithSightings(state_.points).second;
-    figures_.rejected_line_observations += lines - CountWithSightings(state_.lines).second;
+    figures_.rejected_point_observations += points - CountWithObservations(state_.points).second;
+    figures_.rejected_line_observations += lines - CountWithObservations(state_.lines).second;
   }
 
   // What is known of the calibration, and which of its numbers are taken to be as given.

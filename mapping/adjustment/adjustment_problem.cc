@@ -97,12 +97,12 @@ void AddLineTerms(const AdjustmentOptions& options, const AdjustmentModel& model
                               share.block);
   }
   for (const AdjustedLine& line : state.lines) {
-    if (line.sightings.empty()) continue;
+    if (line.observations.empty()) continue;
     if (!line.exact) problem->AddParameterBlock(line.block, kGeneralLineSize, SharedLineManifold());
-    const double count = static_cast<double>(line.sightings.size());
+    const double count = static_cast<double>(line.observations.size());
     const double weight = std::sqrt(std::min(1.0, options.line_observations / count));
-    for (const LineSighting& sighting : line.sightings) {
-      AddTerm(LineTerm(line, sighting, weight, state, model), problem);
+    for (const AdjustedLineObservation& observation : line.observations) {
+      AddTerm(LineTerm(line, observation, weight, state, model), problem);
     }
     if (!line.exact && line.axis != LineAxis::kNone) AddTerm(AxisTerm(line, model), problem);
   }
@@ -119,11 +119,11 @@ std::shared_ptr<ceres::ParameterBlockOrdering> OrderingOf(const AdjustmentOption
   problem.GetParameterBlocks(&blocks);
   for (double* block : blocks) ordering->AddElementToGroup(block, 1);
   for (const AdjustedPoint& point : state.points) {
-    if (!point.sightings.empty()) ordering->AddElementToGroup(point.block, 0);
+    if (!point.observations.empty()) ordering->AddElementToGroup(point.block, 0);
   }
   for (const AdjustedLine& line : state.lines) {
-    if (line.sightings.empty() ||
-        std::ssize(line.sightings) > options.max_eliminated_observations) {
+    if (line.observations.empty() ||
+        std::ssize(line.observations) > options.max_eliminated_observations) {
       continue;
     }
     ordering->AddElementToGroup(line.block, 0);
@@ -171,28 +171,28 @@ void AdjustmentModel::GraduateClosures(double factor) {
   closure_loss = std::make_unique<ceres::CauchyLoss>(factor * closure_loss_sigma);
 }
 
-AdjustmentTerm PointTerm(const AdjustedPoint& point, const PointSighting& sighting,
+AdjustmentTerm PointTerm(const AdjustedPoint& point, const AdjustedPointObservation& observation,
                          const AdjustmentState& state, const AdjustmentModel& model) {
   AdjustmentTerm term;
   term.loss = model.point_loss.get();
-  if (sighting.frame == point.host) {
-    term.factor = std::make_unique<HostPointResidual>(model.points, sighting.measurement);
+  if (observation.frame == point.host) {
+    term.factor = std::make_unique<HostPointResidual>(model.points, observation.measurement);
     term.blocks = {state.camera_calibration, point.block};
   } else {
-    term.factor = std::make_unique<PointResidual>(&model.points, sighting.measurement);
-    term.blocks = {state.frames[point.host].pose, state.frames[sighting.frame].pose,
+    term.factor = std::make_unique<PointResidual>(&model.points, observation.measurement);
+    term.blocks = {state.frames[point.host].pose, state.frames[observation.frame].pose,
                    state.camera_calibration, point.block};
   }
   return term;
 }
 
-AdjustmentTerm LineTerm(const AdjustedLine& line, const LineSighting& sighting, double weight,
-                        const AdjustmentState& state, const AdjustmentModel& model) {
-  StereoLineMeasurement measurement = sighting.measurement;
+AdjustmentTerm LineTerm(const AdjustedLine& line, const AdjustedLineObservation& observation,
+                        double weight, const AdjustmentState& state, const AdjustmentModel& model) {
+  StereoLineMeasurement measurement = observation.measurement;
   measurement.weight = weight;
   AdjustmentTerm term;
   term.loss = model.line_loss.get();
-  term.blocks = {state.frames[sighting.frame].pose, state.camera_calibration};
+  term.blocks = {state.frames[observation.frame].pose, state.camera_calibration};
   if (line.exact) {
     const StructuralLine structural{line.axis, line.anchor_world};
     term.factor =
@@ -229,8 +229,8 @@ std::unique_ptr<ceres::Problem> BuildProblem(const AdjustmentOptions& options,
   AddFrameTerms(state, problem.get());
   AddCalibrationTerms(model, state, problem.get());
   for (const AdjustedPoint& point : state.points) {
-    for (const PointSighting& sighting : point.sightings) {
-      AddTerm(PointTerm(point, sighting, state, model), problem.get());
+    for (const AdjustedPointObservation& observation : point.observations) {
+      AddTerm(PointTerm(point, observation, state, model), problem.get());
     }
   }
   AddLineTerms(options, model, state, problem.get());

@@ -39,11 +39,11 @@ struct AdjustmentTerm {
   std::vector<double*> blocks;
 };
 
-AdjustmentTerm PointTerm(const AdjustedPoint& point, const PointSighting& sighting,
+AdjustmentTerm PointTerm(const AdjustedPoint& point, const AdjustedPointObservation& observation,
                          const AdjustmentState& state, const AdjustmentModel& model);
 // `weight` times that of the model.
-AdjustmentTerm LineTerm(const AdjustedLine& line, const LineSighting& sighting, double weight,
-                        const AdjustmentState& state, const AdjustmentModel& model);
+AdjustmentTerm LineTerm(const AdjustedLine& line, const AdjustedLineObservation& observation,
+                        double weight, const AdjustmentState& state, const AdjustmentModel& model);
 // Between a keyframe and the one before.
 AdjustmentTerm ImuTerm(size_t frame, const AdjustmentState& state);
 

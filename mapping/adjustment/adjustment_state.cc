@@ -82,28 +82,29 @@ int64_t LandmarkOf(const KeyframeObservation& seen) { return seen.landmark_id; }
 int64_t LandmarkOf(const LineObservation& seen) { return seen.id; }
 
 // By landmark: the observations of one list of all keyframes, on the cameras' normalised planes.
-template <typename Sighting, typename Observation>
-std::map<int64_t, std::vector<Sighting>> SightingsOf(
-    const OdometryRun& run, const std::vector<Observation> Keyframe::*observations) {
-  std::map<int64_t, std::vector<Sighting>> sightings;
+template <typename Adjusted, typename Observation>
+std::map<int64_t, std::vector<Adjusted>> ObservationsOf(
+    const OdometryRun& run, const std::vector<Observation> Keyframe::*list) {
+  std::map<int64_t, std::vector<Adjusted>> observations;
   for (size_t k = 0; k < run.keyframes.size(); ++k) {
-    for (const Observation& seen : run.keyframes[k].*observations) {
-      Sighting sighting{k, {}};
-      sighting.measurement.left = PlaneFromPixel(run.rectified_rig.cameras[0], seen.left_px);
+    for (const Observation& seen : run.keyframes[k].*list) {
+      Adjusted observation{k, {}};
+      observation.measurement.left = PlaneFromPixel(run.rectified_rig.cameras[0], seen.left_px);
       if (seen.right_px) {
-        sighting.measurement.right = PlaneFromPixel(run.rectified_rig.cameras[1], *seen.right_px);
+        observation.measurement.right =
+            PlaneFromPixel(run.rectified_rig.cameras[1], *seen.right_px);
       }
-      sightings[LandmarkOf(seen)].push_back(sighting);
+      observations[LandmarkOf(seen)].push_back(observation);
     }
   }
-  return sightings;
+  return observations;
 }
 
 void AddPoints(const OdometryRun& run, const AdjustmentOptions& options, AdjustmentState* state) {
-  auto sightings = SightingsOf<PointSighting>(run, &Keyframe::observations);
+  auto observations = ObservationsOf<AdjustedPointObservation>(run, &Keyframe::observations);
   for (const Landmark& landmark : run.landmarks) {
-    const auto seen = sightings.find(landmark.id);
-    if (seen == sightings.end() ||
+    const auto seen = observations.find(landmark.id);
+    if (seen == observations.end() ||
         static_cast<int>(seen->second.size()) < options.min_point_keyframes) {
       continue;
     }
@@ -117,7 +118,7 @@ void AddPoints(const OdometryRun& run, const AdjustmentOptions& options, Adjustm
     const std::array<double, kPointSize> block{p_camera.x() / p_camera.z(),
                                                p_camera.y() / p_camera.z(), 1 / p_camera.z()};
     point.block = state->blocks.Add(block);
-    point.sightings = std::move(seen->second);
+    point.observations = std::move(seen->second);
     state->points.push_back(std::move(point));
   }
 }
@@ -195,11 +196,11 @@ bool PlaceLine(const Vector3d& middle, const Vector3d& direction, AdjustmentStat
 }
 
 void AddLines(const OdometryRun& run, const AdjustmentOptions& options, AdjustmentState* state) {
-  auto sightings = SightingsOf<LineSighting>(run, &Keyframe::lines);
+  auto observations = ObservationsOf<AdjustedLineObservation>(run, &Keyframe::lines);
   for (const Line& line : run.lines) {
-    const auto seen = sightings.find(line.id);
+    const auto seen = observations.find(line.id);
     const Vector3d along = line.end_world - line.start_world;
-    if (seen == sightings.end() || !(along.norm() > 1e-3)) continue;
+    if (seen == observations.end() || !(along.norm() > 1e-3)) continue;
     AdjustedLine out;
     out.line = &line;
     const Keyframe& first = run.keyframes[seen->second.front().frame];
@@ -209,7 +210,7 @@ void AddLines(const OdometryRun& run, const AdjustmentOptions& options, Adjustme
     if (!PlaceLine(0.5 * (line.start_world + line.end_world), along.normalized(), state, &out)) {
       continue;
     }
-    out.sightings = std::move(seen->second);
+    out.observations = std::move(seen->second);
     state->lines.push_back(std::move(out));
   }
 }

@@ -40,12 +40,12 @@ struct AdjustedFrame {
 };
 
 // Observations name keyframes by their index.
-struct PointSighting {
+struct AdjustedPointObservation {
   size_t frame = 0;
   StereoMeasurement measurement;
 };
 
-struct LineSighting {
+struct AdjustedLineObservation {
   size_t frame = 0;
   StereoLineMeasurement measurement;
 };
@@ -55,7 +55,7 @@ struct AdjustedPoint {
   const Landmark* landmark = nullptr;
   size_t host = 0;
   double* block = nullptr;
-  std::vector<PointSighting> sightings;  // by keyframe
+  std::vector<AdjustedPointObservation> observations;  // by keyframe
 };
 
 // What lines of an axis that are near each other share of their deviation.
@@ -76,7 +76,7 @@ struct AdjustedLine {
   double deviation_sigma_rad = 0;   // of its own from its axis or slope
   Eigen::Vector3d anchor_world = Eigen::Vector3d::Zero();
   double* block = nullptr;
-  std::vector<LineSighting> sightings;  // by keyframe
+  std::vector<AdjustedLineObservation> observations;  // by keyframe
 
   PointAndDirection InWorld() const;
 };

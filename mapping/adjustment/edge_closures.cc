@@ -37,8 +37,8 @@ SeenLine Describe(const AdjustmentState& state, size_t index) {
   const AdjustedLine& line = state.lines[index];
   SeenLine out;
   out.index = index;
-  out.first_frame = line.sightings.front().frame;
-  out.last_frame = line.sightings.back().frame;
+  out.first_frame = line.observations.front().frame;
+  out.last_frame = line.observations.back().frame;
   out.in_world = line.InWorld();
   out.middle_world = NearestOn(out.in_world, 0.5 * (line.line->start_world + line.line->end_world));
   out.half_length_m = 0.5 * (line.line->end_world - line.line->start_world).norm();
@@ -52,7 +52,7 @@ class EdgeSearch {
     for (size_t i = 0; i < state.lines.size(); ++i) {
       const AdjustedLine& line = state.lines[i];
       const bool has_axis = line.axis != LineAxis::kNone && line.axis != LineAxis::kSloped;
-      if (!line.sightings.empty() && has_axis) lines_.push_back(Describe(state, i));
+      if (!line.observations.empty() && has_axis) lines_.push_back(Describe(state, i));
     }
     std::ranges::stable_sort(lines_, {}, &SeenLine::first_frame);
   }
@@ -217,8 +217,8 @@ class EdgeSearch {
     std::set<size_t> frames;
     for (const EdgeMatch& match : closure.edges) {
       axes.insert(state_.lines[match.newer].axis);
-      for (const LineSighting& sighting : state_.lines[match.newer].sightings) {
-        frames.insert(sighting.frame);
+      for (const AdjustedLineObservation& observation : state_.lines[match.newer].observations) {
+        frames.insert(observation.frame);
       }
     }
     return axes.size() >= 2 && std::ssize(frames) >= options_.min_keyframes;

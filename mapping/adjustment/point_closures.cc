@@ -39,10 +39,10 @@ std::vector<PosedView> ViewsOf(const AdjustmentState& state, const StereoGeometr
   }
   for (size_t i = 0; i < state.points.size(); ++i) {
     const Vector3d p_world = PointInWorld(state.points[i], state);
-    for (const PointSighting& sighting : state.points[i].sightings) {
-      PosedView& view = views[sighting.frame];
+    for (const AdjustedPointObservation& observation : state.points[i].observations) {
+      PosedView& view = views[observation.frame];
       view.points.push_back(i);
-      view.places.push_back(sighting.measurement.left);
+      view.places.push_back(observation.measurement.left);
       view.farthest_m =
           std::max(view.farthest_m, (p_world - view.T_world_camera.translation).norm());
     }

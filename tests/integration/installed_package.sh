@@ -59,3 +59,13 @@ quietly cmake --build "$folder/whole/build"
 if grep -rqF "$source" "$prefix/lib/cmake" "$prefix/include"; then
   fail "installed files name the folder of the sources"
 fi
+
+# The Debian packages hold the same, and their program runs.
+quietly cpack -G DEB --config "$build/CPackConfig.cmake" -B "$folder/deb"
+for package in "$folder"/deb/*.deb; do dpkg-deb -x "$package" "$folder/unpacked"; done
+"$folder/unpacked/usr/bin/slcmap" --version
+dpkg-deb -f "$folder"/deb/slcmap_*.deb Depends | grep -q libopencv ||
+  fail "the package does not ask for the libraries of its program"
+(cd "$prefix" && find . -type f | sort) >"$folder/installed"
+(cd "$folder/unpacked/usr" && find . -type f | sort) | diff "$folder/installed" - ||
+  fail "the packages hold other files than those that are installed"

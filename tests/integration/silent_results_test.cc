@@ -76,7 +76,10 @@ TEST_F(EvaluatedWalk, NothingThatIsReadIsReplaced) {
   EXPECT_EQ(ReadText(truth_), truth);
   EXPECT_EQ(ReadText(run_ + "/run.json"), summary);
   EXPECT_FALSE(std::filesystem::exists(run_ + "/top.svg"));
-  folder_.Write("run.json", "");  // of something else
+  folder_.Write("comparison/compare.json", R"({"format": "slcmap comparison"})");
+  ExpectError(Evaluate("--json " + folder_.Path("comparison/evaluate.json")), 2,
+              "which lies in a comparison (");
+  folder_.Write("run.json", "{}");  // of something else
   const std::string again =
       "--json " + folder_.Path("figures.json") + " --plots " + folder_.Path("plots");
   EXPECT_EQ(Evaluate(again).exit_code, 0);
