@@ -19,7 +19,8 @@ constexpr double kBin_m = 0.02, kPeak_m = 0.05;
 constexpr double kFloorReach_m = 0.3;  // of a room's floor from its storey's
 constexpr double kLeastRoomHeight_m = 1.8;
 constexpr double kAboveTop_m = 0.3;
-constexpr double kLeastShare = 0.05;  // of a room's area, of which a ceiling must be seen
+constexpr double kStoreySigma_m = 0.03;  // of a room's floor that was not seen: its storey's
+constexpr double kLeastShare = 0.05;     // of a room's area, of which a ceiling must be seen
 
 struct Height {
   double z_m = 0, sigma_m = 0;
@@ -117,10 +118,10 @@ void AddFloorAndCeiling(const std::vector<SurfacePoint>& points, const Level& le
   const auto floor = MostCommon(
       LevelPoints(points, *room, 1, level.floor_m - kFloorReach_m, level.floor_m + kFloorReach_m),
       false, least_m2, options);
-  if (floor) {
-    room->floor_m = floor->z_m;
-    planes->push_back(LevelPlane(*room, *floor, true, planes->size()));
-  }
+  if (floor) room->floor_m = floor->z_m;
+  planes->push_back(LevelPlane(*room, floor.value_or(Height{level.floor_m, kStoreySigma_m}), true,
+                               planes->size()));
+  planes->back().inferred = !floor;
   const auto ceiling = MostCommon(
       LevelPoints(points, *room, -1, room->floor_m + kLeastRoomHeight_m, level.top_m + kAboveTop_m),
       true, least_m2, options);

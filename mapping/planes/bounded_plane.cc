@@ -76,11 +76,8 @@ double ReachOf_m(const BuildingPlane& plane, const Building& building,
 BoundedPlane Bounded(const BuildingPlane& plane, const Building& building,
                      const PlaneOptions& options) {
   const bool is_wall = plane.kind == PlaneKind::kWall;
-  BoundedPlane bounded{AxesOf(plane, options.cell_m),
-                       {},
-                       plane.sigma_m,
-                       ReachOf_m(plane, building, options),
-                       is_wall};
+  BoundedPlane bounded{AxesOf(plane, options.cell_m),       {},      plane.sigma_m,
+                       ReachOf_m(plane, building, options), is_wall, !plane.inferred};
   PlaneGrid& grid = bounded.grid;
   const Polygon polygon = PolygonOf(plane, building, grid);
   Eigen::AlignedBox2d box;
@@ -106,7 +103,8 @@ std::vector<BoundedPlane> BoundedPlanes(const Building& building, const PlaneOpt
   std::vector<BoundedPlane> planes;
   for (const BuildingPlane& plane : building.planes) {
     // Of an inferred wall nothing was seen that could be filled in.
-    if (plane.kind == PlaneKind::kOther || plane.inferred) continue;
+    const bool is_wall = plane.kind == PlaneKind::kWall;
+    if (plane.kind == PlaneKind::kOther || (is_wall && plane.inferred)) continue;
     if (plane.outline_world.size() < 3) continue;
     planes.push_back(Bounded(plane, building, options));
   }

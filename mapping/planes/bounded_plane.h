@@ -16,6 +16,8 @@ struct BoundedPlane {
   double sigma_m = 0;  // of the plane's offset
   double reach_m = 0;  // how far from what was measured of it, it may be filled
   bool is_wall = false;
+  bool is_measured = true;  // else its height is its storey's, and points on it are placed by what
+                            // is measured around alone
 };
 
 // Walls as far as their outlines reach, without their openings; floors and ceilings over their

@@ -10,6 +10,7 @@
 #include "mapping/planes/plane_borders.h"
 #include "mapping/planes/plane_rays.h"
 #include "mapping/planes/point_index.h"
+#include "mapping/planes/storey_planes.h"
 #include "odometry/geometry/pinhole.h"
 
 namespace slcmap {
@@ -78,7 +79,7 @@ std::optional<SurfaceAround> SurfaceAt(const BoundedPlane& plane, const Measured
   };
   auto surface = around.At(cell.x(), cell.y());
   if (reaches(surface, plane.reach_m)) return surface;
-  if (plane.sigma_m > options.max_sigma_m) return std::nullopt;
+  if (!plane.is_measured || plane.sigma_m > options.max_sigma_m) return std::nullopt;
   surface = around.OnPlane(cell.x(), cell.y());
   const double reach_m = plane.is_wall ? options.blank_reach_m : plane.reach_m;
   return reaches(surface, reach_m) ? surface : std::nullopt;
@@ -136,7 +137,10 @@ std::vector<DensePoint> FirstOfEach(const std::vector<std::vector<DensePoint>>& 
 std::vector<DensePoint> FillPlanes(const MeasuredBuilding& measured, const PlaneOptions& options,
                                    int threads, const Progress& progress) {
   options.Check();
-  const std::vector<BoundedPlane> planes = BoundedPlanes(measured.building, options);
+  std::vector<BoundedPlane> planes = BoundedPlanes(measured.building, options);
+  const std::vector<BoundedPlane> beyond =
+      StoreyPlanes(measured.building, measured.sights, options);
+  planes.insert(planes.end(), beyond.begin(), beyond.end());
   PointIndex index(kIndex_m);
   for (size_t i = 0; i < measured.dense.size(); ++i) index.Add(measured.dense[i].p_world, i);
   std::vector<std::vector<DensePoint>> filled(planes.size());

@@ -32,8 +32,9 @@ struct MeasuredBuilding {
 // Points of source kFilledPlane, a cell of walls, floors and ceilings each: where nothing was
 // measured, the points around are on one surface or the plane itself is well known, of a wall no
 // line parts it from what is around, a camera looks there past all that was measured, and no ray
-// goes through. Inferred walls are not filled. The same with any number of
-// threads. Once progress says so, there are none.
+// goes through. Inferred walls are not filled. Beyond rooms, floors and ceilings are filled
+// at the heights of their storey (see StoreyPlanes). The same with any number of threads. Once
+// progress says so, there are none.
 std::vector<DensePoint> FillPlanes(const MeasuredBuilding& measured, const PlaneOptions& options,
                                    int threads, const Progress& progress = {});
 

@@ -8,6 +8,8 @@ namespace {
 constexpr OptionTable kPlaneTable{
     Option{"fill", &PlaneOptions::fill, false, true},
     Option{"cell_m", &PlaneOptions::cell_m, 0.01, 0.1},
+    Option{"draw_sigmas", &PlaneOptions::draw_sigmas, 0.0, 10.0},
+    Option{"surface_sigma_m", &PlaneOptions::surface_sigma_m, 0.001, 1.0},
     Option{"neighbours", &PlaneOptions::neighbours, 3, 100},
     Option{"beside_m", &PlaneOptions::beside_m, 0.02, 1.0},
     Option{"agree_m", &PlaneOptions::agree_m, 0.001, 0.5},
@@ -15,6 +17,7 @@ constexpr OptionTable kPlaneTable{
     Option{"max_offset_m", &PlaneOptions::max_offset_m, 0.0, 1.0},
     Option{"reach_m", &PlaneOptions::reach_m, 0.0, 20.0},
     Option{"room_reach_m", &PlaneOptions::room_reach_m, 0.0, 20.0},
+    Option{"storey_reach_m", &PlaneOptions::storey_reach_m, 0.0, 20.0},
     Option{"min_bounded", &PlaneOptions::min_bounded, 0.0, 1.0},
     Option{"blank_reach_m", &PlaneOptions::blank_reach_m, 0.0, 20.0},
     Option{"blank_clear_m", &PlaneOptions::blank_clear_m, 0.0, 20.0},

@@ -9,15 +9,20 @@ struct PlaneOptions {
   bool fill = true;
   double cell_m = 0.05;  // of a plane, that one point fills
 
+  // Measured points are drawn to the plane that they are on, if they are at most so many standard
+  // deviations off it (0: none are); and how far surfaces are off their planes.
+  double draw_sigmas = 2, surface_sigma_m = 0.01;
+
   // What has to be measured around a cell.
-  int neighbours = 8;          // of the measured points nearest to it along the plane
-  double beside_m = 0.15;      // on either side of the plane, in which they are looked for
-  double agree_m = 0.015;      // from their median, of those that are on one surface
-  double min_share = 0.75;     // of them, that is on one
-  double max_offset_m = 0.03;  // of their median from the plane
-  double reach_m = 0.5;        // from the nearest of them, along the plane
-  double room_reach_m = 4;     // the same on floors and ceilings of rooms that walls bound,
-  double min_bounded = 0.6;    // on this share of their border
+  int neighbours = 8;           // of the measured points nearest to it along the plane
+  double beside_m = 0.15;       // on either side of the plane, in which they are looked for
+  double agree_m = 0.015;       // from their median, of those that are on one surface
+  double min_share = 0.75;      // of them, that is on one
+  double max_offset_m = 0.03;   // of their median from the plane
+  double reach_m = 0.5;         // from the nearest of them, along the plane
+  double room_reach_m = 4;      // the same on floors and ceilings of rooms that walls bound,
+  double min_bounded = 0.6;     // on this share of their border
+  double storey_reach_m = 1.5;  // the same at a storey's heights, where no room was found
 
   // Where what is around is not on one surface, as it is little: on the plane itself.
   double blank_reach_m = 3;    // of walls: from points and lines in the plane, along it

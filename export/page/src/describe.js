@@ -86,7 +86,7 @@ export class Describer {
       ['Sigma of offset', formatSigma(plane.sigma_m)],
       ['Storey', String(plane.storey)],
     ];
-    if (plane.inferred) rows.push(['Seen', 'the other side only']);
+    if (plane.inferred) rows.push(['Seen', plane.kind === 'wall' ? 'the other side only' : 'hardly']);
     if (plane.rooms.length > 0)
       rows.push([plane.rooms.length > 1 ? 'Rooms' : 'Room', plane.rooms.map((id) => id + 1).join(', ')]);
     for (const { kind, width_m, height_m } of plane.openings) {

@@ -1,0 +1,111 @@
+#include "mapping/planes/storey_planes.h"
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+
+#include "mapping/building/free_space.h"
+
+namespace slcmap {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+constexpr double kSlack_m = 0.1;          // over the floor and under the ceiling rays tell nothing
+constexpr double kAssumedHeight_m = 2.4;  // of a storey whose ceiling was not seen
+constexpr double kWall_m = 0.3;           // from a room, that its wall may take
+constexpr double kRaySigmas = 3;
+constexpr double kSigma_m = 0.03;   // of what is filled: as far from the plane it may be
+constexpr double kMaxSide_m = 300;  // of the plan: a stray ray must not take the memory
+
+double TopOf_m(const Storey& storey) {
+  return storey.ceiling_m.value_or(storey.floor_m + kAssumedHeight_m);
+}
+
+// Calls use(from, to), in the plan, for the free parts of rays in a storey.
+template <typename Use>
+void ForEachWay(const Storey& storey, const std::vector<Sights>& sights, double cell_m, Use use) {
+  for (const Sights& view : sights) {
+    for (size_t i = 0; i < view.p_world.size(); ++i) {
+      Vector3d from, to;
+      const double end_m = std::max<double>(cell_m, kRaySigmas * view.sigma_m[i]);
+      if (ClipRay(view.p_world_camera, view.p_world[i].cast<double>(), end_m,
+                  storey.floor_m + kSlack_m, TopOf_m(storey) - kSlack_m, &from, &to)) {
+        use(Vector2d(from.head<2>()), Vector2d(to.head<2>()));
+      }
+    }
+  }
+}
+
+// By cell of a floor's grid: rays went over it, and no room is there or next to it.
+cv::Mat1b OutsideRooms(const Building& building, const Storey& storey, const FreeSpace& free,
+                       const PlaneGrid& grid) {
+  cv::Mat1b of_rooms = cv::Mat1b::zeros(grid.rows, grid.columns);
+  cv::Mat1b outside = of_rooms.clone();
+  for (int row = 0; row < grid.rows; ++row) {
+    for (int column = 0; column < grid.columns; ++column) {
+      const Vector2d p = grid.At(column + 0.5, row + 0.5).head<2>();
+      outside(row, column) = free.IsFree(p) ? 1 : 0;
+      for (const Room& room : building.rooms) {
+        if (room.storey == storey.id && Contains(room.polygon, p)) of_rooms(row, column) = 1;
+      }
+    }
+  }
+  const int wall_cells = static_cast<int>(std::lround(kWall_m / grid.cell_m));
+  cv::dilate(
+      of_rooms, of_rooms,
+      cv::getStructuringElement(cv::MORPH_RECT, cv::Size(2 * wall_cells + 1, 2 * wall_cells + 1)));
+  outside.setTo(0, of_rooms);
+  return outside;
+}
+
+PlaneGrid FloorGrid(const Eigen::AlignedBox2d& box, double floor_m, double cell_m) {
+  PlaneGrid grid;
+  grid.offset_m = floor_m;
+  grid.cell_m = cell_m;
+  grid.from_u_m = box.min().x();
+  grid.from_v_m = box.min().y();
+  grid.columns = static_cast<int>(std::ceil(box.sizes().x() / cell_m));
+  grid.rows = static_cast<int>(std::ceil(box.sizes().y() / cell_m));
+  return grid;
+}
+
+// Looked at from below: rows run the other way.
+BoundedPlane CeilingOver(const BoundedPlane& floor, double ceiling_m) {
+  BoundedPlane ceiling = floor;
+  PlaneGrid& grid = ceiling.grid;
+  grid.normal = -Vector3d::UnitZ();
+  grid.v = -Vector3d::UnitY();
+  grid.offset_m = -ceiling_m;
+  grid.from_v_m = -(floor.grid.from_v_m + floor.grid.rows * grid.cell_m);
+  cv::flip(floor.inside, ceiling.inside, 0);
+  return ceiling;
+}
+
+}  // namespace
+
+std::vector<BoundedPlane> StoreyPlanes(const Building& building, const std::vector<Sights>& sights,
+                                       const PlaneOptions& options) {
+  std::vector<BoundedPlane> planes;
+  for (const Storey& storey : building.storeys) {
+    Eigen::AlignedBox2d box;
+    ForEachWay(storey, sights, options.cell_m, [&](const Vector2d& from, const Vector2d& to) {
+      box.extend(from);
+      box.extend(to);
+    });
+    if (box.isEmpty() || box.sizes().maxCoeff() > kMaxSide_m) continue;
+    FreeSpace free(box, options.cell_m);
+    ForEachWay(storey, sights, options.cell_m,
+               [&](const Vector2d& from, const Vector2d& to) { free.AddWay(from, to); });
+    const PlaneGrid grid = FloorGrid(box, storey.floor_m, options.cell_m);
+    const BoundedPlane floor{grid,     OutsideRooms(building, storey, free, grid),
+                             kSigma_m, options.storey_reach_m,
+                             false,    false};
+    planes.push_back(floor);
+    if (storey.ceiling_m) planes.push_back(CeilingOver(floor, *storey.ceiling_m));
+  }
+  return planes;
+}
+
+}  // namespace slcmap

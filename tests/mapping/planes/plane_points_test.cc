@@ -1,0 +1,82 @@
+#include "mapping/planes/plane_points.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace slcmap {
+namespace {
+
+using Eigen::Vector3d;
+
+// y = 3, seen from y = 0, 4 m long and 2.5 m high, with a door from x = 1 to 2.
+Building SceneWithDoor() {
+  BuildingPlane wall;
+  wall.kind = PlaneKind::kWall;
+  wall.normal = -Vector3d::UnitY();
+  wall.offset_m = -3;
+  wall.sigma_m = 0.005;
+  wall.outline_world = {{0, 3, 0}, {4, 3, 0}, {4, 3, 2.5}, {0, 3, 2.5}};
+  PlaneOpening door;
+  door.outline_world = {{1, 3, 0}, {2, 3, 0}, {2, 3, 2}, {1, 3, 2}};
+  wall.openings = {door};
+  Building building;
+  building.planes = {wall};
+  return building;
+}
+
+DensePoint PointAt(const Vector3d& p, double sigma_m) {
+  return {p, -Vector3d::UnitY(), sigma_m, 100, DenseSource::kStereo};
+}
+
+// Where the point is then.
+DensePoint Drawn(const DensePoint& point, const PlaneOptions& options = {},
+                 const Building& building = SceneWithDoor()) {
+  std::vector<DensePoint> dense = {point};
+  DrawToPlanes(building, options, &dense);
+  EXPECT_EQ(dense.size(), 1u);
+  return dense.front();
+}
+
+TEST(DrawToPlanes, PointsMoveAsFarAsTheyAreUncertain) {
+  const double surface_m2 = 0.005 * 0.005 + 0.01 * 0.01, stereo_m2 = 0.04 * 0.04;
+  const DensePoint uncertain = Drawn(PointAt({3, 2.94, 1}, 0.04));
+  EXPECT_NEAR(3 - uncertain.p_world.y(), 0.06 * surface_m2 / (surface_m2 + stereo_m2), 1e-9);
+  EXPECT_NEAR(uncertain.sigma_m, std::sqrt(surface_m2 * stereo_m2 / (surface_m2 + stereo_m2)),
+              1e-9);
+  EXPECT_EQ(uncertain.p_world.x(), 3);
+  EXPECT_NEAR(Drawn(PointAt({3, 2.98, 1}, 0.001)).p_world.y(), 2.98, 2e-4);
+}
+
+TEST(DrawToPlanes, WhatIsNotOnThePlaneStays) {
+  const auto stays = [](const DensePoint& point, const PlaneOptions& options = {},
+                        const Building& building = SceneWithDoor()) {
+    return Drawn(point, options, building).p_world == point.p_world;
+  };
+  const DensePoint on_wall = PointAt({3, 2.94, 1}, 0.04);
+  EXPECT_FALSE(stays(on_wall));
+  EXPECT_TRUE(stays(PointAt({1.5, 2.94, 1}, 0.04))) << "in the door";
+  EXPECT_TRUE(stays(PointAt({5, 2.94, 1}, 0.04))) << "beside the wall";
+  EXPECT_TRUE(stays(PointAt({3, 2.8, 1}, 0.04))) << "before it";
+  DensePoint turned = on_wall;
+  turned.normal_world = Vector3d::UnitX();
+  EXPECT_TRUE(stays(turned)) << "a cupboard's side";
+  PlaneOptions none;
+  none.draw_sigmas = 0;
+  EXPECT_TRUE(stays(on_wall, none));
+  Building unseen = SceneWithDoor();
+  unseen.planes[0].inferred = true;
+  EXPECT_TRUE(stays(on_wall, {}, unseen));
+}
+
+TEST(DrawToPlanes, OfSeveralThatComeToOnePlaceTheBestStays) {
+  std::vector<DensePoint> dense = {PointAt({3, 2.92, 1}, 0.05), PointAt({3, 3.001, 1}, 0.004),
+                                   PointAt({3, 3.08, 1}, 0.05), PointAt({3.5, 2.92, 1}, 0.05)};
+  DrawToPlanes(SceneWithDoor(), {}, &dense);
+  ASSERT_EQ(dense.size(), 2u);
+  EXPECT_NEAR(dense[0].p_world.y(), 3.001, 1e-3);
+  EXPECT_EQ(dense[1].p_world.x(), 3.5);
+}
+
+}  // namespace
+}  // namespace slcmap
