@@ -45,7 +45,9 @@ std::string OptionsOf(const MethodToRun& method, int repeat) {
   if (!method.method.empty()) odometry.method = MethodFromName(method.method);
   odometry.Check();
   odometry.points.max_points = PointsOfRepeat(odometry.points.max_points, repeat);
-  return odometry.ToYaml() + verdict.ToYaml() + ReadMappingOptions(method.config).ToYaml();
+  MappingOptions mapping = ReadMappingOptions(method.config);
+  mapping.planes.draw_sigmas = 0;  // what is drawn to planes is flat whatever the poses are
+  return odometry.ToYaml() + verdict.ToYaml() + mapping.ToYaml();
 }
 
 // True where a stage has left a whole result. Throws DataError where its summary is damaged.

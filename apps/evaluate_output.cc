@@ -20,7 +20,11 @@ bool IsThere(const fs::path& path) {
 // What lies in a folder that a stage wrote, or a recorder; "" in any other.
 std::string ContentOf(const fs::path& folder) {
   for (const StageMark& mark : StageMarks()) {
-    if (IsOwn(StateOf(folder.string(), mark))) return mark.result;
+    try {
+      if (IsOwn(StateOf(folder.string(), mark))) return mark.result;
+    } catch (const DataError&) {
+      // Somebody else's, in a folder above: it cannot even be read.
+    }
   }
   const bool is_recording = IsThere(folder / "cam0" / "data.csv") ||
                             IsThere(folder / "cam0" / "data") || IsThere(folder / "mav0" / "cam0");

@@ -11,6 +11,7 @@
 #include "apps/merge_stage.h"
 #include "apps/progress.h"
 #include "data/calibration.h"
+#include "data/error.h"
 #include "data/file.h"
 #include "data/trajectory.h"
 #include "data/version.h"
@@ -175,7 +176,12 @@ class UnmergedMap {
 
   void Remove() {
     is_written_ = false;
-    place_.Clear();
+    try {
+      place_.Clear();
+    } catch (const OutputError& error) {
+      spdlog::warn("{}: the run's own map, which is not needed any more, stays: {}", place_.path(),
+                   error.what());
+    }
   }
 
  private:

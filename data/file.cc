@@ -88,7 +88,7 @@ void ReplaceFile(const std::string& path, std::string_view bytes) {
 }
 
 std::string FolderItself(const std::string& path) {
-  const fs::path canonical = fs::weakly_canonical(path + "/.");
+  const fs::path canonical = fs::weakly_canonical(fs::absolute(path + "/."));
   return canonical.has_filename() ? canonical : canonical.parent_path();
 }
 

@@ -260,7 +260,8 @@ void OutputFolder::Commit(bool complete) {
 
 void OutputFolder::Clear() {
   Open();
-  RemoveNames(path_, files_.names);
+  // The summary last: as long as it is there, the rest is known to be the stage's.
+  RemoveNames(path_, {files_.names.rbegin(), files_.names.rend()});
 }
 
 std::string OutputFolder::MoveAside() {

@@ -14,16 +14,22 @@ constexpr double kMaxGap_s = 0.025;
 // What the specific force is off by, constantly; and how far odometry's poses between two keyframes
 // are off the way between them.
 constexpr double kForceSigma_m_s2 = 0.01, kOnlineSigma_m = 0.001;
+// An IMU that misses the other keyframe by more has a fault, or its biases are not known yet. Over
+// a short time a difference from odometry's poses is their jump.
+constexpr double kMaxTurnError_rad_s = 0.02, kMaxForceError_m_s2 = 0.3, kShort_s = 0.5;
 
-// Turns so that the last rotation becomes `last`, more the later.
-void CloseRotation(const Eigen::Quaterniond& last, Trajectory* path) {
+// Turns so that the last rotation becomes `last`, more the later. False, and nothing is turned,
+// where that is by too much.
+bool CloseRotation(const Eigen::Quaterniond& last, Trajectory* path) {
   const Vector3d missing = LogRotation(path->back().T_world_imu.rotation.conjugate() * last);
   const int64_t start_ns = path->front().stamp_ns;
   const double duration_s = ToSeconds(path->back().stamp_ns - start_ns);
+  if (missing.norm() > kMaxTurnError_rad_s * duration_s) return false;
   for (StampedPose& pose : *path) {
     const double u = ToSeconds(pose.stamp_ns - start_ns) / duration_s;
     pose.T_world_imu.rotation = (pose.T_world_imu.rotation * ExpRotation(u * missing)).normalized();
   }
+  return true;
 }
 
 // Adds the starting velocity that leads to `last`.
@@ -46,8 +52,7 @@ std::vector<double> Bends(const Trajectory& path) {
   return bends;
 }
 
-// The constant error of the specific force by which `online` differs from the way, as far as it is
-// to be believed: their least squares fit, weighed against its being zero.
+// The constant error of the specific force by which `online` differs from the way (least squares).
 Vector3d ForceError(const std::vector<double>& bends, const Trajectory& online,
                     const Trajectory& path) {
   Vector3d sum = Vector3d::Zero();
@@ -57,11 +62,13 @@ Vector3d ForceError(const std::vector<double>& bends, const Trajectory& online,
     squares += bends[i] * bends[i];
   }
   if (squares <= 0) return Vector3d::Zero();
-  const double duration_s = ToSeconds(path.back().stamp_ns - path.front().stamp_ns);
+  return sum / squares;
+}
+
+// How far that is to be believed: weighed against its being zero.
+double Belief(double duration_s) {
   const double sagitta_m = kForceSigma_m_s2 * duration_s * duration_s / 8;
-  const double belief =
-      sagitta_m * sagitta_m / (sagitta_m * sagitta_m + kOnlineSigma_m * kOnlineSigma_m);
-  return belief / squares * sum;
+  return sagitta_m * sagitta_m / (sagitta_m * sagitta_m + kOnlineSigma_m * kOnlineSigma_m);
 }
 
 }  // namespace
@@ -106,13 +113,15 @@ std::optional<Trajectory> InertialPath::Integrate(const OnlineState& biases,
 
 bool InertialPath::Follow(const OnlineState& biases, Trajectory* path) const {
   if (path->size() < 3) return false;
-  if (ToSeconds(path->back().stamp_ns - path->front().stamp_ns) > kMaxDuration_s) return false;
+  const double duration_s = ToSeconds(path->back().stamp_ns - path->front().stamp_ns);
+  if (duration_s > kMaxDuration_s) return false;
   std::optional<Trajectory> integrated = Integrate(biases, *path);
-  if (!integrated) return false;
-  CloseRotation(path->back().T_world_imu.rotation, &*integrated);
+  if (!integrated || !CloseRotation(path->back().T_world_imu.rotation, &*integrated)) return false;
   ClosePosition(path->back().T_world_imu.translation, &*integrated);
   const std::vector<double> bends = Bends(*integrated);
-  const Vector3d error_m_s2 = ForceError(bends, *path, *integrated);
+  const Vector3d force_m_s2 = ForceError(bends, *path, *integrated);
+  if (duration_s > kShort_s && force_m_s2.norm() > kMaxForceError_m_s2) return false;
+  const Vector3d error_m_s2 = Belief(duration_s) * force_m_s2;
   for (size_t i = 1; i + 1 < path->size(); ++i) {
     RigidTransform& pose = (*path)[i].T_world_imu;
     pose = (*integrated)[i].T_world_imu;

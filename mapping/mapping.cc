@@ -144,7 +144,7 @@ void MapImages(const OdometryRun& run, const RecordedViews& recorded, const Mapp
   if (progress.Report(kLinesUntil)) AddPipes(options.pipes, map);
   const BuildingInput input = BuildingInputOf(*map, std::move(sights));
   if (progress.Report(kLinesUntil)) map->building = BuildBuilding(input, options.building);
-  DrawToPlanes(map->building, options.planes, &map->dense);
+  if (progress.Report(kBuiltUntil)) DrawToPlanes(map->building, options.planes, &map->dense);
   AddFilledPlanes(recorded, input.sights, options, progress.Part(kBuiltUntil, kFilledUntil), map);
   AddJunctions(options.junctions, progress.Part(kFilledUntil, 1), map);
   const int64_t unreadable =

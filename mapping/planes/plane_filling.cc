@@ -115,6 +115,20 @@ std::vector<DensePoint> Filled(const BoundedPlane& plane, const MeasuredBuilding
   return points;
 }
 
+// None once progress says so.
+std::vector<BoundedPlane> PlanesToFill(const MeasuredBuilding& measured,
+                                       const PlaneOptions& options, const Progress& progress) {
+  std::vector<BoundedPlane> planes = BoundedPlanes(measured.building, options);
+  try {
+    const std::vector<BoundedPlane> beyond =
+        StoreyPlanes(measured.building, measured.sights, options, progress.Part(0, 0));
+    planes.insert(planes.end(), beyond.begin(), beyond.end());
+  } catch (const StoppedError&) {
+    planes.clear();
+  }
+  return planes;
+}
+
 // Of planes that overlap, the first's.
 std::vector<DensePoint> FirstOfEach(const std::vector<std::vector<DensePoint>>& by_plane) {
   PointIndex taken(kIndex_m);
@@ -137,10 +151,7 @@ std::vector<DensePoint> FirstOfEach(const std::vector<std::vector<DensePoint>>& 
 std::vector<DensePoint> FillPlanes(const MeasuredBuilding& measured, const PlaneOptions& options,
                                    int threads, const Progress& progress) {
   options.Check();
-  std::vector<BoundedPlane> planes = BoundedPlanes(measured.building, options);
-  const std::vector<BoundedPlane> beyond =
-      StoreyPlanes(measured.building, measured.sights, options);
-  planes.insert(planes.end(), beyond.begin(), beyond.end());
+  const std::vector<BoundedPlane> planes = PlanesToFill(measured, options, progress);
   PointIndex index(kIndex_m);
   for (size_t i = 0; i < measured.dense.size(); ++i) index.Add(measured.dense[i].p_world, i);
   std::vector<std::vector<DensePoint>> filled(planes.size());

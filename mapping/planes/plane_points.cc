@@ -62,7 +62,10 @@ std::vector<bool> OnBetterOnes(const std::vector<DensePoint>& dense,
   std::vector<bool> gone(dense.size());
   for (const size_t i : order) {
     const Vector3d& p = dense[i].p_world;
-    gone[i] = moved_m[i] > kMoved_m && taken.HasNear(p, kMerged_m);
+    const auto faces_alike = [&](size_t k) {
+      return dense[k].normal_world.dot(dense[i].normal_world) > 0;  // else another side of it
+    };
+    gone[i] = moved_m[i] > kMoved_m && taken.AnyNear(p, kMerged_m, faces_alike);
     if (!gone[i]) taken.Add(p, i);
   }
   return gone;

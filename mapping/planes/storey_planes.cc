@@ -1,6 +1,9 @@
 #include "mapping/planes/storey_planes.h"
 
+#include <spdlog/spdlog.h>
+
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
@@ -16,8 +19,10 @@ constexpr double kSlack_m = 0.1;          // over the floor and under the ceilin
 constexpr double kAssumedHeight_m = 2.4;  // of a storey whose ceiling was not seen
 constexpr double kWall_m = 0.3;           // from a room, that its wall may take
 constexpr double kRaySigmas = 3;
-constexpr double kSigma_m = 0.03;   // of what is filled: as far from the plane it may be
-constexpr double kMaxSide_m = 300;  // of the plan: a stray ray must not take the memory
+constexpr double kSigma_m = 0.03;     // of what is filled: as far from the plane it may be
+constexpr double kReach_m = 60;       // of rays from their cameras
+constexpr size_t kMaxRays = 2000000;  // beyond which only every so manieth is looked at
+constexpr double kMaxCells = 4e7;
 
 double TopOf_m(const Storey& storey) {
   return storey.ceiling_m.value_or(storey.floor_m + kAssumedHeight_m);
@@ -25,17 +30,40 @@ double TopOf_m(const Storey& storey) {
 
 // Calls use(from, to), in the plan, for the free parts of rays in a storey.
 template <typename Use>
-void ForEachWay(const Storey& storey, const std::vector<Sights>& sights, double cell_m, Use use) {
+void ForEachWay(const Storey& storey, const std::vector<Sights>& sights, double cell_m,
+                const Progress& progress, Use use) {
+  size_t rays = 0, next = 0;
+  for (const Sights& view : sights) rays += view.p_world.size();
+  const size_t step = rays / kMaxRays + 1;
   for (const Sights& view : sights) {
+    progress.ReportOrStop(0);
     for (size_t i = 0; i < view.p_world.size(); ++i) {
+      if (next++ % step != 0) continue;
+      const Vector3d end = view.p_world[i].cast<double>();
+      if ((end - view.p_world_camera).norm() > kReach_m) continue;
       Vector3d from, to;
       const double end_m = std::max<double>(cell_m, kRaySigmas * view.sigma_m[i]);
-      if (ClipRay(view.p_world_camera, view.p_world[i].cast<double>(), end_m,
-                  storey.floor_m + kSlack_m, TopOf_m(storey) - kSlack_m, &from, &to)) {
+      if (ClipRay(view.p_world_camera, end, end_m, storey.floor_m + kSlack_m,
+                  TopOf_m(storey) - kSlack_m, &from, &to)) {
         use(Vector2d(from.head<2>()), Vector2d(to.head<2>()));
       }
     }
   }
+}
+
+struct RoomBox {
+  const Room* room = nullptr;
+  Eigen::AlignedBox2d box;
+};
+
+std::vector<RoomBox> RoomsOf(const Building& building, const Storey& storey) {
+  std::vector<RoomBox> rooms;
+  for (const Room& room : building.rooms) {
+    if (room.storey != storey.id) continue;
+    rooms.push_back({&room, {}});
+    for (const Vector2d& p : room.polygon.outline) rooms.back().box.extend(p);
+  }
+  return rooms;
 }
 
 // By cell of a floor's grid: rays went over it, and no room is there or next to it.
@@ -43,13 +71,14 @@ cv::Mat1b OutsideRooms(const Building& building, const Storey& storey, const Fre
                        const PlaneGrid& grid) {
   cv::Mat1b of_rooms = cv::Mat1b::zeros(grid.rows, grid.columns);
   cv::Mat1b outside = of_rooms.clone();
+  const std::vector<RoomBox> rooms = RoomsOf(building, storey);
   for (int row = 0; row < grid.rows; ++row) {
     for (int column = 0; column < grid.columns; ++column) {
       const Vector2d p = grid.At(column + 0.5, row + 0.5).head<2>();
       outside(row, column) = free.IsFree(p) ? 1 : 0;
-      for (const Room& room : building.rooms) {
-        if (room.storey == storey.id && Contains(room.polygon, p)) of_rooms(row, column) = 1;
-      }
+      of_rooms(row, column) = std::ranges::any_of(rooms, [&](const RoomBox& room) {
+        return room.box.contains(p) && Contains(room.room->polygon, p);
+      });
     }
   }
   const int wall_cells = static_cast<int>(std::lround(kWall_m / grid.cell_m));
@@ -66,8 +95,8 @@ PlaneGrid FloorGrid(const Eigen::AlignedBox2d& box, double floor_m, double cell_
   grid.cell_m = cell_m;
   grid.from_u_m = box.min().x();
   grid.from_v_m = box.min().y();
-  grid.columns = static_cast<int>(std::ceil(box.sizes().x() / cell_m));
-  grid.rows = static_cast<int>(std::ceil(box.sizes().y() / cell_m));
+  grid.columns = std::max(1, static_cast<int>(std::ceil(box.sizes().x() / cell_m)));
+  grid.rows = std::max(1, static_cast<int>(std::ceil(box.sizes().y() / cell_m)));
   return grid;
 }
 
@@ -86,17 +115,23 @@ BoundedPlane CeilingOver(const BoundedPlane& floor, double ceiling_m) {
 }  // namespace
 
 std::vector<BoundedPlane> StoreyPlanes(const Building& building, const std::vector<Sights>& sights,
-                                       const PlaneOptions& options) {
+                                       const PlaneOptions& options, const Progress& progress) {
   std::vector<BoundedPlane> planes;
   for (const Storey& storey : building.storeys) {
     Eigen::AlignedBox2d box;
-    ForEachWay(storey, sights, options.cell_m, [&](const Vector2d& from, const Vector2d& to) {
-      box.extend(from);
-      box.extend(to);
-    });
-    if (box.isEmpty() || box.sizes().maxCoeff() > kMaxSide_m) continue;
+    ForEachWay(storey, sights, options.cell_m, progress,
+               [&](const Vector2d& from, const Vector2d& to) {
+                 box.extend(from);
+                 box.extend(to);
+               });
+    if (box.isEmpty()) continue;
+    if (box.volume() > kMaxCells * options.cell_m * options.cell_m) {
+      spdlog::warn("a storey of {:.0f} by {:.0f} m is too large to be filled beyond its rooms",
+                   box.sizes().x(), box.sizes().y());
+      continue;
+    }
     FreeSpace free(box, options.cell_m);
-    ForEachWay(storey, sights, options.cell_m,
+    ForEachWay(storey, sights, options.cell_m, progress,
                [&](const Vector2d& from, const Vector2d& to) { free.AddWay(from, to); });
     const PlaneGrid grid = FloorGrid(box, storey.floor_m, options.cell_m);
     const BoundedPlane floor{grid,     OutsideRooms(building, storey, free, grid),

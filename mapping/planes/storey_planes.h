@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include "data/progress.h"
 #include "mapping/building/building.h"
 #include "mapping/building/building_input.h"
 #include "mapping/planes/bounded_plane.h"
@@ -11,9 +12,9 @@ namespace slcmap {
 
 // At the heights of each storey's floor and ceiling, where rays went between these and no room of
 // it is near: rooms whose walls were not all seen are none, but their floors are looked at all the
-// same. Their height is not known better than a storey's, so they hold only what is measured
-// around.
+// same. Throws StoppedError once progress says so. Their height is not known better than a
+// storey's, so they hold only what is measured around.
 std::vector<BoundedPlane> StoreyPlanes(const Building& building, const std::vector<Sights>& sights,
-                                       const PlaneOptions& options);
+                                       const PlaneOptions& options, const Progress& progress = {});
 
 }  // namespace slcmap

@@ -122,6 +122,19 @@ TEST(InertialPath, LongWaysAndMissingSamplesAreLeftToOdometry) {
   EXPECT_FALSE(InertialPath(run).Follow(run.states.front(), &path));
 }
 
+TEST(InertialPath, AnImuWithAFaultIsLeftToOdometry) {
+  OnlineState biases;
+  biases.gyro_bias_rad_s = kGyroBias_rad_s;
+  biases.accel_bias_m_s2 = kAccelBias_m_s2;
+  Trajectory path = PathOf(0.8);
+  OdometryRun shocked = SwingRun(6), turned = SwingRun(6);
+  for (ImuSample& sample : shocked.imu) sample.specific_force_m_s2.x() += 0.6;
+  for (ImuSample& sample : turned.imu) sample.angular_velocity_rad_s.z() += 0.05;
+  EXPECT_FALSE(InertialPath(shocked).Follow(biases, &path));
+  EXPECT_FALSE(InertialPath(turned).Follow(biases, &path));
+  EXPECT_TRUE(InertialPath(SwingRun(6)).Follow(biases, &path));
+}
+
 // The clock and the turn of the IMU that the run has found.
 TEST(InertialPath, KnowsTheRunsCalibration) {
   OdometryRun run = SwingRun(6);
