@@ -20,7 +20,6 @@ constexpr double kHitSlack_m = 0.05;       // of points at a face from its plane
 constexpr double kSupportSlack_m = 0.025;  // of points on it
 constexpr double kMostSlack_m = 0.075;     // of uncertain ones, at it
 constexpr double kBesideWall_m = 0.12;     // as far, something is before or behind it
-constexpr double kFloorSlack_m = 0.1;      // over the floor and under the top rays tell nothing
 constexpr double kOther_m2 = 0.5;          // of a plane that is no wall but worth telling
 constexpr double kBeforeWall_m = 0.1;      // in the room that a wall bounds
 constexpr double kFreeSigmas = 3;
@@ -78,25 +77,11 @@ void AddLineSamples(const BuildingInput& input, const std::vector<Level>& levels
   }
 }
 
-// Calls use(level, camera, end, sigma) for the rays of all sights, or every so manieth.
-template <typename Use>
-void ForEachRay(const BuildingInput& input, const std::vector<Level>& levels, int max_rays,
-                const Progress& progress, Use use) {
-  size_t rays = 0;
-  for (const Sights& sights : input.sights) rays += sights.p_world.size();
-  const size_t step = rays / static_cast<size_t>(max_rays) + 1;
-  size_t next = 0;  // in the sights that come
-  for (size_t i = 0; i < input.sights.size(); ++i) {
-    progress.ReportOrStop(static_cast<double>(i) / static_cast<double>(input.sights.size()));
-    const Sights& sights = input.sights[i];
-    const int level = LevelAt(levels, sights.p_world_camera);
-    for (; next < sights.p_world.size(); next += step) {
-      if (level < 0) continue;
-      use(level, sights.p_world_camera, Vector3d(sights.p_world[next].cast<double>()),
-          static_cast<double>(sights.sigma_m[next]));
-    }
-    next -= sights.p_world.size();
-  }
+// By view, that of its camera; -1: none.
+std::vector<int> LevelsOf(const std::vector<Sights>& sights, const std::vector<Level>& levels) {
+  std::vector<int> level_of;
+  for (const Sights& view : sights) level_of.push_back(LevelAt(levels, view.p_world_camera));
+  return level_of;
 }
 
 FreeSpace MakeFreeSpace(const BuildingInput& input, const Level& level,
@@ -122,16 +107,14 @@ std::vector<FreeSpace> FreeSpaces(const BuildingInput& input, const std::vector<
                                   EndOf end_of) {
   std::vector<FreeSpace> spaces;
   for (const Level& level : levels) spaces.push_back(MakeFreeSpace(input, level, options));
-  ForEachRay(input, levels, options.max_rays, progress,
-             [&](int i, const Vector3d& camera, const Vector3d& end, double sigma_m) {
-               Vector3d start, stop;
-               const double end_m = std::max(options.cell_m, kFreeSigmas * sigma_m);
-               if (!ClipRay(camera, end, end_m, levels[i].floor_m + kFloorSlack_m,
-                            levels[i].top_m - kFloorSlack_m, &start, &stop)) {
-                 return;
-               }
-               const Vector2d from = start.head<2>(), to = stop.head<2>();
-               spaces[i].AddWay(from, end_of(i, from, to));
+  const std::vector<int> level_of = LevelsOf(input.sights, levels);
+  ForEachRay(input.sights, options.max_rays, progress,
+             [&](size_t view, const Vector3d& camera, const Vector3d& end, double sigma_m) {
+               const int i = level_of[view];
+               if (i < 0) return;
+               const auto way = FreeWayOf(camera, end, sigma_m, levels[i].floor_m, levels[i].top_m,
+                                          options.cell_m);
+               if (way) spaces[i].AddWay(way->from, end_of(i, way->from, way->to));
              });
   return spaces;
 }
@@ -181,9 +164,11 @@ void FillGrids(const BuildingInput& input, const std::vector<Level>& levels,
       AddHits(level, built.wall.face, &level.grids.back());
     }
   }
-  ForEachRay(input, levels, options.max_rays, progress,
-             [&](int i, const Vector3d& camera, const Vector3d& end, double sigma_m) {
-               LevelData& level = (*data)[i];
+  const std::vector<int> level_of = LevelsOf(input.sights, levels);
+  ForEachRay(input.sights, options.max_rays, progress,
+             [&](size_t view, const Vector3d& camera, const Vector3d& end, double sigma_m) {
+               if (level_of[view] < 0) return;
+               LevelData& level = (*data)[level_of[view]];
                for (size_t k = 0; k < level.faces.size(); ++k) {
                  AddRay(level.faces[k].wall.face, camera, end, sigma_m, options.behind_m,
                         &level.grids[k]);

@@ -11,6 +11,24 @@ using Eigen::Vector3d;
 
 constexpr uint8_t kLeastWays = 3;  // single rays may end wrongly
 constexpr uint8_t kMostWays = 255;
+constexpr double kFreeSlack_m = 0.1;  // over a floor and under a top rays tell nothing
+constexpr double kRayEndSigmas = 3;
+
+// The part of a ray between two heights, without what of its end is uncertain.
+std::optional<FreeWay> ClipRay(const Vector3d& from, const Vector3d& to, double end_m, double low_m,
+                               double high_m) {
+  const Vector3d way = to - from;
+  double first = 0, last = 1 - end_m / std::max(way.norm(), 1e-9);
+  if (std::abs(way.z()) < 1e-9) {
+    if (from.z() < low_m || from.z() > high_m) return std::nullopt;
+  } else {
+    const double a = (low_m - from.z()) / way.z(), b = (high_m - from.z()) / way.z();
+    first = std::max(first, std::min(a, b));
+    last = std::min(last, std::max(a, b));
+  }
+  if (first >= last) return std::nullopt;
+  return FreeWay{(from + first * way).head<2>(), (from + last * way).head<2>()};
+}
 
 }  // namespace
 
@@ -73,21 +91,10 @@ Eigen::AlignedBox2d FreeSpace::FreeBox(const Eigen::Rotation2Dd& R_box_world) co
   return free;
 }
 
-bool ClipRay(const Vector3d& from, const Vector3d& to, double end_m, double low_m, double high_m,
-             Vector3d* start, Vector3d* end) {
-  const Vector3d way = to - from;
-  double first = 0, last = 1 - end_m / std::max(way.norm(), 1e-9);
-  if (std::abs(way.z()) < 1e-9) {
-    if (from.z() < low_m || from.z() > high_m) return false;
-  } else {
-    const double a = (low_m - from.z()) / way.z(), b = (high_m - from.z()) / way.z();
-    first = std::max(first, std::min(a, b));
-    last = std::min(last, std::max(a, b));
-  }
-  if (first >= last) return false;
-  *start = from + first * way;
-  *end = from + last * way;
-  return true;
+std::optional<FreeWay> FreeWayOf(const Vector3d& p_world_camera, const Vector3d& end,
+                                 double sigma_m, double floor_m, double top_m, double cell_m) {
+  return ClipRay(p_world_camera, end, std::max(cell_m, kRayEndSigmas * sigma_m),
+                 floor_m + kFreeSlack_m, top_m - kFreeSlack_m);
 }
 
 }  // namespace slcmap

@@ -22,6 +22,7 @@ constexpr double kRivalContradiction = 2;  // of a rival, as a multiple of what 
 constexpr double kRivalAgreeing = 0.4;     // of a rival, as a share of what agrees at the best
 constexpr double kNudge_m = 0.3;
 constexpr double kDegree_rad = std::numbers::pi / 180;
+constexpr double kCandidatesUntil = 0.5;  // share of the time, about
 
 // A place that was fitted and compared.
 struct Place {
@@ -91,9 +92,11 @@ class Aligner {
   // The candidates where they come to rest, each once, the best first.
   std::vector<Place> FindPlaces() const {
     std::vector<Place> places;
-    const auto candidates = FindCandidates(first_features_, second_features_, options_);
+    const auto candidates = FindCandidates(first_features_, second_features_, options_,
+                                           progress_.Part(0, kCandidatesUntil));
+    const Progress fitting = progress_.Part(kCandidatesUntil, 1);
     for (std::size_t i = 0; i < candidates.size(); ++i) {
-      progress_.ReportOrStop(static_cast<double>(i) / static_cast<double>(candidates.size()));
+      fitting.ReportOrStop(static_cast<double>(i) / static_cast<double>(candidates.size()));
       const auto fit = FitAlignment(first_index_, second_features_, candidates[i].T_first_second,
                                     {.max_samples = 1500});
       if (!fit) continue;

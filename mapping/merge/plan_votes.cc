@@ -75,9 +75,10 @@ class Plan {
     layers_[4] *= kUprightLineVotes;
   }
 
-  PlanLayers Spectra(bool blurred) const {
+  PlanLayers Spectra(bool blurred, const Progress& progress) const {
     PlanLayers spectra;
     for (int i = 0; i < kLayers; ++i) {
+      progress.ReportOrStop(static_cast<double>(i) / kLayers);
       cv::Mat1f layer = layers_[i];
       if (blurred) cv::GaussianBlur(layers_[i], layer, {5, 5}, 1.0);
       cv::dft(layer, spectra[i]);
@@ -98,10 +99,11 @@ class Plan {
 };
 
 // Votes by shift, which wraps around.
-cv::Mat1f Correlation(const PlanLayers& first, const PlanLayers& second) {
+cv::Mat1f Correlation(const PlanLayers& first, const PlanLayers& second, const Progress& progress) {
   cv::Mat1f sum = cv::Mat1f::zeros(first[0].size()), product;
   for (int i = 0; i < kLayers; ++i) {
     constexpr bool kConjugateSecond = true;
+    progress.ReportOrStop(static_cast<double>(i) / kLayers);
     cv::mulSpectrums(first[i], second[i], product, 0, kConjugateSecond);
     sum += product;
   }
@@ -240,7 +242,8 @@ cv::Size CellsFor(const PlanBox& first, const PlanBox& second, double cell_m) {
 std::vector<AlignmentCandidate> CandidatesOf(const Turn& turn, const AlignmentFeatures& first,
                                              const AlignmentFeatures& second,
                                              const std::vector<double>& shifts_up_m,
-                                             const AlignmentOptions& options) {
+                                             const AlignmentOptions& options,
+                                             const Progress& progress) {
   const RigidTransform straight = LevelTransform(-turn.heading_rad, Eigen::Vector3d::Zero());
   const RigidTransform turned =
       LevelTransform(turn.yaw_rad - turn.heading_rad, Eigen::Vector3d::Zero());
@@ -248,8 +251,10 @@ std::vector<AlignmentCandidate> CandidatesOf(const Turn& turn, const AlignmentFe
   const double extent_m = (first_box.size() + second_box.size()).maxCoeff();
   const double cell_m = std::max(options.vote_cell_m, extent_m / kMostCells);
   const cv::Size cells = CellsFor(first_box, second_box, cell_m);
-  const Plan plan(first, straight, first_box, cells, cell_m);
-  const Plan other(second, turned, second_box, cells, cell_m);
+  const PlanLayers ours =
+      Plan(first, straight, first_box, cells, cell_m).Spectra(true, progress.Part(0.2, 0.5));
+  const PlanLayers theirs =
+      Plan(second, turned, second_box, cells, cell_m).Spectra(false, progress.Part(0.5, 0.8));
   const auto translation = [&](const Eigen::Vector2i& shift) -> Eigen::Vector3d {
     const Eigen::Vector2d t = cell_m * shift.cast<double>() + first_box.least - second_box.least;
     return straight.rotation.conjugate() * Eigen::Vector3d(t.x(), t.y(), 0);
@@ -261,8 +266,9 @@ std::vector<AlignmentCandidate> CandidatesOf(const Turn& turn, const AlignmentFe
   std::vector<AlignmentCandidate> candidates;
   const int apart = std::max(1, static_cast<int>(std::lround(kBetweenPlaces_m / cell_m)));
   const Eigen::Vector2i most = (first_box.size() / cell_m).array().ceil().cast<int>();
-  for (const PlanPeak& peak :
-       PeaksOf(Correlation(plan.Spectra(true), other.Spectra(false)), most, apart, is_allowed)) {
+  const cv::Mat1f votes = Correlation(ours, theirs, progress.Part(0.8, 0.9));
+  progress.ReportOrStop(0.9);
+  for (const PlanPeak& peak : PeaksOf(votes, most, apart, is_allowed)) {
     for (const double up_m : shifts_up_m) {
       Eigen::Vector3d shift = translation(peak.shift);
       shift.z() = up_m;
@@ -276,14 +282,18 @@ std::vector<AlignmentCandidate> CandidatesOf(const Turn& turn, const AlignmentFe
 
 std::vector<AlignmentCandidate> FindCandidates(const AlignmentFeatures& first,
                                                const AlignmentFeatures& second,
-                                               const AlignmentOptions& options) {
+                                               const AlignmentOptions& options,
+                                               const Progress& progress) {
   const auto is_allowed_up = [&](double up_m) {
     return !options.start || std::abs(up_m - options.start->p_world.z()) <= kStartReachUp_m;
   };
   const std::vector<double> shifts_up_m = Heights(first).ShiftsOf(Heights(second), is_allowed_up);
   std::vector<AlignmentCandidate> all;
-  for (const Turn& turn : TurnsOf(first, second, options)) {
-    const auto candidates = CandidatesOf(turn, first, second, shifts_up_m, options);
+  const std::vector<Turn> turns = TurnsOf(first, second, options);
+  for (std::size_t i = 0; i < turns.size(); ++i) {
+    const double from = static_cast<double>(i), count = static_cast<double>(turns.size());
+    const auto candidates = CandidatesOf(turns[i], first, second, shifts_up_m, options,
+                                         progress.Part(from / count, (from + 1) / count));
     all.insert(all.end(), candidates.begin(), candidates.end());
   }
   std::stable_sort(

@@ -82,10 +82,7 @@ BoundedPlane Bounded(const BuildingPlane& plane, const Building& building,
   const Polygon polygon = PolygonOf(plane, building, grid);
   Eigen::AlignedBox2d box;
   for (const Vector2d& p : polygon.outline) box.extend(p);
-  grid.from_u_m = box.min().x();
-  grid.from_v_m = box.min().y();
-  grid.columns = static_cast<int>(std::ceil(box.sizes().x() / grid.cell_m));
-  grid.rows = static_cast<int>(std::ceil(box.sizes().y() / grid.cell_m));
+  grid.Cover(box);
   bounded.inside = cv::Mat1b::zeros(grid.rows, grid.columns);
   for (int row = 0; row < grid.rows; ++row) {
     for (int column = 0; column < grid.columns; ++column) {

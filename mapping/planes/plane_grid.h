@@ -1,7 +1,8 @@
 // A rectangle of square cells on a plane.
 #pragma once
 
-#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <opencv2/core/mat.hpp>
 
@@ -16,6 +17,14 @@ struct PlaneGrid {
   double from_u_m = 0, from_v_m = 0;  // of the first cell's corner
   double cell_m = 0.05;
   int columns = 0, rows = 0;
+
+  // Moves and sizes it to hold a box of u and v. Metres.
+  void Cover(const Eigen::AlignedBox2d& box) {
+    from_u_m = box.min().x();
+    from_v_m = box.min().y();
+    columns = std::max(1, static_cast<int>(std::ceil(box.sizes().x() / cell_m)));
+    rows = std::max(1, static_cast<int>(std::ceil(box.sizes().y() / cell_m)));
+  }
 
   // A place in units of cells; the middle of the first one is at (0.5, 0.5).
   Eigen::Vector3d At(double column, double row) const {

@@ -15,40 +15,28 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kSlack_m = 0.1;          // over the floor and under the ceiling rays tell nothing
 constexpr double kAssumedHeight_m = 2.4;  // of a storey whose ceiling was not seen
 constexpr double kWall_m = 0.3;           // from a room, that its wall may take
-constexpr double kRaySigmas = 3;
-constexpr double kSigma_m = 0.03;     // of what is filled: as far from the plane it may be
-constexpr double kReach_m = 60;       // of rays from their cameras
-constexpr size_t kMaxRays = 2000000;  // beyond which only every so manieth is looked at
+constexpr double kSigma_m = 0.03;         // of what is filled: as far from the plane it may be
+constexpr double kReach_m = 60;           // of rays from their cameras
+constexpr size_t kMaxRays = 2000000;      // looked at
 constexpr double kMaxCells = 4e7;
 
 double TopOf_m(const Storey& storey) {
   return storey.ceiling_m.value_or(storey.floor_m + kAssumedHeight_m);
 }
 
-// Calls use(from, to), in the plan, for the free parts of rays in a storey.
+// Calls use(way) for the free parts of rays in a storey.
 template <typename Use>
 void ForEachWay(const Storey& storey, const std::vector<Sights>& sights, double cell_m,
                 const Progress& progress, Use use) {
-  size_t rays = 0, next = 0;
-  for (const Sights& view : sights) rays += view.p_world.size();
-  const size_t step = rays / kMaxRays + 1;
-  for (const Sights& view : sights) {
-    progress.ReportOrStop(0);
-    for (size_t i = 0; i < view.p_world.size(); ++i) {
-      if (next++ % step != 0) continue;
-      const Vector3d end = view.p_world[i].cast<double>();
-      if ((end - view.p_world_camera).norm() > kReach_m) continue;
-      Vector3d from, to;
-      const double end_m = std::max<double>(cell_m, kRaySigmas * view.sigma_m[i]);
-      if (ClipRay(view.p_world_camera, end, end_m, storey.floor_m + kSlack_m,
-                  TopOf_m(storey) - kSlack_m, &from, &to)) {
-        use(Vector2d(from.head<2>()), Vector2d(to.head<2>()));
-      }
-    }
-  }
+  ForEachRay(sights, kMaxRays, progress.Part(0, 0),
+             [&](size_t, const Vector3d& camera, const Vector3d& end, double sigma_m) {
+               if ((end - camera).norm() > kReach_m) return;
+               const auto way =
+                   FreeWayOf(camera, end, sigma_m, storey.floor_m, TopOf_m(storey), cell_m);
+               if (way) use(*way);
+             });
 }
 
 struct RoomBox {
@@ -68,11 +56,12 @@ std::vector<RoomBox> RoomsOf(const Building& building, const Storey& storey) {
 
 // By cell of a floor's grid: rays went over it, and no room is there or next to it.
 cv::Mat1b OutsideRooms(const Building& building, const Storey& storey, const FreeSpace& free,
-                       const PlaneGrid& grid) {
+                       const PlaneGrid& grid, const Progress& progress) {
   cv::Mat1b of_rooms = cv::Mat1b::zeros(grid.rows, grid.columns);
   cv::Mat1b outside = of_rooms.clone();
   const std::vector<RoomBox> rooms = RoomsOf(building, storey);
   for (int row = 0; row < grid.rows; ++row) {
+    if (row % 64 == 0) progress.ReportOrStop(0);
     for (int column = 0; column < grid.columns; ++column) {
       const Vector2d p = grid.At(column + 0.5, row + 0.5).head<2>();
       outside(row, column) = free.IsFree(p) ? 1 : 0;
@@ -87,17 +76,6 @@ cv::Mat1b OutsideRooms(const Building& building, const Storey& storey, const Fre
       cv::getStructuringElement(cv::MORPH_RECT, cv::Size(2 * wall_cells + 1, 2 * wall_cells + 1)));
   outside.setTo(0, of_rooms);
   return outside;
-}
-
-PlaneGrid FloorGrid(const Eigen::AlignedBox2d& box, double floor_m, double cell_m) {
-  PlaneGrid grid;
-  grid.offset_m = floor_m;
-  grid.cell_m = cell_m;
-  grid.from_u_m = box.min().x();
-  grid.from_v_m = box.min().y();
-  grid.columns = std::max(1, static_cast<int>(std::ceil(box.sizes().x() / cell_m)));
-  grid.rows = std::max(1, static_cast<int>(std::ceil(box.sizes().y() / cell_m)));
-  return grid;
 }
 
 // Looked at from below: rows run the other way.
@@ -120,10 +98,7 @@ std::vector<BoundedPlane> StoreyPlanes(const Building& building, const std::vect
   for (const Storey& storey : building.storeys) {
     Eigen::AlignedBox2d box;
     ForEachWay(storey, sights, options.cell_m, progress,
-               [&](const Vector2d& from, const Vector2d& to) {
-                 box.extend(from);
-                 box.extend(to);
-               });
+               [&](const FreeWay& way) { box.extend(way.from).extend(way.to); });
     if (box.isEmpty()) continue;
     if (box.volume() > kMaxCells * options.cell_m * options.cell_m) {
       spdlog::warn("a storey of {:.0f} by {:.0f} m is too large to be filled beyond its rooms",
@@ -132,9 +107,12 @@ std::vector<BoundedPlane> StoreyPlanes(const Building& building, const std::vect
     }
     FreeSpace free(box, options.cell_m);
     ForEachWay(storey, sights, options.cell_m, progress,
-               [&](const Vector2d& from, const Vector2d& to) { free.AddWay(from, to); });
-    const PlaneGrid grid = FloorGrid(box, storey.floor_m, options.cell_m);
-    const BoundedPlane floor{grid,     OutsideRooms(building, storey, free, grid),
+               [&](const FreeWay& way) { free.AddWay(way.from, way.to); });
+    PlaneGrid grid;  // along x and y
+    grid.offset_m = storey.floor_m;
+    grid.cell_m = options.cell_m;
+    grid.Cover(box);
+    const BoundedPlane floor{grid,     OutsideRooms(building, storey, free, grid, progress),
                              kSigma_m, options.storey_reach_m,
                              false,    false};
     planes.push_back(floor);

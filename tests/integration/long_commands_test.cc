@@ -39,7 +39,7 @@ std::string OnTerminal(const std::string& arguments) {
   return testing::RunShell("script -qec \\\"\\$SLCMAP " + arguments + "\\\" /dev/null").output;
 }
 
-// Two large maps of one hall.
+// Two large maps of one hall, which is the same from no two places.
 class LongMap : public ::testing::Test {
  protected:
   static void SetUpTestSuite() {
@@ -47,8 +47,10 @@ class LongMap : public ::testing::Test {
     const Scene hall = testing::SceneFromText(R"(objects:
   - {kind: slab, at: [0, 0, 0], size: [40, 30], material: carpet}
   - {kind: wall, points: [[0, 0], [40, 0], [40, 30], [0, 30]], closed: true}
+  - {kind: wall, points: [[12, 30], [12, 21], [17, 21]]}
   - {kind: box, at: [5, 3, 0], size: [0.8, 0.6, 1.8]}
   - {kind: box, at: [22, 14, 0], size: [1.2, 6.6, 0.75]}
+  - {kind: box, at: [30, 22, 0], size: [3.1, 1.4, 2.2]}
 )");
     WriteMapFolder(Path("a"), testing::ScannedAlong(hall, {{{3, 3, 1.5}, {35, 3, 1.5}}}));
     WriteMapFolder(Path("b"), testing::ScannedAlong(hall, {{{35, 4, 1.5}, {5, 20, 1.5}}},
