@@ -31,6 +31,7 @@ using Eigen::Vector3d;
 constexpr size_t kEvery = 10;        // of the pairs is held out
 constexpr double kNear_px = 10;      // of an edge that may be a line's
 constexpr double kParallel = 0.985;  // cosine, 10 degrees
+constexpr double kThrough_px = 2;    // of disparity
 constexpr double kStep_px = 5;       // along a reprojected line
 constexpr double kMinDepth_m = 0.3;
 constexpr double kBehind = 0.05;  // of its depth: hidden by what is so much nearer
@@ -74,7 +75,8 @@ class HeldOutPair {
   }
 
   // Adds the errors (px) of the disparities that the nearest points of the map have where the pair
-  // has one; of those of filled planes to filled_px.
+  // has one, positive where the pair looks through what the map has there; of those of filled
+  // planes to filled_px.
   void AddPoints(const std::vector<DensePoint>& points, std::vector<double>* errors_px,
                  std::vector<double>* filled_px) const {
     std::vector<double> nearest(depth_.nodes.size(), 0);  // inverse depth
@@ -94,8 +96,7 @@ class HeldOutPair {
     for (size_t i = 0; i < nearest.size(); ++i) {
       if (nearest[i] == 0 || !depth_.nodes[i].is_known()) continue;
       (is_filled[i] ? filled_px : errors_px)
-          ->push_back(std::abs(nearest[i] - depth_.nodes[i].inverse_depth) * baseline_m_ *
-                      camera_.fx_px);
+          ->push_back((nearest[i] - depth_.nodes[i].inverse_depth) * baseline_m_ * camera_.fx_px);
     }
   }
 
@@ -137,8 +138,21 @@ class HeldOutPair {
 };
 
 void Print(const char* what, const std::vector<double>& errors_px) {
-  fmt::print("{}: {} places, median {:.2f} px, 75 % within {:.2f} px\n", what, errors_px.size(),
-             Quantile(errors_px, 0.5), Quantile(errors_px, 0.75));
+  std::vector<double> sizes_px;
+  for (const double error_px : errors_px) sizes_px.push_back(std::abs(error_px));
+  fmt::print("{}: {} places, median {:.2f} px, 75 % within {:.2f} px\n", what, sizes_px.size(),
+             Quantile(sizes_px, 0.5), Quantile(sizes_px, 0.75));
+}
+
+void PrintDisparities(const char* what, const std::vector<double>& errors_px) {
+  Print(what, errors_px);
+  const auto share = [&](auto is_counted) {
+    return 100.0 * static_cast<double>(std::ranges::count_if(errors_px, is_counted)) /
+           std::max(1.0, static_cast<double>(errors_px.size()));
+  };
+  fmt::print("  looked through by more than {} px: {:.1f} %, behind what is nearer: {:.1f} %\n",
+             kThrough_px, share([](double error_px) { return error_px > kThrough_px; }),
+             share([](double error_px) { return error_px < -kThrough_px; }));
 }
 
 int Main(const std::string& sequence, const std::string& poses, const MappingOptions& options,
@@ -180,8 +194,8 @@ int Main(const std::string& sequence, const std::string& poses, const MappingOpt
   Print("lines", line_px);
   fmt::print("  with an edge within {} px: {:.0f} % of {} places that are not hidden\n", kNear_px,
              100.0 * static_cast<double>(line_px.size()) / std::max<int64_t>(seen, 1), seen);
-  Print("points (disparity)", point_px);
-  if (!filled_px.empty()) Print("points of filled planes (disparity)", filled_px);
+  PrintDisparities("points (disparity)", point_px);
+  if (!filled_px.empty()) PrintDisparities("points of filled planes (disparity)", filled_px);
   return EXIT_SUCCESS;
 }
 
