@@ -77,15 +77,24 @@ MapLineOptions LineOptionsFor(const OdometryRun& run, const RecordedViews& recor
   return agreement->across_px ? options.ForPoses(*agreement->across_px) : options;
 }
 
+const Views& FramesOf(const RecordedViews& recorded) {
+  return recorded.frames.empty() ? recorded.views : recorded.frames;
+}
+
+Views ViewsAt(const Views& frames, const std::vector<size_t>& selected) {
+  Views views;
+  for (const size_t frame : selected) views.push_back(frames[frame]);
+  return views;
+}
+
 // Keyframes and, where there are frames, those of them that are in between.
 RecordedViews ViewsForLines(const RecordedViews& recorded, const ViewSpacingOptions& options) {
-  const bool has_frames = !recorded.frames.empty();
-  const Views& frames = has_frames ? recorded.frames : recorded.views;
+  const Views& frames = FramesOf(recorded);
   const std::vector<size_t> selected = SelectViews(frames, recorded.views, options);
   RecordedViews chosen;
-  for (const size_t frame : selected) chosen.views.push_back(frames[frame]);
+  chosen.views = ViewsAt(frames, selected);
   chosen.images = std::make_unique<SelectedImages>(
-      has_frames ? *recorded.frame_images : *recorded.images, selected);
+      recorded.frames.empty() ? *recorded.images : *recorded.frame_images, selected);
   return chosen;
 }
 
@@ -123,9 +132,8 @@ void AddFilledPlanes(const RecordedViews& recorded, const std::vector<Sights>& s
                      const MappingOptions& options, const Progress& progress, MapResult* map) {
   if (!options.planes.fill) return;
   const ViewCameras cameras(recorded.views, recorded.images->rig());
-  const SightDepths depths(map->dense, options.dense.voxel_m, cameras, {});
   const std::vector<DensePoint> filled =
-      FillPlanes({map->dense, map->lines, map->building, sights, {{cameras, depths}}},
+      FillPlanes({map->dense, map->lines, map->building, sights, {cameras}, options.dense.voxel_m},
                  options.planes, options.dense.threads, progress);
   AddFilledPoints(filled, options.planes.cell_m, map);
 }

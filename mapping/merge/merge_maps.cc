@@ -10,7 +10,6 @@
 #include "mapping/building/build_building.h"
 #include "mapping/filled_points.h"
 #include "mapping/junctions/junctions.h"
-#include "mapping/lines/sight_depths.h"
 #include "mapping/map_building_input.h"
 #include "mapping/merge/cloud_sights.h"
 #include "mapping/merge/line_union.h"
@@ -248,33 +247,22 @@ std::vector<Sights> SightsOf(const MapResult& map, const std::vector<RigPoses>& 
   return sights;
 }
 
-struct WatchingRig {
-  ViewCameras cameras;
-  SightDepths depths;
-};
-
-WatchingRig WatchingRigOf(const RigPoses& rig, const std::vector<DensePoint>& dense, double voxel_m,
-                          const Progress& progress) {
+ViewCameras CamerasOf(const RigPoses& rig) {
   Views views;
   for (const StampedPose& pose : *rig.poses) {
     views.push_back({pose.stamp_ns, 0, pose.T_world_imu});
   }
-  const ViewCameras cameras(views, *rig.rig);
-  return {cameras, SightDepths(dense, voxel_m, cameras, progress)};
+  return ViewCameras(views, *rig.rig);
 }
 
 void AddFilledPlanes(const std::vector<RigPoses>& rigs, const std::vector<Sights>& sights,
                      const MappingOptions& options, const Progress& progress, MapResult* map) {
   if (!options.planes.fill) return;
-  std::vector<WatchingRig> watching;
-  for (const RigPoses& rig : rigs) {
-    watching.push_back(
-        WatchingRigOf(rig, map->dense, options.dense.voxel_m, progress.Part(0, 0.5)));
-  }
-  MeasuredBuilding measured{map->dense, map->lines, map->building, sights, {}};
-  for (const WatchingRig& rig : watching) measured.watchers.push_back({rig.cameras, rig.depths});
+  MeasuredBuilding measured{map->dense, map->lines, map->building,
+                            sights,     {},         options.dense.voxel_m};
+  for (const RigPoses& rig : rigs) measured.watchers.push_back(CamerasOf(rig));
   const std::vector<DensePoint> filled =
-      FillPlanes(measured, options.planes, options.dense.threads, progress.Part(0.5, 1));
+      FillPlanes(measured, options.planes, options.dense.threads, progress);
   progress.ReportOrStop(1);
   AddFilledPoints(filled, options.planes.cell_m, map);
 }

@@ -2,16 +2,15 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "mapping/dense/parallel.h"
 #include "mapping/planes/bounded_plane.h"
 #include "mapping/planes/measured_around.h"
 #include "mapping/planes/plane_borders.h"
 #include "mapping/planes/plane_rays.h"
+#include "mapping/planes/plane_watch.h"
 #include "mapping/planes/point_index.h"
 #include "mapping/planes/storey_planes.h"
-#include "odometry/geometry/pinhole.h"
 
 namespace slcmap {
 namespace {
@@ -22,51 +21,44 @@ using Eigen::Vector3d;
 constexpr double kIndex_m = 0.05;       // edges of the cubes that points are looked up in
 constexpr double kMeasured_m = 0.04;    // from a measured point, nothing is filled
 constexpr double kSamePlace_m = 0.025;  // of points of two planes that are one
-constexpr double kMinDepth_m = 0.3;     // of a place from a camera
-constexpr double kMargin_px = 2;        // of the image's border
 
-// Whether views of a rig look at places of a plane. Neighbouring places are seen by the same view,
-// which is asked first.
-class Watch {
+// A view in which a gap between points lets a place be seen is enough for it: points stand for so
+// much more of a surface than they are apart.
+constexpr double kPieces = 1.5;
+
+// Share of the time, about.
+constexpr double kFilledUntil = 0.7;
+
+// What hides places from the views of a building's rigs.
+class WatchingViews {
  public:
-  Watch(const Watchers& watchers, const Vector3d& normal, const PlaneOptions& options)
-      : cameras_(watchers.cameras), depths_(watchers.depths), normal_(normal), options_(options) {
-    for (size_t view = 0; view < cameras_.T_camera_world.size(); ++view) {
-      centres_.push_back(cameras_.Centre(static_cast<int>(view)));
+  WatchingViews(const MeasuredBuilding& measured, const std::vector<DensePoint>& surfaces,
+                const PlaneOptions& options, const Progress& progress)
+      : cameras_(measured.watchers), options_(options) {
+    const double size_m = kPieces * std::max(measured.voxel_m, options.cell_m);
+    for (const ViewCameras& cameras : cameras_) {
+      depths_.emplace_back(surfaces, size_m, cameras, progress);
     }
   }
 
-  bool Sees(const Vector3d& p) {
-    const int count = static_cast<int>(centres_.size());
-    for (int i = 0; i < count; ++i) {
-      const int view = (last_ + i) % count;
-      if (!SeesFrom(view, p)) continue;
-      last_ = view;
-      return true;
+  // One of each rig, for one thread.
+  std::vector<PlaneWatch> Watches() const {
+    std::vector<PlaneWatch> watches;
+    for (size_t rig = 0; rig < cameras_.size(); ++rig) {
+      watches.emplace_back(cameras_[rig], depths_[rig], options_);
     }
-    return false;
+    return watches;
   }
 
  private:
-  bool SeesFrom(int view, const Vector3d& p) const {
-    const Vector3d way = centres_[view] - p;
-    const double range_m = way.norm();
-    if (range_m > options_.max_range_m || normal_.dot(way) < min_cosine_ * range_m) return false;
-    const Vector3d p_camera = cameras_.T_camera_world[view][0] * p;
-    if (p_camera.z() < kMinDepth_m) return false;
-    const Vector2d px = PixelFromPlane(cameras_.cameras[0], Vector2d(p_camera.hnormalized()));
-    return cameras_.cameras[0].Contains(px, kMargin_px) &&
-           !depths_.Hides(view, 0, px, p_camera.z());
-  }
-
-  const ViewCameras& cameras_;
-  const SightDepths& depths_;
-  const Vector3d normal_;
+  const std::vector<ViewCameras>& cameras_;
+  std::vector<SightDepths> depths_;  // by rig
   const PlaneOptions& options_;
-  const double min_cosine_ = std::cos(options_.max_grazing_deg * std::numbers::pi / 180);
-  std::vector<Vector3d> centres_;
-  int last_ = 0;
 };
+
+bool AnySees(std::vector<PlaneWatch>* watches, const Vector3d& p, const Vector3d& normal) {
+  return std::ranges::any_of(*watches, [&](PlaneWatch& watch) { return watch.Sees(p, normal); });
+}
 
 // What is around a place of a plane, if it is on one surface, else the plane where that is known.
 std::optional<SurfaceAround> SurfaceAt(const BoundedPlane& plane, const MeasuredAround& around,
@@ -86,19 +78,14 @@ std::optional<SurfaceAround> SurfaceAt(const BoundedPlane& plane, const Measured
 }
 
 std::vector<DensePoint> Filled(const BoundedPlane& plane, const MeasuredBuilding& measured,
-                               const PointIndex& index, const PlaneOptions& options) {
+                               const PointIndex& index, const WatchingViews& watching,
+                               const PlaneOptions& options) {
   const PlaneGrid& grid = plane.grid;
   const MeasuredAround around(grid, measured.dense, measured.lines, options);
   const PlaneBorders borders =
       plane.is_wall ? PlaneBorders(grid, measured.lines, options.beside_m) : PlaneBorders();
   const cv::Mat1i passes = CountPasses(grid, measured.sights, options);
-  std::vector<Watch> watches;
-  for (const Watchers& watchers : measured.watchers) {
-    watches.emplace_back(watchers, grid.normal, options);
-  }
-  const auto is_seen = [&](const Vector3d& p) {
-    return std::any_of(watches.begin(), watches.end(), [&](Watch& watch) { return watch.Sees(p); });
-  };
+  std::vector<PlaneWatch> watches = watching.Watches();
   std::vector<DensePoint> points;
   for (int row = 0; row < grid.rows; ++row) {
     for (int column = 0; column < grid.columns; ++column) {
@@ -106,7 +93,7 @@ std::vector<DensePoint> Filled(const BoundedPlane& plane, const MeasuredBuilding
       const auto surface = SurfaceAt(plane, around, borders, {column + 0.5, row + 0.5}, options);
       if (!surface) continue;
       const Vector3d p = grid.At(column + 0.5, row + 0.5) + surface->offset_m * grid.normal;
-      if (index.HasNear(p, kMeasured_m) || !is_seen(p)) continue;
+      if (index.HasNear(p, kMeasured_m) || !AnySees(&watches, p, grid.normal)) continue;
       points.push_back({p, grid.normal, plane.sigma_m,
                         static_cast<uint8_t>(std::lround(surface->grey)),
                         DenseSource::kFilledPlane});
@@ -146,12 +133,12 @@ std::vector<DensePoint> FirstOfEach(const std::vector<std::vector<DensePoint>>& 
   return points;
 }
 
-}  // namespace
-
-std::vector<DensePoint> FillPlanes(const MeasuredBuilding& measured, const PlaneOptions& options,
-                                   int threads, const Progress& progress) {
-  options.Check();
-  const std::vector<BoundedPlane> planes = PlanesToFill(measured, options, progress);
+// By plane. None once progress says so.
+std::vector<std::vector<DensePoint>> FillEach(const MeasuredBuilding& measured,
+                                              const std::vector<BoundedPlane>& planes,
+                                              const PlaneOptions& options, int threads,
+                                              const Progress& progress) {
+  const WatchingViews watching(measured, measured.dense, options, progress.Part(0, 0));
   PointIndex index(kIndex_m);
   for (size_t i = 0; i < measured.dense.size(); ++i) index.Add(measured.dense[i].p_world, i);
   std::vector<std::vector<DensePoint>> filled(planes.size());
@@ -160,10 +147,49 @@ std::vector<DensePoint> FillPlanes(const MeasuredBuilding& measured, const Plane
     if (!progress.Report(static_cast<double>(begin) / static_cast<double>(planes.size()))) {
       return {};
     }
-    ParallelFor(begin, std::min(planes.size(), begin + kAtOnce), threads,
-                [&](size_t i) { filled[i] = Filled(planes[i], measured, index, options); });
+    ParallelFor(begin, std::min(planes.size(), begin + kAtOnce), threads, [&](size_t i) {
+      filled[i] = Filled(planes[i], measured, index, watching, options);
+    });
   }
-  return FirstOfEach(filled);
+  return filled;
+}
+
+// Of what is filled that which some view sees past all of it: a blank wall, which is not measured,
+// hides the rooms behind it.
+std::vector<DensePoint> SeenOf(const std::vector<DensePoint>& filled,
+                               const MeasuredBuilding& measured, const PlaneOptions& options,
+                               int threads, const Progress& progress) {
+  std::vector<DensePoint> surfaces = measured.dense;
+  surfaces.insert(surfaces.end(), filled.begin(), filled.end());
+  const WatchingViews watching(measured, surfaces, options, progress);
+  constexpr size_t kJob = 1000;  // points
+  std::vector<char> is_seen(filled.size());
+  ParallelFor(0, (filled.size() + kJob - 1) / kJob, threads, [&](size_t job) {
+    std::vector<PlaneWatch> watches = watching.Watches();
+    for (size_t i = job * kJob; i < std::min(filled.size(), (job + 1) * kJob); ++i) {
+      is_seen[i] = AnySees(&watches, filled[i].p_world, filled[i].normal_world) ? 1 : 0;
+    }
+  });
+  std::vector<DensePoint> seen;
+  for (size_t i = 0; i < filled.size(); ++i) {
+    if (is_seen[i]) seen.push_back(filled[i]);
+  }
+  return seen;
+}
+
+}  // namespace
+
+std::vector<DensePoint> FillPlanes(const MeasuredBuilding& measured, const PlaneOptions& options,
+                                   int threads, const Progress& progress) {
+  options.Check();
+  const std::vector<BoundedPlane> planes = PlanesToFill(measured, options, progress);
+  const std::vector<DensePoint> filled =
+      FirstOfEach(FillEach(measured, planes, options, threads, progress.Part(0, kFilledUntil)));
+  if (!progress.Report(kFilledUntil)) return {};
+  std::vector<DensePoint> seen =
+      SeenOf(filled, measured, options, threads, progress.Part(kFilledUntil, 1));
+  if (!progress.Report(1)) return {};
+  return seen;
 }
 
 }  // namespace slcmap

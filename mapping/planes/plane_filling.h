@@ -9,16 +9,10 @@
 #include "mapping/building/building.h"
 #include "mapping/building/building_input.h"
 #include "mapping/dense/dense_point.h"
-#include "mapping/lines/sight_depths.h"
+#include "mapping/lines/view_cameras.h"
 #include "mapping/planes/plane_options.h"
 
 namespace slcmap {
-
-// Views that look at a building, and what hides it from them.
-struct Watchers {
-  const ViewCameras& cameras;
-  const SightDepths& depths;
-};
 
 // What is known of a building before.
 struct MeasuredBuilding {
@@ -26,15 +20,16 @@ struct MeasuredBuilding {
   const std::vector<MapLine>& lines;
   const Building& building;
   const std::vector<Sights>& sights;  // rays to what was measured
-  std::vector<Watchers> watchers;     // by rig
+  std::vector<ViewCameras> watchers;  // views that look at it, by rig
+  double voxel_m;                     // that a point of the cloud stands for
 };
 
 // Points of source kFilledPlane, a cell of walls, floors and ceilings each: where nothing was
 // measured, the points around are on one surface or the plane itself is well known, of a wall no
-// line parts it from what is around, a camera looks there past all that was measured, and no ray
-// goes through. Inferred walls are not filled. Beyond rooms, floors and ceilings are filled
-// at the heights of their storey (see StoreyPlanes). The same with any number of threads. Once
-// progress says so, there are none.
+// line parts it from what is around, a camera looks there past all that was measured or is filled,
+// and no ray goes through. Inferred walls are not filled. Beyond rooms, floors and ceilings are
+// filled at the heights of their storey (see StoreyPlanes). The same with any number of threads.
+// Once progress says so, there are none.
 std::vector<DensePoint> FillPlanes(const MeasuredBuilding& measured, const PlaneOptions& options,
                                    int threads, const Progress& progress = {});
 

@@ -62,8 +62,7 @@ struct Scene {
     Rig rig = SmallRig();
     for (RigidTransform& T_imu_camera : rig.T_imu_camera) T_imu_camera = {};
     const ViewCameras cameras(views, rig);
-    const SightDepths depths(dense, 0.04, cameras);
-    return FillPlanes({dense, lines, building, sights, {{cameras, depths}}}, {}, threads, progress);
+    return FillPlanes({dense, lines, building, sights, {cameras}, 0.04}, {}, threads, progress);
   }
 };
 
@@ -188,6 +187,31 @@ TEST(FillPlanes, LeavesOutWhatNoCameraSees) {
   EXPECT_EQ(Share(scene.Fill(), {-0.2, 0.2, 1.3, 1.7}), 0);
   for (View& view : scene.views) view.T_world_imu.translation.y() = 6;
   EXPECT_TRUE(scene.Fill().empty());
+}
+
+TEST(FillPlanes, LeavesOutWhatABlankWallHides) {
+  Scene scene;
+  scene.dense.clear();
+  constexpr double kBehind_m = 4;  // y of another wall
+  BuildingPlane behind = scene.building.planes[0];
+  behind.offset_m = -kBehind_m;
+  for (Vector3d& p : behind.outline_world) p.y() = kBehind_m;
+  scene.building.planes.push_back(behind);
+  for (const double y : {kWall_m, kBehind_m}) {
+    for (const double z : {0.0, 3.0}) {
+      MapLine edge;
+      edge.start_world = {-1.9, y, z};
+      edge.end_world = {1.9, y, z};
+      edge.kind = LineKind::kEdge;
+      scene.lines.push_back(edge);
+    }
+  }
+  const auto is_behind = [](const DensePoint& point) { return point.p_world.y() > 3; };
+  const std::vector<DensePoint> points = scene.Fill();
+  EXPECT_GT(points.size(), 500);
+  EXPECT_EQ(std::ranges::count_if(points, is_behind), 0);
+  scene.building.planes.erase(scene.building.planes.begin());
+  EXPECT_GT(std::ranges::count_if(scene.Fill(), is_behind), 500);
 }
 
 TEST(FillPlanes, FillsOneOfTwoPlanesThatAreTheSame) {
