@@ -12,6 +12,7 @@
 #include "mapping/line_map.h"
 #include "mapping/lines/known_lines.h"
 #include "mapping/lines/map_lines.h"
+#include "mapping/lines/sight_depths.h"
 #include "mapping/map_building_input.h"
 #include "mapping/occupancy.h"
 #include "mapping/pipes/pipes.h"

@@ -36,25 +36,40 @@ std::vector<double> OfFilled(const std::vector<double>& distances_m, const Evalu
   return filled_m;
 }
 
-std::vector<double> DistancesToCloud(const std::vector<SurfaceSample>& seen,
-                                     const EvaluatedCloud& cloud) {
-  if (cloud.points.empty()) return std::vector<double>(seen.size(), HUGE_VAL);
-  const auto points = pcl::make_shared<pcl::PointCloud<pcl::PointXYZ>>();
-  for (const Eigen::Vector3d& p : cloud.points) {
-    points->push_back(
+// Of points to the nearest of others.
+std::vector<double> Distances(const std::vector<Eigen::Vector3d>& points,
+                              const std::vector<Eigen::Vector3d>& others) {
+  if (others.empty()) return std::vector<double>(points.size(), HUGE_VAL);
+  const auto cloud = pcl::make_shared<pcl::PointCloud<pcl::PointXYZ>>();
+  for (const Eigen::Vector3d& p : others) {
+    cloud->push_back(
         {static_cast<float>(p.x()), static_cast<float>(p.y()), static_cast<float>(p.z())});
   }
   pcl::KdTreeFLANN<pcl::PointXYZ> tree;
-  tree.setInputCloud(points);
+  tree.setInputCloud(cloud);
   std::vector<double> distances_m;
   pcl::Indices found;
   std::vector<float> squared_m2;
-  for (const SurfaceSample& sample : seen) {
-    const Eigen::Vector3f p = sample.p.cast<float>();
+  for (const Eigen::Vector3d& point : points) {
+    const Eigen::Vector3f p = point.cast<float>();
     tree.nearestKSearch({p.x(), p.y(), p.z()}, 1, found, squared_m2);
     distances_m.push_back(std::sqrt(static_cast<double>(squared_m2.front())));
   }
   return distances_m;
+}
+
+std::vector<Eigen::Vector3d> PlacesOf(const std::vector<SurfaceSample>& samples) {
+  std::vector<Eigen::Vector3d> places;
+  for (const SurfaceSample& sample : samples) places.push_back(sample.p);
+  return places;
+}
+
+std::vector<Eigen::Vector3d> FilledOf(const EvaluatedCloud& cloud) {
+  std::vector<Eigen::Vector3d> filled;
+  for (std::size_t i = 0; i < cloud.points.size(); ++i) {
+    if (cloud.sources[i] == 1) filled.push_back(cloud.points[i]);
+  }
+  return filled;
 }
 
 double RmsBelow(const std::vector<double>& distances_m, double limit_m) {
@@ -97,7 +112,8 @@ CloudMetrics EvaluateCloud(const TriangleTree& surfaces, const std::vector<Surfa
   const std::vector<double> to_surfaces_m =
       DistancesToSurfaces(surfaces, cloud, std::nextafter(largest_m, HUGE_VAL));
   const std::vector<double> filled_m = OfFilled(to_surfaces_m, cloud);
-  const std::vector<double> to_cloud_m = DistancesToCloud(seen, cloud);
+  const std::vector<Eigen::Vector3d> samples = PlacesOf(seen);
+  const std::vector<double> to_cloud_m = Distances(samples, cloud.points);
   std::vector<std::vector<double>> to_cloud_of_range_m;
   CloudMetrics metrics;
   for (const double range_m : options.ranges_m) {
@@ -109,6 +125,7 @@ CloudMetrics EvaluateCloud(const TriangleTree& surfaces, const std::vector<Surfa
   }
   metrics.points = static_cast<int64_t>(cloud.points.size());
   metrics.filled = static_cast<int64_t>(filled_m.size());
+  metrics.filled_seen = ShareWithin(Distances(FilledOf(cloud), samples), options.nearby_m);
   metrics.rms_m = RmsBelow(to_surfaces_m, largest_m);
   for (const double tolerance_m : options.tolerances_m) {
     CloudScore score;

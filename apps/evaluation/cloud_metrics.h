@@ -35,12 +35,15 @@ struct CloudScore {
 struct CloudMetricOptions {
   std::vector<double> tolerances_m = {0.02, 0.05, 0.1, 0.2};
   std::vector<double> ranges_m = {4, 8};  // ascending, at most what views were cast to
+  double nearby_m = 0.12;                 // some samples, and less than most walls are thick
 };
 
 struct CloudMetrics {
   int64_t points = 0, filled = 0;
-  double rms_m = 0;  // distance of points to surfaces, those beyond 20 cm left out;
-                     // kNoFigure where no point is nearer
+  double rms_m = 0;        // distance of points to surfaces, those beyond 20 cm left out;
+                           // kNoFigure where no point is nearer
+  double filled_seen = 0;  // share of the filled points with a sample of what was seen nearby:
+                           // others are guessed, however near a surface they are; kNoFigure of none
   std::vector<int64_t> seen_samples;  // of the surfaces, by range
   std::vector<CloudScore> scores;     // by tolerance
 };

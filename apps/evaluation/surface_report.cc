@@ -26,9 +26,11 @@ Rig TrueRig(const SurfaceInputs& inputs) {
 
 std::string CloudTable(const SurfaceInputs& inputs, const CloudMetrics& metrics,
                        const CloudMetricOptions& options) {
-  std::string text =
-      fmt::format("cloud     {}, {} points, {} of them filled, {} m RMS\n", inputs.cloud,
-                  metrics.points, metrics.filled, FigureText(metrics.rms_m, 4));
+  std::string text = fmt::format(
+      "cloud     {}, {} points, {} of them filled, {} m RMS\n"
+      "          filled where something was seen {} %\n",
+      inputs.cloud, metrics.points, metrics.filled, FigureText(metrics.rms_m, 4),
+      FigureText(100 * metrics.filled_seen, 1));
   text += "\nwithin m  accuracy %  filled %";
   for (const double range_m : options.ranges_m) {
     text += fmt::format("{:>16}{:>9}", fmt::format("seen <{} m %", range_m), "F %");
@@ -117,6 +119,7 @@ Json SurfaceJson(const SurfaceInputs& inputs, const SurfaceMetrics& metrics,
     json["cloud"] = {{"file", inputs.cloud},
                      {"points", metrics.cloud->points},
                      {"filled", metrics.cloud->filled},
+                     {"filled_seen", metrics.cloud->filled_seen},
                      {"rms_m", metrics.cloud->rms_m}};
     for (const CloudScore& score : metrics.cloud->scores) {
       json["cloud"]["scores"].push_back(ScoreJson(score, options));

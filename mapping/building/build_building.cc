@@ -22,7 +22,7 @@ constexpr double kMostSlack_m = 0.075;     // of uncertain ones, at it
 constexpr double kBesideWall_m = 0.12;     // as far, something is before or behind it
 constexpr double kOther_m2 = 0.5;          // of a plane that is no wall but worth telling
 constexpr double kBeforeWall_m = 0.1;      // in the room that a wall bounds
-constexpr double kFreeSigmas = 3;
+constexpr double kHitSigmas = 3;
 
 // Shares of the time, about, up to the end of a stage.
 constexpr double kSorted = 0.1, kFaced = 0.4, kCrossed = 0.85;
@@ -143,7 +143,7 @@ void AddHits(const LevelData& data, const Face& face, FaceGrid* grid) {
     // The cheeks of an opening do not close it, nor does what faces the other way.
     if (!sample.normal.isZero() && sample.normal.dot(face.normal) < 0.5) continue;
     const double z_m = sample.p_world.z();
-    if (distance_m <= std::clamp(kFreeSigmas * sample.sigma_m, kHitSlack_m, kMostSlack_m)) {
+    if (distance_m <= std::clamp(kHitSigmas * sample.sigma_m, kHitSlack_m, kMostSlack_m)) {
       grid->AddHit(along_m, z_m);
     }
     if (distance_m <= std::clamp(2 * sample.sigma_m, kSupportSlack_m, kHitSlack_m)) {

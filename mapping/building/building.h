@@ -38,8 +38,8 @@ struct BuildingPlane {
   std::vector<PlaneOpening> openings;
   std::vector<int64_t> room_ids;  // that it bounds
   // Of a wall: nobody saw this side of it, only the other one and the room before it; it stands
-  // where its thickness, or that of the building's walls, puts it. Of a floor: hardly anything of it
-  // was measured; it is at its storey's height.
+  // where its thickness, or that of the building's walls, puts it. Of a floor: hardly anything of
+  // it was measured; it is at its storey's height.
   bool inferred = false;
 };
 

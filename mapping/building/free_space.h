@@ -51,7 +51,7 @@ std::optional<FreeWay> FreeWayOf(const Eigen::Vector3d& p_world_camera, const Ei
                                  double sigma_m, double floor_m, double top_m, double cell_m);
 
 // Calls use(view, p_world_camera, end, sigma_m) for the rays of all sights, or every so manieth if
-// there are more than max_rays. Throws StoppedError once progress says so.
+// there are as many as max_rays. Throws StoppedError once progress says so.
 template <typename Use>
 void ForEachRay(const std::vector<Sights>& sights, size_t max_rays, const Progress& progress,
                 Use use) {

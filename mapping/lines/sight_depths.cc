@@ -20,7 +20,8 @@ constexpr double kClearance_m = 0.12, kClearanceShare = 0.04;
 
 SightDepths::SightDepths(const std::vector<DensePoint>& cloud, double size_m,
                          const ViewCameras& views, const Progress& progress)
-    : columns_((views.cameras[0].width_px + kCell_px - 1) / kCell_px),
+    : size_m_(size_m),
+      columns_((views.cameras[0].width_px + kCell_px - 1) / kCell_px),
       rows_((views.cameras[0].height_px + kCell_px - 1) / kCell_px),
       images_(views.T_camera_world.size()) {
   constexpr int kAtOnce = 16;  // views between reports
@@ -71,6 +72,19 @@ bool SightDepths::Hides(int view, int camera, const Eigen::Vector2d& px, double 
   if (px.x() < 0 || px.y() < 0 || column >= columns_ || row >= rows_) return false;
   const double surface_m = images_[view][camera][row * columns_ + column];
   return surface_m < depth_m - std::max(kClearance_m, kClearanceShare * depth_m);
+}
+
+// Inverse depth is linear over the image of a plane. A piece that covers the middle of a cell has
+// its own middle up to half its size from there, and the place is up to half a cell from there.
+bool SightDepths::HidesSurface(int view, int camera, const Camera& model,
+                               const Eigen::Vector3d& p_camera,
+                               const Eigen::Vector3d& normal_camera) const {
+  const double z_m = p_camera.z();
+  const double reach = 0.5 * kCell_px / model.fx_px + 0.5 * size_m_ / z_m;  // at depth 1
+  const double from_plane_m = std::max(std::abs(normal_camera.dot(p_camera)), 1e-6);
+  const double slope = normal_camera.head<2>().cwiseAbs().sum() / from_plane_m;
+  return Hides(view, camera, PixelFromPlane(model, Eigen::Vector2d(p_camera.hnormalized())),
+               1 / (1 / z_m + slope * reach));
 }
 
 }  // namespace slcmap

@@ -26,12 +26,18 @@ class SightDepths {
   // right). What is not known hides nothing.
   bool Hides(int view, int camera, const Eigen::Vector2d& px, double depth_m) const;
 
+  // The same of a place on a surface, in the frame of that camera, whose model is given: what lies
+  // on the surface itself does not hide it, however slantingly it is seen.
+  bool HidesSurface(int view, int camera, const Camera& model, const Eigen::Vector3d& p_camera,
+                    const Eigen::Vector3d& normal_camera) const;
+
  private:
   using DepthImage = std::vector<float>;  // cell by cell; infinite: not known; or empty
 
   void Render(const std::vector<DensePoint>& cloud, double size_m, const Camera& camera,
               const RigidTransform& T_camera_world, DepthImage* image) const;
 
+  double size_m_ = 0;
   int columns_ = 0, rows_ = 0;
   std::vector<std::array<DepthImage, 2>> images_;  // by view and camera
 };

@@ -10,6 +10,7 @@
 #include "mapping/building/build_building.h"
 #include "mapping/filled_points.h"
 #include "mapping/junctions/junctions.h"
+#include "mapping/lines/view_cameras.h"
 #include "mapping/map_building_input.h"
 #include "mapping/merge/cloud_sights.h"
 #include "mapping/merge/line_union.h"

@@ -18,7 +18,8 @@ struct AlignmentCandidate {
 // The places with most votes, the best first: for each turn by which a heading of the second is
 // brought onto one of the first, upright lines, level lines and surfaces by where they face vote
 // for shifts in the plan (a correlation), and level surfaces and lines for heights. With a rough
-// start those within its reach. None where a map has no heading. Throws StoppedError once progress says so.
+// start those within its reach. None where a map has no heading. Throws StoppedError once progress
+// says so.
 std::vector<AlignmentCandidate> FindCandidates(const AlignmentFeatures& first,
                                                const AlignmentFeatures& second,
                                                const AlignmentOptions& options,

@@ -26,18 +26,23 @@ constexpr double kSamePlace_m = 0.025;  // of points of two planes that are one
 // much more of a surface than they are apart.
 constexpr double kPieces = 1.5;
 
-// Share of the time, about.
-constexpr double kFilledUntil = 0.7;
+// Shares of the time, about.
+constexpr double kMeasuredSeen = 0.2, kFilledUntil = 0.7, kFilledSeen = 0.9;
 
-// What hides places from the views of a building's rigs.
+// The views of a building's rigs, and what hides places from them.
 class WatchingViews {
  public:
-  WatchingViews(const MeasuredBuilding& measured, const std::vector<DensePoint>& surfaces,
-                const PlaneOptions& options, const Progress& progress)
-      : cameras_(measured.watchers), options_(options) {
-    const double size_m = kPieces * std::max(measured.voxel_m, options.cell_m);
-    for (const ViewCameras& cameras : cameras_) {
-      depths_.emplace_back(surfaces, size_m, cameras, progress);
+  WatchingViews(const std::vector<ViewCameras>& cameras, const PlaneOptions& options)
+      : cameras_(cameras), depths_(cameras.size()), options_(options) {}
+
+  // Surfaces of which points are so far apart hide what is behind them, from now on.
+  void AddHiding(const std::vector<DensePoint>& surfaces, double apart_m,
+                 const Progress& progress) {
+    const auto count = static_cast<double>(cameras_.size());
+    for (size_t rig = 0; rig < cameras_.size(); ++rig) {
+      const auto i = static_cast<double>(rig);
+      depths_[rig].emplace_back(surfaces, kPieces * apart_m, cameras_[rig],
+                                progress.Part(i / count, (i + 1) / count));
     }
   }
 
@@ -52,7 +57,7 @@ class WatchingViews {
 
  private:
   const std::vector<ViewCameras>& cameras_;
-  std::vector<SightDepths> depths_;  // by rig
+  std::vector<std::vector<SightDepths>> depths_;  // by rig
   const PlaneOptions& options_;
 };
 
@@ -136,9 +141,9 @@ std::vector<DensePoint> FirstOfEach(const std::vector<std::vector<DensePoint>>& 
 // By plane. None once progress says so.
 std::vector<std::vector<DensePoint>> FillEach(const MeasuredBuilding& measured,
                                               const std::vector<BoundedPlane>& planes,
+                                              const WatchingViews& watching,
                                               const PlaneOptions& options, int threads,
                                               const Progress& progress) {
-  const WatchingViews watching(measured, measured.dense, options, progress.Part(0, 0));
   PointIndex index(kIndex_m);
   for (size_t i = 0; i < measured.dense.size(); ++i) index.Add(measured.dense[i].p_world, i);
   std::vector<std::vector<DensePoint>> filled(planes.size());
@@ -154,25 +159,27 @@ std::vector<std::vector<DensePoint>> FillEach(const MeasuredBuilding& measured,
   return filled;
 }
 
-// Of what is filled that which some view sees past all of it: a blank wall, which is not measured,
-// hides the rooms behind it.
-std::vector<DensePoint> SeenOf(const std::vector<DensePoint>& filled,
-                               const MeasuredBuilding& measured, const PlaneOptions& options,
+// Of points those that some view sees. None once progress says so.
+std::vector<DensePoint> SeenOf(const std::vector<DensePoint>& points, const WatchingViews& watching,
                                int threads, const Progress& progress) {
-  std::vector<DensePoint> surfaces = measured.dense;
-  surfaces.insert(surfaces.end(), filled.begin(), filled.end());
-  const WatchingViews watching(measured, surfaces, options, progress);
-  constexpr size_t kJob = 1000;  // points
-  std::vector<char> is_seen(filled.size());
-  ParallelFor(0, (filled.size() + kJob - 1) / kJob, threads, [&](size_t job) {
-    std::vector<PlaneWatch> watches = watching.Watches();
-    for (size_t i = job * kJob; i < std::min(filled.size(), (job + 1) * kJob); ++i) {
-      is_seen[i] = AnySees(&watches, filled[i].p_world, filled[i].normal_world) ? 1 : 0;
+  constexpr size_t kJob = 200, kAtOnce = 2000;  // points
+  std::vector<char> is_seen(points.size());
+  for (size_t begin = 0; begin < points.size(); begin += kAtOnce) {
+    if (!progress.Report(static_cast<double>(begin) / static_cast<double>(points.size()))) {
+      return {};
     }
-  });
+    const size_t end = std::min(points.size(), begin + kAtOnce);
+    ParallelFor(0, (end - begin + kJob - 1) / kJob, threads, [&](size_t job) {
+      std::vector<PlaneWatch> watches = watching.Watches();
+      const size_t first = begin + job * kJob;
+      for (size_t i = first; i < std::min(end, first + kJob); ++i) {
+        is_seen[i] = AnySees(&watches, points[i].p_world, points[i].normal_world) ? 1 : 0;
+      }
+    });
+  }
   std::vector<DensePoint> seen;
-  for (size_t i = 0; i < filled.size(); ++i) {
-    if (is_seen[i]) seen.push_back(filled[i]);
+  for (size_t i = 0; i < points.size(); ++i) {
+    if (is_seen[i]) seen.push_back(points[i]);
   }
   return seen;
 }
@@ -183,11 +190,14 @@ std::vector<DensePoint> FillPlanes(const MeasuredBuilding& measured, const Plane
                                    int threads, const Progress& progress) {
   options.Check();
   const std::vector<BoundedPlane> planes = PlanesToFill(measured, options, progress);
-  const std::vector<DensePoint> filled =
-      FirstOfEach(FillEach(measured, planes, options, threads, progress.Part(0, kFilledUntil)));
-  if (!progress.Report(kFilledUntil)) return {};
-  std::vector<DensePoint> seen =
-      SeenOf(filled, measured, options, threads, progress.Part(kFilledUntil, 1));
+  if (planes.empty()) return {};
+  WatchingViews watching(measured.watchers, options);
+  watching.AddHiding(measured.dense, measured.voxel_m, progress.Part(0, kMeasuredSeen));
+  const std::vector<DensePoint> filled = FirstOfEach(FillEach(
+      measured, planes, watching, options, threads, progress.Part(kMeasuredSeen, kFilledUntil)));
+  // A blank wall, which is not measured, hides the rooms behind it.
+  watching.AddHiding(filled, options.cell_m, progress.Part(kFilledUntil, kFilledSeen));
+  std::vector<DensePoint> seen = SeenOf(filled, watching, threads, progress.Part(kFilledSeen, 1));
   if (!progress.Report(1)) return {};
   return seen;
 }

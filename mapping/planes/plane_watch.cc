@@ -1,5 +1,6 @@
 #include "mapping/planes/plane_watch.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -16,7 +17,7 @@ constexpr double kMargin_px = 2;     // of the image's border
 
 }  // namespace
 
-PlaneWatch::PlaneWatch(const ViewCameras& cameras, const SightDepths& depths,
+PlaneWatch::PlaneWatch(const ViewCameras& cameras, const std::vector<SightDepths>& depths,
                        const PlaneOptions& options)
     : cameras_(cameras),
       depths_(depths),
@@ -42,10 +43,16 @@ bool PlaneWatch::SeesFrom(int view, const Vector3d& p_world, const Vector3d& nor
   const Vector3d way = centres_[view] - p_world;
   const double range_m = way.norm();
   if (range_m > max_range_m_ || normal_world.dot(way) < min_cosine_ * range_m) return false;
-  const Vector3d p_camera = cameras_.T_camera_world[view][0] * p_world;
+  const RigidTransform& T_camera_world = cameras_.T_camera_world[view][0];
+  const Vector3d p_camera = T_camera_world * p_world;
   if (p_camera.z() < kMinDepth_m) return false;
-  const Vector2d px = PixelFromPlane(cameras_.cameras[0], Vector2d(p_camera.hnormalized()));
-  return cameras_.cameras[0].Contains(px, kMargin_px) && !depths_.Hides(view, 0, px, p_camera.z());
+  const Camera& camera = cameras_.cameras[0];
+  const Vector2d px = PixelFromPlane(camera, Vector2d(p_camera.hnormalized()));
+  if (!camera.Contains(px, kMargin_px)) return false;
+  const Vector3d normal_camera = T_camera_world.rotation * normal_world;
+  return std::ranges::none_of(depths_, [&](const SightDepths& depths) {
+    return depths.HidesSurface(view, 0, camera, p_camera, normal_camera);
+  });
 }
 
 }  // namespace slcmap

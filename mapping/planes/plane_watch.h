@@ -13,7 +13,9 @@ namespace slcmap {
 // The left images of a rig's views. What is given has to live on.
 class PlaneWatch {
  public:
-  PlaneWatch(const ViewCameras& cameras, const SightDepths& depths, const PlaneOptions& options);
+  // Hidden is what one of the depths hides.
+  PlaneWatch(const ViewCameras& cameras, const std::vector<SightDepths>& depths,
+             const PlaneOptions& options);
 
   // From before the surface, near and steeply enough, past all that hides it. Neighbouring places
   // are seen by the same view, which is asked first.
@@ -24,7 +26,7 @@ class PlaneWatch {
                 const Eigen::Vector3d& normal_world) const;
 
   const ViewCameras& cameras_;
-  const SightDepths& depths_;
+  const std::vector<SightDepths>& depths_;
   const double max_range_m_, min_cosine_;
   std::vector<Eigen::Vector3d> centres_;
   int last_ = 0;

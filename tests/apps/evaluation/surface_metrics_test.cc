@@ -67,6 +67,21 @@ TEST(CloudMetrics, CountWhatLiesOnSurfacesAndWhatOfThemIsCovered) {
   EXPECT_NEAR(at_10cm.f[0], 2 * at_10cm.completeness[0] / (1 + at_10cm.completeness[0]), 1e-9);
 }
 
+TEST(CloudMetrics, TellWhatWasFilledThoughItWasNotSeen) {
+  const TriangleTree surfaces(WallAtX(3, 1));
+  EvaluatedCloud cloud;
+  std::vector<SurfaceSample> seen;
+  for (int i = 0; i < 40; ++i) {
+    const Eigen::Vector3d p(3, 0.05 * i - 0.975, 0);
+    cloud.points.push_back(p);
+    cloud.sources.push_back(i % 2);
+    if (i < 10) seen.push_back({p, 3});
+  }
+  const CloudMetrics metrics = EvaluateCloud(surfaces, seen, cloud, {});
+  EXPECT_EQ(metrics.scores[1].filled_accuracy, 1);
+  EXPECT_NEAR(metrics.filled_seen, 6.0 / 20, 1e-9);  // one more is 10 cm from the last sample
+}
+
 TEST(CloudMetrics, AnEmptyCloudHasNoAccuracyAndCoversNothing) {
   const TriangleTree surfaces(WallAtX(3, 1));
   const CloudMetrics metrics = EvaluateCloud(surfaces, {{{3, 0, 0}, 3}}, {}, {});
@@ -165,6 +180,7 @@ TEST(SurfaceReport, OfNothingThereAreNoFigures) {
   metrics.occupancy = EvaluateOccupancy(surfaces, {}, OccupancyMap(0.1), {});
   const nlohmann::ordered_json json = SurfaceJson({}, metrics, {});
   EXPECT_EQ(json["cloud"]["rms_m"].dump(), "null");
+  EXPECT_EQ(json["cloud"]["filled_seen"].dump(), "null");
   EXPECT_EQ(json["cloud"]["scores"][0]["accuracy"].dump(), "null");
   EXPECT_EQ(json["cloud"]["scores"][0]["ranges"][0]["completeness"].dump(), "null");
   EXPECT_EQ(json["cloud"]["scores"][0]["ranges"][0]["f"].dump(), "null");

@@ -214,6 +214,27 @@ TEST(FillPlanes, LeavesOutWhatABlankWallHides) {
   EXPECT_GT(std::ranges::count_if(scene.Fill(), is_behind), 500);
 }
 
+TEST(FillPlanes, AFloorThatIsSeenSlantinglyDoesNotHideItself) {
+  Scene scene;
+  scene.dense.clear();
+  BuildingPlane floor;
+  floor.kind = PlaneKind::kWall;  // as walls are filled from their edges
+  floor.normal = Vector3d::UnitZ();
+  floor.sigma_m = 0.005;
+  floor.outline_world = {{-1, 4, 0}, {1, 4, 0}, {1, 7, 0}, {-1, 7, 0}};
+  scene.building.planes = {floor};
+  for (const double x : {-1, 1}) {
+    MapLine edge;
+    edge.start_world = {x, 4, 0};
+    edge.end_world = {x, 7, 0};
+    edge.kind = LineKind::kEdge;
+    scene.lines.push_back(edge);
+  }
+  for (View& view : scene.views) view.T_world_imu.translation.z() = 0.9;
+  const std::vector<DensePoint> points = scene.Fill();
+  EXPECT_GT(points.size(), 0.9 * 2 * 3 / (0.05 * 0.05));
+}
+
 TEST(FillPlanes, FillsOneOfTwoPlanesThatAreTheSame) {
   Scene scene;
   const size_t once = scene.Fill().size();
