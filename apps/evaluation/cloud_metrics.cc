@@ -28,12 +28,14 @@ std::vector<double> DistancesToSurfaces(const TriangleTree& surfaces, const Eval
   return distances_m;
 }
 
-std::vector<double> OfFilled(const std::vector<double>& distances_m, const EvaluatedCloud& cloud) {
-  std::vector<double> filled_m;
-  for (std::size_t i = 0; i < distances_m.size(); ++i) {
-    if (cloud.sources[i] == 1) filled_m.push_back(distances_m[i]);
+// Of values of the points of a cloud.
+template <typename Value>
+std::vector<Value> OfFilled(const std::vector<Value>& values, const EvaluatedCloud& cloud) {
+  std::vector<Value> filled;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    if (cloud.sources[i] == 1) filled.push_back(values[i]);
   }
-  return filled_m;
+  return filled;
 }
 
 // Of points to the nearest of others.
@@ -62,14 +64,6 @@ std::vector<Eigen::Vector3d> PlacesOf(const std::vector<SurfaceSample>& samples)
   std::vector<Eigen::Vector3d> places;
   for (const SurfaceSample& sample : samples) places.push_back(sample.p);
   return places;
-}
-
-std::vector<Eigen::Vector3d> FilledOf(const EvaluatedCloud& cloud) {
-  std::vector<Eigen::Vector3d> filled;
-  for (std::size_t i = 0; i < cloud.points.size(); ++i) {
-    if (cloud.sources[i] == 1) filled.push_back(cloud.points[i]);
-  }
-  return filled;
 }
 
 double RmsBelow(const std::vector<double>& distances_m, double limit_m) {
@@ -125,7 +119,8 @@ CloudMetrics EvaluateCloud(const TriangleTree& surfaces, const std::vector<Surfa
   }
   metrics.points = static_cast<int64_t>(cloud.points.size());
   metrics.filled = static_cast<int64_t>(filled_m.size());
-  metrics.filled_seen = ShareWithin(Distances(FilledOf(cloud), samples), options.nearby_m);
+  metrics.filled_seen =
+      ShareWithin(Distances(OfFilled(cloud.points, cloud), samples), options.nearby_m);
   metrics.rms_m = RmsBelow(to_surfaces_m, largest_m);
   for (const double tolerance_m : options.tolerances_m) {
     CloudScore score;

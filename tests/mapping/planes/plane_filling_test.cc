@@ -58,6 +58,14 @@ struct Scene {
     }
   }
 
+  void AddEdge(const Vector3d& start, const Vector3d& end) {
+    MapLine edge;
+    edge.start_world = start;
+    edge.end_world = end;
+    edge.kind = LineKind::kEdge;
+    lines.push_back(edge);
+  }
+
   std::vector<DensePoint> Fill(int threads = 1, const Progress& progress = {}) const {
     Rig rig = SmallRig();
     for (RigidTransform& T_imu_camera : rig.T_imu_camera) T_imu_camera = {};
@@ -100,13 +108,7 @@ TEST(FillPlanes, FillsABlankWallFromItsEdges) {
   Scene scene;
   scene.dense.clear();
   EXPECT_TRUE(scene.Fill().empty());
-  for (const double z : {0.0, 3.0}) {
-    MapLine edge;
-    edge.start_world = {-1.9, kWall_m, z};
-    edge.end_world = {1.9, kWall_m, z};
-    edge.kind = LineKind::kEdge;
-    scene.lines.push_back(edge);
-  }
+  for (const double z : {0.0, 3.0}) scene.AddEdge({-1.9, kWall_m, z}, {1.9, kWall_m, z});
   const std::vector<DensePoint> points = scene.Fill();
   EXPECT_GT(Share(points, {-0.6, 0.6, 0.9, 2.1}), 0.95);
   for (const DensePoint& point : points) EXPECT_NEAR(point.p_world.y(), kWall_m, 1e-9);
@@ -198,13 +200,7 @@ TEST(FillPlanes, LeavesOutWhatABlankWallHides) {
   for (Vector3d& p : behind.outline_world) p.y() = kBehind_m;
   scene.building.planes.push_back(behind);
   for (const double y : {kWall_m, kBehind_m}) {
-    for (const double z : {0.0, 3.0}) {
-      MapLine edge;
-      edge.start_world = {-1.9, y, z};
-      edge.end_world = {1.9, y, z};
-      edge.kind = LineKind::kEdge;
-      scene.lines.push_back(edge);
-    }
+    for (const double z : {0.0, 3.0}) scene.AddEdge({-1.9, y, z}, {1.9, y, z});
   }
   const auto is_behind = [](const DensePoint& point) { return point.p_world.y() > 3; };
   const std::vector<DensePoint> points = scene.Fill();
@@ -223,13 +219,7 @@ TEST(FillPlanes, AFloorThatIsSeenSlantinglyDoesNotHideItself) {
   floor.sigma_m = 0.005;
   floor.outline_world = {{-1, 4, 0}, {1, 4, 0}, {1, 7, 0}, {-1, 7, 0}};
   scene.building.planes = {floor};
-  for (const double x : {-1, 1}) {
-    MapLine edge;
-    edge.start_world = {x, 4, 0};
-    edge.end_world = {x, 7, 0};
-    edge.kind = LineKind::kEdge;
-    scene.lines.push_back(edge);
-  }
+  for (const double x : {-1, 1}) scene.AddEdge({x, 4, 0}, {x, 7, 0});
   for (View& view : scene.views) view.T_world_imu.translation.z() = 0.9;
   const std::vector<DensePoint> points = scene.Fill();
   EXPECT_GT(points.size(), 0.9 * 2 * 3 / (0.05 * 0.05));
