@@ -173,8 +173,9 @@ void AddSimulateCommand(CLI::App& app) {
   AddMotionOptions(options, command);
   AddBuildingOptions(*arguments, command);
   AddSensorOptions(*arguments, command);
-  command->add_flag("--only-building", arguments->only_building,
-                    "Write nothing but truth/building.json and pipes.csv, also into a sequence that is there");
+  command->add_flag(
+      "--only-building", arguments->only_building,
+      "Write nothing but truth/building.json and pipes.csv, also into a sequence that is there");
   command->add_flag("--depth", options.with_depth, "Write truth/depth for each left image");
   command->add_option("--threads", options.threads, "Threads; the bytes are the same with any")
       ->capture_default_str();

@@ -49,7 +49,8 @@ std::unique_ptr<SequenceSource> OpenRecording(const MapResult& map,
   }
   RefuseInputs(LinkTarget(arguments.output), {path});
   const std::string calibration = arguments.map + "/calibration.yaml";
-  SequenceOptions options{.needs_imu = false};
+  SequenceOptions options;
+  options.needs_imu = false;
   if (std::filesystem::exists(calibration, error)) options.calibration = calibration;
   return OpenSource(path, options, false);
 }

@@ -161,7 +161,7 @@ std::vector<std::string> ExportMap(const MapResult& map, OutputFolder* folder,
   }
   progress.ReportOrStop(1);
   WriteSummary(folder->staging(), map, names);
-  folder->Commit(map.complete && !map.trajectory.empty());
+  folder->Commit(map.complete);
   RemoveOthers(folder->path(), last, names);
   std::vector<std::string> paths;
   for (const std::string& name : names) paths.push_back(folder->path() + "/" + name);

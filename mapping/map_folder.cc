@@ -260,7 +260,7 @@ std::string WriteMapFolder(OutputFolder* folder, const MapResult& map) {
   WriteFile(path + kOptions, map.source.options);
   if (map.calibrated_rig) WriteKalibrCalibration(path + kCalibration, *map.calibrated_rig);
   const std::string id = WriteSummary(folder->staging(), map);
-  folder->Commit(map.complete && !map.trajectory.empty());
+  folder->Commit(map.complete);
   if (!map.calibrated_rig) {  // an earlier map's would be of another run
     std::error_code ignored;
     std::filesystem::remove(folder->path() + "/" + kCalibration, ignored);

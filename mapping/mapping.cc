@@ -2,9 +2,6 @@
 
 #include <spdlog/spdlog.h>
 
-#include <algorithm>
-#include <iterator>
-
 #include "mapping/building/build_building.h"
 #include "mapping/dense/dense_stage.h"
 #include "mapping/filled_points.h"
@@ -78,27 +75,6 @@ MapLineOptions LineOptionsFor(const OdometryRun& run, const RecordedViews& recor
   return agreement->across_px ? options.ForPoses(*agreement->across_px) : options;
 }
 
-const Views& FramesOf(const RecordedViews& recorded) {
-  return recorded.frames.empty() ? recorded.views : recorded.frames;
-}
-
-Views ViewsAt(const Views& frames, const std::vector<size_t>& selected) {
-  Views views;
-  for (const size_t frame : selected) views.push_back(frames[frame]);
-  return views;
-}
-
-// Keyframes and, where there are frames, those of them that are in between.
-RecordedViews ViewsForLines(const RecordedViews& recorded, const ViewSpacingOptions& options) {
-  const Views& frames = FramesOf(recorded);
-  const std::vector<size_t> selected = SelectViews(frames, recorded.views, options);
-  RecordedViews chosen;
-  chosen.views = ViewsAt(frames, selected);
-  chosen.images = std::make_unique<SelectedImages>(
-      recorded.frames.empty() ? *recorded.images : *recorded.frame_images, selected);
-  return chosen;
-}
-
 SightDepths DepthsOf(const std::vector<DensePoint>& dense, const RecordedViews& recorded,
                      const MappingOptions& options, const Progress& progress) {
   return {dense, options.dense.voxel_m, ViewCameras(recorded.views, recorded.images->rig()),
@@ -123,12 +99,6 @@ BuiltLines LinesOf(const OdometryRun& run, const RecordedViews& recorded,
       depths, LineSurfaces(dense), lines, progress.Part(kAxes, 1));
 }
 
-void MoveMarks(MapResult* map) {
-  const auto is_mark = [](const MapLine& line) { return line.kind == LineKind::kMark; };
-  std::copy_if(map->lines.begin(), map->lines.end(), std::back_inserter(map->marks), is_mark);
-  std::erase_if(map->lines, is_mark);
-}
-
 void AddFilledPlanes(const RecordedViews& recorded, const std::vector<Sights>& sights,
                      const MappingOptions& options, const Progress& progress, MapResult* map) {
   if (!options.planes.fill) return;
@@ -149,7 +119,7 @@ void MapImages(const OdometryRun& run, const RecordedViews& recorded, const Mapp
                              progress.Part(kDenseUntil, kLinesUntil), &map->warnings);
   map->lines = std::move(built.lines);
   map->line_evidence = std::move(built.evidence);
-  MoveMarks(map);
+  map->marks = TakeMarks(&map->lines);
   if (progress.Report(kLinesUntil)) AddPipes(options.pipes, map);
   const BuildingInput input = BuildingInputOf(*map, std::move(sights));
   if (progress.Report(kLinesUntil)) map->building = BuildBuilding(input, options.building);
@@ -160,6 +130,11 @@ void MapImages(const OdometryRun& run, const RecordedViews& recorded, const Mapp
       recorded.images->unreadable() +
       (recorded.frame_images ? recorded.frame_images->unreadable() : int64_t{0});
   if (unreadable > 0) map->warnings[kImageUnreadable] += unreadable;
+}
+
+void MarkPartial(const std::string& reason, MapResult* map) {
+  map->complete = false;
+  map->partial_reason += (map->partial_reason.empty() ? "" : "; ") + reason;
 }
 
 }  // namespace
@@ -205,11 +180,8 @@ MapResult BuildMap(const OdometryRun& run, const RecordedViews* recorded,
                                  watched.Part(kFilteredUntil, 1));
   }
   map.point_observations = ObservationsOf(map.points, run, map.rectified_rig);
-  if (stopped) {
-    map.complete = false;
-    map.partial_reason += map.partial_reason.empty() ? "" : "; ";
-    map.partial_reason += "mapping was interrupted";
-  }
+  if (stopped) MarkPartial("mapping was interrupted", &map);
+  if (map.trajectory.empty()) MarkPartial("the run has no pose", &map);
   return map;
 }
 

@@ -38,21 +38,31 @@ void OccupancyOptions::Read(YamlSection section) { kOccupancyTable.Read(section,
 void RunLineOptions::Check() const { kRunLinesTable.Check("mapping.run_lines", *this); }
 void RunLineOptions::Read(YamlSection section) { kRunLinesTable.Read(section, this); }
 
+namespace {
+
+// Calls visit(key, struct) for each section of the file, for options that are const or not.
+template <typename Options, typename Visit>
+void ForEachSection(Options& options, const Visit& visit) {
+  visit("cloud", options.cloud);
+  visit("occupancy", options.occupancy);
+  visit("adjustment", options.adjustment);
+  visit("given_poses", options.given_poses);
+  visit("lines", options.lines);
+  visit("run_lines", options.run_lines);
+  visit("dense", options.dense);
+  visit("pipes", options.pipes);
+  visit("planes", options.planes);
+  visit("junctions", options.junctions);
+  visit("building", options.building);
+}
+
+}  // namespace
+
 MappingOptions MappingOptions::FromYaml(const std::string& path) {
   return ReadConfigFile(path, [](YamlSection& root) {
     MappingOptions options;
     YamlSection section = root.Section("mapping");
-    options.cloud.Read(section.Section("cloud"));
-    options.occupancy.Read(section.Section("occupancy"));
-    options.adjustment.Read(section.Section("adjustment"));
-    options.given_poses.Read(section.Section("given_poses"));
-    options.lines.Read(section.Section("lines"));
-    options.run_lines.Read(section.Section("run_lines"));
-    options.dense.Read(section.Section("dense"));
-    options.pipes.Read(section.Section("pipes"));
-    options.planes.Read(section.Section("planes"));
-    options.junctions.Read(section.Section("junctions"));
-    options.building.Read(section.Section("building"));
+    ForEachSection(options, [&](const char* key, auto& part) { part.Read(section.Section(key)); });
     section.Finish();
     options.Check();
     return options;
@@ -63,32 +73,12 @@ std::string MappingOptions::ToYaml() const {
   MappingOptions options = *this;
   return YamlSection::Dump([&](YamlSection* root) {
     YamlSection section = root->Section("mapping");
-    options.cloud.Read(section.Section("cloud"));
-    options.occupancy.Read(section.Section("occupancy"));
-    options.adjustment.Read(section.Section("adjustment"));
-    options.given_poses.Read(section.Section("given_poses"));
-    options.lines.Read(section.Section("lines"));
-    options.run_lines.Read(section.Section("run_lines"));
-    options.dense.Read(section.Section("dense"));
-    options.pipes.Read(section.Section("pipes"));
-    options.planes.Read(section.Section("planes"));
-    options.junctions.Read(section.Section("junctions"));
-    options.building.Read(section.Section("building"));
+    ForEachSection(options, [&](const char* key, auto& part) { part.Read(section.Section(key)); });
   });
 }
 
 void MappingOptions::Check() const {
-  cloud.Check();
-  occupancy.Check();
-  adjustment.Check();
-  given_poses.Check();
-  lines.Check();
-  run_lines.Check();
-  dense.Check();
-  pipes.Check();
-  planes.Check();
-  junctions.Check();
-  building.Check();
+  ForEachSection(*this, [](const char*, const auto& part) { part.Check(); });
 }
 
 }  // namespace slcmap

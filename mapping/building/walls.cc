@@ -125,6 +125,54 @@ bool IsCredible(const std::vector<BuiltFace>& faces, const BuiltFace& built, dou
   });
 }
 
+// The faces of walls that were measured, the longest first.
+std::vector<size_t> MeasuredByLength(const std::vector<BuiltFace>& faces) {
+  std::vector<size_t> order;
+  for (size_t i = 0; i < faces.size(); ++i) {
+    if (faces[i].is_wall && !faces[i].is_inferred) order.push_back(i);
+  }
+  std::stable_sort(order.begin(), order.end(), [&](size_t a, size_t b) {
+    return faces[a].wall.face.Length() > faces[b].wall.face.Length();
+  });
+  return order;
+}
+
+PlanWall WallAlong(const BuiltFace& built, const Level& level) {
+  const Face& front = built.wall.face;
+  PlanWall wall;
+  wall.storey = front.level;
+  wall.start = front.PointAt(front.from_m);
+  wall.end = front.PointAt(front.to_m);
+  wall.sigma_m = front.sigma_m;
+  wall.plane_ids.push_back(built.plane_id);
+  for (const FaceOpening& opening : built.openings) {
+    AddOpening(OpeningOf(front, opening, front, level), &wall.openings);
+  }
+  return wall;
+}
+
+// Takes the faces behind the front, which tell the wall's thickness too.
+void TakeBacks(const std::vector<BuiltFace>& faces, const std::vector<size_t>& order,
+               const Face& front, const Level& level, const BuildingOptions& options,
+               std::vector<bool>* is_taken, PlanWall* wall) {
+  double thickness_m2 = 0, overlap_m = 0;
+  for (const size_t i : order) {
+    if ((*is_taken)[i]) continue;
+    const Face& back = faces[i].wall.face;
+    const auto body = BodyBetween(front, back, options);
+    if (!body) continue;
+    (*is_taken)[i] = true;
+    thickness_m2 += (body->to_m - body->from_m) * body->thickness_m;
+    overlap_m += body->to_m - body->from_m;
+    wall->plane_ids.push_back(faces[i].plane_id);
+    for (const FaceOpening& opening : faces[i].openings) {
+      AddOpening(OpeningOf(front, opening, back, level), &wall->openings);
+    }
+  }
+  wall->thickness_assumed = overlap_m == 0;
+  if (overlap_m > 0) wall->thickness_m = thickness_m2 / overlap_m;
+}
+
 }  // namespace
 
 void SelectWalls(double floor_m, std::vector<BuiltFace>* faces) {
@@ -184,49 +232,22 @@ void CloseCorners(std::vector<BuiltFace>* faces) {
 
 std::vector<PlanWall> PlanWalls(const std::vector<BuiltFace>& faces,
                                 const std::vector<Level>& levels, const BuildingOptions& options) {
-  std::vector<size_t> order;
-  for (size_t i = 0; i < faces.size(); ++i) {
-    if (faces[i].is_wall && !faces[i].is_inferred) order.push_back(i);
-  }
-  std::stable_sort(order.begin(), order.end(), [&](size_t a, size_t b) {
-    return faces[a].wall.face.Length() > faces[b].wall.face.Length();
-  });
-  std::vector<bool> is_taken(faces.size(), false);
+  const std::vector<size_t> order = MeasuredByLength(faces);
   std::vector<WallFace> seen;
   for (const size_t i : order) seen.push_back(faces[i].wall);
   const double typical_m = TypicalThickness(BodiesOf(seen, options), options);
+  std::vector<bool> is_taken(faces.size(), false);
   std::vector<PlanWall> walls;
   for (const size_t i : order) {
     if (is_taken[i]) continue;
     is_taken[i] = true;
     const Face& front = faces[i].wall.face;
-    PlanWall wall;
+    const Level& level = levels[front.level];
+    PlanWall wall = WallAlong(faces[i], level);
     wall.id = static_cast<int64_t>(walls.size());
-    wall.storey = front.level;
-    wall.start = front.PointAt(front.from_m);
-    wall.end = front.PointAt(front.to_m);
-    wall.sigma_m = front.sigma_m;
-    wall.plane_ids.push_back(faces[i].plane_id);
-    for (const FaceOpening& opening : faces[i].openings) {
-      AddOpening(OpeningOf(front, opening, front, levels[front.level]), &wall.openings);
-    }
-    double thickness = 0, overlap_m = 0;
-    for (const size_t j : order) {
-      if (is_taken[j]) continue;
-      const Face& back = faces[j].wall.face;
-      const auto body = BodyBetween(front, back, options);
-      if (!body) continue;
-      is_taken[j] = true;
-      thickness += (body->to_m - body->from_m) * body->thickness_m;
-      overlap_m += body->to_m - body->from_m;
-      wall.plane_ids.push_back(faces[j].plane_id);
-      for (const FaceOpening& opening : faces[j].openings) {
-        AddOpening(OpeningOf(front, opening, back, levels[front.level]), &wall.openings);
-      }
-    }
+    wall.thickness_m = typical_m;
+    TakeBacks(faces, order, front, level, options, &is_taken, &wall);
     TakeInferred(faces, front, options, &is_taken, &wall);
-    wall.thickness_assumed = overlap_m == 0;
-    wall.thickness_m = overlap_m > 0 ? thickness / overlap_m : typical_m;
     walls.push_back(wall);
   }
   return walls;

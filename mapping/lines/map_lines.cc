@@ -1,5 +1,8 @@
 #include "mapping/lines/map_lines.h"
 
+#include <algorithm>
+#include <iterator>
+
 #include "mapping/lines/guided_pass.h"
 #include "mapping/lines/line_finder.h"
 #include "mapping/lines/line_kinds.h"
@@ -82,6 +85,14 @@ std::vector<MapLine> AsMapLines(const std::vector<TrackedLine>& lines,
     AddMapLines(lines[i], static_cast<int64_t>(i), axes, options, &map_lines);
   }
   return map_lines;
+}
+
+std::vector<MapLine> TakeMarks(std::vector<MapLine>* lines) {
+  const auto is_mark = [](const MapLine& line) { return line.kind == LineKind::kMark; };
+  std::vector<MapLine> marks;
+  std::copy_if(lines->begin(), lines->end(), std::back_inserter(marks), is_mark);
+  std::erase_if(*lines, is_mark);
+  return marks;
 }
 
 }  // namespace slcmap

@@ -24,6 +24,9 @@ std::vector<MapLine> AsMapLines(const std::vector<TrackedLine>& lines,
                                 const std::vector<BuildingAxis>& axes,
                                 const MapLineOptions& options);
 
+// Those that are marks, which are taken out.
+std::vector<MapLine> TakeMarks(std::vector<MapLine>* lines);
+
 struct BuiltLines {
   std::vector<MapLine> lines;
   LineEvidence evidence;

@@ -221,6 +221,17 @@ std::string IdOfPoses(const OdometryRun& run) {
 
 }  // namespace
 
+RecordedViews ViewsForLines(const RecordedViews& recorded, const ViewSpacingOptions& options) {
+  const bool has_frames = !recorded.frames.empty();
+  const Views& frames = has_frames ? recorded.frames : recorded.views;
+  const std::vector<size_t> selected = SelectViews(frames, recorded.views, options);
+  RecordedViews chosen;
+  for (const size_t frame : selected) chosen.views.push_back(frames[frame]);
+  chosen.images = std::make_unique<SelectedImages>(
+      has_frames ? *recorded.frame_images : *recorded.images, selected);
+  return chosen;
+}
+
 std::unique_ptr<ViewImages> KeyframeImages(const OdometryRun& run, const std::string& sequence) {
   const std::string folder = RecordingOf(run, sequence);
   return std::make_unique<RecordedImageReader>(

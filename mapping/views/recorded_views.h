@@ -6,6 +6,7 @@
 
 #include "data/trajectory.h"
 #include "mapping/views/view.h"
+#include "mapping/views/views_between.h"
 #include "odometry/run.h"
 
 namespace slcmap {
@@ -24,6 +25,10 @@ struct RecordedViews {
 // cameras' calibration. Throws DataError when the run does not say where its images are, is of one
 // camera, or when none of the files is there; keyframes without files are views without images.
 RecordedViews ViewsOfRun(const OdometryRun& run, const std::string& sequence);
+
+// Keyframes and, where there are frames, those of them that are in between. `recorded` must outlive
+// them.
+RecordedViews ViewsForLines(const RecordedViews& recorded, const ViewSpacingOptions& options);
 
 // The images of the keyframes alone, in their order, as ViewsOfRun() has them. They are read when
 // they are asked for.

@@ -2,7 +2,6 @@
 // work on lines. Junctions are those of the map; pipes are not looked for.
 //
 //   lines_again RUN MAP OUTPUT [CONFIG]    OUTPUT as line_recall takes it
-#include <algorithm>
 #include <cstdio>
 #include <filesystem>
 #include <iostream>
@@ -25,16 +24,13 @@ void Make(const std::string& run_folder, const std::string& map, const std::stri
           const MappingOptions& options) {
   const OdometryRun run = AdjustRun(ReadRunFolder(run_folder), options.adjustment, nullptr).run;
   const RecordedViews recorded = ViewsOfRun(run, {});
-  const std::vector<size_t> selected =
-      SelectViews(recorded.frames, recorded.views, options.lines.views);
-  Views views;
-  for (const size_t frame : selected) views.push_back(recorded.frames[frame]);
-  const SelectedImages images(*recorded.frame_images, selected);
+  const RecordedViews chosen = ViewsForLines(recorded, options.lines.views);
   std::vector<DensePoint> dense = ReadDensePly(map + "/dense.ply");
   std::erase_if(dense, [](const DensePoint& p) { return p.source != DenseSource::kStereo; });
   const auto axes = AxesOfRun(run, options.lines.min_axis_sigma_rad);
-  const SightDepths sights(dense, options.dense.voxel_m, ViewCameras(views, images.rig()), {});
-  std::vector<MapLine> all = BuildLines(views, images, axes,
+  const SightDepths sights(dense, options.dense.voxel_m,
+                           ViewCameras(chosen.views, chosen.images->rig()), {});
+  std::vector<MapLine> all = BuildLines(chosen.views, *chosen.images, axes,
                                         KnownLines(run, axes, options.run_lines.max_sigma_m,
                                                    options.run_lines.min_observations),
                                         sights, LineSurfaces(dense), options.lines)
@@ -43,12 +39,8 @@ void Make(const std::string& run_folder, const std::string& map, const std::stri
     if (line.observations == 0) all.push_back(line);
   }
   std::filesystem::create_directories(output);
-  std::vector<MapLine> marks;
-  std::copy_if(all.begin(), all.end(), std::back_inserter(marks),
-               [](const MapLine& line) { return line.kind == LineKind::kMark; });
-  std::erase_if(all, [](const MapLine& line) { return line.kind == LineKind::kMark; });
+  WriteMapLines(output + "/marks.ply", TakeMarks(&all));
   WriteMapLines(output + "/lines.ply", all);
-  WriteMapLines(output + "/marks.ply", marks);
   std::filesystem::copy_file(map + "/trajectory.tum", output + "/trajectory.tum",
                              std::filesystem::copy_options::overwrite_existing);
 }

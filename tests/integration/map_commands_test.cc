@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <spdlog/fmt/fmt.h>
 
+#include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "data/map_line.h"
@@ -100,14 +101,18 @@ TEST(MapCommands, SegmentsAreReported) {
   EXPECT_THAT(map.error, HasSubstr("run: the estimator lost itself 1 times"));
 }
 
-TEST(MapCommands, ARunWithoutPosesIsAnEmptyMapAndSaysWhy) {
-  const TempFolder folder;
+void WriteRunWithoutPoses(const std::string& folder) {
   OdometryRun run = testing::MakeWallRun();
   run.states.clear();
   run.keyframes.clear();
   run.landmarks.clear();
   run.warnings["attempts at initialisation that failed"] = 7;
-  WriteRunFolder(folder.Path("run"), run);
+  WriteRunFolder(folder, run);
+}
+
+TEST(MapCommands, ARunWithoutPosesIsAnEmptyMapAndSaysWhy) {
+  const TempFolder folder;
+  WriteRunWithoutPoses(folder.Path("run"));
   const ProcessResult map = RunSlcmap("-q map " + folder.Path("run") + " -o " + folder.Path("map"));
   EXPECT_EQ(map.exit_code, 0) << map.error;
   EXPECT_EQ(map.ErrorLines(), 3) << map.error;
@@ -116,6 +121,21 @@ TEST(MapCommands, ARunWithoutPosesIsAnEmptyMapAndSaysWhy) {
                                HasSubstr("attempts at initialisation that failed: 7")));
   EXPECT_EQ(RunSlcmap("-q export " + folder.Path("map") + " -o " + folder.Path("export")).exit_code,
             0);
+}
+
+TEST(MapCommands, OneEmptyMapReplacesAnotherButNoMapOfSomething) {
+  const TempFolder folder;
+  WriteRunFolder(folder.Path("run"), testing::MakeWallRun());
+  WriteRunWithoutPoses(folder.Path("empty"));
+  const auto map = [&](const std::string& run) {
+    return RunSlcmap("-q map " + folder.Path(run) + " -o " + folder.Path("map"));
+  };
+  EXPECT_EQ(map("empty").exit_code, 0);
+  EXPECT_EQ(map("empty").exit_code, 0);
+  EXPECT_FALSE(std::filesystem::exists(folder.Path("map/previous-1")));
+  EXPECT_EQ(map("run").exit_code, 0);
+  EXPECT_THAT(map("empty").error, HasSubstr("partial results do not replace complete ones"));
+  EXPECT_TRUE(std::filesystem::exists(folder.Path("map/previous-1/map.json")));
 }
 
 TEST(MapCommands, ErrorsNameThePlace) {

@@ -7,7 +7,7 @@ namespace {
 
 Keyframe Seeing(const std::vector<int64_t>& ids) {
   Keyframe keyframe;
-  for (const int64_t id : ids) keyframe.observations.push_back({.landmark_id = id});
+  for (const int64_t id : ids) keyframe.observations.emplace_back().landmark_id = id;
   return keyframe;
 }
 

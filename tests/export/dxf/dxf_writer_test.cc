@@ -113,7 +113,7 @@ TEST(DxfTextTest, OtherCharactersAreWrittenByAscii) {
 TEST_F(DxfWriterTest, EzdxfFindsNothingToMend) {
   NEEDS_EZDXF();
   map_.building.planes = {WallWithDoor()};
-  map_.points = {{{1, 2, 3}}};
+  map_.points.emplace_back().p_world = {1, 2, 3};
   map_.pipes = PipesOfAllAxes();
   map_.trajectory = {{0, {}}, {100'000'000, {}}};
   Write(map_);
@@ -152,7 +152,7 @@ TEST_F(DxfWriterTest, TheLowestStoreyIsShown) {
 TEST_F(DxfWriterTest, CoordinatesSurvive) {
   NEEDS_EZDXF();
   map_.building.T_map_world.translation = {1000, -2000, 0};
-  map_.points = {{{123.45678, -0.00012, 3.3}}};
+  map_.points.emplace_back().p_world = {123.45678, -0.00012, 3.3};
   MapLine line;
   line.axis = LineAxis::kX;
   line.kind = LineKind::kEdge;
@@ -190,7 +190,7 @@ TEST_F(DxfWriterTest, LibreCadDrawsThePlan) {
 TEST_F(DxfWriterTest, FreeCadReadsLayersLinesPointsAndTexts) {
   SLCMAP_NEEDS_READER("freecadcmd");
   map_.building.walls[0].openings.clear();
-  map_.points = {{{1, 2, 3}}};
+  map_.points.emplace_back().p_world = {1, 2, 3};
   map_.pipes = PipesOfAllAxes();
   Write(map_);
   const std::string read =

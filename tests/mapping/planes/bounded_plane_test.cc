@@ -4,6 +4,8 @@
 
 #include <numeric>
 
+#include "tests/mapping/planes/wall_with_door.h"
+
 namespace slcmap {
 namespace {
 
@@ -14,24 +16,8 @@ double InsideArea(const BoundedPlane& plane) {
          plane.grid.cell_m;
 }
 
-// 4 m long and 2.5 m high, with a door of 1 m by 2 m.
-BuildingPlane WallWithDoor() {
-  BuildingPlane wall;
-  wall.kind = PlaneKind::kWall;
-  wall.normal = -Vector3d::UnitY();
-  wall.offset_m = -3;
-  wall.sigma_m = 0.004;
-  wall.outline_world = {{0, 3, 0}, {4, 3, 0}, {4, 3, 2.5}, {0, 3, 2.5}};
-  PlaneOpening door;
-  door.outline_world = {{1, 3, 0}, {2, 3, 0}, {2, 3, 2}, {1, 3, 2}};
-  wall.openings = {door};
-  return wall;
-}
-
 TEST(BoundedPlanes, LeaveOutOpenings) {
-  Building building;
-  building.planes = {WallWithDoor()};
-  const std::vector<BoundedPlane> planes = BoundedPlanes(building, {});
+  const std::vector<BoundedPlane> planes = BoundedPlanes(testing::WallWithDoor(0.004), {});
   ASSERT_EQ(planes.size(), 1);
   EXPECT_NEAR(InsideArea(planes[0]), 4 * 2.5 - 2, 0.1);
   EXPECT_EQ(planes[0].sigma_m, 0.004);
@@ -84,8 +70,7 @@ TEST(BoundedPlanes, ReachFarInRoomsThatWallsBound) {
 }
 
 TEST(BoundedPlanes, AreNotMadeOfFurniture) {
-  Building building;
-  building.planes = {WallWithDoor()};
+  Building building = testing::WallWithDoor(0.004);
   building.planes[0].kind = PlaneKind::kOther;
   EXPECT_TRUE(BoundedPlanes(building, {}).empty());
 }

@@ -4,26 +4,14 @@
 
 #include <cmath>
 
+#include "tests/mapping/planes/wall_with_door.h"
+
 namespace slcmap {
 namespace {
 
 using Eigen::Vector3d;
 
-// y = 3, seen from y = 0, 4 m long and 2.5 m high, with a door from x = 1 to 2.
-Building SceneWithDoor() {
-  BuildingPlane wall;
-  wall.kind = PlaneKind::kWall;
-  wall.normal = -Vector3d::UnitY();
-  wall.offset_m = -3;
-  wall.sigma_m = 0.005;
-  wall.outline_world = {{0, 3, 0}, {4, 3, 0}, {4, 3, 2.5}, {0, 3, 2.5}};
-  PlaneOpening door;
-  door.outline_world = {{1, 3, 0}, {2, 3, 0}, {2, 3, 2}, {1, 3, 2}};
-  wall.openings = {door};
-  Building building;
-  building.planes = {wall};
-  return building;
-}
+constexpr double kWallSigma_m = 0.005;
 
 DensePoint PointAt(const Vector3d& p, double sigma_m) {
   return {p, -Vector3d::UnitY(), sigma_m, 100, DenseSource::kStereo};
@@ -31,7 +19,7 @@ DensePoint PointAt(const Vector3d& p, double sigma_m) {
 
 // Where the point is then.
 DensePoint Drawn(const DensePoint& point, const PlaneOptions& options = {},
-                 const Building& building = SceneWithDoor()) {
+                 const Building& building = testing::WallWithDoor(kWallSigma_m)) {
   std::vector<DensePoint> dense = {point};
   DrawToPlanes(building, options, &dense);
   EXPECT_EQ(dense.size(), 1u);
@@ -50,7 +38,7 @@ TEST(DrawToPlanes, PointsMoveAsFarAsTheyAreUncertain) {
 
 TEST(DrawToPlanes, WhatIsNotOnThePlaneStays) {
   const auto stays = [](const DensePoint& point, const PlaneOptions& options = {},
-                        const Building& building = SceneWithDoor()) {
+                        const Building& building = testing::WallWithDoor(kWallSigma_m)) {
     return Drawn(point, options, building).p_world == point.p_world;
   };
   const DensePoint on_wall = PointAt({3, 2.94, 1}, 0.04);
@@ -64,7 +52,7 @@ TEST(DrawToPlanes, WhatIsNotOnThePlaneStays) {
   PlaneOptions none;
   none.draw_sigmas = 0;
   EXPECT_TRUE(stays(on_wall, none));
-  Building unseen = SceneWithDoor();
+  Building unseen = testing::WallWithDoor(kWallSigma_m);
   unseen.planes[0].inferred = true;
   EXPECT_TRUE(stays(on_wall, {}, unseen));
 }
@@ -72,7 +60,7 @@ TEST(DrawToPlanes, WhatIsNotOnThePlaneStays) {
 TEST(DrawToPlanes, OfSeveralThatComeToOnePlaceTheBestStays) {
   std::vector<DensePoint> dense = {PointAt({3, 2.92, 1}, 0.05), PointAt({3, 3.001, 1}, 0.004),
                                    PointAt({3, 3.08, 1}, 0.05), PointAt({3.5, 2.92, 1}, 0.05)};
-  DrawToPlanes(SceneWithDoor(), {}, &dense);
+  DrawToPlanes(testing::WallWithDoor(kWallSigma_m), {}, &dense);
   ASSERT_EQ(dense.size(), 2u);
   EXPECT_NEAR(dense[0].p_world.y(), 3.001, 1e-3);
   EXPECT_EQ(dense[1].p_world.x(), 3.5);
