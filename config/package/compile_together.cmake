@@ -26,6 +26,8 @@ function(slcmap_compile_together target)
     set_source_files_properties(${source} PROPERTIES UNITY_GROUP ${group}_${batch})
   endforeach()
   set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_MODE GROUP)
+  # A class that a .cc file alone has may hold what is in the unnamed namespace.
+  target_compile_options(${target} PRIVATE -Wno-subobject-linkage)
 endfunction()
 
 # Files compiled together need up to 2.5 GB; as many at a time as there is memory for.
