@@ -12,6 +12,7 @@
 #include "apps/usage.h"
 #include "apps/verdict_report.h"
 #include "data/error.h"
+#include "data/input_fault.h"
 #include "data/progress.h"
 #include "data/version.h"
 
@@ -134,6 +135,8 @@ int main(int argc, char** argv) {
     return PrintError(error.what(), kExitInterrupted);
   } catch (const FailedRunError& error) {
     return PrintError(error.what(), kExitFailedRun);
+  } catch (const InputFault& error) {
+    return PrintError(error.what() + ("; remedy: " + error.remedy()), kExitFailure);
   } catch (const std::bad_alloc&) {
     return PrintError("out of memory", kExitFailure);
   } catch (const std::exception& error) {

@@ -301,7 +301,8 @@ void CheckCalibrationTarget(const OdometryArguments& arguments) {
   namespace fs = std::filesystem;
   const std::string& path = arguments.write_calibration;
   if (path.empty()) return;
-  const fs::path target = fs::weakly_canonical(path);
+  const auto whole = [](const std::string& p) { return fs::weakly_canonical(fs::absolute(p)); };
+  const fs::path target = whole(path);
   const auto refuse = [&](const std::string& expected) {
     throw ConfigError(fmt::format("--write-calibration: found {}, expected {}", path, expected));
   };
@@ -309,10 +310,10 @@ void CheckCalibrationTarget(const OdometryArguments& arguments) {
     refuse("a file in a folder that exists");
   }
   for (const std::string& read : {arguments.calibration, arguments.config}) {
-    if (!read.empty() && target == fs::weakly_canonical(read)) refuse("no file that is read");
+    if (!read.empty() && target == whole(read)) refuse("no file that is read");
   }
   for (const std::string& folder : {arguments.run, arguments.sequence}) {
-    const fs::path inside = target.lexically_relative(fs::weakly_canonical(folder));
+    const fs::path inside = target.lexically_relative(whole(folder));
     if (!inside.empty() && *inside.begin() != "..") refuse("a file out of " + folder);
   }
 }
@@ -416,7 +417,7 @@ OdometryRun RunOdometryStage(const OdometryArguments& arguments,
     throw DataError(sequence.folder +
                     ": found one camera, expected cam0 and cam1, or --method points-mono");
   }
-  const StartCheck check = CheckBeforeStart(arguments.start, one_camera, &sequence);
+  const StartCheck check = CheckBeforeStart(arguments.start, options.odometry, &sequence);
   if (TurnedRight(check.corrections)) options.odometry.calibration.rows_fit = false;
   AslSource source(std::move(sequence), {.read_right = !one_camera});
   const SourceInfo& info = source.info();

@@ -14,6 +14,7 @@ namespace {
 
 constexpr int kBarColumns = 28;
 constexpr double kBarStep_s = 0.1;  // between two looks of the bar
+constexpr double kLineStep_s = 5;   // between two lines of what takes long
 
 double Seconds(std::chrono::steady_clock::duration duration) {
   return std::chrono::duration<double>(duration).count();
@@ -26,8 +27,8 @@ int Tenths(double share) { return static_cast<int>(10 * share + 1e-9); }
 ProgressBar::ProgressBar(std::string label, Elsewhere elsewhere)
     : label_(std::move(label)),
       on_terminal_(isatty(STDERR_FILENO) != 0),
-      shown_(spdlog::should_log(spdlog::level::info) &&
-             (on_terminal_ || elsewhere == Elsewhere::kLines)),
+      shown_(spdlog::should_log(spdlog::level::info)),
+      elsewhere_(elsewhere),
       start_(std::chrono::steady_clock::now()),
       last_shown_(start_) {}
 
@@ -38,8 +39,11 @@ ProgressBar::~ProgressBar() {
 // On a terminal what takes no longer than a look shows no bar at all.
 bool ProgressBar::IsDue(double share) const {
   if (!shown_) return false;
-  if (!on_terminal_) return Tenths(share) >= next_tenth_;
   const double since_s = Seconds(std::chrono::steady_clock::now() - last_shown_);
+  if (!on_terminal_) {
+    return Tenths(share) >= next_tenth_ &&
+           (elsewhere_ == Elsewhere::kTenths || since_s >= kLineStep_s);
+  }
   return since_s >= kBarStep_s || (bar_shown_ && share >= 1);
 }
 
@@ -66,7 +70,7 @@ void ProgressBar::ShowBar(double share, const std::string& text) {
 }
 
 RecordingBar::RecordingBar(std::string label, int64_t images)
-    : bar_(std::move(label), ProgressBar::Elsewhere::kLines),
+    : bar_(std::move(label), ProgressBar::Elsewhere::kTenths),
       images_(std::max<int64_t>(images, 1)) {}
 
 void RecordingBar::Update(int64_t done, double data_s, double distance_m) {
@@ -77,7 +81,7 @@ void RecordingBar::Update(int64_t done, double data_s, double distance_m) {
 }
 
 Progress StageProgress(const std::string& label) {
-  const auto bar = std::make_shared<ProgressBar>(label, ProgressBar::Elsewhere::kNothing);
+  const auto bar = std::make_shared<ProgressBar>(label, ProgressBar::Elsewhere::kSeldom);
   return Progress([bar](double done) {
     bar->Update(done);
     return !Interrupted();

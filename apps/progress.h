@@ -10,11 +10,11 @@
 
 namespace slcmap {
 
-// A bar on a terminal; elsewhere a line every tenth, or nothing. Nothing is shown below the log
-// level "info" (--quiet).
+// A bar on a terminal; elsewhere a line every tenth, or where it takes long. Nothing is shown below
+// the log level "info" (--quiet).
 class ProgressBar {
  public:
-  enum class Elsewhere { kLines, kNothing };
+  enum class Elsewhere { kTenths, kSeldom };
 
   ProgressBar(std::string label, Elsewhere elsewhere);
   ~ProgressBar();  // leaves the line of the bar
@@ -31,6 +31,7 @@ class ProgressBar {
 
   const std::string label_;
   const bool on_terminal_, shown_;
+  const Elsewhere elsewhere_;
   const std::chrono::steady_clock::time_point start_;
   std::chrono::steady_clock::time_point last_shown_;
   int next_tenth_ = 1;
@@ -50,7 +51,8 @@ class RecordingBar {
   const int64_t images_;
 };
 
-// For a stage of a library: shows a bar on a terminal, and ends the stage after Ctrl-C.
+// For a stage of a library: shows a bar on a terminal, elsewhere a line now and then, and ends the
+// stage after Ctrl-C.
 Progress StageProgress(const std::string& label);
 
 }  // namespace slcmap

@@ -2,6 +2,8 @@
 
 #include <spdlog/spdlog.h>
 
+#include <vector>
+
 #include "apps/progress.h"
 #include "data/check/check.h"
 #include "data/error.h"
@@ -33,12 +35,25 @@ void RefuseErrors(const CheckReport& report) {
   }
 }
 
+bool IsEstimated(const CheckCorrection& correction, const CalibrationOptions& options) {
+  return correction.name == kTimeOffsetCorrection ? options.time_offset : options.right_rotation;
+}
+
 }  // namespace
 
-StartCheck CheckBeforeStart(const StartCheckArguments& arguments, bool one_camera,
+void LeaveOutHeld(const CalibrationOptions& options, CheckReport* report) {
+  std::erase_if(report->corrections, [&](const CheckCorrection& correction) {
+    if (IsEstimated(correction, options)) return false;
+    spdlog::warn("the check found {}; it is not used, as options hold it", correction.words);
+    return true;
+  });
+}
+
+StartCheck CheckBeforeStart(const StartCheckArguments& arguments, const OdometryOptions& options,
                             Sequence* sequence) {
   if (!arguments.check) return {};
-  const CheckReport report = Check(*sequence, one_camera);
+  CheckReport report = Check(*sequence, options.method == Method::kPointsMono);
+  LeaveOutHeld(options.calibration, &report);
   if (!arguments.force) RefuseErrors(report);
   LogFindings(report);
   StartCheck done{report.corrections, {}};

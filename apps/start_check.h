@@ -6,6 +6,7 @@
 
 #include "data/check/report.h"
 #include "data/sequence.h"
+#include "odometry/options.h"
 
 namespace slcmap {
 
@@ -20,9 +21,13 @@ struct StartCheck {
 };
 
 // Checks IMU, calibration and geometry of a sequence, logs what was found, and corrects the
-// sequence's rig by what odometry had better start from. With `one_camera` the right one is left
-// alone. Throws DataError where the check finds an error, unless forced.
-StartCheck CheckBeforeStart(const StartCheckArguments& arguments, bool one_camera,
+// sequence's rig by what odometry had better start from. What the options do not let odometry
+// estimate stays as it is, and so does the right camera where its method needs one alone. Throws
+// DataError where the check finds an error, unless forced.
+StartCheck CheckBeforeStart(const StartCheckArguments& arguments, const OdometryOptions& options,
                             Sequence* sequence);
+
+// Takes out, with a word, the corrections of what options do not let odometry estimate.
+void LeaveOutHeld(const CalibrationOptions& options, CheckReport* report);
 
 }  // namespace slcmap

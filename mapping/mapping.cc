@@ -2,6 +2,9 @@
 
 #include <spdlog/spdlog.h>
 
+#include <set>
+#include <string>
+
 #include "mapping/building/build_building.h"
 #include "mapping/dense/dense_stage.h"
 #include "mapping/filled_points.h"
@@ -29,9 +32,23 @@ namespace {
 constexpr double kFusedUntil = 0.02, kFilteredUntil = 0.05, kDenseUntil = 0.45, kLinesUntil = 0.85,
                  kBuiltUntil = 0.9, kFilledUntil = 0.98;
 constexpr double kAgreementUntil = 0.05, kSightsUntil = 0.1, kAxes = 0.3;  // of the lines' part
-constexpr char kImageUnreadable[] = "images_unreadable", kPosesDisagree[] = "poses_disagree";
+constexpr char kImageUnreadable[] = "images_unreadable";
 constexpr double kMaxPoseError_px = 3, kMinPointsFound = 0.2;
 constexpr size_t kLeastViewsOfRun = 10;
+
+void MarkPartial(const std::string& reason, MapResult* map) {
+  map->complete = false;
+  map->partial_reason += (map->partial_reason.empty() ? "" : "; ") + reason;
+}
+
+// What was not complete yet when so much of the time had gone.
+const char* MissingAt(double share, bool has_images) {
+  if (share < kFilteredUntil) return "the cloud of points";
+  if (!has_images) return "the occupancy";
+  if (share < kDenseUntil) return "the dense cloud and the occupancy";
+  if (share < kLinesUntil) return "the lines";
+  return share < kBuiltUntil ? "the building" : "filled planes and junctions";
+}
 
 // Poses by anyone may be of another recording, frame or unit, and a run's images may have changed
 // since.
@@ -109,6 +126,25 @@ void AddFilledPlanes(const RecordedViews& recorded, const std::vector<Sights>& s
   AddFilledPoints(filled, options.planes.cell_m, map);
 }
 
+// What a map lacks since the recording does not show it, or not to these poses.
+void TellWhatIsMissing(const OdometryRun& run, const RecordedViews& recorded, MapResult* map) {
+  if (const auto lost = recorded.lost ? recorded.lost->paths() : std::set<std::string>();
+      !lost.empty()) {
+    map->warnings[kImageUnreadable] += std::ssize(lost);
+    const std::string found = fmt::format("{} images cannot be read", lost.size());
+    spdlog::warn("{}, the first is {}", found, *lost.begin());
+    MarkPartial(found, map);
+  }
+  const auto without_pose = run.warnings.find(kImageWithoutPose);
+  if (without_pose != run.warnings.end()) {
+    MarkPartial(fmt::format("{} images have no pose", without_pose->second), map);
+  }
+  if (map->warnings.contains(kPosesDisagree)) MarkPartial("poses and images do not agree", map);
+  if (map->dense.empty() && map->lines.empty() && map->marks.empty()) {
+    MarkPartial("nothing was found in the images", map);
+  }
+}
+
 // Occupancy, the dense cloud, lines and the building, of the images of the keyframes.
 void MapImages(const OdometryRun& run, const RecordedViews& recorded, const MappingOptions& options,
                const Progress& progress, MapResult* map) {
@@ -120,21 +156,17 @@ void MapImages(const OdometryRun& run, const RecordedViews& recorded, const Mapp
   map->lines = std::move(built.lines);
   map->line_evidence = std::move(built.evidence);
   map->marks = TakeMarks(&map->lines);
+  spdlog::info("dense cloud: {} points; lines: {}, and {} marks", map->dense.size(),
+               map->lines.size(), map->marks.size());
   if (progress.Report(kLinesUntil)) AddPipes(options.pipes, map);
   const BuildingInput input = BuildingInputOf(*map, std::move(sights));
   if (progress.Report(kLinesUntil)) map->building = BuildBuilding(input, options.building);
   if (progress.Report(kBuiltUntil)) DrawToPlanes(map->building, options.planes, &map->dense);
   AddFilledPlanes(recorded, input.sights, options, progress.Part(kBuiltUntil, kFilledUntil), map);
   AddJunctions(options.junctions, progress.Part(kFilledUntil, 1), map);
-  const int64_t unreadable =
-      recorded.images->unreadable() +
-      (recorded.frame_images ? recorded.frame_images->unreadable() : int64_t{0});
-  if (unreadable > 0) map->warnings[kImageUnreadable] += unreadable;
-}
-
-void MarkPartial(const std::string& reason, MapResult* map) {
-  map->complete = false;
-  map->partial_reason += (map->partial_reason.empty() ? "" : "; ") + reason;
+  spdlog::info("building: {} walls, {} planes, {} rooms; {} points in all with filled planes",
+               map->building.walls.size(), map->building.planes.size(), map->building.rooms.size(),
+               map->dense.size());
 }
 
 }  // namespace
@@ -160,10 +192,10 @@ MapResult BuildMap(const OdometryRun& run, const RecordedViews* recorded,
   map.verdict = run.verdict;
   map.rectified_rig = run.rectified_rig;
 
-  bool stopped = false;
+  std::optional<double> stopped_at;
   const Progress watched([&](double done) {
-    stopped = stopped || !progress.Report(done);
-    return !stopped;
+    if (!stopped_at && !progress.Report(done)) stopped_at = done;
+    return !stopped_at;
   });
   map.trajectory = RefineTrajectory(run, &map.warnings);
   map.keyframes = KeyframeTrajectory(run.keyframes);
@@ -180,7 +212,12 @@ MapResult BuildMap(const OdometryRun& run, const RecordedViews* recorded,
                                  watched.Part(kFilteredUntil, 1));
   }
   map.point_observations = ObservationsOf(map.points, run, map.rectified_rig);
-  if (stopped) MarkPartial("mapping was interrupted", &map);
+  if (recorded && !stopped_at) TellWhatIsMissing(run, *recorded, &map);
+  if (stopped_at) {
+    MarkPartial(fmt::format("mapping was interrupted before {}",
+                            MissingAt(*stopped_at, recorded != nullptr)),
+                &map);
+  }
   if (map.trajectory.empty()) MarkPartial("the run has no pose", &map);
   return map;
 }

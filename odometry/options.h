@@ -94,9 +94,10 @@ struct CalibrationOptions {
   bool focal_length = true;    // of both cameras in common
   // What the images tell of principal points is reported, and not used; see principal_points.h.
   bool principal_points = true;
-  // Rows of rectified images are believed to fit while they do: the right camera's turns about y
-  // and z are held until they do not. False lets them free from the start.
-  bool rows_fit = true;
+  // True believes that rows of rectified images fit while they do: the right camera's turns about y
+  // and z are held until they do not. Rows do not tell a turn about y, which makes all depths wrong
+  // in common; the IMU does.
+  bool rows_fit = false;
   // What agrees with the given calibration is taken to be as given while it does; see
   // window/calibration_ties.h.
   bool confirm = true;

@@ -26,4 +26,7 @@ struct PoseAgreement {
 std::optional<PoseAgreement> MeasurePoseAgreement(const Views& views, const ViewImages& images,
                                                   const Progress& progress = {});
 
+// Counts, as a warning of a map, that poses and images do not fit.
+inline constexpr const char* kPosesDisagree = "poses_disagree";
+
 }  // namespace slcmap

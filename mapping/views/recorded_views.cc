@@ -3,7 +3,6 @@
 #include <spdlog/fmt/fmt.h>
 
 #include <algorithm>
-#include <atomic>
 #include <filesystem>
 #include <map>
 
@@ -38,12 +37,12 @@ struct RecordedCameras {
 
 class RecordedImageReader : public ViewImages {
  public:
-  RecordedImageReader(std::shared_ptr<const RecordedCameras> cameras, std::vector<ViewFiles> files)
-      : cameras_(std::move(cameras)), files_(std::move(files)) {}
+  RecordedImageReader(std::shared_ptr<const RecordedCameras> cameras, std::vector<ViewFiles> files,
+                      std::shared_ptr<LostImages> lost)
+      : cameras_(std::move(cameras)), files_(std::move(files)), lost_(std::move(lost)) {}
 
   const Rig& rig() const override { return cameras_->rectifier.rectified_rig(); }
   const cv::Mat& mask(int camera) const override { return cameras_->rectifier.mask(camera); }
-  int64_t unreadable() const override { return unreadable_; }
 
   StereoImage Read(size_t view) const override {
     StereoImage pair;
@@ -58,13 +57,13 @@ class RecordedImageReader : public ViewImages {
     const cv::Size size(raw.width_px, raw.height_px);
     const cv::Mat image = path.empty() ? cv::Mat() : ReadGrayImage(path, size).image;
     if (!image.empty()) return cameras_->rectifier.Rectify(image, camera);
-    ++unreadable_;
+    lost_->Add(path);
     return {};
   }
 
   const std::shared_ptr<const RecordedCameras> cameras_;
   const std::vector<ViewFiles> files_;
-  mutable std::atomic<int64_t> unreadable_{0};
+  const std::shared_ptr<LostImages> lost_;
 };
 
 void RequireStereo(const std::string& place, const Rig& rig) {
@@ -236,7 +235,7 @@ std::unique_ptr<ViewImages> KeyframeImages(const OdometryRun& run, const std::st
   const std::string folder = RecordingOf(run, sequence);
   return std::make_unique<RecordedImageReader>(
       std::make_shared<const RecordedCameras>(CamerasAsFound(run)),
-      KeyframeFiles(run, folder, FilesByStamp(run, folder)));
+      KeyframeFiles(run, folder, FilesByStamp(run, folder)), std::make_shared<LostImages>());
 }
 
 RecordedViews ViewsOfRun(const OdometryRun& run, const std::string& sequence) {
@@ -248,15 +247,21 @@ RecordedViews ViewsOfRun(const OdometryRun& run, const std::string& sequence) {
   }
   std::vector<ViewFiles> files = KeyframeFiles(run, folder, files_at);
   const auto cameras = std::make_shared<const RecordedCameras>(CamerasAsFound(run));
-  recorded.images = std::make_unique<RecordedImageReader>(cameras, std::move(files));
+  const auto lost = std::make_shared<LostImages>();
+  recorded.images = std::make_unique<RecordedImageReader>(cameras, std::move(files), lost);
   std::vector<ViewFiles> frame_files;
   for (const View& frame : FramesOfRun(run)) {
     const ViewFiles& pair = files_at[frame.stamp_ns];
-    if (!IsThere(pair)) continue;
+    if (!IsThere(pair)) {
+      lost->Add(pair.left_path);
+      continue;
+    }
     recorded.frames.push_back(frame);
     frame_files.push_back(pair);
   }
-  recorded.frame_images = std::make_unique<RecordedImageReader>(cameras, std::move(frame_files));
+  recorded.frame_images =
+      std::make_unique<RecordedImageReader>(cameras, std::move(frame_files), lost);
+  recorded.lost = lost;
   return recorded;
 }
 

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "data/trajectory.h"
+#include "mapping/views/lost_images.h"
 #include "mapping/views/view.h"
 #include "mapping/views/views_between.h"
 #include "odometry/run.h"
@@ -18,6 +19,8 @@ struct RecordedViews {
   // their refined poses: the views are among them. None where views are not of a run.
   Views frames;
   std::unique_ptr<ViewImages> frame_images;
+  // Of views and frames, as far as they were looked for; none where images are of no files.
+  std::shared_ptr<const LostImages> lost;
 };
 
 // The keyframes of a run with their images, in the recording's folder or, where that has moved to

@@ -29,12 +29,9 @@ class ViewImages {
   // 255 where the rectified image of a camera (0 left, 1 right) has true pixels, else 0.
   virtual const cv::Mat& mask(int camera) const = 0;
 
-  // The pair of the view with that index. An image that cannot be read is empty (and counted, see
-  // unreadable()). May be called from several threads.
+  // The pair of the view with that index. An image that cannot be read is empty. May be called from
+  // several threads.
   virtual StereoImage Read(size_t view) const = 0;
-
-  // Images that could not be read so far.
-  virtual int64_t unreadable() const = 0;
 };
 
 inline RigidTransform WorldFromCamera(const View& view, const Rig& rig, int camera = 0) {

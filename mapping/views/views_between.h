@@ -31,7 +31,6 @@ class SelectedImages : public ViewImages {
   const Rig& rig() const override { return all_.rig(); }
   const cv::Mat& mask(int camera) const override { return all_.mask(camera); }
   StereoImage Read(size_t view) const override { return all_.Read(selected_[view]); }
-  int64_t unreadable() const override { return all_.unreadable(); }
 
  private:
   const ViewImages& all_;

@@ -61,7 +61,7 @@ void Wait() { std::this_thread::sleep_for(std::chrono::milliseconds(150)); }
 TEST(ProgressBar, IsDrawnOnATerminalAndLeavesItsLine) {
   const StandardError terminal(true);
   {
-    ProgressBar bar("walking", ProgressBar::Elsewhere::kNothing);
+    ProgressBar bar("walking", ProgressBar::Elsewhere::kSeldom);
     bar.Update(0.1);
     EXPECT_EQ(terminal.Text(), "");  // what ends at once shows nothing
     Wait();

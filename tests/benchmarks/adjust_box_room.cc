@@ -59,7 +59,6 @@ class RenderedViews final : public ViewImages {
   }
   const Rig& rig() const override { return rig_; }
   const cv::Mat& mask(int) const override { return mask_; }
-  int64_t unreadable() const override { return 0; }
   StereoImage Read(size_t view) const override {
     const RenderedPair pair = renderer_.Render(frames_[view], false);
     return {0, pair.left, pair.right};

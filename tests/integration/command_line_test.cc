@@ -367,6 +367,9 @@ TEST_F(StillRig, ACalibrationIsWrittenWhereItReplacesNothingThatIsRead) {
   expect_refused(" --write-calibration " + folder_.Path("found.yaml"), "expected a file out of");
   expect_refused(" --write-calibration " + other.Path("none/found.yaml"), "folder that exists");
   expect_refused(" --calibration " + given + " --write-calibration " + given, "file that is read");
+  const ProcessResult here = RunShell("cd " + other.Path() + " && \\$SLCMAP odometry " +
+                                      folder_.Path() + " -o run --write-calibration found.yaml");
+  EXPECT_THAT(here.error, Not(HasSubstr("folder that exists"))) << "the name of a file alone";
 }
 
 TEST_F(StillRig, APartOfARecordingIsProcessedAlone) {

@@ -39,7 +39,6 @@ class RoomViews : public ViewImages {
 
   const Rig& rig() const override { return task_.rig; }
   const cv::Mat& mask(int) const override { return mask_; }
-  int64_t unreadable() const override { return lost_ < 0 ? 0 : 2; }
   StereoImage Read(size_t view) const override {
     if (static_cast<int64_t>(view) == lost_) return {};
     const RenderedPair pair = renderer_->Render(static_cast<int>(view), false);

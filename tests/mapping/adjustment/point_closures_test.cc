@@ -55,7 +55,6 @@ class WallImages final : public ViewImages {
 
   const Rig& rig() const override { return task_.rig; }
   const cv::Mat& mask(int) const override { return mask_; }
-  int64_t unreadable() const override { return 0; }
   StereoImage Read(size_t view) const override {
     const RenderedPair pair = Render(view);
     if (!shows_dots_) return {ToNanoseconds(task_.times_s[view]), pair.left, pair.right};

@@ -32,7 +32,6 @@ class PaintedWall : public ViewImages {
 
   const Rig& rig() const override { return rig_; }
   const cv::Mat& mask(int) const override { return mask_; }
-  int64_t unreadable() const override { return 0; }
   StereoImage Read(size_t view) const override {
     return {views_[view].stamp_ns, Paint(view, 0), Paint(view, 1)};
   }

@@ -63,7 +63,6 @@ class NumberedImages : public ViewImages {
  public:
   const Rig& rig() const override { return rig_; }
   const cv::Mat& mask(int) const override { return mask_; }
-  int64_t unreadable() const override { return 3; }
   StereoImage Read(size_t view) const override {
     const cv::Mat image(1, 1, CV_8UC1, cv::Scalar(static_cast<double>(view)));
     return {0, image, image};
@@ -79,7 +78,6 @@ TEST(SelectedImages, AreThoseOfTheSelectedViews) {
   const SelectedImages selected(all, {4, 7});
   EXPECT_EQ(selected.Read(0).left.at<uchar>(0, 0), 4);
   EXPECT_EQ(selected.Read(1).right.at<uchar>(0, 0), 7);
-  EXPECT_EQ(selected.unreadable(), 3);
 }
 
 }  // namespace
