@@ -29,6 +29,7 @@ struct MapPoint {
   double sigma_m = 0;                 // standard deviation along the landmarks' rays
   int observations = 0;               // summed over the landmarks
   std::vector<int64_t> landmark_ids;  // those that were fused; not kept in files
+  int64_t line_id = -1;               // of the line that it lies on; -1: of none
 };
 
 // From a stamp to a later one.

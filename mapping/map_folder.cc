@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <map>
+#include <set>
 #include <utility>
 
 #include "data/calibration.h"
@@ -203,12 +204,19 @@ std::vector<MapLine> ReadLines(const std::string& path) {
 void WritePoints(const std::string& path, const std::vector<MapPoint>& points) {
   PlyElement vertices{"vertex", {}};
   for (const char* name : {"x", "y", "z", "sigma_m"}) vertices.Add(name, PlyType::kFloat);
-  vertices.Add("observations", PlyType::kInt32);
+  for (const char* name : {"observations", "line_id"}) vertices.Add(name, PlyType::kInt32);
   for (const MapPoint& point : points) {
     vertices.AppendRow({point.p_world.x(), point.p_world.y(), point.p_world.z(), point.sigma_m,
-                        static_cast<double>(point.observations)});
+                        static_cast<double>(point.observations),
+                        static_cast<double>(point.line_id)});
   }
   WritePly(path, {{"slcmap points, metres in the world frame"}, {vertices}, {}});
+}
+
+// Maps of earlier versions have none.
+bool HasLineIds(const PlyElement& vertices) {
+  return std::ranges::any_of(
+      vertices.properties, [](const PlyProperty& property) { return property.name == "line_id"; });
 }
 
 std::vector<MapPoint> ReadPoints(const std::string& path) {
@@ -224,7 +232,22 @@ std::vector<MapPoint> ReadPoints(const std::string& path) {
   for (std::size_t i = 0; i < points.size(); ++i) {
     points[i] = {{x[i], y[i], z[i]}, sigma_m[i], static_cast<int>(observations[i]), {}};
   }
+  if (!HasLineIds(vertices)) return points;
+  const std::vector<double>& line_ids = vertices.Bounded("line_id", -1, kMaxId, path);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    points[i].line_id = static_cast<int64_t>(line_ids[i]);
+  }
   return points;
+}
+
+void CheckLinesOfPoints(const std::string& path, const MapResult& map) {
+  std::set<int64_t> known = {-1};
+  for (const MapLine& line : map.lines) known.insert(line.id);
+  for (std::size_t i = 0; i < map.points.size(); ++i) {
+    if (known.contains(map.points[i].line_id)) continue;
+    throw DataError(fmt::format("{}: vertex row {}: found line_id {}, expected -1 or a line of {}",
+                                path, i + 1, map.points[i].line_id, kLines));
+  }
 }
 
 }  // namespace
@@ -284,6 +307,7 @@ MapResult ReadMapFolder(const std::string& folder, const MapReadOptions& options
   map.dense = ReadDensePly(path + kDense);
   map.lines = ReadLines(path + kLines);
   map.marks = ReadLines(path + kMarks);
+  CheckLinesOfPoints(path + kPoints, map);
   map.line_evidence = ReadLineEvidence(folder, map);
   if (HasFile(folder, summary, kPipeFile)) map.pipes = ReadPipes(path + kPipeFile);
   map.building = ReadBuilding(folder);

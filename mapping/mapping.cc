@@ -19,6 +19,7 @@
 #include "mapping/planes/plane_filling.h"
 #include "mapping/planes/plane_points.h"
 #include "mapping/point_cloud.h"
+#include "mapping/point_lines.h"
 #include "mapping/point_observations.h"
 #include "mapping/refinement.h"
 #include "mapping/views/pose_agreement.h"
@@ -211,6 +212,7 @@ MapResult BuildMap(const OdometryRun& run, const RecordedViews* recorded,
     map.occupancy = MapOccupancy(KeyframeRays(run, map.points), options.occupancy, &map.warnings,
                                  watched.Part(kFilteredUntil, 1));
   }
+  FindLinesOfPoints(map.lines, &map.points);
   map.point_observations = ObservationsOf(map.points, run, map.rectified_rig);
   if (recorded && !stopped_at) TellWhatIsMissing(run, *recorded, &map);
   if (stopped_at) {

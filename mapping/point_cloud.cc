@@ -136,13 +136,15 @@ std::vector<MapPoint> RemoveOutliers(std::vector<MapPoint> points, const CloudOp
 void WritePcd(const std::string& path, const std::vector<MapPoint>& points) {
   std::string bytes = fmt::format(
       "# .PCD v0.7 - Point Cloud Data file format\nVERSION 0.7\n"
-      "FIELDS x y z sigma_m observations\nSIZE 4 4 4 4 4\nTYPE F F F F I\nCOUNT 1 1 1 1 1\n"
+      "FIELDS x y z sigma_m observations line_id\nSIZE 4 4 4 4 4 4\nTYPE F F F F I I\n"
+      "COUNT 1 1 1 1 1 1\n"
       "WIDTH {0}\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS {0}\nDATA binary\n",
       points.size());
   for (const MapPoint& point : points) {
     for (const double value : point.p_world) Append(static_cast<float>(value), &bytes);
     Append(static_cast<float>(point.sigma_m), &bytes);
     Append(static_cast<int32_t>(point.observations), &bytes);
+    Append(static_cast<int32_t>(point.line_id), &bytes);
   }
   WriteFile(path, bytes);
 }

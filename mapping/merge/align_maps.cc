@@ -21,6 +21,8 @@ constexpr double kContradictionCost = 3;   // of a share of surfaces, as a share
 constexpr double kRivalContradiction = 2;  // of a rival, as a multiple of what is taken
 constexpr double kRivalAgreeing = 0.4;     // of a rival, as a share of what agrees at the best
 constexpr double kNudge_m = 0.3;
+constexpr double kTold_m = 0.1,
+                 kTold_rad = 0.035;  // from a start: it says where to less than a nudge
 constexpr double kDegree_rad = std::numbers::pi / 180;
 constexpr double kCandidatesUntil = 0.5;  // share of the time, about
 
@@ -163,13 +165,20 @@ class Aligner {
       if (IsSamePlace(rival.fit.T_first_second, best.fit.T_first_second)) continue;
       if (!IsRival(best, rival)) continue;
       progress_.ReportOrStop(1);
-      most = std::max(most, CheckRival(best, rival, options_.min_telling_share));
+      const char* advice = options_.start
+                               ? "--at reaches both: expected a start from which the wrong one is "
+                                 "more than 2 m, 1 m of height or 20 degrees away"
+                               : "--at says which";
+      most = std::max(most, CheckRival(best, rival, options_.min_telling_share, advice));
     }
+    if (IsTold(best)) return most;
     for (const Eigen::Vector3d& nudge : Nudges()) {
       progress_.ReportOrStop(1);
       AlignmentFit fit = best.fit;
       fit.T_first_second.translation += nudge;
-      most = std::max(most, CheckRival(best, PlaceAt(fit), options_.min_holding_share));
+      most = std::max(most, CheckRival(best, PlaceAt(fit), options_.min_holding_share,
+                                       "nothing holds it there: --at takes it where it says where "
+                                       "to 10 cm and 2 degrees"));
     }
     return most;
   }
@@ -179,6 +188,15 @@ class Aligner {
     const MapAgreement &a = best.agreement, &b = rival.agreement;
     return b.contradiction() <= kRivalContradiction * options_.max_contradiction &&
            b.surfaces_m2() + b.lines_m() >= kRivalAgreeing * (a.surfaces_m2() + a.lines_m());
+  }
+
+  // Whether the user says where it is, nearer than the places beside it are.
+  bool IsTold(const Place& best) const {
+    if (!options_.start) return false;
+    const RigidTransform& T = best.fit.T_first_second;
+    const RigidTransform told = LevelTransform(options_.start->yaw_rad, options_.start->p_world);
+    return (T.translation - told.translation).norm() <= kTold_m &&
+           std::abs(YawOf(told.Inverse() * T)) <= kTold_rad;
   }
 
   static std::vector<Eigen::Vector3d> Nudges() {
@@ -193,7 +211,8 @@ class Aligner {
   }
 
   // What speaks for the best has to be more by a share of all that agrees there.
-  double CheckRival(const Place& best, const Place& rival, double min_share) const {
+  double CheckRival(const Place& best, const Place& rival, double min_share,
+                    const char* advice) const {
     const RigidTransform &T_best = best.fit.T_first_second, &T_rival = rival.fit.T_first_second;
     const Telling telling = WhatTells(best.agreement, rival.agreement);
     const double share = telling.for_rival / std::max(telling.for_best, 1e-9);
@@ -212,10 +231,7 @@ class Aligner {
             "surfaces that tell them apart {:.1f} (m and m2) agree at the one and {:.1f} at "
             "the other, expected at most {:.0f} % of it and {:.1f} less; {}",
             InWords(T_best), InWords(T_rival), telling.for_best, telling.for_rival,
-            100 * options_.max_rival_share, least,
-            options_.start ? "--at reaches both: expected a start from which the wrong one is more "
-                             "than 2 m, 1 m of height or 20 degrees away"
-                           : "--at says which"));
+            100 * options_.max_rival_share, least, advice));
   }
 
   // As --at takes it.

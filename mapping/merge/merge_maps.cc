@@ -19,6 +19,7 @@
 #include "mapping/merge/pipe_union.h"
 #include "mapping/merge/surface_union.h"
 #include "mapping/planes/plane_filling.h"
+#include "mapping/point_lines.h"
 
 namespace slcmap {
 namespace {
@@ -248,6 +249,33 @@ std::vector<Sights> SightsOf(const MapResult& map, const std::vector<RigPoses>& 
   return sights;
 }
 
+// On the recording's clock.
+std::optional<StampSpan> RecordedSpan(const MergedRun& part) {
+  if (!part.poses_ns) return std::nullopt;
+  return StampSpan{part.poses_ns->from_ns - part.stamps_moved_ns,
+                   part.poses_ns->to_ns - part.stamps_moved_ns};
+}
+
+// Two runs of one recording see the same, with the same errors of its images. Parts of one may
+// share some of it.
+void RefuseSameRecording(const std::vector<MergedRun>& first,
+                         const std::vector<MergedRun>& second) {
+  for (const MergedRun& a : first) {
+    for (const MergedRun& b : second) {
+      const std::optional<StampSpan> in_a = RecordedSpan(a), in_b = RecordedSpan(b);
+      if (a.sequence.empty() || a.sequence != b.sequence || !in_a || !in_b) continue;
+      const int64_t from_ns = std::max(in_a->from_ns, in_b->from_ns),
+                    to_ns = std::min(in_a->to_ns, in_b->to_ns);
+      const int64_t shorter_ns = std::min(in_a->to_ns - in_a->from_ns, in_b->to_ns - in_b->from_ns);
+      if (to_ns - from_ns <= shorter_ns / 2) continue;
+      throw DataError(
+          fmt::format("found {:.1f} s of the recording {} in both maps, expected different "
+                      "recordings, or parts of one that share less than half",
+                      ToSeconds(to_ns - from_ns), a.sequence));
+    }
+  }
+}
+
 ViewCameras CamerasOf(const RigPoses& rig) {
   Views views;
   for (const StampedPose& pose : *rig.poses) {
@@ -287,6 +315,7 @@ MergedMaps MergeMaps(MapResult first, MapResult second, const AlignmentOptions& 
                      const MappingOptions& options, const Progress& progress) {
   options.Check();
   RefuseSameRuns(RunsOf(first), second);
+  RefuseSameRecording(PartsOf(first), PartsOf(second));
   for (MapResult* map : {&first, &second}) {
     RemoveFilledPoints(map);
     RemoveJunctions(map);
@@ -315,6 +344,7 @@ MergedMaps MergeMaps(MapResult first, MapResult second, const AlignmentOptions& 
   first.building = BuildBuilding(input, options.building, progress.Part(kSeenUntil, kBuiltUntil));
   AddFilledPlanes(rigs, input.sights, options, progress.Part(kBuiltUntil, kFilledUntil), &first);
   AddJunctions(options.junctions, progress.Part(kFilledUntil, 1), &first);
+  FindLinesOfPoints(first.lines, &first.points);
   progress.ReportOrStop(1);
   first.source.options = options.ToYaml();
   first.adjustment.reset();

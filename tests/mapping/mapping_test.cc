@@ -162,12 +162,21 @@ TEST_F(MappingTest, AMapComesBackFromItsFolder) {
     EXPECT_LT((read.points[i].p_world - map.points[i].p_world).norm(), 1e-5);
     EXPECT_EQ(read.points[i].observations, map.points[i].observations);
     EXPECT_NEAR(read.points[i].sigma_m, map.points[i].sigma_m, 1e-6);
+    EXPECT_EQ(read.points[i].line_id, map.points[i].line_id);
   }
   ASSERT_EQ(read.lines.size(), map.lines.size());
   EXPECT_EQ(read.lines[23].id, 123);
   EXPECT_EQ(read.lines[23].axis, LineAxis::kY);
   EXPECT_LT((read.lines[23].end_world - map.lines[23].end_world).norm(), 1e-6);
   EXPECT_EQ(read.occupancy.OccupiedVoxels().size(), map.occupancy.OccupiedVoxels().size());
+}
+
+TEST_F(MappingTest, PointsOfLinesThatAreNotThereAreRefused) {
+  MapResult map = BuildMap(testing::MakeLineRun(), {});
+  map.points[1].line_id = 1000;
+  WriteMapFolder(folder_, map);
+  EXPECT_THAT([&] { ReadMapFolder(folder_); },
+              ThrowsMessage<DataError>(HasSubstr("points.ply: vertex row 2: found line_id 1000")));
 }
 
 TEST_F(MappingTest, TheSameRunGivesTheSameBytes) {
@@ -227,7 +236,7 @@ TEST_F(MappingTest, ChangedFilesAreRefusedUnlessAccepted) {
   WriteMapFolder(folder_, map);
   const std::string path = folder_ + "/points.ply", bytes = ReadFile(path);
   std::string moved = bytes;
-  moved[bytes.size() - 9] ^= 1;  // of a coordinate's or sigma's bits
+  moved[bytes.size() - 13] ^= 1;  // of a coordinate's bits
   WriteFile(path, moved);
   EXPECT_THAT([&] { ReadMapFolder(folder_); },
               ThrowsMessage<DataError>(

@@ -190,6 +190,10 @@ std::string WhyNot(MapResult first, MapResult second) {
 
 TEST(MergeMaps, MapsThatCannotBeMergedAreRefused) {
   EXPECT_THAT(WhyNot(West(), West()), HasSubstr("found run a in both maps"));
+  MapResult one = West(), other = East();
+  one.source.sequence = other.source.sequence = "/recordings/rooms";
+  EXPECT_THAT(WhyNot(std::move(one), std::move(other)),
+              HasSubstr("s of the recording /recordings/rooms in both maps"));
   MapResult sparse = East();
   sparse.dense.clear();
   EXPECT_THAT(WhyNot(West(), std::move(sparse)), HasSubstr("--sparse"));
