@@ -95,12 +95,18 @@ class TrackedLines final : public LineSource {
   RectifiedPair* pair_;
 };
 
+// One camera tells nothing of another.
+OdometryOptions ForMethod(OdometryOptions options) {
+  if (options.method == Method::kPointsMono) options.calibration.right_rotation = false;
+  return options;
+}
+
 }  // namespace
 
 class Odometry::Impl {
  public:
   Impl(const Rig& rig, const OdometryOptions& options, int threads)
-      : options_(options),
+      : options_(ForMethod(options)),
         rig_(CheckedRig(rig, options)),
         rectifier_(rig, options.rectifier),
         tracker_(options.points, rectifier_.rectified_rig(), rectifier_.mask(0)),
@@ -108,7 +114,7 @@ class Odometry::Impl {
         lines_(UsesLines(options.method)
                    ? std::make_unique<TrackedLines>(options.lines, rectifier_, &pair_)
                    : nullptr),
-        estimator_(options, rectifier_.rectified_rig(), &points_, lines_.get(), threads) {
+        estimator_(options_, rectifier_.rectified_rig(), &points_, lines_.get(), threads) {
     estimator_.SetFocalShifts(FocalShiftsOf(rig, rectifier_.rectified_rig()));
   }
 

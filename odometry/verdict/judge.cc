@@ -152,9 +152,13 @@ void JudgeSegments(const OdometryRun& run, const VerdictOptions& options, Verdic
   if (ends == 0) return;
   const double minutes = ToSeconds(run.states.back().stamp_ns - run.states.front().stamp_ns) / 60;
   const bool often = ends > options.failed_restarts_a_minute * std::max(minutes, 0.5);
-  std::string reasons;
+  std::string reasons,
+      remedy = "record without gaps, with light and texture in view; where that is so, ";
   for (const auto& [kind, count] : run.warnings) {
     if (kind.starts_with("segments ended by ")) {
+      if (kind.find("calibration beyond its limit") != std::string::npos) {
+        remedy = "calibrate the rig anew, as it is further off than can be estimated; ";
+      }
       reasons += fmt::format("{}{} ({})", reasons.empty() ? " by " : ", ",
                              kind.substr(std::string("segments ended by ").size()), count);
     }
@@ -162,8 +166,7 @@ void JudgeSegments(const OdometryRun& run, const VerdictOptions& options, Verdic
   verdict->Add({often ? VerdictLevel::kFailed : VerdictLevel::kDoubtful, kLostReason,
                 fmt::format("{} times that the estimator lost itself{}", ends, reasons),
                 "none: what is behind each is shifted by what moved meanwhile",
-                "record without gaps, with light and texture in view; where that is so, " +
-                    std::string(kCheckRemedy)});
+                remedy + kCheckRemedy});
 }
 
 // Images of the recording, from the first pose on, that have none.

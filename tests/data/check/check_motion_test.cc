@@ -55,6 +55,21 @@ TEST(CheckMotion, LooksFurtherWhereTheLiveliestPartsShowNothing) {
   EXPECT_EQ(Findings(24), "alignment ");
 }
 
+// Focal lengths that differ look like this, and no gyroscope does.
+TEST(CheckMotion, AGyroscopeIsOffAlikeAboutAllAxes) {
+  TurnAlignment turns;
+  turns.scale_sigmas = {0.01, 0.01, 0.01};
+  const auto name = [&](const Eigen::Vector3d& scales) {
+    turns.scales = scales;
+    CheckReport report;
+    JudgeScales(turns, SmallRig(), &report);
+    return report.findings.empty() ? "" : report.findings.front().name;
+  };
+  EXPECT_EQ(name({1.1, 1.1, 1.1}), "gyro-scale");
+  EXPECT_EQ(name({0.9, 1.1, 1.08}), "focal-length");
+  EXPECT_EQ(name({1, 1, 1}), "");
+}
+
 // One camera took its shifts along a bare corridor for turns.
 TEST(CheckMotion, OneCameraIsNoProofOfScalesThatDifferFromAxisToAxis) {
   TurnAlignment turns;

@@ -395,6 +395,14 @@ TEST_F(CheckRealRecording, ABaselineOfHalfItsLengthIsNamed) {
   ExpectFinding(report, "baseline", Severity::kError, "0.1");
 }
 
+TEST_F(CheckRealRecording, ABaselineThatIsTooLongByASeventhIsDoubtful) {
+  auto& poses = sequence_.rig.T_imu_camera;
+  poses[1].translation += 0.15 * (poses[1].translation - poses[0].translation);
+  CheckReport report;
+  CheckMotion(AslSource(sequence_), sequence_.rig, sequence_.imu, {}, &report);
+  ExpectFinding(report, "baseline", Severity::kWarning, "0.11");
+}
+
 TEST_F(CheckRealRecording, DegreesAreNoticed) {
   for (ImuSample& sample : sequence_.imu) {
     sample.angular_velocity_rad_s *= 180 / std::numbers::pi;

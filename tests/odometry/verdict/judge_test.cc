@@ -157,6 +157,9 @@ TEST(Judge, SegmentsThatEndedAreCounted) {
   EXPECT_THAT(
       InWords(once.reasons[0]),
       HasSubstr("lost: found 1 times that the estimator lost itself by a gap in the images"));
+  run.warnings = {
+      {"segments ended by an estimate of the calibration beyond its limit: focal length", 1}};
+  EXPECT_THAT(InWords(Judged(run).reasons[0]), HasSubstr("calibrate the rig anew"));
   for (int i = 110; i < 200; ++i) run.states[i].segment = 1 + (i - 100) / 10;
   EXPECT_EQ(LevelOf(Judged(run), "lost"), VerdictLevel::kFailed);
 }
