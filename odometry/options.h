@@ -94,10 +94,10 @@ struct CalibrationOptions {
   bool focal_length = true;    // of both cameras in common
   // What the images tell of principal points is reported, and not used; see principal_points.h.
   bool principal_points = true;
-  // True believes that rows of rectified images fit while they do: the right camera's turns about y
-  // and z are held until they do not. Rows do not tell a turn about y, which makes all depths wrong
-  // in common; the IMU does.
-  bool rows_fit = false;
+  // Rows of rectified images are believed to fit while they do, and the right camera so to be as it
+  // was calibrated: its turns about y and z are then tied to the given ones from the start (see
+  // `confirm`), until the motion speaks against it.
+  bool rows_fit = true;
   // What agrees with the given calibration is taken to be as given while it does; see
   // window/calibration_ties.h.
   bool confirm = true;

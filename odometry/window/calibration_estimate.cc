@@ -66,27 +66,19 @@ CalibrationVector EstimatedSigma(const CalibrationOptions& options) {
 // Options ask for more than what is held has.
 CalibrationFlags IsHeld(const CalibrationVector& sigma) { return sigma.array() <= 2 * kHeldSigma; }
 
-CalibrationPrior::CalibrationPrior(const CalibrationOptions& options)
-    : options_(options), right_released_(!options.rows_fit) {
+CalibrationPrior::CalibrationPrior(const CalibrationOptions& options) : options_(options) {
   SetFirstSigma();
 }
 
 void CalibrationPrior::SetFirstSigma() {
   first_sigma_ = FirstSigma(options_);
-  if (!right_released_) {
-    first_sigma_.segment<2>(kCameras + kRowRightRotation + 1).setConstant(kHeldSigma);
-  }
   covariance_ = first_sigma_.array().square().matrix().asDiagonal();
 }
 
-bool CalibrationPrior::ReleaseRightRotation(const CalibrationState& state) {
+bool CalibrationPrior::DisbelieveRows(const CalibrationState& state) {
   constexpr double kRowsFit_rad = 4e-4;  // some 0.15 px; several times what one pair tells
-  if (right_released_ || !options_.right_rotation ||
-      std::abs(state.cameras[kRowRightRotation]) < kRowsFit_rad) {
-    return false;
-  }
-  right_released_ = true;
-  SetFirstSigma();
+  if (!options_.rows_fit || std::abs(state.cameras[kRowRightRotation]) < kRowsFit_rad) return false;
+  options_.rows_fit = false;
   return true;
 }
 

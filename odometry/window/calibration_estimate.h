@@ -39,11 +39,9 @@ class CalibrationPrior {
   // touched, and at most that of the options.
   void Learn(const CalibrationBelief& belief);
 
-  // Rows of the rectified images that fit say that the right camera is where it was given: its
-  // turns about the other axes are then held, since they trade with depth, and the images' own
-  // errors would tell more of them than the motion does. True where the rows, by the estimated turn
-  // about x, turn out not to fit, and all three are to be estimated from now on.
-  bool ReleaseRightRotation(const CalibrationState& state);
+  // True where the rows of the rectified images, which options believe to fit, turn out not to, by
+  // the estimated turn of the right camera about x; options() has that from then on.
+  bool DisbelieveRows(const CalibrationState& state);
 
   // What is known before a window starts, and what of it is estimated.
   CalibrationBelief belief() const { return {mean_, covariance_}; }
@@ -58,7 +56,6 @@ class CalibrationPrior {
   void SetFirstSigma();
 
   CalibrationOptions options_;
-  bool right_released_ = false;
   CalibrationVector mean_ = CalibrationVector::Zero(), first_sigma_;
   CalibrationMatrix covariance_;
 };

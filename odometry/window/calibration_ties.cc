@@ -2,6 +2,7 @@
 
 #include <Eigen/Cholesky>
 #include <cmath>
+#include <vector>
 
 #include "odometry/window/calibration_estimate.h"
 
@@ -21,11 +22,18 @@ CalibrationTies::CalibrationTies(const CalibrationOptions& options, const Calibr
       sigma_scale_(options.sigma_scale),
       given_sigma_(
           IsHeld(known.covariance.diagonal().cwiseSqrt()).select(0, EstimatedSigma(options))) {
-  // Nothing tells a focal length before the rig has turned by a lot.
-  constexpr int kFocal = kImuCalibrationSize + kRowFocalLength;
-  if (!confirm_ || given_sigma_[kFocal] == 0) return;
-  if (OddsOfGiven(known, kFocal) > kReleaseOdds) {
-    weights_[kFocal] = kTightness / given_sigma_[kFocal];
+  if (!confirm_) return;
+  constexpr int kCameras = kImuCalibrationSize;
+  // Nothing tells a focal length before the rig has turned by a lot, nor turns of the right camera
+  // about its y, which trade with depth, before it has moved by a lot.
+  std::vector<int> from_the_start = {kCameras + kRowFocalLength};
+  if (options.rows_fit) {
+    from_the_start.insert(from_the_start.end(),
+                          {kCameras + kRowRightRotation + 1, kCameras + kRowRightRotation + 2});
+  }
+  for (const int row : from_the_start) {
+    if (given_sigma_[row] == 0 || OddsOfGiven(known, row) <= kReleaseOdds) continue;
+    weights_[row] = kTightness / given_sigma_[row];
   }
 }
 

@@ -26,8 +26,9 @@ struct CalibrationBelief {
 // claims as CalibrationOptions::sigma_scale says.
 class CalibrationTies {
  public:
-  // With what is known before a segment starts: focal lengths are tied, unless earlier segments
-  // have found them off. What else earlier ones have tied has to be found anew, since the rig may
+  // With what is known before a segment starts: focal lengths are tied, and where the rows of the
+  // images are believed to fit the right camera's turns about y and z, unless earlier segments have
+  // found them off. What else earlier ones have tied has to be found anew, since the rig may
   // have been touched.
   CalibrationTies(const CalibrationOptions& options, const CalibrationBelief& known);
 

@@ -81,7 +81,7 @@ FinishedIds SlidingWindow::Start(std::vector<std::unique_ptr<FrameState>> frames
   SetFirstPrior();
   TriangulatePoints(options_.triangulation, model_.Corrected(model_.geometry), &state_);
   Optimize(5 * options_.max_iterations);
-  if (calibration_prior_.ReleaseRightRotation(calibration())) {
+  if (calibration_prior_.DisbelieveRows(calibration())) {
     calibration_ties_ = CalibrationTies(calibration_prior_.options(), calibration_prior_.belief());
     SetFirstPrior();
     Optimize(5 * options_.max_iterations);
