@@ -71,7 +71,8 @@ void AddMapCommand(CLI::App& app) {
       ->required();
   CLI::Option* poses = command->add_option(
       "--poses", arguments.poses,
-      "Poses of the sequence's IMU, TUM or EuRoC file: from another SLAM, COLMAP, a tracker");
+      "Poses of the sequence's IMU in metres, z up, TUM or EuRoC file: from another SLAM, COLMAP, "
+      "a tracker");
   command
       ->add_option("--calibration", arguments.calibration,
                    "Kalibr chain or folder that stands for the sequence's own calibration")

@@ -184,6 +184,8 @@ MapResult BuildMap(const OdometryRun& run, const RecordedViews* recorded,
     if (!run.calibration.empty()) {
       map.calibrated_rig =
           CalibratedRig(run.source->raw_rig, run.rectified_rig, run.calibration.back());
+    } else if (run.method == kGivenPoses) {
+      map.calibrated_rig = run.source->raw_rig;
     }
   }
   map.method = run.method;

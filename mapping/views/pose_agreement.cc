@@ -11,8 +11,8 @@ namespace slcmap {
 namespace {
 
 constexpr size_t kMaxPairs = 40;
-constexpr int kLaterViews = 5;             // that a partner is looked for among
-constexpr int kMinPoints = 15;             // of a pair that counts
+constexpr int kLaterViews = 5;  // that a partner is looked for among
+constexpr int kMinPoints = 15;  // of a pair that counts
 
 }  // namespace
 

@@ -1,6 +1,6 @@
 #include "mapping/views/recorded_views.h"
 
-#include <spdlog/fmt/fmt.h>
+#include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <filesystem>
@@ -13,6 +13,8 @@
 #include "data/path_within.h"
 #include "data/sequence.h"
 #include "mapping/refinement.h"
+#include "mapping/views/pose_agreement.h"
+#include "mapping/views/up_of_poses.h"
 #include "odometry/calibrated_rig.h"
 #include "odometry/frontend/rectifier.h"
 #include "odometry/method.h"
@@ -209,6 +211,22 @@ std::string IdOfPoses(const OdometryRun& run) {
   return Checksum(contents);
 }
 
+// Where the recording has an IMU that can be read.
+void WarnWhereZIsNotUp(const std::string& sequence, const std::string& calibration,
+                       OdometryRun* run) {
+  Sequence recording;
+  try {
+    recording = OpenSequence(sequence, {.calibration = calibration});
+  } catch (const DataError&) {
+    return;
+  }
+  const auto force = MeanForceAt(run->states, recording.imu, recording.rig.camera_time_offset_s);
+  const std::string fault = force ? WhatIsNotUp(*force) : "";
+  if (fault.empty()) return;
+  ++run->warnings[kPosesDisagree];
+  spdlog::warn("{}: {}", recording.folder, fault);
+}
+
 [[noreturn]] void RefusePoses(const Sequence& recording, const Trajectory& trajectory) {
   throw DataError(fmt::format(
       "{}: found poses from {:.3f} to {:.3f} s and images from {:.3f} to {:.3f} s, expected poses "
@@ -294,6 +312,7 @@ OdometryRun RunAtPoses(const std::string& sequence, const std::string& calibrati
     }
   }
   if (run.states.empty()) RefusePoses(recording, trajectory);
+  WarnWhereZIsNotUp(sequence, calibration, &run);
   run.id = IdOfPoses(run);
   return run;
 }
