@@ -21,17 +21,9 @@ namespace {
 // them the problem has to have a solution.
 constexpr double kVelocitySigma_m_s = 2, kGyroBiasSigma_rad_s = 0.1, kAccelBiasSigma_m_s2 = 0.2;
 
-// One over what is believed of the calibration at first; large for what is not estimated. While the
-// rows of rectified images fit, the right camera's turns about y and z are held; see
-// CalibrationPrior.
-CalibrationVector FirstWeights(const OdometryRun& run, const CalibrationOptions& options) {
-  CalibrationPrior prior(options);
-  CalibrationState known;
-  if (!run.calibration.empty()) {
-    std::copy_n(run.calibration.back().right_rotation_rad.data(), 3, known.cameras.begin());
-  }
-  prior.ReleaseRightRotation(known);
-  return prior.belief().covariance.diagonal().cwiseSqrt().cwiseInverse();
+// One over what is believed of the calibration at first; large for what is not estimated.
+CalibrationVector FirstWeights(const CalibrationOptions& options) {
+  return CalibrationPrior(options).belief().covariance.diagonal().cwiseSqrt().cwiseInverse();
 }
 
 void AddTerm(AdjustmentTerm term, ceres::Problem* problem) {
@@ -159,7 +151,7 @@ AdjustmentModel::AdjustmentModel(const OdometryRun& run, const AdjustmentOptions
       line_loss(std::make_unique<ceres::HuberLoss>(options.line_loss_sigma)),
       axis_loss(std::make_unique<ceres::CauchyLoss>(options.axis_loss_sigma)),
       closure_loss_sigma(options.closures.loss_sigma),
-      prior_weights(FirstWeights(run, options.calibration)) {
+      prior_weights(FirstWeights(options.calibration)) {
   GraduateClosures(1);
   if (!run.source) return;
   points.focal_shifts = lines.focal_shifts = matched_points.focal_shifts =
