@@ -24,6 +24,7 @@ constexpr double kNudge_m = 0.3;
 constexpr double kTold_m = 0.1,
                  kTold_rad = 0.035;  // from a start: it says where to less than a nudge
 constexpr double kDegree_rad = std::numbers::pi / 180;
+constexpr double kAboutAsGood = 0.9;
 constexpr double kCandidatesUntil = 0.5;  // share of the time, about
 
 // A place that was fitted and compared.
@@ -53,7 +54,7 @@ class Aligner {
     CheckHeadings();
     std::vector<Place> places = FindPlaces();
     if (places.empty()) FailForOverlap(nullptr);
-    Place best = FittedAgain(places.front());
+    Place best = FittedAgain(BestOf(places));
     CheckOverlap(best);
     CheckContradiction(best);
     const double rival_share = CheckRivals(best, places);
@@ -94,8 +95,9 @@ class Aligner {
   // The candidates where they come to rest, each once, the best first.
   std::vector<Place> FindPlaces() const {
     std::vector<Place> places;
-    const auto candidates = FindCandidates(first_features_, second_features_, options_,
-                                           progress_.Part(0, kCandidatesUntil));
+    auto candidates = FindCandidates(first_features_, second_features_, options_,
+                                     progress_.Part(0, kCandidatesUntil));
+    if (options_.start) candidates.insert(candidates.begin(), {Told()});
     const Progress fitting = progress_.Part(kCandidatesUntil, 1);
     for (std::size_t i = 0; i < candidates.size(); ++i) {
       fitting.ReportOrStop(static_cast<double>(i) / static_cast<double>(candidates.size()));
@@ -157,9 +159,10 @@ class Aligner {
             100 * options_.max_contradiction, 100 * options_.min_agreeing));
   }
 
-  // Other places, and those beside it, as along a blank wall nothing tells where one is. Returns
-  // the largest share of a rival.
+  // Other places, and those beside it, as along a blank wall nothing tells where one is; none where
+  // the user says where it is. Returns the largest share of a rival.
   double CheckRivals(const Place& best, const std::vector<Place>& places) const {
+    if (IsTold(best)) return 0;
     double most = 0;
     for (const Place& rival : places) {
       if (IsSamePlace(rival.fit.T_first_second, best.fit.T_first_second)) continue;
@@ -171,7 +174,6 @@ class Aligner {
                                : "--at says which";
       most = std::max(most, CheckRival(best, rival, options_.min_telling_share, advice));
     }
-    if (IsTold(best)) return most;
     for (const Eigen::Vector3d& nudge : Nudges()) {
       progress_.ReportOrStop(1);
       AlignmentFit fit = best.fit;
@@ -190,13 +192,25 @@ class Aligner {
            b.surfaces_m2() + b.lines_m() >= kRivalAgreeing * (a.surfaces_m2() + a.lines_m());
   }
 
+  RigidTransform Told() const {
+    return LevelTransform(options_.start->yaw_rad, options_.start->p_world);
+  }
+
   // Whether the user says where it is, nearer than the places beside it are.
-  bool IsTold(const Place& best) const {
+  bool IsTold(const Place& place) const {
     if (!options_.start) return false;
-    const RigidTransform& T = best.fit.T_first_second;
-    const RigidTransform told = LevelTransform(options_.start->yaw_rad, options_.start->p_world);
+    const RigidTransform &T = place.fit.T_first_second, told = Told();
     return (T.translation - told.translation).norm() <= kTold_m &&
            std::abs(YawOf(told.Inverse() * T)) <= kTold_rad;
+  }
+
+  // The best, or where the user says it is, if that is about as good.
+  const Place& BestOf(const std::vector<Place>& places) const {
+    const auto is_taken = [&](const Place& place) {
+      return IsTold(place) && place.score >= kAboutAsGood * places.front().score;
+    };
+    const auto told = std::find_if(places.begin(), places.end(), is_taken);
+    return told == places.end() ? places.front() : *told;
   }
 
   static std::vector<Eigen::Vector3d> Nudges() {

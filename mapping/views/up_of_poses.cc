@@ -60,8 +60,9 @@ std::string WhatIsNotUp(const Vector3d& mean_force_m_s2) {
         "poses those of the IMU, as T_world_imu, at the images' times?",
         norm_m_s2);
   }
-  const Vector3d up = mean_force_m_s2 / norm_m_s2;
+  Vector3d up = mean_force_m_s2 / norm_m_s2;
   if (up.z() > std::cos(kMostTilt_rad)) return "";
+  up = (100 * up).array().round() / 100 + 0.0;  // as it is told, without the sign of a zero
   return fmt::format(
       "by the accelerometer up is ({:.2f}, {:.2f}, {:.2f}) in the world of the poses, expected z: "
       "turn that world, or give poses of the IMU",

@@ -125,7 +125,7 @@ TEST_F(MappingTest, AMapThatIsEndedIsPartialAndHoldsWhatIsDone) {
   const MapResult map =
       BuildMap(testing::MakeLineRun(), {}, Progress([](double done) { return done < 0.75; }));
   EXPECT_FALSE(map.complete);
-  EXPECT_EQ(map.partial_reason, "mapping was interrupted before the cloud of points");
+  EXPECT_EQ(map.partial_reason, "mapping was interrupted before the occupancy");
   EXPECT_EQ(map.trajectory.size(), 51u);
   EXPECT_GT(map.points.size(), 380u);
   EXPECT_EQ(map.lines.size(), 24u);

@@ -22,7 +22,8 @@ struct Turning {
       const Eigen::Quaterniond R(Eigen::AngleAxisd(1.5 * std::sin(t_s), Eigen::Vector3d::UnitX()) *
                                  Eigen::AngleAxisd(2 * t_s, Eigen::Vector3d::UnitY()));
       const int64_t stamp_ns = ToNanoseconds(t_s);
-      imu.push_back({stamp_ns, {}, R.conjugate() * Eigen::Vector3d(0, 0, 9.81)});
+      imu.push_back(
+          {stamp_ns, Eigen::Vector3d::Zero(), R.conjugate() * Eigen::Vector3d(0, 0, 9.81)});
       if (i % 10 > 0) continue;
       states.push_back({.stamp_ns = stamp_ns + ToNanoseconds(0.03),
                         .T_world_imu = {R_given_world * R * R_imu_given, {0, 0, 0}}});

@@ -58,14 +58,17 @@ TEST(Calibration, IsFoundWhereTheTracksAreExact) {
   }
 }
 
-// As where the rows were made to fit before the start: what is left is the turn about y alone.
-TEST(Calibration, ATurnThatTheRowsDoNotShowIsFoundWhereTheyAreNotBelieved) {
-  SimulatedRunOptions options = NoisyCalibration(4, 0.2);
-  options.fault.right_rotation_rad = kDegree * Vector3d(0, 0.2, 0);
-  options.odometry.calibration.rows_fit = false;
-  const SimulatedRun run = RunOnSimulatedTracks(options);
-  const CalibrationVector& error = run.calibration_error;
-  EXPECT_LT(error.segment<3>(kImuCalibrationSize + kRowRightRotation).norm(), 0.01 * kDegree);
+// Where rows were made to fit before the start, what is left is the turn about y alone.
+TEST(Calibration, ATurnThatTheRowsDoNotShowIsFoundWhetherTheyAreBelievedOrNot) {
+  for (const bool rows_fit : {false, true}) {
+    SimulatedRunOptions options = NoisyCalibration(4, 0.2);
+    options.fault.right_rotation_rad = kDegree * Vector3d(0, 0.2, 0);
+    options.odometry.calibration.rows_fit = rows_fit;
+    options.odometry.calibration.confirm = true;
+    const SimulatedRun run = RunOnSimulatedTracks(options);
+    const CalibrationVector& error = run.calibration_error;
+    EXPECT_LT(error.segment<3>(kImuCalibrationSize + kRowRightRotation).norm(), 0.01 * kDegree);
+  }
 }
 
 TEST(Calibration, IsAsWellKnownAsIsClaimed) {
@@ -148,17 +151,17 @@ TEST(Calibration, WhatIsNotToBeEstimatedStays) {
   }
 }
 
-// Rows that fit leave the right camera's turns about y and z as they were given, and say so.
-TEST(Calibration, TurnsThatRowsDoNotTellAreToldAsHeld) {
+// Rows that fit leave the right camera's turns about y and z as they were given, but not as known
+// for certain.
+TEST(Calibration, TurnsThatRowsDoNotTellAreTiedToTheGivenOnes) {
   SimulatedRunOptions options = NoisyCalibration(7, 0.2);
   options.odometry.calibration.confirm = true;
   options.duration_s = 8;
   const SimulatedRun run = RunOnSimulatedTracks(options);
   const CalibrationEstimate& told = run.run.calibration.back();
   EXPECT_GT(told.right_rotation_sigma_rad.x(), 0);
-  EXPECT_EQ(told.right_rotation_sigma_rad.y(), 0);
-  EXPECT_EQ(told.right_rotation_sigma_rad.z(), 0);
-  EXPECT_LT(told.right_rotation_rad.tail<2>().norm(), 1e-7);
+  EXPECT_GT(told.right_rotation_sigma_rad.tail<2>().minCoeff(), 5e-5);
+  EXPECT_LT(told.right_rotation_rad.tail<2>().norm(), 3e-5);
 }
 
 TEST(Calibration, AfterARefusedTimeOffsetImagesAreWhereTheyWereGivenAgain) {
