@@ -50,11 +50,14 @@ std::string OptionsOf(const MethodToRun& method, int repeat) {
   return odometry.ToYaml() + verdict.ToYaml() + mapping.ToYaml();
 }
 
-// True where a stage has left a whole result. Throws DataError where its summary is damaged.
+// True where a stage has left a whole result: of a map also one that lacks what the recording does
+// not show. Throws DataError where its summary is damaged.
 bool IsFinished(const std::string& summary) {
   std::error_code error;
   if (!fs::exists(summary, error)) return false;
-  return ParseJsonFile(summary, [](const Json& json) { return json.at("complete").get<bool>(); });
+  return ParseJsonFile(summary, [](const Json& json) {
+    return json.at("complete").get<bool>() || !json.value("interrupted", true);
+  });
 }
 
 // True where a stage has left a whole result in a folder, which read() finds to be as it was

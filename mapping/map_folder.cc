@@ -114,6 +114,7 @@ std::string WriteSummary(const std::string& folder, const MapResult& map) {
                  {"sequence", map.source.sequence}}},
                {"complete", map.complete},
                {"partial_reason", map.partial_reason},
+               {"interrupted", map.interrupted},
                {"verdict", VerdictJson(map.verdict)},
                {"warnings", Json(map.warnings)},
                {"median_line_observations", MedianObservations(map.lines)},

@@ -21,10 +21,7 @@ constexpr double kContradictionCost = 3;   // of a share of surfaces, as a share
 constexpr double kRivalContradiction = 2;  // of a rival, as a multiple of what is taken
 constexpr double kRivalAgreeing = 0.4;     // of a rival, as a share of what agrees at the best
 constexpr double kNudge_m = 0.3;
-constexpr double kTold_m = 0.1,
-                 kTold_rad = 0.035;  // from a start: it says where to less than a nudge
 constexpr double kDegree_rad = std::numbers::pi / 180;
-constexpr double kAboutAsGood = 0.9;
 constexpr double kCandidatesUntil = 0.5;  // share of the time, about
 
 // A place that was fitted and compared.
@@ -54,7 +51,7 @@ class Aligner {
     CheckHeadings();
     std::vector<Place> places = FindPlaces();
     if (places.empty()) FailForOverlap(nullptr);
-    Place best = FittedAgain(BestOf(places));
+    Place best = FittedAgain(places.front());
     CheckOverlap(best);
     CheckContradiction(best);
     const double rival_share = CheckRivals(best, places);
@@ -95,9 +92,8 @@ class Aligner {
   // The candidates where they come to rest, each once, the best first.
   std::vector<Place> FindPlaces() const {
     std::vector<Place> places;
-    auto candidates = FindCandidates(first_features_, second_features_, options_,
-                                     progress_.Part(0, kCandidatesUntil));
-    if (options_.start) candidates.insert(candidates.begin(), {Told()});
+    const auto candidates = FindCandidates(first_features_, second_features_, options_,
+                                           progress_.Part(0, kCandidatesUntil));
     const Progress fitting = progress_.Part(kCandidatesUntil, 1);
     for (std::size_t i = 0; i < candidates.size(); ++i) {
       fitting.ReportOrStop(static_cast<double>(i) / static_cast<double>(candidates.size()));
@@ -159,10 +155,9 @@ class Aligner {
             100 * options_.max_contradiction, 100 * options_.min_agreeing));
   }
 
-  // Other places, and those beside it, as along a blank wall nothing tells where one is; none where
-  // the user says where it is. Returns the largest share of a rival.
+  // Other places, and those beside it, as along a blank wall nothing tells where one is. Returns
+  // the largest share of a rival.
   double CheckRivals(const Place& best, const std::vector<Place>& places) const {
-    if (IsTold(best)) return 0;
     double most = 0;
     for (const Place& rival : places) {
       if (IsSamePlace(rival.fit.T_first_second, best.fit.T_first_second)) continue;
@@ -179,8 +174,8 @@ class Aligner {
       AlignmentFit fit = best.fit;
       fit.T_first_second.translation += nudge;
       most = std::max(most, CheckRival(best, PlaceAt(fit), options_.min_holding_share,
-                                       "nothing holds it there: --at takes it where it says where "
-                                       "to 10 cm and 2 degrees"));
+                                       "nothing holds the second map there, so it may slide: "
+                                       "expected maps that have more in common"));
     }
     return most;
   }
@@ -190,27 +185,6 @@ class Aligner {
     const MapAgreement &a = best.agreement, &b = rival.agreement;
     return b.contradiction() <= kRivalContradiction * options_.max_contradiction &&
            b.surfaces_m2() + b.lines_m() >= kRivalAgreeing * (a.surfaces_m2() + a.lines_m());
-  }
-
-  RigidTransform Told() const {
-    return LevelTransform(options_.start->yaw_rad, options_.start->p_world);
-  }
-
-  // Whether the user says where it is, nearer than the places beside it are.
-  bool IsTold(const Place& place) const {
-    if (!options_.start) return false;
-    const RigidTransform &T = place.fit.T_first_second, told = Told();
-    return (T.translation - told.translation).norm() <= kTold_m &&
-           std::abs(YawOf(told.Inverse() * T)) <= kTold_rad;
-  }
-
-  // The best, or where the user says it is, if that is about as good.
-  const Place& BestOf(const std::vector<Place>& places) const {
-    const auto is_taken = [&](const Place& place) {
-      return IsTold(place) && place.score >= kAboutAsGood * places.front().score;
-    };
-    const auto told = std::find_if(places.begin(), places.end(), is_taken);
-    return told == places.end() ? places.front() : *told;
   }
 
   static std::vector<Eigen::Vector3d> Nudges() {

@@ -26,7 +26,7 @@ using testing::TempFolder;
 
 // Early, and in the midst of things; by the later ones a quick machine may be done.
 void ExpectEndsSoon(const std::string& arguments, const std::string& output) {
-  for (const double delay_s : {0.3, 0.7, 1.5, 3.0}) {
+  for (const double delay_s : {0.2, 0.7, 1.5, 3.0}) {
     const ProcessResult result = InterruptAfter(fmt::format("sleep {}", delay_s), arguments);
     EXPECT_THAT(result.exit_code, AnyOf(Eq(130), Eq(delay_s < 0.5 ? 130 : 0)))
         << delay_s << " s: " << result.error;

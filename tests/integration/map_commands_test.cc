@@ -248,7 +248,9 @@ TEST_F(ViewTest, PicturesComeFromWhereTheRecordingIs) {
   EXPECT_GT(std::filesystem::file_size(page), std::filesystem::file_size(plain) + 2000);
   std::filesystem::create_directory(moved);
   std::filesystem::rename(folder_.Path("mav0"), moved + "/mav0");
-  ExpectError(RunSlcmap("view " + map + " -o " + page + " --images"), 1, "found no recording");
+  const ProcessResult lost = RunSlcmap("view " + map + " -o " + page + " --images");
+  EXPECT_EQ(lost.exit_code, 1);
+  EXPECT_THAT(lost.error, HasSubstr("error: " + map + ": --images: found no recording"));
   const ProcessResult again =
       RunSlcmap("view " + map + " -o " + page + " --images --sequence " + moved);
   EXPECT_EQ(again.exit_code, 0) << again.error;

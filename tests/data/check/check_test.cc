@@ -400,7 +400,7 @@ TEST_F(CheckRealRecording, ABaselineThatIsTooLongByASeventhIsDoubtful) {
   poses[1].translation += 0.15 * (poses[1].translation - poses[0].translation);
   CheckReport report;
   CheckMotion(AslSource(sequence_), sequence_.rig, sequence_.imu, {}, &report);
-  ExpectFinding(report, "baseline", Severity::kWarning, "0.11");
+  ExpectFinding(report, "baseline", Severity::kWarning, "about 0.109 m");
 }
 
 TEST_F(CheckRealRecording, DegreesAreNoticed) {

@@ -141,14 +141,6 @@ TEST(AlignMaps, AlongABlankCorridorNothingTells) {
             AlignmentError::Reason::kAmbiguous);
 }
 
-TEST(AlignMaps, WhatNothingHoldsIsTakenWhereItIsTold) {
-  const Scene scene = CorridorWithDoors("");
-  const MapResult first = ScannedMap(scene, {{-6, 0, 1.5}, {3, 0, 1.5}}),
-                  second = ScannedMap(scene, {{-3, 0.2, 1.5}, {6, 0.2, 1.5}}, {}, "b");
-  ExpectAt(Align(first, second, RoughStart{{0.05, 0.05, -0.02}, 0.01}), {}, 0.1);
-  EXPECT_THROW(Align(first, second, RoughStart{{0.2, 0.05, 0}, 0.01}), AlignmentError);
-}
-
 TEST(AlignMaps, DoorsAPeriodApartAreRefused) {
   std::string doors;
   for (int i = 0; i < 25; ++i) {
