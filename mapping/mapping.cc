@@ -141,9 +141,6 @@ void TellWhatIsMissing(const OdometryRun& run, const RecordedViews& recorded, Ma
     MarkPartial(fmt::format("{} images have no pose", without_pose->second), map);
   }
   if (map->warnings.contains(kPosesDisagree)) MarkPartial("poses and images do not agree", map);
-  if (map->dense.empty() && map->lines.empty() && map->marks.empty()) {
-    MarkPartial("nothing was found in the images", map);
-  }
 }
 
 // Occupancy, the dense cloud, lines and the building, of the images of the keyframes.

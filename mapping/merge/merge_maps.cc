@@ -1,6 +1,6 @@
 #include "mapping/merge/merge_maps.h"
 
-#include <spdlog/fmt/fmt.h>
+#include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <iterator>
@@ -258,9 +258,8 @@ std::optional<StampSpan> RecordedSpan(const MergedRun& part) {
 
 // Two runs of one recording see the same, with the same errors of its images. Parts of one may
 // share some of it.
-void RefuseSameRecording(const std::vector<MergedRun>& first,
-                         const std::vector<MergedRun>& second) {
-  for (const MergedRun& a : first) {
+void WarnOfSameRecording(const std::vector<MergedRun>& second, MapResult* first) {
+  for (const MergedRun& a : PartsOf(*first)) {
     for (const MergedRun& b : second) {
       const std::optional<StampSpan> in_a = RecordedSpan(a), in_b = RecordedSpan(b);
       if (a.sequence.empty() || a.sequence != b.sequence || !in_a || !in_b) continue;
@@ -268,10 +267,9 @@ void RefuseSameRecording(const std::vector<MergedRun>& first,
                     to_ns = std::min(in_a->to_ns, in_b->to_ns);
       const int64_t shorter_ns = std::min(in_a->to_ns - in_a->from_ns, in_b->to_ns - in_b->from_ns);
       if (to_ns - from_ns <= shorter_ns / 2) continue;
-      throw DataError(
-          fmt::format("found {:.1f} s of the recording {} in both maps, expected different "
-                      "recordings, or parts of one that share less than half",
-                      ToSeconds(to_ns - from_ns), a.sequence));
+      ++first->warnings["recordings_merged_twice"];
+      spdlog::warn("both maps have {:.1f} s of the recording {}: what is seen there counts twice",
+                   ToSeconds(to_ns - from_ns), a.sequence);
     }
   }
 }
@@ -315,7 +313,7 @@ MergedMaps MergeMaps(MapResult first, MapResult second, const AlignmentOptions& 
                      const MappingOptions& options, const Progress& progress) {
   options.Check();
   RefuseSameRuns(RunsOf(first), second);
-  RefuseSameRecording(PartsOf(first), PartsOf(second));
+  WarnOfSameRecording(PartsOf(second), &first);
   for (MapResult* map : {&first, &second}) {
     RemoveFilledPoints(map);
     RemoveJunctions(map);

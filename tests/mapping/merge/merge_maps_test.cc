@@ -190,10 +190,6 @@ std::string WhyNot(MapResult first, MapResult second) {
 
 TEST(MergeMaps, MapsThatCannotBeMergedAreRefused) {
   EXPECT_THAT(WhyNot(West(), West()), HasSubstr("found run a in both maps"));
-  MapResult one = West(), other = East();
-  one.source.sequence = other.source.sequence = "/recordings/rooms";
-  EXPECT_THAT(WhyNot(std::move(one), std::move(other)),
-              HasSubstr("s of the recording /recordings/rooms in both maps"));
   MapResult sparse = East();
   sparse.dense.clear();
   EXPECT_THAT(WhyNot(West(), std::move(sparse)), HasSubstr("--sparse"));
@@ -208,6 +204,14 @@ TEST(MergeMaps, MapsThatCannotBeMergedAreRefused) {
   MapResult pointed = East();
   pointed.lines.back().end_world = pointed.lines.back().start_world;
   EXPECT_THAT(WhyNot(West(), std::move(pointed)), HasSubstr("ends where it starts"));
+}
+
+TEST(MergeMaps, OneRecordingTwiceIsToldOf) {
+  MapResult one = West(), other = East();
+  one.source.sequence = other.source.sequence = "/recordings/rooms";
+  const MapResult twice = Merge(std::move(one), std::move(other)).map;
+  EXPECT_EQ(twice.warnings.at("recordings_merged_twice"), 1);
+  EXPECT_FALSE(Both().warnings.contains("recordings_merged_twice"));
 }
 
 // Which are filled anew, by what both have measured.
