@@ -62,7 +62,7 @@ struct MapResult {
   std::string method;
   bool complete = false;
   std::string partial_reason;
-  bool interrupted = false;                 // before it was done; not read back
+  bool interrupted = false;                 // before it was done
   std::map<std::string, int64_t> warnings;  // counted by kind
   std::optional<Verdict> verdict;           // on the run
   Rig rectified_rig;                        // the cameras of the images that observations are of

@@ -142,6 +142,7 @@ Json ReadSummary(const std::string& path, MapResult* map) {
     }
     map->complete = json.at("complete").get<bool>();
     map->partial_reason = json.at("partial_reason").get<std::string>();
+    map->interrupted = json.value("interrupted", false);  // missing in maps of earlier versions
     map->warnings = ParseWarnings(path, json.at("warnings"));
     map->verdict = ParseVerdict(path, json);
     return json;

@@ -213,7 +213,7 @@ MapResult BuildMap(const OdometryRun& run, const RecordedViews* recorded,
   }
   FindLinesOfPoints(map.lines, &map.points);
   map.point_observations = ObservationsOf(map.points, run, map.rectified_rig);
-  if (recorded && !stopped_at) TellWhatIsMissing(run, *recorded, &map);
+  if (recorded) TellWhatIsMissing(run, *recorded, &map);
   map.interrupted = stopped_at.has_value();
   if (stopped_at) {
     MarkPartial(fmt::format("mapping was interrupted before {}",

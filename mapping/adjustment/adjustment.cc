@@ -136,13 +136,22 @@ void MoveLines(const OdometryRun& run, const AdjustmentState& state, AdjustmentR
   }
 }
 
+// The right camera's turns are tied from the start, unless the run has found it turned.
+CalibrationOptions BeliefsAfter(const OdometryRun& run, CalibrationOptions options) {
+  constexpr double kTurned_rad = 4e-4;  // some 0.15 px
+  if (!run.calibration.empty() && run.calibration.back().right_rotation_rad.norm() >= kTurned_rad) {
+    options.rows_fit = false;
+  }
+  return options;
+}
+
 // One adjustment under way.
 class Adjustment {
  public:
   Adjustment(const OdometryRun& run, const AdjustmentOptions& options)
       : run_(run), options_(options), model_(run, options), state_(StateOfRun(run, options)) {
-    CalibrationPrior prior(options.calibration);
-    ties_.emplace(options.calibration, prior.belief());
+    const CalibrationOptions calibration = BeliefsAfter(run, options.calibration);
+    ties_.emplace(calibration, CalibrationPrior(calibration).belief());
     model_.tie_weights = ties_->weights();
   }
 

@@ -50,8 +50,8 @@ void SetMoves(const PoseCorrection& correction, GivenPoseFigures* figures) {
   figures->turned_rad = std::sqrt(turned2 / count);
 }
 
-std::nullopt_t NotAdjusted(const char* reason) {
-  spdlog::debug("poses stay as they were given: {}", reason);
+std::nullopt_t NotAdjusted(const char* reason, double off_px) {
+  spdlog::warn("poses stay as they were given, {:.2f} px off the images: {}", off_px, reason);
   return std::nullopt;
 }
 
@@ -136,11 +136,13 @@ std::optional<AdjustedViews> AdjustGivenViews(const GivenViews& given, const Vie
     if (figures.given_off_px <= options.good_px) return std::nullopt;
     const auto found =
         AdjustPoses(given, adjusted.correction, matches, rig, options, part.Part(kMatched, 1));
-    if (!found) return NotAdjusted("no solution");
+    if (!found) return NotAdjusted("no solution", figures.given_off_px);
     adjusted.correction = *found;
     adjusted.views = Corrected(given, *found);
     const std::vector<double> px = OffOfPairs_px(matches, adjusted.views, rig);
-    if (px.empty() || Quantile(px, 0.5) >= figures.given_off_px) return NotAdjusted("no gain");
+    if (px.empty() || Quantile(px, 0.5) >= figures.given_off_px) {
+      return NotAdjusted("no gain", figures.given_off_px);
+    }
     figures.pairs = std::ssize(given_px);
     figures.points = std::ssize(matches);
     figures.off_px = Quantile(px, 0.5);

@@ -199,6 +199,7 @@ void UniteReports(const MapResult& second, MapResult* first) {
   first->verdict = UniteVerdicts(*first, second);
   for (const auto& [kind, count] : second.warnings) first->warnings[kind] += count;
   first->complete = first->complete && second.complete;
+  first->interrupted = first->interrupted || second.interrupted;
   if (second.partial_reason.empty()) return;
   first->partial_reason += first->partial_reason.empty() ? "" : "; ";
   first->partial_reason += fmt::format("run {}: {}", second.source.run_id, second.partial_reason);

@@ -59,7 +59,7 @@ class RecordedImageReader : public ViewImages {
     const cv::Size size(raw.width_px, raw.height_px);
     const cv::Mat image = path.empty() ? cv::Mat() : ReadGrayImage(path, size).image;
     if (!image.empty()) return cameras_->rectifier.Rectify(image, camera);
-    lost_->Add(path);
+    lost_->Add(path.empty() ? "an image that the run does not name" : path);
     return {};
   }
 

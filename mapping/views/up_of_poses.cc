@@ -41,14 +41,16 @@ std::optional<Vector3d> MeanForceAt(const std::vector<OnlineState>& states,
                                     const std::vector<ImuSample>& imu,
                                     double camera_time_offset_s) {
   Vector3d sum = Vector3d::Zero();
+  double norms_m_s2 = 0;
   int count = 0;
   for (const OnlineState& state : states) {
     const ImuSample* sample = Nearest(imu, state.stamp_ns + ToNanoseconds(camera_time_offset_s));
     if (!sample || !sample->specific_force_m_s2.allFinite()) continue;
     sum += state.T_world_imu.rotation * sample->specific_force_m_s2;
+    norms_m_s2 += sample->specific_force_m_s2.norm();
     ++count;
   }
-  if (count < kLeastPoses) return std::nullopt;
+  if (count < kLeastPoses || norms_m_s2 < kLeastForce_m_s2 * count) return std::nullopt;
   return sum / count;
 }
 

@@ -157,7 +157,7 @@ void JudgeSegments(const OdometryRun& run, const VerdictOptions& options, Verdic
   for (const auto& [kind, count] : run.warnings) {
     if (kind.starts_with("segments ended by ")) {
       if (kind.find("calibration beyond its limit") != std::string::npos) {
-        remedy = "calibrate the rig anew, as it is further off than can be estimated; ";
+        remedy = "calibrate the rig anew, as it is further off than can be estimated; " + remedy;
       }
       reasons += fmt::format("{}{} ({})", reasons.empty() ? " by " : ", ",
                              kind.substr(std::string("segments ended by ").size()), count);

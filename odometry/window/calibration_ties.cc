@@ -1,6 +1,7 @@
 #include "odometry/window/calibration_ties.h"
 
 #include <Eigen/Cholesky>
+#include <algorithm>
 #include <cmath>
 
 #include "odometry/window/calibration_estimate.h"
@@ -69,7 +70,8 @@ void CalibrationTies::Update(const CalibrationBelief& with) {
     if (given_sigma_[row] == 0) continue;
     const double odds = OddsOfGiven(belief, row);
     const bool tied = odds > (weights_[row] > 0 ? kReleaseOdds : kTieOdds);
-    weights_[row] = tied ? kTightness / std::sqrt(belief.covariance(row, row)) : 0;
+    const double weight = kTightness / std::sqrt(belief.covariance(row, row));
+    weights_[row] = tied ? std::max(weights_[row], weight) : 0;
   }
 }
 

@@ -83,6 +83,7 @@ FinishedIds SlidingWindow::Start(std::vector<std::unique_ptr<FrameState>> frames
   Optimize(5 * options_.max_iterations);
   if (calibration_prior_.DisbelieveRows(calibration())) {
     calibration_ties_ = CalibrationTies(calibration_prior_.options(), calibration_prior_.belief());
+    model_.calibration_ties = calibration_ties_.weights();
     SetFirstPrior();
     Optimize(5 * options_.max_iterations);
   }

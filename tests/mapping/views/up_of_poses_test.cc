@@ -53,6 +53,9 @@ TEST(UpOfPoses, FewSamplesSayNothing) {
   Turning turning;
   turning.imu.resize(100);
   EXPECT_EQ(turning.Fault(), "nothing to tell");
+  Turning in_g;
+  for (ImuSample& sample : in_g.imu) sample.specific_force_m_s2 /= 9.81;
+  EXPECT_EQ(in_g.Fault(), "nothing to tell");
 }
 
 }  // namespace
