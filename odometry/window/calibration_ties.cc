@@ -14,9 +14,6 @@ constexpr double kTieOdds = 4, kReleaseOdds = 1.0 / 4;
 // Of a number's standard deviation to that of its tie: what is left of the scatter is a sixtieth,
 // and what is known without the tie can still be told from what is known with it.
 constexpr double kTightness = 8;
-// Of the right camera's turns before anything is known: at the depth of a room a tie of 8 leaves
-// half a percent of it.
-constexpr double kRowsTightness = 32;
 
 }  // namespace
 
@@ -27,15 +24,15 @@ CalibrationTies::CalibrationTies(const CalibrationOptions& options, const Calibr
           IsHeld(known.covariance.diagonal().cwiseSqrt()).select(0, EstimatedSigma(options))) {
   if (!confirm_) return;
   constexpr int kCameras = kImuCalibrationSize;
-  const auto tie = [&](int row, double tightness) {
+  const auto tie = [&](int row) {
     if (given_sigma_[row] == 0 || OddsOfGiven(known, row) <= kReleaseOdds) return;
-    weights_[row] = tightness / given_sigma_[row];
+    weights_[row] = kTightness / given_sigma_[row];
   };
   // Nothing tells a focal length before the rig has turned by a lot, nor turns of the right camera
   // about its y, which trade with depth, before it has moved by a lot.
-  tie(kCameras + kRowFocalLength, kTightness);
+  tie(kCameras + kRowFocalLength);
   if (!options.rows_fit) return;
-  for (const int axis : {1, 2}) tie(kCameras + kRowRightRotation + axis, kRowsTightness);
+  for (const int axis : {1, 2}) tie(kCameras + kRowRightRotation + axis);
 }
 
 // For its being as it was given.
