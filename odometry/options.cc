@@ -247,7 +247,7 @@ constexpr OptionTable kLineLandmark{
     Option{"anchor_at_origin", &LineLandmarkOptions::anchor_at_origin, false, true},
     Option{"min_keyframes", &LineLandmarkOptions::min_keyframes, 1, 100},
     Option{"min_general_keyframes", &LineLandmarkOptions::min_general_keyframes, 1, 100},
-    Option{"general_lines", &LineLandmarkOptions::general_lines, false, true},
+    Option{"general_above_rad", &LineLandmarkOptions::general_above_rad, 0.0, 1.0},
     Option{"merge_sigmas", &LineLandmarkOptions::merge_sigmas, 0.0, 100.0},
     Option{"min_merge_distance_m", &LineLandmarkOptions::min_merge_distance_m, 0.0, 1.0},
     Option{"max_merge_distance_m", &LineLandmarkOptions::max_merge_distance_m, 0.0, 1.0},

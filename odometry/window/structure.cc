@@ -19,9 +19,7 @@ namespace {
 using Eigen::Vector3d;
 
 LineKinds KindsOf(const OdometryOptions& options) {
-  const bool structural = UsesStructure(options.method);
-  return {structural, options.method == Method::kPointsLines ||
-                          (structural && options.line_landmarks.general_lines)};
+  return {UsesStructure(options.method), options.method == Method::kPointsLines};
 }
 
 // However well: whoever reads the run chooses. A line is estimated from observations that may all
@@ -94,13 +92,23 @@ void Structure::Update(const CostModel& model, FrameState* newest, WindowState* 
   RejectLineMisfits(options_, model, newest, window);
   if (kinds_.structural) FindHeadings(*newest, model, window);
   if (points_on_lines_) FindPointsOnLines(*newest);
-  EstimateLines(options_, kinds_, classifier_, memberships_, deviations_, model, window);
+  EstimateLines(options_, KindsIn(*window), classifier_, memberships_, deviations_, model, window);
   if (kinds_.structural && slope_options_.enabled) FindSlopes(*newest, model, window);
   if (points_on_lines_) {
     const auto misplaced = AdoptMembers(options_, model, &memberships_, window);
     misplaced_ = RetireMisplaced(options_, misplaced, model, window);
   }
   TieLines(deviations_, window);
+}
+
+LineKinds Structure::KindsIn(const WindowState& window) const {
+  LineKinds kinds = kinds_;
+  if (!kinds.structural) return kinds;
+  const bool has_heading = std::ranges::any_of(
+      window.headings, [](const HeadingState& heading) { return !heading.withdrawn; });
+  const double deviation_rad = deviations_.Of(LineAxis::kX).sigma_rad();
+  kinds.general = !has_heading || deviation_rad > options_.general_above_rad;
+  return kinds;
 }
 
 // Those that were given up because they are off their axis count too: it may be the building that

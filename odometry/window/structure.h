@@ -59,6 +59,8 @@ class Structure {
   const PointsOnLines& memberships() const { return memberships_; }
 
  private:
+  // What is estimated now: lines of no axis too where the building's axes do not account for lines.
+  LineKinds KindsIn(const WindowState& window) const;
   void FindHeadings(const FrameState& newest, const CostModel& model, WindowState* window);
   void FindSlopes(const FrameState& newest, const CostModel& model, WindowState* window);
   Line DescribeLine(const LineLandmark& line, const WindowState& window,
@@ -71,7 +73,7 @@ class Structure {
   LineLandmarkOptions options_;
   ManhattanOptions manhattan_options_;
   SlopeOptions slope_options_;
-  LineKinds kinds_;
+  LineKinds kinds_;  // that the method asks for
   PointsOnLinesOptions points_on_lines_options_;
   bool points_on_lines_ = false;
   Rig rig_;

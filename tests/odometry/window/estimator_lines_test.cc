@@ -12,40 +12,15 @@
 #include "odometry/finite_run.h"
 #include "odometry/run_lines.h"
 #include "odometry/window/estimator.h"
+#include "tests/odometry/window/line_runs.h"
 #include "tests/testing/simulated_odometry.h"
 
 namespace slcmap {
 namespace {
 
-constexpr double kHeading_rad = 0.3;  // of the building
-
-SimulatedRunOptions Building(Method method, double duration_s) {
-  SimulatedRunOptions options;
-  options.odometry.method = method;
-  options.odometry.points.max_points = 60;
-  options.duration_s = duration_s;
-  options.stand_still_s = 1;
-  // So many keyframes that short runs suffice.
-  options.odometry.keyframes.min_parallax_px = 16;
-  options.odometry.keyframes.min_kept_share = 0.7;
-  options.lines = LineTrackSimulatorOptions{.heading_rad = kHeading_rad, .points_per_edge = 1};
-  return options;
-}
-
 SimulatedRunOptions PerfectLines(Method method) {
   SimulatedRunOptions options = Building(method, 10);
   options.imu_rate_hz = 1000;  // the integration's error falls with the square of the step
-  return options;
-}
-
-SimulatedRunOptions NoisyLines(Method method, uint64_t seed, double duration_s = 10) {
-  SimulatedRunOptions options = Building(method, duration_s);
-  options.imu_noise = true;
-  options.pixel_sigma_px = 0.5;
-  options.odometry.window.point_sigma_px = options.odometry.line_landmarks.sigma_px = 0.5;
-  options.gyro_bias_rad_s << -0.002, 0.02, 0.08;  // as large as EuRoC's
-  options.accel_bias_m_s2 << -0.02, 0.13, 0.08;
-  options.seed = seed;
   return options;
 }
 
@@ -107,24 +82,6 @@ std::vector<Line> WellKnownLines(const OdometryRun& run) {
     return LargestSigma(line) <= 0.007 && line.observations >= 4;
   });
   return lines;
-}
-
-// Root mean square errors over a run, once the first poses are laid together.
-struct Errors {
-  double position_m = 0, heading_rad = 0;
-};
-
-Errors ErrorsOf(const SimulatedRun& run) {
-  const RigidTransform gauge = GaugeFromFirst(run);
-  double position = 0, heading = 0;
-  for (size_t i = 0; i < run.states.size(); ++i) {
-    const RigidTransform estimate = gauge * run.states[i].T_world_imu;
-    const Eigen::Quaterniond off = estimate.rotation * run.truth[i].rotation.conjugate();
-    position += (estimate.translation - run.truth[i].translation).squaredNorm();
-    heading += std::pow(LogRotation(off).z(), 2);
-  }
-  const auto count = static_cast<double>(run.states.size());
-  return {std::sqrt(position / count), std::sqrt(heading / count)};
 }
 
 class PerfectLinesTest : public ::testing::TestWithParam<Method> {};
@@ -272,61 +229,6 @@ TEST(EstimatorWithLines, LinesWithoutAxesKeepTheCovarianceHonest) {
   EXPECT_LT(of_pose, 10);
   EXPECT_GT(of_all, 9);
   EXPECT_LT(of_all, 22);
-}
-
-// Errors of the angles between lines and their axes, squared and over their variances, of lines
-// whose angle is told well.
-std::vector<double> NormalisedDeviationErrors(const SimulatedRun& run) {
-  std::vector<double> errors;
-  for (const Line& line : run.run.lines) {
-    const SimulatedEdge& edge = run.edges.at(static_cast<size_t>(line.id));
-    if (line.axis == LineAxis::kNone || !edge.axis) continue;
-    const Eigen::Vector3d axis = AxisDirection(static_cast<LineAxis>(*edge.axis), kHeading_rad);
-    const double off_rad =
-        std::asin(axis.cross((edge.end_world - edge.start_world).normalized()).norm());
-    if (line.deviation_sigma_rad > 0.5 * off_rad) continue;
-    errors.push_back(std::pow((line.deviation_rad - off_rad) / line.deviation_sigma_rad, 2));
-  }
-  return errors;
-}
-
-// No building is exact: taken as exact, its lines would be believed ten times too much.
-TEST(EstimatorWithLines, LearnsHowFarLinesAreOffTheirAxesAndStaysHonest) {
-  constexpr int kRuns = 4;
-  constexpr double kDeviation_rad = 0.005;
-  std::map<bool, double> of_pose, error_m;
-  double of_deviation = 0;
-  size_t told = 0;
-  for (int i = 0; i < kRuns; ++i) {
-    for (const bool exact : {false, true}) {
-      SimulatedRunOptions options = NoisyLines(Method::kSlc, 300 + i);
-      options.pixel_sigma_px = 0.2;
-      options.odometry.window.point_sigma_px = options.odometry.line_landmarks.sigma_px = 0.2;
-      options.lines->max_lines = 40;
-      options.lines->deviation_rad = kDeviation_rad;
-      // Believed from the start, since the run is too short to find out.
-      options.odometry.building_deviation.start_sigma_rad = exact ? 0 : 0.0017;
-      const SimulatedRun run = RunOnSimulatedTracks(options);
-      of_pose[exact] += run.final_pose_nees / kRuns;
-      error_m[exact] += ErrorsOf(run).position_m / kRuns;
-      if (exact) {
-        EXPECT_EQ(std::ranges::count(run.run.lines, 0, &Line::deviation_sigma_rad),
-                  std::ssize(run.run.lines));
-        continue;
-      }
-      const std::vector<double> of_lines = NormalisedDeviationErrors(run);
-      told += of_lines.size();
-      of_deviation += std::accumulate(of_lines.begin(), of_lines.end(), 0.0);
-      EXPECT_GT(run.run.line_deviation_rad, options.odometry.building_deviation.start_sigma_rad);
-      EXPECT_LT(run.run.line_deviation_rad, 1.2 * kDeviation_rad);
-    }
-  }
-  EXPECT_LT(of_pose[false], 14);  // 6, and sqrt(12 / 4) = 1.7
-  EXPECT_GT(of_pose[true], 3 * of_pose[false]);
-  EXPECT_GT(told, 20u);
-  // 1 where it is known least, less elsewhere.
-  EXPECT_LT(of_deviation / static_cast<double>(told), 3);
-  EXPECT_GT(error_m[true], 1.2 * error_m[false]);
 }
 
 // Root mean square over some runs of the angle between the vertical and where the first state of a
