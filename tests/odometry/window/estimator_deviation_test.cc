@@ -40,7 +40,7 @@ std::vector<double> NormalisedDeviationErrors(const SimulatedRun& run) {
 }
 
 // No building is exact: taken as exact, its lines would be believed ten times too much.
-TEST(EstimatorWithLines, LearnsHowFarLinesAreOffTheirAxesAndStaysHonest) {
+TEST(EstimatorOffAxes, LearnsHowFarLinesAreOffTheirAxesAndStaysHonest) {
   constexpr int kRuns = 4;
   constexpr double kDeviation_rad = 0.005;
   std::map<bool, double> of_pose, error_m;
@@ -74,9 +74,9 @@ TEST(EstimatorWithLines, LearnsHowFarLinesAreOffTheirAxesAndStaysHonest) {
   EXPECT_GT(error_m[true], 1.2 * error_m[false]);
 }
 
-class LinesOffTheirAxesTest : public testing::TestWithParam<double> {};
+class EstimatorOffAxesTest : public testing::TestWithParam<double> {};
 
-TEST_P(LinesOffTheirAxesTest, KeepTheCovarianceHonest) {
+TEST_P(EstimatorOffAxesTest, KeepTheCovarianceHonest) {
   constexpr int kRuns = 6;
   double of_pose = 0, of_all = 0;
   for (int i = 0; i < kRuns; ++i) {
@@ -92,11 +92,11 @@ TEST_P(LinesOffTheirAxesTest, KeepTheCovarianceHonest) {
   EXPECT_LT(of_all, 23);
 }
 
-INSTANTIATE_TEST_SUITE_P(Degrees, LinesOffTheirAxesTest, testing::Values(0, 0.1, 0.3, 1));
+INSTANTIATE_TEST_SUITE_P(Degrees, EstimatorOffAxesTest, testing::Values(0, 0.1, 0.3, 1));
 
 // Where hardly a line follows an axis, what is left is lines of none: else there would be points
 // alone.
-TEST(EstimatorWithLines, InACrookedBuildingLinesOfNoAxisHelp) {
+TEST(EstimatorOffAxes, InACrookedBuildingLinesOfNoAxisHelp) {
   constexpr int kRuns = 4;
   double with_m = 0, without_m = 0;
   for (int i = 0; i < kRuns; ++i) {
@@ -110,7 +110,7 @@ TEST(EstimatorWithLines, InACrookedBuildingLinesOfNoAxisHelp) {
   EXPECT_LT(with_m, 0.8 * without_m);
 }
 
-TEST(EstimatorWithLines, InAnExactBuildingAllLinesFollowAnAxis) {
+TEST(EstimatorOffAxes, InAnExactBuildingAllLinesFollowAnAxis) {
   SimulatedRunOptions options = Crooked(Method::kSlc, 0, 500);
   options.lines->general_share = 0.3;
   const SimulatedRun run = RunOnSimulatedTracks(options);
