@@ -319,9 +319,9 @@ struct LineLandmarkOptions {
   bool anchor_at_origin = false;     // as in the paper; else where the line was first seen from
   int min_keyframes = 2;             // keyframes that saw a line before it is estimated
   int min_general_keyframes = 4;     // the same for a line of no axis
-  // With structural and slc, lines of no axis are estimated too where no heading is known, or where
-  // lines are further off the axes that they follow: in an exact building what follows no axis is
-  // clutter, in a crooked one most of its edges.
+  // With structural and slc, lines of no axis are estimated too where lines are further off the
+  // axes that they follow: in an exact building what follows no axis is clutter, in a crooked one
+  // most of its edges.
   double general_above_rad = 0.0035;
   // Two lines of one axis are one where their distance is within so many standard deviations of
   // their places against each other, or below a least distance (conditional covariances make little

@@ -92,7 +92,7 @@ void Structure::Update(const CostModel& model, FrameState* newest, WindowState* 
   RejectLineMisfits(options_, model, newest, window);
   if (kinds_.structural) FindHeadings(*newest, model, window);
   if (points_on_lines_) FindPointsOnLines(*newest);
-  EstimateLines(options_, KindsIn(*window), classifier_, memberships_, deviations_, model, window);
+  EstimateLines(options_, KindsNow(), classifier_, memberships_, deviations_, model, window);
   if (kinds_.structural && slope_options_.enabled) FindSlopes(*newest, model, window);
   if (points_on_lines_) {
     const auto misplaced = AdoptMembers(options_, model, &memberships_, window);
@@ -101,13 +101,10 @@ void Structure::Update(const CostModel& model, FrameState* newest, WindowState* 
   TieLines(deviations_, window);
 }
 
-LineKinds Structure::KindsIn(const WindowState& window) const {
+LineKinds Structure::KindsNow() const {
   LineKinds kinds = kinds_;
-  if (!kinds.structural) return kinds;
-  const bool has_heading = std::ranges::any_of(
-      window.headings, [](const HeadingState& heading) { return !heading.withdrawn; });
   const double deviation_rad = deviations_.Of(LineAxis::kX).sigma_rad();
-  kinds.general = !has_heading || deviation_rad > options_.general_above_rad;
+  if (kinds.structural) kinds.general = deviation_rad > options_.general_above_rad;
   return kinds;
 }
 

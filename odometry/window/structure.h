@@ -59,8 +59,8 @@ class Structure {
   const PointsOnLines& memberships() const { return memberships_; }
 
  private:
-  // What is estimated now: lines of no axis too where the building's axes do not account for lines.
-  LineKinds KindsIn(const WindowState& window) const;
+  // What is estimated now: lines of no axis too where the building is crooked.
+  LineKinds KindsNow() const;
   void FindHeadings(const FrameState& newest, const CostModel& model, WindowState* window);
   void FindSlopes(const FrameState& newest, const CostModel& model, WindowState* window);
   Line DescribeLine(const LineLandmark& line, const WindowState& window,
