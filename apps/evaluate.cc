@@ -19,6 +19,7 @@
 #include "apps/evaluation/trajectory_plots.h"
 #include "apps/evaluation/trajectory_report.h"
 #include "apps/folder_kind.h"
+#include "apps/map_world.h"
 #include "apps/progress.h"
 #include "data/calibration.h"
 #include "data/error.h"
@@ -330,18 +331,26 @@ void Evaluate(EvaluateArguments arguments) {
   const TrajectoryMetrics metrics = CompareTrajectories(inputs, arguments.options);
   std::fputs(TrajectoryTable(inputs, metrics).c_str(), stdout);
   Json json = TrajectoryJson(inputs, metrics);
+  const auto aligned = [&](const std::string& mapped_file) {
+    Alignment alignment = metrics.absolute.front().alignment;
+    alignment.T_truth_estimate =
+        alignment.T_truth_estimate * TrajectoryFromMap(inputs.estimate, mapped_file);
+    return alignment;
+  };
   try {
-    if (!arguments.lines.lines.empty()) {
-      json["lines"] = EvaluateLineMap(arguments, metrics.absolute.front().alignment);
+    if (const std::string& lines = arguments.lines.lines; !lines.empty()) {
+      json["lines"] = EvaluateLineMap(arguments, aligned(lines));
     }
-    if (!arguments.surfaces.true_surfaces.empty()) {
-      json["surfaces"] = EvaluateSurfaceMap(arguments, metrics.absolute.front().alignment);
+    if (const SurfaceInputs& surfaces = arguments.surfaces; !surfaces.true_surfaces.empty()) {
+      const bool has_cloud = !surfaces.cloud.empty();
+      json["surfaces"] =
+          EvaluateSurfaceMap(arguments, aligned(has_cloud ? surfaces.cloud : surfaces.occupancy));
     }
-    if (!arguments.building.planes.empty()) {
-      json["building"] = EvaluateMappedBuilding(arguments, metrics.absolute.front().alignment);
+    if (const std::string& planes = arguments.building.planes; !planes.empty()) {
+      json["building"] = EvaluateMappedBuilding(arguments, aligned(planes));
     }
-    if (!arguments.pipes.pipes.empty()) {
-      json["pipes"] = EvaluatePipeMap(arguments.pipes, metrics.absolute.front().alignment);
+    if (const std::string& pipes = arguments.pipes.pipes; !pipes.empty()) {
+      json["pipes"] = EvaluatePipeMap(arguments.pipes, aligned(pipes));
     }
     if (!arguments.observations.empty()) json["straightness"] = EvaluateStraightness(arguments);
     if (!arguments.map.empty()) {

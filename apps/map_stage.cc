@@ -17,6 +17,7 @@
 #include "data/version.h"
 #include "data/warnings.h"
 #include "mapping/adjustment/adjusted_run.h"
+#include "mapping/building_world.h"
 #include "mapping/given_poses/given_poses.h"
 #include "mapping/map_folder.h"
 #include "mapping/mapping.h"
@@ -216,14 +217,16 @@ MapResult RunMapStage(const MapArguments& arguments, const MappingOptions& optio
   const Progress progress = StageProgress("map");
   const auto given = AdjustGiven(arguments, options.given_poses, &run, progress.Part(0, kAdjusted));
   const auto images = ImagesOfRevisits(arguments, options.adjustment, run);
-  const AdjustedRun adjusted =
+  AdjustedRun adjusted =
       AdjustRun(std::move(run), options.adjustment, images.get(), progress.Part(0, kAdjusted));
+  const RigidTransform T_world_run = TurnAlongBuilding(&adjusted.run);
   // Images are rectified with the calibration that the adjustment found.
   const std::optional<RecordedViews> recorded = OpenViews(arguments, adjusted.run);
   MapResult map = NamingConfig(arguments.config, [&] {
     return BuildMap(adjusted.run, recorded ? &*recorded : nullptr, options,
                     progress.Part(kAdjusted, 1));
   });
+  map.source.T_world_run = T_world_run;
   map.adjustment = adjusted.figures;
   map.given_poses = given;
   if (other) {

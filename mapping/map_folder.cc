@@ -110,6 +110,7 @@ std::string WriteSummary(const std::string& folder, const MapResult& map) {
                {"method", map.method},
                {"source",
                 {{"run", map.source.run_id},
+                 {"yaw_rad", YawOfWorld(map.source.T_world_run)},
                  {"slcmap", map.source.version},
                  {"sequence", map.source.sequence}}},
                {"complete", map.complete},
@@ -137,9 +138,11 @@ Json ReadSummary(const std::string& path, MapResult* map) {
     map->source.run_id = source.at("run").get<std::string>();
     map->source.version = source.at("slcmap").get<std::string>();
     map->source.sequence = source.at("sequence").get<std::string>();
-    if (json.contains("merged")) {
-      map->source.merged = ParseMerged(path, json.at("merged"), map->source.run_id);
+    if (source.contains("yaw_rad")) {  // missing in maps of earlier versions
+      map->source.T_world_run = ParseTurn(path + ": source", source);
     }
+    if (json.contains("merged"))
+      map->source.merged = ParseMerged(path, json.at("merged"), map->source);
     map->complete = json.at("complete").get<bool>();
     map->partial_reason = json.at("partial_reason").get<std::string>();
     map->interrupted = json.value("interrupted", false);  // missing in maps of earlier versions
@@ -321,6 +324,16 @@ MapResult ReadMapFolder(const std::string& folder, const MapReadOptions& options
     CheckFiles(folder, kSummary, summary);
   });
   return map;
+}
+
+MapSource MapSourceIn(const std::string& folder) {
+  MapResult map;
+  try {
+    ReadSummary(folder + "/" + kSummary, &map);
+  } catch (const DataError&) {
+    return {};
+  }
+  return map.source;
 }
 
 }  // namespace slcmap

@@ -27,20 +27,21 @@ MergedRun ParseMergedRun(const std::string& place, const Json& json) {
   run.poses_ns = ParsePoses(place, json);
   const auto p =
       ParsePoint<Eigen::Vector3d>(place + ": position_m", json.at("position_m"), kMaxCoordinate_m);
-  const double yaw_rad = BoundedAt(place, json, "yaw_rad", -kMostYaw_rad, kMostYaw_rad);
-  run.T_world_run = {ExpRotation({0, 0, yaw_rad}), p};
+  run.T_world_run = {ParseTurn(place, json).rotation, p};
   return run;
 }
 
-// The map's world and stamps are those of its first run.
-void CheckFirst(const std::string& place, const MergedRun& run, const std::string& source_run) {
-  if (run.run_id != source_run) {
+// The map's world and stamps are those of its first run's map.
+void CheckFirst(const std::string& place, const MergedRun& run, const MapSource& source) {
+  if (run.run_id != source.run_id) {
     throw DataError(fmt::format("{}: run: found '{}', expected '{}' as in source", place,
-                                run.run_id, source_run));
+                                run.run_id, source.run_id));
   }
-  const RigidTransform& T = run.T_world_run;
-  if (run.stamps_moved_ns == 0 && T.translation.isZero() && LogRotation(T.rotation).isZero())
+  const RigidTransform moved = source.T_world_run.Inverse() * run.T_world_run;
+  if (run.stamps_moved_ns == 0 && moved.translation.isZero() &&
+      LogRotation(moved.rotation).isZero()) {
     return;
+  }
   throw DataError(place + ": found it moved, expected the first run as it was");
 }
 
@@ -61,7 +62,15 @@ void CheckAgainst(const std::string& place, const MergedRun& run, const MergedRu
 
 }  // namespace
 
-// The turn of a run's world is about z.
+double YawOfWorld(const RigidTransform& T_world_run) {
+  return LogRotation(T_world_run.rotation).z();
+}
+
+RigidTransform ParseTurn(const std::string& place, const Json& json) {
+  const double yaw_rad = BoundedAt(place, json, "yaw_rad", -kMostYaw_rad, kMostYaw_rad);
+  return {ExpRotation({0, 0, yaw_rad}), Eigen::Vector3d::Zero()};
+}
+
 Json MergedJson(const std::vector<MergedRun>& runs) {
   Json json = Json::array();
   for (const MergedRun& run : runs) {
@@ -73,13 +82,13 @@ Json MergedJson(const std::vector<MergedRun>& runs) {
     if (run.poses_ns) item["first_pose_ns"] = run.poses_ns->from_ns;
     if (run.poses_ns) item["last_pose_ns"] = run.poses_ns->to_ns;
     item["position_m"] = {p.x(), p.y(), p.z()};
-    item["yaw_rad"] = LogRotation(run.T_world_run.rotation).z();
+    item["yaw_rad"] = YawOfWorld(run.T_world_run);
   }
   return json;
 }
 
 std::vector<MergedRun> ParseMerged(const std::string& path, const Json& json,
-                                   const std::string& source_run) {
+                                   const MapSource& source) {
   if (!json.is_array() || json.size() < 2) {
     throw DataError(fmt::format("{}: merged: found {}, expected a list of two runs or more", path,
                                 json.is_array() ? fmt::format("{} runs", json.size())
@@ -89,7 +98,7 @@ std::vector<MergedRun> ParseMerged(const std::string& path, const Json& json,
   for (const Json& item : json) {
     const std::string place = fmt::format("{}: merged: run {}", path, runs.size());
     const MergedRun run = ParseMergedRun(place, item);
-    if (runs.empty()) CheckFirst(place, run, source_run);
+    if (runs.empty()) CheckFirst(place, run, source);
     for (const MergedRun& before : runs) CheckAgainst(place, run, before);
     runs.push_back(run);
   }

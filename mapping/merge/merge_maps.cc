@@ -83,6 +83,7 @@ std::vector<MergedRun> PartsOf(const MapResult& map) {
   if (!map.source.merged.empty()) return map.source.merged;
   MergedRun run;
   run.run_id = map.source.run_id;
+  run.T_world_run = map.source.T_world_run;
   run.sequence = map.source.sequence;
   run.version = map.source.version;
   run.poses_ns = SpanOf(map);

@@ -14,6 +14,7 @@
 #include "data/sequence.h"
 #include "mapping/refinement.h"
 #include "mapping/views/pose_agreement.h"
+#include "mapping/views/pose_jumps.h"
 #include "mapping/views/up_of_poses.h"
 #include "odometry/calibrated_rig.h"
 #include "odometry/frontend/rectifier.h"
@@ -227,6 +228,19 @@ void WarnWhereZIsNotUp(const std::string& sequence, const std::string& calibrati
   spdlog::warn("{}: {}", recording.folder, fault);
 }
 
+// What is mapped behind a jump does not fit what was mapped before it.
+void TellJumps(const Trajectory& trajectory, OdometryRun* run) {
+  const std::vector<PoseJump> jumps = JumpsOf(trajectory);
+  if (jumps.empty()) return;
+  run->warnings["pose_jumps"] += std::ssize(jumps);
+  run->complete = false;
+  run->partial_reason = fmt::format(
+      "poses jump {} times, besides their motion: first by {:.2f} m and {:.1f} degrees "
+      "at {:.3f} s",
+      jumps.size(), jumps[0].moved_m, jumps[0].turned_rad * 180 / M_PI,
+      ToSeconds(jumps[0].stamp_ns));
+}
+
 [[noreturn]] void RefusePoses(const Sequence& recording, const Trajectory& trajectory) {
   throw DataError(fmt::format(
       "{}: found poses from {:.3f} to {:.3f} s and images from {:.3f} to {:.3f} s, expected poses "
@@ -312,6 +326,7 @@ OdometryRun RunAtPoses(const std::string& sequence, const std::string& calibrati
     }
   }
   if (run.states.empty()) RefusePoses(recording, trajectory);
+  TellJumps(trajectory, &run);
   WarnWhereZIsNotUp(sequence, calibration, &run);
   run.id = IdOfPoses(run);
   return run;

@@ -48,8 +48,9 @@ struct KeyframeSelection {
 // The run of an odometry that was done by somebody else: a state at each image of a recording (an
 // ASL folder; IMU data are not needed) that the trajectory covers, and keyframes among them without
 // observations; its method is kGivenPoses (odometry/method.h), and its id is a checksum of the
-// poses and of the images' names. `calibration` as SequenceOptions has it. Throws DataError when
-// the recording cannot be used, or no pose is at an image.
+// poses and of the images' names. It is partial where the poses jump. `calibration` as
+// SequenceOptions has it. Throws DataError when the recording cannot be used, or no pose is at an
+// image.
 OdometryRun RunAtPoses(const std::string& sequence, const std::string& calibration,
                        const Trajectory& trajectory, const KeyframeSelection& selection = {});
 

@@ -382,6 +382,31 @@ TEST(EvaluateCommand, LinesAreMeasuredWhereTheTrajectoryLiesOnTheTruth) {
   EXPECT_THAT(damaged.error, HasSubstr("edges.csv: row 1"));
 }
 
+// A map is turned along the building, its run is not.
+TEST(EvaluateCommand, LinesOfAMapAreMeasuredByItsPosesAndByThoseOfItsRun) {
+  const TempFolder folder;
+  const std::string run = folder.Path("run"), map = folder.Path("map");
+  OdometryRun made = testing::MakeLineRun();
+  for (OnlineState& state : made.states) state.T_world_imu.translation.y() = 0;
+  made.manhattan_worlds[0].heading_rad = 0.2;
+  WriteRunFolder(run, made);
+  EXPECT_EQ(RunSlcmap("map " + run + " -o " + map).exit_code, 0);
+  const std::vector<MapLine> in_run = ReadMapLines(run + "/lines.ply"),
+                             in_map = ReadMapLines(map + "/lines.ply");
+  ASSERT_EQ(in_run.size(), in_map.size());
+  EXPECT_NEAR((in_run[0].start_world - in_map[0].start_world).norm(),
+              2 * std::sin(0.1) * in_run[0].start_world.head<2>().norm(), 1e-4);
+  for (const std::string& of : {run, map}) {
+    const ProcessResult result =
+        RunSlcmap("evaluate --truth " + run + "/trajectory.tum --estimate " + of +
+                  "/trajectory.tum --lines " + map + "/lines.ply --true-edges " + run +
+                  "/lines.ply --json " + folder.Path("metrics.json"));
+    EXPECT_EQ(result.exit_code, 0) << result.error;
+    const auto json = nlohmann::json::parse(testing::ReadText(folder.Path("metrics.json")));
+    EXPECT_NEAR(json["lines"]["scores"][0]["precision"].get<double>(), 1, 1e-9) << of;
+  }
+}
+
 class EvaluateLongLines : public ::testing::Test {
  protected:
   // Evaluates a made run whose lines are edges of that length, with `more` arguments.

@@ -24,8 +24,14 @@ std::vector<MergedRun> ThreeRuns() {
           {"c", "", "0.2.0", 0, LevelTransform(-3, {0, 1, 0}), StampSpan{-50, 99}}};
 }
 
+MapSource SourceA() {
+  MapSource source;
+  source.run_id = "a";
+  return source;
+}
+
 TEST(MergedRuns, AreReadAsTheyWereWritten) {
-  const std::vector<MergedRun> read = ParseMerged("map.json", MergedJson(ThreeRuns()), "a");
+  const std::vector<MergedRun> read = ParseMerged("map.json", MergedJson(ThreeRuns()), SourceA());
   ASSERT_EQ(read.size(), 3u);
   EXPECT_EQ(read[1].run_id, "b");
   EXPECT_EQ(read[1].sequence, "/recordings/night");
@@ -37,12 +43,24 @@ TEST(MergedRuns, AreReadAsTheyWereWritten) {
   EXPECT_LT(off.translation.norm() + LogRotation(off.rotation).norm(), 1e-12);
 }
 
+// The first run's map may be turned against its run.
+TEST(MergedRuns, TheFirstIsTurnedAsItsMapIs) {
+  MapSource source = SourceA();
+  source.T_world_run = LevelTransform(0.3, Eigen::Vector3d::Zero());
+  std::vector<MergedRun> runs = ThreeRuns();
+  runs[0].T_world_run = source.T_world_run;
+  const std::vector<MergedRun> read = ParseMerged("map.json", MergedJson(runs), source);
+  EXPECT_NEAR(YawOf(read[0].T_world_run), 0.3, 1e-12);
+  EXPECT_THAT([&] { ParseMerged("map.json", MergedJson(ThreeRuns()), source); },
+              ThrowsMessage<DataError>(HasSubstr("run 0: found it moved, expected the first run")));
+}
+
 // Earlier versions did not say when each run has poses.
 TEST(MergedRuns, MayBeWithoutStamps) {
   Json json = MergedJson(ThreeRuns());
   json[1].erase("first_pose_ns");
   json[1].erase("last_pose_ns");
-  const std::vector<MergedRun> read = ParseMerged("map.json", json, "a");
+  const std::vector<MergedRun> read = ParseMerged("map.json", json, SourceA());
   EXPECT_TRUE(read[0].poses_ns.has_value());
   EXPECT_FALSE(read[1].poses_ns.has_value());
 }
@@ -51,7 +69,7 @@ TEST(MergedRuns, MayBeWithoutStamps) {
 void ExpectRefused(const std::string& pointer, const Json& value, const std::string& message) {
   Json json = MergedJson(ThreeRuns());
   json[Json::json_pointer(pointer)] = value;
-  EXPECT_THAT([&] { ParseMerged("map.json", json, "a"); },
+  EXPECT_THAT([&] { ParseMerged("map.json", json, SourceA()); },
               ThrowsMessage<DataError>(HasSubstr("map.json: merged: " + message)))
       << pointer;
 }
@@ -78,7 +96,7 @@ TEST(MergedRuns, WhatCannotBeIsNamed) {
 
 TEST(MergedRuns, AreAList) {
   const auto refusal = [](const Json& json, const std::string& found) {
-    EXPECT_THAT([&] { ParseMerged("map.json", json, "a"); },
+    EXPECT_THAT([&] { ParseMerged("map.json", json, SourceA()); },
                 ThrowsMessage<DataError>("map.json: merged: found " + found +
                                          ", expected a list of two runs or more"));
   };

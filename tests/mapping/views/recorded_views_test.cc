@@ -57,6 +57,19 @@ TEST_F(SmallRecording, WithTheSamePosesIsTheSameRun) {
   EXPECT_NE(RunAtPoses(folder_.Path(), "", poses).id, run_.id);
 }
 
+TEST_F(SmallRecording, WithPosesThatJumpIsPartial) {
+  EXPECT_TRUE(run_.complete);
+  Trajectory poses;
+  for (const OnlineState& state : run_.states) {
+    poses.push_back({state.stamp_ns, state.T_world_imu});
+    if (poses.size() > 4) poses.back().T_world_imu.translation.y() += 0.5;
+  }
+  const OdometryRun jumping = RunAtPoses(folder_.Path(), "", poses);
+  EXPECT_FALSE(jumping.complete);
+  EXPECT_THAT(jumping.partial_reason,
+              HasSubstr("poses jump 1 times, besides their motion: first by 0.50 m"));
+}
+
 TEST_F(SmallRecording, HasAFrameForEachImageAtItsRefinedPose) {
   ASSERT_EQ(run_.keyframes.size(), 3u);
   // Moved up by 1 cm at the second keyframe: half as much half-way.

@@ -1,0 +1,65 @@
+#include "mapping/views/pose_jumps.h"
+
+#include <cmath>
+#include <optional>
+
+namespace slcmap {
+namespace {
+
+constexpr double kMostStep_s = 0.5;
+// Besides noise, as far as a rig that is carried or flies can accelerate.
+constexpr double kMoved_m = 0.1, kAcceleration_m_s2 = 10;
+constexpr double kTurned_rad = 0.1, kTurn_rad_s2 = 30;
+
+struct Step {
+  double duration_s;
+  Eigen::Vector3d way_m;     // in the world
+  Eigen::Vector3d turn_rad;  // in the body that it starts from
+};
+
+std::optional<Step> StepTo(const Trajectory& trajectory, size_t to) {
+  if (to == 0 || to >= trajectory.size()) return std::nullopt;
+  const StampedPose &a = trajectory[to - 1], &b = trajectory[to];
+  const double duration_s = ToSeconds(b.stamp_ns - a.stamp_ns);
+  if (!(duration_s > 0) || duration_s > kMostStep_s) return std::nullopt;
+  return Step{duration_s, b.T_world_imu.translation - a.T_world_imu.translation,
+              LogRotation(a.T_world_imu.rotation.conjugate() * b.T_world_imu.rotation)};
+}
+
+// What of a step is left when motion goes on as in another one.
+PoseJump Besides(const Step& step, const Step& motion) {
+  const double share = step.duration_s / motion.duration_s;
+  return {0, (step.way_m - share * motion.way_m).norm(),
+          ExpRotation(step.turn_rad).angularDistance(ExpRotation(share * motion.turn_rad))};
+}
+
+bool IsJump(const PoseJump& jump, const Step& step, const Step& motion) {
+  // The velocities that are compared are of the middles of the steps.
+  const double t2_s2 = step.duration_s * 0.5 * (step.duration_s + motion.duration_s);
+  return jump.moved_m > kMoved_m + kAcceleration_m_s2 * t2_s2 ||
+         jump.turned_rad > kTurned_rad + kTurn_rad_s2 * t2_s2;
+}
+
+}  // namespace
+
+std::vector<PoseJump> JumpsOf(const Trajectory& trajectory) {
+  std::vector<PoseJump> jumps;
+  for (size_t i = 1; i < trajectory.size(); ++i) {
+    const std::optional<Step> step = StepTo(trajectory, i);
+    if (!step) continue;
+    std::optional<PoseJump> least;
+    bool is_jump = true;
+    for (const std::optional<Step>& motion :
+         {StepTo(trajectory, i - 1), StepTo(trajectory, i + 1)}) {
+      if (!motion) continue;
+      const PoseJump besides = Besides(*step, *motion);
+      is_jump = is_jump && IsJump(besides, *step, *motion);
+      if (!least || besides.moved_m < least->moved_m) least = besides;
+    }
+    if (!least || !is_jump) continue;
+    jumps.push_back({trajectory[i].stamp_ns, least->moved_m, least->turned_rad});
+  }
+  return jumps;
+}
+
+}  // namespace slcmap
