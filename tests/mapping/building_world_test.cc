@@ -9,15 +9,17 @@
 namespace slcmap {
 namespace {
 
+using RunLine = decltype(OdometryRun::lines)::value_type;
+
 constexpr double kDegree = M_PI / 180;
 
 Eigen::Vector3d Level(double angle_deg) {
   return {std::cos(angle_deg * kDegree), std::sin(angle_deg * kDegree), 0};
 }
 
-Line LineAlong(int64_t id, LineAxis axis, int world, const Eigen::Vector3d& direction,
+RunLine LineAlong(int64_t id, LineAxis axis, int world, const Eigen::Vector3d& direction,
                double length_m) {
-  Line line;
+  RunLine line;
   line.id = id;
   line.axis = axis;
   line.world = world;
@@ -45,7 +47,7 @@ OdometryRun TwoWings() {
 }
 
 // What a line's axis says of its direction, but for its sign.
-double OffAxis(const Line& line, const OdometryRun& run) {
+double OffAxis(const RunLine& line, const OdometryRun& run) {
   const Eigen::Vector3d direction = (line.end_world - line.start_world).normalized();
   if (line.axis == LineAxis::kVertical) return direction.cross(Eigen::Vector3d::UnitZ()).norm();
   const double heading_rad = run.manhattan_worlds[static_cast<size_t>(line.world)].heading_rad;
@@ -66,7 +68,7 @@ TEST(BuildingWorld, TheMainHeadingBecomesXAndY) {
   EXPECT_EQ(run.lines[1].axis, LineAxis::kX);
   EXPECT_EQ(run.lines[2].axis, LineAxis::kX);
   EXPECT_NEAR(run.sloped_directions[0].azimuth_rad, -160 * kDegree, 1e-12);
-  for (const Line& line : run.lines) EXPECT_LT(OffAxis(line, run), 1e-9) << line.id;
+  for (const RunLine& line : run.lines) EXPECT_LT(OffAxis(line, run), 1e-9) << line.id;
 }
 
 TEST(BuildingWorld, EverythingIsTurnedAlike) {
@@ -90,7 +92,7 @@ TEST(BuildingWorld, EverythingIsTurnedAlike) {
                   .norm(),
               1e-9);
   }
-  for (const Line& line : run.lines) {
+  for (const RunLine& line : run.lines) {
     const Eigen::Vector3d direction = (line.end_world - line.start_world).normalized();
     EXPECT_NEAR(direction.dot(line.covariance_m2 * direction), 0, 1e-12) << line.id;
     EXPECT_NEAR(line.covariance_m2.trace(), 1e-4, 1e-12) << line.id;
