@@ -36,7 +36,8 @@ void RefuseErrors(const CheckReport& report) {
 }
 
 bool IsEstimated(const CheckCorrection& correction, const CalibrationOptions& options) {
-  return correction.name == kTimeOffsetCorrection ? options.time_offset : options.right_rotation;
+  if (correction.name == kTimeOffsetCorrection) return options.time_offset;
+  return correction.name == kRightTurnCorrection ? options.right_rotation : options.focal_length;
 }
 
 }  // namespace

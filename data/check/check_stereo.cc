@@ -231,21 +231,22 @@ Rig WithRightTurned(Rig rig, const Eigen::Vector3d& turn_rad) {
   return rig;
 }
 
-// Of what rows are off: a turn that leaves more mends nothing.
+// Of what rows are off: a mend that leaves more is none.
 constexpr double kMendedShare = 0.9;
 
-void JudgeRows(const RowAlignment& rows, const Rig& given, const Rig& mended, CheckReport* report) {
-  const auto clear = [&](int axis) {
-    return std::abs(rows.turn_rad[axis]) >
-           std::max(kMaxRowsTurn_rad, kStereoClear * rows.turn_sigma_rad[axis]);
-  };
-  if (!clear(0) && !clear(1) && !clear(2)) return;
-  if (rows.mended_rows_px > kMendedShare * rows.rows_px) return;
+bool IsTurnClear(const RowAlignment& rows) {
+  for (int axis = 0; axis < 3; ++axis) {
+    const double least_rad = std::max(kMaxRowsTurn_rad, kStereoClear * rows.turn_sigma_rad[axis]);
+    if (std::abs(rows.turn_rad[axis]) > least_rad) return true;
+  }
+  return false;
+}
+
+std::string InPercent(double right_focal) { return fmt::format("{:+.2f} %", 100 * right_focal); }
+
+void JudgeTurn(const RowAlignment& rows, const std::string& found, const Rig& given,
+               const Rig& mended, CheckReport* report) {
   const Eigen::Matrix3d R = mended.T_imu_camera[1].rotation.toRotationMatrix();
-  const std::string found = fmt::format(
-      "matches are {:.2f} px off their rows, {:.2f} px with the right camera turned by "
-      "{}",
-      rows.rows_px, rows.mended_rows_px, InDegrees(rows.turn_rad));
   const Eigen::Quaterniond T =
       (given.T_imu_camera[0].rotation.conjugate() * mended.T_imu_camera[1].rotation);
   const std::string remedy = fmt::format(
@@ -261,6 +262,27 @@ void JudgeRows(const RowAlignment& rows, const Rig& given, const Rig& mended, Ch
   report->corrections.push_back({kRightTurnCorrection,
                                  {rows.turn_rad.x(), rows.turn_rad.y(), rows.turn_rad.z()},
                                  "right camera turned by " + InDegrees(rows.turn_rad)});
+}
+
+void JudgeRows(const RowAlignment& rows, const Rig& given, const Rig& mended, CheckReport* report) {
+  if (rows.mended_rows_px > kMendedShare * rows.rows_px) return;
+  const std::string found =
+      fmt::format(
+          "matches are {:.2f} px off their rows, {:.2f} px with the right camera turned by "
+          "{}",
+          rows.rows_px, rows.mended_rows_px, InDegrees(rows.turn_rad)) +
+      (rows.right_focal == 0 ? ""
+                             : " and its focal lengths " + InPercent(rows.right_focal) + " longer");
+  if (IsTurnClear(rows)) JudgeTurn(rows, found, given, mended, report);
+  if (rows.right_focal == 0) return;
+  report->Warn("focal-lengths", found,
+               fmt::format("calibrate the cameras anew, or multiply fx and fy of cam1 by {:.5f}",
+                           1 + rows.right_focal));
+  const double half = 0.5 * rows.right_focal;
+  report->corrections.push_back({kFocalCorrection,
+                                 {-half, half},
+                                 fmt::format("focal lengths longer by {} (left) and {} (right)",
+                                             InPercent(-half), InPercent(half))});
 }
 
 // The same features as other cameras would see them.
@@ -312,7 +334,8 @@ void CheckRows(const SequenceSource& source, const Eigen::Vector3d& coarse_rad,
   const double focal_px = rig.cameras[0].fx_px;
   const Rig near = WithRightTurned(rig, coarse_rad);
   const std::vector<RayPair> matches = MatchFinely(source, near, kRowSamples, progress);
-  RowAlignment rows = AlignRows(matches, LeftRight(near), focal_px);
+  RowAlignment rows =
+      AlignRows(matches, LeftRight(near), focal_px, LongerRays(matches, near.cameras[1]));
   report->AddFigure("features followed left to right", rows.matches, "");
   if (rows.matches < kMinFineMatches || rows.agreeing_share < kMinAgree) return;
   const Rig mended = WithRightTurned(near, rows.turn_rad);
@@ -323,6 +346,7 @@ void CheckRows(const SequenceSource& source, const Eigen::Vector3d& coarse_rad,
   report->AddFigure("right camera, turn found about x", rows.turn_rad.x() / kDegree, "deg");
   report->AddFigure("right camera, turn found about y", rows.turn_rad.y() / kDegree, "deg");
   report->AddFigure("right camera, turn found about z", rows.turn_rad.z() / kDegree, "deg");
+  report->AddFigure("right camera, focal length found", 100 * rows.right_focal, "% longer");
   if (rows.mended_rows_px > kPoorRows_px && JudgeIntrinsics(matches, rows, near, report)) return;
   JudgeRows(rows, rig, mended, report);
   if (rows.mended_rows_px > kBlur_px) {

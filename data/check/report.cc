@@ -36,6 +36,11 @@ Rig Corrected(const Rig& rig, const CheckReport& report) {
       Eigen::Quaterniond& rotation = corrected.T_imu_camera[1].rotation;
       const Eigen::Vector3d turn_rad(correction.values.data());
       rotation = (rotation * ExpRotation(turn_rad)).normalized();
+    } else if (correction.name == kFocalCorrection) {
+      for (size_t c = 0; c < 2; ++c) {
+        corrected.cameras[c].fx_px *= 1 + correction.values[c];
+        corrected.cameras[c].fy_px *= 1 + correction.values[c];
+      }
     }
   }
   return corrected;

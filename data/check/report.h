@@ -28,7 +28,7 @@ struct CheckFinding {
 
 // A value of the calibration in whose place another was found, to start odometry from.
 struct CheckCorrection {
-  std::string name;            // kTimeOffsetCorrection or kRightTurnCorrection
+  std::string name;            // one of those below
   std::vector<double> values;  // as the name says
   std::string words;
 };
@@ -37,6 +37,10 @@ struct CheckCorrection {
 inline constexpr const char* kTimeOffsetCorrection = "camera_time_offset_s";
 // {x, y, z}: the right camera's rotation is that of the calibration times Exp(x, y, z).
 inline constexpr const char* kRightTurnCorrection = "right_camera_turn_rad";
+// {left, right}: focal lengths of the cameras are those of the calibration times 1 + these. Only
+// their difference is seen; either camera may be the one that is off, so half of it is given to
+// each.
+inline constexpr const char* kFocalCorrection = "focal_lengths";
 
 struct CheckReport {
   std::string sequence;

@@ -15,10 +15,11 @@ namespace {
 
 constexpr double kFirstScale_px = 30, kLastScale_px = 0.25, kScaleStep = 0.5;
 constexpr double kTurnPrior_rad = 0.2, kTurnPriorAboutY_rad = 5e-3;
-constexpr double kHeld_rad = 1e-7;
-constexpr double kBetterRows = 0.8;  // of what the rows are off without a turn about y, and
-constexpr double kClearSigmas = 5, kClearAboutY_rad = 2e-3;  // for y to be believed
-constexpr int kSteps = 4;                                    // at each scale
+constexpr double kFocalPrior = 0.01;
+constexpr double kHeld_rad = 1e-7, kHeldFocal = 1e-7;
+constexpr double kBetterRows = 0.8;  // of what the rows are off without a number, and
+constexpr double kClearSigmas = 5, kClearAboutY_rad = 2e-3, kClearFocal = 1e-3;  // to believe it
+constexpr int kSteps = 4;                                                        // at each scale
 constexpr double kRowAgree_px = 2.5;
 constexpr int kRowFeatures = 150;
 constexpr double kRowFeatureDistance_px = 20, kRowFeatureQuality = 0.02;
@@ -28,63 +29,128 @@ const cv::TermCriteria kRowUntil(cv::TermCriteria::COUNT + cv::TermCriteria::EPS
 constexpr double kRowBorder_px = 6, kRowUsualDepth_m = 4;
 constexpr double kMaxReturn_px = 0.3;  // between a feature and what is found from its match
 
-struct RowLinear {
-  Eigen::Matrix3d H = Eigen::Matrix3d::Zero();
-  Eigen::Vector3d g = Eigen::Vector3d::Zero();
+// Standard deviations of what is given, about which the solution is found.
+struct Priors {
+  double about_y_rad = kHeld_rad;
+  double right_focal = kHeldFocal;
 };
 
-RowLinear Linearise(const std::vector<RayPair>& matches, const RigidTransform& T_left_right,
-                    const Eigen::Quaterniond& turn, double prior_about_y_rad, double scale_rad) {
-  RowLinear linear;
-  const Eigen::Vector3d direction = T_left_right.translation.normalized();
-  for (const RayPair& rays : matches) {
-    const Epipolar e = EpipolarOf(rays, T_left_right.rotation * turn, direction);
-    const double u = e.residual_rad / scale_rad, weight = 1 / ((1 + u * u) * scale_rad * scale_rad);
-    linear.H += weight * e.turn_jacobian * e.turn_jacobian.transpose();
-    linear.g -= weight * e.turn_jacobian * e.residual_rad;
-  }
-  const Eigen::Vector3d at = LogRotation(turn);
-  const Eigen::Vector3d sigmas(kTurnPrior_rad, prior_about_y_rad, kTurnPrior_rad);
-  const Eigen::Vector3d weights = sigmas.array().pow(-2);
-  linear.H.diagonal() += weights;
-  linear.g -= weights.cwiseProduct(at);
-  return linear;
-}
-
-struct Turn {
+struct Mend {
   Eigen::Quaterniond turn = Eigen::Quaterniond::Identity();
-  Eigen::Vector3d sigma_rad = Eigen::Vector3d::Ones();
+  double right_focal = 0;
+  Eigen::Vector4d sigma = Eigen::Vector4d::Ones();  // of the turn about x, y, z, and the focal
 };
 
-// From coarse to fine; at 0 where the matches say nothing.
-Turn FindTurn(const std::vector<RayPair>& matches, const RigidTransform& T_left_right,
-              double focal_px, double prior_about_y_rad) {
-  Turn found;
-  RowLinear linear;
-  for (double scale_px = kFirstScale_px; scale_px >= kLastScale_px; scale_px *= kScaleStep) {
-    for (int step = 0; step < kSteps; ++step) {
-      linear = Linearise(matches, T_left_right, found.turn, prior_about_y_rad, scale_px / focal_px);
-      const Eigen::Vector3d change_rad = linear.H.ldlt().solve(linear.g);
-      if (!change_rad.allFinite()) return Turn();
-      found.turn = (found.turn * ExpRotation(change_rad)).normalized();
+class RowSolver {
+ public:
+  RowSolver(const std::vector<RayPair>& matches, const RigidTransform& T_left_right,
+            double focal_px, const std::vector<Eigen::Vector3d>& longer)
+      : matches_(matches),
+        longer_(longer),
+        rotation_(T_left_right.rotation),
+        direction_(T_left_right.translation.normalized()),
+        focal_px_(focal_px) {}
+
+  // From coarse to fine; nothing where the matches say nothing.
+  Mend Solve(const Priors& priors) const {
+    Mend mend;
+    Linear linear;
+    for (double scale_px = kFirstScale_px; scale_px >= kLastScale_px; scale_px *= kScaleStep) {
+      for (int step = 0; step < kSteps; ++step) {
+        linear = Linearise(mend, priors, scale_px / focal_px_);
+        const Eigen::Vector4d change = linear.H.ldlt().solve(linear.g);
+        if (!change.allFinite()) return {};
+        mend.turn = (mend.turn * ExpRotation(change.head<3>())).normalized();
+        mend.right_focal += change[3];
+      }
     }
+    mend.sigma = linear.H.inverse().diagonal().cwiseSqrt();
+    if (priors.right_focal == kHeldFocal) mend.right_focal = 0;
+    return mend;
   }
-  found.sigma_rad = linear.H.inverse().diagonal().cwiseSqrt();
-  return found;
+
+  // Distances from the rows, in pixels.
+  std::vector<double> Distances_px(const Mend& mend) const {
+    std::vector<double> distances_px;
+    for (size_t i = 0; i < matches_.size(); ++i) {
+      // Sampson's distance shares the error between both rays.
+      distances_px.push_back(std::numbers::sqrt2 * std::abs(At(i, mend).residual_rad) * focal_px_);
+    }
+    return distances_px;
+  }
+
+  double Rows_px(const Mend& mend) const { return Median(Distances_px(mend)); }
+
+ private:
+  struct Linear {
+    Eigen::Matrix4d H = Eigen::Matrix4d::Zero();
+    Eigen::Vector4d g = Eigen::Vector4d::Zero();
+  };
+
+  Epipolar At(size_t match, const Mend& mend) const {
+    RayPair rays = matches_[match];
+    if (!longer_.empty()) {
+      rays.second += mend.right_focal / kLongerFocal * (longer_[match] - rays.second);
+      rays.second.normalize();
+    }
+    return EpipolarOf(rays, rotation_ * mend.turn, direction_);
+  }
+
+  Linear Linearise(const Mend& mend, const Priors& priors, double scale_rad) const {
+    Linear linear;
+    Mend longer = mend;
+    longer.right_focal += kLongerFocal;
+    for (size_t i = 0; i < matches_.size(); ++i) {
+      const Epipolar e = At(i, mend);
+      const double u = e.residual_rad / scale_rad;
+      const double weight = 1 / ((1 + u * u) * scale_rad * scale_rad);
+      Eigen::Vector4d jacobian = Eigen::Vector4d::Zero();
+      jacobian.head<3>() = e.turn_jacobian;
+      if (!longer_.empty()) {
+        jacobian[3] = (At(i, longer).residual_rad - e.residual_rad) / kLongerFocal;
+      }
+      linear.H += weight * jacobian * jacobian.transpose();
+      linear.g -= weight * jacobian * e.residual_rad;
+    }
+    Eigen::Vector4d at;
+    at << LogRotation(mend.turn), mend.right_focal;
+    const Eigen::Vector4d sigmas(kTurnPrior_rad, priors.about_y_rad, kTurnPrior_rad,
+                                 priors.right_focal);
+    const Eigen::Vector4d weights = sigmas.array().pow(-2);
+    linear.H.diagonal() += weights;
+    linear.g -= weights.cwiseProduct(at);
+    return linear;
+  }
+
+  const std::vector<RayPair>& matches_;
+  const std::vector<Eigen::Vector3d>& longer_;
+  const Eigen::Quaterniond rotation_;
+  const Eigen::Vector3d direction_;
+  const double focal_px_;
+};
+
+// Pairs that show nearly the same repeat their errors: sigma alone would believe a number.
+bool IsClear(double number, double sigma, double least) {
+  return std::abs(number) >= std::max(least, kClearSigmas * sigma);
 }
 
-// Distances from the rows, in pixels.
-std::vector<double> Distances_px(const std::vector<RayPair>& matches,
-                                 const RigidTransform& T_left_right, const Eigen::Quaterniond& turn,
-                                 double focal_px) {
-  std::vector<double> distances_px;
-  for (const RayPair& rays : matches) {
-    const Epipolar e =
-        EpipolarOf(rays, T_left_right.rotation * turn, T_left_right.translation.normalized());
-    // Sampson's distance shares the error between both rays.
-    distances_px.push_back(std::numbers::sqrt2 * std::abs(e.residual_rad) * focal_px);
+// What is seen in parts of the images alone is taken where it is clear, and rows agree better.
+Mend FindMend(const RowSolver& solver) {
+  Priors priors;
+  Mend held = solver.Solve(priors);
+  priors.right_focal = kFocalPrior;
+  if (const Mend found = solver.Solve(priors);
+      IsClear(found.right_focal, found.sigma[3], kClearFocal) &&
+      solver.Rows_px(found) <= kBetterRows * solver.Rows_px(held)) {
+    held = found;
+  } else {
+    priors.right_focal = kHeldFocal;
   }
-  return distances_px;
+  priors.about_y_rad = kTurnPriorAboutY_rad;
+  const Mend found = solver.Solve(priors);
+  const bool is_clear = IsClear(LogRotation(found.turn).y(), found.sigma.y(), kClearAboutY_rad) &&
+                        solver.Rows_px(found) <= kBetterRows * solver.Rows_px(held);
+  return is_clear ? found : held;
 }
 
 class Matcher {
@@ -138,27 +204,32 @@ class Matcher {
 
 }  // namespace
 
+std::vector<Eigen::Vector3d> LongerRays(const std::vector<RayPair>& matches, const Camera& right) {
+  Camera longer = right;
+  longer.fx_px *= 1 + kLongerFocal;
+  longer.fy_px *= 1 + kLongerFocal;
+  std::vector<Eigen::Vector3d> rays;
+  for (const RayPair& match : matches) {
+    const auto px = right.Project(match.second);
+    const auto ray = px ? longer.Unproject(*px) : std::nullopt;
+    rays.push_back(ray ? ray->normalized() : match.second);
+  }
+  return rays;
+}
+
 RowAlignment AlignRows(const std::vector<RayPair>& matches, const RigidTransform& T_left_right,
-                       double focal_px) {
+                       double focal_px, const std::vector<Eigen::Vector3d>& longer) {
   RowAlignment alignment;
   alignment.matches = static_cast<int>(matches.size());
   if (matches.empty()) return alignment;
-  const auto rows_px = [&](const Eigen::Quaterniond& turned) {
-    return Median(Distances_px(matches, T_left_right, turned, focal_px));
-  };
-  Turn found = FindTurn(matches, T_left_right, focal_px, kTurnPriorAboutY_rad);
-  const Turn held = FindTurn(matches, T_left_right, focal_px, kHeld_rad);
-  const double about_y_rad = std::abs(LogRotation(found.turn).y());
-  // Pairs that show nearly the same repeat their errors: sigma alone would believe them.
-  if (about_y_rad < std::max(kClearAboutY_rad, kClearSigmas * found.sigma_rad.y()) ||
-      rows_px(found.turn) > kBetterRows * rows_px(held.turn)) {
-    found = held;
-  }
-  const Eigen::Quaterniond& turn = found.turn;
-  alignment.turn_rad = LogRotation(turn);
-  alignment.turn_sigma_rad = found.sigma_rad;
-  alignment.rows_px = rows_px(Eigen::Quaterniond::Identity());
-  const std::vector<double> mended_px = Distances_px(matches, T_left_right, turn, focal_px);
+  const RowSolver solver(matches, T_left_right, focal_px, longer);
+  const Mend found = FindMend(solver);
+  alignment.turn_rad = LogRotation(found.turn);
+  alignment.turn_sigma_rad = found.sigma.head<3>();
+  alignment.right_focal = found.right_focal;
+  alignment.right_focal_sigma = found.sigma[3];
+  alignment.rows_px = solver.Rows_px({});
+  const std::vector<double> mended_px = solver.Distances_px(found);
   alignment.mended_rows_px = Median(mended_px);
   const auto agree = std::count_if(mended_px.begin(), mended_px.end(),
                                    [](double distance_px) { return distance_px < kRowAgree_px; });

@@ -20,7 +20,7 @@ struct VerdictLimits {
 struct VerdictOptions {
   VerdictLimits points_rejected{0.2, 0.3};
   VerdictLimits observations_rejected{0.05, 0.15};
-  VerdictLimits reprojection_chi2{1.5, 4};
+  VerdictLimits reprojection_chi2{1.1, 4};
   VerdictLimits imu_chi2{4, 20};
   VerdictLimits turn_rate_rad_s{0.01, 0.1};
   VerdictLimits acceleration_m_s2{0.1, 1};

@@ -55,6 +55,45 @@ TEST(RowAlignment, TurnsAboutYOnlyWhereThatIsClear) {
   EXPECT_NEAR(large.turn_rad.x() / kDegree, 0.1, 0.01);
 }
 
+// The same features as a right camera shows them whose focal length is told as another one.
+std::vector<RayPair> ToldLonger(std::vector<RayPair> matches, const Camera& told, double share) {
+  Camera is = told;
+  is.fx_px /= 1 + share;
+  is.fy_px /= 1 + share;
+  for (RayPair& rays : matches)
+    rays.second = told.Unproject(*is.Project(rays.second))->normalized();
+  return matches;
+}
+
+Camera RightCamera() {
+  Camera camera;
+  camera.width_px = 752;
+  camera.height_px = 480;
+  camera.fx_px = camera.fy_px = kFocal_px;
+  camera.cx_px = 376;
+  camera.cy_px = 240;
+  return camera;
+}
+
+TEST(RowAlignment, FindsTheFocalLengthOfTheRightCameraBesideItsTurn) {
+  const Camera right = RightCamera();
+  for (const double share : {0.004, -0.01, 0.0003, 0.0}) {
+    const std::vector<RayPair> matches =
+        ToldLonger(Matches(Eigen::Vector3d(0.05, 0, -0.02) * kDegree, 0.2), right, share);
+    const RowAlignment found =
+        AlignRows(matches, LeftRight(), kFocal_px, LongerRays(matches, right));
+    // What is too little to be clear is not told.
+    EXPECT_NEAR(found.right_focal, std::abs(share) < 0.001 ? 0 : 1 / (1 + share) - 1, 2e-4);
+    EXPECT_NEAR(found.turn_rad.x() / kDegree, 0.05, 0.005) << share;
+    EXPECT_NEAR(found.turn_rad.z() / kDegree, -0.02, 0.01) << share;
+    EXPECT_LT(found.mended_rows_px, 0.25) << share;
+    // Without the rays that tell of it, rows stay as far apart as it has them.
+    if (std::abs(share) > 0.005) {
+      EXPECT_GT(AlignRows(matches, LeftRight(), kFocal_px).mended_rows_px, 0.4);
+    }
+  }
+}
+
 // Pairs of a rig that hardly moves show the same features with the same errors.
 TEST(RowAlignment, IsNotSureOfATurnAboutYBecauseAViewIsRepeated) {
   for (int view = 0; view < 12; ++view) {
