@@ -18,6 +18,7 @@
 #include "apps/comparison/measure.h"
 #include "apps/folder_kind.h"
 #include "apps/odometry_stage.h"
+#include "apps/program_id.h"
 #include "apps/progress.h"
 #include "data/json_file.h"
 #include "data/output_folder.h"

@@ -19,7 +19,6 @@
 #include "data/output_folder.h"
 #include "data/progress.h"
 #include "data/sequence.h"
-#include "data/version.h"
 #include "mapping/map_folder.h"
 #include "odometry/options.h"
 #include "odometry/run_folder.h"
@@ -212,8 +211,6 @@ std::string SequenceId(const std::string& sequence) {
   }
   return text;
 }
-
-std::string ProgramId() { return kVersion + (" " + Checksum(ReadFile("/proc/self/exe"))); }
 
 void CheckMethod(const MethodToRun& method) { OptionsOf(method, 0); }
 

@@ -24,9 +24,6 @@ struct RunPlan {
   std::string program;  // see ProgramId
 };
 
-// What tells this program from another build of it, of the same version too. Throws DataError.
-std::string ProgramId();
-
 // What tells a recording from another: its path, tables, calibration and images, these by names,
 // sizes and times of their last change. Throws DataError where it is none.
 std::string SequenceId(const std::string& sequence);

@@ -9,6 +9,7 @@
 #include "apps/commands.h"
 #include "apps/map_input.h"
 #include "apps/merge_stage.h"
+#include "apps/program_id.h"
 #include "apps/progress.h"
 #include "data/calibration.h"
 #include "data/error.h"
@@ -22,6 +23,7 @@
 #include "mapping/map_folder.h"
 #include "mapping/mapping.h"
 #include "mapping/merge/merge_maps.h"
+#include "mapping/stage_store.h"
 #include "mapping/views/recorded_views.h"
 #include "odometry/method.h"
 #include "odometry/run_folder.h"
@@ -191,6 +193,28 @@ class UnmergedMap {
   bool is_written_ = false;
 };
 
+// What finished stages made is beside the map until that is done, and is of use to the same map
+// only.
+class KeptStages {
+ public:
+  KeptStages(const std::string& output, const OdometryRun& run, const std::string& sequence,
+             const MappingOptions& options)
+      : folder_(output + "/.stages"),
+        store_(folder_, StageKey(run, sequence, options, ProgramId())) {}
+
+  const StageStore& store() const { return store_; }
+
+  // Once they are not needed: a map that was interrupted goes on from them.
+  void RemoveUnless(bool interrupted) const {
+    std::error_code ignored;  // what stays is of no harm
+    if (!interrupted) std::filesystem::remove_all(folder_, ignored);
+  }
+
+ private:
+  const std::string folder_;
+  const StageStore store_;
+};
+
 MapResult MergedInto(MapResult other, MapResult map, const MapArguments& arguments) {
   if (Interrupted()) throw StoppedError("interrupted");
   return MergeStage(std::move(other), std::move(map), arguments.input, arguments.at,
@@ -222,18 +246,22 @@ MapResult RunMapStage(const MapArguments& arguments, const MappingOptions& optio
   const RigidTransform T_world_run = TurnAlongBuilding(&adjusted.run);
   // Images are rectified with the calibration that the adjustment found.
   const std::optional<RecordedViews> recorded = OpenViews(arguments, adjusted.run);
+  const KeptStages stages(output->path(), adjusted.run, arguments.sequence, options);
   MapResult map = NamingConfig(arguments.config, [&] {
-    return BuildMap(adjusted.run, recorded ? &*recorded : nullptr, options,
+    return BuildMap(adjusted.run, recorded ? &*recorded : nullptr, options, stages.store(),
                     progress.Part(kAdjusted, 1));
   });
   map.source.T_world_run = T_world_run;
   map.adjustment = adjusted.figures;
   map.given_poses = given;
+  const bool interrupted = map.interrupted;
   if (other) {
     unmerged->Write(map);
+    stages.RemoveUnless(interrupted);
     map = MergedInto(std::move(*other), std::move(map), arguments);
   }
   map.id = WriteMapFolder(output, map);
+  stages.RemoveUnless(interrupted);
   if (unmerged) unmerged->Remove();
   spdlog::info(
       "wrote {}: {} poses, {} points of {} landmarks, {} lines, {} occupied voxels of {} m",

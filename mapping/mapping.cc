@@ -31,8 +31,9 @@ namespace {
 
 // Shares of the time, about, up to the end of a stage.
 constexpr double kFusedUntil = 0.02, kFilteredUntil = 0.05, kDenseUntil = 0.45, kLinesUntil = 0.85,
-                 kBuiltUntil = 0.9, kFilledUntil = 0.98;
+                 kBuiltUntil = 0.9;
 constexpr double kAgreementUntil = 0.05, kSightsUntil = 0.1, kAxes = 0.3;  // of the lines' part
+constexpr char kDenseStage[] = "dense", kLineStage[] = "lines";            // as they are kept
 constexpr char kImageUnreadable[] = "images_unreadable";
 constexpr double kMaxPoseError_px = 3, kMinPointsFound = 0.2;
 constexpr size_t kLeastViewsOfRun = 10;
@@ -143,34 +144,95 @@ void TellWhatIsMissing(const OdometryRun& run, const RecordedViews& recorded, Ma
   if (map->warnings.contains(kPosesDisagree)) MarkPartial("poses and images do not agree", map);
 }
 
-// Occupancy, the dense cloud, lines and the building, of the images of the keyframes.
-void MapImages(const OdometryRun& run, const RecordedViews& recorded, const MappingOptions& options,
-               const Progress& progress, MapResult* map) {
-  map->rectified_rig = recorded.images->rig();  // with what was found of the cameras
-  std::vector<Sights> sights = MapDensely(recorded.views, *recorded.images, options,
-                                          progress.Part(kFilteredUntil, kDenseUntil), map);
-  BuiltLines built = LinesOf(run, recorded, map->dense, options,
-                             progress.Part(kDenseUntil, kLinesUntil), &map->warnings);
+// What a stage has found so far, as it is kept.
+StageReports ReportsOf(const RecordedViews& recorded, const MapResult& map) {
+  StageReports reports{map.warnings, {}};
+  const auto lost = recorded.lost ? recorded.lost->paths() : std::set<std::string>();
+  reports.lost_images.assign(lost.begin(), lost.end());
+  return reports;
+}
+
+void SetReports(const StageReports& reports, const RecordedViews& recorded, MapResult* map) {
+  map->warnings = reports.warnings;
+  if (!recorded.lost) return;
+  for (const std::string& path : reports.lost_images) recorded.lost->Add(path);
+}
+
+std::vector<Sights> DenseStageOf(const RecordedViews& recorded, const MappingOptions& options,
+                                 const StageStore& store, const Progress& progress,
+                                 MapResult* map) {
+  const auto kept = store.Load(kDenseStage);
+  if (auto unpacked = kept ? UnpackDense(*kept) : std::nullopt) {
+    map->dense = std::move(unpacked->dense);
+    map->occupancy = std::move(unpacked->occupancy);
+    SetReports(unpacked->reports, recorded, map);
+    return std::move(unpacked->sights);
+  }
+  std::vector<Sights> sights = MapDensely(recorded.views, *recorded.images, options, progress, map);
+  if (progress.Report(1)) {
+    store.Save(kDenseStage, [&] { return PackDense(*map, sights, ReportsOf(recorded, *map)); });
+  }
+  return sights;
+}
+
+// Marks are among the lines.
+void LineStageOf(const OdometryRun& run, const RecordedViews& recorded,
+                 const MappingOptions& options, const StageStore& store, const Progress& progress,
+                 MapResult* map) {
+  if (!options.stages.lines) {
+    map->lines = SelectLines(run, options.run_lines);
+    map->line_evidence = EvidenceOf(map->lines, run);
+    return;
+  }
+  const auto kept = store.Load(kLineStage);
+  if (auto unpacked = kept ? UnpackLines(*kept) : std::nullopt) {
+    map->lines = std::move(unpacked->lines);
+    map->line_evidence = std::move(unpacked->evidence);
+    SetReports(unpacked->reports, recorded, map);
+    return;
+  }
+  BuiltLines built = LinesOf(run, recorded, map->dense, options, progress, &map->warnings);
   map->lines = std::move(built.lines);
   map->line_evidence = std::move(built.evidence);
-  map->marks = TakeMarks(&map->lines);
-  spdlog::info("dense cloud: {} points; lines: {}, and {} marks", map->dense.size(),
-               map->lines.size(), map->marks.size());
-  if (progress.Report(kLinesUntil)) AddPipes(options.pipes, map);
+  if (!progress.Report(1)) return;
+  store.Save(kLineStage, [&] {
+    return PackLines({map->lines, map->line_evidence, ReportsOf(recorded, *map)});
+  });
+}
+
+void BuildingStageOf(const RecordedViews& recorded, std::vector<Sights> sights,
+                     const MappingOptions& options, const Progress& progress, MapResult* map) {
+  constexpr double kBuilt = 0.33, kFilled = 0.87;  // shares of the time
   const BuildingInput input = BuildingInputOf(*map, std::move(sights));
-  if (progress.Report(kLinesUntil)) map->building = BuildBuilding(input, options.building);
-  if (progress.Report(kBuiltUntil)) DrawToPlanes(map->building, options.planes, &map->dense);
-  AddFilledPlanes(recorded, input.sights, options, progress.Part(kBuiltUntil, kFilledUntil), map);
-  AddJunctions(options.junctions, progress.Part(kFilledUntil, 1), map);
+  if (progress.Report(0)) map->building = BuildBuilding(input, options.building);
+  if (progress.Report(kBuilt)) DrawToPlanes(map->building, options.planes, &map->dense);
+  AddFilledPlanes(recorded, input.sights, options, progress.Part(kBuilt, kFilled), map);
+  AddJunctions(options.junctions, progress.Part(kFilled, 1), map);
   spdlog::info("building: {} walls, {} planes, {} rooms; {} points in all with filled planes",
                map->building.walls.size(), map->building.planes.size(), map->building.rooms.size(),
                map->dense.size());
 }
 
+// Occupancy, the dense cloud, lines and the building, of the images of the keyframes.
+void MapImages(const OdometryRun& run, const RecordedViews& recorded, const MappingOptions& options,
+               const StageStore& store, const Progress& progress, MapResult* map) {
+  map->rectified_rig = recorded.images->rig();  // with what was found of the cameras
+  std::vector<Sights> sights =
+      DenseStageOf(recorded, options, store, progress.Part(kFilteredUntil, kDenseUntil), map);
+  LineStageOf(run, recorded, options, store, progress.Part(kDenseUntil, kLinesUntil), map);
+  map->marks = TakeMarks(&map->lines);
+  spdlog::info("dense cloud: {} points; lines: {}, and {} marks", map->dense.size(),
+               map->lines.size(), map->marks.size());
+  if (progress.Report(kLinesUntil)) AddPipes(options.pipes, map);
+  if (!options.stages.building) return;
+  BuildingStageOf(recorded, std::move(sights), options, progress.Part(kLinesUntil, 1), map);
+}
+
 }  // namespace
 
 MapResult BuildMap(const OdometryRun& run, const RecordedViews* recorded,
-                   const MappingOptions& options, const Progress& progress) {
+                   const MappingOptions& options, const StageStore& store,
+                   const Progress& progress) {
   options.Check();
   MapResult map;
   map.source.run_id = run.id;
@@ -204,7 +266,7 @@ MapResult BuildMap(const OdometryRun& run, const RecordedViews* recorded,
   map.points = RemoveOutliers(std::move(map.points), options.cloud,
                               watched.Part(kFusedUntil, kFilteredUntil));
   if (recorded) {
-    MapImages(run, *recorded, options, watched, &map);
+    MapImages(run, *recorded, options, store, watched, &map);
   } else {
     map.lines = SelectLines(run, options.run_lines);
     map.line_evidence = EvidenceOf(map.lines, run);

@@ -4,6 +4,7 @@
 #include "data/progress.h"
 #include "mapping/map.h"
 #include "mapping/options.h"
+#include "mapping/stage_store.h"
 #include "mapping/views/recorded_views.h"
 #include "odometry/run.h"
 
@@ -11,10 +12,18 @@ namespace slcmap {
 
 // Builds the map of a run; of a run without landmarks and views, an empty one. With views, the
 // lines are those of their images, else those of the run. The same input gives the same map, to the
-// last bit. Once progress says so, the map is what is done so far, and not complete. Throws
+// last bit. Once progress says so, the map is what is done so far, and not complete. Of views, long
+// stages are taken from the store where it has them, and put there once they are done. Throws
 // ConfigError when an option is not plausible, or would take too much memory.
 MapResult BuildMap(const OdometryRun& run, const RecordedViews* recorded,
-                   const MappingOptions& options, const Progress& progress = {});
+                   const MappingOptions& options, const StageStore& store,
+                   const Progress& progress = {});
+
+// With nothing kept.
+inline MapResult BuildMap(const OdometryRun& run, const RecordedViews* recorded,
+                          const MappingOptions& options, const Progress& progress = {}) {
+  return BuildMap(run, recorded, options, StageStore(), progress);
+}
 
 // From the run alone.
 inline MapResult BuildMap(const OdometryRun& run, const MappingOptions& options,

@@ -147,6 +147,21 @@ void OccupancyMap::WriteProbabilities(const std::string& path) const {
   WriteFile(path, bytes.str());
 }
 
+std::vector<uint8_t> OccupancyMap::Nodes() const {
+  std::ostringstream bytes;
+  if (impl_->tree.size() > 0) impl_->tree.writeData(bytes);
+  const std::string text = bytes.str();
+  return {text.begin(), text.end()};
+}
+
+OccupancyMap OccupancyMap::FromNodes(double resolution_m, const std::vector<uint8_t>& nodes) {
+  OccupancyMap map(resolution_m);
+  if (nodes.empty()) return map;
+  std::istringstream bytes(std::string(nodes.begin(), nodes.end()));
+  map.impl_->tree.readData(bytes);
+  return map;
+}
+
 OccupancyMap OccupancyMap::Read(const std::string& path) {
   const std::string bytes = ReadFile(path);
   const OctreeHeader header = ParseOctreeHeader(path, bytes);

@@ -68,6 +68,10 @@ class OccupancyMap {
   // Writes the .ot file of OctoMap, which holds probabilities too. Throws OutputError.
   void WriteProbabilities(const std::string& path) const;
 
+  // The tree as bytes, to the last bit of its probabilities, and back.
+  std::vector<uint8_t> Nodes() const;
+  static OccupancyMap FromNodes(double resolution_m, const std::vector<uint8_t>& nodes);
+
   // Throws DataError when the file is missing, damaged or not a .bt file (see octree_file.h).
   static OccupancyMap Read(const std::string& path);
 

@@ -27,7 +27,12 @@ constexpr OptionTable kRunLinesTable{
     Option{"max_sigma_m", &RunLineOptions::max_sigma_m, 1e-6, kMaxLength_m},
     Option{"min_observations", &RunLineOptions::min_observations, 1, kMaxCount}};
 
+constexpr OptionTable kStagesTable{Option{"lines", &StageOptions::lines, false, true},
+                                   Option{"building", &StageOptions::building, false, true}};
+
 }  // namespace
+
+void StageOptions::Read(YamlSection section) { kStagesTable.Read(section, this); }
 
 void CloudOptions::Check() const { kCloudTable.Check("mapping.cloud", *this); }
 void CloudOptions::Read(YamlSection section) { kCloudTable.Read(section, this); }
@@ -43,6 +48,7 @@ namespace {
 // Calls visit(key, struct) for each section of the file, for options that are const or not.
 template <typename Options, typename Visit>
 void ForEachSection(Options& options, const Visit& visit) {
+  visit("stages", options.stages);
   visit("cloud", options.cloud);
   visit("occupancy", options.occupancy);
   visit("adjustment", options.adjustment);

@@ -26,8 +26,8 @@ struct CloudOptions {
 
 struct OccupancyOptions {
   double resolution_m = 0.05;  // edge of a voxel
-  double max_range_m = 20;    // a ray is followed no further
-  int max_voxels = 20000000;  // that a map may take, by an estimate; some 70 bytes of memory each
+  double max_range_m = 20;     // a ray is followed no further
+  int max_voxels = 20000000;   // that a map may take, by an estimate; some 70 bytes of memory each
   void Check() const;
   void Read(YamlSection section);
 };
@@ -41,8 +41,17 @@ struct RunLineOptions {
   void Read(YamlSection section);
 };
 
+// Which stages are run for a map from images.
+struct StageOptions {
+  bool lines = true;     // from the images; else those of the run, as without images
+  bool building = true;  // planes, rooms, plan, and what is filled and added by them
+  void Check() const {}
+  void Read(YamlSection section);
+};
+
 // Everything that mapping can be configured with. YAML sections carry the names of the members.
 struct MappingOptions {
+  StageOptions stages;
   CloudOptions cloud;
   OccupancyOptions occupancy;
   AdjustmentOptions adjustment;

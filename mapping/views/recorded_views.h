@@ -20,7 +20,7 @@ struct RecordedViews {
   Views frames;
   std::unique_ptr<ViewImages> frame_images;
   // Of views and frames, as far as they were looked for; none where images are of no files.
-  std::shared_ptr<const LostImages> lost;
+  std::shared_ptr<LostImages> lost;
 };
 
 // The keyframes of a run with their images, in the recording's folder or, where that has moved to

@@ -102,5 +102,21 @@ TEST_F(MapInto, CtrlCLeavesTheRunsOwnMapSoFar) {
   EXPECT_FALSE(ReadMapFolder(Path("stopped-unmerged")).complete);
 }
 
+TEST_F(MapInto, AStoppedMapGoesOnBehindTheStagesThatWereDone) {
+  const std::string command = Map("even.tum") + "-o " + Path("again");
+  const ProcessResult stopped = testing::InterruptSlcmap("-v " + command, "poses and images agree");
+  EXPECT_EQ(stopped.exit_code, 130) << stopped.error;
+  EXPECT_FALSE(ReadMapFolder(Path("again")).complete);
+  const ProcessResult again = RunSlcmap(command);
+  EXPECT_EQ(again.exit_code, 0) << again.error;
+  EXPECT_THAT(again.error, HasSubstr("goes on behind the stage dense"));
+  for (const auto& file : std::filesystem::directory_iterator(Path("first"))) {
+    const std::string name = file.path().filename().string();
+    EXPECT_EQ(testing::ReadText(Path("again/" + name)), testing::ReadText(file.path().string()))
+        << name;
+  }
+  EXPECT_FALSE(std::filesystem::exists(Path("again/.stages")));
+}
+
 }  // namespace
 }  // namespace slcmap
