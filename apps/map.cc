@@ -5,6 +5,7 @@
 #include "apps/folder_kind.h"
 #include "apps/map_stage.h"
 #include "apps/merge_stage.h"
+#include "apps/usage.h"
 #include "apps/verdict_report.h"
 #include "data/error.h"
 #include "mapping/map_folder.h"
@@ -28,6 +29,7 @@ void CheckInto(const MapArguments& arguments) {
 }
 
 void CheckInput(const MapArguments& arguments) {
+  CheckThreads(arguments.threads);
   CheckInto(arguments);
   if (arguments.poses.empty()) {
     ExpectFolder(arguments.input, FolderKind::kRun);
@@ -93,6 +95,8 @@ void AddMapCommand(CLI::App& app) {
                     "Map the landmarks and lines of the run alone, without opening its images");
   command->add_option("--config", arguments.config,
                       "YAML file whose section `mapping` overrides options");
+  command->add_option("--threads", arguments.threads, "Threads; the bytes are the same with any")
+      ->capture_default_str();
   command->add_flag("--accept-changed", arguments.accept_changed,
                     "Also take files that are not as odometry wrote them; their values are checked "
                     "in any case");

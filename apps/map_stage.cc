@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <opencv2/core/utility.hpp>
 #include <utility>
 
 #include "apps/commands.h"
@@ -74,6 +75,19 @@ void WarnOfRun(const std::string& folder, const OdometryRun& run) {
   }
 }
 
+// What is made of files that were changed says so.
+OdometryRun ReadFolder(const MapArguments& arguments) {
+  if (!arguments.accept_changed) return ReadRunFolder(arguments.input);
+  try {
+    return ReadRunFolder(arguments.input);
+  } catch (const DataError& error) {
+    OdometryRun run = ReadRunFolder(arguments.input, {.accept_changed = true});
+    ++run.warnings["changed_files_accepted"];
+    spdlog::warn("{}; accepted all the same", error.what());
+    return run;
+  }
+}
+
 OdometryRun ReadRun(const MapArguments& arguments) {
   const EndsAtOnce nothing_is_written;
   if (!arguments.poses.empty()) {
@@ -82,7 +96,7 @@ OdometryRun ReadRun(const MapArguments& arguments) {
     run.source->version = kVersion;
     return run;
   }
-  OdometryRun run = ReadRunFolder(arguments.input, {.accept_changed = arguments.accept_changed});
+  OdometryRun run = ReadFolder(arguments);
   // Cut off, or of an earlier version.
   if (!run.verdict) run.verdict = JudgeRun(run, VerdictOptions());
   return run;
@@ -217,8 +231,10 @@ class KeptStages {
 
 MapResult MergedInto(MapResult other, MapResult map, const MapArguments& arguments) {
   if (Interrupted()) throw StoppedError("interrupted");
-  return MergeStage(std::move(other), std::move(map), arguments.input, arguments.at,
-                    OptionsOfMerging(arguments.config, arguments.into), StageProgress("merge"));
+  MappingOptions options = OptionsOfMerging(arguments.config, arguments.into);
+  options.SetThreads(arguments.threads);
+  return MergeStage(std::move(other), std::move(map), arguments.input, arguments.at, options,
+                    StageProgress("merge"));
 }
 
 }  // namespace
@@ -227,8 +243,9 @@ MappingOptions ReadMappingOptions(const std::string& config) {
   return config.empty() ? MappingOptions() : MappingOptions::FromYaml(config);
 }
 
-MapResult RunMapStage(const MapArguments& arguments, const MappingOptions& options,
-                      OutputFolder* output) {
+MapResult RunMapStage(const MapArguments& arguments, MappingOptions options, OutputFolder* output) {
+  options.SetThreads(arguments.threads);
+  cv::setNumThreads(arguments.threads);  // odometry, which may have run before, has other threads
   OdometryRun run = ReadRun(arguments);
   spdlog::debug("{}: {} poses, {} keyframes, {} landmarks, {} lines", arguments.input,
                 run.states.size(), run.keyframes.size(), run.landmarks.size(), run.lines.size());

@@ -23,13 +23,13 @@ struct MapArguments {
   std::string at;    // with it: about where, as --at says it
   bool sparse = false;  // from the run alone, without its recording's images
   bool accept_changed = false;
+  int threads = 2;  // the results are the same with any
 };
 
 // Reads the run (also of files that were changed, if asked to) or the poses and builds the map,
 // writes and returns it, and logs what both hold and what they lack. After Ctrl-C the map is what
 // is done so far, and says that it is partial; what is merged into another is none then. Throws what
 // reading, mapping, merging and writing throw; an earlier map then stays as it was.
-MapResult RunMapStage(const MapArguments& arguments, const MappingOptions& options,
-                      OutputFolder* output);
+MapResult RunMapStage(const MapArguments& arguments, MappingOptions options, OutputFolder* output);
 
 }  // namespace slcmap

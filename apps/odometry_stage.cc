@@ -16,6 +16,7 @@
 #include "apps/progress.h"
 #include "apps/run_recorder.h"
 #include "apps/trajectory_stream.h"
+#include "apps/usage.h"
 #include "apps/verdict_report.h"
 #include "data/calibration.h"
 #include "data/error.h"
@@ -403,9 +404,7 @@ std::vector<std::string> InputsOf(const OdometryArguments& arguments) {
 
 OdometryRun RunOdometryStage(const OdometryArguments& arguments,
                              const std::function<void()>& begin) {
-  if (arguments.threads < 1 || arguments.threads > 256) {
-    throw ConfigError(fmt::format("--threads: found {}, expected 1 to 256", arguments.threads));
-  }
+  CheckThreads(arguments.threads);
   arguments.part.Check();
   CheckCalibrationTarget(arguments);
   StageOptions options = ReadOptions(arguments);

@@ -118,6 +118,7 @@ void RunAll(const RunArguments& arguments) {
   if (Interrupted()) return;
   MapArguments of_run;
   of_run.input = odometry.run;
+  of_run.threads = odometry.threads;
   Timed("map", [&] { return RunMapStage(of_run, mapping, map_folder.get()); });
   if (Interrupted()) return;
   // What is shown is what the folder holds, whose numbers are rounded.

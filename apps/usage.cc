@@ -139,4 +139,9 @@ std::string DescribeUsageError(const CLI::App& app, const CLI::ParseError& error
                      where);
 }
 
+void CheckThreads(int threads) {
+  if (threads >= 1 && threads <= 256) return;
+  throw ConfigError(fmt::format("--threads: found {}, expected 1 to 256", threads));
+}
+
 }  // namespace slcmap

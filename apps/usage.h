@@ -13,6 +13,9 @@ void AddHelpCommand(CLI::App& app);
 // takes a value.
 void RefuseEmptyValues(CLI::App& app);
 
+// Of the option --threads. Throws ConfigError.
+void CheckThreads(int threads);
+
 // What was found and what was expected, in one line.
 std::string DescribeUsageError(const CLI::App& app, const CLI::ParseError& error);
 

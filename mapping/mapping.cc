@@ -128,6 +128,12 @@ void AddFilledPlanes(const RecordedViews& recorded, const std::vector<Sights>& s
   AddFilledPoints(filled, options.planes.cell_m, map);
 }
 
+// A map of nothing is whole, but hardly what was wanted.
+void TellOfNothing(MapResult* map) {
+  if (map->dense.empty()) ++map->warnings["no_dense_points"];
+  if (map->lines.empty()) ++map->warnings["no_lines"];
+}
+
 // What a map lacks since the recording does not show it, or not to these poses.
 void TellWhatIsMissing(const OdometryRun& run, const RecordedViews& recorded, MapResult* map) {
   if (const auto lost = recorded.lost ? recorded.lost->paths() : std::set<std::string>();
@@ -276,6 +282,7 @@ MapResult BuildMap(const OdometryRun& run, const RecordedViews* recorded,
   FindLinesOfPoints(map.lines, &map.points);
   map.point_observations = ObservationsOf(map.points, run, map.rectified_rig);
   if (recorded) TellWhatIsMissing(run, *recorded, &map);
+  if (recorded && !stopped_at) TellOfNothing(&map);
   map.interrupted = stopped_at.has_value();
   if (stopped_at) {
     MarkPartial(fmt::format("mapping was interrupted before {}",

@@ -12,7 +12,7 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr double kMost_m = 0.04, kSigmas = 3;
-constexpr double kLeastSigma_m = 0.002;  // of anything that images tell
+constexpr double kLeastOff_m = 0.002;  // of anything that images tell
 
 double DistanceTo(const MapLine& line, const Vector3d& p) {
   const Vector3d way = line.end_world - line.start_world;
@@ -23,7 +23,7 @@ double DistanceTo(const MapLine& line, const Vector3d& p) {
 }
 
 double Reach(const MapLine& line, const MapPoint& point) {
-  return std::min(kMost_m, kSigmas * std::hypot(line.sigma_m, point.sigma_m, kLeastSigma_m));
+  return std::min(kMost_m, kSigmas * std::hypot(line.sigma_m, point.sigma_m, kLeastOff_m));
 }
 
 }  // namespace

@@ -7,7 +7,6 @@ namespace slcmap {
 namespace {
 
 constexpr OptionTable kDenseTable{
-    Option{"threads", &DenseOptions::threads, 1, 256},
     Option{"min_travel_m", &DenseOptions::min_travel_m, 0.0, 10.0},
     Option{"min_turn_rad", &DenseOptions::min_turn_rad, 0.0, 3.0},
     Option{"min_depth_m", &DenseOptions::min_depth_m, 0.05, 100.0},

@@ -6,7 +6,7 @@
 namespace slcmap {
 
 struct DenseOptions {
-  int threads = 2;  // results are the same with any number
+  int threads = 2;  // results are the same with any, so files do not hold it
 
   // Views that are looked at: so far from the one before, or turned by as much.
   double min_travel_m = 0.1;

@@ -20,8 +20,7 @@ constexpr OptionTable kTable{
     Option{"max_travel_m", &GivenPoseOptions::max_travel_m, 0.01, 100.0},
     Option{"max_turn_rad", &GivenPoseOptions::max_turn_rad, 0.01, 3.0},
     Option{"rounds", &GivenPoseOptions::rounds, 1, 10},
-    Option{"max_iterations", &GivenPoseOptions::max_iterations, 1, 1000},
-    Option{"threads", &GivenPoseOptions::threads, 1, 256}};
+    Option{"max_iterations", &GivenPoseOptions::max_iterations, 1, 1000}};
 
 }  // namespace
 

@@ -24,7 +24,7 @@ struct GivenPoseOptions {
   double max_travel_m = 1.5, max_turn_rad = 0.5;  // to them
   int rounds = 2;                                 // of looking for points, and adjusting
   int max_iterations = 20;
-  int threads = 2;
+  int threads = 2;     // results are the same with any, so files do not hold it
   void Check() const;  // throws ConfigError
   void Read(YamlSection section);
 };

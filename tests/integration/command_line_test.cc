@@ -48,6 +48,7 @@ TEST(CommandLine, UsageErrorsAreTwo) {
   ExpectError(RunSlcmap("run seq -o out --format gltf"), 2, "found 'gltf', expected one of glb");
   ExpectError(RunSlcmap("odometry seq -o run --threads 0"), 2, "--threads: found 0");
   ExpectError(RunSlcmap("odometry seq -o run --threads 100000"), 2, "--threads: found 100000");
+  ExpectError(RunSlcmap("map run -o map --threads 0"), 2, "--threads: found 0");
 }
 
 TEST(CommandLine, HelpIsACommandToo) {

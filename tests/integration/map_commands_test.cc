@@ -313,6 +313,7 @@ TEST_F(OverwritingTest, ChangedFilesNeedAWord) {
   const std::string command = "map " + run_ + " -o " + map_;
   ExpectError(RunSlcmap(command), 1, "observations, expected 2400 as in run.json");
   EXPECT_EQ(RunSlcmap("-q " + command + " --accept-changed").exit_code, 0);
+  EXPECT_THAT(testing::ReadText(map_ + "/map.json"), HasSubstr("\"changed_files_accepted\": 1"));
 }
 
 TEST_F(OverwritingTest, AMapOfAnotherRunThanTheOneBesideItIsRefused) {

@@ -8,7 +8,7 @@
 namespace slcmap {
 namespace {
 
-MapResult MapOf(const Views& views) {
+MapResult MapOf(const Views& views, const MappingOptions& options = {}) {
   auto room = std::make_unique<RoomViews>(4, 0.25, 3);
   OdometryRun run;
   run.method = MethodName(Method::kSlc);
@@ -20,7 +20,7 @@ MapResult MapOf(const Views& views) {
   RecordedViews recorded;
   recorded.views = views;
   recorded.images = std::move(room);
-  return BuildMap(run, &recorded, {});
+  return BuildMap(run, &recorded, options);
 }
 
 TEST(MappedImages, OfTheRunAreTakenWithoutAWord) {
@@ -35,6 +35,23 @@ TEST(MappedImages, ThatAreNotThoseOfTheRunAreWarnedOf) {
     views[i].T_world_imu = as_taken[(5 * i + 7) % views.size()].T_world_imu;
   }
   EXPECT_EQ(MapOf(views).warnings.at("poses_disagree"), 1);
+}
+
+// The run of these views has no lines of its own.
+TEST(MappedImages, StagesCanBeSkipped) {
+  const Views views = RoomViews(4, 0.25, 3).views();
+  const MapResult whole = MapOf(views);
+  EXPECT_FALSE(whole.lines.empty());
+  EXPECT_FALSE(whole.building.planes.empty());
+  EXPECT_FALSE(whole.warnings.contains("no_lines"));
+  MappingOptions options;
+  options.stages.lines = options.stages.building = false;
+  const MapResult part = MapOf(views, options);
+  EXPECT_FALSE(part.dense.empty());
+  EXPECT_TRUE(part.lines.empty());
+  EXPECT_TRUE(part.building.planes.empty());
+  EXPECT_TRUE(part.complete);
+  EXPECT_EQ(part.warnings.at("no_lines"), 1);
 }
 
 }  // namespace
