@@ -98,7 +98,7 @@ TEST_F(MapInto, CtrlCLeavesTheRunsOwnMapSoFar) {
       "poses and images agree");
   EXPECT_EQ(result.exit_code, 130) << result.error;
   EXPECT_THAT(result.error, HasSubstr("stopped-unmerged: the run's own map is kept there"));
-  EXPECT_FALSE(std::filesystem::exists(Path("stopped")));
+  EXPECT_FALSE(std::filesystem::exists(Path("stopped/map.json")));
   EXPECT_FALSE(ReadMapFolder(Path("stopped-unmerged")).complete);
 }
 

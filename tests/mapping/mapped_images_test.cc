@@ -12,8 +12,10 @@ MapResult MapOf(const Views& views, const MappingOptions& options = {}) {
   auto room = std::make_unique<RoomViews>(4, 0.25, 3);
   OdometryRun run;
   run.method = MethodName(Method::kSlc);
+  run.complete = true;
   run.rectified_rig = room->rig();
   for (size_t i = 0; i < views.size(); ++i) {
+    run.states.push_back({.stamp_ns = views[i].stamp_ns, .T_world_imu = views[i].T_world_imu});
     run.keyframes.push_back(
         {static_cast<int64_t>(i), 0, views[i].stamp_ns, views[i].T_world_imu, {}, {}});
   }

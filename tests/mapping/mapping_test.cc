@@ -225,7 +225,7 @@ TEST_F(MappingTest, SaysWhereItCameFrom) {
   EXPECT_EQ(read.id, id);
   EXPECT_EQ(read.source.run_id, "0123456789abcdef");
   EXPECT_EQ(read.source.sequence, "/recordings/hall");
-  EXPECT_THAT(read.source.options, HasSubstr("mapping:\n  cloud:\n"));
+  EXPECT_THAT(read.source.options, HasSubstr("\n  cloud:\n"));
   EXPECT_THAT(read.source.options, HasSubstr("    voxel_m: 0.25\n"));
   EXPECT_EQ(WriteMapFolder(folder_, map), id);
   EXPECT_NE(WriteMapFolder(folder_, BuildMap(run, {})), id);
