@@ -248,6 +248,30 @@ std::string PoseText(const RigidTransform& T) {
   return fmt::format("{} {} {} {} {} {} {}\n", p.x(), p.y(), p.z(), q.x(), q.y(), q.z(), q.w());
 }
 
+std::string RigText(const Rig& rig) {
+  std::string text;
+  for (size_t c = 0; c < 2; ++c) {
+    const Camera& camera = rig.cameras[c];
+    const Eigen::Vector4d& k = camera.coefficients;
+    text += fmt::format("{} {} {} {} {} {} {} {} {} {} {} ", static_cast<int>(camera.distortion),
+                        camera.width_px, camera.height_px, camera.fx_px, camera.fy_px, camera.cx_px,
+                        camera.cy_px, k[0], k[1], k[2], k[3]);
+    text += PoseText(rig.T_imu_camera[c]);
+  }
+  return text;
+}
+
+// Images are rectified with what was found of the cameras.
+std::string CalibrationText(const OdometryRun& run) {
+  std::string text = RigText(run.rectified_rig);
+  if (run.source) text += RigText(run.source->raw_rig);
+  if (run.calibration.empty()) return text;
+  const CalibrationEstimate& found = run.calibration.back();
+  const Eigen::Vector3d& turn = found.right_rotation_rad;
+  return text + fmt::format("{} {} {} {} {}\n", turn.x(), turn.y(), turn.z(), found.focal_length,
+                            found.time_offset_s);
+}
+
 }  // namespace
 
 std::string StageStore::PathOf(const std::string& stage) const { return folder_ + "/" + stage; }
@@ -289,6 +313,7 @@ std::string StageKey(const OdometryRun& run, const std::string& sequence,
   for (const std::string& text : {run.id, sequence, options.ToYaml(), program}) {
     checksum.Add(text + '\n');
   }
+  checksum.Add(CalibrationText(run));
   for (const OnlineState& state : run.states) checksum.Add(PoseText(state.T_world_imu));
   for (const Keyframe& keyframe : run.keyframes) checksum.Add(PoseText(keyframe.T_world_imu));
   for (const ManhattanWorld& world : run.manhattan_worlds) {

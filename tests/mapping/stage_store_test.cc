@@ -155,6 +155,12 @@ TEST(StageStore, TheKeyIsOfAllThatAStageIsMadeOf) {
   MappingOptions options;
   options.dense.voxel_m *= 2;
   EXPECT_NE(key, StageKey(run, "", options, "program"));
+  OdometryRun calibrated = run;
+  calibrated.rectified_rig.cameras[1].cx_px += 1e-9;
+  EXPECT_NE(key, StageKey(calibrated, "", MappingOptions(), "program"));
+  calibrated = run;
+  calibrated.calibration.emplace_back().right_rotation_rad.y() = 1e-9;
+  EXPECT_NE(key, StageKey(calibrated, "", MappingOptions(), "program"));
   OdometryRun moved = run;
   moved.keyframes.back().T_world_imu.translation.x() += 1e-15;
   EXPECT_NE(key, StageKey(moved, "", MappingOptions(), "program"));
