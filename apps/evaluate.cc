@@ -331,26 +331,25 @@ void Evaluate(EvaluateArguments arguments) {
   const TrajectoryMetrics metrics = CompareTrajectories(inputs, arguments.options);
   std::fputs(TrajectoryTable(inputs, metrics).c_str(), stdout);
   Json json = TrajectoryJson(inputs, metrics);
-  const auto aligned = [&](const std::string& mapped_file) {
+  const auto aligned = [&](const std::vector<std::string>& mapped_files) {
     Alignment alignment = metrics.absolute.front().alignment;
     alignment.T_truth_estimate =
-        alignment.T_truth_estimate * TrajectoryFromMap(inputs.estimate, mapped_file);
+        alignment.T_truth_estimate * TrajectoryFromMap(inputs.estimate, mapped_files);
     return alignment;
   };
   try {
     if (const std::string& lines = arguments.lines.lines; !lines.empty()) {
-      json["lines"] = EvaluateLineMap(arguments, aligned(lines));
+      json["lines"] = EvaluateLineMap(arguments, aligned({lines}));
     }
     if (const SurfaceInputs& surfaces = arguments.surfaces; !surfaces.true_surfaces.empty()) {
-      const bool has_cloud = !surfaces.cloud.empty();
       json["surfaces"] =
-          EvaluateSurfaceMap(arguments, aligned(has_cloud ? surfaces.cloud : surfaces.occupancy));
+          EvaluateSurfaceMap(arguments, aligned({surfaces.cloud, surfaces.occupancy}));
     }
     if (const std::string& planes = arguments.building.planes; !planes.empty()) {
-      json["building"] = EvaluateMappedBuilding(arguments, aligned(planes));
+      json["building"] = EvaluateMappedBuilding(arguments, aligned({planes}));
     }
     if (const std::string& pipes = arguments.pipes.pipes; !pipes.empty()) {
-      json["pipes"] = EvaluatePipeMap(arguments.pipes, aligned(pipes));
+      json["pipes"] = EvaluatePipeMap(arguments.pipes, aligned({pipes}));
     }
     if (!arguments.observations.empty()) json["straightness"] = EvaluateStraightness(arguments);
     if (!arguments.map.empty()) {

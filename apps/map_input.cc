@@ -31,9 +31,17 @@ void RefuseOutdated(const std::string& folder, const MapResult& map) {
 
 MapResult Read(const std::string& folder, bool accept_changed) {
   const EndsAtOnce nothing_is_written;
-  MapResult map = ReadMapFolder(folder, {.accept_changed = accept_changed});
-  if (!accept_changed) RefuseOutdated(folder, map);
-  return map;
+  try {
+    MapResult map = ReadMapFolder(folder);
+    RefuseOutdated(folder, map);
+    return map;
+  } catch (const DataError& error) {
+    if (!accept_changed) throw;
+    MapResult map = ReadMapFolder(folder, {.accept_changed = true});
+    ++map.warnings[kChangedFilesAccepted];
+    spdlog::warn("{}; accepted all the same", error.what());
+    return map;
+  }
 }
 
 }  // namespace

@@ -7,6 +7,9 @@
 
 namespace slcmap {
 
+// Counts runs and maps whose files were changed since they were written, as a warning.
+inline constexpr const char* kChangedFilesAccepted = "changed_files_accepted";
+
 // Reads a map folder, and warns where the map is partial; Ctrl-C ends the program meanwhile. Unless
 // accept_changed, throws DataError for files that are not as `map` wrote them, and for a map of
 // another run than that beside it.

@@ -82,7 +82,7 @@ OdometryRun ReadFolder(const MapArguments& arguments) {
     return ReadRunFolder(arguments.input);
   } catch (const DataError& error) {
     OdometryRun run = ReadRunFolder(arguments.input, {.accept_changed = true});
-    ++run.warnings["changed_files_accepted"];
+    ++run.warnings[kChangedFilesAccepted];
     spdlog::warn("{}; accepted all the same", error.what());
     return run;
   }
@@ -207,27 +207,22 @@ class UnmergedMap {
   bool is_written_ = false;
 };
 
-// What finished stages made is beside the map until that is done, and is of use to the same map
-// only.
-class KeptStages {
- public:
-  KeptStages(const std::string& output, const OdometryRun& run, const std::string& sequence,
-             const MappingOptions& options)
-      : folder_(output + "/.stages"),
-        store_(folder_, StageKey(run, sequence, options, ProgramId())) {}
+// Where what finished stages made is beside a map until that is done.
+std::string StagesIn(const std::string& output) { return output + "/.stages"; }
 
-  const StageStore& store() const { return store_; }
-
-  // Once they are not needed: a map that was interrupted goes on from them.
-  void RemoveUnless(bool interrupted) const {
-    std::error_code ignored;  // what stays is of no harm
-    if (!interrupted) std::filesystem::remove_all(folder_, ignored);
+// Kept of runs that say what they are: one whose files were changed, or that was killed, may be
+// another one the next time.
+StageStore StoreFor(const MapArguments& arguments, const OdometryRun& run,
+                    const MappingOptions& options, const std::string& output) {
+  if (run.id.empty() || arguments.accept_changed) return {};
+  try {
+    const std::string images = StatesOfImages(run, arguments.sequence);
+    return {StagesIn(output), StageKey(run, images, options, ProgramId())};
+  } catch (const DataError& error) {
+    spdlog::debug("stages are not kept: {}", error.what());
+    return {};
   }
-
- private:
-  const std::string folder_;
-  const StageStore store_;
-};
+}
 
 MapResult MergedInto(MapResult other, MapResult map, const MapArguments& arguments) {
   if (Interrupted()) throw StoppedError("interrupted");
@@ -263,22 +258,26 @@ MapResult RunMapStage(const MapArguments& arguments, MappingOptions options, Out
   const RigidTransform T_world_run = TurnAlongBuilding(&adjusted.run);
   // Images are rectified with the calibration that the adjustment found.
   const std::optional<RecordedViews> recorded = OpenViews(arguments, adjusted.run);
-  const KeptStages stages(output->path(), adjusted.run, arguments.sequence, options);
+  const StageStore store =
+      recorded ? StoreFor(arguments, adjusted.run, options, output->path()) : StageStore();
   MapResult map = NamingConfig(arguments.config, [&] {
-    return BuildMap(adjusted.run, recorded ? &*recorded : nullptr, options, stages.store(),
+    return BuildMap(adjusted.run, recorded ? &*recorded : nullptr, options, store,
                     progress.Part(kAdjusted, 1));
   });
   map.source.T_world_run = T_world_run;
   map.adjustment = adjusted.figures;
   map.given_poses = given;
-  const bool interrupted = map.interrupted;
+  // One that was interrupted goes on from them.
+  const auto remove_stages = [&, interrupted = map.interrupted] {
+    if (recorded && !interrupted) StageStore::Remove(StagesIn(output->path()));
+  };
   if (other) {
     unmerged->Write(map);
-    stages.RemoveUnless(interrupted);
+    remove_stages();
     map = MergedInto(std::move(*other), std::move(map), arguments);
   }
   map.id = WriteMapFolder(output, map);
-  stages.RemoveUnless(interrupted);
+  remove_stages();
   if (unmerged) unmerged->Remove();
   spdlog::info(
       "wrote {}: {} poses, {} points of {} landmarks, {} lines, {} occupied voxels of {} m",

@@ -19,8 +19,8 @@ struct MapArguments {
   std::string calibration;  // of the sequence, with poses; "" takes its own
   std::string sequence;     // where the run's recording has moved to; "": it is where it was
   std::string config;
-  std::string into;  // a map folder that the run's map is merged into; "": into none
-  std::string at;    // with it: about where, as --at says it
+  std::string into;     // a map folder that the run's map is merged into; "": into none
+  std::string at;       // with it: about where, as --at says it
   bool sparse = false;  // from the run alone, without its recording's images
   bool accept_changed = false;
   int threads = 2;  // the results are the same with any
@@ -28,8 +28,8 @@ struct MapArguments {
 
 // Reads the run (also of files that were changed, if asked to) or the poses and builds the map,
 // writes and returns it, and logs what both hold and what they lack. After Ctrl-C the map is what
-// is done so far, and says that it is partial; what is merged into another is none then. Throws what
-// reading, mapping, merging and writing throw; an earlier map then stays as it was.
+// is done so far, and says that it is partial; what is merged into another is none then. Throws
+// what reading, mapping, merging and writing throw; an earlier map then stays as it was.
 MapResult RunMapStage(const MapArguments& arguments, MappingOptions options, OutputFolder* output);
 
 }  // namespace slcmap

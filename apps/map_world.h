@@ -1,15 +1,19 @@
-// How a map's files and the trajectory of the run that it was made of belong together.
+// How a map's files and a trajectory belong together.
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "data/rigid_transform.h"
 
 namespace slcmap {
 
-// The world of a mapped file, which lies in a map folder, in that of a trajectory: a map is turned
-// along its building, its run is not. The same world where the trajectory is not in the folder of
-// the map's run.
-RigidTransform TrajectoryFromMap(const std::string& trajectory, const std::string& mapped_file);
+// The world of files that lie in a map or export folder, in that of a trajectory: a map is turned
+// along its building, its run is not. Where both are of one run, by the summaries beside them, that
+// tells; else it is taken to be the same world, with a warning where the map is turned against its
+// run. Throws DataError where a summary cannot be read, and ConfigError where files are of
+// different worlds.
+RigidTransform TrajectoryFromMap(const std::string& trajectory,
+                                 const std::vector<std::string>& mapped_files);
 
 }  // namespace slcmap

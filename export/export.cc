@@ -21,6 +21,7 @@
 #include "export/plan/svg_writer.h"
 #include "export/ply_writer.h"
 #include "export/scene_writer.h"
+#include "mapping/merged_runs.h"
 
 namespace slcmap {
 namespace {
@@ -36,6 +37,7 @@ void WriteSummary(const std::string& folder, const MapResult& map,
                                              {"version", kExportVersion},
                                              {"map", map.id},
                                              {"run", map.source.run_id},
+                                             {"yaw_rad", YawOfWorld(map.source.T_world_run)},
                                              {"complete", map.complete},
                                              {"partial_reason", map.partial_reason},
                                              {"files", ListFiles(folder, names)}});
@@ -125,6 +127,18 @@ StageFiles ExportFiles() {
     for (const std::string& name : writer->Names()) files.names.push_back(name);
   }
   return files;
+}
+
+MapSource ExportSourceIn(const std::string& folder) {
+  const std::string path = folder + "/" + kSummary;
+  return ParseJsonFile(path, [&](const Json& json) {
+    CheckFormat(path, json, "slcmap export", kExportVersion, kExportVersion);
+    MapSource source;
+    source.run_id = json.at("run").get<std::string>();
+    // Missing in exports of earlier versions.
+    if (json.contains("yaw_rad")) source.T_world_run = ParseTurn(path, json);
+    return source;
+  });
 }
 
 void CheckFormats(const ExportOptions& options) {

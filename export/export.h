@@ -33,6 +33,10 @@ void CheckFormats(const ExportOptions& options);
 // The names of the files of an export in all formats.
 StageFiles ExportFiles();
 
+// The run that the map of an export was made of, and how it is turned, by its summary. Throws
+// DataError.
+MapSource ExportSourceIn(const std::string& folder);
+
 // Writes a map into a folder, which is made where it is missing, and returns the files' paths. The
 // files of an earlier export are replaced once all are written. Throws ConfigError for a format
 // that there is not, a map that is too large (SceneOptions::max_vertices) or files of others in

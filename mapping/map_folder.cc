@@ -328,11 +328,7 @@ MapResult ReadMapFolder(const std::string& folder, const MapReadOptions& options
 
 MapSource MapSourceIn(const std::string& folder) {
   MapResult map;
-  try {
-    ReadSummary(folder + "/" + kSummary, &map);
-  } catch (const DataError&) {
-    return {};
-  }
+  ReadSummary(folder + "/" + kSummary, &map);
   return map.source;
 }
 

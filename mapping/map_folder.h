@@ -28,7 +28,7 @@ struct MapReadOptions {
 // damaged, changed or of another version.
 MapResult ReadMapFolder(const std::string& folder, const MapReadOptions& options = {});
 
-// Where the map in a folder came from, by its summary alone; of no run where there is no such map.
+// Where the map in a folder came from, by its summary alone. Throws DataError.
 MapSource MapSourceIn(const std::string& folder);
 
 }  // namespace slcmap

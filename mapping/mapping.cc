@@ -150,34 +150,39 @@ void TellWhatIsMissing(const OdometryRun& run, const RecordedViews& recorded, Ma
   if (map->warnings.contains(kPosesDisagree)) MarkPartial("poses and images do not agree", map);
 }
 
-// What a stage has found so far, as it is kept.
-StageReports ReportsOf(const RecordedViews& recorded, const MapResult& map) {
-  StageReports reports{map.warnings, {}};
-  const auto lost = recorded.lost ? recorded.lost->paths() : std::set<std::string>();
-  reports.lost_images.assign(lost.begin(), lost.end());
-  return reports;
+// What is made without an image that will be there is not worth keeping.
+bool IsWholeSoFar(const RecordedViews& recorded) {
+  return !recorded.lost || recorded.lost->paths().empty();
 }
 
-void SetReports(const StageReports& reports, const RecordedViews& recorded, MapResult* map) {
-  map->warnings = reports.warnings;
-  if (!recorded.lost) return;
-  for (const std::string& path : reports.lost_images) recorded.lost->Add(path);
+void AddWarnings(const CountedWarnings& warnings, MapResult* map) {
+  for (const auto& [kind, count] : warnings) map->warnings[kind] += count;
+}
+
+template <typename Stage>
+void TellOfKept(const char* name, const std::optional<Stage>& stage) {
+  if (!stage) return;
+  spdlog::info("goes on behind the stage {}, which was done before the map was stopped", name);
 }
 
 std::vector<Sights> DenseStageOf(const RecordedViews& recorded, const MappingOptions& options,
                                  const StageStore& store, const Progress& progress,
                                  MapResult* map) {
-  const auto kept = store.Load(kDenseStage);
-  if (auto unpacked = kept ? UnpackDense(*kept) : std::nullopt) {
-    map->dense = std::move(unpacked->dense);
-    map->occupancy = std::move(unpacked->occupancy);
-    SetReports(unpacked->reports, recorded, map);
-    return std::move(unpacked->sights);
+  const auto bytes = store.Load(kDenseStage);
+  std::optional<DenseStage> kept = bytes ? UnpackDense(*bytes) : std::nullopt;
+  TellOfKept(kDenseStage, kept);
+  if (kept) {
+    map->dense = std::move(kept->dense);
+    map->occupancy = std::move(kept->occupancy);
+    AddWarnings(kept->warnings, map);
+    return std::move(kept->sights);
   }
+  CountedWarnings before = std::exchange(map->warnings, {});
   std::vector<Sights> sights = MapDensely(recorded.views, *recorded.images, options, progress, map);
-  if (progress.Report(1)) {
-    store.Save(kDenseStage, [&] { return PackDense(*map, sights, ReportsOf(recorded, *map)); });
+  if (progress.Report(1) && IsWholeSoFar(recorded)) {
+    store.Save(kDenseStage, [&] { return PackDense(*map, sights, map->warnings); });
   }
+  AddWarnings(before, map);
   return sights;
 }
 
@@ -186,24 +191,27 @@ void LineStageOf(const OdometryRun& run, const RecordedViews& recorded,
                  const MappingOptions& options, const StageStore& store, const Progress& progress,
                  MapResult* map) {
   if (!options.stages.lines) {
+    // Whether poses and images agree is told all the same.
+    LineOptionsFor(run, recorded, options.lines, progress, &map->warnings);
     map->lines = SelectLines(run, options.run_lines);
     map->line_evidence = EvidenceOf(map->lines, run);
     return;
   }
-  const auto kept = store.Load(kLineStage);
-  if (auto unpacked = kept ? UnpackLines(*kept) : std::nullopt) {
-    map->lines = std::move(unpacked->lines);
-    map->line_evidence = std::move(unpacked->evidence);
-    SetReports(unpacked->reports, recorded, map);
-    return;
+  const auto bytes = store.Load(kLineStage);
+  std::optional<LineStage> stage = bytes ? UnpackLines(*bytes) : std::nullopt;
+  TellOfKept(kLineStage, stage);
+  if (!stage) {
+    stage.emplace();
+    BuiltLines built = LinesOf(run, recorded, map->dense, options, progress, &stage->warnings);
+    stage->lines = std::move(built.lines);
+    stage->evidence = std::move(built.evidence);
+    if (progress.Report(1) && IsWholeSoFar(recorded)) {
+      store.Save(kLineStage, [&] { return PackLines(*stage); });
+    }
   }
-  BuiltLines built = LinesOf(run, recorded, map->dense, options, progress, &map->warnings);
-  map->lines = std::move(built.lines);
-  map->line_evidence = std::move(built.evidence);
-  if (!progress.Report(1)) return;
-  store.Save(kLineStage, [&] {
-    return PackLines({map->lines, map->line_evidence, ReportsOf(recorded, *map)});
-  });
+  map->lines = std::move(stage->lines);
+  map->line_evidence = std::move(stage->evidence);
+  AddWarnings(stage->warnings, map);
 }
 
 void BuildingStageOf(const RecordedViews& recorded, std::vector<Sights> sights,

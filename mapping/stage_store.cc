@@ -4,6 +4,7 @@
 
 #include <cstring>
 #include <filesystem>
+#include <fstream>
 #include <type_traits>
 
 #include "data/checksum.h"
@@ -69,25 +70,6 @@ class NumberReader {
   const std::vector<double> numbers_;
   size_t next_ = 0;
 };
-
-Json ReportsJson(const StageReports& reports) {
-  Json lost = Json::array();
-  for (const std::string& path : reports.lost_images) {
-    // Paths hold any bytes.
-    lost.push_back(Json::binary(std::vector<uint8_t>(path.begin(), path.end())));
-  }
-  return {{"warnings", reports.warnings}, {"lost_images", lost}};
-}
-
-StageReports ParseReports(const Json& json) {
-  StageReports reports;
-  reports.warnings = json.at("warnings").get<std::map<std::string, int64_t>>();
-  for (const Json& path : json.at("lost_images")) {
-    const Json::binary_t& bytes = path.get_binary();
-    reports.lost_images.emplace_back(bytes.begin(), bytes.end());
-  }
-  return reports;
-}
 
 std::string Bytes(const Json& json) {
   std::string bytes;
@@ -285,7 +267,6 @@ std::optional<std::string> StageStore::Load(const std::string& stage) const {
     if (file.size() < contents_at || !file.starts_with(begin)) return std::nullopt;
     std::string contents = file.substr(contents_at);
     if (file.substr(begin.size(), kChecksumLength) != Checksum(contents)) return std::nullopt;
-    spdlog::info("goes on behind the stage {}, which was done before the map was stopped", stage);
     return contents;
   } catch (const DataError&) {
     return std::nullopt;
@@ -297,20 +278,31 @@ void StageStore::Save(const std::string& stage,
   if (folder_.empty()) return;
   try {
     fs::create_directories(folder_);
-    const std::string bytes = contents(), unfinished = PathOf(stage) + ".unfinished";
-    WriteFile(unfinished, kHeader + key_ + Checksum(bytes) + bytes);
-    fs::rename(unfinished, PathOf(stage));
+    const std::string bytes = contents();
+    ReplaceFile(PathOf(stage), kHeader + key_ + Checksum(bytes) + bytes);
   } catch (const OutputError& error) {
-    spdlog::debug("a stage is not kept: {}", error.what());
+    spdlog::warn("the stage {} is not kept: {}", stage, error.what());
   } catch (const fs::filesystem_error& error) {
-    spdlog::debug("a stage is not kept: {}", error.what());
+    spdlog::warn("the stage {} is not kept: {}: {}", stage, folder_, error.code().message());
   }
 }
 
-std::string StageKey(const OdometryRun& run, const std::string& sequence,
+void StageStore::Remove(const std::string& folder) {
+  std::error_code ignored;  // what stays is of no harm
+  std::vector<fs::path> saved;
+  for (const auto& entry : fs::directory_iterator(folder, ignored)) {
+    std::string begin(sizeof(kHeader) - 1, '\0');
+    std::ifstream(entry.path(), std::ios::binary).read(begin.data(), std::ssize(begin));
+    if (begin == kHeader) saved.push_back(entry.path());
+  }
+  for (const fs::path& path : saved) fs::remove(path, ignored);
+  fs::remove(folder, ignored);
+}
+
+std::string StageKey(const OdometryRun& run, const std::string& images,
                      const MappingOptions& options, const std::string& program) {
   RunningChecksum checksum;
-  for (const std::string& text : {run.id, sequence, options.ToYaml(), program}) {
+  for (const std::string& text : {run.id, images, options.ToYaml(), program}) {
     checksum.Add(text + '\n');
   }
   checksum.Add(CalibrationText(run));
@@ -323,33 +315,33 @@ std::string StageKey(const OdometryRun& run, const std::string& sequence,
 }
 
 std::string PackDense(const MapResult& map, const std::vector<Sights>& sights,
-                      const StageReports& reports) {
+                      const CountedWarnings& warnings) {
   return Bytes({{"dense", DensePointsJson(map.dense)},
                 {"resolution_m", map.occupancy.resolution_m()},
                 {"occupancy", Json::binary(map.occupancy.Nodes())},
                 {"sights", SightsJson(sights)},
-                {"reports", ReportsJson(reports)}});
+                {"warnings", warnings}});
 }
 
-std::optional<UnpackedDense> UnpackDense(const std::string& bytes) {
+std::optional<DenseStage> UnpackDense(const std::string& bytes) {
   return Parsed(bytes, [](const Json& json) {
     const auto resolution_m = json.at("resolution_m").get<double>();
-    return UnpackedDense{ParseDensePoints(json.at("dense")),
-                         OccupancyMap::FromNodes(resolution_m, json.at("occupancy").get_binary()),
-                         ParseSights(json.at("sights")), ParseReports(json.at("reports"))};
+    return DenseStage{ParseDensePoints(json.at("dense")),
+                      OccupancyMap::FromNodes(resolution_m, json.at("occupancy").get_binary()),
+                      ParseSights(json.at("sights")), json.at("warnings").get<CountedWarnings>()};
   });
 }
 
 std::string PackLines(const LineStage& stage) {
   return Bytes({{"lines", LinesJson(stage.lines)},
                 {"evidence", EvidenceJson(stage.evidence)},
-                {"reports", ReportsJson(stage.reports)}});
+                {"warnings", stage.warnings}});
 }
 
 std::optional<LineStage> UnpackLines(const std::string& bytes) {
   return Parsed(bytes, [](const Json& json) {
     return LineStage{ParseLines(json.at("lines")), ParseEvidence(json.at("evidence")),
-                     ParseReports(json.at("reports"))};
+                     json.at("warnings").get<CountedWarnings>()};
   });
 }
 

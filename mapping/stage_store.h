@@ -26,8 +26,11 @@ class StageStore {
   // What was saved of a stage, of the same key; nothing where there is none, or it is damaged.
   std::optional<std::string> Load(const std::string& stage) const;
 
-  // Whole or not at all. Where it cannot be written, it is not kept, which is no error.
+  // Whole or not at all. Where it cannot be written, it is not kept, with a warning.
   void Save(const std::string& stage, const std::function<std::string()>& contents) const;
+
+  // Removes what was saved, whatever its key, and the folder where nothing else is in it.
+  static void Remove(const std::string& folder);
 
  private:
   std::string PathOf(const std::string& stage) const;
@@ -35,34 +38,31 @@ class StageStore {
   std::string folder_, key_;
 };
 
-// A checksum of what the stages are made of: poses and calibration of the run as it is mapped, the
-// recording, options, and the program.
-std::string StageKey(const OdometryRun& run, const std::string& sequence,
+// A checksum of what the stages are made of: the run and its poses and calibration as they are
+// mapped, its images, as `images` tells them (StatesOfImages), options, and the program.
+std::string StageKey(const OdometryRun& run, const std::string& images,
                      const MappingOptions& options, const std::string& program);
 
-// What a stage has found besides its results: warnings that it has counted, images it has missed.
-struct StageReports {
-  std::map<std::string, int64_t> warnings;
-  std::vector<std::string> lost_images;
-};
+using CountedWarnings = std::map<std::string, int64_t>;
 
-// The dense stage: the map's dense points and occupancy, and what each view saw.
-std::string PackDense(const MapResult& map, const std::vector<Sights>& sights,
-                      const StageReports& reports);
-// Sets the map's; nothing is set where the bytes are of another form.
-struct UnpackedDense {
+// The dense stage: the map's dense points and occupancy, what each view saw, and the warnings that
+// it has counted.
+struct DenseStage {
   std::vector<DensePoint> dense;
-  OccupancyMap occupancy;
+  OccupancyMap occupancy{0.1};
   std::vector<Sights> sights;
-  StageReports reports;
+  CountedWarnings warnings;
 };
-std::optional<UnpackedDense> UnpackDense(const std::string& bytes);
+std::string PackDense(const MapResult& map, const std::vector<Sights>& sights,
+                      const CountedWarnings& warnings);
+// Nothing where the bytes are of another form.
+std::optional<DenseStage> UnpackDense(const std::string& bytes);
 
 // The stage of lines, marks among them.
 struct LineStage {
   std::vector<MapLine> lines;
   LineEvidence evidence;
-  StageReports reports;
+  CountedWarnings warnings;
 };
 std::string PackLines(const LineStage& stage);
 std::optional<LineStage> UnpackLines(const std::string& bytes);

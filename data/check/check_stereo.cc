@@ -302,7 +302,7 @@ bool JudgeIntrinsics(const std::vector<RayPair>& matches, const RowAlignment& ro
                      CheckReport* report) {
   const std::string found =
       fmt::format("matches are {:.2f} px off their rows, {:.2f} px with the right camera turned",
-                  rows.rows_px, rows.mended_rows_px);
+                  rows.rows_px, rows.turned_rows_px);
   double best_px = kIntrinsicsBetter * rows.mended_rows_px;
   std::vector<CheckFinding> better;
   for (const Mistake& mistake : IntrinsicMistakes(rig)) {
@@ -347,7 +347,7 @@ void CheckRows(const SequenceSource& source, const Eigen::Vector3d& coarse_rad,
   report->AddFigure("right camera, turn found about y", rows.turn_rad.y() / kDegree, "deg");
   report->AddFigure("right camera, turn found about z", rows.turn_rad.z() / kDegree, "deg");
   report->AddFigure("right camera, focal length found", 100 * rows.right_focal, "% longer");
-  if (rows.mended_rows_px > kPoorRows_px && JudgeIntrinsics(matches, rows, near, report)) return;
+  if (rows.turned_rows_px > kPoorRows_px && JudgeIntrinsics(matches, rows, near, report)) return;
   JudgeRows(rows, rig, mended, report);
   if (rows.mended_rows_px > kBlur_px) {
     report->Warn("calibration",

@@ -31,8 +31,8 @@ constexpr double kMaxReturn_px = 0.3;  // between a feature and what is found fr
 
 // Standard deviations of what is given, about which the solution is found.
 struct Priors {
-  double about_y_rad = kHeld_rad;
-  double right_focal = kHeldFocal;
+  double about_y_rad;
+  double right_focal;
 };
 
 struct Mend {
@@ -134,23 +134,22 @@ bool IsClear(double number, double sigma, double least) {
   return std::abs(number) >= std::max(least, kClearSigmas * sigma);
 }
 
-// What is seen in parts of the images alone is taken where it is clear, and rows agree better.
-Mend FindMend(const RowSolver& solver) {
-  Priors priors;
-  Mend held = solver.Solve(priors);
-  priors.right_focal = kFocalPrior;
-  if (const Mend found = solver.Solve(priors);
-      IsClear(found.right_focal, found.sigma[3], kClearFocal) &&
-      solver.Rows_px(found) <= kBetterRows * solver.Rows_px(held)) {
-    held = found;
-  } else {
-    priors.right_focal = kHeldFocal;
-  }
-  priors.about_y_rad = kTurnPriorAboutY_rad;
-  const Mend found = solver.Solve(priors);
+// A turn, about y only where that is clear and rows agree better: it is seen in parts of the images
+// alone.
+Mend FindTurn(const RowSolver& solver, double prior_right_focal) {
+  const Mend held = solver.Solve({kHeld_rad, prior_right_focal});
+  const Mend found = solver.Solve({kTurnPriorAboutY_rad, prior_right_focal});
   const bool is_clear = IsClear(LogRotation(found.turn).y(), found.sigma.y(), kClearAboutY_rad) &&
                         solver.Rows_px(found) <= kBetterRows * solver.Rows_px(held);
   return is_clear ? found : held;
+}
+
+// With a focal length where that is as clear.
+Mend FindMend(const RowSolver& solver, const Mend& turned) {
+  const Mend found = FindTurn(solver, kFocalPrior);
+  const bool is_clear = IsClear(found.right_focal, found.sigma[3], kClearFocal) &&
+                        solver.Rows_px(found) <= kBetterRows * solver.Rows_px(turned);
+  return is_clear ? found : turned;
 }
 
 class Matcher {
@@ -223,12 +222,14 @@ RowAlignment AlignRows(const std::vector<RayPair>& matches, const RigidTransform
   alignment.matches = static_cast<int>(matches.size());
   if (matches.empty()) return alignment;
   const RowSolver solver(matches, T_left_right, focal_px, longer);
-  const Mend found = FindMend(solver);
+  const Mend turned = FindTurn(solver, kHeldFocal);
+  const Mend found = longer.empty() ? turned : FindMend(solver, turned);
   alignment.turn_rad = LogRotation(found.turn);
   alignment.turn_sigma_rad = found.sigma.head<3>();
   alignment.right_focal = found.right_focal;
   alignment.right_focal_sigma = found.sigma[3];
   alignment.rows_px = solver.Rows_px({});
+  alignment.turned_rows_px = solver.Rows_px(turned);
   const std::vector<double> mended_px = solver.Distances_px(found);
   alignment.mended_rows_px = Median(mended_px);
   const auto agree = std::count_if(mended_px.begin(), mended_px.end(),

@@ -14,6 +14,7 @@ struct RowAlignment {
   int matches = 0;            // features found in both images
   double agreeing_share = 0;  // of them, once mended
   double rows_px = 0;         // median distance from the row, as calibrated
+  double turned_rows_px = 0;  // once the right camera is turned, with its focal length as it is
   double mended_rows_px = 0;  // once mended
   // The right camera's turn: R_imu_right is to be that of the calibration times Exp(turn_rad), in
   // the right camera's frame.

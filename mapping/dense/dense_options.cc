@@ -30,6 +30,9 @@ void DenseOptions::Check() const {
   kDenseTable.Check("mapping.dense", *this);
   CheckOrder("mapping.dense", "min_depth_m", min_depth_m, "max_depth_m", max_depth_m);
 }
-void DenseOptions::Read(YamlSection section) { kDenseTable.Read(section, this); }
+void DenseOptions::Read(YamlSection section) {
+  section.Skip("threads");  // as options.yaml of earlier maps has it
+  kDenseTable.Read(section, this);
+}
 
 }  // namespace slcmap

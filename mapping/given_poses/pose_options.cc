@@ -26,6 +26,9 @@ constexpr OptionTable kTable{
 
 void GivenPoseOptions::Check() const { kTable.Check("mapping.given_poses", *this); }
 
-void GivenPoseOptions::Read(YamlSection section) { kTable.Read(section, this); }
+void GivenPoseOptions::Read(YamlSection section) {
+  section.Skip("threads");  // as options.yaml of earlier maps has it
+  kTable.Read(section, this);
+}
 
 }  // namespace slcmap

@@ -230,7 +230,11 @@ void WarnWhereZIsNotUp(const std::string& sequence, const std::string& calibrati
 
 // What is mapped behind a jump does not fit what was mapped before it.
 void TellJumps(const Trajectory& trajectory, OdometryRun* run) {
-  const std::vector<PoseJump> jumps = JumpsOf(trajectory);
+  std::vector<PoseJump> jumps = JumpsOf(trajectory);
+  std::erase_if(jumps, [&](const PoseJump& jump) {  // where nothing is mapped
+    return jump.stamp_ns <= run->states.front().stamp_ns ||
+           jump.stamp_ns > run->states.back().stamp_ns;
+  });
   if (jumps.empty()) return;
   run->warnings["pose_jumps"] += std::ssize(jumps);
   run->complete = false;
@@ -268,6 +272,20 @@ std::unique_ptr<ViewImages> KeyframeImages(const OdometryRun& run, const std::st
   return std::make_unique<RecordedImageReader>(
       std::make_shared<const RecordedCameras>(CamerasAsFound(run)),
       KeyframeFiles(run, folder, FilesByStamp(run, folder)), std::make_shared<LostImages>());
+}
+
+std::string StatesOfImages(const OdometryRun& run, const std::string& sequence) {
+  const fs::path folder = fs::weakly_canonical(RecordingOf(run, sequence));
+  std::string states = folder.string() + '\n';
+  for (const RecordedImages& images : run.source->images) {
+    for (const std::string& file : {images.left_path, images.right_path}) {
+      std::error_code error;
+      const auto bytes = fs::file_size(folder / file, error);
+      const auto changed = fs::last_write_time(folder / file, error).time_since_epoch().count();
+      states += fmt::format("{} {} {}\n", file, bytes, error ? 0 : changed);
+    }
+  }
+  return states;
 }
 
 RecordedViews ViewsOfRun(const OdometryRun& run, const std::string& sequence) {

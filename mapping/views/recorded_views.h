@@ -20,7 +20,7 @@ struct RecordedViews {
   Views frames;
   std::unique_ptr<ViewImages> frame_images;
   // Of views and frames, as far as they were looked for; none where images are of no files.
-  std::shared_ptr<LostImages> lost;
+  std::shared_ptr<const LostImages> lost;
 };
 
 // The keyframes of a run with their images, in the recording's folder or, where that has moved to
@@ -36,6 +36,10 @@ RecordedViews ViewsForLines(const RecordedViews& recorded, const ViewSpacingOpti
 // The images of the keyframes alone, in their order, as ViewsOfRun() has them. They are read when
 // they are asked for.
 std::unique_ptr<ViewImages> KeyframeImages(const OdometryRun& run, const std::string& sequence);
+
+// What tells images that were changed since from those that were there, in the folder that
+// ViewsOfRun() reads: their paths, sizes and times of their last change.
+std::string StatesOfImages(const OdometryRun& run, const std::string& sequence);
 
 // Which images of a recording become keyframes when poses are given.
 struct KeyframeSelection {

@@ -9,6 +9,7 @@
 #include "data/error.h"
 #include "data/map_line.h"
 #include "mapping/adjustment/adjusted_run.h"
+#include "mapping/building_world.h"
 #include "mapping/dense/dense_file.h"
 #include "mapping/lines/known_lines.h"
 #include "mapping/lines/map_lines.h"
@@ -22,7 +23,8 @@ namespace {
 
 void Make(const std::string& run_folder, const std::string& map, const std::string& output,
           const MappingOptions& options) {
-  const OdometryRun run = AdjustRun(ReadRunFolder(run_folder), options.adjustment, nullptr).run;
+  OdometryRun run = AdjustRun(ReadRunFolder(run_folder), options.adjustment, nullptr).run;
+  TurnAlongBuilding(&run);
   const RecordedViews recorded = ViewsOfRun(run, {});
   const RecordedViews chosen = ViewsForLines(recorded, options.lines.views);
   std::vector<DensePoint> dense = ReadDensePly(map + "/dense.ply");

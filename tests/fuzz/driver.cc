@@ -89,7 +89,8 @@ int64_t MutateFor(double seconds, const std::vector<std::string>& corpus, uint32
                   const std::string& name) {
   slcmap::fuzz::Mutator mutator(seed);
   int64_t runs = 0;
-  for (; CpuSeconds() < seconds; ++runs) {
+  const double end_s = CpuSeconds() + seconds;
+  for (; CpuSeconds() < end_s; ++runs) {
     finding_path = "finding-" + name + "-" + std::to_string(seed) + "-" + std::to_string(runs);
     RunInput(
         mutator.Mutate(corpus[mutator.Below(corpus.size())], corpus[mutator.Below(corpus.size())]));

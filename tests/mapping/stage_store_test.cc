@@ -37,11 +37,11 @@ std::vector<Sights> MadeSights() {
   return {sights, {}};
 }
 
-StageReports MadeReports() { return {{{"rays_out_of_octree", 7}}, {"a/\xff.png", "b.png"}}; }
+const CountedWarnings kWarnings = {{"rays_out_of_octree", 7}};
 
 TEST(StageStore, TheDenseStageComesBackToTheLastBit) {
   const MapResult map = MadeMap();
-  const auto read = UnpackDense(PackDense(map, MadeSights(), MadeReports()));
+  const auto read = UnpackDense(PackDense(map, MadeSights(), kWarnings));
   ASSERT_TRUE(read.has_value());
   ASSERT_EQ(read->dense.size(), map.dense.size());
   for (size_t i = 0; i < map.dense.size(); ++i) {
@@ -58,8 +58,7 @@ TEST(StageStore, TheDenseStageComesBackToTheLastBit) {
   EXPECT_EQ(read->sights[0].p_world_camera, MadeSights()[0].p_world_camera);
   EXPECT_EQ(read->sights[0].p_world, MadeSights()[0].p_world);
   EXPECT_EQ(read->sights[0].sigma_m, MadeSights()[0].sigma_m);
-  EXPECT_EQ(read->reports.warnings, MadeReports().warnings);
-  EXPECT_EQ(read->reports.lost_images, MadeReports().lost_images);
+  EXPECT_EQ(read->warnings, kWarnings);
 }
 
 TEST(StageStore, LinesComeBackToTheLastBit) {
@@ -85,7 +84,7 @@ TEST(StageStore, LinesComeBackToTheLastBit) {
   support.px.start = {1. / 3, 2};
   support.px.end = {3, 4};
   stage.evidence.supports = {support};
-  stage.reports = MadeReports();
+  stage.warnings = kWarnings;
   const auto read = UnpackLines(PackLines(stage));
   ASSERT_TRUE(read.has_value());
   // What is packed again are the same bytes, which hold every number.
@@ -132,6 +131,20 @@ TEST(StageStore, WhatIsDamagedIsNothing) {
   }
 }
 
+TEST(StageStore, RemovesWhatIsItsOwnAlone) {
+  const testing::TempFolder folder;
+  const std::string path = folder.Path("stages");
+  StageStore(path, std::string(16, 'a')).Save("dense", [] { return "contents"; });
+  StageStore::Remove(path);
+  EXPECT_FALSE(std::filesystem::exists(path));
+  StageStore(path, std::string(16, 'a')).Save("dense", [] { return "contents"; });
+  WriteFile(path + "/precious.txt", "of somebody");
+  StageStore::Remove(path);
+  EXPECT_FALSE(std::filesystem::exists(path + "/dense"));
+  EXPECT_TRUE(std::filesystem::exists(path + "/precious.txt"));
+  StageStore::Remove(folder.Path("nowhere"));
+}
+
 TEST(StageStore, WithoutAFolderKeepsNothing) {
   const StageStore store;
   store.Save("dense", []() -> std::string { throw std::logic_error("was asked for"); });
@@ -150,11 +163,14 @@ TEST(StageStore, TheKeyIsOfAllThatAStageIsMadeOf) {
   const std::string key = StageKey(run, "", MappingOptions(), "program");
   EXPECT_EQ(key, StageKey(run, "", MappingOptions(), "program"));
   EXPECT_EQ(key.size(), 16u);
-  EXPECT_NE(key, StageKey(run, "moved", MappingOptions(), "program"));
+  EXPECT_NE(key, StageKey(run, "other images", MappingOptions(), "program"));
   EXPECT_NE(key, StageKey(run, "", MappingOptions(), "another build"));
   MappingOptions options;
   options.dense.voxel_m *= 2;
   EXPECT_NE(key, StageKey(run, "", options, "program"));
+  OdometryRun other = run;
+  other.id = "other";
+  EXPECT_NE(key, StageKey(other, "", MappingOptions(), "program"));
   OdometryRun calibrated = run;
   calibrated.rectified_rig.cameras[1].cx_px += 1e-9;
   EXPECT_NE(key, StageKey(calibrated, "", MappingOptions(), "program"));

@@ -57,6 +57,28 @@ TEST_F(SmallRecording, WithTheSamePosesIsTheSameRun) {
   EXPECT_NE(RunAtPoses(folder_.Path(), "", poses).id, run_.id);
 }
 
+TEST_F(SmallRecording, TellsImagesThatWereChanged) {
+  const std::string states = StatesOfImages(run_, "");
+  EXPECT_EQ(StatesOfImages(run_, folder_.Path()), states);
+  Remove(3);
+  EXPECT_NE(StatesOfImages(run_, ""), states);
+}
+
+// What nobody maps may jump.
+TEST_F(SmallRecording, WithPosesThatJumpElsewhereIsWhole) {
+  Trajectory poses;
+  for (const OnlineState& state : run_.states) {
+    poses.push_back({state.stamp_ns, state.T_world_imu});
+  }
+  StampedPose before = poses.front();
+  for (int i = 1; i < 4; ++i) {
+    before.stamp_ns -= 10'000'000;
+    if (i == 2) before.T_world_imu.translation.y() += 5;
+    poses.insert(poses.begin(), before);
+  }
+  EXPECT_TRUE(RunAtPoses(folder_.Path(), "", poses).complete);
+}
+
 TEST_F(SmallRecording, WithPosesThatJumpIsPartial) {
   EXPECT_TRUE(run_.complete);
   Trajectory poses;
