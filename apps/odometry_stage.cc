@@ -376,12 +376,6 @@ Sequence OpenPart(const OdometryArguments& arguments) {
   return sequence;
 }
 
-// Rows that were made to fit say nothing of the turns that they do not show.
-bool TurnedRight(const std::vector<CheckCorrection>& corrections) {
-  return std::any_of(corrections.begin(), corrections.end(),
-                     [](const auto& c) { return c.name == kRightTurnCorrection; });
-}
-
 }  // namespace
 
 std::vector<std::string> FoldersOf(const std::string& sequence) {
@@ -417,7 +411,7 @@ OdometryRun RunOdometryStage(const OdometryArguments& arguments,
                     ": found one camera, expected cam0 and cam1, or --method points-mono");
   }
   const StartCheck check = CheckBeforeStart(arguments.start, options.odometry, &sequence);
-  if (TurnedRight(check.corrections)) options.odometry.calibration.rows_fit = false;
+  if (TurnRight(check.corrections)) options.odometry.calibration.rows_fit = false;
   AslSource source(std::move(sequence), {.read_right = !one_camera});
   const SourceInfo& info = source.info();
   spdlog::info("{} {}; calibration: {}", info.pair_stamps_ns.size(), ImagesOf(info.rig),

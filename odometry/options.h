@@ -96,7 +96,9 @@ struct CalibrationOptions {
   bool principal_points = true;
   // Rows of rectified images are believed to fit while they do, and the right camera so to be as it
   // was calibrated: its turns about y and z are then tied to the given ones from the start (see
-  // `confirm`), until the motion speaks against it.
+  // `confirm`), until the motion speaks against it. Where they do not, its turns are never tied:
+  // what the check before the start found is off by some thousandths of a degree, which count in a
+  // hall.
   bool rows_fit = true;
   // What agrees with the given calibration is taken to be as given while it does; see
   // window/calibration_ties.h.

@@ -27,6 +27,11 @@ bool CheckReport::Usable() const {
   });
 }
 
+bool TurnRight(const std::vector<CheckCorrection>& corrections) {
+  return std::ranges::any_of(
+      corrections, [](const CheckCorrection& c) { return c.name == kRightTurnCorrection; });
+}
+
 Rig Corrected(const Rig& rig, const CheckReport& report) {
   Rig corrected = rig;
   for (const CheckCorrection& correction : report.corrections) {

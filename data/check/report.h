@@ -42,6 +42,10 @@ inline constexpr const char* kRightTurnCorrection = "right_camera_turn_rad";
 // each.
 inline constexpr const char* kFocalCorrection = "focal_lengths";
 
+// Whether rows were made to fit by turning the right camera: then they say nothing of the turns
+// that they do not show.
+bool TurnRight(const std::vector<CheckCorrection>& corrections);
+
 struct CheckReport {
   std::string sequence;
   std::string calibration;  // where it was read, and which transforms

@@ -136,9 +136,11 @@ void MoveLines(const OdometryRun& run, const AdjustmentState& state, AdjustmentR
   }
 }
 
-// The right camera's turns are tied from the start, unless the run has found it turned.
+// The right camera's turns are tied from the start, unless the run, or the check before it, has
+// found it turned.
 CalibrationOptions BeliefsAfter(const OdometryRun& run, CalibrationOptions options) {
   constexpr double kTurned_rad = 4e-4;  // some 0.15 px
+  if (run.source && TurnRight(run.source->corrections)) options.rows_fit = false;
   if (!run.calibration.empty() && run.calibration.back().right_rotation_rad.norm() >= kTurned_rad) {
     options.rows_fit = false;
   }

@@ -15,10 +15,16 @@ constexpr double kTieOdds = 4, kReleaseOdds = 1.0 / 4;
 // and what is known without the tie can still be told from what is known with it.
 constexpr double kTightness = 8;
 
+bool IsRightRotation(int row) {
+  const int first = kImuCalibrationSize + kRowRightRotation;
+  return row >= first && row < first + 3;
+}
+
 }  // namespace
 
 CalibrationTies::CalibrationTies(const CalibrationOptions& options, const CalibrationBelief& known)
     : confirm_(options.confirm),
+      rows_fit_(options.rows_fit),
       sigma_scale_(options.sigma_scale),
       given_sigma_(
           IsHeld(known.covariance.diagonal().cwiseSqrt()).select(0, EstimatedSigma(options))) {
@@ -64,7 +70,7 @@ void CalibrationTies::Update(const CalibrationBelief& with) {
   if (!confirm_) return;
   const CalibrationBelief belief = Without(with);
   for (int row = 0; row < kCalibrationSize; ++row) {
-    if (given_sigma_[row] == 0) continue;
+    if (given_sigma_[row] == 0 || (!rows_fit_ && IsRightRotation(row))) continue;
     const double odds = OddsOfGiven(belief, row);
     const bool tied = odds > (weights_[row] > 0 ? kReleaseOdds : kTieOdds);
     const double weight = kTightness / std::sqrt(belief.covariance(row, row));

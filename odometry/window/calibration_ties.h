@@ -47,6 +47,7 @@ class CalibrationTies {
   double OddsOfGiven(const CalibrationBelief& belief, int row) const;
 
   bool confirm_;
+  bool rows_fit_;  // else the right camera's turns are not as they were given, whatever they are
   double sigma_scale_;
   CalibrationVector given_sigma_;  // 0 of what is held
   CalibrationVector weights_ = CalibrationVector::Zero();

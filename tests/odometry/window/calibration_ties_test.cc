@@ -69,6 +69,28 @@ TEST(CalibrationTies, WhatTurnsOutToBeAsGivenIsTied) {
   EXPECT_GT(told(0.001, 0.001), 1 / 0.001);
 }
 
+// What the check before the start found of the right camera is near, but not exact.
+TEST(CalibrationTies, WhereRowsDidNotFitTheRightCameraIsNeverTied) {
+  constexpr int kAboutY = kImuCalibrationSize + kRowRightRotation + 1;
+  CalibrationOptions options = Options();
+  options.right_rotation = true;
+  for (const bool rows_fit : {true, false}) {
+    options.rows_fit = rows_fit;
+    CalibrationBelief known = AtFirst(options);
+    known.covariance.diagonal()
+        .segment<3>(kImuCalibrationSize + kRowRightRotation)
+        .setConstant(std::pow(options.right_rotation_sigma_rad, 2));
+    CalibrationTies ties(options, known);
+    EXPECT_EQ(ties.weights()[kAboutY] > 0, rows_fit);
+    known.mean[kAboutY] = 1e-5;
+    known.covariance(kAboutY, kAboutY) = 1e-10;
+    known.covariance(kTimeRow, kTimeRow) = 1e-10;
+    ties.Update(Tied(known, ties.weights()));
+    EXPECT_EQ(ties.weights()[kAboutY] > 0, rows_fit);
+    EXPECT_GT(ties.weights()[kTimeRow], 0) << "other numbers are tied all the same";
+  }
+}
+
 TEST(CalibrationTies, ATieGoesWhereItTurnsOutToBeWrong) {
   const CalibrationOptions options = Options();
   CalibrationTies ties(options, AtFirst(options));
