@@ -7,7 +7,8 @@
 
 namespace slcmap {
 
-// Counts runs and maps whose files were changed since they were written, as a warning.
+// Counts runs and maps that were taken although their files were changed since, or they are not of
+// the run beside them, as a warning.
 inline constexpr const char* kChangedFilesAccepted = "changed_files_accepted";
 
 // Reads a map folder, and warns where the map is partial; Ctrl-C ends the program meanwhile. Unless

@@ -28,16 +28,23 @@ bool Has(const std::string& folder, const char* name) {
   return fs::exists(fs::path(folder) / name, error);
 }
 
-// How the runs that a folder's files are of lie in the world of these; none of a folder of another
-// kind. A run that was killed has no id.
-WorldsOfRuns WorldsIn(const std::string& folder) {
-  if (Has(folder, "run.json") || Has(folder, "journal")) return {{RunIdIn(folder), {}}};
-  const bool is_map = Has(folder, "map.json");
-  if (!is_map && !Has(folder, "export.json")) return {};
-  const MapSource source = is_map ? MapSourceIn(folder) : ExportSourceIn(folder);
+WorldsOfRuns WorldsOf(const MapSource& source) {
   WorldsOfRuns worlds = {{source.run_id, source.T_world_run}};
   for (const MergedRun& run : source.merged) worlds[run.run_id] = run.T_world_run;
   return worlds;
+}
+
+// How the runs that a folder's files are of lie in the world of these; none of a folder of another
+// kind. A file of that name may be of another program.
+WorldsOfRuns WorldsIn(const std::string& folder) {
+  try {
+    if (Has(folder, "run.json")) return {{RunIdIn(folder), {}}};
+    if (Has(folder, "map.json")) return WorldsOf(MapSourceIn(folder));
+    if (Has(folder, "export.json")) return WorldsOf(ExportSourceIn(folder));
+  } catch (const DataError& error) {
+    spdlog::warn("{}; of which world the files beside it are is not known", error.what());
+  }
+  return {};
 }
 
 bool IsTurned(const RigidTransform& T) {
@@ -49,6 +56,7 @@ RigidTransform TrajectoryFromFile(const std::string& trajectory, const std::stri
   const WorldsOfRuns mapped = WorldsIn(FolderOf(mapped_file)),
                      given = WorldsIn(FolderOf(trajectory));
   for (const auto& [run_id, T_mapped_run] : mapped) {
+    if (run_id.empty()) continue;  // of any run that was killed
     const auto found = given.find(run_id);
     if (found != given.end()) return found->second * T_mapped_run.Inverse();
   }

@@ -290,10 +290,12 @@ void StageStore::Save(const std::string& stage,
 void StageStore::Remove(const std::string& folder) {
   std::error_code ignored;  // what stays is of no harm
   std::vector<fs::path> saved;
-  for (const auto& entry : fs::directory_iterator(folder, ignored)) {
+  fs::directory_iterator entries(folder, ignored);
+  for (; !ignored && entries != fs::directory_iterator(); entries.increment(ignored)) {
+    if (!entries->is_regular_file(ignored)) continue;
     std::string begin(sizeof(kHeader) - 1, '\0');
-    std::ifstream(entry.path(), std::ios::binary).read(begin.data(), std::ssize(begin));
-    if (begin == kHeader) saved.push_back(entry.path());
+    std::ifstream(entries->path(), std::ios::binary).read(begin.data(), std::ssize(begin));
+    if (begin == kHeader) saved.push_back(entries->path());
   }
   for (const fs::path& path : saved) fs::remove(path, ignored);
   fs::remove(folder, ignored);

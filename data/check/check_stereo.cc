@@ -315,6 +315,7 @@ bool JudgeIntrinsics(const std::vector<RayPair>& matches, const RowAlignment& ro
                mistake.remedy}};
   }
   const bool no_distortion =
+      rows.mended_rows_px > kPoorRows_px &&
       std::any_of(rig.cameras.begin(), rig.cameras.end(), [](const Camera& camera) {
         return camera.distortion != Distortion::kNone && camera.coefficients.isZero();
       });

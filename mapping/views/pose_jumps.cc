@@ -29,7 +29,7 @@ std::optional<Step> StepTo(const Trajectory& trajectory, size_t to) {
 // What of a step is left when motion goes on as in another one.
 PoseJump Besides(const Step& step, const Step& motion) {
   const double share = step.duration_s / motion.duration_s;
-  return {0, (step.way_m - share * motion.way_m).norm(),
+  return {0, 0, (step.way_m - share * motion.way_m).norm(),
           ExpRotation(step.turn_rad).angularDistance(ExpRotation(share * motion.turn_rad))};
 }
 
@@ -57,7 +57,8 @@ std::vector<PoseJump> JumpsOf(const Trajectory& trajectory) {
       if (!least || besides.moved_m < least->moved_m) least = besides;
     }
     if (!least || !is_jump) continue;
-    jumps.push_back({trajectory[i].stamp_ns, least->moved_m, least->turned_rad});
+    jumps.push_back(
+        {trajectory[i - 1].stamp_ns, trajectory[i].stamp_ns, least->moved_m, least->turned_rad});
   }
   return jumps;
 }

@@ -10,8 +10,8 @@ namespace slcmap {
 
 // A step from one pose to the next that neither the motion before it nor the one after explains.
 struct PoseJump {
-  int64_t stamp_ns = 0;  // of the pose that it leads to
-  double moved_m = 0;    // besides the motion, where that explains it best
+  int64_t from_ns = 0, stamp_ns = 0;  // of the pose that it starts from, and leads to
+  double moved_m = 0;                 // besides the motion, where that explains it best
   double turned_rad = 0;
 };
 

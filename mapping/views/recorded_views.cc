@@ -233,7 +233,7 @@ void TellJumps(const Trajectory& trajectory, OdometryRun* run) {
   std::vector<PoseJump> jumps = JumpsOf(trajectory);
   std::erase_if(jumps, [&](const PoseJump& jump) {  // where nothing is mapped
     return jump.stamp_ns <= run->states.front().stamp_ns ||
-           jump.stamp_ns > run->states.back().stamp_ns;
+           jump.from_ns >= run->states.back().stamp_ns;
   });
   if (jumps.empty()) return;
   run->warnings["pose_jumps"] += std::ssize(jumps);

@@ -23,7 +23,8 @@ struct CalibrationBelief {
 //   p(x = 0 | data) / p(x = 0) = sigma_given / sigma exp(-x^2 / (2 sigma^2))
 //
 // with the estimate x and its standard deviation sigma without ties, as much larger than the window
-// claims as CalibrationOptions::sigma_scale says.
+// claims as CalibrationOptions::sigma_scale says. Where rows of the images did not fit, the right
+// camera is not as it was given, and its turns are never tied.
 class CalibrationTies {
  public:
   // With what is known before a segment starts: focal lengths are tied, and where the rows of the

@@ -116,6 +116,10 @@ TEST(EvaluateCommand, LinesOfAMapAreMeasuredByItsPosesAndByThoseOfItsRun) {
       folder.Write("poses.tum", testing::ReadText(run + "/trajectory.tum")), map + "/lines.ply");
   EXPECT_LT(copied, 0.5);
   EXPECT_THAT(error, HasSubstr("found a map that is turned by 11.46 degrees against its run"));
+  // A file of that name may be of another program.
+  folder.Write("map.json", "{}");
+  EXPECT_THAT(precision(folder.Path("poses.tum"), map + "/lines.ply").second,
+              HasSubstr("of which world the files beside it are is not known"));
 }
 
 class EvaluateLongLines : public ::testing::Test {

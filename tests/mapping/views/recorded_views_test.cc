@@ -79,6 +79,21 @@ TEST_F(SmallRecording, WithPosesThatJumpElsewhereIsWhole) {
   EXPECT_TRUE(RunAtPoses(folder_.Path(), "", poses).complete);
 }
 
+// The last image is between the poses that it happens between.
+TEST_F(SmallRecording, WithPosesThatJumpAtTheLastImageIsPartial) {
+  Trajectory poses;
+  for (const OnlineState& state : run_.states) {
+    poses.push_back({state.stamp_ns - 1'000'000, state.T_world_imu});
+  }
+  StampedPose beyond = poses.back();
+  for (int i = 0; i < 2; ++i) {
+    beyond.stamp_ns += 50'000'000;
+    beyond.T_world_imu.translation.y() += i == 0 ? 5 : 0;
+    poses.push_back(beyond);
+  }
+  EXPECT_FALSE(RunAtPoses(folder_.Path(), "", poses).complete);
+}
+
 TEST_F(SmallRecording, WithPosesThatJumpIsPartial) {
   EXPECT_TRUE(run_.complete);
   Trajectory poses;
