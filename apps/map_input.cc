@@ -31,17 +31,11 @@ void RefuseOutdated(const std::string& folder, const MapResult& map) {
 
 MapResult Read(const std::string& folder, bool accept_changed) {
   const EndsAtOnce nothing_is_written;
-  try {
-    MapResult map = ReadMapFolder(folder);
-    RefuseOutdated(folder, map);
+  return ReadAccepting(accept_changed, [&](bool accept) {
+    MapResult map = ReadMapFolder(folder, {.accept_changed = accept});
+    if (!accept) RefuseOutdated(folder, map);
     return map;
-  } catch (const DataError& error) {
-    if (!accept_changed) throw;
-    MapResult map = ReadMapFolder(folder, {.accept_changed = true});
-    ++map.warnings[kChangedFilesAccepted];
-    spdlog::warn("{}; accepted all the same", error.what());
-    return map;
-  }
+  });
 }
 
 }  // namespace

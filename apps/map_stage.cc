@@ -75,19 +75,6 @@ void WarnOfRun(const std::string& folder, const OdometryRun& run) {
   }
 }
 
-// What is made of files that were changed says so.
-OdometryRun ReadFolder(const MapArguments& arguments) {
-  if (!arguments.accept_changed) return ReadRunFolder(arguments.input);
-  try {
-    return ReadRunFolder(arguments.input);
-  } catch (const DataError& error) {
-    OdometryRun run = ReadRunFolder(arguments.input, {.accept_changed = true});
-    ++run.warnings[kChangedFilesAccepted];
-    spdlog::warn("{}; accepted all the same", error.what());
-    return run;
-  }
-}
-
 OdometryRun ReadRun(const MapArguments& arguments) {
   const EndsAtOnce nothing_is_written;
   if (!arguments.poses.empty()) {
@@ -96,7 +83,9 @@ OdometryRun ReadRun(const MapArguments& arguments) {
     run.source->version = kVersion;
     return run;
   }
-  OdometryRun run = ReadFolder(arguments);
+  OdometryRun run = ReadAccepting(arguments.accept_changed, [&](bool accept) {
+    return ReadRunFolder(arguments.input, {.accept_changed = accept});
+  });
   // Cut off, or of an earlier version.
   if (!run.verdict) run.verdict = JudgeRun(run, VerdictOptions());
   return run;
