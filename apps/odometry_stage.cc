@@ -278,22 +278,23 @@ void LogCalibration(const OdometryRun& run) {
     if (sigma.isZero(0)) return std::string("held");
     return fmt::format("{} degrees (sigma {})", degrees(value), degrees(sigma));
   };
+  const auto pixels = [](const Eigen::Vector2d& value, const Eigen::Vector2d& sigma) {
+    if (sigma.isZero(0)) return std::string("held");
+    return fmt::format("{:.2f} {:.2f} px (sigma {:.2f} {:.2f})", value.x(), value.y(), sigma.x(),
+                       sigma.y());
+  };
   spdlog::info(
       "calibration found, less what was given: time offset {}, turn of the IMU {}, of the right "
-      "camera {}, focal length {}",
+      "camera {}, focal length {}, principal point of the right camera {}",
       number(1e3 * e.time_offset_s, 1e3 * e.time_offset_sigma_s, "ms"),
       turn(e.imu_rotation_rad, e.imu_rotation_sigma_rad),
       turn(e.right_rotation_rad, e.right_rotation_sigma_rad),
-      number(100 * e.focal_length, 100 * e.focal_length_sigma, "%"));
+      number(100 * e.focal_length, 100 * e.focal_length_sigma, "%"),
+      pixels(e.right_centre_px, e.right_centre_sigma_px));
   if (!run.principal_points) return;
-  const auto point = [&](int camera) {
-    const Eigen::Vector2d& offset = run.principal_points->offset_px[camera];
-    const Eigen::Vector2d& sigma = run.principal_points->sigma_px[camera];
-    return fmt::format("{:.1f} {:.1f} px (sigma {:.1f} {:.1f})", offset.x(), offset.y(), sigma.x(),
-                       sigma.y());
-  };
+  const auto& [offset_px, sigma_px] = *run.principal_points;
   spdlog::info("principal points, less what was given: left {}, right {}; reported, not used",
-               point(0), point(1));
+               pixels(offset_px[0], sigma_px[0]), pixels(offset_px[1], sigma_px[1]));
 }
 
 // Before anything is computed. The file may replace an older one, but none that is read, nor one of

@@ -7,11 +7,12 @@
 #include <unordered_map>
 #include <utility>
 
-#include "odometry/geometry/focal_shift.h"
+#include "odometry/geometry/lens_shift.h"
 #include "odometry/geometry/pinhole.h"
 #include "odometry/residuals/calibration.h"
 #include "odometry/residuals/point_residual.h"
 #include "odometry/run_rows.h"
+#include "odometry/window/calibration_estimate.h"
 
 namespace slcmap {
 namespace {
@@ -25,12 +26,10 @@ class PixelsOfRun {
   PixelsOfRun(const OdometryRun& run, const Rig& rig)
       : from_(run.rectified_rig), to_(rig), geometry_(run.rectified_rig.T_imu_camera, 1) {
     if (run.calibration.empty() || !run.source) return;
-    geometry_.focal_shifts = std::make_shared<const std::array<FocalShift, 2>>(
-        FocalShiftsOf(run.source->raw_rig, run.rectified_rig));
+    geometry_.lens_shifts = std::make_shared<const std::array<LensShift, 2>>(
+        LensShiftsOf(run.source->raw_rig, run.rectified_rig));
     const CalibrationEstimate& found = run.calibration.back();
-    CameraCalibrationBlock block{};
-    std::copy_n(found.right_rotation_rad.data(), 3, block.begin() + kRowRightRotation);
-    block[kRowFocalLength] = found.focal_length;
+    const CameraCalibrationBlock block = CameraBlockOf(found);
     geometry_ = geometry_.CorrectedBy(block.data());
   }
 

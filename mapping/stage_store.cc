@@ -250,8 +250,9 @@ std::string CalibrationText(const OdometryRun& run) {
   if (run.calibration.empty()) return text;
   const CalibrationEstimate& found = run.calibration.back();
   const Eigen::Vector3d& turn = found.right_rotation_rad;
-  return text + fmt::format("{} {} {} {} {}\n", turn.x(), turn.y(), turn.z(), found.focal_length,
-                            found.time_offset_s);
+  const Eigen::Vector2d& centre_px = found.right_centre_px;
+  return text + fmt::format("{} {} {} {} {} {} {}\n", turn.x(), turn.y(), turn.z(),
+                            found.focal_length, centre_px.x(), centre_px.y(), found.time_offset_s);
 }
 
 }  // namespace

@@ -10,6 +10,8 @@ Rig CalibratedRig(const Rig& given, const Rig& rectified, const CalibrationEstim
   if (IsStereo(given)) {
     // The raw right camera turns with the rectified one.
     const Eigen::Quaterniond& R_imu_rectified = rectified.T_imu_camera[1].rotation;
+    rig.cameras[1].cx_px += estimate.right_centre_px.x();
+    rig.cameras[1].cy_px += estimate.right_centre_px.y();
     rig.T_imu_camera[1].rotation = R_imu_rectified * ExpRotation(estimate.right_rotation_rad) *
                                    R_imu_rectified.conjugate() * given.T_imu_camera[1].rotation;
   }

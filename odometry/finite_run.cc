@@ -66,6 +66,8 @@ bool IsFinite(const CalibrationEstimate& e) {
         Eigen::Vector3d(e.time_offset_sigma_s, e.focal_length_sigma, 0)}) {
     if (!Within(v, kMaxCorrectionSigma)) return false;
   }
+  if (!Within(e.right_centre_px, kMaxCentre_px)) return false;
+  if (!Within(e.right_centre_sigma_px, kMaxCentre_px)) return false;
   return Within(e.imu_rotation_rad, kMaxTurn_rad) && Within(e.lever_m, kMaxLever_m) &&
          Within(e.right_rotation_rad, kMaxTurn_rad) &&
          std::abs(e.time_offset_s) <= kMaxTimeCorrection_s &&

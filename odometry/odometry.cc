@@ -115,7 +115,7 @@ class Odometry::Impl {
                    ? std::make_unique<TrackedLines>(options.lines, rectifier_, &pair_)
                    : nullptr),
         estimator_(options_, rectifier_.rectified_rig(), &points_, lines_.get(), threads) {
-    estimator_.SetFocalShifts(FocalShiftsOf(rig, rectifier_.rectified_rig()));
+    estimator_.SetLensShifts(LensShiftsOf(rig, rectifier_.rectified_rig()));
   }
 
   void AddImu(const ImuSample& sample) {
@@ -201,24 +201,17 @@ class Odometry::Impl {
     pair_.Set(RectifiedLeft(), [this] { return RectifiedRight(); });
     TrackPoints(stamp_ns);
     Take(estimator_.FinishKeyframe());
-    TurnRightRectification();
+    CorrectRightRectification();
     Take(estimator_.AddImage(stamp_ns));
   }
 
-  // Follows the estimated rotation of the right camera, so that points are found along the rows.
-  void TurnRightRectification() {
+  // Follows what is known of the right camera, so that points are found along the rows.
+  void CorrectRightRectification() {
     constexpr double kMaxRowError_px = 0.3;
-    const Camera& camera = rectifier_.rectified_rig().cameras[1];
-    const Eigen::Vector3d rotation_rad = Eigen::Map<const Eigen::Vector3d>(
-        estimator_.window().calibration().cameras.data() + kRowRightRotation);
-    const Eigen::Vector3d moved_rad = rotation_rad - right_rectification_rad_;
-    if (camera.fy_px * std::abs(moved_rad.x()) + 0.5 * camera.width_px * std::abs(moved_rad.z()) <
-        kMaxRowError_px) {
-      return;
-    }
-    right_rectification_rad_ = rotation_rad;
-    rectifier_.TurnRight(rotation_rad);
-    estimator_.SetRightRectification(rotation_rad);
+    if (estimator_.RightRowsOff_px() < kMaxRowError_px) return;
+    const RightCorrection known = estimator_.KnownRight();
+    rectifier_.CorrectRight(known);
+    estimator_.SetRightRectification(known);
   }
 
   void Take(std::optional<OnlineState> state) {
@@ -311,7 +304,6 @@ class Odometry::Impl {
   Rig rig_;
   RepeatedImages repeated_left_, repeated_right_;
   Rectifier rectifier_;
-  Eigen::Vector3d right_rectification_rad_ = Eigen::Vector3d::Zero();
   RectifiedPair pair_;
   PointTracker tracker_;
   TrackedPoints points_;

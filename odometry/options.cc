@@ -83,6 +83,7 @@ constexpr OptionTable kCalibration{
     Option{"lever", &CalibrationOptions::lever, false, true},
     Option{"right_rotation", &CalibrationOptions::right_rotation, false, true},
     Option{"focal_length", &CalibrationOptions::focal_length, false, true},
+    Option{"right_centre", &CalibrationOptions::right_centre, false, true},
     Option{"principal_points", &CalibrationOptions::principal_points, false, true},
     Option{"rows_fit", &CalibrationOptions::rows_fit, false, true},
     Option{"confirm", &CalibrationOptions::confirm, false, true},
@@ -92,11 +93,13 @@ constexpr OptionTable kCalibration{
     Option{"lever_sigma_m", &CalibrationOptions::lever_sigma_m, 1e-6, 1.0},
     Option{"right_rotation_sigma_rad", &CalibrationOptions::right_rotation_sigma_rad, 1e-6, 0.1},
     Option{"focal_length_sigma", &CalibrationOptions::focal_length_sigma, 1e-6, 0.1},
+    Option{"right_centre_sigma_px", &CalibrationOptions::right_centre_sigma_px, 1e-6, 100.0},
     Option{"max_time_offset_s", &CalibrationOptions::max_time_offset_s, 1e-6, 1.0},
     Option{"max_imu_rotation_rad", &CalibrationOptions::max_imu_rotation_rad, 1e-6, 1.0},
     Option{"max_lever_m", &CalibrationOptions::max_lever_m, 1e-6, 10.0},
     Option{"max_right_rotation_rad", &CalibrationOptions::max_right_rotation_rad, 1e-6, 0.2},
-    Option{"max_focal_length", &CalibrationOptions::max_focal_length, 1e-6, 0.2}};
+    Option{"max_focal_length", &CalibrationOptions::max_focal_length, 1e-6, 0.2},
+    Option{"max_right_centre_px", &CalibrationOptions::max_right_centre_px, 1e-6, 100.0}};
 
 void CalibrationOptions::Check() const { kCalibration.Check("calibration", *this); }
 void CalibrationOptions::Read(YamlSection section) { kCalibration.Read(section, this); }

@@ -92,6 +92,7 @@ struct CalibrationOptions {
   bool lever = false;          // the same
   bool right_rotation = true;  // of the right camera against the left one
   bool focal_length = true;    // of both cameras in common
+  bool right_centre = true;    // principal point of the right camera, against the left one's
   // What the images tell of principal points is reported, and not used; see principal_points.h.
   bool principal_points = true;
   // Rows of rectified images are believed to fit while they do, and the right camera so to be as it
@@ -111,12 +112,14 @@ struct CalibrationOptions {
   double lever_sigma_m = 0.003;
   double right_rotation_sigma_rad = 0.002;
   double focal_length_sigma = 0.002;  // relative
+  double right_centre_sigma_px = 2;
   // Beyond these an estimate is not believed, and the given value is used.
   double max_time_offset_s = 0.15;
   double max_imu_rotation_rad = 0.09;
   double max_lever_m = 0.1;
   double max_right_rotation_rad = 0.02;
   double max_focal_length = 0.03;
+  double max_right_centre_px = 10;
   void Check() const;
   void Read(YamlSection section);
 };

@@ -53,8 +53,8 @@ class Piece {
     const double focal_px = rectified_.cameras[0].fx_px;
     model_.geometry =
         StereoGeometry(rectified_.T_imu_camera, focal_px / options.window.point_sigma_px);
-    model_.geometry.focal_shifts =
-        std::make_shared<const std::array<FocalShift, 2>>(FocalShiftsOf(given_, rectified_));
+    model_.geometry.lens_shifts =
+        std::make_shared<const std::array<LensShift, 2>>(LensShiftsOf(given_, rectified_));
     model_.point_loss = std::make_unique<ceres::HuberLoss>(options.window.point_loss_sigma);
     StartAt(run.calibration);
     for (const Keyframe& keyframe : keyframes) AddFrame(keyframe);
@@ -72,7 +72,7 @@ class Piece {
     double* cameras = model_.calibration->cameras.data();
     if (!summary.usable || !covariance.Knows(principal_px_.data())) return std::nullopt;
     Told told;
-    told.x << Eigen::Map<const Eigen::Vector4d>(cameras),
+    told.x << Eigen::Map<const Eigen::Matrix<double, kCameraCalibrationSize, 1>>(cameras),
         Eigen::Map<const Eigen::Vector4d>(principal_px_.data());
     const Vector scale = given_sigma.cwiseInverse();
     told.x = scale.cwiseProduct(told.x);
@@ -159,6 +159,7 @@ Vector GivenSigma(const CalibrationOptions& options) {
   Vector sigma;
   sigma << EstimatedSigma(options).tail<kCameraCalibrationSize>().cwiseMax(kHeldSigma),
       Eigen::Vector4d::Constant(kGivenSigma_px);
+  sigma.segment<2>(kRowRightCentre).setConstant(kHeldSigma);  // among the others here
   return sigma;
 }
 

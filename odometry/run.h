@@ -121,11 +121,14 @@ struct CalibrationEstimate {
   // The right camera's true frame in its given one, both rectified.
   Eigen::Vector3d right_rotation_rad = Eigen::Vector3d::Zero();
   double focal_length = 0;  // by this share longer than given
+  // cx and cy of the right camera, in px of its image as it was recorded, more than given.
+  Eigen::Vector2d right_centre_px = Eigen::Vector2d::Zero();
   double time_offset_sigma_s = 0;
   Eigen::Vector3d imu_rotation_sigma_rad = Eigen::Vector3d::Zero();
   Eigen::Vector3d lever_sigma_m = Eigen::Vector3d::Zero();
   Eigen::Vector3d right_rotation_sigma_rad = Eigen::Vector3d::Zero();
   double focal_length_sigma = 0;
+  Eigen::Vector2d right_centre_sigma_px = Eigen::Vector2d::Zero();
 };
 
 // By how much the cameras' principal points are off those that were given, cx and cy in px of the

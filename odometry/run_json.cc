@@ -18,7 +18,7 @@
 namespace slcmap {
 namespace {
 
-constexpr int kRunVersion = 4;
+constexpr int kRunVersion = 5;
 constexpr double kMaxTimeOffset_s = 10;
 
 constexpr std::pair<Distortion, const char*> kDistortionNames[] = {
@@ -106,9 +106,11 @@ Json ItemJson(double value, double sigma) {
   return {{"value", value}, {"sigma", sigma}, {"estimated", sigma > 0}};
 }
 
-Json ItemJson(const Eigen::Vector3d& value, const Eigen::Vector3d& sigma) {
-  return {{"value", {value.x(), value.y(), value.z()}},
-          {"sigma", {sigma.x(), sigma.y(), sigma.z()}},
+template <int kSize>
+Json ItemJson(const Eigen::Matrix<double, kSize, 1>& value,
+              const Eigen::Matrix<double, kSize, 1>& sigma) {
+  return {{"value", std::vector<double>(value.begin(), value.end())},
+          {"sigma", std::vector<double>(sigma.begin(), sigma.end())},
           {"estimated", !sigma.isZero(0)}};
 }
 
@@ -153,7 +155,8 @@ Json CalibrationJson(const std::vector<CalibrationEstimate>& estimates) {
           {"imu_rotation_rad", ItemJson(e.imu_rotation_rad, e.imu_rotation_sigma_rad)},
           {"lever_m", ItemJson(e.lever_m, e.lever_sigma_m)},
           {"right_rotation_rad", ItemJson(e.right_rotation_rad, e.right_rotation_sigma_rad)},
-          {"focal_length", ItemJson(e.focal_length, e.focal_length_sigma)}};
+          {"focal_length", ItemJson(e.focal_length, e.focal_length_sigma)},
+          {"right_centre_px", ItemJson(e.right_centre_px, e.right_centre_sigma_px)}};
 }
 
 Json SourceJson(const std::optional<RunSource>& source) {

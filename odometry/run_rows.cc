@@ -102,11 +102,13 @@ std::map<std::string, CsvColumns> MakeColumns() {
            Numbers({"right_rotation_x_rad", "right_rotation_y_rad", "right_rotation_z_rad"},
                    kMaxTurn_rad) +
            CsvColumns{Number("focal_length", kMaxFocalShare)} +
+           Numbers({"right_centre_x_px", "right_centre_y_px"}, kMaxCentre_px) +
            Sigmas({"time_offset_sigma_s", "imu_rotation_x_sigma_rad", "imu_rotation_y_sigma_rad",
                    "imu_rotation_z_sigma_rad", "lever_x_sigma_m", "lever_y_sigma_m",
                    "lever_z_sigma_m", "right_rotation_x_sigma_rad", "right_rotation_y_sigma_rad",
                    "right_rotation_z_sigma_rad", "focal_length_sigma"},
-                  kMaxCorrectionSigma)}};
+                  kMaxCorrectionSigma) +
+           Sigmas({"right_centre_x_sigma_px", "right_centre_y_sigma_px"}, kMaxCentre_px)}};
 }
 
 // The upper triangle of a symmetric matrix, in the order of the columns.
@@ -263,11 +265,12 @@ std::string Row(const ImuSample& sample) {
 }
 
 std::string Row(const CalibrationEstimate& e) {
-  return fmt::format("{},{},{},{},{},{},{},{},{},{},{},{}\n", e.stamp_ns, e.segment,
+  return fmt::format("{},{},{},{},{},{},{},{},{},{},{},{},{},{}\n", e.stamp_ns, e.segment,
                      e.time_offset_s, Cells(e.imu_rotation_rad), Cells(e.lever_m),
-                     Cells(e.right_rotation_rad), e.focal_length, e.time_offset_sigma_s,
-                     Cells(e.imu_rotation_sigma_rad), Cells(e.lever_sigma_m),
-                     Cells(e.right_rotation_sigma_rad), e.focal_length_sigma);
+                     Cells(e.right_rotation_rad), e.focal_length, Cells(e.right_centre_px),
+                     e.time_offset_sigma_s, Cells(e.imu_rotation_sigma_rad), Cells(e.lever_sigma_m),
+                     Cells(e.right_rotation_sigma_rad), e.focal_length_sigma,
+                     Cells(e.right_centre_sigma_px));
 }
 
 std::set<int> SegmentsOf(const OdometryRun& run) {
@@ -442,11 +445,13 @@ void ReadCalibration(const CsvTable& table, OdometryRun* run) {
     estimate.lever_m = VectorAt(table, i, 6);
     estimate.right_rotation_rad = VectorAt(table, i, 9);
     estimate.focal_length = table.Number(i, 12);
-    estimate.time_offset_sigma_s = table.Number(i, 13);
-    estimate.imu_rotation_sigma_rad = VectorAt(table, i, 14);
-    estimate.lever_sigma_m = VectorAt(table, i, 17);
-    estimate.right_rotation_sigma_rad = VectorAt(table, i, 20);
-    estimate.focal_length_sigma = table.Number(i, 23);
+    estimate.right_centre_px = {table.Number(i, 13), table.Number(i, 14)};
+    estimate.time_offset_sigma_s = table.Number(i, 15);
+    estimate.imu_rotation_sigma_rad = VectorAt(table, i, 16);
+    estimate.lever_sigma_m = VectorAt(table, i, 19);
+    estimate.right_rotation_sigma_rad = VectorAt(table, i, 22);
+    estimate.focal_length_sigma = table.Number(i, 25);
+    estimate.right_centre_sigma_px = {table.Number(i, 26), table.Number(i, 27)};
   }
 }
 

@@ -14,7 +14,7 @@
 namespace slcmap {
 namespace {
 
-constexpr int kNumbers = 11;  // of a row; then come their standard deviations
+constexpr int kNumbers = 13;  // of a row; then come their standard deviations
 constexpr int kFirstColumn = 2;
 constexpr std::array<const char*, 3> kColours = {"#d03020", "#20a040", "#2060c0"};
 constexpr std::array<const char*, 3> kAxes = {"x", "y", "z"};
@@ -25,13 +25,15 @@ struct Item {
   int first, count;
   double scale;
 };
-constexpr std::array<Item, 5> kItems{
+constexpr std::array<Item, 6> kItems{
     {{"time_offset", "Time offset found, less what was given", "ms", 0, 1, 1e3},
      {"imu_rotation", "Turn of the IMU found, less what was given", "deg", 1, 3, kDegreesPerRadian},
      {"lever", "Lever of the IMU found, less what was given", "mm", 4, 3, 1e3},
      {"right_rotation", "Turn of the right camera found, less what was given", "deg", 7, 3,
       kDegreesPerRadian},
-     {"focal_length", "Focal length found, less what was given", "%", 10, 1, 100}}};
+     {"focal_length", "Focal length found, less what was given", "%", 10, 1, 100},
+     {"right_centre", "Principal point of the right camera found, less what was given", "px", 11, 2,
+      1}}};
 
 double ValueAt(const CsvTable& table, std::size_t row, int number) {
   return table.Number(row, kFirstColumn + number);
@@ -72,7 +74,7 @@ SvgPlot PlotOf(const CsvTable& table, const Item& item) {
   const double limit = Limit(table, item);
   const auto place = [&](double value) { return std::clamp(item.scale * value, -limit, limit); };
   for (int i = 0; i < item.count; ++i) {
-    const char* axis = item.count == 3 ? kAxes[i] : "found";
+    const char* axis = item.count > 1 ? kAxes[i] : "found";
     SvgSeries curve{axis, kColours[i], {}},
         bars{std::string(axis) + ", sigma", kColours[i], {}, SvgStyle::kSegments};
     for (std::size_t row = 0; row < table.rows(); ++row) {

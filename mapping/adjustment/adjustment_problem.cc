@@ -154,9 +154,9 @@ AdjustmentModel::AdjustmentModel(const OdometryRun& run, const AdjustmentOptions
       prior_weights(FirstWeights(options.calibration)) {
   GraduateClosures(1);
   if (!run.source) return;
-  points.focal_shifts = lines.focal_shifts = matched_points.focal_shifts =
-      std::make_shared<const std::array<FocalShift, 2>>(
-          FocalShiftsOf(run.source->raw_rig, run.rectified_rig));
+  points.lens_shifts = lines.lens_shifts = matched_points.lens_shifts =
+      std::make_shared<const std::array<LensShift, 2>>(
+          LensShiftsOf(run.source->raw_rig, run.rectified_rig));
 }
 
 void AdjustmentModel::GraduateClosures(double factor) {

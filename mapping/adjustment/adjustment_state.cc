@@ -10,6 +10,7 @@
 #include "odometry/geometry/slope.h"
 #include "odometry/geometry/structural_line.h"
 #include "odometry/imu/imu_buffer.h"
+#include "odometry/window/calibration_estimate.h"
 
 namespace slcmap {
 namespace {
@@ -61,8 +62,7 @@ void AddCalibration(const OdometryRun& run, AdjustmentState* state) {
     std::copy_n(known.imu_rotation_rad.data(), 3, imu.begin() + kRowImuRotation);
     std::copy_n(known.lever_m.data(), 3, imu.begin() + kRowLever);
     imu[kRowTimeOffset] = known.time_offset_s;
-    std::copy_n(known.right_rotation_rad.data(), 3, cameras.begin() + kRowRightRotation);
-    cameras[kRowFocalLength] = known.focal_length;
+    cameras = CameraBlockOf(known);
   }
   state->imu_calibration = state->blocks.Add(imu);
   state->camera_calibration = state->blocks.Add(cameras);

@@ -133,14 +133,17 @@ Rectifier::Rectifier(const Rig& rig, const RectifierOptions& options)
   }
 }
 
-void Rectifier::TurnRight(const Eigen::Vector3d& rotation_rad) {
+void Rectifier::CorrectRight(const RightCorrection& correction) {
   if (!IsStereo(given_rig_)) return;
   // The frame of the rectified images stays where it is, and the camera in it has turned.
   const Eigen::Quaterniond R_camera_rectified =
       given_rig_.T_imu_camera[1].rotation.conjugate() * rectified_rig_.T_imu_camera[1].rotation;
-  const cv::Mat source =
-      SourcePixels(given_rig_.cameras[1], rectified_rig_.cameras[1],
-                   (R_camera_rectified * ExpRotation(rotation_rad).conjugate()).toRotationMatrix());
+  Camera camera = given_rig_.cameras[1];
+  camera.cx_px += correction.centre_px.x();
+  camera.cy_px += correction.centre_px.y();
+  const cv::Mat source = SourcePixels(
+      camera, rectified_rig_.cameras[1],
+      (R_camera_rectified * ExpRotation(correction.rotation_rad).conjugate()).toRotationMatrix());
   cv::convertMaps(source, cv::noArray(), map_xy_[1], map_fraction_[1], CV_16SC2);
 }
 

@@ -5,6 +5,7 @@
 #include <opencv2/core/mat.hpp>
 
 #include "data/types.h"
+#include "odometry/geometry/right_rectification.h"
 #include "odometry/options.h"
 
 namespace slcmap {
@@ -15,9 +16,9 @@ class Rectifier {
  public:
   Rectifier(const Rig& rig, const RectifierOptions& options);
 
-  // From now on right images are rectified as if the right camera were turned, in its rectified
-  // frame, by Exp(rotation_rad) against the given calibration. rectified_rig() and masks stay.
-  void TurnRight(const Eigen::Vector3d& rotation_rad);
+  // From now on right images are rectified as if the right camera were so, against the given
+  // calibration. rectified_rig() and masks stay.
+  void CorrectRight(const RightCorrection& correction);
 
   // The rig that the rectified images belong to.
   const Rig& rectified_rig() const { return rectified_rig_; }

@@ -4,6 +4,7 @@
 
 #include <array>
 
+#include "odometry/geometry/lens_shift.h"
 #include "odometry/residuals/pose_manifold.h"
 
 namespace slcmap {
@@ -20,13 +21,16 @@ enum ImuCalibrationRow { kRowImuRotation = 0, kRowLever = 3, kRowTimeOffset = 6 
 
 // A camera calibration block is
 //
-//   (psi, s): rotation vector in rad, and the share by which focal lengths are longer than given
+//   (psi, s, d): rotation vector in rad, the share by which focal lengths are longer than given,
+//   and by how many px of the image as it was recorded the right camera's principal point is off
 //
 // with the right camera's true place T_imu_right (Exp(psi), 0), and a point p of a camera's true
-// frame seen where p.xy / p.z = m - s / (1 + s) g(m) holds for the measurement m on the plane z = 1
-// (see geometry/focal_shift.h; of an ideal pinhole m = (1 + s) p.xy / p.z). Perturbed by addition.
-inline constexpr int kCameraCalibrationSize = 4;
-enum CameraCalibrationRow { kRowRightRotation = 0, kRowFocalLength = 3 };
+// frame seen where p.xy / p.z = m - s / (1 + s) g(m) - H(m) d holds for the measurement m on the
+// plane z = 1 (see geometry/lens_shift.h; of an ideal pinhole m = (1 + s) p.xy / p.z + d / f; d is
+// 0 in the left camera). Perturbed by addition. Of both principal points in common little is told:
+// it looks like a turn of the IMU.
+inline constexpr int kCameraCalibrationSize = 6;
+enum CameraCalibrationRow { kRowRightRotation = 0, kRowFocalLength = 3, kRowRightCentre = 4 };
 
 using ImuCalibrationBlock = std::array<double, kImuCalibrationSize>;
 using CameraCalibrationBlock = std::array<double, kCameraCalibrationSize>;
@@ -37,6 +41,7 @@ struct CalibrationState {
 };
 
 // Both blocks as one vector: the IMU's, then that of the cameras.
+inline constexpr int kCameras = kImuCalibrationSize;  // row where the cameras' block starts
 inline constexpr int kCalibrationSize = kImuCalibrationSize + kCameraCalibrationSize;
 using CalibrationVector = Eigen::Matrix<double, kCalibrationSize, 1>;
 using CalibrationMatrix = Eigen::Matrix<double, kCalibrationSize, kCalibrationSize>;
@@ -44,6 +49,14 @@ using CalibrationMatrix = Eigen::Matrix<double, kCalibrationSize, kCalibrationSi
 // The turn Exp(psi) of the right camera of a camera calibration block.
 inline Eigen::Quaterniond RightRotation(const double* block) {
   return ExpRotation(Eigen::Map<const Eigen::Vector3d>(block + kRowRightRotation));
+}
+
+// What a camera calibration block says of the lens of the left camera (0) or of the right one.
+inline LensCorrection LensOf(int camera, const double* block) {
+  LensCorrection lens;
+  lens.focal_length = block[kRowFocalLength];
+  if (camera == 1) lens.centre_px = Eigen::Map<const Eigen::Vector2d>(block + kRowRightCentre);
+  return lens;
 }
 
 // Of an IMU calibration block.

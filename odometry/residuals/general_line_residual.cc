@@ -53,9 +53,12 @@ void GeneralLineResidual::EvaluateAt(const double* const* parameters, double* re
   LinearizeLineReprojection(*geometry_, measurement_, parameters[0], cameras, line, by_tangent,
                             residuals, &d);
   using RowMajor6 = Eigen::Matrix<double, Eigen::Dynamic, 6, Eigen::RowMajor>;
+  using ByCameras = Eigen::Matrix<double, Eigen::Dynamic, kCameraCalibrationSize, Eigen::RowMajor>;
   using RowMajor4 = Eigen::Matrix<double, Eigen::Dynamic, 4, Eigen::RowMajor>;
   if (jacobians[0]) Eigen::Map<RowMajor6>(jacobians[0], rows(), 6) = d.by_pose;
-  if (cameras && jacobians[1]) Eigen::Map<RowMajor4>(jacobians[1], rows(), 4) = d.by_cameras;
+  if (cameras && jacobians[1]) {
+    Eigen::Map<ByCameras>(jacobians[1], rows(), kCameraCalibrationSize) = d.by_cameras;
+  }
   if (jacobians[last]) Eigen::Map<RowMajor4>(jacobians[last], rows(), 4) = d.by_line;
 }
 

@@ -4,6 +4,7 @@ namespace slcmap {
 namespace {
 
 using Eigen::Map;
+using Eigen::Matrix2d;
 using Eigen::Matrix3d;
 using Eigen::Quaterniond;
 using Eigen::Vector2d;
@@ -19,36 +20,39 @@ struct EndDistances {
   Vector2d residual = Vector2d::Constant(kNoImageResidual);
   Matrix23d jacobian = Matrix23d::Zero();  // d residual / d n
   Vector2d by_focal_length = Vector2d::Zero();
+  Matrix2d by_centre = Matrix2d::Zero();
 };
 
-// Of a segment's ends, by the focal lengths, and how they move with these.
-struct FocalEnds {
-  FocalEnds(const LineSegment& segment, int camera, const StereoGeometry& geometry,
-            double focal_length)
-      : s(focal_length),
-        ends{FocalMeasurement(geometry, camera, segment.start),
-             FocalMeasurement(geometry, camera, segment.end)} {}
+// Of a segment's ends, by the lens, and how they move with it.
+struct LensEnds {
+  LensEnds(const LineSegment& segment, int camera, const StereoGeometry& geometry,
+           const LensCorrection& correction)
+      : lens(correction),
+        ends{LensMeasurement(geometry, camera, segment.start),
+             LensMeasurement(geometry, camera, segment.end)} {}
 
-  double s;
-  std::array<FocalMeasurement, 2> ends;
+  LensCorrection lens;
+  std::array<LensMeasurement, 2> ends;
 };
 
-EndDistances Distances(const Vector3d& n, const FocalEnds& segment, double weight) {
+EndDistances Distances(const Vector3d& n, const LensEnds& segment, double weight) {
   EndDistances out;
   const double m = n.head<2>().norm();
   if (!(m > kMinSine * n.norm())) return out;
   const Vector3d flat(n.x() / m, n.y() / m, 0);
+  const double s = segment.lens.focal_length;
   for (int end = 0; end < 2; ++end) {
-    const FocalMeasurement& measured = segment.ends[end];
-    const Vector3d at = measured.At(segment.s).homogeneous();
+    const LensMeasurement& measured = segment.ends[end];
+    const Vector3d at = measured.At(segment.lens).homogeneous();
     const double distance = at.dot(n) / m;
     // Across the line, as a point's.
     const double gradient = flat.head<2>().dot(measured.gradient * flat.head<2>());
-    const double scale = weight * (1 + segment.s * gradient);
+    const double scale = weight * (1 + s * gradient);
     out.residual[end] = scale * distance;
     out.jacobian.row(end) = (scale / m) * (at - distance * flat).transpose();
-    out.by_focal_length[end] = weight * gradient * distance +
-                               scale * flat.head<2>().dot(measured.ByFocalLength(segment.s));
+    out.by_focal_length[end] =
+        weight * gradient * distance + scale * flat.head<2>().dot(measured.ByFocalLength(s));
+    out.by_centre.row(end) = -scale * flat.head<2>().transpose() * measured.by_centre;
   }
   return out;
 }
@@ -59,7 +63,7 @@ struct LinePlane {
             const PlueckerLine& line)
       : R_world_imu(Map<const Quaterniond>(pose + 3).toRotationMatrix()),
         R_imu_camera(geometry.R_imu_camera[camera]),
-        focal_length(cameras ? cameras[kRowFocalLength] : geometry.focal_length),
+        lens(cameras ? LensOf(camera, cameras) : geometry.lenses[camera]),
         centre_imu(geometry.T_imu_camera[camera].translation),
         from_centre(line.anchor_world - Map<const Vector3d>(pose) - R_world_imu * centre_imu),
         normal_imu(R_world_imu.transpose() * (line.moment + from_centre.cross(line.direction))) {
@@ -71,7 +75,7 @@ struct LinePlane {
 
   Matrix3d R_world_imu;
   Matrix3d R_imu_camera;
-  double focal_length;
+  LensCorrection lens;
   const Vector3d& centre_imu;
   Vector3d from_centre;  // to the anchor, in the world
   Vector3d normal_imu;
@@ -91,7 +95,7 @@ void EvaluateLineReprojection(const StereoGeometry& geometry,
     const LinePlane plane(geometry, c, pose, cameras, line);
     Map<Vector2d>{residuals + 2 * c} =
         Distances(plane.NormalInCamera(),
-                  FocalEnds(SegmentOf(measurement, c), c, geometry, plane.focal_length), weight)
+                  LensEnds(SegmentOf(measurement, c), c, geometry, plane.lens), weight)
             .residual;
   }
 }
@@ -103,13 +107,13 @@ void LinearizeLineReprojection(const StereoGeometry& geometry,
                                LineReprojectionJacobian* jacobian) {
   const double weight = geometry.weight * measurement.weight;
   jacobian->by_pose.resize(measurement.rows(), 6);
-  jacobian->by_cameras.setZero(measurement.rows(), 4);
+  jacobian->by_cameras.setZero(measurement.rows(), kCameraCalibrationSize);
   jacobian->by_line.resize(measurement.rows(), line_jacobian.moment.cols());
   for (int c = 0; 2 * c < measurement.rows(); ++c) {
     const LinePlane plane(geometry, c, pose, cameras, line);
     const EndDistances ends =
         Distances(plane.NormalInCamera(),
-                  FocalEnds(SegmentOf(measurement, c), c, geometry, plane.focal_length), weight);
+                  LensEnds(SegmentOf(measurement, c), c, geometry, plane.lens), weight);
     Map<Vector2d>{residuals + 2 * c} = ends.residual;
     const Matrix23d& by_normal = ends.jacobian;
     const Matrix23d by_imu = by_normal * plane.R_imu_camera.transpose();
@@ -121,6 +125,7 @@ void LinearizeLineReprojection(const StereoGeometry& geometry,
       if (c == 1) {
         jacobian->by_cameras.block<2, 3>(2, kRowRightRotation) =
             by_normal * Skew(n) * RightJacobian(Map<const Vector3d>(cameras + kRowRightRotation));
+        jacobian->by_cameras.block<2, 2>(2, kRowRightCentre) = ends.by_centre;
       }
       jacobian->by_cameras.block<2, 1>(2 * c, kRowFocalLength) = ends.by_focal_length;
     }

@@ -33,11 +33,13 @@ struct PlueckerJacobian {
   Columns moment, direction;
 };
 
-// A line's residuals by the pose (dp, dtheta), by the camera calibration (psi, s) and by the
+// A line's residuals by the pose (dp, dtheta), by the camera calibration (psi, s, d) and by the
 // parameters of its Pluecker Jacobian.
 struct LineReprojectionJacobian {
   Eigen::Matrix<double, Eigen::Dynamic, 6, Eigen::RowMajor, 4, 6> by_pose;
-  Eigen::Matrix<double, Eigen::Dynamic, 4, Eigen::RowMajor, 4, 4> by_cameras;
+  Eigen::Matrix<double, Eigen::Dynamic, kCameraCalibrationSize, Eigen::RowMajor, 4,
+                kCameraCalibrationSize>
+      by_cameras;
   Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor, 4, 4> by_line;
 };
 

@@ -16,24 +16,24 @@ constexpr double kMinDepthRatio = 0.02;
 constexpr double kBehindResidual = 10;  // standard deviations
 
 using Jacobian26 = Eigen::Matrix<double, 2, 6, Eigen::RowMajor>;
-using Jacobian24 = Eigen::Matrix<double, 2, 4, Eigen::RowMajor>;
+using JacobianByCameras = Eigen::Matrix<double, 2, kCameraCalibrationSize, Eigen::RowMajor>;
 using Jacobian23 = Eigen::Matrix<double, 2, 3, Eigen::RowMajor>;
 
 // The numbers of a camera calibration block.
 struct CameraCalibration {
   explicit CameraCalibration(const double* block)
       : psi(block + kRowRightRotation),
-        focal_length(block[kRowFocalLength]),
+        lenses{LensOf(0, block), LensOf(1, block)},
         R_true_right(RightRotation(block).conjugate().toRotationMatrix()) {}
 
   Eigen::Map<const Vector3d> psi;
-  double focal_length;
+  std::array<LensCorrection, 2> lenses;
   Matrix3d R_true_right;  // turns the given frame's coordinates into the true one's
 };
 
-std::array<FocalMeasurement, 2> FocalMeasurementsOf(const StereoMeasurement& measurement,
-                                                    const StereoGeometry& geometry) {
-  std::array<FocalMeasurement, 2> out;
+std::array<LensMeasurement, 2> LensMeasurementsOf(const StereoMeasurement& measurement,
+                                                  const StereoGeometry& geometry) {
+  std::array<LensMeasurement, 2> out;
   out[0] = {geometry, 0, measurement.left};
   if (measurement.right) out[1] = {geometry, 1, *measurement.right};
   return out;
@@ -47,31 +47,36 @@ struct Projection {
   bool IsInFront() const { return p_camera.z() >= kMinDepthRatio; }
   Vector2d OnPlane() const { return p_camera.head<2>() / p_camera.z(); }
 
-  Vector2d Residual(const FocalMeasurement& measured, double weight, double focal_length) const {
+  Vector2d Residual(const LensMeasurement& measured, double weight,
+                    const LensCorrection& lens) const {
     if (!IsInFront()) return Vector2d::Constant(kBehindResidual);
-    return weight * measured.Magnification(focal_length) * (OnPlane() - measured.At(focal_length));
+    return weight * measured.Magnification(lens.focal_length) * (OnPlane() - measured.At(lens));
   }
 
   // Of the residual by p_camera.
-  Matrix23d ByPoint(const FocalMeasurement& measured, double weight, double focal_length) const {
+  Matrix23d ByPoint(const LensMeasurement& measured, double weight,
+                    const LensCorrection& lens) const {
     Matrix23d d = Matrix23d::Zero();
     if (!IsInFront()) return d;
     const double inverse_z = 1 / p_camera.z();
     const Vector2d on_plane = OnPlane();
     d << inverse_z, 0, -on_plane.x() * inverse_z, 0, inverse_z, -on_plane.y() * inverse_z;
-    return weight * measured.Magnification(focal_length) * d;
+    return weight * measured.Magnification(lens.focal_length) * d;
   }
 
   // Of the residual by the camera calibration, with ByPoint(). Exp(-psi) p moves by [p']x Jr(psi).
-  Jacobian24 ByCalibration(const Matrix23d& by_point, int camera, double weight,
-                           const FocalMeasurement& measured,
-                           const CameraCalibration& calibration) const {
-    Jacobian24 d = Jacobian24::Zero();
+  JacobianByCameras ByCalibration(const Matrix23d& by_point, int camera, double weight,
+                                  const LensMeasurement& measured,
+                                  const CameraCalibration& calibration) const {
+    JacobianByCameras d = JacobianByCameras::Zero();
     if (!IsInFront()) return d;
-    if (camera == 1) d.leftCols<3>() = by_point * Skew(p_camera) * RightJacobian(calibration.psi);
-    const double s = calibration.focal_length;
-    d.col(kRowFocalLength) = weight * (measured.gradient * (OnPlane() - measured.At(s)) -
+    const LensCorrection& lens = calibration.lenses[camera];
+    const double s = lens.focal_length;
+    d.col(kRowFocalLength) = weight * (measured.gradient * (OnPlane() - measured.At(lens)) -
                                        measured.Magnification(s) * measured.ByFocalLength(s));
+    if (camera == 0) return d;
+    d.middleCols<3>(kRowRightRotation) = by_point * Skew(p_camera) * RightJacobian(calibration.psi);
+    d.middleCols<2>(kRowRightCentre) = weight * measured.Magnification(s) * measured.by_centre;
     return d;
   }
 
@@ -90,20 +95,21 @@ StereoGeometry StereoGeometry::CorrectedBy(const double* cameras) const {
   std::array<RigidTransform, 2> transforms = T_imu_camera;
   transforms[1].rotation = (transforms[1].rotation * RightRotation(cameras)).normalized();
   StereoGeometry corrected(transforms, weight);
-  corrected.focal_shifts = focal_shifts;
-  corrected.focal_length = cameras[kRowFocalLength];
+  corrected.lens_shifts = lens_shifts;
+  corrected.lenses = {LensOf(0, cameras), LensOf(1, cameras)};
   return corrected;
 }
 
-FocalMeasurement::FocalMeasurement(const StereoGeometry& geometry, int camera, const Vector2d& at)
+LensMeasurement::LensMeasurement(const StereoGeometry& geometry, int camera, const Vector2d& at)
     : measured(at),
-      shift(geometry.ShiftOf(camera).At(at)),
-      gradient(geometry.ShiftOf(camera).GradientAt(at)) {}
+      shift(geometry.ShiftOf(camera).ByFocalLength(at)),
+      gradient(geometry.ShiftOf(camera).GradientAt(at)),
+      by_centre(geometry.ShiftOf(camera).ByCentre(at)) {}
 
 PointResidual::PointResidual(const StereoGeometry* geometry, const StereoMeasurement& target)
     : Factor(target.right ? 4 : 2, {kPoseKind, kPoseKind, kCameraCalibrationKind, kPointKind}),
       geometry_(geometry),
-      target_(FocalMeasurementsOf(target, *geometry)),
+      target_(LensMeasurementsOf(target, *geometry)),
       cameras_(target.right ? 2 : 1) {}
 
 void PointResidual::EvaluateAt(const double* const* parameters, double* residuals,
@@ -123,10 +129,10 @@ void PointResidual::EvaluateAt(const double* const* parameters, double* residual
     const Vector3d& p_ic = geometry_->T_imu_camera[c].translation;
     const Projection projection(r_ic.transpose() * (m - lambda * p_ic), c, calibration);
     Map<Vector2d>{residuals + 2 * c} =
-        projection.Residual(target_[c], geometry_->weight, calibration.focal_length);
+        projection.Residual(target_[c], geometry_->weight, calibration.lenses[c]);
     if (!jacobians) continue;
     const Matrix23d by_point =
-        projection.ByPoint(target_[c], geometry_->weight, calibration.focal_length);
+        projection.ByPoint(target_[c], geometry_->weight, calibration.lenses[c]);
     const Matrix23d by_given = c == 0 ? by_point : by_point * calibration.R_true_right;
     const Matrix23d by_m = by_given * r_ic.transpose();
     const Matrix23d by_world = by_m * r_t_t;
@@ -142,7 +148,7 @@ void PointResidual::EvaluateAt(const double* const* parameters, double* residual
       d.rightCols<3>() = by_m * Skew(m);
     }
     if (jacobians[2]) {
-      Map<Jacobian24>{jacobians[2] + 8 * c} =
+      Map<JacobianByCameras>{jacobians[2] + 2 * kCameraCalibrationSize* c} =
           projection.ByCalibration(by_point, c, geometry_->weight, target_[c], calibration);
     }
     if (jacobians[3]) {
@@ -158,7 +164,7 @@ HostPointResidual::HostPointResidual(const StereoGeometry& geometry, const Stere
     : Factor(host.right ? 4 : 2, {kCameraCalibrationKind, kPointKind}),
       weight_(geometry.weight),
       T_right_left_(geometry.T_imu_camera[1].Inverse() * geometry.T_imu_camera[0]),
-      host_(FocalMeasurementsOf(host, geometry)),
+      host_(LensMeasurementsOf(host, geometry)),
       cameras_(host.right ? 2 : 1) {}
 
 void HostPointResidual::EvaluateAt(const double* const* parameters, double* residuals,
@@ -171,11 +177,11 @@ void HostPointResidual::EvaluateAt(const double* const* parameters, double* resi
     const Projection projection(c == 0 ? ray : r * ray + lambda * T_right_left_.translation, c,
                                 calibration);
     Map<Vector2d>{residuals + 2 * c} =
-        projection.Residual(host_[c], weight_, calibration.focal_length);
+        projection.Residual(host_[c], weight_, calibration.lenses[c]);
     if (!jacobians) continue;
-    const Matrix23d by_point = projection.ByPoint(host_[c], weight_, calibration.focal_length);
+    const Matrix23d by_point = projection.ByPoint(host_[c], weight_, calibration.lenses[c]);
     if (jacobians[0]) {
-      Map<Jacobian24>{jacobians[0] + 8 * c} =
+      Map<JacobianByCameras>{jacobians[0] + 2 * kCameraCalibrationSize* c} =
           projection.ByCalibration(by_point, c, weight_, host_[c], calibration);
     }
     if (!jacobians[1]) continue;

@@ -5,7 +5,7 @@
 #include <memory>
 #include <optional>
 
-#include "odometry/geometry/focal_shift.h"
+#include "odometry/geometry/lens_shift.h"
 #include "odometry/residuals/factor.h"
 
 namespace slcmap {
@@ -15,9 +15,9 @@ struct StereoGeometry {
   std::array<RigidTransform, 2> T_imu_camera;
   std::array<Eigen::Matrix3d, 2> R_imu_camera;
   double weight = 1;  // focal length over the standard deviation of a measurement, both in pixels
-  double focal_length = 0;  // by this share longer than given
+  std::array<LensCorrection, 2> lenses;
   // Of the left and the right camera; null for ideal pinholes.
-  std::shared_ptr<const std::array<FocalShift, 2>> focal_shifts;
+  std::shared_ptr<const std::array<LensShift, 2>> lens_shifts;
 
   StereoGeometry() = default;
   StereoGeometry(const std::array<RigidTransform, 2>& T_imu_camera, double weight);
@@ -25,14 +25,17 @@ struct StereoGeometry {
   // The same with what a camera calibration block (see calibration.h) says.
   StereoGeometry CorrectedBy(const double* cameras) const;
 
-  // How measurements move with the focal lengths.
-  const FocalShift& ShiftOf(int camera) const {
-    static const FocalShift kIdeal;
-    return focal_shifts ? (*focal_shifts)[camera] : kIdeal;
+  // How measurements move with what the lenses are.
+  const LensShift& ShiftOf(int camera) const {
+    static const LensShift kIdeal;
+    return lens_shifts ? (*lens_shifts)[camera] : kIdeal;
   }
-  // Where on the plane z = 1 what was measured is by the focal length.
+  // Where on the plane z = 1 what was measured is by the lens as it is.
   Eigen::Vector2d OnTruePlane(int camera, const Eigen::Vector2d& measured) const {
-    return measured - focal_length / (1 + focal_length) * ShiftOf(camera).At(measured);
+    const double s = lenses[camera].focal_length;
+    const LensShift& shift = ShiftOf(camera);
+    return measured - s / (1 + s) * shift.ByFocalLength(measured) -
+           shift.ByCentre(measured) * lenses[camera].centre_px;
   }
 };
 
@@ -42,13 +45,17 @@ struct StereoMeasurement {
   std::optional<Eigen::Vector2d> right;
 };
 
-// A measurement, and how it moves with a focal length s.
-struct FocalMeasurement {
-  FocalMeasurement() = default;
-  FocalMeasurement(const StereoGeometry& geometry, int camera, const Eigen::Vector2d& at);
+// A measurement, and how it moves with a focal length s and a principal point.
+struct LensMeasurement {
+  LensMeasurement() = default;
+  LensMeasurement(const StereoGeometry& geometry, int camera, const Eigen::Vector2d& at);
 
-  // On the plane z = 1 by the focal length, and its derivative.
-  Eigen::Vector2d At(double s) const { return measured - s / (1 + s) * shift; }
+  // On the plane z = 1 by the lens, and its derivative by the focal length; that by the principal
+  // point is -by_centre.
+  Eigen::Vector2d At(const LensCorrection& lens) const {
+    const double s = lens.focal_length;
+    return measured - s / (1 + s) * shift - by_centre * lens.centre_px;
+  }
   Eigen::Vector2d ByFocalLength(double s) const { return -shift / ((1 + s) * (1 + s)); }
   // Brings a difference there back to the plane of the measurement, where noise is what it is: a
   // longer focal length must not gain by residuals that it makes smaller.
@@ -58,19 +65,21 @@ struct FocalMeasurement {
 
   Eigen::Vector2d measured = Eigen::Vector2d::Zero(), shift = Eigen::Vector2d::Zero();
   Eigen::Matrix2d gradient = Eigen::Matrix2d::Identity();  // of the shift
+  Eigen::Matrix2d by_centre = Eigen::Matrix2d::Zero();
 };
 
 // A point block is (x, y, lambda): where it lies on the plane z = 1 of its host's left camera, and
 // its inverse depth there (1 / m). The bearing is estimated beside the depth: taken as measured,
 // the host's noise would enter all observations of the point as one error that nobody accounts for.
 //
-// Blocks: pose of the host, pose of the target, camera calibration (psi, s), point. With z = (x, y,
-// 1), in camera c of the target, scaled by the inverse depth (so that a point at infinity is
+// Blocks: pose of the host, pose of the target, camera calibration (psi, s, d), point. With z = (x,
+// y, 1), in camera c of the target, scaled by the inverse depth (so that a point at infinity is
 // nothing special):
 //
 //   m   = R_t^T ( R_h (R_IC z + lambda p_IC) + lambda (p_h - p_t) )
 //   p_c = Exp(-psi)^c R_ICc^T ( m - lambda p_ICc )
-//   r   = weight (1 + s G_c) ( p_c.xy / p_c.z - (measured - s / (1 + s) g_c(measured)) )
+//   r   = weight (1 + s G_c) ( p_c.xy / p_c.z - (measured - s / (1 + s) g_c(measured)
+//                                                - c H_c(measured) d) )
 //
 // where G_c is the gradient of g_c there.
 //
@@ -86,7 +95,7 @@ class PointResidual final : public Factor {
 
  private:
   const StereoGeometry* geometry_;
-  std::array<FocalMeasurement, 2> target_;
+  std::array<LensMeasurement, 2> target_;
   int cameras_;
 };
 
@@ -103,7 +112,7 @@ class HostPointResidual final : public Factor {
  private:
   double weight_;
   RigidTransform T_right_left_;
-  std::array<FocalMeasurement, 2> host_;
+  std::array<LensMeasurement, 2> host_;
   int cameras_;
 };
 

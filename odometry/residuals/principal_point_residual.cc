@@ -16,28 +16,6 @@ std::vector<BlockKind> KindsWith(const Factor& point) {
 
 }  // namespace
 
-Eigen::Matrix2d PlaneByPixel(const Camera& camera, const Eigen::Quaterniond& R_camera_rectified,
-                             const Eigen::Vector2d& measured) {
-  constexpr double kStep_px = 0.5;
-  const auto pixel = camera.Project(R_camera_rectified * measured.homogeneous());
-  if (!pixel) return Eigen::Matrix2d::Zero();
-  const auto on_plane = [&](const Eigen::Vector2d& at) -> std::optional<Eigen::Vector2d> {
-    const auto ray = camera.Unproject(at);
-    if (!ray) return std::nullopt;
-    const Eigen::Vector3d in_rectified = R_camera_rectified.conjugate() * *ray;
-    if (in_rectified.z() <= 0) return std::nullopt;
-    return in_rectified.hnormalized();
-  };
-  Eigen::Matrix2d by_pixel;
-  for (int k = 0; k < 2; ++k) {
-    const Eigen::Vector2d step = kStep_px * Eigen::Vector2d::Unit(k);
-    const auto after = on_plane(*pixel + step), before = on_plane(*pixel - step);
-    if (!after || !before) return Eigen::Matrix2d::Zero();
-    by_pixel.col(k) = (*after - *before) / (2 * kStep_px);
-  }
-  return by_pixel;
-}
-
 PrincipalPointResidual::PrincipalPointResidual(std::unique_ptr<Factor> point, double weight,
                                                const std::array<Eigen::Matrix2d, 2>& by_pixel)
     : Factor(point->rows(), KindsWith(*point)), point_(std::move(point)) {

@@ -14,11 +14,6 @@ inline constexpr int kPrincipalPointSize = 4;
 inline constexpr BlockKind kPrincipalPointKind{
     kPrincipalPointSize, kPrincipalPointSize, nullptr, false, false, true};
 
-// How a place on the plane z = 1 of a rectified camera moves with the given image's pixel there,
-// 1 / px. Zero where the camera has no image of it.
-Eigen::Matrix2d PlaneByPixel(const Camera& camera, const Eigen::Quaterniond& R_camera_rectified,
-                             const Eigen::Vector2d& measured);
-
 // The residual of a point (PointResidual or HostPointResidual) where the principal points are
 // unknown too: a camera whose principal point is off by d saw what it measured at m in truth at
 //

@@ -14,8 +14,6 @@ using Eigen::Vector3d;
 constexpr double kHeldSigma = 1e-7;
 constexpr double kRelearned = 2;  // of a variance that another segment takes over
 
-constexpr int kCameras = kImuCalibrationSize;  // row where the cameras' block starts
-
 // Rows of the vector that are one item.
 struct Item {
   const char* name;
@@ -24,7 +22,7 @@ struct Item {
   double CalibrationOptions::*sigma;
   double CalibrationOptions::*limit;
 };
-constexpr std::array<Item, 5> kItems{
+constexpr std::array<Item, 6> kItems{
     {{"rotation of the IMU", kRowImuRotation, 3, &CalibrationOptions::imu_rotation,
       &CalibrationOptions::imu_rotation_sigma_rad, &CalibrationOptions::max_imu_rotation_rad},
      {"lever of the IMU", kRowLever, 3, &CalibrationOptions::lever,
@@ -35,7 +33,10 @@ constexpr std::array<Item, 5> kItems{
       &CalibrationOptions::right_rotation, &CalibrationOptions::right_rotation_sigma_rad,
       &CalibrationOptions::max_right_rotation_rad},
      {"focal length", kCameras + kRowFocalLength, 1, &CalibrationOptions::focal_length,
-      &CalibrationOptions::focal_length_sigma, &CalibrationOptions::max_focal_length}}};
+      &CalibrationOptions::focal_length_sigma, &CalibrationOptions::max_focal_length},
+     {"principal point of the right camera", kCameras + kRowRightCentre, 2,
+      &CalibrationOptions::right_centre, &CalibrationOptions::right_centre_sigma_px,
+      &CalibrationOptions::max_right_centre_px}}};
 
 CalibrationVector FirstSigma(const CalibrationOptions& options) {
   return EstimatedSigma(options).cwiseMax(kHeldSigma);
@@ -133,6 +134,14 @@ void CalibrationPrior::Hold(const CalibrationState& state) {
   SetFirstSigma();
 }
 
+CameraCalibrationBlock CameraBlockOf(const CalibrationEstimate& estimate) {
+  CameraCalibrationBlock block{};
+  std::copy_n(estimate.right_rotation_rad.data(), 3, block.begin() + kRowRightRotation);
+  block[kRowFocalLength] = estimate.focal_length;
+  std::copy_n(estimate.right_centre_px.data(), 2, block.begin() + kRowRightCentre);
+  return block;
+}
+
 CalibrationEstimate Describe(const CalibrationState& state, const CalibrationMatrix& covariance,
                              double sigma_scale) {
   const CalibrationVector x = AsVector(state);
@@ -144,11 +153,13 @@ CalibrationEstimate Describe(const CalibrationState& state, const CalibrationMat
   out.time_offset_s = x[kRowTimeOffset];
   out.right_rotation_rad = x.segment<3>(kCameras + kRowRightRotation);
   out.focal_length = x[kCameras + kRowFocalLength];
+  out.right_centre_px = x.segment<2>(kCameras + kRowRightCentre);
   out.imu_rotation_sigma_rad = sigma.segment<3>(kRowImuRotation);
   out.lever_sigma_m = sigma.segment<3>(kRowLever);
   out.time_offset_sigma_s = sigma[kRowTimeOffset];
   out.right_rotation_sigma_rad = sigma.segment<3>(kCameras + kRowRightRotation);
   out.focal_length_sigma = sigma[kCameras + kRowFocalLength];
+  out.right_centre_sigma_px = sigma.segment<2>(kCameras + kRowRightCentre);
   return out;
 }
 

@@ -60,6 +60,9 @@ class CalibrationPrior {
   CalibrationMatrix covariance_;
 };
 
+// What an estimate says of the cameras, as a block.
+CameraCalibrationBlock CameraBlockOf(const CalibrationEstimate& estimate);
+
 // The estimate with its standard deviations, these scaled; 0 of what is held.
 CalibrationEstimate Describe(const CalibrationState& state, const CalibrationMatrix& covariance,
                              double sigma_scale);

@@ -24,13 +24,15 @@ struct CalibrationBelief {
 //
 // with the estimate x and its standard deviation sigma without ties, as much larger than the window
 // claims as CalibrationOptions::sigma_scale says. Where rows of the images did not fit, the right
-// camera is not as it was given, and its turns are never tied.
+// camera is not as it was given, and its turns are never tied. The right camera's principal point
+// does nearly what its turns do: what else is off is judged with it as given, and it where all else
+// may be off, so that of the two the turns come first.
 class CalibrationTies {
  public:
-  // With what is known before a segment starts: focal lengths are tied, and where the rows of the
-  // images are believed to fit the right camera's turns about y and z, unless earlier segments have
-  // found them off. What else earlier ones have tied has to be found anew, since the rig may
-  // have been touched.
+  // With what is known before a segment starts: focal lengths and the right camera's principal
+  // point are tied, and where the rows of the images are believed to fit its turns about y and z,
+  // unless earlier segments have found them off. What else earlier ones have tied has to be found
+  // anew, since the rig may have been touched.
   CalibrationTies(const CalibrationOptions& options, const CalibrationBelief& known);
 
   // One over the standard deviation of a number's tie to the given value; 0 where it has none.
@@ -46,6 +48,7 @@ class CalibrationTies {
 
  private:
   double OddsOfGiven(const CalibrationBelief& belief, int row) const;
+  CalibrationBelief Without(const CalibrationVector& weights, const CalibrationBelief& with) const;
 
   bool confirm_;
   bool rows_fit_;  // else the right camera's turns are not as they were given, whatever they are

@@ -63,7 +63,18 @@ Estimator::Estimator(const OdometryOptions& options, const Rig& rectified_rig, P
       source_(source),
       lines_(lines),
       initializer_(options.initializer, rectified_rig),
-      window_(options, rectified_rig) {}
+      window_(options, rectified_rig),
+      right_(rectified_rig.cameras[1], {}) {}
+
+void Estimator::SetLensShifts(const std::array<LensShift, 2>& shifts) {
+  window_.SetLensShifts(shifts);
+  right_ = RightRectification(rig_.cameras[1], shifts[1]);
+}
+
+RightCorrection Estimator::KnownRight() const {
+  const double* cameras = window_.calibration().cameras.data();
+  return {Eigen::Map<const Vector3d>(cameras + kRowRightRotation), LensOf(1, cameras).centre_px};
+}
 
 std::optional<OnlineState> Estimator::AddImage(int64_t stamp_ns) {
   CutAgain(stamp_ns);
@@ -201,14 +212,8 @@ void Estimator::TakeMeasurements(FrameState* frame) const {
     StereoMeasurement& measurement = frame->measurements[point.id];
     measurement.left = PlaneFromPixel(rig_.cameras[0], point.left_px);
     measurement.right.reset();
-    if (point.right_px) measurement.right = RightPlaneFromPixel(*point.right_px);
+    if (point.right_px) measurement.right = right_.GivenPlane(*point.right_px);
   }
-}
-
-// On the plane z = 1 of the right camera as it was given.
-Vector2d Estimator::RightPlaneFromPixel(const Vector2d& right_px) const {
-  return (R_given_rectified_ * PlaneFromPixel(rig_.cameras[1], right_px).homogeneous())
-      .hnormalized();
 }
 
 void Estimator::AppendImu(int64_t from_ns, int64_t to_ns, Preintegration* imu) const {
@@ -379,8 +384,8 @@ void Estimator::TakeLines(std::future<void> tracked, FrameState* frame) const {
     StereoLineMeasurement& measurement = frame->lines[line.id];
     measurement.left = PlaneFromPixel(rig_.cameras[0], line.left_px);
     if (line.right_px) {
-      measurement.right = LineSegment{RightPlaneFromPixel(line.right_px->start),
-                                      RightPlaneFromPixel(line.right_px->end)};
+      measurement.right = LineSegment{right_.GivenPlane(line.right_px->start),
+                                      right_.GivenPlane(line.right_px->end)};
     }
   }
 }

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "data/types.h"
+#include "odometry/geometry/right_rectification.h"
 #include "odometry/imu/imu_buffer.h"
 #include "odometry/line_prediction.h"
 #include "odometry/options.h"
@@ -62,13 +63,16 @@ class Estimator {
   // False where the sample is not finite or not later than the last one; it is then dropped.
   bool AddImu(const ImuSample& sample) { return imu_.Add(sample); }
   const ImuBuffer& imu() const { return imu_; }
-  // How images move with the focal lengths; ideal pinholes without.
-  void SetFocalShifts(const std::array<FocalShift, 2>& shifts) { window_.SetFocalShifts(shifts); }
+  // How images move with what the lenses are; ideal pinholes without.
+  void SetLensShifts(const std::array<LensShift, 2>& shifts);
 
-  // Right images are from now on rectified with the right camera turned by Exp(rotation_rad).
-  void SetRightRectification(const Eigen::Vector3d& rotation_rad) {
-    R_given_rectified_ = ExpRotation(-rotation_rad);
-  }
+  // What the window knows of the right camera, and how far the rows of right images are off by that
+  // as they are rectified now.
+  RightCorrection KnownRight() const;
+  double RightRowsOff_px() const { return right_.RowsOff_px(KnownRight()); }
+
+  // Right images are from now on rectified so.
+  void SetRightRectification(const RightCorrection& correction) { right_.Set(correction); }
 
   // The left camera at a stamp from the left camera at the last image, by the gyroscope. Does not
   // wait for a keyframe's optimisation.
@@ -113,7 +117,6 @@ class Estimator {
   int64_t OldestSampleNeeded(int64_t stamp_ns) const;
   void TakeMeasurements(FrameState* frame) const;
   void KnowForTracking();
-  Eigen::Vector2d RightPlaneFromPixel(const Eigen::Vector2d& right_px) const;
   void AppendImu(int64_t from_ns, int64_t to_ns, Preintegration* imu) const;
   std::vector<Eigen::Vector3d> RoughVertical(int64_t stamp_ns) const;
   std::optional<OnlineState> Initialize(int64_t stamp_ns);
@@ -162,7 +165,7 @@ class Estimator {
   } tracking_;
   int64_t cut_offset_ns_ = 0;  // of cuts; of new ones as far as it is not ahead
   int64_t last_cut_ns_ = 0;    // of the last image
-  Eigen::Quaterniond R_given_rectified_ = Eigen::Quaterniond::Identity();
+  RightRectification right_;
   std::optional<int64_t> last_stamp_ns_, lost_since_ns_, last_report_ns_;
   std::optional<RigidTransform> start_pose_;  // where a new segment starts
   double last_speed_m_s_ = 0;

@@ -25,8 +25,8 @@ StereoGeometry GeometryFromImu(const CostModel& model, const RigidTransform& T_i
   StereoGeometry geometry(
       {T_imu_body * corrected.T_imu_camera[0], T_imu_body * corrected.T_imu_camera[1]},
       corrected.weight);
-  geometry.focal_length = corrected.focal_length;
-  geometry.focal_shifts = corrected.focal_shifts;
+  geometry.lenses = corrected.lenses;
+  geometry.lens_shifts = corrected.lens_shifts;
   return geometry;
 }
 

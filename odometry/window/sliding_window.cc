@@ -63,9 +63,9 @@ SlidingWindow::SlidingWindow(const OdometryOptions& options, const Rig& rectifie
   model_.calibration_ties = calibration_ties_.weights();
 }
 
-void SlidingWindow::SetFocalShifts(const std::array<FocalShift, 2>& shifts) {
-  model_.geometry.focal_shifts = model_.lines.focal_shifts =
-      std::make_shared<const std::array<FocalShift, 2>>(shifts);
+void SlidingWindow::SetLensShifts(const std::array<LensShift, 2>& shifts) {
+  model_.geometry.lens_shifts = model_.lines.lens_shifts =
+      std::make_shared<const std::array<LensShift, 2>>(shifts);
 }
 
 FinishedIds SlidingWindow::Start(std::vector<std::unique_ptr<FrameState>> frames) {

@@ -30,7 +30,7 @@ class SlidingWindow {
   SlidingWindow(const OdometryOptions& options, const Rig& rectified_rig);
 
   // How images move with the focal lengths; ideal pinholes without.
-  void SetFocalShifts(const std::array<FocalShift, 2>& shifts);
+  void SetLensShifts(const std::array<LensShift, 2>& shifts);
 
   // Starts anew with frames that an initialiser has given first estimates, oldest first. The prior
   // fixes position and heading of the first (the four freedoms that nothing observes) and holds its

@@ -91,6 +91,7 @@ TEST_F(PointObservationsTest, FollowWhatWasFoundOfTheCameras) {
   CalibrationEstimate found;
   found.right_rotation_rad = {0.01, -0.004, 0.02};
   found.focal_length = 0.005;
+  found.right_centre_px = {1.5, -0.8};
   run.calibration = {found};
   // As the true cameras saw it, and as it was rectified with the given ones.
   Rig true_rig = run.rectified_rig;
@@ -100,6 +101,8 @@ TEST_F(PointObservationsTest, FollowWhatWasFoundOfTheCameras) {
     camera.fx_px *= 1 + found.focal_length;
     camera.fy_px *= 1 + found.focal_length;
   }
+  true_rig.cameras[1].cx_px += found.right_centre_px.x();
+  true_rig.cameras[1].cy_px += found.right_centre_px.y();
   for (Keyframe& keyframe : run.keyframes) {
     for (std::size_t i = 0; i < keyframe.observations.size(); ++i) {
       const auto px = [&](int camera) {

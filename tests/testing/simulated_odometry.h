@@ -135,6 +135,8 @@ struct CalibrationFault {
   // Claimed R_imu_right = R_imu_right Exp(.).
   Eigen::Vector3d right_rotation_rad = Eigen::Vector3d::Zero();
   double focal_length = 0;  // claimed longer by this share
+  // Claimed principal point of the right camera less its true one.
+  Eigen::Vector2d right_centre_px = Eigen::Vector2d::Zero();
 
   Rig Claimed(Rig rig) const {
     const RigidTransform turn(ExpRotation(imu_rotation_rad), Eigen::Vector3d::Zero());
@@ -143,6 +145,8 @@ struct CalibrationFault {
       rig.cameras[i].fx_px *= 1 + focal_length;
       rig.cameras[i].fy_px *= 1 + focal_length;
     }
+    rig.cameras[1].cx_px += right_centre_px.x();
+    rig.cameras[1].cy_px += right_centre_px.y();
     rig.T_imu_camera[1].rotation = rig.T_imu_camera[1].rotation * ExpRotation(right_rotation_rad);
     return rig;
   }
@@ -151,7 +155,7 @@ struct CalibrationFault {
     CalibrationVector expected;
     expected << imu_rotation_rad, Eigen::Vector3d::Zero(),
         -1e-9 * static_cast<double>(stamps_late_ns), -right_rotation_rad,
-        1 / (1 + focal_length) - 1;
+        1 / (1 + focal_length) - 1, -right_centre_px;
     return expected;
   }
 };
@@ -349,8 +353,10 @@ inline SimulatedRun RunOnSimulatedTracks(
 
   SimulatedPoints points(options.noise_points);
   SimulatedLines lines(options.line_life);
-  Estimator estimator(options.odometry, options.fault.Claimed(out.rig), &points,
+  const Rig claimed = options.fault.Claimed(out.rig);
+  Estimator estimator(options.odometry, claimed, &points,
                       UsesLines(options.odometry.method) ? &lines : nullptr);
+  estimator.SetLensShifts(LensShiftsOf(claimed, claimed));
   size_t next = 0;
   for (const SimulatedTrackFrame& frame : simulated.frames) {
     while (next < out.imu.samples.size() &&

@@ -54,11 +54,13 @@ inline OdometryRun MakeSmallRun() {
   found.lever_m = {0.001, 0.002, 0.003};
   found.right_rotation_rad = {0.004, 0.005, 0.006};
   found.focal_length = 0.0035;
+  found.right_centre_px = {1.25, -0.5};
   found.time_offset_sigma_s = 1e-4;
   found.imu_rotation_sigma_rad = {1e-3, 2e-3, 3e-3};
   found.lever_sigma_m = {4e-3, 5e-3, 6e-3};
   found.right_rotation_sigma_rad = {7e-5, 8e-5, 9e-5};
   found.focal_length_sigma = 2.5e-4;
+  found.right_centre_sigma_px = {0.125, 0.25};
   run.source = {"0.1.0",
                 "/recordings/hall",
                 "its own",

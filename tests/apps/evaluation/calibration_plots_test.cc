@@ -16,7 +16,7 @@ namespace {
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
-// The time offset and the focal length get better known with each of the rows.
+// The time offset, the focal length and a principal point get better known with each of the rows.
 std::string Table(int rows) {
   std::string text = CsvHeader(RunColumns().at(kCalibrationTable)) + "\n";
   for (int i = 0; i < rows; ++i) {
@@ -26,6 +26,8 @@ std::string Table(int rows) {
     estimate.time_offset_sigma_s = 0.015 / (i + 1);
     estimate.focal_length = -0.003;
     estimate.focal_length_sigma = 0.002 / (i + 1);
+    estimate.right_centre_px = {1.5, -0.5};
+    estimate.right_centre_sigma_px = Eigen::Vector2d::Constant(1.0 / (i + 1));
     text += Row(estimate);
   }
   return text;
@@ -36,7 +38,9 @@ TEST(CalibrationPlots, ShowWhatWasEstimated) {
   WriteFile(temp.Path("calibration.csv"), Table(30));
   const std::string folder = temp.Path("plots");
   ASSERT_THAT(WriteCalibrationPlots(folder, temp.Path("calibration.csv")),
-              ElementsAre(folder + "/time_offset.svg", folder + "/focal_length.svg"));
+              ElementsAre(folder + "/time_offset.svg", folder + "/focal_length.svg",
+                          folder + "/right_centre.svg"));
+  EXPECT_THAT(ReadFile(folder + "/right_centre.svg"), HasSubstr("correction [px]"));
   const std::string svg = ReadFile(folder + "/time_offset.svg");
   EXPECT_THAT(svg, HasSubstr("correction [ms]"));
   EXPECT_THAT(svg, HasSubstr("found, sigma"));

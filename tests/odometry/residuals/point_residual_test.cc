@@ -16,7 +16,12 @@ struct PointScene {
   RigidTransform target{ExpRotation({0.15, -0.35, 2.1}), {1.2, 1.9, 3.1}};
   Eigen::Vector2d left{0.21, -0.13};
   double inverse_depth = 0.27;
-  std::vector<double> cameras{0, 0, 0, 0};
+  std::vector<double> cameras = std::vector<double>(kCameraCalibrationSize);
+
+  PointScene() {
+    const Rig rig = ExampleStereoRig();
+    geometry.lens_shifts = std::make_shared<const std::array<LensShift, 2>>(LensShiftsOf(rig, rig));
+  }
 
   Eigen::Vector3d World() const {
     return host * (geometry.T_imu_camera[0] *
@@ -54,8 +59,12 @@ struct PointByDefinition {
       }
       const T scale = T(1) + cameras[3];
       const Eigen::Vector2d& m = c == 0 ? measured.left : *measured.right;
-      residual[2 * c] = scene->geometry.weight * (scale * p.x() / p.z() - m.x());
-      residual[2 * c + 1] = scene->geometry.weight * (scale * p.y() / p.z() - m.y());
+      const double focal_px = ExampleStereoRig().cameras[1].fx_px;
+      for (int axis = 0; axis < 2; ++axis) {
+        T at = T(m[axis]) / scale;
+        if (c == 1) at -= cameras[4 + axis] / focal_px;
+        residual[2 * c + axis] = scene->geometry.weight * scale * (p[axis] / p.z() - at);
+      }
     }
     return true;
   }
@@ -75,10 +84,10 @@ TEST(PointResidual, IsZeroWhereTheGeometryIsExact) {
 
 TEST(PointResidual, JacobiansMatchAutomaticDifferentiation) {
   PointScene scene;
-  scene.cameras = {0.02, -0.03, 0.01, 0.015};
+  scene.cameras = {0.02, -0.03, 0.01, 0.015, 1.5, -0.7};
   const StereoMeasurement measured{{0.3, -0.1}, Eigen::Vector2d(0.25, -0.08)};
   const PointResidual factor(&scene.geometry, measured);
-  const ceres::AutoDiffCostFunction<PointByDefinition, 4, 7, 7, 4, 3> twin(
+  const ceres::AutoDiffCostFunction<PointByDefinition, 4, 7, 7, 6, 3> twin(
       new PointByDefinition{&scene, measured});
   const auto blocks = scene.Blocks();
   const double* pointers[] = {blocks[0].data(), blocks[1].data(), blocks[2].data(),
@@ -86,7 +95,7 @@ TEST(PointResidual, JacobiansMatchAutomaticDifferentiation) {
   using J7 = Eigen::Matrix<double, 4, 7, Eigen::RowMajor>;
   J7 h, t, h2, t2;
   Eigen::Matrix<double, 4, 3, Eigen::RowMajor> d, d2;
-  Eigen::Matrix4d c, c2;  // row-major, as cost functions write it
+  Eigen::Matrix<double, 4, 6, Eigen::RowMajor> c, c2;
   Eigen::Vector4d r, r2;
   double* ours[] = {h.data(), t.data(), c.data(), d.data()};
   double* theirs[] = {h2.data(), t2.data(), c2.data(), d2.data()};
@@ -106,7 +115,7 @@ TEST(PointResidual, JacobiansMatchAutomaticDifferentiation) {
 
 TEST(PointResidual, JacobiansMatchDifferences) {
   PointScene scene;
-  scene.cameras = {0.02, -0.03, 0.01, 0.015};
+  scene.cameras = {0.02, -0.03, 0.01, 0.015, 1.5, -0.7};
   ExpectJacobiansMatchDifferences(
       PointResidual(&scene.geometry, {{0.3, -0.1}, Eigen::Vector2d(0.25, -0.08)}), scene.Blocks(),
       1e-6);

@@ -24,7 +24,8 @@ TEST(PrincipalPointResidual, APixelOfAPinholeIsOneOverTheFocalLength) {
 
 TEST(PrincipalPointResidual, JacobiansMatchDifferences) {
   const StereoMeasurement both{{0.2, -0.1}, Eigen::Vector2d(0.17, -0.12)};
-  const std::vector<double> cameras{0.02, -0.03, 0.01, 0.015}, principal_px{1, -2, 0.5, 3};
+  const std::vector<double> cameras{0.02, -0.03, 0.01, 0.015, 1.5, -0.7},
+      principal_px{1, -2, 0.5, 3};
   ExpectJacobiansMatchDifferences(
       PrincipalPointResidual(std::make_unique<HostPointResidual>(kGeometry, both), kGeometry.weight,
                              {ByPixel(), ByPixel()}),

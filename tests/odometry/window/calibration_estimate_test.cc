@@ -11,6 +11,7 @@
 namespace slcmap {
 namespace {
 
+using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 constexpr int kTime = kRowTimeOffset;
@@ -23,7 +24,8 @@ SimulatedRunOptions NoisyCalibration(uint64_t seed, double sigma_px = 0.5) {
   options.pixel_sigma_px = sigma_px;
   options.odometry.window.point_sigma_px = sigma_px;
   options.odometry.calibration.lever = options.odometry.calibration.focal_length = true;
-  options.odometry.calibration.confirm = false;
+  // Without ties it cannot be told from the right camera's turns.
+  options.odometry.calibration.confirm = options.odometry.calibration.right_centre = false;
   options.gyro_bias_rad_s << -0.002, 0.02, 0.08;
   options.accel_bias_m_s2 << -0.02, 0.13, 0.08;
   options.seed = seed;
@@ -64,10 +66,26 @@ TEST(Calibration, ATurnThatTheRowsDoNotShowIsFoundWhetherTheyAreBelievedOrNot) {
     SimulatedRunOptions options = NoisyCalibration(4, 0.2);
     options.fault.right_rotation_rad = kDegree * Vector3d(0, 0.2, 0);
     options.odometry.calibration.rows_fit = rows_fit;
-    options.odometry.calibration.confirm = true;
+    options.odometry.calibration.confirm = options.odometry.calibration.right_centre = true;
     const SimulatedRun run = RunOnSimulatedTracks(options);
     const CalibrationVector& error = run.calibration_error;
     EXPECT_LT(error.segment<3>(kImuCalibrationSize + kRowRightRotation).norm(), 0.01 * kDegree);
+    EXPECT_LT(error.segment<2>(kImuCalibrationSize + kRowRightCentre).norm(), 0.05);
+  }
+}
+
+TEST(Calibration, ARightPrincipalPointIsFoundWhereNoTurnStandsForIt) {
+  for (const bool confirm : {false, true}) {
+    SimulatedRunOptions options = NoisyCalibration(4, 0.2);
+    options.fault.right_centre_px = Vector2d(2, -0.5);
+    options.odometry.calibration.right_rotation = false;
+    options.odometry.calibration.right_centre = true;
+    options.odometry.calibration.confirm = confirm;
+    const SimulatedRun run = RunOnSimulatedTracks(options);
+    const Vector2d error_px =
+        run.calibration_error.segment<2>(kImuCalibrationSize + kRowRightCentre);
+    EXPECT_LT(error_px.norm(), 0.1);
+    EXPECT_LT((run.run.calibration.back().right_centre_px - Vector2d(-2, 0.5)).norm(), 0.1);
   }
 }
 
@@ -145,6 +163,7 @@ TEST(Calibration, WhatIsNotToBeEstimatedStays) {
   const CalibrationEstimate& told = run.run.calibration.back();
   EXPECT_EQ(told.time_offset_sigma_s, 0);
   EXPECT_EQ(told.focal_length_sigma, 0);
+  EXPECT_TRUE(told.right_centre_sigma_px.isZero(0));
   for (const Vector3d& sigma :
        {told.imu_rotation_sigma_rad, told.lever_sigma_m, told.right_rotation_sigma_rad}) {
     EXPECT_TRUE(sigma.isZero(0));

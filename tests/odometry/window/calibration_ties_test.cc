@@ -12,7 +12,7 @@ constexpr int kTimeRow = kRowTimeOffset, kFocalRow = kImuCalibrationSize + kRowF
 
 CalibrationOptions Options() {
   CalibrationOptions options;
-  options.right_rotation = false;
+  options.right_rotation = options.right_centre = false;
   return options;
 }
 
@@ -89,6 +89,40 @@ TEST(CalibrationTies, WhereRowsDidNotFitTheRightCameraIsNeverTied) {
     EXPECT_EQ(ties.weights()[kAboutY] > 0, rows_fit);
     EXPECT_GT(ties.weights()[kTimeRow], 0) << "other numbers are tied all the same";
   }
+}
+
+// Either explains what the images show: of the two the turn is taken, and the principal point only
+// where the turn does not do.
+TEST(CalibrationTies, OfTwoExplanationsTheTurnComesFirst) {
+  constexpr int kAboutY = kCameras + kRowRightRotation + 1, kCentre = kCameras + kRowRightCentre;
+  CalibrationOptions options = Options();
+  options.right_rotation = options.right_centre = true;
+  const auto told = [&](double turn_rad, double centre_px, double centre_sigma_px) {
+    CalibrationBelief known = AtFirst(options);
+    known.covariance.diagonal()
+        .segment<3>(kCameras + kRowRightRotation)
+        .setConstant(std::pow(options.right_rotation_sigma_rad, 2));
+    known.covariance.diagonal().segment<2>(kCentre).setConstant(
+        std::pow(options.right_centre_sigma_px, 2));
+    CalibrationTies ties(options, known);
+    EXPECT_GT(ties.weights()[kAboutY], 0);
+    EXPECT_GT(ties.weights()[kCentre], 0);
+    // Their sum is known well, in px of a focal length of 400.
+    constexpr double kPerRad = 400, kSumSigma_px = 0.02;
+    known.mean[kAboutY] = turn_rad;
+    known.mean[kCentre] = centre_px;
+    const double turn_sigma_px =
+        std::hypot(centre_sigma_px, kSumSigma_px);  // whatever the centre is not
+    known.covariance(kCentre, kCentre) = centre_sigma_px * centre_sigma_px;
+    known.covariance(kAboutY, kAboutY) = std::pow(turn_sigma_px / kPerRad, 2);
+    known.covariance(kAboutY, kCentre) = known.covariance(kCentre, kAboutY) =
+        -centre_sigma_px * centre_sigma_px / kPerRad;
+    ties.Update(Tied(known, ties.weights()));
+    return std::pair{ties.weights()[kAboutY] > 0, ties.weights()[kCentre] > 0};
+  };
+  EXPECT_EQ(told(0, 0, 0.8), std::pair(true, true));
+  EXPECT_EQ(told(0.0008, 0.3, 0.8), std::pair(false, true));
+  EXPECT_EQ(told(0.0008, 2, 0.2), std::pair(false, false));
 }
 
 TEST(CalibrationTies, ATieGoesWhereItTurnsOutToBeWrong) {

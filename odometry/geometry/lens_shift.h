@@ -1,0 +1,69 @@
+// How places in rectified images move with the focal lengths and the principal points of the
+// cameras behind them.
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <array>
+#include <vector>
+
+#include "data/types.h"
+
+namespace slcmap {
+
+// How a camera differs from the one that was given: by which share its focal lengths are longer,
+// and its principal point, in px of the image as it was recorded.
+struct LensCorrection {
+  double focal_length = 0;
+  Eigen::Vector2d centre_px = Eigen::Vector2d::Zero();
+};
+
+// How a place on the plane z = 1 of a rectified camera moves with the given image's pixel there,
+// 1 / px. Zero where the camera has no image of it.
+Eigen::Matrix2d PlaneByPixel(const Camera& camera, const Eigen::Quaterniond& R_camera_rectified,
+                             const Eigen::Vector2d& measured);
+
+// A camera whose focal lengths are longer by the share s than those it is rectified with, and whose
+// principal point is off by d, has the direction that was measured at m, on the plane z = 1 of the
+// rectified frame, at
+//
+//   m - s / (1 + s) g(m) - H(m) d
+//
+// For an ideal pinhole that looks along z this is (m - d / f) / (1 + s), to first order, with
+// g(m) = m. A lens that distorts has larger shifts towards the border (by 20 % and more; fisheye by
+// half), and one whose axis is not that of the rectified frame has them about its own axis: between
+// two cameras that converge by 0.8 degrees, 0.3 % are 0.02 px of disparity.
+class LensShift {
+ public:
+  LensShift() = default;  // of an ideal pinhole whose principal point is where it was given
+  // From a camera as it was given, and the rectified one's orientation and image.
+  LensShift(const Camera& camera, const Eigen::Quaterniond& R_camera_rectified,
+            const Camera& rectified);
+
+  Eigen::Vector2d ByFocalLength(const Eigen::Vector2d& measured) const;  // g
+  Eigen::Matrix2d GradientAt(const Eigen::Vector2d& measured) const;     // of g
+  Eigen::Matrix2d ByCentre(const Eigen::Vector2d& measured) const;       // H
+
+ private:
+  struct Node {
+    Eigen::Vector2d by_focal_length;
+    Eigen::Matrix2d by_centre;
+  };
+  // Four nodes, by the first of them, and where between them, from 0 to 1.
+  struct Cell {
+    const Node* first;
+    double x, y;
+  };
+  Cell CellAt(const Eigen::Vector2d& measured) const;
+
+  // The shifts at the nodes of a grid over the rectified image, row by row; interpolated in
+  // between.
+  std::vector<Node> nodes_;
+  Eigen::Vector2d first_ = Eigen::Vector2d::Zero(), per_step_ = Eigen::Vector2d::Zero();
+  int columns_ = 0, rows_ = 0;
+};
+
+// Of both cameras of a rig (the right one's where there is one), by the rectified ones.
+std::array<LensShift, 2> LensShiftsOf(const Rig& given, const Rig& rectified);
+
+}  // namespace slcmap
