@@ -3,7 +3,7 @@
 
 #include <array>
 #include <cstdint>
-#include <map>
+#include <unordered_map>
 #include <vector>
 
 #include "mapping/lines/line_store.h"
@@ -24,10 +24,14 @@ class LineCells {
 
  private:
   using Cell = std::array<int64_t, 3>;
+  struct CellHash {
+    size_t operator()(const Cell& cell) const;
+  };
   std::vector<Cell> CellsOf(int line) const;
+  std::vector<Cell> CellsAround(int line) const;  // and their neighbours, each once
 
   const std::vector<TrackedLine>& lines_;
-  std::map<Cell, std::vector<int>> members_;
+  std::unordered_map<Cell, std::vector<int>, CellHash> members_;
 };
 
 }  // namespace slcmap

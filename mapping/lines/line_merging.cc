@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <numeric>
 
 #include "mapping/lines/line_cells.h"
@@ -115,10 +116,11 @@ std::vector<TrackedLine> MergeLines(std::vector<TrackedLine> lines,
                                     const LineMergingOptions& options, double between_maps_m) {
   std::vector<std::vector<int>> groups(lines.size());  // by the line that leads it
   std::vector<int> leader(lines.size(), -1);
-  LineCells index(lines);
+  std::map<int, LineCells> by_axis;  // only lines of one axis are compared
   for (const int i : ByQuality(lines)) {
     leader[i] = i;
-    for (const int k : index.Near(i)) {
+    LineCells& cells = by_axis.try_emplace(lines[i].axis, lines).first->second;
+    for (const int k : cells.Near(i)) {
       const std::vector<int>& group = groups[leader[k]];
       const bool fits_all = std::all_of(group.begin(), group.end(), [&](int member) {
         return IsSameEdge(lines[member], lines[i], options, between_maps_m);
@@ -128,7 +130,7 @@ std::vector<TrackedLine> MergeLines(std::vector<TrackedLine> lines,
       break;
     }
     groups[leader[i]].push_back(i);
-    index.Add(i);
+    cells.Add(i);
   }
   std::vector<TrackedLine> merged;
   for (size_t i = 0; i < lines.size(); ++i) {
