@@ -26,6 +26,7 @@
 #include "data/json_file.h"
 #include "data/progress.h"
 #include "data/text_row.h"
+#include "data/true_building.h"
 #include "mapping/building/building_files.h"
 #include "mapping/map_folder.h"
 #include "mapping/pipes/pipe_file.h"
@@ -134,7 +135,11 @@ void LookAtEdges(const EvaluateArguments& arguments, TrueEdges* edges) {
   const std::filesystem::path beside(arguments.lines.true_edges);
   const std::string surfaces = std::filesystem::path(beside).replace_filename("surfaces.ply");
   const std::string rig = std::filesystem::path(beside).replace_filename("rig.yaml");
+  const std::string building = std::filesystem::path(beside).replace_filename("building.json");
   std::error_code error;
+  if (std::filesystem::exists(building, error)) {
+    edges->doorways = OpenDoorways(ReadTrueBuilding(building));
+  }
   if (!std::filesystem::exists(surfaces, error) || !std::filesystem::exists(rig, error)) return;
   Warnings warnings;
   edges->clear = ClearlySeen(*edges, TriangleTree(ReadSurfaces(surfaces)),

@@ -82,6 +82,16 @@ TrueRoom ParseRoom(const std::string& path, const Json& json) {
 
 }  // namespace
 
+std::vector<std::vector<Eigen::Vector3d>> OpenDoorways(const TrueBuilding& building) {
+  std::vector<std::vector<Eigen::Vector3d>> outlines;
+  for (const TrueWall& wall : building.walls) {
+    for (const TrueOpening& opening : wall.openings) {
+      if (opening.is_door && opening.is_open) outlines.push_back(opening.outline_world);
+    }
+  }
+  return outlines;
+}
+
 void WriteTrueBuilding(const std::string& path, const TrueBuilding& building) {
   Json json = {{"format", kFormat}, {"version", kVersion}, {"cell_m", building.cell_m}};
   json["walls"] = Json::array();

@@ -46,6 +46,9 @@ struct TrueBuilding {
   std::vector<TrueRoom> rooms;
 };
 
+// Outlines of the openings that one goes through, on each face of a wall.
+std::vector<std::vector<Eigen::Vector3d>> OpenDoorways(const TrueBuilding& building);
+
 // Throws OutputError.
 void WriteTrueBuilding(const std::string& path, const TrueBuilding& building);
 

@@ -219,6 +219,7 @@ LineMetrics EvaluateLines(const TrueEdges& truth, const std::vector<MapLine>& li
                               ShareOf(metrics.mapped_length_m, covered.at(i))});
   }
   metrics.accuracy = accuracy.Result();
+  metrics.gaps = EvaluateLineGaps(truth, lines);
   if (truth.clear) {
     metrics.clear_length_m = Length(*truth.clear);
     const MatchedLengths clear =

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "apps/evaluation/alignment.h"
+#include "apps/evaluation/line_gaps.h"
 #include "apps/evaluation/true_edges.h"
 #include "data/map_line.h"
 #include "data/progress.h"
@@ -61,6 +62,7 @@ struct LineMetrics {
   std::optional<LineAccuracy> accuracy;  // nothing where no sample is correct
   double marks_length_m = 0;
   std::vector<KindScore> kinds;  // by tolerance; none of a map without marks
+  LineGaps gaps;
 };
 
 // Compares lines with edges in the same world. Throws DataError when their lengths take more than

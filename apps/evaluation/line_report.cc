@@ -105,6 +105,9 @@ std::string LineTable(const LineInputs& inputs, const LineMetrics& metrics) {
         accuracy.direction_mean_deg, accuracy.direction_rms_deg, accuracy.offset_rms_m,
         accuracy.length_m, metrics.scores.back().tolerance_m);
   }
+  text += fmt::format(
+      "apart     {} of {} gaps in doorways, {} of {} pairs of edges 4 to 8 cm apart\n",
+      metrics.gaps.gaps_kept, metrics.gaps.gaps, metrics.gaps.pairs_kept, metrics.gaps.pairs);
   if (!metrics.kinds.empty()) text += KindTable(metrics);
   return text;
 }
@@ -120,6 +123,8 @@ Json LineJson(const LineInputs& inputs, const LineMetrics& metrics) {
   json["scores"] = Json::array();
   for (const LineScore& score : metrics.scores) json["scores"].push_back(ScoreJson(score));
   json["accuracy"] = metrics.accuracy ? AccuracyJson(*metrics.accuracy) : Json();
+  json["gaps"] = {{"found", metrics.gaps.gaps}, {"kept", metrics.gaps.gaps_kept}};
+  json["pairs"] = {{"found", metrics.gaps.pairs}, {"kept", metrics.gaps.pairs_kept}};
   if (!metrics.kinds.empty()) json["kinds"] = KindsJson(metrics);
   return json;
 }

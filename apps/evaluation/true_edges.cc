@@ -33,7 +33,11 @@ TrueEdges SeenEdges(const std::vector<EdgeRow>& rows) {
   TrueEdges edges;
   const EdgeRow* last = nullptr;  // of edges.whole; the parts of a piece follow each other
   for (const EdgeRow& row : rows) {
-    if (!seen.contains(row.edge) || !HasExtent(row.whole)) continue;
+    if (!HasExtent(row.whole)) continue;
+    if (!seen.contains(row.edge)) {
+      edges.unseen.push_back(row.whole);
+      continue;
+    }
     if (IsSeen(row)) edges.seen.push_back(row.Seen());
     if (!last || last->edge != row.edge || !SameEnds(last->whole, row.whole)) {
       edges.whole.push_back(row.whole);

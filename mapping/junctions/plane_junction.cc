@@ -88,6 +88,25 @@ double OffsetAt_m(const std::map<int, Bin>& bins, int index, const JunctionOptio
   return offsets_m.empty() ? 0 : Quantile(std::move(offsets_m), 0.5);
 }
 
+bool IsBetweenCorners(const PlaneOpening& opening, const Vector3d& axis, const Vector3d& p,
+                      double around_m) {
+  double from_m = std::numeric_limits<double>::infinity(), to_m = -from_m;
+  for (const Vector3d& corner : opening.outline_world) {
+    from_m = std::min(from_m, axis.dot(corner));
+    to_m = std::max(to_m, axis.dot(corner));
+  }
+  return axis.dot(p) >= from_m - around_m && axis.dot(p) <= to_m + around_m;
+}
+
+// In a doorway a wall meets no floor, but what is measured beside it is near enough.
+bool IsInOpening(const BuildingPlane& plane, const Vector3d& direction, const Vector3d& p) {
+  constexpr double kSill_m = 0.1;
+  return std::any_of(plane.openings.begin(), plane.openings.end(), [&](const PlaneOpening& o) {
+    return IsBetweenCorners(o, direction, p, 0) &&
+           IsBetweenCorners(o, plane.normal.cross(direction), p, kSill_m);
+  });
+}
+
 bool MayMeet(const SurfacePoints& a, const SurfacePoints& b, const JunctionOptions& options) {
   return std::abs(a.plane->normal.dot(b.plane->normal)) <= kMaxCosine &&
          Grown(a.box, options.reach_m).intersects(b.box);
@@ -141,8 +160,14 @@ std::optional<PlaneJunction> FindJunction(const SurfacePoints& first, const Surf
   for (int i = begin; i <= end; ++i) {
     const int points = PointsAt(bins, i, options), of_other = PointsAt(others, i, options);
     if (points == 0 || of_other == 0) continue;
-    junction.places.push_back({(i + 0.5) * options.bin_m,
-                               {OffsetAt_m(bins, i, options), OffsetAt_m(others, i, options)}});
+    const double along_m = (i + 0.5) * options.bin_m;
+    const Vector3d on_planes = junction.At(along_m, Eigen::Vector2d::Zero());
+    if (IsInOpening(*first.plane, junction.direction_world, on_planes) ||
+        IsInOpening(*second.plane, junction.direction_world, on_planes)) {
+      continue;
+    }
+    junction.places.push_back(
+        {along_m, {OffsetAt_m(bins, i, options), OffsetAt_m(others, i, options)}});
     junction.points += points + of_other;
   }
   if (junction.places.empty()) return std::nullopt;

@@ -36,6 +36,25 @@ TEST(PlaneJunction, IsWhereBothSurfacesAreMeasured) {
   EXPECT_NEAR(to_m, 3, 0.15);
 }
 
+TEST(PlaneJunction, EndsAtADoorway) {
+  Building building = testing::WallAndFloor();
+  PlaneOpening& door = building.planes[0].openings.emplace_back();
+  door.outline_world = {{1, 0, 0}, {2, 0, 0}, {2, 0, 2.1}, {1, 0, 2.1}};
+  std::vector<DensePoint> cloud;
+  AddWall({0, 1.1}, {0.1, 1}, 0, &cloud);
+  AddWall({1.9, 4}, {0.1, 1}, 0, &cloud);
+  AddFloor({0, 4}, {0.1, 1}, 0, &cloud);
+  const auto junction = JunctionOf(building, cloud);
+  ASSERT_TRUE(junction);
+  double nearest_m = 1e9;
+  for (const JunctionPlace& place : junction->places) {
+    const double x_m = junction->At(place.along_m, place.offset_m).x();
+    EXPECT_FALSE(x_m > 1 && x_m < 2) << x_m;
+    nearest_m = std::min(nearest_m, std::abs(x_m - 1));
+  }
+  EXPECT_LT(nearest_m, 0.06);
+}
+
 TEST(PlaneJunction, FollowsSurfacesThatAreOffTheirPlanes) {
   const Building building = testing::WallAndFloor();
   std::vector<DensePoint> cloud;

@@ -1,0 +1,188 @@
+#include "apps/evaluation/line_gaps.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "apps/evaluation/segment_index.h"
+#include "data/angle_unit.h"
+
+namespace slcmap {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr double kSample_m = 0.02;
+constexpr double kCollinear_m = 0.01, kCollinear_rad = 1 * kDegree;
+constexpr double kBeside_m = 0.3;  // of an edge next to a gap
+constexpr double kOnEdge_m = 1e-3;
+
+// An edge as a point, a direction and a length.
+struct Edge {
+  explicit Edge(const PlySegment& segment)
+      : start(segment.start_world),
+        length_m((segment.end_world - segment.start_world).norm()),
+        direction((segment.end_world - segment.start_world) / length_m) {}
+
+  double Along(const Vector3d& p) const { return direction.dot(p - start); }
+  Vector3d At(double along_m) const { return start + along_m * direction; }
+  double Across(const Vector3d& p) const { return (p - At(Along(p))).norm(); }
+  bool IsParallel(const Edge& other) const {
+    return direction.cross(other.direction).norm() < std::sin(kCollinear_rad);
+  }
+
+  Vector3d start;
+  double length_m;
+  Vector3d direction;
+};
+
+// A stretch along an edge.
+struct Part {
+  double from_m = 0, to_m = 0;
+  double length_m() const { return to_m - from_m; }
+};
+
+Part PartBeside(const Edge& edge, const Edge& other) {
+  const double a = edge.Along(other.start), b = edge.Along(other.At(other.length_m));
+  return {std::max(0.0, std::min(a, b)), std::min(edge.length_m, std::max(a, b))};
+}
+
+std::vector<PlySegment> WithLength(std::vector<PlySegment> segments) {
+  std::erase_if(segments, [](const PlySegment& s) { return s.start_world == s.end_world; });
+  return segments;
+}
+
+std::vector<PlySegment> SegmentsOf(const std::vector<MapLine>& lines) {
+  std::vector<PlySegment> segments;
+  for (const MapLine& line : lines) segments.push_back({line.start_world, line.end_world});
+  return WithLength(std::move(segments));
+}
+
+std::vector<PlySegment> AllEdges(const TrueEdges& truth) {
+  std::vector<PlySegment> all = truth.whole;
+  all.insert(all.end(), truth.unseen.begin(), truth.unseen.end());
+  return WithLength(std::move(all));
+}
+
+// Within the rectangle of an outline, up to half the thickness of a wall from its plane.
+bool IsBehind(const std::vector<Vector3d>& outline, const Vector3d& place) {
+  constexpr double kOffPlane_m = 0.1, kMargin_m = 0.02;
+  const Vector3d along = (outline[1] - outline[0]).normalized();
+  const Vector3d normal = along.cross(outline[2] - outline[1]).normalized();
+  if (std::abs(normal.dot(place - outline[0])) > kOffPlane_m) return false;
+  for (const Vector3d& axis : {along, Vector3d(normal.cross(along))}) {
+    double from_m = axis.dot(outline[0]), to_m = from_m;
+    for (const Vector3d& corner : outline) {
+      from_m = std::min(from_m, axis.dot(corner));
+      to_m = std::max(to_m, axis.dot(corner));
+    }
+    const double at_m = axis.dot(place);
+    if (at_m < from_m - kMargin_m || at_m > to_m + kMargin_m) return false;
+  }
+  return true;
+}
+
+class GapCounter {
+ public:
+  GapCounter(const TrueEdges& truth, const std::vector<MapLine>& lines,
+             const LineGapOptions& options)
+      : options_(options),
+        mapped_(SegmentsOf(lines)),
+        all_(AllEdges(truth)),
+        doorways_(truth.doorways),
+        clear_(WithLength(truth.clear.value_or(std::vector<PlySegment>()))) {
+    for (const PlySegment& segment : WithLength(truth.whole)) edges_.emplace_back(segment);
+  }
+
+  LineGaps Count() const {
+    LineGaps out;
+    for (const Edge& edge : edges_) CountGaps(edge, &out);
+    for (size_t i = 0; i < edges_.size(); ++i) {
+      for (size_t k = i + 1; k < edges_.size(); ++k) CountPair(edges_[i], edges_[k], &out);
+    }
+    return out;
+  }
+
+ private:
+  // The gap behind the end of an edge up to the next one on its line, along the edge.
+  std::optional<Part> GapBehind(const Edge& edge) const {
+    double next_m = edge.length_m + options_.max_gap_m;
+    bool found = false;
+    for (const Edge& other : edges_) {
+      const double a = edge.Along(other.start), b = edge.Along(other.At(other.length_m));
+      if (std::min(a, b) <= edge.length_m || std::min(a, b) > next_m) continue;
+      if (!edge.IsParallel(other) || edge.Across(other.start) > kCollinear_m) continue;
+      next_m = std::min(a, b);
+      found = true;
+    }
+    const Part gap{edge.length_m, next_m};
+    if (!found || gap.length_m() < options_.min_gap_m) return std::nullopt;
+    return gap;
+  }
+
+  bool IsInDoorway(const Vector3d& place) const {
+    return std::any_of(doorways_.begin(), doorways_.end(), [&](const auto& outline) {
+      return outline.size() >= 3 && IsBehind(outline, place);
+    });
+  }
+
+  void CountGaps(const Edge& edge, LineGaps* out) const {
+    const std::optional<Part> gap = GapBehind(edge);
+    if (!gap || !IsInDoorway(edge.At(0.5 * (gap->from_m + gap->to_m)))) return;
+    const Part inside{gap->from_m + options_.within_m, gap->to_m - options_.within_m};
+    if (ShareBeside(all_, edge, inside, options_.within_m) > 0) return;
+    const Part before{std::max(0.0, gap->from_m - kBeside_m), gap->from_m};
+    const Part behind{gap->to_m, gap->to_m + kBeside_m};
+    for (const Part& part : {before, behind}) {
+      if (ShareBeside(mapped_, edge, part, options_.within_m) < 0.5) return;
+    }
+    ++out->gaps;
+    out->gaps_kept +=
+        ShareBeside(mapped_, edge, inside, options_.within_m) <= options_.max_bridged ? 1 : 0;
+  }
+
+  void CountPair(const Edge& a, const Edge& b, LineGaps* out) const {
+    if (!a.IsParallel(b)) return;
+    const Part of_a = PartBeside(a, b), of_b = PartBeside(b, a);
+    if (std::min(of_a.length_m(), of_b.length_m()) < options_.min_shared_m) return;
+    const double apart_m = b.Across(a.At(0.5 * (of_a.from_m + of_a.to_m)));
+    if (apart_m < options_.min_apart_m || apart_m > options_.max_apart_m) return;
+    for (const auto& [edge, part] : {std::pair(&a, of_a), std::pair(&b, of_b)}) {
+      if (ShareBeside(clear_, *edge, part, kOnEdge_m) < options_.min_clear) return;
+    }
+    const bool a_shown = ShareBeside(mapped_, a, of_a, apart_m / 3) >= 0.5;
+    const bool b_shown = ShareBeside(mapped_, b, of_b, apart_m / 3) >= 0.5;
+    out->pairs += a_shown || b_shown ? 1 : 0;
+    out->pairs_kept += a_shown && b_shown ? 1 : 0;
+  }
+
+  // The share of a part of an edge that segments lie beside.
+  double ShareBeside(const SegmentIndex& segments, const Edge& edge, const Part& part,
+                     double within_m) const {
+    const int count = std::max(1, static_cast<int>(part.length_m() / kSample_m));
+    int beside = 0;
+    for (int i = 0; i < count; ++i) {
+      const Vector3d place = edge.At(part.from_m + (i + 0.5) / count * part.length_m());
+      beside += segments.Nearest(place, edge.direction, within_m, options_.max_angle_deg * kDegree)
+                    ? 1
+                    : 0;
+    }
+    return static_cast<double>(beside) / count;
+  }
+
+  const LineGapOptions& options_;
+  const SegmentIndex mapped_, all_;
+  const std::vector<std::vector<Vector3d>>& doorways_;
+  const SegmentIndex clear_;
+  std::vector<Edge> edges_;
+};
+
+}  // namespace
+
+LineGaps EvaluateLineGaps(const TrueEdges& truth, const std::vector<MapLine>& lines,
+                          const LineGapOptions& options) {
+  return GapCounter(truth, lines, options).Count();
+}
+
+}  // namespace slcmap
