@@ -20,6 +20,7 @@
 #include "apps/odometry_stage.h"
 #include "apps/program_id.h"
 #include "apps/progress.h"
+#include "apps/usage.h"
 #include "data/json_file.h"
 #include "data/output_folder.h"
 #include "data/version.h"
@@ -142,9 +143,7 @@ void RefuseWrongArguments(const CompareArguments& arguments) {
   if (arguments.repeats < 1 || arguments.repeats > 19) {
     throw ConfigError(fmt::format("--repeats: found {}, expected 1 to 19", arguments.repeats));
   }
-  if (arguments.threads < 1 || arguments.threads > 256) {
-    throw ConfigError(fmt::format("--threads: found {}, expected 1 to 256", arguments.threads));
-  }
+  CheckThreads(arguments.threads);
   CheckGiven(arguments);
   CheckNames(arguments);
   for (const MethodToRun& method : MethodsToRun(arguments)) CheckMethod(method);

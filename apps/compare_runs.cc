@@ -125,10 +125,10 @@ std::string RunStage(const std::vector<std::string>& arguments, const std::strin
 }
 
 // Makes a map in a folder unless it is kept; the reason where there is none.
-std::string MakeMap(const std::string& folder, std::vector<std::string> arguments,
+std::string MakeMap(const std::string& folder, std::vector<std::string> arguments, int threads,
                     const Progress& progress) {
   if (IsMapKept(folder)) return "";
-  arguments.insert(arguments.begin() + 2, {"-o", folder});
+  arguments.insert(arguments.begin() + 2, {"-o", folder, "--threads", std::to_string(threads)});
   return RunStage(arguments, folder + "/map.json", folder + ".log", progress);
 }
 
@@ -151,7 +151,7 @@ bool MakeRun(const std::string& sequence, const std::string& config, const std::
         run + "/run.json", folder + "/odometry.log", progress.Part(0, 0.9));
   }
   if (!made->problem.empty()) return false;
-  made->problem = MakeMap(made->folders.map, {"map", run, "--sparse", "--config", config},
+  made->problem = MakeMap(made->folders.map, {"map", run, "--sparse", "--config", config}, threads,
                           progress.Part(0.9, 1));
   return made->problem.empty();
 }
@@ -173,7 +173,7 @@ Repeat RunRepeat(const MethodToRun& method, const std::string& sequence, const s
   }
   if (!plan.dense_maps) return made;
   const std::string problem =
-      MakeMap(made.folders.dense_map, {"map", made.folders.run, "--config", config},
+      MakeMap(made.folders.dense_map, {"map", made.folders.run, "--config", config}, plan.threads,
               progress.Part(run_made, 1));
   if (problem.empty()) return made;
   spdlog::warn("{}: no dense map: {}", folder, problem);

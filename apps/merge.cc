@@ -8,6 +8,7 @@
 #include "apps/map_input.h"
 #include "apps/merge_stage.h"
 #include "apps/progress.h"
+#include "apps/usage.h"
 #include "data/error.h"
 #include "data/output_folder.h"
 #include "mapping/map_folder.h"
@@ -19,10 +20,12 @@ namespace {
 struct MergeArguments {
   std::vector<std::string> maps;
   std::string output, at, config;
+  int threads = 2;
   bool accept_changed = false;
 };
 
 void CheckArguments(const MergeArguments& arguments) {
+  CheckThreads(arguments.threads);
   if (arguments.maps.size() < 2) {
     throw ConfigError("merge: found one map, expected two or more");
   }
@@ -36,7 +39,8 @@ void CheckArguments(const MergeArguments& arguments) {
 
 void Merge(const MergeArguments& arguments) {
   CheckArguments(arguments);
-  const MappingOptions options = OptionsOfMerging(arguments.config, arguments.maps.front());
+  MappingOptions options = OptionsOfMerging(arguments.config, arguments.maps.front());
+  options.SetThreads(arguments.threads);
   std::vector<std::string> inputs = arguments.maps;
   if (!arguments.config.empty()) inputs.push_back(arguments.config);
   OutputFolder output(arguments.output, MapFiles(), inputs);
@@ -72,6 +76,8 @@ void AddMergeCommand(CLI::App& app) {
   command->add_option("--config", arguments->config,
                       "YAML file whose section `mapping` overrides options (default: as the first "
                       "map was made)");
+  command->add_option("--threads", arguments->threads, "Threads; the bytes are the same with any")
+      ->capture_default_str();
   command->add_flag("--accept-changed", arguments->accept_changed,
                     "Also take files that are not as map wrote them, and a map of another run than "
                     "that beside it; values are checked in any case");

@@ -33,14 +33,16 @@ constexpr int kExportVersion = 1;
 
 void WriteSummary(const std::string& folder, const MapResult& map,
                   const std::vector<std::string>& names) {
-  WriteSummaryFile(folder + "/" + kSummary, {{"format", "slcmap export"},
-                                             {"version", kExportVersion},
-                                             {"map", map.id},
-                                             {"run", map.source.run_id},
-                                             {"yaw_rad", YawOfWorld(map.source.T_world_run)},
-                                             {"complete", map.complete},
-                                             {"partial_reason", map.partial_reason},
-                                             {"files", ListFiles(folder, names)}});
+  Json json = {{"format", "slcmap export"},
+               {"version", kExportVersion},
+               {"map", map.id},
+               {"run", map.source.run_id},
+               {"yaw_rad", YawOfWorld(map.source.T_world_run)},
+               {"complete", map.complete},
+               {"partial_reason", map.partial_reason}};
+  if (!map.source.merged.empty()) json["merged"] = MergedJson(map.source.merged);
+  json["files"] = ListFiles(folder, names);
+  WriteSummaryFile(folder + "/" + kSummary, json);
 }
 
 // The files that an earlier export in the folder says it wrote; none where there is none.
@@ -137,6 +139,7 @@ MapSource ExportSourceIn(const std::string& folder) {
     source.run_id = json.at("run").get<std::string>();
     // Missing in exports of earlier versions.
     if (json.contains("yaw_rad")) source.T_world_run = ParseTurn(path, json);
+    if (json.contains("merged")) source.merged = ParseMerged(path, json.at("merged"), source);
     return source;
   });
 }

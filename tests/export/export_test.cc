@@ -236,6 +236,27 @@ TEST_F(ExportTest, FilesSayOfWhichMapTheyAre) {
   EXPECT_THAT(ReadFile(Path("export.json")), HasSubstr("\"map\": \"0123456789abcdef\""));
 }
 
+TEST_F(ExportTest, ItsSummarySaysWhereTheRunsOfAMergedMapAre) {
+  MapResult map = MakeMap();
+  map.source.run_id = "monday";
+  map.source.T_world_run.rotation = ExpRotation({0, 0, 0.2});
+  MergedRun first, second;
+  first.run_id = "monday";
+  first.T_world_run = map.source.T_world_run;
+  second.run_id = "tuesday";
+  second.T_world_run = {ExpRotation({0, 0, -0.5}), {1, 2, 3}};
+  map.source.merged = {first, second};
+  ExportMap(map, folder_, {});
+  const MapSource source = ExportSourceIn(folder_);
+  ASSERT_EQ(source.merged.size(), 2u);
+  EXPECT_EQ(source.merged[1].run_id, "tuesday");
+  EXPECT_LT((source.merged[1].T_world_run.translation - Eigen::Vector3d(1, 2, 3)).norm(), 1e-9);
+  EXPECT_NEAR(LogRotation(source.merged[1].T_world_run.rotation).z(), -0.5, 1e-9);
+  map.source.merged.clear();
+  ExportMap(map, folder_, {});
+  EXPECT_TRUE(ExportSourceIn(folder_).merged.empty());
+}
+
 TEST_F(ExportTest, FilesOfAnotherExportDoNotStay) {
   ExportMap(MakeMap(), folder_, {});
   ExportOptions options;
