@@ -2,6 +2,7 @@
 
 #include <spdlog/fmt/fmt.h>
 
+#include <Eigen/LU>
 #include <cmath>
 #include <filesystem>
 #include <opencv2/core/types.hpp>
@@ -81,7 +82,8 @@ cv::Size RequiredResolution(YamlSection& section) {
 }
 
 // A 4x4 matrix given as rows (Kalibr) or as {rows, cols, data} (ASL).
-RigidTransform RequiredTransform(YamlSection& section, const std::string& key, bool as_data) {
+RigidTransform RequiredTransform(YamlSection& section, const std::string& key, bool as_data,
+                                 Mirrored mirrored) {
   std::vector<double> flat;
   if (as_data) {
     YamlSection matrix = section.Section(key);
@@ -100,13 +102,17 @@ RigidTransform RequiredTransform(YamlSection& section, const std::string& key, b
     }
   }
   Eigen::Matrix<double, 4, 4, Eigen::RowMajor> m = Eigen::Map<decltype(m)>(flat.data());
+  const bool is_mirrored = m.topLeftCorner<3, 3>().determinant() < 0;
+  if (is_mirrored && mirrored == Mirrored::kNegated) m.topLeftCorner<3, 3>() *= -1;
   try {
     return RigidTransformFromMatrix(m, section.place() + ": " + key);
   } catch (const DataError& error) {
-    throw InputFault("calibration", error.what(),
-                     fmt::format("copy {} from the calibration anew, row by row: a rotation and a "
-                                 "translation in metres, then 0 0 0 1",
-                                 KeyInFile(section.place(), key)));
+    const std::string remedy = fmt::format(
+        "copy {} from the calibration anew, row by row: a rotation and a translation "
+        "in metres, then 0 0 0 1",
+        KeyInFile(section.place(), key));
+    if (is_mirrored) throw MirroredFault("calibration", error.what(), remedy);
+    throw InputFault("calibration", error.what(), remedy);
   }
 }
 
@@ -187,7 +193,7 @@ void RequireEqual(const RigidTransform& a, const RigidTransform& b, const std::s
 
 // The pose of a Kalibr camera by the entries it has; adds to *source which ones were read.
 RigidTransform ReadKalibrPose(YamlSection& camera, int index, const RigidTransform& T_imu_left,
-                              std::string* source) {
+                              Mirrored mirrored, std::string* source) {
   std::optional<RigidTransform> T_imu_camera;
   const auto take = [&](const std::string& key, const RigidTransform& pose) {
     if (T_imu_camera) {
@@ -197,12 +203,14 @@ RigidTransform ReadKalibrPose(YamlSection& camera, int index, const RigidTransfo
     T_imu_camera = pose;
     *source += fmt::format("{}{} of cam{}", source->empty() ? "" : ", ", key, index);
   };
-  if (camera.Has("T_imu_cam")) take("T_imu_cam", RequiredTransform(camera, "T_imu_cam", false));
+  if (camera.Has("T_imu_cam"))
+    take("T_imu_cam", RequiredTransform(camera, "T_imu_cam", false, mirrored));
   if (camera.Has("T_cam_imu")) {
-    take("T_cam_imu", RequiredTransform(camera, "T_cam_imu", false).Inverse());
+    take("T_cam_imu", RequiredTransform(camera, "T_cam_imu", false, mirrored).Inverse());
   }
   if (index == 1 && camera.Has("T_cn_cnm1")) {
-    take("T_cn_cnm1", T_imu_left * RequiredTransform(camera, "T_cn_cnm1", false).Inverse());
+    take("T_cn_cnm1",
+         T_imu_left * RequiredTransform(camera, "T_cn_cnm1", false, mirrored).Inverse());
   }
   if (!T_imu_camera) {
     Fail(camera, "T_cam_imu",
@@ -341,7 +349,7 @@ void CheckRig(const Rig& rig, const std::string& place) {
   }
 }
 
-Calibration ReadAslCalibration(const std::string& folder, Warnings* warnings) {
+Calibration ReadAslCalibration(const std::string& folder, Warnings* warnings, Mirrored mirrored) {
   return AsDataErrors([&] {
     Calibration calibration;
     Rig& rig = calibration.rig;
@@ -349,7 +357,7 @@ Calibration ReadAslCalibration(const std::string& folder, Warnings* warnings) {
     const std::string imu_path = folder + "/imu0/sensor.yaml";
     if (Exists(imu_path)) {
       YamlSection imu = YamlSection::FromFile(imu_path);
-      if (imu.Has("T_BS")) T_body_imu = RequiredTransform(imu, "T_BS", true);
+      if (imu.Has("T_BS")) T_body_imu = RequiredTransform(imu, "T_BS", true, mirrored);
       ReadNoise(imu, "rate_hz", &rig.imu_noise);
     } else {
       warnings->Add(kImuNoiseAssumed, imu_path);
@@ -358,7 +366,8 @@ Calibration ReadAslCalibration(const std::string& folder, Warnings* warnings) {
       if (i == 1 && !Exists(folder + "/cam1")) break;
       YamlSection camera = YamlSection::FromFile(fmt::format("{}/cam{}/sensor.yaml", folder, i));
       rig.cameras[i] = ReadCamera(camera, "distortion_coefficients");
-      rig.T_imu_camera[i] = T_body_imu.Inverse() * RequiredTransform(camera, "T_BS", true);
+      rig.T_imu_camera[i] =
+          T_body_imu.Inverse() * RequiredTransform(camera, "T_BS", true, mirrored);
       ReadTimeShift(camera, i, &rig, warnings);
     }
     CheckRig(rig, folder);
@@ -369,7 +378,7 @@ Calibration ReadAslCalibration(const std::string& folder, Warnings* warnings) {
 }
 
 Calibration ReadKalibrCalibration(const std::string& camchain_path, const std::string& imu_path,
-                                  Warnings* warnings) {
+                                  Warnings* warnings, Mirrored mirrored) {
   return AsDataErrors([&] {
     Calibration calibration;
     Rig& rig = calibration.rig;
@@ -384,7 +393,8 @@ Calibration ReadKalibrCalibration(const std::string& camchain_path, const std::s
       }
       YamlSection camera = root.Section(name);
       rig.cameras[i] = ReadCamera(camera, "distortion_coeffs");
-      rig.T_imu_camera[i] = ReadKalibrPose(camera, i, rig.T_imu_camera[0], &calibration.source);
+      rig.T_imu_camera[i] =
+          ReadKalibrPose(camera, i, rig.T_imu_camera[0], mirrored, &calibration.source);
       ReadTimeShift(camera, i, &rig, warnings);
     }
     if (imu_path.empty()) {
@@ -418,9 +428,9 @@ void WriteKalibrCalibration(const std::string& path, const Rig& rig) {
   WriteFile(path, text);
 }
 
-Calibration FindCalibration(const std::string& asl_folder, Warnings* warnings) {
+Calibration FindCalibration(const std::string& asl_folder, Warnings* warnings, Mirrored mirrored) {
   if (Exists(fs::path(asl_folder) / "cam0" / "sensor.yaml")) {
-    return ReadAslCalibration(asl_folder, warnings);
+    return ReadAslCalibration(asl_folder, warnings, mirrored);
   }
   const fs::path folder(asl_folder), above = fs::absolute(folder).lexically_normal().parent_path();
   const std::vector<fs::path> folders = {folder, folder / "dso", above, above / "dso"};
@@ -434,18 +444,19 @@ Calibration FindCalibration(const std::string& asl_folder, Warnings* warnings) {
                                  "{0}/imu0/sensor.yaml, or name a Kalibr chain with --calibration",
                                  asl_folder));
   }
-  return ReadKalibrCalibration(camchain_path, FirstExisting(folders, kImuNames), warnings);
+  return ReadKalibrCalibration(camchain_path, FirstExisting(folders, kImuNames), warnings,
+                               mirrored);
 }
 
-Calibration ReadCalibration(const std::string& path, Warnings* warnings) {
+Calibration ReadCalibration(const std::string& path, Warnings* warnings, Mirrored mirrored) {
   std::error_code error;
-  if (fs::is_directory(path, error)) return FindCalibration(path, warnings);
+  if (fs::is_directory(path, error)) return FindCalibration(path, warnings, mirrored);
   const std::string imu_path = AsDataErrors([&] {
     return YamlSection::FromFile(path).Has("imu0")
                ? path
                : FirstExisting({fs::path(path).parent_path()}, kImuNames);
   });
-  return ReadKalibrCalibration(path, imu_path, warnings);
+  return ReadKalibrCalibration(path, imu_path, warnings, mirrored);
 }
 
 }  // namespace slcmap

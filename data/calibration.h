@@ -11,6 +11,10 @@ namespace slcmap {
 // A rig of one camera has no width in its second.
 inline bool IsStereo(const Rig& rig) { return rig.cameras[1].width_px > 0; }
 
+// What is made of a rotation whose determinant is -1: a MirroredFault; or the rotation that all its
+// numbers negated are, for the check to tell which axes are wrong.
+enum class Mirrored { kRefused, kNegated };
+
 struct Calibration {
   Rig rig;
   std::string source;  // the files and the transforms read from them, for the user to see
@@ -19,18 +23,20 @@ struct Calibration {
 // Reads cam0/sensor.yaml, cam1/sensor.yaml (where there is a cam1) and imu0/sensor.yaml under an
 // ASL folder (mav0). T_BS maps sensor to body. Cameras may hold Kalibr's timeshift_cam_imu besides
 // ASL's keys.
-Calibration ReadAslCalibration(const std::string& folder, Warnings* warnings);
+Calibration ReadAslCalibration(const std::string& folder, Warnings* warnings,
+                               Mirrored mirrored = Mirrored::kRefused);
 
 // Reads a Kalibr camera chain: cam0 and, unless the rig has one camera, cam1, each with T_cam_imu
 // (imu to camera) or T_imu_cam (camera to imu), cam1 with T_cn_cnm1 (cam0 to cam1) instead if it
 // has neither. imu_path is Kalibr's IMU file (its keys at the top or under imu0); "" assumes a
 // typical noise, with a warning.
 Calibration ReadKalibrCalibration(const std::string& camchain_path, const std::string& imu_path,
-                                  Warnings* warnings);
+                                  Warnings* warnings, Mirrored mirrored = Mirrored::kRefused);
 
 // Finds the calibration of a sequence whose ASL folder is given: sensor.yaml of its sensors, else a
 // Kalibr chain and IMU file in it, in the folder above, or in dso/ there (TUM VI).
-Calibration FindCalibration(const std::string& asl_folder, Warnings* warnings);
+Calibration FindCalibration(const std::string& asl_folder, Warnings* warnings,
+                            Mirrored mirrored = Mirrored::kRefused);
 
 // Writes a rig as a Kalibr camera chain, with T_cam_imu (IMU to camera) and timeshift_cam_imu
 // (t_imu = t_cam + shift) of each camera, and with Kalibr's keys of the IMU under imu0, so that
@@ -39,7 +45,8 @@ void WriteKalibrCalibration(const std::string& path, const Rig& rig);
 
 // Reads what --calibration names: a Kalibr chain (with imu0 in it or an IMU file beside it, if
 // there is one) or a folder that FindCalibration understands.
-Calibration ReadCalibration(const std::string& path, Warnings* warnings);
+Calibration ReadCalibration(const std::string& path, Warnings* warnings,
+                            Mirrored mirrored = Mirrored::kRefused);
 
 // Both cameras are taken to be triggered together: the time shift is that of cam0. Another one of
 // cam1 is a warning, and an error where it is more than 1 ms off.

@@ -21,4 +21,10 @@ class InputFault : public DataError {
   std::string name_, remedy_;
 };
 
+// A rotation of the calibration that is a mirror image of one.
+class MirroredFault : public InputFault {
+ public:
+  using InputFault::InputFault;
+};
+
 }  // namespace slcmap

@@ -122,9 +122,10 @@ Sequence OpenSequence(const std::string& path, const SequenceOptions& options) {
   Sequence sequence;
   sequence.folder = FindAslFolder(path, options.needs_imu);
   const fs::path folder(sequence.folder);
-  const Calibration calibration = options.calibration.empty()
-                                      ? FindCalibration(sequence.folder, &sequence.warnings)
-                                      : ReadCalibration(options.calibration, &sequence.warnings);
+  const Calibration calibration =
+      options.calibration.empty()
+          ? FindCalibration(sequence.folder, &sequence.warnings, options.mirrored)
+          : ReadCalibration(options.calibration, &sequence.warnings, options.mirrored);
   sequence.rig = calibration.rig;
   sequence.calibration_source = calibration.source;
   std::error_code error;

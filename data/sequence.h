@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "data/asl_files.h"
+#include "data/calibration.h"
 #include "data/types.h"
 #include "data/warnings.h"
 
@@ -27,8 +28,9 @@ struct Sequence {
 };
 
 struct SequenceOptions {
-  std::string calibration;             // file or folder; "" takes the sequence's own
-  double max_stereo_offset_s = 0.003;  // between the stamps of a pair
+  Mirrored mirrored = Mirrored::kRefused;  // rotations of the calibration
+  std::string calibration;                 // file or folder; "" takes the sequence's own
+  double max_stereo_offset_s = 0.003;      // between the stamps of a pair
   bool needs_imu = true;  // false: a recording without imu0 will do, and its samples stay unread
 };
 

@@ -192,6 +192,9 @@ CheckReport CheckSequence(const std::string& path, const SequenceOptions& option
   try {
     source = OpenSource(path, options);
     report = CheckSource(source.get(), progress);
+  } catch (const MirroredFault& fault) {
+    report.Fail(fault.name(), fault.what(), fault.remedy());
+    CheckMirrored(path, options, progress, &report.findings.back());
   } catch (const InputFault& fault) {
     report.Fail(fault.name(), fault.what(), fault.remedy());
   } catch (const DataError& error) {

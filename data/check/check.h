@@ -31,6 +31,11 @@ CheckReport CheckStart(const SequenceSource& source, const std::vector<ImuSample
 // then no error. False where that is so, and nothing else is to be judged by these turns.
 bool JudgeScales(const TurnAlignment& turns, const Rig& rig, CheckReport* report);
 
+// Adds to the finding that a rotation of the calibration is mirrored which axes are wrong, where
+// the images' turns tell.
+void CheckMirrored(const std::string& path, SequenceOptions options, const Progress& progress,
+                   CheckFinding* finding);
+
 // The parts, each of which adds figures and findings. `samples` are the source's.
 void CheckWarnings(const Warnings& warnings, CheckReport* report);  // what reading had to drop
 // Counts, rates and gaps.

@@ -2,14 +2,20 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <spdlog/fmt/fmt.h>
 
 #include <numbers>
 #include <random>
+#include <sstream>
 
+#include "data/calibration.h"
+#include "data/file.h"
 #include "data/image_file.h"
+#include "data/input_fault.h"
 #include "data/source/asl_source.h"
 #include "tests/testing/shared_data.h"
 #include "tests/testing/small_sequence.h"
+#include "tests/testing/temp_folder.h"
 
 namespace slcmap {
 namespace {
@@ -385,6 +391,44 @@ TEST_F(CheckRealRecording, ATurnedImuIsNamed) {
   CheckMotion(AslSource(sequence_), sequence_.rig, sequence_.imu, {}, &report);
   ExpectFinding(report, "imu-camera", Severity::kError, "[0.01");
   EXPECT_THAT(Find(report, "imu-camera")->found, HasSubstr("y and z negated"));
+}
+
+// A Kalibr chain of a rig with the IMU's axes mirrored: those of T_cam_imu's columns.
+std::string MirroredChain(const std::string& folder, const Rig& rig,
+                          const Eigen::Matrix3d& mirror) {
+  const std::string path = folder + "/chain.yaml";
+  std::string text;
+  for (int i = 0; i < 2; ++i) {
+    Eigen::Matrix4d T = rig.T_imu_camera[i].Inverse().Matrix();
+    T.topLeftCorner<3, 3>() *= mirror;
+    const Camera& c = rig.cameras[i];
+    std::ostringstream rows;
+    const Eigen::IOFormat list(17, Eigen::DontAlignCols, ", ", ", ", "[", "]", "[", "]");
+    rows << T.format(list);
+    text += fmt::format(
+        "cam{}:\n  T_cam_imu: {}\n  camera_model: pinhole\n  distortion_coeffs: [{}, {}, {}, {}]\n"
+        "  distortion_model: radtan\n  intrinsics: [{}, {}, {}, {}]\n  resolution: [{}, {}]\n",
+        i, rows.str(), c.coefficients[0], c.coefficients[1], c.coefficients[2], c.coefficients[3],
+        c.fx_px, c.fy_px, c.cx_px, c.cy_px, c.width_px, c.height_px);
+  }
+  WriteFile(path, text);
+  return path;
+}
+
+TEST_F(CheckRealRecording, MirroredAxesOfTheImuAreNamed) {
+  const testing::TempFolder folder;
+  Eigen::Matrix3d swapped;
+  swapped << 0, 1, 0, 1, 0, 0, 0, 0, 1;
+  const Eigen::Matrix3d negated = Eigen::Vector3d(1, 1, -1).asDiagonal();
+  for (const auto& [mirror, words] :
+       {std::pair(swapped, "x and y swapped"), std::pair(negated, "z negated")}) {
+    SequenceOptions options;
+    options.calibration = MirroredChain(folder.Path(), sequence_.rig, mirror);
+    const CheckReport report = CheckSequence(path_, options);
+    ExpectFinding(report, "calibration", Severity::kError, words);
+    EXPECT_THAT(Find(report, "calibration")->found, HasSubstr("determinant -1"));
+    EXPECT_THROW(OpenSequence(path_, options), MirroredFault);
+  }
 }
 
 TEST_F(CheckRealRecording, ABaselineOfHalfItsLengthIsNamed) {
