@@ -153,7 +153,9 @@ class Adjustment {
   Adjustment(const OdometryRun& run, const AdjustmentOptions& options)
       : run_(run), options_(options), model_(run, options), state_(StateOfRun(run, options)) {
     const CalibrationOptions calibration = BeliefsAfter(run, options.calibration);
-    ties_.emplace(calibration, CalibrationPrior(calibration).belief());
+    ties_.emplace(calibration, run.calibration.empty()
+                                   ? CalibrationPrior(calibration).belief()
+                                   : BeliefOf(run.calibration.back(), calibration));
     model_.tie_weights = ties_->weights();
   }
 

@@ -11,6 +11,8 @@ namespace {
 
 using SparseMatrix = Eigen::SparseMatrix<double>;
 
+constexpr double kOfNothing = 1e-9;  // of what a number's own observations say of it
+
 struct Columns {
   int first = 0, count = 0;
 };
@@ -53,6 +55,9 @@ Eigen::MatrixXd BlockCovariance(ceres::Problem* problem, const std::vector<doubl
   jacobian = jacobian * scale.asDiagonal();
   SparseMatrix information(jacobian.cols(), jacobian.cols());
   information.selfadjointView<Eigen::Lower>().rankUpdate(SparseMatrix(jacobian.transpose()));
+  // What nothing says of a block, as how far away a line is that one image shows, says nothing of
+  // others either.
+  for (Eigen::Index k = 0; k < information.cols(); ++k) information.coeffRef(k, k) += kOfNothing;
   const Eigen::SimplicialLDLT<SparseMatrix> cholesky(information);
   if (cholesky.info() != Eigen::Success) return {};
   Eigen::Index size = 0;
@@ -66,6 +71,8 @@ Eigen::MatrixXd BlockCovariance(ceres::Problem* problem, const std::vector<doubl
   const Eigen::MatrixXd solved = cholesky.solve(units);
   Eigen::MatrixXd covariance = units.transpose() * solved;
   if (!covariance.allFinite() || covariance.diagonal().minCoeff() < 0) return {};
+  const Eigen::VectorXd own = units.colwise().squaredNorm();  // by their own observations
+  if ((covariance.diagonal().array() > 0.1 / kOfNothing * own.array()).any()) return {};
   return covariance;
 }
 

@@ -134,6 +134,21 @@ void CalibrationPrior::Hold(const CalibrationState& state) {
   SetFirstSigma();
 }
 
+CalibrationBelief BeliefOf(const CalibrationEstimate& e, const CalibrationOptions& options) {
+  CalibrationVector mean, sigma;
+  mean << e.imu_rotation_rad, e.lever_m, e.time_offset_s, e.right_rotation_rad, e.focal_length,
+      e.right_centre_px;
+  sigma << e.imu_rotation_sigma_rad, e.lever_sigma_m, e.time_offset_sigma_s,
+      e.right_rotation_sigma_rad, e.focal_length_sigma, e.right_centre_sigma_px;
+  CalibrationBelief belief = CalibrationPrior(options).belief();
+  for (int row = 0; row < kCalibrationSize; ++row) {
+    if (sigma[row] == 0) continue;
+    belief.mean[row] = mean[row];
+    belief.covariance(row, row) = std::pow(sigma[row] / options.sigma_scale, 2);
+  }
+  return belief;
+}
+
 CameraCalibrationBlock CameraBlockOf(const CalibrationEstimate& estimate) {
   CameraCalibrationBlock block{};
   std::copy_n(estimate.right_rotation_rad.data(), 3, block.begin() + kRowRightRotation);

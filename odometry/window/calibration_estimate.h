@@ -60,6 +60,9 @@ class CalibrationPrior {
   CalibrationMatrix covariance_;
 };
 
+// What an estimate tells, number by number; of what was held, what was given.
+CalibrationBelief BeliefOf(const CalibrationEstimate& estimate, const CalibrationOptions& options);
+
 // What an estimate says of the cameras, as a block.
 CameraCalibrationBlock CameraBlockOf(const CalibrationEstimate& estimate);
 

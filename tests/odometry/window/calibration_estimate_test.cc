@@ -246,6 +246,25 @@ TEST(CalibrationPrior, HoldsWhatIsBeyondItsLimitAndKeepsTheRest) {
   EXPECT_EQ(MeanOf(prior), known);
 }
 
+TEST(CalibrationPrior, WhatAnEstimateTellsIsBelievedAgain) {
+  const CalibrationOptions options;
+  CalibrationEstimate estimate;
+  estimate.focal_length = 0.003;
+  estimate.focal_length_sigma = 3e-4;
+  estimate.right_centre_px = {2, -1};
+  estimate.right_centre_sigma_px = {0.05, 0.04};
+  const CalibrationBelief belief = BeliefOf(estimate, options);
+  const CalibrationVector given = CalibrationPrior(options).belief().covariance.diagonal();
+  EXPECT_EQ(belief.mean[kCameras + kRowFocalLength], 0.003);
+  EXPECT_EQ(belief.mean[kCameras + kRowRightCentre + 1], -1);
+  EXPECT_NEAR(std::sqrt(belief.covariance(kCameras + kRowFocalLength, kCameras + kRowFocalLength)),
+              3e-4 / options.sigma_scale, 1e-12);
+  EXPECT_EQ(belief.covariance(kTime, kTime), given[kTime]) << "what the run held";
+  const CalibrationTies ties(options, belief);
+  EXPECT_EQ(ties.weights()[kCameras + kRowFocalLength], 0);
+  EXPECT_EQ(ties.weights()[kCameras + kRowRightCentre], 0);
+}
+
 // Estimates of an exact rig scatter; taken to be as given, they do so by a fraction.
 TEST(Calibration, WhatIsAsGivenIsTakenAsSuch) {
   SimulatedRunOptions options = NoisyCalibration(10);
