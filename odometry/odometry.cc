@@ -97,7 +97,8 @@ class TrackedLines final : public LineSource {
 
 // One camera tells nothing of another.
 OdometryOptions ForMethod(OdometryOptions options) {
-  if (options.method == Method::kPointsMono) options.calibration.right_rotation = false;
+  if (options.method != Method::kPointsMono) return options;
+  options.calibration.right_rotation = options.calibration.right_centre = false;
   return options;
 }
 

@@ -119,7 +119,7 @@ struct CalibrationOptions {
   double max_lever_m = 0.1;
   double max_right_rotation_rad = 0.02;
   double max_focal_length = 0.03;
-  double max_right_centre_px = 10;
+  double max_right_centre_px = 5;  // beyond it the linear model of lens_shift.h is off
   void Check() const;
   void Read(YamlSection section);
 };

@@ -74,6 +74,7 @@ class Piece {
     Told told;
     told.x << Eigen::Map<const Eigen::Matrix<double, kCameraCalibrationSize, 1>>(cameras),
         Eigen::Map<const Eigen::Vector4d>(principal_px_.data());
+    told.x.segment<2>(kRowRightCentre) -= known_centre_px_;
     const Vector scale = given_sigma.cwiseInverse();
     told.x = scale.cwiseProduct(told.x);
     told.covariance =
@@ -87,6 +88,9 @@ class Piece {
     double* cameras = model_.calibration->cameras.data();
     Eigen::Map<Eigen::Vector3d>{cameras + kRowRightRotation} = known.back().right_rotation_rad;
     cameras[kRowFocalLength] = known.back().focal_length;
+    // Poses and turn are of the run's with this; it is held, and what is found comes on top.
+    known_centre_px_ = known.back().right_centre_px;
+    Eigen::Map<Eigen::Vector2d>{cameras + kRowRightCentre} = known_centre_px_;
   }
 
   void AddFrame(const Keyframe& keyframe) {
@@ -140,6 +144,7 @@ class Piece {
     prior.x_lin = {{first.pose.begin(), first.pose.end()},
                    std::vector<double>(kCameraCalibrationSize),
                    std::vector<double>(kPrincipalPointSize)};
+    std::copy_n(known_centre_px_.data(), 2, prior.x_lin[1].begin() + kRowRightCentre);
     Eigen::VectorXd sigma(kPoseTangentSize + kSize);
     sigma << Eigen::Matrix<double, kPoseTangentSize, 1>::Constant(kHeld), given_sigma;
     prior.jacobian = sigma.cwiseInverse().asDiagonal();
@@ -152,6 +157,7 @@ class Piece {
   CostModel model_;
   WindowState window_;
   std::array<double, kPrincipalPointSize> principal_px_{};
+  Vector2d known_centre_px_ = Vector2d::Zero();
 };
 
 Vector GivenSigma(const CalibrationOptions& options) {
@@ -210,6 +216,7 @@ std::optional<PrincipalPoints> FitPrincipalPoints(const Rig& given, const Odomet
     const Vector2d sigma = scale * together.covariance.diagonal().segment<2>(row).cwiseSqrt();
     out.sigma_px[camera] = kGivenSigma_px * sigma.cwiseMin(1);
   }
+  if (!run.calibration.empty()) out.offset_px[1] += run.calibration.back().right_centre_px;
   return out;
 }
 

@@ -17,6 +17,7 @@ constexpr double kSample_m = 0.02;
 constexpr double kCollinear_m = 0.01, kCollinear_rad = 1 * kDegree;
 constexpr double kBeside_m = 0.3;  // of an edge next to a gap
 constexpr double kOnEdge_m = 1e-3;
+constexpr double kSame_m = 0.005;  // middles of gaps that are one
 
 // An edge as a point, a direction and a length.
 struct Edge {
@@ -31,6 +32,8 @@ struct Edge {
   bool IsParallel(const Edge& other) const {
     return direction.cross(other.direction).norm() < std::sin(kCollinear_rad);
   }
+
+  Edge Reversed() const { return Edge({At(length_m), start}); }
 
   Vector3d start;
   double length_m;
@@ -97,7 +100,11 @@ class GapCounter {
 
   LineGaps Count() const {
     LineGaps out;
-    for (const Edge& edge : edges_) CountGaps(edge, &out);
+    std::vector<Vector3d> counted;  // middles of gaps: each is behind the ends of two edges
+    for (const Edge& edge : edges_) {
+      CountGap(edge, &counted, &out);
+      CountGap(edge.Reversed(), &counted, &out);
+    }
     for (size_t i = 0; i < edges_.size(); ++i) {
       for (size_t k = i + 1; k < edges_.size(); ++k) CountPair(edges_[i], edges_[k], &out);
     }
@@ -127,9 +134,13 @@ class GapCounter {
     });
   }
 
-  void CountGaps(const Edge& edge, LineGaps* out) const {
+  void CountGap(const Edge& edge, std::vector<Vector3d>* counted, LineGaps* out) const {
     const std::optional<Part> gap = GapBehind(edge);
-    if (!gap || !IsInDoorway(edge.At(0.5 * (gap->from_m + gap->to_m)))) return;
+    if (!gap) return;
+    const Vector3d middle = edge.At(0.5 * (gap->from_m + gap->to_m));
+    const auto is_it = [&](const Vector3d& other) { return (other - middle).norm() < kSame_m; };
+    if (!IsInDoorway(middle) || std::any_of(counted->begin(), counted->end(), is_it)) return;
+    counted->push_back(middle);
     const Part inside{gap->from_m + options_.within_m, gap->to_m - options_.within_m};
     if (ShareBeside(all_, edge, inside, options_.within_m) > 0) return;
     const Part before{std::max(0.0, gap->from_m - kBeside_m), gap->from_m};

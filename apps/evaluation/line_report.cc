@@ -105,9 +105,11 @@ std::string LineTable(const LineInputs& inputs, const LineMetrics& metrics) {
         accuracy.direction_mean_deg, accuracy.direction_rms_deg, accuracy.offset_rms_m,
         accuracy.length_m, metrics.scores.back().tolerance_m);
   }
-  text += fmt::format(
-      "apart     {} of {} gaps in doorways, {} of {} pairs of edges 4 to 8 cm apart\n",
-      metrics.gaps.gaps_kept, metrics.gaps.gaps, metrics.gaps.pairs_kept, metrics.gaps.pairs);
+  if (metrics.gaps.gaps + metrics.gaps.pairs > 0) {
+    text += fmt::format(
+        "apart     {} of {} gaps in doorways, {} of {} pairs of edges 4 to 8 cm apart\n",
+        metrics.gaps.gaps_kept, metrics.gaps.gaps, metrics.gaps.pairs_kept, metrics.gaps.pairs);
+  }
   if (!metrics.kinds.empty()) text += KindTable(metrics);
   return text;
 }

@@ -89,21 +89,24 @@ double OffsetAt_m(const std::map<int, Bin>& bins, int index, const JunctionOptio
 }
 
 bool IsBetweenCorners(const PlaneOpening& opening, const Vector3d& axis, const Vector3d& p,
-                      double around_m) {
+                      double before_m = 0) {
   double from_m = std::numeric_limits<double>::infinity(), to_m = -from_m;
   for (const Vector3d& corner : opening.outline_world) {
     from_m = std::min(from_m, axis.dot(corner));
     to_m = std::max(to_m, axis.dot(corner));
   }
-  return axis.dot(p) >= from_m - around_m && axis.dot(p) <= to_m + around_m;
+  return axis.dot(p) >= from_m - before_m && axis.dot(p) <= to_m;
 }
 
-// In a doorway a wall meets no floor, but what is measured beside it is near enough.
+// In a doorway a wall meets no floor, but what is measured beside it is near enough. Its sill may
+// be somewhat above the floor; at its sides and above it there is wall.
 bool IsInOpening(const BuildingPlane& plane, const Vector3d& direction, const Vector3d& p) {
-  constexpr double kSill_m = 0.1;
+  constexpr double kSill_m = 0.1, kUpright = 0.5;
+  Vector3d across = plane.normal.cross(direction);
+  if (across.z() < 0) across = -across;
+  const double below_m = across.z() > kUpright ? kSill_m : 0;
   return std::any_of(plane.openings.begin(), plane.openings.end(), [&](const PlaneOpening& o) {
-    return IsBetweenCorners(o, direction, p, 0) &&
-           IsBetweenCorners(o, plane.normal.cross(direction), p, kSill_m);
+    return IsBetweenCorners(o, direction, p) && IsBetweenCorners(o, across, p, below_m);
   });
 }
 

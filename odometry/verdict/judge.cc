@@ -203,7 +203,26 @@ void JudgeSource(const OdometryRun& run, Verdict* verdict) {
   }
   for (const CheckCorrection& correction : run.source->corrections) {
     verdict->Add({VerdictLevel::kGood, "corrected", correction.words, "what is calibrated",
-                  "correct the calibration: run.json has the value"});
+                  "correct the calibration: --write-calibration writes all that was found in the "
+                  "end, which may take this back"});
+  }
+}
+
+// What of the calibration is so far off that other recordings of the rig suffer, too.
+void JudgeCentre(const OdometryRun& run, Verdict* verdict) {
+  constexpr double kClear = 5, kMost_px = 1;
+  if (run.calibration.empty()) return;
+  const CalibrationEstimate& e = run.calibration.back();
+  for (int axis = 0; axis < 2; ++axis) {
+    const double off_px = std::abs(e.right_centre_px[axis]);
+    if (off_px < std::max(kMost_px, kClear * e.right_centre_sigma_px[axis])) continue;
+    verdict->Add({VerdictLevel::kGood, "principal-point",
+                  fmt::format("the right camera's principal point ({:.1f}, {:.1f}) px off against "
+                              "the left one's",
+                              e.right_centre_px.x(), e.right_centre_px.y()),
+                  fmt::format("at most {} px", kMost_px),
+                  "calibrate the cameras anew, or take what --write-calibration writes"});
+    return;
   }
 }
 
@@ -212,6 +231,7 @@ void JudgeSource(const OdometryRun& run, Verdict* verdict) {
 Verdict JudgeRun(const OdometryRun& run, const VerdictOptions& options) {
   Verdict verdict;
   JudgeSource(run, &verdict);
+  JudgeCentre(run, &verdict);
   if (!run.complete) {
     verdict.Add({VerdictLevel::kGood, "partial", run.partial_reason, "the whole recording",
                  "run it again"});

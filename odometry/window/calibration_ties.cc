@@ -28,6 +28,8 @@ bool IsRightCentre(int row) {
   return row >= first && row < first + 2;
 }
 
+constexpr double kLeastSigma = 1e-4;  // of a number, as a share of that of what was given
+
 double TightnessOf(int row) { return IsRightCentre(row) ? kCentreTightness : kTightness; }
 
 }  // namespace
@@ -92,7 +94,9 @@ void CalibrationTies::Update(const CalibrationBelief& with) {
     const double odds = OddsOfGiven(belief, row);
     const bool tied = odds > (weights_[row] > 0 ? kReleaseOdds : kTieOdds);
     const double weight = TightnessOf(row) / std::sqrt(belief.covariance(row, row));
-    weights_[row] = tied ? std::max(weights_[row], weight) : 0;
+    // So that it can be taken off again, whatever the belief was.
+    const double most = TightnessOf(row) / (kLeastSigma * given_sigma_[row]);
+    weights_[row] = tied ? std::min(std::max(weights_[row], weight), most) : 0;
   }
 }
 

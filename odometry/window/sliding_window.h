@@ -29,7 +29,7 @@ class SlidingWindow {
  public:
   SlidingWindow(const OdometryOptions& options, const Rig& rectified_rig);
 
-  // How images move with the focal lengths; ideal pinholes without.
+  // How images move with what the lenses are; ideal pinholes without.
   void SetLensShifts(const std::array<LensShift, 2>& shifts);
 
   // Starts anew with frames that an initialiser has given first estimates, oldest first. The prior

@@ -55,6 +55,21 @@ TEST_F(PrincipalPointsTest, AreFoundAsWellAsIsClaimed) {
   }
 }
 
+// Poses and points of a run that has found the right one itself are right with it only.
+TEST_F(PrincipalPointsTest, ComeOnTopOfWhatTheRunHasFound) {
+  const Vector2d known_px(2.5, -1);
+  OdometryRun run = RunMoved({0, 0}, known_px);
+  const auto alone = Fit(run);
+  ASSERT_FALSE(run.calibration.empty());
+  run.calibration.back().right_centre_px = known_px;
+  const auto found = Fit(run);
+  ASSERT_TRUE(alone && found);
+  for (int i = 0; i < 2; ++i) {
+    EXPECT_NEAR(found->offset_px[1][i], known_px[i], 3 * found->sigma_px[1][i]);
+    EXPECT_LT(found->sigma_px[1][i], 1.2 * alone->sigma_px[1][i]);
+  }
+}
+
 TEST_F(PrincipalPointsTest, NothingIsToldOfWhatIsNotWantedNorSeen) {
   OdometryRun run = RunMoved({0, 0}, {0, 0});
   EXPECT_TRUE(Fit(run));

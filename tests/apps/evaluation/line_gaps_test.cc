@@ -40,6 +40,16 @@ TEST_F(LineGapsTest, AreKeptByLinesThatEndThere) {
   EXPECT_EQ(gaps.pairs_kept, 1);
 }
 
+TEST_F(LineGapsTest, AreOneWhicheverWayTheEdgesRun) {
+  for (PlySegment& edge : truth_.whole) std::swap(edge.start_world, edge.end_world);
+  EXPECT_EQ(EvaluateLineGaps(truth_, {before_, behind_}).gaps, 1);
+  std::swap(truth_.whole[0].start_world, truth_.whole[0].end_world);
+  EXPECT_EQ(EvaluateLineGaps(truth_, {before_, behind_}).gaps, 1);
+  std::swap(truth_.whole[0].start_world, truth_.whole[0].end_world);
+  std::swap(truth_.whole[1].start_world, truth_.whole[1].end_world);
+  EXPECT_EQ(EvaluateLineGaps(truth_, {before_, behind_}).gaps, 1);
+}
+
 TEST_F(LineGapsTest, AreLostByALineThatGoesThrough) {
   const LineGaps gaps = EvaluateLineGaps(truth_, {LineFrom({0.1, 0, 0}, {4.9, 0, 0})});
   EXPECT_EQ(gaps.gaps, 1);

@@ -55,6 +55,24 @@ TEST(PlaneJunction, EndsAtADoorway) {
   EXPECT_LT(nearest_m, 0.06);
 }
 
+TEST(PlaneJunction, OfTwoWallsIsNoneOfADoorBesideIt) {
+  Building building = testing::WallAndFloor();
+  building.planes[1] = testing::PlaneOf(PlaneKind::kWall, Eigen::Vector3d::UnitX(),
+                                        {{0, 0, 0}, {0, 3, 0}, {0, 3, 2.5}, {0, 0, 2.5}});
+  PlaneOpening& door = building.planes[0].openings.emplace_back();
+  door.outline_world = {{0.05, 0, 0}, {1, 0, 0}, {1, 0, 2.1}, {0.05, 0, 2.1}};
+  std::vector<DensePoint> cloud;
+  AddWall({0, 0.05}, {0.1, 2}, 0, &cloud);
+  for (double y_m = 0.05; y_m < 1; y_m += 0.04) {
+    for (double z_m = 0.1; z_m < 2; z_m += 0.04) {
+      cloud.push_back({{0, y_m, z_m}, Eigen::Vector3d::UnitX(), 0.005, 100});
+    }
+  }
+  const auto junction = JunctionOf(building, cloud);
+  ASSERT_TRUE(junction);
+  EXPECT_GT(junction->places.size(), 30u);
+}
+
 TEST(PlaneJunction, FollowsSurfacesThatAreOffTheirPlanes) {
   const Building building = testing::WallAndFloor();
   std::vector<DensePoint> cloud;

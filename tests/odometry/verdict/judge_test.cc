@@ -201,6 +201,21 @@ TEST(Judge, WhatTheCheckSaidIsAReason) {
   EXPECT_EQ(Judged(run).reasons.front().what, "check");  // the worst first
 }
 
+TEST(Judge, APrincipalPointThatIsClearlyOffIsToldWithoutDoubt) {
+  OdometryRun run = GoodRun();
+  CalibrationEstimate& found = run.calibration.emplace_back();
+  found.right_centre_px = {0.4, -0.2};
+  found.right_centre_sigma_px = {0.05, 0.05};
+  EXPECT_TRUE(Judged(run).reasons.empty());
+  found.right_centre_px.x() = 2.2;
+  const Verdict verdict = Judged(run);
+  EXPECT_EQ(verdict.level, VerdictLevel::kGood);
+  ASSERT_EQ(verdict.reasons.size(), 1u);
+  EXPECT_EQ(verdict.reasons[0].what, "principal-point");
+  found.right_centre_sigma_px.x() = 1;
+  EXPECT_TRUE(Judged(run).reasons.empty());
+}
+
 TEST(Judge, APartialRunIsJudgedByWhatThereIs) {
   OdometryRun run = GoodRun();
   run.complete = false;
