@@ -15,6 +15,7 @@ Json OpeningJson(const TrueOpening& opening) {
   return {{"id", opening.id},
           {"kind", opening.is_door ? "door" : "window"},
           {"is_open", opening.is_open},
+          {"is_clear", opening.is_clear},
           {"looked_through", RoundedForJson(opening.looked_through)},
           {"clear_width_m", RoundedForJson(opening.clear_width_m)},
           {"outline", PointsJson(opening.outline_world)}};
@@ -25,6 +26,7 @@ TrueOpening ParseOpening(const std::string& place, const Json& json) {
   opening.id = json.at("id").get<int64_t>();
   opening.is_door = json.at("kind").get<std::string>() == "door";
   opening.is_open = json.at("is_open").get<bool>();
+  opening.is_clear = json.value("is_clear", false);  // earlier recordings know of no clear glass
   opening.looked_through = BoundedAt(place, json, "looked_through", 0.0, 1.0);
   opening.clear_width_m = BoundedAt(place, json, "clear_width_m", 0.0, kMaxCoordinate_m);
   opening.outline_world = ParsePoints<Vector3d>(place, json, "outline", 3, kMaxCoordinate_m);

@@ -15,6 +15,7 @@ struct TrueOpening {
   int64_t id = 0;  // the same on both faces of a wall
   bool is_door = true;
   bool is_open = false;       // one sees and goes through; closed doors and panes are not
+  bool is_clear = false;      // a pane of clear glass, which one sees through
   double looked_through = 0;  // share that a camera saw through or onto, at most 8 m away
   double clear_width_m = 0;
   std::vector<Eigen::Vector3d> outline_world;

@@ -296,7 +296,7 @@ std::vector<TrueWall> TrueWalls(const Scene& scene) {
     FitPlane(GridOf(scene, face), face.normal, &wall);
     for (const SceneOpening& hole : face.openings) {
       wall.openings.push_back(
-          {hole.id, hole.is_door, hole.is_open, 0, hole.to_m - hole.from_m,
+          {hole.id, hole.is_door, hole.is_open, hole.is_clear, 0, hole.to_m - hole.from_m,
            Rectangle(scene, face, hole.from_m, hole.to_m, hole.low_m, hole.high_m)});
     }
     walls.push_back(wall);

@@ -8,10 +8,10 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kRange_m = 8;
-constexpr double kMargin_m = 0.01;   // a surface this near in front of a point does not hide it
-constexpr double kInterval_s = 0.5;  // between frames that are looked at
-constexpr double kSample_m = 0.05;   // along an axis
+constexpr double kPipeRange_m = 8;
+constexpr double kPipeMargin_m = 0.01;   // a surface this near in front of a point does not hide it
+constexpr double kPipeInterval_s = 0.5;  // between frames that are looked at
+constexpr double kSample_m = 0.05;       // along an axis
 
 // The places along the axis of a pipe that cameras see.
 class PipeWatch {
@@ -48,18 +48,18 @@ class PipeWatch {
   Vector3d Facing(const Vector3d& on_axis, const Vector3d& centre) const {
     const Vector3d along = (pipe_.b - pipe_.a).normalized();
     const Vector3d way = centre - on_axis;
-    return on_axis + (pipe_.radius_m + kMargin_m) * (way - along.dot(way) * along).normalized();
+    return on_axis + (pipe_.radius_m + kPipeMargin_m) * (way - along.dot(way) * along).normalized();
   }
 
   bool Sees(const Camera& camera, const Vector3d& p_camera,
             const RigidTransform& T_world_camera) const {
     const double distance_m = p_camera.norm();
-    if (distance_m > kRange_m || distance_m <= kMargin_m) return false;
+    if (distance_m > kPipeRange_m || distance_m <= kPipeMargin_m) return false;
     const auto pixel = camera.Project(p_camera);
     if (!pixel || !camera.Contains(*pixel)) return false;
     const Vector3d ray = T_world_camera.rotation * (p_camera / distance_m);
     return !rays_.Blocked(T_world_camera.translation.cast<float>(), ray.cast<float>(),
-                          static_cast<float>(distance_m - kMargin_m));
+                          static_cast<float>(distance_m - kPipeMargin_m));
   }
 
   const ScenePipe& pipe_;
@@ -83,7 +83,7 @@ std::vector<TruePipe> ObservePipes(const Scene& scene, const RayScene& rays, con
   double next_s = 0;
   for (int frame = 0; frame < frames && !task.stop.stop_requested(); ++frame) {
     if (task.times_s[frame] < next_s) continue;
-    next_s = task.times_s[frame] + kInterval_s;
+    next_s = task.times_s[frame] + kPipeInterval_s;
     Look(task, task.times_s[frame], &watches);
   }
   std::vector<TruePipe> pipes;

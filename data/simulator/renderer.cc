@@ -1,13 +1,15 @@
-#include "data/simulator/building_truth.h"
 #include "data/simulator/renderer.h"
 
 #include <spdlog/fmt/fmt.h>
 
 #include <cmath>
+#include <optional>
 
 #include "data/error.h"
 #include "data/ply.h"
+#include "data/simulator/building_truth.h"
 #include "data/simulator/camera_rays.h"
+#include "data/simulator/glass_panes.h"
 #include "data/simulator/hashing.h"
 #include "data/simulator/inexact_building.h"
 #include "data/simulator/pipe_truth.h"
@@ -61,6 +63,7 @@ class SceneRenderer : public PairRenderer {
       camera_rays_.emplace_back(camera);
       responses_.emplace_back(options.camera, camera.width_px, camera.height_px);
     }
+    if (!scene_.panes.empty()) panes_.emplace(scene_.panes);
     const Progress progress = task.Stage("metering");
     std::vector<double> radiance;
     for (const double t_s : task.times_s) {
@@ -130,21 +133,48 @@ class SceneRenderer : public PairRenderer {
   // Radiance of each lane; 0 where nothing is hit.
   void Shade(RayScene::Packet* packet, int camera, int block, float* radiance) const {
     rays_.Trace(packet);
-    const RTCRay8& ray = packet->rays.ray;
-    const RTCHit8& hit = packet->rays.hit;
+    constexpr float kHere_m[kLanes] = {};
+    ShadeHits(*packet, kHere_m, camera, block, radiance);
+    if (panes_) AddMirrored(*packet, camera, block, radiance);
+  }
+
+  // Of what traced rays have hit, which have gone some way before they began.
+  void ShadeHits(const RayScene::Packet& packet, const float* way_m, int camera, int block,
+                 float* radiance) const {
+    const RTCRay8& ray = packet.rays.ray;
+    const RTCHit8& hit = packet.rays.hit;
     const float footprint_rad = 0.7f * camera_rays_[camera].pixel_angle_rad();
     for (int i = 0; i < kLanes; ++i) {
       radiance[i] = 0;
-      if (packet->active[i] == 0 || hit.geomID[i] == RayScene::kNoQuad) continue;
+      if (packet.active[i] == 0 || hit.geomID[i] == RayScene::kNoQuad) continue;
       const float dither = UnitFloat(Mixed(static_cast<uint32_t>(block * kLanes + i)));
       radiance[i] = shader_.RadianceOf({hit.primID[i],
                                         hit.u[i],
                                         hit.v[i],
-                                        ray.tfar[i],
+                                        way_m[i] + ray.tfar[i],
                                         {ray.dir_x[i], ray.dir_y[i], ray.dir_z[i]},
                                         footprint_rad,
                                         dither});
     }
+  }
+
+  // What panes before the hits mirror, and less of what is behind them. Panes are not mirrored in
+  // each other.
+  void AddMirrored(const RayScene::Packet& traced, int camera, int block, float* radiance) const {
+    constexpr int kMostPanes = 4;  // one behind the other
+    float through[kLanes], sum[kLanes] = {}, seen[kLanes];
+    std::fill(through, through + kLanes, 1.0f);
+    GlassPanes::Way way(*panes_, traced);
+    GlassPanes::Mirrored mirrored;
+    for (int pane = 0; pane < kMostPanes && way.Next(&mirrored); ++pane) {
+      rays_.Trace(&mirrored.rays);
+      ShadeHits(mirrored.rays, mirrored.way_m, camera, block, seen);
+      for (int i = 0; i < kLanes; ++i) {
+        sum[i] += through[i] * mirrored.share[i] * seen[i];
+        through[i] *= 1 - mirrored.share[i];
+      }
+    }
+    for (int i = 0; i < kLanes; ++i) radiance[i] = sum[i] + through[i] * radiance[i];
   }
 
   // Mean over the pixels' areas and over the exposure, which is centred on the frame's time.
@@ -231,7 +261,8 @@ class SceneRenderer : public PairRenderer {
   const Scene scene_;
   const RendererOptions options_;
   const RenderTask task_;
-  const RayScene rays_;
+  const RayScene rays_;              // of what is not glass
+  std::optional<GlassPanes> panes_;  // where there are any
   const SurfaceShader shader_;
   EdgeWatch watch_;
   std::vector<CameraRays> camera_rays_;  // by camera

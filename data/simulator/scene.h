@@ -71,6 +71,12 @@ struct SceneLamp {
   float radiance = 10;
 };
 
+// A pane of clear glass: one sees through it, and it mirrors. Light passes it where it is baked, and
+// the truth is of what lies behind it. An inexact building leaves it where the exact one has it.
+struct ScenePane {
+  Eigen::Vector3f a, u, v;
+};
+
 // A straight edge of the building as a line detector could see it.
 struct TrueEdge {
   Eigen::Vector3d a, b;  // metres, in world
@@ -86,7 +92,8 @@ struct TrueEdge {
 struct SceneOpening {
   int id = 0;  // the same on both faces
   bool is_door = true;
-  bool is_open = false;  // one sees and goes through
+  bool is_open = false;   // one sees and goes through
+  bool is_clear = false;  // a pane of clear glass: one sees through
   double from_m = 0, to_m = 0, low_m = 0, high_m = 0;
 };
 
@@ -140,6 +147,7 @@ struct Scene {
   std::vector<SceneQuad> quads;
   std::vector<SceneBody> bodies;
   std::vector<SceneLamp> lamps;
+  std::vector<ScenePane> panes;
   std::vector<TrueEdge> edges;
   std::vector<ScenePipe> pipes;
   std::vector<SceneWallFace> wall_faces;

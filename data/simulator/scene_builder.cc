@@ -232,6 +232,12 @@ void SceneBuilder::AddLamp(const Vector3d& a, const Vector3d& u, const Vector3d&
   scene_.lamps.push_back({quad.a, quad.u, quad.v, radiance});
 }
 
+void SceneBuilder::AddPane(const Vector3d& a, const Vector3d& u, const Vector3d& v) {
+  const Eigen::Matrix3d rotation = world_object_.linear();
+  scene_.panes.push_back({(world_object_ * a).cast<float>(), (rotation * u).cast<float>(),
+                          (rotation * v).cast<float>()});
+}
+
 void SceneBuilder::AddWallFace(const SceneWallFace& face_object) {
   SceneWallFace face = face_object;
   face.foot_world = world_object_ * face.foot_world;

@@ -53,6 +53,9 @@ class SceneBuilder {
   void AddLamp(const Eigen::Vector3d& a, const Eigen::Vector3d& u, const Eigen::Vector3d& v,
                float radiance, uint32_t material);
 
+  // Of clear glass.
+  void AddPane(const Eigen::Vector3d& a, const Eigen::Vector3d& u, const Eigen::Vector3d& v);
+
   // A side of a wall, whose surfaces are added by themselves: what is true of it as a whole.
   void AddWallFace(const SceneWallFace& face_object);
   int NewOpening() { return openings_++; }

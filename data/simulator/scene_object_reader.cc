@@ -353,6 +353,7 @@ WallSpec ReadWall(ObjectKeys& keys) {
   spec.thickness = keys.Length("thickness", spec.thickness);
   spec.has_back = keys.Flag("has_back", false);
   spec.skirting_height = keys.Number("skirting_height", 0, 0, kMaxLength_m);
+  spec.clear_glass = keys.Flag("clear_glass", false);
   spec.material = keys.Material("material", "plaster");
   spec.skirting = keys.Material("skirting", "wood");
   spec.frame = keys.Material("frame", "white");

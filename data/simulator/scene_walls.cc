@@ -120,6 +120,10 @@ void AddFrame(const WallSpec& spec, const WallOpening& opening, SceneBuilder* bu
                   {x1 - kFrameInside_m, 3 * kProud_m, z0 + kFrameInside_m}, spec.frame);
 }
 
+bool IsClear(const WallSpec& spec, const WallOpening& opening) {
+  return spec.clear_glass && !opening.is_door && opening.radiance == 0;
+}
+
 // What is true of a face as a whole.
 SceneWallFace FaceOf(const WallSpec& spec, const Segment& segment, bool front,
                      const std::vector<int>& opening_ids) {
@@ -135,10 +139,10 @@ SceneWallFace FaceOf(const WallSpec& spec, const Segment& segment, bool front,
   for (size_t i = 0; i < segment.openings.size(); ++i) {
     const WallOpening& opening = segment.openings[i];
     const double frame = kFrameInside_m, low = opening.is_door ? 0 : frame;
-    face.openings.push_back({opening_ids[i], opening.is_door,
-                             opening.is_door && opening.open_deg >= kOpen_deg,
-                             opening.along + frame, opening.along + opening.width - frame,
-                             opening.sill + low, opening.sill + opening.height - frame});
+    face.openings.push_back(
+        {opening_ids[i], opening.is_door, opening.is_door && opening.open_deg >= kOpen_deg,
+         IsClear(spec, opening), opening.along + frame, opening.along + opening.width - frame,
+         opening.sill + low, opening.sill + opening.height - frame});
   }
   return face;
 }
@@ -174,6 +178,8 @@ void AddPanes(const WallSpec& spec, const WallOpening& opening, SceneBuilder* bu
   const Vector3d u(x0 - a.x(), 0, 0), v(0, 0, z1 - kFrameInside_m - z0);
   if (opening.radiance > 0) {
     builder->AddLamp(a, u, v, static_cast<float>(opening.radiance), spec.daylight);
+  } else if (IsClear(spec, opening)) {
+    builder->AddPane(a, u, v);
   } else {
     builder->AddQuad(a, u, v, spec.glass);
   }

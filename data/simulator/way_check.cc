@@ -4,8 +4,10 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <optional>
 
 #include "data/error.h"
+#include "data/simulator/glass_panes.h"
 #include "data/simulator/ray_scene.h"
 
 namespace slcmap {
@@ -33,6 +35,8 @@ WayCrossings CheckWay(const Scene& scene, const RenderTask& task) {
   const Progress progress = task.Stage("following the way");
   const Eigen::AlignedBox3f bounds = BoundsOf(scene);
   const RayScene rays(SeenPatches(scene));
+  std::optional<GlassPanes> panes;
+  if (!scene.panes.empty()) panes.emplace(scene.panes);
   WayCrossings crossings;
   Eigen::Vector3f before = Eigen::Vector3f::Zero();
   const double first_s = task.times_s.front(), last_s = task.times_s.back();
@@ -49,7 +53,8 @@ WayCrossings CheckWay(const Scene& scene, const RenderTask& task) {
           "expected it between {} and {}",
           t_s, Shown(place), Shown(bounds.min()), Shown(bounds.max())));
     }
-    if (i > 0 && rays.Blocked(before, place - before, 1)) {
+    if (i > 0 &&
+        (rays.Blocked(before, place - before, 1) || (panes && panes->Between(before, place)))) {
       if (crossings.count++ == 0) {
         crossings.first_s = t_s;
         crossings.first_place_m = place.cast<double>();

@@ -19,6 +19,8 @@ constexpr double kCheek_m = 0.2;       // beside an opening, where rays also end
 constexpr double kReveal_m = 0.25;     // of lines at an opening from the plane of the face
 constexpr double kUpright = 0.98;      // cosine
 constexpr double kLongestStep_m = 2;   // of a walk: from one run to the next nobody walked
+constexpr double kBar_m = 0.15;        // between panes of one window, at most
+constexpr double kPaneAlong = 0.5;     // of the shorter of two panes, beside the other
 constexpr double kLeastFilled = 0.55;  // of an opening's rectangle by cells that were passed
 
 // Cells that were passed, without gaps and single cells.
@@ -228,6 +230,60 @@ void SetKind(const Level& level, FaceOpening* opening) {
   opening->kind = has_lintel && !is_wide ? OpeningKind::kDoor : OpeningKind::kPassage;
 }
 
+double Common(double from, double to, double other_from, double other_to) {
+  return std::min(to, other_to) - std::max(from, other_from);
+}
+
+// Whether two openings lie beside or above each other with no more than a bar between them.
+bool ArePanes(const FaceOpening& a, const FaceOpening& b) {
+  const double along = Common(a.from_m, a.to_m, b.from_m, b.to_m);
+  const double up = Common(a.low_m, a.high_m, b.low_m, b.high_m);
+  if (std::min(along, up) < -kBar_m) return false;
+  return along >= kPaneAlong * std::min(a.to_m - a.from_m, b.to_m - b.from_m) ||
+         up >= kPaneAlong * std::min(a.high_m - a.low_m, b.high_m - b.low_m);
+}
+
+// A window may be divided by bars.
+void JoinPanes(std::vector<FaceOpening>* openings) {
+  const auto is_window = [](const FaceOpening& opening) {
+    return opening.kind == OpeningKind::kWindow;
+  };
+  for (size_t i = 0; i < openings->size(); ++i) {
+    if (!is_window((*openings)[i])) continue;
+    for (size_t k = i + 1; k < openings->size();) {
+      FaceOpening& window = (*openings)[i];
+      const FaceOpening& pane = (*openings)[k];
+      if (!is_window(pane) || !ArePanes(window, pane)) {
+        ++k;
+        continue;
+      }
+      window.from_m = std::min(window.from_m, pane.from_m);
+      window.to_m = std::max(window.to_m, pane.to_m);
+      window.low_m = std::min(window.low_m, pane.low_m);
+      window.high_m = std::max(window.high_m, pane.high_m);
+      openings->erase(openings->begin() + static_cast<std::ptrdiff_t>(k));
+      k = i + 1;  // it has grown
+    }
+  }
+}
+
+// As the grid has it; none where too little of the region is a rectangle, or nothing is beside it.
+std::optional<FaceOpening> OpeningOf(const FaceGrid& grid, const cv::Mat1i& labels, int label,
+                                     const cv::Rect& box, const BuildingOptions& options) {
+  auto core = CoreOf(labels, label, box);
+  if (core) GrowToCheeks(grid, &*core);
+  if (!core || core->width * grid.cell_m < options.min_opening_m ||
+      core->height * grid.cell_m < options.min_opening_m || !IsFramed(grid, *core)) {
+    return std::nullopt;
+  }
+  FaceOpening opening;
+  opening.from_m = grid.from_m + core->x * grid.cell_m;
+  opening.to_m = opening.from_m + core->width * grid.cell_m;
+  opening.low_m = grid.low_m + core->y * grid.cell_m;
+  opening.high_m = opening.low_m + core->height * grid.cell_m;
+  return opening;
+}
+
 }  // namespace
 
 std::vector<FaceOpening> FindOpenings(const Face& face, const FaceGrid& grid, const Level& level,
@@ -236,27 +292,19 @@ std::vector<FaceOpening> FindOpenings(const Face& face, const FaceGrid& grid, co
   cv::Mat1d middles;
   const int count =
       cv::connectedComponentsWithStats(PassedMask(grid), labels, stats, middles, 4, CV_32S);
-  const std::vector<EdgeLine> lines = LinesNear(face, input.lines);
   std::vector<FaceOpening> openings;
   for (int label = 1; label < count; ++label) {
     const cv::Rect box(stats(label, cv::CC_STAT_LEFT), stats(label, cv::CC_STAT_TOP),
                        stats(label, cv::CC_STAT_WIDTH), stats(label, cv::CC_STAT_HEIGHT));
-    auto core = CoreOf(labels, label, box);
-    if (core) GrowToCheeks(grid, &*core);
-    if (!core || core->width * grid.cell_m < options.min_opening_m ||
-        core->height * grid.cell_m < options.min_opening_m || !IsFramed(grid, *core)) {
-      continue;
-    }
-    FaceOpening opening;
-    opening.from_m = grid.from_m + core->x * grid.cell_m;
-    opening.to_m = opening.from_m + core->width * grid.cell_m;
-    opening.low_m = grid.low_m + core->y * grid.cell_m;
-    opening.high_m = opening.low_m + core->height * grid.cell_m;
-    opening.walked = IsWalked(face, opening, input.trajectory_world);
-    SetKind(level, &opening);
-    SnapEdges(lines, options.snap_m, &opening);
-    openings.push_back(opening);
+    auto opening = OpeningOf(grid, labels, label, box, options);
+    if (!opening) continue;
+    opening->walked = IsWalked(face, *opening, input.trajectory_world);
+    SetKind(level, &*opening);
+    openings.push_back(*opening);
   }
+  JoinPanes(&openings);
+  const std::vector<EdgeLine> lines = LinesNear(face, input.lines);
+  for (FaceOpening& opening : openings) SnapEdges(lines, options.snap_m, &opening);
   std::sort(openings.begin(), openings.end(), [](const FaceOpening& a, const FaceOpening& b) {
     return a.from_m != b.from_m ? a.from_m < b.from_m : a.low_m < b.low_m;
   });

@@ -48,7 +48,7 @@ BuildingPlane PlaneAt(double y, double side, double sigma_m) {
 TrueBuilding Truth() {
   TrueBuilding truth;
   truth.walls = {WallAt(0, 0, 1), WallAt(1, 3, -1)};
-  TrueOpening door{7, true, true, 1, 0.9, Upright({1, 0, 0}, {1.9, 0, 0}, 0, 2)};
+  TrueOpening door{7, true, true, false, 1, 0.9, Upright({1, 0, 0}, {1.9, 0, 0}, 0, 2)};
   truth.walls[0].openings = {door};
   door.id = 8;
   door.is_open = false;
@@ -83,6 +83,27 @@ TEST(BuildingMetrics, OffsetsDistancesAndIntervals) {
   EXPECT_NEAR(metrics.distance_error_95_m, 0.01, 1e-9);  // 3.01 m instead of 3
   EXPECT_EQ(metrics.intervals, 2);
   EXPECT_EQ(metrics.intervals_held, 1);
+}
+
+TEST(BuildingMetrics, PanesOfClearGlassAreOpeningsButThoseToTheOutsideMayBeMissed) {
+  TrueBuilding truth = Truth();
+  TrueOpening& pane = truth.walls[1].openings[0];
+  pane.is_clear = true;
+  Building building = Mapped();
+  BuildingMetrics metrics = EvaluateBuilding(truth, building, {});
+  EXPECT_EQ(metrics.openings, 1);
+  EXPECT_DOUBLE_EQ(metrics.openings_f1, 1);
+  PlaneOpening mapped = building.planes[0].openings[0];
+  for (Vector3d& p : mapped.outline_world) p.y() = 3;
+  building.planes[1].openings = {mapped};
+  EXPECT_EQ(EvaluateBuilding(truth, building, {}).openings_false, 0);
+  truth.walls.push_back(WallAt(2, 3.1, 1));  // the other face of the same wall
+  truth.walls[2].openings = {pane};
+  metrics = EvaluateBuilding(truth, building, {});
+  EXPECT_EQ(metrics.openings, 2);
+  EXPECT_EQ(metrics.openings_found, 2);
+  building.planes[1].openings.clear();
+  EXPECT_EQ(EvaluateBuilding(truth, building, {}).openings_found, 1);
 }
 
 TEST(BuildingMetrics, OpeningsOfClosedDoorsAreFalse) {

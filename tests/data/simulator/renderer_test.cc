@@ -11,6 +11,7 @@
 #include "data/error.h"
 #include "data/ply.h"
 #include "data/simulator/frame_loop.h"
+#include "data/simulator/glass_panes.h"
 #include "data/simulator/motion.h"
 #include "tests/data/simulator/small_scenes.h"
 #include "tests/testing/temp_folder.h"
@@ -108,6 +109,43 @@ TEST(RendererTest, DepthOfAPlaneAcrossTheViewIsItsDistance) {
   cv::minMaxLoc(depth_m, &low, &high);
   EXPECT_NEAR(low, 4, 1e-4);
   EXPECT_NEAR(high, 4, 1e-4);
+}
+
+// A pane before a black void mirrors the wall behind the camera, as a camera at the mirrored place
+// sees it, from right to left.
+TEST(RendererTest, APaneMirrorsWhatIsBeforeIt) {
+  constexpr float kPane_m = 2, kBehind_m = 1;
+  const Rig rig = SmallRig(Distortion::kNone);
+  Scene scene = TwoToneWall(-kBehind_m, true, 0.8f, 0.1f);
+  scene.panes = {{{kPane_m, -20, -20}, {0, 40, 0}, {0, 0, 40}}};
+  const auto task = SlidingTask(rig, LookingAlongX(), Eigen::Vector3d::Zero(), 1);
+  const cv::Mat faint = MakeSceneRenderer(scene, CleanOptions(10), task)->Render(0, false).left;
+  scene.panes.clear();
+  const RigidTransform facing{CameraLookingAlong(-Eigen::Vector3d::UnitX()),
+                              Eigen::Vector3d(2 * kPane_m, 0, 0)};
+  const auto from_there = SlidingTask(rig, facing, Eigen::Vector3d::Zero(), 1);
+  const cv::Mat bright =
+      MakeSceneRenderer(scene, CleanOptions(1), from_there)->Render(0, false).left;
+  constexpr int kRow = 61;
+  for (const int x : {80, 86, 97, 103}) {
+    const int mirrored = static_cast<int>(std::lround(2 * rig.cameras[0].cx_px)) - x;
+    EXPECT_NEAR(static_cast<double>(faint.at<uint8_t>(kRow, x)),
+                10 * MirroredShare(1) * bright.at<uint8_t>(kRow, mirrored), 1.5);
+  }
+  EXPECT_NEAR(StepInRow(faint, kRow, 80, 103).position_px, rig.cameras[0].cx_px, 0.1);
+}
+
+TEST(RendererTest, APaneLetsThroughWhatItDoesNotMirror) {
+  const auto task =
+      SlidingTask(SmallRig(Distortion::kNone), LookingAlongX(), Eigen::Vector3d::Zero(), 1);
+  const auto seen = [&](const Scene& scene) {
+    return MakeSceneRenderer(scene, CleanOptions(2), task)->Render(0, false).left;
+  };
+  Scene scene = TwoToneWall(3, true, 0.8f, 0.1f);
+  const cv::Mat free = seen(scene);
+  scene.panes = {{{2, -20, -20}, {0, 40, 0}, {0, 0, 40}}};
+  EXPECT_NEAR(static_cast<double>(seen(scene).at<uint8_t>(61, 85)) / free.at<uint8_t>(61, 85),
+              1 - MirroredShare(1), 0.01);
 }
 
 TEST(RendererTest, MotionBlursAlongTheMotionOnlyAndAboutItsMiddle) {

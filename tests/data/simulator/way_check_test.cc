@@ -39,6 +39,12 @@ TEST(CheckWay, SaysWhereItPassesThroughAWall) {
   EXPECT_NEAR(crossings.first_place_m.x(), 0.55, 0.06);
 }
 
+TEST(CheckWay, SaysWhereItPassesThroughGlass) {
+  Scene scene = FloorWithWall(4);
+  scene.panes = {{{0.51f, -5, -1}, {0, 10, 0}, {0, 0, 3}}};
+  EXPECT_EQ(CheckWay(scene, Along(1)).count, 1);
+}
+
 TEST(CheckWay, SaysWhereItLeavesTheBuilding) {
   EXPECT_THAT(testing::MessageOf<ConfigError>([] { CheckWay(FloorWithWall(4), Along(8)); }),
               AllOf(HasSubstr("s into the motion the left camera is at (5."),

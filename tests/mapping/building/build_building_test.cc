@@ -267,6 +267,21 @@ TEST(BuildBuilding, ClosedDoorAndPaneAreNoOpenings) {
   EXPECT_THAT(building.rooms, SizeIs(1));
 }
 
+TEST(BuildBuilding, PaneOfClearGlassIsOneWindowThoughBarsDivideIt) {
+  const Building building = TwoRooms(
+      "doors: [[0, 0.6, 1.0, 2.1, 90]], clear_glass: true, windows: [[0, 2.0, 1.6, 1.6, 0.5]]",
+      Second::kWalkedInto);
+  EXPECT_THAT(building.rooms, SizeIs(2));
+  int windows = 0;
+  for (const PlaneOpening& opening : OpeningsOf(building)) {
+    if (opening.kind != OpeningKind::kWindow) continue;
+    ++windows;
+    EXPECT_NEAR(opening.clear_width_m, 1.56, 0.03);
+    EXPECT_NEAR(opening.clear_height_m, 1.56, 0.06);
+  }
+  EXPECT_EQ(windows, 2);  // one on each face
+}
+
 TEST(BuildBuilding, WingTurnedByTwelveDegreesIsNotStraightened) {
   const Scene scene = SceneFromText(R"(
 wings: [[0, 0, 0], [12, 8, 0]]
