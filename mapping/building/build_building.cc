@@ -176,6 +176,19 @@ void FillGrids(const BuildingInput& input, const std::vector<Level>& levels,
              });
 }
 
+// The wall goes on above and beneath its windows, though little may be seen of it there.
+void CoverWindows(const std::vector<FaceOpening>& openings, WallFace* wall) {
+  const auto last = static_cast<int64_t>(wall->shares.size()) - 1;
+  const auto step_of = [&](double along_m) {
+    const double step = std::floor((along_m - wall->face.from_m) / wall->step_m);
+    return std::clamp(static_cast<int64_t>(step), int64_t{0}, last);
+  };
+  for (const FaceOpening& opening : openings) {
+    if (opening.kind != OpeningKind::kWindow) continue;
+    for (int64_t k = step_of(opening.from_m); k <= step_of(opening.to_m); ++k) wall->shares[k] = 1;
+  }
+}
+
 void LookAtFaces(const BuildingInput& input, const Level& level, const BuildingOptions& options,
                  LevelData* data) {
   for (size_t k = 0; k < data->faces.size(); ++k) {
@@ -186,6 +199,7 @@ void LookAtFaces(const BuildingInput& input, const Level& level, const BuildingO
     BuiltFace& built = data->faces[k];
     if (built.is_wall) {
       built.openings = FindOpenings(built.wall.face, data->grids[k], level, input, options);
+      CoverWindows(built.openings, &built.wall);
     }
   }
   data->unseen = UnseenFaces(WallsOf(data->faces), options);
