@@ -21,6 +21,9 @@ using Eigen::Vector3d;
 
 constexpr size_t kMinKeyframes = 3;
 constexpr double kFirstGraduation = 8;  // of the closures' loss
+// Share of the cost that a step lowers it by where a round ends: a drift that is slow to settle
+// costs little; and that of a round that another follows.
+constexpr double kSettled = 1e-5, kNearlySettled = 1e-4;
 
 // Takes out the observations that do not fit. The right camera's go alone where it is they.
 void RejectPointOutliers(const AdjustmentOptions& options, const AdjustmentModel& model,
@@ -159,10 +162,11 @@ class Adjustment {
     model_.tie_weights = ties_->weights();
   }
 
-  bool Solve(const Progress& progress) {
+  bool Solve(const Progress& progress, double settled = kSettled) {
     Preintegrate(run_, &state_);
     problem_ = BuildProblem(options_, model_, state_, closures_);
-    const RoundSummary round = SolveProblem(options_, state_, closures_, problem_.get(), progress);
+    const RoundSummary round =
+        SolveProblem(options_, state_, closures_, settled, problem_.get(), progress);
     if (figures_.iterations == 0) figures_.initial_cost = round.initial_cost;
     figures_.iterations += round.iterations;
     figures_.final_cost = round.final_cost;
@@ -223,7 +227,7 @@ class Adjustment {
   bool SolveWithClosures(const Progress& progress) {
     constexpr int kMostTakenBack = 5;
     model_.GraduateClosures(kFirstGraduation);
-    bool usable = Solve(progress.Part(0, 0.4));
+    bool usable = Solve(progress.Part(0, 0.4), kNearlySettled);
     model_.GraduateClosures(1);
     for (int i = 0; usable && i < kMostTakenBack; ++i) {
       usable = Solve(progress.Part(0.4 + 0.1 * i, 0.5 + 0.1 * i));

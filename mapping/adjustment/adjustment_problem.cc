@@ -231,14 +231,14 @@ std::unique_ptr<ceres::Problem> BuildProblem(const AdjustmentOptions& options,
 }
 
 RoundSummary SolveProblem(const AdjustmentOptions& options, const AdjustmentState& state,
-                          const std::vector<Closure>& closures, ceres::Problem* problem,
-                          const Progress& progress) {
+                          const std::vector<Closure>& closures, double settled,
+                          ceres::Problem* problem, const Progress& progress) {
   ceres::Solver::Options solver;
   solver.linear_solver_type = ceres::SPARSE_SCHUR;
   solver.linear_solver_ordering = OrderingOf(options, state, closures, *problem);
   solver.num_threads = 1;  // sums of several threads come in any order
   solver.max_num_iterations = options.max_iterations;
-  solver.function_tolerance = 1e-6;  // a drift that is slow to settle costs little
+  solver.function_tolerance = settled;
   solver.logging_type = ceres::SILENT;
   SolverProgress callback(progress, options.max_iterations);
   solver.callbacks = {&callback};

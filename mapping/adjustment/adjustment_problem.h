@@ -64,10 +64,11 @@ struct RoundSummary {
   double initial_cost = 0, final_cost = 0;
 };
 
-// Moves the state to where the cost is least. Points and short lines are eliminated first. Throws
-// StoppedError when progress says so.
+// Moves the state to where the cost is least, until a step lowers it by no more than the share
+// `settled` of it. Points and short lines are eliminated first. Throws StoppedError when progress
+// says so.
 RoundSummary SolveProblem(const AdjustmentOptions& options, const AdjustmentState& state,
-                          const std::vector<Closure>& closures, ceres::Problem* problem,
-                          const Progress& progress);
+                          const std::vector<Closure>& closures, double settled,
+                          ceres::Problem* problem, const Progress& progress);
 
 }  // namespace slcmap
