@@ -138,7 +138,9 @@ void LookAtEdges(const EvaluateArguments& arguments, TrueEdges* edges) {
   const std::string building = std::filesystem::path(beside).replace_filename("building.json");
   std::error_code error;
   if (std::filesystem::exists(building, error)) {
-    edges->doorways = OpenDoorways(ReadTrueBuilding(building));
+    const TrueBuilding truth = ReadTrueBuilding(building);
+    edges->doorways = OpenDoorways(truth);
+    edges->openings = OutlinesOfOpenings(truth);
   }
   if (!std::filesystem::exists(surfaces, error) || !std::filesystem::exists(rig, error)) return;
   Warnings warnings;

@@ -82,16 +82,26 @@ TrueRoom ParseRoom(const std::string& path, const Json& json) {
   return room;
 }
 
-}  // namespace
-
-std::vector<std::vector<Eigen::Vector3d>> OpenDoorways(const TrueBuilding& building) {
-  std::vector<std::vector<Eigen::Vector3d>> outlines;
+template <typename IsWanted>
+std::vector<std::vector<Vector3d>> OutlinesOf(const TrueBuilding& building, IsWanted is_wanted) {
+  std::vector<std::vector<Vector3d>> outlines;
   for (const TrueWall& wall : building.walls) {
     for (const TrueOpening& opening : wall.openings) {
-      if (opening.is_door && opening.is_open) outlines.push_back(opening.outline_world);
+      if (is_wanted(opening)) outlines.push_back(opening.outline_world);
     }
   }
   return outlines;
+}
+
+}  // namespace
+
+std::vector<std::vector<Vector3d>> OpenDoorways(const TrueBuilding& building) {
+  return OutlinesOf(building,
+                    [](const TrueOpening& opening) { return opening.is_door && opening.is_open; });
+}
+
+std::vector<std::vector<Vector3d>> OutlinesOfOpenings(const TrueBuilding& building) {
+  return OutlinesOf(building, [](const TrueOpening&) { return true; });
 }
 
 void WriteTrueBuilding(const std::string& path, const TrueBuilding& building) {

@@ -86,6 +86,14 @@ bool IsBehind(const std::vector<Vector3d>& outline, const Vector3d& place) {
   return true;
 }
 
+// Beside one of the sides of an opening's outline, which starts along its foot.
+bool IsAtSide(const std::vector<Vector3d>& outline, const Vector3d& place, double within_m) {
+  const double low_m = outline[0].z() - within_m, high_m = outline[2].z() + within_m;
+  if (place.z() < low_m || place.z() > high_m) return false;
+  return (place - outline[0]).head<2>().norm() <= within_m ||
+         (place - outline[1]).head<2>().norm() <= within_m;
+}
+
 class GapCounter {
  public:
   GapCounter(const TrueEdges& truth, const std::vector<MapLine>& lines,
@@ -94,6 +102,7 @@ class GapCounter {
         mapped_(SegmentsOf(lines)),
         all_(AllEdges(truth)),
         doorways_(truth.doorways),
+        openings_(truth.openings),
         clear_(WithLength(truth.clear.value_or(std::vector<PlySegment>()))) {
     for (const PlySegment& segment : WithLength(truth.whole)) edges_.emplace_back(segment);
   }
@@ -164,8 +173,21 @@ class GapCounter {
     }
     const bool a_shown = ShareBeside(mapped_, a, of_a, apart_m / 3) >= 0.5;
     const bool b_shown = ShareBeside(mapped_, b, of_b, apart_m / 3) >= 0.5;
-    out->pairs += a_shown || b_shown ? 1 : 0;
-    out->pairs_kept += a_shown && b_shown ? 1 : 0;
+    if (!a_shown && !b_shown) return;
+    const bool kept = a_shown && b_shown;
+    const bool is_jamb = IsAtJamb(a, of_a) && IsAtJamb(b, of_b);
+    ++out->pairs;
+    out->pairs_kept += kept ? 1 : 0;
+    out->jambs += is_jamb ? 1 : 0;
+    out->jambs_kept += is_jamb && kept ? 1 : 0;
+  }
+
+  bool IsAtJamb(const Edge& edge, const Part& part) const {
+    if (std::abs(edge.direction.z()) < std::cos(kCollinear_rad)) return false;
+    const Vector3d middle = edge.At(0.5 * (part.from_m + part.to_m));
+    return std::any_of(openings_.begin(), openings_.end(), [&](const auto& outline) {
+      return outline.size() >= 3 && IsAtSide(outline, middle, options_.jamb_m);
+    });
   }
 
   // The share of a part of an edge that segments lie beside.
@@ -184,7 +206,7 @@ class GapCounter {
 
   const LineGapOptions& options_;
   const SegmentIndex mapped_, all_;
-  const std::vector<std::vector<Vector3d>>& doorways_;
+  const std::vector<std::vector<Vector3d>>&doorways_, &openings_;
   const SegmentIndex clear_;
   std::vector<Edge> edges_;
 };

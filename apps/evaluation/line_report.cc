@@ -107,8 +107,10 @@ std::string LineTable(const LineInputs& inputs, const LineMetrics& metrics) {
   }
   if (metrics.gaps.gaps + metrics.gaps.pairs > 0) {
     text += fmt::format(
-        "apart     {} of {} gaps in doorways, {} of {} pairs of edges 4 to 8 cm apart\n",
-        metrics.gaps.gaps_kept, metrics.gaps.gaps, metrics.gaps.pairs_kept, metrics.gaps.pairs);
+        "apart     {} of {} gaps in doorways, {} of {} pairs of edges 4 to 8 cm apart, {} of {} of "
+        "these at jambs\n",
+        metrics.gaps.gaps_kept, metrics.gaps.gaps, metrics.gaps.pairs_kept, metrics.gaps.pairs,
+        metrics.gaps.jambs_kept, metrics.gaps.jambs);
   }
   if (!metrics.kinds.empty()) text += KindTable(metrics);
   return text;
@@ -127,6 +129,7 @@ Json LineJson(const LineInputs& inputs, const LineMetrics& metrics) {
   json["accuracy"] = metrics.accuracy ? AccuracyJson(*metrics.accuracy) : Json();
   json["gaps"] = {{"found", metrics.gaps.gaps}, {"kept", metrics.gaps.gaps_kept}};
   json["pairs"] = {{"found", metrics.gaps.pairs}, {"kept", metrics.gaps.pairs_kept}};
+  json["jambs"] = {{"found", metrics.gaps.jambs}, {"kept", metrics.gaps.jambs_kept}};
   if (!metrics.kinds.empty()) json["kinds"] = KindsJson(metrics);
   return json;
 }

@@ -72,6 +72,16 @@ TEST_F(LineGapsTest, OfEdgesThatTheMapLacksTellNothing) {
   EXPECT_EQ(EvaluateLineGaps(truth_, {}).pairs_kept, 0);
 }
 
+TEST_F(LineGapsTest, PairsAtTheSidesOfOpeningsAreJambs) {
+  EXPECT_EQ(EvaluateLineGaps(truth_, {front_, back_}).jambs, 0);
+  truth_.openings = truth_.doorways;
+  EXPECT_EQ(EvaluateLineGaps(truth_, {front_, back_}).jambs, 1);
+  EXPECT_EQ(EvaluateLineGaps(truth_, {front_, back_}).jambs_kept, 1);
+  EXPECT_EQ(EvaluateLineGaps(truth_, {front_}).jambs_kept, 0);
+  for (Eigen::Vector3d& corner : truth_.openings[0]) corner.x() += 0.2;
+  EXPECT_EQ(EvaluateLineGaps(truth_, {front_}).jambs, 0);
+}
+
 TEST_F(LineGapsTest, OneLineForTwoEdgesKeepsNoPair) {
   const LineGaps one = EvaluateLineGaps(truth_, {front_});
   EXPECT_EQ(one.pairs, 1);
