@@ -159,19 +159,22 @@ void AddWarnings(const CountedWarnings& warnings, MapResult* map) {
   for (const auto& [kind, count] : warnings) map->warnings[kind] += count;
 }
 
+// A stage that was done before the map was stopped.
 template <typename Stage>
-void TellOfKept(const char* name, const std::optional<Stage>& stage) {
-  if (!stage) return;
-  spdlog::info("goes on behind the stage {}, which was done before the map was stopped", name);
+std::optional<Stage> KeptStage(const StageStore& store, const char* name,
+                               std::optional<Stage> (*unpack)(const std::string&)) {
+  const auto bytes = store.Load(name);
+  std::optional<Stage> stage = bytes ? unpack(*bytes) : std::nullopt;
+  if (stage) {
+    spdlog::info("goes on behind the stage {}, which was done before the map was stopped", name);
+  }
+  return stage;
 }
 
 std::vector<Sights> DenseStageOf(const RecordedViews& recorded, const MappingOptions& options,
                                  const StageStore& store, const Progress& progress,
                                  MapResult* map) {
-  const auto bytes = store.Load(kDenseStage);
-  std::optional<DenseStage> kept = bytes ? UnpackDense(*bytes) : std::nullopt;
-  TellOfKept(kDenseStage, kept);
-  if (kept) {
+  if (auto kept = KeptStage(store, kDenseStage, UnpackDense)) {
     map->dense = std::move(kept->dense);
     map->occupancy = std::move(kept->occupancy);
     AddWarnings(kept->warnings, map);
@@ -197,9 +200,7 @@ void LineStageOf(const OdometryRun& run, const RecordedViews& recorded,
     map->line_evidence = EvidenceOf(map->lines, run);
     return;
   }
-  const auto bytes = store.Load(kLineStage);
-  std::optional<LineStage> stage = bytes ? UnpackLines(*bytes) : std::nullopt;
-  TellOfKept(kLineStage, stage);
+  std::optional<LineStage> stage = KeptStage(store, kLineStage, UnpackLines);
   if (!stage) {
     stage.emplace();
     BuiltLines built = LinesOf(run, recorded, map->dense, options, progress, &stage->warnings);

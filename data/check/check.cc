@@ -108,12 +108,6 @@ bool HasData(const SourceInfo& info, const std::vector<ImuSample>& samples, Chec
   return false;
 }
 
-std::vector<ImuSample> AllSamples(SequenceSource* source) {
-  std::vector<ImuSample> samples;
-  while (const auto sample = source->NextImu()) samples.push_back(*sample);
-  return samples;
-}
-
 }  // namespace
 
 void CheckWarnings(const Warnings& warnings, CheckReport* report) {

@@ -13,12 +13,9 @@
 namespace slcmap {
 namespace {
 
-constexpr double kMirroredDuration_s = 16;  // of the recording that is looked at
-constexpr double kMirroredLeft = 0.1;       // the share of the turns that the right axes may leave
-
 // In words, such as "x negated"; "" where the turns do not tell.
 std::string MirroredAxes(const TurnAlignment& turns) {
-  if (!turns.enough_motion || turns.best.unexplained > kMirroredLeft) return "";
+  if (!turns.enough_motion || turns.best.unexplained > kExplained) return "";
   if (turns.best.change.IsNone()) return "";  // of the left camera, which is right
   // With all axes negated it is a rotation, and its axes are changed by -mirror.
   const Eigen::Matrix3d mirror = -turns.best.change.matrix;
@@ -36,11 +33,10 @@ void CheckMirrored(const std::string& path, SequenceOptions options, const Progr
   options.mirrored = Mirrored::kNegated;
   try {
     const auto source = OpenSource(path, options);
-    std::vector<ImuSample> samples;
-    while (const auto sample = source->NextImu()) samples.push_back(*sample);
+    const std::vector<ImuSample> samples = AllSamples(source.get());
     Rig rig = source->info().rig;
     rig.cameras[1] = Camera();  // where it is against the left one is not known
-    const auto parts = LiveliestParts(source->info(), samples, kMirroredDuration_s);
+    const auto parts = LiveliestParts(source->info(), samples, kLookedAt_s);
     const std::string words =
         MirroredAxes(AlignTurns(FollowImages(*source, rig, parts, progress).turns, samples,
                                 rig.T_imu_camera[0].rotation, rig.camera_time_offset_s));

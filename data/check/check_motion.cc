@@ -14,11 +14,9 @@
 namespace slcmap {
 namespace {
 
-constexpr double kDuration_s = 16;  // of the recording that is looked at
-constexpr double kClear = 6;        // standard deviations, for a finding
+constexpr double kClear = 6;  // standard deviations, for a finding
 constexpr double kMaxOffset_s = 0.0015, kMaxOffsetSigma_s = 0.005;
 constexpr double kMaxTurned_rad = 1 * kDegree, kGrossTurned_rad = 5 * kDegree;
-constexpr double kExplained = 0.1;  // the share of the turns that a good calibration may leave
 constexpr double kMotionMuchBetter = 0.3;  // of what is left without a change
 constexpr double kMaxScaleError = 0.05, kMaxScaleSigma = 0.02;
 // Good recordings come to 1 within 3 %.
@@ -296,7 +294,7 @@ void CheckMotion(const SequenceSource& source, const Rig& rig,
                  const std::vector<ImuSample>& samples, const Progress& progress,
                  CheckReport* report) {
   ImageMotion motion =
-      FollowImages(source, rig, LiveliestParts(source.info(), samples, kDuration_s), progress);
+      FollowImages(source, rig, LiveliestParts(source.info(), samples, kLookedAt_s), progress);
   const RigidTransform& T_imu_camera = rig.T_imu_camera[0];
   TurnAlignment turns;
   ForceAlignment forces;
@@ -307,7 +305,7 @@ void CheckMotion(const SequenceSource& source, const Rig& rig,
   align();
   // Where the rig moves most it may look at what shows nothing, as a dark ceiling.
   if (!Tells(turns, forces, rig)) {
-    const auto further = LiveliestParts(source.info(), samples, kDuration_s, kDuration_s);
+    const auto further = LiveliestParts(source.info(), samples, kLookedAt_s, kLookedAt_s);
     Append(FollowImages(source, rig, further, progress.Part(1, 1)), &motion);
     align();
   }

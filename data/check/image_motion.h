@@ -36,6 +36,8 @@ struct PairRange {
   size_t first = 0, end = 0;
 };
 
+inline constexpr double kLookedAt_s = 16;  // of a recording, where its motion is judged
+
 // The parts of a recording in which the gyroscope changes most, in the order of time, of about
 // `duration_s` in all; after those of about `skipped_s` in which it changes more.
 std::vector<PairRange> LiveliestParts(const SourceInfo& info, const std::vector<ImuSample>& imu,

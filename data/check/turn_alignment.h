@@ -18,6 +18,9 @@ struct TurnFit {
   double unexplained = 1;    // share of the images' turns (variance about their mean)
 };
 
+// The share of the turns that the right axes may leave.
+inline constexpr double kExplained = 0.1;
+
 struct TurnAlignment {
   // Whether the images turn enough to tell anything. Nothing below means anything otherwise.
   bool enough_motion = false;

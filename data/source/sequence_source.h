@@ -71,4 +71,11 @@ class SequenceSource {
   virtual std::string ImagePlace(size_t pair, int camera) const = 0;
 };
 
+// The IMU samples that are left, in the order of their stamps.
+inline std::vector<ImuSample> AllSamples(SequenceSource* source) {
+  std::vector<ImuSample> samples;
+  while (const auto sample = source->NextImu()) samples.push_back(*sample);
+  return samples;
+}
+
 }  // namespace slcmap

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <map>
 #include <numeric>
+#include <optional>
 
 #include "mapping/building/minimum_cut.h"
 #include "mapping/building/wall_bodies.h"
@@ -18,17 +19,19 @@ constexpr double kFrame_m = 0.6;       // beyond what is free
 constexpr double kFreeWeight = 2;      // of free area against area that was not seen
 constexpr double kLeastFree = 0.3;     // of a room
 constexpr double kLeastWidth_m = 0.4;  // of a room, in the mean; the inside of a wall is none
+constexpr double kNever = 1e9;         // costs more than all else
 constexpr double kStraight_m = 1e-3, kApart_m = 2 * kPlanGrid_m;
 
 struct Cell {
   Polygon polygon;
   double area_m2 = 0, free = 0;
-  bool is_inside = false;
+  bool is_in_wall = false, is_inside = false;
 };
 
 // A piece of border between two cells; `other` is -1 at the outside of all.
 struct Border {
   int cell = -1, other = -1;
+  Vector2d from = Vector2d::Zero(), to = Vector2d::Zero();
   double length_m = 0;
   double share = 0;     // covered by a wall
   bool parts = false;   // rooms
@@ -67,7 +70,7 @@ class BorderFinder {
 
  private:
   Border NewBorder(int cell, const Vector2d& a, const Vector2d& b) const {
-    Border border{cell, -1, (b - a).norm()};
+    Border border{cell, -1, a, b, (b - a).norm()};
     if (const auto part = PartAt(lines_, a, b)) {
       border.share = part->share;
       border.narrow = part->is_narrow;
@@ -115,12 +118,13 @@ Vector2d Middle(const PlanPoints& outline) {
   return sum / static_cast<double>(outline.size());
 }
 
-// Rays that graze a wall, or end in it, do not make a room of it.
-void CloseWallBodies(const std::vector<WallFace>& walls, const BuildingOptions& options,
-                     std::vector<Cell>* cells) {
+// Rays that graze a wall, or end in it, do not make a room of it, and rooms on one side of it are
+// not connected through it.
+void FindWallBodies(const std::vector<WallFace>& walls, const BuildingOptions& options,
+                    std::vector<Cell>* cells) {
   const std::vector<WallBody> bodies = BodiesOf(walls, options);
   for (Cell& cell : *cells) {
-    if (IsInWall(walls, bodies, Middle(cell.polygon.outline))) cell.free = 0;
+    cell.is_in_wall = IsInWall(walls, bodies, Middle(cell.polygon.outline));
   }
 }
 
@@ -128,7 +132,11 @@ void LabelCells(const std::vector<Border>& borders, double border_cost_m,
                 std::vector<Cell>* cells) {
   std::vector<LabelCosts> costs;
   for (const Cell& cell : *cells) {
-    costs.push_back({cell.area_m2 * (1 - cell.free), kFreeWeight * cell.area_m2 * cell.free});
+    if (cell.is_in_wall) {
+      costs.push_back({kNever, 0});
+    } else {
+      costs.push_back({cell.area_m2 * (1 - cell.free), kFreeWeight * cell.area_m2 * cell.free});
+    }
   }
   std::vector<PairCost> pairs;
   for (const Border& border : borders) {
@@ -165,6 +173,56 @@ class Groups {
 
 bool AreInside(const std::vector<Cell>& cells, const Border& border) {
   return border.other >= 0 && cells[border.cell].is_inside && cells[border.other].is_inside;
+}
+
+// A way through a wall that is open on both sides, and wider than a door.
+struct Passage {
+  int cell = -1, other = -1;  // that it connects
+  Polygon polygon;
+};
+
+// Between two borders of a wall that lie opposite each other.
+std::optional<Passage> PassageBetween(const Border& a, const Border& b, int cell, int other,
+                                      const BuildingOptions& options) {
+  constexpr double kParallel = 0.98;
+  const Vector2d along = (a.to - a.from).normalized();
+  if (std::abs(along.dot(b.to - b.from)) < kParallel * b.length_m) return std::nullopt;
+  const Vector2d across(-along.y(), along.x());
+  const double depth_m = std::abs(across.dot(0.5 * (b.from + b.to) - a.from));
+  if (depth_m > options.max_thickness_m) return std::nullopt;
+  const auto [low, high] = std::minmax({along.dot(b.from - a.from), along.dot(b.to - a.from)});
+  const double from_m = std::max(low, 0.0), to_m = std::min(high, a.length_m);
+  if (to_m - from_m <= options.max_door_width_m) return std::nullopt;
+  const auto on_b = [&](double along_m) -> Vector2d {
+    const double share = (along_m - along.dot(b.from - a.from)) / along.dot(b.to - b.from);
+    return b.from + share * (b.to - b.from);
+  };
+  return Passage{cell,
+                 other,
+                 {{a.from + from_m * along, a.from + to_m * along, on_b(to_m), on_b(from_m)}, {}}};
+}
+
+std::vector<Passage> PassagesThroughWalls(const std::vector<Cell>& cells,
+                                          const std::vector<Border>& borders,
+                                          const BuildingOptions& options) {
+  std::vector<std::pair<int, const Border*>> open;  // with the cell before it
+  for (const Border& border : borders) {
+    if (border.parts || border.other < 0) continue;
+    for (const auto& [cell, behind] :
+         {std::pair(border.cell, border.other), std::pair(border.other, border.cell)}) {
+      if (cells[cell].is_inside && cells[behind].is_in_wall) open.emplace_back(cell, &border);
+    }
+  }
+  std::vector<Passage> passages;
+  for (size_t i = 0; i < open.size(); ++i) {
+    for (size_t k = i + 1; k < open.size(); ++k) {
+      if (open[i].first == open[k].first) continue;
+      auto passage =
+          PassageBetween(*open[i].second, *open[k].second, open[i].first, open[k].first, options);
+      if (passage) passages.push_back(std::move(*passage));
+    }
+  }
+  return passages;
 }
 
 // What is too small for a room, as a niche, belongs to that beside it through its widest gap.
@@ -249,7 +307,7 @@ std::vector<FoundRoom> FindRooms(const std::vector<WallFace>& walls, const FreeS
                                  const BuildingOptions& options) {
   const std::vector<WallLine> lines = LinesOf(walls, options);
   std::vector<Cell> cells = CellsOf(lines, free);
-  CloseWallBodies(walls, options, &cells);
+  FindWallBodies(walls, options, &cells);
   BorderFinder finder(lines);
   for (size_t i = 0; i < cells.size(); ++i) {
     finder.Add(static_cast<int>(i), cells[i].polygon.outline);
@@ -262,6 +320,8 @@ std::vector<FoundRoom> FindRooms(const std::vector<WallFace>& walls, const FreeS
   for (const Border& border : borders) {
     if (AreInside(cells, border) && !border.parts) groups.Join(border.cell, border.other);
   }
+  const std::vector<Passage> passages = PassagesThroughWalls(cells, borders, options);
+  for (const Passage& passage : passages) groups.Join(passage.cell, passage.other);
   JoinSmall(cells, borders, options.min_room_m2, &groups);
   std::map<int, std::vector<int>> members;
   for (size_t i = 0; i < cells.size(); ++i) {
@@ -275,6 +335,9 @@ std::vector<FoundRoom> FindRooms(const std::vector<WallFace>& walls, const FreeS
       polygons.push_back(cells[i].polygon);
       area_m2 += cells[i].area_m2;
       free_m2 += cells[i].area_m2 * cells[i].free;
+    }
+    for (const Passage& passage : passages) {
+      if (groups.Of(passage.cell) == group) polygons.push_back(passage.polygon);
     }
     if (area_m2 < options.min_room_m2 || free_m2 < kLeastFree * area_m2) continue;
     const double bounded = BoundedShare(borders, cells, group, &groups);

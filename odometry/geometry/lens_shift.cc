@@ -80,11 +80,7 @@ LensShift::Cell LensShift::CellAt(const Vector2d& measured) const {
 }
 
 Vector2d LensShift::ByFocalLength(const Vector2d& measured) const {
-  if (nodes_.empty()) return measured;
-  const auto [node, x, y] = CellAt(measured);
-  const Node* below = node + columns_;
-  return (1 - y) * ((1 - x) * node[0].by_focal_length + x * node[1].by_focal_length) +
-         y * ((1 - x) * below[0].by_focal_length + x * below[1].by_focal_length);
+  return nodes_.empty() ? measured : Interpolated(&Node::by_focal_length, measured);
 }
 
 Eigen::Matrix2d LensShift::GradientAt(const Vector2d& measured) const {
@@ -101,10 +97,7 @@ Eigen::Matrix2d LensShift::GradientAt(const Vector2d& measured) const {
 
 Eigen::Matrix2d LensShift::ByCentre(const Vector2d& measured) const {
   if (nodes_.empty()) return Eigen::Matrix2d::Zero();
-  const auto [node, x, y] = CellAt(measured);
-  const Node* below = node + columns_;
-  return (1 - y) * ((1 - x) * node[0].by_centre + x * node[1].by_centre) +
-         y * ((1 - x) * below[0].by_centre + x * below[1].by_centre);
+  return Interpolated(&Node::by_centre, measured);
 }
 
 std::array<LensShift, 2> LensShiftsOf(const Rig& given, const Rig& rectified) {

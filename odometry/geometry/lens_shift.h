@@ -55,6 +55,14 @@ class LensShift {
     double x, y;
   };
   Cell CellAt(const Eigen::Vector2d& measured) const;
+  // Between the nodes around a place.
+  template <typename Field>
+  Field Interpolated(Field Node::*field, const Eigen::Vector2d& measured) const {
+    const auto [node, x, y] = CellAt(measured);
+    const Node* below = node + columns_;
+    return (1 - y) * ((1 - x) * node[0].*field + x * node[1].*field) +
+           y * ((1 - x) * below[0].*field + x * below[1].*field);
+  }
 
   // The shifts at the nodes of a grid over the rectified image, row by row; interpolated in
   // between.

@@ -1,0 +1,82 @@
+#include "mapping/building/rooms.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace slcmap {
+namespace {
+
+using Eigen::Vector2d;
+using ::testing::SizeIs;
+
+// Seen from the right of the way between two places.
+WallFace Between(const Vector2d& a, const Vector2d& b) {
+  WallFace wall;
+  const Vector2d along = (b - a).normalized();
+  wall.face.normal = {along.y(), -along.x()};
+  wall.face.offset_m = wall.face.normal.dot(a);
+  wall.face.from_m = wall.face.AlongOf(a);
+  wall.face.to_m = wall.face.AlongOf(b);
+  wall.shares.assign(static_cast<size_t>(std::lround((b - a).norm() / wall.step_m)), 1);
+  return wall;
+}
+
+// Nothing is known of it there, in metres from its start.
+void Uncover(double from_m, double to_m, WallFace* wall) {
+  for (double along_m = from_m; along_m < to_m - 1e-6; along_m += wall->step_m) {
+    wall->shares[static_cast<size_t>(std::lround(along_m / wall->step_m))] = 0;
+  }
+}
+
+// A corridor of 10 by 2 m, and behind its wall of 15 cm two rooms with a wall between them.
+class RoomsTest : public ::testing::Test {
+ protected:
+  RoomsTest() : free_(Eigen::AlignedBox2d(Vector2d(-1, -1), Vector2d(11, 7)), 0.05) {
+    for (const auto& [low, high] : {std::pair(Vector2d(0, 0), Vector2d(10, 2)),
+                                    std::pair(Vector2d(0, 2.15), Vector2d(4.9, 6)),
+                                    std::pair(Vector2d(5.05, 2.15), Vector2d(10, 6))}) {
+      for (double y = low.y() + 0.025; y < high.y(); y += 0.05) {
+        for (int way = 0; way < 3; ++way) free_.AddWay({low.x(), y}, {high.x(), y});
+      }
+    }
+  }
+
+  std::vector<FoundRoom> Find() const {
+    return FindRooms({corridor_, rooms_, Between({10, 0}, {0, 0}), Between({0, 6}, {10, 6}),
+                      Between({0, 0}, {0, 6}), Between({10, 6}, {10, 0}),
+                      Between({4.9, 6}, {4.9, 2.15}), Between({5.05, 2.15}, {5.05, 6})},
+                     free_, {});
+  }
+
+  FreeSpace free_;
+  WallFace corridor_ = Between({0, 2}, {10, 2}), rooms_ = Between({10, 2.15}, {0, 2.15});
+};
+
+TEST_F(RoomsTest, ArePartedByAWallThatIsBlankOnOneSide) {
+  Uncover(0.5, 4, &rooms_);  // from its start, at the right
+  Uncover(6, 9.5, &rooms_);
+  const std::vector<FoundRoom> found = Find();
+  ASSERT_THAT(found, SizeIs(3));
+  double area_m2 = 0;
+  for (const FoundRoom& room : found) area_m2 += Area(room.polygon);
+  EXPECT_NEAR(area_m2, 20 + 9.85 * 3.85, 0.1);
+}
+
+TEST_F(RoomsTest, AreOneThroughAPassageThatIsWiderThanADoor) {
+  Uncover(6, 8.5, &corridor_);
+  Uncover(1.5, 4, &rooms_);
+  const std::vector<FoundRoom> found = Find();
+  ASSERT_THAT(found, SizeIs(2));
+  EXPECT_NEAR(Area(found[0].polygon) + Area(found[1].polygon), 20 + 9.85 * 3.85 + 2.5 * 0.15, 0.1);
+}
+
+TEST_F(RoomsTest, ArePartedAtADoor) {
+  Uncover(6, 7, &corridor_);
+  Uncover(3, 4, &rooms_);
+  EXPECT_THAT(Find(), SizeIs(3));
+}
+
+}  // namespace
+}  // namespace slcmap
