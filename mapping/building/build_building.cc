@@ -217,7 +217,7 @@ void AddRooms(const BuildingInput& input, const Level& level, int64_t storey,
     room.polygon = found.polygon;
     room.area_m2 = Area(found.polygon);
     room.bounded = found.bounded;
-    AddFloorAndCeiling(input.points, level, options, &room, &building->planes);
+    AddFloorAndCeiling(input, level, options, &room, &building->planes);
     building->rooms.push_back(room);
   }
 }

@@ -21,9 +21,12 @@ constexpr double kLeastRoomHeight_m = 1.8;
 constexpr double kAboveTop_m = 0.3;
 constexpr double kStoreySigma_m = 0.03;  // of a room's floor that was not seen: its storey's
 constexpr double kLeastShare = 0.05;     // of a room's area, of which a ceiling must be seen
+constexpr double kSureShare = 0.4;       // of which what is seen is no lamp
+constexpr double kLeastRim = 0.3;        // of a room's border, along which lines tell its ceiling
 
 struct Height {
   double z_m = 0, sigma_m = 0;
+  double area_m2 = 0;  // on which it was measured
 };
 
 using Histogram = std::map<int, std::set<PlanColumn>>;  // columns by height
@@ -75,7 +78,66 @@ std::optional<Height> MostCommon(const std::vector<Vector3d>& points, bool is_ce
   }
   const double mean = sum / count, variance = std::max(0.0, squares / count - mean * mean);
   const double bends = std::max(1.0, area_m2 / (options.bend_length_m * options.bend_length_m));
-  return Height{middle_m + mean, std::hypot(options.shared_sigma_m, std::sqrt(variance / bends))};
+  return Height{middle_m + mean, std::hypot(options.shared_sigma_m, std::sqrt(variance / bends)),
+                area_m2};
+}
+
+// The share of a level line that lies along the outline of a room, as a length.
+double LengthAlong(const PlanPoints& outline, const MapLine& line) {
+  constexpr double kBeside_m = 0.06, kParallel = 0.998;
+  const Vector2d a = line.start_world.head<2>(), b = line.end_world.head<2>();
+  double length_m = 0;
+  for (size_t i = 0; i < outline.size(); ++i) {
+    const Vector2d &from = outline[i], side = outline[(i + 1) % outline.size()] - from;
+    const Vector2d along = side.normalized(), across(-along.y(), along.x());
+    if (std::abs(along.dot(b - a)) < kParallel * (b - a).norm()) continue;
+    if (std::abs(across.dot(0.5 * (a + b) - from)) > kBeside_m) continue;
+    const double s = along.dot(a - from), t = along.dot(b - from);
+    length_m +=
+        std::max(0.0, std::min(std::max(s, t), side.norm()) - std::max(std::min(s, t), 0.0));
+  }
+  return length_m;
+}
+
+double BorderLength(const PlanPoints& outline) {
+  double length_m = 0;
+  for (size_t i = 0; i < outline.size(); ++i) {
+    length_m += (outline[(i + 1) % outline.size()] - outline[i]).norm();
+  }
+  return length_m;
+}
+
+// The height at which most lines lie along the border of a room, where its walls meet the ceiling:
+// those are seen where the ceiling itself is too dark or too plain.
+std::optional<Height> RimHeight(const std::vector<MapLine>& lines, const Room& room, double low_m,
+                                double high_m, const BuildingOptions& options) {
+  constexpr double kLevel = 0.01;
+  struct Sum {
+    double length_m = 0, height = 0, squares = 0;
+  };
+  std::map<int, Sum> sums;
+  for (const MapLine& line : lines) {
+    const double z_m = 0.5 * (line.start_world.z() + line.end_world.z());
+    const Vector3d way = line.end_world - line.start_world;
+    if (z_m < low_m || z_m > high_m || std::abs(way.z()) > kLevel * way.norm()) continue;
+    const double length_m = LengthAlong(room.polygon.outline, line);
+    const int bin = static_cast<int>(std::floor(z_m / kBin_m));
+    for (int k = bin - 1; k <= bin + 1; ++k) {
+      Sum& sum = sums[k];
+      sum.length_m += length_m;
+      sum.height += length_m * z_m;
+      sum.squares += length_m * z_m * z_m;
+    }
+  }
+  const auto most = std::max_element(sums.begin(), sums.end(), [](const auto& a, const auto& b) {
+    return a.second.length_m < b.second.length_m;
+  });
+  if (most == sums.end()) return std::nullopt;
+  const Sum& sum = most->second;
+  if (sum.length_m < kLeastRim * BorderLength(room.polygon.outline)) return std::nullopt;
+  const double z_m = sum.height / sum.length_m;
+  const double variance = std::max(0.0, sum.squares / sum.length_m - z_m * z_m);
+  return Height{z_m, std::hypot(options.shared_sigma_m, std::sqrt(variance))};
 }
 
 // Points of level surfaces that face a way, between two heights within a room.
@@ -91,6 +153,18 @@ std::vector<Vector3d> LevelPoints(const std::vector<SurfacePoint>& points, const
     inside.push_back(p);
   }
   return inside;
+}
+
+// What little is seen of a level surface may hang beneath the ceiling.
+std::optional<Height> CeilingOf(const BuildingInput& input, const Level& level, const Room& room,
+                                const BuildingOptions& options) {
+  const auto seen =
+      MostCommon(LevelPoints(input.points, room, -1, room.floor_m + kLeastRoomHeight_m,
+                             level.top_m + kAboveTop_m),
+                 true, kLeastShare * room.area_m2, options);
+  if (!seen || seen->area_m2 > kSureShare * room.area_m2) return seen;
+  const auto rim = RimHeight(input.lines, room, seen->z_m - kBin_m, seen->z_m + kHung_m, options);
+  return rim ? rim : seen;
 }
 
 BuildingPlane LevelPlane(const Room& room, const Height& height, bool is_floor, size_t id) {
@@ -110,21 +184,19 @@ BuildingPlane LevelPlane(const Room& room, const Height& height, bool is_floor, 
 
 }  // namespace
 
-void AddFloorAndCeiling(const std::vector<SurfacePoint>& points, const Level& level,
+void AddFloorAndCeiling(const BuildingInput& input, const Level& level,
                         const BuildingOptions& options, Room* room,
                         std::vector<BuildingPlane>* planes) {
   const double least_m2 = kLeastShare * room->area_m2;
   room->floor_m = level.floor_m;
-  const auto floor = MostCommon(
-      LevelPoints(points, *room, 1, level.floor_m - kFloorReach_m, level.floor_m + kFloorReach_m),
-      false, least_m2, options);
+  const auto floor = MostCommon(LevelPoints(input.points, *room, 1, level.floor_m - kFloorReach_m,
+                                            level.floor_m + kFloorReach_m),
+                                false, least_m2, options);
   if (floor) room->floor_m = floor->z_m;
   planes->push_back(LevelPlane(*room, floor.value_or(Height{level.floor_m, kStoreySigma_m}), true,
                                planes->size()));
   planes->back().inferred = !floor;
-  const auto ceiling = MostCommon(
-      LevelPoints(points, *room, -1, room->floor_m + kLeastRoomHeight_m, level.top_m + kAboveTop_m),
-      true, least_m2, options);
+  const auto ceiling = CeilingOf(input, level, *room, options);
   if (!ceiling) return;
   room->height_m = ceiling->z_m - room->floor_m;
   planes->push_back(LevelPlane(*room, *ceiling, false, planes->size()));
