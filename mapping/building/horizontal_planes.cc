@@ -155,14 +155,20 @@ std::vector<Vector3d> LevelPoints(const std::vector<SurfacePoint>& points, const
   return inside;
 }
 
-// What little is seen of a level surface may hang beneath the ceiling.
+// What little is seen of a level surface may hang beneath the ceiling. Where nothing is, that of
+// the storey may go on.
 std::optional<Height> CeilingOf(const BuildingInput& input, const Level& level, const Room& room,
                                 const BuildingOptions& options) {
   const auto seen =
       MostCommon(LevelPoints(input.points, room, -1, room.floor_m + kLeastRoomHeight_m,
                              level.top_m + kAboveTop_m),
                  true, kLeastShare * room.area_m2, options);
-  if (!seen || seen->area_m2 > kSureShare * room.area_m2) return seen;
+  if (!seen && !level.ceiling_m) return std::nullopt;
+  if (!seen) {
+    return RimHeight(input.lines, room, *level.ceiling_m - kPeak_m, *level.ceiling_m + kAboveTop_m,
+                     options);
+  }
+  if (seen->area_m2 > kSureShare * room.area_m2) return seen;
   const auto rim = RimHeight(input.lines, room, seen->z_m - kBin_m, seen->z_m + kHung_m, options);
   return rim ? rim : seen;
 }

@@ -57,7 +57,7 @@ class DarkCeiling : public ::testing::Test {
     input_.lines.push_back(line);
   }
 
-  double Height(double lamps_m) {
+  std::optional<double> Height(double lamps_m) {
     for (double x = 0.1; x < lamps_m; x += 0.1) {
       for (double y = 0.1; y < 1.2; y += 0.1) {
         input_.points.push_back({{x, y, 2.44}, {0, 0, -1}, 0.01});
@@ -66,7 +66,7 @@ class DarkCeiling : public ::testing::Test {
     Room room = SquareRoom();
     std::vector<BuildingPlane> planes;
     AddFloorAndCeiling(input_, {0, 2.44, 2.44, {}}, {}, &room, &planes);
-    return room.height_m.value();
+    return room.height_m;
   }
 
   BuildingInput input_;
@@ -76,12 +76,22 @@ TEST_F(DarkCeiling, IsAtTheTopOfItsWalls) {
   AddLine({0.1, 0.01, 2.5}, {3.9, 0.01, 2.5});
   AddLine({3.99, 3.8, 2.505}, {3.99, 0.1, 2.505});
   AddLine({1, 2, 2.6}, {3, 2, 2.6});  // in the middle of the room
-  EXPECT_NEAR(Height(1.2), 2.5025, 0.003);
+  EXPECT_NEAR(Height(1.2).value(), 2.5025, 0.003);
+}
+
+TEST_F(DarkCeiling, OfWhichNothingIsSeenIsThereWhereItsStoreyHasOne) {
+  EXPECT_FALSE(Height(0).has_value());
+  AddLine({0.1, 0.01, 2.1}, {3.9, 0.01, 2.1});  // of cupboards
+  AddLine({3.99, 3.8, 2.1}, {3.99, 0.1, 2.1});
+  EXPECT_FALSE(Height(0).has_value());
+  AddLine({0.1, 0.01, 2.5}, {3.9, 0.01, 2.5});
+  AddLine({3.99, 3.8, 2.5}, {3.99, 0.1, 2.5});
+  EXPECT_NEAR(Height(0).value(), 2.5, 0.003);
 }
 
 TEST_F(DarkCeiling, ASingleLineTellsLittle) {
   AddLine({0.1, 0.01, 2.5}, {1.9, 0.01, 2.5});
-  EXPECT_NEAR(Height(1.2), 2.44, 0.003);
+  EXPECT_NEAR(Height(1.2).value(), 2.44, 0.003);
 }
 
 TEST_F(DarkCeiling, WhatIsSeenOfMostOfItCounts) {
@@ -90,7 +100,7 @@ TEST_F(DarkCeiling, WhatIsSeenOfMostOfItCounts) {
   for (double y = 1.2; y < 4; y += 0.1) {
     for (double x = 0.1; x < 4; x += 0.1) input_.points.push_back({{x, y, 2.44}, {0, 0, -1}, 0.01});
   }
-  EXPECT_NEAR(Height(4), 2.44, 0.003);
+  EXPECT_NEAR(Height(4).value(), 2.44, 0.003);
 }
 
 }  // namespace
