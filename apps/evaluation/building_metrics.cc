@@ -154,11 +154,12 @@ double OverlapOf(const std::vector<Vector3d>& a, const std::vector<Vector3d>& b,
   return common / (a_along.Length() * a_up.Length() + b_along.Length() * b_up.Length() - common);
 }
 
-// How many faces of walls an opening is in: those of panes to the outside are in one, and behind
-// them nothing may be seen.
-std::map<int64_t, int> FacesOfOpenings(const TrueBuilding& truth) {
+// How many faces of walls that were seen an opening is in: of panes to the outside one is, and
+// behind them nothing may be.
+std::map<int64_t, int> FacesOfOpenings(const TrueBuilding& truth, double min_seen_m2) {
   std::map<int64_t, int> faces;
   for (const TrueWall& wall : truth.walls) {
+    if (wall.seen_m2 < min_seen_m2) continue;
     for (const TrueOpening& opening : wall.openings) ++faces[opening.id];
   }
   return faces;
@@ -167,12 +168,13 @@ std::map<int64_t, int> FacesOfOpenings(const TrueBuilding& truth) {
 void CompareOpenings(const TrueBuilding& truth, const Building& building,
                      const BuildingMetricOptions& options, BuildingMetrics* metrics) {
   std::set<int64_t> expected, allowed, found;
-  const std::map<int64_t, int> faces = FacesOfOpenings(truth);
+  const std::map<int64_t, int> faces = FacesOfOpenings(truth, options.min_seen_m2);
   for (const TrueWall& wall : truth.walls) {
     for (const TrueOpening& opening : wall.openings) {
       if (!opening.is_open && !opening.is_clear) continue;
       allowed.insert(opening.id);
-      if (!opening.is_open && faces.at(opening.id) < 2) continue;
+      const auto seen = faces.find(opening.id);
+      if (!opening.is_open && (seen == faces.end() || seen->second < 2)) continue;
       if (opening.looked_through >= options.min_looked_through &&
           wall.seen_m2 >= options.min_seen_m2) {
         expected.insert(opening.id);

@@ -22,7 +22,7 @@ using Eigen::Vector3d;
 constexpr size_t kMinKeyframes = 3;
 constexpr double kFirstGraduation = 8;  // of the closures' loss
 // Share of the cost that a step lowers it by where a round ends: a drift that is slow to settle
-// costs little; and that of a round that another follows.
+// costs little; and that of the round of a graduated loss, which another follows.
 constexpr double kSettled = 1e-5, kNearlySettled = 1e-4;
 
 // Takes out the observations that do not fit. The right camera's go alone where it is they.

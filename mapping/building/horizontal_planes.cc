@@ -21,6 +21,7 @@ constexpr double kLeastRoomHeight_m = 1.8;
 constexpr double kAboveTop_m = 0.3;
 constexpr double kStoreySigma_m = 0.03;  // of a room's floor that was not seen: its storey's
 constexpr double kLeastShare = 0.05;     // of a room's area, of which a ceiling must be seen
+constexpr double kRimAbove_m = 0.15;     // less than there is to the floor of the storey above
 constexpr double kSureShare = 0.4;       // of which what is seen is no lamp
 constexpr double kLeastRim = 0.3;        // of a room's border, along which lines tell its ceiling
 
@@ -82,21 +83,30 @@ std::optional<Height> MostCommon(const std::vector<Vector3d>& points, bool is_ce
                 area_m2};
 }
 
-// The share of a level line that lies along the outline of a room, as a length.
-double LengthAlong(const PlanPoints& outline, const MapLine& line) {
-  constexpr double kBeside_m = 0.06, kParallel = 0.998;
+// Where level lines lie along a side of a room: metres along it from its start.
+struct RimPart {
+  size_t side = 0;
+  double from_m = 0, to_m = 0;
+  double z_m = 0, sigma_m = 0;
+};
+
+std::vector<RimPart> RimParts(const PlanPoints& outline, const MapLine& line) {
+  constexpr double kBeside_m = 0.06, kParallel = 0.998, kLevel = 0.01;
+  const Vector3d way = line.end_world - line.start_world;
+  if (std::abs(way.z()) > kLevel * way.norm()) return {};
   const Vector2d a = line.start_world.head<2>(), b = line.end_world.head<2>();
-  double length_m = 0;
+  std::vector<RimPart> parts;
   for (size_t i = 0; i < outline.size(); ++i) {
     const Vector2d &from = outline[i], side = outline[(i + 1) % outline.size()] - from;
     const Vector2d along = side.normalized(), across(-along.y(), along.x());
     if (std::abs(along.dot(b - a)) < kParallel * (b - a).norm()) continue;
     if (std::abs(across.dot(0.5 * (a + b) - from)) > kBeside_m) continue;
-    const double s = along.dot(a - from), t = along.dot(b - from);
-    length_m +=
-        std::max(0.0, std::min(std::max(s, t), side.norm()) - std::max(std::min(s, t), 0.0));
+    const auto [low_m, high_m] = std::minmax({along.dot(a - from), along.dot(b - from)});
+    const RimPart part{i, std::max(low_m, 0.0), std::min(high_m, side.norm()),
+                       0.5 * (line.start_world.z() + line.end_world.z()), line.sigma_m};
+    if (part.to_m > part.from_m) parts.push_back(part);
   }
-  return length_m;
+  return parts;
 }
 
 double BorderLength(const PlanPoints& outline) {
@@ -107,37 +117,60 @@ double BorderLength(const PlanPoints& outline) {
   return length_m;
 }
 
-// The height at which most lines lie along the border of a room, where its walls meet the ceiling:
-// those are seen where the ceiling itself is too dark or too plain.
+// The length of the border that parts cover, each place once.
+double CoveredLength(std::vector<RimPart> parts) {
+  std::sort(parts.begin(), parts.end(), [](const RimPart& a, const RimPart& b) {
+    return a.side != b.side ? a.side < b.side : a.from_m < b.from_m;
+  });
+  double length_m = 0, reached_m = 0;
+  for (size_t i = 0; i < parts.size(); ++i) {
+    if (i == 0 || parts[i].side != parts[i - 1].side) reached_m = 0;
+    length_m += std::max(0.0, parts[i].to_m - std::max(parts[i].from_m, reached_m));
+    reached_m = std::max(reached_m, parts[i].to_m);
+  }
+  return length_m;
+}
+
+// No better than the best of the parts, which may err alike.
+Height MeanHeight(const std::vector<RimPart>& parts, const BuildingOptions& options) {
+  double weights = 0, sum = 0, squares = 0, least_sigma_m = parts.front().sigma_m;
+  for (const RimPart& part : parts) {
+    const double sigma_m = std::hypot(part.sigma_m, options.shared_sigma_m);
+    const double weight = (part.to_m - part.from_m) / (sigma_m * sigma_m);
+    weights += weight;
+    sum += weight * part.z_m;
+    squares += weight * part.z_m * part.z_m;
+    least_sigma_m = std::min(least_sigma_m, part.sigma_m);
+  }
+  const double z_m = sum / weights;
+  const double scatter_m = std::sqrt(std::max(0.0, squares / weights - z_m * z_m));
+  return {z_m, std::hypot(options.shared_sigma_m, std::hypot(scatter_m, least_sigma_m))};
+}
+
+// The highest place at which lines lie along enough of the border of a room, where its walls meet
+// the ceiling: those are seen where the ceiling itself is too dark or too plain.
 std::optional<Height> RimHeight(const std::vector<MapLine>& lines, const Room& room, double low_m,
                                 double high_m, const BuildingOptions& options) {
-  constexpr double kLevel = 0.01;
-  struct Sum {
-    double length_m = 0, height = 0, squares = 0;
-  };
-  std::map<int, Sum> sums;
+  std::map<int, std::vector<RimPart>> by_height;
   for (const MapLine& line : lines) {
-    const double z_m = 0.5 * (line.start_world.z() + line.end_world.z());
-    const Vector3d way = line.end_world - line.start_world;
-    if (z_m < low_m || z_m > high_m || std::abs(way.z()) > kLevel * way.norm()) continue;
-    const double length_m = LengthAlong(room.polygon.outline, line);
-    const int bin = static_cast<int>(std::floor(z_m / kBin_m));
-    for (int k = bin - 1; k <= bin + 1; ++k) {
-      Sum& sum = sums[k];
-      sum.length_m += length_m;
-      sum.height += length_m * z_m;
-      sum.squares += length_m * z_m * z_m;
+    for (const RimPart& part : RimParts(room.polygon.outline, line)) {
+      if (part.z_m < low_m || part.z_m > high_m) continue;
+      const int bin = static_cast<int>(std::floor(part.z_m / kBin_m));
+      for (int k = bin - 1; k <= bin + 1; ++k) by_height[k].push_back(part);
     }
   }
-  const auto most = std::max_element(sums.begin(), sums.end(), [](const auto& a, const auto& b) {
-    return a.second.length_m < b.second.length_m;
-  });
-  if (most == sums.end()) return std::nullopt;
-  const Sum& sum = most->second;
-  if (sum.length_m < kLeastRim * BorderLength(room.polygon.outline)) return std::nullopt;
-  const double z_m = sum.height / sum.length_m;
-  const double variance = std::max(0.0, sum.squares / sum.length_m - z_m * z_m);
-  return Height{z_m, std::hypot(options.shared_sigma_m, std::sqrt(variance))};
+  const double least_m = kLeastRim * BorderLength(room.polygon.outline);
+  double most_m = 0;
+  const std::vector<RimPart>* best = nullptr;
+  for (auto bin = by_height.rbegin(); bin != by_height.rend(); ++bin) {
+    const double covered_m = CoveredLength(bin->second);
+    if (best && covered_m <= most_m) break;  // down from the first peak
+    if (covered_m < least_m) continue;
+    most_m = covered_m;
+    best = &bin->second;
+  }
+  if (!best) return std::nullopt;
+  return MeanHeight(*best, options);
 }
 
 // Points of level surfaces that face a way, between two heights within a room.
@@ -165,11 +198,12 @@ std::optional<Height> CeilingOf(const BuildingInput& input, const Level& level, 
                  true, kLeastShare * room.area_m2, options);
   if (!seen && !level.ceiling_m) return std::nullopt;
   if (!seen) {
-    return RimHeight(input.lines, room, *level.ceiling_m - kPeak_m, *level.ceiling_m + kAboveTop_m,
+    return RimHeight(input.lines, room, *level.ceiling_m - kPeak_m, *level.ceiling_m + kRimAbove_m,
                      options);
   }
   if (seen->area_m2 > kSureShare * room.area_m2) return seen;
-  const auto rim = RimHeight(input.lines, room, seen->z_m - kBin_m, seen->z_m + kHung_m, options);
+  const double most_m = std::min(seen->z_m + kHung_m, level.top_m + kRimAbove_m);
+  const auto rim = RimHeight(input.lines, room, seen->z_m - kBin_m, most_m, options);
   return rim ? rim : seen;
 }
 

@@ -243,26 +243,34 @@ bool ArePanes(const FaceOpening& a, const FaceOpening& b) {
          up >= kPaneAlong * std::min(a.high_m - a.low_m, b.high_m - b.low_m);
 }
 
+FaceOpening Joined(const FaceOpening& window, const FaceOpening& pane) {
+  FaceOpening joined = window;
+  joined.from_m = std::min(window.from_m, pane.from_m);
+  joined.to_m = std::max(window.to_m, pane.to_m);
+  joined.low_m = std::min(window.low_m, pane.low_m);
+  joined.high_m = std::max(window.high_m, pane.high_m);
+  return joined;
+}
+
+// Two panes of one window, with no door between them.
+bool AreOneWindow(const FaceOpening& a, const FaceOpening& b,
+                  const std::vector<FaceOpening>& openings) {
+  const auto is_window = [](const FaceOpening& o) { return o.kind == OpeningKind::kWindow; };
+  if (!is_window(a) || !is_window(b) || !ArePanes(a, b)) return false;
+  const FaceOpening joined = Joined(a, b);
+  return std::none_of(openings.begin(), openings.end(), [&](const FaceOpening& other) {
+    return !is_window(other) && Common(joined.from_m, joined.to_m, other.from_m, other.to_m) > 0;
+  });
+}
+
 // A window may be divided by bars.
 void JoinPanes(std::vector<FaceOpening>* openings) {
-  const auto is_window = [](const FaceOpening& opening) {
-    return opening.kind == OpeningKind::kWindow;
-  };
   for (size_t i = 0; i < openings->size(); ++i) {
-    if (!is_window((*openings)[i])) continue;
-    for (size_t k = i + 1; k < openings->size();) {
-      FaceOpening& window = (*openings)[i];
-      const FaceOpening& pane = (*openings)[k];
-      if (!is_window(pane) || !ArePanes(window, pane)) {
-        ++k;
-        continue;
-      }
-      window.from_m = std::min(window.from_m, pane.from_m);
-      window.to_m = std::max(window.to_m, pane.to_m);
-      window.low_m = std::min(window.low_m, pane.low_m);
-      window.high_m = std::max(window.high_m, pane.high_m);
+    for (size_t k = i + 1; k < openings->size(); ++k) {
+      if (!AreOneWindow((*openings)[i], (*openings)[k], *openings)) continue;
+      (*openings)[i] = Joined((*openings)[i], (*openings)[k]);
       openings->erase(openings->begin() + static_cast<std::ptrdiff_t>(k));
-      k = i + 1;  // it has grown
+      i = k = 0;  // it has grown
     }
   }
 }

@@ -5,6 +5,7 @@
 #include <map>
 #include <numeric>
 #include <optional>
+#include <set>
 
 #include "mapping/building/minimum_cut.h"
 #include "mapping/building/wall_bodies.h"
@@ -33,9 +34,10 @@ struct Border {
   int cell = -1, other = -1;
   Vector2d from = Vector2d::Zero(), to = Vector2d::Zero();
   double length_m = 0;
-  double share = 0;     // covered by a wall
-  bool parts = false;   // rooms
-  bool narrow = false;  // though it is open
+  Vector2d part_from = Vector2d::Zero(), part_to = Vector2d::Zero();  // of the wall that it is on
+  double share = 0;                                                   // covered by a wall
+  bool parts = false;                                                 // rooms
+  bool narrow = false;                                                // though it is open
 };
 
 using GridPoint = std::pair<int64_t, int64_t>;
@@ -71,10 +73,12 @@ class BorderFinder {
  private:
   Border NewBorder(int cell, const Vector2d& a, const Vector2d& b) const {
     Border border{cell, -1, a, b, (b - a).norm()};
-    if (const auto part = PartAt(lines_, a, b)) {
-      border.share = part->share;
-      border.narrow = part->is_narrow;
-      border.parts = part->share > 0 || part->is_narrow;
+    if (const auto placed = PartAt(lines_, a, b)) {
+      border.part_from = placed->from;
+      border.part_to = placed->to;
+      border.share = placed->part.share;
+      border.narrow = placed->part.is_narrow;
+      border.parts = placed->part.share > 0 || placed->part.is_narrow;
     }
     return border;
   }
@@ -128,6 +132,20 @@ void FindWallBodies(const std::vector<WallFace>& walls, const BuildingOptions& o
   }
 }
 
+// A niche is in a wall, too, but leads from one place to none.
+void KeepNiches(const std::vector<Border>& borders, std::vector<Cell>* cells) {
+  constexpr double kFree = 0.5;
+  std::map<int, std::set<int>> before;  // cells that openings lead to, by cell in a wall
+  for (const Border& border : borders) {
+    if (border.other < 0 || border.share > 0) continue;
+    if ((*cells)[border.cell].is_in_wall) before[border.cell].insert(border.other);
+    if ((*cells)[border.other].is_in_wall) before[border.other].insert(border.cell);
+  }
+  for (const auto& [cell, others] : before) {
+    if (others.size() == 1 && (*cells)[cell].free >= kFree) (*cells)[cell].is_in_wall = false;
+  }
+}
+
 void LabelCells(const std::vector<Border>& borders, double border_cost_m,
                 std::vector<Cell>* cells) {
   std::vector<LabelCosts> costs;
@@ -178,28 +196,78 @@ bool AreInside(const std::vector<Cell>& cells, const Border& border) {
 // A way through a wall that is open on both sides, and wider than a door.
 struct Passage {
   int cell = -1, other = -1;  // that it connects
+  const Border *border = nullptr, *opposite = nullptr;
+  double length_m = 0;  // of both borders, that it takes
   Polygon polygon;
 };
 
-// Between two borders of a wall that lie opposite each other.
-std::optional<Passage> PassageBetween(const Border& a, const Border& b, int cell, int other,
+// Along a border from its start, and across it.
+struct BorderFrame {
+  explicit BorderFrame(const Border& border)
+      : start(border.from),
+        along((border.to - border.from) / border.length_m),
+        across(-along.y(), along.x()) {}
+  double AlongOf(const Vector2d& p) const { return along.dot(p - start); }
+  double AcrossOf(const Vector2d& p) const { return across.dot(p - start); }
+
+  Vector2d start, along, across;
+};
+
+struct Stretch {
+  double from_m = 0, to_m = 0;
+  double length_m() const { return to_m - from_m; }
+};
+
+Stretch StretchOf(const BorderFrame& frame, const Vector2d& a, const Vector2d& b) {
+  const double s = frame.AlongOf(a), t = frame.AlongOf(b);
+  return {std::min(s, t), std::max(s, t)};
+}
+
+Stretch Common(const Stretch& a, const Stretch& b) {
+  return {std::max(a.from_m, b.from_m), std::min(a.to_m, b.to_m)};
+}
+
+// Whether a wall, or the gap of a door in one, goes along between two borders.
+bool IsBarred(const BorderFrame& frame, const Stretch& stretch, double depth_m,
+              const std::vector<Border>& borders) {
+  return std::any_of(borders.begin(), borders.end(), [&](const Border& border) {
+    const double at_m = frame.AcrossOf(0.5 * (border.from + border.to)) / depth_m;
+    return border.parts && at_m > 0.02 && at_m < 0.98 &&
+           Common(stretch, StretchOf(frame, border.from, border.to)).length_m() > kApart_m;
+  });
+}
+
+// Between two borders of a wall that lie opposite each other. Other walls' lines cut borders: the
+// openings as a whole are wide.
+std::optional<Passage> PassageBetween(const Border& a, const Border& b,
+                                      const std::vector<Border>& borders,
                                       const BuildingOptions& options) {
   constexpr double kParallel = 0.98;
-  const Vector2d along = (a.to - a.from).normalized();
-  if (std::abs(along.dot(b.to - b.from)) < kParallel * b.length_m) return std::nullopt;
-  const Vector2d across(-along.y(), along.x());
-  const double depth_m = std::abs(across.dot(0.5 * (b.from + b.to) - a.from));
-  if (depth_m > options.max_thickness_m) return std::nullopt;
-  const auto [low, high] = std::minmax({along.dot(b.from - a.from), along.dot(b.to - a.from)});
-  const double from_m = std::max(low, 0.0), to_m = std::min(high, a.length_m);
-  if (to_m - from_m <= options.max_door_width_m) return std::nullopt;
+  const BorderFrame frame(a);
+  if (std::abs(frame.along.dot(b.to - b.from)) < kParallel * b.length_m) return std::nullopt;
+  const double depth_m = frame.AcrossOf(0.5 * (b.from + b.to));
+  if (std::abs(depth_m) > options.max_thickness_m || std::abs(depth_m) < kApart_m) {
+    return std::nullopt;
+  }
+  const Stretch opening =
+      Common(StretchOf(frame, a.part_from, a.part_to), StretchOf(frame, b.part_from, b.part_to));
+  const Stretch shared = Common(StretchOf(frame, a.from, a.to), StretchOf(frame, b.from, b.to));
+  if (opening.length_m() <= options.max_door_width_m || shared.length_m() <= kApart_m) {
+    return std::nullopt;
+  }
+  if (IsBarred(frame, shared, depth_m, borders)) return std::nullopt;
   const auto on_b = [&](double along_m) -> Vector2d {
-    const double share = (along_m - along.dot(b.from - a.from)) / along.dot(b.to - b.from);
+    const double share = (along_m - frame.AlongOf(b.from)) / frame.along.dot(b.to - b.from);
     return b.from + share * (b.to - b.from);
   };
-  return Passage{cell,
-                 other,
-                 {{a.from + from_m * along, a.from + to_m * along, on_b(to_m), on_b(from_m)}, {}}};
+  const auto on_a = [&](double along_m) -> Vector2d { return a.from + along_m * frame.along; };
+  Passage passage;
+  passage.border = &a;
+  passage.opposite = &b;
+  passage.length_m = shared.length_m();
+  passage.polygon.outline = {on_a(shared.from_m), on_a(shared.to_m), on_b(shared.to_m),
+                             on_b(shared.from_m)};
+  return passage;
 }
 
 std::vector<Passage> PassagesThroughWalls(const std::vector<Cell>& cells,
@@ -207,7 +275,7 @@ std::vector<Passage> PassagesThroughWalls(const std::vector<Cell>& cells,
                                           const BuildingOptions& options) {
   std::vector<std::pair<int, const Border*>> open;  // with the cell before it
   for (const Border& border : borders) {
-    if (border.parts || border.other < 0) continue;
+    if (border.parts || border.other < 0 || border.length_m <= kApart_m) continue;
     for (const auto& [cell, behind] :
          {std::pair(border.cell, border.other), std::pair(border.other, border.cell)}) {
       if (cells[cell].is_inside && cells[behind].is_in_wall) open.emplace_back(cell, &border);
@@ -217,9 +285,11 @@ std::vector<Passage> PassagesThroughWalls(const std::vector<Cell>& cells,
   for (size_t i = 0; i < open.size(); ++i) {
     for (size_t k = i + 1; k < open.size(); ++k) {
       if (open[i].first == open[k].first) continue;
-      auto passage =
-          PassageBetween(*open[i].second, *open[k].second, open[i].first, open[k].first, options);
-      if (passage) passages.push_back(std::move(*passage));
+      auto passage = PassageBetween(*open[i].second, *open[k].second, borders, options);
+      if (!passage) continue;
+      passage->cell = open[i].first;
+      passage->other = open[k].first;
+      passages.push_back(std::move(*passage));
     }
   }
   return passages;
@@ -287,9 +357,12 @@ double Perimeter(const Polygon& polygon) {
   return length_m;
 }
 
-double BoundedShare(const std::vector<Border>& borders, const std::vector<Cell>& cells, int group,
-                    Groups* groups) {
+double BoundedShare(const std::vector<Border>& borders, const std::vector<Cell>& cells,
+                    const std::vector<Passage>& passages, int group, Groups* groups) {
   double covered_m = 0, all_m = 0;
+  for (const Passage& passage : passages) {
+    if (groups->Of(passage.cell) == group) all_m -= 2 * passage.length_m;  // its mouths are inside
+  }
   for (const Border& border : borders) {
     const auto is_in = [&](int cell) {
       return cell >= 0 && cells[cell].is_inside && groups->Of(cell) == group;
@@ -314,6 +387,7 @@ std::vector<FoundRoom> FindRooms(const std::vector<WallFace>& walls, const FreeS
     for (const PlanPoints& hole : cells[i].polygon.holes) finder.Add(static_cast<int>(i), hole);
   }
   const std::vector<Border> borders = finder.Borders();
+  KeepNiches(borders, &cells);
   LabelCells(borders, options.border_cost_m, &cells);
 
   Groups groups(cells.size());
@@ -340,7 +414,7 @@ std::vector<FoundRoom> FindRooms(const std::vector<WallFace>& walls, const FreeS
       if (groups.Of(passage.cell) == group) polygons.push_back(passage.polygon);
     }
     if (area_m2 < options.min_room_m2 || free_m2 < kLeastFree * area_m2) continue;
-    const double bounded = BoundedShare(borders, cells, group, &groups);
+    const double bounded = BoundedShare(borders, cells, passages, group, &groups);
     for (Polygon& polygon : Union(polygons, kPlanGrid_m)) {
       if (2 * Area(polygon) < kLeastWidth_m * Perimeter(polygon)) continue;
       polygon.outline = Straightened(polygon.outline);

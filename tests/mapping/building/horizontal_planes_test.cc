@@ -94,6 +94,19 @@ TEST_F(DarkCeiling, ASingleLineTellsLittle) {
   EXPECT_NEAR(Height(1.2).value(), 2.44, 0.003);
 }
 
+TEST_F(DarkCeiling, LinesBesideEachOtherCountOnce) {
+  for (int i = 0; i < 4; ++i) AddLine({0.1, 0.01 * i, 2.5}, {1.9, 0.01 * i, 2.5});  // a cornice
+  EXPECT_NEAR(Height(1.2).value(), 2.44, 0.003);
+}
+
+TEST_F(DarkCeiling, IsNotTheFloorOfTheStoreyAboveNorWhatHangsLower) {
+  for (const double z : {2.46, 2.52, 2.74}) {  // rails, the ceiling, a floor
+    AddLine({0.1, 0.01, z}, {3.9, 0.01, z});
+    AddLine({3.99, 3.8, z}, {3.99, 0.1, z});
+  }
+  EXPECT_NEAR(Height(1.2).value(), 2.52, 0.003);
+}
+
 TEST_F(DarkCeiling, WhatIsSeenOfMostOfItCounts) {
   AddLine({0.1, 0.01, 2.5}, {3.9, 0.01, 2.5});
   AddLine({3.99, 3.8, 2.5}, {3.99, 0.1, 2.5});

@@ -43,11 +43,17 @@ class RoomsTest : public ::testing::Test {
     }
   }
 
-  std::vector<FoundRoom> Find() const {
-    return FindRooms({corridor_, rooms_, Between({10, 0}, {0, 0}), Between({0, 6}, {10, 6}),
-                      Between({0, 0}, {0, 6}), Between({10, 6}, {10, 0}),
-                      Between({4.9, 6}, {4.9, 2.15}), Between({5.05, 2.15}, {5.05, 6})},
-                     free_, {});
+  std::vector<FoundRoom> Find(const std::vector<WallFace>& more = {}) const {
+    std::vector<WallFace> walls = {corridor_,
+                                   rooms_,
+                                   Between({10, 0}, {0, 0}),
+                                   Between({0, 6}, {10, 6}),
+                                   Between({0, 0}, {0, 6}),
+                                   Between({10, 6}, {10, 0}),
+                                   Between({4.9, 6}, {4.9, 2.15}),
+                                   Between({5.05, 2.15}, {5.05, 6})};
+    walls.insert(walls.end(), more.begin(), more.end());
+    return FindRooms(walls, free_, {});
   }
 
   FreeSpace free_;
@@ -70,6 +76,21 @@ TEST_F(RoomsTest, AreOneThroughAPassageThatIsWiderThanADoor) {
   const std::vector<FoundRoom> found = Find();
   ASSERT_THAT(found, SizeIs(2));
   EXPECT_NEAR(Area(found[0].polygon) + Area(found[1].polygon), 20 + 9.85 * 3.85 + 2.5 * 0.15, 0.1);
+}
+
+// The line of a wall that ends in the room goes on through the passage.
+TEST_F(RoomsTest, AreOneThroughAPassageThatALineOfAnotherWallCrosses) {
+  Uncover(6, 8.5, &corridor_);
+  Uncover(1.5, 4, &rooms_);
+  const std::vector<FoundRoom> found = Find({Between({7.25, 6}, {7.25, 4.5})});
+  ASSERT_THAT(found, SizeIs(2));
+  for (const FoundRoom& room : found) EXPECT_GT(room.bounded, 0.95);
+}
+
+TEST_F(RoomsTest, ArePartedByAWallThatStandsInAPassage) {
+  Uncover(6, 8.5, &corridor_);
+  Uncover(1.5, 4, &rooms_);
+  EXPECT_THAT(Find({Between({5.5, 2.08}, {9, 2.08})}), SizeIs(3));
 }
 
 TEST_F(RoomsTest, ArePartedAtADoor) {
