@@ -132,9 +132,10 @@ void FindWallBodies(const std::vector<WallFace>& walls, const BuildingOptions& o
   }
 }
 
-// A niche is in a wall, too, but leads from one place to none.
-void KeepNiches(const std::vector<Border>& borders, std::vector<Cell>* cells) {
-  constexpr double kFree = 0.5;
+// A niche is in a wall, too, but leads from one place to none. What rays went through everywhere is
+// in none: the lines of a wall go on where it ends.
+void KeepOpenPlaces(const std::vector<Border>& borders, std::vector<Cell>* cells) {
+  constexpr double kFree = 0.5, kFreeThroughout = 0.9;
   std::map<int, std::set<int>> before;  // cells that openings lead to, by cell in a wall
   for (const Border& border : borders) {
     if (border.other < 0 || border.share > 0) continue;
@@ -142,7 +143,8 @@ void KeepNiches(const std::vector<Border>& borders, std::vector<Cell>* cells) {
     if ((*cells)[border.other].is_in_wall) before[border.other].insert(border.cell);
   }
   for (const auto& [cell, others] : before) {
-    if (others.size() == 1 && (*cells)[cell].free >= kFree) (*cells)[cell].is_in_wall = false;
+    const double free = (*cells)[cell].free;
+    if (free >= (others.size() == 1 ? kFree : kFreeThroughout)) (*cells)[cell].is_in_wall = false;
   }
 }
 
@@ -230,10 +232,11 @@ Stretch Common(const Stretch& a, const Stretch& b) {
 // Whether a wall, or the gap of a door in one, goes along between two borders.
 bool IsBarred(const BorderFrame& frame, const Stretch& stretch, double depth_m,
               const std::vector<Border>& borders) {
+  constexpr double kLeast_m = 0.05;  // what is square to it, give or take a degree, is no bar
   return std::any_of(borders.begin(), borders.end(), [&](const Border& border) {
     const double at_m = frame.AcrossOf(0.5 * (border.from + border.to)) / depth_m;
     return border.parts && at_m > 0.02 && at_m < 0.98 &&
-           Common(stretch, StretchOf(frame, border.from, border.to)).length_m() > kApart_m;
+           Common(stretch, StretchOf(frame, border.from, border.to)).length_m() > kLeast_m;
   });
 }
 
@@ -387,7 +390,7 @@ std::vector<FoundRoom> FindRooms(const std::vector<WallFace>& walls, const FreeS
     for (const PlanPoints& hole : cells[i].polygon.holes) finder.Add(static_cast<int>(i), hole);
   }
   const std::vector<Border> borders = finder.Borders();
-  KeepNiches(borders, &cells);
+  KeepOpenPlaces(borders, &cells);
   LabelCells(borders, options.border_cost_m, &cells);
 
   Groups groups(cells.size());
