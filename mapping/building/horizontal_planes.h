@@ -13,8 +13,8 @@ namespace slcmap {
 // Measures the floor and the ceiling of a room of a level, sets its heights and adds the planes of
 // those that were seen, with ids that go on from those there are. A room's height is that at which
 // most of the level surface in it is (2 cm), away from its floor for the ceiling; where little is
-// seen there, that at which lines lie along its border above;
-// where nothing is, about the height of the storey's ceiling, if that is known.
+// seen there, that at which lines lie along its border above; where nothing is, about the height of
+// the storey's ceiling, if that is known.
 void AddFloorAndCeiling(const BuildingInput& input, const Level& level,
                         const BuildingOptions& options, Room* room,
                         std::vector<BuildingPlane>* planes);

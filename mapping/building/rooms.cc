@@ -198,8 +198,7 @@ bool AreInside(const std::vector<Cell>& cells, const Border& border) {
 // A way through a wall that is open on both sides, and wider than a door.
 struct Passage {
   int cell = -1, other = -1;  // that it connects
-  const Border *border = nullptr, *opposite = nullptr;
-  double length_m = 0;  // of both borders, that it takes
+  double length_m = 0;        // of both borders, that it takes
   Polygon polygon;
 };
 
@@ -265,8 +264,6 @@ std::optional<Passage> PassageBetween(const Border& a, const Border& b,
   };
   const auto on_a = [&](double along_m) -> Vector2d { return a.from + along_m * frame.along; };
   Passage passage;
-  passage.border = &a;
-  passage.opposite = &b;
   passage.length_m = shared.length_m();
   passage.polygon.outline = {on_a(shared.from_m), on_a(shared.to_m), on_b(shared.to_m),
                              on_b(shared.from_m)};
