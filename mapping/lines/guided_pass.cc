@@ -14,10 +14,11 @@ namespace {
 
 constexpr double kBeyond_m = 1.5;     // past the ends of what is known of a line
 constexpr double kMaxReach_m = 0.05;  // a sample that stands for more is seen too nearly end-on
-constexpr double kGuidedPlaceStep_m = 0.25;
 
 void StartBins(const LineIntervalOptions& options, TrackedLine* line) {
   line->places.clear();
+  line->step_sum = line->lasting_sum = line->brightness_sum = 0;
+  line->shown_samples = 0;
   line->bins_from_m = line->seen.from_m - kBeyond_m;
   const double length_m = line->seen.to_m + kBeyond_m - line->bins_from_m;
   line->bins.assign(static_cast<size_t>(std::ceil(length_m / options.bin_m)), BinViews());
@@ -81,7 +82,7 @@ void LookForLine(int view, const StereoImage& pair, const ViewImages& images,
       of_bins.shown.assign(line->bins.size(), 0);
     }
     MarkBins(samples, *line, options.intervals.bin_m, &of_bins);
-    AddPlaces(samples, *part, view, camera, kGuidedPlaceStep_m, &line->places);
+    AddPlaces(samples, *part, view, camera, options.fit.place_step_m, &line->places);
     for (const LineSample& sample : samples) {
       if (!sample.is_edge || sample.along_m < line->seen.from_m ||
           sample.along_m > line->seen.to_m) {
@@ -227,6 +228,11 @@ void FitAgain(const Views& views, const Rig& rig, const std::vector<BuildingAxis
         FitStretches(cameras, PriorOf(line, axes, options), options.fit, limits, &line);
     if (!fit || !limits.Hold(*fit)) return false;
     line.parallax_rad = Parallax_rad(fit->line, line.places, cameras);
+    line.moved_m = 0;
+    for (const double along_m : {line.intervals.front().from_m, line.intervals.back().to_m}) {
+      const Eigen::Vector3d p = line.line.point_world + along_m * line.line.direction_world;
+      line.moved_m = std::max(line.moved_m, (p - NearestOn(fit->line, p)).norm());
+    }
     line.fit = *fit;
     line.line = fit->line;
     for (Stretch& interval : line.intervals) {

@@ -15,7 +15,6 @@ namespace {
 
 constexpr int kReach = 12;              // views to either side that a segment is looked for in
 constexpr double kExplainBeyond_m = 1;  // past the ends of what is known of a line
-constexpr double kPlaceStep_m = 0.25;
 
 // Whether a segment runs along the image of a direction through its middle.
 bool MayFollow(const LineSegment& px, const Eigen::Vector3d& direction_camera, const Camera& camera,
@@ -220,7 +219,7 @@ std::optional<TrackedLine> LineFinder::Accept(const Hypothesis& hypothesis, int 
           window_.at(image.view).image(image.camera), images_.mask(image.camera), *part, sampling);
       looked += samples.size();
       for (const LineSample& sample : samples) shown += sample.is_edge;
-      AddPlaces(samples, *part, image.view, image.camera, kPlaceStep_m, &places);
+      AddPlaces(samples, *part, image.view, image.camera, options_.fit.place_step_m, &places);
     }
     const auto fit =
         FitLine(line.line, places, cameras_, PriorOf(line, axes_, options_), options_.fit);

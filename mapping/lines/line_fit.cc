@@ -3,6 +3,7 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "data/quantile.h"
 #include "mapping/lines/across.h"
@@ -47,21 +48,47 @@ struct Sums {
   std::vector<double> off_px;  // of the places, at least 0
 };
 
+// What the image says of each place, px: see LineFitOptions.
+std::vector<double> ImageSigmas_px(const PointAndDirection& line,
+                                   const std::vector<EdgePlace>& places, const ViewCameras& views,
+                                   const LineFitOptions& options) {
+  constexpr double kPiece_m = 0.25;
+  const auto piece_of = [](const EdgePlace& place) {
+    return static_cast<int>(std::floor(place.along_m / kPiece_m));
+  };
+  const auto distance_m = [&](const EdgePlace& place) {
+    const Eigen::Vector3d p = line.point_world + place.along_m * line.direction_world;
+    return (p - views.Centre(place.view, place.camera)).norm();
+  };
+  std::map<int, double> nearest_m;  // by piece
+  for (const EdgePlace& place : places) {
+    const auto [piece, is_new] = nearest_m.emplace(piece_of(place), distance_m(place));
+    if (!is_new) piece->second = std::min(piece->second, distance_m(place));
+  }
+  std::vector<double> sigmas_px;
+  for (const EdgePlace& place : places) {
+    const double times_nearest = distance_m(place) / nearest_m.at(piece_of(place));
+    sigmas_px.push_back(
+        options.sigma_px * std::pow(times_nearest, options.far_power) *
+        std::sqrt(static_cast<double>(kFullSamples) / std::min(place.samples, kFullSamples)));
+  }
+  return sigmas_px;
+}
+
 // With the direction's derivative along `across`, counted from the middle of the line.
 Sums SumPlaces(const PointAndDirection& line, const Eigen::Matrix<double, 3, 2>& across,
-               const std::vector<EdgePlace>& places, const ViewCameras& views, double middle_m,
-               const LineFitOptions& options) {
+               const std::vector<EdgePlace>& places, const std::vector<double>& image_sigmas_px,
+               const ViewCameras& views, double middle_m, const LineFitOptions& options) {
   Sums sums;
-  for (const EdgePlace& place : places) {
+  for (size_t i = 0; i < places.size(); ++i) {
+    const EdgePlace& place = places[i];
     const double along_m = place.along_m - middle_m;
     const Eigen::Vector3d p_world = line.point_world + along_m * line.direction_world;
     const auto residual = ResidualOf(place, p_world, across, views);
     if (!residual) continue;
     const double focal_px = views.cameras[place.camera].fx_px;
-    const double image_px = options.sigma_px * std::sqrt(static_cast<double>(kFullSamples) /
-                                                         std::min(place.samples, kFullSamples));
     const double pose_px = focal_px * options.pose_sigma_m / residual->depth_m;
-    const double sigma_px = std::hypot(image_px, pose_px);
+    const double sigma_px = std::hypot(image_sigmas_px[i], pose_px);
     const double sigmas = std::abs(residual->value_px) / sigma_px;
     const double robust = 1 / (1 + std::pow(sigmas / options.robust_sigmas, 2));
     const double weight = robust / (sigma_px * sigma_px);
@@ -158,10 +185,11 @@ std::optional<LineFit> FitLine(const PointAndDirection& start, const std::vector
   fit.shift_m = MiddleOf(places);
   fit.line = start;
   fit.line.point_world += fit.shift_m * start.direction_world;
+  const std::vector<double> sigmas_px = ImageSigmas_px(start, places, views, options);
   Sums sums;
   for (int step = 0; step < kSteps; ++step) {
     fit.across = AcrossOf(fit.line.direction_world);
-    sums = SumPlaces(fit.line, fit.across, places, views, fit.shift_m, options);
+    sums = SumPlaces(fit.line, fit.across, places, sigmas_px, views, fit.shift_m, options);
     if (sums.off_px.size() < 4) return std::nullopt;
     AddPrior(fit.line, fit.across, prior, &sums);
     const Eigen::LDLT<Eigen::Matrix4d> solver(sums.H);

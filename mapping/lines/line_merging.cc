@@ -75,14 +75,16 @@ std::vector<Stretch> Union(std::vector<Stretch> intervals, double max_gap_m) {
 // Places of the other where the same image has none of the line's own: what it shows twice are two
 // edges that lie beside each other.
 void TakePlaces(const TrackedLine& other, TrackedLine* line) {
-  const auto own = static_cast<std::ptrdiff_t>(line->places.size());
+  std::map<std::pair<int, int>, std::vector<Stretch>> own;  // by view and camera
+  for (const EdgePlace& place : line->places) {
+    own[{place.view, place.camera}].push_back({place.from_m, place.to_m});
+  }
   for (EdgePlace place : other.places) {
     const Stretch stretch = Along(line->line, other, {place.from_m, place.to_m});
-    const auto covers = [&](const EdgePlace& mine) {
-      return mine.view == place.view && mine.camera == place.camera &&
-             mine.from_m <= stretch.to_m && mine.to_m >= stretch.from_m;
+    const auto covers = [&](const Stretch& mine) {
+      return mine.from_m <= stretch.to_m && mine.to_m >= stretch.from_m;
     };
-    if (std::any_of(line->places.begin(), line->places.begin() + own, covers)) continue;
+    if (std::ranges::any_of(own[{place.view, place.camera}], covers)) continue;
     place.along_m = Along(line->line, other, {place.along_m, place.along_m}).from_m;
     place.from_m = stretch.from_m;
     place.to_m = stretch.to_m;

@@ -43,7 +43,9 @@ constexpr OptionTable kSweepTable{
     Option{"min_lead", &LineSweepOptions::min_lead, 0.0, 1.0}};
 
 constexpr OptionTable kFitTable{
+    Option{"place_step_m", &LineFitOptions::place_step_m, 0.01, 10.0},
     Option{"sigma_px", &LineFitOptions::sigma_px, 0.01, 10.0},
+    Option{"far_power", &LineFitOptions::far_power, 0.0, 10.0},
     Option{"pose_sigma_m", &LineFitOptions::pose_sigma_m, 0.0, 1.0},
     Option{"robust_sigmas", &LineFitOptions::robust_sigmas, 0.5, 100.0},
     Option{"views_that_count", &LineFitOptions::views_that_count, 1, 10000}};

@@ -51,7 +51,7 @@ struct MapLineOptions {
   double explained_px = 1.5;        // of a segment's ends from the image of a line that is known
   double max_depth_m = 10;          // up to which views are looked at for a line
   double max_found_sigma_m = 0.06;  // across a line that is looked for in all views
-  double max_sigma_m = 0.02;        // across a line that is kept
+  double max_sigma_m = 0.025;       // across a line that is kept
   // Of the places of a line that is kept about it, in the images (LineFit); without an axis.
   double max_spread_px = 0.35, max_free_spread_px = 0.2;
   int min_views = 3;  // of a line that is kept; twice as many without an axis

@@ -28,6 +28,7 @@ struct TrackedLine {
   double gradient = 0;       // of its edge, grey values a pixel, where it was found
   double known_sigma_m = 0;  // across it, of a line that was known beforehand; 0 of others
   LineFit fit;
+  double moved_m = 0;       // at most, along its intervals, by the last fit to all views
   double parallax_rad = 0;  // about it, between the views that show it
   std::vector<EdgePlace> places;
   // Of the samples that show its edge; these.

@@ -14,7 +14,7 @@ namespace slcmap {
 namespace {
 
 // Shares of the time, about, up to the end of a step.
-constexpr double kFound = 0.6, kLooked = 0.95;
+constexpr double kFound = 0.6, kLooked = 0.85, kLookedAgain = 0.95;
 
 void AddMapLines(const TrackedLine& line, int64_t id, const std::vector<BuildingAxis>& axes,
                  const MapLineOptions& options, std::vector<MapLine>* map_lines) {
@@ -47,6 +47,19 @@ bool MayBeGhost(const TrackedLine& line, const MapLineOptions& options) {
          !IsKnownBeside(line.surfaces, options.kinds);
 }
 
+// A line that turned out to lie elsewhere was in part taken for edges beside it, or was not looked
+// at where it is: those are looked for again.
+std::vector<TrackedLine> TakeMoved(std::vector<TrackedLine>* lines) {
+  constexpr double kMoved_m = 0.004;
+  const auto moved =
+      std::stable_partition(lines->begin(), lines->end(),
+                            [](const TrackedLine& line) { return line.moved_m <= kMoved_m; });
+  std::vector<TrackedLine> taken(std::make_move_iterator(moved),
+                                 std::make_move_iterator(lines->end()));
+  lines->erase(moved, lines->end());
+  return taken;
+}
+
 }  // namespace
 
 std::vector<BuildingAxis> AxesOfViews(const Views& views, const ViewImages& images,
@@ -69,6 +82,10 @@ BuiltLines BuildLines(const Views& views, const ViewImages& images,
       LineFinder(views, images, axes, options).Find(std::move(known), progress.Part(0, kFound));
   LookForLines(views, images, sights, options, &lines, progress.Part(kFound, kLooked));
   FitAgain(views, images.rig(), axes, options, &lines);
+  std::vector<TrackedLine> moved = TakeMoved(&lines);
+  LookForLines(views, images, sights, options, &moved, progress.Part(kLooked, kLookedAgain));
+  FitAgain(views, images.rig(), axes, options, &moved);
+  std::move(moved.begin(), moved.end(), std::back_inserter(lines));
   lines = MergeLines(std::move(lines), options.merging);
   for (TrackedLine& line : lines) line.surfaces = surfaces.Beside(line.line, line.intervals);
   std::erase_if(lines, [&](const TrackedLine& line) { return MayBeGhost(line, options); });

@@ -86,6 +86,28 @@ TEST_F(LineFitting, SurvivesPlacesOfAnotherEdge) {
   EXPECT_LT((NearestOn(kTrue, fit->line.point_world) - fit->line.point_world).norm(), 0.01);
 }
 
+// From afar an edge beside the lower half runs together with it.
+TEST(LineFitFromAfar, IsLedByWhatIsSeenFromNear) {
+  Views views = MovingViews(8);
+  for (View view : MovingViews(8)) {
+    view.T_world_imu.translation.y() = -4;
+    views.push_back(view);
+  }
+  const PaintedWall wall(views, {}, 2);
+  const ViewCameras cameras(views, wall.rig());
+  std::vector<EdgePlace> places = PlacesOf(cameras, 0.02, 1);
+  for (EdgePlace& place : places) {
+    if (place.view >= 8 && place.along_m < 0) place.px += 0.8 * place.normal;
+  }
+  const auto off_rad = [&](double far_power) {
+    const LineFitOptions options{.far_power = far_power};
+    const auto fit = FitLine(kTrue, places, cameras, std::nullopt, options);
+    return fit ? fit->line.direction_world.cross(kTrue.direction_world).norm() : 1;
+  };
+  EXPECT_LT(off_rad(2), 0.002);
+  EXPECT_GT(off_rad(0), 0.004);
+}
+
 TEST_F(LineFitting, TellsALineWithPlacesOfAnotherEdgeFromPlacesOfNone) {
   std::vector<EdgePlace> of_two = PlacesOf(cameras_, 0.1, 1), of_none = PlacesOf(cameras_, 0.6, 2);
   for (size_t i = 0; i < of_two.size(); i += 4) of_two[i].px += 1.3 * of_two[i].normal;

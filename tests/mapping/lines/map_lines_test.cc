@@ -78,6 +78,22 @@ TEST(MapLines, LevelEdgesTurnedAgainstTheBuildingAreFound) {
   }
 }
 
+// As chairs in a row, each a little askew: their edges lie along a line, but none of them on it.
+TEST(MapLines, ARowOfTurnedThingsIsNoLine) {
+  const auto tops = [](double turn_rad) {
+    std::vector<WallRectangle> row;
+    for (const double left_m : {-1.0, -0.4, 0.2}) {
+      row.push_back({left_m, left_m + 0.35, -0.3, 0.2, turn_rad});
+    }
+    const auto lines = LinesOf(row, WallAxes());
+    return std::count_if(lines.begin(), lines.end(), [](const MapLine& line) {
+      return line.axis == LineAxis::kX && std::abs(line.start_world.z() - 0.2) < 0.03;
+    });
+  };
+  EXPECT_EQ(tops(0), 3);
+  EXPECT_EQ(tops(0.03), 0);
+}
+
 TEST(MapLines, ADoorwayIsAGapOfOneLine) {
   const auto lines = LinesOf({{-1.0, -0.3, -0.3, 0.4}, {0.3, 1.0, -0.3, 0.4}}, WallAxes());
   std::vector<const MapLine*> tops;

@@ -12,6 +12,7 @@ namespace slcmap::testing {
 // with their z along the world's y, look at it: x of the world is right, z up.
 struct WallRectangle {
   double left_m, right_m, bottom_m, top_m;
+  double turn_rad = 0;  // about its middle
 };
 
 class PaintedWall : public ViewImages {
@@ -46,7 +47,11 @@ class PaintedWall : public ViewImages {
       std::vector<cv::Point> corners;
       for (const auto& [x, z] : {std::pair(r.left_m, r.bottom_m), std::pair(r.right_m, r.bottom_m),
                                  std::pair(r.right_m, r.top_m), std::pair(r.left_m, r.top_m)}) {
-        const Eigen::Vector3d p = T_camera_world * Eigen::Vector3d(x, distance_m_, z);
+        const Eigen::Vector2d middle(0.5 * (r.left_m + r.right_m), 0.5 * (r.bottom_m + r.top_m));
+        const Eigen::Vector2d corner =
+            middle + Eigen::Rotation2D(r.turn_rad) * (Eigen::Vector2d(x, z) - middle);
+        const Eigen::Vector3d p =
+            T_camera_world * Eigen::Vector3d(corner.x(), distance_m_, corner.y());
         const double u = 300 * p.x() / p.z() + 239.5, v = 300 * p.y() / p.z() + 159.5;
         const auto at = [&](double px) {
           return static_cast<int>(std::lround(((px + 0.5) * kFiner - 0.5) * (1 << kShift)));
