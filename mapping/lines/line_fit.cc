@@ -3,7 +3,7 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
-#include <map>
+#include <limits>
 
 #include "data/quantile.h"
 #include "mapping/lines/across.h"
@@ -48,29 +48,23 @@ struct Sums {
   std::vector<double> off_px;  // of the places, at least 0
 };
 
-// What the image says of each place, px: see LineFitOptions.
+// How well the image knows each place: see LineFitOptions.
 std::vector<double> ImageSigmas_px(const PointAndDirection& line,
                                    const std::vector<EdgePlace>& places, const ViewCameras& views,
                                    const LineFitOptions& options) {
-  constexpr double kPiece_m = 0.25;
-  const auto piece_of = [](const EdgePlace& place) {
-    return static_cast<int>(std::floor(place.along_m / kPiece_m));
-  };
-  const auto distance_m = [&](const EdgePlace& place) {
-    const Eigen::Vector3d p = line.point_world + place.along_m * line.direction_world;
-    return (p - views.Centre(place.view, place.camera)).norm();
-  };
-  std::map<int, double> nearest_m;  // by piece
+  std::vector<double> distances_m;
+  double nearest_m = std::numeric_limits<double>::max();
   for (const EdgePlace& place : places) {
-    const auto [piece, is_new] = nearest_m.emplace(piece_of(place), distance_m(place));
-    if (!is_new) piece->second = std::min(piece->second, distance_m(place));
+    const Eigen::Vector3d p = line.point_world + place.along_m * line.direction_world;
+    distances_m.push_back((p - views.Centre(place.view, place.camera)).norm());
+    nearest_m = std::min(nearest_m, distances_m.back());
   }
   std::vector<double> sigmas_px;
-  for (const EdgePlace& place : places) {
-    const double times_nearest = distance_m(place) / nearest_m.at(piece_of(place));
-    sigmas_px.push_back(
-        options.sigma_px * std::pow(times_nearest, options.far_power) *
-        std::sqrt(static_cast<double>(kFullSamples) / std::min(place.samples, kFullSamples)));
+  for (size_t i = 0; i < places.size(); ++i) {
+    const double times_nearest = distances_m[i] / nearest_m;
+    const double samples = std::min(places[i].samples, kFullSamples);
+    sigmas_px.push_back(options.sigma_px * std::pow(times_nearest, options.far_power) *
+                        std::sqrt(kFullSamples / samples));
   }
   return sigmas_px;
 }

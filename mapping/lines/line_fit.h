@@ -35,10 +35,9 @@ struct LineFitOptions {
   // Along a line, over which samples of one image make one place: short, so that what runs askew of
   // the line does not average out.
   double place_step_m = 0.06;
-  double sigma_px = 0.15;  // of a place of four samples and more, where it is seen from nearest
-  // From afar edges that lie side by side run together. Of a place that is seen from farther than
-  // the nearest one of its piece of the line, sigma_px is larger by this power of how much farther.
-  double far_power = 2;
+  // Of a place of four samples and more, in the view that is nearest to the line. From afar edges
+  // that lie side by side run together: there it is larger by a power of how much farther it is.
+  double sigma_px = 0.15, far_power = 2;
   double pose_sigma_m = 0.002;  // of the views against each other
   double robust_sigmas = 1;     // at which a place counts half (Cauchy)
   int views_that_count = 10;    // more views of one line share their errors
