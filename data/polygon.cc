@@ -38,6 +38,20 @@ double Area(const Polygon& polygon) {
   return area;
 }
 
+double Perimeter(const PlanPoints& outline) {
+  double length_m = 0;
+  for (size_t i = 0; i < outline.size(); ++i) {
+    length_m += (outline[(i + 1) % outline.size()] - outline[i]).norm();
+  }
+  return length_m;
+}
+
+double Perimeter(const Polygon& polygon) {
+  double length_m = Perimeter(polygon.outline);
+  for (const PlanPoints& hole : polygon.holes) length_m += Perimeter(hole);
+  return length_m;
+}
+
 bool Contains(const Polygon& polygon, const Vector2d& point) {
   return Encloses(polygon.outline, point) &&
          std::none_of(polygon.holes.begin(), polygon.holes.end(),

@@ -19,6 +19,8 @@ struct Polygon {
 double SignedArea(const PlanPoints& outline);
 
 double Area(const Polygon& polygon);  // without the holes
+double Perimeter(const PlanPoints& outline);
+double Perimeter(const Polygon& polygon);  // with that of the holes
 bool Contains(const Polygon& polygon, const Eigen::Vector2d& point);
 
 // The cells that chains of points cut the plane into, without the outer one. Points come to lie on

@@ -8,6 +8,7 @@
 
 #include "apps/evaluation/no_figure.h"
 #include "data/error.h"
+#include "data/stretch.h"
 
 namespace slcmap {
 namespace {
@@ -25,32 +26,28 @@ constexpr double kLeastPoints = 4;  // of a wall under a plane, to be compared w
 // The level direction along an upright plane.
 Vector3d AlongOf(const Vector3d& normal) { return Vector3d::UnitZ().cross(normal).normalized(); }
 
-struct Extent {
-  double from_m = 1e9, to_m = -1e9;
-  void Add(double value) {
-    from_m = std::min(from_m, value);
-    to_m = std::max(to_m, value);
+Stretch ExtentOf(const std::vector<Vector3d>& points, const Vector3d& direction) {
+  Stretch extent{1e9, -1e9};
+  for (const Vector3d& p : points) {
+    extent.from_m = std::min(extent.from_m, direction.dot(p));
+    extent.to_m = std::max(extent.to_m, direction.dot(p));
   }
-  double Length() const { return std::max(0.0, to_m - from_m); }
-  double Common(const Extent& other) const {
-    return std::max(0.0, std::min(to_m, other.to_m) - std::max(from_m, other.from_m));
-  }
-  bool Holds(double value, double slack) const {
-    return value >= from_m - slack && value <= to_m + slack;
-  }
-};
-
-Extent ExtentOf(const std::vector<Vector3d>& points, const Vector3d& direction) {
-  Extent extent;
-  for (const Vector3d& p : points) extent.Add(direction.dot(p));
   return extent;
+}
+
+bool Holds(const Stretch& stretch, double place_m) {
+  return place_m >= stretch.from_m - kOutlineSlack_m && place_m <= stretch.to_m + kOutlineSlack_m;
+}
+
+double LengthInBoth(const Stretch& a, const Stretch& b) {
+  return std::max(0.0, Common(a, b).length_m());
 }
 
 bool IsOver(const BuildingPlane& plane, const Vector3d& p, double max_distance_m) {
   if (std::abs(plane.normal.dot(p) - plane.offset_m) > max_distance_m) return false;
   const Vector3d along = AlongOf(plane.normal);
-  return ExtentOf(plane.outline_world, along).Holds(along.dot(p), kOutlineSlack_m) &&
-         ExtentOf(plane.outline_world, Vector3d::UnitZ()).Holds(p.z(), kOutlineSlack_m);
+  return Holds(ExtentOf(plane.outline_world, along), along.dot(p)) &&
+         Holds(ExtentOf(plane.outline_world, Vector3d::UnitZ()), p.z());
 }
 
 // What a plane is off from the points under it.
@@ -130,9 +127,10 @@ class WallComparison {
     if (a.normal.dot(b.normal) > -0.995) return false;
     const Vector3d along = AlongOf(a.normal);
     if (std::abs(a.offset_m + b.offset_m) > kMostApart_m) return false;
-    return ExtentOf(a.seen_world, along).Common(ExtentOf(b.seen_world, along)) >= kLeastBeside_m &&
-           ExtentOf(a.seen_world, Vector3d::UnitZ())
-                   .Common(ExtentOf(b.seen_world, Vector3d::UnitZ())) >= kLeastBeside_m;
+    const auto beside_m = [&](const Vector3d& direction) {
+      return LengthInBoth(ExtentOf(a.seen_world, direction), ExtentOf(b.seen_world, direction));
+    };
+    return beside_m(along) >= kLeastBeside_m && beside_m(Vector3d::UnitZ()) >= kLeastBeside_m;
   }
 
   const TrueBuilding& truth_;
@@ -146,12 +144,13 @@ class WallComparison {
 double OverlapOf(const std::vector<Vector3d>& a, const std::vector<Vector3d>& b,
                  const Vector3d& normal) {
   const Vector3d along = AlongOf(normal), up = Vector3d::UnitZ();
-  const Extent a_along = ExtentOf(a, along), a_up = ExtentOf(a, up);
-  const Extent b_along = ExtentOf(b, along), b_up = ExtentOf(b, up);
+  const Stretch a_along = ExtentOf(a, along), a_up = ExtentOf(a, up);
+  const Stretch b_along = ExtentOf(b, along), b_up = ExtentOf(b, up);
   const double apart_m = std::abs(normal.dot(a.front()) - normal.dot(b.front()));
   if (apart_m > kReveal_m) return 0;
-  const double common = a_along.Common(b_along) * a_up.Common(b_up);
-  return common / (a_along.Length() * a_up.Length() + b_along.Length() * b_up.Length() - common);
+  const double common_m2 = LengthInBoth(a_along, b_along) * LengthInBoth(a_up, b_up);
+  return common_m2 /
+         (a_along.length_m() * a_up.length_m() + b_along.length_m() * b_up.length_m() - common_m2);
 }
 
 // How many faces of walls that were seen an opening is in: of panes to the outside one is, and

@@ -109,14 +109,6 @@ std::vector<RimPart> RimParts(const PlanPoints& outline, const MapLine& line) {
   return parts;
 }
 
-double BorderLength(const PlanPoints& outline) {
-  double length_m = 0;
-  for (size_t i = 0; i < outline.size(); ++i) {
-    length_m += (outline[(i + 1) % outline.size()] - outline[i]).norm();
-  }
-  return length_m;
-}
-
 // The length of the border that parts cover, each place once.
 double CoveredLength(std::vector<RimPart> parts) {
   std::sort(parts.begin(), parts.end(), [](const RimPart& a, const RimPart& b) {
@@ -159,7 +151,7 @@ std::optional<Height> RimHeight(const std::vector<MapLine>& lines, const Room& r
       for (int k = bin - 1; k <= bin + 1; ++k) by_height[k].push_back(part);
     }
   }
-  const double least_m = kLeastRim * BorderLength(room.polygon.outline);
+  const double least_m = kLeastRim * Perimeter(room.polygon.outline);
   double most_m = 0;
   const std::vector<RimPart>* best = nullptr;
   for (auto bin = by_height.rbegin(); bin != by_height.rend(); ++bin) {

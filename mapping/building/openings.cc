@@ -5,6 +5,8 @@
 #include <opencv2/imgproc.hpp>
 #include <optional>
 
+#include "data/stretch.h"
+
 namespace slcmap {
 namespace {
 
@@ -230,17 +232,19 @@ void SetKind(const Level& level, FaceOpening* opening) {
   opening->kind = has_lintel && !is_wide ? OpeningKind::kDoor : OpeningKind::kPassage;
 }
 
-double Common(double from, double to, double other_from, double other_to) {
-  return std::min(to, other_to) - std::max(from, other_from);
-}
+Stretch AlongOf(const FaceOpening& opening) { return {opening.from_m, opening.to_m}; }
+Stretch HeightsOf(const FaceOpening& opening) { return {opening.low_m, opening.high_m}; }
 
 // Whether two openings lie beside or above each other with no more than a bar between them.
 bool ArePanes(const FaceOpening& a, const FaceOpening& b) {
-  const double along = Common(a.from_m, a.to_m, b.from_m, b.to_m);
-  const double up = Common(a.low_m, a.high_m, b.low_m, b.high_m);
-  if (std::min(along, up) < -kBar_m) return false;
-  return along >= kPaneAlong * std::min(a.to_m - a.from_m, b.to_m - b.from_m) ||
-         up >= kPaneAlong * std::min(a.high_m - a.low_m, b.high_m - b.low_m);
+  const auto share = [](const Stretch& one, const Stretch& other) {
+    return Common(one, other).length_m() / std::min(one.length_m(), other.length_m());
+  };
+  const Stretch a_along = AlongOf(a), b_along = AlongOf(b);
+  const Stretch a_up = HeightsOf(a), b_up = HeightsOf(b);
+  if (Common(a_along, b_along).length_m() < -kBar_m) return false;
+  if (Common(a_up, b_up).length_m() < -kBar_m) return false;
+  return share(a_along, b_along) >= kPaneAlong || share(a_up, b_up) >= kPaneAlong;
 }
 
 FaceOpening Joined(const FaceOpening& window, const FaceOpening& pane) {
@@ -259,7 +263,7 @@ bool AreOneWindow(const FaceOpening& a, const FaceOpening& b,
   if (!is_window(a) || !is_window(b) || !ArePanes(a, b)) return false;
   const FaceOpening joined = Joined(a, b);
   return std::none_of(openings.begin(), openings.end(), [&](const FaceOpening& other) {
-    return !is_window(other) && Common(joined.from_m, joined.to_m, other.from_m, other.to_m) > 0;
+    return !is_window(other) && Common(AlongOf(joined), AlongOf(other)).length_m() > 0;
   });
 }
 

@@ -7,6 +7,7 @@
 #include <optional>
 #include <set>
 
+#include "data/stretch.h"
 #include "mapping/building/minimum_cut.h"
 #include "mapping/building/wall_bodies.h"
 #include "mapping/building/wall_lines.h"
@@ -214,18 +215,9 @@ struct BorderFrame {
   Vector2d start, along, across;
 };
 
-struct Stretch {
-  double from_m = 0, to_m = 0;
-  double length_m() const { return to_m - from_m; }
-};
-
 Stretch StretchOf(const BorderFrame& frame, const Vector2d& a, const Vector2d& b) {
   const double s = frame.AlongOf(a), t = frame.AlongOf(b);
   return {std::min(s, t), std::max(s, t)};
-}
-
-Stretch Common(const Stretch& a, const Stretch& b) {
-  return {std::max(a.from_m, b.from_m), std::min(a.to_m, b.to_m)};
 }
 
 // Whether a wall, or the gap of a door in one, goes along between two borders.
@@ -343,18 +335,6 @@ PlanPoints Straightened(const PlanPoints& all) {
     if (std::abs(cross) > kStraight_m * way.norm()) corners.push_back(point);
   }
   return corners.size() >= 3 ? corners : outline;
-}
-
-double Perimeter(const Polygon& polygon) {
-  double length_m = 0;
-  const auto add = [&](const PlanPoints& outline) {
-    for (size_t i = 0; i < outline.size(); ++i) {
-      length_m += (outline[(i + 1) % outline.size()] - outline[i]).norm();
-    }
-  };
-  add(polygon.outline);
-  for (const PlanPoints& hole : polygon.holes) add(hole);
-  return length_m;
 }
 
 double BoundedShare(const std::vector<Border>& borders, const std::vector<Cell>& cells,

@@ -209,7 +209,7 @@ std::vector<Stretch> FindIntervals(const TrackedLine& line, const LineIntervalOp
     }
   }
   std::erase_if(intervals, [&](const Stretch& interval) {
-    return interval.to_m - interval.from_m < options.min_length_m;
+    return interval.length_m() < options.min_length_m;
   });
   return intervals;
 }

@@ -3,6 +3,7 @@
 
 #include <optional>
 
+#include "data/stretch.h"
 #include "data/types.h"
 #include "odometry/geometry/general_line.h"
 
@@ -18,10 +19,6 @@ struct LineInView {
   // its depth.
   double AlongAt(double share) const;
   double DepthAt(double share) const;
-};
-
-struct Stretch {
-  double from_m = 0, to_m = 0;
 };
 
 // Nothing where no part of the stretch lies in the image (but a margin) and between the depths.

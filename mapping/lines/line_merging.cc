@@ -14,7 +14,7 @@ constexpr double kMaxAngle_rad = 0.05;
 
 double Length_m(const TrackedLine& line) {
   double length_m = 0;
-  for (const Stretch& interval : line.intervals) length_m += interval.to_m - interval.from_m;
+  for (const Stretch& interval : line.intervals) length_m += interval.length_m();
   return length_m;
 }
 

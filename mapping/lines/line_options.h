@@ -20,7 +20,7 @@ struct LineIntervalOptions {
 
 struct LineMergingOptions {
   double max_sigmas = 3;          // between lines, with what is known of both
-  double max_distance_m = 0.02;   // where lines lie beside each other
+  double max_distance_m = 0.03;   // where lines lie beside each other
   double min_distance_m = 0.006;  // up to which they are the same however well they are known
 };
 
@@ -45,7 +45,7 @@ struct LineKindOptions {
 struct MapLineOptions {
   double min_segment_px = 16;
   int max_segments = 400;           // of an image
-  double min_gradient = 2;          // grey values a pixel, of an edge
+  double min_gradient = 3;          // grey values a pixel, of an edge
   double min_gradient_share = 0.4;  // of what a line's edge has where it was found
   double axis_distance_px = 1.5;    // of a segment's ends from an axis' image through its middle
   double explained_px = 1.5;        // of a segment's ends from the image of a line that is known

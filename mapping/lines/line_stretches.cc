@@ -63,7 +63,7 @@ class Stretches {
 
 double Length_m(const std::vector<Stretch>& intervals) {
   double length_m = 0;
-  for (const Stretch& interval : intervals) length_m += interval.to_m - interval.from_m;
+  for (const Stretch& interval : intervals) length_m += interval.length_m();
   return length_m;
 }
 
@@ -86,9 +86,7 @@ std::vector<Stretch> Without(const std::vector<Stretch>& intervals,
     }
     left = std::move(cut);
   }
-  std::erase_if(left, [&](const Stretch& interval) {
-    return interval.to_m - interval.from_m < min_length_m;
-  });
+  std::erase_if(left, [&](const Stretch& interval) { return interval.length_m() < min_length_m; });
   return left;
 }
 

@@ -156,7 +156,7 @@ SurfacesBeside LineSurfaces::Beside(const PointAndDirection& line,
                                     const std::vector<Stretch>& intervals) const {
   SurfacesBeside beside;
   for (const Stretch& interval : intervals) {
-    const double length_m = interval.to_m - interval.from_m;
+    const double length_m = interval.length_m();
     const double count = std::max(1.0, std::round(length_m / kStep_m));
     for (double i = 0.5; i < count; ++i) {
       const double along_m = interval.from_m + i / count * length_m;

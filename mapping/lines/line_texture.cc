@@ -88,7 +88,7 @@ class Neighbours {
 int MedianCount(const TrackedLine& line, const Neighbours& neighbours) {
   std::vector<double> counts;
   for (const Stretch& interval : line.intervals) {
-    const double length_m = interval.to_m - interval.from_m;
+    const double length_m = interval.length_m();
     const int places = std::max(1, static_cast<int>(length_m / kCountStep_m));
     for (int i = 0; i < places; ++i) {
       counts.push_back(neighbours.CountAt(interval.from_m + (i + 0.5) * length_m / places));

@@ -68,7 +68,7 @@ std::vector<BuildingAxis> AxesOfViews(const Views& views, const ViewImages& imag
   LineFinder finder(views, images, none, options);
   std::vector<DirectedLine> directed;
   for (const TrackedLine& line : finder.Find({}, progress)) {
-    directed.push_back({line.line.direction_world, line.seen.to_m - line.seen.from_m,
+    directed.push_back({line.line.direction_world, line.seen.length_m(),
                         std::sqrt(line.fit.covariance.bottomRightCorner<2, 2>().trace() / 2)});
   }
   return FindAxes(directed);

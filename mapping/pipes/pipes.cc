@@ -157,7 +157,7 @@ void AddMapPipes(const JudgedPipe& judged, const std::vector<Stretch>& stretches
   pipe.images = judged.rays.images;
   const PointAndDirection& axis = fit.cylinder.axis;
   for (const Stretch& stretch : stretches) {
-    if (stretch.to_m - stretch.from_m < min_length_m) continue;
+    if (stretch.length_m() < min_length_m) continue;
     pipe.id = static_cast<int64_t>(pipes->size());
     pipe.start_world = axis.point_world + stretch.from_m * axis.direction_world;
     pipe.end_world = axis.point_world + stretch.to_m * axis.direction_world;

@@ -23,6 +23,7 @@ TEST(Polygon, HolesAreOutside) {
   Polygon ring = Square(0, 0, 3);
   ring.holes = {{{1, 1}, {1, 2}, {2, 2}, {2, 1}}};
   EXPECT_DOUBLE_EQ(Area(ring), 8);
+  EXPECT_DOUBLE_EQ(Perimeter(ring), 16);
   EXPECT_TRUE(Contains(ring, {0.5, 0.5}));
   EXPECT_FALSE(Contains(ring, {1.5, 1.5}));
   EXPECT_FALSE(Contains(ring, {3.5, 1.5}));
