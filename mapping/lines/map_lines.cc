@@ -82,10 +82,13 @@ BuiltLines BuildLines(const Views& views, const ViewImages& images,
       LineFinder(views, images, axes, options).Find(std::move(known), progress.Part(0, kFound));
   LookForLines(views, images, sights, options, &lines, progress.Part(kFound, kLooked));
   FitAgain(views, images.rig(), axes, options, &lines);
-  std::vector<TrackedLine> moved = TakeMoved(&lines);
-  LookForLines(views, images, sights, options, &moved, progress.Part(kLooked, kLookedAgain));
-  FitAgain(views, images.rig(), axes, options, &moved);
-  std::move(moved.begin(), moved.end(), std::back_inserter(lines));
+  const std::vector<TrackedLine> moved = TakeMoved(&lines);
+  std::vector<TrackedLine> again = moved;
+  LookForLines(views, images, sights, options, &again, progress.Part(kLooked, kLookedAgain));
+  FitAgain(views, images.rig(), axes, options, &again);
+  // Stopped in the second look, they stay as the first one left them.
+  const bool is_whole = progress.Report(kLookedAgain);
+  std::ranges::copy(is_whole ? again : moved, std::back_inserter(lines));
   lines = MergeLines(std::move(lines), options.merging);
   for (TrackedLine& line : lines) line.surfaces = surfaces.Beside(line.line, line.intervals);
   std::erase_if(lines, [&](const TrackedLine& line) { return MayBeGhost(line, options); });

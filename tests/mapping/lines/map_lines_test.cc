@@ -62,6 +62,20 @@ TEST(MapLines, TheSidesOfARectangleAreFoundWhereTheyAre) {
   }
 }
 
+TEST(MapLines, StoppedInTheSecondLookKeepsWhatTheFirstFound) {
+  const Views views = MovingViews(11);
+  const PaintedWall wall(views, {{-0.5, 0.4, -0.3, 0.4}}, kDistance_m);
+  bool is_stopped = false;
+  const Progress progress([&](double done) {
+    is_stopped = is_stopped || done > 0.855;
+    return !is_stopped;
+  });
+  const auto lines =
+      BuildLines(views, wall, WallAxes(), {}, {}, LineSurfaces({}), MapLineOptions(), progress);
+  EXPECT_TRUE(is_stopped);
+  EXPECT_EQ(lines.lines.size(), 4u);
+}
+
 // Left and right images do not tell how far level edges are; views at other heights do.
 TEST(MapLines, LevelEdgesTurnedAgainstTheBuildingAreFound) {
   std::vector<BuildingAxis> turned = WallAxes();
