@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <opencv2/core/utility.hpp>
 
 #include "data/quantile.h"
@@ -14,6 +15,7 @@ namespace {
 
 constexpr double kBeyond_m = 1.5;     // past the ends of what is known of a line
 constexpr double kMaxReach_m = 0.05;  // a sample that stands for more is seen too nearly end-on
+constexpr double kMoved_m = 0.004;    // a line that moved by more is looked for again
 
 void StartBins(const LineIntervalOptions& options, TrackedLine* line) {
   line->places.clear();
@@ -155,6 +157,47 @@ double Parallax_rad(const PointAndDirection& line, const std::vector<EdgePlace>&
   return Quantile(angles_rad, 0.95) - Quantile(angles_rad, 0.05);
 }
 
+// How far, at most, a line's intervals are from where a fit has them.
+double Moved_m(const TrackedLine& line, const LineFit& fit) {
+  double moved_m = 0;
+  for (const double along_m : {line.intervals.front().from_m, line.intervals.back().to_m}) {
+    const Eigen::Vector3d p = line.line.point_world + along_m * line.line.direction_world;
+    moved_m = std::max(moved_m, (p - NearestOn(fit.line, p)).norm());
+  }
+  return moved_m;
+}
+
+// Moves the line to where its fit has it, and what counts along it.
+void MoveTo(const LineFit& fit, TrackedLine* line) {
+  line->moved_m = Moved_m(*line, fit);
+  line->fit = fit;
+  line->line = fit.line;
+  for (Stretch& interval : line->intervals) {
+    interval = {interval.from_m - fit.shift_m, interval.to_m - fit.shift_m};
+  }
+  line->bins_from_m -= fit.shift_m;
+  for (EdgePlace& place : line->places) {
+    for (double* along_m : {&place.along_m, &place.from_m, &place.to_m}) *along_m -= fit.shift_m;
+  }
+  line->seen = {line->intervals.front().from_m, line->intervals.back().to_m};
+}
+
+// Fits a line again to its places in its intervals; false where it does not hold.
+bool FitToViews(const ViewCameras& cameras, const std::vector<BuildingAxis>& axes,
+                const MapLineOptions& options, TrackedLine* line) {
+  line->intervals = FindIntervals(*line, options.intervals);
+  DropPlacesOutside(line);
+  if (line->intervals.empty()) return false;
+  const StretchLimits limits{options.min_views, options.max_sigma_m,
+                             line->axis < 0 ? options.max_free_spread_px : options.max_spread_px,
+                             options.intervals.min_length_m};
+  const auto fit = FitStretches(cameras, PriorOf(*line, axes, options), options.fit, limits, line);
+  if (!fit || !limits.Hold(*fit)) return false;
+  line->parallax_rad = Parallax_rad(fit->line, line->places, cameras);
+  MoveTo(*fit, line);
+  return true;
+}
+
 }  // namespace
 
 void LookForLines(const Views& views, const ViewImages& images, const SightDepths& sights,
@@ -217,35 +260,22 @@ std::vector<Stretch> FindIntervals(const TrackedLine& line, const LineIntervalOp
 void FitAgain(const Views& views, const Rig& rig, const std::vector<BuildingAxis>& axes,
               const MapLineOptions& options, std::vector<TrackedLine>* lines) {
   const ViewCameras cameras(views, rig);
-  const auto holds = [&](TrackedLine& line) {
-    line.intervals = FindIntervals(line, options.intervals);
-    DropPlacesOutside(&line);
-    if (line.intervals.empty()) return false;
-    const StretchLimits limits{options.min_views, options.max_sigma_m,
-                               line.axis < 0 ? options.max_free_spread_px : options.max_spread_px,
-                               options.intervals.min_length_m};
-    const auto fit =
-        FitStretches(cameras, PriorOf(line, axes, options), options.fit, limits, &line);
-    if (!fit || !limits.Hold(*fit)) return false;
-    line.parallax_rad = Parallax_rad(fit->line, line.places, cameras);
-    line.moved_m = 0;
-    for (const double along_m : {line.intervals.front().from_m, line.intervals.back().to_m}) {
-      const Eigen::Vector3d p = line.line.point_world + along_m * line.line.direction_world;
-      line.moved_m = std::max(line.moved_m, (p - NearestOn(fit->line, p)).norm());
-    }
-    line.fit = *fit;
-    line.line = fit->line;
-    for (Stretch& interval : line.intervals) {
-      interval = {interval.from_m - fit->shift_m, interval.to_m - fit->shift_m};
-    }
-    line.bins_from_m -= fit->shift_m;
-    for (EdgePlace& place : line.places) {
-      for (double* along_m : {&place.along_m, &place.from_m, &place.to_m}) *along_m -= fit->shift_m;
-    }
-    line.seen = {line.intervals.front().from_m, line.intervals.back().to_m};
-    return true;
-  };
-  std::erase_if(*lines, [&](TrackedLine& line) { return !holds(line); });
+  std::erase_if(*lines,
+                [&](TrackedLine& line) { return !FitToViews(cameras, axes, options, &line); });
+}
+
+void LookAgain(const Views& views, const ViewImages& images, const SightDepths& sights,
+               const std::vector<BuildingAxis>& axes, const MapLineOptions& options,
+               std::vector<TrackedLine>* lines, const Progress& progress) {
+  const auto has_moved = [](const TrackedLine& line) { return line.moved_m > kMoved_m; };
+  std::vector<TrackedLine> moved;
+  std::ranges::copy_if(*lines, std::back_inserter(moved), has_moved);
+  if (moved.empty()) return;
+  LookForLines(views, images, sights, options, &moved, progress);
+  if (!progress.Report(1)) return;
+  FitAgain(views, images.rig(), axes, options, &moved);
+  std::erase_if(*lines, has_moved);
+  std::ranges::move(moved, std::back_inserter(*lines));
 }
 
 }  // namespace slcmap

@@ -25,4 +25,11 @@ std::vector<Stretch> FindIntervals(const TrackedLine& line, const LineIntervalOp
 void FitAgain(const Views& views, const Rig& rig, const std::vector<BuildingAxis>& axes,
               const MapLineOptions& options, std::vector<TrackedLine>* lines);
 
+// A line that the fit moved was in part taken for edges beside it, or was not looked at where it
+// is: those are looked for and fitted once more, and dropped if they do not hold there. Once
+// progress says so, they stay as they were.
+void LookAgain(const Views& views, const ViewImages& images, const SightDepths& sights,
+               const std::vector<BuildingAxis>& axes, const MapLineOptions& options,
+               std::vector<TrackedLine>* lines, const Progress& progress);
+
 }  // namespace slcmap

@@ -3,7 +3,7 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
-#include <limits>
+#include <map>
 
 #include "data/quantile.h"
 #include "mapping/lines/across.h"
@@ -48,20 +48,36 @@ struct Sums {
   std::vector<double> off_px;  // of the places, at least 0
 };
 
+// The distance from which as many views as it takes to lead a fit see the line: a glimpse from
+// nearer does not.
+double LeadingDistance_m(const std::vector<EdgePlace>& places,
+                         const std::vector<double>& distances_m, const LineFitOptions& options) {
+  std::map<int, double> nearest_m;  // by view
+  for (size_t i = 0; i < places.size(); ++i) {
+    double& of_view = nearest_m.try_emplace(places[i].view, distances_m[i]).first->second;
+    of_view = std::min(of_view, distances_m[i]);
+  }
+  std::vector<double> sorted_m;
+  for (const auto& [view, distance_m] : nearest_m) sorted_m.push_back(distance_m);
+  std::sort(sorted_m.begin(), sorted_m.end());
+  const size_t last = std::min<size_t>(options.leading_views, sorted_m.size()) - 1;
+  return std::max(options.near_m, sorted_m[last]);
+}
+
 // How well the image knows each place: see LineFitOptions.
 std::vector<double> ImageSigmas_px(const PointAndDirection& line,
                                    const std::vector<EdgePlace>& places, const ViewCameras& views,
                                    const LineFitOptions& options) {
   std::vector<double> distances_m;
-  double nearest_m = std::numeric_limits<double>::max();
   for (const EdgePlace& place : places) {
     const Eigen::Vector3d p = line.point_world + place.along_m * line.direction_world;
     distances_m.push_back((p - views.Centre(place.view, place.camera)).norm());
-    nearest_m = std::min(nearest_m, distances_m.back());
   }
   std::vector<double> sigmas_px;
+  if (places.empty()) return sigmas_px;
+  const double leading_m = LeadingDistance_m(places, distances_m, options);
   for (size_t i = 0; i < places.size(); ++i) {
-    const double times_nearest = distances_m[i] / nearest_m;
+    const double times_nearest = std::max(1.0, distances_m[i] / leading_m);
     const double samples = std::min(places[i].samples, kFullSamples);
     sigmas_px.push_back(options.sigma_px * std::pow(times_nearest, options.far_power) *
                         std::sqrt(kFullSamples / samples));
@@ -155,19 +171,23 @@ void AddPlaces(const std::vector<LineSample>& samples, const LineInView& line, i
     const auto sample_cell = static_cast<int64_t>(std::floor(sample.along_m / step_m));
     if (place.samples == 0 || sample_cell != cell) {
       finish();
-      place = {view, camera, 0, Eigen::Vector2d::Zero(), normal, 0, sample.along_m};
+      place = {
+          view, camera, 0, Eigen::Vector2d::Zero(), normal, 0, sample.along_m - sample.reach_m};
       cell = sample_cell;
     }
     place.px += sample.px + sample.across_px * normal;
     place.along_m += sample.along_m;
-    place.to_m = sample.along_m;
+    place.to_m = sample.along_m + sample.reach_m;
     ++place.samples;
   }
   finish();
 }
 
-double LineFit::sigma_m() const {
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver(covariance.topLeftCorner<2, 2>());
+double LineFit::sigma_m(double along_m) const {
+  Eigen::Matrix<double, 2, 4> by_fit;
+  by_fit << Eigen::Matrix2d::Identity(), along_m * Eigen::Matrix2d::Identity();
+  const Eigen::Matrix2d across_m2 = by_fit * covariance * by_fit.transpose();
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver(across_m2);
   return std::sqrt(std::max(0.0, solver.eigenvalues()(1)));
 }
 

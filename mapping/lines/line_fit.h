@@ -16,7 +16,7 @@ struct EdgePlace {
   Eigen::Vector2d px = Eigen::Vector2d::Zero();      // on the edge
   Eigen::Vector2d normal = Eigen::Vector2d::Zero();  // of the line's image
   int samples = 0;
-  double from_m = 0, to_m = 0;  // of the samples
+  double from_m = 0, to_m = 0;  // of what the samples stand for
 };
 
 // Means of the samples that are edges over stretches of at most step_m, added to `places`.
@@ -35,9 +35,12 @@ struct LineFitOptions {
   // Along a line, over which samples of one image make one place: short, so that what runs askew of
   // the line does not average out.
   double place_step_m = 0.06;
-  // Of a place of four samples and more, in the view that is nearest to the line. From afar edges
-  // that lie side by side run together: there it is larger by a power of how much farther it is.
+  // Of a place of four samples and more in the views that are nearest to the line. From afar edges
+  // that lie side by side run together: there it is larger by a power of how much farther it is
+  // than that of the leading_views nearest views which is farthest, and than near_m.
   double sigma_px = 0.15, far_power = 2;
+  int leading_views = 2;  // a single glimpse does not lead
+  double near_m = 1;
   double pose_sigma_m = 0.002;  // of the views against each other
   double robust_sigmas = 1;     // at which a place counts half (Cauchy)
   int views_that_count = 10;    // more views of one line share their errors
@@ -46,7 +49,7 @@ struct LineFitOptions {
 struct LineFit {
   PointAndDirection line;  // its point in the middle of the places
   // Of the place across the line at its point (m, first two) and of the direction (rad), along the
-  // columns of `across`.
+  // columns of `across`, as if places erred each for itself.
   Eigen::Matrix4d covariance;
   Eigen::Matrix<double, 3, 2> across;
   double rms_px = 0;
@@ -55,7 +58,8 @@ struct LineFit {
   double shift_m = 0;  // of the point along the line, by which places' along_m became smaller
   int views = 0;       // left and right images of a view count once
 
-  double sigma_m() const;  // across the line at its point, where that is largest
+  // Across the line so far along it from its point, in the direction in which that is largest.
+  double sigma_m(double along_m = 0) const;
 };
 
 // Gauss-Newton from `start` on the distances of the places from the line's image, with Cauchy's

@@ -12,11 +12,8 @@ namespace {
 
 constexpr double kMaxAngle_rad = 0.05;
 
-double Length_m(const TrackedLine& line) {
-  double length_m = 0;
-  for (const Stretch& interval : line.intervals) length_m += interval.length_m();
-  return length_m;
-}
+// By how much of a line how many views know it.
+double Quality(const TrackedLine& line) { return TotalLength_m(line.intervals) * line.fit.views; }
 
 // A stretch of `other` along `line`.
 Stretch Along(const PointAndDirection& line, const TrackedLine& other, const Stretch& stretch) {
@@ -36,11 +33,6 @@ double MeetingPlace_m(const TrackedLine& a, const TrackedLine& b) {
   return 0.5 * (from_m + to_m);
 }
 
-double VarianceAt(const TrackedLine& line, double along_m) {
-  return std::pow(line.fit.sigma_m(), 2) +
-         along_m * along_m * line.fit.covariance.bottomRightCorner<2, 2>().trace() / 2;
-}
-
 bool IsSameEdge(const TrackedLine& a, const TrackedLine& b, const LineMergingOptions& options,
                 double between_maps_m) {
   if (a.segment != b.segment || a.axis != b.axis) return false;
@@ -53,8 +45,7 @@ bool IsSameEdge(const TrackedLine& a, const TrackedLine& b, const LineMergingOpt
   const double distance_m = (p - q).norm();
   if (distance_m <= options.min_distance_m) return true;
   const double between_m = a.map != b.map ? between_maps_m : 0;
-  const double sigma_m =
-      std::sqrt(VarianceAt(a, along_m) + VarianceAt(b, along_b_m) + between_m * between_m);
+  const double sigma_m = std::hypot(a.fit.sigma_m(along_m), b.fit.sigma_m(along_b_m), between_m);
   return distance_m <= std::min(options.max_distance_m, options.max_sigmas * sigma_m);
 }
 
@@ -102,13 +93,12 @@ void TakeOver(const TrackedLine& other, TrackedLine* line) {
   line->fit.views = std::max(line->fit.views, other.fit.views);
 }
 
-// The best known first: those seen most, by length and views.
+// The best known first.
 std::vector<int> ByQuality(const std::vector<TrackedLine>& lines) {
   std::vector<int> order(lines.size());
   std::iota(order.begin(), order.end(), 0);
-  std::stable_sort(order.begin(), order.end(), [&](int a, int b) {
-    return Length_m(lines[a]) * lines[a].fit.views > Length_m(lines[b]) * lines[b].fit.views;
-  });
+  std::stable_sort(order.begin(), order.end(),
+                   [&](int a, int b) { return Quality(lines[a]) > Quality(lines[b]); });
   return order;
 }
 

@@ -54,6 +54,10 @@ struct MapLineOptions {
   double max_sigma_m = 0.025;       // across a line that is kept
   // Of the places of a line that is kept about it, in the images (LineFit); without an axis.
   double max_spread_px = 0.35, max_free_spread_px = 0.2;
+  // Told with a line, and not used in making it: places of one image err alike over so much of a
+  // line, of which its fit does not know; nor of what all views share, as drift of the poses and
+  // edges that are not quite where images show them, across the line.
+  double alike_m = 0.25, shared_sigma_m = 0.003;
   int min_views = 3;  // of a line that is kept; twice as many without an axis
   // Between the views of a line that is kept though no surface is known beside it.
   double min_parallax_rad = 0.12;

@@ -24,11 +24,11 @@ struct TrackedLine {
   int map = 0;            // where lines of several maps are merged
   // Runs so that the bright side is on the left of its image in the view that it was found in.
   PointAndDirection line;
-  Stretch seen;              // by segments
+  Stretch seen;              // by segments, then from the first interval to the last
   double gradient = 0;       // of its edge, grey values a pixel, where it was found
   double known_sigma_m = 0;  // across it, of a line that was known beforehand; 0 of others
   LineFit fit;
-  double moved_m = 0;       // at most, along its intervals, by the last fit to all views
+  double moved_m = 0;       // at most, along its intervals, by the last fit again
   double parallax_rad = 0;  // about it, between the views that show it
   std::vector<EdgePlace> places;
   // Of the samples that show its edge; these.

@@ -61,12 +61,6 @@ class Stretches {
   std::map<int, std::vector<size_t>> members_;
 };
 
-double Length_m(const std::vector<Stretch>& intervals) {
-  double length_m = 0;
-  for (const Stretch& interval : intervals) length_m += interval.length_m();
-  return length_m;
-}
-
 // What is left of the intervals without the stretches that scatter more.
 std::vector<Stretch> Without(const std::vector<Stretch>& intervals,
                              const std::map<int, double>& spreads, double most_px,
@@ -137,7 +131,7 @@ std::optional<LineFit> FitStretches(const ViewCameras& cameras,
   part.intervals = Without(line->intervals, spreads, most_px, limits.min_length_m);
   DropPlacesOutside(&part);
   const double least_m = holds ? limits.min_length_m : prior ? kMinPart_m : kMinFreePart_m;
-  if (Length_m(part.intervals) < least_m) return whole;
+  if (TotalLength_m(part.intervals) < least_m) return whole;
   const auto fit = FitLine(line->line, part.places, cameras, prior, options);
   if (!fit || !limits.Hold(*fit)) return whole;
   line->intervals = std::move(part.intervals);

@@ -39,25 +39,18 @@ void AddMapLines(const TrackedLine& line, int64_t id, const std::vector<Building
   }
 }
 
+void AddSharedErrors(const MapLineOptions& options, LineFit* fit) {
+  fit->covariance *= std::max(1.0, options.alike_m / options.fit.place_step_m);
+  fit->covariance.topLeftCorner<2, 2>().diagonal().array() +=
+      options.shared_sigma_m * options.shared_sigma_m;
+}
+
 // Where two parallel edges are taken for one, the left images' one for the right images' other, a
 // line is seen in the air. From elsewhere it is not there, but on a way along the edges all views
 // agree on it, however many they are.
 bool MayBeGhost(const TrackedLine& line, const MapLineOptions& options) {
   return line.parallax_rad < options.min_parallax_rad &&
          !IsKnownBeside(line.surfaces, options.kinds);
-}
-
-// A line that turned out to lie elsewhere was in part taken for edges beside it, or was not looked
-// at where it is: those are looked for again.
-std::vector<TrackedLine> TakeMoved(std::vector<TrackedLine>* lines) {
-  constexpr double kMoved_m = 0.004;
-  const auto moved =
-      std::stable_partition(lines->begin(), lines->end(),
-                            [](const TrackedLine& line) { return line.moved_m <= kMoved_m; });
-  std::vector<TrackedLine> taken(std::make_move_iterator(moved),
-                                 std::make_move_iterator(lines->end()));
-  lines->erase(moved, lines->end());
-  return taken;
 }
 
 }  // namespace
@@ -82,17 +75,12 @@ BuiltLines BuildLines(const Views& views, const ViewImages& images,
       LineFinder(views, images, axes, options).Find(std::move(known), progress.Part(0, kFound));
   LookForLines(views, images, sights, options, &lines, progress.Part(kFound, kLooked));
   FitAgain(views, images.rig(), axes, options, &lines);
-  const std::vector<TrackedLine> moved = TakeMoved(&lines);
-  std::vector<TrackedLine> again = moved;
-  LookForLines(views, images, sights, options, &again, progress.Part(kLooked, kLookedAgain));
-  FitAgain(views, images.rig(), axes, options, &again);
-  // Stopped in the second look, they stay as the first one left them.
-  const bool is_whole = progress.Report(kLookedAgain);
-  std::ranges::copy(is_whole ? again : moved, std::back_inserter(lines));
+  LookAgain(views, images, sights, axes, options, &lines, progress.Part(kLooked, kLookedAgain));
   lines = MergeLines(std::move(lines), options.merging);
   for (TrackedLine& line : lines) line.surfaces = surfaces.Beside(line.line, line.intervals);
   std::erase_if(lines, [&](const TrackedLine& line) { return MayBeGhost(line, options); });
   CountParallels(options.kinds.texture_reach_m, &lines);
+  for (TrackedLine& line : lines) AddSharedErrors(options, &line.fit);
   return {AsMapLines(lines, axes, options),
           EvidenceOf(lines, views, ViewCameras(views, images.rig()))};
 }

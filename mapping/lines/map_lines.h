@@ -32,10 +32,10 @@ struct BuiltLines {
   LineEvidence evidence;
 };
 
-// Starts from the lines that are known, finds more in the views, looks for all of them in all views
-// once more, finds the intervals that they are in, and merges those that are one. The same views
-// give the same lines, whatever the number of threads. Once progress says so, the lines are those
-// that were found so far.
+// Starts from the lines that are known, finds more in the views, looks for all of them in all
+// views, and once more for those that this moved, finds the intervals that they are in, and merges
+// those that are one. The same views give the same lines, whatever the number of threads. Once
+// progress says so, the lines are those that were found so far.
 BuiltLines BuildLines(const Views& views, const ViewImages& images,
                       const std::vector<BuildingAxis>& axes, std::vector<TrackedLine> known,
                       const SightDepths& sights, const LineSurfaces& surfaces,

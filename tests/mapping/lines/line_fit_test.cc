@@ -102,10 +102,29 @@ TEST(LineFitFromAfar, IsLedByWhatIsSeenFromNear) {
   const auto off_rad = [&](double far_power) {
     const LineFitOptions options{.far_power = far_power};
     const auto fit = FitLine(kTrue, places, cameras, std::nullopt, options);
-    return fit ? fit->line.direction_world.cross(kTrue.direction_world).norm() : 1;
+    return fit ? fit->line.direction_world.cross(kTrue.direction_world).norm() : std::nan("");
   };
   EXPECT_LT(off_rad(2), 0.002);
   EXPECT_GT(off_rad(0), 0.004);
+}
+
+// Passing a jamb, an image or two show one end of it from near.
+TEST(LineFitFromAfar, IsNotLedByAGlimpse) {
+  Views views = MovingViews(8);
+  const auto sigma_m = [&](int glimpses, const LineFitOptions& options) {
+    Views with = views;
+    for (int i = 0; i < glimpses; ++i) {
+      with.push_back(testing::LookingAtWall({0.2, 1.6, -0.4}, 200 + i));
+    }
+    const PaintedWall wall(with, {}, 2);
+    const ViewCameras cameras(with, wall.rig());
+    const auto fit = FitLine(kTrue, PlacesOf(cameras, 0.02, 1), cameras, std::nullopt, options);
+    return fit ? fit->sigma_m(0.4) : std::nan("");
+  };
+  const double without_m = sigma_m(0, {});
+  EXPECT_LT(sigma_m(1, {}), 1.2 * without_m);
+  EXPECT_LT(sigma_m(3, {}), 1.5 * without_m);
+  EXPECT_GT(sigma_m(1, {.leading_views = 1, .near_m = 0.1}), 2 * without_m);
 }
 
 TEST_F(LineFitting, TellsALineWithPlacesOfAnotherEdgeFromPlacesOfNone) {

@@ -93,6 +93,38 @@ TEST(LineMerging, PlacesOfTheOtherAreTakenWhereTheLineHasNone) {
   EXPECT_EQ(merged[0].places[2].view, 3);
 }
 
+// From afar a place is a single sample: those of two edges lie between each other.
+TEST(LineMerging, OfTwoEdgesSeenFromAfarOneKeepsItsPlaces) {
+  const auto with_places = [](double y_m, double first_m, int views) {
+    TrackedLine line = At(y_m, 0, 1, 0.005, views);
+    std::vector<LineSample> samples(10);
+    for (size_t i = 0; i < samples.size(); ++i) {
+      samples[i].along_m = first_m + 0.1 * static_cast<double>(i);
+      samples[i].reach_m = 0.05;
+      samples[i].is_edge = true;
+    }
+    AddPlaces(samples, {.px = {{0, 0}, {100, 0}}}, 0, 0, 0.06, &line.places);
+    return line;
+  };
+  const auto merged = MergeLines({with_places(0, 0.05, 10), with_places(0.008, 0.09, 5)}, {});
+  ASSERT_EQ(merged.size(), 1u);
+  EXPECT_EQ(merged[0].places.size(), 10u);
+}
+
+// Where a line's error is known to turn about a place before it, it is the larger beyond.
+TEST(LineMerging, KnowsALineBestWhereItsErrorsMeet) {
+  TrackedLine line = At(0, 0, 1, 0.002);
+  line.fit.covariance.bottomRightCorner<2, 2>() = 1e-4 * Eigen::Matrix2d::Identity();
+  line.fit.covariance.topRightCorner<2, 2>() = 1.9e-5 * Eigen::Matrix2d::Identity();
+  line.fit.covariance.bottomLeftCorner<2, 2>() = 1.9e-5 * Eigen::Matrix2d::Identity();
+  const auto merges = [&](double from_m, double to_m) {
+    return MergeLines({line, At(0.015, from_m, to_m, 0.001, 1)}, {}).size() == 1;
+  };
+  EXPECT_TRUE(merges(0.9, 1));  // off by up to 13 mm there
+  EXPECT_TRUE(merges(0.4, 0.5));
+  EXPECT_FALSE(merges(-0.6, -0.5));
+}
+
 TEST(LineMerging, KeepsGapsBetweenPieces) {
   const auto merged = MergeLines({At(0, 0, 1, 0.005), At(0, 1.9, 3, 0.005)}, {});
   size_t pieces = 0;

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <functional>
 
+#include "mapping/lines/line_options.h"
 #include "odometry/frontend/line_geometry.h"
 #include "tests/mapping/lines/painted_wall.h"
 
@@ -14,7 +15,9 @@ namespace {
 using testing::MovingViews;
 using testing::PaintedWall;
 
-const StretchLimits kLimits{3, 0.02, 0.35, 0.1};
+const MapLineOptions kOptions;
+const StretchLimits kLimits{kOptions.min_views, kOptions.max_sigma_m, kOptions.max_spread_px,
+                            kOptions.intervals.min_length_m};
 const PointAndDirection kEdge{{0.2, 2, 0.1}, Eigen::Vector3d::UnitZ()};
 
 class LineStretches : public ::testing::Test {

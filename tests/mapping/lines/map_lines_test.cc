@@ -62,18 +62,42 @@ TEST(MapLines, TheSidesOfARectangleAreFoundWhereTheyAre) {
   }
 }
 
-TEST(MapLines, StoppedInTheSecondLookKeepsWhatTheFirstFound) {
-  const Views views = MovingViews(11);
-  const PaintedWall wall(views, {{-0.5, 0.4, -0.3, 0.4}}, kDistance_m);
+// Of the wall of a rectangle, whose left side is known to be off_m beside where it is.
+class SecondLook : public ::testing::Test {
+ protected:
+  std::vector<MapLine> LinesWith(double off_m, const Progress& progress) const {
+    TrackedLine left;
+    left.line = {{-0.5 + off_m, kDistance_m, 0.05}, -Eigen::Vector3d::UnitZ()};
+    left.axis = 0;
+    left.seen = {-0.35, 0.35};
+    left.gradient = 20;
+    return BuildLines(views_, wall_, WallAxes(), {left}, {}, LineSurfaces({}), MapLineOptions(),
+                      progress)
+        .lines;
+  }
+
+  // How often progress is told of, which it is for every few views that are read.
+  int Reports(double off_m) const {
+    int reports = 0;
+    LinesWith(off_m, Progress([&](double) { return ++reports > 0; }));
+    return reports;
+  }
+
+  const Views views_ = MovingViews(11);
+  const PaintedWall wall_{views_, {{-0.5, 0.4, -0.3, 0.4}}, kDistance_m};
+};
+
+TEST_F(SecondLook, IsAtLinesThatMoved) { EXPECT_GT(Reports(0.007), Reports(0)); }
+
+TEST_F(SecondLook, StoppedKeepsWhatTheFirstFound) {
   bool is_stopped = false;
   const Progress progress([&](double done) {
     is_stopped = is_stopped || done > 0.855;
     return !is_stopped;
   });
-  const auto lines =
-      BuildLines(views, wall, WallAxes(), {}, {}, LineSurfaces({}), MapLineOptions(), progress);
+  const std::vector<MapLine> lines = LinesWith(0.007, progress);
   EXPECT_TRUE(is_stopped);
-  EXPECT_EQ(lines.lines.size(), 4u);
+  EXPECT_EQ(lines.size(), 4u);
 }
 
 // Left and right images do not tell how far level edges are; views at other heights do.
