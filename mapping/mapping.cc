@@ -24,6 +24,7 @@
 #include "mapping/refinement.h"
 #include "mapping/views/pose_agreement.h"
 #include "odometry/calibrated_rig.h"
+#include "odometry/geometry/pinhole.h"
 #include "odometry/method.h"
 
 namespace slcmap {
@@ -100,6 +101,14 @@ SightDepths DepthsOf(const std::vector<DensePoint>& dense, const RecordedViews& 
           progress};
 }
 
+// From the images in which lines were looked for to those that the map tells of.
+void MoveSupports(const Rig& from, const Rig& to, std::vector<LineSupport>* supports) {
+  for (LineSupport& support : *supports) {
+    support.px = PixelFromPlane(to.cameras[support.camera],
+                                PlaneFromPixel(from.cameras[support.camera], support.px));
+  }
+}
+
 BuiltLines LinesOf(const OdometryRun& run, const RecordedViews& recorded,
                    const std::vector<DensePoint>& dense, const MappingOptions& options,
                    const Progress& progress, std::map<std::string, int64_t>* warnings) {
@@ -112,10 +121,12 @@ BuiltLines LinesOf(const OdometryRun& run, const RecordedViews& recorded,
       run.manhattan_worlds.empty()
           ? AxesOfViews(recorded.views, *recorded.images, lines, progress.Part(kSightsUntil, kAxes))
           : AxesOfRun(run, lines.min_axis_sigma_rad);
-  return BuildLines(
+  BuiltLines built = BuildLines(
       chosen.views, *chosen.images, axes,
       KnownLines(run, axes, options.run_lines.max_sigma_m, options.run_lines.min_observations),
       depths, LineSurfaces(dense), lines, progress.Part(kAxes, 1));
+  MoveSupports(chosen.images->rig(), recorded.images->rig(), &built.evidence.supports);
+  return built;
 }
 
 void AddFilledPlanes(const RecordedViews& recorded, const std::vector<Sights>& sights,

@@ -1,4 +1,4 @@
-// The second look at all views, guided by the lines that are known.
+// The guided pass: all views are looked at for the lines that are known.
 #pragma once
 
 #include <vector>

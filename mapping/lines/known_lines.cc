@@ -59,7 +59,6 @@ std::vector<TrackedLine> KnownLines(const OdometryRun& run, const std::vector<Bu
     const double sense = senses[line.id] < 0 ? -1 : 1;
     tracked.line = {0.5 * (line.start_world + line.end_world), sense * along.normalized()};
     tracked.seen = {-0.5 * along.norm(), 0.5 * along.norm()};
-    tracked.known_sigma_m = sigma_m;
     known.push_back(tracked);
   }
   return known;

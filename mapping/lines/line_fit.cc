@@ -3,7 +3,10 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
+#include <set>
+#include <tuple>
 
 #include "data/quantile.h"
 #include "mapping/lines/across.h"
@@ -48,20 +51,8 @@ struct Sums {
   std::vector<double> off_px;  // of the places, at least 0
 };
 
-// The distance from which as many views as it takes to lead a fit see the line: a glimpse from
-// nearer does not.
-double LeadingDistance_m(const std::vector<EdgePlace>& places,
-                         const std::vector<double>& distances_m, const LineFitOptions& options) {
-  std::map<int, double> nearest_m;  // by view
-  for (size_t i = 0; i < places.size(); ++i) {
-    double& of_view = nearest_m.try_emplace(places[i].view, distances_m[i]).first->second;
-    of_view = std::min(of_view, distances_m[i]);
-  }
-  std::vector<double> sorted_m;
-  for (const auto& [view, distance_m] : nearest_m) sorted_m.push_back(distance_m);
-  std::sort(sorted_m.begin(), sorted_m.end());
-  const size_t last = std::min<size_t>(options.leading_views, sorted_m.size()) - 1;
-  return std::max(options.near_m, sorted_m[last]);
+int StretchAt(const EdgePlace& place, const LineFitOptions& options) {
+  return static_cast<int>(std::floor(place.along_m / options.stretch_m));
 }
 
 // How well the image knows each place: see LineFitOptions.
@@ -69,17 +60,23 @@ std::vector<double> ImageSigmas_px(const PointAndDirection& line,
                                    const std::vector<EdgePlace>& places, const ViewCameras& views,
                                    const LineFitOptions& options) {
   std::vector<double> distances_m;
+  std::map<int, double> nearest_m;  // by stretch
   for (const EdgePlace& place : places) {
     const Eigen::Vector3d p = line.point_world + place.along_m * line.direction_world;
     distances_m.push_back((p - views.Centre(place.view, place.camera)).norm());
+    double& nearest =
+        nearest_m.try_emplace(StretchAt(place, options), distances_m.back()).first->second;
+    nearest = std::min(nearest, distances_m.back());
   }
+  double of_line_m = std::numeric_limits<double>::max();
+  for (const auto& [stretch, distance_m] : nearest_m) of_line_m = std::min(of_line_m, distance_m);
   std::vector<double> sigmas_px;
-  if (places.empty()) return sigmas_px;
-  const double leading_m = LeadingDistance_m(places, distances_m, options);
   for (size_t i = 0; i < places.size(); ++i) {
-    const double times_nearest = std::max(1.0, distances_m[i] / leading_m);
+    const double of_stretch_m = nearest_m.at(StretchAt(places[i], options));
+    const double times_farther = distances_m[i] / of_stretch_m *
+                                 std::min(of_stretch_m / of_line_m, options.most_times_farther);
     const double samples = std::min(places[i].samples, kFullSamples);
-    sigmas_px.push_back(options.sigma_px * std::pow(times_nearest, options.far_power) *
+    sigmas_px.push_back(options.sigma_px * std::pow(times_farther, options.far_power) *
                         std::sqrt(kFullSamples / samples));
   }
   return sigmas_px;
@@ -146,6 +143,15 @@ double RootMeanSquare(const std::vector<double>& values) {
   return std::sqrt(squared / static_cast<double>(values.size()));
 }
 
+// How many places, in the mean, are of one stretch in one image.
+double PlacesAlike(const std::vector<EdgePlace>& places, const LineFitOptions& options) {
+  std::set<std::tuple<int, int, int>> stretches;
+  for (const EdgePlace& place : places) {
+    stretches.insert({place.view, place.camera, StretchAt(place, options)});
+  }
+  return static_cast<double>(places.size()) / static_cast<double>(stretches.size());
+}
+
 int CountViews(const std::vector<EdgePlace>& places) {
   std::vector<int> views;
   for (const EdgePlace& place : places) views.push_back(place.view);
@@ -183,12 +189,16 @@ void AddPlaces(const std::vector<LineSample>& samples, const LineInView& line, i
   finish();
 }
 
-double LineFit::sigma_m(double along_m) const {
-  Eigen::Matrix<double, 2, 4> by_fit;
-  by_fit << Eigen::Matrix2d::Identity(), along_m * Eigen::Matrix2d::Identity();
-  const Eigen::Matrix2d across_m2 = by_fit * covariance * by_fit.transpose();
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver(across_m2);
+double LineFit::sigma_m() const {
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver(covariance.topLeftCorner<2, 2>(),
+                                                              Eigen::EigenvaluesOnly);
   return std::sqrt(std::max(0.0, solver.eigenvalues()(1)));
+}
+
+double LineFit::SigmaTowards_m(const Eigen::Vector3d& way_world, double along_m) const {
+  Eigen::Vector4d by_fit;
+  by_fit << across.transpose() * way_world, along_m * across.transpose() * way_world;
+  return std::sqrt(std::max(0.0, by_fit.dot(covariance * by_fit)));
 }
 
 std::optional<LineFit> FitLine(const PointAndDirection& start, const std::vector<EdgePlace>& places,
@@ -201,10 +211,12 @@ std::optional<LineFit> FitLine(const PointAndDirection& start, const std::vector
   fit.line.point_world += fit.shift_m * start.direction_world;
   const std::vector<double> sigmas_px = ImageSigmas_px(start, places, views, options);
   Sums sums;
+  Eigen::Matrix4d of_places;  // the information that they give
   for (int step = 0; step < kSteps; ++step) {
     fit.across = AcrossOf(fit.line.direction_world);
     sums = SumPlaces(fit.line, fit.across, places, sigmas_px, views, fit.shift_m, options);
     if (sums.off_px.size() < 4) return std::nullopt;
+    of_places = sums.H;
     AddPrior(fit.line, fit.across, prior, &sums);
     const Eigen::LDLT<Eigen::Matrix4d> solver(sums.H);
     if (solver.info() != Eigen::Success || !solver.isPositive()) return std::nullopt;
@@ -217,9 +229,13 @@ std::optional<LineFit> FitLine(const PointAndDirection& start, const std::vector
   }
   const double shared = std::max(1.0, static_cast<double>(fit.views) / options.views_that_count);
   fit.covariance = shared * sums.H.inverse();
+  const Eigen::Matrix4d of_prior = sums.H - of_places;
+  fit.world_covariance = (of_places / (shared * PlacesAlike(places, options)) + of_prior).inverse();
+  fit.world_covariance.topLeftCorner<2, 2>().diagonal().array() +=
+      options.shared_sigma_m * options.shared_sigma_m;
   fit.rms_px = RootMeanSquare(sums.off_px);
   fit.spread_px = SpreadOf(std::move(sums.off_px));
-  if (!fit.covariance.allFinite()) return std::nullopt;
+  if (!fit.covariance.allFinite() || !fit.world_covariance.allFinite()) return std::nullopt;
   return fit;
 }
 

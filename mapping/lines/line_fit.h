@@ -35,31 +35,37 @@ struct LineFitOptions {
   // Along a line, over which samples of one image make one place: short, so that what runs askew of
   // the line does not average out.
   double place_step_m = 0.06;
-  // Of a place of four samples and more in the views that are nearest to the line. From afar edges
-  // that lie side by side run together: there it is larger by a power of how much farther it is
-  // than that of the leading_views nearest views which is farthest, and than near_m.
-  double sigma_px = 0.15, far_power = 2;
-  int leading_views = 2;  // a single glimpse does not lead
-  double near_m = 1;
+  // Of a place of four samples and more, in the view that is nearest to the line. From afar edges
+  // that lie side by side run together: there it is larger by a power of how much farther it is.
+  // The nearest view of a stretch counts as at most so many times farther than that of the line,
+  // which may be a glimpse of one end.
+  double sigma_px = 0.18, far_power = 2, most_times_farther = 1.5;
+  // Of a line, over which one view is the nearest, and the places of one image err alike.
+  double stretch_m = 0.25;
   double pose_sigma_m = 0.002;  // of the views against each other
   double robust_sigmas = 1;     // at which a place counts half (Cauchy)
   int views_that_count = 10;    // more views of one line share their errors
+  // Across a line, what all its views share: drift of the poses, and an edge that is not quite
+  // where images show it.
+  double shared_sigma_m = 0.003;
 };
 
 struct LineFit {
   PointAndDirection line;  // its point in the middle of the places
   // Of the place across the line at its point (m, first two) and of the direction (rad), along the
-  // columns of `across`, as if places erred each for itself.
-  Eigen::Matrix4d covariance;
-  Eigen::Matrix<double, 3, 2> across;
+  // columns of `across`: against other lines, as if places erred each for itself; and against the
+  // world, with what places of an image and what all views share.
+  Eigen::Matrix4d covariance = Eigen::Matrix4d::Zero(), world_covariance = Eigen::Matrix4d::Zero();
+  Eigen::Matrix<double, 3, 2> across = Eigen::Matrix<double, 3, 2>::Zero();
   double rms_px = 0;
   // The same by the median of the places: few that are of another edge nearby do not count.
   double spread_px = 0;
   double shift_m = 0;  // of the point along the line, by which places' along_m became smaller
   int views = 0;       // left and right images of a view count once
 
-  // Across the line so far along it from its point, in the direction in which that is largest.
-  double sigma_m(double along_m = 0) const;
+  double sigma_m() const;  // across the line at its point, where that is largest
+  // The same in a direction (unit), so far along the line from its point.
+  double SigmaTowards_m(const Eigen::Vector3d& way_world, double along_m) const;
 };
 
 // Gauss-Newton from `start` on the distances of the places from the line's image, with Cauchy's

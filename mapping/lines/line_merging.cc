@@ -11,6 +11,7 @@ namespace slcmap {
 namespace {
 
 constexpr double kMaxAngle_rad = 0.05;
+constexpr double kSigmasBetweenMaps = 3;
 
 // By how much of a line how many views know it.
 double Quality(const TrackedLine& line) { return TotalLength_m(line.intervals) * line.fit.views; }
@@ -44,9 +45,14 @@ bool IsSameEdge(const TrackedLine& a, const TrackedLine& b, const LineMergingOpt
   const Eigen::Vector3d q = b.line.point_world + along_b_m * b.line.direction_world;
   const double distance_m = (p - q).norm();
   if (distance_m <= options.min_distance_m) return true;
-  const double between_m = a.map != b.map ? between_maps_m : 0;
-  const double sigma_m = std::hypot(a.fit.sigma_m(along_m), b.fit.sigma_m(along_b_m), between_m);
-  return distance_m <= std::min(options.max_distance_m, options.max_sigmas * sigma_m);
+  if (distance_m > options.max_distance_m) return false;
+  // What each map had apart it keeps apart.
+  if (between_maps_m > 0 && a.map == b.map) return false;
+  const double between_m = a.map != b.map ? kSigmasBetweenMaps * between_maps_m : 0;
+  const Eigen::Vector3d way = (p - q) / distance_m;
+  const double sigma_m =
+      std::hypot(a.fit.SigmaTowards_m(way, along_m), b.fit.SigmaTowards_m(way, along_b_m));
+  return distance_m <= std::hypot(options.max_sigmas * sigma_m, between_m);
 }
 
 std::vector<Stretch> Union(std::vector<Stretch> intervals, double max_gap_m) {
@@ -72,8 +78,9 @@ void TakePlaces(const TrackedLine& other, TrackedLine* line) {
   }
   for (EdgePlace place : other.places) {
     const Stretch stretch = Along(line->line, other, {place.from_m, place.to_m});
+    const double middle_m = 0.5 * (stretch.from_m + stretch.to_m);
     const auto covers = [&](const Stretch& mine) {
-      return mine.from_m <= stretch.to_m && mine.to_m >= stretch.from_m;
+      return mine.from_m <= middle_m && mine.to_m >= middle_m;
     };
     if (std::ranges::any_of(own[{place.view, place.camera}], covers)) continue;
     place.along_m = Along(line->line, other, {place.along_m, place.along_m}).from_m;

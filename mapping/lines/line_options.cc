@@ -19,8 +19,6 @@ constexpr OptionTable kTable{
     Option{"max_sigma_m", &MapLineOptions::max_sigma_m, 1e-4, 10.0},
     Option{"max_spread_px", &MapLineOptions::max_spread_px, 0.01, 10.0},
     Option{"max_free_spread_px", &MapLineOptions::max_free_spread_px, 0.01, 10.0},
-    Option{"alike_m", &MapLineOptions::alike_m, 0.0, 100.0},
-    Option{"shared_sigma_m", &MapLineOptions::shared_sigma_m, 0.0, 1.0},
     Option{"min_views", &MapLineOptions::min_views, 2, 1000},
     Option{"min_parallax_rad", &MapLineOptions::min_parallax_rad, 0.0, 3.0},
     Option{"min_axis_sigma_rad", &MapLineOptions::min_axis_sigma_rad, 1e-6, 1.0},
@@ -48,11 +46,12 @@ constexpr OptionTable kFitTable{
     Option{"place_step_m", &LineFitOptions::place_step_m, 0.01, 10.0},
     Option{"sigma_px", &LineFitOptions::sigma_px, 0.01, 10.0},
     Option{"far_power", &LineFitOptions::far_power, 0.0, 10.0},
-    Option{"leading_views", &LineFitOptions::leading_views, 1, 1000},
-    Option{"near_m", &LineFitOptions::near_m, 0.01, 10.0},
+    Option{"most_times_farther", &LineFitOptions::most_times_farther, 1.0, 1000.0},
+    Option{"stretch_m", &LineFitOptions::stretch_m, 0.01, 100.0},
     Option{"pose_sigma_m", &LineFitOptions::pose_sigma_m, 0.0, 1.0},
     Option{"robust_sigmas", &LineFitOptions::robust_sigmas, 0.5, 100.0},
-    Option{"views_that_count", &LineFitOptions::views_that_count, 1, 10000}};
+    Option{"views_that_count", &LineFitOptions::views_that_count, 1, 10000},
+    Option{"shared_sigma_m", &LineFitOptions::shared_sigma_m, 0.0, 1.0}};
 
 constexpr OptionTable kIntervalTable{
     Option{"bin_m", &LineIntervalOptions::bin_m, 0.005, 1.0},
@@ -96,6 +95,7 @@ MapLineOptions MapLineOptions::ForPoses(double across_px) const {
   options.max_free_spread_px *= factor;
   options.fit.sigma_px *= factor;
   options.fit.pose_sigma_m *= factor;
+  options.fit.shared_sigma_m *= factor;
   return options;
 }
 

@@ -19,7 +19,9 @@ struct LineIntervalOptions {
 };
 
 struct LineMergingOptions {
-  double max_sigmas = 3;          // between lines, with what is known of both
+  // Between lines, in the direction of what they are apart, as fits know them, whose places of one
+  // image err alike.
+  double max_sigmas = 6;
   double max_distance_m = 0.03;   // where lines lie beside each other
   double min_distance_m = 0.006;  // up to which they are the same however well they are known
 };
@@ -43,21 +45,17 @@ struct LineKindOptions {
 };
 
 struct MapLineOptions {
-  double min_segment_px = 16;
+  double min_segment_px = 19;
   int max_segments = 400;           // of an image
-  double min_gradient = 3;          // grey values a pixel, of an edge
+  double min_gradient = 2.5;        // grey values a pixel, of an edge
   double min_gradient_share = 0.4;  // of what a line's edge has where it was found
-  double axis_distance_px = 1.5;    // of a segment's ends from an axis' image through its middle
-  double explained_px = 1.5;        // of a segment's ends from the image of a line that is known
+  double axis_distance_px = 1.8;    // of a segment's ends from an axis' image through its middle
+  double explained_px = 1.8;        // of a segment's ends from the image of a line that is known
   double max_depth_m = 10;          // up to which views are looked at for a line
   double max_found_sigma_m = 0.06;  // across a line that is looked for in all views
   double max_sigma_m = 0.025;       // across a line that is kept
   // Of the places of a line that is kept about it, in the images (LineFit); without an axis.
-  double max_spread_px = 0.35, max_free_spread_px = 0.2;
-  // Told with a line, and not used in making it: places of one image err alike over so much of a
-  // line, of which its fit does not know; nor of what all views share, as drift of the poses and
-  // edges that are not quite where images show them, across the line.
-  double alike_m = 0.25, shared_sigma_m = 0.003;
+  double max_spread_px = 0.42, max_free_spread_px = 0.24;
   int min_views = 3;  // of a line that is kept; twice as many without an axis
   // Between the views of a line that is kept though no surface is known beside it.
   double min_parallax_rad = 0.12;

@@ -24,9 +24,8 @@ struct TrackedLine {
   int map = 0;            // where lines of several maps are merged
   // Runs so that the bright side is on the left of its image in the view that it was found in.
   PointAndDirection line;
-  Stretch seen;              // by segments, then from the first interval to the last
-  double gradient = 0;       // of its edge, grey values a pixel, where it was found
-  double known_sigma_m = 0;  // across it, of a line that was known beforehand; 0 of others
+  Stretch seen;         // by segments, then from the first interval to the last
+  double gradient = 0;  // of its edge, grey values a pixel, where it was found
   LineFit fit;
   double moved_m = 0;       // at most, along its intervals, by the last fit again
   double parallax_rad = 0;  // about it, between the views that show it

@@ -39,12 +39,6 @@ void AddMapLines(const TrackedLine& line, int64_t id, const std::vector<Building
   }
 }
 
-void AddSharedErrors(const MapLineOptions& options, LineFit* fit) {
-  fit->covariance *= std::max(1.0, options.alike_m / options.fit.place_step_m);
-  fit->covariance.topLeftCorner<2, 2>().diagonal().array() +=
-      options.shared_sigma_m * options.shared_sigma_m;
-}
-
 // Where two parallel edges are taken for one, the left images' one for the right images' other, a
 // line is seen in the air. From elsewhere it is not there, but on a way along the edges all views
 // agree on it, however many they are.
@@ -80,7 +74,6 @@ BuiltLines BuildLines(const Views& views, const ViewImages& images,
   for (TrackedLine& line : lines) line.surfaces = surfaces.Beside(line.line, line.intervals);
   std::erase_if(lines, [&](const TrackedLine& line) { return MayBeGhost(line, options); });
   CountParallels(options.kinds.texture_reach_m, &lines);
-  for (TrackedLine& line : lines) AddSharedErrors(options, &line.fit);
   return {AsMapLines(lines, axes, options),
           EvidenceOf(lines, views, ViewCameras(views, images.rig()))};
 }

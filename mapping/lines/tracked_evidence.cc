@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <optional>
 #include <span>
 #include <tuple>
@@ -12,6 +13,7 @@ namespace slcmap {
 namespace {
 
 constexpr double kLeastLength_px = 3;  // of a support
+constexpr int kLeastSamples = 2;       // of its places: one tells no direction
 constexpr double kMaxOff_px = 2;       // of its places in the mean: farther off is another edge
 // Of places that tell which way a segment runs: of its length, as standard deviation.
 constexpr double kLeastSpread = 0.2;
@@ -26,7 +28,7 @@ Eigen::Matrix<double, 3, 4> ShiftAt(const LineFit& fit, double along_m) {
 
 LineCovariance CovarianceOf(const LineFit& fit, const Stretch& piece) {
   const auto start = ShiftAt(fit, piece.from_m), end = ShiftAt(fit, piece.to_m);
-  const Eigen::Matrix4d& covariance = fit.covariance;
+  const Eigen::Matrix4d& covariance = fit.world_covariance;
   return {0, 0, start * covariance * start.transpose(), end * covariance * end.transpose(),
           start * covariance * end.transpose()};
 }
@@ -116,6 +118,10 @@ std::optional<LineSegment> InImage(const LineSegment& px, const Camera& camera) 
 std::optional<LineSegment> SegmentOf(const TrackedLine& line, const Stretch& extent,
                                      std::span<const PlaceOfPiece> places,
                                      const ViewCameras& cameras) {
+  const int samples =
+      std::accumulate(places.begin(), places.end(), 0,
+                      [](int sum, const PlaceOfPiece& p) { return sum + p.place->samples; });
+  if (samples < kLeastSamples) return std::nullopt;
   const EdgePlace& first = *places.front().place;
   const RigidTransform& T_camera_world = cameras.T_camera_world[first.view][first.camera];
   const auto at = [&](double along_m) -> Eigen::Vector3d {

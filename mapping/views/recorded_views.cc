@@ -32,7 +32,8 @@ struct ViewFiles {
 
 // The cameras of a recording, which all readers of its images share.
 struct RecordedCameras {
-  explicit RecordedCameras(const Rig& rig) : raw_rig(rig), rectifier(rig, RectifierOptions()) {}
+  RecordedCameras(const Rig& rig, const RectifierOptions& options)
+      : raw_rig(rig), rectifier(rig, options) {}
 
   const Rig raw_rig;
   const Rectifier rectifier;
@@ -270,7 +271,7 @@ RecordedViews ViewsForLines(const RecordedViews& recorded, const ViewSpacingOpti
 std::unique_ptr<ViewImages> KeyframeImages(const OdometryRun& run, const std::string& sequence) {
   const std::string folder = RecordingOf(run, sequence);
   return std::make_unique<RecordedImageReader>(
-      std::make_shared<const RecordedCameras>(CamerasAsFound(run)),
+      std::make_shared<const RecordedCameras>(CamerasAsFound(run), RectifierOptions()),
       KeyframeFiles(run, folder, FilesByStamp(run, folder)), std::make_shared<LostImages>());
 }
 
@@ -296,7 +297,10 @@ RecordedViews ViewsOfRun(const OdometryRun& run, const std::string& sequence) {
     recorded.views.push_back({keyframe.stamp_ns, keyframe.segment, keyframe.T_world_imu});
   }
   std::vector<ViewFiles> files = KeyframeFiles(run, folder, files_at);
-  const auto cameras = std::make_shared<const RecordedCameras>(CamerasAsFound(run));
+  const Rig rig = CamerasAsFound(run);
+  const auto cameras = std::make_shared<const RecordedCameras>(rig, RectifierOptions());
+  const auto fine_cameras =
+      std::make_shared<const RecordedCameras>(rig, RectifierOptions{.scale = 1});
   const auto lost = std::make_shared<LostImages>();
   recorded.images = std::make_unique<RecordedImageReader>(cameras, std::move(files), lost);
   std::vector<ViewFiles> frame_files;
@@ -310,7 +314,7 @@ RecordedViews ViewsOfRun(const OdometryRun& run, const std::string& sequence) {
     frame_files.push_back(pair);
   }
   recorded.frame_images =
-      std::make_unique<RecordedImageReader>(cameras, std::move(frame_files), lost);
+      std::make_unique<RecordedImageReader>(fine_cameras, std::move(frame_files), lost);
   recorded.lost = lost;
   return recorded;
 }

@@ -16,7 +16,8 @@ struct RecordedViews {
   Views views;
   std::unique_ptr<ViewImages> images;
   // All images of a run whose files are there, from the first keyframe of a segment to its last, at
-  // their refined poses: the views are among them. None where views are not of a run.
+  // their refined poses: the views are among them. None where views are not of a run. Their images
+  // are as fine as the cameras', those of the views somewhat coarser (RectifierOptions::scale).
   Views frames;
   std::unique_ptr<ViewImages> frame_images;
   // Of views and frames, as far as they were looked for; none where images are of no files.
@@ -29,8 +30,8 @@ struct RecordedViews {
 // camera, or when none of the files is there; keyframes without files are views without images.
 RecordedViews ViewsOfRun(const OdometryRun& run, const std::string& sequence);
 
-// Keyframes and, where there are frames, those of them that are in between. `recorded` must outlive
-// them.
+// Keyframes and, where there are frames, those of them that are in between, with the frames'
+// images. `recorded` must outlive them.
 RecordedViews ViewsForLines(const RecordedViews& recorded, const ViewSpacingOptions& options);
 
 // The images of the keyframes alone, in their order, as ViewsOfRun() has them. They are read when

@@ -108,23 +108,90 @@ TEST(LineFitFromAfar, IsLedByWhatIsSeenFromNear) {
   EXPECT_GT(off_rad(0), 0.004);
 }
 
-// Passing a jamb, an image or two show one end of it from near.
-TEST(LineFitFromAfar, IsNotLedByAGlimpse) {
-  Views views = MovingViews(8);
-  const auto sigma_m = [&](int glimpses, const LineFitOptions& options) {
-    Views with = views;
+// Passing a jamb, a few images show its upper end from near, a little beside where it is.
+TEST(LineFitFromAfar, IsNotLedByGlimpsesOfOneEnd) {
+  const auto far_end_sigma_m = [](int glimpses, const LineFitOptions& options = {}) {
+    Views views = MovingViews(8);
+    for (View& view : views) view.T_world_imu.translation.y() = -2;
     for (int i = 0; i < glimpses; ++i) {
-      with.push_back(testing::LookingAtWall({0.2, 1.6, -0.4}, 200 + i));
+      views.push_back(testing::LookingAtWall({0.2, 0.8, 1.2}, 200 + i));
     }
-    const PaintedWall wall(with, {}, 2);
-    const ViewCameras cameras(with, wall.rig());
-    const auto fit = FitLine(kTrue, PlacesOf(cameras, 0.02, 1), cameras, std::nullopt, options);
-    return fit ? fit->sigma_m(0.4) : std::nan("");
+    const PaintedWall wall(views, {}, 2);
+    const ViewCameras cameras(views, wall.rig());
+    std::vector<EdgePlace> places;
+    for (int view = 0; view < 8 + glimpses; ++view) {
+      const Stretch seen = view < 8 ? Stretch{-1.2, 1.2} : Stretch{0.9, 1.2};
+      for (const int camera : {0, 1}) {
+        const auto part = SeenPart(kTrue, seen, cameras.T_camera_world[view][camera],
+                                   cameras.cameras[camera], {});
+        if (!part) continue;
+        std::vector<LineSample> samples(40);
+        for (size_t i = 0; i < samples.size(); ++i) {
+          const double share = (static_cast<double>(i) + 0.5) / 40;
+          samples[i].px = part->px.start + share * (part->px.end - part->px.start);
+          samples[i].along_m = part->AlongAt(share);
+          samples[i].across_px = view < 8 ? 0 : 0.5;
+          samples[i].is_edge = true;
+        }
+        AddPlaces(samples, *part, view, camera, 0.06, &places);
+      }
+    }
+    const auto fit = FitLine(kTrue, places, cameras, std::nullopt, options);
+    if (!fit) return std::nan("");
+    const double end_m = -1.2 - fit->shift_m;
+    return std::hypot(fit->SigmaTowards_m(fit->across.col(0), end_m),
+                      fit->SigmaTowards_m(fit->across.col(1), end_m));
   };
-  const double without_m = sigma_m(0, {});
-  EXPECT_LT(sigma_m(1, {}), 1.2 * without_m);
-  EXPECT_LT(sigma_m(3, {}), 1.5 * without_m);
-  EXPECT_GT(sigma_m(1, {.leading_views = 1, .near_m = 0.1}), 2 * without_m);
+  const double without_m = far_end_sigma_m(0);
+  for (const int glimpses : {1, 2, 3}) EXPECT_LT(far_end_sigma_m(glimpses), 2.5 * without_m);
+  EXPECT_GT(far_end_sigma_m(3, {.most_times_farther = 1000}), 4 * without_m);
+}
+
+// A line of places 5 cm apart, and what is told of it.
+class WhatIsTold : public LineFitting {
+ protected:
+  LineFit Fit(const LineFitOptions& options, const std::optional<DirectionPrior>& prior) const {
+    std::vector<EdgePlace> places;
+    for (int view = 0; view < 8; ++view) {
+      const auto part =
+          SeenPart(kTrue, {-0.5, 0.5}, cameras_.T_camera_world[view][0], cameras_.cameras[0], {});
+      if (!part) continue;
+      for (double share = 0.025; share < 1; share += 0.05) {
+        const Eigen::Vector2d along = (part->px.end - part->px.start).normalized();
+        places.push_back({view,
+                          0,
+                          part->AlongAt(share),
+                          part->px.start + share * (part->px.end - part->px.start),
+                          {along.y(), -along.x()},
+                          4});
+      }
+    }
+    return FitLine(kTrue, places, cameras_, prior, options).value();
+  }
+};
+
+TEST_F(WhatIsTold, IsWhatTheFitKnowsWherePlacesErrEachForItself) {
+  const LineFit fit = Fit({.stretch_m = 0.01, .shared_sigma_m = 0}, std::nullopt);
+  EXPECT_LT((fit.world_covariance - fit.covariance).norm(), 1e-9 * fit.covariance.norm());
+}
+
+TEST_F(WhatIsTold, CountsPlacesThatErrAlikeOnce) {
+  const LineFit fit = Fit({.stretch_m = 0.25, .shared_sigma_m = 0}, std::nullopt);
+  const double times = fit.world_covariance(0, 0) / fit.covariance(0, 0);
+  EXPECT_GT(times, 3.5);
+  EXPECT_LT(times, 5.5);
+}
+
+TEST_F(WhatIsTold, HasWhatViewsShare) {
+  const LineFit without = Fit({.shared_sigma_m = 0}, std::nullopt);
+  const LineFit with = Fit({.shared_sigma_m = 0.003}, std::nullopt);
+  EXPECT_NEAR(with.world_covariance(0, 0) - without.world_covariance(0, 0), 9e-6, 1e-9);
+  EXPECT_NEAR(with.world_covariance(2, 2), without.world_covariance(2, 2), 1e-12);
+}
+
+TEST_F(WhatIsTold, KnowsADirectionAtLeastAsWellAsItsPrior) {
+  const LineFit fit = Fit({}, DirectionPrior{kTrue.direction_world, 1e-4});
+  EXPECT_LE(std::sqrt(fit.world_covariance(2, 2)), 1e-4);
 }
 
 TEST_F(LineFitting, TellsALineWithPlacesOfAnotherEdgeFromPlacesOfNone) {

@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include "mapping/lines/across.h"
 #include "mapping/lines/guided_pass.h"
 #include "mapping/lines/line_merging.h"
 
@@ -45,6 +46,7 @@ TrackedLine At(double y_m, double from_m, double to_m, double sigma_m, int views
   line.axis = 1;
   line.line = {{0, y_m, 0}, Eigen::Vector3d::UnitX()};
   line.intervals = {{from_m, to_m}};
+  line.fit.across = AcrossOf(line.line.direction_world);
   line.fit.covariance = Eigen::Matrix4d::Identity() * sigma_m * sigma_m;
   line.fit.covariance.bottomRightCorner<2, 2>() *= 0.01;
   line.fit.views = views;
@@ -60,6 +62,21 @@ TEST(LineMerging, TakesOneEdgeTogether) {
 
 TEST(LineMerging, LeavesJambsTwo) {
   EXPECT_EQ(MergeLines({At(0, 0, 1, 0.005), At(0.06, 0, 1, 0.005)}, {}).size(), 2u);
+}
+
+// Edges are known far better across the view than along it.
+TEST(LineMerging, ComparesInTheDirectionOfWhatEdgesAreApart) {
+  const auto lines = [](const Eigen::Vector3d& off) {
+    std::vector<TrackedLine> two = {At(0, 0, 1, 0.0005), At(0, 0, 1, 0.0005, 9)};
+    two[1].line.point_world += off;
+    for (TrackedLine& line : two) {
+      const Eigen::Vector2d depth = line.fit.across.transpose() * Eigen::Vector3d::UnitY();
+      line.fit.covariance.topLeftCorner<2, 2>() += 64e-6 * depth * depth.transpose();
+    }
+    return MergeLines(two, {}).size();
+  };
+  EXPECT_EQ(lines({0, 0.02, 0}), 1u);
+  EXPECT_EQ(lines({0, 0, 0.02}), 2u);
 }
 
 TEST(LineMerging, DoesNotChain) {
@@ -117,12 +134,11 @@ TEST(LineMerging, KnowsALineBestWhereItsErrorsMeet) {
   line.fit.covariance.bottomRightCorner<2, 2>() = 1e-4 * Eigen::Matrix2d::Identity();
   line.fit.covariance.topRightCorner<2, 2>() = 1.9e-5 * Eigen::Matrix2d::Identity();
   line.fit.covariance.bottomLeftCorner<2, 2>() = 1.9e-5 * Eigen::Matrix2d::Identity();
-  const auto merges = [&](double from_m, double to_m) {
-    return MergeLines({line, At(0.015, from_m, to_m, 0.001, 1)}, {}).size() == 1;
+  const auto merges = [&](double y_m, double from_m, double to_m) {
+    return MergeLines({line, At(y_m, from_m, to_m, 0.001, 1)}, {}).size() == 1;
   };
-  EXPECT_TRUE(merges(0.9, 1));  // off by up to 13 mm there
-  EXPECT_TRUE(merges(0.4, 0.5));
-  EXPECT_FALSE(merges(-0.6, -0.5));
+  EXPECT_TRUE(merges(0.017, 0.4, 0.5));     // met at 0.45: a sigma of 6.4 mm
+  EXPECT_FALSE(merges(0.009, -0.6, -0.5));  // met at -0.25: 0.9 mm
 }
 
 TEST(LineMerging, KeepsGapsBetweenPieces) {

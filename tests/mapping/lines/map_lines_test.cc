@@ -63,7 +63,7 @@ TEST(MapLines, TheSidesOfARectangleAreFoundWhereTheyAre) {
 }
 
 // Of the wall of a rectangle, whose left side is known to be off_m beside where it is.
-class SecondLook : public ::testing::Test {
+class LookAgain : public ::testing::Test {
  protected:
   std::vector<MapLine> LinesWith(double off_m, const Progress& progress) const {
     TrackedLine left;
@@ -87,9 +87,16 @@ class SecondLook : public ::testing::Test {
   const PaintedWall wall_{views_, {{-0.5, 0.4, -0.3, 0.4}}, kDistance_m};
 };
 
-TEST_F(SecondLook, IsAtLinesThatMoved) { EXPECT_GT(Reports(0.007), Reports(0)); }
+TEST_F(LookAgain, IsAtLinesThatMoved) {
+  EXPECT_GT(Reports(0.007), Reports(0));
+  for (const MapLine& line : LinesWith(0.007, {})) {
+    if (line.axis != LineAxis::kVertical || line.start_world.x() > 0) continue;
+    EXPECT_NEAR(line.start_world.x(), -0.5, 0.001);
+    EXPECT_NEAR(Length_m(line), 0.7, 0.05);
+  }
+}
 
-TEST_F(SecondLook, StoppedKeepsWhatTheFirstFound) {
+TEST_F(LookAgain, StoppedKeepsWhatTheFirstFound) {
   bool is_stopped = false;
   const Progress progress([&](double done) {
     is_stopped = is_stopped || done > 0.855;
@@ -98,6 +105,7 @@ TEST_F(SecondLook, StoppedKeepsWhatTheFirstFound) {
   const std::vector<MapLine> lines = LinesWith(0.007, progress);
   EXPECT_TRUE(is_stopped);
   EXPECT_EQ(lines.size(), 4u);
+  for (const MapLine& line : lines) EXPECT_EQ(line.observations, 11);
 }
 
 // Left and right images do not tell how far level edges are; views at other heights do.
@@ -199,7 +207,8 @@ TEST_F(LineEvidenceTest, CovariancesSayWhatEndsMayBeOffAcross) {
     const Eigen::Vector3d along = (line.end_world - line.start_world).normalized();
     EXPECT_LT((covariance.start_m2 * along).norm(), 1e-9);
     // The displacement of places between the ends is what those of the ends say, and least near
-    // the places of the line that were seen: there it is what the line's sigma tells.
+    // the places of the line that were seen: there it is what the line's sigma tells, and what
+    // places and views share.
     double least_m2 = 1e9;
     for (int i = -50; i <= 60; ++i) {
       const double t = 0.1 * i;
@@ -208,7 +217,9 @@ TEST_F(LineEvidenceTest, CovariancesSayWhatEndsMayBeOffAcross) {
           (1 - t) * (1 - t) * covariance.start_m2 + t * t * covariance.end_m2 + t * (1 - t) * cross;
       least_m2 = std::min(least_m2, at.selfadjointView<Eigen::Upper>().eigenvalues().maxCoeff());
     }
-    EXPECT_NEAR(std::sqrt(least_m2), line.sigma_m, 0.1 * line.sigma_m);
+    const double shared_m = LineFitOptions().shared_sigma_m;
+    EXPECT_GT(std::sqrt(least_m2), std::hypot(shared_m, line.sigma_m));
+    EXPECT_LT(std::sqrt(least_m2), std::hypot(shared_m, 3 * line.sigma_m));
   }
 }
 
@@ -219,7 +230,7 @@ class MadeEvidenceTest : public ::testing::Test {
     line_.line = {{-0.5, kDistance_m, 0}, Eigen::Vector3d::UnitX()};
     line_.intervals = {{0, 0.5}};
     line_.fit.across.setZero();
-    line_.fit.covariance.setZero();
+    line_.fit.world_covariance.setZero();
   }
 
   void AddPlace(double along_m, const Stretch& stretch, double below_px) {
@@ -270,6 +281,10 @@ TEST_F(MadeEvidenceTest, WhatIsShortOrFarBesideTheLineIsLeftOut) {
   EXPECT_TRUE(Supports().empty());
   line_.places.clear();
   AddPlace(0.1, {0.095, 0.105}, 0);
+  EXPECT_TRUE(Supports().empty());
+  line_.places.clear();
+  AddPlace(0.1, {0, 0.2}, 0);
+  line_.places.back().samples = 1;
   EXPECT_TRUE(Supports().empty());
 }
 

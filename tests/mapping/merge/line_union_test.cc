@@ -75,6 +75,12 @@ TEST(UniteLines, EdgesThatOneMapHasApartStayApart) {
   EXPECT_THAT(united.lines, SizeIs(2));
 }
 
+TEST(UniteLines, EdgesThatOneMapHasApartStayApartWhateverTheOtherHas) {
+  MapLine first = Upright(0, 1.0), second = Upright(1, 1.015);
+  first.sigma_m = second.sigma_m = 0.01;
+  EXPECT_THAT(Unite({{first, second}, {}}, {{Upright(0, 5.0)}, {}}).lines, SizeIs(3));
+}
+
 TEST(UniteLines, AGapThatBothHaveStaysOne) {
   const auto level = [](int64_t id, double from_m, double to_m, double y_m) {
     return Piece(id, {from_m, y_m, 0}, {to_m, y_m, 0}, LineAxis::kX, 0);
