@@ -28,15 +28,16 @@ struct MapLine {
   // The Manhattan world whose axis it has, of a sloped line its sloped direction; -1: none, or
   // vertical.
   int world = -1;
-  double sigma_m = 0;   // standard deviation across it, where that is largest
+  // Standard deviation across it, where that is largest, against other lines of the map.
+  double sigma_m = 0;
   bool recent = false;  // the last keyframes of the run saw it
   Eigen::Vector3d start_world = Eigen::Vector3d::Zero();
   Eigen::Vector3d end_world = Eigen::Vector3d::Zero();
   // Keyframes that saw it; 0 of a junction, where planes of the building meet and no image shows
   // it.
   int observations = 0;
-  // The angle between it and its axis, and the standard deviation of its direction, where that is
-  // largest; both 0 of a line that was taken to be exactly along its axis, of one that has none,
+  // The angle between it and its axis, and the standard deviation of its direction, as the root of
+  // the mean square of those towards both sides; both 0 of a line that was taken to be exactly along its axis, of one that has none,
   // and of a junction.
   double deviation_rad = 0, deviation_sigma_rad = 0;
   LineKind kind = LineKind::kUnknown;
