@@ -37,8 +37,8 @@ struct MapLine {
   // it.
   int observations = 0;
   // The angle between it and its axis, and the standard deviation of its direction, as the root of
-  // the mean square of those towards both sides; both 0 of a line that was taken to be exactly along its axis, of one that has none,
-  // and of a junction.
+  // the mean square of those in the two directions across it; both 0 of a line that was taken to be
+  // exactly along its axis, of one that has none, and of a junction.
   double deviation_rad = 0, deviation_sigma_rad = 0;
   LineKind kind = LineKind::kUnknown;
 };
