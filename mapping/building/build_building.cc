@@ -205,7 +205,7 @@ void LookAtFaces(const BuildingInput& input, const Level& level, const BuildingO
   for (size_t k = 0; k < data->faces.size(); ++k) {
     data->faces[k].wall.shares = WallShares(data->grids[k]);
   }
-  SelectWalls(level.floor_m, &data->faces);
+  SelectWalls(level, &data->faces);
   for (size_t k = 0; k < data->faces.size(); ++k) {
     BuiltFace& built = data->faces[k];
     if (built.is_wall) {

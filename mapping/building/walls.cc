@@ -106,6 +106,23 @@ bool IsPaneOf(const Face& wall, const Face& pane, double floor_m) {
          b <= wall.to_m + kAlongside_m && pane.mostly_above_m >= floor_m + kLeastSill_m;
 }
 
+// What ends beneath the top of a wall that it is behind is a pane of it, however much more is seen
+// of panes and their frames than of blank plaster.
+void DropPanes(const Level& level, std::vector<BuiltFace>* faces) {
+  constexpr double kLintel_m = 0.15;
+  std::vector<WallFace*> panes;
+  for (BuiltFace& built : *faces) {
+    const double high_m = built.wall.face.high_m + kLintel_m;
+    if (high_m > level.top_m) continue;
+    const bool is_pane = std::any_of(faces->begin(), faces->end(), [&](const BuiltFace& other) {
+      return high_m <= other.wall.face.high_m && IsWall(other.wall.shares, other.wall.step_m) &&
+             IsPaneOf(other.wall.face, built.wall.face, level.floor_m);
+    });
+    if (is_pane) panes.push_back(&built.wall);
+  }
+  for (WallFace* pane : panes) pane->shares.assign(pane->shares.size(), 0);
+}
+
 bool IsLong(const BuiltFace& built) { return CoveredLength(built.wall) >= kLong_m; }
 
 // Normals at corners, reveals and furniture point anywhere, and a door's leaf is as high as can be
@@ -175,7 +192,8 @@ void TakeBacks(const std::vector<BuiltFace>& faces, const std::vector<size_t>& o
 
 }  // namespace
 
-void SelectWalls(double floor_m, std::vector<BuiltFace>* faces) {
+void SelectWalls(const Level& level, std::vector<BuiltFace>* faces) {
+  DropPanes(level, faces);
   std::vector<size_t> order(faces->size());
   std::iota(order.begin(), order.end(), size_t{0});
   std::stable_sort(order.begin(), order.end(), [&](size_t a, size_t b) {
@@ -187,10 +205,10 @@ void SelectWalls(double floor_m, std::vector<BuiltFace>* faces) {
     const bool is_pane =
         std::any_of(order.begin(), order.begin() + static_cast<int64_t>(i), [&](size_t k) {
           const BuiltFace& wall = (*faces)[k];
-          return wall.is_wall && IsPaneOf(wall.wall.face, built.wall.face, floor_m);
+          return wall.is_wall && IsPaneOf(wall.wall.face, built.wall.face, level.floor_m);
         });
     built.is_wall = !is_pane && IsWall(built.wall.shares, built.wall.step_m) &&
-                    IsCredible(*faces, built, floor_m);
+                    IsCredible(*faces, built, level.floor_m);
   }
 }
 

@@ -6,6 +6,7 @@
 #include "mapping/building/building.h"
 #include "mapping/building/openings.h"
 #include "mapping/building/rooms.h"
+#include "mapping/building/storeys.h"
 
 namespace slcmap {
 
@@ -21,9 +22,10 @@ struct BuiltFace {
 
 // Of parallel faces one of which is just behind another, as a pane behind its wall, a duct before
 // it, only that is the wall's which is one in more places: the others have no share of a wall
-// there. What is short is a wall only where it reaches the top of its storey and nearly its floor,
-// along or across a long one. Sets which faces, all of one storey, are of walls.
-void SelectWalls(double floor_m, std::vector<BuiltFace>* faces);
+// there; what ends beneath the top of one before it is never its wall. What is short is a wall only
+// where it reaches the top of its storey and nearly its floor, along or across a long one. Sets
+// which faces, all of one storey, are of walls.
+void SelectWalls(const Level& level, std::vector<BuiltFace>* faces);
 
 // How far a way in the plan leads before it comes to the front of a wall that it cannot pass, as a
 // share of it. Doors and passages let it through; what is seen through a window is outside.

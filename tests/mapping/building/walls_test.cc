@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <utility>
+
 namespace slcmap {
 namespace {
 
@@ -43,6 +45,35 @@ TEST(ShareBeforeWalls, WhatIsNoWallOrWasSeenThroughLetsThrough) {
   std::fill(gap.wall.shares.begin() + 50, gap.wall.shares.end(), 0);  // from x = 1.5 to 0
   EXPECT_EQ(ShareBeforeWalls({gap}, {1, 3}, {1, -1}), 1);
   EXPECT_NEAR(ShareBeforeWalls({gap}, {3, 3}, {3, -1}), 0.75, 1e-12);
+}
+
+// A wall of which half is seen, and a face 15 cm behind it with more of its own seen, between two
+// heights.
+std::vector<BuiltFace> WallAndFaceBehind(double from_m, double to_m) {
+  BuiltFace wall = WallAlongX(), behind = WallAlongX();
+  std::fill(wall.wall.shares.begin() + 20, wall.wall.shares.begin() + 60, 0);
+  std::fill(behind.wall.shares.begin(), behind.wall.shares.begin() + 20, 0);
+  wall.wall.face.high_m = 2.8;
+  behind.wall.face.offset_m = -0.15;
+  behind.wall.face.mostly_above_m = from_m;
+  behind.wall.face.high_m = to_m;
+  return {wall, behind};
+}
+
+std::pair<bool, bool> AreWalls(std::vector<BuiltFace> faces) {
+  Level level;
+  level.top_m = 2.8;
+  SelectWalls(level, &faces);
+  return {faces[0].is_wall, faces[1].is_wall};
+}
+
+TEST(SelectWalls, PaneBehindAWallIsNoneHoweverMuchMoreIsSeenOfIt) {
+  EXPECT_EQ(AreWalls(WallAndFaceBehind(1, 2.3)), std::pair(true, false));
+}
+
+TEST(SelectWalls, WhatGoesFromFloorOrToTheTopBehindALesserFaceIsTheWall) {
+  EXPECT_EQ(AreWalls(WallAndFaceBehind(0.1, 2.3)), std::pair(false, true));
+  EXPECT_EQ(AreWalls(WallAndFaceBehind(1, 2.8)), std::pair(false, true));
 }
 
 }  // namespace
