@@ -94,31 +94,53 @@ void Yield(const WallFace& stronger, WallFace* weaker) {
   }
 }
 
-// The pane of windows behind a wall: where that is not seen above and below them, the pane is all
-// there is. It begins at their sills, while the back of a recess begins at the floor.
-bool IsPaneOf(const Face& wall, const Face& pane, double floor_m) {
-  constexpr double kLeastSill_m = 0.6, kAlongside_m = 0.3;
-  if (wall.level != pane.level || wall.normal.dot(pane.normal) < kAlike) return false;
-  const double behind_m = -wall.DistanceTo(pane.Middle());
-  const double a = wall.AlongOf(pane.PointAt(pane.from_m));
-  const double b = wall.AlongOf(pane.PointAt(pane.to_m));
-  return behind_m > 0 && behind_m <= kBeside_m && a >= wall.from_m - kAlongside_m &&
-         b <= wall.to_m + kAlongside_m && pane.mostly_above_m >= floor_m + kLeastSill_m;
+// Whether a place of a face is just behind a wall.
+bool IsBehind(const Face& wall, const Face& face, double along_m) {
+  constexpr double kAlongside_m = 0.3;
+  if (wall.level != face.level || wall.normal.dot(face.normal) < kAlike) return false;
+  const Eigen::Vector2d p = face.PointAt(along_m);
+  const double behind_m = -wall.DistanceTo(p), at_m = wall.AlongOf(p);
+  return behind_m > 0 && behind_m <= kBeside_m && at_m >= wall.from_m - kAlongside_m &&
+         at_m <= wall.to_m + kAlongside_m;
 }
 
-// What ends beneath the top of a wall that it is behind is a pane of it, however much more is seen
-// of panes and their frames than of blank plaster.
+// Panes begin at their windows' sills, while the back of a recess begins at the floor.
+bool BeginsAtSills(const Face& face, double floor_m) {
+  constexpr double kLeastSill_m = 0.6;
+  return face.mostly_above_m >= floor_m + kLeastSill_m;
+}
+
+// The pane of windows behind a wall: where that is not seen above and below them, the pane is all
+// there is.
+bool IsPaneOf(const Face& wall, const Face& pane, double floor_m) {
+  return BeginsAtSills(pane, floor_m) && IsBehind(wall, pane, pane.from_m) &&
+         IsBehind(wall, pane, pane.to_m);
+}
+
+// The share of a face that is behind parts of walls that reach up to a height.
+double ShareBehindWalls(const std::vector<BuiltFace>& faces, const WallFace& behind,
+                        double high_m) {
+  int count = 0;
+  for (size_t i = 0; i < behind.shares.size(); ++i) {
+    const double along_m = behind.face.from_m + (static_cast<double>(i) + 0.5) * behind.step_m;
+    count += std::any_of(faces.begin(), faces.end(), [&](const BuiltFace& other) {
+      const WallFace& wall = other.wall;
+      return wall.face.high_m >= high_m && IsBehind(wall.face, behind.face, along_m) &&
+             IsWall(wall.shares, wall.step_m);
+    });
+  }
+  return static_cast<double>(count) / static_cast<double>(behind.shares.size());
+}
+
+// What ends beneath the top of the walls that it is behind is a pane of theirs, however much more
+// is seen of panes and their frames than of blank plaster.
 void DropPanes(const Level& level, std::vector<BuiltFace>* faces) {
-  constexpr double kLintel_m = 0.15;
+  constexpr double kLintel_m = 0.15, kMostly = 0.9;
   std::vector<WallFace*> panes;
   for (BuiltFace& built : *faces) {
     const double high_m = built.wall.face.high_m + kLintel_m;
-    if (high_m > level.top_m) continue;
-    const bool is_pane = std::any_of(faces->begin(), faces->end(), [&](const BuiltFace& other) {
-      return high_m <= other.wall.face.high_m && IsWall(other.wall.shares, other.wall.step_m) &&
-             IsPaneOf(other.wall.face, built.wall.face, level.floor_m);
-    });
-    if (is_pane) panes.push_back(&built.wall);
+    if (high_m > level.top_m || !BeginsAtSills(built.wall.face, level.floor_m)) continue;
+    if (ShareBehindWalls(*faces, built.wall, high_m) >= kMostly) panes.push_back(&built.wall);
   }
   for (WallFace* pane : panes) pane->shares.assign(pane->shares.size(), 0);
 }

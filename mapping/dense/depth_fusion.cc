@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
 #include "mapping/dense/parallel.h"
 #include "mapping/dense/slope_fit.h"
@@ -18,8 +19,9 @@ constexpr double kMinFacing = 0.7;       // cosine between normals of one surfac
 constexpr double kSameSigmas = 3;        // along the normal, between points of one surface
 constexpr double kBesides = 0.6;         // voxels across it, at which they are two points
 
-// 20 bits a coordinate, and 3 for where the surface faces.
-constexpr int64_t kMask = (1 << 20) - 1;
+// 20 bits a coordinate, which begins half of them below 0, and 3 for where the surface faces.
+constexpr int64_t kMask = (1 << 20) - 1, kLowest = 1 << 19;
+constexpr int kFacings = 8, kColumnBits = 23;  // what is beneath the column of a key
 
 int64_t Facing(const Eigen::Vector3f& normal) {
   int axis = 0;
@@ -28,8 +30,8 @@ int64_t Facing(const Eigen::Vector3f& normal) {
 }
 
 int64_t KeyOf(const std::array<int64_t, 3>& voxel, int64_t facing) {
-  return ((voxel[0] & kMask) << 43) | ((voxel[1] & kMask) << 23) | ((voxel[2] & kMask) << 3) |
-         facing;
+  const auto bits = [](int64_t coordinate) { return (coordinate + kLowest) & kMask; };
+  return (bits(voxel[0]) << 43) | (bits(voxel[1]) << kColumnBits) | (bits(voxel[2]) << 3) | facing;
 }
 
 std::array<int64_t, 3> VoxelOf(const Eigen::Vector3d& p, double voxel_m) {
@@ -47,32 +49,49 @@ struct Surfel {
   float weight = 0, grey = 0, filled_share = 0;
 };
 
+// Surfels, sorted by key, by their columns of voxels.
 class SurfelIndex {
  public:
   explicit SurfelIndex(const std::vector<Surfel>& surfels) : surfels_(surfels) {
-    place_.reserve(surfels.size());
-    for (std::size_t i = 0; i < surfels.size(); ++i) place_[surfels[i].key] = i;
+    for (std::size_t i = 0; i < surfels.size(); ++i) {
+      columns_.try_emplace(surfels[i].key >> kColumnBits, i, i).first->second.second = i + 1;
+    }
   }
 
   // Those near a surfel that face as it does; itself among them.
   template <typename Visit>
   void ForEachNear(const Surfel& surfel, int reach, const Visit& visit) const {
-    for (int i = 0; i < (2 * reach + 1) * (2 * reach + 1) * (2 * reach + 1); ++i) {
-      const int side = 2 * reach + 1;
-      const std::array<int64_t, 3> offset = {i % side - reach, i / side % side - reach,
-                                             i / side / side - reach};
-      const std::array<int64_t, 3> voxel = {
-          surfel.voxel[0] + offset[0], surfel.voxel[1] + offset[1], surfel.voxel[2] + offset[2]};
-      const auto found = place_.find(KeyOf(voxel, surfel.facing));
-      if (found == place_.end()) continue;
-      const Surfel& other = surfels_[found->second];
-      if (other.normal.dot(surfel.normal) >= kMinFacing) visit(found->second, other);
+    for (int x = -reach; x <= reach; ++x) {
+      for (int y = -reach; y <= reach; ++y) {
+        const std::array<int64_t, 3> lowest = {surfel.voxel[0] + x, surfel.voxel[1] + y,
+                                               surfel.voxel[2] - reach};
+        ForEachUpTo(KeyOf(lowest, 0), 2 * reach, [&](std::size_t i, const Surfel& other) {
+          const bool is_alike =
+              other.facing == surfel.facing && other.normal.dot(surfel.normal) >= kMinFacing;
+          if (is_alike) visit(i, other);
+        });
+      }
     }
   }
 
  private:
+  // Those from a key on and in so many voxels above.
+  template <typename Visit>
+  void ForEachUpTo(int64_t lowest, int voxels, const Visit& visit) const {
+    const auto column = columns_.find(lowest >> kColumnBits);
+    if (column == columns_.end()) return;
+    const auto begin = surfels_.begin() + static_cast<std::ptrdiff_t>(column->second.first);
+    const auto end = surfels_.begin() + static_cast<std::ptrdiff_t>(column->second.second);
+    const int64_t beyond = lowest + kFacings * (voxels + 1);
+    for (auto at = std::lower_bound(
+             begin, end, lowest, [](const Surfel&surfel, int64_t key) { return surfel.key < key; });
+         at != end && at->key < beyond; ++at) {
+      visit(static_cast<std::size_t>(at - surfels_.begin()), *at);
+    }
+  }
+
   const std::vector<Surfel>& surfels_;
-  std::unordered_map<int64_t, std::size_t> place_;
+  std::unordered_map<int64_t, std::pair<std::size_t, std::size_t>> columns_;  // begin and end
 };
 
 // Where a surfel's own line along its normal meets the plane of those around it.

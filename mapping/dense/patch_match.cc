@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 
 namespace slcmap {
 namespace {
@@ -13,51 +14,93 @@ constexpr float kMinVariance = 0.15F;  // of residuals, grey values squared
 constexpr float kIndependentShare = 0.12F;
 constexpr float kMinContrast = 0.6F, kMaxContrast = 1.6F;  // between two images of one patch
 
+// Where the taps are from the middle of the patch; those beyond them are there.
+struct TapPlaces {
+  Taps x = Taps::Zero(), y = Taps::Zero(), is_tap = Taps::Zero();
+
+  TapPlaces() {
+    for (int tap = 0; tap < kPatchTaps; ++tap) {
+      x[tap] = static_cast<float>(tap % (2 * kPatchRadius + 1) - kPatchRadius);
+      y[tap] = static_cast<float>(tap / (2 * kPatchRadius + 1) - kPatchRadius);
+      is_tap[tap] = 1;
+    }
+  }
+};
+
+const TapPlaces& Places() {
+  static const TapPlaces places;
+  return places;
+}
+
+// Zero beyond the taps.
+void TakeMean(Taps* values) {
+  *values *= Places().is_tap;
+  *values = (*values - values->sum() / kPatchTaps) * Places().is_tap;
+}
+
 // Grey values in the neighbour, and how they change with inverse depth.
 struct WarpedPatch {
   Taps values, slopes;
   float pixels_per_unit = 0;
-  bool is_inside = true;
+  bool is_inside = false;
 };
 
-// Bilinear value and derivative along (du, dv). The pixel is inside.
-inline void Sample(const cv::Mat& image, float u, float v, float du, float dv, float* value,
-                   float* slope) {
-  const int column = static_cast<int>(u), row = static_cast<int>(v);
-  const float x = u - static_cast<float>(column), y = v - static_cast<float>(row);
-  const float* top = image.ptr<float>(row) + column;
-  const float* bottom = top + image.step1();
-  const float across_top = top[1] - top[0], across_bottom = bottom[1] - bottom[0];
-  const float upper = top[0] + x * across_top, lower = bottom[0] + x * across_bottom;
-  *value = upper + y * (lower - upper);
-  *slope = du * (across_top + y * (across_bottom - across_top)) + dv * (lower - upper);
+// The grey values around places in an image.
+struct Corners {
+  Taps top_left, top_right, bottom_left, bottom_right;
+};
+
+// Places in an image, all inside, with how far they move with inverse depth.
+struct TapPixels {
+  Taps u, v, du, dv;
+};
+
+// Bilinear values, and derivatives along (du, dv).
+void Sample(const cv::Mat& image, const TapPixels& at, WarpedPatch* patch) {
+  const Eigen::Array<int, kPatchLanes, 1> columns = at.u.cast<int>(), rows = at.v.cast<int>();
+  const float* pixels = image.ptr<float>();
+  const auto stride = static_cast<std::ptrdiff_t>(image.step1());
+  Corners c;
+  for (int tap = 0; tap < kPatchLanes; ++tap) {
+    const float* top = pixels + rows[tap] * stride + columns[tap];
+    c.top_left[tap] = top[0];
+    c.top_right[tap] = top[1];
+    c.bottom_left[tap] = top[stride];
+    c.bottom_right[tap] = top[stride + 1];
+  }
+  const Taps x = at.u - columns.cast<float>(), y = at.v - rows.cast<float>();
+  const Taps across_top = c.top_right - c.top_left, across_bottom = c.bottom_right - c.bottom_left;
+  const Taps upper = c.top_left + x * across_top;
+  const Taps down = c.bottom_left + x * across_bottom - upper;
+  patch->values = upper + y * down;
+  patch->slopes = at.du * (across_top + y * (across_bottom - across_top)) + at.dv * down;
 }
 
 WarpedPatch Warp(int u, int v, const DepthNode& node, const PlaneWarp& warp, const cv::Mat& image) {
+  constexpr float kMinDepth = 1e-6F;  // homogeneous: behind the camera it is below 0
+  constexpr int kMiddle = kPatchTaps / 2;
   WarpedPatch patch;
   const Eigen::Vector3f centre =
       warp.A * Eigen::Vector3f(static_cast<float>(u), static_cast<float>(v), 1) +
       node.inverse_depth * warp.b;
   const Eigen::Vector3f along_x = kPatchSpacing_px * (warp.A.col(0) + node.slope_x * warp.b);
   const Eigen::Vector3f along_y = kPatchSpacing_px * (warp.A.col(1) + node.slope_y * warp.b);
+  const TapPlaces& places = Places();
+  const Taps depth = centre.z() + places.x * along_x.z() + places.y * along_y.z();
+  if (!(depth.minCoeff() > kMinDepth)) return patch;
+  const Taps inverse = depth.inverse();
+  TapPixels at;
+  at.u = (centre.x() + places.x * along_x.x() + places.y * along_y.x()) * inverse;
+  at.v = (centre.y() + places.x * along_x.y() + places.y * along_y.y()) * inverse;
   const float last_column = static_cast<float>(image.cols - 1) - 1e-3F;
   const float last_row = static_cast<float>(image.rows - 1) - 1e-3F;
-  int tap = 0;
-  for (int y = -kPatchRadius; y <= kPatchRadius; ++y) {
-    Eigen::Vector3f h = centre + static_cast<float>(y) * along_y - float{kPatchRadius} * along_x;
-    for (int x = -kPatchRadius; x <= kPatchRadius; ++x, ++tap, h += along_x) {
-      const float inverse = 1 / h.z();
-      const float at_u = h.x() * inverse, at_v = h.y() * inverse;
-      if (!(h.z() > 0 && at_u >= 0 && at_v >= 0 && at_u < last_column && at_v < last_row)) {
-        patch.is_inside = false;
-        return patch;
-      }
-      const float du = (warp.b.x() - at_u * warp.b.z()) * inverse;
-      const float dv = (warp.b.y() - at_v * warp.b.z()) * inverse;
-      Sample(image, at_u, at_v, du, dv, &patch.values[tap], &patch.slopes[tap]);
-      if (x == 0 && y == 0) patch.pixels_per_unit = std::hypot(du, dv);
-    }
-  }
+  patch.is_inside = at.u.minCoeff() >= 0 && at.v.minCoeff() >= 0 && at.u.maxCoeff() < last_column &&
+                    at.v.maxCoeff() < last_row;
+  if (!patch.is_inside) return patch;
+  at.du = (warp.b.x() - at.u * warp.b.z()) * inverse;
+  at.dv = (warp.b.y() - at.v * warp.b.z()) * inverse;
+  patch.pixels_per_unit = std::hypot(at.du[kMiddle], at.dv[kMiddle]);
+  Sample(image, at, &patch);
   return patch;
 }
 
@@ -65,6 +108,7 @@ WarpedPatch Warp(int u, int v, const DepthNode& node, const PlaneWarp& warp, con
 
 ReferencePatch PatchAt(const cv::Mat& image, int u, int v) {
   ReferencePatch patch;
+  patch.values.setZero();
   int tap = 0;
   for (int y = -kPatchRadius; y <= kPatchRadius; ++y) {
     const float* row = image.ptr<float>(v + y * kPatchSpacing_px) + u;
@@ -72,7 +116,7 @@ ReferencePatch PatchAt(const cv::Mat& image, int u, int v) {
       patch.values[tap++] = row[x * kPatchSpacing_px];
     }
   }
-  patch.values -= patch.values.mean();
+  TakeMean(&patch.values);
   patch.energy = patch.values.square().sum();
   return patch;
 }
@@ -91,8 +135,8 @@ PatchComparison ComparePatch(const ReferencePatch& patch, int u, int v, const De
   if (!warped.is_inside) return comparison;
   comparison.is_inside = true;
   comparison.pixels_per_unit = warped.pixels_per_unit;
-  warped.values -= warped.values.mean();
-  warped.slopes -= warped.slopes.mean();
+  TakeMean(&warped.values);
+  TakeMean(&warped.slopes);
   const float energy = warped.values.square().sum();
   const float product = (warped.values * patch.values).sum();
   comparison.correlation = product / std::sqrt(std::max(energy * patch.energy, 1e-6F));

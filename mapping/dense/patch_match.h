@@ -13,7 +13,9 @@ inline constexpr int kPatchRadius = 3, kPatchSpacing_px = 2;  // taps of a patch
 inline constexpr int kPatchTaps = (2 * kPatchRadius + 1) * (2 * kPatchRadius + 1);
 inline constexpr int kPatchMargin_px = kPatchRadius * kPatchSpacing_px;
 
-using Taps = Eigen::Array<float, kPatchTaps, 1>;
+// Whole registers of four: what is beyond the taps is zero, or means nothing.
+inline constexpr int kPatchLanes = (kPatchTaps + 3) / 4 * 4;
+using Taps = Eigen::Array<float, kPatchLanes, 1>;
 
 // The patch of a reference image around a pixel, without its mean.
 struct ReferencePatch {

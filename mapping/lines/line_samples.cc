@@ -1,7 +1,7 @@
 #include "mapping/lines/line_samples.h"
 
+#include <Eigen/Core>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <optional>
 
@@ -29,7 +29,33 @@ struct Rise {
   double across_px, gradient;
 };
 
-using Profile = std::array<double, 2 * kMaxReach_px + 5>;  // across an edge, pixel by pixel
+// Brightness across an edge, pixel by pixel; in whole registers of four: the last are the same.
+constexpr int kProfile = (2 * kMaxReach_px + 5 + 3) / 4 * 4;
+using Profile = Eigen::Array<float, kProfile, 1>;
+
+// At `count` places from `low` on, all inside.
+Profile ProfileAt(const cv::Mat& image, const Eigen::Vector2d& low, const Eigen::Vector2d& normal,
+                  int count) {
+  static const Profile kSteps = Profile::LinSpaced(0, kProfile - 1);
+  const Profile steps = kSteps.min(static_cast<float>(count - 1));
+  const Profile u = static_cast<float>(low.x()) + steps * static_cast<float>(normal.x());
+  const Profile v = static_cast<float>(low.y()) + steps * static_cast<float>(normal.y());
+  // What rounding moves over the border belongs to the last pixel before it.
+  const Eigen::Array<int, kProfile, 1> columns = u.cast<int>().min(image.cols - 2);
+  const Eigen::Array<int, kProfile, 1> rows = v.cast<int>().min(image.rows - 2);
+  Profile top_left, top_right, bottom_left, bottom_right;
+  for (int i = 0; i < kProfile; ++i) {
+    const uchar* top = image.ptr<uchar>(rows[i]) + columns[i];
+    const uchar* bottom = top + image.step[0];
+    top_left[i] = top[0];
+    top_right[i] = top[1];
+    bottom_left[i] = bottom[0];
+    bottom_right[i] = bottom[1];
+  }
+  const Profile a = u - columns.cast<float>(), b = v - rows.cast<float>();
+  const Profile upper = top_left + a * (top_right - top_left);
+  return upper + b * (bottom_left + a * (bottom_right - bottom_left) - upper);
+}
 
 // Where the bright side is saturated, as a window's is, only the foot of the blurred step is left,
 // and the gradient is largest there: on the dark side of the edge, which in triangulation from few
@@ -40,7 +66,7 @@ double SaturationShift_px(const Profile& values, double edge, int ends) {
   constexpr int kBeside_px = 3;  // the bright side of an edge that is blurred
   const int from = static_cast<int>(std::lround(edge));
   const int to = std::min(2 * ends, from + kBeside_px);
-  const double brightest = *std::max_element(values.begin() + from, values.begin() + to + 1);
+  const float brightest = values.segment(from, to + 1 - from).maxCoeff();
   return brightest >= kSaturated ? kShift_px : 0;
 }
 
@@ -52,8 +78,7 @@ std::optional<Rise> NearestRise(const cv::Mat& image, const Eigen::Vector2d& cen
   const int ends = reach + 2;
   const Eigen::Vector2d low = center - ends * normal, high = center + ends * normal;
   if (!IsInside(image, low) || !IsInside(image, high)) return std::nullopt;
-  Profile values;
-  for (int i = 0; i <= 2 * ends; ++i) values[i] = Brightness(image, low + i * normal);
+  const Profile values = ProfileAt(image, low, normal, 2 * ends + 1);
   const auto gradient = [&](int i) { return 0.5 * (values[i + 1] - values[i - 1]); };
   std::optional<Rise> nearest;
   for (int i = 2; i <= 2 * ends - 2; ++i) {

@@ -71,6 +71,16 @@ TEST(SelectWalls, PaneBehindAWallIsNoneHoweverMuchMoreIsSeenOfIt) {
   EXPECT_EQ(AreWalls(WallAndFaceBehind(1, 2.3)), std::pair(true, false));
 }
 
+TEST(SelectWalls, PaneAlongTwoPiecesOfAWallIsNone) {
+  std::vector<BuiltFace> faces = WallAndFaceBehind(1, 2.3);
+  faces.push_back(faces[0]);
+  faces[0].wall.face.to_m = -2.4;
+  faces[0].wall.shares.resize(32);
+  faces[2].wall.face.from_m = -1.7;
+  faces[2].wall.shares.erase(faces[2].wall.shares.begin(), faces[2].wall.shares.begin() + 46);
+  EXPECT_EQ(AreWalls(faces), std::pair(true, false));
+}
+
 TEST(SelectWalls, WhatGoesFromFloorOrToTheTopBehindALesserFaceIsTheWall) {
   EXPECT_EQ(AreWalls(WallAndFaceBehind(0.1, 2.3)), std::pair(false, true));
   EXPECT_EQ(AreWalls(WallAndFaceBehind(1, 2.8)), std::pair(false, true));

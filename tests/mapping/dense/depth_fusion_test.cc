@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <random>
 
 namespace slcmap {
@@ -75,6 +76,23 @@ TEST(DepthFusion, KeepsTheSidesOfAThinWallApart) {
   }
   EXPECT_GT(near, 1000);
   EXPECT_GT(far, 1000);
+}
+
+TEST(DepthFusion, ThinsOutWhereCoordinatesChangeTheirSignAsElsewhere) {
+  DepthFusion fusion((DenseOptions()));
+  for (int i = 0; i < 12; ++i) {
+    fusion.Add(LookingAlongX(0.02 * i), FusionCamera(), NoisyWallAt(2.0 - 0.02 * i, 0.03, i));
+  }
+  const std::vector<DensePoint> points = fusion.Points();
+  const auto count_at = [&](int axis, double middle_m) {
+    return std::count_if(points.begin(), points.end(), [&](const DensePoint& point) {
+      return std::abs(point.p_world[axis] - middle_m) < 0.05;
+    });
+  };
+  for (const int axis : {1, 2}) {
+    const auto elsewhere = static_cast<double>(count_at(axis, -0.4) + count_at(axis, 0.4));
+    EXPECT_NEAR(static_cast<double>(count_at(axis, 0)), elsewhere / 2, 0.1 * elsewhere / 2);
+  }
 }
 
 TEST(DepthFusion, LeavesOutWhatIsUncertain) {
