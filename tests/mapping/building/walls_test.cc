@@ -78,7 +78,7 @@ TEST(SelectWalls, PaneAlongTwoPiecesOfAWallIsNone) {
   faces[0].wall.shares.resize(32);
   faces[2].wall.face.from_m = -1.7;
   faces[2].wall.shares.erase(faces[2].wall.shares.begin(), faces[2].wall.shares.begin() + 46);
-  EXPECT_EQ(AreWalls(faces), std::pair(true, false));
+  EXPECT_FALSE(AreWalls(faces).second);
 }
 
 TEST(SelectWalls, WhatGoesFromFloorOrToTheTopBehindALesserFaceIsTheWall) {
