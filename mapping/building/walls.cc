@@ -94,12 +94,14 @@ void Yield(const WallFace& stronger, WallFace* weaker) {
   }
 }
 
-// Whether a place of a face is just behind a wall.
+bool IsLong(const BuiltFace& built) { return CoveredLength(built.wall) >= kLong_m; }
+
+// Whether a place along a face is just behind a wall, between its ends.
 bool IsBehind(const Face& wall, const Face& face, double along_m) {
   constexpr double kAlongside_m = 0.3;
   if (wall.level != face.level || wall.normal.dot(face.normal) < kAlike) return false;
-  const Eigen::Vector2d p = face.PointAt(along_m);
-  const double behind_m = -wall.DistanceTo(p), at_m = wall.AlongOf(p);
+  const double behind_m = -wall.DistanceTo(face.Middle());
+  const double at_m = wall.AlongOf(face.PointAt(along_m));
   return behind_m > 0 && behind_m <= kBeside_m && at_m >= wall.from_m - kAlongside_m &&
          at_m <= wall.to_m + kAlongside_m;
 }
@@ -117,35 +119,34 @@ bool IsPaneOf(const Face& wall, const Face& pane, double floor_m) {
          IsBehind(wall, pane, pane.to_m);
 }
 
-// The share of a face that is behind parts of walls that reach up to a height.
-double ShareBehindWalls(const std::vector<BuiltFace>& faces, const WallFace& behind,
-                        double high_m) {
+// The share of a face that is behind one of the walls that reach up to a height.
+double ShareBehind(const std::vector<Face>& walls, const WallFace& behind, double high_m) {
   int count = 0;
   for (size_t i = 0; i < behind.shares.size(); ++i) {
     const double along_m = behind.face.from_m + (static_cast<double>(i) + 0.5) * behind.step_m;
-    count += std::any_of(faces.begin(), faces.end(), [&](const BuiltFace& other) {
-      const WallFace& wall = other.wall;
-      return wall.face.high_m >= high_m && IsBehind(wall.face, behind.face, along_m) &&
-             IsWall(wall.shares, wall.step_m);
+    count += std::any_of(walls.begin(), walls.end(), [&](const Face& wall) {
+      return wall.high_m >= high_m && IsBehind(wall, behind.face, along_m);
     });
   }
   return static_cast<double>(count) / static_cast<double>(behind.shares.size());
 }
 
-// What ends beneath the top of the walls that it is behind is a pane of theirs, however much more
-// is seen of panes and their frames than of blank plaster.
+// What begins at sills, and ends beneath the top of the long walls that it is behind, is a pane of
+// theirs, however much more is seen of panes and their frames than of blank plaster.
 void DropPanes(const Level& level, std::vector<BuiltFace>* faces) {
   constexpr double kLintel_m = 0.15, kMostly = 0.9;
-  std::vector<WallFace*> panes;
+  std::vector<Face> walls;
+  for (const BuiltFace& built : *faces) {
+    const bool is_wall = IsLong(built) && IsWall(built.wall.shares, built.wall.step_m);
+    if (is_wall) walls.push_back(built.wall.face);
+  }
   for (BuiltFace& built : *faces) {
     const double high_m = built.wall.face.high_m + kLintel_m;
     if (high_m > level.top_m || !BeginsAtSills(built.wall.face, level.floor_m)) continue;
-    if (ShareBehindWalls(*faces, built.wall, high_m) >= kMostly) panes.push_back(&built.wall);
+    if (ShareBehind(walls, built.wall, high_m) < kMostly) continue;
+    built.wall.shares.assign(built.wall.shares.size(), 0);
   }
-  for (WallFace* pane : panes) pane->shares.assign(pane->shares.size(), 0);
 }
-
-bool IsLong(const BuiltFace& built) { return CoveredLength(built.wall) >= kLong_m; }
 
 // Normals at corners, reveals and furniture point anywhere, and a door's leaf is as high as can be
 // seen of it: what is short is a wall only where it reaches the top, along or across a long one,

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstddef>
 #include <utility>
 
 #include "mapping/dense/parallel.h"
@@ -83,9 +84,9 @@ class SurfelIndex {
     const auto begin = surfels_.begin() + static_cast<std::ptrdiff_t>(column->second.first);
     const auto end = surfels_.begin() + static_cast<std::ptrdiff_t>(column->second.second);
     const int64_t beyond = lowest + kFacings * (voxels + 1);
-    for (auto at = std::lower_bound(
-             begin, end, lowest, [](const Surfel&surfel, int64_t key) { return surfel.key < key; });
-         at != end && at->key < beyond; ++at) {
+    const auto is_below = [](const Surfel& surfel, int64_t key) { return surfel.key < key; };
+    auto at = std::lower_bound(begin, end, lowest, is_below);
+    for (; at != end && at->key < beyond; ++at) {
       visit(static_cast<std::size_t>(at - surfels_.begin()), *at);
     }
   }

@@ -33,7 +33,7 @@ const TapPlaces& Places() {
 }
 
 // Zero beyond the taps.
-void TakeMean(Taps* values) {
+void RemoveMean(Taps* values) {
   *values *= Places().is_tap;
   *values = (*values - values->sum() / kPatchTaps) * Places().is_tap;
 }
@@ -116,7 +116,7 @@ ReferencePatch PatchAt(const cv::Mat& image, int u, int v) {
       patch.values[tap++] = row[x * kPatchSpacing_px];
     }
   }
-  TakeMean(&patch.values);
+  RemoveMean(&patch.values);
   patch.energy = patch.values.square().sum();
   return patch;
 }
@@ -135,8 +135,8 @@ PatchComparison ComparePatch(const ReferencePatch& patch, int u, int v, const De
   if (!warped.is_inside) return comparison;
   comparison.is_inside = true;
   comparison.pixels_per_unit = warped.pixels_per_unit;
-  TakeMean(&warped.values);
-  TakeMean(&warped.slopes);
+  RemoveMean(&warped.values);
+  RemoveMean(&warped.slopes);
   const float energy = warped.values.square().sum();
   const float product = (warped.values * patch.values).sum();
   comparison.correlation = product / std::sqrt(std::max(energy * patch.energy, 1e-6F));

@@ -2,8 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <utility>
-
 namespace slcmap {
 namespace {
 
@@ -60,30 +58,39 @@ std::vector<BuiltFace> WallAndFaceBehind(double from_m, double to_m) {
   return {wall, behind};
 }
 
-std::pair<bool, bool> AreWalls(std::vector<BuiltFace> faces) {
+std::vector<bool> AreWalls(std::vector<BuiltFace> faces) {
   Level level;
   level.top_m = 2.8;
   SelectWalls(level, &faces);
-  return {faces[0].is_wall, faces[1].is_wall};
+  std::vector<bool> are_walls;
+  for (const BuiltFace& built : faces) are_walls.push_back(built.is_wall);
+  return are_walls;
 }
 
 TEST(SelectWalls, PaneBehindAWallIsNoneHoweverMuchMoreIsSeenOfIt) {
-  EXPECT_EQ(AreWalls(WallAndFaceBehind(1, 2.3)), std::pair(true, false));
+  EXPECT_EQ(AreWalls(WallAndFaceBehind(1, 2.3)), (std::vector{true, false}));
 }
 
 TEST(SelectWalls, PaneAlongTwoPiecesOfAWallIsNone) {
   std::vector<BuiltFace> faces = WallAndFaceBehind(1, 2.3);
+  faces[0].wall.shares.assign(32, 1);
   faces.push_back(faces[0]);
   faces[0].wall.face.to_m = -2.4;
-  faces[0].wall.shares.resize(32);
-  faces[2].wall.face.from_m = -1.7;
-  faces[2].wall.shares.erase(faces[2].wall.shares.begin(), faces[2].wall.shares.begin() + 46);
-  EXPECT_FALSE(AreWalls(faces).second);
+  faces[2].wall.face.from_m = -1.6;
+  EXPECT_EQ(AreWalls(faces), (std::vector{true, false, true}));
+}
+
+TEST(SelectWalls, WhatIsBehindAShortPieceMayBeTheWall) {
+  std::vector<BuiltFace> faces = WallAndFaceBehind(1, 2.3);
+  std::fill(faces[0].wall.shares.begin() + 20, faces[0].wall.shares.end(), 0);
+  EXPECT_EQ(AreWalls(faces), (std::vector{false, true}));
 }
 
 TEST(SelectWalls, WhatGoesFromFloorOrToTheTopBehindALesserFaceIsTheWall) {
-  EXPECT_EQ(AreWalls(WallAndFaceBehind(0.1, 2.3)), std::pair(false, true));
-  EXPECT_EQ(AreWalls(WallAndFaceBehind(1, 2.8)), std::pair(false, true));
+  EXPECT_EQ(AreWalls(WallAndFaceBehind(0.1, 2.3)), (std::vector{false, true}));
+  std::vector<BuiltFace> faces = WallAndFaceBehind(1, 2.75);
+  faces[0].wall.face.high_m = 3.1;  // something above its storey
+  EXPECT_EQ(AreWalls(faces), (std::vector{false, true}));
 }
 
 }  // namespace
