@@ -4,6 +4,7 @@
 #include <cmath>
 #include <iterator>
 #include <opencv2/core/utility.hpp>
+#include <utility>
 
 #include "data/quantile.h"
 #include "mapping/lines/line_finder.h"
@@ -260,8 +261,17 @@ std::vector<Stretch> FindIntervals(const TrackedLine& line, const LineIntervalOp
 void FitAgain(const Views& views, const Rig& rig, const std::vector<BuildingAxis>& axes,
               const MapLineOptions& options, std::vector<TrackedLine>* lines) {
   const ViewCameras cameras(views, rig);
-  std::erase_if(*lines,
-                [&](TrackedLine& line) { return !FitToViews(cameras, axes, options, &line); });
+  std::vector<char> holds(lines->size());
+  cv::parallel_for_({0, static_cast<int>(lines->size())}, [&](const cv::Range& range) {
+    for (int k = range.start; k < range.end; ++k) {
+      holds[k] = FitToViews(cameras, axes, options, &(*lines)[k]);
+    }
+  });
+  std::vector<TrackedLine> kept;
+  for (size_t k = 0; k < lines->size(); ++k) {
+    if (holds[k]) kept.push_back(std::move((*lines)[k]));
+  }
+  *lines = std::move(kept);
 }
 
 void LookAgain(const Views& views, const ViewImages& images, const SightDepths& sights,

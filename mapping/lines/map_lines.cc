@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <iterator>
+#include <opencv2/core/utility.hpp>
 
 #include "mapping/lines/guided_pass.h"
 #include "mapping/lines/line_finder.h"
@@ -71,7 +72,11 @@ BuiltLines BuildLines(const Views& views, const ViewImages& images,
   FitAgain(views, images.rig(), axes, options, &lines);
   LookAgain(views, images, sights, axes, options, &lines, progress.Part(kLooked, kLookedAgain));
   lines = MergeLines(std::move(lines), options.merging);
-  for (TrackedLine& line : lines) line.surfaces = surfaces.Beside(line.line, line.intervals);
+  cv::parallel_for_({0, static_cast<int>(lines.size())}, [&](const cv::Range& range) {
+    for (int i = range.start; i < range.end; ++i) {
+      lines[i].surfaces = surfaces.Beside(lines[i].line, lines[i].intervals);
+    }
+  });
   std::erase_if(lines, [&](const TrackedLine& line) { return MayBeGhost(line, options); });
   CountParallels(options.kinds.texture_reach_m, &lines);
   return {AsMapLines(lines, axes, options),
