@@ -10,6 +10,9 @@ namespace slcmap {
 namespace {
 
 constexpr double kQuarter_rad = M_PI / 2;
+// Times what a run has learned: it has one standard deviation for the lines of all axes, which the
+// many that hardly deviate make small.
+constexpr double kDeviationScale = 1.4;
 
 double Weight(const DirectedLine& line, const AxisDetectionOptions& options) {
   return line.length_m / (1 + std::pow(line.sigma_rad / options.window_rad, 2));
@@ -98,7 +101,7 @@ std::vector<BuildingAxis> FindAxes(const std::vector<DirectedLine>& lines,
 }
 
 std::vector<BuildingAxis> AxesOfRun(const OdometryRun& run, double min_sigma_rad) {
-  const double sigma_rad = std::max(run.line_deviation_rad, min_sigma_rad);
+  const double sigma_rad = std::max(kDeviationScale * run.line_deviation_rad, min_sigma_rad);
   std::vector<BuildingAxis> axes = {
       {LineAxis::kVertical, -1, -1, AxisDirection(LineAxis::kVertical, 0), sigma_rad}};
   for (size_t i = 0; i < run.manhattan_worlds.size(); ++i) {

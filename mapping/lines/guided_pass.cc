@@ -9,6 +9,7 @@
 #include "data/quantile.h"
 #include "mapping/lines/line_finder.h"
 #include "mapping/lines/line_stretches.h"
+#include "mapping/lines/neighbour_directions.h"
 #include "odometry/geometry/pinhole.h"
 
 namespace slcmap {
@@ -183,15 +184,19 @@ void MoveTo(const LineFit& fit, TrackedLine* line) {
   line->seen = {line->intervals.front().from_m, line->intervals.back().to_m};
 }
 
+StretchLimits LimitsOf(const TrackedLine& line, const MapLineOptions& options) {
+  return {options.min_views, options.max_sigma_m,
+          line.axis < 0 ? options.max_free_spread_px : options.max_spread_px,
+          options.intervals.min_length_m};
+}
+
 // Fits a line again to its places in its intervals; false where it does not hold.
 bool FitToViews(const ViewCameras& cameras, const std::vector<BuildingAxis>& axes,
                 const MapLineOptions& options, TrackedLine* line) {
   line->intervals = FindIntervals(*line, options.intervals);
   DropPlacesOutside(line);
   if (line->intervals.empty()) return false;
-  const StretchLimits limits{options.min_views, options.max_sigma_m,
-                             line->axis < 0 ? options.max_free_spread_px : options.max_spread_px,
-                             options.intervals.min_length_m};
+  const StretchLimits limits = LimitsOf(*line, options);
   const auto fit = FitStretches(cameras, PriorOf(*line, axes, options), options.fit, limits, line);
   if (!fit || !limits.Hold(*fit)) return false;
   line->parallax_rad = Parallax_rad(fit->line, line->places, cameras);
@@ -286,6 +291,20 @@ void LookAgain(const Views& views, const ViewImages& images, const SightDepths& 
   FitAgain(views, images.rig(), axes, options, &moved);
   std::erase_if(*lines, has_moved);
   std::ranges::move(moved, std::back_inserter(*lines));
+}
+
+void FitAmongNeighbours(const Views& views, const Rig& rig, const std::vector<BuildingAxis>& axes,
+                        const MapLineOptions& options, std::vector<TrackedLine>* lines) {
+  const ViewCameras cameras(views, rig);
+  const auto priors = PriorsByNeighbours(*lines, axes, options.neighbours);
+  cv::parallel_for_({0, static_cast<int>(lines->size())}, [&](const cv::Range& range) {
+    for (int k = range.start; k < range.end; ++k) {
+      TrackedLine& line = (*lines)[k];
+      if (!priors[k]) continue;
+      const auto fit = FitLine(line.line, line.places, cameras, priors[k], options.fit);
+      if (fit && LimitsOf(line, options).Hold(*fit)) MoveTo(*fit, &line);
+    }
+  });
 }
 
 }  // namespace slcmap

@@ -32,4 +32,9 @@ void LookAgain(const Views& views, const ViewImages& images, const SightDepths& 
                const std::vector<BuildingAxis>& axes, const MapLineOptions& options,
                std::vector<TrackedLine>* lines, const Progress& progress);
 
+// Fits the lines of each axis once more, each with what those near it make known of its direction
+// (neighbour_directions.h); what does not hold so stays as it was.
+void FitAmongNeighbours(const Views& views, const Rig& rig, const std::vector<BuildingAxis>& axes,
+                        const MapLineOptions& options, std::vector<TrackedLine>* lines);
+
 }  // namespace slcmap

@@ -56,6 +56,8 @@ struct LineFit {
   // columns of `across`: against other lines, as if places erred each for itself; and against the
   // world, with what places of an image and what all views share.
   Eigen::Matrix4d covariance = Eigen::Matrix4d::Zero(), world_covariance = Eigen::Matrix4d::Zero();
+  // What the places tell of the same without the prior, those of an image erring alike.
+  Eigen::Matrix4d places_information = Eigen::Matrix4d::Zero();
   Eigen::Matrix<double, 3, 2> across = Eigen::Matrix<double, 3, 2>::Zero();
   double rms_px = 0;
   // The same by the median of the places: few that are of another edge nearby do not count.
@@ -69,7 +71,8 @@ struct LineFit {
 };
 
 // Gauss-Newton from `start` on the distances of the places from the line's image, with Cauchy's
-// loss; places are re-weighted in each step. Nothing where they do not determine a line.
+// loss; places are re-weighted in each step. Against the prior they count as what errs alike does.
+// Nothing where they do not determine a line.
 std::optional<LineFit> FitLine(const PointAndDirection& start, const std::vector<EdgePlace>& places,
                                const ViewCameras& views, const std::optional<DirectionPrior>& prior,
                                const LineFitOptions& options);

@@ -1,7 +1,9 @@
 #include "mapping/lines/line_options.h"
 
 #include <algorithm>
+#include <string>
 
+#include "data/error.h"
 #include "data/option_table.h"
 
 namespace slcmap {
@@ -53,6 +55,12 @@ constexpr OptionTable kFitTable{
     Option{"views_that_count", &LineFitOptions::views_that_count, 1, 10000},
     Option{"shared_sigma_m", &LineFitOptions::shared_sigma_m, 0.0, 1.0}};
 
+constexpr OptionTable kNeighbourTable{
+    Option{"building_share", &NeighbourOptions::building_share, 0.0, 1.0},
+    Option{"shared_share", &NeighbourOptions::shared_share, 0.0, 1.0},
+    Option{"reach_m", &NeighbourOptions::reach_m, 0.01, 1000.0},
+    Option{"max_neighbours", &NeighbourOptions::max_neighbours, 0, 1000}};
+
 constexpr OptionTable kIntervalTable{
     Option{"bin_m", &LineIntervalOptions::bin_m, 0.005, 1.0},
     Option{"max_gap_m", &LineIntervalOptions::max_gap_m, 0.0, 10.0},
@@ -82,6 +90,12 @@ void MapLineOptions::Check() const {
   kViewsTable.Check("mapping.lines.views", views);
   kSweepTable.Check("mapping.lines.sweep", sweep);
   kFitTable.Check("mapping.lines.fit", fit);
+  kNeighbourTable.Check("mapping.lines.neighbours", neighbours);
+  if (neighbours.building_share + neighbours.shared_share > 1) {
+    throw ConfigError("mapping.lines.neighbours.shared_share: found " +
+                      std::to_string(neighbours.shared_share) +
+                      ", expected at most what building_share leaves of 1");
+  }
   kIntervalTable.Check("mapping.lines.intervals", intervals);
   kMergingTable.Check("mapping.lines.merging", merging);
   kKindTable.Check("mapping.lines.kinds", kinds);
@@ -103,6 +117,7 @@ void MapLineOptions::Read(YamlSection section) {
   kViewsTable.Read(section.Section("views"), &views);
   kSweepTable.Read(section.Section("sweep"), &sweep);
   kFitTable.Read(section.Section("fit"), &fit);
+  kNeighbourTable.Read(section.Section("neighbours"), &neighbours);
   kIntervalTable.Read(section.Section("intervals"), &intervals);
   kMergingTable.Read(section.Section("merging"), &merging);
   kKindTable.Read(section.Section("kinds"), &kinds);

@@ -5,6 +5,7 @@
 #include "mapping/lines/line_fit.h"
 #include "mapping/lines/line_samples.h"
 #include "mapping/lines/line_sweep.h"
+#include "mapping/lines/neighbour_options.h"
 #include "mapping/views/views_between.h"
 
 namespace slcmap {
@@ -64,6 +65,7 @@ struct MapLineOptions {
   ViewSpacingOptions views;
   LineSweepOptions sweep;
   LineFitOptions fit;
+  NeighbourOptions neighbours;
   LineIntervalOptions intervals;
   LineMergingOptions merging;
   LineKindOptions kinds;

@@ -72,6 +72,7 @@ BuiltLines BuildLines(const Views& views, const ViewImages& images,
   FitAgain(views, images.rig(), axes, options, &lines);
   LookAgain(views, images, sights, axes, options, &lines, progress.Part(kLooked, kLookedAgain));
   lines = MergeLines(std::move(lines), options.merging);
+  FitAmongNeighbours(views, images.rig(), axes, options, &lines);
   cv::parallel_for_({0, static_cast<int>(lines.size())}, [&](const cv::Range& range) {
     for (int i = range.start; i < range.end; ++i) {
       lines[i].surfaces = surfaces.Beside(lines[i].line, lines[i].intervals);

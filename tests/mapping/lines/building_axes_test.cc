@@ -55,7 +55,11 @@ TEST(BuildingAxes, OfARunLeaveOutWhatWasWithdrawn) {
   const auto axes = AxesOfRun(run, 0.0005);
   ASSERT_EQ(axes.size(), 3u);
   EXPECT_EQ(axes[1].world, 0);
-  EXPECT_EQ(axes[1].sigma_rad, 0.003);
+  // Lines may be farther off than the run has learned.
+  EXPECT_GT(axes[1].sigma_rad, 0.003);
+  EXPECT_LT(axes[1].sigma_rad, 0.006);
+  run.line_deviation_rad = 0;
+  EXPECT_EQ(AxesOfRun(run, 0.0005)[1].sigma_rad, 0.0005);
 }
 
 }  // namespace

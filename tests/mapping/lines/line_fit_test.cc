@@ -194,6 +194,26 @@ TEST_F(WhatIsTold, KnowsADirectionAtLeastAsWellAsItsPrior) {
   EXPECT_LE(std::sqrt(fit.world_covariance(2, 2)), 1e-4);
 }
 
+// Places of one stretch of an image err alike: more of them know no more against a prior.
+TEST_F(LineFitting, WeighsAPriorAgainstWhatErrsAlike) {
+  const std::vector<EdgePlace> places = PlacesOf(cameras_, 0, 1);
+  std::vector<EdgePlace> more;
+  for (int i = 0; i < 10; ++i) more.insert(more.end(), places.begin(), places.end());
+  const Eigen::Vector3d turned =
+      (kTrue.direction_world + 0.01 * kTrue.direction_world.unitOrthogonal()).normalized();
+  const DirectionPrior prior{turned, 0.002};
+  const auto few = FitLine(kTrue, places, cameras_, prior, options_);
+  const auto many = FitLine(kTrue, more, cameras_, prior, options_);
+  ASSERT_TRUE(few && many);
+  const auto off_rad = [](const LineFit& fit) {
+    return fit.line.direction_world.cross(kTrue.direction_world).norm();
+  };
+  EXPECT_GT(off_rad(*few), 1e-4);
+  EXPECT_NEAR(off_rad(*many), off_rad(*few), 0.02 * off_rad(*few));
+  EXPECT_LT((many->world_covariance - few->world_covariance).norm(),
+            0.02 * few->world_covariance.norm());
+}
+
 TEST_F(LineFitting, TellsALineWithPlacesOfAnotherEdgeFromPlacesOfNone) {
   std::vector<EdgePlace> of_two = PlacesOf(cameras_, 0.1, 1), of_none = PlacesOf(cameras_, 0.6, 2);
   for (size_t i = 0; i < of_two.size(); i += 4) of_two[i].px += 1.3 * of_two[i].normal;
