@@ -11,7 +11,8 @@ namespace {
 
 constexpr double kQuarter_rad = M_PI / 2;
 // Times what a run has learned: it has one standard deviation for the lines of all axes, which the
-// many that hardly deviate make small.
+// many that hardly deviate make small. (AdjustmentOptions::deviation_scale is more, since poses
+// hang on all lines at once.)
 constexpr double kDeviationScale = 1.4;
 
 double Weight(const DirectedLine& line, const AxisDetectionOptions& options) {

@@ -18,7 +18,8 @@ struct BuildingAxis {
 };
 
 // The vertical, then X and Y of the run's Manhattan worlds and its slopes, but those withdrawn.
-// Where the run took lines to be exactly along their axes, they are so up to min_sigma_rad.
+// Lines may be off them by 1.4 times what the run has learned of its building, and by min_sigma_rad
+// at least.
 std::vector<BuildingAxis> AxesOfRun(const OdometryRun& run, double min_sigma_rad);
 
 // A line whose direction counts towards that of the building.

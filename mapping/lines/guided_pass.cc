@@ -302,7 +302,9 @@ void FitAmongNeighbours(const Views& views, const Rig& rig, const std::vector<Bu
       TrackedLine& line = (*lines)[k];
       if (!priors[k]) continue;
       const auto fit = FitLine(line.line, line.places, cameras, priors[k], options.fit);
-      if (fit && LimitsOf(line, options).Hold(*fit)) MoveTo(*fit, &line);
+      if (!fit || !LimitsOf(line, options).Hold(*fit)) continue;
+      // By more only where lines were merged that are not one.
+      if (Moved_m(line, *fit) <= options.merging.max_distance_m) MoveTo(*fit, &line);
     }
   });
 }

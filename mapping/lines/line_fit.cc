@@ -211,7 +211,7 @@ std::optional<LineFit> FitLine(const PointAndDirection& start, const std::vector
   fit.line.point_world += fit.shift_m * start.direction_world;
   const std::vector<double> sigmas_px = ImageSigmas_px(start, places, views, options);
   const double shared = std::max(1.0, static_cast<double>(fit.views) / options.views_that_count);
-  const double alike = shared * PlacesAlike(places, options);  // places that err as one
+  const double alike = shared * PlacesAlike(places, options);  // places and views that err as one
   Sums sums;
   for (int step = 0; step < kSteps; ++step) {
     fit.across = AcrossOf(fit.line.direction_world);

@@ -53,8 +53,8 @@ struct LineFitOptions {
 struct LineFit {
   PointAndDirection line;  // its point in the middle of the places
   // Of the place across the line at its point (m, first two) and of the direction (rad), along the
-  // columns of `across`: against other lines, as if places erred each for itself; and against the
-  // world, with what places of an image and what all views share.
+  // columns of `across`: against other lines, as if places erred each for itself, against the prior
+  // too; and against the world, with what places of an image and what all views share.
   Eigen::Matrix4d covariance = Eigen::Matrix4d::Zero(), world_covariance = Eigen::Matrix4d::Zero();
   // What the places tell of the same without the prior, those of an image erring alike.
   Eigen::Matrix4d places_information = Eigen::Matrix4d::Zero();
@@ -71,7 +71,8 @@ struct LineFit {
 };
 
 // Gauss-Newton from `start` on the distances of the places from the line's image, with Cauchy's
-// loss; places are re-weighted in each step. Against the prior they count as what errs alike does.
+// loss; places are re-weighted in each step. Those that err alike in an image count
+// as one against the prior.
 // Nothing where they do not determine a line.
 std::optional<LineFit> FitLine(const PointAndDirection& start, const std::vector<EdgePlace>& places,
                                const ViewCameras& views, const std::optional<DirectionPrior>& prior,

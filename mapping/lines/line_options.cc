@@ -59,7 +59,7 @@ constexpr OptionTable kNeighbourTable{
     Option{"building_share", &NeighbourOptions::building_share, 0.0, 1.0},
     Option{"shared_share", &NeighbourOptions::shared_share, 0.0, 1.0},
     Option{"reach_m", &NeighbourOptions::reach_m, 0.01, 1000.0},
-    Option{"max_neighbours", &NeighbourOptions::max_neighbours, 0, 1000}};
+    Option{"max_neighbours", &NeighbourOptions::max_neighbours, 0, 200}};
 
 constexpr OptionTable kIntervalTable{
     Option{"bin_m", &LineIntervalOptions::bin_m, 0.005, 1.0},

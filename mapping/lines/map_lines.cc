@@ -30,7 +30,8 @@ void AddMapLines(const TrackedLine& line, int64_t id, const std::vector<Building
         std::acos(std::min(1.0, std::abs(axis.direction_world.dot(line.line.direction_world))));
   }
   piece.sigma_m = line.fit.sigma_m();
-  piece.deviation_sigma_rad = std::sqrt(line.fit.covariance.bottomRightCorner<2, 2>().trace() / 2);
+  piece.deviation_sigma_rad =
+      std::sqrt(line.fit.world_covariance.bottomRightCorner<2, 2>().trace() / 2);
   piece.observations = line.fit.views;
   piece.kind = KindOf(line, options.kinds);
   for (const Stretch& interval : line.intervals) {
@@ -72,13 +73,13 @@ BuiltLines BuildLines(const Views& views, const ViewImages& images,
   FitAgain(views, images.rig(), axes, options, &lines);
   LookAgain(views, images, sights, axes, options, &lines, progress.Part(kLooked, kLookedAgain));
   lines = MergeLines(std::move(lines), options.merging);
-  FitAmongNeighbours(views, images.rig(), axes, options, &lines);
   cv::parallel_for_({0, static_cast<int>(lines.size())}, [&](const cv::Range& range) {
     for (int i = range.start; i < range.end; ++i) {
       lines[i].surfaces = surfaces.Beside(lines[i].line, lines[i].intervals);
     }
   });
   std::erase_if(lines, [&](const TrackedLine& line) { return MayBeGhost(line, options); });
+  FitAmongNeighbours(views, images.rig(), axes, options, &lines);
   CountParallels(options.kinds.texture_reach_m, &lines);
   return {AsMapLines(lines, axes, options),
           EvidenceOf(lines, views, ViewCameras(views, images.rig()))};

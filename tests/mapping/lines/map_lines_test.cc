@@ -144,7 +144,7 @@ TEST(MapLines, LeanAsThoseNearThemDo) {
       if (line.axis != LineAxis::kVertical || Length_m(line) > 0.3) continue;
       const Eigen::Vector3d along =
           (line.end_world - line.start_world) / (line.end_world.z() - line.start_world.z());
-      sum_rad += std::abs(std::abs(along.x()) - kLean_rad);
+      sum_rad += std::abs(along.x() + kLean_rad);  // turned from x to z
       ++lines;
     }
     EXPECT_EQ(lines, 2);
@@ -166,6 +166,7 @@ TEST(MapLines, ARowOfTurnedThingsIsNoLine) {
     });
   };
   EXPECT_EQ(tops(0), 3);
+  // By less each top is straight enough for a line along the axis, as far as it reaches.
   EXPECT_EQ(tops(0.04), 0);
 }
 

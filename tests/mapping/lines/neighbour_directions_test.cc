@@ -6,7 +6,9 @@
 #include <cmath>
 #include <random>
 
+#include "data/error.h"
 #include "mapping/lines/across.h"
+#include "mapping/lines/line_options.h"
 
 namespace slcmap {
 namespace {
@@ -38,7 +40,7 @@ TrackedLine LineOff(int axis, const Eigen::Vector3d& middle_world, const Eigen::
   return line;
 }
 
-Eigen::Vector2d OffAxis(const DirectionPrior& prior, const Eigen::Vector3d& axis_world) {
+Eigen::Vector2d AcrossAxis(const DirectionPrior& prior, const Eigen::Vector3d& axis_world) {
   return AcrossOf(axis_world).transpose() * prior.axis_world;
 }
 
@@ -84,7 +86,7 @@ TEST_F(NeighbourDirections, ErrAsTheyAreSaidTo) {
       ASSERT_TRUE(priors[i]);
       EXPECT_FALSE(priors[i]->is_across);
       const Eigen::Vector2d error =
-          OffAxis(*priors[i], kAxes[0].direction_world) - off_rad.row(i).transpose();
+          AcrossAxis(*priors[i], kAxes[0].direction_world) - off_rad.row(i).transpose();
       squared += error.squaredNorm() / (priors[i]->sigma_rad * priors[i]->sigma_rad);
       sigma_rad += priors[i]->sigma_rad;
     }
@@ -105,12 +107,75 @@ TEST_F(NeighbourDirections, FollowThoseNearbyAndOfTheSameAxis) {
   lines.push_back(LineOff(0, {20.3, 0.1, 0}, {0, 0}, 1));
   lines.push_back(LineOff(1, {0.3, 0.1, 0}, {0, 0}, 1));
   const auto priors = PriorsByNeighbours(lines, kAxes, options_);
-  EXPECT_GT(OffAxis(*priors[12], kAxes[0].direction_world).x(), 0.001);
-  EXPECT_LT(OffAxis(*priors[13], kAxes[0].direction_world).x(), -0.001);
+  EXPECT_GT(AcrossAxis(*priors[12], kAxes[0].direction_world).x(), 0.001);
+  EXPECT_LT(AcrossAxis(*priors[13], kAxes[0].direction_world).x(), -0.001);
   EXPECT_LT(priors[12]->sigma_rad, 0.8 * kSigma_rad);
   // Alone of its axis.
-  EXPECT_NEAR(OffAxis(*priors[14], kAxes[1].direction_world).norm(), 0, 1e-12);
+  EXPECT_NEAR(AcrossAxis(*priors[14], kAxes[1].direction_world).norm(), 0, 1e-12);
   EXPECT_NEAR(priors[14]->sigma_rad, kSigma_rad, 1e-12);
+}
+
+// Images know a line's direction in one way across it alone, and not apart from its place.
+TEST_F(NeighbourDirections, AreOfWhatPlacesTellAndOfNothingElse) {
+  const Eigen::Vector3d& along = kAxes[0].direction_world;
+  const double prior = 1 / (kSigma_rad * kSigma_rad), strong = 1e8, weak = 1;
+  const Eigen::Vector3d known_way = Eigen::Vector3d(0.6, 0.8, 0);
+  std::vector<TrackedLine> lines;
+  for (int i = 0; i < 12; ++i) {
+    TrackedLine line = LineOff(0, {0.05 * i, 0, 0}, {0, 0}, 1);
+    line.fit.across = AcrossOf(along) * Eigen::Rotation2D(0.7).toRotationMatrix();
+    const Eigen::Vector2d known = line.fit.across.transpose() * known_way;
+    const Eigen::Vector2d unknown(-known.y(), known.x());
+    const Eigen::Matrix2d of_direction =
+        strong * known * known.transpose() + weak * unknown * unknown.transpose();
+    // Seen half a metre from its point, so that place and direction are known together.
+    Eigen::Matrix4d& information = line.fit.places_information;
+    information.topLeftCorner<2, 2>() = 4 * of_direction;
+    information.topRightCorner<2, 2>() = 2 * of_direction;
+    information.bottomLeftCorner<2, 2>() = 2 * of_direction;
+    information.bottomRightCorner<2, 2>() = 2 * of_direction;
+    Eigen::Vector4d true_off;
+    true_off << 0.001, -0.002, line.fit.across.transpose() * (0.003 * known_way);
+    Eigen::Matrix4d with_prior = information;
+    with_prior.bottomRightCorner<2, 2>() += prior * Eigen::Matrix2d::Identity();
+    with_prior.topLeftCorner<2, 2>() += 1e-6 * Eigen::Matrix2d::Identity();
+    const Eigen::Vector4d fitted = with_prior.ldlt().solve(information * true_off);
+    line.line.direction_world = (along + line.fit.across * fitted.tail<2>()).normalized();
+    lines.push_back(line);
+  }
+  lines.push_back(LineOff(0, {0.3, 0.1, 0}, {0, 0}, 1));
+  const Eigen::Vector3d predicted = PriorsByNeighbours(lines, kAxes, options_).back()->axis_world;
+  EXPECT_GT(predicted.dot(known_way), 0.0015);
+  EXPECT_LT(predicted.dot(known_way), 0.003);
+  EXPECT_NEAR(predicted.dot(Eigen::Vector3d(-0.8, 0.6, 0)), 0, 1e-4);
+}
+
+TEST_F(NeighbourDirections, AreOfTheNearestAlone) {
+  const NeighbourOptions few{.max_neighbours = 6};
+  std::vector<TrackedLine> lines = {LineOff(0, {0.3, 0.1, 0}, {0, 0}, 1)};
+  for (int i = 0; i < 6; ++i) lines.push_back(LineOff(0, {0.1 * i, 0, 0}, {0.003, 0}, 0.001));
+  const auto before = PriorsByNeighbours(lines, kAxes, few);
+  for (int i = 0; i < 6; ++i) lines.push_back(LineOff(0, {4 + i, 0, 0}, {-0.003, 0}, 0.001));
+  const auto after = PriorsByNeighbours(lines, kAxes, few);
+  EXPECT_EQ(before[0]->axis_world, after[0]->axis_world);
+  EXPECT_NE(after[0]->axis_world, PriorsByNeighbours(lines, kAxes, options_)[0]->axis_world);
+}
+
+TEST_F(NeighbourDirections, AreNotOfAnotherSegmentOfTheRun) {
+  std::vector<TrackedLine> lines = {LineOff(0, {0.3, 0.1, 0}, {0, 0}, 1)};
+  for (int i = 0; i < 6; ++i) {
+    lines.push_back(LineOff(0, {0.1 * i, 0, 0}, {0.003, 0}, 0.001));
+    lines.back().segment = 1;
+  }
+  EXPECT_EQ(PriorsByNeighbours(lines, kAxes, options_)[0]->axis_world, kAxes[0].direction_world);
+}
+
+TEST_F(NeighbourDirections, SharesAreNoMoreThanAll) {
+  MapLineOptions options;
+  options.neighbours = {.building_share = 0.7, .shared_share = 0.3};
+  options.Check();
+  options.neighbours.shared_share = 0.4;
+  EXPECT_THROW(options.Check(), ConfigError);
 }
 
 TEST_F(NeighbourDirections, DoNotDependOnTheSenseOfLines) {
