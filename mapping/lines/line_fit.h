@@ -71,9 +71,8 @@ struct LineFit {
 };
 
 // Gauss-Newton from `start` on the distances of the places from the line's image, with Cauchy's
-// loss; places are re-weighted in each step. Those that err alike in an image count
-// as one against the prior.
-// Nothing where they do not determine a line.
+// loss; places are re-weighted in each step. Those that err alike in an image count as one against
+// the prior. Nothing where they do not determine a line.
 std::optional<LineFit> FitLine(const PointAndDirection& start, const std::vector<EdgePlace>& places,
                                const ViewCameras& views, const std::optional<DirectionPrior>& prior,
                                const LineFitOptions& options);

@@ -15,8 +15,6 @@ namespace {
 constexpr double kUnknown_rad = 1;    // of a direction that places do not tell
 constexpr double kRobustSquared = 4;  // squared sigmas off the axis at which a line counts half
 
-using Members = std::vector<size_t>;  // indices of lines
-
 // How far a line is off its axis, as its places alone have it, along the axis' `across`.
 struct OffAxis {
   size_t line = 0;
@@ -145,16 +143,18 @@ std::vector<std::optional<DirectionPrior>> PriorsByNeighbours(const std::vector<
                                                               const std::vector<BuildingAxis>& axes,
                                                               const NeighbourOptions& options) {
   // Segments of a run are shifted and turned against each other.
-  std::map<std::pair<int, int>, Members> groups;  // by axis and segment
+  std::map<std::pair<int, int>, std::vector<OffAxis>> groups;  // by axis and segment
   for (size_t i = 0; i < lines.size(); ++i) {
-    if (lines[i].axis >= 0) groups[{lines[i].axis, lines[i].segment}].push_back(i);
+    const TrackedLine& line = lines[i];
+    if (line.axis < 0) continue;
+    const BuildingAxis& axis = axes[line.axis];
+    groups[{line.axis, line.segment}].push_back(
+        OffAxisOf(line, i, axis, DeviationModel(axis.sigma_rad, options)));
   }
   std::vector<std::optional<DirectionPrior>> priors(lines.size());
-  for (const auto& [key, members] : groups) {
+  for (const auto& [key, all] : groups) {
     const BuildingAxis& axis = axes[key.first];
     const DeviationModel model(axis.sigma_rad, options);
-    std::vector<OffAxis> all;
-    for (const size_t i : members) all.push_back(OffAxisOf(lines[i], i, axis, model));
     cv::parallel_for_({0, static_cast<int>(all.size())}, [&](const cv::Range& range) {
       for (int i = range.start; i < range.end; ++i) {
         priors[all[i].line] = Predict(all[i], all, axis, model, options.max_neighbours);

@@ -153,14 +153,18 @@ TEST(MapLines, LeanAsThoseNearThemDo) {
   EXPECT_LT(off_rad(40), 0.7 * off_rad(0));
 }
 
+std::vector<WallRectangle> Row(double turn_rad) {
+  std::vector<WallRectangle> row;
+  for (const double left_m : {-1.0, -0.4, 0.2}) {
+    row.push_back({left_m, left_m + 0.35, -0.3, 0.2, turn_rad});
+  }
+  return row;
+}
+
 // As chairs in a row, each a little askew: their edges lie along a line, but none of them on it.
 TEST(MapLines, ARowOfTurnedThingsIsNoLine) {
   const auto tops = [](double turn_rad) {
-    std::vector<WallRectangle> row;
-    for (const double left_m : {-1.0, -0.4, 0.2}) {
-      row.push_back({left_m, left_m + 0.35, -0.3, 0.2, turn_rad});
-    }
-    const auto lines = LinesOf(row, WallAxes());
+    const auto lines = LinesOf(Row(turn_rad), WallAxes());
     return std::count_if(lines.begin(), lines.end(), [](const MapLine& line) {
       return line.axis == LineAxis::kX && std::abs(line.start_world.z() - 0.2) < 0.03;
     });
@@ -168,6 +172,9 @@ TEST(MapLines, ARowOfTurnedThingsIsNoLine) {
   EXPECT_EQ(tops(0), 3);
   // By less each top is straight enough for a line along the axis, as far as it reaches.
   EXPECT_EQ(tops(0.04), 0);
+  for (const MapLine& line : LinesOf(Row(0.03), WallAxes())) {
+    if (line.axis == LineAxis::kX) EXPECT_LT(Length_m(line), 0.4);
+  }
 }
 
 TEST(MapLines, ADoorwayIsAGapOfOneLine) {
