@@ -155,7 +155,7 @@ TEST_F(NeighbourDirections, AreOfTheNearestAlone) {
   std::vector<TrackedLine> lines = {LineOff(0, {0.3, 0.1, 0}, {0, 0}, 1)};
   for (int i = 0; i < 6; ++i) lines.push_back(LineOff(0, {0.1 * i, 0, 0}, {0.003, 0}, 0.001));
   const auto before = PriorsByNeighbours(lines, kAxes, few);
-  for (int i = 0; i < 6; ++i) lines.push_back(LineOff(0, {4 + i, 0, 0}, {-0.003, 0}, 0.001));
+  for (int i = 0; i < 6; ++i) lines.push_back(LineOff(0, {4.0 + i, 0, 0}, {-0.003, 0}, 0.001));
   const auto after = PriorsByNeighbours(lines, kAxes, few);
   EXPECT_EQ(before[0]->axis_world, after[0]->axis_world);
   EXPECT_NE(after[0]->axis_world, PriorsByNeighbours(lines, kAxes, options_)[0]->axis_world);
