@@ -209,10 +209,9 @@ void SceneBuilder::AddPipe(const Vector3d& from, const Vector3d& to, double radi
 
 void SceneBuilder::AddCylinder(const Vector3d& from, const Vector3d& to, double radius,
                                uint32_t material) {
-  constexpr int kSides = 12;
+  constexpr int kSides = 48;
   AddPipe(from, to, radius, kSides, material);
-  // Six strips, each from a side of the rim to the opposite one, make up the dodecagon; 0.1 mm
-  // apart.
+  // Strips, each from a side of the rim to the opposite one, make up the polygon; 0.1 mm apart.
   const auto [first, second] = Across(to - from);
   const Vector3d along = (to - from).normalized();
   for (int i = 0; i < kSides / 2; ++i) {

@@ -248,7 +248,7 @@ BuildOne Extinguisher(ObjectKeys& keys) {
 BuildOne Pipe(ObjectKeys& keys) {
   const auto points = keys.Points<3>();
   const double radius = keys.Length("radius", 0.08);
-  const int sides = keys.Count("sides", 12, 8);
+  const int sides = keys.Count("sides", 48, 8);
   const uint32_t material = keys.Material("material", "metal");
   return [=](uint32_t, SceneBuilder* builder) {
     AddPipeRun(points, radius, sides, material, builder);

@@ -1,5 +1,9 @@
 #include "mapping/pipes/pipe_evidence.h"
 
+#include <pcl/kdtree/kdtree_flann.h>
+#include <pcl/point_cloud.h>
+#include <pcl/point_types.h>
+
 #include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -178,29 +182,65 @@ RayEvidence RayEvidenceOf(const Cylinder& cylinder, const RaysOfLines& lines) {
   evidence.own = MisfitOf(own);
   evidence.straight = StraightMisfit(measured);
   evidence.told = StraightMisfit(touching);
+  evidence.outlines = static_cast<int>(round.size()) / 2;  // a ray to each of its ends
   CountImages(images, &evidence);
   return evidence;
 }
 
-SurfaceEvidence SurfaceEvidenceOf(const Cylinder& cylinder, double from_m, double to_m,
-                                  const RaysOfLines& lines, const std::vector<DensePoint>& cloud) {
+struct CloudAboutPipes::Tree {
+  pcl::KdTreeFLANN<pcl::PointXYZ> index;
+};
+
+CloudAboutPipes::CloudAboutPipes(const std::vector<DensePoint>& cloud) : cloud_(cloud) {
+  if (cloud.empty()) return;
+  const auto points = pcl::make_shared<pcl::PointCloud<pcl::PointXYZ>>();
+  for (const DensePoint& point : cloud) {
+    const Eigen::Vector3f p = point.p_world.cast<float>();
+    points->push_back({p.x(), p.y(), p.z()});
+  }
+  tree_ = std::make_unique<Tree>();
+  tree_->index.setSortedResults(false);
+  tree_->index.setInputCloud(points);
+}
+
+CloudAboutPipes::~CloudAboutPipes() = default;
+
+SurfaceEvidence CloudAboutPipes::Of(const Cylinder& cylinder, double from_m, double to_m,
+                                    const RaysOfLines& lines) const {
+  constexpr double kPiece_m = 1, kSlack_m = 0.01;
   const AcrossAxis across(cylinder.axis);
   const std::optional<Vector2d> to_views = WayToViews(across, lines);
-  SurfaceAbout about;
   const double reach_m = SurfaceAbout::kReach * cylinder.radius_m;
-  for (const DensePoint& point : cloud) {
-    const Vector3d way = point.p_world - cylinder.axis.point_world;
-    const double along_m = cylinder.axis.direction_world.dot(way);
-    if (along_m < from_m || along_m > to_m) continue;
-    const Vector2d place = across.Direction(way);
-    if (place.squaredNorm() > reach_m * reach_m) continue;
-    // Normals look at the views that saw a point.
-    const Vector2d facing =
-        to_views ? *to_views : Vector2d(across.Direction(point.normal_world).normalized());
-    about.Add(place.dot(facing) / cylinder.radius_m,
-              (facing.x() * place.y() - facing.y() * place.x()) / cylinder.radius_m);
+  const int pieces = std::max(1, static_cast<int>(std::ceil((to_m - from_m) / kPiece_m)));
+  const double step_m = (to_m - from_m) / pieces;
+  SurfaceAbout about;
+  std::vector<int> found;
+  std::vector<float> squared;
+  for (int piece = 0; tree_ && piece < pieces; ++piece) {
+    const double start_m = from_m + piece * step_m;
+    const bool is_last = piece + 1 == pieces;
+    const Vector3d middle =
+        cylinder.axis.point_world + (start_m + 0.5 * step_m) * cylinder.axis.direction_world;
+    const Eigen::Vector3f p = middle.cast<float>();
+    tree_->index.radiusSearch({p.x(), p.y(), p.z()}, std::hypot(0.5 * step_m, reach_m) + kSlack_m,
+                              found, squared);
+    for (const int i : found) {
+      const DensePoint& point = cloud_[i];
+      const Vector3d way = point.p_world - cylinder.axis.point_world;
+      const double along_m = cylinder.axis.direction_world.dot(way) - start_m;
+      if (along_m < 0 || along_m > step_m || (along_m == step_m && !is_last)) continue;
+      const Vector2d place = across.Direction(way);
+      if (place.squaredNorm() > reach_m * reach_m) continue;
+      // Normals look at the views that saw a point.
+      const Vector2d facing =
+          to_views ? *to_views : Vector2d(across.Direction(point.normal_world).normalized());
+      about.Add(place.dot(facing) / cylinder.radius_m,
+                (facing.x() * place.y() - facing.y() * place.x()) / cylinder.radius_m);
+    }
   }
-  return about.Evidence();
+  SurfaceEvidence evidence = about.Evidence();
+  evidence.length_m = to_m - from_m;
+  return evidence;
 }
 
 }  // namespace slcmap

@@ -1,6 +1,7 @@
 // What speaks for a pipe, and what against it.
 #pragma once
 
+#include <memory>
 #include <vector>
 
 #include "mapping/dense/dense_point.h"
@@ -16,12 +17,15 @@ struct Misfit {
 
 // The rays to some lines, taken for the outlines of one cylinder.
 struct RayEvidence {
-  Misfit round;     // from the cylinder
-  Misfit own;       // from a fixed edge for each line, where it fits best
-  Misfit straight;  // from one fixed edge on each side of the cylinder, where it fits best
-  Misfit told;      // what `straight` would be without noise if it is a cylinder
+  Misfit round;      // from the cylinder
+  Misfit own;        // from a fixed edge for each line, where it fits best
+  Misfit straight;   // from one fixed edge on each side of the cylinder, where it fits best
+  Misfit told;       // what `straight` would be without noise if it is a cylinder
+  int outlines = 0;  // one of each line in each image
   int images = 0;
   int both_images = 0;  // that show an outline on each side
+  // Images show an edge that stays between the outlines, as of a post that is seen corner on.
+  bool has_ridge = false;
 };
 
 using RaysOfLines = std::vector<const std::vector<TangentRay>*>;
@@ -40,10 +44,23 @@ struct SurfaceEvidence {
   // a wall; what a wall goes on beside is a trim or the frame of a door. Low where nothing is
   // known.
   double beside = -10;
+  double length_m = 0;  // between the two places
 };
 
-// Between two places along the axis, from its point.
-SurfaceEvidence SurfaceEvidenceOf(const Cylinder& cylinder, double from_m, double to_m,
-                                  const RaysOfLines& lines, const std::vector<DensePoint>& cloud);
+// A dense cloud, to be asked for at many cylinders. It must outlive this.
+class CloudAboutPipes {
+ public:
+  explicit CloudAboutPipes(const std::vector<DensePoint>& cloud);
+  ~CloudAboutPipes();
+
+  // Between two places along the axis, from its point.
+  SurfaceEvidence Of(const Cylinder& cylinder, double from_m, double to_m,
+                     const RaysOfLines& lines) const;
+
+ private:
+  struct Tree;
+  const std::vector<DensePoint>& cloud_;
+  std::unique_ptr<Tree> tree_;  // none without points
+};
 
 }  // namespace slcmap

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <opencv2/core/utility.hpp>
 #include <optional>
+#include <set>
 
 namespace slcmap {
 namespace {
@@ -199,9 +200,15 @@ std::vector<PipeCandidate> PipeCandidates(const std::vector<Outline>& outlines,
       }
     }
   });
+  // Two of the lines of one pipe, and others of them, may grow to the same.
   std::vector<PipeCandidate> candidates;
+  std::set<std::vector<size_t>> known;
   for (auto& of_first : found) {
-    for (PipeCandidate& candidate : of_first) candidates.push_back(std::move(candidate));
+    for (PipeCandidate& candidate : of_first) {
+      std::vector<size_t> lines = candidate.outlines;
+      std::ranges::sort(lines);
+      if (known.insert(std::move(lines)).second) candidates.push_back(std::move(candidate));
+    }
   }
   return candidates;
 }

@@ -3,6 +3,9 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <opencv2/core/utility.hpp>
+#include <optional>
+#include <set>
 
 namespace slcmap {
 namespace {
@@ -14,6 +17,11 @@ constexpr double kMaxGap_m = 0.5;  // in a pipe
 struct JudgedPipe {
   const PipeCandidate* candidate = nullptr;
   RayEvidence rays;
+  double surface_off = 0;  // in radii
+
+  // Some of a pipe's outlines, or with those of another, may make a pipe that is askew: of those
+  // that share lines the one that is seen most, and as round as the cloud is.
+  double Weight() const { return rays.both_images * (1 - std::min(1.0, surface_off)); }
 };
 
 // The images tell it from an edge on each side.
@@ -27,10 +35,10 @@ bool IsTold(const RayEvidence& rays, const PipeOptions& options) {
 
 // Neither an edge on each side nor one for each line does better.
 bool FitsAsWell(const RayEvidence& rays) {
-  constexpr double kSlack = 1.3, kFew = 3, kMostOfImage = 2;
+  constexpr double kSlack = 1.3, kFew = 3, kMostOfOutline = 1;
   return rays.round.squared <= kSlack * rays.straight.squared + kFew &&
          rays.round.median <= kSlack * rays.own.median &&
-         rays.round.squared <= kMostOfImage * rays.images;
+         rays.round.squared <= kMostOfOutline * rays.outlines;
 }
 
 // The cloud does not bulge between the outlines, or it goes on beside them, as about a trim or the
@@ -56,6 +64,30 @@ bool StandsOut(const RayEvidence& rays, const SurfaceEvidence& surface) {
          surface.beside <= kBehind;
 }
 
+// Where the views should tell it from edges, and edges do better nevertheless.
+bool SpeaksForEdges(const RayEvidence& rays) {
+  constexpr double kTold = 15, kLeastShare = 0.3;
+  return rays.told.squared >= kTold &&
+         rays.straight.squared - rays.round.squared < kLeastShare * rays.told.squared;
+}
+
+// The cloud bulges between the outlines nearly as a pipe does, and is behind beside them; from one
+// side the outlines need not say more than that a pipe fits about as well as edges do.
+bool Bulges(const Cylinder& cylinder, const RayEvidence& rays, const SurfaceEvidence& surface) {
+  constexpr int kLeastImages = 30, kLeastPoints = 80;
+  constexpr double kLeastBoth = 0.6, kSlack = 1.3, kFew = 3, kMostOfOwn = 2.5;
+  constexpr double kLeastLength_m = 1.5, kLeastRadius_m = 0.05;
+  constexpr double kLeastHeight = 0.3, kLeastHighest = 0.55, kMostHighest = 1.2, kMostOff = 0.52;
+  constexpr double kBehind = -0.5;
+  return cylinder.radius_m >= kLeastRadius_m && surface.length_m >= kLeastLength_m &&
+         rays.images >= kLeastImages && rays.both_images >= kLeastBoth * rays.images &&
+         rays.round.squared <= kSlack * rays.straight.squared + kFew &&
+         rays.round.squared <= kMostOfOwn * rays.own.squared + kFew &&
+         surface.points >= kLeastPoints && surface.height >= kLeastHeight &&
+         surface.highest >= kLeastHighest && surface.highest <= kMostHighest &&
+         surface.off <= kMostOff && surface.beside <= kBehind && !SpeaksForEdges(rays);
+}
+
 // A long bar that nearly all images show both outlines of, and that all that is known beside it is
 // behind. What of the cloud is on it bulges, though much of it is torn to what is behind: so may a
 // flat strip, or a square bar seen from one side alone, but these seldom stand as free.
@@ -77,9 +109,10 @@ bool HasRoundSurface(const Cylinder& cylinder, const RayEvidence& rays,
   constexpr int kLeastPoints = 60;
   constexpr double kLeastRadius_m = 0.08;
   constexpr double kLeastHeight = 0.8, kMostMedian = 0.75, kMostOfImage = 3, kMostOfOwn = 2;
+  constexpr double kLeastBoth = 0.2;
   return cylinder.radius_m >= kLeastRadius_m && surface.points >= kLeastPoints &&
-         surface.height >= kLeastHeight && surface.off <= options.max_surface_off &&
-         rays.round.median <= kMostMedian &&
+         rays.both_images >= kLeastBoth * rays.images && surface.height >= kLeastHeight &&
+         surface.off <= options.max_surface_off && rays.round.median <= kMostMedian &&
          rays.round.squared <= std::max(kMostOfImage * rays.images, kMostOfOwn * rays.own.squared);
 }
 
@@ -89,41 +122,103 @@ RaysOfLines RaysOf(const PipeCandidate& candidate, const std::vector<Outline>& o
   return rays;
 }
 
-// Those that may be pipes by what the images show, the most widely seen first.
+// The pieces of an outline, along the axis of a pipe.
+std::vector<Stretch> PiecesAlong(const PointAndDirection& axis, const Outline& outline) {
+  const PointAndDirection& line = outline.line;
+  const double sense = line.direction_world.dot(axis.direction_world) < 0 ? -1 : 1;
+  const double middle_m = axis.direction_world.dot(line.point_world - axis.point_world);
+  std::vector<Stretch> pieces;
+  for (const Stretch& piece : outline.pieces) {
+    const double a_m = middle_m + sense * piece.from_m, b_m = middle_m + sense * piece.to_m;
+    pieces.push_back({std::min(a_m, b_m), std::max(a_m, b_m)});
+  }
+  return pieces;
+}
+
+// How far from the axis a line is at its ends and in the middle, that of them which differs most
+// from the radius.
+double DistanceFromAxis_m(const Cylinder& cylinder, const Outline& outline) {
+  double worst_m = cylinder.radius_m;
+  for (const double along_m : {-outline.half_m, 0.0, outline.half_m}) {
+    const Vector3d p = outline.line.point_world + along_m * outline.line.direction_world;
+    const double distance_m =
+        (p - cylinder.axis.point_world).cross(cylinder.axis.direction_world).norm();
+    if (std::abs(distance_m - cylinder.radius_m) > std::abs(worst_m - cylinder.radius_m)) {
+      worst_m = distance_m;
+    }
+  }
+  return worst_m;
+}
+
+bool IsAlong(const Outline& outline, const Cylinder& cylinder, const PipeOptions& options) {
+  return std::abs(cylinder.axis.direction_world.dot(outline.line.direction_world)) >=
+         std::cos(options.max_turn_rad);
+}
+
+// Whether nearly all images of a pipe show an edge along nearly all of it that stays between its
+// outlines.
+bool HasRidge(const PipeCandidate& candidate, int images, const std::vector<Outline>& outlines,
+              const PipeOptions& options) {
+  constexpr double kMostAside = 0.5, kMostAway = 1.3, kLeastShare = 0.75;
+  const Cylinder& cylinder = candidate.fit.cylinder;
+  const double least_m = kLeastShare * (candidate.to_m - candidate.from_m);
+  const auto is_ridge = [&](const Outline& line) {
+    if (!IsAlong(line, cylinder, options) ||
+        DistanceFromAxis_m(cylinder, line) > kMostAway * cylinder.radius_m) {
+      return false;
+    }
+    double beside_m = 0;
+    for (const Stretch& piece : PiecesAlong(cylinder.axis, line)) {
+      beside_m += std::max(
+          0.0, std::min(piece.to_m, candidate.to_m) - std::max(piece.from_m, candidate.from_m));
+    }
+    std::set<int> shown;
+    for (const TangentRay& ray : line.rays) {
+      const double aside_m = std::abs(SignedDistance(cylinder.axis, ray));
+      if (aside_m < kMostAside * cylinder.radius_m) shown.insert(ray.image);
+    }
+    return beside_m >= least_m && static_cast<double>(shown.size()) >= kLeastShare * images;
+  };
+  const int segment = outlines[candidate.outlines.front()].segment;
+  for (size_t i = 0; i < outlines.size(); ++i) {
+    const bool is_its_own = std::ranges::find(candidate.outlines, i) != candidate.outlines.end();
+    if (!is_its_own && outlines[i].segment == segment && is_ridge(outlines[i])) return true;
+  }
+  return false;
+}
+
+// Those that are pipes by what images and cloud show, those of most weight first.
 std::vector<JudgedPipe> Judge(const std::vector<PipeCandidate>& candidates,
                               const std::vector<Outline>& outlines, const MapResult& map,
                               const PipeOptions& options) {
+  const CloudAboutPipes cloud(map.dense);
+  std::vector<std::optional<JudgedPipe>> all(candidates.size());
+  cv::parallel_for_({0, static_cast<int>(candidates.size())}, [&](const cv::Range& range) {
+    for (int i = range.start; i < range.end; ++i) {
+      const PipeCandidate& candidate = candidates[i];
+      const Cylinder& cylinder = candidate.fit.cylinder;
+      const RaysOfLines lines = RaysOf(candidate, outlines);
+      RayEvidence rays = RayEvidenceOf(cylinder, lines);
+      rays.has_ridge = HasRidge(candidate, rays.images, outlines, options);
+      const SurfaceEvidence surface = cloud.Of(cylinder, candidate.from_m, candidate.to_m, lines);
+      if (IsPipe(cylinder, rays, surface, options)) {
+        all[i] = JudgedPipe{&candidate, rays, surface.off};
+      }
+    }
+  });
   std::vector<JudgedPipe> judged;
-  for (const PipeCandidate& candidate : candidates) {
-    const Cylinder& cylinder = candidate.fit.cylinder;
-    const RaysOfLines lines = RaysOf(candidate, outlines);
-    const RayEvidence rays = RayEvidenceOf(cylinder, lines);
-    if (rays.both_images < options.min_both_sides * rays.images) continue;
-    const SurfaceEvidence surface =
-        SurfaceEvidenceOf(cylinder, candidate.from_m, candidate.to_m, lines, map.dense);
-    if (IsPipe(cylinder, rays, surface, options)) judged.push_back({&candidate, rays});
+  for (const std::optional<JudgedPipe>& pipe : all) {
+    if (pipe) judged.push_back(*pipe);
   }
   std::ranges::stable_sort(judged, [](const JudgedPipe& a, const JudgedPipe& b) {
-    if (a.rays.both_images != b.rays.both_images) return a.rays.both_images > b.rays.both_images;
+    if (a.Weight() != b.Weight()) return a.Weight() > b.Weight();
     return a.rays.round.squared < b.rays.round.squared;
   });
   return judged;
 }
 
-// Where the outlines of a pipe are, along its axis, but for short gaps.
-std::vector<Stretch> StretchesOf(const PipeCandidate& candidate,
-                                 const std::vector<Outline>& outlines) {
-  const PointAndDirection& axis = candidate.fit.cylinder.axis;
-  std::vector<Stretch> pieces;
-  for (const size_t i : candidate.outlines) {
-    const PointAndDirection& line = outlines[i].line;
-    const double sense = line.direction_world.dot(axis.direction_world) < 0 ? -1 : 1;
-    const double middle_m = axis.direction_world.dot(line.point_world - axis.point_world);
-    for (const Stretch& piece : outlines[i].pieces) {
-      const double a_m = middle_m + sense * piece.from_m, b_m = middle_m + sense * piece.to_m;
-      pieces.push_back({std::min(a_m, b_m), std::max(a_m, b_m)});
-    }
-  }
+// Sorted, and one where they are next to each other but for short gaps.
+std::vector<Stretch> Joined(std::vector<Stretch> pieces) {
   std::ranges::sort(pieces, {}, &Stretch::from_m);
   std::vector<Stretch> stretches;
   for (const Stretch& piece : pieces) {
@@ -132,6 +227,50 @@ std::vector<Stretch> StretchesOf(const PipeCandidate& candidate,
     } else {
       stretches.push_back(piece);
     }
+  }
+  return stretches;
+}
+
+// Whether a line lies on the surface of a pipe, as far as it goes.
+bool IsOnSurface(const Outline& outline, const Cylinder& cylinder, const PipeOptions& options) {
+  constexpr double kSlack_m = 0.008, kShare = 0.08, kSigmas = 2;
+  const double most_m = kSlack_m + kShare * cylinder.radius_m + kSigmas * outline.sigma_m;
+  return IsAlong(outline, cylinder, options) &&
+         std::abs(DistanceFromAxis_m(cylinder, outline) - cylinder.radius_m) <= most_m;
+}
+
+bool IsBeside(const std::vector<Stretch>& pieces, const std::vector<Stretch>& stretches) {
+  return std::ranges::any_of(pieces, [&](const Stretch& piece) {
+    return std::ranges::any_of(stretches, [&](const Stretch& stretch) {
+      return piece.from_m <= stretch.to_m + kMaxGap_m && piece.to_m >= stretch.from_m - kMaxGap_m;
+    });
+  });
+}
+
+// Where the outlines of a pipe are, along its axis, but for short gaps; and lines that begin on it
+// and go on along its surface, as outlines do that other views show.
+std::vector<Stretch> StretchesOf(const PipeCandidate& candidate,
+                                 const std::vector<Outline>& outlines, const PipeOptions& options) {
+  const Cylinder& cylinder = candidate.fit.cylinder;
+  const int segment = outlines[candidate.outlines.front()].segment;
+  std::vector<Stretch> stretches;
+  std::vector<std::vector<Stretch>> others;
+  for (size_t i = 0; i < outlines.size(); ++i) {
+    std::vector<Stretch> pieces = PiecesAlong(cylinder.axis, outlines[i]);
+    if (std::ranges::find(candidate.outlines, i) != candidate.outlines.end()) {
+      stretches.insert(stretches.end(), pieces.begin(), pieces.end());
+    } else if (outlines[i].segment == segment && IsOnSurface(outlines[i], cylinder, options)) {
+      others.push_back(std::move(pieces));
+    }
+  }
+  stretches = Joined(std::move(stretches));
+  for (bool goes_on = true; goes_on;) {
+    goes_on = std::erase_if(others, [&](const std::vector<Stretch>& pieces) {
+                if (!IsBeside(pieces, stretches)) return false;
+                stretches.insert(stretches.end(), pieces.begin(), pieces.end());
+                return true;
+              }) > 0;
+    stretches = Joined(std::move(stretches));
   }
   return stretches;
 }
@@ -169,17 +308,15 @@ void AddMapPipes(const JudgedPipe& judged, const std::vector<Stretch>& stretches
 bool IsOnPipe(const Outline& outline, const Cylinder& cylinder,
               const std::vector<Stretch>& stretches, const PipeOptions& options) {
   constexpr double kSlack_m = 0.005, kBeyond_m = 0.1, kSigmas = 2;
+  if (!IsAlong(outline, cylinder, options)) return false;
   const PointAndDirection& axis = cylinder.axis;
-  if (std::abs(axis.direction_world.dot(outline.line.direction_world)) <
-      std::cos(options.max_turn_rad)) {
-    return false;
-  }
   const double most_m = cylinder.radius_m + kSlack_m + kSigmas * outline.sigma_m;
   const auto is_on = [&](double along_m) {
     const Vector3d p = outline.line.point_world + along_m * outline.line.direction_world;
     const Vector3d way = p - axis.point_world;
     const double at_m = axis.direction_world.dot(way);
-    return way.cross(axis.direction_world).norm() <= most_m &&
+    const double distance_m = way.cross(axis.direction_world).norm();
+    return (distance_m <= most_m || IsOnSurface(outline, cylinder, options)) &&
            std::ranges::any_of(stretches, [&](const Stretch& stretch) {
              return at_m >= stretch.from_m - kBeyond_m && at_m <= stretch.to_m + kBeyond_m;
            });
@@ -198,10 +335,13 @@ void Leave(const std::vector<int64_t>& ids, IdOf id_of, Items* items) {
 
 bool IsPipe(const Cylinder& cylinder, const RayEvidence& rays, const SurfaceEvidence& surface,
             const PipeOptions& options) {
+  if (HasRoundSurface(cylinder, rays, surface, options)) return true;
+  if (rays.both_images < options.min_both_sides * rays.images) return false;
   const bool outlined =
       IsTold(rays, options) && FitsAsWell(rays) && !IsContradicted(cylinder, surface, options);
-  return outlined || StandsOut(rays, surface) || StandsFree(rays, surface) ||
-         HasRoundSurface(cylinder, rays, surface, options);
+  if (outlined) return true;
+  return !rays.has_ridge &&
+         (StandsOut(rays, surface) || Bulges(cylinder, rays, surface) || StandsFree(rays, surface));
 }
 
 FoundPipes FindPipes(const MapResult& map, const PipeOptions& options) {
@@ -213,7 +353,7 @@ FoundPipes FindPipes(const MapResult& map, const PipeOptions& options) {
     const PipeCandidate& candidate = *judged.candidate;
     const auto is_explained = [&](size_t i) { return explained[i] != 0; };
     if (std::ranges::any_of(candidate.outlines, is_explained)) continue;
-    const std::vector<Stretch> stretches = StretchesOf(candidate, outlines);
+    const std::vector<Stretch> stretches = StretchesOf(candidate, outlines, options);
     const size_t before = found.pipes.size();
     AddMapPipes(judged, stretches, outlines, options.min_length_m, &found.pipes);
     if (found.pipes.size() == before) continue;

@@ -187,6 +187,29 @@ TEST(Pipes, SquarePostsAreNone) {
   }
 }
 
+// Seen corner on, two sides of it slope away as the front of a pipe does.
+SceneOfViews PostCornerOn(double side_m, double turn_rad) {
+  SceneOfViews scene(turn_rad);
+  const double d_m = side_m / std::sqrt(2.0);
+  AddEdges(
+      {{0, d_m}, {0, -d_m}, {d_m, 0}}, [](const Vector2d&, int) { return true; }, &scene);
+  for (double share = 0.05; share < 1; share += 0.1) {
+    for (const double side : {-1.0, 1.0}) {
+      scene.AddPoints({(1 - share) * d_m, side * share * d_m}, Way(side * M_PI / 4));
+    }
+  }
+  return scene;
+}
+
+TEST(Pipes, SquarePostsSeenCornerOnAreNone) {
+  for (const double side_m : {0.1, 0.15, 0.3}) {
+    for (const double turn_rad : {0.1, 0.6}) {
+      EXPECT_TRUE(FindPipes(PostCornerOn(side_m, turn_rad).map(), {}).pipes.empty())
+          << side_m << " " << turn_rad;
+    }
+  }
+}
+
 // Edges with nothing between them, as of a door frame.
 TEST(Pipes, EdgesThatOneSeesBetweenAreNone) {
   SceneOfViews scene = PanelOf(0.2, 1.4);
@@ -217,6 +240,27 @@ TEST(Pipes, AThinOneThatStandsFreeIsOne) {
   EXPECT_FALSE(IsPipe(WithRadius(0.06), rays, surface, {})) << "two edges";
 }
 
+// What views from one side show of a pipe with a wall behind it, partly torn to that.
+TEST(Pipes, OneThatBulgesFromWhatIsBehindIsOne) {
+  RayEvidence rays;
+  rays.round = {278, 0.75}, rays.own = {134, 0.42}, rays.straight = {277, 0.75};
+  rays.told = {5, 0.08};
+  rays.images = 82, rays.both_images = 60, rays.outlines = 160;
+  const SurfaceEvidence surface{315, 0.7, 0.9, 0.25, -2, 5};
+  EXPECT_TRUE(IsPipe(WithRadius(0.12), rays, surface, {}));
+  const auto with = [&](auto member, double value) {
+    SurfaceEvidence other = surface;
+    other.*member = value;
+    return IsPipe(WithRadius(0.12), rays, other, {});
+  };
+  EXPECT_FALSE(with(&SurfaceEvidence::length_m, 1)) << "too short to say";
+  EXPECT_FALSE(with(&SurfaceEvidence::beside, -0.2)) << "the wall goes on beside it";
+  EXPECT_FALSE(with(&SurfaceEvidence::height, 0.1)) << "flat";
+  EXPECT_FALSE(with(&SurfaceEvidence::off, 0.6)) << "not as high as a pipe";
+  rays.both_images = 40;
+  EXPECT_FALSE(IsPipe(WithRadius(0.12), rays, surface, {})) << "two edges";
+}
+
 TEST(Pipes, ALongOneMayHaveManyLinesInEachImage) {
   RayEvidence rays;
   rays.round = {1000, 0.6}, rays.own = {700, 0.5}, rays.straight = {950, 0.6};
@@ -226,6 +270,29 @@ TEST(Pipes, ALongOneMayHaveManyLinesInEachImage) {
   EXPECT_TRUE(IsPipe(WithRadius(0.15), rays, round, {}));
   rays.own.squared = 300;
   EXPECT_FALSE(IsPipe(WithRadius(0.15), rays, round, {})) << "its lines fit edges by far better";
+}
+
+// Where other views show other outlines of it, a pipe goes on.
+TEST(Pipes, GoOnAsFarAsLinesOnTheirSurfaceDo) {
+  SceneOfViews scene = PipeOf(0.06, 1.4);
+  const auto add = [&](const Vector2d& place, double from_m, double to_m) {
+    MapLine line = scene.map().lines.front();
+    line.id = static_cast<int64_t>(scene.map().lines.size());
+    line.start_world = {place.x(), place.y(), from_m};
+    line.end_world = {place.x(), place.y(), to_m};
+    scene.map().lines.push_back(line);
+    scene.AddSupport(static_cast<int>(line.id), 0, place);
+    return line.id;
+  };
+  const int64_t further = add(0.06 * Way(0.5), 0.8, 2.5), next = add(0.06 * Way(-0.7), 2.7, 4);
+  add(0.06 * Way(-0.7), 4.8, 6);  // beyond a gap
+  add(0.12 * Way(0.3), 0, 3);     // beside it
+  const FoundPipes found = FindPipes(scene.map(), {});
+  ASSERT_EQ(found.pipes.size(), 1u);
+  const MapPipe& pipe = found.pipes[0];
+  EXPECT_NEAR(std::max(pipe.start_world.z(), pipe.end_world.z()), 4, 0.01);
+  EXPECT_NEAR(std::min(pipe.start_world.z(), pipe.end_world.z()), -kHalf_m, 0.01);
+  EXPECT_EQ(found.line_ids, (std::vector<int64_t>{0, 1, further, next}));
 }
 
 TEST(Pipes, WhatTheyExplainLeavesTheLines) {
