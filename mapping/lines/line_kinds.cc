@@ -8,14 +8,17 @@ namespace {
 
 // Grain, joints and print are as long as the boards and sheets that they are on; what is longer is
 // of the building, unless it hardly stands out.
-constexpr double kLong_m = 1.2, kMinLongStep = 0.15;
+constexpr double kLong_m = 0.8, kMinLongStep = 0.15;
 
-// Whether its step of brightness is large, or lasts and is not small.
-bool StandsOut(const TrackedLine& line, double trim_step, bool lasts,
-               const LineKindOptions& options) {
+// Of the mean brightness: a step that lasts, or one that need not.
+struct LeastSteps {
+  double lasting = 0, beside = 0;
+};
+
+bool StandsOut(const TrackedLine& line, bool lasts, const LeastSteps& least) {
   const double brightness = std::max(line.brightness_sum, 1e-9);
-  return (lasts && line.lasting_sum >= options.min_outline_step * brightness) ||
-         line.step_sum >= trim_step * brightness;
+  return (lasts && line.lasting_sum >= least.lasting * brightness) ||
+         line.step_sum >= least.beside * brightness;
 }
 
 }  // namespace
@@ -36,12 +39,12 @@ LineKind KindOf(const TrackedLine& line, const LineKindOptions& options) {
     return lasts ? LineKind::kUnknown : LineKind::kMark;
   }
   const bool is_in_texture = line.parallels >= options.texture_lines;
-  if (is_in_texture && !StandsOut(line, options.min_trim_step, lasts, options)) {
-    return LineKind::kMark;
-  }
+  const LeastSteps in_texture{options.min_textured_step, options.min_trim_step};
+  if (is_in_texture && !StandsOut(line, lasts, in_texture)) return LineKind::kMark;
   if (beside.flat_m < options.min_flat_share * known_m) return LineKind::kEdge;
-  const double trim_step = all_m >= kLong_m ? kMinLongStep : options.min_trim_step;
-  return StandsOut(line, trim_step, lasts, options) ? LineKind::kOutline : LineKind::kMark;
+  const double beside_step = all_m >= kLong_m ? kMinLongStep : options.min_trim_step;
+  const LeastSteps on_surface{options.min_outline_step, beside_step};
+  return StandsOut(line, lasts, on_surface) ? LineKind::kOutline : LineKind::kMark;
 }
 
 }  // namespace slcmap

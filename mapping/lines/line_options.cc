@@ -78,6 +78,7 @@ constexpr OptionTable kKindTable{
     Option{"max_lasting_step", &LineKindOptions::max_lasting_step, -100.0, 100.0},
     Option{"min_outline_step", &LineKindOptions::min_outline_step, 0.0, 2.0},
     Option{"min_trim_step", &LineKindOptions::min_trim_step, 0.0, 2.0},
+    Option{"min_textured_step", &LineKindOptions::min_textured_step, 0.0, 2.0},
     Option{"texture_lines", &LineKindOptions::texture_lines, 1, 1000},
     Option{"texture_reach_m", &LineKindOptions::texture_reach_m, 0.0, 0.5},
     Option{"min_known_share", &LineKindOptions::min_known_share, 0.0, 1.0},

@@ -30,15 +30,17 @@ struct LineMergingOptions {
 // See line_kinds.h.
 struct LineKindOptions {
   // Of the step of brightness across a line, the share that is there some pixels from it, too.
-  double min_lasting_step = 0.7, max_lasting_step = 1.9;
+  double min_lasting_step = 0.4, max_lasting_step = 1.9;
   // Some pixels from a line on a flat surface, of the mean brightness of both sides: how bright the
   // light is and how long the exposure does not matter.
   double min_outline_step = 0.25;
   // The same beside the line, of a step that need not last: frames and trims are narrow, but stand
   // out more than grain and joints do.
   double min_trim_step = 0.45;
-  // A line with so many others beside it and up to so far away needs these steps beside any
-  // surface, and however long: bricks, tiles, boards and grain lie side by side.
+  // A line with so many others beside it and up to so far away needs a step that lasts and is as
+  // large as this, or that of a trim, beside any surface, and however long: bricks, tiles, boards
+  // and grain lie side by side.
+  double min_textured_step = 0.4;
   int texture_lines = 4;
   double texture_reach_m = 0.4;
   double min_known_share = 0.3;  // of a line beside which surfaces are known

@@ -99,7 +99,7 @@ TEST(LineKinds, ALineWhereSurfacesBendIsAnEdgeHoweverItLooks) {
 }
 
 TEST(LineKinds, OnAFlatSurfaceALargeStepThatLastsIsAnOutline) {
-  const SurfacesBeside flat{0.9, 0.1, 0};
+  const SurfacesBeside flat{0.5, 0.05, 0};
   EXPECT_EQ(KindOf(WithStep(40, 1, flat), {}), LineKind::kOutline);
   EXPECT_EQ(KindOf(WithStep(8, 1, flat), {}), LineKind::kMark);
   EXPECT_EQ(KindOf(WithStep(40, 0.3, flat), {}), LineKind::kMark);
@@ -107,19 +107,21 @@ TEST(LineKinds, OnAFlatSurfaceALargeStepThatLastsIsAnOutline) {
 }
 
 TEST(LineKinds, AStepIsLargeAgainstHowBrightTheImageIs) {
-  const SurfacesBeside flat{0.9, 0.1, 0};
+  const SurfacesBeside flat{0.5, 0.05, 0};
   EXPECT_EQ(KindOf(WithStep(8, 1, flat, 20), {}), LineKind::kOutline) << "a poster in the dark";
   EXPECT_EQ(KindOf(WithStep(30, 1, flat, 200), {}), LineKind::kMark) << "a tile in the light";
 }
 
 TEST(LineKinds, ANarrowTrimStandsOutMoreThanGrain) {
-  const SurfacesBeside flat{0.9, 0.1, 0};
+  const SurfacesBeside flat{0.5, 0.05, 0};
   EXPECT_EQ(KindOf(WithStep(60, 0.2, flat), {}), LineKind::kOutline);
   EXPECT_EQ(KindOf(WithStep(30, 0.2, flat), {}), LineKind::kMark);
 }
 
 TEST(LineKinds, ALongLineOnAFlatSurfaceIsNoGrain) {
   EXPECT_EQ(KindOf(WithStep(20, 0.2, {3, 0.2, 0}), {}), LineKind::kOutline) << "a skirting";
+  EXPECT_EQ(KindOf(WithStep(20, 0.2, {0.85, 0, 0}), {}), LineKind::kOutline) << "a leaf's edge";
+  EXPECT_EQ(KindOf(WithStep(20, 0.2, {0.75, 0, 0}), {}), LineKind::kMark);
   EXPECT_EQ(KindOf(WithStep(5, 0.2, {3, 0.2, 0}), {}), LineKind::kMark) << "a row of joints";
 }
 
@@ -133,6 +135,10 @@ TEST(LineKinds, WhatHardlyStandsOutAmongManyIsAMarkHoweverLong) {
   EXPECT_EQ(among(6, 20, flat), LineKind::kMark) << "the joint of a brick wall";
   EXPECT_EQ(among(1, 20, flat), LineKind::kOutline) << "a skirting";
   EXPECT_EQ(among(6, 60, flat), LineKind::kOutline) << "a poster on bricks";
+  TrackedLine row = WithStep(35, 1, flat);  // a step that lasts
+  EXPECT_EQ(KindOf(row, {}), LineKind::kOutline);
+  row.parallels = 6;
+  EXPECT_EQ(KindOf(row, {}), LineKind::kMark) << "a row of lighter bricks";
   EXPECT_EQ(among(6, 20, relief), LineKind::kMark) << "a joint where the cloud is rough";
   EXPECT_EQ(among(6, 60, relief), LineKind::kEdge) << "a baluster";
 }
