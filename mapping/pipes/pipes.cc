@@ -75,7 +75,7 @@ bool SpeaksForEdges(const RayEvidence& rays) {
 // side the outlines need not say more than that a pipe fits about as well as edges do.
 bool Bulges(const Cylinder& cylinder, const RayEvidence& rays, const SurfaceEvidence& surface) {
   constexpr int kLeastImages = 30, kLeastPoints = 80;
-  constexpr double kLeastBoth = 0.6, kSlack = 1.3, kFew = 3, kMostOfOwn = 2.5;
+  constexpr double kLeastBoth = 0.7, kSlack = 1.3, kFew = 3, kMostOfOwn = 2.5;
   constexpr double kLeastLength_m = 1.5, kLeastRadius_m = 0.05;
   constexpr double kLeastHeight = 0.3, kLeastHighest = 0.55, kMostHighest = 1.2, kMostOff = 0.52;
   constexpr double kBehind = -0.5;
@@ -248,7 +248,8 @@ bool IsBeside(const std::vector<Stretch>& pieces, const std::vector<Stretch>& st
 }
 
 // Where the outlines of a pipe are, along its axis, but for short gaps; and lines that begin on it
-// and go on along its surface, as outlines do that other views show.
+// and go on along its surface, as outlines do that other views show. None where its own outlines
+// are nowhere long enough.
 std::vector<Stretch> StretchesOf(const PipeCandidate& candidate,
                                  const std::vector<Outline>& outlines, const PipeOptions& options) {
   const Cylinder& cylinder = candidate.fit.cylinder;
@@ -264,6 +265,8 @@ std::vector<Stretch> StretchesOf(const PipeCandidate& candidate,
     }
   }
   stretches = Joined(std::move(stretches));
+  const auto is_long = [&](const Stretch& own) { return own.length_m() >= options.min_length_m; };
+  if (std::ranges::none_of(stretches, is_long)) return {};
   for (bool goes_on = true; goes_on;) {
     goes_on = std::erase_if(others, [&](const std::vector<Stretch>& pieces) {
                 if (!IsBeside(pieces, stretches)) return false;

@@ -293,6 +293,9 @@ TEST(Pipes, GoOnAsFarAsLinesOnTheirSurfaceDo) {
   EXPECT_NEAR(std::max(pipe.start_world.z(), pipe.end_world.z()), 4, 0.01);
   EXPECT_NEAR(std::min(pipe.start_world.z(), pipe.end_world.z()), -kHalf_m, 0.01);
   EXPECT_EQ(found.line_ids, (std::vector<int64_t>{0, 1, further, next}));
+  PipeOptions options;
+  options.min_length_m = 4.5;  // longer than its own outlines
+  EXPECT_TRUE(FindPipes(scene.map(), options).pipes.empty());
 }
 
 TEST(Pipes, WhatTheyExplainLeavesTheLines) {
