@@ -24,7 +24,8 @@ struct RayEvidence {
   int outlines = 0;  // one of each line in each image
   int images = 0;
   int both_images = 0;  // that show an outline on each side
-  // Images show an edge that stays between the outlines, as of a post that is seen corner on.
+  // Images show an edge that stays between the outlines, as of a post that is seen corner on: what
+  // other lines say, not these.
   bool has_ridge = false;
 };
 

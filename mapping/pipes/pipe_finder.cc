@@ -70,15 +70,6 @@ std::optional<Cylinder> CylinderOf(const PointAndDirection& middle, const Outlin
                   x[2]};
 }
 
-double TouchingShare(const Cylinder& cylinder, const std::vector<TangentRay>& rays,
-                     double max_sigmas) {
-  const auto touches = [&](const TangentRay& ray) {
-    return std::abs(OffTangent(cylinder, ray)) <= max_sigmas * ray.sigma_m;
-  };
-  return static_cast<double>(std::count_if(rays.begin(), rays.end(), touches)) /
-         static_cast<double>(rays.size());
-}
-
 // Along the axis, from its point.
 std::pair<double, double> StretchOf(const PointAndDirection& axis, const Outline& outline) {
   const double middle_m = axis.direction_world.dot(outline.line.point_world - axis.point_world);
@@ -139,10 +130,8 @@ class Finder {
     const auto fit = FitPipe(start, RaysOf(candidate->outlines), options_.fit);
     if (!fit || !HasSize(fit->cylinder)) return false;
     for (const size_t i : candidate->outlines) {
-      if (TouchingShare(fit->cylinder, outlines_[i].rays, options_.max_off_sigmas) <
-          options_.min_touching) {
+      if (TouchingShare(fit->cylinder, outlines_[i], options_) < options_.min_touching)
         return false;
-      }
     }
     candidate->fit = *fit;
     candidate->from_m = 1e9, candidate->to_m = -1e9;
@@ -164,7 +153,7 @@ class Finder {
     if (std::abs(across_m - cylinder.radius_m) > most_m) return false;
     const auto [from_m, to_m] = StretchOf(cylinder.axis, outline);
     if (from_m > candidate.to_m + kBeyond_m || to_m < candidate.from_m - kBeyond_m) return false;
-    return TouchingShare(cylinder, outline.rays, options_.max_off_sigmas) >= options_.min_touching;
+    return TouchingShare(cylinder, outline, options_) >= options_.min_touching;
   }
 
   // Whether others were found.
@@ -200,17 +189,29 @@ std::vector<PipeCandidate> PipeCandidates(const std::vector<Outline>& outlines,
       }
     }
   });
-  // Two of the lines of one pipe, and others of them, may grow to the same.
+  // Two of the lines of one pipe, and others of them, may grow to the same; its radius tells, in
+  // millimetres, where they do not.
   std::vector<PipeCandidate> candidates;
-  std::set<std::vector<size_t>> known;
+  std::set<std::pair<std::vector<size_t>, long>> known;
   for (auto& of_first : found) {
     for (PipeCandidate& candidate : of_first) {
       std::vector<size_t> lines = candidate.outlines;
       std::ranges::sort(lines);
-      if (known.insert(std::move(lines)).second) candidates.push_back(std::move(candidate));
+      const long radius_mm = std::lround(1000 * candidate.fit.cylinder.radius_m);
+      if (known.emplace(std::move(lines), radius_mm).second) {
+        candidates.push_back(std::move(candidate));
+      }
     }
   }
   return candidates;
+}
+
+double TouchingShare(const Cylinder& cylinder, const Outline& outline, const PipeOptions& options) {
+  const auto touches = [&](const TangentRay& ray) {
+    return std::abs(OffTangent(cylinder, ray)) <= options.max_off_sigmas * ray.sigma_m;
+  };
+  return static_cast<double>(std::ranges::count_if(outline.rays, touches)) /
+         static_cast<double>(outline.rays.size());
 }
 
 }  // namespace slcmap

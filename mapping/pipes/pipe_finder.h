@@ -17,4 +17,7 @@ struct PipeCandidate {
 std::vector<PipeCandidate> PipeCandidates(const std::vector<Outline>& outlines,
                                           const PipeOptions& options);
 
+// The share of an outline's rays that touch the cylinder.
+double TouchingShare(const Cylinder& cylinder, const Outline& outline, const PipeOptions& options);
+
 }  // namespace slcmap

@@ -17,7 +17,7 @@ struct PipeOptions {
   double max_turn_rad = 0.05;   // between lines that are outlines of one pipe
   double max_off_sigmas = 3;    // of a ray that touches the pipe
   double min_touching = 0.75;   // share of the rays to an outline
-  // Share of the images that show outlines on both sides.
+  // Share of the images that show outlines on both sides; less is enough where the cloud is round.
   double min_both_sides = 0.4;
   // Of the misfit of the cylinder: that of fixed edges in its place is at least so much more.
   double min_gain = 1.3;

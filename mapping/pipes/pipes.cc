@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <opencv2/core/utility.hpp>
 #include <optional>
@@ -13,6 +14,8 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr double kMaxGap_m = 0.5;  // in a pipe
+// Of the images of any pipe, those that show outlines on both sides.
+constexpr double kLeastBoth = 0.2;
 
 struct JudgedPipe {
   const PipeCandidate* candidate = nullptr;
@@ -109,7 +112,6 @@ bool HasRoundSurface(const Cylinder& cylinder, const RayEvidence& rays,
   constexpr int kLeastPoints = 60;
   constexpr double kLeastRadius_m = 0.08;
   constexpr double kLeastHeight = 0.8, kMostMedian = 0.75, kMostOfImage = 3, kMostOfOwn = 2;
-  constexpr double kLeastBoth = 0.2;
   return cylinder.radius_m >= kLeastRadius_m && surface.points >= kLeastPoints &&
          rays.both_images >= kLeastBoth * rays.images && surface.height >= kLeastHeight &&
          surface.off <= options.max_surface_off && rays.round.median <= kMostMedian &&
@@ -135,19 +137,15 @@ std::vector<Stretch> PiecesAlong(const PointAndDirection& axis, const Outline& o
   return pieces;
 }
 
-// How far from the axis a line is at its ends and in the middle, that of them which differs most
-// from the radius.
-double DistanceFromAxis_m(const Cylinder& cylinder, const Outline& outline) {
-  double worst_m = cylinder.radius_m;
-  for (const double along_m : {-outline.half_m, 0.0, outline.half_m}) {
-    const Vector3d p = outline.line.point_world + along_m * outline.line.direction_world;
-    const double distance_m =
-        (p - cylinder.axis.point_world).cross(cylinder.axis.direction_world).norm();
-    if (std::abs(distance_m - cylinder.radius_m) > std::abs(worst_m - cylinder.radius_m)) {
-      worst_m = distance_m;
-    }
+// How far from the axis a line is at its ends and in the middle.
+std::array<double, 3> DistancesFromAxis_m(const Cylinder& cylinder, const Outline& outline) {
+  std::array<double, 3> distances_m;
+  const double half_m[3] = {-outline.half_m, 0, outline.half_m};
+  for (int i = 0; i < 3; ++i) {
+    const Vector3d p = outline.line.point_world + half_m[i] * outline.line.direction_world;
+    distances_m[i] = (p - cylinder.axis.point_world).cross(cylinder.axis.direction_world).norm();
   }
-  return worst_m;
+  return distances_m;
 }
 
 bool IsAlong(const Outline& outline, const Cylinder& cylinder, const PipeOptions& options) {
@@ -164,7 +162,7 @@ bool HasRidge(const PipeCandidate& candidate, int images, const std::vector<Outl
   const double least_m = kLeastShare * (candidate.to_m - candidate.from_m);
   const auto is_ridge = [&](const Outline& line) {
     if (!IsAlong(line, cylinder, options) ||
-        DistanceFromAxis_m(cylinder, line) > kMostAway * cylinder.radius_m) {
+        std::ranges::max(DistancesFromAxis_m(cylinder, line)) > kMostAway * cylinder.radius_m) {
       return false;
     }
     double beside_m = 0;
@@ -199,6 +197,7 @@ std::vector<JudgedPipe> Judge(const std::vector<PipeCandidate>& candidates,
       const Cylinder& cylinder = candidate.fit.cylinder;
       const RaysOfLines lines = RaysOf(candidate, outlines);
       RayEvidence rays = RayEvidenceOf(cylinder, lines);
+      if (rays.both_images < kLeastBoth * rays.images) continue;
       rays.has_ridge = HasRidge(candidate, rays.images, outlines, options);
       const SurfaceEvidence surface = cloud.Of(cylinder, candidate.from_m, candidate.to_m, lines);
       if (IsPipe(cylinder, rays, surface, options)) {
@@ -231,12 +230,17 @@ std::vector<Stretch> Joined(std::vector<Stretch> pieces) {
   return stretches;
 }
 
-// Whether a line lies on the surface of a pipe, as far as it goes.
-bool IsOnSurface(const Outline& outline, const Cylinder& cylinder, const PipeOptions& options) {
+// Whether a line is an outline of a pipe that other views show: on its surface as far as it goes,
+// and touched by the rays to it, which those to an edge of the wall behind do not.
+bool IsFurtherOutline(const Outline& outline, const Cylinder& cylinder,
+                      const PipeOptions& options) {
   constexpr double kSlack_m = 0.008, kShare = 0.08, kSigmas = 2;
+  if (!IsAlong(outline, cylinder, options)) return false;
   const double most_m = kSlack_m + kShare * cylinder.radius_m + kSigmas * outline.sigma_m;
-  return IsAlong(outline, cylinder, options) &&
-         std::abs(DistanceFromAxis_m(cylinder, outline) - cylinder.radius_m) <= most_m;
+  for (const double distance_m : DistancesFromAxis_m(cylinder, outline)) {
+    if (std::abs(distance_m - cylinder.radius_m) > most_m) return false;
+  }
+  return TouchingShare(cylinder, outline, options) >= options.min_touching;
 }
 
 bool IsBeside(const std::vector<Stretch>& pieces, const std::vector<Stretch>& stretches) {
@@ -247,35 +251,46 @@ bool IsBeside(const std::vector<Stretch>& pieces, const std::vector<Stretch>& st
   });
 }
 
-// Where the outlines of a pipe are, along its axis, but for short gaps; and lines that begin on it
-// and go on along its surface, as outlines do that other views show. None where its own outlines
-// are nowhere long enough.
-std::vector<Stretch> StretchesOf(const PipeCandidate& candidate,
-                                 const std::vector<Outline>& outlines, const PipeOptions& options) {
+// Where a pipe is, along its axis, and the lines that say so.
+struct PipeExtent {
+  std::vector<Stretch> stretches;
+  std::vector<size_t> outlines;
+};
+
+// The outlines of a candidate, but for short gaps, where they are long enough; and what else of
+// them, and of further outlines that no other pipe has, begins there and goes on.
+PipeExtent ExtentOf(const PipeCandidate& candidate, const std::vector<Outline>& outlines,
+                    const std::vector<char>& explained, const PipeOptions& options) {
   const Cylinder& cylinder = candidate.fit.cylinder;
   const int segment = outlines[candidate.outlines.front()].segment;
-  std::vector<Stretch> stretches;
-  std::vector<std::vector<Stretch>> others;
-  for (size_t i = 0; i < outlines.size(); ++i) {
-    std::vector<Stretch> pieces = PiecesAlong(cylinder.axis, outlines[i]);
-    if (std::ranges::find(candidate.outlines, i) != candidate.outlines.end()) {
-      stretches.insert(stretches.end(), pieces.begin(), pieces.end());
-    } else if (outlines[i].segment == segment && IsOnSurface(outlines[i], cylinder, options)) {
-      others.push_back(std::move(pieces));
+  PipeExtent extent{{}, candidate.outlines};
+  std::vector<std::pair<size_t, std::vector<Stretch>>> others;
+  for (const size_t i : candidate.outlines) {
+    for (const Stretch& piece : PiecesAlong(cylinder.axis, outlines[i])) {
+      extent.stretches.push_back(piece);
+      others.push_back({i, {piece}});
     }
   }
-  stretches = Joined(std::move(stretches));
-  const auto is_long = [&](const Stretch& own) { return own.length_m() >= options.min_length_m; };
-  if (std::ranges::none_of(stretches, is_long)) return {};
-  for (bool goes_on = true; goes_on;) {
-    goes_on = std::erase_if(others, [&](const std::vector<Stretch>& pieces) {
-                if (!IsBeside(pieces, stretches)) return false;
-                stretches.insert(stretches.end(), pieces.begin(), pieces.end());
-                return true;
-              }) > 0;
-    stretches = Joined(std::move(stretches));
+  extent.stretches = Joined(std::move(extent.stretches));
+  std::erase_if(extent.stretches,
+                [&](const Stretch& own) { return own.length_m() < options.min_length_m; });
+  for (size_t i = 0; i < outlines.size(); ++i) {
+    if (!explained[i] && outlines[i].segment == segment &&
+        IsFurtherOutline(outlines[i], cylinder, options)) {
+      others.push_back({i, PiecesAlong(cylinder.axis, outlines[i])});
+    }
   }
-  return stretches;
+  for (bool goes_on = true; goes_on;) {
+    goes_on =
+        std::erase_if(others, [&](const auto& other) {
+          if (!IsBeside(other.second, extent.stretches)) return false;
+          extent.stretches.insert(extent.stretches.end(), other.second.begin(), other.second.end());
+          extent.outlines.push_back(other.first);
+          return true;
+        }) > 0;
+    extent.stretches = Joined(std::move(extent.stretches));
+  }
+  return extent;
 }
 
 // The outline that says most of which axis of the building a pipe follows.
@@ -312,17 +327,14 @@ bool IsOnPipe(const Outline& outline, const Cylinder& cylinder,
               const std::vector<Stretch>& stretches, const PipeOptions& options) {
   constexpr double kSlack_m = 0.005, kBeyond_m = 0.1, kSigmas = 2;
   if (!IsAlong(outline, cylinder, options)) return false;
-  const PointAndDirection& axis = cylinder.axis;
   const double most_m = cylinder.radius_m + kSlack_m + kSigmas * outline.sigma_m;
+  if (std::ranges::max(DistancesFromAxis_m(cylinder, outline)) > most_m) return false;
   const auto is_on = [&](double along_m) {
     const Vector3d p = outline.line.point_world + along_m * outline.line.direction_world;
-    const Vector3d way = p - axis.point_world;
-    const double at_m = axis.direction_world.dot(way);
-    const double distance_m = way.cross(axis.direction_world).norm();
-    return (distance_m <= most_m || IsOnSurface(outline, cylinder, options)) &&
-           std::ranges::any_of(stretches, [&](const Stretch& stretch) {
-             return at_m >= stretch.from_m - kBeyond_m && at_m <= stretch.to_m + kBeyond_m;
-           });
+    const double at_m = cylinder.axis.direction_world.dot(p - cylinder.axis.point_world);
+    return std::ranges::any_of(stretches, [&](const Stretch& stretch) {
+      return at_m >= stretch.from_m - kBeyond_m && at_m <= stretch.to_m + kBeyond_m;
+    });
   };
   return is_on(-outline.half_m) && is_on(0) && is_on(outline.half_m);
 }
@@ -356,13 +368,15 @@ FoundPipes FindPipes(const MapResult& map, const PipeOptions& options) {
     const PipeCandidate& candidate = *judged.candidate;
     const auto is_explained = [&](size_t i) { return explained[i] != 0; };
     if (std::ranges::any_of(candidate.outlines, is_explained)) continue;
-    const std::vector<Stretch> stretches = StretchesOf(candidate, outlines, options);
+    const PipeExtent extent = ExtentOf(candidate, outlines, explained, options);
     const size_t before = found.pipes.size();
-    AddMapPipes(judged, stretches, outlines, options.min_length_m, &found.pipes);
+    AddMapPipes(judged, extent.stretches, outlines, options.min_length_m, &found.pipes);
     if (found.pipes.size() == before) continue;
-    for (const size_t i : candidate.outlines) explained[i] = 1;
+    const int segment = outlines[candidate.outlines.front()].segment;
+    for (const size_t i : extent.outlines) explained[i] = 1;
     for (size_t i = 0; i < outlines.size(); ++i) {
-      explained[i] |= IsOnPipe(outlines[i], candidate.fit.cylinder, stretches, options);
+      explained[i] |= outlines[i].segment == segment &&
+                      IsOnPipe(outlines[i], candidate.fit.cylinder, extent.stretches, options);
     }
   }
   for (size_t i = 0; i < outlines.size(); ++i) {

@@ -9,7 +9,8 @@
 namespace slcmap {
 
 // Whether lines are the outlines of a pipe, and of nothing else that is straight: the images tell
-// it from fixed edges and the cloud does not speak against it, or the cloud is as round as it.
+// it from fixed edges and the cloud does not speak against it, or the cloud is as round as it, or
+// bulges between them, or it stands free.
 bool IsPipe(const Cylinder& cylinder, const RayEvidence& rays, const SurfaceEvidence& surface,
             const PipeOptions& options);
 
