@@ -83,7 +83,7 @@ TEST_P(SceneFile, HasSoundQuadsLampsAndEdges) {
   const Scene scene = ReadScene(kScenes + GetParam());
   EXPECT_EQ(scene.name + ".yaml", GetParam());
   EXPECT_GT(scene.quads.size(), 100u);
-  EXPECT_LT(scene.quads.size(), 20000u);
+  EXPECT_LT(scene.quads.size(), 30000u);
   EXPECT_GT(scene.lamps.size(), 2u);
   EXPECT_GT(scene.edges.size(), 100u);
   CheckIndices(scene);
