@@ -1,14 +1,11 @@
 #include "mapping/lines/line_surfaces.h"
 
-#include <pcl/kdtree/kdtree_flann.h>
-#include <pcl/point_cloud.h>
-#include <pcl/point_types.h>
-
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
 #include "data/quantile.h"
+#include "mapping/dense/dense_index.h"
 
 namespace slcmap {
 namespace {
@@ -113,18 +110,11 @@ bool IsFlat(const std::vector<PointAcross>& points) {
 }  // namespace
 
 struct LineSurfaces::Tree {
-  pcl::KdTreeFLANN<pcl::PointXYZ> index;
+  DenseIndex index;
 };
 
 LineSurfaces::LineSurfaces(const std::vector<DensePoint>& cloud) : cloud_(cloud) {
-  if (cloud.empty()) return;
-  const auto points = pcl::make_shared<pcl::PointCloud<pcl::PointXYZ>>();
-  for (const DensePoint& point : cloud) {
-    const Eigen::Vector3f p = point.p_world.cast<float>();
-    points->push_back({p.x(), p.y(), p.z()});
-  }
-  tree_ = std::make_unique<Tree>();
-  tree_->index.setInputCloud(points);
+  if (!cloud.empty()) tree_ = std::make_unique<Tree>(DenseIndex(cloud));
 }
 
 LineSurfaces::~LineSurfaces() = default;
@@ -132,10 +122,8 @@ LineSurfaces::~LineSurfaces() = default;
 LineSurfaces::Surface LineSurfaces::At(const Eigen::Vector3d& p_world,
                                        const Eigen::Vector3d& direction_world) const {
   if (!tree_) return Surface::kUnknown;
-  const Eigen::Vector3f p = p_world.cast<float>();
   std::vector<int> found;
-  std::vector<float> squared;
-  tree_->index.radiusSearch({p.x(), p.y(), p.z()}, kAround_m, found, squared);
+  tree_->index.Find(p_world, kAround_m, &found);
   const Eigen::Vector3d first = direction_world.unitOrthogonal();
   const Eigen::Vector3d second = direction_world.cross(first);
   std::vector<PointAcross> points;

@@ -1,9 +1,5 @@
 #include "mapping/pipes/pipe_evidence.h"
 
-#include <pcl/kdtree/kdtree_flann.h>
-#include <pcl/point_cloud.h>
-#include <pcl/point_types.h>
-
 #include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -13,6 +9,7 @@
 #include <utility>
 
 #include "data/quantile.h"
+#include "mapping/dense/dense_index.h"
 
 namespace slcmap {
 namespace {
@@ -188,19 +185,11 @@ RayEvidence RayEvidenceOf(const Cylinder& cylinder, const RaysOfLines& lines) {
 }
 
 struct CloudAboutPipes::Tree {
-  pcl::KdTreeFLANN<pcl::PointXYZ> index;
+  DenseIndex index;
 };
 
 CloudAboutPipes::CloudAboutPipes(const std::vector<DensePoint>& cloud) : cloud_(cloud) {
-  if (cloud.empty()) return;
-  const auto points = pcl::make_shared<pcl::PointCloud<pcl::PointXYZ>>();
-  for (const DensePoint& point : cloud) {
-    const Eigen::Vector3f p = point.p_world.cast<float>();
-    points->push_back({p.x(), p.y(), p.z()});
-  }
-  tree_ = std::make_unique<Tree>();
-  tree_->index.setSortedResults(false);
-  tree_->index.setInputCloud(points);
+  if (!cloud.empty()) tree_ = std::make_unique<Tree>(DenseIndex(cloud));
 }
 
 CloudAboutPipes::~CloudAboutPipes() = default;
@@ -215,15 +204,12 @@ SurfaceEvidence CloudAboutPipes::Of(const Cylinder& cylinder, double from_m, dou
   const double step_m = (to_m - from_m) / pieces;
   SurfaceAbout about;
   std::vector<int> found;
-  std::vector<float> squared;
   for (int piece = 0; tree_ && piece < pieces; ++piece) {
     const double start_m = from_m + piece * step_m;
     const bool is_last = piece + 1 == pieces;
     const Vector3d middle =
         cylinder.axis.point_world + (start_m + 0.5 * step_m) * cylinder.axis.direction_world;
-    const Eigen::Vector3f p = middle.cast<float>();
-    tree_->index.radiusSearch({p.x(), p.y(), p.z()}, std::hypot(0.5 * step_m, reach_m) + kSlack_m,
-                              found, squared);
+    tree_->index.Find(middle, std::hypot(0.5 * step_m, reach_m) + kSlack_m, &found);
     for (const int i : found) {
       const DensePoint& point = cloud_[i];
       const Vector3d way = point.p_world - cylinder.axis.point_world;
