@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "data/quantile.h"
-#include "mapping/dense/dense_index.h"
 
 namespace slcmap {
 namespace {
@@ -109,21 +108,12 @@ bool IsFlat(const std::vector<PointAcross>& points) {
 
 }  // namespace
 
-struct LineSurfaces::Tree {
-  DenseIndex index;
-};
-
-LineSurfaces::LineSurfaces(const std::vector<DensePoint>& cloud) : cloud_(cloud) {
-  if (!cloud.empty()) tree_ = std::make_unique<Tree>(DenseIndex(cloud));
-}
-
-LineSurfaces::~LineSurfaces() = default;
+LineSurfaces::LineSurfaces(const std::vector<DensePoint>& cloud) : cloud_(cloud), index_(cloud) {}
 
 LineSurfaces::Surface LineSurfaces::At(const Eigen::Vector3d& p_world,
                                        const Eigen::Vector3d& direction_world) const {
-  if (!tree_) return Surface::kUnknown;
   std::vector<int> found;
-  tree_->index.Find(p_world, kAround_m, &found);
+  index_.Find(p_world, kAround_m, &found);
   const Eigen::Vector3d first = direction_world.unitOrthogonal();
   const Eigen::Vector3d second = direction_world.cross(first);
   std::vector<PointAcross> points;

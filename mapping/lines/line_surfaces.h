@@ -1,9 +1,9 @@
 // What the surfaces beside a line are like.
 #pragma once
 
-#include <memory>
 #include <vector>
 
+#include "mapping/dense/dense_index.h"
 #include "mapping/dense/dense_point.h"
 #include "mapping/lines/line_in_view.h"
 
@@ -19,7 +19,6 @@ struct SurfacesBeside {
 class LineSurfaces {
  public:
   explicit LineSurfaces(const std::vector<DensePoint>& cloud);
-  ~LineSurfaces();
 
   // In stretches of 10 cm, by the points up to 15 cm around them.
   SurfacesBeside Beside(const PointAndDirection& line, const std::vector<Stretch>& intervals) const;
@@ -28,9 +27,8 @@ class LineSurfaces {
   enum class Surface { kFlat, kRelief, kUnknown };
   Surface At(const Eigen::Vector3d& p_world, const Eigen::Vector3d& direction_world) const;
 
-  struct Tree;
   std::vector<DensePoint> cloud_;
-  std::unique_ptr<Tree> tree_;  // none without points
+  DenseIndex index_;
 };
 
 }  // namespace slcmap

@@ -9,7 +9,6 @@
 #include <utility>
 
 #include "data/quantile.h"
-#include "mapping/dense/dense_index.h"
 
 namespace slcmap {
 namespace {
@@ -184,15 +183,8 @@ RayEvidence RayEvidenceOf(const Cylinder& cylinder, const RaysOfLines& lines) {
   return evidence;
 }
 
-struct CloudAboutPipes::Tree {
-  DenseIndex index;
-};
-
-CloudAboutPipes::CloudAboutPipes(const std::vector<DensePoint>& cloud) : cloud_(cloud) {
-  if (!cloud.empty()) tree_ = std::make_unique<Tree>(DenseIndex(cloud));
-}
-
-CloudAboutPipes::~CloudAboutPipes() = default;
+CloudAboutPipes::CloudAboutPipes(const std::vector<DensePoint>& cloud)
+    : cloud_(cloud), index_(cloud) {}
 
 SurfaceEvidence CloudAboutPipes::Of(const Cylinder& cylinder, double from_m, double to_m,
                                     const RaysOfLines& lines) const {
@@ -204,12 +196,12 @@ SurfaceEvidence CloudAboutPipes::Of(const Cylinder& cylinder, double from_m, dou
   const double step_m = (to_m - from_m) / pieces;
   SurfaceAbout about;
   std::vector<int> found;
-  for (int piece = 0; tree_ && piece < pieces; ++piece) {
+  for (int piece = 0; piece < pieces; ++piece) {
     const double start_m = from_m + piece * step_m;
     const bool is_last = piece + 1 == pieces;
     const Vector3d middle =
         cylinder.axis.point_world + (start_m + 0.5 * step_m) * cylinder.axis.direction_world;
-    tree_->index.Find(middle, std::hypot(0.5 * step_m, reach_m) + kSlack_m, &found);
+    index_.Find(middle, std::hypot(0.5 * step_m, reach_m) + kSlack_m, &found);
     for (const int i : found) {
       const DensePoint& point = cloud_[i];
       const Vector3d way = point.p_world - cylinder.axis.point_world;

@@ -1,9 +1,9 @@
 // What speaks for a pipe, and what against it.
 #pragma once
 
-#include <memory>
 #include <vector>
 
+#include "mapping/dense/dense_index.h"
 #include "mapping/dense/dense_point.h"
 #include "mapping/pipes/pipe_fit.h"
 
@@ -52,16 +52,14 @@ struct SurfaceEvidence {
 class CloudAboutPipes {
  public:
   explicit CloudAboutPipes(const std::vector<DensePoint>& cloud);
-  ~CloudAboutPipes();
 
   // Between two places along the axis, from its point.
   SurfaceEvidence Of(const Cylinder& cylinder, double from_m, double to_m,
                      const RaysOfLines& lines) const;
 
  private:
-  struct Tree;
   const std::vector<DensePoint>& cloud_;
-  std::unique_ptr<Tree> tree_;  // none without points
+  DenseIndex index_;
 };
 
 }  // namespace slcmap
