@@ -69,6 +69,13 @@ Heading SumAround(const std::vector<Heading>& headings, double angle_rad, double
   return sum;
 }
 
+// What lines within half the window to each side of an angle would sum up to if each had any.
+double WeightByChance(const std::vector<Heading>& headings, double window_rad) {
+  double sum = 0;
+  for (const Heading& heading : headings) sum += heading.weight;
+  return sum * window_rad / kQuarter_rad;
+}
+
 Heading StrongestHeading(const std::vector<Heading>& headings, double window_rad) {
   Heading strongest;
   for (double angle = 0; angle < kQuarter_rad; angle += window_rad / 2) {
@@ -86,10 +93,12 @@ std::vector<BuildingAxis> FindAxes(const std::vector<DirectedLine>& lines,
   std::vector<BuildingAxis> axes = {
       {LineAxis::kVertical, -1, -1, FindVertical(lines, options), options.sigma_rad}};
   std::vector<Heading> headings = LevelHeadings(lines, options);
+  const double least = options.min_over_chance * WeightByChance(headings, options.window_rad);
   double most = 0;
   for (int world = 0;; ++world) {
     const Heading heading = StrongestHeading(headings, options.window_rad);
-    if (heading.length_m < options.min_length_m || heading.weight < options.min_share * most) break;
+    if (heading.length_m < options.min_length_m) break;
+    if (heading.weight < std::max(least, options.min_share * most)) break;
     most = std::max(most, heading.weight);
     for (const LineAxis axis : {LineAxis::kX, LineAxis::kY}) {
       axes.push_back({axis, world, -1, AxisDirection(axis, heading.angle_rad), options.sigma_rad});

@@ -30,10 +30,13 @@ struct DirectedLine {
 };
 
 struct AxisDetectionOptions {
-  double max_tilt_rad = 0.07;   // of the building's vertical from the world's z
-  double window_rad = 0.02;     // headings within it of each other are one
-  double min_length_m = 5;      // of lines that follow an axis
-  double min_share = 0.2;       // of the length along the heading that most follow
+  double max_tilt_rad = 0.07;  // of the building's vertical from the world's z
+  double window_rad = 0.02;    // headings within it of each other are one
+  double min_length_m = 5;     // of lines that follow an axis
+  double min_share = 0.2;      // of the length along the heading that most follow
+  // Times what would follow a heading if the level lines had any: in a furnished room each has
+  // some.
+  double min_over_chance = 2.5;
   double min_apart_rad = 0.05;  // between headings
   double sigma_rad = 0.003;     // of lines from their axis
 };

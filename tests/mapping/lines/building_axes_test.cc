@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <random>
 
 namespace slcmap {
 namespace {
@@ -33,6 +34,17 @@ TEST(BuildingAxes, OfAWingTurnedByTwelveDegreesAreItsOwn) {
   EXPECT_NEAR(Heading_deg(axes[1]), 0, 0.1);
   EXPECT_NEAR(Heading_deg(axes[3]), 12, 0.1);
   EXPECT_EQ(axes[3].world, 1);
+}
+
+TEST(BuildingAxes, OfAFurnishedRoomAreNotWhatAnyHeadingHas) {
+  std::vector<DirectedLine> lines = {Level(20, 60), Level(44, 40)};
+  std::mt19937 random(1);
+  std::uniform_real_distribution<double> any_deg(0, 180);
+  for (int i = 0; i < 800; ++i) lines.push_back(Level(any_deg(random), 1));
+  const auto axes = FindAxes(lines);
+  ASSERT_EQ(axes.size(), 5u);
+  EXPECT_NEAR(Heading_deg(axes[1]), 20, 0.2);
+  EXPECT_NEAR(Heading_deg(axes[3]), 44, 0.2);
 }
 
 TEST(BuildingAxes, AVerticalThatLeansIsThatOfTheLines) {
