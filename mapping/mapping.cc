@@ -9,6 +9,7 @@
 #include "mapping/dense/dense_stage.h"
 #include "mapping/filled_points.h"
 #include "mapping/junctions/junctions.h"
+#include "mapping/level_marks.h"
 #include "mapping/line_map.h"
 #include "mapping/lines/known_lines.h"
 #include "mapping/lines/map_lines.h"
@@ -139,6 +140,14 @@ void AddFilledPlanes(const RecordedViews& recorded, const std::vector<Sights>& s
   AddFilledPoints(filled, options.planes.cell_m, map);
 }
 
+// Beside what was filled, it shows which lines are on surfaces that go on.
+void MoveLevelMarks(const MappingOptions& options, MapResult* map) {
+  TellLevelMarks(map->building, map->dense, options.dense.voxel_m, options.level_marks,
+                 &map->lines);
+  const std::vector<MapLine> marks = TakeMarks(&map->lines);
+  map->marks.insert(map->marks.end(), marks.begin(), marks.end());
+}
+
 // A map of nothing is whole, but hardly what was wanted.
 void TellOfNothing(MapResult* map) {
   if (map->dense.empty()) ++map->warnings["no_dense_points"];
@@ -233,6 +242,7 @@ void BuildingStageOf(const RecordedViews& recorded, std::vector<Sights> sights,
   if (progress.Report(0)) map->building = BuildBuilding(input, options.building);
   if (progress.Report(kBuilt)) DrawToPlanes(map->building, options.planes, &map->dense);
   AddFilledPlanes(recorded, input.sights, options, progress.Part(kBuilt, kFilled), map);
+  if (progress.Report(kFilled)) MoveLevelMarks(options, map);
   AddJunctions(options.junctions, progress.Part(kFilled, 1), map);
   spdlog::info("building: {} walls, {} planes, {} rooms; {} points in all with filled planes",
                map->building.walls.size(), map->building.planes.size(), map->building.rooms.size(),

@@ -58,6 +58,7 @@ void ForEachSection(Options& options, const Visit& visit) {
   visit("dense", options.dense);
   visit("pipes", options.pipes);
   visit("planes", options.planes);
+  visit("level_marks", options.level_marks);
   visit("junctions", options.junctions);
   visit("building", options.building);
 }
