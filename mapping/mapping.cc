@@ -9,7 +9,7 @@
 #include "mapping/dense/dense_stage.h"
 #include "mapping/filled_points.h"
 #include "mapping/junctions/junctions.h"
-#include "mapping/level_marks.h"
+#include "mapping/level_marks/level_marks.h"
 #include "mapping/line_map.h"
 #include "mapping/lines/known_lines.h"
 #include "mapping/lines/map_lines.h"
@@ -138,14 +138,6 @@ void AddFilledPlanes(const RecordedViews& recorded, const std::vector<Sights>& s
       FillPlanes({map->dense, map->lines, map->building, sights, {cameras}, options.dense.voxel_m},
                  options.planes, options.dense.threads, progress);
   AddFilledPoints(filled, options.planes.cell_m, map);
-}
-
-// Beside what was filled, it shows which lines are on surfaces that go on.
-void MoveLevelMarks(const MappingOptions& options, MapResult* map) {
-  TellLevelMarks(map->building, map->dense, options.dense.voxel_m, options.level_marks,
-                 &map->lines);
-  const std::vector<MapLine> marks = TakeMarks(&map->lines);
-  map->marks.insert(map->marks.end(), marks.begin(), marks.end());
 }
 
 // A map of nothing is whole, but hardly what was wanted.

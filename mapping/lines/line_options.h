@@ -62,6 +62,8 @@ struct MapLineOptions {
   int min_views = 3;  // of a line that is kept; twice as many without an axis
   // Between the views of a line that is kept though no surface is known beside it.
   double min_parallax_rad = 0.12;
+  // Of the places of one that is dropped, which are of other lines (ghost_lines.h).
+  double min_ghost_share = 0.4;
   double min_axis_sigma_rad = 0.0005;
   double level_sigma_rad = 0.005;  // of level lines without an axis
   ViewSpacingOptions views;

@@ -4,6 +4,7 @@
 #include <iterator>
 #include <opencv2/core/utility.hpp>
 
+#include "mapping/lines/ghost_lines.h"
 #include "mapping/lines/guided_pass.h"
 #include "mapping/lines/line_finder.h"
 #include "mapping/lines/line_kinds.h"
@@ -41,14 +42,6 @@ void AddMapLines(const TrackedLine& line, int64_t id, const std::vector<Building
   }
 }
 
-// Where two parallel edges are taken for one, the left images' one for the right images' other, a
-// line is seen in the air. From elsewhere it is not there, but on a way along the edges all views
-// agree on it, however many they are.
-bool MayBeGhost(const TrackedLine& line, const MapLineOptions& options) {
-  return line.parallax_rad < options.min_parallax_rad &&
-         !IsKnownBeside(line.surfaces, options.kinds);
-}
-
 }  // namespace
 
 std::vector<BuildingAxis> AxesOfViews(const Views& views, const ViewImages& images,
@@ -78,7 +71,7 @@ BuiltLines BuildLines(const Views& views, const ViewImages& images,
       lines[i].surfaces = surfaces.Beside(lines[i].line, lines[i].intervals);
     }
   });
-  std::erase_if(lines, [&](const TrackedLine& line) { return MayBeGhost(line, options); });
+  DropGhosts(ViewCameras(views, images.rig()), options, &lines);
   FitAmongNeighbours(views, images.rig(), axes, options, &lines);
   CountParallels(options.kinds.texture_reach_m, &lines);
   return {AsMapLines(lines, axes, options),
