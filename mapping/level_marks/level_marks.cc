@@ -150,8 +150,12 @@ class LevelMarks {
   const LevelMarkOptions& options_;
 };
 
-bool MayBeMark(const MapLine& line) {
-  return line.kind == LineKind::kEdge || line.kind == LineKind::kOutline;
+// Of unknown kind, of which the cloud says little, are joints and reflections on floors, but on
+// ceilings the lamps in them.
+bool MayBeMark(LineKind kind, const LevelSurface& surface) {
+  const bool is_floor = surface.normal.z() > 0;
+  return kind == LineKind::kEdge || kind == LineKind::kOutline ||
+         (kind == LineKind::kUnknown && is_floor);
 }
 
 }  // namespace
@@ -162,13 +166,12 @@ void TellLevelMarks(const Building& building, const std::vector<DensePoint>& clo
   const std::vector<LevelSurface> surfaces = LevelSurfacesOf(building);
   if (!options.find || surfaces.empty()) return;
   std::map<int64_t, std::vector<MapLine*>> pieces_of;
-  for (MapLine& line : *lines) {
-    if (MayBeMark(line)) pieces_of[line.id].push_back(&line);
-  }
+  for (MapLine& line : *lines) pieces_of[line.id].push_back(&line);
   const LevelMarks marks(cloud, cell_m, options);
   for (const auto& [id, pieces] : pieces_of) {
-    const bool is_mark = std::ranges::any_of(
-        surfaces, [&](const LevelSurface& surface) { return marks.IsMarkOn(surface, pieces); });
+    const bool is_mark = std::ranges::any_of(surfaces, [&](const LevelSurface& surface) {
+      return MayBeMark(pieces.front()->kind, surface) && marks.IsMarkOn(surface, pieces);
+    });
     if (!is_mark) continue;
     for (MapLine* piece : pieces) piece->kind = LineKind::kMark;
   }

@@ -97,9 +97,15 @@ TEST(LevelMarks, AreOnSurfacesThatLookAsTheirPlaneDoes) {
             LineKind::kEdge);
 }
 
-TEST(LevelMarks, AreNotOfUnknownKind) {
-  EXPECT_EQ(KindAfter(Line({1, 1, 0}, {3, 1, 0}, LineKind::kUnknown), FloorWithBox()),
-            LineKind::kUnknown);
+TEST(LevelMarks, OfUnknownKindAreOnFloorsOnly) {
+  const MapLine line = Line({1, 1, 0}, {3, 1, 0}, LineKind::kUnknown);
+  EXPECT_EQ(KindAfter(line, FloorWithBox()), LineKind::kMark);
+  Building building = WallAndFloor();
+  building.planes[1].kind = PlaneKind::kCeiling;
+  building.planes[1].normal = -Vector3d::UnitZ();
+  auto cloud = FloorWithBox();
+  for (DensePoint& point : cloud) point.normal_world = -Vector3d::UnitZ();
+  EXPECT_EQ(KindAfter(line, cloud, {}, building), LineKind::kUnknown);
 }
 
 // Pieces of a line with a gap go together; one that goes on over the floor is none on it.
