@@ -17,10 +17,11 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kAtLine_m = 0.02;      // from a line on, points are at one of its sides
-constexpr double kStep_m = 0.3;         // along a line
-constexpr double kFacing = 0.7;         // least cosine of a point's normal to its surface's
-constexpr double kSameHeight_m = 0.01;  // between the floors of rooms that are one floor
+constexpr double kAtLine_m = 0.02;       // from a line on, points are at one of its sides
+constexpr double kStep_m = 0.3;          // along a line
+constexpr double kFacing = 0.7;          // least cosine of a point's normal to its surface's
+constexpr double kSameHeight_m = 0.001;  // between the floors of rooms that are one floor
+constexpr double kMaxTilt = 0.05;        // sine, of a line from its surface
 
 // A floor or a ceiling, wherever it ends.
 struct LevelSurface {
@@ -81,7 +82,7 @@ class Step {
   void Add(const DensePoint& point) {
     const Vector3d offset = point.p_world - start_;
     const double along_m = along_.dot(offset);
-    const double aside_m = surface_.normal.cross(along_).dot(offset);
+    const double aside_m = surface_.normal.cross(along_).normalized().dot(offset);
     const double beside_m = std::abs(aside_m), over_m = surface_.Over_m(point.p_world);
     if (along_m < 0 || along_m >= length_m_ || beside_m >= options_.beside_m) return;
     if (over_m > options_.max_off_m && over_m < options_.height_m) {
@@ -92,7 +93,7 @@ class Step {
     sides_[aside_m > 0].Add(along_m, beside_m - kAtLine_m);
   }
 
-  // Whether the surface goes on at both sides, and nothing is over it.
+  // Whether the surface goes on at both sides, and hardly anything is over it.
   bool IsPlain() const {
     return over_.Share() <= options_.max_standing &&
            std::min(sides_[0].Share(), sides_[1].Share()) >= options_.min_flat;
@@ -125,7 +126,9 @@ class LevelMarks {
 
  private:
   bool IsOn(const LevelSurface& surface, const MapLine& piece) const {
-    return std::abs(surface.Over_m(piece.start_world)) <= options_.max_off_m &&
+    const Vector3d way = piece.end_world - piece.start_world;
+    return std::abs(surface.normal.dot(way)) <= kMaxTilt * way.norm() &&
+           std::abs(surface.Over_m(piece.start_world)) <= options_.max_off_m &&
            std::abs(surface.Over_m(piece.end_world)) <= options_.max_off_m;
   }
 
@@ -182,7 +185,7 @@ void MoveLevelMarks(const MappingOptions& options, MapResult* map) {
   TellLevelMarks(map->building, map->dense, cell_m, options.level_marks, &map->lines);
   const std::vector<MapLine> marks = TakeMarks(&map->lines);
   map->marks.insert(map->marks.end(), marks.begin(), marks.end());
-  spdlog::debug("{} lines on floors and ceilings are marks", marks.size());
+  spdlog::debug("{} pieces of lines on floors and ceilings are marks", marks.size());
 }
 
 }  // namespace slcmap

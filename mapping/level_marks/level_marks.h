@@ -10,9 +10,9 @@
 
 namespace slcmap {
 
-// Lines that run flat on a floor or a ceiling that goes on at both of their sides, with nothing
-// that stands on it or hangs from it there, become marks; those of unknown kind on floors only. On
-// a surface that is whole, points of the cloud are at most cell_m apart.
+// Lines that run flat on a floor or a ceiling that goes on at both of their sides, where
+// hardly anything stands on it or hangs from it, become marks; those of unknown kind on floors
+// only. On a surface that is whole, points of the cloud are at most cell_m apart.
 void TellLevelMarks(const Building& building, const std::vector<DensePoint>& cloud, double cell_m,
                     const LevelMarkOptions& options, std::vector<MapLine>* lines);
 

@@ -5,89 +5,65 @@
 #include <map>
 #include <utility>
 
-#include "mapping/lines/line_in_view.h"
 #include "mapping/lines/line_kinds.h"
 
 namespace slcmap {
 namespace {
 
-constexpr double kNear_px = 1.5, kBeyondEnd_px = 2;  // of a place from the image of a line
-constexpr double kTurned = 0.2;                      // sine, of an edge from it
-constexpr double kBeyond_m = 0.05;                   // of a line's intervals
+// Of the edges of two places in one image that are one: across and along them, and between their
+// normals (cosine).
+constexpr double kAcross_px = 1.5, kAlong_px = 20, kSameWay = 0.98;
 
 // From elsewhere it may not be there.
-bool IsSeenInOnePlane(const TrackedLine& line, const MapLineOptions& options) {
+bool MayBeGhost(const TrackedLine& line, const MapLineOptions& options) {
   return line.parallax_rad < options.min_parallax_rad &&
          !IsKnownBeside(line.surfaces, options.kinds);
 }
 
-bool IsOn(const LineSegment& px, const EdgePlace& place) {
-  const double length_px = px.Length();
-  if (length_px <= 0) return false;
-  const Eigen::Vector2d along = (px.end - px.start) / length_px, off = place.px - px.start;
-  const double along_px = along.dot(off);
-  return along_px >= -kBeyondEnd_px && along_px <= length_px + kBeyondEnd_px &&
-         std::abs(along.x() * off.y() - along.y() * off.x()) <= kNear_px &&
-         std::abs(along.dot(place.normal)) <= kTurned;
+bool AreOneEdge(const EdgePlace& a, const EdgePlace& b) {
+  const Eigen::Vector2d off = a.px - b.px;
+  return std::abs(a.normal.dot(b.normal)) >= kSameWay &&
+         std::abs(a.normal.dot(off)) <= kAcross_px && off.norm() <= kAlong_px;
 }
 
-// Places of a line in one image, and whether another line's edge is there.
-struct PlacesInImage {
-  std::vector<const EdgePlace*> places;
-  std::vector<char> explained;
+// What images show of some lines.
+class ShownEdges {
+ public:
+  void Add(const TrackedLine& line) {
+    for (const EdgePlace& place : line.places) by_image_[ImageOf(place)].push_back(&place);
+  }
+
+  // Of places; 0 of none.
+  double ShareOf(const std::vector<EdgePlace>& places) const {
+    const auto shown =
+        std::ranges::count_if(places, [&](const EdgePlace& place) { return Has(place); });
+    return static_cast<double>(shown) / std::max<double>(1, static_cast<double>(places.size()));
+  }
+
+ private:
+  bool Has(const EdgePlace& place) const {
+    const auto shown = by_image_.find(ImageOf(place));
+    return shown != by_image_.end() &&
+           std::ranges::any_of(shown->second,
+                               [&](const EdgePlace* other) { return AreOneEdge(place, *other); });
+  }
+
+  static std::pair<int, int> ImageOf(const EdgePlace& place) { return {place.view, place.camera}; }
+
+  std::map<std::pair<int, int>, std::vector<const EdgePlace*>> by_image_;
 };
-
-using ImageKey = std::pair<int, int>;  // view and camera
-
-std::map<ImageKey, PlacesInImage> PlacesOfImages(const TrackedLine& line) {
-  std::map<ImageKey, PlacesInImage> images;
-  for (const EdgePlace& place : line.places) {
-    PlacesInImage& image = images[{place.view, place.camera}];
-    image.places.push_back(&place);
-    image.explained.push_back(0);
-  }
-  return images;
-}
-
-void Explain(const TrackedLine& other, const ViewCameras& views, const MapLineOptions& options,
-             const ImageKey& key, PlacesInImage* image) {
-  const auto [view, camera] = key;
-  for (const Stretch& interval : other.intervals) {
-    const auto part = SeenPart(other.line, {interval.from_m - kBeyond_m, interval.to_m + kBeyond_m},
-                               views.T_camera_world[view][camera], views.cameras[camera],
-                               {.max_depth_m = options.max_depth_m});
-    if (!part) continue;
-    for (size_t i = 0; i < image->places.size(); ++i) {
-      if (IsOn(part->px, *image->places[i])) image->explained[i] = 1;
-    }
-  }
-}
-
-double ShareExplained(const TrackedLine& line, const std::vector<const TrackedLine*>& others,
-                      const ViewCameras& views, const MapLineOptions& options) {
-  double explained = 0;
-  std::map<ImageKey, PlacesInImage> images = PlacesOfImages(line);
-  for (auto& [key, image] : images) {
-    for (const TrackedLine* other : others) {
-      if (other->segment == line.segment) Explain(*other, views, options, key, &image);
-    }
-    explained += static_cast<double>(std::ranges::count(image.explained, 1));
-  }
-  return line.places.empty() ? 0 : explained / static_cast<double>(line.places.size());
-}
 
 }  // namespace
 
-void DropGhosts(const ViewCameras& views, const MapLineOptions& options,
-                std::vector<TrackedLine>* lines) {
-  std::vector<const TrackedLine*> others;
+void DropGhosts(const MapLineOptions& options, std::vector<TrackedLine>* lines) {
+  ShownEdges others;
   for (const TrackedLine& line : *lines) {
-    if (!IsSeenInOnePlane(line, options)) others.push_back(&line);
+    if (!MayBeGhost(line, options)) others.Add(line);
   }
   std::vector<char> is_ghost;
   for (const TrackedLine& line : *lines) {
-    is_ghost.push_back(IsSeenInOnePlane(line, options) &&
-                       ShareExplained(line, others, views, options) >= options.min_ghost_share);
+    is_ghost.push_back(MayBeGhost(line, options) &&
+                       others.ShareOf(line.places) >= options.min_ghost_share);
   }
   std::vector<TrackedLine> kept;
   for (size_t i = 0; i < lines->size(); ++i) {

@@ -71,7 +71,7 @@ BuiltLines BuildLines(const Views& views, const ViewImages& images,
       lines[i].surfaces = surfaces.Beside(lines[i].line, lines[i].intervals);
     }
   });
-  DropGhosts(ViewCameras(views, images.rig()), options, &lines);
+  DropGhosts(options, &lines);
   FitAmongNeighbours(views, images.rig(), axes, options, &lines);
   CountParallels(options.kinds.texture_reach_m, &lines);
   return {AsMapLines(lines, axes, options),

@@ -71,6 +71,7 @@ TEST(LevelMarks, AreNotOverTheFloorNorAskewOfIt) {
   const auto cloud = FloorWithBox();
   EXPECT_EQ(KindAfter(Line({1, 1, 0.06}, {3, 1, 0.06}), cloud), LineKind::kEdge);
   EXPECT_EQ(KindAfter(Line({0.2, 1, -0.04}, {3.8, 1, 0.04}), cloud), LineKind::kEdge);
+  EXPECT_EQ(KindAfter(Line({1, 1, -0.02}, {1.1, 1, 0.02}), cloud), LineKind::kEdge);
   EXPECT_EQ(KindAfter(Line({1, 1, 0}, {1, 1, 0.05}), cloud), LineKind::kEdge);
   EXPECT_EQ(KindAfter(Line({1, 1, 0}, {1, 1, 0}), cloud), LineKind::kEdge);
 }
@@ -124,8 +125,7 @@ TEST(LevelMarks, AreWholeLines) {
   EXPECT_EQ(lines[0].kind, LineKind::kEdge);
 }
 
-// However fine or coarse the cloud is, shares are of its cells.
-TEST(LevelMarks, DoNotDependOnHowDenseTheCloudIs) {
+TEST(LevelMarks, AreToldByCellsOfAnySize) {
   for (const double cell_m : {0.04, 0.1}) {
     std::vector<MapLine> lines = {Line({1, 1, 0}, {3, 1, 0}), Line({1, 1.99, 0}, {3, 1.99, 0})};
     lines[1].id = 1;

@@ -46,7 +46,7 @@ void Show(const TrackedLine& edge, int camera, const ViewCameras& cameras, Track
 }
 
 size_t KeptOf(std::vector<TrackedLine> lines, const MapLineOptions& options = {}) {
-  DropGhosts(Cameras(), options, &lines);
+  DropGhosts(options, &lines);
   return lines.size();
 }
 
@@ -83,13 +83,29 @@ TEST(GhostLines, HaveNoKnownSurfaceBesideThem) {
   EXPECT_EQ(KeptOf(lines), 3u);
 }
 
-// What ends before the places, or crosses them, does not explain them.
+// What images show elsewhere along a line, or across its places, does not explain them.
 TEST(GhostLines, AreNotExplainedByWhatIsElsewhere) {
   auto lines = TwoEdgesAndTheirGhost();
-  for (int i : {0, 1}) lines[i].intervals = {{-0.3, -0.1}};
+  for (int i : {0, 1}) {
+    std::erase_if(lines[i].places, [](const EdgePlace& place) { return place.along_m > -0.2; });
+  }
   EXPECT_EQ(KeptOf(lines), 3u);
   lines = TwoEdgesAndTheirGhost();
   for (EdgePlace& place : lines[2].places) place.normal = {0, 1};
+  EXPECT_EQ(KeptOf(lines), 3u);
+}
+
+TEST(GhostLines, AreExplainedBeyondAShare) {
+  auto lines = TwoEdgesAndTheirGhost();
+  Show(VerticalAt(0.4), 0, Cameras(), &lines[2]);  // a third of its places
+  EXPECT_EQ(KeptOf(lines), 2u);
+  EXPECT_EQ(KeptOf(lines, {.min_ghost_share = 0.8}), 3u);
+}
+
+// Which of two that may be ghosts is one is not known.
+TEST(GhostLines, DoNotExplainEachOther) {
+  auto lines = TwoEdgesAndTheirGhost();
+  for (int i : {0, 1}) lines[i].surfaces = {.unknown_m = 0.8};
   EXPECT_EQ(KeptOf(lines), 3u);
 }
 
