@@ -25,15 +25,22 @@ What an estimator should find (T_imu_camera as sensor.yaml's T_BS says it):
   --focal-scale S             claimed fx, fy = true ones * S, of both cameras
   --principal-px X Y          claimed cx, cy = true ones + X Y, of both cameras
   --baseline-scale S          claimed translation from left to right camera = true one * S
+  --gyro-bias-rad-s X Y Z     biases that are added to the samples of the IMU
+  --accel-bias-m-s2 X Y Z
+  --imu-bias-seed N           such biases as the simulator draws for each rig: normally distributed,
+                              by 0.02 rad/s and 0.05 m/s^2 an axis. No two IMUs have the same, nor one
+                              on two days: figures of one draw say little
 """
 
 import argparse
 import math
 import pathlib
+import random
 import re
 import sys
 
 NUMBERS = r"\[([^\]]*)\]"
+GYRO_BIAS_RAD_S, ACCEL_BIAS_M_S2 = 0.02, 0.05  # standard deviations an axis
 
 
 # Rotations as three rows.
@@ -184,6 +191,13 @@ class Recording:
             for column, factor in zip(columns, factors):
                 row[column] = f"{float(row[column]) * factor:.10g}"
 
+    def add_imu_bias(self, biases):
+        """Six, in the order of the columns."""
+        if not any(biases):
+            return
+        for row in samples(self.imu):
+            row[1:7] = [f"{float(value) + bias:.10g}" for value, bias in zip(row[1:7], biases)]
+
     def freeze_imu(self, columns, from_share=0):
         rows = samples(self.imu)
         first = int(from_share * len(rows))
@@ -270,6 +284,12 @@ def scale_lever(camera):
 
 def set_timeshift(recording, shift_s):
     recording.cameras[0].timeshift_s = shift_s
+
+
+def drawn_biases(seed):
+    """Of gyroscope and accelerometer, as the simulator draws them."""
+    draw = random.Random(seed)
+    return [draw.gauss(0, sigma) for sigma in [GYRO_BIAS_RAD_S] * 3 + [ACCEL_BIAS_M_S2] * 3]
 
 
 def diagonal(*signs):
@@ -411,6 +431,9 @@ def arguments():
     parser.add_argument("--focal-scale", type=float, default=1)
     parser.add_argument("--principal-px", type=float, nargs=2, default=[0] * 2)
     parser.add_argument("--baseline-scale", type=float, default=1)
+    parser.add_argument("--gyro-bias-rad-s", type=float, nargs=3, default=[0] * 3)
+    parser.add_argument("--accel-bias-m-s2", type=float, nargs=3, default=[0] * 3)
+    parser.add_argument("--imu-bias-seed", type=int)
     parser.add_argument("--fault", action="append", default=[])
     parser.add_argument("--all-faults", action="store_true")
     parser.add_argument("--list-faults", action="store_true")
@@ -440,6 +463,9 @@ def apply_options(recording, options):
     recording.scale_baseline(options.baseline_scale)
     for camera in recording.cameras:
         camera.translation = add(camera.translation, options.lever_m)
+    recording.add_imu_bias(options.gyro_bias_rad_s + options.accel_bias_m_s2)
+    if options.imu_bias_seed is not None:
+        recording.add_imu_bias(drawn_biases(options.imu_bias_seed))
     for name in options.fault:
         faults()[name][1](recording)
 

@@ -82,6 +82,32 @@ TEST_F(MiscalibratedRecording, LateStampsAreThoseOfTheSameImages) {
   }
 }
 
+TEST_F(MiscalibratedRecording, AddsBiasesToTheSamplesOfTheImu) {
+  const auto samples = [](const std::string& mav) {
+    Warnings warnings;
+    return ReadAslImu(mav + "/imu0/data.csv", &warnings);
+  };
+  const auto good = samples(good_ + "mav0");
+  const auto biased =
+      samples(Made("biased", "--gyro-bias-rad-s 0.01 0 0 --accel-bias-m-s2 0 0 -0.1"));
+  const auto drawn = samples(Made("drawn", "--imu-bias-seed 1"));
+  const auto other = samples(Made("other", "--imu-bias-seed 2"));
+  ASSERT_EQ(biased.size(), good.size());
+  for (size_t i = 0; i < good.size(); ++i) {
+    EXPECT_LT(
+        (biased[i].angular_velocity_rad_s - good[i].angular_velocity_rad_s - Vector3d(0.01, 0, 0))
+            .norm(),
+        1e-9);
+    EXPECT_LT(
+        (biased[i].specific_force_m_s2 - good[i].specific_force_m_s2 + Vector3d(0, 0, 0.1)).norm(),
+        1e-9);
+    // The same for all samples, by the seed.
+    const Vector3d bias = drawn[i].specific_force_m_s2 - good[i].specific_force_m_s2;
+    EXPECT_LT((bias - (drawn[0].specific_force_m_s2 - good[0].specific_force_m_s2)).norm(), 1e-9);
+    EXPECT_GT((bias - (other[i].specific_force_m_s2 - good[i].specific_force_m_s2)).norm(), 1e-3);
+  }
+}
+
 TEST_F(MiscalibratedRecording, NamesManyFaultsAndMakesEach) {
   const std::string list = Make("--list-faults").output;
   EXPECT_GE(std::count(list.begin(), list.end(), '\n'), 25);
