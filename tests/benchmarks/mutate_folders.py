@@ -345,7 +345,9 @@ def main():
             wanted = [name for name in files_of(pathlib.Path(folder)) if is_wanted(args, name)]
             if not wanted:
                 continue
-            stage = Stage(slcmap, command, options, folder, scratch)
+            # What is read is the same without images, and a map of them takes long.
+            sparse = ["--sparse"] if command == "map" else []
+            stage = Stage(slcmap, command, options + sparse, folder, scratch)
             for path in wanted:
                 total += measure(stage, args, bad, path)
     finally:
