@@ -2,7 +2,7 @@
 """Damages run and map folders at random and looks at what slcmap makes of them.
 
 Of each file of a run folder, and of each of a map folder, N seeded mutations are read by
-`slcmap map` and `slcmap export`. Each ends in one of these classes:
+`slcmap map --sparse` and `slcmap export`. Each ends in one of these classes:
 
   crash      ended by a signal
   hang       took more than 10 s

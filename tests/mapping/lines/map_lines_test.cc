@@ -415,8 +415,8 @@ TEST(MapLines, AreFoundWhereViewsAreInOnePlaneWithThem) {
   }
 }
 
-// Two bars as far apart as two cameras nearly are: the right side of the left image's one and the
-// right image's other make a line in the air, half as far, on which all views on a way along the
+// Two bars as far apart as two cameras nearly are: the left side of one in left images and that of
+// the other in right ones make a line in the air, half as far, on which all views on a way along the
 // bars agree.
 TEST(MapLines, AreNoGhosts) {
   Views rising;
