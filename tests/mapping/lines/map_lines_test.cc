@@ -416,8 +416,8 @@ TEST(MapLines, AreFoundWhereViewsAreInOnePlaneWithThem) {
 }
 
 // Two bars as far apart as two cameras nearly are: the left side of one in left images and that of
-// the other in right ones make a line in the air, half as far, on which all views on a way along the
-// bars agree.
+// the other in right ones make a line in the air, half as far, on which all views on a way along
+// the bars agree.
 TEST(MapLines, AreNoGhosts) {
   Views rising;
   for (int i = 0; i < 12; ++i) rising.push_back(testing::LookingAtWall({0, 0, 0.1 * i - 0.5}, i));
