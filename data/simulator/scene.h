@@ -170,6 +170,9 @@ std::vector<ScenePatch> PatchesOf(const std::vector<SceneQuad>& quads);
 Scene ReadScene(const std::string& path, const Progress& progress = {},
                 const std::optional<InexactOptions>& inexact = {});
 
+// The scene's name; the file's where it has none. Throws as above.
+std::string ReadSceneName(const std::string& path);
+
 // What the section `inexact` says. Throws as above.
 InexactOptions ReadSceneInexact(const std::string& path);
 

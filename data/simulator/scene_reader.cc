@@ -163,6 +163,13 @@ void Dim(const std::vector<Dimming>& dimmings, Scene* scene) {
   }
 }
 
+// The last file that has one says it: the scene itself, then what it is based on.
+std::string ReadName(const std::string& path, std::vector<YamlSection>* files) {
+  std::string name = std::filesystem::path(path).stem();
+  for (YamlSection& file : *files) file.Read("name", &name);
+  return name;
+}
+
 }  // namespace
 
 Scene ReadScene(const std::string& path, const Progress& progress,
@@ -173,10 +180,9 @@ Scene ReadScene(const std::string& path, const Progress& progress,
   SceneBuilder builder(world_wings);
   const MaterialNames materials = ReadMaterials(&files, &builder);
   std::vector<Dimming> dimmings;
-  std::string name = std::filesystem::path(path).stem();
+  const std::string name = ReadName(path, &files);
   double ambient = 0.05;
   for (YamlSection& file : files) {
-    file.Read("name", &name);
     file.Read("ambient", &ambient);
     file.Section("trajectory");
     file.Section("camera");
@@ -195,6 +201,11 @@ Scene ReadScene(const std::string& path, const Progress& progress,
   Dim(dimmings, &scene);
   if (deviations.amount > 0) MakeInexact(deviations, &scene);
   return scene;
+}
+
+std::string ReadSceneName(const std::string& path) {
+  std::vector<YamlSection> files = ReadFiles(path);
+  return ReadName(path, &files);
 }
 
 InexactOptions ReadSceneInexact(const std::string& path) {

@@ -119,6 +119,21 @@ TEST_F(SimulationTest, TheBytesDoNotDependOnTheThreads) {
   EXPECT_EQ(ReadFile(OpenSequence(options_.folder).images.back().left_path), image);
 }
 
+TEST_F(SimulationTest, EachBuildingHasItsOwnImuBiases) {
+  const std::string motion = ReadFile(options_.scene);
+  const auto imu_of = [&](const std::string& name, int64_t seed) {
+    WriteFile(options_.scene, "name: " + name + "\n" + motion);
+    options_.seed = seed;
+    fs::remove_all(options_.folder);
+    Run();
+    return ReadFile(options_.folder + "/mav0/imu0/data.csv");
+  };
+  const std::string hall = imu_of("hall", 1);
+  EXPECT_NE(imu_of("attic", 1), hall);
+  EXPECT_NE(imu_of("hall", 2), hall);
+  EXPECT_EQ(imu_of("hall", 1), hall);
+}
+
 TEST_F(SimulationTest, IsEndedBeforeItsFirstPairWithoutATrace) {
   for (const std::string ended : {"planning the motion", "IMU", "truth"}) {
     const auto stage = [&](const std::string& label) {
