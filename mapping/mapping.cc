@@ -32,8 +32,8 @@ namespace slcmap {
 namespace {
 
 // Shares of the time, about, up to the end of a stage.
-constexpr double kFusedUntil = 0.02, kFilteredUntil = 0.05, kDenseUntil = 0.45, kLinesUntil = 0.85,
-                 kBuiltUntil = 0.9;
+constexpr double kFusedUntil = 0.02, kFilteredUntil = 0.05, kDenseUntil = 0.45, kLinesUntil = 0.82,
+                 kPipesUntil = 0.87, kBuiltUntil = 0.91;
 constexpr double kAgreementUntil = 0.05, kSightsUntil = 0.1, kAxes = 0.3;  // of the lines' part
 constexpr char kDenseStage[] = "dense", kLineStage[] = "lines";            // as they are kept
 constexpr char kImageUnreadable[] = "images_unreadable";
@@ -51,6 +51,7 @@ const char* MissingAt(double share, bool has_images) {
   if (!has_images) return "the occupancy";
   if (share < kDenseUntil) return "the dense cloud and the occupancy";
   if (share < kLinesUntil) return "the lines";
+  if (share < kPipesUntil) return "the pipes";
   return share < kBuiltUntil ? "the building" : "filled planes and junctions";
 }
 
@@ -227,6 +228,13 @@ void LineStageOf(const OdometryRun& run, const RecordedViews& recorded,
   AddWarnings(stage->warnings, map);
 }
 
+void PipeStageOf(const RecordedViews& recorded, const MappingOptions& options,
+                 const Progress& progress, MapResult* map) {
+  const RecordedViews chosen = ViewsForLines(recorded, options.lines.views);
+  const PipeImages images{chosen.views, *chosen.images};
+  AddPipes(options.pipes, &images, progress, map);
+}
+
 void BuildingStageOf(const RecordedViews& recorded, std::vector<Sights> sights,
                      const MappingOptions& options, const Progress& progress, MapResult* map) {
   constexpr double kBuilt = 0.33, kFilled = 0.87;  // shares of the time
@@ -251,9 +259,11 @@ void MapImages(const OdometryRun& run, const RecordedViews& recorded, const Mapp
   map->marks = TakeMarks(&map->lines);
   spdlog::info("dense cloud: {} points; lines: {}, and {} marks", map->dense.size(),
                map->lines.size(), map->marks.size());
-  if (progress.Report(kLinesUntil)) AddPipes(options.pipes, map);
+  if (progress.Report(kLinesUntil)) {
+    PipeStageOf(recorded, options, progress.Part(kLinesUntil, kPipesUntil), map);
+  }
   if (!options.stages.building) return;
-  BuildingStageOf(recorded, std::move(sights), options, progress.Part(kLinesUntil, 1), map);
+  BuildingStageOf(recorded, std::move(sights), options, progress.Part(kPipesUntil, 1), map);
 }
 
 }  // namespace

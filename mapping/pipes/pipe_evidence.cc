@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "data/quantile.h"
+#include "mapping/pipes/across_axis.h"
 
 namespace slcmap {
 namespace {
@@ -25,25 +26,10 @@ struct FlatRay {
   double d_m = 0, sigma_m = 0;
 };
 
-class AcrossAxis {
- public:
-  explicit AcrossAxis(const PointAndDirection& axis)
-      : axis_(axis),
-        first_(axis.direction_world.unitOrthogonal()),
-        second_(axis.direction_world.cross(first_)) {}
-
-  Vector2d Direction(const Vector3d& way) const { return {first_.dot(way), second_.dot(way)}; }
-  Vector2d Place(const Vector3d& p_world) const { return Direction(p_world - axis_.point_world); }
-
-  FlatRay Of(const TangentRay& ray) const {
-    const Vector3d normal = ray.ray_world.cross(axis_.direction_world).normalized();
-    return {Direction(normal), (ray.centre_world - axis_.point_world).dot(normal), ray.sigma_m};
-  }
-
- private:
-  PointAndDirection axis_;
-  Vector3d first_, second_;
-};
+FlatRay Flat(const TangentRay& ray, const PointAndDirection& axis, const AcrossAxis& across) {
+  const Vector3d normal = ray.ray_world.cross(axis.direction_world).normalized();
+  return {across.Direction(normal), (ray.centre_world - axis.point_world).dot(normal), ray.sigma_m};
+}
 
 // The place that all rays pass nearest to.
 Vector2d FixedEdge(const std::vector<FlatRay>& rays) {
@@ -162,7 +148,7 @@ RayEvidence RayEvidenceOf(const Cylinder& cylinder, const RaysOfLines& lines) {
   for (const auto* rays : lines) {
     std::vector<FlatRay> of_line;
     for (const TangentRay& ray : *rays) {
-      FlatRay flat = across.Of(ray);
+      FlatRay flat = Flat(ray, cylinder.axis, across);
       const int side = SideOf(flat);
       of_line.push_back(flat);
       measured[side].push_back(flat);

@@ -90,6 +90,7 @@ class Finder {
     if (!middle) return std::nullopt;
     const auto start = CylinderOf(*middle, outlines_[a], outlines_[b]);
     if (!start || !HasSize(*start) || !PassOutside(*start, a) || !PassOutside(*start, b) ||
+        !IsSeenWide(*start, a) || !IsSeenWide(*start, b) ||
         DistanceAcross(start->axis, middle->point_world) > kMaxShift * start->radius_m) {
       return std::nullopt;
     }
@@ -105,6 +106,18 @@ class Finder {
  private:
   bool HasSize(const Cylinder& cylinder) const {
     return cylinder.radius_m >= options_.min_radius_m && cylinder.radius_m <= options_.max_radius_m;
+  }
+
+  // Thin ones are told by their widths alone: some image has to show one.
+  bool IsSeenWide(const Cylinder& cylinder, size_t outline) const {
+    constexpr double kLeastWidth_px = 4;
+    const auto shows_width = [&](const TangentRay& ray) {
+      const double pixels_m = std::sqrt(
+          std::max(0.0, ray.sigma_m * ray.sigma_m - options_.pose_sigma_m * options_.pose_sigma_m));
+      return 2 * cylinder.radius_m * options_.sigma_px >= kLeastWidth_px * pixels_m;
+    };
+    return cylinder.radius_m >= options_.min_outlined_radius_m ||
+           std::ranges::any_of(outlines_[outline].rays, shows_width);
   }
 
   std::vector<TangentRay> RaysOf(const std::vector<size_t>& some) const {

@@ -8,6 +8,7 @@ namespace {
 constexpr OptionTable kTable{
     Option{"find", &PipeOptions::find, false, true},
     Option{"min_radius_m", &PipeOptions::min_radius_m, 0.005, 10.0},
+    Option{"min_outlined_radius_m", &PipeOptions::min_outlined_radius_m, 0.005, 10.0},
     Option{"max_radius_m", &PipeOptions::max_radius_m, 0.005, 10.0},
     Option{"min_length_m", &PipeOptions::min_length_m, 0.1, 100.0},
     Option{"sigma_px", &PipeOptions::sigma_px, 0.01, 10.0},

@@ -8,9 +8,11 @@ namespace slcmap {
 
 struct PipeOptions {
   bool find = true;
+  double min_radius_m = 0.015, max_radius_m = 0.32;
   // The outlines of a square bar are up to a sixth of the radius off those of a pipe: of thinner
-  // ones that is less than twice what rays are off at 2 m.
-  double min_radius_m = 0.035, max_radius_m = 0.32;
+  // ones that is less than twice what rays are off at 2 m. Only how wide images show them tells
+  // these.
+  double min_outlined_radius_m = 0.035;
   double min_length_m = 0.75;
   double sigma_px = 0.4;        // of where an image has an outline
   double pose_sigma_m = 0.002;  // of the views against each other

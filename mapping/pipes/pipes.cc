@@ -8,115 +8,28 @@
 #include <optional>
 #include <set>
 
+#include "mapping/pipes/pipe_evidence.h"
+#include "mapping/pipes/pipe_finder.h"
+#include "mapping/pipes/pipe_judgement.h"
+#include "mapping/pipes/pipe_widths.h"
+
 namespace slcmap {
 namespace {
 
 using Eigen::Vector3d;
 
 constexpr double kMaxGap_m = 0.5;  // in a pipe
-// Of the images of any pipe, those that show outlines on both sides.
-constexpr double kLeastBoth = 0.2;
 
 struct JudgedPipe {
   const PipeCandidate* candidate = nullptr;
   RayEvidence rays;
-  double surface_off = 0;  // in radii
+  double surface_off =
+      0;  // in radii; 0 where widths tell it, for which the cloud may be too coarse
 
   // Some of a pipe's outlines, or with those of another, may make a pipe that is askew: of those
   // that share lines the one that is seen most, and as round as the cloud is.
   double Weight() const { return rays.both_images * (1 - std::min(1.0, surface_off)); }
 };
-
-// The images tell it from an edge on each side.
-bool IsTold(const RayEvidence& rays, const PipeOptions& options) {
-  constexpr double kLeastTold = 0.08, kLeastSquared = 15, kLeastShare = 0.5;
-  const bool by_most = rays.straight.median >= options.min_gain * rays.round.median &&
-                       rays.told.median >= kLeastTold;
-  const double gain = rays.straight.squared - rays.round.squared;
-  return by_most || (rays.told.squared >= kLeastSquared && gain >= kLeastShare * rays.told.squared);
-}
-
-// Neither an edge on each side nor one for each line does better.
-bool FitsAsWell(const RayEvidence& rays) {
-  constexpr double kSlack = 1.3, kFew = 3, kMostOfOutline = 1;
-  return rays.round.squared <= kSlack * rays.straight.squared + kFew &&
-         rays.round.median <= kSlack * rays.own.median &&
-         rays.round.squared <= kMostOfOutline * rays.outlines;
-}
-
-// The cloud does not bulge between the outlines, or it goes on beside them, as about a trim or the
-// frame of a door.
-bool IsContradicted(const Cylinder& cylinder, const SurfaceEvidence& surface,
-                    const PipeOptions& options) {
-  constexpr int kLeastPoints = 30;
-  constexpr double kLeastHighest = 0.6, kMostOff = 0.7, kBeside = 0.25, kClearlyRound = 0.3;
-  return surface.points < kLeastPoints || surface.highest < kLeastHighest ||
-         surface.off > kMostOff || surface.off * cylinder.radius_m > options.max_outlined_off_m ||
-         (surface.beside > kBeside && surface.off > kClearlyRound);
-}
-
-// The outlines fit edges as well, but the cloud bulges between them, and is behind beside them.
-bool StandsOut(const RayEvidence& rays, const SurfaceEvidence& surface) {
-  constexpr double kMostMedian = 0.2, kSlack = 1.3, kFew = 3;
-  constexpr int kLeastPoints = 60;
-  constexpr double kMostOff = 0.55, kLeastHighest = 0.7, kMostHighest = 1.1, kBehind = -0.3;
-  return rays.round.median <= kMostMedian &&
-         rays.round.squared <= kSlack * rays.straight.squared + kFew &&
-         surface.points >= kLeastPoints && surface.off <= kMostOff &&
-         surface.highest >= kLeastHighest && surface.highest <= kMostHighest &&
-         surface.beside <= kBehind;
-}
-
-// Where the views should tell it from edges, and edges do better nevertheless.
-bool SpeaksForEdges(const RayEvidence& rays) {
-  constexpr double kTold = 15, kLeastShare = 0.3;
-  return rays.told.squared >= kTold &&
-         rays.straight.squared - rays.round.squared < kLeastShare * rays.told.squared;
-}
-
-// The cloud bulges between the outlines nearly as a pipe does, and is behind beside them; from one
-// side the outlines need not say more than that a pipe fits about as well as edges do.
-bool Bulges(const Cylinder& cylinder, const RayEvidence& rays, const SurfaceEvidence& surface) {
-  constexpr int kLeastImages = 30, kLeastPoints = 80;
-  constexpr double kLeastBoth = 0.7, kSlack = 1.3, kFew = 3, kMostOfOwn = 2.5;
-  constexpr double kLeastLength_m = 1.5, kLeastRadius_m = 0.05;
-  constexpr double kLeastHeight = 0.3, kLeastHighest = 0.55, kMostHighest = 1.2, kMostOff = 0.52;
-  constexpr double kBehind = -0.5;
-  return cylinder.radius_m >= kLeastRadius_m && surface.length_m >= kLeastLength_m &&
-         rays.images >= kLeastImages && rays.both_images >= kLeastBoth * rays.images &&
-         rays.round.squared <= kSlack * rays.straight.squared + kFew &&
-         rays.round.squared <= kMostOfOwn * rays.own.squared + kFew &&
-         surface.points >= kLeastPoints && surface.height >= kLeastHeight &&
-         surface.highest >= kLeastHighest && surface.highest <= kMostHighest &&
-         surface.off <= kMostOff && surface.beside <= kBehind && !SpeaksForEdges(rays);
-}
-
-// A long bar that nearly all images show both outlines of, and that all that is known beside it is
-// behind. What of the cloud is on it bulges, though much of it is torn to what is behind: so may a
-// flat strip, or a square bar seen from one side alone, but these seldom stand as free.
-bool StandsFree(const RayEvidence& rays, const SurfaceEvidence& surface) {
-  constexpr int kLeastImages = 60, kLeastPoints = 150;
-  constexpr double kLeastBoth = 0.85, kSlack = 1.3, kFew = 3;
-  constexpr double kLeastHeight = 0.15, kLeastHighest = 0.45, kMostHighest = 1.1, kBehind = -1;
-  return rays.images >= kLeastImages && rays.both_images >= kLeastBoth * rays.images &&
-         rays.round.squared <= kSlack * rays.straight.squared + kFew &&
-         surface.points >= kLeastPoints && surface.height >= kLeastHeight &&
-         surface.highest >= kLeastHighest && surface.highest <= kMostHighest &&
-         surface.beside <= kBehind;
-}
-
-// The cloud alone tells it, which is too coarse for thin ones. A long pipe has many lines in each
-// image, and these may be as far off it as they are off themselves.
-bool HasRoundSurface(const Cylinder& cylinder, const RayEvidence& rays,
-                     const SurfaceEvidence& surface, const PipeOptions& options) {
-  constexpr int kLeastPoints = 60;
-  constexpr double kLeastRadius_m = 0.08;
-  constexpr double kLeastHeight = 0.8, kMostMedian = 0.75, kMostOfImage = 3, kMostOfOwn = 2;
-  return cylinder.radius_m >= kLeastRadius_m && surface.points >= kLeastPoints &&
-         rays.both_images >= kLeastBoth * rays.images && surface.height >= kLeastHeight &&
-         surface.off <= options.max_surface_off && rays.round.median <= kMostMedian &&
-         rays.round.squared <= std::max(kMostOfImage * rays.images, kMostOfOwn * rays.own.squared);
-}
 
 RaysOfLines RaysOf(const PipeCandidate& candidate, const std::vector<Outline>& outlines) {
   RaysOfLines rays;
@@ -185,29 +98,76 @@ bool HasRidge(const PipeCandidate& candidate, int images, const std::vector<Outl
   return false;
 }
 
-// Those that are pipes by what images and cloud show, those of most weight first.
-std::vector<JudgedPipe> Judge(const std::vector<PipeCandidate>& candidates,
-                              const std::vector<Outline>& outlines, const MapResult& map,
-                              const PipeOptions& options) {
+// What is known of a candidate.
+struct Evidence {
+  RayEvidence rays;
+  SurfaceEvidence surface;
+  WidthEvidence widths;
+};
+
+bool ShowsBothSides(const RayEvidence& rays) {
+  return rays.both_images >= kLeastBothSides * rays.images;
+}
+
+// By candidate, without the widths; nothing of those that hardly an image shows both sides of.
+std::vector<std::optional<Evidence>> EvidenceOf(const std::vector<PipeCandidate>& candidates,
+                                                const std::vector<Outline>& outlines,
+                                                const MapResult& map, const PipeOptions& options) {
   const CloudAboutPipes cloud(map.dense);
-  std::vector<std::optional<JudgedPipe>> all(candidates.size());
+  std::vector<std::optional<Evidence>> all(candidates.size());
   cv::parallel_for_({0, static_cast<int>(candidates.size())}, [&](const cv::Range& range) {
     for (int i = range.start; i < range.end; ++i) {
       const PipeCandidate& candidate = candidates[i];
       const Cylinder& cylinder = candidate.fit.cylinder;
       const RaysOfLines lines = RaysOf(candidate, outlines);
       RayEvidence rays = RayEvidenceOf(cylinder, lines);
-      if (rays.both_images < kLeastBoth * rays.images) continue;
-      rays.has_ridge = HasRidge(candidate, rays.images, outlines, options);
-      const SurfaceEvidence surface = cloud.Of(cylinder, candidate.from_m, candidate.to_m, lines);
-      if (IsPipe(cylinder, rays, surface, options)) {
-        all[i] = JudgedPipe{&candidate, rays, surface.off};
+      if (!ShowsBothSides(rays)) continue;
+      // Thin ones are told by their widths alone.
+      if (cylinder.radius_m < options.min_outlined_radius_m) {
+        all[i] = {rays, {}, {}};
+        continue;
       }
+      rays.has_ridge = HasRidge(candidate, rays.images, outlines, options);
+      all[i] = {rays, cloud.Of(cylinder, candidate.from_m, candidate.to_m, lines), {}};
     }
   });
+  return all;
+}
+
+// Adds how wide images show what may be a pipe.
+void LookAtWidths(const std::vector<PipeCandidate>& candidates, const PipeImages& images,
+                  const PipeOptions& options, const Progress& progress,
+                  std::vector<std::optional<Evidence>>* evidence) {
+  std::vector<size_t> looked_at;
+  std::vector<PipePlace> places;
+  for (size_t i = 0; i < candidates.size(); ++i) {
+    const PipeCandidate& candidate = candidates[i];
+    const Stretch stretch{candidate.from_m, candidate.to_m};
+    if (!(*evidence)[i] || stretch.length_m() < options.min_length_m ||
+        IsFlat(candidate.fit.cylinder, (*evidence)[i]->surface)) {
+      continue;
+    }
+    looked_at.push_back(i);
+    places.push_back({candidate.fit.cylinder, stretch});
+  }
+  const auto widths = WidthsOf(places, images, options.pose_sigma_m, progress);
+  for (size_t k = 0; k < looked_at.size(); ++k) (*evidence)[looked_at[k]]->widths = widths[k];
+}
+
+// Those that are pipes by what images and cloud show, those of most weight first.
+std::vector<JudgedPipe> Judge(const std::vector<PipeCandidate>& candidates,
+                              const std::vector<std::optional<Evidence>>& all,
+                              const PipeOptions& options) {
   std::vector<JudgedPipe> judged;
-  for (const std::optional<JudgedPipe>& pipe : all) {
-    if (pipe) judged.push_back(*pipe);
+  for (size_t i = 0; i < candidates.size(); ++i) {
+    if (!all[i]) continue;
+    const auto& [rays, surface, widths] = *all[i];
+    const Cylinder& cylinder = candidates[i].fit.cylinder;
+    if (IsAsWideAsAPipe(cylinder, widths, surface)) {
+      judged.push_back({&candidates[i], rays, 0});
+    } else if (IsPipe(cylinder, rays, surface, options)) {
+      judged.push_back({&candidates[i], rays, surface.off});
+    }
   }
   std::ranges::stable_sort(judged, [](const JudgedPipe& a, const JudgedPipe& b) {
     if (a.Weight() != b.Weight()) return a.Weight() > b.Weight();
@@ -348,23 +308,15 @@ void Leave(const std::vector<int64_t>& ids, IdOf id_of, Items* items) {
 
 }  // namespace
 
-bool IsPipe(const Cylinder& cylinder, const RayEvidence& rays, const SurfaceEvidence& surface,
-            const PipeOptions& options) {
-  if (HasRoundSurface(cylinder, rays, surface, options)) return true;
-  if (rays.both_images < options.min_both_sides * rays.images) return false;
-  const bool outlined =
-      IsTold(rays, options) && FitsAsWell(rays) && !IsContradicted(cylinder, surface, options);
-  if (outlined) return true;
-  return !rays.has_ridge &&
-         (StandsOut(rays, surface) || Bulges(cylinder, rays, surface) || StandsFree(rays, surface));
-}
-
-FoundPipes FindPipes(const MapResult& map, const PipeOptions& options) {
+FoundPipes FindPipes(const MapResult& map, const PipeOptions& options, const PipeImages* images,
+                     const Progress& progress) {
   const std::vector<Outline> outlines = OutlinesOf(map, options);
   const std::vector<PipeCandidate> candidates = PipeCandidates(outlines, options);
+  std::vector<std::optional<Evidence>> evidence = EvidenceOf(candidates, outlines, map, options);
+  if (images != nullptr) LookAtWidths(candidates, *images, options, progress, &evidence);
   std::vector<char> explained(outlines.size(), 0);
   FoundPipes found;
-  for (const JudgedPipe& judged : Judge(candidates, outlines, map, options)) {
+  for (const JudgedPipe& judged : Judge(candidates, evidence, options)) {
     const PipeCandidate& candidate = *judged.candidate;
     const auto is_explained = [&](size_t i) { return explained[i] != 0; };
     if (std::ranges::any_of(candidate.outlines, is_explained)) continue;
@@ -386,9 +338,10 @@ FoundPipes FindPipes(const MapResult& map, const PipeOptions& options) {
   return found;
 }
 
-void AddPipes(const PipeOptions& options, MapResult* map) {
+void AddPipes(const PipeOptions& options, const PipeImages* images, const Progress& progress,
+              MapResult* map) {
   if (!options.find) return;
-  FoundPipes found = FindPipes(*map, options);
+  FoundPipes found = FindPipes(*map, options, images, progress);
   map->pipes = std::move(found.pipes);
   Leave(found.line_ids, &MapLine::id, &map->lines);
   Leave(found.line_ids, &MapLine::id, &map->marks);

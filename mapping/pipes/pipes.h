@@ -3,27 +3,26 @@
 
 #include <vector>
 
-#include "mapping/pipes/pipe_evidence.h"
-#include "mapping/pipes/pipe_finder.h"
+#include "data/progress.h"
+#include "mapping/map.h"
+#include "mapping/pipes/outline_pairs.h"
+#include "mapping/pipes/pipe_options.h"
 
 namespace slcmap {
-
-// Whether lines are the outlines of a pipe, and of nothing else that is straight: the images tell
-// it from fixed edges and the cloud does not speak against it, or the cloud is as round as it, or
-// bulges between them, or it stands free.
-bool IsPipe(const Cylinder& cylinder, const RayEvidence& rays, const SurfaceEvidence& surface,
-            const PipeOptions& options);
 
 struct FoundPipes {
   std::vector<MapPipe> pipes;
   std::vector<int64_t> line_ids;  // of lines that they explain: no edges of the building, sorted
 };
 
-// The same map gives the same pipes, whatever the number of threads.
-FoundPipes FindPipes(const MapResult& map, const PipeOptions& options);
+// The same map and images give the same pipes, whatever the number of threads. Without images, and
+// once progress says so, thin ones and those that only their widths tell are not found.
+FoundPipes FindPipes(const MapResult& map, const PipeOptions& options,
+                     const PipeImages* images = nullptr, const Progress& progress = {});
 
 // Finds the pipes of a map with lines and a dense cloud; the lines that they explain, with what is
 // known of these, leave the map.
-void AddPipes(const PipeOptions& options, MapResult* map);
+void AddPipes(const PipeOptions& options, const PipeImages* images, const Progress& progress,
+              MapResult* map);
 
 }  // namespace slcmap

@@ -1,7 +1,9 @@
 // Finds the pipes of a map anew, among the lines that it has, and compares them with the true ones:
-// within a second, where mapping again takes minutes.
+// within seconds, where mapping again takes minutes.
 //
-//   pipe_quality MAP SEQ    a map made with `mapping: {pipes: {find: false}}`, and its sequence
+//   pipe_quality MAP SEQ RUN    a map made with `mapping: {pipes: {find: false}}`, its sequence,
+//   and
+//                               its run, whose images are looked at again
 #include <chrono>
 #include <cstdio>
 #include <iostream>
@@ -9,8 +11,13 @@
 #include "apps/evaluation/pipe_metrics.h"
 #include "apps/evaluation/trajectory_metrics.h"
 #include "data/error.h"
+#include "mapping/adjustment/adjusted_run.h"
+#include "mapping/building_world.h"
 #include "mapping/map_folder.h"
+#include "mapping/options.h"
 #include "mapping/pipes/pipes.h"
+#include "mapping/views/recorded_views.h"
+#include "odometry/run_folder.h"
 
 namespace slcmap {
 namespace {
@@ -22,12 +29,19 @@ void Print(const MapPipe& pipe, bool is_true) {
               pipe.images);
 }
 
-void Measure(const std::string& folder, const std::string& sequence) {
+void Measure(const std::string& folder, const std::string& sequence,
+             const std::string& run_folder) {
   const MapResult map = ReadMapFolder(folder);
+  const MappingOptions options;
+  OdometryRun run = AdjustRun(ReadRunFolder(run_folder), options.adjustment, nullptr).run;
+  TurnAlongBuilding(&run);
+  const RecordedViews recorded = ViewsOfRun(run, {});
+  const RecordedViews chosen = ViewsForLines(recorded, options.lines.views);
+  const PipeImages images{chosen.views, *chosen.images};
   const TrajectoryMetrics trajectory = EvaluateTrajectory(
       ReadTrajectory(sequence + "/truth/trajectory.tum"), map.trajectory, {}, {});
   const auto start = std::chrono::steady_clock::now();
-  const FoundPipes found = FindPipes(map, {});
+  const FoundPipes found = FindPipes(map, options.pipes, &images);
   const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;
   const PipeInputs inputs{folder, sequence + "/truth/pipes.csv"};
   const std::vector<TruePipe> truth = ReadTruePipes(inputs.true_pipes);
@@ -43,12 +57,12 @@ void Measure(const std::string& folder, const std::string& sequence) {
 }  // namespace slcmap
 
 int main(int argc, char** argv) {
-  if (argc != 3) {
-    std::cerr << "usage: pipe_quality MAP SEQ\n";
+  if (argc != 4) {
+    std::cerr << "usage: pipe_quality MAP SEQ RUN\n";
     return 2;
   }
   try {
-    slcmap::Measure(argv[1], argv[2]);
+    slcmap::Measure(argv[1], argv[2], argv[3]);
   } catch (const slcmap::Error& error) {
     std::cerr << error.what() << "\n";
     return 1;

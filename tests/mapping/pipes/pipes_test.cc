@@ -5,7 +5,8 @@
 #include <Eigen/Geometry>
 #include <cmath>
 
-#include "tests/testing/pinhole_camera.h"
+#include "mapping/pipes/pipe_judgement.h"
+#include "tests/mapping/pipes/scene_of_views.h"
 
 namespace slcmap {
 namespace {
@@ -13,66 +14,10 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kHalf_m = 1;  // of the height of what is seen
-constexpr int kViews = 30;
-
-// Upright things about the origin, seen from views at 2 m that look at it.
-class SceneOfViews {
- public:
-  // The views are within half of turn_rad to either side of the x axis.
-  explicit SceneOfViews(double turn_rad) {
-    map_.rectified_rig.cameras.fill(testing::PinholeCamera(752, 480, 450, 376, 240));
-    for (int view = 0; view < kViews; ++view) {
-      const double angle_rad = turn_rad * (static_cast<double>(view) / (kViews - 1) - 0.5);
-      const Vector3d out(std::cos(angle_rad), std::sin(angle_rad), 0);
-      Eigen::Matrix3d R;
-      R.col(2) = -out;
-      R.col(1) = -Vector3d::UnitZ();
-      R.col(0) = R.col(1).cross(R.col(2));
-      map_.keyframes.push_back({view, {Eigen::Quaterniond(R), 2 * out}});
-    }
-  }
-
-  MapResult& map() { return map_; }
-  Vector2d Centre(int view) const { return map_.keyframes[view].T_world_imu.translation.head<2>(); }
-
-  int AddLine(const Vector2d& place) {
-    MapLine line;
-    line.id = static_cast<int64_t>(map_.lines.size());
-    line.axis = LineAxis::kVertical;
-    line.sigma_m = 0.002;
-    line.start_world = {place.x(), place.y(), -kHalf_m};
-    line.end_world = {place.x(), place.y(), kHalf_m};
-    line.kind = LineKind::kEdge;
-    map_.lines.push_back(line);
-    map_.line_evidence.covariances.push_back({line.id, 0});
-    return static_cast<int>(line.id);
-  }
-
-  // A view has the line at this place.
-  void AddSupport(int line, int view, const Vector2d& place) {
-    const RigidTransform T_camera_world = map_.keyframes[view].T_world_imu.Inverse();
-    const auto pixel = [&](double height_m) -> Vector2d {
-      const Vector3d p = T_camera_world * Vector3d(place.x(), place.y(), height_m);
-      const Camera& camera = map_.rectified_rig.cameras[0];
-      return {camera.fx_px * p.x() / p.z() + camera.cx_px,
-              camera.fy_px * p.y() / p.z() + camera.cy_px};
-    };
-    map_.line_evidence.supports.push_back({line, 0, view, 0, {pixel(-0.9), pixel(0.9)}});
-  }
-
-  void AddPoints(const Vector2d& place, const Vector2d& normal) {
-    for (double height_m = -0.95; height_m < 1; height_m += 0.05) {
-      map_.dense.push_back(
-          {{place.x(), place.y(), height_m}, {normal.x(), normal.y(), 0}, 0.003, 100});
-    }
-  }
-
- private:
-  MapResult map_;
-};
-
-Vector2d Way(double angle_rad) { return {std::cos(angle_rad), std::sin(angle_rad)}; }
+using testing::kHalf_m;
+using testing::kViews;
+using testing::SceneOfViews;
+using testing::Way;
 
 // What views see of a pipe: outlines that move over it.
 SceneOfViews PipeOf(double radius_m, double turn_rad) {
@@ -308,7 +253,7 @@ TEST(Pipes, WhatTheyExplainLeavesTheLines) {
   AddEdges(
       {{0.06, 0}, {0.2, 0.3}}, [](const Vector2d&, int) { return true; }, &scene);
   MapResult& map = scene.map();
-  AddPipes({}, &map);
+  AddPipes({}, nullptr, {}, &map);
   ASSERT_EQ(map.pipes.size(), 1u);
   ASSERT_EQ(map.lines.size(), 1u);
   EXPECT_EQ(map.lines[0].id, 3);
@@ -321,7 +266,7 @@ TEST(Pipes, AreNotLookedForWhereThatIsOff) {
   SceneOfViews scene = PipeOf(0.06, 1.4);
   PipeOptions options;
   options.find = false;
-  AddPipes(options, &scene.map());
+  AddPipes(options, nullptr, {}, &scene.map());
   EXPECT_TRUE(scene.map().pipes.empty());
   EXPECT_EQ(scene.map().lines.size(), 2u);
 }

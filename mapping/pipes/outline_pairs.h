@@ -1,0 +1,51 @@
+// How wide images show a pipe.
+//
+// Where a view shows both outlines of a pipe, their distance from each other hangs on the view's
+// pose by far less than the place of each does: it is known to a fraction of a pixel, and tells a
+// cylinder, which is as wide from all sides, from two edges and from a bar.
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "data/progress.h"
+#include "data/stretch.h"
+#include "mapping/lines/view_cameras.h"
+#include "mapping/pipes/pipe_fit.h"
+#include "mapping/views/view.h"
+
+namespace slcmap {
+
+// What one image has of both outlines, as seen along an axis (AcrossAxis): places x with
+// normals[i] . x = offsets_m[i] are on the plane through the camera and an outline. The normals
+// point from the first outline to the second.
+struct OutlinePair {
+  Eigen::Vector2d normals[2] = {Eigen::Vector2d::UnitX(), Eigen::Vector2d::UnitX()};
+  double offsets_m[2] = {0, 0};
+  double sigma_m = 0;  // of each, apart from what the image's pose is off
+};
+
+// A cylinder that may be there, between two places along its axis.
+struct PipePlace {
+  Cylinder cylinder;
+  Stretch stretch;
+};
+
+// The images that pipes are looked at in.
+struct PipeImages {
+  const Views& views;
+  const ViewImages& images;
+};
+
+// What cameras that have a place in their images would show of it, if nothing hid it and it were as
+// clear as an outline can be.
+std::vector<OutlinePair> ExpectedPairs(const PipePlace& place, const ViewCameras& cameras);
+
+// Of each place the pairs that the images of some views show, by view and camera, left first.
+// Images are read once. Once progress says so, the pairs are those that were found so far.
+std::vector<std::vector<OutlinePair>> FindOutlinePairs(const std::vector<PipePlace>& places,
+                                                       const PipeImages& images,
+                                                       const std::vector<size_t>& views,
+                                                       const Progress& progress = {});
+
+}  // namespace slcmap
