@@ -163,7 +163,7 @@ void Dim(const std::vector<Dimming>& dimmings, Scene* scene) {
   }
 }
 
-// The last file that has one says it: the scene itself, then what it is based on.
+// The scene's own before that of what it is based on, which is the first file.
 std::string ReadName(const std::string& path, std::vector<YamlSection>* files) {
   std::string name = std::filesystem::path(path).stem();
   for (YamlSection& file : *files) file.Read("name", &name);

@@ -29,7 +29,11 @@ struct OutlinePair {
 struct PipePlace {
   Cylinder cylinder;
   Stretch stretch;
+  int segment = 0;  // of the run: only views of the same are asked
 };
+
+// Images that show a pipe thinner than that tell nothing: blur moves outlines by too much of it.
+inline constexpr double kLeastPipeWidth_px = 4;
 
 // The images that pipes are looked at in.
 struct PipeImages {
@@ -39,7 +43,8 @@ struct PipeImages {
 
 // What cameras that have a place in their images would show of it, if nothing hid it and it were as
 // clear as an outline can be.
-std::vector<OutlinePair> ExpectedPairs(const PipePlace& place, const ViewCameras& cameras);
+std::vector<OutlinePair> ExpectedPairs(const PipePlace& place, const Views& views,
+                                       const ViewCameras& cameras);
 
 // Of each place the pairs that the images of some views show, by view and camera, left first.
 // Images are read once. Once progress says so, the pairs are those that were found so far.

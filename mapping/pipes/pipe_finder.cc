@@ -4,9 +4,11 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <opencv2/core/utility.hpp>
 #include <optional>
 #include <set>
+
+#include "mapping/pipes/outline_pairs.h"
+#include "mapping/pipes/watched_loop.h"
 
 namespace slcmap {
 namespace {
@@ -110,11 +112,10 @@ class Finder {
 
   // Thin ones are told by their widths alone: some image has to show one.
   bool IsSeenWide(const Cylinder& cylinder, size_t outline) const {
-    constexpr double kLeastWidth_px = 4;
     const auto shows_width = [&](const TangentRay& ray) {
-      const double pixels_m = std::sqrt(
+      const double pixel_m = std::sqrt(
           std::max(0.0, ray.sigma_m * ray.sigma_m - options_.pose_sigma_m * options_.pose_sigma_m));
-      return 2 * cylinder.radius_m * options_.sigma_px >= kLeastWidth_px * pixels_m;
+      return 2 * cylinder.radius_m * options_.sigma_px >= kLeastPipeWidth_px * pixel_m;
     };
     return cylinder.radius_m >= options_.min_outlined_radius_m ||
            std::ranges::any_of(outlines_[outline].rays, shows_width);
@@ -192,14 +193,12 @@ class Finder {
 }  // namespace
 
 std::vector<PipeCandidate> PipeCandidates(const std::vector<Outline>& outlines,
-                                          const PipeOptions& options) {
+                                          const PipeOptions& options, const Progress& progress) {
   const Finder finder(outlines, options);
   std::vector<std::vector<PipeCandidate>> found(outlines.size());
-  cv::parallel_for_({0, static_cast<int>(outlines.size())}, [&](const cv::Range& range) {
-    for (int a = range.start; a < range.end; ++a) {
-      for (size_t b = a + 1; b < outlines.size(); ++b) {
-        if (auto candidate = finder.Try(a, b)) found[a].push_back(std::move(*candidate));
-      }
+  ForEachWatched(outlines.size(), progress, [&](size_t a) {
+    for (size_t b = a + 1; b < outlines.size(); ++b) {
+      if (auto candidate = finder.Try(a, b)) found[a].push_back(std::move(*candidate));
     }
   });
   // Two of the lines of one pipe, and others of them, may grow to the same; its radius tells, in

@@ -100,16 +100,16 @@ bool HasRoundSurface(const Cylinder& cylinder, const RayEvidence& rays,
 }  // namespace
 
 bool IsFlat(const Cylinder& cylinder, const SurfaceEvidence& surface) {
-  constexpr double kThick_m = 0.035, kMostHighest = 0.4;
+  constexpr double kMostHighest = 0.4;
   constexpr int kLeastPoints = 50;
-  return cylinder.radius_m >= kThick_m && surface.points >= kLeastPoints &&
+  return cylinder.radius_m >= kLeastRadiusOfCloud_m && surface.points >= kLeastPoints &&
          surface.highest < kMostHighest;
 }
 
 bool IsPipe(const Cylinder& cylinder, const RayEvidence& rays, const SurfaceEvidence& surface,
             const PipeOptions& options) {
-  if (cylinder.radius_m < options.min_outlined_radius_m) return false;
   if (HasRoundSurface(cylinder, rays, surface, options)) return true;
+  if (cylinder.radius_m < options.min_outlined_radius_m) return false;
   if (rays.both_images < options.min_both_sides * rays.images) return false;
   const bool outlined =
       IsTold(rays, options) && FitsAsWell(rays) && !IsContradicted(cylinder, surface, options);
@@ -122,11 +122,12 @@ bool IsAsWideAsAPipe(const Cylinder& cylinder, const WidthEvidence& widths,
                      const SurfaceEvidence& surface) {
   constexpr int kLeastImages = 10;
   constexpr double kLeastShareOfTold = 0.4, kLeastGain = 2, kMostOfImage = 1.6;
-  constexpr double kFew = 5, kMostOtherRadius = 0.1;
+  constexpr double kSlack = 1.1, kFew = 5, kMostOtherRadius = 0.1;
   return widths.images >= kLeastImages && widths.told >= kLeastToldByWidths &&
          widths.edges - widths.cylinder >= kLeastShareOfTold * widths.told &&
          widths.edges >= kLeastGain * widths.cylinder &&
-         widths.cylinder <= kMostOfImage * widths.images && widths.cylinder <= widths.bar + kFew &&
+         widths.cylinder <= kMostOfImage * widths.images &&
+         widths.cylinder <= kSlack * widths.bar + kFew &&
          std::abs(widths.radius_m - cylinder.radius_m) <= kMostOtherRadius * cylinder.radius_m &&
          !IsFlat(cylinder, surface);
 }

@@ -10,7 +10,10 @@ namespace slcmap {
 // Of the images of any pipe, those that show outlines on both sides.
 inline constexpr double kLeastBothSides = 0.2;
 
-// Whether the cloud says so; for thin ones it is too coarse.
+// For thinner ones the cloud is too coarse.
+inline constexpr double kLeastRadiusOfCloud_m = 0.035;
+
+// Whether the cloud says so.
 bool IsFlat(const Cylinder& cylinder, const SurfaceEvidence& surface);
 
 // Whether lines are the outlines of a pipe, and of nothing else that is straight: the images tell

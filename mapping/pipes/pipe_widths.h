@@ -9,7 +9,7 @@
 namespace slcmap {
 
 // By place; no images of those where they cannot tell a pipe from two edges, or where a part of
-// them speaks clearly against one.
+// them speaks clearly against one, and of all once progress says so.
 std::vector<WidthEvidence> WidthsOf(const std::vector<PipePlace>& places, const PipeImages& images,
                                     double pose_sigma_m, const Progress& progress = {});
 

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <opencv2/core/utility.hpp>
 #include <optional>
 #include <set>
 
@@ -12,6 +11,7 @@
 #include "mapping/pipes/pipe_finder.h"
 #include "mapping/pipes/pipe_judgement.h"
 #include "mapping/pipes/pipe_widths.h"
+#include "mapping/pipes/watched_loop.h"
 
 namespace slcmap {
 namespace {
@@ -112,32 +112,30 @@ bool ShowsBothSides(const RayEvidence& rays) {
 // By candidate, without the widths; nothing of those that hardly an image shows both sides of.
 std::vector<std::optional<Evidence>> EvidenceOf(const std::vector<PipeCandidate>& candidates,
                                                 const std::vector<Outline>& outlines,
-                                                const MapResult& map, const PipeOptions& options) {
+                                                const MapResult& map, const PipeOptions& options,
+                                                const Progress& progress) {
   const CloudAboutPipes cloud(map.dense);
   std::vector<std::optional<Evidence>> all(candidates.size());
-  cv::parallel_for_({0, static_cast<int>(candidates.size())}, [&](const cv::Range& range) {
-    for (int i = range.start; i < range.end; ++i) {
-      const PipeCandidate& candidate = candidates[i];
-      const Cylinder& cylinder = candidate.fit.cylinder;
-      const RaysOfLines lines = RaysOf(candidate, outlines);
-      RayEvidence rays = RayEvidenceOf(cylinder, lines);
-      if (!ShowsBothSides(rays)) continue;
-      // Thin ones are told by their widths alone.
-      if (cylinder.radius_m < options.min_outlined_radius_m) {
-        all[i] = {rays, {}, {}};
-        continue;
-      }
-      rays.has_ridge = HasRidge(candidate, rays.images, outlines, options);
-      all[i] = {rays, cloud.Of(cylinder, candidate.from_m, candidate.to_m, lines), {}};
+  ForEachWatched(candidates.size(), progress, [&](size_t i) {
+    const PipeCandidate& candidate = candidates[i];
+    const Cylinder& cylinder = candidate.fit.cylinder;
+    const RaysOfLines lines = RaysOf(candidate, outlines);
+    Evidence evidence{RayEvidenceOf(cylinder, lines), {}, {}};
+    if (!ShowsBothSides(evidence.rays)) return;
+    // Thin ones are told by their widths alone.
+    if (cylinder.radius_m >= std::min(kLeastRadiusOfCloud_m, options.min_outlined_radius_m)) {
+      evidence.rays.has_ridge = HasRidge(candidate, evidence.rays.images, outlines, options);
+      evidence.surface = cloud.Of(cylinder, candidate.from_m, candidate.to_m, lines);
     }
+    all[i] = evidence;
   });
   return all;
 }
 
 // Adds how wide images show what may be a pipe.
 void LookAtWidths(const std::vector<PipeCandidate>& candidates, const PipeImages& images,
-                  const PipeOptions& options, const Progress& progress,
-                  std::vector<std::optional<Evidence>>* evidence) {
+                  const std::vector<Outline>& outlines, const PipeOptions& options,
+                  const Progress& progress, std::vector<std::optional<Evidence>>* evidence) {
   std::vector<size_t> looked_at;
   std::vector<PipePlace> places;
   for (size_t i = 0; i < candidates.size(); ++i) {
@@ -148,7 +146,8 @@ void LookAtWidths(const std::vector<PipeCandidate>& candidates, const PipeImages
       continue;
     }
     looked_at.push_back(i);
-    places.push_back({candidate.fit.cylinder, stretch});
+    places.push_back(
+        {candidate.fit.cylinder, stretch, outlines[candidate.outlines.front()].segment});
   }
   const auto widths = WidthsOf(places, images, options.pose_sigma_m, progress);
   for (size_t k = 0; k < looked_at.size(); ++k) (*evidence)[looked_at[k]]->widths = widths[k];
@@ -310,10 +309,16 @@ void Leave(const std::vector<int64_t>& ids, IdOf id_of, Items* items) {
 
 FoundPipes FindPipes(const MapResult& map, const PipeOptions& options, const PipeImages* images,
                      const Progress& progress) {
+  constexpr double kCandidates = 0.25, kEvidence = 0.5;  // of the time
   const std::vector<Outline> outlines = OutlinesOf(map, options);
-  const std::vector<PipeCandidate> candidates = PipeCandidates(outlines, options);
-  std::vector<std::optional<Evidence>> evidence = EvidenceOf(candidates, outlines, map, options);
-  if (images != nullptr) LookAtWidths(candidates, *images, options, progress, &evidence);
+  const std::vector<PipeCandidate> candidates =
+      PipeCandidates(outlines, options, progress.Part(0, kCandidates));
+  std::vector<std::optional<Evidence>> evidence =
+      EvidenceOf(candidates, outlines, map, options, progress.Part(kCandidates, kEvidence));
+  if (images != nullptr) {
+    LookAtWidths(candidates, *images, outlines, options, progress.Part(kEvidence, 1), &evidence);
+  }
+  if (!progress.Report(1)) return {};
   std::vector<char> explained(outlines.size(), 0);
   FoundPipes found;
   for (const JudgedPipe& judged : Judge(candidates, evidence, options)) {

@@ -15,8 +15,8 @@ struct FoundPipes {
   std::vector<int64_t> line_ids;  // of lines that they explain: no edges of the building, sorted
 };
 
-// The same map and images give the same pipes, whatever the number of threads. Without images, and
-// once progress says so, thin ones and those that only their widths tell are not found.
+// The same map and images give the same pipes, whatever the number of threads. Without images, thin
+// ones and those that only their widths tell are not found; once progress says so, none are.
 FoundPipes FindPipes(const MapResult& map, const PipeOptions& options,
                      const PipeImages* images = nullptr, const Progress& progress = {});
 

@@ -3,6 +3,7 @@
 #include <ceres/tiny_solver.h>
 #include <ceres/tiny_solver_autodiff_function.h>
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 
@@ -27,12 +28,16 @@ struct EdgesBody {
   }
 };
 struct BarBody {
-  static constexpr int kParameters = 4;  // place, half of its sizes
+  static constexpr int kParameters = 5;  // place, half of its sizes, turn
   template <typename T>
   static T Reach(const T* x, const Vector2d& normal, int side) {
     using std::abs;
-    return normal.x() * x[0] + normal.y() * x[1] +
-           (side == 0 ? -1.0 : 1.0) * (abs(normal.x() * x[2]) + abs(normal.y() * x[3]));
+    using std::cos;
+    using std::sin;
+    const T c = cos(x[4]), s = sin(x[4]);
+    const T half = abs((normal.x() * c + normal.y() * s) * x[2]) +
+                   abs((normal.y() * c - normal.x() * s) * x[3]);
+    return normal.x() * x[0] + normal.y() * x[1] + (side == 0 ? -1.0 : 1.0) * half;
   }
 };
 
@@ -86,22 +91,35 @@ double Fit(const std::vector<OutlinePair>& pairs, double pose_sigma_m, Parameter
   return 2 * solver.Solve(function, body).final_cost;
 }
 
-// On either side of the axis, as most cameras see it.
-Parameters<EdgesBody> EdgesAside(const std::vector<OutlinePair>& pairs, double radius_m) {
-  Vector2d aside = Vector2d::Zero();
-  for (const OutlinePair& pair : pairs) aside += pair.normals[0] + pair.normals[1];
-  aside = radius_m * (aside.norm() > 0 ? Vector2d(aside.normalized()) : Vector2d::UnitX());
-  return {-aside.x(), -aside.y(), aside.x(), aside.y()};
+// The place that most planes of a side pass through.
+Vector2d NearestToAll(const std::vector<OutlinePair>& pairs, int side) {
+  Eigen::Matrix2d H = 1e-6 * Eigen::Matrix2d::Identity();
+  Vector2d g = Vector2d::Zero();
+  for (const OutlinePair& pair : pairs) {
+    const double weight = 1 / (pair.sigma_m * pair.sigma_m);
+    H += weight * pair.normals[side] * pair.normals[side].transpose();
+    g += weight * pair.offsets_m[side] * pair.normals[side];
+  }
+  return H.ldlt().solve(g);
 }
 
-// Flat ones, and square ones.
+double FitEdges(const std::vector<OutlinePair>& pairs, double pose_sigma_m) {
+  const Vector2d first = NearestToAll(pairs, 0), second = NearestToAll(pairs, 1);
+  Parameters<EdgesBody> edges(first.x(), first.y(), second.x(), second.y());
+  return Fit<EdgesBody>(pairs, pose_sigma_m, &edges);
+}
+
+// From flat ones and square ones, along the building and across.
 double FitBar(const std::vector<OutlinePair>& pairs, double radius_m, double pose_sigma_m) {
   constexpr double kThin = 0.2, kThick = 1;  // in radii
   double least = INFINITY;
   for (const double width : {kThin, kThick}) {
     for (const double depth : {kThin, kThick}) {
-      Parameters<BarBody> bar(0, 0, width * radius_m, depth * radius_m);
-      least = std::min(least, Fit<BarBody>(pairs, pose_sigma_m, &bar));
+      for (const double turn_rad : {0.0, M_PI_4}) {
+        Parameters<BarBody> bar;
+        bar << 0, 0, width * radius_m, depth * radius_m, turn_rad;
+        least = std::min(least, Fit<BarBody>(pairs, pose_sigma_m, &bar));
+      }
     }
   }
   return least;
@@ -109,9 +127,8 @@ double FitBar(const std::vector<OutlinePair>& pairs, double radius_m, double pos
 
 }  // namespace
 
-double ToldByWidths(const std::vector<OutlinePair>& pairs, double radius_m, double pose_sigma_m) {
-  Parameters<EdgesBody> edges = EdgesAside(pairs, radius_m);
-  return Fit<EdgesBody>(pairs, pose_sigma_m, &edges);
+double ToldByWidths(const std::vector<OutlinePair>& pairs, double pose_sigma_m) {
+  return FitEdges(pairs, pose_sigma_m);
 }
 
 WidthEvidence WidthEvidenceOf(const std::vector<OutlinePair>& pairs, double radius_m,
@@ -122,8 +139,7 @@ WidthEvidence WidthEvidenceOf(const std::vector<OutlinePair>& pairs, double radi
   Parameters<CylinderBody> cylinder(0, 0, radius_m);
   evidence.cylinder = Fit<CylinderBody>(pairs, pose_sigma_m, &cylinder);
   evidence.radius_m = cylinder[2];
-  Parameters<EdgesBody> edges = EdgesAside(pairs, radius_m);
-  evidence.edges = Fit<EdgesBody>(pairs, pose_sigma_m, &edges);
+  evidence.edges = FitEdges(pairs, pose_sigma_m);
   evidence.bar = FitBar(pairs, radius_m, pose_sigma_m);
   std::vector<OutlinePair> perfect = pairs;
   for (OutlinePair& pair : perfect) {
@@ -131,7 +147,7 @@ WidthEvidence WidthEvidenceOf(const std::vector<OutlinePair>& pairs, double radi
       pair.offsets_m[side] = CylinderBody::Reach(cylinder.data(), pair.normals[side], side);
     }
   }
-  evidence.told = ToldByWidths(perfect, radius_m, pose_sigma_m);
+  evidence.told = ToldByWidths(perfect, pose_sigma_m);
   return evidence;
 }
 

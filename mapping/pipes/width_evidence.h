@@ -14,7 +14,7 @@ struct WidthEvidence {
   int images = 0;
   double cylinder = 0;
   double edges = 0;     // two, fixed: of a strip, a board or a frame
-  double bar = 0;       // of a rectangle along the building
+  double bar = 0;       // of a rectangle
   double told = 0;      // what `edges` would be without noise if it is a cylinder
   double radius_m = 0;  // of the cylinder
 };
@@ -22,8 +22,8 @@ struct WidthEvidence {
 // Less tells nothing.
 inline constexpr double kLeastToldByWidths = 15;
 
-// `told` alone, of pairs as a cylinder about the axis has them.
-double ToldByWidths(const std::vector<OutlinePair>& pairs, double radius_m, double pose_sigma_m);
+// `told` alone, of pairs as a cylinder has them.
+double ToldByWidths(const std::vector<OutlinePair>& pairs, double pose_sigma_m);
 
 WidthEvidence WidthEvidenceOf(const std::vector<OutlinePair>& pairs, double radius_m,
                               double pose_sigma_m);
