@@ -71,8 +71,9 @@ struct SceneLamp {
   float radiance = 10;
 };
 
-// A pane of clear glass: one sees through it, and it mirrors. Light passes it where it is baked, and
-// the truth is of what lies behind it. An inexact building leaves it where the exact one has it.
+// A pane of clear glass: one sees through it, and it mirrors. Light passes it where it is baked,
+// and the truth is of what lies behind it. An inexact building leaves it where the exact one has
+// it.
 struct ScenePane {
   Eigen::Vector3f a, u, v;
 };
@@ -109,11 +110,11 @@ struct SceneWallFace {
 
 // How a body or an edge of an inexact building differs from that of the exact one.
 struct BodyDeviation {
-  int body = 0;                  // index into Scene::bodies
-  Eigen::Vector3d foot_world;    // the middle of its foot in the exact building (metres)
-  double yaw_deg = 0;            // of its longer level side, about the vertical
-  Eigen::Vector2d lean_deg = Eigen::Vector2d::Zero();      // of its upright, towards X and Y of its wing
-  double own_yaw_deg = 0;        // what a fitting is turned by itself
+  int body = 0;                // index into Scene::bodies
+  Eigen::Vector3d foot_world;  // the middle of its foot in the exact building (metres)
+  double yaw_deg = 0;          // of its longer level side, about the vertical
+  Eigen::Vector2d lean_deg = Eigen::Vector2d::Zero();      // of its upright, to X, Y of its wing
+  double own_yaw_deg = 0;                                  // what a fitting is turned by itself
   Eigen::Vector2d own_lean_deg = Eigen::Vector2d::Zero();  // and leans by itself
 };
 struct EdgeDeviation {
