@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <opencv2/core/utility.hpp>
 
+#include "mapping/watched_loop.h"
 #include "odometry/geometry/pinhole.h"
 
 namespace slcmap {
@@ -24,19 +24,14 @@ SightDepths::SightDepths(const std::vector<DensePoint>& cloud, double size_m,
       columns_((views.cameras[0].width_px + kCell_px - 1) / kCell_px),
       rows_((views.cameras[0].height_px + kCell_px - 1) / kCell_px),
       images_(views.T_camera_world.size()) {
-  constexpr int kAtOnce = 16;  // views between reports
-  const auto count = static_cast<int>(images_.size());
-  for (int first = 0; first < count; first += kAtOnce) {
-    if (!progress.Report(static_cast<double>(first) / count)) return;
-    cv::parallel_for_({first, std::min(count, first + kAtOnce)}, [&](const cv::Range& range) {
-      for (int view = range.start; view < range.end; ++view) {
-        for (const int camera : {0, 1}) {
-          Render(cloud, size_m, views.cameras[camera], views.T_camera_world[view][camera],
-                 &images_[view][camera]);
-        }
-      }
-    });
-  }
+  constexpr size_t kAtOnce = 16;  // views between reports
+  const auto render = [&](size_t view) {
+    for (const int camera : {0, 1}) {
+      Render(cloud, size_m, views.cameras[camera], views.T_camera_world[view][camera],
+             &images_[view][camera]);
+    }
+  };
+  ForEachWatched(images_.size(), progress, render, kAtOnce);
 }
 
 void SightDepths::Render(const std::vector<DensePoint>& cloud, double size_m, const Camera& camera,

@@ -1,6 +1,7 @@
 // Places as seen along an axis.
 #pragma once
 
+#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <cmath>
 
@@ -33,6 +34,21 @@ class AcrossAxis {
 
  private:
   Eigen::Vector3d point_, first_, second_;
+};
+
+// Of places x, the one nearest to what normal . x = offset says, by least squares. The origin where
+// nothing says anything.
+class NearestPlace {
+ public:
+  void Add(const Eigen::Vector2d& normal, double offset_m, double weight) {
+    H_ += weight * normal * normal.transpose();
+    g_ += weight * offset_m * normal;
+  }
+  Eigen::Vector2d Solve() const { return H_.ldlt().solve(g_); }
+
+ private:
+  Eigen::Matrix2d H_ = 1e-6 * Eigen::Matrix2d::Identity();
+  Eigen::Vector2d g_ = Eigen::Vector2d::Zero();
 };
 
 }  // namespace slcmap

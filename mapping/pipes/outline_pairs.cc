@@ -10,7 +10,8 @@
 #include "mapping/lines/line_in_view.h"
 #include "mapping/lines/line_samples.h"
 #include "mapping/pipes/across_axis.h"
-#include "mapping/pipes/watched_loop.h"
+#include "mapping/watched_loop.h"
+#include "odometry/frontend/line_geometry.h"
 
 namespace slcmap {
 namespace {
@@ -126,13 +127,12 @@ class OutlineSearch {
     const PointAndDirection directed{line.point_world, sense * line.direction_world};
     LineInView view = seen;
     if (sense < 0) {
-      std::swap(view.px.start, view.px.end);
+      view.px = Reversed(seen.px);
       std::swap(view.start_depth_m, view.end_depth_m);
       view.from_m = -seen.to_m;
       view.to_m = -seen.from_m;
     }
-    const Vector2d way_px = (view.px.end - view.px.start).normalized();
-    const Vector2d left_px(way_px.y(), -way_px.x());
+    const Vector2d left_px = Normal(view.px);
     Samples samples;
     for (const LineSample& sample : SampleLine(image_, mask_, view, sampling_)) {
       ++samples.all;

@@ -1,6 +1,5 @@
 #include "mapping/pipes/pipe_evidence.h"
 
-#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -36,16 +35,13 @@ Vector2d FixedEdge(const std::vector<FlatRay>& rays) {
   constexpr int kRounds = 5;
   Vector2d place = Vector2d::Zero();
   for (int round = 0; round < kRounds; ++round) {
-    Eigen::Matrix2d H = 1e-6 * Eigen::Matrix2d::Identity();
-    Vector2d g = Vector2d::Zero();
+    NearestPlace nearest;
     for (const FlatRay& ray : rays) {
       const double sigmas = (ray.n.dot(place) - ray.d_m) / ray.sigma_m;
       const double robust = round == 0 ? 1 : 1 / (1 + std::pow(sigmas / kRobustSigmas, 2));
-      const double weight = robust / (ray.sigma_m * ray.sigma_m);
-      H += weight * ray.n * ray.n.transpose();
-      g += weight * ray.d_m * ray.n;
+      nearest.Add(ray.n, ray.d_m, robust / (ray.sigma_m * ray.sigma_m));
     }
-    place = H.ldlt().solve(g);
+    place = nearest.Solve();
   }
   return place;
 }

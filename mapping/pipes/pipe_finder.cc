@@ -8,7 +8,7 @@
 #include <set>
 
 #include "mapping/pipes/outline_pairs.h"
-#include "mapping/pipes/watched_loop.h"
+#include "mapping/watched_loop.h"
 
 namespace slcmap {
 namespace {

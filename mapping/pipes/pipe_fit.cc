@@ -51,15 +51,15 @@ std::vector<double> SidesOf(const PointAndDirection& axis, const std::vector<Tan
   return sides;
 }
 
-struct Normal {
+struct NormalEquations {
   Matrix5d H = Matrix5d::Zero();
   Vector5d g = Vector5d::Zero();
   int rays = 0;
 };
 
-Normal Sum(const PipeFit& fit, const std::vector<TangentRay>& rays,
-           const std::vector<double>& sides, const PipeFitOptions& options) {
-  Normal sums;
+NormalEquations Sum(const PipeFit& fit, const std::vector<TangentRay>& rays,
+                    const std::vector<double>& sides, const PipeFitOptions& options) {
+  NormalEquations sums;
   for (size_t i = 0; i < rays.size(); ++i) {
     const auto residual = ResidualOf(fit.cylinder, fit.across, sides[i], rays[i]);
     if (!residual) continue;
@@ -105,7 +105,7 @@ std::optional<PipeFit> FitPipe(const Cylinder& start, const std::vector<TangentR
   fit.images = CountImages(rays);
   const std::vector<double> sides = SidesOf(start.axis, rays);
   const double held = 1 / (options.direction_rad * options.direction_rad);
-  Normal sums;
+  NormalEquations sums;
   for (int step = 0; step < kSteps; ++step) {
     PointAndDirection& axis = fit.cylinder.axis;
     fit.across = AcrossOf(axis.direction_world);

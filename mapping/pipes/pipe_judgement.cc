@@ -92,12 +92,17 @@ bool HasRoundSurface(const Cylinder& cylinder, const RayEvidence& rays,
   constexpr double kLeastRadius_m = 0.08;
   constexpr double kLeastHeight = 0.8, kMostMedian = 0.75, kMostOfImage = 3, kMostOfOwn = 2;
   return cylinder.radius_m >= kLeastRadius_m && surface.points >= kLeastPoints &&
-         rays.both_images >= kLeastBothSides * rays.images && surface.height >= kLeastHeight &&
+         ShowsBothSides(rays) && surface.height >= kLeastHeight &&
          surface.off <= options.max_surface_off && rays.round.median <= kMostMedian &&
          rays.round.squared <= std::max(kMostOfImage * rays.images, kMostOfOwn * rays.own.squared);
 }
 
 }  // namespace
+
+bool ShowsBothSides(const RayEvidence& rays) {
+  constexpr double kLeastShare = 0.2;
+  return rays.both_images >= kLeastShare * rays.images;
+}
 
 bool IsFlat(const Cylinder& cylinder, const SurfaceEvidence& surface) {
   constexpr double kMostHighest = 0.4;

@@ -7,8 +7,8 @@
 
 namespace slcmap {
 
-// Of the images of any pipe, those that show outlines on both sides.
-inline constexpr double kLeastBothSides = 0.2;
+// Whether enough of the images show outlines on both sides, as of any pipe.
+bool ShowsBothSides(const RayEvidence& rays);
 
 // For thinner ones the cloud is too coarse.
 inline constexpr double kLeastRadiusOfCloud_m = 0.035;

@@ -1,6 +1,6 @@
 #include "mapping/pipes/pipe_widths.h"
 
-#include "mapping/pipes/watched_loop.h"
+#include "mapping/watched_loop.h"
 
 namespace slcmap {
 namespace {

@@ -11,7 +11,7 @@
 #include "mapping/pipes/pipe_finder.h"
 #include "mapping/pipes/pipe_judgement.h"
 #include "mapping/pipes/pipe_widths.h"
-#include "mapping/pipes/watched_loop.h"
+#include "mapping/watched_loop.h"
 
 namespace slcmap {
 namespace {
@@ -104,10 +104,6 @@ struct Evidence {
   SurfaceEvidence surface;
   WidthEvidence widths;
 };
-
-bool ShowsBothSides(const RayEvidence& rays) {
-  return rays.both_images >= kLeastBothSides * rays.images;
-}
 
 // By candidate, without the widths; nothing of those that hardly an image shows both sides of.
 std::vector<std::optional<Evidence>> EvidenceOf(const std::vector<PipeCandidate>& candidates,

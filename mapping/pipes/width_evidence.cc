@@ -3,9 +3,10 @@
 #include <ceres/tiny_solver.h>
 #include <ceres/tiny_solver_autodiff_function.h>
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+
+#include "mapping/pipes/across_axis.h"
 
 namespace slcmap {
 namespace {
@@ -93,14 +94,11 @@ double Fit(const std::vector<OutlinePair>& pairs, double pose_sigma_m, Parameter
 
 // The place that most planes of a side pass through.
 Vector2d NearestToAll(const std::vector<OutlinePair>& pairs, int side) {
-  Eigen::Matrix2d H = 1e-6 * Eigen::Matrix2d::Identity();
-  Vector2d g = Vector2d::Zero();
+  NearestPlace place;
   for (const OutlinePair& pair : pairs) {
-    const double weight = 1 / (pair.sigma_m * pair.sigma_m);
-    H += weight * pair.normals[side] * pair.normals[side].transpose();
-    g += weight * pair.offsets_m[side] * pair.normals[side];
+    place.Add(pair.normals[side], pair.offsets_m[side], 1 / (pair.sigma_m * pair.sigma_m));
   }
-  return H.ldlt().solve(g);
+  return place.Solve();
 }
 
 double FitEdges(const std::vector<OutlinePair>& pairs, double pose_sigma_m) {
