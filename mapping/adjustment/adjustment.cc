@@ -22,8 +22,9 @@ using Eigen::Vector3d;
 constexpr size_t kMinKeyframes = 3;
 constexpr double kFirstGraduation = 8;  // of the closures' loss
 // Share of the cost that a step lowers it by where a round ends: a drift that is slow to settle
-// costs little; and that of the round of a graduated loss, which another follows.
-constexpr double kSettled = 1e-5, kNearlySettled = 1e-4;
+// costs little, what single closures pull at next to nothing; and that of the round of a graduated
+// loss, which another follows.
+constexpr double kSettled = 1e-5, kSettledWithClosures = 1e-6, kNearlySettled = 1e-4;
 
 // Takes out the observations that do not fit. The right camera's go alone where it is they.
 void RejectPointOutliers(const AdjustmentOptions& options, const AdjustmentModel& model,
@@ -230,7 +231,7 @@ class Adjustment {
     bool usable = Solve(progress.Part(0, 0.4), kNearlySettled);
     model_.GraduateClosures(1);
     for (int i = 0; usable && i < kMostTakenBack; ++i) {
-      usable = Solve(progress.Part(0.4 + 0.1 * i, 0.5 + 0.1 * i));
+      usable = Solve(progress.Part(0.4 + 0.1 * i, 0.5 + 0.1 * i), kSettledWithClosures);
       const int count = TakeBackClosures(options_.closures, links_, state_, model_, &closures_);
       figures_.closures_taken_back += count;
       if (count == 0) return usable;

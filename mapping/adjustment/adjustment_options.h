@@ -70,7 +70,7 @@ struct AdjustmentOptions {
   // The standard deviations are those that the run itself shows, but within these shares of the
   // ones above.
   double min_scatter = 0.4, max_scatter = 2;
-  int max_iterations = 10;  // of each of the solver's rounds
+  int max_iterations = 10;  // of each of the solver's rounds, twice as many with closures
   CalibrationOptions calibration;
   ClosureOptions closures;
   void Check() const;  // throws ConfigError

@@ -26,6 +26,12 @@ CalibrationVector FirstWeights(const CalibrationOptions& options) {
   return CalibrationPrior(options).belief().covariance.diagonal().cwiseSqrt().cwiseInverse();
 }
 
+// Where the solver starts to trust its steps. What all keyframes have in common, as the scale and
+// the calibration, tells little in any one of them, and with Ceres' 1e4 rounds ended before it had
+// settled: a corridor's map came out 0.09 % too long. Closures first pull landmarks far beyond
+// where they are linear, and every radius from which a step fails costs an iteration.
+constexpr double kTrust = 1e8, kTrustOfClosures = 1e5, kMaxTrust = 1e12;
+
 void AddTerm(AdjustmentTerm term, ceres::Problem* problem) {
   problem->AddResidualBlock(term.factor.release(), term.loss, term.blocks);
 }
@@ -237,10 +243,13 @@ RoundSummary SolveProblem(const AdjustmentOptions& options, const AdjustmentStat
   solver.linear_solver_type = ceres::SPARSE_SCHUR;
   solver.linear_solver_ordering = OrderingOf(options, state, closures, *problem);
   solver.num_threads = 1;  // sums of several threads come in any order
-  solver.max_num_iterations = options.max_iterations;
+  const bool closes = !closures.empty();
+  solver.max_num_iterations = closes ? 2 * options.max_iterations : options.max_iterations;
+  solver.initial_trust_region_radius = closes ? kTrustOfClosures : kTrust;
+  solver.max_trust_region_radius = kMaxTrust;
   solver.function_tolerance = settled;
   solver.logging_type = ceres::SILENT;
-  SolverProgress callback(progress, options.max_iterations);
+  SolverProgress callback(progress, solver.max_num_iterations);
   solver.callbacks = {&callback};
   ceres::Solver::Summary summary;
   ceres::Solve(solver, problem, &summary);

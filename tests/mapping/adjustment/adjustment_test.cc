@@ -78,6 +78,26 @@ TEST(Adjustment, OfPerfectTracksIsTheTruth) {
   EXPECT_LT(Ape(run, result.T_world_imu), 5e-4);
 }
 
+// No keyframe alone knows the scale: what all of them share has to settle, too.
+TEST(Adjustment, FindsAScaleThatIsOff) {
+  constexpr double kTooLong = 1.004;
+  SimulatedRunOptions options = Noisy(60);
+  options.pixel_sigma_px = 0.05;
+  options.tracks = 40;
+  options.lines = LineTrackSimulatorOptions();
+  SimulatedRun run = Fly(options);
+  const Eigen::Vector3d origin = run.run.keyframes[0].T_world_imu.translation;
+  const auto stretch = [&](Eigen::Vector3d* p_world) {
+    *p_world = origin + kTooLong * (*p_world - origin);
+  };
+  for (Keyframe& keyframe : run.run.keyframes) stretch(&keyframe.T_world_imu.translation);
+  for (Landmark& landmark : run.run.landmarks) stretch(&landmark.p_world);
+  const double before_m = Ape(run, WindowPoses(run.run));
+  const AdjustmentResult result = Adjust(run.run, Quick());
+  ASSERT_TRUE(result.usable);
+  EXPECT_LT(Ape(run, result.T_world_imu), 0.147 * before_m);
+}
+
 TEST(Adjustment, IsNearerToTheTruthThanTheWindow) {
   const SimulatedRunOptions options = Noisy(20);
   const SimulatedRun run = Fly(options);
