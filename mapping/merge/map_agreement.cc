@@ -41,23 +41,24 @@ bool IsKnown(const OccupancyMap& occupancy, const Eigen::Vector3d& p) {
 
 }  // namespace
 
+// Which samples are in a cell or beside it: they are asked for more often than they are added.
 struct FeatureIndex::Cells {
-  std::unordered_map<int64_t, std::vector<int>> members;
+  std::unordered_map<int64_t, std::vector<int>> near;
 
-  void Add(const Eigen::Vector3d& p, int i) {
+  void Add(const Eigen::Vector3d& p, int sample) {
     const auto cell = CellAt(p);
-    members[KeyAt(cell[0], cell[1], cell[2])].push_back(i);
+    for (int i = 0; i < 27; ++i) {
+      near[KeyAt(cell[0] + i % 3 - 1, cell[1] + i / 3 % 3 - 1, cell[2] + i / 9 - 1)].push_back(
+          sample);
+    }
   }
 
   template <typename Visit>
   void ForEachNear(const Eigen::Vector3d& p, const Visit& visit) const {
     const auto cell = CellAt(p);
-    for (int i = 0; i < 27; ++i) {
-      const auto found =
-          members.find(KeyAt(cell[0] + i % 3 - 1, cell[1] + i / 3 % 3 - 1, cell[2] + i / 9 - 1));
-      if (found == members.end()) continue;
-      for (const int member : found->second) visit(member);
-    }
+    const auto found = near.find(KeyAt(cell[0], cell[1], cell[2]));
+    if (found == near.end()) return;
+    for (const int sample : found->second) visit(sample);
   }
 };
 
