@@ -23,19 +23,24 @@ constexpr double kCell_m = 0.3;             // points within it err alike
 constexpr double kCellPoints = 0.5;         // and count as so many
 constexpr double kLinesWeightEach_m = 2.5;  // lines count as so many samples each metre
 constexpr double kLeastSigma_m = 0.004;
-constexpr double kAlone_m = 0.015;   // how far a small face may be off whatever its samples say,
-constexpr double kAloneArea_m2 = 2;  // by half in variance where so much of it was measured
-constexpr double kBent_m = 0.008;    // by which what was measured of a face may be bent
+constexpr double kAlone_m = 0.015;      // how far a small face may be off whatever its samples say,
+constexpr double kAloneArea_m2 = 2;     // by half in variance where so much of it was measured
+constexpr double kBent_m = 0.008;       // by which what was measured of a face may be bent
+constexpr double kFirstTrim_m = 0.012;  // nearer ones look as the surface does; tried in steps as
+                                        // offsets are
+constexpr double kTrimPrior = 0.5;      // that any stand before the wall
 
 using Offsets = std::array<double, kOffsets>;
 
 double OffsetAt(int i) { return i * kBinsAnOffset * kBin_m - kBackward_m; }
 
-// How samples are shared out between the surface, what stands before it, and stray ones.
+// How samples are shared out between the surface, what stands before it, and stray ones. Where a
+// wall has trims, as frames and skirtings of one thickness, `trim` of what stands before it is
+// they.
 struct Shares {
-  double on = 0, before = 0;
+  double on = 0, before = 0, trim = 0;
 };
-constexpr Shares kPointShares{0.65, 0.25}, kLineShares{0.3, 0.6};
+constexpr Shares kPointShares{0.65, 0.25, 0.6}, kLineShares{0.3, 0.6, 0.6};
 
 double NormalCdf(double x) { return 0.5 * std::erfc(-M_SQRT1_2 * x); }
 
@@ -44,10 +49,24 @@ struct Densities {
   double on = 0, all = 0;
 };
 
-Densities DensitiesAt(double distance_m, double sigma_m, const Shares& shares, double max_proud_m) {
-  const double z = distance_m / sigma_m, beyond = (distance_m - max_proud_m) / sigma_m;
-  const double on = shares.on * std::exp(-0.5 * z * z) / (sigma_m * std::sqrt(2 * M_PI));
-  const double before = shares.before * (NormalCdf(z) - NormalCdf(beyond)) / max_proud_m;
+double NormalDensity(double x, double sigma_m) {
+  const double z = x / sigma_m;
+  return std::exp(-0.5 * z * z) / (sigma_m * std::sqrt(2 * M_PI));
+}
+
+// What may stand before a wall: anything up to max_m, and trims, all of them by trim_m; 0: none.
+struct Proud {
+  double max_m = 0, trim_m = 0;
+};
+
+Densities DensitiesAt(double distance_m, double sigma_m, const Shares& shares, const Proud& proud) {
+  const double trim_share = proud.trim_m > 0 ? shares.trim : 0;
+  const double on = shares.on * NormalDensity(distance_m, sigma_m);
+  const double anywhere =
+      (NormalCdf(distance_m / sigma_m) - NormalCdf((distance_m - proud.max_m) / sigma_m)) /
+      proud.max_m;
+  const double trim = trim_share > 0 ? NormalDensity(distance_m - proud.trim_m, sigma_m) : 0;
+  const double before = shares.before * ((1 - trim_share) * anywhere + trim_share * trim);
   const double stray = (1 - shares.on - shares.before) / (2 * kSamplesWithin_m);
   return {on, on + before + stray};
 }
@@ -63,37 +82,54 @@ struct Evidence {
   std::vector<Place> places;
 };
 
-// The logarithm of the likelihood of each offset that is tried. Distances are counted in bins, by
-// how uncertain they are in steps of sqrt(2), so that each density is evaluated once.
-Offsets LogLikelihoods(const Evidence& evidence, double max_proud_m) {
-  constexpr int kLevels = 10;
-  std::array<std::array<int64_t, kBins>, kLevels> counts{};
-  for (const Place& place : evidence.places) {
-    const double level = std::round(2 * std::log2(place.sigma_m / kLeastSigma_m));
-    const double bin = std::floor((place.distance_m + kSamplesWithin_m) / kBin_m);
-    ++counts[std::clamp(static_cast<int>(level), 0, kLevels - 1)]
-            [std::clamp(static_cast<int>(bin), 0, kBins - 1)];
-  }
-  Offsets logs{};
-  for (int level = 0; level < kLevels; ++level) {
-    if (counts[level] == std::array<int64_t, kBins>{}) continue;
-    const double sigma_m = kLeastSigma_m * std::exp2(0.5 * level);
-    constexpr int kShifts = kBins + (kOffsets - 1) * kBinsAnOffset;
-    std::array<double, kShifts> densities;  // of bins, from the surface that is farthest in front
-    for (int i = 0; i < kShifts; ++i) {
-      const double distance_m = (i + 0.5) * kBin_m - kSamplesWithin_m - OffsetAt(kOffsets - 1);
-      densities[i] = std::log(DensitiesAt(distance_m, sigma_m, evidence.shares, max_proud_m).all);
+// How many places are at which distance from a face, in bins, by how uncertain they are, in steps
+// of sqrt(2): each density is evaluated once.
+class Histogram {
+ public:
+  explicit Histogram(const Evidence& evidence)
+      : shares_(evidence.shares), weight_(evidence.weight) {
+    for (const Place& place : evidence.places) {
+      const double level = std::round(2 * std::log2(place.sigma_m / kLeastSigma_m));
+      const double bin = std::floor((place.distance_m + kSamplesWithin_m) / kBin_m);
+      ++counts_[std::clamp(static_cast<int>(level), 0, kLevels - 1)]
+               [std::clamp(static_cast<int>(bin), 0, kBins - 1)];
     }
-    for (int bin = 0; bin < kBins; ++bin) {
-      const auto count = static_cast<double>(counts[level][bin]);
-      if (count == 0) continue;
-      for (int i = 0; i < kOffsets; ++i) {
-        logs[i] += evidence.weight * count * densities[bin + (kOffsets - 1 - i) * kBinsAnOffset];
+  }
+
+  // Adds the logarithm of the likelihood of each offset that is tried.
+  void AddLogLikelihoods(const Proud& proud, Offsets* logs) const {
+    for (int level = 0; level < kLevels; ++level) {
+      if (counts_[level] == Counts{}) continue;
+      const std::array<double, kShifts> densities = LogDensities(level, proud);
+      for (int bin = 0; bin < kBins; ++bin) {
+        const double count = weight_ * static_cast<double>(counts_[level][bin]);
+        if (count == 0) continue;
+        for (int i = 0; i < kOffsets; ++i) {
+          (*logs)[i] += count * densities[bin + (kOffsets - 1 - i) * kBinsAnOffset];
+        }
       }
     }
   }
-  return logs;
-}
+
+ private:
+  static constexpr int kLevels = 10, kShifts = kBins + (kOffsets - 1) * kBinsAnOffset;
+  using Counts = std::array<int64_t, kBins>;
+
+  // Of bins, from the surface that is farthest in front.
+  std::array<double, kShifts> LogDensities(int level, const Proud& proud) const {
+    const double sigma_m = kLeastSigma_m * std::exp2(0.5 * level);
+    std::array<double, kShifts> densities;
+    for (int i = 0; i < kShifts; ++i) {
+      const double distance_m = (i + 0.5) * kBin_m - kSamplesWithin_m - OffsetAt(kOffsets - 1);
+      densities[i] = std::log(DensitiesAt(distance_m, sigma_m, shares_, proud).all);
+    }
+    return densities;
+  }
+
+  const Shares shares_;
+  const double weight_;
+  std::array<Counts, kLevels> counts_{};
+};
 
 bool LiesAlong(const FaceSample& sample, const Face& face) {
   return sample.normal.isZero() ? std::abs(sample.direction.dot(face.normal)) <= kLineTurn_rad
@@ -141,25 +177,27 @@ class Surface {
   }
   double HeadingSigma() const { return std::sqrt(slope_variance_); }
 
-  // The posterior of the offset.
+  // The posterior of the offset, whatever stands before the wall.
   void FindOffset() {
-    const Offsets points = LogLikelihoods(points_, max_proud_m_);
-    Offsets logs = LogLikelihoods(lines_, max_proud_m_);
-    for (int i = 0; i < kOffsets; ++i) {
-      const bool is_far = std::abs(offset_m_ + OffsetAt(i)) > most_m_ + kBin_m;
-      logs[i] = is_far ? -std::numeric_limits<double>::infinity() : logs[i] + points[i];
+    const Histogram points(points_), lines(lines_);
+    std::vector<Proud> hypotheses = {{max_proud_m_, 0}};
+    for (double trim_m = kFirstTrim_m; trim_m <= max_proud_m_; trim_m += kBinsAnOffset * kBin_m) {
+      hypotheses.push_back({max_proud_m_, trim_m});
     }
-    const double most = *std::max_element(logs.begin(), logs.end());
-    double weight = 0, sum = 0, squares = 0;
-    for (int i = 0; i < kOffsets; ++i) {
-      const double w = std::exp(logs[i] - most);
-      weight += w;
-      sum += w * OffsetAt(i);
-      squares += w * OffsetAt(i) * OffsetAt(i);
+    std::vector<Offsets> logs;
+    for (const Proud& proud : hypotheses) {
+      Offsets of_one;
+      const auto trims = static_cast<double>(hypotheses.size() - 1);
+      of_one.fill(std::log(proud.trim_m > 0 ? kTrimPrior / trims : 1 - kTrimPrior));
+      points.AddLogLikelihoods(proud, &of_one);
+      lines.AddLogLikelihoods(proud, &of_one);
+      for (int i = 0; i < kOffsets; ++i) {
+        const bool is_far = std::abs(offset_m_ + OffsetAt(i)) > most_m_ + kBin_m;
+        if (is_far) of_one[i] = -std::numeric_limits<double>::infinity();
+      }
+      logs.push_back(of_one);
     }
-    const double moved_m = sum / weight;
-    variance_m2_ = std::max(0.0, squares / weight - moved_m * moved_m);
-    Shift(moved_m, 0);
+    TakeMean(hypotheses, logs);
   }
 
   // Turns towards what is on the surface, as far as the heading is uncertain.
@@ -168,7 +206,7 @@ class Surface {
     for (const Evidence* evidence : {&points_, &lines_}) {
       for (const Place& place : evidence->places) {
         const Densities densities =
-            DensitiesAt(place.distance_m, place.sigma_m, evidence->shares, max_proud_m_);
+            DensitiesAt(place.distance_m, place.sigma_m, evidence->shares, proud_);
         const double w =
             evidence->weight * densities.on / densities.all / (place.sigma_m * place.sigma_m);
         const double s = place.along_m - middle_m_;
@@ -188,6 +226,29 @@ class Surface {
   }
 
  private:
+  // Of the posterior over offsets by what stands before the wall, of which the likeliest is kept.
+  void TakeMean(const std::vector<Proud>& hypotheses, const std::vector<Offsets>& logs) {
+    double most = -std::numeric_limits<double>::infinity();
+    for (size_t h = 0; h < logs.size(); ++h) {
+      const double best = *std::max_element(logs[h].begin(), logs[h].end());
+      if (best <= most) continue;
+      most = best;
+      proud_ = hypotheses[h];
+    }
+    double weight = 0, sum = 0, squares = 0;
+    for (const Offsets& of_one : logs) {
+      for (int i = 0; i < kOffsets; ++i) {
+        const double w = std::exp(of_one[i] - most);
+        weight += w;
+        sum += w * OffsetAt(i);
+        squares += w * OffsetAt(i) * OffsetAt(i);
+      }
+    }
+    const double moved_m = sum / weight;
+    variance_m2_ = std::max(0.0, squares / weight - moved_m * moved_m);
+    Shift(moved_m, 0);
+  }
+
   void Shift(double moved_m, double turned) {
     offset_m_ += moved_m;
     slope_ += turned;
@@ -200,6 +261,7 @@ class Surface {
 
   const double max_proud_m_, most_m_, middle_m_, length_m_, heading_sigma_rad_;
   Evidence points_{kPointShares, 1, {}}, lines_{kLineShares, 1, {}};
+  Proud proud_{max_proud_m_, 0};
   double area_m2_ = 0;  // with points
   double offset_m_ = 0, slope_ = 0, variance_m2_ = 0, slope_variance_ = 0;
 };

@@ -19,14 +19,14 @@ class WallSamples {
   explicit WallSamples(uint32_t seed) : generator_(seed) {}
 
   // Points of a part of it, so far before it.
-  void AddPoints(double before_m, double low_m, double high_m, double step_m = 0.05) {
-    constexpr double kNoise_m = 0.01;
+  void AddPoints(double before_m, double low_m, double high_m, double step_m = 0.05,
+                 double noise_m = 0.01) {
     for (double x = 0; x < kLength_m; x += step_m) {
       for (double z = low_m; z < high_m; z += step_m) {
-        samples_.push_back({{x, before_m + kNoise_m * normal_(generator_), z},
+        samples_.push_back({{x, before_m + noise_m * normal_(generator_), z},
                             Vector2d::UnitY(),
                             Vector2d::Zero(),
-                            kNoise_m});
+                            noise_m});
       }
     }
   }
@@ -68,6 +68,16 @@ TEST(FaceSurface, WallIsBehindItsSkirtingAndFrames) {
   Face face = FaceBefore(0.012);
   MoveOntoSurface(wall.samples(), 0.045, {}, &face);
   EXPECT_NEAR(DistanceAtMiddle(face), 0, 0.003);
+}
+
+// That many frames stand equally far before a wall does not make them the wall.
+TEST(FaceSurface, FramesOfOneThicknessAreNotTheWall) {
+  WallSamples wall(6);
+  for (const double z : {0.8, 0.9, 1.2, 1.8, 2.1, 2.2}) wall.AddLine(0.02, z);
+  wall.AddPoints(0, 0.1, 2.6, 0.1, 0.02);
+  Face face = FaceBefore(0.018);
+  MoveOntoSurface(wall.samples(), 0.045, {}, &face);
+  EXPECT_NEAR(DistanceAtMiddle(face), 0, 0.005);
 }
 
 TEST(FaceSurface, TexturedWallIsWhereItsPointsAre) {
