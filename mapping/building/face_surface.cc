@@ -28,7 +28,7 @@ constexpr double kAloneArea_m2 = 2;     // by half in variance where so much of 
 constexpr double kBent_m = 0.008;       // by which what was measured of a face may be bent
 constexpr double kFirstTrim_m = 0.012;  // nearer ones look as the surface does; tried in steps as
                                         // offsets are
-constexpr double kTrimPrior = 0.5;      // that any stand before the wall
+constexpr double kTrimPrior = 0.1;      // that any stand before the wall
 
 using Offsets = std::array<double, kOffsets>;
 
@@ -36,11 +36,11 @@ double OffsetAt(int i) { return i * kBinsAnOffset * kBin_m - kBackward_m; }
 
 // How samples are shared out between the surface, what stands before it, and stray ones. Where a
 // wall has trims, as frames and skirtings of one thickness, `trim` of what stands before it is
-// they.
+// they; lines alone, all in one plane, are as likely trims as the wall, and the prior decides.
 struct Shares {
   double on = 0, before = 0, trim = 0;
 };
-constexpr Shares kPointShares{0.65, 0.25, 0.6}, kLineShares{0.3, 0.6, 0.6};
+constexpr Shares kPointShares{0.65, 0.25, 0.6}, kLineShares{0.3, 0.6, 0.5};
 
 double NormalCdf(double x) { return 0.5 * std::erfc(-M_SQRT1_2 * x); }
 
