@@ -30,7 +30,7 @@ CalibrationVector FirstWeights(const CalibrationOptions& options) {
 // the calibration, tells little in any one of them, and with Ceres' 1e4 rounds ended before it had
 // settled: a corridor's map came out 0.09 % too long. Closures first pull landmarks far beyond
 // where they are linear, and every radius from which a step fails costs an iteration.
-constexpr double kTrust = 1e8, kTrustOfClosures = 1e5, kMaxTrust = 1e12;
+constexpr double kTrust = 1e8, kTrustOfClosures = 1e5, kTrustOfLittle = 1e2, kMaxTrust = 1e12;
 
 void AddTerm(AdjustmentTerm term, ceres::Problem* problem) {
   problem->AddResidualBlock(term.factor.release(), term.loss, term.blocks);
@@ -239,12 +239,13 @@ std::unique_ptr<ceres::Problem> BuildProblem(const AdjustmentOptions& options,
 RoundSummary SolveProblem(const AdjustmentOptions& options, const AdjustmentState& state,
                           const std::vector<Closure>& closures, double settled,
                           ceres::Problem* problem, const Progress& progress) {
+  const bool closes = std::ranges::any_of(closures, [](const Closure& c) { return !c.taken_back; });
   ceres::Solver::Options solver;
   solver.linear_solver_type = ceres::SPARSE_SCHUR;
   solver.linear_solver_ordering = OrderingOf(options, state, closures, *problem);
   solver.num_threads = 1;  // sums of several threads come in any order
-  const bool closes = !closures.empty();
   solver.max_num_iterations = closes ? 2 * options.max_iterations : options.max_iterations;
+  solver.max_num_consecutive_invalid_steps = solver.max_num_iterations;
   solver.initial_trust_region_radius = closes ? kTrustOfClosures : kTrust;
   solver.max_trust_region_radius = kMaxTrust;
   solver.function_tolerance = settled;
@@ -253,6 +254,11 @@ RoundSummary SolveProblem(const AdjustmentOptions& options, const AdjustmentStat
   solver.callbacks = {&callback};
   ceres::Solver::Summary summary;
   ceres::Solve(solver, problem, &summary);
+  if (!callback.stopped() && !(summary.final_cost < summary.initial_cost)) {
+    // So far off that no step from there held, or settled.
+    solver.initial_trust_region_radius = kTrustOfLittle;
+    ceres::Solve(solver, problem, &summary);
+  }
   if (callback.stopped()) throw StoppedError("interrupted");
   RoundSummary out;
   out.usable = summary.IsSolutionUsable() && std::isfinite(summary.final_cost);

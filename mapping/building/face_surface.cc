@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <set>
 #include <utility>
 
@@ -23,24 +24,25 @@ constexpr double kCell_m = 0.3;             // points within it err alike
 constexpr double kCellPoints = 0.5;         // and count as so many
 constexpr double kLinesWeightEach_m = 2.5;  // lines count as so many samples each metre
 constexpr double kLeastSigma_m = 0.004;
-constexpr double kAlone_m = 0.015;      // how far a small face may be off whatever its samples say,
-constexpr double kAloneArea_m2 = 2;     // by half in variance where so much of it was measured
-constexpr double kBent_m = 0.008;       // by which what was measured of a face may be bent
-constexpr double kFirstTrim_m = 0.012;  // nearer ones look as the surface does; tried in steps as
-                                        // offsets are
-constexpr double kTrimPrior = 0.1;      // that any stand before the wall
+constexpr double kAlone_m = 0.015;   // how far a small face may be off whatever its samples say,
+constexpr double kAloneArea_m2 = 2;  // by half in variance where so much of it was measured
+constexpr double kBent_m = 0.008;    // by which what was measured of a face may be bent
+constexpr double kFirstTrim_m = 0.012, kTrimStep_m = 0.002;  // how far trims stand out
+constexpr double kTrimSigmas = 3;    // nearer to the surface they look as it does
+constexpr double kTrimPrior = 0.1;   // that any stand before the wall
+constexpr double kTrimEvidence = 1;  // of points, as the logarithm of a likelihood ratio
 
 using Offsets = std::array<double, kOffsets>;
 
 double OffsetAt(int i) { return i * kBinsAnOffset * kBin_m - kBackward_m; }
 
 // How samples are shared out between the surface, what stands before it, and stray ones. Where a
-// wall has trims, as frames and skirtings of one thickness, `trim` of what stands before it is
-// they; lines alone, all in one plane, are as likely trims as the wall, and the prior decides.
+// wall has trims, as frames and skirtings of one thickness, they are a share of what stands before
+// it: lines that are all in one plane are as likely trims as the wall.
 struct Shares {
-  double on = 0, before = 0, trim = 0;
+  double on = 0, before = 0, trims_of_before = 0;
 };
-constexpr Shares kPointShares{0.65, 0.25, 0.6}, kLineShares{0.3, 0.6, 0.5};
+constexpr Shares kPointShares{0.65, 0.25, 0.6}, kLineShares{0.3, 0.6, 0.4};
 
 double NormalCdf(double x) { return 0.5 * std::erfc(-M_SQRT1_2 * x); }
 
@@ -54,21 +56,23 @@ double NormalDensity(double x, double sigma_m) {
   return std::exp(-0.5 * z * z) / (sigma_m * std::sqrt(2 * M_PI));
 }
 
-// What may stand before a wall: anything up to max_m, and trims, all of them by trim_m; 0: none.
+// What may stand before a wall: anything up to max_m, and trims, where it has any, all by trim_m.
 struct Proud {
-  double max_m = 0, trim_m = 0;
+  double max_m = 0;
+  std::optional<double> trim_m;
 };
 
 Densities DensitiesAt(double distance_m, double sigma_m, const Shares& shares, const Proud& proud) {
-  const double trim_share = proud.trim_m > 0 ? shares.trim : 0;
   const double on = shares.on * NormalDensity(distance_m, sigma_m);
-  const double anywhere =
+  double before =
       (NormalCdf(distance_m / sigma_m) - NormalCdf((distance_m - proud.max_m) / sigma_m)) /
       proud.max_m;
-  const double trim = trim_share > 0 ? NormalDensity(distance_m - proud.trim_m, sigma_m) : 0;
-  const double before = shares.before * ((1 - trim_share) * anywhere + trim_share * trim);
+  if (proud.trim_m && *proud.trim_m >= kTrimSigmas * sigma_m) {
+    const double trims = NormalDensity(distance_m - *proud.trim_m, sigma_m);
+    before += shares.trims_of_before * (trims - before);
+  }
   const double stray = (1 - shares.on - shares.before) / (2 * kSamplesWithin_m);
-  return {on, on + before + stray};
+  return {on, on + shares.before * before + stray};
 }
 
 struct Place {
@@ -96,8 +100,9 @@ class Histogram {
     }
   }
 
-  // Adds the logarithm of the likelihood of each offset that is tried.
-  void AddLogLikelihoods(const Proud& proud, Offsets* logs) const {
+  // The logarithm of the likelihood of each offset that is tried.
+  Offsets LogLikelihoods(const Proud& proud) const {
+    Offsets logs{};
     for (int level = 0; level < kLevels; ++level) {
       if (counts_[level] == Counts{}) continue;
       const std::array<double, kShifts> densities = LogDensities(level, proud);
@@ -105,10 +110,11 @@ class Histogram {
         const double count = weight_ * static_cast<double>(counts_[level][bin]);
         if (count == 0) continue;
         for (int i = 0; i < kOffsets; ++i) {
-          (*logs)[i] += count * densities[bin + (kOffsets - 1 - i) * kBinsAnOffset];
+          logs[i] += count * densities[bin + (kOffsets - 1 - i) * kBinsAnOffset];
         }
       }
     }
+    return logs;
   }
 
  private:
@@ -129,6 +135,14 @@ class Histogram {
   const Shares shares_;
   const double weight_;
   std::array<Counts, kLevels> counts_{};
+};
+
+// What stands before a wall, and how likely each offset then is: all in all, and by its points.
+struct Hypothesis {
+  Proud proud;
+  Offsets logs, of_points;
+
+  size_t Best() const { return std::max_element(logs.begin(), logs.end()) - logs.begin(); }
 };
 
 bool LiesAlong(const FaceSample& sample, const Face& face) {
@@ -177,27 +191,21 @@ class Surface {
   }
   double HeadingSigma() const { return std::sqrt(slope_variance_); }
 
-  // The posterior of the offset, whatever stands before the wall.
+  // The posterior of the offset. Lines in one plane before others are trims or a wall before
+  // something else: trims are believed in where points show the wall behind them, too.
   void FindOffset() {
     const Histogram points(points_), lines(lines_);
-    std::vector<Proud> hypotheses = {{max_proud_m_, 0}};
-    for (double trim_m = kFirstTrim_m; trim_m <= max_proud_m_; trim_m += kBinsAnOffset * kBin_m) {
-      hypotheses.push_back({max_proud_m_, trim_m});
+    std::vector<Hypothesis> hypotheses = {Assume({max_proud_m_, std::nullopt}, points, lines)};
+    const double points_without = hypotheses[0].of_points[hypotheses[0].Best()];
+    const double most_m = std::min(max_proud_m_, kSamplesWithin_m);
+    const int trims = static_cast<int>(std::floor((most_m - kFirstTrim_m) / kTrimStep_m + 1.5));
+    for (int i = 0; i < trims; ++i) {
+      Hypothesis with = Assume({max_proud_m_, kFirstTrim_m + i * kTrimStep_m}, points, lines);
+      if (with.of_points[with.Best()] < points_without + kTrimEvidence) continue;
+      for (double& log : with.logs) log += std::log(kTrimPrior / ((1 - kTrimPrior) * trims));
+      hypotheses.push_back(with);
     }
-    std::vector<Offsets> logs;
-    for (const Proud& proud : hypotheses) {
-      Offsets of_one;
-      const auto trims = static_cast<double>(hypotheses.size() - 1);
-      of_one.fill(std::log(proud.trim_m > 0 ? kTrimPrior / trims : 1 - kTrimPrior));
-      points.AddLogLikelihoods(proud, &of_one);
-      lines.AddLogLikelihoods(proud, &of_one);
-      for (int i = 0; i < kOffsets; ++i) {
-        const bool is_far = std::abs(offset_m_ + OffsetAt(i)) > most_m_ + kBin_m;
-        if (is_far) of_one[i] = -std::numeric_limits<double>::infinity();
-      }
-      logs.push_back(of_one);
-    }
-    TakeMean(hypotheses, logs);
+    TakeLikeliest(hypotheses);
   }
 
   // Turns towards what is on the surface, as far as the heading is uncertain.
@@ -226,26 +234,37 @@ class Surface {
   }
 
  private:
-  // Of the posterior over offsets by what stands before the wall, of which the likeliest is kept.
-  void TakeMean(const std::vector<Proud>& hypotheses, const std::vector<Offsets>& logs) {
-    double most = -std::numeric_limits<double>::infinity();
-    for (size_t h = 0; h < logs.size(); ++h) {
-      const double best = *std::max_element(logs[h].begin(), logs[h].end());
-      if (best <= most) continue;
-      most = best;
-      proud_ = hypotheses[h];
+  Hypothesis Assume(const Proud& proud, const Histogram& points, const Histogram& lines) const {
+    Hypothesis made{proud, lines.LogLikelihoods(proud), points.LogLikelihoods(proud)};
+    for (int i = 0; i < kOffsets; ++i) {
+      const bool is_far = std::abs(offset_m_ + OffsetAt(i)) > most_m_ + kBin_m;
+      made.logs[i] =
+          is_far ? -std::numeric_limits<double>::infinity() : made.logs[i] + made.of_points[i];
     }
-    double weight = 0, sum = 0, squares = 0;
-    for (const Offsets& of_one : logs) {
+    return made;
+  }
+
+  // The mean offset by the likeliest hypothesis, with what the others are off it.
+  void TakeLikeliest(const std::vector<Hypothesis>& hypotheses) {
+    double most = -std::numeric_limits<double>::infinity();
+    for (const Hypothesis& one : hypotheses) most = std::max(most, one.logs[one.Best()]);
+    double likeliest = 0, moved_m = 0, all = 0, sum = 0, squares = 0;
+    for (const Hypothesis& one : hypotheses) {
+      double weight = 0, of_one = 0;
       for (int i = 0; i < kOffsets; ++i) {
-        const double w = std::exp(of_one[i] - most);
+        const double w = std::exp(one.logs[i] - most);
         weight += w;
-        sum += w * OffsetAt(i);
+        of_one += w * OffsetAt(i);
         squares += w * OffsetAt(i) * OffsetAt(i);
       }
+      all += weight;
+      sum += of_one;
+      if (weight <= likeliest) continue;
+      likeliest = weight;
+      moved_m = of_one / weight;
+      proud_ = one.proud;
     }
-    const double moved_m = sum / weight;
-    variance_m2_ = std::max(0.0, squares / weight - moved_m * moved_m);
+    variance_m2_ = std::max(0.0, squares / all - 2 * moved_m * sum / all + moved_m * moved_m);
     Shift(moved_m, 0);
   }
 
@@ -261,7 +280,7 @@ class Surface {
 
   const double max_proud_m_, most_m_, middle_m_, length_m_, heading_sigma_rad_;
   Evidence points_{kPointShares, 1, {}}, lines_{kLineShares, 1, {}};
-  Proud proud_{max_proud_m_, 0};
+  Proud proud_{max_proud_m_, std::nullopt};
   double area_m2_ = 0;  // with points
   double offset_m_ = 0, slope_ = 0, variance_m2_ = 0, slope_variance_ = 0;
 };

@@ -95,6 +95,8 @@ TEST(Adjustment, FindsAScaleThatIsOff) {
   const double before_m = Ape(run, WindowPoses(run.run));
   const AdjustmentResult result = Adjust(run.run, Quick());
   ASSERT_TRUE(result.usable);
+  // With steps that are as little trusted at first as Ceres has it 0.162 of it are left, else
+  // 0.131.
   EXPECT_LT(Ape(run, result.T_world_imu), 0.147 * before_m);
 }
 

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 
@@ -31,10 +32,14 @@ class WallSamples {
     }
   }
 
-  void AddLine(double before_m, double z_m, double slope = 0) {
-    for (double x = 0.05; x < kLength_m; x += 0.1) {
+  void AddLine(double before_m, double z_m, double slope = 0, double noise_m = 0,
+               double length_m = kLength_m) {
+    for (double x = 0.05; x < length_m; x += 0.1) {
       const double y = before_m + slope * (x - 0.5 * kLength_m);
-      samples_.push_back({{x, y, z_m}, Vector2d::Zero(), Vector2d::UnitX(), 0.002});
+      samples_.push_back({{x, noise_m > 0 ? y + noise_m * normal_(generator_) : y, z_m},
+                          Vector2d::Zero(),
+                          Vector2d::UnitX(),
+                          std::max(0.002, noise_m)});
     }
   }
 
@@ -78,6 +83,28 @@ TEST(FaceSurface, FramesOfOneThicknessAreNotTheWall) {
   Face face = FaceBefore(0.018);
   MoveOntoSurface(wall.samples(), 0.045, {}, &face);
   EXPECT_NEAR(DistanceAtMiddle(face), 0, 0.005);
+}
+
+// What lines scatter by is no thickness of frames.
+TEST(FaceSurface, LinesThatScatterAreTheWall) {
+  WallSamples wall(7);
+  for (int i = 0; i < 7; ++i) wall.AddLine(0, 0.5 + 0.3 * i, 0, 0.004);
+  Face face = FaceBefore(0.005);
+  MoveOntoSurface(wall.samples(), 0.045, {}, &face);
+  EXPECT_NEAR(DistanceAtMiddle(face), 0, 0.003);
+  wall.AddPoints(0, 0.1, 2.6, 0.11);
+  face = FaceBefore(0.005);
+  MoveOntoSurface(wall.samples(), 0.045, {}, &face);
+  EXPECT_NEAR(DistanceAtMiddle(face), 0, 0.003);
+}
+
+TEST(FaceSurface, OneRecessedLineIsNotTheWall) {
+  WallSamples wall(8);
+  for (int i = 0; i < 6; ++i) wall.AddLine(0, 0.5 + 0.3 * i);
+  wall.AddLine(-0.02, 1.1);
+  Face face = FaceBefore(0.005);
+  EXPECT_LT(MoveOntoSurface(wall.samples(), 0.045, {}, &face), 0.02);
+  EXPECT_NEAR(DistanceAtMiddle(face), 0, 0.003);
 }
 
 TEST(FaceSurface, TexturedWallIsWhereItsPointsAre) {
