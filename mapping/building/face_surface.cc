@@ -197,8 +197,8 @@ class Surface {
     const Histogram points(points_), lines(lines_);
     std::vector<Hypothesis> hypotheses = {Assume({max_proud_m_, std::nullopt}, points, lines)};
     const double points_without = hypotheses[0].of_points[hypotheses[0].Best()];
-    const double most_m = std::min(max_proud_m_, kSamplesWithin_m);
-    const int trims = static_cast<int>(std::floor((most_m - kFirstTrim_m) / kTrimStep_m + 1.5));
+    const double steps = (std::min(max_proud_m_, kSamplesWithin_m) - kFirstTrim_m) / kTrimStep_m;
+    const int trims = static_cast<int>(std::floor(steps + 1 + 1e-6));
     for (int i = 0; i < trims; ++i) {
       Hypothesis with = Assume({max_proud_m_, kFirstTrim_m + i * kTrimStep_m}, points, lines);
       if (with.of_points[with.Best()] < points_without + kTrimEvidence) continue;
