@@ -21,16 +21,16 @@ namespace {
 // them the problem has to have a solution.
 constexpr double kVelocitySigma_m_s = 2, kGyroBiasSigma_rad_s = 0.1, kAccelBiasSigma_m_s2 = 0.2;
 
-// One over what is believed of the calibration at first; large for what is not estimated.
-CalibrationVector FirstWeights(const CalibrationOptions& options) {
-  return CalibrationPrior(options).belief().covariance.diagonal().cwiseSqrt().cwiseInverse();
-}
-
 // Where the solver starts to trust its steps. What all keyframes have in common, as the scale and
 // the calibration, tells little in any one of them, and with Ceres' 1e4 rounds ended before it had
 // settled: a corridor's map came out 0.09 % too long. Closures first pull landmarks far beyond
 // where they are linear, and every radius from which a step fails costs an iteration.
 constexpr double kTrust = 1e8, kTrustOfClosures = 1e5, kTrustOfLittle = 1e2, kMaxTrust = 1e12;
+
+// One over what is believed of the calibration at first; large for what is not estimated.
+CalibrationVector FirstWeights(const CalibrationOptions& options) {
+  return CalibrationPrior(options).belief().covariance.diagonal().cwiseSqrt().cwiseInverse();
+}
 
 void AddTerm(AdjustmentTerm term, ceres::Problem* problem) {
   problem->AddResidualBlock(term.factor.release(), term.loss, term.blocks);

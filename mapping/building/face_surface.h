@@ -11,12 +11,13 @@ namespace slcmap {
 // as skirtings, frames and signs are, stands before it by up to some centimetres, nothing behind
 // it; and where plaster is blank, images show nothing else. So a sample is either on the surface,
 // or before it by anything up to options.max_proud_m or by what all trims of a wall stand before
-// it, if any do, or stray; the offset is the mean of its posterior over these (a mixture of a
-// normal density, that of a uniform one with noise, another normal one, and a uniform one) and over
-// how far trims stand out, the heading a least-squares fit to what is on it with as much weight.
-// Points near each other err alike and count by area, lines by their length. The face moves by at
-// most most_m at its middle; without samples it stays. Samples: those of its storey, in any order.
-// Returns the standard deviation that this adds to that of the face's offset.
+// it, if points show that it has any, or stray; the offset is the mean of its posterior over these
+// (a mixture of a normal density, that of a uniform one with noise, another normal one, and a
+// uniform one) where trims stand out as far as is likeliest, the heading a least-squares fit to
+// what is on it with as much weight. Points near each other err alike and count by area, lines by
+// their length. The face moves by at most most_m at its middle; without samples it stays. Samples:
+// those of its storey, in any order. Returns the standard deviation that this adds to that of the
+// face's offset.
 double MoveOntoSurface(const std::vector<FaceSample>& samples, double most_m,
                        const BuildingOptions& options, Face* face);
 

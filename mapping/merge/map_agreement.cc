@@ -1,9 +1,10 @@
 #include "mapping/merge/map_agreement.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <unordered_map>
+
+#include "mapping/cube_grid.h"
 
 namespace slcmap {
 namespace {
@@ -15,21 +16,11 @@ constexpr double kBeside_m = 0.3;                    // along a surface or line,
 constexpr double kSurface_m = 0.08, kLine_m = 0.04;  // across, of what agrees
 constexpr double kSurfaceSample_m2 = kSurfaceSample_m * kSurfaceSample_m;
 
-int64_t KeyAt(int64_t x, int64_t y, int64_t z) {
-  constexpr int64_t kMask = (1 << 21) - 1;
-  return ((x & kMask) << 42) | ((y & kMask) << 21) | (z & kMask);
-}
-
-std::array<int64_t, 3> CellAt(const Eigen::Vector3d& p) {
-  const auto index = [](double x) { return static_cast<int64_t>(std::floor(x / kCell_m)); };
-  return {index(p.x()), index(p.y()), index(p.z())};
-}
-
 // Whether all around a place is known to be free, so that no surface is near.
 bool IsFreeAround(const OccupancyMap& occupancy, const Eigen::Vector3d& p) {
   const double step_m = occupancy.resolution_m();
-  for (int i = 0; i < 27; ++i) {
-    const Eigen::Vector3d offset(i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1);
+  for (int i = 0; i < kCubesAround; ++i) {
+    const Eigen::Vector3d offset = CubeAround({0, 0, 0}, i).cast<double>();
     if (!occupancy.IsFree(p + step_m * offset)) return false;
   }
   return true;
@@ -46,17 +37,13 @@ struct FeatureIndex::Cells {
   std::unordered_map<int64_t, std::vector<int>> near;
 
   void Add(const Eigen::Vector3d& p, int sample) {
-    const auto cell = CellAt(p);
-    for (int i = 0; i < 27; ++i) {
-      near[KeyAt(cell[0] + i % 3 - 1, cell[1] + i / 3 % 3 - 1, cell[2] + i / 9 - 1)].push_back(
-          sample);
-    }
+    const Eigen::Vector3i cell = CubeOf(p, kCell_m);
+    for (int i = 0; i < kCubesAround; ++i) near[KeyOf(CubeAround(cell, i))].push_back(sample);
   }
 
   template <typename Visit>
   void ForEachNear(const Eigen::Vector3d& p, const Visit& visit) const {
-    const auto cell = CellAt(p);
-    const auto found = near.find(KeyAt(cell[0], cell[1], cell[2]));
+    const auto found = near.find(KeyOf(CubeOf(p, kCell_m)));
     if (found == near.end()) return;
     for (const int sample : found->second) visit(sample);
   }

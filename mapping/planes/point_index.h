@@ -2,10 +2,11 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <cmath>
 #include <cstdint>
 #include <unordered_map>
 #include <vector>
+
+#include "mapping/cube_grid.h"
 
 namespace slcmap {
 
@@ -13,15 +14,16 @@ class PointIndex {
  public:
   explicit PointIndex(double cube_m) : cube_m_(cube_m) {}
 
-  void Add(const Eigen::Vector3d& p, size_t item) { cubes_[KeyOf(CubeOf(p))].push_back({p, item}); }
+  void Add(const Eigen::Vector3d& p, size_t item) {
+    cubes_[KeyOf(CubeOf(p, cube_m_))].push_back({p, item});
+  }
 
   // Whether what holds of any item within a distance, at most the edge of a cube.
   template <typename Holds>
   bool AnyNear(const Eigen::Vector3d& p, double distance_m, Holds holds) const {
-    const Eigen::Vector3i middle = CubeOf(p);
-    for (int i = 0; i < 27; ++i) {
-      const Eigen::Vector3i cube = middle + Eigen::Vector3i(i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1);
-      const auto found = cubes_.find(KeyOf(cube));
+    const Eigen::Vector3i middle = CubeOf(p, cube_m_);
+    for (int i = 0; i < kCubesAround; ++i) {
+      const auto found = cubes_.find(KeyOf(CubeAround(middle, i)));
       if (found == cubes_.end()) continue;
       for (const Entry& entry : found->second) {
         if ((entry.p - p).norm() <= distance_m && holds(entry.item)) return true;
@@ -39,14 +41,6 @@ class PointIndex {
     Eigen::Vector3d p;
     size_t item = 0;
   };
-
-  Eigen::Vector3i CubeOf(const Eigen::Vector3d& p) const {
-    return (p / cube_m_).array().floor().cast<int>();
-  }
-  static int64_t KeyOf(const Eigen::Vector3i& cube) {
-    constexpr int64_t kMask = (1 << 21) - 1;
-    return ((cube.x() & kMask) << 42) | ((cube.y() & kMask) << 21) | (cube.z() & kMask);
-  }
 
   const double cube_m_;
   std::unordered_map<int64_t, std::vector<Entry>> cubes_;

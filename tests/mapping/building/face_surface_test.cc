@@ -32,9 +32,8 @@ class WallSamples {
     }
   }
 
-  void AddLine(double before_m, double z_m, double slope = 0, double noise_m = 0,
-               double length_m = kLength_m) {
-    for (double x = 0.05; x < length_m; x += 0.1) {
+  void AddLine(double before_m, double z_m, double slope = 0, double noise_m = 0) {
+    for (double x = 0.05; x < kLength_m; x += 0.1) {
       const double y = before_m + slope * (x - 0.5 * kLength_m);
       samples_.push_back({{x, noise_m > 0 ? y + noise_m * normal_(generator_) : y, z_m},
                           Vector2d::Zero(),
