@@ -17,7 +17,7 @@ struct ClearSightOptions {
   int min_frames = 20;        // that do
   double interval_s = 0.05;   // between frames, however many images a second there are
   double sample_m = 0.04;     // along an edge
-  double margin_m = 0.02;     // a surface this near in front of a place does not hide it
+  double margin_m = 0.002;    // a surface this near in front of a place does not hide it
   void Check() const;         // throws ConfigError
 };
 

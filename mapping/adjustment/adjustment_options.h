@@ -9,9 +9,8 @@ namespace slcmap {
 // How visits are recognised, and what may be believed of them.
 struct ClosureOptions {
   bool enabled = true;
-  // Besides edges, points are searched in the images, where these are there. Measured on images of
-  // buildings, edges tell as much.
-  bool points = false;
+  // Besides edges, points are searched in the images, where these are there.
+  bool points = true;
   // Between visits. What is seen again sooner is followed by odometry.
   double min_path_m = 5;
   double min_interval_s = 8;

@@ -49,7 +49,7 @@ struct LineKindOptions {
 
 struct MapLineOptions {
   double min_segment_px = 19;
-  int max_segments = 400;           // of an image
+  int max_segments = 1000;          // of an image, the longest; halls show 700
   double min_gradient = 2.5;        // grey values a pixel, of an edge
   double min_gradient_share = 0.4;  // of what a line's edge has where it was found
   double axis_distance_px = 1.8;    // of a segment's ends from an axis' image through its middle

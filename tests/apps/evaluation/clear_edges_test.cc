@@ -45,6 +45,10 @@ TEST(ClearEdges, ASurfaceThatTheEdgeIsOnDoesNotHideIt) {
   EXPECT_NEAR(Length(Clear({{{2, -0.4, 0.1}, {2, 0.4, 0.1}}}, 2)), 0.8, 1e-9);
 }
 
+TEST(ClearEdges, WhatIsBuriedInASurfaceIsHidden) {
+  EXPECT_TRUE(Clear({{{2.01, -0.4, 0.1}, {2.01, 0.4, 0.1}}}, 2).empty());
+}
+
 TEST(ClearEdges, TwentyFramesAreNeeded) {
   EXPECT_TRUE(Clear(kBehindPillar, 0.9).empty());  // 19 of them
   EXPECT_FALSE(Clear(kBehindPillar, 0.95).empty());
