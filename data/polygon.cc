@@ -1,6 +1,8 @@
 #include "data/polygon.h"
 
 #include <algorithm>
+#include <cmath>
+#include <cstddef>
 
 #include "data/error.h"
 #include "data/geos.h"
@@ -20,6 +22,26 @@ bool Encloses(const PlanPoints& outline, const Vector2d& point) {
     if (point.x() < x) inside = !inside;
   }
   return inside;
+}
+
+// Without points that are where the one before them is.
+PlanPoints Apart(const PlanPoints& outline, double apart_m) {
+  PlanPoints apart;
+  for (const Vector2d& point : outline) {
+    if (apart.empty() || (point - apart.back()).norm() > apart_m) apart.push_back(point);
+  }
+  while (apart.size() > 1 && (apart.front() - apart.back()).norm() <= apart_m) apart.pop_back();
+  return apart;
+}
+
+// How far a point of an outline is off the straight line through those beside it; of a tip that
+// these meet behind, zero.
+double OffNeighbours_m(const PlanPoints& outline, size_t i) {
+  const Vector2d& before = outline[(i + outline.size() - 1) % outline.size()];
+  const Vector2d way = outline[(i + 1) % outline.size()] - before;
+  const Vector2d off = outline[i] - before;
+  const double cross = std::abs(way.x() * off.y() - way.y() * off.x());
+  return cross > 0 ? cross / way.norm() : 0;
 }
 
 }  // namespace
@@ -79,6 +101,25 @@ std::vector<Polygon> Union(const std::vector<Polygon>& polygons, double grid_m) 
   for (const Polygon& polygon : polygons) parts.push_back(geos.ToGeos(polygon));
   const GEOSGeometry* all = geos.Keep(geos.Collect(GEOS_MULTIPOLYGON, parts));
   return geos.Polygons(geos.Keep(GEOSUnaryUnionPrec_r(geos.context(), all, grid_m)));
+}
+
+PlanPoints Straightened(const PlanPoints& outline, double straight_m, double apart_m) {
+  PlanPoints corners = Apart(outline, apart_m);
+  while (corners.size() > 3) {
+    // One at a time: of two that are next to each other, one is the corner.
+    size_t least = 0;
+    double least_m = OffNeighbours_m(corners, 0);
+    for (size_t i = 1; i < corners.size(); ++i) {
+      const double off_m = OffNeighbours_m(corners, i);
+      if (off_m < least_m) {
+        least = i;
+        least_m = off_m;
+      }
+    }
+    if (least_m > straight_m) break;
+    corners.erase(corners.begin() + static_cast<std::ptrdiff_t>(least));
+  }
+  return corners;
 }
 
 double IntersectionArea(const Polygon& a, const Polygon& b) {

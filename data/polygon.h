@@ -32,6 +32,11 @@ std::vector<Polygon> ArrangementCells(const std::vector<PlanPoints>& chains, dou
 // Points come to lie on a grid.
 std::vector<Polygon> Union(const std::vector<Polygon>& polygons, double grid_m);
 
+// An outline without the points that are at most apart_m from the one before them, and without
+// those that are at most straight_m off the straight line between the points beside them that stay.
+// Three points stay, where there are as many.
+PlanPoints Straightened(const PlanPoints& outline, double straight_m, double apart_m);
+
 double IntersectionArea(const Polygon& a, const Polygon& b);
 
 }  // namespace slcmap

@@ -312,31 +312,6 @@ void JoinSmall(const std::vector<Cell>& cells, const std::vector<Border>& border
   }
 }
 
-// Without points that are, but for the grid, where the one before them is.
-PlanPoints Apart(const PlanPoints& outline) {
-  PlanPoints apart;
-  for (const Vector2d& point : outline) {
-    if (apart.empty() || (point - apart.back()).norm() > kApart_m) apart.push_back(point);
-  }
-  while (apart.size() > 1 && (apart.front() - apart.back()).norm() <= kApart_m) apart.pop_back();
-  return apart;
-}
-
-// Without the points between two that a straight line connects.
-PlanPoints Straightened(const PlanPoints& all) {
-  const PlanPoints outline = Apart(all);
-  PlanPoints corners;
-  for (size_t i = 0; i < outline.size(); ++i) {
-    const Vector2d& before = corners.empty() ? outline.back() : corners.back();
-    const Vector2d &point = outline[i], &after = outline[(i + 1) % outline.size()];
-    const Vector2d way = after - before;
-    const Vector2d off = point - before;
-    const double cross = way.x() * off.y() - way.y() * off.x();
-    if (std::abs(cross) > kStraight_m * way.norm()) corners.push_back(point);
-  }
-  return corners.size() >= 3 ? corners : outline;
-}
-
 double BoundedShare(const std::vector<Border>& borders, const std::vector<Cell>& cells,
                     const std::vector<Passage>& passages, int group, Groups* groups) {
   double covered_m = 0, all_m = 0;
@@ -397,8 +372,8 @@ std::vector<FoundRoom> FindRooms(const std::vector<WallFace>& walls, const FreeS
     const double bounded = BoundedShare(borders, cells, passages, group, &groups);
     for (Polygon& polygon : Union(polygons, kPlanGrid_m)) {
       if (2 * Area(polygon) < kLeastWidth_m * Perimeter(polygon)) continue;
-      polygon.outline = Straightened(polygon.outline);
-      for (PlanPoints& hole : polygon.holes) hole = Straightened(hole);
+      polygon.outline = Straightened(polygon.outline, kStraight_m, kApart_m);
+      for (PlanPoints& hole : polygon.holes) hole = Straightened(hole, kStraight_m, kApart_m);
       std::erase_if(polygon.holes, [](const PlanPoints& hole) { return hole.size() < 3; });
       rooms.push_back({polygon, bounded});
     }

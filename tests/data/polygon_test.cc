@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <limits>
 
 #include "data/error.h"
@@ -10,6 +11,7 @@
 namespace slcmap {
 namespace {
 
+using ::testing::ElementsAre;
 using ::testing::IsEmpty;
 using ::testing::SizeIs;
 
@@ -17,6 +19,24 @@ constexpr double kGrid_m = 1e-4;
 
 Polygon Square(double x, double y, double side) {
   return {{{x, y}, {x + side, y}, {x + side, y + side}, {x, y + side}}, {}};
+}
+
+TEST(Polygon, StraightenedKeepsCornersAndNothingElse) {
+  const PlanPoints outline = {{0, 0}, {2, 5e-4}, {4, 0}, {4, 3}, {1, 3}, {0, 3}};
+  EXPECT_THAT(Straightened(outline, 1e-3, 2e-4),
+              ElementsAre(Eigen::Vector2d(0, 0), Eigen::Vector2d(4, 0), Eigen::Vector2d(4, 3),
+                          Eigen::Vector2d(0, 3)));
+  EXPECT_THAT(Straightened({{0, 0}, {1, 0}, {2, 0}}, 1e-3, 2e-4), SizeIs(3));
+}
+
+TEST(Polygon, StraightenedKeepsACornerOfTwoPointsWhereverItStarts) {
+  PlanPoints outline = {{0, 0}, {4, 0}, {4, 3}, {5e-4, 3}, {0, 3 - 5e-4}};
+  for (size_t i = 0; i < outline.size(); ++i) {
+    const PlanPoints corners = Straightened(outline, 1e-3, 2e-4);
+    EXPECT_THAT(corners, SizeIs(4));
+    EXPECT_NEAR(SignedArea(corners), 12, 0.01);
+    std::rotate(outline.begin(), outline.begin() + 1, outline.end());
+  }
 }
 
 TEST(Polygon, HolesAreOutside) {
