@@ -224,22 +224,20 @@ class Adjustment {
     return figures_.closures_taken_back < figures_.closures;
   }
 
-  // Wrong ones do not decide where right ones are, and none may speak against odometry.
+  // Wrong ones do not decide where right ones are, and none may speak against odometry. Where they
+  // go on being taken back none of them is to be believed: points first, of which a wrong place may
+  // have many, then edges.
   bool SolveWithClosures(const Progress& progress) {
-    constexpr int kMostTakenBack = 5;
     model_.GraduateClosures(kFirstGraduation);
     bool usable = Solve(progress.Part(0, 0.4), kNearlySettled);
     model_.GraduateClosures(1);
-    for (int i = 0; usable && i < kMostTakenBack; ++i) {
-      usable = Solve(progress.Part(0.4 + 0.1 * i, 0.5 + 0.1 * i), kSettledWithClosures);
-      const int count = TakeBackClosures(options_.closures, links_, state_, model_, &closures_);
-      figures_.closures_taken_back += count;
-      if (count == 0) return usable;
-    }
-    // They go on being taken back: none of them is to be believed.
-    for (Closure& closure : closures_) closure.taken_back = true;
-    figures_.closures_taken_back = std::ssize(closures_);
-    return usable && Solve(progress.Part(0.9, 1));
+    usable = usable && SolveTakingBack(progress.Part(0.4, 0.7));
+    if (!usable || settled_) return usable;
+    TakeBack([](const Closure& closure) { return !closure.points.empty(); });
+    usable = SolveTakingBack(progress.Part(0.7, 0.9));
+    if (!usable || settled_) return usable;
+    TakeBack([](const Closure&) { return true; });
+    return Solve(progress.Part(0.9, 1));
   }
 
   AdjustmentResult Result() {
@@ -271,12 +269,36 @@ class Adjustment {
   }
 
  private:
+  // Solves until no closure is taken back (settled_), or too often.
+  bool SolveTakingBack(const Progress& progress) {
+    constexpr int kMostTimes = 5;
+    settled_ = false;
+    for (int i = 0; i < kMostTimes && !settled_; ++i) {
+      const double from = static_cast<double>(i) / kMostTimes;
+      if (!Solve(progress.Part(from, from + 1.0 / kMostTimes), kSettledWithClosures)) return false;
+      const int count = TakeBackClosures(options_.closures, links_, state_, model_, &closures_);
+      figures_.closures_taken_back += count;
+      settled_ = count == 0;
+    }
+    return true;
+  }
+
+  template <typename Predicate>
+  void TakeBack(Predicate is_meant) {
+    for (Closure& closure : closures_) {
+      if (closure.taken_back || !is_meant(closure)) continue;
+      closure.taken_back = true;
+      ++figures_.closures_taken_back;
+    }
+  }
+
   const OdometryRun& run_;
   const AdjustmentOptions& options_;
   AdjustmentModel model_;
   AdjustmentState state_;
   std::unique_ptr<ceres::Problem> problem_;
   std::vector<Closure> closures_;
+  bool settled_ = false;       // no closure was taken back in the last solution
   std::vector<double> links_;  // before there were closures
   std::optional<CalibrationTies> ties_;
   std::optional<CalibrationBelief> known_;

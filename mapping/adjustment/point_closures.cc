@@ -28,7 +28,7 @@ constexpr double kNear_m = 6;          // of path, within which they are neighbo
 struct PosedView {
   RigidTransform T_world_camera;
   double farthest_m = 0;         // that it sees
-  std::vector<size_t> points;    // of the state, that it sees
+  std::vector<size_t> points;    // of the state, that it sees, in rising order
   std::vector<Vector2d> places;  // where, on the plane z = 1 as measured
 };
 
@@ -112,7 +112,7 @@ class PointSearch {
       }
       if (path_m_[newer] - searched_m < kMinNewPath_m) continue;
       const auto older = MostAlike(newer);
-      if (!older) continue;
+      if (!older || ImageOf(newer).empty()) continue;
       searched_m = path_m_[newer];
       if (auto closure = Compare(*older, newer)) closures.push_back(std::move(*closure));
     }
@@ -127,6 +127,11 @@ class PointSearch {
     return a.segment == b.segment &&
            ToSeconds(b.stamp_ns - a.stamp_ns) >= options_.min_interval_s &&
            path_m_[newer] - path_m_[older] >= options_.min_path_m;
+  }
+
+  // What odometry has followed from one to the other tells nothing new.
+  bool IsTracked(size_t point, size_t newer) const {
+    return std::ranges::binary_search(views_[newer].points, point);
   }
 
   // Whether a point that the older keyframe sees is in the newer image, seen from nearly the same
@@ -163,7 +168,8 @@ class PointSearch {
     for (size_t older = 0; older < newer; ++older) {
       if (!IsEarlierVisit(older, newer) || !MayOverlap(views_[older], views_[newer])) continue;
       const auto count = std::ranges::count_if(views_[older].points, [&](size_t point) {
-        return LooksAlike(points_world_[point], views_[older], views_[newer]);
+        return LooksAlike(points_world_[point], views_[older], views_[newer]) &&
+               !IsTracked(point, newer);
       });
       if (count <= most) continue;
       most = count;
@@ -249,6 +255,7 @@ class PointSearch {
     std::vector<size_t> first_match;
     for (size_t i = 0; i < views_[older].points.size(); ++i) {
       const size_t point = views_[older].points[i];
+      if (IsTracked(point, newer)) continue;
       const Vector3d p_world = PointInWorld(state_.points[point], state_);
       const std::vector<Vector2d> places = Search(older, i, newer, p_world);
       if (places.empty()) continue;
@@ -269,6 +276,11 @@ class PointSearch {
     return closure;
   }
 
+  bool AreNear(size_t a, size_t b) const {
+    return KeyframeOf(a).segment == KeyframeOf(b).segment &&
+           std::abs(path_m_[a] - path_m_[b]) < kNear_m;
+  }
+
   // Those that some neighbours agree with, and most of them do: odometry knows how neighbours lie
   // to each other.
   std::vector<Closure> Confirmed(const std::vector<Closure>& found) const {
@@ -276,8 +288,7 @@ class PointSearch {
     for (const Closure& closure : found) {
       int near = 0, agreeing = 0;
       for (const Closure& other : found) {
-        if (std::abs(path_m_[other.newer_frame] - path_m_[closure.newer_frame]) >= kNear_m)
-          continue;
+        if (!AreNear(closure.newer_frame, other.newer_frame)) continue;
         ++near;
         agreeing += (other.shift - closure.shift).head<3>().norm() < kSameShift_m;
       }

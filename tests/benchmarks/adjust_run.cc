@@ -2,6 +2,7 @@
 //
 //   adjust_run RUN --truth TRAJECTORY [--config YAML] [--sequence SEQ] [--write TUM]
 //
+// Without --sequence places are recognised by edges alone.
 // A row: RMSE of position (m) of the online poses, of those that the window's keyframes correct,
 // and of the adjusted ones, all images; the last over the first; what was found of the calibration;
 // seconds of the CPU, and of the recording.

@@ -23,7 +23,8 @@ namespace {
 
 void Make(const std::string& run_folder, const std::string& map, const std::string& output,
           const MappingOptions& options) {
-  OdometryRun run = AdjustRun(ReadRunFolder(run_folder), options.adjustment, nullptr).run;
+  const OdometryRun online = ReadRunFolder(run_folder);
+  OdometryRun run = AdjustRun(online, options.adjustment, KeyframeImages(online, {}).get()).run;
   TurnAlongBuilding(&run);
   const RecordedViews recorded = ViewsOfRun(run, {});
   const RecordedViews chosen = ViewsForLines(recorded, options.lines.views);

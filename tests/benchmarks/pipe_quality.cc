@@ -33,7 +33,8 @@ void Measure(const std::string& folder, const std::string& sequence,
              const std::string& run_folder) {
   const MapResult map = ReadMapFolder(folder);
   const MappingOptions options;
-  OdometryRun run = AdjustRun(ReadRunFolder(run_folder), options.adjustment, nullptr).run;
+  const OdometryRun online = ReadRunFolder(run_folder);
+  OdometryRun run = AdjustRun(online, options.adjustment, KeyframeImages(online, {}).get()).run;
   TurnAlongBuilding(&run);
   const RecordedViews recorded = ViewsOfRun(run, {});
   const RecordedViews chosen = ViewsForLines(recorded, options.lines.views);

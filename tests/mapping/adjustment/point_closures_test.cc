@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <opencv2/imgproc.hpp>
+#include <set>
 
 #include "mapping/adjustment/adjustment_problem.h"
 #include "odometry/geometry/pinhole.h"
@@ -159,6 +160,33 @@ TEST(PointClosures, OfWhatLooksAlikeThereAreNone) {
   EXPECT_FALSE(Find(images, drift_m, options).empty());
   images.ShowDots();
   EXPECT_TRUE(Find(images, drift_m, options).empty());
+}
+
+// As if the run had followed the points of the way out all the way back.
+void FollowAll(const WallImages& images, OdometryRun* run) {
+  const Camera& camera = images.rig().cameras[0];
+  for (size_t k = kViews / 2 + 1; k < kViews; ++k) {
+    const RigidTransform T_world_camera = images.TruePose(k) * images.rig().T_imu_camera[0];
+    auto& observations = run->keyframes[k].observations;
+    std::set<int64_t> seen;
+    for (const auto& observation : observations) seen.insert(observation.landmark_id);
+    for (const Landmark& landmark : run->landmarks) {
+      const Vector3d p = T_world_camera.Inverse() * landmark.p_world;
+      if (p.z() < 0.5 || !seen.insert(landmark.id).second) continue;
+      observations.push_back({landmark.id, PixelFromPlane(camera, p.hnormalized()), {}});
+    }
+  }
+}
+
+TEST(PointClosures, WhatOdometryFollowedAllTheWayIsNoRevisit) {
+  const WallImages images;
+  AdjustmentOptions options;
+  options.closures = ForSmallImages();
+  OdometryRun run = RunWithDrift(images, Vector3d::Zero());
+  FollowAll(images, &run);
+  const AdjustmentModel model(run, options);
+  EXPECT_TRUE(
+      FindPointClosures(StateOfRun(run, options), images, model.points, options.closures).empty());
 }
 
 TEST(PointClosures, EndWhenTheyAreTold) {
