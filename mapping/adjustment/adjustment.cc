@@ -229,15 +229,19 @@ class Adjustment {
   // have many, then edges.
   bool SolveWithClosures(const Progress& progress) {
     model_.GraduateClosures(kFirstGraduation);
-    bool usable = Solve(progress.Part(0, 0.4), kNearlySettled);
+    const bool usable = Solve(progress.Part(0, 0.4), kNearlySettled);
     model_.GraduateClosures(1);
-    usable = usable && SolveTakingBack(progress.Part(0.4, 0.7));
-    if (!usable || settled_) return usable;
-    TakeBack([](const Closure& closure) { return !closure.points.empty(); });
-    usable = SolveTakingBack(progress.Part(0.7, 0.9));
-    if (!usable || settled_) return usable;
-    TakeBack([](const Closure&) { return true; });
-    return Solve(progress.Part(0.9, 1));
+    if (!usable) return false;
+    Closing closing = SolveTakingBack(progress.Part(0.4, 0.7));
+    if (closing == Closing::kUnsettled) {
+      TakeBack([](const Closure& closure) { return !closure.points.empty(); });
+      closing = SolveTakingBack(progress.Part(0.7, 0.9));
+    }
+    if (closing == Closing::kUnsettled) {
+      TakeBack([](const Closure&) { return true; });
+      return Solve(progress.Part(0.9, 1));
+    }
+    return closing == Closing::kSettled;
   }
 
   AdjustmentResult Result() {
@@ -269,18 +273,20 @@ class Adjustment {
   }
 
  private:
-  // Solves until no closure is taken back (settled_), or too often.
-  bool SolveTakingBack(const Progress& progress) {
+  enum class Closing { kUnusable, kSettled, kUnsettled };
+
+  // Solves until no closure is taken back, or too often.
+  Closing SolveTakingBack(const Progress& progress) {
     constexpr int kMostTimes = 5;
-    settled_ = false;
-    for (int i = 0; i < kMostTimes && !settled_; ++i) {
+    for (int i = 0; i < kMostTimes; ++i) {
       const double from = static_cast<double>(i) / kMostTimes;
-      if (!Solve(progress.Part(from, from + 1.0 / kMostTimes), kSettledWithClosures)) return false;
+      const Progress part = progress.Part(from, from + 1.0 / kMostTimes);
+      if (!Solve(part, kSettledWithClosures)) return Closing::kUnusable;
       const int count = TakeBackClosures(options_.closures, links_, state_, model_, &closures_);
       figures_.closures_taken_back += count;
-      settled_ = count == 0;
+      if (count == 0) return Closing::kSettled;
     }
-    return true;
+    return Closing::kUnsettled;
   }
 
   template <typename Predicate>
@@ -298,7 +304,6 @@ class Adjustment {
   AdjustmentState state_;
   std::unique_ptr<ceres::Problem> problem_;
   std::vector<Closure> closures_;
-  bool settled_ = false;       // no closure was taken back in the last solution
   std::vector<double> links_;  // before there were closures
   std::optional<CalibrationTies> ties_;
   std::optional<CalibrationBelief> known_;

@@ -171,8 +171,8 @@ class PointSearch {
     for (size_t older = 0; older < newer; ++older) {
       if (!IsEarlierVisit(older, newer) || !MayOverlap(views_[older], views_[newer])) continue;
       const auto count = std::ranges::count_if(views_[older].points, [&](size_t point) {
-        return LooksAlike(points_world_[point], views_[older], views_[newer]) &&
-               !IsTracked(point, newer);
+        return !IsTracked(point, newer) &&
+               LooksAlike(points_world_[point], views_[older], views_[newer]);
       });
       if (count <= most) continue;
       most = count;
@@ -252,14 +252,14 @@ class PointSearch {
   }
 
   std::optional<Closure> Compare(size_t older, size_t newer) {
-    if (ImageOf(newer).empty() || ImageOf(older).empty()) return std::nullopt;
+    if (ImageOf(older).empty()) return std::nullopt;
     std::vector<ShiftVote> votes;
     std::vector<PointMatch> matches;  // a row an alternative of each vote
     std::vector<size_t> first_match;
     for (size_t i = 0; i < views_[older].points.size(); ++i) {
       const size_t point = views_[older].points[i];
       if (IsTracked(point, newer)) continue;
-      const Vector3d p_world = PointInWorld(state_.points[point], state_);
+      const Vector3d& p_world = points_world_[point];
       const std::vector<Vector2d> places = Search(older, i, newer, p_world);
       if (places.empty()) continue;
       votes.push_back(VoteOf(views_[newer], p_world, places));
