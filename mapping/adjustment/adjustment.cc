@@ -22,9 +22,9 @@ using Eigen::Vector3d;
 constexpr size_t kMinKeyframes = 3;
 constexpr double kFirstGraduation = 8;  // of the closures' loss
 // Share of the cost that a step lowers it by where a round ends: a drift that is slow to settle
-// costs little, what single closures pull at next to nothing; and that of the round of a graduated
-// loss, which another follows.
-constexpr double kSettled = 1e-5, kSettledWithClosures = 1e-6, kNearlySettled = 1e-4;
+// costs little. Rounds that another follows need less: to find visits, to see which closures pull
+// where, and the first, whose cost is that of what does not fit, to tell what that is.
+constexpr double kSettled = 1e-5, kNearlySettled = 1e-4, kRoughlySettled = 2e-2;
 
 // Takes out the observations that do not fit. The right camera's go alone where it is they.
 void RejectPointOutliers(const AdjustmentOptions& options, const AdjustmentModel& model,
@@ -163,7 +163,7 @@ class Adjustment {
     model_.tie_weights = ties_->weights();
   }
 
-  bool Solve(const Progress& progress, double settled = kSettled) {
+  bool Solve(const Progress& progress, double settled) {
     Preintegrate(run_, &state_);
     problem_ = BuildProblem(options_, model_, state_, closures_);
     const RoundSummary round =
@@ -239,7 +239,7 @@ class Adjustment {
     }
     if (closing == Closing::kUnsettled) {
       TakeBack([](const Closure&) { return true; });
-      return Solve(progress.Part(0.9, 1));
+      return Solve(progress.Part(0.9, 1), kSettled);
     }
     return closing == Closing::kSettled;
   }
@@ -281,7 +281,7 @@ class Adjustment {
     for (int i = 0; i < kMostTimes; ++i) {
       const double from = static_cast<double>(i) / kMostTimes;
       const Progress part = progress.Part(from, from + 1.0 / kMostTimes);
-      if (!Solve(part, kSettledWithClosures)) return Closing::kUnusable;
+      if (!Solve(part, kSettled)) return Closing::kUnusable;
       const int count = TakeBackClosures(options_.closures, links_, state_, model_, &closures_);
       figures_.closures_taken_back += count;
       if (count == 0) return Closing::kSettled;
@@ -325,14 +325,17 @@ AdjustmentResult AdjustWithClosures(const OdometryRun& run, const AdjustmentOpti
     return Unusable("too few keyframes, or no IMU samples");
   }
   Adjustment adjustment(run, options);
-  bool usable = adjustment.Solve(progress.Part(0, 0.3));
-  if (!usable) return Unusable("the adjustment diverged");
+  if (!adjustment.Solve(progress.Part(0, 0.2), kRoughlySettled)) {
+    return Unusable("the adjustment diverged");
+  }
   adjustment.MeasureScatter();
   adjustment.Reject();
   adjustment.JudgeCalibration();
-  usable = adjustment.Solve(progress.Part(0.3, 0.5));
-  if (usable && find && adjustment.FindClosures(find, progress.Part(0.5, 0.7))) {
-    usable = adjustment.SolveWithClosures(progress.Part(0.7, 1));
+  bool usable = adjustment.Solve(progress.Part(0.2, 0.4), find ? kNearlySettled : kSettled);
+  if (usable && find) {
+    usable = adjustment.FindClosures(find, progress.Part(0.4, 0.6))
+                 ? adjustment.SolveWithClosures(progress.Part(0.6, 1))
+                 : adjustment.Solve(progress.Part(0.6, 1), kSettled);
   }
   return usable ? adjustment.Result() : Unusable("the adjustment diverged");
 }

@@ -47,6 +47,7 @@ constexpr OptionTable kClosures{
     Option{"point_tolerance_px", &ClosureOptions::point_tolerance_px, 0.1, 100.0},
     Option{"min_correlation", &ClosureOptions::min_correlation, 0.0, 1.0},
     Option{"min_keyframes", &ClosureOptions::min_keyframes, 1, 100},
+    Option{"max_point_closures", &ClosureOptions::max_point_closures, 1, 100000},
     Option{"edge_sigma_m", &ClosureOptions::edge_sigma_m, 1e-5, 1.0},
     Option{"point_sigma_px", &ClosureOptions::point_sigma_px, 1e-2, 100.0},
     Option{"loss_sigma", &ClosureOptions::loss_sigma, 0.1, 100.0},

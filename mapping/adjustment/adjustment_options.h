@@ -30,6 +30,9 @@ struct ClosureOptions {
   double point_tolerance_px = 2;
   double min_correlation = 0.8;  // of a point's patch with where it is seen again
   int min_keyframes = 3;         // that recognise a place alike
+  // By points, evenly along the way: each ties keyframes far apart, which fills the adjustment's
+  // equations, and of a long recording a few tell as much.
+  int max_point_closures = 60;
   // In the adjustment.
   double edge_sigma_m = 0.004;
   double point_sigma_px = 0.25;

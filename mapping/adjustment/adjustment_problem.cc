@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <set>
 
 #include "mapping/adjustment/closure_terms.h"
+#include "mapping/adjustment/elimination_order.h"
 #include "mapping/adjustment/first_pose_residual.h"
 #include "mapping/adjustment/solver_progress.h"
 #include "odometry/residuals/along_axis_residual.h"
@@ -21,11 +23,15 @@ namespace {
 // them the problem has to have a solution.
 constexpr double kVelocitySigma_m_s = 2, kGyroBiasSigma_rad_s = 0.1, kAccelBiasSigma_m_s2 = 0.2;
 
+// Of the inverse distance of a line along its axis, about where it is. Hardly anything for a line
+// whose place images tell; one that they do not, as of a single image, would run away beyond all
+// bounds and take the solver's steps along, so that most of them failed.
+constexpr double kInverseDistanceSigma_1_m = 1;
+
 // Where the solver starts to trust its steps. What all keyframes have in common, as the scale and
 // the calibration, tells little in any one of them, and with Ceres' 1e4 rounds ended before it had
-// settled: a corridor's map came out 0.09 % too long. Closures first pull landmarks far beyond
-// where they are linear, and every radius from which a step fails costs an iteration.
-constexpr double kTrust = 1e8, kTrustOfClosures = 1e5, kTrustOfLittle = 1e2, kMaxTrust = 1e12;
+// settled: a corridor's map came out 0.09 % too long.
+constexpr double kTrust = 1e8, kTrustOfLittle = 1e2, kMaxTrust = 1e12;
 
 // One over what is believed of the calibration at first; large for what is not estimated.
 CalibrationVector FirstWeights(const CalibrationOptions& options) {
@@ -88,6 +94,13 @@ AdjustmentTerm AxisTerm(const AdjustedLine& line, const AdjustmentModel& model) 
   return term;
 }
 
+void HoldDistance(const AdjustedLine& line, ceres::Problem* problem) {
+  const Eigen::Vector2d weights(0, 1 / kInverseDistanceSigma_1_m);
+  const Eigen::Map<const Eigen::Vector2d> given(line.block);
+  problem->AddResidualBlock(new AsGivenResidual(kStructuralLineKind, weights, given), nullptr,
+                            line.block);
+}
+
 void AddLineTerms(const AdjustmentOptions& options, const AdjustmentModel& model,
                   const AdjustmentState& state, ceres::Problem* problem) {
   for (const AdjustedShare& share : state.shares) {
@@ -96,7 +109,11 @@ void AddLineTerms(const AdjustmentOptions& options, const AdjustmentModel& model
   }
   for (const AdjustedLine& line : state.lines) {
     if (line.observations.empty()) continue;
-    if (!line.exact) problem->AddParameterBlock(line.block, kGeneralLineSize, SharedLineManifold());
+    if (line.exact) {
+      HoldDistance(line, problem);
+    } else {
+      problem->AddParameterBlock(line.block, kGeneralLineSize, SharedLineManifold());
+    }
     const double count = static_cast<double>(line.observations.size());
     const double weight = std::sqrt(std::min(1.0, options.line_observations / count));
     for (const AdjustedLineObservation& observation : line.observations) {
@@ -108,32 +125,34 @@ void AddLineTerms(const AdjustmentOptions& options, const AdjustmentModel& model
 
 // Points and short lines, between which there are no terms, are eliminated first; closures bind
 // lines to each other.
-std::shared_ptr<ceres::ParameterBlockOrdering> OrderingOf(const AdjustmentOptions& options,
-                                                          const AdjustmentState& state,
-                                                          const std::vector<Closure>& closures,
-                                                          const ceres::Problem& problem) {
-  auto ordering = std::make_shared<ceres::ParameterBlockOrdering>();
-  std::vector<double*> blocks;
-  problem.GetParameterBlocks(&blocks);
-  for (double* block : blocks) ordering->AddElementToGroup(block, 1);
-  for (const AdjustedPoint& point : state.points) {
-    if (!point.observations.empty()) ordering->AddElementToGroup(point.block, 0);
-  }
-  for (const AdjustedLine& line : state.lines) {
-    if (line.observations.empty() ||
-        std::ssize(line.observations) > options.max_eliminated_observations) {
-      continue;
-    }
-    ordering->AddElementToGroup(line.block, 0);
-  }
+std::vector<double*> EliminatedFirst(const AdjustmentOptions& options, const AdjustmentState& state,
+                                     const std::vector<Closure>& closures) {
+  std::set<const double*> bound;
   for (const Closure& closure : closures) {
     if (closure.taken_back) continue;
     for (const EdgeMatch& match : closure.edges) {
-      ordering->AddElementToGroup(state.lines[match.older].block, 1);
-      ordering->AddElementToGroup(state.lines[match.newer].block, 1);
+      bound.insert(state.lines[match.older].block);
+      bound.insert(state.lines[match.newer].block);
     }
   }
-  return ordering;
+  std::vector<double*> first;
+  for (const AdjustedPoint& point : state.points) {
+    if (!point.observations.empty()) first.push_back(point.block);
+  }
+  for (const AdjustedLine& line : state.lines) {
+    const auto count = std::ssize(line.observations);
+    if (count == 0 || count > options.max_eliminated_observations) continue;
+    if (!bound.contains(line.block)) first.push_back(line.block);
+  }
+  return first;
+}
+
+// What all of a recording is tied to.
+std::vector<double*> EliminatedLast(const AdjustmentState& state, const ceres::Problem& problem) {
+  std::vector<double*> last{state.imu_calibration, state.camera_calibration};
+  last.insert(last.end(), state.headings.begin(), state.headings.end());
+  std::erase_if(last, [&](double* block) { return !problem.HasParameterBlock(block); });
+  return last;
 }
 
 // The first rows of a term's residual at its blocks.
@@ -242,11 +261,12 @@ RoundSummary SolveProblem(const AdjustmentOptions& options, const AdjustmentStat
   const bool closes = std::ranges::any_of(closures, [](const Closure& c) { return !c.taken_back; });
   ceres::Solver::Options solver;
   solver.linear_solver_type = ceres::SPARSE_SCHUR;
-  solver.linear_solver_ordering = OrderingOf(options, state, closures, *problem);
+  solver.linear_solver_ordering = EliminationOrder(
+      *problem, EliminatedFirst(options, state, closures), EliminatedLast(state, *problem));
   solver.num_threads = 1;  // sums of several threads come in any order
   solver.max_num_iterations = closes ? 2 * options.max_iterations : options.max_iterations;
   solver.max_num_consecutive_invalid_steps = solver.max_num_iterations;
-  solver.initial_trust_region_radius = closes ? kTrustOfClosures : kTrust;
+  solver.initial_trust_region_radius = kTrust;
   solver.max_trust_region_radius = kMaxTrust;
   solver.function_tolerance = settled;
   solver.logging_type = ceres::SILENT;

@@ -23,9 +23,6 @@ constexpr double kMinClosureDepth_m = 0.3;
 constexpr double kMaxScale = 1.5;      // of a patch in the later image, and one over it
 constexpr double kSameShift_m = 0.02;  // between neighbouring keyframes that recognise a place
 constexpr double kNear_m = 6;          // of path, within which they are neighbours
-// Of long recordings: each ties keyframes far apart, which fills the adjustment's equations, and a
-// few tell as much.
-constexpr size_t kMostClosures = 60;
 
 // A keyframe as a view.
 struct PosedView {
@@ -301,8 +298,9 @@ class PointSearch {
   }
 
   // Evenly along the way.
-  static std::vector<Closure> Thinned(const std::vector<Closure>& closures) {
-    const size_t step = std::max<size_t>(1, (closures.size() + kMostClosures - 1) / kMostClosures);
+  std::vector<Closure> Thinned(const std::vector<Closure>& closures) const {
+    const auto most = static_cast<size_t>(options_.max_point_closures);
+    const size_t step = std::max<size_t>(1, (closures.size() + most - 1) / most);
     std::vector<Closure> thinned;
     for (size_t i = 0; i < closures.size(); i += step) thinned.push_back(closures[i]);
     return thinned;

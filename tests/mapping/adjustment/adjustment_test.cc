@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <set>
 
 #include "mapping/adjustment/adjusted_run.h"
 #include "mapping/adjustment/closure_terms.h"
@@ -140,6 +141,31 @@ TEST(Adjustment, OfLinesKnowsTheHeading) {
   const double yaw_rad = 2 * std::atan2(gauge.rotation.z(), gauge.rotation.w());
   EXPECT_NEAR(std::remainder(result.headings_rad[0] + yaw_rad - 0.3, M_PI / 2), 0, 1e-3);
   EXPECT_EQ(result.lines.size(), run.run.lines.size());
+}
+
+// A single image tells a line's direction, not how far away it is: such a line stays about where
+// odometry had it, instead of running away beyond all bounds.
+TEST(Adjustment, LinesWhoseDistanceNothingTellsStay) {
+  SimulatedRunOptions options = Noisy();
+  options.lines = LineTrackSimulatorOptions();
+  SimulatedRun run = Fly(options);
+  run.run.line_deviation_rad = 0;
+  std::set<int64_t> seen_once;
+  for (Keyframe& keyframe : run.run.keyframes) {
+    std::erase_if(keyframe.lines, [&](LineObservation& line) {
+      if (line.id % 3) return false;
+      line.right_px.reset();
+      return !seen_once.insert(line.id).second;
+    });
+  }
+  ASSERT_GE(seen_once.size(), 4u);
+  const AdjustmentResult result = Adjust(run.run, Quick());
+  ASSERT_TRUE(result.usable);
+  for (size_t i = 0; i < result.lines.size(); ++i) {
+    if (!seen_once.contains(result.lines[i].id)) continue;
+    const double moved_m = (result.lines[i].start_world - run.run.lines[i].start_world).norm();
+    EXPECT_LT(moved_m, 5) << "line " << result.lines[i].id;
+  }
 }
 
 // What near lines are off alike counts as often as there are lines, so the tie of one is loose.

@@ -147,6 +147,18 @@ TEST(PointClosures, TellHowFarVisitsAreApart) {
   }
 }
 
+TEST(PointClosures, OfManySomeAreKeptEvenlyAlongTheWay) {
+  const WallImages images;
+  ClosureOptions options = ForSmallImages();
+  const std::vector<Closure> all = Find(images, Vector3d::Zero(), options);
+  ASSERT_GE(all.size(), 4u);
+  options.max_point_closures = 2;
+  const std::vector<Closure> some = Find(images, Vector3d::Zero(), options);
+  ASSERT_EQ(some.size(), 2u);
+  EXPECT_EQ(some[0].newer_frame, all[0].newer_frame);
+  EXPECT_EQ(some[1].newer_frame, all[(all.size() + 1) / 2].newer_frame);
+}
+
 TEST(PointClosures, BeyondWhatOdometryMayHaveDriftedThereAreNone) {
   EXPECT_TRUE(Find(WallImages(), {0.3, 0, 0.1}, ForSmallImages()).empty());
 }

@@ -1,0 +1,119 @@
+#include "mapping/adjustment/elimination_order.h"
+
+#include <ceres/sized_cost_function.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <deque>
+#include <set>
+
+namespace slcmap {
+namespace {
+
+// Ties two numbers.
+class Difference final : public ceres::SizedCostFunction<1, 1, 1> {
+ public:
+  bool Evaluate(const double* const* x, double* residuals, double** jacobians) const override {
+    residuals[0] = x[0][0] - x[1][0] - 1;
+    if (jacobians && jacobians[0]) jacobians[0][0] = 1;
+    if (jacobians && jacobians[1]) jacobians[1][0] = -1;
+    return true;
+  }
+};
+
+// Places of a floor that each are tied to the next one east and north, as rooms of a building that
+// many visits hang together by; each with a point that its neighbour sees; and what all see.
+struct Floor {
+  static constexpr size_t kSide = 20;
+
+  Floor() : places(kSide * kSide), points(kSide * kSide), common(1) {
+    for (size_t i = 0; i < places.size(); ++i) {
+      Tie(&places[i], &common[0]);
+      Tie(&points[i], &places[i]);
+      if (i % kSide + 1 < kSide) {
+        Tie(&places[i], &places[i + 1]);
+        Tie(&points[i], &places[i + 1]);
+      }
+      if (i + kSide < places.size()) Tie(&places[i], &places[i + kSide]);
+    }
+  }
+
+  void Tie(double* a, double* b) { problem.AddResidualBlock(new Difference, nullptr, a, b); }
+
+  std::vector<double*> First() {
+    std::vector<double*> first;
+    for (double& point : points) first.push_back(&point);
+    return first;
+  }
+
+  ceres::Problem problem;
+  std::vector<double> places, points, common;
+};
+
+// Numbers of the factor, by eliminating one place after the other.
+size_t FillOf(Floor* floor, const ceres::ParameterBlockOrdering& ordering) {
+  std::vector<std::set<size_t>> ties(floor->places.size());
+  const auto tie = [&](size_t a, size_t b) {
+    ties[a].insert(b);
+    ties[b].insert(a);
+  };
+  for (size_t i = 0; i < ties.size(); ++i) {
+    if (i % Floor::kSide + 1 < Floor::kSide) tie(i, i + 1);
+    if (i + Floor::kSide < ties.size()) tie(i, i + Floor::kSide);
+  }
+  std::vector<size_t> order(ties.size());
+  for (size_t i = 0; i < order.size(); ++i) order[i] = i;
+  std::ranges::sort(order, {}, [&](size_t i) { return ordering.GroupId(&floor->places[i]); });
+  size_t fill = 0;
+  for (const size_t i : order) {
+    fill += ties[i].size() + 1;
+    for (const size_t a : ties[i]) {
+      ties[a].erase(i);
+      for (const size_t b : ties[i]) {
+        if (a != b) ties[a].insert(b);
+      }
+    }
+  }
+  return fill;
+}
+
+TEST(EliminationOrder, HasEachBlockOnce) {
+  Floor floor;
+  const auto ordering = EliminationOrder(floor.problem, floor.First(), {&floor.common[0]});
+  EXPECT_EQ(ordering->NumElements(), floor.problem.NumParameterBlocks());
+  EXPECT_EQ(ordering->GroupSize(0), static_cast<int>(floor.points.size()));
+  std::set<int> groups;
+  for (double& place : floor.places) groups.insert(ordering->GroupId(&place));
+  EXPECT_EQ(groups.size(), floor.places.size());
+  EXPECT_GT(*groups.begin(), 0);
+  EXPECT_GT(ordering->GroupId(&floor.common[0]), *groups.rbegin());
+}
+
+// Row by row the factor of a grid has as many numbers a place as a row has places.
+TEST(EliminationOrder, FillsLittle) {
+  Floor floor;
+  const auto ordering = EliminationOrder(floor.problem, floor.First(), {&floor.common[0]});
+  const size_t by_rows = floor.places.size() * Floor::kSide;
+  EXPECT_LT(FillOf(&floor, *ordering), 0.6 * static_cast<double>(by_rows));
+}
+
+TEST(EliminationOrder, IsTheSameForTheSameProblem) {
+  Floor a, b;
+  const auto of_a = EliminationOrder(a.problem, a.First(), {&a.common[0]});
+  const auto of_b = EliminationOrder(b.problem, b.First(), {&b.common[0]});
+  for (size_t i = 0; i < a.places.size(); ++i) {
+    EXPECT_EQ(of_a->GroupId(&a.places[i]), of_b->GroupId(&b.places[i]));
+  }
+}
+
+TEST(EliminationOrder, OfPointsAloneIsThatOfPoints) {
+  std::deque<double> points(2);
+  ceres::Problem problem;
+  for (double& point : points) problem.AddParameterBlock(&point, 1);
+  const auto ordering = EliminationOrder(problem, {&points[0], &points[1]}, {});
+  EXPECT_EQ(ordering->NumElements(), 2);
+  EXPECT_EQ(ordering->NumGroups(), 1);
+}
+
+}  // namespace
+}  // namespace slcmap
