@@ -8,6 +8,7 @@
 #include "mapping/adjustment/closure_terms.h"
 #include "mapping/adjustment/elimination_order.h"
 #include "mapping/adjustment/first_pose_residual.h"
+#include "mapping/adjustment/line_distance_residual.h"
 #include "mapping/adjustment/solver_progress.h"
 #include "odometry/residuals/along_axis_residual.h"
 #include "odometry/residuals/along_slope_residual.h"
@@ -23,15 +24,15 @@ namespace {
 // them the problem has to have a solution.
 constexpr double kVelocitySigma_m_s = 2, kGyroBiasSigma_rad_s = 0.1, kAccelBiasSigma_m_s2 = 0.2;
 
-// Of the inverse distance of a line along its axis, about where it is. Hardly anything for a line
-// whose place images tell; one that they do not, as of a single image, would run away beyond all
-// bounds and take the solver's steps along, so that most of them failed.
-constexpr double kInverseDistanceSigma_1_m = 1;
+// Of the inverse distance of a line, about where it is. Hardly anything for a line whose place
+// images tell; one that they do not, as of a single image, would run away beyond all bounds and
+// take the solver's steps along, so that most of them failed.
+constexpr double kLineDistanceSigma = 0.3;
 
 // Where the solver starts to trust its steps. What all keyframes have in common, as the scale and
 // the calibration, tells little in any one of them, and with Ceres' 1e4 rounds ended before it had
 // settled: a corridor's map came out 0.09 % too long.
-constexpr double kTrust = 1e8, kTrustOfLittle = 1e2, kMaxTrust = 1e12;
+constexpr double kTrust = 1e8, kTrustOfLittle = 1e2, kMaxTrust = 1e9;
 
 // One over what is believed of the calibration at first; large for what is not estimated.
 CalibrationVector FirstWeights(const CalibrationOptions& options) {
@@ -94,13 +95,6 @@ AdjustmentTerm AxisTerm(const AdjustedLine& line, const AdjustmentModel& model) 
   return term;
 }
 
-void HoldDistance(const AdjustedLine& line, ceres::Problem* problem) {
-  const Eigen::Vector2d weights(0, 1 / kInverseDistanceSigma_1_m);
-  const Eigen::Map<const Eigen::Vector2d> given(line.block);
-  problem->AddResidualBlock(new AsGivenResidual(kStructuralLineKind, weights, given), nullptr,
-                            line.block);
-}
-
 void AddLineTerms(const AdjustmentOptions& options, const AdjustmentModel& model,
                   const AdjustmentState& state, ceres::Problem* problem) {
   for (const AdjustedShare& share : state.shares) {
@@ -109,11 +103,10 @@ void AddLineTerms(const AdjustmentOptions& options, const AdjustmentModel& model
   }
   for (const AdjustedLine& line : state.lines) {
     if (line.observations.empty()) continue;
-    if (line.exact) {
-      HoldDistance(line, problem);
-    } else {
-      problem->AddParameterBlock(line.block, kGeneralLineSize, SharedLineManifold());
-    }
+    if (!line.exact) problem->AddParameterBlock(line.block, kGeneralLineSize, SharedLineManifold());
+    const BlockKind& kind = line.exact ? kStructuralLineKind : kGeneralLineKind;
+    problem->AddResidualBlock(new LineDistanceResidual(kind, line.block, kLineDistanceSigma),
+                              nullptr, line.block);
     const double count = static_cast<double>(line.observations.size());
     const double weight = std::sqrt(std::min(1.0, options.line_observations / count));
     for (const AdjustedLineObservation& observation : line.observations) {

@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "mapping/adjustment/first_pose_residual.h"
+#include "mapping/adjustment/line_distance_residual.h"
 #include "mapping/adjustment/same_edge_residual.h"
 #include "odometry/geometry/general_line.h"
 #include "tests/odometry/residuals/factor_test_utils.h"
@@ -50,6 +51,24 @@ TEST(SameEdgeResidual, IsTheDistanceAcrossTheAxis) {
     EXPECT_LT((Residual(factor, blocks) - Eigen::Vector2d(2, -3)).norm(), 1e-9);
     ExpectJacobiansMatchDifferences(factor, blocks, 1e-6);
   }
+}
+
+TEST(LineDistanceResidual, TellsHowFarAwayALineIs) {
+  constexpr double kSigma = 0.1;
+  const std::vector<double> structural = StructuralBlock(LineAxis::kX, kFirstAnchor, kOnEdge);
+  const LineDistanceResidual of_structural(kStructuralLineKind, structural.data(), kSigma);
+  const std::vector<double> turned{structural[0] + 0.3, structural[1]};
+  EXPECT_EQ(Residual(of_structural, {turned})[0], 0);
+  const std::vector<double> nearer{structural[0], structural[1] + 0.2};
+  EXPECT_NEAR(Residual(of_structural, {nearer})[0], 2, 1e-12);
+  ExpectJacobiansMatchDifferences(of_structural, {nearer}, 1e-6);
+  const auto general = GeneralLineThrough(kFirstAnchor, kOnEdge, Vector3d(0.2, -1, 0.1));
+  const LineDistanceResidual of_general(kGeneralLineKind, general.data(), kSigma);
+  const auto far = GeneralLineThrough(kFirstAnchor, kFirstAnchor + 3 * (kOnEdge - kFirstAnchor),
+                                      Vector3d(0.2, -1, 0.1));
+  const std::vector<double> block(far.begin(), far.end());
+  EXPECT_NEAR(Residual(of_general, {block})[0], (far[4] - general[4]) / kSigma, 1e-12);
+  ExpectJacobiansMatchDifferences(of_general, {block}, 1e-6);
 }
 
 TEST(SameEdgeResidual, OfFreeLinesIsTheDistanceAtAPlaceAlongThem) {
