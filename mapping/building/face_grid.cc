@@ -8,9 +8,13 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kTop_m = 0.5;          // beneath a storey's top: what reaches it is a wall
-constexpr int kBeside = 2;              // columns beside a column that count with it
-constexpr int kSolidRows = 3;           // that a wall has over a door
+constexpr double kTop_m = 0.5;  // beneath a storey's top: what reaches it is a wall
+constexpr int kBeside = 2;      // columns beside a column that count with it
+constexpr double kLow_m = 1;    // over a storey's floor: what stands there
+constexpr int kSolidRows = 3;   // that a wall has over a door
+// What hangs from a ceiling and lets rays pass beneath it, as a duct does: so long, with that share
+// of all that is covered, it is no wall with doors.
+constexpr double kHanging_m = 1.5, kMostHanging = 0.75;
 constexpr double kUnseenPasses = 0.05;  // share of cells, of which it is as if none was passed
 constexpr double kLeastWall_m = 0.3;    // of columns that are walls
 constexpr double kLeastWallShare = 0.25;
@@ -22,11 +26,13 @@ struct ColumnCounts {
   int cells = 0, support = 0, passes = 0, others = 0;
   int top_support = 0, top_passes = 0, top_others = 0;  // in the rows at the top
   int top_behind = 0;
+  int low_support = 0, low_passes = 0;  // in the rows at the floor
 };
 
 // Cells of a column and of those beside it: rays can be few.
 ColumnCounts CountAround(const FaceGrid& grid, int middle) {
   const int top = grid.rows() - static_cast<int>(std::lround(kTop_m / grid.cell_m));
+  const int low = static_cast<int>(std::lround(kLow_m / grid.cell_m));
   ColumnCounts counts;
   const int first = std::max(0, middle - kBeside),
             last = std::min(grid.columns() - 1, middle + kBeside);
@@ -39,6 +45,8 @@ ColumnCounts CountAround(const FaceGrid& grid, int middle) {
       counts.support += supported ? 1 : 0;
       counts.passes += passed ? 1 : 0;
       counts.others += other ? 1 : 0;
+      counts.low_support += row < low && supported ? 1 : 0;
+      counts.low_passes += row < low && passed ? 1 : 0;
       if (row < top) continue;
       counts.top_support += supported ? 1 : 0;
       counts.top_passes += passed ? 1 : 0;
@@ -61,6 +69,23 @@ double ShareOf(const FaceGrid& grid, int column) {
   if (counts.top_support >= solid) return 1;  // over a door
   if (counts.support >= solid && counts.passes <= stray) return 0.5;
   return 0;
+}
+
+// Something at the top, and a way beneath it.
+bool IsHanging(const FaceGrid& grid, int column) {
+  const ColumnCounts counts = CountAround(grid, column);
+  return counts.top_support > 0 && counts.low_support == 0 && counts.low_passes > 0;
+}
+
+// Whether nearly all that is covered of a face hangs from the ceiling.
+bool HangsFromCeiling(const FaceGrid& grid, const std::vector<double>& shares) {
+  int covered = 0, hanging = 0;
+  for (int column = 0; column < grid.columns(); ++column) {
+    if (shares[column] == 0) continue;
+    ++covered;
+    hanging += IsHanging(grid, column) ? 1 : 0;
+  }
+  return hanging * grid.cell_m > kHanging_m && hanging > kMostHanging * covered;
 }
 
 // Not seen through, nor is anything behind it that reaches the top: a duct before it hides it.
@@ -122,6 +147,7 @@ void AddRay(const Face& face, const Vector3d& camera, const Vector3d& end, doubl
 std::vector<double> WallShares(const FaceGrid& grid) {
   std::vector<double> shares;
   for (int column = 0; column < grid.columns(); ++column) shares.push_back(ShareOf(grid, column));
+  if (HangsFromCeiling(grid, shares)) return std::vector<double>(shares.size(), 0);
   // Between covered columns, a wall goes on where nobody saw anything else.
   int last = -1;
   for (int column = 0; column < grid.columns(); ++column) {

@@ -4,8 +4,8 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <optional>
-#include <set>
 #include <utility>
 
 namespace slcmap {
@@ -21,7 +21,8 @@ constexpr int kOffsets = 39;                // the last of these 3 cm before the
 constexpr int kBinsAnOffset = 2;            // in steps of so many bins
 constexpr double kPointCosine = 0.7;        // of a point's normal to that of the face
 constexpr double kCell_m = 0.3;             // points within it err alike
-constexpr double kCellPoints = 0.5;         // and count as so many
+constexpr double kCellPoints = 0.5;         // and count as so many together
+constexpr double kBesideLine_m = 0.15;      // points so near to a line may have been seen by it
 constexpr double kLinesWeightEach_m = 2.5;  // lines count as so many samples each metre
 constexpr double kLeastSigma_m = 0.004;
 constexpr double kAlone_m = 0.015;   // how far a small face may be off whatever its samples say,
@@ -77,26 +78,55 @@ Densities DensitiesAt(double distance_m, double sigma_m, const Shares& shares, c
 
 struct Place {
   double along_m = 0, distance_m = 0, sigma_m = 0;
+  double weight = 1;
 };
 
 // What is known of the surface of a face, from points or from lines.
 struct Evidence {
   Shares shares;
-  double weight = 1;  // of a place
   std::vector<Place> places;
+};
+
+using Cell = std::pair<int, int>;  // of a face, along it and up
+
+Cell CellOf(const Vector2d& on_face, double cell_m) {
+  return {static_cast<int>(std::floor(on_face.x() / cell_m)),
+          static_cast<int>(std::floor(on_face.y() / cell_m))};
+}
+
+// Where there are lines on a face.
+class LinePlaces {
+ public:
+  void Add(const Vector2d& on_face) { places_[CellOf(on_face, kBesideLine_m)].push_back(on_face); }
+
+  bool IsBeside(const Vector2d& on_face) const {
+    const auto [along, up] = CellOf(on_face, kBesideLine_m);
+    for (const int i : {along - 1, along, along + 1}) {
+      for (const int j : {up - 1, up, up + 1}) {
+        const auto near = places_.find({i, j});
+        if (near == places_.end()) continue;
+        for (const Vector2d& place : near->second) {
+          if ((place - on_face).norm() < kBesideLine_m) return true;
+        }
+      }
+    }
+    return false;
+  }
+
+ private:
+  std::map<Cell, std::vector<Vector2d>> places_;
 };
 
 // How many places are at which distance from a face, in bins, by how uncertain they are, in steps
 // of sqrt(2): each density is evaluated once.
 class Histogram {
  public:
-  explicit Histogram(const Evidence& evidence)
-      : shares_(evidence.shares), weight_(evidence.weight) {
+  explicit Histogram(const Evidence& evidence) : shares_(evidence.shares) {
     for (const Place& place : evidence.places) {
       const double level = std::round(2 * std::log2(place.sigma_m / kLeastSigma_m));
       const double bin = std::floor((place.distance_m + kSamplesWithin_m) / kBin_m);
-      ++counts_[std::clamp(static_cast<int>(level), 0, kLevels - 1)]
-               [std::clamp(static_cast<int>(bin), 0, kBins - 1)];
+      weights_[std::clamp(static_cast<int>(level), 0, kLevels - 1)]
+              [std::clamp(static_cast<int>(bin), 0, kBins - 1)] += place.weight;
     }
   }
 
@@ -104,13 +134,13 @@ class Histogram {
   Offsets LogLikelihoods(const Proud& proud) const {
     Offsets logs{};
     for (int level = 0; level < kLevels; ++level) {
-      if (counts_[level] == Counts{}) continue;
+      if (weights_[level] == Weights{}) continue;
       const std::array<double, kShifts> densities = LogDensities(level, proud);
       for (int bin = 0; bin < kBins; ++bin) {
-        const double count = weight_ * static_cast<double>(counts_[level][bin]);
-        if (count == 0) continue;
+        const double weight = weights_[level][bin];
+        if (weight == 0) continue;
         for (int i = 0; i < kOffsets; ++i) {
-          logs[i] += count * densities[bin + (kOffsets - 1 - i) * kBinsAnOffset];
+          logs[i] += weight * densities[bin + (kOffsets - 1 - i) * kBinsAnOffset];
         }
       }
     }
@@ -119,7 +149,7 @@ class Histogram {
 
  private:
   static constexpr int kLevels = 10, kShifts = kBins + (kOffsets - 1) * kBinsAnOffset;
-  using Counts = std::array<int64_t, kBins>;
+  using Weights = std::array<double, kBins>;
 
   // Of bins, from the surface that is farthest in front.
   std::array<double, kShifts> LogDensities(int level, const Proud& proud) const {
@@ -133,8 +163,7 @@ class Histogram {
   }
 
   const Shares shares_;
-  const double weight_;
-  std::array<Counts, kLevels> counts_{};
+  std::array<Weights, kLevels> weights_{};
 };
 
 // What stands before a wall, and how likely each offset then is: all in all, and by its points.
@@ -159,30 +188,28 @@ class Surface {
         middle_m_(0.5 * (face.from_m + face.to_m)),
         length_m_(face.Length()),
         heading_sigma_rad_(face.heading_sigma_rad) {
-    std::set<std::pair<int, int>> cells;
+    std::vector<const FaceSample*> points;
+    LinePlaces line_places;
     for (const FaceSample& sample : samples) {
-      const Vector2d p = sample.p_world.head<2>();
-      const double distance_m = face.DistanceTo(p), along_m = face.AlongOf(p);
-      if (std::abs(distance_m) >= kSamplesWithin_m || along_m < face.from_m ||
-          along_m > face.to_m || !LiesAlong(sample, face)) {
+      const Place place = PlaceOf(sample, face);
+      if (std::abs(place.distance_m) >= kSamplesWithin_m || place.along_m < face.from_m ||
+          place.along_m > face.to_m || !LiesAlong(sample, face)) {
         continue;
       }
-      Evidence& evidence = sample.normal.isZero() ? lines_ : points_;
-      evidence.places.push_back({along_m, distance_m, std::max(sample.sigma_m, kLeastSigma_m)});
-      if (sample.normal.isZero()) continue;
-      cells.emplace(static_cast<int>(std::floor(along_m / kCell_m)),
-                    static_cast<int>(std::floor(sample.p_world.z() / kCell_m)));
+      if (!sample.normal.isZero()) {
+        points.push_back(&sample);
+        continue;
+      }
+      lines_.places.push_back(place);
+      lines_.places.back().weight = kLinesWeightEach_m * options.line_sample_m;
+      line_places.Add(OnFace(sample, face));
     }
-    lines_.weight = kLinesWeightEach_m * options.line_sample_m;
-    const auto count = static_cast<double>(cells.size());
-    if (count > 0) {
-      points_.weight =
-          std::min(1.0, kCellPoints * count / static_cast<double>(points_.places.size()));
-    }
-    area_m2_ = count * kCell_m * kCell_m;
+    AddPoints(points, line_places, face);
   }
 
-  bool is_known() const { return !points_.places.empty() || !lines_.places.empty(); }
+  bool is_known() const {
+    return !points_.places.empty() || !beside_.places.empty() || !lines_.places.empty();
+  }
   double offset_m() const { return offset_m_; }
   double slope() const { return slope_; }
 
@@ -194,13 +221,14 @@ class Surface {
   // The posterior of the offset. Lines in one plane before others are trims or a wall before
   // something else: trims are believed in where points show the wall behind them, too.
   void FindOffset() {
-    const Histogram points(points_), lines(lines_);
-    std::vector<Hypothesis> hypotheses = {Assume({max_proud_m_, std::nullopt}, points, lines)};
+    const Histogram points(points_), beside(beside_), lines(lines_);
+    const auto assume = [&](const Proud& proud) { return Assume(proud, points, beside, lines); };
+    std::vector<Hypothesis> hypotheses = {assume({max_proud_m_, std::nullopt})};
     const double points_without = hypotheses[0].of_points[hypotheses[0].Best()];
     const double steps = (std::min(max_proud_m_, kSamplesWithin_m) - kFirstTrim_m) / kTrimStep_m;
     const int trims = static_cast<int>(std::floor(steps + 1 + 1e-6));
     for (int i = 0; i < trims; ++i) {
-      Hypothesis with = Assume({max_proud_m_, kFirstTrim_m + i * kTrimStep_m}, points, lines);
+      Hypothesis with = assume({max_proud_m_, kFirstTrim_m + i * kTrimStep_m});
       if (with.of_points[with.Best()] < points_without + kTrimEvidence) continue;
       for (double& log : with.logs) log += std::log(kTrimPrior / ((1 - kTrimPrior) * trims));
       hypotheses.push_back(with);
@@ -211,12 +239,12 @@ class Surface {
   // Turns towards what is on the surface, as far as the heading is uncertain.
   void FindSlope() {
     double weight = 0, s_sum = 0, n_sum = 0, ss = 0, sn = 0;
-    for (const Evidence* evidence : {&points_, &lines_}) {
+    for (const Evidence* evidence : {&points_, &beside_, &lines_}) {
       for (const Place& place : evidence->places) {
         const Densities densities =
             DensitiesAt(place.distance_m, place.sigma_m, evidence->shares, proud_);
         const double w =
-            evidence->weight * densities.on / densities.all / (place.sigma_m * place.sigma_m);
+            place.weight * densities.on / densities.all / (place.sigma_m * place.sigma_m);
         const double s = place.along_m - middle_m_;
         weight += w;
         s_sum += w * s;
@@ -234,12 +262,37 @@ class Surface {
   }
 
  private:
-  Hypothesis Assume(const Proud& proud, const Histogram& points, const Histogram& lines) const {
+  static Place PlaceOf(const FaceSample& sample, const Face& face) {
+    const Vector2d p = sample.p_world.head<2>();
+    return {face.AlongOf(p), face.DistanceTo(p), std::max(sample.sigma_m, kLeastSigma_m)};
+  }
+
+  static Vector2d OnFace(const FaceSample& sample, const Face& face) {
+    return {face.AlongOf(sample.p_world.head<2>()), sample.p_world.z()};
+  }
+
+  // Beside a line stereo has the depth of that, where the surface has less texture.
+  void AddPoints(const std::vector<const FaceSample*>& points, const LinePlaces& line_places,
+                 const Face& face) {
+    std::map<Cell, int> counts;
+    for (const FaceSample* point : points) ++counts[CellOf(OnFace(*point, face), kCell_m)];
+    for (const FaceSample* point : points) {
+      const Vector2d on_face = OnFace(*point, face);
+      Place place = PlaceOf(*point, face);
+      place.weight = std::min(1.0, kCellPoints / counts.at(CellOf(on_face, kCell_m)));
+      (line_places.IsBeside(on_face) ? beside_ : points_).places.push_back(place);
+    }
+    area_m2_ = static_cast<double>(counts.size()) * kCell_m * kCell_m;
+  }
+
+  Hypothesis Assume(const Proud& proud, const Histogram& points, const Histogram& beside,
+                    const Histogram& lines) const {
     Hypothesis made{proud, lines.LogLikelihoods(proud), points.LogLikelihoods(proud)};
+    const Offsets of_beside = beside.LogLikelihoods(proud);
     for (int i = 0; i < kOffsets; ++i) {
       const bool is_far = std::abs(offset_m_ + OffsetAt(i)) > most_m_ + kBin_m;
-      made.logs[i] =
-          is_far ? -std::numeric_limits<double>::infinity() : made.logs[i] + made.of_points[i];
+      made.logs[i] = is_far ? -std::numeric_limits<double>::infinity()
+                            : made.logs[i] + of_beside[i] + made.of_points[i];
     }
     return made;
   }
@@ -271,7 +324,7 @@ class Surface {
   void Shift(double moved_m, double turned) {
     offset_m_ += moved_m;
     slope_ += turned;
-    for (Evidence* evidence : {&points_, &lines_}) {
+    for (Evidence* evidence : {&points_, &beside_, &lines_}) {
       for (Place& place : evidence->places) {
         place.distance_m -= moved_m + turned * (place.along_m - middle_m_);
       }
@@ -279,7 +332,7 @@ class Surface {
   }
 
   const double max_proud_m_, most_m_, middle_m_, length_m_, heading_sigma_rad_;
-  Evidence points_{kPointShares, 1, {}}, lines_{kLineShares, 1, {}};
+  Evidence points_{kPointShares, {}}, beside_{kLineShares, {}}, lines_{kLineShares, {}};
   Proud proud_{max_proud_m_, std::nullopt};
   double area_m2_ = 0;  // with points
   double offset_m_ = 0, slope_ = 0, variance_m2_ = 0, slope_variance_ = 0;
