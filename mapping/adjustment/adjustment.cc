@@ -24,7 +24,7 @@ constexpr double kFirstGraduation = 8;  // of the closures' loss
 // Share of the cost that a step lowers it by where a round ends: a drift that is slow to settle
 // costs little. Rounds that another follows need less: to find visits, to see which closures pull
 // where, and the first, whose cost is that of what does not fit, to tell what that is.
-constexpr double kSettled = 1e-5, kNearlySettled = 1e-4, kRoughlySettled = 2e-2;
+constexpr double kSettled = 1e-5, kNearlySettled = 1e-4, kRoughlySettled = 1e-2;
 
 // Takes out the observations that do not fit. The right camera's go alone where it is they.
 void RejectPointOutliers(const AdjustmentOptions& options, const AdjustmentModel& model,

@@ -116,8 +116,7 @@ void AddLineTerms(const AdjustmentOptions& options, const AdjustmentModel& model
   }
 }
 
-// Points and short lines, between which there are no terms, are eliminated first; closures bind
-// lines to each other.
+// Points and short lines, but those that closures bind to each other.
 std::vector<double*> EliminatedFirst(const AdjustmentOptions& options, const AdjustmentState& state,
                                      const std::vector<Closure>& closures) {
   std::set<const double*> bound;
@@ -144,6 +143,7 @@ std::vector<double*> EliminatedFirst(const AdjustmentOptions& options, const Adj
 std::vector<double*> EliminatedLast(const AdjustmentState& state, const ceres::Problem& problem) {
   std::vector<double*> last{state.imu_calibration, state.camera_calibration};
   last.insert(last.end(), state.headings.begin(), state.headings.end());
+  last.insert(last.end(), state.slopes.begin(), state.slopes.end());
   std::erase_if(last, [&](double* block) { return !problem.HasParameterBlock(block); });
   return last;
 }

@@ -55,8 +55,7 @@ Eigen::MatrixXd BlockCovariance(ceres::Problem* problem, const std::vector<doubl
   jacobian = jacobian * scale.asDiagonal();
   SparseMatrix information(jacobian.cols(), jacobian.cols());
   information.selfadjointView<Eigen::Lower>().rankUpdate(SparseMatrix(jacobian.transpose()));
-  // What nothing says of a block, as how far away a line is that one image shows, says nothing of
-  // others either.
+  // What nothing says of a block says nothing of others either.
   for (Eigen::Index k = 0; k < information.cols(); ++k) information.coeffRef(k, k) += kOfNothing;
   const Eigen::SimplicialLDLT<SparseMatrix> cholesky(information);
   if (cholesky.info() != Eigen::Success) return {};

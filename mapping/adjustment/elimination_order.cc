@@ -1,8 +1,10 @@
 #include "mapping/adjustment/elimination_order.h"
 
 #include <metis.h>
+#include <signal.h>
 
 #include <algorithm>
+#include <mutex>
 #include <unordered_map>
 
 #include "data/error.h"
@@ -14,6 +16,51 @@ namespace {
 using Neighbours = std::vector<std::vector<idx_t>>;
 
 constexpr idx_t kLeftOut = -1;  // a block that is no vertex
+
+// METIS sets handlers of its own for the signals that end a program, takes what the thread that it
+// runs on gets for an error, and puts others back with other flags. So this thread gets them when
+// METIS is done, and their handlers are put back as they were.
+class SignalsLater {
+ public:
+  SignalsLater() {
+    sigset_t ending;
+    sigemptyset(&ending);
+    sigaddset(&ending, SIGTERM);
+    pthread_sigmask(SIG_BLOCK, &ending, &mask_);
+    sigaction(SIGTERM, nullptr, &on_term_);
+    sigaction(SIGABRT, nullptr, &on_abort_);
+  }
+  ~SignalsLater() {
+    sigaction(SIGTERM, &on_term_, nullptr);
+    sigaction(SIGABRT, &on_abort_, nullptr);
+    pthread_sigmask(SIG_SETMASK, &mask_, nullptr);
+  }
+  SignalsLater(const SignalsLater&) = delete;
+  SignalsLater& operator=(const SignalsLater&) = delete;
+
+ private:
+  sigset_t mask_;
+  struct sigaction on_term_, on_abort_;
+};
+
+// The vertices of a graph, neighbours[begins[v]] to neighbours[begins[v + 1]] of each, in the order
+// of their elimination. METIS draws from the C library's numbers, which are the process's.
+std::vector<idx_t> NestedDissection(std::vector<idx_t> begins, std::vector<idx_t> neighbours,
+                                    std::vector<idx_t> sizes) {
+  static std::mutex mutex;
+  const std::scoped_lock one_at_a_time(mutex);
+  const SignalsLater signals_later;
+  auto count = static_cast<idx_t>(sizes.size());
+  std::vector<idx_t> order(sizes.size()), place(sizes.size());
+  idx_t options[METIS_NOPTIONS];
+  METIS_SetDefaultOptions(options);
+  options[METIS_OPTION_SEED] = 1;
+  if (METIS_NodeND(&count, begins.data(), neighbours.data(), sizes.data(), options, order.data(),
+                   place.data()) != METIS_OK) {
+    throw Error("METIS found no order for the adjustment's equations");
+  }
+  return order;
+}
 
 class BlockGraph {
  public:
@@ -37,30 +84,20 @@ class BlockGraph {
   // The blocks that are vertices, in the order of their elimination.
   std::vector<double*> ByNestedDissection() {
     if (vertices_.empty()) return {};
-    auto count = static_cast<idx_t>(vertices_.size());
     std::vector<idx_t> begins{0}, neighbours, sizes;
-    for (idx_t v = 0; v < count; ++v) {
-      const std::vector<idx_t>& of = neighbours_[static_cast<size_t>(v)];
-      neighbours.insert(neighbours.end(), of.begin(), of.end());
+    for (size_t v = 0; v < vertices_.size(); ++v) {
+      neighbours.insert(neighbours.end(), neighbours_[v].begin(), neighbours_[v].end());
       begins.push_back(static_cast<idx_t>(neighbours.size()));
-      sizes.push_back(problem_.ParameterBlockTangentSize(BlockOf(v)));
-    }
-    std::vector<idx_t> order(vertices_.size()), place(vertices_.size());
-    idx_t options[METIS_NOPTIONS];
-    METIS_SetDefaultOptions(options);
-    options[METIS_OPTION_SEED] = 1;
-    if (METIS_NodeND(&count, begins.data(), neighbours.data(), sizes.data(), options, order.data(),
-                     place.data()) != METIS_OK) {
-      throw Error("METIS found no order for the adjustment's equations");
+      sizes.push_back(problem_.ParameterBlockTangentSize(blocks_[vertices_[v]]));
     }
     std::vector<double*> ordered;
-    for (const idx_t v : order) ordered.push_back(BlockOf(v));
+    for (const idx_t v : NestedDissection(begins, neighbours, sizes)) {
+      ordered.push_back(blocks_[vertices_[static_cast<size_t>(v)]]);
+    }
     return ordered;
   }
 
  private:
-  double* BlockOf(idx_t vertex) const { return blocks_[vertices_[static_cast<size_t>(vertex)]]; }
-
   std::vector<idx_t> VerticesOf(ceres::ResidualBlockId term, size_t* eliminated) const {
     std::vector<double*> bound;
     problem_.GetParameterBlocksForResidualBlock(term, &bound);
@@ -68,7 +105,9 @@ class BlockGraph {
     for (const double* block : bound) {
       const size_t i = index_of_.at(block);
       if (vertex_of_[i] != kLeftOut) vertices.push_back(vertex_of_[i]);
-      if (is_first_[i]) *eliminated = i;
+      if (!is_first_[i]) continue;
+      if (*eliminated != blocks_.size()) throw Error("a term binds two blocks of group 0");
+      *eliminated = i;
     }
     return vertices;
   }

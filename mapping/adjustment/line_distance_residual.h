@@ -6,7 +6,7 @@
 namespace slcmap {
 
 // Block: a structural or a general line. With its last number x, the inverse distance from the
-// anchor (1 / m) or an angle that is about that (rad), and x_0, which it has at first,
+// anchor (1 / m) or an angle that is about that (rad), and x_0, which it has when the term is made,
 //
 //   r = (x - x_0) / sigma
 class LineDistanceResidual final : public Factor {

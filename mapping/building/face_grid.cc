@@ -14,7 +14,8 @@ constexpr double kLow_m = 1;    // over a storey's floor: what stands there
 constexpr int kSolidRows = 3;   // that a wall has over a door
 // What hangs from a ceiling and lets rays pass beneath it, as a duct does: so long, with that share
 // of all that is covered, it is no wall with doors.
-constexpr double kHanging_m = 1.5, kMostHanging = 0.75;
+constexpr double kHanging_m = 2.5, kMostHanging = 0.85;
+constexpr double kWayBeneath = 0.2;     // share of the cells beneath it that were passed, at least
 constexpr double kUnseenPasses = 0.05;  // share of cells, of which it is as if none was passed
 constexpr double kLeastWall_m = 0.3;    // of columns that are walls
 constexpr double kLeastWallShare = 0.25;
@@ -74,7 +75,9 @@ double ShareOf(const FaceGrid& grid, int column) {
 // Something at the top, and a way beneath it.
 bool IsHanging(const FaceGrid& grid, int column) {
   const ColumnCounts counts = CountAround(grid, column);
-  return counts.top_support > 0 && counts.low_support == 0 && counts.low_passes > 0;
+  const double low = counts.cells * kLow_m / (grid.rows() * grid.cell_m);
+  return counts.top_support > 0 && counts.low_support <= kUnseenPasses * low &&
+         counts.low_passes >= kWayBeneath * low;
 }
 
 // Whether nearly all that is covered of a face hangs from the ceiling.

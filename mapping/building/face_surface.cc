@@ -274,15 +274,24 @@ class Surface {
   // Beside a line stereo has the depth of that, where the surface has less texture.
   void AddPoints(const std::vector<const FaceSample*>& points, const LinePlaces& line_places,
                  const Face& face) {
+    std::vector<const FaceSample*> clear, beside;
+    for (const FaceSample* point : points) {
+      (line_places.IsBeside(OnFace(*point, face)) ? beside : clear).push_back(point);
+    }
+    AddByArea(beside, face, &beside_);
+    area_m2_ = AddByArea(clear, face, &points_);
+  }
+
+  // Returns the area that the points are on.
+  static double AddByArea(const std::vector<const FaceSample*>& points, const Face& face,
+                          Evidence* evidence) {
     std::map<Cell, int> counts;
     for (const FaceSample* point : points) ++counts[CellOf(OnFace(*point, face), kCell_m)];
     for (const FaceSample* point : points) {
-      const Vector2d on_face = OnFace(*point, face);
-      Place place = PlaceOf(*point, face);
-      place.weight = std::min(1.0, kCellPoints / counts.at(CellOf(on_face, kCell_m)));
-      (line_places.IsBeside(on_face) ? beside_ : points_).places.push_back(place);
+      Place& place = evidence->places.emplace_back(PlaceOf(*point, face));
+      place.weight = kCellPoints / counts.at(CellOf(OnFace(*point, face), kCell_m));
     }
-    area_m2_ = static_cast<double>(counts.size()) * kCell_m * kCell_m;
+    return static_cast<double>(counts.size()) * kCell_m * kCell_m;
   }
 
   Hypothesis Assume(const Proud& proud, const Histogram& points, const Histogram& beside,
@@ -334,7 +343,7 @@ class Surface {
   const double max_proud_m_, most_m_, middle_m_, length_m_, heading_sigma_rad_;
   Evidence points_{kPointShares, {}}, beside_{kLineShares, {}}, lines_{kLineShares, {}};
   Proud proud_{max_proud_m_, std::nullopt};
-  double area_m2_ = 0;  // with points
+  double area_m2_ = 0;  // with points that are beside no line
   double offset_m_ = 0, slope_ = 0, variance_m2_ = 0, slope_variance_ = 0;
 };
 

@@ -2,10 +2,13 @@
 
 #include <ceres/sized_cost_function.h>
 #include <gtest/gtest.h>
+#include <signal.h>
 
 #include <algorithm>
 #include <deque>
 #include <set>
+
+#include "data/error.h"
 
 namespace slcmap {
 namespace {
@@ -21,8 +24,8 @@ class Difference final : public ceres::SizedCostFunction<1, 1, 1> {
   }
 };
 
-// Places of a floor that each are tied to the next one east and north, as rooms of a building that
-// many visits hang together by; each with a point that its neighbour sees; and what all see.
+// Places of a floor that each are tied to the next one north, and to the next one east by a point
+// that both see, as rooms of a building that many visits hang together by; and what all see.
 struct Floor {
   static constexpr size_t kSide = 20;
 
@@ -30,10 +33,7 @@ struct Floor {
     for (size_t i = 0; i < places.size(); ++i) {
       Tie(&places[i], &common[0]);
       Tie(&points[i], &places[i]);
-      if (i % kSide + 1 < kSide) {
-        Tie(&places[i], &places[i + 1]);
-        Tie(&points[i], &places[i + 1]);
-      }
+      if (i % kSide + 1 < kSide) Tie(&points[i], &places[i + 1]);
       if (i + kSide < places.size()) Tie(&places[i], &places[i + kSide]);
     }
   }
@@ -104,6 +104,28 @@ TEST(EliminationOrder, IsTheSameForTheSameProblem) {
   for (size_t i = 0; i < a.places.size(); ++i) {
     EXPECT_EQ(of_a->GroupId(&a.places[i]), of_b->GroupId(&b.places[i]));
   }
+}
+
+TEST(EliminationOrder, RefusesTwoOfATermToBeFirst) {
+  Floor floor;
+  std::vector<double*> first = floor.First();
+  first.push_back(&floor.places[0]);
+  EXPECT_THROW(EliminationOrder(floor.problem, first, {}), Error);
+}
+
+// METIS has handlers of its own while it runs.
+TEST(EliminationOrder, LeavesSignalsAsTheyWere) {
+  struct sigaction mine {};
+  mine.sa_handler = [](int) {};
+  mine.sa_flags = SA_RESTART;
+  struct sigaction before, after;
+  sigaction(SIGTERM, &mine, &before);
+  Floor floor;
+  EliminationOrder(floor.problem, floor.First(), {&floor.common[0]});
+  sigaction(SIGTERM, &before, &after);
+  EXPECT_EQ(after.sa_handler, mine.sa_handler);
+  EXPECT_TRUE(after.sa_flags & SA_RESTART);
+  EXPECT_FALSE(after.sa_flags & SA_RESETHAND);
 }
 
 TEST(EliminationOrder, OfPointsAloneIsThatOfPoints) {

@@ -67,6 +67,25 @@ TEST(WallShares, AWallOfWindowsIsAWall) {
   EXPECT_TRUE(IsWall(WallShares(grid), kGridCell_m));
 }
 
+// But for its edge to the ceiling, with a few rays that are off.
+TEST(WallShares, ABlankWallThatStrayRaysPassIsAWall) {
+  FaceGrid grid = GridOfAFace();
+  Support(0, kFaceLength_m, 2.7, kFaceHeight_m, &grid);
+  for (double along_m = 0.1; along_m < kFaceLength_m; along_m += 0.2) {
+    Pass(along_m, along_m + kGridCell_m, 0.5, 0.5 + kGridCell_m, &grid);
+  }
+  EXPECT_TRUE(IsWall(WallShares(grid), kGridCell_m));
+}
+
+TEST(WallShares, AWidePassageBetweenShortPiecesOfAWallIsAWalls) {
+  FaceGrid grid = GridOfAFace();
+  Support(0.5, 3.5, 2.1, kFaceHeight_m, &grid);
+  Support(0.5, 0.8, 0, 2.1, &grid);
+  Support(3.2, 3.5, 0, 2.1, &grid);
+  Pass(0.8, 3.2, 0, 2.1, &grid);
+  EXPECT_TRUE(IsWall(WallShares(grid), kGridCell_m));
+}
+
 TEST(WallShares, TheLintelOfAnOpeningBetweenTwoWallsIsAWall) {
   FaceGrid grid = GridOfAFace();
   Support(1.5, 2.7, 2.1, kFaceHeight_m, &grid);
