@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "mapping/planes/point_index.h"
+#include "mapping/point_index.h"
 
 namespace slcmap {
 namespace {

@@ -24,10 +24,10 @@ constexpr double kLeastWallShare = 0.25;
 constexpr int kMainly = 3;
 
 struct ColumnCounts {
-  int cells = 0, support = 0, passes = 0, others = 0;
+  int columns = 0, cells = 0, support = 0, passes = 0, others = 0;
   int top_support = 0, top_passes = 0, top_others = 0;  // in the rows at the top
   int top_behind = 0;
-  int low_support = 0, low_passes = 0;  // in the rows at the floor
+  int low_cells = 0, low_support = 0, low_passes = 0;  // in the rows at the floor
 };
 
 // Cells of a column and of those beside it: rays can be few.
@@ -37,6 +37,7 @@ ColumnCounts CountAround(const FaceGrid& grid, int middle) {
   ColumnCounts counts;
   const int first = std::max(0, middle - kBeside),
             last = std::min(grid.columns() - 1, middle + kBeside);
+  counts.columns = last - first + 1;
   for (int column = first; column <= last; ++column) {
     for (int row = 0; row < grid.rows(); ++row) {
       const bool passed = grid.passes(row, column) > grid.hits(row, column);
@@ -46,6 +47,7 @@ ColumnCounts CountAround(const FaceGrid& grid, int middle) {
       counts.support += supported ? 1 : 0;
       counts.passes += passed ? 1 : 0;
       counts.others += other ? 1 : 0;
+      counts.low_cells += row < low ? 1 : 0;
       counts.low_support += row < low && supported ? 1 : 0;
       counts.low_passes += row < low && passed ? 1 : 0;
       if (row < top) continue;
@@ -58,9 +60,8 @@ ColumnCounts CountAround(const FaceGrid& grid, int middle) {
   return counts;
 }
 
-double ShareOf(const FaceGrid& grid, int column) {
-  const ColumnCounts counts = CountAround(grid, column);
-  const int solid = kSolidRows * counts.cells / grid.rows();
+double ShareOf(const ColumnCounts& counts) {
+  const int solid = kSolidRows * counts.columns;
   const double passed = static_cast<double>(counts.passes) / counts.cells;
   const double stray = kUnseenPasses * counts.cells;
   if (counts.top_passes > counts.top_support + 0.2 * stray) return 0;
@@ -73,27 +74,25 @@ double ShareOf(const FaceGrid& grid, int column) {
 }
 
 // Something at the top, and a way beneath it.
-bool IsHanging(const FaceGrid& grid, int column) {
-  const ColumnCounts counts = CountAround(grid, column);
-  const double low = counts.cells * kLow_m / (grid.rows() * grid.cell_m);
-  return counts.top_support > 0 && counts.low_support <= kUnseenPasses * low &&
-         counts.low_passes >= kWayBeneath * low;
+bool IsHanging(const ColumnCounts& counts) {
+  return counts.top_support > 0 && counts.low_support <= kUnseenPasses * counts.low_cells &&
+         counts.low_passes >= kWayBeneath * counts.low_cells;
 }
 
 // Whether nearly all that is covered of a face hangs from the ceiling.
-bool HangsFromCeiling(const FaceGrid& grid, const std::vector<double>& shares) {
+bool HangsFromCeiling(const std::vector<ColumnCounts>& columns, const std::vector<double>& shares,
+                      double cell_m) {
   int covered = 0, hanging = 0;
-  for (int column = 0; column < grid.columns(); ++column) {
-    if (shares[column] == 0) continue;
+  for (size_t i = 0; i < columns.size(); ++i) {
+    if (shares[i] == 0) continue;
     ++covered;
-    hanging += IsHanging(grid, column) ? 1 : 0;
+    hanging += IsHanging(columns[i]) ? 1 : 0;
   }
-  return hanging * grid.cell_m > kHanging_m && hanging > kMostHanging * covered;
+  return hanging * cell_m > kHanging_m && hanging > kMostHanging * covered;
 }
 
 // Not seen through, nor is anything behind it that reaches the top: a duct before it hides it.
-bool IsUnseen(const FaceGrid& grid, int column) {
-  const ColumnCounts counts = CountAround(grid, column);
+bool IsUnseen(const ColumnCounts& counts) {
   return counts.passes <= kUnseenPasses * counts.cells && counts.top_behind <= counts.top_support;
 }
 
@@ -148,15 +147,21 @@ void AddRay(const Face& face, const Vector3d& camera, const Vector3d& end, doubl
 }
 
 std::vector<double> WallShares(const FaceGrid& grid) {
+  std::vector<ColumnCounts> columns;
   std::vector<double> shares;
-  for (int column = 0; column < grid.columns(); ++column) shares.push_back(ShareOf(grid, column));
-  if (HangsFromCeiling(grid, shares)) return std::vector<double>(shares.size(), 0);
+  for (int column = 0; column < grid.columns(); ++column) {
+    columns.push_back(CountAround(grid, column));
+    shares.push_back(ShareOf(columns.back()));
+  }
+  if (HangsFromCeiling(columns, shares, grid.cell_m)) {
+    return std::vector<double>(shares.size(), 0);
+  }
   // Between covered columns, a wall goes on where nobody saw anything else.
   int last = -1;
   for (int column = 0; column < grid.columns(); ++column) {
     if (shares[column] == 0) continue;
     for (int k = last + 1; last >= 0 && k < column; ++k) {
-      if (IsUnseen(grid, k)) shares[k] = std::min(shares[last], shares[column]);
+      if (IsUnseen(columns[k])) shares[k] = std::min(shares[last], shares[column]);
     }
     last = column;
   }

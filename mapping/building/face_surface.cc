@@ -8,6 +8,8 @@
 #include <optional>
 #include <utility>
 
+#include "mapping/point_index.h"
+
 namespace slcmap {
 namespace {
 
@@ -89,34 +91,6 @@ struct Evidence {
 
 using Cell = std::pair<int, int>;  // of a face, along it and up
 
-Cell CellOf(const Vector2d& on_face, double cell_m) {
-  return {static_cast<int>(std::floor(on_face.x() / cell_m)),
-          static_cast<int>(std::floor(on_face.y() / cell_m))};
-}
-
-// Where there are lines on a face.
-class LinePlaces {
- public:
-  void Add(const Vector2d& on_face) { places_[CellOf(on_face, kBesideLine_m)].push_back(on_face); }
-
-  bool IsBeside(const Vector2d& on_face) const {
-    const auto [along, up] = CellOf(on_face, kBesideLine_m);
-    for (const int i : {along - 1, along, along + 1}) {
-      for (const int j : {up - 1, up, up + 1}) {
-        const auto near = places_.find({i, j});
-        if (near == places_.end()) continue;
-        for (const Vector2d& place : near->second) {
-          if ((place - on_face).norm() < kBesideLine_m) return true;
-        }
-      }
-    }
-    return false;
-  }
-
- private:
-  std::map<Cell, std::vector<Vector2d>> places_;
-};
-
 // How many places are at which distance from a face, in bins, by how uncertain they are, in steps
 // of sqrt(2): each density is evaluated once.
 class Histogram {
@@ -189,7 +163,7 @@ class Surface {
         length_m_(face.Length()),
         heading_sigma_rad_(face.heading_sigma_rad) {
     std::vector<const FaceSample*> points;
-    LinePlaces line_places;
+    PointIndex line_places(kBesideLine_m);  // on the face
     for (const FaceSample& sample : samples) {
       const Place place = PlaceOf(sample, face);
       if (std::abs(place.distance_m) >= kSamplesWithin_m || place.along_m < face.from_m ||
@@ -202,7 +176,7 @@ class Surface {
       }
       lines_.places.push_back(place);
       lines_.places.back().weight = kLinesWeightEach_m * options.line_sample_m;
-      line_places.Add(OnFace(sample, face));
+      line_places.Add(OnFace(sample, face), 0);
     }
     AddPoints(points, line_places, face);
   }
@@ -267,16 +241,23 @@ class Surface {
     return {face.AlongOf(p), face.DistanceTo(p), std::max(sample.sigma_m, kLeastSigma_m)};
   }
 
-  static Vector2d OnFace(const FaceSample& sample, const Face& face) {
-    return {face.AlongOf(sample.p_world.head<2>()), sample.p_world.z()};
+  // Along it and up.
+  static Eigen::Vector3d OnFace(const FaceSample& sample, const Face& face) {
+    return {face.AlongOf(sample.p_world.head<2>()), sample.p_world.z(), 0};
+  }
+
+  static Cell CellOf(const FaceSample& sample, const Face& face) {
+    const Eigen::Vector3i cube = CubeOf(OnFace(sample, face), kCell_m);
+    return {cube.x(), cube.y()};
   }
 
   // Beside a line stereo has the depth of that, where the surface has less texture.
-  void AddPoints(const std::vector<const FaceSample*>& points, const LinePlaces& line_places,
+  void AddPoints(const std::vector<const FaceSample*>& points, const PointIndex& line_places,
                  const Face& face) {
     std::vector<const FaceSample*> clear, beside;
     for (const FaceSample* point : points) {
-      (line_places.IsBeside(OnFace(*point, face)) ? beside : clear).push_back(point);
+      const bool is_beside = line_places.HasNear(OnFace(*point, face), kBesideLine_m);
+      (is_beside ? beside : clear).push_back(point);
     }
     AddByArea(beside, face, &beside_);
     area_m2_ = AddByArea(clear, face, &points_);
@@ -286,10 +267,10 @@ class Surface {
   static double AddByArea(const std::vector<const FaceSample*>& points, const Face& face,
                           Evidence* evidence) {
     std::map<Cell, int> counts;
-    for (const FaceSample* point : points) ++counts[CellOf(OnFace(*point, face), kCell_m)];
+    for (const FaceSample* point : points) ++counts[CellOf(*point, face)];
     for (const FaceSample* point : points) {
       Place& place = evidence->places.emplace_back(PlaceOf(*point, face));
-      place.weight = kCellPoints / counts.at(CellOf(OnFace(*point, face), kCell_m));
+      place.weight = kCellPoints / counts.at(CellOf(*point, face));
     }
     return static_cast<double>(counts.size()) * kCell_m * kCell_m;
   }

@@ -9,7 +9,7 @@
 #include <tuple>
 #include <utility>
 
-#include "mapping/planes/point_index.h"
+#include "mapping/point_index.h"
 
 namespace slcmap {
 namespace {

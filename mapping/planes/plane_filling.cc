@@ -9,7 +9,7 @@
 #include "mapping/planes/plane_borders.h"
 #include "mapping/planes/plane_rays.h"
 #include "mapping/planes/plane_watch.h"
-#include "mapping/planes/point_index.h"
+#include "mapping/point_index.h"
 #include "mapping/planes/storey_planes.h"
 
 namespace slcmap {

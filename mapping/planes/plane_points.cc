@@ -5,7 +5,7 @@
 #include <numeric>
 
 #include "mapping/planes/bounded_plane.h"
-#include "mapping/planes/point_index.h"
+#include "mapping/point_index.h"
 
 namespace slcmap {
 namespace {

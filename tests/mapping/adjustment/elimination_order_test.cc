@@ -29,9 +29,9 @@ class Difference final : public ceres::SizedCostFunction<1, 1, 1> {
 struct Floor {
   static constexpr size_t kSide = 20;
 
-  Floor() : places(kSide * kSide), points(kSide * kSide), common(1) {
+  Floor() : places(kSide * kSide), points(kSide * kSide) {
     for (size_t i = 0; i < places.size(); ++i) {
-      Tie(&places[i], &common[0]);
+      Tie(&places[i], &common);
       Tie(&points[i], &places[i]);
       if (i % kSide + 1 < kSide) Tie(&points[i], &places[i + 1]);
       if (i + kSide < places.size()) Tie(&places[i], &places[i + kSide]);
@@ -47,7 +47,8 @@ struct Floor {
   }
 
   ceres::Problem problem;
-  std::vector<double> places, points, common;
+  std::vector<double> places, points;
+  double common = 0;
 };
 
 // Numbers of the factor, by eliminating one place after the other.
@@ -79,28 +80,28 @@ size_t FillOf(Floor* floor, const ceres::ParameterBlockOrdering& ordering) {
 
 TEST(EliminationOrder, HasEachBlockOnce) {
   Floor floor;
-  const auto ordering = EliminationOrder(floor.problem, floor.First(), {&floor.common[0]});
+  const auto ordering = EliminationOrder(floor.problem, floor.First(), {&floor.common});
   EXPECT_EQ(ordering->NumElements(), floor.problem.NumParameterBlocks());
   EXPECT_EQ(ordering->GroupSize(0), static_cast<int>(floor.points.size()));
   std::set<int> groups;
   for (double& place : floor.places) groups.insert(ordering->GroupId(&place));
   EXPECT_EQ(groups.size(), floor.places.size());
   EXPECT_GT(*groups.begin(), 0);
-  EXPECT_GT(ordering->GroupId(&floor.common[0]), *groups.rbegin());
+  EXPECT_GT(ordering->GroupId(&floor.common), *groups.rbegin());
 }
 
 // Row by row the factor of a grid has as many numbers a place as a row has places.
 TEST(EliminationOrder, FillsLittle) {
   Floor floor;
-  const auto ordering = EliminationOrder(floor.problem, floor.First(), {&floor.common[0]});
+  const auto ordering = EliminationOrder(floor.problem, floor.First(), {&floor.common});
   const size_t by_rows = floor.places.size() * Floor::kSide;
   EXPECT_LT(FillOf(&floor, *ordering), 0.6 * static_cast<double>(by_rows));
 }
 
 TEST(EliminationOrder, IsTheSameForTheSameProblem) {
   Floor a, b;
-  const auto of_a = EliminationOrder(a.problem, a.First(), {&a.common[0]});
-  const auto of_b = EliminationOrder(b.problem, b.First(), {&b.common[0]});
+  const auto of_a = EliminationOrder(a.problem, a.First(), {&a.common});
+  const auto of_b = EliminationOrder(b.problem, b.First(), {&b.common});
   for (size_t i = 0; i < a.places.size(); ++i) {
     EXPECT_EQ(of_a->GroupId(&a.places[i]), of_b->GroupId(&b.places[i]));
   }
@@ -121,7 +122,7 @@ TEST(EliminationOrder, LeavesSignalsAsTheyWere) {
   struct sigaction before, after;
   sigaction(SIGTERM, &mine, &before);
   Floor floor;
-  EliminationOrder(floor.problem, floor.First(), {&floor.common[0]});
+  EliminationOrder(floor.problem, floor.First(), {&floor.common});
   sigaction(SIGTERM, &before, &after);
   EXPECT_EQ(after.sa_handler, mine.sa_handler);
   EXPECT_TRUE(after.sa_flags & SA_RESTART);
