@@ -2,11 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <opencv2/core/utility.hpp>
 #include <set>
+#include <utility>
 
 #include "mapping/building/horizontal_planes.h"
 #include "mapping/building/wall_bodies.h"
 #include "mapping/building/walls.h"
+#include "mapping/watched_loop.h"
 
 namespace slcmap {
 namespace {
@@ -100,7 +103,7 @@ FreeSpace MakeFreeSpace(const BuildingInput& input, const Level& level,
 }
 
 // A space of each storey with the free parts of rays between its floor and top, in the plan, up to
-// end_of(level, from, to).
+// end_of(level, from, to), which is called from several threads.
 template <typename EndOf>
 std::vector<FreeSpace> FreeSpaces(const BuildingInput& input, const std::vector<Level>& levels,
                                   const BuildingOptions& options, const Progress& progress,
@@ -108,14 +111,26 @@ std::vector<FreeSpace> FreeSpaces(const BuildingInput& input, const std::vector<
   std::vector<FreeSpace> spaces;
   for (const Level& level : levels) spaces.push_back(MakeFreeSpace(input, level, options));
   const std::vector<int> level_of = LevelsOf(input.sights, levels);
-  ForEachRay(input.sights, options.max_rays, progress,
-             [&](size_t view, const Vector3d& camera, const Vector3d& end, double sigma_m) {
-               const int i = level_of[view];
-               if (i < 0) return;
-               const auto way = FreeWayOf(camera, end, sigma_m, levels[i].floor_m, levels[i].top_m,
-                                          options.cell_m);
-               if (way) spaces[i].AddWay(way->from, end_of(i, way->from, way->to));
-             });
+  const SightRays rays(input.sights, options.max_rays);
+  const auto threads = static_cast<size_t>(std::max(1, cv::getNumThreads()));
+  std::vector<std::vector<FreeSpace>> of_threads(threads, spaces);
+  const auto add_view = [&](size_t view, std::vector<FreeSpace>* some) {
+    const int i = level_of[view];
+    if (i < 0) return;
+    rays.ForEachOf(view, [&](const Vector3d& camera, const Vector3d& end, double sigma_m) {
+      const auto way =
+          FreeWayOf(camera, end, sigma_m, levels[i].floor_m, levels[i].top_m, options.cell_m);
+      if (way) (*some)[i].AddWay(way->from, end_of(i, way->from, way->to));
+    });
+  };
+  rays.ForSomeViews(progress, [&](size_t begin, size_t end) {
+    ForEachWatched(threads, {}, [&](size_t t) {
+      for (size_t view = begin + t; view < end; view += threads) add_view(view, &of_threads[t]);
+    });
+  });
+  for (const std::vector<FreeSpace>& some : of_threads) {
+    for (size_t i = 0; i < spaces.size(); ++i) spaces[i].AddWaysOf(some[i]);
+  }
   return spaces;
 }
 
@@ -165,15 +180,24 @@ void FillGrids(const BuildingInput& input, const std::vector<Level>& levels,
     }
   }
   const std::vector<int> level_of = LevelsOf(input.sights, levels);
-  ForEachRay(input.sights, options.max_rays, progress,
-             [&](size_t view, const Vector3d& camera, const Vector3d& end, double sigma_m) {
-               if (level_of[view] < 0) return;
-               LevelData& level = (*data)[level_of[view]];
-               for (size_t k = 0; k < level.faces.size(); ++k) {
-                 AddRay(level.faces[k].wall.face, camera, end, sigma_m, options.behind_m,
-                        &level.grids[k]);
-               }
-             });
+  const SightRays rays(input.sights, options.max_rays);
+  std::vector<std::pair<size_t, size_t>> faces;  // level, and face of it
+  for (size_t i = 0; i < data->size(); ++i) {
+    for (size_t k = 0; k < (*data)[i].faces.size(); ++k) faces.emplace_back(i, k);
+  }
+  rays.ForSomeViews(progress, [&](size_t begin, size_t end) {
+    ForEachWatched(faces.size(), {}, [&](size_t f) {
+      const auto [i, k] = faces[f];
+      const Face& face = (*data)[i].faces[k].wall.face;
+      FaceGrid* grid = &(*data)[i].grids[k];
+      for (size_t view = begin; view < end; ++view) {
+        if (level_of[view] != static_cast<int>(i)) continue;
+        rays.ForEachOf(view, [&](const Vector3d& camera, const Vector3d& ray_end, double sigma_m) {
+          AddRay(face, camera, ray_end, sigma_m, options.behind_m, grid);
+        });
+      }
+    });
+  });
 }
 
 // The wall goes on above and beneath its windows, though little may be seen of it there: where it

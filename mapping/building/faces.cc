@@ -9,6 +9,7 @@
 #include "data/angle_unit.h"
 #include "mapping/building/face_surface.h"
 #include "mapping/building/strip_modes.h"
+#include "mapping/watched_loop.h"
 
 namespace slcmap {
 namespace {
@@ -350,11 +351,12 @@ std::vector<Face> FindFaces(const std::vector<FaceSample>& samples, const IsFree
   }
   std::stable_sort(faces.begin(), faces.end(),
                    [](const Face& a, const Face& b) { return a.area_m2 > b.area_m2; });
-  for (Face& face : faces) {
+  ForEachWatched(faces.size(), {}, [&](size_t i) {
+    Face& face = faces[i];
     MoveOntoSurface(samples, kBehindProud_m, options, &face);
     ExtendAlongLines(samples, options, &face);
     face.sigma_m = std::hypot(face.sigma_m, MoveOntoSurface(samples, kSettling_m, options, &face));
-  }
+  });
   return Continued(faces, options);
 }
 

@@ -58,6 +58,12 @@ void FreeSpace::AddWay(const Vector2d& from, const Vector2d& to) {
   }
 }
 
+void FreeSpace::AddWaysOf(const FreeSpace& other) {
+  for (size_t i = 0; i < ways_.size(); ++i) {
+    ways_[i] = static_cast<uint8_t>(std::min<int>(kMostWays, ways_[i] + other.ways_[i]));
+  }
+}
+
 bool FreeSpace::IsFree(const Vector2d& point) const {
   const int64_t index = IndexOf(point);
   return index >= 0 && ways_[index] >= kLeastWays;
@@ -95,6 +101,19 @@ std::optional<FreeWay> FreeWayOf(const Vector3d& p_world_camera, const Vector3d&
                                  double sigma_m, double floor_m, double top_m, double cell_m) {
   return ClipRay(p_world_camera, end, std::max(cell_m, kRayEndSigmas * sigma_m),
                  floor_m + kFreeSlack_m, top_m - kFreeSlack_m);
+}
+
+SightRays::SightRays(const std::vector<Sights>& sights, size_t max_rays) : sights_(sights) {
+  size_t rays = 0;
+  for (const Sights& view : sights) rays += view.p_world.size();
+  step_ = rays / max_rays + 1;
+  size_t next = 0;
+  for (const Sights& view : sights) {
+    first_.push_back(next);
+    const size_t count = view.p_world.size();
+    if (next < count) next += (count - next + step_ - 1) / step_ * step_;
+    next -= count;
+  }
 }
 
 }  // namespace slcmap

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -20,6 +21,9 @@ class FreeSpace {
 
   // Marks the way between two points.
   void AddWay(const Eigen::Vector2d& from, const Eigen::Vector2d& to);
+
+  // Those of another space of the same box and cells.
+  void AddWaysOf(const FreeSpace& other);
 
   bool IsFree(const Eigen::Vector2d& point) const;
 
@@ -50,24 +54,38 @@ struct FreeWay {
 std::optional<FreeWay> FreeWayOf(const Eigen::Vector3d& p_world_camera, const Eigen::Vector3d& end,
                                  double sigma_m, double floor_m, double top_m, double cell_m);
 
-// Calls use(view, p_world_camera, end, sigma_m) for the rays of all sights, or every so manieth if
-// there are as many as max_rays. Throws StoppedError once progress says so.
-template <typename Use>
-void ForEachRay(const std::vector<Sights>& sights, size_t max_rays, const Progress& progress,
-                Use use) {
-  size_t rays = 0;
-  for (const Sights& view : sights) rays += view.p_world.size();
-  const size_t step = rays / max_rays + 1;
-  size_t next = 0;  // in the views that come
-  for (size_t i = 0; i < sights.size(); ++i) {
-    progress.ReportOrStop(static_cast<double>(i) / static_cast<double>(sights.size()));
-    const Sights& view = sights[i];
-    for (; next < view.p_world.size(); next += step) {
-      use(i, view.p_world_camera, Eigen::Vector3d(view.p_world[next].cast<double>()),
-          static_cast<double>(view.sigma_m[next]));
+// The rays of all sights, or every so manieth if there are as many as max_rays.
+class SightRays {
+ public:
+  // `sights` must outlive it.
+  SightRays(const std::vector<Sights>& sights, size_t max_rays);
+
+  size_t views() const { return sights_.size(); }
+
+  // Calls use(p_world_camera, end, sigma_m) for the rays of a view.
+  template <typename Use>
+  void ForEachOf(size_t view, Use use) const {
+    const Sights& of_view = sights_[view];
+    for (size_t i = first_[view]; i < of_view.p_world.size(); i += step_) {
+      use(of_view.p_world_camera, Eigen::Vector3d(of_view.p_world[i].cast<double>()),
+          static_cast<double>(of_view.sigma_m[i]));
     }
-    next -= view.p_world.size();
   }
-}
+
+  // Calls work(begin, end) for some views at a time. Throws StoppedError once progress says so.
+  template <typename Work>
+  void ForSomeViews(const Progress& progress, Work work) const {
+    constexpr size_t kAtOnce = 32;
+    for (size_t begin = 0; begin < views(); begin += kAtOnce) {
+      progress.ReportOrStop(static_cast<double>(begin) / static_cast<double>(views()));
+      work(begin, std::min(views(), begin + kAtOnce));
+    }
+  }
+
+ private:
+  const std::vector<Sights>& sights_;
+  size_t step_ = 1;
+  std::vector<size_t> first_;  // by view, of those that count
+};
 
 }  // namespace slcmap

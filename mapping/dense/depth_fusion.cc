@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <numeric>
 #include <utility>
 
 #include "mapping/dense/parallel.h"
@@ -119,27 +120,35 @@ Surfel OntoPlane(const Surfel& surfel, const SurfelIndex& index, double voxel_m)
   return moved.normal.dot(surfel.normal) >= kMinFacing ? moved : surfel;
 }
 
+// Whether one of two surfels would stand along the normal of the other if both stayed.
+bool Shadows(const Surfel& other, const Surfel& surfel, double voxel_m) {
+  const Eigen::Vector3d way = surfel.p - other.p;
+  const double along_m = way.dot(other.normal);
+  const double across_m = (way - along_m * other.normal).norm();
+  return across_m < kBesides * voxel_m &&
+         std::abs(along_m) < kSameSigmas * surfel.sigma_m + 0.5 * voxel_m;
+}
+
 // Of the surfels along a normal the best known stays. Those that stay, in their order.
 std::vector<Surfel> ThinnedOut(const std::vector<Surfel>& surfels, const SurfelIndex& index,
-                               double voxel_m) {
-  std::vector<std::size_t> order(surfels.size());
-  for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
-  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+                               double voxel_m, int threads) {
+  const auto comes_first = [&](std::size_t a, std::size_t b) {
     if (surfels[a].weight != surfels[b].weight) return surfels[a].weight > surfels[b].weight;
     return surfels[a].key < surfels[b].key;
+  };
+  std::vector<std::vector<std::size_t>> shadowed_by(surfels.size());
+  ParallelFor(0, surfels.size(), threads, [&](std::size_t i) {
+    index.ForEachNear(surfels[i], kReach, [&](std::size_t j, const Surfel& other) {
+      if (comes_first(j, i) && Shadows(other, surfels[i], voxel_m)) shadowed_by[i].push_back(j);
+    });
   });
+  std::vector<std::size_t> order(surfels.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::sort(order.begin(), order.end(), comes_first);
   std::vector<char> stays(surfels.size(), 0);
   for (const std::size_t i : order) {
-    bool is_shadowed = false;
-    index.ForEachNear(surfels[i], kReach, [&](std::size_t j, const Surfel& other) {
-      if (!stays[j] || is_shadowed) return;
-      const Eigen::Vector3d way = surfels[i].p - other.p;
-      const double along_m = way.dot(other.normal);
-      const double across_m = (way - along_m * other.normal).norm();
-      is_shadowed = across_m < kBesides * voxel_m &&
-                    std::abs(along_m) < kSameSigmas * surfels[i].sigma_m + 0.5 * voxel_m;
-    });
-    stays[i] = !is_shadowed;
+    stays[i] = std::none_of(shadowed_by[i].begin(), shadowed_by[i].end(),
+                            [&](std::size_t j) { return stays[j] != 0; });
   }
   std::vector<Surfel> left;
   for (std::size_t i = 0; i < surfels.size(); ++i) {
@@ -198,7 +207,7 @@ std::vector<DensePoint> DepthFusion::Points() const {
               [&](std::size_t i) { flat[i] = OntoPlane(surfels[i], index, options_.voxel_m); });
   std::vector<DensePoint> points;
   const SurfelIndex flat_index(flat);
-  for (const Surfel& surfel : ThinnedOut(flat, flat_index, options_.voxel_m)) {
+  for (const Surfel& surfel : ThinnedOut(flat, flat_index, options_.voxel_m, options_.threads)) {
     points.push_back(
         {surfel.p, surfel.normal, surfel.sigma_m, static_cast<uint8_t>(std::lround(surfel.grey)),
          surfel.filled_share > 0.5 ? DenseSource::kFilledPlane : DenseSource::kStereo});

@@ -5,7 +5,7 @@
 #include <opencv2/core/utility.hpp>
 
 #include "data/asl_files.h"
-#include "odometry/frontend/line_detector.h"
+#include "mapping/dense/parallel.h"
 #include "odometry/frontend/line_geometry.h"
 #include "odometry/geometry/pinhole.h"
 #include "odometry/window/line_triangulation.h"
@@ -53,6 +53,15 @@ void Take(const LineFit& fit, TrackedLine* line) {
   line->seen.to_m -= fit.shift_m;
 }
 
+LineDetectorOptions DetectorOf(const MapLineOptions& options) {
+  LineDetectorOptions detector;
+  detector.scale = 1;
+  detector.min_length_px = options.min_segment_px;
+  detector.max_join_gap_px = 3;
+  detector.max_segments = options.max_segments;
+  return detector;
+}
+
 }  // namespace
 
 double MinGradient(const TrackedLine& line, const MapLineOptions& options) {
@@ -76,7 +85,7 @@ LineFinder::LineFinder(const Views& views, const ViewImages& images,
       axes_(axes),
       options_(options),
       cameras_(views, images.rig()),
-      window_(images, views, options.min_gradient, kReach) {}
+      window_(images, views.size(), options.min_gradient, DetectorOf(options), kReach) {}
 
 std::vector<TrackedLine> LineFinder::Find(std::vector<TrackedLine> known,
                                           const Progress& progress) {
@@ -92,33 +101,24 @@ std::vector<TrackedLine> LineFinder::Find(std::vector<TrackedLine> known,
 
 void LineFinder::LookAt(int view) {
   if (window_.at(view).images.left.empty()) return;
-  const std::vector<LineSegment> segments = DetectIn(view);
+  const std::vector<LineSegment>& segments = window_.at(view).segments;
   std::vector<char> explained(segments.size(), 0);
   Explain(view, segments, 0, &explained);
   const std::vector<SweepImage> images =
       ImagesAround(window_, view, views_, cameras_, options_.sweep);
   std::vector<std::optional<TrackedLine>> found(segments.size());
-  cv::parallel_for_({0, static_cast<int>(segments.size())}, [&](const cv::Range& range) {
-    for (int i = range.start; i < range.end; ++i) {
-      if (explained[i]) continue;
-      const std::optional<Hypothesis> hypothesis = Sweep(segments[i], view, images);
-      if (hypothesis) found[i] = Accept(*hypothesis, view, images);
-    }
+  // Not by cv::parallel_for_(), which runs on one thread while OpenCV reads the next views on
+  // others.
+  ParallelFor(0, segments.size(), cv::getNumThreads(), [&](size_t i) {
+    if (explained[i]) return;
+    const std::optional<Hypothesis> hypothesis = Sweep(segments[i], view, images);
+    if (hypothesis) found[i] = Accept(*hypothesis, view, images);
   });
   for (size_t i = 0; i < segments.size(); ++i) {
     if (!found[i] || explained[i]) continue;
     lines_.push_back(std::move(*found[i]));
     Explain(view, segments, lines_.size() - 1, &explained);
   }
-}
-
-std::vector<LineSegment> LineFinder::DetectIn(int view) const {
-  LineDetectorOptions detector;
-  detector.scale = 1;
-  detector.min_length_px = options_.min_segment_px;
-  detector.max_join_gap_px = 3;
-  detector.max_segments = options_.max_segments;
-  return DetectSegments(window_.at(view).images.left, images_.mask(0), detector);
 }
 
 void LineFinder::Explain(int view, const std::vector<LineSegment>& segments, size_t first_line,

@@ -31,7 +31,6 @@ class LineFinder {
   };
 
   void LookAt(int view);
-  std::vector<LineSegment> DetectIn(int view) const;
   // Marks the segments (px) that lies on known lines, and lengthens these by them.
   void Explain(int view, const std::vector<LineSegment>& segments, size_t first_line,
                std::vector<char>* explained);

@@ -2,30 +2,40 @@
 
 #include <algorithm>
 #include <cmath>
-#include <opencv2/core/utility.hpp>
 
 #include "mapping/lines/edge_directions.h"
+#include "odometry/frontend/line_detector.h"
 
 namespace slcmap {
 
-void ViewWindow::MoveTo(int view) {
-  const int first = std::max(0, view - reach_);
-  const int last = std::min(static_cast<int>(views_.size()) - 1, view + reach_);
-  std::erase_if(kept_, [&](const auto& entry) { return entry.first < first; });
-  std::vector<int> missing;
-  for (int i = first; i <= last; ++i) {
-    if (kept_.try_emplace(i).second) missing.push_back(i);
+namespace {
+
+EdgeView ReadEdges(const ViewImages& images, size_t view, double min_gradient,
+                   const LineDetectorOptions& detector) {
+  EdgeView read;
+  read.images = images.Read(view);
+  for (const int camera : {0, 1}) {
+    if (read.image(camera).empty()) continue;
+    read.edges[camera] = EdgeDirections(read.image(camera), min_gradient);
   }
-  cv::parallel_for_({0, static_cast<int>(missing.size())}, [&](const cv::Range& range) {
-    for (int i = range.start; i < range.end; ++i) {
-      EdgeView& kept = kept_.at(missing[i]);
-      kept.images = images_.Read(missing[i]);
-      for (int camera : {0, 1}) {
-        if (kept.image(camera).empty()) continue;
-        kept.edges[camera] = EdgeDirections(kept.image(camera), min_gradient_);
-      }
-    }
-  });
+  if (!read.images.left.empty()) {
+    read.segments = DetectSegments(read.images.left, images.mask(0), detector);
+  }
+  return read;
+}
+
+}  // namespace
+
+ViewWindow::ViewWindow(const ViewImages& images, size_t views, double min_gradient,
+                       const LineDetectorOptions& detector, int reach)
+    : reach_(reach), coming_(views, [&images, min_gradient, detector](size_t view) {
+        return ReadEdges(images, view, min_gradient, detector);
+      }) {}
+
+void ViewWindow::MoveTo(int view) {
+  std::erase_if(kept_, [&](const auto& entry) { return entry.first < view - reach_; });
+  int next = kept_.empty() ? 0 : last() + 1;
+  for (; next <= view + reach_ && !coming_.is_done(); ++next) kept_[next] = coming_.Next();
 }
 
 std::vector<SweepImage> ImagesAround(const ViewWindow& window, int view, const Views& all,

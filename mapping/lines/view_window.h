@@ -5,25 +5,29 @@
 #include <vector>
 
 #include "mapping/lines/line_sweep.h"
+#include "mapping/read_ahead.h"
 #include "mapping/views/view.h"
+#include "odometry/options.h"
 
 namespace slcmap {
 
-// A view's images and their edges; those that could not be read are empty.
+// A view's images, their edges, and the segments of its left one; of images that could not be read
+// they are empty.
 struct EdgeView {
   StereoImage images;
   cv::Mat edges[2];
+  std::vector<LineSegment> segments;  // px
 
   const cv::Mat& image(int camera) const { return camera == 0 ? images.left : images.right; }
 };
 
 class ViewWindow {
  public:
-  // All must outlive the window.
-  ViewWindow(const ViewImages& images, const Views& views, double min_gradient, int reach)
-      : images_(images), views_(views), min_gradient_(min_gradient), reach_(reach) {}
+  // Views to either side that are kept. `images` must outlive the window.
+  ViewWindow(const ViewImages& images, size_t views, double min_gradient,
+             const LineDetectorOptions& detector, int reach);
 
-  // Reads what is needed around a view and forgets the rest; views in rising order.
+  // Reads what is needed around a view and forgets the rest; from the first view on, one by one.
   void MoveTo(int view);
 
   const EdgeView& at(int view) const { return kept_.at(view); }
@@ -31,10 +35,8 @@ class ViewWindow {
   int last() const { return kept_.rbegin()->first; }
 
  private:
-  const ViewImages& images_;
-  const Views& views_;
-  const double min_gradient_;
-  const int reach_;  // views to either side
+  const int reach_;
+  ReadAhead<EdgeView> coming_;
   std::map<int, EdgeView> kept_;
 };
 

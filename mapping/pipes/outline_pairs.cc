@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <optional>
 #include <utility>
@@ -10,6 +11,7 @@
 #include "mapping/lines/line_in_view.h"
 #include "mapping/lines/line_samples.h"
 #include "mapping/pipes/across_axis.h"
+#include "mapping/read_ahead.h"
 #include "mapping/watched_loop.h"
 #include "odometry/frontend/line_geometry.h"
 
@@ -173,7 +175,7 @@ std::optional<OutlinePair> PairIn(const cv::Mat& image, const cv::Mat& mask, con
 }
 
 // Of the places, those that a view's images may show.
-std::vector<size_t> PlacesIn(const View& view, const CameraAt (&cameras)[2],
+std::vector<size_t> PlacesIn(const View& view, const std::array<CameraAt, 2>& cameras,
                              const std::vector<PipePlace>& places) {
   std::vector<size_t> seen;
   for (size_t i = 0; i < places.size(); ++i) {
@@ -205,14 +207,22 @@ std::vector<std::vector<OutlinePair>> FindOutlinePairs(const std::vector<PipePla
                                                        const std::vector<size_t>& views,
                                                        const Progress& progress) {
   const ViewCameras all(images.views, images.images.rig());
+  const auto cameras_of = [&](size_t view) {
+    return std::array{CameraOf(all, view, 0), CameraOf(all, view, 1)};
+  };
+  std::vector<std::pair<size_t, std::vector<size_t>>> seen_in;  // views, and the places there
+  for (const size_t view : views) {
+    std::vector<size_t> seen = PlacesIn(images.views[view], cameras_of(view), places);
+    if (!seen.empty()) seen_in.emplace_back(view, std::move(seen));
+  }
+  ReadAhead<StereoImage> coming(seen_in.size(),
+                                [&](size_t i) { return images.images.Read(seen_in[i].first); });
   std::vector<std::vector<OutlinePair>> pairs(places.size());
   double done = 0;
-  for (const size_t view : views) {
-    if (!progress.Report(done++ / static_cast<double>(views.size()))) break;
-    const CameraAt cameras[2] = {CameraOf(all, view, 0), CameraOf(all, view, 1)};
-    const std::vector<size_t> seen = PlacesIn(images.views[view], cameras, places);
-    if (seen.empty()) continue;
-    const StereoImage read = images.images.Read(view);
+  for (const auto& [view, seen] : seen_in) {
+    if (!progress.Report(done++ / static_cast<double>(seen_in.size()))) break;
+    const auto cameras = cameras_of(view);
+    const StereoImage read = coming.Next();
     ForEachWatched(seen.size(), {}, [&](size_t k) {
       for (int camera = 0; camera < 2; ++camera) {
         const auto pair = PairIn(camera == 0 ? read.left : read.right, images.images.mask(camera),

@@ -30,13 +30,16 @@ double TopOf_m(const Storey& storey) {
 template <typename Use>
 void ForEachWay(const Storey& storey, const std::vector<Sights>& sights, double cell_m,
                 const Progress& progress, Use use) {
-  ForEachRay(sights, kMaxRays, progress.Part(0, 0),
-             [&](size_t, const Vector3d& camera, const Vector3d& end, double sigma_m) {
-               if ((end - camera).norm() > kReach_m) return;
-               const auto way =
-                   FreeWayOf(camera, end, sigma_m, storey.floor_m, TopOf_m(storey), cell_m);
-               if (way) use(*way);
-             });
+  const SightRays rays(sights, kMaxRays);
+  rays.ForSomeViews(progress.Part(0, 0), [&](size_t begin, size_t end_view) {
+    for (size_t view = begin; view < end_view; ++view) {
+      rays.ForEachOf(view, [&](const Vector3d& camera, const Vector3d& end, double sigma_m) {
+        if ((end - camera).norm() > kReach_m) return;
+        const auto way = FreeWayOf(camera, end, sigma_m, storey.floor_m, TopOf_m(storey), cell_m);
+        if (way) use(*way);
+      });
+    }
+  });
 }
 
 struct RoomBox {

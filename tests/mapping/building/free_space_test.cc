@@ -1,0 +1,84 @@
+#include "mapping/building/free_space.h"
+
+#include <gtest/gtest.h>
+
+namespace slcmap {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+FreeSpace Empty() { return {{Vector2d(0, 0), Vector2d(10, 10)}, 0.1}; }
+
+// Of views with so many rays each; a ray ends at x = its number among all.
+std::vector<Sights> SightsWith(const std::vector<int>& counts) {
+  std::vector<Sights> sights;
+  int number = 0;
+  for (const int count : counts) {
+    Sights view;
+    for (int i = 0; i < count; ++i) {
+      view.p_world.emplace_back(static_cast<float>(number++), 0.0F, 0.0F);
+      view.sigma_m.push_back(0.01F);
+    }
+    sights.push_back(view);
+  }
+  return sights;
+}
+
+std::vector<int> RaysOf(const SightRays& rays) {
+  std::vector<int> numbers;
+  for (size_t view = 0; view < rays.views(); ++view) {
+    rays.ForEachOf(view, [&](const Vector3d&, const Vector3d& end, double) {
+      numbers.push_back(static_cast<int>(end.x()));
+    });
+  }
+  return numbers;
+}
+
+TEST(FreeSpace, AddsTheWaysOfAnother) {
+  FreeSpace whole = Empty(), first = Empty(), second = Empty();
+  for (FreeSpace* space : {&first, &second}) {
+    for (int i = 0; i < 2; ++i) space->AddWay({1, 1}, {9, 1});  // three are needed
+  }
+  EXPECT_FALSE(first.IsFree({5, 1}));
+  whole.AddWaysOf(first);
+  whole.AddWaysOf(second);
+  EXPECT_TRUE(whole.IsFree({5, 1}));
+  EXPECT_FALSE(whole.IsFree({5, 3}));
+}
+
+TEST(FreeSpace, CountsNoMoreWaysThanFit) {
+  FreeSpace whole = Empty(), many = Empty();
+  for (int i = 0; i < 200; ++i) many.AddWay({1, 1}, {9, 1});
+  whole.AddWaysOf(many);
+  whole.AddWaysOf(many);  // 400 would be 144 in a byte, and 256 more none
+  for (int i = 0; i < 56; ++i) whole.AddWay({1, 1}, {9, 1});
+  EXPECT_TRUE(whole.IsFree({5, 1}));
+}
+
+TEST(SightRays, AreAllOfFew) {
+  const auto sights = SightsWith({2, 0, 3});
+  EXPECT_EQ(RaysOf({sights, 100}), (std::vector{0, 1, 2, 3, 4}));
+}
+
+// Whichever views they are of, also those with fewer rays than one is taken of.
+TEST(SightRays, AreEverySoManiethOfMany) {
+  const auto sights = SightsWith({4, 1, 1, 0, 5, 2});
+  EXPECT_EQ(RaysOf({sights, 6}), (std::vector{0, 3, 6, 9, 12}));
+}
+
+TEST(SightRays, AreGivenInRangesOfViewsUntilStopped) {
+  const auto sights = SightsWith(std::vector<int>(100, 1));
+  const SightRays rays(sights, 1000);
+  size_t next = 0;
+  rays.ForSomeViews({}, [&](size_t begin, size_t end) {
+    EXPECT_EQ(begin, next);
+    next = end;
+  });
+  EXPECT_EQ(next, 100u);
+  const Progress stops([](double share) { return share < 0.5; });
+  EXPECT_THROW(rays.ForSomeViews(stops, [](size_t, size_t) {}), StoppedError);
+}
+
+}  // namespace
+}  // namespace slcmap

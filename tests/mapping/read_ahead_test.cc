@@ -1,0 +1,70 @@
+#include "mapping/read_ahead.h"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <chrono>
+#include <stdexcept>
+#include <thread>
+#include <vector>
+
+namespace slcmap {
+namespace {
+
+std::vector<int> All(ReadAhead<int>* row) {
+  std::vector<int> items;
+  while (!row->is_done()) items.push_back(row->Next());
+  return items;
+}
+
+TEST(ReadAhead, GivesItemsInTheirOrder) {
+  ReadAhead<int> row(20, [](size_t i) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(i % 3));  // later ones may end sooner
+    return static_cast<int>(i * i);
+  });
+  const std::vector<int> items = All(&row);
+  ASSERT_EQ(items.size(), 20u);
+  for (size_t i = 0; i < items.size(); ++i) EXPECT_EQ(items[i], static_cast<int>(i * i));
+}
+
+TEST(ReadAhead, OfNothingIsDone) {
+  EXPECT_TRUE(ReadAhead<int>(0, [](size_t) { return 0; }).is_done());
+}
+
+TEST(ReadAhead, ThrowsWhatMakingThrewWhereItsItemIsDue) {
+  ReadAhead<int> row(3, [](size_t i) -> int {
+    if (i == 1) throw std::runtime_error("lost");
+    return static_cast<int>(i);
+  });
+  EXPECT_EQ(row.Next(), 0);
+  EXPECT_THROW(row.Next(), std::runtime_error);
+}
+
+TEST(ReadAhead, LeavesRestUnmadeWhenItEnds) {
+  std::atomic<int> made = 0;
+  {
+    ReadAhead<int> row(1000, [&](size_t) { return ++made; });
+    row.Next();
+  }
+  EXPECT_GE(made, 1);
+  EXPECT_LT(made, 10);
+}
+
+TEST(ReadAhead, MakesItemsWhenAskedForWithASingleThread) {
+  const int threads = cv::getNumThreads();
+  cv::setNumThreads(1);
+  const auto here = std::this_thread::get_id();
+  int made = 0;
+  ReadAhead<int> row(5, [&](size_t i) {
+    EXPECT_EQ(std::this_thread::get_id(), here);
+    ++made;
+    return static_cast<int>(i);
+  });
+  row.Next();
+  EXPECT_EQ(made, 1);
+  EXPECT_EQ(All(&row), (std::vector{1, 2, 3, 4}));
+  cv::setNumThreads(threads);
+}
+
+}  // namespace
+}  // namespace slcmap
