@@ -21,7 +21,7 @@ bool MayBeGhost(const TrackedLine& line, const MapLineOptions& options) {
 }
 
 bool AreOneEdge(const EdgePlace& a, const EdgePlace& b) {
-  const Eigen::Vector2d off = a.px - b.px;
+  const Eigen::Vector2f off = a.px - b.px;
   return std::abs(a.normal.dot(b.normal)) >= kSameWay &&
          std::abs(a.normal.dot(off)) <= kAcross_px && off.norm() <= kAlong_px;
 }

@@ -12,11 +12,11 @@ namespace slcmap {
 // The mean of some samples that are near each other on a line, in one image.
 struct EdgePlace {
   int view = 0, camera = 0;
-  double along_m = 0;
-  Eigen::Vector2d px = Eigen::Vector2d::Zero();      // on the edge
-  Eigen::Vector2d normal = Eigen::Vector2d::Zero();  // of the line's image
+  float along_m = 0;
+  Eigen::Vector2f px = Eigen::Vector2f::Zero();      // on the edge
+  Eigen::Vector2f normal = Eigen::Vector2f::Zero();  // of the line's image
   int samples = 0;
-  double from_m = 0, to_m = 0;  // of what the samples stand for
+  float from_m = 0, to_m = 0;  // of what the samples stand for
 };
 
 // Means of the samples that are edges over stretches of at most step_m, added to `places`.

@@ -83,9 +83,10 @@ void TakePlaces(const TrackedLine& other, TrackedLine* line) {
       return mine.from_m <= middle_m && mine.to_m >= middle_m;
     };
     if (std::ranges::any_of(own[{place.view, place.camera}], covers)) continue;
-    place.along_m = Along(line->line, other, {place.along_m, place.along_m}).from_m;
-    place.from_m = stretch.from_m;
-    place.to_m = stretch.to_m;
+    const double along_m = Along(line->line, other, {place.along_m, place.along_m}).from_m;
+    place.along_m = static_cast<float>(along_m);
+    place.from_m = static_cast<float>(stretch.from_m);
+    place.to_m = static_cast<float>(stretch.to_m);
     line->places.push_back(place);
   }
 }

@@ -64,7 +64,7 @@ class Deviation {
     const Eigen::Vector2d along = (px.end - px.start).normalized(), across{-along.y(), along.x()};
     Eigen::Matrix2d squares = Eigen::Matrix2d::Zero();
     for (const PlaceOfPiece& p : places) {
-      const Eigen::Vector2d off = p.place->px - px.start;
+      const Eigen::Vector2d off = p.place->px.cast<double>() - px.start;
       const Eigen::Vector2d uv(along.dot(off), across.dot(off));
       count_ += p.place->samples;
       mean_ += p.place->samples * uv;
@@ -88,8 +88,8 @@ class Deviation {
 Stretch ExtentOf(std::span<const PlaceOfPiece> places, const Stretch& piece) {
   Stretch extent{piece.to_m, piece.from_m};
   for (const PlaceOfPiece& p : places) {
-    extent.from_m = std::min(extent.from_m, std::max(p.place->from_m, piece.from_m));
-    extent.to_m = std::max(extent.to_m, std::min(p.place->to_m, piece.to_m));
+    extent.from_m = std::min(extent.from_m, std::max<double>(p.place->from_m, piece.from_m));
+    extent.to_m = std::max(extent.to_m, std::min<double>(p.place->to_m, piece.to_m));
   }
   return extent;
 }

@@ -170,9 +170,9 @@ void AddPieces(const SourceLine& source, int index, TrackedLine* line) {
     EdgePlace place;
     place.view = index;
     place.samples = static_cast<int>(i);
-    place.from_m = piece.from_m;
-    place.to_m = piece.to_m;
-    place.along_m = 0.5 * (piece.from_m + piece.to_m);
+    place.from_m = static_cast<float>(piece.from_m);
+    place.to_m = static_cast<float>(piece.to_m);
+    place.along_m = static_cast<float>(0.5 * (piece.from_m + piece.to_m));
     line->places.push_back(place);
   }
   std::sort(line->intervals.begin(), line->intervals.end(),

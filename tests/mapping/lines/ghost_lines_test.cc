@@ -37,8 +37,9 @@ void Show(const TrackedLine& edge, int camera, const ViewCameras& cameras, Track
       EdgePlace place;
       place.view = view;
       place.camera = camera;
-      place.along_m = along_m;
-      place.px = PixelFromPlane(cameras.cameras[camera], Eigen::Vector2d(p.hnormalized()));
+      place.along_m = static_cast<float>(along_m);
+      place.px =
+          PixelFromPlane(cameras.cameras[camera], Eigen::Vector2d(p.hnormalized())).cast<float>();
       place.normal = {1, 0};
       line->places.push_back(place);
     }

@@ -16,6 +16,17 @@ using testing::PaintedWall;
 
 const PointAndDirection kTrue{{0.2, 2, 0.1}, Eigen::Vector3d(0.3, 0.1, 1).normalized()};
 
+// Of four samples, so far off the line's image.
+EdgePlace PlaceAt(const LineInView& part, double share, double off_px, int view, int camera) {
+  const Eigen::Vector2d along = (part.px.end - part.px.start).normalized();
+  const Eigen::Vector2d normal(along.y(), -along.x());
+  const Eigen::Vector2d px =
+      part.px.start + share * (part.px.end - part.px.start) + off_px * normal;
+  return {
+      view, camera, static_cast<float>(part.AlongAt(share)), px.cast<float>(), normal.cast<float>(),
+      4};
+}
+
 // Where the views see the line, off by noise across its image.
 std::vector<EdgePlace> PlacesOf(const ViewCameras& cameras, double sigma_px, unsigned seed) {
   std::mt19937 random(seed);
@@ -26,14 +37,8 @@ std::vector<EdgePlace> PlacesOf(const ViewCameras& cameras, double sigma_px, uns
       const auto part = SeenPart(kTrue, {-0.5, 0.5}, cameras.T_camera_world[view][camera],
                                  cameras.cameras[camera], {});
       if (!part) continue;
-      const Eigen::Vector2d along = (part->px.end - part->px.start).normalized();
       for (const double share : {0.1, 0.5, 0.9}) {
-        EdgePlace place{
-            view, camera, part->AlongAt(share), Eigen::Vector2d::Zero(), {along.y(), -along.x()},
-            4};
-        place.px = part->px.start + share * (part->px.end - part->px.start) +
-                   sigma_px * noise(random) * place.normal;
-        places.push_back(place);
+        places.push_back(PlaceAt(*part, share, sigma_px * noise(random), view, camera));
       }
     }
   }
@@ -97,7 +102,7 @@ TEST(LineFitFromAfar, IsLedByWhatIsSeenFromNear) {
   const ViewCameras cameras(views, wall.rig());
   std::vector<EdgePlace> places = PlacesOf(cameras, 0.02, 1);
   for (EdgePlace& place : places) {
-    if (place.view >= 8 && place.along_m < 0) place.px += 0.8 * place.normal;
+    if (place.view >= 8 && place.along_m < 0) place.px += 0.8F * place.normal;
   }
   const auto off_rad = [&](double far_power) {
     const LineFitOptions options{.far_power = far_power};
@@ -157,13 +162,7 @@ class WhatIsTold : public LineFitting {
           SeenPart(kTrue, {-0.5, 0.5}, cameras_.T_camera_world[view][0], cameras_.cameras[0], {});
       if (!part) continue;
       for (double share = 0.025; share < 1; share += 0.05) {
-        const Eigen::Vector2d along = (part->px.end - part->px.start).normalized();
-        places.push_back({view,
-                          0,
-                          part->AlongAt(share),
-                          part->px.start + share * (part->px.end - part->px.start),
-                          {along.y(), -along.x()},
-                          4});
+        places.push_back(PlaceAt(*part, share, 0, view, 0));
       }
     }
     return FitLine(kTrue, places, cameras_, prior, options).value();

@@ -89,9 +89,9 @@ TEST(LineMerging, DoesNotChain) {
 EdgePlace PlaceAt(int view, double from_m, double to_m) {
   EdgePlace place;
   place.view = view;
-  place.along_m = 0.5 * (from_m + to_m);
-  place.from_m = from_m;
-  place.to_m = to_m;
+  place.along_m = static_cast<float>(0.5 * (from_m + to_m));
+  place.from_m = static_cast<float>(from_m);
+  place.to_m = static_cast<float>(to_m);
   return place;
 }
 
@@ -104,9 +104,9 @@ TEST(LineMerging, PlacesOfTheOtherAreTakenWhereTheLineHasNone) {
   const auto merged = MergeLines({line, other}, {});
   ASSERT_EQ(merged.size(), 1u);
   ASSERT_EQ(merged[0].places.size(), 3u);
-  EXPECT_NEAR(merged[0].places[1].from_m, 0.6, 1e-9);
-  EXPECT_NEAR(merged[0].places[1].to_m, 0.8, 1e-9);
-  EXPECT_NEAR(merged[0].places[1].along_m, 0.7, 1e-9);
+  EXPECT_NEAR(merged[0].places[1].from_m, 0.6, 1e-6);
+  EXPECT_NEAR(merged[0].places[1].to_m, 0.8, 1e-6);
+  EXPECT_NEAR(merged[0].places[1].along_m, 0.7, 1e-6);
   EXPECT_EQ(merged[0].places[2].view, 3);
 }
 

@@ -33,10 +33,12 @@ class LineStretches : public ::testing::Test {
                                    cameras_.cameras[camera], {});
         if (!part) continue;
         for (double share = 0.05; share < 1; share += 0.1) {
-          EdgePlace place{view, camera, part->AlongAt(share), {}, Normal(part->px), 4};
-          place.px = part->px.start + share * (part->px.end - part->px.start) +
-                     off_px(view, place.along_m) * place.normal;
-          line.places.push_back(place);
+          const double along_m = part->AlongAt(share);
+          const Eigen::Vector2d normal = Normal(part->px);
+          const Eigen::Vector2d px = part->px.start + share * (part->px.end - part->px.start) +
+                                     off_px(view, along_m) * normal;
+          line.places.push_back({view, camera, static_cast<float>(along_m), px.cast<float>(),
+                                 normal.cast<float>(), 4});
         }
       }
     }
