@@ -30,21 +30,26 @@ struct Rise {
 };
 
 // Brightness across an edge, pixel by pixel; in whole registers of four: the last are the same.
-constexpr int kProfile = (2 * kMaxReach_px + 5 + 3) / 4 * 4;
-using Profile = Eigen::Array<float, kProfile, 1>;
+template <int kSize>
+using Profile = Eigen::Array<float, kSize, 1>;
+
+// The sizes of the profiles of up to the usual reach, and of all.
+constexpr int InRegisters(int reach_px) { return (2 * reach_px + 5 + 3) / 4 * 4; }
+constexpr int kUsualReach_px = 3;
 
 // At `count` places from `low` on, all inside.
-Profile ProfileAt(const cv::Mat& image, const Eigen::Vector2d& low, const Eigen::Vector2d& normal,
-                  int count) {
-  static const Profile kSteps = Profile::LinSpaced(0, kProfile - 1);
-  const Profile steps = kSteps.min(static_cast<float>(count - 1));
-  const Profile u = static_cast<float>(low.x()) + steps * static_cast<float>(normal.x());
-  const Profile v = static_cast<float>(low.y()) + steps * static_cast<float>(normal.y());
+template <int kSize>
+Profile<kSize> ProfileAt(const cv::Mat& image, const Eigen::Vector2d& low,
+                         const Eigen::Vector2d& normal, int count) {
+  static const Profile<kSize> kSteps = Profile<kSize>::LinSpaced(0, kSize - 1);
+  const Profile<kSize> steps = kSteps.min(static_cast<float>(count - 1));
+  const Profile<kSize> u = static_cast<float>(low.x()) + steps * static_cast<float>(normal.x());
+  const Profile<kSize> v = static_cast<float>(low.y()) + steps * static_cast<float>(normal.y());
   // What rounding moves over the border belongs to the last pixel before it.
-  const Eigen::Array<int, kProfile, 1> columns = u.cast<int>().min(image.cols - 2);
-  const Eigen::Array<int, kProfile, 1> rows = v.cast<int>().min(image.rows - 2);
-  Profile top_left, top_right, bottom_left, bottom_right;
-  for (int i = 0; i < kProfile; ++i) {
+  const Eigen::Array<int, kSize, 1> columns = u.template cast<int>().min(image.cols - 2);
+  const Eigen::Array<int, kSize, 1> rows = v.template cast<int>().min(image.rows - 2);
+  Profile<kSize> top_left, top_right, bottom_left, bottom_right;
+  for (int i = 0; i < kSize; ++i) {
     const uchar* top = image.ptr<uchar>(rows[i]) + columns[i];
     const uchar* bottom = top + image.step[0];
     top_left[i] = top[0];
@@ -52,8 +57,9 @@ Profile ProfileAt(const cv::Mat& image, const Eigen::Vector2d& low, const Eigen:
     bottom_left[i] = bottom[0];
     bottom_right[i] = bottom[1];
   }
-  const Profile a = u - columns.cast<float>(), b = v - rows.cast<float>();
-  const Profile upper = top_left + a * (top_right - top_left);
+  const Profile<kSize> a = u - columns.template cast<float>();
+  const Profile<kSize> b = v - rows.template cast<float>();
+  const Profile<kSize> upper = top_left + a * (top_right - top_left);
   return upper + b * (bottom_left + a * (bottom_right - bottom_left) - upper);
 }
 
@@ -61,7 +67,8 @@ Profile ProfileAt(const cv::Mat& image, const Eigen::Vector2d& low, const Eigen:
 // and the gradient is largest there: on the dark side of the edge, which in triangulation from few
 // degrees is centimetres of depth. How far depends on the blur and on how much brighter than white
 // it is, which the image does not say; this is the median in simulated offices.
-double SaturationShift_px(const Profile& values, double edge, int ends) {
+template <int kSize>
+double SaturationShift_px(const Profile<kSize>& values, double edge, int ends) {
   constexpr double kSaturated = 249, kShift_px = 0.46;
   constexpr int kBeside_px = 3;  // the bright side of an edge that is blurred
   const int from = static_cast<int>(std::lround(edge));
@@ -72,13 +79,14 @@ double SaturationShift_px(const Profile& values, double edge, int ends) {
 
 // The place nearest to `center` where brightness rises most along `normal`, by a parabola through
 // the gradients.
-std::optional<Rise> NearestRise(const cv::Mat& image, const Eigen::Vector2d& center,
-                                const Eigen::Vector2d& normal, const LineSampling& options) {
-  const int reach = std::clamp(static_cast<int>(std::ceil(options.reach_px)), 1, kMaxReach_px);
+template <int kSize>
+std::optional<Rise> NearestRiseIn(const cv::Mat& image, const Eigen::Vector2d& center,
+                                  const Eigen::Vector2d& normal, int reach,
+                                  const LineSampling& options) {
   const int ends = reach + 2;
   const Eigen::Vector2d low = center - ends * normal, high = center + ends * normal;
   if (!IsInside(image, low) || !IsInside(image, high)) return std::nullopt;
-  const Profile values = ProfileAt(image, low, normal, 2 * ends + 1);
+  const Profile<kSize> values = ProfileAt<kSize>(image, low, normal, 2 * ends + 1);
   const auto gradient = [&](int i) { return 0.5 * (values[i + 1] - values[i - 1]); };
   std::optional<Rise> nearest;
   for (int i = 2; i <= 2 * ends - 2; ++i) {
@@ -93,6 +101,14 @@ std::optional<Rise> NearestRise(const cv::Mat& image, const Eigen::Vector2d& cen
   }
   if (nearest) nearest->across_px += SaturationShift_px(values, nearest->across_px + ends, ends);
   return nearest;
+}
+
+std::optional<Rise> NearestRise(const cv::Mat& image, const Eigen::Vector2d& center,
+                                const Eigen::Vector2d& normal, const LineSampling& options) {
+  const int reach = std::clamp(static_cast<int>(std::ceil(options.reach_px)), 1, kMaxReach_px);
+  return reach <= kUsualReach_px
+             ? NearestRiseIn<InRegisters(kUsualReach_px)>(image, center, normal, reach, options)
+             : NearestRiseIn<InRegisters(kMaxReach_px)>(image, center, normal, reach, options);
 }
 
 // What is at the left and the right of a place, `offset` away from it; nothing at the border of
