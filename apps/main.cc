@@ -1,13 +1,19 @@
 // slcmap: maps buildings from the images of a stereo camera and the samples of an IMU.
-#include <malloc.h>
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <csignal>
 #include <cstdio>
+#include <cstdlib>
 #include <iostream>
 #include <new>
+#include <thread>
+
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
 
 #include "apps/commands.h"
 #include "apps/usage.h"
@@ -103,11 +109,12 @@ int RunProgram(int argc, char** argv) {
   return interrupted ? kExitInterrupted : kExitSuccess;
 }
 
-// Each thread would get memory of its own, and what one frees no other would use: a quarter more in
-// all for a map, which has many short threads.
+// glibc has eight stores of memory for each processor, and what a thread frees stays in its own: a
+// quarter more in all for a map, which has many short threads.
 void ShareMemoryAmongThreads() {
 #ifdef __GLIBC__
-  mallopt(M_ARENA_MAX, 2);
+  if (std::getenv("MALLOC_ARENA_MAX") != nullptr) return;
+  mallopt(M_ARENA_MAX, static_cast<int>(std::max(2U, std::thread::hardware_concurrency())));
 #endif
 }
 

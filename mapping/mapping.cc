@@ -87,12 +87,12 @@ MapLineOptions LineOptionsFor(const OdometryRun& run, const RecordedViews& recor
                 "points are where they are expected",
                 *agreement->across_px, agreement->pairs, 100 * agreement->found)
           : fmt::format(
-                "poses and images agree nowhere: {:.0f} % of points are where they are "
-                "expected",
+                "no two views show enough points to say how well poses and images agree: {:.0f} % "
+                "are where they are expected",
                 100 * agreement->found);
   spdlog::debug("{}", found);
-  const bool are_doubtful = !agreement->across_px || *agreement->across_px > kMaxPoseError_px ||
-                            agreement->found < kMinPointsFound;
+  const bool are_doubtful =
+      agreement->across_px.value_or(0) > kMaxPoseError_px || agreement->found < kMinPointsFound;
   if (are_doubtful) WarnOfPoses(found, are_given, warnings);
   return agreement->across_px ? options.ForPoses(*agreement->across_px) : options;
 }

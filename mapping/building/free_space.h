@@ -75,7 +75,7 @@ class SightRays {
   // Calls work(begin, end) for some views at a time. Throws StoppedError once progress says so.
   template <typename Work>
   void ForSomeViews(const Progress& progress, Work work) const {
-    constexpr size_t kAtOnce = 32;
+    constexpr size_t kAtOnce = 8;
     for (size_t begin = 0; begin < views(); begin += kAtOnce) {
       progress.ReportOrStop(static_cast<double>(begin) / static_cast<double>(views()));
       work(begin, std::min(views(), begin + kAtOnce));

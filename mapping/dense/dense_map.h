@@ -19,7 +19,8 @@ struct DenseMap {
   int64_t views_without_images = 0;  // of which nothing could be had
 };
 
-// Gets the confirmed depth of views in their order, from the calling thread.
+// Gets the confirmed depth of views in their order, one at a time, from another thread than the
+// calling one where there are several.
 using DepthSink = std::function<void(std::size_t view, const DepthGrid& depth)>;
 
 // Finds the depth of those views that are far enough apart, keeps what several agree on, and fuses

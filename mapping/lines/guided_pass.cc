@@ -10,7 +10,6 @@
 #include "mapping/lines/line_finder.h"
 #include "mapping/lines/line_stretches.h"
 #include "mapping/lines/neighbour_directions.h"
-#include "mapping/lines/place_views.h"
 #include "odometry/geometry/pinhole.h"
 
 namespace slcmap {
@@ -22,8 +21,6 @@ constexpr double kMoved_m = 0.004;    // a line that moved by more is looked for
 
 void StartBins(const LineIntervalOptions& options, TrackedLine* line) {
   line->places.clear();
-  line->views_shown = line->views_kept = 0;
-  line->view_step = 1;
   line->step_sum = line->lasting_sum = line->brightness_sum = 0;
   line->shown_samples = 0;
   line->bins_from_m = line->seen.from_m - kBeyond_m;
@@ -77,7 +74,6 @@ void LookForLine(int view, const StereoImage& pair, const ViewImages& images,
                               .min_gradient = MinGradient(*line, options)};
   const Stretch bins = BinsOf(*line, options.intervals);
   ViewOfBins of_bins;
-  const size_t places_before = line->places.size();
   for (const int camera : {0, 1}) {
     const cv::Mat& image = camera == 0 ? pair.left : pair.right;
     const auto part = SeenPart(line->line, bins, cameras.T_camera_world[view][camera],
@@ -102,7 +98,6 @@ void LookForLine(int view, const StereoImage& pair, const ViewImages& images,
       line->brightness_sum += sample.brightness;
     }
   }
-  LimitViews(places_before, options.max_place_views, line);
   for (size_t i = 0; i < of_bins.looked.size(); ++i) {
     line->bins[i].shown = static_cast<uint16_t>(line->bins[i].shown + of_bins.shown[i]);
     line->bins[i].missed =

@@ -22,7 +22,6 @@ constexpr OptionTable kTable{
     Option{"max_spread_px", &MapLineOptions::max_spread_px, 0.01, 10.0},
     Option{"max_free_spread_px", &MapLineOptions::max_free_spread_px, 0.01, 10.0},
     Option{"min_views", &MapLineOptions::min_views, 2, 1000},
-    Option{"max_place_views", &MapLineOptions::max_place_views, 16, 100000},
     Option{"min_parallax_rad", &MapLineOptions::min_parallax_rad, 0.0, 3.0},
     Option{"min_ghost_share", &MapLineOptions::min_ghost_share, 0.0, 1.0},
     Option{"min_axis_sigma_rad", &MapLineOptions::min_axis_sigma_rad, 1e-6, 1.0},
@@ -31,7 +30,10 @@ constexpr OptionTable kTable{
 constexpr OptionTable kViewsTable{
     Option{"between_keyframes", &ViewSpacingOptions::between_keyframes, false, true},
     Option{"min_travel_m", &ViewSpacingOptions::min_travel_m, 0.01, 100.0},
-    Option{"min_turn_rad", &ViewSpacingOptions::min_turn_rad, 0.01, 3.0}};
+    Option{"min_turn_rad", &ViewSpacingOptions::min_turn_rad, 0.01, 3.0},
+    Option{"max_alike", &ViewSpacingOptions::max_alike, 1, 1000000},
+    Option{"alike_m", &ViewSpacingOptions::alike_m, 0.0, 100.0},
+    Option{"alike_rad", &ViewSpacingOptions::alike_rad, 0.0, 3.2}};
 
 constexpr OptionTable kSweepTable{
     Option{"min_depth_m", &LineSweepOptions::min_depth_m, 0.01, 1000.0},

@@ -30,8 +30,6 @@ struct TrackedLine {
   double moved_m = 0;       // at most, along its intervals, by the last fit again
   double parallax_rad = 0;  // about it, between the views that show it
   std::vector<EdgePlace> places;
-  // Of views that show it, those that `places` are of: of every view_step-th (place_views.h).
-  int views_shown = 0, views_kept = 0, view_step = 1;
   // Of the samples that show its edge; these.
   double step_sum = 0, lasting_sum = 0, brightness_sum = 0;
   int shown_samples = 0;

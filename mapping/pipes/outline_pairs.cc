@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "data/quantile.h"
+#include "mapping/dense/parallel.h"
 #include "mapping/lines/line_in_view.h"
 #include "mapping/lines/line_samples.h"
 #include "mapping/pipes/across_axis.h"
@@ -211,10 +212,11 @@ std::vector<std::vector<OutlinePair>> FindOutlinePairs(const std::vector<PipePla
     return std::array{CameraOf(all, view, 0), CameraOf(all, view, 1)};
   };
   std::vector<std::pair<size_t, std::vector<size_t>>> seen_in;  // views, and the places there
-  for (const size_t view : views) {
-    std::vector<size_t> seen = PlacesIn(images.views[view], cameras_of(view), places);
-    if (!seen.empty()) seen_in.emplace_back(view, std::move(seen));
-  }
+  for (const size_t view : views) seen_in.push_back({view, {}});
+  ForEachWatched(views.size(), {}, [&](size_t i) {
+    seen_in[i].second = PlacesIn(images.views[views[i]], cameras_of(views[i]), places);
+  });
+  std::erase_if(seen_in, [](const auto& view) { return view.second.empty(); });
   ReadAhead<StereoImage> coming(seen_in.size(),
                                 [&](size_t i) { return images.images.Read(seen_in[i].first); });
   std::vector<std::vector<OutlinePair>> pairs(places.size());
@@ -223,7 +225,8 @@ std::vector<std::vector<OutlinePair>> FindOutlinePairs(const std::vector<PipePla
     if (!progress.Report(done++ / static_cast<double>(seen_in.size()))) break;
     const auto cameras = cameras_of(view);
     const StereoImage read = coming.Next();
-    ForEachWatched(seen.size(), {}, [&](size_t k) {
+    // Not by cv::parallel_for_(), see LineFinder::LookAt().
+    ParallelFor(0, seen.size(), cv::getNumThreads(), [&](size_t k) {
       for (int camera = 0; camera < 2; ++camera) {
         const auto pair = PairIn(camera == 0 ? read.left : read.right, images.images.mask(camera),
                                  cameras[camera], places[seen[k]]);

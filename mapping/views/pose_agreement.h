@@ -15,13 +15,14 @@ struct PoseAgreement {
   std::optional<double> across_px;
   int pairs = 0;
   // Of the points that were looked for, the share that was found; few where poses are not of the
-  // recording.
-  double found = 0;
+  // recording. 1 where images show nothing to look for.
+  double found = 1;
 };
 
-// Looks for corners of the left images, at the depth that their pair has them, where the poses have
-// them in a later view's left image, up to 12 pixels from there. Up to 40 pairs of views from all
-// over the recording are looked at. Nothing where no view overlaps with a later one, and where
+// Looks for corners of the left images that their right ones show, too, at the depth that the pair
+// has them, where the poses have them in a later view's left image, up to 12 pixels from there:
+// what the right image does not show is noise. Up to 40 pairs of views from all over the recording
+// are looked at. Nothing where no view overlaps with a later one, and where
 // progress ended it.
 std::optional<PoseAgreement> MeasurePoseAgreement(const Views& views, const ViewImages& images,
                                                   const Progress& progress = {});

@@ -1,5 +1,6 @@
 #include "mapping/views/views_between.h"
 
+#include <algorithm>
 #include <set>
 #include <utility>
 
@@ -23,6 +24,24 @@ void AddBetween(const Views& frames, size_t before, size_t after, const ViewSpac
   }
 }
 
+bool AreAlike(const View& a, const View& b, const ViewSpacingOptions& options) {
+  return a.segment == b.segment &&
+         (a.T_world_imu.translation - b.T_world_imu.translation).norm() <= options.alike_m &&
+         a.T_world_imu.rotation.angularDistance(b.T_world_imu.rotation) <= options.alike_rad;
+}
+
+// The first ones stay, as these are next to each other: lines are swept in views that follow each
+// other.
+std::vector<size_t> WithoutAlike(const Views& frames, const std::vector<size_t>& selected,
+                                 const ViewSpacingOptions& options) {
+  std::vector<size_t> kept;
+  for (const size_t i : selected) {
+    const auto is_like = [&](size_t k) { return AreAlike(frames[k], frames[i], options); };
+    if (std::ranges::count_if(kept, is_like) < options.max_alike) kept.push_back(i);
+  }
+  return kept;
+}
+
 }  // namespace
 
 std::vector<size_t> SelectViews(const Views& frames, const Views& keyframes,
@@ -40,7 +59,7 @@ std::vector<size_t> SelectViews(const Views& frames, const Views& keyframes,
     }
     selected.push_back(i);
   }
-  return selected;
+  return WithoutAlike(frames, selected, options);
 }
 
 }  // namespace slcmap

@@ -60,6 +60,33 @@ TEST_F(PoseAgreementTest, NothingIsSaidOfPosesThatAreAllFarApart) {
   EXPECT_FALSE(MeasurePoseAgreement(views, room_));
 }
 
+// The room where its plaster is blank: what is left of its images is noise.
+class NoisyRoom : public ViewImages {
+ public:
+  explicit NoisyRoom(const RoomViews& room) : room_(room) {}
+
+  const Rig& rig() const override { return room_.rig(); }
+  const cv::Mat& mask(int camera) const override { return room_.mask(camera); }
+  StereoImage Read(size_t view) const override {
+    StereoImage pair = room_.Read(view);
+    cv::RNG random(view + 1);
+    for (cv::Mat* image : {&pair.left, &pair.right}) {
+      random.fill(*image, cv::RNG::NORMAL, 128, 6);
+    }
+    return pair;
+  }
+
+ private:
+  const RoomViews& room_;
+};
+
+TEST_F(PoseAgreementTest, NoiseSaysNothingAgainstPoses) {
+  const auto agreement = MeasurePoseAgreement(room_.views(), NoisyRoom(room_));
+  ASSERT_TRUE(agreement);
+  EXPECT_FALSE(agreement->across_px);
+  EXPECT_GT(agreement->found, 0.2);
+}
+
 TEST_F(PoseAgreementTest, NothingIsSaidOfASingleView) {
   EXPECT_FALSE(MeasurePoseAgreement({room_.views().front()}, room_));
 }

@@ -58,6 +58,39 @@ TEST(ViewsBetween, KeyframesWithoutAFrameAreLeftOut) {
               ElementsAre(0, 3, 6, 9));
 }
 
+// Ten times the same way.
+Views RoundAndRound() {
+  Views frames;
+  for (int round = 0; round < 10; ++round) {
+    for (int i = 0; i < 20; ++i) frames.push_back(At(20 * round + i, 0.5 * i, 0.01 * round));
+  }
+  return frames;
+}
+
+TEST(ViewsBetween, AreNoMoreFromOnePlaceThanAreEnough) {
+  const Views frames = RoundAndRound();
+  ViewSpacingOptions options = kSpacing;
+  options.max_alike = 3;
+  const std::vector<size_t> selected = SelectViews(frames, frames, options);
+  ASSERT_EQ(selected.size(), 60u);
+  EXPECT_EQ(selected.back(), 59u);  // the first three rounds
+  options.max_alike = 10;
+  EXPECT_EQ(SelectViews(frames, frames, options).size(), frames.size());
+}
+
+TEST(ViewsBetween, AreAllWhereTheyLookOtherWaysOrAreOfOtherSegments) {
+  ViewSpacingOptions options = kSpacing;
+  options.max_alike = 1;
+  Views turned = RoundAndRound(), parted = turned;
+  for (size_t i = 0; i < turned.size(); ++i) {
+    const double yaw_rad = 0.4 * static_cast<double>(i / 20);
+    turned[i] = At(turned[i].stamp_ns, turned[i].T_world_imu.translation.x(), yaw_rad);
+    parted[i].segment = static_cast<int>(i / 20);
+  }
+  EXPECT_EQ(SelectViews(turned, turned, options).size(), turned.size());
+  EXPECT_EQ(SelectViews(parted, parted, options).size(), parted.size());
+}
+
 // A view's number is the grey value of its image.
 class NumberedImages : public ViewImages {
  public:
