@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <memory>
+#include <mutex>
 
 #include "apps/commands.h"
 
@@ -32,8 +33,11 @@ ProgressBar::ProgressBar(std::string label, Elsewhere elsewhere)
       start_(std::chrono::steady_clock::now()),
       last_shown_(start_) {}
 
-ProgressBar::~ProgressBar() {
+ProgressBar::~ProgressBar() { Leave(); }
+
+void ProgressBar::Leave() {
   if (bar_shown_) std::fputc('\n', stderr);
+  bar_shown_ = false;
 }
 
 // On a terminal what takes no longer than a look shows no bar at all.
@@ -82,9 +86,18 @@ void RecordingBar::Update(int64_t done, double data_s, double distance_m) {
 
 Progress StageProgress(const std::string& label) {
   const auto bar = std::make_shared<ProgressBar>(label, ProgressBar::Elsewhere::kSeldom);
-  return Progress([bar](double done) {
-    bar->Update(done);
-    return !Interrupted();
+  const auto told = std::make_shared<std::once_flag>();
+  return Progress([bar, told, label](double done) {
+    if (!Interrupted()) {
+      bar->Update(done);
+      return true;
+    }
+    // What is done may take seconds to be written.
+    std::call_once(*told, [&] {
+      bar->Leave();
+      spdlog::info("{}: stopping; interrupted once more it ends at once", label);
+    });
+    return false;
   });
 }
 

@@ -17,13 +17,16 @@ class ProgressBar {
   enum class Elsewhere { kTenths, kSeldom };
 
   ProgressBar(std::string label, Elsewhere elsewhere);
-  ~ProgressBar();  // leaves the line of the bar
+  ~ProgressBar();  // leaves the bar
   ProgressBar(const ProgressBar&) = delete;
   ProgressBar& operator=(const ProgressBar&) = delete;
 
   // `share` of all is done, in [0, 1]; figures(elapsed_s), which is called where they are shown,
   // says more.
   void Update(double share, const std::function<std::string(double)>& figures = {});
+
+  // Ends the line of the bar; the next look begins another.
+  void Leave();
 
  private:
   bool IsDue(double share) const;
@@ -52,7 +55,7 @@ class RecordingBar {
 };
 
 // For a stage of a library: shows a bar on a terminal, elsewhere a line now and then, and ends the
-// stage after Ctrl-C.
+// stage after Ctrl-C, which it says.
 Progress StageProgress(const std::string& label);
 
 }  // namespace slcmap

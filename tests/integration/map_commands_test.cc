@@ -301,6 +301,7 @@ TEST_F(OverwritingTest, CtrlCLeavesTheMapSoFar) {
   const ProcessResult result = testing::InterruptSlcmap(
       "-v map " + run_ + " -o " + folder_.Path("new") + " --config " + config, "6 keyframes");
   EXPECT_EQ(result.exit_code, 130) << result.error;
+  EXPECT_THAT(result.error, HasSubstr("stopping; interrupted once more it ends at once"));
   EXPECT_THAT(result.error, HasSubstr("new: the map is partial: mapping was interrupted"));
   EXPECT_THAT(testing::ReadText(folder_.Path("new/map.json")),
               AllOf(HasSubstr("\"complete\": false"), HasSubstr("mapping was interrupted")));
