@@ -9,8 +9,8 @@
 #include "mapping/planes/plane_borders.h"
 #include "mapping/planes/plane_rays.h"
 #include "mapping/planes/plane_watch.h"
-#include "mapping/point_index.h"
 #include "mapping/planes/storey_planes.h"
+#include "mapping/point_index.h"
 
 namespace slcmap {
 namespace {

@@ -22,8 +22,7 @@ struct PoseAgreement {
 // Looks for corners of the left images that their right ones show, too, at the depth that the pair
 // has them, where the poses have them in a later view's left image, up to 12 pixels from there:
 // what the right image does not show is noise. Up to 40 pairs of views from all over the recording
-// are looked at. Nothing where no view overlaps with a later one, and where
-// progress ended it.
+// are looked at. Nothing where no view overlaps with a later one, and where progress ended it.
 std::optional<PoseAgreement> MeasurePoseAgreement(const Views& views, const ViewImages& images,
                                                   const Progress& progress = {});
 

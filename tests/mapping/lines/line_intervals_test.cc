@@ -104,9 +104,9 @@ TEST(LineMerging, PlacesOfTheOtherAreTakenWhereTheLineHasNone) {
   const auto merged = MergeLines({line, other}, {});
   ASSERT_EQ(merged.size(), 1u);
   ASSERT_EQ(merged[0].places.size(), 3u);
-  EXPECT_NEAR(merged[0].places[1].from_m, 0.6, 1e-6);
-  EXPECT_NEAR(merged[0].places[1].to_m, 0.8, 1e-6);
-  EXPECT_NEAR(merged[0].places[1].along_m, 0.7, 1e-6);
+  EXPECT_NEAR(merged[0].places[1].from_m, 0.6, 1e-7);
+  EXPECT_NEAR(merged[0].places[1].to_m, 0.8, 1e-7);
+  EXPECT_NEAR(merged[0].places[1].along_m, 0.7, 1e-7);
   EXPECT_EQ(merged[0].places[2].view, 3);
 }
 

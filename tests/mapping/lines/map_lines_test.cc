@@ -297,8 +297,8 @@ TEST_F(MadeEvidenceTest, ASupportGoesThroughItsPlaces) {
   AddPlace(0.4, {0.3, 0.48}, -0.7);
   const auto supports = Supports();
   ASSERT_EQ(supports.size(), 1u);
-  EXPECT_LT((supports[0].px.start - Eigen::Vector2d(239.5, 159.5 + 0.9)).norm(), 1e-4);
-  EXPECT_LT((supports[0].px.end - Eigen::Vector2d(239.5 + 72, 159.5 - 1.02)).norm(), 1e-4);
+  EXPECT_LT((supports[0].px.start - Eigen::Vector2d(239.5, 159.5 + 0.9)).norm(), 1e-5);
+  EXPECT_LT((supports[0].px.end - Eigen::Vector2d(239.5 + 72, 159.5 - 1.02)).norm(), 1e-5);
 }
 
 TEST_F(MadeEvidenceTest, PlacesNearEachOtherDoNotTurnALongSegment) {
