@@ -1,4 +1,4 @@
-// A calibrated camera: a pinhole with radial-tangential, equidistant (fisheye) or no distortion.
+// A calibrated camera: where a point in its frame is seen, and along which ray a pixel looks.
 #pragma once
 
 #include <Eigen/Core>
@@ -8,7 +8,17 @@
 
 namespace slcmap {
 
-enum class Distortion { kNone, kRadialTangential, kEquidistant };
+// A pinhole with a distortion on the plane z = 1 (none, radial-tangential), or a lens that a pinhole
+// does not describe. Files hold the names that ToString and FromString of a reader know, not these.
+enum class Distortion {
+  kNone,
+  kRadialTangential,  // OpenCV's with up to 12 coefficients: plumb_bob, rational_polynomial
+  kEquidistant,       // Kannala-Brandt with four coefficients, OpenCV's fisheye
+  kOmni,              // Mei: a sphere, shifted by xi, then radial-tangential
+  kExtendedUnified,   // EUCM: shape alpha, beta
+  kDoubleSphere,      // shape xi, alpha
+  kFieldOfView,       // FOV: shape w
+};
 
 // Pixel coordinates have their origin at the centre of the top left pixel, x right, y down. The
 // camera frame has x right, y down, z forward.
@@ -17,8 +27,13 @@ struct Camera {
   int width_px = 0;
   int height_px = 0;
   double fx_px = 0, fy_px = 0, cx_px = 0, cy_px = 0;
-  // k1 k2 p1 p2 (radial-tangential, as OpenCV) or k1 k2 k3 k4 (equidistant, as OpenCV's fisheye).
+  // k1 k2 p1 p2 (radial-tangential, omni, as OpenCV) or k1 k2 k3 k4 (equidistant, as OpenCV's
+  // fisheye).
   Eigen::Vector4d coefficients = Eigen::Vector4d::Zero();
+  // Radial-tangential: k3 k4 k5 k6 s1 s2 s3 s4, as OpenCV goes on.
+  Eigen::Matrix<double, 8, 1> higher_coefficients = Eigen::Matrix<double, 8, 1>::Zero();
+  // What the other lenses are made of: xi (omni), alpha and beta, xi and alpha, or w.
+  Eigen::Vector2d shape = Eigen::Vector2d::Zero();
 
   // The pixel of a point in the camera frame; nothing where the model does not reach (behind a
   // radial-tangential camera, or beyond the angle at which its distortion folds back).

@@ -39,11 +39,19 @@ struct ImuNoise {
   double rate_hz = 200;
 };
 
+// Linear errors of an IMU, as calibrated: what an ideal one in the IMU frame would read is
+// correction * what it reads, of scale, axes that are not at right angles, and a turn between them.
+struct ImuCorrection {
+  Eigen::Matrix3d accel = Eigen::Matrix3d::Identity();
+  Eigen::Matrix3d gyro = Eigen::Matrix3d::Identity();
+};
+
 // A calibrated rig. Index 0 is the left camera.
 struct Rig {
   std::array<Camera, 2> cameras;
   std::array<RigidTransform, 2> T_imu_camera;
   ImuNoise imu_noise;
+  ImuCorrection imu_correction;
   double camera_time_offset_s = 0;  // stamp on the IMU's clock = camera stamp + this
 };
 
