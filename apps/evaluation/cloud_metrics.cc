@@ -60,9 +60,9 @@ std::vector<double> Distances(const std::vector<Eigen::Vector3d>& points,
   return distances_m;
 }
 
-std::vector<Eigen::Vector3d> PlacesOf(const std::vector<SurfaceSample>& samples) {
+std::vector<Eigen::Vector3d> PlacesOf(const std::vector<SeenSample>& samples) {
   std::vector<Eigen::Vector3d> places;
-  for (const SurfaceSample& sample : samples) places.push_back(sample.p);
+  for (const SeenSample& sample : samples) places.push_back(sample.p);
   return places;
 }
 
@@ -100,7 +100,7 @@ EvaluatedCloud Aligned(const Alignment& alignment, EvaluatedCloud cloud) {
   return cloud;
 }
 
-CloudMetrics EvaluateCloud(const TriangleTree& surfaces, const std::vector<SurfaceSample>& seen,
+CloudMetrics EvaluateCloud(const TriangleTree& surfaces, const std::vector<SeenSample>& seen,
                            const EvaluatedCloud& cloud, const CloudMetricOptions& options) {
   const double largest_m = options.tolerances_m.back();
   const std::vector<double> to_surfaces_m =

@@ -49,7 +49,7 @@ struct CloudMetrics {
 };
 
 // Compares points with surfaces in the same world.
-CloudMetrics EvaluateCloud(const TriangleTree& surfaces, const std::vector<SurfaceSample>& seen,
+CloudMetrics EvaluateCloud(const TriangleTree& surfaces, const std::vector<SeenSample>& seen,
                            const EvaluatedCloud& cloud, const CloudMetricOptions& options);
 
 }  // namespace slcmap

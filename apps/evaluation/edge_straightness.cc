@@ -114,14 +114,14 @@ class FittedLine {
     return true;
   }
 
-  FreeLine Result(const Ends& ends) const {
+  FittedEdge Result(const Ends& ends) const {
     double from_m = HUGE_VAL, to_m = -HUGE_VAL;
     for (const End& end : ends) {
       const double along_m = direction_.dot(end.place.p_world - p_);
       from_m = std::min(from_m, along_m);
       to_m = std::max(to_m, along_m);
     }
-    FreeLine line;
+    FittedEdge line;
     line.p_world = p_ + 0.5 * (from_m + to_m) * direction_;
     line.direction_world = direction_;
     line.length_m = to_m - from_m;

@@ -22,7 +22,7 @@ struct EdgeStraightnessOptions {
 };
 
 // A line fitted to observations of an edge, which nothing imposed a direction on.
-struct FreeLine {
+struct FittedEdge {
   int64_t edge = 0;
   Eigen::Vector3d p_world = Eigen::Vector3d::Zero();           // in its middle
   Eigen::Vector3d direction_world = Eigen::Vector3d::UnitX();  // unit
@@ -48,7 +48,7 @@ struct EdgeStraightness {
   // I)^-1, sqrt(2 sum r'Wr / sum tr W). kNoFigure without edges.
   double thickness_m = 0;
   std::vector<TimeGap> gaps;
-  std::vector<FreeLine> lines;  // by edge
+  std::vector<FittedEdge> lines;  // by edge
 };
 
 // Throws StoppedError when progress says so.

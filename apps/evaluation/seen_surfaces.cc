@@ -57,19 +57,19 @@ std::vector<ReferenceView> ReferenceViews(const TriangleTree& surfaces, const Tr
   return views;
 }
 
-std::vector<SurfaceSample> SeenSurfaces(const std::vector<ReferenceView>& views, double cell_m) {
-  std::map<std::array<int64_t, 3>, SurfaceSample> cells;
+std::vector<SeenSample> SeenSurfaces(const std::vector<ReferenceView>& views, double cell_m) {
+  std::map<std::array<int64_t, 3>, SeenSample> cells;
   for (const ReferenceView& view : views) {
     for (const Eigen::Vector3d& end : view.ends) {
       const Eigen::Vector3d scaled = end / cell_m;
       const std::array<int64_t, 3> cell = {std::llround(scaled.x()), std::llround(scaled.y()),
                                            std::llround(scaled.z())};
       const double range_m = (end - view.p_camera).norm();
-      const auto [entry, is_new] = cells.try_emplace(cell, SurfaceSample{end, range_m});
+      const auto [entry, is_new] = cells.try_emplace(cell, SeenSample{end, range_m});
       if (!is_new && range_m < entry->second.range_m) entry->second = {end, range_m};
     }
   }
-  std::vector<SurfaceSample> samples;
+  std::vector<SeenSample> samples;
   for (const auto& [cell, sample] : cells) samples.push_back(sample);
   return samples;
 }

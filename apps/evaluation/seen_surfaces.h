@@ -20,7 +20,7 @@ struct VisibilityOptions {
 };
 
 // A point of a surface, and the least distance from which a camera saw it.
-struct SurfaceSample {
+struct SeenSample {
   Eigen::Vector3d p = Eigen::Vector3d::Zero();
   double range_m = 0;
 };
@@ -41,6 +41,6 @@ std::vector<ReferenceView> ReferenceViews(const TriangleTree& surfaces, const Tr
                                           const Progress& progress = {});
 
 // The surfaces that the views saw, a sample a cell: evenly over them, however often they were seen.
-std::vector<SurfaceSample> SeenSurfaces(const std::vector<ReferenceView>& views, double cell_m);
+std::vector<SeenSample> SeenSurfaces(const std::vector<ReferenceView>& views, double cell_m);
 
 }  // namespace slcmap

@@ -10,7 +10,7 @@ using Eigen::Vector3d;
 std::vector<WeightedDirection> DirectionsOf(const EdgeStraightness& edges,
                                             const StraightnessOptions& options) {
   std::vector<WeightedDirection> directions;
-  for (const FreeLine& line : edges.lines) {
+  for (const FittedEdge& line : edges.lines) {
     if (line.length_m < options.min_line_m) continue;
     if (line.direction_sigma_rad > options.max_direction_sigma_rad) continue;
     directions.push_back({line.direction_world, line.length_m});

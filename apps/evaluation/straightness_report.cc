@@ -18,7 +18,7 @@ GapSummary SummarizeGaps(const Survey& survey, double length_m) {
   GapSummary summary;
   summary.length_m = length_m;
   std::vector<double> gaps_m;
-  for (const WallFace& wall : survey.walls) {
+  for (const SurveyedFace& wall : survey.walls) {
     for (const StraightedgeGap& gap : wall.gaps) {
       if (gap.length_m == length_m) gaps_m.push_back(gap.gap_m);
     }
@@ -171,7 +171,7 @@ Json GapsJson(const std::vector<StraightedgeGap>& gaps) {
   return json;
 }
 
-Json WallJson(const WallFace& wall) {
+Json WallJson(const SurveyedFace& wall) {
   Json json = {{"wall", wall.wall},          {"points", wall.points}, {"length_m", wall.length_m},
                {"height_m", wall.height_m},  {"rms_m", wall.rms_m},   {"sigma_m", wall.sigma_m},
                {"gaps", GapsJson(wall.gaps)}};
@@ -206,7 +206,7 @@ Json SummaryJson(const SurveySummary& summary) {
 Json SurveyJson(const Survey& survey, const Survey* truth, const SurveyOptions& options) {
   Json json = SummaryJson(Summarize(survey, truth, options));
   json["walls"] = Json::array();
-  for (const WallFace& wall : survey.walls) json["walls"].push_back(WallJson(wall));
+  for (const SurveyedFace& wall : survey.walls) json["walls"].push_back(WallJson(wall));
   json["face_distances"] = Json::array();
   for (const FaceDistance& d : survey.distances) {
     json["face_distances"].push_back({{"walls", {d.first, d.second}},
@@ -230,7 +230,7 @@ SurveySummary Summarize(const Survey& survey, const Survey* truth, const SurveyO
     summary.gaps.push_back(SummarizeGaps(survey, length_m));
   }
   std::vector<double> leans_m, bounds_m, angles_deg;
-  for (const WallFace& wall : survey.walls) {
+  for (const SurveyedFace& wall : survey.walls) {
     if (wall.lean_m) leans_m.push_back(*wall.lean_m);
   }
   for (const FaceDistance& d : survey.distances) {

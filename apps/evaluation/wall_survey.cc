@@ -209,12 +209,12 @@ double SigmaOf(const std::vector<ProfilePlace>& profile) {
   return std::sqrt(squares / n / (n - 1));
 }
 
-std::optional<WallFace> MeasureWall(const SurveyedPoints& wall, const Vector3d& up,
-                                    const SurveyOptions& options) {
+std::optional<SurveyedFace> MeasureWall(const SurveyedPoints& wall, const Vector3d& up,
+                                        const SurveyOptions& options) {
   if (wall.points.size() < 3) return std::nullopt;
   const Face face = FitFace(wall, up, options);
   std::vector<double> along_m, up_m;
-  WallFace result;
+  SurveyedFace result;
   result.wall = wall.wall;
   result.points = static_cast<int64_t>(wall.points.size());
   result.middle_world = face.middle;
@@ -244,7 +244,7 @@ std::optional<WallFace> MeasureWall(const SurveyedPoints& wall, const Vector3d& 
 }
 
 // The stretch of a face along a direction, from a place.
-SurveyExtent StretchOf(const WallFace& wall, const Vector3d& direction, const Vector3d& from,
+SurveyExtent StretchOf(const SurveyedFace& wall, const Vector3d& direction, const Vector3d& from,
                        const Vector3d& up) {
   const Vector3d half = 0.5 * wall.length_m * up.cross(wall.normal_world).normalized();
   SurveyExtent extent;
@@ -254,7 +254,7 @@ SurveyExtent StretchOf(const WallFace& wall, const Vector3d& direction, const Ve
   return extent;
 }
 
-std::optional<FaceDistance> DistanceBetween(const WallFace& a, const WallFace& b,
+std::optional<FaceDistance> DistanceBetween(const SurveyedFace& a, const SurveyedFace& b,
                                             const Vector3d& up, const SurveyOptions& options) {
   if (a.normal_world.dot(b.normal_world) >
       -std::cos(options.max_parallel_deg / kDegreesPerRadian)) {
@@ -275,8 +275,8 @@ std::optional<FaceDistance> DistanceBetween(const WallFace& a, const WallFace& b
   return FaceDistance{a.wall, b.wall, distance_m, 1.96 * std::hypot(a.sigma_m, b.sigma_m)};
 }
 
-std::optional<FaceAngle> AngleBetween(const WallFace& a, const WallFace& b, const Vector3d& up,
-                                      const SurveyOptions& options) {
+std::optional<FaceAngle> AngleBetween(const SurveyedFace& a, const SurveyedFace& b,
+                                      const Vector3d& up, const SurveyOptions& options) {
   const auto level = [&](const Vector3d& n) { return Vector3d((n - up * up.dot(n)).normalized()); };
   const double off_rad = std::asin(level(a.normal_world).dot(level(b.normal_world)));
   if (std::abs(off_rad) > options.max_parallel_deg / kDegreesPerRadian) return std::nullopt;
@@ -349,7 +349,7 @@ Survey SurveyWalls(const std::vector<SurveyedPoints>& walls, const Vector3d& up_
   }
   for (size_t i = 0; i < survey.walls.size(); ++i) {
     for (size_t j = i + 1; j < survey.walls.size(); ++j) {
-      const WallFace &a = survey.walls[i], &b = survey.walls[j];
+      const SurveyedFace &a = survey.walls[i], &b = survey.walls[j];
       if (const auto d = DistanceBetween(a, b, up_world, options)) survey.distances.push_back(*d);
       if (const auto angle = AngleBetween(a, b, up_world, options)) {
         survey.angles.push_back(*angle);

@@ -39,7 +39,7 @@ struct StraightedgeGap {
   double gap_m = 0;  // the largest, wherever it is laid along the wall
 };
 
-struct WallFace {
+struct SurveyedFace {
   int64_t wall = 0;
   int64_t points = 0;
   Eigen::Vector3d middle_world = Eigen::Vector3d::Zero();
@@ -70,7 +70,7 @@ struct FaceAngle {
 };
 
 struct Survey {
-  std::vector<WallFace> walls;
+  std::vector<SurveyedFace> walls;
   std::vector<FaceDistance> distances;
   std::vector<FaceAngle> angles;
 };

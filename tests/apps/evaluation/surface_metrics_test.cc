@@ -29,10 +29,10 @@ TEST(SeenSurfaces, AreThoseInSightWithinRange) {
   const std::vector<ReferenceView> views =
       ReferenceViews(surfaces, Standing(1), ForwardRig(), options);
   EXPECT_EQ(views.size(), 5u);
-  const std::vector<SurfaceSample> seen = SeenSurfaces(views, 0.05);
+  const std::vector<SeenSample> seen = SeenSurfaces(views, 0.05);
   // 2 x 2 m in cells of 5 cm.
   EXPECT_NEAR(static_cast<double>(seen.size()), 1600, 100);
-  for (const SurfaceSample& sample : seen) {
+  for (const SeenSample& sample : seen) {
     EXPECT_NEAR(sample.p.x(), 3, 1e-6);
     EXPECT_NEAR(sample.range_m, sample.p.norm(), 1e-6);
   }
@@ -40,7 +40,7 @@ TEST(SeenSurfaces, AreThoseInSightWithinRange) {
 
 TEST(CloudMetrics, CountWhatLiesOnSurfacesAndWhatOfThemIsCovered) {
   const TriangleTree surfaces(WallAtX(3, 1));
-  std::vector<SurfaceSample> seen;
+  std::vector<SeenSample> seen;
   EvaluatedCloud cloud;
   for (int y = -20; y < 20; ++y) {
     for (int z = -20; z < 20; ++z) {
@@ -70,7 +70,7 @@ TEST(CloudMetrics, CountWhatLiesOnSurfacesAndWhatOfThemIsCovered) {
 TEST(CloudMetrics, TellWhatWasFilledThoughItWasNotSeen) {
   const TriangleTree surfaces(WallAtX(3, 1));
   EvaluatedCloud cloud;
-  std::vector<SurfaceSample> seen;
+  std::vector<SeenSample> seen;
   for (int i = 0; i < 40; ++i) {
     const Eigen::Vector3d p(3, 0.05 * i - 0.975, 0);
     cloud.points.push_back(p);

@@ -51,7 +51,7 @@ Eigen::Isometry3d Turn(double yaw_deg, const Vector3d& shift) {
   return Eigen::Translation3d(shift) * Eigen::AngleAxisd(yaw_deg * kDegree, kUp);
 }
 
-double GapOf(const WallFace& wall, double length_m) {
+double GapOf(const SurveyedFace& wall, double length_m) {
   for (const StraightedgeGap& gap : wall.gaps) {
     if (gap.length_m == length_m) return gap.gap_m;
   }
@@ -59,10 +59,12 @@ double GapOf(const WallFace& wall, double length_m) {
   return -1;
 }
 
-WallFace Measured(const SurveyedPoints& wall) { return SurveyWalls({wall}, kUp, {}).walls.at(0); }
+SurveyedFace Measured(const SurveyedPoints& wall) {
+  return SurveyWalls({wall}, kUp, {}).walls.at(0);
+}
 
 TEST(WallSurvey, TenMillimetresOverTenMetresAreReportedAsSuch) {
-  const WallFace wall = Measured(Wall(10, Arc(0.010, 10)));
+  const SurveyedFace wall = Measured(Wall(10, Arc(0.010, 10)));
   EXPECT_NEAR(GapOf(wall, 10), 0.010, 0.001);
   EXPECT_NEAR(GapOf(wall, 4), 0.0016, 0.0003);
   EXPECT_EQ(wall.gaps.size(), 3u);  // there is no place for 15 m
@@ -73,22 +75,22 @@ TEST(WallSurvey, AHollowIsAsAHump) {
 }
 
 TEST(WallSurvey, TheStraightWallRanksBeforeTheBentOne) {
-  const WallFace straight = Measured(Wall(10, Straight));
+  const SurveyedFace straight = Measured(Wall(10, Straight));
   for (const double length_m : {1.0, 4.0, 10.0}) EXPECT_LT(GapOf(straight, length_m), 1e-9);
-  const WallFace bent = Measured(Wall(10, Arc(0.010, 10)));
+  const SurveyedFace bent = Measured(Wall(10, Arc(0.010, 10)));
   EXPECT_GT(GapOf(bent, 10), GapOf(straight, 10) + 0.009);
   EXPECT_GT(bent.rms_m, straight.rms_m);
 }
 
 TEST(WallSurvey, TheSameTurnedOrResampledScoresTheSame) {
   const SurveyedPoints bent = Wall(10, Arc(0.010, 10));
-  const WallFace as_is = Measured(bent);
+  const SurveyedFace as_is = Measured(bent);
   // Of any direction: the vertical is turned with it.
   const Eigen::Isometry3d turn = Eigen::Translation3d(3, -8, 1) *
                                  Eigen::AngleAxisd(2.1, Vector3d(0.5, 0.1, -0.7).normalized());
-  const WallFace turned =
+  const SurveyedFace turned =
       SurveyWalls({MovedWall(turn, bent, 0)}, turn.rotation() * kUp, {}).walls.at(0);
-  const WallFace resampled = Measured(Wall(10, Arc(0.010, 10), 0.037));
+  const SurveyedFace resampled = Measured(Wall(10, Arc(0.010, 10), 0.037));
   for (const double length_m : {1.0, 4.0, 10.0}) {
     EXPECT_NEAR(GapOf(turned, length_m), GapOf(as_is, length_m), 1e-6);
     EXPECT_NEAR(GapOf(resampled, length_m), GapOf(as_is, length_m), 0.0006);
