@@ -52,6 +52,9 @@ struct Rig {
   std::array<RigidTransform, 2> T_imu_camera;
   ImuNoise imu_noise;
   ImuCorrection imu_correction;
+  // 8 bit, of the camera's size: 0 where an image shows what moves with the rig instead of the
+  // building. Empty: nowhere.
+  std::array<cv::Mat, 2> masks;
   double camera_time_offset_s = 0;  // stamp on the IMU's clock = camera stamp + this
 };
 
