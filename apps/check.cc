@@ -8,6 +8,7 @@
 
 #include "apps/commands.h"
 #include "apps/progress.h"
+#include "apps/sequence_options.h"
 #include "data/error.h"
 
 namespace slcmap {
@@ -41,8 +42,7 @@ void AddCheckCommand(CLI::App& app) {
       ->add_option("sequence", arguments->sequence,
                    "EuRoC (ASL) or TUM VI folder: the one with cam0, cam1, imu0, or the one above")
       ->required();
-  command->add_option("--calibration", arguments->options.calibration,
-                      "Kalibr camera chain, or a folder with sensor.yaml files");
+  AddSequenceOptions(*command, &arguments->options);
   command->add_flag("--json", arguments->json, "Print JSON instead of a table");
   command->footer(
       "Examples:\n  slcmap check MH_01_easy\n  slcmap check recording --json > check.json\n\n"

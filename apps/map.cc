@@ -5,6 +5,7 @@
 #include "apps/folder_kind.h"
 #include "apps/map_stage.h"
 #include "apps/merge_stage.h"
+#include "apps/sequence_options.h"
 #include "apps/usage.h"
 #include "apps/verdict_report.h"
 #include "data/error.h"
@@ -46,9 +47,9 @@ void Map(const MapCommand& command) {
   const MapArguments& arguments = command.arguments;
   const MappingOptions options = ReadMappingOptions(arguments.config);
   CheckInput(arguments);
-  std::vector<std::string> inputs;
-  for (const std::string& input : {arguments.input, arguments.poses, arguments.calibration,
-                                   arguments.sequence, arguments.into, arguments.config}) {
+  std::vector<std::string> inputs = FilesOf(arguments.opened);
+  for (const std::string& input :
+       {arguments.input, arguments.poses, arguments.sequence, arguments.into, arguments.config}) {
     if (!input.empty()) inputs.push_back(input);
   }
   OutputFolder output(command.output, MapFiles(), inputs);
@@ -75,10 +76,7 @@ void AddMapCommand(CLI::App& app) {
       "--poses", arguments.poses,
       "Poses of the sequence's IMU in metres, z up, TUM or EuRoC file: from another SLAM, COLMAP, "
       "a tracker");
-  command
-      ->add_option("--calibration", arguments.calibration,
-                   "Kalibr chain or folder that stands for the sequence's own calibration")
-      ->needs(poses);
+  for (CLI::Option* option : AddSequenceOptions(*command, &arguments.opened)) option->needs(poses);
   command
       ->add_option("--sequence", arguments.sequence,
                    "Where the recording of the run is, if it has moved since")

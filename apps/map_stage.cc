@@ -79,7 +79,7 @@ OdometryRun ReadRun(const MapArguments& arguments) {
   const EndsAtOnce nothing_is_written;
   if (!arguments.poses.empty()) {
     OdometryRun run =
-        RunAtPoses(arguments.input, arguments.calibration, ReadTrajectory(arguments.poses));
+        RunAtPoses(arguments.input, arguments.opened, ReadTrajectory(arguments.poses));
     run.source->version = kVersion;
     return run;
   }

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "data/output_folder.h"
+#include "data/sequence.h"
 #include "mapping/map.h"
 #include "mapping/options.h"
 
@@ -14,10 +15,10 @@ MappingOptions ReadMappingOptions(const std::string& config);
 
 // What a map is made of.
 struct MapArguments {
-  std::string input;        // a run folder or, with poses, a sequence
-  std::string poses;        // trajectory file of the sequence's IMU by anyone; "": input is a run
-  std::string calibration;  // of the sequence, with poses; "" takes its own
-  std::string sequence;     // where the run's recording has moved to; "": it is where it was
+  std::string input;       // a run folder or, with poses, a sequence
+  std::string poses;       // trajectory file of the sequence's IMU by anyone; "": input is a run
+  SequenceOptions opened;  // how the sequence is opened, with poses
+  std::string sequence;    // where the run's recording has moved to; "": it is where it was
   std::string config;
   std::string into;     // a map folder that the run's map is merged into; "": into none
   std::string at;       // with it: about where, as --at says it

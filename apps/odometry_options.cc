@@ -1,5 +1,7 @@
 #include "apps/odometry_options.h"
 
+#include "apps/sequence_options.h"
+
 namespace slcmap {
 
 void AddOdometryOptions(CLI::App& command, OdometryArguments* arguments) {
@@ -12,9 +14,7 @@ void AddOdometryOptions(CLI::App& command, OdometryArguments* arguments) {
                      "slc (default: points, structural lines, points on lines), structural, "
                      "points-lines, points or points-mono (left camera only)");
   command.add_option("--config", arguments->config, "YAML file that overrides options");
-  command.add_option("--calibration", arguments->calibration,
-                     "Kalibr camera chain, or a folder with sensor.yaml files (default: the "
-                     "sequence's own)");
+  AddSequenceOptions(command, &arguments->opened);
   command.add_option("--write-calibration", arguments->write_calibration,
                      "Write the calibration as it was found to this file, a Kalibr camera chain");
   command.add_option("--from", arguments->part.from_s,

@@ -7,8 +7,8 @@
 
 namespace slcmap {
 
-// Adds SEQ, --method, --config, --calibration, --write-calibration, --from, --duration, --threads,
-// --realtime, --force and --no-check;
+// Adds SEQ, how it is opened, --method, --config, --write-calibration, --from, --duration,
+// --threads, --realtime, --force and --no-check;
 // `arguments` must outlive the parsing.
 void AddOdometryOptions(CLI::App& command, OdometryArguments* arguments);
 

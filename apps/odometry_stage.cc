@@ -15,6 +15,7 @@
 #include "apps/process_cost.h"
 #include "apps/progress.h"
 #include "apps/run_recorder.h"
+#include "apps/sequence_options.h"
 #include "apps/trajectory_stream.h"
 #include "apps/usage.h"
 #include "apps/verdict_report.h"
@@ -311,8 +312,10 @@ void CheckCalibrationTarget(const OdometryArguments& arguments) {
   if (fs::is_directory(target) || !fs::is_directory(target.parent_path())) {
     refuse("a file in a folder that exists");
   }
-  for (const std::string& read : {arguments.calibration, arguments.config}) {
-    if (!read.empty() && target == whole(read)) refuse("no file that is read");
+  std::vector<std::string> files = FilesOf(arguments.opened);
+  if (!arguments.config.empty()) files.push_back(arguments.config);
+  for (const std::string& read : files) {
+    if (target == whole(read)) refuse("no file that is read");
   }
   for (const std::string& folder : {arguments.run, arguments.sequence}) {
     const fs::path inside = target.lexically_relative(whole(folder));
@@ -372,7 +375,7 @@ void LogResult(const OdometryRun& run, const SourceInfo& info, double path_lengt
 Sequence OpenPart(const OdometryArguments& arguments) {
   const EndsAtOnce nothing_is_written;
   ExpectFolder(arguments.sequence, FolderKind::kSequence);
-  Sequence sequence = OpenSequence(arguments.sequence, {.calibration = arguments.calibration});
+  Sequence sequence = OpenSequence(arguments.sequence, arguments.opened);
   KeepPart(arguments.part, &sequence);
   return sequence;
 }
@@ -391,9 +394,8 @@ std::vector<std::string> FoldersOf(const std::string& sequence) {
 
 std::vector<std::string> InputsOf(const OdometryArguments& arguments) {
   std::vector<std::string> inputs = FoldersOf(arguments.sequence);
-  for (const std::string& input : {arguments.config, arguments.calibration}) {
-    if (!input.empty()) inputs.push_back(input);
-  }
+  for (const std::string& file : FilesOf(arguments.opened)) inputs.push_back(file);
+  if (!arguments.config.empty()) inputs.push_back(arguments.config);
   return inputs;
 }
 

@@ -17,7 +17,7 @@ struct OdometryArguments {
   std::string run;                // folder that is written
   std::string method;             // "" takes the configuration's
   std::string config;             // YAML; "" takes the defaults
-  std::string calibration;        // "" takes the sequence's
+  SequenceOptions opened;         // how the sequence is opened
   std::string write_calibration;  // file for what was found of it; "" for none
   SequencePart part;              // of the sequence
   int threads = 2;                // the results are the same with any

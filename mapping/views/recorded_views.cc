@@ -214,11 +214,11 @@ std::string IdOfPoses(const OdometryRun& run) {
 }
 
 // Where the recording has an IMU that can be read.
-void WarnWhereZIsNotUp(const std::string& sequence, const std::string& calibration,
-                       OdometryRun* run) {
+void WarnWhereZIsNotUp(const std::string& sequence, SequenceOptions options, OdometryRun* run) {
   Sequence recording;
   try {
-    recording = OpenSequence(sequence, {.calibration = calibration});
+    options.needs_imu = true;
+    recording = OpenSequence(sequence, options);
   } catch (const DataError&) {
     return;
   }
@@ -319,10 +319,10 @@ RecordedViews ViewsOfRun(const OdometryRun& run, const std::string& sequence) {
   return recorded;
 }
 
-OdometryRun RunAtPoses(const std::string& sequence, const std::string& calibration,
+OdometryRun RunAtPoses(const std::string& sequence, SequenceOptions options,
                        const Trajectory& trajectory, const KeyframeSelection& selection) {
-  const Sequence recording =
-      OpenSequence(sequence, {.calibration = calibration, .needs_imu = false});
+  options.needs_imu = false;
+  const Sequence recording = OpenSequence(sequence, options);
   RequireStereo(recording.folder, recording.rig);
   OdometryRun run;
   run.method = kGivenPoses;
@@ -349,7 +349,7 @@ OdometryRun RunAtPoses(const std::string& sequence, const std::string& calibrati
   }
   if (run.states.empty()) RefusePoses(recording, trajectory);
   TellJumps(trajectory, &run);
-  WarnWhereZIsNotUp(sequence, calibration, &run);
+  WarnWhereZIsNotUp(sequence, options, &run);
   run.id = IdOfPoses(run);
   return run;
 }

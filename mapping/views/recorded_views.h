@@ -4,6 +4,7 @@
 #include <memory>
 #include <string>
 
+#include "data/sequence.h"
 #include "data/trajectory.h"
 #include "mapping/views/lost_images.h"
 #include "mapping/views/view.h"
@@ -53,10 +54,9 @@ struct KeyframeSelection {
 // The run of an odometry that was done by somebody else: a state at each image of a recording (an
 // ASL folder; IMU data are not needed) that the trajectory covers, and keyframes among them without
 // observations; its method is kGivenPoses (odometry/method.h), and its id is a checksum of the
-// poses and of the images' names. It is partial where the poses jump. `calibration` as
-// SequenceOptions has it. Throws DataError when the recording cannot be used, or no pose is at an
-// image.
-OdometryRun RunAtPoses(const std::string& sequence, const std::string& calibration,
+// poses and of the images' names. It is partial where the poses jump. Throws DataError when the
+// recording cannot be used, or no pose is at an image.
+OdometryRun RunAtPoses(const std::string& sequence, SequenceOptions options,
                        const Trajectory& trajectory, const KeyframeSelection& selection = {});
 
 // Counts images that the poses do not cover, as a warning of the run.

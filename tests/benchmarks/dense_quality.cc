@@ -109,7 +109,7 @@ struct Sequence {
 
 Sequence Open(const std::string& folder, const std::string& output, std::size_t max_views) {
   Trajectory truth = ReadTrajectory(folder + "/truth/trajectory.tum");
-  RecordedViews recorded = ViewsOfRun(RunAtPoses(folder, "", truth), folder);
+  RecordedViews recorded = ViewsOfRun(RunAtPoses(folder, {}, truth), folder);
   if (recorded.views.size() > max_views) {
     recorded.views.resize(max_views);
     const int64_t last_ns = recorded.views.back().stamp_ns;

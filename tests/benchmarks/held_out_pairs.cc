@@ -157,7 +157,7 @@ void PrintDisparities(const char* what, const std::vector<double>& errors_px) {
 
 int Main(const std::string& sequence, const std::string& poses, const MappingOptions& options,
          const std::string& output) {
-  OdometryRun run = RunAtPoses(sequence, "", ReadTrajectory(poses));
+  OdometryRun run = RunAtPoses(sequence, {}, ReadTrajectory(poses));
   // Of all pairs: where the tenth was taken from is found by points, which no line is made of.
   AdjustGivenPoses(*KeyframeImages(run, sequence), options.given_poses, &run);
   const RecordedViews all = ViewsOfRun(run, sequence);

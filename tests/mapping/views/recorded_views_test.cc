@@ -32,7 +32,7 @@ class SmallRecording : public ::testing::Test {
       trajectory.push_back(
           {testing::ImageStamp(i), {Eigen::Quaterniond::Identity(), {0.04 * i, 0, 0}}});
     }
-    run_ = RunAtPoses(folder_.Path(), "", trajectory);
+    run_ = RunAtPoses(folder_.Path(), {}, trajectory);
   }
 
   void Remove(int image) {
@@ -52,9 +52,9 @@ TEST_F(SmallRecording, WithTheSamePosesIsTheSameRun) {
     poses.push_back({state.stamp_ns, state.T_world_imu});
   }
   EXPECT_FALSE(run_.id.empty());
-  EXPECT_EQ(RunAtPoses(folder_.Path(), "", poses).id, run_.id);
+  EXPECT_EQ(RunAtPoses(folder_.Path(), {}, poses).id, run_.id);
   poses[3].T_world_imu.translation.z() += 1e-6;
-  EXPECT_NE(RunAtPoses(folder_.Path(), "", poses).id, run_.id);
+  EXPECT_NE(RunAtPoses(folder_.Path(), {}, poses).id, run_.id);
 }
 
 TEST_F(SmallRecording, TellsImagesThatWereChanged) {
@@ -76,7 +76,7 @@ TEST_F(SmallRecording, WithPosesThatJumpElsewhereIsWhole) {
     if (i == 2) before.T_world_imu.translation.y() += 5;
     poses.insert(poses.begin(), before);
   }
-  EXPECT_TRUE(RunAtPoses(folder_.Path(), "", poses).complete);
+  EXPECT_TRUE(RunAtPoses(folder_.Path(), {}, poses).complete);
 }
 
 // The last image is between the poses that it happens between.
@@ -91,7 +91,7 @@ TEST_F(SmallRecording, WithPosesThatJumpAtTheLastImageIsPartial) {
     beyond.T_world_imu.translation.y() += i == 0 ? 5 : 0;
     poses.push_back(beyond);
   }
-  EXPECT_FALSE(RunAtPoses(folder_.Path(), "", poses).complete);
+  EXPECT_FALSE(RunAtPoses(folder_.Path(), {}, poses).complete);
 }
 
 TEST_F(SmallRecording, WithPosesThatJumpIsPartial) {
@@ -101,7 +101,7 @@ TEST_F(SmallRecording, WithPosesThatJumpIsPartial) {
     poses.push_back({state.stamp_ns, state.T_world_imu});
     if (poses.size() > 4) poses.back().T_world_imu.translation.y() += 0.5;
   }
-  const OdometryRun jumping = RunAtPoses(folder_.Path(), "", poses);
+  const OdometryRun jumping = RunAtPoses(folder_.Path(), {}, poses);
   EXPECT_FALSE(jumping.complete);
   EXPECT_THAT(jumping.partial_reason,
               HasSubstr("poses jump 1 times, besides their motion: first by 0.50 m"));
@@ -183,7 +183,7 @@ class RealPairs : public ::testing::Test {
 };
 
 TEST_F(RealPairs, AreViewsAtTheirPoses) {
-  const OdometryRun run = RunAtPoses(folder_, "", ReadTrajectory(folder_ + "/poses.tum"));
+  const OdometryRun run = RunAtPoses(folder_, {}, ReadTrajectory(folder_ + "/poses.tum"));
   EXPECT_EQ(run.states.size(), 100u);
   EXPECT_GT(run.keyframes.size(), 80u);
   const RecordedViews recorded = ViewsOfRun(run, "");
@@ -199,7 +199,7 @@ TEST_F(RealPairs, AreFoundFromAFolderNamedByARelativePath) {
   const std::filesystem::path folder(folder_);
   std::filesystem::current_path(folder.parent_path());
   const OdometryRun run =
-      RunAtPoses(folder.filename().string(), "", ReadTrajectory(folder_ + "/poses.tum"));
+      RunAtPoses(folder.filename().string(), {}, ReadTrajectory(folder_ + "/poses.tum"));
   std::filesystem::current_path(here);
   const RecordedViews recorded = ViewsOfRun(run, "");
   EXPECT_FALSE(recorded.images->Read(3).left.empty());
@@ -208,14 +208,14 @@ TEST_F(RealPairs, AreFoundFromAFolderNamedByARelativePath) {
 TEST_F(RealPairs, WithPosesOfAnotherTimeAreRefused) {
   Trajectory elsewhere = ReadTrajectory(folder_ + "/poses.tum");
   for (StampedPose& pose : elsewhere) pose.stamp_ns += int64_t{1000000000} * 3600;
-  EXPECT_THAT([&] { RunAtPoses(folder_, "", elsewhere); },
+  EXPECT_THAT([&] { RunAtPoses(folder_, {}, elsewhere); },
               ThrowsMessage<DataError>(HasSubstr("expected poses at the images")));
 }
 
 TEST_F(RealPairs, WithPosesOfAPartAreThoseOfThePart) {
   Trajectory part = ReadTrajectory(folder_ + "/poses.tum");
   part.resize(part.size() / 2);
-  const OdometryRun run = RunAtPoses(folder_, "", part);
+  const OdometryRun run = RunAtPoses(folder_, {}, part);
   EXPECT_EQ(run.states.size(), part.size());
   EXPECT_EQ(run.warnings.at(kImageWithoutPose), 100 - static_cast<int64_t>(part.size()));
 }
