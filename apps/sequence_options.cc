@@ -1,16 +1,28 @@
 #include "apps/sequence_options.h"
 
+#include "data/mask.h"
+
 namespace slcmap {
 
 std::vector<CLI::Option*> AddSequenceOptions(CLI::App& command, SequenceOptions* options) {
   return {command.add_option("--calibration", options->calibration,
                              "Kalibr camera chain, or a folder with sensor.yaml files (default: "
-                             "the sequence's own)")};
+                             "the sequence's own)"),
+          command
+              .add_option("--mask", options->masks,
+                          "Image of what moves with the rig, white, a camera: it is left out "
+                          "(default: what the check finds; none: nothing)")
+              ->delimiter(',')
+              ->allow_extra_args(false)
+              ->type_name("LEFT,RIGHT")};
 }
 
 std::vector<std::string> FilesOf(const SequenceOptions& options) {
   std::vector<std::string> files;
   if (!options.calibration.empty()) files.push_back(options.calibration);
+  for (const std::string& mask : options.masks) {
+    if (mask != kNoMask) files.push_back(mask);
+  }
   return files;
 }
 

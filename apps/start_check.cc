@@ -15,7 +15,8 @@ namespace {
 CheckReport Check(const Sequence& sequence, bool one_camera) {
   Sequence checked = sequence;
   if (one_camera) checked.rig.cameras[1] = Camera();
-  return CheckStart(AslSource(checked), sequence.imu, StageProgress("check"));
+  AslSource source(checked);
+  return CheckStart(&source, sequence.imu, StageProgress("check"));
 }
 
 void LogFindings(const CheckReport& report) {

@@ -7,6 +7,7 @@
 
 #include "data/calibration.h"
 #include "data/input_fault.h"
+#include "data/mask.h"
 
 namespace slcmap {
 namespace {
@@ -128,8 +129,10 @@ Sequence OpenSequence(const std::string& path, const SequenceOptions& options) {
           : ReadCalibration(options.calibration, &sequence.warnings, options.mirrored);
   sequence.rig = calibration.rig;
   sequence.calibration_source = calibration.source;
+  sequence.finds_carried = options.masks.empty();
   std::error_code error;
   if (!fs::is_directory(folder / "cam1", error)) sequence.rig.cameras[1] = Camera();
+  ReadMasks(options.masks, &sequence.rig);
   sequence.images = ReadImageList(options, &sequence);
   if (options.needs_imu) {
     sequence.imu = ReadAslImu((folder / "imu0" / "data.csv").string(), &sequence.warnings);

@@ -23,7 +23,8 @@ struct Sequence {
   std::vector<ImuSample> imu;
   Rig rig;
   std::string calibration_source;
-  std::string truth_path;  // true poses, "" where there are none
+  bool finds_carried = true;  // whether what moves with the rig is looked for: no mask was given
+  std::string truth_path;     // true poses, "" where there are none
   Warnings warnings;
 };
 
@@ -31,6 +32,7 @@ struct SequenceOptions {
   Mirrored mirrored = Mirrored::kRefused;  // rotations of the calibration
   std::string calibration;                 // file or folder; "" takes the sequence's own
   double max_stereo_offset_s = 0.003;      // between the stamps of a pair
+  std::vector<std::string> masks;          // image files, one a camera (data/mask.h)
   bool needs_imu = true;  // false: a recording without imu0 will do, and its samples stay unread
 };
 

@@ -10,6 +10,7 @@
 #include "data/checksum.h"
 #include "data/error.h"
 #include "data/json_file.h"
+#include "data/mask.h"
 
 namespace slcmap {
 namespace {
@@ -239,6 +240,7 @@ std::string RigText(const Rig& rig) {
                         camera.width_px, camera.height_px, camera.fx_px, camera.fy_px, camera.cx_px,
                         camera.cy_px, k[0], k[1], k[2], k[3]);
     text += PoseText(rig.T_imu_camera[c]);
+    for (const int run : RunsOf(rig.masks[c])) text += fmt::format("{} ", run);
   }
   return text;
 }

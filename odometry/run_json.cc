@@ -9,6 +9,7 @@
 #include "data/calibration.h"
 #include "data/error.h"
 #include "data/json_file.h"
+#include "data/mask.h"
 #include "data/verdict_json.h"
 #include "odometry/method.h"
 #include "odometry/run_lines.h"
@@ -383,16 +384,20 @@ Json ReadRunSummary(const std::string& path, OdometryRun* run) {
 
 void WriteRig(const std::string& path, const Rig& rig) {
   const ImuNoise& noise = rig.imu_noise;
-  WriteJsonFile(path, {{"cameras",
-                        {CameraJson(rig.cameras[0], rig.T_imu_camera[0]),
-                         CameraJson(rig.cameras[1], rig.T_imu_camera[1])}},
-                       {"imu_noise",
-                        {{"gyro_noise_rad_s_sqrthz", noise.gyro_noise_rad_s_sqrthz},
-                         {"gyro_walk_rad_s2_sqrthz", noise.gyro_walk_rad_s2_sqrthz},
-                         {"accel_noise_m_s2_sqrthz", noise.accel_noise_m_s2_sqrthz},
-                         {"accel_walk_m_s3_sqrthz", noise.accel_walk_m_s3_sqrthz},
-                         {"rate_hz", noise.rate_hz}}},
-                       {"camera_time_offset_s", rig.camera_time_offset_s}});
+  Json json = {{"cameras",
+                {CameraJson(rig.cameras[0], rig.T_imu_camera[0]),
+                 CameraJson(rig.cameras[1], rig.T_imu_camera[1])}},
+               {"imu_noise",
+                {{"gyro_noise_rad_s_sqrthz", noise.gyro_noise_rad_s_sqrthz},
+                 {"gyro_walk_rad_s2_sqrthz", noise.gyro_walk_rad_s2_sqrthz},
+                 {"accel_noise_m_s2_sqrthz", noise.accel_noise_m_s2_sqrthz},
+                 {"accel_walk_m_s3_sqrthz", noise.accel_walk_m_s3_sqrthz},
+                 {"rate_hz", noise.rate_hz}}},
+               {"camera_time_offset_s", rig.camera_time_offset_s}};
+  if (!rig.masks[0].empty() || !rig.masks[1].empty()) {
+    json["masks"] = {RunsOf(rig.masks[0]), RunsOf(rig.masks[1])};
+  }
+  WriteJsonFile(path, json);
 }
 
 Rig ReadRig(const std::string& path) {
@@ -409,6 +414,12 @@ Rig ReadRig(const std::string& path) {
     rig.imu_noise = ParseNoise(path + ": imu_noise", json.at("imu_noise"));
     rig.camera_time_offset_s =
         BoundedAt(path, json, "camera_time_offset_s", -kMaxTimeOffset_s, kMaxTimeOffset_s);
+    if (json.contains("masks")) {
+      for (size_t i = 0; i < 2; ++i) {
+        rig.masks[i] = MaskOfRuns(json.at("masks").at(i).get<std::vector<int>>(), rig.cameras[i],
+                                  fmt::format("{}: masks[{}]", path, i));
+      }
+    }
     CheckRig(rig, path);
     return rig;
   });

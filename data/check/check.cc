@@ -162,20 +162,22 @@ CheckReport CheckSource(SequenceSource* source, const Progress& progress) {
   CheckCalibration(info.rig, &report);
   CheckImages(*source, progress.Part(0, 0.3), &report);
   CheckRepeats(*source, progress.Part(0.3, 0.5), &report);
-  CheckGeometry(*source, samples, progress.Part(0.5, 1), &report);
+  CheckCarried(source, samples, progress.Part(0.5, 0.55), &report);
+  CheckGeometry(*source, samples, progress.Part(0.55, 1), &report);
   CheckCover(info, samples, &report);  // last: clocks that are apart are named by what turns
   return report;
 }
 
-CheckReport CheckStart(const SequenceSource& source, const std::vector<ImuSample>& samples,
+CheckReport CheckStart(SequenceSource* source, const std::vector<ImuSample>& samples,
                        const Progress& progress) {
   CheckReport report;
-  report.sequence = source.info().name;
-  report.calibration = source.info().calibration;
-  if (!HasData(source.info(), samples, &report)) return report;
+  report.sequence = source->info().name;
+  report.calibration = source->info().calibration;
+  if (!HasData(source->info(), samples, &report)) return report;
   CheckImu(samples, &report);
-  CheckCalibration(source.info().rig, &report);
-  CheckGeometry(source, samples, progress, &report);
+  CheckCalibration(source->info().rig, &report);
+  CheckCarried(source, samples, progress.Part(0, 0.1), &report);
+  CheckGeometry(*source, samples, progress.Part(0.1, 1), &report);
   return report;
 }
 

@@ -23,7 +23,7 @@ CheckReport CheckSequence(const std::string& path, const SequenceOptions& option
 CheckReport CheckSource(SequenceSource* source, const Progress& progress = {});
 
 // The part that odometry needs before it starts, of a few seconds: IMU, calibration and geometry.
-CheckReport CheckStart(const SequenceSource& source, const std::vector<ImuSample>& samples,
+CheckReport CheckStart(SequenceSource* source, const std::vector<ImuSample>& samples,
                        const Progress& progress = {});
 
 // Turns that differ by a factor: the gyroscope's about all axes, the focal lengths' about x and y.
@@ -50,6 +50,9 @@ void CheckCalibration(const Rig& rig, CheckReport* report);  // figures
 void CheckStereoRig(const Rig& rig, CheckReport* report);
 void CheckImages(const SequenceSource& source, const Progress& progress, CheckReport* report);
 void CheckRepeats(const SequenceSource& source, const Progress& progress, CheckReport* report);
+// What moves with the rig: from then on the source and what follows leave it out.
+void CheckCarried(SequenceSource* source, const std::vector<ImuSample>& samples,
+                  const Progress& progress, CheckReport* report);
 // Left images against right ones; adds a correction where the right camera is turned a little.
 void CheckStereo(const SequenceSource& source, const Progress& progress, CheckReport* report);
 // Images against gyroscope and accelerometer, with the rig as it is after the corrections; adds one

@@ -35,13 +35,14 @@ struct PixelPair {
   Eigen::Vector2d left_px, right_px;
 };
 
-void MatchFeatures(const cv::Mat& left, const cv::Mat& right, std::vector<PixelPair>* pairs) {
+void MatchFeatures(const cv::Mat& left, const cv::Mat& right, const std::array<cv::Mat, 2>& masks,
+                   std::vector<PixelPair>* pairs) {
   if (left.empty() || right.empty()) return;
   const auto orb = cv::ORB::create(kStereoFeatures);
   std::vector<cv::KeyPoint> left_points, right_points;
   cv::Mat left_descriptors, right_descriptors;
-  orb->detectAndCompute(left, cv::noArray(), left_points, left_descriptors);
-  orb->detectAndCompute(right, cv::noArray(), right_points, right_descriptors);
+  orb->detectAndCompute(left, masks[0], left_points, left_descriptors);
+  orb->detectAndCompute(right, masks[1], right_points, right_descriptors);
   if (left_points.empty() || right_points.empty()) return;
   std::vector<cv::DMatch> matches;
   cv::BFMatcher(cv::NORM_HAMMING, true).match(left_descriptors, right_descriptors, matches);
@@ -59,7 +60,8 @@ std::vector<PixelPair> Matches(const SequenceSource& source, int later, const Pr
   for (int i = 0; i < all; i += std::max(1, all / static_cast<int>(kStereoSamples))) {
     progress.ReportOrStop(static_cast<double>(i) / static_cast<double>(all));
     if (i + later < 0 || i + later >= all) continue;
-    MatchFeatures(source.ReadImage(i, 0).image, source.ReadImage(i + later, 1).image, &pairs);
+    MatchFeatures(source.ReadImage(i, 0).image, source.ReadImage(i + later, 1).image,
+                  source.info().rig.masks, &pairs);
   }
   return pairs;
 }

@@ -119,7 +119,8 @@ class Follower {
   }
 
   void Refill() {
-    cv::Mat mask(image_.size(), CV_8U, cv::Scalar(255));
+    cv::Mat mask = rig_.masks[0].empty() ? cv::Mat(image_.size(), CV_8U, cv::Scalar(255))
+                                         : rig_.masks[0].clone();
     for (const Followed& point : points_) {
       cv::circle(mask, point.pixel, static_cast<int>(kFeatureDistance_px), 0, cv::FILLED);
     }

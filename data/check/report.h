@@ -1,6 +1,8 @@
 // What the check of a sequence found.
 #pragma once
 
+#include <array>
+#include <opencv2/core/mat.hpp>
 #include <string>
 #include <vector>
 
@@ -52,6 +54,7 @@ struct CheckReport {
   std::vector<CheckFigure> figures;
   std::vector<CheckFinding> findings;
   std::vector<CheckCorrection> corrections;
+  std::array<cv::Mat, 2> masks;  // of what moves with the rig (Rig::masks), where it was found
 
   void AddFigure(const std::string& name, double value, const std::string& unit) {
     figures.push_back({name, value, unit});

@@ -159,8 +159,8 @@ class Matcher {
 
   void Match(const cv::Mat& left, const cv::Mat& right, std::vector<RayPair>* matches) const {
     std::vector<cv::Point2f> corners, features, guess;
-    cv::goodFeaturesToTrack(left, corners, kRowFeatures, kRowFeatureQuality,
-                            kRowFeatureDistance_px);
+    cv::goodFeaturesToTrack(left, corners, kRowFeatures, kRowFeatureQuality, kRowFeatureDistance_px,
+                            rig_.masks[0]);
     for (const cv::Point2f& corner : corners) {
       const auto ray = rig_.cameras[0].Unproject({corner.x, corner.y});
       if (!ray) continue;

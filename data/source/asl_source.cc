@@ -26,9 +26,12 @@ bool IsSameFile(const std::string& a, const std::string& b) {
 }  // namespace
 
 AslSource::AslSource(Sequence sequence, const StereoReaderOptions& options)
-    : sequence_(std::move(sequence)),
-      options_(options),
-      info_{sequence_.folder, "ASL folder", sequence_.rig, sequence_.calibration_source, {}} {
+    : sequence_(std::move(sequence)), options_(options), info_{sequence_.folder,
+                                                               "ASL folder",
+                                                               sequence_.rig,
+                                                               sequence_.calibration_source,
+                                                               sequence_.finds_carried,
+                                                               {}} {
   for (const StereoEntry& pair : sequence_.images) info_.pair_stamps_ns.push_back(pair.stamp_ns);
 }
 

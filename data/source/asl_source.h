@@ -14,6 +14,7 @@ class AslSource : public SequenceSource {
   explicit AslSource(Sequence sequence, const StereoReaderOptions& options = {});
 
   const SourceInfo& info() const override { return info_; }
+  void SetMasks(const std::array<cv::Mat, 2>& masks) override { info_.rig.masks = masks; }
   // Reads ahead in a thread.
   std::optional<ReadPair> NextPair(int64_t from_ns) override;
   std::optional<ImuSample> NextImu() override;

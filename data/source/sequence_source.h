@@ -1,6 +1,7 @@
 // A recorded sequence, wherever it is kept: what odometry is fed from and what the check looks at.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <limits>
@@ -23,10 +24,11 @@ struct ReadPair : StereoImage {           // `right` stays empty
 
 // What is known of a sequence before any image is read.
 struct SourceInfo {
-  std::string name;         // for messages, such as the folder
-  std::string form;         // how it is kept, such as "ASL folder"
-  Rig rig;                  // as calibrated; of one camera where IsStereo is false
-  std::string calibration;  // where the rig was read from
+  std::string name;           // for messages, such as the folder
+  std::string form;           // how it is kept, such as "ASL folder"
+  Rig rig;                    // as calibrated; of one camera where IsStereo is false
+  std::string calibration;    // where the rig was read from
+  bool finds_carried = true;  // whether what moves with the rig is to be looked for
   // Of all pairs that the recording names, on the camera's clock, rising; some may prove
   // unreadable.
   std::vector<int64_t> pair_stamps_ns;
@@ -37,6 +39,9 @@ class SequenceSource {
   virtual ~SequenceSource() = default;
 
   virtual const SourceInfo& info() const = 0;
+
+  // Leaves out of the images what moves with the rig; masks as Rig::masks has them.
+  virtual void SetMasks(const std::array<cv::Mat, 2>& masks) = 0;
 
   // The next pair that can be read, in the order of the stamps; nothing at the end. Pairs with an
   // image that cannot be used are left out and counted. Those with stamps before from_ns are passed

@@ -97,12 +97,18 @@ cv::Mat SourcePixels(const Camera& camera, const Camera& rectified,
   return source;
 }
 
-cv::Mat ValidMask(const cv::Mat& source_pixels) {
+// `given` is that of the camera's image, or empty.
+cv::Mat ValidMask(const cv::Mat& source_pixels, const cv::Mat& given) {
   cv::Mat mask(source_pixels.size(), CV_8UC1);
   for (int v = 0; v < mask.rows; ++v) {
     for (int u = 0; u < mask.cols; ++u) {
       mask.at<uchar>(v, u) = source_pixels.at<cv::Vec2f>(v, u)[0] >= 0 ? 255 : 0;
     }
+  }
+  if (!given.empty()) {
+    cv::Mat seen;
+    cv::remap(given, seen, source_pixels, cv::noArray(), cv::INTER_NEAREST);
+    mask &= seen;
   }
   const int side = 2 * kMaskMargin_px + 1;
   cv::erode(mask, mask, cv::Mat::ones(side, side, CV_8UC1), {-1, -1}, 1, cv::BORDER_CONSTANT,
@@ -127,8 +133,9 @@ Rectifier::Rectifier(const Rig& rig, const RectifierOptions& options)
     const cv::Mat source =
         SourcePixels(rig.cameras[i], pinhole, R_camera_rectified.toRotationMatrix());
     cv::convertMaps(source, cv::noArray(), map_xy_[i], map_fraction_[i], CV_16SC2);
-    masks_[i] = ValidMask(source);
+    masks_[i] = ValidMask(source, rig.masks[i]);
     rectified_rig_.cameras[i] = pinhole;
+    rectified_rig_.masks[i].release();  // masks_ has it
     rectified_rig_.T_imu_camera[i].rotation = R_imu_rectified;
   }
 }

@@ -27,7 +27,8 @@ class Rectifier {
   // pixel maps to are black.
   cv::Mat Rectify(const cv::Mat& image, int camera) const;
 
-  // 255 where the rectified image has true pixels (eroded by a small margin), else 0.
+  // 255 where the rectified image has true pixels of the building, not of what moves with the rig
+  // (eroded by a small margin), else 0.
   const cv::Mat& mask(int camera) const { return masks_[camera]; }
 
  private:

@@ -211,6 +211,9 @@ TEST_F(RunFolderTest, SaysWhereItCameFrom) {
   EXPECT_EQ(read.source->corrections[0].values, (std::vector<double>{0.25, 0, -0.125}));
   EXPECT_EQ(read.source->corrections[0].words, "right camera turned");
   EXPECT_EQ(read.source->raw_rig.cameras[0].distortion, Distortion::kEquidistant);
+  EXPECT_EQ(read.source->raw_rig.masks[0].at<uchar>(3, 5), 0);
+  EXPECT_EQ(read.source->raw_rig.masks[0].at<uchar>(4, 5), 255);
+  EXPECT_TRUE(read.source->raw_rig.masks[1].empty());
   ASSERT_EQ(read.source->images.size(), 2u);
   EXPECT_EQ(read.source->images[0].right_path, "cam1/data/5.png");
   EXPECT_EQ(read.source->images[1].left_path, "cam0/data/6.png");

@@ -11,13 +11,14 @@ namespace slcmap::testing {
 class MemorySource : public SequenceSource {
  public:
   MemorySource(const Rig& rig, std::vector<StereoImage> pairs, std::vector<ImuSample> samples)
-      : info_{"memory", "recording in memory", rig, "given", {}},
+      : info_{"memory", "recording in memory", rig, "given", true, {}},
         pairs_(std::move(pairs)),
         samples_(std::move(samples)) {
     for (const StereoImage& pair : pairs_) info_.pair_stamps_ns.push_back(pair.stamp_ns);
   }
 
   const SourceInfo& info() const override { return info_; }
+  void SetMasks(const std::array<cv::Mat, 2>& masks) override { info_.rig.masks = masks; }
 
   std::optional<ReadPair> NextPair(int64_t from_ns) override {
     while (next_pair_ < pairs_.size()) {

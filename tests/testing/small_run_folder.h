@@ -70,6 +70,10 @@ inline OdometryRun MakeSmallRun() {
                 {{5, "cam0/data/5.png", "cam1/data/5.png"}, {6, "cam0/data/6.png", ""}},
                 {}};
   run.source->raw_rig.cameras[0].distortion = Distortion::kEquidistant;
+  run.source->raw_rig.masks[0] =
+      cv::Mat(run.source->raw_rig.cameras[0].height_px, run.source->raw_rig.cameras[0].width_px,
+              CV_8UC1, cv::Scalar(255));
+  run.source->raw_rig.masks[0].row(3) = 0;
   run.timings.stages = {{"points", 1.25, 160}};
   run.timings.window_iterations = 37;
   run.timings.cpu_s = 2.5;

@@ -300,6 +300,11 @@ TEST_F(CheckRealRecording, IsUsable) {
   EXPECT_TRUE(report.findings.empty()) << CheckTable(report);
 }
 
+CheckReport StartCheckOf(const Sequence& sequence) {
+  AslSource source(sequence);
+  return CheckStart(&source, sequence.imu);
+}
+
 TEST_F(CheckRealRecording, SwappedImagesAreNoticed) {
   for (StereoEntry& pair : sequence_.images) std::swap(pair.left_path, pair.right_path);
   CheckReport report;
@@ -316,7 +321,7 @@ TEST_F(CheckRealRecording, InvertedTransformsAreNoticed) {
 
 TEST_F(CheckRealRecording, ALateCameraIsCorrectedBeforeTheStart) {
   for (StereoEntry& pair : sequence_.images) pair.stamp_ns += 40'000'000;
-  const CheckReport report = CheckStart(AslSource(sequence_), sequence_.imu);
+  const CheckReport report = StartCheckOf(sequence_);
   ExpectFinding(report, "time-offset", Severity::kWarning, "timeshift_cam_imu: -0.0");
   EXPECT_TRUE(report.Usable());
   EXPECT_NEAR(Corrected(sequence_.rig, report).camera_time_offset_s, -0.040, 1e-3);
@@ -324,7 +329,7 @@ TEST_F(CheckRealRecording, ALateCameraIsCorrectedBeforeTheStart) {
 
 TEST_F(CheckRealRecording, ClocksThatAreSecondsApartAreNamed) {
   for (StereoEntry& pair : sequence_.images) pair.stamp_ns += 3'000'000'000;
-  const CheckReport report = CheckStart(AslSource(sequence_), sequence_.imu);
+  const CheckReport report = StartCheckOf(sequence_);
   ExpectFinding(report, "time-offset", Severity::kError, "add -3.00");
   EXPECT_TRUE(report.corrections.empty());
 }
