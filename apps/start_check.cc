@@ -12,11 +12,14 @@
 namespace slcmap {
 namespace {
 
-CheckReport Check(const Sequence& sequence, bool one_camera) {
-  Sequence checked = sequence;
+// Leaves out of the sequence what moves with the rig.
+CheckReport Check(bool one_camera, Sequence* sequence) {
+  Sequence checked = *sequence;
   if (one_camera) checked.rig.cameras[1] = Camera();
   AslSource source(checked);
-  return CheckStart(&source, sequence.imu, StageProgress("check"));
+  CheckReport report = CheckStart(&source, sequence->imu, StageProgress("check"));
+  sequence->rig.masks = source.info().rig.masks;
+  return report;
 }
 
 void LogFindings(const CheckReport& report) {
@@ -54,7 +57,7 @@ void LeaveOutHeld(const CalibrationOptions& options, CheckReport* report) {
 StartCheck CheckBeforeStart(const StartCheckArguments& arguments, const OdometryOptions& options,
                             Sequence* sequence) {
   if (!arguments.check) return {};
-  CheckReport report = Check(*sequence, options.method == Method::kPointsMono);
+  CheckReport report = Check(options.method == Method::kPointsMono, sequence);
   LeaveOutHeld(options.calibration, &report);
   if (!arguments.force) RefuseErrors(report);
   LogFindings(report);

@@ -198,7 +198,6 @@ void CheckCarried(SequenceSource* source, const std::vector<ImuSample>& samples,
   if (!source->info().finds_carried) return;
   const std::array<cv::Mat, 2> masks = FindCarried(*source, samples, progress);
   if (masks[0].empty() && masks[1].empty()) return;
-  report->masks = masks;
   source->SetMasks(masks);
   report->Warn("carried",
                fmt::format("{:.0f} % of the left and {:.0f} % of the right image move with the rig",

@@ -34,9 +34,6 @@ bool TurnRight(const std::vector<CheckCorrection>& corrections) {
 
 Rig Corrected(const Rig& rig, const CheckReport& report) {
   Rig corrected = rig;
-  for (int i = 0; i < 2; ++i) {
-    if (!report.masks[i].empty()) corrected.masks[i] = report.masks[i];
-  }
   for (const CheckCorrection& correction : report.corrections) {
     if (correction.name == kTimeOffsetCorrection) {
       corrected.camera_time_offset_s = correction.values[0];

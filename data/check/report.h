@@ -1,8 +1,6 @@
 // What the check of a sequence found.
 #pragma once
 
-#include <array>
-#include <opencv2/core/mat.hpp>
 #include <string>
 #include <vector>
 
@@ -54,7 +52,6 @@ struct CheckReport {
   std::vector<CheckFigure> figures;
   std::vector<CheckFinding> findings;
   std::vector<CheckCorrection> corrections;
-  std::array<cv::Mat, 2> masks;  // of what moves with the rig (Rig::masks), where it was found
 
   void AddFigure(const std::string& name, double value, const std::string& unit) {
     figures.push_back({name, value, unit});
