@@ -12,24 +12,37 @@ namespace {
 constexpr int kMaxIterations = 30;
 constexpr double kPi = 3.14159265358979323846;
 
+// A ray's image on the plane of the lens, before focal lengths and principal point.
+using OnPlane = std::optional<Eigen::Vector2d>;
+
 struct RadialTangential {
   Eigen::Vector2d distorted;
   Eigen::Matrix2d jacobian;  // d distorted / d (x, y)
 };
 
 // The radial-tangential model on the plane z = 1 (OpenCV, "Camera Calibration and 3D
-// Reconstruction").
-RadialTangential DistortRadialTangential(const Eigen::Vector4d& k, double x, double y) {
+// Reconstruction"): radial terms as a quotient, tangential ones, and those of a thin prism.
+RadialTangential DistortRadialTangential(const Camera& camera, double x, double y) {
+  const Eigen::Vector4d& k = camera.coefficients;
+  const auto& h = camera.higher_coefficients;
   const double r2 = x * x + y * y;
-  const double radial = 1 + r2 * (k[0] + r2 * k[1]);
-  const double d_radial = 2 * (k[0] + 2 * k[1] * r2);  // d radial / d x = x * d_radial
+  const double above = 1 + r2 * (k[0] + r2 * (k[1] + r2 * h[0]));
+  const double below = 1 + r2 * (h[1] + r2 * (h[2] + r2 * h[3]));
+  const double radial = above / below;
+  // d radial / d x = x * d_radial
+  const double d_radial = 2 *
+                          ((k[0] + r2 * (2 * k[1] + r2 * 3 * h[0])) -
+                           radial * (h[1] + r2 * (2 * h[2] + r2 * 3 * h[3]))) /
+                          below;
+  const Eigen::Vector2d prism(r2 * (h[4] + r2 * h[5]), r2 * (h[6] + r2 * h[7]));
+  const Eigen::Vector2d d_prism(2 * (h[4] + 2 * r2 * h[5]), 2 * (h[6] + 2 * r2 * h[7]));
   RadialTangential out;
-  out.distorted << x * radial + 2 * k[2] * x * y + k[3] * (r2 + 2 * x * x),
-      y * radial + k[2] * (r2 + 2 * y * y) + 2 * k[3] * x * y;
-  out.jacobian << radial + x * x * d_radial + 2 * k[2] * y + 6 * k[3] * x,
-      x * y * d_radial + 2 * k[2] * x + 2 * k[3] * y,
-      x * y * d_radial + 2 * k[2] * x + 2 * k[3] * y,
-      radial + y * y * d_radial + 6 * k[2] * y + 2 * k[3] * x;
+  out.distorted << x * radial + 2 * k[2] * x * y + k[3] * (r2 + 2 * x * x) + prism.x(),
+      y * radial + k[2] * (r2 + 2 * y * y) + 2 * k[3] * x * y + prism.y();
+  out.jacobian << radial + x * x * d_radial + 2 * k[2] * y + 6 * k[3] * x + x * d_prism.x(),
+      x * y * d_radial + 2 * k[2] * x + 2 * k[3] * y + y * d_prism.x(),
+      x * y * d_radial + 2 * k[2] * x + 2 * k[3] * y + x * d_prism.y(),
+      radial + y * y * d_radial + 6 * k[2] * y + 2 * k[3] * x + y * d_prism.y();
   return out;
 }
 
@@ -48,6 +61,33 @@ double FoldingRadiusSquared(const Eigen::Vector4d& k) {
     if (s > 0) smallest = std::min(smallest, s);
   }
   return smallest;
+}
+
+// Whether the radial distortion turns back before the radius r, looked at in steps.
+bool FoldsBefore(const Camera& camera, double r) {
+  constexpr int kLooks = 32;
+  for (int i = 1; i <= kLooks; ++i) {
+    const double at = r * i / kLooks, r2 = at * at;
+    const auto& h = camera.higher_coefficients;
+    if (1 + r2 * (h[1] + r2 * (h[2] + r2 * h[3])) <= 0) return true;
+    Camera radial = camera;
+    radial.coefficients.tail<2>().setZero();
+    radial.higher_coefficients.tail<4>().setZero();
+    if (DistortRadialTangential(radial, at, 0).jacobian(0, 0) <= 0) return true;
+  }
+  return false;
+}
+
+bool IsFolded(const Camera& camera, double x, double y) {
+  if (camera.higher_coefficients.isZero(0)) {
+    return x * x + y * y >= FoldingRadiusSquared(camera.coefficients);
+  }
+  return FoldsBefore(camera, std::hypot(x, y));
+}
+
+OnPlane ProjectRadialTangential(const Camera& camera, double x, double y) {
+  if (IsFolded(camera, x, y)) return std::nullopt;
+  return DistortRadialTangential(camera, x, y).distorted;
 }
 
 // The equidistant model: the distorted radius of a ray at the angle theta_rad, and its derivative.
@@ -73,11 +113,11 @@ std::optional<double> UndistortAngle(const Eigen::Vector4d& k, double radius) {
 }
 
 // Newton's method for the point on z = 1 whose distorted image is `target`.
-std::optional<Eigen::Vector2d> UndistortRadialTangential(const Eigen::Vector4d& k,
+std::optional<Eigen::Vector2d> UndistortRadialTangential(const Camera& camera,
                                                          const Eigen::Vector2d& target) {
   Eigen::Vector2d p = target;
   for (int i = 0; i < kMaxIterations; ++i) {
-    const RadialTangential at = DistortRadialTangential(k, p.x(), p.y());
+    const RadialTangential at = DistortRadialTangential(camera, p.x(), p.y());
     const Eigen::Vector2d error = at.distorted - target;
     if (at.jacobian.determinant() <= 0) return std::nullopt;
     if (error.squaredNorm() < 1e-24) return p;
@@ -86,46 +126,194 @@ std::optional<Eigen::Vector2d> UndistortRadialTangential(const Eigen::Vector4d& 
   return std::nullopt;
 }
 
+OnPlane ProjectEquidistant(const Camera& camera, const Eigen::Vector3d& p) {
+  const double r = p.head<2>().norm();
+  const double theta_rad = std::atan2(r, p.z());
+  double derivative = 0;
+  const double radius = DistortAngle(camera.coefficients, theta_rad, &derivative);
+  if (derivative <= 0) return std::nullopt;
+  if (r < 1e-12 && p.z() <= 0) return std::nullopt;
+  return r < 1e-12 ? Eigen::Vector2d::Zero() : Eigen::Vector2d(p.head<2>() * (radius / r));
+}
+
+// Where a ray at the angle theta_rad from the axis lies in the direction of `target`.
+Eigen::Vector3d RayAt(const Eigen::Vector2d& target, double theta_rad) {
+  const double radius = target.norm();
+  if (radius < 1e-12) return {0, 0, 1};
+  Eigen::Vector3d ray;
+  ray << target * (std::sin(theta_rad) / radius), std::cos(theta_rad);
+  return ray;
+}
+
+// Mei and Rives, "Single view point omnidirectional camera calibration from planar grids" (2007):
+// the unit sphere seen from xi behind its centre. Beyond the given height both halves fall
+// together.
+OnPlane ProjectOmni(const Camera& camera, const Eigen::Vector3d& p) {
+  const double xi = camera.shape[0];
+  const Eigen::Vector3d s = p.normalized();
+  if (s.z() <= -(xi > 1 ? 1 / xi : xi) + 1e-9) return std::nullopt;
+  return ProjectRadialTangential(camera, s.x() / (s.z() + xi), s.y() / (s.z() + xi));
+}
+
+std::optional<Eigen::Vector3d> UnprojectOmni(const Camera& camera, const Eigen::Vector2d& target) {
+  const auto m = UndistortRadialTangential(camera, target);
+  if (!m) return std::nullopt;
+  const double xi = camera.shape[0], r2 = m->squaredNorm(), inside = 1 + (1 - xi * xi) * r2;
+  if (inside < 0) return std::nullopt;
+  const double scale = (xi + std::sqrt(inside)) / (1 + r2);
+  return Eigen::Vector3d(scale * m->x(), scale * m->y(), scale - xi);
+}
+
+// Cosine of the angle from the axis up to which EUCM projects, and with xi the double sphere
+// (Usenko, Demmel and Cremers, "The Double Sphere Camera Model", 2018, sections II and III).
+double LeastHeight(double alpha) {
+  return alpha <= 0.5 ? alpha / (1 - alpha) : (1 - alpha) / alpha;
+}
+
+// Khomutenko, Garcia and Martinet, "An Enhanced Unified Camera Model" (2016).
+OnPlane ProjectExtendedUnified(const Camera& camera, const Eigen::Vector3d& p) {
+  const double alpha = camera.shape[0], beta = camera.shape[1];
+  const double d = std::sqrt(beta * p.head<2>().squaredNorm() + p.z() * p.z());
+  if (d < 1e-12 || p.z() <= -LeastHeight(alpha) * d + 1e-9) return std::nullopt;
+  return p.head<2>() / (alpha * d + (1 - alpha) * p.z());
+}
+
+std::optional<Eigen::Vector3d> UnprojectExtendedUnified(const Camera& camera,
+                                                        const Eigen::Vector2d& m) {
+  const double alpha = camera.shape[0], beta = camera.shape[1], r2 = m.squaredNorm();
+  const double inside = 1 - (2 * alpha - 1) * beta * r2;
+  if (inside < 0) return std::nullopt;
+  const double z = (1 - beta * alpha * alpha * r2) / (alpha * std::sqrt(inside) + 1 - alpha);
+  return Eigen::Vector3d(m.x(), m.y(), z).normalized();
+}
+
+OnPlane ProjectDoubleSphere(const Camera& camera, const Eigen::Vector3d& p) {
+  const double xi = camera.shape[0], alpha = camera.shape[1], d1 = p.norm();
+  const double w1 = LeastHeight(alpha), w2 = (w1 + xi) / std::sqrt(2 * w1 * xi + xi * xi + 1);
+  if (d1 < 1e-12 || p.z() <= -w2 * d1 + 1e-9) return std::nullopt;
+  const double z = xi * d1 + p.z(), d2 = std::sqrt(p.head<2>().squaredNorm() + z * z);
+  return p.head<2>() / (alpha * d2 + (1 - alpha) * z);
+}
+
+std::optional<Eigen::Vector3d> UnprojectDoubleSphere(const Camera& camera,
+                                                     const Eigen::Vector2d& m) {
+  const double xi = camera.shape[0], alpha = camera.shape[1], r2 = m.squaredNorm();
+  const double inside = 1 - (2 * alpha - 1) * r2;
+  if (inside < 0) return std::nullopt;
+  const double z = (1 - alpha * alpha * r2) / (alpha * std::sqrt(inside) + 1 - alpha);
+  const double under = z * z + (1 - xi * xi) * r2;
+  if (under < 0) return std::nullopt;
+  const double scale = (z * xi + std::sqrt(under)) / (z * z + r2);
+  return Eigen::Vector3d(scale * m.x(), scale * m.y(), scale * z - xi);
+}
+
+// Devernay and Faugeras, "Straight lines have to be straight" (2001).
+OnPlane ProjectFieldOfView(const Camera& camera, const Eigen::Vector3d& p) {
+  if (p.z() < 1e-6) return std::nullopt;
+  const double w = camera.shape[0];
+  const Eigen::Vector2d at = p.head<2>() / p.z();
+  const double r = at.norm();
+  if (r < 1e-9) return Eigen::Vector2d(at * (2 * std::tan(w / 2) / w));
+  return at * (std::atan(2 * r * std::tan(w / 2)) / (w * r));
+}
+
+std::optional<Eigen::Vector3d> UnprojectFieldOfView(const Camera& camera,
+                                                    const Eigen::Vector2d& m) {
+  const double w = camera.shape[0], angle_rad = m.norm() * w;
+  if (angle_rad >= kPi / 2) return std::nullopt;
+  return RayAt(m, std::atan(std::tan(angle_rad) / (2 * std::tan(w / 2))));
+}
+
+OnPlane ProjectPinhole(const Camera& camera, const Eigen::Vector3d& p) {
+  if (p.z() < 1e-6) return std::nullopt;
+  const double x = p.x() / p.z(), y = p.y() / p.z();
+  if (camera.distortion == Distortion::kNone) return Eigen::Vector2d(x, y);
+  return ProjectRadialTangential(camera, x, y);
+}
+
+// By how much a pixel in the middle of the image is smaller than its focal length says.
+double PixelScale(const Camera& camera) {
+  if (camera.distortion == Distortion::kOmni || camera.distortion == Distortion::kDoubleSphere) {
+    return 1 / (1 + camera.shape[0]);
+  }
+  return 1;
+}
+
+template <typename Fail>
+void CheckShape(const Camera& camera, const Fail& fail) {
+  const double a = camera.shape[0], b = camera.shape[1];
+  const auto expect = [&](bool is_plausible, const std::string& expected) {
+    if (is_plausible) return;
+    fail("intrinsics (first the lens's own numbers, then fx, fy, cx, cy)",
+         "found " + std::to_string(a) + ", " + std::to_string(b) +
+             " before the focal lengths, "
+             "expected " +
+             expected);
+  };
+  switch (camera.distortion) {
+    case Distortion::kOmni:
+      return expect(a >= 0 && a < 10, "xi of 0 to 10");
+    case Distortion::kExtendedUnified:
+      return expect(a >= 0 && a <= 1 && b > 0 && b < 10, "alpha of 0 to 1 and beta of 0 to 10");
+    case Distortion::kDoubleSphere:
+      return expect(a > -1 && a < 10 && b >= 0 && b <= 1, "xi above -1 and alpha of 0 to 1");
+    case Distortion::kFieldOfView:
+      return expect(a > 1e-3 && a < kPi, "w of 0.001 to 3.14 rad");
+    default:
+      return;
+  }
+}
+
 }  // namespace
 
 std::optional<Eigen::Vector2d> Camera::Project(const Eigen::Vector3d& p_camera) const {
-  Eigen::Vector2d on_plane;
-  if (distortion == Distortion::kEquidistant) {
-    const double r = p_camera.head<2>().norm();
-    const double theta_rad = std::atan2(r, p_camera.z());
-    double derivative = 0;
-    const double radius = DistortAngle(coefficients, theta_rad, &derivative);
-    if (derivative <= 0) return std::nullopt;
-    on_plane =
-        r < 1e-12 ? Eigen::Vector2d::Zero() : Eigen::Vector2d(p_camera.head<2>() * (radius / r));
-    if (r < 1e-12 && p_camera.z() <= 0) return std::nullopt;
-  } else {
-    if (p_camera.z() < 1e-6) return std::nullopt;
-    const double x = p_camera.x() / p_camera.z(), y = p_camera.y() / p_camera.z();
-    const Eigen::Vector4d k =
-        distortion == Distortion::kNone ? Eigen::Vector4d(Eigen::Vector4d::Zero()) : coefficients;
-    if (x * x + y * y >= FoldingRadiusSquared(k)) return std::nullopt;
-    const RadialTangential at = DistortRadialTangential(k, x, y);
-    on_plane = at.distorted;
-  }
-  return Eigen::Vector2d(fx_px * on_plane.x() + cx_px, fy_px * on_plane.y() + cy_px);
+  const OnPlane on_plane = [&] {
+    switch (distortion) {
+      case Distortion::kEquidistant:
+        return ProjectEquidistant(*this, p_camera);
+      case Distortion::kOmni:
+        return ProjectOmni(*this, p_camera);
+      case Distortion::kExtendedUnified:
+        return ProjectExtendedUnified(*this, p_camera);
+      case Distortion::kDoubleSphere:
+        return ProjectDoubleSphere(*this, p_camera);
+      case Distortion::kFieldOfView:
+        return ProjectFieldOfView(*this, p_camera);
+      case Distortion::kNone:
+      case Distortion::kRadialTangential:
+        break;
+    }
+    return ProjectPinhole(*this, p_camera);
+  }();
+  if (!on_plane) return std::nullopt;
+  return Eigen::Vector2d(fx_px * on_plane->x() + cx_px, fy_px * on_plane->y() + cy_px);
 }
 
 std::optional<Eigen::Vector3d> Camera::Unproject(const Eigen::Vector2d& pixel_px) const {
   const Eigen::Vector2d target((pixel_px.x() - cx_px) / fx_px, (pixel_px.y() - cy_px) / fy_px);
-  if (distortion == Distortion::kNone) return target.homogeneous().normalized();
-  if (distortion == Distortion::kRadialTangential) {
-    const auto p = UndistortRadialTangential(coefficients, target);
-    if (!p) return std::nullopt;
-    return p->homogeneous().normalized();
+  switch (distortion) {
+    case Distortion::kEquidistant: {
+      if (target.norm() < 1e-12) return Eigen::Vector3d(0, 0, 1);
+      const auto theta_rad = UndistortAngle(coefficients, target.norm());
+      if (!theta_rad) return std::nullopt;
+      return RayAt(target, *theta_rad);
+    }
+    case Distortion::kOmni:
+      return UnprojectOmni(*this, target);
+    case Distortion::kExtendedUnified:
+      return UnprojectExtendedUnified(*this, target);
+    case Distortion::kDoubleSphere:
+      return UnprojectDoubleSphere(*this, target);
+    case Distortion::kFieldOfView:
+      return UnprojectFieldOfView(*this, target);
+    case Distortion::kNone:
+      return target.homogeneous().normalized();
+    case Distortion::kRadialTangential:
+      break;
   }
-  const double radius = target.norm();
-  if (radius < 1e-12) return Eigen::Vector3d(0, 0, 1);
-  const auto theta_rad = UndistortAngle(coefficients, radius);
-  if (!theta_rad) return std::nullopt;
-  Eigen::Vector3d ray;
-  ray << target * (std::sin(*theta_rad) / radius), std::cos(*theta_rad);
-  return ray;
+  const auto p = UndistortRadialTangential(*this, target);
+  if (!p) return std::nullopt;
+  return p->homogeneous().normalized();
 }
 
 bool Camera::Contains(const Eigen::Vector2d& pixel_px, double margin_px) const {
@@ -144,7 +332,7 @@ void Camera::Check(const std::string& name) const {
                                            ", expected 16 to 20000 pixels a side");
   }
   const double longer_px = std::max(width_px, height_px);
-  for (const double f_px : {fx_px, fy_px}) {
+  for (const double f_px : {fx_px * PixelScale(*this), fy_px * PixelScale(*this)}) {
     if (!(f_px > 0.1 * longer_px && f_px < 20 * longer_px)) {
       fail("intrinsics (fx, fy, cx, cy in pixels)",
            "found focal length " + std::to_string(f_px) + " px, expected 0.1 to 20 times " +
@@ -156,9 +344,16 @@ void Camera::Check(const std::string& name) const {
          "found principal point (" + std::to_string(cx_px) + ", " + std::to_string(cy_px) +
              "), expected one inside the image");
   }
-  if (!coefficients.allFinite() || coefficients.cwiseAbs().maxCoeff() > 10) {
+  CheckShape(*this, fail);
+  // Terms above and below a quotient cancel each other.
+  const double most = higher_coefficients.segment<3>(1).isZero(0) ? 10 : 1e4;
+  const auto absurd = [&](const auto& values) {
+    return !values.allFinite() || values.cwiseAbs().maxCoeff() > most;
+  };
+  if (absurd(coefficients) || absurd(higher_coefficients)) {
     fail("the distortion coefficients (k1, k2, p1, p2 or k1 to k4)",
-         "found distortion coefficients that are not finite or above 10 in size");
+         "found distortion coefficients that are not finite or above " +
+             std::to_string(static_cast<int>(most)) + " in size");
   }
 }
 

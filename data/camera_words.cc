@@ -1,0 +1,196 @@
+#include "data/camera_words.h"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <algorithm>
+
+namespace slcmap {
+namespace {
+
+struct Lens {
+  Distortion distortion;
+  const char* name;
+  size_t shapes;  // numbers before the focal lengths
+};
+constexpr Lens kLenses[] = {{Distortion::kOmni, "omni", 1},
+                            {Distortion::kExtendedUnified, "eucm", 2},
+                            {Distortion::kDoubleSphere, "ds", 2}};
+
+struct OfPinhole {
+  Distortion distortion;
+  const char* name;
+};
+constexpr OfPinhole kDistortions[] = {{Distortion::kRadialTangential, "radtan"},
+                                      {Distortion::kRadialTangential, "radial-tangential"},
+                                      {Distortion::kRadialTangential, "plumb_bob"},
+                                      {Distortion::kRadialTangential, "rational_polynomial"},
+                                      {Distortion::kRadialTangential, "radtan8"},
+                                      {Distortion::kEquidistant, "equidistant"},
+                                      {Distortion::kEquidistant, "equi"},
+                                      {Distortion::kEquidistant, "fisheye"},
+                                      {Distortion::kEquidistant, "kannala_brandt"},
+                                      {Distortion::kEquidistant, "kb4"},
+                                      {Distortion::kFieldOfView, "fov"},
+                                      {Distortion::kNone, "none"}};
+
+// Without what is zero at the end, but no less than `least`.
+size_t CountUsed(const std::vector<double>& values, size_t least) {
+  size_t count = values.size();
+  while (count > least && values[count - 1] == 0) --count;
+  return count;
+}
+
+std::vector<double> RadialTangentialOf(const Camera& camera) {
+  std::vector<double> k(camera.coefficients.begin(), camera.coefficients.end());
+  k.insert(k.end(), camera.higher_coefficients.begin(), camera.higher_coefficients.end());
+  const size_t used = CountUsed(k, 4);
+  k.resize(used <= 4 ? 4 : used <= 5 ? 5 : used <= 8 ? 8 : 12);
+  return k;
+}
+
+std::optional<CameraFault> ReadRadialTangential(const std::vector<double>& k, Camera* camera) {
+  const bool has_known_size = std::ranges::count(std::array<size_t, 5>{4, 5, 8, 12, 14}, k.size());
+  if (!has_known_size) {
+    return CameraFault{"coefficients", fmt::format("{} numbers", k.size()),
+                       "4 (k1, k2, p1, p2), 5 (then k3), 8 (then k4, k5, k6) or 12 (then s1 to s4)"};
+  }
+  if (k.size() == 14 && (k[12] != 0 || k[13] != 0)) {
+    return CameraFault{"coefficients", fmt::format("a tilted sensor ({}, {})", k[12], k[13]),
+                       "zeros as the last two of 14 numbers"};
+  }
+  std::copy_n(k.begin(), 4, camera->coefficients.begin());
+  std::copy_n(k.begin() + 4, std::min<size_t>(8, k.size() - 4),
+              camera->higher_coefficients.begin());
+  return std::nullopt;
+}
+
+std::optional<CameraFault> ReadEquidistant(const std::vector<double>& k, Camera* camera) {
+  if (k.size() > 4) {
+    return CameraFault{"coefficients", fmt::format("{} numbers", k.size()),
+                       "at most 4 (k1 to k4) of a fisheye lens"};
+  }
+  std::copy(k.begin(), k.end(), camera->coefficients.begin());
+  return std::nullopt;
+}
+
+std::optional<CameraFault> ReadFieldOfView(const std::vector<double>& k, Camera* camera) {
+  if (k.size() != 1) {
+    return CameraFault{"coefficients", fmt::format("{} numbers", k.size()), "1 (w, in radians)"};
+  }
+  camera->shape[0] = k[0];
+  return std::nullopt;
+}
+
+template <typename Table>
+std::string NamesOf(const Table& table) {
+  std::string names;
+  for (const auto& entry : table) names += (names.empty() ? "" : ", ") + std::string(entry.name);
+  return names;
+}
+
+std::optional<CameraFault> ReadDistortion(const CameraWords& words, Camera* camera) {
+  const auto known = std::ranges::find_if(
+      kDistortions, [&](const OfPinhole& d) { return words.distortion_model == d.name; });
+  if (known == std::end(kDistortions)) {
+    return CameraFault{"distortion_model", "'" + words.distortion_model + "'",
+                       "one of " + NamesOf(kDistortions)};
+  }
+  camera->distortion = known->distortion;
+  switch (known->distortion) {
+    case Distortion::kRadialTangential:
+      return ReadRadialTangential(words.coefficients, camera);
+    case Distortion::kEquidistant:
+      return ReadEquidistant(words.coefficients, camera);
+    case Distortion::kFieldOfView:
+      return ReadFieldOfView(words.coefficients, camera);
+    default:
+      break;
+  }
+  if (CountUsed(words.coefficients, 0) == 0) return std::nullopt;
+  return CameraFault{"coefficients", fmt::format("{} numbers", words.coefficients.size()),
+                     "none, or zeros, with distortion_model none"};
+}
+
+// What comes with a lens: omni with radial-tangential distortion or none, the others with none.
+std::optional<CameraFault> ReadLens(const Lens& lens, const CameraWords& words, Camera* camera) {
+  if (const auto fault = ReadDistortion(words, camera)) return fault;
+  const bool fits = camera->distortion == Distortion::kNone ||
+                    (lens.distortion == Distortion::kOmni &&
+                     camera->distortion == Distortion::kRadialTangential);
+  if (!fits) {
+    return CameraFault{"distortion_model", "'" + words.distortion_model + "'",
+                       fmt::format("none{} with camera_model {}",
+                                   lens.distortion == Distortion::kOmni ? " or radtan" : "",
+                                   lens.name)};
+  }
+  camera->distortion = lens.distortion;
+  return std::nullopt;
+}
+
+}  // namespace
+
+CameraWords DescribeCamera(const Camera& camera) {
+  CameraWords words{"pinhole", "none", {}, {}};
+  for (const Lens& lens : kLenses) {
+    if (camera.distortion != lens.distortion) continue;
+    words.camera_model = lens.name;
+    words.intrinsics.assign(camera.shape.begin(),
+                            camera.shape.begin() + static_cast<int>(lens.shapes));
+  }
+  words.intrinsics.insert(words.intrinsics.end(),
+                          {camera.fx_px, camera.fy_px, camera.cx_px, camera.cy_px});
+  const bool is_omni = camera.distortion == Distortion::kOmni;
+  if (camera.distortion == Distortion::kRadialTangential || is_omni) {
+    words.distortion_model = "radtan";
+    words.coefficients = RadialTangentialOf(camera);
+  } else if (camera.distortion == Distortion::kEquidistant) {
+    words.distortion_model = "equidistant";
+    words.coefficients.assign(camera.coefficients.begin(), camera.coefficients.end());
+  } else if (camera.distortion == Distortion::kFieldOfView) {
+    words.distortion_model = "fov";
+    words.coefficients = {camera.shape[0]};
+  }
+  return words;
+}
+
+std::optional<Camera> CameraOf(const CameraWords& words, CameraFault* fault) {
+  const auto fail = [&](const CameraFault& what) -> std::optional<Camera> {
+    *fault = what;
+    return std::nullopt;
+  };
+  Camera camera;
+  CameraWords read = words;
+  if (words.camera_model == "ucm") {  // EUCM with beta 1
+    read.camera_model = "eucm";
+    if (!read.intrinsics.empty()) read.intrinsics.insert(read.intrinsics.begin() + 1, 1);
+  }
+  const auto lens = std::ranges::find_if(
+      kLenses, [&](const Lens& known) { return read.camera_model == known.name; });
+  const bool is_pinhole = read.camera_model == "pinhole";
+  if (lens == std::end(kLenses) && !is_pinhole) {
+    return fail({"camera_model", "'" + words.camera_model + "'",
+                 "one of pinhole (a fisheye lens too, with distortion_model equidistant), ucm, " +
+                     NamesOf(kLenses)});
+  }
+  const size_t shapes = is_pinhole ? 0 : lens->shapes;
+  if (read.intrinsics.size() != shapes + 4) {
+    return fail({"intrinsics", fmt::format("{} numbers", words.intrinsics.size()),
+                 fmt::format("{}fx, fy, cx, cy", shapes == 0   ? ""
+                                                 : shapes == 1 ? "xi, "
+                                                 : lens->distortion == Distortion::kDoubleSphere
+                                                     ? "xi, alpha, "
+                                                     : "alpha, beta, ")});
+  }
+  if (const auto wrong = is_pinhole ? ReadDistortion(read, &camera) : ReadLens(*lens, read, &camera)) {
+    return fail(*wrong);
+  }
+  std::copy_n(read.intrinsics.begin(), shapes, camera.shape.begin());
+  const double* f = read.intrinsics.data() + shapes;
+  camera.fx_px = f[0];
+  camera.fy_px = f[1];
+  camera.cx_px = f[2];
+  camera.cy_px = f[3];
+  return camera;
+}
+
+}  // namespace slcmap

@@ -1,0 +1,31 @@
+// Cameras as calibration files write them.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "data/camera.h"
+
+namespace slcmap {
+
+// A camera's numbers under the names that Kalibr gives them: intrinsics are fx, fy, cx, cy in
+// pixels, behind the numbers of the lens (xi of omni, alpha and beta of eucm, xi and alpha of ds).
+struct CameraWords {
+  std::string camera_model;      // pinhole, omni, eucm, ds
+  std::string distortion_model;  // radtan, equidistant, fov, none
+  std::vector<double> intrinsics, coefficients;
+};
+
+CameraWords DescribeCamera(const Camera& camera);
+
+// The camera of such words, without its size; also of the names that ASL (radial-tangential), ROS
+// (plumb_bob, rational_polynomial, fisheye) and Basalt (kb4, radtan8, ucm) have for the same. Where
+// they are not a camera, *fault says which of the four is wrong, and what is expected of it.
+struct CameraFault {
+  std::string key;  // camera_model, distortion_model, intrinsics or coefficients
+  std::string found, expected;
+};
+std::optional<Camera> CameraOf(const CameraWords& words, CameraFault* fault);
+
+}  // namespace slcmap
