@@ -416,9 +416,8 @@ Calibration ReadAslCalibration(const std::string& folder, Warnings* warnings, Mi
       FinishCamera(&camera, {"sensor_type", "comment", "rate_hz", "distortion_coefficients"});
     }
     CheckRig(rig, folder);
-    calibration.source =
-        folder + "/*/sensor.yaml (T_BS of cam0, " + (IsStereo(rig) ? "cam1, " : "") + "imu0)" +
-        CorrectedWords(rig);
+    calibration.source = folder + "/*/sensor.yaml (T_BS of cam0, " +
+                         (IsStereo(rig) ? "cam1, " : "") + "imu0)" + CorrectedWords(rig);
     return calibration;
   });
 }

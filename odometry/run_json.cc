@@ -234,9 +234,10 @@ ImuCorrection ParseCorrection(const std::string& place, const Json& json) {
       for (int c = 0; c < 3; ++c) m(r, c) = json.at(key).at(r).at(c).get<double>();
     }
     if (!(m.cwiseAbs().maxCoeff() <= kMaxEntry)) {
-      throw DataError(fmt::format("{}: {}: found entries beyond {}, expected a matrix near the "
-                                  "identity",
-                                  place, key, kMaxEntry));
+      throw DataError(
+          fmt::format("{}: {}: found entries beyond {}, expected a matrix near the "
+                      "identity",
+                      place, key, kMaxEntry));
     }
     return m;
   };

@@ -31,7 +31,8 @@ class Normal {
   std::normal_distribution<double> normal_;
 };
 
-// What an ideal reading becomes: the first axis is kept, the others are off_rad off the right angle.
+// What an ideal reading becomes: the first axis is kept, the others are off_rad off the right
+// angle.
 Eigen::Matrix3d AxesOff(double off_rad, Normal* normal) {
   const double sign = normal->Draw(1) < 0 ? -1 : 1;
   const double towards_rad = std::numbers::pi * normal->Draw(1);
@@ -72,8 +73,7 @@ ImuModel ImuModelFromName(const std::string& name) {
   throw ConfigError("imu: found '" + name + "', expected adis16448, bmi160, phone or perfect");
 }
 
-ImuCorrection MisreadingImu(double accel_scale, double gyro_scale, double axes_deg,
-                            uint64_t seed) {
+ImuCorrection MisreadingImu(double accel_scale, double gyro_scale, double axes_deg, uint64_t seed) {
   Normal normal(seed);
   const double off_rad = axes_deg * kDegree;
   const Eigen::Matrix3d accel = (1 + accel_scale) * AxesOff(off_rad, &normal);

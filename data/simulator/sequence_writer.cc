@@ -91,8 +91,8 @@ std::string KalibrImu(const Rig& rig) {
              "imu0:\n  gyroscope_noise_density: {}\n  gyroscope_random_walk: {}\n"
              "  accelerometer_noise_density: {}\n  accelerometer_random_walk: {}\n"
              "  update_rate: {}\n",
-             noise.gyro_noise_rad_s_sqrthz, noise.gyro_walk_rad_s2_sqrthz, noise.accel_noise_m_s2_sqrthz,
-             noise.accel_walk_m_s3_sqrthz, noise.rate_hz) +
+             noise.gyro_noise_rad_s_sqrthz, noise.gyro_walk_rad_s2_sqrthz,
+             noise.accel_noise_m_s2_sqrthz, noise.accel_walk_m_s3_sqrthz, noise.rate_hz) +
          KalibrImuCorrection(rig.imu_correction);
 }
 

@@ -100,8 +100,8 @@ SimulatedImu ImuOf(const StartedMotion& started, const ImuModel& model, std::mt1
   return SimulateImu(started.motion, options, progress);
 }
 
-// What the rig's IMU makes of what an ideal one reads, noise and bias included: corrected, it is the
-// same again.
+// What the rig's IMU makes of what an ideal one reads, noise and bias included: corrected, it is
+// the same again.
 void Misread(const ImuCorrection& correction, std::vector<ImuSample>* samples) {
   Correct({correction.accel.inverse(), correction.gyro.inverse()}, samples);
 }
@@ -118,9 +118,9 @@ Rig TrueRigOf(const SimulationOptions& options) {
   rig.camera_time_offset_s = options.time_offset_s;
   const std::vector<double>& scale = options.imu_scale;
   if (!scale.empty() || options.imu_axes_deg != 0) {
-    rig.imu_correction = MisreadingImu(scale.empty() ? 0 : scale.front(),
-                                       scale.empty() ? 0 : scale.back(), options.imu_axes_deg,
-                                       options.seed);
+    rig.imu_correction =
+        MisreadingImu(scale.empty() ? 0 : scale.front(), scale.empty() ? 0 : scale.back(),
+                      options.imu_axes_deg, options.seed);
   }
   return rig;
 }
