@@ -9,8 +9,10 @@
 #include <optional>
 #include <vector>
 
+#include "data/calibration_fault.h"
 #include "data/error.h"
 #include "data/file.h"
+#include "data/imu_calibration.h"
 #include "data/input_fault.h"
 #include "data/yaml_options.h"
 
@@ -26,16 +28,9 @@ constexpr double kMaxLever_m = 10;  // from the IMU to a camera
 constexpr double kMaxTimeOffset_s = 1;
 constexpr double kMaxShiftApart_s = 1e-3, kSameShift_s = 1e-6;  // of the two cameras
 
-// "a.yaml: cam0" and "intrinsics" -> "cam0.intrinsics in a.yaml", for remedies.
-std::string KeyInFile(const std::string& place, const std::string& key) {
-  const size_t colon = place.find(": ");
-  if (colon == std::string::npos) return key + " in " + place;
-  return place.substr(colon + 2) + "." + key + " in " + place.substr(0, colon);
-}
-
 [[noreturn]] void Fail(const YamlSection& section, const std::string& key,
                        const std::string& problem, const std::string& remedy) {
-  throw InputFault("calibration", fmt::format("{}: {}: {}", section.place(), key, problem), remedy);
+  throw CalibrationFault(section, key, problem, remedy);
 }
 
 // A value that must be there.
@@ -89,6 +84,8 @@ RigidTransform RequiredTransform(YamlSection& section, const std::string& key, b
     YamlSection matrix = section.Section(key);
     RequireFourByFour(matrix);
     flat = RequiredNumbers(matrix, "data", 16);
+    matrix.Skip("dt");  // OpenCV's type of the numbers
+    matrix.Finish();
   } else {
     const auto rows = Required<std::vector<std::vector<double>>>(section, key);
     bool complete = rows.size() == 4;
@@ -221,10 +218,41 @@ RigidTransform ReadKalibrPose(YamlSection& camera, int index, const RigidTransfo
   return *T_imu_camera;
 }
 
-void ReadKalibrImu(const std::string& path, Rig* rig) {
+// Takes the cameras and IMUs of a file, whoever reads them.
+void SkipSensors(YamlSection* root) {
+  YamlSection all = *root;
+  for (const std::string& key : all.Keys()) {
+    const std::string kind = key.substr(0, 3);
+    if (key.size() == 4 && (kind == "cam" || kind == "imu")) root->Skip(key);
+  }
+}
+
+// The IMU that is read is imu0, or one whose pose and clock against it are given: then cameras are
+// brought to its frame and its clock.
+void ReadKalibrImu(const std::string& path, Mirrored mirrored, Rig* rig) {
   YamlSection root = YamlSection::FromFile(path);
   YamlSection imu = root.Has("imu0") ? root.Section("imu0") : root;
   ReadNoise(imu, "update_rate", &rig->imu_noise);
+  rig->imu_correction = ReadImuCorrection(&imu);
+  if (imu.Has("T_i_b")) {
+    const RigidTransform T_imu_body = RequiredTransform(imu, "T_i_b", false, mirrored);
+    if (!T_imu_body.Matrix().isIdentity(0)) {
+      for (RigidTransform& pose : rig->T_imu_camera) pose = T_imu_body * pose;
+    }
+  }
+  double time_offset_s = 0;  // stamp of imu0 = stamp of this + offset
+  imu.Read("time_offset", &time_offset_s);
+  if (!(std::abs(time_offset_s) <= kMaxTimeOffset_s)) {
+    Fail(imu, "time_offset",
+         fmt::format("found {} s, expected at most {} s either way", time_offset_s,
+                     kMaxTimeOffset_s),
+         fmt::format("write {} in seconds", KeyInFile(imu.place(), "time_offset")));
+  }
+  rig->camera_time_offset_s -= time_offset_s;
+  for (const char* key : {"T_i_b", "rostopic"}) imu.Skip(key);
+  imu.Finish();
+  SkipSensors(&root);
+  if (root.Has("imu0")) root.Finish();
 }
 
 // A camera without one has that of the rig: none, or that of the left one.
@@ -245,6 +273,16 @@ void ReadTimeShift(YamlSection& camera, int index, Rig* rig, Warnings* warnings)
   if (apart_s > kSameShift_s) warnings->Add(kTimeShiftsDiffer, camera.place());
 }
 
+// Keys that say nothing that is needed are passed over; any other is an error.
+void FinishCamera(YamlSection* camera, const std::vector<std::string>& not_needed) {
+  for (const std::string& key : not_needed) camera->Skip(key);
+  camera->Finish();
+}
+
+std::string CorrectedWords(const Rig& rig) {
+  return IsIdentity(rig.imu_correction) ? "" : ", IMU's scale and axes corrected";
+}
+
 // Wrong types are the data's fault here, not the command line's.
 template <typename Reader>
 auto AsDataErrors(Reader read) {
@@ -252,6 +290,9 @@ auto AsDataErrors(Reader read) {
     return read();
   } catch (const ConfigError& error) {
     const std::string what = error.what();
+    if (const size_t unknown = what.find(": unknown key"); unknown != std::string::npos) {
+      throw InputFault("calibration", what, "correct or remove " + what.substr(0, unknown));
+    }
     const size_t unreadable = what.find(": cannot be");
     throw InputFault("calibration", what,
                      unreadable != std::string::npos
@@ -359,6 +400,9 @@ Calibration ReadAslCalibration(const std::string& folder, Warnings* warnings, Mi
       YamlSection imu = YamlSection::FromFile(imu_path);
       if (imu.Has("T_BS")) T_body_imu = RequiredTransform(imu, "T_BS", true, mirrored);
       ReadNoise(imu, "rate_hz", &rig.imu_noise);
+      rig.imu_correction = ReadImuCorrection(&imu);
+      for (const char* key : {"T_BS", "sensor_type", "comment"}) imu.Skip(key);
+      imu.Finish();
     } else {
       warnings->Add(kImuNoiseAssumed, imu_path);
     }
@@ -369,10 +413,11 @@ Calibration ReadAslCalibration(const std::string& folder, Warnings* warnings, Mi
       rig.T_imu_camera[i] =
           T_body_imu.Inverse() * RequiredTransform(camera, "T_BS", true, mirrored);
       ReadTimeShift(camera, i, &rig, warnings);
+      FinishCamera(&camera, {"sensor_type", "comment", "rate_hz", "distortion_coefficients"});
     }
     CheckRig(rig, folder);
-    calibration.source =
-        folder + "/*/sensor.yaml (T_BS of cam0, " + (IsStereo(rig) ? "cam1, " : "") + "imu0)";
+    calibration.source = folder + "/*/sensor.yaml (T_BS of cam0, " +
+                         (IsStereo(rig) ? "cam1, " : "") + "imu0)" + CorrectedWords(rig);
     return calibration;
   });
 }
@@ -396,16 +441,21 @@ Calibration ReadKalibrCalibration(const std::string& camchain_path, const std::s
       rig.T_imu_camera[i] =
           ReadKalibrPose(camera, i, rig.T_imu_camera[0], mirrored, &calibration.source);
       ReadTimeShift(camera, i, &rig, warnings);
+      FinishCamera(&camera, {"rostopic", "cam_overlaps", "distortion_coeffs", "T_cam_imu",
+                             "T_imu_cam", "T_cn_cnm1"});
     }
+    SkipSensors(&root);
+    root.Finish();
     if (imu_path.empty()) {
       warnings->Add(kImuNoiseAssumed, camchain_path);
     } else {
-      ReadKalibrImu(imu_path, &rig);
+      ReadKalibrImu(imu_path, mirrored, &rig);
     }
     CheckRig(rig, camchain_path);
     calibration.source =
         fmt::format("{} ({}, timeshift {} s), IMU noise {}", camchain_path, calibration.source,
-                    rig.camera_time_offset_s, imu_path.empty() ? "assumed" : imu_path);
+                    rig.camera_time_offset_s, imu_path.empty() ? "assumed" : imu_path) +
+        CorrectedWords(rig);
     return calibration;
   });
 }
@@ -425,6 +475,7 @@ void WriteKalibrCalibration(const std::string& path, const Rig& rig) {
       "  gyroscope_noise_density: {}\n  gyroscope_random_walk: {}\n  update_rate: {}\n",
       noise.accel_noise_m_s2_sqrthz, noise.accel_walk_m_s3_sqrthz, noise.gyro_noise_rad_s_sqrthz,
       noise.gyro_walk_rad_s2_sqrthz, noise.rate_hz);
+  text += KalibrImuCorrection(rig.imu_correction);
   WriteFile(path, text);
 }
 

@@ -6,6 +6,7 @@
 #include <filesystem>
 
 #include "data/calibration.h"
+#include "data/imu_calibration.h"
 #include "data/input_fault.h"
 
 namespace slcmap {
@@ -134,6 +135,7 @@ Sequence OpenSequence(const std::string& path, const SequenceOptions& options) {
   if (options.needs_imu) {
     sequence.imu = ReadAslImu((folder / "imu0" / "data.csv").string(), &sequence.warnings);
     RequireOverlap(sequence);
+    Correct(sequence.rig.imu_correction, &sequence.imu);
   }
   sequence.truth_path = FindTruth(sequence.folder);
   return sequence;

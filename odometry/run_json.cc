@@ -8,6 +8,7 @@
 
 #include "data/calibration.h"
 #include "data/error.h"
+#include "data/imu_calibration.h"
 #include "data/json_file.h"
 #include "data/verdict_json.h"
 #include "odometry/method.h"
@@ -216,6 +217,33 @@ RigidTransform ParseMatrix(const Json& json, const std::string& name) {
   return RigidTransformFromMatrix(matrix, name);
 }
 
+Json CorrectionJson(const ImuCorrection& correction) {
+  const auto rows = [](const Eigen::Matrix3d& m) {
+    Json json = Json::array();
+    for (int r = 0; r < 3; ++r) json.push_back({m(r, 0), m(r, 1), m(r, 2)});
+    return json;
+  };
+  return {{"accel", rows(correction.accel)}, {"gyro", rows(correction.gyro)}};
+}
+
+ImuCorrection ParseCorrection(const std::string& place, const Json& json) {
+  constexpr double kMaxEntry = 10;
+  const auto matrix = [&](const char* key) {
+    Eigen::Matrix3d m;
+    for (int r = 0; r < 3; ++r) {
+      for (int c = 0; c < 3; ++c) m(r, c) = json.at(key).at(r).at(c).get<double>();
+    }
+    if (!(m.cwiseAbs().maxCoeff() <= kMaxEntry)) {
+      throw DataError(
+          fmt::format("{}: {}: found entries beyond {}, expected a matrix near the "
+                      "identity",
+                      place, key, kMaxEntry));
+    }
+    return m;
+  };
+  return {matrix("accel"), matrix("gyro")};
+}
+
 Json CameraJson(const Camera& camera, const RigidTransform& T_imu_camera) {
   const auto name =
       std::find_if(std::begin(kDistortionNames), std::end(kDistortionNames),
@@ -383,16 +411,18 @@ Json ReadRunSummary(const std::string& path, OdometryRun* run) {
 
 void WriteRig(const std::string& path, const Rig& rig) {
   const ImuNoise& noise = rig.imu_noise;
-  WriteJsonFile(path, {{"cameras",
-                        {CameraJson(rig.cameras[0], rig.T_imu_camera[0]),
-                         CameraJson(rig.cameras[1], rig.T_imu_camera[1])}},
-                       {"imu_noise",
-                        {{"gyro_noise_rad_s_sqrthz", noise.gyro_noise_rad_s_sqrthz},
-                         {"gyro_walk_rad_s2_sqrthz", noise.gyro_walk_rad_s2_sqrthz},
-                         {"accel_noise_m_s2_sqrthz", noise.accel_noise_m_s2_sqrthz},
-                         {"accel_walk_m_s3_sqrthz", noise.accel_walk_m_s3_sqrthz},
-                         {"rate_hz", noise.rate_hz}}},
-                       {"camera_time_offset_s", rig.camera_time_offset_s}});
+  Json json = {{"cameras",
+                {CameraJson(rig.cameras[0], rig.T_imu_camera[0]),
+                 CameraJson(rig.cameras[1], rig.T_imu_camera[1])}},
+               {"imu_noise",
+                {{"gyro_noise_rad_s_sqrthz", noise.gyro_noise_rad_s_sqrthz},
+                 {"gyro_walk_rad_s2_sqrthz", noise.gyro_walk_rad_s2_sqrthz},
+                 {"accel_noise_m_s2_sqrthz", noise.accel_noise_m_s2_sqrthz},
+                 {"accel_walk_m_s3_sqrthz", noise.accel_walk_m_s3_sqrthz},
+                 {"rate_hz", noise.rate_hz}}},
+               {"camera_time_offset_s", rig.camera_time_offset_s}};
+  if (!IsIdentity(rig.imu_correction)) json["imu_correction"] = CorrectionJson(rig.imu_correction);
+  WriteJsonFile(path, json);
 }
 
 Rig ReadRig(const std::string& path) {
@@ -409,6 +439,9 @@ Rig ReadRig(const std::string& path) {
     rig.imu_noise = ParseNoise(path + ": imu_noise", json.at("imu_noise"));
     rig.camera_time_offset_s =
         BoundedAt(path, json, "camera_time_offset_s", -kMaxTimeOffset_s, kMaxTimeOffset_s);
+    if (json.contains("imu_correction")) {  // of an IMU that was calibrated so
+      rig.imu_correction = ParseCorrection(path + ": imu_correction", json.at("imu_correction"));
+    }
     CheckRig(rig, path);
     return rig;
   });

@@ -8,6 +8,7 @@
 
 #include "data/error.h"
 #include "data/file.h"
+#include "data/imu_calibration.h"
 
 namespace slcmap {
 namespace {
@@ -84,12 +85,15 @@ std::string KalibrCamera(const Rig& rig, int index) {
       MatrixRows(rig.T_imu_camera[index], "    - [{}, {}, {}, {}]", "\n"));
 }
 
-std::string KalibrImu(const ImuNoise& noise) {
+std::string KalibrImu(const Rig& rig) {
+  const ImuNoise& noise = rig.imu_noise;
   return fmt::format(
-      "imu0:\n  gyroscope_noise_density: {}\n  gyroscope_random_walk: {}\n"
-      "  accelerometer_noise_density: {}\n  accelerometer_random_walk: {}\n  update_rate: {}\n",
-      noise.gyro_noise_rad_s_sqrthz, noise.gyro_walk_rad_s2_sqrthz, noise.accel_noise_m_s2_sqrthz,
-      noise.accel_walk_m_s3_sqrthz, noise.rate_hz);
+             "imu0:\n  gyroscope_noise_density: {}\n  gyroscope_random_walk: {}\n"
+             "  accelerometer_noise_density: {}\n  accelerometer_random_walk: {}\n"
+             "  update_rate: {}\n",
+             noise.gyro_noise_rad_s_sqrthz, noise.gyro_walk_rad_s2_sqrthz,
+             noise.accel_noise_m_s2_sqrthz, noise.accel_walk_m_s3_sqrthz, noise.rate_hz) +
+         KalibrImuCorrection(rig.imu_correction);
 }
 
 std::string Row(const Eigen::Vector3d& v) {
@@ -128,7 +132,7 @@ void SequenceWriter::WriteCalibration(const Rig& rig, double image_rate_hz) cons
 
 void SequenceWriter::WriteTrueRig(const Rig& rig) const {
   WriteFile(truth_folder_ + "/rig.yaml",
-            KalibrCamera(rig, 0) + KalibrCamera(rig, 1) + KalibrImu(rig.imu_noise));
+            KalibrCamera(rig, 0) + KalibrCamera(rig, 1) + KalibrImu(rig));
 }
 
 void SequenceWriter::WriteImu(const std::vector<ImuSample>& samples) const {
