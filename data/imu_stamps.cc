@@ -8,7 +8,7 @@ namespace {
 
 constexpr double kTinyStep = 0.3;       // of the sensor's period: within a packet
 constexpr double kLongStep = 1.6;       // around one
-constexpr double kMinShare = 0.1;       // of steps that are tiny, where packets are believed
+constexpr double kMinTinyShare = 0.1;   // of steps that are tiny, where packets are believed
 constexpr double kArrivalShare = 0.75;  // of the samples that are in packets, where all arrive so
 constexpr double kMaxPacket_s = 0.15;
 
@@ -145,7 +145,7 @@ std::optional<EvenedStamps> EvenStamps(const std::vector<int64_t>& stamps_ns) {
   const auto share = [&](size_t count) {
     return static_cast<double>(count) / static_cast<double>(stamps_ns.size());
   };
-  if (share(packets.Tiny()) < kMinShare || share(packets.Packed()) < 2 * kMinShare) {
+  if (share(packets.Tiny()) < kMinTinyShare || share(packets.Packed()) < 2 * kMinTinyShare) {
     return std::nullopt;
   }
   EvenedStamps evened = packets.Evened();
