@@ -322,6 +322,16 @@ const std::vector<std::string> kCamchainNames = {"camchain.yaml", "camchain-imuc
 const std::vector<std::string> kImuNames = {"imu_config.yaml", "imu.yaml", "imu0.yaml",
                                             "kalibr_imu_chain.yaml"};
 
+// Kalibr names what belongs together alike: camchain-imucam-BAG.yaml and imu-BAG.yaml.
+std::vector<std::string> ImuNamesBeside(const std::string& camchain_path) {
+  std::vector<std::string> names = kImuNames;
+  std::string name = fs::path(camchain_path).filename().string();
+  const std::string chain = "camchain-imucam";
+  const size_t at = name.find(chain);
+  if (at != std::string::npos) names.insert(names.begin(), name.replace(at, chain.size(), "imu"));
+  return names;
+}
+
 std::string KalibrMatrix(const char* key, const RigidTransform& transform) {
   const Eigen::Matrix4d m = transform.Matrix();
   std::string text = fmt::format("  {}:\n", key);
@@ -505,7 +515,7 @@ Calibration ReadCalibration(const std::string& path, Warnings* warnings, Mirrore
   const std::string imu_path = AsDataErrors([&] {
     return YamlSection::FromFile(path).Has("imu0")
                ? path
-               : FirstExisting({fs::path(path).parent_path()}, kImuNames);
+               : FirstExisting({fs::path(path).parent_path()}, ImuNamesBeside(path));
   });
   return ReadKalibrCalibration(path, imu_path, warnings, mirrored);
 }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace slcmap {
 namespace {
@@ -67,13 +68,22 @@ class PacketStamps {
   std::vector<double> Numbers() const {
     std::vector<double> numbers(packets_.size());
     for (size_t p = 1; p < packets_.size(); ++p) {
-      const double size = static_cast<double>(packets_[p].size());
-      const double passed = Step(packets_[p - 1].last, packets_[p].last) / period_ns_;
-      // A packet may be late by its own length; more is a loss.
-      const double lost = passed > 2 * size + 2 ? std::round(passed - size) : 0;
-      numbers[p] = numbers[p - 1] + size + lost;
+      numbers[p] = numbers[p - 1] + static_cast<double>(packets_[p].size()) + LostBefore(p);
     }
     return numbers;
+  }
+
+  // The samples that are missing before a packet. One that is only late is caught up with by those
+  // that follow.
+  double LostBefore(size_t p) const {
+    constexpr size_t kFollowing = 3;
+    const double least = std::max(1.0, 0.4 * static_cast<double>(packets_[p].size()));
+    double samples = 0, lost = std::numeric_limits<double>::max();
+    for (size_t q = p; q <= p + kFollowing && q < packets_.size(); ++q) {
+      samples += static_cast<double>(packets_[q].size());
+      lost = std::min(lost, Step(packets_[p - 1].last, packets_[q].last) / period_ns_ - samples);
+    }
+    return lost > least ? std::round(lost) : 0;
   }
 
   // Times by a line through the last samples of the packets within kFit_s on either side.
