@@ -232,7 +232,8 @@ void SkipSensors(YamlSection* root) {
 void ReadKalibrImu(const std::string& path, Mirrored mirrored, Rig* rig) {
   YamlSection root = YamlSection::FromFile(path);
   YamlSection imu = root.Has("imu0") ? root.Section("imu0") : root;
-  ReadNoise(imu, "update_rate", &rig->imu_noise);
+  const bool asl_rate = imu.Has("rate_hz") && !imu.Has("update_rate");
+  ReadNoise(imu, asl_rate ? "rate_hz" : "update_rate", &rig->imu_noise);
   rig->imu_correction = ReadImuCorrection(&imu);
   if (imu.Has("T_i_b")) {
     const RigidTransform T_imu_body = RequiredTransform(imu, "T_i_b", false, mirrored);
