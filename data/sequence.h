@@ -20,7 +20,7 @@ struct StereoEntry {
 struct Sequence {
   std::string folder;  // the one that holds cam0, cam1 and imu0
   std::vector<StereoEntry> images;
-  std::vector<ImuSample> imu;
+  std::vector<ImuSample> imu;  // as the files have it, with rig.imu_correction applied
   Rig rig;
   std::string calibration_source;
   std::string truth_path;  // true poses, "" where there are none

@@ -12,6 +12,7 @@
 #include "data/imu_stamps.h"
 #include "data/input_fault.h"
 #include "data/table_text.h"
+#include "tests/testing/shared_data.h"
 #include "tests/testing/temp_folder.h"
 
 namespace slcmap {
@@ -180,6 +181,16 @@ TEST(ImuStreams, ASensorTooSlowIsRefused) {
     rows += fmt::format("{},{},,,\n", stamp_ns, Numbers(GyroAt(TimeOf(i))));
   }
   EXPECT_THAT(FaultOf(rows), HasSubstr("found 0 readings of the accelerometer"));
+}
+
+TEST(ImuStreams, RealRecordingsAreNotAccused) {
+  for (const char* name : {"euroc_mh01_8s/mav0", "euroc_v1_01_imu", "room_mono_imu_15s/mav0"}) {
+    const std::string folder = testing::SharedData(name);
+    if (folder.empty()) GTEST_SKIP() << "no real recordings here";
+    Warnings warnings;
+    ReadAslImu(folder + "/imu0/data.csv", &warnings);
+    EXPECT_TRUE(warnings.entries().empty()) << name << " " << warnings.entries().begin()->first;
+  }
 }
 
 // Packets of `size`, the last sample late by 2 ms, the others `gap_ns` before it.
