@@ -14,7 +14,14 @@ std::vector<CLI::Option*> AddSequenceOptions(CLI::App& command, SequenceOptions*
                           "(default: what the check finds; none: nothing)")
               ->delimiter(',')
               ->allow_extra_args(false)
-              ->type_name("LEFT,RIGHT")};
+              ->type_name("LEFT,RIGHT"),
+          command
+              .add_option("--cameras", options->cameras,
+                          "Which one or two of a rig's cameras are used (default: the best "
+                          "stereo pair)")
+              ->delimiter(',')
+              ->allow_extra_args(false)
+              ->type_name("I,J")};
 }
 
 std::vector<std::string> FilesOf(const SequenceOptions& options) {

@@ -9,7 +9,7 @@
 
 namespace slcmap {
 
-// Adds --calibration and --mask; `options` must outlive the parsing. Returns what was added.
+// Adds --calibration, --mask and --cameras; `options` must outlive the parsing. Returns what was added.
 std::vector<CLI::Option*> AddSequenceOptions(CLI::App& command, SequenceOptions* options);
 
 // The files that these options name.

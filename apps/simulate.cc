@@ -146,6 +146,13 @@ void AddSensorOptions(SimulateArguments& arguments, CLI::App* command) {
       ->capture_default_str();
   command->add_option("--imu", options.imu,
                       "adis16448, bmi160, phone or perfect; the rig's own without it");
+  command
+      ->add_option("--imu-scale", options.imu_scale,
+                   "Share by which accelerometer and gyroscope read too much, such as 0.03, or two "
+                   "numbers; told in truth/rig.yaml, not in mav0")
+      ->expected(1, 2);
+  command->add_option("--imu-axes-deg", options.imu_axes_deg,
+                      "How far the IMU's axes are off their directions; told as --imu-scale is");
   command->add_option("--rate", options.image_rate_hz, "Stereo pairs a second")
       ->capture_default_str();
   command->add_option("--time-offset-s", options.time_offset_s,

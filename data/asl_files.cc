@@ -7,11 +7,15 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <limits>
 #include <numeric>
 #include <optional>
 
 #include "data/error.h"
+#include "data/imu_stamps.h"
+#include "data/imu_streams.h"
 #include "data/input_fault.h"
+#include "data/table_text.h"
 #include "data/text_row.h"
 
 namespace slcmap {
@@ -28,6 +32,7 @@ constexpr double kMaxImuRate_hz = 20000, kUsualImuRate_hz = 200;
 template <typename Element>
 struct Rows {
   std::string path;
+  TableText text;
   std::vector<Element> elements;
   std::vector<int> numbers;            // of the rows, for messages
   std::vector<double> written_stamps;  // before they are rounded to nanoseconds
@@ -42,14 +47,12 @@ std::optional<int64_t> ParseStamp(std::string_view text) {
   return stamp_ns && std::abs(*stamp_ns) <= kMax_ns ? stamp_ns : std::nullopt;
 }
 
-// The median step between a table's stamps as they are written, without repeated ones.
+// The median step between a table's stamps as they are written, without repeated ones; of those
+// that come in packets, between packets' samples.
 double WrittenStep(std::vector<double> stamps) {
   std::sort(stamps.begin(), stamps.end());
-  std::vector<double> steps;
-  for (size_t i = 1; i < stamps.size(); ++i) {
-    if (stamps[i] > stamps[i - 1]) steps.push_back(stamps[i] - stamps[i - 1]);
-  }
-  return Median(std::move(steps));
+  stamps.erase(std::unique(stamps.begin(), stamps.end()), stamps.end());
+  return SamplingPeriod(stamps);
 }
 
 // Throws where stamps in nanoseconds would mean more than max_rate_hz, but not in another unit: the
@@ -117,6 +120,7 @@ std::vector<Element> Rising(const Rows<Element>& rows, Warnings* warnings) {
     if (!is_kept[i]) warnings->Add(kStampUnsorted, rows.Place(i));
     if (is_kept[i] && !is_in_place[i]) warnings->Add(kRowSorted, rows.Place(i));
   }
+  rows.text.RequireStamps(rows.elements.size(), kept.size());
   if (kept.empty()) {
     throw InputFault("rows", rows.path + ": found no row of data, expected at least one",
                      "write a row a sample or image into " + rows.path);
@@ -179,16 +183,24 @@ void RequireGyroFirst(const std::string& path) {
                    "write the columns of " + path + " as stamp_ns, wx, wy, wz, ax, ay, az");
 }
 
-// Six numbers after the stamp; nothing where one is not a number.
-std::optional<Eigen::Matrix<double, 6, 1>> ParseSix(const std::vector<std::string_view>& fields) {
-  Eigen::Matrix<double, 6, 1> values;
-  if (fields.size() < 7) return std::nullopt;
-  for (int i = 0; i < 6; ++i) {
-    const std::optional<double> value = ParseNumber(fields[i + 1]);
-    if (!value) return std::nullopt;
-    values[i] = *value;
+// The stamp and six numbers after it, NaN for those that are blank; nothing where one is other
+// text, or where less than one sensor's are there.
+std::optional<ImuRow> ParseImuRow(int number, const std::vector<std::string_view>& fields) {
+  const std::optional<int64_t> stamp_ns = ParseStamp(fields[0]);
+  if (!stamp_ns || fields.size() < 4) return std::nullopt;
+  ImuRow row{*stamp_ns, number, fields.size() >= 7, {}, {}};
+  for (size_t i = 0; i < 6; ++i) {
+    double& reading = i < 3 ? row.angular_velocity_rad_s[i] : row.specific_force_m_s2[i - 3];
+    reading = std::numeric_limits<double>::quiet_NaN();
+    if (i + 1 >= fields.size() || fields[i + 1].empty()) {
+      row.is_whole = false;
+    } else if (const std::optional<double> value = ParseNumber(fields[i + 1])) {
+      reading = *value;
+    } else {
+      return std::nullopt;
+    }
   }
-  return values;
+  return row;
 }
 
 }  // namespace
@@ -224,40 +236,54 @@ std::vector<size_t> LongestRising(const std::vector<int64_t>& stamps_ns) {
 std::vector<ImageFile> ReadAslImages(const std::string& camera_folder, Warnings* warnings) {
   const fs::path folder(camera_folder);
   const std::string path = (folder / "data.csv").string();
-  Rows<ImageFile> rows{path, {}, {}, {}};
+  Rows<ImageFile> rows{path, TableText(path, "stamp_ns, file"), {}, {}, {}};
   std::optional<fs::path> base;
   ForEachRow(path, [&](int row, const std::vector<std::string_view>& fields) {
     const std::optional<int64_t> stamp_ns = ParseStamp(fields[0]);
     if (!stamp_ns || HasZeroByte(fields)) {
       warnings->Add(kRowUnreadable, fmt::format("{}: row {}", path, row));
+      rows.text.AddUnreadable(row, fields);
       return;
     }
     if (!base) base = FindBase(folder, fields, *stamp_ns);
     rows.elements.push_back({*stamp_ns, ImagePath(*base, fields, *stamp_ns)});
     rows.numbers.push_back(row);
     rows.written_stamps.push_back(ParseNumber(fields[0]).value_or(0));
+    rows.text.AddRead(fields);
   });
+  rows.text.RequireReadable();
+  rows.text.RequireDigits(warnings);
   RequireNanoseconds(path, rows.written_stamps, kMaxImageRate_hz, kUsualImageRate_hz);
   return Rising(rows, warnings);
 }
 
 std::vector<ImuSample> ReadAslImu(const std::string& path, Warnings* warnings) {
   RequireGyroFirst(path);
-  Rows<ImuSample> rows{path, {}, {}, {}};
-  ForEachRow(path, [&](int row, const std::vector<std::string_view>& fields) {
-    const std::optional<int64_t> stamp_ns = ParseStamp(fields[0]);
-    const auto values = ParseSix(fields);
-    if (!stamp_ns || !values) {
-      warnings->Add(kRowUnreadable, fmt::format("{}: row {}", path, row));
-    } else if (!values->allFinite()) {
-      warnings->Add(kRowNotFinite, fmt::format("{}: row {}", path, row));
-    } else {
-      rows.elements.push_back({*stamp_ns, values->head<3>(), values->tail<3>()});
-      rows.numbers.push_back(row);
-      rows.written_stamps.push_back(ParseNumber(fields[0]).value_or(0));
+  Rows<ImuSample> rows{path, TableText(path, "stamp_ns, wx, wy, wz, ax, ay, az"), {}, {}, {}};
+  std::vector<ImuRow> read;
+  ForEachRow(path, [&](int number, const std::vector<std::string_view>& fields) {
+    const std::optional<ImuRow> row = ParseImuRow(number, fields);
+    if (!row) {
+      warnings->Add(kRowUnreadable, fmt::format("{}: row {}", path, number));
+      rows.text.AddUnreadable(number, fields);
+      return;
     }
+    read.push_back(*row);
+    rows.written_stamps.push_back(ParseNumber(fields[0]).value_or(0));
+    rows.text.AddRead(fields);
   });
+  rows.text.RequireReadable();
+  rows.text.RequireDigits(warnings);
   RequireNanoseconds(path, rows.written_stamps, kMaxImuRate_hz, kUsualImuRate_hz);
+  for (const ImuRow& row : JoinImuStreams(path, std::move(read), warnings)) {
+    if (row.angular_velocity_rad_s.allFinite() && row.specific_force_m_s2.allFinite()) {
+      rows.elements.push_back({row.stamp_ns, row.angular_velocity_rad_s, row.specific_force_m_s2});
+      rows.numbers.push_back(row.number);
+    } else {
+      warnings->Add(row.is_whole ? kRowNotFinite : kRowUnreadable,
+                    fmt::format("{}: row {}", path, row.number));
+    }
+  }
   const std::vector<ImuSample> samples = Rising(rows, warnings);
   CountGaps(path, samples, warnings);
   return samples;

@@ -18,14 +18,16 @@ struct ImageFile {
 // Reads <camera_folder>/data.csv: "stamp_ns, file". The file is taken relative to data/, to the
 // camera's folder or to the folder above, whichever holds the first one; without that column it is
 // data/<stamp_ns>.png. Rows that cannot be read, and those outside the longest rising sequence of
-// stamps, are counted and dropped; a table with more than a fifth of its rows out of place is sorted
-// instead, and only its repeated stamps are dropped. Throws DataError when the file is missing or no
-// row is left, InputFault when the stamps seem to be in another unit than nanoseconds.
+// stamps, are counted and dropped; a table with more than a fifth of its rows out of place is
+// sorted instead, and only its repeated stamps are dropped. Throws DataError when the file is
+// missing or no row is left, InputFault when the stamps seem to be in another unit than nanoseconds
+// or have lost digits, and when most rows cannot be read or have no stamp of their own.
 std::vector<ImageFile> ReadAslImages(const std::string& camera_folder, Warnings* warnings);
 
 // Reads an ASL imu0/data.csv: "stamp_ns, wx, wy, wz, ax, ay, az" in rad/s and m/s^2; more columns
-// are ignored. Bad rows as above, also those that are not finite. Gaps are counted. Throws
-// InputFault where the comment that heads the table says another order.
+// are ignored. Bad rows as above, also those that are not finite. Rows that hold one sensor only
+// are joined, and packets stamped on arrival evened out (JoinImuStreams). Gaps are counted. Throws
+// InputFault as above, and where the comment that heads the table says another order.
 std::vector<ImuSample> ReadAslImu(const std::string& path, Warnings* warnings);
 
 // The median step between sorted stamps in seconds, 0 with fewer than two. Elements have stamp_ns.

@@ -9,8 +9,12 @@
 #include <optional>
 #include <vector>
 
+#include "data/calibration_fault.h"
+#include "data/camera_choice.h"
+#include "data/camera_words.h"
 #include "data/error.h"
 #include "data/file.h"
+#include "data/imu_calibration.h"
 #include "data/input_fault.h"
 #include "data/yaml_options.h"
 
@@ -26,16 +30,9 @@ constexpr double kMaxLever_m = 10;  // from the IMU to a camera
 constexpr double kMaxTimeOffset_s = 1;
 constexpr double kMaxShiftApart_s = 1e-3, kSameShift_s = 1e-6;  // of the two cameras
 
-// "a.yaml: cam0" and "intrinsics" -> "cam0.intrinsics in a.yaml", for remedies.
-std::string KeyInFile(const std::string& place, const std::string& key) {
-  const size_t colon = place.find(": ");
-  if (colon == std::string::npos) return key + " in " + place;
-  return place.substr(colon + 2) + "." + key + " in " + place.substr(0, colon);
-}
-
 [[noreturn]] void Fail(const YamlSection& section, const std::string& key,
                        const std::string& problem, const std::string& remedy) {
-  throw InputFault("calibration", fmt::format("{}: {}: {}", section.place(), key, problem), remedy);
+  throw CalibrationFault(section, key, problem, remedy);
 }
 
 // A value that must be there.
@@ -89,6 +86,8 @@ RigidTransform RequiredTransform(YamlSection& section, const std::string& key, b
     YamlSection matrix = section.Section(key);
     RequireFourByFour(matrix);
     flat = RequiredNumbers(matrix, "data", 16);
+    matrix.Skip("dt");  // OpenCV's type of the numbers
+    matrix.Finish();
   } else {
     const auto rows = Required<std::vector<std::vector<double>>>(section, key);
     bool complete = rows.size() == 4;
@@ -116,45 +115,29 @@ RigidTransform RequiredTransform(YamlSection& section, const std::string& key, b
   }
 }
 
-Distortion RequiredDistortion(YamlSection& section) {
-  const auto name = Required<std::string>(section, "distortion_model");
-  if (name == "radial-tangential" || name == "radtan" || name == "plumb_bob") {
-    return Distortion::kRadialTangential;
-  }
-  if (name == "equidistant" || name == "equi") return Distortion::kEquidistant;
-  if (name == "none") return Distortion::kNone;
-  Fail(section, "distortion_model",
-       fmt::format("found '{}', expected radial-tangential, radtan, equidistant or none", name),
-       fmt::format("calibrate with one of these models, and name it as {}",
-                   KeyInFile(section.place(), "distortion_model")));
-}
-
 // The keys that ASL and Kalibr share, with the name that each gives to the coefficients.
 Camera ReadCamera(YamlSection& section, const std::string& coefficients_key) {
-  Camera camera;
-  std::string model = "pinhole";
-  section.Read("camera_model", &model);
-  if (model != "pinhole") {
-    Fail(section, "camera_model", fmt::format("found '{}', expected pinhole", model),
-         fmt::format("calibrate with a pinhole (with equidistant distortion for a fisheye), and "
-                     "write it as {}",
-                     KeyInFile(section.place(), "camera_model")));
+  CameraWords words{"pinhole", "none", {}, {}};
+  section.Read("camera_model", &words.camera_model);
+  words.intrinsics = Required<std::vector<double>>(section, "intrinsics");
+  if (words.camera_model == "pinhole" || section.Has("distortion_model")) {
+    words.distortion_model = Required<std::string>(section, "distortion_model");
   }
-  const auto intrinsics = RequiredNumbers(section, "intrinsics", 4);
-  camera.fx_px = intrinsics[0];
-  camera.fy_px = intrinsics[1];
-  camera.cx_px = intrinsics[2];
-  camera.cy_px = intrinsics[3];
+  if (words.distortion_model != "none") {
+    words.coefficients = Required<std::vector<double>>(section, coefficients_key);
+  }
+  CameraFault fault;
+  std::optional<Camera> camera = CameraOf(words, &fault);
+  if (!camera) {
+    const std::string key = fault.key == "coefficients" ? coefficients_key : fault.key;
+    Fail(section, key, fmt::format("found {}, expected {}", fault.found, fault.expected),
+         fmt::format("write {} as {}", fault.expected, KeyInFile(section.place(), key)));
+  }
   const cv::Size resolution = RequiredResolution(section);
-  camera.width_px = resolution.width;
-  camera.height_px = resolution.height;
-  camera.distortion = RequiredDistortion(section);
-  if (camera.distortion != Distortion::kNone) {
-    const auto coefficients = RequiredNumbers(section, coefficients_key, 4);
-    camera.coefficients = Eigen::Map<const Eigen::Vector4d>(coefficients.data());
-  }
-  camera.Check(section.place());
-  return camera;
+  camera->width_px = resolution.width;
+  camera->height_px = resolution.height;
+  camera->Check(section.place());
+  return *camera;
 }
 
 void ReadNoise(YamlSection& section, const std::string& rate_key, ImuNoise* noise) {
@@ -192,7 +175,7 @@ void RequireEqual(const RigidTransform& a, const RigidTransform& b, const std::s
 }
 
 // The pose of a Kalibr camera by the entries it has; adds to *source which ones were read.
-RigidTransform ReadKalibrPose(YamlSection& camera, int index, const RigidTransform& T_imu_left,
+RigidTransform ReadKalibrPose(YamlSection& camera, int index, const RigidTransform& T_imu_previous,
                               Mirrored mirrored, std::string* source) {
   std::optional<RigidTransform> T_imu_camera;
   const auto take = [&](const std::string& key, const RigidTransform& pose) {
@@ -208,41 +191,110 @@ RigidTransform ReadKalibrPose(YamlSection& camera, int index, const RigidTransfo
   if (camera.Has("T_cam_imu")) {
     take("T_cam_imu", RequiredTransform(camera, "T_cam_imu", false, mirrored).Inverse());
   }
-  if (index == 1 && camera.Has("T_cn_cnm1")) {
+  if (index > 0 && camera.Has("T_cn_cnm1")) {
     take("T_cn_cnm1",
-         T_imu_left * RequiredTransform(camera, "T_cn_cnm1", false, mirrored).Inverse());
+         T_imu_previous * RequiredTransform(camera, "T_cn_cnm1", false, mirrored).Inverse());
   }
   if (!T_imu_camera) {
     Fail(camera, "T_cam_imu",
-         fmt::format("missing, expected it or T_imu_cam{}", index == 1 ? " or T_cn_cnm1" : ""),
+         fmt::format("missing, expected it or T_imu_cam{}", index > 0 ? " or T_cn_cnm1" : ""),
          fmt::format("add {}; Kalibr's camera-IMU calibration gives it",
                      KeyInFile(camera.place(), "T_cam_imu")));
   }
   return *T_imu_camera;
 }
 
-void ReadKalibrImu(const std::string& path, Rig* rig) {
+// Takes the cameras and IMUs of a file, whoever reads them.
+void SkipSensors(YamlSection* root) {
+  YamlSection all = *root;
+  for (const std::string& key : all.Keys()) {
+    const std::string kind = key.substr(0, 3);
+    if (key.size() == 4 && (kind == "cam" || kind == "imu")) root->Skip(key);
+  }
+}
+
+// The IMU that is read is imu0, or one whose pose and clock against it are given: then cameras are
+// brought to its frame and its clock.
+void ReadKalibrImu(const std::string& path, Mirrored mirrored, Rig* rig) {
   YamlSection root = YamlSection::FromFile(path);
   YamlSection imu = root.Has("imu0") ? root.Section("imu0") : root;
-  ReadNoise(imu, "update_rate", &rig->imu_noise);
+  const bool asl_rate = imu.Has("rate_hz") && !imu.Has("update_rate");
+  ReadNoise(imu, asl_rate ? "rate_hz" : "update_rate", &rig->imu_noise);
+  rig->imu_correction = ReadImuCorrection(&imu);
+  if (imu.Has("T_i_b")) {
+    const RigidTransform T_imu_body = RequiredTransform(imu, "T_i_b", false, mirrored);
+    if (!T_imu_body.Matrix().isIdentity(0)) {
+      for (RigidTransform& pose : rig->T_imu_camera) pose = T_imu_body * pose;
+    }
+  }
+  double time_offset_s = 0;  // stamp of imu0 = stamp of this + offset
+  imu.Read("time_offset", &time_offset_s);
+  if (!(std::abs(time_offset_s) <= kMaxTimeOffset_s)) {
+    Fail(imu, "time_offset",
+         fmt::format("found {} s, expected at most {} s either way", time_offset_s,
+                     kMaxTimeOffset_s),
+         fmt::format("write {} in seconds", KeyInFile(imu.place(), "time_offset")));
+  }
+  rig->camera_time_offset_s -= time_offset_s;
+  for (const char* key : {"T_i_b", "rostopic"}) imu.Skip(key);
+  imu.Finish();
+  SkipSensors(&root);
+  if (root.Has("imu0")) root.Finish();
+}
+
+constexpr char kTimeShift[] = "timeshift_cam_imu";
+
+std::optional<double> ReadTimeShift(YamlSection& camera) {
+  if (!camera.Has(kTimeShift)) return std::nullopt;
+  double shift_s = 0;
+  camera.Read(kTimeShift, &shift_s);
+  return shift_s;
 }
 
 // A camera without one has that of the rig: none, or that of the left one.
-void ReadTimeShift(YamlSection& camera, int index, Rig* rig, Warnings* warnings) {
-  constexpr char kKey[] = "timeshift_cam_imu";
-  double shift_s = rig->camera_time_offset_s;
-  camera.Read(kKey, &shift_s);
-  if (index == 0) rig->camera_time_offset_s = shift_s;
+void TakeTimeShifts(const std::vector<const ChainCamera*>& used, Rig* rig, Warnings* warnings) {
+  rig->camera_time_offset_s = used[0]->time_shift_s.value_or(0);
+  const double shift_s = used.back()->time_shift_s.value_or(rig->camera_time_offset_s);
   const double apart_s = std::abs(shift_s - rig->camera_time_offset_s);
   if (!(apart_s <= kMaxShiftApart_s)) {
-    Fail(camera, kKey,
-         fmt::format("found {} s, expected that of cam0, {} s, to {} s", shift_s,
-                     rig->camera_time_offset_s, kMaxShiftApart_s),
-         fmt::format("trigger both cameras together, or bring the stamps of cam1 to the clock of "
-                     "cam0, and write cam0's shift as {}",
-                     KeyInFile(camera.place(), kKey)));
+    throw InputFault(
+        "calibration",
+        fmt::format("{}: {}: found {} s, expected that of cam{}, {} s, to {} s", used[1]->place,
+                    kTimeShift, shift_s, used[0]->index, rig->camera_time_offset_s,
+                    kMaxShiftApart_s),
+        fmt::format("trigger both cameras together, or bring the stamps of cam{} to the clock of "
+                    "cam{}, and write the latter's shift as {}",
+                    used[1]->index, used[0]->index, KeyInFile(used[1]->place, kTimeShift)));
   }
-  if (apart_s > kSameShift_s) warnings->Add(kTimeShiftsDiffer, camera.place());
+  if (apart_s > kSameShift_s) warnings->Add(kTimeShiftsDiffer, used[1]->place);
+}
+
+// Makes the rig of the cameras that are used.
+void TakeCameras(const std::vector<ChainCamera>& chain, const std::vector<int>& wanted,
+                 Calibration* calibration, Warnings* warnings) {
+  std::vector<const ChainCamera*> used;
+  for (const size_t i : ChooseCameras(chain, wanted)) used.push_back(&chain[i]);
+  calibration->cameras = {};
+  for (size_t i = 0; i < used.size(); ++i) {
+    calibration->rig.cameras[i] = used[i]->camera;
+    calibration->rig.T_imu_camera[i] = used[i]->T_imu_camera;
+    calibration->cameras.push_back(used[i]->index);
+    calibration->source += (i == 0 ? "" : ", ") + used[i]->source;
+  }
+  TakeTimeShifts(used, &calibration->rig, warnings);
+  if (chain.size() <= used.size()) return;
+  calibration->source +=
+      fmt::format("; cameras {} of {}", fmt::join(calibration->cameras, ", "), chain.size());
+}
+
+// Keys that say nothing that is needed are passed over; any other is an error.
+void FinishCamera(YamlSection* camera, const std::vector<std::string>& not_needed) {
+  for (const std::string& key : not_needed) camera->Skip(key);
+  camera->Finish();
+}
+
+std::string CorrectedWords(const Rig& rig) {
+  return IsIdentity(rig.imu_correction) ? "" : ", IMU's scale and axes corrected";
 }
 
 // Wrong types are the data's fault here, not the command line's.
@@ -252,6 +304,9 @@ auto AsDataErrors(Reader read) {
     return read();
   } catch (const ConfigError& error) {
     const std::string what = error.what();
+    if (const size_t unknown = what.find(": unknown key"); unknown != std::string::npos) {
+      throw InputFault("calibration", what, "correct or remove " + what.substr(0, unknown));
+    }
     const size_t unreadable = what.find(": cannot be");
     throw InputFault("calibration", what,
                      unreadable != std::string::npos
@@ -281,6 +336,16 @@ const std::vector<std::string> kCamchainNames = {"camchain.yaml", "camchain-imuc
 const std::vector<std::string> kImuNames = {"imu_config.yaml", "imu.yaml", "imu0.yaml",
                                             "kalibr_imu_chain.yaml"};
 
+// Kalibr names what belongs together alike: camchain-imucam-BAG.yaml and imu-BAG.yaml.
+std::vector<std::string> ImuNamesBeside(const std::string& camchain_path) {
+  std::vector<std::string> names = kImuNames;
+  std::string name = fs::path(camchain_path).filename().string();
+  const std::string chain = "camchain-imucam";
+  const size_t at = name.find(chain);
+  if (at != std::string::npos) names.insert(names.begin(), name.replace(at, chain.size(), "imu"));
+  return names;
+}
+
 std::string KalibrMatrix(const char* key, const RigidTransform& transform) {
   const Eigen::Matrix4d m = transform.Matrix();
   std::string text = fmt::format("  {}:\n", key);
@@ -290,28 +355,15 @@ std::string KalibrMatrix(const char* key, const RigidTransform& transform) {
   return text;
 }
 
-const char* KalibrName(Distortion distortion) {
-  switch (distortion) {
-    case Distortion::kRadialTangential:
-      return "radtan";
-    case Distortion::kEquidistant:
-      return "equidistant";
-    case Distortion::kNone:
-      break;
-  }
-  return "none";
-}
-
 std::string KalibrCamera(const std::string& name, const Camera& camera,
                          const RigidTransform& T_imu_camera, double time_offset_s) {
-  const Eigen::Vector4d& k = camera.coefficients;
+  const CameraWords words = DescribeCamera(camera);
   return fmt::format(
-      "{}:\n{}  camera_model: pinhole\n  distortion_coeffs: [{}, {}, {}, {}]\n"
-      "  distortion_model: {}\n  intrinsics: [{}, {}, {}, {}]\n  resolution: [{}, {}]\n"
-      "  timeshift_cam_imu: {}\n",
-      name, KalibrMatrix("T_cam_imu", T_imu_camera.Inverse()), k[0], k[1], k[2], k[3],
-      KalibrName(camera.distortion), camera.fx_px, camera.fy_px, camera.cx_px, camera.cy_px,
-      camera.width_px, camera.height_px, time_offset_s);
+      "{}:\n{}  camera_model: {}\n  distortion_coeffs: [{}]\n  distortion_model: {}\n"
+      "  intrinsics: [{}]\n  resolution: [{}, {}]\n  timeshift_cam_imu: {}\n",
+      name, KalibrMatrix("T_cam_imu", T_imu_camera.Inverse()), words.camera_model,
+      fmt::join(words.coefficients, ", "), words.distortion_model,
+      fmt::join(words.intrinsics, ", "), camera.width_px, camera.height_px, time_offset_s);
 }
 
 }  // namespace
@@ -349,7 +401,8 @@ void CheckRig(const Rig& rig, const std::string& place) {
   }
 }
 
-Calibration ReadAslCalibration(const std::string& folder, Warnings* warnings, Mirrored mirrored) {
+Calibration ReadAslCalibration(const std::string& folder, Warnings* warnings, Mirrored mirrored,
+                               const std::vector<int>& cameras) {
   return AsDataErrors([&] {
     Calibration calibration;
     Rig& rig = calibration.rig;
@@ -359,53 +412,68 @@ Calibration ReadAslCalibration(const std::string& folder, Warnings* warnings, Mi
       YamlSection imu = YamlSection::FromFile(imu_path);
       if (imu.Has("T_BS")) T_body_imu = RequiredTransform(imu, "T_BS", true, mirrored);
       ReadNoise(imu, "rate_hz", &rig.imu_noise);
+      rig.imu_correction = ReadImuCorrection(&imu);
+      for (const char* key : {"T_BS", "sensor_type", "comment"}) imu.Skip(key);
+      imu.Finish();
     } else {
       warnings->Add(kImuNoiseAssumed, imu_path);
     }
-    for (int i = 0; i < 2; ++i) {
-      if (i == 1 && !Exists(folder + "/cam1")) break;
+    std::vector<ChainCamera> chain;
+    for (int i = 0; i == 0 || Exists(fmt::format("{}/cam{}/sensor.yaml", folder, i)); ++i) {
       YamlSection camera = YamlSection::FromFile(fmt::format("{}/cam{}/sensor.yaml", folder, i));
-      rig.cameras[i] = ReadCamera(camera, "distortion_coefficients");
-      rig.T_imu_camera[i] =
-          T_body_imu.Inverse() * RequiredTransform(camera, "T_BS", true, mirrored);
-      ReadTimeShift(camera, i, &rig, warnings);
+      chain.push_back({i, ReadCamera(camera, "distortion_coefficients"),
+                       T_body_imu.Inverse() * RequiredTransform(camera, "T_BS", true, mirrored),
+                       ReadTimeShift(camera), camera.place(), fmt::format("cam{}", i)});
+      FinishCamera(&camera, {"sensor_type", "comment", "rate_hz", "distortion_coefficients"});
     }
+    if (chain.size() == 1 && Exists(folder + "/cam1")) {
+      YamlSection::FromFile(folder + "/cam1/sensor.yaml");  // which says what is missing
+    }
+    TakeCameras(chain, cameras, &calibration, warnings);
     CheckRig(rig, folder);
-    calibration.source =
-        folder + "/*/sensor.yaml (T_BS of cam0, " + (IsStereo(rig) ? "cam1, " : "") + "imu0)";
+    calibration.source = fmt::format("{}/*/sensor.yaml (T_BS of {}, imu0){}", folder,
+                                     calibration.source, CorrectedWords(rig));
     return calibration;
   });
 }
 
 Calibration ReadKalibrCalibration(const std::string& camchain_path, const std::string& imu_path,
-                                  Warnings* warnings, Mirrored mirrored) {
+                                  Warnings* warnings, Mirrored mirrored,
+                                  const std::vector<int>& cameras) {
   return AsDataErrors([&] {
     Calibration calibration;
     Rig& rig = calibration.rig;
     YamlSection root = YamlSection::FromFile(camchain_path);
-    for (int i = 0; i < 2; ++i) {
+    std::vector<ChainCamera> chain;
+    for (int i = 0; i == 0 || root.Has(fmt::format("cam{}", i)); ++i) {
       const std::string name = fmt::format("cam{}", i);
-      if (i == 1 && !root.Has(name)) break;
       if (!root.Has(name)) {
         Fail(root, name, "missing, expected cam0 and cam1",
              fmt::format("name a Kalibr camera chain instead of {}, or add {} to it", camchain_path,
                          name));
       }
       YamlSection camera = root.Section(name);
-      rig.cameras[i] = ReadCamera(camera, "distortion_coeffs");
-      rig.T_imu_camera[i] =
-          ReadKalibrPose(camera, i, rig.T_imu_camera[0], mirrored, &calibration.source);
-      ReadTimeShift(camera, i, &rig, warnings);
+      ChainCamera& read = chain.emplace_back(ChainCamera{
+          i, ReadCamera(camera, "distortion_coeffs"), {}, ReadTimeShift(camera), camera.place()});
+      read.T_imu_camera = ReadKalibrPose(
+          camera, i, i == 0 ? RigidTransform() : chain[chain.size() - 2].T_imu_camera, mirrored,
+          &read.source);
+      FinishCamera(&camera, {"rostopic", "cam_overlaps", "distortion_coeffs", "T_cam_imu",
+                             "T_imu_cam", "T_cn_cnm1"});
     }
+    TakeCameras(chain, cameras, &calibration, warnings);
+    SkipSensors(&root);
+    root.Finish();
     if (imu_path.empty()) {
       warnings->Add(kImuNoiseAssumed, camchain_path);
     } else {
-      ReadKalibrImu(imu_path, &rig);
+      ReadKalibrImu(imu_path, mirrored, &rig);
     }
     CheckRig(rig, camchain_path);
     calibration.source =
         fmt::format("{} ({}, timeshift {} s), IMU noise {}", camchain_path, calibration.source,
-                    rig.camera_time_offset_s, imu_path.empty() ? "assumed" : imu_path);
+                    rig.camera_time_offset_s, imu_path.empty() ? "assumed" : imu_path) +
+        CorrectedWords(rig);
     return calibration;
   });
 }
@@ -425,12 +493,14 @@ void WriteKalibrCalibration(const std::string& path, const Rig& rig) {
       "  gyroscope_noise_density: {}\n  gyroscope_random_walk: {}\n  update_rate: {}\n",
       noise.accel_noise_m_s2_sqrthz, noise.accel_walk_m_s3_sqrthz, noise.gyro_noise_rad_s_sqrthz,
       noise.gyro_walk_rad_s2_sqrthz, noise.rate_hz);
+  text += KalibrImuCorrection(rig.imu_correction);
   WriteFile(path, text);
 }
 
-Calibration FindCalibration(const std::string& asl_folder, Warnings* warnings, Mirrored mirrored) {
+Calibration FindCalibration(const std::string& asl_folder, Warnings* warnings, Mirrored mirrored,
+                            const std::vector<int>& cameras) {
   if (Exists(fs::path(asl_folder) / "cam0" / "sensor.yaml")) {
-    return ReadAslCalibration(asl_folder, warnings, mirrored);
+    return ReadAslCalibration(asl_folder, warnings, mirrored, cameras);
   }
   const fs::path folder(asl_folder), above = fs::absolute(folder).lexically_normal().parent_path();
   const std::vector<fs::path> folders = {folder, folder / "dso", above, above / "dso"};
@@ -444,19 +514,20 @@ Calibration FindCalibration(const std::string& asl_folder, Warnings* warnings, M
                                  "{0}/imu0/sensor.yaml, or name a Kalibr chain with --calibration",
                                  asl_folder));
   }
-  return ReadKalibrCalibration(camchain_path, FirstExisting(folders, kImuNames), warnings,
-                               mirrored);
+  return ReadKalibrCalibration(camchain_path, FirstExisting(folders, kImuNames), warnings, mirrored,
+                               cameras);
 }
 
-Calibration ReadCalibration(const std::string& path, Warnings* warnings, Mirrored mirrored) {
+Calibration ReadCalibration(const std::string& path, Warnings* warnings, Mirrored mirrored,
+                            const std::vector<int>& cameras) {
   std::error_code error;
-  if (fs::is_directory(path, error)) return FindCalibration(path, warnings, mirrored);
+  if (fs::is_directory(path, error)) return FindCalibration(path, warnings, mirrored, cameras);
   const std::string imu_path = AsDataErrors([&] {
     return YamlSection::FromFile(path).Has("imu0")
                ? path
-               : FirstExisting({fs::path(path).parent_path()}, kImuNames);
+               : FirstExisting({fs::path(path).parent_path()}, ImuNamesBeside(path));
   });
-  return ReadKalibrCalibration(path, imu_path, warnings, mirrored);
+  return ReadKalibrCalibration(path, imu_path, warnings, mirrored, cameras);
 }
 
 }  // namespace slcmap

@@ -51,8 +51,9 @@ std::vector<double> RadialTangentialOf(const Camera& camera) {
 std::optional<CameraFault> ReadRadialTangential(const std::vector<double>& k, Camera* camera) {
   const bool has_known_size = std::ranges::count(std::array<size_t, 5>{4, 5, 8, 12, 14}, k.size());
   if (!has_known_size) {
-    return CameraFault{"coefficients", fmt::format("{} numbers", k.size()),
-                       "4 (k1, k2, p1, p2), 5 (then k3), 8 (then k4, k5, k6) or 12 (then s1 to s4)"};
+    return CameraFault{
+        "coefficients", fmt::format("{} numbers", k.size()),
+        "4 (k1, k2, p1, p2), 5 (then k3), 8 (then k4, k5, k6) or 12 (then s1 to s4)"};
   }
   if (k.size() == 14 && (k[12] != 0 || k[13] != 0)) {
     return CameraFault{"coefficients", fmt::format("a tilted sensor ({}, {})", k[12], k[13]),
@@ -114,14 +115,14 @@ std::optional<CameraFault> ReadDistortion(const CameraWords& words, Camera* came
 // What comes with a lens: omni with radial-tangential distortion or none, the others with none.
 std::optional<CameraFault> ReadLens(const Lens& lens, const CameraWords& words, Camera* camera) {
   if (const auto fault = ReadDistortion(words, camera)) return fault;
-  const bool fits = camera->distortion == Distortion::kNone ||
-                    (lens.distortion == Distortion::kOmni &&
-                     camera->distortion == Distortion::kRadialTangential);
+  const bool fits =
+      camera->distortion == Distortion::kNone ||
+      (lens.distortion == Distortion::kOmni && camera->distortion == Distortion::kRadialTangential);
   if (!fits) {
-    return CameraFault{"distortion_model", "'" + words.distortion_model + "'",
-                       fmt::format("none{} with camera_model {}",
-                                   lens.distortion == Distortion::kOmni ? " or radtan" : "",
-                                   lens.name)};
+    return CameraFault{
+        "distortion_model", "'" + words.distortion_model + "'",
+        fmt::format("none{} with camera_model {}",
+                    lens.distortion == Distortion::kOmni ? " or radtan" : "", lens.name)};
   }
   camera->distortion = lens.distortion;
   return std::nullopt;
@@ -181,7 +182,8 @@ std::optional<Camera> CameraOf(const CameraWords& words, CameraFault* fault) {
                                                      ? "xi, alpha, "
                                                      : "alpha, beta, ")});
   }
-  if (const auto wrong = is_pinhole ? ReadDistortion(read, &camera) : ReadLens(*lens, read, &camera)) {
+  if (const auto wrong =
+          is_pinhole ? ReadDistortion(read, &camera) : ReadLens(*lens, read, &camera)) {
     return fail(*wrong);
   }
   std::copy_n(read.intrinsics.begin(), shapes, camera.shape.begin());

@@ -6,6 +6,7 @@
 #include <filesystem>
 
 #include "data/calibration.h"
+#include "data/imu_calibration.h"
 #include "data/input_fault.h"
 #include "data/mask.h"
 
@@ -32,16 +33,22 @@ void RequireOverlap(const Sequence& sequence) {
                   sequence.folder));
 }
 
+std::string CameraFolder(const Sequence& sequence, size_t camera) {
+  return fmt::format("cam{}", sequence.cameras.at(camera));
+}
+
 // The images that sequence->rig has cameras for.
 std::vector<StereoEntry> ReadImageList(const SequenceOptions& options, Sequence* sequence) {
   const fs::path folder(sequence->folder);
-  const auto left = ReadAslImages((folder / "cam0").string(), &sequence->warnings);
+  const auto left =
+      ReadAslImages((folder / CameraFolder(*sequence, 0)).string(), &sequence->warnings);
   std::vector<StereoEntry> images;
   if (!IsStereo(sequence->rig)) {
     for (const ImageFile& image : left) images.push_back({image.stamp_ns, image.path, ""});
     return images;
   }
-  const auto right = ReadAslImages((folder / "cam1").string(), &sequence->warnings);
+  const auto right =
+      ReadAslImages((folder / CameraFolder(*sequence, 1)).string(), &sequence->warnings);
   images = PairImages(left, right, options.max_stereo_offset_s, &sequence->warnings);
   if (images.empty()) {
     throw InputFault(
@@ -125,18 +132,23 @@ Sequence OpenSequence(const std::string& path, const SequenceOptions& options) {
   const fs::path folder(sequence.folder);
   const Calibration calibration =
       options.calibration.empty()
-          ? FindCalibration(sequence.folder, &sequence.warnings, options.mirrored)
-          : ReadCalibration(options.calibration, &sequence.warnings, options.mirrored);
+          ? FindCalibration(sequence.folder, &sequence.warnings, options.mirrored, options.cameras)
+          : ReadCalibration(options.calibration, &sequence.warnings, options.mirrored,
+                            options.cameras);
   sequence.rig = calibration.rig;
   sequence.calibration_source = calibration.source;
+  sequence.cameras = calibration.cameras;
   sequence.finds_carried = options.masks.empty();
   std::error_code error;
-  if (!fs::is_directory(folder / "cam1", error)) sequence.rig.cameras[1] = Camera();
+  if (IsStereo(sequence.rig) && !fs::is_directory(folder / CameraFolder(sequence, 1), error)) {
+    sequence.rig.cameras[1] = Camera();
+  }
   ReadMasks(options.masks, &sequence.rig);
   sequence.images = ReadImageList(options, &sequence);
   if (options.needs_imu) {
     sequence.imu = ReadAslImu((folder / "imu0" / "data.csv").string(), &sequence.warnings);
     RequireOverlap(sequence);
+    Correct(sequence.rig.imu_correction, &sequence.imu);
   }
   sequence.truth_path = FindTruth(sequence.folder);
   return sequence;

@@ -20,9 +20,10 @@ struct StereoEntry {
 struct Sequence {
   std::string folder;  // the one that holds cam0, cam1 and imu0
   std::vector<StereoEntry> images;
-  std::vector<ImuSample> imu;
+  std::vector<ImuSample> imu;  // as the files have it, with rig.imu_correction applied
   Rig rig;
   std::string calibration_source;
+  std::vector<int> cameras;   // "cam0" and "cam1" are 0 and 1
   bool finds_carried = true;  // whether what moves with the rig is looked for: no mask was given
   std::string truth_path;     // true poses, "" where there are none
   Warnings warnings;
@@ -33,6 +34,7 @@ struct SequenceOptions {
   std::string calibration;                 // file or folder; "" takes the sequence's own
   double max_stereo_offset_s = 0.003;      // between the stamps of a pair
   std::vector<std::string> masks;          // image files, one a camera (data/mask.h)
+  std::vector<int> cameras;                // of a chain of them; empty: the best stereo pair
   bool needs_imu = true;  // false: a recording without imu0 will do, and its samples stay unread
 };
 

@@ -14,14 +14,31 @@ std::string_view Trim(std::string_view text) {
   return text.substr(first, text.find_last_not_of(kBlanks) - first + 1);
 }
 
-std::vector<std::string_view> SplitAt(char mark, std::string_view row) {
+// The first of the marks outside quotes; npos where there is none.
+size_t FindMark(std::string_view row, std::string_view marks) {
+  bool quoted = false;
+  for (size_t i = 0; i < row.size(); ++i) {
+    if (row[i] == '"') quoted = !quoted;
+    if (!quoted && marks.find(row[i]) != std::string_view::npos) return i;
+  }
+  return std::string_view::npos;
+}
+
+// What is between quotes, as spreadsheets and scripts write texts.
+std::string_view Unquoted(std::string_view field) {
+  field = Trim(field);
+  const bool quoted = field.size() >= 2 && field.front() == '"' && field.back() == '"';
+  return quoted ? Trim(field.substr(1, field.size() - 2)) : field;
+}
+
+std::vector<std::string_view> SplitAt(std::string_view mark, std::string_view row) {
   std::vector<std::string_view> fields;
   size_t end = 0;
-  while ((end = row.find(mark)) != std::string_view::npos) {
-    fields.push_back(Trim(row.substr(0, end)));
+  while ((end = FindMark(row, mark)) != std::string_view::npos) {
+    fields.push_back(Unquoted(row.substr(0, end)));
     row.remove_prefix(end + 1);
   }
-  row = Trim(row);
+  row = Unquoted(row);
   if (!row.empty()) fields.push_back(row);  // a mark at the end opens no field
   return fields;
 }
@@ -79,10 +96,8 @@ std::optional<Decimal> ParseDecimal(std::string_view text) {
 std::vector<std::string_view> SplitRow(std::string_view row) {
   row = Trim(row);
   if (row.empty() || row[0] == '#') return {};
-  for (const char mark : {',', ';'}) {
-    if (row.find(mark) != std::string_view::npos) return SplitAt(mark, row);
-  }
-  return SplitAtBlanks(row);
+  const size_t mark = FindMark(row, ",;");
+  return mark == std::string_view::npos ? SplitAtBlanks(row) : SplitAt(row.substr(mark, 1), row);
 }
 
 bool SeparatedByMark(std::string_view field, std::string_view next) {

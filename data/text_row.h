@@ -13,9 +13,9 @@
 
 namespace slcmap {
 
-// The fields of a row without blanks and a carriage return around them. With a comma in the row
-// only commas separate (so a field may be empty), else with a semicolon only semicolons, else
-// blanks do. A blank row and one that starts with '#' have no fields.
+// The fields of a row without blanks, quotes and a carriage return around them. Where a comma or a
+// semicolon is in the row, only the one that comes first separates (so a field may be empty), else
+// blanks do. Marks between quotes do not. A blank row and one that starts with '#' have no fields.
 std::vector<std::string_view> SplitRow(std::string_view row);
 
 // A decimal number, wholly read; nothing for other text. "nan" and "inf" are read as such.

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "data/file.h"
+#include "data/nearest_name.h"
 
 namespace slcmap {
 namespace {
@@ -192,9 +193,9 @@ void YamlSection::Finish() const {
     const std::string place = KeyPlace(place_, key);
     if (!seen.insert(key).second) throw ConfigError(place + ": found twice, expected once");
     if (known_.count(key) != 0) continue;
-    std::string names;
-    for (const std::string& name : known_) names += (names.empty() ? "" : ", ") + name;
-    throw ConfigError(place + ": unknown key; expected one of: " + names);
+    const std::vector<std::string> names(known_.begin(), known_.end());
+    throw ConfigError(fmt::format("{}: unknown key{}; expected one of: {}", place,
+                                  DidYouMean(key, names), fmt::join(names, ", ")));
   }
 }
 

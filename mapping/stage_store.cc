@@ -239,6 +239,10 @@ std::string RigText(const Rig& rig) {
     text += fmt::format("{} {} {} {} {} {} {} {} {} {} {} ", static_cast<int>(camera.distortion),
                         camera.width_px, camera.height_px, camera.fx_px, camera.fy_px, camera.cx_px,
                         camera.cy_px, k[0], k[1], k[2], k[3]);
+    if (!camera.higher_coefficients.isZero(0) || !camera.shape.isZero(0)) {
+      text += fmt::format("{} {} {} ", fmt::join(camera.higher_coefficients, " "), camera.shape[0],
+                          camera.shape[1]);
+    }
     text += PoseText(rig.T_imu_camera[c]);
     for (const int run : RunsOf(rig.masks[c])) text += fmt::format("{} ", run);
   }

@@ -8,6 +8,7 @@
 
 #include "data/calibration.h"
 #include "data/error.h"
+#include "data/imu_calibration.h"
 #include "data/json_file.h"
 #include "data/mask.h"
 #include "data/verdict_json.h"
@@ -25,7 +26,11 @@ constexpr double kMaxTimeOffset_s = 10;
 constexpr std::pair<Distortion, const char*> kDistortionNames[] = {
     {Distortion::kNone, "none"},
     {Distortion::kRadialTangential, "radial-tangential"},
-    {Distortion::kEquidistant, "equidistant"}};
+    {Distortion::kEquidistant, "equidistant"},
+    {Distortion::kOmni, "omni"},
+    {Distortion::kExtendedUnified, "eucm"},
+    {Distortion::kDoubleSphere, "ds"},
+    {Distortion::kFieldOfView, "fov"}};
 
 Json SegmentsJson(const OdometryRun& run) {
   std::map<int, std::vector<const OnlineState*>> segments;
@@ -217,20 +222,53 @@ RigidTransform ParseMatrix(const Json& json, const std::string& name) {
   return RigidTransformFromMatrix(matrix, name);
 }
 
+Json CorrectionJson(const ImuCorrection& correction) {
+  const auto rows = [](const Eigen::Matrix3d& m) {
+    Json json = Json::array();
+    for (int r = 0; r < 3; ++r) json.push_back({m(r, 0), m(r, 1), m(r, 2)});
+    return json;
+  };
+  return {{"accel", rows(correction.accel)}, {"gyro", rows(correction.gyro)}};
+}
+
+ImuCorrection ParseCorrection(const std::string& place, const Json& json) {
+  constexpr double kMaxEntry = 10;
+  const auto matrix = [&](const char* key) {
+    Eigen::Matrix3d m;
+    for (int r = 0; r < 3; ++r) {
+      for (int c = 0; c < 3; ++c) m(r, c) = json.at(key).at(r).at(c).get<double>();
+    }
+    if (!(m.cwiseAbs().maxCoeff() <= kMaxEntry)) {
+      throw DataError(
+          fmt::format("{}: {}: found entries beyond {}, expected a matrix near the "
+                      "identity",
+                      place, key, kMaxEntry));
+    }
+    return m;
+  };
+  return {matrix("accel"), matrix("gyro")};
+}
+
 Json CameraJson(const Camera& camera, const RigidTransform& T_imu_camera) {
   const auto name =
       std::find_if(std::begin(kDistortionNames), std::end(kDistortionNames),
                    [&](const auto& entry) { return entry.first == camera.distortion; });
   const Eigen::Vector4d& k = camera.coefficients;
-  return {{"width_px", camera.width_px},
-          {"height_px", camera.height_px},
-          {"fx_px", camera.fx_px},
-          {"fy_px", camera.fy_px},
-          {"cx_px", camera.cx_px},
-          {"cy_px", camera.cy_px},
-          {"distortion", name->second},
-          {"coefficients", {k[0], k[1], k[2], k[3]}},
-          {"T_imu_camera", MatrixJson(T_imu_camera)}};
+  Json json = {{"width_px", camera.width_px},
+               {"height_px", camera.height_px},
+               {"fx_px", camera.fx_px},
+               {"fy_px", camera.fy_px},
+               {"cx_px", camera.cx_px},
+               {"cy_px", camera.cy_px},
+               {"distortion", name->second},
+               {"coefficients", {k[0], k[1], k[2], k[3]}},
+               {"T_imu_camera", MatrixJson(T_imu_camera)}};
+  const auto& higher = camera.higher_coefficients;
+  if (!higher.isZero(0)) {
+    json["higher_coefficients"] = std::vector<double>(higher.begin(), higher.end());
+  }
+  if (!camera.shape.isZero(0)) json["shape"] = {camera.shape[0], camera.shape[1]};
+  return json;
 }
 
 ImuNoise ParseNoise(const std::string& place, const Json& json) {
@@ -256,13 +294,19 @@ Camera ParseCamera(const Json& json, const std::string& name) {
   camera.cx_px = json.at("cx_px").get<double>();
   camera.cy_px = json.at("cy_px").get<double>();
   for (int i = 0; i < 4; ++i) camera.coefficients[i] = json.at("coefficients").at(i).get<double>();
+  for (int i = 0; i < 8 && json.contains("higher_coefficients"); ++i) {
+    camera.higher_coefficients[i] = json.at("higher_coefficients").at(i).get<double>();
+  }
+  for (int i = 0; i < 2 && json.contains("shape"); ++i) {
+    camera.shape[i] = json.at("shape").at(i).get<double>();
+  }
   const std::string distortion = json.at("distortion").get<std::string>();
   const auto entry = std::find_if(std::begin(kDistortionNames), std::end(kDistortionNames),
                                   [&](const auto& known) { return known.second == distortion; });
   if (entry == std::end(kDistortionNames)) {
     throw DataError(
-        fmt::format("{}: distortion: found '{}', expected none, radial-tangential or "
-                    "equidistant",
+        fmt::format("{}: distortion: found '{}', expected none, radial-tangential, equidistant, "
+                    "omni, eucm, ds or fov",
                     name, distortion));
   }
   camera.distortion = entry->first;
@@ -397,6 +441,7 @@ void WriteRig(const std::string& path, const Rig& rig) {
   if (!rig.masks[0].empty() || !rig.masks[1].empty()) {
     json["masks"] = {RunsOf(rig.masks[0]), RunsOf(rig.masks[1])};
   }
+  if (!IsIdentity(rig.imu_correction)) json["imu_correction"] = CorrectionJson(rig.imu_correction);
   WriteJsonFile(path, json);
 }
 
@@ -419,6 +464,9 @@ Rig ReadRig(const std::string& path) {
         rig.masks[i] = MaskOfRuns(json.at("masks").at(i).get<std::vector<int>>(), rig.cameras[i],
                                   fmt::format("{}: masks[{}]", path, i));
       }
+    }
+    if (json.contains("imu_correction")) {  // of an IMU that was calibrated so
+      rig.imu_correction = ParseCorrection(path + ": imu_correction", json.at("imu_correction"));
     }
     CheckRig(rig, path);
     return rig;

@@ -7,8 +7,10 @@
 #include <memory>
 
 #include "data/calibration.h"
+#include "data/imu_streams.h"
 #include "data/input_fault.h"
 #include "data/source/asl_source.h"
+#include "data/table_text.h"
 
 namespace slcmap {
 namespace {
@@ -31,6 +33,21 @@ constexpr Remedy kRemedies[] = {
     {kRowSorted, "stamps",
      "write the rows in the order of their stamps; they are sorted on reading"},
     {kImuGap, "imu-gaps", "record the IMU without loss (buffer, USB bandwidth); accuracy suffers"},
+    {kImuJoined, "imu-streams",
+     "record accelerometer and gyroscope as samples of both at one time, if the driver can; what "
+     "was "
+     "joined is of use"},
+    {kImuRepeated, "imu-repeats",
+     "log the IMU at its own rate: each sample is there several times; the repeats are left out"},
+    {kImuOnArrival, "imu-arrival",
+     "stamp samples where they are taken (in the sensor or driver); they may be late as a whole by "
+     "some ms, which images tell: see the time offset, and write it as timeshift_cam_imu"},
+    {kImuStampsShared, "imu-stamps",
+     "stamp each sample in the sensor or driver; those that share a stamp were spread over the "
+     "step "
+     "beside them"},
+    {kStampDigits, "stamp-digits",
+     "write stamps with all their digits, as whole numbers (spreadsheets keep 15)"},
     {kImageUnpaired, "unpaired", "trigger both cameras together; single images are skipped"},
     {kImuNoiseAssumed, "imu-noise",
      "give the IMU's noise in imu0/sensor.yaml or a Kalibr imu.yaml"},
@@ -108,6 +125,28 @@ bool HasData(const SourceInfo& info, const std::vector<ImuSample>& samples, Chec
   return false;
 }
 
+// What reading left out, and how much of it: "rows unreadable: 12, ...".
+std::string LossWords(const Warnings& warnings) {
+  std::string words;
+  for (const auto& [kind, entry] : warnings.entries()) {
+    words +=
+        fmt::format("{}{}: {}", words.empty() ? "" : ", ", Warnings::InWords(kind), entry.count);
+  }
+  return words.empty() ? "nothing was left out" : words;
+}
+
+// Whether what is left is a recording at all.
+void CheckLength(const SourceInfo& info, const std::vector<ImuSample>& samples,
+                 const Warnings& warnings, CheckReport* report) {
+  constexpr size_t kMinPairs = 10, kMinSamples = 30;
+  if (info.pair_stamps_ns.size() >= kMinPairs && samples.size() >= kMinSamples) return;
+  report->Fail("too-short",
+               fmt::format("{} {} and {} IMU samples are left, expected at least {} and {} ({})",
+                           info.pair_stamps_ns.size(), IsStereo(info.rig) ? "pairs" : "images",
+                           samples.size(), kMinPairs, kMinSamples, LossWords(warnings)),
+               "record for ten seconds or more, and mend what loses rows and images");
+}
+
 }  // namespace
 
 void CheckWarnings(const Warnings& warnings, CheckReport* report) {
@@ -157,6 +196,7 @@ CheckReport CheckSource(SequenceSource* source, const Progress& progress) {
   CheckCameras(info.rig, &report);
   const std::vector<ImuSample> samples = AllSamples(source);
   if (!HasData(info, samples, &report)) return report;
+  CheckLength(info, samples, source->warnings(), &report);
   CheckStamps(info, samples, &report);
   CheckImu(samples, &report);
   CheckCalibration(info.rig, &report);

@@ -1,6 +1,9 @@
 #include "data/simulator/rigs.h"
 
+#include <Eigen/LU>
+#include <cmath>
 #include <filesystem>
+#include <numbers>
 #include <random>
 
 #include "data/angle_unit.h"
@@ -27,6 +30,18 @@ class Normal {
   std::mt19937_64 generator_;
   std::normal_distribution<double> normal_;
 };
+
+// What an ideal reading becomes: the first axis is kept, the others are off_rad off the right
+// angle.
+Eigen::Matrix3d AxesOff(double off_rad, Normal* normal) {
+  const double sign = normal->Draw(1) < 0 ? -1 : 1;
+  const double towards_rad = std::numbers::pi * normal->Draw(1);
+  Eigen::Matrix3d axes = Eigen::Matrix3d::Identity();
+  axes.row(1) << sign * std::sin(off_rad), std::cos(off_rad), 0;
+  axes.row(2) << std::sin(off_rad) * std::cos(towards_rad),
+      std::sin(off_rad) * std::sin(towards_rad), std::cos(off_rad);
+  return axes;
+}
 
 // The folder config/ beside an installed program, or that of the sources.
 std::string ConfigFolder() {
@@ -56,6 +71,16 @@ ImuModel ImuModelFromName(const std::string& name) {
   if (name == "phone") return {{3.0e-4, 3.0e-5, 4.0e-3, 1.0e-3, 200}, 0.01, 0.10};
   if (name == "perfect") return {{1.6968e-4, 1.9393e-5, 2.0e-3, 3.0e-3, 200}, 0, 0, false};
   throw ConfigError("imu: found '" + name + "', expected adis16448, bmi160, phone or perfect");
+}
+
+ImuCorrection MisreadingImu(double accel_scale, double gyro_scale, double axes_deg, uint64_t seed) {
+  Normal normal(seed);
+  const double off_rad = axes_deg * kDegree;
+  const Eigen::Matrix3d accel = (1 + accel_scale) * AxesOff(off_rad, &normal);
+  const Eigen::Quaterniond turn = ExpRotation(off_rad * normal.Draw3(1).normalized());
+  const Eigen::Matrix3d gyro =
+      (1 + gyro_scale) * AxesOff(off_rad, &normal) * turn.toRotationMatrix();
+  return {accel.inverse(), gyro.inverse()};
 }
 
 Rig Miscalibrated(const Rig& rig, double scale, uint64_t seed) {

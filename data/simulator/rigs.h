@@ -24,6 +24,11 @@ struct ImuModel {
 // Throws ConfigError naming them.
 ImuModel ImuModelFromName(const std::string& name);
 
+// The correction of an IMU that reads 1 + scale times what is there, along axes that are each off by
+// axes_deg: in Kalibr's model, the second and third of both sensors out of the right angle, and the
+// gyroscope as a whole turned against the accelerometer. Where to is drawn from the seed.
+ImuCorrection MisreadingImu(double accel_scale, double gyro_scale, double axes_deg, uint64_t seed);
+
 // A rig that differs from `rig` as a careless calibration does; at scale 1 by standard deviations
 // of 0.3 % in focal length, 1.5 px in the principal point, 0.3 degrees and 3 mm in T_imu_camera of
 // both cameras alike, and 0.05 degrees and 0.3 mm between the cameras.

@@ -6,8 +6,10 @@
 #include <filesystem>
 #include <opencv2/imgcodecs.hpp>
 
+#include "data/camera_words.h"
 #include "data/error.h"
 #include "data/file.h"
+#include "data/imu_calibration.h"
 
 namespace slcmap {
 namespace {
@@ -30,36 +32,17 @@ std::string AslTransform(const RigidTransform& T_body_sensor) {
                      MatrixRows(T_body_sensor, "{}, {}, {}, {}", ",\n         "));
 }
 
-std::string DistortionName(Distortion distortion, const char* radial_tangential) {
-  switch (distortion) {
-    case Distortion::kRadialTangential:
-      return radial_tangential;
-    case Distortion::kEquidistant:
-      return "equidistant";
-    case Distortion::kNone:
-      break;
-  }
-  return "none";
-}
-
-std::string Intrinsics(const Camera& camera) {
-  return fmt::format("[{}, {}, {}, {}]", camera.fx_px, camera.fy_px, camera.cx_px, camera.cy_px);
-}
-
-std::string Coefficients(const Camera& camera) {
-  const Eigen::Vector4d& k = camera.coefficients;
-  return fmt::format("[{}, {}, {}, {}]", k[0], k[1], k[2], k[3]);
-}
-
 std::string AslCamera(const Rig& rig, int index, double rate_hz) {
   const Camera& camera = rig.cameras[index];
+  const CameraWords words = DescribeCamera(camera);
   return fmt::format(
       "sensor_type: camera\ncomment: simulated\n{}rate_hz: {}\nresolution: [{}, {}]\n"
-      "camera_model: pinhole\nintrinsics: {} #fu, fv, cu, cv\ndistortion_model: {}\n"
-      "distortion_coefficients: {}\n",
+      "camera_model: {}\nintrinsics: [{}] #fu, fv, cu, cv\ndistortion_model: {}\n"
+      "distortion_coefficients: [{}]\n",
       AslTransform(rig.T_imu_camera[index]), rate_hz, camera.width_px, camera.height_px,
-      Intrinsics(camera), DistortionName(camera.distortion, "radial-tangential"),
-      Coefficients(camera));
+      words.camera_model, fmt::join(words.intrinsics, ", "),
+      words.distortion_model == "radtan" ? "radial-tangential" : words.distortion_model,
+      fmt::join(words.coefficients, ", "));
 }
 
 std::string AslImu(const ImuNoise& noise) {
@@ -75,21 +58,26 @@ std::string AslImu(const ImuNoise& noise) {
 
 std::string KalibrCamera(const Rig& rig, int index) {
   const Camera& camera = rig.cameras[index];
+  const CameraWords words = DescribeCamera(camera);
   return fmt::format(
-      "{}:\n  camera_model: pinhole\n  intrinsics: {}\n  distortion_model: {}\n"
-      "  distortion_coeffs: {}\n  resolution: [{}, {}]\n  timeshift_cam_imu: {}\n"
+      "{}:\n  camera_model: {}\n  intrinsics: [{}]\n  distortion_model: {}\n"
+      "  distortion_coeffs: [{}]\n  resolution: [{}, {}]\n  timeshift_cam_imu: {}\n"
       "  T_imu_cam:\n{}\n",
-      CameraName(index), Intrinsics(camera), DistortionName(camera.distortion, "radtan"),
-      Coefficients(camera), camera.width_px, camera.height_px, rig.camera_time_offset_s,
+      CameraName(index), words.camera_model, fmt::join(words.intrinsics, ", "),
+      words.distortion_model, fmt::join(words.coefficients, ", "), camera.width_px,
+      camera.height_px, rig.camera_time_offset_s,
       MatrixRows(rig.T_imu_camera[index], "    - [{}, {}, {}, {}]", "\n"));
 }
 
-std::string KalibrImu(const ImuNoise& noise) {
+std::string KalibrImu(const Rig& rig) {
+  const ImuNoise& noise = rig.imu_noise;
   return fmt::format(
-      "imu0:\n  gyroscope_noise_density: {}\n  gyroscope_random_walk: {}\n"
-      "  accelerometer_noise_density: {}\n  accelerometer_random_walk: {}\n  update_rate: {}\n",
-      noise.gyro_noise_rad_s_sqrthz, noise.gyro_walk_rad_s2_sqrthz, noise.accel_noise_m_s2_sqrthz,
-      noise.accel_walk_m_s3_sqrthz, noise.rate_hz);
+             "imu0:\n  gyroscope_noise_density: {}\n  gyroscope_random_walk: {}\n"
+             "  accelerometer_noise_density: {}\n  accelerometer_random_walk: {}\n"
+             "  update_rate: {}\n",
+             noise.gyro_noise_rad_s_sqrthz, noise.gyro_walk_rad_s2_sqrthz,
+             noise.accel_noise_m_s2_sqrthz, noise.accel_walk_m_s3_sqrthz, noise.rate_hz) +
+         KalibrImuCorrection(rig.imu_correction);
 }
 
 std::string Row(const Eigen::Vector3d& v) {
@@ -128,7 +116,7 @@ void SequenceWriter::WriteCalibration(const Rig& rig, double image_rate_hz) cons
 
 void SequenceWriter::WriteTrueRig(const Rig& rig) const {
   WriteFile(truth_folder_ + "/rig.yaml",
-            KalibrCamera(rig, 0) + KalibrCamera(rig, 1) + KalibrImu(rig.imu_noise));
+            KalibrCamera(rig, 0) + KalibrCamera(rig, 1) + KalibrImu(rig));
 }
 
 void SequenceWriter::WriteImu(const std::vector<ImuSample>& samples) const {

@@ -2,6 +2,7 @@
 
 #include <spdlog/spdlog.h>
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
@@ -9,6 +10,7 @@
 #include <random>
 
 #include "data/error.h"
+#include "data/imu_calibration.h"
 #include "data/simulator/frame_loop.h"
 #include "data/simulator/imu_simulator.h"
 #include "data/simulator/made_motion.h"
@@ -98,6 +100,12 @@ SimulatedImu ImuOf(const StartedMotion& started, const ImuModel& model, std::mt1
   return SimulateImu(started.motion, options, progress);
 }
 
+// What the rig's IMU makes of what an ideal one reads, noise and bias included: corrected, it is
+// the same again.
+void Misread(const ImuCorrection& correction, std::vector<ImuSample>* samples) {
+  Correct({correction.accel.inverse(), correction.gyro.inverse()}, samples);
+}
+
 ImuModel ModelOf(const SimulationOptions& options, const Rig& rig) {
   if (!options.imu.empty()) return ImuModelFromName(options.imu);
   return {rig.imu_noise, 0.02, 0.05};  // biases as those of both published rigs
@@ -108,6 +116,12 @@ Rig TrueRigOf(const SimulationOptions& options) {
   Rig rig = ReadSimulatedRig(options.rig);
   rig.imu_noise = ModelOf(options, rig).noise;
   rig.camera_time_offset_s = options.time_offset_s;
+  const std::vector<double>& scale = options.imu_scale;
+  if (!scale.empty() || options.imu_axes_deg != 0) {
+    rig.imu_correction =
+        MisreadingImu(scale.empty() ? 0 : scale.front(), scale.empty() ? 0 : scale.back(),
+                      options.imu_axes_deg, options.seed);
+  }
   return rig;
 }
 
@@ -132,7 +146,7 @@ std::vector<int64_t> ImageStamps(const RenderTask& task, const StartedMotion& st
   return stamps_ns;
 }
 
-// Everything but the images. mav0 does not tell the time offset.
+// Everything but the images. mav0 tells neither the time offset nor what the IMU misreads.
 void WriteSensors(const SequenceWriter& writer, const SimulationOptions& options,
                   const RenderTask& task, const StartedMotion& started, const SimulatedImu& imu,
                   const Progress& progress) {
@@ -210,6 +224,11 @@ void SimulationOptions::Check() const {
                     image_rate_hz, kLeastRate_hz, kMostRate_hz));
   }
   expect(std::abs(time_offset_s) <= 0.5, "--time-offset-s: expected at most 0.5 either way");
+  expect(imu_scale.size() <= 2, "--imu-scale: expected one or two numbers");
+  for (const double scale : imu_scale) {
+    expect(std::abs(scale) <= 0.2, "--imu-scale: expected -0.2 to 0.2");
+  }
+  expect(imu_axes_deg >= 0 && imu_axes_deg <= 10, "--imu-axes-deg: expected 0 to 10");
   expect(miscalibration >= 0 && miscalibration <= 100, "--wrong-calibration: expected 0 to 100");
   if (seed < 0 || seed > kMostSeed) {
     throw ConfigError(fmt::format("simulate: --seed: found {}, expected 0 to {}", seed, kMostSeed));
@@ -238,8 +257,9 @@ SimulationState Simulate(const SimulationOptions& options, const PairRendererFac
   const RenderTask task{rig, started.motion, ImageTimes(options, started.motion), start_stage,
                         stop.get_token()};
   RequireFeasible(options, task);
-  const SimulatedImu imu =
+  SimulatedImu imu =
       ImuOf(started, model, ImuGenerator(options.seed, ReadSceneName(options.scene)), stage("IMU"));
+  Misread(rig.imu_correction, &imu.samples);
   const std::unique_ptr<PairRenderer> renderer = make_renderer(task);
 
   const SequenceWriter writer(options.folder);

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <functional>
 #include <string>
+#include <vector>
 
 #include "data/simulator/pair_renderer.h"
 
@@ -18,6 +19,10 @@ struct SimulationOptions {
   std::string rig = "euroc";  // see ReadSimulatedRig
   std::string imu;            // see ImuModelFromName; "": the rig's own
   double image_rate_hz = 20;
+  // Of an IMU that reads too much by these shares, the accelerometer's and the gyroscope's (one
+  // number: of both), along axes that are off by so much; see MisreadingImu. Not told in mav0.
+  std::vector<double> imu_scale;
+  double imu_axes_deg = 0;
   double time_offset_s = 0;   // stamp on the IMU's clock minus stamp on the camera's
   double miscalibration = 0;  // of what mav0 tells of the rig; see Miscalibrated
   bool with_depth = false;

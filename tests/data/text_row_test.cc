@@ -19,6 +19,8 @@ TEST(SplitRow, TakesCommasOrBlanksAndCarriageReturns) {
   EXPECT_THAT(SplitRow("1,,3,"), ElementsAre("1", "", "3"));
   EXPECT_THAT(SplitRow("1; 2 ;3\r"), ElementsAre("1", "2", "3"));
   EXPECT_THAT(SplitRow("1,a;b"), ElementsAre("1", "a;b"));
+  EXPECT_THAT(SplitRow("1;-0,5;2"), ElementsAre("1", "-0,5", "2"));
+  EXPECT_THAT(SplitRow("\"1\",\"-0,5\", \"a b\""), ElementsAre("1", "-0,5", "a b"));
   EXPECT_THAT(SplitRow("  \r"), IsEmpty());
   EXPECT_THAT(SplitRow("# stamp, x"), IsEmpty());
 }

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
 
 #include "data/error.h"
@@ -34,6 +36,18 @@ TEST(ImuModelFromName, KnowsTheModelsAndRefusesOthers) {
   EXPECT_EQ(ImuModelFromName("bmi160").noise.gyro_noise_rad_s_sqrthz, 1.6e-4);
   EXPECT_FALSE(ImuModelFromName("perfect").with_noise);
   EXPECT_THROW(ImuModelFromName("gyroscope"), ConfigError);
+}
+
+TEST(MisreadingImu, IsOffByWhatItSays) {
+  const ImuCorrection correction = MisreadingImu(0.03, -0.02, 0.5, 7);
+  const double off_rad = 0.5 * 3.14159265 / 180;
+  for (int axis = 0; axis < 3; ++axis) {
+    const Eigen::Vector3d accel = correction.accel.inverse().row(axis);
+    EXPECT_NEAR(accel.norm(), 1.03, 1e-12);
+    EXPECT_NEAR(std::acos(std::min(1.0, accel.normalized()[axis])), axis == 0 ? 0 : off_rad, 1e-6);
+    EXPECT_NEAR(Eigen::Vector3d(correction.gyro.inverse().row(axis)).norm(), 0.98, 1e-12);
+  }
+  EXPECT_NE(MisreadingImu(0.03, -0.02, 0.5, 8).accel, correction.accel);
 }
 
 TEST(Miscalibrated, DiffersByWhatItSays) {

@@ -11,6 +11,7 @@
 #include "data/calibration.h"
 #include "data/error.h"
 #include "data/file.h"
+#include "data/imu_calibration.h"
 #include "data/sequence.h"
 #include "tests/testing/temp_folder.h"
 
@@ -99,6 +100,29 @@ TEST_F(SimulationTest, AWrongCalibrationIsToldButNotTrue) {
   const Rig rig = ReadKalibrCalibration(truth, truth, &warnings).rig;
   EXPECT_EQ(rig.cameras[0].fx_px, 458.654);
   EXPECT_GT(std::abs(OpenSequence(options_.folder).rig.cameras[0].fx_px - 458.654), 0.05);
+}
+
+TEST_F(SimulationTest, AnImuThatMisreadsIsToldInTheTruthOnly) {
+  Run();
+  const Sequence exact = OpenSequence(options_.folder);
+  fs::remove_all(options_.folder);
+  options_.imu_scale = {0.03, -0.02};
+  options_.imu_axes_deg = 0.5;
+  Run();
+  const Sequence raw = OpenSequence(options_.folder);
+  EXPECT_TRUE(IsIdentity(raw.rig.imu_correction));
+  EXPECT_NEAR(raw.imu[0].specific_force_m_s2.norm() / exact.imu[0].specific_force_m_s2.norm(), 1.03,
+              0.01);
+  SequenceOptions told;
+  told.calibration = options_.folder + "/truth/rig.yaml";
+  const Sequence corrected = OpenSequence(options_.folder, told);
+  EXPECT_FALSE(IsIdentity(corrected.rig.imu_correction));
+  ASSERT_EQ(corrected.imu.size(), exact.imu.size());
+  for (size_t i = 0; i < exact.imu.size(); ++i) {
+    const ImuSample &a = corrected.imu[i], &b = exact.imu[i];
+    EXPECT_LT((a.specific_force_m_s2 - b.specific_force_m_s2).norm(), 1e-8);
+    EXPECT_LT((a.angular_velocity_rad_s - b.angular_velocity_rad_s).norm(), 1e-8);
+  }
 }
 
 TEST_F(SimulationTest, KeepsWhatIsDoneWhenItIsEndedEarly) {
