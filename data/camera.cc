@@ -231,12 +231,13 @@ OnPlane ProjectPinhole(const Camera& camera, const Eigen::Vector3d& p) {
   return ProjectRadialTangential(camera, x, y);
 }
 
-// By how much a pixel in the middle of the image is smaller than its focal length says.
+// What the focal length is multiplied by in the middle of the image.
 double PixelScale(const Camera& camera) {
   if (camera.distortion == Distortion::kOmni || camera.distortion == Distortion::kDoubleSphere) {
     return 1 / (1 + camera.shape[0]);
   }
-  return 1;
+  if (camera.distortion != Distortion::kFieldOfView) return 1;
+  return 2 * std::tan(camera.shape[0] / 2) / camera.shape[0];
 }
 
 template <typename Fail>
@@ -316,6 +317,8 @@ std::optional<Eigen::Vector3d> Camera::Unproject(const Eigen::Vector2d& pixel_px
   return p->homogeneous().normalized();
 }
 
+double Camera::MiddleFocal_px() const { return PixelScale(*this) * std::sqrt(fx_px * fy_px); }
+
 bool Camera::Contains(const Eigen::Vector2d& pixel_px, double margin_px) const {
   return pixel_px.x() >= margin_px && pixel_px.y() >= margin_px &&
          pixel_px.x() <= width_px - 1 - margin_px && pixel_px.y() <= height_px - 1 - margin_px;
@@ -332,7 +335,8 @@ void Camera::Check(const std::string& name) const {
                                            ", expected 16 to 20000 pixels a side");
   }
   const double longer_px = std::max(width_px, height_px);
-  for (const double f_px : {fx_px * PixelScale(*this), fy_px * PixelScale(*this)}) {
+  const double scale = PixelScale(*this);
+  for (const double f_px : {fx_px * scale, fy_px * scale}) {
     if (!(f_px > 0.1 * longer_px && f_px < 20 * longer_px)) {
       fail("intrinsics (fx, fy, cx, cy in pixels)",
            "found focal length " + std::to_string(f_px) + " px, expected 0.1 to 20 times " +

@@ -8,8 +8,8 @@
 
 namespace slcmap {
 
-// A pinhole with a distortion on the plane z = 1 (none, radial-tangential), or a lens that a pinhole
-// does not describe. Files hold the names that ToString and FromString of a reader know, not these.
+// A pinhole with a distortion on the plane z = 1 (none, radial-tangential), or a lens that a
+// pinhole does not describe. Files hold the names of data/camera_words.h, not these.
 enum class Distortion {
   kNone,
   kRadialTangential,  // OpenCV's with up to 12 coefficients: plumb_bob, rational_polynomial
@@ -41,6 +41,9 @@ struct Camera {
 
   // The unit ray, in the camera frame, of a pixel; nothing where the distortion cannot be inverted.
   std::optional<Eigen::Vector3d> Unproject(const Eigen::Vector2d& pixel_px) const;
+
+  // Pixels a radian in the middle of the image; for most lenses the focal length.
+  double MiddleFocal_px() const;
 
   // True where the pixel is in the image, at least margin_px from its border.
   bool Contains(const Eigen::Vector2d& pixel_px, double margin_px = 0) const;

@@ -13,6 +13,7 @@ namespace slcmap {
 namespace {
 
 constexpr double kMinSideways = 0.8;  // of the baseline, along the left camera's x
+constexpr double kMinAgreeing = 50;   // %, of the matches between left and right
 constexpr double kMaxUsualBaseline_m = 1;
 constexpr double kMaxAngle_rad = 20 * kDegree;  // between the optical axes
 
@@ -26,12 +27,17 @@ double Sideways(const RigidTransform& T_left_right) {
   return T_left_right.translation.x() / T_left_right.translation.norm();
 }
 
-}  // namespace
+// What left and right images say outweighs where cameras usually are.
+bool ImagesAgree(const CheckReport& report) {
+  return std::ranges::any_of(report.figures, [](const CheckFigure& figure) {
+    return figure.name == kAgreeingMatches && figure.value >= kMinAgreeing;
+  });
+}
 
-void CheckStereoRig(const Rig& rig, CheckReport* report) {
+// Cameras that are not side by side, the left one on the left.
+void JudgeDirection(const Rig& rig, CheckReport* report) {
   const auto& poses = rig.T_imu_camera;
   const RigidTransform T_left_right = LeftRight(rig);
-  const double angle_rad = AngleBetween_rad(T_left_right);
   const double sideways = Sideways(T_left_right);
   const double inverted = Sideways(poses[0] * poses[1].Inverse());
   const Eigen::Vector3d direction = T_left_right.translation.normalized();
@@ -53,6 +59,14 @@ void CheckStereoRig(const Rig& rig, CheckReport* report) {
   } else if (sideways < kMinSideways) {
     report->Fail("baseline", found, "check the extrinsics; the cameras must be side by side");
   }
+}
+
+}  // namespace
+
+void CheckStereoRig(const Rig& rig, CheckReport* report) {
+  const RigidTransform T_left_right = LeftRight(rig);
+  const double angle_rad = AngleBetween_rad(T_left_right);
+  if (!ImagesAgree(*report)) JudgeDirection(rig, report);
   if (T_left_right.translation.norm() > kMaxUsualBaseline_m) {
     report->Warn("baseline",
                  fmt::format("{:.2f} m between the cameras", T_left_right.translation.norm()),

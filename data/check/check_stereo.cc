@@ -102,8 +102,8 @@ Agreement AgreementOf(const std::vector<PixelPair>& pairs, const Rig& rig) {
   std::vector<double> errors_px;
   for (const RayPair& rays : RaysOf(pairs, rig)) {
     const std::optional<double> error_rad = EpipolarError_rad(rays, T_left_right);
-    if (error_rad && *error_rad * rig.cameras[0].fx_px < kAgree_px) {
-      errors_px.push_back(*error_rad * rig.cameras[0].fx_px);
+    if (error_rad && *error_rad * rig.cameras[0].MiddleFocal_px() < kAgree_px) {
+      errors_px.push_back(*error_rad * rig.cameras[0].MiddleFocal_px());
     }
   }
   return {static_cast<double>(errors_px.size()) /
@@ -309,7 +309,7 @@ bool JudgeIntrinsics(const std::vector<RayPair>& matches, const RowAlignment& ro
   std::vector<CheckFinding> better;
   for (const Mistake& mistake : IntrinsicMistakes(rig)) {
     const auto changed = AlignRows(Reprojected(matches, rig, mistake.rig), LeftRight(mistake.rig),
-                                   rig.cameras[0].fx_px);
+                                   rig.cameras[0].MiddleFocal_px());
     if (changed.matches < kMinFineMatches || changed.mended_rows_px > best_px) continue;
     best_px = changed.mended_rows_px;
     better = {{Severity::kError, mistake.name,
@@ -334,7 +334,7 @@ bool JudgeIntrinsics(const std::vector<RayPair>& matches, const RowAlignment& ro
 void CheckRows(const SequenceSource& source, const Eigen::Vector3d& coarse_rad,
                const Progress& progress, CheckReport* report) {
   const Rig& rig = source.info().rig;
-  const double focal_px = rig.cameras[0].fx_px;
+  const double focal_px = rig.cameras[0].MiddleFocal_px();
   const Rig near = WithRightTurned(rig, coarse_rad);
   const std::vector<RayPair> matches = MatchFinely(source, near, kRowSamples, progress);
   RowAlignment rows =
@@ -393,7 +393,8 @@ std::optional<Eigen::Vector3d> JudgeDisagreement(const SequenceSource& source,
   const std::string found =
       fmt::format("{:.0f} % of the features matched left to right agree with the calibration",
                   100 * given.share);
-  const RowAlignment rows = AlignRows(RaysOf(pairs, rig), LeftRight(rig), rig.cameras[0].fx_px);
+  const RowAlignment rows =
+      AlignRows(RaysOf(pairs, rig), LeftRight(rig), rig.cameras[0].MiddleFocal_px());
   const Agreement turned = AgreementOf(pairs, WithRightTurned(rig, rows.turn_rad));
   std::vector<Mistake> mistakes = ExtrinsicMistakes(rig);
   const std::vector<Mistake> intrinsic = IntrinsicMistakes(rig);
@@ -433,7 +434,7 @@ void CheckStereo(const SequenceSource& source, const Progress& progress, CheckRe
     return;
   }
   const Agreement given = AgreementOf(pairs, rig);
-  report->AddFigure("matches that agree with calibration", 100 * given.share, "%");
+  report->AddFigure(kAgreeingMatches, 100 * given.share, "%");
   Eigen::Vector3d coarse_rad = Eigen::Vector3d::Zero();
   if (given.share < kMinAgree || given.median_px > kBlur_px) {
     const auto turn_rad = JudgeDisagreement(source, pairs, given, progress.Part(0.4, 0.5), report);

@@ -137,7 +137,7 @@ class Follower {
   // nearly parallel.
   std::optional<Eigen::Vector3d> PointOf(const Eigen::Vector3d& left, const Eigen::Vector3d& right,
                                          const RigidTransform& T_left_right) const {
-    const double pixel_rad = 1 / rig_.cameras[0].fx_px;
+    const double pixel_rad = 1 / rig_.cameras[0].MiddleFocal_px();
     const Eigen::Vector3d ray = T_left_right.rotation * right, &t = T_left_right.translation;
     const double parallax_rad = left.cross(ray).norm();
     if (parallax_rad < kMinDisparity_px * pixel_rad) return std::nullopt;
@@ -212,7 +212,7 @@ class PartFollower {
  public:
   PartFollower(const Rig& rig, ImageMotion* motion)
       : stereo_(IsStereo(rig)),
-        max_noise_rad_(kMaxNoise_px / rig.cameras[0].fx_px),
+        max_noise_rad_(kMaxNoise_px / rig.cameras[0].MiddleFocal_px()),
         follower_(rig),
         motion_(*motion) {}
 

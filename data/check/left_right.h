@@ -5,6 +5,9 @@
 
 namespace slcmap {
 
+// The figure that says how well left and right images agree, in %.
+inline constexpr const char* kAgreeingMatches = "matches that agree with calibration";
+
 // From the right camera to the left one.
 inline RigidTransform LeftRight(const Rig& rig) {
   return rig.T_imu_camera[0].Inverse() * rig.T_imu_camera[1];

@@ -201,23 +201,9 @@ class Matcher {
   const RigidTransform T_left_right_;
 };
 
-}  // namespace
-
-std::vector<Eigen::Vector3d> LongerRays(const std::vector<RayPair>& matches, const Camera& right) {
-  Camera longer = right;
-  longer.fx_px *= 1 + kLongerFocal;
-  longer.fy_px *= 1 + kLongerFocal;
-  std::vector<Eigen::Vector3d> rays;
-  for (const RayPair& match : matches) {
-    const auto px = right.Project(match.second);
-    const auto ray = px ? longer.Unproject(*px) : std::nullopt;
-    rays.push_back(ray ? ray->normalized() : match.second);
-  }
-  return rays;
-}
-
-RowAlignment AlignRows(const std::vector<RayPair>& matches, const RigidTransform& T_left_right,
-                       double focal_px, const std::vector<Eigen::Vector3d>& longer) {
+// With a baseline along x.
+RowAlignment AlignLevelRows(const std::vector<RayPair>& matches, const RigidTransform& T_left_right,
+                            double focal_px, const std::vector<Eigen::Vector3d>& longer) {
   RowAlignment alignment;
   alignment.matches = static_cast<int>(matches.size());
   if (matches.empty()) return alignment;
@@ -235,6 +221,48 @@ RowAlignment AlignRows(const std::vector<RayPair>& matches, const RigidTransform
   const auto agree = std::count_if(mended_px.begin(), mended_px.end(),
                                    [](double distance_px) { return distance_px < kRowAgree_px; });
   alignment.agreeing_share = static_cast<double>(agree) / static_cast<double>(matches.size());
+  return alignment;
+}
+
+}  // namespace
+
+std::vector<Eigen::Vector3d> LongerRays(const std::vector<RayPair>& matches, const Camera& right) {
+  Camera longer = right;
+  longer.fx_px *= 1 + kLongerFocal;
+  longer.fy_px *= 1 + kLongerFocal;
+  std::vector<Eigen::Vector3d> rays;
+  for (const RayPair& match : matches) {
+    const auto px = right.Project(match.second);
+    const auto ray = px ? longer.Unproject(*px) : std::nullopt;
+    rays.push_back(ray ? ray->normalized() : match.second);
+  }
+  return rays;
+}
+
+// Which turn the rows do not show hangs on where the baseline points: where the second camera is
+// not on the right of the first, both are looked at turned about their axes.
+RowAlignment AlignRows(const std::vector<RayPair>& matches, const RigidTransform& T_left_right,
+                       double focal_px, const std::vector<Eigen::Vector3d>& longer) {
+  constexpr double kLevel_rad = 0.5;
+  const Eigen::Vector3d& t = T_left_right.translation;
+  const double angle_rad = std::atan2(t.y(), t.x());
+  if (std::abs(angle_rad) < kLevel_rad) {
+    return AlignLevelRows(matches, T_left_right, focal_px, longer);
+  }
+  const Eigen::Quaterniond R_camera_level = ExpRotation({0, 0, angle_rad});
+  const Eigen::Quaterniond R_level_camera = R_camera_level.conjugate();
+  std::vector<RayPair> level;
+  for (const RayPair& rays : matches) {
+    level.push_back({R_level_camera * rays.first, R_level_camera * rays.second});
+  }
+  std::vector<Eigen::Vector3d> level_longer;
+  for (const Eigen::Vector3d& ray : longer) level_longer.push_back(R_level_camera * ray);
+  RowAlignment alignment = AlignLevelRows(
+      level, {R_level_camera * T_left_right.rotation * R_camera_level, R_level_camera * t},
+      focal_px, level_longer);
+  alignment.turn_rad = R_camera_level * alignment.turn_rad;
+  const Eigen::Matrix3d squares = R_camera_level.toRotationMatrix().cwiseAbs2();
+  alignment.turn_sigma_rad = (squares * alignment.turn_sigma_rad.cwiseAbs2()).cwiseSqrt();
   return alignment;
 }
 

@@ -15,20 +15,18 @@ constexpr int kSizeStep_px = 8;      // the pyramid halves the image without rou
 constexpr int kMaskMargin_px = 4;    // interpolation and patches stay inside true pixels
 constexpr double kOutside_px = -10;  // a map entry that no pixel has
 
-// The common orientation of the rectified cameras in the IMU frame: x along the baseline, z as near
-// to both optical axes as that allows.
+// The common orientation of the rectified cameras in the IMU frame: x along the baseline, wherever
+// the second camera is beside the first one, z as near to both optical axes as that allows.
 Eigen::Quaterniond CommonOrientation(const Rig& rig, const Eigen::Vector3d& baseline_imu) {
   const Eigen::Matrix3d R_left = rig.T_imu_camera[0].rotation.toRotationMatrix();
   const Eigen::Matrix3d R_right = rig.T_imu_camera[1].rotation.toRotationMatrix();
   const Eigen::Vector3d x = baseline_imu.normalized();
-  if (x.dot(R_left.col(0)) < 0.7 || R_left.col(2).dot(R_right.col(2)) < 0.5) {
-    throw DataError(
-        "calibration: found a right camera that is not to the right of the left one looking the "
-        "same "
-        "way, expected side by side cameras (are cam0 and cam1, or T_BS and its inverse, "
-        "exchanged?)");
-  }
   const Eigen::Vector3d z_mean = R_left.col(2) + R_right.col(2);
+  if (R_left.col(2).dot(R_right.col(2)) < 0.5 || std::abs(x.dot(z_mean.normalized())) > 0.7) {
+    throw DataError(
+        "calibration: found a second camera that is not beside the first one looking the same way, "
+        "expected cameras side by side or above each other (are T_BS and its inverse exchanged?)");
+  }
   const Eigen::Vector3d y = z_mean.cross(x).normalized();
   Eigen::Matrix3d R;
   R << x, y, x.cross(y);
@@ -58,8 +56,7 @@ Camera CommonPinhole(const Rig& rig, const Eigen::Quaterniond& R_imu_rectified, 
                      const RectifierOptions& options) {
   const Camera& left = rig.cameras[0];
   const Camera& right = stereo ? rig.cameras[1] : left;
-  const double focal_px = options.scale * std::sqrt(std::sqrt(left.fx_px * left.fy_px) *
-                                                    std::sqrt(right.fx_px * right.fy_px));
+  const double focal_px = options.scale * std::sqrt(left.MiddleFocal_px() * right.MiddleFocal_px());
   const Eigen::Matrix3d R =
       (rig.T_imu_camera[0].rotation.conjugate() * R_imu_rectified).toRotationMatrix();
   const double limit = std::tan(options.max_field_of_view_rad / 2);

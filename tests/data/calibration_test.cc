@@ -189,8 +189,9 @@ TEST_F(AslCalibration, AMatrixThatIsNoRotationIsNamed) {
 }
 
 TEST_F(AslCalibration, AnUnknownModelIsNamed) {
-  EXPECT_THAT(MessageAfter("mav0/cam0/sensor.yaml", "radial-tangential", "fov"),
-              HasSubstr("distortion_model: found 'fov'"));
+  EXPECT_THAT(MessageAfter("mav0/cam0/sensor.yaml", "radial-tangential", "fow"),
+              AllOf(HasSubstr("distortion_model: found 'fow', expected one of radtan"),
+                    HasSubstr("equidistant"), HasSubstr("fov")));
 }
 
 TEST_F(AslCalibration, TwoCamerasInOnePlaceAreAbsurd) {

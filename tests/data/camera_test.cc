@@ -55,6 +55,104 @@ TEST(Camera, ProjectInvertsUnprojectUpToTheCorners) {
   }
 }
 
+Camera WithLens(Distortion lens, const Eigen::Vector2d& shape, double focal_px) {
+  Camera camera = TumviLeft();
+  camera.distortion = lens;
+  camera.coefficients.setZero();
+  camera.shape = shape;
+  camera.fx_px = focal_px;
+  camera.fy_px = 1.01 * focal_px;
+  return camera;
+}
+
+// As OpenVINS' and Basalt's samples and ROS drivers have them.
+Camera Omni() {
+  Camera camera = WithLens(Distortion::kOmni, {1.6, 0}, 500);
+  camera.coefficients << -0.1, 0.02, 1e-3, -5e-4;
+  return camera;
+}
+Camera ExtendedUnified() { return WithLens(Distortion::kExtendedUnified, {0.63, 1.05}, 190); }
+Camera DoubleSphere() { return WithLens(Distortion::kDoubleSphere, {-0.21, 0.59}, 157); }
+Camera FieldOfView() { return WithLens(Distortion::kFieldOfView, {0.93, 0}, 260); }
+
+Camera Rational() {
+  Camera camera = EurocLeft();
+  camera.coefficients << 0.8, -0.35, 2e-4, -3e-4;
+  camera.higher_coefficients << -0.02, 1.1, -0.2, -0.05, 0, 0, 0, 0;
+  return camera;
+}
+
+Camera PlumbBob() {
+  Camera camera = EurocLeft();
+  camera.higher_coefficients[0] = -0.01;
+  return camera;
+}
+
+TEST(Camera, EveryLensProjectsWhatItUnprojects) {
+  for (const Camera& camera :
+       {Omni(), ExtendedUnified(), DoubleSphere(), FieldOfView(), Rational(), PlumbBob()}) {
+    int seen = 0, all = 0;
+    for (int y_px = 0; y_px < camera.height_px; y_px += 16) {
+      for (int x_px = 0; x_px < camera.width_px; x_px += 16) {
+        ++all;
+        const auto ray = camera.Unproject({x_px, y_px});
+        if (!ray) continue;
+        EXPECT_NEAR(ray->norm(), 1, 1e-9);
+        const auto back_px = camera.Project(*ray * 3.7);
+        ASSERT_TRUE(back_px.has_value()) << static_cast<int>(camera.distortion);
+        EXPECT_LT((*back_px - Eigen::Vector2d(x_px, y_px)).norm(), 1e-6);
+        ++seen;
+      }
+    }
+    EXPECT_GT(seen, 0.7 * all) << static_cast<int>(camera.distortion);
+    EXPECT_NO_THROW(camera.Check("camera"));
+  }
+}
+
+// What no lens sees: the other half of the sphere falls onto the same pixels.
+TEST(Camera, NoLensSeesBehindItself) {
+  for (const Camera& camera : {Omni(), ExtendedUnified(), DoubleSphere(), FieldOfView()}) {
+    EXPECT_FALSE(camera.Project({0.1, 0, -1}).has_value()) << static_cast<int>(camera.distortion);
+  }
+}
+
+TEST(Camera, HigherCoefficientsAsInOpenCv) {
+  Camera prism = Rational();
+  prism.higher_coefficients.tail<4>() << 1e-3, -2e-4, -1e-3, 3e-4;
+  for (const Camera& camera : {PlumbBob(), Rational(), prism}) {
+    std::vector<double> k(camera.coefficients.begin(), camera.coefficients.end());
+    k.insert(k.end(), camera.higher_coefficients.begin(), camera.higher_coefficients.end());
+    const cv::Matx33d K(camera.fx_px, 0, camera.cx_px, 0, camera.fy_px, camera.cy_px, 0, 0, 1);
+    for (double x = -0.5; x < 0.6; x += 0.25) {
+      for (double y = -0.4; y < 0.5; y += 0.2) {
+        std::vector<cv::Point2d> expected_px;
+        cv::projectPoints(std::vector<cv::Point3d>{{2 * x, 2 * y, 2}}, cv::Vec3d(), cv::Vec3d(), K,
+                          k, expected_px);
+        const auto px = camera.Project({2 * x, 2 * y, 2});
+        ASSERT_TRUE(px.has_value());
+        EXPECT_NEAR(px->x(), expected_px[0].x, 1e-9);
+        EXPECT_NEAR(px->y(), expected_px[0].y, 1e-9);
+      }
+    }
+  }
+}
+
+// Numbers computed by hand from the papers' formulas, of the point (3, 0, 4): |p| = 5.
+TEST(Camera, LensesAsTheirPapersSay) {
+  const Eigen::Vector3d p(3, 0, 4);
+  const auto plane_x = [&](const Camera& camera) {
+    return (camera.Project(p)->x() - camera.cx_px) / camera.fx_px;
+  };
+  // 0.6 / (0.8 + 0.5)
+  EXPECT_NEAR(plane_x(WithLens(Distortion::kOmni, {0.5, 0}, 200)), 0.46153846153846, 1e-12);
+  // 3 / (0.5 sqrt(2 * 9 + 16) + 0.5 * 4)
+  EXPECT_NEAR(plane_x(WithLens(Distortion::kExtendedUnified, {0.5, 2}, 200)), 0.61031730, 1e-8);
+  // z = 0.2 * 5 + 4 = 5; 3 / (0.5 sqrt(34) + 0.5 * 5)
+  EXPECT_NEAR(plane_x(WithLens(Distortion::kDoubleSphere, {0.2, 0.5}, 200)), 0.55396793, 1e-8);
+  // atan(2 * 0.75 tan(0.5)) / 1
+  EXPECT_NEAR(plane_x(WithLens(Distortion::kFieldOfView, {1, 0}, 200)), 0.68649093, 1e-8);
+}
+
 TEST(Camera, FisheyeSeesBesideItself) {
   EXPECT_TRUE(TumviLeft().Project(Eigen::Vector3d(1, 0, -0.05)).has_value());
   EXPECT_FALSE(EurocLeft().Project(Eigen::Vector3d(1, 0, -0.05)).has_value());

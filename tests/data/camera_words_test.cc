@@ -1,0 +1,84 @@
+#include "data/camera_words.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace slcmap {
+namespace {
+
+using ::testing::HasSubstr;
+
+Camera Read(const CameraWords& words) {
+  CameraFault fault;
+  const auto camera = CameraOf(words, &fault);
+  EXPECT_TRUE(camera.has_value()) << fault.key << ": " << fault.found << ", " << fault.expected;
+  return camera.value_or(Camera());
+}
+
+CameraFault FaultOf(const CameraWords& words) {
+  CameraFault fault;
+  EXPECT_FALSE(CameraOf(words, &fault).has_value());
+  return fault;
+}
+
+const std::vector<double> kPinhole = {400, 401, 320, 240};
+
+TEST(CameraWords, RadialTangentialOfAnyLength) {
+  const Camera five = Read({"pinhole", "plumb_bob", kPinhole, {-0.3, 0.1, 1e-3, 2e-3, -0.02}});
+  EXPECT_EQ(five.coefficients[3], 2e-3);
+  EXPECT_EQ(five.higher_coefficients[0], -0.02);
+  const Camera eight = Read({"pinhole", "rational_polynomial", kPinhole, {1, 2, 3, 4, 5, 6, 7, 8}});
+  EXPECT_EQ(eight.higher_coefficients[3], 8);
+  EXPECT_EQ(Read({"pinhole", "radtan", kPinhole, {1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 0, 0}})
+                .higher_coefficients[7],
+            12);
+}
+
+TEST(CameraWords, AFisheyeWithFewCoefficients) {
+  EXPECT_EQ(Read({"pinhole", "fisheye", kPinhole, {0.1}}).coefficients,
+            Eigen::Vector4d(0.1, 0, 0, 0));
+}
+
+TEST(CameraWords, LensesHaveTheirNumbersFirst) {
+  const Camera omni = Read({"omni", "radtan", {1.2, 400, 401, 320, 240}, {-0.1, 0, 0, 0}});
+  EXPECT_EQ(omni.distortion, Distortion::kOmni);
+  EXPECT_EQ(omni.shape[0], 1.2);
+  EXPECT_EQ(omni.fy_px, 401);
+  const Camera ucm = Read({"ucm", "none", {0.6, 400, 401, 320, 240}, {}});
+  EXPECT_EQ(ucm.distortion, Distortion::kExtendedUnified);
+  EXPECT_EQ(ucm.shape, Eigen::Vector2d(0.6, 1));
+}
+
+TEST(CameraWords, WhatIsWrittenIsReadBack) {
+  for (const CameraWords& words :
+       {CameraWords{"pinhole", "radtan", kPinhole, {-0.3, 0.1, 1e-3, 2e-3}},
+        {"pinhole", "radtan", kPinhole, {-0.3, 0.1, 1e-3, 2e-3, -0.02}},
+        {"pinhole", "radtan", kPinhole, {-0.3, 0.1, 1e-3, 2e-3, -0.02, 0.1, 0.2, 0.3}},
+        {"pinhole", "equidistant", kPinhole, {0.1, 0, 0.01, 0}},
+        {"pinhole", "fov", kPinhole, {0.9}},
+        {"pinhole", "none", kPinhole, {}},
+        {"omni", "radtan", {1.2, 400, 401, 320, 240}, {-0.1, 0, 0, 1e-3}},
+        {"eucm", "none", {0.6, 1.1, 400, 401, 320, 240}, {}},
+        {"ds", "none", {-0.2, 0.6, 400, 401, 320, 240}, {}}}) {
+    const CameraWords back = DescribeCamera(Read(words));
+    EXPECT_EQ(back.camera_model, words.camera_model);
+    EXPECT_EQ(back.distortion_model, words.distortion_model);
+    EXPECT_EQ(back.intrinsics, words.intrinsics);
+    EXPECT_EQ(back.coefficients, words.coefficients);
+  }
+}
+
+TEST(CameraWords, WhatIsNoCameraIsNamed) {
+  EXPECT_EQ(FaultOf({"fisheye62", "none", kPinhole, {}}).key, "camera_model");
+  EXPECT_THAT(FaultOf({"fisheye62", "none", kPinhole, {}}).expected, HasSubstr("omni, eucm, ds"));
+  EXPECT_THAT(FaultOf({"ds", "none", kPinhole, {}}).expected, HasSubstr("xi, alpha, fx"));
+  EXPECT_EQ(FaultOf({"ds", "radtan", {0, 0.5, 1, 1, 1, 1}, {0, 0, 0, 0}}).key, "distortion_model");
+  EXPECT_EQ(FaultOf({"pinhole", "radtan", kPinhole, {1, 2, 3}}).key, "coefficients");
+  EXPECT_EQ(FaultOf({"pinhole", "equidistant", kPinhole, {1, 2, 3, 4, 5}}).key, "coefficients");
+  EXPECT_THAT(FaultOf({"pinhole", "radtan", kPinhole, std::vector<double>(14, 0.1)}).found,
+              HasSubstr("tilted"));
+  EXPECT_EQ(FaultOf({"pinhole", "none", kPinhole, {0.1}}).key, "coefficients");
+}
+
+}  // namespace
+}  // namespace slcmap
