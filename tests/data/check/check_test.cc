@@ -286,7 +286,7 @@ TEST_F(CheckSmallSequence, WhatIsLeftMustBeARecording) {
   EXPECT_FALSE(report.Usable());
   ExpectFinding(report, "too-short", Severity::kError, "ten seconds");
   EXPECT_THAT(Find(report, "too-short")->found,
-              HasSubstr("pairs and 65 IMU samples are left, expected at least 10 and 30 (images "
+              HasSubstr("pairs and 125 IMU samples are left, expected at least 10 and 30 (images "
                         "unpaired: "));
 }
 
