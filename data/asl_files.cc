@@ -125,6 +125,7 @@ std::vector<Element> Rising(const Rows<Element>& rows, Warnings* warnings) {
     throw InputFault("rows", rows.path + ": found no row of data, expected at least one",
                      "write a row a sample or image into " + rows.path);
   }
+  rows.text.WarnOfDigits(warnings);
   return kept;
 }
 
@@ -252,7 +253,7 @@ std::vector<ImageFile> ReadAslImages(const std::string& camera_folder, Warnings*
     rows.text.AddRead(fields);
   });
   rows.text.RequireReadable();
-  rows.text.RequireDigits(warnings);
+  rows.text.RequireDigits();
   RequireNanoseconds(path, rows.written_stamps, kMaxImageRate_hz, kUsualImageRate_hz);
   return Rising(rows, warnings);
 }
@@ -273,7 +274,7 @@ std::vector<ImuSample> ReadAslImu(const std::string& path, Warnings* warnings) {
     rows.text.AddRead(fields);
   });
   rows.text.RequireReadable();
-  rows.text.RequireDigits(warnings);
+  rows.text.RequireDigits();
   RequireNanoseconds(path, rows.written_stamps, kMaxImuRate_hz, kUsualImuRate_hz);
   for (const ImuRow& row : JoinImuStreams(path, std::move(read), warnings)) {
     if (row.angular_velocity_rad_s.allFinite() && row.specific_force_m_s2.allFinite()) {

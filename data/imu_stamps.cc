@@ -45,11 +45,12 @@ class PacketStamps {
   size_t Tiny() const { return stamps_ns_.size() - packets_.size(); }
 
   EvenedStamps Evened() const {
-    EvenedStamps evened{{}, 1e9 / period_ns_, 0, false};
+    EvenedStamps evened;
     evened.packet = static_cast<double>(stamps_ns_.size()) / static_cast<double>(packets_.size());
     evened.on_arrival =
         static_cast<double>(Packed()) > kArrivalShare * static_cast<double>(stamps_ns_.size());
     evened.stamps_ns = evened.on_arrival ? OnArrival() : Spread();
+    evened.rate_hz = 1e9 / SamplingPeriod(evened.stamps_ns);
     return evened;
   }
 

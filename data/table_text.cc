@@ -97,14 +97,16 @@ void TableText::RequireReadable() const {
       fmt::format("write the rows of {} as {}", path_, columns_));
 }
 
-void TableText::RequireDigits(Warnings* warnings) const {
-  constexpr double kMaxResolution_ns = 1e6, kFine_ns = 1e3;
+void TableText::WarnOfDigits(Warnings* warnings) const {
+  constexpr double kFine_ns = 1e3;
   if (resolution_ns_ <= kFine_ns) return;
-  if (resolution_ns_ <= kMaxResolution_ns) {
-    warnings->Add(kStampDigits, fmt::format("{}: '{}', steps of {:.3g} us, which is of use", path_,
-                                            stamp_, 1e-3 * resolution_ns_));
-    return;
-  }
+  warnings->Add(kStampDigits, fmt::format("{}: '{}', steps of {:.0f} us, which is of use", path_,
+                                          stamp_, 1e-3 * resolution_ns_));
+}
+
+void TableText::RequireDigits() const {
+  constexpr double kMaxResolution_ns = 1e6;
+  if (resolution_ns_ <= kMaxResolution_ns) return;
   throw InputFault(
       "stamp-digits",
       fmt::format(

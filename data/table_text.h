@@ -24,9 +24,11 @@ class TableText {
   void RequireReadable() const;
 
   // Stamps as powers of ten, as spreadsheets and C++ streams print large numbers, may have lost
-  // digits: throws InputFault where those that are left are more than 1 ms apart, and counts it in
-  // warnings where they are coarse, but of use.
-  void RequireDigits(Warnings* warnings) const;
+  // digits: throws InputFault where those that are left are more than 1 ms apart.
+  void RequireDigits() const;
+
+  // Counts it in warnings where they are coarse, but of use.
+  void WarnOfDigits(Warnings* warnings) const;
 
   // Throws InputFault where most of the rows share their stamps with others: `kept` have their own.
   void RequireStamps(size_t rows, size_t kept) const;

@@ -277,6 +277,33 @@ TEST_F(CheckSmallSequence, NamesThatAreNoUtf8DoNotBreakTheJson) {
   EXPECT_THAT(CheckJson(report), HasSubstr("images missing"));
 }
 
+TEST_F(CheckSmallSequence, WhatIsLeftMustBeARecording) {
+  testing::WriteSequence(folder_, {.images = 12});
+  EXPECT_EQ(Find(CheckSequence(folder_.Path()), "too-short"), nullptr);
+  const std::string images = testing::ReadText(folder_.Path("mav0/cam1/data.csv"));
+  folder_.Write("mav0/cam1/data.csv", images.substr(0, images.size() / 2));
+  const CheckReport report = CheckSequence(folder_.Path());
+  EXPECT_FALSE(report.Usable());
+  ExpectFinding(report, "too-short", Severity::kError, "ten seconds");
+  EXPECT_THAT(Find(report, "too-short")->found,
+              HasSubstr("pairs and 125 IMU samples are left, expected at least 10 and 30 (images "
+                        "unpaired: "));
+}
+
+TEST_F(CheckSmallSequence, StampsThatLostTheirDigitsAreNamed) {
+  testing::WriteSequence(folder_, {.images = 12});
+  for (const char* name : {"mav0/cam0/data.csv", "mav0/cam1/data.csv", "mav0/imu0/data.csv"}) {
+    std::string text = testing::ReadText(folder_.Path(name));
+    for (size_t row = text.find("\n14"); row != std::string::npos;
+         row = text.find("\n14", row + 1)) {
+      text.replace(row + 1, 19, "1.40364E+18");
+    }
+    folder_.Write(name, text);
+  }
+  ExpectFinding(CheckSequence(folder_.Path()), "stamp-digits", Severity::kError,
+                "mav0/cam0/data.csv with all its digits, as whole numbers");
+}
+
 TEST_F(CheckSmallSequence, CanBeEnded) {
   testing::WriteSequence(folder_, {.images = 4});
   EXPECT_THROW(CheckSequence(folder_.Path(), {}, Progress([](double) { return false; })),
