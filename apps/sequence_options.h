@@ -9,7 +9,7 @@
 
 namespace slcmap {
 
-// Adds --calibration; `options` must outlive the parsing. Returns what was added.
+// Adds --calibration, --pair-tolerance and --right-offset; `options` must outlive the parsing. Returns what was added.
 std::vector<CLI::Option*> AddSequenceOptions(CLI::App& command, SequenceOptions* options);
 
 // The files that these options name.
