@@ -83,7 +83,7 @@ std::vector<ClockJump> FindClockJumps(const std::vector<int64_t>& stamps_ns,
   return jumps;
 }
 
-void TellJumps(const std::vector<ClockJump>& jumps, Warnings* warnings) {
+void CountJumps(const std::vector<ClockJump>& jumps, Warnings* warnings) {
   for (const ClockJump& jump : jumps) {
     const double back_s = ToSeconds(jump.back_ns);
     const std::string words = back_s > 0

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <cstdlib>
 #include <functional>
 #include <string>
 #include <vector>
@@ -28,7 +29,7 @@ std::vector<ClockJump> FindClockJumps(const std::vector<int64_t>& stamps_ns,
                                       const std::function<bool(size_t, size_t)>& same);
 
 // Counts them, with words.
-void TellJumps(const std::vector<ClockJump>& jumps, Warnings* warnings);
+void CountJumps(const std::vector<ClockJump>& jumps, Warnings* warnings);
 
 // Takes out the samples behind a jump for as long as makes odometry start anew.
 void BreakImu(const ClockJump& jump, std::vector<ImuSample>* samples);

@@ -52,7 +52,7 @@ void JoinClocks(std::vector<ClockJump> left, std::vector<ClockJump> right,
   AgreeOnJumps(samples, &lefts);
   AgreeOnJumps(samples, &rights);
   AgreeOnJumps(lefts, &rights);
-  for (const auto* jumps : {&left, &right, &imu}) TellJumps(*jumps, warnings);
+  for (const auto* jumps : {&left, &right, &imu}) CountJumps(*jumps, warnings);
   for (const auto* jumps : {&left, &right, &imu}) {
     for (const ClockJump& jump : *jumps) BreakImu(jump, &tables->imu);
   }
@@ -95,11 +95,13 @@ std::optional<double> ConstantOffset_s(const std::vector<ImageFile>& left,
 // The offset of right stamps that makes pairs of most images, where the options' one does not; and
 // nothing where none does.
 std::string RightOffsetRemedy(const std::vector<ImageFile>& left,
-                              const std::vector<ImageFile>& right) {
-  const std::optional<double> offset_s = ConstantOffset_s(left, right);
-  if (!offset_s) return "";
-  return fmt::format("open it with --right-offset {:.3f} (ms): the stamps of cam1 are {} by that",
-                     1e3 * *offset_s, *offset_s > 0 ? "late" : "early");
+                              const std::vector<ImageFile>& right, double given_s) {
+  const std::optional<double> further_s = ConstantOffset_s(left, right);
+  if (!further_s) return "";
+  const double offset_s = given_s + *further_s;
+  return fmt::format("open it with --right-offset {:.3f} (ms): the stamps of cam1 are {} by that, "
+                     "where the cameras are triggered together",
+                     1e3 * offset_s, offset_s > 0 ? "late" : "early");
 }
 
 // The images that sequence->rig has cameras for.
@@ -115,7 +117,7 @@ std::vector<StereoEntry> PairTables(const SequenceOptions& options, const Tables
   for (ImageFile& image : right) image.stamp_ns -= ToNanoseconds(options.right_offset_s);
   images = PairImages(left, right, options.max_stereo_offset_s, &sequence->warnings);
   if (2 * images.size() < left.size()) {
-    const std::string remedy = RightOffsetRemedy(left, right);
+    const std::string remedy = RightOffsetRemedy(left, right, options.right_offset_s);
     if (!remedy.empty()) {
       throw InputFault("unpaired",
                        fmt::format("{}: found {} pairs among {} left and {} right images within {} "
