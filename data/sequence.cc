@@ -116,26 +116,21 @@ std::vector<StereoEntry> PairTables(const SequenceOptions& options, const Tables
   std::vector<ImageFile> right = tables.right;
   for (ImageFile& image : right) image.stamp_ns -= ToNanoseconds(options.right_offset_s);
   images = PairImages(left, right, options.max_stereo_offset_s, &sequence->warnings);
-  if (2 * images.size() < left.size()) {
-    const std::string remedy = RightOffsetRemedy(left, right, options.right_offset_s);
-    if (!remedy.empty()) {
-      throw InputFault("unpaired",
-                       fmt::format("{}: found {} pairs among {} left and {} right images within {} "
-                                   "s of each other, expected one a left image",
-                                   sequence->folder, images.size(), left.size(), right.size(),
-                                   options.max_stereo_offset_s),
-                       remedy);
-    }
-  }
-  if (images.empty()) {
+  if (2 * images.size() >= left.size()) return images;
+  const std::string remedy = RightOffsetRemedy(left, right, options.right_offset_s);
+  if (images.empty() || !remedy.empty()) {
     throw InputFault(
         "unpaired",
-        fmt::format("{}: found no left and right image within {} s of each other among {} and {}, "
-                    "expected pairs",
-                    sequence->folder, options.max_stereo_offset_s, left.size(), right.size()),
-        fmt::format("trigger both cameras together, and write the stamps of {0}/cam0/data.csv and "
-                    "{0}/cam1/data.csv in nanoseconds of one clock",
-                    sequence->folder));
+        fmt::format("{}: found {} within {} s of each other among {} and {}, expected pairs",
+                    sequence->folder,
+                    images.empty() ? std::string("no left and right image")
+                                   : fmt::format("{} left and right images", images.size()),
+                    options.max_stereo_offset_s, left.size(), right.size()),
+        !remedy.empty()
+            ? remedy
+            : fmt::format("trigger both cameras together, and write the stamps of "
+                          "{0}/cam0/data.csv and {0}/cam1/data.csv in nanoseconds of one clock",
+                          sequence->folder));
   }
   return images;
 }
