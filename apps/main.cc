@@ -9,6 +9,7 @@
 #include <cstdlib>
 #include <iostream>
 #include <new>
+#include <opencv2/core.hpp>
 #include <thread>
 
 #ifdef __GLIBC__
@@ -154,6 +155,10 @@ int main(int argc, char** argv) {
     return PrintError(error.what(), kExitFailedRun);
   } catch (const InputFault& error) {
     return PrintError(error.what() + ("; remedy: " + error.remedy()), kExitFailure);
+  } catch (const cv::Exception& error) {
+    return PrintError("images that could not be worked on (" + error.func + ": " + error.err +
+                          "); let slcmap check say what is wrong with them",
+                      kExitFailure);
   } catch (const std::bad_alloc&) {
     return PrintError("out of memory", kExitFailure);
   } catch (const std::exception& error) {

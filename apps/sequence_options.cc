@@ -3,6 +3,17 @@
 #include "data/mask.h"
 
 namespace slcmap {
+namespace {
+
+CLI::Option* AddMilliseconds(CLI::App& command, const std::string& name, double* value_s,
+                             const std::string& words) {
+  return command
+      .add_option_function<double>(
+          name, [value_s](const double& value_ms) { *value_s = 1e-3 * value_ms; }, words)
+      ->type_name("MS");
+}
+
+}  // namespace
 
 std::vector<CLI::Option*> AddSequenceOptions(CLI::App& command, SequenceOptions* options) {
   return {command.add_option("--calibration", options->calibration,
@@ -21,7 +32,11 @@ std::vector<CLI::Option*> AddSequenceOptions(CLI::App& command, SequenceOptions*
                           "stereo pair)")
               ->delimiter(',')
               ->allow_extra_args(false)
-              ->type_name("I,J")};
+              ->type_name("I,J"),
+          AddMilliseconds(command, "--pair-tolerance", &options->max_stereo_offset_s,
+                          "Between the stamps of a left and a right image, at most (default: 3)"),
+          AddMilliseconds(command, "--right-offset", &options->right_offset_s,
+                          "That stamps of the right images are late (default: 0)")};
 }
 
 std::vector<std::string> FilesOf(const SequenceOptions& options) {

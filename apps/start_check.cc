@@ -6,6 +6,7 @@
 
 #include "apps/progress.h"
 #include "data/check/check.h"
+#include "data/check/stretches.h"
 #include "data/error.h"
 #include "data/source/asl_source.h"
 
@@ -57,11 +58,19 @@ void LeaveOutHeld(const CalibrationOptions& options, CheckReport* report) {
 StartCheck CheckBeforeStart(const StartCheckArguments& arguments, const OdometryOptions& options,
                             Sequence* sequence) {
   if (!arguments.check) return {};
+  CheckReport mended;
+  if (options.method != Method::kPointsMono) MendStretches(sequence, {}, &mended);
+  LogFindings(mended);
   CheckReport report = Check(options.method == Method::kPointsMono, sequence);
   LeaveOutHeld(options.calibration, &report);
   if (!arguments.force) RefuseErrors(report);
   LogFindings(report);
   StartCheck done{report.corrections, {}};
+  done.corrections.insert(done.corrections.end(), mended.corrections.begin(),
+                          mended.corrections.end());
+  for (const CheckFinding& finding : mended.findings) {
+    done.errors.push_back(finding.name + ": " + finding.found + "; remedy: " + finding.remedy);
+  }
   for (const CheckFinding& finding : report.findings) {
     if (finding.severity != Severity::kError) continue;
     done.errors.push_back(finding.name + ": " + finding.found + "; remedy: " + finding.remedy);

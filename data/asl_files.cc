@@ -129,6 +129,24 @@ std::vector<Element> Rising(const Rows<Element>& rows, Warnings* warnings) {
   return kept;
 }
 
+// Puts rows behind a clock that was set back on the clock before.
+template <typename Element, typename Same>
+std::vector<ClockJump> RestoreClock(Rows<Element>* rows, const Same& same) {
+  std::vector<int64_t> stamps_ns;
+  for (const Element& element : rows->elements) stamps_ns.push_back(element.stamp_ns);
+  const auto same_rows = [&](size_t a, size_t b) {
+    return same(rows->elements[a], rows->elements[b]);
+  };
+  std::vector<ClockJump> jumps = FindClockJumps(stamps_ns, same_rows);
+  for (ClockJump& jump : jumps) {
+    jump.place = rows->Place(jump.row);
+    if (jump.back_ns < 0) continue;
+    for (size_t i = jump.row; i < stamps_ns.size(); ++i) rows->elements[i].stamp_ns += jump.back_ns;
+  }
+  for (ClockJump& jump : jumps) jump.stamp_ns = rows->elements[jump.row].stamp_ns;
+  return jumps;
+}
+
 // The file of a row, if it is where `base` says.
 std::string ImagePath(const fs::path& base, const std::vector<std::string_view>& fields,
                       int64_t stamp_ns) {
@@ -234,7 +252,8 @@ std::vector<size_t> LongestRising(const std::vector<int64_t>& stamps_ns) {
   return kept;
 }
 
-std::vector<ImageFile> ReadAslImages(const std::string& camera_folder, Warnings* warnings) {
+std::vector<ImageFile> ReadAslImages(const std::string& camera_folder, Warnings* warnings,
+                                     std::vector<ClockJump>* jumps) {
   const fs::path folder(camera_folder);
   const std::string path = (folder / "data.csv").string();
   Rows<ImageFile> rows{path, TableText(path, "stamp_ns, file"), {}, {}, {}};
@@ -255,10 +274,13 @@ std::vector<ImageFile> ReadAslImages(const std::string& camera_folder, Warnings*
   rows.text.RequireReadable();
   rows.text.RequireDigits();
   RequireNanoseconds(path, rows.written_stamps, kMaxImageRate_hz, kUsualImageRate_hz);
+  const auto same = [](const ImageFile& a, const ImageFile& b) { return a.path == b.path; };
+  if (jumps != nullptr) *jumps = RestoreClock(&rows, same);
   return Rising(rows, warnings);
 }
 
-std::vector<ImuSample> ReadAslImu(const std::string& path, Warnings* warnings) {
+std::vector<ImuSample> ReadAslImu(const std::string& path, Warnings* warnings,
+                                  std::vector<ClockJump>* jumps) {
   RequireGyroFirst(path);
   Rows<ImuSample> rows{path, TableText(path, "stamp_ns, wx, wy, wz, ax, ay, az"), {}, {}, {}};
   std::vector<ImuRow> read;
@@ -285,6 +307,11 @@ std::vector<ImuSample> ReadAslImu(const std::string& path, Warnings* warnings) {
                     fmt::format("{}: row {}", path, row.number));
     }
   }
+  const auto same = [](const ImuSample& a, const ImuSample& b) {
+    return a.angular_velocity_rad_s == b.angular_velocity_rad_s &&
+           a.specific_force_m_s2 == b.specific_force_m_s2;
+  };
+  if (jumps != nullptr) *jumps = RestoreClock(&rows, same);
   const std::vector<ImuSample> samples = Rising(rows, warnings);
   CountGaps(path, samples, warnings);
   return samples;

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "data/clock_jumps.h"
 #include "data/types.h"
 #include "data/warnings.h"
 
@@ -21,14 +22,18 @@ struct ImageFile {
 // stamps, are counted and dropped; a table with more than a fifth of its rows out of place is
 // sorted instead, and only its repeated stamps are dropped. Throws DataError when the file is
 // missing or no row is left, InputFault when the stamps seem to be in another unit than nanoseconds
-// or have lost digits, and when most rows cannot be read or have no stamp of their own.
-std::vector<ImageFile> ReadAslImages(const std::string& camera_folder, Warnings* warnings);
+// or have lost digits, and when most rows cannot be read or have no stamp of their own. Where the
+// clock was set back, what follows is put on the clock before, and added to `jumps`, as are long
+// gaps; without `jumps` stamps stay as they are.
+std::vector<ImageFile> ReadAslImages(const std::string& camera_folder, Warnings* warnings,
+                                     std::vector<ClockJump>* jumps = nullptr);
 
 // Reads an ASL imu0/data.csv: "stamp_ns, wx, wy, wz, ax, ay, az" in rad/s and m/s^2; more columns
 // are ignored. Bad rows as above, also those that are not finite. Rows that hold one sensor only
 // are joined, and packets stamped on arrival evened out (JoinImuStreams). Gaps are counted. Throws
 // InputFault as above, and where the comment that heads the table says another order.
-std::vector<ImuSample> ReadAslImu(const std::string& path, Warnings* warnings);
+std::vector<ImuSample> ReadAslImu(const std::string& path, Warnings* warnings,
+                                  std::vector<ClockJump>* jumps = nullptr);
 
 // The median step between sorted stamps in seconds, 0 with fewer than two. Elements have stamp_ns.
 template <typename Stamped>

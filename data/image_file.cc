@@ -1,9 +1,12 @@
 #include "data/image_file.h"
 
+#include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
 #include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
 #include <string_view>
 
 #include "data/error.h"
@@ -15,31 +18,84 @@ namespace {
 
 constexpr std::string_view kPngStart = "\x89PNG";
 
-// Decoders return a partly grey image for a file that was cut off; its end shows it.
-bool IsTruncated(std::string_view bytes) {
-  constexpr std::string_view kJpegStart = "\xff\xd8";
-  constexpr size_t kPngEnd = 12;  // length, "IEND", checksum
-  if (bytes.substr(0, 4) == kPngStart) {
-    return bytes.size() < kPngEnd || bytes.substr(bytes.size() - 8, 4) != "IEND";
-  }
-  if (bytes.substr(0, 2) == kJpegStart) return bytes.substr(bytes.size() - 2) != "\xff\xd9";
-  return bytes.empty();
+unsigned ByteAt(std::string_view bytes, size_t at) {
+  return static_cast<unsigned char>(bytes[at]);
 }
 
-cv::Mat Decode(const std::string& bytes) {
+// Whether a JPEG has its end mark; those of pictures within its segments do not count.
+bool HasJpegEnd(std::string_view bytes) {
+  constexpr unsigned kEnd = 0xd9, kFill = 0xff;
+  for (size_t at = bytes.find('\xff', 2); at + 1 < bytes.size(); at = bytes.find('\xff', at)) {
+    const unsigned kind = ByteAt(bytes, at + 1);
+    if (kind == kEnd) return true;
+    const bool has_length = kind > 1 && (kind < 0xd0 || kind > 0xd8) && kind != kFill;
+    if (has_length && at + 3 >= bytes.size()) return false;
+    at += kind == kFill ? 1 : 2;
+    if (has_length) at += std::max(2U, ByteAt(bytes, at) << 8 | ByteAt(bytes, at + 1));
+    if (at >= bytes.size()) return false;
+  }
+  return false;
+}
+
+// Whether a PNG has its last chunk, perhaps with other bytes behind it.
+bool HasPngEnd(std::string_view bytes) {
+  constexpr size_t kFirstChunk = 8, kAround = 12;  // length, type and checksum
+  for (size_t at = kFirstChunk; at + kAround <= bytes.size();) {
+    if (bytes.substr(at + 4, 4) == "IEND") return true;
+    size_t length = 0;
+    for (size_t i = at; i < at + 4; ++i) length = length << 8 | ByteAt(bytes, i);
+    at += kAround + length;
+  }
+  return false;
+}
+
+bool IsPng(std::string_view bytes) { return bytes.substr(0, 4) == kPngStart; }
+
+bool IsJpeg(std::string_view bytes) { return bytes.substr(0, 2) == "\xff\xd8"; }
+
+// Whether the last bytes are those that a whole file of its kind ends with.
+bool EndsWell(std::string_view bytes) {
+  if (IsPng(bytes)) return bytes.size() >= 12 && bytes.substr(bytes.size() - 8, 4) == "IEND";
+  if (IsJpeg(bytes)) return bytes.substr(bytes.size() - 2) == "\xff\xd9";
+  return !bytes.empty();
+}
+
+// Decoders return a partly grey image for a file that was cut off; its end shows it.
+bool IsTruncated(std::string_view bytes) {
+  if (EndsWell(bytes)) return false;
+  return IsPng(bytes) ? !HasPngEnd(bytes) : !IsJpeg(bytes) || !HasJpegEnd(bytes);
+}
+
+cv::Mat DecodeAs(const std::string& bytes, int flags) {
   const cv::Mat buffer(1, static_cast<int>(bytes.size()), CV_8U,
                        const_cast<char*>(bytes.data()));  // imdecode only reads it
   try {
-    return cv::imdecode(buffer, cv::IMREAD_GRAYSCALE);
+    return cv::imdecode(buffer, flags);
   } catch (const cv::Exception&) {
     return cv::Mat();
   }
 }
 
+// The mean of a mosaic's colours about each pixel, which shifts nothing.
+cv::Mat WithoutMosaic(const cv::Mat& image) {
+  const cv::Mat kernel = (cv::Mat_<float>(1, 3) << 0.25F, 0.5F, 0.25F);
+  cv::Mat gray;
+  cv::sepFilter2D(image, gray, -1, kernel, kernel);
+  return gray;
+}
+
+cv::Mat Decode(const std::string& bytes, const PixelForm& form) {
+  constexpr int kAsStored = cv::IMREAD_GRAYSCALE | cv::IMREAD_IGNORE_ORIENTATION;
+  const bool whole = form.bits == 16;
+  cv::Mat image = DecodeAs(bytes, whole ? kAsStored : kAsStored | cv::IMREAD_ANYDEPTH);
+  if (image.depth() == CV_16U) image.convertTo(image, CV_8U, std::ldexp(1, 8 - form.bits));
+  return form.mosaic && !image.empty() ? WithoutMosaic(image) : image;
+}
+
 // The size that the header of a PNG tells; empty for other files.
 cv::Size PngSize(std::string_view bytes) {
   constexpr size_t kWidthAt = 16, kHeightAt = 20, kHeaderEnd = 24;
-  if (bytes.size() < kHeaderEnd || bytes.substr(0, 4) != kPngStart) return {};
+  if (bytes.size() < kHeaderEnd || !IsPng(bytes)) return {};
   const auto number = [&](size_t at) {
     int value = 0;
     for (size_t i = at; i < at + 4; ++i) value = value << 8 | static_cast<unsigned char>(bytes[i]);
@@ -90,8 +146,8 @@ cv::Size JpegSize(std::FILE* file) {
   return {};
 }
 
-ImageRead DecodeChecked(const std::string& bytes, const cv::Size& size) {
-  const cv::Mat image = Decode(bytes);
+ImageRead DecodeChecked(const std::string& bytes, const cv::Size& size, const PixelForm& form) {
+  const cv::Mat image = Decode(bytes, form);
   if (image.empty()) return {cv::Mat(), kImageUndecodable};
   if (!size.empty() && image.size() != size) return {cv::Mat(), kImageWrongSize};
   return {image, nullptr};
@@ -99,10 +155,24 @@ ImageRead DecodeChecked(const std::string& bytes, const cv::Size& size) {
 
 }  // namespace
 
-ImageRead ReadGrayImage(const std::string& path, const cv::Size& size) {
+ImageRead ReadGrayImage(const std::string& path, const cv::Size& size, const PixelForm& form) {
   std::string bytes;
   if (const char* problem = ReadWhole(path, &bytes)) return {cv::Mat(), problem};
-  return DecodeChecked(bytes, size);
+  return DecodeChecked(bytes, size, form);
+}
+
+cv::Mat ReadStoredImage(const std::string& path) {
+  std::string bytes;
+  if (ReadWhole(path, &bytes) != nullptr) return {};
+  return DecodeAs(bytes, cv::IMREAD_UNCHANGED);
+}
+
+bool IsTurnedByOrientation(const std::string& path) {
+  std::string bytes;
+  if (ReadWhole(path, &bytes) != nullptr) return false;
+  const cv::Mat stored = DecodeAs(bytes, cv::IMREAD_GRAYSCALE | cv::IMREAD_IGNORE_ORIENTATION);
+  const cv::Mat shown = DecodeAs(bytes, cv::IMREAD_GRAYSCALE);
+  return stored.size() != shown.size() || cv::norm(stored, shown, cv::NORM_INF) > 0;
 }
 
 const char* FindImageProblem(const std::string& path, const cv::Size& size) {
@@ -113,20 +183,24 @@ const char* FindImageProblem(const std::string& path, const cv::Size& size) {
   const std::string start = BytesAt(file.get(), 0, 32);
   // Both ends in one, which is what the rule for whole files looks at.
   const std::string end = start.size() < 32 ? "" : BytesAt(file.get(), -12, 12);
-  if (IsTruncated(start + end)) return kImageTruncated;
+  if (!EndsWell(start + end)) {  // perhaps for bytes behind its end
+    std::string bytes;
+    if (const char* problem = ReadWhole(path, &bytes)) return problem;
+  }
   if (!cv::haveImageReader(path)) return kImageUndecodable;
-  const bool is_png = start.compare(0, kPngStart.size(), kPngStart) == 0;
+  const bool is_png = IsPng(start);
   const cv::Size found = is_png ? PngSize(start) : JpegSize(file.get());
   return found.empty() || size.empty() || found == size ? nullptr : kImageWrongSize;
 }
 
-DeferredImageRead ReadGrayImageDeferred(const std::string& path, const cv::Size& size) {
+DeferredImageRead ReadGrayImageDeferred(const std::string& path, const cv::Size& size,
+                                        const PixelForm& form) {
   const auto bytes = std::make_shared<std::string>();
   if (const char* problem = ReadWhole(path, bytes.get())) return {nullptr, problem};
   if (!size.empty() && PngSize(*bytes) == size) {
-    return {[bytes] { return Decode(*bytes); }, nullptr};
+    return {[bytes, form] { return Decode(*bytes, form); }, nullptr};
   }
-  const ImageRead read = DecodeChecked(*bytes, size);
+  const ImageRead read = DecodeChecked(*bytes, size, form);
   return {[image = read.image] { return image; }, read.problem};
 }
 

@@ -2,8 +2,11 @@
 
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
+#include <array>
 #include <cstdlib>
 #include <filesystem>
+#include <optional>
 
 #include "data/calibration.h"
 #include "data/imu_calibration.h"
@@ -37,30 +40,116 @@ std::string CameraFolder(const Sequence& sequence, size_t camera) {
   return fmt::format("cam{}", sequence.cameras.at(camera));
 }
 
-// The images that sequence->rig has cameras for.
-std::vector<StereoEntry> ReadImageList(const SequenceOptions& options, Sequence* sequence) {
+// The tables of a recording as they are read.
+struct Tables {
+  std::vector<ImageFile> left, right;
+  std::vector<ImuSample> imu;
+};
+
+// Where the recorder's clock is set to another time, what is recorded of all tables from then on is
+// put on the clock before, but begins anew: how long the jump took is not known.
+void JoinClocks(std::vector<ClockJump> left, std::vector<ClockJump> right,
+                std::vector<ClockJump> imu, Tables* tables, Warnings* warnings) {
+  ClockTable<ImageFile> lefts{&tables->left, &left}, rights{&tables->right, &right};
+  ClockTable<ImuSample> samples{&tables->imu, &imu};
+  UndoForward(samples, &lefts);
+  UndoForward(samples, &rights);
+  UndoForward(lefts, &samples);
+  AgreeOnJumps(samples, &lefts);
+  AgreeOnJumps(samples, &rights);
+  AgreeOnJumps(lefts, &rights);
+  for (const auto* jumps : {&left, &right, &imu}) CountJumps(*jumps, warnings);
+  for (const auto* jumps : {&left, &right, &imu}) {
+    for (const ClockJump& jump : *jumps) BreakImu(jump, &tables->imu);
+  }
+}
+
+Tables ReadTables(const SequenceOptions& options, Sequence* sequence) {
   const fs::path folder(sequence->folder);
-  const auto left =
-      ReadAslImages((folder / CameraFolder(*sequence, 0)).string(), &sequence->warnings);
+  Warnings* warnings = &sequence->warnings;
+  Tables tables;
+  std::vector<ClockJump> left, right, imu;
+  tables.left = ReadAslImages((folder / CameraFolder(*sequence, 0)).string(), warnings, &left);
+  if (IsStereo(sequence->rig)) {
+    tables.right = ReadAslImages((folder / CameraFolder(*sequence, 1)).string(), warnings, &right);
+  }
+  if (options.needs_imu) {
+    tables.imu = ReadAslImu((folder / "imu0" / "data.csv").string(), warnings, &imu);
+  }
+  JoinClocks(left, right, imu, &tables, warnings);
+  return tables;
+}
+
+// The offset at which most right images lie behind the left ones, if they all do.
+std::optional<double> ConstantOffset_s(const std::vector<ImageFile>& left,
+                                       const std::vector<ImageFile>& right) {
+  constexpr double kWithin_s = 1e-3, kMost = 0.8;
+  std::vector<double> offsets_s;
+  size_t r = 0;
+  for (const ImageFile& image : left) {
+    const auto apart_ns = [&](size_t i) { return std::abs(right[i].stamp_ns - image.stamp_ns); };
+    while (r + 1 < right.size() && apart_ns(r + 1) < apart_ns(r)) ++r;
+    if (r < right.size()) offsets_s.push_back(ToSeconds(right[r].stamp_ns - image.stamp_ns));
+  }
+  const double offset_s = Median(offsets_s);
+  const auto near = std::ranges::count_if(
+      offsets_s, [&](double each_s) { return std::abs(each_s - offset_s) < kWithin_s; });
+  if (static_cast<double>(near) < kMost * static_cast<double>(offsets_s.size()))
+    return std::nullopt;
+  return offset_s;
+}
+
+// The offset of right stamps that makes pairs of most images, where the options' one does not; and
+// nothing where none does.
+std::string RightOffsetRemedy(const std::vector<ImageFile>& left,
+                              const std::vector<ImageFile>& right, double given_s) {
+  const std::optional<double> further_s = ConstantOffset_s(left, right);
+  if (!further_s) return "";
+  const double offset_s = given_s + *further_s;
+  return fmt::format(
+      "open it with --right-offset {:.3f} (ms): the stamps of cam1 are {} by that, "
+      "where the cameras are triggered together",
+      1e3 * offset_s, offset_s > 0 ? "late" : "early");
+}
+
+// The images that sequence->rig has cameras for.
+std::vector<StereoEntry> PairTables(const SequenceOptions& options, const Tables& tables,
+                                    Sequence* sequence) {
+  const std::vector<ImageFile>& left = tables.left;
   std::vector<StereoEntry> images;
   if (!IsStereo(sequence->rig)) {
     for (const ImageFile& image : left) images.push_back({image.stamp_ns, image.path, ""});
     return images;
   }
-  const auto right =
-      ReadAslImages((folder / CameraFolder(*sequence, 1)).string(), &sequence->warnings);
+  std::vector<ImageFile> right = tables.right;
+  for (ImageFile& image : right) image.stamp_ns -= ToNanoseconds(options.right_offset_s);
   images = PairImages(left, right, options.max_stereo_offset_s, &sequence->warnings);
-  if (images.empty()) {
+  if (2 * images.size() >= left.size()) return images;
+  const std::string remedy = RightOffsetRemedy(left, right, options.right_offset_s);
+  if (images.empty() || !remedy.empty()) {
     throw InputFault(
         "unpaired",
-        fmt::format("{}: found no left and right image within {} s of each other among {} and {}, "
-                    "expected pairs",
-                    sequence->folder, options.max_stereo_offset_s, left.size(), right.size()),
-        fmt::format("trigger both cameras together, and write the stamps of {0}/cam0/data.csv and "
-                    "{0}/cam1/data.csv in nanoseconds of one clock",
-                    sequence->folder));
+        fmt::format("{}: found {} within {} s of each other among {} and {}, expected pairs",
+                    sequence->folder,
+                    images.empty() ? std::string("no left and right image")
+                                   : fmt::format("{} left and right images", images.size()),
+                    options.max_stereo_offset_s, left.size(), right.size()),
+        !remedy.empty()
+            ? remedy
+            : fmt::format("trigger both cameras together, and write the stamps of "
+                          "{0}/cam0/data.csv and {0}/cam1/data.csv in nanoseconds of one clock",
+                          sequence->folder));
   }
   return images;
+}
+
+std::array<std::vector<std::string>, 2> ImagePaths(const std::vector<StereoEntry>& images) {
+  std::array<std::vector<std::string>, 2> paths;
+  for (const StereoEntry& image : images) {
+    paths[0].push_back(image.left_path);
+    if (!image.right_path.empty()) paths[1].push_back(image.right_path);
+  }
+  return paths;
 }
 
 }  // namespace
@@ -126,7 +215,18 @@ std::vector<StereoEntry> PairImages(const std::vector<ImageFile>& left,
   return pairs;
 }
 
+void CheckPairing(const SequenceOptions& options) {
+  const auto check = [](const char* name, double found_s, double least_s, double most_s) {
+    if (found_s >= least_s && found_s <= most_s) return;
+    throw ConfigError(fmt::format("{}: found {}, expected milliseconds from {} to {}", name,
+                                  1e3 * found_s, 1e3 * least_s, 1e3 * most_s));
+  };
+  check("--pair-tolerance", options.max_stereo_offset_s, 0, 1);
+  check("--right-offset", options.right_offset_s, -10, 10);
+}
+
 Sequence OpenSequence(const std::string& path, const SequenceOptions& options) {
+  CheckPairing(options);
   Sequence sequence;
   sequence.folder = FindAslFolder(path, options.needs_imu);
   const fs::path folder(sequence.folder);
@@ -144,12 +244,12 @@ Sequence OpenSequence(const std::string& path, const SequenceOptions& options) {
     sequence.rig.cameras[1] = Camera();
   }
   ReadMasks(options.masks, &sequence.rig);
-  sequence.images = ReadImageList(options, &sequence);
-  if (options.needs_imu) {
-    sequence.imu = ReadAslImu((folder / "imu0" / "data.csv").string(), &sequence.warnings);
-    RequireOverlap(sequence);
-    Correct(sequence.rig.imu_correction, &sequence.imu);
-  }
+  Tables tables = ReadTables(options, &sequence);
+  sequence.images = PairTables(options, tables, &sequence);
+  sequence.imu = std::move(tables.imu);
+  if (options.needs_imu) RequireOverlap(sequence);
+  Correct(sequence.rig.imu_correction, &sequence.imu);
+  sequence.pixel_forms = FindPixelForms(ImagePaths(sequence.images), &sequence.warnings);
   sequence.truth_path = FindTruth(sequence.folder);
   return sequence;
 }

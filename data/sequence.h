@@ -1,11 +1,13 @@
 // A recorded sequence on disk: which images and samples there are, and the rig that made them.
 #pragma once
 
+#include <array>
 #include <string>
 #include <vector>
 
 #include "data/asl_files.h"
 #include "data/calibration.h"
+#include "data/pixel_form.h"
 #include "data/types.h"
 #include "data/warnings.h"
 
@@ -20,7 +22,8 @@ struct StereoEntry {
 struct Sequence {
   std::string folder;  // the one that holds cam0, cam1 and imu0
   std::vector<StereoEntry> images;
-  std::vector<ImuSample> imu;  // as the files have it, with rig.imu_correction applied
+  std::array<PixelForm, 2> pixel_forms;  // of the left and the right images
+  std::vector<ImuSample> imu;            // as the files have it, with rig.imu_correction applied
   Rig rig;
   std::string calibration_source;
   std::vector<int> cameras;   // "cam0" and "cam1" are 0 and 1
@@ -32,7 +35,8 @@ struct Sequence {
 struct SequenceOptions {
   Mirrored mirrored = Mirrored::kRefused;  // rotations of the calibration
   std::string calibration;                 // file or folder; "" takes the sequence's own
-  double max_stereo_offset_s = 0.003;      // between the stamps of a pair
+  double max_stereo_offset_s = 0.003;      // between the stamps of a pair, once those are made up
+  double right_offset_s = 0;               // right stamps are late by this
   std::vector<std::string> masks;          // image files, one a camera (data/mask.h)
   std::vector<int> cameras;                // of a chain of them; empty: the best stereo pair
   bool needs_imu = true;  // false: a recording without imu0 will do, and its samples stay unread
@@ -57,5 +61,8 @@ std::string FindTruth(const std::string& asl_folder);
 std::vector<StereoEntry> PairImages(const std::vector<ImageFile>& left,
                                     const std::vector<ImageFile>& right, double max_offset_s,
                                     Warnings* warnings);
+
+// Throws ConfigError where a tolerance or an offset cannot be.
+void CheckPairing(const SequenceOptions& options);
 
 }  // namespace slcmap

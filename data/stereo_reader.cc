@@ -17,18 +17,20 @@ struct Item {
   std::string path;
 };
 
-Item ReadItem(const StereoEntry& entry, const Rig& rig, bool read_right) {
+Item ReadItem(const StereoEntry& entry, const Sequence& sequence, bool read_right) {
+  const Rig& rig = sequence.rig;
   Item item;
   item.image.stamp_ns = entry.stamp_ns;
   const auto size = [&](int camera) {
     return cv::Size(rig.cameras[camera].width_px, rig.cameras[camera].height_px);
   };
-  const ImageRead left = ReadGrayImage(entry.left_path, size(0));
+  const ImageRead left = ReadGrayImage(entry.left_path, size(0), sequence.pixel_forms[0]);
   item.image.left = left.image;
   item.problem = left.problem;
   item.path = entry.left_path;
   if (!read_right || entry.right_path.empty() || left.problem != nullptr) return item;
-  const DeferredImageRead right = ReadGrayImageDeferred(entry.right_path, size(1));
+  const DeferredImageRead right =
+      ReadGrayImageDeferred(entry.right_path, size(1), sequence.pixel_forms[1]);
   item.image.decode_right = right.decode;
   item.problem = right.problem;
   item.path = entry.right_path;
@@ -71,7 +73,7 @@ class StereoReader::Impl {
       if (stop_) return;
       if (entry.stamp_ns < from_ns_) continue;
       lock.unlock();
-      Item item = ReadItem(entry, sequence_.rig, options_.read_right);
+      Item item = ReadItem(entry, sequence_, options_.read_right);
       lock.lock();
       queue_.push_back(std::move(item));
       changed_.notify_all();

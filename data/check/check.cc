@@ -7,6 +7,8 @@
 #include <memory>
 
 #include "data/calibration.h"
+#include "data/check/stretches.h"
+#include "data/clock_jumps.h"
 #include "data/imu_streams.h"
 #include "data/input_fault.h"
 #include "data/source/asl_source.h"
@@ -49,6 +51,15 @@ constexpr Remedy kRemedies[] = {
     {kStampDigits, "stamp-digits",
      "write stamps with all their digits, as whole numbers (spreadsheets keep 15)"},
     {kImageUnpaired, "unpaired", "trigger both cameras together; single images are skipped"},
+    {kClockJump, "clock",
+     "let nothing set the recorder's clock while it records (NTP); what follows is put where it "
+     "belongs, and starts a new segment"},
+    {kImageFewBits, "image-bits",
+     "nothing where that is so; else write true 16 bits, or 8"},
+    {kImageMosaic, "mosaic", "write grey or colour images; details are blurred a little"},
+    {kImageOrientation, "orientation",
+     "nothing where the cameras were calibrated with images as stored; else turn the pixels, and "
+     "remove the EXIF orientation"},
     {kImuNoiseAssumed, "imu-noise",
      "give the IMU's noise in imu0/sensor.yaml or a Kalibr imu.yaml"},
     {kTimeShiftsDiffer, "time-shifts",
@@ -226,8 +237,14 @@ CheckReport CheckSequence(const std::string& path, const SequenceOptions& option
   CheckReport report;
   std::unique_ptr<SequenceSource> source;
   try {
-    source = OpenSource(path, options);
+    Sequence sequence = OpenSequence(path, options);
+    CheckReport mended;
+    MendStretches(&sequence, progress.Part(0, 0), &mended);
+    source = std::make_unique<AslSource>(std::move(sequence));
     report = CheckSource(source.get(), progress);
+    report.findings.insert(report.findings.end(), mended.findings.begin(), mended.findings.end());
+    report.corrections.insert(report.corrections.end(), mended.corrections.begin(),
+                              mended.corrections.end());
   } catch (const MirroredFault& fault) {
     report.Fail(fault.name(), fault.what(), fault.remedy());
     CheckMirrored(path, options, progress, &report.findings.back());

@@ -9,6 +9,7 @@
 
 #include "data/asl_files.h"
 #include "data/calibration.h"
+#include "data/check/like_left.h"
 #include "data/check/two_view.h"
 #include "data/imu_limits.h"
 
@@ -43,7 +44,7 @@ std::optional<Eigen::Vector3d> RayOf(const Camera& camera, const cv::Point2f& pi
 // Follows features from each left image to the next.
 class Follower {
  public:
-  explicit Follower(const Rig& rig) : rig_(rig) {}
+  explicit Follower(const Rig& rig) : rig_(rig), like_left_(rig) {}
 
   // The rays of what was followed from the image before; none for the first.
   std::vector<RayPair> Follow(const cv::Mat& image) {
@@ -74,16 +75,18 @@ class Follower {
       if (!pixel || !rig_.cameras[1].Contains(*pixel)) continue;
       points.push_back(&point);
       left.push_back(point.pixel);
-      guess.emplace_back(static_cast<float>(pixel->x()), static_cast<float>(pixel->y()));
+      guess.push_back(like_left_.FromRight(
+          {static_cast<float>(pixel->x()), static_cast<float>(pixel->y())}));
     }
     if (right.empty() || points.empty()) return;
     std::vector<uchar> found;
     std::vector<float> error;
-    cv::calcOpticalFlowPyrLK(image_, right, left, guess, found, error, kPatch_px, kStereoLevels,
-                             kUntil, cv::OPTFLOW_USE_INITIAL_FLOW);
+    cv::calcOpticalFlowPyrLK(like_left_.Left(image_), like_left_.Right(right), left, guess, found, error,
+                             kPatch_px, kStereoLevels, kUntil, cv::OPTFLOW_USE_INITIAL_FLOW);
     for (size_t i = 0; i < points.size(); ++i) {
-      if (!found[i] || !rig_.cameras[1].Contains({guess[i].x, guess[i].y}, kBorder_px)) continue;
-      const auto ray = RayOf(rig_.cameras[1], guess[i]);
+      const cv::Point2f right_px = like_left_.ToRight(guess[i]);
+      if (!found[i] || !rig_.cameras[1].Contains({right_px.x, right_px.y}, kBorder_px)) continue;
+      const auto ray = RayOf(rig_.cameras[1], right_px);
       if (ray) points[i]->p_last = PointOf(points[i]->ray, *ray, T_left_right);
     }
   }
@@ -153,6 +156,7 @@ class Follower {
   }
 
   const Rig rig_;
+  const LikeLeft like_left_;
   cv::Mat image_;
   std::vector<Followed> points_;
 };

@@ -9,6 +9,7 @@
 
 #include "data/asl_files.h"
 #include "data/calibration.h"
+#include "data/check/like_left.h"
 
 namespace slcmap {
 namespace {
@@ -155,12 +156,16 @@ Mend FindMend(const RowSolver& solver, const Mend& turned) {
 class Matcher {
  public:
   explicit Matcher(const Rig& rig)
-      : rig_(rig), T_left_right_(rig.T_imu_camera[0].Inverse() * rig.T_imu_camera[1]) {}
+      : rig_(rig),
+        like_left_(rig),
+        T_left_right_(rig.T_imu_camera[0].Inverse() * rig.T_imu_camera[1]) {}
 
-  void Match(const cv::Mat& left, const cv::Mat& right, std::vector<RayPair>* matches) const {
+  void Match(const cv::Mat& left_image, const cv::Mat& right_image,
+             std::vector<RayPair>* matches) const {
+    const cv::Mat left = like_left_.Left(left_image), right = like_left_.Right(right_image);
     std::vector<cv::Point2f> corners, features, guess;
-    cv::goodFeaturesToTrack(left, corners, kRowFeatures, kRowFeatureQuality, kRowFeatureDistance_px,
-                            rig_.masks[0]);
+    cv::goodFeaturesToTrack(left_image, corners, kRowFeatures, kRowFeatureQuality,
+                            kRowFeatureDistance_px, rig_.masks[0]);
     for (const cv::Point2f& corner : corners) {
       const auto ray = rig_.cameras[0].Unproject({corner.x, corner.y});
       if (!ray) continue;
@@ -168,16 +173,18 @@ class Matcher {
           rig_.cameras[1].Project(T_left_right_.Inverse() * (kRowUsualDepth_m * *ray));
       if (!pixel || !rig_.cameras[1].Contains(*pixel)) continue;
       features.push_back(corner);
-      guess.emplace_back(static_cast<float>(pixel->x()), static_cast<float>(pixel->y()));
+      guess.push_back(
+          like_left_.FromRight({static_cast<float>(pixel->x()), static_cast<float>(pixel->y())}));
     }
     if (features.empty()) return;
     const std::vector<cv::Point2f> found = Follow(left, right, features, guess);
     const std::vector<cv::Point2f> back = Follow(right, left, found, features);
     for (size_t i = 0; i < features.size(); ++i) {
       if (cv::norm(back[i] - features[i]) > kMaxReturn_px) continue;
-      if (!rig_.cameras[1].Contains({found[i].x, found[i].y}, kRowBorder_px)) continue;
+      const cv::Point2f right_px = like_left_.ToRight(found[i]);
+      if (!rig_.cameras[1].Contains({right_px.x, right_px.y}, kRowBorder_px)) continue;
       const auto a = rig_.cameras[0].Unproject({features[i].x, features[i].y});
-      const auto b = rig_.cameras[1].Unproject({found[i].x, found[i].y});
+      const auto b = rig_.cameras[1].Unproject({right_px.x, right_px.y});
       if (a && b) matches->push_back({*a, *b});
     }
   }
@@ -198,6 +205,7 @@ class Matcher {
   }
 
   const Rig rig_;
+  const LikeLeft like_left_;
   const RigidTransform T_left_right_;
 };
 
@@ -276,6 +284,17 @@ std::vector<RayPair> MatchFinely(const SequenceSource& source, const Rig& rig, s
     const cv::Mat left = source.ReadImage(i, 0).image, right = source.ReadImage(i, 1).image;
     if (!left.empty() && !right.empty()) matcher.Match(left, right, &matches);
   }
+  return matches;
+}
+
+std::vector<RayPair> MatchPair(const SequenceSource& source, const Rig& rig, size_t pair,
+                               int later) {
+  const auto right_pair = static_cast<std::ptrdiff_t>(pair) + later;
+  std::vector<RayPair> matches;
+  if (right_pair < 0 || right_pair >= std::ssize(source.info().pair_stamps_ns)) return matches;
+  const cv::Mat left = source.ReadImage(pair, 0).image;
+  const cv::Mat right = source.ReadImage(static_cast<size_t>(right_pair), 1).image;
+  if (!left.empty() && !right.empty()) Matcher(rig).Match(left, right, &matches);
   return matches;
 }
 

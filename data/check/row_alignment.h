@@ -43,4 +43,7 @@ RowAlignment AlignRows(const std::vector<RayPair>& matches, const RigidTransform
 std::vector<RayPair> MatchFinely(const SequenceSource& source, const Rig& rig, size_t pairs,
                                  const Progress& progress);
 
+// Of one left image, in the right one of the pair so many later; none where there is no such pair.
+std::vector<RayPair> MatchPair(const SequenceSource& source, const Rig& rig, size_t pair, int later);
+
 }  // namespace slcmap

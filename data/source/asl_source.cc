@@ -60,7 +60,7 @@ cv::Size AslSource::SizeOf(int camera) const {
 }
 
 ImageRead AslSource::ReadImage(size_t pair, int camera) const {
-  return ReadGrayImage(ImagePlace(pair, camera), SizeOf(camera));
+  return ReadGrayImage(ImagePlace(pair, camera), SizeOf(camera), sequence_.pixel_forms[camera]);
 }
 
 const char* AslSource::FindProblem(size_t pair, int camera) const {

@@ -32,11 +32,13 @@ struct ViewFiles {
 
 // The cameras of a recording, which all readers of its images share.
 struct RecordedCameras {
-  RecordedCameras(const Rig& rig, const RectifierOptions& options)
-      : raw_rig(rig), rectifier(rig, options) {}
+  RecordedCameras(const Rig& rig, const RectifierOptions& options,
+                  const std::array<PixelForm, 2>& pixel_forms)
+      : raw_rig(rig), rectifier(rig, options), forms(pixel_forms) {}
 
   const Rig raw_rig;
   const Rectifier rectifier;
+  const std::array<PixelForm, 2> forms;
 };
 
 class RecordedImageReader : public ViewImages {
@@ -59,7 +61,7 @@ class RecordedImageReader : public ViewImages {
   cv::Mat ReadRectified(const std::string& path, int camera) const {
     const Camera& raw = cameras_->raw_rig.cameras[camera];
     const cv::Size size(raw.width_px, raw.height_px);
-    const cv::Mat image = path.empty() ? cv::Mat() : ReadGrayImage(path, size).image;
+    const cv::Mat image = path.empty() ? cv::Mat() : ReadGrayImage(path, size, cameras_->forms[camera]).image;
     if (!image.empty()) return cameras_->rectifier.Rectify(image, camera);
     lost_->Add(path.empty() ? "an image that the run does not name" : path);
     return {};
@@ -124,6 +126,15 @@ std::map<int64_t, ViewFiles> FilesByStamp(const OdometryRun& run, const std::str
                                  PathOf(images.right_path, folder)};
   }
   return files_at;
+}
+
+std::array<PixelForm, 2> PixelFormsOf(const std::map<int64_t, ViewFiles>& files_at) {
+  std::array<std::vector<std::string>, 2> paths;
+  for (const auto& [stamp_ns, files] : files_at) {
+    paths[0].push_back(files.left_path);
+    paths[1].push_back(files.right_path);
+  }
+  return FindPixelForms(paths);
 }
 
 // Of the keyframes in their order; some are there.
@@ -270,9 +281,11 @@ RecordedViews ViewsForLines(const RecordedViews& recorded, const ViewSpacingOpti
 
 std::unique_ptr<ViewImages> KeyframeImages(const OdometryRun& run, const std::string& sequence) {
   const std::string folder = RecordingOf(run, sequence);
+  const std::map<int64_t, ViewFiles> files_at = FilesByStamp(run, folder);
   return std::make_unique<RecordedImageReader>(
-      std::make_shared<const RecordedCameras>(CamerasAsFound(run), RectifierOptions()),
-      KeyframeFiles(run, folder, FilesByStamp(run, folder)), std::make_shared<LostImages>());
+      std::make_shared<const RecordedCameras>(CamerasAsFound(run), RectifierOptions(),
+                                              PixelFormsOf(files_at)),
+      KeyframeFiles(run, folder, files_at), std::make_shared<LostImages>());
 }
 
 std::string StatesOfImages(const OdometryRun& run, const std::string& sequence) {
@@ -298,9 +311,10 @@ RecordedViews ViewsOfRun(const OdometryRun& run, const std::string& sequence) {
   }
   std::vector<ViewFiles> files = KeyframeFiles(run, folder, files_at);
   const Rig rig = CamerasAsFound(run);
-  const auto cameras = std::make_shared<const RecordedCameras>(rig, RectifierOptions());
+  const std::array<PixelForm, 2> forms = PixelFormsOf(files_at);
+  const auto cameras = std::make_shared<const RecordedCameras>(rig, RectifierOptions(), forms);
   const auto fine_cameras =
-      std::make_shared<const RecordedCameras>(rig, RectifierOptions{.scale = 1});
+      std::make_shared<const RecordedCameras>(rig, RectifierOptions{.scale = 1}, forms);
   const auto lost = std::make_shared<LostImages>();
   recorded.images = std::make_unique<RecordedImageReader>(cameras, std::move(files), lost);
   std::vector<ViewFiles> frame_files;

@@ -1,0 +1,91 @@
+// Where the clock of a recorder is set to another time while it records.
+#pragma once
+
+#include <cstdint>
+#include <cstdlib>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "data/types.h"
+#include "data/warnings.h"
+
+namespace slcmap {
+
+inline constexpr const char* kClockJump = "clock_set_to_another_time";
+
+struct ClockJump {
+  size_t row = 0;        // index of the first one on the clock as it is set
+  int64_t back_ns = 0;   // how far it is set back; forward, or a pause, where negative
+  int64_t stamp_ns = 0;  // of that row, as it is taken
+  std::string place;     // file and row
+};
+
+// The jumps of a table's stamps, in the order of its rows. A clock that is set back shows in rows
+// that rise steadily before and behind a drop; not in a few that are out of place, in halves that
+// were put together in the wrong order, nor in rows written twice (`same` tells of two indices
+// whether they hold the same). Steps of more than half a second are given as forward jumps.
+std::vector<ClockJump> FindClockJumps(const std::vector<int64_t>& stamps_ns,
+                                      const std::function<bool(size_t, size_t)>& same);
+
+// Counts them, with words.
+void CountJumps(const std::vector<ClockJump>& jumps, Warnings* warnings);
+
+// Takes out the samples behind a jump for as long as makes odometry start anew.
+void BreakImu(const ClockJump& jump, std::vector<ImuSample>* samples);
+
+// A table, with its jumps.
+template <typename Element>
+struct ClockTable {
+  std::vector<Element>* elements;
+  std::vector<ClockJump>* jumps;
+
+  // Moves all from a jump on.
+  void Shift(size_t jump, int64_t by_ns) {
+    const int64_t from_ns = (*jumps)[jump].stamp_ns;
+    for (Element& element : *elements) element.stamp_ns += element.stamp_ns >= from_ns ? by_ns : 0;
+    for (size_t i = jump; i < jumps->size(); ++i) (*jumps)[i].stamp_ns += by_ns;
+  }
+};
+
+inline constexpr int64_t kSameJump_ns = 500'000'000;  // of two tables, at most
+
+// The jump of a table that is that of another, as an index; the number of jumps where there is none.
+inline size_t SameJump(const ClockJump& jump, const std::vector<ClockJump>& others) {
+  size_t i = 0;
+  while (i < others.size() && (std::abs(others[i].stamp_ns - jump.stamp_ns) > kSameJump_ns ||
+                               std::abs(others[i].back_ns - jump.back_ns) > kSameJump_ns)) {
+    ++i;
+  }
+  return i;
+}
+
+// Where both were set back at once, by as much as `finer` says, which has the shorter steps.
+template <typename Finer, typename Element>
+void AgreeOnJumps(const ClockTable<Finer>& finer, ClockTable<Element>* table) {
+  for (size_t i = 0; i < table->jumps->size(); ++i) {
+    ClockJump& jump = (*table->jumps)[i];
+    if (jump.back_ns < 0) continue;
+    const size_t same = SameJump(jump, *finer.jumps);
+    if (same == finer.jumps->size()) continue;
+    const int64_t by_ns = (*finer.jumps)[same].back_ns - jump.back_ns;
+    table->Shift(i, by_ns);
+    jump.back_ns += by_ns;
+  }
+}
+
+// A table that leaps forward by itself, and ends later than `other` by about as much, has had its
+// clock set forward; what follows is put back. Without a later end, it has lost what is missing.
+template <typename Other, typename Element>
+void UndoForward(const ClockTable<Other>& other, ClockTable<Element>* table) {
+  if (other.elements->empty() || table->elements->empty()) return;
+  for (size_t i = 0; i < table->jumps->size(); ++i) {
+    ClockJump& jump = (*table->jumps)[i];
+    if (jump.back_ns >= 0 || SameJump(jump, *other.jumps) < other.jumps->size()) continue;
+    const int64_t late_ns = table->elements->back().stamp_ns - other.elements->back().stamp_ns;
+    if (2 * std::abs(late_ns + jump.back_ns) > std::abs(late_ns)) continue;
+    table->Shift(i, jump.back_ns);
+  }
+}
+
+}  // namespace slcmap

@@ -1,0 +1,50 @@
+#include "data/clock_jumps.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+namespace slcmap {
+namespace {
+
+constexpr int64_t kStep_ns = 50'000'000;
+
+// Steps of 50 ms, and `back_ns` less from `row` on.
+std::vector<int64_t> Stamps(size_t count, size_t row, int64_t back_ns) {
+  std::vector<int64_t> stamps_ns;
+  for (size_t i = 0; i < count; ++i) {
+    stamps_ns.push_back(1'000'000'000'000 + static_cast<int64_t>(i) * kStep_ns -
+                        (i < row ? 0 : back_ns));
+  }
+  return stamps_ns;
+}
+
+bool Never(size_t, size_t) { return false; }
+
+TEST(FindClockJumps, FindsHowFarAClockIsSetBackOrForward) {
+  for (const int64_t back_ns : {612'300'000LL, 3'012'300'000LL, 3'000'000'000LL, 100'000'000LL,
+                                60'000'000'000LL, -20'000'000'000LL}) {
+    const auto jumps = FindClockJumps(Stamps(160, 100, back_ns), Never);
+    ASSERT_EQ(jumps.size(), 1u) << back_ns;
+    EXPECT_EQ(jumps[0].row, 100u);
+    EXPECT_EQ(jumps[0].back_ns, back_ns);
+  }
+}
+
+TEST(FindClockJumps, TakesOtherDisorderForNone) {
+  EXPECT_TRUE(FindClockJumps(Stamps(160, 160, 0), Never).empty());
+  std::vector<int64_t> stamps_ns = Stamps(160, 160, 0);
+  stamps_ns[40] -= 3'000'000'000;  // one damaged stamp
+  std::swap(stamps_ns[90], stamps_ns[91]);
+  EXPECT_TRUE(FindClockJumps(stamps_ns, Never).empty());
+  stamps_ns = Stamps(160, 160, 0);
+  std::rotate(stamps_ns.begin(), stamps_ns.begin() + 70, stamps_ns.end());  // halves swapped
+  EXPECT_TRUE(FindClockJumps(stamps_ns, Never).empty());
+  stamps_ns = Stamps(160, 160, 0);  // a block written twice
+  const std::vector<int64_t> block(stamps_ns.begin() + 20, stamps_ns.begin() + 60);
+  stamps_ns.insert(stamps_ns.begin() + 60, block.begin(), block.end());
+  EXPECT_TRUE(FindClockJumps(stamps_ns, [](size_t, size_t) { return true; }).empty());
+}
+
+}  // namespace
+}  // namespace slcmap
