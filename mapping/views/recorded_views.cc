@@ -275,6 +275,16 @@ std::unique_ptr<ViewImages> KeyframeImages(const OdometryRun& run, const std::st
       KeyframeFiles(run, folder, FilesByStamp(run, folder)), std::make_shared<LostImages>());
 }
 
+std::unique_ptr<ViewImages> ImagesOf(const Sequence& recording, const std::vector<size_t>& pairs) {
+  std::vector<ViewFiles> files;
+  for (const size_t pair : pairs) {
+    files.push_back({recording.images[pair].left_path, recording.images[pair].right_path});
+  }
+  return std::make_unique<RecordedImageReader>(
+      std::make_shared<const RecordedCameras>(recording.rig, RectifierOptions()), std::move(files),
+      std::make_shared<LostImages>());
+}
+
 std::string StatesOfImages(const OdometryRun& run, const std::string& sequence) {
   const fs::path folder = fs::weakly_canonical(RecordingOf(run, sequence));
   std::string states = folder.string() + '\n';
