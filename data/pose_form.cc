@@ -75,7 +75,7 @@ std::string OptionsOf(const PoseForm& form) {
   if (form.up != usual.up) add("--up=" + form.up);
   if (form.scale != usual.scale) add(fmt::format("--poses-scale {:.4g}", form.scale));
   if (form.stamps != usual.stamps) add("--poses-stamps " + form.stamps);
-  if (form.offset_s != usual.offset_s) add(fmt::format("--poses-offset={:.9g}", form.offset_s));
+  if (form.offset_s != usual.offset_s) add(fmt::format("--poses-offset={:.3f}", form.offset_s));
   return options;
 }
 

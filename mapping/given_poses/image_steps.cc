@@ -23,6 +23,7 @@ constexpr int kFeatures = 1000;
 constexpr float kMostAlike = 0.8F;  // distance of the best place over that of the next
 constexpr double kRansac_px = 2;
 constexpr size_t kLeastPlaced = 20;
+constexpr double kMostTurn_rad = 1.2;
 
 struct PlacedFeatures {
   std::vector<PlacedRay> rays;
@@ -70,17 +71,25 @@ std::optional<RigidTransform> CameraStep(const StereoImage& from, const StereoIm
   const cv::Matx33d K(camera.fx_px, 0, camera.cx_px, 0, camera.fy_px, camera.cy_px, 0, 0, 1);
   cv::Vec3d turn, way;
   std::vector<int> inliers;
-  if (!cv::solvePnPRansac(placed.points, placed.px, K, cv::noArray(), turn, way, false, 200,
-                          kRansac_px, 0.999, inliers) ||
+  if (!cv::solvePnPRansac(placed.points, placed.px, K, cv::noArray(), turn, way, false, 300,
+                          kRansac_px, 0.999, inliers, cv::SOLVEPNP_P3P) ||
       inliers.size() < kLeastPlaced) {
     return std::nullopt;
   }
   std::vector<PlacedRay> rays;
   for (const int i : inliers) rays.push_back(placed.rays[static_cast<size_t>(i)]);
+  // A solution behind the camera projects alike; features look alike over small turns only.
   const RigidTransform T_second_first{ExpRotation({turn[0], turn[1], turn[2]}),
                                       {way[0], way[1], way[2]}};
-  const auto motion = SolvePlaced(rays, T_second_first.Inverse());
-  if (!motion) return std::nullopt;
+  const bool is_near = LogRotation(T_second_first.rotation).norm() < kMostTurn_rad;
+  const auto motion = SolvePlaced(rays, is_near ? T_second_first.Inverse() : RigidTransform());
+  if (!motion || LogRotation(motion->T_first_second.rotation).norm() > kMostTurn_rad) {
+    return std::nullopt;
+  }
+  const RigidTransform back = motion->T_first_second.Inverse();
+  const bool are_before = std::ranges::all_of(
+      rays, [&](const PlacedRay& ray) { return (back * ray.p_first).dot(ray.second) > 0; });
+  if (!are_before) return std::nullopt;
   return motion->T_first_second;
 }
 
@@ -89,7 +98,7 @@ std::optional<RigidTransform> CameraStep(const StereoImage& from, const StereoIm
 std::vector<std::pair<size_t, size_t>> PairsToCompare(const std::vector<StereoEntry>& images,
                                                       const std::vector<int64_t>& preferred_ns,
                                                       double spacing_s) {
-  constexpr double kMostApart = 2.5;  // times the spacing
+  constexpr double kLeastApart = 0.8, kMostApart = 2.5;  // times the spacing
   std::vector<size_t> among, all;
   for (size_t i = 0; i < images.size(); ++i) {
     all.push_back(i);
@@ -101,7 +110,7 @@ std::vector<std::pair<size_t, size_t>> PairsToCompare(const std::vector<StereoEn
     for (size_t second = first + 1; second < among.size(); ++second) {
       const double apart_s =
           ToSeconds(images[among[second]].stamp_ns - images[among[first]].stamp_ns);
-      if (apart_s < 0.98 * spacing_s) continue;
+      if (apart_s < kLeastApart * spacing_s) continue;
       if (apart_s < kMostApart * spacing_s) pairs.emplace_back(among[first], among[second]);
       break;
     }

@@ -113,10 +113,9 @@ std::vector<Reading> ReadingsOf(const PoseTable& table, const PoseForm& given,
       return known.form.of == form.of && known.form.quaternion == form.quaternion;
     });
     if (is_known || (form.IsOfCamera() && !T_imu_camera)) return;
-    PoseForm plain = form;
-    plain.scale = 1;
-    plain.offset_s = 0;
-    plain.up = "z";
+    PoseForm plain;
+    plain.of = form.of;
+    plain.quaternion = form.quaternion;
     readings.push_back({form, PosesOf(table, plain, T_imu_camera)});
   };
   const std::string order = is_scalar_first ? "wxyz" : "xyzw", other = is_scalar_first ? "xyzw" : "wxyz";

@@ -107,6 +107,7 @@ TEST(PoseFile, TheFormIsAppliedToWhatIsRead) {
   const RigidTransform T = Read(text, {.of = "world-in-imu", .quaternion = "wxyz"})[0].T_world_imu;
   EXPECT_LT((T.Inverse().translation - Eigen::Vector3d(1, 2, 3)).norm(), 1e-9);
   EXPECT_EQ(OptionsOf({.of = "camera", .up = "-y"}), "--poses-of camera --up=-y");
+  EXPECT_EQ(OptionsOf({.offset_s = 1403636580.838}), "--poses-offset=1403636580.838");
   EXPECT_THROW(PoseForm({.up = "up"}).Check(), ConfigError);
   EXPECT_THROW(PoseForm({.of = "lidar"}).Check(), ConfigError);
 }

@@ -33,7 +33,7 @@ class MeasureTest : public ::testing::Test {
   void Give(const std::string& name, const Trajectory& trajectory) {
     const std::string path = folder_.Path(name + ".tum");
     WriteTumTrajectory(path, trajectory);
-    sequence_.methods.push_back({name, {}, path, {}});
+    sequence_.methods.push_back({name, {}, ReadTrajectory(path), {}});
   }
 
   static double Figure(const SequenceResult& result, size_t method, const std::string& key) {
