@@ -117,7 +117,6 @@ Trajectory ReadTruth(const EvaluationInputs& inputs) {
 struct ReadEstimate {
   PoseTable table;
   PoseForm form;
-  std::optional<RigidTransform> T_imu_camera;
   Trajectory poses;
 };
 
@@ -128,8 +127,9 @@ ReadEstimate EstimateOf(const EvaluationInputs& inputs, const Trajectory& truth)
   for (const StampedPose& pose : truth) truth_ns.push_back(pose.stamp_ns);
   estimate.table = ReadAtStamps(inputs.estimate, estimate.form,
                                 inputs.stamps.empty() ? Clock() : ReadStamps(inputs.stamps), truth_ns);
-  estimate.T_imu_camera = CameraOf(inputs.calibration, inputs.truth);
-  estimate.poses = PosesOf(estimate.table, estimate.form, estimate.T_imu_camera);
+  estimate.poses =
+      PosesOf(estimate.table, estimate.form,
+              estimate.form.IsOfCamera() ? CameraOf(inputs.calibration, inputs.truth) : std::nullopt);
   return estimate;
 }
 
@@ -140,7 +140,9 @@ TrajectoryMetrics MeasureTrajectory(EvaluationInputs* inputs,
   const std::vector<int64_t> stamps_ns =
       inputs->stamps.empty() ? std::vector<int64_t>() : ReadStamps(inputs->stamps);
   inputs->finding =
-      FindOtherForm(estimate.table, estimate.form, truth, estimate.T_imu_camera).value_or("");
+      FindOtherForm(estimate.table, estimate.form, truth,
+                    [&] { return CameraOf(inputs->calibration, inputs->truth); })
+          .value_or("");
   try {
     return EvaluateTrajectory(truth, estimate.poses, stamps_ns, options);
   } catch (const DataError& error) {

@@ -89,13 +89,20 @@ std::vector<BodyStep> StepsOf(const Trajectory& truth, const Trajectory& estimat
   return chosen;
 }
 
-std::optional<std::string> FindOtherForm(const PoseTable& estimate, const PoseForm& form,
-                                         const Trajectory& truth,
-                                         const std::optional<RigidTransform>& T_imu_camera) {
+std::optional<std::string> FindOtherForm(
+    const PoseTable& estimate, const PoseForm& form, const Trajectory& truth,
+    const std::function<std::optional<RigidTransform>()>& camera) {
   constexpr double kMostTilt_rad = 5 * M_PI / 180;
+  std::optional<RigidTransform> T_imu_camera;
+  if (form.IsOfCamera()) T_imu_camera = camera();
   const Trajectory poses = PosesOf(estimate, form, T_imu_camera);
-  const PoseReading reading =
-      JudgeReading(estimate, form, StepsOf(truth, poses), T_imu_camera, "steps of the truth");
+  const std::vector<BodyStep> steps = StepsOf(truth, poses);
+  const char* const who = "steps of the truth";
+  PoseReading reading = JudgeReading(estimate, form, steps, T_imu_camera, who);
+  if (!reading.agrees && !T_imu_camera) {
+    T_imu_camera = camera();
+    if (T_imu_camera) reading = JudgeReading(estimate, form, steps, T_imu_camera, who);
+  }
   if (!reading.agrees) {
     const std::string remedy = reading.is_explained ? "give " + OptionsOf(reading.form)
                                : T_imu_camera

@@ -1,6 +1,7 @@
 // Whether an estimate is written in another form than its truth.
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <string>
 
@@ -10,10 +11,11 @@ namespace slcmap {
 
 // What is wrong with the estimate as it was read (its quaternions, its body, its inverse, the scale,
 // its clock, its up), by the movements of the truth, and the options that take it; nothing where
-// both agree, or too little tells. `name` is the estimate's, in words.
-std::optional<std::string> FindOtherForm(const PoseTable& estimate, const PoseForm& form,
-                                         const Trajectory& truth,
-                                         const std::optional<RigidTransform>& T_imu_camera);
+// both agree, or too little tells. Where the camera is on the IMU is asked for only where the
+// estimate does not agree without it; it may be none.
+std::optional<std::string> FindOtherForm(
+    const PoseTable& estimate, const PoseForm& form, const Trajectory& truth,
+    const std::function<std::optional<RigidTransform>()>& camera);
 
 // Movements of a trajectory at the stamps of another, where these have poses, else at its own.
 struct BodyStep;
