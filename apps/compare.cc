@@ -41,7 +41,7 @@ struct CompareArguments {
   std::vector<std::string> variants;  // NAME=file.yaml
   int repeats = 1;
   int threads = 2;
-  PoseForm form;                      // of the trajectories
+  PoseForm form;  // of the trajectories
   bool map = false;
 };
 

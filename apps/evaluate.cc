@@ -125,11 +125,12 @@ ReadEstimate EstimateOf(const EvaluationInputs& inputs, const Trajectory& truth)
   estimate.form = FormOf(inputs, "estimate");
   Clock truth_ns;
   for (const StampedPose& pose : truth) truth_ns.push_back(pose.stamp_ns);
-  estimate.table = ReadAtStamps(inputs.estimate, estimate.form,
-                                inputs.stamps.empty() ? Clock() : ReadStamps(inputs.stamps), truth_ns);
-  estimate.poses =
-      PosesOf(estimate.table, estimate.form,
-              estimate.form.IsOfCamera() ? CameraOf(inputs.calibration, inputs.truth) : std::nullopt);
+  estimate.table =
+      ReadAtStamps(inputs.estimate, estimate.form,
+                   inputs.stamps.empty() ? Clock() : ReadStamps(inputs.stamps), truth_ns);
+  estimate.poses = PosesOf(
+      estimate.table, estimate.form,
+      estimate.form.IsOfCamera() ? CameraOf(inputs.calibration, inputs.truth) : std::nullopt);
   return estimate;
 }
 
@@ -139,14 +140,14 @@ TrajectoryMetrics MeasureTrajectory(EvaluationInputs* inputs,
   const ReadEstimate estimate = EstimateOf(*inputs, truth);
   const std::vector<int64_t> stamps_ns =
       inputs->stamps.empty() ? std::vector<int64_t>() : ReadStamps(inputs->stamps);
-  inputs->finding =
-      FindOtherForm(estimate.table, estimate.form, truth,
-                    [&] { return CameraOf(inputs->calibration, inputs->truth); })
-          .value_or("");
+  inputs->finding = FindOtherForm(estimate.table, estimate.form, truth, [&] {
+                      return CameraOf(inputs->calibration, inputs->truth);
+                    }).value_or("");
   try {
     return EvaluateTrajectory(truth, estimate.poses, stamps_ns, options);
   } catch (const DataError& error) {
-    throw DataError(fmt::format("{} against {}: {}{}", inputs->estimate, inputs->truth, error.what(),
+    throw DataError(fmt::format("{} against {}: {}{}", inputs->estimate, inputs->truth,
+                                error.what(),
                                 inputs->finding.empty() ? "" : "; " + inputs->finding));
   }
 }
@@ -193,9 +194,9 @@ void LookAtEdges(const EvaluateArguments& arguments, TrueEdges* edges) {
   }
   if (!std::filesystem::exists(surfaces, error) || !std::filesystem::exists(rig, error)) return;
   Warnings warnings;
-  edges->clear = ClearlySeen(*edges, TriangleTree(ReadSurfaces(surfaces)),
-                             ReadTruth(arguments.inputs),
-                             ReadCalibration(rig, &warnings).rig, {}, StageProgress("edges"));
+  edges->clear =
+      ClearlySeen(*edges, TriangleTree(ReadSurfaces(surfaces)), ReadTruth(arguments.inputs),
+                  ReadCalibration(rig, &warnings).rig, {}, StageProgress("edges"));
 }
 
 // The marks of a map, beside its lines.

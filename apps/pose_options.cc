@@ -21,8 +21,7 @@ std::vector<CLI::Option*> AddPoseOptions(CLI::App& command, PoseForm* form) {
       command.add_option("--poses-stamps", form->stamps,
                          "Unit of the poses' stamps: ns, us, ms or s; or a file with the stamp of "
                          "each row (default: told by their size)"),
-      command
-          .add_option("--poses-offset", form->offset_s, "Added to the poses' stamps [s]")
+      command.add_option("--poses-offset", form->offset_s, "Added to the poses' stamps [s]")
           ->capture_default_str()};
 }
 

@@ -15,7 +15,7 @@ namespace {
 
 using Fields = std::vector<std::string_view>;
 
-constexpr double kMostNormError = 0.01;                     // of a quaternion as written
+constexpr double kMostNormError = 0.01;                  // of a quaternion as written
 constexpr int64_t kMostPoseStamp_ns = int64_t{1} << 62;  // differences stay within range
 constexpr size_t kMatrixColumns = 12;
 
@@ -116,10 +116,11 @@ double NumberIn(const Fields& fields, size_t column, const std::string& place) {
 
 RowText ParsePose(const Fields& fields, const Columns& columns, const std::string& place) {
   if (fields.size() < columns.Count()) {
-    throw DataError(fmt::format(
-        "{}: found {} columns, expected {}: {}, or the 12 of a KITTI matrix", place, fields.size(),
-        columns.Count(), columns.is_scalar_first ? "stamp_ns, x, y, z, qw, qx, qy, qz"
-                                                  : "stamp_s x y z qx qy qz qw"));
+    throw DataError(
+        fmt::format("{}: found {} columns, expected {}: {}, or the 12 of a KITTI matrix", place,
+                    fields.size(), columns.Count(),
+                    columns.is_scalar_first ? "stamp_ns, x, y, z, qw, qx, qy, qz"
+                                            : "stamp_s x y z qx qy qz qw"));
   }
   RowText row;
   row.stamp = fields[columns.stamp];
@@ -135,8 +136,8 @@ RowText ParsePose(const Fields& fields, const Columns& columns, const std::strin
     norm2 += row.pose.quaternion[i] * row.pose.quaternion[i];
   }
   if (!(std::abs(std::sqrt(norm2) - 1) <= kMostNormError)) {
-    throw DataError(fmt::format("{}: found a quaternion of norm {:.4g}, expected 1", place,
-                                std::sqrt(norm2)));
+    throw DataError(
+        fmt::format("{}: found a quaternion of norm {:.4g}, expected 1", place, std::sqrt(norm2)));
   }
   return row;
 }
@@ -165,8 +166,8 @@ struct FileText {
 // By the first row with numbers, and the names above it.
 Columns FormOf(const Fields& fields, const std::optional<Columns>& named, FileText* file) {
   const bool is_matrix = fields.size() == kMatrixColumns && !named;
-  const bool is_stamped_matrix = fields.size() == kMatrixColumns + 1 && !named &&
-                                 !SeparatedByMark(fields[0], fields[1]);
+  const bool is_stamped_matrix =
+      fields.size() == kMatrixColumns + 1 && !named && !SeparatedByMark(fields[0], fields[1]);
   file->table.is_matrix = is_matrix || is_stamped_matrix;
   file->has_stamps = !is_matrix;
   if (file->table.is_matrix) return {};
@@ -279,8 +280,9 @@ int ShiftOf(const FileText& file, const PoseForm& form, const Clock& clock) {
       if (LiesOn(clock, file, unit.shift)) shift = unit.shift;
     }
   }
-  const bool is_usual = shift == file.form_shift || (shift == 0 && file.form_shift == 9 &&
-                                                     file.rows[0].stamp.find('.') == std::string::npos);
+  const bool is_usual =
+      shift == file.form_shift ||
+      (shift == 0 && file.form_shift == 9 && file.rows[0].stamp.find('.') == std::string::npos);
   const auto unit = std::find_if(kUnits.begin(), kUnits.end(),
                                  [&](const StampUnit& known) { return known.shift == shift; });
   if (!is_usual) {
@@ -307,9 +309,8 @@ std::vector<int64_t> StampsFrom(const std::string& path, const Clock& clock) {
 }
 
 bool NamesUnit(const std::string& stamps) {
-  return stamps.empty() || std::any_of(kUnits.begin(), kUnits.end(), [&](const StampUnit& unit) {
-           return stamps == unit.name;
-         });
+  return stamps.empty() || std::any_of(kUnits.begin(), kUnits.end(),
+                                       [&](const StampUnit& unit) { return stamps == unit.name; });
 }
 
 void SetStampsOfOthers(const std::string& of, const std::vector<int64_t>& stamps_ns,
@@ -337,9 +338,10 @@ void SetStamps(const PoseForm& form, const Clock& clock, FileText* file) {
   }
   if (!file->has_stamps) {
     SetStampsOfOthers("the recording's images or the truth", clock, file);
-    spdlog::warn("{}: rows of 12 numbers without stamps (KITTI's form) are taken to be those of "
-                 "the {} stamps of images or truth, one after the other",
-                 file->table.path, clock.size());
+    spdlog::warn(
+        "{}: rows of 12 numbers without stamps (KITTI's form) are taken to be those of "
+        "the {} stamps of images or truth, one after the other",
+        file->table.path, clock.size());
     return;
   }
   const int shift = ShiftOf(*file, form, clock);
@@ -381,9 +383,10 @@ void Sort(PoseTable* table) {
                  table->path, unsorted);
   }
   if (repeated > 0) {
-    spdlog::warn("{}: found {} rows with the stamp of another ({} of them with another pose); the "
-                 "first of each is taken",
-                 table->path, repeated, different);
+    spdlog::warn(
+        "{}: found {} rows with the stamp of another ({} of them with another pose); the "
+        "first of each is taken",
+        table->path, repeated, different);
   }
 }
 

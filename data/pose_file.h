@@ -33,9 +33,9 @@ using Clock = std::vector<int64_t>;
 // Reads a file of poses. The first row tells the form: EuRoC's (stamp_ns, x, y, z, qw, qx, qy, qz)
 // where commas separate and the stamp has no point, else TUM's (stamp_s x y z qx qy qz qw); a
 // header, with '#' or without, tells the columns by their names; rows of 12 numbers are KITTI's,
-// which have the stamps of `clock` where it has as many. Stamps keep their nanoseconds. Their unit is
-// that of the form, unless their size or the clock tells another. What is told by that, rows out of
-// order and repeated ones are said as warnings. Throws DataError naming file and row, what was
+// which have the stamps of `clock` where it has as many. Stamps keep their nanoseconds. Their unit
+// is that of the form, unless their size or the clock tells another. What is told by that, rows out
+// of order and repeated ones are said as warnings. Throws DataError naming file and row, what was
 // found and what was expected.
 PoseTable ReadPoseTable(const std::string& path, const PoseForm& form, const Clock& clock = {});
 

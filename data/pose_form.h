@@ -16,10 +16,10 @@ struct PoseForm {
   std::string of = "imu";
   // "xyzw", "wxyz", or these with "-conjugated" behind: its rotation is the inverse one.
   std::string quaternion;
-  std::string up = "z";      // where up is in the world of the poses: an axis, or "x,y,z"
-  double scale = 1;          // metres a unit of the file
-  std::string stamps;        // "ns", "us", "ms", "s", or a file with a stamp in each row
-  double offset_s = 0;       // added to the stamps
+  std::string up = "z";  // where up is in the world of the poses: an axis, or "x,y,z"
+  double scale = 1;      // metres a unit of the file
+  std::string stamps;    // "ns", "us", "ms", "s", or a file with a stamp in each row
+  double offset_s = 0;   // added to the stamps
 
   void Check() const;  // throws ConfigError naming the option
   bool IsInverse() const { return of.starts_with("world-in-"); }

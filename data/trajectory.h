@@ -24,7 +24,8 @@ Trajectory ReadTumTrajectory(const std::string& path);
 // Reads EuRoC's state_groundtruth_estimate0/data.csv: "stamp_ns, x, y, z, qw, qx, qy, qz, ...".
 Trajectory ReadEurocTrajectory(const std::string& path);
 
-// Reads a file of either form, or as others write them (ReadPoseTable in data/pose_file.h), as it is.
+// Reads a file of either form, or as others write them (ReadPoseTable in data/pose_file.h), as it
+// is.
 Trajectory ReadTrajectory(const std::string& path);
 
 // One TUM row with its end of line, and the comment that opens a file of them.

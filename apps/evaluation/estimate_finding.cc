@@ -33,10 +33,10 @@ std::optional<Eigen::Vector3d> UpByTruth(const Trajectory& estimate, const Traje
   }
   if (turns.size() < 3) return std::nullopt;
   const Eigen::JacobiSVD<Eigen::Matrix3d> svd(sum, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  const Eigen::Matrix3d R = svd.matrixU() *
-                            Eigen::Vector3d(1, 1, (svd.matrixU() * svd.matrixV()).determinant())
-                                .asDiagonal() *
-                            svd.matrixV().transpose();
+  const Eigen::Matrix3d R =
+      svd.matrixU() *
+      Eigen::Vector3d(1, 1, (svd.matrixU() * svd.matrixV()).determinant()).asDiagonal() *
+      svd.matrixV().transpose();
   std::vector<double> off_rad;
   for (const Eigen::Quaterniond& turn : turns) {
     off_rad.push_back(turn.angularDistance(Eigen::Quaterniond(R)));
@@ -114,8 +114,8 @@ std::optional<std::string> FindOtherForm(
   if (!up || up->z() > std::cos(kMostTilt_rad)) return std::nullopt;
   PoseForm remedy = form;
   remedy.up = UpInWords(TurnUp(form.Up()).conjugate() * *up);
-  return fmt::format("up of the truth is {} in the world of the estimate, not {}; give {}", remedy.up,
-                     form.up, OptionsOf(remedy));
+  return fmt::format("up of the truth is {} in the world of the estimate, not {}; give {}",
+                     remedy.up, form.up, OptionsOf(remedy));
 }
 
 std::optional<RigidTransform> CameraOf(const std::string& calibration, const std::string& truth) {
@@ -123,8 +123,8 @@ std::optional<RigidTransform> CameraOf(const std::string& calibration, const std
   if (!calibration.empty()) return ReadCalibration(calibration, &warnings).rig.T_imu_camera[0];
   std::error_code error;
   const fs::path folder = fs::absolute(truth, error).parent_path();
-  for (const fs::path& beside : {folder / "mav0", folder.parent_path() / "mav0", folder.parent_path(),
-                                 folder}) {
+  for (const fs::path& beside :
+       {folder / "mav0", folder.parent_path() / "mav0", folder.parent_path(), folder}) {
     if (const auto found = CameraIn(beside.string())) return found;
   }
   return std::nullopt;

@@ -9,9 +9,9 @@
 
 namespace slcmap {
 
-// What is wrong with the estimate as it was read (its quaternions, its body, its inverse, the scale,
-// its clock, its up), by the movements of the truth, and the options that take it; nothing where
-// both agree, or too little tells. Where the camera is on the IMU is asked for only where the
+// What is wrong with the estimate as it was read (its quaternions, its body, its inverse, the
+// scale, its clock, its up), by the movements of the truth, and the options that take it; nothing
+// where both agree, or too little tells. Where the camera is on the IMU is asked for only where the
 // estimate does not agree without it; it may be none.
 std::optional<std::string> FindOtherForm(
     const PoseTable& estimate, const PoseForm& form, const Trajectory& truth,

@@ -16,7 +16,7 @@ struct EvaluationInputs {
   std::string form_of = "estimate";
   std::string calibration;  // where the camera is on the IMU; "": beside the truth
   std::string finding;      // what of the forms of both does not agree, and the remedy; else ""
-  std::string stamps;  // path of the stamps that coverage counts; empty: those of the truth
+  std::string stamps;       // path of the stamps that coverage counts; empty: those of the truth
 };
 
 std::string TrajectoryTable(const EvaluationInputs& inputs, const TrajectoryMetrics& metrics);

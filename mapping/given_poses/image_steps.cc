@@ -54,8 +54,10 @@ PlacedFeatures MatchFeatures(const StereoImage& from, const StereoImage& to,
     const double inverse_depth =
         node->inverse_depth + node->slope_x * offset_px.x() + node->slope_y * offset_px.y();
     if (!(inverse_depth > 0)) continue;
-    const Eigen::Vector3d p = PlaneFromPixel(camera, Vector2d(a.x, a.y)).homogeneous() / inverse_depth;
-    placed.rays.push_back({p, PlaneFromPixel(camera, Vector2d(b.x, b.y)).homogeneous().normalized()});
+    const Eigen::Vector3d p =
+        PlaneFromPixel(camera, Vector2d(a.x, a.y)).homogeneous() / inverse_depth;
+    placed.rays.push_back(
+        {p, PlaneFromPixel(camera, Vector2d(b.x, b.y)).homogeneous().normalized()});
     placed.points.emplace_back(p.x(), p.y(), p.z());
     placed.px.push_back(b);
   }

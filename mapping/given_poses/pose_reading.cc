@@ -80,8 +80,8 @@ PoseOff OffOf(const std::vector<StepPair>& pairs, double scale) {
   for (const StepPair& pair : pairs) {
     turns_rad.push_back(pair.known.rotation.angularDistance(pair.posed.rotation));
     ways_m.push_back((pair.known.translation - scale * pair.posed.translation).norm());
-    sum += std::min(kMostSigmas, std::hypot(turns_rad.back() / kTurnSigma_rad,
-                                            ways_m.back() / kWaySigma_m));
+    sum += std::min(kMostSigmas,
+                    std::hypot(turns_rad.back() / kTurnSigma_rad, ways_m.back() / kWaySigma_m));
   }
   off.steps = static_cast<int>(std::ssize(pairs));
   off.turn_rad = Quantile(turns_rad, 0.5);
@@ -118,7 +118,8 @@ std::vector<Reading> ReadingsOf(const PoseTable& table, const PoseForm& given,
     plain.quaternion = form.quaternion;
     readings.push_back({form, PosesOf(table, plain, T_imu_camera)});
   };
-  const std::string order = is_scalar_first ? "wxyz" : "xyzw", other = is_scalar_first ? "xyzw" : "wxyz";
+  const std::string order = is_scalar_first ? "wxyz" : "xyzw",
+                    other = is_scalar_first ? "xyzw" : "wxyz";
   const std::string conjugated = "-conjugated";
   // As given first, and those that are most alike to it before others.
   std::vector<std::string> quaternions = {given.quaternion,
@@ -128,9 +129,8 @@ std::vector<Reading> ReadingsOf(const PoseTable& table, const PoseForm& given,
     quaternions.push_back(other + conjugated);
   }
   for (const std::string& quaternion : quaternions) {
-    for (const std::string& of :
-         {given.of, std::string("imu"), std::string("camera"), std::string("world-in-camera"),
-          std::string("world-in-imu")}) {
+    for (const std::string& of : {given.of, std::string("imu"), std::string("camera"),
+                                  std::string("world-in-camera"), std::string("world-in-imu")}) {
       PoseForm form = given;
       form.quaternion = quaternion;
       form.of = of;
@@ -173,12 +173,14 @@ std::vector<int64_t> OffsetsToTry(const Trajectory& poses, const std::vector<Bod
   constexpr size_t kMostFar = 4000;
   std::vector<int64_t> offsets_ns = {given_ns};
   const bool is_sparse = MedianPeriod_s(poses) > kSparse_s;
-  const bool has_few = Covered(poses, steps, given_ns) < std::max<int>(kLeastSteps, std::ssize(steps) / 2);
+  const bool has_few =
+      Covered(poses, steps, given_ns) < std::max<int>(kLeastSteps, std::ssize(steps) / 2);
   if (is_sparse) {  // only where stamps meet
     for (size_t i = 0; i < std::min<size_t>(steps.size(), 5); ++i) {
       for (const StampedPose& pose : poses) {
         const int64_t offset_ns = steps[i].from_ns - pose.stamp_ns;
-        if (has_few || std::abs(offset_ns - given_ns) < 4 * kNear_ns) offsets_ns.push_back(offset_ns);
+        if (has_few || std::abs(offset_ns - given_ns) < 4 * kNear_ns)
+          offsets_ns.push_back(offset_ns);
       }
     }
   } else {
@@ -201,7 +203,8 @@ void RefineOffset(const Reading& reading, const std::vector<BodyStep>& steps, Tr
   for (int64_t step_ns = 10'000'000; step_ns >= 500'000; step_ns /= 2) {
     for (const int64_t at_ns : {best->offset_ns - step_ns, best->offset_ns + step_ns}) {
       const Tried tried = Try(reading, steps, at_ns, best->scale);
-      if (tried.off.cost < best->off.cost && 10 * tried.off.steps >= 9 * best->off.steps) *best = tried;
+      if (tried.off.cost < best->off.cost && 10 * tried.off.steps >= 9 * best->off.steps)
+        *best = tried;
     }
   }
 }
@@ -222,8 +225,8 @@ double Rounded(double scale) {
 std::string WordsOf(const PoseForm& given, const PoseForm& found, bool is_scalar_first,
                     const std::optional<RigidTransform>& T_imu_camera) {
   std::vector<std::string> words;
-  const std::string before = given.quaternion.empty() ? (is_scalar_first ? "wxyz" : "xyzw")
-                                                      : given.quaternion;
+  const std::string before =
+      given.quaternion.empty() ? (is_scalar_first ? "wxyz" : "xyzw") : given.quaternion;
   const std::string after = found.quaternion.empty() ? before : found.quaternion;
   if (before.substr(0, 4) != after.substr(0, 4)) {
     words.push_back(fmt::format("the quaternions are in the order {}, not {}", after.substr(0, 4),
@@ -246,8 +249,8 @@ std::string WordsOf(const PoseForm& given, const PoseForm& found, bool is_scalar
                            : "the poses are not inverse (they are the sensor's in the world)");
   }
   if (found.scale != given.scale) {
-    words.push_back(fmt::format("lengths are {:.4g} times what they should be",
-                                given.scale / found.scale));
+    words.push_back(
+        fmt::format("lengths are {:.4g} times what they should be", given.scale / found.scale));
   }
   if (found.offset_s != given.offset_s) {
     const double late_s = given.offset_s - found.offset_s;
@@ -266,13 +269,15 @@ void Settle(const PoseForm& given, const Reading& reading, const std::vector<Bod
   constexpr double kLeastOffset_s = 0.015, kLeastScale = 0.025, kSigmas = 4, kClear = 0.85;
   const int64_t given_ns = std::llround(given.offset_s * 1e9);
   const Tried at_given = Try(reading, steps, given_ns, given.scale);
-  const bool has_poses = 2 * at_given.off.steps >= best->off.steps && at_given.off.steps >= kLeastSteps;
+  const bool has_poses =
+      2 * at_given.off.steps >= best->off.steps && at_given.off.steps >= kLeastSteps;
   if (has_poses && (std::abs(ToSeconds(best->offset_ns - given_ns)) < kLeastOffset_s ||
                     best->off.cost > kClear * at_given.off.cost)) {
     *best = at_given;
   }
   best->form = reading.form;
-  if (best->offset_ns != given_ns) best->form.offset_s = std::round(ToSeconds(best->offset_ns) * 1e3) / 1e3;
+  if (best->offset_ns != given_ns)
+    best->form.offset_s = std::round(ToSeconds(best->offset_ns) * 1e3) / 1e3;
   const double relative = best->scale / given.scale;
   const bool is_scaled = std::isfinite(best->scale_sigma) && std::abs(relative - 1) > kLeastScale &&
                          std::abs(best->scale - given.scale) > kSigmas * best->scale_sigma;
@@ -321,12 +326,12 @@ PoseReading JudgeReading(const PoseTable& table, const PoseForm& given,
     }
     if (!best_of_reading) continue;
     RefineOffset(readings[i], steps, &*best_of_reading);
-    spdlog::debug("poses read as {} {}: {:.2f} degrees, {:.3f} m off, cost {:.2f}, offset {:.3f} s, "
-                  "scale {:.4f}",
-                  readings[i].form.of, readings[i].form.quaternion,
-                  Degrees(best_of_reading->off.turn_rad), best_of_reading->off.way_m,
-                  best_of_reading->off.cost, ToSeconds(best_of_reading->offset_ns),
-                  best_of_reading->scale);
+    spdlog::debug(
+        "poses read as {} {}: {:.2f} degrees, {:.3f} m off, cost {:.2f}, offset {:.3f} s, "
+        "scale {:.4f}",
+        readings[i].form.of, readings[i].form.quaternion, Degrees(best_of_reading->off.turn_rad),
+        best_of_reading->off.way_m, best_of_reading->off.cost,
+        ToSeconds(best_of_reading->offset_ns), best_of_reading->scale);
     if (best && best_of_reading->off.cost > kClearlyBetter * best->off.cost) continue;
     best = best_of_reading;
     of_best = i;
@@ -350,7 +355,8 @@ PoseReading JudgeReading(const PoseTable& table, const PoseForm& given,
     result.agrees = words.empty();
     if (!result.agrees && result.given.steps >= kLeastSteps) {
       result.words = fmt::format(
-          "{} (by {} {}: in the median the rig turns by {:.1f} degrees and moves {:.2f} m, of which "
+          "{} (by {} {}: in the median the rig turns by {:.1f} degrees and moves {:.2f} m, of "
+          "which "
           "the poses are off by {:.1f} degrees and {:.3f} m, then by {:.1f} degrees and {:.3f} m)",
           words, result.best.steps, who, Degrees(result.moved_rad), result.moved_m,
           Degrees(result.given.turn_rad), result.given.way_m, Degrees(result.best.turn_rad),
@@ -362,10 +368,10 @@ PoseReading JudgeReading(const PoseTable& table, const PoseForm& given,
   }
   constexpr double kWrong_rad = 0.05, kWrong = 0.4;
   result.form = given;
-  const bool is_wrong = result.given.steps < kLeastSteps ||
-                        (result.given.turn_rad > kWrong_rad &&
-                         result.given.turn_rad > kWrong * result.moved_rad) ||
-                        (result.given.way_m > 0.1 && result.given.way_m > 0.6 * result.moved_m);
+  const bool is_wrong =
+      result.given.steps < kLeastSteps ||
+      (result.given.turn_rad > kWrong_rad && result.given.turn_rad > kWrong * result.moved_rad) ||
+      (result.given.way_m > 0.1 && result.given.way_m > 0.6 * result.moved_m);
   result.agrees = !is_wrong;
   if (is_wrong) {
     result.words = fmt::format(

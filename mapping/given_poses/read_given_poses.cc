@@ -35,9 +35,9 @@ std::vector<int64_t> StampsWithPose(const Clock& clock, const Trajectory& trajec
   constexpr int64_t kNear_ns = 5'000'000;
   std::vector<int64_t> stamps_ns;
   for (const int64_t stamp_ns : clock) {
-    const auto after = std::lower_bound(
-        trajectory.begin(), trajectory.end(), stamp_ns - kNear_ns,
-        [](const StampedPose& pose, int64_t ns) { return pose.stamp_ns < ns; });
+    const auto after =
+        std::lower_bound(trajectory.begin(), trajectory.end(), stamp_ns - kNear_ns,
+                         [](const StampedPose& pose, int64_t ns) { return pose.stamp_ns < ns; });
     const bool is_near = after != trajectory.end() && after->stamp_ns <= stamp_ns + kNear_ns;
     if (is_near || PoseAt(trajectory, stamp_ns, kGap_s)) stamps_ns.push_back(stamp_ns);
   }
@@ -46,8 +46,8 @@ std::vector<int64_t> StampsWithPose(const Clock& clock, const Trajectory& trajec
 
 [[noreturn]] void Refuse(const std::string& path, const std::string& words,
                          const std::string& remedy) {
-  throw DataError(fmt::format("{}: found poses that do not fit the recording: {}; {}", path, words,
-                              remedy));
+  throw DataError(
+      fmt::format("{}: found poses that do not fit the recording: {}; {}", path, words, remedy));
 }
 
 std::string RemedyOf(const PoseForm& form) { return "give " + OptionsOf(form); }
@@ -146,7 +146,8 @@ GivenPoses ReadGivenPoses(const std::string& path, const PoseForm& form, const S
   if (!given.world_offset_m.isZero()) {
     const Eigen::Vector3d& o = given.world_offset_m;
     spdlog::warn(
-        "{}: poses are {:.0f} km from the origin of their world: the map's is moved there, to {:.0f}, "
+        "{}: poses are {:.0f} km from the origin of their world: the map's is moved there, to "
+        "{:.0f}, "
         "{:.0f}, {:.0f} m, and its files say so (world_offset_m)",
         path, 1e-3 * o.norm(), o.x(), o.y(), o.z());
   }

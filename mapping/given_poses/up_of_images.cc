@@ -33,8 +33,8 @@ void AddEdges(const cv::Mat& image, const cv::Mat& mask, const Camera& camera,
     const Eigen::Vector2d a(line[0], line[1]), b(line[2], line[3]), middle = 0.5 * (a + b);
     const cv::Point at(static_cast<int>(middle.x()), static_cast<int>(middle.y()));
     if ((a - b).norm() < kLeast_px || mask.at<uint8_t>(at) == 0) continue;
-    const Vector3d normal = PlaneFromPixel(camera, a).homogeneous().cross(
-        PlaneFromPixel(camera, b).homogeneous());
+    const Vector3d normal =
+        PlaneFromPixel(camera, a).homogeneous().cross(PlaneFromPixel(camera, b).homogeneous());
     of_image.push_back({R_world_camera * normal.normalized(), (a - b).norm()});
   }
   std::ranges::sort(of_image, std::greater(), &EdgePlane::length_px);
@@ -58,7 +58,8 @@ Vector3d Refined(const std::vector<EdgePlane>& edges, const Vector3d& direction)
       sum += edge.length_px * edge.normal * edge.normal.transpose();
     }
   }
-  const Vector3d refined = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(sum).eigenvectors().col(0);
+  const Vector3d refined =
+      Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(sum).eigenvectors().col(0);
   return refined.dot(direction) < 0 ? -refined : refined;
 }
 
@@ -115,7 +116,8 @@ std::optional<Vector3d> UpByImages(const Sequence& recording, const Trajectory& 
   if (most_px == 0) return std::nullopt;
   for (int i = 0; i < 3; ++i) best = Refined(edges, best);
   const bool is_upside_down = guess.z() < -kSame;
-  if (!is_upside_down && LengthAlong(edges, best) < kClearly * LengthAlong(edges, Vector3d::UnitZ())) {
+  if (!is_upside_down &&
+      LengthAlong(edges, best) < kClearly * LengthAlong(edges, Vector3d::UnitZ())) {
     return std::nullopt;
   }
   return best;

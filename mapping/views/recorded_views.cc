@@ -263,9 +263,8 @@ void RefusePosesBetween(const Sequence& recording, const Trajectory& trajectory,
     }
     off_s.push_back(least_s);
   }
-  const bool is_of_the_time =
-      trajectory.back().stamp_ns > recording.images.front().stamp_ns &&
-      trajectory.front().stamp_ns < recording.images.back().stamp_ns;
+  const bool is_of_the_time = trajectory.back().stamp_ns > recording.images.front().stamp_ns &&
+                              trajectory.front().stamp_ns < recording.images.back().stamp_ns;
   if (!is_of_the_time) return;
   const double middle_s = Quantile(off_s, 0.5);
   throw DataError(fmt::format(

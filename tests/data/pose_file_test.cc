@@ -18,7 +18,8 @@ constexpr char kRest[] = " 1 2 3 0.1 0.2 0.3 0.9273618";
 
 Trajectory Read(const std::string& text, const PoseForm& form = {}, const Clock& clock = {}) {
   const TempFolder folder;
-  return PosesOf(ReadPoseTable(folder.Write("poses.txt", text), form, clock), form, RigidTransform());
+  return PosesOf(ReadPoseTable(folder.Write("poses.txt", text), form, clock), form,
+                 RigidTransform());
 }
 
 std::string Message(const std::string& text, const PoseForm& form = {}, const Clock& clock = {}) {
@@ -26,12 +27,11 @@ std::string Message(const std::string& text, const PoseForm& form = {}, const Cl
 }
 
 TEST(PoseFile, StampsOfAnyUnitAreToldByTheirSize) {
-  for (const auto& [first, second] :
-       {std::pair{"1403636584.763555585", "1403636584.813555585"},
-        {"1403636584763.555585", "1403636584813.555585"},
-        {"1403636584763555.585", "1403636584813555.585"},
-        {"1403636584763555585", "1403636584813555585"},
-        {"1.403636584763555585e+18", "1.403636584813555585e+18"}}) {
+  for (const auto& [first, second] : {std::pair{"1403636584.763555585", "1403636584.813555585"},
+                                      {"1403636584763.555585", "1403636584813.555585"},
+                                      {"1403636584763555.585", "1403636584813555.585"},
+                                      {"1403636584763555585", "1403636584813555585"},
+                                      {"1.403636584763555585e+18", "1.403636584813555585e+18"}}) {
     const Trajectory read = Read(std::string(first) + kRest + "\n" + second + kRest + "\n");
     ASSERT_EQ(read.size(), 2u) << first;
     EXPECT_EQ(read[0].stamp_ns, 1403636584763555585) << first;
@@ -58,7 +58,8 @@ TEST(PoseFile, TheClockTellsAUnitThatSizesDoNot) {
 }
 
 TEST(PoseFile, AHeaderTellsTheColumns) {
-  for (const char* header : {"timestamp,tx,ty,tz,qx,qy,qz,qw\n", "#timestamp,p_x,p_y,p_z,q_x,q_y,q_z,q_w\n"}) {
+  for (const char* header :
+       {"timestamp,tx,ty,tz,qx,qy,qz,qw\n", "#timestamp,p_x,p_y,p_z,q_x,q_y,q_z,q_w\n"}) {
     const Trajectory read =
         Read(std::string(header) + "1403636584.5,1,2,3,0.1,0.2,0.3,0.9273618\n");
     EXPECT_NEAR(read[0].T_world_imu.rotation.w(), 0.9273618, 1e-6) << header;
@@ -88,7 +89,7 @@ TEST(PoseFile, MatricesHaveTheStampsOfTheClockOrOfAFile) {
   EXPECT_EQ(read[1].T_world_imu.translation, Eigen::Vector3d(4, 5, 6));
   EXPECT_NEAR(LogRotation(read[1].T_world_imu.rotation).z(), M_PI / 2, 1e-9);
   EXPECT_THAT(Message(row, {}, {10, 20}), AllOf(HasSubstr("1 rows of 12"), HasSubstr("2 stamps"),
-                                                 HasSubstr("--poses-stamps FILE")));
+                                                HasSubstr("--poses-stamps FILE")));
   const TempFolder folder;
   const std::string times = folder.Write("times.txt", "0.5\n0.6\n");
   EXPECT_EQ(Read(row + row, {.stamps = times})[0].stamp_ns, 500'000'000);
@@ -96,8 +97,7 @@ TEST(PoseFile, MatricesHaveTheStampsOfTheClockOrOfAFile) {
 
 TEST(PoseFile, TheFormIsAppliedToWhatIsRead) {
   const std::string text = "1.0 1 2 3 0.9273618 0.1 0.2 0.3\n";
-  const Eigen::Quaterniond q =
-      Eigen::Quaterniond(0.9273618, 0.1, 0.2, 0.3).normalized();
+  const Eigen::Quaterniond q = Eigen::Quaterniond(0.9273618, 0.1, 0.2, 0.3).normalized();
   EXPECT_TRUE(Read(text, {.quaternion = "wxyz"})[0].T_world_imu.rotation.isApprox(q, 1e-9));
   EXPECT_TRUE(Read(text, {.quaternion = "wxyz-conjugated"})[0].T_world_imu.rotation.isApprox(
       q.conjugate(), 1e-9));

@@ -28,7 +28,8 @@ PoseTable TableOf(const PoseForm& form, double late_s = 0, int rate_hz = 100) {
     if (form.IsOfCamera()) T = T * kT_imu_camera;
     if (form.IsInverse()) T = T.Inverse();
     const Eigen::Quaterniond q = form.IsConjugated() ? T.rotation.conjugate() : T.rotation;
-    PoseRow row{ToNanoseconds(t_s + late_s), T.translation / form.scale, {q.x(), q.y(), q.z(), q.w()}};
+    PoseRow row{
+        ToNanoseconds(t_s + late_s), T.translation / form.scale, {q.x(), q.y(), q.z(), q.w()}};
     if (form.quaternion.starts_with("wxyz")) row.quaternion = {q.w(), q.x(), q.y(), q.z()};
     table.rows.push_back(row);
   }
@@ -40,10 +41,11 @@ std::vector<BodyStep> Steps() {
   std::vector<BodyStep> steps;
   for (int i = 1; i < 38; ++i) {
     const double from_s = 0.5 * i, to_s = from_s + 0.5;
-    const RigidTransform noise{ExpRotation({0.002 * std::sin(7.0 * i), 0.002 * std::sin(5.0 * i), 0}),
-                               {0.01 * std::sin(3.0 * i), 0.01 * std::cos(11.0 * i), 0}};
-    steps.push_back({ToNanoseconds(from_s), ToNanoseconds(to_s),
-                     Walk(from_s).Inverse() * Walk(to_s) * noise});
+    const RigidTransform noise{
+        ExpRotation({0.002 * std::sin(7.0 * i), 0.002 * std::sin(5.0 * i), 0}),
+        {0.01 * std::sin(3.0 * i), 0.01 * std::cos(11.0 * i), 0}};
+    steps.push_back(
+        {ToNanoseconds(from_s), ToNanoseconds(to_s), Walk(from_s).Inverse() * Walk(to_s) * noise});
   }
   return steps;
 }
@@ -86,7 +88,8 @@ TEST(PoseReading, EachFormIsNamedAndTheRemedyAgrees) {
     EXPECT_EQ(reading.form.quaternion, form.quaternion) << name;
     EXPECT_NEAR(reading.form.scale / form.scale, 1, 0.01) << name;
     EXPECT_EQ(reading.form.offset_s, 0) << name;
-    EXPECT_TRUE(Judge(table, reading.form).agrees) << name << ": " << Judge(table, reading.form).words;
+    EXPECT_TRUE(Judge(table, reading.form).agrees)
+        << name << ": " << Judge(table, reading.form).words;
   }
 }
 
