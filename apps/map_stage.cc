@@ -262,8 +262,8 @@ MapResult RunMapStage(const MapArguments& arguments, MappingOptions options, Out
   std::optional<UnmergedMap> unmerged;
   if (other) unmerged.emplace(output->path(), arguments.into);
   const Progress progress = StageProgress("map");
-  const auto given = AdjustGiven(arguments, options.given_poses, poses.reading, &run,
-                                 progress.Part(0, kAdjusted));
+  const auto given =
+      AdjustGiven(arguments, options.given_poses, poses.reading, &run, progress.Part(0, kAdjusted));
   const auto images = ImagesOfRevisits(arguments, options.adjustment, run);
   AdjustedRun adjusted =
       AdjustRun(std::move(run), options.adjustment, images.get(), progress.Part(0, kAdjusted));

@@ -78,7 +78,8 @@ void GltfModel::SetOrigin(const std::string& map_id, const std::string& run_id,
   if (!world_offset_m.isZero()) {
     tinygltf::Value::Array offset;
     for (const double value_m : world_offset_m) offset.emplace_back(value_m);
-    model_.nodes[0].extras.Get<tinygltf::Value::Object>()["world_offset_m"] = tinygltf::Value(offset);
+    model_.nodes[0].extras.Get<tinygltf::Value::Object>()["world_offset_m"] =
+        tinygltf::Value(offset);
   }
   if (map_id.empty()) return;
   tinygltf::Value::Object ids;

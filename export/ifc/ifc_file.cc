@@ -73,9 +73,9 @@ void IfcFile::AddMapConversion(const Eigen::Vector3d& world_offset_m) {
   const std::string crs =
       Add("IFCPROJECTEDCRS", {"'unknown'", "'As the poses were given'", kStepUnset, kStepUnset,
                               kStepUnset, kStepUnset, kStepUnset});
-  Add("IFCMAPCONVERSION", {contexts_.model, crs, StepReal(world_offset_m.x()),
-                           StepReal(world_offset_m.y()), StepReal(world_offset_m.z()), "1.", "0.",
-                           "1."});
+  Add("IFCMAPCONVERSION",
+      {contexts_.model, crs, StepReal(world_offset_m.x()), StepReal(world_offset_m.y()),
+       StepReal(world_offset_m.z()), "1.", "0.", "1."});
 }
 
 std::string IfcFile::Text() const {
