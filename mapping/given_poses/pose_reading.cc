@@ -217,9 +217,10 @@ bool Explains(const PoseOff& off, double moved_rad, double moved_m) {
 }
 
 // Scales that have a reason, where one is near.
-double Rounded(double scale) {
+double Rounded(double scale, double sigma) {
+  const double near = std::clamp(2 * sigma / scale, 0.015, 0.04);
   for (const double known : {0.001, 0.01, 0.0254, 0.1, 0.3048, 0.5, 2.0, 10.0, 100.0, 1000.0}) {
-    if (std::abs(scale / known - 1) < 0.015) return known;
+    if (std::abs(scale / known - 1) < near) return known;
   }
   return std::round(scale * 1e4) / 1e4;
 }
@@ -283,7 +284,7 @@ void Settle(const PoseForm& given, const Reading& reading, const std::vector<Bod
   const double relative = best->scale / given.scale;
   const bool is_scaled = std::isfinite(best->scale_sigma) && std::abs(relative - 1) > kLeastScale &&
                          std::abs(best->scale - given.scale) > kSigmas * best->scale_sigma;
-  best->form.scale = is_scaled ? Rounded(best->scale) : given.scale;
+  best->form.scale = is_scaled ? Rounded(best->scale, best->scale_sigma) : given.scale;
   best->off = OffOf(PairsAt(reading.poses, steps, best->offset_ns), best->form.scale);
 }
 
