@@ -18,12 +18,14 @@
 #include "apps/comparison/measure.h"
 #include "apps/folder_kind.h"
 #include "apps/odometry_stage.h"
+#include "apps/pose_options.h"
 #include "apps/program_id.h"
 #include "apps/progress.h"
 #include "apps/usage.h"
 #include "data/json_file.h"
 #include "data/output_folder.h"
 #include "data/version.h"
+#include "mapping/given_poses/read_given_poses.h"
 #include "odometry/method.h"
 
 namespace slcmap {
@@ -39,6 +41,7 @@ struct CompareArguments {
   std::vector<std::string> variants;  // NAME=file.yaml
   int repeats = 1;
   int threads = 2;
+  PoseForm form;  // of the trajectories
   bool map = false;
 };
 
@@ -120,11 +123,16 @@ void CheckNames(const CompareArguments& arguments) {
   }
 }
 
+// In the form that the options say, as far as the images tell.
+Trajectory ReadGiven(const CompareArguments& arguments, const std::string& sequence,
+                     const std::string& path) {
+  return ReadGivenPoses(path, arguments.form, OpenSequence(sequence), false).trajectory;
+}
+
 // Before the runs that they are compared with.
 void CheckGiven(const CompareArguments& arguments) {
   for (const std::string& text : arguments.with) {
     const NamedFile named = ParseNamedFile("--with", text);
-    ReadTrajectory(named.path);
     const size_t at = named.name.find('@');
     if (at == std::string::npos) continue;
     const std::string name = named.name.substr(at + 1);
@@ -150,6 +158,9 @@ void RefuseWrongArguments(const CompareArguments& arguments) {
   for (const std::string& sequence : arguments.sequences) {
     ExpectFolder(sequence, FolderKind::kSequence);
     SequenceId(sequence);
+    for (const NamedFile& given : GivenFor(arguments, SequenceName(sequence))) {
+      ReadGiven(arguments, sequence, given.path);
+    }
   }
 }
 
@@ -171,7 +182,7 @@ MeasuredSequence RunSequence(const CompareArguments& arguments, const std::strin
                                          progress.Part(done / count, (done + 1) / count)));
   }
   for (const NamedFile& given : GivenFor(arguments, sequence.name)) {
-    sequence.methods.push_back({given.name, {}, given.path, {}});
+    sequence.methods.push_back({given.name, {}, ReadGiven(arguments, path, given.path), {}});
   }
   const EndsAtOnce only_read;
   sequence.reference = ReferenceAmong(sequence.methods);
@@ -294,6 +305,7 @@ void AddCompareCommand(CLI::App& app) {
       "--with", arguments->with,
       "NAME=file: the trajectory of another system (TUM or EuRoC file, poses of the "
       "IMU); of several sequences NAME@SEQUENCE=file");
+  AddPoseOptions(*command, &arguments->form);
   command->add_option("--variant", arguments->variants,
                       "NAME=file.yaml: the options of that file as one more method");
   command

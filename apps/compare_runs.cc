@@ -223,7 +223,7 @@ int PointsOfRepeat(int max_points, int repeat) {
 MeasuredMethod RunMethod(const MethodToRun& method, const std::string& sequence,
                          const std::string& sequence_name, const RunPlan& plan,
                          const Progress& progress) {
-  MeasuredMethod measured{method.name, {}, "", {}};
+  MeasuredMethod measured{method.name, {}, {}, {}};
   const std::string id = SequenceId(sequence);
   for (int repeat = 0; repeat < plan.repeats; ++repeat) {
     spdlog::info("{}: {}, run {} of {}", sequence_name, method.name, repeat + 1, plan.repeats);

@@ -11,6 +11,7 @@
 #include "apps/evaluation/building_report.h"
 #include "apps/evaluation/calibration_plots.h"
 #include "apps/evaluation/clear_edges.h"
+#include "apps/evaluation/estimate_finding.h"
 #include "apps/evaluation/line_report.h"
 #include "apps/evaluation/pipe_metrics.h"
 #include "apps/evaluation/straightness_report.h"
@@ -20,10 +21,12 @@
 #include "apps/evaluation/trajectory_report.h"
 #include "apps/folder_kind.h"
 #include "apps/map_world.h"
+#include "apps/pose_options.h"
 #include "apps/progress.h"
 #include "data/calibration.h"
 #include "data/error.h"
 #include "data/json_file.h"
+#include "data/pose_file.h"
 #include "data/progress.h"
 #include "data/text_row.h"
 #include "data/true_building.h"
@@ -89,16 +92,63 @@ std::vector<int64_t> ReadStamps(const std::string& path) {
   return stamps_ns;
 }
 
-TrajectoryMetrics MeasureTrajectory(const EvaluationInputs& inputs,
-                                    const TrajectoryMetricOptions& options) {
-  const Trajectory truth = ReadTrajectory(inputs.truth);
-  const Trajectory estimate = ReadTrajectory(inputs.estimate);
-  const std::vector<int64_t> stamps_ns =
-      inputs.stamps.empty() ? std::vector<int64_t>() : ReadStamps(inputs.stamps);
+PoseForm FormOf(const EvaluationInputs& inputs, const char* file) {
+  return inputs.form_of == file ? inputs.form : PoseForm();
+}
+
+// Rows without stamps are those of the images, or of the truth.
+PoseTable ReadAtStamps(const std::string& path, const PoseForm& form, const Clock& images_ns,
+                       const Clock& truth_ns) {
+  if (images_ns.empty()) return ReadPoseTable(path, form, truth_ns);
   try {
-    return EvaluateTrajectory(truth, estimate, stamps_ns, options);
+    return ReadPoseTable(path, form, images_ns);
+  } catch (const DataError&) {
+    return ReadPoseTable(path, form, truth_ns);
+  }
+}
+
+Trajectory ReadTruth(const EvaluationInputs& inputs) {
+  const PoseForm form = FormOf(inputs, "truth");
+  const Clock images_ns = inputs.stamps.empty() ? Clock() : ReadStamps(inputs.stamps);
+  return PosesOf(ReadPoseTable(inputs.truth, form, images_ns), form,
+                 form.IsOfCamera() ? CameraOf(inputs.calibration, inputs.truth) : std::nullopt);
+}
+
+struct ReadEstimate {
+  PoseTable table;
+  PoseForm form;
+  Trajectory poses;
+};
+
+ReadEstimate EstimateOf(const EvaluationInputs& inputs, const Trajectory& truth) {
+  ReadEstimate estimate;
+  estimate.form = FormOf(inputs, "estimate");
+  Clock truth_ns;
+  for (const StampedPose& pose : truth) truth_ns.push_back(pose.stamp_ns);
+  estimate.table =
+      ReadAtStamps(inputs.estimate, estimate.form,
+                   inputs.stamps.empty() ? Clock() : ReadStamps(inputs.stamps), truth_ns);
+  estimate.poses = PosesOf(
+      estimate.table, estimate.form,
+      estimate.form.IsOfCamera() ? CameraOf(inputs.calibration, inputs.truth) : std::nullopt);
+  return estimate;
+}
+
+TrajectoryMetrics MeasureTrajectory(EvaluationInputs* inputs,
+                                    const TrajectoryMetricOptions& options) {
+  const Trajectory truth = ReadTruth(*inputs);
+  const ReadEstimate estimate = EstimateOf(*inputs, truth);
+  const std::vector<int64_t> stamps_ns =
+      inputs->stamps.empty() ? std::vector<int64_t>() : ReadStamps(inputs->stamps);
+  inputs->finding = FindOtherForm(estimate.table, estimate.form, truth, [&] {
+                      return CameraOf(inputs->calibration, inputs->truth);
+                    }).value_or("");
+  try {
+    return EvaluateTrajectory(truth, estimate.poses, stamps_ns, options);
   } catch (const DataError& error) {
-    throw DataError(fmt::format("{} against {}: {}", inputs.estimate, inputs.truth, error.what()));
+    throw DataError(fmt::format("{} against {}: {}{}", inputs->estimate, inputs->truth,
+                                error.what(),
+                                inputs->finding.empty() ? "" : "; " + inputs->finding));
   }
 }
 
@@ -116,11 +166,11 @@ void CheckTrajectoryFile(const std::string& path) {
       bytes, kMaxBytes));
 }
 
-TrajectoryMetrics CompareTrajectories(const EvaluationInputs& inputs,
+TrajectoryMetrics CompareTrajectories(EvaluationInputs* inputs,
                                       const TrajectoryMetricOptions& options) {
   const EndsAtOnce nothing_is_written;
   options.Check();
-  for (const std::string& path : {inputs.truth, inputs.estimate}) CheckTrajectoryFile(path);
+  for (const std::string& path : {inputs->truth, inputs->estimate}) CheckTrajectoryFile(path);
   return MeasureTrajectory(inputs, options);
 }
 
@@ -144,9 +194,9 @@ void LookAtEdges(const EvaluateArguments& arguments, TrueEdges* edges) {
   }
   if (!std::filesystem::exists(surfaces, error) || !std::filesystem::exists(rig, error)) return;
   Warnings warnings;
-  edges->clear = ClearlySeen(*edges, TriangleTree(ReadSurfaces(surfaces)),
-                             ReadTrajectory(arguments.inputs.truth),
-                             ReadCalibration(rig, &warnings).rig, {}, StageProgress("edges"));
+  edges->clear =
+      ClearlySeen(*edges, TriangleTree(ReadSurfaces(surfaces)), ReadTruth(arguments.inputs),
+                  ReadCalibration(rig, &warnings).rig, {}, StageProgress("edges"));
 }
 
 // The marks of a map, beside its lines.
@@ -199,7 +249,7 @@ Json EvaluateLineMap(const EvaluateArguments& arguments, const Alignment& alignm
 Json EvaluateSurfaceMap(const EvaluateArguments& arguments, const Alignment& alignment) {
   const SurfaceInputs& inputs = arguments.surfaces;
   const CloudMetricOptions options;
-  const Trajectory truth = ReadTrajectory(arguments.inputs.truth);
+  const Trajectory truth = ReadTruth(arguments.inputs);
   const SurfaceMetrics metrics = EvaluateSurfaces(inputs, truth, alignment, options,
                                                   arguments.visibility, StageProgress("surfaces"));
   std::fputs(("\n" + SurfaceTable(inputs, metrics, options)).c_str(), stdout);
@@ -267,8 +317,9 @@ void RefuseOtherRecording(const EvaluateArguments& arguments, const OdometryRun&
 Json EvaluateStraightness(const EvaluateArguments& arguments) {
   const StraightnessOptions options;
   const Progress progress = StageProgress("straightness");
-  const Trajectory estimate = ReadTrajectory(arguments.inputs.estimate);
-  KnownTruth truth{ReadTrajectory(arguments.inputs.truth), {}};
+  const Trajectory truth_poses = ReadTruth(arguments.inputs);
+  const Trajectory estimate = EstimateOf(arguments.inputs, truth_poses).poses;
+  KnownTruth truth{truth_poses, {}};
   if (!arguments.lines.true_edges.empty()) truth.edges = ReadTrueEdges(arguments.lines.true_edges);
   OdometryRun run = AtOnce([&] {
     return ReadRunFolder(arguments.observations, {.accept_changed = arguments.accept_changed});
@@ -335,7 +386,8 @@ void Evaluate(EvaluateArguments arguments) {
   arguments.line_options.Check();
   CheckPaths(arguments);
   if (inputs.stamps.empty()) inputs.stamps = ImageStampsBeside(inputs.truth);
-  const TrajectoryMetrics metrics = CompareTrajectories(inputs, arguments.options);
+  const TrajectoryMetrics metrics = CompareTrajectories(&inputs, arguments.options);
+  if (!inputs.finding.empty()) spdlog::warn("{}: {}", inputs.estimate, inputs.finding);
   std::fputs(TrajectoryTable(inputs, metrics).c_str(), stdout);
   Json json = TrajectoryJson(inputs, metrics);
   const auto aligned = [&](const std::vector<std::string>& mapped_files) {
@@ -418,6 +470,15 @@ void AddEvaluateCommand(CLI::App& app) {
   command->add_option("--stamps", arguments->inputs.stamps,
                       "File whose first column holds the stamps [ns] that should have a pose "
                       "(default: ../cam0/data.csv beside the truth, else the truth's)");
+  AddPoseOptions(*command, &arguments->inputs.form);
+  command
+      ->add_option("--form-of", arguments->inputs.form_of,
+                   "Which file those options are of: estimate or truth")
+      ->check(CLI::IsMember({"estimate", "truth"}))
+      ->capture_default_str();
+  command->add_option("--calibration", arguments->inputs.calibration,
+                      "Kalibr camera chain, or a folder with sensor.yaml files, for poses of the "
+                      "camera (default: that beside the truth)");
   CLI::Option* true_edges =
       command->add_option("--true-edges", arguments->lines.true_edges,
                           "True edges: edges.csv of a simulated sequence, or an edge-PLY");

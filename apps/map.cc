@@ -5,6 +5,7 @@
 #include "apps/folder_kind.h"
 #include "apps/map_stage.h"
 #include "apps/merge_stage.h"
+#include "apps/pose_options.h"
 #include "apps/sequence_options.h"
 #include "apps/usage.h"
 #include "apps/verdict_report.h"
@@ -74,9 +75,10 @@ void AddMapCommand(CLI::App& app) {
       ->required();
   CLI::Option* poses = command->add_option(
       "--poses", arguments.poses,
-      "Poses of the sequence's IMU in metres, z up, TUM or EuRoC file: from another SLAM, COLMAP, "
-      "a tracker");
+      "Poses of the sequence's IMU in metres, z up, TUM, EuRoC or KITTI file: from another SLAM, "
+      "COLMAP, a tracker");
   for (CLI::Option* option : AddSequenceOptions(*command, &arguments.opened)) option->needs(poses);
+  for (CLI::Option* option : AddPoseOptions(*command, &arguments.form)) option->needs(poses);
   command
       ->add_option("--sequence", arguments.sequence,
                    "Where the recording of the run is, if it has moved since")

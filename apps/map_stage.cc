@@ -21,10 +21,12 @@
 #include "mapping/adjustment/adjusted_run.h"
 #include "mapping/building_world.h"
 #include "mapping/given_poses/given_poses.h"
+#include "mapping/given_poses/read_given_poses.h"
 #include "mapping/map_folder.h"
 #include "mapping/mapping.h"
 #include "mapping/merge/merge_maps.h"
 #include "mapping/stage_store.h"
+#include "mapping/views/pose_agreement.h"
 #include "mapping/views/recorded_views.h"
 #include "odometry/method.h"
 #include "odometry/run_folder.h"
@@ -75,11 +77,23 @@ void WarnOfRun(const std::string& folder, const OdometryRun& run) {
   }
 }
 
-OdometryRun ReadRun(const MapArguments& arguments) {
+// The recording, with its IMU where that can be read.
+Sequence OpenWithPoses(const MapArguments& arguments) {
+  SequenceOptions options = arguments.opened;
+  try {
+    options.needs_imu = true;
+    return OpenSequence(arguments.input, options);
+  } catch (const DataError&) {
+    options.needs_imu = false;
+    return OpenSequence(arguments.input, options);
+  }
+}
+
+OdometryRun ReadRun(const MapArguments& arguments, GivenPoses* given) {
   const EndsAtOnce nothing_is_written;
   if (!arguments.poses.empty()) {
-    OdometryRun run =
-        RunAtPoses(arguments.input, arguments.opened, ReadTrajectory(arguments.poses));
+    *given = ReadGivenPoses(arguments.poses, arguments.form, OpenWithPoses(arguments), true);
+    OdometryRun run = RunAtPoses(arguments.input, arguments.opened, given->trajectory);
     run.source->version = kVersion;
     return run;
   }
@@ -119,14 +133,21 @@ std::unique_ptr<ViewImages> ImagesOfRevisits(const MapArguments& arguments,
 
 // Of a run whose poses were given.
 std::optional<GivenPoseFigures> AdjustGiven(const MapArguments& arguments,
-                                            const GivenPoseOptions& options, OdometryRun* run,
+                                            const GivenPoseOptions& options,
+                                            const PoseReading& reading, OdometryRun* run,
                                             const Progress& progress) {
   const bool has_images = run->source && IsStereo(run->source->raw_rig) && !run->keyframes.empty();
   if (!options.adjust || arguments.sparse || run->method != kGivenPoses || !has_images) {
     return std::nullopt;
   }
   const auto images = KeyframeImages(*run, arguments.sequence);
-  return AdjustGivenPoses(*images, options, run, progress);
+  const auto figures = AdjustGivenPoses(*images, options, run, progress);
+  const std::string fault = figures ? TooFarMoved(*figures, reading) : "";
+  if (!fault.empty()) {
+    ++run->warnings[kPosesDisagree];
+    spdlog::warn("{}: {}; expected the poses of this recording", arguments.poses, fault);
+  }
+  return figures;
 }
 
 // The map that the run's is merged into; nothing where there is none.
@@ -230,7 +251,8 @@ MappingOptions ReadMappingOptions(const std::string& config) {
 MapResult RunMapStage(const MapArguments& arguments, MappingOptions options, OutputFolder* output) {
   options.SetThreads(arguments.threads);
   cv::setNumThreads(arguments.threads);  // odometry, which may have run before, has other threads
-  OdometryRun run = ReadRun(arguments);
+  GivenPoses poses;
+  OdometryRun run = ReadRun(arguments, &poses);
   spdlog::debug("{}: {} poses, {} keyframes, {} landmarks, {} lines", arguments.input,
                 run.states.size(), run.keyframes.size(), run.landmarks.size(), run.lines.size());
   WarnOfRun(arguments.input, run);
@@ -240,7 +262,8 @@ MapResult RunMapStage(const MapArguments& arguments, MappingOptions options, Out
   std::optional<UnmergedMap> unmerged;
   if (other) unmerged.emplace(output->path(), arguments.into);
   const Progress progress = StageProgress("map");
-  const auto given = AdjustGiven(arguments, options.given_poses, &run, progress.Part(0, kAdjusted));
+  const auto given =
+      AdjustGiven(arguments, options.given_poses, poses.reading, &run, progress.Part(0, kAdjusted));
   const auto images = ImagesOfRevisits(arguments, options.adjustment, run);
   AdjustedRun adjusted =
       AdjustRun(std::move(run), options.adjustment, images.get(), progress.Part(0, kAdjusted));
@@ -254,6 +277,7 @@ MapResult RunMapStage(const MapArguments& arguments, MappingOptions options, Out
                     progress.Part(kAdjusted, 1));
   });
   map.source.T_world_run = T_world_run;
+  map.source.world_offset_m = poses.world_offset_m;
   map.adjustment = adjusted.figures;
   map.given_poses = given;
   // One that was interrupted goes on from them.

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "data/output_folder.h"
+#include "data/pose_form.h"
 #include "data/sequence.h"
 #include "mapping/map.h"
 #include "mapping/options.h"
@@ -17,6 +18,7 @@ MappingOptions ReadMappingOptions(const std::string& config);
 struct MapArguments {
   std::string input;       // a run folder or, with poses, a sequence
   std::string poses;       // trajectory file of the sequence's IMU by anyone; "": input is a run
+  PoseForm form;           // how that file says them
   SequenceOptions opened;  // how the sequence is opened, with poses
   std::string sequence;    // where the run's recording has moved to; "": it is where it was
   std::string config;

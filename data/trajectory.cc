@@ -10,6 +10,7 @@
 #include <fstream>
 
 #include "data/error.h"
+#include "data/pose_file.h"
 #include "data/text_row.h"
 
 namespace slcmap {
@@ -24,18 +25,8 @@ struct RowForm {
   bool scalar_first;
 };
 constexpr RowForm kTum{"stamp_s x y z qx qy qz qw", 9, false};
-constexpr RowForm kTumNanoseconds{"stamp_ns x y z qx qy qz qw", 0, false};
 constexpr RowForm kEuroc{"stamp_ns, x, y, z, qw, qx, qy, qz", 0, true};
-constexpr int64_t kLastSeconds = 100'000'000'000;   // of a clock in seconds: the year 5138
 constexpr int64_t kMaxStamp_ns = int64_t{1} << 62;  // differences of two stamps stay within range
-
-// By the first row.
-RowForm FormOf(const std::vector<std::string_view>& fields) {
-  if (fields[0].find('.') != std::string_view::npos) return kTum;
-  if (fields.size() > 1 && SeparatedByMark(fields[0], fields[1])) return kEuroc;
-  const std::optional<int64_t> stamp = ParseScaledInteger(fields[0], 0);
-  return stamp && std::abs(*stamp) > kLastSeconds ? kTumNanoseconds : kTum;
-}
 
 StampedPose ParseRow(const RowForm& form, const std::vector<std::string_view>& fields,
                      const std::string& place) {
@@ -100,7 +91,9 @@ Trajectory ReadEurocTrajectory(const std::string& path) {
   return ReadRows(path, [](const auto&) { return kEuroc; });
 }
 
-Trajectory ReadTrajectory(const std::string& path) { return ReadRows(path, FormOf); }
+Trajectory ReadTrajectory(const std::string& path) {
+  return PosesOf(ReadPoseTable(path, {}), {}, std::nullopt);
+}
 
 std::string TumRow(const StampedPose& pose) {
   const bool negative = pose.stamp_ns < 0;

@@ -24,8 +24,8 @@ Trajectory ReadTumTrajectory(const std::string& path);
 // Reads EuRoC's state_groundtruth_estimate0/data.csv: "stamp_ns, x, y, z, qw, qx, qy, qz, ...".
 Trajectory ReadEurocTrajectory(const std::string& path);
 
-// Reads either form, told apart by the first row: EuRoC's where commas separate and the stamp has no
-// point, else TUM's. Whole stamps of TUM's form above 1e11 are nanoseconds, as some tools write.
+// Reads a file of either form, or as others write them (ReadPoseTable in data/pose_file.h), as it
+// is.
 Trajectory ReadTrajectory(const std::string& path);
 
 // One TUM row with its end of line, and the comment that opens a file of them.

@@ -1,5 +1,6 @@
 #include "export/cloud_writer.h"
 
+#include "export/world_offset.h"
 #include "mapping/dense/dense_file.h"
 #include "mapping/point_cloud.h"
 
@@ -15,7 +16,8 @@ std::vector<std::string> CloudWriter::Write(const std::string& folder, const Map
   progress.ReportOrStop(0.2);
   WriteDensePcd(folder + "/dense.pcd", map.dense);
   progress.ReportOrStop(0.5);
-  WriteDensePly(folder + "/dense.ply", map.dense, options_.form());
+  WriteDensePly(folder + "/dense.ply", map.dense, options_.form(),
+                WorldOffsetNote(map.source.world_offset_m));
   progress.ReportOrStop(0.8);
   map.occupancy.Write(folder + "/occupancy.bt");
   std::vector<std::string> paths;

@@ -8,6 +8,7 @@
 #include "data/file.h"
 #include "export/model_images.h"
 #include "export/model_points.h"
+#include "export/world_offset.h"
 
 namespace slcmap {
 namespace {
@@ -91,7 +92,9 @@ std::vector<std::string> ColmapWriter::Write(const std::string& folder, const Ma
   const std::vector<ModelImage> images = ModelImages(map);
   const std::vector<ModelPoint> points = ModelPoints(map, images);
   progress.ReportOrStop(0.5);
-  WriteFile(model + "/images.txt", ImagesOf(images, points));
+  const std::string offset = WorldOffsetNote(map.source.world_offset_m);
+  WriteFile(model + "/images.txt",
+            (offset.empty() ? "" : "# " + offset + "\n") + ImagesOf(images, points));
   WriteFile(model + "/points3D.txt", PointsOf(points, images));
   progress.ReportOrStop(1);
   return {model + "/cameras.txt", model + "/images.txt", model + "/points3D.txt"};

@@ -38,6 +38,7 @@ void WriteSummary(const std::string& folder, const MapResult& map,
                {"map", map.id},
                {"run", map.source.run_id},
                {"yaw_rad", YawOfWorld(map.source.T_world_run)},
+               {"world_offset_m", OffsetJson(map.source.world_offset_m)},
                {"complete", map.complete},
                {"partial_reason", map.partial_reason}};
   if (!map.source.merged.empty()) json["merged"] = MergedJson(map.source.merged);
@@ -139,6 +140,7 @@ MapSource ExportSourceIn(const std::string& folder) {
     source.run_id = json.at("run").get<std::string>();
     // Missing in exports of earlier versions.
     if (json.contains("yaw_rad")) source.T_world_run = ParseTurn(path, json);
+    source.world_offset_m = ParseOffset(path, json);
     if (json.contains("merged")) source.merged = ParseMerged(path, json.at("merged"), source);
     return source;
   });

@@ -73,7 +73,14 @@ void GltfModel::AddLayer(const std::string& path, const Vertices& vertices,
   model_.meshes.push_back(mesh);
 }
 
-void GltfModel::SetOrigin(const std::string& map_id, const std::string& run_id) {
+void GltfModel::SetOrigin(const std::string& map_id, const std::string& run_id,
+                          const Eigen::Vector3d& world_offset_m) {
+  if (!world_offset_m.isZero()) {
+    tinygltf::Value::Array offset;
+    for (const double value_m : world_offset_m) offset.emplace_back(value_m);
+    model_.nodes[0].extras.Get<tinygltf::Value::Object>()["world_offset_m"] =
+        tinygltf::Value(offset);
+  }
   if (map_id.empty()) return;
   tinygltf::Value::Object ids;
   ids["map"] = tinygltf::Value(map_id);

@@ -24,7 +24,8 @@ class GltfModel {
   void AddLayer(const std::string& path, const Vertices& vertices,
                 const std::vector<uint32_t>& indices, int mode,
                 const tinygltf::Value::Object& extras = {});
-  void SetOrigin(const std::string& map_id, const std::string& run_id);
+  void SetOrigin(const std::string& map_id, const std::string& run_id,
+                 const Eigen::Vector3d& world_offset_m);
 
   // The model, which ends with it.
   tinygltf::Model Finish();

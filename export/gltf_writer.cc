@@ -203,7 +203,7 @@ std::vector<std::string> GltfWriter::Write(const std::string& folder, const MapR
                                            const Progress& progress) const {
   const MapScene& scene = scene_->Of(map, progress.Part(0, 0.5));
   GltfModel model(options_.quantised);
-  model.SetOrigin(scene.map_id, scene.run_id);
+  model.SetOrigin(scene.map_id, scene.run_id, scene.world_offset_m);
   GltfLayers layers(map, scene, &model);
   layers.AddPoints();
   layers.AddDense(max_vertices_ - CountVertices(scene));

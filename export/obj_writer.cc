@@ -6,6 +6,7 @@
 
 #include "data/file.h"
 #include "export/map_layers.h"
+#include "export/world_offset.h"
 
 namespace slcmap {
 namespace {
@@ -69,7 +70,8 @@ void AddTrajectory(const MapResult& map, double max_jump_s, ObjText* obj) {
 std::vector<std::string> ObjWriter::Write(const std::string& folder, const MapResult& map,
                                           const Progress& progress) const {
   progress.ReportOrStop(0);
-  ObjText obj("slcmap, metres in the world frame, z up");
+  const std::string offset = WorldOffsetNote(map.source.world_offset_m);
+  ObjText obj("slcmap, metres in the world frame, z up" + (offset.empty() ? "" : "\n# " + offset));
   AddLines(map, &obj);
   AddPlanes(map.building, &obj);
   AddTrajectory(map, max_jump_s_, &obj);

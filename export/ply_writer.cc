@@ -1,6 +1,7 @@
 #include "export/ply_writer.h"
 
 #include "data/ply.h"
+#include "export/world_offset.h"
 
 namespace slcmap {
 namespace {
@@ -57,6 +58,8 @@ std::vector<std::string> PlySceneWriter::WriteScene(const std::string& folder,
   if (!scene.map_id.empty()) {
     comments.push_back("map " + scene.map_id + " of run " + scene.run_id);
   }
+  const std::string offset = WorldOffsetNote(scene.world_offset_m);
+  if (!offset.empty()) comments.push_back(offset);
   for (const PointLayer& layer : scene.points) {
     write(layer.name, {comments, {vertices_of(layer)}, {}});
   }

@@ -132,6 +132,7 @@ MapScene MakeScene(const MapResult& map, const SceneOptions& options, const Prog
   const HeightColours colours(std::move(heights_m));
 
   MapScene scene;
+  scene.world_offset_m = map.source.world_offset_m;
   scene.points = {PointsOf(map, colours)};
   scene.lines = {LinesOf(map), TrajectoryOf(map, options.max_jump_s), KeyframesOf(map, options)};
   scene.meshes = {{"voxels", {}, {}}, {"line_bars", {}, {}}};

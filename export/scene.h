@@ -52,6 +52,7 @@ struct MeshLayer {
 
 struct MapScene {
   std::string map_id, run_id;  // of what it shows; "" where that is not known
+  Eigen::Vector3d world_offset_m = Eigen::Vector3d::Zero();  // as MapSource has it
   std::vector<PointLayer> points;
   std::vector<LineLayer> lines;
   std::vector<MeshLayer> meshes;

@@ -50,7 +50,10 @@ struct MergedRun {
 // Where a map came from; a merged one from its first run.
 struct MapSource {
   std::string run_id;
-  RigidTransform T_world_run;     // from the run's world to the map's: a turn about z
+  RigidTransform T_world_run;  // from the run's world to the map's: a turn about z
+  // Added to the map's coordinates they are those of poses that were given far from their origin,
+  // as in UTM.
+  Eigen::Vector3d world_offset_m = Eigen::Vector3d::Zero();
   std::string sequence;           // folder of the recording; "" of a run that was made by hand
   std::string version;            // of slcmap
   std::string options;            // YAML: all of mapping's in effect

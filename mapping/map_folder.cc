@@ -111,6 +111,7 @@ std::string WriteSummary(const std::string& folder, const MapResult& map) {
                {"source",
                 {{"run", map.source.run_id},
                  {"yaw_rad", YawOfWorld(map.source.T_world_run)},
+                 {"world_offset_m", OffsetJson(map.source.world_offset_m)},
                  {"slcmap", map.source.version},
                  {"sequence", map.source.sequence}}},
                {"complete", map.complete},
@@ -141,6 +142,7 @@ Json ReadSummary(const std::string& path, MapResult* map) {
     if (source.contains("yaw_rad")) {  // missing in maps of earlier versions
       map->source.T_world_run = ParseTurn(path + ": source", source);
     }
+    map->source.world_offset_m = ParseOffset(path + ": source", source);
     if (json.contains("merged"))
       map->source.merged = ParseMerged(path, json.at("merged"), map->source);
     map->complete = json.at("complete").get<bool>();

@@ -66,6 +66,17 @@ double YawOfWorld(const RigidTransform& T_world_run) {
   return LogRotation(T_world_run.rotation).z();
 }
 
+Json OffsetJson(const Eigen::Vector3d& world_offset_m) {
+  return {world_offset_m.x(), world_offset_m.y(), world_offset_m.z()};
+}
+
+Eigen::Vector3d ParseOffset(const std::string& place, const Json& json) {
+  constexpr double kMostOffset_m = 1e10;  // beyond the Earth
+  if (!json.contains("world_offset_m")) return Eigen::Vector3d::Zero();
+  return ParsePoint<Eigen::Vector3d>(place + ": world_offset_m", json.at("world_offset_m"),
+                                     kMostOffset_m);
+}
+
 RigidTransform ParseTurn(const std::string& place, const Json& json) {
   const double yaw_rad = BoundedAt(place, json, "yaw_rad", -kMostYaw_rad, kMostYaw_rad);
   return {ExpRotation({0, 0, yaw_rad}), Eigen::Vector3d::Zero()};

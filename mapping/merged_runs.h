@@ -20,6 +20,10 @@ std::vector<MergedRun> ParseMerged(const std::string& path, const Json& json,
 double YawOfWorld(const RigidTransform& T_world_run);
 RigidTransform ParseTurn(const std::string& place, const Json& json);
 
+// world_offset_m of an object, and back: zero where it is missing, as in maps of earlier versions.
+Json OffsetJson(const Eigen::Vector3d& world_offset_m);
+Eigen::Vector3d ParseOffset(const std::string& place, const Json& json);
+
 // Throws DataError, naming the path, where it is known from when to when each run has poses and the
 // map has one besides.
 void CheckPosesOfRuns(const std::string& path, const MapResult& map);

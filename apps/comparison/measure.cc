@@ -75,10 +75,10 @@ std::vector<Measured> ReadAll(const MeasuredSequence& sequence) {
   for (size_t i = 0; i < sequence.methods.size(); ++i) {
     const MeasuredMethod& method = sequence.methods[i];
     for (const RunFolders& folders : method.runs) all.push_back(ReadMeasured(folders, i));
-    if (method.trajectory.empty()) continue;
+    if (method.given.empty()) continue;
     Measured given;
     given.method = i;
-    given.final_poses = ReadTrajectory(method.trajectory);
+    given.final_poses = method.given;
     all.push_back(std::move(given));
   }
   return all;

@@ -21,7 +21,7 @@ struct RunFolders {
 struct MeasuredMethod {
   std::string name;
   std::vector<RunFolders> runs;      // by repeat; none of a given trajectory
-  std::string trajectory;            // file of another system's; "" of a method that has runs
+  Trajectory given;                  // another system's; none of a method that has runs
   std::vector<std::string> remarks;  // on runs that gave nothing
 };
 

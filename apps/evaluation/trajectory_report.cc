@@ -86,6 +86,7 @@ std::string TrajectoryTable(const EvaluationInputs& inputs, const TrajectoryMetr
     text += fmt::format("loop      {:.3f} m from start to end, {:.3f} % of the path\n",
                         metrics.loop->distance_m, metrics.loop->percent);
   }
+  if (!inputs.finding.empty()) text += fmt::format("\nfinding   {}\n", inputs.finding);
   return text;
 }
 
@@ -108,6 +109,7 @@ Json TrajectoryJson(const EvaluationInputs& inputs, const TrajectoryMetrics& met
   json["rpe"] = Json::array();
   for (const RelativeError& error : metrics.relative) json["rpe"].push_back(RelativeJson(error));
   json["heading_error_at_end_deg"] = metrics.heading_error_deg;
+  if (!inputs.finding.empty()) json["finding"] = inputs.finding;
   json["loop"] = nullptr;
   if (metrics.loop) {
     json["loop"] = {{"distance_m", metrics.loop->distance_m},

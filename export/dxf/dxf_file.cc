@@ -235,6 +235,7 @@ void DxfFile::Extend(const Vector3d& point) {
 std::string DxfFile::Header() const {
   std::string text;
   Groups groups(&text);
+  if (!comment_.empty()) groups.Name(999, comment_);
   groups.Name(0, "SECTION").Name(2, "HEADER");
   groups.Variable("$ACADVER").Name(1, "AC1009");
   groups.Variable("$EXTMIN").Point(0, least_).Variable("$EXTMAX").Point(0, most_);

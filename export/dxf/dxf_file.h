@@ -41,6 +41,9 @@ class DxfFile {
   // The dimension with the block that shows it, at z = 0.
   void AddDimension(const std::string& layer, const Dimension& dimension);
 
+  // Said at the head of the file; "" for nothing.
+  void SetComment(const std::string& comment) { comment_ = comment; }
+
   std::string Text() const;
 
  private:
@@ -49,6 +52,7 @@ class DxfFile {
   void Extend(const Eigen::Vector3d& point);
 
   PlanTextSizes sizes_;
+  std::string comment_;
   std::vector<DxfLayer> layers_;
   std::string blocks_, entities_;
   int dimensions_ = 0;

@@ -4,6 +4,7 @@
 #include "export/dxf/dxf_file.h"
 #include "export/map_layers.h"
 #include "export/plan/storey_plan.h"
+#include "export/world_offset.h"
 
 namespace slcmap {
 namespace {
@@ -64,6 +65,7 @@ void AddStorey(const StoreyPlan& plan, bool is_on, DxfFile* file) {
 std::string PlanDxf(const MapResult& map, const PlanOptions& options) {
   const PlanSet plans = MakePlans(map.building, options);
   DxfFile file(plans.format.scale);
+  file.SetComment(WorldOffsetNote(map.source.world_offset_m));
   for (const StoreyPlan& plan : plans.storeys) {
     AddStorey(plan, &plan == &plans.storeys.front(), &file);
   }
@@ -101,6 +103,7 @@ std::string MapDxf(const MapResult& map, double max_jump_s) {
   constexpr char kPoints[] = "POINTS", kTrajectory[] = "TRAJECTORY";
   const RigidTransform& T_map_world = map.building.T_map_world;
   DxfFile file(100);
+  file.SetComment(WorldOffsetNote(map.source.world_offset_m));
   AddLines(map, &file);
   AddPlanes(map.building, &file);
   file.AddLayer({kPoints, kLightGrey});

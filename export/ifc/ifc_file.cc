@@ -69,6 +69,15 @@ void IfcFile::AddContexts() {
   contexts_.footprint = sub("FootPrint", ".MODEL_VIEW.");
 }
 
+void IfcFile::AddMapConversion(const Eigen::Vector3d& world_offset_m) {
+  const std::string crs =
+      Add("IFCPROJECTEDCRS", {"'unknown'", "'As the poses were given'", kStepUnset, kStepUnset,
+                              kStepUnset, kStepUnset, kStepUnset});
+  Add("IFCMAPCONVERSION",
+      {contexts_.model, crs, StepReal(world_offset_m.x()), StepReal(world_offset_m.y()),
+       StepReal(world_offset_m.z()), "1.", "0.", "1."});
+}
+
 std::string IfcFile::Text() const {
   return step_.Text("map.ifc", "IFC4", "ViewDefinition [DesignTransferView_V1.0]",
                     fmt::format("slcmap {}", kVersion));

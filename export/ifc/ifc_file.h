@@ -42,6 +42,8 @@ class IfcFile {
   IfcFile();  // with owner, units and contexts
 
   const IfcContexts& contexts() const { return contexts_; }
+  // The model lies there in the coordinates that its poses were given in: a map conversion.
+  void AddMapConversion(const Eigen::Vector3d& world_offset_m);
   const std::string& units() const { return units_; }
   std::string Text() const;
 

@@ -29,6 +29,7 @@ std::vector<std::string> IfcWriter::Write(const std::string& folder, const MapRe
   const std::string path = folder + "/map.ifc";
   IfcFile file;
   IfcStructure structure(map, &file);
+  if (!map.source.world_offset_m.isZero()) file.AddMapConversion(map.source.world_offset_m);
   int left_out = AddIfcWalls(map.building, options_, &structure, &file);
   left_out += AddIfcSlabs(map.building, options_, &structure, &file);
   AddIfcSpaces(map.building, &structure, &file);

@@ -4,6 +4,7 @@
 
 #include "export/plan/legend.h"
 #include "export/plan/storey_plan.h"
+#include "export/world_offset.h"
 
 namespace slcmap {
 namespace {
@@ -45,6 +46,8 @@ std::vector<std::string> Notes(const MapResult& map, const SheetFormat& format) 
   std::vector<std::string> notes = {fmt::format("Floor plan 1:{} on {}", format.scale, format.name),
                                     "Metres, clear between measured faces"};
   if (!map.id.empty()) notes.push_back("Map " + map.id);
+  const std::string offset = WorldOffsetNote(map.source.world_offset_m);
+  if (!offset.empty()) notes.push_back(offset);
   if (!map.complete) notes.push_back("Partial: not all was mapped");
   return notes;
 }

@@ -17,7 +17,8 @@ void Append(T value, std::string* bytes) {
 
 }  // namespace
 
-void WriteDensePly(const std::string& path, const std::vector<DensePoint>& points, PlyForm form) {
+void WriteDensePly(const std::string& path, const std::vector<DensePoint>& points, PlyForm form,
+                   const std::string& comment) {
   PlyElement vertices{"vertex", {}};
   for (const char* name : {"x", "y", "z", "nx", "ny", "nz", "sigma_m"}) {
     vertices.Add(name, PlyType::kFloat);
@@ -31,6 +32,7 @@ void WriteDensePly(const std::string& path, const std::vector<DensePoint>& point
                         static_cast<double>(point.grey), static_cast<double>(point.source)});
   }
   PlyFile file{{"slcmap dense points, metres in the world frame"}, {}, {}};
+  if (!comment.empty()) file.comments.push_back(comment);
   file.elements.push_back(std::move(vertices));  // a list of elements would copy it
   WritePly(path, file, form);
 }

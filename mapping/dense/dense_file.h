@@ -10,9 +10,9 @@
 namespace slcmap {
 
 // A PLY file: `x y z nx ny nz sigma_m` (float), `grey` (uchar) and `source` (int: 0 stereo, 1
-// filled plane). Throws OutputError.
+// filled plane), with a comment where there is one. Throws OutputError.
 void WriteDensePly(const std::string& path, const std::vector<DensePoint>& points,
-                   PlyForm form = PlyForm::kBinary);
+                   PlyForm form = PlyForm::kBinary, const std::string& comment = "");
 
 // Reads what WriteDensePly wrote. Throws DataError naming file and row.
 std::vector<DensePoint> ReadDensePly(const std::string& path);

@@ -3,6 +3,7 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <map>
 
@@ -11,6 +12,7 @@
 #include "data/error.h"
 #include "data/image_file.h"
 #include "data/path_within.h"
+#include "data/quantile.h"
 #include "data/sequence.h"
 #include "mapping/refinement.h"
 #include "mapping/views/pose_agreement.h"
@@ -257,6 +259,33 @@ void TellJumps(const Trajectory& trajectory, OdometryRun* run) {
       ToSeconds(jumps[0].stamp_ns));
 }
 
+// Poses that are at the time of the images, but at none of them.
+void RefusePosesBetween(const Sequence& recording, const Trajectory& trajectory,
+                        const KeyframeSelection& selection) {
+  std::vector<double> periods_s, off_s;
+  for (size_t i = 1; i < trajectory.size(); ++i) {
+    periods_s.push_back(ToSeconds(trajectory[i].stamp_ns - trajectory[i - 1].stamp_ns));
+  }
+  for (const StampedPose& pose : trajectory) {
+    double least_s = INFINITY;
+    for (const StereoEntry& pair : recording.images) {
+      const double apart_s = ToSeconds(pair.stamp_ns - pose.stamp_ns);
+      if (std::abs(apart_s) < std::abs(least_s)) least_s = apart_s;
+    }
+    off_s.push_back(least_s);
+  }
+  const bool is_of_the_time = trajectory.back().stamp_ns > recording.images.front().stamp_ns &&
+                              trajectory.front().stamp_ns < recording.images.back().stamp_ns;
+  if (!is_of_the_time) return;
+  const double middle_s = Quantile(off_s, 0.5);
+  throw DataError(fmt::format(
+      "{}: found poses {:.2g} s apart, and the images nearest to them {:.1f} ms away (median), "
+      "expected poses within {:.0f} ms of images, or on both sides of them at most {:.1f} s apart: "
+      "write poses at the stamps of images, or give --poses-offset={:.4f} if the clocks differ",
+      recording.folder, Quantile(periods_s, 0.5), 1e3 * std::abs(middle_s),
+      1e3 * selection.max_stamp_offset_s, selection.max_pose_gap_s, middle_s));
+}
+
 [[noreturn]] void RefusePoses(const Sequence& recording, const Trajectory& trajectory) {
   throw DataError(fmt::format(
       "{}: found poses from {:.3f} to {:.3f} s and images from {:.3f} to {:.3f} s, expected poses "
@@ -286,6 +315,16 @@ std::unique_ptr<ViewImages> KeyframeImages(const OdometryRun& run, const std::st
       std::make_shared<const RecordedCameras>(CamerasAsFound(run), RectifierOptions(),
                                               PixelFormsOf(files_at)),
       KeyframeFiles(run, folder, files_at), std::make_shared<LostImages>());
+}
+
+std::unique_ptr<ViewImages> ImagesOf(const Sequence& recording, const std::vector<size_t>& pairs) {
+  std::vector<ViewFiles> files;
+  for (const size_t pair : pairs) {
+    files.push_back({recording.images[pair].left_path, recording.images[pair].right_path});
+  }
+  return std::make_unique<RecordedImageReader>(
+      std::make_shared<const RecordedCameras>(recording.rig, RectifierOptions()), std::move(files),
+      std::make_shared<LostImages>());
 }
 
 std::string StatesOfImages(const OdometryRun& run, const std::string& sequence) {
@@ -361,7 +400,10 @@ OdometryRun RunAtPoses(const std::string& sequence, SequenceOptions options,
       run.keyframes.push_back({id, 0, pair.stamp_ns, *T_world_imu, {}, {}});
     }
   }
-  if (run.states.empty()) RefusePoses(recording, trajectory);
+  if (run.states.empty()) {
+    RefusePosesBetween(recording, trajectory, selection);
+    RefusePoses(recording, trajectory);
+  }
   TellJumps(trajectory, &run);
   WarnWhereZIsNotUp(sequence, options, &run);
   run.id = IdOfPoses(run);

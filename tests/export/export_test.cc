@@ -88,6 +88,19 @@ TEST_F(ExportTest, AllFormatsAreWritten) {
   for (const char* name : kFiles) EXPECT_TRUE(std::filesystem::exists(Path(name))) << name;
 }
 
+TEST_F(ExportTest, FilesSayWhereAMapOfFarPosesLies) {
+  MapResult map = MakeMap();
+  map.source.world_offset_m = {451200, 5411300, 312};
+  ExportMap(map, folder_, {});
+  for (const char* name : {"points.ply", "lines.ply", "dense.ply", "plan.dxf", "map.dxf", "map.obj",
+                           "plan/no_storey.svg", "colmap/images.txt"}) {
+    EXPECT_THAT(ReadFile(Path(name)), HasSubstr("world_offset_m 451200 5411300 312")) << name;
+  }
+  EXPECT_THAT(ReadFile(Path("scene.glb")), HasSubstr("\"world_offset_m\""));
+  EXPECT_THAT(ReadFile(Path("map.ifc")), HasSubstr("451200.,5411300.,312."));
+  EXPECT_EQ(ExportSourceIn(folder_).world_offset_m, map.source.world_offset_m);
+}
+
 TEST_F(ExportTest, AnExportThatIsEndedLeavesTheEarlierOne) {
   ExportMap(MakeMap(), folder_, {});
   const std::string before = ReadFile(Path("scene.glb"));

@@ -26,14 +26,14 @@ class MeasureTest : public ::testing::Test {
     WriteMapFolder(folder_.Path("map"), BuildMap(run, nullptr, {}));
     WriteTumTrajectory(folder_.Path("truth.tum"), kWalk);
     sequence_.name = "walk";
-    sequence_.methods = {{"slc", {{folder_.Path("run"), folder_.Path("map"), ""}}, "", {}}};
+    sequence_.methods = {{"slc", {{folder_.Path("run"), folder_.Path("map"), ""}}, {}, {}}};
     sequence_.reference = 0;
   }
 
   void Give(const std::string& name, const Trajectory& trajectory) {
     const std::string path = folder_.Path(name + ".tum");
     WriteTumTrajectory(path, trajectory);
-    sequence_.methods.push_back({name, {}, path, {}});
+    sequence_.methods.push_back({name, {}, ReadTrajectory(path), {}});
   }
 
   static double Figure(const SequenceResult& result, size_t method, const std::string& key) {

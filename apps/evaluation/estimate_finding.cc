@@ -1,0 +1,133 @@
+#include "apps/evaluation/estimate_finding.h"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <Eigen/SVD>
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+
+#include "data/calibration.h"
+#include "data/error.h"
+#include "data/quantile.h"
+#include "mapping/given_poses/pose_reading.h"
+
+namespace slcmap {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double kTruthGap_s = 0.1;
+
+// Where the truth's up is in the estimate's world, by the turns between both worlds; nothing where
+// these differ from pose to pose.
+std::optional<Eigen::Vector3d> UpByTruth(const Trajectory& estimate, const Trajectory& truth) {
+  constexpr double kMostSpread_rad = 0.1;
+  Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
+  std::vector<Eigen::Quaterniond> turns;
+  for (const StampedPose& pose : estimate) {
+    const auto there = PoseAt(truth, pose.stamp_ns, kTruthGap_s);
+    if (!there) continue;
+    turns.push_back(pose.T_world_imu.rotation * there->rotation.conjugate());
+    sum += turns.back().toRotationMatrix();
+  }
+  if (turns.size() < 3) return std::nullopt;
+  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(sum, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  const Eigen::Matrix3d R =
+      svd.matrixU() *
+      Eigen::Vector3d(1, 1, (svd.matrixU() * svd.matrixV()).determinant()).asDiagonal() *
+      svd.matrixV().transpose();
+  std::vector<double> off_rad;
+  for (const Eigen::Quaterniond& turn : turns) {
+    off_rad.push_back(turn.angularDistance(Eigen::Quaterniond(R)));
+  }
+  if (Quantile(off_rad, 0.5) > kMostSpread_rad) return std::nullopt;
+  return R.col(2);
+}
+
+std::optional<RigidTransform> CameraIn(const std::string& folder) {
+  std::error_code error;
+  if (!fs::exists(fs::path(folder) / "cam0", error)) return std::nullopt;
+  try {
+    Warnings warnings;
+    return FindCalibration(folder, &warnings).rig.T_imu_camera[0];
+  } catch (const DataError&) {
+    return std::nullopt;
+  }
+}
+
+}  // namespace
+
+std::vector<BodyStep> StepsOf(const Trajectory& truth, const Trajectory& estimate) {
+  constexpr double kStep_s = 0.45, kMostApart = 2.5;
+  constexpr size_t kMostSteps = 60;
+  Trajectory known;
+  for (const StampedPose& pose : estimate) {
+    const auto there = PoseAt(truth, pose.stamp_ns, kTruthGap_s);
+    if (there) known.push_back({pose.stamp_ns, *there});
+  }
+  if (2 * known.size() < estimate.size() || known.size() < 3) known = truth;
+  std::vector<double> periods_s;
+  for (size_t i = 1; i < known.size(); ++i) {
+    periods_s.push_back(ToSeconds(known[i].stamp_ns - known[i - 1].stamp_ns));
+  }
+  const double spacing_s = std::max(kStep_s, Quantile(periods_s, 0.5));
+  std::vector<BodyStep> steps;
+  for (size_t first = 0, second = 0; first < known.size(); ++first) {
+    const auto apart_s = [&] { return ToSeconds(known[second].stamp_ns - known[first].stamp_ns); };
+    while (second < known.size() && apart_s() < 0.98 * spacing_s) ++second;
+    if (second == known.size()) break;
+    if (apart_s() > kMostApart * spacing_s) continue;
+    steps.push_back({known[first].stamp_ns, known[second].stamp_ns,
+                     known[first].T_world_imu.Inverse() * known[second].T_world_imu});
+  }
+  if (steps.size() <= kMostSteps) return steps;
+  std::vector<BodyStep> chosen;
+  for (size_t i = 0; i < kMostSteps; ++i) {
+    chosen.push_back(steps[i * (steps.size() - 1) / (kMostSteps - 1)]);
+  }
+  return chosen;
+}
+
+std::optional<std::string> FindOtherForm(
+    const PoseTable& estimate, const PoseForm& form, const Trajectory& truth,
+    const std::function<std::optional<RigidTransform>()>& camera) {
+  constexpr double kMostTilt_rad = 5 * M_PI / 180;
+  std::optional<RigidTransform> T_imu_camera;
+  if (form.IsOfCamera()) T_imu_camera = camera();
+  const Trajectory poses = PosesOf(estimate, form, T_imu_camera);
+  const std::vector<BodyStep> steps = StepsOf(truth, poses);
+  const char* const who = "steps of the truth";
+  PoseReading reading = JudgeReading(estimate, form, steps, T_imu_camera, who);
+  if (!reading.agrees && !T_imu_camera) {
+    T_imu_camera = camera();
+    if (T_imu_camera) reading = JudgeReading(estimate, form, steps, T_imu_camera, who);
+  }
+  if (!reading.agrees) {
+    const std::string remedy = reading.is_explained ? "give " + OptionsOf(reading.form)
+                               : T_imu_camera
+                                   ? "expected poses of the same body and recording"
+                                   : "--calibration names that of the rig, for poses of its camera";
+    return reading.words + "; " + remedy;
+  }
+  const auto up = UpByTruth(poses, truth);
+  if (!up || up->z() > std::cos(kMostTilt_rad)) return std::nullopt;
+  PoseForm remedy = form;
+  remedy.up = UpInWords(TurnUp(form.Up()).conjugate() * *up);
+  return fmt::format("up of the truth is {} in the world of the estimate, not {}; give {}",
+                     remedy.up, form.up, OptionsOf(remedy));
+}
+
+std::optional<RigidTransform> CameraOf(const std::string& calibration, const std::string& truth) {
+  Warnings warnings;
+  if (!calibration.empty()) return ReadCalibration(calibration, &warnings).rig.T_imu_camera[0];
+  std::error_code error;
+  const fs::path folder = fs::absolute(truth, error).parent_path();
+  for (const fs::path& beside :
+       {folder / "mav0", folder.parent_path() / "mav0", folder.parent_path(), folder}) {
+    if (const auto found = CameraIn(beside.string())) return found;
+  }
+  return std::nullopt;
+}
+
+}  // namespace slcmap

@@ -1,0 +1,447 @@
+#include "data/pose_file.h"
+
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+
+#include "data/error.h"
+#include "data/quantile.h"
+#include "data/text_row.h"
+
+namespace slcmap {
+namespace {
+
+using Fields = std::vector<std::string_view>;
+
+constexpr double kMostNormError = 0.01;                  // of a quaternion as written
+constexpr int64_t kMostPoseStamp_ns = int64_t{1} << 62;  // differences stay within range
+constexpr size_t kMatrixColumns = 12;
+
+struct StampUnit {
+  const char* name;
+  int shift;  // power of ten to nanoseconds
+};
+constexpr std::array<StampUnit, 4> kUnits = {{{"s", 9}, {"ms", 6}, {"us", 3}, {"ns", 0}}};
+
+// Where the columns are: x y z, then the quaternion's four.
+struct Columns {
+  size_t stamp = 0;
+  std::array<size_t, 3> p = {1, 2, 3};
+  std::array<size_t, 4> q = {4, 5, 6, 7};
+  bool is_scalar_first = false;
+  size_t Count() const {
+    return 1 + std::max({stamp, *std::max_element(p.begin(), p.end()),
+                         *std::max_element(q.begin(), q.end())});
+  }
+};
+
+// "q_RS_w []" is "qrsw", of which the last letter and the first tell.
+std::string Letters(std::string_view name) {
+  std::string letters;
+  for (const char c : name.substr(0, name.find_first_of("[("))) {
+    if (std::isalpha(static_cast<unsigned char>(c))) letters += static_cast<char>(std::tolower(c));
+  }
+  return letters;
+}
+
+// A column's quantity and its axis: {'q', 'w'}, {'p', 'x'}, {'t', 0} for a stamp.
+std::pair<char, char> ColumnOf(std::string_view name) {
+  std::string letters = Letters(name);
+  for (const char* unit : {"stampns", "stampus", "stampms", "stamps"}) {
+    if (letters.starts_with("t") && letters.find(unit) != std::string::npos) return {'t', 0};
+  }
+  if (letters == "t" || letters == "time" || letters.find("stamp") != std::string::npos ||
+      letters.starts_with("secs") || letters.starts_with("timens")) {
+    return {'t', 0};
+  }
+  if (letters.empty()) return {0, 0};
+  // "x_m", "tx", "pos_x", "position.x", "qx", "orientation_w", "q_RS_w".
+  if (letters.size() == 2 && letters[1] == 'm' && std::string("xyz").find(letters[0]) < 3) {
+    letters.pop_back();
+  }
+  const char axis = letters.back();
+  const bool is_quaternion = letters[0] == 'q' || letters.find("orient") != std::string::npos ||
+                             letters.find("rot") != std::string::npos;
+  if (is_quaternion && std::string("xyzw").find(axis) < 4) return {'q', axis};
+  if (letters == "w") return {'q', 'w'};
+  const bool is_position = letters.size() <= 2 || letters[0] == 'p' ||
+                           letters.starts_with("trans") || letters.starts_with("txy");
+  if (is_position && std::string("xyz").find(axis) < 3) return {'p', axis};
+  return {0, 0};
+}
+
+// Nothing where the names do not tell all of it.
+std::optional<Columns> ColumnsOf(const Fields& names) {
+  Columns columns;
+  std::array<bool, 8> found = {};
+  std::array<size_t, 4> of_axis = {};  // x y z w
+  for (size_t i = 0; i < names.size(); ++i) {
+    const auto [quantity, axis] = ColumnOf(names[i]);
+    const size_t number = std::string("xyzw").find(axis);
+    if (quantity == 't' && !found[0]) {
+      columns.stamp = i;
+      found[0] = true;
+    } else if (quantity == 'p' && !found[1 + number]) {
+      columns.p[number] = i;
+      found[1 + number] = true;
+    } else if (quantity == 'q' && !found[4 + number]) {
+      of_axis[number] = i;
+      found[4 + number] = true;
+    }
+  }
+  if (std::find(found.begin(), found.end(), false) != found.end()) return std::nullopt;
+  columns.is_scalar_first = of_axis[3] < of_axis[0];
+  columns.q = columns.is_scalar_first
+                  ? std::array<size_t, 4>{of_axis[3], of_axis[0], of_axis[1], of_axis[2]}
+                  : of_axis;
+  return columns;
+}
+
+bool IsNumber(std::string_view text) { return ParseNumber(text).has_value(); }
+
+struct RowText {
+  int row = 0;
+  std::string stamp;
+  PoseRow pose;
+};
+
+double NumberIn(const Fields& fields, size_t column, const std::string& place) {
+  const std::optional<double> value = ParseNumber(fields[column]);
+  if (value && std::isfinite(*value)) return *value;
+  throw DataError(fmt::format("{}: found '{}' in column {}, expected a finite number", place,
+                              fields[column], column + 1));
+}
+
+RowText ParsePose(const Fields& fields, const Columns& columns, const std::string& place) {
+  if (fields.size() < columns.Count()) {
+    throw DataError(
+        fmt::format("{}: found {} columns, expected {}: {}, or the 12 of a KITTI matrix", place,
+                    fields.size(), columns.Count(),
+                    columns.is_scalar_first ? "stamp_ns, x, y, z, qw, qx, qy, qz"
+                                            : "stamp_s x y z qx qy qz qw"));
+  }
+  RowText row;
+  row.stamp = fields[columns.stamp];
+  if (!IsNumber(row.stamp)) {
+    throw DataError(fmt::format("{}: found '{}', expected a stamp", place, row.stamp));
+  }
+  double norm2 = 0;
+  for (size_t i = 0; i < 3; ++i) {
+    row.pose.p[static_cast<Eigen::Index>(i)] = NumberIn(fields, columns.p[i], place);
+  }
+  for (size_t i = 0; i < 4; ++i) {
+    row.pose.quaternion[i] = NumberIn(fields, columns.q[i], place);
+    norm2 += row.pose.quaternion[i] * row.pose.quaternion[i];
+  }
+  if (!(std::abs(std::sqrt(norm2) - 1) <= kMostNormError)) {
+    throw DataError(
+        fmt::format("{}: found a quaternion of norm {:.4g}, expected 1", place, std::sqrt(norm2)));
+  }
+  return row;
+}
+
+RowText ParseMatrix(const Fields& fields, size_t first, const std::string& place) {
+  Eigen::Matrix4d matrix = Eigen::Matrix4d::Identity();
+  for (size_t i = 0; i < kMatrixColumns; ++i) {
+    matrix(static_cast<Eigen::Index>(i / 4), static_cast<Eigen::Index>(i % 4)) =
+        NumberIn(fields, first + i, place);
+  }
+  const RigidTransform T = RigidTransformFromMatrix(matrix, place);
+  const Eigen::Quaterniond& q = T.rotation;
+  RowText row;
+  if (first > 0) row.stamp = fields[0];
+  row.pose = {0, T.translation, {q.x(), q.y(), q.z(), q.w()}};
+  return row;
+}
+
+struct FileText {
+  std::vector<RowText> rows;
+  bool has_stamps = true;
+  int form_shift = 9;  // of the stamps, as the form of the file has them
+  PoseTable table;
+};
+
+// By the first row with numbers, and the names above it.
+Columns FormOf(const Fields& fields, const std::optional<Columns>& named, FileText* file) {
+  const bool is_matrix = fields.size() == kMatrixColumns && !named;
+  const bool is_stamped_matrix =
+      fields.size() == kMatrixColumns + 1 && !named && !SeparatedByMark(fields[0], fields[1]);
+  file->table.is_matrix = is_matrix || is_stamped_matrix;
+  file->has_stamps = !is_matrix;
+  if (file->table.is_matrix) return {};
+  const bool is_euroc = fields.size() > 1 && fields[0].find('.') == std::string_view::npos &&
+                        SeparatedByMark(fields[0], fields[1]);
+  Columns columns;
+  columns.is_scalar_first = is_euroc;
+  if (named) columns = *named;
+  if (is_euroc) file->form_shift = 0;
+  file->table.is_scalar_first = columns.is_scalar_first;
+  return columns;
+}
+
+// The names of a comment's columns, where it holds any: of the text of a file before its rows.
+std::optional<Columns> NamesInComments(const std::string& text) {
+  std::optional<Columns> columns;
+  for (size_t from = 0; from < text.size();) {
+    const size_t end = std::min(text.find('\n', from), text.size());
+    std::string_view line = std::string_view(text).substr(from, end - from);
+    from = end + 1;
+    if (line.empty() || line == "\r") continue;
+    if (line[0] != '#') break;
+    line.remove_prefix(std::min(line.find_first_not_of("# "), line.size()));
+    if (const auto found = ColumnsOf(SplitRow(line))) columns = found;
+  }
+  return columns;
+}
+
+FileText ReadRowsOf(const std::string& path) {
+  FileText file;
+  file.table.path = path;
+  std::optional<Columns> named = NamesInComments(std::string(WithoutByteOrderMark(ReadFile(path))));
+  std::optional<Columns> columns;
+  ForEachRow(path, [&](int row, const Fields& fields) {
+    const std::string place = fmt::format("{}: row {}", path, row);
+    if (!columns && !IsNumber(fields[0])) {
+      const std::optional<Columns> header = ColumnsOf(fields);
+      if (!header) {
+        throw DataError(fmt::format(
+            "{}: found '{}', expected a stamp, or the names of columns (stamp x y z qx qy qz qw)",
+            place, fields[0]));
+      }
+      if (named) return;
+      spdlog::warn("{}: the columns are taken by the names of its header", place);
+      named = header;
+      return;
+    }
+    if (!columns) columns = FormOf(fields, named, &file);
+    if (file.table.is_matrix) {
+      const size_t count = kMatrixColumns + (file.has_stamps ? 1 : 0);
+      if (fields.size() != count) {
+        throw DataError(fmt::format("{}: found {} columns, expected {} as in the rows before",
+                                    place, fields.size(), count));
+      }
+      file.rows.push_back(ParseMatrix(fields, count - kMatrixColumns, place));
+    } else {
+      file.rows.push_back(ParsePose(fields, *columns, place));
+    }
+    file.rows.back().row = row;
+  });
+  if (file.rows.empty()) throw DataError(path + ": found no pose, expected at least one row");
+  return file;
+}
+
+int64_t StampIn(const std::string& path, const RowText& row, int shift) {
+  const std::optional<int64_t> stamp_ns = ParseScaledInteger(row.stamp, shift);
+  if (stamp_ns && std::abs(*stamp_ns) <= kMostPoseStamp_ns) return *stamp_ns;
+  throw DataError(
+      fmt::format("{}: row {}: found '{}', expected a stamp", path, row.row, row.stamp));
+}
+
+// Of the stamps' size: seconds since 1970 are about 1.5e9. Small ones have another start, and are
+// told by their steps: poses are not 20 s apart.
+int ShiftBySize(const FileText& file) {
+  std::vector<double> steps;
+  double largest = 0;
+  for (size_t i = 0; i < file.rows.size(); ++i) {
+    const double stamp = ParseNumber(file.rows[i].stamp).value_or(0);
+    largest = std::max(largest, std::abs(stamp));
+    if (i > 0) steps.push_back(std::abs(stamp - ParseNumber(file.rows[i - 1].stamp).value_or(0)));
+  }
+  const double step = Quantile(steps, 0.5);
+  size_t unit = largest < 1e11 ? 0 : largest < 1e14 ? 1 : largest < 1e17 ? 2 : 3;
+  while (unit < 3 && step * std::pow(10, kUnits[unit].shift - 9) > 20) ++unit;
+  return kUnits[unit].shift;
+}
+
+// Whether stamps of this unit lie on the clock's time; false where they are out of range.
+bool LiesOn(const Clock& clock, const FileText& file, int shift) {
+  int64_t least = INT64_MAX, most = INT64_MIN;
+  for (const RowText& row : file.rows) {
+    const std::optional<int64_t> stamp_ns = ParseScaledInteger(row.stamp, shift);
+    if (!stamp_ns || std::abs(*stamp_ns) > kMostPoseStamp_ns) return false;
+    least = std::min(least, *stamp_ns);
+    most = std::max(most, *stamp_ns);
+  }
+  const int64_t span_ns = clock.back() - clock.front();
+  const int64_t shared_ns = std::min(most, clock.back()) - std::max(least, clock.front());
+  // Poses of some minutes that are read as years cover all of it.
+  return shared_ns > 0 && most - least < 1000 * std::max<int64_t>(span_ns, 1'000'000'000);
+}
+
+int ShiftOf(const FileText& file, const PoseForm& form, const Clock& clock) {
+  for (const StampUnit& unit : kUnits) {
+    if (form.stamps == unit.name) return unit.shift;
+  }
+  int shift = ShiftBySize(file);
+  if (!clock.empty() && !LiesOn(clock, file, shift)) {
+    for (const StampUnit& unit : kUnits) {
+      if (LiesOn(clock, file, unit.shift)) shift = unit.shift;
+    }
+  }
+  const bool is_usual =
+      shift == file.form_shift ||
+      (shift == 0 && file.form_shift == 9 && file.rows[0].stamp.find('.') == std::string::npos);
+  const auto unit = std::find_if(kUnits.begin(), kUnits.end(),
+                                 [&](const StampUnit& known) { return known.shift == shift; });
+  if (!is_usual) {
+    spdlog::warn("{}: stamps are taken to be in {}, by their size, as {} (--poses-stamps says it)",
+                 file.table.path, unit->name, file.rows[0].stamp);
+  }
+  return shift;
+}
+
+// A column of another file, in any unit.
+std::vector<int64_t> StampsFrom(const std::string& path, const Clock& clock) {
+  FileText file;
+  file.table.path = path;
+  ForEachRow(path, [&](int row, const Fields& fields) {
+    if (file.rows.empty() && !IsNumber(fields[0])) return;
+    file.rows.push_back({row, std::string(fields[0]), {}});
+  });
+  if (file.rows.empty()) throw DataError(path + ": found no stamp, expected one in each row");
+  file.form_shift = ShiftBySize(file);
+  const int shift = ShiftOf(file, {}, clock);
+  std::vector<int64_t> stamps_ns;
+  for (const RowText& row : file.rows) stamps_ns.push_back(StampIn(path, row, shift));
+  return stamps_ns;
+}
+
+bool NamesUnit(const std::string& stamps) {
+  return stamps.empty() || std::any_of(kUnits.begin(), kUnits.end(),
+                                       [&](const StampUnit& unit) { return stamps == unit.name; });
+}
+
+void SetStampsOfOthers(const std::string& of, const std::vector<int64_t>& stamps_ns,
+                       FileText* file) {
+  if (stamps_ns.size() != file->rows.size()) {
+    throw DataError(fmt::format(
+        "{}: found {} rows {} and {} stamps in {}, expected as many: --poses-stamps FILE names a "
+        "file with the stamp of each row (KITTI's times.txt)",
+        file->table.path, file->rows.size(),
+        file->has_stamps ? "of poses" : "of 12 numbers without stamps (KITTI's form)",
+        stamps_ns.size(), of));
+  }
+  for (size_t i = 0; i < stamps_ns.size(); ++i) file->rows[i].pose.stamp_ns = stamps_ns[i];
+}
+
+void SetStamps(const PoseForm& form, const Clock& clock, FileText* file) {
+  if (!NamesUnit(form.stamps)) {
+    std::error_code error;
+    if (!std::filesystem::is_regular_file(form.stamps, error)) {
+      throw ConfigError(fmt::format(
+          "--poses-stamps: found '{}', expected ns, us, ms, s, or a file with a stamp in each row",
+          form.stamps));
+    }
+    return SetStampsOfOthers(form.stamps, StampsFrom(form.stamps, clock), file);
+  }
+  if (!file->has_stamps) {
+    SetStampsOfOthers("the recording's images or the truth", clock, file);
+    spdlog::warn(
+        "{}: rows of 12 numbers without stamps (KITTI's form) are taken to be those of "
+        "the {} stamps of images or truth, one after the other",
+        file->table.path, clock.size());
+    return;
+  }
+  const int shift = ShiftOf(*file, form, clock);
+  for (RowText& row : file->rows) row.pose.stamp_ns = StampIn(file->table.path, row, shift);
+}
+
+bool IsSamePose(const PoseRow& a, const PoseRow& b) {
+  constexpr double kSame = 1e-6;
+  return (a.p - b.p).norm() < kSame;
+}
+
+void RefuseLostDigits(const PoseTable& table, size_t repeated) {
+  if (2 * repeated < table.rows.size() + repeated) return;
+  throw DataError(fmt::format(
+      "{}: found {} stamps of {} that are those of another row, expected one a row: the stamps "
+      "lost digits; write them with all of them, as '%.9f'",
+      table.path, repeated, table.rows.size() + repeated));
+}
+
+void Sort(PoseTable* table) {
+  const auto is_before = [](const PoseRow& a, const PoseRow& b) { return a.stamp_ns < b.stamp_ns; };
+  std::vector<PoseRow>& rows = table->rows;
+  size_t unsorted = 0, repeated = 0, different = 0;
+  for (size_t i = 1; i < rows.size(); ++i) unsorted += is_before(rows[i], rows[i - 1]);
+  std::stable_sort(rows.begin(), rows.end(), is_before);
+  std::vector<PoseRow> kept;
+  for (const PoseRow& row : rows) {
+    if (!kept.empty() && kept.back().stamp_ns == row.stamp_ns) {
+      ++repeated;
+      different += !IsSamePose(kept.back(), row);
+      continue;
+    }
+    kept.push_back(row);
+  }
+  rows = std::move(kept);
+  RefuseLostDigits(*table, repeated);
+  if (unsorted > 0) {
+    spdlog::warn("{}: found rows out of order at {} places; they are sorted by their stamps",
+                 table->path, unsorted);
+  }
+  if (repeated > 0) {
+    spdlog::warn(
+        "{}: found {} rows with the stamp of another ({} of them with another pose); the "
+        "first of each is taken",
+        table->path, repeated, different);
+  }
+}
+
+Eigen::Quaterniond RotationOf(const PoseRow& row, bool is_scalar_first, bool is_conjugated) {
+  const auto& v = row.quaternion;
+  const Eigen::Quaterniond q = is_scalar_first ? Eigen::Quaterniond(v[0], v[1], v[2], v[3])
+                                               : Eigen::Quaterniond(v[3], v[0], v[1], v[2]);
+  return is_conjugated ? q.normalized().conjugate() : q.normalized();
+}
+
+}  // namespace
+
+PoseTable ReadPoseTable(const std::string& path, const PoseForm& form, const Clock& clock) {
+  form.Check();
+  FileText file = ReadRowsOf(path);
+  SetStamps(form, clock, &file);
+  for (const RowText& row : file.rows) file.table.rows.push_back(row.pose);
+  Sort(&file.table);
+  return file.table;
+}
+
+Trajectory PosesOf(const PoseTable& table, const PoseForm& form,
+                   const std::optional<RigidTransform>& T_imu_camera) {
+  if (form.IsOfCamera() && !T_imu_camera) {
+    throw ConfigError(
+        "--poses-of camera: found no calibration, expected one that says where the camera is on "
+        "the IMU: --calibration names it");
+  }
+  const bool is_scalar_first =
+      form.quaternion.empty() ? table.is_scalar_first : form.quaternion.starts_with("wxyz");
+  const RigidTransform turn{TurnUp(form.Up()), Eigen::Vector3d::Zero()};
+  const int64_t offset_ns = std::llround(form.offset_s * 1e9);
+  Trajectory trajectory;
+  for (const PoseRow& row : table.rows) {
+    RigidTransform T{RotationOf(row, is_scalar_first && !table.is_matrix, form.IsConjugated()),
+                     form.scale * row.p};
+    if (form.IsInverse()) T = T.Inverse();
+    if (form.IsOfCamera()) T = T * T_imu_camera->Inverse();
+    trajectory.push_back({row.stamp_ns + offset_ns, turn * T});
+  }
+  return trajectory;
+}
+
+Eigen::Quaterniond TurnUp(const Eigen::Vector3d& up) {
+  return Eigen::Quaterniond::FromTwoVectors(up, Eigen::Vector3d::UnitZ());
+}
+
+Eigen::Vector3d MoveNearOrigin(Trajectory* trajectory) {
+  constexpr double kFar_m = 1e4;
+  if (trajectory->empty()) return Eigen::Vector3d::Zero();
+  const Eigen::Vector3d& first = trajectory->front().T_world_imu.translation;
+  if (first.norm() < kFar_m) return Eigen::Vector3d::Zero();
+  const Eigen::Vector3d offset_m = first.array().round();
+  for (StampedPose& pose : *trajectory) pose.T_world_imu.translation -= offset_m;
+  return offset_m;
+}
+
+}  // namespace slcmap

@@ -1,0 +1,389 @@
+#include "mapping/given_poses/pose_reading.h"
+
+#include <spdlog/fmt/fmt.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "data/quantile.h"
+
+namespace slcmap {
+namespace {
+
+constexpr int kLeastSteps = 6;
+constexpr double kGap_s = 0.25, kNearPose_s = 0.005;  // between poses, to the nearest one
+constexpr double kTurnSigma_rad = 0.006, kWaySigma_m = 0.02, kMostSigmas = 8;
+constexpr double kSparse_s = 0.25;
+
+double Degrees(double rad) { return rad * 180 / M_PI; }
+
+std::optional<RigidTransform> PoseNear(const Trajectory& trajectory, int64_t stamp_ns) {
+  if (const auto pose = PoseAt(trajectory, stamp_ns, kGap_s)) return pose;
+  const auto is_before = [](const StampedPose& pose, int64_t ns) { return pose.stamp_ns < ns; };
+  const auto after = std::lower_bound(trajectory.begin(), trajectory.end(), stamp_ns, is_before);
+  const int64_t most_ns = ToNanoseconds(kNearPose_s);
+  if (after != trajectory.end() && after->stamp_ns - stamp_ns <= most_ns) return after->T_world_imu;
+  if (after != trajectory.begin() && stamp_ns - std::prev(after)->stamp_ns <= most_ns) {
+    return std::prev(after)->T_world_imu;
+  }
+  return std::nullopt;
+}
+
+// A known movement and what poses say of it.
+struct StepPair {
+  RigidTransform known, posed;
+};
+
+std::vector<StepPair> PairsAt(const Trajectory& trajectory, const std::vector<BodyStep>& steps,
+                              int64_t offset_ns) {
+  std::vector<StepPair> pairs;
+  for (const BodyStep& step : steps) {
+    const auto from = PoseNear(trajectory, step.from_ns - offset_ns);
+    if (!from) continue;
+    const auto to = PoseNear(trajectory, step.to_ns - offset_ns);
+    if (to) pairs.push_back({step.T_from_to, from->Inverse() * *to});
+  }
+  return pairs;
+}
+
+// By how much the posed ways are to be multiplied: the median, by their lengths.
+double ScaleOf(const std::vector<StepPair>& pairs, double* sigma) {
+  std::vector<std::pair<double, double>> ratios;  // with weights
+  double sum = 0;
+  for (const StepPair& pair : pairs) {
+    const double way2 = pair.posed.translation.squaredNorm();
+    if (way2 < 1e-12) continue;
+    ratios.emplace_back(pair.known.translation.dot(pair.posed.translation) / way2, std::sqrt(way2));
+    sum += ratios.back().second;
+  }
+  *sigma = INFINITY;
+  if (ratios.size() < kLeastSteps) return 1;
+  std::ranges::sort(ratios);
+  const auto quantile = [&](double share) {
+    double below = 0;
+    for (const auto& [ratio, weight] : ratios) {
+      if ((below += weight) >= share * sum) return ratio;
+    }
+    return ratios.back().first;
+  };
+  const double spread = 0.74 * (quantile(0.75) - quantile(0.25));
+  *sigma = 1.25 * spread / std::sqrt(static_cast<double>(ratios.size()));
+  return quantile(0.5);
+}
+
+PoseOff OffOf(const std::vector<StepPair>& pairs, double scale) {
+  PoseOff off;
+  std::vector<double> turns_rad, ways_m;
+  double sum = 0;
+  for (const StepPair& pair : pairs) {
+    turns_rad.push_back(pair.known.rotation.angularDistance(pair.posed.rotation));
+    ways_m.push_back((pair.known.translation - scale * pair.posed.translation).norm());
+    sum += std::min(kMostSigmas,
+                    std::hypot(turns_rad.back() / kTurnSigma_rad, ways_m.back() / kWaySigma_m));
+  }
+  off.steps = static_cast<int>(std::ssize(pairs));
+  off.turn_rad = Quantile(turns_rad, 0.5);
+  off.way_m = Quantile(ways_m, 0.5);
+  off.cost = pairs.empty() ? kMostSigmas : sum / static_cast<double>(pairs.size());
+  return off;
+}
+
+// A reading, and how well it does.
+struct Tried {
+  PoseForm form;  // with offset and scale
+  int64_t offset_ns = 0;
+  double scale = 1, scale_sigma = INFINITY;
+  PoseOff off;
+};
+
+struct Reading {
+  PoseForm form;
+  Trajectory poses;  // without offset and scale
+};
+
+std::vector<Reading> ReadingsOf(const PoseTable& table, const PoseForm& given,
+                                const std::optional<RigidTransform>& T_imu_camera) {
+  const bool is_scalar_first =
+      given.quaternion.empty() ? table.is_scalar_first : given.quaternion.starts_with("wxyz");
+  std::vector<Reading> readings;
+  const auto add = [&](PoseForm form) {
+    const bool is_known = std::ranges::any_of(readings, [&](const Reading& known) {
+      return known.form.of == form.of && known.form.quaternion == form.quaternion;
+    });
+    if (is_known || (form.IsOfCamera() && !T_imu_camera)) return;
+    PoseForm plain;
+    plain.of = form.of;
+    plain.quaternion = form.quaternion;
+    readings.push_back({form, PosesOf(table, plain, T_imu_camera)});
+  };
+  const std::string order = is_scalar_first ? "wxyz" : "xyzw",
+                    other = is_scalar_first ? "xyzw" : "wxyz";
+  const std::string conjugated = "-conjugated";
+  // As given first, and those that are most alike to it before others.
+  std::vector<std::string> quaternions = {given.quaternion,
+                                          given.IsConjugated() ? order : order + conjugated};
+  if (!table.is_matrix) {
+    quaternions.push_back(other);
+    quaternions.push_back(other + conjugated);
+  }
+  for (const std::string& quaternion : quaternions) {
+    for (const std::string& of : {given.of, std::string("imu"), std::string("camera"),
+                                  std::string("world-in-camera"), std::string("world-in-imu")}) {
+      PoseForm form = given;
+      form.quaternion = quaternion;
+      form.of = of;
+      add(form);
+    }
+  }
+  return readings;
+}
+
+Tried Try(const Reading& reading, const std::vector<BodyStep>& steps, int64_t offset_ns,
+          double given_scale) {
+  Tried tried;
+  tried.form = reading.form;
+  tried.offset_ns = offset_ns;
+  const std::vector<StepPair> pairs = PairsAt(reading.poses, steps, offset_ns);
+  const double scale = ScaleOf(pairs, &tried.scale_sigma);
+  // Steps that did not move tell no scale.
+  tried.scale = std::isfinite(tried.scale_sigma) && scale > 1e-4 ? scale : given_scale;
+  tried.off = OffOf(pairs, tried.scale);
+  return tried;
+}
+
+double MedianPeriod_s(const Trajectory& trajectory) {
+  std::vector<double> periods_s;
+  for (size_t i = 1; i < trajectory.size(); ++i) {
+    periods_s.push_back(ToSeconds(trajectory[i].stamp_ns - trajectory[i - 1].stamp_ns));
+  }
+  return Quantile(periods_s, 0.5);
+}
+
+int Covered(const Trajectory& poses, const std::vector<BodyStep>& steps, int64_t offset_ns) {
+  return static_cast<int>(PairsAt(poses, steps, offset_ns).size());
+}
+
+// Offsets at which poses are at many of the steps: near the given one, and where it has few,
+// anywhere.
+std::vector<int64_t> OffsetsToTry(const Trajectory& poses, const std::vector<BodyStep>& steps,
+                                  int64_t given_ns) {
+  constexpr int64_t kStep_ns = 20'000'000, kNear_ns = 500'000'000;
+  constexpr size_t kMostFar = 4000;
+  std::vector<int64_t> offsets_ns = {given_ns};
+  const bool is_sparse = MedianPeriod_s(poses) > kSparse_s;
+  const bool has_few =
+      Covered(poses, steps, given_ns) < std::max<int>(kLeastSteps, std::ssize(steps) / 2);
+  if (is_sparse) {  // only where stamps meet
+    for (size_t i = 0; i < std::min<size_t>(steps.size(), 5); ++i) {
+      for (const StampedPose& pose : poses) {
+        const int64_t offset_ns = steps[i].from_ns - pose.stamp_ns;
+        if (has_few || std::abs(offset_ns - given_ns) < 4 * kNear_ns)
+          offsets_ns.push_back(offset_ns);
+      }
+    }
+  } else {
+    for (int64_t near_ns = -kNear_ns; near_ns <= kNear_ns; near_ns += kStep_ns) {
+      offsets_ns.push_back(given_ns + near_ns);
+    }
+  }
+  if (has_few && !is_sparse) {
+    const int64_t from_ns = steps.front().from_ns - poses.back().stamp_ns,
+                  to_ns = steps.back().to_ns - poses.front().stamp_ns;
+    const int64_t step_ns = std::max<int64_t>(kStep_ns, (to_ns - from_ns) / kMostFar);
+    for (int64_t at_ns = from_ns; at_ns <= to_ns; at_ns += step_ns) offsets_ns.push_back(at_ns);
+  }
+  return offsets_ns;
+}
+
+// The offset of the least cost near one, to half a millisecond.
+void RefineOffset(const Reading& reading, const std::vector<BodyStep>& steps, Tried* best) {
+  if (MedianPeriod_s(reading.poses) > kSparse_s) return;
+  for (int64_t step_ns = 10'000'000; step_ns >= 500'000; step_ns /= 2) {
+    for (const int64_t at_ns : {best->offset_ns - step_ns, best->offset_ns + step_ns}) {
+      const Tried tried = Try(reading, steps, at_ns, best->scale);
+      if (tried.off.cost < best->off.cost && 10 * tried.off.steps >= 9 * best->off.steps)
+        *best = tried;
+    }
+  }
+}
+
+// With the true poses of V1_01, whose images are a second apart and hard to match, a tenth of both
+// is left.
+bool Explains(const PoseOff& off, double moved_rad, double moved_m) {
+  return off.steps >= kLeastSteps && off.turn_rad < std::max(0.012, 0.2 * moved_rad) &&
+         off.way_m < std::max(0.04, 0.25 * moved_m);
+}
+
+// Scales that have a reason, where one is near.
+double Rounded(double scale, double sigma) {
+  const double near = std::clamp(2 * sigma / scale, 0.015, 0.04);
+  for (const double known : {0.001, 0.01, 0.0254, 0.1, 0.3048, 0.5, 2.0, 10.0, 100.0, 1000.0}) {
+    if (std::abs(scale / known - 1) < near) return known;
+  }
+  return std::round(scale * 1e4) / 1e4;
+}
+
+std::string WordsOf(const PoseForm& given, const PoseForm& found, bool is_scalar_first,
+                    const std::optional<RigidTransform>& T_imu_camera) {
+  std::vector<std::string> words;
+  const std::string before =
+      given.quaternion.empty() ? (is_scalar_first ? "wxyz" : "xyzw") : given.quaternion;
+  const std::string after = found.quaternion.empty() ? before : found.quaternion;
+  if (before.substr(0, 4) != after.substr(0, 4)) {
+    words.push_back(fmt::format("the quaternions are in the order {}, not {}", after.substr(0, 4),
+                                before.substr(0, 4)));
+  }
+  if (given.IsConjugated() != found.IsConjugated()) {
+    words.emplace_back(found.IsConjugated()
+                           ? "the quaternions are conjugated (each is the inverse rotation)"
+                           : "the quaternions are not conjugated");
+  }
+  if (given.IsOfCamera() != found.IsOfCamera() && T_imu_camera) {
+    words.push_back(fmt::format(
+        "the poses are those of the {}, not of the {} ({:.1f} degrees and {:.3f} m from it)",
+        found.IsOfCamera() ? "left camera" : "IMU", given.IsOfCamera() ? "left camera" : "IMU",
+        Degrees(LogRotation(T_imu_camera->rotation).norm()), T_imu_camera->translation.norm()));
+  }
+  if (given.IsInverse() != found.IsInverse()) {
+    words.emplace_back(found.IsInverse()
+                           ? "the poses are inverse (the world's in the sensor's frame)"
+                           : "the poses are not inverse (they are the sensor's in the world)");
+  }
+  if (found.scale != given.scale) {
+    words.push_back(
+        fmt::format("lengths are {:.4g} times what they should be", given.scale / found.scale));
+  }
+  if (found.offset_s != given.offset_s) {
+    const double late_s = given.offset_s - found.offset_s;
+    words.push_back(std::abs(late_s) < 10
+                        ? fmt::format("the stamps are {:.0f} ms {}", 1e3 * std::abs(late_s),
+                                      late_s > 0 ? "late" : "early")
+                        : fmt::format("the stamps have another start, {:.3f} s {}",
+                                      std::abs(late_s), late_s > 0 ? "later" : "earlier"));
+  }
+  return fmt::format("{}", fmt::join(words, "; "));
+}
+
+// What of offset and scale is more than the noise of the steps.
+void Settle(const PoseForm& given, const Reading& reading, const std::vector<BodyStep>& steps,
+            Tried* best) {
+  constexpr double kLeastOffset_s = 0.015, kLeastScale = 0.025, kSigmas = 4, kClear = 0.85;
+  const int64_t given_ns = std::llround(given.offset_s * 1e9);
+  const Tried at_given = Try(reading, steps, given_ns, given.scale);
+  const bool has_poses =
+      2 * at_given.off.steps >= best->off.steps && at_given.off.steps >= kLeastSteps;
+  if (has_poses && (std::abs(ToSeconds(best->offset_ns - given_ns)) < kLeastOffset_s ||
+                    best->off.cost > kClear * at_given.off.cost)) {
+    *best = at_given;
+  }
+  best->form = reading.form;
+  if (best->offset_ns != given_ns)
+    best->form.offset_s = std::round(ToSeconds(best->offset_ns) * 1e3) / 1e3;
+  const double relative = best->scale / given.scale;
+  const bool is_scaled = std::isfinite(best->scale_sigma) && std::abs(relative - 1) > kLeastScale &&
+                         std::abs(best->scale - given.scale) > kSigmas * best->scale_sigma;
+  best->form.scale = is_scaled ? Rounded(best->scale, best->scale_sigma) : given.scale;
+  best->off = OffOf(PairsAt(reading.poses, steps, best->offset_ns), best->form.scale);
+}
+
+}  // namespace
+
+PoseOff OffSteps(const Trajectory& trajectory, const std::vector<BodyStep>& steps) {
+  return OffOf(PairsAt(trajectory, steps, 0), 1);
+}
+
+PoseReading JudgeReading(const PoseTable& table, const PoseForm& given,
+                         const std::vector<BodyStep>& steps,
+                         const std::optional<RigidTransform>& T_imu_camera,
+                         const std::string& who) {
+  PoseReading result;
+  result.form = given;
+  if (std::ssize(steps) < kLeastSteps) return result;
+  std::vector<double> turns_rad, ways_m;
+  for (const BodyStep& step : steps) {
+    turns_rad.push_back(LogRotation(step.T_from_to.rotation).norm());
+    ways_m.push_back(step.T_from_to.translation.norm());
+  }
+  result.moved_rad = Quantile(turns_rad, 0.5);
+  result.moved_m = Quantile(ways_m, 0.5);
+  const std::vector<Reading> readings = ReadingsOf(table, given, T_imu_camera);
+  const int64_t given_ns = std::llround(given.offset_s * 1e9);
+  const std::vector<int64_t> offsets_ns = OffsetsToTry(readings[0].poses, steps, given_ns);
+  int most = 0;
+  for (const int64_t offset_ns : offsets_ns) {
+    most = std::max(most, Covered(readings[0].poses, steps, offset_ns));
+  }
+  if (most < kLeastSteps) return result;
+  result.is_judged = true;
+  std::optional<Tried> best;
+  size_t of_best = 0;
+  for (size_t i = 0; i < readings.size(); ++i) {
+    constexpr double kClearlyBetter = 0.9;  // than a plainer one
+    std::optional<Tried> best_of_reading;
+    for (const int64_t offset_ns : offsets_ns) {
+      const Tried tried = Try(readings[i], steps, offset_ns, given.scale);
+      if (3 * tried.off.steps < 2 * most) continue;
+      if (!best_of_reading || tried.off.cost < best_of_reading->off.cost) best_of_reading = tried;
+    }
+    if (!best_of_reading) continue;
+    RefineOffset(readings[i], steps, &*best_of_reading);
+    spdlog::debug(
+        "poses read as {} {}: {:.2f} degrees, {:.3f} m off, cost {:.2f}, offset {:.3f} s, "
+        "scale {:.4f}",
+        readings[i].form.of, readings[i].form.quaternion, Degrees(best_of_reading->off.turn_rad),
+        best_of_reading->off.way_m, best_of_reading->off.cost,
+        ToSeconds(best_of_reading->offset_ns), best_of_reading->scale);
+    if (best && best_of_reading->off.cost > kClearlyBetter * best->off.cost) continue;
+    best = best_of_reading;
+    of_best = i;
+  }
+  if (!best) return result;
+  result.given = OffOf(PairsAt(readings[0].poses, steps, given_ns), given.scale);
+  const bool given_explains = Explains(result.given, result.moved_rad, result.moved_m);
+  constexpr double kMuchBetter = 0.5;
+  // Of readings that both fit the figures say little: the given one stands.
+  if (of_best != 0 && given_explains && best->off.cost > kMuchBetter * result.given.cost) {
+    best = Try(readings[0], steps, given_ns, given.scale);
+    RefineOffset(readings[0], steps, &*best);
+    of_best = 0;
+  }
+  Settle(given, readings[of_best], steps, &*best);
+  result.best = best->off;
+  result.form = best->form;
+  result.is_explained = Explains(result.best, result.moved_rad, result.moved_m);
+  const std::string words = WordsOf(given, result.form, table.is_scalar_first, T_imu_camera);
+  if (result.is_explained) {
+    result.agrees = words.empty();
+    if (!result.agrees && result.given.steps >= kLeastSteps) {
+      result.words = fmt::format(
+          "{} (by {} {}: in the median the rig turns by {:.1f} degrees and moves {:.2f} m, of "
+          "which "
+          "the poses are off by {:.1f} degrees and {:.3f} m, then by {:.1f} degrees and {:.3f} m)",
+          words, result.best.steps, who, Degrees(result.moved_rad), result.moved_m,
+          Degrees(result.given.turn_rad), result.given.way_m, Degrees(result.best.turn_rad),
+          result.best.way_m);
+    } else if (!result.agrees) {
+      result.words = fmt::format("{} (by {} {})", words, result.best.steps, who);
+    }
+    return result;
+  }
+  constexpr double kWrong_rad = 0.05, kWrong = 0.4;
+  result.form = given;
+  const bool is_wrong =
+      result.given.steps < kLeastSteps ||
+      (result.given.turn_rad > kWrong_rad && result.given.turn_rad > kWrong * result.moved_rad) ||
+      (result.given.way_m > 0.1 && result.given.way_m > 0.6 * result.moved_m);
+  result.agrees = !is_wrong;
+  if (is_wrong) {
+    result.words = fmt::format(
+        "they fit by no reading that is known (by {} {}: in the median the rig turns by {:.1f} "
+        "degrees and moves {:.2f} m, of which the poses are off by {:.1f} degrees and {:.2f} m)",
+        result.given.steps, who, Degrees(result.moved_rad), result.moved_m,
+        Degrees(result.given.turn_rad), result.given.way_m);
+  }
+  return result;
+}
+
+}  // namespace slcmap

@@ -1,0 +1,125 @@
+#include "data/pose_file.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "data/error.h"
+#include "tests/testing/temp_folder.h"
+
+namespace slcmap {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using testing::MessageOf;
+using testing::TempFolder;
+
+constexpr char kRest[] = " 1 2 3 0.1 0.2 0.3 0.9273618";
+
+Trajectory Read(const std::string& text, const PoseForm& form = {}, const Clock& clock = {}) {
+  const TempFolder folder;
+  return PosesOf(ReadPoseTable(folder.Write("poses.txt", text), form, clock), form,
+                 RigidTransform());
+}
+
+std::string Message(const std::string& text, const PoseForm& form = {}, const Clock& clock = {}) {
+  return MessageOf<DataError>([&] { Read(text, form, clock); });
+}
+
+TEST(PoseFile, StampsOfAnyUnitAreToldByTheirSize) {
+  for (const auto& [first, second] : {std::pair{"1403636584.763555585", "1403636584.813555585"},
+                                      {"1403636584763.555585", "1403636584813.555585"},
+                                      {"1403636584763555.585", "1403636584813555.585"},
+                                      {"1403636584763555585", "1403636584813555585"},
+                                      {"1.403636584763555585e+18", "1.403636584813555585e+18"}}) {
+    const Trajectory read = Read(std::string(first) + kRest + "\n" + second + kRest + "\n");
+    ASSERT_EQ(read.size(), 2u) << first;
+    EXPECT_EQ(read[0].stamp_ns, 1403636584763555585) << first;
+    EXPECT_EQ(read[1].stamp_ns, 1403636584813555585) << first;
+  }
+}
+
+TEST(PoseFile, SmallStampsAreToldByTheirSteps) {
+  const auto step_ns = [](const std::string& a, const std::string& b) {
+    const Trajectory read = Read(a + kRest + "\n" + b + kRest + "\n");
+    return read[1].stamp_ns - read[0].stamp_ns;
+  };
+  EXPECT_EQ(step_ns("0.0", "0.05"), 50'000'000);
+  EXPECT_EQ(step_ns("0", "50000000"), 50'000'000);
+  EXPECT_EQ(step_ns("5000000000000", "5000050000000"), 50'000'000);
+}
+
+TEST(PoseFile, TheClockTellsAUnitThatSizesDoNot) {
+  const Clock clock = {100'000'000'000, 110'000'000'000};  // 100 to 110 s
+  const Trajectory read =
+      Read(std::string("101000") + kRest + "\n101005" + kRest + "\n", {}, clock);
+  EXPECT_EQ(read[0].stamp_ns, 101'000'000'000);
+  EXPECT_EQ(Read(std::string("7") + kRest + "\n", {.stamps = "ms"})[0].stamp_ns, 7'000'000);
+}
+
+TEST(PoseFile, AHeaderTellsTheColumns) {
+  for (const char* header :
+       {"timestamp,tx,ty,tz,qx,qy,qz,qw\n", "#timestamp,p_x,p_y,p_z,q_x,q_y,q_z,q_w\n"}) {
+    const Trajectory read =
+        Read(std::string(header) + "1403636584.5,1,2,3,0.1,0.2,0.3,0.9273618\n");
+    EXPECT_NEAR(read[0].T_world_imu.rotation.w(), 0.9273618, 1e-6) << header;
+    EXPECT_EQ(read[0].T_world_imu.translation, Eigen::Vector3d(1, 2, 3)) << header;
+  }
+  const Trajectory scalar_first =
+      Read("time,qw,qx,qy,qz,x,y,z\n1403636584.5,0.9273618,0.1,0.2,0.3,1,2,3\n");
+  EXPECT_NEAR(scalar_first[0].T_world_imu.rotation.w(), 0.9273618, 1e-6);
+  EXPECT_EQ(scalar_first[0].T_world_imu.translation, Eigen::Vector3d(1, 2, 3));
+  EXPECT_THAT(Message("some words\n"), HasSubstr("row 1: found 'some', expected a stamp, or the"));
+}
+
+TEST(PoseFile, RowsAreSortedAndRepeatedOnesDropped) {
+  const std::string rest = std::string(kRest) + "\n";
+  const Trajectory read = Read("3.0" + rest + "1.0" + rest + "2.0" + rest + "2.0" + rest);
+  ASSERT_EQ(read.size(), 3u);
+  EXPECT_EQ(read[0].stamp_ns, 1'000'000'000);
+  EXPECT_EQ(read[2].stamp_ns, 3'000'000'000);
+  EXPECT_THAT(Message("1.4e9" + rest + "1.4e9" + rest + "1.4e9" + rest), HasSubstr("lost digits"));
+}
+
+TEST(PoseFile, MatricesHaveTheStampsOfTheClockOrOfAFile) {
+  const std::string row = "0 -1 0 4 1 0 0 5 0 0 1 6\n";
+  const Trajectory read = Read(row + row, {}, {10, 20});
+  ASSERT_EQ(read.size(), 2u);
+  EXPECT_EQ(read[1].stamp_ns, 20);
+  EXPECT_EQ(read[1].T_world_imu.translation, Eigen::Vector3d(4, 5, 6));
+  EXPECT_NEAR(LogRotation(read[1].T_world_imu.rotation).z(), M_PI / 2, 1e-9);
+  EXPECT_THAT(Message(row, {}, {10, 20}), AllOf(HasSubstr("1 rows of 12"), HasSubstr("2 stamps"),
+                                                HasSubstr("--poses-stamps FILE")));
+  const TempFolder folder;
+  const std::string times = folder.Write("times.txt", "0.5\n0.6\n");
+  EXPECT_EQ(Read(row + row, {.stamps = times})[0].stamp_ns, 500'000'000);
+}
+
+TEST(PoseFile, TheFormIsAppliedToWhatIsRead) {
+  const std::string text = "1.0 1 2 3 0.9273618 0.1 0.2 0.3\n";
+  const Eigen::Quaterniond q = Eigen::Quaterniond(0.9273618, 0.1, 0.2, 0.3).normalized();
+  EXPECT_TRUE(Read(text, {.quaternion = "wxyz"})[0].T_world_imu.rotation.isApprox(q, 1e-9));
+  EXPECT_TRUE(Read(text, {.quaternion = "wxyz-conjugated"})[0].T_world_imu.rotation.isApprox(
+      q.conjugate(), 1e-9));
+  const Trajectory down = Read(text, {.up = "-z", .scale = 2, .offset_s = -0.5});
+  EXPECT_NEAR(down[0].T_world_imu.translation.z(), -6, 1e-9);
+  EXPECT_EQ(down[0].stamp_ns, 500'000'000);
+  const RigidTransform T = Read(text, {.of = "world-in-imu", .quaternion = "wxyz"})[0].T_world_imu;
+  EXPECT_LT((T.Inverse().translation - Eigen::Vector3d(1, 2, 3)).norm(), 1e-9);
+  EXPECT_EQ(OptionsOf({.of = "camera", .up = "-y"}), "--poses-of camera --up=-y");
+  EXPECT_EQ(OptionsOf({.offset_s = 1403636580.838}), "--poses-offset=1403636580.838");
+  EXPECT_THROW(PoseForm({.up = "up"}).Check(), ConfigError);
+  EXPECT_THROW(PoseForm({.of = "lidar"}).Check(), ConfigError);
+}
+
+TEST(PoseFile, PosesFarAwayAreMovedByWholeMetres) {
+  Trajectory far = {{0, {Eigen::Quaterniond::Identity(), {451234.6, 5412345.2, 310.5}}}};
+  const Eigen::Vector3d offset_m = MoveNearOrigin(&far);
+  EXPECT_EQ(offset_m, offset_m.array().round().matrix());
+  EXPECT_LT(far[0].T_world_imu.translation.norm(), 1);
+  Trajectory near = {{0, {Eigen::Quaterniond::Identity(), {1000, -2000, 30}}}};
+  EXPECT_TRUE(MoveNearOrigin(&near).isZero());
+}
+
+}  // namespace
+}  // namespace slcmap

@@ -1,0 +1,116 @@
+#include "mapping/given_poses/pose_reading.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace slcmap {
+namespace {
+
+using ::testing::HasSubstr;
+
+// A walk that turns about all axes, at 100 Hz for 20 s.
+RigidTransform Walk(double t_s) {
+  return {ExpRotation({0.3 * std::sin(0.9 * t_s), 0.25 * std::sin(1.3 * t_s + 1), 0}) *
+              ExpRotation({0, 0, 0.4 * t_s + 0.5 * std::sin(0.7 * t_s)}),
+          {2 * std::cos(0.3 * t_s), 1.5 * std::sin(0.5 * t_s), 0.2 * std::sin(1.1 * t_s)}};
+}
+
+const RigidTransform kT_imu_camera{ExpRotation({-1.2, 1.2, -1.2}), {0.05, -0.02, 0.07}};
+
+// The table as a file with this form would hold the walk.
+PoseTable TableOf(const PoseForm& form, double late_s = 0, int rate_hz = 100) {
+  PoseTable table;
+  for (int i = 0; i < 20 * rate_hz; ++i) {
+    const double t_s = static_cast<double>(i) / rate_hz;
+    RigidTransform T = Walk(t_s);
+    if (form.IsOfCamera()) T = T * kT_imu_camera;
+    if (form.IsInverse()) T = T.Inverse();
+    const Eigen::Quaterniond q = form.IsConjugated() ? T.rotation.conjugate() : T.rotation;
+    PoseRow row{
+        ToNanoseconds(t_s + late_s), T.translation / form.scale, {q.x(), q.y(), q.z(), q.w()}};
+    if (form.quaternion.starts_with("wxyz")) row.quaternion = {q.w(), q.x(), q.y(), q.z()};
+    table.rows.push_back(row);
+  }
+  return table;
+}
+
+// With the noise that images have.
+std::vector<BodyStep> Steps() {
+  std::vector<BodyStep> steps;
+  for (int i = 1; i < 38; ++i) {
+    const double from_s = 0.5 * i, to_s = from_s + 0.5;
+    const RigidTransform noise{
+        ExpRotation({0.002 * std::sin(7.0 * i), 0.002 * std::sin(5.0 * i), 0}),
+        {0.01 * std::sin(3.0 * i), 0.01 * std::cos(11.0 * i), 0}};
+    steps.push_back(
+        {ToNanoseconds(from_s), ToNanoseconds(to_s), Walk(from_s).Inverse() * Walk(to_s) * noise});
+  }
+  return steps;
+}
+
+PoseReading Judge(const PoseTable& table, const PoseForm& form = {}) {
+  return JudgeReading(table, form, Steps(), kT_imu_camera, "steps");
+}
+
+TEST(PoseReading, GoodPosesAgree) {
+  for (const int rate_hz : {100, 20, 2}) {
+    const PoseReading reading = Judge(TableOf({}, 0, rate_hz));
+    EXPECT_TRUE(reading.is_judged) << rate_hz;
+    EXPECT_TRUE(reading.agrees) << rate_hz << ": " << reading.words;
+  }
+}
+
+TEST(PoseReading, DriftIsNoOtherForm) {
+  PoseTable table = TableOf({});
+  for (size_t i = 0; i < table.rows.size(); ++i) table.rows[i].p *= 1.01;
+  EXPECT_TRUE(Judge(table).agrees) << Judge(table).words;
+}
+
+TEST(PoseReading, EachFormIsNamedAndTheRemedyAgrees) {
+  for (const PoseForm& form : std::vector<PoseForm>{{.quaternion = "xyzw-conjugated"},
+                                                    {.quaternion = "wxyz"},
+                                                    {.quaternion = "wxyz-conjugated"},
+                                                    {.of = "camera"},
+                                                    {.of = "world-in-camera"},
+                                                    {.of = "world-in-imu"},
+                                                    {.of = "camera", .quaternion = "wxyz"},
+                                                    {.scale = 2},
+                                                    {.of = "camera", .scale = 0.001},
+                                                    {.scale = 1 / 1.05}}) {
+    const PoseTable table = TableOf(form);
+    const PoseReading reading = Judge(table);
+    const std::string name = OptionsOf(form);
+    EXPECT_FALSE(reading.agrees) << name;
+    EXPECT_TRUE(reading.is_explained) << name << ": " << reading.words;
+    EXPECT_EQ(reading.form.of, form.of) << name;
+    EXPECT_EQ(reading.form.quaternion, form.quaternion) << name;
+    EXPECT_NEAR(reading.form.scale / form.scale, 1, 0.01) << name;
+    EXPECT_EQ(reading.form.offset_s, 0) << name;
+    EXPECT_TRUE(Judge(table, reading.form).agrees)
+        << name << ": " << Judge(table, reading.form).words;
+  }
+}
+
+TEST(PoseReading, StampsThatAreLateOrHaveAnotherStartAreNamed) {
+  for (const double late_s : {0.06, -0.2, 1403636579.758, -400.0}) {
+    const PoseTable table = TableOf({}, late_s);
+    const PoseReading reading = Judge(table);
+    EXPECT_FALSE(reading.agrees) << late_s;
+    EXPECT_NEAR(reading.form.offset_s, -late_s, 0.006) << late_s << ": " << reading.words;
+    EXPECT_TRUE(Judge(table, reading.form).agrees) << late_s << Judge(table, reading.form).words;
+  }
+}
+
+TEST(PoseReading, WhatNoReadingExplainsIsSaid) {
+  PoseTable table = TableOf({});
+  for (PoseRow& row : table.rows) row.quaternion = {0, 0, 0, 1};
+  const PoseReading reading = Judge(table);
+  EXPECT_FALSE(reading.agrees);
+  EXPECT_FALSE(reading.is_explained);
+  EXPECT_THAT(reading.words, HasSubstr("no reading"));
+}
+
+}  // namespace
+}  // namespace slcmap
