@@ -32,7 +32,7 @@ bool IsAlong(const WallSolid& solid, int axis) {
 // at.
 bool IsSeenFrom(const Outside& outside, const WallSolid& solid,
                 const std::vector<WallSolid>& solids) {
-  constexpr double kEndsAt_m = 0.6;
+  constexpr double kEndsAt_m = 1.2;  // its last part may be unseen
   const int across = 1 - outside.axis;
   const double sign = outside.upper ? 1 : -1;
   const double end_m = std::max(sign * solid.start[across], sign * solid.end[across]);
@@ -96,21 +96,20 @@ class Chain {
     return dimension;
   }
 
-  // A text that is longer than what it is of: beyond the ends of the chain, else farther out than
-  // the others, where no line goes.
+  // A text that is longer than what it is of: farther out than the others, where no line goes but
+  // those of the whole length at both ends. Of a chain along x it is beyond those, along y between
+  // them: so they do not meet at corners.
   void PlaceLong(bool is_first, bool is_last, Dimension* dimension) const {
     const double length_m = dimension->Length();
     const double text_m = TextWidth(dimension->Text(), sizes_.figure_m);
     if (text_m <= length_m) return;
-    const double beyond = (0.5 * text_m + sizes_.gap_m) / length_m;
-    if (is_first) {
-      dimension->text_at = -beyond;
-    } else if (is_last) {
-      dimension->text_at = 1 + beyond;
-    } else {
-      // Texts are read from below and from the right: there is outside above or below them.
-      dimension->text_row = outside_.upper == (outside_.axis == 0) ? 1 : -1;
-    }
+    const double from_end = (0.5 * text_m + sizes_.gap_m) / length_m;
+    const bool is_beyond = outside_.axis == 0;
+    if (is_first) dimension->text_at = is_beyond ? -from_end : from_end;
+    if (is_last && !is_first) dimension->text_at = is_beyond ? 1 + from_end : 1 - from_end;
+    if (is_beyond && (is_first || is_last)) return;
+    // Texts are read from below and from the right: there is outside above or below them.
+    dimension->text_row = outside_.upper == (outside_.axis == 0) ? 1 : -1;
   }
 
  private:

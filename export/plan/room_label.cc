@@ -101,7 +101,7 @@ Drawing LabelBeside(const std::string& name, const Vector2d& room, double height
 }
 
 std::string AreaText(const Room& room) {
-  constexpr double kWhollySeen = 0.98;
+  constexpr double kWhollySeen = 0.85;  // what is missing there is doors and corners
   return fmt::format("{}{:.2f} m\u00b2", room.bounded < kWhollySeen ? "about " : "", room.area_m2);
 }
 

@@ -20,7 +20,7 @@ const BELOW_FLOOR_M = 0.15;
 const USUAL_HEIGHT_M = 2.5; // of a storey whose ceiling was not seen
 const SCALE_BAR_PX = 140;
 const NUMBERED_WALL_PX = 60;
-const WHOLLY_SEEN = 0.98; // of its border, of a room whose area is not said to be about so
+const WHOLLY_SEEN = 0.85; // of its border; what is missing there is doors and corners
 
 export class App {
   constructor(map) {

@@ -7,7 +7,7 @@ const COLOURINGS = [
   ['axis', 'Direction'],
   ['kind', 'Kind'],
   ['age', 'Age'],
-  ['sigma', 'Certainty'],
+  ['sigma', 'Error'],
 ];
 
 const WALKED = ['trajectory', 'keyframes', 'pictures']; // drawn in its colour
