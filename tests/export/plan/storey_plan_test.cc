@@ -35,8 +35,12 @@ TEST(StoreyPlanTest, RoomsHaveNamesAreasAndHeights) {
   const PlanSet plans = MakePlans(testing::MakeBuilding(2), {});
   ASSERT_EQ(plans.storeys.size(), 2u);
   EXPECT_THAT(TextsOf(plans.storeys[0].room_texts),
-              UnorderedElementsAre("Room 1", "about 12.00 m\u00b2", "h 2.50"));
+              UnorderedElementsAre("Room 1", "12.00 m\u00b2", "h 2.50"));
   EXPECT_THAT(TextsOf(plans.storeys[1].room_texts), Contains("Room 2"));
+  Building building = testing::MakeBuilding();
+  building.rooms[0].bounded = 0.6;
+  EXPECT_THAT(TextsOf(MakePlans(building, {}).storeys[0].room_texts),
+              Contains("about 12.00 m\u00b2"));
 }
 
 TEST(StoreyPlanTest, ClearWidthsOfARoomAreExactAlsoWhereItIsTurned) {
