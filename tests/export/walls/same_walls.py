@@ -9,7 +9,7 @@ import math
 import re
 import sys
 
-STEP_M = 0.02  # of the points that are looked at
+STEP_M = 0.04  # of the points that are looked at
 FAULTS = []
 
 
@@ -55,13 +55,17 @@ def read_svg(path):
     group = lambda name: re.search(f'<g id="{name}".*?</g>', text, re.S)[0]
     # Areas that were measured on both sides are drawn again over all others.
     rings = [places(ring) for ring in re.findall(r"M[^MZ]*Z", group("assumed_areas"))]
-    rings = [ring for ring in rings if max(y for _, y in ring) > -150 * scale]  # not the legend's
+    # The legend is in the title block, the lowest 38 mm of the sheet.
+    height_mm = float(re.search(r'height="([\d.]+)mm"', text)[1])
+    in_plan = lambda p: p[1] > -(height_mm - 38) * scale
+    rings = [ring for ring in rings if all(map(in_plan, ring))]
     strokes = [places(d) for name in ("openings", "overhead")
                for d in re.findall(r'd="(.*?)"', group(name))]
+    strokes = [stroke for stroke in strokes if all(map(in_plan, stroke))]
     texts = [(places(at)[0], name) for at, name in
              re.findall(r'translate\((.*?)\)[^>]*>(W\d+ ~?[\d.]+)<', text)]
     return {"area": [s for ring in rings for s in segments(ring)], "strokes": strokes,
-            "texts": texts}
+            "texts": [(at, name) for at, name in texts if in_plan(at)]}
 
 
 def read_dxf(path):
