@@ -3,6 +3,7 @@
 #include <sys/utsname.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cstdio>
 #include <ctime>
 #include <filesystem>
@@ -212,19 +213,28 @@ std::string MachineName() {
   return fmt::format("{} x {}", std::max(1u, std::thread::hardware_concurrency()), name);
 }
 
-// As it can be typed again, without what is only of this machine.
+// As a shell takes it.
+std::string Quoted(const std::string& text) {
+  const bool is_plain = !text.empty() && std::all_of(text.begin(), text.end(), [](char c) {
+    return std::isalnum(static_cast<unsigned char>(c)) || std::string("/._-=@,:+").find(c) != std::string::npos;
+  });
+  if (is_plain) return text;
+  std::string quoted = "'";
+  for (const char c : text) quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return quoted + "'";
+}
+
+// As it can be typed again in the same folder.
 std::string CommandOf(const CompareArguments& arguments) {
   std::string command = "slcmap compare";
-  for (const std::string& sequence : arguments.sequences) command += " " + SequenceName(sequence);
-  command += fmt::format(" --methods {}", fmt::join(arguments.methods, ","));
+  for (const std::string& sequence : arguments.sequences) command += " " + Quoted(sequence);
+  command += " -o " + Quoted(arguments.output);
+  command += fmt::format(" --methods {}", Quoted(fmt::format("{}", fmt::join(arguments.methods, ","))));
   if (arguments.repeats > 1) command += fmt::format(" --repeats {}", arguments.repeats);
+  command += fmt::format(" --threads {}", arguments.threads);
   if (arguments.map) command += " --map";
-  for (const std::string& with : arguments.with) {
-    command += " --with " + with.substr(0, with.find('=')) + "=...";
-  }
-  for (const std::string& variant : arguments.variants) {
-    command += " --variant " + variant.substr(0, variant.find('=')) + "=...";
-  }
+  for (const std::string& with : arguments.with) command += " --with " + Quoted(with);
+  for (const std::string& variant : arguments.variants) command += " --variant " + Quoted(variant);
   return command;
 }
 

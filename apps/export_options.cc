@@ -19,6 +19,25 @@ void AddExportOptions(CLI::App& command, ExportOptions* options) {
       ->type_name("N");
   command.add_flag("--wall-sigma", options->plan.wall_sigma,
                    "Write the standard deviation of walls into plans");
+  command.add_flag("--plan-mm", options->plan.millimetres,
+                   "Write lengths in plans in millimetres, not in metres");
+  command
+      .add_option("--plan-project", options->plan.project,
+                  "Project in the title block of plans (default: the recording's name)")
+      ->type_name("TEXT");
+  command
+      .add_option("--plan-date", options->plan.date,
+                  "Date in the title block (default: the day of the recording)")
+      ->type_name("TEXT");
+  command
+      .add_option("--plan-number", options->plan.number,
+                  "Number of the drawing, to which the storey's is added (default: of the map's id)")
+      ->type_name("TEXT");
+  command
+      .add_option("--plan-north", options->plan.north_deg,
+                  "Where north is by a compass: degrees clockwise from up on the sheet (default: "
+                  "not known)")
+      ->type_name("DEG");
   command.add_flag("--tubes", options->gltf.tubes,
                    "GLB: lines as bars too, for viewers that show only triangles");
   command.add_flag("--quantised", options->gltf.quantised,

@@ -242,6 +242,7 @@ Json WallJson(const PlanWall& wall, const Eigen::Vector3d& origin_world) {
   Json openings = Json::array();
   for (const PlanOpening& opening : wall.openings) {
     openings.push_back({{"kind", NameOf(opening.kind)},
+                        {"walked", opening.walked},
                         {"from_m", RoundedForJson(opening.from_m)},
                         {"to_m", RoundedForJson(opening.to_m)},
                         {"sill_m", RoundedForJson(opening.sill_m)},

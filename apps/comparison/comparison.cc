@@ -255,6 +255,11 @@ std::string ComparisonLatex(const Comparison& comparison) {
 std::vector<std::string> NotesOn(const SequenceResult& sequence, int repeats) {
   std::vector<std::string> notes;
   if (!sequence.reference.empty()) notes.push_back("Straightness: " + sequence.reference);
+  if (sequence.true_poses) {
+    notes.push_back(
+        "Trajectory errors are RMSE (root mean square) after alignment by translation and yaw "
+        "(posyaw), which is what such an estimator cannot observe; the scale is not aligned.");
+  }
   if (!sequence.true_poses) {
     notes.push_back(
         "No truth: made without it are straightness, flatness and cost; trajectory "

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 
 #include "apps/comparison/page_plots.h"
 #include "data/markup.h"
@@ -34,11 +35,8 @@ figure { margin: 0; background: var(--card); border: 1px solid var(--rule); bord
   padding: 10px 12px; }
 figcaption { font-weight: 600; font-size: .92rem; margin-bottom: 4px; }
 figcaption span { font-weight: 400; color: var(--soft); }
-svg { width: 100%; height: auto; display: block; font: 12px system-ui, sans-serif; fill: var(--ink); }
-svg .small { font-size: 11px; fill: var(--soft); }
-.paper svg { background: var(--paper); border-radius: 4px; } .paper .small { fill: #555; }
-.whisker { stroke: var(--ink); stroke-width: 1.6; } .scale { stroke: #555; stroke-width: 2; }
-.floor { stroke: var(--ink); stroke-dasharray: 3 3; } .grid { stroke: var(--rule); }
+svg { width: 100%; height: auto; display: block; } figcaption a { float: right; font-weight: 400; }
+.paper svg { background: var(--paper); border-radius: 4px; }
 .table { overflow-x: auto; } table { border-collapse: collapse; font-variant-numeric: tabular-nums; }
 th, td { padding: 4px 12px; text-align: right; border-bottom: 1px solid var(--rule);
   white-space: nowrap; font-size: .9rem; vertical-align: bottom; }
@@ -50,10 +48,38 @@ th small, td small {
 ul { margin: .3rem 0; padding-left: 1.2rem; }
 )";
 
+// A plot as a file of its own, in light colours, as an address that holds it.
+std::string AddressOf(std::string plot) {
+  const std::string style =
+      std::string("<style>:root { --ink: #1d2530; --soft: #5c6773; --rule: #d9dee3; } ") +
+      kPlotStyle + "</style><rect width=\"100%\" height=\"100%\" fill=\"#ffffff\"/>";
+  plot.insert(plot.find('>') + 1, style);
+  plot.insert(plot.find(' '), " xmlns=\"http://www.w3.org/2000/svg\"");
+  std::string address = "data:image/svg+xml,";
+  for (const char c : plot) {
+    const bool is_plain = std::isalnum(static_cast<unsigned char>(c)) || c == '-' || c == '.';
+    address += is_plain ? std::string(1, c) : fmt::format("%{:02X}", static_cast<uint8_t>(c));
+  }
+  return address;
+}
+
+// The name of a file for a caption, without its markup: "paths-from-above".
+std::string FileNameOf(const std::string& caption) {
+  std::string name;
+  for (const char c : caption.substr(0, caption.find('<'))) {
+    const bool is_plain = std::isalnum(static_cast<unsigned char>(c));
+    if (is_plain) name += c;
+    if (!is_plain && !name.empty() && name.back() != '-') name += '-';
+  }
+  return name.empty() || name.back() != '-' ? name : name.substr(0, name.size() - 1);
+}
+
 std::string Figure(const std::string& caption, const std::string& plot, const char* kind = "") {
   if (plot.empty()) return "";
-  return fmt::format("<figure class=\"{}\"><figcaption>{}</figcaption>{}</figure>\n", kind, caption,
-                     plot);
+  return fmt::format(
+      "<figure class=\"{}\"><figcaption><a download=\"{}.svg\" href=\"{}\">save SVG</a>{}"
+      "</figcaption>{}</figure>\n",
+      kind, FileNameOf(caption), AddressOf(plot), caption, plot);
 }
 
 std::string Key(const SequenceResult& sequence) {
@@ -113,7 +139,8 @@ std::string Table(const SequenceResult& sequence, FigureGroup group) {
   if (figures.empty()) return "";
   std::string html = "<h3>" + GroupTitle(group) + "</h3><div class=\"table\"><table><tr><th></th>";
   for (const FigureInfo& figure : figures) {
-    html += fmt::format("<th>{} <small>{}</small></th>", figure.label, figure.unit);
+    html += fmt::format("<th title=\"{}\">{} <small>{}</small></th>",
+                        EscapeMarkup(MeaningOf(figure.key)), figure.label, figure.unit);
   }
   html += "</tr>\n";
   for (const MethodResult& method : sequence.methods) {
@@ -134,7 +161,13 @@ std::string Table(const SequenceResult& sequence, FigureGroup group) {
     }
     html += "</tr>\n";
   }
-  return html + "</table></div>\n";
+  html += "</table></div>\n<ul class=\"soft\">";
+  for (const FigureInfo& figure : figures) {
+    html += fmt::format("<li><b>{}</b>{}: {}; {} is better</li>\n", figure.label,
+                        figure.unit[0] ? fmt::format(" [{}]", figure.unit) : "",
+                        EscapeMarkup(MeaningOf(figure.key)), figure.less_is_better ? "less" : "more");
+  }
+  return html + "</ul>\n";
 }
 
 std::string Notes(const SequenceResult& sequence, int repeats) {
@@ -173,7 +206,7 @@ std::string Section(const SequenceResult& sequence, int repeats) {
   html += Notes(sequence, repeats) + Key(sequence) + Bars(sequence);
   if (repeats > 1) html += Orders(sequence);
   html += "<h3>Paths</h3><div class=\"cards wide\">" +
-          Figure("From above", PathPlot(sequence), "paper") +
+          Figure("Paths from above <span>rings: starts</span>", PathPlot(sequence), "paper") +
           Figure("Distance from the truth over time", ErrorPlot(sequence)) + "</div>\n";
   html += LineMaps(sequence);
   for (const FigureGroup group : kFigureGroups) html += Table(sequence, group);
@@ -194,7 +227,7 @@ std::string ComparisonPage(const Comparison& comparison) {
       "<title>slcmap: comparison</title>\n<style>{}</style></head><body>\n"
       "<h1>Comparison of methods</h1>\n<p class=\"soft\">slcmap {}, {}, "
       "{}<br><code>{}</code></p>\n",
-      kStyle, EscapeMarkup(comparison.version), EscapeMarkup(comparison.date),
+      std::string(kStyle) + kPlotStyle, EscapeMarkup(comparison.version), EscapeMarkup(comparison.date),
       EscapeMarkup(comparison.machine), EscapeMarkup(comparison.command));
   for (const SequenceResult& sequence : comparison.sequences) {
     html += Section(sequence, comparison.repeats);

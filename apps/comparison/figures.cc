@@ -54,6 +54,59 @@ const FigureInfo& FigureOf(const std::string& key) {
   return *found;
 }
 
+std::string MeaningOf(const std::string& key) {
+  static const std::map<std::string, const char*> meanings = {
+      {"ape_online_m",
+       "RMSE of the positions as they were known at once, after turning and moving the path onto "
+       "the truth by translation and yaw (posyaw)"},
+      {"ape_final_m",
+       "RMSE of the final positions after alignment by translation and yaw (posyaw)"},
+      {"ape_se3_final_m", "the same after alignment by translation and full rotation (SE(3))"},
+      {"rotation_final_deg", "RMSE of the final orientations after the alignment by posyaw"},
+      {"rpe_1m_percent", "RMSE of the motion over 1 m of the path, in percent of it"},
+      {"rpe_5m_percent", "RMSE of the motion over 5 m of the path, in percent of it"},
+      {"rpe_10m_percent", "RMSE of the motion over 10 m of the path, in percent of it"},
+      {"loop_percent",
+       "error of the motion from the first pose to the last, in percent of the path, where the "
+       "truth ends at its start"},
+      {"coverage_percent", "share of the images that have a pose"},
+      {"edge_thickness_mm",
+       "RMS distance of single stereo observations of an edge from the one line through them"},
+      {"edge_thickness_beyond_mm",
+       "what of that is left without what the same observations have with true poses, by squares"},
+      {"edge_apart_under_1s_mm",
+       "distance between observations of one edge that are less than 1 s apart"},
+      {"edge_apart_over_30s_mm",
+       "distance between observations of one edge that are more than 30 s apart"},
+      {"dispersion_deg", "RMS angle of the lines to the three axes fitted to them"},
+      {"orthogonality_deg", "how far axes that are fitted alone are from a right angle"},
+      {"mpv_mm2", "mean plane variance of stereo points that no plane was fitted to"},
+      {"mme_nats", "mean map entropy of the same points: less is crisper"},
+      {"mom_mm2", "mean plane variance over mutually orthogonal planes of the same points"},
+      {"bend_4m_mm",
+       "median gap under a straightedge of 4 m that the poses add to that of true poses"},
+      {"bend_10m_mm", "the same under 10 m"},
+      {"distance_95_mm", "95 % bound of the error of distances between opposite walls"},
+      {"line_precision_5cm_percent",
+       "share of the mapped length with a true edge within 5 cm and 10 degrees"},
+      {"line_recall_5cm_percent", "share of the length of seen edges with a line that near"},
+      {"line_redundancy", "mapped length over that of the edges found: 1 is ideal"},
+      {"dense_mpv_mm2", "mean plane variance of the dense cloud"},
+      {"dense_mme_nats", "mean map entropy of the dense cloud: less is crisper"},
+      {"dense_mom_mm2", "mean plane variance over mutually orthogonal planes of the dense cloud"},
+      {"wall_gap_1m_mm", "median over the walls of the largest gap under a straightedge of 1 m"},
+      {"wall_gap_4m_mm", "the same under 4 m"},
+      {"wall_gap_10m_mm", "the same under 10 m"},
+      {"wall_gap_15m_mm", "the same under 15 m"},
+      {"wall_lean_mm", "median lean of the walls over a storey of 2.75 m"},
+      {"wall_distance_bound_mm",
+       "median half width of the 95 % intervals of distances between opposite walls"},
+      {"cpu_ms_a_pair", "processor time of the odometry for a pair of images, of all threads"},
+      {"wall_s_a_second", "time that passed for a second of the recording: 1 is real time"},
+      {"peak_memory_mib", "most memory that the odometry had at once"}};
+  return meanings.at(key);
+}
+
 std::string GroupTitle(FigureGroup group) {
   switch (group) {
     case FigureGroup::kTrajectory:

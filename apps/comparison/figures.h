@@ -28,6 +28,8 @@ struct FigureInfo {
 // In the order of the tables.
 const std::vector<FigureInfo>& AllFigures();
 const FigureInfo& FigureOf(const std::string& key);  // throws std::out_of_range
+// What a figure is of, as a sentence for people. Throws std::out_of_range.
+std::string MeaningOf(const std::string& key);
 std::string GroupTitle(FigureGroup group);
 
 // Values by key; a figure that could not be measured is not in it.

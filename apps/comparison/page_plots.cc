@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "data/markup.h"
@@ -70,6 +71,7 @@ class Plan {
     const Vector2d size = box.sizes().cwiseMax(0.5);
     scale_ = std::min((width - 2 * kMargin) / size.x(), (most_height - 2 * kMargin) / size.y());
     height_ = size.y() * scale_ + 2 * kMargin;
+    width_ = width;
     offset_ = {0.5 * width - scale_ * box.center().x(), 0.5 * height_ + scale_ * box.center().y()};
   }
 
@@ -78,20 +80,44 @@ class Plan {
   }
   double height() const { return height_; }
 
-  // A bar of a round length, bottom left.
-  std::string Scale() const {
-    const double length_m = TickStep(300 / scale_);
-    const double y = height_ - 8;
-    return Line(kMargin, y, kMargin + scale_ * length_m, y, "scale") +
-           Text(kMargin + scale_ * length_m + 5, y + 3, fmt::format("{:g} m", length_m), "start",
-                "small");
+  // Numbers along the bottom and the left, in metres.
+  std::string Axes() const {
+    const double step_m = TickStep(std::max(width_, height_) / scale_);
+    std::string svg;
+    const auto ticks = [&](double from_m, double to_m, const auto& draw) {
+      for (double i = std::ceil(from_m / step_m); i * step_m <= to_m; ++i) draw(i * step_m);
+    };
+    const Vector2d low((kMargin - offset_.x()) / scale_, (offset_.y() - height_ + kMargin) / scale_);
+    const Vector2d high((width_ - kMargin - offset_.x()) / scale_, (offset_.y() - 10) / scale_);
+    ticks(low.x(), high.x(), [&](double m) {
+      const double x = At({m, 0}).x();
+      svg += Line(x, height_ - 14, x, height_ - 10, "scale") +
+             Text(x, height_, fmt::format("{:g}", m), "middle", "small");
+    });
+    ticks(low.y(), high.y(), [&](double m) {
+      const double y = At({0, m}).y();
+      svg += Line(26, y, 30, y, "scale") +
+             Text(24, y + 4, fmt::format("{:g}", m), "end", "small");
+    });
+    return svg + Text(width_ - 4, height_, "x [m]", "end", "small") +
+           Text(4, 9, "y [m]", "start", "small");
   }
 
  private:
-  static constexpr double kMargin = 14;
-  double scale_ = 1, height_ = 1;
+  static constexpr double kMargin = 34;
+  double scale_ = 1, height_ = 1, width_ = 1;
   Vector2d offset_;
 };
+
+// A ring where a path begins.
+std::string StartOf(const Trajectory& trajectory, const Plan& plan, const std::string& colour) {
+  if (trajectory.empty()) return "";
+  const Vector2d p = plan.At(trajectory.front().T_world_imu.translation.head<2>());
+  return fmt::format(
+      "<circle class=\"start\" cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"5\" fill=\"none\" stroke=\"{}\" "
+      "stroke-width=\"2\"><title>start</title></circle>",
+      p.x(), p.y(), colour);
+}
 
 std::string PathOf(const Trajectory& trajectory, const Plan& plan, const std::string& colour,
                    double width) {
@@ -200,15 +226,41 @@ class Axes {
   const double most_x_, most_y_;
 };
 
-double MostOf(const std::vector<Ranked>& methods, const double* floor) {
-  double most = floor ? *floor : 0;
-  for (const Ranked& method : methods) {
-    most = std::max(most, method.spread.mean + method.spread.deviation);
+// Where bars end: in proportion, or where the longest is many times the shortest, by the logarithm,
+// so that all can be read and none is cut.
+class BarScale {
+ public:
+  BarScale(const std::vector<Ranked>& methods, const double* floor, double width)
+      : most_(floor ? *floor : 0), width_(width) {
+    constexpr double kManyTimes = 20;
+    double least = std::numeric_limits<double>::infinity();
+    const auto add = [&](double value) {
+      if (value > 0) least = std::min(least, value);
+    };
+    if (floor) add(*floor);
+    for (const Ranked& method : methods) {
+      add(method.spread.mean);
+      most_ = std::max(most_, method.spread.mean + method.spread.deviation);
+    }
+    if (most_ > kManyTimes * least) low_ = 0.5 * least;
   }
-  return most;
-}
+  double Length(double value) const {
+    if (!(most_ > 0) || !(value > low_)) return 0;
+    return width_ * (low_ > 0 ? std::log(value / low_) / std::log(most_ / low_) : value / most_);
+  }
+  bool is_logarithmic() const { return low_ > 0; }
+
+ private:
+  double most_, width_, low_ = 0;
+};
 
 }  // namespace
+
+constexpr char kPlotStyle[] = R"(svg { font: 12px system-ui, sans-serif; fill: var(--ink); }
+svg .small { font-size: 11px; fill: var(--soft); } .paper .small { fill: #555; }
+.whisker { stroke: var(--ink); stroke-width: 1.6; } .scale { stroke: #555; stroke-width: 1; }
+.floor { stroke: var(--ink); stroke-dasharray: 3 3; } .grid { stroke: var(--rule); }
+)";
 
 std::string MethodColour(const SequenceResult& sequence, size_t method) {
   const std::string& wanted = sequence.methods[method].name;
@@ -226,9 +278,13 @@ std::string MethodColour(const SequenceResult& sequence, size_t method) {
 }
 
 std::string BarPlot(const SequenceResult& sequence, const FigureInfo& figure, const double* floor) {
-  constexpr double kWidth = 340, kLeft = 92, kRow = 19, kRight = 96;
-  const double most = MostOf(sequence.Of(figure), floor);
-  const double scale = most > 0 ? (kWidth - kLeft - kRight) / most : 0;
+  constexpr double kWidth = 340, kLeft = 92, kRow = 19, kLetter = 6.2;
+  double text_width = 0;
+  for (const MethodResult& method : sequence.methods) {
+    const std::string text = SpreadText(SpreadOf(method.Values(figure.key)), figure.digits);
+    text_width = std::max(text_width, kLetter * static_cast<double>(text.size()));
+  }
+  const BarScale scale(sequence.Of(figure), floor, kWidth - kLeft - text_width - 10);
   std::string svg;
   double y = 4;
   for (size_t i = 0; i < sequence.methods.size(); ++i) {
@@ -236,20 +292,26 @@ std::string BarPlot(const SequenceResult& sequence, const FigureInfo& figure, co
     const Spread spread = SpreadOf(method.Values(figure.key));
     const std::string text = SpreadText(spread, figure.digits);
     svg += Text(kLeft - 6, y + 12, method.name, "end");
-    const double end = kLeft + scale * std::max(0.0, spread.mean);
-    const double whisker = scale * spread.deviation;
+    const double end = kLeft + scale.Length(spread.mean);
+    const double low = kLeft + scale.Length(spread.mean - spread.deviation);
+    const double high = kLeft + scale.Length(spread.mean + spread.deviation);
     svg += Rectangle(kLeft, y + 2, end - kLeft, kRow - 6, MethodColour(sequence, i),
                      method.name + ": " + text + " " + figure.unit);
-    if (spread.count > 1) svg += Line(end - whisker, y + 8.5, end + whisker, y + 8.5, "whisker");
-    const double beside = floor ? std::max(end + whisker, kLeft + scale * *floor) : end + whisker;
+    if (spread.count > 1) svg += Line(low, y + 8.5, high, y + 8.5, "whisker");
+    const double reach = spread.count > 1 ? high : end;
+    const double beside = floor ? std::max(reach, kLeft + scale.Length(*floor)) : reach;
     svg += Text(beside + 5, y + 12, text, "start", "small");
     y += kRow;
   }
   if (floor) {
-    const double x = kLeft + scale * *floor;
+    const double x = kLeft + scale.Length(*floor);
     svg += Line(x, 2, x, y, "floor") +
-           Text(x, y + 10, fmt::format("{:.{}f} with true poses", *floor, figure.digits), "middle",
-                "small");
+           Text(std::clamp(x, 60.0, kWidth - 60), y + 10,
+                fmt::format("{:.{}f} with true poses", *floor, figure.digits), "middle", "small");
+    y += 12;
+  }
+  if (scale.is_logarithmic()) {
+    svg += Text(kLeft, y + 10, "logarithmic, as one is many times another", "start", "small");
     y += 12;
   }
   return Svg(kWidth, y + 4, figure.label, svg);
@@ -262,7 +324,11 @@ std::string PathPlot(const SequenceResult& sequence) {
   for (size_t i = 0; i < sequence.methods.size(); ++i) {
     svg += PathOf(sequence.methods[i].trajectory, plan, MethodColour(sequence, i), 1.4);
   }
-  return Svg(kWidth, plan.height() + 10, "paths from above", svg + plan.Scale());
+  svg += StartOf(sequence.truth, plan, "#888888");
+  for (size_t i = 0; i < sequence.methods.size(); ++i) {
+    svg += StartOf(sequence.methods[i].trajectory, plan, MethodColour(sequence, i));
+  }
+  return Svg(kWidth, plan.height() + 10, "paths from above", svg + plan.Axes());
 }
 
 std::string ErrorPlot(const SequenceResult& sequence) {
@@ -313,7 +379,7 @@ std::string LineMapPlot(const SequenceResult& sequence, const MethodResult& meth
     svg += Segments(segments, plan, fmt::format("#{:02x}{:02x}{:02x}", red, green, blue),
                     upright ? 2.4 : 1);
   }
-  return Svg(kWidth, plan.height() + 10, "lines of " + method.name, svg + plan.Scale());
+  return Svg(kWidth, plan.height() + 10, "lines of " + method.name, svg + plan.Axes());
 }
 
 std::string StagePlot(const SequenceResult& sequence) {

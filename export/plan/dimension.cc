@@ -19,7 +19,11 @@ DrawnPath Tick(const Vector2d& at, const Vector2d& along, double size_m) {
 
 }  // namespace
 
-PlanTextSizes::PlanTextSizes(int scale) {
+std::string LengthText(double length_m, bool in_mm) {
+  return in_mm ? fmt::format("{:.0f}", 1e3 * length_m) : fmt::format("{:.2f}", length_m);
+}
+
+PlanTextSizes::PlanTextSizes(int scale, bool millimetres) : in_mm(millimetres) {
   const double metres_of_mm = 1e-3 * scale;
   name_m = 3 * metres_of_mm;
   figure_m = 2 * metres_of_mm;
@@ -30,13 +34,17 @@ PlanTextSizes::PlanTextSizes(int scale) {
 
 Vector2d Dimension::LineEnd() const { return to + offset_m * LeftOf((to - from).normalized()); }
 
-std::string Dimension::Text() const { return fmt::format("{:.2f}", Length()); }
+std::string Dimension::Text() const {
+  return fmt::format("{}{}", is_about ? "~" : "", LengthText(Length(), in_mm));
+}
 
 DrawnText DimensionText(const Dimension& dimension, const PlanTextSizes& sizes) {
   const Vector2d along = (dimension.to - dimension.from).normalized();
   const double angle_rad = ReadableAngle(along);
   const Vector2d up(-std::sin(angle_rad), std::cos(angle_rad));
-  const double over_m = dimension.is_below ? -sizes.gap_m - sizes.figure_m : sizes.gap_m;
+  // The next row is as far from the text below as that is from the line.
+  const double over_m =
+      dimension.text_row * (sizes.figure_m + sizes.gap_m) + (dimension.text_row < 0 ? 0 : sizes.gap_m);
   const Vector2d on_line = dimension.from + dimension.text_at * (dimension.to - dimension.from) +
                            dimension.offset_m * LeftOf(along);
   return {dimension.Text(), on_line + over_m * up, sizes.figure_m, angle_rad};

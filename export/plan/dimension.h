@@ -15,20 +15,26 @@ struct Dimension {
   Eigen::Vector2d from, to;
   double offset_m = 0;    // of the line, to the left of the direction from -> to
   double text_at = 0.5;   // where along the line the text stands, 0 to 1
-  bool is_below = false;  // the text is under the line, as it is read
+  int text_row = 0;       // 0 on the line, as it is read; 1 above that; -1 under the line
+  bool is_about = false;  // an end was not measured
+  bool in_mm = false;     // the text is in millimetres
 
   double Length() const { return (to - from).norm(); }
   Eigen::Vector2d LineEnd() const;  // where the line ends, beside `to`
-  // In metres and centimetres.
+  // In metres and centimetres, or in millimetres; "~4.00" where it is about so long.
   std::string Text() const;
 };
 
+// "4.00" or, in millimetres, "4000".
+std::string LengthText(double length_m, bool in_mm);
+
 // How large texts of a plan are, and what lies around them: metres in the building.
 struct PlanTextSizes {
-  explicit PlanTextSizes(int scale);
+  explicit PlanTextSizes(int scale, bool millimetres = false);
   double name_m, figure_m, small_m;  // heights of capitals: room names; dimensions, areas; openings
   double gap_m;                      // between a line and its text
   double row_m;                      // from one chain of dimensions to the next
+  bool in_mm;                        // lengths are written in millimetres
 };
 
 // The line with its ticks, extension lines and the text. Heights are those of the text.
@@ -43,10 +49,11 @@ DrawnText DimensionText(const Dimension& dimension, const PlanTextSizes& sizes);
 std::vector<Dimension> RoomDimensions(const Polygon& room, const PlanTextSizes& sizes,
                                       TakenPlaces* taken);
 
-// Chains below and to the left of all walls, along x and y: the faces of walls across them, and a
-// second one from the first face to the last. Of faces that lie too near for a text between them,
-// those of longer walls are taken; the two sides of a wall that was measured on both stay.
+// Chains on all four sides of walls and rooms: the sides of those walls across them that can be seen
+// from there, and a second one from the first to the last. Of sides of walls that lie too near for
+// a text between them, those of longer walls are taken; the two sides of one wall stay. Where one
+// was not measured, they are about so long.
 std::vector<Dimension> OuterChains(const std::vector<WallSolid>& solids,
-                                   const PlanTextSizes& sizes);
+                                   const std::vector<Polygon>& rooms, const PlanTextSizes& sizes);
 
 }  // namespace slcmap

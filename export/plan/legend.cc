@@ -2,6 +2,7 @@
 
 #include <spdlog/fmt/fmt.h>
 
+#include <Eigen/Geometry>
 #include <cmath>
 
 #include "export/plan/opening_symbols.h"
@@ -65,6 +66,13 @@ Drawing DrawRoomSample() {
   return drawing;
 }
 
+Drawing DrawNumberSample() {
+  Drawing drawing;
+  drawing.texts = {{"W3 0.15", {0.5 * kSample_mm, -0.5 * (kThickness_mm + kText_mm)}, kText_mm}};
+  AddText("wall 3 and its thickness", &drawing);
+  return drawing;
+}
+
 // The round length, of 1, 2 or 5 times a power of ten, that comes nearest below.
 double RoundBelow(double length_m) {
   const double ten = std::pow(10, std::floor(std::log10(length_m)));
@@ -89,6 +97,7 @@ Drawing Legend() {
   std::vector<Drawing> drawn;
   for (const Sample& sample : samples) drawn.push_back(DrawSample(sample));
   drawn.push_back(DrawRoomSample());
+  drawn.push_back(DrawNumberSample());
   Drawing legend;
   for (int i = 0; i < static_cast<int>(drawn.size()); ++i) {
     const Vector2d place(kColumn_mm * (i / kRows),
@@ -96,6 +105,28 @@ Drawing Legend() {
     legend.Add(Placed(drawn[static_cast<size_t>(i)], 1, place));
   }
   return legend;
+}
+
+Drawing NorthArrow(const std::optional<double>& north_deg) {
+  constexpr double kReach_mm = 6, kHalf_mm = 1.8;
+  const Eigen::Rotation2Dd turn(-north_deg.value_or(0) * M_PI / 180);
+  const Vector2d middle(kReach_mm, kReach_mm + 1);
+  const auto at = [&](double x, double y) { return Vector2d(middle + turn * Vector2d(x, y)); };
+  const Vector2d tip = at(0, kReach_mm), tail = at(0, -kReach_mm), neck = at(0, 1);
+  Drawing arrow;
+  arrow.areas = {{Fill::kInk, {{tip, at(-kHalf_mm, 0), neck}, {}}}};
+  arrow.paths = {{Pen::kDimension, {tail, neck}},
+                 {Pen::kDimension, {neck, at(kHalf_mm, 0), tip}}};
+  const std::string lines[] = {
+      north_deg ? fmt::format("North: {:g}\u00b0 clockwise from up,", *north_deg)
+                : "Building north: up on this sheet, along",
+      north_deg ? "as given" : "the walls; the compass' north is not known"};
+  double base_mm = middle.y() + 0.5;
+  for (const std::string& line : lines) {
+    arrow.texts.push_back({line, {2 * kReach_mm + 2, base_mm}, kText_mm, 0, Align::kLeft});
+    base_mm -= 3.4;
+  }
+  return arrow;
 }
 
 Drawing ScaleBar(int scale) {

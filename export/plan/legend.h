@@ -1,6 +1,8 @@
 // What explains a plan, below it on its sheet.
 #pragma once
 
+#include <optional>
+
 #include "export/plan/drawing.h"
 
 namespace slcmap {
@@ -8,6 +10,10 @@ namespace slcmap {
 // Samples of walls and openings with their names, in two columns, 110 mm by 23 mm. Millimetres from
 // its lower left corner.
 Drawing Legend();
+
+// An arrow and what it points to, some 14 mm high, from its lower left corner: the compass' north,
+// that many degrees clockwise from up, or where that is not known, up, along the building's walls.
+Drawing NorthArrow(const std::optional<double>& north_deg);
 
 // Metres at a scale, some 50 mm long.
 Drawing ScaleBar(int scale);

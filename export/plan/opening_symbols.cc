@@ -26,12 +26,13 @@ std::vector<DrawnPath> LeafAndSwing(const WallSolid& solid, const PlanOpening& o
   return {{Pen::kOpening, {solid.At(opening.from_m, 0), swing.points.back()}}, swing};
 }
 
-std::string TextOf(const PlanOpening& opening) {
+// Width, and height, and where a sill is.
+std::string TextOf(const PlanOpening& opening, bool in_mm) {
   const double width_m = opening.to_m - opening.from_m;
-  if (opening.kind == OpeningKind::kPassage) return fmt::format("{:.2f}", width_m);
-  const std::string size = fmt::format("{:.2f} x {:.2f}", width_m, opening.clear_height_m);
+  if (opening.kind == OpeningKind::kPassage) return LengthText(width_m, in_mm);
+  const std::string size = LengthText(width_m, in_mm) + " x " + LengthText(opening.clear_height_m, in_mm);
   if (opening.kind == OpeningKind::kDoor) return size;
-  return fmt::format("{} +{:.2f}", size, opening.sill_m);
+  return size + " +" + LengthText(opening.sill_m, in_mm);
 }
 
 // Along the wall, that far behind its face (negative: before it), as it is read.
@@ -82,10 +83,28 @@ std::vector<DrawnText> OpeningTexts(const WallSolid& solid, const PlanTextSizes&
     const double middle_m = 0.5 * (opening.from_m + opening.to_m);
     const double aside_m = 0.5 * (opening.to_m - opening.from_m);
     const auto placed = PlaceBeside(
-        solid, TextOf(opening), {middle_m, middle_m - aside_m, middle_m + aside_m}, sizes, taken);
+        solid, TextOf(opening, sizes.in_mm), {middle_m, middle_m - aside_m, middle_m + aside_m}, sizes, taken);
     texts.insert(texts.end(), placed.begin(), placed.end());
   }
   return texts;
+}
+
+std::vector<DrawnText> WallText(const WallSolid& solid, const PlanTextSizes& sizes,
+                                TakenPlaces* taken) {
+  const PlanWall& wall = *solid.wall;
+  const std::string name = fmt::format("W{}", wall.id);
+  const std::string text = fmt::format("{} {}{}", name, wall.thickness_assumed ? "~" : "",
+                                       LengthText(wall.thickness_m, sizes.in_mm));
+  std::vector<double> places_m;
+  for (const double share : {0.5, 0.35, 0.65, 0.2, 0.8, 0.1, 0.9}) {
+    places_m.push_back(share * solid.Length());
+  }
+  PlanTextSizes small = sizes;
+  small.small_m *= 0.7;
+  std::vector<DrawnText> placed = PlaceBeside(solid, text, places_m, sizes, taken);
+  if (placed.empty()) placed = PlaceBeside(solid, name, places_m, sizes, taken);
+  if (placed.empty()) placed = PlaceBeside(solid, name, places_m, small, taken);
+  return placed;
 }
 
 std::vector<DrawnText> SigmaText(const WallSolid& solid, const PlanTextSizes& sizes,

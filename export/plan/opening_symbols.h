@@ -19,6 +19,11 @@ Drawing OpeningSymbol(const WallSolid& solid, const PlanOpening& opening);
 std::vector<DrawnText> OpeningTexts(const WallSolid& solid, const PlanTextSizes& sizes,
                                     TakenPlaces* taken);
 
+// "W3 0.15" beside a wall: its number, which is its id, and thickness, "~" where that is assumed;
+// without the thickness, or smaller, where there is no room for both.
+std::vector<DrawnText> WallText(const WallSolid& solid, const PlanTextSizes& sizes,
+                                TakenPlaces* taken);
+
 // "sigma 4 mm" beside the back of a wall, where there is room.
 std::vector<DrawnText> SigmaText(const WallSolid& solid, const PlanTextSizes& sizes,
                                  TakenPlaces* taken);

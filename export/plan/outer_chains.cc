@@ -14,19 +14,49 @@ struct Mark {
   double at_m = 0;      // along the axis
   double weight_m = 0;  // length of the wall
   const PlanWall* wall = nullptr;
+  bool assumed = false;  // nobody saw it
 };
 
-// The measured sides of walls across an axis (0 x, 1 y), those of the longest walls first.
-std::vector<Mark> MarksAlong(const std::vector<WallSolid>& solids, int axis) {
+// A side of the building from which it is measured: along an axis (0 x, 1 y), and whether it is the
+// upper one across that.
+struct Outside {
+  int axis = 0;
+  bool upper = false;
+};
+
+bool IsAlong(const WallSolid& solid, int axis) {
+  return std::abs(solid.Direction()[1 - axis]) < std::sin(M_PI / 180);
+}
+
+// Whether no other wall is between a wall across the axis and the outside, but for one that it ends
+// at.
+bool IsSeenFrom(const Outside& outside, const WallSolid& solid,
+                const std::vector<WallSolid>& solids) {
+  constexpr double kEndsAt_m = 1.2;  // its last part may be unseen
+  const int across = 1 - outside.axis;
+  const double sign = outside.upper ? 1 : -1;
+  const double end_m = std::max(sign * solid.start[across], sign * solid.end[across]);
+  const double at_m = solid.At(0.5 * solid.Length(), 0.5 * solid.Thickness())[outside.axis];
+  return std::none_of(solids.begin(), solids.end(), [&](const WallSolid& other) {
+    if (!IsAlong(other, outside.axis) || sign * other.start[across] < end_m + kEndsAt_m) {
+      return false;
+    }
+    const auto [from_m, to_m] = std::minmax(other.start[outside.axis], other.end[outside.axis]);
+    return at_m > from_m && at_m < to_m;
+  });
+}
+
+// The sides of walls across the axis, those of the longest walls first.
+std::vector<Mark> MarksFrom(const Outside& outside, const std::vector<WallSolid>& solids) {
   constexpr double kLeastWall_m = 0.5;
-  const double most_along = std::sin(M_PI / 180);
   std::vector<Mark> marks;
   for (const WallSolid& solid : solids) {
-    if (std::abs(solid.Direction()[axis]) > most_along || solid.Length() < kLeastWall_m) continue;
-    const double middle_m = 0.5 * solid.Length();
-    marks.push_back({solid.At(middle_m, 0)[axis], solid.Length(), solid.wall});
-    if (solid.wall->thickness_assumed) continue;
-    marks.push_back({solid.At(middle_m, solid.Thickness())[axis], solid.Length(), solid.wall});
+    if (!IsAlong(solid, 1 - outside.axis) || solid.Length() < kLeastWall_m) continue;
+    if (!IsSeenFrom(outside, solid, solids)) continue;
+    for (const double behind_m : {0.0, solid.Thickness()}) {
+      marks.push_back({solid.At(0.5 * solid.Length(), behind_m)[outside.axis], solid.Length(),
+                       solid.wall, behind_m > 0 && solid.wall->thickness_assumed});
+    }
   }
   std::stable_sort(marks.begin(), marks.end(),
                    [](const Mark& a, const Mark& b) { return a.weight_m > b.weight_m; });
@@ -47,38 +77,79 @@ std::vector<Mark> ClearMarks(const std::vector<Mark>& marks, double text_m) {
   return clear;
 }
 
-Dimension Between(double from_m, double to_m, int axis, const Vector2d& corner, double offset_m) {
-  Dimension dimension;
-  dimension.from = dimension.to = corner;
-  dimension.from[axis] = from_m;
-  dimension.to[axis] = to_m;
-  dimension.offset_m = axis == 0 ? -offset_m : offset_m;  // away from the walls
-  return dimension;
+// The chain in a row outside of the extent.
+class Chain {
+ public:
+  Chain(const Outside& outside, const Eigen::AlignedBox2d& extent, const PlanTextSizes& sizes)
+      : outside_(outside), corner_(outside.upper ? extent.max() : extent.min()), sizes_(sizes) {}
+
+  Dimension Between(const Mark& from, const Mark& to, int row) const {
+    Dimension dimension;
+    dimension.from = dimension.to = corner_;
+    dimension.from[outside_.axis] = from.at_m;
+    dimension.to[outside_.axis] = to.at_m;
+    // To the left of its direction is y of x, but -x of y.
+    const bool is_left = outside_.upper == (outside_.axis == 0);
+    dimension.offset_m = (is_left ? 1 : -1) * row * sizes_.row_m;
+    dimension.is_about = from.assumed || to.assumed;
+    dimension.in_mm = sizes_.in_mm;
+    return dimension;
+  }
+
+  // A text that is longer than what it is of: farther out than the others, where no line goes but
+  // those of the whole length at both ends. Of a chain along x it is beyond those, along y between
+  // them: so they do not meet at corners.
+  void PlaceLong(bool is_first, bool is_last, Dimension* dimension) const {
+    const double length_m = dimension->Length();
+    const double text_m = TextWidth(dimension->Text(), sizes_.figure_m);
+    if (text_m <= length_m) return;
+    const double from_end = (0.5 * text_m + sizes_.gap_m) / length_m;
+    const bool is_beyond = outside_.axis == 0;
+    if (is_first) dimension->text_at = is_beyond ? -from_end : from_end;
+    if (is_last && !is_first) dimension->text_at = is_beyond ? 1 + from_end : 1 - from_end;
+    if (is_beyond && (is_first || is_last)) return;
+    // Texts are read from below and from the right: there is outside above or below them.
+    dimension->text_row = outside_.upper == (outside_.axis == 0) ? 1 : -1;
+  }
+
+ private:
+  Outside outside_;
+  Vector2d corner_;
+  const PlanTextSizes& sizes_;
+};
+
+void AddChains(const Chain& chain, const std::vector<Mark>& marks,
+               std::vector<Dimension>* dimensions) {
+  for (size_t i = 0; i + 1 < marks.size(); ++i) {
+    dimensions->push_back(chain.Between(marks[i], marks[i + 1], 1));
+    chain.PlaceLong(i == 0, i + 2 == marks.size(), &dimensions->back());
+  }
+  if (marks.size() > 2) dimensions->push_back(chain.Between(marks.front(), marks.back(), 2));
 }
 
 }  // namespace
 
 std::vector<Dimension> OuterChains(const std::vector<WallSolid>& solids,
-                                   const PlanTextSizes& sizes) {
+                                   const std::vector<Polygon>& rooms, const PlanTextSizes& sizes) {
   Eigen::AlignedBox2d extent;
   for (const WallSolid& solid : solids) {
     for (const Vector2d& p : {solid.start, solid.end, solid.back_start, solid.back_end}) {
       extent.extend(p);
     }
   }
-  std::vector<Dimension> chains;
-  const double text_m = TextWidth("00.00", sizes.figure_m);
-  for (const int axis : {0, 1}) {
-    const std::vector<Mark> marks = ClearMarks(MarksAlong(solids, axis), text_m);
-    for (size_t i = 0; i + 1 < marks.size(); ++i) {
-      chains.push_back(Between(marks[i].at_m, marks[i + 1].at_m, axis, extent.min(), sizes.row_m));
-      chains.back().is_below = chains.back().Length() < text_m;
-    }
-    if (marks.size() <= 2) continue;
-    chains.push_back(
-        Between(marks.front().at_m, marks.back().at_m, axis, extent.min(), 2 * sizes.row_m));
+  for (const Polygon& room : rooms) {
+    for (const Vector2d& p : room.outline) extent.extend(p);
   }
-  return chains;
+  std::vector<Dimension> dimensions;
+  const double text_m = TextWidth(sizes.in_mm ? "~00000" : "~00.00", sizes.figure_m);
+  for (const int axis : {0, 1}) {
+    for (const bool upper : {false, true}) {
+      const Outside outside = {axis, upper};
+      AddChains(Chain(outside, extent, sizes), ClearMarks(MarksFrom(outside, solids), text_m),
+                &dimensions);
+    }
+  }
+  return dimensions;
 }
 
 }  // namespace slcmap

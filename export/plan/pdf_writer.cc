@@ -104,6 +104,9 @@ std::string PdfOf(const std::string& path, const std::vector<Sheet>& sheets) {
       cairo_surface_destroy);
   // Without it cairo writes the time, and the same map would not give the same bytes.
   cairo_pdf_surface_set_metadata(surface.get(), CAIRO_PDF_METADATA_CREATE_DATE, nullptr);
+  const std::string title =
+      sheets.size() == 1 ? TitleOf(sheets.front()) : sheets.front().project + ", floor plans";
+  cairo_pdf_surface_set_metadata(surface.get(), CAIRO_PDF_METADATA_TITLE, title.c_str());
   for (const Sheet& sheet : sheets) DrawPage(surface.get(), sheet);
   cairo_surface_finish(surface.get());
   const cairo_status_t status = cairo_surface_status(surface.get());

@@ -1,6 +1,9 @@
 // Options of drawn plans.
 #pragma once
 
+#include <optional>
+#include <string>
+
 namespace slcmap {
 
 struct PlanOptions {
@@ -8,6 +11,12 @@ struct PlanOptions {
   // smaller only where A0 does not.
   int scale = 0;
   bool wall_sigma = false;  // write the standard deviation of its face beside each wall
+  bool millimetres = false;  // lengths are written in whole millimetres, not in metres
+  // Of the title block; "" for the recording's name, the day of its first image, and one made of
+  // the map's id. A storey's number is added to that of the drawing.
+  std::string project, date, number;
+  // Where the compass' north is: degrees clockwise from up on the sheet. A map does not know it.
+  std::optional<double> north_deg;
   void Check() const;       // throws ConfigError
 };
 

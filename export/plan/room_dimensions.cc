@@ -127,6 +127,7 @@ std::vector<Dimension> RoomDimensions(const Polygon& room, const PlanTextSizes& 
     for (const double at : {0.5, 0.4, 0.6, 0.3, 0.7, 0.2, 0.8, 0.1, 0.9}) {
       std::optional<Crossing> crossing = Across(sides, side, at);
       if (!crossing || known.contains(crossing->lines)) continue;
+      crossing->dimension.in_mm = sizes.in_mm;
       if (!Place(sizes, taken, &crossing->dimension)) continue;
       known.insert(crossing->lines);
       dimensions.push_back(crossing->dimension);

@@ -100,6 +100,11 @@ Drawing LabelBeside(const std::string& name, const Vector2d& room, double height
   return {{}, {{Pen::kDimension, {room, under}}}, {text}};
 }
 
+std::string AreaText(const Room& room) {
+  constexpr double kWhollySeen = 0.85;  // what is missing there is doors and corners
+  return fmt::format("{}{:.2f} m\u00b2", room.bounded < kWhollySeen ? "about " : "", room.area_m2);
+}
+
 }  // namespace
 
 std::string NameOf(const Room& room) { return fmt::format("Room {}", room.id + 1); }
@@ -107,8 +112,8 @@ std::string NameOf(const Room& room) { return fmt::format("Room {}", room.id + 1
 Drawing RoomLabel(const Room& room, const Polygon& polygon, const PlanTextSizes& sizes,
                   TakenPlaces* taken) {
   constexpr double kSmallest = 0.6;
-  std::vector<std::string> lines = {NameOf(room), fmt::format("{:.2f} m\u00b2", room.area_m2)};
-  if (room.height_m) lines.push_back(fmt::format("h {:.2f}", *room.height_m));
+  std::vector<std::string> lines = {NameOf(room), AreaText(room)};
+  if (room.height_m) lines.push_back("h " + LengthText(*room.height_m, sizes.in_mm));
   const std::vector<Vector2d> places = Places(polygon);
   Drawing label;
   const auto find = [&](double shrunk) {

@@ -14,12 +14,17 @@ namespace slcmap {
 // Millimetres from the lower left corner.
 struct Sheet {
   std::string name;  // of its file, without an ending
-  std::string title;
+  std::string title;    // "Storey 0"
+  std::string project;  // what the map is of; "" where that is not known
   Eigen::Vector2d size_mm = Eigen::Vector2d::Zero();
   Drawing drawing;
 };
 
-// A sheet a storey, from the lowest ("storey_0", ...), each with title, legend and scale bar. Of a
+// What a file of the sheet is called by viewers: "office, storey 0".
+std::string TitleOf(const Sheet& sheet);
+
+// A sheet a storey, from the lowest ("storey_0", ...), each with title block, legend, an arrow to
+// the north and scale bar. Of a
 // map without storeys one sheet, "no_storey", that says so. Throws what MakePlans does.
 std::vector<Sheet> MakeSheets(const MapResult& map, const PlanOptions& options);
 

@@ -22,8 +22,8 @@ constexpr std::array<Paper, 5> kPapers = {
     {{"A4", 297, 210}, {"A3", 420, 297}, {"A2", 594, 420}, {"A1", 841, 594}, {"A0", 1189, 841}}};
 constexpr size_t kA2 = 2, kA0 = 4;
 
-// What the chains of dimensions take at the left and below, and clear space all around.
-constexpr double kChains_mm = 22, kClear_mm = 6;
+// What the chains of dimensions take at each side, and clear space around them.
+constexpr double kChains_mm = 18, kClear_mm = 3;
 
 SheetFormat FormatOf(const Paper& paper, int scale) {
   return {scale, paper.name, {paper.width_mm, paper.height_mm}};
@@ -31,7 +31,7 @@ SheetFormat FormatOf(const Paper& paper, int scale) {
 
 std::optional<SheetFormat> Smallest(const Vector2d& extent_m, int scale, size_t largest) {
   const Vector2d needed_mm =
-      extent_m * 1000 / scale + Vector2d::Constant(kChains_mm + 2 * kClear_mm);
+      extent_m * 1000 / scale + Vector2d::Constant(2 * (kChains_mm + kClear_mm));
   for (size_t i = 0; i <= largest; ++i) {
     const SheetFormat format = FormatOf(kPapers[i], scale);
     if ((needed_mm.array() <= format.Area_mm().array()).all()) return format;
@@ -59,7 +59,7 @@ Vector2d SheetFormat::Area_mm() const {
 }
 
 Vector2d SheetFormat::Middle_mm() const {
-  return Corner_mm() + 0.5 * (Area_mm() + Vector2d::Constant(kChains_mm));
+  return Corner_mm() + 0.5 * Area_mm();
 }
 
 SheetFormat ChooseFormat(const Vector2d& extent_m, const PlanOptions& options) {

@@ -16,7 +16,7 @@ struct SheetFormat {
 
   Eigen::Vector2d Corner_mm() const;  // the lower left one of the area within the border, above
   Eigen::Vector2d Area_mm() const;    // the title block, and its size
-  // Where the middle of the building comes to lie: dimensions are below and to the left of it.
+  // Where the middle of the building comes to lie.
   Eigen::Vector2d Middle_mm() const;
 };
 

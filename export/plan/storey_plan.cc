@@ -1,6 +1,7 @@
 #include "export/plan/storey_plan.h"
 
 #include <Eigen/Geometry>
+#include <algorithm>
 
 #include "export/plan/opening_symbols.h"
 #include "export/plan/room_label.h"
@@ -27,23 +28,46 @@ TakenPlaces PlacesOf(const std::vector<WallSolid>& solids) {
   return taken;
 }
 
+// Dimensions that end at the assumed back of a wall are about so long.
+void MarkAssumed(const std::vector<WallEdge>& edges, std::vector<Dimension>* dimensions) {
+  const auto ends_at_assumed = [&](const Vector2d& end) {
+    const WallEdge* nearest = nullptr;
+    double least_m = 0;
+    for (const WallEdge& edge : edges) {
+      const Vector2d along = edge.end - edge.start;
+      const double at =
+          std::clamp((end - edge.start).dot(along) / std::max(along.squaredNorm(), 1e-12), 0.0, 1.0);
+      const double distance_m = (edge.start + at * along - end).norm();
+      if (nearest == nullptr || distance_m < least_m) nearest = &edge, least_m = distance_m;
+    }
+    return nearest != nullptr && nearest->assumed;
+  };
+  for (Dimension& dimension : *dimensions) {
+    dimension.is_about = ends_at_assumed(dimension.from) || ends_at_assumed(dimension.to);
+  }
+}
+
 void AddTexts(const Building& building, const std::vector<WallSolid>& solids,
               const PlanTextSizes& sizes, bool wall_sigma, StoreyPlan* plan) {
   TakenPlaces taken = PlacesOf(solids);
   for (const WallSolid& solid : solids) {
     Append(OpeningTexts(solid, sizes, &taken), &plan->wall_texts);
   }
+  for (const WallSolid& solid : solids) Append(WallText(solid, sizes, &taken), &plan->wall_texts);
   for (const Room& room : building.rooms) {
     if (room.storey != plan->storey.id) continue;
     const Drawing label = RoomLabel(room, RoomInPlan(building, room), sizes, &taken);
     Append(label.texts, &plan->room_texts);
     Append(label.paths, &plan->rooms.paths);
   }
+  std::vector<Polygon> rooms;
   for (const Room& room : building.rooms) {
     if (room.storey != plan->storey.id) continue;
-    Append(RoomDimensions(RoomInPlan(building, room), sizes, &taken), &plan->dimensions);
+    rooms.push_back(RoomInPlan(building, room));
+    Append(RoomDimensions(rooms.back(), sizes, &taken), &plan->dimensions);
   }
-  Append(OuterChains(solids, sizes), &plan->dimensions);
+  MarkAssumed(WallEdges(solids), &plan->dimensions);
+  Append(OuterChains(solids, rooms, sizes), &plan->dimensions);
   if (!wall_sigma) return;
   for (const WallSolid& solid : solids) {
     Append(SigmaText(solid, sizes, &taken), &plan->wall_texts);
@@ -103,7 +127,7 @@ PlanSet MakePlans(const Building& building, const PlanOptions& options) {
   if (!extent.isEmpty()) plans.middle_m = extent.center();
   plans.format =
       ChooseFormat(extent.isEmpty() ? Vector2d::Zero() : Vector2d(extent.sizes()), options);
-  const PlanTextSizes sizes(plans.format.scale);
+  const PlanTextSizes sizes(plans.format.scale, options.millimetres);
   for (const Storey& storey : building.storeys) {
     plans.storeys.push_back(MakePlan(building, storey, sizes, options.wall_sigma));
   }

@@ -28,8 +28,9 @@ class SvgSheet {
         "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n"
         "<svg xmlns=\"http://www.w3.org/2000/svg\" version=\"1.1\" width=\"{0}mm\" "
         "height=\"{1}mm\" viewBox=\"0 0 {0} {1}\">\n<title>{2}</title>\n"
+        "<style>@page {{ size: {0}mm {1}mm; margin: 0 }}</style>\n"
         "<rect width=\"{0}\" height=\"{1}\" fill=\"#ffffff\"/>\n",
-        size.x(), size.y(), EscapeMarkup(sheet_.title));
+        size.x(), size.y(), EscapeMarkup(TitleOf(sheet_)));
     for (size_t fill = 0; fill < kFillStyles.size(); ++fill) text += Areas(fill);
     for (size_t pen = 0; pen < kPenStyles.size(); ++pen) text += Paths(pen);
     return text + Texts() + "</svg>\n";

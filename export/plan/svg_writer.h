@@ -7,7 +7,8 @@
 
 namespace slcmap {
 
-// A sheet as an SVG file in millimetres, with a group a pen and text as text.
+// A sheet as an SVG file in millimetres, with a group a pen and text as text; browsers print it in
+// its size.
 std::string SvgOf(const Sheet& sheet);
 
 // Writes plan/NAME.svg for each sheet.

@@ -23,6 +23,7 @@ inline void AddRoom(const Eigen::Vector2d& corner, const Eigen::Vector2d& size_m
   room.polygon.outline = outline;
   room.area_m2 = size_m.prod();
   room.height_m = 2.5;
+  room.bounded = 1;
   building->rooms.push_back(room);
   for (size_t i = 0; i < 4; ++i) {  // walls go round a room clockwise
     PlanWall wall;

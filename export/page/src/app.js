@@ -1,6 +1,7 @@
 // The page: its state, and what follows from a change of it.
 import { Box3, Vector3 } from 'three';
 import { byId, element } from './dom.js';
+import { composePicture, printPicture, savePicture } from './save.js';
 import { Describer } from './describe.js';
 import { formatArea, formatLength, roundLength, useFeet } from './format.js';
 import { Labels } from './labels.js';
@@ -18,6 +19,8 @@ const BELOW_CEILING_M = 0.3; // the upper cut, so that one sees into rooms
 const BELOW_FLOOR_M = 0.15;
 const USUAL_HEIGHT_M = 2.5; // of a storey whose ceiling was not seen
 const SCALE_BAR_PX = 140;
+const NUMBERED_WALL_PX = 60;
+const WHOLLY_SEEN = 0.85; // of its border; what is missing there is doors and corners
 
 export class App {
   constructor(map) {
@@ -36,6 +39,7 @@ export class App {
     this.hovered = new LineHighlight();
     this.view.scene.add(this.hovered.object);
     this.addRoomNames();
+    this.addWallNumbers();
     this.panel = new Panel(this, byId('panel'));
     this.start();
   }
@@ -58,9 +62,22 @@ export class App {
     const { storeys } = this.map.document.building;
     const zero_m = storeys.length > 0 ? storeys[0].floor_m : 0;
     const { min, max } = new Box3().setFromPoints(this.extent);
-    return new Section(min.z - 0.5, max.z + 0.5, zero_m, (low_m, high_m) =>
+    const above = storeys.length > 0 ? `above floor ${storeys[0].id}` : 'in the map';
+    return new Section(min.z - 0.5, max.z + 0.5, { zero_m, above }, (low_m, high_m) =>
       this.view.setSection(low_m, high_m),
     );
+  }
+
+  // In the plan, where walls are long enough on the screen.
+  addWallNumbers() {
+    for (const wall of this.map.document.building.walls.filter(({ place }) => place)) {
+      const isShown = () => {
+        if (this.view.mode !== 'plan' || !this.layers.isOn('plan')) return false;
+        const [a, b] = wall.ends.map((end) => this.view.toPixels(end));
+        return a.distanceTo(b) > NUMBERED_WALL_PX && this.section.holds(wall.place);
+      };
+      this.labels.add(wall.place, isShown, { class: 'wall' }, `W${wall.id}`);
+    }
   }
 
   addRoomNames() {
@@ -68,7 +85,7 @@ export class App {
       const isShown = () =>
         this.layers.isOn('rooms') &&
         this.section.holds(room.place.clone().setZ(room.floor_m + 0.05));
-      const area = element('span', {}, formatArea(room.area_m2));
+      const area = element('span', {}, areaText(room));
       room.label = this.labels.add(room.place, isShown, { class: 'room' }, `Room ${room.id + 1}`, area);
     }
   }
@@ -118,7 +135,7 @@ export class App {
     this.units = units;
     useFeet(units === 'ft');
     for (const room of this.layers.rooms.rooms) {
-      room.label.element.lastChild.textContent = formatArea(room.area_m2);
+      room.label.element.lastChild.textContent = areaText(room);
     }
     this.pointer.showCard();
     if (this.measure.result?.distance_m !== undefined) {
@@ -152,6 +169,7 @@ export class App {
 
   switchLayer(name, on) {
     this.layers.switchLayer(name, on);
+    byId('legend').replaceChildren(...legend(this));
     this.view.forgetTimes();
     this.view.invalidate();
   }
@@ -182,6 +200,24 @@ export class App {
       .flatMap((piece) => [...data.ends.subarray(6 * piece, 6 * piece + 6)]);
   }
 
+  // Everything that is seen, as a canvas of its own.
+  picture() {
+    this.view.draw(performance.now());
+    return composePicture(this);
+  }
+
+  savePicture() {
+    savePicture(this.picture(), this.map.document.title);
+  }
+
+  // In light colours, and then as it was.
+  print() {
+    const { theme } = this;
+    this.setTheme('light');
+    printPicture(this.picture());
+    this.setTheme(theme);
+  }
+
   showScale() {
     if (this.view.mode !== 'plan') return;
     const metresPerPixel = this.view.metresPerPixel();
@@ -196,4 +232,8 @@ export class App {
     const { x, y } = this.view.toPixels(new Vector3(...point));
     return { x: x + left, y: y + top };
   }
+}
+
+function areaText({ area_m2, bounded }) {
+  return `${bounded < WHOLLY_SEEN ? 'about ' : ''}${formatArea(area_m2)}`;
 }

@@ -1,5 +1,13 @@
 // What the page says of what is under the pointer: a title and rows of name and value.
-import { formatAngle, formatArea, formatCount, formatLength, formatSigma, formatTime } from './format.js';
+import {
+  formatAngle,
+  formatArea,
+  formatCoarse,
+  formatCount,
+  formatLength,
+  formatSigma,
+  formatTime,
+} from './format.js';
 import { AXES, KINDS } from './theme.js';
 
 export class Describer {
@@ -9,6 +17,10 @@ export class Describer {
     this.landmarks = landmarks;
     this.dense = dense;
     this.pictures = pictures;
+    const { storeys, walls } = document.building;
+    this.zero_m = storeys.length > 0 ? storeys[0].floor_m : null;
+    this.wallOfPlane = new Map(walls.flatMap((wall) => wall.planes.map((id) => [id, wall])));
+    this.worlds = new Set(this.lines.world.filter((world) => world >= 0)).size;
   }
 
   describe(pick) {
@@ -28,9 +40,10 @@ export class Describer {
     const rows = [
       ['Length', formatLength(lines.length_m(index))],
       ['Seen by', lines.observations[index] > 0 ? `${formatCount(lines.observations[index])} views` : 'no view: planes meet there'],
-      ['Sigma across', formatSigma(lines.sigma_m[index])],
+      ...this.heights([2, 5].map((k) => lines.ends[6 * index + k])),
+      ['Uncertainty (1 σ)', formatSigma(lines.sigma_m[index])],
       ['Kind', KINDS[lines.kind[index]] ?? KINDS[0]],
-      ['Axis', this.axisOf(index)],
+      ['Direction', this.axisOf(index)],
     ];
     if (pieces.length > 1) {
       const all_m = pieces.reduce((sum, piece) => sum + lines.length_m(piece), 0);
@@ -38,7 +51,7 @@ export class Describer {
     }
     if (lines.deviationSigma_rad[index] > 0) {
       const sigma = formatAngle(lines.deviationSigma_rad[index]);
-      rows.push(['Off its axis', `${formatAngle(lines.deviation_rad[index])} (sigma ${sigma})`]);
+      rows.push(['Off that by', `${formatAngle(lines.deviation_rad[index])} (1 σ: ${sigma})`]);
     }
     return { title: end ? `End of ${name.toLowerCase()}` : name, rows };
   }
@@ -46,7 +59,14 @@ export class Describer {
   axisOf(index) {
     const name = AXES[this.lines.axis[index]] ?? AXES[3];
     const world = this.lines.world[index];
-    return world < 0 ? name : `${name}, world ${world}`;
+    return world < 0 || this.worlds < 2 ? name : `${name}, heading ${world}`;
+  }
+
+  // Above the lowest floor, where there is one.
+  heights(values) {
+    if (this.zero_m === null) return [];
+    const above = [...new Set(values.map((z) => formatCoarse(z - this.zero_m)))].sort();
+    return [['Height above floor 0', above.join(' to ')]];
   }
 
   landmark({ index, point }) {
@@ -54,8 +74,8 @@ export class Describer {
       title: `Point ${index}`,
       rows: [
         ['Seen', `${formatCount(this.landmarks.observations[index])} times`],
-        ['Sigma', formatSigma(this.landmarks.sigmaOf(index))],
-        this.place(point),
+        ['Uncertainty (1 σ)', formatSigma(this.landmarks.sigmaOf(index))],
+        ...this.place(point),
       ],
     };
   }
@@ -64,26 +84,33 @@ export class Describer {
     const title = this.dense.isFilled(index)
       ? 'Point of a filled plane'
       : 'Point of the dense cloud';
-    return { title, rows: [['Sigma', formatSigma(this.dense.sigmaOf(index))], this.place(point)] };
+    return {
+      title,
+      rows: [['Uncertainty (1 σ)', formatSigma(this.dense.sigmaOf(index))], ...this.place(point)],
+    };
   }
 
   picture({ index, point }) {
     return {
       title: `Keyframe ${this.pictures.keyframeOf(index)}`,
-      rows: [['Time', formatTime(this.pictures.time_s(index))], this.place(point)],
+      rows: [['Time', formatTime(this.pictures.time_s(index))], ...this.place(point)],
     };
   }
 
   place(point) {
     const world = point.toArray().map((value, axis) => value + this.document.origin[axis]);
-    return ['At', world.map((value) => value.toFixed(3)).join(', ')];
+    return [
+      ...this.heights([point.z]),
+      ['In the map (x, y, z)', `${world.map((value) => value.toFixed(3)).join(', ')} m`],
+    ];
   }
 
   plane({ plane }) {
-    const names = { wall: 'Wall', floor: 'Floor', ceiling: 'Ceiling', other: 'Plane' };
+    const wall = this.wallOfPlane.get(plane.id);
     const rows = [
       ['Area', formatArea(plane.area_m2)],
-      ['Sigma of offset', formatSigma(plane.sigma_m)],
+      ...(wall ? [['Thickness', this.thicknessOf(wall)]] : []),
+      ['Uncertainty (1 σ)', formatSigma(plane.sigma_m)],
       ['Storey', String(plane.storey)],
     ];
     if (plane.inferred) rows.push(['Seen', plane.kind === 'wall' ? 'the other side only' : 'hardly']);
@@ -93,6 +120,18 @@ export class Describer {
       const name = kind[0].toUpperCase() + kind.slice(1);
       rows.push([name, `${formatLength(width_m)} × ${formatLength(height_m)}`]);
     }
-    return { title: `${names[plane.kind]} ${plane.id}`, rows };
+    if (wall) rows.push(['Plane', String(plane.id)]);
+    return { title: this.titleOf(plane, wall), rows };
+  }
+
+  // Walls by their number, which is that of the plan and of what CAD and BIM programs get.
+  titleOf({ kind, id }, wall) {
+    const names = { wall: 'Wall plane', floor: 'Floor', ceiling: 'Ceiling', other: 'Plane' };
+    return wall ? `Wall ${wall.id}` : `${names[kind]} ${id}`;
+  }
+
+  thicknessOf({ thickness_m, thickness_assumed }) {
+    const text = formatLength(thickness_m);
+    return thickness_assumed ? `about ${text}: one side seen` : text;
   }
 }

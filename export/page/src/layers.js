@@ -99,7 +99,7 @@ export class Layers {
         object: this.voxels.object,
         on: false,
       },
-      trajectory: { name: 'Trajectory', count: null, object: this.trajectory.way, on: true },
+      trajectory: { name: 'Walk (trajectory)', count: null, object: this.trajectory.way, on: true },
       keyframes: {
         name: 'Keyframes',
         count: this.trajectory.keyframeCount,
@@ -113,6 +113,16 @@ export class Layers {
         on: this.pictures.count > 0,
       },
     };
+  }
+
+  // Of the openings that are drawn.
+  openingKinds() {
+    const { walls, plan } = this.switches;
+    const drawn = [
+      ...(walls.on ? this.planes.all : []),
+      ...(plan.on ? this.map.document.building.walls : []),
+    ];
+    return drawn.flatMap(({ openings }) => openings.map(({ kind }) => kind));
   }
 
   isOn(name) {

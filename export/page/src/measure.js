@@ -61,6 +61,15 @@ export class Measure {
       distance_m === undefined ? formatAngle(angle_rad) : formatLength(distance_m);
   }
 
+  // What to do next.
+  prompt(of) {
+    return [
+      `Pick the first ${of}`,
+      `Now pick the second ${of}`,
+      `Pick another ${of} to measure anew`,
+    ][this.picks.length];
+  }
+
   // Rows of name and value.
   rows() {
     if (!this.result) return [];
@@ -70,9 +79,9 @@ export class Measure {
       const apart = new Vector3().subVectors(to, from);
       rows.push(
         ['Distance', formatLength(distance_m)],
-        ['95 %', `± ${formatSigma(OF_95_PERCENT * sigma_m)} (sigma ${formatSigma(sigma_m)})`],
-        ['Horizontal', formatLength(Math.hypot(apart.x, apart.y))],
-        ['Height', formatLength(Math.abs(apart.z))],
+        ['95 % within', `± ${formatSigma(OF_95_PERCENT * sigma_m)} (1 σ: ${formatSigma(sigma_m)})`],
+        ['Horizontally', formatLength(Math.hypot(apart.x, apart.y))],
+        ['In height', formatLength(Math.abs(apart.z))],
       );
     }
     if (angle_rad !== undefined) rows.push(['Angle', formatAngle(angle_rad)]);

@@ -1,14 +1,16 @@
 // The panel beside the canvas: what is shown, and how.
-import { choiceRow, element } from './dom.js';
+import { byId, choiceRow, element } from './dom.js';
 import { formatArea, formatCoarse, formatCount, formatSigma } from './format.js';
-import { AGES, AXES, KINDS, paletteOf } from './theme.js';
+import { AGES, AXES, KINDS, OPENINGS, paletteOf } from './theme.js';
 
 const COLOURINGS = [
-  ['axis', 'Axis'],
+  ['axis', 'Direction'],
   ['kind', 'Kind'],
   ['age', 'Age'],
-  ['sigma', 'Sigma'],
+  ['sigma', 'Error'],
 ];
+
+const WALKED = ['trajectory', 'keyframes', 'pictures']; // drawn in its colour
 
 function group(title, ...content) {
   return element('section', {}, element('h2', {}, title), ...content);
@@ -50,7 +52,9 @@ export class Panel {
   // Anew, as colours and units changed.
   render() {
     const { app } = this;
+    const close = () => this.setOpen(false);
     this.container.replaceChildren(
+      element('button', { id: 'close-panel', type: 'button', onclick: close }, 'Done'),
       this.heading(),
       ...this.storeys(),
       group('Height shown', app.section.element, app.section.text),
@@ -59,6 +63,16 @@ export class Panel {
       this.settings(),
     );
     app.section.show();
+  }
+
+  // On a phone it is a sheet over the map.
+  isOpen() {
+    return byId('page').classList.contains('open');
+  }
+
+  setOpen(open) {
+    byId('page').classList.toggle('open', open);
+    byId('menu').setAttribute('aria-expanded', String(open));
   }
 
   heading() {
@@ -110,7 +124,7 @@ export class Panel {
       row,
       ...this.codes('axis', data.axis, AXES, lineFilter.axes),
       ...several('Kinds', this.codes('kind', data.kind, KINDS, lineFilter.kinds)),
-      ...several('Manhattan worlds', this.worlds()),
+      ...several('Headings of the building', this.worlds()),
       ...(marks > 0
         ? [
             toggle('Marks on surfaces', marks, lineFilter.marks, (on) => {
@@ -144,7 +158,7 @@ export class Panel {
       lineFilter: { worlds },
     } = this.app.layers;
     return countBy(data.world, data.lines).map(([world, count]) =>
-      toggle(world < 0 ? 'Of none' : `World ${world}`, count, worlds.has(world), (on) =>
+      toggle(world < 0 ? 'Of none' : `Heading ${world}`, count, worlds.has(world), (on) =>
         this.app.showLines(worlds, world, on),
       ),
     );
@@ -155,7 +169,13 @@ export class Panel {
     return Object.entries(app.layers.switches)
       .filter(([, { count }]) => count !== 0)
       .map(([key, { name, count, on }]) =>
-        toggle(name, count, on, (checked) => app.switchLayer(key, checked)),
+        toggle(
+          name,
+          count,
+          on,
+          (checked) => app.switchLayer(key, checked),
+          WALKED.includes(key) ? paletteOf(app.theme).trajectory : null,
+        ),
       );
   }
 
@@ -181,19 +201,41 @@ export class Panel {
         app.theme,
         (theme) => app.chooseTheme(theme),
       ),
+      element(
+        'div',
+        { class: 'choices' },
+        element('button', { type: 'button', onclick: () => app.savePicture() }, 'Save a picture'),
+        element('button', { type: 'button', onclick: () => app.print() }, 'Print'),
+      ),
     );
   }
 }
 
-// What the colours of lines mean, for the corner of the canvas.
+function legendEntry(name, colour, kind = '') {
+  const swatch = element('i', { class: `swatch ${kind}`, style: `--colour: ${colour}` });
+  return element('span', {}, swatch, name);
+}
+
+// What colours mean, for the corner of the canvas: of lines, openings and the walk.
 export function legend(app) {
   const palette = paletteOf(app.theme);
-  const { data } = app.layers.lines;
-  const by = app.layers.colourBy;
+  const { layers } = app;
+  const entries = linesLegend(layers, palette);
+  const kinds = new Set(layers.openingKinds());
+  for (const [kind, name] of Object.entries(OPENINGS)) {
+    if (kinds.has(kind)) entries.push(legendEntry(name, palette.opening[kind], 'area'));
+  }
+  if (layers.isOn('trajectory') && layers.trajectory.length_m > 0) {
+    entries.push(legendEntry('Walk', palette.trajectory));
+  }
+  return entries;
+}
+
+function linesLegend({ lines: { data }, colourBy: by }, palette) {
   if (by === 'sigma') {
     const [low, high] = data.sigmaRange_m.map(formatSigma);
     const ramp = element('i', { class: 'ramp', style: `--ramp: ${palette.scale.join(', ')}` });
-    return [element('span', {}, low), ramp, element('span', {}, high)];
+    return [element('span', {}, `Lines: ${low}`), ramp, element('span', {}, high)];
   }
   const [codes, names] = {
     axis: [data.axis, AXES],
@@ -201,11 +243,6 @@ export function legend(app) {
     age: [data.recent, AGES],
   }[by];
   return countBy(codes, data.lines).map(([code]) =>
-    element(
-      'span',
-      {},
-      element('i', { class: 'swatch', style: `--colour: ${palette[by][code]}` }),
-      names[code] ?? '',
-    ),
+    legendEntry(names[code] ?? '', palette[by][code]),
   );
 }

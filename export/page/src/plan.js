@@ -1,7 +1,11 @@
 // Rooms as tinted floors with their names, and walls as a plan draws them: cut, filled.
 import {
+  BufferAttribute,
+  BufferGeometry,
   DoubleSide,
   Group,
+  LineBasicMaterial,
+  LineSegments,
   Mesh,
   MeshBasicMaterial,
   Path,
@@ -16,6 +20,8 @@ const TINT = 0.1;
 const ABOVE_FLOOR_M = 0.01;
 const CUT_M = 1.1; // above the floor, at which a plan cuts openings
 const SHORTEST_M = 0.005; // piece of wall
+const SWING_STEPS = 16;
+const OPENING_KINDS = ['door', 'window', 'passage'];
 
 function flat(points) {
   return points.map((point) => new Vector2(...point));
@@ -110,18 +116,55 @@ function solidParts({ openings }, length_m) {
   return parts.filter(([from, to]) => to - from > SHORTEST_M);
 }
 
-// A wall runs, seen from the side of its face, from right to left; its thickness is behind.
-function wallShapes(wall) {
+// Where a place is that far along a wall's face and behind it. Seen from the side of its face a wall
+// runs from left to right, so that behind is to the left of its direction.
+function placesOf(wall) {
   const start = new Vector2(...wall.start);
   const along = new Vector2(...wall.end).sub(start);
   const length_m = along.length();
   along.normalize();
-  const behind = new Vector2(along.y, -along.x).multiplyScalar(wall.thickness_m);
-  return solidParts(wall, length_m).map(([from, to]) => {
-    const a = start.clone().addScaledVector(along, from);
-    const b = start.clone().addScaledVector(along, to);
-    return new Shape([a, b, b.clone().add(behind), a.clone().add(behind)]);
+  const behind = new Vector2(-along.y, along.x);
+  const at = (along_m, behind_m) =>
+    start.clone().addScaledVector(along, along_m).addScaledVector(behind, behind_m);
+  return { at, length_m };
+}
+
+// The outlines of the parts of a wall that the cut goes through.
+export function wallOutlines(wall) {
+  const { at, length_m } = placesOf(wall);
+  const depth_m = wall.thickness_m;
+  return solidParts(wall, length_m).map(([from, to]) => [
+    at(from, 0),
+    at(to, 0),
+    at(to, depth_m),
+    at(from, depth_m),
+  ]);
+}
+
+// As plans draw them, as pairs of points: of a door that was walked through its leaf and swing, of
+// other doors the threshold, of windows the pane, of passages what is overhead.
+export function openingStrokes(wall, { kind, walked, from_m, to_m }) {
+  const { at } = placesOf(wall);
+  const depth_m = wall.thickness_m;
+  const across = (behind_m) => [at(from_m, behind_m), at(to_m, behind_m)];
+  if (kind === 'door' && walked) return leafAndSwing(at, from_m, to_m - from_m);
+  const strokes = [...across(0), ...across(depth_m)];
+  return kind === 'window' ? [...strokes, ...across(0.5 * depth_m)] : strokes;
+}
+
+function leafAndSwing(at, from_m, width_m) {
+  const swing = Array.from({ length: SWING_STEPS + 1 }, (_, i) => {
+    const angle_rad = (Math.PI / 2) * (i / SWING_STEPS);
+    return at(from_m + width_m * Math.cos(angle_rad), -width_m * Math.sin(angle_rad));
   });
+  const strokes = [at(from_m, 0), swing[SWING_STEPS]];
+  for (let i = 0; i < SWING_STEPS; i++) strokes.push(swing[i], swing[i + 1]);
+  return strokes;
+}
+
+function strokesObject(strokes) {
+  const geometry = new BufferGeometry().setFromPoints(strokes);
+  return new LineSegments(geometry, new LineBasicMaterial());
 }
 
 export class WallPlan {
@@ -129,16 +172,41 @@ export class WallPlan {
     this.count = walls.length;
     this.material = new MeshBasicMaterial({ side: DoubleSide });
     this.object = new Group();
+    this.openings = [];
     for (const storey of storeys) {
-      const shapes = walls.filter((wall) => wall.storey === storey.id).flatMap(wallShapes);
-      const mesh = new Mesh(new ShapeGeometry(shapes), this.material);
-      mesh.position.z = storey.floor_m + CUT_M;
-      this.object.add(mesh);
+      const own = walls.filter((wall) => wall.storey === storey.id);
+      const shapes = own.flatMap(wallOutlines).map((outline) => new Shape(outline));
+      const parts = [new Mesh(new ShapeGeometry(shapes), this.material), ...this.openingsOf(own)];
+      for (const part of parts) part.position.z = storey.floor_m + CUT_M;
+      this.object.add(...parts);
+      for (const wall of own) this.placeName(wall, storey.floor_m + CUT_M);
     }
     this.object.visible = false;
   }
 
+  openingsOf(walls) {
+    return OPENING_KINDS.map((kind) => {
+      const strokes = walls.flatMap((wall) =>
+        wall.openings
+          .filter((opening) => opening.kind === kind)
+          .flatMap((opening) => openingStrokes(wall, opening)),
+      );
+      const object = strokesObject(strokes);
+      this.openings.push({ kind, object });
+      return object;
+    });
+  }
+
+  // Where the number of a wall is written: in its middle.
+  placeName(wall, height_m) {
+    const { at, length_m } = placesOf(wall);
+    wall.ends = [at(0, 0), at(length_m, 0)].map(({ x, y }) => new Vector3(x, y, height_m));
+    const { x, y } = at(0.5 * length_m, 0.5 * wall.thickness_m);
+    wall.place = new Vector3(x, y, height_m);
+  }
+
   setPalette(palette) {
     this.material.color.set(palette.poche);
+    for (const { kind, object } of this.openings) object.material.color.set(palette.opening[kind]);
   }
 }

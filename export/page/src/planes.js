@@ -4,6 +4,7 @@ import {
   BufferAttribute,
   BufferGeometry,
   Color,
+  DoubleSide,
   FrontSide,
   Group,
   LineBasicMaterial,
@@ -19,6 +20,8 @@ import {
 const PLANE_KINDS = ['wall', 'floor', 'ceiling', 'other'];
 const LIGHT = new Vector3(0.8, 0.3, 0.5).normalize();
 const BEHIND_M = 0.08; // how far planes are drawn behind what is on them
+const OPENING_KINDS = ['door', 'window', 'passage'];
+const PANE = 0.28; // opacity of the areas of doors and windows
 
 // Two directions in a plane that make a right-handed frame with its normal.
 function frameOf(normal) {
@@ -82,6 +85,29 @@ function edgeObject(coordinates) {
   return new LineSegments(geometry, drawBehind(new LineBasicMaterial(), 0.5 * BEHIND_M));
 }
 
+// Openings of a kind: their borders and, of doors and windows, their areas, which are looked through.
+function openingObjects(planes, kind) {
+  const positions = [];
+  const edges = [];
+  for (const plane of planes) {
+    for (const { outline } of plane.openings.filter((opening) => opening.kind === kind)) {
+      edges.push(...outlineEdges(outline));
+      if (kind === 'passage') continue;
+      const own = { outline, openings: [], holes: [] };
+      for (const { x, y, z } of trianglesOf(own, plane.direction)) positions.push(x, y, z);
+    }
+  }
+  const geometry = new BufferGeometry();
+  geometry.setAttribute('position', new BufferAttribute(new Float32Array(positions), 3));
+  const material = new MeshBasicMaterial({
+    transparent: true,
+    opacity: PANE,
+    side: DoubleSide,
+    depthWrite: false,
+  });
+  return { kind, edges: edgeObject(edges), panes: new Mesh(geometry, material) };
+}
+
 // All planes of a kind as one object.
 class PlaneLayer {
   constructor(planes) {
@@ -102,11 +128,10 @@ class PlaneLayer {
     this.edges = edgeObject(
       planes.flatMap(({ outline, holes }) => [outline, ...holes].flatMap(outlineEdges)),
     );
-    this.openings = edgeObject(
-      planes.flatMap(({ openings }) => openings.flatMap(({ outline }) => outlineEdges(outline))),
-    );
+    this.openings = OPENING_KINDS.map((kind) => openingObjects(planes, kind));
     this.object = new Group();
-    this.object.add(this.mesh, this.edges, this.openings);
+    this.object.add(this.mesh, this.edges);
+    for (const { edges, panes } of this.openings) this.object.add(edges, panes);
   }
 
   setPalette(palette) {
@@ -118,7 +143,10 @@ class PlaneLayer {
     });
     color.needsUpdate = true;
     this.edges.material.color.set(palette.planeEdge);
-    this.openings.material.color.set(palette.opening);
+    for (const { kind, edges, panes } of this.openings) {
+      edges.material.color.set(palette.opening[kind]);
+      panes.material.color.set(palette.opening[kind]);
+    }
   }
 }
 

@@ -19,6 +19,8 @@ export class Pointer {
     canvas.addEventListener('pointermove', (event) => this.move(event));
     canvas.addEventListener('pointerleave', () => this.hover(null));
     canvas.addEventListener('pointerdown', (event) => {
+      byId('hint').hidden = true;
+      this.app.panel.setOpen(false);
       this.pressed = event.isPrimary ? { x: event.clientX, y: event.clientY } : null;
     });
     canvas.addEventListener('pointerup', (event) => {
@@ -38,7 +40,7 @@ export class Pointer {
       measure: () => this.setMeasuring(!this.measuring),
       fit: () => app.fit(),
       theme: () => this.toggleTheme(),
-      menu: () => byId('page').classList.toggle('open'),
+      menu: () => app.panel.setOpen(!app.panel.isOpen()),
       help: () => byId('keys').showModal(),
       close: () => this.clear(),
       'pick-surfaces': () => this.setPickPoints(false),
@@ -57,6 +59,7 @@ export class Pointer {
       m: () => this.setMeasuring(!this.measuring),
       f: () => app.fit(),
       t: () => this.toggleTheme(),
+      s: () => app.savePicture(),
       w: () => app.toggleLayer('walls'),
       d: () => app.toggleLayer('dense'),
       p: () => app.toggleLayer('landmarks'),
@@ -76,6 +79,7 @@ export class Pointer {
     this.measuring = on;
     byId('measure').setAttribute('aria-pressed', String(on));
     byId('measure-bar').hidden = !on;
+    byId('hint').hidden = true;
     this.clear();
   }
 
@@ -83,6 +87,7 @@ export class Pointer {
     this.pickPoints = on;
     byId('pick-surfaces').setAttribute('aria-checked', String(!on));
     byId('pick-points').setAttribute('aria-checked', String(on));
+    this.showCard();
   }
 
   // At most once a frame.
@@ -158,6 +163,7 @@ export class Pointer {
   // What is pinned, and what is measured.
   showCard() {
     const { measure, describer } = this.app;
+    byId('prompt').textContent = measure.prompt(this.pickPoints ? 'point' : 'line or wall');
     const picks = this.measuring ? measure.picks : [this.pinned].filter((pick) => pick);
     const described = picks.map((pick) => describer.describe(pick));
     byId('card').hidden = picks.length === 0;

@@ -6,7 +6,9 @@ const STEP_M = 0.01;
 
 export class Section {
   // Heights are relative to the page's origin; zero_m, which people see as 0, is a floor's.
-  constructor(low_m, high_m, zero_m, changed) {
+  // `above` says which.
+  constructor(low_m, high_m, { zero_m, above }, changed) {
+    this.above = above;
     this.range = [low_m, high_m];
     this.zero_m = zero_m;
     this.changed = changed;
@@ -47,7 +49,8 @@ export class Section {
     const share = (value) => `${(100 * (value - least)) / (most - least)}%`;
     this.bar.style.left = share(this.low_m);
     this.bar.style.right = `calc(100% - ${share(this.high_m)})`;
-    this.text.textContent = `${formatCoarse(this.low_m - this.zero_m)} to ${formatCoarse(this.high_m - this.zero_m)}`;
+    const [low, high] = [this.low_m, this.high_m].map((z) => formatCoarse(z - this.zero_m));
+    this.text.textContent = `${low} to ${high} ${this.above}`;
   }
 
   holds({ z }) {

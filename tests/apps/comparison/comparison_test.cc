@@ -71,7 +71,37 @@ TEST(Comparison, WithoutTruthItSaysWhatWasMeasured) {
 TEST(Comparison, ThePageNeedsNothingBesideItAndEscapesNames) {
   const std::string page = ComparisonPage(kClear);
   EXPECT_THAT(page, AllOf(HasSubstr("hall_1 &lt;west&gt;"), Not(HasSubstr("<west>")),
-                          Not(HasSubstr("http")), Not(HasSubstr("<script")), HasSubstr("<svg")));
+                          Not(HasSubstr("http:")), Not(HasSubstr("<script")), HasSubstr("<svg")));
+}
+
+TEST(Comparison, ThePageExplainsItsColumnsAndItsPlotsCanBeSaved) {
+  const std::string page = ComparisonPage(kClear);
+  EXPECT_THAT(page, AllOf(HasSubstr("<li><b>edges, thickness</b> [mm]: RMS distance of single"),
+                          HasSubstr("<a download=\"edges-thickness.svg\" href=\"data:image/svg")));
+  Comparison known = kClear;
+  known.sequences[0].true_poses = true;
+  EXPECT_THAT(ComparisonPage(known), HasSubstr("RMSE (root mean square) after alignment by"));
+}
+
+// The widths of the bars in the page.
+std::vector<double> BarWidths(const std::string& page) {
+  std::vector<double> widths;
+  const std::string mark = "<rect x=\"92.0\"";
+  for (size_t at = page.find(mark); at != page.npos; at = page.find(mark, at + 1)) {
+    widths.push_back(std::stod(page.substr(page.find("width=\"", at) + 7)));
+  }
+  return widths;
+}
+
+TEST(Comparison, AnOutlierLeavesOtherBarsReadable) {
+  const std::string page = ComparisonPage(TwoMethods({4000}, {2}));
+  EXPECT_THAT(page, HasSubstr("logarithmic"));
+  const std::vector<double> widths = BarWidths(page);
+  ASSERT_EQ(widths.size(), 2u);
+  EXPECT_GT(widths[1], 10);
+  EXPECT_GT(widths[0], 2 * widths[1]);
+  EXPECT_LT(92 + widths[0], 340);
+  EXPECT_THAT(ComparisonPage(kClear), Not(HasSubstr("logarithmic")));
 }
 
 TEST(Comparison, AMethodWhoseRunsAllFailedIsShownWithoutFigures) {
@@ -83,7 +113,10 @@ TEST(Comparison, AMethodWhoseRunsAllFailedIsShownWithoutFigures) {
 }
 
 TEST(Figures, KeysAreDistinctAndKnown) {
-  for (const FigureInfo& figure : AllFigures()) EXPECT_EQ(&FigureOf(figure.key), &figure);
+  for (const FigureInfo& figure : AllFigures()) {
+    EXPECT_EQ(&FigureOf(figure.key), &figure);
+    EXPECT_FALSE(MeaningOf(figure.key).empty());
+  }
   EXPECT_THROW(FigureOf("beauty"), std::out_of_range);
 }
 

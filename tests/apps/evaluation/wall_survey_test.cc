@@ -179,6 +179,10 @@ TEST(MapWalls, OnlyFreePointsOfTheFaceAreSurveyed) {
   plane.normal = Vector3d::UnitY();
   plane.outline_world = {{0, 0, 0}, {10, 0, 0}, {10, 0, 2.4}, {0, 0, 2.4}};
   building.planes = {plane};
+  PlanWall of_plan;
+  of_plan.id = 7;
+  of_plan.plane_ids = {3, plane.id};
+  building.walls = {of_plan};
   std::vector<DensePoint> cloud;
   for (const PlacedInWorld& p : Wall(10, Arc(0.01, 10)).points) {
     cloud.push_back({p.p_world, Vector3d::UnitY(), 0.002, 0, DenseSource::kStereo});
@@ -196,6 +200,7 @@ TEST(MapWalls, OnlyFreePointsOfTheFaceAreSurveyed) {
   const auto walls = WallsOfMap(building, cloud, {});
   ASSERT_EQ(walls.size(), 1u);
   EXPECT_EQ(walls[0].points.size(), on_wall);
+  EXPECT_EQ(walls[0].wall, 7);  // its number in plans
   EXPECT_NEAR(GapOf(Measured(walls[0]), 10), 0.010, 0.001);
 }
 

@@ -59,9 +59,9 @@ test('says what the map holds', async () => {
     ),
   );
   const expected = {
-    X: '4',
-    Y: '4',
-    Vertical: '4',
+    'Along the building': '4',
+    'Across the building': '4',
+    Upright: '4',
     Edge: '11',
     Outline: '1',
     'Marks on surfaces': '1',
@@ -73,8 +73,8 @@ test('says what the map holds', async () => {
     'Dense cloud': '400',
     'Occupied space': '1',
     Keyframes: '5',
-    'World 0': '7',
-    'World 1': '1',
+    'Heading 0': '7',
+    'Heading 1': '1',
     'Of none': '4',
   };
   for (const [name, count] of Object.entries(expected)) assert.equal(counts[name], count, name);
@@ -84,7 +84,7 @@ test('says what the map holds', async () => {
 test('names the line under the pointer', async () => {
   await pointAt([ROOM.x[0] + 1, ROOM.y[1], ROOM.z[0]]); // on the lower edge at the far side
   const tip = await page.locator('#tip').innerText();
-  for (const part of ['Line 11', '4.000 m', '7 views', '3.0 mm', 'Edge', 'X, world 0']) {
+  for (const part of ['Line 11', '4.000 m', '7 views', '3.0 mm', 'Edge', 'Along the building, heading 0']) {
     assert.ok(tip.includes(part), `${part} in ${tip}`);
   }
   await pointAt([0, 0, 60]); // in the sky
@@ -93,7 +93,7 @@ test('names the line under the pointer', async () => {
 
 test('names a wall with its door', async () => {
   await pointAt([ROOM.x[0], 0.4, 0.3]);
-  assert.match(await page.locator('#tip').innerText(), /Wall 2[^]*13\.0 m²[^]*4\.0 mm/);
+  assert.match(await page.locator('#tip').innerText(), /Wall plane 2[^]*13\.0 m²[^]*4\.0 mm/);
   const area_m2 = await page.evaluate(() => app.layers.planes.all[3].area_m2);
   assert.ok(Math.abs(area_m2 - (13 - 0.9 * 2)) < 1e-4, `${area_m2} m²`);
 });
@@ -111,11 +111,11 @@ test('a floor ends at the holes of its room', async () => {
 
 test('a layer that is off draws nothing and cannot be picked', async () => {
   const with_lines = await page.evaluate(() => app.layers.lines.wide.count);
-  await page.getByLabel('X4').click();
+  await page.getByLabel('Along the building4').click();
   const without = await page.evaluate(() => app.layers.lines.wide.count);
   await pointAt([ROOM.x[0] + 1, ROOM.y[1], ROOM.z[0]]);
   const tip = await page.locator('#tip').innerText();
-  await page.getByLabel('X4').click();
+  await page.getByLabel('Along the building4').click();
   assert.equal(with_lines - without, 4);
   assert.ok(!tip.includes('Line 11'), tip);
 });
@@ -213,7 +213,7 @@ test('measures between parallel lines', async () => {
   for (const part of [
     '5.000 m',
     `± ${(1.96 * sigma_mm).toFixed(1)} mm`,
-    `sigma ${sigma_mm.toFixed(1)} mm`,
+    `1 σ: ${sigma_mm.toFixed(1)} mm`,
     'parallel',
   ]) {
     assert.ok(text.includes(part), `${part} in ${text}`);
@@ -292,7 +292,7 @@ test('occupied space, the dense cloud and keyframes are drawn when they are swit
 
 test('colours lines by kind, age and sigma', async () => {
   const colours = new Set();
-  for (const name of ['Axis', 'Kind', 'Age', 'Sigma']) {
+  for (const name of ['Direction', 'Kind', 'Age', 'Error']) {
     await page.getByRole('radio', { name, exact: true }).click();
     colours.add(
       await page.evaluate(() => app.layers.lines.wide.texels[3]), // of the first line
@@ -300,7 +300,65 @@ test('colours lines by kind, age and sigma', async () => {
   }
   assert.equal(colours.size, 4);
   assert.match(await page.locator('#legend').innerText(), /3.0 mm/);
-  await page.getByRole('radio', { name: 'Axis', exact: true }).click();
+  await page.getByRole('radio', { name: 'Direction', exact: true }).click();
+});
+
+test('names the wall of a plane by its number, with its thickness', async () => {
+  const { title, rows } = await page.evaluate(() =>
+    app.describer.describe({ type: 'plane', plane: app.layers.planes.all[3] }),
+  );
+  assert.equal(title, 'Wall 0');
+  assert.deepEqual(Object.fromEntries(rows).Thickness, '0.120 m');
+});
+
+test('walls of the plan are behind their faces, with the swing of a door before them', async () => {
+  const [wall, swing] = await page.evaluate(() => {
+    const reach = ({ geometry }) => {
+      geometry.computeBoundingBox();
+      return [geometry.boundingBox.min.x, geometry.boundingBox.max.x];
+    };
+    const { object, openings } = app.layers.walls;
+    return [reach(object.children[0]), reach(openings[0].object)];
+  });
+  const close = (found, expected) =>
+    found.forEach((value, i) => assert.ok(Math.abs(value - expected[i]) < 1e-3, `${found}`));
+  close(wall, [2, 2.12]); // the room ends at x = 2
+  close(swing, [2 - 0.9, 2]);
+});
+
+test('asks for the second pick of a measurement', async () => {
+  await page.keyboard.press('m');
+  const prompt = () => page.locator('#prompt').innerText();
+  assert.equal(await prompt(), 'Pick the first line or wall');
+  await pointAt([0, ROOM.y[0], ROOM.z[0]], true);
+  assert.equal(await prompt(), 'Now pick the second line or wall');
+  await pointAt([ROOM.x[0] + 1, ROOM.y[1], ROOM.z[0]], true);
+  assert.match(await prompt(), /measure anew/);
+});
+
+test('the legend tells the walk and the doors, in their colours', async () => {
+  const text = await page.locator('#legend').innerText();
+  for (const part of ['Along the building', 'Door', 'Walk']) assert.ok(text.includes(part), text);
+  const colours = await page.evaluate(() =>
+    [...document.querySelectorAll('#legend .swatch')].map((i) => i.style.getPropertyValue('--colour')),
+  );
+  assert.equal(new Set(colours).size, colours.length);
+  await page.evaluate(() => app.switchLayer('trajectory', false));
+  assert.ok(!(await page.locator('#legend').innerText()).includes('Walk'));
+  await page.evaluate(() => app.switchLayer('trajectory', true));
+});
+
+test('saves a picture, and prints one', async () => {
+  const [download] = await Promise.all([page.waitForEvent('download'), page.keyboard.press('s')]);
+  assert.equal(download.suggestedFilename(), 'A made room.png');
+  const printed = await page.evaluate(
+    () =>
+      new Promise((resolve) => {
+        window.print = () => resolve(document.getElementById('paper').naturalWidth);
+        app.print();
+      }),
+  );
+  assert.ok(printed >= 600, `${printed} pixels`);
 });
 
 test('a storey is shown from its floor to below its ceiling', async () => {
@@ -318,12 +376,18 @@ test('on a phone a tap keeps what is known of a line, and layers open', async ()
     hasTouch: true,
     isMobile: true,
   });
+  assert.match(await phone.locator('#hint').innerText(), /One finger turns/);
   await lookFrom(phone, [12, -15, 15], [0, 0, 0]);
   const { x, y } = await phone.evaluate(() => app.toWindow([0, -3, -1]));
   await phone.touchscreen.tap(x, y);
   assert.match(await phone.locator('#card').innerText(), /Line 10/);
   await phone.locator('#menu').tap();
   assert.ok(await phone.locator('#panel').isVisible());
+  await phone.locator('#close-panel').tap();
+  assert.ok(!(await phone.locator('#panel').isVisible()));
+  await phone.locator('#menu').tap();
+  await phone.touchscreen.tap(195, 200); // on the map beside it
+  assert.ok(!(await phone.locator('#panel').isVisible()));
   assert.deepEqual(phone.said, []);
   await phone.close();
 });

@@ -135,7 +135,7 @@ TEST(PackForPage, PlanesRoomsAndWallsAreRelativeToTheOrigin) {
     EXPECT_NEAR(corner[0].get<double>() + OriginOf(pack).x(), 104, 1e-5);
   }
   EXPECT_EQ(building.at("rooms")[0].at("area_m2"), 19.75);
-  EXPECT_EQ(building.at("walls")[0].at("openings")[0].at("to_m"), 2.9);
+  EXPECT_EQ(building.at("walls")[0].at("openings")[0].at("to_m"), 3.0);
 }
 
 TEST(PackForPage, FloorsAndCeilingsHaveTheHolesOfTheirRoom) {

@@ -145,11 +145,11 @@ Building MakeBuilding(int planes) {
   room.bounded = 1;
   building.rooms = {room};
   PlanWall wall;
-  wall.start = Corner(1).head<2>();
-  wall.end = Corner(3).head<2>();
+  wall.start = Corner(3).head<2>();  // seen from the room it goes from left to right
+  wall.end = Corner(1).head<2>();
   wall.thickness_m = 0.12;
   wall.plane_ids = {3};
-  wall.openings = {{OpeningKind::kDoor, true, 2, 2.9, 0, 2}};
+  wall.openings = {{OpeningKind::kDoor, true, 2.1, 3, 0, 2}};
   building.walls = {wall};
   return building;
 }

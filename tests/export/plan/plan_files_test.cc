@@ -62,8 +62,9 @@ TEST_F(PlanFilesTest, AStoreyWithoutWallsIsDrawn) {
 TEST_F(PlanFilesTest, SheetsAreToScale) {
   const std::string svg = ReadFile(WriteSvg(map_).at(0));
   EXPECT_THAT(svg, HasSubstr("width=\"297mm\" height=\"210mm\" viewBox=\"0 0 297 210\""));
+  EXPECT_THAT(svg, HasSubstr("@page { size: 297mm 210mm; margin: 0 }"));
   // The side of 3.000 m at 1:50.
-  EXPECT_THAT(svg, HasSubstr("<path d=\"M199.5000 49.0000L199.5000 109.0000\"/>"));
+  EXPECT_THAT(svg, HasSubstr("<path d=\"M186.5000 60.0000L186.5000 120.0000\"/>"));
 }
 
 TEST_F(PlanFilesTest, TheSameMapGivesTheSameBytes) {
@@ -71,6 +72,32 @@ TEST_F(PlanFilesTest, TheSameMapGivesTheSameBytes) {
   EXPECT_EQ(OutputOf("sleep 1.1"), "");  // a date within would be another one
   EXPECT_TRUE(ReadFile(WritePdf(map_)) == pdf);
   EXPECT_TRUE(ReadFile(WriteSvg(map_).at(0)) == svg);
+}
+
+TEST_F(PlanFilesTest, TheTitleBlockSaysWhatAndWhen) {
+  map_.id = "0123456789abcdef";
+  map_.source.sequence = "/recordings/town hall/mav0";
+  map_.trajectory.push_back({1403636579763555584, {}});
+  const std::string svg = ReadFile(WriteSvg(map_).at(1));
+  EXPECT_THAT(svg, HasSubstr("<title>town hall, Storey 1</title>"));
+  EXPECT_THAT(svg, HasSubstr(">town hall, 2014-06-24<"));
+  EXPECT_THAT(svg, HasSubstr("drawing 01234567-S1<"));
+  EXPECT_THAT(svg, HasSubstr(">Building north: up on this sheet, along<"));
+  PlanOptions options;
+  options.project = "Annexe";
+  options.date = "May 2026";
+  options.number = "A-12";
+  options.north_deg = 30;
+  const std::string given =
+      ReadFile(SvgPlanWriter(options).Write(temp_.Path(""), map_, {}).at(0));
+  EXPECT_THAT(given, HasSubstr(">Annexe, May 2026<"));
+  EXPECT_THAT(given, HasSubstr("drawing A-12-S0<"));
+  EXPECT_THAT(given, HasSubstr("North: 30\u00b0 clockwise"));
+}
+
+TEST_F(PlanFilesTest, StampsFromAStartOfTheirOwnAreNoDate) {
+  map_.trajectory.push_back({5000000000, {}});
+  EXPECT_THAT(ReadFile(WriteSvg(map_).at(0)), HasSubstr("date not known"));
 }
 
 TEST_F(PlanFilesTest, XmllintAcceptsTheSvg) {
