@@ -33,6 +33,15 @@ void AddExportOptions(CLI::App& command, ExportOptions* options) {
       .add_option("--colmap-images", options->colmap.images,
                   "COLMAP: the images too, out of the recording: 'rectified', as its cameras are")
       ->type_name("KIND");
+  command
+      .add_option_function<std::pair<double, double>>(
+          "--grid-heights",
+          [options](const std::pair<double, double>& heights_m) {
+            options->grid = {heights_m.first, heights_m.second};
+          },
+          "Grid: metres over a floor between which something is in the way (default: 0.2,1.8)")
+      ->delimiter(',')
+      ->type_name("LOW,HIGH");
   command.add_flag("--ifc-line-solids", options->ifc.line_solids,
                    "IFC: lines as thin solids too, for viewers that hide annotations");
 }

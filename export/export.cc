@@ -14,6 +14,7 @@
 #include "export/colmap_writer.h"
 #include "export/dxf/dxf_writer.h"
 #include "export/gltf_writer.h"
+#include "export/grid_writer.h"
 #include "export/ifc/ifc_writer.h"
 #include "export/limap_writer.h"
 #include "export/map_writer.h"
@@ -143,6 +144,7 @@ std::vector<std::unique_ptr<MapWriter>> MakeMapWriters(const ExportOptions& opti
   writers.push_back(std::make_unique<IfcWriter>(options.ifc));
   writers.push_back(std::make_unique<ColmapWriter>(options.colmap));
   writers.push_back(std::make_unique<LimapWriter>());
+  writers.push_back(std::make_unique<GridWriter>(options.grid));
   return writers;
 }
 
@@ -179,6 +181,7 @@ void CheckFormats(const ExportOptions& options) {
   options.plan.Check();
   options.obj.Check();
   options.colmap.Check();
+  options.grid.Check();
   const std::vector<std::string> known = ExportFormats();
   for (const std::string& format : options.formats) {
     if (std::find(known.begin(), known.end(), format) != known.end()) continue;

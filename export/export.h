@@ -8,6 +8,7 @@
 #include "data/progress.h"
 #include "export/colmap_options.h"
 #include "export/gltf_options.h"
+#include "export/grid_options.h"
 #include "export/ifc/ifc_options.h"
 #include "export/obj_options.h"
 #include "export/plan/plan_options.h"
@@ -26,6 +27,7 @@ struct ExportOptions {
   IfcOptions ifc;
   ObjOptions obj;
   ColmapOptions colmap;
+  GridOptions grid;
 };
 
 // The names of the formats there are.
