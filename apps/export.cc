@@ -20,12 +20,13 @@ struct ExportArguments {
   bool accept_changed = false;
 };
 
-void Export(const ExportArguments& arguments) {
+void Export(ExportArguments arguments) {
   CheckFormats(arguments.options);
   ExpectFolder(arguments.map, FolderKind::kMap);
   OutputFolder output(arguments.output, ExportFiles(), {arguments.map});
   const MapResult map = ReadMapToShow(arguments.map, arguments.accept_changed);
   output.Open();
+  arguments.options.colmap.calibration = arguments.map + "/calibration.yaml";
   const Progress progress = StageProgress("export");
   for (const std::string& path : ExportMap(map, &output, arguments.options, progress)) {
     spdlog::info("wrote {}", path);
@@ -44,6 +45,12 @@ void AddExportCommand(CLI::App& app) {
       ->type_name("DIR")
       ->required();
   AddExportOptions(*command, &arguments->options);
+  command
+      ->add_option("--sequence", arguments->options.colmap.sequence,
+                   "Where the recording of --colmap-images is, if not where it was when the map "
+                   "was made")
+      ->type_name("SEQ")
+      ->needs(command->get_option("--colmap-images"));
   command->add_flag("--accept-changed", arguments->accept_changed,
                     "Also take files that are not as map wrote them, and a map of another run than "
                     "that beside it; values are checked in any case");

@@ -40,10 +40,27 @@ void AddExportOptions(CLI::App& command, ExportOptions* options) {
       ->type_name("DEG");
   command.add_flag("--tubes", options->gltf.tubes,
                    "GLB: lines as bars too, for viewers that show only triangles");
+  command.add_flag("--voxels", options->gltf.voxels, "GLB: occupied voxels as cubes too");
   command.add_flag("--quantised", options->gltf.quantised,
                    "GLB: positions in 16 bits of each layer's extent, for smaller files");
   command.add_flag("--ascii-ply", options->ply.ascii,
                    "PLY: as text, for scripts that cannot read binary files");
+  command.add_option("--obj-up", options->obj.up, "OBJ: the axis that points up, z or y")
+      ->capture_default_str()
+      ->type_name("AXIS");
+  command
+      .add_option("--colmap-images", options->colmap.images,
+                  "COLMAP: the images too, out of the recording: 'rectified', as its cameras are")
+      ->type_name("KIND");
+  command
+      .add_option_function<std::pair<double, double>>(
+          "--grid-heights",
+          [options](const std::pair<double, double>& heights_m) {
+            options->grid = {heights_m.first, heights_m.second};
+          },
+          "Grid: metres over a floor between which something is in the way (default: 0.2,1.8)")
+      ->delimiter(',')
+      ->type_name("LOW,HIGH");
   command.add_flag("--ifc-line-solids", options->ifc.line_solids,
                    "IFC: lines as thin solids too, for viewers that hide annotations");
 }

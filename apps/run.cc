@@ -124,8 +124,10 @@ void RunAll(const RunArguments& arguments) {
   // What is shown is what the folder holds, whose numbers are rounded.
   map_folder.reset();
   const MapResult map = ReadMapFolder(output + "/map");
+  ExportOptions exporting = arguments.exporting;
+  exporting.colmap.calibration = output + "/map/calibration.yaml";
   const std::vector<std::string> files = Timed("export", [&] {
-    return ExportMap(map, &export_folder, arguments.exporting, StageProgress("export"));
+    return ExportMap(map, &export_folder, exporting, StageProgress("export"));
   });
   const std::string page = WriteRunPage(map, output);
   PrintAccuracies(odometry.sequence, run, map);

@@ -5,9 +5,11 @@
 #include <iterator>
 #include <utility>
 
+#include "data/error.h"
 #include "data/file.h"
 #include "export/model_images.h"
 #include "export/model_points.h"
+#include "export/rectified_images.h"
 #include "export/world_offset.h"
 
 namespace slcmap {
@@ -84,6 +86,11 @@ std::string PointsOf(const std::vector<ModelPoint>& points, const std::vector<Mo
 
 }  // namespace
 
+void ColmapOptions::Check() const {
+  if (images.empty() || images == "rectified") return;
+  throw ConfigError(fmt::format("colmap images: found '{}', expected 'rectified'", images));
+}
+
 std::vector<std::string> ColmapWriter::Write(const std::string& folder, const MapResult& map,
                                              const Progress& progress) const {
   const std::string model = folder + "/colmap";
@@ -96,8 +103,15 @@ std::vector<std::string> ColmapWriter::Write(const std::string& folder, const Ma
   WriteFile(model + "/images.txt",
             (offset.empty() ? "" : "# " + offset + "\n") + ImagesOf(images, points));
   WriteFile(model + "/points3D.txt", PointsOf(points, images));
+  std::vector<std::string> paths = {model + "/cameras.txt", model + "/images.txt",
+                                    model + "/points3D.txt"};
+  if (!options_.images.empty()) {
+    const std::vector<std::string> written =
+        WriteRectifiedImages(model + "/images", map, images, options_, progress.Part(0.6, 1));
+    paths.insert(paths.end(), written.begin(), written.end());
+  }
   progress.ReportOrStop(1);
-  return {model + "/cameras.txt", model + "/images.txt", model + "/points3D.txt"};
+  return paths;
 }
 
 }  // namespace slcmap

@@ -1,6 +1,7 @@
 // COLMAP's text model, for those who go on there.
 #pragma once
 
+#include "export/colmap_options.h"
 #include "export/map_writer.h"
 
 namespace slcmap {
@@ -8,14 +9,19 @@ namespace slcmap {
 // Writes colmap/cameras.txt, images.txt and points3D.txt: the rectified cameras as PINHOLE, both
 // images of each keyframe, and of each view between them that shows a line, with its pose and the
 // points that it shows (ModelImages, ModelPoints), and the points with their tracks. A map does not
-// hold colours of points: they are grey. Images as recorded have to be rectified first. A map
-// without calibrated cameras has points alone.
+// hold colours of points: they are grey. Images as recorded have to be rectified first: on request
+// they are written so under colmap/images, by their names in images.txt. A map without calibrated
+// cameras has points alone.
 class ColmapWriter : public MapWriter {
  public:
+  explicit ColmapWriter(const ColmapOptions& options = {}) : options_(options) {}
   std::string Format() const override { return "colmap"; }
   std::vector<std::string> Names() const override { return {"colmap"}; }
   std::vector<std::string> Write(const std::string& folder, const MapResult& map,
                                  const Progress& progress) const override;
+
+ private:
+  ColmapOptions options_;
 };
 
 }  // namespace slcmap

@@ -9,10 +9,12 @@
 #include "data/error.h"
 #include "data/nearest_name.h"
 #include "data/summary_file.h"
+#include "export/building_frame.h"
 #include "export/cloud_writer.h"
 #include "export/colmap_writer.h"
 #include "export/dxf/dxf_writer.h"
 #include "export/gltf_writer.h"
+#include "export/grid_writer.h"
 #include "export/ifc/ifc_writer.h"
 #include "export/limap_writer.h"
 #include "export/map_writer.h"
@@ -21,6 +23,7 @@
 #include "export/plan/svg_writer.h"
 #include "export/ply_writer.h"
 #include "export/scene_writer.h"
+#include "export/world_offset.h"
 #include "mapping/merged_runs.h"
 
 namespace slcmap {
@@ -32,13 +35,14 @@ constexpr char kSummary[] = "export.json";
 constexpr int kExportVersion = 1;
 
 void WriteSummary(const std::string& folder, const MapResult& map,
-                  const std::vector<std::string>& names) {
+                  const RigidTransform& T_export_map, const std::vector<std::string>& names) {
   Json json = {{"format", "slcmap export"},
                {"version", kExportVersion},
                {"map", map.id},
                {"run", map.source.run_id},
                {"yaw_rad", YawOfWorld(map.source.T_world_run)},
                {"world_offset_m", OffsetJson(map.source.world_offset_m)},
+               {"map_yaw_rad", YawOfWorld(T_export_map)},
                {"complete", map.complete},
                {"partial_reason", map.partial_reason}};
   if (!map.source.merged.empty()) json["merged"] = MergedJson(map.source.merged);
@@ -100,6 +104,33 @@ std::vector<std::unique_ptr<MapWriter>> WantedWriters(const ExportOptions& optio
   return writers;
 }
 
+// Files of a map that is in the frame of exports, which T_export_map turned it to.
+std::vector<std::string> WriteFormats(const MapResult& map, const RigidTransform& T_export_map,
+                                      const ExportOptions& options, const Progress& progress,
+                                      OutputFolder* folder) {
+  const std::vector<std::unique_ptr<MapWriter>> writers = WantedWriters(options);
+  const std::set<std::string> last = FilesOfLastExport(folder->path());
+  RefuseFilesOfOthers(folder->path(), last, writers);
+  const auto parts = static_cast<double>(writers.size());
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < writers.size(); ++i) {
+    const double from = static_cast<double>(i) / parts;
+    const Progress part = progress.Part(from, from + 1 / parts);
+    for (const std::string& path : writers[i]->Write(folder->staging(), map, part)) {
+      names.push_back(path.substr(folder->staging().size() + 1));
+    }
+  }
+  progress.ReportOrStop(1);
+  WriteSummary(folder->staging(), map, T_export_map, names);
+  folder->Commit(map.complete);
+  RemoveOthers(folder->path(), last, names);
+  std::vector<std::string> paths;
+  for (const std::string& name : names) {
+    if (!name.starts_with("colmap/images/")) paths.push_back(folder->path() + "/" + name);
+  }
+  return paths;
+}
+
 }  // namespace
 
 std::vector<std::unique_ptr<MapWriter>> MakeMapWriters(const ExportOptions& options) {
@@ -111,10 +142,11 @@ std::vector<std::unique_ptr<MapWriter>> MakeMapWriters(const ExportOptions& opti
   writers.push_back(std::make_unique<SvgPlanWriter>(options.plan));
   writers.push_back(std::make_unique<PdfPlanWriter>(options.plan));
   writers.push_back(std::make_unique<DxfWriter>(options.plan, options.scene.max_jump_s));
-  writers.push_back(std::make_unique<ObjWriter>(options.scene.max_jump_s));
+  writers.push_back(std::make_unique<ObjWriter>(options.scene.max_jump_s, options.obj));
   writers.push_back(std::make_unique<IfcWriter>(options.ifc));
-  writers.push_back(std::make_unique<ColmapWriter>());
+  writers.push_back(std::make_unique<ColmapWriter>(options.colmap));
   writers.push_back(std::make_unique<LimapWriter>());
+  writers.push_back(std::make_unique<GridWriter>(options.grid));
   return writers;
 }
 
@@ -127,7 +159,9 @@ std::vector<std::string> ExportFormats() {
 StageFiles ExportFiles() {
   StageFiles files = {"an export", {kSummary}};
   for (const auto& writer : MakeMapWriters({})) {
-    for (const std::string& name : writer->Names()) files.names.push_back(name);
+    for (const std::string& name : writer->Names()) {
+      if (std::ranges::find(files.names, name) == files.names.end()) files.names.push_back(name);
+    }
   }
   return files;
 }
@@ -148,6 +182,9 @@ MapSource ExportSourceIn(const std::string& folder) {
 
 void CheckFormats(const ExportOptions& options) {
   options.plan.Check();
+  options.obj.Check();
+  options.colmap.Check();
+  options.grid.Check();
   const std::vector<std::string> known = ExportFormats();
   for (const std::string& format : options.formats) {
     if (std::find(known.begin(), known.end(), format) != known.end()) continue;
@@ -166,25 +203,17 @@ std::vector<std::string> ExportMap(const MapResult& map, const std::string& fold
 std::vector<std::string> ExportMap(const MapResult& map, OutputFolder* folder,
                                    const ExportOptions& options, const Progress& progress) {
   CheckFormats(options);
-  const std::vector<std::unique_ptr<MapWriter>> writers = WantedWriters(options);
-  const std::set<std::string> last = FilesOfLastExport(folder->path());
-  RefuseFilesOfOthers(folder->path(), last, writers);
-  const auto parts = static_cast<double>(writers.size());
-  std::vector<std::string> names;
-  for (std::size_t i = 0; i < writers.size(); ++i) {
-    const double from = static_cast<double>(i) / parts;
-    const Progress part = progress.Part(from, from + 1 / parts);
-    for (const std::string& path : writers[i]->Write(folder->staging(), map, part)) {
-      names.push_back(path.substr(folder->staging().size() + 1));
-    }
+  if (IsFar(map.source)) {  // in a frame that others share, whose axes all files keep
+    MapResult kept = map;
+    kept.building.T_map_world = {};
+    return WriteFormats(kept, {}, options, progress, folder);
   }
-  progress.ReportOrStop(1);
-  WriteSummary(folder->staging(), map, names);
-  folder->Commit(map.complete);
-  RemoveOthers(folder->path(), last, names);
-  std::vector<std::string> paths;
-  for (const std::string& name : names) paths.push_back(folder->path() + "/" + name);
-  return paths;
+  const RigidTransform T_export_map = FrameOfExports(map.building);
+  if (IsInFrameOfExports(map.building)) {
+    return WriteFormats(map, T_export_map, options, progress, folder);
+  }
+  const MapResult turned = InFrameOfExports(map, progress.Part(0, 0.1));
+  return WriteFormats(turned, T_export_map, options, progress.Part(0.1, 1), folder);
 }
 
 }  // namespace slcmap

@@ -6,8 +6,11 @@
 
 #include "data/output_folder.h"
 #include "data/progress.h"
+#include "export/colmap_options.h"
 #include "export/gltf_options.h"
+#include "export/grid_options.h"
 #include "export/ifc/ifc_options.h"
+#include "export/obj_options.h"
 #include "export/plan/plan_options.h"
 #include "export/ply_options.h"
 #include "export/scene.h"
@@ -22,6 +25,9 @@ struct ExportOptions {
   GltfOptions gltf;
   PlyOptions ply;
   IfcOptions ifc;
+  ObjOptions obj;
+  ColmapOptions colmap;
+  GridOptions grid;
 };
 
 // The names of the formats there are.
@@ -37,8 +43,11 @@ StageFiles ExportFiles();
 // DataError.
 MapSource ExportSourceIn(const std::string& folder);
 
-// Writes a map into a folder, which is made where it is missing, and returns the files' paths. The
-// files of an earlier export are replaced once all are written. Throws ConfigError for a format
+// Writes a map into a folder, which is made where it is missing, and returns the files' paths, but
+// those of COLMAP's images. The frame of all is along the building (building_frame.h), and the
+// summary says how the run
+// (`yaw_rad`) and the map's world (`map_yaw_rad`) are turned in it. The files of an earlier export
+// are replaced once all are written. Throws ConfigError for a format
 // that there is not, a map that is too large (SceneOptions::max_vertices) or files of others in
 // folders that are written anew, OutputError naming the
 // file that cannot be written, StoppedError when progress says so, and what OutputFolder throws;

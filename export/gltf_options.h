@@ -6,6 +6,7 @@ namespace slcmap {
 struct GltfOptions {
   bool tubes =
       false;  // lines as bars too, for viewers that show only triangles or lines a pixel wide
+  bool voxels = false;     // occupied voxels as cubes
   bool quantised = false;  // positions as 16 bits of each layer's extent (KHR_mesh_quantization)
 };
 

@@ -11,6 +11,7 @@
 #include "export/axis_name.h"
 #include "export/gltf_model.h"
 #include "export/pipe_tubes.h"
+#include "export/plan/wall_solids.h"
 #include "export/storey_at.h"
 #include "export/surface_mesh.h"
 #include "mapping/building/building_names.h"
@@ -92,10 +93,11 @@ class GltfLayers {
     }
   }
 
-  void AddMeshes(bool tubes, const Progress& progress) {
+  void AddMeshes(const GltfOptions& options, const Progress& progress) {
     for (const MeshLayer& layer : scene_.meshes) {
       progress.ReportOrStop(0);
-      if (layer.name == "line_bars" && !tubes) continue;
+      if (layer.name == "line_bars" && !options.tubes) continue;
+      if (layer.name == "voxels" && !options.voxels) continue;
       AddMesh(layer.name, layer, {});
     }
   }
@@ -117,10 +119,13 @@ class GltfLayers {
   }
 
   void AddWalls() {
+    const std::map<const PlanWall*, WallSolid> solids = SolidsOfWalls(map_.building);
     for (const PlanWall& wall : map_.building.walls) {
       const WallHeight height = HeightOfWall(wall, map_.building, kAssumedHeight_m);
       MeshLayer mesh;
-      AddWallMesh(wall, height, kWallColour, &mesh);
+      const auto solid = solids.find(&wall);
+      const WallBack back = solid == solids.end() ? WallBack() : BackOf(solid->second);
+      AddWallMesh(wall, height, kWallColour, &mesh, back);
       const auto storey = StoreyOfId(map_.building, wall.storey);
       AddMesh(StoreyPath("walls", map_.building, storey) + fmt::format("/wall {}", wall.id), mesh,
               {{"id", ValueOf(wall.id)},
@@ -210,7 +215,7 @@ std::vector<std::string> GltfWriter::Write(const std::string& folder, const MapR
   progress.ReportOrStop(0.55);
   layers.AddLines();
   layers.AddTracks();
-  layers.AddMeshes(options_.tubes, progress.Part(0.6, 0.7));
+  layers.AddMeshes(options_, progress.Part(0.6, 0.7));
   layers.AddPipes();
   layers.AddWalls();
   layers.AddPlanes();

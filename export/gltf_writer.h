@@ -9,11 +9,11 @@
 namespace slcmap {
 
 // Writes scene.glb under a root node that turns z up into glTF's y up: the points, the dense cloud,
-// the lines by storey and axis, trajectory, keyframes and voxels, walls as solids with their
-// openings, and other planes by kind, with ids, kinds and what is known of each in `extras`.
-// Materials are unlit (KHR_materials_unlit) and colours are vertex colours of 8 bits. Empty layers
-// are left out. With what the scene has, there are at most SceneOptions::max_vertices: dense
-// points beyond are thinned.
+// the lines by storey and axis, trajectory, keyframes and, on request, voxels, walls as solids that
+// meet at corners, with their openings, and other planes by kind, with ids, kinds and what is known
+// of each in `extras`. Materials are unlit (KHR_materials_unlit) and colours are vertex colours of
+// 8 bits. Empty layers are left out. With what the scene has, there are at most
+// SceneOptions::max_vertices: dense points beyond are thinned.
 class GltfWriter : public MapWriter {
  public:
   GltfWriter(std::shared_ptr<SceneOfMap> scene, int max_vertices, const GltfOptions& options)

@@ -98,6 +98,7 @@ std::vector<PlanesOfLayer> PlaneLayers(const Building& building) {
     PlanesOfLayer& layer = layers[{plane.storey, plane.kind}];
     layer.name = fmt::format("{}_{}_PLANE", StoreyPrefix(plane.storey),
                              kPlaneKinds[static_cast<size_t>(plane.kind)]);
+    layer.kind = plane.kind;
     AddPlane(plane, building, &layer);
   }
   std::vector<PlanesOfLayer> sorted;

@@ -22,6 +22,7 @@ struct LinesOfLayer {
 // The planes of one storey and kind, such as "S0_WALL_PLANE", without their openings.
 struct PlanesOfLayer {
   std::string name;
+  PlaneKind kind = PlaneKind::kOther;
   std::vector<std::array<Eigen::Vector3d, 3>> triangles;  // counter-clockwise before the plane
   std::vector<std::vector<Eigen::Vector3d>> outlines;     // of planes and openings
 };

@@ -41,31 +41,50 @@ void AddFace(const Polygon& polygon, const Canvas& canvas, const Colour& colour,
   }
 }
 
-// A strip between the edges of an outline, which has its inside on the left, and the same edges
-// moved by `depth`, against the normal of the canvas.
-void AddSides(const PlanPoints& outline, const Canvas& canvas, const Vector3d& depth,
+// Where the back of a wall has the points of its front.
+class BackOfFront {
+ public:
+  BackOfFront(const Canvas& front, const Vector3d& depth, double length_m, const WallBack& back)
+      : front_(front), depth_(depth), length_m_(length_m), back_(back) {}
+
+  Vector3d At(const Vector2d& p) const {
+    double x = p.x();
+    if (x < kLeastSolid_m) x -= back_.before_start_m;
+    if (x > length_m_ - kLeastSolid_m) x += back_.beyond_end_m;
+    return front_.At({x, p.y()}) + depth_;
+  }
+
+ private:
+  const Canvas& front_;
+  const Vector3d depth_;
+  const double length_m_;
+  const WallBack back_;
+};
+
+// A strip between the edges of an outline, which has its inside on the left, and those behind.
+void AddSides(const PlanPoints& outline, const Canvas& canvas, const BackOfFront& back,
               const Colour& colour, MeshLayer* layer) {
   for (std::size_t i = 0; i < outline.size(); ++i) {
-    const Vector3d a = canvas.At(outline[i]);
-    const Vector3d b = canvas.At(outline[(i + 1) % outline.size()]);
-    const Vector3d normal = (b - a).cross(canvas.Normal()).normalized();
+    const Vector2d& next = outline[(i + 1) % outline.size()];
+    const Vector3d a = canvas.At(outline[i]), b = canvas.At(next);
+    const Vector3d normal = (b - a).cross(a - back.At(outline[i])).normalized();
     const Colour lit = Lit(colour, normal);
     const uint32_t first = AddVertex(a, lit, layer);
     AddVertex(b, lit, layer);
-    AddVertex(b + depth, lit, layer);
-    AddVertex(a + depth, lit, layer);
+    AddVertex(back.At(next), lit, layer);
+    AddVertex(back.At(outline[i]), lit, layer);
     layer->triangles.push_back({first, first + 2, first + 1});
     layer->triangles.push_back({first, first + 3, first + 2});
   }
 }
 
 // The other side of a solid whose front is the polygon.
-void AddBack(const Polygon& polygon, const Canvas& canvas, const Vector3d& depth,
-             const Colour& colour, MeshLayer* layer) {
+void AddBack(const Polygon& polygon, const BackOfFront& back, const Colour& colour,
+             MeshLayer* layer) {
   for (const PlanTriangle& triangle : Triangulate(polygon)) {
     std::array<uint32_t, 3> corners;
     for (std::size_t i = 0; i < 3; ++i) {
-      corners[i] = AddVertex(canvas.At(triangle[2 - i]) + depth, colour, layer);
+      corners[i] = AddVertex(back.At(triangle[2 - i]), colour, layer);
     }
     layer->triangles.push_back(corners);
   }
@@ -97,7 +116,7 @@ Polygon OutlineOn(const Canvas& canvas, const BuildingPlane& plane, const Buildi
 }  // namespace
 
 void AddWallMesh(const PlanWall& wall, const WallHeight& height, const Colour& colour,
-                 MeshLayer* layer) {
+                 MeshLayer* layer, const WallBack& back) {
   if (!IsSolid(wall, height)) return;
   const double length_m = (wall.end - wall.start).norm();
   const Vector2d along = (wall.end - wall.start) / length_m;
@@ -105,7 +124,7 @@ void AddWallMesh(const PlanWall& wall, const WallHeight& height, const Colour& c
   const Canvas front{{wall.start.x(), wall.start.y(), height.floor_m},
                      {along.x(), along.y(), 0},
                      Vector3d::UnitZ()};
-  const Vector3d depth = -wall.thickness_m * front.Normal();
+  const BackOfFront behind(front, -wall.thickness_m * front.Normal(), length_m, back);
   std::vector<PlanPoints> holes;
   for (const PlanOpening& opening : wall.openings) {
     if (const auto hole = HoleOf(opening, wall, height)) holes.push_back(RectangleOf(*hole));
@@ -113,9 +132,9 @@ void AddWallMesh(const PlanWall& wall, const WallHeight& height, const Colour& c
   const Eigen::AlignedBox2d all(Vector2d(0, 0), Vector2d(length_m, height.height_m));
   for (const Polygon& part : Difference({RectangleOf(all), {}}, holes)) {
     AddFace(part, front, Lit(colour, front.Normal()), layer);
-    AddBack(part, front, depth, Lit(colour, -front.Normal()), layer);
-    AddSides(part.outline, front, depth, colour, layer);
-    for (const PlanPoints& hole : part.holes) AddSides(hole, front, depth, colour, layer);
+    AddBack(part, behind, Lit(colour, -front.Normal()), layer);
+    AddSides(part.outline, front, behind, colour, layer);
+    for (const PlanPoints& hole : part.holes) AddSides(hole, front, behind, colour, layer);
   }
 }
 

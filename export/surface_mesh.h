@@ -1,16 +1,18 @@
 // Walls and level surfaces of a building as triangles.
 #pragma once
 
+#include "export/plan/wall_solids.h"
 #include "export/scene.h"
 #include "export/wall_shape.h"
 #include "mapping/building/building.h"
 
 namespace slcmap {
 
-// A wall as a closed solid with its openings cut, in world; its sides have their own vertices and
-// shades of the colour, in place of a light. Nothing of a wall that is no solid.
+// A wall as a closed solid with its openings cut, and its back as it is joined to others, in world;
+// its sides have their own vertices and shades of the colour, in place of a light. Nothing of a
+// wall that is no solid.
 void AddWallMesh(const PlanWall& wall, const WallHeight& height, const Colour& colour,
-                 MeshLayer* layer);
+                 MeshLayer* layer, const WallBack& back = {});
 
 // The front of a plane: its outline, or that of its room, without its openings.
 void AddPlaneMesh(const BuildingPlane& plane, const Building& building, const Colour& colour,

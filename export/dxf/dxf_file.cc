@@ -2,6 +2,7 @@
 
 #include <spdlog/fmt/fmt.h>
 
+#include <algorithm>
 #include <cmath>
 #include <iterator>
 
@@ -61,20 +62,20 @@ void WriteText(const std::string& layer, const DrawnText& drawn, std::string* te
       .Point(1, place);
 }
 
-// Dashes and gaps (negative) in metres.
-void WriteLinetype(DxfLinetype type, const char* shown, const std::vector<double>& parts_m,
+// Dashes and gaps (negative) in millimetres on paper: $LTSCALE makes metres of them.
+void WriteLinetype(DxfLinetype type, const char* shown, const std::vector<double>& parts_mm,
                    std::string* text) {
-  double length_m = 0;
-  for (const double part_m : parts_m) length_m += std::abs(part_m);
+  double length_mm = 0;
+  for (const double part_mm : parts_mm) length_mm += std::abs(part_mm);
   Groups groups(text);
   groups.Name(0, "LTYPE")
       .Name(2, kLinetypes[static_cast<size_t>(type)])
       .Number(70, 0)
       .Name(3, shown)
       .Number(72, 65)
-      .Number(73, static_cast<int>(parts_m.size()))
-      .Real(40, length_m);
-  for (const double part_m : parts_m) groups.Real(49, part_m);
+      .Number(73, static_cast<int>(parts_mm.size()))
+      .Real(40, length_mm);
+  for (const double part_mm : parts_mm) groups.Real(49, part_mm);
 }
 
 void WriteLayer(const DxfLayer& layer, std::string* text) {
@@ -84,6 +85,22 @@ void WriteLayer(const DxfLayer& layer, std::string* text) {
       .Name(2, layer.name)
       .Number(62, layer.is_on ? layer.colour : -layer.colour)
       .Name(6, kLinetypes[static_cast<size_t>(layer.linetype)]);
+}
+
+// What a program shows when it opens the drawing: a box seen from above, with a margin.
+void WriteView(const Vector3d& least, const Vector3d& most, std::string* text) {
+  constexpr double kAspect = 1.5, kMargin = 1.05, kLeast_m = 1;
+  const Vector3d size = most - least, middle = 0.5 * (least + most);
+  const double height_m = kMargin * std::max({size.y(), size.x() / kAspect, kLeast_m});
+  Groups groups(text);
+  groups.Name(0, "TABLE").Name(2, "VPORT").Number(70, 1).Name(0, "VPORT");
+  groups.Name(2, "*ACTIVE").Number(70, 0);
+  groups.Real(10, 0).Real(20, 0).Real(11, 1).Real(21, 1).Real(12, middle.x()).Real(22, middle.y());
+  groups.Real(13, 0).Real(23, 0).Real(14, 1).Real(24, 1).Real(15, 1).Real(25, 1);
+  groups.Point(6, Vector3d::UnitZ()).Point(7, Vector3d::Zero());
+  groups.Real(40, height_m).Real(41, kAspect).Real(42, 50).Real(43, 0).Real(44, 0);
+  groups.Real(50, 0).Real(51, 0).Number(71, 0).Number(72, 1000).Number(73, 1).Number(74, 1);
+  groups.Number(75, 0).Number(76, 0).Number(77, 0).Number(78, 0).Name(0, "ENDTAB");
 }
 
 void WriteStyles(std::string* text) {
@@ -153,17 +170,20 @@ std::string Ascii(const std::string& text) {
 }
 
 void DxfFile::AddLine(const std::string& layer, const Vector3d& start, const Vector3d& end) {
+  used_.insert(layer);
   Extend(start);
   Extend(end);
   WriteLine(layer, start, end, &entities_);
 }
 
 void DxfFile::AddPoint(const std::string& layer, const Vector3d& point) {
+  used_.insert(layer);
   Extend(point);
   Groups(&entities_).Name(0, "POINT").Name(8, layer).Point(0, point);
 }
 
 void DxfFile::AddTriangle(const std::string& layer, const std::array<Vector3d, 3>& corners) {
+  used_.insert(layer);
   constexpr int kAllEdgesHidden = 15;  // outlines are drawn beside
   for (const Vector3d& corner : corners) Extend(corner);
   Groups(&entities_)
@@ -178,6 +198,7 @@ void DxfFile::AddTriangle(const std::string& layer, const std::array<Vector3d, 3
 
 void DxfFile::AddPolyline(const std::string& layer, const std::vector<Vector3d>& points,
                           bool is_closed) {
+  used_.insert(layer);
   constexpr int kClosed = 1, kInSpace = 8, kVertexInSpace = 32;
   Groups groups(&entities_);
   groups.Name(0, "POLYLINE").Name(8, layer).Number(66, 1).Point(0, Vector3d::Zero());
@@ -190,11 +211,13 @@ void DxfFile::AddPolyline(const std::string& layer, const std::vector<Vector3d>&
 }
 
 void DxfFile::AddText(const std::string& layer, const DrawnText& text) {
+  used_.insert(layer);
   Extend(Flat(text.position));
   WriteText(layer, text, &entities_);
 }
 
 void DxfFile::AddDimension(const std::string& layer, const Dimension& dimension) {
+  used_.insert(layer);
   constexpr int kAtAngle = 0, kAnonymous = 1;
   const std::string block = fmt::format("*D{}", ++dimensions_);
   const Drawing drawing = DrawDimension(dimension, sizes_);
@@ -232,6 +255,14 @@ void DxfFile::Extend(const Vector3d& point) {
   is_empty_ = false;
 }
 
+std::vector<DxfLayer> DxfFile::UsedLayers() const {
+  std::vector<DxfLayer> used;
+  for (const DxfLayer& layer : layers_) {
+    if (used_.contains(layer.name)) used.push_back(layer);
+  }
+  return used;
+}
+
 std::string DxfFile::Header() const {
   std::string text;
   Groups groups(&text);
@@ -239,10 +270,13 @@ std::string DxfFile::Header() const {
   groups.Name(0, "SECTION").Name(2, "HEADER");
   groups.Variable("$ACADVER").Name(1, "AC1009");
   groups.Variable("$EXTMIN").Point(0, least_).Variable("$EXTMAX").Point(0, most_);
+  for (const auto& [name, corner] : {std::pair("$LIMMIN", least_), std::pair("$LIMMAX", most_)}) {
+    groups.Variable(name).Real(10, corner.x()).Real(20, corner.y());
+  }
   // R12 knows neither of these two; FreeCAD takes metres for millimetres without them.
   groups.Variable("$INSUNITS").Number(70, 6).Variable("$MEASUREMENT").Number(70, 1);
   groups.Variable("$LUNITS").Number(70, 2).Variable("$LUPREC").Number(70, 3);
-  groups.Variable("$LTSCALE").Real(40, 1);
+  groups.Variable("$LTSCALE").Real(40, scale_ / 1000.0);
   groups.Variable("$DIMSTYLE").Name(2, "STANDARD");
   for (const DimensionVariable& variable : DimensionLengths(sizes_)) {
     groups.Variable(variable.name).Real(40, variable.value);
@@ -256,15 +290,17 @@ std::string DxfFile::Tables() const {
   std::string text;
   Groups groups(&text);
   groups.Name(0, "SECTION").Name(2, "TABLES");
+  WriteView(least_, most_, &text);
   groups.Name(0, "TABLE").Name(2, "LTYPE").Number(70, static_cast<int>(kLinetypes.size()));
-  const double dash_m = sizes_.gap_m;
+  const double dash_mm = sizes_.gap_m * 1000 / scale_;
   WriteLinetype(DxfLinetype::kContinuous, "Solid line", {}, &text);
-  WriteLinetype(DxfLinetype::kDashed, "__ __ __ __", {2 * dash_m, -dash_m}, &text);
-  WriteLinetype(DxfLinetype::kDotted, ". . . . . .", {0, -dash_m}, &text);
+  WriteLinetype(DxfLinetype::kDashed, "__ __ __ __", {2 * dash_mm, -dash_mm}, &text);
+  WriteLinetype(DxfLinetype::kDotted, ". . . . . .", {0, -dash_mm}, &text);
   groups.Name(0, "ENDTAB");
-  groups.Name(0, "TABLE").Name(2, "LAYER").Number(70, static_cast<int>(layers_.size()) + 1);
+  const std::vector<DxfLayer> layers = UsedLayers();
+  groups.Name(0, "TABLE").Name(2, "LAYER").Number(70, static_cast<int>(layers.size()) + 1);
   WriteLayer({"0", 7, DxfLinetype::kContinuous, true}, &text);
-  for (const DxfLayer& layer : layers_) WriteLayer(layer, &text);
+  for (const DxfLayer& layer : layers) WriteLayer(layer, &text);
   groups.Name(0, "ENDTAB");
   WriteStyles(&text);
   groups.Name(0, "TABLE").Name(2, "APPID").Number(70, 1);

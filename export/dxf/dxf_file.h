@@ -6,6 +6,7 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -25,11 +26,12 @@ struct DxfLayer {
 class DxfFile {
  public:
   // Texts and dashes are sized for a drawing that is printed at 1 : scale.
-  explicit DxfFile(int scale) : sizes_(scale) {}
+  explicit DxfFile(int scale) : scale_(scale), sizes_(scale) {}
 
   const PlanTextSizes& sizes() const { return sizes_; }
 
-  // What is drawn on a layer comes after it was added.
+  // What is drawn on a layer comes after it was added. Layers on which nothing is drawn are left
+  // out of the file.
   void AddLayer(const DxfLayer& layer) { layers_.push_back(layer); }
 
   void AddLine(const std::string& layer, const Eigen::Vector3d& start, const Eigen::Vector3d& end);
@@ -49,11 +51,14 @@ class DxfFile {
  private:
   std::string Header() const;
   std::string Tables() const;
+  std::vector<DxfLayer> UsedLayers() const;
   void Extend(const Eigen::Vector3d& point);
 
+  const int scale_;
   PlanTextSizes sizes_;
   std::string comment_;
   std::vector<DxfLayer> layers_;
+  std::set<std::string> used_;
   std::string blocks_, entities_;
   int dimensions_ = 0;
   bool is_empty_ = true;

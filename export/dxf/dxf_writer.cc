@@ -1,5 +1,7 @@
 #include "export/dxf/dxf_writer.h"
 
+#include <spdlog/fmt/fmt.h>
+
 #include "data/file.h"
 #include "export/dxf/dxf_file.h"
 #include "export/map_layers.h"
@@ -62,8 +64,7 @@ void AddStorey(const StoreyPlan& plan, bool is_on, DxfFile* file) {
   }
 }
 
-std::string PlanDxf(const MapResult& map, const PlanOptions& options) {
-  const PlanSet plans = MakePlans(map.building, options);
+std::string PlanDxf(const PlanSet& plans) {
   DxfFile file(plans.format.scale);
   file.SetComment(WorldOffsetNote(map.source.world_offset_m));
   for (const StoreyPlan& plan : plans.storeys) {
@@ -99,6 +100,12 @@ void AddPlanes(const Building& building, DxfFile* file) {
   }
 }
 
+std::string StoreyDxf(const StoreyPlan& plan, int scale) {
+  DxfFile file(scale);
+  AddStorey(plan, true, &file);
+  return file.Text();
+}
+
 std::string MapDxf(const MapResult& map, double max_jump_s) {
   constexpr char kPoints[] = "POINTS", kTrajectory[] = "TRAJECTORY";
   const RigidTransform& T_map_world = map.building.T_map_world;
@@ -121,8 +128,15 @@ std::string MapDxf(const MapResult& map, double max_jump_s) {
 std::vector<std::string> DxfWriter::Write(const std::string& folder, const MapResult& map,
                                           const Progress& progress) const {
   progress.ReportOrStop(0);
-  const std::vector<std::string> paths = {folder + "/plan.dxf", folder + "/map.dxf"};
-  WriteFile(paths[0], PlanDxf(map, options_));
+  std::vector<std::string> paths = {folder + "/plan.dxf", folder + "/map.dxf"};
+  const PlanSet plans = MakePlans(map.building, options_);
+  WriteFile(paths[0], PlanDxf(plans));
+  if (plans.storeys.size() > 1) MakeFolder(folder + "/plan");
+  for (const StoreyPlan& plan : plans.storeys) {
+    if (plans.storeys.size() < 2) break;
+    paths.push_back(fmt::format("{}/plan/storey_{}.dxf", folder, plan.storey.id));
+    WriteFile(paths.back(), StoreyDxf(plan, plans.format.scale));
+  }
   progress.ReportOrStop(0.5);
   WriteFile(paths[1], MapDxf(map, max_jump_s_));
   progress.ReportOrStop(1);

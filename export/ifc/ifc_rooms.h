@@ -12,7 +12,8 @@ namespace slcmap {
 void AddIfcSpaces(const Building& building, IfcStructure* structure, IfcFile* file);
 
 // Adds a slab of assumed thickness under each floor and over each ceiling, with the outline of its
-// room, whose holes it has too. Returns how many had no area and were left out.
+// room, whose holes it has too. Where less than two such thicknesses are between a ceiling and the
+// floor above it, both take half of what there is. Returns how many had no area and were left out.
 int AddIfcSlabs(const Building& building, const IfcOptions& options, IfcStructure* structure,
                 IfcFile* file);
 

@@ -17,7 +17,9 @@ IfcStructure::IfcStructure(const MapResult& map, IfcFile* file) : file_(file) {
                        {"'Site'", kStepUnset, kStepUnset, of_site, kStepUnset, kStepUnset,
                         ".ELEMENT.", kStepUnset, kStepUnset, kStepUnset, kStepUnset, kStepUnset});
   building_.content = content;
-  building_.placement = file_->LocalPlacement(of_site, {});
+  // Heights of storeys are over the lowest floor; the map's z counts from where odometry began.
+  if (!map.building.storeys.empty()) building_.floor_m = map.building.storeys.front().floor_m;
+  building_.placement = file_->LocalPlacement(of_site, {.origin = {0, 0, building_.floor_m}});
   building_.entity =
       file_->AddRooted("IFCBUILDING", content,
                        {"'Building'", kStepUnset, kStepUnset, building_.placement, kStepUnset,
@@ -33,11 +35,12 @@ void IfcStructure::AddStoreys(const MapResult& map) {
     IfcPart part;
     part.floor_m = storey.floor_m;
     part.content = fmt::format("{} storey {}", map.source.run_id, storey.id);
-    part.placement = file_->LocalPlacement(building_.placement, {.origin = {0, 0, storey.floor_m}});
+    const double elevation_m = storey.floor_m - building_.floor_m;
+    part.placement = file_->LocalPlacement(building_.placement, {.origin = {0, 0, elevation_m}});
     part.entity = file_->AddRooted(
         "IFCBUILDINGSTOREY", part.content,
         {StepText(fmt::format("Storey {}", storey.id)), kStepUnset, kStepUnset, part.placement,
-         kStepUnset, kStepUnset, ".ELEMENT.", StepReal(storey.floor_m)});
+         kStepUnset, kStepUnset, ".ELEMENT.", StepReal(elevation_m)});
     entities.push_back(part.entity);
     storeys_.push_back(part);
   }

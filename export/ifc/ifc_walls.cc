@@ -2,6 +2,7 @@
 
 #include <spdlog/fmt/fmt.h>
 
+#include "export/plan/wall_solids.h"
 #include "export/storey_at.h"
 #include "export/wall_shape.h"
 
@@ -16,9 +17,11 @@ constexpr Colour kAssumedColour{205, 196, 178};
 // A wall in its own frame: x along it, y from its measured face to the one behind, z up.
 class WallBuilder {
  public:
-  WallBuilder(const PlanWall& wall, const WallHeight& height, IfcPart* part, IfcFile* file)
+  WallBuilder(const PlanWall& wall, const WallHeight& height, const WallBack& back, IfcPart* part,
+              IfcFile* file)
       : wall_(wall),
         height_(height),
+        back_(back),
         part_(part),
         file_(file),
         length_m_((wall.end - wall.start).norm()),
@@ -28,7 +31,8 @@ class WallBuilder {
   void Add() {
     placement_ = file_->LocalPlacement(
         part_->placement,
-        {.origin = {wall_.start.x(), wall_.start.y(), 0}, .along = wall_.end - wall_.start});
+        {.origin = {wall_.start.x(), wall_.start.y(), height_.floor_m - part_->floor_m},
+         .along = wall_.end - wall_.start});
     entity_ = file_->AddRooted(
         "IFCWALL", content_,
         {StepText(fmt::format("Wall {}", wall_.id)), kStepUnset, kStepUnset, placement_, Shape(),
@@ -63,13 +67,25 @@ class WallBuilder {
   }
 
   std::string Shape() {
-    const std::string box = file_->Box({0.5 * length_m_, 0.5 * wall_.thickness_m},
-                                       {length_m_, wall_.thickness_m}, 0, height_.height_m);
-    file_->SetSurface(box, wall_.thickness_assumed ? kAssumedColour : kWallColour, 0);
+    const std::string solid = Solid();
+    file_->SetSurface(solid, wall_.thickness_assumed ? kAssumedColour : kWallColour, 0);
     const IfcContexts& contexts = file_->contexts();
     const std::string line = file_->Polyline({{0, 0}, {length_m_, 0}}, false);
     return file_->Shape({file_->Representation(contexts.axis, "Axis", "Curve2D", {line}),
-                         file_->Representation(contexts.body, "Body", "SweptSolid", {box})});
+                         file_->Representation(contexts.body, "Body", "SweptSolid", {solid})});
+  }
+
+  std::string Solid() {
+    if (back_.before_start_m == 0 && back_.beyond_end_m == 0) {
+      return file_->Box({0.5 * length_m_, 0.5 * wall_.thickness_m}, {length_m_, wall_.thickness_m},
+                        0, height_.height_m);
+    }
+    const Polygon area = {{{0, 0},
+                           {length_m_, 0},
+                           {length_m_ + back_.beyond_end_m, wall_.thickness_m},
+                           {-back_.before_start_m, wall_.thickness_m}},
+                          {}};
+    return file_->Prism(area, 0, height_.height_m);
   }
 
   // The hole is along the wall and over the floor; its solid starts at z = 0 of its own placement.
@@ -88,8 +104,8 @@ class WallBuilder {
     file_->AddRooted("IFCRELVOIDSELEMENT", content, {kStepUnset, kStepUnset, entity_, entity});
     file_->AddProperties(entity, content, "Opening",
                          {{"walked_through", IfcBooleanValue(opening.walked)}});
-    const bool is_door = opening.kind == OpeningKind::kDoor || opening.walked;
-    if (is_door) AddDoor(opening, hole, content, placement, entity);
+    if (opening.kind == OpeningKind::kPassage) return;
+    AddFilling(opening, hole, content, placement, entity);
   }
 
   // Cut solids that end at a face or border of the wall leave skins there.
@@ -108,23 +124,28 @@ class WallBuilder {
     return opening.kind == OpeningKind::kWindow ? "Window" : "Passage";
   }
 
-  // Without a shape: that there is a way was seen, a leaf was not.
-  void AddDoor(const PlanOpening& opening, const Eigen::AlignedBox2d& hole,
-               const std::string& content, const std::string& of_hole, const std::string& filled) {
+  // A door or a window, without a shape: that there is a hole was seen, a leaf or a pane was not.
+  void AddFilling(const PlanOpening& opening, const Eigen::AlignedBox2d& hole,
+                  const std::string& content, const std::string& of_hole,
+                  const std::string& filled) {
+    const bool is_door = opening.kind == OpeningKind::kDoor;
     const std::string placement = file_->LocalPlacement(of_hole, {});
-    const std::string entity =
-        file_->AddRooted("IFCDOOR", content,
-                         {"'Door'", kStepUnset, kStepUnset, placement, kStepUnset, kStepUnset,
-                          StepReal(hole.sizes().y()), StepReal(hole.sizes().x()), ".DOOR.",
-                          ".NOTDEFINED.", kStepUnset});
+    const std::string entity = file_->AddRooted(
+        is_door ? "IFCDOOR" : "IFCWINDOW", content,
+        {is_door ? "'Door'" : "'Window'", kStepUnset, kStepUnset, placement, kStepUnset, kStepUnset,
+         StepReal(hole.sizes().y()), StepReal(hole.sizes().x()), is_door ? ".DOOR." : ".WINDOW.",
+         ".NOTDEFINED.", kStepUnset});
     file_->AddRooted("IFCRELFILLSELEMENT", content, {kStepUnset, kStepUnset, filled, entity});
-    file_->AddProperties(entity, content, "Door",
-                         {{"walked_through", IfcBooleanValue(opening.walked)}});
+    if (is_door) {
+      file_->AddProperties(entity, content, "Door",
+                           {{"walked_through", IfcBooleanValue(opening.walked)}});
+    }
     part_->elements.push_back(entity);
   }
 
   const PlanWall& wall_;
   const WallHeight height_;
+  const WallBack back_;
   IfcPart* part_;
   IfcFile* file_;
   const double length_m_;
@@ -137,6 +158,7 @@ class WallBuilder {
 int AddIfcWalls(const Building& building, const IfcOptions& options, IfcStructure* structure,
                 IfcFile* file) {
   int left_out = 0;
+  const std::map<const PlanWall*, WallSolid> solids = SolidsOfWalls(building);
   for (const PlanWall& wall : building.walls) {
     IfcPart& part = structure->PartOf(StoreyOfId(building, wall.storey));
     const WallHeight height = HeightOfWall(wall, building, options.assumed_height_m);
@@ -144,7 +166,9 @@ int AddIfcWalls(const Building& building, const IfcOptions& options, IfcStructur
       ++left_out;
       continue;
     }
-    WallBuilder builder(wall, height, &part, file);
+    const auto solid = solids.find(&wall);
+    const WallBack back = solid == solids.end() ? WallBack() : BackOf(solid->second);
+    WallBuilder builder(wall, height, back, &part, file);
     builder.Add();
     for (const PlanOpening& opening : wall.openings) {
       if (!builder.AddOpening(opening)) ++left_out;

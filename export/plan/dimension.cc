@@ -43,8 +43,8 @@ DrawnText DimensionText(const Dimension& dimension, const PlanTextSizes& sizes) 
   const double angle_rad = ReadableAngle(along);
   const Vector2d up(-std::sin(angle_rad), std::cos(angle_rad));
   // The next row is as far from the text below as that is from the line.
-  const double over_m =
-      dimension.text_row * (sizes.figure_m + sizes.gap_m) + (dimension.text_row < 0 ? 0 : sizes.gap_m);
+  const double over_m = dimension.text_row * (sizes.figure_m + sizes.gap_m) +
+                        (dimension.text_row < 0 ? 0 : sizes.gap_m);
   const Vector2d on_line = dimension.from + dimension.text_at * (dimension.to - dimension.from) +
                            dimension.offset_m * LeftOf(along);
   return {dimension.Text(), on_line + over_m * up, sizes.figure_m, angle_rad};

@@ -115,8 +115,7 @@ Drawing NorthArrow(const std::optional<double>& north_deg) {
   const Vector2d tip = at(0, kReach_mm), tail = at(0, -kReach_mm), neck = at(0, 1);
   Drawing arrow;
   arrow.areas = {{Fill::kInk, {{tip, at(-kHalf_mm, 0), neck}, {}}}};
-  arrow.paths = {{Pen::kDimension, {tail, neck}},
-                 {Pen::kDimension, {neck, at(kHalf_mm, 0), tip}}};
+  arrow.paths = {{Pen::kDimension, {tail, neck}}, {Pen::kDimension, {neck, at(kHalf_mm, 0), tip}}};
   const std::string lines[] = {
       north_deg ? fmt::format("North: {:g}\u00b0 clockwise from up,", *north_deg)
                 : "Building north: up on this sheet, along",

@@ -30,7 +30,8 @@ std::vector<DrawnPath> LeafAndSwing(const WallSolid& solid, const PlanOpening& o
 std::string TextOf(const PlanOpening& opening, bool in_mm) {
   const double width_m = opening.to_m - opening.from_m;
   if (opening.kind == OpeningKind::kPassage) return LengthText(width_m, in_mm);
-  const std::string size = LengthText(width_m, in_mm) + " x " + LengthText(opening.clear_height_m, in_mm);
+  const std::string size =
+      LengthText(width_m, in_mm) + " x " + LengthText(opening.clear_height_m, in_mm);
   if (opening.kind == OpeningKind::kDoor) return size;
   return size + " +" + LengthText(opening.sill_m, in_mm);
 }
@@ -82,8 +83,9 @@ std::vector<DrawnText> OpeningTexts(const WallSolid& solid, const PlanTextSizes&
   for (const PlanOpening& opening : solid.wall->openings) {
     const double middle_m = 0.5 * (opening.from_m + opening.to_m);
     const double aside_m = 0.5 * (opening.to_m - opening.from_m);
-    const auto placed = PlaceBeside(
-        solid, TextOf(opening, sizes.in_mm), {middle_m, middle_m - aside_m, middle_m + aside_m}, sizes, taken);
+    const auto placed =
+        PlaceBeside(solid, TextOf(opening, sizes.in_mm),
+                    {middle_m, middle_m - aside_m, middle_m + aside_m}, sizes, taken);
     texts.insert(texts.end(), placed.begin(), placed.end());
   }
   return texts;

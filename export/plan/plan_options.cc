@@ -15,9 +15,10 @@ void PlanOptions::Check() const {
                                   scale, kLargest));
   }
   if (north_deg && !(std::abs(*north_deg) <= 360)) {
-    throw ConfigError(fmt::format("plan north: found {} degrees, expected -360 to 360: clockwise "
-                                  "from up on the sheet",
-                                  *north_deg));
+    throw ConfigError(
+        fmt::format("plan north: found {} degrees, expected -360 to 360: clockwise "
+                    "from up on the sheet",
+                    *north_deg));
   }
 }
 

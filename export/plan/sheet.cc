@@ -82,7 +82,8 @@ struct TitleBlock {
                     date.empty() ? "date not known" : date),
         fmt::format("Floor plan 1:{} on {}, drawing {}{}", format.scale, format.name,
                     number.empty() ? "" : number + "-", sheet),
-        in_mm ? "Millimetres, clear between measured faces" : "Metres, clear between measured faces",
+        in_mm ? "Millimetres, clear between measured faces"
+              : "Metres, clear between measured faces",
         "~, about: a border was not seen, a thickness assumed"};
     if (!offset.empty()) notes.push_back(offset);
     const std::string partial = is_complete ? "" : "Partial: not all was mapped. ";
@@ -134,8 +135,7 @@ Sheet SheetOf(const TitleBlock& block, const PlanSet& plans, const StoreyPlan& p
   const PlanTextSizes sizes(plans.format.scale, block.in_mm);
   sheet.drawing = Placed(PlanInMetres(plan, sizes), mm_of_metre,
                          plans.format.Middle_mm() - mm_of_metre * plans.middle_m);
-  sheet.drawing.Add(
-      Blank(block, plans.format, sheet.title, fmt::format("S{}", plan.storey.id)));
+  sheet.drawing.Add(Blank(block, plans.format, sheet.title, fmt::format("S{}", plan.storey.id)));
   return sheet;
 }
 

@@ -58,9 +58,7 @@ Vector2d SheetFormat::Area_mm() const {
   return size_mm - Corner_mm() - Vector2d::Constant(kSheetBorder_mm);
 }
 
-Vector2d SheetFormat::Middle_mm() const {
-  return Corner_mm() + 0.5 * Area_mm();
-}
+Vector2d SheetFormat::Middle_mm() const { return Corner_mm() + 0.5 * Area_mm(); }
 
 SheetFormat ChooseFormat(const Vector2d& extent_m, const PlanOptions& options) {
   options.Check();

@@ -35,8 +35,8 @@ void MarkAssumed(const std::vector<WallEdge>& edges, std::vector<Dimension>* dim
     double least_m = 0;
     for (const WallEdge& edge : edges) {
       const Vector2d along = edge.end - edge.start;
-      const double at =
-          std::clamp((end - edge.start).dot(along) / std::max(along.squaredNorm(), 1e-12), 0.0, 1.0);
+      const double at = std::clamp(
+          (end - edge.start).dot(along) / std::max(along.squaredNorm(), 1e-12), 0.0, 1.0);
       const double distance_m = (edge.start + at * along - end).norm();
       if (nearest == nullptr || distance_m < least_m) nearest = &edge, least_m = distance_m;
     }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <set>
 
 namespace slcmap {
 namespace {
@@ -130,6 +131,32 @@ std::vector<WallSolid> WallSolids(const Building& building, int64_t storey) {
   }
   JoinCorners(&solids);
   return solids;
+}
+
+std::map<const PlanWall*, WallSolid> SolidsOfWalls(const Building& building) {
+  std::set<int64_t> storeys;
+  for (const PlanWall& wall : building.walls) storeys.insert(wall.storey);
+  std::map<const PlanWall*, WallSolid> solids;
+  for (const int64_t storey : storeys) {
+    for (const WallSolid& solid : WallSolids(building, storey)) solids[solid.wall] = solid;
+  }
+  const RigidTransform T_world_map = building.T_map_world.Inverse();
+  for (auto& [wall, solid] : solids) {
+    for (Vector2d* p : {&solid.start, &solid.end, &solid.back_start, &solid.back_end}) {
+      *p = (T_world_map * Eigen::Vector3d(p->x(), p->y(), 0)).head<2>();
+    }
+  }
+  return solids;
+}
+
+WallBack BackOf(const WallSolid& solid) {
+  WallBack back = {(solid.start - solid.back_start).dot(solid.Direction()),
+                   (solid.back_end - solid.end).dot(solid.Direction())};
+  for (const PlanOpening& opening : solid.wall->openings) {
+    if (opening.from_m < kLeastLength_m) back.before_start_m = 0;
+    if (opening.to_m > solid.Length() - kLeastLength_m) back.beyond_end_m = 0;
+  }
+  return back;
 }
 
 std::vector<Polygon> WallAreas(const std::vector<WallSolid>& solids) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <map>
 #include <vector>
 
 #include "data/polygon.h"
@@ -35,6 +36,16 @@ struct WallEdge {
 
 // The walls of a storey that have a length.
 std::vector<WallSolid> WallSolids(const Building& building, int64_t storey);
+
+// Those of all walls of a building that have a length, in world.
+std::map<const PlanWall*, WallSolid> SolidsOfWalls(const Building& building);
+
+// How the back of a wall goes beyond its face (negative: ends before it) at both ends, in metres
+// along it: as it is joined to the next one at a corner. 0 at an end that an opening reaches.
+struct WallBack {
+  double before_start_m = 0, beyond_end_m = 0;
+};
+WallBack BackOf(const WallSolid& solid);
 
 // The area of walls, without their openings.
 std::vector<Polygon> WallAreas(const std::vector<WallSolid>& solids);

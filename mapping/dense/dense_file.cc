@@ -23,13 +23,15 @@ void WriteDensePly(const std::string& path, const std::vector<DensePoint>& point
   for (const char* name : {"x", "y", "z", "nx", "ny", "nz", "sigma_m"}) {
     vertices.Add(name, PlyType::kFloat);
   }
-  vertices.Add("grey", PlyType::kUint8);
+  // Viewers colour a cloud by red, green and blue alone.
+  for (const char* name : {"red", "green", "blue", "grey"}) vertices.Add(name, PlyType::kUint8);
   vertices.Add("source", PlyType::kInt32);
   vertices.Reserve(points.size());
   for (const DensePoint& point : points) {
     const Eigen::Vector3d &p = point.p_world, &n = point.normal_world;
-    vertices.AppendRow({p.x(), p.y(), p.z(), n.x(), n.y(), n.z(), point.sigma_m,
-                        static_cast<double>(point.grey), static_cast<double>(point.source)});
+    const double grey = point.grey;
+    vertices.AppendRow({p.x(), p.y(), p.z(), n.x(), n.y(), n.z(), point.sigma_m, grey, grey, grey,
+                        grey, static_cast<double>(point.source)});
   }
   PlyFile file{{"slcmap dense points, metres in the world frame"}, {}, {}};
   if (!comment.empty()) file.comments.push_back(comment);

@@ -9,8 +9,9 @@
 
 namespace slcmap {
 
-// A PLY file: `x y z nx ny nz sigma_m` (float), `grey` (uchar) and `source` (int: 0 stereo, 1
-// filled plane), with a comment where there is one. Throws OutputError.
+// A PLY file: `x y z nx ny nz sigma_m` (float), `red green blue grey` (uchar, all four the grey of
+// the image) and `source` (int: 0 stereo, 1 filled plane), with a comment where there is one.
+// Throws OutputError.
 void WriteDensePly(const std::string& path, const std::vector<DensePoint>& points,
                    PlyForm form = PlyForm::kBinary, const std::string& comment = "");
 

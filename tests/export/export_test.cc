@@ -35,12 +35,15 @@ const char* const kFiles[] = {"scene.glb",
                               "plan.dxf",
                               "map.dxf",
                               "map.obj",
+                              "map.mtl",
                               "map.ifc",
                               "colmap/cameras.txt",
                               "colmap/images.txt",
                               "colmap/points3D.txt",
                               "limap/alltracks.txt",
                               "limap/lines.txt",
+                              "grid/no_storey.pgm",
+                              "grid/no_storey.yaml",
                               "points.pcd",
                               "dense.pcd",
                               "dense.ply",
@@ -155,10 +158,18 @@ TEST_F(ExportTest, GltfHoldsTheLayers) {
   EXPECT_EQ(CountOf(model, "lines/along x"), 2u);
   EXPECT_EQ(CountOf(model, "trajectory"), 2u * 50);
   EXPECT_EQ(CountOf(model, "keyframes"), 2u * 6 * 8);
-  EXPECT_EQ(CountOf(model, "voxels"), 3 * MakeScene(map, {}).meshes[0].triangles.size());
+  EXPECT_EQ(CountOf(model, "voxels"), 0u);
   EXPECT_EQ(CountOf(model, "line_bars"), 0u);
   EXPECT_THAT(model.extensionsUsed, UnorderedElementsAre("KHR_materials_unlit"));
-  EXPECT_EQ(model.nodes[0].children.size(), 5u);
+  EXPECT_EQ(model.nodes[0].children.size(), 4u);
+}
+
+TEST_F(ExportTest, GltfHoldsVoxelsOnRequest) {
+  const MapResult map = MakeMap();
+  ExportOptions options;
+  options.gltf.voxels = true;
+  ExportMap(map, folder_, options);
+  EXPECT_EQ(CountOf(ReadGltf(), "voxels"), 3 * MakeScene(map, {}).meshes[0].triangles.size());
 }
 
 TEST_F(ExportTest, GltfTurnsUpToY) {

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "data/error.h"
 #include "data/file.h"
 #include "tests/testing/made_building.h"
 #include "tests/testing/reader_program.h"
@@ -36,11 +37,24 @@ TEST(ObjWriterTest, AnObjectALayer) {
   const testing::TempFolder temp;
   const std::string path = ObjWriter(0.5).Write(temp.Path(""), MakeFurnishedMap(), {}).at(0);
   const std::string text = ReadFile(path);
-  EXPECT_THAT(text, HasSubstr("o S0_X_EDGE\nv 0.123450 2.000000 1.000000\n"
+  EXPECT_THAT(text, HasSubstr("mtllib map.mtl\n"));
+  EXPECT_THAT(text, HasSubstr("o S0_X_EDGE\nusemtl lines_x\nv 0.123450 2.000000 1.000000\n"
                               "v 3.000000 2.000000 1.000000\nl 1 2\n"));
-  EXPECT_THAT(text, HasSubstr("o S0_FLOOR_PLANE\n"));
-  EXPECT_THAT(text, HasSubstr("l 9 10 11 12 9\n"));  // after two triangles
-  EXPECT_THAT(text, HasSubstr("o TRAJECTORY\n"));
+  EXPECT_THAT(text, HasSubstr("o S0_FLOOR_PLANE\nusemtl floor\n"));
+  EXPECT_THAT(text, HasSubstr("l 9 10\nl 10 11\nl 11 12\nl 12 9\n"));  // after two triangles
+  EXPECT_THAT(text, HasSubstr("o TRAJECTORY\nusemtl trajectory\n"));
+  EXPECT_THAT(ReadFile(temp.Path("map.mtl")), HasSubstr("newmtl floor\nKd 0."));
+}
+
+TEST(ObjWriterTest, UpIsZOrYAndItsCommentSaysWhich) {
+  const testing::TempFolder temp;
+  const std::string path = temp.Path("map.obj");
+  ObjWriter(0.5).Write(temp.Path(""), MakeFurnishedMap(), {});
+  EXPECT_THAT(ReadFile(path), HasSubstr("metres, z up"));
+  ObjWriter(0.5, {.up = "y"}).Write(temp.Path(""), MakeFurnishedMap(), {});
+  EXPECT_THAT(ReadFile(path), HasSubstr("metres, y up"));
+  EXPECT_THAT(ReadFile(path), HasSubstr("v 0.123450 1.000000 -2.000000\n"));
+  EXPECT_THROW(ObjWriter(0.5, {.up = "x"}).Write(temp.Path(""), {}, {}), ConfigError);
 }
 
 TEST(ObjWriterTest, AssimpReadsLinesAndFaces) {
@@ -58,8 +72,8 @@ TEST(ObjWriterTest, AssimpReadsLinesAndFaces) {
 
 TEST(ObjWriterTest, AnEmptyMapHasNoObjects) {
   const testing::TempFolder temp;
-  EXPECT_EQ(ReadFile(ObjWriter(0.5).Write(temp.Path(""), MapResult(), {}).at(0)),
-            "# slcmap, metres in the world frame, z up\n");
+  EXPECT_THAT(ReadFile(ObjWriter(0.5).Write(temp.Path(""), MapResult(), {}).at(0)),
+              ::testing::Not(HasSubstr("\no ")));
 }
 
 }  // namespace

@@ -149,6 +149,28 @@ TEST_F(DxfWriterTest, TheLowestStoreyIsShown) {
                                       HasSubstr("TEXT S1_ROOM_TEXT Room 2")));
 }
 
+// What a program shows at first is the drawing; layers on which nothing is are not there.
+TEST_F(DxfWriterTest, TheDrawingIsInViewAndNoLayerIsEmpty) {
+  NEEDS_EZDXF();
+  map_.building = testing::MakeBuilding();
+  Write(map_);
+  const std::string plan = Read("plan.dxf");
+  EXPECT_THAT(plan, HasSubstr("view holds the drawing True"));
+  EXPECT_THAT(plan, HasSubstr("line scale 0.05"));  // 1:50, dashes in millimetres
+  EXPECT_THAT(plan, HasSubstr("empty layers 0\n"));
+  Write(MapResult());
+  EXPECT_THAT(Read("plan.dxf map.dxf"), HasSubstr("empty layers 0\n"));
+}
+
+TEST_F(DxfWriterTest, SeveralStoreysAreInFilesOfTheirOwnToo) {
+  NEEDS_EZDXF();
+  Write(map_);
+  EXPECT_THAT(Read("plan/storey_1.dxf"),
+              AllOf(HasSubstr("LAYER S1_WALL on"), HasSubstr("TEXT S1_ROOM_TEXT Room 2"),
+                    Not(HasSubstr("S0_"))));
+  EXPECT_THAT(Read("plan/storey_0.dxf"), Not(HasSubstr("S1_")));
+}
+
 TEST_F(DxfWriterTest, CoordinatesSurvive) {
   NEEDS_EZDXF();
   map_.building.T_map_world.translation = {1000, -2000, 0};

@@ -14,6 +14,14 @@ def describe(path):
     print("errors", len(auditor.errors))
     print("fixes", len(auditor.fixes))
     print("units", document.header["$INSUNITS"], "text height", document.header["$DIMTXT"])
+    view = document.viewports.get("*ACTIVE")[0].dxf
+    half = (view.height * view.aspect_ratio / 2, view.height / 2)
+    corners = (document.header["$EXTMIN"], document.header["$EXTMAX"])
+    holds = all(abs(corner[k] - view.center[k]) < half[k] for corner in corners for k in (0, 1))
+    print("view holds the drawing", holds)
+    print("line scale", document.header["$LTSCALE"])
+    used = {entity.dxf.layer for entity in document.modelspace()} | {"0", "DEFPOINTS"}
+    print("empty layers", sum(layer.dxf.name.upper() not in used for layer in document.layers))
     faces_m2 = {}
     for layer in document.layers:
         print("LAYER", layer.dxf.name, "on" if layer.is_on() else "off")

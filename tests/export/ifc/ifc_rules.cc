@@ -62,12 +62,14 @@ const std::map<std::string, std::string>& Attributes() {
       {"IFCSURFACESTYLESHADING", "mo"},
       {"IFCUNITASSIGNMENT", "m"},
       {"IFCWALL", "goooooooo"},
+      {"IFCWINDOW", "goooooooooooo"},
   };
   return attributes;
 }
 
 const std::set<std::string> kElements = {
-    "IFCWALL", "IFCSLAB", "IFCDOOR", "IFCANNOTATION", "IFCBUILDINGELEMENTPROXY", "IFCPIPESEGMENT"};
+    "IFCWALL",       "IFCSLAB", "IFCDOOR", "IFCWINDOW", "IFCANNOTATION", "IFCBUILDINGELEMENTPROXY",
+    "IFCPIPESEGMENT"};
 // Where types hold what the rules speak of, counted from 0.
 constexpr size_t kShape = 6;  // of a product
 

@@ -13,6 +13,7 @@
 #include "export/ifc/step_file.h"
 #include "tests/export/ifc/ifc_rules.h"
 #include "tests/testing/hand_made_building.h"
+#include "tests/testing/made_building.h"
 #include "tests/testing/node_reader.h"
 #include "tests/testing/shared_data.h"
 #include "tests/testing/temp_folder.h"
@@ -94,6 +95,8 @@ TEST_F(IfcWriterTest, KeepsToTheRules) {
   EXPECT_EQ(CountOf(entities, "IFCWALL"), 4);
   EXPECT_EQ(CountOf(entities, "IFCOPENINGELEMENT"), 3);
   EXPECT_EQ(CountOf(entities, "IFCDOOR"), 1);
+  EXPECT_EQ(CountOf(entities, "IFCWINDOW"), 1);
+  EXPECT_EQ(CountOf(entities, "IFCRELFILLSELEMENT"), 2);  // the passage stays open
   EXPECT_EQ(CountOf(entities, "IFCSLAB"), 2);
   EXPECT_EQ(CountOf(entities, "IFCSPACE"), 2);
   EXPECT_EQ(CountOf(entities, "IFCANNOTATION"), 3);
@@ -101,6 +104,24 @@ TEST_F(IfcWriterTest, KeepsToTheRules) {
   EXPECT_THAT(text, HasSubstr("'slcmap_Wall'"));
   EXPECT_THAT(text, HasSubstr("'thickness_assumed',$,IFCBOOLEAN(.T.)"));
   EXPECT_THAT(text, HasSubstr("'coverage',$,IFCNORMALISEDRATIOMEASURE(0.9)"));
+}
+
+// A passage that was walked through is no door.
+TEST_F(IfcWriterTest, PassagesAreOpeningsWithoutDoors) {
+  MapResult map = testing::MakeTwoStoreys();
+  for (PlanOpening& opening : map.building.walls[0].openings) {
+    opening.kind = OpeningKind::kPassage;
+    opening.walked = true;
+  }
+  const StepEntities entities = testing::ParseStep(Write(map));
+  EXPECT_EQ(CountOf(entities, "IFCOPENINGELEMENT"), 3);
+  EXPECT_EQ(CountOf(entities, "IFCDOOR") + CountOf(entities, "IFCWINDOW"), 0);
+}
+
+TEST_F(IfcWriterTest, StoreysAreAtTheirFloorsOverTheLowest) {
+  const std::string text = Write(testing::MakeTwoStoreys());  // floors at -0.5 m and 3 m
+  EXPECT_THAT(text, HasSubstr("$,$,.ELEMENT.,0.);"));
+  EXPECT_THAT(text, HasSubstr("$,$,.ELEMENT.,3.5);"));
 }
 
 TEST_F(IfcWriterTest, AnEmptyMapIsAFileTooAndLinesNeedNoStorey) {
@@ -284,8 +305,10 @@ TEST_F(IfcWriterTest, TheSchemaHolds) {
 
 void ExpectVolumesOfWalls(const std::vector<Product>& walls) {
   const double openings_m2 = 0.9 * 2.05 + 1.5 * 1.2 + 1.5 * 2.7;
-  const double expected_m3[] = {(8 * 2.7 - openings_m2) * 0.24, 6 * 2.7 * 0.1, 5 * 2.7 * 0.15,
-                                4 * 2.5 * 0.2};
+  // The first two meet at a corner, behind which both have half of what is 0.24 m by 0.1 m.
+  const double corner_m3 = 0.5 * 0.24 * 0.1 * 2.7;
+  const double expected_m3[] = {(8 * 2.7 - openings_m2) * 0.24 + corner_m3,
+                                6 * 2.7 * 0.1 + corner_m3, 5 * 2.7 * 0.15, 4 * 2.5 * 0.2};
   for (size_t i = 0; i < walls.size(); ++i) {
     EXPECT_NEAR(walls[i].volume_m3, expected_m3[i], 1e-4) << i;
   }
@@ -293,7 +316,7 @@ void ExpectVolumesOfWalls(const std::vector<Product>& walls) {
 
 void ExpectPlacesOfWalls(const std::vector<Product>& walls) {
   // The passage at its end leaves the first a shorter one; its face looks to -y, into the room.
-  EXPECT_LT((walls[0].low - Eigen::Vector3d(0, 6, -0.5)).norm(), 1e-4);
+  EXPECT_LT((walls[0].low - Eigen::Vector3d(-0.1, 6, -0.5)).norm(), 1e-4);
   EXPECT_LT((walls[0].high - Eigen::Vector3d(6.5, 6.24, 2.2)).norm(), 1e-4);
   const Eigen::Vector2d end = testing::Turned(5, 0, testing::kWingTurn_rad);
   const Eigen::Vector2d behind = testing::Turned(0, 0.15, testing::kWingTurn_rad);
@@ -338,6 +361,30 @@ TEST_F(IfcReaderTest, SlabsAndSpacesHaveTheirHoles) {
   const std::vector<Product> spaces = ProductsIn(text, "IfcSpace");
   ASSERT_EQ(spaces.size(), 1u);  // the other has no height
   EXPECT_NEAR(spaces[0].volume_m3, 47 * 2.7, 1e-3);
+}
+
+// 0.3 m between a ceiling and the floor above: less than two slabs of 0.2 m.
+TEST_F(IfcReaderTest, SlabsDoNotOverlapThoseOfTheNextStorey) {
+  MapResult map = testing::MakeTwoStoreys();
+  map.building.storeys[1].floor_m = map.building.rooms[1].floor_m = 2.5;
+  map.building.planes.push_back(
+      testing::MakeLevelPlane(2, map.building.rooms[1], PlaneKind::kFloor, 2.5));
+  const std::vector<Product> slabs = ProductsIn(Read(map), "IfcSlab");
+  ASSERT_EQ(slabs.size(), 3u);
+  EXPECT_NEAR(slabs[0].low.z(), -0.7, 1e-4);
+  EXPECT_NEAR(slabs[1].high.z(), 2.35, 1e-4);
+  EXPECT_NEAR(slabs[2].low.z(), 2.35, 1e-4);
+  EXPECT_NEAR(slabs[2].high.z(), 2.5, 1e-4);
+}
+
+// The corners of a room: each wall's back ends where the next one's begins.
+TEST_F(IfcReaderTest, WallsThatMeetLeaveNoGapAtTheirCorner) {
+  MapResult map;
+  map.building = testing::MakeBuilding();
+  for (PlanWall& wall : map.building.walls) wall.openings.clear();
+  double volume_m3 = 0;
+  for (const Product& wall : ProductsIn(Read(map), "IfcWall")) volume_m3 += wall.volume_m3;
+  EXPECT_NEAR(volume_m3, (4.4 * 3.4 - 4 * 3) * 2.5, 1e-4);
 }
 
 TEST_F(IfcReaderTest, LinesAreSolidsOnRequest) {

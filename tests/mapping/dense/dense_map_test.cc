@@ -98,6 +98,17 @@ TEST(DenseFile, GivesBackWhatWasWritten) {
   EXPECT_TRUE(ReadDensePly(path).empty());
 }
 
+// Viewers show a cloud in colour by these names alone.
+TEST(DenseFile, IsColouredByItsGrey) {
+  const testing::TempFolder folder;
+  const std::string path = folder.Path("dense.ply");
+  WriteDensePly(path, {{{1, 2, 3}, {0, 0, 1}, 0.01, 77, DenseSource::kStereo}});
+  const PlyElement vertices = ReadPly(path).Get("vertex", path);
+  for (const char* name : {"red", "green", "blue", "grey"}) {
+    EXPECT_EQ(vertices.Get(name, path).values.at(0), 77) << name;
+  }
+}
+
 TEST(DenseFile, RefusesASourceThatIsNone) {
   const testing::TempFolder folder;
   const std::string path = folder.Path("dense.ply");
