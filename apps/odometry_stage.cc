@@ -292,6 +292,18 @@ void LogCalibration(const OdometryRun& run) {
       turn(e.right_rotation_rad, e.right_rotation_sigma_rad),
       number(100 * e.focal_length, 100 * e.focal_length_sigma, "%"),
       pixels(e.right_centre_px, e.right_centre_sigma_px));
+  const auto imu = [&e](int first, int count, double scale, const char* unit) {
+    const Eigen::VectorXd sigmas = scale * e.imu_errors_sigma.segment(first, count);
+    if (sigmas.isZero(0)) return std::string("held");
+    const Eigen::VectorXd values = scale * e.imu_errors.segment(first, count);
+    return fmt::format("{:.2f} {} (sigma {:.2f})", fmt::join(values.begin(), values.end(), " "),
+                       unit, sigmas.maxCoeff());
+  };
+  spdlog::info(
+      "readings of the IMU times one and, less what was given: accelerometer's scale {}, axes {}, "
+      "gyroscope's scale {}, axes {}",
+      imu(kErrorAccelScale, 3, 100, "%"), imu(kErrorAccelAxes, 3, kDegrees, "degrees"),
+      imu(kErrorGyroScale, 3, 100, "%"), imu(kErrorGyroAxes, 6, kDegrees, "degrees"));
   if (!run.principal_points) return;
   const auto& [offset_px, sigma_px] = *run.principal_points;
   spdlog::info("principal points, less what was given: left {}, right {}; reported, not used",

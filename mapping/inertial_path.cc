@@ -79,9 +79,11 @@ InertialPath::InertialPath(const OdometryRun& run) : noise_(run.rectified_rig.im
     clock_ahead_ns_ += ToNanoseconds(run.calibration.back().time_offset_s);
     R_given_true_ = ExpRotation(run.calibration.back().imu_rotation_rad);
   }
+  const ImuCorrection correction =
+      run.calibration.empty() ? ImuCorrection() : CorrectionOf(run.calibration.back().imu_errors);
   for (const ImuSample& sample : run.imu) {
-    imu_.Add({sample.stamp_ns, R_given_true_ * sample.angular_velocity_rad_s,
-              R_given_true_ * sample.specific_force_m_s2});
+    imu_.Add({sample.stamp_ns, R_given_true_ * (correction.gyro * sample.angular_velocity_rad_s),
+              R_given_true_ * (correction.accel * sample.specific_force_m_s2)});
   }
 }
 

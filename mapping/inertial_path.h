@@ -34,7 +34,8 @@ class InertialPath {
   // missing.
   std::optional<Trajectory> Integrate(const OnlineState& biases, const Trajectory& path) const;
 
-  // The IMU's true frame in that of the poses: samples are in the latter, biases in the former.
+  // The IMU's true frame in that of the poses: samples are in the latter and
+  // corrected, biases in the former.
   Eigen::Quaterniond R_given_true_ = Eigen::Quaterniond::Identity();
   ImuBuffer imu_;
   ImuNoise noise_;

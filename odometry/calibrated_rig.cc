@@ -6,6 +6,9 @@ namespace slcmap {
 
 Rig CalibratedRig(const Rig& given, const Rig& rectified, const CalibrationEstimate& estimate) {
   Rig rig = given;
+  const ImuCorrection found = CorrectionOf(estimate.imu_errors);
+  rig.imu_correction = {found.accel * given.imu_correction.accel,
+                        found.gyro * given.imu_correction.gyro};
   rig.camera_time_offset_s += estimate.time_offset_s;
   if (IsStereo(given)) {
     // The raw right camera turns with the rectified one.

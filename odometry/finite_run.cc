@@ -70,6 +70,9 @@ bool IsFinite(const CalibrationEstimate& e) {
   if (!Within(e.right_centre_sigma_px, kMaxCentre_px)) return false;
   return Within(e.imu_rotation_rad, kMaxTurn_rad) && Within(e.lever_m, kMaxLever_m) &&
          Within(e.right_rotation_rad, kMaxTurn_rad) &&
+         e.imu_errors.allFinite() && e.imu_errors.cwiseAbs().maxCoeff() <= kMaxImuError &&
+         e.imu_errors_sigma.allFinite() &&
+         e.imu_errors_sigma.cwiseAbs().maxCoeff() <= kMaxCorrectionSigma &&
          std::abs(e.time_offset_s) <= kMaxTimeCorrection_s &&
          std::abs(e.focal_length) <= kMaxFocalShare;
 }

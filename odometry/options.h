@@ -90,6 +90,8 @@ struct CalibrationOptions {
   bool time_offset = true;     // camera to IMU
   bool imu_rotation = true;    // the same
   bool lever = false;          // the same
+  bool imu_scale = true;       // of accelerometer and gyroscope
+  bool imu_axes = true;        // of the same: off the right angle, and turned against each other
   bool right_rotation = true;  // of the right camera against the left one
   bool focal_length = true;    // of both cameras in common
   bool right_centre = true;    // principal point of the right camera, against the left one's
@@ -110,6 +112,8 @@ struct CalibrationOptions {
   double time_offset_sigma_s = 0.015;
   double imu_rotation_sigma_rad = 0.01;
   double lever_sigma_m = 0.003;
+  double imu_scale_sigma = 0.015;  // relative; 1 to 3 % in phones and other low-cost IMUs
+  double imu_axes_sigma_rad = 0.005;
   double right_rotation_sigma_rad = 0.002;
   double focal_length_sigma = 0.002;  // relative
   double right_centre_sigma_px = 2;
@@ -117,6 +121,8 @@ struct CalibrationOptions {
   double max_time_offset_s = 0.15;
   double max_imu_rotation_rad = 0.09;
   double max_lever_m = 0.1;
+  double max_imu_scale = 0.12;  // of the three axes together
+  double max_imu_axes_rad = 0.06;
   double max_right_rotation_rad = 0.02;
   double max_focal_length = 0.03;
   double max_right_centre_px = 5;  // beyond it the linear model of lens_shift.h is off

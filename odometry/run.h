@@ -14,6 +14,7 @@
 #include "data/trajectory.h"
 #include "data/types.h"
 #include "data/verdict.h"
+#include "odometry/imu/imu_errors.h"
 #include "odometry/verdict/run_figures.h"
 
 namespace slcmap {
@@ -123,12 +124,15 @@ struct CalibrationEstimate {
   double focal_length = 0;  // by this share longer than given
   // cx and cy of the right camera, in px of its image as it was recorded, more than given.
   Eigen::Vector2d right_centre_px = Eigen::Vector2d::Zero();
+  // Of scale and axes of the IMU, after what was given; see imu/imu_errors.h.
+  ImuErrors imu_errors = ImuErrors::Zero();
   double time_offset_sigma_s = 0;
   Eigen::Vector3d imu_rotation_sigma_rad = Eigen::Vector3d::Zero();
   Eigen::Vector3d lever_sigma_m = Eigen::Vector3d::Zero();
   Eigen::Vector3d right_rotation_sigma_rad = Eigen::Vector3d::Zero();
   double focal_length_sigma = 0;
   Eigen::Vector2d right_centre_sigma_px = Eigen::Vector2d::Zero();
+  ImuErrors imu_errors_sigma = ImuErrors::Zero();
 };
 
 // By how much the cameras' principal points are off those that were given, cx and cy in px of the

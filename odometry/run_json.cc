@@ -20,7 +20,7 @@
 namespace slcmap {
 namespace {
 
-constexpr int kRunVersion = 5;
+constexpr int kRunVersion = 6;
 constexpr double kMaxTimeOffset_s = 10;
 
 constexpr std::pair<Distortion, const char*> kDistortionNames[] = {
@@ -157,9 +157,17 @@ std::optional<PrincipalPoints> ParsePrincipalPoints(const std::string& path, con
 Json CalibrationJson(const std::vector<CalibrationEstimate>& estimates) {
   if (estimates.empty()) return nullptr;
   const CalibrationEstimate& e = estimates.back();
+  const auto part = [&]<int kSize>(int first) {
+    return ItemJson<kSize>(e.imu_errors.segment<kSize>(first),
+                           e.imu_errors_sigma.segment<kSize>(first));
+  };
   return {{"time_offset_s", ItemJson(e.time_offset_s, e.time_offset_sigma_s)},
           {"imu_rotation_rad", ItemJson(e.imu_rotation_rad, e.imu_rotation_sigma_rad)},
           {"lever_m", ItemJson(e.lever_m, e.lever_sigma_m)},
+          {"accel_scale", part.operator()<3>(kErrorAccelScale)},
+          {"accel_axes_rad", part.operator()<3>(kErrorAccelAxes)},
+          {"gyro_scale", part.operator()<3>(kErrorGyroScale)},
+          {"gyro_axes_rad", part.operator()<6>(kErrorGyroAxes)},
           {"right_rotation_rad", ItemJson(e.right_rotation_rad, e.right_rotation_sigma_rad)},
           {"focal_length", ItemJson(e.focal_length, e.focal_length_sigma)},
           {"right_centre_px", ItemJson(e.right_centre_px, e.right_centre_sigma_px)}};

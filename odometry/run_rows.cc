@@ -103,12 +103,23 @@ std::map<std::string, CsvColumns> MakeColumns() {
                    kMaxTurn_rad) +
            CsvColumns{Number("focal_length", kMaxFocalShare)} +
            Numbers({"right_centre_x_px", "right_centre_y_px"}, kMaxCentre_px) +
+           Numbers({"accel_scale_x", "accel_scale_y", "accel_scale_z", "accel_axes_yx",
+                    "accel_axes_zx", "accel_axes_zy", "gyro_scale_x", "gyro_scale_y",
+                    "gyro_scale_z", "gyro_axes_xy", "gyro_axes_xz", "gyro_axes_yx",
+                    "gyro_axes_yz", "gyro_axes_zx", "gyro_axes_zy"},
+                   kMaxImuError) +
            Sigmas({"time_offset_sigma_s", "imu_rotation_x_sigma_rad", "imu_rotation_y_sigma_rad",
                    "imu_rotation_z_sigma_rad", "lever_x_sigma_m", "lever_y_sigma_m",
                    "lever_z_sigma_m", "right_rotation_x_sigma_rad", "right_rotation_y_sigma_rad",
                    "right_rotation_z_sigma_rad", "focal_length_sigma"},
                   kMaxCorrectionSigma) +
-           Sigmas({"right_centre_x_sigma_px", "right_centre_y_sigma_px"}, kMaxCentre_px)}};
+           Sigmas({"right_centre_x_sigma_px", "right_centre_y_sigma_px"}, kMaxCentre_px) +
+           Sigmas({"accel_scale_x_sigma", "accel_scale_y_sigma", "accel_scale_z_sigma",
+                   "accel_axes_yx_sigma", "accel_axes_zx_sigma", "accel_axes_zy_sigma",
+                   "gyro_scale_x_sigma", "gyro_scale_y_sigma", "gyro_scale_z_sigma",
+                   "gyro_axes_xy_sigma", "gyro_axes_xz_sigma", "gyro_axes_yx_sigma",
+                   "gyro_axes_yz_sigma", "gyro_axes_zx_sigma", "gyro_axes_zy_sigma"},
+                  kMaxCorrectionSigma)}};
 }
 
 // The upper triangle of a symmetric matrix, in the order of the columns.
@@ -118,6 +129,10 @@ constexpr std::array<std::pair<int, int>, 6> kUpperTriangle = {
 std::string Cells(const Eigen::Vector3d& v) { return fmt::format("{},{},{}", v.x(), v.y(), v.z()); }
 
 std::string Cells(const Eigen::Vector2d& v) { return fmt::format("{:.4f},{:.4f}", v.x(), v.y()); }
+
+std::string Cells(const ImuErrors& e) {
+  return fmt::format("{}", fmt::join(e.begin(), e.end(), ","));
+}
 
 std::string Cells(const LineSegment& s) { return Cells(s.start) + "," + Cells(s.end); }
 
@@ -265,12 +280,13 @@ std::string Row(const ImuSample& sample) {
 }
 
 std::string Row(const CalibrationEstimate& e) {
-  return fmt::format("{},{},{},{},{},{},{},{},{},{},{},{},{},{}\n", e.stamp_ns, e.segment,
-                     e.time_offset_s, Cells(e.imu_rotation_rad), Cells(e.lever_m),
+  return fmt::format("{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}\n", e.stamp_ns,
+                     e.segment, e.time_offset_s, Cells(e.imu_rotation_rad), Cells(e.lever_m),
                      Cells(e.right_rotation_rad), e.focal_length, Cells(e.right_centre_px),
+                     Cells(e.imu_errors),
                      e.time_offset_sigma_s, Cells(e.imu_rotation_sigma_rad), Cells(e.lever_sigma_m),
                      Cells(e.right_rotation_sigma_rad), e.focal_length_sigma,
-                     Cells(e.right_centre_sigma_px));
+                     Cells(e.right_centre_sigma_px), Cells(e.imu_errors_sigma));
 }
 
 std::set<int> SegmentsOf(const OdometryRun& run) {
@@ -446,12 +462,16 @@ void ReadCalibration(const CsvTable& table, OdometryRun* run) {
     estimate.right_rotation_rad = VectorAt(table, i, 9);
     estimate.focal_length = table.Number(i, 12);
     estimate.right_centre_px = {table.Number(i, 13), table.Number(i, 14)};
-    estimate.time_offset_sigma_s = table.Number(i, 15);
-    estimate.imu_rotation_sigma_rad = VectorAt(table, i, 16);
-    estimate.lever_sigma_m = VectorAt(table, i, 19);
-    estimate.right_rotation_sigma_rad = VectorAt(table, i, 22);
-    estimate.focal_length_sigma = table.Number(i, 25);
-    estimate.right_centre_sigma_px = {table.Number(i, 26), table.Number(i, 27)};
+    estimate.time_offset_sigma_s = table.Number(i, 30);
+    estimate.imu_rotation_sigma_rad = VectorAt(table, i, 31);
+    estimate.lever_sigma_m = VectorAt(table, i, 34);
+    estimate.right_rotation_sigma_rad = VectorAt(table, i, 37);
+    estimate.focal_length_sigma = table.Number(i, 40);
+    estimate.right_centre_sigma_px = {table.Number(i, 41), table.Number(i, 42)};
+    for (int k = 0; k < kImuErrorsSize; ++k) {
+      estimate.imu_errors[k] = table.Number(i, 15 + k);
+      estimate.imu_errors_sigma[k] = table.Number(i, 43 + k);
+    }
   }
 }
 

@@ -29,6 +29,7 @@ inline constexpr double kMaxTurn_rad = 3.2;
 inline constexpr double kMaxLever_m = 100;
 inline constexpr double kMaxFocalShare = 0.9;
 inline constexpr double kMaxCentre_px = 1000;
+inline constexpr double kMaxImuError = 0.9;
 inline constexpr double kMaxCorrectionSigma = 1e3;  // in any unit
 inline constexpr int64_t kMaxStamp_ns = 4'000'000'000'000'000'000;
 inline constexpr double kMaxHeading_rad = 7;

@@ -14,7 +14,7 @@
 namespace slcmap {
 namespace {
 
-constexpr int kNumbers = 13;  // of a row; then come their standard deviations
+constexpr int kNumbers = 28;  // of a row; then come their standard deviations
 constexpr int kFirstColumn = 2;
 constexpr std::array<const char*, 3> kColours = {"#d03020", "#20a040", "#2060c0"};
 constexpr std::array<const char*, 3> kAxes = {"x", "y", "z"};
@@ -25,7 +25,7 @@ struct Item {
   int first, count;
   double scale;
 };
-constexpr std::array<Item, 6> kItems{
+constexpr std::array<Item, 8> kItems{
     {{"time_offset", "Time offset found, less what was given", "ms", 0, 1, 1e3},
      {"imu_rotation", "Turn of the IMU found, less what was given", "deg", 1, 3, kDegreesPerRadian},
      {"lever", "Lever of the IMU found, less what was given", "mm", 4, 3, 1e3},
@@ -33,7 +33,9 @@ constexpr std::array<Item, 6> kItems{
       kDegreesPerRadian},
      {"focal_length", "Focal length found, less what was given", "%", 10, 1, 100},
      {"right_centre", "Principal point of the right camera found, less what was given", "px", 11, 2,
-      1}}};
+      1},
+     {"accel_scale", "Scale of the accelerometer found, less what was given", "%", 13, 3, 100},
+     {"gyro_scale", "Scale of the gyroscope found, less what was given", "%", 19, 3, 100}}};
 
 double ValueAt(const CsvTable& table, std::size_t row, int number) {
   return table.Number(row, kFirstColumn + number);

@@ -62,6 +62,7 @@ void AddCalibration(const OdometryRun& run, AdjustmentState* state) {
     std::copy_n(known.imu_rotation_rad.data(), 3, imu.begin() + kRowImuRotation);
     std::copy_n(known.lever_m.data(), 3, imu.begin() + kRowLever);
     imu[kRowTimeOffset] = known.time_offset_s;
+    std::copy_n(known.imu_errors.data(), kImuErrorsSize, imu.begin() + kRowErrors);
     cameras = CameraBlockOf(known);
   }
   state->imu_calibration = state->blocks.Add(imu);
@@ -271,7 +272,8 @@ void Preintegrate(const OdometryRun& run, AdjustmentState* state) {
     const int64_t from_ns = previous.keyframe->stamp_ns + given_ns + found_ns;
     const Eigen::Map<const Vector3d> gyro_bias(previous.speed_bias + 3);
     const Eigen::Map<const Vector3d> accel_bias(previous.speed_bias + 6);
-    auto between = std::make_unique<Preintegration>(state->rig.imu_noise, gyro_bias, accel_bias);
+    auto between = std::make_unique<Preintegration>(state->rig.imu_noise, gyro_bias, accel_bias,
+                                                    ErrorsOf(state->imu_calibration));
     if (!imu.Covers(stamp_ns + found_ns)) continue;
     for (const ImuSample& sample : imu.Between(from_ns, stamp_ns + found_ns)) {
       between->Append(sample);

@@ -89,6 +89,7 @@ Rig CamerasAsFound(const OdometryRun& run) {
   cameras.time_offset_s = 0;
   cameras.imu_rotation_rad.setZero();
   cameras.lever_m.setZero();
+  cameras.imu_errors.setZero();
   return CalibratedRig(run.source->raw_rig, run.rectified_rig, cameras);
 }
 

@@ -20,8 +20,12 @@ Vector3d RotationVector(const Vector3d& a, const Vector3d& b, double dt_s) {
 }  // namespace
 
 Preintegration::Preintegration(const ImuNoise& noise, const Vector3d& gyro_bias_rad_s,
-                               const Vector3d& accel_bias_m_s2)
-    : noise_(noise), gyro_bias_(gyro_bias_rad_s), accel_bias_(accel_bias_m_s2) {
+                               const Vector3d& accel_bias_m_s2, const ImuErrors& errors)
+    : noise_(noise),
+      gyro_bias_(gyro_bias_rad_s),
+      accel_bias_(accel_bias_m_s2),
+      errors_(errors),
+      correction_(CorrectionOf(errors)) {
   Reset();
 }
 
@@ -32,6 +36,7 @@ void Preintegration::Reset() {
   velocity_m_s_.setZero();
   jacobian_.setIdentity();
   covariance_.setZero();
+  by_errors_.setZero();
 }
 
 void Preintegration::Append(const ImuSample& sample) {
@@ -39,9 +44,12 @@ void Preintegration::Append(const ImuSample& sample) {
   samples_.push_back(sample);
 }
 
-void Preintegration::Repropagate(const Vector3d& gyro_bias_rad_s, const Vector3d& accel_bias_m_s2) {
+void Preintegration::Repropagate(const Vector3d& gyro_bias_rad_s, const Vector3d& accel_bias_m_s2,
+                                 const ImuErrors& errors) {
   gyro_bias_ = gyro_bias_rad_s;
   accel_bias_ = accel_bias_m_s2;
+  errors_ = errors;
+  correction_ = CorrectionOf(errors);
   Reset();
   AddBiasWalk(cut_s_);
   for (size_t i = 1; i < samples_.size(); ++i) Step(samples_[i - 1], samples_[i]);
@@ -49,7 +57,7 @@ void Preintegration::Repropagate(const Vector3d& gyro_bias_rad_s, const Vector3d
 
 void Preintegration::Replace(std::vector<ImuSample> samples) {
   samples_ = std::move(samples);
-  Repropagate(gyro_bias_, accel_bias_);
+  Repropagate(gyro_bias_, accel_bias_, errors_);
 }
 
 void Preintegration::CutRest(int64_t from_ns, int64_t to_ns) {
@@ -59,15 +67,15 @@ void Preintegration::CutRest(int64_t from_ns, int64_t to_ns) {
     if (sample.stamp_ns <= from_ns) sample.stamp_ns += to_ns - from_ns;
   }
   cut_s_ += ToSeconds(to_ns - from_ns);
-  Repropagate(gyro_bias_, accel_bias_);
+  Repropagate(gyro_bias_, accel_bias_, errors_);
 }
 
 void Preintegration::Step(const ImuSample& from, const ImuSample& to) {
   const double dt = ToSeconds(to.stamp_ns - from.stamp_ns);
-  const Vector3d w0 = from.angular_velocity_rad_s - gyro_bias_;
-  const Vector3d w1 = to.angular_velocity_rad_s - gyro_bias_;
-  const Vector3d a0 = from.specific_force_m_s2 - accel_bias_;
-  const Vector3d a1 = to.specific_force_m_s2 - accel_bias_;
+  const Vector3d w0 = correction_.gyro * from.angular_velocity_rad_s - gyro_bias_;
+  const Vector3d w1 = correction_.gyro * to.angular_velocity_rad_s - gyro_bias_;
+  const Vector3d a0 = correction_.accel * from.specific_force_m_s2 - accel_bias_;
+  const Vector3d a1 = correction_.accel * to.specific_force_m_s2 - accel_bias_;
   const Vector3d am = 0.5 * (a0 + a1);
 
   const Vector3d phi = RotationVector(w0, w1, dt);
@@ -92,12 +100,27 @@ void Preintegration::Step(const ImuSample& from, const ImuSample& to) {
   f.block<3, 3>(kRowVelocity, kRowGyroBias) = dt * dt / 6.0 * (2.0 * rm * Skew(am) + r1 * Skew(a1));
   f.block<3, 3>(kRowVelocity, kRowAccelBias) = -dt / 6.0 * (r0 + 4.0 * rm + r1);
   jacobian_ = f * jacobian_;
+  PropagateErrors(f, from, to);
   PropagateCovariance(f, dt);
 
   position_m_ += velocity_m_s_ * dt + dt * dt * mean_for_position;
   velocity_m_s_ += dt * mean_for_velocity;
   rotation_ = (rotation_ * step).normalized();
   duration_s_ += dt;
+}
+
+void Preintegration::PropagateErrors(const Matrix15d& transition, const ImuSample& from,
+                                     const ImuSample& to) {
+  const Vector3d rate_rad_s = 0.5 * (from.angular_velocity_rad_s + to.angular_velocity_rad_s);
+  const Vector3d force_m_s2 = 0.5 * (from.specific_force_m_s2 + to.specific_force_m_s2);
+  by_errors_ = (transition.topLeftCorner<9, 9>() * by_errors_).eval();
+  for (int i = 0; i < kImuErrorsSize; ++i) {
+    const ImuErrorPlace& place = kImuErrorPlaces[i];
+    // An error acts as a bias of the other sign and of the size of what is read.
+    const int bias = (place.is_accel ? kRowAccelBias : kRowGyroBias) + place.row;
+    by_errors_.col(i) -= (place.is_accel ? force_m_s2 : rate_rad_s)[place.column] *
+                         transition.col(bias).head<9>();
+  }
 }
 
 void Preintegration::AddBiasWalk(double dt_s) {
@@ -122,10 +145,12 @@ void Preintegration::PropagateCovariance(const Matrix15d& transition, double dt_
 }
 
 Preintegration::Motion Preintegration::CorrectedFor(const Vector3d& gyro_bias_rad_s,
-                                                    const Vector3d& accel_bias_m_s2) const {
+                                                    const Vector3d& accel_bias_m_s2,
+                                                    const ImuErrors& errors) const {
   Eigen::Matrix<double, 6, 1> change;
   change << gyro_bias_rad_s - gyro_bias_, accel_bias_m_s2 - accel_bias_;
-  const Eigen::Matrix<double, 9, 1> d = jacobian_.block<9, 6>(0, kRowGyroBias) * change;
+  const Eigen::Matrix<double, 9, 1> d =
+      jacobian_.block<9, 6>(0, kRowGyroBias) * change + by_errors_ * (errors - errors_);
   return {position_m_ + d.segment<3>(kRowPosition),
           (rotation_ * ExpRotation(d.segment<3>(kRowRotation))).normalized(),
           velocity_m_s_ + d.segment<3>(kRowVelocity)};

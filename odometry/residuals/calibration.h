@@ -5,6 +5,7 @@
 #include <array>
 
 #include "odometry/geometry/lens_shift.h"
+#include "odometry/imu/imu_errors.h"
 #include "odometry/residuals/pose_manifold.h"
 
 namespace slcmap {
@@ -12,12 +13,13 @@ namespace slcmap {
 // The body is the left camera's rigid frame, placed where the given calibration has the IMU: poses
 // of the window are the body's at the very moment of exposure. An IMU calibration block is
 //
-//   (phi, tau, delta): rotation vector in rad, lever in m, time in s
+//   (phi, tau, delta, e): rotation vector in rad, lever in m, time in s, errors (imu/imu_errors.h)
 //
 // with the IMU's true place in the body T_body_imu = (Exp(phi), tau), and exposure later by delta,
-// on the IMU's clock, than the given time offset has it. Perturbed by addition.
-inline constexpr int kImuCalibrationSize = 7;
-enum ImuCalibrationRow { kRowImuRotation = 0, kRowLever = 3, kRowTimeOffset = 6 };
+// on the IMU's clock, than the given time offset has it, and the IMU's readings to be corrected for
+// e, which comes after what the given calibration says of them. Perturbed by addition.
+inline constexpr int kImuCalibrationSize = 7 + kImuErrorsSize;
+enum ImuCalibrationRow { kRowImuRotation = 0, kRowLever = 3, kRowTimeOffset = 6, kRowErrors = 7 };
 
 // A camera calibration block is
 //
@@ -60,6 +62,9 @@ inline LensCorrection LensOf(int camera, const double* block) {
 }
 
 // Of an IMU calibration block.
+inline ImuErrors ErrorsOf(const double* block) {
+  return Eigen::Map<const ImuErrors>(block + kRowErrors);
+}
 inline RigidTransform BodyFromImu(const double* block) {
   return {ExpRotation(Eigen::Map<const Eigen::Vector3d>(block + kRowImuRotation)),
           Eigen::Map<const Eigen::Vector3d>(block + kRowLever)};

@@ -8,7 +8,7 @@ using Eigen::Matrix3d;
 using Eigen::Quaterniond;
 using Eigen::Vector3d;
 using Jacobian6 = Eigen::Matrix<double, 15, 6, Eigen::RowMajor>;
-using Jacobian7 = Eigen::Matrix<double, 15, 7, Eigen::RowMajor>;
+using JacobianCalibration = Eigen::Matrix<double, 15, kImuCalibrationSize, Eigen::RowMajor>;
 using Jacobian9 = Eigen::Matrix<double, 15, 9, Eigen::RowMajor>;
 using Matrix153d = Eigen::Matrix<double, 15, 3>;
 
@@ -70,8 +70,8 @@ struct ByEnd {
     d.rightCols<3>() = by_accel;
     return d;
   }
-  Jacobian7 ByCalibration(const End& end) const {
-    Jacobian7 d;
+  JacobianCalibration ByCalibration(const End& end) const {
+    JacobianCalibration d = JacobianCalibration::Zero();
     d.middleCols<3>(kRowImuRotation) = by_turn * end.TurnByCalibration();
     d.middleCols<3>(kRowLever) = by_position * end.R_body;
     d.col(kRowTimeOffset) = -by_turn * end.rate - by_position * end.v;
@@ -111,7 +111,7 @@ void ImuResidual::EvaluateAt(const double* const* parameters, double* residuals,
   const End i(parameters[0], parameters[1], parameters[4], cuts_[0]);
   const End j(parameters[2], parameters[3], parameters[4], cuts_[1]);
   const double t = preintegration_->duration_s();
-  const Preintegration::Motion measured = preintegration_->CorrectedFor(i.bg, i.ba);
+  const Preintegration::Motion measured = preintegration_->CorrectedFor(i.bg, i.ba, ErrorsOf(parameters[4]));
   const Matrix3d r_i_t = i.q.conjugate().toRotationMatrix();
   const Vector3d moved = r_i_t * (j.p - i.p - i.v * t - 0.5 * kGravity * t * t);
   const Vector3d gained = r_i_t * (j.v - i.v - kGravity * t);
@@ -136,11 +136,15 @@ void ImuResidual::EvaluateAt(const double* const* parameters, double* residuals,
   by_i.by_speed.middleRows<3>(kRowVelocity) = -r_i_t;
   by_i.by_gyro.topRows<9>() = -by_bias.block<9, 3>(0, kRowGyroBias);
   by_i.by_accel.topRows<9>() = -by_bias.block<9, 3>(0, kRowAccelBias);
-  // The bias turns gamma on its right by Exp(J db): carried through the logarithm.
+  // Bias and errors turn gamma on its right by Exp(J db): carried through the logarithm.
   const Matrix3d by_gyro = by_bias.block<3, 3>(kRowRotation, kRowGyroBias);
-  const Vector3d correction = by_gyro * (i.bg - preintegration_->gyro_bias_rad_s());
-  by_i.by_gyro.middleRows<3>(kRowRotation) =
-      -jr_inverse * ExpRotation(-turned).toRotationMatrix() * RightJacobian(correction) * by_gyro;
+  const auto by_errors = preintegration_->by_errors();
+  const Vector3d correction =
+      by_gyro * (i.bg - preintegration_->gyro_bias_rad_s()) +
+      by_errors.middleRows<3>(kRowRotation) * (ErrorsOf(parameters[4]) - preintegration_->errors());
+  const Matrix3d by_correction =
+      -jr_inverse * ExpRotation(-turned).toRotationMatrix() * RightJacobian(correction);
+  by_i.by_gyro.middleRows<3>(kRowRotation) = by_correction * by_gyro;
   by_i.by_gyro.middleRows<3>(kRowGyroBias) = -identity;
   by_i.by_accel.middleRows<3>(kRowAccelBias) = -identity;
   by_j.by_position.middleRows<3>(kRowPosition) = r_i_t;
@@ -157,7 +161,11 @@ void ImuResidual::EvaluateAt(const double* const* parameters, double* residuals,
   whiten(jacobians[1], by_i.BySpeedBias(i));
   whiten(jacobians[2], by_j.ByPose(j));
   whiten(jacobians[3], by_j.BySpeedBias(j));
-  whiten(jacobians[4], Jacobian7(by_i.ByCalibration(i) + by_j.ByCalibration(j)));
+  JacobianCalibration by_calibration = by_i.ByCalibration(i) + by_j.ByCalibration(j);
+  auto by_e = by_calibration.rightCols<kImuErrorsSize>();
+  by_e.topRows<9>() = -by_errors;
+  by_e.middleRows<3>(kRowRotation) = by_correction * by_errors.middleRows<3>(kRowRotation);
+  whiten(jacobians[4], by_calibration);
 }
 
 }  // namespace slcmap

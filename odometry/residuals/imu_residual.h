@@ -14,14 +14,15 @@ struct ImuCut {
   Eigen::Vector3d rate_rad_s = Eigen::Vector3d::Zero();  // with its bias
 };
 
-// Blocks: pose i, speed-and-bias i, pose j, speed-and-bias j, IMU calibration (phi, tau, delta).
+// Blocks: pose i, speed-and-bias i, pose j, speed-and-bias j, IMU calibration (phi, tau,
+// delta, e).
 // A pose is the body's at the exposure, which was d = delta - offset after the cut. At the cut the
 // IMU had, to first order in d, with w = rate - b_g,
 //
 //   R'_k = R_k Exp(phi) Exp(-w_k d_k)       p'_k = p_k + R_k tau - v_k d_k
 //
 // and v, the IMU's speed, belongs to the cut. With the preintegrated position alpha, rotation gamma
-// and velocity beta over the time T, corrected for the biases of i:
+// and velocity beta over the time T, corrected for e and the biases of i:
 //
 //   r_p = R'_i^T (p'_j - p'_i - v_i T - g T^2 / 2) - alpha
 //   r_R = Log(gamma^T R'_i^T R'_j)

@@ -22,13 +22,22 @@ struct Item {
   double CalibrationOptions::*sigma;
   double CalibrationOptions::*limit;
 };
-constexpr std::array<Item, 6> kItems{
+constexpr std::array<Item, 10> kItems{
     {{"rotation of the IMU", kRowImuRotation, 3, &CalibrationOptions::imu_rotation,
       &CalibrationOptions::imu_rotation_sigma_rad, &CalibrationOptions::max_imu_rotation_rad},
      {"lever of the IMU", kRowLever, 3, &CalibrationOptions::lever,
       &CalibrationOptions::lever_sigma_m, &CalibrationOptions::max_lever_m},
      {"time offset", kRowTimeOffset, 1, &CalibrationOptions::time_offset,
       &CalibrationOptions::time_offset_sigma_s, &CalibrationOptions::max_time_offset_s},
+     {"scale of the accelerometer", kRowErrors + kErrorAccelScale, 3,
+      &CalibrationOptions::imu_scale, &CalibrationOptions::imu_scale_sigma,
+      &CalibrationOptions::max_imu_scale},
+     {"axes of the accelerometer", kRowErrors + kErrorAccelAxes, 3, &CalibrationOptions::imu_axes,
+      &CalibrationOptions::imu_axes_sigma_rad, &CalibrationOptions::max_imu_axes_rad},
+     {"scale of the gyroscope", kRowErrors + kErrorGyroScale, 3, &CalibrationOptions::imu_scale,
+      &CalibrationOptions::imu_scale_sigma, &CalibrationOptions::max_imu_scale},
+     {"axes of the gyroscope", kRowErrors + kErrorGyroAxes, 6, &CalibrationOptions::imu_axes,
+      &CalibrationOptions::imu_axes_sigma_rad, &CalibrationOptions::max_imu_axes_rad},
      {"rotation of the right camera", kCameras + kRowRightRotation, 3,
       &CalibrationOptions::right_rotation, &CalibrationOptions::right_rotation_sigma_rad,
       &CalibrationOptions::max_right_rotation_rad},
@@ -136,9 +145,9 @@ void CalibrationPrior::Hold(const CalibrationState& state) {
 
 CalibrationBelief BeliefOf(const CalibrationEstimate& e, const CalibrationOptions& options) {
   CalibrationVector mean, sigma;
-  mean << e.imu_rotation_rad, e.lever_m, e.time_offset_s, e.right_rotation_rad, e.focal_length,
+  mean << e.imu_rotation_rad, e.lever_m, e.time_offset_s, e.imu_errors, e.right_rotation_rad, e.focal_length,
       e.right_centre_px;
-  sigma << e.imu_rotation_sigma_rad, e.lever_sigma_m, e.time_offset_sigma_s,
+  sigma << e.imu_rotation_sigma_rad, e.lever_sigma_m, e.time_offset_sigma_s, e.imu_errors_sigma,
       e.right_rotation_sigma_rad, e.focal_length_sigma, e.right_centre_sigma_px;
   CalibrationBelief belief = CalibrationPrior(options).belief();
   for (int row = 0; row < kCalibrationSize; ++row) {
@@ -166,12 +175,14 @@ CalibrationEstimate Describe(const CalibrationState& state, const CalibrationMat
   out.imu_rotation_rad = x.segment<3>(kRowImuRotation);
   out.lever_m = x.segment<3>(kRowLever);
   out.time_offset_s = x[kRowTimeOffset];
+  out.imu_errors = x.segment<kImuErrorsSize>(kRowErrors);
   out.right_rotation_rad = x.segment<3>(kCameras + kRowRightRotation);
   out.focal_length = x[kCameras + kRowFocalLength];
   out.right_centre_px = x.segment<2>(kCameras + kRowRightCentre);
   out.imu_rotation_sigma_rad = sigma.segment<3>(kRowImuRotation);
   out.lever_sigma_m = sigma.segment<3>(kRowLever);
   out.time_offset_sigma_s = sigma[kRowTimeOffset];
+  out.imu_errors_sigma = sigma.segment<kImuErrorsSize>(kRowErrors);
   out.right_rotation_sigma_rad = sigma.segment<3>(kCameras + kRowRightRotation);
   out.focal_length_sigma = sigma[kCameras + kRowFocalLength];
   out.right_centre_sigma_px = sigma.segment<2>(kCameras + kRowRightCentre);

@@ -158,7 +158,7 @@ bool Estimator::RestsUntil(int64_t stamp_ns) const {
 
 Quaterniond Estimator::PredictedCameraRotation(int64_t stamp_ns) const {
   if (!last_stamp_ns_) return Quaterniond::Identity();
-  Preintegration imu(rig_.imu_noise, gyro_bias_rad_s_, Vector3d::Zero());
+  Preintegration imu(rig_.imu_noise, gyro_bias_rad_s_, Vector3d::Zero(), tracking_.errors);
   AppendImu(*last_stamp_ns_ + tracking_.offset_ns, stamp_ns + tracking_.offset_ns, &imu);
   const Quaterniond R_last_now = tracking_.R_body_imu *
                                  imu.CorrectedFor(gyro_bias_rad_s_, Vector3d::Zero()).rotation *
@@ -242,7 +242,8 @@ std::optional<OnlineState> Estimator::Initialize(int64_t stamp_ns) {
   auto frame = NewFrame(stamp_ns);
   if (initializer_.size() > 0) {
     frame->from_previous =
-        std::make_unique<Preintegration>(rig_.imu_noise, Vector3d::Zero(), Vector3d::Zero());
+        std::make_unique<Preintegration>(rig_.imu_noise, Vector3d::Zero(), Vector3d::Zero(),
+                                         ErrorsOf(window_.calibration().imu.data()));
     AppendImu(last_cut_ns_, frame->cut_stamp_ns(), frame->from_previous.get());
   }
   last_cut_ns_ = frame->cut_stamp_ns();
@@ -275,7 +276,8 @@ std::optional<OnlineState> Estimator::Estimate(int64_t stamp_ns) {
   frame->from_previous = std::move(since_keyframe_);
   if (!frame->from_previous) {
     frame->from_previous = std::make_unique<Preintegration>(
-        rig_.imu_noise, window_.newest().gyro_bias(), window_.newest().accel_bias());
+        rig_.imu_noise, window_.newest().gyro_bias(), window_.newest().accel_bias(),
+        ErrorsOf(window_.calibration().imu.data()));
   }
   AppendImu(last_cut_ns_, frame->cut_stamp_ns(), frame->from_previous.get());
   last_cut_ns_ = frame->cut_stamp_ns();
@@ -472,6 +474,7 @@ void Estimator::Restart(const std::string& reason, bool calibration_is_good) {
 
 void Estimator::KnowForTracking() {
   tracking_.offset_ns = std::min<int64_t>(cut_offset_ns_, 0);
+  tracking_.errors = ErrorsOf(window_.calibration().imu.data());
   tracking_.R_body_imu = BodyFromImu(window_.calibration().imu.data()).rotation;
 }
 

@@ -162,6 +162,7 @@ class Estimator {
   struct {
     int64_t offset_ns = 0;
     Eigen::Quaterniond R_body_imu = Eigen::Quaterniond::Identity();
+    ImuErrors errors = ImuErrors::Zero();
   } tracking_;
   int64_t cut_offset_ns_ = 0;  // of cuts; of new ones as far as it is not ahead
   int64_t last_cut_ns_ = 0;    // of the last image

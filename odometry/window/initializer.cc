@@ -208,7 +208,8 @@ InitializationResult Initializer::TryInMotion(const std::optional<RigidTransform
   for (int round = 0; round < (settled ? kMotionRounds : kMaxMotionRounds); ++round) {
     const RigidTransform T_imu_body = BodyFromImu(window->calibration().imu.data()).Inverse();
     const auto alignment = AlignLinearly(frames_, GeometryFromImu(window->model(), T_imu_body),
-                                         rig_.imu_noise, gyro_bias);
+                                         rig_.imu_noise, gyro_bias,
+                                         ErrorsOf(window->calibration().imu.data()));
     if (!alignment) {
       fail();
       result.report = "not initialised in motion: the motion does not tell velocity and gravity";

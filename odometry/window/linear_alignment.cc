@@ -27,8 +27,9 @@ struct Integrated {
 };
 
 std::vector<Integrated> IntegrateAll(const std::vector<std::unique_ptr<FrameState>>& frames,
-                                     const ImuNoise& noise, const Vector3d& gyro_bias_rad_s) {
-  Preintegration imu(noise, gyro_bias_rad_s, Vector3d::Zero());
+                                     const ImuNoise& noise, const Vector3d& gyro_bias_rad_s,
+                                     const ImuErrors& errors) {
+  Preintegration imu(noise, gyro_bias_rad_s, Vector3d::Zero(), errors);
   std::vector<Integrated> out(1);
   for (size_t i = 1; i < frames.size(); ++i) {
     const auto& samples = frames[i]->from_previous->samples();
@@ -155,8 +156,9 @@ void Reweight(const ObservationsOfPoint& observations, const Normal& normal,
 
 std::optional<LinearAlignment> AlignLinearly(const std::vector<std::unique_ptr<FrameState>>& frames,
                                              const StereoGeometry& geometry, const ImuNoise& noise,
-                                             const Vector3d& gyro_bias_rad_s) {
-  const std::vector<Integrated> imu = IntegrateAll(frames, noise, gyro_bias_rad_s);
+                                             const Vector3d& gyro_bias_rad_s,
+                                             const ImuErrors& errors) {
+  const std::vector<Integrated> imu = IntegrateAll(frames, noise, gyro_bias_rad_s, errors);
   const std::vector<ObservationsOfPoint> points = GatherObservations(frames, imu, geometry);
   std::vector<std::vector<double>> weights;
   for (const ObservationsOfPoint& point : points)

@@ -27,9 +27,10 @@ struct LinearAlignment {
 // Mourikis, "Estimator initialization in vision-aided inertial navigation with unknown camera-IMU
 // calibration", IROS 2012); the points are eliminated, gravity is then constrained to its known
 // size. Observations are weighted by the point's inverse depth, found in a first pass. Works with
-// one camera as with two. Nothing where the system is degenerate.
+// one camera as with two. Readings are corrected for the bias and the errors. Nothing where the system is degenerate.
 std::optional<LinearAlignment> AlignLinearly(const std::vector<std::unique_ptr<FrameState>>& frames,
                                              const StereoGeometry& geometry, const ImuNoise& noise,
-                                             const Eigen::Vector3d& gyro_bias_rad_s);
+                                             const Eigen::Vector3d& gyro_bias_rad_s,
+                                             const ImuErrors& errors = ImuErrors::Zero());
 
 }  // namespace slcmap

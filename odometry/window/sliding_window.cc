@@ -18,6 +18,7 @@ using Eigen::Vector3d;
 // Biases further than this from where an interval was integrated make its correction inexact.
 constexpr double kGyroBiasMoved_rad_s = 0.005;
 constexpr double kAccelBiasMoved_m_s2 = 0.1;
+constexpr double kErrorsMoved = 0.003;  // the same of the IMU's linear errors
 constexpr int64_t kRestKept_ns = 10'000'000'000;  // of a standstill; cut when twice as long
 
 // One camera, whose scale comes from the IMU alone, tells no more of the rig than the time offset.
@@ -25,6 +26,7 @@ CalibrationOptions WhatTells(const OdometryOptions& options) {
   CalibrationOptions calibration = options.calibration;
   if (options.method != Method::kPointsMono) return calibration;
   calibration.imu_rotation = calibration.lever = calibration.focal_length = false;
+  calibration.imu_scale = calibration.imu_axes = false;
   return calibration;
 }
 
@@ -136,7 +138,8 @@ void SlidingWindow::SetFirstPrior() {
 void SlidingWindow::Predict(FrameState* frame) const {
   const FrameState& last = newest();
   const Preintegration& imu = *frame->from_previous;
-  const auto motion = imu.CorrectedFor(last.gyro_bias(), last.accel_bias());
+  const auto motion = imu.CorrectedFor(last.gyro_bias(), last.accel_bias(),
+                                       ErrorsOf(model_.calibration->imu.data()));
   const double t = imu.duration_s();
   const Vector3d gravity(0, 0, -kGravity_m_s2);
   const double* calibration = model_.calibration->imu.data();
@@ -228,19 +231,21 @@ std::unordered_set<int64_t> SlidingWindow::ExtendStandstill(const std::vector<Im
   return RejectPoints();
 }
 
-void SlidingWindow::RepropagateMovedBiases() {
+void SlidingWindow::RepropagateMoved() {
+  const ImuErrors errors = ErrorsOf(model_.calibration->imu.data());
   for (size_t i = 1; i < state_.frames.size(); ++i) {
     const FrameState& from = *state_.frames[i - 1];
     Preintegration& imu = *state_.frames[i]->from_previous;
     if ((from.gyro_bias() - imu.gyro_bias_rad_s()).norm() > kGyroBiasMoved_rad_s ||
-        (from.accel_bias() - imu.accel_bias_m_s2()).norm() > kAccelBiasMoved_m_s2) {
-      imu.Repropagate(from.gyro_bias(), from.accel_bias());
+        (from.accel_bias() - imu.accel_bias_m_s2()).norm() > kAccelBiasMoved_m_s2 ||
+        (errors - imu.errors()).norm() > kErrorsMoved) {
+      imu.Repropagate(from.gyro_bias(), from.accel_bias(), errors);
     }
   }
 }
 
 SolverSummary SlidingWindow::Optimize(int max_iterations) {
-  RepropagateMovedBiases();
+  RepropagateMoved();
   std::vector<Term> terms = BuildTerms(&state_, model_);
   SolverOptions solver;
   solver.max_iterations = max_iterations;

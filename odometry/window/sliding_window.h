@@ -110,7 +110,7 @@ class SlidingWindow {
   SolverSummary Optimize(int max_iterations);
   FinishedIds RejectOutliers();
   std::unordered_set<int64_t> RejectPoints();
-  void RepropagateMovedBiases();
+  void RepropagateMoved();
   void MarginalizeOldest(FinishedIds* finished);
   void ReleaseFromOldest(const WindowCovariance& covariance, PointLandmark* landmark,
                          std::vector<Term>* terms, std::unordered_set<int64_t>* finished);

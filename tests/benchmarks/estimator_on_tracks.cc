@@ -55,7 +55,11 @@ void PrintCalibration(const SimulatedRun& run) {
   print("lever", "mm", kRowLever, 3, 1e3);
   print("right", "deg", kImuCalibrationSize + kRowRightRotation, 3, kDegrees);
   print("focal length", "%", kImuCalibrationSize + kRowFocalLength, 1, 100);
-  std::printf("  NEES %.1f / 11\n", run.calibration_nees);
+  print("accelerometer", "%", kRowErrors + kErrorAccelScale, 3, 100);
+  print("axes", "deg", kRowErrors + kErrorAccelAxes, 3, kDegrees);
+  print("gyroscope", "%", kRowErrors + kErrorGyroScale, 3, 100);
+  print("axes", "deg", kRowErrors + kErrorGyroAxes, 6, kDegrees);
+  std::printf("  NEES %.1f / 26\n", run.calibration_nees);
 }
 
 }  // namespace
@@ -97,6 +101,9 @@ int main(int argc, char** argv) {
   app.add_option("--imu-turn-deg", imu_turn_deg, "claimed of the IMU, about an axis askew");
   app.add_option("--right-turn-deg", right_turn_deg, "claimed of the right camera, about x and y");
   app.add_option("--focal-length", options.fault.focal_length, "share claimed too much");
+  double imu_scale = 0, imu_axes_deg = 0;
+  app.add_option("--imu-scale", imu_scale, "share by which both sensors read too much");
+  app.add_option("--imu-axes-deg", imu_axes_deg, "by which their axes are off");
   CLI11_PARSE(app, argc, argv);
   if (!config.empty()) options.odometry = OdometryOptions::FromYaml(config);
   options.odometry.window.point_sigma_px = options.pixel_sigma_px;
@@ -108,6 +115,9 @@ int main(int argc, char** argv) {
   if (moving) options.stand_still_s = 0;
   options.fault.stamps_late_ns = ToNanoseconds(1e-3 * late_ms);
   options.fault.imu_rotation_rad = imu_turn_deg * kDegree * Eigen::Vector3d(2, -1, 2) / 3;
+  const auto scale = Eigen::Vector3d::Constant(1 / (1 + imu_scale) - 1);
+  options.fault.imu_errors << scale, imu_axes_deg * kDegree * Eigen::Vector3d(1, -1, 1), scale,
+      imu_axes_deg * kDegree * Eigen::Vector<double, 6>(1, -1, -1, 1, 1, -1);
   options.fault.right_rotation_rad = right_turn_deg * kDegree * Eigen::Vector3d(1, 1, 0);
   double ape = 0, nees = 0, nees_yaw_pos = 0, nees_heading = 0, calibration_nees = 0;
   double nees_slope = 0;

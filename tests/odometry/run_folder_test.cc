@@ -136,6 +136,8 @@ TEST_F(RunFolderTest, TheCalibrationComesBack) {
   EXPECT_EQ(a.focal_length, b.focal_length);
   EXPECT_EQ(a.right_centre_px, b.right_centre_px);
   EXPECT_EQ(a.right_centre_sigma_px, b.right_centre_sigma_px);
+  EXPECT_EQ(a.imu_errors, b.imu_errors);
+  EXPECT_EQ(a.imu_errors_sigma, b.imu_errors_sigma);
   EXPECT_EQ(a.time_offset_sigma_s, b.time_offset_sigma_s);
   EXPECT_EQ(a.imu_rotation_sigma_rad, b.imu_rotation_sigma_rad);
   EXPECT_EQ(a.lever_sigma_m, b.lever_sigma_m);

@@ -1,6 +1,7 @@
 // Runs the estimator on simulated tracks, without any image.
 #pragma once
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <functional>
 #include <limits>
@@ -135,6 +136,8 @@ struct CalibrationFault {
   // Claimed R_imu_right = R_imu_right Exp(.).
   Eigen::Vector3d right_rotation_rad = Eigen::Vector3d::Zero();
   double focal_length = 0;  // claimed longer by this share
+  // What the IMU's readings are to be corrected for, unknown to the estimator.
+  ImuErrors imu_errors = ImuErrors::Zero();
   // Claimed principal point of the right camera less its true one.
   Eigen::Vector2d right_centre_px = Eigen::Vector2d::Zero();
 
@@ -150,11 +153,18 @@ struct CalibrationFault {
     rig.T_imu_camera[1].rotation = rig.T_imu_camera[1].rotation * ExpRotation(right_rotation_rad);
     return rig;
   }
+  // What the IMU reads instead.
+  ImuSample Misread(ImuSample sample) const {
+    const ImuCorrection correction = CorrectionOf(imu_errors);
+    sample.angular_velocity_rad_s = correction.gyro.inverse() * sample.angular_velocity_rad_s;
+    sample.specific_force_m_s2 = correction.accel.inverse() * sample.specific_force_m_s2;
+    return sample;
+  }
   // What the estimator should find.
   CalibrationVector Expected() const {
     CalibrationVector expected;
     expected << imu_rotation_rad, Eigen::Vector3d::Zero(),
-        -1e-9 * static_cast<double>(stamps_late_ns), -right_rotation_rad,
+        -1e-9 * static_cast<double>(stamps_late_ns), imu_errors, -right_rotation_rad,
         1 / (1 + focal_length) - 1, -right_centre_px;
     return expected;
   }
@@ -207,7 +217,7 @@ struct SimulatedRun {
   Eigen::Vector2d final_slope_sigma_rad = Eigen::Vector2d::Zero();
   double final_slope_nees = 0;
   // At the end: estimate less truth of the calibration, what is claimed of it, and the normalised
-  // squared error of all (11).
+  // squared error of all (26).
   CalibrationVector calibration_error, calibration_sigma;
   double calibration_nees = 0;
 };
@@ -366,7 +376,7 @@ inline SimulatedRun RunOnSimulatedTracks(
       const ImuSample& sample = out.imu.samples[next++];
       const double t_s = ToSeconds(sample.stamp_ns);
       if (t_s > options.imu_gap_from_s && t_s < options.imu_gap_to_s) continue;
-      estimator.AddImu(sample);
+      estimator.AddImu(options.fault.Misread(sample));
     }
     const int64_t stamp_ns = frame.stamp_ns + options.fault.stamps_late_ns;
     if (!estimator.imu().Covers(stamp_ns)) continue;

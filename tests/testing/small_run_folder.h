@@ -55,6 +55,8 @@ inline OdometryRun MakeSmallRun() {
   found.right_rotation_rad = {0.004, 0.005, 0.006};
   found.focal_length = 0.0035;
   found.right_centre_px = {1.25, -0.5};
+  found.imu_errors = ImuErrors::LinSpaced(-0.015, 0.02);
+  found.imu_errors_sigma = ImuErrors::LinSpaced(1e-4, 3e-3);
   found.time_offset_sigma_s = 1e-4;
   found.imu_rotation_sigma_rad = {1e-3, 2e-3, 3e-3};
   found.lever_sigma_m = {4e-3, 5e-3, 6e-3};

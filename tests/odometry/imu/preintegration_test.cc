@@ -61,12 +61,36 @@ TEST(Preintegration, ConvergesToTheTrueMotionWithTheRate) {
   }
 }
 
+TEST(Preintegration, CorrectionForErrorsMatchesIntegratingAgain) {
+  const Flight flight;
+  const std::vector<ImuSample> samples = flight.Imu(200).samples;
+  Preintegration imu = Integrate(samples, flight.rig.imu_noise, 3, 3.5);
+  const Vector3d none = Vector3d::Zero();
+  const ImuErrors errors = 1e-3 * ImuErrors::LinSpaced(-2, 2.5);
+  const auto corrected = imu.CorrectedFor(none, none, errors);
+  imu.Repropagate(none, none, errors);
+  const auto again = imu.CorrectedFor(none, none);
+  EXPECT_LT((corrected.position_m - again.position_m).norm(), 2e-5);
+  EXPECT_LT((corrected.velocity_m_s - again.velocity_m_s).norm(), 1e-4);
+  EXPECT_LT(corrected.rotation.angularDistance(again.rotation), 1e-5);
+  // As samples that were corrected before.
+  std::vector<ImuSample> ideal = samples;
+  for (ImuSample& sample : ideal) {
+    sample.angular_velocity_rad_s = CorrectionOf(errors).gyro * sample.angular_velocity_rad_s;
+    sample.specific_force_m_s2 = CorrectionOf(errors).accel * sample.specific_force_m_s2;
+  }
+  const auto expected =
+      Integrate(ideal, flight.rig.imu_noise, 3, 3.5).CorrectedFor(none, none);
+  EXPECT_LT((expected.position_m - again.position_m).norm(), 1e-12);
+  EXPECT_LT(expected.rotation.angularDistance(again.rotation), 1e-7);
+}
+
 TEST(Preintegration, BiasCorrectionMatchesIntegratingAgain) {
   const Flight flight;
   Preintegration imu = Integrate(flight.Imu(200).samples, flight.rig.imu_noise, 3, 3.5);
   const Vector3d bg(2e-3, -1e-3, 3e-3), ba(0.02, -0.03, 0.01);
   const auto corrected = imu.CorrectedFor(bg, ba);
-  imu.Repropagate(bg, ba);
+  imu.Repropagate(bg, ba, ImuErrors::Zero());
   const auto again = imu.CorrectedFor(bg, ba);
   // The correction is of first order; what is left is of the second.
   EXPECT_LT((corrected.position_m - again.position_m).norm(), 2e-5);

@@ -23,6 +23,11 @@ Preintegration SomePreintegration() {
   return imu;
 }
 
+std::vector<double> SomeCalibration() {
+  return {0.04,  -0.07, 0.05,   0.03,  -0.02, 0.05,  0.02,   0.02,  -0.01,  0.015, 0.004,
+          -0.003, 0.006, -0.02, 0.01, 0.03,  0.002, -0.004, 0.005, -0.001, 0.003, -0.006};
+}
+
 TEST(ImuResidual, JacobiansMatchDifferences) {
   const Preintegration imu = SomePreintegration();
   const ImuResidual factor(&imu, {7'000'000, {0.3, 0.8, -0.4}}, {-4'000'000, {-0.2, 0.5, 0.9}});
@@ -31,21 +36,21 @@ TEST(ImuResidual, JacobiansMatchDifferences) {
       {0.5, -1, 0.2, 0.012, -0.018, 0.031, 0.11, 0.04, -0.12},
       PoseBlockOf({ExpRotation({0.35, -0.1, 1.1}), {1.1, 1.8, 3.05}}),
       {0.6, -0.9, 0.1, 0.013, -0.019, 0.032, 0.12, 0.03, -0.13},
-      {0.04, -0.07, 0.05, 0.03, -0.02, 0.05, 0.02}};
+      SomeCalibration()};
   ExpectJacobiansMatchDifferences(factor, blocks, 2e-5);
 }
 
 TEST(ImuResidual, IsInvariantToHeadingAndPosition) {
   const Preintegration imu = SomePreintegration();
   const ImuResidual factor(&imu, {7'000'000, {0.3, 0.8, -0.4}}, {-4'000'000, {-0.2, 0.5, 0.9}});
-  const double calibration[] = {0.04, -0.07, 0.05, 0.03, -0.02, 0.05, 0.02};
+  const std::vector<double> calibration = SomeCalibration();
   std::vector<RigidTransform> poses = {{ExpRotation({0.3, -0.2, 1.0}), {1, 2, 3}},
                                        {ExpRotation({0.35, -0.1, 1.1}), {1.1, 1.8, 3.05}}};
   std::vector<Eigen::Vector3d> v = {{0.5, -1, 0.2}, {0.6, -0.9, 0.1}};
   const auto evaluate = [&] {
     const auto a = PoseBlockOf(poses[0]), b = PoseBlockOf(poses[1]);
     const double sa[9] = {v[0].x(), v[0].y(), v[0].z()}, sb[9] = {v[1].x(), v[1].y(), v[1].z()};
-    const double* pointers[] = {a.data(), sa, b.data(), sb, calibration};
+    const double* pointers[] = {a.data(), sa, b.data(), sb, calibration.data()};
     Eigen::Matrix<double, 15, 1> r;
     factor.Evaluate(pointers, r.data(), nullptr);
     return r;
@@ -61,7 +66,8 @@ TEST(ImuResidual, IsInvariantToHeadingAndPosition) {
 
 // A body that turns and moves steadily, whose IMU has its own place and clock.
 TEST(ImuResidual, TheImuAtTheCutIsWhereTheCalibrationPutsIt) {
-  const double calibration[] = {0.04, -0.07, 0.05, 0.03, -0.02, 0.05, 0.02};
+  const std::vector<double> some = SomeCalibration();
+  const double* calibration = some.data();
   const double speed_bias[] = {0.5, -1, 0.2, 0.012, -0.018, 0.031, 0, 0, 0};
   const ImuCut cut{7'000'000, {0.3, 0.8, -0.4}};
   const RigidTransform body{ExpRotation({0.3, -0.2, 1.0}), {1, 2, 3}};
