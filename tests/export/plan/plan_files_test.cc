@@ -64,7 +64,7 @@ TEST_F(PlanFilesTest, SheetsAreToScale) {
   EXPECT_THAT(svg, HasSubstr("width=\"297mm\" height=\"210mm\" viewBox=\"0 0 297 210\""));
   EXPECT_THAT(svg, HasSubstr("@page { size: 297mm 210mm; margin: 0 }"));
   // The side of 3.000 m at 1:50.
-  EXPECT_THAT(svg, HasSubstr("<path d=\"M186.5000 60.0000L186.5000 120.0000\"/>"));
+  EXPECT_THAT(svg, HasSubstr("<path d=\"M188.5000 60.0000L188.5000 120.0000\"/>"));
 }
 
 TEST_F(PlanFilesTest, TheSameMapGivesTheSameBytes) {
