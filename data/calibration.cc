@@ -26,6 +26,7 @@ namespace fs = std::filesystem;
 constexpr double kMaxTransformError_m = 0.01;  // between two entries that say the same
 constexpr double kMaxTransformError_rad = 0.01;
 constexpr double kMinBaseline_m = 0.005, kMaxBaseline_m = 5;
+constexpr int kMaxCameras = 10;     // of a chain
 constexpr double kMaxLever_m = 10;  // from the IMU to a camera
 constexpr double kMaxTimeOffset_s = 1;
 constexpr double kMaxShiftApart_s = 1e-3, kSameShift_s = 1e-6;  // of the two cameras
@@ -123,7 +124,8 @@ Camera ReadCamera(YamlSection& section, const std::string& coefficients_key) {
   if (words.camera_model == "pinhole" || section.Has("distortion_model")) {
     words.distortion_model = Required<std::string>(section, "distortion_model");
   }
-  if (words.distortion_model != "none") {
+  const bool is_basalts = words.camera_model == "kb4" || words.camera_model == "pinhole-radtan8";
+  if (section.Has(coefficients_key) || (words.distortion_model != "none" && !is_basalts)) {
     words.coefficients = Required<std::vector<double>>(section, coefficients_key);
   }
   CameraFault fault;
@@ -175,7 +177,8 @@ void RequireEqual(const RigidTransform& a, const RigidTransform& b, const std::s
 }
 
 // The pose of a Kalibr camera by the entries it has; adds to *source which ones were read.
-RigidTransform ReadKalibrPose(YamlSection& camera, int index, const RigidTransform& T_imu_previous,
+RigidTransform ReadKalibrPose(YamlSection& camera, int index,
+                              const std::optional<RigidTransform>& T_imu_previous,
                               Mirrored mirrored, std::string* source) {
   std::optional<RigidTransform> T_imu_camera;
   const auto take = [&](const std::string& key, const RigidTransform& pose) {
@@ -191,13 +194,13 @@ RigidTransform ReadKalibrPose(YamlSection& camera, int index, const RigidTransfo
   if (camera.Has("T_cam_imu")) {
     take("T_cam_imu", RequiredTransform(camera, "T_cam_imu", false, mirrored).Inverse());
   }
-  if (index > 0 && camera.Has("T_cn_cnm1")) {
+  if (T_imu_previous && camera.Has("T_cn_cnm1")) {
     take("T_cn_cnm1",
-         T_imu_previous * RequiredTransform(camera, "T_cn_cnm1", false, mirrored).Inverse());
+         *T_imu_previous * RequiredTransform(camera, "T_cn_cnm1", false, mirrored).Inverse());
   }
   if (!T_imu_camera) {
     Fail(camera, "T_cam_imu",
-         fmt::format("missing, expected it or T_imu_cam{}", index > 0 ? " or T_cn_cnm1" : ""),
+         fmt::format("missing, expected it or T_imu_cam{}", T_imu_previous ? " or T_cn_cnm1" : ""),
          fmt::format("add {}; Kalibr's camera-IMU calibration gives it",
                      KeyInFile(camera.place(), "T_cam_imu")));
   }
@@ -419,7 +422,8 @@ Calibration ReadAslCalibration(const std::string& folder, Warnings* warnings, Mi
       warnings->Add(kImuNoiseAssumed, imu_path);
     }
     std::vector<ChainCamera> chain;
-    for (int i = 0; i == 0 || Exists(fmt::format("{}/cam{}/sensor.yaml", folder, i)); ++i) {
+    for (int i = 0; i < kMaxCameras; ++i) {
+      if (i > 0 && !Exists(fmt::format("{}/cam{}/sensor.yaml", folder, i))) continue;
       YamlSection camera = YamlSection::FromFile(fmt::format("{}/cam{}/sensor.yaml", folder, i));
       chain.push_back({i, ReadCamera(camera, "distortion_coefficients"),
                        T_body_imu.Inverse() * RequiredTransform(camera, "T_BS", true, mirrored),
@@ -445,8 +449,9 @@ Calibration ReadKalibrCalibration(const std::string& camchain_path, const std::s
     Rig& rig = calibration.rig;
     YamlSection root = YamlSection::FromFile(camchain_path);
     std::vector<ChainCamera> chain;
-    for (int i = 0; i == 0 || root.Has(fmt::format("cam{}", i)); ++i) {
+    for (int i = 0; i < kMaxCameras; ++i) {
       const std::string name = fmt::format("cam{}", i);
+      if (i > 0 && !root.Has(name)) continue;
       if (!root.Has(name)) {
         Fail(root, name, "missing, expected cam0 and cam1",
              fmt::format("name a Kalibr camera chain instead of {}, or add {} to it", camchain_path,
@@ -455,9 +460,10 @@ Calibration ReadKalibrCalibration(const std::string& camchain_path, const std::s
       YamlSection camera = root.Section(name);
       ChainCamera& read = chain.emplace_back(ChainCamera{
           i, ReadCamera(camera, "distortion_coeffs"), {}, ReadTimeShift(camera), camera.place()});
+      const auto previous = std::ranges::find(chain, i - 1, &ChainCamera::index);
       read.T_imu_camera = ReadKalibrPose(
-          camera, i, i == 0 ? RigidTransform() : chain[chain.size() - 2].T_imu_camera, mirrored,
-          &read.source);
+          camera, i, previous == chain.end() ? std::nullopt : std::optional(previous->T_imu_camera),
+          mirrored, &read.source);
       FinishCamera(&camera, {"rostopic", "cam_overlaps", "distortion_coeffs", "T_cam_imu",
                              "T_imu_cam", "T_cn_cnm1"});
     }

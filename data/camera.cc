@@ -1,8 +1,11 @@
 #include "data/camera.h"
 
 #include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "data/input_fault.h"
 
@@ -10,6 +13,7 @@ namespace slcmap {
 namespace {
 
 constexpr int kMaxIterations = 30;
+constexpr int kMaxShortenings = 10;  // of a step of Newton's method
 constexpr double kPi = 3.14159265358979323846;
 
 // A ray's image on the plane of the lens, before focal lengths and principal point.
@@ -63,31 +67,67 @@ double FoldingRadiusSquared(const Eigen::Vector4d& k) {
   return smallest;
 }
 
-// Whether the radial distortion turns back before the radius r, looked at in steps.
-bool FoldsBefore(const Camera& camera, double r) {
-  constexpr int kLooks = 32;
-  for (int i = 1; i <= kLooks; ++i) {
-    const double at = r * i / kLooks, r2 = at * at;
-    const auto& h = camera.higher_coefficients;
-    if (1 + r2 * (h[1] + r2 * (h[2] + r2 * h[3])) <= 0) return true;
-    Camera radial = camera;
-    radial.coefficients.tail<2>().setZero();
-    radial.higher_coefficients.tail<4>().setZero();
-    if (DistortRadialTangential(radial, at, 0).jacobian(0, 0) <= 0) return true;
+constexpr int kMaxHalvings = 40;
+
+template <size_t kCount>
+bool IsBernsteinPositive(const std::array<double, kCount>& c, int halvings) {
+  if (c.front() <= 0 || c.back() <= 0) return false;
+  if (std::ranges::min(c) > 0) return true;
+  if (halvings == kMaxHalvings) return false;  // touches zero
+  std::array<double, kCount> first, second = c;
+  for (size_t i = 0; i < kCount; ++i) {
+    first[i] = second[0];
+    for (size_t j = 0; j + i + 1 < kCount; ++j) second[j] = 0.5 * (second[j] + second[j + 1]);
   }
-  return false;
+  return IsBernsteinPositive(first, halvings + 1) && IsBernsteinPositive(second, halvings + 1);
+}
+
+// Whether a polynomial, its coefficients by rising powers, is above zero on all of [0, end]: surely
+// where its Bernstein coefficients there are, whose means its values are (Farouki, "The Bernstein
+// polynomial basis: a centennial retrospective", 2012); else halves are looked at.
+template <size_t kCount>
+bool IsPositiveUpTo(std::array<double, kCount> c, double end) {
+  double power = 1;
+  for (double& coefficient : c) coefficient *= std::exchange(power, power * end);
+  // Differences into sums, on a scale of binomial coefficients.
+  double binomial = 1;
+  for (size_t i = 0; i < kCount; ++i) {
+    c[i] /= binomial;
+    binomial *= static_cast<double>(kCount - 1 - i) / static_cast<double>(i + 1);
+  }
+  for (size_t i = 1; i < kCount; ++i) {
+    for (size_t j = kCount - 1; j >= i; --j) c[j] += c[j - 1];
+  }
+  return IsBernsteinPositive(c, 0);
+}
+
+// Whether radial distortion turns back up to the squared radius s: where the derivative of
+// r above(s) / below(s) by r, or `below` itself, is not above zero.
+bool FoldsUpTo(const Camera& camera, double s) {
+  const auto& h = camera.higher_coefficients;
+  const std::array<double, 4> above = {1, camera.coefficients[0], camera.coefficients[1], h[0]};
+  const std::array<double, 4> below = {1, h[1], h[2], h[3]};
+  std::array<double, 7> derivative = {};  // times below^2
+  for (size_t i = 0; i < 4; ++i) {
+    for (size_t j = 0; j < 4; ++j) {
+      const double order = 1 + 2 * static_cast<double>(i) - 2 * static_cast<double>(j);
+      derivative[i + j] += order * above[i] * below[j];
+    }
+  }
+  return !IsPositiveUpTo(below, s) || !IsPositiveUpTo(derivative, s);
 }
 
 bool IsFolded(const Camera& camera, double x, double y) {
-  if (camera.higher_coefficients.isZero(0)) {
-    return x * x + y * y >= FoldingRadiusSquared(camera.coefficients);
-  }
-  return FoldsBefore(camera, std::hypot(x, y));
+  const double s = x * x + y * y;
+  if (camera.higher_coefficients.isZero(0)) return s >= FoldingRadiusSquared(camera.coefficients);
+  return FoldsUpTo(camera, s);
 }
 
 OnPlane ProjectRadialTangential(const Camera& camera, double x, double y) {
   if (IsFolded(camera, x, y)) return std::nullopt;
-  return DistortRadialTangential(camera, x, y).distorted;
+  const RadialTangential at = DistortRadialTangential(camera, x, y);
+  if (at.jacobian.determinant() <= 0) return std::nullopt;  // terms that are not radial fold too
+  return at.distorted;
 }
 
 // The equidistant model: the distorted radius of a ray at the angle theta_rad, and its derivative.
@@ -97,31 +137,58 @@ double DistortAngle(const Eigen::Vector4d& k, double theta_rad, double* derivati
   return theta_rad * (1 + t2 * (k[0] + t2 * (k[1] + t2 * (k[2] + t2 * k[3]))));
 }
 
-// Newton's method for the angle whose distorted radius is `radius`; nothing if it does not
-// converge.
+// Whether the distorted radius falls again before the angle.
+bool IsAngleFolded(const Eigen::Vector4d& k, double theta_rad) {
+  return theta_rad > kPi || !IsPositiveUpTo(std::array{1.0, 3 * k[0], 5 * k[1], 7 * k[2], 9 * k[3]},
+                                            theta_rad * theta_rad);
+}
+
+// Newton's method for the angle whose distorted radius is `radius`; steps that would lead beyond
+// where the lens folds are shortened. Nothing where no angle has it.
 std::optional<double> UndistortAngle(const Eigen::Vector4d& k, double radius) {
   double theta_rad = std::min(radius, kPi / 2);
+  for (int i = 0; i < kMaxIterations && IsAngleFolded(k, theta_rad); ++i) theta_rad *= 0.5;
   for (int i = 0; i < kMaxIterations; ++i) {
     double derivative = 0;
     const double error = DistortAngle(k, theta_rad, &derivative) - radius;
     if (std::abs(error) < 1e-12) return theta_rad;
     if (derivative <= 0) return std::nullopt;
-    theta_rad -= error / derivative;
-    if (theta_rad < 0 || theta_rad > kPi) return std::nullopt;
+    double step_rad = error / derivative;
+    const auto is_too_long = [&](double next_rad) {
+      double ignored = 0;
+      return next_rad < 0 || IsAngleFolded(k, next_rad) ||
+             std::abs(DistortAngle(k, next_rad, &ignored) - radius) > std::abs(error);
+    };
+    for (int h = 0; h < kMaxShortenings && is_too_long(theta_rad - step_rad); ++h) step_rad *= 0.5;
+    theta_rad -= step_rad;
+    if (theta_rad < 0 || IsAngleFolded(k, theta_rad)) return std::nullopt;
   }
   return std::nullopt;
 }
 
-// Newton's method for the point on z = 1 whose distorted image is `target`.
+// Newton's method for the point on z = 1 whose distorted image is `target`; steps that fold or lead
+// no nearer are shortened. Nothing where no point has it.
 std::optional<Eigen::Vector2d> UndistortRadialTangential(const Camera& camera,
                                                          const Eigen::Vector2d& target) {
   Eigen::Vector2d p = target;
+  for (int i = 0; i < kMaxIterations && IsFolded(camera, p.x(), p.y()); ++i) p *= 0.5;
+  RadialTangential at = DistortRadialTangential(camera, p.x(), p.y());
   for (int i = 0; i < kMaxIterations; ++i) {
-    const RadialTangential at = DistortRadialTangential(camera, p.x(), p.y());
     const Eigen::Vector2d error = at.distorted - target;
     if (at.jacobian.determinant() <= 0) return std::nullopt;
     if (error.squaredNorm() < 1e-24) return p;
-    p -= at.jacobian.inverse() * error;
+    Eigen::Vector2d step = at.jacobian.inverse() * error, next = p - step;
+    const auto is_too_long = [&] {
+      if (IsFolded(camera, next.x(), next.y())) return true;
+      at = DistortRadialTangential(camera, next.x(), next.y());
+      return at.jacobian.determinant() <= 0 || (at.distorted - target).norm() > error.norm();
+    };
+    for (int h = 0; is_too_long(); ++h) {
+      if (h == kMaxShortenings) return std::nullopt;
+      step *= 0.5;
+      next = p - step;
+    }
+    p = next;
   }
   return std::nullopt;
 }
@@ -129,9 +196,9 @@ std::optional<Eigen::Vector2d> UndistortRadialTangential(const Camera& camera,
 OnPlane ProjectEquidistant(const Camera& camera, const Eigen::Vector3d& p) {
   const double r = p.head<2>().norm();
   const double theta_rad = std::atan2(r, p.z());
+  if (IsAngleFolded(camera.coefficients, theta_rad)) return std::nullopt;
   double derivative = 0;
   const double radius = DistortAngle(camera.coefficients, theta_rad, &derivative);
-  if (derivative <= 0) return std::nullopt;
   if (r < 1e-12 && p.z() <= 0) return std::nullopt;
   return r < 1e-12 ? Eigen::Vector2d::Zero() : Eigen::Vector2d(p.head<2>() * (radius / r));
 }
@@ -245,11 +312,13 @@ void CheckShape(const Camera& camera, const Fail& fail) {
   const double a = camera.shape[0], b = camera.shape[1];
   const auto expect = [&](bool is_plausible, const std::string& expected) {
     if (is_plausible) return;
-    fail("intrinsics (first the lens's own numbers, then fx, fy, cx, cy)",
-         "found " + std::to_string(a) + ", " + std::to_string(b) +
-             " before the focal lengths, "
-             "expected " +
-             expected);
+    const bool has_two = camera.distortion == Distortion::kExtendedUnified ||
+                         camera.distortion == Distortion::kDoubleSphere;
+    fail(camera.distortion == Distortion::kFieldOfView
+             ? "the distortion coefficient (w)"
+             : "intrinsics (first the lens's own numbers, then fx, fy, cx, cy)",
+         "found " + std::to_string(a) + (has_two ? " and " + std::to_string(b) : "") +
+             " as the numbers of the lens, expected " + expected);
   };
   switch (camera.distortion) {
     case Distortion::kOmni:
@@ -349,8 +418,9 @@ void Camera::Check(const std::string& name) const {
              "), expected one inside the image");
   }
   CheckShape(*this, fail);
-  // Terms above and below a quotient cancel each other.
-  const double most = higher_coefficients.segment<3>(1).isZero(0) ? 10 : 1e4;
+  // Terms above and below a quotient cancel each other, and the plane behind a sphere is small.
+  const bool is_usual = higher_coefficients.isZero(0) && distortion != Distortion::kOmni;
+  const double most = is_usual ? 10 : 1e4;
   const auto absurd = [&](const auto& values) {
     return !values.allFinite() || values.cwiseAbs().maxCoeff() > most;
   };

@@ -11,6 +11,7 @@ namespace {
 
 constexpr double kUsualDistance_m = 4;   // of what both see
 constexpr double kGoodBaseline_m = 0.1;  // less of it tells less of distances
+constexpr double kLeastCosine = 0.5;     // between the optical axes
 constexpr double kClearlyBetter = 1.05;  // than a pair that comes first
 
 // The share of the first camera's image that the second one sees.
@@ -29,9 +30,14 @@ double Overlap(const ChainCamera& first, const ChainCamera& second) {
   return static_cast<double>(seen) / (kSteps * kSteps);
 }
 
+// None where one looks another way or stands before the other: they cannot be rectified.
 double Usefulness(const ChainCamera& first, const ChainCamera& second) {
-  const double baseline_m =
-      (first.T_imu_camera.translation - second.T_imu_camera.translation).norm();
+  const Eigen::Vector3d z_first = first.T_imu_camera.rotation * Eigen::Vector3d::UnitZ();
+  const Eigen::Vector3d z_second = second.T_imu_camera.rotation * Eigen::Vector3d::UnitZ();
+  if (z_first.dot(z_second) < kLeastCosine) return 0;
+  const double baseline_m = (first.T_imu_camera.translation - second.T_imu_camera.translation)
+                                .cross((z_first + z_second).normalized())
+                                .norm();
   return Overlap(first, second) * std::min(1.0, baseline_m / kGoodBaseline_m);
 }
 

@@ -3,6 +3,8 @@
 #include <spdlog/fmt/fmt.h>
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 
 namespace slcmap {
 namespace {
@@ -29,6 +31,7 @@ constexpr OfPinhole kDistortions[] = {{Distortion::kRadialTangential, "radtan"},
                                       {Distortion::kEquidistant, "equi"},
                                       {Distortion::kEquidistant, "fisheye"},
                                       {Distortion::kEquidistant, "kannala_brandt"},
+                                      {Distortion::kEquidistant, "kannala_brandt4"},
                                       {Distortion::kEquidistant, "kb4"},
                                       {Distortion::kFieldOfView, "fov"},
                                       {Distortion::kNone, "none"}};
@@ -128,6 +131,36 @@ std::optional<CameraFault> ReadLens(const Lens& lens, const CameraWords& words, 
   return std::nullopt;
 }
 
+// Takes the numbers behind the first four intrinsics as coefficients.
+void SplitIntrinsics(const char* distortion_model, CameraWords* words) {
+  words->camera_model = "pinhole";
+  if (words->distortion_model == "none") words->distortion_model = distortion_model;
+  if (words->intrinsics.size() <= 4 || !words->coefficients.empty()) return;
+  words->coefficients.assign(words->intrinsics.begin() + 4, words->intrinsics.end());
+  words->intrinsics.resize(4);
+}
+
+// Basalt's names and its order, in which the numbers of a lens come last; principal points are
+// never so small.
+CameraWords InKalibrsWords(CameraWords words) {
+  constexpr double kLargestLensNumber = 8;
+  constexpr size_t kRadtan8Numbers = 12;  // one more says how far out the lens was calibrated
+  if (words.camera_model == "kb4") SplitIntrinsics("equidistant", &words);
+  if (words.camera_model == "pinhole-radtan8") {
+    if (words.intrinsics.size() == kRadtan8Numbers + 1) words.intrinsics.pop_back();
+    SplitIntrinsics("radtan", &words);
+  }
+  std::vector<double>& numbers = words.intrinsics;
+  const bool lens_is_last = numbers.size() > 4 && numbers.front() > kLargestLensNumber &&
+                            std::abs(numbers.back()) < kLargestLensNumber;
+  if (lens_is_last) std::ranges::rotate(numbers, numbers.begin() + 4);
+  if (words.camera_model == "ucm") {  // EUCM with beta 1
+    words.camera_model = "eucm";
+    if (!numbers.empty()) numbers.insert(numbers.begin() + 1, 1);
+  }
+  return words;
+}
+
 }  // namespace
 
 CameraWords DescribeCamera(const Camera& camera) {
@@ -160,17 +193,14 @@ std::optional<Camera> CameraOf(const CameraWords& words, CameraFault* fault) {
     return std::nullopt;
   };
   Camera camera;
-  CameraWords read = words;
-  if (words.camera_model == "ucm") {  // EUCM with beta 1
-    read.camera_model = "eucm";
-    if (!read.intrinsics.empty()) read.intrinsics.insert(read.intrinsics.begin() + 1, 1);
-  }
+  const CameraWords read = InKalibrsWords(words);
   const auto lens = std::ranges::find_if(
       kLenses, [&](const Lens& known) { return read.camera_model == known.name; });
   const bool is_pinhole = read.camera_model == "pinhole";
   if (lens == std::end(kLenses) && !is_pinhole) {
     return fail({"camera_model", "'" + words.camera_model + "'",
-                 "one of pinhole (a fisheye lens too, with distortion_model equidistant), ucm, " +
+                 "one of pinhole (a fisheye lens too, with distortion_model equidistant), kb4, "
+                 "pinhole-radtan8, ucm, " +
                      NamesOf(kLenses)});
   }
   const size_t shapes = is_pinhole ? 0 : lens->shapes;

@@ -20,8 +20,9 @@ struct CameraWords {
 CameraWords DescribeCamera(const Camera& camera);
 
 // The camera of such words, without its size; also of the names that ASL (radial-tangential), ROS
-// (plumb_bob, rational_polynomial, fisheye) and Basalt (kb4, radtan8, ucm) have for the same. Where
-// they are not a camera, *fault says which of the four is wrong, and what is expected of it.
+// (plumb_bob, rational_polynomial, fisheye) and Basalt (kb4, pinhole-radtan8, ucm; lens's numbers
+// and coefficients behind fx, fy, cx, cy) have for the same. Where they are not a camera, *fault
+// says which of the four is wrong, and what is expected of it.
 struct CameraFault {
   std::string key;  // camera_model, distortion_model, intrinsics or coefficients
   std::string found, expected;

@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "data/calibration.h"
+#include "data/camera_choice.h"
 #include "data/imu_calibration.h"
 #include "data/input_fault.h"
 #include "data/mask.h"
@@ -143,6 +144,57 @@ std::vector<StereoEntry> PairTables(const SequenceOptions& options, const Tables
   return images;
 }
 
+bool IsRecorded(const std::string& folder, int camera) {
+  std::error_code error;
+  return fs::is_directory(fs::path(folder) / fmt::format("cam{}", camera), error);
+}
+
+Calibration CalibrationOf(const std::string& folder, const SequenceOptions& options,
+                          const std::vector<int>& cameras, Warnings* warnings) {
+  return options.calibration.empty()
+             ? FindCalibration(folder, warnings, options.mirrored, cameras)
+             : ReadCalibration(options.calibration, warnings, options.mirrored, cameras);
+}
+
+// The best of the cameras that were recorded, of a calibration that has others too.
+std::vector<int> ChooseRecorded(const std::string& folder, const SequenceOptions& options) {
+  constexpr int kMaxIndex = 9;
+  std::vector<ChainCamera> chain;
+  for (int i = 0; i <= kMaxIndex; ++i) {
+    if (!IsRecorded(folder, i)) continue;
+    Warnings ignored;  // come with those that are chosen
+    try {
+      const Rig rig = CalibrationOf(folder, options, {i}, &ignored).rig;
+      chain.push_back({i, rig.cameras[0], rig.T_imu_camera[0], std::nullopt, ""});
+    } catch (const InputFault&) {
+      continue;  // recorded, but not calibrated
+    }
+  }
+  std::vector<int> chosen;
+  for (const size_t at : ChooseCameras(chain, {})) chosen.push_back(chain[at].index);
+  return chosen;
+}
+
+Calibration CalibrationOf(const std::string& folder, const SequenceOptions& options,
+                          Warnings* warnings) {
+  Warnings of_reading;
+  Calibration calibration = CalibrationOf(folder, options, options.cameras, &of_reading);
+  const auto missing = std::ranges::find_if(
+      calibration.cameras, [&](int camera) { return !IsRecorded(folder, camera); });
+  if (missing != calibration.cameras.end() && !options.cameras.empty()) {
+    throw InputFault("cameras", fmt::format("--cameras: found no cam{} in {}", *missing, folder),
+                     "name cameras that the recording has");
+  }
+  if (missing != calibration.cameras.end()) {
+    const std::vector<int> recorded = ChooseRecorded(folder, options);
+    if (recorded != std::vector{0}) {  // else a stereo rig of which one camera was recorded
+      return CalibrationOf(folder, options, recorded, warnings);
+    }
+  }
+  warnings->Merge(of_reading);
+  return calibration;
+}
+
 std::array<std::vector<std::string>, 2> ImagePaths(const std::vector<StereoEntry>& images) {
   std::array<std::vector<std::string>, 2> paths;
   for (const StereoEntry& image : images) {
@@ -230,11 +282,7 @@ Sequence OpenSequence(const std::string& path, const SequenceOptions& options) {
   Sequence sequence;
   sequence.folder = FindAslFolder(path, options.needs_imu);
   const fs::path folder(sequence.folder);
-  const Calibration calibration =
-      options.calibration.empty()
-          ? FindCalibration(sequence.folder, &sequence.warnings, options.mirrored, options.cameras)
-          : ReadCalibration(options.calibration, &sequence.warnings, options.mirrored,
-                            options.cameras);
+  const Calibration calibration = CalibrationOf(sequence.folder, options, &sequence.warnings);
   sequence.rig = calibration.rig;
   sequence.calibration_source = calibration.source;
   sequence.cameras = calibration.cameras;

@@ -22,14 +22,14 @@ cv::Mat FilledUp(const cv::Mat& image, const cv::Size& size) {
 LikeLeft::LikeLeft(const Rig& rig) {
   const Camera &left = rig.cameras[0], &right = rig.cameras[1];
   if (right.width_px <= 0) return;
-  const auto focal = static_cast<float>(left.fx_px / right.fx_px);
+  const auto focal = static_cast<float>(left.MiddleFocal_px() / right.MiddleFocal_px());
   if (std::abs(focal - 1) > kSameFocal) scale_ = focal;
   const auto scaled = [&](int px) {
     return static_cast<int>(std::ceil(scale_ * static_cast<float>(px)));
   };
   scaled_ = cv::Size(scaled(right.width_px), scaled(right.height_px));
-  filled_ = cv::Size(std::max(scaled_.width, left.width_px),
-                     std::max(scaled_.height, left.height_px));
+  filled_ =
+      cv::Size(std::max(scaled_.width, left.width_px), std::max(scaled_.height, left.height_px));
 }
 
 cv::Mat LikeLeft::Left(const cv::Mat& left) const { return FilledUp(left, filled_); }

@@ -25,7 +25,9 @@ Eigen::Quaterniond CommonOrientation(const Rig& rig, const Eigen::Vector3d& base
   if (R_left.col(2).dot(R_right.col(2)) < 0.5 || std::abs(x.dot(z_mean.normalized())) > 0.7) {
     throw DataError(
         "calibration: found a second camera that is not beside the first one looking the same way, "
-        "expected cameras side by side or above each other (are T_BS and its inverse exchanged?)");
+        "expected cameras side by side or above each other (are T_BS and its inverse exchanged? "
+        "two "
+        "that look apart are used one at a time, with --cameras 0 --method points-mono)");
   }
   const Eigen::Vector3d y = z_mean.cross(x).normalized();
   Eigen::Matrix3d R;

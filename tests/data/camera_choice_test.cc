@@ -39,6 +39,19 @@ TEST(CameraChoice, OneAloneWhereNoTwoSeeTheSame) {
   EXPECT_THAT(ChooseCameras({At(0, 0, 0), At(1, 0.1, 2), At(2, 0.1, -2)}, {}), ElementsAre(0));
 }
 
+TEST(CameraChoice, NotThoseThatCannotBeRectified) {
+  // One before the other, and wide lenses at right angles.
+  std::vector<ChainCamera> chain = {At(0, 0, 0), At(1, 0, 0), At(2, 0.06, 0), At(3, 0.2, 1.3)};
+  chain[1].T_imu_camera.translation.z() = 0.2;
+  EXPECT_THAT(ChooseCameras(chain, {}), ElementsAre(0, 2));
+}
+
+TEST(CameraChoice, OneAboveTheOtherIsAPairToo) {
+  std::vector<ChainCamera> chain = {At(0, 0, 1.6), At(1, 0, 0), At(2, 0, 0)};
+  chain[2].T_imu_camera.translation.y() = -0.1;
+  EXPECT_THAT(ChooseCameras(chain, {}), ElementsAre(1, 2));
+}
+
 TEST(CameraChoice, RefusesCamerasThatAreNotThere) {
   const std::vector<ChainCamera> chain = {At(0, 0, 0), At(1, 0.1, 0)};
   for (const std::vector<int>& wanted : {std::vector<int>{0, 2}, {1, 1}, {0, 1, 0}}) {

@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <opencv2/calib3d.hpp>
+#include <utility>
 #include <vector>
 
 #include "data/error.h"
@@ -109,6 +110,126 @@ TEST(Camera, EveryLensProjectsWhatItUnprojects) {
   }
 }
 
+// As calibrations of depth cameras and narrow lenses have them: large terms that nearly cancel.
+Camera StrongRational() {
+  Camera camera = EurocLeft();
+  camera.coefficients << -4.9, 9.2, -6e-4, 1e-3;
+  camera.higher_coefficients << -2.1, -4.6, 7.9, 0.4, 0, 0, 0, 0;
+  return camera;
+}
+
+Camera ThinPrism() {
+  Camera camera = Rational();
+  camera.higher_coefficients.tail<4>() << 1e-3, -2e-4, -1e-3, 3e-4;
+  return camera;
+}
+
+Camera StrongBarrel() {
+  Camera camera = EurocLeft();
+  camera.coefficients << -0.42, 0.12, 1e-3, -1e-3;
+  camera.higher_coefficients[0] = -0.012;
+  return camera;
+}
+
+Camera FoldingFisheye() {
+  Camera camera = TumviLeft();
+  camera.coefficients << 0, 0, -0.2, 0;
+  return camera;
+}
+
+Camera WithShape(Camera camera, double a, double b) {
+  camera.shape << a, b;
+  return camera;
+}
+
+// Of all rays, each that a lens shows in its image is the only one of its pixel, and is found.
+TEST(Camera, UnprojectFindsTheRayOfEveryPixelThatShowsOne) {
+  for (const Camera& camera :
+       {EurocLeft(), TumviLeft(), FoldingFisheye(), PlumbBob(), StrongBarrel(), Rational(),
+        StrongRational(), ThinPrism(), Omni(), WithShape(Omni(), 0.7, 0), WithShape(Omni(), 1, 0),
+        ExtendedUnified(), WithShape(ExtendedUnified(), 0.3, 2), DoubleSphere(),
+        WithShape(DoubleSphere(), 0.4, 0.3), FieldOfView(), WithShape(FieldOfView(), 1.4, 0)}) {
+    int seen = 0;
+    for (double theta_rad = 0.01; theta_rad < 3.1; theta_rad += 0.01) {
+      for (double phi_rad = 0; phi_rad < 6.2; phi_rad += 0.31) {
+        const Eigen::Vector3d ray(std::sin(theta_rad) * std::cos(phi_rad),
+                                  std::sin(theta_rad) * std::sin(phi_rad), std::cos(theta_rad));
+        const auto px = camera.Project(ray);
+        if (!px || !camera.Contains(*px)) continue;
+        ++seen;
+        const auto found = camera.Unproject(*px);
+        ASSERT_TRUE(found) << static_cast<int>(camera.distortion) << " " << theta_rad;
+        // Where a lens nearly folds, a pixel hardly tells the ray.
+        EXPECT_LT((*found - ray).norm(), 1e-4) << static_cast<int>(camera.distortion);
+        const auto again_px = camera.Project(*found);
+        ASSERT_TRUE(again_px);
+        EXPECT_LT((*again_px - *px).norm(), 1e-6);
+      }
+    }
+    EXPECT_GT(seen, 400) << static_cast<int>(camera.distortion);
+  }
+}
+
+// Radially 1 + 0.8 s - ... over 1 + 1.1 s - ...: its derivative has a zero at the radius 1.0938.
+TEST(Camera, AQuotientFoldsToo) {
+  Camera camera = Rational();
+  camera.coefficients.tail<2>().setZero();
+  const auto radius = [&](double r) { return camera.Project({r, 0, 1}); };
+  double folds = 0;
+  for (double r = 0; r < 3; r += 1e-3) {
+    if (radius(r)) folds = r;
+  }
+  const auto at = [&](double r) {
+    const double s = r * r;
+    return r * (1 + s * (0.8 + s * (-0.35 - 0.02 * s))) / (1 + s * (1.1 + s * (-0.2 - 0.05 * s)));
+  };
+  EXPECT_GT(at(folds), at(folds - 2e-3));
+  EXPECT_LT(at(folds + 4e-3), at(folds + 2e-3));
+  for (double r = folds + 2e-3; r < 30; r *= 1.1) EXPECT_FALSE(radius(r)) << r;
+}
+
+// Beyond where the distorted angle falls it rises again for k4 > 0: no pixel is seen from there.
+TEST(Camera, AFisheyeThatRisesAgainIsNotSeen) {
+  Camera camera = TumviLeft();
+  camera.coefficients << -0.3, 0, 0, 0.005;
+  const auto project = [&](double theta_rad) {
+    return camera.Project({std::sin(theta_rad), 0, std::cos(theta_rad)});
+  };
+  EXPECT_TRUE(project(1.0));
+  for (double theta_rad = 1.2; theta_rad < 3.1; theta_rad += 0.1) {
+    EXPECT_FALSE(project(theta_rad)) << theta_rad;
+  }
+  for (double x_px = 300; x_px < 512; x_px += 5) {
+    const auto ray = camera.Unproject({x_px, camera.cy_px});
+    if (ray) EXPECT_LT(std::atan2(ray->head<2>().norm(), ray->z()), 1.2);
+  }
+}
+
+// Pixels by OpenCV 4.6's cv::omnidir::projectPoints.
+TEST(Camera, OmniAsInOpenCv) {
+  const std::vector<Eigen::Vector3d> points = {
+      {0.3, 0.2, 1}, {-0.9, 0.4, 0.5}, {1.0, -0.7, 0.1}, {1.2, 0.3, -0.2}};
+  const std::pair<double, std::vector<Eigen::Vector2d>> kByOpenCv[] = {
+      {1.6,
+       {{310.369593798, 294.236979820},
+        {59.862263627, 344.535754048},
+        {489.399577981, 91.243722205},
+        {573.003268394, 337.476853089}}},
+      {0.8,
+       {{335.684496588, 311.295912170},
+        {-56.017083264, 396.677600552},
+        {672.583665732, -37.963251151},
+        {908.296854846, 423.221696826}}}};
+  for (const auto& [xi, expected_px] : kByOpenCv) {
+    const Camera camera = WithShape(Omni(), xi, 0);
+    for (size_t i = 0; i < points.size(); ++i) {
+      const auto px = camera.Project(points[i]);
+      ASSERT_TRUE(px);
+      EXPECT_LT((*px - expected_px[i]).norm(), 1e-8) << xi << " " << i;
+    }
+  }
+}
+
 // What no lens sees: the other half of the sphere falls onto the same pixels.
 TEST(Camera, NoLensSeesBehindItself) {
   for (const Camera& camera : {Omni(), ExtendedUnified(), DoubleSphere(), FieldOfView()}) {
@@ -117,9 +238,7 @@ TEST(Camera, NoLensSeesBehindItself) {
 }
 
 TEST(Camera, HigherCoefficientsAsInOpenCv) {
-  Camera prism = Rational();
-  prism.higher_coefficients.tail<4>() << 1e-3, -2e-4, -1e-3, 3e-4;
-  for (const Camera& camera : {PlumbBob(), Rational(), prism}) {
+  for (const Camera& camera : {PlumbBob(), Rational(), ThinPrism()}) {
     std::vector<double> k(camera.coefficients.begin(), camera.coefficients.end());
     k.insert(k.end(), camera.higher_coefficients.begin(), camera.higher_coefficients.end());
     const cv::Matx33d K(camera.fx_px, 0, camera.cx_px, 0, camera.fy_px, camera.cy_px, 0, 0, 1);

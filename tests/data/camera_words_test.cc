@@ -49,6 +49,27 @@ TEST(CameraWords, LensesHaveTheirNumbersFirst) {
   EXPECT_EQ(ucm.shape, Eigen::Vector2d(0.6, 1));
 }
 
+TEST(CameraWords, BasaltsNamesAndOrder) {
+  const Camera ds = Read({"ds", "none", {150, 151, 320, 240, -0.2, 0.6}, {}});
+  EXPECT_EQ(ds.shape, Eigen::Vector2d(-0.2, 0.6));
+  EXPECT_EQ(ds.cy_px, 240);
+  EXPECT_EQ(Read({"eucm", "none", {400, 401, 320, 240, 0.6, 1.1}, {}}).shape,
+            Eigen::Vector2d(0.6, 1.1));
+  EXPECT_EQ(Read({"ucm", "none", {400, 401, 320, 240, 0.6}, {}}).shape, Eigen::Vector2d(0.6, 1));
+  const Camera fisheye = Read({"kb4", "none", {400, 401, 320, 240, 0.1, 0.2, 0.3, 0.4}, {}});
+  EXPECT_EQ(fisheye.distortion, Distortion::kEquidistant);
+  EXPECT_EQ(fisheye.coefficients, Eigen::Vector4d(0.1, 0.2, 0.3, 0.4));
+  EXPECT_EQ(Read({"kb4", "equidistant", kPinhole, {0.1, 0.2, 0.3, 0.4}}).coefficients[3], 0.4);
+  for (const std::vector<double>& more : {std::vector<double>{}, {2.7}}) {
+    std::vector<double> numbers = {400, 401, 320, 240, 1, 2, 3, 4, 5, 6, 7, 8};
+    numbers.insert(numbers.end(), more.begin(), more.end());
+    const Camera camera = Read({"pinhole-radtan8", "none", numbers, {}});
+    EXPECT_EQ(camera.distortion, Distortion::kRadialTangential);
+    EXPECT_EQ(camera.coefficients[2], 3);
+    EXPECT_EQ(camera.higher_coefficients[3], 8);
+  }
+}
+
 TEST(CameraWords, WhatIsWrittenIsReadBack) {
   for (const CameraWords& words :
        {CameraWords{"pinhole", "radtan", kPinhole, {-0.3, 0.1, 1e-3, 2e-3}},

@@ -61,6 +61,64 @@ TEST(OpenSequence, FindsImagesWithoutOrWithOtherFileColumns) {
   EXPECT_TRUE(fs::exists(sequence.images[0].right_path));
 }
 
+// cam0 looks aside, cam1 and cam2 ahead, cam3 is calibrated but was not recorded.
+class SequenceOfMany : public ::testing::Test {
+ protected:
+  SequenceOfMany() {
+    testing::WriteSequence(folder_, {.images = 5});
+    fs::copy(folder_.Path("mav0/cam1"), folder_.Path("mav0/cam2"), fs::copy_options::recursive);
+    fs::remove(folder_.Path("mav0/cam1/sensor.yaml"));
+    fs::remove(folder_.Path("mav0/cam2/sensor.yaml"));
+    fs::remove(folder_.Path("mav0/cam0/sensor.yaml"));
+    std::string chain;
+    const char* kAhead = "[0, 0, 1, {}], [-1, 0, 0, {}], [0, -1, 0, 0], [0, 0, 0, 1]";
+    const char* kAside = "[1, 0, 0, {}], [0, 0, 1, {}], [0, -1, 0, 0], [0, 0, 0, 1]";
+    for (int i = 0; i < 4; ++i) {
+      chain += fmt::format(
+          "cam{}:\n  camera_model: pinhole\n  intrinsics: [{}, 60, 47.5, 31.5]\n"
+          "  distortion_model: none\n  resolution: [96, 64]\n  T_imu_cam: [{}]\n",
+          i, 60 + i, fmt::format(fmt::runtime(i == 0 ? kAside : kAhead), 0, -0.1 * i));
+    }
+    folder_.Write("camchain.yaml", chain +
+                                       "imu0:\n  update_rate: 200\n"
+                                       "  gyroscope_noise_density: 1.7e-4\n"
+                                       "  gyroscope_random_walk: 2e-5\n"
+                                       "  accelerometer_noise_density: 2e-3\n"
+                                       "  accelerometer_random_walk: 3e-3\n");
+    options_.calibration = folder_.Path("camchain.yaml");
+  }
+
+  const TempFolder folder_;
+  SequenceOptions options_;
+};
+
+TEST_F(SequenceOfMany, TheBestPairOfThoseRecordedIsTaken) {
+  const Sequence sequence = OpenSequence(folder_.Path(), options_);
+  EXPECT_THAT(sequence.cameras, ElementsAre(1, 2));
+  EXPECT_EQ(sequence.rig.cameras[1].fx_px, 62);
+  EXPECT_THAT(sequence.images[0].left_path, HasSubstr("/cam1/"));
+  EXPECT_THAT(sequence.images[0].right_path, HasSubstr("/cam2/"));
+  EXPECT_THAT(sequence.calibration_source, HasSubstr("cameras 1, 2 of 4"));
+}
+
+TEST_F(SequenceOfMany, ThoseThatAreNamedAreTakenOrMissed) {
+  options_.cameras = {2, 0};
+  EXPECT_THAT(OpenSequence(folder_.Path(), options_).images[0].left_path, HasSubstr("/cam2/"));
+  options_.cameras = {2};
+  const Sequence one = OpenSequence(folder_.Path(), options_);
+  EXPECT_FALSE(IsStereo(one.rig));
+  EXPECT_THAT(one.images[0].left_path, HasSubstr("/cam2/"));
+  options_.cameras = {2, 3};
+  EXPECT_THAT(MessageOf<DataError>([&] { OpenSequence(folder_.Path(), options_); }),
+              HasSubstr("--cameras: found no cam3 in"));
+}
+
+TEST_F(SequenceOfMany, OnesThatWereNotRecordedDoNotMakeItARecordingOfOneCamera) {
+  fs::remove_all(folder_.Path("mav0/cam1"));
+  const Sequence sequence = OpenSequence(folder_.Path(), options_);
+  EXPECT_THAT(sequence.cameras, ElementsAre(0));  // nothing else sees what cam2 sees
+}
+
 TEST(OpenSequence, BadRowsAreCountedAndDropped) {
   const TempFolder folder;
   testing::WriteSequence(folder, {.images = 4});

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
@@ -12,13 +13,52 @@
 namespace slcmap {
 namespace {
 
+// A rig that was held turned about its axes by so many right angles: both images are turned.
+Rig Turned(Rig rig, int quarters) {
+  for (int i = 0; i < 2; ++i) {
+    Camera& camera = rig.cameras[i];
+    for (int k = 0; k < (quarters + 4) % 4; ++k) {
+      std::swap(camera.fx_px, camera.fy_px);
+      std::swap(camera.cx_px, camera.cy_px);
+      std::swap(camera.width_px, camera.height_px);
+      camera.cx_px = camera.width_px - 1 - camera.cx_px;
+      const Eigen::Vector2d p = camera.coefficients.tail<2>();
+      camera.coefficients.tail<2>() << p[1], -p[0];
+    }
+    rig.T_imu_camera[i].rotation =
+        rig.T_imu_camera[i].rotation * ExpRotation({0, 0, -0.5 * 3.14159265358979 * quarters});
+  }
+  return rig;
+}
+
+Rig Exchanged(Rig rig) {
+  std::swap(rig.cameras[0], rig.cameras[1]);
+  std::swap(rig.T_imu_camera[0], rig.T_imu_camera[1]);
+  return rig;
+}
+
+// The second camera stands above the first.
+Rig Upright(Rig rig) {
+  const RigidTransform& left = rig.T_imu_camera[0];
+  rig.T_imu_camera[1].translation =
+      left.translation + left.rotation * Eigen::Vector3d(0.002, -0.11, 0.001);
+  return rig;
+}
+
 class RectifierTest : public ::testing::TestWithParam<Rig> {
  protected:
   Rectifier rectifier_{GetParam(), RectifierOptions()};
 };
 
-INSTANTIATE_TEST_SUITE_P(Rigs, RectifierTest, ::testing::Values(EurocRig(), TumViRig()),
-                         [](const auto& info) { return info.index == 0 ? "Euroc" : "TumVi"; });
+INSTANTIATE_TEST_SUITE_P(Rigs, RectifierTest,
+                         ::testing::Values(EurocRig(), TumViRig(), Turned(EurocRig(), 1),
+                                           Turned(EurocRig(), 2), Turned(EurocRig(), -1),
+                                           Exchanged(EurocRig()), Upright(EurocRig())),
+                         [](const auto& info) {
+                           return std::array{"Euroc",      "TumVi",         "Clockwise",
+                                             "UpsideDown", "Anticlockwise", "Exchanged",
+                                             "Upright"}[info.index];
+                         });
 
 TEST_P(RectifierTest, APointHasTheSameRowInBothAndTheDisparityOfItsDepth) {
   const Rig& rig = rectifier_.rectified_rig();
@@ -99,9 +139,14 @@ TEST(Rectifier, LimitsTheFieldOfViewOfAFisheye) {
   EXPECT_GT(angle_rad, 1.45);
 }
 
-TEST(Rectifier, ExchangedCamerasAreAnError) {
+TEST(Rectifier, CamerasThatSeeNothingInCommonOrStandBehindEachOtherAreAnError) {
   Rig rig = EurocRig();
-  std::swap(rig.T_imu_camera[0], rig.T_imu_camera[1]);
+  rig.T_imu_camera[1].rotation = rig.T_imu_camera[1].rotation * ExpRotation({0, 3.14, 0});
+  EXPECT_THROW(Rectifier(rig, RectifierOptions()), DataError);
+  rig = EurocRig();
+  const RigidTransform& left = rig.T_imu_camera[0];
+  rig.T_imu_camera[1].translation =
+      left.translation + left.rotation * Eigen::Vector3d(0.01, 0, 0.1);
   EXPECT_THROW(Rectifier(rig, RectifierOptions()), DataError);
 }
 
