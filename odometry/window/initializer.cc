@@ -56,14 +56,15 @@ bool HasOneCamera(const std::vector<std::unique_ptr<FrameState>>& frames) {
   return true;
 }
 
-// The size of gravity as an accelerometer of some scale feels it: motion averages out.
-double FeltGravity_m_s2(const std::vector<std::unique_ptr<FrameState>>& frames) {
-  double mean = 0;
-  const std::vector<ImuSample> samples = AllSamples(frames);
-  for (const ImuSample& sample : samples) mean += sample.specific_force_m_s2.norm();
-  mean /= static_cast<double>(std::max<size_t>(1, samples.size()));
-  return std::clamp(mean, (1 - kMaxAccelScale) * kGravity_m_s2,
-                    (1 + kMaxAccelScale) * kGravity_m_s2);
+// The size of gravity as an accelerometer of some scale feels it: the mean of what it felt, in the
+// axes of the first frame, but for the change of velocity.
+double FeltGravity_m_s2(const std::vector<std::unique_ptr<FrameState>>& frames,
+                        const ImuNoise& noise, const Vector3d& gyro_bias_rad_s) {
+  Preintegration imu(noise, gyro_bias_rad_s, Vector3d::Zero());
+  for (const ImuSample& sample : AllSamples(frames)) imu.Append(sample);
+  const auto motion = imu.CorrectedFor(gyro_bias_rad_s, Vector3d::Zero());
+  return std::clamp(motion.velocity_m_s.norm() / imu.duration_s(),
+                    (1 - kMaxAccelScale) * kGravity_m_s2, (1 + kMaxAccelScale) * kGravity_m_s2);
 }
 
 // The world that has its z axis against gravity, and in which the first body frame has the position
@@ -243,7 +244,7 @@ InitializationResult Initializer::TryInMotion(const std::optional<RigidTransform
     gyro_bias = GyroBiasFromImages(frames_, GeometryFromImu(window->model(), RigidTransform()),
                                    rig_.imu_noise, kBiasPairs_s)
                     .value_or(gyro_bias);
-    felt_gravity_m_s2 = FeltGravity_m_s2(frames_);
+    felt_gravity_m_s2 = FeltGravity_m_s2(frames_, rig_.imu_noise, gyro_bias);
   }
   // The first round knows no gyroscope bias; what its optimisation finds makes the second one
   // exact. A time offset that is far off takes some more.
