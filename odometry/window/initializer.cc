@@ -21,7 +21,7 @@ constexpr int kMaxMotionRounds = 5;  // where the time offset has not settled
 constexpr int64_t kOffsetSettled_ns = 1'000'000;
 // One camera has its scale from the accelerometer alone, which a short window of a slow walk does
 // not tell: after a failure it grows, by so much an attempt, up to the longest.
-constexpr double kLongestOfOneCamera_s = 2.0, kGrows_s = 0.2;
+constexpr double kShortestOfOneCamera_s = 1.5, kLongestOfOneCamera_s = 2.0, kGrows_s = 0.2;
 constexpr double kBiasPairs_s = 0.25;    // between images that tell the gyroscope's bias
 constexpr double kMaxAccelScale = 0.04;  // of a low-cost accelerometer, that one camera tolerates
 constexpr size_t kMostKeyframes = 10;    // that a window is started with
@@ -128,6 +128,10 @@ InitializationResult Initializer::Try(const std::optional<RigidTransform>& start
                                 flow.points, options_.min_points);
   } else if (flow.median_px <= options_.max_still_flow_px) {
     result = TryAtRest(start, window);
+  } else if (HasOneCamera(frames_) && Span_s() < kShortestOfOneCamera_s) {
+    result.report =
+        fmt::format("not initialised: {:.1f} s of motion before one camera (at least {:.1f})",
+                    Span_s(), kShortestOfOneCamera_s);
   } else {
     result = TryInMotion(start, imu, window);
   }
