@@ -21,7 +21,7 @@ constexpr int kMaxMotionRounds = 5;  // where the time offset has not settled
 constexpr int64_t kOffsetSettled_ns = 1'000'000;
 // One camera has its scale from the accelerometer alone, which a short window of a slow walk does
 // not tell: after a failure it grows, by so much an attempt, up to the longest.
-constexpr double kShortestOfOneCamera_s = 1.5, kLongestOfOneCamera_s = 2.0, kGrows_s = 0.2;
+constexpr double kShortestOfOneCamera_s = 1.5, kLongestOfOneCamera_s = 2.0, kGrows_s = 0.1;
 constexpr double kBiasPairs_s = 0.25;    // between images that tell the gyroscope's bias
 constexpr double kMaxAccelScale = 0.04;  // of a low-cost accelerometer, that one camera tolerates
 constexpr size_t kMostKeyframes = 10;    // that a window is started with
@@ -123,9 +123,11 @@ InitializationResult Initializer::Try(const std::optional<RigidTransform>& start
   const double focal_px = rig_.cameras[0].fx_px;
   const Flow flow = MedianFlow(*frames_.front(), *frames_.back(), focal_px);
   InitializationResult result;
-  if (flow.points < options_.min_points) {
+  // Blur costs one camera most of its points over so long a time; those between count as well.
+  const int needed = HasOneCamera(frames_) ? options_.min_points / 2 : options_.min_points;
+  if (flow.points < needed) {
     result.report = fmt::format("not initialised: {} points seen throughout (at least {})",
-                                flow.points, options_.min_points);
+                                flow.points, needed);
   } else if (flow.median_px <= options_.max_still_flow_px) {
     result = TryAtRest(start, window);
   } else if (HasOneCamera(frames_) && Span_s() < kShortestOfOneCamera_s) {
