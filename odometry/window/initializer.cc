@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "odometry/imu/imu_spread.h"
+#include "odometry/window/gyro_bias.h"
 #include "odometry/window/linear_alignment.h"
 #include "odometry/window/point_landmarks.h"
 
@@ -18,6 +19,12 @@ using Eigen::Vector3d;
 constexpr int kMotionRounds = 2;
 constexpr int kMaxMotionRounds = 5;  // where the time offset has not settled
 constexpr int64_t kOffsetSettled_ns = 1'000'000;
+// One camera has its scale from the accelerometer alone, which a short window of a slow walk does
+// not tell: after a failure it grows, by so much an attempt, up to the longest.
+constexpr double kShortestOfOneCamera_s = 1.5, kLongestOfOneCamera_s = 2.0, kGrows_s = 0.1;
+constexpr double kBiasPairs_s = 0.25;    // between images that tell the gyroscope's bias
+constexpr double kMaxAccelScale = 0.04;  // of a low-cost accelerometer, that one camera tolerates
+constexpr size_t kMostKeyframes = 10;    // that a window is started with
 
 // The geometry of the cameras against the true place of the IMU, as it is estimated.
 StereoGeometry GeometryFromImu(const CostModel& model, const RigidTransform& T_imu_body) {
@@ -38,6 +45,27 @@ std::vector<ImuSample> AllSamples(const std::vector<std::unique_ptr<FrameState>>
     all.insert(all.end(), samples.begin() + (all.empty() ? 0 : 1), samples.end());
   }
   return all;
+}
+
+bool HasOneCamera(const std::vector<std::unique_ptr<FrameState>>& frames) {
+  for (const auto& frame : frames) {
+    for (const auto& [id, measurement] : frame->measurements) {
+      if (measurement.right) return false;
+    }
+  }
+  return true;
+}
+
+// The size of gravity as an accelerometer of some scale feels it: the mean of what it felt, in the
+// axes of the first frame, but for the change of velocity.
+double FeltGravity_m_s2(const std::vector<std::unique_ptr<FrameState>>& frames,
+                        const ImuNoise& noise, const Vector3d& gyro_bias_rad_s,
+                        const ImuErrors& errors) {
+  Preintegration imu(noise, gyro_bias_rad_s, Vector3d::Zero(), errors);
+  for (const ImuSample& sample : AllSamples(frames)) imu.Append(sample);
+  const auto motion = imu.CorrectedFor(gyro_bias_rad_s, Vector3d::Zero(), errors);
+  return std::clamp(motion.velocity_m_s.norm() / imu.duration_s(),
+                    (1 - kMaxAccelScale) * kGravity_m_s2, (1 + kMaxAccelScale) * kGravity_m_s2);
 }
 
 // The world that has its z axis against gravity, and in which the first body frame has the position
@@ -79,7 +107,7 @@ Flow MedianFlow(const FrameState& a, const FrameState& b, double focal_px,
 }
 
 Initializer::Initializer(const InitializerOptions& options, const Rig& rectified_rig)
-    : options_(options), rig_(rectified_rig) {}
+    : options_(options), window_s_(options.window_s), rig_(rectified_rig) {}
 
 void Initializer::AddFrame(std::unique_ptr<FrameState> frame) {
   if (frames_.empty()) frame->from_previous.reset();
@@ -88,8 +116,7 @@ void Initializer::AddFrame(std::unique_ptr<FrameState> frame) {
 
 bool Initializer::Ready() const {
   // Half a millisecond of tolerance: stamps of a regular camera are rounded.
-  return frames_.size() >= 4 && ToSeconds(frames_.back()->stamp_ns - frames_.front()->stamp_ns) >=
-                                    options_.window_s - 5e-4;
+  return frames_.size() >= 4 && Span_s() >= window_s_ - 5e-4;
 }
 
 InitializationResult Initializer::Try(const std::optional<RigidTransform>& start,
@@ -97,11 +124,17 @@ InitializationResult Initializer::Try(const std::optional<RigidTransform>& start
   const double focal_px = rig_.cameras[0].fx_px;
   const Flow flow = MedianFlow(*frames_.front(), *frames_.back(), focal_px);
   InitializationResult result;
-  if (flow.points < options_.min_points) {
+  // Blur costs one camera most of its points over so long a time; those between count as well.
+  const int needed = HasOneCamera(frames_) ? options_.min_points / 2 : options_.min_points;
+  if (flow.points < needed) {
     result.report = fmt::format("not initialised: {} points seen throughout (at least {})",
-                                flow.points, options_.min_points);
+                                flow.points, needed);
   } else if (flow.median_px <= options_.max_still_flow_px) {
     result = TryAtRest(start, window);
+  } else if (HasOneCamera(frames_) && Span_s() < kShortestOfOneCamera_s) {
+    result.report =
+        fmt::format("not initialised: {:.1f} s of motion before one camera (at least {:.1f})",
+                    Span_s(), kShortestOfOneCamera_s);
   } else {
     result = TryInMotion(start, imu, window);
   }
@@ -111,7 +144,17 @@ InitializationResult Initializer::Try(const std::optional<RigidTransform>& start
   return result;
 }
 
+double Initializer::Span_s() const {
+  return ToSeconds(frames_.back()->stamp_ns - frames_.front()->stamp_ns);
+}
+
+// What to look at next time: of one camera more, else newer data.
 void Initializer::ForgetOldest() {
+  if (HasOneCamera(frames_) && Span_s() + kGrows_s <= kLongestOfOneCamera_s) {
+    window_s_ = Span_s() + kGrows_s;
+    return;
+  }
+  window_s_ = options_.window_s;
   const size_t count = std::max<size_t>(1, frames_.size() / 4);
   frames_.erase(frames_.begin(), frames_.begin() + static_cast<long>(count));
   if (!frames_.empty()) frames_.front()->from_previous.reset();
@@ -147,20 +190,21 @@ InitializationResult Initializer::TryAtRest(const std::optional<RigidTransform>&
   return result;
 }
 
-// Copies of every second frame (the newest among them), with the states that the alignment gave
-// them.
+// Copies of every second frame, or fewer (the newest among them), with the states that the
+// alignment gave them.
 std::vector<std::unique_ptr<FrameState>> Initializer::EverySecond(
     const LinearAlignment& alignment, const RigidTransform& T_world_first,
     const RigidTransform& T_imu_body, const Vector3d& gyro_bias) const {
   std::vector<std::unique_ptr<FrameState>> out;
   std::unique_ptr<Preintegration> imu;
+  const size_t every = std::max<size_t>(2, (frames_.size() + kMostKeyframes - 1) / kMostKeyframes);
   for (size_t i = 0; i < frames_.size(); ++i) {
     if (imu) {
       const auto& samples = frames_[i]->from_previous->samples();
       const size_t first = imu->samples().empty() ? 0 : 1;  // neighbours share their end samples
       for (size_t k = first; k < samples.size(); ++k) imu->Append(samples[k]);
     }
-    if ((frames_.size() - 1 - i) % 2 != 0) continue;
+    if ((frames_.size() - 1 - i) % every != 0) continue;
     auto frame = std::make_unique<FrameState>();
     frame->id = frames_[i]->id;
     frame->stamp_ns = frames_[i]->stamp_ns;
@@ -202,20 +246,28 @@ InitializationResult Initializer::TryInMotion(const std::optional<RigidTransform
   double gravity_error = 0, rms = 0;
   int landmarks = 0;
   Vector3d gyro_bias = Vector3d::Zero();
+  double felt_gravity_m_s2 = kGravity_m_s2;
+  if (HasOneCamera(frames_)) {
+    gyro_bias = GyroBiasFromImages(frames_, GeometryFromImu(window->model(), RigidTransform()),
+                                   rig_.imu_noise, kBiasPairs_s)
+                    .value_or(gyro_bias);
+    felt_gravity_m_s2 = FeltGravity_m_s2(frames_, rig_.imu_noise, gyro_bias,
+                                         ErrorsOf(window->calibration().imu.data()));
+  }
   // The first round knows no gyroscope bias; what its optimisation finds makes the second one
   // exact. A time offset that is far off takes some more.
   bool settled = false;
   for (int round = 0; round < (settled ? kMotionRounds : kMaxMotionRounds); ++round) {
     const RigidTransform T_imu_body = BodyFromImu(window->calibration().imu.data()).Inverse();
-    const auto alignment = AlignLinearly(frames_, GeometryFromImu(window->model(), T_imu_body),
-                                         rig_.imu_noise, gyro_bias,
-                                         ErrorsOf(window->calibration().imu.data()));
+    const auto alignment =
+        AlignLinearly(frames_, GeometryFromImu(window->model(), T_imu_body), rig_.imu_noise,
+                      gyro_bias, ErrorsOf(window->calibration().imu.data()), felt_gravity_m_s2);
     if (!alignment) {
       fail();
       result.report = "not initialised in motion: the motion does not tell velocity and gravity";
       return result;
     }
-    gravity_error = std::abs(alignment->free_gravity_m_s2 - kGravity_m_s2);
+    gravity_error = std::abs(alignment->free_gravity_m_s2 - felt_gravity_m_s2);
     const RigidTransform T_world_first = WorldFromFirst(alignment->gravity_first_m_s2, start);
     result.finished = window->Start(EverySecond(*alignment, T_world_first, T_imu_body, gyro_bias));
     gyro_bias = window->newest().gyro_bias();

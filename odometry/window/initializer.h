@@ -41,7 +41,10 @@ class Initializer {
   // The stamp of the oldest sample that is needed; there must be a frame.
   int64_t first_cut_ns() const { return frames_.front()->cut_stamp_ns(); }
 
-  void Reset() { frames_.clear(); }
+  void Reset() {
+    frames_.clear();
+    window_s_ = options_.window_s;
+  }
   size_t size() const { return frames_.size(); }
 
  private:
@@ -54,8 +57,10 @@ class Initializer {
                                                        const RigidTransform& T_imu_body,
                                                        const Eigen::Vector3d& gyro_bias) const;
   void ForgetOldest();
+  double Span_s() const;
 
   InitializerOptions options_;
+  double window_s_;  // that the next attempt looks at
   Rig rig_;
   std::vector<std::unique_ptr<FrameState>> frames_;
 };

@@ -111,13 +111,13 @@ struct Solution {
 };
 
 // Solves for v and g, then holds |g| and moves it only along its sphere.
-std::optional<Solution> SolveConstrained(const Matrix6d& h, const Vector6d& b,
+std::optional<Solution> SolveConstrained(const Matrix6d& h, const Vector6d& b, double gravity_m_s2,
                                          double* free_gravity) {
   const Eigen::SelfAdjointEigenSolver<Matrix6d> eigen(h);
   if (eigen.eigenvalues()[0] < 1e-9 * eigen.eigenvalues()[5]) return std::nullopt;
   const Vector6d x = h.ldlt().solve(b);
   *free_gravity = x.tail<3>().norm();
-  Solution solution{x.head<3>(), x.tail<3>().normalized() * kGravity_m_s2, h};
+  Solution solution{x.head<3>(), x.tail<3>().normalized() * gravity_m_s2, h};
   for (int i = 0; i < 5; ++i) {
     const Vector3d up = solution.gravity.normalized();
     Eigen::Matrix<double, 6, 5> basis = Eigen::Matrix<double, 6, 5>::Zero();
@@ -130,7 +130,7 @@ std::optional<Solution> SolveConstrained(const Matrix6d& h, const Vector6d& b,
         (basis.transpose() * h * basis).ldlt().solve(basis.transpose() * (b - h * fixed));
     const Vector6d moved = fixed + basis * d;
     solution.velocity = moved.head<3>();
-    solution.gravity = moved.tail<3>().normalized() * kGravity_m_s2;
+    solution.gravity = moved.tail<3>().normalized() * gravity_m_s2;
   }
   return solution;
 }
@@ -157,7 +157,7 @@ void Reweight(const ObservationsOfPoint& observations, const Normal& normal,
 std::optional<LinearAlignment> AlignLinearly(const std::vector<std::unique_ptr<FrameState>>& frames,
                                              const StereoGeometry& geometry, const ImuNoise& noise,
                                              const Vector3d& gyro_bias_rad_s,
-                                             const ImuErrors& errors) {
+                                             const ImuErrors& errors, double felt_gravity_m_s2) {
   const std::vector<Integrated> imu = IntegrateAll(frames, noise, gyro_bias_rad_s, errors);
   const std::vector<ObservationsOfPoint> points = GatherObservations(frames, imu, geometry);
   std::vector<std::vector<double>> weights;
@@ -177,19 +177,22 @@ std::optional<LinearAlignment> AlignLinearly(const std::vector<std::unique_ptr<F
       h += n.xx - gain * n.px;
       b += n.bx - gain * n.bp;
     }
-    solution = SolveConstrained(h, b, &out.free_gravity_m_s2);
+    solution = SolveConstrained(h, b, felt_gravity_m_s2, &out.free_gravity_m_s2);
     if (!solution) return std::nullopt;
     for (size_t j = 0; j < points.size(); ++j) {
       Reweight(points[j], normals[j], *solution, &weights[j]);
     }
   }
   out.gravity_first_m_s2 = solution->gravity;
+  // The lever is as long as it is; what it loses here is far below what the alignment tells.
+  const double scale = kGravity_m_s2 / felt_gravity_m_s2;
   for (const Integrated& i : imu) {
     LinearState state;
-    state.T_first_imu = {
-        Eigen::Quaterniond(i.rotation),
-        solution->velocity * i.t_s + 0.5 * i.t_s * i.t_s * solution->gravity + i.position_m};
-    state.velocity_first_m_s = solution->velocity + i.t_s * solution->gravity + i.velocity_m_s;
+    state.T_first_imu = {Eigen::Quaterniond(i.rotation),
+                         scale * (solution->velocity * i.t_s +
+                                  0.5 * i.t_s * i.t_s * solution->gravity + i.position_m)};
+    state.velocity_first_m_s =
+        scale * (solution->velocity + i.t_s * solution->gravity + i.velocity_m_s);
     out.states.push_back(state);
   }
   return out;

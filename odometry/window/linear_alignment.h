@@ -17,7 +17,7 @@ struct LinearState {
 
 struct LinearAlignment {
   std::vector<LinearState> states;                               // one a frame
-  Eigen::Vector3d gravity_first_m_s2 = Eigen::Vector3d::Zero();  // of size 9.81
+  Eigen::Vector3d gravity_first_m_s2 = Eigen::Vector3d::Zero();  // as the accelerometer feels it
   double free_gravity_m_s2 = 0;  // its size before it was constrained: far from 9.81 is a bad sign
   int points = 0;
 };
@@ -26,11 +26,14 @@ struct LinearAlignment {
 // observation of a point is linear in the point, the first velocity and gravity (Dong-Si and
 // Mourikis, "Estimator initialization in vision-aided inertial navigation with unknown camera-IMU
 // calibration", IROS 2012); the points are eliminated, gravity is then constrained to its known
-// size. Observations are weighted by the point's inverse depth, found in a first pass. Works with
-// one camera as with two. Readings are corrected for the bias and the errors. Nothing where the system is degenerate.
+// size: `felt_gravity_m_s2`, which differs from 9.81 by the accelerometer's scale; the states are
+// free of that scale. Observations are weighted by the point's inverse depth, found in a first
+// pass. Works with one camera as with two. Readings are corrected for the bias
+// and the errors. Nothing where the system is degenerate.
 std::optional<LinearAlignment> AlignLinearly(const std::vector<std::unique_ptr<FrameState>>& frames,
                                              const StereoGeometry& geometry, const ImuNoise& noise,
                                              const Eigen::Vector3d& gyro_bias_rad_s,
-                                             const ImuErrors& errors = ImuErrors::Zero());
+                                             const ImuErrors& errors = ImuErrors::Zero(),
+                                             double felt_gravity_m_s2 = kGravity_m_s2);
 
 }  // namespace slcmap

@@ -30,6 +30,15 @@ CalibrationOptions WhatTells(const OdometryOptions& options) {
   return calibration;
 }
 
+// Without a second camera the first states are off by more than points are when they are placed;
+// what does not fit once they are optimised is rejected as ever.
+PointTriangulationOptions FirstTriangulation(const OdometryOptions& options) {
+  constexpr double kWider = 8;
+  PointTriangulationOptions first = options.window.triangulation;
+  if (options.method == Method::kPointsMono) first.max_residual_sigma *= kWider;
+  return first;
+}
+
 bool NoneConstant(const double*) { return false; }
 
 // The landmarks with a known position that a frame sees.
@@ -47,6 +56,7 @@ std::vector<const PointLandmark*> KnownLandmarks(const FrameState& frame,
 
 SlidingWindow::SlidingWindow(const OdometryOptions& options, const Rig& rectified_rig)
     : options_(options.window),
+      first_triangulation_(FirstTriangulation(options)),
       rig_(rectified_rig),
       structure_(options, rectified_rig),
       calibration_prior_(WhatTells(options)),
@@ -81,7 +91,7 @@ FinishedIds SlidingWindow::Start(std::vector<std::unique_ptr<FrameState>> frames
   }
   FrameState* newest = state_.frames.back().get();
   SetFirstPrior();
-  TriangulatePoints(options_.triangulation, model_.Corrected(model_.geometry), &state_);
+  TriangulatePoints(first_triangulation_, model_.Corrected(model_.geometry), &state_);
   Optimize(5 * options_.max_iterations);
   if (calibration_prior_.DisbelieveRows(calibration())) {
     calibration_ties_ = CalibrationTies(calibration_prior_.options(), calibration_prior_.belief());

@@ -123,6 +123,7 @@ class SlidingWindow {
   Keyframe DescribeFrame(const FrameState& frame) const;
 
   WindowOptions options_;
+  PointTriangulationOptions first_triangulation_;  // of the states that a start is given
   Rig rig_;
   CostModel model_;
   Structure structure_;
