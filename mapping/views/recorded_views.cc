@@ -63,7 +63,8 @@ class RecordedImageReader : public ViewImages {
   cv::Mat ReadRectified(const std::string& path, int camera) const {
     const Camera& raw = cameras_->raw_rig.cameras[camera];
     const cv::Size size(raw.width_px, raw.height_px);
-    const cv::Mat image = path.empty() ? cv::Mat() : ReadGrayImage(path, size, cameras_->forms[camera]).image;
+    const cv::Mat image =
+        path.empty() ? cv::Mat() : ReadGrayImage(path, size, cameras_->forms[camera]).image;
     if (!image.empty()) return cameras_->rectifier.Rectify(image, camera);
     lost_->Add(path.empty() ? "an image that the run does not name" : path);
     return {};
@@ -324,8 +325,9 @@ std::unique_ptr<ViewImages> ImagesOf(const Sequence& recording, const std::vecto
     files.push_back({recording.images[pair].left_path, recording.images[pair].right_path});
   }
   return std::make_unique<RecordedImageReader>(
-      std::make_shared<const RecordedCameras>(recording.rig, RectifierOptions()), std::move(files),
-      std::make_shared<LostImages>());
+      std::make_shared<const RecordedCameras>(recording.rig, RectifierOptions(),
+                                              recording.pixel_forms),
+      std::move(files), std::make_shared<LostImages>());
 }
 
 std::string StatesOfImages(const OdometryRun& run, const std::string& sequence) {
