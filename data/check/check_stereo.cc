@@ -200,7 +200,10 @@ std::vector<Mistake> IntrinsicMistakes(const Rig& rig) {
                })},
       {"distortion", "the signs of the distortion coefficients changed",
        "copy the distortion coefficients anew, with their signs", Changed(rig, [](Rig* r) {
-         for (Camera& c : r->cameras) c.coefficients *= -1;
+         for (Camera& c : r->cameras) {
+           c.coefficients *= -1;
+           c.higher_coefficients *= -1;
+         }
        })}};
 }
 
@@ -319,7 +322,10 @@ bool JudgeIntrinsics(const std::vector<RayPair>& matches, const RowAlignment& ro
   const bool no_distortion =
       rows.mended_rows_px > kPoorRows_px &&
       std::any_of(rig.cameras.begin(), rig.cameras.end(), [](const Camera& camera) {
-        return camera.distortion != Distortion::kNone && camera.coefficients.isZero();
+        const bool has_coefficients = camera.distortion == Distortion::kRadialTangential ||
+                                      camera.distortion == Distortion::kEquidistant;
+        return has_coefficients && camera.coefficients.isZero() &&
+               camera.higher_coefficients.isZero();
       });
   if (no_distortion) {  // whatever else may seem to make up for it
     better = {{Severity::kError, "distortion",

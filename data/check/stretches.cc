@@ -84,7 +84,7 @@ class StretchFinder {
     for (size_t i = range.first; i < range.end; ++i) {
       all.insert(all.end(), matches_[i].begin(), matches_[i].end());
     }
-    return AlignRows(all, LeftRight(sequence_.rig), sequence_.rig.cameras[0].fx_px);
+    return AlignRows(all, LeftRight(sequence_.rig), sequence_.rig.cameras[0].MiddleFocal_px());
   }
 
   // The first pair of the second part, between the samples on either side of the change: where the
@@ -120,7 +120,7 @@ class StretchFinder {
     for (const RayPair& rays : matches) {
       const Eigen::Vector3d right = T_left_right.rotation * rays.second;
       const Eigen::Vector3d normal = T_left_right.translation.cross(right).normalized();
-      rows_px.push_back(std::abs(normal.dot(rays.first)) * sequence_.rig.cameras[0].fx_px);
+      rows_px.push_back(std::abs(normal.dot(rays.first)) * sequence_.rig.cameras[0].MiddleFocal_px());
     }
     return rows_px;
   }

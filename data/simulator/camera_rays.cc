@@ -1,6 +1,7 @@
 #include "data/simulator/camera_rays.h"
 
 #include <Eigen/Geometry>
+#include <cmath>
 
 #include "data/simulator/hashing.h"
 
@@ -40,6 +41,11 @@ class RayGrid {
   std::vector<Eigen::Vector3f> rays_;
 };
 
+// Pixels a radian along x, in the middle of the image.
+double MiddleFocalX_px(const Camera& camera) {
+  return camera.fx_px * (camera.MiddleFocal_px() / std::sqrt(camera.fx_px * camera.fy_px));
+}
+
 // Of a pixel's sample, in [0, 1): one in each quarter, in an order that differs by pixel, so that
 // the instant of a sample tells nothing about its place.
 Eigen::Vector2f Jitter(uint32_t pixel, uint32_t sample) {
@@ -55,7 +61,7 @@ Eigen::Vector2f Jitter(uint32_t pixel, uint32_t sample) {
 CameraRays::CameraRays(const Camera& camera)
     : across_((camera.width_px + kBlockColumns - 1) / kBlockColumns),
       down_((camera.height_px + kBlockRows - 1) / kBlockRows),
-      pixel_angle_rad_(static_cast<float>(1 / camera.fx_px)),
+      pixel_angle_rad_(static_cast<float>(1 / MiddleFocalX_px(camera))),
       packets_(across_ * down_ * 2 * kSamples) {
   const RayGrid grid(camera, across_ * kBlockColumns, down_ * kBlockRows);
   for (size_t i = 0; i < packets_.size(); ++i) {

@@ -10,6 +10,7 @@ namespace slcmap {
 namespace {
 
 using ::testing::AllOf;
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using testing::MessageOf;
 using testing::TempFolder;
@@ -233,6 +234,45 @@ InputFault FaultOf(const std::string& file, const std::string& part, const std::
   return InputFault("none", "none", "none");
 }
 
+// As Kalibr writes lenses, with indices that are not all there.
+TEST(KalibrCalibration, ChainsOfLensesOfAnyIndex) {
+  const TempFolder folder;
+  const std::string size = "  resolution: [640, 480]\n";
+  const std::string pose =
+      "  - [1, 0, 0, {}]\n  - [0, 1, 0, 0]\n  - [0, 0, 1, 0]\n  - [0, 0, 0, 1]\n";
+  const auto by = [&](const char* key, double x_m) {
+    return fmt::format("  {}:\n", key) + fmt::format(fmt::runtime(pose), x_m);
+  };
+  const std::string text =
+      "cam0:\n  camera_model: ds\n  intrinsics: [-0.2, 0.6, 160, 160, 320, 240]\n"
+      "  distortion_model: none\n  distortion_coeffs: []\n" +
+      size + by("T_cam_imu", 0) +
+      "cam2:\n  camera_model: eucm\n  intrinsics: [0.6, 1.1, 200, 200, 320, 240]\n"
+      "  distortion_model: none\n  distortion_coeffs: []\n" +
+      size + by("T_cam_imu", -0.1) +
+      "cam3:\n  camera_model: omni\n  intrinsics: [1.2, 450, 450, 320, 240]\n"
+      "  distortion_model: radtan\n  distortion_coeffs: [-0.1, 0.01, 0, 0]\n" +
+      size + by("T_cn_cnm1", -0.1);
+  folder.Write("camchain.yaml", text);
+  Warnings warnings;
+  const auto read = [&](const std::vector<int>& cameras) {
+    return ReadKalibrCalibration(folder.Path("camchain.yaml"), "", &warnings, Mirrored::kRefused,
+                                 cameras);
+  };
+  EXPECT_THAT(read({}).cameras, ElementsAre(0, 2));
+  const Rig rig = read({2, 3}).rig;
+  EXPECT_EQ(rig.cameras[0].distortion, Distortion::kExtendedUnified);
+  EXPECT_EQ(rig.cameras[1].distortion, Distortion::kOmni);
+  EXPECT_NEAR(rig.T_imu_camera[1].translation.x(), 0.2, 1e-12);
+  EXPECT_THAT(MessageOf<DataError>([&] { read({1}); }), HasSubstr("cam0 cam2 cam3"));
+  // Coefficients without a model are not read over.
+  std::string without = text;
+  const std::string model = "  distortion_model: radtan\n";
+  folder.Write("camchain.yaml", without.erase(without.find(model), model.size()));
+  EXPECT_THAT(MessageOf<DataError>([&] { read({}); }),
+              HasSubstr("cam3: distortion_coeffs: found 4 numbers, expected none, or zeros"));
+}
+
 TEST(AslCalibrationFaults, HaveRemediesWithFileAndKey) {
   const std::string camera = "cam0/sensor.yaml", imu = "imu0/sensor.yaml";
   const struct {
@@ -242,12 +282,20 @@ TEST(AslCalibrationFaults, HaveRemediesWithFileAndKey) {
       {camera, "[96, 64]", "[-96, 64]", "found resolution -96", "resolution (width, height) in "},
       {camera, "[96, 64]", "[1e300, 64]", "found 1e+300", "resolution in "},
       {camera, "[96, 64]", "96", "expected a list", "resolution"},
-      {camera, "intrinsics: [60, ", "intrinsics: [", "found 3 numbers, expected 4",
-       "write 4 numbers as intrinsics in "},
+      {camera, "intrinsics: [60, ", "intrinsics: [", "found 3 numbers, expected fx, fy, cx, cy",
+       "write fx, fy, cx, cy as intrinsics in "},
       {camera, "intrinsics: [60, ", "intrinsics: [6000, ", "focal length", "intrinsics (fx, fy"},
       {camera, "intrinsics: ", "intrinsic: ", "intrinsics: missing", "add intrinsics in "},
-      {camera, "radial-tangential", "fov", "found 'fov'", "distortion_model in "},
-      {camera, "pinhole", "omni", "found 'omni'", "camera_model in "},
+      {camera, "radial-tangential", "fow", "found 'fow'", "distortion_model in "},
+      {camera, "radial-tangential", "fov", "found 4 numbers, expected 1 (w",
+       "distortion_coefficients in "},
+      {camera, "pinhole", "scaramuzza", "found 'scaramuzza', expected one of pinhole",
+       "camera_model in "},
+      {camera, "pinhole", "omni", "found 4 numbers, expected xi, fx, fy, cx, cy", "intrinsics in "},
+      {camera, "pinhole", "ds", "found 4 numbers, expected xi, alpha, fx, fy, cx, cy",
+       "intrinsics in "},
+      {camera, "radial-tangential", "none", "expected none, or zeros",
+       "distortion_coefficients in "},
       {camera, "[-0.1, 0.01, 0.0, 0.0]", "[-0.1, 0.01]", "found 2 numbers",
        "distortion_coefficients in "},
       {camera, "rate_hz: 20\n", "rate_hz: 20\ntimeshift_cam_imu: 5\n",

@@ -2,10 +2,11 @@
 
 #include <gtest/gtest.h>
 
-#include <array>
 #include <cmath>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
+#include <string>
+#include <utility>
 
 #include "data/error.h"
 #include "tests/odometry/frontend/test_rigs.h"
@@ -50,15 +51,17 @@ class RectifierTest : public ::testing::TestWithParam<Rig> {
   Rectifier rectifier_{GetParam(), RectifierOptions()};
 };
 
+std::string NameOf(const ::testing::TestParamInfo<Rig>& info) {
+  constexpr const char* kNames[] = {"Euroc",         "TumVi",     "Clockwise", "UpsideDown",
+                                    "Anticlockwise", "Exchanged", "Upright"};
+  return kNames[info.index];
+}
+
 INSTANTIATE_TEST_SUITE_P(Rigs, RectifierTest,
                          ::testing::Values(EurocRig(), TumViRig(), Turned(EurocRig(), 1),
                                            Turned(EurocRig(), 2), Turned(EurocRig(), -1),
                                            Exchanged(EurocRig()), Upright(EurocRig())),
-                         [](const auto& info) {
-                           return std::array{"Euroc",      "TumVi",         "Clockwise",
-                                             "UpsideDown", "Anticlockwise", "Exchanged",
-                                             "Upright"}[info.index];
-                         });
+                         NameOf);
 
 TEST_P(RectifierTest, APointHasTheSameRowInBothAndTheDisparityOfItsDepth) {
   const Rig& rig = rectifier_.rectified_rig();
