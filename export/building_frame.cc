@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "export/world_offset.h"
 #include "mapping/merged_runs.h"
 
 namespace slcmap {
@@ -148,8 +149,9 @@ MapResult CopyOf(const MapResult& map) {
 
 }  // namespace
 
-RigidTransform FrameOfExports(const Building& building) {
-  const double turn_rad = YawOfWorld(building.T_map_world);
+RigidTransform FrameOfExports(const MapResult& map) {
+  if (IsFar(map.source)) return {};
+  const double turn_rad = YawOfWorld(map.building.T_map_world);
   return {ExpRotation({0, 0, std::remainder(turn_rad, 0.5 * M_PI)}), Vector3d::Zero()};
 }
 
@@ -159,7 +161,7 @@ bool IsInFrameOfExports(const Building& building) {
 }
 
 MapResult InFrameOfExports(const MapResult& map, const Progress& progress) {
-  const RigidTransform T = FrameOfExports(map.building);
+  const RigidTransform T = FrameOfExports(map);
   MapResult turned = CopyOf(map);
   TurnContent(T, &turned);
   turned.occupancy = TurnedOccupancy(map.occupancy, T, progress);

@@ -8,7 +8,8 @@ namespace slcmap {
 
 // From the map's world to the frame of exports: a turn about z that lays the main heading of the
 // walls (Building::T_map_world) along x or y, whichever is nearer, by at most 45 degrees.
-RigidTransform FrameOfExports(const Building& building);
+// None for maps that are far away: they lie in a frame that others share, whose axes they keep.
+RigidTransform FrameOfExports(const MapResult& map);
 
 // Whether it is there already.
 bool IsInFrameOfExports(const Building& building);

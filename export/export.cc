@@ -203,12 +203,7 @@ std::vector<std::string> ExportMap(const MapResult& map, const std::string& fold
 std::vector<std::string> ExportMap(const MapResult& map, OutputFolder* folder,
                                    const ExportOptions& options, const Progress& progress) {
   CheckFormats(options);
-  if (IsFar(map.source)) {  // in a frame that others share, whose axes all files keep
-    MapResult kept = map;
-    kept.building.T_map_world = {};
-    return WriteFormats(kept, {}, options, progress, folder);
-  }
-  const RigidTransform T_export_map = FrameOfExports(map.building);
+  const RigidTransform T_export_map = FrameOfExports(map);
   if (IsInFrameOfExports(map.building)) {
     return WriteFormats(map, T_export_map, options, progress, folder);
   }

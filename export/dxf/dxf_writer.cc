@@ -64,7 +64,7 @@ void AddStorey(const StoreyPlan& plan, bool is_on, DxfFile* file) {
   }
 }
 
-std::string PlanDxf(const PlanSet& plans) {
+std::string PlanDxf(const PlanSet& plans, const MapResult& map) {
   DxfFile file(plans.format.scale);
   file.SetComment(WorldOffsetNote(map.source.world_offset_m));
   for (const StoreyPlan& plan : plans.storeys) {
@@ -130,7 +130,7 @@ std::vector<std::string> DxfWriter::Write(const std::string& folder, const MapRe
   progress.ReportOrStop(0);
   std::vector<std::string> paths = {folder + "/plan.dxf", folder + "/map.dxf"};
   const PlanSet plans = MakePlans(map.building, options_);
-  WriteFile(paths[0], PlanDxf(plans));
+  WriteFile(paths[0], PlanDxf(plans, map));
   if (plans.storeys.size() > 1) MakeFolder(folder + "/plan");
   for (const StoreyPlan& plan : plans.storeys) {
     if (plans.storeys.size() < 2) break;

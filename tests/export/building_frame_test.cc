@@ -169,7 +169,7 @@ TEST(BuildingFrame, OccupiedSpaceTurnsWithTheRest) {
   }
   map.occupancy.Mark(cells);
   map.occupancy.Finish();
-  const RigidTransform T = FrameOfExports(map.building);
+  const RigidTransform T = FrameOfExports(map);
   const MapResult turned = InFrameOfExports(map, {});
   double occupied_m3 = 0;
   for (const Voxel& voxel : turned.occupancy.OccupiedVoxels()) {
@@ -184,10 +184,10 @@ TEST(BuildingFrame, OccupiedSpaceTurnsWithTheRest) {
 TEST(BuildingFrame, AMapAlongTheBuildingStaysAsItIs) {
   MapResult map = MakeTurnedMap();
   map.building.T_map_world = {};
-  EXPECT_TRUE(IsInFrameOfExports(map.building));
+  EXPECT_TRUE(IsInFrameOfExports(map));
   map.building.T_map_world.rotation = ExpRotation({0, 0, 0.5 * M_PI});
-  EXPECT_FALSE(IsInFrameOfExports(map.building));
-  EXPECT_NEAR(YawOfWorld(FrameOfExports(map.building)), 0, 1e-12);
+  EXPECT_FALSE(IsInFrameOfExports(map));
+  EXPECT_NEAR(YawOfWorld(FrameOfExports(map)), 0, 1e-12);
 }
 
 }  // namespace
