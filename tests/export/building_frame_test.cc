@@ -184,9 +184,9 @@ TEST(BuildingFrame, OccupiedSpaceTurnsWithTheRest) {
 TEST(BuildingFrame, AMapAlongTheBuildingStaysAsItIs) {
   MapResult map = MakeTurnedMap();
   map.building.T_map_world = {};
-  EXPECT_TRUE(IsInFrameOfExports(map));
+  EXPECT_TRUE(IsInFrameOfExports(map.building));
   map.building.T_map_world.rotation = ExpRotation({0, 0, 0.5 * M_PI});
-  EXPECT_FALSE(IsInFrameOfExports(map));
+  EXPECT_FALSE(IsInFrameOfExports(map.building));
   EXPECT_NEAR(YawOfWorld(FrameOfExports(map)), 0, 1e-12);
 }
 
