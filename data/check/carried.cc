@@ -3,6 +3,7 @@
 #include <spdlog/fmt/fmt.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
@@ -15,14 +16,16 @@
 namespace slcmap {
 namespace {
 
-constexpr size_t kMaxTurns = 16;   // that are looked at, the largest
-constexpr double kTurnTime_s = 1;  // from the first image of a turn to its last
-constexpr double kApart_s = 3;     // between turns whose images are compared with each other
+constexpr size_t kMaxTurns = 12;      // that are looked at, the largest
+constexpr double kTurnTime_s = 1;     // from the first image of a turn to its last
+constexpr double kTurnStep_s = 0.25;  // between the first images of turns, at least
 constexpr double kMinTurn_rad =
-    5 * kDegree;                         // of the optical axis: the building moves on by a cell
+    4 * kDegree;                         // of the optical axis: the building moves on by a cell
 constexpr double kMostBias_rad_s = 0.1;  // of a gyroscope, which is not known yet
-constexpr int kMinComparisons = 4;       // of a cell within turns, and between them
-constexpr double kSameShare = 0.75;      // of a cell's comparisons, of what is carried
+constexpr size_t kSpreadImages = 12;     // over the recording, that are compared with each other
+constexpr double kApart_s = 2;           // where they are so far apart
+constexpr std::array<int, 2> kMinComparisons = {2, 6};  // of a cell, by kind
+constexpr double kSameShare = 0.75;  // of a cell's comparisons, of what is carried
 constexpr double kSameCorrelation = 0.7;
 constexpr double kMinTexture_grey = 4;  // RMS of a cell's fine texture; noise has less
 constexpr double kMinSide = 0.3;        // the same along the side with less of it
@@ -108,7 +111,7 @@ class CarriedCells {
  private:
   bool IsSame(Kind kind, int x, int y) const {
     const int compared = compared_[kind].at<int>(y, x);
-    return compared >= kMinComparisons && same_[kind].at<int>(y, x) > kSameShare * compared;
+    return compared >= kMinComparisons[kind] && same_[kind].at<int>(y, x) > kSameShare * compared;
   }
   cv::Rect Area(int x, int y) const { return {x * side_px_, y * side_px_, side_px_, side_px_}; }
 
@@ -145,31 +148,47 @@ std::vector<Turn> LargestTurns(const SourceInfo& info, const std::vector<ImuSamp
   for (const Turn& turn : turns) {
     if (turn.turn_rad < kMinTurn_rad || chosen.size() == kMaxTurns) break;
     const bool is_apart = std::none_of(chosen.begin(), chosen.end(), [&](const Turn& other) {
-      return std::abs(ToSeconds(stamps_ns[turn.first] - stamps_ns[other.first])) < kTurnTime_s / 2;
+      return std::abs(ToSeconds(stamps_ns[turn.first] - stamps_ns[other.first])) < kTurnStep_s;
     });
     if (is_apart) chosen.push_back(turn);
   }
   return chosen;
 }
 
+void CompareTurns(const SequenceSource& source, const std::vector<Turn>& turns, int camera,
+                  const Progress& progress, CarriedCells* cells) {
+  for (size_t i = 0; i < turns.size(); ++i) {
+    progress.ReportOrStop(static_cast<double>(i) / static_cast<double>(turns.size()));
+    const cv::Mat first = source.ReadImage(turns[i].first, camera).image;
+    const cv::Mat last = source.ReadImage(turns[i].last, camera).image;
+    if (first.empty() || last.empty()) continue;
+    cells->Compare(FineTexture(first), FineTexture(last), CarriedCells::kOfOneTurn);
+  }
+}
+
+void CompareFarApart(const SequenceSource& source, int camera, const Progress& progress,
+                     CarriedCells* cells) {
+  const std::vector<int64_t>& stamps_ns = source.info().pair_stamps_ns;
+  std::vector<std::pair<int64_t, cv::Mat>> before;
+  for (size_t i = 0; i < kSpreadImages; ++i) {
+    progress.ReportOrStop(static_cast<double>(i) / kSpreadImages);
+    const size_t pair = i * (stamps_ns.size() - 1) / (kSpreadImages - 1);
+    const cv::Mat image = source.ReadImage(pair, camera).image;
+    if (image.empty()) continue;
+    const cv::Mat texture = FineTexture(image);
+    for (const auto& [stamp_ns, other] : before) {
+      if (ToSeconds(stamps_ns[pair] - stamp_ns) < kApart_s) continue;
+      cells->Compare(texture, other, CarriedCells::kFarApart);
+    }
+    before.emplace_back(stamps_ns[pair], texture);
+  }
+}
+
 cv::Mat FindInCamera(const SequenceSource& source, const std::vector<Turn>& turns, int camera,
                      const Progress& progress) {
-  const std::vector<int64_t>& stamps_ns = source.info().pair_stamps_ns;
   CarriedCells cells(source.info().rig.cameras[camera]);
-  std::vector<std::pair<int64_t, cv::Mat>> before;  // the first images of other turns
-  for (const Turn& turn : turns) {
-    progress.ReportOrStop(static_cast<double>(before.size()) / static_cast<double>(turns.size()));
-    const cv::Mat first = source.ReadImage(turn.first, camera).image;
-    const cv::Mat last = source.ReadImage(turn.last, camera).image;
-    if (first.empty() || last.empty()) continue;
-    const cv::Mat texture = FineTexture(first);
-    cells.Compare(texture, FineTexture(last), CarriedCells::kOfOneTurn);
-    for (const auto& [stamp_ns, other] : before) {
-      if (std::abs(ToSeconds(stamps_ns[turn.first] - stamp_ns)) < kApart_s) continue;
-      cells.Compare(texture, other, CarriedCells::kFarApart);
-    }
-    before.emplace_back(stamps_ns[turn.first], texture);
-  }
+  CompareTurns(source, turns, camera, progress.Part(0, 0.6), &cells);
+  CompareFarApart(source, camera, progress.Part(0.6, 1), &cells);
   return cells.Mask();
 }
 
@@ -180,6 +199,7 @@ std::array<cv::Mat, 2> FindCarried(const SequenceSource& source,
                                    const Progress& progress) {
   const std::vector<Turn> turns = LargestTurns(source.info(), samples);
   std::array<cv::Mat, 2> masks;
+  if (turns.size() < static_cast<size_t>(kMinComparisons[CarriedCells::kOfOneTurn])) return masks;
   for (int camera = 0; camera < (IsStereo(source.info().rig) ? 2 : 1); ++camera) {
     masks[camera] =
         FindInCamera(source, turns, camera, progress.Part(0.5 * camera, 0.5 + 0.5 * camera));

@@ -11,7 +11,10 @@
 namespace slcmap {
 namespace {
 
-constexpr int kMaxRows = 15, kMaxTangent = 9;
+// The calibration of the IMU is the largest block, and what ties it to what was given the longest
+// residual.
+constexpr int kMaxRows = kImuCalibrationSize, kMaxTangent = kImuCalibrationSize;
+static_assert(kMaxRows >= 15 && kMaxTangent >= 9);
 
 using RowMajor =
     Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor, kMaxRows, kMaxTangent>;

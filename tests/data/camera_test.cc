@@ -201,7 +201,9 @@ TEST(Camera, AFisheyeThatRisesAgainIsNotSeen) {
   }
   for (double x_px = 300; x_px < 512; x_px += 5) {
     const auto ray = camera.Unproject({x_px, camera.cy_px});
-    if (ray) EXPECT_LT(std::atan2(ray->head<2>().norm(), ray->z()), 1.2);
+    if (ray) {
+      EXPECT_LT(std::atan2(ray->head<2>().norm(), ray->z()), 1.2);
+    }
   }
 }
 
