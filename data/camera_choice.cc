@@ -65,7 +65,7 @@ std::vector<size_t> ChooseCameras(const std::vector<ChainCamera>& chain,
                                   const std::vector<int>& wanted) {
   if (!wanted.empty()) return FindWanted(chain, wanted);
   if (chain.size() == 1) return {0};
-  if (chain.size() == 2) return {0, 1};
+  if (chain.size() == 2 && chain[0].index == 0 && chain[1].index == 1) return {0, 1};
   std::vector<size_t> best;
   double most = 0;
   for (size_t i = 0; i < chain.size(); ++i) {

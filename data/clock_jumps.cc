@@ -38,6 +38,13 @@ class StampRows {
     return true;
   }
 
+  // Whether the rows behind are late against those before by at least half of `jump_ns`: two rows
+  // in the wrong order leave those behind them as they were.
+  bool StaysBehind(size_t row, int64_t jump_ns) const {
+    const int64_t across_ns = stamps_ns_[row + kSteadyRows - 1] - stamps_ns_[row - kSteadyRows];
+    return across_ns < static_cast<int64_t>(2 * kSteadyRows - 1) * step_ns_ - jump_ns / 2;
+  }
+
   // Whether what begins with `row` belongs, as a whole, before the table's first row.
   bool BelongsBefore(size_t row) const {
     size_t last = row;
@@ -77,7 +84,9 @@ std::vector<ClockJump> FindClockJumps(const std::vector<int64_t>& stamps_ns,
     const bool is_back = found_ns < -step_ns / 2;
     const bool is_forward = static_cast<double>(found_ns) > forward_ns;
     if ((!is_back && !is_forward) || !rows.IsSteadyAround(i)) continue;
-    if (is_back && (rows.BelongsBefore(i) || IsWrittenTwice(stamps_ns, i, same))) continue;
+    if (is_back && (!rows.StaysBehind(i, step_ns - found_ns) || rows.BelongsBefore(i) ||
+                    IsWrittenTwice(stamps_ns, i, same)))
+      continue;
     jumps.push_back({i, step_ns - found_ns, 0, ""});
   }
   return jumps;
@@ -86,9 +95,9 @@ std::vector<ClockJump> FindClockJumps(const std::vector<int64_t>& stamps_ns,
 void CountJumps(const std::vector<ClockJump>& jumps, Warnings* warnings) {
   for (const ClockJump& jump : jumps) {
     const double back_s = ToSeconds(jump.back_ns);
-    const std::string words = back_s > 0
-                                  ? fmt::format("clock set back by {:.3f} s", back_s)
-                                  : fmt::format("clock set forward by {:.3f} s, or a pause", -back_s);
+    const std::string words =
+        back_s > 0 ? fmt::format("clock set back by {:.3f} s", back_s)
+                   : fmt::format("clock set forward by {:.3f} s, or a pause", -back_s);
     warnings->Add(kClockJump,
                   fmt::format("{}: {}, t = {:.3f} s", jump.place, words, ToSeconds(jump.stamp_ns)));
   }

@@ -18,14 +18,12 @@ namespace {
 
 constexpr std::string_view kPngStart = "\x89PNG";
 
-unsigned ByteAt(std::string_view bytes, size_t at) {
-  return static_cast<unsigned char>(bytes[at]);
-}
+unsigned ByteAt(std::string_view bytes, size_t at) { return static_cast<unsigned char>(bytes[at]); }
 
 // Whether a JPEG has its end mark; those of pictures within its segments do not count.
 bool HasJpegEnd(std::string_view bytes) {
   constexpr unsigned kEnd = 0xd9, kFill = 0xff;
-  for (size_t at = bytes.find('\xff', 2); at + 1 < bytes.size(); at = bytes.find('\xff', at)) {
+  for (size_t at = bytes.find('\xff', 2); at < bytes.size() - 1; at = bytes.find('\xff', at)) {
     const unsigned kind = ByteAt(bytes, at + 1);
     if (kind == kEnd) return true;
     const bool has_length = kind > 1 && (kind < 0xd0 || kind > 0xd8) && kind != kFill;

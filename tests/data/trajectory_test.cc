@@ -115,7 +115,7 @@ TEST(Trajectory, SemicolonsSeparateToo) {
 TEST(Trajectory, StampsWhoseDifferencesOverflowAreRefused) {
   const TempFolder folder;
   EXPECT_THAT(MessageOf<DataError>([&] {
-                ReadTrajectory(folder.Write("t.tum", "-9e9 0 0 0 0 0 0 1\n9e9 0 0 0 0 0 0 1\n"));
+                ReadTrajectory(folder.Write("t.tum", "-9e18 0 0 0 0 0 0 1\n9e18 0 0 0 0 0 0 1\n"));
               }),
               HasSubstr("expected a stamp"));
 }
