@@ -127,7 +127,9 @@ void CheckNames(const CompareArguments& arguments) {
 // In the form that the options say, as far as the images tell.
 Trajectory ReadGiven(const CompareArguments& arguments, const std::string& sequence,
                      const std::string& path) {
-  return ReadGivenPoses(path, arguments.form, OpenSequence(sequence), false).trajectory;
+  const GivenPoses given = ReadGivenPoses(path, arguments.form, OpenSequence(sequence), false);
+  if (!given.reading.agrees) spdlog::warn("{}: {}", path, given.reading.words);
+  return given.trajectory;
 }
 
 // Before the runs that they are compared with.
@@ -216,7 +218,8 @@ std::string MachineName() {
 // As a shell takes it.
 std::string Quoted(const std::string& text) {
   const bool is_plain = !text.empty() && std::all_of(text.begin(), text.end(), [](char c) {
-    return std::isalnum(static_cast<unsigned char>(c)) || std::string("/._-=@,:+").find(c) != std::string::npos;
+    return std::isalnum(static_cast<unsigned char>(c)) ||
+           std::string("/._-=@,:+").find(c) != std::string::npos;
   });
   if (is_plain) return text;
   std::string quoted = "'";
@@ -229,11 +232,14 @@ std::string CommandOf(const CompareArguments& arguments) {
   std::string command = "slcmap compare";
   for (const std::string& sequence : arguments.sequences) command += " " + Quoted(sequence);
   command += " -o " + Quoted(arguments.output);
-  command += fmt::format(" --methods {}", Quoted(fmt::format("{}", fmt::join(arguments.methods, ","))));
+  command +=
+      fmt::format(" --methods {}", Quoted(fmt::format("{}", fmt::join(arguments.methods, ","))));
   if (arguments.repeats > 1) command += fmt::format(" --repeats {}", arguments.repeats);
   command += fmt::format(" --threads {}", arguments.threads);
   if (arguments.map) command += " --map";
   for (const std::string& with : arguments.with) command += " --with " + Quoted(with);
+  const std::string form = OptionsOf(arguments.form);
+  if (!form.empty()) command += " " + form;
   for (const std::string& variant : arguments.variants) command += " --variant " + Quoted(variant);
   return command;
 }

@@ -52,7 +52,16 @@ bool IsTurned(const RigidTransform& T) {
   return LogRotation(T.rotation).norm() > kLeast_rad;
 }
 
-RigidTransform TrajectoryFromFile(const std::string& trajectory, const std::string& mapped_file) {
+// How far a map that a file lies in is from where its poses were given.
+Eigen::Vector3d OffsetIn(const std::string& folder) {
+  try {
+    if (Has(folder, "map.json")) return MapSourceIn(folder).world_offset_m;
+  } catch (const DataError&) {  // WorldsIn says it
+  }
+  return Eigen::Vector3d::Zero();
+}
+
+RigidTransform TurnFromFile(const std::string& trajectory, const std::string& mapped_file) {
   const WorldsOfRuns mapped = WorldsIn(FolderOf(mapped_file)),
                      given = WorldsIn(FolderOf(trajectory));
   for (const auto& [run_id, T_mapped_run] : mapped) {
@@ -70,6 +79,12 @@ RigidTransform TrajectoryFromFile(const std::string& trajectory, const std::stri
     break;
   }
   return {};
+}
+
+RigidTransform TrajectoryFromFile(const std::string& trajectory, const std::string& mapped_file) {
+  RigidTransform T = TurnFromFile(trajectory, mapped_file);
+  T.translation += OffsetIn(FolderOf(mapped_file)) - OffsetIn(FolderOf(trajectory));
+  return T;
 }
 
 }  // namespace

@@ -66,10 +66,18 @@ std::pair<char, char> ColumnOf(std::string_view name) {
                              letters.find("rot") != std::string::npos;
   if (is_quaternion && std::string("xyzw").find(axis) < 4) return {'q', axis};
   if (letters == "w") return {'q', 'w'};
-  const bool is_position = letters.size() <= 2 || letters[0] == 'p' ||
+  const bool is_position = letters.size() == 1 || letters[0] == 'p' ||
+                           (letters.size() == 2 && letters[0] == 't') ||
                            letters.starts_with("trans") || letters.starts_with("txy");
   if (is_position && std::string("xyz").find(axis) < 3) return {'p', axis};
   return {0, 0};
+}
+
+// "x [m]" is one column.
+Fields WithoutUnits(Fields names) {
+  std::erase_if(
+      names, [](std::string_view name) { return name.starts_with('[') || name.starts_with('('); });
+  return names;
 }
 
 // Nothing where the names do not tell all of it.
@@ -191,7 +199,7 @@ std::optional<Columns> NamesInComments(const std::string& text) {
     if (line.empty() || line == "\r") continue;
     if (line[0] != '#') break;
     line.remove_prefix(std::min(line.find_first_not_of("# "), line.size()));
-    if (const auto found = ColumnsOf(SplitRow(line))) columns = found;
+    if (const auto found = ColumnsOf(WithoutUnits(SplitRow(line)))) columns = found;
   }
   return columns;
 }
@@ -204,7 +212,7 @@ FileText ReadRowsOf(const std::string& path) {
   ForEachRow(path, [&](int row, const Fields& fields) {
     const std::string place = fmt::format("{}: row {}", path, row);
     if (!columns && !IsNumber(fields[0])) {
-      const std::optional<Columns> header = ColumnsOf(fields);
+      const std::optional<Columns> header = ColumnsOf(WithoutUnits(fields));
       if (!header) {
         throw DataError(fmt::format(
             "{}: found '{}', expected a stamp, or the names of columns (stamp x y z qx qy qz qw)",

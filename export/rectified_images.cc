@@ -53,6 +53,12 @@ std::unique_ptr<SequenceSource> OpenRecordingOf(const RecordingOfMap& recording,
         "(--sequence names where it moved to)",
         recording.path.empty() ? "named by the map" : recording.path));
   }
+  const std::string folder = FindAslFolder(recording.path, false);
+  if (fs::exists(folder + "/cam2", error)) {
+    throw DataError(folder +
+                    ": found more than two cameras, and a map that does not tell which it is of; "
+                    "expected a recording with cam0 and cam1 alone");
+  }
   SequenceOptions opening;
   opening.needs_imu = false;
   if (fs::exists(options.calibration, error)) opening.calibration = options.calibration;

@@ -93,6 +93,10 @@ std::optional<std::string> FindOtherForm(
     const PoseTable& estimate, const PoseForm& form, const Trajectory& truth,
     const std::function<std::optional<RigidTransform>()>& camera) {
   constexpr double kMostTilt_rad = 5 * M_PI / 180;
+  const bool never_turns = std::ranges::all_of(truth, [&](const StampedPose& pose) {
+    return pose.T_world_imu.rotation.angularDistance(truth.front().T_world_imu.rotation) < 1e-6;
+  });
+  if (never_turns) return std::nullopt;  // positions alone, as of a total station
   std::optional<RigidTransform> T_imu_camera;
   if (form.IsOfCamera()) T_imu_camera = camera();
   const Trajectory poses = PosesOf(estimate, form, T_imu_camera);

@@ -222,7 +222,8 @@ double Rounded(double scale, double sigma) {
   for (const double known : {0.001, 0.01, 0.0254, 0.1, 0.3048, 0.5, 2.0, 10.0, 100.0, 1000.0}) {
     if (std::abs(scale / known - 1) < near) return known;
   }
-  return std::round(scale * 1e4) / 1e4;
+  const double unit = std::pow(10, std::floor(std::log10(scale)) - 3);  // four digits
+  return std::round(scale / unit) * unit;
 }
 
 std::string WordsOf(const PoseForm& given, const PoseForm& found, bool is_scalar_first,
@@ -270,19 +271,25 @@ std::string WordsOf(const PoseForm& given, const PoseForm& found, bool is_scalar
 void Settle(const PoseForm& given, const Reading& reading, const std::vector<BodyStep>& steps,
             Tried* best) {
   constexpr double kLeastOffset_s = 0.015, kLeastScale = 0.025, kSigmas = 4, kClear = 0.85;
+  constexpr double kLeastGain = 0.15;    // of an offset, in standard deviations
+  constexpr double kLeastWay_m = 0.005;  // less is what a rig that stands is off
   const int64_t given_ns = std::llround(given.offset_s * 1e9);
   const Tried at_given = Try(reading, steps, given_ns, given.scale);
   const bool has_poses =
       2 * at_given.off.steps >= best->off.steps && at_given.off.steps >= kLeastSteps;
   if (has_poses && (std::abs(ToSeconds(best->offset_ns - given_ns)) < kLeastOffset_s ||
-                    best->off.cost > kClear * at_given.off.cost)) {
+                    best->off.cost > kClear * at_given.off.cost ||
+                    at_given.off.cost - best->off.cost < kLeastGain)) {
     *best = at_given;
   }
   best->form = reading.form;
   if (best->offset_ns != given_ns)
     best->form.offset_s = std::round(ToSeconds(best->offset_ns) * 1e3) / 1e3;
+  std::vector<double> ways_m;
+  for (const BodyStep& step : steps) ways_m.push_back(step.T_from_to.translation.norm());
   const double relative = best->scale / given.scale;
   const bool is_scaled = std::isfinite(best->scale_sigma) && std::abs(relative - 1) > kLeastScale &&
+                         Quantile(ways_m, 0.5) * std::abs(relative - 1) > kLeastWay_m &&
                          std::abs(best->scale - given.scale) > kSigmas * best->scale_sigma;
   best->form.scale = is_scaled ? Rounded(best->scale, best->scale_sigma) : given.scale;
   best->off = OffOf(PairsAt(reading.poses, steps, best->offset_ns), best->form.scale);

@@ -65,7 +65,8 @@ export class Describer {
   // Above the lowest floor, where there is one.
   heights(values) {
     if (this.zero_m === null) return [];
-    const above = [...new Set(values.map((z) => formatCoarse(z - this.zero_m)))].sort();
+    const sorted = [...values].sort((a, b) => a - b);
+    const above = [...new Set(sorted.map((z) => formatCoarse(z - this.zero_m)))];
     return [['Height above floor 0', above.join(' to ')]];
   }
 
