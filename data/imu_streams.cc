@@ -210,6 +210,7 @@ std::vector<ImuRow> Joined(const std::vector<ImuRow>& gyro, const std::vector<Im
 
 std::vector<ImuRow> JoinImuStreams(const std::string& path, std::vector<ImuRow> rows,
                                    Warnings* warnings) {
+  if (rows.empty()) return rows;  // which others tell of
   EraseZeros(&rows);
   EraseHeld(path, &rows, warnings);
   if (!IsMany(CountWithout(rows, kGyro) + CountWithout(rows, kAccel), rows)) {

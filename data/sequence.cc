@@ -187,7 +187,7 @@ Calibration CalibrationOf(const std::string& folder, const SequenceOptions& opti
   }
   if (missing != calibration.cameras.end()) {
     const std::vector<int> recorded = ChooseRecorded(folder, options);
-    if (recorded != std::vector{0}) {  // else a stereo rig of which one camera was recorded
+    if (recorded != std::vector{0} || calibration.cameras.front() != 0) {  // else a stereo rig of which one camera was recorded
       return CalibrationOf(folder, options, recorded, warnings);
     }
   }

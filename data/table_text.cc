@@ -120,7 +120,7 @@ void TableText::RequireDigits() const {
 }
 
 void TableText::RequireStamps(size_t rows, size_t kept) const {
-  if (rows < kFewRows || 2 * kept > rows) return;
+  if (rows < kFewRows || 2 * kept >= rows) return;
   throw InputFault(
       "stamp-digits",
       fmt::format("{}: found {} rows with only {} different stamps, expected each to have its own",

@@ -57,7 +57,7 @@ class StretchFinder {
       const Agreeing before = Sum({0, k}), after = Sum({k, pairs_.size()});
       const double likelihood =
           LogLikelihood(before) + LogLikelihood(after) - LogLikelihood(Sum({0, pairs_.size()}));
-      const auto [less, more] = std::minmax(before.share(), after.share());
+      const auto [less, more] = std::minmax({before.share(), after.share()});
       if (std::min(before.matches, after.matches) < kLeastMatches) continue;
       if (more < kStretchGood || less > more - kStretchGain || likelihood <= best) continue;
       best = likelihood;

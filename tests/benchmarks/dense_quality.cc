@@ -95,7 +95,7 @@ void WriteDepthImage(const std::string& path, const DepthGrid& grid) {
   cv::imwrite(path, large);
 }
 
-struct Sequence {
+struct Opened {
   Trajectory truth;
   RecordedViews recorded;
   TriangleTree surfaces;
@@ -107,7 +107,7 @@ struct Sequence {
   }
 };
 
-Sequence Open(const std::string& folder, const std::string& output, std::size_t max_views) {
+Opened Open(const std::string& folder, const std::string& output, std::size_t max_views) {
   Trajectory truth = ReadTrajectory(folder + "/truth/trajectory.tum");
   RecordedViews recorded = ViewsOfRun(RunAtPoses(folder, {}, truth), folder);
   if (recorded.views.size() > max_views) {
@@ -120,7 +120,7 @@ Sequence Open(const std::string& folder, const std::string& output, std::size_t 
 }
 
 // Every tenth view alone: its match, and that refined by its own right image.
-void MeasurePairs(const Sequence& sequence, const DenseOptions& options) {
+void MeasurePairs(const Opened& sequence, const DenseOptions& options) {
   DepthScore matched(sequence.rig()), refined(sequence.rig());
   const RigidTransform T_right_left =
       sequence.rig().T_imu_camera[1].Inverse() * sequence.rig().T_imu_camera[0];
@@ -143,7 +143,7 @@ void MeasurePairs(const Sequence& sequence, const DenseOptions& options) {
   refined.Print("refined");
 }
 
-void MeasureMap(const Sequence& sequence, const DenseOptions& options) {
+void MeasureMap(const Opened& sequence, const DenseOptions& options) {
   OccupancyOptions occupancy_options;
   occupancy_options.resolution_m = 0.05;
   occupancy_options.max_range_m = 8;
@@ -188,7 +188,7 @@ int main(int argc, char** argv) {
   const std::string output = argc > 2 ? argv[2] : "";
   if (!output.empty()) slcmap::MakeFolder(output);
   const std::size_t max_views = argc > 3 ? std::strtoul(argv[3], nullptr, 10) : SIZE_MAX;
-  const slcmap::Sequence sequence = slcmap::Open(argv[1], output, max_views);
+  const slcmap::Opened sequence = slcmap::Open(argv[1], output, max_views);
   const slcmap::DenseOptions options;
   slcmap::MeasurePairs(sequence, options);
   slcmap::MeasureMap(sequence, options);
