@@ -97,7 +97,9 @@ class CarriedCells {
     cv::morphologyEx(carried, carried, cv::MORPH_CLOSE, cv::Mat::ones(3, 3, CV_8UC1));
     // Single cells are dirt on a lens.
     cv::Mat solid;
-    cv::morphologyEx(carried, solid, cv::MORPH_OPEN, cv::Mat::ones(2, 2, CV_8UC1));
+    const cv::Mat four = cv::Mat::ones(2, 2, CV_8UC1);
+    cv::erode(carried, solid, four, {0, 0});
+    cv::dilate(solid, solid, four, {1, 1});
     if (cv::countNonZero(solid) < kLeastShare * cells_.area()) return {};
     cv::dilate(solid, solid, cv::Mat::ones(3, 3, CV_8UC1));
     cv::Mat mask;

@@ -191,7 +191,7 @@ TEST_F(RunFolderDamageTest, DamagedPlyAndJsonAreNamed) {
     WriteFile(folder_ + "/run.json",
               "{\"format\": \"slcmap run\", \"version\": " + std::to_string(version) + "}");
     ExpectReadError("run.json",
-                    "version " + std::to_string(version) + ", expected 'slcmap run' of version 5");
+                    "version " + std::to_string(version) + ", expected 'slcmap run' of version 6");
   }
 }
 

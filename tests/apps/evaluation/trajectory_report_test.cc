@@ -41,7 +41,8 @@ TEST(TrajectoryReport, TableHoldsTheFigures) {
 }
 
 TEST(TrajectoryReport, LowCoverageIsFlagged) {
-  const EvaluationInputs inputs{"truth.csv", "run.tum", "cam0/data.csv"};
+  const EvaluationInputs inputs{
+      .truth = "truth.csv", .estimate = "run.tum", .stamps = "cam0/data.csv"};
   const TrajectoryMetrics metrics = MakeMetrics(60);
   EXPECT_THAT(TrajectoryTable(inputs, metrics), HasSubstr("FLAGGED"));
   const nlohmann::ordered_json json = TrajectoryJson(inputs, metrics);

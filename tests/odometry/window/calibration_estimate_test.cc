@@ -76,6 +76,7 @@ TEST(Calibration, ScaleAndAxesOfTheImuAreFoundWhereTheTracksAreExact) {
     options.imu_rate_hz = 1000;
     options.stand_still_s = still_s;
     options.odometry.calibration.lever = options.odometry.calibration.focal_length = false;
+    options.odometry.calibration.imu_scale = options.odometry.calibration.imu_axes = true;
     options.fault.imu_errors = Misreading();
     const SimulatedRun run = RunOnSimulatedTracks(options);
     ASSERT_FALSE(run.states.empty());
@@ -91,6 +92,7 @@ TEST(Calibration, ScaleAndAxesOfTheImuAreFoundInNoise) {
   options.duration_s = 30;
   options.odometry.calibration.lever = options.odometry.calibration.focal_length = false;
   options.odometry.calibration.confirm = true;
+  options.odometry.calibration.imu_scale = options.odometry.calibration.imu_axes = true;
   options.fault.imu_errors = Misreading();
   const SimulatedRun run = RunOnSimulatedTracks(options);
   ASSERT_FALSE(run.states.empty());
