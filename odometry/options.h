@@ -90,8 +90,8 @@ struct CalibrationOptions {
   bool time_offset = true;     // camera to IMU
   bool imu_rotation = true;    // the same
   bool lever = false;          // the same
-  bool imu_scale = false;       // of accelerometer and gyroscope
-  bool imu_axes = false;        // of the same: off the right angle, and turned against each other
+  bool imu_scale = true;       // of accelerometer and gyroscope
+  bool imu_axes = true;        // of the same: off the right angle, and turned against each other
   bool right_rotation = true;  // of the right camera against the left one
   bool focal_length = true;    // of both cameras in common
   bool right_centre = true;    // principal point of the right camera, against the left one's

@@ -59,7 +59,8 @@ void PrintCalibration(const SimulatedRun& run) {
   print("axes", "deg", kRowErrors + kErrorAccelAxes, 3, kDegrees);
   print("gyroscope", "%", kRowErrors + kErrorGyroScale, 3, 100);
   print("axes", "deg", kRowErrors + kErrorGyroAxes, 6, kDegrees);
-  std::printf("  NEES %.1f / 26\n", run.calibration_nees);
+  const int estimated = static_cast<int>((run.calibration_sigma.array() > 1e-6).count());
+  std::printf("  NEES %.1f / %d\n", run.calibration_nees, estimated);
 }
 
 }  // namespace

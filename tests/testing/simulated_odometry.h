@@ -171,6 +171,10 @@ struct CalibrationFault {
 };
 
 struct SimulatedRunOptions {
+  // Readings of the simulated IMU have the right scale and axes unless a test says otherwise, which
+  // then asks for their estimate.
+  SimulatedRunOptions() { odometry.calibration.imu_scale = odometry.calibration.imu_axes = false; }
+
   double duration_s = 20;
   double stand_still_s = 2;
   double pixel_sigma_px = 0;

@@ -142,8 +142,8 @@ TEST(Calibration, IsAsWellKnownAsIsClaimed) {
     options.duration_s = 15;
     nees += RunOnSimulatedTracks(options).calibration_nees / kRuns;
   }
-  EXPECT_GT(nees, 12);
-  EXPECT_LT(nees, 40);
+  EXPECT_GT(nees, 4);
+  EXPECT_LT(nees, 18);
 }
 
 TEST(Calibration, StaysAtRest) {
@@ -200,7 +200,6 @@ TEST(Calibration, WhatIsNotToBeEstimatedStays) {
   CalibrationOptions& calibration = options.odometry.calibration;
   calibration.time_offset = calibration.imu_rotation = calibration.lever = false;
   calibration.right_rotation = calibration.focal_length = false;
-  calibration.imu_scale = calibration.imu_axes = false;
   const SimulatedRun run = RunOnSimulatedTracks(options);
   EXPECT_LT(run.calibration_error.cwiseAbs().maxCoeff(), 1e-6);
   EXPECT_LT(run.calibration_sigma.maxCoeff(), 2e-7);
