@@ -60,6 +60,14 @@ std::vector<DrawnText> PlaceBeside(const WallSolid& solid, const std::string& te
   return {};
 }
 
+std::vector<double> PlacesAlong(const WallSolid& solid) {
+  std::vector<double> places_m;
+  for (const double share : {0.5, 0.35, 0.65, 0.2, 0.8, 0.1, 0.9}) {
+    places_m.push_back(share * solid.Length());
+  }
+  return places_m;
+}
+
 }  // namespace
 
 Drawing OpeningSymbol(const WallSolid& solid, const PlanOpening& opening) {
@@ -97,10 +105,7 @@ std::vector<DrawnText> WallText(const WallSolid& solid, const PlanTextSizes& siz
   const std::string name = fmt::format("W{}", wall.id);
   const std::string text = fmt::format("{} {}{}", name, wall.thickness_assumed ? "~" : "",
                                        LengthText(wall.thickness_m, sizes.in_mm));
-  std::vector<double> places_m;
-  for (const double share : {0.5, 0.35, 0.65, 0.2, 0.8, 0.1, 0.9}) {
-    places_m.push_back(share * solid.Length());
-  }
+  const std::vector<double> places_m = PlacesAlong(solid);
   PlanTextSizes small = sizes;
   small.small_m *= 0.7;
   std::vector<DrawnText> placed = PlaceBeside(solid, text, places_m, sizes, taken);
@@ -112,8 +117,7 @@ std::vector<DrawnText> WallText(const WallSolid& solid, const PlanTextSizes& siz
 std::vector<DrawnText> SigmaText(const WallSolid& solid, const PlanTextSizes& sizes,
                                  TakenPlaces* taken) {
   const std::string text = fmt::format("\u03c3 {:.0f} mm", 1e3 * solid.wall->sigma_m);
-  const double length_m = solid.Length();
-  return PlaceBeside(solid, text, {0.5 * length_m, 0.35 * length_m, 0.65 * length_m}, sizes, taken);
+  return PlaceBeside(solid, text, PlacesAlong(solid), sizes, taken);
 }
 
 }  // namespace slcmap

@@ -50,6 +50,12 @@ void MarkAssumed(const std::vector<WallEdge>& edges, std::vector<Dimension>* dim
 void AddTexts(const Building& building, const std::vector<WallSolid>& solids,
               const PlanTextSizes& sizes, bool wall_sigma, StoreyPlan* plan) {
   TakenPlaces taken = PlacesOf(solids);
+  std::vector<Polygon> rooms;
+  for (const Room& room : building.rooms) {
+    if (room.storey == plan->storey.id) rooms.push_back(RoomInPlan(building, room));
+  }
+  const std::vector<Dimension> chains = OuterChains(solids, rooms, sizes);
+  for (const Dimension& chain : chains) taken.AddText(BoxOf(DimensionText(chain, sizes)));
   for (const WallSolid& solid : solids) {
     Append(OpeningTexts(solid, sizes, &taken), &plan->wall_texts);
   }
@@ -60,14 +66,11 @@ void AddTexts(const Building& building, const std::vector<WallSolid>& solids,
     Append(label.texts, &plan->room_texts);
     Append(label.paths, &plan->rooms.paths);
   }
-  std::vector<Polygon> rooms;
-  for (const Room& room : building.rooms) {
-    if (room.storey != plan->storey.id) continue;
-    rooms.push_back(RoomInPlan(building, room));
-    Append(RoomDimensions(rooms.back(), sizes, &taken), &plan->dimensions);
+  for (const Polygon& room : rooms) {
+    Append(RoomDimensions(room, sizes, &taken), &plan->dimensions);
   }
   MarkAssumed(WallEdges(solids), &plan->dimensions);
-  Append(OuterChains(solids, rooms, sizes), &plan->dimensions);
+  Append(chains, &plan->dimensions);
   if (!wall_sigma) return;
   for (const WallSolid& solid : solids) {
     Append(SigmaText(solid, sizes, &taken), &plan->wall_texts);

@@ -92,7 +92,8 @@ TEST(StoreyPlanTest, ChainsHoldOnlyWallsThatAreSeenFromTheirSide) {
   testing::AddRoom({4.2, 0}, {2, 3}, 0, 0, &building);
   testing::AddRoom({0, 3.2}, {6.2, 5}, 0, 0, &building);  // as long as both, above them
   int below = 0, above = 0;
-  for (const Dimension& dimension : MakePlans(building, {}).storeys[0].dimensions) {
+  const PlanSet plans = MakePlans(building, {});
+  for (const Dimension& dimension : plans.storeys[0].dimensions) {
     if (dimension.offset_m == 0 || std::abs((dimension.to - dimension.from).x()) < 1e-6) continue;
     const bool parts_at_4 = std::abs(dimension.from.x() - 4) < 0.01 ||
                             std::abs(dimension.to.x() - 4) < 0.01;
@@ -107,7 +108,8 @@ TEST(StoreyPlanTest, ChainsAreOutsideOfRoomsWhoseWallsWereNotSeen) {
   building.walls.erase(building.walls.begin() + 2);  // the upper or the lower one
   building.rooms[0].polygon.outline = {{-2, -3}, {6, -3}, {6, 7}, {-2, 7}};
   const PlanTextSizes sizes(50);
-  for (const Dimension& dimension : MakePlans(building, {}).storeys[0].dimensions) {
+  const PlanSet plans = MakePlans(building, {});
+  for (const Dimension& dimension : plans.storeys[0].dimensions) {
     if (dimension.offset_m == 0) continue;
     const Eigen::Vector2d end = dimension.LineEnd();
     EXPECT_TRUE(end.x() < -2 || end.x() > 6 || end.y() < -3 || end.y() > 7) << end.transpose();
