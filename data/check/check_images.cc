@@ -122,7 +122,7 @@ void CheckImages(const SequenceSource& source, const Progress& progress, CheckRe
   Judge(sample.problems, sample.images, "sampled images", report);
   for (int camera = 0; camera < CameraCount(source); ++camera) {
     const CameraCounts& seen = sample.cameras[camera];
-    const std::string images = fmt::format("sampled images of cam{}", camera);
+    const std::string images = "sampled images of " + source.info().cameras[camera];
     Judge("black-camera", "images black or without any contrast", seen.dark, seen.sampled, images,
           "uncover the lens, or raise exposure or light", report);
     Judge("bright-camera", "images white", seen.bright, seen.sampled, images, "lower the exposure",
