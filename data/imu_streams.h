@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "data/clock_jumps.h"
 #include "data/types.h"
 #include "data/warnings.h"
 

@@ -8,6 +8,7 @@
 
 #include "apps/evaluation/no_figure.h"
 #include "data/angle_unit.h"
+#include "data/asl_files.h"
 #include "data/error.h"
 
 namespace slcmap {

@@ -242,7 +242,7 @@ CheckReport CheckSequence(const std::string& path, const SequenceOptions& option
     Sequence sequence = OpenSequence(path, options);
     CheckReport mended;
     MendStretches(&sequence, progress.Part(0, 0), &mended);
-    source = std::make_unique<AslSource>(std::move(sequence));
+    source = std::make_unique<AslSource>(PairsOf(std::move(sequence)));
     report = CheckSource(source.get(), progress);
     report.findings.insert(report.findings.end(), mended.findings.begin(), mended.findings.end());
     report.corrections.insert(report.corrections.end(), mended.corrections.begin(),
