@@ -10,6 +10,7 @@
 #include <limits>
 #include <numeric>
 #include <optional>
+#include <set>
 
 #include "data/error.h"
 #include "data/imu_stamps.h"
@@ -58,10 +59,11 @@ double WrittenStep(std::vector<double> stamps) {
 // Throws where stamps in nanoseconds would mean more than max_rate_hz, but not in another unit: the
 // one that brings the rate nearest to usual_rate_hz.
 void RequireNanoseconds(const std::string& path, const std::vector<double>& stamps,
-                        double max_rate_hz, double usual_rate_hz) {
+                        const TableText& text, double max_rate_hz, double usual_rate_hz) {
   constexpr size_t kMinRows = 4;
   const double step = WrittenStep(stamps);
   if (stamps.size() < kMinRows || step <= 0 || step > 1e9 / max_rate_hz) return;
+  text.RequireStamps(stamps.size(), std::set<double>(stamps.begin(), stamps.end()).size());
   struct Unit {
     const char* name;
     double ns;
@@ -255,7 +257,7 @@ std::vector<ImageFile> ReadAslImages(const std::string& camera_folder, Warnings*
   });
   rows.text.RequireReadable();
   rows.text.RequireDigits();
-  RequireNanoseconds(path, rows.written_stamps, kMaxImageRate_hz, kUsualImageRate_hz);
+  RequireNanoseconds(path, rows.written_stamps, rows.text, kMaxImageRate_hz, kUsualImageRate_hz);
   const auto same = [](const ImageFile& a, const ImageFile& b) { return a.path == b.path; };
   const auto place = [&](size_t row) { return rows.Place(row); };
   if (jumps != nullptr) *jumps = RestoreClock(same, place, &rows.elements);
@@ -280,7 +282,7 @@ std::vector<ImuSample> ReadAslImu(const std::string& path, Warnings* warnings,
   });
   rows.text.RequireReadable();
   rows.text.RequireDigits();
-  RequireNanoseconds(path, rows.written_stamps, kMaxImuRate_hz, kUsualImuRate_hz);
+  RequireNanoseconds(path, rows.written_stamps, rows.text, kMaxImuRate_hz, kUsualImuRate_hz);
   for (const ImuRow& row : JoinImuStreams(path, std::move(read), warnings, jumps)) {
     if (row.angular_velocity_rad_s.allFinite() && row.specific_force_m_s2.allFinite()) {
       rows.elements.push_back({row.stamp_ns, row.angular_velocity_rad_s, row.specific_force_m_s2});
