@@ -101,7 +101,7 @@ std::vector<ClockJump> FindClockJumps(const std::vector<int64_t>& stamps_ns,
                     IsWrittenTwice(stamps_ns, i, same)))
       continue;
     if (is_forward && rows.IsFilledLater(i)) continue;
-    jumps.push_back({i, step_ns - found_ns, 0, ""});
+    jumps.push_back({i, step_ns - found_ns, 0, false, ""});
   }
   return jumps;
 }

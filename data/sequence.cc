@@ -19,6 +19,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
+std::string CameraFolder(const Sequence& sequence, size_t camera) {
+  return sequence.CameraNames()[camera];
+}
+
 void RequireOverlap(const Sequence& sequence) {
   const int64_t offset_ns = ToNanoseconds(sequence.rig.camera_time_offset_s);
   const int64_t first_image_ns = sequence.images.front().stamp_ns + offset_ns;
@@ -35,10 +39,6 @@ void RequireOverlap(const Sequence& sequence) {
       fmt::format("write the stamps of {0}/{1}/data.csv and {0}/imu0/data.csv in nanoseconds of "
                   "one clock",
                   sequence.folder, CameraFolder(sequence, 0)));
-}
-
-std::string CameraFolder(const Sequence& sequence, size_t camera) {
-  return sequence.CameraNames()[camera];
 }
 
 // The tables of a recording as they are read.

@@ -227,7 +227,6 @@ CheckReport CheckStart(SequenceSource* source, const std::vector<ImuSample>& sam
   report.calibration = source->info().calibration;
   report.cameras = source->info().cameras;
   if (!HasData(source->info(), samples, &report)) return report;
-  CheckLength(source->info(), samples, source->warnings(), &report);
   CheckImu(samples, &report);
   CheckCalibration(source->info().rig, &report);
   CheckCarried(source, samples, progress.Part(0, 0.1), &report);

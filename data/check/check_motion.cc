@@ -297,14 +297,13 @@ MidwayChange ChangeBetween(const std::array<TurnAlignment, 2>& halves) {
 
 // Clocks that are set, and a rig that is knocked, while it records. True where nothing else is to
 // be judged by these turns.
-bool JudgeMidway(const std::vector<ImageTurn>& turns, const std::vector<ImuSample>& samples,
-                 const SequenceSource& source, const Rig& rig, CheckReport* report) {
+bool JudgeMidway(const std::vector<ImageTurn>& turns, bool explained,
+                 const std::vector<ImuSample>& samples, const SequenceSource& source,
+                 const Rig& rig, CheckReport* report) {
   constexpr size_t kMinTurns = 60, kSplits = 8;
+  constexpr double kGross_s = 0.02;
   if (turns.size() < kMinTurns) return false;
   MidwayChange found = ChangeBetween(AlignHalves(turns, turns.size() / 2, samples, rig));
-  const bool explained =
-      Explains(AlignTurns(turns, samples, rig.T_imu_camera[0].rotation, rig.camera_time_offset_s)
-                   .claimed);
   if (explained && found.clear_time < 1 && found.clear_turn < 1) return false;
   size_t at = turns.size() / 2;
   for (size_t i = 2; i + 1 < kSplits; ++i) {
@@ -319,14 +318,20 @@ bool JudgeMidway(const std::vector<ImageTurn>& turns, const std::vector<ImuSampl
   }
   const double at_s = ToSeconds(turns[at].from_ns - source.info().pair_stamps_ns.front());
   if (found.clear_time >= 1) {
-    report->Fail("clock",
-                 fmt::format("images turn {:.1f} ms {} against the gyroscope from about {:.1f} s on "
-                             "than before: one clock was set, or drifts against the other",
-                             1e3 * std::abs(found.time_s), found.time_s < 0 ? "later" : "earlier",
-                             at_s),
-                 fmt::format("add {:.4f} s to the stamps of cam0 and cam1 from there on; or take the "
-                             "parts by themselves: --duration {:.1f}, and --from {:.1f}",
-                             found.time_s, at_s, at_s));
+    const bool is_gross = std::abs(found.time_s) > kGross_s;
+    const std::string words = fmt::format(
+        "images turn {:.1f} ms {} against the gyroscope from about {:.1f} s on than before: one "
+        "clock was set, or drifts against the other",
+        1e3 * std::abs(found.time_s), found.time_s < 0 ? "later" : "earlier", at_s);
+    const std::string remedy = fmt::format(
+        "add {:.4f} s to the stamps of cam0 and cam1 from there on; or take the parts by "
+        "themselves: --duration {:.1f}, and --from {:.1f}",
+        found.time_s, at_s, at_s);
+    if (!is_gross) {
+      report->Warn("clock", words, remedy);
+      return false;
+    }
+    report->Fail("clock", words, remedy);
     return true;
   }
   if (found.clear_turn < 1) return false;
@@ -402,7 +407,7 @@ void CheckMotion(const SequenceSource& source, const Rig& rig,
     Append(FollowImages(source, rig, further, progress.Part(1, 1)), &motion);
     align();
   }
-  if (JudgeMidway(motion.turns, samples, source, rig, report)) return;
+  if (JudgeMidway(motion.turns, Explains(turns.claimed), samples, source, rig, report)) return;
   const std::optional<double> far_s =
       turns.enough_motion && Explains(turns.best)
           ? std::nullopt
