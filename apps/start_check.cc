@@ -15,7 +15,7 @@ namespace {
 
 // Leaves out of the sequence what moves with the rig.
 CheckReport Check(bool one_camera, Sequence* sequence) {
-  Sequence checked = *sequence;
+  Sequence checked = one_camera ? *sequence : PairsOf(*sequence);
   if (one_camera) checked.rig.cameras[1] = Camera();
   AslSource source(checked);
   CheckReport report = CheckStart(&source, sequence->imu, StageProgress("check"));

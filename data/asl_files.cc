@@ -10,6 +10,7 @@
 #include <limits>
 #include <numeric>
 #include <optional>
+#include <set>
 
 #include "data/error.h"
 #include "data/imu_stamps.h"
@@ -58,10 +59,11 @@ double WrittenStep(std::vector<double> stamps) {
 // Throws where stamps in nanoseconds would mean more than max_rate_hz, but not in another unit: the
 // one that brings the rate nearest to usual_rate_hz.
 void RequireNanoseconds(const std::string& path, const std::vector<double>& stamps,
-                        double max_rate_hz, double usual_rate_hz) {
+                        const TableText& text, double max_rate_hz, double usual_rate_hz) {
   constexpr size_t kMinRows = 4;
   const double step = WrittenStep(stamps);
   if (stamps.size() < kMinRows || step <= 0 || step > 1e9 / max_rate_hz) return;
+  text.RequireStamps(stamps.size(), std::set<double>(stamps.begin(), stamps.end()).size());
   struct Unit {
     const char* name;
     double ns;
@@ -127,24 +129,6 @@ std::vector<Element> Rising(const Rows<Element>& rows, Warnings* warnings) {
   }
   rows.text.WarnOfDigits(warnings);
   return kept;
-}
-
-// Puts rows behind a clock that was set back on the clock before.
-template <typename Element, typename Same>
-std::vector<ClockJump> RestoreClock(Rows<Element>* rows, const Same& same) {
-  std::vector<int64_t> stamps_ns;
-  for (const Element& element : rows->elements) stamps_ns.push_back(element.stamp_ns);
-  const auto same_rows = [&](size_t a, size_t b) {
-    return same(rows->elements[a], rows->elements[b]);
-  };
-  std::vector<ClockJump> jumps = FindClockJumps(stamps_ns, same_rows);
-  for (ClockJump& jump : jumps) {
-    jump.place = rows->Place(jump.row);
-    if (jump.back_ns < 0) continue;
-    for (size_t i = jump.row; i < stamps_ns.size(); ++i) rows->elements[i].stamp_ns += jump.back_ns;
-  }
-  for (ClockJump& jump : jumps) jump.stamp_ns = rows->elements[jump.row].stamp_ns;
-  return jumps;
 }
 
 // The file of a row, if it is where `base` says.
@@ -273,9 +257,10 @@ std::vector<ImageFile> ReadAslImages(const std::string& camera_folder, Warnings*
   });
   rows.text.RequireReadable();
   rows.text.RequireDigits();
-  RequireNanoseconds(path, rows.written_stamps, kMaxImageRate_hz, kUsualImageRate_hz);
+  RequireNanoseconds(path, rows.written_stamps, rows.text, kMaxImageRate_hz, kUsualImageRate_hz);
   const auto same = [](const ImageFile& a, const ImageFile& b) { return a.path == b.path; };
-  if (jumps != nullptr) *jumps = RestoreClock(&rows, same);
+  const auto place = [&](size_t row) { return rows.Place(row); };
+  if (jumps != nullptr) *jumps = RestoreClock(same, place, &rows.elements);
   return Rising(rows, warnings);
 }
 
@@ -297,8 +282,8 @@ std::vector<ImuSample> ReadAslImu(const std::string& path, Warnings* warnings,
   });
   rows.text.RequireReadable();
   rows.text.RequireDigits();
-  RequireNanoseconds(path, rows.written_stamps, kMaxImuRate_hz, kUsualImuRate_hz);
-  for (const ImuRow& row : JoinImuStreams(path, std::move(read), warnings)) {
+  RequireNanoseconds(path, rows.written_stamps, rows.text, kMaxImuRate_hz, kUsualImuRate_hz);
+  for (const ImuRow& row : JoinImuStreams(path, std::move(read), warnings, jumps)) {
     if (row.angular_velocity_rad_s.allFinite() && row.specific_force_m_s2.allFinite()) {
       rows.elements.push_back({row.stamp_ns, row.angular_velocity_rad_s, row.specific_force_m_s2});
       rows.numbers.push_back(row.number);
@@ -311,7 +296,8 @@ std::vector<ImuSample> ReadAslImu(const std::string& path, Warnings* warnings,
     return a.angular_velocity_rad_s == b.angular_velocity_rad_s &&
            a.specific_force_m_s2 == b.specific_force_m_s2;
   };
-  if (jumps != nullptr) *jumps = RestoreClock(&rows, same);
+  const auto place = [&](size_t row) { return rows.Place(row); };
+  if (jumps != nullptr && jumps->empty()) *jumps = RestoreClock(same, place, &rows.elements);
   const std::vector<ImuSample> samples = Rising(rows, warnings);
   CountGaps(path, samples, warnings);
   return samples;

@@ -424,6 +424,8 @@ Calibration ReadAslCalibration(const std::string& folder, Warnings* warnings, Mi
     std::vector<ChainCamera> chain;
     for (int i = 0; i < kMaxCameras; ++i) {
       if (i > 0 && !Exists(fmt::format("{}/cam{}/sensor.yaml", folder, i))) continue;
+      const bool is_wanted = cameras.empty() || std::ranges::count(cameras, i) > 0;
+      if (i > 1 && !is_wanted) continue;
       YamlSection camera = YamlSection::FromFile(fmt::format("{}/cam{}/sensor.yaml", folder, i));
       chain.push_back({i, ReadCamera(camera, "distortion_coefficients"),
                        T_body_imu.Inverse() * RequiredTransform(camera, "T_BS", true, mirrored),

@@ -22,8 +22,8 @@ struct OfPinhole {
   Distortion distortion;
   const char* name;
 };
-constexpr OfPinhole kDistortions[] = {{Distortion::kRadialTangential, "radtan"},
-                                      {Distortion::kRadialTangential, "radial-tangential"},
+constexpr OfPinhole kDistortions[] = {{Distortion::kRadialTangential, "radial-tangential"},
+                                      {Distortion::kRadialTangential, "radtan"},
                                       {Distortion::kRadialTangential, "plumb_bob"},
                                       {Distortion::kRadialTangential, "rational_polynomial"},
                                       {Distortion::kRadialTangential, "radtan8"},
@@ -162,6 +162,23 @@ CameraWords InKalibrsWords(CameraWords words) {
 }
 
 }  // namespace
+
+const char* NameOf(Distortion distortion) {
+  for (const OfPinhole& known : kDistortions) {
+    if (known.distortion == distortion) return known.name;
+  }
+  return std::ranges::find(kLenses, distortion, &Lens::distortion)->name;
+}
+
+std::optional<Distortion> DistortionOf(const std::string& name) {
+  for (const OfPinhole& known : kDistortions) {
+    if (known.name == name) return known.distortion;
+  }
+  for (const Lens& known : kLenses) {
+    if (known.name == name) return known.distortion;
+  }
+  return std::nullopt;
+}
 
 CameraWords DescribeCamera(const Camera& camera) {
   CameraWords words{"pinhole", "none", {}, {}};

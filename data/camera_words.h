@@ -17,6 +17,11 @@ struct CameraWords {
   std::vector<double> intrinsics, coefficients;
 };
 
+// The name that slcmap's own files have for it, and what has that name, or another that is known;
+// nothing where none has.
+const char* NameOf(Distortion distortion);
+std::optional<Distortion> DistortionOf(const std::string& name);
+
 CameraWords DescribeCamera(const Camera& camera);
 
 // The camera of such words, without its size; also of the names that ASL (radial-tangential), ROS

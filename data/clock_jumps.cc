@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "data/asl_files.h"
 
@@ -12,8 +13,9 @@ namespace {
 
 constexpr size_t kSteadyRows = 5;
 constexpr double kSteadySteps = 4;         // median steps, at most between rows that rise steadily
-constexpr double kForward_s = 0.5;         // a longer step may be a jump
-constexpr double kClockForwardSteps = 10;  // and of more median steps than this
+constexpr double kClockForwardSteps = 5;   // median steps; a longer one may be a jump
+constexpr double kClockForward_s = 0.1;    // and longer than this
+constexpr double kClearForward_s = 0.5;    // of what two tables share, to be one or a pause
 constexpr double kBreak_s = 0.35;          // without samples: more than odometry bridges
 
 class StampRows {
@@ -45,12 +47,23 @@ class StampRows {
     return across_ns < static_cast<int64_t>(2 * kSteadyRows - 1) * step_ns_ - jump_ns / 2;
   }
 
-  // Whether what begins with `row` belongs, as a whole, before the table's first row.
+  // Whether what begins with `row` belongs, as a whole, before or between earlier rows.
   bool BelongsBefore(size_t row) const {
     size_t last = row;
     while (last + 1 < stamps_ns_.size() && Step_ns(last + 1) > 0) ++last;
-    const int64_t gap_ns = stamps_ns_.front() - stamps_ns_[last];
+    int64_t gap_ns = std::numeric_limits<int64_t>::max();  // to the next of the earlier rows
+    for (size_t i = 0; i < row; ++i) {
+      if (stamps_ns_[i] >= stamps_ns_[row]) gap_ns = std::min(gap_ns, stamps_ns_[i] - stamps_ns_[last]);
+    }
     return gap_ns > 0 && static_cast<double>(gap_ns) <= kSteadySteps * step_ns_;
+  }
+
+  // Whether later rows fill the step to `row`.
+  bool IsFilledLater(size_t row) const {
+    const auto later = stamps_ns_.begin() + static_cast<std::ptrdiff_t>(row);
+    return std::any_of(later, stamps_ns_.end(), [&](int64_t stamp_ns) {
+      return stamp_ns > stamps_ns_[row - 1] && stamp_ns < stamps_ns_[row];
+    });
   }
 
  private:
@@ -77,7 +90,7 @@ std::vector<ClockJump> FindClockJumps(const std::vector<int64_t>& stamps_ns,
                                       const std::function<bool(size_t, size_t)>& same) {
   const StampRows rows(stamps_ns);
   const int64_t step_ns = rows.usual_step_ns();
-  const double forward_ns = std::max(kForward_s * 1e9, kClockForwardSteps * step_ns);
+  const double forward_ns = std::max(kClockForward_s * 1e9, kClockForwardSteps * step_ns);
   std::vector<ClockJump> jumps;
   for (size_t i = 1; i < stamps_ns.size(); ++i) {
     const int64_t found_ns = rows.Step_ns(i);
@@ -87,7 +100,8 @@ std::vector<ClockJump> FindClockJumps(const std::vector<int64_t>& stamps_ns,
     if (is_back && (!rows.StaysBehind(i, step_ns - found_ns) || rows.BelongsBefore(i) ||
                     IsWrittenTwice(stamps_ns, i, same)))
       continue;
-    jumps.push_back({i, step_ns - found_ns, 0, ""});
+    if (is_forward && rows.IsFilledLater(i)) continue;
+    jumps.push_back({i, step_ns - found_ns, 0, false, ""});
   }
   return jumps;
 }
@@ -97,10 +111,19 @@ void CountJumps(const std::vector<ClockJump>& jumps, Warnings* warnings) {
     const double back_s = ToSeconds(jump.back_ns);
     const std::string words =
         back_s > 0 ? fmt::format("clock set back by {:.3f} s", back_s)
-                   : fmt::format("clock set forward by {:.3f} s, or a pause", -back_s);
+                   : fmt::format("clock set forward by {:.3f} s{}", -back_s,
+                                 jump.put_back ? "" : ", or a pause");
     warnings->Add(kClockJump,
                   fmt::format("{}: {}, t = {:.3f} s", jump.place, words, ToSeconds(jump.stamp_ns)));
   }
+}
+
+void LeaveOutPauses(const std::vector<ClockJump>& other, std::vector<ClockJump>* jumps) {
+  std::erase_if(*jumps, [&](const ClockJump& jump) {
+    const bool is_shared =
+        SameJump(jump, other) < other.size() && jump.back_ns < -ToNanoseconds(kClearForward_s);
+    return !jump.put_back && !is_shared;
+  });
 }
 
 void BreakImu(const ClockJump& jump, std::vector<ImuSample>* samples) {

@@ -18,15 +18,35 @@ struct ClockJump {
   size_t row = 0;        // index of the first one on the clock as it is set
   int64_t back_ns = 0;   // how far it is set back; forward, or a pause, where negative
   int64_t stamp_ns = 0;  // of that row, as it is taken
+  bool put_back = false;  // whether the rows from there on are on the clock before
   std::string place;     // file and row
 };
 
 // The jumps of a table's stamps, in the order of its rows. A clock that is set back shows in rows
-// that rise steadily before and behind a drop; not in a few that are out of place, in halves that
+// that rise steadily before and behind a drop; not in a few that are out of place, in blocks that
 // were put together in the wrong order, nor in rows written twice (`same` tells of two indices
-// whether they hold the same). Steps of more than half a second are given as forward jumps.
+// whether they hold the same). Long steps are given as forward jumps.
 std::vector<ClockJump> FindClockJumps(const std::vector<int64_t>& stamps_ns,
                                       const std::function<bool(size_t, size_t)>& same);
+
+// Puts what is behind a clock that was set back on the clock before; `stamp_ns` of the jumps are
+// set, and `place` by the index of a row.
+template <typename Element, typename Same, typename Place>
+std::vector<ClockJump> RestoreClock(const Same& same, const Place& place,
+                                    std::vector<Element>* elements) {
+  std::vector<int64_t> stamps_ns;
+  for (const Element& element : *elements) stamps_ns.push_back(element.stamp_ns);
+  std::vector<ClockJump> jumps = FindClockJumps(
+      stamps_ns, [&](size_t a, size_t b) { return same((*elements)[a], (*elements)[b]); });
+  for (ClockJump& jump : jumps) {
+    jump.place = place(jump.row);
+    jump.put_back = jump.back_ns > 0;
+    if (!jump.put_back) continue;
+    for (size_t i = jump.row; i < elements->size(); ++i) (*elements)[i].stamp_ns += jump.back_ns;
+  }
+  for (ClockJump& jump : jumps) jump.stamp_ns = (*elements)[jump.row].stamp_ns;
+  return jumps;
+}
 
 // Counts them, with words.
 void CountJumps(const std::vector<ClockJump>& jumps, Warnings* warnings);
@@ -74,8 +94,8 @@ void AgreeOnJumps(const ClockTable<Finer>& finer, ClockTable<Element>* table) {
   }
 }
 
-// A table that leaps forward by itself, and ends later than `other` by about as much, has had its
-// clock set forward; what follows is put back. Without a later end, it has lost what is missing.
+// A table that leaps forward by itself, and ends later than `other` by as much, has had its clock
+// set forward; what follows is put back. Without a later end, it has lost what is missing.
 template <typename Other, typename Element>
 void UndoForward(const ClockTable<Other>& other, ClockTable<Element>* table) {
   if (other.elements->empty() || table->elements->empty()) return;
@@ -83,9 +103,14 @@ void UndoForward(const ClockTable<Other>& other, ClockTable<Element>* table) {
     ClockJump& jump = (*table->jumps)[i];
     if (jump.back_ns >= 0 || SameJump(jump, *other.jumps) < other.jumps->size()) continue;
     const int64_t late_ns = table->elements->back().stamp_ns - other.elements->back().stamp_ns;
-    if (2 * std::abs(late_ns + jump.back_ns) > std::abs(late_ns)) continue;
+    if (10 * std::abs(late_ns + jump.back_ns) > std::abs(late_ns)) continue;
     table->Shift(i, jump.back_ns);
+    jump.put_back = true;
   }
 }
+
+// Leaves out what is a pause of one table: forward jumps that were not put back and that `other`
+// does not share, or that are short.
+void LeaveOutPauses(const std::vector<ClockJump>& other, std::vector<ClockJump>* jumps);
 
 }  // namespace slcmap

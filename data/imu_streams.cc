@@ -152,13 +152,33 @@ void EvenOut(const std::string& path, std::vector<ImuRow>* rows, Warnings* warni
   }
 }
 
-// The rows that hold a half, by their stamps, which are evened out where they came in packets.
-std::vector<ImuRow> Stream(const std::string& path, const std::vector<ImuRow>& rows, Half half,
-                           Warnings* warnings) {
+// The rows that hold a half, in their order.
+std::vector<ImuRow> RowsWith(const std::vector<ImuRow>& rows, Half half) {
   std::vector<ImuRow> stream;
   for (const ImuRow& row : rows) {
     if (IsThere(row.*half)) stream.push_back(row);
   }
+  return stream;
+}
+
+// Puts both on the clock before, where it was set back, and by as much. Returns the gyroscope's
+// jumps.
+std::vector<ClockJump> RestoreClocks(const std::string& path, std::vector<ImuRow>* gyro,
+                                     std::vector<ImuRow>* accel) {
+  const auto restore = [&](std::vector<ImuRow>* stream, Half half) {
+    return RestoreClock(
+        [half](const ImuRow& a, const ImuRow& b) { return a.*half == b.*half; },
+        [&](size_t row) { return fmt::format("{}: row {}", path, (*stream)[row].number); }, stream);
+  };
+  std::vector<ClockJump> jumps = restore(gyro, kGyro), of_accel = restore(accel, kAccel);
+  ClockTable<ImuRow> other{accel, &of_accel};
+  AgreeOnJumps(ClockTable<ImuRow>{gyro, &jumps}, &other);
+  return jumps;
+}
+
+// By their stamps, which are evened out where they came in packets.
+std::vector<ImuRow> Stream(const std::string& path, std::vector<ImuRow> stream,
+                           Warnings* warnings) {
   const auto by_stamp = [](const ImuRow& a, const ImuRow& b) { return a.stamp_ns < b.stamp_ns; };
   std::stable_sort(stream.begin(), stream.end(), by_stamp);
   EvenOut(path, &stream, warnings);
@@ -209,7 +229,7 @@ std::vector<ImuRow> Joined(const std::vector<ImuRow>& gyro, const std::vector<Im
 }  // namespace
 
 std::vector<ImuRow> JoinImuStreams(const std::string& path, std::vector<ImuRow> rows,
-                                   Warnings* warnings) {
+                                   Warnings* warnings, std::vector<ClockJump>* jumps) {
   if (rows.empty()) return rows;  // which others tell of
   EraseZeros(&rows);
   EraseHeld(path, &rows, warnings);
@@ -217,8 +237,10 @@ std::vector<ImuRow> JoinImuStreams(const std::string& path, std::vector<ImuRow> 
     EvenOut(path, &rows, warnings);
     return rows;
   }
-  const std::vector<ImuRow> gyro = Stream(path, rows, kGyro, warnings);
-  const std::vector<ImuRow> accel = Stream(path, rows, kAccel, warnings);
+  std::vector<ImuRow> gyro = RowsWith(rows, kGyro), accel = RowsWith(rows, kAccel);
+  if (jumps != nullptr) *jumps = RestoreClocks(path, &gyro, &accel);
+  gyro = Stream(path, std::move(gyro), warnings);
+  accel = Stream(path, std::move(accel), warnings);
   const double gyro_hz = Rate_hz(gyro), accel_hz = Rate_hz(accel);
   RequireRate(path, "gyroscope", gyro.size(), gyro_hz);
   RequireRate(path, "accelerometer", accel.size(), accel_hz);

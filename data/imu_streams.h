@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "data/clock_jumps.h"
 #include "data/types.h"
 #include "data/warnings.h"
 
@@ -35,9 +36,10 @@ struct ImuRow {
 // Then the rows become samples: the gyroscope's, with the force interpolated between those on
 // either side (nothing beyond the ends and across gaps). Others stay as they are, but for whole
 // samples that are repeated at a steady rate, which are left out, and stamps, which are evened out
-// (EvenStamps). All of it is counted in warnings. Throws InputFault where a half is missing
-// altogether or too slow to be of use.
+// (EvenStamps). All of it is counted in warnings. Streams whose clock was set back are put on the
+// clock before, which is added to `jumps`; without `jumps` stamps stay as they are. Throws
+// InputFault where a half is missing altogether or too slow to be of use.
 std::vector<ImuRow> JoinImuStreams(const std::string& path, std::vector<ImuRow> rows,
-                                   Warnings* warnings);
+                                   Warnings* warnings, std::vector<ClockJump>* jumps = nullptr);
 
 }  // namespace slcmap

@@ -19,6 +19,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
+std::string CameraFolder(const Sequence& sequence, size_t camera) {
+  return sequence.CameraNames()[camera];
+}
+
 void RequireOverlap(const Sequence& sequence) {
   const int64_t offset_ns = ToNanoseconds(sequence.rig.camera_time_offset_s);
   const int64_t first_image_ns = sequence.images.front().stamp_ns + offset_ns;
@@ -32,13 +36,9 @@ void RequireOverlap(const Sequence& sequence) {
                   "s, expected them to overlap (are both in nanoseconds of one clock?)",
                   sequence.folder, ToSeconds(first_image_ns), ToSeconds(last_image_ns),
                   ToSeconds(first_imu_ns), ToSeconds(last_imu_ns)),
-      fmt::format("write the stamps of {0}/cam0/data.csv and {0}/imu0/data.csv in nanoseconds of "
+      fmt::format("write the stamps of {0}/{1}/data.csv and {0}/imu0/data.csv in nanoseconds of "
                   "one clock",
-                  sequence.folder));
-}
-
-std::string CameraFolder(const Sequence& sequence, size_t camera) {
-  return fmt::format("cam{}", sequence.cameras.at(camera));
+                  sequence.folder, CameraFolder(sequence, 0)));
 }
 
 // The tables of a recording as they are read.
@@ -59,6 +59,10 @@ void JoinClocks(std::vector<ClockJump> left, std::vector<ClockJump> right,
   AgreeOnJumps(samples, &lefts);
   AgreeOnJumps(samples, &rights);
   AgreeOnJumps(lefts, &rights);
+  const std::vector<ClockJump> of_images = left, of_imu = imu;
+  LeaveOutPauses(of_imu, &left);
+  LeaveOutPauses(of_imu, &right);
+  LeaveOutPauses(of_images, &imu);
   for (const auto* jumps : {&left, &right, &imu}) CountJumps(*jumps, warnings);
   for (const auto* jumps : {&left, &right, &imu}) {
     for (const ClockJump& jump : *jumps) BreakImu(jump, &tables->imu);
@@ -103,14 +107,15 @@ std::optional<double> ConstantOffset_s(const std::vector<ImageFile>& left,
 // The offset of right stamps that makes pairs of most images, where the options' one does not; and
 // nothing where none does.
 std::string RightOffsetRemedy(const std::vector<ImageFile>& left,
-                              const std::vector<ImageFile>& right, double given_s) {
+                              const std::vector<ImageFile>& right,
+                              const std::string& right_name, double given_s) {
   const std::optional<double> further_s = ConstantOffset_s(left, right);
   if (!further_s) return "";
   const double offset_s = given_s + *further_s;
   return fmt::format(
-      "open it with --right-offset {:.3f} (ms): the stamps of cam1 are {} by that, "
+      "open it with --right-offset {:.3f} (ms): the stamps of {} are {} by that, "
       "where the cameras are triggered together",
-      1e3 * offset_s, offset_s > 0 ? "late" : "early");
+      1e3 * offset_s, right_name, offset_s > 0 ? "late" : "early");
 }
 
 // The images that sequence->rig has cameras for.
@@ -126,7 +131,7 @@ std::vector<StereoEntry> PairTables(const SequenceOptions& options, const Tables
   for (ImageFile& image : right) image.stamp_ns -= ToNanoseconds(options.right_offset_s);
   images = PairImages(left, right, options.max_stereo_offset_s, &sequence->warnings);
   if (2 * images.size() >= left.size()) return images;
-  const std::string remedy = RightOffsetRemedy(left, right, options.right_offset_s);
+  const std::string remedy = RightOffsetRemedy(left, right, CameraFolder(*sequence, 1), options.right_offset_s);
   if (images.empty() || !remedy.empty()) {
     throw InputFault(
         "unpaired",
@@ -138,8 +143,9 @@ std::vector<StereoEntry> PairTables(const SequenceOptions& options, const Tables
         !remedy.empty()
             ? remedy
             : fmt::format("trigger both cameras together, and write the stamps of "
-                          "{0}/cam0/data.csv and {0}/cam1/data.csv in nanoseconds of one clock",
-                          sequence->folder));
+                          "{0}/{1}/data.csv and {0}/{2}/data.csv in nanoseconds of one clock",
+                          sequence->folder, CameraFolder(*sequence, 0),
+                          CameraFolder(*sequence, 1)));
   }
   return images;
 }
@@ -205,6 +211,12 @@ std::array<std::vector<std::string>, 2> ImagePaths(const std::vector<StereoEntry
 }
 
 }  // namespace
+
+std::array<std::string, 2> Sequence::CameraNames() const {
+  const int left = cameras.empty() ? 0 : cameras[0];
+  return {fmt::format("cam{}", left),
+          fmt::format("cam{}", cameras.size() < 2 ? left + 1 : cameras[1])};
+}
 
 std::string FindAslFolder(const std::string& path, bool needs_imu) {
   std::error_code error;

@@ -30,6 +30,9 @@ struct Sequence {
   bool finds_carried = true;  // whether what moves with the rig is looked for: no mask was given
   std::string truth_path;     // true poses, "" where there are none
   Warnings warnings;
+
+  // Those of `cameras`; where there is one, the second is named as if it were the next.
+  std::array<std::string, 2> CameraNames() const;
 };
 
 struct SequenceOptions {

@@ -34,6 +34,18 @@ bool IsCutAtCommas(const std::vector<std::string_view>& fields) {
   return fields.size() == kCut && std::none_of(fields.begin(), fields.end(), has_point);
 }
 
+// An IMU's readings as whole numbers of many digits.
+bool HasLostPoints(const std::vector<std::string_view>& fields) {
+  constexpr size_t kReadings = 6, kManyDigits = 7, kMany = 3;
+  if (fields.size() < 1 + kReadings) return false;
+  const auto begin = fields.begin() + 1, end = begin + kReadings;
+  const auto is_whole = [](std::string_view field) {
+    return field.find_first_not_of("+-0123456789") == field.npos;
+  };
+  const auto is_long = [](std::string_view field) { return field.size() >= kManyDigits; };
+  return std::all_of(begin, end, is_whole) && std::count_if(begin, end, is_long) >= std::ptrdiff_t{kMany};
+}
+
 std::string Example(const std::vector<std::string_view>& fields) {
   constexpr size_t kLongest = 60;
   std::string text;
@@ -63,6 +75,7 @@ double LastDigit(std::string_view text) {
 void TableText::AddRead(const std::vector<std::string_view>& fields) {
   ++read_;
   if (IsCutAtCommas(fields) && decimal_commas_++ == 0) first_decimal_comma_ = Example(fields);
+  if (HasLostPoints(fields) && pointless_++ == 0) first_pointless_ = Example(fields);
   const double resolution_ns = LastDigit(fields[0]);
   if (resolution_ns == 0 || (resolution_ns_ > 0 && resolution_ns >= resolution_ns_)) return;
   resolution_ns_ = resolution_ns;
@@ -87,6 +100,16 @@ void TableText::RequireReadable() const {
             "write {} with decimal points and commas between the columns (a spreadsheet does "
             "with the language English), stamps with all their digits",
             path_));
+  }
+  if (2 * pointless_ > rows) {
+    throw InputFault(
+        "decimal-points",
+        fmt::format("{}: found numbers that have lost their decimal points ('{}'), expected {} in "
+                    "rad/s and m/s^2",
+                    path_, first_pointless_, columns_),
+        fmt::format("write {} anew with decimal points (a spreadsheet reads them with the language "
+                    "English)",
+                    path_));
   }
   if (2 * unreadable_ <= rows) return;
   throw InputFault(

@@ -20,7 +20,7 @@ class TableText {
   void AddUnreadable(int row, const std::vector<std::string_view>& fields);
 
   // Throws InputFault where most rows cannot be read, with one of them, and where numbers have
-  // decimal commas.
+  // decimal commas, or have lost their points.
   void RequireReadable() const;
 
   // Stamps as powers of ten, as spreadsheets and C++ streams print large numbers, may have lost
@@ -35,8 +35,8 @@ class TableText {
 
  private:
   std::string path_, columns_;
-  int64_t read_ = 0, unreadable_ = 0, decimal_commas_ = 0;
-  std::string first_unreadable_, first_decimal_comma_;  // "row 12: 'text'"
+  int64_t read_ = 0, unreadable_ = 0, decimal_commas_ = 0, pointless_ = 0;
+  std::string first_unreadable_, first_decimal_comma_, first_pointless_;  // "row 12: 'text'"
   std::string stamp_;                                   // one as a power of ten
   double resolution_ns_ = 0;  // the finest of those; 0 where stamps are plain
 };

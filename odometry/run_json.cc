@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "data/calibration.h"
+#include "data/camera_words.h"
 #include "data/error.h"
 #include "data/imu_calibration.h"
 #include "data/json_file.h"
@@ -22,15 +23,6 @@ namespace {
 
 constexpr int kRunVersion = 6;
 constexpr double kMaxTimeOffset_s = 10;
-
-constexpr std::pair<Distortion, const char*> kDistortionNames[] = {
-    {Distortion::kNone, "none"},
-    {Distortion::kRadialTangential, "radial-tangential"},
-    {Distortion::kEquidistant, "equidistant"},
-    {Distortion::kOmni, "omni"},
-    {Distortion::kExtendedUnified, "eucm"},
-    {Distortion::kDoubleSphere, "ds"},
-    {Distortion::kFieldOfView, "fov"}};
 
 Json SegmentsJson(const OdometryRun& run) {
   std::map<int, std::vector<const OnlineState*>> segments;
@@ -258,9 +250,6 @@ ImuCorrection ParseCorrection(const std::string& place, const Json& json) {
 }
 
 Json CameraJson(const Camera& camera, const RigidTransform& T_imu_camera) {
-  const auto name =
-      std::find_if(std::begin(kDistortionNames), std::end(kDistortionNames),
-                   [&](const auto& entry) { return entry.first == camera.distortion; });
   const Eigen::Vector4d& k = camera.coefficients;
   Json json = {{"width_px", camera.width_px},
                {"height_px", camera.height_px},
@@ -268,7 +257,7 @@ Json CameraJson(const Camera& camera, const RigidTransform& T_imu_camera) {
                {"fy_px", camera.fy_px},
                {"cx_px", camera.cx_px},
                {"cy_px", camera.cy_px},
-               {"distortion", name->second},
+               {"distortion", NameOf(camera.distortion)},
                {"coefficients", {k[0], k[1], k[2], k[3]}},
                {"T_imu_camera", MatrixJson(T_imu_camera)}};
   const auto& higher = camera.higher_coefficients;
@@ -309,15 +298,14 @@ Camera ParseCamera(const Json& json, const std::string& name) {
     camera.shape[i] = json.at("shape").at(i).get<double>();
   }
   const std::string distortion = json.at("distortion").get<std::string>();
-  const auto entry = std::find_if(std::begin(kDistortionNames), std::end(kDistortionNames),
-                                  [&](const auto& known) { return known.second == distortion; });
-  if (entry == std::end(kDistortionNames)) {
+  const std::optional<Distortion> known = DistortionOf(distortion);
+  if (!known) {
     throw DataError(
         fmt::format("{}: distortion: found '{}', expected none, radial-tangential, equidistant, "
                     "omni, eucm, ds or fov",
                     name, distortion));
   }
-  camera.distortion = entry->first;
+  camera.distortion = *known;
   return camera;
 }
 

@@ -214,16 +214,19 @@ void CheckCarried(SequenceSource* source, const std::vector<ImuSample>& samples,
   const Rig& rig = source->info().rig;
   for (int i = 0; i < 2; ++i) {
     if (rig.masks[i].empty()) continue;
-    report->AddFigure(fmt::format("left out of cam{} by its mask", i), 100 * LeftOut(rig.masks[i]),
-                      "%");
+    report->AddFigure(fmt::format("left out of {} by its mask", source->info().cameras[i]),
+                      100 * LeftOut(rig.masks[i]), "%");
   }
   if (!source->info().finds_carried) return;
   const std::array<cv::Mat, 2> masks = FindCarried(*source, samples, progress);
   if (masks[0].empty() && masks[1].empty()) return;
   source->SetMasks(masks);
   report->Warn("carried",
-               fmt::format("{:.0f} % of the left and {:.0f} % of the right image move with the rig",
-                           100 * LeftOut(masks[0]), 100 * LeftOut(masks[1])),
+               IsStereo(rig)
+                   ? fmt::format(
+                         "{:.0f} % of the left and {:.0f} % of the right image move with the rig",
+                         100 * LeftOut(masks[0]), 100 * LeftOut(masks[1]))
+                   : fmt::format("{:.0f} % of the image moves with the rig", 100 * LeftOut(masks[0])),
                "mount the rig so that it sees past whoever carries it; that part is left out "
                "(--mask gives another, --mask none leaves out nothing)");
 }

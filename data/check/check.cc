@@ -203,6 +203,7 @@ CheckReport CheckSource(SequenceSource* source, const Progress& progress) {
   CheckReport report;
   report.sequence = info.name;
   report.calibration = info.calibration;
+  report.cameras = info.cameras;
   CheckWarnings(source->warnings(), &report);
   CheckCameras(info.rig, &report);
   const std::vector<ImuSample> samples = AllSamples(source);
@@ -224,6 +225,7 @@ CheckReport CheckStart(SequenceSource* source, const std::vector<ImuSample>& sam
   CheckReport report;
   report.sequence = source->info().name;
   report.calibration = source->info().calibration;
+  report.cameras = source->info().cameras;
   if (!HasData(source->info(), samples, &report)) return report;
   CheckImu(samples, &report);
   CheckCalibration(source->info().rig, &report);
@@ -240,7 +242,7 @@ CheckReport CheckSequence(const std::string& path, const SequenceOptions& option
     Sequence sequence = OpenSequence(path, options);
     CheckReport mended;
     MendStretches(&sequence, progress.Part(0, 0), &mended);
-    source = std::make_unique<AslSource>(std::move(sequence));
+    source = std::make_unique<AslSource>(PairsOf(std::move(sequence)));
     report = CheckSource(source.get(), progress);
     report.findings.insert(report.findings.end(), mended.findings.begin(), mended.findings.end());
     report.corrections.insert(report.corrections.end(), mended.corrections.begin(),

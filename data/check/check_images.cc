@@ -86,6 +86,48 @@ void CheckFiles(const SequenceSource& source, const Progress& progress, CheckRep
   Judge(problems, static_cast<int64_t>(pairs) * CameraCount(source), "images", report);
 }
 
+// How much brighter or darker, as a factor, an image is than the one before, at most, at a pair and
+// the next ones.
+double LargestSwing(const SequenceSource& source, size_t pair, int camera) {
+  constexpr size_t kNext = 3;
+  double before = 0, largest = 1;
+  for (size_t i = pair; i < std::min(pair + kNext, source.info().pair_stamps_ns.size()); ++i) {
+    const cv::Mat image = source.ReadImage(i, camera).image;
+    const double mean = image.empty() ? 0 : cv::mean(image)[0];
+    if (mean >= kMinMean && before >= kMinMean) {
+      largest = std::max({largest, mean / before, before / mean});
+    }
+    before = mean;
+  }
+  return largest;
+}
+
+// Exposure that swings to and fro, from when on.
+void CheckExposure(const SequenceSource& source, const Progress& progress, CheckReport* report) {
+  constexpr double kSwing = 1.3;
+  constexpr int kMinSwings = 3;
+  const std::vector<int64_t>& stamps_ns = source.info().pair_stamps_ns;
+  for (int camera = 0; camera < CameraCount(source); ++camera) {
+    std::vector<size_t> swings;
+    double largest = 1;
+    for (size_t i = 0; i < kSamples && stamps_ns.size() > kSamples; ++i) {
+      progress.ReportOrStop(static_cast<double>(i) / kSamples);
+      const size_t pair = i * stamps_ns.size() / kSamples;
+      const double swing = LargestSwing(source, pair, camera);
+      if (swing > kSwing) swings.push_back(pair);
+      largest = std::max(largest, swing);
+    }
+    if (std::ssize(swings) < kMinSwings) continue;
+    const std::string& name = source.info().cameras[camera];
+    report->Warn("exposure",
+                 fmt::format("the brightness of {} swings by up to {:.1f} from one image to the "
+                             "next at {} of {} sampled places, from about {:.1f} s on",
+                             name, largest, swings.size(), kSamples,
+                             ToSeconds(stamps_ns[swings.front()] - stamps_ns.front())),
+                 "hold exposure and gain, or slow their control down");
+  }
+}
+
 // What the pixels of a sample of the images show.
 struct Sample {
   std::array<CameraCounts, 2> cameras;
@@ -118,11 +160,12 @@ Sample LookAtSample(const SequenceSource& source, const Progress& progress) {
 
 void CheckImages(const SequenceSource& source, const Progress& progress, CheckReport* report) {
   CheckFiles(source, progress.Part(0, 0.5), report);
-  const Sample sample = LookAtSample(source, progress.Part(0.5, 1));
+  const Sample sample = LookAtSample(source, progress.Part(0.5, 0.8));
+  CheckExposure(source, progress.Part(0.8, 1), report);
   Judge(sample.problems, sample.images, "sampled images", report);
   for (int camera = 0; camera < CameraCount(source); ++camera) {
     const CameraCounts& seen = sample.cameras[camera];
-    const std::string images = fmt::format("sampled images of cam{}", camera);
+    const std::string images = "sampled images of " + source.info().cameras[camera];
     Judge("black-camera", "images black or without any contrast", seen.dark, seen.sampled, images,
           "uncover the lens, or raise exposure or light", report);
     Judge("bright-camera", "images white", seen.bright, seen.sampled, images, "lower the exposure",

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
+#include <string_view>
 
 namespace slcmap {
 namespace {
@@ -25,6 +26,17 @@ bool CheckReport::Usable() const {
   return std::none_of(findings.begin(), findings.end(), [](const CheckFinding& finding) {
     return finding.severity == Severity::kError;
   });
+}
+
+std::string CheckReport::Named(const std::string& remedy) const {
+  std::string named;
+  for (size_t at = 0; at < remedy.size();) {
+    const std::string_view word = std::string_view(remedy).substr(at, 4);
+    const bool is_camera = word == "cam0" || word == "cam1";
+    named += is_camera ? cameras[word == "cam1" ? 1 : 0] : std::string(word.substr(0, 1));
+    at += is_camera ? 4 : 1;
+  }
+  return named;
 }
 
 bool TurnRight(const std::vector<CheckCorrection>& corrections) {

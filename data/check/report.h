@@ -1,6 +1,7 @@
 // What the check of a sequence found.
 #pragma once
 
+#include <array>
 #include <string>
 #include <vector>
 
@@ -49,6 +50,7 @@ bool TurnRight(const std::vector<CheckCorrection>& corrections);
 struct CheckReport {
   std::string sequence;
   std::string calibration;  // where it was read, and which transforms
+  std::array<std::string, 2> cameras = {"cam0", "cam1"};  // in whose place remedies name these
   std::vector<CheckFigure> figures;
   std::vector<CheckFinding> findings;
   std::vector<CheckCorrection> corrections;
@@ -57,15 +59,16 @@ struct CheckReport {
     figures.push_back({name, value, unit});
   }
   void Note(const std::string& name, const std::string& found, const std::string& remedy) {
-    findings.push_back({Severity::kNote, name, found, remedy});
+    findings.push_back({Severity::kNote, name, found, Named(remedy)});
   }
   void Warn(const std::string& name, const std::string& found, const std::string& remedy) {
-    findings.push_back({Severity::kWarning, name, found, remedy});
+    findings.push_back({Severity::kWarning, name, found, Named(remedy)});
   }
   void Fail(const std::string& name, const std::string& found, const std::string& remedy) {
-    findings.push_back({Severity::kError, name, found, remedy});
+    findings.push_back({Severity::kError, name, found, Named(remedy)});
   }
   bool Usable() const;  // no finding is an error
+  std::string Named(const std::string& remedy) const;  // with the cameras' names
 };
 
 // The rig with the corrections of a report.

@@ -3,13 +3,17 @@
 #include <spdlog/fmt/fmt.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <optional>
 
 #include "data/angle_unit.h"
 #include "data/calibration.h"
+#include "data/check/image_motion.h"
 #include "data/check/left_right.h"
 #include "data/check/row_alignment.h"
+#include "data/check/step_lags.h"
+#include "data/check/turn_alignment.h"
 #include "data/source/asl_source.h"
 
 namespace slcmap {
@@ -72,12 +76,20 @@ class StretchFinder {
     return sum;
   }
 
-  // With the right images of pairs that are so many later.
-  Agreeing Shifted(const SampleRange& range, int later) const {
-    Agreeing sum;
-    for (size_t i = range.first; i < range.end; ++i) sum.Add(AgreeingOf(Match(pairs_[i], later)));
-    return sum;
+  // Whether some part agrees and another does clearly less.
+  bool Differs() const {
+    double least = 1, most = 0;
+    for (size_t k = 0; k + kLeastStretch <= pairs_.size(); ++k) {
+      const Agreeing part = Sum({k, k + kLeastStretch});
+      if (part.matches < kLeastMatches) continue;
+      least = std::min(least, part.share());
+      most = std::max(most, part.share());
+    }
+    return most >= kStretchGood && least <= most - kStretchGain;
   }
+
+  // Of that pair with the right image of another.
+  Agreeing Paired(size_t pair, int later) const { return AgreeingOf(Match(pair, later)); }
 
   RowAlignment Turned(const SampleRange& range) const {
     std::vector<RayPair> all;
@@ -87,18 +99,7 @@ class StretchFinder {
     return AlignRows(all, LeftRight(sequence_.rig), sequence_.rig.cameras[0].MiddleFocal_px());
   }
 
-  // The first pair of the second part, between the samples on either side of the change: where the
-  // right images of other pairs begin (or cease, where `later_first`) to agree better.
-  size_t FirstShifted(size_t change, int later, bool later_first) const {
-    size_t low = pairs_[change - 1], high = pairs_[change];
-    while (high - low > 1) {
-      const size_t middle = (low + high) / 2;
-      const bool shifted = MedianRow_px(Match(middle, later)) < MedianRow_px(Match(middle, 0));
-      (shifted != later_first ? high : low) = middle;
-    }
-    return high;
-  }
-
+  const AslSource& source() const { return source_; }
   size_t pair(size_t sample) const { return pairs_[sample]; }
   size_t samples() const { return pairs_.size(); }
 
@@ -125,10 +126,6 @@ class StretchFinder {
     return rows_px;
   }
 
-  double MedianRow_px(const std::vector<RayPair>& matches) const {
-    return matches.empty() ? 1e9 : Median(Rows_px(matches));
-  }
-
   Agreeing AgreeingOf(const std::vector<RayPair>& matches) const {
     const std::vector<double> rows_px = Rows_px(matches);
     const auto agree = std::ranges::count_if(
@@ -144,94 +141,190 @@ class StretchFinder {
   std::vector<Agreeing> agreeing_;
 };
 
-// Pairs [first, end) with the right images of pairs so many later; those without one go.
-void ShiftRight(size_t first, size_t end, int later, std::vector<StereoEntry>* images) {
-  std::vector<StereoEntry> shifted;
-  for (size_t i = 0; i < images->size(); ++i) {
-    StereoEntry entry = (*images)[i];
-    const auto from = static_cast<std::ptrdiff_t>(i) + (i >= first && i < end ? later : 0);
-    if (from < 0 || from >= std::ssize(*images)) continue;
-    entry.right_path = (*images)[static_cast<size_t>(from)].right_path;
-    shifted.push_back(entry);
-  }
-  *images = std::move(shifted);
-}
-
 double Since_s(const Sequence& sequence, size_t pair) {
   return ToSeconds(sequence.images[pair].stamp_ns - sequence.images.front().stamp_ns);
 }
 
-// Right images of other pairs that mend the part that does not agree. False where none do.
-bool MendSlip(const StretchFinder& finder, size_t change, Sequence* sequence, CheckReport* report) {
-  const SampleRange before{0, change}, after{change, finder.samples()};
-  const bool first_good = finder.Sum(before).share() > finder.Sum(after).share();
-  const SampleRange& part = first_good ? after : before;
-  const double given = finder.Sum(part).share();
-  double best = std::max(kStretchGood, given + kStretchGain);
-  int later = 0;
-  for (const int tried : {1, -1, 2, -2, 3, -3}) {
-    const Agreeing shifted = finder.Shifted(part, tried);
-    if (shifted.matches < kLeastMatches || shifted.share() <= best) continue;
-    best = shifted.share();
-    later = tried;
+// Pairs [first, end) whose right images are those of pairs so many later, and whose left ones were
+// taken so many later than their stamps say.
+struct LagPiece {
+  size_t first, end;
+  int later, late;
+};
+
+std::vector<LagPiece> LagPieces(const StretchFinder& finder, const Sequence& sequence,
+                                const Progress& progress) {
+  const Rig& rig = sequence.rig;
+  const ImageSteps left = FollowSteps(finder.source(), 0, progress),
+                   right = FollowSteps(finder.source(), 1, progress);
+  const std::vector<int> lags = FindLags(left, right, 1 / rig.cameras[0].MiddleFocal_px());
+  const ImageSteps gyro =
+      StepsOfGyro(finder.source().info().pair_stamps_ns, rig, sequence.imu);
+  std::vector<LagPiece> pieces;
+  for (size_t i = 0; i < lags.size(); ++i) {
+    if (!pieces.empty() && pieces.back().later == lags[i]) {
+      ++pieces.back().end;
+    } else {
+      pieces.push_back({i, i + 1, lags[i], 0});
+    }
   }
-  if (later == 0) return false;
-  const size_t first = finder.FirstShifted(change, later, !first_good);
-  const std::string words = fmt::format(
-      "right images of {} pair {} {} pair {} ({:.2f} s)", std::abs(later) == 1 ? "the" : fmt::format("the {}.", std::abs(later)),
-      later > 0 ? "after" : "before", first_good ? "from" : "before", first, Since_s(*sequence, first));
-  report->Warn("synchronisation",
-               fmt::format("left and right images are out of step {} pair {} ({:.2f} s, {}): {:.0f} "
-                           "% of the features agree there as paired, {:.0f} % with the right "
-                           "images {} {}",
-                           first_good ? "from" : "up to", first, Since_s(*sequence, first),
-                           sequence->images[first].left_path, 100 * given, 100 * best,
-                           std::abs(later), later > 0 ? "further down" : "further up"),
-               fmt::format("pair images by their true stamps, not by count: a frame of {} is lost "
-                           "there; it is paired anew for this run",
-                           (later > 0) == first_good ? "cam0, or one of cam1 is twice there," : "cam1"));
-  report->corrections.push_back(
-      {kRightShiftCorrection, {static_cast<double>(first), static_cast<double>(later)}, words});
-  ShiftRight(first_good ? first : 0, first_good ? sequence->images.size() : first, later,
-             &sequence->images);
+  if (pieces.size() < 2) return {};
+  for (LagPiece& piece : pieces) piece.late = LateBy(left, gyro, piece.first, piece.end);
+  ++pieces.back().end;  // there is one pair more than steps
+  return pieces;
+}
+
+// Whether rows agree better in what is paired anew.
+bool RowsConfirm(const StretchFinder& finder, const std::vector<LagPiece>& pieces) {
+  constexpr size_t kPairsOfPiece = 6;
+  constexpr double kLeastGain = 0.1;
+  Agreeing given, mended;
+  for (const LagPiece& piece : pieces) {
+    for (size_t i = 0; i < kPairsOfPiece && piece.later != 0; ++i) {
+      const size_t pair = piece.first + (2 * i + 1) * (piece.end - piece.first) / (2 * kPairsOfPiece);
+      given.Add(finder.Paired(pair, 0));
+      mended.Add(finder.Paired(pair, piece.later));
+    }
+  }
+  return mended.matches >= kLeastMatches && mended.share() >= kStretchGood &&
+         mended.share() >= given.share() + kLeastGain;
+}
+
+// The images as they belong together; those without a partner go, and those beside a change, which
+// may be of either side.
+std::vector<StereoEntry> PairedAnew(const std::vector<LagPiece>& pieces,
+                                    const std::vector<StereoEntry>& images) {
+  std::vector<StereoEntry> paired;
+  std::ptrdiff_t used = -1;  // right images up to this
+  for (const LagPiece& piece : pieces) {
+    const size_t first = piece.first + (piece.first > 0 ? 1 : 0);
+    const size_t end = piece.end - (piece.end < images.size() ? 1 : 0);
+    for (size_t i = first; i < end; ++i) {
+      const auto right = static_cast<std::ptrdiff_t>(i) + piece.later;
+      const auto stamp = static_cast<std::ptrdiff_t>(i) + piece.late;
+      if (right <= used || right >= std::ssize(images)) continue;
+      if (stamp < 0 || stamp >= std::ssize(images)) continue;
+      const int64_t stamp_ns = images[static_cast<size_t>(stamp)].stamp_ns;
+      if (!paired.empty() && paired.back().stamp_ns >= stamp_ns) continue;
+      used = right;
+      paired.push_back(
+          {stamp_ns, images[i].left_path, images[static_cast<size_t>(right)].right_path});
+    }
+  }
+  return paired;
+}
+
+// "cam1 loses a frame" and the like, where a piece begins.
+std::string SlipWords(const LagPiece& before, const LagPiece& piece,
+                      const std::array<std::string, 2>& cameras) {
+  const std::array<int, 2> lost = {
+      piece.late - before.late, piece.late - piece.later - before.late + before.later};
+  std::string words;
+  for (size_t camera = 0; camera < 2; ++camera) {
+    if (lost[camera] == 0) continue;
+    words += fmt::format("{}{} {} {} of {}", words.empty() ? "" : ", and ",
+                         std::abs(lost[camera]), std::abs(lost[camera]) == 1 ? "frame" : "frames",
+                         lost[camera] > 0 ? "lost" : "too many", cameras[camera]);
+  }
+  return words;
+}
+
+// Right images of other pairs that mend what does not agree. False where none do.
+bool MendSlips(const StretchFinder& finder, const Progress& progress, Sequence* sequence,
+               CheckReport* report) {
+  const std::vector<LagPiece> pieces = LagPieces(finder, *sequence, progress);
+  if (pieces.empty() || !RowsConfirm(finder, pieces)) return false;
+  std::string found, words;
+  std::vector<double> values;
+  for (size_t i = 0; i < pieces.size(); ++i) {
+    const LagPiece& piece = pieces[i];
+    values.insert(values.end(), {static_cast<double>(piece.first),
+                                 static_cast<double>(piece.later), static_cast<double>(piece.late)});
+    if (i == 0 && piece.later == 0) continue;
+    found += fmt::format(
+        "; from pair {} ({:.2f} s, {}) {}", piece.first, Since_s(*sequence, piece.first),
+        sequence->images[piece.first].left_path,
+        piece.later == 0 ? std::string("they are in step again")
+                         : fmt::format("the right images are those {} rows further {}",
+                                       std::abs(piece.later), piece.later > 0 ? "down" : "up"));
+    if (i > 0) {
+      found += " (" + SlipWords(pieces[i - 1], piece, sequence->CameraNames()) + ")";
+    }
+    words += fmt::format("{}from pair {} on with the right images {} later", i == 0 ? "" : ", ",
+                         piece.first, piece.later);
+  }
+  report->Warn("synchronisation", "left and right images are out of step" + found,
+               "pair images by their true stamps, not by count; they are paired anew for this run");
+  report->corrections.push_back({kRightShiftCorrection, values, words});
+  sequence->images = PairedAnew(pieces, sequence->images);
   return true;
 }
 
-// A right camera that was turned by a knock: what does not agree is left out.
-void LeaveOutKnocked(const StretchFinder& finder, size_t change, Sequence* sequence,
-                     CheckReport* report) {
+// Whether the left camera keeps its place to the IMU where the right one is turned by `turn_rad`
+// against it: between the parts before and after a pair.
+bool KeepsLeft(const Sequence& sequence, size_t at, double turn_rad, const Progress& progress) {
+  Rig rig = sequence.rig;
+  rig.cameras[1] = Camera();
+  Sequence left = sequence;
+  left.rig = rig;
+  const AslSource source(left);
+  const auto align = [&](const PairRange& part) {
+    return AlignTurns(FollowImages(source, rig, {part}, progress).turns, sequence.imu,
+                      rig.T_imu_camera[0].rotation, rig.camera_time_offset_s);
+  };
+  const size_t most = 400;  // pairs on either side
+  const TurnAlignment before = align({at - std::min(at, most), at});
+  const TurnAlignment after = align({at, std::min(at + most, sequence.images.size())});
+  if (!before.enough_motion || !after.enough_motion) return false;
+  const Eigen::Vector3d change_rad =
+      LogRotation(after.R_imu_camera * before.R_imu_camera.conjugate());
+  const double sigma_rad =
+      std::hypot(before.rotation_sigma_rad.norm(), after.rotation_sigma_rad.norm());
+  return change_rad.norm() < 0.5 * turn_rad && sigma_rad < 0.25 * turn_rad;
+}
+
+// A camera that was turned by a knock: where the left one has kept its place it goes on by itself,
+// else that part is left out.
+void LeaveOutKnocked(const StretchFinder& finder, size_t change, const Progress& progress,
+                     Sequence* sequence, CheckReport* report) {
   const SampleRange before{0, change}, after{change, finder.samples()};
   const bool first_good = finder.Sum(before).share() > finder.Sum(after).share();
-  const SampleRange& part = first_good ? after : before;
-  const RowAlignment rows = finder.Turned(part);
+  const SampleRange &good = first_good ? before : after, &part = first_good ? after : before;
+  const RowAlignment rows = finder.Turned(part), of_good = finder.Turned(good);
   const double given = finder.Sum(part).share();
-  bool is_clear = false;
-  for (int axis = 0; axis < 3; ++axis) {
-    is_clear = is_clear || std::abs(rows.turn_rad[axis]) >
-                               std::max(kKnocked_rad, kKnockedClear * rows.turn_sigma_rad[axis]);
-  }
+  const Eigen::Vector3d turn_rad = rows.turn_rad - of_good.turn_rad;
+  const Eigen::Vector3d sigma_rad =
+      (rows.turn_sigma_rad.cwiseAbs2() + of_good.turn_sigma_rad.cwiseAbs2()).cwiseSqrt();
+  const bool is_clear =
+      (turn_rad.array().abs() > (kKnockedClear * sigma_rad).array().max(kKnocked_rad)).any();
   if (!is_clear || rows.agreeing_share < std::max(kStretchGood, given + kStretchGain)) return;
-  const size_t first = first_good ? 0 : finder.pair(change);
-  const size_t end = first_good ? finder.pair(change - 1) + 1 : sequence->images.size();
-  const size_t at = first_good ? end : first;
-  const std::string words = fmt::format("pairs {} to {} of {}", first, end - 1,
-                                        sequence->images.size());
-  const Eigen::Vector3d turn = rows.turn_rad / kDegree;
+  const size_t at = first_good ? finder.pair(change - 1) + 1 : finder.pair(change);
+  const bool keeps_left = KeepsLeft(*sequence, at, turn_rad.norm(), progress);
+  const size_t first = first_good ? 0 : at, end = first_good ? at : sequence->images.size();
+  const std::string words =
+      fmt::format("{}airs {} to {} of {}", keeps_left ? "right images of p" : "p", first, end - 1,
+                  sequence->images.size());
+  const Eigen::Vector3d turn = turn_rad / kDegree;
   report->Warn(
       "knocked",
       fmt::format("left and right images agree with the calibration {} about pair {} ({:.2f} s) "
-                  "only: {:.0f} % of the features {}, {:.0f} % with the right camera turned by "
-                  "({:.2f}, {:.2f}, {:.2f}) degrees",
+                  "only: {:.0f} % of the features {}, {:.0f} % with {} turned by ({:.2f}, {:.2f}, "
+                  "{:.2f}) degrees",
                   first_good ? "up to" : "from", at, Since_s(*sequence, at), 100 * given,
-                  first_good ? "after" : "before", 100 * rows.agreeing_share, turn.x(), turn.y(),
-                  turn.z()),
+                  first_good ? "after" : "before", 100 * rows.agreeing_share,
+                  keeps_left ? "the right camera" : "the right camera against the left one",
+                  turn.x(), turn.y(), turn.z()),
       fmt::format("fasten the cameras and calibrate them anew; {} are used, the others left out",
                   words));
   report->corrections.push_back(
       {kStretchCorrection, {static_cast<double>(first), static_cast<double>(end)}, words});
-  const auto begin = sequence->images.begin();
-  sequence->images = std::vector<StereoEntry>(begin + static_cast<std::ptrdiff_t>(first),
-                                              begin + static_cast<std::ptrdiff_t>(end));
+  std::vector<StereoEntry> kept;
+  for (size_t i = 0; i < sequence->images.size(); ++i) {
+    const bool is_good = i >= first && i < end;
+    if (is_good || keeps_left) kept.push_back(sequence->images[i]);
+    if (!is_good && keeps_left) kept.back().right_path.clear();
+  }
+  sequence->images = std::move(kept);
 }
 
 }  // namespace
@@ -239,9 +332,15 @@ void LeaveOutKnocked(const StretchFinder& finder, size_t change, Sequence* seque
 void MendStretches(Sequence* sequence, const Progress& progress, CheckReport* report) {
   if (!IsStereo(sequence->rig) || sequence->images.size() < 2 * kStretchSamples) return;
   const StretchFinder finder(*sequence, progress);
+  if (!finder.Differs() || MendSlips(finder, progress, sequence, report)) return;
   const std::optional<size_t> change = finder.Change();
-  if (!change || MendSlip(finder, *change, sequence, report)) return;
-  LeaveOutKnocked(finder, *change, sequence, report);
+  if (change) LeaveOutKnocked(finder, *change, progress, sequence, report);
+}
+
+Sequence PairsOf(Sequence sequence) {
+  if (!IsStereo(sequence.rig)) return sequence;
+  std::erase_if(sequence.images, [](const StereoEntry& pair) { return pair.right_path.empty(); });
+  return sequence;
 }
 
 }  // namespace slcmap

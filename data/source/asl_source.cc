@@ -33,6 +33,7 @@ AslSource::AslSource(Sequence sequence, const StereoReaderOptions& options)
                                                                sequence_.finds_carried,
                                                                {}} {
   for (const StereoEntry& pair : sequence_.images) info_.pair_stamps_ns.push_back(pair.stamp_ns);
+  info_.cameras = sequence_.CameraNames();
 }
 
 std::optional<ReadPair> AslSource::NextPair(int64_t from_ns) {

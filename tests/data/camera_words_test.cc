@@ -101,5 +101,16 @@ TEST(CameraWords, WhatIsNoCameraIsNamed) {
   EXPECT_EQ(FaultOf({"pinhole", "none", kPinhole, {0.1}}).key, "coefficients");
 }
 
+TEST(CameraWords, NamesOfDistortionsReadBack) {
+  for (const Distortion distortion :
+       {Distortion::kNone, Distortion::kRadialTangential, Distortion::kEquidistant,
+        Distortion::kOmni, Distortion::kExtendedUnified, Distortion::kDoubleSphere,
+        Distortion::kFieldOfView}) {
+    EXPECT_EQ(DistortionOf(NameOf(distortion)), distortion);
+  }
+  EXPECT_STREQ(NameOf(Distortion::kRadialTangential), "radial-tangential");  // as runs have it
+  EXPECT_FALSE(DistortionOf("barrel"));
+}
+
 }  // namespace
 }  // namespace slcmap

@@ -46,5 +46,39 @@ TEST(FindClockJumps, TakesOtherDisorderForNone) {
   EXPECT_TRUE(FindClockJumps(stamps_ns, [](size_t, size_t) { return true; }).empty());
 }
 
+TEST(FindClockJumps, BlocksInAnyOrderAreNone) {
+  const std::vector<int64_t> rising = Stamps(150, 150, 0);
+  std::vector<int64_t> stamps_ns(rising.begin(), rising.begin() + 50);  // A C B
+  stamps_ns.insert(stamps_ns.end(), rising.begin() + 100, rising.end());
+  stamps_ns.insert(stamps_ns.end(), rising.begin() + 50, rising.begin() + 100);
+  EXPECT_TRUE(FindClockJumps(stamps_ns, Never).empty());
+}
+
+TEST(ClockTables, APauseOfOneTableIsNoJump) {
+  struct Stamped {
+    int64_t stamp_ns;
+  };
+  const auto table = [](const std::vector<int64_t>& stamps_ns) {
+    std::vector<Stamped> elements;
+    for (const int64_t stamp_ns : stamps_ns) elements.push_back({stamp_ns});
+    return elements;
+  };
+  for (const int64_t later_ns : {int64_t{0}, int64_t{1'000'000'000}}) {  // at the end
+    std::vector<int64_t> stamps_ns = Stamps(160, 80, -1'000'000'000);
+    if (later_ns == 0) stamps_ns.resize(140);
+    std::vector<Stamped> images = table(stamps_ns), samples = table(Stamps(160, 160, 0));
+    const auto place = [](size_t) { return std::string(); };
+    const auto same = [](const Stamped&, const Stamped&) { return false; };
+    std::vector<ClockJump> jumps = RestoreClock(same, place, &images), none;
+    ASSERT_EQ(jumps.size(), 1u);
+    ClockTable<Stamped> of_images{&images, &jumps}, of_samples{&samples, &none};
+    UndoForward(of_samples, &of_images);
+    LeaveOutPauses(none, &jumps);
+    EXPECT_EQ(jumps.size(), later_ns == 0 ? 0u : 1u);
+    EXPECT_EQ(images[100].stamp_ns - images[60].stamp_ns,
+              40 * kStep_ns + (later_ns == 0 ? 1'000'000'000 : 0));
+  }
+}
+
 }  // namespace
 }  // namespace slcmap

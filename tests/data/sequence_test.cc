@@ -119,6 +119,16 @@ TEST_F(SequenceOfMany, OnesThatWereNotRecordedDoNotMakeItARecordingOfOneCamera) 
   EXPECT_THAT(sequence.cameras, ElementsAre(0));  // nothing else sees what cam2 sees
 }
 
+TEST(OpenSequence, ACameraThatIsNotWantedMayBeMalformed) {
+  const TempFolder folder;
+  testing::WriteSequence(folder, {.images = 4});
+  folder.Write("mav0/cam2/sensor.yaml", "intrinsics: [1, 2\n  xx");
+  EXPECT_THAT(MessageOf<DataError>([&] { OpenSequence(folder.Path()); }), HasSubstr("cam2"));
+  SequenceOptions options;
+  options.cameras = {0, 1};
+  EXPECT_TRUE(IsStereo(OpenSequence(folder.Path(), options).rig));
+}
+
 TEST(OpenSequence, BadRowsAreCountedAndDropped) {
   const TempFolder folder;
   testing::WriteSequence(folder, {.images = 4});

@@ -488,5 +488,12 @@ TEST_F(CheckRealRecording, DegreesAreNoticed) {
   ExpectFinding(report, "imu-units", Severity::kError, "deg/s");
 }
 
+TEST(CheckReport, RemediesNameTheCamerasThatWereChosen) {
+  CheckReport report;
+  report.cameras = {"cam1", "cam0"};
+  report.Warn("a", "found", "swap cam0 and cam1, T_cam_imu stays");
+  EXPECT_EQ(report.findings[0].remedy, "swap cam1 and cam0, T_cam_imu stays");
+}
+
 }  // namespace
 }  // namespace slcmap
