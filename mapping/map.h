@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "data/map_line.h"
+#include "data/sequence_options.h"
 #include "data/trajectory.h"
 #include "data/types.h"
 #include "data/verdict.h"
@@ -40,6 +41,7 @@ struct StampSpan {
 // A run that went into a map that was merged of several.
 struct MergedRun {
   std::string run_id, sequence, version;  // as MapSource has them
+  SequenceOptions opened;
   int64_t stamps_moved_ns = 0;            // stamps of the run are this much earlier
   RigidTransform T_world_run;             // from the run's world: a turn about z, and a translation
   // Of its poses, as the map has them: no other run has any in between. None of a map that was
@@ -55,6 +57,7 @@ struct MapSource {
   // as in UTM.
   Eigen::Vector3d world_offset_m = Eigen::Vector3d::Zero();
   std::string sequence;           // folder of the recording; "" of a run that was made by hand
+  SequenceOptions opened;         // how it was opened
   std::string version;            // of slcmap
   std::string options;            // YAML: all of mapping's in effect
   std::vector<MergedRun> merged;  // all runs of a merged map, the first among them; else none

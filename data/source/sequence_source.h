@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "data/image_file.h"
+#include "data/sequence_options.h"
 #include "data/trajectory.h"
 #include "data/types.h"
 #include "data/warnings.h"
@@ -32,6 +33,7 @@ struct SourceInfo {
   // Of all pairs that the recording names, on the camera's clock, rising; some may prove
   // unreadable.
   std::vector<int64_t> pair_stamps_ns;
+  SequenceOptions opened = {};  // see Sequence
 };
 
 class SequenceSource {

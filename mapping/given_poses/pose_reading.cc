@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <tuple>
 
 #include "data/quantile.h"
 
@@ -98,12 +99,25 @@ struct Tried {
   PoseOff off;
 };
 
+// Rows read in one way. Poses are those of the sensor, and so are the steps: scaled, its lever on
+// the IMU would be too.
 struct Reading {
   PoseForm form;
   Trajectory poses;  // without offset and scale
+  std::vector<BodyStep> steps;
 };
 
+// The movements of a sensor at T_imu_sensor.
+std::vector<BodyStep> StepsOfSensor(std::vector<BodyStep> steps,
+                                    const RigidTransform& T_imu_sensor) {
+  for (BodyStep& step : steps) {
+    step.T_from_to = T_imu_sensor.Inverse() * step.T_from_to * T_imu_sensor;
+  }
+  return steps;
+}
+
 std::vector<Reading> ReadingsOf(const PoseTable& table, const PoseForm& given,
+                                const std::vector<BodyStep>& steps,
                                 const std::optional<RigidTransform>& T_imu_camera) {
   const bool is_scalar_first =
       given.quaternion.empty() ? table.is_scalar_first : given.quaternion.starts_with("wxyz");
@@ -114,9 +128,10 @@ std::vector<Reading> ReadingsOf(const PoseTable& table, const PoseForm& given,
     });
     if (is_known || (form.IsOfCamera() && !T_imu_camera)) return;
     PoseForm plain;
-    plain.of = form.of;
+    plain.of = form.IsInverse() ? "world-in-imu" : "imu";
     plain.quaternion = form.quaternion;
-    readings.push_back({form, PosesOf(table, plain, T_imu_camera)});
+    readings.push_back({form, PosesOf(table, plain, std::nullopt),
+                        form.IsOfCamera() ? StepsOfSensor(steps, *T_imu_camera) : steps});
   };
   const std::string order = is_scalar_first ? "wxyz" : "xyzw",
                     other = is_scalar_first ? "xyzw" : "wxyz";
@@ -140,12 +155,11 @@ std::vector<Reading> ReadingsOf(const PoseTable& table, const PoseForm& given,
   return readings;
 }
 
-Tried Try(const Reading& reading, const std::vector<BodyStep>& steps, int64_t offset_ns,
-          double given_scale) {
+Tried Try(const Reading& reading, int64_t offset_ns, double given_scale) {
   Tried tried;
   tried.form = reading.form;
   tried.offset_ns = offset_ns;
-  const std::vector<StepPair> pairs = PairsAt(reading.poses, steps, offset_ns);
+  const std::vector<StepPair> pairs = PairsAt(reading.poses, reading.steps, offset_ns);
   const double scale = ScaleOf(pairs, &tried.scale_sigma);
   // Steps that did not move tell no scale.
   tried.scale = std::isfinite(tried.scale_sigma) && scale > 1e-4 ? scale : given_scale;
@@ -165,16 +179,16 @@ int Covered(const Trajectory& poses, const std::vector<BodyStep>& steps, int64_t
   return static_cast<int>(PairsAt(poses, steps, offset_ns).size());
 }
 
-// Offsets at which poses are at many of the steps: near the given one, and where it has few,
-// anywhere.
+// Offsets at which poses are at many of the steps: near the given one, and where it has few or
+// `is_far`, anywhere.
 std::vector<int64_t> OffsetsToTry(const Trajectory& poses, const std::vector<BodyStep>& steps,
-                                  int64_t given_ns) {
+                                  int64_t given_ns, bool is_far) {
   constexpr int64_t kStep_ns = 20'000'000, kNear_ns = 500'000'000;
   constexpr size_t kMostFar = 4000;
   std::vector<int64_t> offsets_ns = {given_ns};
   const bool is_sparse = MedianPeriod_s(poses) > kSparse_s;
   const bool has_few =
-      Covered(poses, steps, given_ns) < std::max<int>(kLeastSteps, std::ssize(steps) / 2);
+      is_far || Covered(poses, steps, given_ns) < std::max<int>(kLeastSteps, std::ssize(steps) / 2);
   if (is_sparse) {  // only where stamps meet
     for (size_t i = 0; i < std::min<size_t>(steps.size(), 5); ++i) {
       for (const StampedPose& pose : poses) {
@@ -198,11 +212,11 @@ std::vector<int64_t> OffsetsToTry(const Trajectory& poses, const std::vector<Bod
 }
 
 // The offset of the least cost near one, to half a millisecond.
-void RefineOffset(const Reading& reading, const std::vector<BodyStep>& steps, Tried* best) {
+void RefineOffset(const Reading& reading, Tried* best) {
   if (MedianPeriod_s(reading.poses) > kSparse_s) return;
   for (int64_t step_ns = 10'000'000; step_ns >= 500'000; step_ns /= 2) {
     for (const int64_t at_ns : {best->offset_ns - step_ns, best->offset_ns + step_ns}) {
-      const Tried tried = Try(reading, steps, at_ns, best->scale);
+      const Tried tried = Try(reading, at_ns, best->scale);
       if (tried.off.cost < best->off.cost && 10 * tried.off.steps >= 9 * best->off.steps)
         *best = tried;
     }
@@ -268,13 +282,13 @@ std::string WordsOf(const PoseForm& given, const PoseForm& found, bool is_scalar
 }
 
 // What of offset and scale is more than the noise of the steps.
-void Settle(const PoseForm& given, const Reading& reading, const std::vector<BodyStep>& steps,
-            Tried* best) {
+void Settle(const PoseForm& given, const Reading& reading, Tried* best) {
   constexpr double kLeastOffset_s = 0.015, kLeastScale = 0.025, kSigmas = 4, kClear = 0.85;
   constexpr double kLeastGain = 0.15;    // of an offset, in standard deviations
   constexpr double kLeastWay_m = 0.005;  // less is what a rig that stands is off
+  constexpr double kScaleGain = 0.8;     // of what ways are off; drift is not mended by a scale
   const int64_t given_ns = std::llround(given.offset_s * 1e9);
-  const Tried at_given = Try(reading, steps, given_ns, given.scale);
+  const Tried at_given = Try(reading, given_ns, given.scale);
   const bool has_poses =
       2 * at_given.off.steps >= best->off.steps && at_given.off.steps >= kLeastSteps;
   if (has_poses && (std::abs(ToSeconds(best->offset_ns - given_ns)) < kLeastOffset_s ||
@@ -286,20 +300,128 @@ void Settle(const PoseForm& given, const Reading& reading, const std::vector<Bod
   if (best->offset_ns != given_ns)
     best->form.offset_s = std::round(ToSeconds(best->offset_ns) * 1e3) / 1e3;
   std::vector<double> ways_m;
-  for (const BodyStep& step : steps) ways_m.push_back(step.T_from_to.translation.norm());
+  for (const BodyStep& step : reading.steps) ways_m.push_back(step.T_from_to.translation.norm());
   const double relative = best->scale / given.scale;
+  const std::vector<StepPair> pairs = PairsAt(reading.poses, reading.steps, best->offset_ns);
   const bool is_scaled = std::isfinite(best->scale_sigma) && std::abs(relative - 1) > kLeastScale &&
                          Quantile(ways_m, 0.5) * std::abs(relative - 1) > kLeastWay_m &&
-                         std::abs(best->scale - given.scale) > kSigmas * best->scale_sigma;
+                         std::abs(best->scale - given.scale) > kSigmas * best->scale_sigma &&
+                         best->off.way_m < kScaleGain * OffOf(pairs, given.scale).way_m;
   best->form.scale = is_scaled ? Rounded(best->scale, best->scale_sigma) : given.scale;
-  best->off = OffOf(PairsAt(reading.poses, steps, best->offset_ns), best->form.scale);
+  best->off = OffOf(pairs, best->form.scale);
+}
+
+// Of all readings at all offsets the best, where enough of `most` steps have poses, and which it
+// is.
+std::optional<std::pair<Tried, size_t>> FindBest(const std::vector<Reading>& readings,
+                                                 const std::vector<int64_t>& offsets_ns, int most,
+                                                 double given_scale) {
+  constexpr double kClearlyBetter = 0.9;  // than a plainer one
+  std::optional<std::pair<Tried, size_t>> best;
+  for (size_t i = 0; i < readings.size(); ++i) {
+    std::optional<Tried> of_reading;
+    for (const int64_t offset_ns : offsets_ns) {
+      const Tried tried = Try(readings[i], offset_ns, given_scale);
+      if (3 * tried.off.steps < 2 * most) continue;
+      if (!of_reading || tried.off.cost < of_reading->off.cost) of_reading = tried;
+    }
+    if (!of_reading) continue;
+    RefineOffset(readings[i], &*of_reading);
+    spdlog::debug(
+        "poses read as {} {}: {:.2f} degrees, {:.3f} m off, cost {:.2f}, offset {:.3f} s, "
+        "scale {:.4f}",
+        readings[i].form.of, readings[i].form.quaternion, Degrees(of_reading->off.turn_rad),
+        of_reading->off.way_m, of_reading->off.cost, ToSeconds(of_reading->offset_ns),
+        of_reading->scale);
+    if (best && of_reading->off.cost > kClearlyBetter * best->first.off.cost) continue;
+    best = {*of_reading, i};
+  }
+  return best;
+}
+
+// Right-handed and left-handed axes along others.
+std::vector<Eigen::Matrix3d> AxesAlongOthers() {
+  std::vector<Eigen::Matrix3d> all;
+  std::array<int, 3> order = {0, 1, 2};
+  do {
+    for (int signs = 0; signs < 8; ++signs) {
+      Eigen::Matrix3d axes = Eigen::Matrix3d::Zero();
+      for (int i = 0; i < 3; ++i) axes(order[i], i) = (signs >> i) % 2 == 0 ? 1 : -1;
+      all.push_back(axes);
+    }
+  } while (std::ranges::next_permutation(order).found);
+  return all;
+}
+
+std::string AxesInWords(const Eigen::Matrix3d& axes) {
+  std::vector<std::string> names;
+  for (int i = 0; i < 3; ++i) {
+    Eigen::Index along = 0;
+    axes.col(i).cwiseAbs().maxCoeff(&along);
+    names.push_back(fmt::format("{}{}", axes(along, i) < 0 ? "-" : "", "xyz"[along]));
+  }
+  return fmt::format("{}", fmt::join(names, ", "));
+}
+
+// The steps in a frame of other axes, which may be left-handed.
+std::vector<BodyStep> StepsInAxes(std::vector<BodyStep> steps, const Eigen::Matrix3d& axes) {
+  for (BodyStep& step : steps) {
+    const RigidTransform& T = step.T_from_to;
+    const Eigen::Matrix3d R = axes.transpose() * T.rotation.toRotationMatrix() * axes;
+    step.T_from_to = {Eigen::Quaterniond(R), axes.transpose() * T.translation};
+  }
+  return steps;
+}
+
+// Of poses that no option takes: other axes of the body, left-handed ones, positions that are
+// mirrored alone. "" where none of these is much better than `than`.
+std::string WordsOfOtherAxes(const std::vector<Reading>& readings, const PoseForm& given,
+                             const PoseOff& than, double moved_rad, double moved_m) {
+  constexpr double kMuchBetter = 0.5;
+  const int64_t given_ns = std::llround(given.offset_s * 1e9);
+  double least = kMuchBetter * than.cost;
+  std::string words;
+  const auto compare = [&](const Reading& reading, const std::string& of_it) {
+    const PoseOff off = Try(reading, given_ns, given.scale).off;
+    if (off.cost >= least || 2 * off.steps < than.steps || !Explains(off, moved_rad, moved_m)) {
+      return;
+    }
+    least = off.cost;
+    words = of_it;
+  };
+  for (const Reading& reading : readings) {
+    if (reading.form.quaternion != given.quaternion ||
+        reading.form.IsInverse() != given.IsInverse()) {
+      continue;
+    }
+    const char* const sensor = reading.form.IsOfCamera() ? "left camera" : "IMU";
+    for (const Eigen::Matrix3d& axes : AxesAlongOthers()) {
+      const bool is_mirrored = axes.determinant() < 0;
+      Reading other{reading.form, reading.poses, StepsInAxes(reading.steps, axes)};
+      compare(other, fmt::format("{} (axes x, y, z that are {} of the {})",
+                                 is_mirrored ? "the poses are mirrored, in left-handed axes"
+                                             : "the poses are those of a body that is turned",
+                                 AxesInWords(axes), sensor));
+      if (!is_mirrored) continue;
+      other.steps = reading.steps;
+      for (StampedPose& pose : other.poses) {
+        pose.T_world_imu.translation = axes.transpose() * pose.T_world_imu.translation;
+      }
+      compare(other, fmt::format("the positions are mirrored, in left-handed axes (x, y, z are {} "
+                                 "of the world that the rotations are in)",
+                                 AxesInWords(axes.transpose())));
+    }
+  }
+  return words;
+}
+
+bool AreTurnedAlike(const PoseTable& table) {
+  return std::ranges::all_of(table.rows, [&](const PoseRow& row) {
+    return row.quaternion == table.rows.front().quaternion;
+  });
 }
 
 }  // namespace
-
-PoseOff OffSteps(const Trajectory& trajectory, const std::vector<BodyStep>& steps) {
-  return OffOf(PairsAt(trajectory, steps, 0), 1);
-}
 
 PoseReading JudgeReading(const PoseTable& table, const PoseForm& given,
                          const std::vector<BodyStep>& steps,
@@ -315,51 +437,44 @@ PoseReading JudgeReading(const PoseTable& table, const PoseForm& given,
   }
   result.moved_rad = Quantile(turns_rad, 0.5);
   result.moved_m = Quantile(ways_m, 0.5);
-  const std::vector<Reading> readings = ReadingsOf(table, given, T_imu_camera);
+  const std::vector<Reading> readings = ReadingsOf(table, given, steps, T_imu_camera);
   const int64_t given_ns = std::llround(given.offset_s * 1e9);
-  const std::vector<int64_t> offsets_ns = OffsetsToTry(readings[0].poses, steps, given_ns);
-  int most = 0;
-  for (const int64_t offset_ns : offsets_ns) {
-    most = std::max(most, Covered(readings[0].poses, steps, offset_ns));
-  }
-  if (most < kLeastSteps) return result;
-  result.is_judged = true;
+  result.given = OffOf(PairsAt(readings[0].poses, readings[0].steps, given_ns), given.scale);
+  const bool given_explains = Explains(result.given, result.moved_rad, result.moved_m);
   std::optional<Tried> best;
   size_t of_best = 0;
-  for (size_t i = 0; i < readings.size(); ++i) {
-    constexpr double kClearlyBetter = 0.9;  // than a plainer one
-    std::optional<Tried> best_of_reading;
+  for (const bool is_far : {false, true}) {
+    const std::vector<int64_t> offsets_ns =
+        OffsetsToTry(readings[0].poses, steps, given_ns, is_far);
+    int most = 0;
     for (const int64_t offset_ns : offsets_ns) {
-      const Tried tried = Try(readings[i], steps, offset_ns, given.scale);
-      if (3 * tried.off.steps < 2 * most) continue;
-      if (!best_of_reading || tried.off.cost < best_of_reading->off.cost) best_of_reading = tried;
+      most = std::max(most, Covered(readings[0].poses, steps, offset_ns));
     }
-    if (!best_of_reading) continue;
-    RefineOffset(readings[i], steps, &*best_of_reading);
-    spdlog::debug(
-        "poses read as {} {}: {:.2f} degrees, {:.3f} m off, cost {:.2f}, offset {:.3f} s, "
-        "scale {:.4f}",
-        readings[i].form.of, readings[i].form.quaternion, Degrees(best_of_reading->off.turn_rad),
-        best_of_reading->off.way_m, best_of_reading->off.cost,
-        ToSeconds(best_of_reading->offset_ns), best_of_reading->scale);
-    if (best && best_of_reading->off.cost > kClearlyBetter * best->off.cost) continue;
-    best = best_of_reading;
-    of_best = i;
+    if (most < kLeastSteps) return result;
+    result.is_judged = true;
+    const auto found = FindBest(readings, offsets_ns, most, given.scale);
+    if (!found) return result;
+    if (!is_far || Explains(found->first.off, result.moved_rad, result.moved_m)) {
+      std::tie(best, of_best) = *found;
+    }
+    if (Explains(best->off, result.moved_rad, result.moved_m)) break;
   }
-  if (!best) return result;
-  result.given = OffOf(PairsAt(readings[0].poses, steps, given_ns), given.scale);
-  const bool given_explains = Explains(result.given, result.moved_rad, result.moved_m);
   constexpr double kMuchBetter = 0.5;
   // Of readings that both fit the figures say little: the given one stands.
   if (of_best != 0 && given_explains && best->off.cost > kMuchBetter * result.given.cost) {
-    best = Try(readings[0], steps, given_ns, given.scale);
-    RefineOffset(readings[0], steps, &*best);
+    best = Try(readings[0], given_ns, given.scale);
+    RefineOffset(readings[0], &*best);
     of_best = 0;
   }
-  Settle(given, readings[of_best], steps, &*best);
+  Settle(given, readings[of_best], &*best);
   result.best = best->off;
   result.form = best->form;
   result.is_explained = Explains(result.best, result.moved_rad, result.moved_m);
+  std::string of_axes;
+  if (!result.is_explained || result.best.cost > 1) {
+    of_axes = WordsOfOtherAxes(readings, given, result.best, result.moved_rad, result.moved_m);
+    if (!of_axes.empty()) result.is_explained = false;
+  }
   const std::string words = WordsOf(given, result.form, table.is_scalar_first, T_imu_camera);
   if (result.is_explained) {
     result.agrees = words.empty();
@@ -379,15 +494,19 @@ PoseReading JudgeReading(const PoseTable& table, const PoseForm& given,
   constexpr double kWrong_rad = 0.05, kWrong = 0.4;
   result.form = given;
   const bool is_wrong =
-      result.given.steps < kLeastSteps ||
+      !of_axes.empty() || result.given.steps < kLeastSteps ||
       (result.given.turn_rad > kWrong_rad && result.given.turn_rad > kWrong * result.moved_rad) ||
       (result.given.way_m > 0.1 && result.given.way_m > 0.6 * result.moved_m);
   result.agrees = !is_wrong;
   if (is_wrong) {
+    const std::string cause = !of_axes.empty() ? of_axes
+                              : AreTurnedAlike(table)
+                                  ? "their rotations are all the same: positions alone"
+                                  : "they fit by no reading that is known";
     result.words = fmt::format(
-        "they fit by no reading that is known (by {} {}: in the median the rig turns by {:.1f} "
+        "{} (by {} {}: in the median the rig turns by {:.1f} "
         "degrees and moves {:.2f} m, of which the poses are off by {:.1f} degrees and {:.2f} m)",
-        result.given.steps, who, Degrees(result.moved_rad), result.moved_m,
+        cause, result.given.steps, who, Degrees(result.moved_rad), result.moved_m,
         Degrees(result.given.turn_rad), result.given.way_m);
   }
   return result;

@@ -34,7 +34,4 @@ PoseReading JudgeReading(const PoseTable& table, const PoseForm& given,
                          const std::vector<BodyStep>& steps,
                          const std::optional<RigidTransform>& T_imu_camera, const std::string& who);
 
-// How far a trajectory is off the steps.
-PoseOff OffSteps(const Trajectory& trajectory, const std::vector<BodyStep>& steps);
-
 }  // namespace slcmap

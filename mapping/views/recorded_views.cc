@@ -387,6 +387,7 @@ OdometryRun RunAtPoses(const std::string& sequence, SequenceOptions options,
   source.sequence = fs::weakly_canonical(recording.folder).string();
   source.calibration = recording.calibration_source;
   source.raw_rig = recording.rig;
+  source.opened = recording.opened;
   run.rectified_rig = Rectifier(recording.rig, RectifierOptions()).rectified_rig();
   for (const StereoEntry& pair : recording.images) {
     const auto T_world_imu = PoseOfImage(trajectory, pair.stamp_ns, selection);
