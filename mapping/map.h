@@ -41,12 +41,12 @@ struct StampSpan {
 // A run that went into a map that was merged of several.
 struct MergedRun {
   std::string run_id, sequence, version;  // as MapSource has them
-  SequenceOptions opened;
   int64_t stamps_moved_ns = 0;            // stamps of the run are this much earlier
   RigidTransform T_world_run;             // from the run's world: a turn about z, and a translation
   // Of its poses, as the map has them: no other run has any in between. None of a map that was
   // merged by an earlier version, or of a run without poses.
   std::optional<StampSpan> poses_ns;
+  SequenceOptions opened = {};  // as MapSource has it
 };
 
 // Where a map came from; a merged one from its first run.
