@@ -4,92 +4,17 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <tuple>
 
 #include "data/quantile.h"
+#include "mapping/given_poses/other_axes.h"
+#include "mapping/given_poses/pose_changes.h"
 
 namespace slcmap {
 namespace {
 
-constexpr int kLeastSteps = 6;
-constexpr double kGap_s = 0.25, kNearPose_s = 0.005;  // between poses, to the nearest one
-constexpr double kTurnSigma_rad = 0.006, kWaySigma_m = 0.02, kMostSigmas = 8;
-constexpr double kSparse_s = 0.25;
-
-double Degrees(double rad) { return rad * 180 / M_PI; }
-
-std::optional<RigidTransform> PoseNear(const Trajectory& trajectory, int64_t stamp_ns) {
-  if (const auto pose = PoseAt(trajectory, stamp_ns, kGap_s)) return pose;
-  const auto is_before = [](const StampedPose& pose, int64_t ns) { return pose.stamp_ns < ns; };
-  const auto after = std::lower_bound(trajectory.begin(), trajectory.end(), stamp_ns, is_before);
-  const int64_t most_ns = ToNanoseconds(kNearPose_s);
-  if (after != trajectory.end() && after->stamp_ns - stamp_ns <= most_ns) return after->T_world_imu;
-  if (after != trajectory.begin() && stamp_ns - std::prev(after)->stamp_ns <= most_ns) {
-    return std::prev(after)->T_world_imu;
-  }
-  return std::nullopt;
-}
-
-// A known movement and what poses say of it.
-struct StepPair {
-  RigidTransform known, posed;
-};
-
-std::vector<StepPair> PairsAt(const Trajectory& trajectory, const std::vector<BodyStep>& steps,
-                              int64_t offset_ns) {
-  std::vector<StepPair> pairs;
-  for (const BodyStep& step : steps) {
-    const auto from = PoseNear(trajectory, step.from_ns - offset_ns);
-    if (!from) continue;
-    const auto to = PoseNear(trajectory, step.to_ns - offset_ns);
-    if (to) pairs.push_back({step.T_from_to, from->Inverse() * *to});
-  }
-  return pairs;
-}
-
-// By how much the posed ways are to be multiplied: the median, by their lengths.
-double ScaleOf(const std::vector<StepPair>& pairs, double* sigma) {
-  std::vector<std::pair<double, double>> ratios;  // with weights
-  double sum = 0;
-  for (const StepPair& pair : pairs) {
-    const double way2 = pair.posed.translation.squaredNorm();
-    if (way2 < 1e-12) continue;
-    ratios.emplace_back(pair.known.translation.dot(pair.posed.translation) / way2, std::sqrt(way2));
-    sum += ratios.back().second;
-  }
-  *sigma = INFINITY;
-  if (ratios.size() < kLeastSteps) return 1;
-  std::ranges::sort(ratios);
-  const auto quantile = [&](double share) {
-    double below = 0;
-    for (const auto& [ratio, weight] : ratios) {
-      if ((below += weight) >= share * sum) return ratio;
-    }
-    return ratios.back().first;
-  };
-  const double spread = 0.74 * (quantile(0.75) - quantile(0.25));
-  *sigma = 1.25 * spread / std::sqrt(static_cast<double>(ratios.size()));
-  return quantile(0.5);
-}
-
-PoseOff OffOf(const std::vector<StepPair>& pairs, double scale) {
-  PoseOff off;
-  std::vector<double> turns_rad, ways_m;
-  double sum = 0;
-  for (const StepPair& pair : pairs) {
-    turns_rad.push_back(pair.known.rotation.angularDistance(pair.posed.rotation));
-    ways_m.push_back((pair.known.translation - scale * pair.posed.translation).norm());
-    sum += std::min(kMostSigmas,
-                    std::hypot(turns_rad.back() / kTurnSigma_rad, ways_m.back() / kWaySigma_m));
-  }
-  off.steps = static_cast<int>(std::ssize(pairs));
-  off.turn_rad = Quantile(turns_rad, 0.5);
-  off.way_m = Quantile(ways_m, 0.5);
-  off.cost = pairs.empty() ? kMostSigmas : sum / static_cast<double>(pairs.size());
-  return off;
-}
+constexpr double kSparse_s = 0.25;  // more between poses
 
 // A reading, and how well it does.
 struct Tried {
@@ -225,9 +150,9 @@ void RefineOffset(const Reading& reading, Tried* best) {
 
 // With the true poses of V1_01, whose images are a second apart and hard to match, a tenth of both
 // is left.
-bool Explains(const PoseOff& off, double moved_rad, double moved_m) {
-  return off.steps >= kLeastSteps && off.turn_rad < std::max(0.012, 0.2 * moved_rad) &&
-         off.way_m < std::max(0.04, 0.25 * moved_m);
+bool Explains(const PoseOff& off, const PoseReading& moved) {
+  return off.steps >= kLeastSteps && off.turn_rad < std::max(0.012, 0.2 * moved.moved_rad) &&
+         off.way_m < std::max(0.04, 0.25 * moved.moved_m);
 }
 
 // Scales that have a reason, where one is near.
@@ -339,86 +264,97 @@ std::optional<std::pair<Tried, size_t>> FindBest(const std::vector<Reading>& rea
   return best;
 }
 
-// Right-handed and left-handed axes along others.
-std::vector<Eigen::Matrix3d> AxesAlongOthers() {
-  std::vector<Eigen::Matrix3d> all;
-  std::array<int, 3> order = {0, 1, 2};
-  do {
-    for (int signs = 0; signs < 8; ++signs) {
-      Eigen::Matrix3d axes = Eigen::Matrix3d::Zero();
-      for (int i = 0; i < 3; ++i) axes(order[i], i) = (signs >> i) % 2 == 0 ? 1 : -1;
-      all.push_back(axes);
-    }
-  } while (std::ranges::next_permutation(order).found);
-  return all;
-}
-
-std::string AxesInWords(const Eigen::Matrix3d& axes) {
-  std::vector<std::string> names;
-  for (int i = 0; i < 3; ++i) {
-    Eigen::Index along = 0;
-    axes.col(i).cwiseAbs().maxCoeff(&along);
-    names.push_back(fmt::format("{}{}", axes(along, i) < 0 ? "-" : "", "xyz"[along]));
-  }
-  return fmt::format("{}", fmt::join(names, ", "));
-}
-
-// The steps in a frame of other axes, which may be left-handed.
-std::vector<BodyStep> StepsInAxes(std::vector<BodyStep> steps, const Eigen::Matrix3d& axes) {
-  for (BodyStep& step : steps) {
-    const RigidTransform& T = step.T_from_to;
-    const Eigen::Matrix3d R = axes.transpose() * T.rotation.toRotationMatrix() * axes;
-    step.T_from_to = {Eigen::Quaterniond(R), axes.transpose() * T.translation};
-  }
-  return steps;
-}
-
-// Of poses that no option takes: other axes of the body, left-handed ones, positions that are
-// mirrored alone. "" where none of these is much better than `than`.
-std::string WordsOfOtherAxes(const std::vector<Reading>& readings, const PoseForm& given,
-                             const PoseOff& than, double moved_rad, double moved_m) {
-  constexpr double kMuchBetter = 0.5;
-  const int64_t given_ns = std::llround(given.offset_s * 1e9);
-  double least = kMuchBetter * than.cost;
-  std::string words;
-  const auto compare = [&](const Reading& reading, const std::string& of_it) {
-    const PoseOff off = Try(reading, given_ns, given.scale).off;
-    if (off.cost >= least || 2 * off.steps < than.steps || !Explains(off, moved_rad, moved_m)) {
-      return;
-    }
-    least = off.cost;
-    words = of_it;
-  };
-  for (const Reading& reading : readings) {
-    if (reading.form.quaternion != given.quaternion ||
-        reading.form.IsInverse() != given.IsInverse()) {
-      continue;
-    }
-    const char* const sensor = reading.form.IsOfCamera() ? "left camera" : "IMU";
-    for (const Eigen::Matrix3d& axes : AxesAlongOthers()) {
-      const bool is_mirrored = axes.determinant() < 0;
-      Reading other{reading.form, reading.poses, StepsInAxes(reading.steps, axes)};
-      compare(other, fmt::format("{} (axes x, y, z that are {} of the {})",
-                                 is_mirrored ? "the poses are mirrored, in left-handed axes"
-                                             : "the poses are those of a body that is turned",
-                                 AxesInWords(axes), sensor));
-      if (!is_mirrored) continue;
-      other.steps = reading.steps;
-      for (StampedPose& pose : other.poses) {
-        pose.T_world_imu.translation = axes.transpose() * pose.T_world_imu.translation;
-      }
-      compare(other, fmt::format("the positions are mirrored, in left-handed axes (x, y, z are {} "
-                                 "of the world that the rotations are in)",
-                                 AxesInWords(axes.transpose())));
-    }
-  }
-  return words;
-}
-
 bool AreTurnedAlike(const PoseTable& table) {
   return std::ranges::all_of(table.rows, [&](const PoseRow& row) {
     return row.quaternion == table.rows.front().quaternion;
   });
+}
+
+void SetMoved(const std::vector<BodyStep>& steps, PoseReading* result) {
+  std::vector<double> turns_rad, ways_m;
+  for (const BodyStep& step : steps) {
+    turns_rad.push_back(LogRotation(step.T_from_to.rotation).norm());
+    ways_m.push_back(step.T_from_to.translation.norm());
+  }
+  result->moved_rad = Quantile(turns_rad, 0.5);
+  result->moved_m = Quantile(ways_m, 0.5);
+}
+
+// The best reading near the given offset or, where none explains the poses there, at any. Nothing
+// where too few steps have poses.
+std::optional<std::pair<Tried, size_t>> Search(const std::vector<Reading>& readings,
+                                               const PoseForm& given, PoseReading* result) {
+  constexpr double kMuchBetter = 0.5;
+  const int64_t given_ns = std::llround(given.offset_s * 1e9);
+  result->given = OffOf(PairsAt(readings[0].poses, readings[0].steps, given_ns), given.scale);
+  std::optional<std::pair<Tried, size_t>> best;
+  for (const bool is_far : {false, true}) {
+    const std::vector<int64_t> offsets_ns =
+        OffsetsToTry(readings[0].poses, readings[0].steps, given_ns, is_far);
+    int most = 0;
+    for (const int64_t offset_ns : offsets_ns) {
+      most = std::max(most, Covered(readings[0].poses, readings[0].steps, offset_ns));
+    }
+    if (most < kLeastSteps) return std::nullopt;
+    result->is_judged = true;
+    const auto found = FindBest(readings, offsets_ns, most, given.scale);
+    if (!found) return std::nullopt;
+    const bool explains = Explains(found->first.off, *result);
+    if (!is_far || explains) best = found;
+    if (explains) break;
+  }
+  // Of readings that both fit the figures say little: the given one stands.
+  if (best->second != 0 && Explains(result->given, *result) &&
+      best->first.off.cost > kMuchBetter * result->given.cost) {
+    best = {Try(readings[0], given_ns, given.scale), 0};
+    RefineOffset(readings[0], &best->first);
+  }
+  return best;
+}
+
+// Of IMU and camera, otherwise as given.
+std::vector<PosesToTry> PosesToTurn(const std::vector<Reading>& readings, const PoseForm& given) {
+  std::vector<PosesToTry> poses;
+  for (const Reading& reading : readings) {
+    if (reading.form.quaternion != given.quaternion) continue;
+    if (reading.form.IsInverse() != given.IsInverse()) continue;
+    poses.push_back(
+        {reading.form.IsOfCamera() ? "left camera" : "IMU", reading.poses, reading.steps});
+  }
+  return poses;
+}
+
+// Of poses that a reading explains.
+void TellForm(const std::string& words, const std::string& who, PoseReading* result) {
+  result->agrees = words.empty();
+  if (result->agrees) return;
+  result->words = fmt::format("{} (by {} {}", words, result->best.steps, who);
+  if (result->given.steps >= kLeastSteps) {
+    result->words += fmt::format(
+        ": in the median the rig turns by {:.1f} degrees and moves {:.2f} m, of which the poses "
+        "are off by {:.1f} degrees and {:.3f} m, then by {:.1f} degrees and {:.3f} m",
+        Degrees(result->moved_rad), result->moved_m, Degrees(result->given.turn_rad),
+        result->given.way_m, Degrees(result->best.turn_rad), result->best.way_m);
+  }
+  result->words += ")";
+  if (!result->change.empty()) result->words += "; besides, " + result->change;
+}
+
+// Of poses that none explains.
+void TellWrong(const std::string& cause, bool is_known, const std::string& who,
+               PoseReading* result) {
+  constexpr double kWrong_rad = 0.05, kWrong = 0.4, kWrong_m = 0.1, kWrongWay = 0.6;
+  const PoseOff& off = result->given;
+  const bool is_wrong = is_known || off.steps < kLeastSteps ||
+                        (off.turn_rad > kWrong_rad && off.turn_rad > kWrong * result->moved_rad) ||
+                        (off.way_m > kWrong_m && off.way_m > kWrongWay * result->moved_m);
+  result->agrees = !is_wrong;
+  if (!is_wrong) return;
+  result->words = fmt::format(
+      "{} (by {} {}: in the median the rig turns by {:.1f} degrees and moves {:.2f} m, of which "
+      "the poses are off by {:.1f} degrees and {:.2f} m)",
+      cause, off.steps, who, Degrees(result->moved_rad), result->moved_m, Degrees(off.turn_rad),
+      off.way_m);
 }
 
 }  // namespace
@@ -427,88 +363,37 @@ PoseReading JudgeReading(const PoseTable& table, const PoseForm& given,
                          const std::vector<BodyStep>& steps,
                          const std::optional<RigidTransform>& T_imu_camera,
                          const std::string& who) {
+  constexpr double kFits = 1;  // in standard deviations
   PoseReading result;
   result.form = given;
   if (std::ssize(steps) < kLeastSteps) return result;
-  std::vector<double> turns_rad, ways_m;
-  for (const BodyStep& step : steps) {
-    turns_rad.push_back(LogRotation(step.T_from_to.rotation).norm());
-    ways_m.push_back(step.T_from_to.translation.norm());
-  }
-  result.moved_rad = Quantile(turns_rad, 0.5);
-  result.moved_m = Quantile(ways_m, 0.5);
+  SetMoved(steps, &result);
   const std::vector<Reading> readings = ReadingsOf(table, given, steps, T_imu_camera);
-  const int64_t given_ns = std::llround(given.offset_s * 1e9);
-  result.given = OffOf(PairsAt(readings[0].poses, readings[0].steps, given_ns), given.scale);
-  const bool given_explains = Explains(result.given, result.moved_rad, result.moved_m);
-  std::optional<Tried> best;
-  size_t of_best = 0;
-  for (const bool is_far : {false, true}) {
-    const std::vector<int64_t> offsets_ns =
-        OffsetsToTry(readings[0].poses, steps, given_ns, is_far);
-    int most = 0;
-    for (const int64_t offset_ns : offsets_ns) {
-      most = std::max(most, Covered(readings[0].poses, steps, offset_ns));
-    }
-    if (most < kLeastSteps) return result;
-    result.is_judged = true;
-    const auto found = FindBest(readings, offsets_ns, most, given.scale);
-    if (!found) return result;
-    if (!is_far || Explains(found->first.off, result.moved_rad, result.moved_m)) {
-      std::tie(best, of_best) = *found;
-    }
-    if (Explains(best->off, result.moved_rad, result.moved_m)) break;
-  }
-  constexpr double kMuchBetter = 0.5;
-  // Of readings that both fit the figures say little: the given one stands.
-  if (of_best != 0 && given_explains && best->off.cost > kMuchBetter * result.given.cost) {
-    best = Try(readings[0], given_ns, given.scale);
-    RefineOffset(readings[0], &*best);
-    of_best = 0;
-  }
-  Settle(given, readings[of_best], &*best);
-  result.best = best->off;
-  result.form = best->form;
-  result.is_explained = Explains(result.best, result.moved_rad, result.moved_m);
+  const auto found = Search(readings, given, &result);
+  if (!found) return result;
+  auto [best, of_best] = *found;
+  Settle(given, readings[of_best], &best);
+  result.best = best.off;
+  result.form = best.form;
+  result.is_explained = Explains(result.best, result);
   std::string of_axes;
-  if (!result.is_explained || result.best.cost > 1) {
-    of_axes = WordsOfOtherAxes(readings, given, result.best, result.moved_rad, result.moved_m);
-    if (!of_axes.empty()) result.is_explained = false;
+  if (!result.is_explained || result.best.cost > kFits) {
+    of_axes = WordsOfOtherAxes(PosesToTurn(readings, given), given, result.best);
   }
-  const std::string words = WordsOf(given, result.form, table.is_scalar_first, T_imu_camera);
-  if (result.is_explained) {
-    result.agrees = words.empty();
-    if (!result.agrees && result.given.steps >= kLeastSteps) {
-      result.words = fmt::format(
-          "{} (by {} {}: in the median the rig turns by {:.1f} degrees and moves {:.2f} m, of "
-          "which "
-          "the poses are off by {:.1f} degrees and {:.3f} m, then by {:.1f} degrees and {:.3f} m)",
-          words, result.best.steps, who, Degrees(result.moved_rad), result.moved_m,
-          Degrees(result.given.turn_rad), result.given.way_m, Degrees(result.best.turn_rad),
-          result.best.way_m);
-    } else if (!result.agrees) {
-      result.words = fmt::format("{} (by {} {})", words, result.best.steps, who);
-    }
+  if (result.is_explained && of_axes.empty()) {
+    const Reading& reading = readings[of_best];
+    result.change =
+        WordsOfChange(PairsAt(reading.poses, reading.steps, best.offset_ns), best.form.scale, who);
+    TellForm(WordsOf(given, result.form, table.is_scalar_first, T_imu_camera), who, &result);
     return result;
   }
-  constexpr double kWrong_rad = 0.05, kWrong = 0.4;
+  result.is_explained = false;
   result.form = given;
-  const bool is_wrong =
-      !of_axes.empty() || result.given.steps < kLeastSteps ||
-      (result.given.turn_rad > kWrong_rad && result.given.turn_rad > kWrong * result.moved_rad) ||
-      (result.given.way_m > 0.1 && result.given.way_m > 0.6 * result.moved_m);
-  result.agrees = !is_wrong;
-  if (is_wrong) {
-    const std::string cause = !of_axes.empty() ? of_axes
-                              : AreTurnedAlike(table)
-                                  ? "their rotations are all the same: positions alone"
-                                  : "they fit by no reading that is known";
-    result.words = fmt::format(
-        "{} (by {} {}: in the median the rig turns by {:.1f} "
-        "degrees and moves {:.2f} m, of which the poses are off by {:.1f} degrees and {:.2f} m)",
-        cause, result.given.steps, who, Degrees(result.moved_rad), result.moved_m,
-        Degrees(result.given.turn_rad), result.given.way_m);
-  }
+  const std::string cause = !of_axes.empty()        ? of_axes
+                            : AreTurnedAlike(table) ? "their rotations are all the same: positions "
+                                                      "alone"
+                                                    : "they fit by no reading that is known";
+  TellWrong(cause, !of_axes.empty(), who, &result);
   return result;
 }
 
