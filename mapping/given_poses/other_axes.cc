@@ -47,7 +47,7 @@ PoseOff OffIn(const Trajectory& poses, const std::vector<BodyStep>& steps, const
   const std::vector<StepPair> pairs = PairsAt(poses, steps, std::llround(given.offset_s * 1e9));
   double sigma = 0;
   const double scale = ScaleOf(pairs, &sigma);
-  return OffOf(pairs, std::isfinite(sigma) ? scale : given.scale);
+  return OffOf(pairs, std::isfinite(sigma) && scale > 0 ? scale : given.scale);
 }
 
 Trajectory WithPositionsIn(const Eigen::Matrix3d& axes, Trajectory poses) {

@@ -20,25 +20,25 @@ StepOff OffStep(const StepPair& pair, double scale) {
           (pair.known.T_from_to.translation - scale * pair.posed.translation).norm()};
 }
 
-bool IsOff(const StepPair& pair, const StepOff& off, const StepOff& usual) {
-  constexpr double kLeast_rad = 0.02, kLeast_m = 0.05, kSigmas = 5, kTimes = 5, kShare = 0.1;
+bool IsOff(const StepPair& pair, double scale, const StepOff& usual) {
+  constexpr double kLeast_rad = 0.015, kLeast_m = 0.04, kSigmas = 5, kTimes = 3;
+  constexpr double kTurnShare = 0.03, kWayShare = 0.1;
+  const StepOff off = OffStep(pair, scale);
   const double turned_rad = LogRotation(pair.known.T_from_to.rotation).norm(),
                moved_m = pair.known.T_from_to.translation.norm();
   return off.turn_rad > kLeast_rad + kSigmas * pair.known.turn_sigma_rad + kTimes * usual.turn_rad +
-                            kShare * turned_rad ||
-         off.way_m >
-             kLeast_m + kSigmas * pair.known.way_sigma_m + kTimes * usual.way_m + kShare * moved_m;
+                            kTurnShare * turned_rad ||
+         off.way_m > kLeast_m + kSigmas * pair.known.way_sigma_m + kTimes * usual.way_m +
+                         kWayShare * moved_m;
 }
 
 // The longest of several steps on end that are off.
-std::string WordsOfStretch(const std::vector<StepPair>& pairs, double scale,
+std::string WordsOfStretch(const std::vector<StepPair>& pairs, double scale, const StepOff& usual,
                            const std::string& who) {
   constexpr size_t kLeastOff = 3;
-  const PoseOff medians = OffOf(pairs, scale);
-  const StepOff usual{medians.turn_rad, medians.way_m};
   size_t longest = 0, end = 0, here = 0;
   for (size_t i = 0; i < pairs.size(); ++i) {
-    here = IsOff(pairs[i], OffStep(pairs[i], scale), usual) ? here + 1 : 0;
+    here = IsOff(pairs[i], scale, usual) ? here + 1 : 0;
     if (here > longest) longest = here, end = i + 1;
   }
   if (longest < kLeastOff) return "";
@@ -82,19 +82,25 @@ std::string WordsOfDrift(const std::vector<StepPair>& pairs) {
       turned.norm(), span_s, turned.x(), turned.y(), turned.z());
 }
 
+// Of both sides of where they differ most.
 std::string WordsOfScales(const std::vector<StepPair>& pairs, double scale) {
-  constexpr double kLeast = 0.04, kSigmas = 5;
-  const auto middle = pairs.begin() + std::ssize(pairs) / 2;
-  std::array<double, 2> sigmas{};
-  const double first = ScaleOf({pairs.begin(), middle}, sigmas.data()),
-               second = ScaleOf({middle, pairs.end()}, &sigmas[1]);
-  const double change = std::abs(second / first - 1);
-  const double sigma = std::hypot(sigmas[0], sigmas[1]) / scale;
-  if (!(change > std::max(kLeast, kSigmas * sigma))) return "";
-  return fmt::format(
-      "their scale changes: lengths are {:.3f} times what they should be in the first half, {:.3f} "
-      "times in the second",
-      scale / first, scale / second);
+  constexpr double kLeast = 0.06, kSigmas = 5;  // images alone have 0.035 in EuRoC MH_01
+  double most = kSigmas;
+  std::string words;
+  for (auto at = pairs.begin() + kLeastSteps; at + kLeastSteps <= pairs.end(); ++at) {
+    std::array<double, 2> sigmas{};
+    const double first = ScaleOf({pairs.begin(), at}, sigmas.data()),
+                 second = ScaleOf({at, pairs.end()}, &sigmas[1]);
+    const double change = std::abs(second - first) / scale;
+    const double in_sigmas = change * scale / std::hypot(sigmas[0], sigmas[1]);
+    if (!(change > kLeast && in_sigmas > most && first > 0 && second > 0)) continue;
+    most = in_sigmas;
+    words = fmt::format(
+        "their scale changes: lengths are {:.3f} times what they should be before {:.3f} s, {:.3f} "
+        "times from there",
+        scale / first, ToSeconds(at->known.from_ns), scale / second);
+  }
+  return words;
 }
 
 }  // namespace
@@ -106,12 +112,16 @@ std::string WordsOfChange(std::vector<StepPair> pairs, double scale, const std::
     return pair.known.turn_sigma_rad > kKnown_rad || pair.known.way_sigma_m > kKnown_m;
   });
   if (std::ssize(pairs) < kLeastPairs) return "";
-  std::string words;
-  for (const std::string& found :
-       {WordsOfScales(pairs, scale), WordsOfDrift(pairs), WordsOfStretch(pairs, scale, who)}) {
-    if (!found.empty()) words += (words.empty() ? "" : "; ") + found;
+  const PoseOff medians = OffOf(pairs, scale);
+  const StepOff usual{medians.turn_rad, medians.way_m};
+  std::vector<std::string> words = {WordsOfStretch(pairs, scale, usual, who)};
+  std::erase_if(pairs, [&](const StepPair& pair) { return IsOff(pair, scale, usual); });
+  if (std::ssize(pairs) >= kLeastPairs) {
+    words.push_back(WordsOfScales(pairs, scale));
+    words.push_back(WordsOfDrift(pairs));
   }
-  return words;
+  std::erase(words, "");
+  return fmt::format("{}", fmt::join(words, "; "));
 }
 
 }  // namespace slcmap

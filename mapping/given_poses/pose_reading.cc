@@ -211,12 +211,17 @@ void Settle(const PoseForm& given, const Reading& reading, Tried* best) {
   constexpr double kLeastOffset_s = 0.015, kLeastScale = 0.025, kSigmas = 4, kClear = 0.85;
   constexpr double kLeastGain = 0.15;    // of an offset, in standard deviations
   constexpr double kLeastWay_m = 0.005;  // less is what a rig that stands is off
-  constexpr double kScaleGain = 0.8;     // of what ways are off; drift is not mended by a scale
+  constexpr double kScaleGain = 0.65;    // of what ways are off; drift is not mended by a scale
   const int64_t given_ns = std::llround(given.offset_s * 1e9);
   const Tried at_given = Try(reading, given_ns, given.scale);
   const bool has_poses =
       2 * at_given.off.steps >= best->off.steps && at_given.off.steps >= kLeastSteps;
-  if (has_poses && (std::abs(ToSeconds(best->offset_ns - given_ns)) < kLeastOffset_s ||
+  // What few steps that are far off gain is no offset.
+  const auto median = [](const PoseOff& off) {
+    return off.turn_rad / kTurnSigma_rad + off.way_m / kWaySigma_m;
+  };
+  if (has_poses && (median(best->off) > median(at_given.off) ||
+                    std::abs(ToSeconds(best->offset_ns - given_ns)) < kLeastOffset_s ||
                     best->off.cost > kClear * at_given.off.cost ||
                     at_given.off.cost - best->off.cost < kLeastGain)) {
     *best = at_given;

@@ -43,11 +43,11 @@ double ScaleOf(const std::vector<StepPair>& pairs, double* sigma) {
     const double way2 = pair.posed.translation.squaredNorm();
     if (way2 < 1e-12) continue;
     ratios.emplace_back(pair.known.T_from_to.translation.dot(pair.posed.translation) / way2,
-                        std::sqrt(way2));
+                        pair.known.T_from_to.translation.norm());
     sum += ratios.back().second;
   }
   *sigma = INFINITY;
-  if (ratios.size() < kLeastSteps) return 1;
+  if (ratios.size() < kLeastSteps || !(sum > 0)) return 1;
   std::ranges::sort(ratios);
   const auto quantile = [&](double share) {
     double below = 0;
@@ -62,7 +62,7 @@ double ScaleOf(const std::vector<StepPair>& pairs, double* sigma) {
 }
 
 PoseOff OffOf(const std::vector<StepPair>& pairs, double scale) {
-  constexpr double kTurnSigma_rad = 0.006, kWaySigma_m = 0.02, kMostSigmas = 8;
+  constexpr double kMostSigmas = 8;
   PoseOff off;
   std::vector<double> turns_rad, ways_m;
   double sum = 0;

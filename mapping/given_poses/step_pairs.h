@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <cmath>
 #include <vector>
 
 #include "data/trajectory.h"
@@ -9,7 +10,8 @@
 
 namespace slcmap {
 
-inline constexpr int kLeastSteps = 6;  // that tell anything
+inline constexpr int kLeastSteps = 6;                                // that tell anything
+inline constexpr double kTurnSigma_rad = 0.006, kWaySigma_m = 0.02;  // of a step, about
 
 // How far poses are off known movements: medians over these.
 struct PoseOff {
@@ -29,8 +31,8 @@ struct StepPair {
 std::vector<StepPair> PairsAt(const Trajectory& trajectory, const std::vector<BodyStep>& steps,
                               int64_t offset_ns);
 
-// By how much the posed ways are to be multiplied: the median, by their lengths. 1, and an infinite
-// sigma, where too few steps tell it.
+// By how much the posed ways are to be multiplied: the median, by the known lengths. 1, and an
+// infinite sigma, where too few steps tell it.
 double ScaleOf(const std::vector<StepPair>& pairs, double* sigma);
 
 PoseOff OffOf(const std::vector<StepPair>& pairs, double scale);

@@ -283,7 +283,8 @@ void RefusePosesBetween(const Sequence& recording, const Trajectory& trajectory,
   throw DataError(fmt::format(
       "{}: found poses {:.2g} s apart, and the images nearest to them {:.1f} ms away (median), "
       "expected poses within {:.0f} ms of images, or on both sides of them at most {:.1f} s apart: "
-      "write poses at the stamps of images, or add {:.4f} to --poses-offset if the clocks differ",
+      "write poses at the stamps of images; or, if the clocks differ by that, give "
+      "--poses-offset={:.4f}",
       recording.folder, Quantile(periods_s, 0.5), 1e3 * std::abs(middle_s),
       1e3 * selection.max_stamp_offset_s, selection.max_pose_gap_s, middle_s));
 }
