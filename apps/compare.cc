@@ -8,9 +8,11 @@
 #include <ctime>
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <memory>
 #include <set>
 #include <thread>
+#include <utility>
 
 #include "apps/commands.h"
 #include "apps/compare_runs.h"
@@ -124,12 +126,21 @@ void CheckNames(const CompareArguments& arguments) {
   }
 }
 
+// By sequence, with their names.
+using GivenTrajectories = std::map<std::string, std::vector<std::pair<std::string, Trajectory>>>;
+
 // In the form that the options say, as far as the images tell.
-Trajectory ReadGiven(const CompareArguments& arguments, const std::string& sequence,
-                     const std::string& path) {
-  const GivenPoses given = ReadGivenPoses(path, arguments.form, OpenSequence(sequence), false);
-  if (!given.reading.agrees) spdlog::warn("{}: {}", path, given.reading.words);
-  return given.trajectory;
+GivenTrajectories ReadGiven(const CompareArguments& arguments) {
+  GivenTrajectories trajectories;
+  for (const std::string& sequence : arguments.sequences) {
+    for (const NamedFile& file : GivenFor(arguments, SequenceName(sequence))) {
+      const GivenPoses given =
+          ReadGivenPoses(file.path, arguments.form, OpenSequence(sequence), false);
+      if (!given.reading.agrees) spdlog::warn("{}: {}", file.path, given.reading.words);
+      trajectories[sequence].emplace_back(file.name, given.trajectory);
+    }
+  }
+  return trajectories;
 }
 
 // Before the runs that they are compared with.
@@ -161,14 +172,11 @@ void RefuseWrongArguments(const CompareArguments& arguments) {
   for (const std::string& sequence : arguments.sequences) {
     ExpectFolder(sequence, FolderKind::kSequence);
     SequenceId(sequence);
-    for (const NamedFile& given : GivenFor(arguments, SequenceName(sequence))) {
-      ReadGiven(arguments, sequence, given.path);
-    }
   }
 }
 
 MeasuredSequence RunSequence(const CompareArguments& arguments, const std::string& path,
-                             const std::string& program) {
+                             GivenTrajectories* given, const std::string& program) {
   MeasuredSequence sequence;
   sequence.name = SequenceName(path);
   sequence.path = path;
@@ -184,8 +192,8 @@ MeasuredSequence RunSequence(const CompareArguments& arguments, const std::strin
     sequence.methods.push_back(RunMethod(methods[i], path, sequence.name, plan,
                                          progress.Part(done / count, (done + 1) / count)));
   }
-  for (const NamedFile& given : GivenFor(arguments, sequence.name)) {
-    sequence.methods.push_back({given.name, {}, ReadGiven(arguments, path, given.path), {}});
+  for (auto& [name, trajectory] : (*given)[path]) {
+    sequence.methods.push_back({name, {}, std::move(trajectory), {}});
   }
   const EndsAtOnce only_read;
   sequence.reference = ReferenceAmong(sequence.methods);
@@ -264,9 +272,11 @@ void RefuseEmpty(const std::string& output, const Comparison& comparison) {
 }
 
 void Compare(const CompareArguments& arguments) {
+  GivenTrajectories given;
   {
     const EndsAtOnce nothing_is_written;
     RefuseWrongArguments(arguments);
+    given = ReadGiven(arguments);
   }
   std::vector<std::string> inputs;
   for (const std::string& sequence : arguments.sequences) {
@@ -285,7 +295,7 @@ void Compare(const CompareArguments& arguments) {
   comparison.command = CommandOf(arguments);
   comparison.repeats = arguments.repeats;
   for (const std::string& path : arguments.sequences) {
-    const MeasuredSequence sequence = RunSequence(arguments, path, program);
+    const MeasuredSequence sequence = RunSequence(arguments, path, &given, program);
     const Progress progress = StageProgress(sequence.name + " measures");
     const EndsAtOnce nothing_is_written;  // finished runs are kept
     comparison.sequences.push_back(MeasureSequence(sequence, progress));

@@ -95,6 +95,7 @@ OdometryRun ReadRun(const MapArguments& arguments, GivenPoses* given) {
     *given = ReadGivenPoses(arguments.poses, arguments.form, OpenWithPoses(arguments), true);
     OdometryRun run = RunAtPoses(arguments.input, arguments.opened, given->trajectory);
     run.source->version = kVersion;
+    if (!given->reading.change.empty()) ++run.warnings[kPosesDisagree];
     return run;
   }
   OdometryRun run = ReadAccepting(arguments.accept_changed, [&](bool accept) {

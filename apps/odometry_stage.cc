@@ -79,6 +79,7 @@ RunSource OriginOf(const SequenceSource& source, const StageOptions& options,
   origin.corrections = check.corrections;
   origin.check_errors = check.errors;
   origin.raw_rig = info.rig;
+  origin.opened = info.opened;
   const bool stereo = IsStereo(info.rig);
   for (size_t pair = 0; pair < info.pair_stamps_ns.size(); ++pair) {
     origin.images.push_back({info.pair_stamps_ns[pair],

@@ -48,18 +48,7 @@ std::unique_ptr<SequenceSource> OpenRecording(const MapResult& map,
         arguments.map, path.empty() ? "named by the map" : path));
   }
   RefuseInputs(LinkTarget(arguments.output), {path});
-  const std::string calibration = arguments.map + "/calibration.yaml";
-  const std::string folder = FindAslFolder(path, false);
-  if (std::filesystem::exists(folder + "/cam2", error)) {
-    throw DataError(
-        folder +
-        ": --images: found more than two cameras, and a map that does not tell which it "
-        "is of; expected a recording with cam0 and cam1 alone");
-  }
-  SequenceOptions options;
-  options.needs_imu = false;
-  if (std::filesystem::exists(calibration, error)) options.calibration = calibration;
-  return OpenSource(path, options, false);
+  return OpenAgain(path, map.source.opened, arguments.map + "/calibration.yaml", false);
 }
 
 void ViewMap(ViewArguments arguments) {

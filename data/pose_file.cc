@@ -15,9 +15,10 @@ namespace {
 
 using Fields = std::vector<std::string_view>;
 
-constexpr double kMostNormError = 0.01;                  // of a quaternion as written
-constexpr int64_t kMostPoseStamp_ns = int64_t{1} << 62;  // differences stay within range
-constexpr size_t kMatrixColumns = 12;
+constexpr double kMostNormError = 0.01;                          // of a quaternion as written
+constexpr int64_t kMostPoseStamp_ns = int64_t{1} << 62;          // differences stay within range
+constexpr size_t kMatrixColumns = 12, kWholeMatrixColumns = 16;  // without its last row, with it
+constexpr size_t kColmapColumns = 10;
 
 struct StampUnit {
   const char* name;
@@ -150,6 +151,14 @@ RowText ParsePose(const Fields& fields, const Columns& columns, const std::strin
   return row;
 }
 
+// As some programs write where tracking was lost.
+bool IsLost(const Fields& fields, size_t first, size_t count) {
+  return std::any_of(
+      fields.begin() + static_cast<std::ptrdiff_t>(std::min(first, fields.size())),
+      fields.begin() + static_cast<std::ptrdiff_t>(std::min(first + count, fields.size())),
+      [](std::string_view field) { return std::isnan(ParseNumber(field).value_or(0)); });
+}
+
 RowText ParseMatrix(const Fields& fields, size_t first, const std::string& place) {
   Eigen::Matrix4d matrix = Eigen::Matrix4d::Identity();
   for (size_t i = 0; i < kMatrixColumns; ++i) {
@@ -164,21 +173,51 @@ RowText ParseMatrix(const Fields& fields, size_t first, const std::string& place
   return row;
 }
 
+// "left/1403636579763555584.png" is 1403636579763555584.
+std::string_view StemOf(std::string_view path) {
+  const size_t slash = path.find_last_of('/');
+  if (slash != std::string_view::npos) path.remove_prefix(slash + 1);
+  return path.substr(0, path.find_last_of('.'));
+}
+
 struct FileText {
   std::vector<RowText> rows;
   bool has_stamps = true;
+  bool is_colmap = false;
+  size_t matrix_columns = 0;
   int form_shift = 9;  // of the stamps, as the form of the file has them
   PoseTable table;
 };
 
+// Of a matrix from column `first` on: the 12 of its rows but the last one, or all 16; else 0.
+size_t MatrixColumns(const Fields& fields, size_t first) {
+  if (fields.size() == first + kMatrixColumns) return kMatrixColumns;
+  if (fields.size() != first + kWholeMatrixColumns) return 0;
+  for (size_t i = 0; i < 4; ++i) {
+    if (ParseNumber(fields[first + kMatrixColumns + i]) != (i == 3 ? 1.0 : 0.0)) return 0;
+  }
+  return kWholeMatrixColumns;
+}
+
+// COLMAP's images.txt: IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME, and a row of points each.
+bool IsColmapImage(const Fields& fields) {
+  return fields.size() == kColmapColumns && IsNumber(fields[kColmapColumns - 2]) &&
+         !IsNumber(fields.back());
+}
+
 // By the first row with numbers, and the names above it.
 Columns FormOf(const Fields& fields, const std::optional<Columns>& named, FileText* file) {
-  const bool is_matrix = fields.size() == kMatrixColumns && !named;
-  const bool is_stamped_matrix =
-      fields.size() == kMatrixColumns + 1 && !named && !SeparatedByMark(fields[0], fields[1]);
-  file->table.is_matrix = is_matrix || is_stamped_matrix;
-  file->has_stamps = !is_matrix;
+  const size_t bare = named ? 0 : MatrixColumns(fields, 0);
+  const bool has_stamps = fields.size() > 1 && !SeparatedByMark(fields[0], fields[1]);
+  file->matrix_columns = bare > 0 ? bare : named || !has_stamps ? 0 : MatrixColumns(fields, 1);
+  file->table.is_matrix = file->matrix_columns > 0;
+  file->has_stamps = bare == 0;
   if (file->table.is_matrix) return {};
+  if (!named && IsColmapImage(fields)) {
+    file->is_colmap = true;
+    file->table.is_scalar_first = true;
+    return {kColmapColumns - 1, {5, 6, 7}, {1, 2, 3, 4}, true};
+  }
   const bool is_euroc = fields.size() > 1 && fields[0].find('.') == std::string_view::npos &&
                         SeparatedByMark(fields[0], fields[1]);
   Columns columns;
@@ -209,6 +248,7 @@ FileText ReadRowsOf(const std::string& path) {
   file.table.path = path;
   std::optional<Columns> named = NamesInComments(std::string(WithoutByteOrderMark(ReadFile(path))));
   std::optional<Columns> columns;
+  int lost = 0;
   ForEachRow(path, [&](int row, const Fields& fields) {
     const std::string place = fmt::format("{}: row {}", path, row);
     if (!columns && !IsNumber(fields[0])) {
@@ -224,18 +264,32 @@ FileText ReadRowsOf(const std::string& path) {
       return;
     }
     if (!columns) columns = FormOf(fields, named, &file);
+    if (file.is_colmap && !IsColmapImage(fields)) return;  // its points
+    if (IsLost(fields, file.has_stamps && !file.is_colmap ? 1 : 0,
+               file.table.is_matrix ? kMatrixColumns : columns->Count() - 1)) {
+      ++lost;
+      return;
+    }
     if (file.table.is_matrix) {
-      const size_t count = kMatrixColumns + (file.has_stamps ? 1 : 0);
+      const size_t count = file.matrix_columns + (file.has_stamps ? 1 : 0);
       if (fields.size() != count) {
         throw DataError(fmt::format("{}: found {} columns, expected {} as in the rows before",
                                     place, fields.size(), count));
       }
-      file.rows.push_back(ParseMatrix(fields, count - kMatrixColumns, place));
+      file.rows.push_back(ParseMatrix(fields, count - file.matrix_columns, place));
     } else {
-      file.rows.push_back(ParsePose(fields, *columns, place));
+      Fields texts = fields;
+      if (file.is_colmap) texts.back() = StemOf(texts.back());
+      file.rows.push_back(ParsePose(texts, *columns, place));
     }
     file.rows.back().row = row;
   });
+  if (lost > 0) spdlog::warn("{}: {} rows hold no numbers (NaN), and are left out", path, lost);
+  if (file.is_colmap) {
+    spdlog::warn(
+        "{}: rows are those of COLMAP's images.txt: its images' names are taken to be their stamps",
+        path);
+  }
   if (file.rows.empty()) throw DataError(path + ": found no pose, expected at least one row");
   return file;
 }
@@ -248,18 +302,23 @@ int64_t StampIn(const std::string& path, const RowText& row, int shift) {
 }
 
 // Of the stamps' size: seconds since 1970 are about 1.5e9. Small ones have another start, and are
-// told by their steps: poses are not 20 s apart.
-int ShiftBySize(const FileText& file) {
+// told by their steps and their span: poses are not 20 s apart, nor do they last twice as long as
+// the clock does.
+int ShiftBySize(const FileText& file, const Clock& clock) {
   std::vector<double> steps;
-  double largest = 0;
+  double largest = -INFINITY, least = INFINITY;
   for (size_t i = 0; i < file.rows.size(); ++i) {
     const double stamp = ParseNumber(file.rows[i].stamp).value_or(0);
-    largest = std::max(largest, std::abs(stamp));
+    largest = std::max(largest, stamp);
+    least = std::min(least, stamp);
     if (i > 0) steps.push_back(std::abs(stamp - ParseNumber(file.rows[i - 1].stamp).value_or(0)));
   }
-  const double step = Quantile(steps, 0.5);
-  size_t unit = largest < 1e11 ? 0 : largest < 1e14 ? 1 : largest < 1e17 ? 2 : 3;
-  while (unit < 3 && step * std::pow(10, kUnits[unit].shift - 9) > 20) ++unit;
+  const double step = Quantile(steps, 0.5), most = std::max(std::abs(largest), std::abs(least));
+  size_t unit = most < 1e11 ? 0 : most < 1e14 ? 1 : most < 1e17 ? 2 : 3;
+  const double longest_s =
+      clock.size() < 2 || unit == 3 ? INFINITY : 2 * ToSeconds(clock.back() - clock.front()) + 20;
+  const auto seconds = [&](double value) { return value * std::pow(10, kUnits[unit].shift - 9); };
+  while (unit < 3 && (seconds(step) > 20 || seconds(largest - least) > longest_s)) ++unit;
   return kUnits[unit].shift;
 }
 
@@ -282,7 +341,7 @@ int ShiftOf(const FileText& file, const PoseForm& form, const Clock& clock) {
   for (const StampUnit& unit : kUnits) {
     if (form.stamps == unit.name) return unit.shift;
   }
-  int shift = ShiftBySize(file);
+  int shift = ShiftBySize(file, clock);
   if (!clock.empty() && !LiesOn(clock, file, shift)) {
     for (const StampUnit& unit : kUnits) {
       if (LiesOn(clock, file, unit.shift)) shift = unit.shift;
@@ -309,7 +368,7 @@ std::vector<int64_t> StampsFrom(const std::string& path, const Clock& clock) {
     file.rows.push_back({row, std::string(fields[0]), {}});
   });
   if (file.rows.empty()) throw DataError(path + ": found no stamp, expected one in each row");
-  file.form_shift = ShiftBySize(file);
+  file.form_shift = ShiftBySize(file, clock);
   const int shift = ShiftOf(file, {}, clock);
   std::vector<int64_t> stamps_ns;
   for (const RowText& row : file.rows) stamps_ns.push_back(StampIn(path, row, shift));
@@ -325,13 +384,50 @@ void SetStampsOfOthers(const std::string& of, const std::vector<int64_t>& stamps
                        FileText* file) {
   if (stamps_ns.size() != file->rows.size()) {
     throw DataError(fmt::format(
-        "{}: found {} rows {} and {} stamps in {}, expected as many: --poses-stamps FILE names a "
-        "file with the stamp of each row (KITTI's times.txt)",
+        "{}: found {} rows {} and {} stamps in {}, expected as many; give --poses-stamps FILE, "
+        "with the stamp of each row in FILE (KITTI's times.txt)",
         file->table.path, file->rows.size(),
-        file->has_stamps ? "of poses" : "of 12 numbers without stamps (KITTI's form)",
+        file->has_stamps ? "of poses" : "of matrices without stamps (KITTI's form)",
         stamps_ns.size(), of));
   }
   for (size_t i = 0; i < stamps_ns.size(); ++i) file->rows[i].pose.stamp_ns = stamps_ns[i];
+}
+
+// Whole numbers from 0 or 1 on, most of them by one each: in seconds they would be far more than
+// the clock has.
+bool AreNumbersOfImages(const FileText& file, const Clock& clock) {
+  constexpr int64_t kMost = 10'000'000;
+  std::vector<double> steps;
+  int64_t before = -1, first = 0;
+  for (const RowText& row : file.rows) {
+    const auto number = ParseScaledInteger(row.stamp, 0);
+    if (!number || *number <= before || *number > kMost) return false;
+    if (row.stamp.find_first_of(".eE") != std::string::npos) return false;
+    if (before < 0) first = *number;
+    if (before >= 0) steps.push_back(static_cast<double>(*number - before));
+    before = *number;
+  }
+  return clock.size() > 1 && first <= 1 && Quantile(steps, 0.5) == 1 &&
+         static_cast<double>(before) > 1.5 * ToSeconds(clock.back() - clock.front()) + 1;
+}
+
+void SetStampsOfImages(const Clock& clock, FileText* file) {
+  const auto number = [](const RowText& row) { return *ParseScaledInteger(row.stamp, 0); };
+  const auto count = static_cast<int64_t>(clock.size());
+  const int64_t last = number(file->rows.back());
+  const int64_t from = last == count && number(file->rows.front()) == 1 ? 1 : 0;
+  if (last - from >= count) {
+    throw DataError(fmt::format(
+        "{}: found stamps from {} to {} one by one, which are numbers of rows and no times, and {} "
+        "stamps of images or truth; give --poses-stamps FILE, with the stamp of each row in FILE",
+        file->table.path, file->rows.front().stamp, last, count));
+  }
+  spdlog::warn(
+      "{}: stamps from {} to {} one by one are taken to be the numbers of the {} stamps of images "
+      "or truth (--poses-stamps s takes them as seconds)",
+      file->table.path, file->rows.front().stamp, last, count);
+  for (RowText& row : file->rows)
+    row.pose.stamp_ns = clock[static_cast<size_t>(number(row) - from)];
 }
 
 void SetStamps(const PoseForm& form, const Clock& clock, FileText* file) {
@@ -347,11 +443,13 @@ void SetStamps(const PoseForm& form, const Clock& clock, FileText* file) {
   if (!file->has_stamps) {
     SetStampsOfOthers("the recording's images or the truth", clock, file);
     spdlog::warn(
-        "{}: rows of 12 numbers without stamps (KITTI's form) are taken to be those of "
-        "the {} stamps of images or truth, one after the other",
+        "{}: rows of matrices without stamps (KITTI's form) are taken to be those of the {} stamps "
+        "of images or truth, one after the other",
         file->table.path, clock.size());
     return;
   }
+  if (form.stamps.empty() && AreNumbersOfImages(*file, clock))
+    return SetStampsOfImages(clock, file);
   const int shift = ShiftOf(*file, form, clock);
   for (RowText& row : file->rows) row.pose.stamp_ns = StampIn(file->table.path, row, shift);
 }

@@ -201,6 +201,17 @@ Calibration CalibrationOf(const std::string& folder, const SequenceOptions& opti
   return calibration;
 }
 
+// Words that stand in a path's place stay.
+SequenceOptions WithWholePaths(SequenceOptions options) {
+  if (!options.calibration.empty()) {
+    options.calibration = fs::weakly_canonical(options.calibration).string();
+  }
+  for (std::string& mask : options.masks) {
+    if (mask != kNoMask) mask = fs::weakly_canonical(mask).string();
+  }
+  return options;
+}
+
 std::array<std::vector<std::string>, 2> ImagePaths(const std::vector<StereoEntry>& images) {
   std::array<std::vector<std::string>, 2> paths;
   for (const StereoEntry& image : images) {
@@ -311,6 +322,8 @@ Sequence OpenSequence(const std::string& path, const SequenceOptions& options) {
   Correct(sequence.rig.imu_correction, &sequence.imu);
   sequence.pixel_forms = FindPixelForms(ImagePaths(sequence.images), &sequence.warnings);
   sequence.truth_path = FindTruth(sequence.folder);
+  sequence.opened = WithWholePaths(options);
+  sequence.opened.cameras = sequence.cameras;
   return sequence;
 }
 

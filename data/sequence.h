@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "data/asl_files.h"
-#include "data/calibration.h"
 #include "data/pixel_form.h"
+#include "data/sequence_options.h"
 #include "data/types.h"
 #include "data/warnings.h"
 
@@ -29,20 +29,11 @@ struct Sequence {
   std::vector<int> cameras;   // "cam0" and "cam1" are 0 and 1
   bool finds_carried = true;  // whether what moves with the rig is looked for: no mask was given
   std::string truth_path;     // true poses, "" where there are none
+  SequenceOptions opened;     // that open it so again: with its cameras, and whole paths
   Warnings warnings;
 
   // Those of `cameras`; where there is one, the second is named as if it were the next.
   std::array<std::string, 2> CameraNames() const;
-};
-
-struct SequenceOptions {
-  Mirrored mirrored = Mirrored::kRefused;  // rotations of the calibration
-  std::string calibration;                 // file or folder; "" takes the sequence's own
-  double max_stereo_offset_s = 0.003;      // between the stamps of a pair, once those are made up
-  double right_offset_s = 0;               // right stamps are late by this
-  std::vector<std::string> masks;          // image files, one a camera (data/mask.h)
-  std::vector<int> cameras;                // of a chain of them; empty: the best stereo pair
-  bool needs_imu = true;  // false: a recording without imu0 will do, and its samples stay unread
 };
 
 // Opens an EuRoC (ASL) or TUM VI sequence: the folder with cam0, cam1, imu0, or the one above it.

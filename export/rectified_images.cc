@@ -24,13 +24,17 @@ constexpr int64_t kSameStamp_ns = 1000000;  // poses may come from tables that r
 // A recording that a map was made of, and when its poses are.
 struct RecordingOfMap {
   std::string path;
+  SequenceOptions opened;
   int64_t stamps_moved_ns = 0;
   std::optional<StampSpan> poses_ns;  // none: all
 };
 
 std::vector<RecordingOfMap> RecordingsOf(const MapResult& map, const ColmapOptions& options) {
   if (map.source.merged.empty()) {
-    return {{options.sequence.empty() ? map.source.sequence : options.sequence, 0, {}}};
+    return {{options.sequence.empty() ? map.source.sequence : options.sequence,
+             map.source.opened,
+             0,
+             {}}};
   }
   if (!options.sequence.empty()) {
     throw ConfigError(
@@ -39,7 +43,7 @@ std::vector<RecordingOfMap> RecordingsOf(const MapResult& map, const ColmapOptio
   }
   std::vector<RecordingOfMap> recordings;
   for (const MergedRun& run : map.source.merged) {
-    recordings.push_back({run.sequence, run.stamps_moved_ns, run.poses_ns});
+    recordings.push_back({run.sequence, run.opened, run.stamps_moved_ns, run.poses_ns});
   }
   return recordings;
 }
@@ -53,16 +57,7 @@ std::unique_ptr<SequenceSource> OpenRecordingOf(const RecordingOfMap& recording,
         "(--sequence names where it moved to)",
         recording.path.empty() ? "named by the map" : recording.path));
   }
-  const std::string folder = FindAslFolder(recording.path, false);
-  if (fs::exists(folder + "/cam2", error)) {
-    throw DataError(folder +
-                    ": found more than two cameras, and a map that does not tell which it is of; "
-                    "expected a recording with cam0 and cam1 alone");
-  }
-  SequenceOptions opening;
-  opening.needs_imu = false;
-  if (fs::exists(options.calibration, error)) opening.calibration = options.calibration;
-  return OpenSource(recording.path, opening);
+  return OpenAgain(recording.path, recording.opened, options.calibration);
 }
 
 bool IsOf(const RecordingOfMap& recording, int64_t stamp_ns) {

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "data/map_line.h"
+#include "data/sequence_options.h"
 #include "data/trajectory.h"
 #include "data/types.h"
 #include "data/verdict.h"
@@ -45,6 +46,7 @@ struct MergedRun {
   // Of its poses, as the map has them: no other run has any in between. None of a map that was
   // merged by an earlier version, or of a run without poses.
   std::optional<StampSpan> poses_ns;
+  SequenceOptions opened = {};  // as MapSource has it
 };
 
 // Where a map came from; a merged one from its first run.
@@ -55,6 +57,7 @@ struct MapSource {
   // as in UTM.
   Eigen::Vector3d world_offset_m = Eigen::Vector3d::Zero();
   std::string sequence;           // folder of the recording; "" of a run that was made by hand
+  SequenceOptions opened;         // how it was opened
   std::string version;            // of slcmap
   std::string options;            // YAML: all of mapping's in effect
   std::vector<MergedRun> merged;  // all runs of a merged map, the first among them; else none

@@ -12,6 +12,7 @@
 #include "data/error.h"
 #include "data/file.h"
 #include "data/ply.h"
+#include "data/sequence_options_json.h"
 #include "data/summary_file.h"
 #include "data/trajectory.h"
 #include "data/verdict_json.h"
@@ -113,7 +114,8 @@ std::string WriteSummary(const std::string& folder, const MapResult& map) {
                  {"yaw_rad", YawOfWorld(map.source.T_world_run)},
                  {"world_offset_m", OffsetJson(map.source.world_offset_m)},
                  {"slcmap", map.source.version},
-                 {"sequence", map.source.sequence}}},
+                 {"sequence", map.source.sequence},
+                 {"opened", OpenedJson(map.source.opened)}}},
                {"complete", map.complete},
                {"partial_reason", map.partial_reason},
                {"interrupted", map.interrupted},
@@ -139,6 +141,7 @@ Json ReadSummary(const std::string& path, MapResult* map) {
     map->source.run_id = source.at("run").get<std::string>();
     map->source.version = source.at("slcmap").get<std::string>();
     map->source.sequence = source.at("sequence").get<std::string>();
+    map->source.opened = ParseOpened(source);
     if (source.contains("yaw_rad")) {  // missing in maps of earlier versions
       map->source.T_world_run = ParseTurn(path + ": source", source);
     }

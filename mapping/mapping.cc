@@ -277,6 +277,7 @@ MapResult BuildMap(const OdometryRun& run, const RecordedViews* recorded,
   map.source.options = options.ToYaml();
   if (run.source) {
     map.source.sequence = run.source->sequence;
+    map.source.opened = run.source->opened;
     map.source.version = run.source->version;
     if (!run.calibration.empty()) {
       map.calibrated_rig =

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "data/polygon_json.h"
+#include "data/sequence_options_json.h"
 #include "odometry/run_rows.h"
 
 namespace slcmap {
@@ -22,6 +23,7 @@ MergedRun ParseMergedRun(const std::string& place, const Json& json) {
   MergedRun run;
   run.run_id = json.at("run").get<std::string>();
   run.sequence = json.at("sequence").get<std::string>();
+  run.opened = ParseOpened(json);
   run.version = json.at("slcmap").get<std::string>();
   run.stamps_moved_ns = BoundedAt(place, json, "stamps_moved_ns", -kMaxStamp_ns, kMaxStamp_ns);
   run.poses_ns = ParsePoses(place, json);
@@ -89,6 +91,7 @@ Json MergedJson(const std::vector<MergedRun>& runs) {
     Json& item = json.emplace_back(Json{{"run", run.run_id},
                                         {"slcmap", run.version},
                                         {"sequence", run.sequence},
+                                        {"opened", OpenedJson(run.opened)},
                                         {"stamps_moved_ns", run.stamps_moved_ns}});
     if (run.poses_ns) item["first_pose_ns"] = run.poses_ns->from_ns;
     if (run.poses_ns) item["last_pose_ns"] = run.poses_ns->to_ns;

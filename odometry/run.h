@@ -11,6 +11,7 @@
 
 #include "data/check/report.h"
 #include "data/real_time_pace.h"
+#include "data/sequence_options.h"
 #include "data/trajectory.h"
 #include "data/types.h"
 #include "data/verdict.h"
@@ -179,6 +180,7 @@ struct RunSource {
                 // OdometryRun::rectified_rig
   std::vector<RecordedImages> images;     // all, by stamp
   std::vector<std::string> check_errors;  // that the run went on in spite of, in words
+  SequenceOptions opened = {};            // how the recording was opened
 };
 
 // All stamps are on the camera's clock, as those of the images are: a keyframe has the stamp of its

@@ -12,6 +12,7 @@
 #include "data/imu_calibration.h"
 #include "data/json_file.h"
 #include "data/mask.h"
+#include "data/sequence_options_json.h"
 #include "data/verdict_json.h"
 #include "odometry/method.h"
 #include "odometry/run_lines.h"
@@ -176,7 +177,8 @@ Json SourceJson(const std::optional<RunSource>& source) {
           {"sequence", source->sequence},
           {"calibration", source->calibration},
           {"corrections", corrections},
-          {"check_errors", source->check_errors}};
+          {"check_errors", source->check_errors},
+          {"opened", OpenedJson(source->opened)}};
 }
 
 std::optional<RunSource> ParseSource(const Json& json) {
@@ -191,6 +193,7 @@ std::optional<RunSource> ParseSource(const Json& json) {
                                   correction.at("words").get<std::string>()});
   }
   source.check_errors = json.value("check_errors", std::vector<std::string>());
+  source.opened = ParseOpened(json);
   return source;
 }
 

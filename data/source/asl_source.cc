@@ -1,6 +1,8 @@
 #include "data/source/asl_source.h"
 
+#include <algorithm>
 #include <filesystem>
+#include <ranges>
 
 #include "data/error.h"
 #include "data/file.h"
@@ -31,7 +33,8 @@ AslSource::AslSource(Sequence sequence, const StereoReaderOptions& options)
                                                                sequence_.rig,
                                                                sequence_.calibration_source,
                                                                sequence_.finds_carried,
-                                                               {}} {
+                                                               {},
+                                                               sequence_.opened} {
   for (const StereoEntry& pair : sequence_.images) info_.pair_stamps_ns.push_back(pair.stamp_ns);
   info_.cameras = sequence_.CameraNames();
 }
@@ -80,6 +83,39 @@ std::string AslSource::ImagePlace(size_t pair, int camera) const {
 std::unique_ptr<SequenceSource> OpenSource(const std::string& path, const SequenceOptions& options,
                                            bool read_right) {
   return std::make_unique<AslSource>(OpenSequence(path, options),
+                                     StereoReaderOptions{.read_right = read_right});
+}
+
+std::unique_ptr<SequenceSource> OpenAgain(const std::string& path, SequenceOptions opened,
+                                          const std::string& calibration, bool read_right) {
+  std::error_code error;
+  const std::string folder = FindAslFolder(path, false);
+  if (opened.cameras.empty() && fs::exists(folder + "/cam2", error)) {
+    throw DataError(folder +
+                    ": found more than two cameras, and a map by an earlier version that does not "
+                    "tell which it is of; expected a map that does: make it again");
+  }
+  opened.needs_imu = false;
+  opened.masks.clear();
+  const bool has_calibration = fs::exists(calibration, error);
+  // The file names the cameras that were used cam0 and cam1, whichever of the recording's they are.
+  const std::vector<int> first_two = {0, 1};
+  const bool is_named_alike =
+      std::ranges::equal(opened.cameras, first_two | std::views::take(std::ssize(opened.cameras)));
+  if (has_calibration && is_named_alike) {
+    opened.calibration = calibration;
+    opened.cameras.clear();
+  } else if (!fs::exists(opened.calibration, error)) {
+    opened.calibration.clear();
+  }
+  Sequence recording = OpenSequence(path, opened);
+  if (has_calibration && !is_named_alike) {
+    Warnings ignored;  // were told of the recording's own
+    const Rig rig = ReadCalibration(calibration, &ignored).rig;
+    recording.rig.cameras = rig.cameras;
+    recording.rig.T_imu_camera = rig.T_imu_camera;
+  }
+  return std::make_unique<AslSource>(std::move(recording),
                                      StereoReaderOptions{.read_right = read_right});
 }
 

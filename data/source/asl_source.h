@@ -42,4 +42,11 @@ std::unique_ptr<SequenceSource> OpenSource(const std::string& path,
                                            const SequenceOptions& options = {},
                                            bool read_right = true);
 
+// Opens a recording again as it was opened for a map, with what that knows of the calibration of
+// its cameras: a file as WriteKalibrCalibration writes it, where there is one. Masks and the IMU
+// stay unread. Throws DataError as OpenSequence does, and for a recording of more than two cameras
+// where `opened` does not tell which were used, as those of earlier versions do not.
+std::unique_ptr<SequenceSource> OpenAgain(const std::string& path, SequenceOptions opened,
+                                          const std::string& calibration, bool read_right = true);
+
 }  // namespace slcmap

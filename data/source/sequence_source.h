@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "data/image_file.h"
+#include "data/sequence_options.h"
 #include "data/trajectory.h"
 #include "data/types.h"
 #include "data/warnings.h"
@@ -33,6 +34,7 @@ struct SourceInfo {
   // unreadable.
   std::vector<int64_t> pair_stamps_ns;
   std::array<std::string, 2> cameras = {"cam0", "cam1"};  // as the recording names them
+  SequenceOptions opened = {};  // see Sequence
 };
 
 class SequenceSource {

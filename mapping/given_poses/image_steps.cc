@@ -1,6 +1,8 @@
 #include "mapping/given_poses/image_steps.h"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <map>
 #include <opencv2/calib3d.hpp>
 #include <opencv2/features2d.hpp>
@@ -64,8 +66,27 @@ PlacedFeatures MatchFeatures(const StereoImage& from, const StereoImage& to,
   return placed;
 }
 
-std::optional<RigidTransform> CameraStep(const StereoImage& from, const StereoImage& to,
-                                         const ViewImages& images) {
+struct MeasuredStep {
+  RigidTransform T_from_to;
+  double turn_sigma_rad = INFINITY, way_sigma_m = INFINITY;
+};
+
+// By what each half of the points says alone: where these are few or beside each other, both
+// differ.
+MeasuredStep WithSpread(const RigidTransform& T_from_to, const std::vector<PlacedRay>& rays) {
+  MeasuredStep step{T_from_to};
+  std::array<std::vector<PlacedRay>, 2> halves;
+  for (size_t i = 0; i < rays.size(); ++i) halves[i % 2].push_back(rays[i]);
+  const auto first = SolvePlaced(halves[0], T_from_to), second = SolvePlaced(halves[1], T_from_to);
+  if (!first || !second) return step;
+  const RigidTransform apart = first->T_first_second.Inverse() * second->T_first_second;
+  step.turn_sigma_rad = LogRotation(apart.rotation).norm() / 2;
+  step.way_sigma_m = apart.translation.norm() / 2;
+  return step;
+}
+
+std::optional<MeasuredStep> CameraStep(const StereoImage& from, const StereoImage& to,
+                                       const ViewImages& images) {
   if (from.left.empty() || from.right.empty() || to.left.empty()) return std::nullopt;
   const PlacedFeatures placed = MatchFeatures(from, to, images);
   if (placed.rays.size() < kLeastPlaced) return std::nullopt;
@@ -92,7 +113,7 @@ std::optional<RigidTransform> CameraStep(const StereoImage& from, const StereoIm
   const bool are_before = std::ranges::all_of(
       rays, [&](const PlacedRay& ray) { return (back * ray.p_first).dot(ray.second) > 0; });
   if (!are_before) return std::nullopt;
-  return motion->T_first_second;
+  return WithSpread(motion->T_first_second, rays);
 }
 
 }  // namespace
@@ -132,7 +153,7 @@ std::vector<BodyStep> StepsOfImages(const Sequence& recording,
   for (const auto& [first, second] : pairs) entries.insert(entries.end(), {first, second});
   const std::unique_ptr<ViewImages> images = ImagesOf(recording, entries);
   const RigidTransform& T_imu_camera = images->rig().T_imu_camera[0];
-  std::vector<std::optional<RigidTransform>> found(pairs.size());
+  std::vector<std::optional<MeasuredStep>> found(pairs.size());
   const auto measure = [&](size_t i) {
     found[i] = CameraStep(images->Read(2 * i), images->Read(2 * i + 1), *images);
   };
@@ -142,7 +163,8 @@ std::vector<BodyStep> StepsOfImages(const Sequence& recording,
     if (!found[i]) continue;
     steps.push_back({recording.images[pairs[i].first].stamp_ns,
                      recording.images[pairs[i].second].stamp_ns,
-                     T_imu_camera * *found[i] * T_imu_camera.Inverse()});
+                     T_imu_camera * found[i]->T_from_to * T_imu_camera.Inverse(),
+                     found[i]->turn_sigma_rad, found[i]->way_sigma_m});
   }
   return steps;
 }

@@ -14,6 +14,8 @@ namespace slcmap {
 struct BodyStep {
   int64_t from_ns = 0, to_ns = 0;
   RigidTransform T_from_to;  // metres
+  // How well it is known; 0 of exact ones.
+  double turn_sigma_rad = 0, way_sigma_m = 0;
 };
 
 // Pairs of images that are about `spacing_s` apart, evenly over the recording, at most 40; of those

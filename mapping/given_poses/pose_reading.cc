@@ -4,91 +4,17 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
+#include <tuple>
 
 #include "data/quantile.h"
+#include "mapping/given_poses/other_axes.h"
+#include "mapping/given_poses/pose_changes.h"
 
 namespace slcmap {
 namespace {
 
-constexpr int kLeastSteps = 6;
-constexpr double kGap_s = 0.25, kNearPose_s = 0.005;  // between poses, to the nearest one
-constexpr double kTurnSigma_rad = 0.006, kWaySigma_m = 0.02, kMostSigmas = 8;
-constexpr double kSparse_s = 0.25;
-
-double Degrees(double rad) { return rad * 180 / M_PI; }
-
-std::optional<RigidTransform> PoseNear(const Trajectory& trajectory, int64_t stamp_ns) {
-  if (const auto pose = PoseAt(trajectory, stamp_ns, kGap_s)) return pose;
-  const auto is_before = [](const StampedPose& pose, int64_t ns) { return pose.stamp_ns < ns; };
-  const auto after = std::lower_bound(trajectory.begin(), trajectory.end(), stamp_ns, is_before);
-  const int64_t most_ns = ToNanoseconds(kNearPose_s);
-  if (after != trajectory.end() && after->stamp_ns - stamp_ns <= most_ns) return after->T_world_imu;
-  if (after != trajectory.begin() && stamp_ns - std::prev(after)->stamp_ns <= most_ns) {
-    return std::prev(after)->T_world_imu;
-  }
-  return std::nullopt;
-}
-
-// A known movement and what poses say of it.
-struct StepPair {
-  RigidTransform known, posed;
-};
-
-std::vector<StepPair> PairsAt(const Trajectory& trajectory, const std::vector<BodyStep>& steps,
-                              int64_t offset_ns) {
-  std::vector<StepPair> pairs;
-  for (const BodyStep& step : steps) {
-    const auto from = PoseNear(trajectory, step.from_ns - offset_ns);
-    if (!from) continue;
-    const auto to = PoseNear(trajectory, step.to_ns - offset_ns);
-    if (to) pairs.push_back({step.T_from_to, from->Inverse() * *to});
-  }
-  return pairs;
-}
-
-// By how much the posed ways are to be multiplied: the median, by their lengths.
-double ScaleOf(const std::vector<StepPair>& pairs, double* sigma) {
-  std::vector<std::pair<double, double>> ratios;  // with weights
-  double sum = 0;
-  for (const StepPair& pair : pairs) {
-    const double way2 = pair.posed.translation.squaredNorm();
-    if (way2 < 1e-12) continue;
-    ratios.emplace_back(pair.known.translation.dot(pair.posed.translation) / way2, std::sqrt(way2));
-    sum += ratios.back().second;
-  }
-  *sigma = INFINITY;
-  if (ratios.size() < kLeastSteps) return 1;
-  std::ranges::sort(ratios);
-  const auto quantile = [&](double share) {
-    double below = 0;
-    for (const auto& [ratio, weight] : ratios) {
-      if ((below += weight) >= share * sum) return ratio;
-    }
-    return ratios.back().first;
-  };
-  const double spread = 0.74 * (quantile(0.75) - quantile(0.25));
-  *sigma = 1.25 * spread / std::sqrt(static_cast<double>(ratios.size()));
-  return quantile(0.5);
-}
-
-PoseOff OffOf(const std::vector<StepPair>& pairs, double scale) {
-  PoseOff off;
-  std::vector<double> turns_rad, ways_m;
-  double sum = 0;
-  for (const StepPair& pair : pairs) {
-    turns_rad.push_back(pair.known.rotation.angularDistance(pair.posed.rotation));
-    ways_m.push_back((pair.known.translation - scale * pair.posed.translation).norm());
-    sum += std::min(kMostSigmas,
-                    std::hypot(turns_rad.back() / kTurnSigma_rad, ways_m.back() / kWaySigma_m));
-  }
-  off.steps = static_cast<int>(std::ssize(pairs));
-  off.turn_rad = Quantile(turns_rad, 0.5);
-  off.way_m = Quantile(ways_m, 0.5);
-  off.cost = pairs.empty() ? kMostSigmas : sum / static_cast<double>(pairs.size());
-  return off;
-}
+constexpr double kSparse_s = 0.25;  // more between poses
 
 // A reading, and how well it does.
 struct Tried {
@@ -98,12 +24,25 @@ struct Tried {
   PoseOff off;
 };
 
+// Rows read in one way. Poses are those of the sensor, and so are the steps: scaled, its lever on
+// the IMU would be too.
 struct Reading {
   PoseForm form;
   Trajectory poses;  // without offset and scale
+  std::vector<BodyStep> steps;
 };
 
+// The movements of a sensor at T_imu_sensor.
+std::vector<BodyStep> StepsOfSensor(std::vector<BodyStep> steps,
+                                    const RigidTransform& T_imu_sensor) {
+  for (BodyStep& step : steps) {
+    step.T_from_to = T_imu_sensor.Inverse() * step.T_from_to * T_imu_sensor;
+  }
+  return steps;
+}
+
 std::vector<Reading> ReadingsOf(const PoseTable& table, const PoseForm& given,
+                                const std::vector<BodyStep>& steps,
                                 const std::optional<RigidTransform>& T_imu_camera) {
   const bool is_scalar_first =
       given.quaternion.empty() ? table.is_scalar_first : given.quaternion.starts_with("wxyz");
@@ -114,9 +53,10 @@ std::vector<Reading> ReadingsOf(const PoseTable& table, const PoseForm& given,
     });
     if (is_known || (form.IsOfCamera() && !T_imu_camera)) return;
     PoseForm plain;
-    plain.of = form.of;
+    plain.of = form.IsInverse() ? "world-in-imu" : "imu";
     plain.quaternion = form.quaternion;
-    readings.push_back({form, PosesOf(table, plain, T_imu_camera)});
+    readings.push_back({form, PosesOf(table, plain, std::nullopt),
+                        form.IsOfCamera() ? StepsOfSensor(steps, *T_imu_camera) : steps});
   };
   const std::string order = is_scalar_first ? "wxyz" : "xyzw",
                     other = is_scalar_first ? "xyzw" : "wxyz";
@@ -140,12 +80,11 @@ std::vector<Reading> ReadingsOf(const PoseTable& table, const PoseForm& given,
   return readings;
 }
 
-Tried Try(const Reading& reading, const std::vector<BodyStep>& steps, int64_t offset_ns,
-          double given_scale) {
+Tried Try(const Reading& reading, int64_t offset_ns, double given_scale) {
   Tried tried;
   tried.form = reading.form;
   tried.offset_ns = offset_ns;
-  const std::vector<StepPair> pairs = PairsAt(reading.poses, steps, offset_ns);
+  const std::vector<StepPair> pairs = PairsAt(reading.poses, reading.steps, offset_ns);
   const double scale = ScaleOf(pairs, &tried.scale_sigma);
   // Steps that did not move tell no scale.
   tried.scale = std::isfinite(tried.scale_sigma) && scale > 1e-4 ? scale : given_scale;
@@ -165,16 +104,16 @@ int Covered(const Trajectory& poses, const std::vector<BodyStep>& steps, int64_t
   return static_cast<int>(PairsAt(poses, steps, offset_ns).size());
 }
 
-// Offsets at which poses are at many of the steps: near the given one, and where it has few,
-// anywhere.
+// Offsets at which poses are at many of the steps: near the given one, and where it has few or
+// `is_far`, anywhere.
 std::vector<int64_t> OffsetsToTry(const Trajectory& poses, const std::vector<BodyStep>& steps,
-                                  int64_t given_ns) {
+                                  int64_t given_ns, bool is_far) {
   constexpr int64_t kStep_ns = 20'000'000, kNear_ns = 500'000'000;
   constexpr size_t kMostFar = 4000;
   std::vector<int64_t> offsets_ns = {given_ns};
   const bool is_sparse = MedianPeriod_s(poses) > kSparse_s;
   const bool has_few =
-      Covered(poses, steps, given_ns) < std::max<int>(kLeastSteps, std::ssize(steps) / 2);
+      is_far || Covered(poses, steps, given_ns) < std::max<int>(kLeastSteps, std::ssize(steps) / 2);
   if (is_sparse) {  // only where stamps meet
     for (size_t i = 0; i < std::min<size_t>(steps.size(), 5); ++i) {
       for (const StampedPose& pose : poses) {
@@ -198,11 +137,11 @@ std::vector<int64_t> OffsetsToTry(const Trajectory& poses, const std::vector<Bod
 }
 
 // The offset of the least cost near one, to half a millisecond.
-void RefineOffset(const Reading& reading, const std::vector<BodyStep>& steps, Tried* best) {
+void RefineOffset(const Reading& reading, Tried* best) {
   if (MedianPeriod_s(reading.poses) > kSparse_s) return;
   for (int64_t step_ns = 10'000'000; step_ns >= 500'000; step_ns /= 2) {
     for (const int64_t at_ns : {best->offset_ns - step_ns, best->offset_ns + step_ns}) {
-      const Tried tried = Try(reading, steps, at_ns, best->scale);
+      const Tried tried = Try(reading, at_ns, best->scale);
       if (tried.off.cost < best->off.cost && 10 * tried.off.steps >= 9 * best->off.steps)
         *best = tried;
     }
@@ -211,9 +150,9 @@ void RefineOffset(const Reading& reading, const std::vector<BodyStep>& steps, Tr
 
 // With the true poses of V1_01, whose images are a second apart and hard to match, a tenth of both
 // is left.
-bool Explains(const PoseOff& off, double moved_rad, double moved_m) {
-  return off.steps >= kLeastSteps && off.turn_rad < std::max(0.012, 0.2 * moved_rad) &&
-         off.way_m < std::max(0.04, 0.25 * moved_m);
+bool Explains(const PoseOff& off, const PoseReading& moved) {
+  return off.steps >= kLeastSteps && off.turn_rad < std::max(0.012, 0.2 * moved.moved_rad) &&
+         off.way_m < std::max(0.04, 0.25 * moved.moved_m);
 }
 
 // Scales that have a reason, where one is near.
@@ -268,16 +207,21 @@ std::string WordsOf(const PoseForm& given, const PoseForm& found, bool is_scalar
 }
 
 // What of offset and scale is more than the noise of the steps.
-void Settle(const PoseForm& given, const Reading& reading, const std::vector<BodyStep>& steps,
-            Tried* best) {
+void Settle(const PoseForm& given, const Reading& reading, Tried* best) {
   constexpr double kLeastOffset_s = 0.015, kLeastScale = 0.025, kSigmas = 4, kClear = 0.85;
   constexpr double kLeastGain = 0.15;    // of an offset, in standard deviations
   constexpr double kLeastWay_m = 0.005;  // less is what a rig that stands is off
+  constexpr double kScaleGain = 0.65;    // of what ways are off; drift is not mended by a scale
   const int64_t given_ns = std::llround(given.offset_s * 1e9);
-  const Tried at_given = Try(reading, steps, given_ns, given.scale);
+  const Tried at_given = Try(reading, given_ns, given.scale);
   const bool has_poses =
       2 * at_given.off.steps >= best->off.steps && at_given.off.steps >= kLeastSteps;
-  if (has_poses && (std::abs(ToSeconds(best->offset_ns - given_ns)) < kLeastOffset_s ||
+  // What few steps that are far off gain is no offset.
+  const auto median = [](const PoseOff& off) {
+    return off.turn_rad / kTurnSigma_rad + off.way_m / kWaySigma_m;
+  };
+  if (has_poses && (median(best->off) > median(at_given.off) ||
+                    std::abs(ToSeconds(best->offset_ns - given_ns)) < kLeastOffset_s ||
                     best->off.cost > kClear * at_given.off.cost ||
                     at_given.off.cost - best->off.cost < kLeastGain)) {
     *best = at_given;
@@ -286,110 +230,175 @@ void Settle(const PoseForm& given, const Reading& reading, const std::vector<Bod
   if (best->offset_ns != given_ns)
     best->form.offset_s = std::round(ToSeconds(best->offset_ns) * 1e3) / 1e3;
   std::vector<double> ways_m;
-  for (const BodyStep& step : steps) ways_m.push_back(step.T_from_to.translation.norm());
+  for (const BodyStep& step : reading.steps) ways_m.push_back(step.T_from_to.translation.norm());
   const double relative = best->scale / given.scale;
+  const std::vector<StepPair> pairs = PairsAt(reading.poses, reading.steps, best->offset_ns);
   const bool is_scaled = std::isfinite(best->scale_sigma) && std::abs(relative - 1) > kLeastScale &&
                          Quantile(ways_m, 0.5) * std::abs(relative - 1) > kLeastWay_m &&
-                         std::abs(best->scale - given.scale) > kSigmas * best->scale_sigma;
+                         std::abs(best->scale - given.scale) > kSigmas * best->scale_sigma &&
+                         best->off.way_m < kScaleGain * OffOf(pairs, given.scale).way_m;
   best->form.scale = is_scaled ? Rounded(best->scale, best->scale_sigma) : given.scale;
-  best->off = OffOf(PairsAt(reading.poses, steps, best->offset_ns), best->form.scale);
+  best->off = OffOf(pairs, best->form.scale);
 }
 
-}  // namespace
-
-PoseOff OffSteps(const Trajectory& trajectory, const std::vector<BodyStep>& steps) {
-  return OffOf(PairsAt(trajectory, steps, 0), 1);
+// Of all readings at all offsets the best, where enough of `most` steps have poses, and which it
+// is.
+std::optional<std::pair<Tried, size_t>> FindBest(const std::vector<Reading>& readings,
+                                                 const std::vector<int64_t>& offsets_ns, int most,
+                                                 double given_scale) {
+  constexpr double kClearlyBetter = 0.9;  // than a plainer one
+  std::optional<std::pair<Tried, size_t>> best;
+  for (size_t i = 0; i < readings.size(); ++i) {
+    std::optional<Tried> of_reading;
+    for (const int64_t offset_ns : offsets_ns) {
+      const Tried tried = Try(readings[i], offset_ns, given_scale);
+      if (3 * tried.off.steps < 2 * most) continue;
+      if (!of_reading || tried.off.cost < of_reading->off.cost) of_reading = tried;
+    }
+    if (!of_reading) continue;
+    RefineOffset(readings[i], &*of_reading);
+    spdlog::debug(
+        "poses read as {} {}: {:.2f} degrees, {:.3f} m off, cost {:.2f}, offset {:.3f} s, "
+        "scale {:.4f}",
+        readings[i].form.of, readings[i].form.quaternion, Degrees(of_reading->off.turn_rad),
+        of_reading->off.way_m, of_reading->off.cost, ToSeconds(of_reading->offset_ns),
+        of_reading->scale);
+    if (best && of_reading->off.cost > kClearlyBetter * best->first.off.cost) continue;
+    best = {*of_reading, i};
+  }
+  return best;
 }
 
-PoseReading JudgeReading(const PoseTable& table, const PoseForm& given,
-                         const std::vector<BodyStep>& steps,
-                         const std::optional<RigidTransform>& T_imu_camera,
-                         const std::string& who) {
-  PoseReading result;
-  result.form = given;
-  if (std::ssize(steps) < kLeastSteps) return result;
+bool AreTurnedAlike(const PoseTable& table) {
+  return std::ranges::all_of(table.rows, [&](const PoseRow& row) {
+    return row.quaternion == table.rows.front().quaternion;
+  });
+}
+
+void SetMoved(const std::vector<BodyStep>& steps, PoseReading* result) {
   std::vector<double> turns_rad, ways_m;
   for (const BodyStep& step : steps) {
     turns_rad.push_back(LogRotation(step.T_from_to.rotation).norm());
     ways_m.push_back(step.T_from_to.translation.norm());
   }
-  result.moved_rad = Quantile(turns_rad, 0.5);
-  result.moved_m = Quantile(ways_m, 0.5);
-  const std::vector<Reading> readings = ReadingsOf(table, given, T_imu_camera);
-  const int64_t given_ns = std::llround(given.offset_s * 1e9);
-  const std::vector<int64_t> offsets_ns = OffsetsToTry(readings[0].poses, steps, given_ns);
-  int most = 0;
-  for (const int64_t offset_ns : offsets_ns) {
-    most = std::max(most, Covered(readings[0].poses, steps, offset_ns));
-  }
-  if (most < kLeastSteps) return result;
-  result.is_judged = true;
-  std::optional<Tried> best;
-  size_t of_best = 0;
-  for (size_t i = 0; i < readings.size(); ++i) {
-    constexpr double kClearlyBetter = 0.9;  // than a plainer one
-    std::optional<Tried> best_of_reading;
-    for (const int64_t offset_ns : offsets_ns) {
-      const Tried tried = Try(readings[i], steps, offset_ns, given.scale);
-      if (3 * tried.off.steps < 2 * most) continue;
-      if (!best_of_reading || tried.off.cost < best_of_reading->off.cost) best_of_reading = tried;
-    }
-    if (!best_of_reading) continue;
-    RefineOffset(readings[i], steps, &*best_of_reading);
-    spdlog::debug(
-        "poses read as {} {}: {:.2f} degrees, {:.3f} m off, cost {:.2f}, offset {:.3f} s, "
-        "scale {:.4f}",
-        readings[i].form.of, readings[i].form.quaternion, Degrees(best_of_reading->off.turn_rad),
-        best_of_reading->off.way_m, best_of_reading->off.cost,
-        ToSeconds(best_of_reading->offset_ns), best_of_reading->scale);
-    if (best && best_of_reading->off.cost > kClearlyBetter * best->off.cost) continue;
-    best = best_of_reading;
-    of_best = i;
-  }
-  if (!best) return result;
-  result.given = OffOf(PairsAt(readings[0].poses, steps, given_ns), given.scale);
-  const bool given_explains = Explains(result.given, result.moved_rad, result.moved_m);
+  result->moved_rad = Quantile(turns_rad, 0.5);
+  result->moved_m = Quantile(ways_m, 0.5);
+}
+
+// The best reading near the given offset or, where none explains the poses there, at any. Nothing
+// where too few steps have poses.
+std::optional<std::pair<Tried, size_t>> Search(const std::vector<Reading>& readings,
+                                               const PoseForm& given, PoseReading* result) {
   constexpr double kMuchBetter = 0.5;
-  // Of readings that both fit the figures say little: the given one stands.
-  if (of_best != 0 && given_explains && best->off.cost > kMuchBetter * result.given.cost) {
-    best = Try(readings[0], steps, given_ns, given.scale);
-    RefineOffset(readings[0], steps, &*best);
-    of_best = 0;
-  }
-  Settle(given, readings[of_best], steps, &*best);
-  result.best = best->off;
-  result.form = best->form;
-  result.is_explained = Explains(result.best, result.moved_rad, result.moved_m);
-  const std::string words = WordsOf(given, result.form, table.is_scalar_first, T_imu_camera);
-  if (result.is_explained) {
-    result.agrees = words.empty();
-    if (!result.agrees && result.given.steps >= kLeastSteps) {
-      result.words = fmt::format(
-          "{} (by {} {}: in the median the rig turns by {:.1f} degrees and moves {:.2f} m, of "
-          "which "
-          "the poses are off by {:.1f} degrees and {:.3f} m, then by {:.1f} degrees and {:.3f} m)",
-          words, result.best.steps, who, Degrees(result.moved_rad), result.moved_m,
-          Degrees(result.given.turn_rad), result.given.way_m, Degrees(result.best.turn_rad),
-          result.best.way_m);
-    } else if (!result.agrees) {
-      result.words = fmt::format("{} (by {} {})", words, result.best.steps, who);
+  const int64_t given_ns = std::llround(given.offset_s * 1e9);
+  result->given = OffOf(PairsAt(readings[0].poses, readings[0].steps, given_ns), given.scale);
+  std::optional<std::pair<Tried, size_t>> best;
+  for (const bool is_far : {false, true}) {
+    const std::vector<int64_t> offsets_ns =
+        OffsetsToTry(readings[0].poses, readings[0].steps, given_ns, is_far);
+    int most = 0;
+    for (const int64_t offset_ns : offsets_ns) {
+      most = std::max(most, Covered(readings[0].poses, readings[0].steps, offset_ns));
     }
+    if (most < kLeastSteps) return std::nullopt;
+    result->is_judged = true;
+    const auto found = FindBest(readings, offsets_ns, most, given.scale);
+    if (!found) return std::nullopt;
+    const bool explains = Explains(found->first.off, *result);
+    if (!is_far || explains) best = found;
+    if (explains) break;
+  }
+  // Of readings that both fit the figures say little: the given one stands.
+  if (best->second != 0 && Explains(result->given, *result) &&
+      best->first.off.cost > kMuchBetter * result->given.cost) {
+    best = {Try(readings[0], given_ns, given.scale), 0};
+    RefineOffset(readings[0], &best->first);
+  }
+  return best;
+}
+
+// Of IMU and camera, otherwise as given.
+std::vector<PosesToTry> PosesToTurn(const std::vector<Reading>& readings, const PoseForm& given) {
+  std::vector<PosesToTry> poses;
+  for (const Reading& reading : readings) {
+    if (reading.form.quaternion != given.quaternion) continue;
+    if (reading.form.IsInverse() != given.IsInverse()) continue;
+    poses.push_back(
+        {reading.form.IsOfCamera() ? "left camera" : "IMU", reading.poses, reading.steps});
+  }
+  return poses;
+}
+
+// Of poses that a reading explains.
+void TellForm(const std::string& words, const std::string& who, PoseReading* result) {
+  result->agrees = words.empty();
+  if (result->agrees) return;
+  result->words = fmt::format("{} (by {} {}", words, result->best.steps, who);
+  if (result->given.steps >= kLeastSteps) {
+    result->words += fmt::format(
+        ": in the median the rig turns by {:.1f} degrees and moves {:.2f} m, of which the poses "
+        "are off by {:.1f} degrees and {:.3f} m, then by {:.1f} degrees and {:.3f} m",
+        Degrees(result->moved_rad), result->moved_m, Degrees(result->given.turn_rad),
+        result->given.way_m, Degrees(result->best.turn_rad), result->best.way_m);
+  }
+  result->words += ")";
+  if (!result->change.empty()) result->words += "; besides, " + result->change;
+}
+
+// Of poses that none explains.
+void TellWrong(const std::string& cause, bool is_known, const std::string& who,
+               PoseReading* result) {
+  constexpr double kWrong_rad = 0.05, kWrong = 0.4, kWrong_m = 0.1, kWrongWay = 0.6;
+  const PoseOff& off = result->given;
+  const bool is_wrong = is_known || off.steps < kLeastSteps ||
+                        (off.turn_rad > kWrong_rad && off.turn_rad > kWrong * result->moved_rad) ||
+                        (off.way_m > kWrong_m && off.way_m > kWrongWay * result->moved_m);
+  result->agrees = !is_wrong;
+  if (!is_wrong) return;
+  result->words = fmt::format(
+      "{} (by {} {}: in the median the rig turns by {:.1f} degrees and moves {:.2f} m, of which "
+      "the poses are off by {:.1f} degrees and {:.2f} m)",
+      cause, off.steps, who, Degrees(result->moved_rad), result->moved_m, Degrees(off.turn_rad),
+      off.way_m);
+}
+
+}  // namespace
+
+PoseReading JudgeReading(const PoseTable& table, const PoseForm& given,
+                         const std::vector<BodyStep>& steps,
+                         const std::optional<RigidTransform>& T_imu_camera,
+                         const std::string& who) {
+  constexpr double kFits = 1;  // in standard deviations
+  PoseReading result;
+  result.form = given;
+  if (std::ssize(steps) < kLeastSteps) return result;
+  SetMoved(steps, &result);
+  const std::vector<Reading> readings = ReadingsOf(table, given, steps, T_imu_camera);
+  const auto found = Search(readings, given, &result);
+  if (!found) return result;
+  auto [best, of_best] = *found;
+  Settle(given, readings[of_best], &best);
+  result.best = best.off;
+  result.form = best.form;
+  result.is_explained = Explains(result.best, result);
+  std::string of_axes;
+  if (!result.is_explained || result.best.cost > kFits) {
+    of_axes = WordsOfOtherAxes(PosesToTurn(readings, given), given, result.best);
+  }
+  if (result.is_explained && of_axes.empty()) {
+    const Reading& reading = readings[of_best];
+    result.change =
+        WordsOfChange(PairsAt(reading.poses, reading.steps, best.offset_ns), best.form.scale, who);
+    TellForm(WordsOf(given, result.form, table.is_scalar_first, T_imu_camera), who, &result);
     return result;
   }
-  constexpr double kWrong_rad = 0.05, kWrong = 0.4;
+  result.is_explained = false;
   result.form = given;
-  const bool is_wrong =
-      result.given.steps < kLeastSteps ||
-      (result.given.turn_rad > kWrong_rad && result.given.turn_rad > kWrong * result.moved_rad) ||
-      (result.given.way_m > 0.1 && result.given.way_m > 0.6 * result.moved_m);
-  result.agrees = !is_wrong;
-  if (is_wrong) {
-    result.words = fmt::format(
-        "they fit by no reading that is known (by {} {}: in the median the rig turns by {:.1f} "
-        "degrees and moves {:.2f} m, of which the poses are off by {:.1f} degrees and {:.2f} m)",
-        result.given.steps, who, Degrees(result.moved_rad), result.moved_m,
-        Degrees(result.given.turn_rad), result.given.way_m);
-  }
+  const std::string cause = !of_axes.empty()        ? of_axes
+                            : AreTurnedAlike(table) ? "their rotations are all the same: positions "
+                                                      "alone"
+                                                    : "they fit by no reading that is known";
+  TellWrong(cause, !of_axes.empty(), who, &result);
   return result;
 }
 

@@ -7,22 +7,17 @@
 
 #include "data/pose_file.h"
 #include "mapping/given_poses/image_steps.h"
+#include "mapping/given_poses/step_pairs.h"
 
 namespace slcmap {
-
-// How far poses are off known movements: medians over these.
-struct PoseOff {
-  int steps = 0;  // with a pose at both ends
-  double turn_rad = 0, way_m = 0;
-  double cost = 0;  // mean of both in standard deviations, at most 8 for each step
-};
 
 struct PoseReading {
   bool is_judged = false;  // enough steps have poses, by some reading
   bool agrees = true;      // as they were read, as far as can be told
   PoseForm form;           // the reading that agrees, where `agrees` is false and there is one
   bool is_explained = false;
-  std::string words;  // what is wrong, and by which figures; "" where they agree
+  std::string words;   // what is wrong, and by which figures; "" where they agree
+  std::string change;  // what is wrong of a part of poses that agree otherwise; "" where nothing is
   PoseOff given, best;
   double moved_rad = 0, moved_m = 0;  // of the steps, medians
 };
@@ -33,8 +28,5 @@ struct PoseReading {
 PoseReading JudgeReading(const PoseTable& table, const PoseForm& given,
                          const std::vector<BodyStep>& steps,
                          const std::optional<RigidTransform>& T_imu_camera, const std::string& who);
-
-// How far a trajectory is off the steps.
-PoseOff OffSteps(const Trajectory& trajectory, const std::vector<BodyStep>& steps);
 
 }  // namespace slcmap

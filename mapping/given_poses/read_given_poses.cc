@@ -141,6 +141,9 @@ GivenPoses ReadGivenPoses(const std::string& path, const PoseForm& form, const S
              "expected poses of the IMU or the left camera of this recording, in one world");
     }
   }
+  if (!given.reading.change.empty()) {
+    spdlog::warn("{}: poses and images disagree: {}", path, given.reading.change);
+  }
   if (given.reading.agrees) RefuseOtherUp(path, form, recording, given.trajectory);
   given.world_offset_m = MoveNearOrigin(&given.trajectory);
   if (!given.world_offset_m.isZero()) {

@@ -86,6 +86,7 @@ std::vector<MergedRun> PartsOf(const MapResult& map) {
   run.run_id = map.source.run_id;
   run.T_world_run = map.source.T_world_run;
   run.sequence = map.source.sequence;
+  run.opened = map.source.opened;
   run.version = map.source.version;
   run.poses_ns = SpanOf(map);
   return {run};

@@ -283,7 +283,8 @@ void RefusePosesBetween(const Sequence& recording, const Trajectory& trajectory,
   throw DataError(fmt::format(
       "{}: found poses {:.2g} s apart, and the images nearest to them {:.1f} ms away (median), "
       "expected poses within {:.0f} ms of images, or on both sides of them at most {:.1f} s apart: "
-      "write poses at the stamps of images, or add {:.4f} to --poses-offset if the clocks differ",
+      "write poses at the stamps of images; or, if the clocks differ by that, give "
+      "--poses-offset={:.4f}",
       recording.folder, Quantile(periods_s, 0.5), 1e3 * std::abs(middle_s),
       1e3 * selection.max_stamp_offset_s, selection.max_pose_gap_s, middle_s));
 }
@@ -387,6 +388,7 @@ OdometryRun RunAtPoses(const std::string& sequence, SequenceOptions options,
   source.sequence = fs::weakly_canonical(recording.folder).string();
   source.calibration = recording.calibration_source;
   source.raw_rig = recording.rig;
+  source.opened = recording.opened;
   run.rectified_rig = Rectifier(recording.rig, RectifierOptions()).rectified_rig();
   for (const StereoEntry& pair : recording.images) {
     const auto T_world_imu = PoseOfImage(trajectory, pair.stamp_ns, selection);

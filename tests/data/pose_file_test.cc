@@ -95,6 +95,57 @@ TEST(PoseFile, MatricesHaveTheStampsOfTheClockOrOfAFile) {
   EXPECT_EQ(Read(row + row, {.stamps = times})[0].stamp_ns, 500'000'000);
 }
 
+TEST(PoseFile, MatricesMayHaveTheirLastRow) {
+  const Clock clock = {7, 9};
+  const std::string matrix = "0 -1 0 5 1 0 0 6 0 0 1 7 ";
+  const Trajectory read = Read(matrix + "0 0 0 1\n" + matrix + "0 0 0 1\n", {}, clock);
+  ASSERT_EQ(read.size(), 2u);
+  EXPECT_EQ(read[1].stamp_ns, 9);
+  EXPECT_EQ(read[1].T_world_imu.translation, Eigen::Vector3d(5, 6, 7));
+  EXPECT_EQ(Read("1403636584.5 " + matrix + "0 0 0 1\n")[0].stamp_ns, 1403636584500000000);
+}
+
+TEST(PoseFile, RowsWithoutNumbersAreLeftOut) {
+  const std::string rest = std::string(kRest) + "\n";
+  const Trajectory read = Read("1.0" + rest + "1.1 nan nan nan nan nan nan nan\n" + "1.2" + rest);
+  ASSERT_EQ(read.size(), 2u);
+  EXPECT_EQ(read[1].stamp_ns, 1'200'000'000);
+  EXPECT_THAT(Message("1.0 nan nan nan nan nan nan nan\n"), HasSubstr("found no pose"));
+}
+
+TEST(PoseFile, ColmapsImagesHaveTheStampsOfTheirNames) {
+  const Trajectory read = Read(
+      "# Image list with two lines of data per image:\n"
+      "1 0.9273618 0.1 0.2 0.3 1 2 3 1 left/1403636584763555585.png\n"
+      "2362.39 248.498 58396 1784.7 268.254 59027\n"
+      "2 0.9273618 0.1 0.2 0.3 1 2 4 1 left/1403636584813555585.png\n\n");
+  ASSERT_EQ(read.size(), 2u);
+  EXPECT_EQ(read[1].stamp_ns, 1403636584813555585);
+  EXPECT_NEAR(read[1].T_world_imu.rotation.w(), 0.9273618, 1e-6);
+  EXPECT_EQ(read[1].T_world_imu.translation, Eigen::Vector3d(1, 2, 4));
+}
+
+TEST(PoseFile, NumbersOfImagesAreNoTimes) {
+  Clock clock;
+  for (int i = 0; i < 100; ++i) clock.push_back(1'000'000'000'000 + 50'000'000 * i);
+  std::string rows;
+  for (int i = 0; i < 90; ++i) rows += fmt::format("{}{}\n", i, kRest);
+  EXPECT_EQ(Read(rows, {}, clock)[89].stamp_ns, clock[89]);
+  EXPECT_EQ(Read(rows, {.stamps = "s"}, clock)[89].stamp_ns, 89'000'000'000);
+  for (int i = 90; i < 101; ++i) rows += fmt::format("{}{}\n", i, kRest);
+  EXPECT_THAT(Message(rows, {}, clock),
+              AllOf(HasSubstr("stamps from 0 to 100 one by one"), HasSubstr("100 stamps"),
+                    HasSubstr("give --poses-stamps FILE")));
+  EXPECT_EQ(Read(rows.substr(rows.find('\n') + 1), {}, clock)[99].stamp_ns, clock[99]);
+}
+
+TEST(PoseFile, StampsFromZeroDoNotLastLongerThanTheClock) {
+  const Clock clock = {1'000'000'000'000, 1'010'000'000'000};
+  std::string rows;
+  for (int i = 0; i < 100; ++i) rows += fmt::format("{}{}\n", 100'000'000 * i, kRest);
+  EXPECT_EQ(Read(rows, {}, clock)[99].stamp_ns, 9'900'000'000);
+}
+
 TEST(PoseFile, TheFormIsAppliedToWhatIsRead) {
   const std::string text = "1.0 1 2 3 0.9273618 0.1 0.2 0.3\n";
   const Eigen::Quaterniond q = Eigen::Quaterniond(0.9273618, 0.1, 0.2, 0.3).normalized();

@@ -8,6 +8,7 @@
 
 #include "data/calibration.h"
 #include "data/error.h"
+#include "data/source/asl_source.h"
 #include "data/stereo_reader.h"
 #include "tests/testing/shared_data.h"
 #include "tests/testing/small_sequence.h"
@@ -127,6 +128,39 @@ TEST(OpenSequence, ACameraThatIsNotWantedMayBeMalformed) {
   SequenceOptions options;
   options.cameras = {0, 1};
   EXPECT_TRUE(IsStereo(OpenSequence(folder.Path(), options).rig));
+}
+
+// A map's calibration names the cameras that were used cam0 and cam1.
+TEST_F(SequenceOfMany, IsOpenedAgainAsItWas) {
+  options_.cameras = {1, 2};
+  options_.right_offset_s = 1e-4;
+  Sequence sequence = OpenSequence(folder_.Path(), options_);
+  EXPECT_THAT(sequence.opened.cameras, ElementsAre(1, 2));
+  EXPECT_EQ(sequence.opened.right_offset_s, 1e-4);
+  sequence.rig.cameras[0].fx_px = 77;
+  WriteKalibrCalibration(folder_.Path("calibration.yaml"), sequence.rig);
+  const auto source = OpenAgain(folder_.Path(), sequence.opened, folder_.Path("calibration.yaml"));
+  EXPECT_EQ(source->info().rig.cameras[0].fx_px, 77);
+  EXPECT_EQ(source->info().rig.cameras[1].fx_px, 62);
+  EXPECT_THAT(source->ImagePlace(0, 0), HasSubstr("/cam1/"));
+  EXPECT_THAT(source->ImagePlace(0, 1), HasSubstr("/cam2/"));
+  EXPECT_EQ(OpenAgain(folder_.Path(), sequence.opened, "")->info().rig.cameras[0].fx_px, 61);
+  EXPECT_THAT(MessageOf<DataError>([&] { OpenAgain(folder_.Path(), {}, ""); }),
+              HasSubstr("found more than two cameras, and a map by an earlier version"));
+}
+
+// The calibration that was named may be gone: the map has it.
+TEST(OpenAgain, TakesTheCalibrationOfTheMap) {
+  const TempFolder folder;
+  testing::WriteSequence(folder, {.images = 3});
+  Sequence sequence = OpenSequence(folder.Path());
+  EXPECT_THAT(sequence.opened.cameras, ElementsAre(0, 1));
+  sequence.rig.cameras[0].fx_px = 77;
+  WriteKalibrCalibration(folder.Path("calibration.yaml"), sequence.rig);
+  sequence.opened.calibration = folder.Path("gone.yaml");
+  sequence.opened.masks = {folder.Path("gone.png")};
+  const auto source = OpenAgain(folder.Path(), sequence.opened, folder.Path("calibration.yaml"));
+  EXPECT_EQ(source->info().rig.cameras[0].fx_px, 77);
 }
 
 TEST(OpenSequence, BadRowsAreCountedAndDropped) {

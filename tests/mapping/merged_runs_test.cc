@@ -31,8 +31,12 @@ MapSource SourceA() {
 }
 
 TEST(MergedRuns, AreReadAsTheyWereWritten) {
-  const std::vector<MergedRun> read = ParseMerged("map.json", MergedJson(ThreeRuns()), SourceA());
+  std::vector<MergedRun> runs = ThreeRuns();
+  runs[1].opened.cameras = {1, 2};
+  const std::vector<MergedRun> read = ParseMerged("map.json", MergedJson(runs), SourceA());
   ASSERT_EQ(read.size(), 3u);
+  EXPECT_EQ(read[1].opened.cameras, (std::vector<int>{1, 2}));
+  EXPECT_TRUE(read[0].opened.cameras.empty());
   EXPECT_EQ(read[1].run_id, "b");
   EXPECT_EQ(read[1].sequence, "/recordings/night");
   EXPECT_EQ(read[1].version, "0.2.0");

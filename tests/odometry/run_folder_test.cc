@@ -216,6 +216,11 @@ TEST_F(RunFolderTest, SaysWhereItCameFrom) {
   EXPECT_EQ(read.source->raw_rig.masks[0].at<uchar>(3, 5), 0);
   EXPECT_EQ(read.source->raw_rig.masks[0].at<uchar>(4, 5), 255);
   EXPECT_TRUE(read.source->raw_rig.masks[1].empty());
+  EXPECT_EQ(read.source->opened.cameras, (std::vector<int>{0, 2}));
+  EXPECT_EQ(read.source->opened.calibration, "/recordings/chain.yaml");
+  EXPECT_EQ(read.source->opened.masks, (std::vector<std::string>{"/recordings/left.png", "none"}));
+  EXPECT_EQ(read.source->opened.max_stereo_offset_s, 0.008);
+  EXPECT_EQ(read.source->opened.right_offset_s, -0.012);
   ASSERT_EQ(read.source->images.size(), 2u);
   EXPECT_EQ(read.source->images[0].right_path, "cam1/data/5.png");
   EXPECT_EQ(read.source->images[1].left_path, "cam0/data/6.png");

@@ -89,6 +89,11 @@ RunSource MakeSource(const OdometryRun& run) {
   source.corrections = {{kRightTurnCorrection, {0.25, 0, -0.125}, "right camera turned"}};
   source.raw_rig = run.rectified_rig;
   source.check_errors = {"an error that was forced"};
+  source.opened.cameras = {0, 2};
+  source.opened.calibration = "/recordings/chain.yaml";
+  source.opened.masks = {"/recordings/left.png", "none"};
+  source.opened.max_stereo_offset_s = 0.008;
+  source.opened.right_offset_s = -0.012;
   for (const Keyframe& keyframe : run.keyframes) {
     const std::string name = std::to_string(keyframe.stamp_ns) + ".png";
     source.images.push_back({keyframe.stamp_ns, "cam0/data/" + name, "cam1/data/" + name});

@@ -93,8 +93,51 @@ TEST(PoseReading, EachFormIsNamedAndTheRemedyAgrees) {
   }
 }
 
+TEST(PoseReading, AScaleIsThatOfPositionsNotOfTheLever) {
+  for (const char* of : {"camera", "world-in-camera"}) {
+    const PoseReading reading = Judge(TableOf({.of = of, .scale = 10}));
+    EXPECT_EQ(reading.form.of, of);
+    EXPECT_EQ(reading.form.scale, 10);
+    EXPECT_LT(reading.best.way_m, 0.015);
+  }
+}
+
+TEST(PoseReading, MirroredPosesAreNamedAndHaveNoRemedy) {
+  PoseTable mirrored = TableOf({}), positions = mirrored;
+  for (PoseRow& row : mirrored.rows) {  // y of world and body
+    row.p.y() *= -1;
+    row.quaternion[0] *= -1;
+    row.quaternion[2] *= -1;
+  }
+  for (PoseRow& row : positions.rows) row.p.x() *= -1;
+  for (const auto& [table, words] :
+       {std::pair{mirrored, "the poses are mirrored, in left-handed axes (axes x, y, z that are "},
+        std::pair{positions,
+                  "the positions are mirrored, in left-handed axes (x, y, z are -x, y, z"}}) {
+    const PoseReading reading = Judge(table);
+    EXPECT_FALSE(reading.agrees);
+    EXPECT_FALSE(reading.is_explained);
+    EXPECT_THAT(reading.words, HasSubstr(words));
+  }
+}
+
+TEST(PoseReading, ABodyWithOtherAxesIsNamed) {
+  PoseTable table = TableOf({});
+  for (PoseRow& row : table.rows) {
+    auto& q = row.quaternion;  // forward, right, down
+    const Eigen::Quaterniond turned =
+        Eigen::Quaterniond(q[3], q[0], q[1], q[2]) * Eigen::Quaterniond(0, 1, 0, 0);
+    q = {turned.x(), turned.y(), turned.z(), turned.w()};
+  }
+  const PoseReading reading = Judge(table);
+  EXPECT_FALSE(reading.agrees);
+  EXPECT_FALSE(reading.is_explained);
+  EXPECT_THAT(reading.words,
+              HasSubstr("a body that is turned (axes x, y, z that are x, -y, -z of"));
+}
+
 TEST(PoseReading, StampsThatAreLateOrHaveAnotherStartAreNamed) {
-  for (const double late_s : {0.06, -0.2, 1403636579.758, -400.0}) {
+  for (const double late_s : {0.06, -0.2, 3.0, 1403636579.758, -400.0}) {
     const PoseTable table = TableOf({}, late_s);
     const PoseReading reading = Judge(table);
     EXPECT_FALSE(reading.agrees) << late_s;
@@ -104,12 +147,19 @@ TEST(PoseReading, StampsThatAreLateOrHaveAnotherStartAreNamed) {
 }
 
 TEST(PoseReading, WhatNoReadingExplainsIsSaid) {
-  PoseTable table = TableOf({});
-  for (PoseRow& row : table.rows) row.quaternion = {0, 0, 0, 1};
-  const PoseReading reading = Judge(table);
-  EXPECT_FALSE(reading.agrees);
-  EXPECT_FALSE(reading.is_explained);
-  EXPECT_THAT(reading.words, HasSubstr("no reading"));
+  PoseTable alike = TableOf({}), others = alike;
+  for (PoseRow& row : alike.rows) row.quaternion = {0, 0, 0, 1};
+  for (size_t i = 0; i < others.rows.size(); ++i) {  // of another walk
+    const Eigen::Quaterniond q = ExpRotation({0, std::sin(0.05 * static_cast<double>(i)), 0});
+    others.rows[i].quaternion = {q.x(), q.y(), q.z(), q.w()};
+  }
+  for (const auto& [table, words] : {std::pair{alike, "their rotations are all the same"},
+                                     std::pair{others, "they fit by no reading"}}) {
+    const PoseReading reading = Judge(table);
+    EXPECT_FALSE(reading.agrees);
+    EXPECT_FALSE(reading.is_explained);
+    EXPECT_THAT(reading.words, HasSubstr(words));
+  }
 }
 
 }  // namespace
