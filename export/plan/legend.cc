@@ -58,11 +58,11 @@ Drawing DrawSample(const Sample& sample) {
   return drawing;
 }
 
-Drawing DrawRoomSample() {
+Drawing DrawLineSample(Pen pen, const char* text) {
   const double middle_mm = -0.5 * kThickness_mm;
   Drawing drawing;
-  drawing.paths = {{Pen::kRoom, {{0, middle_mm}, {kSample_mm, middle_mm}}}};
-  AddText("border of a room, no wall seen", &drawing);
+  drawing.paths = {{pen, {{0, middle_mm}, {kSample_mm, middle_mm}}}};
+  AddText(text, &drawing);
   return drawing;
 }
 
@@ -71,6 +71,17 @@ Drawing DrawNumberSample() {
   drawing.texts = {{"W3 0.15", {0.5 * kSample_mm, -0.5 * (kThickness_mm + kText_mm)}, kText_mm}};
   AddText("wall 3 and its thickness", &drawing);
   return drawing;
+}
+
+Drawing InColumns(const std::vector<Drawing>& samples) {
+  constexpr int kRows = 4;
+  Drawing legend;
+  for (int i = 0; i < static_cast<int>(samples.size()); ++i) {
+    const Vector2d place(kColumn_mm * (i / kRows),
+                         kRow_mm * (kRows - 1 - i % kRows) + kThickness_mm);
+    legend.Add(Placed(samples[static_cast<size_t>(i)], 1, place));
+  }
+  return legend;
 }
 
 // The round length, of 1, 2 or 5 times a power of ten, that comes nearest below.
@@ -93,18 +104,23 @@ Drawing Legend() {
       {"window", SampleOpening(OpeningKind::kWindow, false)},
       {"passage", SampleOpening(OpeningKind::kPassage, false)},
   };
-  constexpr int kRows = 4;
   std::vector<Drawing> drawn;
   for (const Sample& sample : samples) drawn.push_back(DrawSample(sample));
-  drawn.push_back(DrawRoomSample());
+  drawn.push_back(DrawLineSample(Pen::kRoom, "border of a room, no wall seen"));
   drawn.push_back(DrawNumberSample());
-  Drawing legend;
-  for (int i = 0; i < static_cast<int>(drawn.size()); ++i) {
-    const Vector2d place(kColumn_mm * (i / kRows),
-                         kRow_mm * (kRows - 1 - i % kRows) + kThickness_mm);
-    legend.Add(Placed(drawn[static_cast<size_t>(i)], 1, place));
-  }
-  return legend;
+  return InColumns(drawn);
+}
+
+Drawing SectionLegend() {
+  const auto area = [](bool is_assumed, const char* text) {
+    return DrawSample({text, SampleWall(is_assumed)});
+  };
+  const auto line = [](Pen pen, const char* text) { return DrawLineSample(pen, text); };
+  return InColumns({area(false, "cut, measured"), area(true, "cut, thickness assumed"),
+                    line(Pen::kBeyond, "edge of a wall beyond"),
+                    line(Pen::kAssumed, "edge that was not seen"),
+                    line(Pen::kOpening, "border of an opening"),
+                    line(Pen::kLine, "line of the map, beyond")});
 }
 
 Drawing NorthArrow(const std::optional<double>& north_deg) {

@@ -11,6 +11,9 @@ namespace slcmap {
 // its lower left corner.
 Drawing Legend();
 
+// The same of what sections show.
+Drawing SectionLegend();
+
 // An arrow and what it points to, some 14 mm high, from its lower left corner: the compass' north,
 // that many degrees clockwise from up, or where that is not known, up, along the building's walls.
 Drawing NorthArrow(const std::optional<double>& north_deg);

@@ -74,22 +74,6 @@ void AddTexts(const Building& building, const std::vector<WallSolid>& solids,
   }
 }
 
-// Of the walls and rooms of all storeys; empty where there are none.
-Eigen::AlignedBox2d ExtentOf(const Building& building) {
-  Eigen::AlignedBox2d extent;
-  for (const Storey& storey : building.storeys) {
-    for (const WallSolid& solid : WallSolids(building, storey.id)) {
-      for (const Vector2d& p : {solid.start, solid.end, solid.back_start, solid.back_end}) {
-        extent.extend(p);
-      }
-    }
-  }
-  for (const Room& room : building.rooms) {
-    for (const Vector2d& point : RoomInPlan(building, room).outline) extent.extend(point);
-  }
-  return extent;
-}
-
 DrawnPath BorderOf(const PlanPoints& ring) {
   DrawnPath border = {Pen::kRoom, ring};
   border.points.push_back(ring.front());
@@ -122,7 +106,7 @@ StoreyPlan MakePlan(const Building& building, const Storey& storey, const PlanTe
 }  // namespace
 
 PlanSet MakePlans(const Building& building, const PlanOptions& options) {
-  const Eigen::AlignedBox2d extent = ExtentOf(building);
+  const Eigen::AlignedBox2d extent = PlanExtent(building);
   PlanSet plans;
   if (!extent.isEmpty()) plans.middle_m = extent.center();
   plans.format =
