@@ -196,9 +196,10 @@ void CheckFormats(const ExportOptions& options) {
     return format == "svg" || format == "pdf" || format == "dxf";
   };
   if (has_sections && !options.formats.empty() && std::ranges::none_of(options.formats, draws)) {
-    throw ConfigError(fmt::format(
-        "format: found {}, expected svg, pdf or dxf too, which sections and elevations are drawn in",
-        fmt::join(options.formats, ", ")));
+    throw ConfigError(
+        fmt::format("format: found {}, expected svg, pdf or dxf too, which sections and elevations "
+                    "are drawn in",
+                    fmt::join(options.formats, ", ")));
   }
 }
 

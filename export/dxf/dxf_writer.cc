@@ -62,11 +62,12 @@ void AddPlanLayers(const std::string& prefix, bool is_on, DxfFile* file) {
 void AddStorey(const StoreyPlan& plan, bool is_on, DxfFile* file) {
   const std::string prefix = StoreyPrefix(plan.storey.id) + "_";
   AddPlanLayers(prefix, is_on, file);
-  for (const Drawing* drawing : {&plan.rooms, &plan.walls, &plan.openings}) {
+  for (const Drawing* drawing : {&plan.rooms, &plan.walls, &plan.openings, &plan.sections}) {
     AddPaths(prefix, *drawing, file);
   }
   for (const DrawnText& text : plan.room_texts) file->AddText(prefix + kRoomTextLayer, text);
   for (const DrawnText& text : plan.wall_texts) file->AddText(prefix + kTextLayer, text);
+  for (const DrawnText& text : plan.sections.texts) file->AddText(prefix + kTextLayer, text);
   for (const Dimension& dimension : plan.dimensions) {
     file->AddDimension(prefix + "DIMENSION", dimension);
   }

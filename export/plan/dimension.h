@@ -70,11 +70,12 @@ std::vector<Dimension> ChainsOutside(const Outside& outside, const Eigen::Aligne
                                      const std::vector<ChainMark>& marks,
                                      const PlanTextSizes& sizes);
 
-// Chains on all four sides of walls and rooms: the sides of those walls across them that can be seen
-// from there, and a second one from the first to the last. Of sides of walls that lie too near for
-// a text between them, those of longer walls are taken; the two sides of one wall stay. Where one
-// was not measured, they are about so long.
-std::vector<Dimension> OuterChains(const std::vector<WallSolid>& solids,
-                                   const std::vector<Polygon>& rooms, const PlanTextSizes& sizes);
+// Chains on all four sides of walls and rooms: the sides of those walls across them that can be
+// seen from there, and a second one from the first to the last. Of sides of walls that lie too near
+// for a text between them, those of longer walls are taken; the two sides of one wall stay. Where
+// one was not measured, they are about so long. Where no wall is along an axis, they are along the
+// longest one.
+std::vector<Dimension> OuterChains(std::vector<WallSolid> solids, std::vector<Polygon> rooms,
+                                   const PlanTextSizes& sizes);
 
 }  // namespace slcmap

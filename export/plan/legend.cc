@@ -3,6 +3,7 @@
 #include <spdlog/fmt/fmt.h>
 
 #include <Eigen/Geometry>
+#include <array>
 #include <cmath>
 
 #include "export/plan/opening_symbols.h"
@@ -116,14 +117,13 @@ Drawing SectionLegend() {
     return DrawSample({text, SampleWall(is_assumed)});
   };
   const auto line = [](Pen pen, const char* text) { return DrawLineSample(pen, text); };
-  return InColumns({area(false, "cut, measured"), area(true, "cut, thickness assumed"),
-                    line(Pen::kBeyond, "edge of a wall beyond"),
-                    line(Pen::kAssumed, "edge that was not seen"),
-                    line(Pen::kOpening, "border of an opening"),
-                    line(Pen::kLine, "line of the map, beyond")});
+  return InColumns(
+      {area(false, "cut, measured"), area(true, "cut, thickness assumed"),
+       line(Pen::kBeyond, "edge of a wall beyond"), line(Pen::kAssumed, "edge that was not seen"),
+       line(Pen::kOpening, "border of an opening"), line(Pen::kLine, "line of the map, beyond")});
 }
 
-Drawing NorthArrow(const std::optional<double>& north_deg) {
+Drawing NorthArrow(const std::optional<double>& north_deg, bool is_far) {
   constexpr double kReach_mm = 6, kHalf_mm = 1.8;
   const Eigen::Rotation2Dd turn(-north_deg.value_or(0) * M_PI / 180);
   const Vector2d middle(kReach_mm, kReach_mm + 1);
@@ -132,10 +132,13 @@ Drawing NorthArrow(const std::optional<double>& north_deg) {
   Drawing arrow;
   arrow.areas = {{Fill::kInk, {{tip, at(-kHalf_mm, 0), neck}, {}}}};
   arrow.paths = {{Pen::kDimension, {tail, neck}}, {Pen::kDimension, {neck, at(kHalf_mm, 0), tip}}};
-  const std::string lines[] = {
-      north_deg ? fmt::format("North: {:g}\u00b0 clockwise from up,", *north_deg)
-                : "Building north: up on this sheet, along",
-      north_deg ? "as given" : "the walls; the compass' north is not known"};
+  std::array<std::string, 2> lines = {"Building north: up on this sheet, along",
+                                      "the walls; the compass' north is not known"};
+  if (is_far)
+    lines = {"Up on this sheet: y of the given poses;", "the compass' north is not known"};
+  if (north_deg) {
+    lines = {fmt::format("North: {:g}\u00b0 clockwise from up,", *north_deg), "as given"};
+  }
   double base_mm = middle.y() + 0.5;
   for (const std::string& line : lines) {
     arrow.texts.push_back({line, {2 * kReach_mm + 2, base_mm}, kText_mm, 0, Align::kLeft});

@@ -48,9 +48,8 @@ std::vector<ChainMark> MarksFrom(const Outside& outside, const std::vector<WallS
 
 // Those between which there is room for a text, in their order along the axis.
 std::vector<ChainMark> ClearMarks(std::vector<ChainMark> marks, double text_m) {
-  std::stable_sort(marks.begin(), marks.end(), [](const ChainMark& a, const ChainMark& b) {
-    return a.weight_m > b.weight_m;
-  });
+  std::stable_sort(marks.begin(), marks.end(),
+                   [](const ChainMark& a, const ChainMark& b) { return a.weight_m > b.weight_m; });
   std::vector<ChainMark> clear;
   for (const ChainMark& mark : marks) {
     const bool is_clear = std::all_of(clear.begin(), clear.end(), [&](const ChainMark& other) {
@@ -104,6 +103,19 @@ class Chain {
   const PlanTextSizes& sizes_;
 };
 
+// By which the longest wall lies along x, if none is along an axis, as in maps that are far away
+// and keep the axes of their poses; else 0.
+double TurnToAxes(const std::vector<WallSolid>& solids) {
+  const WallSolid* longest = nullptr;
+  for (const WallSolid& solid : solids) {
+    if (IsAlong(solid, 0) || IsAlong(solid, 1)) return 0;
+    if (longest == nullptr || solid.Length() > longest->Length()) longest = &solid;
+  }
+  if (longest == nullptr) return 0;
+  const Vector2d along = longest->Direction();
+  return -std::remainder(std::atan2(along.y(), along.x()), M_PI / 2);
+}
+
 }  // namespace
 
 std::vector<Dimension> ChainsOutside(const Outside& outside, const Eigen::AlignedBox2d& extent,
@@ -121,16 +133,21 @@ std::vector<Dimension> ChainsOutside(const Outside& outside, const Eigen::Aligne
   return dimensions;
 }
 
-std::vector<Dimension> OuterChains(const std::vector<WallSolid>& solids,
-                                   const std::vector<Polygon>& rooms, const PlanTextSizes& sizes) {
+std::vector<Dimension> OuterChains(std::vector<WallSolid> solids, std::vector<Polygon> rooms,
+                                   const PlanTextSizes& sizes) {
+  const Eigen::Rotation2Dd turn(TurnToAxes(solids));
   Eigen::AlignedBox2d extent;
-  for (const WallSolid& solid : solids) {
-    for (const Vector2d& p : {solid.start, solid.end, solid.back_start, solid.back_end}) {
-      extent.extend(p);
+  const auto turn_point = [&](Vector2d* p) {
+    *p = turn * *p;
+    extent.extend(*p);
+  };
+  for (WallSolid& solid : solids) {
+    for (Vector2d* p : {&solid.start, &solid.end, &solid.back_start, &solid.back_end}) {
+      turn_point(p);
     }
   }
-  for (const Polygon& room : rooms) {
-    for (const Vector2d& p : room.outline) extent.extend(p);
+  for (Polygon& room : rooms) {
+    for (Vector2d& p : room.outline) turn_point(&p);
   }
   std::vector<Dimension> dimensions;
   for (const int axis : {0, 1}) {
@@ -138,6 +155,9 @@ std::vector<Dimension> OuterChains(const std::vector<WallSolid>& solids,
       const Outside outside = {axis, upper};
       Append(ChainsOutside(outside, extent, MarksFrom(outside, solids), sizes), &dimensions);
     }
+  }
+  for (Dimension& dimension : dimensions) {
+    for (Vector2d* p : {&dimension.from, &dimension.to}) *p = turn.inverse() * *p;
   }
   return dimensions;
 }

@@ -15,6 +15,7 @@ Drawing PlanInMetres(const StoreyPlan& plan, const PlanTextSizes& sizes) {
   Drawing drawing = plan.rooms;
   drawing.Add(plan.walls);
   drawing.Add(plan.openings);
+  drawing.Add(plan.sections);
   for (const Dimension& dimension : plan.dimensions) {
     drawing.Add(DrawDimension(dimension, sizes));
   }

@@ -72,6 +72,7 @@ TitleBlock::TitleBlock(const MapResult& map, const PlanOptions& options)
       map_id_(map.id),
       offset_(WorldOffsetNote(map.source.world_offset_m)),
       is_complete_(map.complete),
+      is_far_(IsFar(map.source)),
       in_mm_(options.millimetres),
       north_deg_(options.north_deg) {}
 
@@ -101,7 +102,8 @@ Drawing TitleBlock::Draw(const SheetFormat& format, const SheetWords& words,
   drawing.texts = TitleTexts(words.title, Notes(format, words));
   drawing.Add(Placed(legend, 1, low + Vector2d(kLegendLeft_mm, kLow_mm)));
   drawing.Add(Placed(ScaleBar(format.scale), 1, {right_mm, low.y() + kLow_mm}));
-  const Drawing orientation = words.place.empty() ? NorthArrow(north_deg_) : PlaceNote(words.place);
+  const Drawing orientation =
+      words.place.empty() ? NorthArrow(north_deg_, is_far_) : PlaceNote(words.place);
   drawing.Add(Placed(orientation, 1, {right_mm, low.y() + kArrow_mm}));
   return drawing;
 }

@@ -13,10 +13,11 @@
 namespace slcmap {
 
 struct SheetWords {
-  std::string title;               // "Storey 0"
-  std::string kind;                // "Floor plan"
-  std::string number;              // of the sheet, after that of the drawing: "S0"
-  std::vector<std::string> place;  // where a section is; without, the arrow to the north is drawn
+  std::string title;   // "Storey 0"
+  std::string kind;    // "Floor plan"
+  std::string number;  // of the sheet, after that of the drawing: "S0"
+  // Where a section is; without, the arrow to the north is drawn.
+  std::vector<std::string> place = {};
 };
 
 class TitleBlock {
@@ -32,7 +33,7 @@ class TitleBlock {
   std::vector<std::string> Notes(const SheetFormat& format, const SheetWords& words) const;
 
   std::string project_, date_, number_, map_id_, offset_;
-  bool is_complete_, in_mm_;
+  bool is_complete_, is_far_, in_mm_;
   std::optional<double> north_deg_;
 };
 

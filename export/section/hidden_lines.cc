@@ -100,8 +100,8 @@ class Pieces {
       if (std::abs(end[across] - start[across]) > kGrid_m) continue;
       const int64_t row = std::llround(start[across] / kGrid_m);
       rows_[{pen, along, row}].push_back({start, end});
-      if (start[along] > end[along]) std::swap(rows_[{pen, along, row}].back()[0],
-                                               rows_[{pen, along, row}].back()[1]);
+      if (start[along] > end[along])
+        std::swap(rows_[{pen, along, row}].back()[0], rows_[{pen, along, row}].back()[1]);
       return;
     }
     paths_.push_back({pen, {start, end}});
@@ -110,9 +110,8 @@ class Pieces {
   std::vector<DrawnPath> Joined() && {
     for (auto& [key, row] : rows_) {
       const auto [pen, along, place] = key;
-      std::sort(row.begin(), row.end(), [k = along](const Piece& a, const Piece& b) {
-        return a[0][k] < b[0][k];
-      });
+      std::sort(row.begin(), row.end(),
+                [k = along](const Piece& a, const Piece& b) { return a[0][k] < b[0][k]; });
       Piece joined = row.front();
       for (const Piece& piece : row) {
         if (piece[0][along] > joined[1][along] + kAtEdge_m) {
@@ -136,8 +135,8 @@ class Pieces {
 
 bool IsHidden(const std::vector<Screen>& screens, const Vector3d& point, double before_m) {
   return std::any_of(screens.begin(), screens.end(), [&](const Screen& screen) {
-    const Vector2d inside = (point.head<2>() - screen.box.min())
-                                .cwiseMin(screen.box.max() - point.head<2>());
+    const Vector2d inside =
+        (point.head<2>() - screen.box.min()).cwiseMin(screen.box.max() - point.head<2>());
     return inside.minCoeff() > kAtEdge_m && DepthAt(screen, point.x()) < point.z() - before_m;
   });
 }

@@ -116,13 +116,11 @@ class BuildingCutter {
 
  private:
   bool HasCeiling(int64_t storey) const {
-    return std::any_of(building_.storeys.begin(), building_.storeys.end(), [&](const Storey& s) {
-      return s.id == storey && s.ceiling_m.has_value();
-    });
+    return std::any_of(building_.storeys.begin(), building_.storeys.end(),
+                       [&](const Storey& s) { return s.id == storey && s.ceiling_m.has_value(); });
   }
 
-  CutBox BoxOfWall(const TallWall& wall, const CutRange& range, double low_m,
-                   double high_m) const {
+  CutBox BoxOfWall(const TallWall& wall, const CutRange& range, double low_m, double high_m) const {
     return {{Vector2d(range.first, low_m), Vector2d(range.second, high_m)},
             wall.solid.wall->thickness_assumed,
             AssumedSides(wall, range, view_)};

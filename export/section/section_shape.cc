@@ -147,8 +147,10 @@ class BeyondCut {
         add(to, low_m, to, high_m);
         const double middle_m = 0.5 * (from.y() + to.y());
         if (nearer.opening != nullptr && middle_m > nearer_m) continue;
-        nearer = {&opening, AlignedBox2d(Vector2d(std::min(from.x(), to.x()), low_m),
-                                         Vector2d(std::max(from.x(), to.x()), high_m)), false};
+        nearer = {&opening,
+                  AlignedBox2d(Vector2d(std::min(from.x(), to.x()), low_m),
+                               Vector2d(std::max(from.x(), to.x()), high_m)),
+                  false};
         nearer_m = middle_m;
       }
       if (nearer.box.sizes().x() > kSameFace_m) openings_.emplace_back(nearer, nearer_m);

@@ -17,8 +17,8 @@ struct SectionShape {
   SectionCut cut;              // its openings are also those that are seen beyond
 };
 
-// Walls beyond the cut with their openings, and the lines of the map there, as far as other walls do
-// not hide them.
+// Walls beyond the cut with their openings, and the lines of the map there, as far as other walls
+// do not hide them.
 SectionShape ShapeOfSection(const MapResult& map, const SectionView& view);
 
 }  // namespace slcmap

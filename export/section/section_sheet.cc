@@ -20,14 +20,15 @@ std::vector<Sheet> MakeSectionSheets(const MapResult& map, const PlanOptions& op
     }
     const double mm_of_metre = 1000.0 / format.scale;
     const SectionView& view = section.view;
-    Sheet sheet = {view.name, view.title, block.project(), format.size_mm,
-                   Placed(in_metres, mm_of_metre,
-                          format.Middle_mm() - mm_of_metre * section.extent.center())};
-    sheet.drawing.Add(block.Draw(
-        format,
-        {view.title, view.mark.empty() ? "Elevation" : "Section", view.name,
-         {view.place, "heights over the lowest floor"}},
-        SectionLegend()));
+    Sheet sheet = {
+        view.name, view.title, block.project(), format.size_mm,
+        Placed(in_metres, mm_of_metre, format.Middle_mm() - mm_of_metre * section.extent.center())};
+    sheet.drawing.Add(block.Draw(format,
+                                 {view.title,
+                                  view.mark.empty() ? "Elevation" : "Section",
+                                  view.name,
+                                  {view.place, "heights over the lowest floor"}},
+                                 SectionLegend()));
     sheets.push_back(std::move(sheet));
   }
   return sheets;

@@ -15,10 +15,10 @@ namespace slcmap {
 
 // What an upright plane cuts of a building, and what is beyond it. Metres in the plan's frame.
 struct SectionView {
-  std::string name;   // of its files: "section_1"
-  std::string title;  // "Section 1-1"
-  std::string place;  // "x = 3.20, towards larger x"
-  std::string mark;   // "1", as plans show it; "" of elevations
+  std::string name;                                  // of its files: "section_1"
+  std::string title;                                 // "Section 1-1"
+  std::string place;                                 // "x = 3.20, towards larger x"
+  std::string mark;                                  // "1", as plans show it; "" of elevations
   Eigen::Vector2d origin = Eigen::Vector2d::Zero();  // on the plane, where the drawing has x = 0
   Eigen::Vector2d right = Eigen::Vector2d::UnitX();  // the drawing's x, of length 1
   // What is drawn, along that, and how far beyond the plane.
