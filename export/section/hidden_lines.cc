@@ -30,9 +30,8 @@ std::optional<ViewedLine> Clipped(ViewedLine line, const Eigen::AlignedBox3d& wi
       if (low > 0 || high < 0) return std::nullopt;
       continue;
     }
-    const auto [enters, leaves] = std::minmax(low / along[k], high / along[k]);
-    from = std::max(from, enters);
-    to = std::min(to, leaves);
+    from = std::max(from, std::min(low / along[k], high / along[k]));
+    to = std::min(to, std::max(low / along[k], high / along[k]));
   }
   if (!(from < to)) return std::nullopt;
   line.end = line.start + to * along;

@@ -106,7 +106,7 @@ class BuildingCutter {
       Room as_room;
       as_room.polygon = std::move(slab.polygon);
       for (const CutRange& range : RangesIn(RoomInPlan(building_, as_room), view_)) {
-        AddAssumed(range, slab.low_m, slab.high_m);
+        AddAssumed(IntoWalls(range), slab.low_m, slab.high_m);
         cut_.boxes.back().assumed_sides[slab.IsFloor() ? 3 : 2] = false;
       }
     }
@@ -118,6 +118,18 @@ class BuildingCutter {
   bool HasCeiling(int64_t storey) const {
     return std::any_of(building_.storeys.begin(), building_.storeys.end(),
                        [&](const Storey& s) { return s.id == storey && s.ceiling_m.has_value(); });
+  }
+
+  // A slab goes on under and over the walls that it ends at, whose faces are not quite the border
+  // of their room.
+  CutRange IntoWalls(CutRange range) const {
+    constexpr double kAtWall_m = 0.02;
+    for (const CutWall& wall : cut_.walls) {
+      const AlignedBox2d& box = wall.cut.box;
+      if (std::abs(range.first - box.max().x()) < kAtWall_m) range.first = box.center().x();
+      if (std::abs(range.second - box.min().x()) < kAtWall_m) range.second = box.center().x();
+    }
+    return range;
   }
 
   CutBox BoxOfWall(const TallWall& wall, const CutRange& range, double low_m, double high_m) const {
