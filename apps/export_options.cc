@@ -38,6 +38,19 @@ void AddExportOptions(CLI::App& command, ExportOptions* options) {
                   "Where north is by a compass: degrees clockwise from up on the sheet (default: "
                   "not known)")
       ->type_name("DEG");
+  command
+      .add_option("--section", options->plan.sections,
+                  "Draw a section (SVG, PDF, DXF) where the building is cut, in metres of the "
+                  "export's frame: x=3.2 or y=1 (x=3.2,back: seen the other way), or from the left "
+                  "end to the right one, 1,2:8,2; may be repeated")
+      ->type_name("WHERE")
+      ->allow_extra_args(false);
+  command
+      .add_option("--elevations", options->plan.elevations,
+                  "Draw elevations: of the building's sides, of the rooms' walls, or of both "
+                  "(sides,rooms)")
+      ->type_name("LIST")
+      ->delimiter(',');
   command.add_flag("--tubes", options->gltf.tubes,
                    "GLB: lines as bars too, for viewers that show only triangles");
   command.add_flag("--voxels", options->gltf.voxels, "GLB: occupied voxels as cubes too");

@@ -191,6 +191,16 @@ void CheckFormats(const ExportOptions& options) {
     throw ConfigError(fmt::format("format: found '{}', expected one of {}{}", format,
                                   fmt::join(known, ", "), DidYouMean(format, known)));
   }
+  const bool has_sections = !options.plan.sections.empty() || !options.plan.elevations.empty();
+  const auto draws = [](const std::string& format) {
+    return format == "svg" || format == "pdf" || format == "dxf";
+  };
+  if (has_sections && !options.formats.empty() && std::ranges::none_of(options.formats, draws)) {
+    throw ConfigError(
+        fmt::format("format: found {}, expected svg, pdf or dxf too, which sections and elevations "
+                    "are drawn in",
+                    fmt::join(options.formats, ", ")));
+  }
 }
 
 std::vector<std::string> ExportMap(const MapResult& map, const std::string& folder,

@@ -9,6 +9,7 @@
 
 #include "data/error.h"
 #include "data/file.h"
+#include "export/world_offset.h"
 
 namespace slcmap {
 namespace {
@@ -72,12 +73,14 @@ class Grid {
     return text;
   }
 
-  // The origin is the lower left corner of the lower left cell.
-  std::string Yaml(const std::string& image, double resolution_m) const {
-    return fmt::format(
-        "image: {}\nmode: trinary\nresolution: {:.6f}\norigin: [{:.6f}, {:.6f}, 0.0]\nnegate: 0\n"
-        "occupied_thresh: 0.65\nfree_thresh: 0.196\n",
-        image, resolution_m, resolution_m * low_.x(), resolution_m * low_.y());
+  // The origin is the lower left corner of the lower left cell. `note` is a comment, "" for none.
+  std::string Yaml(const std::string& image, double resolution_m, const std::string& note) const {
+    return (note.empty() ? "" : "# " + note + "\n") +
+           fmt::format(
+               "image: {}\nmode: trinary\nresolution: {:.6f}\norigin: [{:.6f}, {:.6f}, "
+               "0.0]\nnegate: 0\n"
+               "occupied_thresh: 0.65\nfree_thresh: 0.196\n",
+               image, resolution_m, resolution_m * low_.x(), resolution_m * low_.y());
   }
 
  private:
@@ -140,7 +143,8 @@ std::vector<std::string> GridWriter::Write(const std::string& folder, const MapR
                              BoxesInBand(occupied, resolution_m, low_m, high_m));
     const std::string path = folder + "/grid/" + name;
     WriteFile(path + ".pgm", grid.Pgm());
-    WriteFile(path + ".yaml", grid.Yaml(name + ".pgm", resolution_m));
+    WriteFile(path + ".yaml",
+              grid.Yaml(name + ".pgm", resolution_m, WorldOffsetNote(map.source.world_offset_m)));
     paths.push_back(path + ".pgm");
     paths.push_back(path + ".yaml");
   }

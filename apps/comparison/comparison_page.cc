@@ -163,9 +163,10 @@ std::string Table(const SequenceResult& sequence, FigureGroup group) {
   }
   html += "</table></div>\n<ul class=\"soft\">";
   for (const FigureInfo& figure : figures) {
-    html += fmt::format("<li><b>{}</b>{}: {}; {} is better</li>\n", figure.label,
-                        figure.unit[0] ? fmt::format(" [{}]", figure.unit) : "",
-                        EscapeMarkup(MeaningOf(figure.key)), figure.less_is_better ? "less" : "more");
+    html +=
+        fmt::format("<li><b>{}</b>{}: {}; {} is better</li>\n", figure.label,
+                    figure.unit[0] ? fmt::format(" [{}]", figure.unit) : "",
+                    EscapeMarkup(MeaningOf(figure.key)), figure.less_is_better ? "less" : "more");
   }
   return html + "</ul>\n";
 }

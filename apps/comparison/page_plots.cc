@@ -87,7 +87,8 @@ class Plan {
     const auto ticks = [&](double from_m, double to_m, const auto& draw) {
       for (double i = std::ceil(from_m / step_m); i * step_m <= to_m; ++i) draw(i * step_m);
     };
-    const Vector2d low((kMargin - offset_.x()) / scale_, (offset_.y() - height_ + kMargin) / scale_);
+    const Vector2d low((kMargin - offset_.x()) / scale_,
+                       (offset_.y() - height_ + kMargin) / scale_);
     const Vector2d high((width_ - kMargin - offset_.x()) / scale_, (offset_.y() - 10) / scale_);
     ticks(low.x(), high.x(), [&](double m) {
       const double x = At({m, 0}).x();

@@ -13,7 +13,8 @@ std::string MethodColour(const SequenceResult& sequence, size_t method);
 // What plots look like: for the page and, by itself, for those that are saved from it.
 extern const char kPlotStyle[];
 
-// A bar a method, on a logarithmic scale where one would hide the others, with its standard deviation as a whisker, and a line where `floor` is.
+// A bar a method, on a logarithmic scale where one would hide the others, with its standard
+// deviation as a whisker, and a line where `floor` is.
 std::string BarPlot(const SequenceResult& sequence, const FigureInfo& figure, const double* floor);
 
 // The paths from above: the truth below, the methods over it.

@@ -16,8 +16,8 @@ struct MapWallOptions {
 };
 
 // The points of stereo depth that lie over each plane of a wall, within the extents of its outline.
-// Of filled planes there are none: they lie on the plane by construction. Walls have the numbers that
-// plans, the page and IFC give them, and may have several faces; planes of none have -1.
+// Of filled planes there are none: they lie on the plane by construction. Walls have the numbers
+// that plans, the page and IFC give them, and may have several faces; planes of none have -1.
 std::vector<SurveyedPoints> WallsOfMap(const Building& building,
                                        const std::vector<DensePoint>& cloud,
                                        const MapWallOptions& options);

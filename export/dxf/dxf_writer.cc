@@ -6,6 +6,7 @@
 #include "export/dxf/dxf_file.h"
 #include "export/map_layers.h"
 #include "export/plan/storey_plan.h"
+#include "export/section/section_drawing.h"
 #include "export/world_offset.h"
 
 namespace slcmap {
@@ -28,7 +29,10 @@ constexpr std::array<PenLayer, kPenStyles.size()> kPenLayers = {
      {"OVERHEAD", kGrey, DxfLinetype::kDashed},
      {"ROOM", kLightGrey, DxfLinetype::kDotted},
      {"DIMENSION", kGreen, DxfLinetype::kContinuous},
-     {"FRAME", kBlack, DxfLinetype::kContinuous}}};
+     {"FRAME", kBlack, DxfLinetype::kContinuous},
+     {"BEYOND", kGrey, DxfLinetype::kContinuous},
+     {"LINE", kCyan, DxfLinetype::kContinuous},
+     {"SECTION", 1, DxfLinetype::kDashed}}};
 constexpr char kTextLayer[] = "TEXT", kRoomTextLayer[] = "ROOM_TEXT";
 
 // Of LineAxis.
@@ -46,19 +50,24 @@ void AddPaths(const std::string& prefix, const Drawing& drawing, DxfFile* file) 
   }
 }
 
-void AddStorey(const StoreyPlan& plan, bool is_on, DxfFile* file) {
-  const std::string prefix = StoreyPrefix(plan.storey.id) + "_";
+void AddPlanLayers(const std::string& prefix, bool is_on, DxfFile* file) {
   for (const PenLayer& layer : kPenLayers) {
     file->AddLayer({prefix + layer.name, layer.colour, layer.linetype, is_on});
   }
   for (const char* name : {kTextLayer, kRoomTextLayer}) {
     file->AddLayer({prefix + name, kBlack, DxfLinetype::kContinuous, is_on});
   }
-  for (const Drawing* drawing : {&plan.rooms, &plan.walls, &plan.openings}) {
+}
+
+void AddStorey(const StoreyPlan& plan, bool is_on, DxfFile* file) {
+  const std::string prefix = StoreyPrefix(plan.storey.id) + "_";
+  AddPlanLayers(prefix, is_on, file);
+  for (const Drawing* drawing : {&plan.rooms, &plan.walls, &plan.openings, &plan.sections}) {
     AddPaths(prefix, *drawing, file);
   }
   for (const DrawnText& text : plan.room_texts) file->AddText(prefix + kRoomTextLayer, text);
   for (const DrawnText& text : plan.wall_texts) file->AddText(prefix + kTextLayer, text);
+  for (const DrawnText& text : plan.sections.texts) file->AddText(prefix + kTextLayer, text);
   for (const Dimension& dimension : plan.dimensions) {
     file->AddDimension(prefix + "DIMENSION", dimension);
   }
@@ -100,8 +109,20 @@ void AddPlanes(const Building& building, DxfFile* file) {
   }
 }
 
-std::string StoreyDxf(const StoreyPlan& plan, int scale) {
+std::string SectionDxf(const SectionDrawing& section, const MapResult& map) {
+  DxfFile file(section.format.scale);
+  file.SetComment(WorldOffsetNote(map.source.world_offset_m));
+  AddPlanLayers("", true, &file);
+  AddPaths("", section.shape, &file);
+  AddPaths("", {{}, section.marks, {}}, &file);
+  for (const DrawnText& text : section.texts) file.AddText(kTextLayer, text);
+  for (const Dimension& dimension : section.dimensions) file.AddDimension("DIMENSION", dimension);
+  return file.Text();
+}
+
+std::string StoreyDxf(const StoreyPlan& plan, int scale, const MapResult& map) {
   DxfFile file(scale);
+  file.SetComment(WorldOffsetNote(map.source.world_offset_m));
   AddStorey(plan, true, &file);
   return file.Text();
 }
@@ -131,11 +152,16 @@ std::vector<std::string> DxfWriter::Write(const std::string& folder, const MapRe
   std::vector<std::string> paths = {folder + "/plan.dxf", folder + "/map.dxf"};
   const PlanSet plans = MakePlans(map.building, options_);
   WriteFile(paths[0], PlanDxf(plans, map));
-  if (plans.storeys.size() > 1) MakeFolder(folder + "/plan");
+  const std::vector<SectionDrawing> sections = MakeSections(map, options_);
+  if (plans.storeys.size() > 1 || !sections.empty()) MakeFolder(folder + "/plan");
   for (const StoreyPlan& plan : plans.storeys) {
     if (plans.storeys.size() < 2) break;
     paths.push_back(fmt::format("{}/plan/storey_{}.dxf", folder, plan.storey.id));
-    WriteFile(paths.back(), StoreyDxf(plan, plans.format.scale));
+    WriteFile(paths.back(), StoreyDxf(plan, plans.format.scale, map));
+  }
+  for (const SectionDrawing& section : sections) {
+    paths.push_back(fmt::format("{}/plan/{}.dxf", folder, section.view.name));
+    WriteFile(paths.back(), SectionDxf(section, map));
   }
   progress.ReportOrStop(0.5);
   WriteFile(paths[1], MapDxf(map, max_jump_s_));

@@ -7,8 +7,9 @@
 namespace slcmap {
 
 // Writes plan.dxf, the plans of all storeys at z = 0 (those above the lowest on layers that are
-// off; where there are several, each is in plan/storey_N.dxf by itself too), and map.dxf, the map in space: lines by storey, axis and kind, points, planes, trajectory.
-// Both in metres, in the frame of Building::T_map_world.
+// off; where there are several, each is in plan/storey_N.dxf by itself too), sections and
+// elevations as plan/NAME.dxf, upright in x and y, and map.dxf, the map in space: lines by storey,
+// axis and kind, points, planes, trajectory. All in metres, in the frame of Building::T_map_world.
 class DxfWriter : public MapWriter {
  public:
   DxfWriter(const PlanOptions& options, double max_jump_s)

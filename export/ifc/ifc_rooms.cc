@@ -2,10 +2,8 @@
 
 #include <spdlog/fmt/fmt.h>
 
-#include <algorithm>
-
+#include "export/slab_shape.h"
 #include "export/storey_at.h"
-#include "export/surface_mesh.h"
 
 namespace slcmap {
 namespace {
@@ -61,52 +59,20 @@ void AddSpace(const Room& room, IfcPart* part, IfcFile* file) {
   file->AddProperties(space, content, "Space", {{"coverage", IfcRatioValue(room.bounded)}});
 }
 
-bool IsLevel(const BuildingPlane& plane) {
-  return (plane.kind == PlaneKind::kFloor || plane.kind == PlaneKind::kCeiling) &&
-         plane.normal.z() != 0;
-}
-
-double HeightOf(const BuildingPlane& plane) { return plane.offset_m / plane.normal.z(); }
-
-// As options say, or as much as leaves room for the slab of the floor above a ceiling, or of the
-// ceiling beneath a floor, and for the rooms there.
-double SlabThickness(const BuildingPlane& plane, const Polygon& polygon, const Building& building,
-                     const IfcOptions& options) {
-  const bool is_floor = plane.kind == PlaneKind::kFloor;
-  double thickness_m = options.slab_m;
-  const auto keep_within = [&](double free_m, const Polygon& other) {
-    if (free_m < kLeastHeight_m || free_m >= thickness_m) return;
-    if (IntersectionArea(polygon, other) > kLeastArea_m2) thickness_m = free_m;
-  };
-  for (const BuildingPlane& other : building.planes) {
-    if (!IsLevel(other) || other.kind == plane.kind) continue;
-    const double gap_m = (is_floor ? -1 : 1) * (HeightOf(other) - HeightOf(plane));
-    keep_within(0.5 * gap_m, LevelOutline(other, building));
-  }
-  for (const Room& room : building.rooms) {
-    if (is_floor && !room.height_m) continue;
-    const double gap_m =
-        is_floor ? HeightOf(plane) - room.floor_m - *room.height_m : room.floor_m - HeightOf(plane);
-    keep_within(gap_m, room.polygon);
-  }
-  return thickness_m;
-}
-
-void AddSlab(const BuildingPlane& plane, const Polygon& polygon, double slab_m, IfcPart* part,
-             IfcFile* file) {
-  const bool is_floor = plane.kind == PlaneKind::kFloor;
-  const double height_m = HeightOf(plane);
+void AddSlab(const Slab& solid, IfcPart* part, IfcFile* file) {
+  const BuildingPlane& plane = *solid.plane;
   const std::string content =
-      fmt::format("{} {} {}", plane.storey, StepReal(height_m), ContentOf(polygon));
-  const double low_m = height_m - part->floor_m - (is_floor ? slab_m : 0);
-  const std::string prism = file->Prism(polygon, low_m, slab_m);
+      fmt::format("{} {} {}", plane.storey, StepReal(plane.offset_m / plane.normal.z()),
+                  ContentOf(solid.polygon));
+  const std::string prism =
+      file->Prism(solid.polygon, solid.low_m - part->floor_m, solid.high_m - solid.low_m);
   file->SetSurface(prism, kSlabColour, 0);
   const std::string placement = file->LocalPlacement(part->placement, {});
   const std::string slab = file->AddRooted(
       "IFCSLAB", content,
-      {StepText(fmt::format("{} {}", is_floor ? "Floor" : "Ceiling", plane.id)), kStepUnset,
-       is_floor ? kStepUnset : "'CEILING'", placement, file->SolidShape({prism}),
-       StepText(fmt::format("{}", plane.id)), is_floor ? ".FLOOR." : ".USERDEFINED."});
+      {StepText(fmt::format("{} {}", solid.IsFloor() ? "Floor" : "Ceiling", plane.id)), kStepUnset,
+       solid.IsFloor() ? kStepUnset : "'CEILING'", placement, file->SolidShape({prism}),
+       StepText(fmt::format("{}", plane.id)), solid.IsFloor() ? ".FLOOR." : ".USERDEFINED."});
   part->elements.push_back(slab);
   file->AddProperties(
       slab, content, "Slab",
@@ -125,15 +91,8 @@ void AddIfcSpaces(const Building& building, IfcStructure* structure, IfcFile* fi
 int AddIfcSlabs(const Building& building, const IfcOptions& options, IfcStructure* structure,
                 IfcFile* file) {
   int left_out = 0;
-  for (const BuildingPlane& plane : building.planes) {
-    if (plane.kind != PlaneKind::kFloor && plane.kind != PlaneKind::kCeiling) continue;
-    const Polygon polygon = LevelOutline(plane, building);
-    if (!IsLevel(plane) || !HasArea(polygon)) {
-      ++left_out;
-      continue;
-    }
-    const double slab_m = SlabThickness(plane, polygon, building, options);
-    AddSlab(plane, polygon, slab_m, &structure->PartOf(StoreyOfId(building, plane.storey)), file);
+  for (const Slab& slab : SlabsOf(building, options.slab_m, &left_out)) {
+    AddSlab(slab, &structure->PartOf(StoreyOfId(building, slab.plane->storey)), file);
   }
   return left_out;
 }

@@ -49,11 +49,33 @@ DrawnText DimensionText(const Dimension& dimension, const PlanTextSizes& sizes);
 std::vector<Dimension> RoomDimensions(const Polygon& room, const PlanTextSizes& sizes,
                                       TakenPlaces* taken);
 
-// Chains on all four sides of walls and rooms: the sides of those walls across them that can be seen
-// from there, and a second one from the first to the last. Of sides of walls that lie too near for
-// a text between them, those of longer walls are taken; the two sides of one wall stay. Where one
-// was not measured, they are about so long.
-std::vector<Dimension> OuterChains(const std::vector<WallSolid>& solids,
-                                   const std::vector<Polygon>& rooms, const PlanTextSizes& sizes);
+// What a chain of dimensions goes to: a side of a wall across it, or a height.
+struct ChainMark {
+  double at_m = 0;      // along the axis
+  double weight_m = 0;  // of a wall, its length
+  const PlanWall* wall = nullptr;
+  bool assumed = false;  // nobody saw it
+};
+
+// A side of what is drawn, from which it is measured: along an axis (0 x, 1 y), and whether it is
+// the upper one across that.
+struct Outside {
+  int axis = 0;
+  bool upper = false;
+};
+
+// A chain outside of an extent and, of more than two marks, a second one from the first to the
+// last. Of marks of two walls that lie too near for a text between them, the heavier are taken.
+std::vector<Dimension> ChainsOutside(const Outside& outside, const Eigen::AlignedBox2d& extent,
+                                     const std::vector<ChainMark>& marks,
+                                     const PlanTextSizes& sizes);
+
+// Chains on all four sides of walls and rooms: the sides of those walls across them that can be
+// seen from there, and a second one from the first to the last. Of sides of walls that lie too near
+// for a text between them, those of longer walls are taken; the two sides of one wall stay. Where
+// one was not measured, they are about so long. Where no wall is along an axis, they are along the
+// longest one.
+std::vector<Dimension> OuterChains(std::vector<WallSolid> solids, std::vector<Polygon> rooms,
+                                   const PlanTextSizes& sizes);
 
 }  // namespace slcmap

@@ -20,6 +20,9 @@ enum class Pen {
   kRoom,      // the border of a room, where no wall hides it
   kDimension,
   kFrame,
+  kBeyond,       // of sections: what is seen beyond the cut
+  kLine,         // mapped lines there
+  kSectionLine,  // where a plan is cut by sections
 };
 enum class Fill { kAssumed, kWall, kInk };  // in the order in which they are laid over each other
 
@@ -29,13 +32,16 @@ struct PenStyle {
   double width_mm;
   double dash_mm, gap_mm;
 };
-inline constexpr std::array<PenStyle, 7> kPenStyles = {{{"walls", 0.5, 0, 0},
+inline constexpr std::array<PenStyle, 10> kPenStyles = {{{"walls", 0.5, 0, 0},
                                                         {"assumed", 0.25, 1.4, 0.9},
                                                         {"openings", 0.25, 0, 0},
                                                         {"overhead", 0.18, 0.9, 0.9},
                                                         {"rooms", 0.18, 0.3, 0.9},
                                                         {"dimensions", 0.18, 0, 0},
-                                                        {"frame", 0.35, 0, 0}}};
+                                                        {"frame", 0.35, 0, 0},
+                                                         {"beyond", 0.25, 0, 0},
+                                                         {"lines", 0.09, 0, 0},
+                                                         {"section_lines", 0.35, 5, 1.5}}};
 
 struct FillStyle {
   const char* name;

@@ -3,6 +3,7 @@
 #include <spdlog/fmt/fmt.h>
 
 #include <Eigen/Geometry>
+#include <array>
 #include <cmath>
 
 #include "export/plan/opening_symbols.h"
@@ -58,11 +59,11 @@ Drawing DrawSample(const Sample& sample) {
   return drawing;
 }
 
-Drawing DrawRoomSample() {
+Drawing DrawLineSample(Pen pen, const char* text) {
   const double middle_mm = -0.5 * kThickness_mm;
   Drawing drawing;
-  drawing.paths = {{Pen::kRoom, {{0, middle_mm}, {kSample_mm, middle_mm}}}};
-  AddText("border of a room, no wall seen", &drawing);
+  drawing.paths = {{pen, {{0, middle_mm}, {kSample_mm, middle_mm}}}};
+  AddText(text, &drawing);
   return drawing;
 }
 
@@ -71,6 +72,17 @@ Drawing DrawNumberSample() {
   drawing.texts = {{"W3 0.15", {0.5 * kSample_mm, -0.5 * (kThickness_mm + kText_mm)}, kText_mm}};
   AddText("wall 3 and its thickness", &drawing);
   return drawing;
+}
+
+Drawing InColumns(const std::vector<Drawing>& samples) {
+  constexpr int kRows = 4;
+  Drawing legend;
+  for (int i = 0; i < static_cast<int>(samples.size()); ++i) {
+    const Vector2d place(kColumn_mm * (i / kRows),
+                         kRow_mm * (kRows - 1 - i % kRows) + kThickness_mm);
+    legend.Add(Placed(samples[static_cast<size_t>(i)], 1, place));
+  }
+  return legend;
 }
 
 // The round length, of 1, 2 or 5 times a power of ten, that comes nearest below.
@@ -93,21 +105,25 @@ Drawing Legend() {
       {"window", SampleOpening(OpeningKind::kWindow, false)},
       {"passage", SampleOpening(OpeningKind::kPassage, false)},
   };
-  constexpr int kRows = 4;
   std::vector<Drawing> drawn;
   for (const Sample& sample : samples) drawn.push_back(DrawSample(sample));
-  drawn.push_back(DrawRoomSample());
+  drawn.push_back(DrawLineSample(Pen::kRoom, "border of a room, no wall seen"));
   drawn.push_back(DrawNumberSample());
-  Drawing legend;
-  for (int i = 0; i < static_cast<int>(drawn.size()); ++i) {
-    const Vector2d place(kColumn_mm * (i / kRows),
-                         kRow_mm * (kRows - 1 - i % kRows) + kThickness_mm);
-    legend.Add(Placed(drawn[static_cast<size_t>(i)], 1, place));
-  }
-  return legend;
+  return InColumns(drawn);
 }
 
-Drawing NorthArrow(const std::optional<double>& north_deg) {
+Drawing SectionLegend() {
+  const auto area = [](bool is_assumed, const char* text) {
+    return DrawSample({text, SampleWall(is_assumed)});
+  };
+  const auto line = [](Pen pen, const char* text) { return DrawLineSample(pen, text); };
+  return InColumns(
+      {area(false, "cut, measured"), area(true, "cut, thickness assumed"),
+       line(Pen::kBeyond, "edge of a wall beyond"), line(Pen::kAssumed, "edge that was not seen"),
+       line(Pen::kOpening, "border of an opening"), line(Pen::kLine, "line of the map, beyond")});
+}
+
+Drawing NorthArrow(const std::optional<double>& north_deg, bool is_far) {
   constexpr double kReach_mm = 6, kHalf_mm = 1.8;
   const Eigen::Rotation2Dd turn(-north_deg.value_or(0) * M_PI / 180);
   const Vector2d middle(kReach_mm, kReach_mm + 1);
@@ -116,10 +132,13 @@ Drawing NorthArrow(const std::optional<double>& north_deg) {
   Drawing arrow;
   arrow.areas = {{Fill::kInk, {{tip, at(-kHalf_mm, 0), neck}, {}}}};
   arrow.paths = {{Pen::kDimension, {tail, neck}}, {Pen::kDimension, {neck, at(kHalf_mm, 0), tip}}};
-  const std::string lines[] = {
-      north_deg ? fmt::format("North: {:g}\u00b0 clockwise from up,", *north_deg)
-                : "Building north: up on this sheet, along",
-      north_deg ? "as given" : "the walls; the compass' north is not known"};
+  std::array<std::string, 2> lines = {"Building north: up on this sheet, along",
+                                      "the walls; the compass' north is not known"};
+  if (is_far)
+    lines = {"Up on this sheet: y of the given poses;", "the compass' north is not known"};
+  if (north_deg) {
+    lines = {fmt::format("North: {:g}\u00b0 clockwise from up,", *north_deg), "as given"};
+  }
   double base_mm = middle.y() + 0.5;
   for (const std::string& line : lines) {
     arrow.texts.push_back({line, {2 * kReach_mm + 2, base_mm}, kText_mm, 0, Align::kLeft});

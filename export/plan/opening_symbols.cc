@@ -26,16 +26,6 @@ std::vector<DrawnPath> LeafAndSwing(const WallSolid& solid, const PlanOpening& o
   return {{Pen::kOpening, {solid.At(opening.from_m, 0), swing.points.back()}}, swing};
 }
 
-// Width, and height, and where a sill is.
-std::string TextOf(const PlanOpening& opening, bool in_mm) {
-  const double width_m = opening.to_m - opening.from_m;
-  if (opening.kind == OpeningKind::kPassage) return LengthText(width_m, in_mm);
-  const std::string size =
-      LengthText(width_m, in_mm) + " x " + LengthText(opening.clear_height_m, in_mm);
-  if (opening.kind == OpeningKind::kDoor) return size;
-  return size + " +" + LengthText(opening.sill_m, in_mm);
-}
-
 // Along the wall, that far behind its face (negative: before it), as it is read.
 DrawnText TextAlong(const WallSolid& solid, const std::string& text, double along_m,
                     double behind_m, double height_m) {
@@ -70,6 +60,15 @@ std::vector<double> PlacesAlong(const WallSolid& solid) {
 
 }  // namespace
 
+std::string OpeningText(const PlanOpening& opening, bool in_mm) {
+  const double width_m = opening.to_m - opening.from_m;
+  if (opening.kind == OpeningKind::kPassage) return LengthText(width_m, in_mm);
+  const std::string size =
+      LengthText(width_m, in_mm) + " x " + LengthText(opening.clear_height_m, in_mm);
+  if (opening.kind == OpeningKind::kDoor) return size;
+  return size + " +" + LengthText(opening.sill_m, in_mm);
+}
+
 Drawing OpeningSymbol(const WallSolid& solid, const PlanOpening& opening) {
   const double behind_m = solid.Thickness();
   const Pen pen = opening.kind == OpeningKind::kPassage ? Pen::kOverhead : Pen::kOpening;
@@ -92,7 +91,7 @@ std::vector<DrawnText> OpeningTexts(const WallSolid& solid, const PlanTextSizes&
     const double middle_m = 0.5 * (opening.from_m + opening.to_m);
     const double aside_m = 0.5 * (opening.to_m - opening.from_m);
     const auto placed =
-        PlaceBeside(solid, TextOf(opening, sizes.in_mm),
+        PlaceBeside(solid, OpeningText(opening, sizes.in_mm),
                     {middle_m, middle_m - aside_m, middle_m + aside_m}, sizes, taken);
     texts.insert(texts.end(), placed.begin(), placed.end());
   }

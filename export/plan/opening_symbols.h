@@ -1,6 +1,7 @@
 // How openings of walls are drawn and what is written beside them.
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include "export/plan/dimension.h"
@@ -9,6 +10,10 @@
 #include "export/plan/wall_solids.h"
 
 namespace slcmap {
+
+// Its clear width, of others than passages its height, and of a window the sill's:
+// "1.20 x 1.40 +0.90".
+std::string OpeningText(const PlanOpening& opening, bool in_mm);
 
 // Of a door that was walked through, its leaf and swing, at one hinge of two that it may have and
 // into the room that it was seen from: which way doors open is not known. Of other doors the

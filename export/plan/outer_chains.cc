@@ -9,21 +9,6 @@ namespace {
 
 using Eigen::Vector2d;
 
-// A side of a wall across an axis.
-struct Mark {
-  double at_m = 0;      // along the axis
-  double weight_m = 0;  // length of the wall
-  const PlanWall* wall = nullptr;
-  bool assumed = false;  // nobody saw it
-};
-
-// A side of the building from which it is measured: along an axis (0 x, 1 y), and whether it is the
-// upper one across that.
-struct Outside {
-  int axis = 0;
-  bool upper = false;
-};
-
 bool IsAlong(const WallSolid& solid, int axis) {
   return std::abs(solid.Direction()[1 - axis]) < std::sin(M_PI / 180);
 }
@@ -46,10 +31,10 @@ bool IsSeenFrom(const Outside& outside, const WallSolid& solid,
   });
 }
 
-// The sides of walls across the axis, those of the longest walls first.
-std::vector<Mark> MarksFrom(const Outside& outside, const std::vector<WallSolid>& solids) {
+// The sides of walls across the axis.
+std::vector<ChainMark> MarksFrom(const Outside& outside, const std::vector<WallSolid>& solids) {
   constexpr double kLeastWall_m = 0.5;
-  std::vector<Mark> marks;
+  std::vector<ChainMark> marks;
   for (const WallSolid& solid : solids) {
     if (!IsAlong(solid, 1 - outside.axis) || solid.Length() < kLeastWall_m) continue;
     if (!IsSeenFrom(outside, solid, solids)) continue;
@@ -58,22 +43,22 @@ std::vector<Mark> MarksFrom(const Outside& outside, const std::vector<WallSolid>
                        solid.wall, behind_m > 0 && solid.wall->thickness_assumed});
     }
   }
-  std::stable_sort(marks.begin(), marks.end(),
-                   [](const Mark& a, const Mark& b) { return a.weight_m > b.weight_m; });
   return marks;
 }
 
 // Those between which there is room for a text, in their order along the axis.
-std::vector<Mark> ClearMarks(const std::vector<Mark>& marks, double text_m) {
-  std::vector<Mark> clear;
-  for (const Mark& mark : marks) {
-    const bool is_clear = std::all_of(clear.begin(), clear.end(), [&](const Mark& other) {
+std::vector<ChainMark> ClearMarks(std::vector<ChainMark> marks, double text_m) {
+  std::stable_sort(marks.begin(), marks.end(),
+                   [](const ChainMark& a, const ChainMark& b) { return a.weight_m > b.weight_m; });
+  std::vector<ChainMark> clear;
+  for (const ChainMark& mark : marks) {
+    const bool is_clear = std::all_of(clear.begin(), clear.end(), [&](const ChainMark& other) {
       return std::abs(mark.at_m - other.at_m) >= text_m || mark.wall == other.wall;
     });
     if (is_clear) clear.push_back(mark);
   }
   std::stable_sort(clear.begin(), clear.end(),
-                   [](const Mark& a, const Mark& b) { return a.at_m < b.at_m; });
+                   [](const ChainMark& a, const ChainMark& b) { return a.at_m < b.at_m; });
   return clear;
 }
 
@@ -83,7 +68,7 @@ class Chain {
   Chain(const Outside& outside, const Eigen::AlignedBox2d& extent, const PlanTextSizes& sizes)
       : outside_(outside), corner_(outside.upper ? extent.max() : extent.min()), sizes_(sizes) {}
 
-  Dimension Between(const Mark& from, const Mark& to, int row) const {
+  Dimension Between(const ChainMark& from, const ChainMark& to, int row) const {
     Dimension dimension;
     dimension.from = dimension.to = corner_;
     dimension.from[outside_.axis] = from.at_m;
@@ -118,36 +103,61 @@ class Chain {
   const PlanTextSizes& sizes_;
 };
 
-void AddChains(const Chain& chain, const std::vector<Mark>& marks,
-               std::vector<Dimension>* dimensions) {
-  for (size_t i = 0; i + 1 < marks.size(); ++i) {
-    dimensions->push_back(chain.Between(marks[i], marks[i + 1], 1));
-    chain.PlaceLong(i == 0, i + 2 == marks.size(), &dimensions->back());
+// By which the longest wall lies along x, if none is along an axis, as in maps that are far away
+// and keep the axes of their poses; else 0.
+double TurnToAxes(const std::vector<WallSolid>& solids) {
+  const WallSolid* longest = nullptr;
+  for (const WallSolid& solid : solids) {
+    if (IsAlong(solid, 0) || IsAlong(solid, 1)) return 0;
+    if (longest == nullptr || solid.Length() > longest->Length()) longest = &solid;
   }
-  if (marks.size() > 2) dimensions->push_back(chain.Between(marks.front(), marks.back(), 2));
+  if (longest == nullptr) return 0;
+  const Vector2d along = longest->Direction();
+  return -std::remainder(std::atan2(along.y(), along.x()), M_PI / 2);
 }
 
 }  // namespace
 
-std::vector<Dimension> OuterChains(const std::vector<WallSolid>& solids,
-                                   const std::vector<Polygon>& rooms, const PlanTextSizes& sizes) {
+std::vector<Dimension> ChainsOutside(const Outside& outside, const Eigen::AlignedBox2d& extent,
+                                     const std::vector<ChainMark>& marks,
+                                     const PlanTextSizes& sizes) {
+  const Chain chain(outside, extent, sizes);
+  const double text_m = TextWidth(sizes.in_mm ? "~00000" : "~00.00", sizes.figure_m);
+  const std::vector<ChainMark> clear = ClearMarks(marks, text_m);
+  std::vector<Dimension> dimensions;
+  for (size_t i = 0; i + 1 < clear.size(); ++i) {
+    dimensions.push_back(chain.Between(clear[i], clear[i + 1], 1));
+    chain.PlaceLong(i == 0, i + 2 == clear.size(), &dimensions.back());
+  }
+  if (clear.size() > 2) dimensions.push_back(chain.Between(clear.front(), clear.back(), 2));
+  return dimensions;
+}
+
+std::vector<Dimension> OuterChains(std::vector<WallSolid> solids, std::vector<Polygon> rooms,
+                                   const PlanTextSizes& sizes) {
+  const Eigen::Rotation2Dd turn(TurnToAxes(solids));
   Eigen::AlignedBox2d extent;
-  for (const WallSolid& solid : solids) {
-    for (const Vector2d& p : {solid.start, solid.end, solid.back_start, solid.back_end}) {
-      extent.extend(p);
+  const auto turn_point = [&](Vector2d* p) {
+    *p = turn * *p;
+    extent.extend(*p);
+  };
+  for (WallSolid& solid : solids) {
+    for (Vector2d* p : {&solid.start, &solid.end, &solid.back_start, &solid.back_end}) {
+      turn_point(p);
     }
   }
-  for (const Polygon& room : rooms) {
-    for (const Vector2d& p : room.outline) extent.extend(p);
+  for (Polygon& room : rooms) {
+    for (Vector2d& p : room.outline) turn_point(&p);
   }
   std::vector<Dimension> dimensions;
-  const double text_m = TextWidth(sizes.in_mm ? "~00000" : "~00.00", sizes.figure_m);
   for (const int axis : {0, 1}) {
     for (const bool upper : {false, true}) {
       const Outside outside = {axis, upper};
-      AddChains(Chain(outside, extent, sizes), ClearMarks(MarksFrom(outside, solids), text_m),
-                &dimensions);
+      Append(ChainsOutside(outside, extent, MarksFrom(outside, solids), sizes), &dimensions);
     }
+  }
+  for (Dimension& dimension : dimensions) {
+    for (Vector2d* p : {&dimension.from, &dimension.to}) *p = turn.inverse() * *p;
   }
   return dimensions;
 }

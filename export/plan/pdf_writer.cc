@@ -9,6 +9,7 @@
 #include "data/error.h"
 #include "data/file.h"
 #include "export/plan/sheet.h"
+#include "export/section/section_sheet.h"
 
 namespace slcmap {
 namespace {
@@ -121,8 +122,14 @@ std::vector<std::string> PdfPlanWriter::Write(const std::string& folder, const M
   progress.ReportOrStop(0);
   const std::string path = folder + "/plan.pdf";
   WriteFile(path, PdfOf(path, MakeSheets(map, options_)));
+  std::vector<std::string> paths = {path};
+  for (const Sheet& sheet : MakeSectionSheets(map, options_)) {
+    if (paths.size() == 1) MakeFolder(folder + "/plan");
+    paths.push_back(fmt::format("{}/plan/{}.pdf", folder, sheet.name));
+    WriteFile(paths.back(), PdfOf(paths.back(), {sheet}));
+  }
   progress.ReportOrStop(1);
-  return {path};
+  return paths;
 }
 
 }  // namespace slcmap

@@ -6,12 +6,13 @@
 
 namespace slcmap {
 
-// Writes plan.pdf with a page for each sheet, in its size, by cairo.
+// Writes plan.pdf with a page for each sheet, in its size, by cairo, and plan/NAME.pdf for each
+// section and elevation.
 class PdfPlanWriter : public MapWriter {
  public:
   explicit PdfPlanWriter(const PlanOptions& options) : options_(options) {}
   std::string Format() const override { return "pdf"; }
-  std::vector<std::string> Names() const override { return {"plan.pdf"}; }
+  std::vector<std::string> Names() const override { return {"plan.pdf", "plan"}; }
   std::vector<std::string> Write(const std::string& folder, const MapResult& map,
                                  const Progress& progress) const override;
 

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "data/error.h"
+#include "export/section/section_view.h"
 
 namespace slcmap {
 
@@ -20,6 +21,7 @@ void PlanOptions::Check() const {
                     "from up on the sheet",
                     *north_deg));
   }
+  CheckSections(*this);
 }
 
 }  // namespace slcmap

@@ -3,6 +3,7 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace slcmap {
 
@@ -17,6 +18,9 @@ struct PlanOptions {
   std::string project, date, number;
   // Where the compass' north is: degrees clockwise from up on the sheet. A map does not know it.
   std::optional<double> north_deg;
+  // Where the building is cut, each as ParseSection takes it; what is drawn of it from the side:
+  // "sides" from outside, "rooms" from within.
+  std::vector<std::string> sections, elevations;
   void Check() const;       // throws ConfigError
 };
 

@@ -2,10 +2,12 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <cmath>
 
 #include "export/plan/opening_symbols.h"
 #include "export/plan/room_label.h"
 #include "export/plan/wall_solids.h"
+#include "export/section/section_view.h"
 
 namespace slcmap {
 namespace {
@@ -56,6 +58,9 @@ void AddTexts(const Building& building, const std::vector<WallSolid>& solids,
   }
   const std::vector<Dimension> chains = OuterChains(solids, rooms, sizes);
   for (const Dimension& chain : chains) taken.AddText(BoxOf(DimensionText(chain, sizes)));
+  for (const DrawnPath& path : plan->sections.paths) {
+    taken.AddLine(BoxOf(path.points.front(), path.points.back(), sizes.gap_m));
+  }
   for (const WallSolid& solid : solids) {
     Append(OpeningTexts(solid, sizes, &taken), &plan->wall_texts);
   }
@@ -77,22 +82,6 @@ void AddTexts(const Building& building, const std::vector<WallSolid>& solids,
   }
 }
 
-// Of the walls and rooms of all storeys; empty where there are none.
-Eigen::AlignedBox2d ExtentOf(const Building& building) {
-  Eigen::AlignedBox2d extent;
-  for (const Storey& storey : building.storeys) {
-    for (const WallSolid& solid : WallSolids(building, storey.id)) {
-      for (const Vector2d& p : {solid.start, solid.end, solid.back_start, solid.back_end}) {
-        extent.extend(p);
-      }
-    }
-  }
-  for (const Room& room : building.rooms) {
-    for (const Vector2d& point : RoomInPlan(building, room).outline) extent.extend(point);
-  }
-  return extent;
-}
-
 DrawnPath BorderOf(const PlanPoints& ring) {
   DrawnPath border = {Pen::kRoom, ring};
   border.points.push_back(ring.front());
@@ -104,11 +93,42 @@ void AddBorders(const Polygon& room, Drawing* drawing) {
   for (const PlanPoints& hole : room.holes) drawing->paths.push_back(BorderOf(hole));
 }
 
+// A line where each section is cut, with an arrow in the direction of view and the section's number
+// at both ends.
+Drawing SectionMarks(const PlanOptions& options, const Eigen::AlignedBox2d& extent,
+                     const PlanTextSizes& sizes) {
+  Drawing drawing;
+  int number = 0;
+  for (const std::string& text : options.sections) {
+    const SectionView view = ParseSection(text, ++number);
+    const double middle_m = view.At(extent.center()).x();
+    const double reach_m = 0.5 * std::abs(view.right.dot(extent.sizes())) + 2 * sizes.gap_m;
+    const Vector2d start = view.origin + std::max(view.from_m, middle_m - reach_m) * view.right;
+    const Vector2d end = view.origin + std::min(view.to_m, middle_m + reach_m) * view.right;
+    drawing.paths.push_back({Pen::kSectionLine, {start, end}});
+    for (const double sign : {-1.0, 1.0}) {
+      const Vector2d at = sign < 0 ? start : end;
+      const Vector2d tip = at + 2 * sizes.figure_m * view.Ahead();
+      const Vector2d barb = tip - sizes.gap_m * view.Ahead();
+      drawing.paths.push_back({Pen::kFrame, {at, tip}});
+      for (const double side : {-0.5, 0.5}) {
+        drawing.paths.push_back({Pen::kFrame, {tip, barb + side * sizes.gap_m * view.right}});
+      }
+      const Vector2d place =
+          at + sign * sizes.figure_m * view.right + sizes.figure_m * view.Ahead();
+      drawing.texts.push_back(
+          {view.mark, place - Vector2d(0, 0.5 * sizes.figure_m), sizes.figure_m});
+    }
+  }
+  return drawing;
+}
+
 StoreyPlan MakePlan(const Building& building, const Storey& storey, const PlanTextSizes& sizes,
-                    bool wall_sigma) {
+                    bool wall_sigma, const Drawing& sections) {
   const std::vector<WallSolid> solids = WallSolids(building, storey.id);
   StoreyPlan plan;
   plan.storey = storey;
+  plan.sections = sections;
   plan.walls = DrawWalls(solids);
   for (const WallSolid& solid : solids) {
     for (const PlanOpening& opening : solid.wall->openings) {
@@ -125,14 +145,15 @@ StoreyPlan MakePlan(const Building& building, const Storey& storey, const PlanTe
 }  // namespace
 
 PlanSet MakePlans(const Building& building, const PlanOptions& options) {
-  const Eigen::AlignedBox2d extent = ExtentOf(building);
+  const Eigen::AlignedBox2d extent = PlanExtent(building);
   PlanSet plans;
   if (!extent.isEmpty()) plans.middle_m = extent.center();
   plans.format =
       ChooseFormat(extent.isEmpty() ? Vector2d::Zero() : Vector2d(extent.sizes()), options);
   const PlanTextSizes sizes(plans.format.scale, options.millimetres);
+  const Drawing sections = SectionMarks(options, extent, sizes);
   for (const Storey& storey : building.storeys) {
-    plans.storeys.push_back(MakePlan(building, storey, sizes, options.wall_sigma));
+    plans.storeys.push_back(MakePlan(building, storey, sizes, options.wall_sigma, sections));
   }
   return plans;
 }

@@ -17,6 +17,7 @@ struct StoreyPlan {
   Storey storey;
   Drawing walls;                      // areas, and the paths of their borders
   Drawing openings;                   // paths
+  Drawing sections;                   // where it is cut: paths, and numbers
   Drawing rooms;                      // paths of their borders, and from names to small ones
   std::vector<DrawnText> room_texts;  // names, areas and heights
   std::vector<DrawnText> wall_texts;  // of openings, and of walls where that is wanted

@@ -6,6 +6,7 @@
 
 #include "data/file.h"
 #include "data/markup.h"
+#include "export/section/section_sheet.h"
 
 namespace slcmap {
 namespace {
@@ -105,7 +106,9 @@ std::vector<std::string> SvgPlanWriter::Write(const std::string& folder, const M
   progress.ReportOrStop(0);
   std::vector<std::string> paths;
   MakeFolder(folder + "/plan");
-  for (const Sheet& sheet : MakeSheets(map, options_)) {
+  std::vector<Sheet> sheets = MakeSheets(map, options_);
+  Append(MakeSectionSheets(map, options_), &sheets);
+  for (const Sheet& sheet : sheets) {
     paths.push_back(fmt::format("{}/plan/{}.svg", folder, sheet.name));
     WriteFile(paths.back(), SvgOf(sheet));
   }

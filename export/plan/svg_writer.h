@@ -11,7 +11,7 @@ namespace slcmap {
 // its size.
 std::string SvgOf(const Sheet& sheet);
 
-// Writes plan/NAME.svg for each sheet.
+// Writes plan/NAME.svg for each sheet of plans, sections and elevations.
 class SvgPlanWriter : public MapWriter {
  public:
   explicit SvgPlanWriter(const PlanOptions& options) : options_(options) {}

@@ -71,7 +71,23 @@ void JoinCorners(std::vector<WallSolid>* solids) {
   }
 }
 
-// The stretches of a wall between its openings, in metres from its start.
+bool IsNear(const Vector2d& point, const Vector2d& start, const Vector2d& end) {
+  constexpr double kNear_m = 1e-3;
+  const Vector2d along = end - start;
+  const double at = std::clamp((point - start).dot(along) / along.squaredNorm(), 0.0, 1.0);
+  return (start + at * along - point).norm() < kNear_m;
+}
+
+void AddEdges(const std::vector<WallSolid>& solids, const PlanPoints& ring,
+              std::vector<WallEdge>* edges) {
+  for (size_t i = 0; i < ring.size(); ++i) {
+    const Vector2d &start = ring[i], &end = ring[(i + 1) % ring.size()];
+    edges->push_back({start, end, IsAssumedBorder(solids, 0.5 * (start + end))});
+  }
+}
+
+}  // namespace
+
 std::vector<std::pair<double, double>> Stretches(const WallSolid& solid) {
   std::vector<PlanOpening> openings = solid.wall->openings;
   std::sort(openings.begin(), openings.end(),
@@ -87,41 +103,12 @@ std::vector<std::pair<double, double>> Stretches(const WallSolid& solid) {
   return stretches;
 }
 
-// Counter-clockwise.
 Polygon PieceOf(const WallSolid& solid, double from_m, double to_m) {
   const double behind_m = solid.Thickness();
   const Vector2d back_from = from_m == 0 ? solid.back_start : solid.At(from_m, behind_m);
   const Vector2d back_to = to_m == solid.Length() ? solid.back_end : solid.At(to_m, behind_m);
   return {{solid.At(from_m, 0), solid.At(to_m, 0), back_to, back_from}, {}};
 }
-
-bool IsNear(const Vector2d& point, const Vector2d& start, const Vector2d& end) {
-  constexpr double kNear_m = 1e-3;
-  const Vector2d along = end - start;
-  const double at = std::clamp((point - start).dot(along) / along.squaredNorm(), 0.0, 1.0);
-  return (start + at * along - point).norm() < kNear_m;
-}
-
-bool IsAssumed(const std::vector<WallSolid>& solids, const Vector2d& point) {
-  bool on_assumed = false;
-  for (const WallSolid& solid : solids) {
-    if (IsNear(point, solid.start, solid.end)) return false;
-    if (!IsNear(point, solid.back_start, solid.back_end)) continue;
-    if (!solid.wall->thickness_assumed) return false;
-    on_assumed = true;
-  }
-  return on_assumed;
-}
-
-void AddEdges(const std::vector<WallSolid>& solids, const PlanPoints& ring,
-              std::vector<WallEdge>* edges) {
-  for (size_t i = 0; i < ring.size(); ++i) {
-    const Vector2d &start = ring[i], &end = ring[(i + 1) % ring.size()];
-    edges->push_back({start, end, IsAssumed(solids, 0.5 * (start + end))});
-  }
-}
-
-}  // namespace
 
 std::vector<WallSolid> WallSolids(const Building& building, int64_t storey) {
   std::vector<WallSolid> solids;
@@ -157,6 +144,17 @@ WallBack BackOf(const WallSolid& solid) {
     if (opening.to_m > solid.Length() - kLeastLength_m) back.beyond_end_m = 0;
   }
   return back;
+}
+
+bool IsAssumedBorder(const std::vector<WallSolid>& solids, const Vector2d& point) {
+  bool on_assumed = false;
+  for (const WallSolid& solid : solids) {
+    if (IsNear(point, solid.start, solid.end)) return false;
+    if (!IsNear(point, solid.back_start, solid.back_end)) continue;
+    if (!solid.wall->thickness_assumed) return false;
+    on_assumed = true;
+  }
+  return on_assumed;
 }
 
 std::vector<Polygon> WallAreas(const std::vector<WallSolid>& solids) {
@@ -206,6 +204,21 @@ Polygon RoomInPlan(const Building& building, const Room& room) {
     for (Vector2d& point : hole) point = InPlan(building, point);
   }
   return polygon;
+}
+
+Eigen::AlignedBox2d PlanExtent(const Building& building) {
+  Eigen::AlignedBox2d extent;
+  for (const Storey& storey : building.storeys) {
+    for (const WallSolid& solid : WallSolids(building, storey.id)) {
+      for (const Vector2d& p : {solid.start, solid.end, solid.back_start, solid.back_end}) {
+        extent.extend(p);
+      }
+    }
+  }
+  for (const Room& room : building.rooms) {
+    for (const Vector2d& point : RoomInPlan(building, room).outline) extent.extend(point);
+  }
+  return extent;
 }
 
 }  // namespace slcmap

@@ -2,7 +2,9 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <map>
+#include <utility>
 #include <vector>
 
 #include "data/polygon.h"
@@ -47,8 +49,17 @@ struct WallBack {
 };
 WallBack BackOf(const WallSolid& solid);
 
+// The stretches of a wall between its openings, in metres from its start.
+std::vector<std::pair<double, double>> Stretches(const WallSolid& solid);
+
+// The area of a stretch of a wall, counter-clockwise.
+Polygon PieceOf(const WallSolid& solid, double from_m, double to_m);
+
 // The area of walls, without their openings.
 std::vector<Polygon> WallAreas(const std::vector<WallSolid>& solids);
+
+// Whether a point on the border of walls is on no more than backs whose thickness was assumed.
+bool IsAssumedBorder(const std::vector<WallSolid>& solids, const Eigen::Vector2d& point);
 
 // The borders of those areas, once each; walls that overlap are one.
 std::vector<WallEdge> WallEdges(const std::vector<WallSolid>& solids);
@@ -59,5 +70,8 @@ Drawing DrawWalls(const std::vector<WallSolid>& solids);
 
 // The polygon of a room in the plan's frame.
 Polygon RoomInPlan(const Building& building, const Room& room);
+
+// Of the walls and rooms of all storeys in the plan's frame; empty where there are none.
+Eigen::AlignedBox2d PlanExtent(const Building& building);
 
 }  // namespace slcmap

@@ -96,7 +96,7 @@ TEST_F(ExportTest, FilesSayWhereAMapOfFarPosesLies) {
   map.source.world_offset_m = {451200, 5411300, 312};
   ExportMap(map, folder_, {});
   for (const char* name : {"points.ply", "lines.ply", "dense.ply", "plan.dxf", "map.dxf", "map.obj",
-                           "plan/no_storey.svg", "colmap/images.txt"}) {
+                           "plan/no_storey.svg", "colmap/images.txt", "grid/no_storey.yaml"}) {
     EXPECT_THAT(ReadFile(Path(name)), HasSubstr("world_offset_m 451200 5411300 312")) << name;
   }
   EXPECT_THAT(ReadFile(Path("scene.glb")), HasSubstr("\"world_offset_m\""));

@@ -84,7 +84,16 @@ export class Panel {
       element('h1', {}, document.title),
       element('p', {}, `slcmap ${document.slcmap} · method ${document.method}${state}`),
       element('p', { class: 'figures' }, this.figures().join(' · ')),
+      ...this.place(),
     );
+  }
+
+  // Of a map of poses far away: what is added to its coordinates for theirs.
+  place() {
+    const offset_m = this.app.map.document.world_offset_m;
+    if (offset_m.every((value) => value === 0)) return [];
+    const text = `Coordinates of the poses: + ${offset_m.map(Math.round).join(', ')} m`;
+    return [element('p', { class: 'figures', title: 'world_offset_m' }, text)];
   }
 
   figures() {
