@@ -33,8 +33,8 @@ struct SourceInfo {
   // Of all pairs that the recording names, on the camera's clock, rising; some may prove
   // unreadable.
   std::vector<int64_t> pair_stamps_ns;
-  std::array<std::string, 2> cameras = {"cam0", "cam1"};  // as the recording names them
   SequenceOptions opened = {};  // see Sequence
+  std::array<std::string, 2> cameras = {"cam0", "cam1"};  // as the recording names them
 };
 
 class SequenceSource {
