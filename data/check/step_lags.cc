@@ -15,7 +15,7 @@ namespace {
 
 constexpr int kMaxLag = 6;
 constexpr int kLags = 2 * kMaxLag + 1;
-constexpr double kStepShare = 0.1;   // of a step, by which nearer and farther places make it differ
+constexpr double kStepShare = 0.05;  // of a step, by which nearer and farther places make it differ
 constexpr double kMostMisfit = 9;    // squared deviations; a lost image fits nothing
 constexpr double kChangePrice = 40;  // of a lag, in the same
 
@@ -58,19 +58,21 @@ std::optional<Eigen::Vector2d> At(const ImageSteps& steps, std::ptrdiff_t i) {
   return i >= 0 && i < std::ssize(steps) ? steps[static_cast<size_t>(i)] : std::nullopt;
 }
 
-// The variance of what is left of a piece's steps without those of the gyroscope so many later; as
-// a rig moves on, images have a mean of their own.
+// The mean square by which what is left of a piece's steps, without those of the gyroscope so many
+// later, changes from one to the next; what comes of moving on changes slowly.
 double Unexplained(const ImageSteps& left, const ImageSteps& gyro, size_t first, size_t end,
                    int later) {
-  Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+  constexpr double kLeastSteps = 5;
+  std::optional<Eigen::Vector2d> before;
   double squares = 0, count = 0;
   for (size_t i = first; i < end; ++i) {
     const auto turn = At(gyro, static_cast<std::ptrdiff_t>(i) + later);
     if (!left[i] || !turn) continue;
     const Eigen::Vector2d rest = *left[i] - *turn;
-    sum += rest, squares += rest.squaredNorm(), ++count;
+    if (before) squares += (rest - *before).squaredNorm(), ++count;
+    before = rest;
   }
-  return count < 5 ? 1e9 : (squares - sum.squaredNorm() / count) / count;
+  return count < kLeastSteps ? 1e9 : squares / count;
 }
 
 }  // namespace
@@ -141,7 +143,7 @@ std::vector<int> FindLags(const ImageSteps& left, const ImageSteps& right, doubl
 }
 
 int LateBy(const ImageSteps& left, const ImageSteps& gyro, size_t first, size_t end) {
-  constexpr double kClearlyLess = 0.5;
+  constexpr double kClearlyLess = 0.7;
   double best = kClearlyLess * Unexplained(left, gyro, first, end, 0);
   int late = 0;
   for (int later = -kMaxLag; later <= kMaxLag; ++later) {

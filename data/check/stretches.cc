@@ -157,7 +157,7 @@ std::vector<LagPiece> LagPieces(const StretchFinder& finder, const Sequence& seq
   const Rig& rig = sequence.rig;
   const ImageSteps left = FollowSteps(finder.source(), 0, progress),
                    right = FollowSteps(finder.source(), 1, progress);
-  const std::vector<int> lags = FindLags(left, right, 1 / rig.cameras[0].MiddleFocal_px());
+  const std::vector<int> lags = FindLags(left, right, 0.5 / rig.cameras[0].MiddleFocal_px());
   const ImageSteps gyro =
       StepsOfGyro(finder.source().info().pair_stamps_ns, rig, sequence.imu);
   std::vector<LagPiece> pieces;
