@@ -308,7 +308,11 @@ auto AsDataErrors(Reader read) {
   } catch (const ConfigError& error) {
     const std::string what = error.what();
     if (const size_t unknown = what.find(": unknown key"); unknown != std::string::npos) {
-      throw InputFault("calibration", what, "correct or remove " + what.substr(0, unknown));
+      const std::string key = what.substr(0, unknown);
+      const bool is_mask = key.find("mask", key.rfind(':') + 1) != std::string::npos;
+      throw InputFault(
+          "calibration", what,
+          (is_mask ? "give masks as --mask LEFT,RIGHT, and remove " : "correct or remove ") + key);
     }
     const size_t unreadable = what.find(": cannot be");
     throw InputFault("calibration", what,

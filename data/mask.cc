@@ -1,6 +1,7 @@
 #include "data/mask.h"
 
 #include <spdlog/fmt/fmt.h>
+#include <spdlog/fmt/ranges.h>
 
 #include <algorithm>
 
@@ -47,6 +48,14 @@ void ReadMasks(const std::vector<std::string>& paths, Rig* rig) {
   }
   for (size_t i = 0; i < paths.size(); ++i) {
     if (paths[i] != kNoMask) rig->masks[i] = ReadMask(paths[i], rig->cameras[i]);
+  }
+  const bool any = !rig->masks[0].empty() || !rig->masks[1].empty();
+  if (any && LeftOut(rig->masks[0]) + LeftOut(rig->masks[1]) == 0) {
+    throw InputFault(
+        "mask",
+        fmt::format("{}: found no white, expected white where nothing is to be looked at",
+                    fmt::join(paths, ",")),
+        "exchange black and white in the mask, or give --mask none");
   }
 }
 

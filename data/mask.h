@@ -14,7 +14,8 @@ namespace slcmap {
 
 // Reads masks, one a camera of the rig (or that of the left one alone), into the rig. The word
 // "none" stands for no file: then nothing is looked for either. Throws DataError for files that are
-// no images of the camera's size, and for a mask that leaves out nearly all.
+// no images of the camera's size, for a mask that leaves out nearly all, and for masks of which none
+// leaves out anything.
 void ReadMasks(const std::vector<std::string>& paths, Rig* rig);
 
 inline constexpr const char* kNoMask = "none";

@@ -194,6 +194,25 @@ cv::Mat FindInCamera(const SequenceSource& source, const std::vector<Turn>& turn
   return cells.Mask();
 }
 
+// Of what was found, what given masks do not leave out: they are inverted, or miss a camera.
+void WarnOfSeen(const std::array<cv::Mat, 2>& found, const std::array<cv::Mat, 2>& given,
+                CheckReport* report) {
+  constexpr double kMostSeen = 0.05;  // of the image; a border by hand may differ by less
+  std::array<double, 2> seen{};
+  for (int i = 0; i < 2; ++i) {
+    if (!found[i].empty())
+      seen[i] = LeftOut(given[i].empty() ? found[i] : found[i] | (given[i] == 0));
+  }
+  if (std::max(seen[0], seen[1]) < kMostSeen) return;
+  report->Warn(
+      "mask",
+      fmt::format("{:.0f} % of the left and {:.0f} % of the right image move with the rig, "
+                  "where the masks leave out nothing",
+                  100 * seen[0], 100 * seen[1]),
+      "give a mask for each camera, white where the rig or its carrier is seen; or leave "
+      "--mask away");
+}
+
 }  // namespace
 
 std::array<cv::Mat, 2> FindCarried(const SequenceSource& source,
@@ -217,9 +236,14 @@ void CheckCarried(SequenceSource* source, const std::vector<ImuSample>& samples,
     report->AddFigure(fmt::format("left out of {} by its mask", source->info().cameras[i]),
                       100 * LeftOut(rig.masks[i]), "%");
   }
-  if (!source->info().finds_carried) return;
+  const bool given = !rig.masks[0].empty() || !rig.masks[1].empty();
+  if (!source->info().finds_carried && !given) return;
   const std::array<cv::Mat, 2> masks = FindCarried(*source, samples, progress);
   if (masks[0].empty() && masks[1].empty()) return;
+  if (given) {
+    WarnOfSeen(masks, rig.masks, report);
+    return;
+  }
   source->SetMasks(masks);
   report->Warn("carried",
                IsStereo(rig)

@@ -282,6 +282,10 @@ std::optional<OnlineState> Estimator::Estimate(int64_t stamp_ns) {
   AppendImu(last_cut_ns_, frame->cut_stamp_ns(), frame->from_previous.get());
   last_cut_ns_ = frame->cut_stamp_ns();
   frame->stands_still = StandsStill(*frame);
+  if (ViewIsCarried(*frame)) {
+    Restart("a view that moves with the rig, as a lift's cabin", true);
+    return std::nullopt;
+  }
   {
     const auto timed = clock_.Time("frame estimation");
     window_.Predict(frame.get());
@@ -404,6 +408,31 @@ bool Estimator::StandsStill(const FrameState& frame) const {
          ToSeconds(frame.stamp_ns - last.stamp_ns) >= kMinTime_s &&
          turned_rad < options_.keyframes.max_still_rate_rad_s * imu.duration_s() &&
          flow.median_px < options_.keyframes.still_parallax_px;
+}
+
+// Whether images that stand still belie the IMU: since a rest it felt an acceleration, by which the
+// points at their depths had moved in the images, as they do not where a lift takes all along.
+bool Estimator::ViewIsCarried(const FrameState& frame) const {
+  constexpr double kMinMoved_px = 5;  // that a movement along the view is seen as well
+  const FrameState& last = window_.newest();
+  if (!frame.stands_still || !last.rests_since_ns) return false;  // the bias is known of a rest
+  std::vector<double> disparities;
+  for (const auto& [id, measurement] : frame.measurements) {
+    if (measurement.right) disparities.push_back((measurement.left - *measurement.right).norm());
+  }
+  if (static_cast<int>(disparities.size()) < options_.failure.min_points) return false;
+  const auto middle = disparities.begin() + static_cast<long>(disparities.size() / 2);
+  std::nth_element(disparities.begin(), middle, disparities.end());
+  const Vector3d baseline_m = rig_.T_imu_camera[1].translation - rig_.T_imu_camera[0].translation;
+  const Preintegration::Motion felt =
+      frame.from_previous->CorrectedFor(last.gyro_bias(), last.accel_bias());
+  const double time_s = frame.from_previous->duration_s();
+  const Vector3d gravity_m_s2 =
+      last.T_world_imu().rotation.conjugate() * Vector3d(0, 0, -kGravity_m_s2);
+  const double gained_m_s = (felt.velocity_m_s + gravity_m_s2 * time_s).norm();
+  const double moved_m = (felt.position_m + 0.5 * gravity_m_s2 * time_s * time_s).norm();
+  return gained_m_s > options_.initializer.max_still_accel_sigma_m_s2 * time_s &&
+         rig_.cameras[0].fx_px * *middle * moved_m > kMinMoved_px * baseline_m.norm();
 }
 
 // The keyframe before a rest may show the rig while it still moved, by too little to be seen in the

@@ -129,6 +129,7 @@ class Estimator {
   void TakeLines(std::future<void> tracked, FrameState* frame) const;
   std::optional<OnlineState> Judge(const OnlineState& state, int points_visible);
   bool StandsStill(const FrameState& frame) const;
+  bool ViewIsCarried(const FrameState& frame) const;
   bool BeginsRest(const FrameState& frame) const;
   bool IsKeyframe(const FrameState& frame) const;
   std::string FindGap(int64_t stamp_ns) const;

@@ -53,6 +53,7 @@ TEST(Mask, RefusesWhatIsNoMaskOfTheCamera) {
   refuse(WriteImage(folder, cv::Mat::zeros(20, 41, CV_8UC1)), "found 41 x 20 pixels");
   refuse(WriteImage(folder, cv::Mat(20, 40, CV_8UC1, cv::Scalar(255))), "100 % white");
   refuse(folder.Write("text.png", "no image"), "text.png: found no image");
+  refuse(WriteImage(folder, cv::Mat::zeros(20, 40, CV_8UC1)), "found no white");
   EXPECT_THAT(
       [&] {
         ReadMasks({kNoMask, kNoMask}, &rig);

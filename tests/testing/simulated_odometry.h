@@ -186,6 +186,7 @@ struct SimulatedRunOptions {
   double blind_from_s = 0, blind_to_s = 0;      // nothing is seen
   double imu_gap_from_s = 0, imu_gap_to_s = 0;  // no samples arrive
   double image_gap_from_s = 0, image_gap_to_s = 0;
+  double lift_from_s = 0, lift_to_s = 0;  // the IMU feels 1 m/s^2 upwards, images do not tell it
   double nan_from_s = 0, nan_to_s = 0;  // one point's observation is not a number
   double image_rate_hz = 20;
   double outlier_share = 0;  // of the tracks, that slide 1 px a frame
@@ -377,8 +378,11 @@ inline SimulatedRun RunOnSimulatedTracks(
            (next == 0 ||
             out.imu.samples[next - 1].stamp_ns <
                 std::max(frame.stamp_ns, frame.stamp_ns + options.fault.stamps_late_ns))) {
-      const ImuSample& sample = out.imu.samples[next++];
+      ImuSample sample = out.imu.samples[next++];
       const double t_s = ToSeconds(sample.stamp_ns);
+      if (t_s > options.lift_from_s && t_s < options.lift_to_s) {
+        sample.specific_force_m_s2 += sample.specific_force_m_s2.normalized();
+      }
       if (t_s > options.imu_gap_from_s && t_s < options.imu_gap_to_s) continue;
       estimator.AddImu(options.fault.Misread(sample));
     }

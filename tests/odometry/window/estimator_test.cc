@@ -131,6 +131,19 @@ TEST(Estimator, AGapInTheImagesStartsANewSegment) {
   EXPECT_EQ(run.run.warnings.at("segments ended by a gap in the images"), 1);
 }
 
+TEST(Estimator, ALiftWhoseCabinFillsTheViewStartsANewSegment) {
+  SimulatedRunOptions options = Noisy(8);
+  options.stand_still_s = 7;
+  EXPECT_EQ(RunOnSimulatedTracks(options).states.back().segment, 0);
+  options.lift_from_s = 4.2;
+  options.lift_to_s = 5.4;
+  const SimulatedRun run = RunOnSimulatedTracks(options);
+  EXPECT_EQ(run.states.back().segment, 1);
+  EXPECT_EQ(
+      run.run.warnings.at("segments ended by a view that moves with the rig, as a lift's cabin"),
+      1);
+}
+
 TEST(Estimator, AnObservationThatIsNotFiniteEndsTheSegmentAndIsNotGivenOut) {
   SimulatedRunOptions options = Noisy(12);
   options.nan_from_s = 7;
