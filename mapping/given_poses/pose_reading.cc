@@ -285,6 +285,32 @@ void SetMoved(const std::vector<BodyStep>& steps, PoseReading* result) {
   result->moved_m = Quantile(ways_m, 0.5);
 }
 
+// Of many offsets those at which the rig turned as much as the poses do, whatever they are of.
+std::vector<int64_t> LikelyByTurns(const std::vector<int64_t>& offsets_ns,
+                                   const std::vector<Reading>& readings, int most) {
+  constexpr size_t kMost = 100;
+  constexpr double kMostSigmas = 8;
+  if (offsets_ns.size() <= kMost) return offsets_ns;
+  std::vector<std::pair<double, int64_t>> costs;
+  for (const Reading* reading : {&readings.front(), &readings.back()}) {  // of either order
+    for (const int64_t offset_ns : offsets_ns) {
+      double sum = 0;
+      const std::vector<StepPair> pairs = PairsAt(reading->poses, reading->steps, offset_ns);
+      if (3 * std::ssize(pairs) < 2 * most) continue;
+      for (const StepPair& pair : pairs) {
+        const double apart_rad = LogRotation(pair.known.T_from_to.rotation).norm() -
+                                 LogRotation(pair.posed.rotation).norm();
+        sum += std::min(kMostSigmas, std::abs(apart_rad) / kTurnSigma_rad);
+      }
+      costs.emplace_back(sum / static_cast<double>(pairs.size()), offset_ns);
+    }
+  }
+  std::ranges::sort(costs);
+  std::vector<int64_t> likely;
+  for (size_t i = 0; i < std::min(kMost, costs.size()); ++i) likely.push_back(costs[i].second);
+  return likely;
+}
+
 // The best reading near the given offset or, where none explains the poses there, at any. Nothing
 // where too few steps have poses.
 std::optional<std::pair<Tried, size_t>> Search(const std::vector<Reading>& readings,
@@ -302,7 +328,8 @@ std::optional<std::pair<Tried, size_t>> Search(const std::vector<Reading>& readi
     }
     if (most < kLeastSteps) return std::nullopt;
     result->is_judged = true;
-    const auto found = FindBest(readings, offsets_ns, most, given.scale);
+    const auto found =
+        FindBest(readings, LikelyByTurns(offsets_ns, readings, most), most, given.scale);
     if (!found) return std::nullopt;
     const bool explains = Explains(found->first.off, *result);
     if (!is_far || explains) best = found;

@@ -59,6 +59,7 @@ TEST(PoseReading, GoodPosesAgree) {
     const PoseReading reading = Judge(TableOf({}, 0, rate_hz));
     EXPECT_TRUE(reading.is_judged) << rate_hz;
     EXPECT_TRUE(reading.agrees) << rate_hz << ": " << reading.words;
+    EXPECT_EQ(reading.change, "") << rate_hz;
   }
 }
 
@@ -143,6 +144,30 @@ TEST(PoseReading, StampsThatAreLateOrHaveAnotherStartAreNamed) {
     EXPECT_FALSE(reading.agrees) << late_s;
     EXPECT_NEAR(reading.form.offset_s, -late_s, 0.006) << late_s << ": " << reading.words;
     EXPECT_TRUE(Judge(table, reading.form).agrees) << late_s << Judge(table, reading.form).words;
+  }
+}
+
+TEST(PoseReading, WhatChangesOnTheWayIsSaid) {
+  const std::vector<PoseRow> good = TableOf({}).rows;
+  PoseTable late = TableOf({}), drifting = late, scaled = late;
+  for (size_t i = 0; i < good.size(); ++i) {
+    if (i >= 800 && i < 1200) {
+      late.rows[i].p = good[i - 25].p;
+      late.rows[i].quaternion = good[i - 25].quaternion;
+    }
+    auto& q = drifting.rows[i].quaternion;  // by 20 degrees in all
+    const Eigen::Quaterniond turned =
+        ExpRotation({0, 0, 0.35 * static_cast<double>(i) / static_cast<double>(good.size())}) *
+        Eigen::Quaterniond(q[3], q[0], q[1], q[2]);
+    q = {turned.x(), turned.y(), turned.z(), turned.w()};
+    if (i >= 1200) scaled.rows[i].p = good[1200].p + 1.3 * (good[i].p - good[1200].p);
+  }
+  for (const auto& [table, words] :
+       {std::pair{late, " to 12.000 s the poses are off by up to "},
+        std::pair{drifting, "they drift by "}, std::pair{scaled, "their scale changes: "}}) {
+    const PoseReading reading = Judge(table);
+    EXPECT_TRUE(reading.agrees) << words << reading.words;
+    EXPECT_THAT(reading.change, HasSubstr(words)) << reading.words;
   }
 }
 
