@@ -197,6 +197,7 @@ SectionCut CutOf(const Building& building, const std::vector<TallWall>& walls,
 }
 
 Drawing DrawCut(const std::vector<CutBox>& boxes) {
+  constexpr double kLeastStep_m = 2e-3;  // of a room's ceiling beside that of its storey
   Drawing drawing;
   for (const Polygon& area : CutAreas(boxes, true)) {
     drawing.areas.push_back({Fill::kAssumed, area});
@@ -205,6 +206,7 @@ Drawing DrawCut(const std::vector<CutBox>& boxes) {
     for (const PlanPoints& ring : rings) {
       for (size_t i = 0; i < ring.size(); ++i) {
         const Vector2d &start = ring[i], &end = ring[(i + 1) % ring.size()];
+        if ((end - start).norm() < kLeastStep_m) continue;
         const bool assumed = IsOnAssumedSide(boxes, 0.5 * (start + end));
         drawing.paths.push_back({assumed ? Pen::kAssumed : Pen::kWall, {start, end}});
       }

@@ -84,6 +84,13 @@ TEST(StoreyPlanTest, ChainsAreOnAllSidesAndAboutWhereABackWasNotSeen) {
                                             "0.20", "3.00", "0.20", "3.40"));
 }
 
+TEST(StoreyPlanTest, ChainsAreAlongWallsOfMapsThatKeepOtherAxes) {
+  const PlanSet turned = MakePlans(testing::MakeBuilding(1, 0.4), {});
+  EXPECT_THAT(LengthsOf(turned.storeys[0]),
+              ::testing::UnorderedElementsAreArray(
+                  LengthsOf(MakePlans(testing::MakeBuilding(), {}).storeys[0])));
+}
+
 TEST(StoreyPlanTest, ChainsHoldOnlyWallsThatAreSeenFromTheirSide) {
   Building building = testing::MakeBuilding();
   building.rooms.clear();
