@@ -75,12 +75,11 @@ class Grid {
 
   // The origin is the lower left corner of the lower left cell. `note` is a comment, "" for none.
   std::string Yaml(const std::string& image, double resolution_m, const std::string& note) const {
-    return (note.empty() ? "" : "# " + note + "\n") +
-           fmt::format(
-               "image: {}\nmode: trinary\nresolution: {:.6f}\norigin: [{:.6f}, {:.6f}, "
-               "0.0]\nnegate: 0\n"
-               "occupied_thresh: 0.65\nfree_thresh: 0.196\n",
-               image, resolution_m, resolution_m * low_.x(), resolution_m * low_.y());
+    return fmt::format(
+        "{}image: {}\nmode: trinary\nresolution: {:.6f}\norigin: [{:.6f}, {:.6f}, 0.0]\nnegate: 0\n"
+        "occupied_thresh: 0.65\nfree_thresh: 0.196\n",
+        note.empty() ? "" : "# " + note + "\n", image, resolution_m, resolution_m * low_.x(),
+        resolution_m * low_.y());
   }
 
  private:

@@ -2,8 +2,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <map>
 #include <regex>
 #include <sstream>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "data/error.h"
 #include "data/file.h"
@@ -99,8 +104,7 @@ class SectionTest : public ::testing::Test {
     return ReadDxf(temp_.Path("plan/" + name + ".dxf"));
   }
 
-  // The straight paths of a pen in metres of the building, from the lower left end of `origin`,
-  // which is where the building has x and z.
+  // The straight paths of a pen, in metres at the sheet's scale, from its upper left corner.
   std::vector<ReadLine> Svg(const std::string& name, const std::string& pen) const {
     SvgPlanWriter(options_).Write(temp_.Path(""), map_, {});
     const std::string svg = ReadFile(temp_.Path("plan/" + name + ".svg"));
@@ -110,7 +114,7 @@ class SectionTest : public ::testing::Test {
     const std::regex path("M([-0-9.]+) ([-0-9.]+)L([-0-9.]+) ([-0-9.]+)\"");
     std::vector<ReadLine> lines;
     for (std::sregex_iterator it(group.begin(), group.end(), path), end; it != end; ++it) {
-      const auto number = [&](size_t i) { return scale * std::stod((*it)[i]); };
+      const auto number = [&](size_t i) { return scale * std::stod((*it)[i].str()); };
       lines.push_back(Sorted({number(1), -number(2), number(3), -number(4)}));
     }
     return lines;
