@@ -427,8 +427,8 @@ bool Estimator::ViewIsCarried(const FrameState& frame) const {
   const Preintegration::Motion felt =
       frame.from_previous->CorrectedFor(last.gyro_bias(), last.accel_bias());
   const double time_s = frame.from_previous->duration_s();
-  const Vector3d gravity_m_s2 =
-      last.T_world_imu().rotation.conjugate() * Vector3d(0, 0, -kGravity_m_s2);
+  const Quaterniond R_world_imu = last.T_world_imu().rotation * tracking_.R_body_imu;
+  const Vector3d gravity_m_s2 = R_world_imu.conjugate() * Vector3d(0, 0, -kGravity_m_s2);
   const double gained_m_s = (felt.velocity_m_s + gravity_m_s2 * time_s).norm();
   const double moved_m = (felt.position_m + 0.5 * gravity_m_s2 * time_s * time_s).norm();
   return gained_m_s > options_.initializer.max_still_accel_sigma_m_s2 * time_s &&
