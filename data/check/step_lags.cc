@@ -90,9 +90,8 @@ ImageSteps FollowSteps(const SequenceSource& source, int camera, const Progress&
     progress.ReportOrStop(static_cast<double>(i) / static_cast<double>(pairs));
     const cv::Mat image = Halved(source.ReadImage(i, camera).image);
     if (i > 0) {
-      const auto flow_px = before.empty() || image.empty()
-                               ? std::nullopt
-                               : MedianFlow_px(before, image, mask);
+      const auto flow_px =
+          before.empty() || image.empty() ? std::nullopt : MedianFlow_px(before, image, mask);
       steps.push_back(std::nullopt);
       if (flow_px) {
         const Eigen::Vector3d step(flow_px->x(), flow_px->y(), 0);
