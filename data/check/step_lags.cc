@@ -47,8 +47,8 @@ cv::Mat Halved(const cv::Mat& image) {
 }
 
 // What it costs to take the right step for the same as the left one.
-double Misfit(const std::optional<Eigen::Vector2d>& left,
-              const std::optional<Eigen::Vector2d>& right, double noise_rad) {
+double StepMisfit(const std::optional<Eigen::Vector2d>& left,
+                  const std::optional<Eigen::Vector2d>& right, double noise_rad) {
   if (!left || !right) return 0.5 * kMostMisfit;
   const double sigma_rad = noise_rad + kStepShare * std::max(left->norm(), right->norm());
   return std::min(kMostMisfit, (*left - *right).squaredNorm() / (sigma_rad * sigma_rad));
@@ -129,7 +129,7 @@ std::vector<int> FindLags(const ImageSteps& left, const ImageSteps& right, doubl
     for (size_t k = 0; k < kLags; ++k) {
       came_from[i][k] = cost[k] <= changed ? static_cast<int>(k) : cheapest;
       const auto later = static_cast<std::ptrdiff_t>(i + k) - kMaxLag;
-      cost[k] = std::min(cost[k], changed) + Misfit(left[i], At(right, later), noise_rad);
+      cost[k] = std::min(cost[k], changed) + StepMisfit(left[i], At(right, later), noise_rad);
     }
   }
   std::vector<int> lags(left.size());
