@@ -53,7 +53,8 @@ class StampRows {
     while (last + 1 < stamps_ns_.size() && Step_ns(last + 1) > 0) ++last;
     int64_t gap_ns = std::numeric_limits<int64_t>::max();  // to the next of the earlier rows
     for (size_t i = 0; i < row; ++i) {
-      if (stamps_ns_[i] >= stamps_ns_[row]) gap_ns = std::min(gap_ns, stamps_ns_[i] - stamps_ns_[last]);
+      if (stamps_ns_[i] >= stamps_ns_[row])
+        gap_ns = std::min(gap_ns, stamps_ns_[i] - stamps_ns_[last]);
     }
     return gap_ns > 0 && static_cast<double>(gap_ns) <= kSteadySteps * step_ns_;
   }
@@ -109,10 +110,9 @@ std::vector<ClockJump> FindClockJumps(const std::vector<int64_t>& stamps_ns,
 void CountJumps(const std::vector<ClockJump>& jumps, Warnings* warnings) {
   for (const ClockJump& jump : jumps) {
     const double back_s = ToSeconds(jump.back_ns);
-    const std::string words =
-        back_s > 0 ? fmt::format("clock set back by {:.3f} s", back_s)
-                   : fmt::format("clock set forward by {:.3f} s{}", -back_s,
-                                 jump.put_back ? "" : ", or a pause");
+    const std::string words = back_s > 0 ? fmt::format("clock set back by {:.3f} s", back_s)
+                                         : fmt::format("clock set forward by {:.3f} s{}", -back_s,
+                                                       jump.put_back ? "" : ", or a pause");
     warnings->Add(kClockJump,
                   fmt::format("{}: {}, t = {:.3f} s", jump.place, words, ToSeconds(jump.stamp_ns)));
   }

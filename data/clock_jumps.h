@@ -1,6 +1,7 @@
 // Where the clock of a recorder is set to another time while it records.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <cstdlib>
 #include <functional>
@@ -69,6 +70,7 @@ struct ClockTable {
 };
 
 inline constexpr int64_t kSameJump_ns = 500'000'000;  // of two tables, at most
+inline constexpr int64_t kSameEnd_ns = 60'000'000;    // by which they end apart, about an image
 
 // The jump of a table that is that of another, as an index; the number of jumps where there is none.
 inline size_t SameJump(const ClockJump& jump, const std::vector<ClockJump>& others) {
@@ -103,7 +105,7 @@ void UndoForward(const ClockTable<Other>& other, ClockTable<Element>* table) {
     ClockJump& jump = (*table->jumps)[i];
     if (jump.back_ns >= 0 || SameJump(jump, *other.jumps) < other.jumps->size()) continue;
     const int64_t late_ns = table->elements->back().stamp_ns - other.elements->back().stamp_ns;
-    if (10 * std::abs(late_ns + jump.back_ns) > std::abs(late_ns)) continue;
+    if (std::abs(late_ns + jump.back_ns) > std::max(kSameEnd_ns, std::abs(late_ns) / 10)) continue;
     table->Shift(i, jump.back_ns);
     jump.put_back = true;
   }

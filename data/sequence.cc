@@ -107,8 +107,8 @@ std::optional<double> ConstantOffset_s(const std::vector<ImageFile>& left,
 // The offset of right stamps that makes pairs of most images, where the options' one does not; and
 // nothing where none does.
 std::string RightOffsetRemedy(const std::vector<ImageFile>& left,
-                              const std::vector<ImageFile>& right,
-                              const std::string& right_name, double given_s) {
+                              const std::vector<ImageFile>& right, const std::string& right_name,
+                              double given_s) {
   const std::optional<double> further_s = ConstantOffset_s(left, right);
   if (!further_s) return "";
   const double offset_s = given_s + *further_s;
@@ -131,7 +131,8 @@ std::vector<StereoEntry> PairTables(const SequenceOptions& options, const Tables
   for (ImageFile& image : right) image.stamp_ns -= ToNanoseconds(options.right_offset_s);
   images = PairImages(left, right, options.max_stereo_offset_s, &sequence->warnings);
   if (2 * images.size() >= left.size()) return images;
-  const std::string remedy = RightOffsetRemedy(left, right, CameraFolder(*sequence, 1), options.right_offset_s);
+  const std::string remedy =
+      RightOffsetRemedy(left, right, CameraFolder(*sequence, 1), options.right_offset_s);
   if (images.empty() || !remedy.empty()) {
     throw InputFault(
         "unpaired",

@@ -16,7 +16,7 @@ namespace slcmap {
 struct StereoEntry {
   int64_t stamp_ns = 0;  // of the left image
   std::string left_path;
-  std::string right_path;  // "" where there is one camera only
+  std::string right_path;  // "" where there is one camera, or a knock has turned the right one
 };
 
 struct Sequence {

@@ -43,7 +43,8 @@ bool HasLostPoints(const std::vector<std::string_view>& fields) {
     return field.find_first_not_of("+-0123456789") == field.npos;
   };
   const auto is_long = [](std::string_view field) { return field.size() >= kManyDigits; };
-  return std::all_of(begin, end, is_whole) && std::count_if(begin, end, is_long) >= std::ptrdiff_t{kMany};
+  return std::all_of(begin, end, is_whole) &&
+         std::count_if(begin, end, is_long) >= std::ptrdiff_t{kMany};
 }
 
 std::string Example(const std::vector<std::string_view>& fields) {

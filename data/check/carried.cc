@@ -245,14 +245,14 @@ void CheckCarried(SequenceSource* source, const std::vector<ImuSample>& samples,
     return;
   }
   source->SetMasks(masks);
-  report->Warn("carried",
-               IsStereo(rig)
-                   ? fmt::format(
-                         "{:.0f} % of the left and {:.0f} % of the right image move with the rig",
-                         100 * LeftOut(masks[0]), 100 * LeftOut(masks[1]))
-                   : fmt::format("{:.0f} % of the image moves with the rig", 100 * LeftOut(masks[0])),
-               "mount the rig so that it sees past whoever carries it; that part is left out "
-               "(--mask gives another, --mask none leaves out nothing)");
+  report->Warn(
+      "carried",
+      IsStereo(rig)
+          ? fmt::format("{:.0f} % of the left and {:.0f} % of the right image move with the rig",
+                        100 * LeftOut(masks[0]), 100 * LeftOut(masks[1]))
+          : fmt::format("{:.0f} % of the image moves with the rig", 100 * LeftOut(masks[0])),
+      "mount the rig so that it sees past whoever carries it; that part is left out "
+      "(--mask gives another, --mask none leaves out nothing)");
 }
 
 }  // namespace slcmap

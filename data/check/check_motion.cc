@@ -2,7 +2,6 @@
 #include <spdlog/fmt/fmt.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include "data/angle_unit.h"
@@ -249,103 +248,6 @@ void Judge(const TurnAlignment& turns, const ForceAlignment& forces, const Rig& 
   }
 }
 
-// The turns before and from `at` on, each aligned by itself; clocks that are seconds apart too.
-std::array<TurnAlignment, 2> AlignHalves(const std::vector<ImageTurn>& turns, size_t at,
-                                         const std::vector<ImuSample>& samples, const Rig& rig) {
-  std::array<TurnAlignment, 2> halves;
-  for (size_t half = 0; half < 2; ++half) {
-    const auto middle = turns.begin() + static_cast<std::ptrdiff_t>(at);
-    const std::vector<ImageTurn> part(half == 0 ? turns.begin() : middle,
-                                      half == 0 ? middle : turns.end());
-    const Eigen::Quaterniond& R_imu_camera = rig.T_imu_camera[0].rotation;
-    halves[half] = AlignTurns(part, samples, R_imu_camera, rig.camera_time_offset_s);
-    if (halves[half].enough_motion && Explains(halves[half].claimed)) continue;
-    const auto far_s = FindFarOffset(part, samples, R_imu_camera, rig.camera_time_offset_s);
-    if (far_s) halves[half] = AlignTurns(part, samples, R_imu_camera, *far_s);
-  }
-  return halves;
-}
-
-// What of time and rotation changes between two parts, in the units of what is worth a finding;
-// 0 where the motion does not tell.
-struct MidwayChange {
-  double time_s = 0, clear_time = 0;
-  Eigen::Vector3d turn_rad = Eigen::Vector3d::Zero();
-  double clear_turn = 0;
-};
-
-MidwayChange ChangeBetween(const std::array<TurnAlignment, 2>& halves) {
-  constexpr double kLeast_s = 0.005, kLeast_rad = 0.8 * kDegree;
-  MidwayChange change;
-  const auto& [before, after] = halves;
-  for (const TurnAlignment& half : halves) {
-    if (!half.enough_motion || !Explains(half.claimed)) return change;
-    if (half.time_offset_sigma_s > kMaxOffsetSigma_s) return change;
-  }
-  change.time_s = after.time_offset_s - before.time_offset_s;
-  const double sigma_s = std::hypot(before.time_offset_sigma_s, after.time_offset_sigma_s);
-  change.clear_time = std::abs(change.time_s) / std::max(kLeast_s, kClear * sigma_s);
-  change.turn_rad = LogRotation(after.R_imu_camera * before.R_imu_camera.conjugate());
-  for (int axis = 0; axis < 3; ++axis) {
-    const double sigma_rad =
-        std::hypot(before.rotation_sigma_rad[axis], after.rotation_sigma_rad[axis]);
-    change.clear_turn = std::max(change.clear_turn, std::abs(change.turn_rad[axis]) /
-                                                        std::max(kLeast_rad, kClear * sigma_rad));
-  }
-  return change;
-}
-
-// Clocks that are set, and a rig that is knocked, while it records. True where nothing else is to
-// be judged by these turns.
-bool JudgeMidway(const std::vector<ImageTurn>& turns, bool explained,
-                 const std::vector<ImuSample>& samples, const SequenceSource& source,
-                 const Rig& rig, CheckReport* report) {
-  constexpr size_t kMinTurns = 60, kSplits = 8;
-  constexpr double kGross_s = 0.02;
-  if (turns.size() < kMinTurns) return false;
-  MidwayChange found = ChangeBetween(AlignHalves(turns, turns.size() / 2, samples, rig));
-  if (explained && found.clear_time < 1 && found.clear_turn < 1) return false;
-  size_t at = turns.size() / 2;
-  for (size_t i = 2; i + 1 < kSplits; ++i) {
-    const size_t split = i * turns.size() / kSplits;
-    const MidwayChange change = ChangeBetween(AlignHalves(turns, split, samples, rig));
-    if (std::max(change.clear_time, change.clear_turn) <=
-        std::max(found.clear_time, found.clear_turn)) {
-      continue;
-    }
-    found = change;
-    at = split;
-  }
-  const double at_s = ToSeconds(turns[at].from_ns - source.info().pair_stamps_ns.front());
-  if (found.clear_time >= 1) {
-    const bool is_gross = std::abs(found.time_s) > kGross_s;
-    const std::string words = fmt::format(
-        "images turn {:.1f} ms {} against the gyroscope from about {:.1f} s on than before: one "
-        "clock was set, or drifts against the other",
-        1e3 * std::abs(found.time_s), found.time_s < 0 ? "later" : "earlier", at_s);
-    const std::string remedy = fmt::format(
-        "add {:.4f} s to the stamps of cam0 and cam1 from there on; or take the parts by "
-        "themselves: --duration {:.1f}, and --from {:.1f}",
-        found.time_s, at_s, at_s);
-    if (!is_gross) {
-      report->Warn("clock", words, remedy);
-      return false;
-    }
-    report->Fail("clock", words, remedy);
-    return true;
-  }
-  if (found.clear_turn < 1) return false;
-  const Eigen::Vector3d turn = found.turn_rad / kDegree;
-  report->Warn("knocked",
-               fmt::format("the left camera is turned against the IMU by ({:.2f}, {:.2f}, {:.2f}) "
-                           "degrees about the IMU's axes from about {:.1f} s on",
-                           turn.x(), turn.y(), turn.z(), at_s),
-               fmt::format("fasten cameras and IMU to each other and calibrate anew; or take the "
-                           "part before by itself: --duration {:.1f}",
-                           at_s));
-  return false;
-}
-
 // Whether the images tell anything of all that is compared.
 bool Tells(const TurnAlignment& turns, const ForceAlignment& forces, const Rig& rig) {
   return turns.enough_motion && (forces.enough_motion || !IsStereo(rig));
@@ -407,7 +309,6 @@ void CheckMotion(const SequenceSource& source, const Rig& rig,
     Append(FollowImages(source, rig, further, progress.Part(1, 1)), &motion);
     align();
   }
-  if (JudgeMidway(motion.turns, Explains(turns.claimed), samples, source, rig, report)) return;
   const std::optional<double> far_s =
       turns.enough_motion && Explains(turns.best)
           ? std::nullopt

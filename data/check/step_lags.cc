@@ -47,8 +47,8 @@ cv::Mat Halved(const cv::Mat& image) {
 }
 
 // What it costs to take the right step for the same as the left one.
-double Misfit(const std::optional<Eigen::Vector2d>& left,
-              const std::optional<Eigen::Vector2d>& right, double noise_rad) {
+double StepMisfit(const std::optional<Eigen::Vector2d>& left,
+                  const std::optional<Eigen::Vector2d>& right, double noise_rad) {
   if (!left || !right) return 0.5 * kMostMisfit;
   const double sigma_rad = noise_rad + kStepShare * std::max(left->norm(), right->norm());
   return std::min(kMostMisfit, (*left - *right).squaredNorm() / (sigma_rad * sigma_rad));
@@ -90,9 +90,8 @@ ImageSteps FollowSteps(const SequenceSource& source, int camera, const Progress&
     progress.ReportOrStop(static_cast<double>(i) / static_cast<double>(pairs));
     const cv::Mat image = Halved(source.ReadImage(i, camera).image);
     if (i > 0) {
-      const auto flow_px = before.empty() || image.empty()
-                               ? std::nullopt
-                               : MedianFlow_px(before, image, mask);
+      const auto flow_px =
+          before.empty() || image.empty() ? std::nullopt : MedianFlow_px(before, image, mask);
       steps.push_back(std::nullopt);
       if (flow_px) {
         const Eigen::Vector3d step(flow_px->x(), flow_px->y(), 0);
@@ -130,7 +129,7 @@ std::vector<int> FindLags(const ImageSteps& left, const ImageSteps& right, doubl
     for (size_t k = 0; k < kLags; ++k) {
       came_from[i][k] = cost[k] <= changed ? static_cast<int>(k) : cheapest;
       const auto later = static_cast<std::ptrdiff_t>(i + k) - kMaxLag;
-      cost[k] = std::min(cost[k], changed) + Misfit(left[i], At(right, later), noise_rad);
+      cost[k] = std::min(cost[k], changed) + StepMisfit(left[i], At(right, later), noise_rad);
     }
   }
   std::vector<int> lags(left.size());

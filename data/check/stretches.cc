@@ -158,8 +158,7 @@ std::vector<LagPiece> LagPieces(const StretchFinder& finder, const Sequence& seq
   const ImageSteps left = FollowSteps(finder.source(), 0, progress),
                    right = FollowSteps(finder.source(), 1, progress);
   const std::vector<int> lags = FindLags(left, right, 0.5 / rig.cameras[0].MiddleFocal_px());
-  const ImageSteps gyro =
-      StepsOfGyro(finder.source().info().pair_stamps_ns, rig, sequence.imu);
+  const ImageSteps gyro = StepsOfGyro(finder.source().info().pair_stamps_ns, rig, sequence.imu);
   std::vector<LagPiece> pieces;
   for (size_t i = 0; i < lags.size(); ++i) {
     if (!pieces.empty() && pieces.back().later == lags[i]) {
@@ -181,7 +180,8 @@ bool RowsConfirm(const StretchFinder& finder, const std::vector<LagPiece>& piece
   Agreeing given, mended;
   for (const LagPiece& piece : pieces) {
     for (size_t i = 0; i < kPairsOfPiece && piece.later != 0; ++i) {
-      const size_t pair = piece.first + (2 * i + 1) * (piece.end - piece.first) / (2 * kPairsOfPiece);
+      const size_t pair =
+          piece.first + (2 * i + 1) * (piece.end - piece.first) / (2 * kPairsOfPiece);
       given.Add(finder.Paired(pair, 0));
       mended.Add(finder.Paired(pair, piece.later));
     }
@@ -217,13 +217,13 @@ std::vector<StereoEntry> PairedAnew(const std::vector<LagPiece>& pieces,
 // "cam1 loses a frame" and the like, where a piece begins.
 std::string SlipWords(const LagPiece& before, const LagPiece& piece,
                       const std::array<std::string, 2>& cameras) {
-  const std::array<int, 2> lost = {
-      piece.late - before.late, piece.late - piece.later - before.late + before.later};
+  const std::array<int, 2> lost = {piece.late - before.late,
+                                   piece.late - piece.later - before.late + before.later};
   std::string words;
   for (size_t camera = 0; camera < 2; ++camera) {
     if (lost[camera] == 0) continue;
-    words += fmt::format("{}{} {} {} of {}", words.empty() ? "" : ", and ",
-                         std::abs(lost[camera]), std::abs(lost[camera]) == 1 ? "frame" : "frames",
+    words += fmt::format("{}{} {} {} of {}", words.empty() ? "" : ", and ", std::abs(lost[camera]),
+                         std::abs(lost[camera]) == 1 ? "frame" : "frames",
                          lost[camera] > 0 ? "lost" : "too many", cameras[camera]);
   }
   return words;
@@ -238,15 +238,15 @@ bool MendSlips(const StretchFinder& finder, const Progress& progress, Sequence* 
   std::vector<double> values;
   for (size_t i = 0; i < pieces.size(); ++i) {
     const LagPiece& piece = pieces[i];
-    values.insert(values.end(), {static_cast<double>(piece.first),
-                                 static_cast<double>(piece.later), static_cast<double>(piece.late)});
+    values.insert(values.end(), {static_cast<double>(piece.first), static_cast<double>(piece.later),
+                                 static_cast<double>(piece.late)});
     if (i == 0 && piece.later == 0) continue;
-    found += fmt::format(
-        "; from pair {} ({:.2f} s, {}) {}", piece.first, Since_s(*sequence, piece.first),
-        sequence->images[piece.first].left_path,
-        piece.later == 0 ? std::string("they are in step again")
-                         : fmt::format("the right images are those {} rows further {}",
-                                       std::abs(piece.later), piece.later > 0 ? "down" : "up"));
+    found += fmt::format("; from pair {} ({:.2f} s, {}) {}", piece.first,
+                         Since_s(*sequence, piece.first), sequence->images[piece.first].left_path,
+                         piece.later == 0
+                             ? std::string("they are in step again")
+                             : fmt::format("the right images are those {} rows further {}",
+                                           std::abs(piece.later), piece.later > 0 ? "down" : "up"));
     if (i > 0) {
       found += " (" + SlipWords(pieces[i - 1], piece, sequence->CameraNames()) + ")";
     }

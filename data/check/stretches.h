@@ -15,8 +15,8 @@ inline constexpr const char* kStretchCorrection = "pairs_used";
 
 // Compares rows at pairs spread over a recording. Where they agree in one part and not in another,
 // and the right images of other pairs move as the left ones do, those are paired anew, with stamps
-// that fit the gyroscope; where a turn of a camera explains it, the other part goes on with the left
-// images only, or is left out if those do not fit the gyroscope. Both are a finding and a
+// that fit the gyroscope; where a turn of a camera explains it, the other part goes on with the
+// left images only, or is left out if those do not fit the gyroscope. Both are a finding and a
 // correction. Nothing is done, nor said, where neither explains it.
 void MendStretches(Sequence* sequence, const Progress& progress, CheckReport* report);
 

@@ -336,9 +336,8 @@ TEST(ImuStreams, AClockThatIsSetBackIsPutRightBeforeTheyAreJoined) {
   const TempFolder folder;
   Warnings warnings;
   std::vector<ClockJump> jumps;
-  const auto samples =
-      ReadAslImu(folder.Write("data.csv", "#timestamp [ns],wx,wy,wz,ax,ay,az\n" + rows), &warnings,
-                 &jumps);
+  const auto samples = ReadAslImu(
+      folder.Write("data.csv", "#timestamp [ns],wx,wy,wz,ax,ay,az\n" + rows), &warnings, &jumps);
   ASSERT_EQ(jumps.size(), 1u);
   EXPECT_EQ(jumps[0].back_ns, 3'000'000'000);
   EXPECT_GT(samples.size(), kCount - 3u);
@@ -348,10 +347,11 @@ TEST(ImuStreams, AClockThatIsSetBackIsPutRightBeforeTheyAreJoined) {
 TEST(ImuTables, NumbersThatLostTheirPointsOrDigitsAreNamed) {
   std::string pointless, rounded;
   for (int i = 0; i < 40; ++i) {
-    pointless += fmt::format("{},-00984365698,01277581012,0037690000,81476550000,-03759000,-40860\n",
-                             kStart_ns + i * kStep_ns);
-    rounded += fmt::format("{},{},{}\n", 1403636579 + i / 20, Numbers(GyroAt(0)),
-                           Numbers(AccelAt(0)));
+    pointless +=
+        fmt::format("{},-00984365698,01277581012,0037690000,81476550000,-03759000,-40860\n",
+                    kStart_ns + i * kStep_ns);
+    rounded +=
+        fmt::format("{},{},{}\n", 1403636579 + i / 20, Numbers(GyroAt(0)), Numbers(AccelAt(0)));
   }
   EXPECT_THAT(FaultOf(pointless), HasSubstr("lost their decimal points"));
   EXPECT_THAT(FaultOf(rounded), HasSubstr("only 2 different stamps"));
