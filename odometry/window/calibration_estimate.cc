@@ -29,14 +29,16 @@ constexpr std::array<Item, 10> kItems{
       &CalibrationOptions::lever_sigma_m, &CalibrationOptions::max_lever_m},
      {"time offset", kRowTimeOffset, 1, &CalibrationOptions::time_offset,
       &CalibrationOptions::time_offset_sigma_s, &CalibrationOptions::max_time_offset_s},
-     {"scale of the accelerometer", kRowErrors + kErrorAccelScale, 3,
+     {"scale of the accelerometer", int{kRowErrors} + kErrorAccelScale, 3,
       &CalibrationOptions::imu_scale, &CalibrationOptions::imu_scale_sigma,
       &CalibrationOptions::max_imu_scale},
-     {"axes of the accelerometer", kRowErrors + kErrorAccelAxes, 3, &CalibrationOptions::imu_axes,
-      &CalibrationOptions::imu_axes_sigma_rad, &CalibrationOptions::max_imu_axes_rad},
-     {"scale of the gyroscope", kRowErrors + kErrorGyroScale, 3, &CalibrationOptions::imu_scale,
-      &CalibrationOptions::imu_scale_sigma, &CalibrationOptions::max_imu_scale},
-     {"axes of the gyroscope", kRowErrors + kErrorGyroAxes, 6, &CalibrationOptions::imu_axes,
+     {"axes of the accelerometer", int{kRowErrors} + kErrorAccelAxes, 3,
+      &CalibrationOptions::imu_axes, &CalibrationOptions::imu_axes_sigma_rad,
+      &CalibrationOptions::max_imu_axes_rad},
+     {"scale of the gyroscope", int{kRowErrors} + kErrorGyroScale, 3,
+      &CalibrationOptions::imu_scale, &CalibrationOptions::imu_scale_sigma,
+      &CalibrationOptions::max_imu_scale},
+     {"axes of the gyroscope", int{kRowErrors} + kErrorGyroAxes, 6, &CalibrationOptions::imu_axes,
       &CalibrationOptions::imu_axes_sigma_rad, &CalibrationOptions::max_imu_axes_rad},
      {"rotation of the right camera", kCameras + kRowRightRotation, 3,
       &CalibrationOptions::right_rotation, &CalibrationOptions::right_rotation_sigma_rad,
@@ -145,8 +147,8 @@ void CalibrationPrior::Hold(const CalibrationState& state) {
 
 CalibrationBelief BeliefOf(const CalibrationEstimate& e, const CalibrationOptions& options) {
   CalibrationVector mean, sigma;
-  mean << e.imu_rotation_rad, e.lever_m, e.time_offset_s, e.imu_errors, e.right_rotation_rad, e.focal_length,
-      e.right_centre_px;
+  mean << e.imu_rotation_rad, e.lever_m, e.time_offset_s, e.imu_errors, e.right_rotation_rad,
+      e.focal_length, e.right_centre_px;
   sigma << e.imu_rotation_sigma_rad, e.lever_sigma_m, e.time_offset_sigma_s, e.imu_errors_sigma,
       e.right_rotation_sigma_rad, e.focal_length_sigma, e.right_centre_sigma_px;
   CalibrationBelief belief = CalibrationPrior(options).belief();
