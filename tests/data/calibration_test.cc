@@ -191,7 +191,7 @@ TEST_F(AslCalibration, AMatrixThatIsNoRotationIsNamed) {
 
 TEST_F(AslCalibration, AnUnknownModelIsNamed) {
   EXPECT_THAT(MessageAfter("mav0/cam0/sensor.yaml", "radial-tangential", "fow"),
-              AllOf(HasSubstr("distortion_model: found 'fow', expected one of radtan"),
+              AllOf(HasSubstr("distortion_model: found 'fow', expected one of radial-tangential"),
                     HasSubstr("equidistant"), HasSubstr("fov")));
 }
 

@@ -71,6 +71,11 @@ inline OdometryRun MakeSmallRun() {
                 run.rectified_rig,
                 {{5, "cam0/data/5.png", "cam1/data/5.png"}, {6, "cam0/data/6.png", ""}},
                 {}};
+  run.source->opened = {.calibration = "/recordings/chain.yaml",
+                        .max_stereo_offset_s = 0.008,
+                        .right_offset_s = -0.012,
+                        .masks = {"/recordings/left.png", "none"},
+                        .cameras = {0, 2}};
   run.source->raw_rig.cameras[0].distortion = Distortion::kEquidistant;
   run.source->raw_rig.masks[0] =
       cv::Mat(run.source->raw_rig.cameras[0].height_px, run.source->raw_rig.cameras[0].width_px,
