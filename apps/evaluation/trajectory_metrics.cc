@@ -8,7 +8,6 @@
 
 #include "apps/evaluation/no_figure.h"
 #include "data/angle_unit.h"
-#include "data/asl_files.h"
 #include "data/error.h"
 
 namespace slcmap {
@@ -22,6 +21,13 @@ constexpr double kCoveredFrames = 0.6;
 double RootMeanSquare(const std::vector<double>& values) {
   const double sum = std::inner_product(values.begin(), values.end(), values.begin(), 0.0);
   return std::sqrt(sum / static_cast<double>(values.size()));
+}
+
+double MiddleOf(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  if (values.size() % 2 == 1) return *middle;
+  return (*middle + *std::max_element(values.begin(), middle)) / 2;
 }
 
 double AngleDeg(const Eigen::Quaterniond& rotation) {
@@ -44,7 +50,7 @@ int64_t FramePeriod(const Trajectory& estimate) {
   for (std::size_t i = 1; i < estimate.size(); ++i) {
     periods.push_back(static_cast<double>(estimate[i].stamp_ns - estimate[i - 1].stamp_ns));
   }
-  return periods.empty() ? 0 : static_cast<int64_t>(Median(periods));
+  return periods.empty() ? 0 : static_cast<int64_t>(MiddleOf(periods));
 }
 
 int CountPieces(const Trajectory& estimate, int64_t period_ns) {
@@ -167,7 +173,7 @@ RelativeError MeasureRelative(const std::vector<AssociatedPose>& poses,
   return {length_m,
           static_cast<int64_t>(percent.size()),
           RootMeanSquare(percent),
-          Median(percent),
+          MiddleOf(percent),
           RootMeanSquare(degrees),
           RootMeanSquare(degrees_per_m)};
 }
@@ -216,7 +222,7 @@ ErrorStatistics Statistics(std::vector<double> errors) {
   statistics.mean =
       std::accumulate(errors.begin(), errors.end(), 0.0) / static_cast<double>(errors.size());
   statistics.max = *std::max_element(errors.begin(), errors.end());
-  statistics.median = Median(std::move(errors));
+  statistics.median = MiddleOf(std::move(errors));
   return statistics;
 }
 

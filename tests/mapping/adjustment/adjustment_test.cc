@@ -55,8 +55,10 @@ std::vector<RigidTransform> WindowPoses(const OdometryRun& run) {
   return poses;
 }
 
+// The simulated IMU reads right.
 AdjustmentOptions Quick() {
   AdjustmentOptions options;
+  options.calibration.imu_scale = options.calibration.imu_axes = false;
   options.line_sigma_px = options.point_sigma_px;
   return options;
 }
