@@ -248,7 +248,7 @@ FileText ReadRowsOf(const std::string& path) {
   file.table.path = path;
   std::optional<Columns> named = NamesInComments(std::string(WithoutByteOrderMark(ReadFile(path))));
   std::optional<Columns> columns;
-  int lost = 0;
+  int lost = 0, first_lost = 0;
   ForEachRow(path, [&](int row, const Fields& fields) {
     const std::string place = fmt::format("{}: row {}", path, row);
     if (!columns && !IsNumber(fields[0])) {
@@ -267,7 +267,7 @@ FileText ReadRowsOf(const std::string& path) {
     if (file.is_colmap && !IsColmapImage(fields)) return;  // its points
     if (IsLost(fields, file.has_stamps && !file.is_colmap ? 1 : 0,
                file.table.is_matrix ? kMatrixColumns : columns->Count() - 1)) {
-      ++lost;
+      if (lost++ == 0) first_lost = row;
       return;
     }
     if (file.table.is_matrix) {
@@ -284,7 +284,10 @@ FileText ReadRowsOf(const std::string& path) {
     }
     file.rows.back().row = row;
   });
-  if (lost > 0) spdlog::warn("{}: {} rows hold no numbers (NaN), and are left out", path, lost);
+  if (lost > 0) {
+    spdlog::warn("{}: {} rows hold no numbers (NaN), first row {}, and are left out", path, lost,
+                 first_lost);
+  }
   if (file.is_colmap) {
     spdlog::warn(
         "{}: rows are those of COLMAP's images.txt: its images' names are taken to be their stamps",

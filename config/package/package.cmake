@@ -39,6 +39,7 @@ install(DIRECTORY data odometry mapping export DESTINATION ${SLCMAP_HEADERS} COM
   PATTERN data/simulator EXCLUDE
   PATTERN data/json_file.h EXCLUDE
   PATTERN data/polygon_json.h EXCLUDE
+  PATTERN data/sequence_options_json.h EXCLUDE
   PATTERN data/geos.h EXCLUDE
   PATTERN data/summary_file.h EXCLUDE
   PATTERN data/verdict_json.h EXCLUDE

@@ -192,11 +192,15 @@ TEST(EvaluateCommand, ErrorsNameThePlace) {
       folder.Write("a.tum", "1.0 0 0 0 0 0 0 1\n1.1 1 0 0 0 0 0 1\n1.2 1 1 0 0 0 0 1\n");
   const std::string b =
       folder.Write("b.tum", "5.0 0 0 0 0 0 0 1\n5.1 0 0 0 0 0 0 1\n5.2 0 0 0 0 0 0 1\n");
-  const std::string bad = folder.Write("bad.tum", "1.0 0 0 0 0 0 0 1\n1.1 nan 0 0 0 0 0 1\n");
+  const std::string bad = folder.Write("bad.tum", "1.0 0 0 0 0 0 0 1\n1.1 x 0 0 0 0 0 1\n");
   ExpectError(RunSlcmap("evaluate --truth " + a), 2, "evaluate: found no --estimate");
   ExpectError(RunSlcmap("evaluate --truth " + a + " --estimate " + folder.Path("none.tum")), 1,
               "none.tum");
   ExpectError(RunSlcmap("evaluate --truth " + a + " --estimate " + bad), 1, "bad.tum: row 2");
+  const std::string lost =
+      folder.Write("lost.tum", "1.0 0 0 0 0 0 0 1\n1.1 nan 0 0 0 0 0 1\n1.2 1 1 0 0 0 0 1\n");
+  EXPECT_THAT(RunSlcmap("evaluate --truth " + a + " --estimate " + lost).error,
+              HasSubstr("lost.tum: 1 rows hold no numbers (NaN), first row 2, and are left out"));
   ExpectError(RunSlcmap("evaluate --truth " + a + " --estimate " + b), 1,
               "b.tum against " + a + ": found 0 of 3");
   ExpectError(RunSlcmap("evaluate --truth " + a + " --estimate " + a + " --max-truth-gap 0"), 2,
