@@ -370,6 +370,8 @@ std::optional<double> FindFarOffset(const std::vector<ImageTurn>& turns,
   const auto by_share = [](const auto& a, const auto& b) { return a.second < b.second; };
   const auto best = std::min_element(left.begin(), left.end(), by_share);
   if (best == left.end() || best->second > kFarExplained) return std::nullopt;
+  // Clocks that agree, whatever else keeps turns from being aligned.
+  if (std::abs(best->first - time_offset_s) <= kMaxAlignedOffset_s) return std::nullopt;
   const bool others = std::any_of(left.begin(), left.end(), [&](const auto& other) {
     return std::abs(other.first - best->first) > kFarApart_s &&
            other.second < std::max(kFarElse, kFarLead * best->second);

@@ -143,6 +143,10 @@ TEST(TurnAlignment, FindsClocksThatAreSecondsApart) {
   }
 }
 
+TEST(TurnAlignment, ClocksThatAgreeAreNotApart) {
+  for (const double offset_s : {0.0, 0.03}) EXPECT_FALSE(FarOffsetOf(MakeTurns(offset_s)));
+}
+
 TEST(TurnAlignment, DoesNotGuessClocksThatAreApart) {
   EXPECT_FALSE(FarOffsetOf(MakeTurns(-3, 0.001)));     // without motion
   EXPECT_FALSE(FarOffsetOf(MakeTurns(-3, 0.5, 0.1)));  // nothing fits
