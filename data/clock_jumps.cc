@@ -13,8 +13,8 @@ namespace {
 
 constexpr size_t kSteadyRows = 5;
 constexpr double kSteadySteps = 4;         // median steps, at most between rows that rise steadily
-constexpr double kClockForwardSteps = 5;   // median steps; a longer one may be a jump
-constexpr double kClockForward_s = 0.1;    // and longer than this
+constexpr double kClockForwardSteps = 10;  // median steps; a longer one may be a jump
+constexpr double kClockForward_s = 0.5;    // and longer than this: shorter ones are losses
 constexpr double kClearForward_s = 0.5;    // of what two tables share, to be one or a pause
 constexpr double kBreak_s = 0.35;          // without samples: more than odometry bridges
 
