@@ -15,7 +15,6 @@ constexpr size_t kSteadyRows = 5;
 constexpr double kSteadySteps = 4;         // median steps, at most between rows that rise steadily
 constexpr double kClockForwardSteps = 10;  // median steps; a longer one may be a jump
 constexpr double kClockForward_s = 0.5;    // and longer than this: shorter ones are losses
-constexpr double kClearForward_s = 0.5;    // of what two tables share, to be one or a pause
 constexpr double kBreak_s = 0.35;          // without samples: more than odometry bridges
 
 class StampRows {
@@ -59,10 +58,11 @@ class StampRows {
     return gap_ns > 0 && static_cast<double>(gap_ns) <= kSteadySteps * step_ns_;
   }
 
-  // Whether later rows fill the step to `row`.
-  bool IsFilledLater(size_t row) const {
-    const auto later = stamps_ns_.begin() + static_cast<std::ptrdiff_t>(row);
-    return std::any_of(later, stamps_ns_.end(), [&](int64_t stamp_ns) {
+  // Whether rows up to `end` fill the step to `row`.
+  bool IsFilledLater(size_t row, size_t end) const {
+    const auto begin = stamps_ns_.begin();
+    const auto at = static_cast<std::ptrdiff_t>(row), until = static_cast<std::ptrdiff_t>(end);
+    return std::any_of(begin + at, begin + until, [&](int64_t stamp_ns) {
       return stamp_ns > stamps_ns_[row - 1] && stamp_ns < stamps_ns_[row];
     });
   }
@@ -93,7 +93,8 @@ std::vector<ClockJump> FindClockJumps(const std::vector<int64_t>& stamps_ns,
   const int64_t step_ns = rows.usual_step_ns();
   const double forward_ns = std::max(kClockForward_s * 1e9, kClockForwardSteps * step_ns);
   std::vector<ClockJump> jumps;
-  for (size_t i = 1; i < stamps_ns.size(); ++i) {
+  size_t end = stamps_ns.size();  // of the clock of a row: what is behind a jump fills no step
+  for (size_t i = stamps_ns.size(); i-- > 1;) {
     const int64_t found_ns = rows.Step_ns(i);
     const bool is_back = found_ns < -step_ns / 2;
     const bool is_forward = static_cast<double>(found_ns) > forward_ns;
@@ -101,9 +102,11 @@ std::vector<ClockJump> FindClockJumps(const std::vector<int64_t>& stamps_ns,
     if (is_back && (!rows.StaysBehind(i, step_ns - found_ns) || rows.BelongsBefore(i) ||
                     IsWrittenTwice(stamps_ns, i, same)))
       continue;
-    if (is_forward && rows.IsFilledLater(i)) continue;
+    if (is_forward && rows.IsFilledLater(i, end)) continue;
+    if (is_back) end = i;
     jumps.push_back({i, step_ns - found_ns, 0, false, ""});
   }
+  std::reverse(jumps.begin(), jumps.end());
   return jumps;
 }
 
@@ -120,9 +123,7 @@ void CountJumps(const std::vector<ClockJump>& jumps, Warnings* warnings) {
 
 void LeaveOutPauses(const std::vector<ClockJump>& other, std::vector<ClockJump>* jumps) {
   std::erase_if(*jumps, [&](const ClockJump& jump) {
-    const bool is_shared =
-        SameJump(jump, other) < other.size() && jump.back_ns < -ToNanoseconds(kClearForward_s);
-    return !jump.put_back && !is_shared;
+    return !jump.put_back && SameJump(jump, other) == other.size();
   });
 }
 

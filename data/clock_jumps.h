@@ -72,7 +72,7 @@ struct ClockTable {
 inline constexpr int64_t kSameJump_ns = 500'000'000;  // of two tables, at most
 inline constexpr int64_t kSameEnd_ns = 60'000'000;    // by which they end apart, about an image
 
-// The jump of a table that is that of another, as an index; the number of jumps where there is none.
+// The jump of a table that is that of another, as an index; their number where there is none.
 inline size_t SameJump(const ClockJump& jump, const std::vector<ClockJump>& others) {
   size_t i = 0;
   while (i < others.size() && (std::abs(others[i].stamp_ns - jump.stamp_ns) > kSameJump_ns ||
@@ -112,7 +112,7 @@ void UndoForward(const ClockTable<Other>& other, ClockTable<Element>* table) {
 }
 
 // Leaves out what is a pause of one table: forward jumps that were not put back and that `other`
-// does not share, or that are short.
+// does not share.
 void LeaveOutPauses(const std::vector<ClockJump>& other, std::vector<ClockJump>* jumps);
 
 }  // namespace slcmap

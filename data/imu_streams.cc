@@ -162,9 +162,9 @@ std::vector<ImuRow> RowsWith(const std::vector<ImuRow>& rows, Half half) {
 }
 
 // Puts both on the clock before, where it was set back, and by as much. Returns the gyroscope's
-// jumps.
+// jumps, and counts those of the accelerometer alone.
 std::vector<ClockJump> RestoreClocks(const std::string& path, std::vector<ImuRow>* gyro,
-                                     std::vector<ImuRow>* accel) {
+                                     std::vector<ImuRow>* accel, Warnings* warnings) {
   const auto restore = [&](std::vector<ImuRow>* stream, Half half) {
     return RestoreClock(
         [half](const ImuRow& a, const ImuRow& b) { return a.*half == b.*half; },
@@ -173,6 +173,10 @@ std::vector<ClockJump> RestoreClocks(const std::string& path, std::vector<ImuRow
   std::vector<ClockJump> jumps = restore(gyro, kGyro), of_accel = restore(accel, kAccel);
   ClockTable<ImuRow> other{accel, &of_accel};
   AgreeOnJumps(ClockTable<ImuRow>{gyro, &jumps}, &other);
+  std::erase_if(of_accel, [&](const ClockJump& jump) {
+    return !jump.put_back || SameJump(jump, jumps) < jumps.size();
+  });
+  CountJumps(of_accel, warnings);
   return jumps;
 }
 
@@ -238,7 +242,7 @@ std::vector<ImuRow> JoinImuStreams(const std::string& path, std::vector<ImuRow> 
     return rows;
   }
   std::vector<ImuRow> gyro = RowsWith(rows, kGyro), accel = RowsWith(rows, kAccel);
-  if (jumps != nullptr) *jumps = RestoreClocks(path, &gyro, &accel);
+  if (jumps != nullptr) *jumps = RestoreClocks(path, &gyro, &accel, warnings);
   gyro = Stream(path, std::move(gyro), warnings);
   accel = Stream(path, std::move(accel), warnings);
   const double gyro_hz = Rate_hz(gyro), accel_hz = Rate_hz(accel);

@@ -54,22 +54,46 @@ TEST(FindClockJumps, BlocksInAnyOrderAreNone) {
   EXPECT_TRUE(FindClockJumps(stamps_ns, Never).empty());
 }
 
+struct Stamped {
+  int64_t stamp_ns;
+};
+
+std::vector<Stamped> Table(const std::vector<int64_t>& stamps_ns) {
+  std::vector<Stamped> elements;
+  for (const int64_t stamp_ns : stamps_ns) elements.push_back({stamp_ns});
+  return elements;
+}
+
+std::vector<ClockJump> Restore(std::vector<Stamped>* elements) {
+  return RestoreClock([](const Stamped&, const Stamped&) { return false; },
+                      [](size_t) { return std::string(); }, elements);
+}
+
+TEST(ClockTables, OneThatIsSetForwardAndBackAgainIsPutRight) {
+  for (const int64_t forward_ns : {10'000'000'000LL, 2'000'000'000LL, 700'000'000LL}) {
+    std::vector<int64_t> stamps_ns = Stamps(160, 160, 0);
+    for (size_t i = 40; i < 80; ++i) stamps_ns[i] += forward_ns;
+    std::vector<Stamped> images = Table(stamps_ns), samples = Table(Stamps(160, 160, 0));
+    std::vector<ClockJump> jumps = Restore(&images), none;
+    ASSERT_EQ(jumps.size(), 2u) << forward_ns;
+    EXPECT_EQ(jumps[0].row, 40u);
+    EXPECT_EQ(jumps[1].row, 80u);
+    ClockTable<Stamped> of_images{&images, &jumps};
+    UndoForward(ClockTable<Stamped>{&samples, &none}, &of_images);
+    LeaveOutPauses(none, &jumps);
+    EXPECT_EQ(jumps.size(), 2u);
+    for (size_t i = 0; i < images.size(); ++i) {
+      EXPECT_EQ(images[i].stamp_ns, samples[i].stamp_ns) << i;
+    }
+  }
+}
+
 TEST(ClockTables, APauseOfOneTableIsNoJump) {
-  struct Stamped {
-    int64_t stamp_ns;
-  };
-  const auto table = [](const std::vector<int64_t>& stamps_ns) {
-    std::vector<Stamped> elements;
-    for (const int64_t stamp_ns : stamps_ns) elements.push_back({stamp_ns});
-    return elements;
-  };
   for (const int64_t later_ns : {int64_t{0}, int64_t{1'000'000'000}}) {  // at the end
     std::vector<int64_t> stamps_ns = Stamps(160, 80, -1'000'000'000);
     if (later_ns == 0) stamps_ns.resize(140);
-    std::vector<Stamped> images = table(stamps_ns), samples = table(Stamps(160, 160, 0));
-    const auto place = [](size_t) { return std::string(); };
-    const auto same = [](const Stamped&, const Stamped&) { return false; };
-    std::vector<ClockJump> jumps = RestoreClock(same, place, &images), none;
+    std::vector<Stamped> images = Table(stamps_ns), samples = Table(Stamps(160, 160, 0));
+    std::vector<ClockJump> jumps = Restore(&images), none;
     ASSERT_EQ(jumps.size(), 1u);
     ClockTable<Stamped> of_images{&images, &jumps}, of_samples{&samples, &none};
     UndoForward(of_samples, &of_images);

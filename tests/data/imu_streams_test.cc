@@ -344,6 +344,24 @@ TEST(ImuStreams, AClockThatIsSetBackIsPutRightBeforeTheyAreJoined) {
   ExpectOnTime(samples, 0, 1e-4);
 }
 
+TEST(ImuStreams, AClockOfTheAccelerometerAloneIsPutRightAndTold) {
+  std::string rows;
+  for (int i = 0; i < kCount; ++i) {
+    const int64_t back_ns = i < kCount / 2 ? 0 : 3'001'000'000;
+    const int64_t stamp_ns = kStart_ns + i * kStep_ns;
+    rows += fmt::format("{},{},,,\n{},,,,{}\n", stamp_ns, Numbers(GyroAt(TimeOf(i))),
+                        stamp_ns + 700'000 - back_ns, Numbers(AccelAt(TimeOf(i) + 0.0007)));
+  }
+  const TempFolder folder;
+  Warnings warnings;
+  std::vector<ClockJump> jumps;
+  const auto samples = ReadAslImu(
+      folder.Write("data.csv", "#timestamp [ns],wx,wy,wz,ax,ay,az\n" + rows), &warnings, &jumps);
+  EXPECT_TRUE(jumps.empty());
+  EXPECT_EQ(warnings.Count(kClockJump), 1);
+  ExpectOnTime(samples, 0, 1e-4);
+}
+
 TEST(ImuTables, NumbersThatLostTheirPointsOrDigitsAreNamed) {
   std::string pointless, rounded;
   for (int i = 0; i < 40; ++i) {
