@@ -69,6 +69,18 @@ void JoinClocks(std::vector<ClockJump> left, std::vector<ClockJump> right,
   }
 }
 
+// By how much images jump is told by the samples, also where those are not asked for, or it would
+// be another jump than with them. Leaves both empty where there is no table that can be read.
+void ReadClockOfImu(const std::string& path, std::vector<ImuSample>* imu,
+                    std::vector<ClockJump>* jumps) {
+  Warnings ignored;
+  try {
+    *imu = ReadAslImu(path, &ignored, jumps);
+  } catch (const DataError&) {
+    jumps->clear();
+  }
+}
+
 Tables ReadTables(const SequenceOptions& options, Sequence* sequence) {
   const fs::path folder(sequence->folder);
   Warnings* warnings = &sequence->warnings;
@@ -78,10 +90,14 @@ Tables ReadTables(const SequenceOptions& options, Sequence* sequence) {
   if (IsStereo(sequence->rig)) {
     tables.right = ReadAslImages((folder / CameraFolder(*sequence, 1)).string(), warnings, &right);
   }
+  const std::string imu_path = (folder / "imu0" / "data.csv").string();
   if (options.needs_imu) {
-    tables.imu = ReadAslImu((folder / "imu0" / "data.csv").string(), warnings, &imu);
+    tables.imu = ReadAslImu(imu_path, warnings, &imu);
+  } else if (!left.empty() || !right.empty()) {
+    ReadClockOfImu(imu_path, &tables.imu, &imu);
   }
   JoinClocks(left, right, imu, &tables, warnings);
+  if (!options.needs_imu) tables.imu.clear();
   return tables;
 }
 
@@ -194,7 +210,8 @@ Calibration CalibrationOf(const std::string& folder, const SequenceOptions& opti
   }
   if (missing != calibration.cameras.end()) {
     const std::vector<int> recorded = ChooseRecorded(folder, options);
-    if (recorded != std::vector{0} || calibration.cameras.front() != 0) {  // else a stereo rig of which one camera was recorded
+    // Else a stereo rig of which one camera was recorded.
+    if (recorded != std::vector{0} || calibration.cameras.front() != 0) {
       return CalibrationOf(folder, options, recorded, warnings);
     }
   }
@@ -291,6 +308,27 @@ std::vector<StereoEntry> PairImages(const std::vector<ImageFile>& left,
   return pairs;
 }
 
+std::vector<StereoEntry> PairedAnew(const std::vector<PairPiece>& pieces,
+                                    const std::vector<StereoEntry>& images) {
+  std::vector<StereoEntry> paired;
+  std::ptrdiff_t used = -1;  // right images up to this
+  for (const PairPiece& piece : pieces) {
+    for (std::ptrdiff_t i = 0; i < std::ssize(images); ++i) {
+      const StereoEntry& image = images[static_cast<size_t>(i)];
+      if (image.stamp_ns < piece.from_ns || image.stamp_ns > piece.to_ns) continue;
+      const std::ptrdiff_t right = i + piece.later, stamp = i + piece.late;
+      if (right <= used || right >= std::ssize(images)) continue;
+      if (stamp < 0 || stamp >= std::ssize(images)) continue;
+      const int64_t stamp_ns = images[static_cast<size_t>(stamp)].stamp_ns;
+      if (!paired.empty() && paired.back().stamp_ns >= stamp_ns) continue;
+      used = right;
+      paired.push_back({stamp_ns, image.left_path,
+                        piece.has_right ? images[static_cast<size_t>(right)].right_path : ""});
+    }
+  }
+  return paired;
+}
+
 void CheckPairing(const SequenceOptions& options) {
   const auto check = [](const char* name, double found_s, double least_s, double most_s) {
     if (found_s >= least_s && found_s <= most_s) return;
@@ -318,6 +356,7 @@ Sequence OpenSequence(const std::string& path, const SequenceOptions& options) {
   ReadMasks(options.masks, &sequence.rig);
   Tables tables = ReadTables(options, &sequence);
   sequence.images = PairTables(options, tables, &sequence);
+  if (!options.pieces.empty()) sequence.images = PairedAnew(options.pieces, sequence.images);
   sequence.imu = std::move(tables.imu);
   if (options.needs_imu) RequireOverlap(sequence);
   Correct(sequence.rig.imu_correction, &sequence.imu);

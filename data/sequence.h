@@ -56,6 +56,10 @@ std::vector<StereoEntry> PairImages(const std::vector<ImageFile>& left,
                                     const std::vector<ImageFile>& right, double max_offset_s,
                                     Warnings* warnings);
 
+// The images of the pieces, as they belong together; those without a partner go.
+std::vector<StereoEntry> PairedAnew(const std::vector<PairPiece>& pieces,
+                                    const std::vector<StereoEntry>& images);
+
 // Throws ConfigError where a tolerance or an offset cannot be.
 void CheckPairing(const SequenceOptions& options);
 

@@ -121,7 +121,8 @@ class StretchFinder {
     for (const RayPair& rays : matches) {
       const Eigen::Vector3d right = T_left_right.rotation * rays.second;
       const Eigen::Vector3d normal = T_left_right.translation.cross(right).normalized();
-      rows_px.push_back(std::abs(normal.dot(rays.first)) * sequence_.rig.cameras[0].MiddleFocal_px());
+      rows_px.push_back(std::abs(normal.dot(rays.first)) *
+                        sequence_.rig.cameras[0].MiddleFocal_px());
     }
     return rows_px;
   }
@@ -190,28 +191,23 @@ bool RowsConfirm(const StretchFinder& finder, const std::vector<LagPiece>& piece
          mended.share() >= given.share() + kLeastGain;
 }
 
-// The images as they belong together; those without a partner go, and those beside a change, which
-// may be of either side.
-std::vector<StereoEntry> PairedAnew(const std::vector<LagPiece>& pieces,
-                                    const std::vector<StereoEntry>& images) {
-  std::vector<StereoEntry> paired;
-  std::ptrdiff_t used = -1;  // right images up to this
+// Without the images beside a change, which may be of either side.
+std::vector<PairPiece> PairPieces(const std::vector<LagPiece>& pieces,
+                                  const std::vector<StereoEntry>& images) {
+  std::vector<PairPiece> kept;
   for (const LagPiece& piece : pieces) {
     const size_t first = piece.first + (piece.first > 0 ? 1 : 0);
     const size_t end = piece.end - (piece.end < images.size() ? 1 : 0);
-    for (size_t i = first; i < end; ++i) {
-      const auto right = static_cast<std::ptrdiff_t>(i) + piece.later;
-      const auto stamp = static_cast<std::ptrdiff_t>(i) + piece.late;
-      if (right <= used || right >= std::ssize(images)) continue;
-      if (stamp < 0 || stamp >= std::ssize(images)) continue;
-      const int64_t stamp_ns = images[static_cast<size_t>(stamp)].stamp_ns;
-      if (!paired.empty() && paired.back().stamp_ns >= stamp_ns) continue;
-      used = right;
-      paired.push_back(
-          {stamp_ns, images[i].left_path, images[static_cast<size_t>(right)].right_path});
-    }
+    if (first >= end) continue;
+    kept.push_back(
+        {images[first].stamp_ns, images[end - 1].stamp_ns, piece.later, piece.late, true});
   }
-  return paired;
+  return kept;
+}
+
+void UsePieces(std::vector<PairPiece> pieces, Sequence* sequence) {
+  sequence->images = PairedAnew(pieces, sequence->images);
+  sequence->opened.pieces = std::move(pieces);
 }
 
 // "cam1 loses a frame" and the like, where a piece begins.
@@ -256,7 +252,7 @@ bool MendSlips(const StretchFinder& finder, const Progress& progress, Sequence* 
   report->Warn("synchronisation", "left and right images are out of step" + found,
                "pair images by their true stamps, not by count; they are paired anew for this run");
   report->corrections.push_back({kRightShiftCorrection, values, words});
-  sequence->images = PairedAnew(pieces, sequence->images);
+  UsePieces(PairPieces(pieces, sequence->images), sequence);
   return true;
 }
 
@@ -318,13 +314,14 @@ void LeaveOutKnocked(const StretchFinder& finder, size_t change, const Progress&
                   words));
   report->corrections.push_back(
       {kStretchCorrection, {static_cast<double>(first), static_cast<double>(end)}, words});
-  std::vector<StereoEntry> kept;
-  for (size_t i = 0; i < sequence->images.size(); ++i) {
-    const bool is_good = i >= first && i < end;
-    if (is_good || keeps_left) kept.push_back(sequence->images[i]);
-    if (!is_good && keeps_left) kept.back().right_path.clear();
+  std::vector<PairPiece> kept;
+  for (const auto& [from, to] : {PairRange{0, at}, PairRange{at, sequence->images.size()}}) {
+    const bool is_good = from == first;
+    if (!is_good && !keeps_left) continue;
+    kept.push_back({sequence->images[from].stamp_ns, sequence->images[to - 1].stamp_ns, 0, 0,
+                    is_good});
   }
-  sequence->images = std::move(kept);
+  UsePieces(std::move(kept), sequence);
 }
 
 }  // namespace

@@ -163,6 +163,61 @@ TEST(OpenAgain, TakesTheCalibrationOfTheMap) {
   EXPECT_EQ(source->info().rig.cameras[0].fx_px, 77);
 }
 
+// Of a run whose check paired images anew, see data/check/stretches.h.
+TEST(OpenAgain, TakesThePairsThatWereMended) {
+  const TempFolder folder;
+  testing::WriteSequence(folder, {.images = 12});
+  SequenceOptions opened = OpenSequence(folder.Path()).opened;
+  opened.pieces = {{ImageStamp(1), ImageStamp(3), 0, 0, true},
+                   {ImageStamp(5), ImageStamp(6), -1, 1, true},
+                   {ImageStamp(8), ImageStamp(9), 0, 0, false}};
+  const auto source = OpenAgain(folder.Path(), opened, "");
+  const auto stamp = [](int i) { return std::to_string(ImageStamp(i)); };
+  EXPECT_THAT(source->info().pair_stamps_ns,
+              ElementsAre(ImageStamp(1), ImageStamp(2), ImageStamp(3), ImageStamp(6),
+                          ImageStamp(7), ImageStamp(8), ImageStamp(9)));
+  EXPECT_THAT(source->ImagePlace(2, 1), HasSubstr(stamp(3)));
+  EXPECT_THAT(source->ImagePlace(3, 0), HasSubstr(stamp(5)));
+  EXPECT_THAT(source->ImagePlace(3, 1), HasSubstr(stamp(4)));
+  EXPECT_THAT(source->ImagePlace(6, 0), HasSubstr(stamp(9)));
+  EXPECT_EQ(source->ImagePlace(6, 1), "");
+}
+
+// Moves the stamps of a table back from `from_ns` on, and leaves out its row of that stamp.
+void SetBack(const TempFolder& folder, const std::string& name, int64_t from_ns, int64_t back_ns) {
+  std::istringstream text(testing::ReadText(folder.Path(name)));
+  std::string rows;
+  for (std::string row; std::getline(text, row);) {
+    const int64_t stamp_ns = row[0] == '#' ? 0 : std::stoll(row);
+    if (stamp_ns == from_ns) continue;
+    const int64_t by_ns = stamp_ns < from_ns ? 0 : back_ns;
+    rows += by_ns == 0 ? row : std::to_string(stamp_ns - by_ns) + row.substr(row.find(','));
+    rows += "\n";
+  }
+  folder.Write(name, rows);
+}
+
+// A lost image makes its step another one than the samples'.
+TEST(OpenSequence, AClockIsSetBackByAsMuchWithoutTheSamples) {
+  const TempFolder folder;
+  testing::WriteSequence(folder, {.images = 40});
+  for (const char* name : {"mav0/cam0/data.csv", "mav0/cam1/data.csv", "mav0/imu0/data.csv"}) {
+    SetBack(folder, name, ImageStamp(20), 3'012'300'000);
+  }
+  const Sequence with = OpenSequence(folder.Path());
+  SequenceOptions options;
+  options.needs_imu = false;
+  const Sequence without = OpenSequence(folder.Path(), options);
+  EXPECT_TRUE(without.imu.empty());
+  ASSERT_EQ(with.images.size(), 39u);
+  ASSERT_EQ(without.images.size(), 39u);
+  for (size_t i = 0; i < with.images.size(); ++i) {
+    EXPECT_EQ(with.images[i].stamp_ns, without.images[i].stamp_ns) << i;
+  }
+  const int64_t across_ns = without.images[20].stamp_ns - without.images[19].stamp_ns;
+  EXPECT_LT(std::abs(across_ns - 2 * testing::kImageStep_ns), 6'000'000);
+}
+
 TEST(OpenSequence, BadRowsAreCountedAndDropped) {
   const TempFolder folder;
   testing::WriteSequence(folder, {.images = 4});

@@ -200,6 +200,20 @@ TEST_F(RunFolderTest, TheCalibrationIsThatOfSegmentsOfTheRun) {
   EXPECT_TRUE(ReadRunFolder(folder_).calibration.empty());
 }
 
+TEST_F(RunFolderTest, SaysHowPairsWereMended) {
+  OdometryRun run = testing::MakeSmallRun();
+  run.source->opened.pieces = {{5, 6, -1, 2, true}, {8, 9, 0, 0, false}};
+  WriteRunFolder(folder_, run);
+  const std::vector<PairPiece> read = ReadRunFolder(folder_).source->opened.pieces;
+  ASSERT_EQ(read.size(), 2u);
+  EXPECT_EQ(read[0].from_ns, 5);
+  EXPECT_EQ(read[0].to_ns, 6);
+  EXPECT_EQ(read[0].later, -1);
+  EXPECT_EQ(read[0].late, 2);
+  EXPECT_TRUE(read[0].has_right);
+  EXPECT_FALSE(read[1].has_right);
+}
+
 TEST_F(RunFolderTest, SaysWhereItCameFrom) {
   WriteRunFolder(folder_, testing::MakeSmallRun());
   const OdometryRun read = ReadRunFolder(folder_);
