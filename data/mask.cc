@@ -4,6 +4,7 @@
 #include <spdlog/fmt/ranges.h>
 
 #include <algorithm>
+#include <opencv2/core.hpp>
 
 #include "data/calibration.h"
 #include "data/image_file.h"
@@ -31,7 +32,7 @@ cv::Mat ReadMask(const std::string& path, const Camera& camera) {
   if (LeftOut(mask) > kMostLeftOut) {
     fail(fmt::format("found {:.0f} % white, expected less than {:.0f} %: white is left out",
                      100 * LeftOut(mask), 100 * kMostLeftOut),
-         "exchange black and white in the mask");
+         "write 255 where nothing is to be looked at, and 0 elsewhere");
   }
   return mask;
 }
@@ -55,7 +56,7 @@ void ReadMasks(const std::vector<std::string>& paths, Rig* rig) {
         "mask",
         fmt::format("{}: found no white, expected white where nothing is to be looked at",
                     fmt::join(paths, ",")),
-        "exchange black and white in the mask, or give --mask none");
+        "write 255 where nothing is to be looked at, or give --mask none");
   }
 }
 

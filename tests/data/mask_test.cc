@@ -5,7 +5,7 @@
 
 #include <opencv2/imgcodecs.hpp>
 
-#include "data/error.h"
+#include "data/input_fault.h"
 #include "tests/testing/pinhole_camera.h"
 #include "tests/testing/temp_folder.h"
 
@@ -59,6 +59,21 @@ TEST(Mask, RefusesWhatIsNoMaskOfTheCamera) {
         ReadMasks({kNoMask, kNoMask}, &rig);
       },
       ThrowsMessage<DataError>(HasSubstr("found 2 masks")));
+}
+
+// All black exchanged is all white, which is no mask either.
+TEST(Mask, ARemedyDoesNotLeadToTheNextFault) {
+  const testing::TempFolder folder;
+  for (const int grey : {0, 255}) {
+    Rig rig = OneCamera();
+    const cv::Mat image(20, 40, CV_8UC1, cv::Scalar(grey));
+    try {
+      ReadMasks({WriteImage(folder, image)}, &rig);
+      ADD_FAILURE() << grey;
+    } catch (const InputFault& fault) {
+      EXPECT_THAT(fault.remedy(), HasSubstr("write 255 where nothing is to be looked at"));
+    }
+  }
 }
 
 TEST(Mask, RunsAndBack) {
