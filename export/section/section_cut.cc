@@ -106,8 +106,8 @@ class BuildingCutter {
       Room as_room;
       as_room.polygon = std::move(slab.polygon);
       for (const CutRange& range : RangesIn(RoomInPlan(building_, as_room), view_)) {
-        AddAssumed(IntoWalls(range), slab.low_m, slab.high_m);
-        cut_.boxes.back().assumed_sides[slab.IsFloor() ? 3 : 2] = false;
+        const bool is_floor = slab.IsFloor();
+        AddAssumed(IntoWalls(range), slab.low_m, slab.high_m, {true, true, is_floor, !is_floor});
       }
     }
   }
@@ -145,11 +145,12 @@ class BuildingCutter {
     }
   }
 
-  void AddAssumed(const CutRange& range, double low_m, double high_m) {
+  void AddAssumed(const CutRange& range, double low_m, double high_m,
+                  const std::array<bool, 4>& sides = {true, true, true, true}) {
     if (high_m - low_m < kLeastSolid_m) return;
     cut_.boxes.push_back({{Vector2d(range.first, low_m), Vector2d(range.second, high_m)},
                           true,
-                          {true, true, true, true}});
+                          sides});
   }
 
   const Building& building_;

@@ -135,6 +135,7 @@ class SectionTexts {
 
   // Heights over the lowest floor at the right, and as a chain at the left.
   void AddLevels() {
+    if (building_.storeys.empty()) return;
     const double zero_m = building_.storeys.front().floor_m;
     const double right_m = drawing_.extent.max().x();
     std::vector<ChainMark> marks;
