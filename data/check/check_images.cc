@@ -23,12 +23,14 @@ struct CameraCounts {
   int sampled = 0, dark = 0, bright = 0;
 };
 
-void Look(const cv::Mat& image, CameraCounts* counts) {
+// Returns the mean.
+double Look(const cv::Mat& image, CameraCounts* counts) {
   cv::Scalar mean, spread;
   cv::meanStdDev(image, mean, spread);
   ++counts->sampled;
   counts->dark += mean[0] < kMinMean || spread[0] < kMinSpread;
   counts->bright += mean[0] > kMaxMean;
+  return mean[0];
 }
 
 // Adds a finding when some of `total` are bad; an error when most are.
@@ -86,51 +88,32 @@ void CheckFiles(const SequenceSource& source, const Progress& progress, CheckRep
   Judge(problems, static_cast<int64_t>(pairs) * CameraCount(source), "images", report);
 }
 
-// How much brighter or darker, as a factor, an image is than the one before, at most, at a pair and
+// How much brighter or darker, as a factor, an image of a mean is than the one before, at most, and
 // the next ones.
-double LargestSwing(const SequenceSource& source, size_t pair, int camera) {
+double LargestSwing(const SequenceSource& source, size_t pair, int camera, double mean) {
   constexpr size_t kNext = 3;
-  double before = 0, largest = 1;
-  for (size_t i = pair; i < std::min(pair + kNext, source.info().pair_stamps_ns.size()); ++i) {
+  double largest = 1;
+  for (size_t i = pair + 1; i < std::min(pair + kNext, source.info().pair_stamps_ns.size()); ++i) {
     const cv::Mat image = source.ReadImage(i, camera).image;
-    const double mean = image.empty() ? 0 : cv::mean(image)[0];
-    if (mean >= kMinMean && before >= kMinMean) {
-      largest = std::max({largest, mean / before, before / mean});
+    const double next = image.empty() ? 0 : cv::mean(image)[0];
+    if (next >= kMinMean && mean >= kMinMean) {
+      largest = std::max({largest, next / mean, mean / next});
     }
-    before = mean;
+    mean = next;
   }
   return largest;
 }
 
-// Exposure that swings to and fro, from when on.
-void CheckExposure(const SequenceSource& source, const Progress& progress, CheckReport* report) {
-  constexpr double kSwing = 1.3;
-  constexpr int kMinSwings = 3;
-  const std::vector<int64_t>& stamps_ns = source.info().pair_stamps_ns;
-  for (int camera = 0; camera < CameraCount(source); ++camera) {
-    std::vector<size_t> swings;
-    double largest = 1;
-    for (size_t i = 0; i < kSamples && stamps_ns.size() > kSamples; ++i) {
-      progress.ReportOrStop(static_cast<double>(i) / kSamples);
-      const size_t pair = i * stamps_ns.size() / kSamples;
-      const double swing = LargestSwing(source, pair, camera);
-      if (swing > kSwing) swings.push_back(pair);
-      largest = std::max(largest, swing);
-    }
-    if (std::ssize(swings) < kMinSwings) continue;
-    const std::string& name = source.info().cameras[camera];
-    report->Warn("exposure",
-                 fmt::format("the brightness of {} swings by up to {:.1f} from one image to the "
-                             "next at {} of {} sampled places, from about {:.1f} s on",
-                             name, largest, swings.size(), kSamples,
-                             ToSeconds(stamps_ns[swings.front()] - stamps_ns.front())),
-                 "hold exposure and gain, or slow their control down");
-  }
-}
+// Of the brightness, at a pair and the next ones, as a factor.
+struct Swing {
+  size_t pair;
+  double largest;
+};
 
 // What the pixels of a sample of the images show.
 struct Sample {
   std::array<CameraCounts, 2> cameras;
+  std::array<std::vector<Swing>, 2> swings;  // where there are enough images
   Problems problems;  // that only decoding finds
   int64_t images = 0, pairs = 0, same = 0;
 };
@@ -147,7 +130,11 @@ Sample LookAtSample(const SequenceSource& source, const Progress& progress) {
       ++sample.images;
       Count(read.problem, source.ImagePlace(i, camera), &sample.problems);
       images[camera] = read.image;
-      if (!read.image.empty()) Look(read.image, &sample.cameras[camera]);
+      if (read.image.empty()) continue;
+      const double mean = Look(read.image, &sample.cameras[camera]);
+      if (pairs > kSamples) {
+        sample.swings[camera].push_back({i, LargestSwing(source, i, camera, mean)});
+      }
     }
     if (images[0].empty() || images[0].size() != images[1].size()) continue;
     ++sample.pairs;
@@ -156,12 +143,35 @@ Sample LookAtSample(const SequenceSource& source, const Progress& progress) {
   return sample;
 }
 
+// Exposure that swings to and fro, from when on.
+void JudgeExposure(const SequenceSource& source, const Sample& sample, CheckReport* report) {
+  constexpr double kSwing = 1.3;
+  constexpr int kMinSwings = 3;
+  const std::vector<int64_t>& stamps_ns = source.info().pair_stamps_ns;
+  for (int camera = 0; camera < CameraCount(source); ++camera) {
+    std::vector<size_t> swings;
+    double largest = 1;
+    for (const Swing& swing : sample.swings[camera]) {
+      if (swing.largest > kSwing) swings.push_back(swing.pair);
+      largest = std::max(largest, swing.largest);
+    }
+    if (std::ssize(swings) < kMinSwings) continue;
+    report->Warn("exposure",
+                 fmt::format("the brightness of {} swings by up to {:.1f} from one image to the "
+                             "next at {} of {} sampled places, from about {:.1f} s on",
+                             source.info().cameras[camera], largest, swings.size(),
+                             sample.swings[camera].size(),
+                             ToSeconds(stamps_ns[swings.front()] - stamps_ns.front())),
+                 "hold exposure and gain, or slow their control down");
+  }
+}
+
 }  // namespace
 
 void CheckImages(const SequenceSource& source, const Progress& progress, CheckReport* report) {
   CheckFiles(source, progress.Part(0, 0.5), report);
-  const Sample sample = LookAtSample(source, progress.Part(0.5, 0.8));
-  CheckExposure(source, progress.Part(0.8, 1), report);
+  const Sample sample = LookAtSample(source, progress.Part(0.5, 1));
+  JudgeExposure(source, sample, report);
   Judge(sample.problems, sample.images, "sampled images", report);
   for (int camera = 0; camera < CameraCount(source); ++camera) {
     const CameraCounts& seen = sample.cameras[camera];

@@ -3,6 +3,7 @@
 #include <spdlog/fmt/fmt.h>
 
 #include <algorithm>
+#include <cctype>
 #include <nlohmann/json.hpp>
 #include <string_view>
 
@@ -32,7 +33,8 @@ std::string CheckReport::Named(const std::string& remedy) const {
   std::string named;
   for (size_t at = 0; at < remedy.size();) {
     const std::string_view word = std::string_view(remedy).substr(at, 4);
-    const bool is_camera = word == "cam0" || word == "cam1";
+    const bool is_longer = at + 4 < remedy.size() && std::isdigit(remedy[at + 4]) != 0;  // cam10
+    const bool is_camera = !is_longer && (word == "cam0" || word == "cam1");
     named += is_camera ? cameras[word == "cam1" ? 1 : 0] : std::string(word.substr(0, 1));
     at += is_camera ? 4 : 1;
   }

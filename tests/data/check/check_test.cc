@@ -31,6 +31,12 @@ const CheckFinding* Find(const CheckReport& report, const std::string& name) {
   return nullptr;
 }
 
+TEST(CheckReport, NamesTheCamerasThatAreUsed) {
+  CheckReport report;
+  report.cameras = {"cam1", "cam2"};
+  EXPECT_EQ(report.Named("swap cam0 and cam1, not cam10"), "swap cam1 and cam2, not cam10");
+}
+
 void ExpectFinding(const CheckReport& report, const std::string& name, Severity severity,
                    const std::string& remedy) {
   const CheckFinding* finding = Find(report, name);
@@ -178,6 +184,17 @@ TEST_F(CheckSmallSequence, ABlackCameraIsNamed) {
   const CheckReport report = CheckSequence(folder_.Path());
   ExpectFinding(report, "black-camera", Severity::kError, "lens");
   EXPECT_THAT(Find(report, "black-camera")->found, HasSubstr("cam1"));
+}
+
+TEST_F(CheckSmallSequence, ExposureThatSwingsIsNamedFromWhenOn) {
+  testing::WriteSequence(folder_, {.images = 60});
+  EXPECT_EQ(Find(CheckSequence(folder_.Path()), "exposure"), nullptr);
+  for (int i = 30; i < 60; i += 2) WriteImage(1, i, 0.5 * testing::Texture(i, 4));
+  const CheckReport report = CheckSequence(folder_.Path());
+  ExpectFinding(report, "exposure", Severity::kWarning, "hold exposure");
+  EXPECT_THAT(Find(report, "exposure")->found,
+              ::testing::AllOf(HasSubstr("of cam1 swings by up to 2"),
+                               HasSubstr("16 of 30 sampled places, from about 1.4 s on")));
 }
 
 TEST_F(CheckSmallSequence, ImagesOfAnotherSizeAreNamed) {
