@@ -25,7 +25,7 @@ struct SequenceOptions {
   std::vector<std::string> masks;          // image files, one a camera (data/mask.h)
   std::vector<int> cameras;                // of a chain of them; empty: the best stereo pair
   bool needs_imu = true;  // false: a recording without imu0 will do, and its samples stay unread
-  std::vector<PairPiece> pieces;  // of the images that are used; empty: all, as they are paired
+  std::vector<PairPiece> pieces = {};  // of the images that are used; none: all, as paired
 };
 
 }  // namespace slcmap
