@@ -99,11 +99,11 @@ PoseForm FormOf(const EvaluationInputs& inputs, const char* file) {
 // Rows without stamps are those of the images, or of the truth.
 PoseTable ReadAtStamps(const std::string& path, const PoseForm& form, const Clock& images_ns,
                        const Clock& truth_ns) {
-  if (images_ns.empty()) return ReadPoseTable(path, form, truth_ns);
+  if (images_ns.empty()) return ReadPoseTable(path, form, truth_ns, false);
   try {
     return ReadPoseTable(path, form, images_ns);
   } catch (const DataError&) {
-    return ReadPoseTable(path, form, truth_ns);
+    return ReadPoseTable(path, form, truth_ns, false);
   }
 }
 

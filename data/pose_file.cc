@@ -114,6 +114,7 @@ struct RowText {
   int row = 0;
   std::string stamp;
   PoseRow pose;
+  bool is_lost = false;  // without numbers: it counts as a row, and is no pose
 };
 
 double NumberIn(const Fields& fields, size_t column, const std::string& place) {
@@ -268,6 +269,11 @@ FileText ReadRowsOf(const std::string& path) {
     if (IsLost(fields, file.has_stamps && !file.is_colmap ? 1 : 0,
                file.table.is_matrix ? kMatrixColumns : columns->Count() - 1)) {
       if (lost++ == 0) first_lost = row;
+      if (!file.has_stamps || (columns->stamp < fields.size() &&
+                               std::isfinite(ParseNumber(fields[columns->stamp]).value_or(NAN)))) {
+        file.rows.push_back(
+            {row, std::string(fields[file.has_stamps ? columns->stamp : 0]), {}, true});
+      }
       return;
     }
     if (file.table.is_matrix) {
@@ -293,7 +299,8 @@ FileText ReadRowsOf(const std::string& path) {
         "{}: rows are those of COLMAP's images.txt: its images' names are taken to be their stamps",
         path);
   }
-  if (file.rows.empty()) throw DataError(path + ": found no pose, expected at least one row");
+  if (std::ranges::all_of(file.rows, &RowText::is_lost))
+    throw DataError(path + ": found no pose, expected at least one row");
   return file;
 }
 
@@ -304,66 +311,114 @@ int64_t StampIn(const std::string& path, const RowText& row, int shift) {
       fmt::format("{}: row {}: found '{}', expected a stamp", path, row.row, row.stamp));
 }
 
-// Of the stamps' size: seconds since 1970 are about 1.5e9. Small ones have another start, and are
-// told by their steps and their span: poses are not 20 s apart, nor do they last twice as long as
-// the clock does.
-int ShiftBySize(const FileText& file, const Clock& clock) {
+// What tells the unit of stamps.
+struct StampFigures {
+  double least = INFINITY, most = -INFINITY, step = 0;  // 0 where all are alike
+};
+
+StampFigures FiguresOf(const FileText& file) {
+  StampFigures figures;
   std::vector<double> steps;
-  double largest = -INFINITY, least = INFINITY;
-  for (size_t i = 0; i < file.rows.size(); ++i) {
-    const double stamp = ParseNumber(file.rows[i].stamp).value_or(0);
-    largest = std::max(largest, stamp);
-    least = std::min(least, stamp);
-    if (i > 0) steps.push_back(std::abs(stamp - ParseNumber(file.rows[i - 1].stamp).value_or(0)));
-  }
-  const double step = Quantile(steps, 0.5), most = std::max(std::abs(largest), std::abs(least));
-  size_t unit = most < 1e11 ? 0 : most < 1e14 ? 1 : most < 1e17 ? 2 : 3;
-  const double longest_s =
-      clock.size() < 2 || unit == 3 ? INFINITY : 2 * ToSeconds(clock.back() - clock.front()) + 20;
-  const auto seconds = [&](double value) { return value * std::pow(10, kUnits[unit].shift - 9); };
-  while (unit < 3 && (seconds(step) > 20 || seconds(largest - least) > longest_s)) ++unit;
-  return kUnits[unit].shift;
-}
-
-// Whether stamps of this unit lie on the clock's time; false where they are out of range.
-bool LiesOn(const Clock& clock, const FileText& file, int shift) {
-  int64_t least = INT64_MAX, most = INT64_MIN;
+  double before = 0;
   for (const RowText& row : file.rows) {
-    const std::optional<int64_t> stamp_ns = ParseScaledInteger(row.stamp, shift);
-    if (!stamp_ns || std::abs(*stamp_ns) > kMostPoseStamp_ns) return false;
-    least = std::min(least, *stamp_ns);
-    most = std::max(most, *stamp_ns);
+    const double stamp = ParseNumber(row.stamp).value_or(0);
+    if (&row != &file.rows[0] && stamp != before) steps.push_back(std::abs(stamp - before));
+    figures.least = std::min(figures.least, stamp);
+    figures.most = std::max(figures.most, stamp);
+    before = stamp;
   }
-  const int64_t span_ns = clock.back() - clock.front();
-  const int64_t shared_ns = std::min(most, clock.back()) - std::max(least, clock.front());
-  // Poses of some minutes that are read as years cover all of it.
-  return shared_ns > 0 && most - least < 1000 * std::max<int64_t>(span_ns, 1'000'000'000);
+  figures.step = Quantile(steps, 0.5);
+  return figures;
 }
 
-int ShiftOf(const FileText& file, const PoseForm& form, const Clock& clock) {
+// How well stamps are explained by a unit, or by being numbers of images.
+struct UnitFit {
+  const StampUnit* unit = nullptr;  // none for numbers of images
+  int rank = -1;                    // higher by a rate of poses, by times of the clock, by dates
+  double share = 0;                 // of the time of stamps and clock, what both have
+};
+
+// Where the stamps do not lie on the clock's times they may have another start.
+UnitFit FitOf(const StampUnit& unit, const StampFigures& stamps, double offset_s,
+              const Clock& clock) {
+  constexpr double kLeastStep_s = 4e-4, kMostStep_s = 20, kDate_s = 1e9;
+  const double scale = std::pow(10, unit.shift - 9), step_s = scale * stamps.step;
+  const double size_s = scale * std::max(std::abs(stamps.least), std::abs(stamps.most));
+  if (size_s > 1e-9 * static_cast<double>(kMostPoseStamp_ns)) return {};
+  const bool is_rate = step_s == 0 || (kLeastStep_s <= step_s && step_s <= kMostStep_s);
+  UnitFit fit{&unit, (is_rate ? 3 : 0) + (size_s >= kDate_s ? 2 : 0), 1};
+  const double from_s = scale * stamps.least + offset_s, to_s = scale * stamps.most + offset_s;
+  if (clock.empty()) return fit;
+  const double start_s = ToSeconds(clock.front()), end_s = ToSeconds(clock.back());
+  const bool is_on = from_s <= end_s && start_s <= to_s;
+  if (is_on) fit.rank += 2;
+  const double shift_s = is_on ? 0 : start_s - from_s;
+  const double shared_s = std::min(to_s + shift_s, end_s) - std::max(from_s + shift_s, start_s);
+  const double all_s = std::max(to_s + shift_s, end_s) - std::min(from_s + shift_s, start_s);
+  if (all_s > 0) fit.share = shared_s / all_s;
+  return fit;
+}
+
+// Whole numbers from 0 or 1 on, most of them by one each, that in seconds would be far more than
+// the clock has: the share of them that it has.
+double ShareOfNumbers(const FileText& file, const StampFigures& stamps, const Clock& clock) {
+  if (clock.size() < 2 || stamps.least > 1 || stamps.step != 1 ||
+      stamps.most <= 1.5 * ToSeconds(clock.back() - clock.front()) + 1) {
+    return 0;
+  }
+  double before = -1;
+  for (const RowText& row : file.rows) {
+    const double number = ParseNumber(row.stamp).value_or(-1);
+    if (number <= before || row.stamp.find_first_of(".eE") != std::string::npos) return 0;
+    before = number;
+  }
+  return std::min(1.0, static_cast<double>(clock.size()) / stamps.most);
+}
+
+// The unit of the stamps; none where they are numbers of images. Throws DataError where two fit.
+const StampUnit* UnitOf(const FileText& file, const PoseForm& form, const Clock& clock) {
+  const StampFigures stamps = FiguresOf(file);
+  std::vector<UnitFit> fits;
   for (const StampUnit& unit : kUnits) {
-    if (form.stamps == unit.name) return unit.shift;
+    if (form.stamps == unit.name) return &unit;
+    fits.push_back(FitOf(unit, stamps, form.offset_s, clock));
   }
-  int shift = ShiftBySize(file, clock);
-  if (!clock.empty() && !LiesOn(clock, file, shift)) {
-    for (const StampUnit& unit : kUnits) {
-      if (LiesOn(clock, file, unit.shift)) shift = unit.shift;
-    }
+  const auto is_better = [](const UnitFit& a, const UnitFit& b) {
+    return std::pair(a.rank, a.share) > std::pair(b.rank, b.share);
+  };
+  std::ranges::stable_sort(fits, is_better);
+  if (fits[0].rank < 0) return &kUnits.back();  // too large for any
+  const double numbers = ShareOfNumbers(file, stamps, clock);
+  if (numbers > 0) fits.push_back({nullptr, fits[0].rank, numbers});
+  std::ranges::stable_sort(fits, is_better);
+  const UnitFit &best = fits[0], &second = fits[1];
+  if (second.rank == best.rank && best.share < 0.5 && 2 * second.share > best.share) {
+    const auto name = [](const UnitFit& fit) {
+      return fit.unit == nullptr ? "numbers of images" : fit.unit->name;
+    };
+    throw DataError(fmt::format(
+        "{}: found stamps from {} to {}, which may be {} or {}, expected times that fit the "
+        "recording in one unit; give --poses-stamps with ns, us, ms or s",
+        file.table.path, file.rows.front().stamp, file.rows.back().stamp, name(best),
+        name(second)));
   }
-  const bool is_usual =
-      shift == file.form_shift ||
-      (shift == 0 && file.form_shift == 9 && file.rows[0].stamp.find('.') == std::string::npos);
-  const auto unit = std::find_if(kUnits.begin(), kUnits.end(),
-                                 [&](const StampUnit& known) { return known.shift == shift; });
+  return best.unit;
+}
+
+void SetStampsIn(const StampUnit& unit, const PoseForm& form, FileText* file) {
+  const bool is_usual = unit.shift == file->form_shift || form.stamps == unit.name ||
+                        (unit.shift == 0 && file->form_shift == 9 &&
+                         file->rows[0].stamp.find('.') == std::string::npos);
   if (!is_usual) {
     spdlog::warn("{}: stamps are taken to be in {}, by their size, as {} (--poses-stamps says it)",
-                 file.table.path, unit->name, file.rows[0].stamp);
+                 file->table.path, unit.name, file->rows[0].stamp);
   }
-  return shift;
+  for (RowText& row : file->rows) row.pose.stamp_ns = StampIn(file->table.path, row, unit.shift);
 }
 
 // A column of another file, in any unit.
-std::vector<int64_t> StampsFrom(const std::string& path, const Clock& clock) {
+std::vector<int64_t> StampsFrom(const PoseForm& form, const Clock& clock) {
+  const std::string& path = form.stamps;
   FileText file;
   file.table.path = path;
   ForEachRow(path, [&](int row, const Fields& fields) {
@@ -371,10 +426,13 @@ std::vector<int64_t> StampsFrom(const std::string& path, const Clock& clock) {
     file.rows.push_back({row, std::string(fields[0]), {}});
   });
   if (file.rows.empty()) throw DataError(path + ": found no stamp, expected one in each row");
-  file.form_shift = ShiftBySize(file, clock);
-  const int shift = ShiftOf(file, {}, clock);
+  const StampUnit* unit = UnitOf(file, form, clock);
+  if (unit == nullptr) {
+    throw DataError(path + ": found numbers of rows, expected the stamp of each row");
+  }
+  SetStampsIn(*unit, form, &file);
   std::vector<int64_t> stamps_ns;
-  for (const RowText& row : file.rows) stamps_ns.push_back(StampIn(path, row, shift));
+  for (const RowText& row : file.rows) stamps_ns.push_back(row.pose.stamp_ns);
   return stamps_ns;
 }
 
@@ -396,34 +454,19 @@ void SetStampsOfOthers(const std::string& of, const std::vector<int64_t>& stamps
   for (size_t i = 0; i < stamps_ns.size(); ++i) file->rows[i].pose.stamp_ns = stamps_ns[i];
 }
 
-// Whole numbers from 0 or 1 on, most of them by one each: in seconds they would be far more than
-// the clock has.
-bool AreNumbersOfImages(const FileText& file, const Clock& clock) {
-  constexpr int64_t kMost = 10'000'000;
-  std::vector<double> steps;
-  int64_t before = -1, first = 0;
-  for (const RowText& row : file.rows) {
-    const auto number = ParseScaledInteger(row.stamp, 0);
-    if (!number || *number <= before || *number > kMost) return false;
-    if (row.stamp.find_first_of(".eE") != std::string::npos) return false;
-    if (before < 0) first = *number;
-    if (before >= 0) steps.push_back(static_cast<double>(*number - before));
-    before = *number;
-  }
-  return clock.size() > 1 && first <= 1 && Quantile(steps, 0.5) == 1 &&
-         static_cast<double>(before) > 1.5 * ToSeconds(clock.back() - clock.front()) + 1;
-}
-
-void SetStampsOfImages(const Clock& clock, FileText* file) {
+// A truth has rows at other times than images, unless it has as many.
+void SetStampsOfImages(const Clock& clock, bool is_of_images, FileText* file) {
   const auto number = [](const RowText& row) { return *ParseScaledInteger(row.stamp, 0); };
   const auto count = static_cast<int64_t>(clock.size());
   const int64_t last = number(file->rows.back());
   const int64_t from = last == count && number(file->rows.front()) == 1 ? 1 : 0;
-  if (last - from >= count) {
+  if (last - from >= count || (!is_of_images && last - from + 1 < count)) {
     throw DataError(fmt::format(
         "{}: found stamps from {} to {} one by one, which are numbers of rows and no times, and {} "
-        "stamps of images or truth; give --poses-stamps FILE, with the stamp of each row in FILE",
-        file->table.path, file->rows.front().stamp, last, count));
+        "stamps of {}; give --poses-stamps FILE, with the stamp of each row in FILE, or s where "
+        "they are seconds",
+        file->table.path, file->rows.front().stamp, last, count,
+        is_of_images ? "images" : "the truth, which need not be those of the images"));
   }
   spdlog::warn(
       "{}: stamps from {} to {} one by one are taken to be the numbers of the {} stamps of images "
@@ -433,7 +476,7 @@ void SetStampsOfImages(const Clock& clock, FileText* file) {
     row.pose.stamp_ns = clock[static_cast<size_t>(number(row) - from)];
 }
 
-void SetStamps(const PoseForm& form, const Clock& clock, FileText* file) {
+void SetStamps(const PoseForm& form, const Clock& clock, bool is_of_images, FileText* file) {
   if (!NamesUnit(form.stamps)) {
     std::error_code error;
     if (!std::filesystem::is_regular_file(form.stamps, error)) {
@@ -441,7 +484,7 @@ void SetStamps(const PoseForm& form, const Clock& clock, FileText* file) {
           "--poses-stamps: found '{}', expected ns, us, ms, s, or a file with a stamp in each row",
           form.stamps));
     }
-    return SetStampsOfOthers(form.stamps, StampsFrom(form.stamps, clock), file);
+    return SetStampsOfOthers(form.stamps, StampsFrom(form, clock), file);
   }
   if (!file->has_stamps) {
     SetStampsOfOthers("the recording's images or the truth", clock, file);
@@ -451,10 +494,9 @@ void SetStamps(const PoseForm& form, const Clock& clock, FileText* file) {
         file->table.path, clock.size());
     return;
   }
-  if (form.stamps.empty() && AreNumbersOfImages(*file, clock))
-    return SetStampsOfImages(clock, file);
-  const int shift = ShiftOf(*file, form, clock);
-  for (RowText& row : file->rows) row.pose.stamp_ns = StampIn(file->table.path, row, shift);
+  const StampUnit* unit = UnitOf(*file, form, clock);
+  if (unit == nullptr) return SetStampsOfImages(clock, is_of_images, file);
+  SetStampsIn(*unit, form, file);
 }
 
 bool IsSamePose(const PoseRow& a, const PoseRow& b) {
@@ -508,11 +550,14 @@ Eigen::Quaterniond RotationOf(const PoseRow& row, bool is_scalar_first, bool is_
 
 }  // namespace
 
-PoseTable ReadPoseTable(const std::string& path, const PoseForm& form, const Clock& clock) {
+PoseTable ReadPoseTable(const std::string& path, const PoseForm& form, const Clock& clock,
+                        bool is_of_images) {
   form.Check();
   FileText file = ReadRowsOf(path);
-  SetStamps(form, clock, &file);
-  for (const RowText& row : file.rows) file.table.rows.push_back(row.pose);
+  SetStamps(form, clock, is_of_images, &file);
+  for (const RowText& row : file.rows) {
+    if (!row.is_lost) file.table.rows.push_back(row.pose);
+  }
   Sort(&file.table);
   return file.table;
 }

@@ -33,11 +33,14 @@ using Clock = std::vector<int64_t>;
 // Reads a file of poses. The first row tells the form: EuRoC's (stamp_ns, x, y, z, qw, qx, qy, qz)
 // where commas separate and the stamp has no point, else TUM's (stamp_s x y z qx qy qz qw); a
 // header, with '#' or without, tells the columns by their names; rows of 12 numbers are KITTI's,
-// which have the stamps of `clock` where it has as many. Stamps keep their nanoseconds. Their unit
-// is that of the form, unless their size or the clock tells another. What is told by that, rows out
-// of order and repeated ones are said as warnings. Throws DataError naming file and row, what was
-// found and what was expected.
-PoseTable ReadPoseTable(const std::string& path, const PoseForm& form, const Clock& clock = {});
+// which have the stamps of `clock` where it has as many. Rows of NaN count, and are left out.
+// Stamps that are numbers of images are taken where the clock is theirs, else where it has as many.
+// Stamps keep their nanoseconds. Their unit is that by which they are at a rate of poses and share
+// most time with the clock, after the form's offset, or whatever their start if none does;
+// DataError where two do. What is told by that, rows out of order and repeated ones are said as
+// warnings. Throws DataError naming file and row, what was found and what was expected.
+PoseTable ReadPoseTable(const std::string& path, const PoseForm& form, const Clock& clock = {},
+                        bool is_of_images = true);
 
 // The table's poses of the IMU: with offset, scale, and the world turned so that up is z.
 // T_imu_camera is that of the left camera; throws ConfigError where the form needs it and there is

@@ -17,14 +17,16 @@ using testing::TempFolder;
 
 constexpr char kRest[] = " 1 2 3 0.1 0.2 0.3 0.9273618";
 
-Trajectory Read(const std::string& text, const PoseForm& form = {}, const Clock& clock = {}) {
+Trajectory Read(const std::string& text, const PoseForm& form = {}, const Clock& clock = {},
+                bool is_of_images = true) {
   const TempFolder folder;
-  return PosesOf(ReadPoseTable(folder.Write("poses.txt", text), form, clock), form,
+  return PosesOf(ReadPoseTable(folder.Write("poses.txt", text), form, clock, is_of_images), form,
                  RigidTransform());
 }
 
-std::string Message(const std::string& text, const PoseForm& form = {}, const Clock& clock = {}) {
-  return MessageOf<DataError>([&] { Read(text, form, clock); });
+std::string Message(const std::string& text, const PoseForm& form = {}, const Clock& clock = {},
+                    bool is_of_images = true) {
+  return MessageOf<DataError>([&] { Read(text, form, clock, is_of_images); });
 }
 
 TEST(PoseFile, StampsOfAnyUnitAreToldByTheirSize) {
@@ -115,6 +117,22 @@ TEST(PoseFile, RowsWithoutNumbersAreLeftOut) {
   EXPECT_THAT(Message("1.0 nan nan nan nan nan nan nan\n"), HasSubstr("found no pose"));
 }
 
+TEST(PoseFile, MatricesWithoutNumbersCountAsRows) {
+  const std::string row = "0 -1 0 4 1 0 0 5 0 0 1 6\n",
+                    lost = "nan nan nan nan nan nan nan nan nan nan nan nan\n";
+  const TempFolder folder;
+  const std::string times = folder.Write("times.txt", "0.5\n0.6\n0.7\n0.8\n");
+  for (const std::string& text : {row + lost + row + row, lost + row + row + row}) {
+    const Trajectory read = Read(text, {}, {10, 20, 30, 40});
+    ASSERT_EQ(read.size(), 3u);
+    EXPECT_EQ(read[0].stamp_ns, text.starts_with("nan") ? 20 : 10);
+    EXPECT_EQ(read[1].stamp_ns, 30);
+    EXPECT_EQ(Read(text, {.stamps = times})[2].stamp_ns, 800'000'000);
+  }
+  EXPECT_THAT(Message(row + lost, {}, {10, 20, 30}), HasSubstr("2 rows of matrices"));
+  EXPECT_THAT(Message(lost + lost, {}, {10, 20}), HasSubstr("found no pose"));
+}
+
 TEST(PoseFile, ColmapsImagesHaveTheStampsOfTheirNames) {
   const Trajectory read = Read(
       "# Image list with two lines of data per image:\n"
@@ -139,6 +157,41 @@ TEST(PoseFile, NumbersOfImagesAreNoTimes) {
               AllOf(HasSubstr("stamps from 0 to 100 one by one"), HasSubstr("100 stamps"),
                     HasSubstr("give --poses-stamps FILE")));
   EXPECT_EQ(Read(rows.substr(rows.find('\n') + 1), {}, clock)[99].stamp_ns, clock[99]);
+}
+
+TEST(PoseFile, NumbersOfRowsOfATruthAreThoseOfAsManyOnly) {
+  Clock truth;
+  for (int i = 0; i < 1000; ++i) truth.push_back(1'000'000'000'000 + 5'000'000LL * i);
+  std::string rows;
+  for (int i = 0; i < 100; ++i) rows += fmt::format("{}{}\n", i, kRest);
+  EXPECT_THAT(Message(rows, {}, truth, false),
+              AllOf(HasSubstr("1000 stamps of the truth"), HasSubstr("--poses-stamps FILE")));
+  EXPECT_EQ(Read(rows, {}, Clock(truth.begin(), truth.begin() + 100), false)[99].stamp_ns,
+            truth[99]);
+}
+
+TEST(PoseFile, PosesOfAnotherStartMayLastLongerThanTheClock) {
+  const Clock clock = {1'403'636'580'000'000'000, 1'403'636'588'000'000'000};
+  for (const auto& [first, step_ns, shift] :
+       {std::tuple{100.0, 5e6, 0}, {100.0, 50e6, 0}, {0.0, 5e6, 0}, {1e5, 5e6, 3}, {1e8, 5e6, 6}}) {
+    std::string rows;
+    for (int i = 0; i < 15000; ++i) {
+      rows += fmt::format("{:.4f}{}\n", first + i * step_ns * 1e-9 * std::pow(10, shift), kRest);
+    }
+    for (const double offset_s : {0.0, 1403636480.0}) {
+      const Trajectory read = Read(rows, {.offset_s = offset_s}, clock);
+      EXPECT_EQ(read[1].stamp_ns - read[0].stamp_ns, std::llround(step_ns)) << first << offset_s;
+    }
+  }
+}
+
+TEST(PoseFile, StampsThatFitInTwoUnitsAreRefused) {
+  const Clock clock = {1'403'636'580'000'000'000, 1'403'636'588'000'000'000};
+  std::string rows;
+  for (int i = 0; i < 250; ++i) rows += fmt::format("{}.5{}\n", i, kRest);
+  EXPECT_THAT(Message(rows, {}, clock),
+              AllOf(HasSubstr("may be"), HasSubstr("give --poses-stamps with")));
+  EXPECT_EQ(Read(rows, {.stamps = "s"}, clock)[1].stamp_ns, 1'500'000'000);
 }
 
 TEST(PoseFile, StampsFromZeroDoNotLastLongerThanTheClock) {
