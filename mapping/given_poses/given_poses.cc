@@ -7,6 +7,7 @@
 #include <map>
 #include <utility>
 
+#include "data/angle_unit.h"
 #include "data/error.h"
 #include "data/quantile.h"
 #include "mapping/given_poses/pose_adjustment.h"
@@ -89,14 +90,13 @@ GivenViews KeyframesOf(const OdometryRun& run) {
 }
 
 void Report(const GivenPoseFigures& figures) {
-  constexpr double kDegrees = 180 / M_PI;
   spdlog::info(
       "poses were moved to agree with the images: all by {:.1f} mm, {:.2f} degrees and {:.1f} ms, "
       "each by {:.1f} mm and {:.2f} degrees (RMS of {} views); points of {} pairs of views were "
       "{:.2f} px off, now {:.2f} px",
-      1e3 * figures.body_shifted_m, kDegrees * figures.body_turned_rad, 1e3 * figures.clock_s,
-      1e3 * figures.moved_m, kDegrees * figures.turned_rad, figures.views, figures.pairs,
-      figures.given_off_px, figures.off_px);
+      1e3 * figures.body_shifted_m, kDegreesPerRadian * figures.body_turned_rad,
+      1e3 * figures.clock_s, 1e3 * figures.moved_m, kDegreesPerRadian * figures.turned_rad,
+      figures.views, figures.pairs, figures.given_off_px, figures.off_px);
 }
 
 // With the poses of a motion tracker 0.34 px stay (EuRoC V1_01), with these 3 % too large 1.6 px.

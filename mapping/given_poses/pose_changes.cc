@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 
+#include "data/angle_unit.h"
 #include "data/quantile.h"
 
 namespace slcmap {
@@ -51,7 +52,8 @@ std::string WordsOfStretch(const std::vector<StepPair>& pairs, double scale, con
       "from {:.3f} to {:.3f} s the poses are off by up to {:.1f} degrees and {:.3f} m (by {} {}; "
       "in the median of all by {:.1f} degrees and {:.3f} m)",
       ToSeconds(pairs[end - longest].known.from_ns), ToSeconds(pairs[end - 1].known.to_ns),
-      Degrees(most.turn_rad), most.way_m, longest, who, Degrees(usual.turn_rad), usual.way_m);
+      kDegreesPerRadian * most.turn_rad, most.way_m, longest, who,
+      kDegreesPerRadian * usual.turn_rad, usual.way_m);
 }
 
 // By the turns that poses make more than the steps, about axes of their world.
@@ -75,7 +77,7 @@ std::string WordsOfDrift(const std::vector<StepPair>& pairs) {
   if (rate_rad_s.norm() * span_s < kLeast_rad || rate_rad_s.norm() < kSigmas * sigma_rad_s.norm()) {
     return "";
   }
-  const Eigen::Vector3d turned = Degrees(span_s) * rate_rad_s;
+  const Eigen::Vector3d turned = kDegreesPerRadian * span_s * rate_rad_s;
   return fmt::format(
       "they drift by {:.1f} degrees over {:.1f} s (about x, y, z of their world by {:.1f}, {:.1f}, "
       "{:.1f})",

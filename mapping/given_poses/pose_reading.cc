@@ -7,6 +7,7 @@
 #include <cmath>
 #include <tuple>
 
+#include "data/angle_unit.h"
 #include "data/quantile.h"
 #include "mapping/given_poses/other_axes.h"
 #include "mapping/given_poses/pose_changes.h"
@@ -184,7 +185,8 @@ std::string WordsOf(const PoseForm& given, const PoseForm& found, bool is_scalar
     words.push_back(fmt::format(
         "the poses are those of the {}, not of the {} ({:.1f} degrees and {:.3f} m from it)",
         found.IsOfCamera() ? "left camera" : "IMU", given.IsOfCamera() ? "left camera" : "IMU",
-        Degrees(LogRotation(T_imu_camera->rotation).norm()), T_imu_camera->translation.norm()));
+        kDegreesPerRadian * LogRotation(T_imu_camera->rotation).norm(),
+        T_imu_camera->translation.norm()));
   }
   if (given.IsInverse() != found.IsInverse()) {
     words.emplace_back(found.IsInverse()
@@ -260,9 +262,9 @@ std::optional<std::pair<Tried, size_t>> FindBest(const std::vector<Reading>& rea
     spdlog::debug(
         "poses read as {} {}: {:.2f} degrees, {:.3f} m off, cost {:.2f}, offset {:.3f} s, "
         "scale {:.4f}",
-        readings[i].form.of, readings[i].form.quaternion, Degrees(of_reading->off.turn_rad),
-        of_reading->off.way_m, of_reading->off.cost, ToSeconds(of_reading->offset_ns),
-        of_reading->scale);
+        readings[i].form.of, readings[i].form.quaternion,
+        kDegreesPerRadian * of_reading->off.turn_rad, of_reading->off.way_m, of_reading->off.cost,
+        ToSeconds(of_reading->offset_ns), of_reading->scale);
     if (best && of_reading->off.cost > kClearlyBetter * best->first.off.cost) continue;
     best = {*of_reading, i};
   }
@@ -365,8 +367,9 @@ void TellForm(const std::string& words, const std::string& who, PoseReading* res
     result->words += fmt::format(
         ": in the median the rig turns by {:.1f} degrees and moves {:.2f} m, of which the poses "
         "are off by {:.1f} degrees and {:.3f} m, then by {:.1f} degrees and {:.3f} m",
-        Degrees(result->moved_rad), result->moved_m, Degrees(result->given.turn_rad),
-        result->given.way_m, Degrees(result->best.turn_rad), result->best.way_m);
+        kDegreesPerRadian * result->moved_rad, result->moved_m,
+        kDegreesPerRadian * result->given.turn_rad, result->given.way_m,
+        kDegreesPerRadian * result->best.turn_rad, result->best.way_m);
   }
   result->words += ")";
   if (!result->change.empty()) result->words += "; besides, " + result->change;
@@ -385,8 +388,8 @@ void TellWrong(const std::string& cause, bool is_known, const std::string& who,
   result->words = fmt::format(
       "{} (by {} {}: in the median the rig turns by {:.1f} degrees and moves {:.2f} m, of which "
       "the poses are off by {:.1f} degrees and {:.2f} m)",
-      cause, off.steps, who, Degrees(result->moved_rad), result->moved_m, Degrees(off.turn_rad),
-      off.way_m);
+      cause, off.steps, who, kDegreesPerRadian * result->moved_rad, result->moved_m,
+      kDegreesPerRadian * off.turn_rad, off.way_m);
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "data/angle_unit.h"
 #include "data/error.h"
 #include "data/quantile.h"
 #include "mapping/given_poses/up_of_images.h"
@@ -12,8 +13,6 @@
 
 namespace slcmap {
 namespace {
-
-constexpr double kDegreesOfTurn = 180 / M_PI;
 
 Clock StampsOf(const Sequence& recording) {
   Clock stamps_ns;
@@ -98,7 +97,7 @@ std::optional<Eigen::Vector3d> UpByForce(const Sequence& recording, const Trajec
 // Poses that the images agree with may still be in a world that lies on its side.
 void RefuseOtherUp(const std::string& path, const PoseForm& form, const Sequence& recording,
                    const Trajectory& trajectory) {
-  constexpr double kMostTilt_rad = 5 * M_PI / 180;
+  constexpr double kMostTilt_rad = 5 * kDegree;
   std::string by = "the accelerometer";
   std::optional<Eigen::Vector3d> up = UpByForce(recording, trajectory);
   if (!up && recording.imu.empty()) {
@@ -112,7 +111,7 @@ void RefuseOtherUp(const std::string& path, const PoseForm& form, const Sequence
   remedy.up = UpInWords(in_file);
   Refuse(path,
          fmt::format("up is {} in their world, not {} ({:.1f} degrees off, by {})", remedy.up,
-                     form.up, kDegreesOfTurn * std::acos(std::clamp(up->z(), -1.0, 1.0)), by),
+                     form.up, kDegreesPerRadian * std::acos(std::clamp(up->z(), -1.0, 1.0)), by),
          RemedyOf(remedy));
 }
 
@@ -170,7 +169,7 @@ std::string TooFarMoved(const GivenPoseFigures& figures, const PoseReading& read
   return fmt::format(
       "poses were moved by {:.1f} degrees and {:.0f} mm, of which single pairs of images show "
       "{:.1f} degrees and {:.0f} mm",
-      kDegreesOfTurn * turned_rad, 1e3 * moved_m, kDegreesOfTurn * reading.best.turn_rad,
+      kDegreesPerRadian * turned_rad, 1e3 * moved_m, kDegreesPerRadian * reading.best.turn_rad,
       1e3 * reading.best.way_m);
 }
 

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <Eigen/Geometry>
-#include <cmath>
 #include <vector>
 
 #include "data/trajectory.h"
@@ -36,7 +35,5 @@ std::vector<StepPair> PairsAt(const Trajectory& trajectory, const std::vector<Bo
 double ScaleOf(const std::vector<StepPair>& pairs, double* sigma);
 
 PoseOff OffOf(const std::vector<StepPair>& pairs, double scale);
-
-inline double Degrees(double rad) { return rad * 180 / M_PI; }
 
 }  // namespace slcmap
