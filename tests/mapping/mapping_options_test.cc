@@ -10,6 +10,7 @@ namespace slcmap {
 namespace {
 
 using ::testing::AllOf;
+using ::testing::AnyOf;
 using ::testing::HasSubstr;
 using ::testing::Not;
 using ::testing::ThrowsMessage;
@@ -94,8 +95,9 @@ TEST(MappingOptions, EachStageLeavesTheSectionsOfTheOthers) {
 
 TEST(MappingOptions, KeysOfRulesThatAreGoneAreTakenForAVersion) {
   EXPECT_NO_THROW(Read("mapping: {lines: {min_parallax_rad: 0.1, min_ghost_share: 0.5}}"));
+  EXPECT_NO_THROW(Read("mapping: {level_marks: {find: false}}"));
   EXPECT_NO_THROW(Read("mapping: {adjustment: {calibration: {principal_points: true}}}"));
-  EXPECT_THAT(MappingOptions().ToYaml(), Not(HasSubstr("ghost")));
+  EXPECT_THAT(MappingOptions().ToYaml(), Not(AnyOf(HasSubstr("ghost"), HasSubstr("level_marks"))));
 }
 
 TEST(MappingOptions, BuildingAMapChecksThem) {
