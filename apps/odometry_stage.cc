@@ -305,10 +305,6 @@ void LogCalibration(const OdometryRun& run) {
       "gyroscope's scale {}, axes {}",
       imu(kErrorAccelScale, 3, 100, "%"), imu(kErrorAccelAxes, 3, kDegrees, "degrees"),
       imu(kErrorGyroScale, 3, 100, "%"), imu(kErrorGyroAxes, 6, kDegrees, "degrees"));
-  if (!run.principal_points) return;
-  const auto& [offset_px, sigma_px] = *run.principal_points;
-  spdlog::info("principal points, less what was given: left {}, right {}; reported, not used",
-               pixels(offset_px[0], sigma_px[0]), pixels(offset_px[1], sigma_px[1]));
 }
 
 // Before anything is computed. The file may replace an older one, but none that is read, nor one of

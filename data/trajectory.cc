@@ -18,24 +18,15 @@ namespace {
 
 constexpr double kMaxNormError = 0.01;  // of a quaternion as written
 
-// The two forms of a row: their names, power of ten of a stamp in nanoseconds, and place of qw.
-struct RowForm {
-  const char* columns;
-  int stamp_shift;
-  bool scalar_first;
-};
-constexpr RowForm kTum{"stamp_s x y z qx qy qz qw", 9, false};
-constexpr RowForm kEuroc{"stamp_ns, x, y, z, qw, qx, qy, qz", 0, true};
 constexpr int64_t kMaxStamp_ns = int64_t{1} << 62;  // differences of two stamps stay within range
 
-StampedPose ParseRow(const RowForm& form, const std::vector<std::string_view>& fields,
-                     const std::string& place) {
+StampedPose ParseRow(const std::vector<std::string_view>& fields, const std::string& place) {
   if (fields.size() < 8) {
-    throw DataError(
-        fmt::format("{}: found {} columns, expected 8: {}", place, fields.size(), form.columns));
+    throw DataError(fmt::format("{}: found {} columns, expected 8: stamp_s x y z qx qy qz qw",
+                                place, fields.size()));
   }
   StampedPose pose;
-  const std::optional<int64_t> stamp_ns = ParseScaledInteger(fields[0], form.stamp_shift);
+  const std::optional<int64_t> stamp_ns = ParseScaledInteger(fields[0], 9);
   if (!stamp_ns || std::abs(*stamp_ns) > kMaxStamp_ns) {
     throw DataError(fmt::format("{}: found '{}', expected a stamp", place, fields[0]));
   }
@@ -50,8 +41,7 @@ StampedPose ParseRow(const RowForm& form, const std::vector<std::string_view>& f
     v[i] = *value;
   }
   pose.T_world_imu.translation = Eigen::Vector3d(v[0], v[1], v[2]);
-  const Eigen::Quaterniond q = form.scalar_first ? Eigen::Quaterniond(v[3], v[4], v[5], v[6])
-                                                 : Eigen::Quaterniond(v[6], v[3], v[4], v[5]);
+  const Eigen::Quaterniond q(v[6], v[3], v[4], v[5]);
   if (std::abs(q.norm() - 1) > kMaxNormError) {
     throw DataError(
         fmt::format("{}: found a quaternion of norm {:.4g}, expected 1", place, q.norm()));
@@ -60,15 +50,13 @@ StampedPose ParseRow(const RowForm& form, const std::vector<std::string_view>& f
   return pose;
 }
 
-// Reads all rows in the form that choose_form gives for the first row's fields.
-template <typename FormChooser>
-Trajectory ReadRows(const std::string& path, FormChooser choose_form) {
+}  // namespace
+
+Trajectory ReadTumTrajectory(const std::string& path) {
   Trajectory trajectory;
-  std::optional<RowForm> form;
   ForEachRow(path, [&](int row, const std::vector<std::string_view>& fields) {
     const std::string place = fmt::format("{}: row {}", path, row);
-    if (!form) form = choose_form(fields);
-    const StampedPose pose = ParseRow(*form, fields, place);
+    const StampedPose pose = ParseRow(fields, place);
     if (!trajectory.empty() && pose.stamp_ns <= trajectory.back().stamp_ns) {
       throw DataError(
           fmt::format("{}: found stamp {} not after {} of the row before, expected "
@@ -79,16 +67,6 @@ Trajectory ReadRows(const std::string& path, FormChooser choose_form) {
   });
   if (trajectory.empty()) throw DataError(path + ": found no pose, expected at least one row");
   return trajectory;
-}
-
-}  // namespace
-
-Trajectory ReadTumTrajectory(const std::string& path) {
-  return ReadRows(path, [](const auto&) { return kTum; });
-}
-
-Trajectory ReadEurocTrajectory(const std::string& path) {
-  return ReadRows(path, [](const auto&) { return kEuroc; });
 }
 
 Trajectory ReadTrajectory(const std::string& path) {

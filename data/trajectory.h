@@ -21,9 +21,6 @@ using Trajectory = std::vector<StampedPose>;  // sorted by stamp, no stamp twice
 // row on a row that cannot be read, on NaN, on unsorted stamps and on an empty file.
 Trajectory ReadTumTrajectory(const std::string& path);
 
-// Reads EuRoC's state_groundtruth_estimate0/data.csv: "stamp_ns, x, y, z, qw, qx, qy, qz, ...".
-Trajectory ReadEurocTrajectory(const std::string& path);
-
 // Reads a file of either form, or as others write them (ReadPoseTable in data/pose_file.h), as it
 // is.
 Trajectory ReadTrajectory(const std::string& path);

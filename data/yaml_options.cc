@@ -1,6 +1,7 @@
 #include "data/yaml_options.h"
 
 #include <spdlog/fmt/fmt.h>
+#include <spdlog/spdlog.h>
 #include <yaml-cpp/yaml.h>
 
 #include <cmath>
@@ -170,6 +171,13 @@ std::vector<std::string> YamlSection::Keys() {
 
 bool YamlSection::Has(const std::string& key) const {
   return node_->IsMap() && (*node_)[key].IsDefined();  // the const operator[] adds no key
+}
+
+void YamlSection::Retire(const std::string& key) {
+  Skip(key);
+  if (!Has(key)) return;
+  spdlog::warn("{}: is no option any more and does nothing; remove it: the next version refuses it",
+               KeyPlace(place_, key));
 }
 
 template <typename T>

@@ -43,6 +43,8 @@ class YamlSection {
   bool Has(const std::string& key) const;
   // Takes a key that is no option any more: files of earlier versions may have it.
   void Skip(const std::string& key) { known_.insert(key); }
+  // The same with a warning, for one version, of an option that people may have set.
+  void Retire(const std::string& key);
 
   // Overwrites *value when the key is present; throws ConfigError naming file, key, what was found
   // and the type that was expected. T is bool, int, double, std::string, std::vector of these or

@@ -9,7 +9,6 @@
 #include "mapping/dense/dense_stage.h"
 #include "mapping/filled_points.h"
 #include "mapping/junctions/junctions.h"
-#include "mapping/level_marks/level_marks.h"
 #include "mapping/line_map.h"
 #include "mapping/lines/known_lines.h"
 #include "mapping/lines/map_lines.h"
@@ -242,7 +241,6 @@ void BuildingStageOf(const RecordedViews& recorded, std::vector<Sights> sights,
   if (progress.Report(0)) map->building = BuildBuilding(input, options.building);
   if (progress.Report(kBuilt)) DrawToPlanes(map->building, options.planes, &map->dense);
   AddFilledPlanes(recorded, input.sights, options, progress.Part(kBuilt, kFilled), map);
-  if (progress.Report(kFilled)) MoveLevelMarks(options, map);
   AddJunctions(options.junctions, progress.Part(kFilled, 1), map);
   spdlog::info("building: {} walls, {} planes, {} rooms; {} points in all with filled planes",
                map->building.walls.size(), map->building.planes.size(), map->building.rooms.size(),

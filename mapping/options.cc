@@ -58,7 +58,6 @@ void ForEachSection(Options& options, const Visit& visit) {
   visit("dense", options.dense);
   visit("pipes", options.pipes);
   visit("planes", options.planes);
-  visit("level_marks", options.level_marks);
   visit("junctions", options.junctions);
   visit("building", options.building);
 }
@@ -70,6 +69,7 @@ MappingOptions MappingOptions::FromYaml(const std::string& path) {
     MappingOptions options;
     YamlSection section = root.Section("mapping");
     ForEachSection(options, [&](const char* key, auto& part) { part.Read(section.Section(key)); });
+    section.Retire("level_marks");
     section.Finish();
     options.Check();
     return options;

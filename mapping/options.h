@@ -7,7 +7,6 @@
 #include "mapping/dense/dense_options.h"
 #include "mapping/given_poses/pose_options.h"
 #include "mapping/junctions/junction_options.h"
-#include "mapping/level_marks/level_mark_options.h"
 #include "mapping/lines/line_options.h"
 #include "mapping/pipes/pipe_options.h"
 #include "mapping/planes/plane_options.h"
@@ -62,7 +61,6 @@ struct MappingOptions {
   DenseOptions dense;
   PipeOptions pipes;
   PlaneOptions planes;
-  LevelMarkOptions level_marks;
   JunctionOptions junctions;
   BuildingOptions building;
 

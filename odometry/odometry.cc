@@ -11,7 +11,6 @@
 #include "odometry/frontend/point_tracker.h"
 #include "odometry/frontend/rectifier.h"
 #include "odometry/frontend/repeated_images.h"
-#include "odometry/principal_points.h"
 #include "odometry/window/estimator.h"
 
 namespace slcmap {
@@ -158,7 +157,6 @@ class Odometry::Impl {
       run.warnings["images whose IMU samples did not arrive"] = std::ssize(pending_);
     estimator_.Describe(&run);
     ToCameraClock(&run);
-    run.principal_points = FitPrincipalPoints(rig_, options_, run);
     run.states = states_;
     run.timings.stages = estimator_.clock()->Stages();
     return WithoutNonFinite(std::move(run));

@@ -86,7 +86,6 @@ constexpr OptionTable kCalibration{
     Option{"right_rotation", &CalibrationOptions::right_rotation, false, true},
     Option{"focal_length", &CalibrationOptions::focal_length, false, true},
     Option{"right_centre", &CalibrationOptions::right_centre, false, true},
-    Option{"principal_points", &CalibrationOptions::principal_points, false, true},
     Option{"rows_fit", &CalibrationOptions::rows_fit, false, true},
     Option{"confirm", &CalibrationOptions::confirm, false, true},
     Option{"sigma_scale", &CalibrationOptions::sigma_scale, 1.0, 3.0},
@@ -108,7 +107,10 @@ constexpr OptionTable kCalibration{
     Option{"max_right_centre_px", &CalibrationOptions::max_right_centre_px, 1e-6, 100.0}};
 
 void CalibrationOptions::Check() const { kCalibration.Check("calibration", *this); }
-void CalibrationOptions::Read(YamlSection section) { kCalibration.Read(section, this); }
+void CalibrationOptions::Read(YamlSection section) {
+  section.Retire("principal_points");
+  kCalibration.Read(section, this);
+}
 
 constexpr OptionTable kFailure{
     Option{"min_points", &FailureOptions::min_points, 1, 1000},

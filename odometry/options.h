@@ -95,8 +95,6 @@ struct CalibrationOptions {
   bool right_rotation = true;  // of the right camera against the left one
   bool focal_length = true;    // of both cameras in common
   bool right_centre = true;    // principal point of the right camera, against the left one's
-  // What the images tell of principal points is reported, and not used; see principal_points.h.
-  bool principal_points = true;
   // Rows of rectified images are believed to fit while they do, and the right camera so to be as it
   // was calibrated: its turns about y and z are then tied to the given ones from the start (see
   // `confirm`), until the motion speaks against it. Where they do not, its turns are never tied:

@@ -136,13 +136,6 @@ struct CalibrationEstimate {
   ImuErrors imu_errors_sigma = ImuErrors::Zero();
 };
 
-// By how much the cameras' principal points are off those that were given, cx and cy in px of the
-// images as they were recorded, of the left and the right camera, with standard deviations.
-struct PrincipalPoints {
-  std::array<Eigen::Vector2d, 2> offset_px{Eigen::Vector2d::Zero(), Eigen::Vector2d::Zero()};
-  std::array<Eigen::Vector2d, 2> sigma_px{Eigen::Vector2d::Zero(), Eigen::Vector2d::Zero()};
-};
-
 // Wall time of one stage of the program, summed over the run. With several threads stages overlap:
 // their sum may exceed the wall time of the whole.
 struct StageTiming {
@@ -205,7 +198,6 @@ struct OdometryRun {
   double line_deviation_rad = 0;
   std::vector<CalibrationEstimate>
       calibration;  // with each keyframe; the last one is what is known
-  std::optional<PrincipalPoints> principal_points;  // none where the images tell nothing of them
   std::vector<Line> lines;
   // Lines that turned out to be the same edge as an older one, by their ids: that of the line that
   // took them over, which was not merged itself.

@@ -113,39 +113,6 @@ Json ItemJson(const Eigen::Matrix<double, kSize, 1>& value,
           {"estimated", !sigma.isZero(0)}};
 }
 
-// Null where the images told nothing.
-Json PrincipalPointsJson(const std::optional<PrincipalPoints>& points) {
-  if (!points) return nullptr;
-  Json json;
-  for (const auto& [name, camera] : {std::pair{"left", 0}, std::pair{"right", 1}}) {
-    const Eigen::Vector2d &offset = points->offset_px[camera], &sigma = points->sigma_px[camera];
-    json[name] = {{"offset_px", {offset.x(), offset.y()}}, {"sigma_px", {sigma.x(), sigma.y()}}};
-  }
-  return json;
-}
-
-Eigen::Vector2d ParsePixels(const std::string& place, const Json& json, const char* key,
-                            double least_px) {
-  const auto px = json.at(key).get<std::array<double, 2>>();
-  for (const double value_px : px) {
-    if (value_px >= least_px && value_px <= kMaxPixel) continue;
-    throw DataError(fmt::format("{}: {}: found {}, expected {} to {}", place, key, value_px,
-                                least_px, kMaxPixel));
-  }
-  return {px[0], px[1]};
-}
-
-std::optional<PrincipalPoints> ParsePrincipalPoints(const std::string& path, const Json& json) {
-  if (json.is_null()) return std::nullopt;
-  PrincipalPoints points;
-  for (const auto& [name, camera] : {std::pair{"left", 0}, std::pair{"right", 1}}) {
-    const std::string place = fmt::format("{}: principal_points: {}", path, name);
-    points.offset_px[camera] = ParsePixels(place, json.at(name), "offset_px", -kMaxPixel);
-    points.sigma_px[camera] = ParsePixels(place, json.at(name), "sigma_px", 0);
-  }
-  return points;
-}
-
 // As it was known last; null where nothing was estimated.
 Json CalibrationJson(const std::vector<CalibrationEstimate>& estimates) {
   if (estimates.empty()) return nullptr;
@@ -398,7 +365,6 @@ void WriteRunSummary(const std::string& path, const OdometryRun& run,
   json["line_deviation_rad"] = run.line_deviation_rad;
   json["point_lives"] = LivesJson(MeasurePointLives(run.keyframes));
   json["calibration"] = CalibrationJson(run.calibration);
-  json["principal_points"] = PrincipalPointsJson(run.principal_points);
   json["line_lives"] = LivesJson(MeasureLineLives(run.lines));
   json["segments"] = SegmentsJson(run);
   for (const auto& [what, count] : RunCounts(run)) json["counts"][what] = count;
@@ -417,9 +383,6 @@ Json ReadRunSummary(const std::string& path, OdometryRun* run) {
     run->manhattan_worlds = ParseWorlds(path, json.at("manhattan_worlds"));
     if (json.contains("sloped_directions")) {  // newer than the version
       run->sloped_directions = ParseSlopes(path, json.at("sloped_directions"));
-    }
-    if (json.contains("principal_points")) {  // newer than the version
-      run->principal_points = ParsePrincipalPoints(path, json.at("principal_points"));
     }
     return json;
   });

@@ -83,24 +83,20 @@ Eigen::Vector3d MotionSpline::PositionDerivative(double t_s, int derivative) con
 struct MotionSpline::Rotation {
   Eigen::Quaterniond R_world_imu;
   Eigen::Vector3d velocity_rad_s = Eigen::Vector3d::Zero();
-  Eigen::Vector3d acceleration_rad_s2 = Eigen::Vector3d::Zero();
 };
 
-// R = R_0 prod_j Exp(b_j d_j) with cumulative weights b and increments d; the derivatives follow
+// R = R_0 prod_j Exp(b_j d_j) with cumulative weights b and increments d; the derivative follows
 // from the product rule, one factor A_j = Exp(b_j d_j) after the other.
 MotionSpline::Rotation MotionSpline::RotationAt(double t_s) const {
   const Place place = Locate(t_s);
   const double rate = 1.0 / knot_interval_s_;
   const Weights b = Cumulate(BasisWeights(place.u, 0));
   const Weights db = Cumulate(BasisWeights(place.u, 1));
-  const Weights ddb = Cumulate(BasisWeights(place.u, 2));
   Rotation r{control_[place.first].rotation};
   for (int j = 1; j < kOrder; ++j) {
     const Eigen::Vector3d& d = increments_rad_[place.first + j - 1];
     const Eigen::Quaterniond factor = ExpRotation(b[j] * d);
     const Eigen::Vector3d carried = factor.conjugate() * r.velocity_rad_s;
-    r.acceleration_rad_s2 = factor.conjugate() * r.acceleration_rad_s2 +
-                            carried.cross(d) * (db[j] * rate) + d * (ddb[j] * rate * rate);
     r.velocity_rad_s = carried + d * (db[j] * rate);
     r.R_world_imu = (r.R_world_imu * factor).normalized();
   }
@@ -119,10 +115,6 @@ Eigen::Vector3d MotionSpline::AccelerationAt(double t_s) const {
 
 Eigen::Vector3d MotionSpline::AngularVelocityAt(double t_s) const {
   return RotationAt(t_s).velocity_rad_s;
-}
-
-Eigen::Vector3d MotionSpline::AngularAccelerationAt(double t_s) const {
-  return RotationAt(t_s).acceleration_rad_s2;
 }
 
 Eigen::Quaterniond CameraLookingAlong(const Eigen::Vector3d& forward_world) {

@@ -30,11 +30,10 @@ class MotionSpline {
   // left.
   MotionSpline Slice(double from_s, double duration_s) const;
 
-  RigidTransform PoseAt(double t_s) const;                  // T_world_imu
-  Eigen::Vector3d VelocityAt(double t_s) const;             // in world, m/s
-  Eigen::Vector3d AccelerationAt(double t_s) const;         // in world, m/s^2, without gravity
-  Eigen::Vector3d AngularVelocityAt(double t_s) const;      // in imu, rad/s
-  Eigen::Vector3d AngularAccelerationAt(double t_s) const;  // in imu, rad/s^2
+  RigidTransform PoseAt(double t_s) const;              // T_world_imu
+  Eigen::Vector3d VelocityAt(double t_s) const;         // in world, m/s
+  Eigen::Vector3d AccelerationAt(double t_s) const;     // in world, m/s^2, without gravity
+  Eigen::Vector3d AngularVelocityAt(double t_s) const;  // in imu, rad/s
 
  private:
   struct Place {

@@ -6,7 +6,6 @@
 #include <opencv2/core/utility.hpp>
 #include <utility>
 
-#include "data/quantile.h"
 #include "mapping/lines/line_finder.h"
 #include "mapping/lines/line_stretches.h"
 #include "mapping/lines/neighbour_directions.h"
@@ -139,26 +138,6 @@ void LimitDepths(const Views& views, const ViewCameras& cameras, const SightDept
   }
 }
 
-// The angle, about a line, between the views that show it: those that are in one plane with it tell
-// nothing of where in this plane it is, however many they are.
-double Parallax_rad(const PointAndDirection& line, const std::vector<EdgePlace>& places,
-                    const ViewCameras& cameras) {
-  const Eigen::Vector3d first = line.direction_world.unitOrthogonal();
-  const Eigen::Vector3d second = line.direction_world.cross(first);
-  std::vector<Eigen::Vector2d> ways;
-  Eigen::Vector2d mean = Eigen::Vector2d::Zero();
-  for (const EdgePlace& place : places) {
-    const Eigen::Vector3d to_view = cameras.Centre(place.view, place.camera) - line.point_world;
-    ways.push_back(Eigen::Vector2d(first.dot(to_view), second.dot(to_view)).normalized());
-    mean += ways.back();
-  }
-  std::vector<double> angles_rad;
-  for (const Eigen::Vector2d& way : ways) {
-    angles_rad.push_back(std::atan2(mean.x() * way.y() - mean.y() * way.x(), mean.dot(way)));
-  }
-  return Quantile(angles_rad, 0.95) - Quantile(angles_rad, 0.05);
-}
-
 // How far, at most, a line's intervals are from where a fit has them.
 double Moved_m(const TrackedLine& line, const LineFit& fit) {
   double moved_m = 0;
@@ -201,7 +180,6 @@ bool FitToViews(const ViewCameras& cameras, const std::vector<BuildingAxis>& axe
   const StretchLimits limits = LimitsOf(*line, options);
   const auto fit = FitStretches(cameras, PriorOf(*line, axes, options), options.fit, limits, line);
   if (!fit || !limits.Hold(*fit)) return false;
-  line->parallax_rad = Parallax_rad(fit->line, line->places, cameras);
   MoveTo(*fit, line);
   return true;
 }

@@ -23,11 +23,6 @@ bool StandsOut(const TrackedLine& line, bool lasts, const LeastSteps& least) {
 
 }  // namespace
 
-bool IsKnownBeside(const SurfacesBeside& beside, const LineKindOptions& options) {
-  const double known_m = beside.flat_m + beside.relief_m;
-  return known_m > options.min_known_share * (known_m + beside.unknown_m);
-}
-
 LineKind KindOf(const TrackedLine& line, const LineKindOptions& options) {
   const SurfacesBeside& beside = line.surfaces;
   const double known_m = beside.flat_m + beside.relief_m;
@@ -35,7 +30,7 @@ LineKind KindOf(const TrackedLine& line, const LineKindOptions& options) {
   const double lasting = line.lasting_sum / std::max(line.step_sum, 1e-9);
   if (lasting > options.max_lasting_step) return LineKind::kMark;
   const bool lasts = lasting >= options.min_lasting_step;
-  if (!IsKnownBeside(beside, options)) {
+  if (known_m <= options.min_known_share * all_m) {
     return lasts ? LineKind::kUnknown : LineKind::kMark;
   }
   const bool is_in_texture = line.parallels >= options.texture_lines;

@@ -7,9 +7,6 @@
 
 namespace slcmap {
 
-// Whether enough is known of the surfaces beside a line to tell its kind by them.
-bool IsKnownBeside(const SurfacesBeside& beside, const LineKindOptions& options);
-
 // By the surfaces beside it: an edge where they end or bend. What is on a flat surface is the
 // outline of a thing on it if its step of brightness is large against how bright it is, and lasts
 // unless it is larger still, as of narrow trims; else a mark: beside grain, joints and print the

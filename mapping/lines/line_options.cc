@@ -22,8 +22,6 @@ constexpr OptionTable kTable{
     Option{"max_spread_px", &MapLineOptions::max_spread_px, 0.01, 10.0},
     Option{"max_free_spread_px", &MapLineOptions::max_free_spread_px, 0.01, 10.0},
     Option{"min_views", &MapLineOptions::min_views, 2, 1000},
-    Option{"min_parallax_rad", &MapLineOptions::min_parallax_rad, 0.0, 3.0},
-    Option{"min_ghost_share", &MapLineOptions::min_ghost_share, 0.0, 1.0},
     Option{"min_axis_sigma_rad", &MapLineOptions::min_axis_sigma_rad, 1e-6, 1.0},
     Option{"level_sigma_rad", &MapLineOptions::level_sigma_rad, 1e-6, 1.0}};
 
@@ -126,6 +124,7 @@ void MapLineOptions::Read(YamlSection section) {
   kIntervalTable.Read(section.Section("intervals"), &intervals);
   kMergingTable.Read(section.Section("merging"), &merging);
   kKindTable.Read(section.Section("kinds"), &kinds);
+  for (const char* key : {"min_parallax_rad", "min_ghost_share"}) section.Retire(key);
   kTable.Read(section, this);
 }
 

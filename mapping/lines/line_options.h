@@ -60,9 +60,6 @@ struct MapLineOptions {
   // Of the places of a line that is kept about it, in the images (LineFit); without an axis.
   double max_spread_px = 0.42, max_free_spread_px = 0.24;
   int min_views = 3;  // of a line that is kept; twice as many without an axis
-  // A line whose views are less apart about it, and beside which no surface is known, is dropped if
-  // such a share of what images show of it is other lines' edges (ghost_lines.h).
-  double min_parallax_rad = 0.12, min_ghost_share = 0.4;
   double min_axis_sigma_rad = 0.0005;
   double level_sigma_rad = 0.005;  // of level lines without an axis
   ViewSpacingOptions views;

@@ -27,8 +27,7 @@ struct TrackedLine {
   Stretch seen;         // by segments, then from the first interval to the last
   double gradient = 0;  // of its edge, grey values a pixel, where it was found
   LineFit fit;
-  double moved_m = 0;       // at most, along its intervals, by the last fit again
-  double parallax_rad = 0;  // about it, between the views that show it
+  double moved_m = 0;  // at most, along its intervals, by the last fit again
   std::vector<EdgePlace> places;
   // Of the samples that show its edge; these.
   double step_sum = 0, lasting_sum = 0, brightness_sum = 0;

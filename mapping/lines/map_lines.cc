@@ -4,7 +4,6 @@
 #include <iterator>
 #include <opencv2/core/utility.hpp>
 
-#include "mapping/lines/ghost_lines.h"
 #include "mapping/lines/guided_pass.h"
 #include "mapping/lines/line_finder.h"
 #include "mapping/lines/line_kinds.h"
@@ -71,7 +70,6 @@ BuiltLines BuildLines(const Views& views, const ViewImages& images,
       lines[i].surfaces = surfaces.Beside(lines[i].line, lines[i].intervals);
     }
   });
-  DropGhosts(options, &lines);
   FitAmongNeighbours(views, images.rig(), axes, options, &lines);
   CountParallels(options.kinds.texture_reach_m, &lines);
   return {AsMapLines(lines, axes, options),

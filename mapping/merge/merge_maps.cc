@@ -10,7 +10,6 @@
 #include "mapping/building/build_building.h"
 #include "mapping/filled_points.h"
 #include "mapping/junctions/junctions.h"
-#include "mapping/level_marks/level_marks.h"
 #include "mapping/lines/view_cameras.h"
 #include "mapping/map_building_input.h"
 #include "mapping/merge/cloud_sights.h"
@@ -346,7 +345,6 @@ MergedMaps MergeMaps(MapResult first, MapResult second, const AlignmentOptions& 
   first.building = BuildBuilding(input, options.building, progress.Part(kSeenUntil, kBuiltUntil));
   AddFilledPlanes(rigs, input.sights, options, progress.Part(kBuiltUntil, kFilledUntil), &first);
   progress.ReportOrStop(kFilledUntil);
-  MoveLevelMarks(options, &first);
   AddJunctions(options.junctions, progress.Part(kFilledUntil, 1), &first);
   FindLinesOfPoints(first.lines, &first.points);
   progress.ReportOrStop(1);

@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <spdlog/spdlog.h>
 
 #include "tests/testing/temp_folder.h"
 
@@ -11,6 +12,7 @@ namespace {
 using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+using ::testing::Not;
 using testing::MessageOf;
 using testing::TempFolder;
 
@@ -48,6 +50,19 @@ TEST(YamlSection, AnUnknownKeyIsNamedWithThoseThereAre) {
   points.Read("max_count", &max_count);
   EXPECT_THAT(MessageOf<ConfigError>([&] { points.Finish(); }),
               AllOf(HasSubstr("a.yaml: points.max_cuont: unknown key"), HasSubstr("max_count")));
+}
+
+TEST(YamlSection, ARetiredKeyIsTakenWithAWarning) {
+  const TempFolder folder;
+  YamlSection root = YamlSection::FromFile(folder.Write("a.yaml", "points: {radius: 9}\n"));
+  YamlSection points = root.Section("points");
+  ::testing::internal::CaptureStdout();
+  points.Retire("radius");
+  points.Retire("width");
+  EXPECT_THAT(::testing::internal::GetCapturedStdout(),
+              AllOf(HasSubstr("a.yaml: points.radius: is no option any more"),
+                    Not(HasSubstr("width"))));
+  points.Finish();
 }
 
 TEST(YamlSection, AKeyTwiceIsAnError) {

@@ -9,6 +9,5 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* bytes, size_t size) {
   const std::string path = fuzz::FileOf("trajectory.txt", bytes, size);
   fuzz::Refusing([&] { ReadTrajectory(path); });
   fuzz::Refusing([&] { ReadTumTrajectory(path); });
-  fuzz::Refusing([&] { ReadEurocTrajectory(path); });
   return 0;
 }

@@ -10,7 +10,9 @@ namespace slcmap {
 namespace {
 
 using ::testing::AllOf;
+using ::testing::AnyOf;
 using ::testing::HasSubstr;
+using ::testing::Not;
 using ::testing::ThrowsMessage;
 
 MappingOptions Read(const std::string& yaml) {
@@ -89,6 +91,13 @@ TEST(MappingOptions, EachStageLeavesTheSectionsOfTheOthers) {
     EXPECT_NO_THROW(MappingOptions::FromYaml(path)) << key;
     EXPECT_NO_THROW(OdometryOptions::FromYaml(path)) << key;
   }
+}
+
+TEST(MappingOptions, KeysOfRulesThatAreGoneAreTakenForAVersion) {
+  EXPECT_NO_THROW(Read("mapping: {lines: {min_parallax_rad: 0.1, min_ghost_share: 0.5}}"));
+  EXPECT_NO_THROW(Read("mapping: {level_marks: {find: false}}"));
+  EXPECT_NO_THROW(Read("mapping: {adjustment: {calibration: {principal_points: true}}}"));
+  EXPECT_THAT(MappingOptions().ToYaml(), Not(AnyOf(HasSubstr("ghost"), HasSubstr("level_marks"))));
 }
 
 TEST(MappingOptions, BuildingAMapChecksThem) {

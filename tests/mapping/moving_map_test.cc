@@ -6,11 +6,11 @@
 #include <memory>
 
 #include "data/quantile.h"
-#include "data/simulator/example.h"
 #include "data/simulator/imu_simulator.h"
 #include "mapping/mapping.h"
 #include "odometry/odometry.h"
 #include "tests/testing/box_room_renderer.h"
+#include "tests/testing/example.h"
 
 namespace slcmap {
 namespace {

@@ -16,11 +16,11 @@
 #include <thread>
 
 #include "data/sequence.h"
-#include "data/simulator/example.h"
 #include "data/simulator/imu_simulator.h"
 #include "data/stereo_reader.h"
 #include "odometry/run_folder.h"
 #include "tests/testing/box_room_renderer.h"
+#include "tests/testing/example.h"
 #include "tests/testing/shared_data.h"
 #include "tests/testing/temp_folder.h"
 

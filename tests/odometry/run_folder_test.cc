@@ -159,27 +159,6 @@ TEST_F(RunFolderTest, WhatWasHeldOfTheCalibrationIsSaidToBe) {
   EXPECT_FALSE(summary["calibration"]["focal_length"]["estimated"]);
 }
 
-TEST_F(RunFolderTest, WhatIsKnownOfPrincipalPointsIsSaid) {
-  OdometryRun run = testing::MakeSmallRun();
-  WriteRunFolder(folder_, run);
-  const auto points = [&] {
-    return nlohmann::json::parse(ReadFile(folder_ + "/run.json"))["principal_points"];
-  };
-  EXPECT_TRUE(points().is_null());
-  run.principal_points = PrincipalPoints{{Eigen::Vector2d(1.5, -2), Eigen::Vector2d(3, 4)},
-                                         {Eigen::Vector2d(0.5, 0.25), Eigen::Vector2d(1, 2)}};
-  WriteRunFolder(folder_, run);
-  EXPECT_EQ(points()["left"]["offset_px"], nlohmann::json({1.5, -2.0}));
-  EXPECT_EQ(points()["right"]["sigma_px"], nlohmann::json({1.0, 2.0}));
-  const OdometryRun read = ReadRunFolder(folder_);
-  ASSERT_TRUE(read.principal_points.has_value());
-  EXPECT_EQ(read.principal_points->offset_px, run.principal_points->offset_px);
-  EXPECT_EQ(read.principal_points->sigma_px, run.principal_points->sigma_px);
-  run.principal_points->sigma_px[1].y() = -1;
-  WriteRunFolder(folder_, run);
-  ExpectReadError("run.json: principal_points: right: sigma_px: found -1", "expected 0 to 1000000");
-}
-
 TEST_F(RunFolderTest, HowFarLinesDeviateComesBack) {
   OdometryRun run = testing::MakeSmallRun();
   run.line_deviation_rad = 0.002;

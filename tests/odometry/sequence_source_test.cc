@@ -4,10 +4,10 @@
 #include <gtest/gtest.h>
 
 #include "data/check/check.h"
-#include "data/simulator/example.h"
 #include "data/simulator/imu_simulator.h"
 #include "odometry/odometry.h"
 #include "tests/testing/box_room_renderer.h"
+#include "tests/testing/example.h"
 #include "tests/testing/memory_source.h"
 
 namespace slcmap {

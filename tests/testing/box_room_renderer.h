@@ -4,8 +4,8 @@
 
 #include <Eigen/Geometry>
 
-#include "data/simulator/example.h"
 #include "data/simulator/pair_renderer.h"
+#include "tests/testing/example.h"
 
 namespace slcmap {
 

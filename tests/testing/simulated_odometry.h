@@ -11,11 +11,11 @@
 #include <unordered_set>
 #include <vector>
 
-#include "data/simulator/example.h"
 #include "data/simulator/imu_simulator.h"
-#include "data/simulator/line_track_simulator.h"
-#include "data/simulator/track_simulator.h"
 #include "odometry/window/estimator.h"
+#include "tests/testing/example.h"
+#include "tests/testing/line_track_simulator.h"
+#include "tests/testing/track_simulator.h"
 
 namespace slcmap {
 

@@ -5,9 +5,9 @@
 #include "data/check/check.h"
 #include "data/check/image_motion.h"
 #include "data/check/turn_alignment.h"
-#include "data/simulator/example.h"
 #include "data/simulator/imu_simulator.h"
 #include "tests/testing/box_room_renderer.h"
+#include "tests/testing/example.h"
 #include "tests/testing/memory_source.h"
 
 namespace slcmap {

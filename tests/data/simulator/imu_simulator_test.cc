@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "data/error.h"
-#include "data/simulator/example.h"
+#include "tests/testing/example.h"
 
 namespace slcmap {
 namespace {

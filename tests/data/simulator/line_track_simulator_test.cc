@@ -1,4 +1,4 @@
-#include "data/simulator/line_track_simulator.h"
+#include "tests/testing/line_track_simulator.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <set>
 
 #include "data/error.h"
-#include "data/simulator/example.h"
+#include "tests/testing/example.h"
 
 namespace slcmap {
 namespace {

@@ -4,7 +4,7 @@
 #include <yaml-cpp/yaml.h>
 
 #include "data/error.h"
-#include "data/simulator/example.h"
+#include "tests/testing/example.h"
 
 namespace slcmap {
 namespace {

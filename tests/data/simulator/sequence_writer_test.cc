@@ -8,7 +8,7 @@
 #include "data/calibration.h"
 #include "data/error.h"
 #include "data/sequence.h"
-#include "data/simulator/example.h"
+#include "tests/testing/example.h"
 
 namespace slcmap {
 namespace {

@@ -1,4 +1,4 @@
-#include "data/simulator/track_simulator.h"
+#include "tests/testing/track_simulator.h"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 #include <map>
 
 #include "data/error.h"
-#include "data/simulator/example.h"
+#include "tests/testing/example.h"
 
 namespace slcmap {
 namespace {

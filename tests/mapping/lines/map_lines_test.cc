@@ -421,35 +421,6 @@ TEST(MapLines, AreFoundWhereViewsAreInOnePlaneWithThem) {
   }
 }
 
-// Two bars as far apart as two cameras nearly are: the left side of one in left images and that of
-// the other in right ones make a line in the air, half as far, on which all views on a way along
-// the bars agree.
-TEST(MapLines, AreNoGhosts) {
-  Views rising;
-  for (int i = 0; i < 12; ++i) rising.push_back(testing::LookingAtWall({0, 0, 0.1 * i - 0.5}, i));
-  const PaintedWall wall(rising, {{-0.1, -0.05, -2, 2}, {0, 0.05, -2, 2}}, kDistance_m);
-  std::vector<TrackedLine> known(3);
-  known[0].line.point_world = {-0.1, kDistance_m, 0};
-  known[1].line.point_world = {0, kDistance_m, 0};
-  known[2].line.point_world = {0, kDistance_m * 0.11 / 0.21, 0};
-  for (TrackedLine& line : known) {
-    line.line.direction_world = -Eigen::Vector3d::UnitZ();
-    line.axis = 0;
-    line.seen = {-0.4, 0.4};
-    line.gradient = 20;
-  }
-  const auto lines_with = [&](const MapLineOptions& options) {
-    return BuildLines(rising, wall, WallAxes(), known, {}, LineSurfaces(Screen(kDistance_m)),
-                      options)
-        .lines;
-  };
-  const auto in_the_air = [](const MapLine& line) { return line.start_world.y() < 1.5; };
-  MapLineOptions options;
-  EXPECT_EQ(std::ranges::count_if(lines_with(options), in_the_air), 0);
-  options.min_ghost_share = 1.1;  // none
-  EXPECT_EQ(std::ranges::count_if(lines_with(options), in_the_air), 1);
-}
-
 TEST(MapLines, EndWithWhatIsFoundOnceProgressSaysSo) {
   const Views views = MovingViews(11);
   const PaintedWall wall(views, {{-0.5, 0.4, -0.3, 0.4}}, kDistance_m);

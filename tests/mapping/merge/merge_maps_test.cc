@@ -252,25 +252,6 @@ TEST(MergeMaps, JunctionsAreMadeAnew) {
   EXPECT_GT(at_ceiling_m, 10);
 }
 
-// Beside what either saw of the floor, or what is filled by the planes of both.
-TEST(MergeMaps, JointsOfTheFloorBecomeMarks) {
-  MapResult first = West();
-  MapLine joint = first.lines.front();
-  joint.id = 100000;
-  joint.axis = LineAxis::kNone;
-  joint.world = -1;
-  joint.kind = LineKind::kEdge;
-  joint.start_world = {1.4, 1.5, 0};
-  joint.end_world = {2.4, 1.5, 0};
-  first.lines.push_back(joint);
-  const MapResult map = Merge(std::move(first), East()).map;
-  const auto is_joint = [](const MapLine& line) {
-    return (line.start_world + line.end_world - Vector3d(3.8, 3, 0)).norm() < 0.1;
-  };
-  EXPECT_TRUE(std::ranges::none_of(map.lines, is_joint));
-  EXPECT_TRUE(std::ranges::any_of(map.marks, is_joint));
-}
-
 TEST(UniteSurfaces, TheSidesOfAThinWallStayTwo) {
   const DensePoint front{{0, 0, 1.01}, Vector3d::UnitZ(), 0.005, 100};
   const DensePoint back{{0, 0, 1.04}, -Vector3d::UnitZ(), 0.005, 100};

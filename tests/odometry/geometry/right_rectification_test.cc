@@ -3,9 +3,9 @@
 #include <gtest/gtest.h>
 
 #include "data/rigid_transform.h"
-#include "data/simulator/example.h"
 #include "odometry/frontend/rectifier.h"
 #include "odometry/geometry/pinhole.h"
+#include "tests/testing/example.h"
 
 namespace slcmap {
 namespace {

@@ -4,8 +4,8 @@
 
 #include <numbers>
 
-#include "data/simulator/example.h"
 #include "data/simulator/imu_simulator.h"
+#include "tests/testing/example.h"
 
 namespace slcmap {
 namespace {

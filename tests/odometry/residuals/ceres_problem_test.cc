@@ -6,12 +6,12 @@
 #include <memory>
 #include <vector>
 
-#include "data/simulator/example.h"
 #include "data/simulator/imu_simulator.h"
 #include "odometry/residuals/general_line_residual.h"
 #include "odometry/residuals/imu_residual.h"
 #include "odometry/residuals/point_on_line_residual.h"
 #include "odometry/residuals/structural_line_residual.h"
+#include "tests/testing/example.h"
 
 namespace slcmap {
 namespace {

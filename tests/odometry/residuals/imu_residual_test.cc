@@ -2,10 +2,10 @@
 
 #include <gtest/gtest.h>
 
-#include "data/simulator/example.h"
 #include "data/simulator/imu_simulator.h"
 #include "odometry/residuals/zero_velocity_residual.h"
 #include "tests/odometry/residuals/factor_test_utils.h"
+#include "tests/testing/example.h"
 
 namespace slcmap {
 namespace {

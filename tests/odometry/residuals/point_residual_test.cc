@@ -4,8 +4,8 @@
 #include <ceres/rotation.h>
 #include <gtest/gtest.h>
 
-#include "data/simulator/example.h"
 #include "tests/odometry/residuals/factor_test_utils.h"
+#include "tests/testing/example.h"
 
 namespace slcmap {
 namespace {

@@ -6,8 +6,8 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 
-#include "data/simulator/example.h"
 #include "odometry/window/problem_builder.h"
+#include "tests/testing/example.h"
 
 namespace slcmap::testing {
 

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <random>
 
-#include "data/simulator/example.h"
 #include "odometry/residuals/block_kind.h"
+#include "tests/testing/example.h"
 
 namespace slcmap {
 namespace {

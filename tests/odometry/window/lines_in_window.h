@@ -10,11 +10,11 @@
 #include <memory>
 #include <vector>
 
-#include "data/simulator/example.h"
 #include "odometry/residuals/general_line_residual.h"
 #include "odometry/residuals/point_on_line_residual.h"
 #include "odometry/residuals/structural_line_residual.h"
 #include "odometry/window/problem_builder.h"
+#include "tests/testing/example.h"
 
 namespace slcmap {
 

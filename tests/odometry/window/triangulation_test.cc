@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "data/simulator/example.h"
+#include "tests/testing/example.h"
 
 namespace slcmap {
 namespace {

@@ -1,4 +1,4 @@
-#include "data/simulator/line_track_simulator.h"
+#include "tests/testing/line_track_simulator.h"
 
 #include <algorithm>
 #include <cmath>

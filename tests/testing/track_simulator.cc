@@ -1,4 +1,4 @@
-#include "data/simulator/track_simulator.h"
+#include "tests/testing/track_simulator.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>

@@ -1,4 +1,4 @@
-#include "data/simulator/example.h"
+#include "tests/testing/example.h"
 
 #include <algorithm>
 #include <cmath>

@@ -4,7 +4,7 @@
 
 #include <cstdint>
 
-#include "data/simulator/track_simulator.h"
+#include "tests/testing/track_simulator.h"
 
 namespace slcmap {
 
