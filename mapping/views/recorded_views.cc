@@ -27,7 +27,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Where the images of a view are; "" where there is none.
+// Where the images of a view are; "" where there is none, as of a right camera that a knock has
+// turned.
 struct ViewFiles {
   std::string left_path, right_path;
 };
@@ -55,7 +56,8 @@ class RecordedImageReader : public ViewImages {
   StereoImage Read(size_t view) const override {
     StereoImage pair;
     pair.left = ReadRectified(files_[view].left_path, 0);
-    pair.right = ReadRectified(files_[view].right_path, 1);
+    const bool is_left_alone = files_[view].right_path.empty() && !files_[view].left_path.empty();
+    if (!is_left_alone) pair.right = ReadRectified(files_[view].right_path, 1);
     return pair;
   }
 

@@ -145,6 +145,15 @@ TEST_F(SmallRecording, HasNoFramesOfImagesThatAreNotThere) {
       << "each once: of one pair the left one alone was looked for";
 }
 
+TEST_F(SmallRecording, LosesNothingWhereARunHasNoRightImage) {
+  for (RecordedImages& images : run_.source->images) images.right_path = "";
+  const RecordedViews recorded = ViewsOfRun(run_, "");
+  const StereoImage pair = recorded.images->Read(1);
+  EXPECT_FALSE(pair.left.empty());
+  EXPECT_TRUE(pair.right.empty());
+  EXPECT_THAT(recorded.lost->paths(), ::testing::IsEmpty());
+}
+
 // Odometry knows the poses of its first keyframes only later than it tells its first state.
 TEST_F(SmallRecording, HasFramesOfKeyframesWithoutAState) {
   run_.states.erase(run_.states.begin(), run_.states.begin() + 2);
