@@ -47,6 +47,30 @@ struct Tables {
   std::vector<ImuSample> imu;
 };
 
+// Where the clock of one camera alone was set, and images of both, put back, follow each other row
+// by row, those of the other tell the time. False where that is not so.
+bool TakeStamps(const ClockTable<ImageFile>& whole, const std::vector<ClockJump>& of_imu,
+                ClockTable<ImageFile>* table) {
+  const std::vector<ImageFile>& given = *whole.elements;
+  if (table->jumps->empty() || given.size() != table->elements->size()) return false;
+  for (const ClockJump& jump : *table->jumps) {
+    if (!jump.put_back || SameJump(jump, *whole.jumps) < whole.jumps->size() ||
+        SameJump(jump, of_imu) < of_imu.size()) {
+      return false;
+    }
+  }
+  const double near_ns = 0.4e9 * MedianStep_s(given);
+  for (size_t i = 0; i < given.size(); ++i) {
+    const int64_t apart_ns = (*table->elements)[i].stamp_ns - given[i].stamp_ns;
+    if (static_cast<double>(std::abs(apart_ns)) > near_ns) return false;
+  }
+  for (size_t i = 0; i < given.size(); ++i) {
+    ImageFile& image = (*table->elements)[i];
+    if (image.stamp_ns >= table->jumps->front().stamp_ns) image.stamp_ns = given[i].stamp_ns;
+  }
+  return true;
+}
+
 // Where the recorder's clock is set to another time, what is recorded of all tables from then on is
 // put on the clock before, but begins anew: how long the jump took is not known.
 void JoinClocks(std::vector<ClockJump> left, std::vector<ClockJump> right,
@@ -59,11 +83,15 @@ void JoinClocks(std::vector<ClockJump> left, std::vector<ClockJump> right,
   AgreeOnJumps(samples, &lefts);
   AgreeOnJumps(samples, &rights);
   AgreeOnJumps(lefts, &rights);
+  const bool lefts_told = TakeStamps(rights, imu, &lefts);
+  const bool rights_told = !lefts_told && TakeStamps(lefts, imu, &rights);
   const std::vector<ClockJump> of_images = left, of_imu = imu;
   LeaveOutPauses(of_imu, &left);
   LeaveOutPauses(of_imu, &right);
   LeaveOutPauses(of_images, &imu);
   for (const auto* jumps : {&left, &right, &imu}) CountJumps(*jumps, warnings);
+  if (lefts_told) left.clear();
+  if (rights_told) right.clear();
   for (const auto* jumps : {&left, &right, &imu}) {
     for (const ClockJump& jump : *jumps) BreakImu(jump, &tables->imu);
   }

@@ -21,6 +21,7 @@ constexpr double kMinImageRate_hz = 8, kMinImuRate_hz = 80;
 constexpr double kMaxImageGapSteps = 1.5;
 constexpr double kMaxRateMismatch = 0.2;  // of the IMU's rate against its calibration
 constexpr double kMinCovered = 0.9;       // share of the images that have IMU samples
+constexpr size_t kStartFiles = 24;        // pairs whose files are looked at before the start
 
 struct Remedy {
   const char* kind;
@@ -34,7 +35,8 @@ constexpr Remedy kRemedies[] = {
      "remove repeated and damaged rows at their source; they are skipped"},
     {kRowSorted, "stamps",
      "write the rows in the order of their stamps; they are sorted on reading"},
-    {kImuGap, "imu-gaps", "record the IMU without loss (buffer, USB bandwidth); accuracy suffers"},
+    {kImuGap, "imu-gaps", "record the IMU without loss (buffer, USB bandwidth), and let nothing set the clock forward; "
+     "accuracy suffers"},
     {kImuJoined, "imu-streams",
      "record accelerometer and gyroscope as samples of both at one time, if the driver can; what "
      "was "
@@ -53,7 +55,7 @@ constexpr Remedy kRemedies[] = {
     {kImageUnpaired, "unpaired", "trigger both cameras together; single images are skipped"},
     {kClockJump, "clock",
      "let nothing set the recorder's clock while it records (NTP); what follows is put where it "
-     "belongs, and starts a new segment"},
+     "belongs, and starts a new segment unless the other camera's stamps tell its time"},
     {kImageFewBits, "image-bits",
      "nothing where that is so; else write true 16 bits, or 8"},
     {kImageMosaic, "mosaic", "write grey or colour images; details are blurred a little"},
@@ -97,7 +99,8 @@ void CheckImageStamps(const SourceInfo& info, CheckReport* report) {
   report->AddFigure("longest step between images", longest_s, "s");
   if (gaps > 0) {
     report->Warn("image-gaps", fmt::format("{} gaps, the longest {:.3f} s", gaps, longest_s),
-                 "record without loss of images (disk speed, USB bandwidth)");
+                 "record without loss of images (disk speed, USB bandwidth), and let nothing set the "
+                 "clock forward");
   }
   if (1 / step_s < kMinImageRate_hz) {
     report->Warn("image-rate", fmt::format("{:.1f} Hz", 1 / step_s),
@@ -227,6 +230,13 @@ CheckReport CheckStart(SequenceSource* source, const std::vector<ImuSample>& sam
   report.calibration = source->info().calibration;
   report.cameras = source->info().cameras;
   if (!HasData(source->info(), samples, &report)) return report;
+  CheckReport files;  // losses are counted where images are read
+  CheckFiles(*source, std::max<size_t>(1, source->info().pair_stamps_ns.size() / kStartFiles),
+             progress.Part(0, 0), &files);
+  if (!files.Usable()) {
+    report.findings = files.findings;
+    return report;
+  }
   CheckImu(samples, &report);
   CheckCalibration(source->info().rig, &report);
   CheckCarried(source, samples, progress.Part(0, 0.1), &report);

@@ -48,6 +48,10 @@ void CheckImu(const std::vector<ImuSample>& samples,
 void CheckCalibration(const Rig& rig, CheckReport* report);  // figures
 // Whether a rig of two cameras can be one with the left camera on the left.
 void CheckStereoRig(const Rig& rig, CheckReport* report);
+// The header and the length of each `step`-th image; an error where most of one camera, or of the
+// pairs, cannot be used.
+void CheckFiles(const SequenceSource& source, size_t step, const Progress& progress,
+                CheckReport* report);
 void CheckImages(const SequenceSource& source, const Progress& progress, CheckReport* report);
 void CheckRepeats(const SequenceSource& source, const Progress& progress, CheckReport* report);
 // What moves with the rig: from then on the source and what follows leave it out.
@@ -60,7 +64,12 @@ void CheckStereo(const SequenceSource& source, const Progress& progress, CheckRe
 void CheckMotion(const SequenceSource& source, const Rig& rig,
                  const std::vector<ImuSample>& samples, const Progress& progress,
                  CheckReport* report);
-// Both.
+// Whether a gap of the images or of the samples alone is a clock that was set forward: by how images
+// turn against the gyroscope before and behind it.
+void CheckClock(const SequenceSource& source, const Rig& rig,
+                const std::vector<ImuSample>& samples, const Progress& progress,
+                CheckReport* report);
+// All of these.
 void CheckGeometry(const SequenceSource& source, const std::vector<ImuSample>& samples,
                    const Progress& progress, CheckReport* report);
 

@@ -16,6 +16,8 @@ void CheckGeometry(const SequenceSource& source, const std::vector<ImuSample>& s
   }
   // An IMU, or a calibration, that is known to be wrong explains nothing.
   if (!report->Usable()) return;
+  CheckClock(source, Corrected(rig, *report), samples, progress.Part(0.4, 0.4), report);
+  if (!report->Usable()) return;
   CheckMotion(source, Corrected(rig, *report), samples, progress.Part(0.4, 1), report);
 }
 

@@ -75,25 +75,15 @@ void Judge(const Problems& problems, int64_t total, const std::string& images,
   }
 }
 
-// Looks at the header and the length of each image.
-void CheckFiles(const SequenceSource& source, const Progress& progress, CheckReport* report) {
-  const size_t pairs = source.info().pair_stamps_ns.size();
-  Problems problems;
-  for (size_t i = 0; i < pairs; ++i) {
-    if (i % 16 == 0) progress.ReportOrStop(static_cast<double>(i) / static_cast<double>(pairs));
-    for (int camera = 0; camera < CameraCount(source); ++camera) {
-      Count(source.FindProblem(i, camera), source.ImagePlace(i, camera), &problems);
-    }
-  }
-  Judge(problems, static_cast<int64_t>(pairs) * CameraCount(source), "images", report);
-}
-
 // How much brighter or darker, as a factor, an image of a mean is than the one before, at most, and
 // the next ones.
 double LargestSwing(const SequenceSource& source, size_t pair, int camera, double mean) {
   constexpr size_t kNext = 3;
+  constexpr double kMaxApart_s = 0.2;  // else what is seen may be another place
+  const std::vector<int64_t>& stamps_ns = source.info().pair_stamps_ns;
   double largest = 1;
-  for (size_t i = pair + 1; i < std::min(pair + kNext, source.info().pair_stamps_ns.size()); ++i) {
+  for (size_t i = pair + 1; i < std::min(pair + kNext, stamps_ns.size()); ++i) {
+    if (ToSeconds(stamps_ns[i] - stamps_ns[i - 1]) > kMaxApart_s) break;
     const cv::Mat image = source.ReadImage(i, camera).image;
     const double next = image.empty() ? 0 : cv::mean(image)[0];
     if (next >= kMinMean && mean >= kMinMean) {
@@ -168,8 +158,39 @@ void JudgeExposure(const SequenceSource& source, const Sample& sample, CheckRepo
 
 }  // namespace
 
+void CheckFiles(const SequenceSource& source, size_t step, const Progress& progress,
+                CheckReport* report) {
+  const size_t pairs = source.info().pair_stamps_ns.size();
+  const char* sampled = step > 1 ? "sampled " : "";
+  std::array<Problems, 2> problems;
+  int64_t looked_at = 0, unusable = 0;
+  for (size_t i = 0; i < pairs; i += step) {
+    if (i % 16 == 0) progress.ReportOrStop(static_cast<double>(i) / static_cast<double>(pairs));
+    bool is_usable = true;
+    for (int camera = 0; camera < CameraCount(source); ++camera) {
+      const char* problem = source.FindProblem(i, camera);
+      Count(problem, source.ImagePlace(i, camera), &problems[camera]);
+      is_usable = is_usable && problem == nullptr;
+    }
+    ++looked_at;
+    unusable += !is_usable;
+  }
+  for (int camera = 0; camera < CameraCount(source); ++camera) {
+    Judge(problems[camera], looked_at,
+          fmt::format("{}images of {}", sampled, source.info().cameras[camera]), report);
+  }
+  if (static_cast<double>(unusable) <= kMaxShare * static_cast<double>(looked_at)) return;
+  report->Fail("images-unusable",
+               fmt::format("{} of {} {}{} have an image that cannot be used", unusable, looked_at,
+                           sampled, IsStereo(source.info().rig) ? "pairs" : "images"),
+               IsStereo(source.info().rig)
+                   ? "mend the images that are named; where the left ones are whole, odometry can "
+                     "go on with --method points-mono"
+                   : "mend the images that are named");
+}
+
 void CheckImages(const SequenceSource& source, const Progress& progress, CheckReport* report) {
-  CheckFiles(source, progress.Part(0, 0.5), report);
+  CheckFiles(source, 1, progress.Part(0, 0.5), report);
   const Sample sample = LookAtSample(source, progress.Part(0.5, 1));
   JudgeExposure(source, sample, report);
   Judge(sample.problems, sample.images, "sampled images", report);

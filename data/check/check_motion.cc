@@ -25,7 +25,7 @@ constexpr double kMaxLeverSigma_m = 0.2;
 
 const char* const kCameraRemedy =
     "check T_BS (or T_imu_cam, T_cam_imu) of the cameras, the columns and signs of imu0/data.csv, "
-    "and that the stamps of both are of one clock";
+    "and that the stamps of both are of one clock, which nothing set while it recorded";
 
 std::string Rows(const Eigen::Matrix3d& m) {
   return fmt::format("[{:.4f}, {:.4f}, {:.4f}; {:.4f}, {:.4f}, {:.4f}; {:.4f}, {:.4f}, {:.4f}]",

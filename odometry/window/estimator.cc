@@ -131,7 +131,7 @@ std::optional<OnlineState> Estimator::CheckGaps(int64_t stamp_ns) {
 std::string Estimator::FindGap(int64_t stamp_ns) const {
   if (!last_stamp_ns_) return {};
   if (imu_.LongestGap(*last_stamp_ns_, stamp_ns) > options_.failure.max_imu_gap_s) {
-    return "a gap in the IMU samples";
+    return "a gap in the IMU samples, or a clock set to another time";
   }
   if (ToSeconds(stamp_ns - *last_stamp_ns_) > options_.failure.max_lost_s) {
     return "a gap in the images";

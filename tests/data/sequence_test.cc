@@ -218,6 +218,35 @@ TEST(OpenSequence, AClockIsSetBackByAsMuchWithoutTheSamples) {
   EXPECT_LT(std::abs(across_ns - 2 * testing::kImageStep_ns), 6'000'000);
 }
 
+// Whether samples are left out behind the change says whether a new segment begins.
+TEST(OpenSequence, TheOtherCamerasStampsTellWhereOneIsSet) {
+  const auto opened = [](const std::vector<int>& cameras, int64_t back_ns) {
+    const TempFolder folder;
+    testing::WriteSequence(folder, {.images = 60});
+    for (const int camera : {0, 1}) {
+      std::string rows;
+      const bool is_set = std::ranges::count(cameras, camera) > 0;
+      for (int i = 0; i < 60; ++i) {
+        rows += fmt::format("{},{}.png\n", ImageStamp(i) - (is_set && i >= 30 ? back_ns : 0),
+                            ImageStamp(i));
+      }
+      folder.Write(fmt::format("mav0/cam{}/data.csv", camera), rows);
+    }
+    return OpenSequence(folder.Path());
+  };
+  const size_t samples = opened({}, 0).imu.size();
+  for (const auto& [cameras, back_ns] :
+       {std::pair{std::vector{0}, 1'000'000'000LL}, {{1}, 1'000'000'000LL}, {{1}, 200'000'000LL},
+        {{0}, -3'000'000'000LL}, {{1}, -3'000'000'000LL}}) {
+    const Sequence sequence = opened(cameras, back_ns);
+    ASSERT_EQ(sequence.images.size(), 60u) << back_ns;
+    for (int i = 0; i < 60; ++i) EXPECT_EQ(sequence.images[i].stamp_ns, ImageStamp(i));
+    EXPECT_EQ(sequence.imu.size(), samples);
+    EXPECT_EQ(sequence.warnings.Count(kClockJump), 1);
+  }
+  EXPECT_LT(opened({0, 1}, 1'000'000'000).imu.size(), samples);
+}
+
 TEST(OpenSequence, BadRowsAreCountedAndDropped) {
   const TempFolder folder;
   testing::WriteSequence(folder, {.images = 4});

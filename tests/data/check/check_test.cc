@@ -197,6 +197,20 @@ TEST_F(CheckSmallSequence, ExposureThatSwingsIsNamedFromWhenOn) {
                                HasSubstr("16 of 30 sampled places, from about 1.4 s on")));
 }
 
+TEST_F(CheckSmallSequence, ImagesOfOtherPlacesDoNotTellOfExposure) {
+  testing::WriteSequence(folder_, {.images = 60});
+  std::string rows;
+  for (int i = 0; i < 60; ++i) {
+    if (i >= 30 && i % 2 == 0) WriteImage(1, i, 0.5 * testing::Texture(i, 4));
+    rows += fmt::format("{},{}.png\n", testing::kFirstStamp_ns + i * 1'000'000'000LL,
+                        testing::ImageStamp(i));
+  }
+  for (const int camera : {0, 1}) {
+    folder_.Write(fmt::format("mav0/cam{}/data.csv", camera), rows);
+  }
+  EXPECT_EQ(Find(CheckSequence(folder_.Path()), "exposure"), nullptr);
+}
+
 TEST_F(CheckSmallSequence, ImagesOfAnotherSizeAreNamed) {
   testing::WriteSequence(folder_, {.images = 12});
   for (int i = 0; i < 12; ++i) {
@@ -205,6 +219,33 @@ TEST_F(CheckSmallSequence, ImagesOfAnotherSizeAreNamed) {
     }
   }
   ExpectFinding(CheckSequence(folder_.Path()), "images", Severity::kError, "calibrate");
+}
+
+TEST_F(CheckSmallSequence, WhatLeavesNoPairsIsAnError) {
+  testing::WriteSequence(folder_, {.images = 40});
+  for (int i = 0; i < 40; ++i) {
+    const int camera = i % 2;  // of no camera more than half
+    if (i >= 30) continue;
+    std::filesystem::remove(
+        folder_.Path(fmt::format("mav0/cam{}/data/{}.png", camera, testing::ImageStamp(i))));
+  }
+  const CheckReport apart = CheckSequence(folder_.Path());
+  ExpectFinding(apart, "images-unusable", Severity::kError, "mend");
+  EXPECT_THAT(Find(apart, "images-unusable")->found, HasSubstr("30 of 40 pairs"));
+  for (int i = 0; i < 40; ++i) {
+    WriteImage(0, i, testing::Texture(i, 0));
+    std::filesystem::remove(
+        folder_.Path(fmt::format("mav0/cam1/data/{}.png", testing::ImageStamp(i))));
+  }
+  const CheckReport right = CheckSequence(folder_.Path());
+  ExpectFinding(right, "images-missing", Severity::kError, "copy");
+  EXPECT_THAT(Find(right, "images-missing")->found, HasSubstr("40 of 40 images of cam1"));
+  Sequence sequence = OpenSequence(folder_.Path());
+  AslSource source(sequence);
+  ExpectFinding(CheckStart(&source, sequence.imu), "images-missing", Severity::kError, "copy");
+  sequence.rig.cameras[1] = Camera();  // as odometry of one camera has it
+  AslSource left(sequence);
+  EXPECT_EQ(Find(CheckStart(&left, sequence.imu), "images-missing"), nullptr);
 }
 
 TEST_F(CheckSmallSequence, LossesAreCountedAndSurvived) {
@@ -239,10 +280,10 @@ TEST_F(CheckSmallSequence, EveryImagesHeaderAndLengthIsLookedAt) {
   std::filesystem::remove(path(1, 6));
   std::filesystem::create_symlink(path(1, 6), path(1, 6));
   const std::string table = CheckTable(CheckSequence(folder_.Path()));
-  EXPECT_THAT(table, HasSubstr("images of wrong size: 1 of 200 images, first " + path(0, 1)));
-  EXPECT_THAT(table, HasSubstr("images truncated: 1 of 200 images, first " + path(1, 2)));
-  EXPECT_THAT(table, HasSubstr("images undecodable: 1 of 200 images, first " + path(0, 3)));
-  EXPECT_THAT(table, HasSubstr("images missing: 2 of 200 images, first " + path(1, 5)));
+  EXPECT_THAT(table, HasSubstr("images of wrong size: 1 of 100 images of cam0, first " + path(0, 1)));
+  EXPECT_THAT(table, HasSubstr("images truncated: 1 of 100 images of cam1, first " + path(1, 2)));
+  EXPECT_THAT(table, HasSubstr("images undecodable: 1 of 100 images of cam0, first " + path(0, 3)));
+  EXPECT_THAT(table, HasSubstr("images missing: 2 of 100 images of cam1, first " + path(1, 5)));
 }
 
 TEST_F(CheckSmallSequence, TheHeaderOfAJpegSaysItsSize) {
@@ -376,6 +417,36 @@ TEST_F(CheckRealRecording, ClocksThatAreSecondsApartAreNamed) {
   const CheckReport report = StartCheckOf(sequence_);
   ExpectFinding(report, "time-offset", Severity::kError, "add -3.00");
   EXPECT_TRUE(report.corrections.empty());
+}
+
+TEST_F(CheckRealRecording, AClockSetForwardIsToldFromAGap) {
+  const size_t middle = sequence_.images.size() / 2;
+  const int64_t from_ns = sequence_.images[middle].stamp_ns;
+  const auto with = [&](bool images, bool imu, int64_t by_ns) {
+    Sequence sequence = sequence_;
+    for (StereoEntry& pair : sequence.images) {
+      pair.stamp_ns += images && pair.stamp_ns >= from_ns ? by_ns : 0;
+    }
+    for (ImuSample& sample : sequence.imu) {
+      sample.stamp_ns += imu && sample.stamp_ns >= from_ns ? by_ns : 0;
+    }
+    return StartCheckOf(sequence);
+  };
+  for (const int64_t by_ns : {400'000'000LL, 150'000'000LL}) {
+    const CheckReport of_imu = with(false, true, by_ns), of_images = with(true, false, by_ns);
+    const std::string by = fmt::format("take {} from the stamps of ", by_ns);
+    ExpectFinding(of_imu, "clock", Severity::kError, by + "imu0/data.csv");
+    ExpectFinding(of_images, "clock", Severity::kError, by + "cam0/data.csv and cam1/data.csv");
+  }
+  EXPECT_EQ(Find(with(true, true, 400'000'000), "clock"), nullptr);
+  Sequence lost = sequence_;
+  lost.images.erase(lost.images.begin() + middle, lost.images.begin() + middle + 8);
+  EXPECT_EQ(Find(StartCheckOf(lost), "clock"), nullptr);
+  lost = sequence_;
+  std::erase_if(lost.imu, [&](const ImuSample& sample) {
+    return sample.stamp_ns >= from_ns && sample.stamp_ns < from_ns + 120'000'000;
+  });
+  EXPECT_EQ(Find(StartCheckOf(lost), "clock"), nullptr);
 }
 
 TEST_F(CheckRealRecording, ATimeOffsetThatIsHardlyKnownIsLeftAloneAndNoted) {
