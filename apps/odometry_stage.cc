@@ -376,7 +376,11 @@ void LogResult(const OdometryRun& run, const SourceInfo& info, double path_lengt
                1e3 * t.cpu_s / frames, t.data_s / std::max(t.wall_s, 1e-9), t.peak_memory_mib);
   LogRealTime(t);
   for (const auto& [kind, count] : run.warnings) {
-    spdlog::warn("{}: {}", Warnings::InWords(kind), count);
+    // A few lines of which too little was seen are left out of any run.
+    const bool usual =
+        kind == "lines_not_finite" && 10 * count <= static_cast<int64_t>(run.lines.size());
+    spdlog::log(usual ? spdlog::level::info : spdlog::level::warn, "{}: {}",
+                Warnings::InWords(kind), count);
   }
   spdlog::info("wrote {}{}", folder, run.complete ? "" : " (partial: " + run.partial_reason + ")");
 }

@@ -383,7 +383,8 @@ void CheckRig(const Rig& rig, const std::string& place) {
                      fmt::format("{}: found a baseline of {:.4g} m, expected {} to {} m", place,
                                  baseline_m, kMinBaseline_m, kMaxBaseline_m),
                      fmt::format("correct the translations of cam0 and cam1 in {} (T_BS, T_cam_imu "
-                                 "or T_imu_cam): metres, not millimetres, and not the same twice",
+                                 "or T_imu_cam): metres, not millimetres, and not the same twice; "
+                                 "or name two that are apart with --cameras, or one",
                                  place));
   }
   for (int i = 0; i < 2; ++i) {
@@ -423,7 +424,7 @@ Calibration ReadAslCalibration(const std::string& folder, Warnings* warnings, Mi
       for (const char* key : {"T_BS", "sensor_type", "comment"}) imu.Skip(key);
       imu.Finish();
     } else {
-      warnings->Add(kImuNoiseAssumed, imu_path);
+      calibration.without_noise = imu_path;
     }
     std::vector<ChainCamera> chain;
     for (int i = 0; i < kMaxCameras; ++i) {
@@ -477,7 +478,7 @@ Calibration ReadKalibrCalibration(const std::string& camchain_path, const std::s
     SkipSensors(&root);
     root.Finish();
     if (imu_path.empty()) {
-      warnings->Add(kImuNoiseAssumed, camchain_path);
+      calibration.without_noise = camchain_path;
     } else {
       ReadKalibrImu(imu_path, mirrored, &rig);
     }

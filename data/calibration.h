@@ -20,6 +20,7 @@ struct Calibration {
   Rig rig;
   std::string source;        // the files and the transforms read from them, for the user to see
   std::vector<int> cameras;  // that the rig is of: 0 and 1 of "cam0", "cam1", or others of a chain
+  std::string without_noise;  // the file that lacks the IMU's noise: a typical one is taken
 };
 
 // Reads cam0/sensor.yaml, cam1/sensor.yaml (where there is a cam1) and imu0/sensor.yaml under an
@@ -34,7 +35,7 @@ Calibration ReadAslCalibration(const std::string& folder, Warnings* warnings,
 // has neither. imu_path is Kalibr's or OpenVINS' IMU file (its keys at the top or under imu0), with
 // what ReadImuCorrection takes, T_i_b (imu0, whose pose the cameras tell, to this IMU) and
 // time_offset (stamp of imu0 = stamp of this IMU + offset): the rig is brought to the frame and
-// clock of this IMU's samples. "" assumes a typical noise, with a warning.
+// clock of this IMU's samples. "" assumes a typical noise, see without_noise.
 Calibration ReadKalibrCalibration(const std::string& camchain_path, const std::string& imu_path,
                                   Warnings* warnings, Mirrored mirrored = Mirrored::kRefused,
                                   const std::vector<int>& cameras = {});

@@ -373,6 +373,9 @@ Sequence OpenSequence(const std::string& path, const SequenceOptions& options) {
   sequence.folder = FindAslFolder(path, options.needs_imu);
   const fs::path folder(sequence.folder);
   const Calibration calibration = CalibrationOf(sequence.folder, options, &sequence.warnings);
+  if (options.needs_imu && !calibration.without_noise.empty()) {
+    sequence.warnings.Add(kImuNoiseAssumed, calibration.without_noise);
+  }
   sequence.rig = calibration.rig;
   sequence.calibration_source = calibration.source;
   sequence.cameras = calibration.cameras;

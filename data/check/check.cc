@@ -35,7 +35,8 @@ constexpr Remedy kRemedies[] = {
      "remove repeated and damaged rows at their source; they are skipped"},
     {kRowSorted, "stamps",
      "write the rows in the order of their stamps; they are sorted on reading"},
-    {kImuGap, "imu-gaps", "record the IMU without loss (buffer, USB bandwidth), and let nothing set the clock forward; "
+    {kImuGap, "imu-gaps",
+     "record the IMU without loss (buffer, USB bandwidth), and let nothing set the clock forward; "
      "accuracy suffers"},
     {kImuJoined, "imu-streams",
      "record accelerometer and gyroscope as samples of both at one time, if the driver can; what "
@@ -99,8 +100,8 @@ void CheckImageStamps(const SourceInfo& info, CheckReport* report) {
   report->AddFigure("longest step between images", longest_s, "s");
   if (gaps > 0) {
     report->Warn("image-gaps", fmt::format("{} gaps, the longest {:.3f} s", gaps, longest_s),
-                 "record without loss of images (disk speed, USB bandwidth), and let nothing set the "
-                 "clock forward");
+                 "record without loss of images (disk speed, USB bandwidth), and let nothing set "
+                 "the clock forward");
   }
   if (1 / step_s < kMinImageRate_hz) {
     report->Warn("image-rate", fmt::format("{:.1f} Hz", 1 / step_s),

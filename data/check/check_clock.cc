@@ -71,11 +71,12 @@ class ClockJudge {
   }
 
  private:
-  // Of the images from one time to another, by the offset that is expected.
+  // About the offset that is expected.
   TurnAlignment Align(const std::vector<ImageTurn>& turns, double offset_s) const {
     return AlignTurns(turns, samples_, rig_.T_imu_camera[0].rotation, offset_s);
   }
 
+  // Of the images in [from_ns, to_ns).
   std::vector<ImageTurn> TurnsBetween(int64_t from_ns, int64_t to_ns) const {
     const auto index = [&](int64_t stamp_ns) {
       return static_cast<size_t>(std::ranges::lower_bound(image_stamps_ns_, stamp_ns) -
@@ -105,7 +106,8 @@ class ClockJudge {
     const double turned_s = std::abs(set.time_offset_s - before_s);
     const double by_s = std::abs(turned_s - gap.beyond_s) < 0.01 ? gap.beyond_s : turned_s;
     const int64_t by_ns = 100'000 * std::llround(1e4 * by_s);  // steps are not that even
-    const int64_t last_ns = gap.from_ns - (of_images ? ToNanoseconds(rig_.camera_time_offset_s) : 0);
+    const int64_t offset_ns = of_images ? ToNanoseconds(rig_.camera_time_offset_s) : 0;
+    const int64_t last_ns = gap.from_ns - offset_ns;
     const char* tables = of_images ? "cam0/data.csv and cam1/data.csv" : "imu0/data.csv";
     report->Fail(
         "clock",

@@ -121,8 +121,9 @@ TEST(KalibrCalibration, OpenCvsFirstLineIsNoObstacle) {
       folder.Write("camchain.yaml", "%YAML:1.0\ncam0:\n" + KalibrCamera(Rows("T_imu_cam", kLeft)) +
                                         "cam1:\n" + KalibrCamera(Rows("T_imu_cam", kRight)));
   Warnings warnings;
-  ExpectPoses(ReadKalibrCalibration(path, "", &warnings));
-  EXPECT_EQ(warnings.Count(kImuNoiseAssumed), 1);
+  const Calibration calibration = ReadKalibrCalibration(path, "", &warnings);
+  ExpectPoses(calibration);
+  EXPECT_EQ(calibration.without_noise, path);
 }
 
 TEST(KalibrCalibration, IsFoundBesideAnAslFolderWithoutSensorFiles) {
@@ -311,7 +312,7 @@ TEST(AslCalibrationFaults, HaveRemediesWithFileAndKey) {
       {"cam1/sensor.yaml", "-1, 0, 0, -0.1", "-1, 0, 0, -100", "found a baseline of 100 m",
        "metres, not millimetres"},
       {"cam1/sensor.yaml", "-1, 0, 0, -0.1", "-1, 0, 0, 0", "found a baseline of 0 m",
-       "not the same twice"},
+       "not the same twice; or name two that are apart with --cameras"},
       {imu, "1.7e-4", "17", "gyroscope_noise_density: found 17", "gyroscope_noise_density in "},
       {imu, "rate_hz: 200", "rate_hz: 0", "rate_hz: found 0", "rate_hz in "}};
   for (const auto& fault : kFaults) {

@@ -247,6 +247,17 @@ TEST(OpenSequence, TheOtherCamerasStampsTellWhereOneIsSet) {
   EXPECT_LT(opened({0, 1}, 1'000'000'000).imu.size(), samples);
 }
 
+TEST(OpenSequence, NoNoiseIsAssumedOfAnImuThatIsNotAskedFor) {
+  const TempFolder folder;
+  testing::WriteSequence(folder, {.images = 4});
+  std::filesystem::remove(folder.Path("mav0/imu0/sensor.yaml"));
+  EXPECT_EQ(OpenSequence(folder.Path()).warnings.Count(kImuNoiseAssumed), 1);
+  std::filesystem::remove_all(folder.Path("mav0/imu0"));
+  SequenceOptions options;
+  options.needs_imu = false;
+  EXPECT_EQ(OpenSequence(folder.Path(), options).warnings.Count(kImuNoiseAssumed), 0);
+}
+
 TEST(OpenSequence, BadRowsAreCountedAndDropped) {
   const TempFolder folder;
   testing::WriteSequence(folder, {.images = 4});

@@ -280,7 +280,8 @@ TEST_F(CheckSmallSequence, EveryImagesHeaderAndLengthIsLookedAt) {
   std::filesystem::remove(path(1, 6));
   std::filesystem::create_symlink(path(1, 6), path(1, 6));
   const std::string table = CheckTable(CheckSequence(folder_.Path()));
-  EXPECT_THAT(table, HasSubstr("images of wrong size: 1 of 100 images of cam0, first " + path(0, 1)));
+  EXPECT_THAT(table,
+              HasSubstr("images of wrong size: 1 of 100 images of cam0, first " + path(0, 1)));
   EXPECT_THAT(table, HasSubstr("images truncated: 1 of 100 images of cam1, first " + path(1, 2)));
   EXPECT_THAT(table, HasSubstr("images undecodable: 1 of 100 images of cam0, first " + path(0, 3)));
   EXPECT_THAT(table, HasSubstr("images missing: 2 of 100 images of cam1, first " + path(1, 5)));
