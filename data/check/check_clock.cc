@@ -14,8 +14,8 @@ namespace {
 
 constexpr double kClockGap_s = 0.08;    // beyond a usual step, at least
 constexpr double kClockBeside_s = 0.2;  // of a gap in the other table that may be the same
-constexpr double kClockLook_s = 6;      // on either side of a gap
-constexpr size_t kClockGaps = 3;        // that are looked at, the longest
+constexpr double kClockLook_s = 4;      // on either side of a gap
+constexpr size_t kClockGaps = 2;        // that are looked at, the longest
 
 // Between two stamps, on the IMU's clock.
 struct TableGap {
@@ -90,14 +90,13 @@ class ClockJudge {
     const int64_t look_ns = ToNanoseconds(kClockLook_s);
     const TurnAlignment before = Align(TurnsBetween(gap.from_ns - look_ns, gap.from_ns + 1),
                                        rig_.camera_time_offset_s);
+    if (!before.enough_motion || before.claimed.unexplained >= kExplained) return;
     const auto behind = TurnsBetween(gap.to_ns, gap.to_ns + look_ns);
     const auto fits = [&](const TurnAlignment& turns, double offset_s) {
       return turns.enough_motion && turns.claimed.unexplained < kExplained &&
              std::abs(turns.time_offset_s - offset_s) < 0.25 * gap.beyond_s;
     };
-    const double before_s = before.enough_motion && before.claimed.unexplained < kExplained
-                                ? before.time_offset_s
-                                : rig_.camera_time_offset_s;
+    const double before_s = before.time_offset_s;
     const double set_s = before_s + (of_images ? -gap.beyond_s : gap.beyond_s);
     if (fits(Align(behind, before_s), before_s)) return;
     const TurnAlignment set = Align(behind, set_s);
