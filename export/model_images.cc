@@ -58,28 +58,31 @@ std::vector<std::string> FoldersOf(const std::vector<MergedRun>& runs) {
   return numbers;
 }
 
-// Names of images as recordings have them.
+// Names of images as recordings have them: with the numbers of the cameras that were used of each.
 class ImageNames {
  public:
-  explicit ImageNames(const std::vector<MergedRun>& runs)
-      : runs_(runs), folders_(FoldersOf(runs)) {}
+  explicit ImageNames(const MapSource& source)
+      : runs_(source.merged), folders_(FoldersOf(runs_)), cameras_(source.opened.cameras) {}
 
   std::string Of(int64_t stamp_ns, int camera) const {
     for (std::size_t i = 0; i < runs_.size(); ++i) {
       const auto& poses = runs_[i].poses_ns;
       if (!poses || stamp_ns < poses->from_ns || stamp_ns > poses->to_ns) continue;
-      return folders_[i] + "/" + InRecording(stamp_ns - runs_[i].stamps_moved_ns, camera);
+      return folders_[i] + "/" + InRecording(stamp_ns - runs_[i].stamps_moved_ns, runs_[i].opened.cameras, camera);
     }
-    return InRecording(stamp_ns, camera);
+    return InRecording(stamp_ns, cameras_, camera);
   }
 
  private:
-  static std::string InRecording(int64_t stamp_ns, int camera) {
-    return fmt::format("cam{}/data/{}.png", camera, stamp_ns);
+  // Maps of earlier versions do not tell which cameras were used: the first two.
+  static std::string InRecording(int64_t stamp_ns, const std::vector<int>& used, int camera) {
+    const bool is_told = camera < std::ssize(used);
+    return fmt::format("cam{}/data/{}.png", is_told ? used[camera] : camera, stamp_ns);
   }
 
   const std::vector<MergedRun>& runs_;
   const std::vector<std::string> folders_;
+  const std::vector<int>& cameras_;
 };
 
 }  // namespace
@@ -90,7 +93,7 @@ bool IsCalibrated(const Camera& camera) {
 
 std::vector<ModelImage> ModelImages(const MapResult& map) {
   const Rig& rig = map.rectified_rig;
-  const ImageNames names(map.source.merged);
+  const ImageNames names(map.source);
   std::vector<ModelImage> images;
   for (const auto& [stamp_ns, T_world_imu] : PosesOf(map)) {
     for (int i = 0; i < 2; ++i) {

@@ -13,7 +13,8 @@ struct ModelImage {
   int64_t stamp_ns = 0;
   int camera = 0;  // 0 left, 1 right
   RigidTransform T_camera_world;
-  // As recordings in EuRoC's layout have it, cam0/data/STAMP.png; in a merged map with the stamp of
+  // As recordings in EuRoC's layout have it, cam0/data/STAMP.png with the number of the camera that
+  // was used; in a merged map with the stamp of
   // the recording, in a folder of the run.
   std::string name;
 };

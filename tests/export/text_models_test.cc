@@ -269,6 +269,17 @@ TEST_F(TextModelsTest, ImagesOfAMergedMapAreNamedAsTheirRecordingsHaveThem) {
   EXPECT_EQ(names()[1], "cam0/data/1403636581000000000.png");
 }
 
+TEST_F(TextModelsTest, ImagesAreNamedByTheCamerasThatWereUsed) {
+  MapResult map = MakeMapWithCameras();
+  map.source.opened.cameras = {1, 2};
+  EXPECT_EQ(ModelImages(map)[0].name, "cam1/data/1403636580000000000.png");
+  EXPECT_EQ(ModelImages(map)[1].name, "cam2/data/1403636580000000000.png");
+  map.source.merged = {{"a", "/recordings/day", "0.1.0", 0, {}, StampSpan{0, INT64_MAX}}};
+  map.source.merged[0].opened.cameras = {2, 0};
+  EXPECT_EQ(ModelImages(map)[0].name, "day/cam2/data/1403636580000000000.png");
+  EXPECT_EQ(ModelImages(map)[1].name, "day/cam0/data/1403636580000000000.png");
+}
+
 TEST_F(TextModelsTest, LimapHoldsTheLines) {
   LimapWriter().Write(temp_.Path(), MakeMapWithCameras(), {});
   const std::vector<std::string> tracks = RowsOf(temp_.Path("limap/alltracks.txt"));
