@@ -68,7 +68,8 @@ class ImageNames {
     for (std::size_t i = 0; i < runs_.size(); ++i) {
       const auto& poses = runs_[i].poses_ns;
       if (!poses || stamp_ns < poses->from_ns || stamp_ns > poses->to_ns) continue;
-      return folders_[i] + "/" + InRecording(stamp_ns - runs_[i].stamps_moved_ns, runs_[i].opened.cameras, camera);
+      return folders_[i] + "/" +
+             InRecording(stamp_ns - runs_[i].stamps_moved_ns, runs_[i].opened.cameras, camera);
     }
     return InRecording(stamp_ns, cameras_, camera);
   }
