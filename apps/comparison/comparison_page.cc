@@ -28,7 +28,7 @@ body { margin: 0 auto; padding: 2rem 1.2rem 4rem; max-width: 1180px; background:
   color: var(--ink); font: 15px/1.5 system-ui, sans-serif; }
 h1 { font-size: 1.7rem; margin: 0; } h2 { font-size: 1.35rem; margin: 2.6rem 0 .3rem; }
 h3 { font-size: 1rem; margin: 1.6rem 0 .5rem; } p { margin: .3rem 0; }
-.soft, .soft li { color: var(--soft); } code { font-size: .9em; }
+.soft, .soft li { color: var(--soft); } code { font-size: .9em; overflow-wrap: anywhere; }
 .cards { display: grid; gap: 14px; grid-template-columns: repeat(auto-fill, minmax(330px, 1fr)); }
 .wide { grid-template-columns: repeat(auto-fill, minmax(min(480px, 100%), 1fr)); }
 figure { margin: 0; background: var(--card); border: 1px solid var(--rule); border-radius: 8px;

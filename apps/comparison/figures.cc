@@ -69,7 +69,7 @@ std::string MeaningOf(const std::string& key) {
       {"loop_percent",
        "error of the motion from the first pose to the last, in percent of the path, where the "
        "truth ends at its start"},
-      {"coverage_percent", "share of the images that have a pose"},
+      {"coverage_percent", "share of all images, the first ones too, that have a pose"},
       {"edge_thickness_mm",
        "RMS distance of single stereo observations of an edge from the one line through them"},
       {"edge_thickness_beyond_mm",

@@ -100,9 +100,9 @@ void AddAbsolute(const TrajectoryMetrics& metrics, Figures* figures) {
   }
 }
 
-// Of the final poses; of the online ones APE alone.
-void AddTrajectoryFigures(const Measured& measured, const Trajectory& truth, Figures* figures,
-                          Alignment* alignment) {
+// Of the final poses; of the online ones APE alone. Gives the coverage of the final ones.
+Coverage AddTrajectoryFigures(const Measured& measured, const Trajectory& truth, Figures* figures,
+                              Alignment* alignment) {
   const TrajectoryMetrics metrics =
       EvaluateTrajectory(truth, measured.final_poses, measured.stamps_ns, {});
   AddAbsolute(metrics, figures);
@@ -112,11 +112,12 @@ void AddTrajectoryFigures(const Measured& measured, const Trajectory& truth, Fig
     (*figures)[fmt::format("rpe_{:g}m_percent", error.length_m)] = error.translation_rmse_percent;
   }
   if (metrics.loop) (*figures)["loop_percent"] = metrics.loop->percent;
-  (*figures)["coverage_percent"] = 100 * metrics.coverage.after_initialisation;
-  if (measured.online.empty()) return;
+  (*figures)["coverage_percent"] = 100 * metrics.coverage.overall;
+  if (measured.online.empty()) return metrics.coverage;
   const TrajectoryMetrics online =
       EvaluateTrajectory(truth, measured.online, measured.stamps_ns, {});
   (*figures)["ape_online_m"] = online.absolute.front().position_m.rmse;
+  return metrics.coverage;
 }
 
 void AddGap(const EdgeStraightness& edges, double from_s, const char* key, Figures* figures) {
@@ -340,15 +341,17 @@ class SequenceMeasurer {
   // comparison's.
   void MeasureAgainstTruth(const Measured& measured, const Progress& progress, Figures* figures,
                            Alignment* alignment) {
+    Coverage coverage;
     try {
-      AddTrajectoryFigures(measured, truth_.trajectory, figures, alignment);
+      coverage = AddTrajectoryFigures(measured, truth_.trajectory, figures, alignment);
     } catch (const DataError& error) {
       Remark(measured, error.what());
       return;
     }
-    if ((*figures)["coverage_percent"] < 100 * TrajectoryMetricOptions().min_coverage) {
-      Remark(measured, fmt::format("covers {:.1f} % only: its errors are not to be compared",
-                                   (*figures)["coverage_percent"]));
+    if (coverage.flagged) {
+      Remark(measured, fmt::format("covers {:.1f} % only of what follows initialisation: its "
+                                   "errors are not to be compared",
+                                   100 * coverage.after_initialisation));
     }
     if (result_.true_edges) AddLineFigures(measured, truth_.edges, *alignment, progress, figures);
   }

@@ -72,6 +72,8 @@ TEST(Comparison, ThePageNeedsNothingBesideItAndEscapesNames) {
   const std::string page = ComparisonPage(kClear);
   EXPECT_THAT(page, AllOf(HasSubstr("hall_1 &lt;west&gt;"), Not(HasSubstr("<west>")),
                           Not(HasSubstr("http:")), Not(HasSubstr("<script")), HasSubstr("<svg")));
+  // The command that made it is longer than a phone is wide.
+  EXPECT_THAT(page, HasSubstr("code { font-size: .9em; overflow-wrap: anywhere; }"));
 }
 
 TEST(Comparison, ThePageExplainsItsColumnsAndItsPlotsCanBeSaved) {

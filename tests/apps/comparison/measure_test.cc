@@ -89,6 +89,16 @@ TEST_F(MeasureTest, TruePosesGiveErrorsAndTheFloor) {
   EXPECT_NEAR(result.length_m, 39 * testing::kWalkStep_m, 1e-6);
 }
 
+// The start may go without poses: that is no fault, but it is counted.
+TEST_F(MeasureTest, CoverageIsOfAllImages) {
+  sequence_.true_poses = folder_.Path("truth.tum");
+  Give("later", Trajectory(kWalk.begin() + 2, kWalk.end()));
+  const SequenceResult result = MeasureSequence(sequence_);
+  EXPECT_NEAR(Figure(result, 0, "coverage_percent"), 100, 1e-9);
+  EXPECT_NEAR(Figure(result, 1, "coverage_percent"), 95, 1e-9);
+  EXPECT_THAT(result.methods[1].remarks, ::testing::Not(::testing::Contains(HasSubstr("covers"))));
+}
+
 TEST_F(MeasureTest, WhereTruePosesAreTheWorstTheyAreNoFloor) {
   WriteTumTrajectory(folder_.Path("truth.tum"), Bent(kWalk, 0.01));
   sequence_.true_poses = folder_.Path("truth.tum");
