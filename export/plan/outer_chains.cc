@@ -1,6 +1,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "export/plan/dimension.h"
 
@@ -31,16 +32,53 @@ bool IsSeenFrom(const Outside& outside, const WallSolid& solid,
   });
 }
 
+constexpr double kLeastWall_m = 0.5, kOnLine_m = 0.1;
+
+// Whether a wall has a side on the line across the axis at at_m, and is there at across_m.
+bool HasSideAt(const WallSolid& solid, int axis, double at_m, double across_m) {
+  const auto [from_m, to_m] = std::minmax(solid.start[1 - axis], solid.end[1 - axis]);
+  if (!IsAlong(solid, 1 - axis) || across_m < from_m || across_m > to_m) return false;
+  const double along_m = 0.5 * solid.Length();
+  return std::abs(solid.At(along_m, 0)[axis] - at_m) < kOnLine_m ||
+         std::abs(solid.At(along_m, solid.Thickness())[axis] - at_m) < kOnLine_m;
+}
+
+// Whether the outermost border of a room on the line across the axis at at_m is one at whose middle
+// no wall was seen: a chain there shows the room's width, which is then only known of the wall that
+// goes on along the line elsewhere.
+bool IsUnseenBorder(const Outside& outside, double at_m, const std::vector<WallSolid>& solids,
+                    const std::vector<Polygon>& rooms) {
+  const double sign = outside.upper ? 1 : -1;
+  double outermost_m = -std::numeric_limits<double>::infinity();  // outwards
+  for (const Polygon& room : rooms) {
+    const PlanPoints& ring = room.outline;
+    for (size_t i = 0; i < ring.size(); ++i) {
+      const Vector2d &a = ring[i], &b = ring[(i + 1) % ring.size()];
+      if (std::abs(a[outside.axis] - at_m) > kOnLine_m ||
+          std::abs(b[outside.axis] - at_m) > kOnLine_m || (b - a).norm() < kLeastWall_m) {
+        continue;
+      }
+      outermost_m = std::max(outermost_m, sign * 0.5 * (a + b)[1 - outside.axis]);
+    }
+  }
+  return std::isfinite(outermost_m) &&
+         std::none_of(solids.begin(), solids.end(), [&](const WallSolid& solid) {
+           return HasSideAt(solid, outside.axis, at_m, sign * outermost_m);
+         });
+}
+
 // The sides of walls across the axis.
-std::vector<ChainMark> MarksFrom(const Outside& outside, const std::vector<WallSolid>& solids) {
-  constexpr double kLeastWall_m = 0.5;
+std::vector<ChainMark> MarksFrom(const Outside& outside, const std::vector<WallSolid>& solids,
+                                 const std::vector<Polygon>& rooms) {
   std::vector<ChainMark> marks;
   for (const WallSolid& solid : solids) {
     if (!IsAlong(solid, 1 - outside.axis) || solid.Length() < kLeastWall_m) continue;
     if (!IsSeenFrom(outside, solid, solids)) continue;
     for (const double behind_m : {0.0, solid.Thickness()}) {
-      marks.push_back({solid.At(0.5 * solid.Length(), behind_m)[outside.axis], solid.Length(),
-                       solid.wall, behind_m > 0 && solid.wall->thickness_assumed});
+      const double at_m = solid.At(0.5 * solid.Length(), behind_m)[outside.axis];
+      marks.push_back({at_m, solid.Length(), solid.wall,
+                       (behind_m > 0 && solid.wall->thickness_assumed) ||
+                           IsUnseenBorder(outside, at_m, solids, rooms)});
     }
   }
   return marks;
@@ -153,7 +191,7 @@ std::vector<Dimension> OuterChains(std::vector<WallSolid> solids, std::vector<Po
   for (const int axis : {0, 1}) {
     for (const bool upper : {false, true}) {
       const Outside outside = {axis, upper};
-      Append(ChainsOutside(outside, extent, MarksFrom(outside, solids), sizes), &dimensions);
+      Append(ChainsOutside(outside, extent, MarksFrom(outside, solids, rooms), sizes), &dimensions);
     }
   }
   for (Dimension& dimension : dimensions) {

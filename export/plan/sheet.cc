@@ -24,16 +24,24 @@ Drawing PlanInMetres(const StoreyPlan& plan, const PlanTextSizes& sizes) {
   return drawing;
 }
 
+// Lines in the middle of a sheet on which there would be nothing else.
+std::vector<DrawnText> MiddleTexts(const SheetFormat& format,
+                                   const std::vector<std::string>& lines) {
+  std::vector<DrawnText> texts;
+  double base_mm = 0.5 * format.size_mm.y();
+  for (const std::string& line : lines) {
+    texts.push_back({line, {0.5 * format.size_mm.x(), base_mm}, 3});
+    base_mm -= 7;
+  }
+  return texts;
+}
+
 Sheet EmptySheet(const TitleBlock& block, const SheetFormat& format) {
   Sheet sheet = {"no_storey", "No storey", block.project(), format.size_mm, {}};
   sheet.drawing = block.Draw(format, {sheet.title, "Floor plan", "S"}, Legend());
-  const char* const lines[] = {"This map holds no storey: it was made without images,",
-                               "or no floor and no walls were found in it."};
-  double base_mm = 0.5 * format.size_mm.y();
-  for (const char* line : lines) {
-    sheet.drawing.texts.push_back({line, {0.5 * format.size_mm.x(), base_mm}, 3});
-    base_mm -= 7;
-  }
+  Append(MiddleTexts(format, {"This map holds no storey: it was made without images,",
+                              "or no floor and no walls were found in it."}),
+         &sheet.drawing.texts);
   return sheet;
 }
 
@@ -47,6 +55,9 @@ Sheet SheetOf(const TitleBlock& block, const PlanSet& plans, const StoreyPlan& p
   const PlanTextSizes sizes(plans.format.scale, in_mm);
   sheet.drawing = Placed(PlanInMetres(plan, sizes), mm_of_metre,
                          plans.format.Middle_mm() - mm_of_metre * plans.middle_m);
+  if (plan.walls.paths.empty()) {
+    Append(MiddleTexts(plans.format, {"No wall was found on this storey."}), &sheet.drawing.texts);
+  }
   sheet.drawing.Add(block.Draw(
       plans.format, {sheet.title, "Floor plan", fmt::format("S{}", plan.storey.id)}, Legend()));
   return sheet;

@@ -2,6 +2,7 @@
 
 #include <spdlog/fmt/fmt.h>
 
+#include <algorithm>
 #include <ctime>
 #include <filesystem>
 
@@ -21,12 +22,14 @@ DrawnPath Frame(const Vector2d& low, const Vector2d& high) {
 
 // Title and notes, from the top of the title block down.
 std::vector<DrawnText> TitleTexts(const std::string& title, const std::vector<std::string>& notes) {
-  constexpr double kLeft_mm = kSheetBorder_mm + 4, kLine_mm = 4;
+  constexpr double kLeft_mm = kSheetBorder_mm + 4, kLine_mm = 4, kLowest_mm = kSheetBorder_mm + 2;
   double base_mm = kSheetBorder_mm + kTitleBlock_mm - 3 - kTitle_mm;
   std::vector<DrawnText> texts = {{title, {kLeft_mm, base_mm}, kTitle_mm, 0, Align::kLeft}};
   base_mm -= 1;
+  const auto rows = static_cast<double>(notes.size());
+  const double row_mm = std::min(kLine_mm, (base_mm - kLowest_mm) / rows);  // within the frame
   for (const std::string& note : notes) {
-    base_mm -= kLine_mm;
+    base_mm -= row_mm;
     texts.push_back({note, {kLeft_mm, base_mm}, kNote_mm, 0, Align::kLeft});
   }
   return texts;

@@ -2,10 +2,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <filesystem>
 
 #include "data/file.h"
 #include "export/plan/pdf_writer.h"
+#include "export/plan/sheet.h"
+#include "export/plan/sheet_size.h"
 #include "export/plan/svg_writer.h"
 #include "tests/testing/made_building.h"
 #include "tests/testing/reader_program.h"
@@ -55,7 +58,8 @@ TEST_F(PlanFilesTest, AMapWithoutStoreysSaysSo) {
 TEST_F(PlanFilesTest, AStoreyWithoutWallsIsDrawn) {
   map_.building.walls.clear();
   map_.building.rooms.clear();
-  EXPECT_EQ(WriteSvg(map_).size(), 2u);
+  ASSERT_EQ(WriteSvg(map_).size(), 2u);
+  EXPECT_THAT(ReadFile(WriteSvg(map_).at(1)), HasSubstr("No wall was found on this storey."));
   EXPECT_GT(ReadFile(WritePdf(map_)).size(), 1000u);
 }
 
@@ -93,6 +97,18 @@ TEST_F(PlanFilesTest, TheTitleBlockSaysWhatAndWhen) {
   EXPECT_THAT(given, HasSubstr(">Annexe, May 2026<"));
   EXPECT_THAT(given, HasSubstr("drawing A-12-S0<"));
   EXPECT_THAT(given, HasSubstr("North: 30\u00b0 clockwise"));
+}
+
+TEST_F(PlanFilesTest, AllThatTheTitleBlockSaysIsWithinTheFrame) {
+  map_.id = "0123456789abcdef";
+  map_.complete = false;
+  map_.source.world_offset_m = {451200, 5411300, 312};
+  const std::vector<DrawnText> texts = MakeSheets(map_, {}).at(0).drawing.texts;
+  EXPECT_TRUE(std::ranges::any_of(
+      texts, [](const DrawnText& text) { return text.text.ends_with("Map 0123456789abcdef"); }));
+  for (const DrawnText& text : texts) {
+    EXPECT_GT(text.position.y(), kSheetBorder_mm + 1) << text.text;
+  }
 }
 
 TEST_F(PlanFilesTest, StampsFromAStartOfTheirOwnAreNoDate) {

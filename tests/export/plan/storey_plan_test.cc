@@ -84,6 +84,31 @@ TEST(StoreyPlanTest, ChainsAreOnAllSidesAndAboutWhereABackWasNotSeen) {
                                             "0.20", "3.00", "0.20", "3.40"));
 }
 
+// Two rooms, one above the other, of whose common wall at the left only the upper part was seen.
+TEST(StoreyPlanTest, ChainsAreAboutWhereABorderWasNotSeen) {
+  Building building = testing::MakeBuilding();
+  building.walls.clear();
+  building.rooms.clear();
+  testing::AddRoom({0, 0}, {4, 3}, 0, 0, &building);
+  testing::AddRoom({0, 3.2}, {4, 3}, 0, 0, &building);
+  const auto below = [&] {
+    std::vector<std::string> lengths;
+    for (const Dimension& dimension : MakePlans(building, {}).storeys[0].dimensions) {
+      const bool is_below = dimension.offset_m != 0 && dimension.from.y() < 0;
+      if (is_below && std::abs((dimension.to - dimension.from).x()) > 1) {
+        lengths.push_back(dimension.Text());
+      }
+    }
+    return lengths;
+  };
+  EXPECT_THAT(below(), Contains("4.00"));
+  std::erase_if(building.walls, [](const PlanWall& wall) {
+    return wall.start.x() < 0.01 && wall.end.x() < 0.01 && wall.start.y() < 3.1;
+  });
+  EXPECT_THAT(below(), Contains("~4.00"));
+  EXPECT_THAT(below(), Not(Contains("4.00")));
+}
+
 TEST(StoreyPlanTest, ChainsAreAlongWallsOfMapsThatKeepOtherAxes) {
   const PlanSet turned = MakePlans(testing::MakeBuilding(1, 0.4), {});
   EXPECT_THAT(LengthsOf(turned.storeys[0]),
