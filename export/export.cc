@@ -1,6 +1,7 @@
 #include "export/export.h"
 
 #include <spdlog/fmt/fmt.h>
+#include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <filesystem>
@@ -104,11 +105,29 @@ std::vector<std::unique_ptr<MapWriter>> WantedWriters(const ExportOptions& optio
   return writers;
 }
 
+// What readers of the files would not find out from them.
+void TellOfFiles(const MapResult& map, const std::vector<std::unique_ptr<MapWriter>>& writers) {
+  const auto has = [&](const std::set<std::string>& formats) {
+    return std::ranges::any_of(
+        writers, [&](const auto& writer) { return formats.contains(writer->Format()); });
+  };
+  const bool has_surroundings = !map.building.storeys.empty() || !map.dense.empty();
+  if (has_surroundings && map.building.walls.empty() && has({"svg", "pdf", "dxf"})) {
+    spdlog::warn("plans: no wall was found in this map, plans show none");
+  }
+  if (IsFar(map.source) && has({"limap", "cloud"})) {
+    spdlog::info(
+        "limap's files, .pcd and .bt cannot hold where the map lies: add {} of export.json",
+        WorldOffsetNote(map.source.world_offset_m));
+  }
+}
+
 // Files of a map that is in the frame of exports, which T_export_map turned it to.
 std::vector<std::string> WriteFormats(const MapResult& map, const RigidTransform& T_export_map,
                                       const ExportOptions& options, const Progress& progress,
                                       OutputFolder* folder) {
   const std::vector<std::unique_ptr<MapWriter>> writers = WantedWriters(options);
+  TellOfFiles(map, writers);
   const std::set<std::string> last = FilesOfLastExport(folder->path());
   RefuseFilesOfOthers(folder->path(), last, writers);
   const auto parts = static_cast<double>(writers.size());

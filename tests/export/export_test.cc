@@ -4,9 +4,12 @@
 #include <gtest/gtest.h>
 #include <pcl/io/ply_io.h>
 #include <pcl/point_types.h>
+#include <spdlog/sinks/ostream_sink.h>
+#include <spdlog/spdlog.h>
 #include <tiny_gltf.h>
 
 #include <filesystem>
+#include <sstream>
 
 #include "data/error.h"
 #include "data/file.h"
@@ -20,6 +23,7 @@ namespace slcmap {
 namespace {
 
 using ::testing::HasSubstr;
+using ::testing::Not;
 using ::testing::ThrowsMessage;
 using ::testing::UnorderedElementsAre;
 
@@ -48,6 +52,20 @@ const char* const kFiles[] = {"scene.glb",
                               "dense.pcd",
                               "dense.ply",
                               "occupancy.bt"};
+
+// What is logged while it is exported.
+std::string LogOfExport(const MapResult& map, const std::string& folder,
+                        const std::vector<std::string>& formats) {
+  std::ostringstream log;
+  const auto before = spdlog::default_logger();
+  spdlog::set_default_logger(std::make_shared<spdlog::logger>(
+      "", std::make_shared<spdlog::sinks::ostream_sink_st>(log)));
+  ExportOptions options;
+  options.formats = formats;
+  ExportMap(map, folder, options);
+  spdlog::set_default_logger(before);
+  return log.str();
+}
 
 MapResult MakeMap() {
   MapResult map = BuildMap(testing::MakeWallRun(), {});
@@ -83,6 +101,24 @@ std::size_t CountOf(const tinygltf::Model& model, const std::string& name) {
     return model.accessors[static_cast<std::size_t>(accessor)].count;
   }
   return 0;
+}
+
+TEST_F(ExportTest, TheLogTellsWhatFilesCannotHold) {
+  MapResult map = MakeMap();
+  map.building = {};
+  EXPECT_THAT(LogOfExport(map, Path("near"), {"limap"}), Not(HasSubstr("world_offset_m")));
+  map.source.world_offset_m = {451200, 5411300, 312};
+  EXPECT_THAT(LogOfExport(map, Path("far"), {"limap", "cloud"}),
+              HasSubstr("add world_offset_m 451200 5411300 312 of export.json"));
+  EXPECT_THAT(LogOfExport(map, Path("obj"), {"obj"}), Not(HasSubstr("world_offset_m")));
+}
+
+TEST_F(ExportTest, AMapWithoutWallsIsTold) {
+  MapResult map = MakeMap();
+  map.building = {};
+  map.building.storeys = {{0, 0, 2.5}};
+  EXPECT_THAT(LogOfExport(map, Path("plan"), {"svg", "pdf"}), HasSubstr("no wall was found"));
+  EXPECT_THAT(LogOfExport(map, Path("obj"), {"obj"}), Not(HasSubstr("no wall")));
 }
 
 TEST_F(ExportTest, AllFormatsAreWritten) {
