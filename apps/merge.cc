@@ -24,7 +24,7 @@ struct MergeArguments {
   bool accept_changed = false;
 };
 
-void CheckArguments(const MergeArguments& arguments) {
+void RefuseWrongMaps(const MergeArguments& arguments) {
   CheckThreads(arguments.threads);
   if (arguments.maps.size() < 2) {
     throw ConfigError("merge: found one map, expected two or more");
@@ -38,7 +38,7 @@ void CheckArguments(const MergeArguments& arguments) {
 }
 
 void Merge(const MergeArguments& arguments) {
-  CheckArguments(arguments);
+  RefuseWrongMaps(arguments);
   MappingOptions options = OptionsOfMerging(arguments.config, arguments.maps.front());
   options.SetThreads(arguments.threads);
   std::vector<std::string> inputs = arguments.maps;

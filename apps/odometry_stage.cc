@@ -36,13 +36,13 @@ namespace slcmap {
 namespace {
 
 // All that a configuration says of this stage.
-struct StageOptions {
+struct ConfiguredOptions {
   OdometryOptions odometry;
   VerdictOptions verdict;
 };
 
-StageOptions ReadOptions(const OdometryArguments& arguments) {
-  StageOptions options;
+ConfiguredOptions ReadOptions(const OdometryArguments& arguments) {
+  ConfiguredOptions options;
   if (!arguments.config.empty()) {
     options.odometry = OdometryOptions::FromYaml(arguments.config);
     options.verdict = VerdictOptions::FromYaml(arguments.config);
@@ -68,7 +68,7 @@ class PathLength {
   double length_m_ = 0;
 };
 
-RunSource OriginOf(const SequenceSource& source, const StageOptions& options,
+RunSource OriginOf(const SequenceSource& source, const ConfiguredOptions& options,
                    const StartCheck& check) {
   const SourceInfo& info = source.info();
   RunSource origin;
@@ -93,7 +93,7 @@ RunSource OriginOf(const SequenceSource& source, const StageOptions& options,
 class Feeder {
  public:
   // `origin` is where the run comes from.
-  Feeder(SequenceSource* source, RunSource origin, const StageOptions& options,
+  Feeder(SequenceSource* source, RunSource origin, const ConfiguredOptions& options,
          const OdometryArguments& arguments)
       : source_(*source),
         origin_(std::move(origin)),
@@ -359,14 +359,14 @@ void LogRealTime(const RunTimings& timings) {
       1e3 * play.latency_median_s, 1e3 * play.latency_95_s);
 }
 
-const char* ImagesOf(const Rig& rig) { return IsStereo(rig) ? "pairs of images" : "images"; }
+const char* DescribeImages(const Rig& rig) { return IsStereo(rig) ? "pairs of images" : "images"; }
 
 void LogResult(const OdometryRun& run, const SourceInfo& info, double path_length_m,
                const std::string& folder) {
   const RunTimings& t = run.timings;
   const double frames = static_cast<double>(std::max<int64_t>(t.stereo_frames, 1));
   spdlog::info("{} of {} {} have a pose, path {:.2f} m, {} keyframes, {} landmarks",
-               run.states.size(), info.pair_stamps_ns.size(), ImagesOf(info.rig), path_length_m,
+               run.states.size(), info.pair_stamps_ns.size(), DescribeImages(info.rig), path_length_m,
                run.keyframes.size(), run.landmarks.size());
   const PointLives lives = MeasurePointLives(run.keyframes);
   spdlog::info("{} points, {} of them seen in a single keyframe", lives.points, lives.seen_once);
@@ -417,7 +417,7 @@ OdometryRun RunOdometryStage(const OdometryArguments& arguments,
   CheckThreads(arguments.threads);
   arguments.part.Check();
   CheckCalibrationTarget(arguments);
-  StageOptions options = ReadOptions(arguments);
+  ConfiguredOptions options = ReadOptions(arguments);
   OutputFolder output(arguments.run, RunFiles(), InputsOf(arguments));
   const bool one_camera = options.odometry.method == Method::kPointsMono;
   Sequence sequence = OpenPart(arguments);
@@ -430,7 +430,7 @@ OdometryRun RunOdometryStage(const OdometryArguments& arguments,
   if (TurnRight(check.corrections)) options.odometry.calibration.rows_fit = false;
   AslSource source(std::move(sequence), {.read_right = !one_camera});
   const SourceInfo& info = source.info();
-  spdlog::info("{} {}; calibration: {}", info.pair_stamps_ns.size(), ImagesOf(info.rig),
+  spdlog::info("{} {}; calibration: {}", info.pair_stamps_ns.size(), DescribeImages(info.rig),
                info.calibration);
   // Odometry has its own threads; to share loops as short as OpenCV's costs more than it saves.
   cv::setNumThreads(1);

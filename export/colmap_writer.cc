@@ -15,7 +15,7 @@
 namespace slcmap {
 namespace {
 
-std::string CamerasOf(const Rig& rig) {
+std::string CamerasText(const Rig& rig) {
   std::string text = "# CAMERA_ID MODEL WIDTH HEIGHT fx fy cx cy, of rectified images\n";
   for (std::size_t i = 0; i < rig.cameras.size(); ++i) {
     const Camera& camera = rig.cameras[i];
@@ -43,7 +43,7 @@ std::vector<std::vector<PointInImage>> PointsInImages(const std::vector<ModelPoi
 }
 
 // Two rows an image: its pose, world to camera, and the points that it shows.
-std::string ImagesOf(const std::vector<ModelImage>& images, const std::vector<ModelPoint>& points) {
+std::string ImagesText(const std::vector<ModelImage>& images, const std::vector<ModelPoint>& points) {
   const auto seen = PointsInImages(points, images.size());
   std::string text = "# IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME\n# X Y POINT3D_ID ...\n";
   const auto out = std::back_inserter(text);
@@ -64,7 +64,7 @@ std::string ImagesOf(const std::vector<ModelImage>& images, const std::vector<Mo
 }
 
 // Sights come in the order of points, as the points of each image do.
-std::string PointsOf(const std::vector<ModelPoint>& points, const std::vector<ModelImage>& images) {
+std::string PointsText(const std::vector<ModelPoint>& points, const std::vector<ModelImage>& images) {
   std::vector<int> counts(images.size(), 0);  // of the points in each image so far
   std::string text = "# POINT3D_ID X Y Z R G B ERROR TRACK (IMAGE_ID POINT2D_IDX ...)\n";
   const auto out = std::back_inserter(text);
@@ -95,14 +95,14 @@ std::vector<std::string> ColmapWriter::Write(const std::string& folder, const Ma
                                              const Progress& progress) const {
   const std::string model = folder + "/colmap";
   MakeFolder(model);
-  WriteFile(model + "/cameras.txt", CamerasOf(map.rectified_rig));
+  WriteFile(model + "/cameras.txt", CamerasText(map.rectified_rig));
   const std::vector<ModelImage> images = ModelImages(map);
   const std::vector<ModelPoint> points = ModelPoints(map, images);
   progress.ReportOrStop(0.5);
   const std::string offset = WorldOffsetNote(map.source.world_offset_m);
   WriteFile(model + "/images.txt",
-            (offset.empty() ? "" : "# " + offset + "\n") + ImagesOf(images, points));
-  WriteFile(model + "/points3D.txt", PointsOf(points, images));
+            (offset.empty() ? "" : "# " + offset + "\n") + ImagesText(images, points));
+  WriteFile(model + "/points3D.txt", PointsText(points, images));
   std::vector<std::string> paths = {model + "/cameras.txt", model + "/images.txt",
                                     model + "/points3D.txt"};
   if (!options_.images.empty()) {

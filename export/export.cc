@@ -94,6 +94,24 @@ void RemoveOthers(const std::string& folder, const std::set<std::string>& last,
   }
 }
 
+// A writer for each format there is, with its options.
+std::vector<std::unique_ptr<MapWriter>> MakeMapWriters(const ExportOptions& options) {
+  const auto scene = std::make_shared<SceneOfMap>(options.scene);
+  std::vector<std::unique_ptr<MapWriter>> writers;
+  writers.push_back(std::make_unique<GltfWriter>(scene, options.scene.max_vertices, options.gltf));
+  writers.push_back(std::make_unique<PlySceneWriter>(scene, options.ply));
+  writers.push_back(std::make_unique<CloudWriter>(options.ply));
+  writers.push_back(std::make_unique<SvgPlanWriter>(options.plan));
+  writers.push_back(std::make_unique<PdfPlanWriter>(options.plan));
+  writers.push_back(std::make_unique<DxfWriter>(options.plan, options.scene.max_jump_s));
+  writers.push_back(std::make_unique<ObjWriter>(options.scene.max_jump_s, options.obj));
+  writers.push_back(std::make_unique<IfcWriter>(options.ifc));
+  writers.push_back(std::make_unique<ColmapWriter>(options.colmap));
+  writers.push_back(std::make_unique<LimapWriter>());
+  writers.push_back(std::make_unique<GridWriter>(options.grid));
+  return writers;
+}
+
 // Those of the formats that are wanted.
 std::vector<std::unique_ptr<MapWriter>> WantedWriters(const ExportOptions& options) {
   std::vector<std::unique_ptr<MapWriter>> writers = MakeMapWriters(options);
@@ -151,23 +169,6 @@ std::vector<std::string> WriteFormats(const MapResult& map, const RigidTransform
 }
 
 }  // namespace
-
-std::vector<std::unique_ptr<MapWriter>> MakeMapWriters(const ExportOptions& options) {
-  const auto scene = std::make_shared<SceneOfMap>(options.scene);
-  std::vector<std::unique_ptr<MapWriter>> writers;
-  writers.push_back(std::make_unique<GltfWriter>(scene, options.scene.max_vertices, options.gltf));
-  writers.push_back(std::make_unique<PlySceneWriter>(scene, options.ply));
-  writers.push_back(std::make_unique<CloudWriter>(options.ply));
-  writers.push_back(std::make_unique<SvgPlanWriter>(options.plan));
-  writers.push_back(std::make_unique<PdfPlanWriter>(options.plan));
-  writers.push_back(std::make_unique<DxfWriter>(options.plan, options.scene.max_jump_s));
-  writers.push_back(std::make_unique<ObjWriter>(options.scene.max_jump_s, options.obj));
-  writers.push_back(std::make_unique<IfcWriter>(options.ifc));
-  writers.push_back(std::make_unique<ColmapWriter>(options.colmap));
-  writers.push_back(std::make_unique<LimapWriter>());
-  writers.push_back(std::make_unique<GridWriter>(options.grid));
-  return writers;
-}
 
 std::vector<std::string> ExportFormats() {
   std::vector<std::string> formats;

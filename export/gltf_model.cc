@@ -17,7 +17,7 @@ uint8_t ToLinear(uint8_t value) {
   return static_cast<uint8_t>(std::lround(255 * linear));
 }
 
-Eigen::AlignedBox3d BoxOf(const Vertices& vertices) {
+Eigen::AlignedBox3d ComputeBox(const Vertices& vertices) {
   Eigen::AlignedBox3d box;
   for (const Eigen::Vector3d& position : vertices.positions) box.extend(position);
   return box;
@@ -142,7 +142,7 @@ int GltfModel::AddPositions(const Vertices& vertices) {
     const Eigen::Vector3f p = position.cast<float>();
     positions.push_back({p.x(), p.y(), p.z()});
   }
-  const Eigen::AlignedBox3d box = BoxOf(vertices);
+  const Eigen::AlignedBox3d box = ComputeBox(vertices);
   const Eigen::Vector3f low = box.min().cast<float>(), high = box.max().cast<float>();
   tinygltf::Accessor accessor;
   accessor.componentType = TINYGLTF_COMPONENT_TYPE_FLOAT;
@@ -154,7 +154,7 @@ int GltfModel::AddPositions(const Vertices& vertices) {
 
 int GltfModel::AddQuantised(const Vertices& vertices, tinygltf::Node* node) {
   Use("KHR_mesh_quantization", true);
-  const Eigen::AlignedBox3d box = BoxOf(vertices);
+  const Eigen::AlignedBox3d box = ComputeBox(vertices);
   const double extent_m = box.sizes().maxCoeff();
   const double step_m = extent_m > 0 ? extent_m / kQuantisedSteps : 1;
   const auto steps = [&](const Eigen::Vector3d& p) {

@@ -42,7 +42,7 @@ std::map<PieceKey, std::vector<Segment>> SegmentsOf(const MapResult& map) {
   return segments;
 }
 
-std::vector<Track> TracksOf(const MapResult& map) {
+std::vector<Track> MakeTracks(const MapResult& map) {
   std::map<PieceKey, std::vector<Segment>> segments = SegmentsOf(map);
   std::map<int64_t, int> pieces;  // of each line, so far
   std::vector<Track> tracks;
@@ -101,7 +101,7 @@ std::vector<std::string> LimapWriter::Write(const std::string& folder, const Map
                                             const Progress& progress) const {
   const std::string own = folder + "/limap";
   MakeFolder(own);
-  const std::vector<Track> tracks = TracksOf(map);
+  const std::vector<Track> tracks = MakeTracks(map);
   WriteFile(own + "/alltracks.txt", TracksText(tracks));
   progress.ReportOrStop(0.5);
   WriteFile(own + "/lines.txt", RowsText(tracks));

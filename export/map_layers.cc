@@ -86,7 +86,7 @@ std::vector<LinesOfLayer> LineLayers(const MapResult& map) {
   };
   for (const MapLine& line : map.lines) add(line, line.kind);
   for (const MapLine& mark : map.marks) add(mark, LineKind::kMark);
-  for (const MapPipe& pipe : map.pipes) add(AxisOf(pipe), LineKind::kPipe);
+  for (const MapPipe& pipe : map.pipes) add(MakeAxisLine(pipe), LineKind::kPipe);
   std::vector<LinesOfLayer> sorted;
   for (auto& [key, layer] : layers) sorted.push_back(std::move(layer));
   return sorted;

@@ -1,7 +1,6 @@
 // The formats that a map can be written in.
 #pragma once
 
-#include <memory>
 #include <string>
 #include <vector>
 
@@ -25,10 +24,5 @@ class MapWriter {
   virtual std::vector<std::string> Write(const std::string& folder, const MapResult& map,
                                          const Progress& progress) const = 0;
 };
-
-struct ExportOptions;
-
-// A writer for each format there is, with its options.
-std::vector<std::unique_ptr<MapWriter>> MakeMapWriters(const ExportOptions& options);
 
 }  // namespace slcmap

@@ -26,7 +26,7 @@ std::map<int64_t, RigidTransform> PosesOf(const MapResult& map) {
 }
 
 // The recording's folder, or the one above mav0.
-std::string RecordingOf(const MergedRun& run) {
+std::string GetRecording(const MergedRun& run) {
   std::filesystem::path path = run.sequence;
   if (!path.has_filename()) path = path.parent_path();  // ends in a slash
   return (path.filename() == "mav0" ? path.parent_path() : path).filename().string();
@@ -45,7 +45,7 @@ bool IsFolderName(const std::string& name) {
 std::vector<std::string> FoldersOf(const std::vector<MergedRun>& runs) {
   std::vector<std::string> recordings, ids, numbers;
   for (const MergedRun& run : runs) {
-    recordings.push_back(RecordingOf(run));
+    recordings.push_back(GetRecording(run));
     ids.push_back(run.run_id);
     numbers.push_back(fmt::format("run_{}", numbers.size()));
   }

@@ -41,7 +41,7 @@ class ModelCameras {
   Vector3d InCamera(std::size_t image, const Vector3d& p_world) const {
     return images_[image].T_camera_world * p_world;
   }
-  Vector2d PixelOf(std::size_t image, const Vector3d& p_camera) const {
+  Vector2d ProjectToPixel(std::size_t image, const Vector3d& p_camera) const {
     return PixelFromPlane(rig_.cameras[images_[image].camera], Vector2d(p_camera.hnormalized()));
   }
   // Of the pixel by p_world.
@@ -58,7 +58,7 @@ class ModelCameras {
   double Error_px(const ModelSight& sight, const Vector3d& p_world) const {
     const Vector3d p_camera = InCamera(sight.image, p_world);
     if (p_camera.z() < kLeastDepth_m) return 1e3;
-    return (PixelOf(sight.image, p_camera) - sight.px).norm();
+    return (ProjectToPixel(sight.image, p_camera) - sight.px).norm();
   }
 
  private:
@@ -86,7 +86,7 @@ Vector3d StepFrom(const ModelCameras& cameras, const std::vector<ModelSight>& tr
   for (const ModelSight& sight : track) {
     const Vector3d p_camera = cameras.InCamera(sight.image, p_world);
     if (p_camera.z() < kLeastDepth_m) continue;
-    const Vector2d off_px = cameras.PixelOf(sight.image, p_camera) - sight.px;
+    const Vector2d off_px = cameras.ProjectToPixel(sight.image, p_camera) - sight.px;
     const Matrix23d J = cameras.PixelByPoint(sight.image, p_camera);
     const double weight = kLoss_px / std::max(kLoss_px, off_px.norm());
     information += weight * J.transpose() * J;

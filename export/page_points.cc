@@ -29,7 +29,7 @@ uint64_t Spread(uint16_t value) {
   return spread;
 }
 
-Place PlaceOf(const Eigen::Vector3d& p_m, std::size_t index) {
+Place MakePlace(const Eigen::Vector3d& p_m, std::size_t index) {
   Place place{};
   place.index = index;
   for (int axis = 0; axis < 3; ++axis) {
@@ -47,7 +47,7 @@ std::vector<Place> SortedPlaces(const std::vector<DensePoint>& points,
   std::vector<Place> places;
   places.reserve(points.size());
   for (std::size_t i = 0; i < points.size(); ++i) {
-    places.push_back(PlaceOf(points[i].p_world - origin_world, i));
+    places.push_back(MakePlace(points[i].p_world - origin_world, i));
   }
   std::sort(places.begin(), places.end(),
             [](const Place& a, const Place& b) { return a.Key() < b.Key(); });
@@ -63,7 +63,7 @@ void AddPoint(const Place& place, const DensePoint& point, PagePoints* page) {
   page->source.push_back(static_cast<uint8_t>(point.source));
 }
 
-Eigen::Vector3d CornerOf(const std::array<int64_t, 3>& chunk) {
+Eigen::Vector3d ComputeCorner(const std::array<int64_t, 3>& chunk) {
   return kPageChunk_m * Eigen::Vector3d(static_cast<double>(chunk[0]),
                                         static_cast<double>(chunk[1]),
                                         static_cast<double>(chunk[2]));
@@ -85,7 +85,7 @@ PagePoints ChunkPoints(const std::vector<DensePoint>& points, const Eigen::Vecto
   PagePoints page;
   for (std::size_t i = 0; i < places.size(); ++i) {
     if (i == 0 || places[i].chunk != places[i - 1].chunk) {
-      page.chunks.push_back({CornerOf(places[i].chunk), i, 0});
+      page.chunks.push_back({ComputeCorner(places[i].chunk), i, 0});
     }
     ++page.chunks.back().count;
     AddPoint(places[i], points[places[i].index], &page);

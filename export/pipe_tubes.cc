@@ -21,7 +21,7 @@ std::vector<Eigen::Vector3d> Rim(const Eigen::Vector3d& direction, double radius
 
 }  // namespace
 
-MapLine AxisOf(const MapPipe& pipe) {
+MapLine MakeAxisLine(const MapPipe& pipe) {
   MapLine line;
   line.id = pipe.id;
   line.segment = pipe.segment;

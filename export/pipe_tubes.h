@@ -8,7 +8,7 @@ namespace slcmap {
 inline constexpr Colour kPipeColour{176, 122, 74};
 
 // The axis as a line of kind pipe, with the pipe's id.
-MapLine AxisOf(const MapPipe& pipe);
+MapLine MakeAxisLine(const MapPipe& pipe);
 
 // Adds a closed tube.
 void AddTube(const MapPipe& pipe, const Colour& colour, MeshLayer* layer);

@@ -34,7 +34,7 @@ class HeightColours {
   double low_m_ = 0, range_m_ = 1;
 };
 
-PointLayer PointsOf(const MapResult& map, const HeightColours& colours) {
+PointLayer MakePointLayer(const MapResult& map, const HeightColours& colours) {
   PointLayer layer{"points", {}};
   for (const MapPoint& point : map.points) {
     layer.vertices.Add(point.p_world, colours.At(point.p_world.z()));
@@ -50,7 +50,7 @@ void AddEdge(const Eigen::Vector3d& start, const Eigen::Vector3d& end, const Col
   layer->edges.push_back({first, first + 1});
 }
 
-LineLayer LinesOf(const MapResult& map) {
+LineLayer MakeLineLayer(const MapResult& map) {
   LineLayer layer{"lines", {}, {}};
   for (const MapLine& line : map.lines) {
     const auto [red, green, blue] = LineColour(line.axis, line.recent);
@@ -73,7 +73,7 @@ LineLayer TrajectoryOf(const MapResult& map, double max_jump_s) {
   return layer;
 }
 
-LineLayer KeyframesOf(const MapResult& map, const SceneOptions& options) {
+LineLayer MakeKeyframeLayer(const MapResult& map, const SceneOptions& options) {
   LineLayer layer{"keyframes", {}, {}};
   const std::vector<Eigen::Vector3d> corners =
       FrustumCorners(map.rectified_rig.cameras[0], options.frustum_m);
@@ -133,8 +133,8 @@ MapScene MakeScene(const MapResult& map, const SceneOptions& options, const Prog
 
   MapScene scene;
   scene.world_offset_m = map.source.world_offset_m;
-  scene.points = {PointsOf(map, colours)};
-  scene.lines = {LinesOf(map), TrajectoryOf(map, options.max_jump_s), KeyframesOf(map, options)};
+  scene.points = {MakePointLayer(map, colours)};
+  scene.lines = {MakeLineLayer(map), TrajectoryOf(map, options.max_jump_s), MakeKeyframeLayer(map, options)};
   scene.meshes = {{"voxels", {}, {}}, {"line_bars", {}, {}}};
   AddVoxels(
       voxels, [&](const Voxel& voxel) { return colours.At(voxel.centre_world.z()); },

@@ -31,18 +31,18 @@ std::vector<CubeFace> CubeFaces() {
 class VoxelGrid {
  public:
   explicit VoxelGrid(const std::vector<Voxel>& voxels) {
-    for (const Voxel& voxel : voxels) cells_.push_back(CellOf(voxel, {0, 0, 0}));
+    for (const Voxel& voxel : voxels) cells_.push_back(GetCell(voxel, {0, 0, 0}));
     std::sort(cells_.begin(), cells_.end());
   }
 
   bool HasNeighbour(const Voxel& voxel, const std::array<int64_t, 3>& direction) const {
-    return std::binary_search(cells_.begin(), cells_.end(), CellOf(voxel, direction));
+    return std::binary_search(cells_.begin(), cells_.end(), GetCell(voxel, direction));
   }
 
  private:
   using Cell = std::array<int64_t, 4>;  // x, y, z, size in micrometres
 
-  static Cell CellOf(const Voxel& voxel, const std::array<int64_t, 3>& offset) {
+  static Cell GetCell(const Voxel& voxel, const std::array<int64_t, 3>& offset) {
     Cell cell;
     for (int axis = 0; axis < 3; ++axis) {
       cell[axis] =

@@ -5,7 +5,7 @@
 
 #include "data/map_line.h"
 #include "mapping/line_evidence.h"
-#include "mapping/options.h"
+#include "mapping/map_options.h"
 #include "odometry/run.h"
 
 namespace slcmap {

@@ -13,7 +13,7 @@
 #include "data/trajectory.h"
 #include "data/types.h"
 #include "data/verdict.h"
-#include "mapping/adjustment/adjustment.h"
+#include "mapping/adjustment/adjustment_figures.h"
 #include "mapping/building/building.h"
 #include "mapping/dense/dense_point.h"
 #include "mapping/given_poses/given_pose_figures.h"

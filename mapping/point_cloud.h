@@ -6,7 +6,7 @@
 
 #include "data/progress.h"
 #include "mapping/map.h"
-#include "mapping/options.h"
+#include "mapping/map_options.h"
 #include "odometry/run.h"
 
 namespace slcmap {

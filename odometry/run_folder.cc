@@ -64,7 +64,7 @@ std::string RowsOf(const Items& items) {
   return rows;
 }
 
-std::string TableText(const OdometryRun& run, const std::string& table) {
+std::string FormatTable(const OdometryRun& run, const std::string& table) {
   std::string rows;
   if (table == kStateTable) return RowsOf(run.states);
   if (table == kKeyframeTable) return RowsOf(run.keyframes);
@@ -92,7 +92,7 @@ std::string TableText(const OdometryRun& run, const std::string& table) {
 void WriteTables(const std::string& folder, const OdometryRun& run) {
   for (const TableFile& file : kTables) {
     WriteFile(folder + "/" + file.name,
-              CsvHeader(RunColumns().at(file.table)) + "\n" + TableText(run, file.table));
+              CsvHeader(RunColumns().at(file.table)) + "\n" + FormatTable(run, file.table));
   }
 }
 

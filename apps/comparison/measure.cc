@@ -266,7 +266,7 @@ class SequenceMeasurer {
     std::vector<const Trajectory*> deciding;
     for (const Measured& measured : all_) {
       if (measured.final_poses.empty()) continue;
-      if (ShareOf(run, own->final_poses, measured.final_poses) >= kLeastPoses) {
+      if (ComputeShare(run, own->final_poses, measured.final_poses) >= kLeastPoses) {
         deciding.push_back(&measured.final_poses);
       } else {
         Remark(measured, "has no pose for many of the observations: measured with the others");
@@ -296,7 +296,7 @@ class SequenceMeasurer {
   }
 
   // The share of the keyframes that the run itself has poses for, and the trajectory too.
-  static double ShareOf(const OdometryRun& run, const Trajectory& own,
+  static double ComputeShare(const OdometryRun& run, const Trajectory& own,
                         const Trajectory& trajectory) {
     int64_t keyframes = 0, shared = 0;
     for (const Keyframe& keyframe : run.keyframes) {

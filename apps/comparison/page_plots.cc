@@ -120,7 +120,7 @@ std::string StartOf(const Trajectory& trajectory, const Plan& plan, const std::s
       p.x(), p.y(), colour);
 }
 
-std::string PathOf(const Trajectory& trajectory, const Plan& plan, const std::string& colour,
+std::string DrawPath(const Trajectory& trajectory, const Plan& plan, const std::string& colour,
                    double width) {
   std::string points;
   const size_t step = trajectory.size() / kMaxPlotted + 1;
@@ -321,9 +321,9 @@ std::string BarPlot(const SequenceResult& sequence, const FigureInfo& figure, co
 std::string PathPlot(const SequenceResult& sequence) {
   constexpr double kWidth = 640;
   const Plan plan(PathBox(sequence), kWidth, 420);
-  std::string svg = PathOf(sequence.truth, plan, "#bbbbbb", 5);
+  std::string svg = DrawPath(sequence.truth, plan, "#bbbbbb", 5);
   for (size_t i = 0; i < sequence.methods.size(); ++i) {
-    svg += PathOf(sequence.methods[i].trajectory, plan, MethodColour(sequence, i), 1.4);
+    svg += DrawPath(sequence.methods[i].trajectory, plan, MethodColour(sequence, i), 1.4);
   }
   svg += StartOf(sequence.truth, plan, "#888888");
   for (size_t i = 0; i < sequence.methods.size(); ++i) {

@@ -24,9 +24,9 @@ constexpr double kMostApart_m = 20;
 constexpr double kLeastPoints = 4;  // of a wall under a plane, to be compared with it
 
 // The level direction along an upright plane.
-Vector3d AlongOf(const Vector3d& normal) { return Vector3d::UnitZ().cross(normal).normalized(); }
+Vector3d ComputeAlong(const Vector3d& normal) { return Vector3d::UnitZ().cross(normal).normalized(); }
 
-Stretch ExtentOf(const std::vector<Vector3d>& points, const Vector3d& direction) {
+Stretch ComputeExtent(const std::vector<Vector3d>& points, const Vector3d& direction) {
   Stretch extent{1e9, -1e9};
   for (const Vector3d& p : points) {
     extent.from_m = std::min(extent.from_m, direction.dot(p));
@@ -45,9 +45,9 @@ double LengthInBoth(const Stretch& a, const Stretch& b) {
 
 bool IsOver(const BuildingPlane& plane, const Vector3d& p, double max_distance_m) {
   if (std::abs(plane.normal.dot(p) - plane.offset_m) > max_distance_m) return false;
-  const Vector3d along = AlongOf(plane.normal);
-  return Holds(ExtentOf(plane.outline_world, along), along.dot(p)) &&
-         Holds(ExtentOf(plane.outline_world, Vector3d::UnitZ()), p.z());
+  const Vector3d along = ComputeAlong(plane.normal);
+  return Holds(ComputeExtent(plane.outline_world, along), along.dot(p)) &&
+         Holds(ComputeExtent(plane.outline_world, Vector3d::UnitZ()), p.z());
 }
 
 // What a plane is off from the points under it.
@@ -125,10 +125,10 @@ class WallComparison {
 
   static bool AreOpposite(const TrueWall& a, const TrueWall& b) {
     if (a.normal.dot(b.normal) > -0.995) return false;
-    const Vector3d along = AlongOf(a.normal);
+    const Vector3d along = ComputeAlong(a.normal);
     if (std::abs(a.offset_m + b.offset_m) > kMostApart_m) return false;
     const auto beside_m = [&](const Vector3d& direction) {
-      return LengthInBoth(ExtentOf(a.seen_world, direction), ExtentOf(b.seen_world, direction));
+      return LengthInBoth(ComputeExtent(a.seen_world, direction), ComputeExtent(b.seen_world, direction));
     };
     return beside_m(along) >= kLeastBeside_m && beside_m(Vector3d::UnitZ()) >= kLeastBeside_m;
   }
@@ -143,9 +143,9 @@ class WallComparison {
 // Two rectangles of upright planes, as seen along the normal of the first.
 double OverlapOf(const std::vector<Vector3d>& a, const std::vector<Vector3d>& b,
                  const Vector3d& normal) {
-  const Vector3d along = AlongOf(normal), up = Vector3d::UnitZ();
-  const Stretch a_along = ExtentOf(a, along), a_up = ExtentOf(a, up);
-  const Stretch b_along = ExtentOf(b, along), b_up = ExtentOf(b, up);
+  const Vector3d along = ComputeAlong(normal), up = Vector3d::UnitZ();
+  const Stretch a_along = ComputeExtent(a, along), a_up = ComputeExtent(a, up);
+  const Stretch b_along = ComputeExtent(b, along), b_up = ComputeExtent(b, up);
   const double apart_m = std::abs(normal.dot(a.front()) - normal.dot(b.front()));
   if (apart_m > kReveal_m) return 0;
   const double common_m2 = LengthInBoth(a_along, b_along) * LengthInBoth(a_up, b_up);
@@ -208,7 +208,7 @@ void CompareOpenings(const TrueBuilding& truth, const Building& building,
   const auto right = 2.0 * static_cast<double>(metrics->openings_found);
   const auto wrong =
       static_cast<double>(metrics->openings_false + metrics->openings - metrics->openings_found);
-  metrics->openings_f1 = ShareOf(right, right + wrong);
+  metrics->openings_f1 = ComputeShare(right, right + wrong);
   metrics->clear_width_median_m = QuantileFigure(width_errors_m, 0.5);
 }
 

@@ -13,7 +13,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-std::string Percent(int64_t part, int64_t all) { return FigureText(100 * ShareOf(part, all), 1); }
+std::string Percent(int64_t part, int64_t all) { return FigureText(100 * ComputeShare(part, all), 1); }
 
 void AddSide(const Eigen::Vector2d& a, const Eigen::Vector2d& b, SvgSeries* series) {
   series->points.push_back(a);

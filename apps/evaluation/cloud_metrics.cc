@@ -15,7 +15,7 @@ namespace {
 
 double ShareWithin(const std::vector<double>& distances_m, double tolerance_m) {
   const auto is_within = [&](double distance_m) { return distance_m <= tolerance_m; };
-  return ShareOf(std::count_if(distances_m.begin(), distances_m.end(), is_within),
+  return ComputeShare(std::count_if(distances_m.begin(), distances_m.end(), is_within),
                  std::ssize(distances_m));
 }
 
@@ -74,7 +74,7 @@ double RmsBelow(const std::vector<double>& distances_m, double limit_m) {
     sum += distance_m * distance_m;
     ++count;
   }
-  return std::sqrt(ShareOf(sum, static_cast<double>(count)));
+  return std::sqrt(ComputeShare(sum, static_cast<double>(count)));
 }
 
 // Of shares; 0 where one of them is, whatever the other.

@@ -27,7 +27,7 @@ constexpr OptionTable kDirectionTable{
 using Directions = std::vector<WeightedDirection>;
 
 // At right angles, the first as given.
-Matrix3d AxesOf(const Vector3d& first, const Vector3d& second) {
+Matrix3d MakeAxes(const Vector3d& first, const Vector3d& second) {
   Matrix3d axes;
   axes.col(0) = first.normalized();
   axes.col(2) = first.cross(second).normalized();
@@ -54,7 +54,7 @@ std::optional<Matrix3d> BestPair(const Directions& directions, const DirectionOp
     for (size_t j = i + 1; j < count; ++j) {
       const Vector3d &a = heaviest[i].direction, &b = heaviest[j].direction;
       if (std::abs(a.dot(b)) > kNearlySquare) continue;
-      const Matrix3d axes = AxesOf(a, b);
+      const Matrix3d axes = MakeAxes(a, b);
       const double weight = FollowingWeight(axes, directions, options.max_angle_deg);
       if (weight > best_weight) best_weight = weight, best = axes;
     }

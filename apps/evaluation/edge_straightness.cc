@@ -56,7 +56,7 @@ class WeightedRms {
     sum_ += other.sum_;
     weights_ += other.weights_;
   }
-  double Value() const { return std::sqrt(2 * ShareOf(sum_, weights_)); }
+  double Value() const { return std::sqrt(2 * ComputeShare(sum_, weights_)); }
 
  private:
   const double least_;
@@ -83,7 +83,7 @@ class FittedLine {
     SetDirection(Eigen::SelfAdjointEigenSolver<Matrix3d>(directions).eigenvectors().col(2));
   }
 
-  Across AcrossOf(const PlacedInWorld& place) const {
+  Across MeasureAcross(const PlacedInWorld& place) const {
     const Vector3d offset = place.p_world - p_;
     return {across_.transpose() * offset, across_.transpose() * place.covariance_m2 * across_,
             direction_.dot(offset)};
@@ -95,7 +95,7 @@ class FittedLine {
     Matrix4d information = Matrix4d::Zero();
     Vector4d gradient = Vector4d::Zero();
     for (const End& end : ends) {
-      const Across across = AcrossOf(end.place);
+      const Across across = MeasureAcross(end.place);
       const double off = across.residual_m.norm() / loss_m;
       const Matrix2d weight =
           (across.covariance_m2 + least_sigma_m * least_sigma_m * Matrix2d::Identity()).inverse() /
@@ -181,7 +181,7 @@ class GapsByTime {
 
   void Add(const Ends& ends, const FittedLine& line) {
     std::vector<Across> across;
-    for (const End& end : ends) across.push_back(line.AcrossOf(end.place));
+    for (const End& end : ends) across.push_back(line.MeasureAcross(end.place));
     for (size_t i = 0; i < ends.size(); i += 2) {
       for (size_t j = i + 2; j < ends.size(); j += 2) AddPair(ends, across, i, j);
     }
@@ -223,14 +223,14 @@ WeightedRms ThicknessOf(const Ends& ends, const FittedLine& line,
                         const EdgeStraightnessOptions& options) {
   WeightedRms thickness(options.pose_sigma_m);
   for (const End& end : ends) {
-    const Across across = line.AcrossOf(end.place);
+    const Across across = line.MeasureAcross(end.place);
     thickness.Add(across.residual_m, across.covariance_m2);
   }
   return thickness;
 }
 
 bool IsFar(const End& end, const FittedLine& line, double max_sigmas) {
-  const Across across = line.AcrossOf(end.place);
+  const Across across = line.MeasureAcross(end.place);
   const Matrix2d covariance_m2 =
       across.covariance_m2 + kOtherThing_m * kOtherThing_m * Matrix2d::Identity();
   return across.residual_m.dot(covariance_m2.inverse() * across.residual_m) >

@@ -122,7 +122,7 @@ std::optional<std::string> FindOtherForm(
                      remedy.up, form.up, OptionsOf(remedy));
 }
 
-std::optional<RigidTransform> CameraOf(const std::string& calibration, const std::string& truth) {
+std::optional<RigidTransform> FindCameraPose(const std::string& calibration, const std::string& truth) {
   Warnings warnings;
   if (!calibration.empty()) return ReadCalibration(calibration, &warnings).rig.T_imu_camera[0];
   std::error_code error;

@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 
+#include "mapping/given_poses/image_steps.h"
 #include "data/pose_file.h"
 
 namespace slcmap {
@@ -18,11 +19,10 @@ std::optional<std::string> FindOtherForm(
     const std::function<std::optional<RigidTransform>()>& camera);
 
 // Movements of a trajectory at the stamps of another, where these have poses, else at its own.
-struct BodyStep;
 std::vector<BodyStep> StepsOf(const Trajectory& truth, const Trajectory& estimate);
 
 // Where the left camera is on the IMU, by the calibration that is named, or that of the recording
 // that a file of true poses lies beside or in; nothing where there is none.
-std::optional<RigidTransform> CameraOf(const std::string& calibration, const std::string& truth);
+std::optional<RigidTransform> FindCameraPose(const std::string& calibration, const std::string& truth);
 
 }  // namespace slcmap

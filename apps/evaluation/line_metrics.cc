@@ -214,9 +214,9 @@ LineMetrics EvaluateLines(const TrueEdges& truth, const std::vector<MapLine>& li
       CoveredLengths(truth.seen, mapped_index, options, progress.Part(0.5, seen_done));
   for (std::size_t i = 0; i < options.tolerances_m.size(); ++i) {
     metrics.scores.push_back({options.tolerances_m[i], covered.at(i),
-                              ShareOf(covered.at(i), metrics.seen_length_m), std::nullopt,
-                              correct.at(i), ShareOf(correct.at(i), metrics.mapped_length_m),
-                              ShareOf(metrics.mapped_length_m, covered.at(i))});
+                              ComputeShare(covered.at(i), metrics.seen_length_m), std::nullopt,
+                              correct.at(i), ComputeShare(correct.at(i), metrics.mapped_length_m),
+                              ComputeShare(metrics.mapped_length_m, covered.at(i))});
   }
   metrics.accuracy = accuracy.Result();
   metrics.gaps = EvaluateLineGaps(truth, lines);
@@ -225,7 +225,7 @@ LineMetrics EvaluateLines(const TrueEdges& truth, const std::vector<MapLine>& li
     const MatchedLengths clear =
         CoveredLengths(*truth.clear, mapped_index, options, progress.Part(seen_done, 1));
     for (std::size_t i = 0; i < options.tolerances_m.size(); ++i) {
-      metrics.scores[i].clear_recall = ShareOf(clear.at(i), *metrics.clear_length_m);
+      metrics.scores[i].clear_recall = ComputeShare(clear.at(i), *metrics.clear_length_m);
     }
   }
   return metrics;
@@ -244,8 +244,8 @@ void EvaluateMarks(const TrueEdges& truth, const std::vector<MapLine>& marks,
     const double edges_m = score.correct_m;
     const double others_m = metrics->mapped_length_m - edges_m;
     const double marks_m = metrics->marks_length_m - on_edges.at(i);
-    metrics->kinds.push_back({score.tolerance_m, ShareOf(others_m, others_m + marks_m),
-                              ShareOf(on_edges.at(i), on_edges.at(i) + edges_m)});
+    metrics->kinds.push_back({score.tolerance_m, ComputeShare(others_m, others_m + marks_m),
+                              ComputeShare(on_edges.at(i), on_edges.at(i) + edges_m)});
   }
 }
 

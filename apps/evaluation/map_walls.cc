@@ -46,7 +46,7 @@ class WallRegion {
 };
 
 // The number of the wall that a plane is a face of, as plans have it; -1 where it is of none.
-int64_t WallOf(const BuildingPlane& plane, const Building& building) {
+int64_t FindWall(const BuildingPlane& plane, const Building& building) {
   for (const PlanWall& wall : building.walls) {
     const auto& ids = wall.plane_ids;
     if (std::find(ids.begin(), ids.end(), plane.id) != ids.end()) return wall.id;
@@ -66,7 +66,7 @@ std::vector<SurveyedPoints> WallsOfMap(const Building& building,
   for (const BuildingPlane& plane : building.planes) {
     if (plane.kind != PlaneKind::kWall) continue;
     const WallRegion region(plane, options);
-    SurveyedPoints wall{WallOf(plane, building), (plane.offset_m + 1) * plane.normal, {}};
+    SurveyedPoints wall{FindWall(plane, building), (plane.offset_m + 1) * plane.normal, {}};
     for (const DensePoint& point : cloud) {
       if (!region.Holds(point)) continue;
       const Vector3d spread = point.sigma_m * point.normal_world;

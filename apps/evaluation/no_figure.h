@@ -18,9 +18,9 @@ namespace slcmap {
 inline constexpr double kNoFigure = std::numeric_limits<double>::quiet_NaN();
 
 // A part of a whole; of none, no figure.
-inline double ShareOf(double part, double whole) { return whole > 0 ? part / whole : kNoFigure; }
-inline double ShareOf(int64_t part, int64_t whole) {
-  return ShareOf(static_cast<double>(part), static_cast<double>(whole));
+inline double ComputeShare(double part, double whole) { return whole > 0 ? part / whole : kNoFigure; }
+inline double ComputeShare(int64_t part, int64_t whole) {
+  return ComputeShare(static_cast<double>(part), static_cast<double>(whole));
 }
 
 // The value below which a share of others lies; of none, no figure.

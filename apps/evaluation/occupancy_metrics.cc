@@ -53,12 +53,12 @@ class Counter {
 
   OccupancyMetrics Metrics() const {
     return {rays_,
-            ShareOf(occupied_ends_, rays_),
-            ShareOf(nearby_ends_, rays_),
-            ShareOf(known_, passages_),
-            ShareOf(free_, known_),
+            ComputeShare(occupied_ends_, rays_),
+            ComputeShare(nearby_ends_, rays_),
+            ComputeShare(known_, passages_),
+            ComputeShare(free_, known_),
             behind_,
-            ShareOf(behind_free_, behind_)};
+            ComputeShare(behind_free_, behind_)};
   }
 
  private:

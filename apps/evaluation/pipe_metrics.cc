@@ -104,7 +104,7 @@ std::string PipeTable(const PipeInputs& inputs, const PipeMetrics& metrics) {
       "false     {} of {} mapped\n"
       "radius    {} m median, {} m 95 %; axis {} m median\n",
       inputs.true_pipes, inputs.pipes, metrics.found, metrics.pipes,
-      FigureText(100 * ShareOf(metrics.found, metrics.pipes), 1), metrics.found_m, metrics.seen_m,
+      FigureText(100 * ComputeShare(metrics.found, metrics.pipes), 1), metrics.found_m, metrics.seen_m,
       metrics.found_axes, metrics.false_pipes, metrics.mapped,
       FigureText(metrics.radius_median_m, 4), FigureText(metrics.radius_95_m, 4),
       FigureText(metrics.axis_median_m, 4));

@@ -7,7 +7,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-std::vector<WeightedDirection> DirectionsOf(const EdgeStraightness& edges,
+std::vector<WeightedDirection> CollectDirections(const EdgeStraightness& edges,
                                             const StraightnessOptions& options) {
   std::vector<WeightedDirection> directions;
   for (const FittedEdge& line : edges.lines) {
@@ -49,7 +49,7 @@ StraightnessReference MakeReference(const OdometryRun& run, const Trajectory& fi
                                : OfOneEdge(edges, poses, options.edges);
   progress.ReportOrStop(0.6);
   const auto directions = MeasureDirections(
-      DirectionsOf(RetriangulateEdges(edges, poses, options.edges, progress.Part(0.6, 0.9)),
+      CollectDirections(RetriangulateEdges(edges, poses, options.edges, progress.Part(0.6, 0.9)),
                    options),
       options.directions);
   progress.ReportOrStop(0.9);
@@ -67,7 +67,7 @@ Straightness MeasureStraightness(const StraightnessReference& reference,
   Straightness result;
   result.edges =
       RetriangulateEdges(observations.edges, trajectory, options.edges, progress.Part(0, 0.4));
-  result.directions = MeasureDirections(DirectionsOf(result.edges, options), options.directions);
+  result.directions = MeasureDirections(CollectDirections(result.edges, options), options.directions);
   result.flatness =
       MeasureFlatness(FlatPoints(observations.points, trajectory, options.max_flat_sigma_m),
                       options.flatness, progress.Part(0.4, 0.8));

@@ -145,7 +145,7 @@ AbsoluteError MeasureAbsolute(AlignmentKind kind, const std::vector<AssociatedPo
   }
   error.position_m = Statistics(error.position_errors_m);
   error.rotation_deg = Statistics(error.rotation_errors_deg);
-  error.rmse_percent = 100 * ShareOf(error.position_m.rmse, length_m);
+  error.rmse_percent = 100 * ComputeShare(error.position_m.rmse, length_m);
   return error;
 }
 

@@ -12,7 +12,7 @@ constexpr char kRotationColour[] = "#2060c0";
 
 // Both trajectories seen along one axis of the true world; `vertical` is the world axis that is
 // drawn upwards.
-SvgPlot View(const TrajectoryMetrics& metrics, const std::string& title, int vertical,
+SvgPlot TrajectoryView(const TrajectoryMetrics& metrics, const std::string& title, int vertical,
              const std::string& y_label) {
   SvgPlot plot{title, "x [m]", y_label, true, {}};
   SvgSeries truth{"truth", kPlotTruthColour, {}}, estimate{"estimate", kEstimateColour, {}};
@@ -47,8 +47,8 @@ std::vector<std::string> WriteTrajectoryPlots(const std::string& folder,
                                               const TrajectoryMetrics& metrics) {
   MakeFolder(folder);
   const std::vector<std::pair<std::string, SvgPlot>> plots = {
-      {folder + "/top.svg", View(metrics, "Seen from above", 1, "y [m]")},
-      {folder + "/side.svg", View(metrics, "Seen from the side", 2, "z [m]")},
+      {folder + "/top.svg", TrajectoryView(metrics, "Seen from above", 1, "y [m]")},
+      {folder + "/side.svg", TrajectoryView(metrics, "Seen from the side", 2, "z [m]")},
       {folder + "/error.svg", ErrorOverTime(metrics)}};
   std::vector<std::string> paths;
   for (const auto& [path, plot] : plots) {

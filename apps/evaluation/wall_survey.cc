@@ -116,7 +116,7 @@ class ProfileMaker {
     std::vector<ProfilePlace> profile;
     for (const auto& [place, around] : places) {
       if (static_cast<int>(around.size()) >= options_.min_points) {
-        profile.push_back(PlaceOf(around));
+        profile.push_back(MakeProfilePlace(around));
       }
     }
     return profile;
@@ -125,7 +125,7 @@ class ProfileMaker {
  private:
   double Along(const PlacedInWorld& p) const { return face_.along.dot(p.p_world - face_.middle); }
 
-  ProfilePlace PlaceOf(const std::vector<const PlacedInWorld*>& around) const {
+  ProfilePlace MakeProfilePlace(const std::vector<const PlacedInWorld*>& around) const {
     std::vector<WeightedValue> off, spread;
     double along_m = 0, weights = 0;
     for (const PlacedInWorld* p : around) {
@@ -199,7 +199,7 @@ SurveyExtent Inner(std::vector<double> values) {
 
 // How well the plane is known in the middle: neighbours share what is wrong with them, so that
 // places count, not points.
-double SigmaOf(const std::vector<ProfilePlace>& profile) {
+double ComputeSigma(const std::vector<ProfilePlace>& profile) {
   if (profile.size() < 2) return kNoFigure;
   double squares = 0;
   for (const ProfilePlace& place : profile) {
@@ -232,7 +232,7 @@ std::optional<SurveyedFace> MeasureWall(const SurveyedPoints& wall, const Vector
   result.middle_world += 0.5 * (along.from_m + along.to_m) * face.along +
                          0.5 * (upwards.from_m + upwards.to_m) * face.upwards;
   result.profile = ProfileMaker(face, options).Make(wall.points);
-  result.sigma_m = SigmaOf(result.profile);
+  result.sigma_m = ComputeSigma(result.profile);
   for (const double length_m : options.straightedges_m) {
     const auto gap_m = GapUnder_m(result.profile, length_m, options.step_m);
     if (gap_m) result.gaps.push_back({length_m, *gap_m});
@@ -244,7 +244,7 @@ std::optional<SurveyedFace> MeasureWall(const SurveyedPoints& wall, const Vector
 }
 
 // The stretch of a face along a direction, from a place.
-SurveyExtent StretchOf(const SurveyedFace& wall, const Vector3d& direction, const Vector3d& from,
+SurveyExtent FindExtent(const SurveyedFace& wall, const Vector3d& direction, const Vector3d& from,
                        const Vector3d& up) {
   const Vector3d half = 0.5 * wall.length_m * up.cross(wall.normal_world).normalized();
   SurveyExtent extent;
@@ -261,8 +261,8 @@ std::optional<FaceDistance> DistanceBetween(const SurveyedFace& a, const Surveye
     return std::nullopt;
   }
   const Vector3d along = up.cross(a.normal_world).normalized();
-  const SurveyExtent first = StretchOf(a, along, a.middle_world, up),
-                     second = StretchOf(b, along, a.middle_world, up);
+  const SurveyExtent first = FindExtent(a, along, a.middle_world, up),
+                     second = FindExtent(b, along, a.middle_world, up);
   const double from_m = std::max(first.from_m, second.from_m);
   const double to_m = std::min(first.to_m, second.to_m);
   if (to_m - from_m < kSurveyLeastBeside_m) return std::nullopt;
@@ -282,7 +282,7 @@ std::optional<FaceAngle> AngleBetween(const SurveyedFace& a, const SurveyedFace&
   if (std::abs(off_rad) > options.max_parallel_deg / kDegreesPerRadian) return std::nullopt;
   // Each reaches, within a metre, to where the other's plane is.
   for (const auto& [wall, other] : {std::pair(&a, &b), std::pair(&b, &a)}) {
-    const SurveyExtent stretch = StretchOf(*wall, other->normal_world, other->middle_world, up);
+    const SurveyExtent stretch = FindExtent(*wall, other->normal_world, other->middle_world, up);
     if (stretch.from_m > kNear_m || stretch.to_m < -kNear_m) return std::nullopt;
   }
   const double leg_m = std::min(a.length_m, b.length_m);

@@ -133,7 +133,7 @@ int AddIfcLines(const MapResult& map, const IfcOptions& options, IfcStructure* s
   double done = 0;
   for (const auto& [key, lines] : groups) {
     progress.ReportOrStop(done++ / static_cast<double>(groups.size()));
-    LineGroup group(key.second, lines, &structure->PartOf(key.first), file);
+    LineGroup group(key.second, lines, &structure->GetPart(key.first), file);
     group.AddCurves();
     if (options.line_solids) group.AddBars(options.line_solid_m);
   }

@@ -39,7 +39,7 @@ int AddIfcPipes(const MapResult& map, IfcStructure* structure, IfcFile* file) {
       continue;
     }
     const double middle_m = 0.5 * (pipe.start_world.z() + pipe.end_world.z());
-    AddPipe(pipe, &structure->PartOf(StoreyAt(map.building, middle_m)), file);
+    AddPipe(pipe, &structure->GetPart(StoreyAt(map.building, middle_m)), file);
   }
   return left_out;
 }

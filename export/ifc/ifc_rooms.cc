@@ -84,7 +84,7 @@ void AddSlab(const Slab& solid, IfcPart* part, IfcFile* file) {
 void AddIfcSpaces(const Building& building, IfcStructure* structure, IfcFile* file) {
   for (const Room& room : building.rooms) {
     if (!HasArea(room.polygon)) continue;
-    AddSpace(room, &structure->PartOf(StoreyOfId(building, room.storey)), file);
+    AddSpace(room, &structure->GetPart(StoreyOfId(building, room.storey)), file);
   }
 }
 
@@ -92,7 +92,7 @@ int AddIfcSlabs(const Building& building, const IfcOptions& options, IfcStructur
                 IfcFile* file) {
   int left_out = 0;
   for (const Slab& slab : SlabsOf(building, options.slab_m, &left_out)) {
-    AddSlab(slab, &structure->PartOf(StoreyOfId(building, slab.plane->storey)), file);
+    AddSlab(slab, &structure->GetPart(StoreyOfId(building, slab.plane->storey)), file);
   }
   return left_out;
 }

@@ -47,7 +47,7 @@ void IfcStructure::AddStoreys(const MapResult& map) {
   if (!entities.empty()) Aggregate(building_.entity, building_.content, entities);
 }
 
-IfcPart& IfcStructure::PartOf(std::optional<std::size_t> storey) {
+IfcPart& IfcStructure::GetPart(std::optional<std::size_t> storey) {
   return storey ? storeys_[*storey] : building_;
 }
 

@@ -23,7 +23,7 @@ class IfcStructure {
   IfcStructure(const MapResult& map, IfcFile* file);
 
   // Of a storey of the building by its index; of none, the building.
-  IfcPart& PartOf(std::optional<std::size_t> storey);
+  IfcPart& GetPart(std::optional<std::size_t> storey);
 
   // Relates what was put into the parts. Call it once, at the end.
   void Finish();

@@ -160,7 +160,7 @@ int AddIfcWalls(const Building& building, const IfcOptions& options, IfcStructur
   int left_out = 0;
   const std::map<const PlanWall*, WallSolid> solids = SolidsOfWalls(building);
   for (const PlanWall& wall : building.walls) {
-    IfcPart& part = structure->PartOf(StoreyOfId(building, wall.storey));
+    IfcPart& part = structure->GetPart(StoreyOfId(building, wall.storey));
     const WallHeight height = HeightOfWall(wall, building, options.assumed_height_m);
     if (!IsSolid(wall, height)) {
       ++left_out;

@@ -42,8 +42,8 @@ std::vector<DrawnText> PlaceBeside(const WallSolid& solid, const std::string& te
   for (const double behind_m : {solid.Thickness() + clear_m, -clear_m}) {
     for (const double along_m : places_m) {
       const DrawnText placed = TextAlong(solid, text, along_m, behind_m, sizes.small_m);
-      if (!taken->HasRoomForText(BoxOf(placed))) continue;
-      taken->AddText(BoxOf(placed));
+      if (!taken->HasRoomForText(MakeBox(placed))) continue;
+      taken->AddText(MakeBox(placed));
       return {placed};
     }
   }
@@ -59,6 +59,20 @@ std::vector<double> PlacesAlong(const WallSolid& solid) {
 }
 
 }  // namespace
+
+Drawing DrawWalls(const std::vector<WallSolid>& solids) {
+  std::vector<WallSolid> measured;
+  for (const WallSolid& solid : solids) {
+    if (!solid.wall->thickness_assumed) measured.push_back(solid);
+  }
+  Drawing drawing;
+  for (Polygon& area : WallAreas(solids)) drawing.areas.push_back({Fill::kAssumed, area});
+  for (Polygon& area : WallAreas(measured)) drawing.areas.push_back({Fill::kWall, area});
+  for (const WallEdge& edge : WallEdges(solids)) {
+    drawing.paths.push_back({edge.assumed ? Pen::kAssumed : Pen::kWall, {edge.start, edge.end}});
+  }
+  return drawing;
+}
 
 std::string OpeningText(const PlanOpening& opening, bool in_mm) {
   const double width_m = opening.to_m - opening.from_m;

@@ -1,4 +1,4 @@
-// How openings of walls are drawn and what is written beside them.
+// How walls and their openings are drawn and what is written beside them.
 #pragma once
 
 #include <string>
@@ -10,6 +10,10 @@
 #include "export/plan/wall_solids.h"
 
 namespace slcmap {
+
+// The areas of walls, those that were measured on both sides over the others, and the paths of
+// their borders.
+Drawing DrawWalls(const std::vector<WallSolid>& solids);
 
 // Its clear width, of others than passages its height, and of a window the sill's:
 // "1.20 x 1.40 +0.90".

@@ -75,7 +75,7 @@ Opposite FindOpposite(const std::vector<Side>& sides, const Side& side, const Ve
 // Places the text where nothing is in its way; false where there is no such place, or where no wall
 // is at either end.
 bool Place(const PlanTextSizes& sizes, TakenPlaces* taken, Dimension* dimension) {
-  const Box line = BoxOf(dimension->from, dimension->to, sizes.gap_m);
+  const Box line = MakeBox(dimension->from, dimension->to, sizes.gap_m);
   constexpr double kIntoWalls_m = 0.1;  // sides of rooms are about where the walls are
   for (const Vector2d& end : {dimension->from, dimension->to}) {
     if (!taken->IsAtWall(end, kIntoWalls_m)) return false;
@@ -85,8 +85,8 @@ bool Place(const PlanTextSizes& sizes, TakenPlaces* taken, Dimension* dimension)
     dimension->text_at = at;
     const DrawnText text = DimensionText(*dimension, sizes);
     const double room_m = 2 * std::min(at, 1 - at) * dimension->Length();
-    if (TextWidth(text.text, text.height) > room_m || !taken->HasRoomForText(BoxOf(text))) continue;
-    taken->AddText(BoxOf(text));
+    if (TextWidth(text.text, text.height) > room_m || !taken->HasRoomForText(MakeBox(text))) continue;
+    taken->AddText(MakeBox(text));
     taken->AddLine(line);
     return true;
   }

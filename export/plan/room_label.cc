@@ -74,7 +74,7 @@ std::vector<DrawnText> Stacked(const std::vector<std::string>& lines, const Vect
 
 bool Fits(const std::vector<DrawnText>& texts, const Polygon& polygon, const TakenPlaces& taken) {
   return std::all_of(texts.begin(), texts.end(), [&](const DrawnText& text) {
-    const Box box = BoxOf(text);
+    const Box box = MakeBox(text);
     for (const double x : {-1, 1}) {
       for (const double y : {-1, 1}) {
         if (!Contains(polygon, box.centre + box.half.cwiseProduct(Vector2d(x, y)))) return false;
@@ -94,7 +94,7 @@ Drawing LabelBeside(const std::string& name, const Vector2d& room, double height
     const double away_m = (2 + i / kDirections) * height_m;
     const Vector2d direction(std::cos(turn_rad), std::sin(turn_rad));
     text.position = room + away_m * direction.cwiseProduct(Vector2d(2, 1));
-    if (taken.HasRoomForText(BoxOf(text))) break;
+    if (taken.HasRoomForText(MakeBox(text))) break;
   }
   const Vector2d under = text.position - Vector2d(0, 0.3 * height_m);
   return {{}, {{Pen::kDimension, {room, under}}}, {text}};
@@ -129,7 +129,7 @@ Drawing RoomLabel(const Room& room, const Polygon& polygon, const PlanTextSizes&
   if (label.texts.empty()) {
     label = LabelBeside(lines[0], places.front(), kSmallest * sizes.name_m, *taken);
   }
-  for (const DrawnText& text : label.texts) taken->AddText(BoxOf(text));
+  for (const DrawnText& text : label.texts) taken->AddText(MakeBox(text));
   return label;
 }
 

@@ -19,11 +19,11 @@ TakenPlaces PlacesOf(const std::vector<WallSolid>& solids) {
   TakenPlaces taken;
   for (const WallSolid& solid : solids) {
     const double half_m = 0.5 * solid.Thickness();
-    taken.AddWall(BoxOf(solid.At(0, half_m), solid.At(solid.Length(), half_m), half_m));
+    taken.AddWall(MakeBox(solid.At(0, half_m), solid.At(solid.Length(), half_m), half_m));
     for (const PlanOpening& opening : solid.wall->openings) {
       if (opening.kind != OpeningKind::kDoor || !opening.walked) continue;
       const double half_width_m = 0.5 * (opening.to_m - opening.from_m);
-      taken.AddLine(BoxOf(solid.At(opening.from_m, -half_width_m),
+      taken.AddLine(MakeBox(solid.At(opening.from_m, -half_width_m),
                           solid.At(opening.to_m, -half_width_m), half_width_m));
     }
   }
@@ -57,9 +57,9 @@ void AddTexts(const Building& building, const std::vector<WallSolid>& solids,
     if (room.storey == plan->storey.id) rooms.push_back(RoomInPlan(building, room));
   }
   const std::vector<Dimension> chains = OuterChains(solids, rooms, sizes);
-  for (const Dimension& chain : chains) taken.AddText(BoxOf(DimensionText(chain, sizes)));
+  for (const Dimension& chain : chains) taken.AddText(MakeBox(DimensionText(chain, sizes)));
   for (const DrawnPath& path : plan->sections.paths) {
-    taken.AddLine(BoxOf(path.points.front(), path.points.back(), sizes.gap_m));
+    taken.AddLine(MakeBox(path.points.front(), path.points.back(), sizes.gap_m));
   }
   for (const WallSolid& solid : solids) {
     Append(OpeningTexts(solid, sizes, &taken), &plan->wall_texts);

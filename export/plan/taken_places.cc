@@ -37,7 +37,7 @@ bool Overlap(const Box& a, const Box& b) {
   return true;
 }
 
-Box BoxOf(const DrawnText& text) {
+Box MakeBox(const DrawnText& text) {
   constexpr double kAround = 0.3;  // of its height
   const Vector2d up(-std::sin(text.angle_rad), std::cos(text.angle_rad));
   return {text.position + 0.5 * text.height * up,
@@ -45,7 +45,7 @@ Box BoxOf(const DrawnText& text) {
           text.angle_rad};
 }
 
-Box BoxOf(const Vector2d& start, const Vector2d& end, double reach) {
+Box MakeBox(const Vector2d& start, const Vector2d& end, double reach) {
   const Vector2d along = end - start;
   return {0.5 * (start + end), {0.5 * along.norm(), reach}, std::atan2(along.y(), along.x())};
 }

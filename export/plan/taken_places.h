@@ -19,10 +19,10 @@ struct Box {
 bool Overlap(const Box& a, const Box& b);
 
 // Around a centred text.
-Box BoxOf(const DrawnText& text);
+Box MakeBox(const DrawnText& text);
 
 // Around a line, that far at each side.
-Box BoxOf(const Eigen::Vector2d& start, const Eigen::Vector2d& end, double reach);
+Box MakeBox(const Eigen::Vector2d& start, const Eigen::Vector2d& end, double reach);
 
 // Lines may cross lines, but neither texts nor walls; texts keep clear of everything.
 class TakenPlaces {

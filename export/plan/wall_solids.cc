@@ -103,7 +103,7 @@ std::vector<std::pair<double, double>> Stretches(const WallSolid& solid) {
   return stretches;
 }
 
-Polygon PieceOf(const WallSolid& solid, double from_m, double to_m) {
+Polygon MakePiece(const WallSolid& solid, double from_m, double to_m) {
   const double behind_m = solid.Thickness();
   const Vector2d back_from = from_m == 0 ? solid.back_start : solid.At(from_m, behind_m);
   const Vector2d back_to = to_m == solid.Length() ? solid.back_end : solid.At(to_m, behind_m);
@@ -162,7 +162,7 @@ std::vector<Polygon> WallAreas(const std::vector<WallSolid>& solids) {
   std::vector<Polygon> pieces;
   for (const WallSolid& solid : solids) {
     for (const auto& [from_m, to_m] : Stretches(solid)) {
-      pieces.push_back(PieceOf(solid, from_m, to_m));
+      pieces.push_back(MakePiece(solid, from_m, to_m));
     }
   }
   std::vector<Polygon> areas = Union(pieces, kGrid_m);
@@ -181,20 +181,6 @@ std::vector<WallEdge> WallEdges(const std::vector<WallSolid>& solids) {
     for (const PlanPoints& hole : area.holes) AddEdges(solids, hole, &edges);
   }
   return edges;
-}
-
-Drawing DrawWalls(const std::vector<WallSolid>& solids) {
-  std::vector<WallSolid> measured;
-  for (const WallSolid& solid : solids) {
-    if (!solid.wall->thickness_assumed) measured.push_back(solid);
-  }
-  Drawing drawing;
-  for (Polygon& area : WallAreas(solids)) drawing.areas.push_back({Fill::kAssumed, area});
-  for (Polygon& area : WallAreas(measured)) drawing.areas.push_back({Fill::kWall, area});
-  for (const WallEdge& edge : WallEdges(solids)) {
-    drawing.paths.push_back({edge.assumed ? Pen::kAssumed : Pen::kWall, {edge.start, edge.end}});
-  }
-  return drawing;
 }
 
 Polygon RoomInPlan(const Building& building, const Room& room) {

@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "data/polygon.h"
-#include "export/plan/drawing.h"
 #include "mapping/building/building.h"
 
 namespace slcmap {
@@ -53,7 +52,7 @@ WallBack BackOf(const WallSolid& solid);
 std::vector<std::pair<double, double>> Stretches(const WallSolid& solid);
 
 // The area of a stretch of a wall, counter-clockwise.
-Polygon PieceOf(const WallSolid& solid, double from_m, double to_m);
+Polygon MakePiece(const WallSolid& solid, double from_m, double to_m);
 
 // The area of walls, without their openings.
 std::vector<Polygon> WallAreas(const std::vector<WallSolid>& solids);
@@ -63,10 +62,6 @@ bool IsAssumedBorder(const std::vector<WallSolid>& solids, const Eigen::Vector2d
 
 // The borders of those areas, once each; walls that overlap are one.
 std::vector<WallEdge> WallEdges(const std::vector<WallSolid>& solids);
-
-// Their areas, those that were measured on both sides over the others, and the paths of the
-// borders.
-Drawing DrawWalls(const std::vector<WallSolid>& solids);
 
 // The polygon of a room in the plan's frame.
 Polygon RoomInPlan(const Building& building, const Room& room);

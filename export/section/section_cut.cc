@@ -67,7 +67,7 @@ class BuildingCutter {
   void CutWallAndOpenings(const TallWall& wall) {
     const WallSolid& solid = wall.solid;
     const double low_m = wall.height.floor_m, high_m = wall.Top_m();
-    for (const CutRange& range : RangesIn(PieceOf(solid, 0, solid.Length()), view_)) {
+    for (const CutRange& range : RangesIn(MakePiece(solid, 0, solid.Length()), view_)) {
       cut_.walls.push_back({solid.wall, BoxOfWall(wall, range, low_m, high_m)});
       const double under_m = SlabBetween(building_, low_m, true);
       AddAssumed(range, low_m - under_m, low_m);
@@ -82,7 +82,7 @@ class BuildingCutter {
       const double from_m = hole->min().x(), to_m = hole->max().x();
       AddWall(wall, from_m, to_m, low_m, hole->min().y());
       AddWall(wall, from_m, to_m, hole->max().y(), high_m);
-      for (const CutRange& range : RangesIn(PieceOf(solid, from_m, to_m), view_)) {
+      for (const CutRange& range : RangesIn(MakePiece(solid, from_m, to_m), view_)) {
         cut_.openings.push_back(
             {&opening,
              {Vector2d(range.first, hole->min().y()), Vector2d(range.second, hole->max().y())},
@@ -140,7 +140,7 @@ class BuildingCutter {
 
   void AddWall(const TallWall& wall, double from_m, double to_m, double low_m, double high_m) {
     if (high_m - low_m < kLeastSolid_m) return;
-    for (const CutRange& range : RangesIn(PieceOf(wall.solid, from_m, to_m), view_)) {
+    for (const CutRange& range : RangesIn(MakePiece(wall.solid, from_m, to_m), view_)) {
       cut_.boxes.push_back(BoxOfWall(wall, range, low_m, high_m));
     }
   }

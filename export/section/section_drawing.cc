@@ -41,7 +41,7 @@ class SectionTexts {
     for (const CutBox& cut : cut_.boxes) {
       const double half_m = 0.5 * cut.box.sizes().y();
       const Vector2d middle = cut.box.center();
-      taken_.AddWall(BoxOf(Vector2d(cut.box.min().x(), middle.y()),
+      taken_.AddWall(MakeBox(Vector2d(cut.box.min().x(), middle.y()),
                            Vector2d(cut.box.max().x(), middle.y()), half_m));
     }
     for (const CutRoom& room : cut_.rooms) AddRoom(room);
@@ -74,8 +74,8 @@ class SectionTexts {
       const Vector2d middle(opening.box.center().x(), opening.box.min().y() + share * size.y());
       const DrawnText placed = {text, middle - 0.5 * sizes_.small_m * up, sizes_.small_m,
                                 angle_rad};
-      if (!taken_.HasRoomForText(BoxOf(placed))) continue;
-      taken_.AddText(BoxOf(placed));
+      if (!taken_.HasRoomForText(MakeBox(placed))) continue;
+      taken_.AddText(MakeBox(placed));
       drawing_.texts.push_back(placed);
       return;
     }
@@ -97,8 +97,8 @@ class SectionTexts {
     const DrawnText name = {NameOf(room),
                             {middle_m, level_m + 2 * sizes_.gap_m + 1.5 * sizes_.figure_m},
                             sizes_.figure_m};
-    if (!taken_.HasRoomForText(BoxOf(name))) return;
-    taken_.AddText(BoxOf(name));
+    if (!taken_.HasRoomForText(MakeBox(name))) return;
+    taken_.AddText(MakeBox(name));
     drawing_.texts.push_back(name);
   }
 
@@ -124,10 +124,10 @@ class SectionTexts {
     if (TextWidth(dimension.Text(), sizes_.figure_m) > length_m) return;
     for (const double share : {0.5, 0.3, 0.7}) {
       dimension.text_at = share;
-      const Box text = BoxOf(DimensionText(dimension, sizes_));
+      const Box text = MakeBox(DimensionText(dimension, sizes_));
       if (!taken_.HasRoomForText(text)) continue;
       taken_.AddText(text);
-      taken_.AddLine(BoxOf(from, to, sizes_.gap_m));
+      taken_.AddLine(MakeBox(from, to, sizes_.gap_m));
       drawing_.dimensions.push_back(dimension);
       return;
     }

@@ -163,7 +163,7 @@ class BeyondCut {
     std::vector<WallSolid> solids;
     for (const TallWall* wall : walls) {
       solids.push_back(wall->solid);
-      pieces.push_back(PieceOf(wall->solid, 0, wall->solid.Length()));
+      pieces.push_back(MakePiece(wall->solid, 0, wall->solid.Length()));
     }
     for (const Polygon& area : Union(pieces, kGrid_m)) {
       AddRing(area.outline, walls, solids);

@@ -28,7 +28,7 @@ constexpr char kSides[] = "sides", kRooms[] = "rooms";
 }
 
 // Numbers that are parted by that character, as many as are wanted; throws where they are not.
-std::vector<double> NumbersOf(const std::string& part, size_t count, const std::string& text) {
+std::vector<double> ParseNumbers(const std::string& part, size_t count, const std::string& text) {
   std::vector<double> numbers;
   const char *at = part.data(), *end = at + part.size();
   while (numbers.size() < count) {
@@ -55,7 +55,7 @@ SectionView AcrossAxis(const std::string& text) {
   const bool back = text.ends_with(kBack);
   const size_t end = text.size() - (back ? std::size(kBack) - 1 : 0);
   SectionView view;
-  view.origin[axis] = NumbersOf(text.substr(2, end - 2), 1, text)[0];
+  view.origin[axis] = ParseNumbers(text.substr(2, end - 2), 1, text)[0];
   view.right = RightOf(axis, back);
   view.place = fmt::format("{} = {:g}, seen towards {} {}", text[0], view.origin[axis],
                            back ? "smaller" : "larger", text[0]);
@@ -66,8 +66,8 @@ SectionView BetweenPoints(const std::string& text) {
   constexpr double kLeast_m = 0.1;
   const size_t colon = text.find(':');
   if (colon == std::string::npos) RefuseSection(text);
-  const std::vector<double> from = NumbersOf(text.substr(0, colon), 2, text);
-  const std::vector<double> to = NumbersOf(text.substr(colon + 1), 2, text);
+  const std::vector<double> from = ParseNumbers(text.substr(0, colon), 2, text);
+  const std::vector<double> to = ParseNumbers(text.substr(colon + 1), 2, text);
   SectionView view;
   view.origin = {from[0], from[1]};
   const Vector2d along = Vector2d(to[0], to[1]) - view.origin;
@@ -79,16 +79,16 @@ SectionView BetweenPoints(const std::string& text) {
   return view;
 }
 
-struct Side {
+struct ViewSide {
   const char* name;  // on the plan
   int axis;          // along which one looks
   bool back;         // to smaller numbers
 };
-constexpr Side kPlanSides[] = {
+constexpr ViewSide kPlanSides[] = {
     {"left", 0, false}, {"right", 0, true}, {"bottom", 1, false}, {"top", 1, true}};
 
 // The building's sides are named by where they are on the plan; one looks at them from outside.
-SectionView OfSide(const Side& side, const Eigen::AlignedBox2d& extent) {
+SectionView OfSide(const ViewSide& side, const Eigen::AlignedBox2d& extent) {
   constexpr double kBefore_m = 1;
   SectionView view;
   view.name = fmt::format("elevation_{}", side.name);
@@ -101,7 +101,7 @@ SectionView OfSide(const Side& side, const Eigen::AlignedBox2d& extent) {
 }
 
 // From the middle of a room to its walls, which are named by where they are on the plan.
-SectionView OfRoomWall(const Side& side, const Room& room, const Eigen::AlignedBox2d& extent) {
+SectionView OfRoomWall(const ViewSide& side, const Room& room, const Eigen::AlignedBox2d& extent) {
   constexpr double kAround_m = 0.3;  // so that walls beside it are cut, as far as they are thick
   const char* seen = kPlanSides[2 * side.axis + (side.back ? 0 : 1)].name;
   SectionView view;
@@ -173,7 +173,7 @@ std::vector<SectionView> SectionViews(const Building& building, const PlanOption
     return std::find(options.elevations.begin(), options.elevations.end(), name) !=
            options.elevations.end();
   };
-  for (const Side& side : kPlanSides) {
+  for (const ViewSide& side : kPlanSides) {
     if (wants(kSides)) views.push_back(OfSide(side, extent));
   }
   for (const Room& room : building.rooms) {
@@ -181,7 +181,7 @@ std::vector<SectionView> SectionViews(const Building& building, const PlanOption
     Eigen::AlignedBox2d of_room;
     for (const Vector2d& p : RoomInPlan(building, room).outline) of_room.extend(p);
     if (of_room.isEmpty()) continue;
-    for (const Side& side : kPlanSides) views.push_back(OfRoomWall(side, room, of_room));
+    for (const ViewSide& side : kPlanSides) views.push_back(OfRoomWall(side, room, of_room));
   }
   return views;
 }

@@ -2,7 +2,8 @@
 #pragma once
 
 #include "data/yaml_options.h"
-#include "odometry/options.h"
+#include "odometry/structure/options.h"
+#include "odometry/window/calibration_options.h"
 
 namespace slcmap {
 

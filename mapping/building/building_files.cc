@@ -16,7 +16,7 @@ constexpr char kPlanFormat[] = "slcmap plan";
 constexpr int kPlanVersion = 1;
 
 // What no building exceeds.
-constexpr double kMost_m = 1e5, kMostArea_m2 = 1e8, kMostThickness_m = 1e3;
+constexpr double kMostLength_m = 1e5, kMostArea_m2 = 1e8, kMostThickness_m = 1e3;
 constexpr int64_t kMostId = 100'000'000;
 
 template <typename Kind, size_t N>
@@ -36,11 +36,11 @@ int64_t ParseId(const std::string& place, const Json& json, const char* key) {
 }
 
 double ParseLength(const std::string& place, const Json& json, const char* key) {
-  return BoundedAt(place, json, key, 0.0, kMost_m);
+  return BoundedAt(place, json, key, 0.0, kMostLength_m);
 }
 
 double ParsePlace(const std::string& place, const Json& json, const char* key) {
-  return BoundedAt(place, json, key, -kMost_m, kMost_m);
+  return BoundedAt(place, json, key, -kMostLength_m, kMostLength_m);
 }
 
 Json OptionalJson(const std::optional<double>& value) {
@@ -66,7 +66,7 @@ PlaneOpening ParseOpening(const std::string& place, const Json& json) {
   opening.walked = json.at("walked").get<bool>();
   opening.clear_width_m = ParseLength(place, json, "clear_width_m");
   opening.clear_height_m = ParseLength(place, json, "clear_height_m");
-  opening.outline_world = ParsePoints<Vector3d>(place, json, "outline", 3, kMost_m);
+  opening.outline_world = ParsePoints<Vector3d>(place, json, "outline", 3, kMostLength_m);
   return opening;
 }
 
@@ -102,7 +102,7 @@ BuildingPlane ParsePlane(const std::string& path, const Json& json) {
   plane.normal = ParseNormal(place, json);
   plane.offset_m = ParsePlace(place, json, "offset_m");
   plane.sigma_m = ParseLength(place, json, "sigma_m");
-  plane.outline_world = ParsePoints<Vector3d>(place, json, "outline", 3, kMost_m);
+  plane.outline_world = ParsePoints<Vector3d>(place, json, "outline", 3, kMostLength_m);
   for (const Json& opening : json.at("openings")) {
     plane.openings.push_back(ParseOpening(place, opening));
   }
@@ -131,7 +131,7 @@ Room ParseRoom(const std::string& path, const Json& json) {
   room.floor_m = ParsePlace(place, json, "floor_m");
   room.height_m = ParseOptional(place, json, "height_m");
   room.bounded = BoundedAt(place, json, "bounded", 0.0, 1.0);
-  room.polygon = ParsePolygon(place, json, kMost_m);
+  room.polygon = ParsePolygon(place, json, kMostLength_m);
   return room;
 }
 
@@ -150,7 +150,7 @@ PlanOpening ParsePlanOpening(const std::string& place, const Json& json) {
   opening.kind = ParseKind<OpeningKind>(place, json, kOpeningKinds);
   opening.walked = json.at("walked").get<bool>();
   opening.from_m = ParsePlace(place, json, "from_m");
-  opening.to_m = BoundedAt(place, json, "to_m", opening.from_m, kMost_m);
+  opening.to_m = BoundedAt(place, json, "to_m", opening.from_m, kMostLength_m);
   opening.sill_m = ParseLength(place, json, "sill_m");
   opening.clear_height_m = ParseLength(place, json, "clear_height_m");
   return opening;
@@ -175,8 +175,8 @@ PlanWall ParseWall(const std::string& path, const Json& json) {
   wall.id = ParseId(path, json, "id");
   const std::string place = fmt::format("{}: wall {}", path, wall.id);
   wall.storey = ParseId(place, json, "storey");
-  wall.start = ParsePoint<Vector2d>(place, json.at("start"), kMost_m);
-  wall.end = ParsePoint<Vector2d>(place, json.at("end"), kMost_m);
+  wall.start = ParsePoint<Vector2d>(place, json.at("start"), kMostLength_m);
+  wall.end = ParsePoint<Vector2d>(place, json.at("end"), kMostLength_m);
   wall.thickness_m = BoundedAt(place, json, "thickness_m", 0.0, kMostThickness_m);
   wall.thickness_assumed = json.at("thickness_assumed").get<bool>();
   wall.sigma_m = ParseLength(place, json, "sigma_m");
@@ -224,7 +224,7 @@ void ParsePlan(const std::string& path, const Json& json, Building* building) {
   const double turn_rad = BoundedAt(path, frame, "turn_rad", -M_PI, M_PI);
   building->T_map_world.rotation = Eigen::AngleAxisd(turn_rad, Vector3d::UnitZ());
   building->T_map_world.translation =
-      ParsePoint<Vector3d>(path, frame.at("translation_m"), kMost_m);
+      ParsePoint<Vector3d>(path, frame.at("translation_m"), kMostLength_m);
   for (const Json& storey : json.at("storeys")) {
     building->storeys.push_back({ParseId(path, storey, "id"), ParsePlace(path, storey, "floor_m"),
                                  ParseOptional(path, storey, "ceiling_m")});

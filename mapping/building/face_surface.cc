@@ -89,7 +89,7 @@ struct Evidence {
   std::vector<Place> places;
 };
 
-using Cell = std::pair<int, int>;  // of a face, along it and up
+using FaceCell = std::pair<int, int>;  // of a face, along it and up
 
 // How many places are at which distance from a face, in bins, by how uncertain they are, in steps
 // of sqrt(2): each density is evaluated once.
@@ -246,7 +246,7 @@ class Surface {
     return {face.AlongOf(sample.p_world.head<2>()), sample.p_world.z(), 0};
   }
 
-  static Cell CellOf(const FaceSample& sample, const Face& face) {
+  static FaceCell CellOf(const FaceSample& sample, const Face& face) {
     const Eigen::Vector3i cube = CubeOf(OnFace(sample, face), kCell_m);
     return {cube.x(), cube.y()};
   }
@@ -266,7 +266,7 @@ class Surface {
   // Returns the area that the points are on.
   static double AddByArea(const std::vector<const FaceSample*>& points, const Face& face,
                           Evidence* evidence) {
-    std::map<Cell, int> counts;
+    std::map<FaceCell, int> counts;
     for (const FaceSample* point : points) ++counts[CellOf(*point, face)];
     for (const FaceSample* point : points) {
       Place& place = evidence->places.emplace_back(PlaceOf(*point, face));

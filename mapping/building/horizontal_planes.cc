@@ -15,7 +15,7 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kBin_m = 0.02, kPeak_m = 0.05;
+constexpr double kPlaneBin_m = 0.02, kPeak_m = 0.05;
 constexpr double kFloorReach_m = 0.3;  // of a room's floor from its storey's
 constexpr double kLeastRoomHeight_m = 1.8;
 constexpr double kAboveTop_m = 0.3;
@@ -30,20 +30,20 @@ struct Height {
   double area_m2 = 0;  // on which it was measured
 };
 
-using Histogram = std::map<int, std::set<PlanColumn>>;  // columns by height
+using HeightHistogram = std::map<int, std::set<PlanColumn>>;  // columns by height
 
-bool HasLess(const Histogram::value_type& a, const Histogram::value_type& b) {
+bool HasLess(const HeightHistogram::value_type& a, const HeightHistogram::value_type& b) {
   return a.second.size() < b.second.size();
 }
 
 // Lamps and ducts have more texture than the ceiling that they hang from: the strongest peak above
 // the most common height that a quarter as many columns have, with a valley in between.
-int BehindWhatHangs(const Histogram& histogram, Histogram::const_iterator most) {
+int BehindWhatHangs(const HeightHistogram& histogram, HeightHistogram::const_iterator most) {
   constexpr double kValley = 0.7;  // of the peak, at most
   const size_t hanging = most->second.size();
   int best = most->first;
   size_t best_columns = 0, valley = hanging;
-  for (int bin = most->first + 1; bin <= most->first + static_cast<int>(kHung_m / kBin_m); ++bin) {
+  for (int bin = most->first + 1; bin <= most->first + static_cast<int>(kHung_m / kPlaneBin_m); ++bin) {
     const auto found = histogram.find(bin);
     const size_t here = found == histogram.end() ? 0 : found->second.size();
     valley = std::min(valley, here);
@@ -58,9 +58,9 @@ int BehindWhatHangs(const Histogram& histogram, Histogram::const_iterator most) 
 // The height that surfaces have in most columns; of ceilings that above what hangs from them.
 std::optional<Height> MostCommon(const std::vector<Vector3d>& points, bool is_ceiling,
                                  double least_m2, const BuildingOptions& options) {
-  Histogram histogram;
+  HeightHistogram histogram;
   for (const Vector3d& p : points) {
-    const int bin = static_cast<int>(std::floor(p.z() / kBin_m));
+    const int bin = static_cast<int>(std::floor(p.z() / kPlaneBin_m));
     for (int k = -1; k <= 1; ++k) histogram[bin + k].insert(ColumnOf(p.head<2>()));
   }
   const auto most = std::max_element(histogram.begin(), histogram.end(), HasLess);
@@ -68,7 +68,7 @@ std::optional<Height> MostCommon(const std::vector<Vector3d>& points, bool is_ce
   const auto best = is_ceiling ? histogram.find(BehindWhatHangs(histogram, most)) : most;
   const double area_m2 = static_cast<double>(best->second.size()) * kColumn_m * kColumn_m;
   if (area_m2 < least_m2) return std::nullopt;
-  const double middle_m = (best->first + 0.5) * kBin_m;
+  const double middle_m = (best->first + 0.5) * kPlaneBin_m;
   double sum = 0, squares = 0, count = 0;
   for (const Vector3d& p : points) {
     const double d = p.z() - middle_m;
@@ -110,7 +110,7 @@ std::vector<RimPart> RimParts(const PlanPoints& outline, const MapLine& line) {
 }
 
 // The length of the border that parts cover, each place once.
-double CoveredLength(std::vector<RimPart> parts) {
+double CoveredRim(std::vector<RimPart> parts) {
   std::sort(parts.begin(), parts.end(), [](const RimPart& a, const RimPart& b) {
     return a.side != b.side ? a.side < b.side : a.from_m < b.from_m;
   });
@@ -147,7 +147,7 @@ std::optional<Height> RimHeight(const std::vector<MapLine>& lines, const Room& r
   for (const MapLine& line : lines) {
     for (const RimPart& part : RimParts(room.polygon.outline, line)) {
       if (part.z_m < low_m || part.z_m > high_m) continue;
-      const int bin = static_cast<int>(std::floor(part.z_m / kBin_m));
+      const int bin = static_cast<int>(std::floor(part.z_m / kPlaneBin_m));
       for (int k = bin - 1; k <= bin + 1; ++k) by_height[k].push_back(part);
     }
   }
@@ -155,7 +155,7 @@ std::optional<Height> RimHeight(const std::vector<MapLine>& lines, const Room& r
   double most_m = 0;
   const std::vector<RimPart>* best = nullptr;
   for (auto bin = by_height.rbegin(); bin != by_height.rend(); ++bin) {
-    const double covered_m = CoveredLength(bin->second);
+    const double covered_m = CoveredRim(bin->second);
     if (best && covered_m <= most_m) break;  // down from the first peak
     if (covered_m < least_m) continue;
     most_m = covered_m;
@@ -195,7 +195,7 @@ std::optional<Height> CeilingOf(const BuildingInput& input, const Level& level, 
   }
   if (seen->area_m2 > kSureShare * room.area_m2) return seen;
   const double most_m = std::min(seen->z_m + kHung_m, level.top_m + kRimAbove_m);
-  const auto rim = RimHeight(input.lines, room, seen->z_m - kBin_m, most_m, options);
+  const auto rim = RimHeight(input.lines, room, seen->z_m - kPlaneBin_m, most_m, options);
   return rim ? rim : seen;
 }
 

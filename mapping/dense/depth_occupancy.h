@@ -6,7 +6,7 @@
 
 #include "mapping/dense/dense_point.h"
 #include "mapping/dense/depth_carving.h"
-#include "mapping/options.h"
+#include "mapping/map_options.h"
 
 namespace slcmap {
 

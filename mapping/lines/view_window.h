@@ -7,7 +7,7 @@
 #include "mapping/lines/line_sweep.h"
 #include "mapping/read_ahead.h"
 #include "mapping/views/view.h"
-#include "odometry/options.h"
+#include "odometry/frontend/options.h"
 
 namespace slcmap {
 

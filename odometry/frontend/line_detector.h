@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "data/types.h"
-#include "odometry/options.h"
+#include "odometry/frontend/options.h"
 
 namespace slcmap {
 

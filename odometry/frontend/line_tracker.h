@@ -11,7 +11,7 @@
 
 #include "data/types.h"
 #include "odometry/line_prediction.h"
-#include "odometry/options.h"
+#include "odometry/frontend/options.h"
 
 namespace slcmap {
 

@@ -6,7 +6,7 @@
 
 #include "data/types.h"
 #include "odometry/geometry/right_rectification.h"
-#include "odometry/options.h"
+#include "odometry/frontend/options.h"
 
 namespace slcmap {
 

@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "data/types.h"
-#include "odometry/options.h"
+#include "odometry/structure/options.h"
 
 namespace slcmap {
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "data/types.h"
-#include "odometry/options.h"
+#include "odometry/structure/options.h"
 #include "odometry/run.h"
 
 namespace slcmap {

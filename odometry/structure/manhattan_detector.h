@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "data/types.h"
-#include "odometry/options.h"
+#include "odometry/structure/options.h"
 #include "odometry/structure/interpretation_plane.h"
 
 namespace slcmap {

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "data/types.h"
-#include "odometry/options.h"
+#include "odometry/structure/options.h"
 
 namespace slcmap {
 

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "odometry/geometry/slope.h"
-#include "odometry/options.h"
+#include "odometry/structure/options.h"
 
 namespace slcmap {
 

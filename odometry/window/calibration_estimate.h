@@ -5,7 +5,7 @@
 #include <optional>
 #include <string>
 
-#include "odometry/options.h"
+#include "odometry/window/calibration_options.h"
 #include "odometry/residuals/calibration.h"
 #include "odometry/residuals/prior.h"
 #include "odometry/run.h"

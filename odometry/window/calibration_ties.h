@@ -1,7 +1,7 @@
 // Which numbers of the calibration are taken to be as they were given.
 #pragma once
 
-#include "odometry/options.h"
+#include "odometry/window/calibration_options.h"
 #include "odometry/residuals/calibration.h"
 
 namespace slcmap {

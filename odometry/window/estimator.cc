@@ -55,7 +55,7 @@ std::string FindImpossible(const OnlineState& state, const FailureOptions& limit
 
 }  // namespace
 
-Estimator::Estimator(const OdometryOptions& options, const Rig& rectified_rig, PointSource* source,
+Estimator::Estimator(const EstimatorOptions& options, const Rig& rectified_rig, PointSource* source,
                      LineSource* lines, int threads)
     : options_(options),
       rig_(rectified_rig),

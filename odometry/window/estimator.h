@@ -13,7 +13,7 @@
 #include "odometry/geometry/right_rectification.h"
 #include "odometry/imu/imu_buffer.h"
 #include "odometry/line_prediction.h"
-#include "odometry/options.h"
+#include "odometry/window/options.h"
 #include "odometry/run.h"
 #include "odometry/stage_clock.h"
 #include "odometry/verdict/figure_collector.h"
@@ -57,7 +57,7 @@ class Estimator {
   // The sources must outlive the estimator; lines may be null. With one thread everything is done
   // one after the other. With more, lines are tracked beside the points, and the window is still
   // optimised when AddImage() returns for a keyframe; the results are the same.
-  Estimator(const OdometryOptions& options, const Rig& rectified_rig, PointSource* source,
+  Estimator(const EstimatorOptions& options, const Rig& rectified_rig, PointSource* source,
             LineSource* lines = nullptr, int threads = 1);
 
   // False where the sample is not finite or not later than the last one; it is then dropped.
@@ -143,7 +143,7 @@ class Estimator {
     std::future<FinishedIds> optimized;
   };
 
-  OdometryOptions options_;
+  EstimatorOptions options_;
   Rig rig_;
   std::launch policy_;
   PointSource* source_;

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "odometry/options.h"
+#include "odometry/window/options.h"
 #include "odometry/window/linear_alignment.h"
 #include "odometry/window/sliding_window.h"
 

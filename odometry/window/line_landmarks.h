@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "data/types.h"
-#include "odometry/options.h"
+#include "odometry/window/options.h"
 #include "odometry/run.h"
 #include "odometry/structure/building_deviation.h"
 #include "odometry/structure/line_classifier.h"

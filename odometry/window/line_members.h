@@ -3,7 +3,7 @@
 
 #include <unordered_set>
 
-#include "odometry/options.h"
+#include "odometry/window/options.h"
 #include "odometry/structure/points_on_lines.h"
 #include "odometry/window/landmark_information.h"
 #include "odometry/window/problem_builder.h"

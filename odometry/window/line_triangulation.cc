@@ -72,7 +72,7 @@ bool IsInFront(const PointAndDirection& line, const std::vector<SegmentView>& vi
 using Factors = std::vector<std::unique_ptr<Factor>>;
 
 // The normal equations of a line's block, which is the last of every factor.
-struct NormalEquations {
+struct LineNormalEquations {
   Eigen::MatrixXd information;
   Eigen::VectorXd gradient;
   double cost = 0;
@@ -88,9 +88,9 @@ class LineProblem {
       PoseToBlock(observation.T_world_imu, poses_.emplace_back().data());
   }
 
-  NormalEquations At(const double* block) const {
+  LineNormalEquations At(const double* block) const {
     const int size = factors_[0]->tangent_size(factors_[0]->blocks() - 1);
-    NormalEquations out{Eigen::MatrixXd::Zero(size, size), Eigen::VectorXd::Zero(size)};
+    LineNormalEquations out{Eigen::MatrixXd::Zero(size, size), Eigen::VectorXd::Zero(size)};
     for (size_t i = 0; i < factors_.size(); ++i) {
       const Factor& factor = *factors_[i];
       const int last = factor.blocks() - 1;
@@ -120,13 +120,13 @@ class LineProblem {
 // observations leave some direction of the block open.
 std::optional<Eigen::MatrixXd> Refine(const LineProblem& problem, const BlockKind& kind,
                                       double* block) {
-  NormalEquations at = problem.At(block);
+  LineNormalEquations at = problem.At(block);
   std::vector<double> moved(kind.size);
   for (int i = 0; i < kMaxIterations; ++i) {
     const Eigen::VectorXd step = at.information.ldlt().solve(-at.gradient);
     if (!step.allFinite()) return std::nullopt;
     BlockPlus(kind, block, step.data(), moved.data());
-    NormalEquations next = problem.At(moved.data());
+    LineNormalEquations next = problem.At(moved.data());
     if (!(next.cost < at.cost)) break;
     std::copy(moved.begin(), moved.end(), block);
     at = std::move(next);

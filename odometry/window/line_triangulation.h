@@ -7,7 +7,7 @@
 
 #include "odometry/geometry/general_line.h"
 #include "odometry/geometry/structural_line.h"
-#include "odometry/options.h"
+#include "odometry/window/options.h"
 #include "odometry/residuals/line_reprojection.h"
 
 namespace slcmap {

@@ -4,7 +4,7 @@
 #include <unordered_set>
 #include <utility>
 
-#include "odometry/options.h"
+#include "odometry/window/options.h"
 #include "odometry/run.h"
 #include "odometry/window/fit.h"
 #include "odometry/window/problem_builder.h"

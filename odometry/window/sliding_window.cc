@@ -22,7 +22,7 @@ constexpr double kErrorsMoved = 0.003;  // the same of the IMU's linear errors
 constexpr int64_t kRestKept_ns = 10'000'000'000;  // of a standstill; cut when twice as long
 
 // One camera, whose scale comes from the IMU alone, tells no more of the rig than the time offset.
-CalibrationOptions WhatTells(const OdometryOptions& options) {
+CalibrationOptions WhatTells(const EstimatorOptions& options) {
   CalibrationOptions calibration = options.calibration;
   if (options.method != Method::kPointsMono) return calibration;
   calibration.imu_rotation = calibration.lever = calibration.focal_length = false;
@@ -32,7 +32,7 @@ CalibrationOptions WhatTells(const OdometryOptions& options) {
 
 // Without a second camera the first states are off by more than points are when they are placed;
 // what does not fit once they are optimised is rejected as ever.
-PointTriangulationOptions FirstTriangulation(const OdometryOptions& options) {
+PointTriangulationOptions FirstTriangulation(const EstimatorOptions& options) {
   constexpr double kWider = 8;
   PointTriangulationOptions first = options.window.triangulation;
   if (options.method == Method::kPointsMono) first.max_residual_sigma *= kWider;
@@ -54,7 +54,7 @@ std::vector<const PointLandmark*> KnownLandmarks(const FrameState& frame,
 
 }  // namespace
 
-SlidingWindow::SlidingWindow(const OdometryOptions& options, const Rig& rectified_rig)
+SlidingWindow::SlidingWindow(const EstimatorOptions& options, const Rig& rectified_rig)
     : options_(options.window),
       first_triangulation_(FirstTriangulation(options)),
       rig_(rectified_rig),

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "odometry/imu/imu_buffer.h"
-#include "odometry/options.h"
+#include "odometry/window/options.h"
 #include "odometry/run.h"
 #include "odometry/window/calibration_estimate.h"
 #include "odometry/window/calibration_ties.h"
@@ -27,7 +27,7 @@ struct FinishedIds {
 
 class SlidingWindow {
  public:
-  SlidingWindow(const OdometryOptions& options, const Rig& rectified_rig);
+  SlidingWindow(const EstimatorOptions& options, const Rig& rectified_rig);
 
   // How images move with what the lenses are; ideal pinholes without.
   void SetLensShifts(const std::array<LensShift, 2>& shifts);

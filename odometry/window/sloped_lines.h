@@ -6,7 +6,8 @@
 #include <unordered_set>
 #include <vector>
 
-#include "odometry/options.h"
+#include "odometry/structure/options.h"
+#include "odometry/window/options.h"
 #include "odometry/structure/building_deviation.h"
 #include "odometry/structure/slope_detector.h"
 #include "odometry/window/problem_builder.h"

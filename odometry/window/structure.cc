@@ -18,7 +18,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-LineKinds KindsOf(const OdometryOptions& options) {
+LineKinds KindsOf(const EstimatorOptions& options) {
   return {UsesStructure(options.method), options.method == Method::kPointsLines};
 }
 
@@ -72,7 +72,7 @@ SlopedDirection DescribeSlope(const SlopeState& slope, int segment,
 
 }  // namespace
 
-Structure::Structure(const OdometryOptions& options, const Rig& rectified_rig)
+Structure::Structure(const EstimatorOptions& options, const Rig& rectified_rig)
     : options_(options.line_landmarks),
       manhattan_options_(options.manhattan),
       slope_options_(options.slopes),

@@ -5,7 +5,7 @@
 #include <unordered_set>
 #include <vector>
 
-#include "odometry/options.h"
+#include "odometry/window/options.h"
 #include "odometry/run.h"
 #include "odometry/structure/line_classifier.h"
 #include "odometry/structure/manhattan_detector.h"
@@ -20,7 +20,7 @@ namespace slcmap {
 class Structure {
  public:
   // Does nothing for methods on points alone.
-  Structure(const OdometryOptions& options, const Rig& rectified_rig);
+  Structure(const EstimatorOptions& options, const Rig& rectified_rig);
 
   // Before the window is optimised with its newest frame: looks for headings of the building, for
   // points on lines, and estimates lines that can be.

@@ -3,7 +3,7 @@
 
 #include <optional>
 
-#include "odometry/options.h"
+#include "odometry/window/options.h"
 #include "odometry/window/window_state.h"
 
 namespace slcmap {

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "data/simulator/imu_simulator.h"
+#include "odometry/options.h"
 #include "odometry/window/estimator.h"
 #include "tests/testing/example.h"
 #include "tests/testing/line_track_simulator.h"

@@ -198,10 +198,10 @@ std::vector<Box> TextBoxes(const PlanSet& plans) {
   const PlanTextSizes sizes(plans.format.scale);
   std::vector<Box> boxes;
   for (const auto* texts : {&plan.room_texts, &plan.wall_texts}) {
-    for (const DrawnText& text : *texts) boxes.push_back(BoxOf(text));
+    for (const DrawnText& text : *texts) boxes.push_back(MakeBox(text));
   }
   for (const Dimension& dimension : plan.dimensions) {
-    boxes.push_back(BoxOf(DimensionText(dimension, sizes)));
+    boxes.push_back(MakeBox(DimensionText(dimension, sizes)));
   }
   for (Box& box : boxes) box.half.y() *= 0.6;  // without what is kept clear around them
   return boxes;

@@ -1,0 +1,93 @@
+#include "odometry/frontend/options.h"
+
+#include <utility>
+
+#include "data/error.h"
+#include "data/option_table.h"
+
+namespace slcmap {
+
+constexpr OptionTable kRectifier{
+    Option{"max_field_of_view_rad", &RectifierOptions::max_field_of_view_rad, 0.2, 2.8},
+    Option{"scale", &RectifierOptions::scale, 0.1, 4.0}};
+
+void RectifierOptions::Check() const { kRectifier.Check("rectifier", *this); }
+void RectifierOptions::Read(YamlSection section) { kRectifier.Read(section, this); }
+
+constexpr OptionTable kPointTracker{
+    Option{"max_points", &PointTrackerOptions::max_points, 1, 10000},
+    Option{"min_distance_px", &PointTrackerOptions::min_distance_px, 3.0, 1000.0},
+    Option{"pyramid_levels", &PointTrackerOptions::pyramid_levels, 1, 8},
+    Option{"patch_px", &PointTrackerOptions::patch_px, 5, 63},
+    Option{"min_correlation", &PointTrackerOptions::min_correlation, 0.0, 1.0},
+    Option{"max_epipolar_px", &PointTrackerOptions::max_epipolar_px, 0.01, 100.0},
+    Option{"min_corner_gradient", &PointTrackerOptions::min_corner_gradient, 0.0, 255.0}};
+
+void PointTrackerOptions::Check() const { kPointTracker.Check("points", *this); }
+void PointTrackerOptions::Read(YamlSection section) { kPointTracker.Read(section, this); }
+
+constexpr std::pair<LineDetectorKind, const char*> kLineDetectors[] = {
+    {LineDetectorKind::kLsd, "lsd"},
+    {LineDetectorKind::kFld, "fld"},
+    {LineDetectorKind::kEd, "ed"}};
+
+LineDetectorKind LineDetectorFromName(const std::string& name) {
+  for (const auto& [kind, kind_name] : kLineDetectors) {
+    if (name == kind_name) return kind;
+  }
+  throw ConfigError("lines.detector.kind: found '" + name + "', expected lsd, fld or ed");
+}
+
+std::string LineDetectorName(LineDetectorKind kind) {
+  for (const auto& [other, name] : kLineDetectors) {
+    if (kind == other) return name;
+  }
+  return "";
+}
+
+constexpr OptionTable kLineDetector{
+    Option{"scale", &LineDetectorOptions::scale, 0.1, 1.0},
+    Option{"min_length_px", &LineDetectorOptions::min_length_px, 10.0, 1000.0},
+    Option{"max_join_gap_px", &LineDetectorOptions::max_join_gap_px, 0.0, 1000.0},
+    Option{"max_segments", &LineDetectorOptions::max_segments, 1, 10000}};
+
+void LineDetectorOptions::Check() const { kLineDetector.Check("lines.detector", *this); }
+void LineDetectorOptions::Read(YamlSection section) {
+  std::string name = LineDetectorName(kind);
+  section.Read("kind", &name);
+  kind = LineDetectorFromName(name);
+  kLineDetector.Read(section, this);
+}
+
+constexpr OptionTable kLineMatcher{
+    Option{"max_descriptor_bits", &LineMatcherOptions::max_descriptor_bits, 0, 256},
+    Option{"min_lead_bits", &LineMatcherOptions::min_lead_bits, 0.0, 256.0},
+    Option{"min_correlation", &LineMatcherOptions::min_correlation, 0.0, 1.0},
+    Option{"min_stereo_correlation", &LineMatcherOptions::min_stereo_correlation, 0.0, 1.0},
+    Option{"min_stereo_lead", &LineMatcherOptions::min_stereo_lead, 0.0, 1.0},
+    Option{"max_disparity", &LineMatcherOptions::max_disparity, 0.01, 1.0}};
+
+void LineMatcherOptions::Check() const { kLineMatcher.Check("lines.matcher", *this); }
+void LineMatcherOptions::Read(YamlSection section) { kLineMatcher.Read(section, this); }
+
+constexpr OptionTable kLineTracker{
+    Option{"max_lines", &LineTrackerOptions::max_lines, 1, 1000},
+    Option{"max_misses", &LineTrackerOptions::max_misses, 0, 1000},
+    Option{"gate_sigmas", &LineTrackerOptions::gate_sigmas, 0.0, 100.0},
+    Option{"min_gate_px", &LineTrackerOptions::min_gate_px, 0.1, 100.0},
+    Option{"predicted_angle_rad", &LineTrackerOptions::predicted_angle_rad, 0.001, 1.0},
+    Option{"max_parallax_px", &LineTrackerOptions::max_parallax_px, 1.0, 1000.0},
+    Option{"moved_angle_rad", &LineTrackerOptions::moved_angle_rad, 0.001, 1.0}};
+
+void LineTrackerOptions::Check() const {
+  kLineTracker.Check("lines", *this);
+  detector.Check();
+  matcher.Check();
+}
+void LineTrackerOptions::Read(YamlSection section) {
+  detector.Read(section.Section("detector"));
+  matcher.Read(section.Section("matcher"));
+  kLineTracker.Read(section, this);
+}
+
+}  // namespace slcmap
