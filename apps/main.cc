@@ -16,12 +16,10 @@
 #include <malloc.h>
 #endif
 
-#include "apps/commands.h"
-#include "apps/usage.h"
-#include "apps/verdict_report.h"
-#include "data/error.h"
-#include "data/input_fault.h"
-#include "data/progress.h"
+#include "apps/commands/check.h"
+#include "apps/commands/commands.h"
+#include "data/core/error.h"
+#include "data/core/progress.h"
 #include "data/version.h"
 
 namespace slcmap {

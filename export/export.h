@@ -4,17 +4,17 @@
 #include <string>
 #include <vector>
 
-#include "data/output_folder.h"
-#include "data/progress.h"
-#include "export/colmap_options.h"
-#include "export/gltf_options.h"
-#include "export/grid_options.h"
-#include "export/ifc/ifc_options.h"
-#include "export/obj_options.h"
+#include "data/core/progress.h"
+#include "data/io/output_folder.h"
+#include "export/cad/ifc_writer.h"
+#include "export/cad/obj_writer.h"
+#include "export/plan/occupancy_grid.h"
 #include "export/plan/plan_options.h"
-#include "export/ply_options.h"
-#include "export/scene.h"
-#include "mapping/map.h"
+#include "export/scene/ply_writer.h"
+#include "export/scene/scene.h"
+#include "export/sfm/text_models.h"
+#include "export/web/gltf_writer.h"
+#include "mapping/map/map.h"
 
 namespace slcmap {
 
@@ -56,5 +56,20 @@ std::vector<std::string> ExportMap(const MapResult& map, const std::string& fold
                                    const ExportOptions& options, const Progress& progress = {});
 std::vector<std::string> ExportMap(const MapResult& map, OutputFolder* folder,
                                    const ExportOptions& options, const Progress& progress = {});
+
+// The frame of exports: along the building, the same in all formats.
+
+// From the map's world to the frame of exports: a turn about z that lays the main heading of the
+// walls (Building::T_map_world) along x or y, whichever is nearer, by at most 45 degrees.
+// None for maps that are far away: they lie in a frame that others share, whose axes they keep.
+RigidTransform FrameOfExports(const MapResult& map);
+
+// Whether it is there already.
+bool IsInFrameOfExports(const Building& building);
+
+// The map in the frame of exports, in which Building::T_map_world is none; MapSource says how its
+// runs are turned there. Occupancy is sampled anew: a voxel is what the map has at its centre.
+// Throws StoppedError when progress says so.
+MapResult InFrameOfExports(const MapResult& map, const Progress& progress);
 
 }  // namespace slcmap

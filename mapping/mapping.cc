@@ -4,30 +4,87 @@
 
 #include <set>
 #include <string>
+#include <vector>
 
+#include "data/core/progress.h"
 #include "mapping/building/build_building.h"
-#include "mapping/dense/dense_stage.h"
-#include "mapping/filled_points.h"
-#include "mapping/junctions/junctions.h"
-#include "mapping/line_map.h"
-#include "mapping/lines/known_lines.h"
+#include "mapping/dense/dense_map.h"
+#include "mapping/lines/line_samples.h"
 #include "mapping/lines/map_lines.h"
-#include "mapping/lines/sight_depths.h"
-#include "mapping/map_building_input.h"
-#include "mapping/occupancy.h"
+#include "mapping/map/building.h"
+#include "mapping/map/landmarks.h"
+#include "mapping/map/map.h"
+#include "mapping/map/rays.h"
+#include "mapping/map/refinement.h"
+#include "mapping/options.h"
 #include "mapping/pipes/pipes.h"
-#include "mapping/planes/plane_filling.h"
-#include "mapping/planes/plane_points.h"
-#include "mapping/point_cloud.h"
-#include "mapping/point_lines.h"
-#include "mapping/point_observations.h"
-#include "mapping/refinement.h"
-#include "mapping/views/pose_agreement.h"
-#include "odometry/calibrated_rig.h"
+#include "mapping/surfaces/bounded_plane.h"
+#include "mapping/surfaces/junctions.h"
+#include "mapping/surfaces/plane_filling.h"
+#include "mapping/views/view.h"
+#include "mapping/views/view_matches.h"
 #include "odometry/geometry/pinhole.h"
-#include "odometry/method.h"
+#include "odometry/run/run.h"
+#include "odometry/run/run_queries.h"
 
 namespace slcmap {
+
+// What mapping makes of the images of views besides lines: the dense cloud and occupancy.
+
+inline constexpr const char* kDenseViewWithoutImages = "dense_views_without_images";
+
+// Sets the map's dense points, and its occupancy to what confirmed depth shows, and returns what
+// each view saw; warnings count views that could not be used. Once progress says so, they are those
+// of the views so far. Throws ConfigError when an option is not plausible, or would take too much
+// memory.
+std::vector<Sights> MapDensely(const Views& views, const ViewImages& images,
+                               const MappingOptions& options, const Progress& progress,
+                               MapResult* map);
+
+namespace {
+
+// Every other node is enough for openings, which are some 40 cm wide.
+Sights SightsOf(const RigidTransform& T_world_camera, const Camera& camera,
+                const DepthGrid& depth) {
+  constexpr int kStep = 2;
+  Sights sights;
+  sights.p_world_camera = T_world_camera.translation;
+  for (int row = 0; row < depth.rows; row += kStep) {
+    for (int column = 0; column < depth.columns; column += kStep) {
+      const DepthNode& node = depth.At(column, row);
+      if (!node.is_known()) continue;
+      const Eigen::Vector3d ray =
+          PinholeRay(camera, depth.ColumnPixel(column), depth.RowPixel(row));
+      sights.p_world.push_back((T_world_camera * (node.depth_m() * ray)).cast<float>());
+      sights.sigma_m.push_back(static_cast<float>(node.depth_sigma_m() * ray.norm()));
+    }
+  }
+  return sights;
+}
+
+}  // namespace
+
+std::vector<Sights> MapDensely(const Views& views, const ViewImages& images,
+                               const MappingOptions& options, const Progress& progress,
+                               MapResult* map) {
+  DepthOccupancy occupancy(options.occupancy);
+  const Rig& rig = images.rig();
+  std::vector<Sights> sights;
+  DenseMap dense = BuildDense(
+      views, images, options.dense, progress, [&](std::size_t view, const DepthGrid& depth) {
+        const RigidTransform T_world_camera = WorldFromCamera(views[view], rig);
+        occupancy.Add(T_world_camera, rig.cameras[0], depth);
+        sights.push_back(SightsOf(T_world_camera, rig.cameras[0], depth));
+      });
+  map->dense = std::move(dense.points);
+  map->occupancy = occupancy.Finish(map->dense, options.dense.voxel_m);
+  if (dense.views_without_images > 0) {
+    map->warnings[kDenseViewWithoutImages] += dense.views_without_images;
+  }
+  if (occupancy.out_of_octree() > 0) map->warnings[kRayOutOfOctree] += occupancy.out_of_octree();
+  return sights;
+}
+
 namespace {
 
 // Shares of the time, about, up to the end of a stage.

@@ -1,12 +1,12 @@
 // From the keyframes and landmarks of a run to a map of the building.
 #pragma once
 
-#include "data/progress.h"
-#include "mapping/map.h"
+#include "data/core/progress.h"
+#include "mapping/map/map.h"
 #include "mapping/options.h"
 #include "mapping/stage_store.h"
 #include "mapping/views/recorded_views.h"
-#include "odometry/run.h"
+#include "odometry/run/run.h"
 
 namespace slcmap {
 

@@ -1,7 +1,6 @@
 #include "mapping/options.h"
 
-#include "data/config_file.h"
-#include "data/option_table.h"
+#include "data/io/yaml.h"
 
 namespace slcmap {
 namespace {

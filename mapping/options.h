@@ -1,16 +1,15 @@
 // The options of every stage of mapping: defaults here, overridden by YAML, checked when used.
 #pragma once
 
-#include "data/yaml_options.h"
-#include "mapping/adjustment/adjustment_options.h"
-#include "mapping/building/building_options.h"
-#include "mapping/dense/dense_options.h"
-#include "mapping/given_poses/pose_options.h"
-#include "mapping/junctions/junction_options.h"
-#include "mapping/lines/line_options.h"
-#include "mapping/map_options.h"
-#include "mapping/pipes/pipe_options.h"
-#include "mapping/planes/plane_options.h"
+#include "data/io/yaml.h"
+#include "mapping/adjustment/options.h"
+#include "mapping/building/options.h"
+#include "mapping/external_poses/pose_matches.h"
+#include "mapping/lines/options.h"
+#include "mapping/map/options.h"
+#include "mapping/pipes/pipe_fit.h"
+#include "mapping/surfaces/options.h"
+#include "mapping/views/stereo_depth.h"
 
 namespace slcmap {
 

@@ -7,10 +7,9 @@
 #include <fstream>
 #include <type_traits>
 
-#include "data/checksum.h"
-#include "data/error.h"
-#include "data/json_file.h"
-#include "data/mask.h"
+#include "data/calibration/mask.h"
+#include "data/core/error.h"
+#include "data/io/json.h"
 
 namespace slcmap {
 namespace {

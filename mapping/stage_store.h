@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "mapping/building/building_input.h"
-#include "mapping/map.h"
+#include "mapping/map/building.h"
+#include "mapping/map/map.h"
 #include "mapping/options.h"
 #include "mapping/views/recorded_views.h"
 

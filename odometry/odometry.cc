@@ -4,13 +4,12 @@
 #include <mutex>
 #include <utility>
 
-#include "data/calibration.h"
-#include "data/error.h"
-#include "odometry/finite_run.h"
+#include "data/calibration/calibration.h"
+#include "data/core/error.h"
 #include "odometry/frontend/line_tracker.h"
 #include "odometry/frontend/point_tracker.h"
 #include "odometry/frontend/rectifier.h"
-#include "odometry/frontend/repeated_images.h"
+#include "odometry/run/run_queries.h"
 #include "odometry/window/estimator.h"
 
 namespace slcmap {

@@ -12,9 +12,9 @@
 #include <memory>
 #include <vector>
 
-#include "data/types.h"
+#include "data/core/types.h"
 #include "odometry/options.h"
-#include "odometry/run.h"
+#include "odometry/run/run.h"
 
 namespace slcmap {
 

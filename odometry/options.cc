@@ -1,6 +1,6 @@
 #include "odometry/options.h"
 
-#include "data/config_file.h"
+#include "data/io/yaml.h"
 
 namespace slcmap {
 

@@ -2,10 +2,12 @@
 #pragma once
 
 #include <cstdint>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
 
-#include "apps/evaluation/alignment.h"
-#include "data/true_building.h"
-#include "mapping/building/building.h"
+#include "apps/evaluation/trajectory_metrics.h"
+#include "data/io/true_building.h"
+#include "mapping/map/building.h"
 
 namespace slcmap {
 
@@ -47,5 +49,20 @@ BuildingMetrics EvaluateBuilding(const TrueBuilding& truth, const Building& buil
 
 // The building laid over the truth, as the trajectory was.
 Building Aligned(const Alignment& alignment, Building building);
+
+// How what was measured of a mapped building is told.
+
+// Files, as the user named them.
+struct BuildingInputs {
+  std::string planes;         // planes.json of a map; the other files of the building beside it
+  std::string true_building;  // truth/building.json of a simulated sequence
+};
+
+std::string BuildingTable(const BuildingInputs& inputs, const BuildingMetrics& metrics);
+nlohmann::ordered_json BuildingJson(const BuildingInputs& inputs, const BuildingMetrics& metrics);
+
+// Draws a plan: true walls and rooms, over them what was mapped. Throws OutputError.
+void WriteBuildingPlan(const std::string& path, const TrueBuilding& truth,
+                       const Building& building);
 
 }  // namespace slcmap

@@ -2,14 +2,16 @@
 #pragma once
 
 #include <cstdint>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
+#include <string>
 #include <vector>
 
-#include "apps/evaluation/alignment.h"
 #include "apps/evaluation/line_gaps.h"
-#include "apps/evaluation/true_edges.h"
-#include "data/map_line.h"
-#include "data/progress.h"
+#include "apps/evaluation/trajectory_metrics.h"
+#include "apps/evaluation/truth.h"
+#include "data/core/progress.h"
+#include "data/io/map_line.h"
 
 namespace slcmap {
 
@@ -77,5 +79,20 @@ void EvaluateMarks(const TrueEdges& truth, const std::vector<MapLine>& marks,
 
 // The lines laid over the truth, as the trajectory was.
 std::vector<MapLine> Aligned(const Alignment& alignment, std::vector<MapLine> lines);
+
+// Line metrics as a table to read, as JSON to compute with, and as a plan to look at.
+
+// What was compared; stands at the head of both forms.
+struct LineInputs {
+  std::string true_edges, lines;  // paths
+};
+
+std::string LineTable(const LineInputs& inputs, const LineMetrics& metrics);
+nlohmann::ordered_json LineJson(const LineInputs& inputs, const LineMetrics& metrics);
+
+// Writes an SVG document: the seen parts of the true edges (grey) and the lines, coloured by axis,
+// from above. Throws OutputError.
+void WriteLinePlan(const std::string& path, const TrueEdges& truth,
+                   const std::vector<MapLine>& lines);
 
 }  // namespace slcmap

@@ -8,7 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "apps/evaluation/no_figure.h"
+#include "apps/evaluation/report.h"
 
 namespace slcmap {
 namespace {

@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "apps/evaluation/alignment.h"
-#include "data/true_pipes.h"
-#include "mapping/pipes/map_pipe.h"
+#include "apps/evaluation/trajectory_metrics.h"
+#include "data/io/map_line.h"
+#include "mapping/map/map.h"
 
 namespace slcmap {
 

@@ -6,7 +6,7 @@
 #include <numbers>
 #include <optional>
 
-#include "data/option_table.h"
+#include "data/io/yaml.h"
 #include "odometry/geometry/pinhole.h"
 
 namespace slcmap {

@@ -6,10 +6,10 @@
 #include <cstdint>
 #include <vector>
 
-#include "apps/evaluation/true_edges.h"
-#include "data/progress.h"
-#include "data/trajectory.h"
-#include "odometry/run.h"
+#include "apps/evaluation/truth.h"
+#include "data/core/progress.h"
+#include "data/io/trajectory.h"
+#include "odometry/run/run.h"
 
 namespace slcmap {
 

@@ -1,20 +1,79 @@
-// Measures of straightness that need no truth, of one trajectory: all trajectories of a sequence
-// with the same observations.
+// How flat a cloud is where it is flat, without any truth.
 #pragma once
 
+#include <Eigen/Core>
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "apps/evaluation/cloud_flatness.h"
-#include "apps/evaluation/direction_metrics.h"
 #include "apps/evaluation/edge_straightness.h"
-#include "apps/evaluation/map_walls.h"
 #include "apps/evaluation/reference_observations.h"
-#include "apps/evaluation/wall_finder.h"
 #include "apps/evaluation/wall_survey.h"
+#include "data/core/progress.h"
 
 namespace slcmap {
+
+struct FlatnessOptions {
+  double radius_m = 0.3;      // of a point's neighbourhood
+  int min_neighbours = 8;     // within it, the point included
+  int max_points = 20000;     // whose neighbourhoods are looked at, evenly over the cloud
+  int max_neighbours = 400;   // of one point, evenly over them
+  double max_angle_deg = 10;  // of a normal from an axis, for MOM
+  // A neighbourhood is of a plane where its least variance is below this share of the next.
+  double max_flatness = 0.1;
+  void Check() const;  // throws ConfigError
+};
+
+// A. Kornilova and G. Ferrer, "Be your own benchmark: no-reference trajectory metric on
+// registered point clouds", ECMR 2021; the first two go back to D. Droeschel and S. Behnke (2014).
+struct FlatnessMetrics {
+  int64_t points = 0;            // of the cloud
+  int64_t looked_at = 0;         // that have neighbours enough
+  double mpv_m2 = 0;             // mean plane variance: mean of the neighbourhoods' least variances
+  double mme = 0;                // mean map entropy: of 0.5 ln det(2 pi e covariance), in nats
+  int64_t on_planes = 0;         // points on mutually orthogonal planes
+  std::optional<double> mom_m2;  // MPV over these; nothing where there are none
+
+  double thickness_m() const;  // square root of MPV
+};
+
+// Nothing where no point has neighbours enough. Throws StoppedError when progress says so.
+std::optional<FlatnessMetrics> MeasureFlatness(const std::vector<Eigen::Vector3d>& points,
+                                               const FlatnessOptions& options,
+                                               const Progress& progress = {});
+
+// Which points of a run lie on which wall: found once, for all trajectories of a sequence.
+
+struct WallFinderOptions {
+  double thickness_m = 0.04;  // a point of a wall is at most so far from its middle
+  double max_sigma_m = 0.03;  // of a point across it
+  double max_gap_m = 1.5;     // along it between points
+  double min_length_m = 2, min_height_m = 0.8;
+  int min_points = 60;
+  void Check() const;  // throws ConfigError
+};
+
+// Indices of points that lie on one face of a wall.
+struct FoundWall {
+  int64_t wall = 0;
+  std::vector<size_t> points;
+};
+
+// Looks for upright planes square to `axes` (columns; those that are nearly level) among points
+// with the poses of one trajectory. Points on both sides of a wall are of two.
+std::vector<FoundWall> FindWalls(const std::vector<PointOfPair>& points,
+                                 const Trajectory& trajectory, const Eigen::Matrix3d& axes,
+                                 const WallFinderOptions& options);
+
+// The points of the walls with the poses of another trajectory, to be surveyed. What it has no pose
+// for is left out.
+std::vector<SurveyedPoints> PlaceWalls(const std::vector<FoundWall>& walls,
+                                       const std::vector<PointOfPair>& points,
+                                       const Trajectory& trajectory);
+
+// Measures of straightness that need no truth, of one trajectory: all trajectories of a sequence
+// with the same observations.
 
 struct StraightnessOptions {
   PlacementOptions placement;

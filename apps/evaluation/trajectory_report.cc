@@ -2,11 +2,145 @@
 
 #include <spdlog/fmt/fmt.h>
 
+#include <Eigen/SVD>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <filesystem>
 #include <nlohmann/json.hpp>
+#include <numbers>
 
-#include "apps/evaluation/no_figure.h"
+#include "apps/evaluation/report.h"
+#include "data/calibration/calibration.h"
+#include "data/core/error.h"
+#include "data/core/math.h"
+#include "data/io/csv.h"
+#include "data/io/file.h"
+#include "mapping/external_poses/pose_reading.h"
+#include "odometry/run/run_rows.h"
 
 namespace slcmap {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double kTruthGap_s = 0.1;
+
+// Where the truth's up is in the estimate's world, by the turns between both worlds; nothing where
+// these differ from pose to pose.
+std::optional<Eigen::Vector3d> UpByTruth(const Trajectory& estimate, const Trajectory& truth) {
+  constexpr double kMostSpread_rad = 0.1;
+  Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
+  std::vector<Eigen::Quaterniond> turns;
+  for (const StampedPose& pose : estimate) {
+    const auto there = PoseAt(truth, pose.stamp_ns, kTruthGap_s);
+    if (!there) continue;
+    turns.push_back(pose.T_world_imu.rotation * there->rotation.conjugate());
+    sum += turns.back().toRotationMatrix();
+  }
+  if (turns.size() < 3) return std::nullopt;
+  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(sum, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  const Eigen::Matrix3d R =
+      svd.matrixU() *
+      Eigen::Vector3d(1, 1, (svd.matrixU() * svd.matrixV()).determinant()).asDiagonal() *
+      svd.matrixV().transpose();
+  std::vector<double> off_rad;
+  for (const Eigen::Quaterniond& turn : turns) {
+    off_rad.push_back(turn.angularDistance(Eigen::Quaterniond(R)));
+  }
+  if (Quantile(off_rad, 0.5) > kMostSpread_rad) return std::nullopt;
+  return R.col(2);
+}
+
+std::optional<RigidTransform> CameraIn(const std::string& folder) {
+  std::error_code error;
+  if (!fs::exists(fs::path(folder) / "cam0", error)) return std::nullopt;
+  try {
+    Warnings warnings;
+    return FindCalibration(folder, &warnings).rig.T_imu_camera[0];
+  } catch (const DataError&) {
+    return std::nullopt;
+  }
+}
+
+}  // namespace
+
+std::vector<BodyStep> StepsOf(const Trajectory& truth, const Trajectory& estimate) {
+  constexpr double kStep_s = 0.45, kMostApart = 2.5;
+  constexpr size_t kMostSteps = 60;
+  Trajectory known;
+  for (const StampedPose& pose : estimate) {
+    const auto there = PoseAt(truth, pose.stamp_ns, kTruthGap_s);
+    if (there) known.push_back({pose.stamp_ns, *there});
+  }
+  if (2 * known.size() < estimate.size() || known.size() < 3) known = truth;
+  std::vector<double> periods_s;
+  for (size_t i = 1; i < known.size(); ++i) {
+    periods_s.push_back(ToSeconds(known[i].stamp_ns - known[i - 1].stamp_ns));
+  }
+  const double spacing_s = std::max(kStep_s, Quantile(periods_s, 0.5));
+  std::vector<BodyStep> steps;
+  for (size_t first = 0, second = 0; first < known.size(); ++first) {
+    const auto apart_s = [&] { return ToSeconds(known[second].stamp_ns - known[first].stamp_ns); };
+    while (second < known.size() && apart_s() < 0.98 * spacing_s) ++second;
+    if (second == known.size()) break;
+    if (apart_s() > kMostApart * spacing_s) continue;
+    steps.push_back({known[first].stamp_ns, known[second].stamp_ns,
+                     known[first].T_world_imu.Inverse() * known[second].T_world_imu});
+  }
+  if (steps.size() <= kMostSteps) return steps;
+  std::vector<BodyStep> chosen;
+  for (size_t i = 0; i < kMostSteps; ++i) {
+    chosen.push_back(steps[i * (steps.size() - 1) / (kMostSteps - 1)]);
+  }
+  return chosen;
+}
+
+std::optional<std::string> FindOtherForm(
+    const PoseTable& estimate, const PoseForm& form, const Trajectory& truth,
+    const std::function<std::optional<RigidTransform>()>& camera) {
+  constexpr double kMostTilt_rad = 5 * M_PI / 180;
+  const bool never_turns = std::ranges::all_of(truth, [&](const StampedPose& pose) {
+    return pose.T_world_imu.rotation.angularDistance(truth.front().T_world_imu.rotation) < 1e-6;
+  });
+  if (never_turns) return std::nullopt;  // positions alone, as of a total station
+  std::optional<RigidTransform> T_imu_camera;
+  if (form.IsOfCamera()) T_imu_camera = camera();
+  const Trajectory poses = PosesOf(estimate, form, T_imu_camera);
+  const std::vector<BodyStep> steps = StepsOf(truth, poses);
+  const char* const who = "steps of the truth";
+  PoseReading reading = JudgeReading(estimate, form, steps, T_imu_camera, who);
+  if (!reading.agrees && !T_imu_camera) {
+    T_imu_camera = camera();
+    if (T_imu_camera) reading = JudgeReading(estimate, form, steps, T_imu_camera, who);
+  }
+  if (!reading.agrees) {
+    const std::string remedy = reading.is_explained ? "give " + OptionsOf(reading.form)
+                               : T_imu_camera
+                                   ? "expected poses of the same body and recording"
+                                   : "--calibration names that of the rig, for poses of its camera";
+    return reading.words + "; " + remedy;
+  }
+  const auto up = UpByTruth(poses, truth);
+  if (!up || up->z() > std::cos(kMostTilt_rad)) return std::nullopt;
+  PoseForm remedy = form;
+  remedy.up = UpInWords(TurnUp(form.Up()).conjugate() * *up);
+  return fmt::format("up of the truth is {} in the world of the estimate, not {}; give {}",
+                     remedy.up, form.up, OptionsOf(remedy));
+}
+
+std::optional<RigidTransform> FindCameraPose(const std::string& calibration, const std::string& truth) {
+  Warnings warnings;
+  if (!calibration.empty()) return ReadCalibration(calibration, &warnings).rig.T_imu_camera[0];
+  std::error_code error;
+  const fs::path folder = fs::absolute(truth, error).parent_path();
+  for (const fs::path& beside :
+       {folder / "mav0", folder.parent_path() / "mav0", folder.parent_path(), folder}) {
+    if (const auto found = CameraIn(beside.string())) return found;
+  }
+  return std::nullopt;
+}
+
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -116,6 +250,156 @@ Json TrajectoryJson(const EvaluationInputs& inputs, const TrajectoryMetrics& met
                     {"percent_of_path", metrics.loop->percent}};
   }
   return json;
+}
+
+namespace {
+
+constexpr char kPlotTruthColour[] = "#888888";
+constexpr char kEstimateColour[] = "#d03020";
+constexpr char kRotationColour[] = "#2060c0";
+
+// Both trajectories seen along one axis of the true world; `vertical` is the world axis that is
+// drawn upwards.
+SvgPlot TrajectoryView(const TrajectoryMetrics& metrics, const std::string& title, int vertical,
+             const std::string& y_label) {
+  SvgPlot plot{title, "x [m]", y_label, true, {}};
+  SvgSeries truth{"truth", kPlotTruthColour, {}}, estimate{"estimate", kEstimateColour, {}};
+  for (const AssociatedPose& pose : metrics.poses) {
+    const Eigen::Vector3d& t = pose.T_world_truth.translation;
+    const Eigen::Vector3d e =
+        metrics.absolute.front().alignment.Position(pose.T_world_estimate.translation);
+    truth.points.emplace_back(t.x(), t[vertical]);
+    estimate.points.emplace_back(e.x(), e[vertical]);
+  }
+  plot.series = {truth, estimate};
+  return plot;
+}
+
+SvgPlot ErrorOverTime(const TrajectoryMetrics& metrics) {
+  const AbsoluteError& error = metrics.absolute.front();
+  SvgPlot plot{"Error after alignment by position and yaw", "time [s]", "error", false, {}};
+  SvgSeries position{"position [cm]", kEstimateColour, {}},
+      rotation{"rotation [deg]", kRotationColour, {}};
+  for (std::size_t i = 0; i < metrics.poses.size(); ++i) {
+    const double time_s = ToSeconds(metrics.poses[i].stamp_ns - metrics.poses.front().stamp_ns);
+    position.points.emplace_back(time_s, 100 * error.position_errors_m[i]);
+    rotation.points.emplace_back(time_s, error.rotation_errors_deg[i]);
+  }
+  plot.series = {position, rotation};
+  return plot;
+}
+
+}  // namespace
+
+std::vector<std::string> WriteTrajectoryPlots(const std::string& folder,
+                                              const TrajectoryMetrics& metrics) {
+  MakeFolder(folder);
+  const std::vector<std::pair<std::string, SvgPlot>> plots = {
+      {folder + "/top.svg", TrajectoryView(metrics, "Seen from above", 1, "y [m]")},
+      {folder + "/side.svg", TrajectoryView(metrics, "Seen from the side", 2, "z [m]")},
+      {folder + "/error.svg", ErrorOverTime(metrics)}};
+  std::vector<std::string> paths;
+  for (const auto& [path, plot] : plots) {
+    WriteFile(path, DrawSvg(plot));
+    paths.push_back(path);
+  }
+  return paths;
+}
+
+namespace {
+
+constexpr int kNumbers = 28;  // of a row; then come their standard deviations
+constexpr int kFirstColumn = 2;
+constexpr std::array<const char*, 3> kColours = {"#d03020", "#20a040", "#2060c0"};
+constexpr std::array<const char*, 3> kAxes = {"x", "y", "z"};
+
+// Numbers of a row that are one item.
+struct Item {
+  const char *file, *title, *unit;
+  int first, count;
+  double scale;
+};
+constexpr std::array<Item, 8> kItems{
+    {{"time_offset", "Time offset found, less what was given", "ms", 0, 1, 1e3},
+     {"imu_rotation", "Turn of the IMU found, less what was given", "deg", 1, 3, kDegreesPerRadian},
+     {"lever", "Lever of the IMU found, less what was given", "mm", 4, 3, 1e3},
+     {"right_rotation", "Turn of the right camera found, less what was given", "deg", 7, 3,
+      kDegreesPerRadian},
+     {"focal_length", "Focal length found, less what was given", "%", 10, 1, 100},
+     {"right_centre", "Principal point of the right camera found, less what was given", "px", 11, 2,
+      1},
+     {"accel_scale", "Scale of the accelerometer found, less what was given", "%", 13, 3, 100},
+     {"gyro_scale", "Scale of the gyroscope found, less what was given", "%", 19, 3, 100}}};
+
+double ValueAt(const CsvTable& table, std::size_t row, int number) {
+  return table.Number(row, kFirstColumn + number);
+}
+
+double SigmaAt(const CsvTable& table, std::size_t row, int number) {
+  return table.Number(row, kFirstColumn + kNumbers + number);
+}
+
+bool WasEstimated(const CsvTable& table, const Item& item) {
+  for (std::size_t row = 0; row < table.rows(); ++row) {
+    for (int i = item.first; i < item.first + item.count; ++i) {
+      if (SigmaAt(table, row, i) > 0) return true;
+    }
+  }
+  return false;
+}
+
+double LargestFrom(std::size_t first_row, const CsvTable& table, const Item& item) {
+  double largest = 0;
+  for (std::size_t row = first_row; row < table.rows(); ++row) {
+    for (int i = item.first; i < item.first + item.count; ++i) {
+      largest = std::max(largest, std::abs(ValueAt(table, row, i)) + SigmaAt(table, row, i));
+    }
+  }
+  return item.scale * largest;
+}
+
+// The largest that is drawn, to either side of what was given: of all rows where an item was given
+// up early.
+double Limit(const CsvTable& table, const Item& item) {
+  const double of_most = LargestFrom(table.rows() / 3, table, item);
+  return of_most > 0 ? of_most : LargestFrom(0, table, item);
+}
+
+SvgPlot PlotOf(const CsvTable& table, const Item& item) {
+  SvgPlot plot{item.title, "time [s]", std::string("correction [") + item.unit + "]", false, {}};
+  const double limit = Limit(table, item);
+  const auto place = [&](double value) { return std::clamp(item.scale * value, -limit, limit); };
+  for (int i = 0; i < item.count; ++i) {
+    const char* axis = item.count > 1 ? kAxes[i] : "found";
+    SvgSeries curve{axis, kColours[i], {}},
+        bars{std::string(axis) + ", sigma", kColours[i], {}, SvgStyle::kSegments};
+    for (std::size_t row = 0; row < table.rows(); ++row) {
+      const double time_s = 1e-9 * static_cast<double>(table.Integer(row, 0) - table.Integer(0, 0));
+      const double value = ValueAt(table, row, item.first + i);
+      const double sigma = SigmaAt(table, row, item.first + i);
+      curve.points.emplace_back(time_s, place(value));
+      bars.points.emplace_back(time_s, place(value - sigma));
+      bars.points.emplace_back(time_s, place(value + sigma));
+    }
+    plot.series.push_back(std::move(curve));
+    plot.series.push_back(std::move(bars));
+  }
+  return plot;
+}
+
+}  // namespace
+
+std::vector<std::string> WriteCalibrationPlots(const std::string& folder,
+                                               const std::string& calibration_csv) {
+  const CsvTable table = CsvTable::Read(calibration_csv, RunColumns().at(kCalibrationTable));
+  MakeFolder(folder);
+  std::vector<std::string> paths;
+  for (const Item& item : kItems) {
+    if (!WasEstimated(table, item)) continue;
+    paths.push_back(folder + "/" + item.file + ".svg");
+    WriteFile(paths.back(), DrawSvg(PlotOf(table, item)));
+  }
+  return paths;
 }
 
 }  // namespace slcmap

@@ -1,13 +1,35 @@
-// Trajectory metrics as text: a table to read and JSON to compute with.
+// Whether an estimate is written in another form than its truth.
 #pragma once
 
+#include <functional>
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <string>
+#include <vector>
 
 #include "apps/evaluation/trajectory_metrics.h"
-#include "data/pose_form.h"
+#include "data/io/pose_file.h"
+#include "data/io/trajectory.h"
+#include "mapping/external_poses/image_steps.h"
 
 namespace slcmap {
+
+// What is wrong with the estimate as it was read (its quaternions, its body, its inverse, the
+// scale, its clock, its up), by the movements of the truth, and the options that take it; nothing
+// where both agree, or too little tells. Where the camera is on the IMU is asked for only where the
+// estimate does not agree without it; it may be none.
+std::optional<std::string> FindOtherForm(
+    const PoseTable& estimate, const PoseForm& form, const Trajectory& truth,
+    const std::function<std::optional<RigidTransform>()>& camera);
+
+// Movements of a trajectory at the stamps of another, where these have poses, else at its own.
+std::vector<BodyStep> StepsOf(const Trajectory& truth, const Trajectory& estimate);
+
+// Where the left camera is on the IMU, by the calibration that is named, or that of the recording
+// that a file of true poses lies beside or in; nothing where there is none.
+std::optional<RigidTransform> FindCameraPose(const std::string& calibration, const std::string& truth);
+
+// Trajectory metrics as text: a table to read and JSON to compute with.
 
 // What was compared; stands at the head of both forms.
 struct EvaluationInputs {
@@ -22,5 +44,25 @@ struct EvaluationInputs {
 std::string TrajectoryTable(const EvaluationInputs& inputs, const TrajectoryMetrics& metrics);
 nlohmann::ordered_json TrajectoryJson(const EvaluationInputs& inputs,
                                       const TrajectoryMetrics& metrics);
+
+// Plots of an evaluated trajectory.
+
+// Writes top.svg (x, y) and side.svg (x, z), with the estimate laid over the truth by position and
+// yaw, and error.svg (position and rotation error over time) into a folder, which is made where it
+// is missing. Returns the files' paths. Throws OutputError.
+std::vector<std::string> WriteTrajectoryPlots(const std::string& folder,
+                                              const TrajectoryMetrics& metrics);
+
+// Plots of what a run found of its rig's calibration.
+
+// Draws a run folder's calibration.csv over time, an item a file: time_offset.svg (ms),
+// imu_rotation.svg (degrees), lever.svg (mm), right_rotation.svg (degrees), focal_length.svg
+// (percent) and right_centre.svg (px), into a folder, which is made where it is missing. Curves are
+// corrections of what was given, bars their standard deviations to either side; items that were
+// held have no file. The range is that of the last two thirds of the rows, and what lies beyond is
+// drawn at its border. Returns the files' paths. Throws DataError where the table is not one,
+// OutputError.
+std::vector<std::string> WriteCalibrationPlots(const std::string& folder,
+                                               const std::string& calibration_csv);
 
 }  // namespace slcmap

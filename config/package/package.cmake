@@ -37,15 +37,15 @@ slcmap_install_libraries(export slcmap_export)
 install(DIRECTORY data odometry mapping export DESTINATION ${SLCMAP_HEADERS} COMPONENT development
   FILES_MATCHING PATTERN "*.h"
   PATTERN data/simulator EXCLUDE
-  PATTERN data/json_file.h EXCLUDE
-  PATTERN data/polygon_json.h EXCLUDE
-  PATTERN data/sequence_options_json.h EXCLUDE
-  PATTERN data/geos.h EXCLUDE
-  PATTERN data/summary_file.h EXCLUDE
-  PATTERN data/verdict_json.h EXCLUDE
-  PATTERN odometry/run_json.h EXCLUDE
-  PATTERN odometry/run_journal_state.h EXCLUDE
-  PATTERN mapping/merged_runs.h EXCLUDE
+  PATTERN data/io/json.h EXCLUDE
+  PATTERN data/io/json.h EXCLUDE
+  PATTERN data/source/sequence_options_json.h EXCLUDE
+  PATTERN data/core/polygon.cc EXCLUDE
+  PATTERN data/io/json.h EXCLUDE
+  PATTERN data/io/json.h EXCLUDE
+  PATTERN odometry/run/run_json.h EXCLUDE
+  PATTERN odometry/run/run_journal.cc EXCLUDE
+  PATTERN mapping/map/part_files.h EXCLUDE
   PATTERN images EXCLUDE)
 install(FILES ${PROJECT_BINARY_DIR}/generated/data/version.h DESTINATION ${SLCMAP_HEADERS}/data
   COMPONENT development)

@@ -1,3 +1,6 @@
+// Whether a rig can be a stereo rig with the left camera on the left.
+// Whether a camera hung for a while and delivered its last image again.
+// Whether what the images show agrees with the calibration and the IMU.
 #include "data/check/check.h"
 
 #include <spdlog/fmt/fmt.h>
@@ -6,13 +9,15 @@
 #include <cmath>
 #include <memory>
 
-#include "data/calibration.h"
-#include "data/check/stretches.h"
-#include "data/clock_jumps.h"
-#include "data/imu_streams.h"
-#include "data/input_fault.h"
+#include "data/calibration/calibration.h"
+#include "data/check/intervals.h"
+#include "data/check/view_geometry.h"
+#include "data/core/error.h"
+#include "data/core/math.h"
+#include "data/io/csv.h"
+#include "data/source/asl_files.h"
 #include "data/source/asl_source.h"
-#include "data/table_text.h"
+#include "data/source/imu_streams.h"
 
 namespace slcmap {
 namespace {
@@ -268,6 +273,157 @@ CheckReport CheckSequence(const std::string& path, const SequenceOptions& option
   }
   report.sequence = path;
   return report;
+}
+
+namespace {
+
+constexpr double kMinSideways = 0.8;  // of the baseline, along the left camera's x
+constexpr double kMinAgreeing = 50;   // %, of the matches between left and right
+constexpr double kMaxUsualBaseline_m = 1;
+constexpr double kMaxAngle_rad = 20 * kDegree;  // between the optical axes
+
+// Between the optical axes.
+double AngleBetween_rad(const RigidTransform& T_left_right) {
+  return std::acos(std::clamp((T_left_right.rotation * Eigen::Vector3d::UnitZ()).z(), -1.0, 1.0));
+}
+
+// The share of the baseline that points to the right of the left camera, -1 to 1.
+double Sideways(const RigidTransform& T_left_right) {
+  return T_left_right.translation.x() / T_left_right.translation.norm();
+}
+
+// What left and right images say outweighs where cameras usually are.
+bool ImagesAgree(const CheckReport& report) {
+  return std::ranges::any_of(report.figures, [](const CheckFigure& figure) {
+    return figure.name == kAgreeingMatches && figure.value >= kMinAgreeing;
+  });
+}
+
+// Cameras that are not side by side, the left one on the left.
+void JudgeDirection(const Rig& rig, CheckReport* report) {
+  const auto& poses = rig.T_imu_camera;
+  const RigidTransform T_left_right = LeftRight(rig);
+  const double sideways = Sideways(T_left_right);
+  const double inverted = Sideways(poses[0] * poses[1].Inverse());
+  const Eigen::Vector3d direction = T_left_right.translation.normalized();
+  const std::string found = fmt::format(
+      "the second camera is towards ({:.2f}, {:.2f}, {:.2f}) of the first, whose x is "
+      "right, y down, z ahead",
+      direction.x(), direction.y(), direction.z());
+  if (sideways < -kMinSideways) {
+    report->Fail("left-right", found, "swap cam0 and cam1, both folders and calibration");
+  } else if (sideways < kMinSideways && inverted > kMinSideways) {
+    report->Fail("extrinsics-direction", found,
+                 "the transforms seem to be inverted: T_BS and T_imu_cam map camera to IMU, "
+                 "T_cam_imu maps IMU to camera");
+  } else if (sideways < kMinSideways && poses[0].rotation.isApprox(poses[1].rotation, 1e-9) &&
+             poses[0].rotation.vec().norm() < 1e-9) {
+    report->Fail("extrinsics-rotation", found + ", and both rotations to the IMU are the identity",
+                 "write the rotations of cam0 and cam1 to the IMU (T_BS, T_imu_cam): they were "
+                 "never filled in");
+  } else if (sideways < kMinSideways) {
+    report->Fail("baseline", found, "check the extrinsics; the cameras must be side by side");
+  }
+}
+
+}  // namespace
+
+void CheckStereoRig(const Rig& rig, CheckReport* report) {
+  const RigidTransform T_left_right = LeftRight(rig);
+  const double angle_rad = AngleBetween_rad(T_left_right);
+  if (!ImagesAgree(*report)) JudgeDirection(rig, report);
+  if (T_left_right.translation.norm() > kMaxUsualBaseline_m) {
+    report->Warn("baseline",
+                 fmt::format("{:.2f} m between the cameras", T_left_right.translation.norm()),
+                 "check the unit of the translations (T_BS, T_cam_imu): metres are expected");
+  }
+  if (angle_rad > kMaxAngle_rad) {
+    report->Warn("camera-angle", fmt::format("{:.1f} deg between the cameras", angle_rad / kDegree),
+                 "check the extrinsics; little is seen by both cameras");
+  }
+}
+
+void CheckCalibration(const Rig& rig, CheckReport* report) {
+  const Camera& left = rig.cameras[0];
+  report->AddFigure("calibrated width", left.width_px, "px");
+  report->AddFigure("calibrated height", left.height_px, "px");
+  report->AddFigure("focal length", left.fx_px, "px");
+  report->AddFigure("camera time offset", 1e3 * rig.camera_time_offset_s, "ms");
+  if (!IsStereo(rig)) return;
+  const RigidTransform T_left_right = LeftRight(rig);
+  report->AddFigure("baseline", T_left_right.translation.norm(), "m");
+  report->AddFigure("angle between the cameras", AngleBetween_rad(T_left_right) / kDegree, "deg");
+}
+
+namespace {
+
+constexpr double kRepeatMaxShare = 0.5;  // of repeated images in a sequence that is of use
+
+struct Repeats {
+  int64_t count = 0;
+  double longest_s = 0;
+  int64_t longest_from_ns = 0;  // stamp of the image that was repeated
+};
+
+Repeats FindRepeats(const SequenceSource& source, int camera, const Progress& progress) {
+  const std::vector<int64_t>& stamps_ns = source.info().pair_stamps_ns;
+  Repeats repeats;
+  size_t shown = 0;  // the image that those up to i repeat
+  for (size_t i = 1; i < stamps_ns.size(); ++i) {
+    if (i % 16 == 0) {
+      progress.ReportOrStop(static_cast<double>(i) / static_cast<double>(stamps_ns.size()));
+    }
+    if (!source.IsRepeated(i, camera)) {
+      shown = i;
+      continue;
+    }
+    ++repeats.count;
+    const double duration_s = ToSeconds(stamps_ns[i] - stamps_ns[shown]);
+    if (duration_s <= repeats.longest_s) continue;
+    repeats.longest_s = duration_s;
+    repeats.longest_from_ns = stamps_ns[shown];
+  }
+  return repeats;
+}
+
+}  // namespace
+
+void CheckRepeats(const SequenceSource& source, const Progress& progress, CheckReport* report) {
+  const SourceInfo& info = source.info();
+  const int cameras = IsStereo(info.rig) ? 2 : 1;
+  for (int camera = 0; camera < cameras; ++camera) {
+    const Repeats repeats = FindRepeats(
+        source, camera, progress.Part(1.0 * camera / cameras, (camera + 1.0) / cameras));
+    if (repeats.count == 0) continue;
+    const std::string found = fmt::format(
+        "{} of {} images of cam{} repeat the one before, the longest time {:.2f} s from stamp {}",
+        repeats.count, info.pair_stamps_ns.size(), camera, repeats.longest_s,
+        repeats.longest_from_ns);
+    const std::string remedy =
+        "check the driver: a camera that hangs repeats its last image; such images are dropped "
+        "while the rig moves";
+    if (static_cast<double>(repeats.count) >
+        kRepeatMaxShare * static_cast<double>(info.pair_stamps_ns.size())) {
+      report->Fail("frozen-camera", found, remedy);
+    } else {
+      report->Warn("frozen-camera", found, remedy);
+    }
+  }
+}
+
+void CheckGeometry(const SequenceSource& source, const std::vector<ImuSample>& samples,
+                   const Progress& progress, CheckReport* report) {
+  const Rig& rig = source.info().rig;
+  if (IsStereo(rig)) {
+    CheckStereo(source, progress.Part(0, 0.4), report);
+    // Without images that say better, what the calibration says by itself.
+    if (report->Usable()) CheckStereoRig(rig, report);
+  }
+  // An IMU, or a calibration, that is known to be wrong explains nothing.
+  if (!report->Usable()) return;
+  CheckClock(source, Corrected(rig, *report), samples, progress.Part(0.4, 0.4), report);
+  if (!report->Usable()) return;
+  CheckMotion(source, Corrected(rig, *report), samples, progress.Part(0.4, 1), report);
 }
 
 }  // namespace slcmap

@@ -4,8 +4,8 @@
 #include <string>
 
 #include "data/check/report.h"
-#include "data/progress.h"
-#include "data/sequence.h"
+#include "data/core/progress.h"
+#include "data/source/sequence.h"
 #include "data/source/sequence_source.h"
 
 namespace slcmap {

@@ -4,10 +4,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "data/asl_files.h"
 #include "data/check/check.h"
 #include "data/check/image_motion.h"
 #include "data/check/turn_alignment.h"
+#include "data/source/asl_files.h"
 
 namespace slcmap {
 namespace {

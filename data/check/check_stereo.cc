@@ -7,11 +7,11 @@
 #include <opencv2/features2d.hpp>
 #include <optional>
 
-#include "data/angle_unit.h"
-#include "data/calibration.h"
+#include "data/calibration/calibration.h"
 #include "data/check/check.h"
-#include "data/check/left_right.h"
 #include "data/check/row_alignment.h"
+#include "data/check/view_geometry.h"
+#include "data/core/math.h"
 
 namespace slcmap {
 namespace {

@@ -5,9 +5,9 @@
 #include <cmath>
 #include <optional>
 
-#include "data/asl_files.h"
-#include "data/check/placed_view.h"
-#include "data/imu_limits.h"
+#include "data/check/view_geometry.h"
+#include "data/core/types.h"
+#include "data/source/asl_files.h"
 
 namespace slcmap {
 namespace {

@@ -4,7 +4,6 @@
 #include <vector>
 
 #include "data/check/image_motion.h"
-#include "data/check/imu_axes.h"
 #include "data/check/turn_alignment.h"
 
 namespace slcmap {

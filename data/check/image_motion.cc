@@ -7,11 +7,10 @@
 #include <opencv2/video/tracking.hpp>
 #include <optional>
 
-#include "data/asl_files.h"
-#include "data/calibration.h"
-#include "data/check/like_left.h"
-#include "data/check/two_view.h"
-#include "data/imu_limits.h"
+#include "data/calibration/calibration.h"
+#include "data/check/view_geometry.h"
+#include "data/core/types.h"
+#include "data/source/asl_files.h"
 
 namespace slcmap {
 namespace {

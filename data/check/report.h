@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "data/types.h"
+#include "data/core/types.h"
 
 namespace slcmap {
 

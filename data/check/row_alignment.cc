@@ -7,9 +7,9 @@
 #include <opencv2/imgproc.hpp>
 #include <opencv2/video/tracking.hpp>
 
-#include "data/asl_files.h"
-#include "data/calibration.h"
-#include "data/check/like_left.h"
+#include "data/calibration/calibration.h"
+#include "data/check/view_geometry.h"
+#include "data/source/asl_files.h"
 
 namespace slcmap {
 namespace {

@@ -4,8 +4,8 @@
 
 #include <vector>
 
-#include "data/check/two_view.h"
-#include "data/progress.h"
+#include "data/check/view_geometry.h"
+#include "data/core/progress.h"
 #include "data/source/sequence_source.h"
 
 namespace slcmap {

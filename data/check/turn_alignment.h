@@ -1,13 +1,30 @@
-// Aligns the turns that images show with those that a gyroscope measured: in time, and in axes.
+// Ways in which the axes of an IMU are mixed up, to be tried one after the other.
 #pragma once
 
+#include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "data/check/image_motion.h"
-#include "data/check/imu_axes.h"
 
 namespace slcmap {
+
+// A change of axes P: what should have been read is P times what was read.
+struct AxisChange {
+  Eigen::Matrix3d matrix = Eigen::Matrix3d::Identity();
+  std::string words;  // such as "x negated"; "" where nothing is changed
+
+  bool IsNone() const { return words.empty(); }
+  bool IsRotation() const { return matrix.determinant() > 0; }
+};
+
+// All 48 changes of order and sign, the plainest first: none, one axis negated, all negated, two
+// swapped, and then the rest.
+const std::vector<AxisChange>& AxisChanges();
+
+// Aligns the turns that images show with those that a gyroscope measured: in time, and in axes.
 
 // One way to explain the images' turns by the gyroscope's: turn rate in the camera ~
 // scale * R_camera_imu * change * reading, less a bias.

@@ -7,7 +7,7 @@
 #include <numbers>
 #include <random>
 
-#include "data/error.h"
+#include "data/core/error.h"
 
 namespace slcmap {
 namespace {

@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
+#include "data/core/types.h"
+#include "data/io/yaml.h"
 #include "data/simulator/motion.h"
-#include "data/types.h"
-#include "data/yaml_options.h"
 
 namespace slcmap {
 

@@ -8,7 +8,9 @@
 #include <limits>
 #include <vector>
 
-#include "data/simulator/scene.h"
+#include "data/core/camera.h"
+#include "data/simulator/scene/scene.h"
+#include "data/simulator/sequence_writer.h"
 
 namespace slcmap {
 
@@ -75,5 +77,97 @@ inline void RayScene::Packet::Set(int lane, const Eigen::Vector3f& origin,
   rays.ray.dir_z[lane] = direction.z();
   rays.ray.tfar[lane] = range_m;
 }
+
+// Panes of clear glass in the way of rays.
+
+// Of light from air that meets a pane at the given cosine to its normal: the share that its two
+// faces mirror, by Fresnel's equations for unpolarised light, and glass that takes nothing away
+// (Hecht, Optics, sections 4.6 and 4.11).
+float MirroredShare(float cosine);
+
+class GlassPanes {
+ public:
+  explicit GlassPanes(const std::vector<ScenePane>& panes);
+
+  // What a packet's rays meet at the next pane.
+  struct Mirrored {
+    RayScene::Packet rays;          // on from the pane, where there is one
+    float share[RayScene::kLanes];  // of the light that is mirrored; 0 without a pane
+    float way_m[RayScene::kLanes];  // from the ray's origin to the pane
+  };
+
+  // Follows the rays of a packet, which has been traced through what is not glass, to the panes
+  // before their hits, from near to far.
+  class Way {
+   public:
+    Way(const GlassPanes& panes, const RayScene::Packet& traced);
+    // The next pane of each ray. False where none meets one any more.
+    bool Next(Mirrored* mirrored);
+
+   private:
+    const RayScene& panes_;
+    RayScene::Packet packet_;
+    float range_m_[RayScene::kLanes];
+  };
+
+  // Whether one is between two places.
+  bool Between(const Eigen::Vector3f& from, const Eigen::Vector3f& to) const {
+    return panes_.Blocked(from, to - from, 1);
+  }
+
+ private:
+  RayScene panes_;
+};
+
+// The rays of a camera's pixels, several a pixel, laid out to be traced in packets.
+
+// The image is cut into blocks of 4 x 4 pixels. The pixels of one colour of a block's chequerboard
+// make up a packet; it is traced once for each of the kSamples rays of a pixel, each time at
+// another instant of the exposure. Both colours have the same mean instant.
+class CameraRays {
+ public:
+  static constexpr int kSamples = 4;
+  static constexpr int kInstants = 2 * kSamples;  // equally long parts of the exposure
+  static constexpr int kBlockColumns = 4, kBlockRows = 4;
+
+  // Unit vectors in the camera frame; all zero where the camera has no ray.
+  struct Packet {
+    float x[RayScene::kLanes], y[RayScene::kLanes], z[RayScene::kLanes];
+  };
+
+  // The rays through the pixels' areas, jittered in strata, the same in each image.
+  explicit CameraRays(const Camera& camera);
+
+  int blocks_across() const { return across_; }
+  int blocks_down() const { return down_; }
+  const Packet& Of(int block, int colour, int sample) const {
+    return packets_[(block * 2 + colour) * kSamples + sample];
+  }
+  float pixel_angle_rad() const { return pixel_angle_rad_; }  // near the axis
+
+  static int Instant(int colour, int sample) { return 2 * sample + ((sample + colour) & 1); }
+  // Of a lane, from the block's first.
+  static int Row(int lane) { return lane >> 1; }
+  static int Column(int lane, int colour) { return 2 * (lane & 1) + ((Row(lane) + colour) & 1); }
+
+ private:
+  int across_, down_;
+  float pixel_angle_rad_;
+  std::vector<Packet> packets_;
+};
+
+// Whether a rig's way stays within its building.
+
+// Where a way passes through surfaces.
+struct WayCrossings {
+  int count = 0;
+  double first_s = 0;  // of the motion
+  Eigen::Vector3d first_place_m = Eigen::Vector3d::Zero();
+};
+
+// Follows the left camera from the first frame to the last. Throws ConfigError naming time and
+// place where it is beside the scene's surfaces, below them or more than 10 m above, and
+// StoppedError where the task's stage ends it.
+WayCrossings CheckWay(const Scene& scene, const RenderTask& task);
 
 }  // namespace slcmap

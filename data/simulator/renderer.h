@@ -1,15 +1,70 @@
-// The simulator's renderer: a scene as the cameras of a moving rig see it.
+// Which parts of the true edges the cameras of a rig saw.
 #pragma once
 
+#include <cstdint>
 #include <memory>
+#include <string>
+#include <vector>
 
-#include "data/simulator/camera_response.h"
-#include "data/simulator/edge_visibility.h"
-#include "data/simulator/light_baking.h"
-#include "data/simulator/pair_renderer.h"
-#include "data/simulator/scene.h"
+#include "data/simulator/ray_scene.h"
+#include "data/simulator/scene/camera_response.h"
+#include "data/simulator/scene/scene.h"
+#include "data/simulator/sequence_writer.h"
+#include "data/simulator/shading.h"
 
 namespace slcmap {
+
+struct EdgeVisibilityOptions {
+  double sample_m = 0.02;    // along an edge
+  double interval_s = 0.25;  // between the frames that are looked at
+  double range_m = 30;       // up to which a camera counts as seeing
+  double margin_m = 0.02;    // a surface this near in front of a point does not hide it
+  void Check() const;        // throws ConfigError
+};
+
+// A part of a true edge, in metres from its end a.
+struct SeenPart {
+  int edge;  // index into Scene::edges
+  double from_m, to_m;
+};
+
+// Watches which parts of the edges the cameras see as frames are looked at, in any order and from
+// several threads.
+class EdgeWatch {
+ public:
+  // All must outlive the watch. Throws ConfigError naming number and limit where the edges are too
+  // long in all.
+  EdgeWatch(const Scene& scene, const RayScene& rays, const RenderTask& task,
+            const EdgeVisibilityOptions& options);
+
+  // Looks at a frame, unless it was looked at or is not one of those in the options' interval.
+  // Throws StoppedError where the task's stop is requested; what was seen until then counts.
+  void Look(int frame);
+
+  // The parts that either camera saw, by edge and place.
+  std::vector<SeenPart> Parts() const;
+
+ private:
+  void LookThrough(const Camera& camera, const RigidTransform& T_world_camera);
+  bool Sees(const Camera& camera, const Eigen::Vector3d& p_camera,
+            const RigidTransform& T_world_camera) const;
+
+  const Scene& scene_;
+  const RayScene& rays_;
+  const RenderTask& task_;
+  const EdgeVisibilityOptions options_;
+  // Flags that several threads set, no matter in which order.
+  std::vector<uint8_t> is_due_;             // by frame
+  std::vector<std::vector<uint8_t>> seen_;  // by edge and sample
+};
+
+// Writes edges.ply, the seen parts as an edge-PLY, and edges.csv, a row a seen part with the whole
+// edge: edge, axis and wing as TrueEdge has them, its ends (metres, in world), seen_from_m and
+// seen_to_m from end a. Edges that were not seen have one row with both zero. An edge that is bent
+// has such rows for each of its straight pieces, one piece after the other. Throws OutputError.
+void WriteEdges(const std::string& folder, const Scene& scene, const std::vector<SeenPart>& seen);
+
+// The simulator's renderer: a scene as the cameras of a moving rig see it.
 
 struct RendererOptions {
   LightBakingOptions light;

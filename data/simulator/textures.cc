@@ -4,7 +4,7 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
-#include "data/simulator/hashing.h"
+#include "data/simulator/scene/camera_response.h"
 
 namespace slcmap {
 namespace {

@@ -6,7 +6,7 @@
 #include <map>
 #include <vector>
 
-#include "data/simulator/scene.h"
+#include "data/simulator/scene/scene.h"
 
 namespace slcmap {
 

@@ -1,4 +1,4 @@
-// A recorded sequence, wherever it is kept: what odometry is fed from and what the check looks at.
+// How a recording is opened: of a run and a map too, whose images are opened again.
 #pragma once
 
 #include <array>
@@ -9,13 +9,34 @@
 #include <string>
 #include <vector>
 
-#include "data/image_file.h"
-#include "data/sequence_options.h"
-#include "data/trajectory.h"
-#include "data/types.h"
-#include "data/warnings.h"
+#include "data/calibration/calibration.h"
+#include "data/core/error.h"
+#include "data/core/types.h"
+#include "data/io/image.h"
+#include "data/io/trajectory.h"
 
 namespace slcmap {
+
+// Images that were paired otherwise than their stamps have it, as a check mended them.
+struct PairPiece {
+  int64_t from_ns = 0, to_ns = 0;  // of the first and the last left image, as PairImages has them
+  int later = 0;                   // the right images are those of the pairs so many later
+  int late = 0;                    // the left ones have the stamps of the pairs so many later
+  bool has_right = true;           // false: the right images are not used
+};
+
+struct SequenceOptions {
+  Mirrored mirrored = Mirrored::kRefused;  // rotations of the calibration
+  std::string calibration;                 // file or folder; "" takes the sequence's own
+  double max_stereo_offset_s = 0.003;      // between the stamps of a pair, once those are made up
+  double right_offset_s = 0;               // right stamps are late by this
+  std::vector<std::string> masks;          // image files, one a camera (data/mask.h)
+  std::vector<int> cameras;                // of a chain of them; empty: the best stereo pair
+  bool needs_imu = true;  // false: a recording without imu0 will do, and its samples stay unread
+  std::vector<PairPiece> pieces = {};  // of the images that are used; none: all, as paired
+};
+
+// A recorded sequence, wherever it is kept: what odometry is fed from and what the check looks at.
 
 // A pair whose right image is still encoded: decoding takes longer than tracking, and odometry
 // looks at the right image on keyframes only.
@@ -85,5 +106,58 @@ inline std::vector<ImuSample> AllSamples(SequenceSource* source) {
   while (const auto sample = source->NextImu()) samples.push_back(*sample);
   return samples;
 }
+
+// Plays a recording at its own pace.
+
+// How a recording was kept up with.
+struct RealTimeReport {
+  int64_t skipped_images = 0;                     // because newer ones were due already
+  double latency_median_s = 0, latency_95_s = 0;  // from when an image was due until it was done
+};
+
+// An image is due when as much time has passed since the first was asked for as between their
+// stamps. Where several are due, the newest is next and the others are skipped, but never the
+// first.
+class RealTimePace {
+ public:
+  // Of any monotonic clock, in nanoseconds.
+  struct Clock {
+    std::function<int64_t()> now_ns;
+    std::function<void(int64_t)> sleep_until_ns;  // may return early, as on Ctrl-C
+  };
+
+  // stamps_ns: of all images, ascending; at least one.
+  RealTimePace(std::vector<int64_t> stamps_ns, Clock clock);
+
+  // Whether the next image is due, if there is one.
+  bool IsDue() const;
+
+  // Waits until the next image is due, and gives the stamp of the newest one that is. There must be
+  // one.
+  int64_t Next();
+
+  // The image that is processed: that of Next(), or, where it could not be read, a later one until
+  // whose time this waits.
+  void Take(int64_t stamp_ns);
+
+  // The image with this stamp is done.
+  void Done(int64_t stamp_ns);
+
+  bool AtEnd() const { return next_ == stamps_ns_.size(); }
+  RealTimeReport Report() const;
+
+ private:
+  int64_t DueAt_ns(int64_t stamp_ns) const;
+
+  std::vector<int64_t> stamps_ns_;
+  Clock clock_;
+  int64_t start_ns_ = 0;
+  size_t next_ = 0;  // index of the first image that was neither taken nor skipped
+  int64_t skipped_ = 0;
+  std::vector<int64_t> latencies_ns_;
+};
+
+// The steady clock, whose sleep looks after at most 50 ms whether it is to end early.
+RealTimePace::Clock SteadyClock(std::function<bool()> ends_early);
 
 }  // namespace slcmap

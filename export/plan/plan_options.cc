@@ -4,8 +4,8 @@
 
 #include <cmath>
 
-#include "data/error.h"
-#include "export/section/section_view.h"
+#include "data/core/error.h"
+#include "export/plan/section_view.h"
 
 namespace slcmap {
 

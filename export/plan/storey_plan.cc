@@ -4,10 +4,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "export/plan/opening_symbols.h"
-#include "export/plan/room_label.h"
-#include "export/plan/wall_solids.h"
-#include "export/section/section_view.h"
+#include "export/plan/section_view.h"
+#include "export/plan/symbols.h"
+#include "export/scene/building_solids.h"
 
 namespace slcmap {
 namespace {

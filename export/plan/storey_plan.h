@@ -4,11 +4,11 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "export/plan/dimension.h"
+#include "export/plan/dimensions.h"
 #include "export/plan/drawing.h"
 #include "export/plan/plan_options.h"
-#include "export/plan/sheet_size.h"
-#include "mapping/building/building.h"
+#include "export/plan/sheet.h"
+#include "mapping/map/building.h"
 
 namespace slcmap {
 

@@ -2,14 +2,176 @@
 
 #include <spdlog/fmt/fmt.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <ctime>
 #include <filesystem>
 
-#include "export/plan/legend.h"
-#include "export/world_offset.h"
+#include "export/plan/symbols.h"
+#include "export/scene/building_solids.h"
+#include "export/scene/map_writer.h"
 
 namespace slcmap {
+namespace {
+
+using Eigen::Vector2d;
+
+constexpr double kSample_mm = 14, kThickness_mm = 2, kRow_mm = 6, kColumn_mm = 55;
+constexpr double kText_mm = 1.8;
+
+// A short wall, whose "metres" are millimetres here.
+PlanWall SampleWall(bool is_assumed) {
+  PlanWall wall;
+  wall.start = {kSample_mm, 0};  // so that it is below its face
+  wall.thickness_m = kThickness_mm;
+  wall.thickness_assumed = is_assumed;
+  return wall;
+}
+
+PlanWall SampleOpening(OpeningKind kind, bool is_walked) {
+  PlanWall wall = SampleWall(false);
+  PlanOpening opening;
+  opening.kind = kind;
+  opening.walked = is_walked;
+  opening.from_m = 5.2;
+  opening.to_m = 8.8;
+  wall.openings = {opening};
+  return wall;
+}
+
+void AddText(const char* text, Drawing* drawing) {
+  drawing->texts.push_back(
+      {text, {kSample_mm + 2, -0.5 * (kThickness_mm + kText_mm)}, kText_mm, 0, Align::kLeft});
+}
+
+struct Sample {
+  const char* text;
+  PlanWall wall;
+};
+
+Drawing DrawSample(const Sample& sample) {
+  Building building;
+  building.walls = {sample.wall};
+  const std::vector<WallSolid> solids = WallSolids(building, 0);
+  Drawing drawing = DrawWalls(solids);
+  for (const PlanOpening& opening : sample.wall.openings) {
+    drawing.Add(OpeningSymbol(solids.front(), opening));
+  }
+  AddText(sample.text, &drawing);
+  return drawing;
+}
+
+Drawing DrawLineSample(Pen pen, const char* text) {
+  const double middle_mm = -0.5 * kThickness_mm;
+  Drawing drawing;
+  drawing.paths = {{pen, {{0, middle_mm}, {kSample_mm, middle_mm}}}};
+  AddText(text, &drawing);
+  return drawing;
+}
+
+Drawing DrawNumberSample() {
+  Drawing drawing;
+  drawing.texts = {{"W3 0.15", {0.5 * kSample_mm, -0.5 * (kThickness_mm + kText_mm)}, kText_mm}};
+  AddText("wall 3 and its thickness", &drawing);
+  return drawing;
+}
+
+Drawing InColumns(const std::vector<Drawing>& samples) {
+  constexpr int kRows = 4;
+  Drawing legend;
+  for (int i = 0; i < static_cast<int>(samples.size()); ++i) {
+    const Vector2d place(kColumn_mm * (i / kRows),
+                         kRow_mm * (kRows - 1 - i % kRows) + kThickness_mm);
+    legend.Add(Placed(samples[static_cast<size_t>(i)], 1, place));
+  }
+  return legend;
+}
+
+// The round length, of 1, 2 or 5 times a power of ten, that comes nearest below.
+double RoundBelow(double length_m) {
+  const double ten = std::pow(10, std::floor(std::log10(length_m)));
+  for (const double step : {5, 2}) {
+    if (step * ten <= length_m) return step * ten;
+  }
+  return ten;
+}
+
+}  // namespace
+
+Drawing Legend() {
+  const Sample samples[] = {
+      {"wall, measured on both sides", SampleWall(false)},
+      {"wall, thickness assumed", SampleWall(true)},
+      {"door, walked through", SampleOpening(OpeningKind::kDoor, true)},
+      {"door, seen through", SampleOpening(OpeningKind::kDoor, false)},
+      {"window", SampleOpening(OpeningKind::kWindow, false)},
+      {"passage", SampleOpening(OpeningKind::kPassage, false)},
+  };
+  std::vector<Drawing> drawn;
+  for (const Sample& sample : samples) drawn.push_back(DrawSample(sample));
+  drawn.push_back(DrawLineSample(Pen::kRoom, "border of a room, no wall seen"));
+  drawn.push_back(DrawNumberSample());
+  return InColumns(drawn);
+}
+
+Drawing SectionLegend() {
+  const auto area = [](bool is_assumed, const char* text) {
+    return DrawSample({text, SampleWall(is_assumed)});
+  };
+  const auto line = [](Pen pen, const char* text) { return DrawLineSample(pen, text); };
+  return InColumns(
+      {area(false, "cut, measured"), area(true, "cut, thickness assumed"),
+       line(Pen::kBeyond, "edge of a wall beyond"), line(Pen::kAssumed, "edge that was not seen"),
+       line(Pen::kOpening, "border of an opening"), line(Pen::kLine, "line of the map, beyond")});
+}
+
+Drawing NorthArrow(const std::optional<double>& north_deg, bool is_far) {
+  constexpr double kReach_mm = 6, kHalf_mm = 1.8;
+  const Eigen::Rotation2Dd turn(-north_deg.value_or(0) * M_PI / 180);
+  const Vector2d middle(kReach_mm, kReach_mm + 1);
+  const auto at = [&](double x, double y) { return Vector2d(middle + turn * Vector2d(x, y)); };
+  const Vector2d tip = at(0, kReach_mm), tail = at(0, -kReach_mm), neck = at(0, 1);
+  Drawing arrow;
+  arrow.areas = {{Fill::kInk, {{tip, at(-kHalf_mm, 0), neck}, {}}}};
+  arrow.paths = {{Pen::kDimension, {tail, neck}}, {Pen::kDimension, {neck, at(kHalf_mm, 0), tip}}};
+  std::array<std::string, 2> lines = {"Building north: up on this sheet, along",
+                                      "the walls; the compass' north is not known"};
+  if (is_far)
+    lines = {"Up on this sheet: y of the given poses;", "the compass' north is not known"};
+  if (north_deg) {
+    lines = {fmt::format("North: {:g}\u00b0 clockwise from up,", *north_deg), "as given"};
+  }
+  double base_mm = middle.y() + 0.5;
+  for (const std::string& line : lines) {
+    arrow.texts.push_back({line, {2 * kReach_mm + 2, base_mm}, kText_mm, 0, Align::kLeft});
+    base_mm -= 3.4;
+  }
+  return arrow;
+}
+
+Drawing ScaleBar(int scale) {
+  constexpr double kLongest_mm = 60, kHeight_mm = 1.6;
+  constexpr int kParts = 5;
+  const double length_m = RoundBelow(kLongest_mm * 1e-3 * scale);
+  const double part_mm = length_m * 1e3 / scale / kParts;
+  Drawing bar;
+  for (int i = 0; i < kParts; ++i) {
+    const double from = i * part_mm, to = from + part_mm;
+    const PlanPoints outline = {{from, 0}, {to, 0}, {to, kHeight_mm}, {from, kHeight_mm}};
+    if (i % 2 == 0) bar.areas.push_back({Fill::kInk, {outline, {}}});
+    PlanPoints border = outline;
+    border.push_back(outline.front());
+    bar.paths.push_back({Pen::kDimension, border});
+  }
+  for (const int i : {0, kParts}) {
+    const std::string text = fmt::format("{:g}{}", length_m * i / kParts, i == 0 ? "" : " m");
+    bar.texts.push_back({text, {i * part_mm, kHeight_mm + 1}, kText_mm});
+  }
+  return bar;
+}
+
 namespace {
 
 using Eigen::Vector2d;

@@ -1,4 +1,4 @@
-// What is written and drawn around the plans and sections of a map.
+// What explains a plan, below it on its sheet.
 #pragma once
 
 #include <optional>
@@ -7,10 +7,27 @@
 
 #include "export/plan/drawing.h"
 #include "export/plan/plan_options.h"
-#include "export/plan/sheet_size.h"
-#include "mapping/map.h"
+#include "export/plan/sheet.h"
+#include "mapping/map/map.h"
 
 namespace slcmap {
+
+// Samples of walls and openings with their names, in two columns, 110 mm by 23 mm. Millimetres from
+// its lower left corner.
+Drawing Legend();
+
+// The same of what sections show.
+Drawing SectionLegend();
+
+// An arrow and what it points to, some 14 mm high, from its lower left corner: the compass' north,
+// that many degrees clockwise from up, or where that is not known, up: along the building's walls,
+// of maps that are far away along the y of their poses.
+Drawing NorthArrow(const std::optional<double>& north_deg, bool is_far);
+
+// Metres at a scale, some 50 mm long.
+Drawing ScaleBar(int scale);
+
+// What is written and drawn around the plans and sections of a map.
 
 struct SheetWords {
   std::string title;   // "Storey 0"

@@ -1,18 +1,21 @@
 #include "mapping/adjustment/adjustment.h"
 
+#include <spdlog/spdlog.h>
+
 #include <algorithm>
 #include <cmath>
 #include <map>
 #include <tuple>
 #include <utility>
 
-#include "data/quantile.h"
+#include "data/core/error.h"
+#include "data/core/math.h"
 #include "mapping/adjustment/adjustment_problem.h"
-#include "mapping/adjustment/block_covariance.h"
+#include "mapping/adjustment/closure.h"
 #include "mapping/adjustment/closure_terms.h"
-#include "mapping/adjustment/edge_closures.h"
 #include "mapping/adjustment/point_closures.h"
-#include "odometry/window/calibration_estimate.h"
+#include "odometry/factors/calibration_estimate.h"
+#include "odometry/run/run.h"
 
 namespace slcmap {
 namespace {
@@ -365,6 +368,38 @@ void Apply(const AdjustmentResult& result, OdometryRun* run) {
     run->manhattan_worlds[i].heading_rad = result.headings_rad[i];
   }
   if (result.calibration) run->calibration.push_back(*result.calibration);
+}
+
+namespace {
+
+bool HasRevisit(const AdjustmentFigures& figures) {
+  return figures.closures > figures.closures_taken_back;
+}
+
+}  // namespace
+
+AdjustedRun AdjustRun(OdometryRun run, const AdjustmentOptions& options, const ViewImages* images,
+                      const Progress& progress) {
+  AdjustedRun adjusted{std::move(run), std::nullopt};
+  // Without closures no place is known to be seen again.
+  const bool is_wanted = options.enabled && (options.closures.enabled || !options.needs_revisit);
+  if (!is_wanted || adjusted.run.method == kGivenPoses || adjusted.run.keyframes.empty()) {
+    return adjusted;
+  }
+  try {
+    const AdjustmentResult result = Adjust(adjusted.run, options, images, progress);
+    if (result.usable && options.needs_revisit && !HasRevisit(result.figures)) return adjusted;
+    if (result.usable) {
+      Apply(result, &adjusted.run);
+      adjusted.figures = result.figures;
+    } else {
+      ++adjusted.run.warnings[kNotAdjusted];
+      spdlog::debug("keyframes are not adjusted: {}", result.reason);
+    }
+  } catch (const StoppedError&) {
+    spdlog::debug("the adjustment was interrupted");
+  }
+  return adjusted;
 }
 
 }  // namespace slcmap

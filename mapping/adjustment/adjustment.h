@@ -7,12 +7,12 @@
 #include <string>
 #include <vector>
 
-#include "data/progress.h"
-#include "mapping/adjustment/adjustment_figures.h"
-#include "mapping/adjustment/adjustment_options.h"
+#include "data/core/progress.h"
 #include "mapping/adjustment/closure.h"
+#include "mapping/adjustment/options.h"
+#include "mapping/map/map.h"
 #include "mapping/views/view.h"
-#include "odometry/run.h"
+#include "odometry/run/run.h"
 
 namespace slcmap {
 
@@ -48,5 +48,22 @@ AdjustmentResult AdjustWithClosures(const OdometryRun& run, const AdjustmentOpti
 
 // The run with what the adjustment found in place of what it had.
 void Apply(const AdjustmentResult& result, OdometryRun* run);
+
+// A run as mapping takes it: adjusted over all its keyframes where that can be done.
+
+struct AdjustedRun {
+  OdometryRun run;                           // states are the online ones
+  std::optional<AdjustmentFigures> figures;  // none where it was not adjusted
+};
+
+// Counts runs that have too little to be adjusted, as a warning of the run.
+inline constexpr const char* kNotAdjusted = "not_adjusted";
+
+// The run as it is where adjusting it is not enabled, where its poses were given, where it visits
+// no place again (needs_revisit), where it has too little to adjust (which is counted), and where
+// progress ends that. With the images of its keyframes (null for none), read as they are needed,
+// places are recognised by points too where that is enabled. Throws ConfigError.
+AdjustedRun AdjustRun(OdometryRun run, const AdjustmentOptions& options, const ViewImages* images,
+                      const Progress& progress = {});
 
 }  // namespace slcmap

@@ -1,19 +1,52 @@
-// The cost of an adjustment as a problem of Ceres', and its solution.
+// Progress of a solution by Ceres, which ends when progress says so.
 #pragma once
 
+#include <ceres/iteration_callback.h>
 #include <ceres/loss_function.h>
+#include <ceres/ordered_groups.h>
 #include <ceres/problem.h>
 #include <ceres/solver.h>
 
+#include <algorithm>
 #include <memory>
 #include <vector>
 
-#include "data/progress.h"
+#include "data/core/progress.h"
 #include "mapping/adjustment/adjustment_state.h"
 #include "mapping/adjustment/closure.h"
-#include "odometry/residuals/factor.h"
+#include "odometry/factors/factor.h"
 
 namespace slcmap {
+
+class SolverProgress final : public ceres::IterationCallback {
+ public:
+  SolverProgress(const Progress& progress, int iterations)
+      : progress_(progress), iterations_(iterations) {}
+  ceres::CallbackReturnType operator()(const ceres::IterationSummary& summary) override {
+    stopped_ = !progress_.Report(std::min(1.0, 1.0 * summary.iteration / iterations_));
+    return stopped_ ? ceres::SOLVER_ABORT : ceres::SOLVER_CONTINUE;
+  }
+  bool stopped() const { return stopped_; }
+
+ private:
+  const Progress& progress_;
+  int iterations_;
+  bool stopped_ = false;
+};
+
+// The order in which a problem's normal equations are solved for its blocks.
+
+// The blocks of `first`, between any two of which there is no term, are group 0; those of `last`,
+// which most others are tied to, come last of all. The others come by nested dissection of what the
+// elimination of `first` ties together (METIS): where many visits of the same places hang together,
+// as a building of rooms does, that fills the equations far less than a minimum degree does. The
+// same problem is ordered alike each time, unless another thread calls rand() meanwhile. Throws
+// Error where a term binds two blocks of `first`.
+std::shared_ptr<ceres::ParameterBlockOrdering> EliminationOrder(const ceres::Problem& problem,
+                                                                const std::vector<double*>& first,
+                                                                const std::vector<double*>& last);
+
+// The cost of an adjustment as a problem of Ceres', and its solution.
 
 // What the terms need beside the state; must outlive them.
 struct AdjustmentModel {

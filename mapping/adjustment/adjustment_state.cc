@@ -5,12 +5,11 @@
 #include <map>
 #include <unordered_map>
 
-#include "data/error.h"
+#include "data/core/error.h"
+#include "odometry/factors/calibration_estimate.h"
+#include "odometry/geometry/imu.h"
+#include "odometry/geometry/lines.h"
 #include "odometry/geometry/pinhole.h"
-#include "odometry/geometry/slope.h"
-#include "odometry/geometry/structural_line.h"
-#include "odometry/imu/imu_buffer.h"
-#include "odometry/window/calibration_estimate.h"
 
 namespace slcmap {
 namespace {

@@ -7,14 +7,13 @@
 #include <span>
 #include <vector>
 
-#include "mapping/adjustment/adjustment_options.h"
-#include "odometry/geometry/general_line.h"
-#include "odometry/imu/preintegration.h"
-#include "odometry/residuals/calibration.h"
-#include "odometry/residuals/imu_residual.h"
-#include "odometry/residuals/line_reprojection.h"
-#include "odometry/residuals/point_residual.h"
-#include "odometry/run.h"
+#include "mapping/adjustment/options.h"
+#include "odometry/factors/blocks.h"
+#include "odometry/factors/imu_factor.h"
+#include "odometry/factors/line_residual.h"
+#include "odometry/factors/point_residual.h"
+#include "odometry/geometry/lines.h"
+#include "odometry/run/run.h"
 
 namespace slcmap {
 

@@ -1,12 +1,21 @@
-// The terms of recognised places, and whether they can be believed.
+// How well an adjustment knows some of its blocks.
 #pragma once
 
+#include <ceres/problem.h>
+
+#include <Eigen/Core>
 #include <vector>
 
 #include "mapping/adjustment/adjustment_problem.h"
 #include "mapping/adjustment/closure.h"
 
 namespace slcmap {
+
+// The joint covariance of the tangents of some blocks, all others marginalised, at the problem's
+// state, with robust losses as weights. Of size 0 where the problem does not determine it.
+Eigen::MatrixXd BlockCovariance(ceres::Problem* problem, const std::vector<double*>& blocks);
+
+// The terms of recognised places, and whether they can be believed.
 
 AdjustmentTerm PointMatchTerm(const PointMatch& match, const AdjustmentState& state,
                               const AdjustmentModel& model);

@@ -5,7 +5,7 @@
 #include <map>
 #include <optional>
 
-#include "mapping/adjustment/patch_search.h"
+#include "mapping/views/view_matches.h"
 #include "odometry/geometry/pinhole.h"
 
 namespace slcmap {

@@ -3,10 +3,10 @@
 
 #include <vector>
 
-#include "data/progress.h"
+#include "data/core/progress.h"
 #include "mapping/adjustment/closure.h"
 #include "mapping/views/view.h"
-#include "odometry/residuals/point_residual.h"
+#include "odometry/factors/point_residual.h"
 
 namespace slcmap {
 

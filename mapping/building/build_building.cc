@@ -7,9 +7,9 @@
 #include <utility>
 
 #include "mapping/building/horizontal_planes.h"
-#include "mapping/building/wall_bodies.h"
+#include "mapping/building/wall_lines.h"
 #include "mapping/building/walls.h"
-#include "mapping/watched_loop.h"
+#include "mapping/map/parallel.h"
 
 namespace slcmap {
 namespace {

@@ -2,10 +2,9 @@
 // space between them. README.md, "Buildings", describes the steps.
 #pragma once
 
-#include "data/progress.h"
-#include "mapping/building/building.h"
-#include "mapping/building/building_input.h"
-#include "mapping/building/building_options.h"
+#include "data/core/progress.h"
+#include "mapping/building/options.h"
+#include "mapping/map/building.h"
 
 namespace slcmap {
 

@@ -48,4 +48,11 @@ bool Refit(const std::vector<HeadedSample>& samples, double tolerance_cosine, do
 double CellArea(const std::set<std::pair<int, int>>& cells);
 std::pair<int, int> AreaCellOf(double s, double z);
 
+// Offsets in strips along a heading, and chains of them from strip to strip.
+
+// Chains of offsets that go on from strip to strip, each as the strips of a face to be fitted.
+// Samples of one side of a heading, sorted by s.
+std::vector<std::vector<StripMean>> FollowOffsets(const std::vector<HeadedSample>& samples,
+                                                  const BuildingOptions& options);
+
 }  // namespace slcmap

@@ -8,7 +8,7 @@
 #include <optional>
 #include <utility>
 
-#include "mapping/point_index.h"
+#include "mapping/map/point_index.h"
 
 namespace slcmap {
 namespace {

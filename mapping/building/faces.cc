@@ -6,10 +6,10 @@
 #include <optional>
 #include <set>
 
-#include "data/angle_unit.h"
+#include "data/core/math.h"
+#include "mapping/building/face_fit.h"
 #include "mapping/building/face_surface.h"
-#include "mapping/building/strip_modes.h"
-#include "mapping/watched_loop.h"
+#include "mapping/map/parallel.h"
 
 namespace slcmap {
 namespace {

@@ -5,7 +5,7 @@
 #include <functional>
 #include <vector>
 
-#include "mapping/building/building_options.h"
+#include "mapping/building/options.h"
 
 namespace slcmap {
 

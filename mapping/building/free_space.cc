@@ -116,4 +116,175 @@ SightRays::SightRays(const std::vector<Sights>& sights, size_t max_rays) : sight
   }
 }
 
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr double kTop_m = 0.5;  // beneath a storey's top: what reaches it is a wall
+constexpr int kBeside = 2;      // columns beside a column that count with it
+constexpr double kLow_m = 1;    // over a storey's floor: what stands there
+constexpr int kSolidRows = 3;   // that a wall has over a door
+// What hangs from a ceiling and lets rays pass beneath it, as a duct does: so long, with that share
+// of all that is covered, it is no wall with doors.
+constexpr double kHanging_m = 2.5, kMostHanging = 0.85;
+constexpr double kWayBeneath = 0.2;     // share of the cells beneath it that were passed, at least
+constexpr double kUnseenPasses = 0.05;  // share of cells, of which it is as if none was passed
+constexpr double kLeastWall_m = 0.3;    // of columns that are walls
+constexpr double kLeastWallShare = 0.25;
+// Of what is beside a face, over the face itself: then the one is the wall, and the other, as a
+// duct or a rail, is fixed to it.
+constexpr int kMainly = 3;
+
+struct ColumnCounts {
+  int columns = 0, cells = 0, support = 0, passes = 0, others = 0;
+  int top_support = 0, top_passes = 0, top_others = 0;  // in the rows at the top
+  int top_behind = 0;
+  int low_cells = 0, low_support = 0, low_passes = 0;  // in the rows at the floor
+};
+
+// Cells of a column and of those beside it: rays can be few.
+ColumnCounts CountAround(const FaceGrid& grid, int middle) {
+  const int top = grid.rows() - static_cast<int>(std::lround(kTop_m / grid.cell_m));
+  const int low = static_cast<int>(std::lround(kLow_m / grid.cell_m));
+  ColumnCounts counts;
+  const int first = std::max(0, middle - kBeside),
+            last = std::min(grid.columns() - 1, middle + kBeside);
+  counts.columns = last - first + 1;
+  for (int column = first; column <= last; ++column) {
+    for (int row = 0; row < grid.rows(); ++row) {
+      const bool passed = grid.passes(row, column) > grid.hits(row, column);
+      const int support = grid.support(row, column), others = grid.others(row, column);
+      const bool supported = !passed && support > others, other = !passed && others > support;
+      ++counts.cells;
+      counts.support += supported ? 1 : 0;
+      counts.passes += passed ? 1 : 0;
+      counts.others += other ? 1 : 0;
+      counts.low_cells += row < low ? 1 : 0;
+      counts.low_support += row < low && supported ? 1 : 0;
+      counts.low_passes += row < low && passed ? 1 : 0;
+      if (row < top) continue;
+      counts.top_support += supported ? 1 : 0;
+      counts.top_passes += passed ? 1 : 0;
+      counts.top_others += other ? 1 : 0;
+      counts.top_behind += other && grid.behind(row, column) > support ? 1 : 0;
+    }
+  }
+  return counts;
+}
+
+double ShareOf(const ColumnCounts& counts) {
+  const int solid = kSolidRows * counts.columns;
+  const double passed = static_cast<double>(counts.passes) / counts.cells;
+  const double stray = kUnseenPasses * counts.cells;
+  if (counts.top_passes > counts.top_support + 0.2 * stray) return 0;
+  if (counts.others > kMainly * counts.support) return 0;
+  if (counts.top_others > counts.top_support && counts.support < kMainly * counts.others) return 0;
+  if (counts.top_support > 0 && passed < 0.3) return 1;
+  if (counts.top_support >= solid) return 1;  // over a door
+  if (counts.support >= solid && counts.passes <= stray) return 0.5;
+  return 0;
+}
+
+// Something at the top, and a way beneath it.
+bool IsHanging(const ColumnCounts& counts) {
+  return counts.top_support > 0 && counts.low_support <= kUnseenPasses * counts.low_cells &&
+         counts.low_passes >= kWayBeneath * counts.low_cells;
+}
+
+// Whether nearly all that is covered of a face hangs from the ceiling.
+bool HangsFromCeiling(const std::vector<ColumnCounts>& columns, const std::vector<double>& shares,
+                      double cell_m) {
+  int covered = 0, hanging = 0;
+  for (size_t i = 0; i < columns.size(); ++i) {
+    if (shares[i] == 0) continue;
+    ++covered;
+    hanging += IsHanging(columns[i]) ? 1 : 0;
+  }
+  return hanging * cell_m > kHanging_m && hanging > kMostHanging * covered;
+}
+
+// Not seen through, nor is anything behind it that reaches the top: a duct before it hides it.
+bool IsUnseen(const ColumnCounts& counts) {
+  return counts.passes <= kUnseenPasses * counts.cells && counts.top_behind <= counts.top_support;
+}
+
+}  // namespace
+
+FaceGrid::FaceGrid(const Face& face, double low, double high_m, double cell)
+    : from_m(face.from_m), low_m(low), cell_m(cell) {
+  const int columns = std::max(1, static_cast<int>(std::ceil(face.Length() / cell)));
+  const int rows = std::max(1, static_cast<int>(std::lround((high_m - low) / cell)));
+  hits = cv::Mat1i::zeros(rows, columns);
+  passes = cv::Mat1i::zeros(rows, columns);
+  support = cv::Mat1i::zeros(rows, columns);
+  others = cv::Mat1i::zeros(rows, columns);
+  behind = cv::Mat1i::zeros(rows, columns);
+}
+
+bool FaceGrid::IsHit(int row, int column) const {
+  return hits(row, column) > 0 && !IsPassed(row, column);
+}
+
+bool FaceGrid::IsPassed(int row, int column) const {
+  return passes(row, column) >= 2 && passes(row, column) > hits(row, column);
+}
+
+void FaceGrid::CountOnFace(double along_m, double z_m, cv::Mat1i* counts) const {
+  // Edges to floor and ceiling lie at its borders, on one side or the other.
+  const double top_m = low_m + rows() * cell_m;
+  if (z_m < low_m - cell_m || z_m >= top_m + cell_m) return;
+  Count(along_m, std::clamp(z_m, low_m + 0.5 * cell_m, top_m - 0.5 * cell_m), counts);
+}
+
+void FaceGrid::Count(double along_m, double z_m, cv::Mat1i* counts) const {
+  const int column = static_cast<int>(std::floor((along_m - from_m) / cell_m));
+  const int row = static_cast<int>(std::floor((z_m - low_m) / cell_m));
+  if (row >= 0 && column >= 0 && row < rows() && column < columns()) ++(*counts)(row, column);
+}
+
+void AddRay(const Face& face, const Vector3d& camera, const Vector3d& end, double sigma_m,
+            double behind_m, FaceGrid* grid) {
+  const double before = face.DistanceTo(camera.head<2>()), after = face.DistanceTo(end.head<2>());
+  const double margin_m = std::max(behind_m, 3 * sigma_m);
+  if (std::abs(after) <= margin_m) {
+    // What is well before the face hides it; the cheeks of an opening begin at it.
+    if (before <= 0 || std::abs(after) > 0.5 * margin_m) return;
+    const Vector3d at = camera + std::min(before / (before - after), 1.0) * (end - camera);
+    grid->AddHit(face.AlongOf(at.head<2>()), at.z());
+    return;
+  }
+  if (before * after >= 0) return;
+  const Vector3d at = camera + before / (before - after) * (end - camera);
+  grid->AddPass(face.AlongOf(at.head<2>()), at.z());
+}
+
+std::vector<double> WallShares(const FaceGrid& grid) {
+  std::vector<ColumnCounts> columns;
+  std::vector<double> shares;
+  for (int column = 0; column < grid.columns(); ++column) {
+    columns.push_back(CountAround(grid, column));
+    shares.push_back(ShareOf(columns.back()));
+  }
+  if (HangsFromCeiling(columns, shares, grid.cell_m)) {
+    return std::vector<double>(shares.size(), 0);
+  }
+  // Between covered columns, a wall goes on where nobody saw anything else.
+  int last = -1;
+  for (int column = 0; column < grid.columns(); ++column) {
+    if (shares[column] == 0) continue;
+    for (int k = last + 1; last >= 0 && k < column; ++k) {
+      if (IsUnseen(columns[k])) shares[k] = std::min(shares[last], shares[column]);
+    }
+    last = column;
+  }
+  return shares;
+}
+
+bool IsWall(const std::vector<double>& shares, double cell_m) {
+  double covered = 0;
+  for (const double share : shares) covered += share;
+  return covered * cell_m >= kLeastWall_m &&
+         covered >= kLeastWallShare * static_cast<double>(shares.size());
+}
+
 }  // namespace slcmap

@@ -7,7 +7,7 @@
 #include <optional>
 #include <set>
 
-#include "mapping/building/plan_column.h"
+#include "mapping/building/storeys.h"
 
 namespace slcmap {
 namespace {

@@ -3,10 +3,9 @@
 
 #include <vector>
 
-#include "mapping/building/building.h"
-#include "mapping/building/building_input.h"
-#include "mapping/building/building_options.h"
+#include "mapping/building/options.h"
 #include "mapping/building/storeys.h"
+#include "mapping/map/building.h"
 
 namespace slcmap {
 

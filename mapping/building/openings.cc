@@ -5,7 +5,7 @@
 #include <opencv2/imgproc.hpp>
 #include <optional>
 
-#include "data/stretch.h"
+#include "data/core/math.h"
 
 namespace slcmap {
 namespace {

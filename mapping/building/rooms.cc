@@ -1,18 +1,86 @@
 #include "mapping/building/rooms.h"
 
 #include <algorithm>
+#include <boost/graph/adjacency_list.hpp>
+#include <boost/graph/boykov_kolmogorov_max_flow.hpp>
 #include <cmath>
+#include <cstddef>
 #include <map>
 #include <numeric>
 #include <optional>
 #include <set>
+#include <vector>
 
-#include "data/stretch.h"
-#include "mapping/building/minimum_cut.h"
-#include "mapping/building/wall_bodies.h"
+#include "data/core/math.h"
 #include "mapping/building/wall_lines.h"
 
 namespace slcmap {
+
+// Labels that cost least, inside or outside, by a minimum cut.
+
+// What it costs to label a thing by itself.
+struct LabelCosts {
+  double inside = 0, outside = 0;
+};
+
+// What it costs to label two things differently.
+struct PairCost {
+  size_t a = 0, b = 0;
+  double cost = 0;
+};
+
+// The labels of least cost in all, true: inside. Costs are not negative. Y. Boykov and
+// V. Kolmogorov, "An experimental comparison of min-cut/max-flow algorithms for energy minimization
+// in vision", PAMI 2004.
+std::vector<bool> LeastCostLabels(const std::vector<LabelCosts>& things,
+                                  const std::vector<PairCost>& pairs);
+
+namespace {
+
+// A flow network with residual capacities, as Boost asks for it.
+using Traits = boost::adjacency_list_traits<boost::vecS, boost::vecS, boost::directedS>;
+using EdgeOf = Traits::edge_descriptor;
+using NodeProperties =
+    boost::property<boost::vertex_color_t, boost::default_color_type,
+                    boost::property<boost::vertex_distance_t, long,
+                                    boost::property<boost::vertex_predecessor_t, EdgeOf>>>;
+using EdgeProperties =
+    boost::property<boost::edge_capacity_t, double,
+                    boost::property<boost::edge_residual_capacity_t, double,
+                                    boost::property<boost::edge_reverse_t, EdgeOf>>>;
+using Network = boost::adjacency_list<boost::vecS, boost::vecS, boost::directedS, NodeProperties,
+                                      EdgeProperties>;
+
+void Connect(size_t a, size_t b, double forth, double back, Network* network) {
+  const EdgeOf there = boost::add_edge(a, b, *network).first;
+  const EdgeOf here = boost::add_edge(b, a, *network).first;
+  boost::put(boost::edge_capacity, *network, there, forth);
+  boost::put(boost::edge_capacity, *network, here, back);
+  boost::put(boost::edge_reverse, *network, there, here);
+  boost::put(boost::edge_reverse, *network, here, there);
+}
+
+}  // namespace
+
+std::vector<bool> LeastCostLabels(const std::vector<LabelCosts>& things,
+                                  const std::vector<PairCost>& pairs) {
+  const size_t inside = things.size(), outside = inside + 1;
+  Network network(things.size() + 2);
+  for (size_t i = 0; i < things.size(); ++i) {
+    // Cut off from the inside, it is outside.
+    Connect(inside, i, things[i].outside, 0, &network);
+    Connect(i, outside, things[i].inside, 0, &network);
+  }
+  for (const PairCost& pair : pairs) Connect(pair.a, pair.b, pair.cost, pair.cost, &network);
+  boost::boykov_kolmogorov_max_flow(network, inside, outside);
+  const auto colours = boost::get(boost::vertex_color, network);
+  std::vector<bool> labels;
+  for (size_t i = 0; i < things.size(); ++i) {
+    labels.push_back(boost::get(colours, i) == boost::black_color);
+  }
+  return labels;
+}
+
 namespace {
 
 using Eigen::Vector2d;

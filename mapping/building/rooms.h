@@ -3,9 +3,9 @@
 
 #include <vector>
 
-#include "mapping/building/building.h"
 #include "mapping/building/faces.h"
 #include "mapping/building/free_space.h"
+#include "mapping/map/building.h"
 
 namespace slcmap {
 

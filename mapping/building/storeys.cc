@@ -6,8 +6,6 @@
 #include <map>
 #include <set>
 
-#include "mapping/building/plan_column.h"
-
 namespace slcmap {
 namespace {
 

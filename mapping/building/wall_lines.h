@@ -4,6 +4,7 @@
 #include <optional>
 #include <vector>
 
+#include "mapping/building/options.h"
 #include "mapping/building/rooms.h"
 
 namespace slcmap {
@@ -38,5 +39,34 @@ std::optional<PlacedPart> PartAt(const std::vector<WallLine>& lines, const Eigen
 
 // Where two faces cross, as metres along each; nothing where they are nearly parallel.
 std::optional<std::pair<double, double>> Crossing(const Face& a, const Face& b);
+
+// What lies between the two faces of a wall.
+
+// A face behind another, as the other side of the same wall.
+struct WallBody {
+  size_t front = 0, back = 0;   // indices of faces, as BodiesOf gives them
+  double from_m = 0, to_m = 0;  // along the front, where there are both
+  double thickness_m = 0;
+};
+
+// Nothing unless the faces look away from each other, between the least and the largest thickness
+// apart and beside each other for half of the shorter one.
+std::optional<WallBody> BodyBetween(const Face& front, const Face& back,
+                                    const BuildingOptions& options);
+
+// The median thickness, by length; the assumed one of the options where there are none.
+double TypicalThickness(std::vector<WallBody> bodies, const BuildingOptions& options);
+
+// Behind what was seen of each wall from one side alone, the face that it must have: at its own
+// thickness where some of its back was seen, else the typical one. The room behind it ends there.
+std::vector<WallFace> UnseenFaces(const std::vector<WallFace>& walls,
+                                  const BuildingOptions& options);
+
+// Between all faces, each as the front: a wall that was seen from both sides has two.
+std::vector<WallBody> BodiesOf(const std::vector<WallFace>& walls, const BuildingOptions& options);
+
+// Whether a place is between two faces of one wall; the bodies are those of the walls.
+bool IsInWall(const std::vector<WallFace>& walls, const std::vector<WallBody>& bodies,
+              const Eigen::Vector2d& p);
 
 }  // namespace slcmap

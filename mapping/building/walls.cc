@@ -5,7 +5,6 @@
 #include <numeric>
 #include <tuple>
 
-#include "mapping/building/wall_bodies.h"
 #include "mapping/building/wall_lines.h"
 
 namespace slcmap {

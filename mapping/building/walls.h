@@ -3,10 +3,10 @@
 
 #include <vector>
 
-#include "mapping/building/building.h"
 #include "mapping/building/openings.h"
 #include "mapping/building/rooms.h"
 #include "mapping/building/storeys.h"
+#include "mapping/map/building.h"
 
 namespace slcmap {
 

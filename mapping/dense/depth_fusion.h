@@ -1,4 +1,4 @@
-// The confirmed depth of many views as one cloud of points with normals.
+// Depth that other views agree with.
 #pragma once
 
 #include <Eigen/Core>
@@ -6,12 +6,25 @@
 #include <unordered_map>
 #include <vector>
 
-#include "data/types.h"
-#include "mapping/dense/dense_options.h"
-#include "mapping/dense/dense_point.h"
-#include "mapping/dense/depth_grid.h"
+#include "data/core/types.h"
+#include "mapping/map/map.h"
+#include "mapping/views/stereo_depth.h"
 
 namespace slcmap {
+
+// A view's depth and where it was seen from.
+struct PlacedGrid {
+  RigidTransform T_world_camera;
+  const DepthGrid* grid = nullptr;
+};
+
+// The nodes of `view` that at least min_views views (itself, and others more than min_baseline_m
+// from it and from each other) agree with, within agree_sigmas standard deviations, and fewer
+// contradict: those that see further at its place. The others become unknown.
+DepthGrid ConfirmedDepth(const PlacedGrid& view, const std::vector<PlacedGrid>& others,
+                         const Camera& camera, const DenseOptions& options);
+
+// The confirmed depth of many views as one cloud of points with normals.
 
 // Sums what views see in voxels; surfaces that face different ways, as the two sides of a thin
 // wall, are kept apart. Memory grows with the surface, not with the number of views.

@@ -5,9 +5,8 @@
 #include <opencv2/core/mat.hpp>
 #include <vector>
 
-#include "data/types.h"
-#include "mapping/dense/dense_options.h"
-#include "mapping/dense/depth_grid.h"
+#include "data/core/types.h"
+#include "mapping/views/stereo_depth.h"
 
 namespace slcmap {
 

@@ -1,14 +1,26 @@
-// The guided pass: all views are looked at for the lines that are known.
+// What lines tell of the directions of those near them.
 #pragma once
 
+#include <optional>
 #include <vector>
 
-#include "data/progress.h"
-#include "mapping/lines/line_options.h"
+#include "data/core/progress.h"
+#include "mapping/lines/line_fit.h"
+#include "mapping/lines/line_samples.h"
 #include "mapping/lines/line_store.h"
-#include "mapping/lines/sight_depths.h"
+#include "mapping/lines/options.h"
 
 namespace slcmap {
+
+// By line, what the others of its axis and segment make known of its direction beforehand: the mean
+// and the standard deviation that a Gaussian process predicts from what each one's places tell of
+// its direction. Those that are far from the axis count little. Nothing of lines without an axis.
+// The lines' last fits are with the prior of their axis (its direction, sigma_rad).
+std::vector<std::optional<DirectionPrior>> PriorsByNeighbours(const std::vector<TrackedLine>& lines,
+                                                              const std::vector<BuildingAxis>& axes,
+                                                              const NeighbourOptions& options);
+
+// The guided pass: all views are looked at for the lines that are known.
 
 // Looks for each line, a good deal beyond its ends, in both images of every view of its segment:
 // afterwards, but where surfaces hide it, its bins say how many views look at each piece of it and

@@ -4,9 +4,9 @@
 #include <cmath>
 #include <opencv2/core/utility.hpp>
 
-#include "data/asl_files.h"
-#include "mapping/dense/parallel.h"
-#include "odometry/frontend/line_geometry.h"
+#include "data/source/asl_files.h"
+#include "mapping/map/parallel.h"
+#include "odometry/frontend/line_segment.h"
 #include "odometry/geometry/pinhole.h"
 #include "odometry/window/line_triangulation.h"
 

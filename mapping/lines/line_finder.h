@@ -3,10 +3,10 @@
 
 #include <vector>
 
-#include "data/progress.h"
-#include "mapping/lines/line_options.h"
+#include "data/core/progress.h"
 #include "mapping/lines/line_store.h"
-#include "mapping/lines/view_window.h"
+#include "mapping/lines/line_sweep.h"
+#include "mapping/lines/options.h"
 
 namespace slcmap {
 

@@ -8,9 +8,8 @@
 #include <set>
 #include <tuple>
 
-#include "data/quantile.h"
-#include "mapping/lines/across.h"
-#include "odometry/frontend/line_geometry.h"
+#include "data/core/math.h"
+#include "odometry/frontend/line_segment.h"
 #include "odometry/geometry/pinhole.h"
 
 namespace slcmap {

@@ -1,13 +1,24 @@
-// The line of the world that fits the places where images have its edge.
+// Directions across a line.
 #pragma once
 
+#include <Eigen/Geometry>
 #include <optional>
 #include <vector>
 
 #include "mapping/lines/line_samples.h"
-#include "mapping/lines/view_cameras.h"
+#include "mapping/views/view.h"
 
 namespace slcmap {
+
+// Two columns, square to the direction (of length 1) and to each other.
+inline Eigen::Matrix<double, 3, 2> AcrossOf(const Eigen::Vector3d& direction) {
+  Eigen::Matrix<double, 3, 2> across;
+  across.col(0) = direction.unitOrthogonal();
+  across.col(1) = direction.cross(across.col(0));
+  return across;
+}
+
+// The line of the world that fits the places where images have its edge.
 
 // The mean of some samples that are near each other on a line, in one image.
 struct EdgePlace {

@@ -2,8 +2,75 @@
 
 #include <algorithm>
 #include <cmath>
+#include <opencv2/core/utility.hpp>
+
+#include "data/core/math.h"
+#include "mapping/lines/line_fit.h"
 
 namespace slcmap {
+namespace {
+
+constexpr double kCell_m = 0.5;
+
+}  // namespace
+
+void LineCells::Add(int line) {
+  for (const Cell& cell : CellsOf(line)) members_[cell].push_back(line);
+}
+
+size_t LineCells::CellHash::operator()(const Cell& cell) const {
+  uint64_t hash = 0;
+  for (const int64_t at : cell) {
+    hash = (hash ^ static_cast<uint64_t>(at)) * 0x9e3779b97f4a7c15;  // Knuth's golden ratio
+    hash ^= hash >> 32;
+  }
+  return hash;
+}
+
+std::vector<int> LineCells::Near(int line) const {
+  std::vector<int> near;
+  for (const Cell& cell : CellsAround(line)) {
+    const auto found = members_.find(cell);
+    if (found == members_.end()) continue;
+    near.insert(near.end(), found->second.begin(), found->second.end());
+  }
+  std::sort(near.begin(), near.end());
+  near.erase(std::unique(near.begin(), near.end()), near.end());
+  return near;
+}
+
+std::vector<LineCells::Cell> LineCells::CellsAround(int line) const {
+  std::vector<Cell> around;
+  for (const Cell& cell : CellsOf(line)) {
+    for (int64_t dx = -1; dx <= 1; ++dx) {
+      for (int64_t dy = -1; dy <= 1; ++dy) {
+        for (int64_t dz = -1; dz <= 1; ++dz) {
+          around.push_back({cell[0] + dx, cell[1] + dy, cell[2] + dz});
+        }
+      }
+    }
+  }
+  std::sort(around.begin(), around.end());
+  around.erase(std::unique(around.begin(), around.end()), around.end());
+  return around;
+}
+
+std::vector<LineCells::Cell> LineCells::CellsOf(int index) const {
+  const TrackedLine& line = lines_[index];
+  std::vector<Cell> cells;
+  for (const Stretch& interval : line.intervals) {
+    for (double along_m = interval.from_m;; along_m += kCell_m) {
+      const Eigen::Vector3d p =
+          line.line.point_world + std::min(along_m, interval.to_m) * line.line.direction_world;
+      const auto of = [](double x) { return static_cast<int64_t>(std::floor(x / kCell_m)); };
+      const Cell cell{of(p.x()), of(p.y()), of(p.z())};
+      if (cells.empty() || cells.back() != cell) cells.push_back(cell);
+      if (along_m >= interval.to_m) break;
+    }
+  }
+  return cells;
+}
+
 namespace {
 
 // Grain, joints and print are as long as the boards and sheets that they are on; what is longer is
@@ -40,6 +107,109 @@ LineKind KindOf(const TrackedLine& line, const LineKindOptions& options) {
   const double beside_step = all_m >= kLong_m ? kMinLongStep : options.min_trim_step;
   const LeastSteps on_surface{options.min_outline_step, beside_step};
   return StandsOut(line, lasts, on_surface) ? LineKind::kOutline : LineKind::kMark;
+}
+
+namespace {
+
+constexpr double kCountStep_m = 0.1;
+constexpr double kBesideEnd_m = 0.1;      // past its ends, to which a line counts as beside a place
+constexpr double kMaxTurn_rad = 0.06;     // between parallel lines
+constexpr double kMinDistance_m = 0.012;  // between lines that are two
+constexpr double kOffPlane_m = 0.03;
+
+// How many differ, of sorted values.
+int CountApart(const std::vector<double>& sorted) {
+  int count = 0;
+  double last = 0;
+  for (const double value : sorted) {
+    if (count > 0 && value - last <= kMinDistance_m) continue;
+    last = value;
+    ++count;
+  }
+  return count;
+}
+
+bool Covers(const TrackedLine& line, double along_m) {
+  return std::any_of(line.intervals.begin(), line.intervals.end(), [&](const Stretch& interval) {
+    return along_m > interval.from_m - kBesideEnd_m && along_m < interval.to_m + kBesideEnd_m;
+  });
+}
+
+class Neighbours {
+ public:
+  Neighbours(const std::vector<TrackedLine>& lines, const LineCells& cells, int index,
+             double reach_m)
+      : line_(lines[index].line), across_(AcrossOf(line_.direction_world)), reach_m_(reach_m) {
+    for (const int other : cells.Near(index)) {
+      if (other == index || lines[other].segment != lines[index].segment) continue;
+      const double cosine = line_.direction_world.dot(lines[other].line.direction_world);
+      if (std::abs(cosine) > std::cos(kMaxTurn_rad)) parallel_.push_back(&lines[other]);
+    }
+  }
+
+  int CountAt(double along_m) const {
+    const std::vector<Eigen::Vector2d> places = PlacesAt(along_m);
+    int most = 0;
+    for (const Eigen::Vector2d& through : places) {  // the planes through one of them
+      const Eigen::Vector2d way = through.normalized();
+      std::vector<double> distances_m;
+      for (const Eigen::Vector2d& place : places) {
+        const double off_m = way.x() * place.y() - way.y() * place.x();
+        if (std::abs(off_m) < kOffPlane_m) distances_m.push_back(way.dot(place));
+      }
+      std::sort(distances_m.begin(), distances_m.end());
+      most = std::max(most, CountApart(distances_m));
+    }
+    return most;
+  }
+
+ private:
+  // Where the parallel lines pass the plane across the line at a place of it.
+  std::vector<Eigen::Vector2d> PlacesAt(double along_m) const {
+    const Eigen::Vector3d p = line_.point_world + along_m * line_.direction_world;
+    std::vector<Eigen::Vector2d> places;
+    for (const TrackedLine* other : parallel_) {
+      const double beside_m = other->line.direction_world.dot(p - other->line.point_world);
+      if (!Covers(*other, beside_m)) continue;
+      const Eigen::Vector3d q = other->line.point_world + beside_m * other->line.direction_world;
+      const Eigen::Vector2d place = across_.transpose() * (q - p);
+      const double distance_m = place.norm();
+      if (distance_m > kMinDistance_m && distance_m < reach_m_) places.push_back(place);
+    }
+    return places;
+  }
+
+  const PointAndDirection& line_;
+  const Eigen::Matrix<double, 3, 2> across_;
+  const double reach_m_;
+  std::vector<const TrackedLine*> parallel_;
+};
+
+int MedianCount(const TrackedLine& line, const Neighbours& neighbours) {
+  std::vector<double> counts;
+  for (const Stretch& interval : line.intervals) {
+    const double length_m = interval.length_m();
+    const int places = std::max(1, static_cast<int>(length_m / kCountStep_m));
+    for (int i = 0; i < places; ++i) {
+      counts.push_back(neighbours.CountAt(interval.from_m + (i + 0.5) * length_m / places));
+    }
+  }
+  return static_cast<int>(Quantile(std::move(counts), 0.5));
+}
+
+}  // namespace
+
+void CountParallels(double reach_m, std::vector<TrackedLine>* lines) {
+  LineCells cells(*lines);
+  const auto count = static_cast<int>(lines->size());
+  for (int i = 0; i < count; ++i) cells.Add(i);
+  std::vector<int> parallels(lines->size());
+  cv::parallel_for_({0, count}, [&](const cv::Range& range) {
+    for (int i = range.start; i < range.end; ++i) {
+      parallels[i] = MedianCount((*lines)[i], Neighbours(*lines, cells, i, reach_m));
+    }
+  });
+  for (int i = 0; i < count; ++i) (*lines)[i].parallels = parallels[i];
 }
 
 }  // namespace slcmap

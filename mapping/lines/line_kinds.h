@@ -1,11 +1,42 @@
-// What a line is of.
+// Lines by where they are.
 #pragma once
 
-#include "data/map_line.h"
-#include "mapping/lines/line_options.h"
+#include <array>
+#include <cstdint>
+#include <unordered_map>
+#include <vector>
+
+#include "data/io/map_line.h"
 #include "mapping/lines/line_store.h"
+#include "mapping/lines/options.h"
 
 namespace slcmap {
+
+// Lines by the cells of half a metre that their intervals pass.
+class LineCells {
+ public:
+  // The lines must outlive it.
+  explicit LineCells(const std::vector<TrackedLine>& lines) : lines_(lines) {}
+
+  void Add(int line);
+
+  // Those of the added lines that pass a line's cells or their neighbours: all that are up to half
+  // a metre from it. In order, each once.
+  std::vector<int> Near(int line) const;
+
+ private:
+  using Cell = std::array<int64_t, 3>;
+  struct CellHash {
+    size_t operator()(const Cell& cell) const;
+  };
+  std::vector<Cell> CellsOf(int line) const;
+  std::vector<Cell> CellsAround(int line) const;  // and their neighbours, each once
+
+  const std::vector<TrackedLine>& lines_;
+  std::unordered_map<Cell, std::vector<int>, CellHash> members_;
+};
+
+// What a line is of.
 
 // By the surfaces beside it: an edge where they end or bend. What is on a flat surface is the
 // outline of a thing on it if its step of brightness is large against how bright it is, and lasts
@@ -15,5 +46,13 @@ namespace slcmap {
 // where surfaces are known. Where the surfaces are not known, a line whose step lasts is of
 // unknown kind.
 LineKind KindOf(const TrackedLine& line, const LineKindOptions& options);
+
+// Lines that are one of many beside each other.
+
+// Counts, for each line, those that run beside it in one plane with it, as the joints of a brick
+// wall do: within reach_m (half a metre at most), parallel, each at its own distance; the plane is
+// the one that has most of them, give or take 3 cm. The median over places every 10 to 20 cm, as
+// TrackedLine::parallels.
+void CountParallels(double reach_m, std::vector<TrackedLine>* lines);
 
 }  // namespace slcmap

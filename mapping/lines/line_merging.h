@@ -1,12 +1,36 @@
-// Takes lines that are one edge together.
+// The stretches of a line whose places are of one edge.
 #pragma once
 
+#include <optional>
 #include <vector>
 
-#include "mapping/lines/line_options.h"
 #include "mapping/lines/line_store.h"
+#include "mapping/lines/options.h"
 
 namespace slcmap {
+
+// What a line is kept with.
+struct StretchLimits {
+  int min_views = 0;
+  double max_sigma_m = 0, max_spread_px = 0;
+  double min_length_m = 0;  // of an interval
+  bool Hold(const LineFit& fit) const;
+};
+
+// Fits a line to its places in its intervals. Where these scatter by more than max_spread_px, by
+// their median, the line may pass one edge here and another there: the stretches that scatter least
+// are fitted alone, and those that agree with them are kept; of a line that holds as a whole, those
+// that scatter by half as much again. Intervals and places of others leave the line where the rest
+// holds. Nothing where no line can be fitted; a fit that does not hold is returned as it is.
+std::optional<LineFit> FitStretches(const ViewCameras& cameras,
+                                    const std::optional<DirectionPrior>& prior,
+                                    const LineFitOptions& options, const StretchLimits& limits,
+                                    TrackedLine* line);
+
+// Leaves the places in the intervals.
+void DropPlacesOutside(TrackedLine* line);
+
+// Takes lines that are one edge together.
 
 // Merges lines of one axis that lie beside each other within what is known of them: each with all
 // of its group (full linkage), the best known first, so that chains of neighbours do not grow

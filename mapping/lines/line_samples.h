@@ -1,12 +1,43 @@
-// Where an image has the edge of a line that is expected in it.
+// A line of the world as a rectified camera sees it.
 #pragma once
 
+#include <Eigen/Core>
+#include <array>
 #include <opencv2/core/mat.hpp>
+#include <optional>
 #include <vector>
 
-#include "mapping/lines/line_in_view.h"
+#include "data/core/math.h"
+#include "data/core/progress.h"
+#include "data/core/types.h"
+#include "mapping/map/map.h"
+#include "mapping/views/view.h"
+#include "odometry/geometry/lines.h"
 
 namespace slcmap {
+
+// The part of a line that is in an image, from start to end as the line runs.
+struct LineInView {
+  LineSegment px;
+  double from_m = 0, to_m = 0;  // of its ends, along the line from its point
+  double start_depth_m = 0, end_depth_m = 0;
+
+  // The place along the line of what is seen at a share of the way from px.start to px.end, and
+  // its depth.
+  double AlongAt(double share) const;
+  double DepthAt(double share) const;
+};
+
+// Nothing where no part of the stretch lies in the image (but a margin) and between the depths.
+struct ViewLimits {
+  double margin_px = 4;
+  double min_depth_m = 0.2, max_depth_m = 10;
+};
+std::optional<LineInView> SeenPart(const PointAndDirection& line, const Stretch& stretch,
+                                   const RigidTransform& T_camera_world, const Camera& camera,
+                                   const ViewLimits& limits);
+
+// Where an image has the edge of a line that is expected in it.
 
 // The image beside one place of a line.
 struct LineSample {
@@ -37,5 +68,38 @@ struct LineSampling {
 // down). Places outside the mask have no sample.
 std::vector<LineSample> SampleLine(const cv::Mat& image, const cv::Mat& mask,
                                    const LineInView& line, const LineSampling& options);
+
+// What surfaces hide from the views.
+
+// The depth of the nearest surface, where one is known, in coarse images of all views.
+class SightDepths {
+ public:
+  SightDepths() = default;  // hides nothing
+
+  // Each point of the cloud is a piece of surface of `size_m`. The same points give the same
+  // depths, whatever the number of threads. Once progress says so, nothing is hidden from later
+  // views.
+  SightDepths(const std::vector<DensePoint>& cloud, double size_m, const ViewCameras& views,
+              const Progress& progress = {});
+
+  // Whether a surface is clearly nearer than depth_m at a pixel of a view's camera (0 left, 1
+  // right). What is not known hides nothing.
+  bool Hides(int view, int camera, const Eigen::Vector2d& px, double depth_m) const;
+
+  // The same of a place on a surface, in the frame of that camera, whose model is given: what lies
+  // on the surface itself does not hide it, however slantingly it is seen.
+  bool HidesSurface(int view, int camera, const Camera& model, const Eigen::Vector3d& p_camera,
+                    const Eigen::Vector3d& normal_camera) const;
+
+ private:
+  using DepthImage = std::vector<float>;  // cell by cell; infinite: not known; or empty
+
+  void Render(const std::vector<DensePoint>& cloud, double size_m, const Camera& camera,
+              const RigidTransform& T_camera_world, DepthImage* image) const;
+
+  double size_m_ = 0;
+  int columns_ = 0, rows_ = 0;
+  std::vector<std::array<DepthImage, 2>> images_;  // by view and camera
+};
 
 }  // namespace slcmap

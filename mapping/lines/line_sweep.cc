@@ -1,14 +1,108 @@
 #include "mapping/lines/line_sweep.h"
 
+#include <Eigen/Core>
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
 #include <limits>
+#include <opencv2/core/mat.hpp>
+#include <opencv2/imgproc.hpp>
 
-#include "mapping/lines/edge_directions.h"
-#include "odometry/frontend/line_geometry.h"
+#include "odometry/frontend/line_detector.h"
+#include "odometry/frontend/line_segment.h"
 #include "odometry/window/line_triangulation.h"
 
 namespace slcmap {
+
+// Where an image has edges, and which way brightness rises there: quick to ask for many places.
+
+// CV_16UC1 of the image's size: bit i is set where, within a pixel, there is an edge across which
+// brightness rises towards the angle i * 22.5 degrees (x right, y down), give or take 22.5 degrees.
+// Edges are the pixels whose gradient is the largest across them and at least min_gradient grey
+// values a pixel.
+cv::Mat EdgeDirections(const cv::Mat& image, double min_gradient);
+
+// The bit of EdgeDirections for edges across which brightness rises towards `normal`.
+uint16_t DirectionBit(const Eigen::Vector2d& normal);
+
+namespace {
+
+constexpr int kDirections = 16;
+constexpr int kSobelGain = 8;  // of a 3x3 Sobel kernel against the change a pixel
+
+int DirectionOf(double x, double y) {
+  const double turns = std::atan2(y, x) / (2 * M_PI);
+  return (static_cast<int>(std::lround(turns * kDirections)) + kDirections) % kDirections;
+}
+
+// The bits of a direction and its two neighbours.
+std::array<uint16_t, kDirections> NeighbouringBits() {
+  std::array<uint16_t, kDirections> bits{};
+  for (int i = 0; i < kDirections; ++i) {
+    for (int k : {kDirections - 1, 0, 1}) {
+      bits[i] = static_cast<uint16_t>(bits[i] | 1 << (i + k) % kDirections);
+    }
+  }
+  return bits;
+}
+
+// The step to the pixel that lies towards a gradient.
+cv::Point StepTowards(int dx, int dy) {
+  const int ax = std::abs(dx), ay = std::abs(dy);
+  const int sx = dx > 0 ? 1 : -1, sy = dy > 0 ? 1 : -1;
+  if (5 * ay < 2 * ax) return {sx, 0};  // tan 22.5 degrees is nearly 2 / 5
+  if (5 * ax < 2 * ay) return {0, sy};
+  return {sx, sy};
+}
+
+// The bits of each edge pixel by itself.
+cv::Mat EdgePixels(const cv::Mat& image, double min_gradient) {
+  static const std::array<uint16_t, kDirections> kBits = NeighbouringBits();
+  cv::Mat dx, dy;
+  cv::spatialGradient(image, dx, dy);
+  const auto squared = [&](int v, int u) {
+    const int x = dx.at<int16_t>(v, u), y = dy.at<int16_t>(v, u);
+    return x * x + y * y;
+  };
+  const double least = std::pow(kSobelGain * min_gradient, 2);
+  cv::Mat pixels = cv::Mat::zeros(image.size(), CV_16UC1);
+  for (int v = 1; v + 1 < image.rows; ++v) {
+    for (int u = 1; u + 1 < image.cols; ++u) {
+      const int here = squared(v, u);
+      if (here < least) continue;
+      const int x = dx.at<int16_t>(v, u), y = dy.at<int16_t>(v, u);
+      const cv::Point step = StepTowards(x, y);
+      if (squared(v + step.y, u + step.x) > here || squared(v - step.y, u - step.x) > here) {
+        continue;
+      }
+      pixels.at<uint16_t>(v, u) = kBits[DirectionOf(x, y)];
+    }
+  }
+  return pixels;
+}
+
+}  // namespace
+
+cv::Mat EdgeDirections(const cv::Mat& image, double min_gradient) {
+  const cv::Mat pixels = EdgePixels(image, min_gradient);
+  cv::Mat spread = cv::Mat::zeros(image.size(), CV_16UC1);
+  for (int v = 1; v + 1 < image.rows; ++v) {
+    for (int u = 1; u + 1 < image.cols; ++u) {
+      const uint16_t bits = pixels.at<uint16_t>(v, u);
+      if (bits == 0) continue;
+      for (int dv = -1; dv <= 1; ++dv) {
+        for (int du = -1; du <= 1; ++du) spread.at<uint16_t>(v + dv, u + du) |= bits;
+      }
+    }
+  }
+  return spread;
+}
+
+uint16_t DirectionBit(const Eigen::Vector2d& normal) {
+  return static_cast<uint16_t>(1 << DirectionOf(normal.x(), normal.y()));
+}
+
 namespace {
 
 constexpr double kSampleStep_px = 4;
@@ -176,6 +270,64 @@ std::optional<SweptLine> SweepAnyDirection(const LineSegment& segment, int view,
     }
   }
   return best.Result(options);
+}
+
+namespace {
+
+EdgeView ReadEdges(const ViewImages& images, size_t view, double min_gradient,
+                   const LineDetectorOptions& detector) {
+  EdgeView read;
+  read.images = images.Read(view);
+  for (const int camera : {0, 1}) {
+    if (read.image(camera).empty()) continue;
+    read.edges[camera] = EdgeDirections(read.image(camera), min_gradient);
+  }
+  if (!read.images.left.empty()) {
+    read.segments = DetectSegments(read.images.left, images.mask(0), detector);
+  }
+  return read;
+}
+
+}  // namespace
+
+ViewWindow::ViewWindow(const ViewImages& images, size_t views, double min_gradient,
+                       const LineDetectorOptions& detector, int reach)
+    : reach_(reach), coming_(views, [&images, min_gradient, detector](size_t view) {
+        return ReadEdges(images, view, min_gradient, detector);
+      }) {}
+
+void ViewWindow::MoveTo(int view) {
+  std::erase_if(kept_, [&](const auto& entry) { return entry.first < view - reach_; });
+  int next = kept_.empty() ? 0 : last() + 1;
+  for (; next <= view + reach_ && !coming_.is_done(); ++next) kept_[next] = coming_.Next();
+}
+
+std::vector<SweepImage> ImagesAround(const ViewWindow& window, int view, const Views& all,
+                                     const ViewCameras& cameras, const LineSweepOptions& options) {
+  // By how far the baseline is from those taken already, relative to it.
+  std::vector<std::pair<double, int>> others;  // baseline and view
+  for (int other = window.first(); other <= window.last(); ++other) {
+    if (other == view || all[other].segment != all[view].segment) continue;
+    const double baseline_m = (cameras.Centre(other) - cameras.Centre(view)).norm();
+    const double turn_rad = cameras.T_camera_world[other][0].rotation.angularDistance(
+        cameras.T_camera_world[view][0].rotation);
+    if (baseline_m < options.min_baseline_m || baseline_m > options.max_baseline_m) continue;
+    if (turn_rad < options.max_turn_rad) others.push_back({baseline_m, other});
+  }
+  std::sort(others.begin(), others.end());
+  std::vector<SweepImage> images;
+  const auto add = [&](int v, int camera) {
+    const cv::Mat& edges = window.at(v).edges[camera];
+    if (!edges.empty()) images.push_back({v, camera, edges});
+  };
+  add(view, 1);
+  const int count = std::min(options.max_views, static_cast<int>(others.size()));
+  for (int i = 0; i < count; ++i) {  // spread evenly over the baselines
+    const size_t k = count == 1 ? 0 : i * (others.size() - 1) / (count - 1);
+    add(others[k].second, 0);
+    add(others[k].second, 1);
+  }
+  return images;
 }
 
 }  // namespace slcmap

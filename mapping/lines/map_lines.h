@@ -1,18 +1,32 @@
-// All lines of a building, from the images of the views.
+// The lines of a run as what the line stage starts from.
 #pragma once
 
 #include <vector>
 
-#include "data/map_line.h"
-#include "data/progress.h"
-#include "mapping/line_evidence.h"
-#include "mapping/lines/building_axes.h"
-#include "mapping/lines/line_options.h"
+#include "data/core/progress.h"
+#include "data/io/map_line.h"
+#include "mapping/lines/line_samples.h"
 #include "mapping/lines/line_store.h"
-#include "mapping/lines/sight_depths.h"
+#include "mapping/lines/options.h"
+#include "mapping/map/map.h"
 #include "mapping/views/view.h"
+#include "odometry/run/run.h"
 
 namespace slcmap {
+
+// Those of the run's lines that are known to max_sigma_m and were seen by min_views keyframes, each
+// running so that the bright side is on the left of its image. Axes are those of AxesOfRun.
+std::vector<TrackedLine> KnownLines(const OdometryRun& run, const std::vector<BuildingAxis>& axes,
+                                    double max_sigma_m, int min_views);
+
+// What is known of lines when they become those of a map.
+
+// Of lines whose ids count from 0, and whose intervals are their pieces. A support is the straight
+// line that fits the places of a piece in one image, as far as they reach.
+LineEvidence EvidenceOf(const std::vector<TrackedLine>& lines, const Views& views,
+                        const ViewCameras& cameras);
+
+// All lines of a building, from the images of the views.
 
 // The axes of a building of which only views are known: those of the lines in some of them.
 std::vector<BuildingAxis> AxesOfViews(const Views& views, const ViewImages& images,

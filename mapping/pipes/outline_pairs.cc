@@ -1,5 +1,8 @@
 #include "mapping/pipes/outline_pairs.h"
 
+#include <ceres/tiny_solver.h>
+#include <ceres/tiny_solver_autodiff_function.h>
+
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
@@ -7,14 +10,11 @@
 #include <optional>
 #include <utility>
 
-#include "data/quantile.h"
-#include "mapping/dense/parallel.h"
-#include "mapping/lines/line_in_view.h"
+#include "data/core/math.h"
 #include "mapping/lines/line_samples.h"
-#include "mapping/pipes/across_axis.h"
-#include "mapping/read_ahead.h"
-#include "mapping/watched_loop.h"
-#include "odometry/frontend/line_geometry.h"
+#include "mapping/map/parallel.h"
+#include "mapping/pipes/pipe_fit.h"
+#include "odometry/frontend/line_segment.h"
 
 namespace slcmap {
 namespace {
@@ -235,6 +235,209 @@ std::vector<std::vector<OutlinePair>> FindOutlinePairs(const std::vector<PipePla
     });
   }
   return pairs;
+}
+
+namespace {
+
+using Eigen::Vector2d;
+
+// Bodies as seen along an axis: how far the outline on one side of them (0, 1) is along a normal.
+struct CylinderBody {
+  static constexpr int kParameters = 3;  // place, radius
+  template <typename T>
+  static T Reach(const T* x, const Vector2d& normal, int side) {
+    return normal.x() * x[0] + normal.y() * x[1] + (side == 0 ? -1.0 : 1.0) * x[2];
+  }
+};
+struct EdgesBody {
+  static constexpr int kParameters = 4;  // the places of both
+  template <typename T>
+  static T Reach(const T* x, const Vector2d& normal, int side) {
+    return normal.x() * x[2 * side] + normal.y() * x[2 * side + 1];
+  }
+};
+struct BarBody {
+  static constexpr int kParameters = 5;  // place, half of its sizes, turn
+  template <typename T>
+  static T Reach(const T* x, const Vector2d& normal, int side) {
+    using std::abs;
+    using std::cos;
+    using std::sin;
+    const T c = cos(x[4]), s = sin(x[4]);
+    const T half = abs((normal.x() * c + normal.y() * s) * x[2]) +
+                   abs((normal.y() * c - normal.x() * s) * x[3]);
+    return normal.x() * x[0] + normal.y() * x[1] + (side == 0 ? -1.0 : 1.0) * half;
+  }
+};
+
+// Its square is Cauchy's loss.
+template <typename T>
+T Robust(const T& sigmas) {
+  constexpr double kHalf2 = 4, kTiny = 1e-12;  // where it counts half, squared
+  using std::log;
+  using std::sqrt;
+  const T share = sigmas * sigmas / kHalf2 + kTiny;
+  return sigmas * sqrt(log(1.0 + share) / share);
+}
+
+template <typename Body>
+class Misfits {
+ public:
+  Misfits(const std::vector<OutlinePair>& pairs, double pose_sigma_m)
+      : pairs_(pairs), pose_sigma_m_(pose_sigma_m) {}
+
+  int NumResiduals() const { return 2 * static_cast<int>(pairs_.size()); }
+
+  template <typename T>
+  bool operator()(const T* x, T* residuals) const {
+    for (const OutlinePair& pair : pairs_) {
+      const T first = pair.offsets_m[0] - Body::Reach(x, pair.normals[0], 0);
+      const T second = pair.offsets_m[1] - Body::Reach(x, pair.normals[1], 1);
+      *residuals++ = Robust(T((second - first) / (M_SQRT2 * pair.sigma_m)));
+      *residuals++ =
+          Robust(T(0.5 * (first + second) / std::hypot(pair.sigma_m * M_SQRT1_2, pose_sigma_m_)));
+    }
+    return true;
+  }
+
+ private:
+  const std::vector<OutlinePair>& pairs_;
+  const double pose_sigma_m_;
+};
+
+template <typename Body>
+using Parameters = Eigen::Matrix<double, Body::kParameters, 1>;
+
+// Moves the body to where it fits best; how badly it fits there.
+template <typename Body>
+double Fit(const std::vector<OutlinePair>& pairs, double pose_sigma_m, Parameters<Body>* body) {
+  using Function =
+      ceres::TinySolverAutoDiffFunction<Misfits<Body>, Eigen::Dynamic, Body::kParameters>;
+  const Misfits<Body> misfits(pairs, pose_sigma_m);
+  const Function function(misfits);
+  ceres::TinySolver<Function> solver;
+  solver.options.max_num_iterations = 20;
+  return 2 * solver.Solve(function, body).final_cost;
+}
+
+// The place that most planes of a side pass through.
+Vector2d NearestToAll(const std::vector<OutlinePair>& pairs, int side) {
+  NearestPlace place;
+  for (const OutlinePair& pair : pairs) {
+    place.Add(pair.normals[side], pair.offsets_m[side], 1 / (pair.sigma_m * pair.sigma_m));
+  }
+  return place.Solve();
+}
+
+double FitEdges(const std::vector<OutlinePair>& pairs, double pose_sigma_m) {
+  const Vector2d first = NearestToAll(pairs, 0), second = NearestToAll(pairs, 1);
+  Parameters<EdgesBody> edges(first.x(), first.y(), second.x(), second.y());
+  return Fit<EdgesBody>(pairs, pose_sigma_m, &edges);
+}
+
+// From flat ones and square ones, along the building and across.
+double FitBar(const std::vector<OutlinePair>& pairs, double radius_m, double pose_sigma_m) {
+  constexpr double kThin = 0.2, kThick = 1;  // in radii
+  double least = INFINITY;
+  for (const double width : {kThin, kThick}) {
+    for (const double depth : {kThin, kThick}) {
+      for (const double turn_rad : {0.0, M_PI_4}) {
+        Parameters<BarBody> bar;
+        bar << 0, 0, width * radius_m, depth * radius_m, turn_rad;
+        least = std::min(least, Fit<BarBody>(pairs, pose_sigma_m, &bar));
+      }
+    }
+  }
+  return least;
+}
+
+}  // namespace
+
+double ToldByWidths(const std::vector<OutlinePair>& pairs, double pose_sigma_m) {
+  return FitEdges(pairs, pose_sigma_m);
+}
+
+WidthEvidence WidthEvidenceOf(const std::vector<OutlinePair>& pairs, double radius_m,
+                              double pose_sigma_m) {
+  WidthEvidence evidence;
+  evidence.images = static_cast<int>(pairs.size());
+  if (pairs.size() < 2) return evidence;
+  Parameters<CylinderBody> cylinder(0, 0, radius_m);
+  evidence.cylinder = Fit<CylinderBody>(pairs, pose_sigma_m, &cylinder);
+  evidence.radius_m = cylinder[2];
+  evidence.edges = FitEdges(pairs, pose_sigma_m);
+  evidence.bar = FitBar(pairs, radius_m, pose_sigma_m);
+  std::vector<OutlinePair> perfect = pairs;
+  for (OutlinePair& pair : perfect) {
+    for (int side = 0; side < 2; ++side) {
+      pair.offsets_m[side] = CylinderBody::Reach(cylinder.data(), pair.normals[side], side);
+    }
+  }
+  evidence.told = ToldByWidths(perfect, pose_sigma_m);
+  return evidence;
+}
+
+namespace {
+
+// The indices of those that `holds` for; none once progress says so.
+template <typename Holds>
+std::vector<size_t> Where(size_t count, const Progress& progress, Holds holds) {
+  std::vector<char> each(count, 0);
+  if (!ForEachWatched(count, progress, [&](size_t i) { each[i] = holds(i); })) return {};
+  std::vector<size_t> indices;
+  for (size_t i = 0; i < count; ++i) {
+    if (each[i]) indices.push_back(i);
+  }
+  return indices;
+}
+
+template <typename Item>
+std::vector<Item> Some(const std::vector<Item>& items, const std::vector<size_t>& indices) {
+  std::vector<Item> some;
+  for (const size_t i : indices) some.push_back(items[i]);
+  return some;
+}
+
+// Of a part of the images, that often tells little: whether the others may make a pipe of it.
+bool IsPromising(const WidthEvidence& widths) {
+  constexpr int kLeastImages = 2;
+  constexpr double kMostOfImage = 4, kFew = 3;
+  return widths.images >= kLeastImages && widths.cylinder <= widths.edges + kFew &&
+         widths.cylinder <= kMostOfImage * widths.images;
+}
+
+}  // namespace
+
+std::vector<WidthEvidence> WidthsOf(const std::vector<PipePlace>& places, const PipeImages& images,
+                                    double pose_sigma_m, const Progress& progress) {
+  constexpr size_t kEach = 4;                     // view is looked at first
+  constexpr double kChosen = 0.1, kFirst = 0.65;  // of the time
+  const ViewCameras cameras(images.views, images.images.rig());
+  std::vector<WidthEvidence> widths(places.size());
+  const auto evidence = [&](const std::vector<OutlinePair>& pairs, size_t place) {
+    return WidthEvidenceOf(pairs, places[place].cylinder.radius_m, pose_sigma_m);
+  };
+  const auto told = Where(places.size(), progress.Part(0, kChosen), [&](size_t i) {
+    return ToldByWidths(ExpectedPairs(places[i], images.views, cameras), pose_sigma_m) >=
+           kLeastToldByWidths;
+  });
+  std::vector<size_t> first, others;
+  for (size_t view = 0; view < images.views.size(); ++view) {
+    (view % kEach == 0 ? first : others).push_back(view);
+  }
+  auto pairs = FindOutlinePairs(Some(places, told), images, first, progress.Part(kChosen, kFirst));
+  const auto promising = Where(told.size(), progress.Part(kFirst, kFirst),
+                               [&](size_t k) { return IsPromising(evidence(pairs[k], told[k])); });
+  const auto more = FindOutlinePairs(Some(places, Some(told, promising)), images, others,
+                                     progress.Part(kFirst, 1));
+  // What part of the images says may be wrong.
+  if (!progress.Report(1)) return widths;
+  ForEachWatched(promising.size(), {}, [&](size_t j) {
+    const size_t k = promising[j];
+    pairs[k].insert(pairs[k].end(), more[j].begin(), more[j].end());
+    widths[told[k]] = evidence(pairs[k], told[k]);
+  });
+  return widths;
 }
 
 }  // namespace slcmap

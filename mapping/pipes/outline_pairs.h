@@ -8,9 +8,8 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "data/progress.h"
-#include "data/stretch.h"
-#include "mapping/lines/view_cameras.h"
+#include "data/core/math.h"
+#include "data/core/progress.h"
 #include "mapping/pipes/pipe_fit.h"
 #include "mapping/views/view.h"
 
@@ -52,5 +51,35 @@ std::vector<std::vector<OutlinePair>> FindOutlinePairs(const std::vector<PipePla
                                                        const PipeImages& images,
                                                        const std::vector<size_t>& views,
                                                        const Progress& progress = {});
+
+// What the widths in which images show two outlines say of what is between them.
+
+// How badly bodies fit the pairs, each where it fits best: squared standard deviations, of which
+// large ones count less (Cauchy), in sum over two numbers a pair: the distance of the outlines from
+// each other, and their middle, which is as uncertain as poses are.
+struct WidthEvidence {
+  int images = 0;
+  double cylinder = 0;
+  double edges = 0;     // two, fixed: of a strip, a board or a frame
+  double bar = 0;       // of a rectangle
+  double told = 0;      // what `edges` would be without noise if it is a cylinder
+  double radius_m = 0;  // of the cylinder
+};
+
+// Less tells nothing.
+inline constexpr double kLeastToldByWidths = 15;
+
+// `told` alone, of pairs as a cylinder has them.
+double ToldByWidths(const std::vector<OutlinePair>& pairs, double pose_sigma_m);
+
+WidthEvidence WidthEvidenceOf(const std::vector<OutlinePair>& pairs, double radius_m,
+                              double pose_sigma_m);
+
+// How wide images show what may be pipes.
+
+// By place; no images of those where they cannot tell a pipe from two edges, or where a part of
+// them speaks clearly against one, and of all once progress says so.
+std::vector<WidthEvidence> WidthsOf(const std::vector<PipePlace>& places, const PipeImages& images,
+                                    double pose_sigma_m, const Progress& progress = {});
 
 }  // namespace slcmap

@@ -7,11 +7,10 @@
 #include <optional>
 #include <set>
 
+#include "mapping/map/parallel.h"
+#include "mapping/pipes/outline_pairs.h"
 #include "mapping/pipes/pipe_evidence.h"
 #include "mapping/pipes/pipe_finder.h"
-#include "mapping/pipes/pipe_judgement.h"
-#include "mapping/pipes/pipe_widths.h"
-#include "mapping/watched_loop.h"
 
 namespace slcmap {
 namespace {

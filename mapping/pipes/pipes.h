@@ -3,10 +3,10 @@
 
 #include <vector>
 
-#include "data/progress.h"
-#include "mapping/map.h"
+#include "data/core/progress.h"
+#include "mapping/map/map.h"
 #include "mapping/pipes/outline_pairs.h"
-#include "mapping/pipes/pipe_options.h"
+#include "mapping/pipes/pipe_fit.h"
 
 namespace slcmap {
 

@@ -7,20 +7,19 @@
 #include <filesystem>
 #include <map>
 
-#include "data/calibration.h"
-#include "data/checksum.h"
-#include "data/error.h"
-#include "data/image_file.h"
-#include "data/path_within.h"
-#include "data/quantile.h"
-#include "data/sequence.h"
-#include "mapping/refinement.h"
-#include "mapping/views/pose_agreement.h"
-#include "mapping/views/pose_jumps.h"
-#include "mapping/views/up_of_poses.h"
-#include "odometry/calibrated_rig.h"
+#include "data/calibration/calibration.h"
+#include "data/core/error.h"
+#include "data/core/math.h"
+#include "data/io/file.h"
+#include "data/io/image.h"
+#include "data/io/json.h"
+#include "data/source/sequence.h"
+#include "mapping/map/refinement.h"
+#include "mapping/views/view_matches.h"
+#include "mapping/views/views_between.h"
 #include "odometry/frontend/rectifier.h"
-#include "odometry/method.h"
+#include "odometry/run/run.h"
+#include "odometry/run/run_queries.h"
 
 namespace slcmap {
 namespace {

@@ -4,12 +4,11 @@
 #include <memory>
 #include <string>
 
-#include "data/sequence.h"
-#include "data/trajectory.h"
-#include "mapping/views/lost_images.h"
+#include "data/io/trajectory.h"
+#include "data/source/sequence.h"
 #include "mapping/views/view.h"
 #include "mapping/views/views_between.h"
-#include "odometry/run.h"
+#include "odometry/run/run.h"
 
 namespace slcmap {
 

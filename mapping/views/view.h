@@ -1,11 +1,15 @@
 // The stereo pairs that mapping looks at again, with their poses.
 #pragma once
 
+#include <array>
 #include <cstdint>
+#include <mutex>
 #include <opencv2/core/mat.hpp>
+#include <set>
+#include <string>
 #include <vector>
 
-#include "data/types.h"
+#include "data/core/types.h"
 
 namespace slcmap {
 
@@ -37,5 +41,43 @@ class ViewImages {
 inline RigidTransform WorldFromCamera(const View& view, const Rig& rig, int camera = 0) {
   return view.T_world_imu * rig.T_imu_camera[camera];
 }
+
+// Where the rectified cameras of all views are.
+
+struct ViewCameras {
+  std::array<Camera, 2> cameras;
+  std::vector<std::array<RigidTransform, 2>> T_camera_world;  // by view, left and right
+
+  ViewCameras(const Views& views, const Rig& rig) : cameras(rig.cameras) {
+    for (const View& view : views) {
+      T_camera_world.push_back(
+          {WorldFromCamera(view, rig, 0).Inverse(), WorldFromCamera(view, rig, 1).Inverse()});
+    }
+  }
+
+  Eigen::Vector3d Centre(int view, int camera = 0) const {
+    return T_camera_world[view][camera].Inverse().translation;
+  }
+};
+
+// Images of a recording that are not there, or cannot be read.
+
+// Each file once, however often it is asked for. Files may be added from several threads.
+class LostImages {
+ public:
+  void Add(const std::string& path) {
+    const std::lock_guard lock(mutex_);
+    paths_.insert(path);
+  }
+
+  std::set<std::string> paths() const {
+    const std::lock_guard lock(mutex_);
+    return paths_;
+  }
+
+ private:
+  mutable std::mutex mutex_;
+  std::set<std::string> paths_;
+};
 
 }  // namespace slcmap

@@ -1,15 +1,89 @@
 #include "mapping/views/view_matches.h"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 #include <optional>
+#include <utility>
+#include <vector>
 
-#include "mapping/adjustment/patch_search.h"
-#include "mapping/dense/stereo_depth.h"
+#include "data/core/math.h"
+#include "mapping/map/parallel.h"
+#include "mapping/views/stereo_depth.h"
 #include "odometry/geometry/pinhole.h"
 
 namespace slcmap {
+namespace {
+
+using Eigen::Matrix2f;
+using Eigen::Vector2f;
+
+constexpr int kAlignIterations = 10;
+constexpr float kMinStep_px = 0.02f;
+constexpr float kMaxAligned_px = 2;  // from the pixel of best correlation
+
+// The patch as it is expected to look, about its middle pixel; empty beyond the border.
+cv::Mat Expected(const cv::Mat& from, const Vector2f& from_px, const Matrix2f& affine,
+                 int patch_px) {
+  const Matrix2f inverse = affine.inverse();
+  const float reach = static_cast<float>(patch_px) * inverse.cwiseAbs().rowwise().sum().maxCoeff();
+  if (from_px.minCoeff() < reach || from_px.x() > static_cast<float>(from.cols) - 1 - reach ||
+      from_px.y() > static_cast<float>(from.rows) - 1 - reach) {
+    return {};
+  }
+  const float middle = 0.5f * static_cast<float>(patch_px - 1);
+  const Vector2f first = from_px - inverse * Vector2f(middle, middle);
+  const cv::Matx23f map(inverse(0, 0), inverse(0, 1), first.x(), inverse(1, 0), inverse(1, 1),
+                        first.y());
+  cv::Mat patch;
+  cv::warpAffine(from, patch, map, {patch_px, patch_px}, cv::INTER_LINEAR | cv::WARP_INVERSE_MAP);
+  return patch;
+}
+
+// The best pixels of a map of correlations, each the only one near it.
+std::vector<cv::Point> Peaks(cv::Mat correlations, const PatchSearchOptions& options) {
+  std::vector<cv::Point> peaks;
+  while (std::ssize(peaks) < options.max_places) {
+    double best = 0;
+    cv::Point at;
+    cv::minMaxLoc(correlations, nullptr, &best, nullptr, &at);
+    if (!(best >= options.min_correlation)) break;
+    peaks.push_back(at);
+    cv::circle(correlations, at, static_cast<int>(std::ceil(options.min_apart_px)), -1, cv::FILLED);
+  }
+  return peaks;
+}
+
+}  // namespace
+
+std::vector<Vector2f> SearchPatch(const cv::Mat& from, const Vector2f& from_px, const cv::Mat& to,
+                                  const PatchWarp& warp, double within_px,
+                                  const PatchSearchOptions& options) {
+  const cv::Mat expected = Expected(from, from_px, warp.affine, options.patch_px);
+  const int half = options.patch_px / 2, reach = static_cast<int>(std::ceil(within_px)) + half;
+  const cv::Point centre(static_cast<int>(std::lround(warp.center_px.x())),
+                         static_cast<int>(std::lround(warp.center_px.y())));
+  const cv::Rect region(centre.x - reach, centre.y - reach, 2 * reach + 1, 2 * reach + 1);
+  if (expected.empty() || (region & cv::Rect({}, to.size())) != region) return {};
+  const PatchPattern pattern(options.patch_px);
+  Patch patch;
+  if (!patch.Extract(pattern, from, from_px, false)) return {};
+  cv::Mat correlations;
+  cv::matchTemplate(to(region), expected, correlations, cv::TM_CCOEFF_NORMED);
+  std::vector<Vector2f> places;
+  for (const cv::Point& peak : Peaks(correlations, options)) {
+    const Vector2f coarse(static_cast<float>(region.x + peak.x + half),
+                          static_cast<float>(region.y + peak.y + half));
+    PatchWarp aligned{coarse, warp.affine};
+    const float correlation = patch.Align(pattern, to, kAlignIterations, kMinStep_px, &aligned);
+    if (correlation < options.min_correlation) continue;
+    if ((aligned.center_px - coarse).norm() > kMaxAligned_px) continue;
+    places.push_back(aligned.center_px);
+  }
+  return places;
+}
+
 namespace {
 
 using Eigen::Vector2d;
@@ -117,6 +191,84 @@ std::vector<size_t> PartnersOf(const Views& views, size_t first, int later_views
     }
   }
   return partners;
+}
+
+namespace {
+
+constexpr size_t kMaxPairs = 40;
+constexpr int kLaterViews = 5;  // that a partner is looked for among
+constexpr int kMinPoints = 15;  // of a pair that counts
+
+// What the points of one view are in another.
+struct PairAgreement {
+  int64_t points = 0, searched = 0, found = 0;  // searched: those that the other should show
+  double across_px = 0;                         // median
+};
+
+// Points of a view that its own right image shows, too: others are of noise, or look like places
+// beside them, and would not be found by the best of poses.
+std::vector<ViewPoint> RecognisedPoints(const StereoImage& pair, const ViewImages& images) {
+  const Rig& rig = images.rig();
+  const std::vector<ViewPoint> points = PointsOfView(pair, images);
+  std::vector<ViewPoint> recognised;
+  for (const ViewMatch& match : MatchPoints(points, pair.left, pair.right, rig.cameras[0],
+                                            rig.T_imu_camera[1].Inverse() * rig.T_imu_camera[0])
+                                    .found) {
+    recognised.push_back(points[match.point]);
+  }
+  return recognised;
+}
+
+PairAgreement AgreementOf(const Views& views, const ViewImages& images, size_t first,
+                          size_t second) {
+  const StereoImage from = images.Read(first), to = images.Read(second);
+  if (to.left.empty()) return {};
+  const RigidTransform T_to_from = WorldFromCamera(views[second], images.rig()).Inverse() *
+                                   WorldFromCamera(views[first], images.rig());
+  const std::vector<ViewPoint> points = RecognisedPoints(from, images);
+  const ViewMatches matches =
+      MatchPoints(points, from.left, to.left, images.rig().cameras[0], T_to_from);
+  std::vector<double> across_px;
+  for (const ViewMatch& match : matches.found) {
+    across_px.push_back(std::abs(match.across.dot(match.px - match.expected_px)));
+  }
+  PairAgreement agreement{std::ssize(points), matches.searched, std::ssize(matches.found)};
+  if (!across_px.empty()) agreement.across_px = Quantile(std::move(across_px), 0.5);
+  return agreement;
+}
+
+}  // namespace
+
+std::optional<PoseAgreement> MeasurePoseAgreement(const Views& views, const ViewImages& images,
+                                                  const Progress& progress) {
+  constexpr size_t kAtOnce = 4;  // pairs in memory
+  const size_t step = std::max<size_t>(1, (views.size() + kMaxPairs - 1) / kMaxPairs);
+  std::vector<std::pair<size_t, size_t>> pairs;
+  for (size_t first = 0; first < views.size(); first += step) {
+    for (const size_t second : PartnersOf(views, first, kLaterViews, 1)) {
+      pairs.emplace_back(first, second);
+    }
+  }
+  std::vector<PairAgreement> of_pairs(pairs.size());
+  const auto measure = [&](size_t i) {
+    of_pairs[i] = AgreementOf(views, images, pairs[i].first, pairs[i].second);
+  };
+  if (!ForEachWatched(pairs.size(), progress, measure, kAtOnce)) return std::nullopt;
+  std::vector<double> medians_px;
+  int64_t points = 0, searched = 0, found = 0;
+  for (const PairAgreement& pair : of_pairs) {
+    points += pair.points;
+    searched += pair.searched;
+    found += pair.found;
+    if (pair.found >= kMinPoints) medians_px.push_back(pair.across_px);
+  }
+  PoseAgreement agreement;
+  if (!pairs.empty() && points == 0) return agreement;
+  if (searched == 0) return std::nullopt;
+  agreement.pairs = static_cast<int>(medians_px.size());
+  agreement.found = static_cast<double>(found) / static_cast<double>(searched);
+  if (!medians_px.empty()) agreement.across_px = kSigmaOfMedian * Quantile(medians_px, 0.5);
+  return agreement;
 }
 
 }  // namespace slcmap

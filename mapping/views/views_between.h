@@ -1,11 +1,17 @@
 // Views between keyframes, where those are far apart.
 #pragma once
 
+#include <Eigen/Core>
 #include <cstddef>
+#include <optional>
+#include <string>
 #include <vector>
 
-#include "data/yaml_options.h"
+#include "data/core/types.h"
+#include "data/io/trajectory.h"
+#include "data/io/yaml.h"
 #include "mapping/views/view.h"
+#include "odometry/run/run.h"
 
 namespace slcmap {
 
@@ -41,5 +47,31 @@ class SelectedImages : public ViewImages {
   const ViewImages& all_;
   const std::vector<size_t> selected_;
 };
+
+// Whether the world of poses that were given has up where the accelerometer has it.
+
+// The mean specific force at the poses, in their world, m/s^2: about (0, 0, 9.8) where they are
+// those of the IMU and z is up. Images stamped t were taken at t + camera_time_offset_s of the
+// IMU's clock. None where few poses have a sample within 20 ms, or
+// samples are no m/s^2.
+std::optional<Eigen::Vector3d> MeanForceAt(const std::vector<OnlineState>& states,
+                                           const std::vector<ImuSample>& imu,
+                                           double camera_time_offset_s);
+
+// What is wrong with it, in words; empty where nothing is.
+std::string WhatIsNotUp(const Eigen::Vector3d& mean_force_m_s2);
+
+// Where poses that were given jump, as those of a tracker that was lost or of a loop that was
+// closed.
+
+// A step from one pose to the next that neither the motion before it nor the one after explains.
+struct PoseJump {
+  int64_t from_ns = 0, stamp_ns = 0;  // of the pose that it starts from, and leads to
+  double moved_m = 0;                 // besides the motion, where that explains it best
+  double turned_rad = 0;
+};
+
+// Only steps of at most half a second are told from motion.
+std::vector<PoseJump> JumpsOf(const Trajectory& trajectory);
 
 }  // namespace slcmap

@@ -1,10 +1,12 @@
 // Finds the straight edges of a grey image.
 #pragma once
 
+#include <Eigen/Core>
 #include <opencv2/core/mat.hpp>
+#include <optional>
 #include <vector>
 
-#include "data/types.h"
+#include "data/core/types.h"
 #include "odometry/frontend/options.h"
 
 namespace slcmap {
@@ -22,5 +24,14 @@ std::vector<LineSegment> DetectRawSegments(const cv::Mat& image, const LineDetec
 // Joins oriented segments of one edge: those that continue each other over a gap of at most
 // max_gap_px and those that lie upon each other.
 std::vector<LineSegment> JoinSegments(std::vector<LineSegment> segments, double max_gap_px);
+
+// Finds an edge again near where it is expected, without detecting edges.
+
+// The segment, at most gate_px across from `expected` (oriented), whose profile (see line_strip.h)
+// is the one given: placed to a fraction of a pixel, and as long as the edge goes on. Nothing where
+// the correlation is below min_correlation or another place within the gate fits as well.
+std::optional<LineSegment> FollowEdge(const cv::Mat& image, const LineSegment& expected,
+                                      const Eigen::VectorXf& profile, double gate_px,
+                                      double min_correlation);
 
 }  // namespace slcmap

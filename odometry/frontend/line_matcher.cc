@@ -3,12 +3,141 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
+#include <opencv2/line_descriptor.hpp>
 
-#include "odometry/frontend/line_descriptor.h"
-#include "odometry/frontend/line_geometry.h"
-#include "odometry/frontend/line_strip.h"
+#include "odometry/frontend/line_segment.h"
 
 namespace slcmap {
+namespace {
+
+using cv::line_descriptor::KeyLine;
+
+// Of the image that is described: a fifth of the time that the whole image takes.
+constexpr double kScale = 0.5;
+constexpr int kBandWidth_px = 4;  // there; nine bands make up the neighbourhood
+
+LineSegment InSmallImage(const LineSegment& s) {
+  const auto scaled = [](const Eigen::Vector2d& p) -> Eigen::Vector2d {
+    return kScale * (p.array() + 0.5) - 0.5;
+  };
+  return {scaled(s.start), scaled(s.end)};
+}
+
+KeyLine ToKeyLine(const LineSegment& segment, int index, const cv::Size& size) {
+  KeyLine line;
+  line.class_id = index;
+  line.octave = 0;
+  line.startPointX = line.sPointInOctaveX = static_cast<float>(segment.start.x());
+  line.startPointY = line.sPointInOctaveY = static_cast<float>(segment.start.y());
+  line.endPointX = line.ePointInOctaveX = static_cast<float>(segment.end.x());
+  line.endPointY = line.ePointInOctaveY = static_cast<float>(segment.end.y());
+  line.pt = cv::Point2f(static_cast<float>(segment.Midpoint().x()),
+                        static_cast<float>(segment.Midpoint().y()));
+  const Eigen::Vector2d d = Direction(segment);
+  line.angle = static_cast<float>(std::atan2(d.y(), d.x()));
+  line.lineLength = static_cast<float>(segment.Length());
+  line.numOfPixels = static_cast<int>(std::lround(segment.Length()));
+  line.response = line.lineLength / std::max(size.width, size.height);
+  line.size = line.lineLength;
+  return line;
+}
+
+}  // namespace
+
+cv::Mat DescribeSegments(const cv::Mat& image, const std::vector<LineSegment>& segments) {
+  if (segments.empty()) return {};
+  cv::Mat small;
+  cv::resize(image, small, cv::Size(), kScale, kScale, cv::INTER_AREA);
+  std::vector<KeyLine> lines;
+  lines.reserve(segments.size());
+  for (const auto& s : segments) {
+    lines.push_back(ToKeyLine(InSmallImage(s), static_cast<int>(lines.size()), small.size()));
+  }
+  cv::line_descriptor::BinaryDescriptor::Params params;
+  params.widthOfBand_ = kBandWidth_px;
+  cv::Mat descriptors;
+  cv::line_descriptor::BinaryDescriptor::createBinaryDescriptor(params)->compute(small, lines,
+                                                                                 descriptors);
+  return descriptors;
+}
+
+int DescriptorDistance(const cv::Mat& a, const cv::Mat& b) {
+  return static_cast<int>(cv::norm(a, b, cv::NORM_HAMMING));
+}
+
+namespace {
+
+constexpr int kWidth = 2 * kProfileReach_px + 1;
+constexpr int kSide = kProfileReach_px + 3;  // one side, with the edge itself
+constexpr int kRows = 12;
+
+// A column of it is a row of the strip.
+using Strip = Eigen::Matrix<float, kWidth, kRows>;
+
+float SampleStrip(const cv::Mat& image, float x, float y) {
+  x = std::clamp(x, 0.f, image.cols - 1.01f);
+  y = std::clamp(y, 0.f, image.rows - 1.01f);
+  const int u = static_cast<int>(x), v = static_cast<int>(y);
+  const float a = x - u, b = y - v;
+  const uchar* top = image.ptr<uchar>(v) + u;
+  const uchar* bottom = image.ptr<uchar>(v + 1) + u;
+  return (1 - b) * ((1 - a) * top[0] + a * top[1]) + b * ((1 - a) * bottom[0] + a * bottom[1]);
+}
+
+// Calls take(i, r, value) for each sample i of each row r.
+template <typename Take>
+void SampleRows(const cv::Mat& image, const LineSegment& segment, const Eigen::Vector2d& across,
+                int reach_px, Take take) {
+  const Eigen::Vector2f step = across.cast<float>();
+  for (int r = 0; r < kRows; ++r) {
+    const Eigen::Vector2d center =
+        segment.start + (r + 0.5) / kRows * (segment.end - segment.start);
+    Eigen::Vector2f p = (center - reach_px * across).cast<float>();
+    for (int i = 0; i <= 2 * reach_px; ++i, p += step) take(i, r, SampleStrip(image, p.x(), p.y()));
+  }
+}
+
+template <typename A, typename B>
+double Correlation(const A& a, const B& b) {
+  const float mean_a = a.mean(), mean_b = b.mean();
+  const float ab = ((a.array() - mean_a) * (b.array() - mean_b)).sum();
+  const float norm =
+      std::sqrt((a.array() - mean_a).square().sum() * (b.array() - mean_b).square().sum());
+  return norm < 1e-3f ? -1 : ab / norm;
+}
+
+template <typename A, typename B>
+double BestCorrelation(const A& a, const B& b) {
+  return std::max({Correlation(a, b),
+                   Correlation(a.template topRows<kSide>(), b.template topRows<kSide>()),
+                   Correlation(a.template bottomRows<kSide>(), b.template bottomRows<kSide>())});
+}
+
+}  // namespace
+
+Eigen::VectorXf MeanProfile(const cv::Mat& image, const LineSegment& segment, int reach_px) {
+  Eigen::VectorXf profile = Eigen::VectorXf::Zero(2 * reach_px + 1);
+  SampleRows(image, segment, Normal(segment), reach_px,
+             [&](int i, int, float value) { profile[i] += value / kRows; });
+  return profile;
+}
+
+double ProfileCorrelation(const Eigen::VectorXf& a, const Eigen::VectorXf& b) {
+  return BestCorrelation(a, b);
+}
+
+double StripCorrelation(const cv::Mat& image_a, const LineSegment& a, const cv::Mat& image_b,
+                        const LineSegment& b, const Eigen::Vector2d& across) {
+  Strip strip_a, strip_b;
+  SampleRows(image_a, a, across, kProfileReach_px,
+             [&](int i, int r, float v) { strip_a(i, r) = v; });
+  SampleRows(image_b, b, across, kProfileReach_px,
+             [&](int i, int r, float v) { strip_b(i, r) = v; });
+  return BestCorrelation(strip_a, strip_b);
+}
+
 namespace {
 
 constexpr double kMinLengthRatio = 0.2;

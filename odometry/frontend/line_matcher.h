@@ -1,4 +1,4 @@
-// Says which segments of two images are the same edge. A wrong match is far worse than none.
+// What an edge looks like, to tell it from others: the line band descriptor (LBD).
 #pragma once
 
 #include <Eigen/Core>
@@ -6,10 +6,37 @@
 #include <optional>
 #include <vector>
 
-#include "data/types.h"
+#include "data/core/types.h"
 #include "odometry/frontend/options.h"
 
 namespace slcmap {
+
+// One row of 32 bytes (LBD, Zhang & Koch 2013) a segment, CV_8UC1; segments are oriented and longer
+// than 10 px. Empty without segments.
+cv::Mat DescribeSegments(const cv::Mat& image, const std::vector<LineSegment>& segments);
+
+// Bits that differ, of 256.
+int DescriptorDistance(const cv::Mat& a, const cv::Mat& b);
+
+// The pictures beside segments, and how alike they are.
+
+inline constexpr int kProfileReach_px = 10;  // to either side of a segment
+
+// The mean brightness across a segment, a value a pixel, from reach_px on the right of its
+// direction to reach_px on its left.
+Eigen::VectorXf MeanProfile(const cv::Mat& image, const LineSegment& segment,
+                            int reach_px = kProfileReach_px);
+
+// The normalised correlation (-1 to 1) of two profiles of kProfileReach_px: the best of that of the
+// whole and of either side alone, as an edge in front of something far keeps one side only.
+double ProfileCorrelation(const Eigen::VectorXf& a, const Eigen::VectorXf& b);
+
+// The same of the strips along two segments whose ends correspond; a strip's rows run along
+// `across` (unit) at places spread evenly over its segment.
+double StripCorrelation(const cv::Mat& image_a, const LineSegment& a, const cv::Mat& image_b,
+                        const LineSegment& b, const Eigen::Vector2d& across);
+
+// Says which segments of two images are the same edge. A wrong match is far worse than none.
 
 // Where a known edge is looked for.
 struct ExpectedSegment {

@@ -2,8 +2,8 @@
 
 #include <utility>
 
-#include "data/error.h"
-#include "data/option_table.h"
+#include "data/core/error.h"
+#include "data/io/yaml.h"
 
 namespace slcmap {
 

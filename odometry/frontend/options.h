@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "data/yaml_options.h"
+#include "data/io/yaml.h"
 
 namespace slcmap {
 

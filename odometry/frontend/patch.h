@@ -4,6 +4,7 @@
 
 #include <Eigen/Core>
 #include <opencv2/core/mat.hpp>
+#include <optional>
 #include <vector>
 
 namespace slcmap {
@@ -64,5 +65,17 @@ class Patch {
   Eigen::Matrix<float, 2, Eigen::Dynamic, Eigen::RowMajor> shift_steps_;
   Eigen::Matrix<float, 6, Eigen::Dynamic, Eigen::RowMajor> affine_steps_;
 };
+
+// The place of a piece of the left image along the same row of the right one.
+
+struct RowMatch {
+  Eigen::Vector2f right_px;
+  float correlation = 0;  // normalised
+};
+
+// Compares the square around left_px, rounded to a pixel, with every disparity from -1 to
+// max_disparity_px. Nothing where the square reaches beyond the image or has no texture.
+std::optional<RowMatch> SearchRow(const cv::Mat& left, const cv::Mat& right,
+                                  const Eigen::Vector2f& left_px, int max_disparity_px);
 
 }  // namespace slcmap

@@ -4,10 +4,7 @@
 #include <cmath>
 
 #include "odometry/frontend/corner_detector.h"
-#include "odometry/frontend/edge_crossing.h"
-#include "odometry/frontend/image_noise.h"
 #include "odometry/frontend/patch.h"
-#include "odometry/frontend/row_search.h"
 
 namespace slcmap {
 namespace {

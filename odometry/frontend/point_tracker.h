@@ -10,7 +10,7 @@
 #include <unordered_set>
 #include <vector>
 
-#include "data/types.h"
+#include "data/core/types.h"
 #include "odometry/frontend/options.h"
 
 namespace slcmap {

@@ -4,9 +4,9 @@
 #include <array>
 #include <opencv2/core/mat.hpp>
 
-#include "data/types.h"
-#include "odometry/geometry/right_rectification.h"
+#include "data/core/types.h"
 #include "odometry/frontend/options.h"
+#include "odometry/geometry/pinhole.h"
 
 namespace slcmap {
 
@@ -36,6 +36,18 @@ class Rectifier {
   std::array<cv::Mat, 2> map_xy_;        // CV_16SC2
   std::array<cv::Mat, 2> map_fraction_;  // CV_16UC1
   std::array<cv::Mat, 2> masks_;
+};
+
+// Tells images that a hanging camera has delivered again.
+
+class RepeatedImages {
+ public:
+  // Whether the image is, byte by byte, the one before. An image of one grey value is none:
+  // darkness looks the same however the rig moves. Takes a copy.
+  bool Repeats(const cv::Mat& image);
+
+ private:
+  cv::Mat last_;
 };
 
 }  // namespace slcmap

@@ -11,7 +11,7 @@
 #include <unordered_set>
 #include <vector>
 
-#include "data/types.h"
+#include "data/core/types.h"
 #include "odometry/structure/options.h"
 
 namespace slcmap {

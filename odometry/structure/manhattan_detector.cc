@@ -1,10 +1,54 @@
 #include "odometry/structure/manhattan_detector.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 namespace slcmap {
+namespace {
+
+// What detectors and lenses leave uncorrected, however long the segment is.
+constexpr double kSystematicSigma_rad = 0.001;
+
+}  // namespace
+
+InterpretationPlane InterpretationPlane::Rotated(const Eigen::Matrix3d& R_other_this) const {
+  InterpretationPlane out = *this;
+  out.middle = R_other_this * middle;
+  out.along = R_other_this * along;
+  out.normal = R_other_this * normal;
+  return out;
+}
+
+InterpretationPlane PlaneOfSegment(const LineSegment& segment, double end_sigma) {
+  const Eigen::Vector3d start = segment.start.homogeneous().normalized();
+  const Eigen::Vector3d end = segment.end.homogeneous().normalized();
+  InterpretationPlane plane;
+  plane.middle = (start + end).normalized();
+  plane.along = (end - start).normalized();
+  plane.normal = plane.middle.cross(plane.along);
+  plane.length_rad = std::atan2(start.cross(end).norm(), start.dot(end));
+  // Seen from the camera, a length on the plane z = 1 shrinks by at most cos^2 of the angle to the
+  // optical axis, along the radius; an end's error shrinks with the segment.
+  const double shrink = plane.length_rad / std::max(segment.Length(), 1e-12);
+  const double ends_rad = std::sqrt(2.0) * end_sigma * shrink / std::max(plane.length_rad, 1e-12);
+  plane.sigma_rad = std::hypot(ends_rad, kSystematicSigma_rad);
+  return plane;
+}
+
+VanishingAngle AngleToVanishingPoint(const InterpretationPlane& plane,
+                                     const Eigen::Vector3d& direction, double direction_sigma_rad) {
+  const double across = direction.dot(plane.normal);
+  const double along = direction.dot(plane.along);
+  // Seen from the segment, the vanishing point is so far away; an error of the direction turns the
+  // ray to it by the error over this distance.
+  const double distance = std::max(std::hypot(across, along), 1e-9);
+  return {std::atan2(std::abs(across), std::abs(along)),
+          std::hypot(plane.sigma_rad, direction_sigma_rad / distance)};
+}
+
 namespace {
 
 using Vote = ManhattanDetector::Vote;
@@ -271,6 +315,43 @@ void ManhattanDetector::Reset() {
   images_.clear();
   known_headings_rad_.clear();
   known_slopes_world_.clear();
+}
+
+std::vector<StructuralDirection> StructuralDirections(
+    const std::vector<std::optional<double>>& headings_rad) {
+  std::vector<StructuralDirection> out = {{{LineAxis::kVertical, -1}, Eigen::Vector3d::UnitZ()}};
+  for (size_t i = 0; i < headings_rad.size(); ++i) {
+    if (!headings_rad[i]) continue;
+    const double c = std::cos(*headings_rad[i]), s = std::sin(*headings_rad[i]);
+    out.push_back({{LineAxis::kX, static_cast<int>(i)}, {c, s, 0}});
+    out.push_back({{LineAxis::kY, static_cast<int>(i)}, {-s, c, 0}});
+  }
+  return out;
+}
+
+LineClassifier::LineClassifier(const LineClassifierOptions& options, double focal_px)
+    : options_(options), end_sigma_(options.end_sigma_px / focal_px) {
+  options_.Check();
+}
+
+std::optional<LineClass> LineClassifier::Classify(
+    const LineSegment& segment, const Eigen::Matrix3d& R_world_camera,
+    const std::vector<std::optional<double>>& headings_rad) const {
+  const InterpretationPlane plane = PlaneOfSegment(segment, end_sigma_).Rotated(R_world_camera);
+  std::optional<LineClass> best;
+  double best_sigmas = std::numeric_limits<double>::infinity();
+  int possible = 0;
+  for (const StructuralDirection& direction : StructuralDirections(headings_rad)) {
+    const VanishingAngle v =
+        AngleToVanishingPoint(plane, direction.d_world, options_.direction_sigma_rad);
+    const double sigmas = v.angle_rad / v.sigma_rad;
+    if (sigmas < options_.min_other_sigmas) ++possible;
+    if (sigmas > options_.max_sigmas || v.angle_rad > options_.max_angle_rad) continue;
+    if (sigmas >= best_sigmas) continue;
+    best = direction.line_class;
+    best_sigmas = sigmas;
+  }
+  return possible == 1 ? best : std::nullopt;
 }
 
 }  // namespace slcmap

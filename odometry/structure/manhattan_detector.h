@@ -1,4 +1,4 @@
-// Finds the headings of a building from the segments of its images.
+// The plane through the camera's centre and a segment, and how well a direction fits it.
 #pragma once
 
 #include <Eigen/Core>
@@ -6,11 +6,44 @@
 #include <optional>
 #include <vector>
 
-#include "data/types.h"
+#include "data/core/types.h"
+#include "odometry/run/run.h"
 #include "odometry/structure/options.h"
-#include "odometry/structure/interpretation_plane.h"
 
 namespace slcmap {
+
+// All lines in space that project onto the segment lie in this plane. Of the three axes (unit, at
+// right angles, all in the frame that the plane was made in) `middle` points to the segment's
+// middle, `along` along the segment, and `normal` = middle x along. The plane is known up to a turn
+// about `middle`.
+struct InterpretationPlane {
+  Eigen::Vector3d middle = Eigen::Vector3d::UnitZ();
+  Eigen::Vector3d along = Eigen::Vector3d::UnitX();
+  Eigen::Vector3d normal = Eigen::Vector3d::UnitY();
+  double length_rad = 0;  // that the segment is seen under
+  double sigma_rad = 0;   // of the turn about `middle`
+
+  // The same plane in another frame.
+  InterpretationPlane Rotated(const Eigen::Matrix3d& R_other_this) const;
+};
+
+// segment: on the plane z = 1 of a camera; the plane is in that camera's frame. end_sigma: standard
+// deviation of an end across the segment, on z = 1 (pixels over focal length).
+InterpretationPlane PlaneOfSegment(const LineSegment& segment, double end_sigma);
+
+// The angle at the segment between it and the ray from its middle to the vanishing point of a
+// direction (SLC-VIO, section 3.4; here on the sphere, where it does not depend on the place in the
+// image), in [0, pi/2], and its standard deviation, when the direction (unit, in the plane's frame)
+// is known to direction_sigma_rad about both axes. It is large near the vanishing point, where the
+// angle means nothing.
+struct VanishingAngle {
+  double angle_rad = 0;
+  double sigma_rad = 0;
+};
+VanishingAngle AngleToVanishingPoint(const InterpretationPlane& plane,
+                                     const Eigen::Vector3d& direction, double direction_sigma_rad);
+
+// Finds the headings of a building from the segments of its images.
 
 // A direction of a building's horizontal axes and what speaks for it. Shares are of the length of
 // all segments that could be horizontal (those of directions already known left out).
@@ -77,6 +110,45 @@ class ManhattanDetector {
   std::deque<std::vector<Vote>> images_;
   std::vector<double> known_headings_rad_;
   std::vector<Eigen::Vector3d> known_slopes_world_;
+};
+
+// Which of a building's directions a line follows.
+
+struct LineClass {
+  LineAxis axis = LineAxis::kNone;
+  int world = -1;  // index into the headings; -1 for the vertical, which all worlds share
+  bool operator==(const LineClass&) const = default;
+};
+
+// The directions of the axes of Manhattan worlds, in the (gravity aligned, z up) world frame: the
+// vertical, then X and Y of each heading (radians from the world's x about z), by world; worlds
+// without one have no direction.
+struct StructuralDirection {
+  LineClass line_class;
+  Eigen::Vector3d d_world = Eigen::Vector3d::UnitZ();
+};
+std::vector<StructuralDirection> StructuralDirections(
+    const std::vector<std::optional<double>>& headings_rad);
+
+// A class is given only when one direction fits and no other one could: a line that is taken for
+// another axis bends all that it touches. Two more places ask which direction a segment follows,
+// and are less strict on purpose. The votes of the ManhattanDetector are cast where no direction is
+// known yet, and many decide together. The frontend's AxisOf() only prefers segments to track; this
+// class judges them once they have been seen often enough.
+class LineClassifier {
+ public:
+  // focal_px: of the rectified left camera. Throws ConfigError on options out of range.
+  LineClassifier(const LineClassifierOptions& options, double focal_px);
+
+  // The class of a segment on the plane z = 1 of a camera (SLC-VIO, section 3.4). Without headings
+  // only the vertical is recognised.
+  std::optional<LineClass> Classify(const LineSegment& segment,
+                                    const Eigen::Matrix3d& R_world_camera,
+                                    const std::vector<std::optional<double>>& headings_rad) const;
+
+ private:
+  LineClassifierOptions options_;
+  double end_sigma_;  // on the plane z = 1
 };
 
 }  // namespace slcmap

@@ -1,6 +1,6 @@
 #include "odometry/structure/options.h"
 
-#include "data/option_table.h"
+#include "data/io/yaml.h"
 
 namespace slcmap {
 

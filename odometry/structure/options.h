@@ -1,7 +1,7 @@
 // The options of what is found of a building: its headings and slopes, and what follows them.
 #pragma once
 
-#include "data/yaml_options.h"
+#include "data/io/yaml.h"
 
 namespace slcmap {
 

@@ -7,7 +7,7 @@
 #include <set>
 #include <vector>
 
-#include "data/types.h"
+#include "data/core/types.h"
 #include "odometry/structure/options.h"
 
 namespace slcmap {

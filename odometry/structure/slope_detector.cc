@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "data/line_angle.h"
+#include "data/core/math.h"
 
 namespace slcmap {
 namespace {

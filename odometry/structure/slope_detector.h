@@ -8,7 +8,7 @@
 #include <optional>
 #include <vector>
 
-#include "odometry/geometry/slope.h"
+#include "odometry/geometry/lines.h"
 #include "odometry/structure/options.h"
 
 namespace slcmap {

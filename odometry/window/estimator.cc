@@ -6,11 +6,10 @@
 #include <cmath>
 #include <utility>
 
+#include "odometry/geometry/imu.h"
 #include "odometry/geometry/pinhole.h"
-#include "odometry/imu/imu_spread.h"
-#include "odometry/run_lines.h"
-#include "odometry/window/kept_points.h"
-#include "odometry/window/line_views.h"
+#include "odometry/run/run_queries.h"
+#include "odometry/window/window_state.h"
 
 namespace slcmap {
 

@@ -9,15 +9,14 @@
 #include <unordered_set>
 #include <vector>
 
-#include "data/types.h"
-#include "odometry/geometry/right_rectification.h"
-#include "odometry/imu/imu_buffer.h"
-#include "odometry/line_prediction.h"
-#include "odometry/window/options.h"
-#include "odometry/run.h"
-#include "odometry/stage_clock.h"
-#include "odometry/verdict/figure_collector.h"
+#include "data/core/types.h"
+#include "odometry/geometry/imu.h"
+#include "odometry/geometry/lines.h"
+#include "odometry/geometry/pinhole.h"
+#include "odometry/run/run.h"
 #include "odometry/window/initializer.h"
+#include "odometry/window/options.h"
+#include "odometry/window/run_monitor.h"
 #include "odometry/window/sliding_window.h"
 
 namespace slcmap {

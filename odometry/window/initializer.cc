@@ -5,8 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "odometry/imu/imu_spread.h"
-#include "odometry/window/gyro_bias.h"
+#include "odometry/geometry/imu.h"
 #include "odometry/window/linear_alignment.h"
 #include "odometry/window/point_landmarks.h"
 

@@ -6,9 +6,8 @@
 #include <array>
 #include <memory>
 
-#include "odometry/residuals/along_axis_residual.h"
-#include "odometry/residuals/along_slope_residual.h"
-#include "odometry/residuals/block_kind.h"
+#include "odometry/factors/blocks.h"
+#include "odometry/factors/line_constraints.h"
 
 namespace slcmap {
 namespace {

@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "odometry/structure/building_deviation.h"
-#include "odometry/window/problem_builder.h"
-#include "odometry/window/window_covariance.h"
+#include "odometry/window/marginalization.h"
+#include "odometry/window/problem.h"
 
 namespace slcmap {
 

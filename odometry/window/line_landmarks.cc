@@ -6,9 +6,7 @@
 #include <utility>
 
 #include "odometry/window/landmark_information.h"
-#include "odometry/window/line_followers.h"
-#include "odometry/window/line_members.h"
-#include "odometry/window/line_ties.h"
+#include "odometry/window/line_priors.h"
 #include "odometry/window/line_triangulation.h"
 
 namespace slcmap {

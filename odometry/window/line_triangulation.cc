@@ -6,9 +6,8 @@
 #include <cmath>
 #include <memory>
 
-#include "odometry/residuals/block_kind.h"
-#include "odometry/residuals/general_line_residual.h"
-#include "odometry/residuals/structural_line_residual.h"
+#include "odometry/factors/blocks.h"
+#include "odometry/factors/line_residual.h"
 
 namespace slcmap {
 namespace {

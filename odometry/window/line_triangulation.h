@@ -5,10 +5,9 @@
 #include <utility>
 #include <vector>
 
-#include "odometry/geometry/general_line.h"
-#include "odometry/geometry/structural_line.h"
+#include "odometry/factors/line_residual.h"
+#include "odometry/geometry/lines.h"
 #include "odometry/window/options.h"
-#include "odometry/residuals/line_reprojection.h"
 
 namespace slcmap {
 

@@ -1,6 +1,6 @@
 #include "odometry/window/options.h"
 
-#include "data/option_table.h"
+#include "data/io/yaml.h"
 
 namespace slcmap {
 

@@ -1,11 +1,11 @@
 // The options of the estimator: its window, keyframes, landmarks and start.
 #pragma once
 
-#include "data/yaml_options.h"
+#include "data/io/yaml.h"
+#include "odometry/factors/options.h"
 #include "odometry/frontend/options.h"
-#include "odometry/method.h"
+#include "odometry/run/run.h"
 #include "odometry/structure/options.h"
-#include "odometry/window/calibration_options.h"
 
 namespace slcmap {
 

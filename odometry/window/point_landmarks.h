@@ -1,16 +1,26 @@
-// What happens to the points of a window: they are registered, triangulated, judged and described.
+// The inverse depth of a point from everything that has seen it.
 #pragma once
 
+#include <optional>
 #include <unordered_set>
 #include <utility>
 
+#include "odometry/run/run.h"
+#include "odometry/window/marginalization.h"
 #include "odometry/window/options.h"
-#include "odometry/run.h"
-#include "odometry/window/fit.h"
-#include "odometry/window/problem_builder.h"
-#include "odometry/window/window_covariance.h"
+#include "odometry/window/problem.h"
+#include "odometry/window/window_state.h"
 
 namespace slcmap {
+
+// The inverse depth (1 / m, in the host's left camera) that fits all measurements of the landmark
+// best: linear least squares, then Gauss-Newton on the reprojections. Nothing where the rays are
+// too parallel, the point lies behind a camera, or the fit is poor.
+std::optional<double> TriangulateInverseDepth(const PointLandmark& landmark,
+                                              const StereoGeometry& geometry,
+                                              const PointTriangulationOptions& options);
+
+// What happens to the points of a window: they are registered, triangulated, judged and described.
 
 // Adds the frame to every landmark that it measures; new landmarks are made.
 void RegisterPoints(FrameState* frame, WindowState* window);

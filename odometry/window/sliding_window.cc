@@ -6,9 +6,9 @@
 #include <utility>
 
 #include "odometry/geometry/pinhole.h"
-#include "odometry/window/line_ties.h"
-#include "odometry/window/line_views.h"
+#include "odometry/window/line_priors.h"
 #include "odometry/window/point_landmarks.h"
+#include "odometry/window/window_state.h"
 
 namespace slcmap {
 namespace {

@@ -5,17 +5,15 @@
 #include <unordered_set>
 #include <vector>
 
-#include "odometry/imu/imu_buffer.h"
-#include "odometry/window/options.h"
-#include "odometry/run.h"
-#include "odometry/window/calibration_estimate.h"
-#include "odometry/window/calibration_ties.h"
-#include "odometry/window/fit.h"
+#include "odometry/factors/calibration_estimate.h"
+#include "odometry/geometry/imu.h"
+#include "odometry/run/run.h"
 #include "odometry/window/marginalization.h"
-#include "odometry/window/problem_builder.h"
+#include "odometry/window/options.h"
+#include "odometry/window/point_landmarks.h"
+#include "odometry/window/problem.h"
 #include "odometry/window/solver.h"
 #include "odometry/window/structure.h"
-#include "odometry/window/triangulation.h"
 #include "odometry/window/window_state.h"
 
 namespace slcmap {

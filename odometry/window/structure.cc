@@ -9,9 +9,8 @@
 
 #include "odometry/geometry/pinhole.h"
 #include "odometry/window/landmark_information.h"
-#include "odometry/window/line_ties.h"
-#include "odometry/window/line_views.h"
-#include "odometry/window/sloped_lines.h"
+#include "odometry/window/line_priors.h"
+#include "odometry/window/window_state.h"
 
 namespace slcmap {
 namespace {

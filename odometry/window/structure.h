@@ -5,15 +5,14 @@
 #include <unordered_set>
 #include <vector>
 
-#include "odometry/window/options.h"
-#include "odometry/run.h"
-#include "odometry/structure/line_classifier.h"
+#include "odometry/run/run.h"
 #include "odometry/structure/manhattan_detector.h"
 #include "odometry/structure/points_on_lines.h"
 #include "odometry/structure/slope_detector.h"
 #include "odometry/window/line_landmarks.h"
-#include "odometry/window/line_members.h"
-#include "odometry/window/window_covariance.h"
+#include "odometry/window/line_priors.h"
+#include "odometry/window/marginalization.h"
+#include "odometry/window/options.h"
 
 namespace slcmap {
 

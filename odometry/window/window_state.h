@@ -1,6 +1,7 @@
 // What the sliding window holds: states, landmarks, and the prior.
 #pragma once
 
+#include <Eigen/Core>
 #include <array>
 #include <cmath>
 #include <cstdint>
@@ -10,17 +11,17 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <unordered_set>
 #include <vector>
 
-#include "odometry/geometry/general_line.h"
-#include "odometry/geometry/structural_line.h"
-#include "odometry/imu/imu_buffer.h"
-#include "odometry/imu/preintegration.h"
-#include "odometry/residuals/imu_residual.h"
-#include "odometry/residuals/line_reprojection.h"
-#include "odometry/residuals/point_residual.h"
-#include "odometry/residuals/pose_manifold.h"
-#include "odometry/residuals/prior.h"
+#include "data/core/types.h"
+#include "odometry/factors/blocks.h"
+#include "odometry/factors/factor.h"
+#include "odometry/factors/imu_factor.h"
+#include "odometry/factors/line_residual.h"
+#include "odometry/factors/point_residual.h"
+#include "odometry/geometry/imu.h"
+#include "odometry/geometry/lines.h"
 
 namespace slcmap {
 
@@ -188,5 +189,39 @@ std::vector<LineLandmark*> LinesOf(const PointLandmark& landmark, WindowState* w
 
 // The position of a triangulated landmark.
 Eigen::Vector3d LandmarkInWorld(const PointLandmark& landmark, const StereoGeometry& geometry);
+
+// How much of what the last keyframe saw a later image still shows.
+
+// The points of the last keyframe, and those of them that a later frame has.
+struct KeptPoints {
+  int all = 0, kept = 0;
+  // Shown by something else than the last keyframe's left image. What was detected in noise is soon
+  // gone, and must not look as if the view had changed.
+  int proven = 0, proven_kept = 0;
+
+  // Those that the later frame proves count too.
+  int True() const { return proven + kept - proven_kept; }
+  bool AreFewerThan(double share) const;
+};
+
+// A point is proven by a keyframe before the last one, or by the last one's right image together
+// with the image that came next, which had the points `followed` (none while it is the frame):
+// noise is found alike in both images of a pair often enough, but not in the next one as well.
+KeptPoints CountKept(const WindowState& window, const FrameState& frame,
+                     const std::optional<std::unordered_set<int64_t>>& followed);
+
+// Lines and directions of a window as a frame's cameras see them.
+
+// Where the estimated lines are expected in a frame's cameras, in pixels of the rectified images.
+std::vector<LinePrediction> PredictLines(const WindowState& window, const FrameState& frame,
+                                         const Rig& rectified_rig);
+
+// The vertical, the horizontal axes of all known worlds, and all known slopes, in a frame's left
+// camera.
+std::vector<Eigen::Vector3d> AxesInCamera(const WindowState& window, const FrameState& frame,
+                                          const Rig& rectified_rig);
+
+// What a frame saw of lines, in pixels of the rectified cameras, which share their intrinsics.
+std::vector<LineObservation> LinesInPixels(const FrameState& frame, const Camera& camera);
 
 }  // namespace slcmap

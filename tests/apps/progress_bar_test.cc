@@ -9,8 +9,8 @@
 #include <string>
 #include <thread>
 
-#include "apps/commands.h"
-#include "apps/progress.h"
+#include "apps/commands/commands.h"
+#include "apps/commands/progress.h"
 
 namespace slcmap {
 

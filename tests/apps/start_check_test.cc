@@ -1,4 +1,4 @@
-#include "apps/start_check.h"
+#include "apps/commands/check.h"
 
 #include <gtest/gtest.h>
 

@@ -8,12 +8,12 @@
 #include <filesystem>
 
 #include "apps/evaluation/trajectory_metrics.h"
-#include "data/simulator/imu_simulator.h"
+#include "data/simulator/motion.h"
 #include "mapping/adjustment/adjustment.h"
+#include "mapping/map/refinement.h"
 #include "mapping/options.h"
-#include "mapping/refinement.h"
 #include "odometry/odometry.h"
-#include "odometry/run_folder.h"
+#include "odometry/run/run_folder.h"
 #include "tests/testing/box_room_renderer.h"
 
 namespace slcmap {

@@ -12,10 +12,10 @@
 
 #include "apps/evaluation/trajectory_metrics.h"
 #include "mapping/adjustment/adjustment.h"
+#include "mapping/map/refinement.h"
 #include "mapping/options.h"
-#include "mapping/refinement.h"
 #include "mapping/views/recorded_views.h"
-#include "odometry/run_folder.h"
+#include "odometry/run/run_folder.h"
 
 namespace slcmap {
 namespace {

@@ -7,7 +7,7 @@
 // how far places of the second map's trajectory are from where the truth has them in the first
 // one's world (mean and most), the error of the turn, what agrees and the seconds.
 // With VERBOSE in the environment each place that was looked at is told of.
-#include "mapping/merge/align_maps.h"
+#include "mapping/align/align_maps.h"
 
 #include <spdlog/spdlog.h>
 
@@ -18,8 +18,8 @@
 #include <numbers>
 
 #include "apps/evaluation/trajectory_metrics.h"
-#include "mapping/map_folder.h"
-#include "mapping/merge/alignment_features.h"
+#include "mapping/align/map_agreement.h"
+#include "mapping/map/map_folder.h"
 
 namespace slcmap {
 namespace {

@@ -8,10 +8,10 @@
 #include <chrono>
 #include <cstdio>
 
-#include "apps/evaluation/building_report.h"
+#include "apps/evaluation/building_metrics.h"
 #include "data/simulator/made_motion.h"
 #include "mapping/building/build_building.h"
-#include "mapping/building/building_files.h"
+#include "mapping/map/building.h"
 #include "tests/testing/scene_scanner.h"
 
 namespace slcmap {

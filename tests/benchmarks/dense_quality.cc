@@ -14,17 +14,15 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "apps/evaluation/surface_report.h"
-#include "data/calibration.h"
-#include "data/file.h"
-#include "data/output_folder.h"
-#include "mapping/dense/dense_file.h"
+#include "apps/evaluation/surface_metrics.h"
+#include "data/calibration/calibration.h"
+#include "data/io/file.h"
+#include "data/io/output_folder.h"
 #include "mapping/dense/dense_map.h"
-#include "mapping/dense/depth_occupancy.h"
 #include "mapping/dense/depth_refinement.h"
-#include "mapping/dense/depth_window.h"
-#include "mapping/dense/stereo_depth.h"
+#include "mapping/map/part_files.h"
 #include "mapping/views/recorded_views.h"
+#include "mapping/views/stereo_depth.h"
 
 namespace slcmap {
 namespace {

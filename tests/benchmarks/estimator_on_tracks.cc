@@ -12,7 +12,7 @@
 #include <cstdio>
 #include <utility>
 
-#include "data/angle_unit.h"
+#include "data/core/math.h"
 #include "tests/testing/simulated_odometry.h"
 
 namespace slcmap {

@@ -15,9 +15,9 @@
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
-#include "data/sequence.h"
-#include "data/stereo_reader.h"
-#include "data/trajectory.h"
+#include "data/io/trajectory.h"
+#include "data/source/asl_source.h"
+#include "data/source/sequence.h"
 #include "odometry/frontend/point_tracker.h"
 #include "odometry/frontend/rectifier.h"
 #include "tests/benchmarks/stage_clocks.h"

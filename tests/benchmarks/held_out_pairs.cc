@@ -10,15 +10,15 @@
 #include <cstdlib>
 #include <vector>
 
-#include "data/camera.h"
-#include "data/error.h"
-#include "data/quantile.h"
-#include "data/trajectory.h"
-#include "mapping/dense/stereo_depth.h"
-#include "mapping/given_poses/given_poses.h"
-#include "mapping/map_folder.h"
+#include "data/core/camera.h"
+#include "data/core/error.h"
+#include "data/core/math.h"
+#include "data/io/trajectory.h"
+#include "mapping/external_poses/pose_adjustment.h"
+#include "mapping/map/map_folder.h"
 #include "mapping/mapping.h"
 #include "mapping/views/recorded_views.h"
+#include "mapping/views/stereo_depth.h"
 #include "odometry/frontend/line_detector.h"
 #include "odometry/geometry/pinhole.h"
 

@@ -5,9 +5,9 @@
 #include <optional>
 #include <vector>
 
-#include "data/camera.h"
-#include "data/rigid_transform.h"
-#include "odometry/frontend/line_geometry.h"
+#include "data/core/camera.h"
+#include "data/core/rigid_transform.h"
+#include "odometry/frontend/line_segment.h"
 
 namespace slcmap {
 

@@ -20,14 +20,13 @@
 #include <set>
 #include <vector>
 
-#include "apps/evaluation/true_edges.h"
-#include "data/sequence.h"
-#include "data/stereo_reader.h"
-#include "data/trajectory.h"
-#include "odometry/frontend/line_descriptor.h"
+#include "apps/evaluation/truth.h"
+#include "data/io/trajectory.h"
+#include "data/source/asl_source.h"
+#include "data/source/sequence.h"
 #include "odometry/frontend/line_detector.h"
-#include "odometry/frontend/line_geometry.h"
 #include "odometry/frontend/line_matcher.h"
+#include "odometry/frontend/line_segment.h"
 #include "odometry/frontend/line_tracker.h"
 #include "odometry/frontend/rectifier.h"
 #include "tests/benchmarks/line_fit.h"

@@ -15,13 +15,13 @@
 #include <string>
 #include <vector>
 
-#include "apps/evaluation/clear_edges.h"
+#include "apps/evaluation/line_gaps.h"
 #include "apps/evaluation/line_metrics.h"
-#include "apps/evaluation/segment_index.h"
 #include "apps/evaluation/trajectory_metrics.h"
-#include "data/calibration.h"
-#include "data/error.h"
-#include "data/trajectory.h"
+#include "apps/evaluation/truth.h"
+#include "data/calibration/calibration.h"
+#include "data/core/error.h"
+#include "data/io/trajectory.h"
 
 namespace slcmap {
 namespace {

@@ -6,17 +6,16 @@
 #include <filesystem>
 #include <iostream>
 
-#include "data/error.h"
-#include "data/map_line.h"
-#include "mapping/adjustment/adjusted_run.h"
-#include "mapping/building_world.h"
-#include "mapping/dense/dense_file.h"
-#include "mapping/lines/known_lines.h"
+#include "data/core/error.h"
+#include "data/io/map_line.h"
+#include "mapping/adjustment/adjustment.h"
 #include "mapping/lines/map_lines.h"
+#include "mapping/map/part_files.h"
+#include "mapping/map/refinement.h"
 #include "mapping/options.h"
 #include "mapping/views/recorded_views.h"
 #include "mapping/views/views_between.h"
-#include "odometry/run_folder.h"
+#include "odometry/run/run_folder.h"
 
 namespace slcmap {
 namespace {

@@ -15,14 +15,13 @@
 #include <optional>
 #include <vector>
 
-#include "apps/evaluation/true_edges.h"
-#include "data/angle_unit.h"
-#include "data/image_file.h"
-#include "data/sequence.h"
-#include "data/trajectory.h"
+#include "apps/evaluation/truth.h"
+#include "data/core/math.h"
+#include "data/io/image.h"
+#include "data/io/trajectory.h"
+#include "data/source/sequence.h"
 #include "odometry/frontend/line_detector.h"
 #include "odometry/frontend/rectifier.h"
-#include "odometry/structure/line_classifier.h"
 #include "odometry/structure/manhattan_detector.h"
 #include "tests/benchmarks/stage_clocks.h"
 

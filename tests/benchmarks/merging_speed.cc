@@ -8,7 +8,7 @@
 #include <ctime>
 #include <random>
 
-#include "mapping/lines/across.h"
+#include "mapping/lines/line_fit.h"
 #include "mapping/lines/line_merging.h"
 
 namespace slcmap {

@@ -10,14 +10,14 @@
 
 #include "apps/evaluation/pipe_metrics.h"
 #include "apps/evaluation/trajectory_metrics.h"
-#include "data/error.h"
-#include "mapping/adjustment/adjusted_run.h"
-#include "mapping/building_world.h"
-#include "mapping/map_folder.h"
+#include "data/core/error.h"
+#include "mapping/adjustment/adjustment.h"
+#include "mapping/map/map_folder.h"
+#include "mapping/map/refinement.h"
 #include "mapping/options.h"
 #include "mapping/pipes/pipes.h"
 #include "mapping/views/recorded_views.h"
-#include "odometry/run_folder.h"
+#include "odometry/run/run_folder.h"
 
 namespace slcmap {
 namespace {

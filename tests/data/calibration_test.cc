@@ -1,9 +1,9 @@
-#include "data/calibration.h"
+#include "data/calibration/calibration.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "data/input_fault.h"
+#include "data/core/error.h"
 #include "tests/testing/small_sequence.h"
 
 namespace slcmap {

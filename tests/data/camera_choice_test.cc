@@ -1,9 +1,9 @@
-#include "data/camera_choice.h"
+#include "data/calibration/camera_words.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "data/error.h"
+#include "data/core/error.h"
 #include "tests/testing/pinhole_camera.h"
 
 namespace slcmap {

@@ -1,4 +1,4 @@
-#include "data/camera.h"
+#include "data/core/camera.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "data/error.h"
+#include "data/core/error.h"
 
 namespace slcmap {
 namespace {

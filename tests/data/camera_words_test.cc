@@ -1,4 +1,4 @@
-#include "data/camera_words.h"
+#include "data/calibration/camera_words.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-#include "data/clock_jumps.h"
+#include "data/source/asl_files.h"
 
 #include <gtest/gtest.h>
 

@@ -1,13 +1,13 @@
-#include "data/imu_calibration.h"
+#include "data/calibration/imu_calibration.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <Eigen/LU>
 
-#include "data/calibration.h"
-#include "data/input_fault.h"
-#include "data/sequence.h"
+#include "data/calibration/calibration.h"
+#include "data/core/error.h"
+#include "data/source/sequence.h"
 #include "tests/testing/small_sequence.h"
 
 namespace slcmap {

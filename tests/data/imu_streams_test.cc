@@ -1,4 +1,4 @@
-#include "data/imu_streams.h"
+#include "data/source/imu_streams.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -8,10 +8,9 @@
 #include <functional>
 #include <random>
 
-#include "data/asl_files.h"
-#include "data/imu_stamps.h"
-#include "data/input_fault.h"
-#include "data/table_text.h"
+#include "data/core/error.h"
+#include "data/io/csv.h"
+#include "data/source/asl_files.h"
 #include "tests/testing/shared_data.h"
 #include "tests/testing/temp_folder.h"
 

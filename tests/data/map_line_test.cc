@@ -1,11 +1,11 @@
-#include "data/map_line.h"
+#include "data/io/map_line.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "data/error.h"
-#include "data/file.h"
-#include "data/ply.h"
+#include "data/core/error.h"
+#include "data/io/file.h"
+#include "data/io/ply.h"
 #include "tests/testing/temp_folder.h"
 
 namespace slcmap {

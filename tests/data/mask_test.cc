@@ -1,11 +1,11 @@
-#include "data/mask.h"
+#include "data/calibration/mask.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <opencv2/imgcodecs.hpp>
 
-#include "data/input_fault.h"
+#include "data/core/error.h"
 #include "tests/testing/pinhole_camera.h"
 #include "tests/testing/temp_folder.h"
 

@@ -1,4 +1,4 @@
-#include "data/nearest_name.h"
+#include "data/io/yaml.h"
 
 #include <gtest/gtest.h>
 

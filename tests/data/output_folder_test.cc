@@ -1,12 +1,12 @@
-#include "data/output_folder.h"
+#include "data/io/output_folder.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <filesystem>
 
-#include "data/error.h"
-#include "data/file.h"
+#include "data/core/error.h"
+#include "data/io/file.h"
 #include "tests/testing/temp_folder.h"
 
 namespace slcmap {

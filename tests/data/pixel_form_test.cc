@@ -1,4 +1,4 @@
-#include "data/pixel_form.h"
+#include "data/io/image.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,10 +1,10 @@
-#include "data/plane_triangulation.h"
+#include "data/core/polygon.h"
 
 #include <gtest/gtest.h>
 
 #include <limits>
 
-#include "data/error.h"
+#include "data/core/error.h"
 
 namespace slcmap {
 namespace {

@@ -1,10 +1,10 @@
-#include "data/ply.h"
+#include "data/io/ply.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "data/error.h"
-#include "data/file.h"
+#include "data/core/error.h"
+#include "data/io/file.h"
 #include "tests/testing/temp_folder.h"
 
 namespace slcmap {

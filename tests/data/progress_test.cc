@@ -1,4 +1,4 @@
-#include "data/progress.h"
+#include "data/core/progress.h"
 
 #include <gmock/gmock.h>
 

@@ -1,4 +1,4 @@
-#include "data/real_time_pace.h"
+#include "data/source/sequence_source.h"
 
 #include <gtest/gtest.h>
 

@@ -1,8 +1,8 @@
-#include "data/rigid_transform.h"
+#include "data/core/rigid_transform.h"
 
 #include <gtest/gtest.h>
 
-#include "data/error.h"
+#include "data/core/error.h"
 
 namespace slcmap {
 namespace {

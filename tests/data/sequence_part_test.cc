@@ -1,11 +1,11 @@
-#include "data/sequence_part.h"
+#include "data/source/sequence.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <limits>
 
-#include "data/error.h"
+#include "data/core/error.h"
 
 namespace slcmap {
 namespace {

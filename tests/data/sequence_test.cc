@@ -1,4 +1,4 @@
-#include "data/sequence.h"
+#include "data/source/sequence.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -6,10 +6,9 @@
 #include <sstream>
 #include <tuple>
 
-#include "data/calibration.h"
-#include "data/error.h"
+#include "data/calibration/calibration.h"
+#include "data/core/error.h"
 #include "data/source/asl_source.h"
-#include "data/stereo_reader.h"
 #include "tests/testing/shared_data.h"
 #include "tests/testing/small_sequence.h"
 

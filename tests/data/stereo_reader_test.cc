@@ -1,9 +1,9 @@
-#include "data/stereo_reader.h"
+#include "data/source/asl_source.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "data/image_file.h"
+#include "data/io/image.h"
 #include "tests/testing/small_sequence.h"
 
 namespace slcmap {

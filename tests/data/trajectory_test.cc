@@ -1,9 +1,9 @@
-#include "data/trajectory.h"
+#include "data/io/trajectory.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "data/error.h"
+#include "data/core/error.h"
 #include "tests/testing/temp_folder.h"
 
 namespace slcmap {

@@ -1,4 +1,4 @@
-#include "data/yaml_options.h"
+#include "data/io/yaml.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-#include "export/building_frame.h"
+#include "export/export.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -6,9 +6,8 @@
 
 #include <sstream>
 
-#include "data/file.h"
-#include "export/export.h"
-#include "mapping/merged_runs.h"
+#include "data/io/file.h"
+#include "mapping/map/part_files.h"
 #include "tests/testing/made_building.h"
 #include "tests/testing/node_reader.h"
 #include "tests/testing/temp_folder.h"

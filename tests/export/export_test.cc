@@ -11,9 +11,9 @@
 #include <filesystem>
 #include <sstream>
 
-#include "data/error.h"
-#include "data/file.h"
-#include "data/ply.h"
+#include "data/core/error.h"
+#include "data/io/file.h"
+#include "data/io/ply.h"
 #include "mapping/mapping.h"
 #include "tests/testing/file_size_limit.h"
 #include "tests/testing/made_run.h"

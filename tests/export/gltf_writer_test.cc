@@ -1,4 +1,4 @@
-#include "export/gltf_writer.h"
+#include "export/web/gltf_writer.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -7,7 +7,7 @@
 #include <cstring>
 #include <set>
 
-#include "data/file.h"
+#include "data/io/file.h"
 #include "tests/testing/hand_made_building.h"
 #include "tests/testing/node_reader.h"
 #include "tests/testing/temp_folder.h"

@@ -1,4 +1,4 @@
-#include "export/grid_writer.h"
+#include "export/plan/occupancy_grid.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -6,8 +6,8 @@
 
 #include <opencv2/imgcodecs.hpp>
 
-#include "data/error.h"
-#include "data/file.h"
+#include "data/core/error.h"
+#include "data/io/file.h"
 #include "tests/testing/temp_folder.h"
 
 namespace slcmap {

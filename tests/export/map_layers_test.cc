@@ -1,4 +1,4 @@
-#include "export/map_layers.h"
+#include "export/scene/map_layers.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

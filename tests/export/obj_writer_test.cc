@@ -1,10 +1,10 @@
-#include "export/obj_writer.h"
+#include "export/cad/obj_writer.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "data/error.h"
-#include "data/file.h"
+#include "data/core/error.h"
+#include "data/io/file.h"
 #include "tests/testing/made_building.h"
 #include "tests/testing/reader_program.h"
 #include "tests/testing/temp_folder.h"

@@ -1,4 +1,4 @@
-#include "export/rectified_images.h"
+#include "export/sfm/model.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -6,10 +6,9 @@
 #include <cmath>
 #include <opencv2/imgcodecs.hpp>
 
-#include "data/error.h"
-#include "export/colmap_writer.h"
-#include "export/model_images.h"
-#include "mapping/map.h"
+#include "data/core/error.h"
+#include "export/sfm/text_models.h"
+#include "mapping/map/map.h"
 #include "tests/testing/small_sequence.h"
 
 namespace slcmap {

@@ -1,11 +1,10 @@
-#include "export/scene.h"
+#include "export/scene/scene.h"
 
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
 
-#include "data/error.h"
-#include "export/colour_scale.h"
+#include "data/core/error.h"
 #include "mapping/mapping.h"
 #include "tests/testing/made_run.h"
 

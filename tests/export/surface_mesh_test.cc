@@ -1,4 +1,4 @@
-#include "export/surface_mesh.h"
+#include "export/scene/meshes.h"
 
 #include <gtest/gtest.h>
 

@@ -5,12 +5,10 @@
 #include <map>
 #include <sstream>
 
-#include "data/file.h"
-#include "export/colmap_writer.h"
+#include "data/io/file.h"
 #include "export/export.h"
-#include "export/limap_writer.h"
-#include "export/model_images.h"
-#include "export/model_points.h"
+#include "export/sfm/model.h"
+#include "export/sfm/text_models.h"
 #include "tests/testing/hand_made_building.h"
 #include "tests/testing/reader_program.h"
 #include "tests/testing/temp_folder.h"

@@ -1,4 +1,4 @@
-#include "export/trajectory_gap.h"
+#include "export/scene/scene.h"
 
 #include <gtest/gtest.h>
 

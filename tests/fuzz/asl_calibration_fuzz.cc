@@ -1,5 +1,5 @@
 // ASL's sensor.yaml, as that of every sensor.
-#include "data/calibration.h"
+#include "data/calibration/calibration.h"
 #include "tests/fuzz/fuzz_target.h"
 
 std::vector<std::string> slcmap::fuzz::Seeds() { return {}; }

@@ -1,5 +1,5 @@
 // ASL's tables of images and of IMU samples.
-#include "data/asl_files.h"
+#include "data/source/asl_files.h"
 #include "tests/fuzz/fuzz_target.h"
 
 std::vector<std::string> slcmap::fuzz::Seeds() { return {}; }

@@ -1,6 +1,6 @@
 // The JSON files of a building, mapped or true, each as every other.
-#include "data/true_building.h"
-#include "mapping/building/building_files.h"
+#include "data/io/true_building.h"
+#include "mapping/map/building.h"
 #include "tests/fuzz/fuzz_target.h"
 #include "tests/testing/made_building.h"
 

@@ -12,8 +12,8 @@
 #include <string_view>
 #include <vector>
 
-#include "data/error.h"
-#include "data/file.h"
+#include "data/core/error.h"
+#include "data/io/file.h"
 #include "tests/testing/temp_folder.h"
 
 // Reads bytes; returns 0. What must not happen (a crash, a foreign exception) ends the process.

@@ -1,8 +1,8 @@
 // The journal of a run that was ended, one of whose files is another.
 #include <spdlog/spdlog.h>
 
-#include "odometry/run_folder.h"
-#include "odometry/run_journal.h"
+#include "odometry/run/run_folder.h"
+#include "odometry/run/run_journal.h"
 #include "tests/fuzz/folder_target.h"
 #include "tests/testing/made_run.h"
 

@@ -1,5 +1,5 @@
 // A Kalibr camera chain, and Kalibr's IMU file.
-#include "data/calibration.h"
+#include "data/calibration/calibration.h"
 #include "tests/fuzz/fuzz_target.h"
 
 std::vector<std::string> slcmap::fuzz::Seeds() { return FilesOf(SLCMAP_SOURCE_DIR "/config/rigs"); }

@@ -1,5 +1,5 @@
 // A map folder, one of whose files is another.
-#include "mapping/map_folder.h"
+#include "mapping/map/map_folder.h"
 #include "mapping/mapping.h"
 #include "tests/fuzz/folder_target.h"
 #include "tests/testing/made_building.h"

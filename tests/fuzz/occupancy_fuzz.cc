@@ -1,5 +1,5 @@
 // OctoMap's .bt files.
-#include "mapping/occupancy_map.h"
+#include "mapping/map/occupancy_map.h"
 #include "tests/fuzz/fuzz_target.h"
 
 std::vector<std::string> slcmap::fuzz::Seeds() {

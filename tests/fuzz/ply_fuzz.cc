@@ -1,6 +1,6 @@
 // PLY files, of points and of lines.
-#include "data/map_line.h"
-#include "data/ply.h"
+#include "data/io/map_line.h"
+#include "data/io/ply.h"
 #include "tests/fuzz/fuzz_target.h"
 
 std::vector<std::string> slcmap::fuzz::Seeds() { return {}; }

@@ -1,5 +1,5 @@
 // A run folder, one of whose files is another.
-#include "odometry/run_folder.h"
+#include "odometry/run/run_folder.h"
 #include "tests/fuzz/folder_target.h"
 #include "tests/testing/made_run.h"
 

@@ -1,6 +1,6 @@
 // The JSON files of a run folder, each as every other.
-#include "odometry/run_folder.h"
-#include "odometry/run_json.h"
+#include "odometry/run/run_folder.h"
+#include "odometry/run/run_json.h"
 #include "tests/fuzz/fuzz_target.h"
 #include "tests/testing/made_run.h"
 

@@ -1,5 +1,5 @@
 // The simulator's description of a building.
-#include "data/simulator/scene.h"
+#include "data/simulator/scene/scene.h"
 #include "tests/fuzz/fuzz_target.h"
 
 std::vector<std::string> slcmap::fuzz::Seeds() {

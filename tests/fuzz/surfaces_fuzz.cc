@@ -1,6 +1,6 @@
 // The true surfaces of a building, as faces.
-#include "apps/evaluation/triangle_tree.h"
-#include "data/ply.h"
+#include "apps/evaluation/truth.h"
+#include "data/io/ply.h"
 #include "tests/fuzz/fuzz_target.h"
 
 std::vector<std::string> slcmap::fuzz::Seeds() {

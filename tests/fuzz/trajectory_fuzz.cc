@@ -1,5 +1,5 @@
 // Trajectories of TUM and EuRoC.
-#include "data/trajectory.h"
+#include "data/io/trajectory.h"
 #include "tests/fuzz/fuzz_target.h"
 
 std::vector<std::string> slcmap::fuzz::Seeds() { return {}; }

@@ -1,5 +1,5 @@
 // The true edges of a building, as a table.
-#include "apps/evaluation/true_edges.h"
+#include "apps/evaluation/truth.h"
 #include "tests/fuzz/fuzz_target.h"
 
 std::vector<std::string> slcmap::fuzz::Seeds() { return {}; }

@@ -1,5 +1,5 @@
 // The true pipes of a building, as a table.
-#include "data/true_pipes.h"
+#include "data/io/map_line.h"
 #include "tests/fuzz/fuzz_target.h"
 
 std::vector<std::string> slcmap::fuzz::Seeds() {

@@ -7,8 +7,8 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "data/map_line.h"
-#include "odometry/run_folder.h"
+#include "data/io/map_line.h"
+#include "odometry/run/run_folder.h"
 #include "tests/integration/slcmap_process.h"
 #include "tests/testing/made_run.h"
 #include "tests/testing/small_sequence.h"

@@ -5,7 +5,7 @@
 
 #include <filesystem>
 
-#include "mapping/map_folder.h"
+#include "mapping/map/map_folder.h"
 #include "tests/integration/slcmap_process.h"
 #include "tests/testing/made_run.h"
 #include "tests/testing/scanned_map.h"

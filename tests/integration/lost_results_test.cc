@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
-#include "odometry/run_folder.h"
+#include "odometry/run/run_folder.h"
 #include "tests/integration/slcmap_process.h"
 #include "tests/testing/made_run.h"
 #include "tests/testing/small_sequence.h"

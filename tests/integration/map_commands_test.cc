@@ -5,9 +5,9 @@
 
 #include <filesystem>
 
-#include "data/map_line.h"
-#include "data/ply.h"
-#include "odometry/run_folder.h"
+#include "data/io/map_line.h"
+#include "data/io/ply.h"
+#include "odometry/run/run_folder.h"
 #include "tests/integration/slcmap_process.h"
 #include "tests/testing/made_run.h"
 #include "tests/testing/small_sequence.h"

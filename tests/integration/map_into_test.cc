@@ -6,8 +6,8 @@
 #include <array>
 #include <filesystem>
 
-#include "data/trajectory.h"
-#include "mapping/map_folder.h"
+#include "data/io/trajectory.h"
+#include "mapping/map/map_folder.h"
 #include "tests/integration/slcmap_process.h"
 #include "tests/testing/temp_folder.h"
 

@@ -5,9 +5,9 @@
 
 #include <filesystem>
 
-#include "data/file.h"
-#include "mapping/map_folder.h"
-#include "odometry/run_folder.h"
+#include "data/io/file.h"
+#include "mapping/map/map_folder.h"
+#include "odometry/run/run_folder.h"
 #include "tests/integration/slcmap_process.h"
 #include "tests/testing/made_run.h"
 #include "tests/testing/scanned_map.h"

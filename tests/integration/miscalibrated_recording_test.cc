@@ -7,9 +7,9 @@
 #include <set>
 #include <sstream>
 
-#include "data/angle_unit.h"
-#include "data/asl_files.h"
-#include "data/calibration.h"
+#include "data/calibration/calibration.h"
+#include "data/core/math.h"
+#include "data/source/asl_files.h"
 #include "tests/integration/slcmap_process.h"
 #include "tests/testing/small_sequence.h"
 

@@ -4,7 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "odometry/run_folder.h"
+#include "odometry/run/run_folder.h"
 #include "tests/integration/slcmap_process.h"
 #include "tests/testing/edge_walk.h"
 #include "tests/testing/temp_folder.h"

@@ -1,4 +1,4 @@
-#include "mapping/building_world.h"
+#include "mapping/map/refinement.h"
 
 #include <gtest/gtest.h>
 

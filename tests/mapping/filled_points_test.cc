@@ -1,5 +1,5 @@
 // What is filled is a surface as what is measured.
-#include "mapping/filled_points.h"
+#include "mapping/surfaces/bounded_plane.h"
 
 #include <gtest/gtest.h>
 

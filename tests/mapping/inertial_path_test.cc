@@ -1,4 +1,4 @@
-#include "mapping/inertial_path.h"
+#include "mapping/map/refinement.h"
 
 #include <gtest/gtest.h>
 
@@ -7,8 +7,7 @@
 #include <map>
 #include <string>
 
-#include "data/rigid_transform.h"
-#include "mapping/refinement.h"
+#include "data/core/rigid_transform.h"
 
 namespace slcmap {
 namespace {

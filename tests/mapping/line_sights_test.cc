@@ -1,4 +1,4 @@
-#include "mapping/line_sights.h"
+#include "mapping/map/rays.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

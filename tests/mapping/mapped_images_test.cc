@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "mapping/mapping.h"
-#include "odometry/method.h"
+#include "odometry/run/run.h"
 #include "tests/testing/room_views.h"
 
 namespace slcmap {

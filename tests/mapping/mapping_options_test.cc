@@ -1,7 +1,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "data/config_file.h"
+#include "data/io/yaml.h"
 #include "mapping/mapping.h"
 #include "odometry/options.h"
 #include "tests/testing/temp_folder.h"

@@ -8,12 +8,12 @@
 #include <limits>
 #include <sstream>
 
-#include "data/error.h"
-#include "data/file.h"
-#include "data/ply.h"
-#include "data/summary_file.h"
-#include "mapping/line_evidence_files.h"
-#include "mapping/map_folder.h"
+#include "data/core/error.h"
+#include "data/io/file.h"
+#include "data/io/json.h"
+#include "data/io/ply.h"
+#include "mapping/map/evidence_files.h"
+#include "mapping/map/map_folder.h"
 #include "tests/testing/file_size_limit.h"
 #include "tests/testing/made_run.h"
 #include "tests/testing/temp_folder.h"

@@ -1,13 +1,13 @@
-#include "mapping/merged_runs.h"
+#include "mapping/map/part_files.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "data/error.h"
-#include "data/summary_file.h"
-#include "mapping/map_folder.h"
+#include "data/core/error.h"
+#include "data/io/json.h"
+#include "mapping/align/map_agreement.h"
+#include "mapping/map/map_folder.h"
 #include "mapping/mapping.h"
-#include "mapping/merge/alignment_features.h"
 #include "tests/testing/made_run.h"
 #include "tests/testing/temp_folder.h"
 

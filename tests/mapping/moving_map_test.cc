@@ -5,8 +5,8 @@
 #include <map>
 #include <memory>
 
-#include "data/quantile.h"
-#include "data/simulator/imu_simulator.h"
+#include "data/core/math.h"
+#include "data/simulator/motion.h"
 #include "mapping/mapping.h"
 #include "odometry/odometry.h"
 #include "tests/testing/box_room_renderer.h"

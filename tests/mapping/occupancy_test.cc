@@ -1,12 +1,11 @@
-#include "mapping/occupancy.h"
+#include "mapping/map/rays.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <random>
 
-#include "data/error.h"
-#include "mapping/occupancy_estimate.h"
+#include "data/core/error.h"
 #include "tests/testing/temp_folder.h"
 
 namespace slcmap {

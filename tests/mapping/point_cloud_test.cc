@@ -1,4 +1,4 @@
-#include "mapping/point_cloud.h"
+#include "mapping/map/landmarks.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -9,7 +9,7 @@
 #include <limits>
 #include <random>
 
-#include "data/error.h"
+#include "data/core/error.h"
 #include "tests/testing/temp_folder.h"
 
 namespace slcmap {

@@ -1,4 +1,4 @@
-#include "mapping/point_lines.h"
+#include "mapping/map/landmarks.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // Which images saw a map's points: from the run to the map's folder and back.
-#include "mapping/point_observations.h"
+#include "mapping/map/landmarks.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -9,12 +9,12 @@
 #include <set>
 #include <sstream>
 
-#include "data/error.h"
-#include "data/file.h"
-#include "data/summary_file.h"
-#include "mapping/map_folder.h"
+#include "data/core/error.h"
+#include "data/io/file.h"
+#include "data/io/json.h"
+#include "mapping/map/evidence_files.h"
+#include "mapping/map/map_folder.h"
 #include "mapping/mapping.h"
-#include "mapping/point_observation_file.h"
 #include "tests/testing/made_run.h"
 #include "tests/testing/temp_folder.h"
 

@@ -1,4 +1,4 @@
-#include "mapping/read_ahead.h"
+#include "mapping/map/parallel.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "mapping/refinement.h"
+#include "mapping/map/refinement.h"
 
 #include <gtest/gtest.h>
 

@@ -4,7 +4,7 @@
 
 #include <filesystem>
 
-#include "data/file.h"
+#include "data/io/file.h"
 #include "tests/testing/made_run.h"
 #include "tests/testing/temp_folder.h"
 

@@ -1,4 +1,4 @@
-#include "odometry/finite_run.h"
+#include "odometry/run/run_queries.h"
 
 #include <gtest/gtest.h>
 

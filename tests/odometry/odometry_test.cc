@@ -15,10 +15,10 @@
 #include <string_view>
 #include <thread>
 
-#include "data/sequence.h"
-#include "data/simulator/imu_simulator.h"
-#include "data/stereo_reader.h"
-#include "odometry/run_folder.h"
+#include "data/simulator/motion.h"
+#include "data/source/asl_source.h"
+#include "data/source/sequence.h"
+#include "odometry/run/run_folder.h"
 #include "tests/testing/box_room_renderer.h"
 #include "tests/testing/example.h"
 #include "tests/testing/shared_data.h"

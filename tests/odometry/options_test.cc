@@ -4,7 +4,7 @@
 
 #include <string>
 
-#include "data/error.h"
+#include "data/core/error.h"
 #include "tests/testing/temp_folder.h"
 
 namespace slcmap {

@@ -5,9 +5,9 @@
 #include <nlohmann/json.hpp>
 #include <tuple>
 
-#include "data/error.h"
-#include "data/file.h"
-#include "data/ply.h"
+#include "data/core/error.h"
+#include "data/io/file.h"
+#include "data/io/ply.h"
 #include "tests/testing/small_run_folder.h"
 
 namespace slcmap {

@@ -5,10 +5,10 @@
 #include <filesystem>
 #include <limits>
 
-#include "data/error.h"
-#include "data/file.h"
-#include "odometry/run_folder.h"
-#include "odometry/run_lines.h"
+#include "data/core/error.h"
+#include "data/io/file.h"
+#include "odometry/run/run_folder.h"
+#include "odometry/run/run_queries.h"
 #include "tests/testing/made_run.h"
 #include "tests/testing/temp_folder.h"
 

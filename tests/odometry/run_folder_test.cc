@@ -1,4 +1,4 @@
-#include "odometry/run_folder.h"
+#include "odometry/run/run_folder.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -7,9 +7,9 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
-#include "data/error.h"
-#include "data/file.h"
-#include "data/ply.h"
+#include "data/core/error.h"
+#include "data/io/file.h"
+#include "data/io/ply.h"
 #include "tests/testing/file_size_limit.h"
 #include "tests/testing/small_run_folder.h"
 

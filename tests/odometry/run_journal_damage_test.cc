@@ -6,11 +6,11 @@
 #include <filesystem>
 #include <sstream>
 
-#include "data/error.h"
-#include "data/file.h"
-#include "odometry/run_folder.h"
-#include "odometry/run_journal.h"
-#include "odometry/run_lines.h"
+#include "data/core/error.h"
+#include "data/io/file.h"
+#include "odometry/run/run_folder.h"
+#include "odometry/run/run_journal.h"
+#include "odometry/run/run_queries.h"
 #include "tests/testing/made_run.h"
 #include "tests/testing/temp_folder.h"
 

@@ -1,13 +1,13 @@
-#include "odometry/run_journal.h"
+#include "odometry/run/run_journal.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <filesystem>
 
-#include "data/error.h"
-#include "data/file.h"
-#include "odometry/run_folder.h"
+#include "data/core/error.h"
+#include "data/io/file.h"
+#include "odometry/run/run_folder.h"
 #include "tests/testing/made_run.h"
 #include "tests/testing/temp_folder.h"
 

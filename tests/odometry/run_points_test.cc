@@ -1,4 +1,4 @@
-#include "odometry/run_points.h"
+#include "odometry/run/run_queries.h"
 
 #include <gtest/gtest.h>
 

@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "data/check/check.h"
-#include "data/simulator/imu_simulator.h"
+#include "data/simulator/motion.h"
 #include "odometry/odometry.h"
 #include "tests/testing/box_room_renderer.h"
 #include "tests/testing/example.h"

@@ -4,7 +4,7 @@
 
 #include <Eigen/Geometry>
 
-#include "data/simulator/pair_renderer.h"
+#include "data/simulator/sequence_writer.h"
 #include "tests/testing/example.h"
 
 namespace slcmap {

@@ -6,8 +6,8 @@
 #include <array>
 #include <vector>
 
-#include "data/ply.h"
-#include "odometry/run.h"
+#include "data/io/ply.h"
+#include "odometry/run/run.h"
 #include "tests/testing/pinhole_camera.h"
 
 namespace slcmap::testing {

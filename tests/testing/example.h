@@ -1,8 +1,8 @@
 // A rig and a motion that need no file, for tests and first experiments.
 #pragma once
 
+#include "data/core/types.h"
 #include "data/simulator/motion.h"
-#include "data/types.h"
 
 namespace slcmap {
 

@@ -3,9 +3,9 @@
 
 #include <vector>
 
-#include "apps/evaluation/triangle_tree.h"
-#include "data/trajectory.h"
-#include "data/types.h"
+#include "apps/evaluation/truth.h"
+#include "data/core/types.h"
+#include "data/io/trajectory.h"
 
 namespace slcmap::testing {
 

@@ -5,7 +5,7 @@
 #include <map>
 #include <random>
 
-#include "data/error.h"
+#include "data/core/error.h"
 
 namespace slcmap {
 namespace {

@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "mapping/map.h"
+#include "mapping/map/map.h"
 
 namespace slcmap::testing {
 

@@ -1,7 +1,7 @@
 // A run made by hand, for the tests of the stages behind odometry.
 #pragma once
 
-#include "odometry/run.h"
+#include "odometry/run/run.h"
 
 namespace slcmap::testing {
 

@@ -1,7 +1,7 @@
 // A camera for tests.
 #pragma once
 
-#include "data/camera.h"
+#include "data/core/camera.h"
 
 namespace slcmap::testing {
 

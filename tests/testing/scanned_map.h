@@ -5,8 +5,8 @@
 #include <utility>
 #include <vector>
 
-#include "mapping/map.h"
-#include "mapping/merge/alignment_features.h"
+#include "mapping/align/map_agreement.h"
+#include "mapping/map/map.h"
 #include "mapping/options.h"
 #include "tests/testing/pinhole_camera.h"
 #include "tests/testing/scene_scanner.h"

@@ -6,9 +6,9 @@
 #include <map>
 #include <random>
 
-#include "data/simulator/building_truth.h"
 #include "data/simulator/ray_scene.h"
-#include "data/simulator/scene_builder.h"
+#include "data/simulator/scene/scene_builder.h"
+#include "data/simulator/truth.h"
 #include "tests/testing/temp_folder.h"
 
 namespace slcmap::testing {

@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "data/simulator/scene.h"
-#include "data/true_building.h"
-#include "mapping/building/building_input.h"
+#include "data/io/true_building.h"
+#include "data/simulator/scene/scene.h"
+#include "mapping/map/building.h"
 
 namespace slcmap::testing {
 

@@ -11,7 +11,7 @@
 #include <unordered_set>
 #include <vector>
 
-#include "data/simulator/imu_simulator.h"
+#include "data/simulator/motion.h"
 #include "odometry/options.h"
 #include "odometry/window/estimator.h"
 #include "tests/testing/example.h"

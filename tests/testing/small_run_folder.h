@@ -6,8 +6,8 @@
 
 #include <string>
 
-#include "data/error.h"
-#include "odometry/run_folder.h"
+#include "data/core/error.h"
+#include "odometry/run/run_folder.h"
 #include "tests/testing/temp_folder.h"
 
 namespace slcmap::testing {

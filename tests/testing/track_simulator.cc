@@ -6,7 +6,7 @@
 #include <limits>
 #include <random>
 
-#include "data/error.h"
+#include "data/core/error.h"
 
 namespace slcmap {
 namespace {

@@ -7,8 +7,8 @@
 #include <optional>
 #include <vector>
 
+#include "data/core/types.h"
 #include "data/simulator/motion.h"
-#include "data/types.h"
 
 namespace slcmap {
 

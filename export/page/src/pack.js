@@ -1,4 +1,4 @@
-// The map out of the page: base64 of deflated bytes, which ../../page_pack.h describes.
+// The map out of the page: base64 of deflated bytes, which ../../web/page_writer.h describes.
 
 const TYPES = {
   f64: Float64Array,
@@ -36,7 +36,7 @@ export async function unpack(base64) {
   return { document, arrays };
 }
 
-// The standard deviation in metres of a code of ../../page_points.h.
+// The standard deviation in metres of a code of ../../web/page_data.h.
 export function sigmaOfCode(code) {
   return 1e-4 * 2 ** (code / 16);
 }

@@ -10,7 +10,7 @@ import {
   Vector3,
 } from 'three';
 
-const NUMBERS = 9; // of a pipe, see ../../page_pack.cc
+const NUMBERS = 9; // of a pipe, see ../../web/page_writer.cc
 const SIDES = 24;
 const UP = new Vector3(0, 1, 0); // the axis of a CylinderGeometry
 const LIGHT = new Vector3(0.8, 0.3, 0.5).normalize();

@@ -1,11 +1,11 @@
-#include "apps/comparison/comparison.h"
+#include "apps/compare/comparison.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
 
-#include "apps/comparison/comparison_page.h"
+#include "apps/compare/comparison_page.h"
 
 namespace slcmap {
 namespace {

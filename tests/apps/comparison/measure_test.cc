@@ -1,14 +1,14 @@
-#include "apps/comparison/measure.h"
+#include "apps/compare/measure.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "data/error.h"
-#include "mapping/map_folder.h"
+#include "data/core/error.h"
+#include "mapping/map/map_folder.h"
 #include "mapping/mapping.h"
-#include "odometry/run_folder.h"
+#include "odometry/run/run_folder.h"
 #include "tests/testing/edge_walk.h"
 #include "tests/testing/temp_folder.h"
 

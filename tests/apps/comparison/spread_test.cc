@@ -1,4 +1,4 @@
-#include "apps/comparison/spread.h"
+#include "apps/compare/figures.h"
 
 #include <gtest/gtest.h>
 

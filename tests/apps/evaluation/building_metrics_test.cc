@@ -5,8 +5,6 @@
 
 #include <nlohmann/json.hpp>
 
-#include "apps/evaluation/building_report.h"
-
 namespace slcmap {
 namespace {
 

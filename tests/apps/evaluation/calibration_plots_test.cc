@@ -1,13 +1,13 @@
-#include "apps/evaluation/calibration_plots.h"
+#include "apps/evaluation/trajectory_report.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <filesystem>
 
-#include "data/error.h"
-#include "data/file.h"
-#include "odometry/run_rows.h"
+#include "data/core/error.h"
+#include "data/io/file.h"
+#include "odometry/run/run_rows.h"
 #include "tests/testing/temp_folder.h"
 
 namespace slcmap {

@@ -1,10 +1,10 @@
-#include "apps/evaluation/clear_edges.h"
+#include "apps/evaluation/truth.h"
 
 #include <gtest/gtest.h>
 
 #include <numeric>
 
-#include "data/error.h"
+#include "data/core/error.h"
 #include "tests/testing/forward_rig.h"
 
 namespace slcmap {

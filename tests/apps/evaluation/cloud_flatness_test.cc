@@ -1,4 +1,4 @@
-#include "apps/evaluation/cloud_flatness.h"
+#include "apps/evaluation/straightness.h"
 
 #include <gtest/gtest.h>
 

@@ -1,11 +1,11 @@
-#include "apps/evaluation/direction_metrics.h"
+#include "apps/evaluation/edge_straightness.h"
 
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
 #include <cmath>
 
-#include "data/angle_unit.h"
+#include "data/core/math.h"
 
 namespace slcmap {
 namespace {

@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/evaluation/straightness_report.h"
-#include "data/error.h"
+#include "data/core/error.h"
 #include "tests/testing/edge_walk.h"
 
 namespace slcmap {

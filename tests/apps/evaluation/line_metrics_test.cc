@@ -6,10 +6,9 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "apps/evaluation/line_report.h"
-#include "data/angle_unit.h"
-#include "data/error.h"
-#include "data/file.h"
+#include "data/core/error.h"
+#include "data/core/math.h"
+#include "data/io/file.h"
 #include "tests/testing/temp_folder.h"
 
 namespace slcmap {

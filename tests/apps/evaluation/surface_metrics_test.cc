@@ -4,9 +4,9 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "apps/evaluation/surface_report.h"
-#include "data/calibration.h"
-#include "data/ply.h"
+#include "apps/evaluation/surface_metrics.h"
+#include "data/calibration/calibration.h"
+#include "data/io/ply.h"
 #include "tests/testing/forward_rig.h"
 #include "tests/testing/temp_folder.h"
 

@@ -6,10 +6,9 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "apps/evaluation/svg_plot.h"
-#include "apps/evaluation/trajectory_plots.h"
-#include "data/error.h"
-#include "data/file.h"
+#include "apps/evaluation/report.h"
+#include "data/core/error.h"
+#include "data/io/file.h"
 #include "tests/testing/temp_folder.h"
 
 namespace slcmap {

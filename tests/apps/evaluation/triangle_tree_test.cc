@@ -1,12 +1,12 @@
-#include "apps/evaluation/triangle_tree.h"
+#include "apps/evaluation/truth.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <random>
 
-#include "data/error.h"
-#include "data/ply.h"
+#include "data/core/error.h"
+#include "data/io/ply.h"
 #include "tests/testing/temp_folder.h"
 
 namespace slcmap {

@@ -7,11 +7,9 @@
 #include <functional>
 #include <nlohmann/json.hpp>
 
-#include "apps/evaluation/building_tolerances.h"
-#include "apps/evaluation/map_walls.h"
 #include "apps/evaluation/straightness_report.h"
-#include "data/angle_unit.h"
-#include "data/error.h"
+#include "data/core/error.h"
+#include "data/core/math.h"
 
 namespace slcmap {
 namespace {

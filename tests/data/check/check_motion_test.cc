@@ -1,11 +1,11 @@
 // What the check looks at of a recording that shows little where it moves most.
 #include <gtest/gtest.h>
 
-#include "data/calibration.h"
+#include "data/calibration/calibration.h"
 #include "data/check/check.h"
 #include "data/check/image_motion.h"
 #include "data/check/turn_alignment.h"
-#include "data/simulator/imu_simulator.h"
+#include "data/simulator/motion.h"
 #include "tests/testing/box_room_renderer.h"
 #include "tests/testing/example.h"
 #include "tests/testing/memory_source.h"

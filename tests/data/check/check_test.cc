@@ -8,10 +8,10 @@
 #include <random>
 #include <sstream>
 
-#include "data/calibration.h"
-#include "data/file.h"
-#include "data/image_file.h"
-#include "data/input_fault.h"
+#include "data/calibration/calibration.h"
+#include "data/core/error.h"
+#include "data/io/file.h"
+#include "data/io/image.h"
 #include "data/source/asl_source.h"
 #include "tests/testing/shared_data.h"
 #include "tests/testing/small_sequence.h"

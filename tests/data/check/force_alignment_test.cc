@@ -5,7 +5,7 @@
 #include <cmath>
 #include <random>
 
-#include "data/check/gyro_integral.h"
+#include "data/check/step_lags.h"
 
 namespace slcmap {
 namespace {

@@ -4,7 +4,7 @@
 
 #include <random>
 
-#include "data/angle_unit.h"
+#include "data/core/math.h"
 
 namespace slcmap {
 namespace {

@@ -1,11 +1,11 @@
-#include "data/simulator/building_truth.h"
+#include "data/simulator/truth.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
 
-#include "data/error.h"
+#include "data/core/error.h"
 #include "tests/testing/temp_folder.h"
 
 namespace slcmap {

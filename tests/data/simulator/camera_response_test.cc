@@ -1,4 +1,4 @@
-#include "data/simulator/camera_response.h"
+#include "data/simulator/scene/camera_response.h"
 
 #include <gtest/gtest.h>
 
@@ -6,8 +6,8 @@
 #include <opencv2/core.hpp>
 #include <string>
 
-#include "data/error.h"
-#include "data/simulator/scene.h"
+#include "data/core/error.h"
+#include "data/simulator/scene/scene.h"
 
 namespace slcmap {
 namespace {

@@ -1,4 +1,4 @@
-#include "data/simulator/edge_visibility.h"
+#include "data/simulator/renderer.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "data/simulator/frame_loop.h"
+#include "data/simulator/sequence_writer.h"
 
 #include <gtest/gtest.h>
 
@@ -7,8 +7,8 @@
 #include <thread>
 #include <vector>
 
-#include "data/error.h"
-#include "data/progress.h"
+#include "data/core/error.h"
+#include "data/core/progress.h"
 
 namespace slcmap {
 namespace {

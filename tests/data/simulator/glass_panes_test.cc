@@ -1,4 +1,4 @@
-#include "data/simulator/glass_panes.h"
+#include "data/simulator/ray_scene.h"
 
 #include <gtest/gtest.h>
 

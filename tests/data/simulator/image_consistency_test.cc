@@ -6,10 +6,10 @@
 #include <filesystem>
 #include <opencv2/imgcodecs.hpp>
 
-#include "data/calibration.h"
-#include "data/file.h"
-#include "data/sequence.h"
+#include "data/calibration/calibration.h"
+#include "data/io/file.h"
 #include "data/simulator/simulation.h"
+#include "data/source/sequence.h"
 #include "tests/testing/box_room_renderer.h"
 
 namespace slcmap {

@@ -1,10 +1,10 @@
-#include "data/simulator/imu_simulator.h"
+#include "data/simulator/motion.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "data/error.h"
+#include "data/core/error.h"
 #include "tests/testing/example.h"
 
 namespace slcmap {

@@ -1,4 +1,4 @@
-#include "data/simulator/inexact_building.h"
+#include "data/simulator/scene/inexact_building.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -8,10 +8,10 @@
 #include <map>
 #include <random>
 
-#include "data/error.h"
-#include "data/file.h"
+#include "data/core/error.h"
+#include "data/io/file.h"
 #include "data/simulator/ray_scene.h"
-#include "data/simulator/scene_builder.h"
+#include "data/simulator/scene/scene_builder.h"
 #include "tests/testing/temp_folder.h"
 
 namespace slcmap {

@@ -1,10 +1,10 @@
-#include "data/simulator/light_baking.h"
+#include "data/simulator/shading.h"
 
 #include <gtest/gtest.h>
 
 #include <numbers>
 
-#include "data/error.h"
+#include "data/core/error.h"
 
 namespace slcmap {
 namespace {

@@ -6,7 +6,7 @@
 #include <map>
 #include <set>
 
-#include "data/error.h"
+#include "data/core/error.h"
 #include "tests/testing/example.h"
 
 namespace slcmap {

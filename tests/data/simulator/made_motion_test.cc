@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 #include <yaml-cpp/yaml.h>
 
-#include "data/error.h"
+#include "data/core/error.h"
 #include "tests/testing/example.h"
 
 namespace slcmap {

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "data/error.h"
+#include "data/core/error.h"
 #include "tests/testing/example.h"
 
 namespace slcmap {

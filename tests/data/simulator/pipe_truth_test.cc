@@ -1,9 +1,9 @@
-#include "data/simulator/pipe_truth.h"
+#include "data/simulator/truth.h"
 
 #include <gtest/gtest.h>
 
-#include "data/simulator/scene_builder.h"
-#include "data/simulator/scene_objects.h"
+#include "data/simulator/scene/scene_builder.h"
+#include "data/simulator/scene/scene_objects.h"
 #include "tests/data/simulator/small_scenes.h"
 
 namespace slcmap {

@@ -8,11 +8,11 @@
 #include <numbers>
 #include <opencv2/core.hpp>
 
-#include "data/error.h"
-#include "data/ply.h"
-#include "data/simulator/frame_loop.h"
-#include "data/simulator/glass_panes.h"
+#include "data/core/error.h"
+#include "data/io/ply.h"
 #include "data/simulator/motion.h"
+#include "data/simulator/ray_scene.h"
+#include "data/simulator/sequence_writer.h"
 #include "tests/data/simulator/small_scenes.h"
 #include "tests/testing/temp_folder.h"
 

@@ -1,4 +1,4 @@
-#include "data/simulator/rigs.h"
+#include "data/simulator/simulation.h"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "data/error.h"
+#include "data/core/error.h"
 
 namespace slcmap {
 namespace {

@@ -6,10 +6,10 @@
 #include <fstream>
 #include <set>
 
-#include "data/error.h"
+#include "data/core/error.h"
 #include "data/simulator/made_motion.h"
-#include "data/simulator/scene.h"
-#include "data/simulator/scene_builder.h"
+#include "data/simulator/scene/scene.h"
+#include "data/simulator/scene/scene_builder.h"
 
 namespace slcmap {
 namespace {

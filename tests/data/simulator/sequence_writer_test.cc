@@ -5,9 +5,9 @@
 #include <filesystem>
 #include <opencv2/imgcodecs.hpp>
 
-#include "data/calibration.h"
-#include "data/error.h"
-#include "data/sequence.h"
+#include "data/calibration/calibration.h"
+#include "data/core/error.h"
+#include "data/source/sequence.h"
 #include "tests/testing/example.h"
 
 namespace slcmap {

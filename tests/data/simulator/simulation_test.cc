@@ -8,11 +8,11 @@
 #include <filesystem>
 #include <opencv2/imgcodecs.hpp>
 
-#include "data/calibration.h"
-#include "data/error.h"
-#include "data/file.h"
-#include "data/imu_calibration.h"
-#include "data/sequence.h"
+#include "data/calibration/calibration.h"
+#include "data/calibration/imu_calibration.h"
+#include "data/core/error.h"
+#include "data/io/file.h"
+#include "data/source/sequence.h"
 #include "tests/testing/temp_folder.h"
 
 namespace slcmap {

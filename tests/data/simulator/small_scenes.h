@@ -1,8 +1,8 @@
 // Scenes of a few surfaces and rigs that hardly move, for tests of the renderer's parts.
 #pragma once
 
-#include "data/simulator/pair_renderer.h"
-#include "data/simulator/scene.h"
+#include "data/simulator/scene/scene.h"
+#include "data/simulator/sequence_writer.h"
 
 namespace slcmap::testing {
 

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <map>
 
-#include "data/error.h"
+#include "data/core/error.h"
 #include "tests/testing/example.h"
 
 namespace slcmap {

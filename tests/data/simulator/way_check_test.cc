@@ -1,9 +1,9 @@
-#include "data/simulator/way_check.h"
+#include "data/simulator/ray_scene.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "data/error.h"
+#include "data/core/error.h"
 #include "tests/data/simulator/small_scenes.h"
 #include "tests/testing/temp_folder.h"
 

@@ -1,4 +1,4 @@
-#include "export/dxf/dxf_writer.h"
+#include "export/cad/dxf_writer.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -7,8 +7,7 @@
 #include <regex>
 #include <utility>
 
-#include "data/file.h"
-#include "export/dxf/dxf_file.h"
+#include "data/io/file.h"
 #include "tests/testing/made_building.h"
 #include "tests/testing/reader_program.h"
 #include "tests/testing/temp_folder.h"

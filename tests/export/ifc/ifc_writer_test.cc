@@ -1,4 +1,4 @@
-#include "export/ifc/ifc_writer.h"
+#include "export/cad/ifc_writer.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -7,10 +7,9 @@
 #include <limits>
 #include <sstream>
 
-#include "data/error.h"
-#include "data/file.h"
-#include "export/ifc/ifc_guid.h"
-#include "export/ifc/step_file.h"
+#include "data/core/error.h"
+#include "data/io/file.h"
+#include "export/cad/ifc_file.h"
 #include "tests/export/ifc/ifc_rules.h"
 #include "tests/testing/hand_made_building.h"
 #include "tests/testing/made_building.h"

@@ -1,11 +1,11 @@
-#include "export/page_images.h"
+#include "export/web/page_data.h"
 
 #include <gmock/gmock.h>
 
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "data/error.h"
+#include "data/core/error.h"
 #include "tests/testing/forward_rig.h"
 #include "tests/testing/memory_source.h"
 

@@ -1,4 +1,4 @@
-#include "export/page_writer.h"
+#include "export/web/page_writer.h"
 
 #include <gmock/gmock.h>
 #include <zlib.h>
@@ -8,9 +8,8 @@
 #include <nlohmann/json.hpp>
 #include <random>
 
-#include "data/error.h"
-#include "export/page_pack.h"
-#include "export/page_points.h"
+#include "data/core/error.h"
+#include "export/web/page_data.h"
 #include "tests/export/page/room_map.h"
 
 namespace slcmap {

@@ -1,7 +1,7 @@
 // A map of a room whose numbers are known, as large as one likes.
 #pragma once
 
-#include "mapping/map.h"
+#include "mapping/map/map.h"
 
 namespace slcmap::testing {
 

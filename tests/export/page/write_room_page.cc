@@ -9,8 +9,8 @@
 #include <opencv2/imgcodecs.hpp>
 #include <string>
 
-#include "data/file.h"
-#include "export/page_writer.h"
+#include "data/io/file.h"
+#include "export/web/page_writer.h"
 #include "tests/export/page/room_map.h"
 
 namespace {

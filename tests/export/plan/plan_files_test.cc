@@ -5,11 +5,9 @@
 #include <algorithm>
 #include <filesystem>
 
-#include "data/file.h"
-#include "export/plan/pdf_writer.h"
+#include "data/io/file.h"
+#include "export/plan/plan_writer.h"
 #include "export/plan/sheet.h"
-#include "export/plan/sheet_size.h"
-#include "export/plan/svg_writer.h"
 #include "tests/testing/made_building.h"
 #include "tests/testing/reader_program.h"
 #include "tests/testing/temp_folder.h"

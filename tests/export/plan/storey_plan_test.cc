@@ -6,7 +6,7 @@
 #include <Eigen/Geometry>
 #include <limits>
 
-#include "data/error.h"
+#include "data/core/error.h"
 #include "tests/testing/made_building.h"
 
 namespace slcmap {

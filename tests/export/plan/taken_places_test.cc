@@ -1,4 +1,4 @@
-#include "export/plan/taken_places.h"
+#include "export/plan/drawing.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "export/plan/wall_solids.h"
+#include "export/scene/building_solids.h"
 
 #include <gtest/gtest.h>
 

@@ -10,13 +10,12 @@
 #include <utility>
 #include <vector>
 
-#include "data/error.h"
-#include "data/file.h"
-#include "export/dxf/dxf_writer.h"
+#include "data/core/error.h"
+#include "data/io/file.h"
+#include "export/cad/dxf_writer.h"
 #include "export/export.h"
-#include "export/plan/pdf_writer.h"
-#include "export/plan/svg_writer.h"
-#include "export/section/section_view.h"
+#include "export/plan/plan_writer.h"
+#include "export/plan/section_view.h"
 #include "tests/testing/made_building.h"
 #include "tests/testing/temp_folder.h"
 

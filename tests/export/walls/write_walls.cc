@@ -6,9 +6,9 @@
 #include <cstdio>
 #include <exception>
 
-#include "data/file.h"
+#include "data/io/file.h"
 #include "export/export.h"
-#include "export/page_writer.h"
+#include "export/web/page_writer.h"
 #include "tests/testing/made_building.h"
 
 namespace {

@@ -1,9 +1,7 @@
 #include <gtest/gtest.h>
 
-#include "mapping/adjustment/first_pose_residual.h"
-#include "mapping/adjustment/line_distance_residual.h"
-#include "mapping/adjustment/same_edge_residual.h"
-#include "odometry/geometry/general_line.h"
+#include "mapping/adjustment/residuals.h"
+#include "odometry/geometry/lines.h"
 #include "tests/odometry/residuals/factor_test_utils.h"
 
 namespace slcmap {

@@ -6,9 +6,8 @@
 #include <algorithm>
 #include <set>
 
-#include "mapping/adjustment/adjusted_run.h"
+#include "mapping/adjustment/closure.h"
 #include "mapping/adjustment/closure_terms.h"
-#include "mapping/adjustment/edge_closures.h"
 #include "tests/testing/simulated_odometry.h"
 
 namespace slcmap {

@@ -1,4 +1,4 @@
-#include "mapping/adjustment/agreement.h"
+#include "mapping/adjustment/closure.h"
 
 #include <gtest/gtest.h>
 

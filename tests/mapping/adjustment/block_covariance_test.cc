@@ -1,4 +1,4 @@
-#include "mapping/adjustment/block_covariance.h"
+#include "mapping/adjustment/closure_terms.h"
 
 #include <ceres/autodiff_cost_function.h>
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
 // Places that are recognised by the edges of the building that are seen there.
-#include "mapping/adjustment/edge_closures.h"
+#include "mapping/adjustment/closure.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "mapping/adjustment/elimination_order.h"
+#include "mapping/adjustment/adjustment_problem.h"
 
 #include <ceres/sized_cost_function.h>
 #include <gtest/gtest.h>
@@ -8,7 +8,7 @@
 #include <deque>
 #include <set>
 
-#include "data/error.h"
+#include "data/core/error.h"
 
 namespace slcmap {
 namespace {

@@ -1,4 +1,4 @@
-#include "mapping/adjustment/patch_search.h"
+#include "mapping/views/view_matches.h"
 
 #include <gtest/gtest.h>
 

@@ -7,7 +7,7 @@
 #include <set>
 
 #include "apps/evaluation/building_metrics.h"
-#include "data/error.h"
+#include "data/core/error.h"
 #include "tests/testing/scene_scanner.h"
 
 namespace slcmap {

@@ -1,9 +1,9 @@
-#include "mapping/building/building_files.h"
+#include "mapping/map/building.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "data/error.h"
+#include "data/core/error.h"
 #include "tests/testing/temp_folder.h"
 
 namespace slcmap {

@@ -1,4 +1,4 @@
-#include "mapping/building/face_grid.h"
+#include "mapping/building/free_space.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "mapping/building/wall_bodies.h"
+#include "mapping/building/wall_lines.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

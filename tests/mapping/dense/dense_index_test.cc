@@ -1,4 +1,4 @@
-#include "mapping/dense/dense_index.h"
+#include "mapping/map/point_index.h"
 
 #include <gtest/gtest.h>
 

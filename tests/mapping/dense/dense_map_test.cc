@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <cstring>
 
-#include "data/error.h"
-#include "mapping/dense/dense_file.h"
+#include "data/core/error.h"
+#include "mapping/map/part_files.h"
 #include "tests/testing/room_views.h"
 #include "tests/testing/temp_folder.h"
 

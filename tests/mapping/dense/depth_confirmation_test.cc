@@ -1,4 +1,4 @@
-#include "mapping/dense/depth_confirmation.h"
+#include "mapping/dense/depth_fusion.h"
 
 #include <gtest/gtest.h>
 

@@ -1,12 +1,12 @@
 // Space in front of a wall, at it and behind it.
-#include "mapping/dense/depth_occupancy.h"
+#include "mapping/dense/dense_map.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "data/error.h"
+#include "data/core/error.h"
 #include "tests/mapping/dense/wall_depth.h"
 
 namespace slcmap {

@@ -1,5 +1,5 @@
 // The depth of one pair of a room whose depth is known: by matching, and refined below the pixel.
-#include "mapping/dense/stereo_depth.h"
+#include "mapping/views/stereo_depth.h"
 
 #include <gtest/gtest.h>
 

@@ -1,8 +1,8 @@
 // The depth of a wall across the optical axis of a small camera.
 #pragma once
 
-#include "data/camera.h"
-#include "mapping/dense/depth_grid.h"
+#include "data/core/camera.h"
+#include "mapping/views/stereo_depth.h"
 
 namespace slcmap::testing {
 

@@ -1,9 +1,9 @@
-#include "mapping/given_poses/given_poses.h"
+#include "mapping/external_poses/pose_adjustment.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "data/error.h"
+#include "data/core/error.h"
 #include "tests/testing/room_views.h"
 
 namespace slcmap {

@@ -1,4 +1,4 @@
-#include "mapping/given_poses/pose_adjustment.h"
+#include "mapping/external_poses/pose_adjustment.h"
 
 #include <gtest/gtest.h>
 
@@ -6,8 +6,8 @@
 #include <random>
 #include <utility>
 
-#include "data/error.h"
-#include "data/rigid_transform.h"
+#include "data/core/error.h"
+#include "data/core/rigid_transform.h"
 #include "tests/testing/pinhole_camera.h"
 
 namespace slcmap {

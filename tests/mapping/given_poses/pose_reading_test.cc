@@ -1,4 +1,4 @@
-#include "mapping/given_poses/pose_reading.h"
+#include "mapping/external_poses/pose_reading.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

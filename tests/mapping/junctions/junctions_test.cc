@@ -1,8 +1,8 @@
-#include "mapping/junctions/junctions.h"
+#include "mapping/surfaces/junctions.h"
 
 #include <gtest/gtest.h>
 
-#include "data/error.h"
+#include "data/core/error.h"
 #include "tests/mapping/junctions/room_corner.h"
 
 namespace slcmap {

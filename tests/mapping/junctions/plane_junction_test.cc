@@ -1,4 +1,4 @@
-#include "mapping/junctions/plane_junction.h"
+#include "mapping/surfaces/junctions.h"
 
 #include <gtest/gtest.h>
 

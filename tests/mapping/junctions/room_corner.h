@@ -3,8 +3,8 @@
 
 #include <vector>
 
-#include "mapping/building/building.h"
-#include "mapping/dense/dense_point.h"
+#include "mapping/map/building.h"
+#include "mapping/map/map.h"
 
 namespace slcmap::testing {
 

@@ -1,4 +1,4 @@
-#include "mapping/lines/building_axes.h"
+#include "mapping/lines/line_store.h"
 
 #include <gtest/gtest.h>
 

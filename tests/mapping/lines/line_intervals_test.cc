@@ -1,7 +1,7 @@
 #include <gtest/gtest.h>
 
-#include "mapping/lines/across.h"
 #include "mapping/lines/guided_pass.h"
+#include "mapping/lines/line_fit.h"
 #include "mapping/lines/line_merging.h"
 
 namespace slcmap {

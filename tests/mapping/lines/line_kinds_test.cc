@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "mapping/lines/line_surfaces.h"
+#include "mapping/lines/line_store.h"
 
 namespace slcmap {
 namespace {

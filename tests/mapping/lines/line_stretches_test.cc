@@ -1,12 +1,12 @@
-#include "mapping/lines/line_stretches.h"
+#include "mapping/lines/line_merging.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <functional>
 
-#include "mapping/lines/line_options.h"
-#include "odometry/frontend/line_geometry.h"
+#include "mapping/lines/options.h"
+#include "odometry/frontend/line_segment.h"
 #include "tests/mapping/lines/painted_wall.h"
 
 namespace slcmap {

@@ -1,4 +1,4 @@
-#include "mapping/lines/line_texture.h"
+#include "mapping/lines/line_kinds.h"
 
 #include <gtest/gtest.h>
 

@@ -8,7 +8,6 @@
 #include <opencv2/core/utility.hpp>
 #include <stdexcept>
 
-#include "mapping/lines/tracked_evidence.h"
 #include "odometry/geometry/pinhole.h"
 #include "tests/mapping/lines/painted_wall.h"
 

@@ -1,4 +1,4 @@
-#include "mapping/lines/neighbour_directions.h"
+#include "mapping/lines/guided_pass.h"
 
 #include <gtest/gtest.h>
 
@@ -6,9 +6,9 @@
 #include <cmath>
 #include <random>
 
-#include "data/error.h"
-#include "mapping/lines/across.h"
-#include "mapping/lines/line_options.h"
+#include "data/core/error.h"
+#include "mapping/lines/line_fit.h"
+#include "mapping/lines/options.h"
 
 namespace slcmap {
 namespace {

@@ -1,4 +1,4 @@
-#include "mapping/lines/sight_depths.h"
+#include "mapping/lines/line_samples.h"
 
 #include <gtest/gtest.h>
 

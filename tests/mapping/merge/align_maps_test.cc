@@ -1,11 +1,11 @@
-#include "mapping/merge/align_maps.h"
+#include "mapping/align/align_maps.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "mapping/merge/occupancy_union.h"
+#include "mapping/align/surface_union.h"
 #include "tests/testing/scanned_map.h"
 
 namespace slcmap {

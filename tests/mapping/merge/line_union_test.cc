@@ -1,4 +1,4 @@
-#include "mapping/merge/line_union.h"
+#include "mapping/align/line_union.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,12 +1,11 @@
-#include "mapping/merge/merge_maps.h"
+#include "mapping/merge_maps.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "data/error.h"
-#include "mapping/map_folder.h"
-#include "mapping/merge/occupancy_union.h"
-#include "mapping/merge/surface_union.h"
+#include "data/core/error.h"
+#include "mapping/align/surface_union.h"
+#include "mapping/map/map_folder.h"
 #include "odometry/geometry/pinhole.h"
 #include "tests/testing/scanned_map.h"
 #include "tests/testing/temp_folder.h"

@@ -1,4 +1,4 @@
-#include "mapping/merge/pipe_union.h"
+#include "mapping/align/line_union.h"
 
 #include <gtest/gtest.h>
 

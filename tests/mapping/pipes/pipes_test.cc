@@ -5,7 +5,7 @@
 #include <Eigen/Geometry>
 #include <cmath>
 
-#include "mapping/pipes/pipe_judgement.h"
+#include "mapping/pipes/pipe_evidence.h"
 #include "tests/mapping/pipes/scene_of_views.h"
 
 namespace slcmap {

@@ -4,7 +4,7 @@
 #include <Eigen/Geometry>
 #include <cmath>
 
-#include "mapping/map.h"
+#include "mapping/map/map.h"
 #include "tests/testing/pinhole_camera.h"
 
 namespace slcmap::testing {

@@ -1,11 +1,11 @@
-#include "mapping/pipes/width_evidence.h"
+#include "mapping/pipes/outline_pairs.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <functional>
 
-#include "mapping/pipes/pipe_judgement.h"
+#include "mapping/pipes/pipe_evidence.h"
 
 namespace slcmap {
 namespace {

@@ -1,7 +1,7 @@
 // A plane for tests.
 #pragma once
 
-#include "mapping/planes/plane_grid.h"
+#include "mapping/surfaces/bounded_plane.h"
 
 namespace slcmap {
 

@@ -1,4 +1,4 @@
-#include "mapping/planes/measured_around.h"
+#include "mapping/surfaces/plane_views.h"
 
 #include <gtest/gtest.h>
 

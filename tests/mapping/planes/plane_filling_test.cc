@@ -1,5 +1,5 @@
 // A wall of which stereo measured a part: what is filled, and what must not be.
-#include "mapping/planes/plane_filling.h"
+#include "mapping/surfaces/plane_filling.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "mapping/planes/plane_points.h"
+#include "mapping/surfaces/bounded_plane.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "mapping/planes/plane_rays.h"
+#include "mapping/surfaces/plane_views.h"
 
 #include <gtest/gtest.h>
 

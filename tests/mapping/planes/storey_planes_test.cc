@@ -1,4 +1,4 @@
-#include "mapping/planes/storey_planes.h"
+#include "mapping/surfaces/plane_filling.h"
 
 #include <gtest/gtest.h>
 

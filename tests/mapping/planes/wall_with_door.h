@@ -1,7 +1,7 @@
 // A wall for tests of planes.
 #pragma once
 
-#include "mapping/building/building.h"
+#include "mapping/map/building.h"
 
 namespace slcmap::testing {
 

@@ -1,8 +1,8 @@
-#include "mapping/views/pose_agreement.h"
+#include "mapping/views/view_matches.h"
 
 #include <gtest/gtest.h>
 
-#include "mapping/lines/line_options.h"
+#include "mapping/lines/options.h"
 #include "tests/testing/room_views.h"
 
 namespace slcmap {

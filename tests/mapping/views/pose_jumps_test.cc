@@ -1,4 +1,4 @@
-#include "mapping/views/pose_jumps.h"
+#include "mapping/views/views_between.h"
 
 #include <gtest/gtest.h>
 

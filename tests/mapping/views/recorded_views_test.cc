@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <filesystem>
 
-#include "data/error.h"
+#include "data/core/error.h"
 #include "mapping/mapping.h"
 #include "tests/testing/shared_data.h"
 #include "tests/testing/small_sequence.h"

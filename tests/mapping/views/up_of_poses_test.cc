@@ -1,4 +1,4 @@
-#include "mapping/views/up_of_poses.h"
+#include "mapping/views/views_between.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-#include "odometry/frontend/edge_crossing.h"
+#include "odometry/frontend/corner_detector.h"
 
 #include <gtest/gtest.h>
 

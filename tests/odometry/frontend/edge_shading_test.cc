@@ -1,4 +1,4 @@
-#include "odometry/frontend/edge_shading.h"
+#include "odometry/frontend/line_segment.h"
 
 #include <gtest/gtest.h>
 
@@ -7,9 +7,6 @@
 #include <numbers>
 #include <opencv2/core.hpp>
 #include <random>
-
-#include "odometry/frontend/line_geometry.h"
-#include "odometry/frontend/line_refinement.h"
 
 namespace slcmap {
 namespace {

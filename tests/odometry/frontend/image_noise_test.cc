@@ -1,4 +1,4 @@
-#include "odometry/frontend/image_noise.h"
+#include "odometry/frontend/corner_detector.h"
 
 #include <gtest/gtest.h>
 

@@ -5,8 +5,7 @@
 #include <cmath>
 #include <set>
 
-#include "odometry/frontend/line_geometry.h"
-#include "odometry/frontend/line_refinement.h"
+#include "odometry/frontend/line_segment.h"
 #include "tests/odometry/frontend/line_test_scene.h"
 
 namespace slcmap {

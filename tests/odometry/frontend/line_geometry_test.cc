@@ -1,4 +1,4 @@
-#include "odometry/frontend/line_geometry.h"
+#include "odometry/frontend/line_segment.h"
 
 #include <gtest/gtest.h>
 

@@ -4,12 +4,9 @@
 
 #include <cmath>
 
-#include "odometry/frontend/line_descriptor.h"
 #include "odometry/frontend/line_detector.h"
-#include "odometry/frontend/line_follower.h"
-#include "odometry/frontend/line_geometry.h"
-#include "odometry/frontend/line_selection.h"
-#include "odometry/frontend/line_strip.h"
+#include "odometry/frontend/line_segment.h"
+#include "odometry/frontend/line_tracker.h"
 #include "tests/odometry/frontend/line_test_scene.h"
 
 namespace slcmap {

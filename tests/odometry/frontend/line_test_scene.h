@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "data/types.h"
+#include "data/core/types.h"
 
 namespace slcmap::testing {
 

@@ -8,7 +8,7 @@
 #include <string>
 #include <utility>
 
-#include "data/error.h"
+#include "data/core/error.h"
 #include "tests/odometry/frontend/test_rigs.h"
 
 namespace slcmap {

@@ -1,7 +1,7 @@
 // The rigs of real recordings, as published with them.
 #pragma once
 
-#include "data/types.h"
+#include "data/core/types.h"
 
 namespace slcmap {
 

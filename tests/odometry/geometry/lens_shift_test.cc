@@ -1,9 +1,8 @@
-#include "odometry/geometry/lens_shift.h"
+#include "odometry/geometry/pinhole.h"
 
 #include <gtest/gtest.h>
 
-#include "data/rigid_transform.h"
-#include "odometry/geometry/pinhole.h"
+#include "data/core/rigid_transform.h"
 
 namespace slcmap {
 namespace {

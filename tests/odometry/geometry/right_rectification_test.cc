@@ -1,10 +1,9 @@
-#include "odometry/geometry/right_rectification.h"
+#include "odometry/geometry/pinhole.h"
 
 #include <gtest/gtest.h>
 
-#include "data/rigid_transform.h"
+#include "data/core/rigid_transform.h"
 #include "odometry/frontend/rectifier.h"
-#include "odometry/geometry/pinhole.h"
 #include "tests/testing/example.h"
 
 namespace slcmap {

@@ -1,4 +1,4 @@
-#include "odometry/imu/imu_buffer.h"
+#include "odometry/geometry/imu.h"
 
 #include <gtest/gtest.h>
 

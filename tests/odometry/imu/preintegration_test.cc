@@ -1,10 +1,10 @@
-#include "odometry/imu/preintegration.h"
+#include "odometry/factors/imu_factor.h"
 
 #include <gtest/gtest.h>
 
 #include <numbers>
 
-#include "data/simulator/imu_simulator.h"
+#include "data/simulator/motion.h"
 #include "tests/testing/example.h"
 
 namespace slcmap {

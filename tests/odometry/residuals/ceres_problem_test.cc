@@ -6,11 +6,10 @@
 #include <memory>
 #include <vector>
 
-#include "data/simulator/imu_simulator.h"
-#include "odometry/residuals/general_line_residual.h"
-#include "odometry/residuals/imu_residual.h"
-#include "odometry/residuals/point_on_line_residual.h"
-#include "odometry/residuals/structural_line_residual.h"
+#include "data/simulator/motion.h"
+#include "odometry/factors/imu_factor.h"
+#include "odometry/factors/line_constraints.h"
+#include "odometry/factors/line_residual.h"
 #include "tests/testing/example.h"
 
 namespace slcmap {

@@ -6,7 +6,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "odometry/residuals/factor.h"
+#include "odometry/factors/factor.h"
 
 namespace slcmap {
 

@@ -1,9 +1,9 @@
-#include "odometry/residuals/imu_residual.h"
+#include "odometry/factors/imu_factor.h"
 
 #include <gtest/gtest.h>
 
-#include "data/simulator/imu_simulator.h"
-#include "odometry/residuals/zero_velocity_residual.h"
+#include "data/simulator/motion.h"
+#include "odometry/factors/factor.h"
 #include "tests/odometry/residuals/factor_test_utils.h"
 #include "tests/testing/example.h"
 

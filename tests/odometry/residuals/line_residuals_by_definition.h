@@ -6,11 +6,8 @@
 
 #include <cmath>
 
-#include "odometry/residuals/along_axis_residual.h"
-#include "odometry/residuals/along_slope_residual.h"
-#include "odometry/residuals/general_line_residual.h"
-#include "odometry/residuals/point_on_line_residual.h"
-#include "odometry/residuals/structural_line_residual.h"
+#include "odometry/factors/line_constraints.h"
+#include "odometry/factors/line_residual.h"
 #include "tests/odometry/residuals/factor_test_utils.h"
 #include "tests/testing/example.h"
 

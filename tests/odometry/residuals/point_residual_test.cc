@@ -1,4 +1,4 @@
-#include "odometry/residuals/point_residual.h"
+#include "odometry/factors/point_residual.h"
 
 #include <ceres/autodiff_cost_function.h>
 #include <ceres/rotation.h>

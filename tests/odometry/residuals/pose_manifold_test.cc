@@ -1,4 +1,4 @@
-#include "odometry/residuals/pose_manifold.h"
+#include "odometry/factors/blocks.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

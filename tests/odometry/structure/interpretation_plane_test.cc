@@ -1,8 +1,8 @@
-#include "odometry/structure/interpretation_plane.h"
+#include "odometry/structure/manhattan_detector.h"
 
 #include <gtest/gtest.h>
 
-#include "data/angle_unit.h"
+#include "data/core/math.h"
 #include "tests/odometry/structure/made_segments.h"
 
 namespace slcmap {

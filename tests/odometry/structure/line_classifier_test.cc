@@ -1,9 +1,9 @@
-#include "odometry/structure/line_classifier.h"
+#include "odometry/structure/manhattan_detector.h"
 
 #include <gtest/gtest.h>
 
-#include "data/angle_unit.h"
-#include "data/error.h"
+#include "data/core/error.h"
+#include "data/core/math.h"
 #include "tests/odometry/structure/made_segments.h"
 
 namespace slcmap {

@@ -8,7 +8,7 @@
 #include <random>
 #include <vector>
 
-#include "data/types.h"
+#include "data/core/types.h"
 
 namespace slcmap::testing {
 

@@ -2,8 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include "data/angle_unit.h"
-#include "data/error.h"
+#include "data/core/error.h"
+#include "data/core/math.h"
 #include "tests/odometry/structure/made_segments.h"
 
 namespace slcmap {

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <random>
 
-#include "data/angle_unit.h"
-#include "data/error.h"
+#include "data/core/error.h"
+#include "data/core/math.h"
 
 namespace slcmap {
 namespace {

@@ -1,4 +1,4 @@
-#include "odometry/verdict/judge.h"
+#include "odometry/run/verdict.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <limits>
 
-#include "data/error.h"
+#include "data/core/error.h"
 #include "tests/testing/temp_folder.h"
 
 namespace slcmap {

@@ -1,4 +1,4 @@
-#include "odometry/verdict/running_figure.h"
+#include "odometry/window/run_monitor.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "odometry/window/block_cholesky.h"
+#include "odometry/window/solver.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // States of any size among the kinds of blocks: only points are eliminated.
-#include "odometry/residuals/block_kind.h"
+#include "odometry/factors/blocks.h"
 
 #include <gtest/gtest.h>
 

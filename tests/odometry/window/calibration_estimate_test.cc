@@ -1,11 +1,11 @@
 // The calibration of the rig as the window finds it, on simulated tracks.
-#include "odometry/window/calibration_estimate.h"
+#include "odometry/factors/calibration_estimate.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "data/angle_unit.h"
+#include "data/core/math.h"
 #include "tests/testing/simulated_odometry.h"
 
 namespace slcmap {

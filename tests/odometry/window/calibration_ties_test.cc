@@ -1,4 +1,4 @@
-#include "odometry/window/calibration_ties.h"
+#include "odometry/factors/calibration_estimate.h"
 
 #include <gtest/gtest.h>
 

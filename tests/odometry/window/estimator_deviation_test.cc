@@ -8,7 +8,7 @@
 #include <numeric>
 #include <vector>
 
-#include "data/angle_unit.h"
+#include "data/core/math.h"
 #include "tests/odometry/window/line_runs.h"
 
 namespace slcmap {

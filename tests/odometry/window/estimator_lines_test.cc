@@ -8,9 +8,8 @@
 #include <numbers>
 #include <set>
 
-#include "data/angle_unit.h"
-#include "odometry/finite_run.h"
-#include "odometry/run_lines.h"
+#include "data/core/math.h"
+#include "odometry/run/run_queries.h"
 #include "odometry/window/estimator.h"
 #include "tests/odometry/window/line_runs.h"
 #include "tests/testing/simulated_odometry.h"

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "data/angle_unit.h"
-#include "odometry/run_lines.h"
+#include "data/core/math.h"
+#include "odometry/run/run_queries.h"
 #include "odometry/window/estimator.h"
 #include "tests/testing/simulated_odometry.h"
 

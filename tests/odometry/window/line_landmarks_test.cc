@@ -3,7 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "odometry/window/line_views.h"
+#include "odometry/window/window_state.h"
 #include "tests/odometry/window/line_scene.h"
 
 namespace slcmap {

@@ -1,4 +1,4 @@
-#include "odometry/window/line_members.h"
+#include "odometry/window/line_priors.h"
 
 #include <gtest/gtest.h>
 

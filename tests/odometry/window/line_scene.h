@@ -6,7 +6,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 
-#include "odometry/window/problem_builder.h"
+#include "odometry/window/problem.h"
 #include "tests/testing/example.h"
 
 namespace slcmap::testing {

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <random>
 
-#include "odometry/residuals/block_kind.h"
+#include "odometry/factors/blocks.h"
 #include "tests/testing/example.h"
 
 namespace slcmap {

@@ -1,4 +1,4 @@
-#include "odometry/window/line_views.h"
+#include "odometry/window/window_state.h"
 
 #include <gtest/gtest.h>
 

@@ -2,7 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include "odometry/window/gyro_bias.h"
 #include "tests/testing/simulated_odometry.h"
 
 namespace slcmap {

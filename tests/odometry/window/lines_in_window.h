@@ -10,10 +10,9 @@
 #include <memory>
 #include <vector>
 
-#include "odometry/residuals/general_line_residual.h"
-#include "odometry/residuals/point_on_line_residual.h"
-#include "odometry/residuals/structural_line_residual.h"
-#include "odometry/window/problem_builder.h"
+#include "odometry/factors/line_constraints.h"
+#include "odometry/factors/line_residual.h"
+#include "odometry/window/problem.h"
 #include "tests/testing/example.h"
 
 namespace slcmap {

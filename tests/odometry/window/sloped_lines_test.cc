@@ -1,10 +1,10 @@
-#include "odometry/window/sloped_lines.h"
+#include "odometry/window/line_priors.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "data/angle_unit.h"
+#include "data/core/math.h"
 #include "odometry/window/line_landmarks.h"
 #include "tests/odometry/window/line_scene.h"
 

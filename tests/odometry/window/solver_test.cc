@@ -5,8 +5,6 @@
 #include <cmath>
 #include <limits>
 
-#include "odometry/window/normal_equations.h"
-
 namespace slcmap {
 namespace {
 

@@ -1,4 +1,4 @@
-#include "odometry/window/triangulation.h"
+#include "odometry/window/point_landmarks.h"
 
 #include <gtest/gtest.h>
 

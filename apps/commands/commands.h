@@ -1,0 +1,67 @@
+// The subcommands of slcmap, one a file. Each adds itself to the program with its options and a
+// callback that does the work; errors are thrown and turned into one line and an exit code by
+// main().
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <atomic>
+#include <string>
+
+namespace slcmap {
+
+void AddSimulateCommand(CLI::App& app);
+void AddCheckCommand(CLI::App& app);
+void AddOdometryCommand(CLI::App& app);
+void AddMapCommand(CLI::App& app);
+void AddMergeCommand(CLI::App& app);
+void AddExportCommand(CLI::App& app);
+void AddViewCommand(CLI::App& app);
+void AddRunCommand(CLI::App& app);
+void AddEvaluateCommand(CLI::App& app);
+void AddCompareCommand(CLI::App& app);
+
+// Exit codes of slcmap.
+inline constexpr int kExitSuccess = 0;
+inline constexpr int kExitFailure = 1;  // bad data, or output that could not be written
+inline constexpr int kExitUsage = 2;    // wrong command line or configuration
+inline constexpr int kExitInterrupted = 130;
+
+// True once the user pressed Ctrl-C; long loops look at it and end with the results so far.
+bool Interrupted();
+
+// While it lives Ctrl-C ends the program at once, as nothing is written that could be lost: for
+// reading and computing before the first output. One at a time. Throws StoppedError where Ctrl-C
+// was pressed before.
+class EndsAtOnce {
+ public:
+  EndsAtOnce();
+  ~EndsAtOnce();
+  EndsAtOnce(const EndsAtOnce&) = delete;
+  EndsAtOnce& operator=(const EndsAtOnce&) = delete;
+};
+
+// What the program says of its usage: help, and what is wrong with a command line.
+
+// The command `help [COMMAND]`. Add it last: it knows the commands that are there.
+void AddHelpCommand(CLI::App& app);
+
+// Makes an empty text, as an unset variable of a shell leaves it, an error for every option that
+// takes a value.
+void RefuseEmptyValues(CLI::App& app);
+
+// Of the option --threads. Throws ConfigError.
+void CheckThreads(int threads);
+
+// What was found and what was expected, in one line.
+std::string DescribeUsageError(const CLI::App& app, const CLI::ParseError& error);
+
+// Tells what kind of folder a user gave, for a message that helps where it is another one.
+
+enum class FolderKind { kSequence, kRun, kMap };
+
+// Throws DataError where the path is no folder, or one that is plainly of another kind: "OUT/map:
+// found a map folder, expected a run folder". What a folder of the right kind lacks, its reader
+// says.
+void ExpectFolder(const std::string& path, FolderKind expected);
+
+}  // namespace slcmap

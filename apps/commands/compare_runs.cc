@@ -1,0 +1,334 @@
+#include "apps/commands/compare_runs.h"
+
+#include <fcntl.h>
+#include <spawn.h>
+#include <spdlog/fmt/fmt.h>
+#include <spdlog/spdlog.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <csignal>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "apps/commands/check.h"
+#include "apps/commands/commands.h"
+#include "apps/commands/map_stage.h"
+#include "data/core/error.h"
+#include "data/core/progress.h"
+#include "data/io/json.h"
+#include "data/io/output_folder.h"
+#include "data/source/sequence.h"
+#include "mapping/map/map_folder.h"
+#include "odometry/options.h"
+#include "odometry/run/run_folder.h"
+#include "odometry/run/verdict.h"
+
+namespace slcmap {
+
+// Runs this program again as a process of its own, whose cost and failure are its own.
+
+// Of a child that a signal ended, and the signal's number more.
+inline constexpr int kExitSignal = 128;
+
+// Runs slcmap with arguments, its output in a log file, and waits for it, calling watch() several
+// times a second. Ctrl-C is passed on, so that it ends as it does alone. Returns its exit code; 128
+// and more where a signal ended it. Throws OutputError where it cannot be started.
+int RunChild(const std::vector<std::string>& arguments, const std::string& log_path,
+             const std::function<void()>& watch);
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr size_t kKeyLength = 10;           // of a checksum, in folders' names
+constexpr double kRunBesideDenseMap = 0.4;  // share of the time, about
+constexpr char kSaysShare[] = "slcmap: info: odometry ";
+
+// Everything that decides what a run is; the text is also the configuration that it gets.
+std::string OptionsOf(const MethodToRun& method, int repeat) {
+  OdometryOptions odometry;
+  VerdictOptions verdict;
+  if (!method.config.empty()) {
+    odometry = OdometryOptions::FromYaml(method.config);
+    verdict = VerdictOptions::FromYaml(method.config);
+  }
+  if (!method.method.empty()) odometry.method = MethodFromName(method.method);
+  odometry.Check();
+  odometry.points.max_points = PointsOfRepeat(odometry.points.max_points, repeat);
+  MappingOptions mapping = ReadMappingOptions(method.config);
+  mapping.planes.draw_sigmas = 0;  // what is drawn to planes is flat whatever the poses are
+  return odometry.ToYaml() + verdict.ToYaml() + mapping.ToYaml();
+}
+
+// True where a stage has left a whole result: of a map also one that lacks what the recording does
+// not show. Throws DataError where its summary is damaged.
+bool IsFinished(const std::string& summary) {
+  std::error_code error;
+  if (!fs::exists(summary, error)) return false;
+  return ParseJsonFile(summary, [](const Json& json) {
+    return json.at("complete").get<bool>() || !json.value("interrupted", true);
+  });
+}
+
+// True where a stage has left a whole result in a folder, which read() finds to be as it was
+// written. Else the folder is removed: a stage would not take what is there for its own.
+bool IsKept(const std::string& folder, const char* summary,
+            const std::function<void(const std::string&)>& read) {
+  try {
+    const EndsAtOnce nothing_is_written;
+    if (IsFinished(folder + "/" + summary)) {
+      read(folder);
+      return true;
+    }
+  } catch (const DataError& error) {
+    spdlog::warn("{}: found damaged what was kept from before: made anew", folder);
+    spdlog::debug("{}", error.what());
+  }
+  std::error_code error;
+  if (!fs::exists(folder, error)) return false;
+  // Of a comparison that was killed the stage may be at work still: that is an error.
+  const InputLock nobody_writes(folder);
+  fs::remove_all(folder, error);  // what stays, the stage says
+  return false;
+}
+
+bool IsRunKept(const std::string& folder) {
+  return IsKept(folder, "run.json", [](const std::string& path) { ReadRunFolder(path); });
+}
+
+bool IsMapKept(const std::string& folder) {
+  return IsKept(folder, "map.json", [](const std::string& path) { ReadMapFolder(path); });
+}
+
+// The last thing that a stage said, which is the error where it ended with one.
+std::string LastLine(const std::string& log_path) {
+  std::string text = ReadFile(log_path);
+  while (!text.empty() && text.back() == '\n') text.pop_back();
+  const size_t begin = text.rfind('\n');
+  return begin == std::string::npos ? text : text.substr(begin + 1);
+}
+
+// How far a stage has come by what it last said of it ("odometry  40 %"): a share.
+double ShareSaid(const std::string& log_path) {
+  std::string text;
+  try {
+    text = ReadFile(log_path);
+  } catch (const DataError&) {
+    return 0;  // it was removed: the stage goes on without
+  }
+  const size_t said = text.rfind(kSaysShare);
+  if (said == std::string::npos) return 0;
+  return std::strtod(text.c_str() + said + std::strlen(kSaysShare), nullptr) / 100;
+}
+
+// Runs a stage; the reason where it has no result.
+std::string RunStage(const std::vector<std::string>& arguments, const std::string& summary,
+                     const std::string& log_path, const Progress& progress) {
+  progress.Report(0);
+  const int code = RunChild(arguments, log_path, [&] { progress.Report(ShareSaid(log_path)); });
+  if (Interrupted()) throw StoppedError("interrupted; finished runs are kept");
+  if ((code == kExitSuccess || code == kExitFailedRun) && IsFinished(summary)) return "";
+  if (code >= kExitSignal) {
+    return fmt::format("ended by signal {}; {}", code - kExitSignal, log_path);
+  }
+  const std::string last = LastLine(log_path);
+  return last.empty() ? fmt::format("ended with {}; {}", code, log_path) : last;
+}
+
+// Makes a map in a folder unless it is kept; the reason where there is none.
+std::string MakeMap(const std::string& folder, std::vector<std::string> arguments, int threads,
+                    const Progress& progress) {
+  if (IsMapKept(folder)) return "";
+  arguments.insert(arguments.begin() + 2, {"-o", folder, "--threads", std::to_string(threads)});
+  return RunStage(arguments, folder + "/map.json", folder + ".log", progress);
+}
+
+struct Repeat {
+  RunFolders folders;
+  std::string problem;
+};
+
+// Makes the run and the map without images; false where that was not possible.
+bool MakeRun(const std::string& sequence, const std::string& config, const std::string& folder,
+             int threads, const Progress& progress, Repeat* made) {
+  const std::string& run = made->folders.run;
+  if (IsRunKept(run)) {
+    spdlog::info("{}: kept from before", folder);
+  } else {
+    std::error_code error;
+    for (const char* map : {"/map", "/dense_map"}) fs::remove_all(folder + map, error);
+    made->problem = RunStage(
+        {"odometry", sequence, "-o", run, "--config", config, "--threads", std::to_string(threads)},
+        run + "/run.json", folder + "/odometry.log", progress.Part(0, 0.9));
+  }
+  if (!made->problem.empty()) return false;
+  made->problem = MakeMap(made->folders.map, {"map", run, "--sparse", "--config", config}, threads,
+                          progress.Part(0.9, 1));
+  return made->problem.empty();
+}
+
+Repeat RunRepeat(const MethodToRun& method, const std::string& sequence, const std::string& id,
+                 const std::string& sequence_name, int repeat, const RunPlan& plan,
+                 const Progress& progress) {
+  const std::string options = OptionsOf(method, repeat);
+  const std::string key = Checksum(id + plan.program + options).substr(0, kKeyLength);
+  const std::string folder =
+      fmt::format("{}/{}/{}-{}-{}", plan.folder, sequence_name, method.name, repeat, key);
+  MakeFolder(folder);
+  const std::string config = folder + "/options.yaml";
+  WriteFile(config, options);
+  Repeat made{{folder + "/run", folder + "/map", plan.dense_maps ? folder + "/dense_map" : ""}, ""};
+  const double run_made = plan.dense_maps ? kRunBesideDenseMap : 1;
+  if (!MakeRun(sequence, config, folder, plan.threads, progress.Part(0, run_made), &made)) {
+    return made;
+  }
+  if (!plan.dense_maps) return made;
+  const std::string problem =
+      MakeMap(made.folders.dense_map, {"map", made.folders.run, "--config", config}, plan.threads,
+              progress.Part(run_made, 1));
+  if (problem.empty()) return made;
+  spdlog::warn("{}: no dense map: {}", folder, problem);
+  made.folders.dense_map.clear();
+  return made;
+}
+
+// A row a file: name, size and the time of its last change.
+std::string FilesIn(const fs::path& folder) {
+  std::vector<std::string> rows;
+  std::error_code error;
+  for (fs::directory_iterator it(folder, error), end; !error && it != end; it.increment(error)) {
+    std::error_code unknown;
+    rows.push_back(fmt::format("{} {} {}\n", it->path().filename().string(), it->file_size(unknown),
+                               it->last_write_time(unknown).time_since_epoch().count()));
+  }
+  std::sort(rows.begin(), rows.end());
+  return fmt::format("{}", fmt::join(rows, ""));
+}
+
+}  // namespace
+
+std::string SequenceId(const std::string& sequence) {
+  const fs::path folder = FindAslFolder(sequence);
+  std::string text = fs::weakly_canonical(folder).string();
+  for (const char* name : {"cam0/data.csv", "cam1/data.csv", "imu0/data.csv", "cam0/sensor.yaml",
+                           "cam1/sensor.yaml", "imu0/sensor.yaml"}) {
+    std::error_code error;
+    if (fs::is_regular_file(folder / name, error)) {
+      text += "\n" + Checksum(ReadFile((folder / name).string()));
+    }
+  }
+  for (const char* images : {"cam0/data", "cam1/data"}) {
+    text += "\n" + Checksum(FilesIn(folder / images));
+  }
+  return text;
+}
+
+void CheckMethod(const MethodToRun& method) { OptionsOf(method, 0); }
+
+int PointsOfRepeat(int max_points, int repeat) {
+  // 1, 0.9, 1.1, 0.8, 1.2, ...
+  const double change = 0.1 * ((repeat + 1) / 2) * (repeat % 2 == 1 ? -1 : 1);
+  return std::max(1, static_cast<int>(std::lround(max_points * (1 + change))));
+}
+
+MeasuredMethod RunMethod(const MethodToRun& method, const std::string& sequence,
+                         const std::string& sequence_name, const RunPlan& plan,
+                         const Progress& progress) {
+  MeasuredMethod measured{method.name, {}, {}, {}};
+  const std::string id = SequenceId(sequence);
+  for (int repeat = 0; repeat < plan.repeats; ++repeat) {
+    spdlog::info("{}: {}, run {} of {}", sequence_name, method.name, repeat + 1, plan.repeats);
+    const double repeats = plan.repeats;
+    const Repeat made = RunRepeat(method, sequence, id, sequence_name, repeat, plan,
+                                  progress.Part(repeat / repeats, (repeat + 1) / repeats));
+    if (made.problem.empty()) {
+      measured.runs.push_back(made.folders);
+      continue;
+    }
+    spdlog::warn("{}: {}: {}", sequence_name, method.name, made.problem);
+    measured.remarks.push_back(fmt::format("run {} failed: {}", repeat + 1, made.problem));
+  }
+  return measured;
+}
+
+}  // namespace slcmap
+
+extern char** environ;
+
+namespace slcmap {
+namespace {
+
+constexpr auto kPause = std::chrono::milliseconds(20);
+constexpr auto kWatch = std::chrono::milliseconds(200);  // between two calls of watch()
+
+// What a process gets beside its arguments; freed at the end.
+struct Surroundings {
+  explicit Surroundings(const std::string& log_path) {
+    posix_spawn_file_actions_init(&files);
+    posix_spawn_file_actions_addopen(&files, STDOUT_FILENO, log_path.c_str(),
+                                     O_WRONLY | O_CREAT | O_TRUNC, 0644);
+    posix_spawn_file_actions_adddup2(&files, STDOUT_FILENO, STDERR_FILENO);
+    posix_spawnattr_init(&attributes);
+    // A group of its own: Ctrl-C of the terminal comes to it through this process alone, once.
+    posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP);
+    posix_spawnattr_setpgroup(&attributes, 0);
+  }
+  ~Surroundings() {
+    posix_spawn_file_actions_destroy(&files);
+    posix_spawnattr_destroy(&attributes);
+  }
+  Surroundings(const Surroundings&) = delete;
+  Surroundings& operator=(const Surroundings&) = delete;
+
+  posix_spawn_file_actions_t files;
+  posix_spawnattr_t attributes;
+};
+
+int ExitCode(int status) {
+  return WIFEXITED(status) ? WEXITSTATUS(status) : kExitSignal + WTERMSIG(status);
+}
+
+}  // namespace
+
+int RunChild(const std::vector<std::string>& arguments, const std::string& log_path,
+             const std::function<void()>& watch) {
+  const Surroundings surroundings(log_path);
+  std::vector<std::string> all = {"slcmap"};
+  all.insert(all.end(), arguments.begin(), arguments.end());
+  std::vector<char*> argv;
+  for (std::string& argument : all) argv.push_back(argument.data());
+  argv.push_back(nullptr);
+  pid_t child = 0;
+  const int error = posix_spawn(&child, "/proc/self/exe", &surroundings.files,
+                                &surroundings.attributes, argv.data(), environ);
+  if (error != 0) {
+    throw OutputError(
+        fmt::format("{}: slcmap could not be started again: {}", log_path, std::strerror(error)));
+  }
+  bool passed_on = false;
+  auto watched = std::chrono::steady_clock::now();
+  int status = 0;
+  while (waitpid(child, &status, WNOHANG) == 0) {
+    if (Interrupted() && !passed_on) {
+      kill(child, SIGTERM);  // a child of a background job ignores SIGINT
+      passed_on = true;
+    }
+    std::this_thread::sleep_for(kPause);
+    if (std::chrono::steady_clock::now() - watched < kWatch) continue;
+    watch();
+    watched = std::chrono::steady_clock::now();
+  }
+  return ExitCode(status);
+}
+
+}  // namespace slcmap

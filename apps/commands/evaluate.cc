@@ -1,0 +1,412 @@
+// slcmap evaluate: an estimated trajectory against the true one.
+#include <spdlog/fmt/fmt.h>
+#include <spdlog/spdlog.h>
+
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+
+#include "apps/commands/commands.h"
+#include "apps/commands/evaluate_inputs.h"
+#include "apps/commands/options.h"
+#include "apps/commands/progress.h"
+#include "apps/evaluation/building_metrics.h"
+#include "apps/evaluation/line_metrics.h"
+#include "apps/evaluation/pipe_metrics.h"
+#include "apps/evaluation/straightness_report.h"
+#include "apps/evaluation/surface_metrics.h"
+#include "apps/evaluation/trajectory_metrics.h"
+#include "apps/evaluation/trajectory_report.h"
+#include "apps/evaluation/truth.h"
+#include "data/calibration/calibration.h"
+#include "data/core/error.h"
+#include "data/core/progress.h"
+#include "data/io/json.h"
+#include "data/io/true_building.h"
+#include "mapping/map/building.h"
+#include "mapping/map/map_folder.h"
+#include "mapping/map/part_files.h"
+#include "mapping/map/refinement.h"
+#include "odometry/run/run_folder.h"
+
+namespace slcmap {
+namespace {
+
+// Shares of the time, about, that straightness takes.
+constexpr double kReferenceMade = 0.4, kTruthMeasured = 0.7;
+
+struct EvaluateArguments {
+  EvaluationInputs inputs;
+  LineInputs lines;
+  SurfaceInputs surfaces;
+  BuildingInputs building;
+  PipeInputs pipes;
+  std::string observations;  // a run folder
+  std::string map;           // a map folder
+  bool accept_changed = false;
+  std::string json, plots;
+  TrajectoryMetricOptions options;
+  LineMetricOptions line_options;
+  VisibilityOptions visibility;
+};
+
+struct LineComparison {
+  TrueEdges truth;
+  std::vector<MapLine> lines;  // where they lie when the trajectory lies on the truth
+  LineMetrics metrics;
+};
+
+// How well the cameras saw the edges, where the surfaces and the calibration lie beside them.
+void LookAtEdges(const EvaluateArguments& arguments, TrueEdges* edges) {
+  const std::filesystem::path beside(arguments.lines.true_edges);
+  const std::string surfaces = std::filesystem::path(beside).replace_filename("surfaces.ply");
+  const std::string rig = std::filesystem::path(beside).replace_filename("rig.yaml");
+  const std::string building = std::filesystem::path(beside).replace_filename("building.json");
+  std::error_code error;
+  if (std::filesystem::exists(building, error)) {
+    const TrueBuilding truth = ReadTrueBuilding(building);
+    edges->doorways = OpenDoorways(truth);
+    edges->openings = OutlinesOfOpenings(truth);
+  }
+  if (!std::filesystem::exists(surfaces, error) || !std::filesystem::exists(rig, error)) return;
+  Warnings warnings;
+  edges->clear =
+      ClearlySeen(*edges, TriangleTree(ReadSurfaces(surfaces)), ReadTruth(arguments.inputs),
+                  ReadCalibration(rig, &warnings).rig, {}, StageProgress("edges"));
+}
+
+// The marks of a map, beside its lines.
+std::optional<std::vector<MapLine>> MarksBeside(const std::string& lines) {
+  const std::string path = std::filesystem::path(lines).replace_filename("marks.ply");
+  std::error_code error;
+  if (!std::filesystem::exists(path, error)) return std::nullopt;
+  return ReadMapLines(path);
+}
+
+LineComparison CompareLines(const EvaluateArguments& arguments, const Alignment& alignment) {
+  const LineInputs& inputs = arguments.lines;
+  LineComparison comparison;
+  std::optional<std::vector<MapLine>> marks;
+  {
+    const EndsAtOnce nothing_is_written;
+    comparison.truth = ReadTrueEdges(inputs.true_edges);
+    comparison.lines = Aligned(alignment, ReadMapLines(inputs.lines));
+    marks = MarksBeside(inputs.lines);
+  }
+  LookAtEdges(arguments, &comparison.truth);
+  spdlog::debug("{} true edges, {} lines", comparison.truth.seen.size(), comparison.lines.size());
+  try {
+    comparison.metrics = EvaluateLines(comparison.truth, comparison.lines, arguments.line_options,
+                                       StageProgress("lines"));
+    if (marks) {
+      EvaluateMarks(comparison.truth, Aligned(alignment, *marks), arguments.line_options,
+                    &comparison.metrics);
+    }
+  } catch (const DataError& error) {
+    throw DataError(
+        fmt::format("{} against {}: {}", inputs.lines, inputs.true_edges, error.what()));
+  }
+  return comparison;
+}
+
+// Prints the table and draws the plan.
+Json EvaluateLineMap(const EvaluateArguments& arguments, const Alignment& alignment) {
+  const LineComparison comparison = CompareLines(arguments, alignment);
+  std::fputs(("\n" + LineTable(arguments.lines, comparison.metrics)).c_str(), stdout);
+  if (!arguments.plots.empty()) {
+    MakeFolder(arguments.plots);
+    const std::string plan = arguments.plots + "/lines.svg";
+    WriteLinePlan(plan, comparison.truth, comparison.lines);
+    spdlog::info("wrote {}", plan);
+  }
+  return LineJson(arguments.lines, comparison.metrics);
+}
+
+Json EvaluateSurfaceMap(const EvaluateArguments& arguments, const Alignment& alignment) {
+  const SurfaceInputs& inputs = arguments.surfaces;
+  const CloudMetricOptions options;
+  const Trajectory truth = ReadTruth(arguments.inputs);
+  const SurfaceMetrics metrics = EvaluateSurfaces(inputs, truth, alignment, options,
+                                                  arguments.visibility, StageProgress("surfaces"));
+  std::fputs(("\n" + SurfaceTable(inputs, metrics, options)).c_str(), stdout);
+  return SurfaceJson(inputs, metrics, options);
+}
+
+// Prints the table and draws the plan.
+Json EvaluateMappedBuilding(const EvaluateArguments& arguments, const Alignment& alignment) {
+  const BuildingInputs& inputs = arguments.building;
+  const EndsAtOnce nothing_is_written;
+  const TrueBuilding truth = ReadTrueBuilding(inputs.true_building);
+  const std::filesystem::path folder = std::filesystem::path(inputs.planes).parent_path();
+  const Building building =
+      Aligned(alignment, ReadBuilding(folder.empty() ? "." : folder.string()));
+  const BuildingMetrics metrics = EvaluateBuilding(truth, building, {});
+  std::fputs(("\n" + BuildingTable(inputs, metrics)).c_str(), stdout);
+  if (!arguments.plots.empty()) {
+    MakeFolder(arguments.plots);
+    const std::string plan = arguments.plots + "/building.svg";
+    WriteBuildingPlan(plan, truth, building);
+    spdlog::info("wrote {}", plan);
+  }
+  return BuildingJson(inputs, metrics);
+}
+
+Json EvaluatePipeMap(const PipeInputs& inputs, const Alignment& alignment) {
+  const EndsAtOnce nothing_is_written;
+  const std::vector<TruePipe> truth = ReadTruePipes(inputs.true_pipes);
+  const PipeMetrics metrics =
+      EvaluatePipes(truth, Aligned(alignment, ReadPipes(inputs.pipes)), PipeMetricOptions());
+  std::fputs(("\n" + PipeTable(inputs, metrics)).c_str(), stdout);
+  return PipeJson(inputs, metrics);
+}
+
+// Reads what is large, in which Ctrl-C would else go unheard.
+template <typename Read>
+auto AtOnce(Read read) {
+  const EndsAtOnce nothing_is_written;
+  return read();
+}
+
+std::string FormatSpan(const Trajectory& trajectory) {
+  return trajectory.empty() ? "none"
+                            : fmt::format("{} of {:.3f} to {:.3f} s", trajectory.size(),
+                                          ToSeconds(trajectory.front().stamp_ns),
+                                          ToSeconds(trajectory.back().stamp_ns));
+}
+
+// Observations of another recording would be measured as if there were none.
+void RefuseOtherRecording(const EvaluateArguments& arguments, const OdometryRun& run,
+                          const Trajectory& estimate, const Trajectory& truth) {
+  Trajectory keyframes;
+  for (const Keyframe& keyframe : run.keyframes) {
+    if (PoseAt(estimate, keyframe.stamp_ns) && PoseAt(truth, keyframe.stamp_ns)) return;
+    keyframes.push_back({keyframe.stamp_ns, keyframe.T_world_imu});
+  }
+  throw DataError(fmt::format(
+      "{}: found no keyframe at whose stamp {} and {} have a pose (keyframes: {}; estimated poses: "
+      "{}; true poses: {}), expected a run of the same recording and clock",
+      arguments.observations, arguments.inputs.estimate, arguments.inputs.truth, FormatSpan(keyframes),
+      FormatSpan(estimate), FormatSpan(truth)));
+}
+
+// With the observations of a run, which may be another than the estimate's.
+Json EvaluateStraightness(const EvaluateArguments& arguments) {
+  const StraightnessOptions options;
+  const Progress progress = StageProgress("straightness");
+  const Trajectory truth_poses = ReadTruth(arguments.inputs);
+  const Trajectory estimate = EstimateOf(arguments.inputs, truth_poses).poses;
+  KnownTruth truth{truth_poses, {}};
+  if (!arguments.lines.true_edges.empty()) truth.edges = ReadTrueEdges(arguments.lines.true_edges);
+  OdometryRun run = AtOnce([&] {
+    return ReadRunFolder(arguments.observations, {.accept_changed = arguments.accept_changed});
+  });
+  RefuseOtherRecording(arguments, run, estimate, truth.trajectory);
+  const Trajectory final_poses = RefineTrajectory(run, &run.warnings);
+  const StraightnessReference reference = MakeReference(run, final_poses, {&estimate}, truth,
+                                                        options, progress.Part(0, kReferenceMade));
+  const Straightness with_truth = MeasureStraightness(
+      reference, truth.trajectory, {}, options, progress.Part(kReferenceMade, kTruthMeasured));
+  const Straightness straightness = MeasureStraightness(reference, estimate, truth.trajectory,
+                                                        options, progress.Part(kTruthMeasured, 1));
+  std::printf("\nstraightness, with the observations of %s\n%s\nthe same with true poses\n%s",
+              arguments.observations.c_str(),
+              StraightnessTable(straightness, &with_truth, options).c_str(),
+              StraightnessTable(with_truth, nullptr, options).c_str());
+  return {{"observations", arguments.observations},
+          {"estimate", StraightnessJson(straightness, &with_truth, options)},
+          {"truth", StraightnessJson(with_truth, nullptr, options)}};
+}
+
+Json EvaluateMapStraightness(const std::string& folder, bool accept_changed) {
+  const StraightnessOptions options;
+  const MapResult map =
+      AtOnce([&] { return ReadMapFolder(folder, {.accept_changed = accept_changed}); });
+  const MapStraightness straightness =
+      MeasureMapStraightness(map.building, map.dense, options, StageProgress("walls"));
+  std::printf("\nwalls of %s, by its points of stereo depth\n%s", folder.c_str(),
+              MapStraightnessTable(straightness, options).c_str());
+  Json json = MapStraightnessJson(straightness, options);
+  json["map"] = folder;
+  return json;
+}
+
+void WriteResults(const EvaluateArguments& arguments, const TrajectoryMetrics& metrics,
+                  const Json& json) {
+  if (!arguments.json.empty()) WriteJsonFile(arguments.json, json);
+  if (arguments.plots.empty()) return;
+  std::vector<std::string> paths = WriteTrajectoryPlots(arguments.plots, metrics);
+  const std::string calibration = CalibrationBeside(arguments.inputs.estimate);
+  if (!calibration.empty()) {
+    for (std::string& path : WriteCalibrationPlots(arguments.plots + "/calibration", calibration)) {
+      paths.push_back(std::move(path));
+    }
+  }
+  for (const std::string& path : paths) spdlog::info("wrote {}", path);
+}
+
+// Before anything is read.
+void CheckPaths(const EvaluateArguments& a) {
+  const std::vector<std::string> inputs = {
+      a.inputs.truth,       a.inputs.estimate,        a.inputs.stamps,   a.lines.true_edges,
+      a.lines.lines,        a.surfaces.true_surfaces, a.surfaces.rig,    a.surfaces.cloud,
+      a.surfaces.occupancy, a.building.true_building, a.building.planes, a.pipes.true_pipes,
+      a.pipes.pipes};
+  RefuseAsResult("--json", a.json, inputs);
+  RefuseAsResult("--plots", a.plots, inputs);
+  if (!a.observations.empty()) ExpectFolder(a.observations, FolderKind::kRun);
+  if (!a.map.empty()) ExpectFolder(a.map, FolderKind::kMap);
+}
+
+void Evaluate(EvaluateArguments arguments) {
+  EvaluationInputs& inputs = arguments.inputs;
+  arguments.line_options.Check();
+  CheckPaths(arguments);
+  if (inputs.stamps.empty()) inputs.stamps = ImageStampsBeside(inputs.truth);
+  const TrajectoryMetrics metrics = CompareTrajectories(&inputs, arguments.options);
+  if (!inputs.finding.empty()) spdlog::warn("{}: {}", inputs.estimate, inputs.finding);
+  std::fputs(TrajectoryTable(inputs, metrics).c_str(), stdout);
+  Json json = TrajectoryJson(inputs, metrics);
+  const auto aligned = [&](const std::vector<std::string>& mapped_files) {
+    Alignment alignment = metrics.absolute.front().alignment;
+    alignment.T_truth_estimate =
+        alignment.T_truth_estimate * TrajectoryFromMap(inputs.estimate, mapped_files);
+    return alignment;
+  };
+  try {
+    if (const std::string& lines = arguments.lines.lines; !lines.empty()) {
+      json["lines"] = EvaluateLineMap(arguments, aligned({lines}));
+    }
+    if (const SurfaceInputs& surfaces = arguments.surfaces; !surfaces.true_surfaces.empty()) {
+      json["surfaces"] =
+          EvaluateSurfaceMap(arguments, aligned({surfaces.cloud, surfaces.occupancy}));
+    }
+    if (const std::string& planes = arguments.building.planes; !planes.empty()) {
+      json["building"] = EvaluateMappedBuilding(arguments, aligned({planes}));
+    }
+    if (const std::string& pipes = arguments.pipes.pipes; !pipes.empty()) {
+      json["pipes"] = EvaluatePipeMap(arguments.pipes, aligned({pipes}));
+    }
+    if (!arguments.observations.empty()) json["straightness"] = EvaluateStraightness(arguments);
+    if (!arguments.map.empty()) {
+      json["map"] = EvaluateMapStraightness(arguments.map, arguments.accept_changed);
+    }
+  } catch (const StoppedError& error) {
+    json["partial_reason"] = error.what();
+    WriteResults(arguments, metrics, json);
+    throw;
+  }
+  WriteResults(arguments, metrics, json);
+}
+
+void AddPipeOptions(CLI::App* command, PipeInputs* inputs) {
+  CLI::Option* truth = command->add_option("--true-pipes", inputs->true_pipes,
+                                           "True pipes: truth/pipes.csv of a simulated sequence");
+  CLI::Option* pipes =
+      command->add_option("--pipes", inputs->pipes, "Mapped pipes: pipes.json of a map");
+  truth->needs(pipes);
+  pipes->needs(truth);
+}
+
+void AddSurfaceOptions(CLI::App* command, EvaluateArguments* arguments) {
+  SurfaceInputs& inputs = arguments->surfaces;
+  CLI::Option* surfaces = command->add_option("--true-surfaces", inputs.true_surfaces,
+                                              "True surfaces, a PLY of faces: surfaces.ply of a "
+                                              "simulated sequence, in the world of --truth");
+  command
+      ->add_option("--true-rig", inputs.rig,
+                   "True calibration, a Kalibr chain (default: rig.yaml beside the surfaces)")
+      ->needs(surfaces);
+  command
+      ->add_option("--cloud", inputs.cloud,
+                   "Points of a map, a PLY, in the world of the estimate; compared with what the "
+                   "cameras saw of the surfaces")
+      ->needs(surfaces);
+  command
+      ->add_option("--occupancy", inputs.occupancy,
+                   "Occupancy of a map, a .bt file, in the world of the estimate")
+      ->needs(surfaces);
+  command
+      ->add_option("--look-every", arguments->visibility.interval_s,
+                   "Time [s] between the true poses that the surfaces are looked at from")
+      ->capture_default_str();
+}
+
+}  // namespace
+
+void AddEvaluateCommand(CLI::App& app) {
+  CLI::App* command =
+      app.add_subcommand("evaluate", "Compare a trajectory, and mapped lines, with the true ones");
+  const auto arguments = std::make_shared<EvaluateArguments>();
+  command->add_option("--truth", arguments->inputs.truth, "True trajectory, TUM or EuRoC file")
+      ->required();
+  command
+      ->add_option("--estimate", arguments->inputs.estimate,
+                   "Estimated trajectory, TUM or EuRoC file")
+      ->required();
+  command->add_option("--stamps", arguments->inputs.stamps,
+                      "File whose first column holds the stamps [ns] that should have a pose "
+                      "(default: ../cam0/data.csv beside the truth, else the truth's)");
+  AddPoseOptions(*command, &arguments->inputs.form);
+  command
+      ->add_option("--form-of", arguments->inputs.form_of,
+                   "Which file those options are of: estimate or truth")
+      ->check(CLI::IsMember({"estimate", "truth"}))
+      ->capture_default_str();
+  command->add_option("--calibration", arguments->inputs.calibration,
+                      "Kalibr camera chain, or a folder with sensor.yaml files, for poses of the "
+                      "camera (default: that beside the truth)");
+  CLI::Option* true_edges =
+      command->add_option("--true-edges", arguments->lines.true_edges,
+                          "True edges: edges.csv of a simulated sequence, or an edge-PLY");
+  CLI::Option* lines = command->add_option(
+      "--lines", arguments->lines.lines, "Mapped lines, an edge-PLY, in the world of the estimate");
+  CLI::Option* observations = command->add_option(
+      "--observations", arguments->observations,
+      "Run folder of the sequence: measure how straight its observations are, each placed alone "
+      "with the estimate's poses");
+  command->add_option("--map", arguments->map,
+                      "Map folder, made from images: measure how flat and straight its walls are");
+  command->add_flag("--accept-changed", arguments->accept_changed,
+                    "Also take files of the run and the map that are not as they were written; "
+                    "values are checked in any case");
+  command->callback([=] {
+    if (true_edges->count() > 0 && lines->count() + observations->count() == 0) {
+      throw CLI::RequiresError("--true-edges", "--lines or --observations");
+    }
+    Evaluate(*arguments);
+  });
+  lines->needs(true_edges);
+  AddSurfaceOptions(command, arguments.get());
+  CLI::Option* true_building =
+      command->add_option("--true-building", arguments->building.true_building,
+                          "True walls and rooms: truth/building.json of a simulated sequence");
+  CLI::Option* planes =
+      command->add_option("--planes", arguments->building.planes,
+                          "planes.json of a map, with rooms.json and plan.json beside it");
+  true_building->needs(planes);
+  planes->needs(true_building);
+  AddPipeOptions(command, &arguments->pipes);
+  command->add_option("--json", arguments->json, "Write the figures to this file");
+  command->add_option(
+      "--plots", arguments->plots,
+      "Write top.svg, side.svg, error.svg, lines.svg, building.svg, and of a run folder's "
+      "trajectory calibration/*.svg, into this folder");
+  command
+      ->add_option("--max-samples", arguments->line_options.max_samples,
+                   "Refuse lines and edges that take more samples, of 2 cm each")
+      ->capture_default_str();
+  command
+      ->add_option("--max-truth-gap", arguments->options.max_truth_gap_s,
+                   "Longest gap [s] across which the truth is interpolated")
+      ->capture_default_str();
+  command->footer(
+      "Example:\n  slcmap evaluate --truth SEQ/mav0/state_groundtruth_estimate0/data.csv \\\n"
+      "      --estimate OUT/run/trajectory.tum --json metrics.json --plots plots\n"
+      "  slcmap evaluate --truth SEQ/truth/trajectory.tum --estimate RUN/trajectory.tum \\\n"
+      "      --true-edges SEQ/truth/edges.csv --lines RUN/lines.ply\n"
+      "  slcmap evaluate --truth SEQ/truth/trajectory.tum --estimate MAP/trajectory.tum \\\n"
+      "      --true-surfaces SEQ/truth/surfaces.ply --cloud MAP/dense.ply --occupancy "
+      "MAP/occupancy.bt");
+}
+
+}  // namespace slcmap

@@ -1,0 +1,437 @@
+// slcmap map: the map of a run.
+#include "apps/commands/map_stage.h"
+
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <memory>
+#include <opencv2/core/utility.hpp>
+#include <utility>
+
+#include "apps/commands/check.h"
+#include "apps/commands/commands.h"
+#include "apps/commands/merge.h"
+#include "apps/commands/options.h"
+#include "apps/commands/progress.h"
+#include "data/calibration/calibration.h"
+#include "data/core/error.h"
+#include "data/io/file.h"
+#include "data/io/json.h"
+#include "data/io/trajectory.h"
+#include "data/version.h"
+#include "mapping/adjustment/adjustment.h"
+#include "mapping/external_poses/pose_adjustment.h"
+#include "mapping/external_poses/read_poses.h"
+#include "mapping/map/map_folder.h"
+#include "mapping/map/refinement.h"
+#include "mapping/mapping.h"
+#include "mapping/merge_maps.h"
+#include "mapping/stage_store.h"
+#include "mapping/views/recorded_views.h"
+#include "mapping/views/view_matches.h"
+#include "odometry/run/run.h"
+#include "odometry/run/run_folder.h"
+#include "odometry/run/verdict.h"
+
+namespace slcmap {
+namespace {
+
+// As `slcmap run` lays folders out, the run of a map is beside it.
+void RefuseOutdated(const std::string& folder, const MapResult& map) {
+  const std::filesystem::path self = FolderItself(folder);
+  if (self.filename() != "map") return;  // not laid out as `run` does it
+  const std::string run = self.parent_path() / "run";
+  const std::string found = RunIdIn(run);
+  const std::vector<std::string> runs = RunsOf(map);
+  if (found.empty() || std::find(runs.begin(), runs.end(), found) != runs.end()) return;
+  throw DataError(
+      fmt::format("{}: found a map of run {}, expected one of run {}, which is in {}: map that run "
+                  "first, or take the map as it is with --accept-changed",
+                  folder, map.source.run_id, found, run));
+}
+
+MapResult Read(const std::string& folder, bool accept_changed) {
+  const EndsAtOnce nothing_is_written;
+  return ReadAccepting(accept_changed, [&](bool accept) {
+    MapResult map = ReadMapFolder(folder, {.accept_changed = accept});
+    if (!accept) RefuseOutdated(folder, map);
+    return map;
+  });
+}
+
+}  // namespace
+
+MapResult ReadMapToShow(const std::string& folder, bool accept_changed) {
+  MapResult map = Read(folder, accept_changed);
+  if (!map.complete) spdlog::warn("{}: the map is partial: {}", folder, map.partial_reason);
+  return map;
+}
+
+std::string ProgramId() { return kVersion + (" " + Checksum(ReadFile("/proc/self/exe"))); }
+
+namespace {
+
+constexpr double kAdjusted = 0.1;  // share of the time, about
+
+// How often poses go on in another segment, which starts at the last pose of the one before.
+int SegmentEnds(const OdometryRun& run) {
+  int ends = 0;
+  for (size_t i = 1; i < run.states.size(); ++i) {
+    ends += run.states[i].segment != run.states[i - 1].segment;
+  }
+  return ends;
+}
+
+// Counted warnings are what tells why there are none.
+void WarnOfNoPoses(const std::string& folder, const OdometryRun& run) {
+  std::string reasons;
+  for (const auto& [kind, count] : run.warnings) {
+    reasons += fmt::format("; {}: {}", Warnings::InWords(kind), count);
+  }
+  spdlog::warn("{}: found no pose in the run, so the map is empty{}", folder, reasons);
+}
+
+void WarnOfImagesWithoutPose(const std::string& folder, const OdometryRun& run) {
+  const auto without = run.warnings.find(kImageWithoutPose);
+  if (without == run.warnings.end() || run.states.empty()) return;
+  spdlog::warn(
+      "{}: {} of {} images have no pose, and are left out: there are poses at images from "
+      "{:.3f} to {:.3f} s",
+      folder, without->second, without->second + static_cast<int64_t>(run.states.size()),
+      ToSeconds(run.states.front().stamp_ns), ToSeconds(run.states.back().stamp_ns));
+}
+
+void WarnOfRun(const std::string& folder, const OdometryRun& run) {
+  if (!run.complete) spdlog::warn("{}: the run is partial: {}", folder, run.partial_reason);
+  if (run.states.empty()) WarnOfNoPoses(folder, run);
+  WarnOfImagesWithoutPose(folder, run);
+  if (const int ends = SegmentEnds(run); ends > 0) {
+    spdlog::warn(
+        "{}: the estimator lost itself {} times; the map behind each is shifted by what "
+        "moved meanwhile",
+        folder, ends);
+  }
+}
+
+// The recording, with its IMU where that can be read.
+Sequence OpenWithPoses(const MapArguments& arguments) {
+  SequenceOptions options = arguments.opened;
+  try {
+    options.needs_imu = true;
+    return OpenSequence(arguments.input, options);
+  } catch (const DataError&) {
+    options.needs_imu = false;
+    return OpenSequence(arguments.input, options);
+  }
+}
+
+OdometryRun ReadRun(const MapArguments& arguments, GivenPoses* given) {
+  const EndsAtOnce nothing_is_written;
+  if (!arguments.poses.empty()) {
+    *given = ReadGivenPoses(arguments.poses, arguments.form, OpenWithPoses(arguments), true);
+    OdometryRun run = RunAtPoses(arguments.input, arguments.opened, given->trajectory);
+    run.source->version = kVersion;
+    if (!given->reading.change.empty()) ++run.warnings[kPosesDisagree];
+    return run;
+  }
+  OdometryRun run = ReadAccepting(arguments.accept_changed, [&](bool accept) {
+    return ReadRunFolder(arguments.input, {.accept_changed = accept});
+  });
+  // Cut off, or of an earlier version.
+  if (!run.verdict) run.verdict = JudgeRun(run, VerdictOptions());
+  return run;
+}
+
+// The images of the run's keyframes; nothing where the map is made without them.
+std::optional<RecordedViews> OpenViews(const MapArguments& arguments, const OdometryRun& run) {
+  if (arguments.sparse || run.keyframes.empty()) return std::nullopt;
+  const char* reason = !run.source                      ? "that does not say where its images are"
+                       : !IsStereo(run.source->raw_rig) ? "of one camera"
+                                                        : nullptr;
+  if (reason) {
+    spdlog::warn("{}: a run {} is mapped from its landmarks alone", arguments.input, reason);
+    return std::nullopt;
+  }
+  return ViewsOfRun(run, arguments.sequence);
+}
+
+// Where revisits are looked for in them: the images of the keyframes with the calibration that
+// odometry found, which is good enough to recognise a place; else none.
+std::unique_ptr<ViewImages> ImagesOfRevisits(const MapArguments& arguments,
+                                             const AdjustmentOptions& options,
+                                             const OdometryRun& run) {
+  const bool are_wanted = options.enabled && options.closures.enabled && options.closures.points;
+  if (!are_wanted || arguments.sparse || run.method == kGivenPoses || run.keyframes.empty() ||
+      !run.source || !IsStereo(run.source->raw_rig)) {
+    return nullptr;
+  }
+  return KeyframeImages(run, arguments.sequence);
+}
+
+// Of a run whose poses were given.
+std::optional<GivenPoseFigures> AdjustGiven(const MapArguments& arguments,
+                                            const GivenPoseOptions& options,
+                                            const PoseReading& reading, OdometryRun* run,
+                                            const Progress& progress) {
+  const bool has_images = run->source && IsStereo(run->source->raw_rig) && !run->keyframes.empty();
+  if (!options.adjust || arguments.sparse || run->method != kGivenPoses || !has_images) {
+    return std::nullopt;
+  }
+  const auto images = KeyframeImages(*run, arguments.sequence);
+  const auto figures = AdjustGivenPoses(*images, options, run, progress);
+  const std::string fault = figures ? TooFarMoved(*figures, reading) : "";
+  if (!fault.empty()) {
+    ++run->warnings[kPosesDisagree];
+    spdlog::warn("{}: {}; expected the poses of this recording", arguments.poses, fault);
+  }
+  return figures;
+}
+
+// The map that the run's is merged into; nothing where there is none.
+std::optional<MapResult> OtherMap(const MapArguments& arguments, const OdometryRun& run) {
+  if (arguments.into.empty()) return std::nullopt;
+  MapResult other = ReadMapToShow(arguments.into, arguments.accept_changed);
+  const std::vector<std::string> runs = RunsOf(other);
+  if (run.id.empty() || std::find(runs.begin(), runs.end(), run.id) == runs.end()) return other;
+  throw DataError(fmt::format("{}: found run {} in the map already, expected one without it",
+                              arguments.into, run.id));
+}
+
+// What options cost is known late, by the run: their file is named then too.
+template <typename Build>
+MapResult NamingConfig(const std::string& config, Build build) {
+  try {
+    return build();
+  } catch (const ConfigError& error) {
+    throw ConfigError((config.empty() ? "" : config + ": ") + error.what());
+  }
+}
+
+// Beside a folder, named after it; nothing is there.
+std::string FreePlaceBeside(const std::string& folder) {
+  const std::string self = FolderItself(folder);
+  std::string place = self + "-unmerged";
+  std::error_code error;
+  for (int i = 2; std::filesystem::exists(std::filesystem::symlink_status(place, error)); ++i) {
+    place = fmt::format("{}-unmerged-{}", self, i);
+  }
+  return place;
+}
+
+// The run's own map, which took long to make, is kept until the merged one is there: merging may be
+// refused, and writing may fail. The place for it is taken before the work begins.
+class UnmergedMap {
+ public:
+  UnmergedMap(const std::string& output, const std::string& into)
+      : into_(into), place_(FreePlaceBeside(output), MapFiles()) {
+    place_.Open();
+  }
+
+  ~UnmergedMap() {
+    if (!is_written_) return;
+    spdlog::warn("{}: the run's own map is kept there; slcmap merge {} {} takes it, with --at too",
+                 place_.path(), into_, place_.path());
+  }
+
+  void Write(const MapResult& map) {
+    WriteMapFolder(&place_, map);
+    is_written_ = true;
+  }
+
+  void Remove() {
+    is_written_ = false;
+    try {
+      place_.Clear();
+    } catch (const OutputError& error) {
+      spdlog::warn("{}: the run's own map, which is not needed any more, stays: {}", place_.path(),
+                   error.what());
+    }
+  }
+
+ private:
+  const std::string into_;
+  OutputFolder place_;  // removes the folder where it is empty in the end
+  bool is_written_ = false;
+};
+
+// Where what finished stages made is beside a map until that is done.
+std::string StagesIn(const std::string& output) { return output + "/.stages"; }
+
+// Kept of runs that say what they are: one whose files were changed, or that was killed, may be
+// another one the next time.
+StageStore StoreFor(const MapArguments& arguments, const OdometryRun& run,
+                    const MappingOptions& options, const std::string& output) {
+  if (run.id.empty() || arguments.accept_changed) return {};
+  try {
+    const std::string images = StatesOfImages(run, arguments.sequence);
+    return {StagesIn(output), StageKey(run, images, options, ProgramId())};
+  } catch (const DataError& error) {
+    spdlog::debug("stages are not kept: {}", error.what());
+    return {};
+  }
+}
+
+MapResult MergedInto(MapResult other, MapResult map, const MapArguments& arguments) {
+  if (Interrupted()) throw StoppedError("interrupted");
+  MappingOptions options = OptionsOfMerging(arguments.config, arguments.into);
+  options.SetThreads(arguments.threads);
+  return MergeStage(std::move(other), std::move(map), arguments.input, arguments.at, options,
+                    StageProgress("merge"));
+}
+
+}  // namespace
+
+MappingOptions ReadMappingOptions(const std::string& config) {
+  return config.empty() ? MappingOptions() : MappingOptions::FromYaml(config);
+}
+
+MapResult RunMapStage(const MapArguments& arguments, MappingOptions options, OutputFolder* output) {
+  options.SetThreads(arguments.threads);
+  cv::setNumThreads(arguments.threads);  // odometry, which may have run before, has other threads
+  GivenPoses poses;
+  OdometryRun run = ReadRun(arguments, &poses);
+  spdlog::debug("{}: {} poses, {} keyframes, {} landmarks, {} lines", arguments.input,
+                run.states.size(), run.keyframes.size(), run.landmarks.size(), run.lines.size());
+  WarnOfRun(arguments.input, run);
+  std::optional<MapResult> other = OtherMap(arguments, run);
+  if (run.source) RefuseInputs(output->path(), {run.source->sequence});
+  output->Open();
+  std::optional<UnmergedMap> unmerged;
+  if (other) unmerged.emplace(output->path(), arguments.into);
+  const Progress progress = StageProgress("map");
+  const auto given =
+      AdjustGiven(arguments, options.given_poses, poses.reading, &run, progress.Part(0, kAdjusted));
+  const auto images = ImagesOfRevisits(arguments, options.adjustment, run);
+  AdjustedRun adjusted =
+      AdjustRun(std::move(run), options.adjustment, images.get(), progress.Part(0, kAdjusted));
+  const RigidTransform T_world_run = TurnAlongBuilding(&adjusted.run);
+  // Images are rectified with the calibration that the adjustment found.
+  const std::optional<RecordedViews> recorded = OpenViews(arguments, adjusted.run);
+  const StageStore store =
+      recorded ? StoreFor(arguments, adjusted.run, options, output->path()) : StageStore();
+  MapResult map = NamingConfig(arguments.config, [&] {
+    return BuildMap(adjusted.run, recorded ? &*recorded : nullptr, options, store,
+                    progress.Part(kAdjusted, 1));
+  });
+  map.source.T_world_run = T_world_run;
+  map.source.world_offset_m = poses.world_offset_m;
+  map.adjustment = adjusted.figures;
+  map.given_poses = given;
+  // One that was interrupted goes on from them.
+  const auto remove_stages = [&, interrupted = map.interrupted] {
+    if (recorded && !interrupted) StageStore::Remove(StagesIn(output->path()));
+  };
+  if (other) {
+    unmerged->Write(map);
+    remove_stages();
+    map = MergedInto(std::move(*other), std::move(map), arguments);
+  }
+  map.id = WriteMapFolder(output, map);
+  remove_stages();
+  if (unmerged) unmerged->Remove();
+  spdlog::info(
+      "wrote {}: {} poses, {} points of {} landmarks, {} lines, {} occupied voxels of {} m",
+      output->path(), map.trajectory.size(), map.points.size(), adjusted.run.landmarks.size(),
+      map.lines.size(), map.occupancy.OccupiedVoxels().size(), map.occupancy.resolution_m());
+  if (Interrupted() && !map.complete) {
+    spdlog::warn("{}: the map is partial: {}", output->path(), map.partial_reason);
+  }
+  return map;
+}
+
+namespace {
+
+struct MapCommand {
+  MapArguments arguments;
+  std::string output;
+};
+
+void CheckInto(const MapArguments& arguments) {
+  ParseStart(arguments.at);
+  if (arguments.into.empty()) return;
+  ExpectFolder(arguments.into, FolderKind::kMap);
+  OptionsOfMerging(arguments.config, arguments.into);  // refuses them before the work is done
+  if (!arguments.sparse) return;
+  throw ConfigError(
+      "--sparse: found it beside --into, which compares what images show; expected either");
+}
+
+void CheckInput(const MapArguments& arguments) {
+  CheckThreads(arguments.threads);
+  CheckInto(arguments);
+  if (arguments.poses.empty()) {
+    ExpectFolder(arguments.input, FolderKind::kRun);
+    return;
+  }
+  ExpectFolder(arguments.input, FolderKind::kSequence);
+  if (arguments.sparse) {
+    throw ConfigError(
+        "--sparse: found it beside --poses, which bring no landmarks; expected either");
+  }
+}
+
+void Map(const MapCommand& command) {
+  const MapArguments& arguments = command.arguments;
+  const MappingOptions options = ReadMappingOptions(arguments.config);
+  CheckInput(arguments);
+  std::vector<std::string> inputs = FilesOf(arguments.opened);
+  for (const std::string& input :
+       {arguments.input, arguments.poses, arguments.sequence, arguments.into, arguments.config}) {
+    if (!input.empty()) inputs.push_back(input);
+  }
+  OutputFolder output(command.output, MapFiles(), inputs);
+  const MapResult map = RunMapStage(arguments, options, &output);
+  if (map.verdict) LogVerdict(arguments.input, *map.verdict);
+}
+
+}  // namespace
+
+void AddMapCommand(CLI::App& app) {
+  CLI::App* command = app.add_subcommand(
+      "map", "Build a map from a run folder, or from a sequence and poses by anyone");
+  const auto map = std::make_shared<MapCommand>();
+  MapArguments& arguments = map->arguments;
+  command
+      ->add_option("input", arguments.input,
+                   "Run folder, as odometry writes it, or with --poses a sequence (EuRoC, TUM VI)")
+      ->type_name("RUN|SEQ")
+      ->required();
+  command->add_option("-o,--output", map->output, "Map folder to write")
+      ->type_name("MAP")
+      ->required();
+  CLI::Option* poses = command->add_option(
+      "--poses", arguments.poses,
+      "Poses of the sequence's IMU in metres, z up, TUM, EuRoC or KITTI file: from another SLAM, "
+      "COLMAP, a tracker");
+  for (CLI::Option* option : AddSequenceOptions(*command, &arguments.opened)) option->needs(poses);
+  for (CLI::Option* option : AddPoseOptions(*command, &arguments.form)) option->needs(poses);
+  command
+      ->add_option("--sequence", arguments.sequence,
+                   "Where the recording of the run is, if it has moved since")
+      ->excludes(poses);
+  CLI::Option* into =
+      command
+          ->add_option(
+              "--into", arguments.into,
+              "Map folder of the same building: the run's map is merged into its world, as "
+              "slcmap merge does it; the folder itself stays as it is")
+          ->type_name("MAP");
+  AddStartOption(*command, &arguments.at)->needs(into);
+  command->add_flag("--sparse", arguments.sparse,
+                    "Map the landmarks and lines of the run alone, without opening its images");
+  command->add_option("--config", arguments.config,
+                      "YAML file whose section `mapping` overrides options");
+  command->add_option("--threads", arguments.threads, "Threads; the bytes are the same with any")
+      ->capture_default_str();
+  command->add_flag("--accept-changed", arguments.accept_changed,
+                    "Also take files that are not as odometry wrote them; their values are checked "
+                    "in any case");
+  command->footer(
+      "Examples:\n  slcmap map OUT/run -o OUT/map\n"
+      "  slcmap map SEQ --poses poses.tum -o MAP\n"
+      "  slcmap map OUT2/run --into OUT/map -o BUILDING");
+  command->callback([map] { Map(*map); });
+}
+
+}  // namespace slcmap

@@ -1,0 +1,172 @@
+// slcmap merge: maps of one building as one.
+#include "apps/commands/merge.h"
+
+#include <spdlog/spdlog.h>
+
+#include <cmath>
+#include <memory>
+#include <numbers>
+#include <utility>
+
+#include "apps/commands/commands.h"
+#include "apps/commands/map_stage.h"
+#include "apps/commands/progress.h"
+#include "data/core/error.h"
+#include "data/io/csv.h"
+#include "data/io/output_folder.h"
+#include "mapping/align/map_agreement.h"
+#include "mapping/map/map_folder.h"
+#include "mapping/merge_maps.h"
+
+namespace slcmap {
+namespace {
+
+struct MergeArguments {
+  std::vector<std::string> maps;
+  std::string output, at, config;
+  int threads = 2;
+  bool accept_changed = false;
+};
+
+void RefuseWrongMaps(const MergeArguments& arguments) {
+  CheckThreads(arguments.threads);
+  if (arguments.maps.size() < 2) {
+    throw ConfigError("merge: found one map, expected two or more");
+  }
+  if (!arguments.at.empty() && arguments.maps.size() > 2) {
+    throw ConfigError(
+        "--at: found it beside more than two maps, expected two; merge the others one by one");
+  }
+  ParseStart(arguments.at);
+  for (const std::string& map : arguments.maps) ExpectFolder(map, FolderKind::kMap);
+}
+
+void Merge(const MergeArguments& arguments) {
+  RefuseWrongMaps(arguments);
+  MappingOptions options = OptionsOfMerging(arguments.config, arguments.maps.front());
+  options.SetThreads(arguments.threads);
+  std::vector<std::string> inputs = arguments.maps;
+  if (!arguments.config.empty()) inputs.push_back(arguments.config);
+  OutputFolder output(arguments.output, MapFiles(), inputs);
+  MapResult merged = ReadMapToShow(arguments.maps.front(), arguments.accept_changed);
+  const Progress progress = StageProgress("merge");
+  const auto steps = static_cast<double>(arguments.maps.size() - 1);
+  for (std::size_t i = 1; i < arguments.maps.size(); ++i) {
+    const std::string& name = arguments.maps[i];
+    MapResult next = ReadMapToShow(name, arguments.accept_changed);
+    output.Open();
+    const double step = static_cast<double>(i - 1);
+    merged = MergeStage(std::move(merged), std::move(next), name, arguments.at, options,
+                        progress.Part(step / steps, (step + 1) / steps));
+  }
+  WriteMapFolder(&output, merged);
+  spdlog::info("wrote {}: {} poses, {} dense points, {} lines, {} rooms of {} runs", output.path(),
+               merged.trajectory.size(), merged.dense.size(), merged.lines.size(),
+               merged.building.rooms.size(), merged.source.merged.size());
+}
+
+}  // namespace
+
+void AddMergeCommand(CLI::App& app) {
+  CLI::App* command = app.add_subcommand("merge", "Make one map of several of one building");
+  const auto arguments = std::make_shared<MergeArguments>();
+  command->add_option("maps", arguments->maps, "Map folders; the world is that of the first")
+      ->type_name("MAP MAP...")
+      ->required();
+  command->add_option("-o,--output", arguments->output, "Map folder to write")
+      ->type_name("MAP")
+      ->required();
+  AddStartOption(*command, &arguments->at);
+  command->add_option("--config", arguments->config,
+                      "YAML file whose section `mapping` overrides options (default: as the first "
+                      "map was made)");
+  command->add_option("--threads", arguments->threads, "Threads; the bytes are the same with any")
+      ->capture_default_str();
+  command->add_flag("--accept-changed", arguments->accept_changed,
+                    "Also take files that are not as map wrote them, and a map of another run than "
+                    "that beside it; values are checked in any case");
+  command->footer(
+      "Examples:\n  slcmap merge MONDAY/map TUESDAY/map -o BUILDING\n"
+      "  slcmap merge GROUND/map FIRST/map -o BUILDING --at 12.5,-3,3.1,90\n\n"
+      "How maps lie to each other is found by the lines and surfaces that both have. Where "
+      "several\n"
+      "places fit about as well, as in look-alike corridors, or they share too little, nothing is\n"
+      "written and the exit code is 1; --at says about where the second lies.");
+  command->callback([arguments] { Merge(*arguments); });
+}
+
+namespace {
+
+constexpr double kDegree_rad = std::numbers::pi / 180;
+constexpr double kFarthestStart_m = 1e5, kMostTurn_deg = 360;
+
+[[noreturn]] void FailStart(const std::string& at) {
+  throw ConfigError(
+      fmt::format("--at: found '{}', expected X,Y,Z,YAW_DEG: four numbers, metres of at most "
+                  "{:.0f} and degrees "
+                  "of at most {:.0f}",
+                  at, kFarthestStart_m, kMostTurn_deg));
+}
+
+void LogAlignment(const std::string& name, const MapAlignment& found) {
+  const Eigen::Vector3d& p = found.T_first_second.translation;
+  spdlog::info(
+      "{}: lies at {:.3f}, {:.3f}, {:.3f} m, turned by {:.2f} degrees; {:.0f} m2 of surfaces and "
+      "{:.0f} m of lines agree, {:.1f} % of the surfaces contradict, the next best place explains "
+      "{:.0f} % as much of what tells the two apart",
+      name, p.x(), p.y(), p.z(), YawOf(found.T_first_second) / kDegree_rad, found.surfaces_m2,
+      found.lines_m, 100 * found.contradiction, 100 * found.rival_share);
+}
+
+}  // namespace
+
+CLI::Option* AddStartOption(CLI::App& command, std::string* at) {
+  return command
+      .add_option("--at", *at,
+                  "Rough place of the second map's origin in the first one's world, and its turn "
+                  "about z: looked for within 2 m, 1 m of height and 20 degrees of it")
+      ->type_name("X,Y,Z,YAW_DEG");
+}
+
+std::optional<RoughStart> ParseStart(const std::string& at) {
+  if (at.empty()) return std::nullopt;
+  std::vector<double> values;
+  for (std::size_t from = 0; from <= at.size();) {
+    const std::size_t to = std::min(at.find(',', from), at.size());
+    const std::optional<double> value = ParseNumber(at.substr(from, to - from));
+    if (!value || !std::isfinite(*value)) FailStart(at);
+    values.push_back(*value);
+    from = to + 1;
+  }
+  if (values.size() != 4 || std::abs(values[3]) > kMostTurn_deg) FailStart(at);
+  const RoughStart start{{values[0], values[1], values[2]}, values[3] * kDegree_rad};
+  if (start.p_world.cwiseAbs().maxCoeff() > kFarthestStart_m) FailStart(at);
+  return start;
+}
+
+MappingOptions OptionsOfMerging(const std::string& config, const std::string& first_map) {
+  if (!config.empty()) return MappingOptions::FromYaml(config);
+  try {
+    return MappingOptions::FromYaml(first_map + "/options.yaml");
+  } catch (const ConfigError& error) {
+    throw ConfigError(std::string(error.what()) +
+                      "; of a map by another version --config can stand for its options");
+  }
+}
+
+MapResult MergeStage(MapResult first, MapResult second, const std::string& second_name,
+                     const std::string& at, const MappingOptions& options,
+                     const Progress& progress) {
+  AlignmentOptions alignment;
+  alignment.start = ParseStart(at);
+  try {
+    MergedMaps merged =
+        MergeMaps(std::move(first), std::move(second), alignment, options, progress);
+    LogAlignment(second_name, merged.alignment);
+    return std::move(merged.map);
+  } catch (const DataError& error) {
+    throw DataError(second_name + ": " + error.what());
+  }
+}
+
+}  // namespace slcmap

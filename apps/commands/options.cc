@@ -1,0 +1,108 @@
+#include "apps/commands/options.h"
+
+#include "data/calibration/mask.h"
+
+namespace slcmap {
+namespace {
+
+CLI::Option* AddMilliseconds(CLI::App& command, const std::string& name, double* value_s,
+                             const std::string& words) {
+  return command
+      .add_option_function<double>(
+          name, [value_s](const double& value_ms) { *value_s = 1e-3 * value_ms; }, words)
+      ->type_name("MS");
+}
+
+}  // namespace
+
+std::vector<CLI::Option*> AddSequenceOptions(CLI::App& command, SequenceOptions* options) {
+  return {command.add_option("--calibration", options->calibration,
+                             "Kalibr camera chain, or a folder with sensor.yaml files (default: "
+                             "the sequence's own)"),
+          command
+              .add_option("--mask", options->masks,
+                          "Image of what moves with the rig, white, a camera: it is left out "
+                          "(default: what the check finds; none: nothing)")
+              ->delimiter(',')
+              ->allow_extra_args(false)
+              ->type_name("LEFT,RIGHT"),
+          command
+              .add_option("--cameras", options->cameras,
+                          "Which one or two of a rig's cameras are used (default: the best "
+                          "stereo pair)")
+              ->delimiter(',')
+              ->allow_extra_args(false)
+              ->type_name("I,J"),
+          AddMilliseconds(command, "--pair-tolerance", &options->max_stereo_offset_s,
+                          "Between the stamps of a left and a right image, at most (default: 3)"),
+          AddMilliseconds(command, "--right-offset", &options->right_offset_s,
+                          "That stamps of the right images are late (default: 0)")};
+}
+
+std::vector<std::string> FilesOf(const SequenceOptions& options) {
+  std::vector<std::string> files;
+  if (!options.calibration.empty()) files.push_back(options.calibration);
+  for (const std::string& mask : options.masks) {
+    if (mask != kNoMask) files.push_back(mask);
+  }
+  return files;
+}
+
+std::vector<CLI::Option*> AddPoseOptions(CLI::App& command, PoseForm* form) {
+  return {
+      command
+          .add_option("--poses-of", form->of,
+                      "What each row is the pose of: imu or camera (the left one) in the world, or "
+                      "the inverse: world-in-imu, world-in-camera")
+          ->capture_default_str(),
+      command.add_option("--quaternion", form->quaternion,
+                         "Order of the quaternions: xyzw or wxyz, with -conjugated behind it for "
+                         "inverse rotations (default: as the form of the file has it)"),
+      command
+          .add_option("--up", form->up,
+                      "Where up is in the world of the poses: z, -z, y, -y, x, -x, or x,y,z")
+          ->capture_default_str(),
+      command.add_option("--poses-scale", form->scale, "Metres a unit of the poses' positions")
+          ->capture_default_str(),
+      command.add_option("--poses-stamps", form->stamps,
+                         "Unit of the poses' stamps: ns, us, ms or s; or a file with the stamp of "
+                         "each row (default: told by their size)"),
+      command.add_option("--poses-offset", form->offset_s, "Added to the poses' stamps [s]")
+          ->capture_default_str()};
+}
+
+void AddOdometryOptions(CLI::App& command, OdometryArguments* arguments) {
+  command
+      .add_option("sequence", arguments->sequence,
+                  "EuRoC (ASL) or TUM VI folder: the one with cam0, cam1, imu0, or the one above; "
+                  "points-mono needs no cam1")
+      ->required();
+  command.add_option("--method", arguments->method,
+                     "slc (default: points, structural lines, points on lines), structural, "
+                     "points-lines, points or points-mono (left camera only)");
+  command.add_option("--config", arguments->config, "YAML file that overrides options");
+  AddSequenceOptions(command, &arguments->opened);
+  command.add_option("--write-calibration", arguments->write_calibration,
+                     "Write the calibration as it was found to this file, a Kalibr camera chain");
+  command.add_option("--from", arguments->part.from_s,
+                     "Start so many seconds after the first image");
+  command.add_option("--duration", arguments->part.duration_s,
+                     "Seconds of the recording to use; 0: to the end");
+  command
+      .add_option(
+          "--threads", arguments->threads,
+          "Threads, beside the one that reads ahead: 1 does everything one after the other; "
+          "with 2, points and lines, and window and next image go side by side; more are "
+          "not used. Same results with any")
+      ->capture_default_str();
+  command.add_flag("--force", arguments->start.force,
+                   "Go on in spite of errors that the check before the start finds");
+  command.add_flag("!--no-check", arguments->start.check,
+                   "Start as calibrated, without the check of IMU, calibration and geometry that "
+                   "finds the time offset and the right camera's turn");
+  command.add_flag(
+      "--realtime", arguments->real_time,
+      "Play the recording at its own pace; images are skipped where newer ones are due");
+}
+
+}  // namespace slcmap

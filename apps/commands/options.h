@@ -1,0 +1,34 @@
+// The command-line options of how a recording is opened, which all commands that open one share.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <string>
+#include <vector>
+
+#include "apps/commands/odometry_stage.h"
+#include "data/io/trajectory.h"
+#include "data/source/sequence.h"
+
+namespace slcmap {
+
+// Adds --calibration, --mask, --cameras, --pair-tolerance and --right-offset; `options` must
+// outlive the parsing. Returns what was added.
+std::vector<CLI::Option*> AddSequenceOptions(CLI::App& command, SequenceOptions* options);
+
+// The files that these options name.
+std::vector<std::string> FilesOf(const SequenceOptions& options);
+
+// The command-line options of the form in which others write poses, which map, evaluate and compare
+// share.
+
+// `form` must outlive the parsing. Returns what was added.
+std::vector<CLI::Option*> AddPoseOptions(CLI::App& command, PoseForm* form);
+
+// The command-line options of odometry, which the commands odometry and run share.
+
+// Adds SEQ, how it is opened, --method, --config, --write-calibration, --from, --duration,
+// --threads, --realtime, --force and --no-check;
+// `arguments` must outlive the parsing.
+void AddOdometryOptions(CLI::App& command, OdometryArguments* arguments);
+
+}  // namespace slcmap

@@ -1,0 +1,192 @@
+// slcmap simulate: a recorded sequence of a building that does not exist.
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <memory>
+#include <optional>
+
+#include "apps/commands/commands.h"
+#include "apps/commands/progress.h"
+#include "data/io/file.h"
+#include "data/simulator/ray_scene.h"
+#include "data/simulator/renderer.h"
+#include "data/simulator/scene/scene.h"
+#include "data/simulator/simulation.h"
+#include "data/simulator/truth.h"
+
+namespace slcmap {
+namespace {
+
+constexpr const char* kExamples = R"(Examples:
+  slcmap simulate config/scenes/office_corridor.yaml -o corridor
+      walks the way that the scene describes, with EuRoC's rig
+  slcmap simulate config/scenes/machine_hall.yaml -o hall --trajectory MH_04.txt --duration 60
+      flies along a part of a recorded trajectory (TUM format, body = IMU)
+  slcmap simulate config/scenes/office_floor.yaml -o office --rig tumvi --time-offset-s 0.012
+      with TUM VI's fisheye rig, whose camera clock is 12 ms behind the IMU's
+  slcmap simulate config/scenes/office_corridor.yaml -o crooked --inexact 1 --inexact-seed 2
+      the same building as builders leave it: walls bend, fittings are turned
+
+It writes a EuRoC folder (mav0) and beside it what is true (truth): trajectory.tum, rig.yaml, the
+scene's edges with the parts that the cameras saw, its walls and rooms, and depth images with
+--depth.)";
+
+struct SimulateArguments {
+  SimulationOptions simulation;
+  std::optional<double> exposure_ms;
+  std::optional<double> inexact;  // instead of what the scene says
+  std::optional<int> inexact_seed;
+  bool without_image_noise = false;
+  bool only_building = false;
+};
+
+RendererOptions RendererOf(const SimulateArguments& arguments) {
+  const SimulationOptions& options = arguments.simulation;
+  RendererOptions renderer;
+  renderer.camera = ReadSceneCamera(options.scene);
+  if (arguments.exposure_ms) renderer.camera.exposure_ms = *arguments.exposure_ms;
+  renderer.camera.seed = static_cast<uint32_t>(options.seed);
+  renderer.camera.with_noise = !arguments.without_image_noise;
+  renderer.light.threads = options.threads;
+  return renderer;
+}
+
+InexactOptions InexactOf(const SimulateArguments& arguments) {
+  InexactOptions inexact = ReadSceneInexact(arguments.simulation.scene);
+  if (arguments.inexact) inexact.amount = *arguments.inexact;
+  if (arguments.inexact_seed) inexact.seed = *arguments.inexact_seed;
+  inexact.Check();
+  return inexact;
+}
+
+std::unique_ptr<PairRenderer> MakeRenderer(const SimulateArguments& arguments,
+                                           const RenderTask& task) {
+  const std::string& path = arguments.simulation.scene;
+  const RendererOptions options = RendererOf(arguments);
+  const Scene scene = ReadScene(path, task.Stage("reading the scene"), InexactOf(arguments));
+  const WayCrossings crossings = CheckWay(scene, task);
+  if (crossings.count > 0) {
+    const Eigen::Vector3d& place = crossings.first_place_m;
+    spdlog::warn(
+        "{}: the left camera passes through surfaces {} times, first at ({:.2f}, {:.2f}, {:.2f}) "
+        "m, "
+        "{:.2f} s into the motion",
+        path, crossings.count, place.x(), place.y(), place.z(), crossings.first_s);
+  }
+  return MakeSceneRenderer(scene, options, task);
+}
+
+// What is true of the walls and rooms, without rendering: for a sequence that lacks it.
+void WriteBuildingTruth(const SimulateArguments& arguments) {
+  const SimulationOptions& options = arguments.simulation;
+  const RenderTask task = PlanSimulation(options, StageProgress);
+  const Scene scene =
+      ReadScene(options.scene, task.Stage("reading the scene"), InexactOf(arguments));
+  const RayScene rays(SeenPatches(scene));
+  const TrueBuilding building =
+      ObserveBuilding(scene, rays, task, static_cast<int>(task.times_s.size()));
+  const std::string folder = options.folder + "/truth";
+  MakeFolder(folder);
+  WriteTrueBuilding(folder + "/building.json", building);
+  const std::vector<TruePipe> pipes =
+      ObservePipes(scene, rays, task, static_cast<int>(task.times_s.size()));
+  WriteTruePipes(folder + "/pipes.csv", pipes);
+  spdlog::info("wrote {0}/building.json: {1} walls, {2} rooms; {0}/pipes.csv: {3} pipes", folder,
+               building.walls.size(), building.rooms.size(), pipes.size());
+}
+
+void RunSimulate(const SimulateArguments& arguments) {
+  const SimulationOptions& options = arguments.simulation;
+  if (arguments.only_building) return WriteBuildingTruth(arguments);
+  const ProcessCost before = CostSoFar();
+  std::optional<RecordingBar> bar;
+  const SimulationState summary = Simulate(
+      options, [&](const RenderTask& task) { return MakeRenderer(arguments, task); },
+      [&](const SimulationState& state) {
+        if (!bar) bar.emplace("simulating", state.planned_pairs);
+        bar->Update(state.pairs, state.data_s, state.distance_m);
+        return !Interrupted();
+      },
+      StageProgress);
+  bar.reset();
+  if (summary.pairs < summary.planned_pairs) {
+    spdlog::warn("{}: interrupted, {} of {} pairs are written", options.folder, summary.pairs,
+                 summary.planned_pairs);
+  }
+  const double cpu_s = CostSoFar().cpu_s - before.cpu_s;
+  spdlog::info("wrote {}: {} pairs, {:.1f} s, {:.1f} m; {:.3f} s of CPU a pair", options.folder,
+               summary.pairs, summary.data_s, summary.distance_m,
+               cpu_s / std::max(summary.pairs, 1));
+  if (options.with_depth && summary.pairs > 0) {
+    spdlog::info("the nearest surface is {:.2f} m away, in pair {}", summary.nearest_m,
+                 summary.nearest_pair);
+  }
+}
+
+void AddMotionOptions(SimulationOptions& options, CLI::App* command) {
+  command->add_option("--trajectory", options.trajectory,
+                      "TUM or EuRoC file to move along, instead of the scene's own way");
+  command->add_option("--from", options.from_s, "Start so many seconds into the motion");
+  command->add_option("--duration", options.duration_s, "Seconds to simulate; 0: to the end");
+}
+
+void AddBuildingOptions(SimulateArguments& arguments, CLI::App* command) {
+  command->add_option("--inexact", arguments.inexact,
+                      "How far walls and fittings are from plumb and parallel; 1: as far as "
+                      "building tolerances let pass; the scene's own without it");
+  command->add_option("--inexact-seed", arguments.inexact_seed,
+                      "Of these deviations; the scene's own without it");
+}
+
+void AddSensorOptions(SimulateArguments& arguments, CLI::App* command) {
+  SimulationOptions& options = arguments.simulation;
+  command->add_option("--rig", options.rig, "euroc, tumvi or a file in the form of config/rigs")
+      ->capture_default_str();
+  command->add_option("--imu", options.imu,
+                      "adis16448, bmi160, phone or perfect; the rig's own without it");
+  command
+      ->add_option("--imu-scale", options.imu_scale,
+                   "Share by which accelerometer and gyroscope read too much, such as 0.03, or two "
+                   "numbers; told in truth/rig.yaml, not in mav0")
+      ->expected(1, 2);
+  command->add_option("--imu-axes-deg", options.imu_axes_deg,
+                      "How far the IMU's axes are off their directions; told as --imu-scale is");
+  command->add_option("--rate", options.image_rate_hz, "Stereo pairs a second")
+      ->capture_default_str();
+  command->add_option("--time-offset-s", options.time_offset_s,
+                      "Stamp on the IMU's clock minus stamp on the camera's; not told in mav0");
+  command->add_option("--wrong-calibration", options.miscalibration,
+                      "Tell a calibration in mav0 that is wrong; 1: as a careless one");
+  command->add_option("--exposure-ms", arguments.exposure_ms,
+                      "Fixed exposure; 0: automatic; the scene's own without it");
+  command->add_flag("--without-image-noise", arguments.without_image_noise,
+                    "Neither photon nor read noise");
+}
+
+}  // namespace
+
+void AddSimulateCommand(CLI::App& app) {
+  CLI::App* command = app.add_subcommand("simulate", "Render a sequence of a described building");
+  const auto arguments = std::make_shared<SimulateArguments>();
+  SimulationOptions& options = arguments->simulation;
+  command->add_option("scene", options.scene, "Description of the building (YAML)")
+      ->type_name("SCENE")
+      ->required();
+  command->add_option("-o,--output", options.folder, "Folder of the sequence, new")
+      ->type_name("SEQ")
+      ->required();
+  AddMotionOptions(options, command);
+  AddBuildingOptions(*arguments, command);
+  AddSensorOptions(*arguments, command);
+  command->add_flag(
+      "--only-building", arguments->only_building,
+      "Write nothing but truth/building.json and pipes.csv, also into a sequence that is there");
+  command->add_flag("--depth", options.with_depth, "Write truth/depth for each left image");
+  command->add_option("--threads", options.threads, "Threads; the bytes are the same with any")
+      ->capture_default_str();
+  command->add_option("--seed", options.seed, "Of all noise")->capture_default_str();
+  command->footer(kExamples);
+  command->callback([arguments] { RunSimulate(*arguments); });
+}
+
+}  // namespace slcmap

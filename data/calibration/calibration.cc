@@ -1,0 +1,543 @@
+#include "data/calibration/calibration.h"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <Eigen/LU>
+#include <cmath>
+#include <filesystem>
+#include <opencv2/core/types.hpp>
+#include <optional>
+#include <vector>
+
+#include "data/calibration/camera_words.h"
+#include "data/calibration/imu_calibration.h"
+#include "data/core/error.h"
+#include "data/io/file.h"
+#include "data/io/yaml.h"
+
+namespace slcmap {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double kMaxTransformError_m = 0.01;  // between two entries that say the same
+constexpr double kMaxTransformError_rad = 0.01;
+constexpr double kMinBaseline_m = 0.005, kMaxBaseline_m = 5;
+constexpr int kMaxCameras = 10;     // of a chain
+constexpr double kMaxLever_m = 10;  // from the IMU to a camera
+constexpr double kMaxTimeOffset_s = 1;
+constexpr double kMaxShiftApart_s = 1e-3, kSameShift_s = 1e-6;  // of the two cameras
+
+[[noreturn]] void Fail(const YamlSection& section, const std::string& key,
+                       const std::string& problem, const std::string& remedy) {
+  throw CalibrationFault(section, key, problem, remedy);
+}
+
+// A value that must be there.
+template <typename T>
+T Required(YamlSection& section, const std::string& key) {
+  if (!section.Has(key)) {
+    Fail(section, key, "missing, expected in a calibration",
+         "add " + KeyInFile(section.place(), key));
+  }
+  T value{};
+  section.Read(key, &value);
+  return value;
+}
+
+std::vector<double> RequiredNumbers(YamlSection& section, const std::string& key, size_t count) {
+  const auto values = Required<std::vector<double>>(section, key);
+  if (values.size() != count) {
+    Fail(section, key, fmt::format("found {} numbers, expected {}", values.size(), count),
+         fmt::format("write {} numbers as {}", count, KeyInFile(section.place(), key)));
+  }
+  return values;
+}
+
+// Rows and columns of a matrix in ASL's form, where they are said.
+void RequireFourByFour(YamlSection& matrix) {
+  for (const char* key : {"rows", "cols"}) {
+    int count = 4;
+    matrix.Read(key, &count);
+    if (count == 4) continue;
+    Fail(matrix, key, fmt::format("found {}, expected 4", count),
+         "write a matrix of 4 rows and 4 columns; correct " + KeyInFile(matrix.place(), key));
+  }
+}
+
+cv::Size RequiredResolution(YamlSection& section) {
+  const auto sides_px = RequiredNumbers(section, "resolution", 2);
+  for (const double side_px : sides_px) {
+    if (side_px == std::floor(side_px) && std::abs(side_px) < 1e6) continue;
+    Fail(section, "resolution", fmt::format("found {}, expected whole numbers of pixels", side_px),
+         fmt::format("write width and height of the images as {}",
+                     KeyInFile(section.place(), "resolution")));
+  }
+  return {static_cast<int>(sides_px[0]), static_cast<int>(sides_px[1])};
+}
+
+// A 4x4 matrix given as rows (Kalibr) or as {rows, cols, data} (ASL).
+RigidTransform RequiredTransform(YamlSection& section, const std::string& key, bool as_data,
+                                 Mirrored mirrored) {
+  std::vector<double> flat;
+  if (as_data) {
+    YamlSection matrix = section.Section(key);
+    RequireFourByFour(matrix);
+    flat = RequiredNumbers(matrix, "data", 16);
+    matrix.Skip("dt");  // OpenCV's type of the numbers
+    matrix.Finish();
+  } else {
+    const auto rows = Required<std::vector<std::vector<double>>>(section, key);
+    bool complete = rows.size() == 4;
+    for (const auto& row : rows) {
+      complete = complete && row.size() == 4;
+      flat.insert(flat.end(), row.begin(), row.end());
+    }
+    if (!complete) {
+      Fail(section, key, fmt::format("found {} rows, expected 4 rows of 4", rows.size()),
+           "write 4 rows of 4 numbers as " + KeyInFile(section.place(), key));
+    }
+  }
+  Eigen::Matrix<double, 4, 4, Eigen::RowMajor> m = Eigen::Map<decltype(m)>(flat.data());
+  const bool is_mirrored = m.topLeftCorner<3, 3>().determinant() < 0;
+  if (is_mirrored && mirrored == Mirrored::kNegated) m.topLeftCorner<3, 3>() *= -1;
+  try {
+    return RigidTransformFromMatrix(m, section.place() + ": " + key);
+  } catch (const DataError& error) {
+    const std::string remedy = fmt::format(
+        "copy {} from the calibration anew, row by row: a rotation and a translation "
+        "in metres, then 0 0 0 1",
+        KeyInFile(section.place(), key));
+    if (is_mirrored) throw MirroredFault("calibration", error.what(), remedy);
+    throw InputFault("calibration", error.what(), remedy);
+  }
+}
+
+// The keys that ASL and Kalibr share, with the name that each gives to the coefficients.
+Camera ReadCamera(YamlSection& section, const std::string& coefficients_key) {
+  CameraWords words{"pinhole", "none", {}, {}};
+  section.Read("camera_model", &words.camera_model);
+  words.intrinsics = Required<std::vector<double>>(section, "intrinsics");
+  if (words.camera_model == "pinhole" || section.Has("distortion_model")) {
+    words.distortion_model = Required<std::string>(section, "distortion_model");
+  }
+  const bool is_basalts = words.camera_model == "kb4" || words.camera_model == "pinhole-radtan8";
+  if (section.Has(coefficients_key) || (words.distortion_model != "none" && !is_basalts)) {
+    words.coefficients = Required<std::vector<double>>(section, coefficients_key);
+  }
+  CameraFault fault;
+  std::optional<Camera> camera = CameraOf(words, &fault);
+  if (!camera) {
+    const std::string key = fault.key == "coefficients" ? coefficients_key : fault.key;
+    Fail(section, key, fmt::format("found {}, expected {}", fault.found, fault.expected),
+         fmt::format("write {} as {}", fault.expected, KeyInFile(section.place(), key)));
+  }
+  const cv::Size resolution = RequiredResolution(section);
+  camera->width_px = resolution.width;
+  camera->height_px = resolution.height;
+  camera->Check(section.place());
+  return *camera;
+}
+
+void ReadNoise(YamlSection& section, const std::string& rate_key, ImuNoise* noise) {
+  noise->gyro_noise_rad_s_sqrthz = Required<double>(section, "gyroscope_noise_density");
+  noise->gyro_walk_rad_s2_sqrthz = Required<double>(section, "gyroscope_random_walk");
+  noise->accel_noise_m_s2_sqrthz = Required<double>(section, "accelerometer_noise_density");
+  noise->accel_walk_m_s3_sqrthz = Required<double>(section, "accelerometer_random_walk");
+  section.Read(rate_key, &noise->rate_hz);
+  const auto check = [&](const char* key, double value, double lowest, double highest,
+                         const char* unit) {
+    if (value >= lowest && value <= highest) return;
+    Fail(section, key, fmt::format("found {}, expected {} to {} {}", value, lowest, highest, unit),
+         fmt::format("write {} in {}", KeyInFile(section.place(), key), unit));
+  };
+  // Far below the best sensors' on one side, far above the worst's on the other.
+  check("gyroscope_noise_density", noise->gyro_noise_rad_s_sqrthz, 1e-7, 1, "rad/s/sqrt(Hz)");
+  check("gyroscope_random_walk", noise->gyro_walk_rad_s2_sqrthz, 1e-9, 1, "rad/s^2/sqrt(Hz)");
+  check("accelerometer_noise_density", noise->accel_noise_m_s2_sqrthz, 1e-6, 10, "m/s^2/sqrt(Hz)");
+  check("accelerometer_random_walk", noise->accel_walk_m_s3_sqrthz, 1e-8, 10, "m/s^3/sqrt(Hz)");
+  check(rate_key.c_str(), noise->rate_hz, 1, 1e5, "Hz");
+}
+
+void RequireEqual(const RigidTransform& a, const RigidTransform& b, const std::string& place,
+                  const std::string& what) {
+  const RigidTransform difference = a.Inverse() * b;
+  const double angle_rad = LogRotation(difference.rotation).norm();
+  if (difference.translation.norm() > kMaxTransformError_m || angle_rad > kMaxTransformError_rad) {
+    throw InputFault(
+        "calibration",
+        fmt::format("{}: found {} that disagree by {:.3f} m and {:.3f} rad, expected one "
+                    "of them only",
+                    place, what, difference.translation.norm(), angle_rad),
+        fmt::format("leave one of T_imu_cam, T_cam_imu and T_cn_cnm1 in {}", place));
+  }
+}
+
+// The pose of a Kalibr camera by the entries it has; adds to *source which ones were read.
+RigidTransform ReadKalibrPose(YamlSection& camera, int index,
+                              const std::optional<RigidTransform>& T_imu_previous,
+                              Mirrored mirrored, std::string* source) {
+  std::optional<RigidTransform> T_imu_camera;
+  const auto take = [&](const std::string& key, const RigidTransform& pose) {
+    if (T_imu_camera) {
+      RequireEqual(*T_imu_camera, pose, camera.place(), "a " + key + " and another transform");
+      return;
+    }
+    T_imu_camera = pose;
+    *source += fmt::format("{}{} of cam{}", source->empty() ? "" : ", ", key, index);
+  };
+  if (camera.Has("T_imu_cam"))
+    take("T_imu_cam", RequiredTransform(camera, "T_imu_cam", false, mirrored));
+  if (camera.Has("T_cam_imu")) {
+    take("T_cam_imu", RequiredTransform(camera, "T_cam_imu", false, mirrored).Inverse());
+  }
+  if (T_imu_previous && camera.Has("T_cn_cnm1")) {
+    take("T_cn_cnm1",
+         *T_imu_previous * RequiredTransform(camera, "T_cn_cnm1", false, mirrored).Inverse());
+  }
+  if (!T_imu_camera) {
+    Fail(camera, "T_cam_imu",
+         fmt::format("missing, expected it or T_imu_cam{}", T_imu_previous ? " or T_cn_cnm1" : ""),
+         fmt::format("add {}; Kalibr's camera-IMU calibration gives it",
+                     KeyInFile(camera.place(), "T_cam_imu")));
+  }
+  return *T_imu_camera;
+}
+
+// Takes the cameras and IMUs of a file, whoever reads them.
+void SkipSensors(YamlSection* root) {
+  YamlSection all = *root;
+  for (const std::string& key : all.Keys()) {
+    const std::string kind = key.substr(0, 3);
+    if (key.size() == 4 && (kind == "cam" || kind == "imu")) root->Skip(key);
+  }
+}
+
+// The IMU that is read is imu0, or one whose pose and clock against it are given: then cameras are
+// brought to its frame and its clock.
+void ReadKalibrImu(const std::string& path, Mirrored mirrored, Rig* rig) {
+  YamlSection root = YamlSection::FromFile(path);
+  YamlSection imu = root.Has("imu0") ? root.Section("imu0") : root;
+  const bool asl_rate = imu.Has("rate_hz") && !imu.Has("update_rate");
+  ReadNoise(imu, asl_rate ? "rate_hz" : "update_rate", &rig->imu_noise);
+  rig->imu_correction = ReadImuCorrection(&imu);
+  if (imu.Has("T_i_b")) {
+    const RigidTransform T_imu_body = RequiredTransform(imu, "T_i_b", false, mirrored);
+    if (!T_imu_body.Matrix().isIdentity(0)) {
+      for (RigidTransform& pose : rig->T_imu_camera) pose = T_imu_body * pose;
+    }
+  }
+  double time_offset_s = 0;  // stamp of imu0 = stamp of this + offset
+  imu.Read("time_offset", &time_offset_s);
+  if (!(std::abs(time_offset_s) <= kMaxTimeOffset_s)) {
+    Fail(imu, "time_offset",
+         fmt::format("found {} s, expected at most {} s either way", time_offset_s,
+                     kMaxTimeOffset_s),
+         fmt::format("write {} in seconds", KeyInFile(imu.place(), "time_offset")));
+  }
+  rig->camera_time_offset_s -= time_offset_s;
+  for (const char* key : {"T_i_b", "rostopic"}) imu.Skip(key);
+  imu.Finish();
+  SkipSensors(&root);
+  if (root.Has("imu0")) root.Finish();
+}
+
+constexpr char kTimeShift[] = "timeshift_cam_imu";
+
+std::optional<double> ReadTimeShift(YamlSection& camera) {
+  if (!camera.Has(kTimeShift)) return std::nullopt;
+  double shift_s = 0;
+  camera.Read(kTimeShift, &shift_s);
+  return shift_s;
+}
+
+// A camera without one has that of the rig: none, or that of the left one.
+void TakeTimeShifts(const std::vector<const ChainCamera*>& used, Rig* rig, Warnings* warnings) {
+  rig->camera_time_offset_s = used[0]->time_shift_s.value_or(0);
+  const double shift_s = used.back()->time_shift_s.value_or(rig->camera_time_offset_s);
+  const double apart_s = std::abs(shift_s - rig->camera_time_offset_s);
+  if (!(apart_s <= kMaxShiftApart_s)) {
+    throw InputFault(
+        "calibration",
+        fmt::format("{}: {}: found {} s, expected that of cam{}, {} s, to {} s", used[1]->place,
+                    kTimeShift, shift_s, used[0]->index, rig->camera_time_offset_s,
+                    kMaxShiftApart_s),
+        fmt::format("trigger both cameras together, or bring the stamps of cam{} to the clock of "
+                    "cam{}, and write the latter's shift as {}",
+                    used[1]->index, used[0]->index, KeyInFile(used[1]->place, kTimeShift)));
+  }
+  if (apart_s > kSameShift_s) warnings->Add(kTimeShiftsDiffer, used[1]->place);
+}
+
+// Makes the rig of the cameras that are used.
+void TakeCameras(const std::vector<ChainCamera>& chain, const std::vector<int>& wanted,
+                 Calibration* calibration, Warnings* warnings) {
+  std::vector<const ChainCamera*> used;
+  for (const size_t i : ChooseCameras(chain, wanted)) used.push_back(&chain[i]);
+  calibration->cameras = {};
+  for (size_t i = 0; i < used.size(); ++i) {
+    calibration->rig.cameras[i] = used[i]->camera;
+    calibration->rig.T_imu_camera[i] = used[i]->T_imu_camera;
+    calibration->cameras.push_back(used[i]->index);
+    calibration->source += (i == 0 ? "" : ", ") + used[i]->source;
+  }
+  TakeTimeShifts(used, &calibration->rig, warnings);
+  if (chain.size() <= used.size()) return;
+  calibration->source +=
+      fmt::format("; cameras {} of {}", fmt::join(calibration->cameras, ", "), chain.size());
+}
+
+// Keys that say nothing that is needed are passed over; any other is an error.
+void FinishCamera(YamlSection* camera, const std::vector<std::string>& not_needed) {
+  for (const std::string& key : not_needed) camera->Skip(key);
+  camera->Finish();
+}
+
+std::string CorrectedWords(const Rig& rig) {
+  return IsIdentity(rig.imu_correction) ? "" : ", IMU's scale and axes corrected";
+}
+
+// Wrong types are the data's fault here, not the command line's.
+template <typename Reader>
+auto AsDataErrors(Reader read) {
+  try {
+    return read();
+  } catch (const ConfigError& error) {
+    const std::string what = error.what();
+    if (const size_t unknown = what.find(": unknown key"); unknown != std::string::npos) {
+      const std::string key = what.substr(0, unknown);
+      const bool is_mask = key.find("mask", key.rfind(':') + 1) != std::string::npos;
+      throw InputFault(
+          "calibration", what,
+          (is_mask ? "give masks as --mask LEFT,RIGHT, and remove " : "correct or remove ") + key);
+    }
+    const size_t unreadable = what.find(": cannot be");
+    throw InputFault("calibration", what,
+                     unreadable != std::string::npos
+                         ? "write " + what.substr(0, unreadable) + ", for all to read"
+                         : "correct " + what.substr(0, what.find(": found")));
+  }
+}
+
+bool Exists(const fs::path& path) {
+  std::error_code error;  // such as a loop of links
+  return fs::exists(path, error);
+}
+
+std::string FirstExisting(const std::vector<fs::path>& folders,
+                          const std::vector<std::string>& names) {
+  std::error_code error;
+  for (const fs::path& folder : folders) {
+    for (const std::string& name : names) {
+      if (fs::is_regular_file(folder / name, error)) return (folder / name).string();
+    }
+  }
+  return "";
+}
+
+const std::vector<std::string> kCamchainNames = {"camchain.yaml", "camchain-imucam.yaml",
+                                                 "kalibr_imucam_chain.yaml"};
+const std::vector<std::string> kImuNames = {"imu_config.yaml", "imu.yaml", "imu0.yaml",
+                                            "kalibr_imu_chain.yaml"};
+
+// Kalibr names what belongs together alike: camchain-imucam-BAG.yaml and imu-BAG.yaml.
+std::vector<std::string> ImuNamesBeside(const std::string& camchain_path) {
+  std::vector<std::string> names = kImuNames;
+  std::string name = fs::path(camchain_path).filename().string();
+  const std::string chain = "camchain-imucam";
+  const size_t at = name.find(chain);
+  if (at != std::string::npos) names.insert(names.begin(), name.replace(at, chain.size(), "imu"));
+  return names;
+}
+
+std::string KalibrMatrix(const char* key, const RigidTransform& transform) {
+  const Eigen::Matrix4d m = transform.Matrix();
+  std::string text = fmt::format("  {}:\n", key);
+  for (int r = 0; r < 4; ++r) {
+    text += fmt::format("  - [{}, {}, {}, {}]\n", m(r, 0), m(r, 1), m(r, 2), m(r, 3));
+  }
+  return text;
+}
+
+std::string KalibrCamera(const std::string& name, const Camera& camera,
+                         const RigidTransform& T_imu_camera, double time_offset_s) {
+  const CameraWords words = DescribeCamera(camera);
+  return fmt::format(
+      "{}:\n{}  camera_model: {}\n  distortion_coeffs: [{}]\n  distortion_model: {}\n"
+      "  intrinsics: [{}]\n  resolution: [{}, {}]\n  timeshift_cam_imu: {}\n",
+      name, KalibrMatrix("T_cam_imu", T_imu_camera.Inverse()), words.camera_model,
+      fmt::join(words.coefficients, ", "), words.distortion_model,
+      fmt::join(words.intrinsics, ", "), camera.width_px, camera.height_px, time_offset_s);
+}
+
+}  // namespace
+
+void CheckRig(const Rig& rig, const std::string& place) {
+  const double baseline_m =
+      (rig.T_imu_camera[0].translation - rig.T_imu_camera[1].translation).norm();
+  if (IsStereo(rig) && !(baseline_m >= kMinBaseline_m && baseline_m <= kMaxBaseline_m)) {
+    throw InputFault("calibration",
+                     fmt::format("{}: found a baseline of {:.4g} m, expected {} to {} m", place,
+                                 baseline_m, kMinBaseline_m, kMaxBaseline_m),
+                     fmt::format("correct the translations of cam0 and cam1 in {} (T_BS, T_cam_imu "
+                                 "or T_imu_cam): metres, not millimetres, and not the same twice; "
+                                 "or name two that are apart with --cameras, or one",
+                                 place));
+  }
+  for (int i = 0; i < 2; ++i) {
+    const double lever_m = rig.T_imu_camera[i].translation.norm();
+    if (!(lever_m <= kMaxLever_m)) {
+      throw InputFault("calibration",
+                       fmt::format("{}: found cam{} {:.4g} m from the IMU, expected at most {} m",
+                                   place, i, lever_m, kMaxLever_m),
+                       fmt::format("correct the translation of cam{} in {} (T_BS, T_cam_imu or "
+                                   "T_imu_cam): metres, not millimetres",
+                                   i, place));
+    }
+  }
+  if (!(std::abs(rig.camera_time_offset_s) <= kMaxTimeOffset_s)) {
+    throw InputFault(
+        "calibration",
+        fmt::format("{}: timeshift_cam_imu: found {} s, expected at most {} s either way", place,
+                    rig.camera_time_offset_s, kMaxTimeOffset_s),
+        fmt::format("write timeshift_cam_imu of cam0 in {} in seconds; bring the stamps of both to "
+                    "one clock first",
+                    place));
+  }
+}
+
+Calibration ReadAslCalibration(const std::string& folder, Warnings* warnings, Mirrored mirrored,
+                               const std::vector<int>& cameras) {
+  return AsDataErrors([&] {
+    Calibration calibration;
+    Rig& rig = calibration.rig;
+    RigidTransform T_body_imu;
+    const std::string imu_path = folder + "/imu0/sensor.yaml";
+    if (Exists(imu_path)) {
+      YamlSection imu = YamlSection::FromFile(imu_path);
+      if (imu.Has("T_BS")) T_body_imu = RequiredTransform(imu, "T_BS", true, mirrored);
+      ReadNoise(imu, "rate_hz", &rig.imu_noise);
+      rig.imu_correction = ReadImuCorrection(&imu);
+      for (const char* key : {"T_BS", "sensor_type", "comment"}) imu.Skip(key);
+      imu.Finish();
+    } else {
+      calibration.without_noise = imu_path;
+    }
+    std::vector<ChainCamera> chain;
+    for (int i = 0; i < kMaxCameras; ++i) {
+      if (i > 0 && !Exists(fmt::format("{}/cam{}/sensor.yaml", folder, i))) continue;
+      const bool is_wanted = cameras.empty() || std::ranges::count(cameras, i) > 0;
+      if (i > 1 && !is_wanted) continue;
+      YamlSection camera = YamlSection::FromFile(fmt::format("{}/cam{}/sensor.yaml", folder, i));
+      chain.push_back({i, ReadCamera(camera, "distortion_coefficients"),
+                       T_body_imu.Inverse() * RequiredTransform(camera, "T_BS", true, mirrored),
+                       ReadTimeShift(camera), camera.place(), fmt::format("cam{}", i)});
+      FinishCamera(&camera, {"sensor_type", "comment", "rate_hz", "distortion_coefficients"});
+    }
+    if (chain.size() == 1 && Exists(folder + "/cam1")) {
+      YamlSection::FromFile(folder + "/cam1/sensor.yaml");  // which says what is missing
+    }
+    TakeCameras(chain, cameras, &calibration, warnings);
+    CheckRig(rig, folder);
+    calibration.source = fmt::format("{}/*/sensor.yaml (T_BS of {}, imu0){}", folder,
+                                     calibration.source, CorrectedWords(rig));
+    return calibration;
+  });
+}
+
+Calibration ReadKalibrCalibration(const std::string& camchain_path, const std::string& imu_path,
+                                  Warnings* warnings, Mirrored mirrored,
+                                  const std::vector<int>& cameras) {
+  return AsDataErrors([&] {
+    Calibration calibration;
+    Rig& rig = calibration.rig;
+    YamlSection root = YamlSection::FromFile(camchain_path);
+    std::vector<ChainCamera> chain;
+    for (int i = 0; i < kMaxCameras; ++i) {
+      const std::string name = fmt::format("cam{}", i);
+      if (i > 0 && !root.Has(name)) continue;
+      if (!root.Has(name)) {
+        Fail(root, name, "missing, expected cam0 and cam1",
+             fmt::format("name a Kalibr camera chain instead of {}, or add {} to it", camchain_path,
+                         name));
+      }
+      YamlSection camera = root.Section(name);
+      ChainCamera& read = chain.emplace_back(ChainCamera{
+          i, ReadCamera(camera, "distortion_coeffs"), {}, ReadTimeShift(camera), camera.place()});
+      const auto previous = std::ranges::find(chain, i - 1, &ChainCamera::index);
+      read.T_imu_camera = ReadKalibrPose(
+          camera, i, previous == chain.end() ? std::nullopt : std::optional(previous->T_imu_camera),
+          mirrored, &read.source);
+      FinishCamera(&camera, {"rostopic", "cam_overlaps", "distortion_coeffs", "T_cam_imu",
+                             "T_imu_cam", "T_cn_cnm1"});
+    }
+    TakeCameras(chain, cameras, &calibration, warnings);
+    SkipSensors(&root);
+    root.Finish();
+    if (imu_path.empty()) {
+      calibration.without_noise = camchain_path;
+    } else {
+      ReadKalibrImu(imu_path, mirrored, &rig);
+    }
+    CheckRig(rig, camchain_path);
+    calibration.source =
+        fmt::format("{} ({}, timeshift {} s), IMU noise {}", camchain_path, calibration.source,
+                    rig.camera_time_offset_s, imu_path.empty() ? "assumed" : imu_path) +
+        CorrectedWords(rig);
+    return calibration;
+  });
+}
+
+void WriteKalibrCalibration(const std::string& path, const Rig& rig) {
+  std::string text;
+  for (int i = 0; i < (IsStereo(rig) ? 2 : 1); ++i) {
+    text += KalibrCamera(fmt::format("cam{}", i), rig.cameras[i], rig.T_imu_camera[i],
+                         rig.camera_time_offset_s);
+    if (i == 1) {
+      text += KalibrMatrix("T_cn_cnm1", rig.T_imu_camera[1].Inverse() * rig.T_imu_camera[0]);
+    }
+  }
+  const ImuNoise& noise = rig.imu_noise;
+  text += fmt::format(
+      "imu0:\n  accelerometer_noise_density: {}\n  accelerometer_random_walk: {}\n"
+      "  gyroscope_noise_density: {}\n  gyroscope_random_walk: {}\n  update_rate: {}\n",
+      noise.accel_noise_m_s2_sqrthz, noise.accel_walk_m_s3_sqrthz, noise.gyro_noise_rad_s_sqrthz,
+      noise.gyro_walk_rad_s2_sqrthz, noise.rate_hz);
+  text += KalibrImuCorrection(rig.imu_correction);
+  WriteFile(path, text);
+}
+
+Calibration FindCalibration(const std::string& asl_folder, Warnings* warnings, Mirrored mirrored,
+                            const std::vector<int>& cameras) {
+  if (Exists(fs::path(asl_folder) / "cam0" / "sensor.yaml")) {
+    return ReadAslCalibration(asl_folder, warnings, mirrored, cameras);
+  }
+  const fs::path folder(asl_folder), above = fs::absolute(folder).lexically_normal().parent_path();
+  const std::vector<fs::path> folders = {folder, folder / "dso", above, above / "dso"};
+  const std::string camchain_path = FirstExisting(folders, kCamchainNames);
+  if (camchain_path.empty()) {
+    throw InputFault("calibration",
+                     asl_folder +
+                         ": found no calibration, expected cam0/sensor.yaml or dso/camchain.yaml "
+                         "beside it (or name one with --calibration)",
+                     fmt::format("write {0}/cam0/sensor.yaml, {0}/cam1/sensor.yaml and "
+                                 "{0}/imu0/sensor.yaml, or name a Kalibr chain with --calibration",
+                                 asl_folder));
+  }
+  return ReadKalibrCalibration(camchain_path, FirstExisting(folders, kImuNames), warnings, mirrored,
+                               cameras);
+}
+
+Calibration ReadCalibration(const std::string& path, Warnings* warnings, Mirrored mirrored,
+                            const std::vector<int>& cameras) {
+  std::error_code error;
+  if (fs::is_directory(path, error)) return FindCalibration(path, warnings, mirrored, cameras);
+  const std::string imu_path = AsDataErrors([&] {
+    return YamlSection::FromFile(path).Has("imu0")
+               ? path
+               : FirstExisting({fs::path(path).parent_path()}, ImuNamesBeside(path));
+  });
+  return ReadKalibrCalibration(path, imu_path, warnings, mirrored, cameras);
+}
+
+}  // namespace slcmap

@@ -1,0 +1,73 @@
+// Calibrations of a stereo camera with an IMU, from ASL and Kalibr files.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "data/core/error.h"
+#include "data/core/types.h"
+
+namespace slcmap {
+
+// A rig of one camera has no width in its second.
+inline bool IsStereo(const Rig& rig) { return rig.cameras[1].width_px > 0; }
+
+// What is made of a rotation whose determinant is -1: a MirroredFault; or the rotation that all its
+// numbers negated are, for the check to tell which axes are wrong.
+enum class Mirrored { kRefused, kNegated };
+
+struct Calibration {
+  Rig rig;
+  std::string source;        // the files and the transforms read from them, for the user to see
+  std::vector<int> cameras;  // that the rig is of: 0 and 1 of "cam0", "cam1", or others of a chain
+  std::string without_noise;  // the file that lacks the IMU's noise: a typical one is taken
+};
+
+// Reads cam0/sensor.yaml, cam1/sensor.yaml (where there is a cam1) and imu0/sensor.yaml under an
+// ASL folder (mav0). T_BS maps sensor to body. Cameras may hold Kalibr's timeshift_cam_imu besides
+// ASL's keys, the IMU what ReadImuCorrection takes.
+Calibration ReadAslCalibration(const std::string& folder, Warnings* warnings,
+                               Mirrored mirrored = Mirrored::kRefused,
+                               const std::vector<int>& cameras = {});
+
+// Reads a Kalibr camera chain: cam0 and, unless the rig has one camera, cam1, each with T_cam_imu
+// (imu to camera) or T_imu_cam (camera to imu), cam1 with T_cn_cnm1 (cam0 to cam1) instead if it
+// has neither. imu_path is Kalibr's or OpenVINS' IMU file (its keys at the top or under imu0), with
+// what ReadImuCorrection takes, T_i_b (imu0, whose pose the cameras tell, to this IMU) and
+// time_offset (stamp of imu0 = stamp of this IMU + offset): the rig is brought to the frame and
+// clock of this IMU's samples. "" assumes a typical noise, see without_noise.
+Calibration ReadKalibrCalibration(const std::string& camchain_path, const std::string& imu_path,
+                                  Warnings* warnings, Mirrored mirrored = Mirrored::kRefused,
+                                  const std::vector<int>& cameras = {});
+
+// Finds the calibration of a sequence whose ASL folder is given: sensor.yaml of its sensors, else a
+// Kalibr chain and IMU file in it, in the folder above, or in dso/ there (TUM VI).
+Calibration FindCalibration(const std::string& asl_folder, Warnings* warnings,
+                            Mirrored mirrored = Mirrored::kRefused,
+                            const std::vector<int>& cameras = {});
+
+// Writes a rig as a Kalibr camera chain, with T_cam_imu (IMU to camera) and timeshift_cam_imu
+// (t_imu = t_cam + shift) of each camera, and with Kalibr's keys of the IMU under imu0, its
+// correction as scale-misalignment, so that ReadCalibration() takes the file alone. Throws
+// OutputError.
+void WriteKalibrCalibration(const std::string& path, const Rig& rig);
+
+// Reads what --calibration names: a Kalibr chain (with imu0 in it or an IMU file beside it, if
+// there is one) or a folder that FindCalibration understands.
+Calibration ReadCalibration(const std::string& path, Warnings* warnings,
+                            Mirrored mirrored = Mirrored::kRefused,
+                            const std::vector<int>& cameras = {});
+
+// `cameras` are the one or two that the rig is to be of; without, the best stereo pair of a chain
+// (data/camera_choice.h). Both are taken to be triggered together: the time shift is that of the
+// first. Another one of the second is a warning, and an error where it is more than 1 ms off.
+//
+// Keys that the formats define and that nothing needs (rostopic, cam_overlaps, comment) are passed
+// over; any other is an error.
+//
+// All of them throw DataError (an InputFault wherever a remedy is known) naming file and key, what
+// was found and what is expected, when an entry is missing or absurd; CheckRig is what they use for
+// the rig as a whole.
+void CheckRig(const Rig& rig, const std::string& place);
+
+}  // namespace slcmap

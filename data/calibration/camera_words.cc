@@ -1,0 +1,319 @@
+#include "data/calibration/camera_words.h"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "data/core/error.h"
+
+namespace slcmap {
+namespace {
+
+struct Lens {
+  Distortion distortion;
+  const char* name;
+  size_t shapes;  // numbers before the focal lengths
+};
+constexpr Lens kLenses[] = {{Distortion::kOmni, "omni", 1},
+                            {Distortion::kExtendedUnified, "eucm", 2},
+                            {Distortion::kDoubleSphere, "ds", 2}};
+
+struct OfPinhole {
+  Distortion distortion;
+  const char* name;
+};
+constexpr OfPinhole kDistortions[] = {{Distortion::kRadialTangential, "radial-tangential"},
+                                      {Distortion::kRadialTangential, "radtan"},
+                                      {Distortion::kRadialTangential, "plumb_bob"},
+                                      {Distortion::kRadialTangential, "rational_polynomial"},
+                                      {Distortion::kRadialTangential, "radtan8"},
+                                      {Distortion::kEquidistant, "equidistant"},
+                                      {Distortion::kEquidistant, "equi"},
+                                      {Distortion::kEquidistant, "fisheye"},
+                                      {Distortion::kEquidistant, "kannala_brandt"},
+                                      {Distortion::kEquidistant, "kannala_brandt4"},
+                                      {Distortion::kEquidistant, "kb4"},
+                                      {Distortion::kFieldOfView, "fov"},
+                                      {Distortion::kNone, "none"}};
+
+// Without what is zero at the end, but no less than `least`.
+size_t CountUsed(const std::vector<double>& values, size_t least) {
+  size_t count = values.size();
+  while (count > least && values[count - 1] == 0) --count;
+  return count;
+}
+
+std::vector<double> RadialTangentialOf(const Camera& camera) {
+  std::vector<double> k(camera.coefficients.begin(), camera.coefficients.end());
+  k.insert(k.end(), camera.higher_coefficients.begin(), camera.higher_coefficients.end());
+  const size_t used = CountUsed(k, 4);
+  k.resize(used <= 4 ? 4 : used <= 5 ? 5 : used <= 8 ? 8 : 12);
+  return k;
+}
+
+std::optional<CameraFault> ReadRadialTangential(const std::vector<double>& k, Camera* camera) {
+  const bool has_known_size = std::ranges::count(std::array<size_t, 5>{4, 5, 8, 12, 14}, k.size());
+  if (!has_known_size) {
+    return CameraFault{
+        "coefficients", fmt::format("{} numbers", k.size()),
+        "4 (k1, k2, p1, p2), 5 (then k3), 8 (then k4, k5, k6) or 12 (then s1 to s4)"};
+  }
+  if (k.size() == 14 && (k[12] != 0 || k[13] != 0)) {
+    return CameraFault{"coefficients", fmt::format("a tilted sensor ({}, {})", k[12], k[13]),
+                       "zeros as the last two of 14 numbers"};
+  }
+  std::copy_n(k.begin(), 4, camera->coefficients.begin());
+  std::copy_n(k.begin() + 4, std::min<size_t>(8, k.size() - 4),
+              camera->higher_coefficients.begin());
+  return std::nullopt;
+}
+
+std::optional<CameraFault> ReadEquidistant(const std::vector<double>& k, Camera* camera) {
+  if (k.size() > 4) {
+    return CameraFault{"coefficients", fmt::format("{} numbers", k.size()),
+                       "at most 4 (k1 to k4) of a fisheye lens"};
+  }
+  std::copy(k.begin(), k.end(), camera->coefficients.begin());
+  return std::nullopt;
+}
+
+std::optional<CameraFault> ReadFieldOfView(const std::vector<double>& k, Camera* camera) {
+  if (k.size() != 1) {
+    return CameraFault{"coefficients", fmt::format("{} numbers", k.size()), "1 (w, in radians)"};
+  }
+  camera->shape[0] = k[0];
+  return std::nullopt;
+}
+
+template <typename Table>
+std::string NamesOf(const Table& table) {
+  std::string names;
+  for (const auto& entry : table) names += (names.empty() ? "" : ", ") + std::string(entry.name);
+  return names;
+}
+
+std::optional<CameraFault> ReadDistortion(const CameraWords& words, Camera* camera) {
+  const auto known = std::ranges::find_if(
+      kDistortions, [&](const OfPinhole& d) { return words.distortion_model == d.name; });
+  if (known == std::end(kDistortions)) {
+    return CameraFault{"distortion_model", "'" + words.distortion_model + "'",
+                       "one of " + NamesOf(kDistortions)};
+  }
+  camera->distortion = known->distortion;
+  switch (known->distortion) {
+    case Distortion::kRadialTangential:
+      return ReadRadialTangential(words.coefficients, camera);
+    case Distortion::kEquidistant:
+      return ReadEquidistant(words.coefficients, camera);
+    case Distortion::kFieldOfView:
+      return ReadFieldOfView(words.coefficients, camera);
+    default:
+      break;
+  }
+  if (CountUsed(words.coefficients, 0) == 0) return std::nullopt;
+  return CameraFault{"coefficients", fmt::format("{} numbers", words.coefficients.size()),
+                     "none, or zeros, with distortion_model none"};
+}
+
+// What comes with a lens: omni with radial-tangential distortion or none, the others with none.
+std::optional<CameraFault> ReadLens(const Lens& lens, const CameraWords& words, Camera* camera) {
+  if (const auto fault = ReadDistortion(words, camera)) return fault;
+  const bool fits =
+      camera->distortion == Distortion::kNone ||
+      (lens.distortion == Distortion::kOmni && camera->distortion == Distortion::kRadialTangential);
+  if (!fits) {
+    return CameraFault{
+        "distortion_model", "'" + words.distortion_model + "'",
+        fmt::format("none{} with camera_model {}",
+                    lens.distortion == Distortion::kOmni ? " or radtan" : "", lens.name)};
+  }
+  camera->distortion = lens.distortion;
+  return std::nullopt;
+}
+
+// Takes the numbers behind the first four intrinsics as coefficients.
+void SplitIntrinsics(const char* distortion_model, CameraWords* words) {
+  words->camera_model = "pinhole";
+  if (words->distortion_model == "none") words->distortion_model = distortion_model;
+  if (words->intrinsics.size() <= 4 || !words->coefficients.empty()) return;
+  words->coefficients.assign(words->intrinsics.begin() + 4, words->intrinsics.end());
+  words->intrinsics.resize(4);
+}
+
+// Basalt's names and its order, in which the numbers of a lens come last; principal points are
+// never so small.
+CameraWords InKalibrsWords(CameraWords words) {
+  constexpr double kLargestLensNumber = 8;
+  constexpr size_t kRadtan8Numbers = 12;  // one more says how far out the lens was calibrated
+  if (words.camera_model == "kb4") SplitIntrinsics("equidistant", &words);
+  if (words.camera_model == "pinhole-radtan8") {
+    if (words.intrinsics.size() == kRadtan8Numbers + 1) words.intrinsics.pop_back();
+    SplitIntrinsics("radtan", &words);
+  }
+  std::vector<double>& numbers = words.intrinsics;
+  const bool lens_is_last = numbers.size() > 4 && numbers.front() > kLargestLensNumber &&
+                            std::abs(numbers.back()) < kLargestLensNumber;
+  if (lens_is_last) std::ranges::rotate(numbers, numbers.begin() + 4);
+  if (words.camera_model == "ucm") {  // EUCM with beta 1
+    words.camera_model = "eucm";
+    if (!numbers.empty()) numbers.insert(numbers.begin() + 1, 1);
+  }
+  return words;
+}
+
+}  // namespace
+
+const char* NameOf(Distortion distortion) {
+  for (const OfPinhole& known : kDistortions) {
+    if (known.distortion == distortion) return known.name;
+  }
+  return std::ranges::find(kLenses, distortion, &Lens::distortion)->name;
+}
+
+std::optional<Distortion> DistortionOf(const std::string& name) {
+  for (const OfPinhole& known : kDistortions) {
+    if (known.name == name) return known.distortion;
+  }
+  for (const Lens& known : kLenses) {
+    if (known.name == name) return known.distortion;
+  }
+  return std::nullopt;
+}
+
+CameraWords DescribeCamera(const Camera& camera) {
+  CameraWords words{"pinhole", "none", {}, {}};
+  for (const Lens& lens : kLenses) {
+    if (camera.distortion != lens.distortion) continue;
+    words.camera_model = lens.name;
+    words.intrinsics.assign(camera.shape.begin(),
+                            camera.shape.begin() + static_cast<int>(lens.shapes));
+  }
+  words.intrinsics.insert(words.intrinsics.end(),
+                          {camera.fx_px, camera.fy_px, camera.cx_px, camera.cy_px});
+  const bool is_omni = camera.distortion == Distortion::kOmni;
+  if (camera.distortion == Distortion::kRadialTangential || is_omni) {
+    words.distortion_model = "radtan";
+    words.coefficients = RadialTangentialOf(camera);
+  } else if (camera.distortion == Distortion::kEquidistant) {
+    words.distortion_model = "equidistant";
+    words.coefficients.assign(camera.coefficients.begin(), camera.coefficients.end());
+  } else if (camera.distortion == Distortion::kFieldOfView) {
+    words.distortion_model = "fov";
+    words.coefficients = {camera.shape[0]};
+  }
+  return words;
+}
+
+std::optional<Camera> CameraOf(const CameraWords& words, CameraFault* fault) {
+  const auto fail = [&](const CameraFault& what) -> std::optional<Camera> {
+    *fault = what;
+    return std::nullopt;
+  };
+  Camera camera;
+  const CameraWords read = InKalibrsWords(words);
+  const auto lens = std::ranges::find_if(
+      kLenses, [&](const Lens& known) { return read.camera_model == known.name; });
+  const bool is_pinhole = read.camera_model == "pinhole";
+  if (lens == std::end(kLenses) && !is_pinhole) {
+    return fail({"camera_model", "'" + words.camera_model + "'",
+                 "one of pinhole (a fisheye lens too, with distortion_model equidistant), kb4, "
+                 "pinhole-radtan8, ucm, " +
+                     NamesOf(kLenses)});
+  }
+  const size_t shapes = is_pinhole ? 0 : lens->shapes;
+  if (read.intrinsics.size() != shapes + 4) {
+    return fail({"intrinsics", fmt::format("{} numbers", words.intrinsics.size()),
+                 fmt::format("{}fx, fy, cx, cy", shapes == 0   ? ""
+                                                 : shapes == 1 ? "xi, "
+                                                 : lens->distortion == Distortion::kDoubleSphere
+                                                     ? "xi, alpha, "
+                                                     : "alpha, beta, ")});
+  }
+  if (const auto wrong =
+          is_pinhole ? ReadDistortion(read, &camera) : ReadLens(*lens, read, &camera)) {
+    return fail(*wrong);
+  }
+  std::copy_n(read.intrinsics.begin(), shapes, camera.shape.begin());
+  const double* f = read.intrinsics.data() + shapes;
+  camera.fx_px = f[0];
+  camera.fy_px = f[1];
+  camera.cx_px = f[2];
+  camera.cy_px = f[3];
+  return camera;
+}
+
+namespace {
+
+constexpr double kUsualDistance_m = 4;   // of what both see
+constexpr double kGoodBaseline_m = 0.1;  // less of it tells less of distances
+constexpr double kLeastCosine = 0.5;     // between the optical axes
+constexpr double kClearlyBetter = 1.05;  // than a pair that comes first
+
+// The share of the first camera's image that the second one sees.
+double Overlap(const ChainCamera& first, const ChainCamera& second) {
+  constexpr int kSteps = 16;
+  const RigidTransform T_second_first = second.T_imu_camera.Inverse() * first.T_imu_camera;
+  int seen = 0;
+  for (int i = 0; i < kSteps * kSteps; ++i) {
+    const Eigen::Vector2d pixel_px((i % kSteps + 0.5) / kSteps * first.camera.width_px,
+                                   (i / kSteps + 0.5) / kSteps * first.camera.height_px);
+    const auto ray = first.camera.Unproject(pixel_px);
+    const auto there =
+        ray ? second.camera.Project(T_second_first * (kUsualDistance_m * *ray)) : std::nullopt;
+    seen += there && second.camera.Contains(*there);
+  }
+  return static_cast<double>(seen) / (kSteps * kSteps);
+}
+
+// None where one looks another way or stands before the other: they cannot be rectified.
+double Usefulness(const ChainCamera& first, const ChainCamera& second) {
+  const Eigen::Vector3d z_first = first.T_imu_camera.rotation * Eigen::Vector3d::UnitZ();
+  const Eigen::Vector3d z_second = second.T_imu_camera.rotation * Eigen::Vector3d::UnitZ();
+  if (z_first.dot(z_second) < kLeastCosine) return 0;
+  const double baseline_m = (first.T_imu_camera.translation - second.T_imu_camera.translation)
+                                .cross((z_first + z_second).normalized())
+                                .norm();
+  return Overlap(first, second) * std::min(1.0, baseline_m / kGoodBaseline_m);
+}
+
+std::vector<size_t> FindWanted(const std::vector<ChainCamera>& chain,
+                               const std::vector<int>& wanted) {
+  std::vector<size_t> chosen;
+  for (const int index : wanted) {
+    const auto camera = std::ranges::find(chain, index, &ChainCamera::index);
+    if (camera == chain.end() || std::ranges::count(wanted, index) > 1 || wanted.size() > 2) {
+      std::string names;
+      for (const ChainCamera& known : chain) names += fmt::format(" cam{}", known.index);
+      throw InputFault("cameras",
+                       fmt::format("--cameras: found {}, expected one or two different ones of{}",
+                                   fmt::join(wanted, ","), names),
+                       "name cameras that the calibration has, as --cameras 0,1");
+    }
+    chosen.push_back(static_cast<size_t>(camera - chain.begin()));
+  }
+  return chosen;
+}
+
+}  // namespace
+
+std::vector<size_t> ChooseCameras(const std::vector<ChainCamera>& chain,
+                                  const std::vector<int>& wanted) {
+  if (!wanted.empty()) return FindWanted(chain, wanted);
+  if (chain.size() == 1) return {0};
+  if (chain.size() == 2 && chain[0].index == 0 && chain[1].index == 1) return {0, 1};
+  std::vector<size_t> best;
+  double most = 0;
+  for (size_t i = 0; i < chain.size(); ++i) {
+    for (size_t j = i + 1; j < chain.size(); ++j) {
+      const double useful = Usefulness(chain[i], chain[j]);
+      if (useful <= kClearlyBetter * most) continue;
+      most = useful;
+      best = {i, j};
+    }
+  }
+  return best.empty() ? std::vector<size_t>{0} : best;
+}
+
+}  // namespace slcmap

@@ -1,0 +1,56 @@
+// Cameras as calibration files write them.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "data/core/camera.h"
+#include "data/core/rigid_transform.h"
+
+namespace slcmap {
+
+// A camera's numbers under the names that Kalibr gives them: intrinsics are fx, fy, cx, cy in
+// pixels, behind the numbers of the lens (xi of omni, alpha and beta of eucm, xi and alpha of ds).
+struct CameraWords {
+  std::string camera_model;      // pinhole, omni, eucm, ds
+  std::string distortion_model;  // radtan, equidistant, fov, none
+  std::vector<double> intrinsics, coefficients;
+};
+
+// The name that slcmap's own files have for it, and what has that name, or another that is known;
+// nothing where none has.
+const char* NameOf(Distortion distortion);
+std::optional<Distortion> DistortionOf(const std::string& name);
+
+CameraWords DescribeCamera(const Camera& camera);
+
+// The camera of such words, without its size; also of the names that ASL (radial-tangential), ROS
+// (plumb_bob, rational_polynomial, fisheye) and Basalt (kb4, pinhole-radtan8, ucm; lens's numbers
+// and coefficients behind fx, fy, cx, cy) have for the same. Where they are not a camera, *fault
+// says which of the four is wrong, and what is expected of it.
+struct CameraFault {
+  std::string key;  // camera_model, distortion_model, intrinsics or coefficients
+  std::string found, expected;
+};
+std::optional<Camera> CameraOf(const CameraWords& words, CameraFault* fault);
+
+// Which cameras of a rig are used, where it has more than two.
+
+// A camera of a chain as its calibration tells it.
+struct ChainCamera {
+  int index = 0;  // in "cam0", "cam1", ...
+  Camera camera;
+  RigidTransform T_imu_camera;
+  std::optional<double> time_shift_s;  // stamp on the IMU's clock = camera stamp + this
+  std::string place;                   // for messages
+  std::string source = {};             // which transforms its pose is from
+};
+
+// Positions in the chain of the cameras that are used: those of the `wanted` indices, one or two;
+// else the only one, or the two of which the first sees most of what the second one sees, from
+// places that are apart. Throws InputFault for wanted cameras that the chain has not.
+std::vector<size_t> ChooseCameras(const std::vector<ChainCamera>& chain,
+                                  const std::vector<int>& wanted);
+
+}  // namespace slcmap

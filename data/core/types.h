@@ -1,0 +1,106 @@
+// What several folders speak of: what a stereo camera and an IMU deliver, their calibration, the
+// axes of a building, and what was observed of points and lines.
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <opencv2/core/mat.hpp>
+#include <optional>
+
+#include "data/core/camera.h"
+#include "data/core/rigid_transform.h"
+
+namespace slcmap {
+
+inline constexpr double kGravity_m_s2 = 9.81;  // along -z of the world
+
+// One IMU measurement, in the IMU frame.
+struct ImuSample {
+  int64_t stamp_ns = 0;
+  Eigen::Vector3d angular_velocity_rad_s = Eigen::Vector3d::Zero();
+  Eigen::Vector3d specific_force_m_s2 = Eigen::Vector3d::Zero();  // (0, 0, +9.81) lying still
+};
+
+// A stereo pair: 8 bit, one channel. The right image is empty where there is only one camera. The
+// stamp is the middle of the exposure, on the camera's clock.
+struct StereoImage {
+  int64_t stamp_ns = 0;
+  cv::Mat left;
+  cv::Mat right;
+};
+
+// Noise of an IMU as continuous densities, in the units of the ASL and Kalibr files.
+struct ImuNoise {
+  double gyro_noise_rad_s_sqrthz = 1.7e-4;
+  double gyro_walk_rad_s2_sqrthz = 2.0e-5;
+  double accel_noise_m_s2_sqrthz = 2.0e-3;
+  double accel_walk_m_s3_sqrthz = 3.0e-3;
+  double rate_hz = 200;
+};
+
+// Linear errors of an IMU, as calibrated: what an ideal one in the IMU frame would read is
+// correction * what it reads, of scale, axes that are not at right angles, and a turn between them.
+struct ImuCorrection {
+  Eigen::Matrix3d accel = Eigen::Matrix3d::Identity();
+  Eigen::Matrix3d gyro = Eigen::Matrix3d::Identity();
+};
+
+// A calibrated rig. Index 0 is the left camera.
+struct Rig {
+  std::array<Camera, 2> cameras;
+  std::array<RigidTransform, 2> T_imu_camera;
+  ImuNoise imu_noise;
+  ImuCorrection imu_correction;
+  // 8 bit, of the camera's size: 0 where an image shows what moves with the rig instead of the
+  // building. Empty: nowhere.
+  std::array<cv::Mat, 2> masks;
+  double camera_time_offset_s = 0;  // stamp on the IMU's clock = camera stamp + this
+};
+
+// What a line runs along: an axis of a Manhattan world, nothing that is known, or a slope that it
+// shares with others. Files hold these numbers.
+enum class LineAxis { kX = 0, kY = 1, kVertical = 2, kNone = 3, kSloped = 4 };
+
+// A straight segment, in pixels of a rectified image or on the plane z = 1 of a camera (the name of
+// what holds it says which). Which end is the start means nothing.
+struct LineSegment {
+  Eigen::Vector2d start = Eigen::Vector2d::Zero();
+  Eigen::Vector2d end = Eigen::Vector2d::Zero();
+
+  Eigen::Vector2d Midpoint() const { return 0.5 * (start + end); }
+  double Length() const { return (end - start).norm(); }
+};
+
+// A tracked point in one stereo pair, in pixels of the rectified cameras. right_px is only known
+// where the right image was looked at.
+struct PointObservation {
+  int64_t id = 0;
+  Eigen::Vector2d left_px = Eigen::Vector2d::Zero();
+  std::optional<Eigen::Vector2d> right_px;
+};
+
+// A tracked line in one stereo pair, in pixels of the rectified cameras. Ends along the line are
+// not repeatable: they say how far it was seen, not where it stops.
+struct LineObservation {
+  int64_t id = 0;
+  LineSegment left_px;
+  std::optional<LineSegment> right_px;
+};
+
+inline double ToSeconds(int64_t ns) { return static_cast<double>(ns) * 1e-9; }
+inline int64_t ToNanoseconds(double s) {
+  return static_cast<int64_t>(s * 1e9 + (s < 0 ? -0.5 : 0.5));
+}
+
+// What no IMU on a building's mapper measures.
+
+inline constexpr double kMaxGyro_rad_s = 100, kMaxAccel_m_s2 = 1000;
+
+// False where a value is not finite or beyond the limits.
+inline bool IsPlausible(const ImuSample& sample) {
+  return sample.angular_velocity_rad_s.norm() < kMaxGyro_rad_s &&
+         sample.specific_force_m_s2.norm() < kMaxAccel_m_s2;
+}
+
+}  // namespace slcmap

@@ -1,0 +1,65 @@
+// One image of a sequence from its file.
+#pragma once
+
+#include <array>
+#include <functional>
+#include <opencv2/core/mat.hpp>
+#include <string>
+#include <vector>
+
+#include "data/core/error.h"
+
+namespace slcmap {
+
+// An image, or why there is none: problem is then one of the kinds of data/warnings.h.
+struct ImageRead {
+  cv::Mat image;  // 8 bit, one channel; empty where there is a problem
+  const char* problem = nullptr;
+};
+
+// How the pixels of a file are to be read, the same for all images of a camera.
+struct PixelForm {
+  int bits = 16;        // of a 16-bit file that hold the value; the upper 8 of them are read
+  bool mosaic = false;  // of colours (Bayer): made grey by a filter that takes as much of each
+};
+
+// Reads an image as 8-bit grey (16 bits lose their lower byte). A PNG without its last chunk and a
+// JPEG without its end mark count as truncated, whatever could be decoded of them; bytes behind
+// these are passed over, as is an orientation: pixels are as the sensor has stored them. An image of
+// another size than `size` (any, where that is empty) is a problem too.
+ImageRead ReadGrayImage(const std::string& path, const cv::Size& size, const PixelForm& form = {});
+
+// An image with the depth and the channels of its file; empty where it cannot be decoded.
+cv::Mat ReadStoredImage(const std::string& path);
+
+// Whether viewers show the image turned or mirrored, as its EXIF data ask for.
+bool IsTurnedByOrientation(const std::string& path);
+
+// What can be told to be wrong by the file's header and end, without decoding it: a kind of
+// data/warnings.h, or nullptr. The size is known of PNG and JPEG files only.
+const char* FindImageProblem(const std::string& path, const cv::Size& size);
+
+// The same, but a PNG is only decoded by `decode`, which gives an empty image where its pixels are
+// damaged; all other problems are found at once.
+struct DeferredImageRead {
+  std::function<cv::Mat()> decode;
+  const char* problem = nullptr;
+};
+DeferredImageRead ReadGrayImageDeferred(const std::string& path, const cv::Size& size,
+                                        const PixelForm& form = {});
+
+// How the pixels of a camera's image files are to be read, found from a sample of them.
+
+// What FindPixelForms counts.
+inline constexpr const char* kImageFewBits = "images_of_fewer_bits_than_their_files";
+inline constexpr const char* kImageMosaic = "images_that_are_a_colour_mosaic";
+inline constexpr const char* kImageOrientation = "images_with_an_orientation_taken_as_stored";
+
+// Of the images of the left and the right camera, in their order. 16-bit files whose values reach
+// up to 2^8, 2^10, 2^12 or 2^14 at most, over all that is sampled of both cameras, hold so many
+// bits; a mosaic is told by levels that differ between the pixels of each 2 x 2, the same over
+// whole areas. What is out of the usual is counted, once a camera, where warnings are given.
+std::array<PixelForm, 2> FindPixelForms(const std::array<std::vector<std::string>, 2>& paths,
+                                        Warnings* warnings = nullptr);
+
+}  // namespace slcmap

@@ -1,0 +1,189 @@
+#include "data/io/trajectory.h"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cmath>
+#include <cstring>
+#include <fstream>
+
+#include "data/core/error.h"
+#include "data/io/csv.h"
+#include "data/io/pose_file.h"
+
+namespace slcmap {
+namespace {
+
+constexpr double kMaxNormError = 0.01;  // of a quaternion as written
+
+constexpr int64_t kMaxStamp_ns = int64_t{1} << 62;  // differences of two stamps stay within range
+
+StampedPose ParseRow(const std::vector<std::string_view>& fields, const std::string& place) {
+  if (fields.size() < 8) {
+    throw DataError(fmt::format("{}: found {} columns, expected 8: stamp_s x y z qx qy qz qw",
+                                place, fields.size()));
+  }
+  StampedPose pose;
+  const std::optional<int64_t> stamp_ns = ParseScaledInteger(fields[0], 9);
+  if (!stamp_ns || std::abs(*stamp_ns) > kMaxStamp_ns) {
+    throw DataError(fmt::format("{}: found '{}', expected a stamp", place, fields[0]));
+  }
+  pose.stamp_ns = *stamp_ns;
+  std::array<double, 7> v;
+  for (size_t i = 0; i < v.size(); ++i) {
+    const std::optional<double> value = ParseNumber(fields[i + 1]);
+    if (!value || !std::isfinite(*value)) {
+      throw DataError(fmt::format("{}: found '{}' in column {}, expected a finite number", place,
+                                  fields[i + 1], i + 2));
+    }
+    v[i] = *value;
+  }
+  pose.T_world_imu.translation = Eigen::Vector3d(v[0], v[1], v[2]);
+  const Eigen::Quaterniond q(v[6], v[3], v[4], v[5]);
+  if (std::abs(q.norm() - 1) > kMaxNormError) {
+    throw DataError(
+        fmt::format("{}: found a quaternion of norm {:.4g}, expected 1", place, q.norm()));
+  }
+  pose.T_world_imu.rotation = q.normalized();
+  return pose;
+}
+
+}  // namespace
+
+Trajectory ReadTumTrajectory(const std::string& path) {
+  Trajectory trajectory;
+  ForEachRow(path, [&](int row, const std::vector<std::string_view>& fields) {
+    const std::string place = fmt::format("{}: row {}", path, row);
+    const StampedPose pose = ParseRow(fields, place);
+    if (!trajectory.empty() && pose.stamp_ns <= trajectory.back().stamp_ns) {
+      throw DataError(
+          fmt::format("{}: found stamp {} not after {} of the row before, expected "
+                      "sorted stamps",
+                      place, pose.stamp_ns, trajectory.back().stamp_ns));
+    }
+    trajectory.push_back(pose);
+  });
+  if (trajectory.empty()) throw DataError(path + ": found no pose, expected at least one row");
+  return trajectory;
+}
+
+Trajectory ReadTrajectory(const std::string& path) {
+  return PosesOf(ReadPoseTable(path, {}), {}, std::nullopt);
+}
+
+std::string TumRow(const StampedPose& pose) {
+  const bool negative = pose.stamp_ns < 0;
+  const uint64_t stamp_ns = negative ? -static_cast<uint64_t>(pose.stamp_ns) : pose.stamp_ns;
+  const Eigen::Vector3d& p = pose.T_world_imu.translation;
+  const Eigen::Quaterniond& q = pose.T_world_imu.rotation;
+  const double sign = q.w() < 0 ? -1 : 1;  // one sign for one rotation
+  return fmt::format("{}{}.{:09} {:.9f} {:.9f} {:.9f} {:.9f} {:.9f} {:.9f} {:.9f}\n",
+                     negative ? "-" : "", stamp_ns / 1000000000, stamp_ns % 1000000000, p.x(),
+                     p.y(), p.z(), sign * q.x(), sign * q.y(), sign * q.z(), sign * q.w());
+}
+
+void WriteTumTrajectory(const std::string& path, const Trajectory& trajectory) {
+  errno = 0;
+  std::ofstream file(path, std::ios::binary);
+  file << kTumHeader;
+  for (const StampedPose& pose : trajectory) file << TumRow(pose);
+  file.close();
+  if (!file) throw OutputError(path + ": cannot be written: " + std::strerror(errno));
+}
+
+std::optional<RigidTransform> PoseAt(const Trajectory& trajectory, int64_t stamp_ns,
+                                     double max_gap_s) {
+  const auto after = std::lower_bound(
+      trajectory.begin(), trajectory.end(), stamp_ns,
+      [](const StampedPose& pose, int64_t stamp) { return pose.stamp_ns < stamp; });
+  if (after == trajectory.end()) return std::nullopt;
+  if (after->stamp_ns == stamp_ns) return after->T_world_imu;
+  if (after == trajectory.begin()) return std::nullopt;
+  const auto before = after - 1;
+  const int64_t gap_ns = after->stamp_ns - before->stamp_ns;
+  if (ToSeconds(gap_ns) > max_gap_s) return std::nullopt;
+  const double u = static_cast<double>(stamp_ns - before->stamp_ns) / static_cast<double>(gap_ns);
+  return Interpolate(before->T_world_imu, after->T_world_imu, u);
+}
+
+namespace {
+
+struct NamedAxis {
+  const char* name;
+  Eigen::Vector3d direction;
+};
+
+const std::array<NamedAxis, 6>& Axes() {
+  static const std::array<NamedAxis, 6> axes = {{{"z", Eigen::Vector3d::UnitZ()},
+                                                 {"-z", -Eigen::Vector3d::UnitZ()},
+                                                 {"y", Eigen::Vector3d::UnitY()},
+                                                 {"-y", -Eigen::Vector3d::UnitY()},
+                                                 {"x", Eigen::Vector3d::UnitX()},
+                                                 {"-x", -Eigen::Vector3d::UnitX()}}};
+  return axes;
+}
+
+void Expect(bool is_right, const char* option, const std::string& found, const char* expected) {
+  if (is_right) return;
+  throw ConfigError(fmt::format("{}: found '{}', expected {}", option, found, expected));
+}
+
+bool IsOneOf(const std::string& text, std::initializer_list<const char*> names) {
+  return std::any_of(names.begin(), names.end(), [&](const char* name) { return text == name; });
+}
+
+}  // namespace
+
+void PoseForm::Check() const {
+  Expect(IsOneOf(of, {"imu", "camera", "world-in-imu", "world-in-camera"}), "--poses-of", of,
+         "imu, camera, world-in-imu or world-in-camera");
+  Expect(IsOneOf(quaternion, {"", "xyzw", "wxyz", "xyzw-conjugated", "wxyz-conjugated"}),
+         "--quaternion", quaternion, "xyzw, wxyz, xyzw-conjugated or wxyz-conjugated");
+  Expect(std::isfinite(scale) && scale > 0, "--poses-scale", fmt::format("{}", scale),
+         "a number above 0: metres a unit of the file");
+  Expect(std::isfinite(offset_s) && std::abs(offset_s) < 4e9, "--poses-offset",
+         fmt::format("{}", offset_s), "seconds, to be added to the stamps");
+  Up();
+}
+
+Eigen::Vector3d PoseForm::Up() const {
+  for (const NamedAxis& axis : Axes()) {
+    if (up == axis.name) return axis.direction;
+  }
+  Eigen::Vector3d direction = Eigen::Vector3d::Zero();
+  const auto fields = SplitRow(up);
+  for (size_t i = 0; i < fields.size() && i < 3; ++i) {
+    direction[static_cast<Eigen::Index>(i)] = ParseNumber(fields[i]).value_or(NAN);
+  }
+  Expect(fields.size() == 3 && direction.allFinite() && direction.norm() > 1e-3, "--up", up,
+         "z, -z, y, -y, x, -x, or the direction of up as x,y,z in the world of the poses");
+  return direction.normalized();
+}
+
+std::string OptionsOf(const PoseForm& form) {
+  const PoseForm usual;
+  std::string options;
+  const auto add = [&](const std::string& option) {
+    options += (options.empty() ? "" : " ") + option;
+  };
+  if (form.of != usual.of) add("--poses-of " + form.of);
+  if (form.quaternion != usual.quaternion) add("--quaternion " + form.quaternion);
+  if (form.up != usual.up) add("--up=" + form.up);
+  if (form.scale != usual.scale) add(fmt::format("--poses-scale {:.4g}", form.scale));
+  if (form.stamps != usual.stamps) add("--poses-stamps " + form.stamps);
+  if (form.offset_s != usual.offset_s) add(fmt::format("--poses-offset={:.3f}", form.offset_s));
+  return options;
+}
+
+std::string UpInWords(const Eigen::Vector3d& up) {
+  constexpr double kSame_rad = 1.5 * M_PI / 180;
+  for (const NamedAxis& axis : Axes()) {
+    if (axis.direction.dot(up.normalized()) > std::cos(kSame_rad)) return axis.name;
+  }
+  const Eigen::Vector3d u = up.normalized();
+  return fmt::format("{:.4f},{:.4f},{:.4f}", u.x(), u.y(), u.z());
+}
+
+}  // namespace slcmap

@@ -1,0 +1,70 @@
+// Trajectories of the IMU body: TUM and EuRoC files in, TUM files out.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "data/core/rigid_transform.h"
+#include "data/core/types.h"
+
+namespace slcmap {
+
+struct StampedPose {
+  int64_t stamp_ns = 0;
+  RigidTransform T_world_imu;
+};
+
+using Trajectory = std::vector<StampedPose>;  // sorted by stamp, no stamp twice
+
+// Reads "stamp_s x y z qx qy qz qw" rows; '#' starts a comment; commas and CRLF are accepted.
+// Stamps are parsed as decimal text, so that nanoseconds survive. Throws DataError naming file and
+// row on a row that cannot be read, on NaN, on unsorted stamps and on an empty file.
+Trajectory ReadTumTrajectory(const std::string& path);
+
+// Reads a file of either form, or as others write them (ReadPoseTable in data/pose_file.h), as it
+// is.
+Trajectory ReadTrajectory(const std::string& path);
+
+// One TUM row with its end of line, and the comment that opens a file of them.
+std::string TumRow(const StampedPose& pose);
+inline constexpr const char* kTumHeader = "# stamp_s x_m y_m z_m qx qy qz qw\n";
+
+// Writes the header and TUM rows with stamps of nine decimals. Throws OutputError when the file
+// can't be written.
+void WriteTumTrajectory(const std::string& path, const Trajectory& trajectory);
+
+// The pose at a stamp, interpolated between its neighbours; nothing outside the trajectory, or
+// where the neighbours are more than max_gap_s apart.
+std::optional<RigidTransform> PoseAt(const Trajectory& trajectory, int64_t stamp_ns,
+                                     double max_gap_s = 0.5);
+
+// The form in which others write poses: of what, in which order, unit and world.
+
+// What is done to the rows of a file so that they are poses of the IMU in metres, in a world with z
+// up, at times of the images' clock. "" is for what the file tells.
+struct PoseForm {
+  // What a row is the pose of: "imu" or "camera" (the left one) in the world, or the world's in
+  // either, as "world-in-camera".
+  std::string of = "imu";
+  // "xyzw", "wxyz", or these with "-conjugated" behind: its rotation is the inverse one.
+  std::string quaternion;
+  std::string up = "z";  // where up is in the world of the poses: an axis, or "x,y,z"
+  double scale = 1;      // metres a unit of the file
+  std::string stamps;    // "ns", "us", "ms", "s", or a file with a stamp in each row
+  double offset_s = 0;   // added to the stamps
+
+  void Check() const;  // throws ConfigError naming the option
+  bool IsInverse() const { return of.starts_with("world-in-"); }
+  bool IsOfCamera() const { return of.ends_with("camera"); }
+  bool IsConjugated() const { return quaternion.ends_with("-conjugated"); }
+  Eigen::Vector3d Up() const;  // of unit length; throws ConfigError
+};
+
+// The options that say what another form says in another way, as they are typed; "" where none do.
+std::string OptionsOf(const PoseForm& form);
+
+// The direction as --up takes it: an axis where it is within a degree and a half of one.
+std::string UpInWords(const Eigen::Vector3d& up);
+
+}  // namespace slcmap

@@ -1,0 +1,447 @@
+#include "data/source/sequence.h"
+
+#include <spdlog/fmt/fmt.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdlib>
+#include <filesystem>
+#include <optional>
+
+#include "data/calibration/calibration.h"
+#include "data/calibration/camera_words.h"
+#include "data/calibration/imu_calibration.h"
+#include "data/calibration/mask.h"
+#include "data/core/error.h"
+
+namespace slcmap {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string CameraFolder(const Sequence& sequence, size_t camera) {
+  return sequence.CameraNames()[camera];
+}
+
+void RequireOverlap(const Sequence& sequence) {
+  const int64_t offset_ns = ToNanoseconds(sequence.rig.camera_time_offset_s);
+  const int64_t first_image_ns = sequence.images.front().stamp_ns + offset_ns;
+  const int64_t last_image_ns = sequence.images.back().stamp_ns + offset_ns;
+  const int64_t first_imu_ns = sequence.imu.front().stamp_ns;
+  const int64_t last_imu_ns = sequence.imu.back().stamp_ns;
+  if (first_image_ns <= last_imu_ns && first_imu_ns <= last_image_ns) return;
+  throw InputFault(
+      "clocks",
+      fmt::format("{}: found images from {:.3f} to {:.3f} s and IMU samples from {:.3f} to {:.3f} "
+                  "s, expected them to overlap (are both in nanoseconds of one clock?)",
+                  sequence.folder, ToSeconds(first_image_ns), ToSeconds(last_image_ns),
+                  ToSeconds(first_imu_ns), ToSeconds(last_imu_ns)),
+      fmt::format("write the stamps of {0}/{1}/data.csv and {0}/imu0/data.csv in nanoseconds of "
+                  "one clock",
+                  sequence.folder, CameraFolder(sequence, 0)));
+}
+
+// The tables of a recording as they are read.
+struct Tables {
+  std::vector<ImageFile> left, right;
+  std::vector<ImuSample> imu;
+};
+
+// Where the clock of one camera alone was set, and images of both, put back, follow each other row
+// by row, those of the other tell the time. False where that is not so.
+bool TakeStamps(const ClockTable<ImageFile>& whole, const std::vector<ClockJump>& of_imu,
+                ClockTable<ImageFile>* table) {
+  const std::vector<ImageFile>& given = *whole.elements;
+  if (table->jumps->empty() || given.size() != table->elements->size()) return false;
+  for (const ClockJump& jump : *table->jumps) {
+    if (!jump.put_back || SameJump(jump, *whole.jumps) < whole.jumps->size() ||
+        SameJump(jump, of_imu) < of_imu.size()) {
+      return false;
+    }
+  }
+  const double near_ns = 0.4e9 * MedianStep_s(given);
+  for (size_t i = 0; i < given.size(); ++i) {
+    const int64_t apart_ns = (*table->elements)[i].stamp_ns - given[i].stamp_ns;
+    if (static_cast<double>(std::abs(apart_ns)) > near_ns) return false;
+  }
+  for (size_t i = 0; i < given.size(); ++i) {
+    ImageFile& image = (*table->elements)[i];
+    if (image.stamp_ns >= table->jumps->front().stamp_ns) image.stamp_ns = given[i].stamp_ns;
+  }
+  return true;
+}
+
+// Where the recorder's clock is set to another time, what is recorded of all tables from then on is
+// put on the clock before, but begins anew: how long the jump took is not known.
+void JoinClocks(std::vector<ClockJump> left, std::vector<ClockJump> right,
+                std::vector<ClockJump> imu, Tables* tables, Warnings* warnings) {
+  ClockTable<ImageFile> lefts{&tables->left, &left}, rights{&tables->right, &right};
+  ClockTable<ImuSample> samples{&tables->imu, &imu};
+  UndoForward(samples, &lefts);
+  UndoForward(samples, &rights);
+  UndoForward(lefts, &samples);
+  AgreeOnJumps(samples, &lefts);
+  AgreeOnJumps(samples, &rights);
+  AgreeOnJumps(lefts, &rights);
+  const bool lefts_told = TakeStamps(rights, imu, &lefts);
+  const bool rights_told = !lefts_told && TakeStamps(lefts, imu, &rights);
+  const std::vector<ClockJump> of_images = left, of_imu = imu;
+  LeaveOutPauses(of_imu, &left);
+  LeaveOutPauses(of_imu, &right);
+  LeaveOutPauses(of_images, &imu);
+  for (const auto* jumps : {&left, &right, &imu}) CountJumps(*jumps, warnings);
+  if (lefts_told) left.clear();
+  if (rights_told) right.clear();
+  for (const auto* jumps : {&left, &right, &imu}) {
+    for (const ClockJump& jump : *jumps) BreakImu(jump, &tables->imu);
+  }
+}
+
+// By how much images jump is told by the samples, also where those are not asked for, or it would
+// be another jump than with them. Leaves both empty where there is no table that can be read.
+void ReadClockOfImu(const std::string& path, std::vector<ImuSample>* imu,
+                    std::vector<ClockJump>* jumps) {
+  Warnings ignored;
+  try {
+    *imu = ReadAslImu(path, &ignored, jumps);
+  } catch (const DataError&) {
+    jumps->clear();
+  }
+}
+
+Tables ReadTables(const SequenceOptions& options, Sequence* sequence) {
+  const fs::path folder(sequence->folder);
+  Warnings* warnings = &sequence->warnings;
+  Tables tables;
+  std::vector<ClockJump> left, right, imu;
+  tables.left = ReadAslImages((folder / CameraFolder(*sequence, 0)).string(), warnings, &left);
+  if (IsStereo(sequence->rig)) {
+    tables.right = ReadAslImages((folder / CameraFolder(*sequence, 1)).string(), warnings, &right);
+  }
+  const std::string imu_path = (folder / "imu0" / "data.csv").string();
+  if (options.needs_imu) {
+    tables.imu = ReadAslImu(imu_path, warnings, &imu);
+  } else if (!left.empty() || !right.empty()) {
+    ReadClockOfImu(imu_path, &tables.imu, &imu);
+  }
+  JoinClocks(left, right, imu, &tables, warnings);
+  if (!options.needs_imu) tables.imu.clear();
+  return tables;
+}
+
+// The offset at which most right images lie behind the left ones, if they all do.
+std::optional<double> ConstantOffset_s(const std::vector<ImageFile>& left,
+                                       const std::vector<ImageFile>& right) {
+  constexpr double kWithin_s = 1e-3, kMost = 0.8;
+  std::vector<double> offsets_s;
+  size_t r = 0;
+  for (const ImageFile& image : left) {
+    const auto apart_ns = [&](size_t i) { return std::abs(right[i].stamp_ns - image.stamp_ns); };
+    while (r + 1 < right.size() && apart_ns(r + 1) < apart_ns(r)) ++r;
+    if (r < right.size()) offsets_s.push_back(ToSeconds(right[r].stamp_ns - image.stamp_ns));
+  }
+  const double offset_s = Median(offsets_s);
+  const auto near = std::ranges::count_if(
+      offsets_s, [&](double each_s) { return std::abs(each_s - offset_s) < kWithin_s; });
+  if (static_cast<double>(near) < kMost * static_cast<double>(offsets_s.size()))
+    return std::nullopt;
+  return offset_s;
+}
+
+// The offset of right stamps that makes pairs of most images, where the options' one does not; and
+// nothing where none does.
+std::string RightOffsetRemedy(const std::vector<ImageFile>& left,
+                              const std::vector<ImageFile>& right, const std::string& right_name,
+                              double given_s) {
+  const std::optional<double> further_s = ConstantOffset_s(left, right);
+  if (!further_s) return "";
+  const double offset_s = given_s + *further_s;
+  return fmt::format(
+      "open it with --right-offset {:.3f} (ms): the stamps of {} are {} by that, "
+      "where the cameras are triggered together",
+      1e3 * offset_s, right_name, offset_s > 0 ? "late" : "early");
+}
+
+// The images that sequence->rig has cameras for.
+std::vector<StereoEntry> PairTables(const SequenceOptions& options, const Tables& tables,
+                                    Sequence* sequence) {
+  const std::vector<ImageFile>& left = tables.left;
+  std::vector<StereoEntry> images;
+  if (!IsStereo(sequence->rig)) {
+    for (const ImageFile& image : left) images.push_back({image.stamp_ns, image.path, ""});
+    return images;
+  }
+  std::vector<ImageFile> right = tables.right;
+  for (ImageFile& image : right) image.stamp_ns -= ToNanoseconds(options.right_offset_s);
+  images = PairImages(left, right, options.max_stereo_offset_s, &sequence->warnings);
+  if (2 * images.size() >= left.size()) return images;
+  const std::string remedy =
+      RightOffsetRemedy(left, right, CameraFolder(*sequence, 1), options.right_offset_s);
+  if (images.empty() || !remedy.empty()) {
+    throw InputFault(
+        "unpaired",
+        fmt::format("{}: found {} within {} s of each other among {} and {}, expected pairs",
+                    sequence->folder,
+                    images.empty() ? std::string("no left and right image")
+                                   : fmt::format("{} left and right images", images.size()),
+                    options.max_stereo_offset_s, left.size(), right.size()),
+        !remedy.empty()
+            ? remedy
+            : fmt::format("trigger both cameras together, and write the stamps of "
+                          "{0}/{1}/data.csv and {0}/{2}/data.csv in nanoseconds of one clock",
+                          sequence->folder, CameraFolder(*sequence, 0),
+                          CameraFolder(*sequence, 1)));
+  }
+  return images;
+}
+
+bool IsRecorded(const std::string& folder, int camera) {
+  std::error_code error;
+  return fs::is_directory(fs::path(folder) / fmt::format("cam{}", camera), error);
+}
+
+Calibration CalibrationOf(const std::string& folder, const SequenceOptions& options,
+                          const std::vector<int>& cameras, Warnings* warnings) {
+  return options.calibration.empty()
+             ? FindCalibration(folder, warnings, options.mirrored, cameras)
+             : ReadCalibration(options.calibration, warnings, options.mirrored, cameras);
+}
+
+// The best of the cameras that were recorded, of a calibration that has others too.
+std::vector<int> ChooseRecorded(const std::string& folder, const SequenceOptions& options) {
+  constexpr int kMaxIndex = 9;
+  std::vector<ChainCamera> chain;
+  for (int i = 0; i <= kMaxIndex; ++i) {
+    if (!IsRecorded(folder, i)) continue;
+    Warnings ignored;  // come with those that are chosen
+    try {
+      const Rig rig = CalibrationOf(folder, options, {i}, &ignored).rig;
+      chain.push_back({i, rig.cameras[0], rig.T_imu_camera[0], std::nullopt, ""});
+    } catch (const InputFault&) {
+      continue;  // recorded, but not calibrated
+    }
+  }
+  std::vector<int> chosen;
+  for (const size_t at : ChooseCameras(chain, {})) chosen.push_back(chain[at].index);
+  return chosen;
+}
+
+Calibration CalibrationOf(const std::string& folder, const SequenceOptions& options,
+                          Warnings* warnings) {
+  Warnings of_reading;
+  Calibration calibration = CalibrationOf(folder, options, options.cameras, &of_reading);
+  const auto missing = std::ranges::find_if(
+      calibration.cameras, [&](int camera) { return !IsRecorded(folder, camera); });
+  if (missing != calibration.cameras.end() && !options.cameras.empty()) {
+    throw InputFault("cameras", fmt::format("--cameras: found no cam{} in {}", *missing, folder),
+                     "name cameras that the recording has");
+  }
+  if (missing != calibration.cameras.end()) {
+    const std::vector<int> recorded = ChooseRecorded(folder, options);
+    // Else a stereo rig of which one camera was recorded.
+    if (recorded != std::vector{0} || calibration.cameras.front() != 0) {
+      return CalibrationOf(folder, options, recorded, warnings);
+    }
+  }
+  warnings->Merge(of_reading);
+  return calibration;
+}
+
+// Words that stand in a path's place stay.
+SequenceOptions WithWholePaths(SequenceOptions options) {
+  if (!options.calibration.empty()) {
+    options.calibration = fs::weakly_canonical(options.calibration).string();
+  }
+  for (std::string& mask : options.masks) {
+    if (mask != kNoMask) mask = fs::weakly_canonical(mask).string();
+  }
+  return options;
+}
+
+std::array<std::vector<std::string>, 2> ImagePaths(const std::vector<StereoEntry>& images) {
+  std::array<std::vector<std::string>, 2> paths;
+  for (const StereoEntry& image : images) {
+    paths[0].push_back(image.left_path);
+    if (!image.right_path.empty()) paths[1].push_back(image.right_path);
+  }
+  return paths;
+}
+
+}  // namespace
+
+std::array<std::string, 2> Sequence::CameraNames() const {
+  const int left = cameras.empty() ? 0 : cameras[0];
+  return {fmt::format("cam{}", left),
+          fmt::format("cam{}", cameras.size() < 2 ? left + 1 : cameras[1])};
+}
+
+std::string FindAslFolder(const std::string& path, bool needs_imu) {
+  std::error_code error;
+  if (!fs::is_directory(path, error)) {
+    throw InputFault("unreadable",
+                     path + ": found no such folder, expected an EuRoC (ASL) or TUM VI sequence",
+                     "name the folder that holds mav0, or mav0 itself");
+  }
+  for (const fs::path& folder : {fs::path(path), fs::path(path) / "mav0"}) {
+    if (!fs::is_directory(folder / "cam0", error)) continue;
+    if (needs_imu && !fs::is_directory(folder / "imu0", error)) {
+      throw InputFault("unreadable",
+                       folder.string() + ": found no imu0, expected cam0, cam1 and imu0",
+                       "write the IMU's samples as " + (folder / "imu0" / "data.csv").string());
+    }
+    return folder.string();
+  }
+  throw InputFault("unreadable",
+                   path +
+                       ": found neither cam0 nor mav0/cam0, expected an EuRoC (ASL) or TUM VI "
+                       "sequence",
+                   "lay the sequence out as EuRoC does: mav0/cam0, cam1, imu0, each with data.csv "
+                   "and sensor.yaml");
+}
+
+std::string FindTruth(const std::string& asl_folder) {
+  for (const char* name : {"state_groundtruth_estimate0", "mocap0"}) {
+    const fs::path path = fs::path(asl_folder) / name / "data.csv";
+    std::error_code error;
+    if (fs::is_regular_file(path, error)) return path.string();
+  }
+  return "";
+}
+
+std::vector<StereoEntry> PairImages(const std::vector<ImageFile>& left,
+                                    const std::vector<ImageFile>& right, double max_offset_s,
+                                    Warnings* warnings) {
+  const int64_t max_offset_ns = ToNanoseconds(max_offset_s);
+  std::vector<StereoEntry> pairs;
+  size_t l = 0, r = 0;
+  const auto offset_ns = [&](size_t i, size_t k) {
+    return std::abs(left[i].stamp_ns - right[k].stamp_ns);
+  };
+  while (l < left.size() && r < right.size()) {
+    const bool left_is_first = left[l].stamp_ns < right[r].stamp_ns;
+    const bool nearer_follows = left_is_first
+                                    ? l + 1 < left.size() && offset_ns(l + 1, r) < offset_ns(l, r)
+                                    : r + 1 < right.size() && offset_ns(l, r + 1) < offset_ns(l, r);
+    if (offset_ns(l, r) <= max_offset_ns && !nearer_follows) {
+      pairs.push_back({left[l].stamp_ns, left[l].path, right[r].path});
+      ++l, ++r;
+    } else if (left_is_first) {
+      warnings->Add(kImageUnpaired, left[l++].path);
+    } else {
+      warnings->Add(kImageUnpaired, right[r++].path);
+    }
+  }
+  while (l < left.size()) warnings->Add(kImageUnpaired, left[l++].path);
+  while (r < right.size()) warnings->Add(kImageUnpaired, right[r++].path);
+  return pairs;
+}
+
+std::vector<StereoEntry> PairedAnew(const std::vector<PairPiece>& pieces,
+                                    const std::vector<StereoEntry>& images) {
+  std::vector<StereoEntry> paired;
+  std::ptrdiff_t used = -1;  // right images up to this
+  for (const PairPiece& piece : pieces) {
+    for (std::ptrdiff_t i = 0; i < std::ssize(images); ++i) {
+      const StereoEntry& image = images[static_cast<size_t>(i)];
+      if (image.stamp_ns < piece.from_ns || image.stamp_ns > piece.to_ns) continue;
+      const std::ptrdiff_t right = i + piece.later, stamp = i + piece.late;
+      if (right <= used || right >= std::ssize(images)) continue;
+      if (stamp < 0 || stamp >= std::ssize(images)) continue;
+      const int64_t stamp_ns = images[static_cast<size_t>(stamp)].stamp_ns;
+      if (!paired.empty() && paired.back().stamp_ns >= stamp_ns) continue;
+      used = right;
+      paired.push_back({stamp_ns, image.left_path,
+                        piece.has_right ? images[static_cast<size_t>(right)].right_path : ""});
+    }
+  }
+  return paired;
+}
+
+void CheckPairing(const SequenceOptions& options) {
+  const auto check = [](const char* name, double found_s, double least_s, double most_s) {
+    if (found_s >= least_s && found_s <= most_s) return;
+    throw ConfigError(fmt::format("{}: found {}, expected milliseconds from {} to {}", name,
+                                  1e3 * found_s, 1e3 * least_s, 1e3 * most_s));
+  };
+  check("--pair-tolerance", options.max_stereo_offset_s, 0, 1);
+  check("--right-offset", options.right_offset_s, -10, 10);
+}
+
+Sequence OpenSequence(const std::string& path, const SequenceOptions& options) {
+  CheckPairing(options);
+  Sequence sequence;
+  sequence.folder = FindAslFolder(path, options.needs_imu);
+  const fs::path folder(sequence.folder);
+  const Calibration calibration = CalibrationOf(sequence.folder, options, &sequence.warnings);
+  if (options.needs_imu && !calibration.without_noise.empty()) {
+    sequence.warnings.Add(kImuNoiseAssumed, calibration.without_noise);
+  }
+  sequence.rig = calibration.rig;
+  sequence.calibration_source = calibration.source;
+  sequence.cameras = calibration.cameras;
+  sequence.finds_carried = options.masks.empty();
+  std::error_code error;
+  if (IsStereo(sequence.rig) && !fs::is_directory(folder / CameraFolder(sequence, 1), error)) {
+    sequence.rig.cameras[1] = Camera();
+  }
+  ReadMasks(options.masks, &sequence.rig);
+  Tables tables = ReadTables(options, &sequence);
+  sequence.images = PairTables(options, tables, &sequence);
+  if (!options.pieces.empty()) sequence.images = PairedAnew(options.pieces, sequence.images);
+  sequence.imu = std::move(tables.imu);
+  if (options.needs_imu) RequireOverlap(sequence);
+  Correct(sequence.rig.imu_correction, &sequence.imu);
+  sequence.pixel_forms = FindPixelForms(ImagePaths(sequence.images), &sequence.warnings);
+  sequence.truth_path = FindTruth(sequence.folder);
+  sequence.opened = WithWholePaths(options);
+  sequence.opened.cameras = sequence.cameras;
+  return sequence;
+}
+
+namespace {
+
+constexpr double kMaxTime_s = 1e8;         // three years
+constexpr double kImuMargin_s = 1;         // beyond the camera's time offset
+constexpr double kImageRounding_s = 1e-6;  // of times given on a command line
+
+void CheckTime(const char* name, double found_s) {
+  if (found_s >= 0 && found_s <= kMaxTime_s) return;
+  throw ConfigError(
+      fmt::format("{}: found {}, expected seconds from 0 to {}", name, found_s, kMaxTime_s));
+}
+
+}  // namespace
+
+void SequencePart::Check() const {
+  CheckTime("--from", from_s);
+  CheckTime("--duration", duration_s);
+}
+
+void KeepPart(const SequencePart& part, Sequence* sequence) {
+  part.Check();
+  if (part.from_s == 0 && part.duration_s == 0) return;
+  const int64_t start_ns = sequence->images.front().stamp_ns;
+  const int64_t from_ns = start_ns + ToNanoseconds(part.from_s - kImageRounding_s);
+  const double to_s = part.duration_s == 0 ? 2 * kMaxTime_s : part.from_s + part.duration_s;
+  const int64_t to_ns = start_ns + ToNanoseconds(to_s + kImageRounding_s);
+  const double length_s = ToSeconds(sequence->images.back().stamp_ns - start_ns);
+  std::erase_if(sequence->images, [&](const StereoEntry& image) {
+    return image.stamp_ns < from_ns || image.stamp_ns > to_ns;
+  });
+  if (sequence->images.empty()) {
+    throw ConfigError(
+        fmt::format("--from {} --duration {}: found no image in it, expected a part of the "
+                    "recording's {:.3f} s",
+                    part.from_s, part.duration_s, length_s));
+  }
+  const int64_t margin_ns = ToNanoseconds(kImuMargin_s);
+  const int64_t offset_ns = ToNanoseconds(sequence->rig.camera_time_offset_s);
+  const int64_t first_ns = sequence->images.front().stamp_ns + offset_ns - margin_ns;
+  const int64_t last_ns = sequence->images.back().stamp_ns + offset_ns + margin_ns;
+  std::erase_if(sequence->imu, [&](const ImuSample& sample) {
+    return sample.stamp_ns < first_ns || sample.stamp_ns > last_ns;
+  });
+}
+
+}  // namespace slcmap

@@ -1,0 +1,80 @@
+// A recorded sequence on disk: which images and samples there are, and the rig that made them.
+#pragma once
+
+#include <array>
+#include <string>
+#include <vector>
+
+#include "data/core/error.h"
+#include "data/core/types.h"
+#include "data/io/image.h"
+#include "data/source/asl_files.h"
+#include "data/source/sequence_source.h"
+
+namespace slcmap {
+
+struct StereoEntry {
+  int64_t stamp_ns = 0;  // of the left image
+  std::string left_path;
+  std::string right_path;  // "" where there is one camera, or a knock has turned the right one
+};
+
+struct Sequence {
+  std::string folder;  // the one that holds cam0, cam1 and imu0
+  std::vector<StereoEntry> images;
+  std::array<PixelForm, 2> pixel_forms;  // of the left and the right images
+  std::vector<ImuSample> imu;            // as the files have it, with rig.imu_correction applied
+  Rig rig;
+  std::string calibration_source;
+  std::vector<int> cameras;   // "cam0" and "cam1" are 0 and 1
+  bool finds_carried = true;  // whether what moves with the rig is looked for: no mask was given
+  std::string truth_path;     // true poses, "" where there are none
+  SequenceOptions opened;     // that open it so again: with its cameras, and whole paths
+  Warnings warnings;
+
+  // Those of `cameras`; where there is one, the second is named as if it were the next.
+  std::array<std::string, 2> CameraNames() const;
+};
+
+// Opens an EuRoC (ASL) or TUM VI sequence: the folder with cam0, cam1, imu0, or the one above it.
+// Without cam1 the rig has one camera (IsStereo is false), as it has without a calibration for
+// cam1. Rows that cannot be used are counted in Sequence::warnings. Throws DataError when a part is
+// missing, no pair is left, the calibration is absurd, or IMU and images do not overlap in time.
+Sequence OpenSequence(const std::string& path, const SequenceOptions& options = {});
+
+// The folder with cam0, imu0 and, of two cameras, cam1 for a path as OpenSequence takes it; throws
+// DataError.
+std::string FindAslFolder(const std::string& path, bool needs_imu = true);
+
+// The file of true poses in that folder (EuRoC's state_groundtruth_estimate0, TUM VI's mocap0); ""
+// where there is none.
+std::string FindTruth(const std::string& asl_folder);
+
+// Pairs left and right images that are nearest to each other in time and at most max_offset_s
+// apart; counts the others.
+std::vector<StereoEntry> PairImages(const std::vector<ImageFile>& left,
+                                    const std::vector<ImageFile>& right, double max_offset_s,
+                                    Warnings* warnings);
+
+// The images of the pieces, as they belong together; those without a partner go.
+std::vector<StereoEntry> PairedAnew(const std::vector<PairPiece>& pieces,
+                                    const std::vector<StereoEntry>& images);
+
+// Throws ConfigError where a tolerance or an offset cannot be.
+void CheckPairing(const SequenceOptions& options);
+
+// A part of a recording, by time.
+
+// Seconds from the first image.
+struct SequencePart {
+  double from_s = 0;
+  double duration_s = 0;  // 0: to the end
+  // Throws ConfigError, naming --from or --duration, for a time that cannot be.
+  void Check() const;
+};
+
+// Drops the images of other times, and the IMU samples further than a second from those that stay.
+// Throws ConfigError when no image is left.
+void KeepPart(const SequencePart& part, Sequence* sequence);
+
+}  // namespace slcmap

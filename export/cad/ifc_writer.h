@@ -1,0 +1,36 @@
+// What of a map goes into an IFC file, and what is assumed where nothing was seen.
+#pragma once
+
+#include "export/scene/map_writer.h"
+
+namespace slcmap {
+
+struct IfcOptions {
+  bool line_solids = false;       // lines as thin solids too: viewers often hide annotations
+  double line_solid_m = 0.02;     // width of these
+  double slab_m = 0.2;            // thickness of floors and ceilings, of which one face was seen
+  double assumed_height_m = 2.5;  // of walls whose top was not seen
+  void Check() const;             // throws ConfigError
+};
+
+// IFC4, for programs of building information modelling.
+
+// Writes map.ifc: project, site, building, storeys; walls with openings and doors, slabs, spaces,
+// pipes, and lines as annotations. Metres, in the map's world; without a compass there is no true
+// north. What cannot be a solid is left out, with a warning that counts it.
+class IfcWriter : public MapWriter {
+ public:
+  explicit IfcWriter(const IfcOptions& options) : options_(options) {}
+  std::string Format() const override { return "ifc"; }
+  std::vector<std::string> Names() const override { return {"map.ifc"}; }
+
+  // Throws also DataError for a map with numbers that are not finite, and ConfigError for options
+  // out of their range.
+  std::vector<std::string> Write(const std::string& folder, const MapResult& map,
+                                 const Progress& progress) const override;
+
+ private:
+  IfcOptions options_;
+};
+
+}  // namespace slcmap

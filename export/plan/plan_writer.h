@@ -1,0 +1,43 @@
+// Plans as SVG files.
+#pragma once
+
+#include "export/plan/plan_options.h"
+#include "export/plan/sheet.h"
+#include "export/scene/map_writer.h"
+
+namespace slcmap {
+
+// A sheet as an SVG file in millimetres, with a group a pen and text as text; browsers print it in
+// its size.
+std::string SvgOf(const Sheet& sheet);
+
+// Writes plan/NAME.svg for each sheet of plans, sections and elevations.
+class SvgPlanWriter : public MapWriter {
+ public:
+  explicit SvgPlanWriter(const PlanOptions& options) : options_(options) {}
+  std::string Format() const override { return "svg"; }
+  std::vector<std::string> Names() const override { return {"plan"}; }
+  std::vector<std::string> Write(const std::string& folder, const MapResult& map,
+                                 const Progress& progress) const override;
+
+ private:
+  PlanOptions options_;
+};
+
+// Plans as a PDF file.
+
+// Writes plan.pdf with a page for each sheet, in its size, by cairo, and plan/NAME.pdf for each
+// section and elevation.
+class PdfPlanWriter : public MapWriter {
+ public:
+  explicit PdfPlanWriter(const PlanOptions& options) : options_(options) {}
+  std::string Format() const override { return "pdf"; }
+  std::vector<std::string> Names() const override { return {"plan.pdf", "plan"}; }
+  std::vector<std::string> Write(const std::string& folder, const MapResult& map,
+                                 const Progress& progress) const override;
+
+ private:
+  PlanOptions options_;
+};
+
+}  // namespace slcmap

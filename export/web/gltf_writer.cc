@@ -1,0 +1,468 @@
+#include "export/web/gltf_writer.h"
+
+#include <spdlog/fmt/fmt.h>
+#include <tiny_gltf.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <map>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "data/core/error.h"
+#include "data/io/file.h"
+#include "export/scene/building_solids.h"
+#include "export/scene/map_layers.h"
+#include "export/scene/meshes.h"
+#include "export/scene/scene.h"
+#include "mapping/map/building.h"
+
+namespace slcmap {
+
+// A glTF 2.0 model that is built node by node. Include in .cc files only: tinygltf is a large
+// header.
+
+// All data goes into the model's one buffer. Node 0 turns z up into glTF's y up; all others are
+// under it.
+class GltfModel {
+ public:
+  explicit GltfModel(bool quantised);
+
+  // Adds a node at a path, as "lines/storey 0/vertical", and those above it that there are not,
+  // with a mesh of the vertices; without indices they are drawn in their order. Nothing is added
+  // where nothing would be drawn.
+  void AddLayer(const std::string& path, const Vertices& vertices,
+                const std::vector<uint32_t>& indices, int mode,
+                const tinygltf::Value::Object& extras = {});
+  void SetOrigin(const std::string& map_id, const std::string& run_id,
+                 const Eigen::Vector3d& world_offset_m);
+
+  // The model, which ends with it.
+  tinygltf::Model Finish();
+
+ private:
+  int NodeAt(const std::string& path);
+  int UnlitMaterial();
+  template <typename T>
+  int AddAccessor(const std::vector<T>& values, int target, tinygltf::Accessor accessor,
+                  std::size_t stride = 0);
+  int AddPositions(const Vertices& vertices);
+  int AddQuantised(const Vertices& vertices, tinygltf::Node* node);
+  int AddColours(const Vertices& vertices);
+  int AddIndices(const std::vector<uint32_t>& indices);
+  void Use(const char* extension, bool required);
+
+  bool quantised_;
+  tinygltf::Model model_;
+  std::vector<unsigned char> buffer_;
+  std::map<std::string, int> nodes_;
+};
+
+namespace {
+
+constexpr double kQuantisedSteps = 65535;  // of a quantised position
+
+// glTF colours are linear, while those of the scene are as a screen shows them (sRGB).
+uint8_t ToLinear(uint8_t value) {
+  const double u = value / 255.0;
+  const double linear = u <= 0.04045 ? u / 12.92 : std::pow((u + 0.055) / 1.055, 2.4);
+  return static_cast<uint8_t>(std::lround(255 * linear));
+}
+
+Eigen::AlignedBox3d ComputeBox(const Vertices& vertices) {
+  Eigen::AlignedBox3d box;
+  for (const Eigen::Vector3d& position : vertices.positions) box.extend(position);
+  return box;
+}
+
+}  // namespace
+
+GltfModel::GltfModel(bool quantised) : quantised_(quantised) {
+  model_.asset.version = "2.0";
+  model_.asset.generator = "slcmap";
+  tinygltf::Node root;
+  root.name = "world, z up, metres";
+  root.rotation = {-std::sqrt(0.5), 0, 0, std::sqrt(0.5)};
+  root.extras = tinygltf::Value(tinygltf::Value::Object{
+      {"unit", tinygltf::Value(std::string("metre"))}, {"up", tinygltf::Value(std::string("z"))}});
+  model_.nodes.push_back(root);
+  tinygltf::Scene scene;
+  scene.nodes = {0};
+  model_.scenes.push_back(scene);
+  model_.defaultScene = 0;
+}
+
+int GltfModel::NodeAt(const std::string& path) {
+  if (path.empty()) return 0;
+  const auto known = nodes_.find(path);
+  if (known != nodes_.end()) return known->second;
+  const std::size_t slash = path.rfind('/');
+  const int parent = NodeAt(slash == std::string::npos ? "" : path.substr(0, slash));
+  const int node = static_cast<int>(model_.nodes.size());
+  model_.nodes.emplace_back().name = path;
+  model_.nodes[static_cast<std::size_t>(parent)].children.push_back(node);
+  return nodes_[path] = node;
+}
+
+void GltfModel::AddLayer(const std::string& path, const Vertices& vertices,
+                         const std::vector<uint32_t>& indices, int mode,
+                         const tinygltf::Value::Object& extras) {
+  if (vertices.size() == 0 || (mode != TINYGLTF_MODE_POINTS && indices.empty())) return;
+  const int index = NodeAt(path);
+  tinygltf::Node& node = model_.nodes[static_cast<std::size_t>(index)];
+  tinygltf::Primitive primitive;
+  primitive.mode = mode;
+  primitive.material = UnlitMaterial();
+  primitive.attributes["POSITION"] =
+      quantised_ ? AddQuantised(vertices, &node) : AddPositions(vertices);
+  primitive.attributes["COLOR_0"] = AddColours(vertices);
+  if (!indices.empty()) primitive.indices = AddIndices(indices);
+  tinygltf::Mesh mesh;
+  mesh.name = path;
+  mesh.primitives.push_back(primitive);
+  node.mesh = static_cast<int>(model_.meshes.size());
+  if (!extras.empty()) node.extras = tinygltf::Value(extras);
+  model_.meshes.push_back(mesh);
+}
+
+void GltfModel::SetOrigin(const std::string& map_id, const std::string& run_id,
+                          const Eigen::Vector3d& world_offset_m) {
+  if (!world_offset_m.isZero()) {
+    tinygltf::Value::Array offset;
+    for (const double value_m : world_offset_m) offset.emplace_back(value_m);
+    model_.nodes[0].extras.Get<tinygltf::Value::Object>()["world_offset_m"] =
+        tinygltf::Value(offset);
+  }
+  if (map_id.empty()) return;
+  tinygltf::Value::Object ids;
+  ids["map"] = tinygltf::Value(map_id);
+  ids["run"] = tinygltf::Value(run_id);
+  model_.asset.extras = tinygltf::Value(ids);
+}
+
+tinygltf::Model GltfModel::Finish() {
+  // A buffer must not be empty.
+  if (!buffer_.empty()) {
+    tinygltf::Buffer buffer;
+    buffer.data = std::move(buffer_);
+    model_.buffers.push_back(std::move(buffer));
+  }
+  return std::move(model_);
+}
+
+void GltfModel::Use(const char* extension, bool required) {
+  std::vector<std::string>& used = model_.extensionsUsed;
+  if (std::find(used.begin(), used.end(), extension) != used.end()) return;
+  used.push_back(extension);
+  if (required) model_.extensionsRequired.push_back(extension);
+}
+
+int GltfModel::UnlitMaterial() {
+  if (!model_.materials.empty()) return 0;
+  tinygltf::Material material;
+  material.name = "unlit";
+  material.extensions["KHR_materials_unlit"] = tinygltf::Value(tinygltf::Value::Object());
+  // For viewers that do not know the extension.
+  material.pbrMetallicRoughness.metallicFactor = 0;
+  material.pbrMetallicRoughness.roughnessFactor = 1;
+  model_.materials.push_back(material);
+  Use("KHR_materials_unlit", false);
+  return 0;
+}
+
+template <typename T>
+int GltfModel::AddAccessor(const std::vector<T>& values, int target, tinygltf::Accessor accessor,
+                           std::size_t stride) {
+  tinygltf::BufferView view;
+  view.buffer = 0;
+  view.byteOffset = buffer_.size();  // stays a multiple of 4: all values are
+  view.byteLength = values.size() * sizeof(T);
+  view.byteStride = stride;
+  view.target = target;
+  buffer_.resize(buffer_.size() + view.byteLength);
+  std::memcpy(buffer_.data() + view.byteOffset, values.data(), view.byteLength);
+  accessor.bufferView = static_cast<int>(model_.bufferViews.size());
+  accessor.count = values.size();
+  model_.bufferViews.push_back(view);
+  model_.accessors.push_back(accessor);
+  return static_cast<int>(model_.accessors.size()) - 1;
+}
+
+int GltfModel::AddPositions(const Vertices& vertices) {
+  std::vector<std::array<float, 3>> positions;
+  for (const Eigen::Vector3d& position : vertices.positions) {
+    const Eigen::Vector3f p = position.cast<float>();
+    positions.push_back({p.x(), p.y(), p.z()});
+  }
+  const Eigen::AlignedBox3d box = ComputeBox(vertices);
+  const Eigen::Vector3f low = box.min().cast<float>(), high = box.max().cast<float>();
+  tinygltf::Accessor accessor;
+  accessor.componentType = TINYGLTF_COMPONENT_TYPE_FLOAT;
+  accessor.type = TINYGLTF_TYPE_VEC3;
+  accessor.minValues = {low.x(), low.y(), low.z()};
+  accessor.maxValues = {high.x(), high.y(), high.z()};
+  return AddAccessor(positions, TINYGLTF_TARGET_ARRAY_BUFFER, accessor);
+}
+
+int GltfModel::AddQuantised(const Vertices& vertices, tinygltf::Node* node) {
+  Use("KHR_mesh_quantization", true);
+  const Eigen::AlignedBox3d box = ComputeBox(vertices);
+  const double extent_m = box.sizes().maxCoeff();
+  const double step_m = extent_m > 0 ? extent_m / kQuantisedSteps : 1;
+  const auto steps = [&](const Eigen::Vector3d& p) {
+    return Eigen::Vector3d(((p - box.min()) / step_m).array().round());
+  };
+  std::vector<std::array<uint16_t, 4>> positions;  // the last is there for the alignment
+  for (const Eigen::Vector3d& position : vertices.positions) {
+    const Eigen::Vector3d p = steps(position);
+    positions.push_back({static_cast<uint16_t>(p.x()), static_cast<uint16_t>(p.y()),
+                         static_cast<uint16_t>(p.z()), 0});
+  }
+  node->translation = {box.min().x(), box.min().y(), box.min().z()};
+  node->scale = {step_m, step_m, step_m};
+  const Eigen::Vector3d high = steps(box.max());
+  tinygltf::Accessor accessor;
+  accessor.componentType = TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT;
+  accessor.type = TINYGLTF_TYPE_VEC3;
+  accessor.minValues = {0, 0, 0};
+  accessor.maxValues = {high.x(), high.y(), high.z()};
+  return AddAccessor(positions, TINYGLTF_TARGET_ARRAY_BUFFER, accessor, sizeof positions[0]);
+}
+
+int GltfModel::AddColours(const Vertices& vertices) {
+  std::vector<std::array<uint8_t, 4>> colours;
+  for (const Colour& c : vertices.colours) {
+    colours.push_back({ToLinear(c.red), ToLinear(c.green), ToLinear(c.blue), 255});
+  }
+  tinygltf::Accessor accessor;
+  accessor.componentType = TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE;
+  accessor.type = TINYGLTF_TYPE_VEC4;
+  accessor.normalized = true;
+  return AddAccessor(colours, TINYGLTF_TARGET_ARRAY_BUFFER, accessor);
+}
+
+int GltfModel::AddIndices(const std::vector<uint32_t>& indices) {
+  tinygltf::Accessor accessor;
+  accessor.componentType = TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT;
+  accessor.type = TINYGLTF_TYPE_SCALAR;
+  return AddAccessor(indices, TINYGLTF_TARGET_ELEMENT_ARRAY_BUFFER, accessor);
+}
+
+namespace {
+
+using Extras = tinygltf::Value::Object;
+
+constexpr Colour kWallColour{222, 219, 211};
+constexpr Colour kPlaneColour{200, 198, 192};
+constexpr double kAssumedHeight_m = 2.5;  // of walls whose top was not seen, as in IFC
+
+tinygltf::Value ValueOf(double value) { return tinygltf::Value(value); }
+tinygltf::Value ValueOf(int64_t value) { return tinygltf::Value(static_cast<int>(value)); }
+tinygltf::Value ValueOf(bool value) { return tinygltf::Value(value); }
+tinygltf::Value ValueOf(const std::string& value) { return tinygltf::Value(value); }
+
+template <typename T>
+tinygltf::Value ArrayOf(const std::vector<T>& values) {
+  tinygltf::Value::Array array;
+  for (const T& value : values) array.push_back(ValueOf(value));
+  return tinygltf::Value(array);
+}
+
+std::string StoreyPath(const std::string& layer, const Building& building,
+                       std::optional<std::size_t> storey) {
+  if (!storey) return layer;
+  return fmt::format("{}/storey {}", layer, building.storeys[*storey].id);
+}
+
+template <std::size_t N>
+std::vector<uint32_t> Flat(const std::vector<std::array<uint32_t, N>>& groups) {
+  std::vector<uint32_t> indices;
+  for (const auto& group : groups) indices.insert(indices.end(), group.begin(), group.end());
+  return indices;
+}
+
+// Fills a model with what a map and its scene hold.
+class GltfLayers {
+ public:
+  GltfLayers(const MapResult& map, const MapScene& scene, GltfModel* model)
+      : map_(map), scene_(scene), model_(model) {}
+
+  void AddPoints() {
+    for (const PointLayer& layer : scene_.points) {
+      model_->AddLayer(layer.name, layer.vertices, {}, TINYGLTF_MODE_POINTS);
+    }
+  }
+
+  // At most so many, one of every few.
+  void AddDense(int64_t most) {
+    if (most <= 0 || map_.dense.empty()) return;
+    const int64_t every = (std::ssize(map_.dense) + most - 1) / most;
+    Vertices vertices;
+    for (std::size_t i = 0; i < map_.dense.size(); i += static_cast<std::size_t>(every)) {
+      const uint8_t grey = map_.dense[i].grey;
+      vertices.Add(map_.dense[i].p_world, {grey, grey, grey});
+    }
+    model_->AddLayer("dense", vertices, {}, TINYGLTF_MODE_POINTS, {{"one_of", ValueOf(every)}});
+  }
+
+  // The scene's lines are the map's, in their order, with two vertices each.
+  void AddLines() {
+    std::map<std::string, std::vector<std::size_t>> groups;
+    for (std::size_t i = 0; i < map_.lines.size(); ++i) {
+      const MapLine& line = map_.lines[i];
+      const double middle_m = 0.5 * (line.start_world.z() + line.end_world.z());
+      const auto storey = StoreyAt(map_.building, middle_m);
+      groups[StoreyPath("lines", map_.building, storey) + "/" + AxisName(line.axis)].push_back(i);
+    }
+    for (const auto& [path, lines] : groups) AddLineGroup(path, lines);
+  }
+
+  void AddTracks() {
+    for (const LineLayer& layer : scene_.lines) {
+      if (layer.name == "lines") continue;
+      model_->AddLayer(layer.name, layer.vertices, Flat(layer.edges), TINYGLTF_MODE_LINE);
+    }
+  }
+
+  void AddMeshes(const GltfOptions& options, const Progress& progress) {
+    for (const MeshLayer& layer : scene_.meshes) {
+      progress.ReportOrStop(0);
+      if (layer.name == "line_bars" && !options.tubes) continue;
+      if (layer.name == "voxels" && !options.voxels) continue;
+      AddMesh(layer.name, layer, {});
+    }
+  }
+
+  void AddPipes() {
+    for (const MapPipe& pipe : map_.pipes) {
+      MeshLayer mesh;
+      AddTube(pipe, kPipeColour, &mesh);
+      const double middle_m = 0.5 * (pipe.start_world.z() + pipe.end_world.z());
+      const auto storey = StoreyAt(map_.building, middle_m);
+      AddMesh(StoreyPath("pipes", map_.building, storey) + fmt::format("/pipe {}", pipe.id), mesh,
+              {{"id", ValueOf(pipe.id)},
+               {"kind", ValueOf(std::string("pipe"))},
+               {"axis", ValueOf(std::string(AxisName(pipe.axis)))},
+               {"radius_m", ValueOf(pipe.radius_m)},
+               {"radius_sigma_m", ValueOf(pipe.radius_sigma_m)},
+               {"sigma_m", ValueOf(pipe.sigma_m)}});
+    }
+  }
+
+  void AddWalls() {
+    const std::map<const PlanWall*, WallSolid> solids = SolidsOfWalls(map_.building);
+    for (const PlanWall& wall : map_.building.walls) {
+      const WallHeight height = HeightOfWall(wall, map_.building, kAssumedHeight_m);
+      MeshLayer mesh;
+      const auto solid = solids.find(&wall);
+      const WallBack back = solid == solids.end() ? WallBack() : BackOf(solid->second);
+      AddWallMesh(wall, height, kWallColour, &mesh, back);
+      const auto storey = StoreyOfId(map_.building, wall.storey);
+      AddMesh(StoreyPath("walls", map_.building, storey) + fmt::format("/wall {}", wall.id), mesh,
+              {{"id", ValueOf(wall.id)},
+               {"kind", ValueOf(std::string("wall"))},
+               {"thickness_m", ValueOf(wall.thickness_m)},
+               {"thickness_assumed", ValueOf(wall.thickness_assumed)},
+               {"height_assumed", ValueOf(height.assumed)},
+               {"sigma_m", ValueOf(wall.sigma_m)},
+               {"plane_ids", ArrayOf(wall.plane_ids)}});
+    }
+  }
+
+  // But those that walls are made of.
+  void AddPlanes() {
+    for (const BuildingPlane& plane : map_.building.planes) {
+      if (IsOfWall(plane.id)) continue;
+      MeshLayer mesh;
+      AddPlaneMesh(plane, map_.building, kPlaneColour, &mesh);
+      const auto storey = StoreyOfId(map_.building, plane.storey);
+      AddMesh(StoreyPath("planes", map_.building, storey) + "/" + NameOf(plane.kind) +
+                  fmt::format("/plane {}", plane.id),
+              mesh,
+              {{"id", ValueOf(plane.id)},
+               {"kind", ValueOf(std::string(NameOf(plane.kind)))},
+               {"sigma_m", ValueOf(plane.sigma_m)},
+               {"inferred", ValueOf(plane.inferred)},
+               {"room_ids", ArrayOf(plane.room_ids)}});
+    }
+  }
+
+ private:
+  void AddMesh(const std::string& path, const MeshLayer& layer, const Extras& extras) {
+    model_->AddLayer(path, layer.vertices, Flat(layer.triangles), TINYGLTF_MODE_TRIANGLES, extras);
+  }
+
+  void AddLineGroup(const std::string& path, const std::vector<std::size_t>& lines) {
+    const Vertices& all = scene_.lines[0].vertices;
+    Vertices vertices;
+    std::vector<int64_t> ids, kinds;
+    std::vector<double> sigmas_m;
+    for (const std::size_t i : lines) {
+      for (const std::size_t k : {2 * i, 2 * i + 1}) vertices.Add(all.positions[k], all.colours[k]);
+      ids.push_back(map_.lines[i].id);
+      kinds.push_back(static_cast<int64_t>(map_.lines[i].kind));
+      sigmas_m.push_back(map_.lines[i].sigma_m);
+    }
+    std::vector<uint32_t> indices(vertices.size());
+    for (std::size_t i = 0; i < indices.size(); ++i) indices[i] = static_cast<uint32_t>(i);
+    model_->AddLayer(path, vertices, indices, TINYGLTF_MODE_LINE,
+                     {{"axis", ValueOf(std::string(AxisName(map_.lines[lines[0]].axis)))},
+                      {"ids", ArrayOf(ids)},
+                      {"kinds", ArrayOf(kinds)},
+                      {"sigmas_m", ArrayOf(sigmas_m)}});
+  }
+
+  bool IsOfWall(int64_t plane_id) const {
+    return std::any_of(map_.building.walls.begin(), map_.building.walls.end(),
+                       [&](const PlanWall& wall) {
+                         const std::vector<int64_t>& ids = wall.plane_ids;
+                         return std::find(ids.begin(), ids.end(), plane_id) != ids.end();
+                       });
+  }
+
+  const MapResult& map_;
+  const MapScene& scene_;
+  GltfModel* model_;
+};
+
+int64_t CountVertices(const MapScene& scene) {
+  int64_t count = 0;
+  for (const PointLayer& layer : scene.points) count += std::ssize(layer.vertices.positions);
+  for (const LineLayer& layer : scene.lines) count += std::ssize(layer.vertices.positions);
+  for (const MeshLayer& layer : scene.meshes) count += std::ssize(layer.vertices.positions);
+  return count;
+}
+
+}  // namespace
+
+std::vector<std::string> GltfWriter::Write(const std::string& folder, const MapResult& map,
+                                           const Progress& progress) const {
+  const MapScene& scene = scene_->Of(map, progress.Part(0, 0.5));
+  GltfModel model(options_.quantised);
+  model.SetOrigin(scene.map_id, scene.run_id, scene.world_offset_m);
+  GltfLayers layers(map, scene, &model);
+  layers.AddPoints();
+  layers.AddDense(max_vertices_ - CountVertices(scene));
+  progress.ReportOrStop(0.55);
+  layers.AddLines();
+  layers.AddTracks();
+  layers.AddMeshes(options_, progress.Part(0.6, 0.7));
+  layers.AddPipes();
+  layers.AddWalls();
+  layers.AddPlanes();
+  progress.ReportOrStop(0.75);
+  const tinygltf::Model finished = model.Finish();
+  const std::string path = folder + "/scene.glb";
+  std::ostringstream bytes;
+  if (!tinygltf::TinyGLTF().WriteGltfSceneToStream(&finished, bytes, false, true)) {
+    throw OutputError(path + ": cannot be written as glTF");
+  }
+  progress.ReportOrStop(0.9);
+  WriteFile(path, bytes.str());
+  return {path};
+}
+
+}  // namespace slcmap

@@ -1,0 +1,40 @@
+// What of a map goes into a GLB file, and how.
+#pragma once
+
+#include <memory>
+
+#include "export/scene/scene.h"
+
+namespace slcmap {
+
+struct GltfOptions {
+  bool tubes =
+      false;  // lines as bars too, for viewers that show only triangles or lines a pixel wide
+  bool voxels = false;     // occupied voxels as cubes
+  bool quantised = false;  // positions as 16 bits of each layer's extent (KHR_mesh_quantization)
+};
+
+// One binary glTF 2.0 file, for browsers, Blender, f3d and most viewers.
+
+// Writes scene.glb under a root node that turns z up into glTF's y up: the points, the dense cloud,
+// the lines by storey and axis, trajectory, keyframes and, on request, voxels, walls as solids that
+// meet at corners, with their openings, and other planes by kind, with ids, kinds and what is known
+// of each in `extras`. Materials are unlit (KHR_materials_unlit) and colours are vertex colours of
+// 8 bits. Empty layers are left out. With what the scene has, there are at most
+// SceneOptions::max_vertices: dense points beyond are thinned.
+class GltfWriter : public MapWriter {
+ public:
+  GltfWriter(std::shared_ptr<SceneOfMap> scene, int max_vertices, const GltfOptions& options)
+      : scene_(std::move(scene)), max_vertices_(max_vertices), options_(options) {}
+  std::string Format() const override { return "glb"; }
+  std::vector<std::string> Names() const override { return {"scene.glb"}; }
+  std::vector<std::string> Write(const std::string& folder, const MapResult& map,
+                                 const Progress& progress) const override;
+
+ private:
+  std::shared_ptr<SceneOfMap> scene_;
+  int max_vertices_;
+  GltfOptions options_;
+};
+
+}  // namespace slcmap

@@ -1,0 +1,126 @@
+#include "mapping/adjustment/residuals.h"
+
+#include <cmath>
+
+#include "odometry/geometry/lines.h"
+
+namespace slcmap {
+namespace {
+
+using Eigen::Map;
+using Eigen::Quaterniond;
+using Eigen::Vector3d;
+
+constexpr double kWeight_m = 1e3, kWeight_rad = 1e4;
+
+}  // namespace
+
+FirstPoseResidual::FirstPoseResidual(const RigidTransform& T_world_imu)
+    : Factor(4, {kPoseKind}), T_world_imu_(T_world_imu) {}
+
+void FirstPoseResidual::EvaluateAt(const double* const* parameters, double* residuals,
+                                   double** jacobians) const {
+  const Map<const Quaterniond> q(parameters[0] + 3);
+  const Vector3d turned = LogRotation(q * T_world_imu_.rotation.conjugate());
+  Map<Eigen::Vector4d>{residuals} << kWeight_m * (Map<const Vector3d>(parameters[0]) -
+                                                  T_world_imu_.translation),
+      kWeight_rad * turned.z();
+  if (!jacobians || !jacobians[0]) return;
+  Map<Eigen::Matrix<double, 4, kPoseTangentSize, Eigen::RowMajor>> by_pose(jacobians[0]);
+  by_pose.setZero();
+  by_pose.topLeftCorner<3, 3>().diagonal().setConstant(kWeight_m);
+  // R Exp(d) R_0^T = Exp(turned) Exp(R_0 d)
+  by_pose.bottomRightCorner<1, 3>() =
+      kWeight_rad *
+      (RightJacobianInverse(turned) * T_world_imu_.rotation.toRotationMatrix()).row(2);
+}
+
+LineDistanceResidual::LineDistanceResidual(const BlockKind& kind, const double* block, double sigma)
+    : Factor(1, {kind}), last_(kind.size - 1), given_(block[last_]), weight_(1 / sigma) {}
+
+void LineDistanceResidual::EvaluateAt(const double* const* parameters, double* residuals,
+                                      double** jacobians) const {
+  residuals[0] = weight_ * (parameters[0][last_] - given_);
+  if (!jacobians || !jacobians[0]) return;
+  Eigen::Map<Eigen::RowVectorXd> by_line(jacobians[0], tangent_size(0));
+  by_line.setZero();
+  by_line[tangent_size(0) - 1] = weight_;
+}
+
+namespace {
+
+using Eigen::Map;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+using RowMajor22 = Eigen::Matrix<double, 2, 2, Eigen::RowMajor>;
+using RowMajor24 = Eigen::Matrix<double, 2, 4, Eigen::RowMajor>;
+
+std::vector<BlockKind> KindsOf(LineAxis axis) {
+  if (axis == LineAxis::kVertical) return {kStructuralLineKind, kStructuralLineKind};
+  return {kHeadingKind, kStructuralLineKind, kStructuralLineKind};
+}
+
+Vector2d Crossing(const double* block) {
+  return Vector2d(std::cos(block[0]), std::sin(block[0])) / block[1];
+}
+
+RowMajor22 CrossingByBlock(const double* block) {
+  const Vector2d at = Crossing(block);
+  RowMajor22 out;
+  out << -at.y(), -at.x() / block[1], at.x(), -at.y() / block[1];
+  return out;
+}
+
+}  // namespace
+
+SameStructuralEdgeResidual::SameStructuralEdgeResidual(LineAxis axis,
+                                                       const Vector3d& first_anchor_world,
+                                                       const Vector3d& second_anchor_world,
+                                                       double sigma_m)
+    : Factor(2, KindsOf(axis)),
+      axis_(axis),
+      between_anchors_(first_anchor_world - second_anchor_world),
+      weight_(1 / sigma_m) {}
+
+void SameStructuralEdgeResidual::EvaluateAt(const double* const* parameters, double* residuals,
+                                            double** jacobians) const {
+  const bool has_heading = axis_ != LineAxis::kVertical;
+  const double heading_rad = has_heading ? *parameters[0] : 0;
+  const double* const* lines = parameters + has_heading;
+  const Matrix32d across = AxesAcross(axis_, heading_rad);
+  Map<Vector2d>{residuals} =
+      weight_ * (across.transpose() * between_anchors_ + Crossing(lines[0]) - Crossing(lines[1]));
+  if (!jacobians) return;
+  if (has_heading && jacobians[0]) {
+    // Rz(psi) turns E: d E / d psi = z x E.
+    const Vector3d turned = between_anchors_.cross(Vector3d::UnitZ());
+    Map<Vector2d>{jacobians[0]} = weight_ * across.transpose() * turned;
+  }
+  double** by_lines = jacobians + has_heading;
+  if (by_lines[0]) Map<RowMajor22>{by_lines[0]} = weight_ * CrossingByBlock(lines[0]);
+  if (by_lines[1]) Map<RowMajor22>{by_lines[1]} = -weight_ * CrossingByBlock(lines[1]);
+}
+
+SameFreeEdgeResidual::SameFreeEdgeResidual(const End& first, const End& second,
+                                           const Matrix32d& across, double sigma_m)
+    : Factor(2, {kGeneralLineKind, kGeneralLineKind}),
+      ends_{first, second},
+      across_(across),
+      weight_(1 / sigma_m) {}
+
+void SameFreeEdgeResidual::EvaluateAt(const double* const* parameters, double* residuals,
+                                      double** jacobians) const {
+  Vector3d between = Vector3d::Zero();
+  for (int i = 0; i < 2; ++i) {
+    const double sign = i == 0 ? 1 : -1;
+    const PointAndDirection line = GeneralLineFromBlock(ends_[i].anchor_world, parameters[i]);
+    between += sign * (line.point_world + ends_[i].along_m * line.direction_world);
+    if (!jacobians || !jacobians[i]) continue;
+    Map<RowMajor24>{jacobians[i]} =
+        sign * weight_ * across_.transpose() * GeneralLineShift(parameters[i], ends_[i].along_m);
+  }
+  Map<Vector2d>{residuals} = weight_ * across_.transpose() * between;
+}
+
+}  // namespace slcmap

@@ -1,0 +1,91 @@
+// The term that holds what no measurement tells: position and heading of a first pose.
+#pragma once
+
+#include "odometry/factors/factor.h"
+#include "odometry/geometry/lines.h"
+
+namespace slcmap {
+
+// Block: pose. With the given pose (R_0, p_0), rows
+//
+//   (p - p_0) / 1 mm      z . Log(R R_0^T) / 0.1 mrad
+//
+// A solution leaves them at zero, since nothing speaks against them.
+class FirstPoseResidual final : public Factor {
+ public:
+  explicit FirstPoseResidual(const RigidTransform& T_world_imu);
+
+ protected:
+  void EvaluateAt(const double* const* parameters, double* residuals,
+                  double** jacobians) const override;
+
+ private:
+  RigidTransform T_world_imu_;
+};
+
+// The term that holds how far away a line is, where no measurement tells.
+
+// Block: a structural or a general line. With its last number x, the inverse distance from the
+// anchor (1 / m) or an angle that is about that (rad), and x_0, which it has when the term is made,
+//
+//   r = (x - x_0) / sigma
+class LineDistanceResidual final : public Factor {
+ public:
+  // sigma is positive.
+  LineDistanceResidual(const BlockKind& kind, const double* block, double sigma);
+
+ protected:
+  void EvaluateAt(const double* const* parameters, double* residuals,
+                  double** jacobians) const override;
+
+ private:
+  const int last_;  // number of the block
+  const double given_, weight_;
+};
+
+// The term that holds two lines together that are one edge, seen at two visits.
+
+// Blocks: heading (but for vertical lines), structural line, structural line of one axis. With the
+// axes E across it and the lines' points P where they cross the planes through their anchors:
+//
+//   r = E^T (P_1 - P_2) / sigma
+//
+// Two rows.
+class SameStructuralEdgeResidual final : public Factor {
+ public:
+  SameStructuralEdgeResidual(LineAxis axis, const Eigen::Vector3d& first_anchor_world,
+                             const Eigen::Vector3d& second_anchor_world, double sigma_m);
+
+ protected:
+  void EvaluateAt(const double* const* parameters, double* residuals,
+                  double** jacobians) const override;
+
+ private:
+  LineAxis axis_;
+  Eigen::Vector3d between_anchors_;  // from the second to the first
+  double weight_;
+};
+
+// The same of lines whose directions are estimated. Blocks: general line, general line. The lines'
+// points P are those that lie so far along each from the point nearest to its anchor, and E is
+// held: it is that of the first line when the residual was made.
+class SameFreeEdgeResidual final : public Factor {
+ public:
+  struct End {
+    Eigen::Vector3d anchor_world;
+    double along_m = 0;
+  };
+  SameFreeEdgeResidual(const End& first, const End& second, const Matrix32d& across,
+                       double sigma_m);
+
+ protected:
+  void EvaluateAt(const double* const* parameters, double* residuals,
+                  double** jacobians) const override;
+
+ private:
+  End ends_[2];
+  Matrix32d across_;
+  double weight_;
+};
+
+}  // namespace slcmap

@@ -1,0 +1,246 @@
+#include "mapping/align/align_maps.h"
+
+#include <spdlog/fmt/fmt.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <vector>
+
+#include "mapping/align/map_agreement.h"
+#include "mapping/align/plan_votes.h"
+
+namespace slcmap {
+namespace {
+
+using Reason = AlignmentError::Reason;
+
+constexpr double kSamePlace_m = 0.2, kSamePlace_rad = 0.03;
+constexpr double kContradictionCost = 3;   // of a share of surfaces, as a share of what agrees
+constexpr double kRivalContradiction = 2;  // of a rival, as a multiple of what is taken
+constexpr double kRivalAgreeing = 0.4;     // of a rival, as a share of what agrees at the best
+constexpr double kNudge_m = 0.3;
+constexpr double kDegree_rad = std::numbers::pi / 180;
+constexpr double kCandidatesUntil = 0.5;  // share of the time, about
+
+// A place that was fitted and compared.
+struct Place {
+  AlignmentFit fit;
+  MapAgreement agreement;
+  double score = 0;
+};
+
+class Aligner {
+ public:
+  Aligner(const MapResult& first, const MapResult& second, const AlignmentOptions& options,
+          const Progress& progress)
+      : options_(options),
+        progress_(progress),
+        first_features_(FeaturesOf(first)),
+        second_features_(FeaturesOf(second)),
+        first_index_(first_features_),
+        second_index_(second_features_),
+        first_{first_features_, first_index_, first.occupancy},
+        second_{second_features_, second_index_, second.occupancy} {
+    for (const LinePlace& place : second_features_.lines) centre_ += place.p_world;
+    centre_ /= std::max(1.0, static_cast<double>(second_features_.lines.size()));
+  }
+
+  MapAlignment Align() {
+    CheckHeadings();
+    std::vector<Place> places = FindPlaces();
+    if (places.empty()) FailForOverlap(nullptr);
+    Place best = FittedAgain(places.front());
+    CheckOverlap(best);
+    CheckContradiction(best);
+    const double rival_share = CheckRivals(best, places);
+    return {best.fit.T_first_second,
+            best.agreement.surfaces_m2(),
+            best.agreement.lines_m(),
+            best.fit.surface_rms_m,
+            best.fit.line_rms_m,
+            best.agreement.contradiction(),
+            rival_share};
+  }
+
+ private:
+  void CheckHeadings() const {
+    for (const AlignmentFeatures* features : {&first_features_, &second_features_}) {
+      if (!features->headings_rad.empty()) continue;
+      throw AlignmentError(
+          Reason::kNoHeading,
+          fmt::format("the {} map: found no level lines and upright surfaces, "
+                      "expected a building, whose headings tell how maps are turned",
+                      features == &first_features_ ? "first" : "second"));
+    }
+  }
+
+  Place PlaceAt(const AlignmentFit& fit) const {
+    Place place{fit, Compare(first_, second_, fit.T_first_second)};
+    const double agreeing = place.agreement.surfaces_m2() + place.agreement.lines_m();
+    place.score =
+        agreeing * std::max(0.0, 1 - kContradictionCost * place.agreement.contradiction());
+    return place;
+  }
+
+  bool IsSamePlace(const RigidTransform& a, const RigidTransform& b) const {
+    return (a * centre_ - b * centre_).norm() < kSamePlace_m &&
+           std::abs(YawOf(a.Inverse() * b)) < kSamePlace_rad;
+  }
+
+  // The candidates where they come to rest, each once, the best first.
+  std::vector<Place> FindPlaces() const {
+    std::vector<Place> places;
+    const auto candidates = FindCandidates(first_features_, second_features_, options_,
+                                           progress_.Part(0, kCandidatesUntil));
+    const Progress fitting = progress_.Part(kCandidatesUntil, 1);
+    for (std::size_t i = 0; i < candidates.size(); ++i) {
+      fitting.ReportOrStop(static_cast<double>(i) / static_cast<double>(candidates.size()));
+      const auto fit = FitAlignment(first_index_, second_features_, candidates[i].T_first_second,
+                                    {.max_samples = 1500});
+      if (!fit) continue;
+      const auto is_same = [&](const Place& place) {
+        return IsSamePlace(place.fit.T_first_second, fit->T_first_second);
+      };
+      if (std::none_of(places.begin(), places.end(), is_same)) places.push_back(PlaceAt(*fit));
+    }
+    std::stable_sort(places.begin(), places.end(),
+                     [](const Place& a, const Place& b) { return a.score > b.score; });
+    for (const Place& place : places) {
+      spdlog::debug("place {}: score {:.1f}, {:.1f} m2 and {:.1f} m agree, {:.2f} of what is known",
+                    InWords(place.fit.T_first_second), place.score, place.agreement.surfaces_m2(),
+                    place.agreement.lines_m(), place.agreement.agreeing_share());
+    }
+    return places;
+  }
+
+  // By all samples.
+  Place FittedAgain(const Place& place) const {
+    constexpr AlignmentFitOptions kAll{
+        .from_m = 0.1, .to_m = 0.04, .steps = 10, .max_samples = 200000};
+    const auto fit = FitAlignment(first_index_, second_features_, place.fit.T_first_second, kAll);
+    if (!fit) FailForOverlap(&place);
+    return PlaceAt(*fit);
+  }
+
+  [[noreturn]] void FailForOverlap(const Place* best) const {
+    const double surfaces_m2 = best ? best->agreement.surfaces_m2() : 0;
+    const double lines_m = best ? best->agreement.lines_m() : 0;
+    throw AlignmentError(
+        Reason::kNoOverlap,
+        fmt::format(
+            "found no place where the maps overlap: at the best one {:.1f} m2 of surfaces and "
+            "{:.1f} m of lines agree; expected at least {} m2 and {} m",
+            surfaces_m2, lines_m, options_.min_surfaces_m2, options_.min_lines_m));
+  }
+
+  void CheckOverlap(const Place& best) const {
+    if (best.agreement.surfaces_m2() < options_.min_surfaces_m2 ||
+        best.agreement.lines_m() < options_.min_lines_m) {
+      FailForOverlap(&best);
+    }
+  }
+
+  void CheckContradiction(const Place& best) const {
+    const double found = best.agreement.contradiction(), agreeing = best.agreement.agreeing_share();
+    if (found <= options_.max_contradiction && agreeing >= options_.min_agreeing) return;
+    throw AlignmentError(
+        Reason::kContradiction,
+        fmt::format(
+            "found {:.0f} % of the surfaces of one map in the free space of the other at the "
+            "best place, {}, and {:.0f} % of those that both know alike; expected at most "
+            "{:.0f} % and at least {:.0f} %: are both of one building?",
+            100 * found, InWords(best.fit.T_first_second), 100 * agreeing,
+            100 * options_.max_contradiction, 100 * options_.min_agreeing));
+  }
+
+  // Other places, and those beside it, as along a blank wall nothing tells where one is. Returns
+  // the largest share of a rival.
+  double CheckRivals(const Place& best, const std::vector<Place>& places) const {
+    double most = 0;
+    for (const Place& rival : places) {
+      if (IsSamePlace(rival.fit.T_first_second, best.fit.T_first_second)) continue;
+      if (!IsRival(best, rival)) continue;
+      progress_.ReportOrStop(1);
+      const char* advice = options_.start
+                               ? "--at reaches both: expected a start from which the wrong one is "
+                                 "more than 2 m, 1 m of height or 20 degrees away"
+                               : "--at says which";
+      most = std::max(most, CheckRival(best, rival, options_.min_telling_share, advice));
+    }
+    for (const Eigen::Vector3d& nudge : Nudges()) {
+      progress_.ReportOrStop(1);
+      AlignmentFit fit = best.fit;
+      fit.T_first_second.translation += nudge;
+      most = std::max(most, CheckRival(best, PlaceAt(fit), options_.min_holding_share,
+                                       "nothing holds the second map there, so it may slide: "
+                                       "expected maps that have more in common"));
+    }
+    return most;
+  }
+
+  // Whether a place has enough for it to be asked about.
+  bool IsRival(const Place& best, const Place& rival) const {
+    const MapAgreement &a = best.agreement, &b = rival.agreement;
+    return b.contradiction() <= kRivalContradiction * options_.max_contradiction &&
+           b.surfaces_m2() + b.lines_m() >= kRivalAgreeing * (a.surfaces_m2() + a.lines_m());
+  }
+
+  static std::vector<Eigen::Vector3d> Nudges() {
+    std::vector<Eigen::Vector3d> nudges = {kNudge_m * Eigen::Vector3d::UnitZ(),
+                                           -kNudge_m * Eigen::Vector3d::UnitZ()};
+    constexpr int kDirections = 16;
+    for (int i = 0; i < kDirections; ++i) {
+      const double angle_rad = 2 * std::numbers::pi * i / kDirections;
+      nudges.emplace_back(kNudge_m * std::cos(angle_rad), kNudge_m * std::sin(angle_rad), 0);
+    }
+    return nudges;
+  }
+
+  // What speaks for the best has to be more by a share of all that agrees there.
+  double CheckRival(const Place& best, const Place& rival, double min_share,
+                    const char* advice) const {
+    const RigidTransform &T_best = best.fit.T_first_second, &T_rival = rival.fit.T_first_second;
+    const Telling telling = WhatTells(best.agreement, rival.agreement);
+    const double share = telling.for_rival / std::max(telling.for_best, 1e-9);
+    const double least = std::max(options_.min_telling, min_share * (best.agreement.surfaces_m2() +
+                                                                     best.agreement.lines_m()));
+    spdlog::debug("rival {}: {:.1f} for the best, {:.1f} for it, contradiction {:.3f}",
+                  InWords(T_rival), telling.for_best, telling.for_rival,
+                  rival.agreement.contradiction());
+    if (share < options_.max_rival_share && telling.for_best - telling.for_rival >= least) {
+      return share;
+    }
+    throw AlignmentError(
+        Reason::kAmbiguous,
+        fmt::format(
+            "found two places where the second map fits: {} and {}; of the lines and "
+            "surfaces that tell them apart {:.1f} (m and m2) agree at the one and {:.1f} at "
+            "the other, expected at most {:.0f} % of it and {:.1f} less; {}",
+            InWords(T_best), InWords(T_rival), telling.for_best, telling.for_rival,
+            100 * options_.max_rival_share, least, advice));
+  }
+
+  // As --at takes it.
+  static std::string InWords(const RigidTransform& T) {
+    const Eigen::Vector3d& t = T.translation;
+    return fmt::format("{:.2f},{:.2f},{:.2f},{:.1f}", t.x(), t.y(), t.z(), YawOf(T) / kDegree_rad);
+  }
+
+  const AlignmentOptions& options_;
+  const Progress& progress_;
+  const AlignmentFeatures first_features_, second_features_;
+  const FeatureIndex first_index_, second_index_;
+  const ComparedMap first_, second_;
+  Eigen::Vector3d centre_ = Eigen::Vector3d::Zero();  // of the second map
+};
+
+}  // namespace
+
+MapAlignment AlignMaps(const MapResult& first, const MapResult& second,
+                       const AlignmentOptions& options, const Progress& progress) {
+  return Aligner(first, second, options, progress).Align();
+}
+
+}  // namespace slcmap

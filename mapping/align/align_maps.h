@@ -1,0 +1,72 @@
+// Options of aligning and merging maps.
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <string>
+
+#include "data/core/error.h"
+#include "data/core/progress.h"
+#include "mapping/map/map.h"
+
+namespace slcmap {
+
+// A rough place of the second map's origin in the first one's world, and how it is turned.
+struct RoughStart {
+  Eigen::Vector3d p_world = Eigen::Vector3d::Zero();
+  double yaw_rad = 0;
+};
+
+// How far from a rough start the alignment is looked for.
+inline constexpr double kStartReach_m = 2, kStartReachUp_m = 1, kStartReachYaw_rad = 0.35;
+
+struct AlignmentOptions {
+  std::optional<RoughStart> start;  // none: anywhere
+
+  // Of the plan that is searched; grows with buildings that are larger than some 200 m.
+  double vote_cell_m = 0.1;
+  int max_candidates = 60;  // places that are looked at closely
+
+  // What the maps have to share.
+  double min_surfaces_m2 = 4, min_lines_m = 8;
+  // Of what both know, the share of surfaces of the one in the free space of the other.
+  double max_contradiction = 0.12;
+  double min_agreeing = 0.5;  // of the surfaces of the second that the first knows
+  // What tells another place from the best one (metres of lines and m2) has to speak for the best:
+  // for the other at most this share of it, and in all by as much more, and by a share of all that
+  // agrees. Where maps are held in their place by less than another share, they may slide.
+  double max_rival_share = 0.5;
+  double min_telling = 1.5;
+  double min_telling_share = 0.05, min_holding_share = 0.015;
+};
+
+// Where one map lies in the world of another, by what both saw.
+
+// Two maps of which it is not known how they belong together.
+class AlignmentError : public DataError {
+ public:
+  enum class Reason { kNoHeading, kNoOverlap, kContradiction, kAmbiguous };
+  AlignmentError(Reason reason, const std::string& message) : DataError(message), reason_(reason) {}
+  Reason reason() const { return reason_; }
+
+ private:
+  Reason reason_;
+};
+
+struct MapAlignment {
+  RigidTransform T_first_second;  // z stays up
+  // What both have, within 8 cm and 4 cm across.
+  double surfaces_m2 = 0, lines_m = 0;
+  double surface_rms_m = 0, line_rms_m = 0;  // across, of what is near each other
+  double contradiction = 0;                  // share of surfaces in the free space of the other
+  // Of what tells it from the next best place, how much speaks for that, as a share; 0: no other.
+  double rival_share = 0;
+};
+
+// Deterministic. Throws AlignmentError, saying what was found and what was expected, where the maps
+// do not share enough, contradict each other, or fit together in several ways about as well, and
+// StoppedError once progress says so.
+MapAlignment AlignMaps(const MapResult& first, const MapResult& second,
+                       const AlignmentOptions& options, const Progress& progress = {});
+
+}  // namespace slcmap

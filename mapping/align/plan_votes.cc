@@ -1,0 +1,306 @@
+#include "mapping/align/plan_votes.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <functional>
+#include <numbers>
+#include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
+#include <optional>
+
+namespace slcmap {
+namespace {
+
+constexpr double kQuarterTurn_rad = std::numbers::pi / 2;
+constexpr int kMostCells = 2048;        // of a side of the plan
+constexpr double kSameTurn_rad = 0.01;  // turns that one of is enough of
+constexpr int kPlacesOfTurn = 30;
+constexpr double kBetweenPlaces_m = 0.4;
+constexpr int kHeightsOfPlace = 3;
+constexpr double kHeightBin_m = 0.04, kBetweenHeights_m = 0.3, kLeastHeightShare = 0.5;
+constexpr double kUprightDirection_z = 0.98, kLevelLine_z = 0.2;
+constexpr double kAcross = 0.9;         // cosine between a normal or direction and its axis
+constexpr float kUprightLineVotes = 2;  // against the other kinds
+
+// Faces to +x, -x, +y and -y, upright lines, level ones along x and along y.
+constexpr int kLayers = 7;
+using PlanLayers = std::array<cv::Mat1f, kLayers>;
+
+int LayerOfNormal(const Eigen::Vector3d& normal) {
+  for (int axis = 0; axis < 2; ++axis) {
+    if (std::abs(normal[axis]) > kAcross) return 2 * axis + (normal[axis] < 0 ? 1 : 0);
+  }
+  return -1;
+}
+
+int LayerOfDirection(const Eigen::Vector3d& direction) {
+  if (std::abs(direction.z()) > kUprightDirection_z) return 4;
+  if (std::abs(direction.x()) > kAcross) return 5;
+  return std::abs(direction.y()) > kAcross ? 6 : -1;
+}
+
+struct PlanBox {
+  Eigen::Vector2d least = Eigen::Vector2d::Constant(1e9), most = Eigen::Vector2d::Constant(-1e9);
+
+  void Add(const Eigen::Vector3d& p) {
+    least = least.cwiseMin(p.head<2>());
+    most = most.cwiseMax(p.head<2>());
+  }
+  Eigen::Vector2d size() const { return most - least; }
+};
+
+PlanBox BoxOf(const AlignmentFeatures& features, const RigidTransform& turn) {
+  PlanBox box;
+  for (const SurfaceSample& surface : features.surfaces) box.Add(turn * surface.p_world);
+  for (const LinePlace& line : features.lines) box.Add(turn * line.p_world);
+  return box;
+}
+
+// What a map votes with, turned so that its headings are x and y.
+class Plan {
+ public:
+  Plan(const AlignmentFeatures& features, const RigidTransform& turn, const PlanBox& box,
+       const cv::Size& cells, double cell_m)
+      : box_(box), cell_m_(cell_m) {
+    for (cv::Mat1f& layer : layers_) layer = cv::Mat1f::zeros(cells);
+    for (const SurfaceSample& surface : features.surfaces) {
+      Add(LayerOfNormal(turn.rotation * surface.normal_world), turn * surface.p_world);
+    }
+    for (const LinePlace& line : features.lines) {
+      Add(LayerOfDirection(turn.rotation * line.direction_world), turn * line.p_world);
+    }
+    // What is high must not outvote all else.
+    for (cv::Mat1f& layer : layers_) cv::sqrt(layer, layer);
+    layers_[4] *= kUprightLineVotes;
+  }
+
+  PlanLayers Spectra(bool blurred, const Progress& progress) const {
+    PlanLayers spectra;
+    for (int i = 0; i < kLayers; ++i) {
+      progress.ReportOrStop(static_cast<double>(i) / kLayers);
+      cv::Mat1f layer = layers_[i];
+      if (blurred) cv::GaussianBlur(layers_[i], layer, {5, 5}, 1.0);
+      cv::dft(layer, spectra[i]);
+    }
+    return spectra;
+  }
+
+ private:
+  void Add(int layer, const Eigen::Vector3d& p) {
+    if (layer < 0) return;
+    const Eigen::Vector2d cell = (p.head<2>() - box_.least) / cell_m_;
+    layers_[layer](static_cast<int>(cell.y()), static_cast<int>(cell.x())) += 1;
+  }
+
+  const PlanBox box_;
+  const double cell_m_;
+  PlanLayers layers_;
+};
+
+// Votes by shift, which wraps around.
+cv::Mat1f Correlation(const PlanLayers& first, const PlanLayers& second, const Progress& progress) {
+  cv::Mat1f sum = cv::Mat1f::zeros(first[0].size()), product;
+  for (int i = 0; i < kLayers; ++i) {
+    constexpr bool kConjugateSecond = true;
+    progress.ReportOrStop(static_cast<double>(i) / kLayers);
+    cv::mulSpectrums(first[i], second[i], product, 0, kConjugateSecond);
+    sum += product;
+  }
+  cv::Mat1f votes;
+  cv::dft(sum, votes, cv::DFT_INVERSE | cv::DFT_SCALE | cv::DFT_REAL_OUTPUT);
+  return votes;
+}
+
+struct PlanPeak {
+  Eigen::Vector2i shift = Eigen::Vector2i::Zero();  // cells
+  float votes = 0;
+};
+
+// The shifts with most votes of all around them, some apart; those above `most` stand for what is
+// behind zero.
+std::vector<PlanPeak> PeaksOf(const cv::Mat1f& votes, const Eigen::Vector2i& most, int apart,
+                              const std::function<bool(const Eigen::Vector2i&)>& is_allowed) {
+  cv::Mat1f highest, wrapped;
+  const int border = apart;
+  cv::copyMakeBorder(votes, wrapped, border, border, border, border, cv::BORDER_WRAP);
+  cv::dilate(wrapped, highest, cv::Mat::ones(2 * apart + 1, 2 * apart + 1, CV_8U));
+  std::vector<PlanPeak> peaks;
+  for (int row = 0; row < votes.rows; ++row) {
+    for (int column = 0; column < votes.cols; ++column) {
+      if (votes(row, column) < highest(row + border, column + border)) continue;
+      const Eigen::Vector2i shift(column <= most.x() ? column : column - votes.cols,
+                                  row <= most.y() ? row : row - votes.rows);
+      if (is_allowed(shift)) peaks.push_back({shift, votes(row, column)});
+    }
+  }
+  std::stable_sort(peaks.begin(), peaks.end(),
+                   [](const PlanPeak& a, const PlanPeak& b) { return a.votes > b.votes; });
+  if (peaks.size() > kPlacesOfTurn) peaks.resize(kPlacesOfTurn);
+  return peaks;
+}
+
+// Heights of what faces up, what faces down, and level lines, as histograms.
+class Heights {
+ public:
+  explicit Heights(const AlignmentFeatures& features) {
+    for (const SurfaceSample& surface : features.surfaces) {
+      if (std::abs(surface.normal_world.z()) < kAcross) continue;
+      Add(surface.normal_world.z() > 0 ? 0 : 1, surface.p_world.z());
+    }
+    for (const LinePlace& line : features.lines) {
+      if (std::abs(line.direction_world.z()) < kLevelLine_z) Add(2, line.p_world.z());
+    }
+    for (std::vector<double>& bins : bins_) {
+      for (double& bin : bins) bin = std::sqrt(bin);
+    }
+  }
+
+  // Shifts of the other that bring its heights onto these, the best first.
+  std::vector<double> ShiftsOf(const Heights& other,
+                               const std::function<bool(double)>& is_allowed) const {
+    std::vector<std::pair<double, int>> sums;
+    for (int shift = -kBins; shift <= kBins; ++shift) {
+      if (is_allowed(shift * kHeightBin_m)) sums.emplace_back(Votes(other, shift), shift);
+    }
+    std::stable_sort(sums.begin(), sums.end(),
+                     [](const auto& a, const auto& b) { return a.first > b.first; });
+    std::vector<double> shifts_m;
+    for (const auto& [votes, shift] : sums) {
+      const double shift_m = shift * kHeightBin_m;
+      const auto is_near = [&](double s) { return std::abs(s - shift_m) < kBetweenHeights_m; };
+      if (votes < kLeastHeightShare * sums.front().first || shifts_m.size() == kHeightsOfPlace) {
+        break;
+      }
+      if (std::none_of(shifts_m.begin(), shifts_m.end(), is_near)) shifts_m.push_back(shift_m);
+    }
+    return shifts_m;
+  }
+
+ private:
+  static constexpr int kBins = 2500;  // up to 50 m above and below
+
+  void Add(int kind, double z_m) {
+    const int bin = static_cast<int>(std::floor(z_m / kHeightBin_m)) + kBins / 2;
+    if (bin < 0 || bin >= kBins) return;
+    bins_[kind][bin] += 1;
+  }
+
+  double Votes(const Heights& other, int shift) const {
+    double sum = 0;
+    for (std::size_t kind = 0; kind < bins_.size(); ++kind) {
+      const int from = std::max(0, shift), to = std::min(kBins, kBins + shift);
+      for (int i = from; i < to; ++i) {
+        const double theirs = other.bins_[kind][i - shift];
+        if (theirs == 0) continue;
+        const auto at = [&](int k) { return k >= 0 && k < kBins ? bins_[kind][k] : 0.0; };
+        sum += theirs * (at(i) + 0.5 * (at(i - 1) + at(i + 1)));
+      }
+    }
+    return sum;
+  }
+
+  std::array<std::vector<double>, 3> bins_ = {
+      std::vector<double>(kBins), std::vector<double>(kBins), std::vector<double>(kBins)};
+};
+
+double Wrapped(double angle_rad) { return std::remainder(angle_rad, 2 * std::numbers::pi); }
+
+// A turn of the second, and the heading of the first that becomes x.
+struct Turn {
+  double yaw_rad = 0, heading_rad = 0;
+};
+
+std::vector<Turn> TurnsOf(const AlignmentFeatures& first, const AlignmentFeatures& second,
+                          const AlignmentOptions& options) {
+  std::vector<Turn> turns;
+  for (const double to_rad : first.headings_rad) {
+    for (const double from_rad : second.headings_rad) {
+      for (int quarters = 0; quarters < 4; ++quarters) {
+        const double yaw_rad = Wrapped(to_rad - from_rad + quarters * kQuarterTurn_rad);
+        if (options.start &&
+            std::abs(Wrapped(yaw_rad - options.start->yaw_rad)) > kStartReachYaw_rad) {
+          continue;
+        }
+        const auto is_same = [&](const Turn& turn) {
+          return std::abs(Wrapped(turn.yaw_rad - yaw_rad)) < kSameTurn_rad;
+        };
+        if (std::none_of(turns.begin(), turns.end(), is_same)) turns.push_back({yaw_rad, to_rad});
+      }
+    }
+  }
+  return turns;
+}
+
+// A shift of less than the sum of both plans is told from one the other way round.
+cv::Size CellsFor(const PlanBox& first, const PlanBox& second, double cell_m) {
+  const Eigen::Vector2d size = (first.size() + second.size()) / cell_m;
+  return {cv::getOptimalDFTSize(static_cast<int>(size.x()) + 4),
+          cv::getOptimalDFTSize(static_cast<int>(size.y()) + 4)};
+}
+
+std::vector<AlignmentCandidate> CandidatesOf(const Turn& turn, const AlignmentFeatures& first,
+                                             const AlignmentFeatures& second,
+                                             const std::vector<double>& shifts_up_m,
+                                             const AlignmentOptions& options,
+                                             const Progress& progress) {
+  const RigidTransform straight = LevelTransform(-turn.heading_rad, Eigen::Vector3d::Zero());
+  const RigidTransform turned =
+      LevelTransform(turn.yaw_rad - turn.heading_rad, Eigen::Vector3d::Zero());
+  const PlanBox first_box = BoxOf(first, straight), second_box = BoxOf(second, turned);
+  const double extent_m = (first_box.size() + second_box.size()).maxCoeff();
+  const double cell_m = std::max(options.vote_cell_m, extent_m / kMostCells);
+  const cv::Size cells = CellsFor(first_box, second_box, cell_m);
+  const PlanLayers ours =
+      Plan(first, straight, first_box, cells, cell_m).Spectra(true, progress.Part(0.2, 0.5));
+  const PlanLayers theirs =
+      Plan(second, turned, second_box, cells, cell_m).Spectra(false, progress.Part(0.5, 0.8));
+  const auto translation = [&](const Eigen::Vector2i& shift) -> Eigen::Vector3d {
+    const Eigen::Vector2d t = cell_m * shift.cast<double>() + first_box.least - second_box.least;
+    return straight.rotation.conjugate() * Eigen::Vector3d(t.x(), t.y(), 0);
+  };
+  const auto is_allowed = [&](const Eigen::Vector2i& shift) {
+    return !options.start ||
+           (translation(shift) - options.start->p_world).head<2>().norm() <= kStartReach_m;
+  };
+  std::vector<AlignmentCandidate> candidates;
+  const int apart = std::max(1, static_cast<int>(std::lround(kBetweenPlaces_m / cell_m)));
+  const Eigen::Vector2i most = (first_box.size() / cell_m).array().ceil().cast<int>();
+  const cv::Mat1f votes = Correlation(ours, theirs, progress.Part(0.8, 0.9));
+  progress.ReportOrStop(0.9);
+  for (const PlanPeak& peak : PeaksOf(votes, most, apart, is_allowed)) {
+    for (const double up_m : shifts_up_m) {
+      Eigen::Vector3d shift = translation(peak.shift);
+      shift.z() = up_m;
+      candidates.push_back({LevelTransform(turn.yaw_rad, shift), peak.votes});
+    }
+  }
+  return candidates;
+}
+
+}  // namespace
+
+std::vector<AlignmentCandidate> FindCandidates(const AlignmentFeatures& first,
+                                               const AlignmentFeatures& second,
+                                               const AlignmentOptions& options,
+                                               const Progress& progress) {
+  const auto is_allowed_up = [&](double up_m) {
+    return !options.start || std::abs(up_m - options.start->p_world.z()) <= kStartReachUp_m;
+  };
+  const std::vector<double> shifts_up_m = Heights(first).ShiftsOf(Heights(second), is_allowed_up);
+  std::vector<AlignmentCandidate> all;
+  const std::vector<Turn> turns = TurnsOf(first, second, options);
+  for (std::size_t i = 0; i < turns.size(); ++i) {
+    const double from = static_cast<double>(i), count = static_cast<double>(turns.size());
+    const auto candidates = CandidatesOf(turns[i], first, second, shifts_up_m, options,
+                                         progress.Part(from / count, (from + 1) / count));
+    all.insert(all.end(), candidates.begin(), candidates.end());
+  }
+  std::stable_sort(
+      all.begin(), all.end(),
+      [](const AlignmentCandidate& a, const AlignmentCandidate& b) { return a.votes > b.votes; });
+  if (static_cast<int>(all.size()) > options.max_candidates) all.resize(options.max_candidates);
+  return all;
+}
+
+}  // namespace slcmap

@@ -1,0 +1,28 @@
+// Where one map may lie in another: all places of its plan, by how much falls on its like.
+#pragma once
+
+#include <vector>
+
+#include "data/core/progress.h"
+#include "mapping/align/align_maps.h"
+#include "mapping/align/map_agreement.h"
+
+namespace slcmap {
+
+// A place of the second map in the first, to be looked at closely.
+struct AlignmentCandidate {
+  RigidTransform T_first_second;
+  double votes = 0;
+};
+
+// The places with most votes, the best first: for each turn by which a heading of the second is
+// brought onto one of the first, upright lines, level lines and surfaces by where they face vote
+// for shifts in the plan (a correlation), and level surfaces and lines for heights. With a rough
+// start those within its reach. None where a map has no heading. Throws StoppedError once progress
+// says so.
+std::vector<AlignmentCandidate> FindCandidates(const AlignmentFeatures& first,
+                                               const AlignmentFeatures& second,
+                                               const AlignmentOptions& options,
+                                               const Progress& progress = {});
+
+}  // namespace slcmap

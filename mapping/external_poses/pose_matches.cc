@@ -1,0 +1,150 @@
+#include "mapping/external_poses/pose_matches.h"
+
+#include <algorithm>
+#include <functional>
+#include <mutex>
+#include <optional>
+#include <ranges>
+#include <utility>
+
+#include "data/core/error.h"
+#include "data/io/yaml.h"
+#include "mapping/map/parallel.h"
+#include "mapping/views/stereo_depth.h"
+#include "odometry/geometry/pinhole.h"
+
+namespace slcmap {
+namespace {
+
+constexpr OptionTable kTable{
+    Option{"adjust", &GivenPoseOptions::adjust, false, true},
+    Option{"good_px", &GivenPoseOptions::good_px, 0.0, 100.0},
+    Option{"body_sigma_m", &GivenPoseOptions::body_sigma_m, 1e-6, 10.0},
+    Option{"body_sigma_rad", &GivenPoseOptions::body_sigma_rad, 1e-6, 1.0},
+    Option{"clock_sigma_s", &GivenPoseOptions::clock_sigma_s, 1e-6, 10.0},
+    Option{"sigma_m", &GivenPoseOptions::sigma_m, 1e-6, 10.0},
+    Option{"sigma_rad", &GivenPoseOptions::sigma_rad, 1e-6, 1.0},
+    Option{"point_sigma_px", &GivenPoseOptions::point_sigma_px, 0.01, 10.0},
+    Option{"disparity_sigma_px", &GivenPoseOptions::disparity_sigma_px, 0.01, 10.0},
+    Option{"robust_sigmas", &GivenPoseOptions::robust_sigmas, 0.1, 100.0},
+    Option{"partners", &GivenPoseOptions::partners, 1, 100},
+    Option{"max_travel_m", &GivenPoseOptions::max_travel_m, 0.01, 100.0},
+    Option{"max_turn_rad", &GivenPoseOptions::max_turn_rad, 0.01, 3.0},
+    Option{"rounds", &GivenPoseOptions::rounds, 1, 10},
+    Option{"max_iterations", &GivenPoseOptions::max_iterations, 1, 1000}};
+
+}  // namespace
+
+void GivenPoseOptions::Check() const { kTable.Check("mapping.given_poses", *this); }
+
+void GivenPoseOptions::Read(YamlSection section) {
+  section.Skip("threads");  // as options.yaml of earlier maps has it
+  kTable.Read(section, this);
+}
+
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+constexpr int kMinPoints = 12;     // of a pair of views
+constexpr size_t kMaxPoints = 60;  // the best corners of it: more say the same, and take memory
+
+// How far two views are from each other, for what they see in common: a metre counts as a radian.
+// The nearest views that look at about the same.
+std::vector<size_t> PartnersNear(const Views& views, size_t of, const GivenPoseOptions& options) {
+  std::vector<std::pair<double, size_t>> near;
+  for (size_t i = 0; i < views.size(); ++i) {
+    if (i == of || views[i].segment != views[of].segment) continue;
+    const auto [travel_m, turn_rad] = HowFarApart(views[of], views[i]);
+    if (travel_m > options.max_travel_m || turn_rad > options.max_turn_rad) continue;
+    near.emplace_back(travel_m + turn_rad, i);
+  }
+  std::ranges::sort(near);
+  near.resize(std::min(near.size(), static_cast<size_t>(options.partners)));
+  std::vector<size_t> partners;
+  for (const auto& [apart, view] : near) partners.push_back(view);
+  std::ranges::sort(partners);
+  return partners;
+}
+
+std::vector<PoseMatch> MatchesOf(size_t from, const Views& views,
+                                 const std::vector<ViewPoint>& points, const ViewImages& images,
+                                 const GivenPoseOptions& options) {
+  if (points.empty()) return {};
+  const std::vector<size_t> partners = PartnersNear(views, from, options);
+  if (partners.empty()) return {};
+  const Rig& rig = images.rig();
+  const Camera& camera = rig.cameras[0];
+  const cv::Mat left = images.Read(from).left;
+  if (left.empty()) return {};
+  const double sigma = options.disparity_sigma_px / (Baseline_m(rig) * camera.fx_px);
+  const RigidTransform T_world_from = WorldFromCamera(views[from], rig);
+  std::vector<PoseMatch> matches;
+  for (const size_t to : partners) {
+    const cv::Mat image = images.Read(to).left;
+    if (image.empty()) continue;
+    const ViewMatches found = MatchPoints(points, left, image, camera,
+                                          WorldFromCamera(views[to], rig).Inverse() * T_world_from);
+    if (std::ssize(found.found) < kMinPoints) continue;
+    for (const ViewMatch& match : found.found | std::views::take(kMaxPoints)) {
+      const ViewPoint& point = points[match.point];
+      const Vector3d p = PinholeRay(camera, point.px.x(), point.px.y()) / point.inverse_depth;
+      matches.push_back({from, to, p, sigma, match.px});
+    }
+  }
+  return matches;
+}
+
+void ForEachView(const Views& views, const GivenPoseOptions& options, const Progress& progress,
+                 const std::function<void(size_t)>& work) {
+  std::mutex reporting;
+  size_t done = 0;
+  bool stopped = false;
+  ParallelFor(0, views.size(), options.threads, [&](size_t view) {
+    {
+      const std::lock_guard lock(reporting);
+      if (stopped) return;
+    }
+    work(view);
+    const std::lock_guard lock(reporting);
+    stopped |= !progress.Report(static_cast<double>(++done) / static_cast<double>(views.size()));
+  });
+  if (stopped) throw StoppedError("interrupted");
+}
+
+}  // namespace
+
+std::optional<Vector2d> OffMatch_px(const PoseMatch& match, const Views& views, const Rig& rig) {
+  constexpr double kMinDepth_m = 0.05;
+  const Vector3d p = WorldFromCamera(views[match.to], rig).Inverse() *
+                     (WorldFromCamera(views[match.from], rig) * match.p_from);
+  if (!(p.z() > kMinDepth_m)) return std::nullopt;
+  return PixelFromPlane(rig.cameras[0], Vector2d(p.hnormalized())) - match.px;
+}
+
+std::vector<std::vector<ViewPoint>> PointsOfViews(const Views& views, const ViewImages& images,
+                                                  const GivenPoseOptions& options,
+                                                  const Progress& progress) {
+  std::vector<std::vector<ViewPoint>> points(views.size());
+  ForEachView(views, options, progress,
+              [&](size_t view) { points[view] = PointsOfView(images.Read(view), images); });
+  return points;
+}
+
+std::vector<PoseMatch> MatchViews(const Views& views,
+                                  const std::vector<std::vector<ViewPoint>>& points,
+                                  const ViewImages& images, const GivenPoseOptions& options,
+                                  const Progress& progress) {
+  std::vector<std::vector<PoseMatch>> of_views(views.size());
+  ForEachView(views, options, progress, [&](size_t view) {
+    of_views[view] = MatchesOf(view, views, points[view], images, options);
+  });
+  std::vector<PoseMatch> matches;
+  for (const std::vector<PoseMatch>& of_view : of_views) {
+    matches.insert(matches.end(), of_view.begin(), of_view.end());
+  }
+  return matches;
+}
+
+}  // namespace slcmap

@@ -1,0 +1,175 @@
+#include "mapping/external_poses/read_poses.h"
+
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "data/core/error.h"
+#include "data/core/math.h"
+#include "mapping/external_poses/pose_changes.h"
+#include "mapping/views/views_between.h"
+
+namespace slcmap {
+namespace {
+
+Clock StampsOf(const Sequence& recording) {
+  Clock stamps_ns;
+  for (const StereoEntry& pair : recording.images) stamps_ns.push_back(pair.stamp_ns);
+  return stamps_ns;
+}
+
+double PeriodOfPoses_s(const Trajectory& trajectory) {
+  std::vector<double> periods_s;
+  for (size_t i = 1; i < trajectory.size(); ++i) {
+    periods_s.push_back(ToSeconds(trajectory[i].stamp_ns - trajectory[i - 1].stamp_ns));
+  }
+  return Quantile(periods_s, 0.5);
+}
+
+// Images at a pose, or between two near ones.
+std::vector<int64_t> StampsWithPose(const Clock& clock, const Trajectory& trajectory) {
+  constexpr double kGap_s = 0.1;
+  constexpr int64_t kNear_ns = 5'000'000;
+  std::vector<int64_t> stamps_ns;
+  for (const int64_t stamp_ns : clock) {
+    const auto after =
+        std::lower_bound(trajectory.begin(), trajectory.end(), stamp_ns - kNear_ns,
+                         [](const StampedPose& pose, int64_t ns) { return pose.stamp_ns < ns; });
+    const bool is_near = after != trajectory.end() && after->stamp_ns <= stamp_ns + kNear_ns;
+    if (is_near || PoseAt(trajectory, stamp_ns, kGap_s)) stamps_ns.push_back(stamp_ns);
+  }
+  return stamps_ns;
+}
+
+[[noreturn]] void Refuse(const std::string& path, const std::string& words,
+                         const std::string& remedy) {
+  throw DataError(
+      fmt::format("{}: found poses that do not fit the recording: {}; {}", path, words, remedy));
+}
+
+std::string RemedyOf(const PoseForm& form) { return "give " + OptionsOf(form); }
+
+// Velocity of the poses about a place in the trajectory.
+Eigen::Vector3d VelocityAt(const Trajectory& trajectory, bool at_end) {
+  constexpr double kSpan_s = 0.1;
+  const StampedPose& here = at_end ? trajectory.back() : trajectory.front();
+  Eigen::Vector3d velocity = Eigen::Vector3d::Zero();
+  for (size_t i = 0; i < trajectory.size(); ++i) {
+    const StampedPose& there = at_end ? trajectory[trajectory.size() - 1 - i] : trajectory[i];
+    const double span_s = ToSeconds(there.stamp_ns - here.stamp_ns);
+    if (std::abs(span_s) < kSpan_s) continue;
+    velocity = (there.T_world_imu.translation - here.T_world_imu.translation) / span_s;
+    break;
+  }
+  return velocity;
+}
+
+// Where up is by the accelerometer: the mean of its readings in the world of the poses, less what
+// the poses say that the rig accelerated.
+std::optional<Eigen::Vector3d> UpByForce(const Sequence& recording, const Trajectory& trajectory) {
+  constexpr double kLeastForce_m_s2 = 8, kMostPeriod_s = 0.25, kLeastSpan_s = 2;
+  if (recording.imu.empty() || PeriodOfPoses_s(trajectory) > kMostPeriod_s) return std::nullopt;
+  const double offset_s = recording.rig.camera_time_offset_s;
+  Trajectory covered;
+  for (const StampedPose& pose : trajectory) {
+    const int64_t at_ns = pose.stamp_ns + ToNanoseconds(offset_s);
+    if (at_ns >= recording.imu.front().stamp_ns && at_ns <= recording.imu.back().stamp_ns) {
+      covered.push_back(pose);
+    }
+  }
+  if (covered.size() < 2) return std::nullopt;
+  const double span_s = ToSeconds(covered.back().stamp_ns - covered.front().stamp_ns);
+  if (span_s < kLeastSpan_s) return std::nullopt;
+  std::vector<OnlineState> states;
+  for (const StampedPose& pose : covered) {
+    states.push_back({.stamp_ns = pose.stamp_ns, .T_world_imu = pose.T_world_imu});
+  }
+  const auto force = MeanForceAt(states, recording.imu, offset_s);
+  if (!force) return std::nullopt;
+  const Eigen::Vector3d gravity =
+      *force - (VelocityAt(covered, true) - VelocityAt(covered, false)) / span_s;
+  if (gravity.norm() < kLeastForce_m_s2) return std::nullopt;
+  return gravity.normalized();
+}
+
+// Poses that the images agree with may still be in a world that lies on its side.
+void RefuseOtherUp(const std::string& path, const PoseForm& form, const Sequence& recording,
+                   const Trajectory& trajectory) {
+  constexpr double kMostTilt_rad = 5 * kDegree;
+  std::string by = "the accelerometer";
+  std::optional<Eigen::Vector3d> up = UpByForce(recording, trajectory);
+  if (!up && recording.imu.empty()) {
+    up = UpByImages(recording, trajectory);
+    by = "upright edges in the images, which are taken to be seen the right way up";
+  }
+  if (!up || up->z() > std::cos(kMostTilt_rad)) return;
+  // In the world of the file, which `form` has turned.
+  const Eigen::Vector3d in_file = TurnUp(form.Up()).conjugate() * *up;
+  PoseForm remedy = form;
+  remedy.up = UpInWords(in_file);
+  Refuse(path,
+         fmt::format("up is {} in their world, not {} ({:.1f} degrees off, by {})", remedy.up,
+                     form.up, kDegreesPerRadian * std::acos(std::clamp(up->z(), -1.0, 1.0)), by),
+         RemedyOf(remedy));
+}
+
+}  // namespace
+
+GivenPoses ReadGivenPoses(const std::string& path, const PoseForm& form, const Sequence& recording,
+                          bool refuses_unexplained, const Progress& progress) {
+  constexpr double kStep_s = 0.45;
+  const Clock clock = StampsOf(recording);
+  const PoseTable table = ReadPoseTable(path, form, clock);
+  const RigidTransform& T_imu_camera = recording.rig.T_imu_camera[0];
+  GivenPoses given;
+  given.trajectory = PosesOf(table, form, T_imu_camera);
+  if (IsStereo(recording.rig)) {
+    const double spacing_s = std::max(kStep_s, PeriodOfPoses_s(given.trajectory));
+    const auto pairs =
+        PairsToCompare(recording.images, StampsWithPose(clock, given.trajectory), spacing_s);
+    const std::vector<BodyStep> steps = StepsOfImages(recording, pairs, progress);
+    given.reading = JudgeReading(table, form, steps, T_imu_camera, "pairs of images");
+    const PoseReading& reading = given.reading;
+    if (!reading.agrees && reading.is_explained) {
+      Refuse(path, reading.words, RemedyOf(reading.form));
+    }
+    if (!reading.agrees && refuses_unexplained) {
+      Refuse(path, reading.words,
+             "expected poses of the IMU or the left camera of this recording, in one world");
+    }
+  }
+  if (!given.reading.change.empty()) {
+    spdlog::warn("{}: poses and images disagree: {}", path, given.reading.change);
+  }
+  if (given.reading.agrees) RefuseOtherUp(path, form, recording, given.trajectory);
+  given.world_offset_m = MoveNearOrigin(&given.trajectory);
+  if (!given.world_offset_m.isZero()) {
+    const Eigen::Vector3d& o = given.world_offset_m;
+    spdlog::warn(
+        "{}: poses are {:.0f} km from the origin of their world: the map's is moved there, to "
+        "{:.0f}, "
+        "{:.0f}, {:.0f} m, and its files say so (world_offset_m)",
+        path, 1e-3 * o.norm(), o.x(), o.y(), o.z());
+  }
+  return given;
+}
+
+std::string TooFarMoved(const GivenPoseFigures& figures, const PoseReading& reading) {
+  // What a tracker's own calibration is off, and what pairs of images leave open.
+  constexpr double kMost_rad = 0.02, kMost_m = 0.05, kTimes = 3;
+  if (!reading.is_judged) return "";
+  const double turned_rad = figures.body_turned_rad + figures.turned_rad,
+               moved_m = figures.body_shifted_m + figures.moved_m;
+  if (turned_rad <= kMost_rad + kTimes * reading.best.turn_rad &&
+      moved_m <= kMost_m + kTimes * reading.best.way_m) {
+    return "";
+  }
+  return fmt::format(
+      "poses were moved by {:.1f} degrees and {:.0f} mm, of which single pairs of images show "
+      "{:.1f} degrees and {:.0f} mm",
+      kDegreesPerRadian * turned_rad, 1e3 * moved_m, kDegreesPerRadian * reading.best.turn_rad,
+      1e3 * reading.best.way_m);
+}
+
+}  // namespace slcmap

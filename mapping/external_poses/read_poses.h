@@ -1,0 +1,32 @@
+// Poses by others for a recording: read, and judged by its images and its accelerometer.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "data/core/progress.h"
+#include "data/io/pose_file.h"
+#include "data/source/sequence.h"
+#include "mapping/external_poses/pose_reading.h"
+#include "mapping/map/map.h"
+
+namespace slcmap {
+
+struct GivenPoses {
+  Trajectory trajectory;  // of the IMU, z up; near the origin of its world
+  Eigen::Vector3d world_offset_m = Eigen::Vector3d::Zero();  // added to it, where they were given
+  PoseReading reading;
+};
+
+// Throws DataError that says what is wrong, by which figures, and which option takes the poses as
+// they are, where the images or the accelerometer tell that they are not as `form` says; and what
+// ReadPoseTable throws. Poses that no reading explains are refused if `refuses_unexplained`, else
+// left to the caller.
+GivenPoses ReadGivenPoses(const std::string& path, const PoseForm& form, const Sequence& recording,
+                          bool refuses_unexplained, const Progress& progress = {});
+
+// What is wrong with how far an adjustment moved poses, by what images say of single pairs of them;
+// "" where nothing is, or nothing is known.
+std::string TooFarMoved(const GivenPoseFigures& figures, const PoseReading& reading);
+
+}  // namespace slcmap

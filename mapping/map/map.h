@@ -1,0 +1,211 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <tuple>
+#include <unordered_map>
+#include <vector>
+
+#include "data/core/types.h"
+#include "data/core/verdict.h"
+#include "data/io/map_line.h"
+#include "data/io/trajectory.h"
+#include "data/source/sequence_source.h"
+#include "mapping/map/building.h"
+#include "mapping/map/occupancy_map.h"
+
+namespace slcmap {
+
+// What an adjustment was made of, and how it went.
+struct AdjustmentFigures {
+  int64_t keyframes = 0, points = 0, point_observations = 0, lines = 0, line_observations = 0;
+  int64_t rejected_point_observations = 0, rejected_line_observations = 0;
+  int64_t closures = 0, closures_taken_back = 0;  // found, and of these
+  int64_t matched_points = 0, matched_edges = 0;  // of those that stayed
+  int iterations = 0;
+  double initial_cost = 0, final_cost = 0;  // half the robustified sum of squares
+};
+
+// How an adjustment of poses that were given went.
+
+struct GivenPoseFigures {
+  int64_t views = 0, pairs = 0, points = 0;
+  // How far points are from where poses have them: the median over pairs of views of the length of
+  // their median.
+  double given_off_px = 0, off_px = 0;
+  // What all poses shared: how far the body that was tracked is turned and shifted against the
+  // rig's IMU, and how far its clock is behind the images'.
+  double body_turned_rad = 0, body_shifted_m = 0, clock_s = 0;
+  double moved_m = 0, turned_rad = 0;  // of each on top of that: root mean square over the views
+};
+
+// A point of the dense cloud.
+
+// Files hold these numbers.
+enum class DenseSource { kStereo = 0, kFilledPlane = 1 };
+
+struct DensePoint {
+  Eigen::Vector3d p_world = Eigen::Vector3d::Zero();        // metres
+  Eigen::Vector3d normal_world = Eigen::Vector3d::UnitZ();  // towards the cameras that saw it
+  double sigma_m = 0;                                       // along the normal
+  uint8_t grey = 0;
+  DenseSource source = DenseSource::kStereo;
+};
+
+// What a map knows of its lines besides what MapLine says: how well each is known along its
+// length, and which images show it.
+
+// A piece of a line is one of the MapLines that share its id: they count from 0, in their order.
+
+// What the ends of a piece may be off across the line, in the axes of the world; along it they
+// say how far it was seen, so nothing is said of that. The displacement of the place at the share t
+// of the way from start to end is (1 - t) times that of the start and t times that of the end.
+struct LineCovariance {
+  int64_t line_id = 0;
+  int piece = 0;
+  Eigen::Matrix3d start_m2 = Eigen::Matrix3d::Zero();
+  Eigen::Matrix3d end_m2 = Eigen::Matrix3d::Zero();
+  Eigen::Matrix3d start_end_m2 = Eigen::Matrix3d::Zero();  // rows: the start's x, y, z
+};
+
+// The edge of a piece in a rectified image: how far it was seen there.
+struct LineSupport {
+  int64_t line_id = 0;
+  int piece = 0;
+  int64_t stamp_ns = 0;  // of the image
+  int camera = 0;        // 0 left, 1 right
+  LineSegment px;
+};
+
+// What they are ordered by.
+inline auto KeyOf(const LineCovariance& covariance) {
+  return std::tuple(covariance.line_id, covariance.piece);
+}
+inline auto KeyOf(const LineSupport& support) {
+  return std::tuple(support.line_id, support.piece, support.stamp_ns, support.camera);
+}
+
+struct LineEvidence {
+  std::vector<LineCovariance> covariances;
+  std::vector<LineSupport> supports;
+};
+
+// A pipe of a map: a straight round thing.
+
+struct MapPipe {
+  int64_t id = 0;
+  int segment = 0;  // of the run
+  LineAxis axis = LineAxis::kNone;
+  int world = -1;                                         // as of a line (data/map_line.h)
+  Eigen::Vector3d start_world = Eigen::Vector3d::Zero();  // of its axis, as far as it was seen
+  Eigen::Vector3d end_world = Eigen::Vector3d::Zero();
+  double radius_m = 0;
+  double sigma_m = 0;         // standard deviation of the axis across it, where that is largest
+  double radius_sigma_m = 0;  // of the radius
+  int images = 0;             // that show an outline of it
+};
+
+// Which images a map's points were seen in, and where there.
+
+// Where a rectified image shows what a point of the map was made of. A track is one feature,
+// followed from image to image; a point that was fused of several has as many, which lie a little
+// beside it and each other.
+struct MapPointObservation {
+  int64_t point = 0;     // of the map's, from 0
+  int track = 0;         // of the point's, from 0
+  int64_t stamp_ns = 0;  // of the image
+  int camera = 0;        // 0 left, 1 right
+  Eigen::Vector2d px = Eigen::Vector2d::Zero();
+};
+
+// What they are ordered by.
+inline auto KeyOf(const MapPointObservation& seen) {
+  return std::tuple(seen.point, seen.track, seen.stamp_ns, seen.camera);
+}
+
+// What mapping hands to export: the contents of a map folder, in memory.
+
+// A point of the cloud, fused from the landmarks of one voxel.
+struct MapPoint {
+  Eigen::Vector3d p_world = Eigen::Vector3d::Zero();
+  double sigma_m = 0;                 // standard deviation along the landmarks' rays
+  int observations = 0;               // summed over the landmarks
+  std::vector<int64_t> landmark_ids;  // those that were fused; not kept in files
+  int64_t line_id = -1;               // of the line that it lies on; -1: of none
+};
+
+// From a stamp to a later one.
+struct StampSpan {
+  int64_t from_ns = 0, to_ns = 0;
+};
+
+// A run that went into a map that was merged of several.
+struct MergedRun {
+  std::string run_id, sequence, version;  // as MapSource has them
+  int64_t stamps_moved_ns = 0;            // stamps of the run are this much earlier
+  RigidTransform T_world_run;             // from the run's world: a turn about z, and a translation
+  // Of its poses, as the map has them: no other run has any in between. None of a map that was
+  // merged by an earlier version, or of a run without poses.
+  std::optional<StampSpan> poses_ns;
+  SequenceOptions opened = {};  // as MapSource has it
+};
+
+// Where a map came from; a merged one from its first run.
+struct MapSource {
+  std::string run_id;
+  RigidTransform T_world_run;  // from the run's world to the map's: a turn about z
+  // Added to the map's coordinates they are those of poses that were given far from their origin,
+  // as in UTM.
+  Eigen::Vector3d world_offset_m = Eigen::Vector3d::Zero();
+  std::string sequence;           // folder of the recording; "" of a run that was made by hand
+  SequenceOptions opened;         // how it was opened
+  std::string version;            // of slcmap
+  std::string options;            // YAML: all of mapping's in effect
+  std::vector<MergedRun> merged;  // all runs of a merged map, the first among them; else none
+};
+
+struct MapResult {
+  std::string id;  // of its contents; set when it is written or read
+  MapSource source;
+  std::string method;
+  bool complete = false;
+  std::string partial_reason;
+  bool interrupted = false;                 // before it was done
+  std::map<std::string, int64_t> warnings;  // counted by kind
+  std::optional<Verdict> verdict;           // on the run
+  Rig rectified_rig;                        // the cameras of the images that observations are of
+  // What the adjustment over all keyframes was made of; none where there was none. Not read back.
+  std::optional<AdjustmentFigures> adjustment;
+  // How poses that were given were moved; none where they stay. Not read back.
+  std::optional<GivenPoseFigures> given_poses;
+  // The raw cameras with what the run, or its adjustment, found of their calibration; none of a run
+  // that does not say how they were calibrated. Not read back.
+  std::optional<Rig> calibrated_rig;
+  Trajectory trajectory;  // refined, a pose an image
+  Trajectory keyframes;
+  std::vector<MapPoint> points;
+  std::vector<MapPointObservation> point_observations;  // by point, track, stamp and camera
+  std::vector<DensePoint> dense;  // none of a map that was made without images
+  std::vector<MapLine> lines;     // but marks
+  std::vector<MapLine> marks;     // lines that are on surfaces, and no edges of them
+  LineEvidence line_evidence;     // for lines and marks
+  std::vector<MapPipe> pipes;     // their outlines are not among the lines
+  Building building;              // empty of a map that was made without images
+  OccupancyMap occupancy{0.1};
+};
+
+// The poses of a map by their stamps.
+
+// Of the rig's body, in world, for all keyframes and all images of the trajectory.
+inline std::unordered_map<int64_t, RigidTransform> PosesByStamp(const MapResult& map) {
+  std::unordered_map<int64_t, RigidTransform> poses;
+  for (const Trajectory* trajectory : {&map.keyframes, &map.trajectory}) {
+    for (const StampedPose& pose : *trajectory) poses.emplace(pose.stamp_ns, pose.T_world_imu);
+  }
+  return poses;
+}
+
+}  // namespace slcmap

@@ -1,0 +1,56 @@
+// The dense cloud on disk.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "data/io/json.h"
+#include "data/io/ply.h"
+#include "mapping/map/map.h"
+
+namespace slcmap {
+
+// A PLY file: `x y z nx ny nz sigma_m` (float), `red green blue grey` (uchar, all four the grey of
+// the image) and `source` (int: 0 stereo, 1 filled plane), with a comment where there is one.
+// Throws OutputError.
+void WriteDensePly(const std::string& path, const std::vector<DensePoint>& points,
+                   PlyForm form = PlyForm::kBinary, const std::string& comment = "");
+
+// Reads what WriteDensePly wrote. Throws DataError naming file and row.
+std::vector<DensePoint> ReadDensePly(const std::string& path);
+
+// The same as a PCD file, with `normal_x normal_y normal_z` and `intensity` as PCL names them.
+void WriteDensePcd(const std::string& path, const std::vector<DensePoint>& points);
+
+// pipes.json of a map folder.
+
+inline constexpr char kPipeFile[] = "pipes.json";
+
+// A list of pipes with what MapPipe holds under its names, the axis by name. Throws OutputError.
+void WritePipes(const std::string& path, const std::vector<MapPipe>& pipes);
+
+// Throws DataError naming the file, the pipe and the key for values that cannot be.
+std::vector<MapPipe> ReadPipes(const std::string& path);
+
+// The runs of a merged map, as map.json holds them. Include in .cc files only.
+
+Json MergedJson(const std::vector<MergedRun>& runs);
+
+// Throws DataError, naming the path and the run, for less than two runs, one that is there twice,
+// a first one that is not where it was or not that of the map's source, and values that cannot be.
+std::vector<MergedRun> ParseMerged(const std::string& path, const Json& json,
+                                   const MapSource& source);
+
+// How a run's world is turned in the map's, about z: yaw_rad of an object, and back.
+double YawOfWorld(const RigidTransform& T_world_run);
+RigidTransform ParseTurn(const std::string& place, const Json& json);
+
+// world_offset_m of an object, and back: zero where it is missing, as in maps of earlier versions.
+Json OffsetJson(const Eigen::Vector3d& world_offset_m);
+Eigen::Vector3d ParseOffset(const std::string& place, const Json& json);
+
+// Throws DataError, naming the path, where it is known from when to when each run has poses and the
+// map has one besides.
+void CheckPosesOfRuns(const std::string& path, const MapResult& map);
+
+}  // namespace slcmap

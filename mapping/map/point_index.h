@@ -1,0 +1,84 @@
+// Space in cubes that have a key each, for what is looked up by where it is.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <memory>
+#include <unordered_map>
+#include <vector>
+
+#include "mapping/map/map.h"
+
+namespace slcmap {
+
+inline Eigen::Vector3i CubeOf(const Eigen::Vector3d& p, double cube_m) {
+  return (p / cube_m).array().floor().cast<int>();
+}
+
+// Cubes that are two million apart share one.
+inline int64_t KeyOf(const Eigen::Vector3i& cube) {
+  constexpr int64_t kMask = (1 << 21) - 1;
+  return ((cube.x() & kMask) << 42) | ((cube.y() & kMask) << 21) | (cube.z() & kMask);
+}
+
+// A cube, and those that touch it: i from 0 to 26.
+inline constexpr int kCubesAround = 27;
+inline Eigen::Vector3i CubeAround(const Eigen::Vector3i& cube, int i) {
+  return cube + Eigen::Vector3i(i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1);
+}
+
+// Points by the cube of space that they are in.
+
+class PointIndex {
+ public:
+  explicit PointIndex(double cube_m) : cube_m_(cube_m) {}
+
+  void Add(const Eigen::Vector3d& p, size_t item) {
+    cubes_[KeyOf(CubeOf(p, cube_m_))].push_back({p, item});
+  }
+
+  // Whether what holds of any item within a distance, at most the edge of a cube.
+  template <typename Holds>
+  bool AnyNear(const Eigen::Vector3d& p, double distance_m, Holds holds) const {
+    const Eigen::Vector3i middle = CubeOf(p, cube_m_);
+    for (int i = 0; i < kCubesAround; ++i) {
+      const auto found = cubes_.find(KeyOf(CubeAround(middle, i)));
+      if (found == cubes_.end()) continue;
+      for (const Entry& entry : found->second) {
+        if ((entry.p - p).norm() <= distance_m && holds(entry.item)) return true;
+      }
+    }
+    return false;
+  }
+
+  bool HasNear(const Eigen::Vector3d& p, double distance_m) const {
+    return AnyNear(p, distance_m, [](size_t) { return true; });
+  }
+
+ private:
+  struct Entry {
+    Eigen::Vector3d p;
+    size_t item = 0;
+  };
+
+  const double cube_m_;
+  std::unordered_map<int64_t, std::vector<Entry>> cubes_;
+};
+
+// The points of a dense cloud about a place.
+
+class DenseIndex {
+ public:
+  explicit DenseIndex(const std::vector<DensePoint>& cloud);
+  ~DenseIndex();
+
+  // The indices of those within radius_m of a place (world, m), the nearest first.
+  void Find(const Eigen::Vector3d& p_world, double radius_m, std::vector<int>* found) const;
+
+ private:
+  // Whoever includes this has no need of PCL: it is no dependency of the installed package.
+  struct Tree;
+  std::unique_ptr<const Tree> tree_;  // null where the cloud is empty
+};
+
+}  // namespace slcmap

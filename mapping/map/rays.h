@@ -1,0 +1,84 @@
+// How many voxels rays will take, before any is made.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <iterator>
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "data/core/progress.h"
+#include "mapping/map/building.h"
+#include "mapping/map/map.h"
+#include "mapping/map/occupancy_map.h"
+#include "mapping/map/options.h"
+#include "odometry/run/run.h"
+
+namespace slcmap {
+
+class VoxelEstimate {
+ public:
+  // Rays are followed up to max_range_m.
+  VoxelEstimate(const std::vector<RayBundle>& bundles, double max_range_m);
+
+  // No more than there are steps from voxel to voxel along the rays; and, where rays lie side by
+  // side, no more than fit into the space that they pass, as counted in coarser voxels. Falls with
+  // the resolution.
+  double Voxels(double resolution_m) const;
+
+  // The least resolution, rounded up to two digits, that takes at most max_voxels.
+  double LeastResolution_m(double max_voxels) const;
+
+ private:
+  struct Count {
+    double voxel_m = 0;
+    double voxels = 0;  // of that size, that rays pass
+  };
+
+  double rays_ = 0, steps_m_ = 0;  // the sum over the rays of |dx| + |dy| + |dz|
+  std::vector<Count> counts_;      // each with twice the voxel of the one before
+};
+
+// Occupied and free space, from what the keyframes saw.
+
+// The rays from each keyframe's left camera to each point of the map whose landmark it saw.
+std::vector<RayBundle> KeyframeRays(const OdometryRun& run, const std::vector<MapPoint>& points);
+
+// Follows the rays; counts those that leave the octree as `warnings` of the kind kRayOutOfOctree.
+// Once progress says so, later rays are left out. Throws ConfigError, naming what would do, when
+// the rays would take more than max_voxels.
+OccupancyMap MapOccupancy(const std::vector<RayBundle>& rays, const OccupancyOptions& options,
+                          std::map<std::string, int64_t>* warnings, const Progress& progress = {});
+
+inline constexpr const char* kRayOutOfOctree = "rays_out_of_octree";
+
+// What views saw of the lines of a map: ways that are free.
+
+// Rays from each image that shows lines or marks of a map to places along what it shows of them, by
+// stamp and camera. Where walls are blank and stereo measures nothing, these are what is known to
+// be free. Their ends are as uncertain as their lines, and at least as uncertain as lines are that
+// turn out a little wrong.
+std::vector<Sights> SightsOfLines(const MapResult& map);
+
+// A map as what its building is made of.
+
+// All points of the dense cloud, the lines, and the places of the trajectory, with the sights and
+// what the lines add to them.
+inline BuildingInput BuildingInputOf(const MapResult& map, std::vector<Sights> sights) {
+  BuildingInput input;
+  for (const DensePoint& point : map.dense) {
+    input.points.push_back({point.p_world, point.normal_world, point.sigma_m});
+  }
+  input.lines = map.lines;
+  input.sights = std::move(sights);
+  std::vector<Sights> of_lines = SightsOfLines(map);
+  std::move(of_lines.begin(), of_lines.end(), std::back_inserter(input.sights));
+  for (const StampedPose& pose : map.trajectory) {
+    input.trajectory_world.push_back(pose.T_world_imu.translation);
+  }
+  return input;
+}
+
+}  // namespace slcmap

@@ -1,0 +1,222 @@
+#include "mapping/surfaces/plane_views.h"
+
+#include <pcl/kdtree/kdtree_flann.h>
+#include <pcl/memory.h>
+#include <pcl/point_cloud.h>
+#include <pcl/point_types.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+#include "data/core/math.h"
+#include "odometry/geometry/pinhole.h"
+
+namespace slcmap {
+namespace {
+
+constexpr double kSigmas = 3;
+
+}  // namespace
+
+cv::Mat1i CountPasses(const PlaneGrid& grid, const std::vector<Sights>& sights,
+                      const PlaneOptions& options) {
+  cv::Mat1i passes = cv::Mat1i::zeros(grid.rows, grid.columns);
+  for (const Sights& view : sights) {
+    const double before_m = grid.DistanceTo(view.p_world_camera);
+    if (before_m == 0) continue;
+    for (size_t i = 0; i < view.p_world.size(); ++i) {
+      const Eigen::Vector3d end = view.p_world[i].cast<double>();
+      const double after_m = grid.DistanceTo(end);
+      if (before_m * after_m >= 0) continue;
+      if (std::abs(after_m) <= std::max<double>(options.behind_m, kSigmas * view.sigma_m[i])) {
+        continue;
+      }
+      const Eigen::Vector3d at =
+          view.p_world_camera + before_m / (before_m - after_m) * (end - view.p_world_camera);
+      const int column = grid.ColumnOf(at), row = grid.RowOf(at);
+      if (grid.Contains(column, row)) ++passes(row, column);
+    }
+  }
+  return passes;
+}
+
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+constexpr double kMinDepth_m = 0.3;  // of a place from a camera
+constexpr double kMargin_px = 2;     // of the image's border
+
+}  // namespace
+
+PlaneWatch::PlaneWatch(const ViewCameras& cameras, const std::vector<SightDepths>& depths,
+                       const PlaneOptions& options)
+    : cameras_(cameras),
+      depths_(depths),
+      max_range_m_(options.max_range_m),
+      min_cosine_(std::cos(options.max_grazing_deg * std::numbers::pi / 180)) {
+  for (size_t view = 0; view < cameras_.T_camera_world.size(); ++view) {
+    centres_.push_back(cameras_.Centre(static_cast<int>(view)));
+  }
+}
+
+bool PlaneWatch::Sees(const Vector3d& p_world, const Vector3d& normal_world) {
+  const int count = static_cast<int>(centres_.size());
+  for (int i = 0; i < count; ++i) {
+    const int view = (last_ + i) % count;
+    if (!SeesFrom(view, p_world, normal_world)) continue;
+    last_ = view;
+    return true;
+  }
+  return false;
+}
+
+bool PlaneWatch::SeesFrom(int view, const Vector3d& p_world, const Vector3d& normal_world) const {
+  const Vector3d way = centres_[view] - p_world;
+  const double range_m = way.norm();
+  if (range_m > max_range_m_ || normal_world.dot(way) < min_cosine_ * range_m) return false;
+  const RigidTransform& T_camera_world = cameras_.T_camera_world[view][0];
+  const Vector3d p_camera = T_camera_world * p_world;
+  if (p_camera.z() < kMinDepth_m) return false;
+  const Camera& camera = cameras_.cameras[0];
+  const Vector2d px = PixelFromPlane(camera, Vector2d(p_camera.hnormalized()));
+  if (!camera.Contains(px, kMargin_px)) return false;
+  const Vector3d normal_camera = T_camera_world.rotation * normal_world;
+  return std::ranges::none_of(depths_, [&](const SightDepths& depths) {
+    return depths.HidesSurface(view, 0, camera, p_camera, normal_camera);
+  });
+}
+
+namespace {
+
+constexpr double kMinFacing = 0.7;                             // cosine between normals
+constexpr double kLeastBehind_m = 0.045, kMostBehind_m = 0.4;  // of leaves and panes behind a wall
+
+// In the axes of the plane, from its first corner: small numbers, which the tree holds as floats.
+pcl::PointXYZ Along(const PlaneGrid& grid, const Eigen::Vector3d& p) {
+  return {static_cast<float>(grid.u.dot(p) - grid.from_u_m),
+          static_cast<float>(grid.v.dot(p) - grid.from_v_m), 0};
+}
+
+using Places = pcl::PointCloud<pcl::PointXYZ>;
+
+// Places of a line that lies in the plane, at its border, where it meets others: there the plane is
+// on the inner side. Of lines elsewhere, as those around a pane, nobody knows on which side it is.
+void AddBorderPlaces(const PlaneGrid& grid, const MapLine& line, double max_offset_m,
+                     Places* places) {
+  constexpr double kBorder_m = 0.12;  // skirtings are as high
+  if (line.kind == LineKind::kPipe || std::abs(grid.DistanceTo(line.start_world)) > max_offset_m ||
+      std::abs(grid.DistanceTo(line.end_world)) > max_offset_m) {
+    return;
+  }
+  const auto width_m = static_cast<float>(grid.columns * grid.cell_m);
+  const auto height_m = static_cast<float>(grid.rows * grid.cell_m);
+  const Eigen::Vector3d way = line.end_world - line.start_world;
+  const int count = static_cast<int>(way.norm() / grid.cell_m) + 1;
+  for (int i = 0; i < count; ++i) {
+    const pcl::PointXYZ place = Along(grid, line.start_world + (i + 0.5) / count * way);
+    const float from_border_m = std::min({place.x, place.y, width_m - place.x, height_m - place.y});
+    if (std::abs(from_border_m) < kBorder_m) places->push_back(place);
+  }
+}
+
+}  // namespace
+
+struct MeasuredAround::Tree {
+  explicit Tree(const Places::Ptr& of) : count(std::ssize(*of)) {
+    if (count > 0) places.setInputCloud(of);
+  }
+
+  // The nearest of them; none where there are none.
+  std::optional<std::pair<pcl::PointXYZ, double>> Nearest(const pcl::PointXYZ& place) const {
+    if (count == 0) return std::nullopt;
+    pcl::Indices found;
+    std::vector<float> squares_m2;
+    places.nearestKSearch(place, 1, found, squares_m2);
+    return std::pair((*places.getInputCloud())[found.front()],
+                     std::sqrt(static_cast<double>(squares_m2.front())));
+  }
+
+  const int64_t count;
+  pcl::KdTreeFLANN<pcl::PointXYZ> places;
+};
+
+MeasuredAround::MeasuredAround(const PlaneGrid& grid, const std::vector<DensePoint>& cloud,
+                               const std::vector<MapLine>& lines, const PlaneOptions& options)
+    : grid_(grid), cloud_(cloud), options_(options) {
+  const auto places = pcl::make_shared<Places>(), in_plane = pcl::make_shared<Places>(),
+             off_plane = pcl::make_shared<Places>(), behind = pcl::make_shared<Places>();
+  for (size_t i = 0; i < cloud.size(); ++i) {
+    const DensePoint& point = cloud[i];
+    if (point.source != DenseSource::kStereo || point.normal_world.dot(grid.normal) < kMinFacing) {
+      continue;
+    }
+    const double before_m = grid.DistanceTo(point.p_world), offset_m = std::abs(before_m);
+    if (before_m < -kLeastBehind_m && before_m > -kMostBehind_m) {
+      behind->push_back(Along(grid, point.p_world));
+    }
+    if (offset_m > options.beside_m) continue;
+    beside_.push_back(i);
+    places->push_back(Along(grid, point.p_world));
+    const bool is_in = offset_m <= options.max_offset_m;
+    (is_in ? in_plane : off_plane)->push_back(Along(grid, point.p_world));
+    grey_ += is_in ? point.grey : 0;
+  }
+  grey_ /= static_cast<double>(std::max<size_t>(in_plane->size(), 1));
+  for (const MapLine& line : lines)
+    AddBorderPlaces(grid, line, options.max_offset_m, in_plane.get());
+  tree_ = std::make_unique<Tree>(places);
+  in_plane_ = std::make_unique<Tree>(in_plane);
+  off_plane_ = std::make_unique<Tree>(off_plane);
+  behind_ = std::make_unique<Tree>(behind);
+}
+
+MeasuredAround::~MeasuredAround() = default;
+
+std::optional<SurfaceAround> MeasuredAround::At(double column, double row) const {
+  if (std::ssize(beside_) < options_.neighbours) return std::nullopt;
+  pcl::Indices found;
+  std::vector<float> squares_m2;
+  tree_->places.nearestKSearch(Along(grid_, grid_.At(column, row)), options_.neighbours, found,
+                               squares_m2);
+  std::vector<double> offsets_m;
+  for (const auto i : found) {
+    offsets_m.push_back(grid_.DistanceTo(cloud_[beside_[i]].p_world));
+  }
+  const double median_m = Quantile(offsets_m, 0.5);
+  SurfaceAround around;
+  int agreeing = 0;
+  for (size_t i = 0; i < found.size(); ++i) {
+    if (std::abs(offsets_m[i] - median_m) > options_.agree_m) continue;
+    around.offset_m += offsets_m[i];
+    around.grey += cloud_[beside_[found[i]]].grey;
+    ++agreeing;
+  }
+  if (agreeing < options_.min_share * options_.neighbours) return std::nullopt;
+  const pcl::PointXYZ& nearest = (*tree_->places.getInputCloud())[found.front()];
+  around.nearest = Eigen::Vector2d(nearest.x, nearest.y) / grid_.cell_m;
+  around.nearest_m = std::sqrt(static_cast<double>(squares_m2.front()));
+  around.offset_m /= agreeing;
+  around.grey /= agreeing;
+  return around;
+}
+
+std::optional<SurfaceAround> MeasuredAround::OnPlane(double column, double row) const {
+  const pcl::PointXYZ place = Along(grid_, grid_.At(column, row));
+  const auto nearest = in_plane_->Nearest(place);
+  if (!nearest) return std::nullopt;
+  const auto other = off_plane_->Nearest(place);
+  if (other && other->second < options_.blank_clear_m) return std::nullopt;
+  const auto behind = behind_->Nearest(place);
+  if (behind && behind->second < nearest->second) return std::nullopt;
+  SurfaceAround around;
+  around.nearest = Eigen::Vector2d(nearest->first.x, nearest->first.y) / grid_.cell_m;
+  around.nearest_m = nearest->second;
+  around.grey = grey_;
+  return around;
+}
+
+}  // namespace slcmap

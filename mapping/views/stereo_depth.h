@@ -1,0 +1,157 @@
+// The depth of a view at the nodes of a grid over its rectified left image.
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Dense>
+#include <cmath>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "data/core/camera.h"
+#include "data/core/types.h"
+#include "data/io/yaml.h"
+
+namespace slcmap {
+
+// Inverse depth, 1/z in 1/m, is linear over the image of a plane, and so are disparities: the
+// surface around a node is given by its value there and its slopes in 1/m per pixel.
+struct DepthNode {
+  float inverse_depth = 0;  // 0: not known
+  float slope_x = 0, slope_y = 0;
+  float sigma = 0;  // standard deviation of inverse_depth
+  uint8_t grey = 0;
+  bool is_filled = false;  // from a plane, not from this pixel's own match
+
+  bool is_known() const { return inverse_depth > 0; }
+  double depth_m() const { return 1 / inverse_depth; }
+  // Of the depth, to first order.
+  double depth_sigma_m() const { return sigma / (inverse_depth * inverse_depth); }
+};
+
+struct DepthGrid {
+  int columns = 0, rows = 0;
+  int step_px = 1;
+  std::vector<DepthNode> nodes;  // row by row
+
+  DepthGrid() = default;
+  DepthGrid(const Camera& camera, int step)
+      : columns(camera.width_px / step),
+        rows(camera.height_px / step),
+        step_px(step),
+        nodes(static_cast<std::size_t>(columns) * rows) {}
+
+  DepthNode& At(int column, int row) { return nodes[row * columns + column]; }
+  const DepthNode& At(int column, int row) const { return nodes[row * columns + column]; }
+  bool Contains(int column, int row) const {
+    return column >= 0 && row >= 0 && column < columns && row < rows;
+  }
+  int ColumnPixel(int column) const { return column * step_px + step_px / 2; }
+  int RowPixel(int row) const { return row * step_px + step_px / 2; }
+
+  // The node next to a pixel, where there is one that is known; else nullptr.
+  const DepthNode* KnownNear(const Eigen::Vector2d& pixel_px, Eigen::Vector2d* offset_px) const {
+    const int column = static_cast<int>(std::floor((pixel_px.x() + 0.5) / step_px));
+    const int row = static_cast<int>(std::floor((pixel_px.y() + 0.5) / step_px));
+    if (!Contains(column, row) || !At(column, row).is_known()) return nullptr;
+    *offset_px = pixel_px - Eigen::Vector2d(ColumnPixel(column), RowPixel(row));
+    return &At(column, row);
+  }
+};
+
+// The ray of a pixel of a rectified camera, at depth 1.
+inline Eigen::Vector3d PinholeRay(const Camera& camera, double u_px, double v_px) {
+  return {(u_px - camera.cx_px) / camera.fx_px, (v_px - camera.cy_px) / camera.fy_px, 1};
+}
+
+// The plane n.p = 1 (camera frame) that a node at a pixel is on.
+inline Eigen::Vector3d PlaneOf(const DepthNode& node, const Camera& camera,
+                               const Eigen::Vector3d& ray) {
+  const double x = node.slope_x * camera.fx_px, y = node.slope_y * camera.fy_px;
+  return {x, y, node.inverse_depth - x * ray.x() - y * ray.y()};
+}
+
+// The unit normal of the surface at a node, towards the camera.
+inline Eigen::Vector3d NormalOf(const DepthNode& node, const Camera& camera,
+                                const Eigen::Vector3d& ray) {
+  return -PlaneOf(node, camera, ray).normalized();
+}
+
+// The cosine of the angle between a surface's normal and the ray to it.
+inline double CosineOfView(const DepthNode& node, const Camera& camera,
+                           const Eigen::Vector3d& ray) {
+  return -NormalOf(node, camera, ray).dot(ray) / ray.norm();
+}
+
+// The slopes of inverse depth (or disparity) around a place, by least squares.
+
+// Fits value = c + a x + b y to weighted samples.
+class SlopeFit {
+ public:
+  void Add(double x, double y, double value, double weight = 1) {
+    const Eigen::Vector3d row(1, x, y);
+    normal_ += weight * row * row.transpose();
+    right_ += weight * value * row;
+    ++count_;
+  }
+  int count() const { return count_; }
+
+  // (c, a, b); nothing where the samples lie on a line.
+  std::optional<Eigen::Vector3d> Solve() const {
+    const Eigen::LDLT<Eigen::Matrix3d> factors(normal_);
+    const Eigen::Vector3d pivots = factors.vectorD();
+    if (count_ < 3 || pivots.minCoeff() <= 1e-9 * pivots.maxCoeff()) return std::nullopt;
+    return factors.solve(right_);
+  }
+
+ private:
+  Eigen::Matrix3d normal_ = Eigen::Matrix3d::Zero();
+  Eigen::Vector3d right_ = Eigen::Vector3d::Zero();
+  int count_ = 0;
+};
+
+// The options of dense mapping.
+
+struct DenseOptions {
+  int threads = 2;  // results are the same with any, so files do not hold it
+
+  // Views that are looked at: so far from the one before, or turned by as much.
+  double min_travel_m = 0.1;
+  double min_turn_rad = 0.1;
+
+  // Depth of one view.
+  double min_depth_m = 0.4;
+  double max_depth_m = 10;
+  int grid_px = 5;              // between the pixels of an image whose depth is estimated
+  int uniqueness_percent = 5;   // by which the best disparity beats all others
+  double max_grazing_deg = 75;  // between a surface's normal and the ray to it
+  double pair_sigma_px = 0.08;  // what the calibration lets the right image be off
+  double pose_sigma_px = 0.15;  // what poses let the image of another view be off
+  int neighbours = 3;           // views whose images refine the depth of one
+
+  // What is kept.
+  int window_views = 8;         // on either side, that may confirm a view's depth
+  int min_views = 3;            // that agree, itself among them
+  double min_baseline_m = 0.1;  // between those that count
+  double agree_sigmas = 2;
+  double voxel_m = 0.04;
+  double max_sigma_m = 0.1;  // of one view's depth
+
+  void Check() const;  // throws ConfigError
+  void Read(YamlSection section);
+};
+
+// First depth of a view: semi-global matching of its rectified pair.
+
+// Between the cameras of a stereo rig.
+double Baseline_m(const Rig& rig);
+
+// Matches the pair at half size (H. Hirschmueller, "Stereo processing by semiglobal matching and
+// mutual information", PAMI 2008, as OpenCV has it), checks left against right, and fits a plane of
+// disparities around each node of the grid. Nodes at depth edges, on surfaces seen at a grazing
+// angle, outside of the mask (255 where there are pixels) and beyond the range of depth stay
+// unknown. Sigma is that of matching: about a third of a pixel.
+DepthGrid StereoDepth(const StereoImage& pair, const cv::Mat& mask, const Rig& rig,
+                      const DenseOptions& options);
+
+}  // namespace slcmap

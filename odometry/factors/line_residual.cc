@@ -1,0 +1,284 @@
+#include "odometry/factors/line_residual.h"
+
+#include <cmath>
+
+namespace slcmap {
+namespace {
+
+using Eigen::Map;
+using Eigen::Matrix2d;
+using Eigen::Matrix3d;
+using Eigen::Quaterniond;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+using Matrix23d = Eigen::Matrix<double, 2, 3>;
+
+// The sine of the angle between the plane of the line and that of the image below which the line's
+// image is taken to be at infinity.
+constexpr double kMinSine = 1e-6;
+constexpr double kNoImageResidual = 10;  // standard deviations
+
+struct EndDistances {
+  Vector2d residual = Vector2d::Constant(kNoImageResidual);
+  Matrix23d jacobian = Matrix23d::Zero();  // d residual / d n
+  Vector2d by_focal_length = Vector2d::Zero();
+  Matrix2d by_centre = Matrix2d::Zero();
+};
+
+// Of a segment's ends, by the lens, and how they move with it.
+struct LensEnds {
+  LensEnds(const LineSegment& segment, int camera, const StereoGeometry& geometry,
+           const LensCorrection& correction)
+      : lens(correction),
+        ends{LensMeasurement(geometry, camera, segment.start),
+             LensMeasurement(geometry, camera, segment.end)} {}
+
+  LensCorrection lens;
+  std::array<LensMeasurement, 2> ends;
+};
+
+EndDistances Distances(const Vector3d& n, const LensEnds& segment, double weight) {
+  EndDistances out;
+  const double m = n.head<2>().norm();
+  if (!(m > kMinSine * n.norm())) return out;
+  const Vector3d flat(n.x() / m, n.y() / m, 0);
+  const double s = segment.lens.focal_length;
+  for (int end = 0; end < 2; ++end) {
+    const LensMeasurement& measured = segment.ends[end];
+    const Vector3d at = measured.At(segment.lens).homogeneous();
+    const double distance = at.dot(n) / m;
+    // Across the line, as a point's.
+    const double gradient = flat.head<2>().dot(measured.gradient * flat.head<2>());
+    const double scale = weight * (1 + s * gradient);
+    out.residual[end] = scale * distance;
+    out.jacobian.row(end) = (scale / m) * (at - distance * flat).transpose();
+    out.by_focal_length[end] =
+        weight * gradient * distance + scale * flat.head<2>().dot(measured.ByFocalLength(s));
+    out.by_centre.row(end) = -scale * flat.head<2>().transpose() * measured.by_centre;
+  }
+  return out;
+}
+
+// The plane of a line through a camera's centre, by its normal.
+struct LinePlane {
+  LinePlane(const StereoGeometry& geometry, int camera, const double* pose, const double* cameras,
+            const PlueckerLine& line)
+      : R_world_imu(Map<const Quaterniond>(pose + 3).toRotationMatrix()),
+        R_imu_camera(geometry.R_imu_camera[camera]),
+        lens(cameras ? LensOf(camera, cameras) : geometry.lenses[camera]),
+        centre_imu(geometry.T_imu_camera[camera].translation),
+        from_centre(line.anchor_world - Map<const Vector3d>(pose) - R_world_imu * centre_imu),
+        normal_imu(R_world_imu.transpose() * (line.moment + from_centre.cross(line.direction))) {
+    if (!cameras || camera == 0) return;
+    R_imu_camera = R_imu_camera * RightRotation(cameras).toRotationMatrix();
+  }
+
+  Vector3d NormalInCamera() const { return R_imu_camera.transpose() * normal_imu; }
+
+  Matrix3d R_world_imu;
+  Matrix3d R_imu_camera;
+  LensCorrection lens;
+  const Vector3d& centre_imu;
+  Vector3d from_centre;  // to the anchor, in the world
+  Vector3d normal_imu;
+};
+
+const LineSegment& SegmentOf(const StereoLineMeasurement& measurement, int camera) {
+  return camera == 0 ? measurement.left : *measurement.right;
+}
+
+}  // namespace
+
+void EvaluateLineReprojection(const StereoGeometry& geometry,
+                              const StereoLineMeasurement& measurement, const double* pose,
+                              const double* cameras, const PlueckerLine& line, double* residuals) {
+  const double weight = geometry.weight * measurement.weight;
+  for (int c = 0; 2 * c < measurement.rows(); ++c) {
+    const LinePlane plane(geometry, c, pose, cameras, line);
+    Map<Vector2d>{residuals + 2 * c} =
+        Distances(plane.NormalInCamera(),
+                  LensEnds(SegmentOf(measurement, c), c, geometry, plane.lens), weight)
+            .residual;
+  }
+}
+
+void LinearizeLineReprojection(const StereoGeometry& geometry,
+                               const StereoLineMeasurement& measurement, const double* pose,
+                               const double* cameras, const PlueckerLine& line,
+                               const PlueckerJacobian& line_jacobian, double* residuals,
+                               LineReprojectionJacobian* jacobian) {
+  const double weight = geometry.weight * measurement.weight;
+  jacobian->by_pose.resize(measurement.rows(), 6);
+  jacobian->by_cameras.setZero(measurement.rows(), kCameraCalibrationSize);
+  jacobian->by_line.resize(measurement.rows(), line_jacobian.moment.cols());
+  for (int c = 0; 2 * c < measurement.rows(); ++c) {
+    const LinePlane plane(geometry, c, pose, cameras, line);
+    const EndDistances ends =
+        Distances(plane.NormalInCamera(),
+                  LensEnds(SegmentOf(measurement, c), c, geometry, plane.lens), weight);
+    Map<Vector2d>{residuals + 2 * c} = ends.residual;
+    const Matrix23d& by_normal = ends.jacobian;
+    const Matrix23d by_imu = by_normal * plane.R_imu_camera.transpose();
+    const Matrix23d by_world = by_imu * plane.R_world_imu.transpose();
+    const Vector3d direction_imu = plane.R_world_imu.transpose() * line.direction;
+    if (cameras) {
+      // Exp(-psi) n moves by [n']x Jr(psi).
+      const Vector3d n = plane.NormalInCamera();
+      if (c == 1) {
+        jacobian->by_cameras.block<2, 3>(2, kRowRightRotation) =
+            by_normal * Skew(n) * RightJacobian(Map<const Vector3d>(cameras + kRowRightRotation));
+        jacobian->by_cameras.block<2, 2>(2, kRowRightCentre) = ends.by_centre;
+      }
+      jacobian->by_cameras.block<2, 1>(2 * c, kRowFocalLength) = ends.by_focal_length;
+    }
+    jacobian->by_pose.block<2, 3>(2 * c, 0) = by_world * Skew(line.direction);
+    jacobian->by_pose.block<2, 3>(2 * c, 3) =
+        by_imu * (Skew(plane.normal_imu) - Skew(direction_imu) * Skew(plane.centre_imu));
+    jacobian->by_line.middleRows<2>(2 * c) =
+        by_world * (line_jacobian.moment + Skew(plane.from_centre) * line_jacobian.direction);
+  }
+}
+
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+// The line in Pluecker coordinates, scaled by rho so that one at infinity is nothing special. Where
+// wanted, its derivatives by (heading, theta, rho). The heading is null for vertical lines.
+PlueckerLine Pluecker(const StructuralLine& line, const double* heading, const double* block,
+                      PlueckerJacobian* jacobian) {
+  const double heading_rad = heading ? *heading : 0;
+  const Vector3d axis = AxisDirection(line.axis, heading_rad);
+  const Matrix32d across = AxesAcross(line.axis, heading_rad);
+  const double c = std::cos(block[0]), s = std::sin(block[0]), rho = block[1];
+  const PlueckerLine out{line.anchor_world, (across * Vector2d(c, s)).cross(axis), rho * axis};
+  if (jacobian) {
+    const Vector3d up = Vector3d::UnitZ();
+    jacobian->moment.resize(3, 3);
+    jacobian->direction.resize(3, 3);
+    if (line.HasHeading()) {
+      jacobian->moment.col(0) = up.cross(out.moment);
+      jacobian->direction.col(0) = up.cross(out.direction);
+    } else {
+      jacobian->moment.col(0).setZero();
+      jacobian->direction.col(0).setZero();
+    }
+    jacobian->moment.col(1) = (across * Vector2d(-s, c)).cross(axis);
+    jacobian->direction.col(1).setZero();
+    jacobian->moment.col(2).setZero();
+    jacobian->direction.col(2) = axis;
+  }
+  return out;
+}
+
+std::vector<BlockKind> KindsOf(const StructuralLine& line, bool binds_cameras) {
+  std::vector<BlockKind> kinds{kPoseKind};
+  if (binds_cameras) kinds.push_back(kCameraCalibrationKind);
+  if (line.HasHeading()) kinds.push_back(kHeadingKind);
+  kinds.push_back(kStructuralLineKind);
+  return kinds;
+}
+
+}  // namespace
+
+StructuralLineResidual::StructuralLineResidual(const StereoGeometry* geometry,
+                                               const StructuralLine& line,
+                                               const StereoLineMeasurement& measurement,
+                                               bool binds_cameras)
+    : Factor(measurement.rows(), KindsOf(line, binds_cameras)),
+      geometry_(geometry),
+      line_(line),
+      measurement_(measurement),
+      binds_cameras_(binds_cameras) {}
+
+void StructuralLineResidual::EvaluateAt(const double* const* parameters, double* residuals,
+                                        double** jacobians) const {
+  const int last = blocks() - 1, heading_at = last - 1;
+  const double* cameras = binds_cameras_ ? parameters[1] : nullptr;
+  const double* heading = line_.HasHeading() ? parameters[heading_at] : nullptr;
+  if (!jacobians) {
+    EvaluateLineReprojection(*geometry_, measurement_, parameters[0], cameras,
+                             Pluecker(line_, heading, parameters[last], nullptr), residuals);
+    return;
+  }
+  PlueckerJacobian by_parameters;
+  const PlueckerLine line = Pluecker(line_, heading, parameters[last], &by_parameters);
+  LineReprojectionJacobian d;
+  LinearizeLineReprojection(*geometry_, measurement_, parameters[0], cameras, line, by_parameters,
+                            residuals, &d);
+  using RowMajor6 = Eigen::Matrix<double, Eigen::Dynamic, 6, Eigen::RowMajor>;
+  using ByCameras = Eigen::Matrix<double, Eigen::Dynamic, kCameraCalibrationSize, Eigen::RowMajor>;
+  using RowMajor2 = Eigen::Matrix<double, Eigen::Dynamic, 2, Eigen::RowMajor>;
+  if (jacobians[0]) Eigen::Map<RowMajor6>(jacobians[0], rows(), 6) = d.by_pose;
+  if (cameras && jacobians[1]) {
+    Eigen::Map<ByCameras>(jacobians[1], rows(), kCameraCalibrationSize) = d.by_cameras;
+  }
+  if (heading && jacobians[heading_at]) {
+    Eigen::Map<Eigen::VectorXd>(jacobians[heading_at], rows()) = d.by_line.col(0);
+  }
+  if (jacobians[last]) {
+    Eigen::Map<RowMajor2>(jacobians[last], rows(), 2) = d.by_line.rightCols<2>();
+  }
+}
+
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+// The line in Pluecker coordinates and, where wanted, its derivatives by the block's tangent.
+PlueckerLine Pluecker(const Vector3d& anchor_world, const double* block,
+                      PlueckerJacobian* jacobian) {
+  const Matrix3d u = Eigen::Map<const Eigen::Quaterniond>(block).toRotationMatrix();
+  const double c = std::cos(block[4]), s = std::sin(block[4]);
+  if (jacobian) {
+    // U <- U Exp(d): u_k changes by u_j d_i - u_i d_j for the cyclic (i, j, k).
+    const Vector3d zero = Vector3d::Zero();
+    jacobian->moment.resize(3, 4);
+    jacobian->direction.resize(3, 4);
+    jacobian->moment << zero, -c * u.col(2), c * u.col(1), -s * u.col(0);
+    jacobian->direction << s * u.col(2), zero, -s * u.col(0), c * u.col(1);
+  }
+  return {anchor_world, c * u.col(0), s * u.col(1)};
+}
+
+}  // namespace
+
+GeneralLineResidual::GeneralLineResidual(const StereoGeometry* geometry,
+                                         const Vector3d& anchor_world,
+                                         const StereoLineMeasurement& measurement,
+                                         bool binds_cameras)
+    : Factor(measurement.rows(),
+             binds_cameras
+                 ? std::vector<BlockKind>{kPoseKind, kCameraCalibrationKind, kGeneralLineKind}
+                 : std::vector<BlockKind>{kPoseKind, kGeneralLineKind}),
+      geometry_(geometry),
+      anchor_world_(anchor_world),
+      measurement_(measurement) {}
+
+void GeneralLineResidual::EvaluateAt(const double* const* parameters, double* residuals,
+                                     double** jacobians) const {
+  const int last = blocks() - 1;
+  const double* cameras = last == 2 ? parameters[1] : nullptr;
+  if (!jacobians) {
+    EvaluateLineReprojection(*geometry_, measurement_, parameters[0], cameras,
+                             Pluecker(anchor_world_, parameters[last], nullptr), residuals);
+    return;
+  }
+  PlueckerJacobian by_tangent;
+  const PlueckerLine line = Pluecker(anchor_world_, parameters[last], &by_tangent);
+  LineReprojectionJacobian d;
+  LinearizeLineReprojection(*geometry_, measurement_, parameters[0], cameras, line, by_tangent,
+                            residuals, &d);
+  using RowMajor6 = Eigen::Matrix<double, Eigen::Dynamic, 6, Eigen::RowMajor>;
+  using ByCameras = Eigen::Matrix<double, Eigen::Dynamic, kCameraCalibrationSize, Eigen::RowMajor>;
+  using RowMajor4 = Eigen::Matrix<double, Eigen::Dynamic, 4, Eigen::RowMajor>;
+  if (jacobians[0]) Eigen::Map<RowMajor6>(jacobians[0], rows(), 6) = d.by_pose;
+  if (cameras && jacobians[1]) {
+    Eigen::Map<ByCameras>(jacobians[1], rows(), kCameraCalibrationSize) = d.by_cameras;
+  }
+  if (jacobians[last]) Eigen::Map<RowMajor4>(jacobians[last], rows(), 4) = d.by_line;
+}
+
+}  // namespace slcmap

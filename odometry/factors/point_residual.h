@@ -1,0 +1,119 @@
+// The reprojection terms of an inverse-depth point.
+#pragma once
+
+#include <array>
+#include <memory>
+#include <optional>
+
+#include "odometry/factors/factor.h"
+#include "odometry/geometry/pinhole.h"
+
+namespace slcmap {
+
+// What all point residuals of a rig share.
+struct StereoGeometry {
+  std::array<RigidTransform, 2> T_imu_camera;
+  std::array<Eigen::Matrix3d, 2> R_imu_camera;
+  double weight = 1;  // focal length over the standard deviation of a measurement, both in pixels
+  std::array<LensCorrection, 2> lenses;
+  // Of the left and the right camera; null for ideal pinholes.
+  std::shared_ptr<const std::array<LensShift, 2>> lens_shifts;
+
+  StereoGeometry() = default;
+  StereoGeometry(const std::array<RigidTransform, 2>& T_imu_camera, double weight);
+
+  // The same with what a camera calibration block (see calibration.h) says.
+  StereoGeometry CorrectedBy(const double* cameras) const;
+
+  // How measurements move with what the lenses are.
+  const LensShift& ShiftOf(int camera) const {
+    static const LensShift kIdeal;
+    return lens_shifts ? (*lens_shifts)[camera] : kIdeal;
+  }
+  // Where on the plane z = 1 what was measured is by the lens as it is.
+  Eigen::Vector2d OnTruePlane(int camera, const Eigen::Vector2d& measured) const {
+    const double s = lenses[camera].focal_length;
+    const LensShift& shift = ShiftOf(camera);
+    return measured - s / (1 + s) * shift.ByFocalLength(measured) -
+           shift.ByCentre(measured) * lenses[camera].centre_px;
+  }
+};
+
+// A point on the plane z = 1 of a rectified camera, in the left and (where seen) the right one.
+struct StereoMeasurement {
+  Eigen::Vector2d left = Eigen::Vector2d::Zero();
+  std::optional<Eigen::Vector2d> right;
+};
+
+// A measurement, and how it moves with a focal length s and a principal point.
+struct LensMeasurement {
+  LensMeasurement() = default;
+  LensMeasurement(const StereoGeometry& geometry, int camera, const Eigen::Vector2d& at);
+
+  // On the plane z = 1 by the lens, and its derivative by the focal length; that by the principal
+  // point is -by_centre.
+  Eigen::Vector2d At(const LensCorrection& lens) const {
+    const double s = lens.focal_length;
+    return measured - s / (1 + s) * shift - by_centre * lens.centre_px;
+  }
+  Eigen::Vector2d ByFocalLength(double s) const { return -shift / ((1 + s) * (1 + s)); }
+  // Brings a difference there back to the plane of the measurement, where noise is what it is: a
+  // longer focal length must not gain by residuals that it makes smaller.
+  Eigen::Matrix2d Magnification(double s) const {
+    return Eigen::Matrix2d::Identity() + s * gradient;
+  }
+
+  Eigen::Vector2d measured = Eigen::Vector2d::Zero(), shift = Eigen::Vector2d::Zero();
+  Eigen::Matrix2d gradient = Eigen::Matrix2d::Identity();  // of the shift
+  Eigen::Matrix2d by_centre = Eigen::Matrix2d::Zero();
+};
+
+// A point block is (x, y, lambda): where it lies on the plane z = 1 of its host's left camera, and
+// its inverse depth there (1 / m). The bearing is estimated beside the depth: taken as measured,
+// the host's noise would enter all observations of the point as one error that nobody accounts for.
+//
+// Blocks: pose of the host, pose of the target, camera calibration (psi, s, d), point. With z = (x,
+// y, 1), in camera c of the target, scaled by the inverse depth (so that a point at infinity is
+// nothing special):
+//
+//   m   = R_t^T ( R_h (R_IC z + lambda p_IC) + lambda (p_h - p_t) )
+//   p_c = Exp(-psi)^c R_ICc^T ( m - lambda p_ICc )
+//   r   = weight (1 + s G_c) ( p_c.xy / p_c.z - (measured - s / (1 + s) g_c(measured)
+//                                                - c H_c(measured) d) )
+//
+// where G_c is the gradient of g_c there.
+//
+// Rows: two for the left camera, and two more when the target saw the point in the right one.
+class PointResidual final : public Factor {
+ public:
+  // The geometry must outlive the residual.
+  PointResidual(const StereoGeometry* geometry, const StereoMeasurement& target);
+
+ protected:
+  void EvaluateAt(const double* const* parameters, double* residuals,
+                  double** jacobians) const override;
+
+ private:
+  const StereoGeometry* geometry_;
+  std::array<LensMeasurement, 2> target_;
+  int cameras_;
+};
+
+// Blocks: camera calibration, point. What the host itself measured of it: two rows for the left
+// camera, and two more when it saw the point in the right one.
+class HostPointResidual final : public Factor {
+ public:
+  HostPointResidual(const StereoGeometry& geometry, const StereoMeasurement& host);
+
+ protected:
+  void EvaluateAt(const double* const* parameters, double* residuals,
+                  double** jacobians) const override;
+
+ private:
+  double weight_;
+  RigidTransform T_right_left_;
+  std::array<LensMeasurement, 2> host_;
+  int cameras_;
+};
+
+}  // namespace slcmap

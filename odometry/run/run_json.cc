@@ -1,0 +1,487 @@
+#include "odometry/run/run_json.h"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <algorithm>
+#include <array>
+#include <optional>
+
+#include "data/calibration/calibration.h"
+#include "data/calibration/camera_words.h"
+#include "data/calibration/imu_calibration.h"
+#include "data/calibration/mask.h"
+#include "data/core/error.h"
+#include "data/io/json.h"
+#include "data/source/sequence_options_json.h"
+#include "odometry/run/run.h"
+#include "odometry/run/run_queries.h"
+#include "odometry/run/run_rows.h"
+
+namespace slcmap {
+namespace {
+
+constexpr int kRunVersion = 6;
+constexpr double kMaxTimeOffset_s = 10;
+
+Json SegmentsJson(const OdometryRun& run) {
+  std::map<int, std::vector<const OnlineState*>> segments;
+  for (const OnlineState& state : run.states) segments[state.segment].push_back(&state);
+  Json json = Json::array();
+  for (const auto& [segment, states] : segments) {
+    const auto in_segment = [segment = segment](const auto& item) {
+      return item.segment == segment;
+    };
+    json.push_back(
+        {{"segment", segment},
+         {"first_stamp_ns", states.front()->stamp_ns},
+         {"last_stamp_ns", states.back()->stamp_ns},
+         {"poses", states.size()},
+         {"keyframes", std::count_if(run.keyframes.begin(), run.keyframes.end(), in_segment)},
+         {"landmarks", std::count_if(run.landmarks.begin(), run.landmarks.end(), in_segment)},
+         {"lines", std::count_if(run.lines.begin(), run.lines.end(), in_segment)}});
+  }
+  return json;
+}
+
+Json WorldsJson(const std::vector<ManhattanWorld>& worlds) {
+  Json json = Json::array();
+  for (const ManhattanWorld& world : worlds) {
+    json.push_back({{"segment", world.segment},
+                    {"heading_rad", world.heading_rad},
+                    {"sigma_rad", world.sigma_rad},
+                    {"found_at_ns", world.found_at_ns},
+                    {"withdrawn", world.withdrawn}});
+  }
+  return json;
+}
+
+std::vector<ManhattanWorld> ParseWorlds(const std::string& path, const Json& json) {
+  std::vector<ManhattanWorld> worlds;
+  for (const Json& world : json) {
+    const std::string place = fmt::format("{}: manhattan_worlds[{}]", path, worlds.size());
+    worlds.push_back({BoundedAt(place, world, "segment", 0, static_cast<int>(kMaxSegment)),
+                      BoundedAt(place, world, "heading_rad", -kMaxHeading_rad, kMaxHeading_rad),
+                      BoundedAt(place, world, "sigma_rad", 0.0, kMaxHeading_rad),
+                      BoundedAt(place, world, "found_at_ns", -kMaxStamp_ns, kMaxStamp_ns),
+                      world.at("withdrawn").get<bool>()});
+  }
+  return worlds;
+}
+
+Json SlopesJson(const std::vector<SlopedDirection>& slopes) {
+  Json json = Json::array();
+  for (const SlopedDirection& slope : slopes) {
+    json.push_back({{"segment", slope.segment},
+                    {"azimuth_rad", slope.azimuth_rad},
+                    {"elevation_rad", slope.elevation_rad},
+                    {"azimuth_sigma_rad", slope.azimuth_sigma_rad},
+                    {"elevation_sigma_rad", slope.elevation_sigma_rad},
+                    {"found_at_ns", slope.found_at_ns},
+                    {"withdrawn", slope.withdrawn}});
+  }
+  return json;
+}
+
+std::vector<SlopedDirection> ParseSlopes(const std::string& path, const Json& json) {
+  std::vector<SlopedDirection> slopes;
+  for (const Json& slope : json) {
+    const std::string place = fmt::format("{}: sloped_directions[{}]", path, slopes.size());
+    const auto angle = [&](const char* key, double least) {
+      return BoundedAt(place, slope, key, least, kMaxHeading_rad);
+    };
+    slopes.push_back({BoundedAt(place, slope, "segment", 0, static_cast<int>(kMaxSegment)),
+                      angle("azimuth_rad", -kMaxHeading_rad),
+                      BoundedAt(place, slope, "elevation_rad", 0.0, kMaxElevation_rad),
+                      angle("azimuth_sigma_rad", 0), angle("elevation_sigma_rad", 0),
+                      BoundedAt(place, slope, "found_at_ns", -kMaxStamp_ns, kMaxStamp_ns),
+                      slope.at("withdrawn").get<bool>()});
+  }
+  return slopes;
+}
+
+Json ItemJson(double value, double sigma) {
+  return {{"value", value}, {"sigma", sigma}, {"estimated", sigma > 0}};
+}
+
+template <int kSize>
+Json ItemJson(const Eigen::Matrix<double, kSize, 1>& value,
+              const Eigen::Matrix<double, kSize, 1>& sigma) {
+  return {{"value", std::vector<double>(value.begin(), value.end())},
+          {"sigma", std::vector<double>(sigma.begin(), sigma.end())},
+          {"estimated", !sigma.isZero(0)}};
+}
+
+// As it was known last; null where nothing was estimated.
+Json CalibrationJson(const std::vector<CalibrationEstimate>& estimates) {
+  if (estimates.empty()) return nullptr;
+  const CalibrationEstimate& e = estimates.back();
+  const auto part = [&]<int kSize>(int first) {
+    return ItemJson<kSize>(e.imu_errors.segment<kSize>(first),
+                           e.imu_errors_sigma.segment<kSize>(first));
+  };
+  return {{"time_offset_s", ItemJson(e.time_offset_s, e.time_offset_sigma_s)},
+          {"imu_rotation_rad", ItemJson(e.imu_rotation_rad, e.imu_rotation_sigma_rad)},
+          {"lever_m", ItemJson(e.lever_m, e.lever_sigma_m)},
+          {"accel_scale", part.operator()<3>(kErrorAccelScale)},
+          {"accel_axes_rad", part.operator()<3>(kErrorAccelAxes)},
+          {"gyro_scale", part.operator()<3>(kErrorGyroScale)},
+          {"gyro_axes_rad", part.operator()<6>(kErrorGyroAxes)},
+          {"right_rotation_rad", ItemJson(e.right_rotation_rad, e.right_rotation_sigma_rad)},
+          {"focal_length", ItemJson(e.focal_length, e.focal_length_sigma)},
+          {"right_centre_px", ItemJson(e.right_centre_px, e.right_centre_sigma_px)}};
+}
+
+Json SourceJson(const std::optional<RunSource>& source) {
+  if (!source) return nullptr;
+  Json corrections = Json::array();
+  for (const CheckCorrection& correction : source->corrections) {
+    corrections.push_back(
+        {{"name", correction.name}, {"values", correction.values}, {"words", correction.words}});
+  }
+  return {{"slcmap", source->version},
+          {"sequence", source->sequence},
+          {"calibration", source->calibration},
+          {"corrections", corrections},
+          {"check_errors", source->check_errors},
+          {"opened", OpenedJson(source->opened)}};
+}
+
+std::optional<RunSource> ParseSource(const Json& json) {
+  if (json.is_null()) return std::nullopt;
+  RunSource source;
+  source.version = json.at("slcmap").get<std::string>();
+  source.sequence = json.at("sequence").get<std::string>();
+  source.calibration = json.at("calibration").get<std::string>();
+  for (const Json& correction : json.value("corrections", Json::array())) {
+    source.corrections.push_back({correction.at("name").get<std::string>(),
+                                  correction.at("values").get<std::vector<double>>(),
+                                  correction.at("words").get<std::string>()});
+  }
+  source.check_errors = json.value("check_errors", std::vector<std::string>());
+  source.opened = ParseOpened(json);
+  return source;
+}
+
+Json LivesJson(const LineLives& lives) {
+  return {{"lines", lives.lines},
+          {"median_keyframes", lives.median_keyframes},
+          {"mean_keyframes", lives.mean_keyframes},
+          {"share_over_10", lives.share_over_10}};
+}
+
+Json LivesJson(const PointLives& lives) {
+  return {{"points", lives.points}, {"seen_once", lives.seen_once}};
+}
+
+Json MatrixJson(const RigidTransform& transform) {
+  const Eigen::Matrix4d matrix = transform.Matrix();
+  Json rows = Json::array();
+  for (int r = 0; r < 4; ++r) {
+    rows.push_back({matrix(r, 0), matrix(r, 1), matrix(r, 2), matrix(r, 3)});
+  }
+  return rows;
+}
+
+RigidTransform ParseMatrix(const Json& json, const std::string& name) {
+  Eigen::Matrix4d matrix;
+  for (int r = 0; r < 4; ++r) {
+    for (int c = 0; c < 4; ++c) matrix(r, c) = json.at(r).at(c).get<double>();
+  }
+  return RigidTransformFromMatrix(matrix, name);
+}
+
+Json CorrectionJson(const ImuCorrection& correction) {
+  const auto rows = [](const Eigen::Matrix3d& m) {
+    Json json = Json::array();
+    for (int r = 0; r < 3; ++r) json.push_back({m(r, 0), m(r, 1), m(r, 2)});
+    return json;
+  };
+  return {{"accel", rows(correction.accel)}, {"gyro", rows(correction.gyro)}};
+}
+
+ImuCorrection ParseCorrection(const std::string& place, const Json& json) {
+  constexpr double kMaxEntry = 10;
+  const auto matrix = [&](const char* key) {
+    Eigen::Matrix3d m;
+    for (int r = 0; r < 3; ++r) {
+      for (int c = 0; c < 3; ++c) m(r, c) = json.at(key).at(r).at(c).get<double>();
+    }
+    if (!(m.cwiseAbs().maxCoeff() <= kMaxEntry)) {
+      throw DataError(
+          fmt::format("{}: {}: found entries beyond {}, expected a matrix near the "
+                      "identity",
+                      place, key, kMaxEntry));
+    }
+    return m;
+  };
+  return {matrix("accel"), matrix("gyro")};
+}
+
+Json CameraJson(const Camera& camera, const RigidTransform& T_imu_camera) {
+  const Eigen::Vector4d& k = camera.coefficients;
+  Json json = {{"width_px", camera.width_px},
+               {"height_px", camera.height_px},
+               {"fx_px", camera.fx_px},
+               {"fy_px", camera.fy_px},
+               {"cx_px", camera.cx_px},
+               {"cy_px", camera.cy_px},
+               {"distortion", NameOf(camera.distortion)},
+               {"coefficients", {k[0], k[1], k[2], k[3]}},
+               {"T_imu_camera", MatrixJson(T_imu_camera)}};
+  const auto& higher = camera.higher_coefficients;
+  if (!higher.isZero(0)) {
+    json["higher_coefficients"] = std::vector<double>(higher.begin(), higher.end());
+  }
+  if (!camera.shape.isZero(0)) json["shape"] = {camera.shape[0], camera.shape[1]};
+  return json;
+}
+
+ImuNoise ParseNoise(const std::string& place, const Json& json) {
+  constexpr double kMaxDensity = 1e3, kMaxRate_hz = 1e6;
+  const auto read = [&](const char* key, double most) {
+    return BoundedAt(place, json, key, 0.0, most);
+  };
+  ImuNoise noise;
+  noise.gyro_noise_rad_s_sqrthz = read("gyro_noise_rad_s_sqrthz", kMaxDensity);
+  noise.gyro_walk_rad_s2_sqrthz = read("gyro_walk_rad_s2_sqrthz", kMaxDensity);
+  noise.accel_noise_m_s2_sqrthz = read("accel_noise_m_s2_sqrthz", kMaxDensity);
+  noise.accel_walk_m_s3_sqrthz = read("accel_walk_m_s3_sqrthz", kMaxDensity);
+  noise.rate_hz = read("rate_hz", kMaxRate_hz);
+  return noise;
+}
+
+Camera ParseCamera(const Json& json, const std::string& name) {
+  Camera camera;
+  camera.width_px = json.at("width_px").get<int>();
+  camera.height_px = json.at("height_px").get<int>();
+  camera.fx_px = json.at("fx_px").get<double>();
+  camera.fy_px = json.at("fy_px").get<double>();
+  camera.cx_px = json.at("cx_px").get<double>();
+  camera.cy_px = json.at("cy_px").get<double>();
+  for (int i = 0; i < 4; ++i) camera.coefficients[i] = json.at("coefficients").at(i).get<double>();
+  for (int i = 0; i < 8 && json.contains("higher_coefficients"); ++i) {
+    camera.higher_coefficients[i] = json.at("higher_coefficients").at(i).get<double>();
+  }
+  for (int i = 0; i < 2 && json.contains("shape"); ++i) {
+    camera.shape[i] = json.at("shape").at(i).get<double>();
+  }
+  const std::string distortion = json.at("distortion").get<std::string>();
+  const std::optional<Distortion> known = DistortionOf(distortion);
+  if (!known) {
+    throw DataError(
+        fmt::format("{}: distortion: found '{}', expected none, radial-tangential, equidistant, "
+                    "omni, eucm, ds or fov",
+                    name, distortion));
+  }
+  camera.distortion = *known;
+  return camera;
+}
+
+}  // namespace
+
+std::map<std::string, int64_t> ParseWarnings(const std::string& path, const Json& json) {
+  auto warnings = json.get<std::map<std::string, int64_t>>();
+  for (const auto& [kind, count] : warnings) {
+    if (count >= 0) continue;
+    throw DataError(
+        fmt::format("{}: warnings: {}: found {}, expected at least 0", path, kind, count));
+  }
+  return warnings;
+}
+
+std::vector<std::pair<const char*, std::size_t>> RunCounts(const OdometryRun& run) {
+  std::size_t observations = 0, line_observations = 0, line_points = 0;
+  for (const Keyframe& keyframe : run.keyframes) {
+    observations += keyframe.observations.size();
+    line_observations += keyframe.lines.size();
+  }
+  for (const Line& line : run.lines) line_points += line.point_ids.size();
+  return {{"states", run.states.size()},  {"keyframes", run.keyframes.size()},
+          {"observations", observations}, {"landmarks", run.landmarks.size()},
+          {"lines", run.lines.size()},    {"line_observations", line_observations},
+          {"line_points", line_points},   {"line_merges", run.line_merges.size()},
+          {"imu_samples", run.imu.size()}};
+}
+
+Json FiguresJson(const RunFigures& figures) {
+  Json json;
+  for (const auto& [name, member] : kRunFigures) {
+    const FigureSummary& figure = figures.*member;
+    json[name] = {{"mean", figure.mean}, {"worst", figure.worst}, {"count", figure.count}};
+  }
+  return json;
+}
+
+RunFigures ParseFigures(const std::string& path, const Json& json) {
+  constexpr double kMaxFigure = 1e300;
+  constexpr int64_t kMaxCount = 1'000'000'000'000;
+  RunFigures figures;
+  for (const auto& [name, member] : kRunFigures) {
+    if (!json.contains(name)) continue;
+    const Json& figure = json.at(name);
+    const std::string place = fmt::format("{}: figures: {}", path, name);
+    figures.*member = {BoundedAt(place, figure, "mean", 0.0, kMaxFigure),
+                       BoundedAt(place, figure, "worst", 0.0, kMaxFigure),
+                       BoundedAt(place, figure, "count", int64_t{0}, kMaxCount)};
+  }
+  return figures;
+}
+
+void ParseSoFar(const std::string& path, const Json& json, OdometryRun* run) {
+  run->warnings = ParseWarnings(path, json.at("warnings"));
+  // Newer than the version.
+  if (json.contains("figures")) run->figures = ParseFigures(path, json.at("figures"));
+  if (json.contains("line_deviation_rad")) {
+    run->line_deviation_rad = BoundedAt(path, json, "line_deviation_rad", 0.0, 1.0);
+  }
+}
+
+Json HeaderJson(const OdometryRun& run) {
+  return {{"format", "slcmap run"},
+          {"version", kRunVersion},
+          {"method", run.method},
+          {"source", SourceJson(run.source)}};
+}
+
+void ParseHeader(const std::string& place, const Json& json, OdometryRun* run) {
+  CheckFormat(place, json, "slcmap run", kRunVersion, kRunVersion);
+  run->method = json.at("method").get<std::string>();
+  CheckMethodName(place, run->method);
+  run->source = ParseSource(json.at("source"));
+}
+
+void WriteRunSummary(const std::string& path, const OdometryRun& run,
+                     const std::vector<std::string>& files) {
+  Json json = HeaderJson(run);
+  json["complete"] = run.complete;
+  json["partial_reason"] = run.partial_reason;
+  json["verdict"] = VerdictJson(run.verdict);
+  json["figures"] = FiguresJson(run.figures);
+  json["warnings"] = run.warnings;
+  json["manhattan_worlds"] = WorldsJson(run.manhattan_worlds);
+  json["sloped_directions"] = SlopesJson(run.sloped_directions);
+  json["line_deviation_rad"] = run.line_deviation_rad;
+  json["point_lives"] = LivesJson(MeasurePointLives(run.keyframes));
+  json["calibration"] = CalibrationJson(run.calibration);
+  json["line_lives"] = LivesJson(MeasureLineLives(run.lines));
+  json["segments"] = SegmentsJson(run);
+  for (const auto& [what, count] : RunCounts(run)) json["counts"][what] = count;
+  json["files"] = ListFiles(path.substr(0, path.rfind('/')), files);
+  WriteSummaryFile(path, json);
+}
+
+Json ReadRunSummary(const std::string& path, OdometryRun* run) {
+  return ParseJsonFile(path, [&](const Json& json) {
+    ParseHeader(path, json, run);
+    run->id = json.at("id").get<std::string>();
+    run->complete = json.at("complete").get<bool>();
+    run->partial_reason = json.at("partial_reason").get<std::string>();
+    run->verdict = ParseVerdict(path, json);
+    ParseSoFar(path, json, run);
+    run->manhattan_worlds = ParseWorlds(path, json.at("manhattan_worlds"));
+    if (json.contains("sloped_directions")) {  // newer than the version
+      run->sloped_directions = ParseSlopes(path, json.at("sloped_directions"));
+    }
+    return json;
+  });
+}
+
+void WriteRig(const std::string& path, const Rig& rig) {
+  const ImuNoise& noise = rig.imu_noise;
+  Json json = {{"cameras",
+                {CameraJson(rig.cameras[0], rig.T_imu_camera[0]),
+                 CameraJson(rig.cameras[1], rig.T_imu_camera[1])}},
+               {"imu_noise",
+                {{"gyro_noise_rad_s_sqrthz", noise.gyro_noise_rad_s_sqrthz},
+                 {"gyro_walk_rad_s2_sqrthz", noise.gyro_walk_rad_s2_sqrthz},
+                 {"accel_noise_m_s2_sqrthz", noise.accel_noise_m_s2_sqrthz},
+                 {"accel_walk_m_s3_sqrthz", noise.accel_walk_m_s3_sqrthz},
+                 {"rate_hz", noise.rate_hz}}},
+               {"camera_time_offset_s", rig.camera_time_offset_s}};
+  if (!rig.masks[0].empty() || !rig.masks[1].empty()) {
+    json["masks"] = {RunsOf(rig.masks[0]), RunsOf(rig.masks[1])};
+  }
+  if (!IsIdentity(rig.imu_correction)) json["imu_correction"] = CorrectionJson(rig.imu_correction);
+  WriteJsonFile(path, json);
+}
+
+Rig ReadRig(const std::string& path) {
+  return ParseJsonFile(path, [&](const Json& json) {
+    Rig rig;
+    for (int i = 0; i < 2; ++i) {
+      const std::string name = fmt::format("{}: cameras[{}]", path, i);
+      const Json& camera = json.at("cameras").at(i);
+      rig.cameras[i] = ParseCamera(camera, name);
+      // The second camera of a rig that has one has no size.
+      if (i == 0 || rig.cameras[i].width_px != 0) rig.cameras[i].Check(name);
+      rig.T_imu_camera[i] = ParseMatrix(camera.at("T_imu_camera"), name + ": T_imu_camera");
+    }
+    rig.imu_noise = ParseNoise(path + ": imu_noise", json.at("imu_noise"));
+    rig.camera_time_offset_s =
+        BoundedAt(path, json, "camera_time_offset_s", -kMaxTimeOffset_s, kMaxTimeOffset_s);
+    if (json.contains("masks")) {
+      for (size_t i = 0; i < 2; ++i) {
+        rig.masks[i] = MaskOfRuns(json.at("masks").at(i).get<std::vector<int>>(), rig.cameras[i],
+                                  fmt::format("{}: masks[{}]", path, i));
+      }
+    }
+    if (json.contains("imu_correction")) {  // of an IMU that was calibrated so
+      rig.imu_correction = ParseCorrection(path + ": imu_correction", json.at("imu_correction"));
+    }
+    CheckRig(rig, path);
+    return rig;
+  });
+}
+
+void WriteTimings(const std::string& path, const RunTimings& timings) {
+  Json stages = Json::array();
+  for (const StageTiming& stage : timings.stages) {
+    stages.push_back({{"name", stage.name}, {"wall_s", stage.wall_s}, {"calls", stage.calls}});
+  }
+  Json json = {{"cpu_s", timings.cpu_s},
+               {"wall_s", timings.wall_s},
+               {"peak_memory_mib", timings.peak_memory_mib},
+               {"stereo_frames", timings.stereo_frames},
+               {"data_s", timings.data_s},
+               {"window_iterations", timings.window_iterations},
+               {"stages", stages}};
+  if (timings.real_time) {
+    json["real_time"] = {{"skipped_images", timings.real_time->skipped_images},
+                         {"latency_median_s", timings.real_time->latency_median_s},
+                         {"latency_95_s", timings.real_time->latency_95_s}};
+  }
+  WriteJsonFile(path, json);
+}
+
+RunTimings ReadTimings(const std::string& path) {
+  constexpr double kMaxFigure = 1e12;
+  constexpr int64_t kMaxCount = 1'000'000'000'000;
+  return ParseJsonFile(path, [&](const Json& json) {
+    const auto figure = [&](const Json& object, const char* key) {
+      return BoundedAt(path, object, key, 0.0, kMaxFigure);
+    };
+    const auto count = [&](const Json& object, const char* key) {
+      return BoundedAt(path, object, key, int64_t{0}, kMaxCount);
+    };
+    RunTimings timings;
+    timings.cpu_s = figure(json, "cpu_s");
+    timings.wall_s = figure(json, "wall_s");
+    timings.peak_memory_mib = figure(json, "peak_memory_mib");
+    timings.stereo_frames = count(json, "stereo_frames");
+    timings.data_s = figure(json, "data_s");
+    timings.window_iterations = count(json, "window_iterations");
+    for (const Json& stage : json.at("stages")) {
+      timings.stages.push_back(
+          {stage.at("name").get<std::string>(), figure(stage, "wall_s"), count(stage, "calls")});
+    }
+    if (json.contains("real_time")) {
+      const Json& real_time = json.at("real_time");
+      timings.real_time = {count(real_time, "skipped_images"),
+                           figure(real_time, "latency_median_s"),
+                           figure(real_time, "latency_95_s")};
+    }
+    return timings;
+  });
+}
+
+}  // namespace slcmap

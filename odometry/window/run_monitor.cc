@@ -1,0 +1,43 @@
+#include "odometry/window/run_monitor.h"
+
+namespace slcmap {
+namespace {
+
+constexpr int kRowsOfAPoint = 2;
+
+double Share(int part, int all) {
+  return all > 0 ? static_cast<double>(part) / static_cast<double>(all) : 0;
+}
+
+}  // namespace
+
+void FigureCollector::AddImage(int64_t stamp_ns, const FrameFit& fit) {
+  turn_rate_rad_s_.Add(stamp_ns, fit.imu.turn_rate_rad_s);
+  acceleration_m_s2_.Add(stamp_ns, fit.imu.acceleration_m_s2);
+  if (fit.points > 0) points_rejected_.Add(stamp_ns, Share(fit.rejected, fit.points));
+}
+
+void FigureCollector::AddKeyframe(int64_t stamp_ns, const WindowFit& fit) {
+  const PointFit& points = fit.points;
+  const int kept = points.observations - points.rejected;
+  imu_chi2_.Add(stamp_ns, fit.imu_chi2);
+  if (points.observations > 0) {
+    observations_rejected_.Add(stamp_ns, Share(points.rejected, points.observations));
+  }
+  if (kept > 0) reprojection_chi2_.Add(stamp_ns, points.chi2 / (kRowsOfAPoint * kept));
+  if (fit.newest_points > 0) seen_right_.Add(stamp_ns, Share(fit.newest_right, fit.newest_points));
+}
+
+RunFigures FigureCollector::Figures() const {
+  RunFigures figures;
+  figures.points_rejected = points_rejected_.Summary();
+  figures.observations_rejected = observations_rejected_.Summary();
+  figures.reprojection_chi2 = reprojection_chi2_.Summary();
+  figures.imu_chi2 = imu_chi2_.Summary();
+  figures.turn_rate_rad_s = turn_rate_rad_s_.Summary();
+  figures.acceleration_m_s2 = acceleration_m_s2_.Summary();
+  figures.seen_right = seen_right_.Summary();
+  return figures;
+}
+
+}  // namespace slcmap
