@@ -348,7 +348,7 @@ OccupancyMap TurnedOccupancy(const OccupancyMap& occupancy, const RigidTransform
 
 // All but the occupancy, which is not copied. The names of all members stand here, so that the
 // compiler says where one is missing.
-MapResult CopyOf(const MapResult& map) {
+MapResult CopyMap(const MapResult& map) {
   const auto& [id, source, method, complete, partial_reason, interrupted, warnings, verdict,
                rectified_rig, adjustment, given_poses, calibrated_rig, trajectory, keyframes,
                points, point_observations, dense, lines, marks, line_evidence, pipes, building,
@@ -393,7 +393,7 @@ bool IsInFrameOfExports(const Building& building) {
 
 MapResult InFrameOfExports(const MapResult& map, const Progress& progress) {
   const RigidTransform T = FrameOfExports(map);
-  MapResult turned = CopyOf(map);
+  MapResult turned = CopyMap(map);
   TurnContent(T, &turned);
   turned.occupancy = TurnedOccupancy(map.occupancy, T, progress);
   return turned;

@@ -44,7 +44,7 @@ std::vector<Sights> MapDensely(const Views& views, const ViewImages& images,
 namespace {
 
 // Every other node is enough for openings, which are some 40 cm wide.
-Sights SightsOf(const RigidTransform& T_world_camera, const Camera& camera,
+Sights CollectRayBundles(const RigidTransform& T_world_camera, const Camera& camera,
                 const DepthGrid& depth) {
   constexpr int kStep = 2;
   Sights sights;
@@ -74,7 +74,7 @@ std::vector<Sights> MapDensely(const Views& views, const ViewImages& images,
       views, images, options.dense, progress, [&](std::size_t view, const DepthGrid& depth) {
         const RigidTransform T_world_camera = WorldFromCamera(views[view], rig);
         occupancy.Add(T_world_camera, rig.cameras[0], depth);
-        sights.push_back(SightsOf(T_world_camera, rig.cameras[0], depth));
+        sights.push_back(CollectRayBundles(T_world_camera, rig.cameras[0], depth));
       });
   map->dense = std::move(dense.points);
   map->occupancy = occupancy.Finish(map->dense, options.dense.voxel_m);
@@ -153,7 +153,7 @@ MapLineOptions LineOptionsFor(const OdometryRun& run, const RecordedViews& recor
   return agreement->across_px ? options.ForPoses(*agreement->across_px) : options;
 }
 
-SightDepths DepthsOf(const std::vector<DensePoint>& dense, const RecordedViews& recorded,
+SightDepths MakeDepthMaps(const std::vector<DensePoint>& dense, const RecordedViews& recorded,
                      const MappingOptions& options, const Progress& progress) {
   return {dense, options.dense.voxel_m, ViewCameras(recorded.views, recorded.images->rig()),
           progress};
@@ -167,14 +167,14 @@ void MoveSupports(const Rig& from, const Rig& to, std::vector<LineSupport>* supp
   }
 }
 
-BuiltLines LinesOf(const OdometryRun& run, const RecordedViews& recorded,
+BuiltLines CollectLines(const OdometryRun& run, const RecordedViews& recorded,
                    const std::vector<DensePoint>& dense, const MappingOptions& options,
                    const Progress& progress, std::map<std::string, int64_t>* warnings) {
   const MapLineOptions lines =
       LineOptionsFor(run, recorded, options.lines, progress.Part(0, kAgreementUntil), warnings);
   const RecordedViews chosen = ViewsForLines(recorded, options.lines.views);
   const SightDepths depths =
-      DepthsOf(dense, chosen, options, progress.Part(kAgreementUntil, kSightsUntil));
+      MakeDepthMaps(dense, chosen, options, progress.Part(kAgreementUntil, kSightsUntil));
   const std::vector<BuildingAxis> axes =
       run.manhattan_worlds.empty()
           ? AxesOfViews(recorded.views, *recorded.images, lines, progress.Part(kSightsUntil, kAxes))
@@ -240,7 +240,7 @@ std::optional<Stage> KeptStage(const StageStore& store, const char* name,
   return stage;
 }
 
-std::vector<Sights> DenseStageOf(const RecordedViews& recorded, const MappingOptions& options,
+std::vector<Sights> RunDenseStage(const RecordedViews& recorded, const MappingOptions& options,
                                  const StageStore& store, const Progress& progress,
                                  MapResult* map) {
   if (auto kept = KeptStage(store, kDenseStage, UnpackDense)) {
@@ -259,20 +259,20 @@ std::vector<Sights> DenseStageOf(const RecordedViews& recorded, const MappingOpt
 }
 
 // Marks are among the lines.
-void LineStageOf(const OdometryRun& run, const RecordedViews& recorded,
+void RunLineStage(const OdometryRun& run, const RecordedViews& recorded,
                  const MappingOptions& options, const StageStore& store, const Progress& progress,
                  MapResult* map) {
   if (!options.stages.lines) {
     // Whether poses and images agree is told all the same.
     LineOptionsFor(run, recorded, options.lines, progress, &map->warnings);
     map->lines = SelectLines(run, options.run_lines);
-    map->line_evidence = EvidenceOf(map->lines, run);
+    map->line_evidence = CollectEvidence(map->lines, run);
     return;
   }
   std::optional<LineStage> stage = KeptStage(store, kLineStage, UnpackLines);
   if (!stage) {
     stage.emplace();
-    BuiltLines built = LinesOf(run, recorded, map->dense, options, progress, &stage->warnings);
+    BuiltLines built = CollectLines(run, recorded, map->dense, options, progress, &stage->warnings);
     stage->lines = std::move(built.lines);
     stage->evidence = std::move(built.evidence);
     if (progress.Report(1) && IsWholeSoFar(recorded)) {
@@ -284,17 +284,17 @@ void LineStageOf(const OdometryRun& run, const RecordedViews& recorded,
   AddWarnings(stage->warnings, map);
 }
 
-void PipeStageOf(const RecordedViews& recorded, const MappingOptions& options,
+void RunPipeStage(const RecordedViews& recorded, const MappingOptions& options,
                  const Progress& progress, MapResult* map) {
   const RecordedViews chosen = ViewsForLines(recorded, options.lines.views);
   const PipeImages images{chosen.views, *chosen.images};
   AddPipes(options.pipes, &images, progress, map);
 }
 
-void BuildingStageOf(const RecordedViews& recorded, std::vector<Sights> sights,
+void RunBuildingStage(const RecordedViews& recorded, std::vector<Sights> sights,
                      const MappingOptions& options, const Progress& progress, MapResult* map) {
   constexpr double kBuilt = 0.33, kFilled = 0.87;  // shares of the time
-  const BuildingInput input = BuildingInputOf(*map, std::move(sights));
+  const BuildingInput input = MakeBuildingInput(*map, std::move(sights));
   if (progress.Report(0)) map->building = BuildBuilding(input, options.building);
   if (progress.Report(kBuilt)) DrawToPlanes(map->building, options.planes, &map->dense);
   AddFilledPlanes(recorded, input.sights, options, progress.Part(kBuilt, kFilled), map);
@@ -309,16 +309,16 @@ void MapImages(const OdometryRun& run, const RecordedViews& recorded, const Mapp
                const StageStore& store, const Progress& progress, MapResult* map) {
   map->rectified_rig = recorded.images->rig();  // with what was found of the cameras
   std::vector<Sights> sights =
-      DenseStageOf(recorded, options, store, progress.Part(kFilteredUntil, kDenseUntil), map);
-  LineStageOf(run, recorded, options, store, progress.Part(kDenseUntil, kLinesUntil), map);
+      RunDenseStage(recorded, options, store, progress.Part(kFilteredUntil, kDenseUntil), map);
+  RunLineStage(run, recorded, options, store, progress.Part(kDenseUntil, kLinesUntil), map);
   map->marks = TakeMarks(&map->lines);
   spdlog::info("dense cloud: {} points; lines: {}, and {} marks", map->dense.size(),
                map->lines.size(), map->marks.size());
   if (progress.Report(kLinesUntil)) {
-    PipeStageOf(recorded, options, progress.Part(kLinesUntil, kPipesUntil), map);
+    RunPipeStage(recorded, options, progress.Part(kLinesUntil, kPipesUntil), map);
   }
   if (!options.stages.building) return;
-  BuildingStageOf(recorded, std::move(sights), options, progress.Part(kPipesUntil, 1), map);
+  RunBuildingStage(recorded, std::move(sights), options, progress.Part(kPipesUntil, 1), map);
 }
 
 }  // namespace
@@ -363,12 +363,12 @@ MapResult BuildMap(const OdometryRun& run, const RecordedViews* recorded,
     MapImages(run, *recorded, options, store, watched, &map);
   } else {
     map.lines = SelectLines(run, options.run_lines);
-    map.line_evidence = EvidenceOf(map.lines, run);
+    map.line_evidence = CollectEvidence(map.lines, run);
     map.occupancy = MapOccupancy(KeyframeRays(run, map.points), options.occupancy, &map.warnings,
                                  watched.Part(kFilteredUntil, 1));
   }
   FindLinesOfPoints(map.lines, &map.points);
-  map.point_observations = ObservationsOf(map.points, run, map.rectified_rig);
+  map.point_observations = CollectObservations(map.points, run, map.rectified_rig);
   if (recorded) TellWhatIsMissing(run, *recorded, &map);
   if (recorded && !stopped_at) TellOfNothing(&map);
   map.interrupted = stopped_at.has_value();

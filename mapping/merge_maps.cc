@@ -63,7 +63,7 @@ void CheckMap(const MapResult& map) {
 }
 
 // The time from the first pose to the last.
-std::optional<StampSpan> SpanOf(const MapResult& map) {
+std::optional<StampSpan> FindSpan(const MapResult& map) {
   std::vector<int64_t> stamps_ns;
   for (const Trajectory* poses : {&map.trajectory, &map.keyframes}) {
     if (poses->empty()) continue;
@@ -75,7 +75,7 @@ std::optional<StampSpan> SpanOf(const MapResult& map) {
   return StampSpan{*least, *most};
 }
 
-std::vector<MergedRun> PartsOf(const MapResult& map) {
+std::vector<MergedRun> SplitIntoParts(const MapResult& map) {
   if (!map.source.merged.empty()) return map.source.merged;
   MergedRun run;
   run.run_id = map.source.run_id;
@@ -83,14 +83,14 @@ std::vector<MergedRun> PartsOf(const MapResult& map) {
   run.sequence = map.source.sequence;
   run.opened = map.source.opened;
   run.version = map.source.version;
-  run.poses_ns = SpanOf(map);
+  run.poses_ns = FindSpan(map);
   return {run};
 }
 
 // By how much the second's stamps are moved: by nothing where its time is another, else by whole
 // hours, so that no stamp is there twice.
 int64_t StampShift(const MapResult& first, const MapResult& second) {
-  const std::optional<StampSpan> a = SpanOf(first), b = SpanOf(second);
+  const std::optional<StampSpan> a = FindSpan(first), b = FindSpan(second);
   if (!a || !b || b->from_ns > a->to_ns || b->to_ns < a->from_ns) return 0;
   return ((a->to_ns - b->from_ns) / kHour_ns + 1) * kHour_ns;
 }
@@ -206,8 +206,8 @@ void UniteReports(const MapResult& second, MapResult* first) {
 // Of maps that were not moved yet.
 std::vector<MergedRun> UniteParts(const MapResult& first, const MapResult& second,
                                   const RigidTransform& T_first_second, int64_t shift_ns) {
-  std::vector<MergedRun> parts = PartsOf(first);
-  for (MergedRun part : PartsOf(second)) {
+  std::vector<MergedRun> parts = SplitIntoParts(first);
+  for (MergedRun part : SplitIntoParts(second)) {
     part.stamps_moved_ns += shift_ns;
     part.T_world_run = T_first_second * part.T_world_run;
     if (part.poses_ns) part.poses_ns->from_ns += shift_ns;
@@ -237,7 +237,7 @@ struct RigPoses {
   const Rig* rig;
 };
 
-std::vector<Sights> SightsOf(const MapResult& map, const std::vector<RigPoses>& rigs,
+std::vector<Sights> CollectRayBundles(const MapResult& map, const std::vector<RigPoses>& rigs,
                              double voxel_m, const Progress& progress) {
   std::vector<Sights> sights;
   for (const RigPoses& rig : rigs) {
@@ -258,7 +258,7 @@ std::optional<StampSpan> RecordedSpan(const MergedRun& part) {
 // Two runs of one recording see the same, with the same errors of its images. Parts of one may
 // share some of it.
 void WarnOfSameRecording(const std::vector<MergedRun>& second, MapResult* first) {
-  for (const MergedRun& a : PartsOf(*first)) {
+  for (const MergedRun& a : SplitIntoParts(*first)) {
     for (const MergedRun& b : second) {
       const std::optional<StampSpan> in_a = RecordedSpan(a), in_b = RecordedSpan(b);
       if (a.sequence.empty() || a.sequence != b.sequence || !in_a || !in_b) continue;
@@ -273,7 +273,7 @@ void WarnOfSameRecording(const std::vector<MergedRun>& second, MapResult* first)
   }
 }
 
-ViewCameras CamerasOf(const RigPoses& rig) {
+ViewCameras MakeViewCameras(const RigPoses& rig) {
   Views views;
   for (const StampedPose& pose : *rig.poses) {
     views.push_back({pose.stamp_ns, 0, pose.T_world_imu});
@@ -286,7 +286,7 @@ void AddFilledPlanes(const std::vector<RigPoses>& rigs, const std::vector<Sights
   if (!options.planes.fill) return;
   MeasuredBuilding measured{map->dense, map->lines, map->building,
                             sights,     {},         options.dense.voxel_m};
-  for (const RigPoses& rig : rigs) measured.watchers.push_back(CamerasOf(rig));
+  for (const RigPoses& rig : rigs) measured.watchers.push_back(MakeViewCameras(rig));
   const std::vector<DensePoint> filled =
       FillPlanes(measured, options.planes, options.dense.threads, progress);
   progress.ReportOrStop(1);
@@ -295,14 +295,14 @@ void AddFilledPlanes(const std::vector<RigPoses>& rigs, const std::vector<Sights
 
 }  // namespace
 
-std::vector<std::string> RunsOf(const MapResult& map) {
+std::vector<std::string> CollectRuns(const MapResult& map) {
   std::vector<std::string> runs;
-  for (const MergedRun& part : PartsOf(map)) runs.push_back(part.run_id);
+  for (const MergedRun& part : SplitIntoParts(map)) runs.push_back(part.run_id);
   return runs;
 }
 
 void RefuseSameRuns(const std::vector<std::string>& runs, const MapResult& map) {
-  for (const std::string& run : RunsOf(map)) {
+  for (const std::string& run : CollectRuns(map)) {
     if (run.empty() || std::find(runs.begin(), runs.end(), run) == runs.end()) continue;
     throw DataError(fmt::format("found run {} in both maps, expected maps of different runs", run));
   }
@@ -311,8 +311,8 @@ void RefuseSameRuns(const std::vector<std::string>& runs, const MapResult& map) 
 MergedMaps MergeMaps(MapResult first, MapResult second, const AlignmentOptions& alignment,
                      const MappingOptions& options, const Progress& progress) {
   options.Check();
-  RefuseSameRuns(RunsOf(first), second);
-  WarnOfSameRecording(PartsOf(second), &first);
+  RefuseSameRuns(CollectRuns(first), second);
+  WarnOfSameRecording(SplitIntoParts(second), &first);
   for (MapResult* map : {&first, &second}) {
     RemoveFilledPoints(map);
     RemoveJunctions(map);
@@ -331,13 +331,13 @@ MergedMaps MergeMaps(MapResult first, MapResult second, const AlignmentOptions& 
   const std::vector<RigPoses> rigs = {{&seen_by_first, &first.rectified_rig},
                                       {&seen_by_second, &second.rectified_rig}};
   std::vector<Sights> sights =
-      SightsOf(first, rigs, options.dense.voxel_m, progress.Part(kUnitedUntil, kSeenUntil));
+      CollectRayBundles(first, rigs, options.dense.voxel_m, progress.Part(kUnitedUntil, kSeenUntil));
   first.trajectory = UniteTrajectories(first.trajectory, second.trajectory);
   first.keyframes = UniteTrajectories(first.keyframes, second.keyframes);
   first.source.merged = std::move(parts);
   UniteReports(second, &first);
   progress.ReportOrStop(kSeenUntil);
-  const BuildingInput input = BuildingInputOf(first, std::move(sights));
+  const BuildingInput input = MakeBuildingInput(first, std::move(sights));
   first.building = BuildBuilding(input, options.building, progress.Part(kSeenUntil, kBuiltUntil));
   AddFilledPlanes(rigs, input.sights, options, progress.Part(kBuiltUntil, kFilledUntil), &first);
   progress.ReportOrStop(kFilledUntil);

@@ -19,7 +19,7 @@ struct MergedMaps {
 void RefuseSameRuns(const std::vector<std::string>& runs, const MapResult& map);
 
 // The runs that a map is made of.
-std::vector<std::string> RunsOf(const MapResult& map);
+std::vector<std::string> CollectRuns(const MapResult& map);
 
 // The second is brought into the world of the first, where both are united as README.md, "Merging
 // maps", describes. Deterministic. Throws AlignmentError where it is not known how they belong

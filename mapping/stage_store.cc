@@ -243,7 +243,7 @@ std::string RigText(const Rig& rig) {
                           camera.shape[1]);
     }
     text += PoseText(rig.T_imu_camera[c]);
-    for (const int run : RunsOf(rig.masks[c])) text += fmt::format("{} ", run);
+    for (const int run : CollectRuns(rig.masks[c])) text += fmt::format("{} ", run);
   }
   return text;
 }
@@ -262,13 +262,13 @@ std::string CalibrationText(const OdometryRun& run) {
 
 }  // namespace
 
-std::string StageStore::PathOf(const std::string& stage) const { return folder_ + "/" + stage; }
+std::string StageStore::MakePath(const std::string& stage) const { return folder_ + "/" + stage; }
 
 std::optional<std::string> StageStore::Load(const std::string& stage) const {
   std::error_code error;
-  if (folder_.empty() || !fs::is_regular_file(PathOf(stage), error)) return std::nullopt;
+  if (folder_.empty() || !fs::is_regular_file(MakePath(stage), error)) return std::nullopt;
   try {
-    const std::string file = ReadFile(PathOf(stage)), begin = kHeader + key_;
+    const std::string file = ReadFile(MakePath(stage)), begin = kHeader + key_;
     const size_t contents_at = begin.size() + kChecksumLength;
     if (file.size() < contents_at || !file.starts_with(begin)) return std::nullopt;
     std::string contents = file.substr(contents_at);
@@ -285,7 +285,7 @@ void StageStore::Save(const std::string& stage,
   try {
     fs::create_directories(folder_);
     const std::string bytes = contents();
-    ReplaceFile(PathOf(stage), kHeader + key_ + Checksum(bytes) + bytes);
+    ReplaceFile(MakePath(stage), kHeader + key_ + Checksum(bytes) + bytes);
   } catch (const OutputError& error) {
     spdlog::warn("the stage {} is not kept: {}", stage, error.what());
   } catch (const fs::filesystem_error& error) {

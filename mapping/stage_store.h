@@ -33,7 +33,7 @@ class StageStore {
   static void Remove(const std::string& folder);
 
  private:
-  std::string PathOf(const std::string& stage) const;
+  std::string MakePath(const std::string& stage) const;
 
   std::string folder_, key_;
 };

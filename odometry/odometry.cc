@@ -114,7 +114,7 @@ class Odometry::Impl {
                    ? std::make_unique<TrackedLines>(options.lines, rectifier_, &pair_)
                    : nullptr),
         estimator_(options_, rectifier_.rectified_rig(), &points_, lines_.get(), threads) {
-    estimator_.SetLensShifts(LensShiftsOf(rig, rectifier_.rectified_rig()));
+    estimator_.SetLensShifts(ComputeLensShifts(rig, rectifier_.rectified_rig()));
   }
 
   void AddImu(const ImuSample& sample) {

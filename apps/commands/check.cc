@@ -58,7 +58,7 @@ namespace {
 
 // Leaves out of the sequence what moves with the rig.
 CheckReport Check(bool one_camera, Sequence* sequence) {
-  Sequence checked = one_camera ? *sequence : PairsOf(*sequence);
+  Sequence checked = one_camera ? *sequence : SelectPairs(*sequence);
   if (one_camera) checked.rig.cameras[1] = Camera();
   AslSource source(checked);
   CheckReport report = CheckStart(&source, sequence->imu, StageProgress("check"));
@@ -102,7 +102,7 @@ StartCheck CheckBeforeStart(const StartCheckArguments& arguments, const Odometry
                             Sequence* sequence) {
   if (!arguments.check) return {};
   CheckReport mended;
-  if (options.method != Method::kPointsMono) MendStretches(sequence, {}, &mended);
+  if (options.method != Method::kPointsMono) MendIntervals(sequence, {}, &mended);
   LogFindings(mended);
   CheckReport report = Check(options.method == Method::kPointsMono, sequence);
   LeaveOutHeld(options.calibration, &report);

@@ -161,7 +161,7 @@ bool Exists(const std::string& path) {
   return std::filesystem::exists(path, error);
 }
 
-const char* NameOf(FolderKind kind) {
+const char* GetName(FolderKind kind) {
   switch (kind) {
     case FolderKind::kSequence:
       return "a recorded sequence";
@@ -187,7 +187,7 @@ void ExpectFolder(const std::string& path, FolderKind expected) {
   std::error_code error;
   const std::filesystem::file_status status = std::filesystem::status(path, error);
   const auto fail = [&](const std::string& found) {
-    throw DataError(fmt::format("{}: found {}, expected {}", path, found, NameOf(expected)) +
+    throw DataError(fmt::format("{}: found {}, expected {}", path, found, GetName(expected)) +
                     Hint(path, expected));
   };
   if (status.type() == std::filesystem::file_type::not_found) fail("no such folder");
@@ -197,7 +197,7 @@ void ExpectFolder(const std::string& path, FolderKind expected) {
     if (mark.kind == expected && Exists(path + "/" + mark.name)) return;
   }
   for (const Mark& mark : kMarks) {
-    if (Exists(path + "/" + mark.name)) fail(NameOf(mark.kind));
+    if (Exists(path + "/" + mark.name)) fail(GetName(mark.kind));
   }
   if (const std::string hint = Hint(path, expected); !hint.empty()) fail("the results of run");
 }

@@ -178,8 +178,8 @@ MeasuredSequence RunSequence(const CompareArguments& arguments, const std::strin
   MeasuredSequence sequence;
   sequence.name = SequenceName(path);
   sequence.path = path;
-  sequence.true_poses = TruePosesOf(path);
-  sequence.true_edges = TrueEdgesOf(path);
+  sequence.true_poses = FindTruePoses(path);
+  sequence.true_edges = FindTrueEdges(path);
   const RunPlan plan{arguments.output + "/runs", arguments.repeats, arguments.map,
                      arguments.threads, program};
   const std::vector<MethodToRun> methods = MethodsToRun(arguments);
@@ -234,7 +234,7 @@ std::string Quoted(const std::string& text) {
 }
 
 // As it can be typed again in the same folder.
-std::string CommandOf(const CompareArguments& arguments) {
+std::string FormatCommand(const CompareArguments& arguments) {
   std::string command = "slcmap compare";
   for (const std::string& sequence : arguments.sequences) command += " " + Quoted(sequence);
   command += " -o " + Quoted(arguments.output);
@@ -244,7 +244,7 @@ std::string CommandOf(const CompareArguments& arguments) {
   command += fmt::format(" --threads {}", arguments.threads);
   if (arguments.map) command += " --map";
   for (const std::string& with : arguments.with) command += " --with " + Quoted(with);
-  const std::string form = OptionsOf(arguments.form);
+  const std::string form = FormatOptions(arguments.form);
   if (!form.empty()) command += " " + form;
   for (const std::string& variant : arguments.variants) command += " --variant " + Quoted(variant);
   return command;
@@ -278,7 +278,7 @@ void Compare(const CompareArguments& arguments) {
   }
   std::vector<std::string> inputs;
   for (const std::string& sequence : arguments.sequences) {
-    for (std::string& folder : FoldersOf(sequence)) inputs.push_back(std::move(folder));
+    for (std::string& folder : ListFolders(sequence)) inputs.push_back(std::move(folder));
   }
   RefuseInputs(arguments.output, inputs);
   OutputFolder output(
@@ -290,7 +290,7 @@ void Compare(const CompareArguments& arguments) {
   comparison.version = kVersion;
   comparison.date = Today();
   comparison.machine = MachineName();
-  comparison.command = CommandOf(arguments);
+  comparison.command = FormatCommand(arguments);
   comparison.repeats = arguments.repeats;
   for (const std::string& path : arguments.sequences) {
     const MeasuredSequence sequence = RunSequence(arguments, path, &given, program);

@@ -55,7 +55,7 @@ constexpr double kRunBesideDenseMap = 0.4;  // share of the time, about
 constexpr char kSaysShare[] = "slcmap: info: odometry ";
 
 // Everything that decides what a run is; the text is also the configuration that it gets.
-std::string OptionsOf(const MethodToRun& method, int repeat) {
+std::string FormatOptions(const MethodToRun& method, int repeat) {
   OdometryOptions odometry;
   VerdictOptions verdict;
   if (!method.config.empty()) {
@@ -180,7 +180,7 @@ bool MakeRun(const std::string& sequence, const std::string& config, const std::
 Repeat RunRepeat(const MethodToRun& method, const std::string& sequence, const std::string& id,
                  const std::string& sequence_name, int repeat, const RunPlan& plan,
                  const Progress& progress) {
-  const std::string options = OptionsOf(method, repeat);
+  const std::string options = FormatOptions(method, repeat);
   const std::string key = Checksum(id + plan.program + options).substr(0, kKeyLength);
   const std::string folder =
       fmt::format("{}/{}/{}-{}-{}", plan.folder, sequence_name, method.name, repeat, key);
@@ -233,7 +233,7 @@ std::string SequenceId(const std::string& sequence) {
   return text;
 }
 
-void CheckMethod(const MethodToRun& method) { OptionsOf(method, 0); }
+void CheckMethod(const MethodToRun& method) { FormatOptions(method, 0); }
 
 int PointsOfRepeat(int max_points, int repeat) {
   // 1, 0.9, 1.1, 0.8, 1.2, ...

@@ -194,7 +194,7 @@ Json EvaluateStraightness(const EvaluateArguments& arguments) {
   const StraightnessOptions options;
   const Progress progress = StageProgress("straightness");
   const Trajectory truth_poses = ReadTruth(arguments.inputs);
-  const Trajectory estimate = EstimateOf(arguments.inputs, truth_poses).poses;
+  const Trajectory estimate = LoadEstimate(arguments.inputs, truth_poses).poses;
   KnownTruth truth{truth_poses, {}};
   if (!arguments.lines.true_edges.empty()) truth.edges = ReadTrueEdges(arguments.lines.true_edges);
   OdometryRun run = AtOnce([&] {

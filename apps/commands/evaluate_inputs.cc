@@ -36,7 +36,7 @@ std::vector<int64_t> ReadStamps(const std::string& path) {
   return stamps_ns;
 }
 
-PoseForm FormOf(const EvaluationInputs& inputs, const char* file) {
+PoseForm FindForm(const EvaluationInputs& inputs, const char* file) {
   return inputs.form_of == file ? inputs.form : PoseForm();
 }
 
@@ -54,7 +54,7 @@ PoseTable ReadAtStamps(const std::string& path, const PoseForm& form, const Cloc
 TrajectoryMetrics MeasureTrajectory(EvaluationInputs* inputs,
                                     const TrajectoryMetricOptions& options) {
   const Trajectory truth = ReadTruth(*inputs);
-  const ReadEstimate estimate = EstimateOf(*inputs, truth);
+  const ReadEstimate estimate = LoadEstimate(*inputs, truth);
   const std::vector<int64_t> stamps_ns =
       inputs->stamps.empty() ? std::vector<int64_t>() : ReadStamps(inputs->stamps);
   inputs->finding = FindOtherForm(estimate.table, estimate.form, truth, [&] {
@@ -101,21 +101,21 @@ std::string CalibrationBeside(const std::string& estimate) {
 }
 
 Trajectory ReadTruth(const EvaluationInputs& inputs) {
-  const PoseForm form = FormOf(inputs, "truth");
+  const PoseForm form = FindForm(inputs, "truth");
   const Clock images_ns = inputs.stamps.empty() ? Clock() : ReadStamps(inputs.stamps);
-  return PosesOf(ReadPoseTable(inputs.truth, form, images_ns), form,
+  return CollectPoses(ReadPoseTable(inputs.truth, form, images_ns), form,
                  form.IsOfCamera() ? FindCameraPose(inputs.calibration, inputs.truth) : std::nullopt);
 }
 
-ReadEstimate EstimateOf(const EvaluationInputs& inputs, const Trajectory& truth) {
+ReadEstimate LoadEstimate(const EvaluationInputs& inputs, const Trajectory& truth) {
   ReadEstimate estimate;
-  estimate.form = FormOf(inputs, "estimate");
+  estimate.form = FindForm(inputs, "estimate");
   Clock truth_ns;
   for (const StampedPose& pose : truth) truth_ns.push_back(pose.stamp_ns);
   estimate.table =
       ReadAtStamps(inputs.estimate, estimate.form,
                    inputs.stamps.empty() ? Clock() : ReadStamps(inputs.stamps), truth_ns);
-  estimate.poses = PosesOf(
+  estimate.poses = CollectPoses(
       estimate.table, estimate.form,
       estimate.form.IsOfCamera() ? FindCameraPose(inputs.calibration, inputs.truth) : std::nullopt);
   return estimate;
@@ -135,7 +135,7 @@ namespace fs = std::filesystem;
 
 using WorldsOfRuns = std::map<std::string, RigidTransform>;  // T_world_run by the run's id
 
-std::string FolderOf(const std::string& file) {
+std::string GetFolder(const std::string& file) {
   const std::string folder = fs::path(file).parent_path().string();
   return folder.empty() ? "." : folder;
 }
@@ -145,7 +145,7 @@ bool Has(const std::string& folder, const char* name) {
   return fs::exists(fs::path(folder) / name, error);
 }
 
-WorldsOfRuns WorldsOf(const MapSource& source) {
+WorldsOfRuns CollectWorlds(const MapSource& source) {
   WorldsOfRuns worlds = {{source.run_id, source.T_world_run}};
   for (const MergedRun& run : source.merged) worlds[run.run_id] = run.T_world_run;
   return worlds;
@@ -156,8 +156,8 @@ WorldsOfRuns WorldsOf(const MapSource& source) {
 WorldsOfRuns WorldsIn(const std::string& folder) {
   try {
     if (Has(folder, "run.json")) return {{RunIdIn(folder), {}}};
-    if (Has(folder, "map.json")) return WorldsOf(MapSourceIn(folder));
-    if (Has(folder, "export.json")) return WorldsOf(ExportSourceIn(folder));
+    if (Has(folder, "map.json")) return CollectWorlds(MapSourceIn(folder));
+    if (Has(folder, "export.json")) return CollectWorlds(ExportSourceIn(folder));
   } catch (const DataError& error) {
     spdlog::warn("{}; of which world the files beside it are is not known", error.what());
   }
@@ -179,8 +179,8 @@ Eigen::Vector3d OffsetIn(const std::string& folder) {
 }
 
 RigidTransform TurnFromFile(const std::string& trajectory, const std::string& mapped_file) {
-  const WorldsOfRuns mapped = WorldsIn(FolderOf(mapped_file)),
-                     given = WorldsIn(FolderOf(trajectory));
+  const WorldsOfRuns mapped = WorldsIn(GetFolder(mapped_file)),
+                     given = WorldsIn(GetFolder(trajectory));
   for (const auto& [run_id, T_mapped_run] : mapped) {
     if (run_id.empty()) continue;  // of any run that was killed
     const auto found = given.find(run_id);
@@ -200,7 +200,7 @@ RigidTransform TurnFromFile(const std::string& trajectory, const std::string& ma
 
 RigidTransform TrajectoryFromFile(const std::string& trajectory, const std::string& mapped_file) {
   RigidTransform T = TurnFromFile(trajectory, mapped_file);
-  T.translation += OffsetIn(FolderOf(mapped_file)) - OffsetIn(FolderOf(trajectory));
+  T.translation += OffsetIn(GetFolder(mapped_file)) - OffsetIn(GetFolder(trajectory));
   return T;
 }
 
@@ -231,10 +231,10 @@ bool IsThere(const fs::path& path) {
 }
 
 // What lies in a folder that a stage wrote, or a recorder; "" in any other.
-std::string ContentOf(const fs::path& folder) {
+std::string DescribeContent(const fs::path& folder) {
   for (const StageMark& mark : StageMarks()) {
     try {
-      if (IsOwn(StateOf(folder.string(), mark))) return mark.result;
+      if (IsOwn(GetState(folder.string(), mark))) return mark.result;
     } catch (const DataError&) {
       // Somebody else's, in a folder above: it cannot even be read.
     }
@@ -258,7 +258,7 @@ void RefuseAsResult(const std::string& option, const std::string& path,
   }
   fs::path folder = fs::weakly_canonical(fs::absolute(path, error), error);
   for (; !error && !folder.empty(); folder = folder.parent_path()) {
-    if (const std::string content = ContentOf(folder); !content.empty()) {
+    if (const std::string content = DescribeContent(folder); !content.empty()) {
       throw ConfigError(fmt::format("{}: found {}, which lies in {} ({}), expected a place outside",
                                     option, path, content, folder.string()));
     }

@@ -28,7 +28,7 @@ struct ReadEstimate {
 
 // The estimate, whose rows without stamps have those of the images, or of the truth. Throws
 // DataError.
-ReadEstimate EstimateOf(const EvaluationInputs& inputs, const Trajectory& truth);
+ReadEstimate LoadEstimate(const EvaluationInputs& inputs, const Trajectory& truth);
 
 // Compares both, and says in `inputs` what of their forms does not agree. Throws DataError.
 TrajectoryMetrics CompareTrajectories(EvaluationInputs* inputs,

@@ -43,7 +43,7 @@ void RefuseOutdated(const std::string& folder, const MapResult& map) {
   if (self.filename() != "map") return;  // not laid out as `run` does it
   const std::string run = self.parent_path() / "run";
   const std::string found = RunIdIn(run);
-  const std::vector<std::string> runs = RunsOf(map);
+  const std::vector<std::string> runs = CollectRuns(map);
   if (found.empty() || std::find(runs.begin(), runs.end(), found) != runs.end()) return;
   throw DataError(
       fmt::format("{}: found a map of run {}, expected one of run {}, which is in {}: map that run "
@@ -192,7 +192,7 @@ std::optional<GivenPoseFigures> AdjustGiven(const MapArguments& arguments,
 std::optional<MapResult> OtherMap(const MapArguments& arguments, const OdometryRun& run) {
   if (arguments.into.empty()) return std::nullopt;
   MapResult other = ReadMapToShow(arguments.into, arguments.accept_changed);
-  const std::vector<std::string> runs = RunsOf(other);
+  const std::vector<std::string> runs = CollectRuns(other);
   if (run.id.empty() || std::find(runs.begin(), runs.end(), run.id) == runs.end()) return other;
   throw DataError(fmt::format("{}: found run {} in the map already, expected one without it",
                               arguments.into, run.id));
@@ -375,7 +375,7 @@ void Map(const MapCommand& command) {
   const MapArguments& arguments = command.arguments;
   const MappingOptions options = ReadMappingOptions(arguments.config);
   CheckInput(arguments);
-  std::vector<std::string> inputs = FilesOf(arguments.opened);
+  std::vector<std::string> inputs = CollectFiles(arguments.opened);
   for (const std::string& input :
        {arguments.input, arguments.poses, arguments.sequence, arguments.into, arguments.config}) {
     if (!input.empty()) inputs.push_back(input);

@@ -114,7 +114,7 @@ void LogAlignment(const std::string& name, const MapAlignment& found) {
       "{}: lies at {:.3f}, {:.3f}, {:.3f} m, turned by {:.2f} degrees; {:.0f} m2 of surfaces and "
       "{:.0f} m of lines agree, {:.1f} % of the surfaces contradict, the next best place explains "
       "{:.0f} % as much of what tells the two apart",
-      name, p.x(), p.y(), p.z(), YawOf(found.T_first_second) / kDegree_rad, found.surfaces_m2,
+      name, p.x(), p.y(), p.z(), ComputeYaw(found.T_first_second) / kDegree_rad, found.surfaces_m2,
       found.lines_m, 100 * found.contradiction, 100 * found.rival_share);
 }
 

@@ -62,7 +62,7 @@ class PathLength {
   double length_m_ = 0;
 };
 
-RunSource OriginOf(const SequenceSource& source, const ConfiguredOptions& options,
+RunSource GetOrigin(const SequenceSource& source, const ConfiguredOptions& options,
                    const StartCheck& check) {
   const SourceInfo& info = source.info();
   RunSource origin;
@@ -252,7 +252,7 @@ void LogLines(const OdometryRun& run) {
   }
   LogSlopes(run);
   if (run.lines.empty()) return;
-  const LineLives lives = MeasureLineLives(run.lines);
+  const LineTrackLengths lives = MeasureLineTracks(run.lines);
   spdlog::info(
       "{} lines, seen in {:.0f} keyframes (median; mean {:.1f}), {:.0f} % in more than ten",
       lives.lines, lives.median_keyframes, lives.mean_keyframes, 100 * lives.share_over_10);
@@ -315,7 +315,7 @@ void CheckCalibrationTarget(const OdometryArguments& arguments) {
   if (fs::is_directory(target) || !fs::is_directory(target.parent_path())) {
     refuse("a file in a folder that exists");
   }
-  std::vector<std::string> files = FilesOf(arguments.opened);
+  std::vector<std::string> files = CollectFiles(arguments.opened);
   if (!arguments.config.empty()) files.push_back(arguments.config);
   for (const std::string& read : files) {
     if (target == whole(read)) refuse("no file that is read");
@@ -362,7 +362,7 @@ void LogResult(const OdometryRun& run, const SourceInfo& info, double path_lengt
   spdlog::info("{} of {} {} have a pose, path {:.2f} m, {} keyframes, {} landmarks",
                run.states.size(), info.pair_stamps_ns.size(), DescribeImages(info.rig), path_length_m,
                run.keyframes.size(), run.landmarks.size());
-  const PointLives lives = MeasurePointLives(run.keyframes);
+  const PointTrackLengths lives = MeasurePointTracks(run.keyframes);
   spdlog::info("{} points, {} of them seen in a single keyframe", lives.points, lives.seen_once);
   LogLines(run);
   LogCalibration(run);
@@ -389,7 +389,7 @@ Sequence OpenPart(const OdometryArguments& arguments) {
 
 }  // namespace
 
-std::vector<std::string> FoldersOf(const std::string& sequence) {
+std::vector<std::string> ListFolders(const std::string& sequence) {
   std::vector<std::string> folders = {sequence};
   for (const char* name : {"mav0", "cam0", "cam1", "imu0", "cam0/data", "cam1/data",
                            "state_groundtruth_estimate0", "mocap0", "truth"}) {
@@ -399,9 +399,9 @@ std::vector<std::string> FoldersOf(const std::string& sequence) {
   return folders;
 }
 
-std::vector<std::string> InputsOf(const OdometryArguments& arguments) {
-  std::vector<std::string> inputs = FoldersOf(arguments.sequence);
-  for (const std::string& file : FilesOf(arguments.opened)) inputs.push_back(file);
+std::vector<std::string> ListInputs(const OdometryArguments& arguments) {
+  std::vector<std::string> inputs = ListFolders(arguments.sequence);
+  for (const std::string& file : CollectFiles(arguments.opened)) inputs.push_back(file);
   if (!arguments.config.empty()) inputs.push_back(arguments.config);
   return inputs;
 }
@@ -412,7 +412,7 @@ OdometryRun RunOdometryStage(const OdometryArguments& arguments,
   arguments.part.Check();
   CheckCalibrationTarget(arguments);
   ConfiguredOptions options = ReadOptions(arguments);
-  OutputFolder output(arguments.run, RunFiles(), InputsOf(arguments));
+  OutputFolder output(arguments.run, RunFiles(), ListInputs(arguments));
   const bool one_camera = options.odometry.method == Method::kPointsMono;
   Sequence sequence = OpenPart(arguments);
   output.Open();
@@ -431,7 +431,7 @@ OdometryRun RunOdometryStage(const OdometryArguments& arguments,
 
   if (begin) begin();
   output.MoveAside();  // would be taken for the new run's
-  Feeder feeder(&source, OriginOf(source, options, check), options, arguments);
+  Feeder feeder(&source, GetOrigin(source, options, check), options, arguments);
   try {
     feeder.FeedAll();
   } catch (const std::exception& error) {

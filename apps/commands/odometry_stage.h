@@ -26,10 +26,10 @@ struct OdometryArguments {
 };
 
 // The folders of a sequence that nothing is to be written into.
-std::vector<std::string> FoldersOf(const std::string& sequence);
+std::vector<std::string> ListFolders(const std::string& sequence);
 
 // These, and the files that are read beside them.
-std::vector<std::string> InputsOf(const OdometryArguments& arguments);
+std::vector<std::string> ListInputs(const OdometryArguments& arguments);
 
 // Checks a sequence (see CheckBeforeStart) and runs odometry over it. What an earlier run left in
 // the folder is moved aside within it when the new run begins, and removed once that is complete.

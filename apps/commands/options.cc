@@ -39,7 +39,7 @@ std::vector<CLI::Option*> AddSequenceOptions(CLI::App& command, SequenceOptions*
                           "That stamps of the right images are late (default: 0)")};
 }
 
-std::vector<std::string> FilesOf(const SequenceOptions& options) {
+std::vector<std::string> CollectFiles(const SequenceOptions& options) {
   std::vector<std::string> files;
   if (!options.calibration.empty()) files.push_back(options.calibration);
   for (const std::string& mask : options.masks) {

@@ -16,7 +16,7 @@ namespace slcmap {
 std::vector<CLI::Option*> AddSequenceOptions(CLI::App& command, SequenceOptions* options);
 
 // The files that these options name.
-std::vector<std::string> FilesOf(const SequenceOptions& options);
+std::vector<std::string> CollectFiles(const SequenceOptions& options);
 
 // The command-line options of the form in which others write poses, which map, evaluate and compare
 // share.

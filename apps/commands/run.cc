@@ -98,7 +98,7 @@ void RunAll(const RunArguments& arguments) {
   if (output.empty()) throw ConfigError("output: found an empty path, expected a folder");
   OdometryArguments odometry = arguments.odometry;
   odometry.run = output + "/run";
-  const std::vector<std::string> inputs = InputsOf(odometry);
+  const std::vector<std::string> inputs = ListInputs(odometry);
   RefuseInputs(output, inputs);
   const MappingOptions mapping = ReadMappingOptions(odometry.config);
   CheckFormats(arguments.exporting);

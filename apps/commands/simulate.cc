@@ -40,7 +40,7 @@ struct SimulateArguments {
   bool only_building = false;
 };
 
-RendererOptions RendererOf(const SimulateArguments& arguments) {
+RendererOptions MakeRendererOptions(const SimulateArguments& arguments) {
   const SimulationOptions& options = arguments.simulation;
   RendererOptions renderer;
   renderer.camera = ReadSceneCamera(options.scene);
@@ -51,7 +51,7 @@ RendererOptions RendererOf(const SimulateArguments& arguments) {
   return renderer;
 }
 
-InexactOptions InexactOf(const SimulateArguments& arguments) {
+InexactOptions MakeInexactOptions(const SimulateArguments& arguments) {
   InexactOptions inexact = ReadSceneInexact(arguments.simulation.scene);
   if (arguments.inexact) inexact.amount = *arguments.inexact;
   if (arguments.inexact_seed) inexact.seed = *arguments.inexact_seed;
@@ -62,8 +62,8 @@ InexactOptions InexactOf(const SimulateArguments& arguments) {
 std::unique_ptr<PairRenderer> MakeRenderer(const SimulateArguments& arguments,
                                            const RenderTask& task) {
   const std::string& path = arguments.simulation.scene;
-  const RendererOptions options = RendererOf(arguments);
-  const Scene scene = ReadScene(path, task.Stage("reading the scene"), InexactOf(arguments));
+  const RendererOptions options = MakeRendererOptions(arguments);
+  const Scene scene = ReadScene(path, task.Stage("reading the scene"), MakeInexactOptions(arguments));
   const WayCrossings crossings = CheckWay(scene, task);
   if (crossings.count > 0) {
     const Eigen::Vector3d& place = crossings.first_place_m;
@@ -81,7 +81,7 @@ void WriteBuildingTruth(const SimulateArguments& arguments) {
   const SimulationOptions& options = arguments.simulation;
   const RenderTask task = PlanSimulation(options, StageProgress);
   const Scene scene =
-      ReadScene(options.scene, task.Stage("reading the scene"), InexactOf(arguments));
+      ReadScene(options.scene, task.Stage("reading the scene"), MakeInexactOptions(arguments));
   const RayScene rays(SeenPatches(scene));
   const TrueBuilding building =
       ObserveBuilding(scene, rays, task, static_cast<int>(task.times_s.size()));

@@ -18,7 +18,7 @@ std::string Head(const FigureInfo& figure) {
 
 Json FigureJson(const MethodResult& method, const FigureInfo& figure) {
   const std::vector<double> values = method.Values(figure.key);
-  const Spread spread = SpreadOf(values);
+  const Spread spread = ComputeSpread(values);
   return {{"mean", spread.mean},
           {"deviation", spread.count > 1 ? Json(spread.deviation) : Json()},
           {"runs", values}};
@@ -69,11 +69,11 @@ using Columns = std::vector<std::vector<std::string>>;  // each from its head do
 
 std::vector<std::string> FigureColumn(const SequenceResult& sequence, const FigureInfo& figure) {
   const std::vector<Ranked> all = sequence.Of(figure);
-  const auto best = BestOf(all, figure.less_is_better);
+  const auto best = FindBestMethod(all, figure.less_is_better);
   std::vector<std::string> column = {Head(figure)};
   for (const MethodResult& method : sequence.methods) {
     const bool is_best = best && all[*best].name == method.name;
-    column.push_back(SpreadText(SpreadOf(method.Values(figure.key)), figure.digits) +
+    column.push_back(SpreadText(ComputeSpread(method.Values(figure.key)), figure.digits) +
                      (is_best ? " *" : "  "));
   }
   return column;
@@ -103,7 +103,7 @@ std::string GroupTable(const SequenceResult& sequence, FigureGroup group) {
   std::string text;
   Columns columns = {names};
   size_t width = 0;
-  for (const FigureInfo& figure : FiguresOf(sequence, group, true)) {
+  for (const FigureInfo& figure : SelectFigures(sequence, group, true)) {
     std::vector<std::string> column = FigureColumn(sequence, figure);
     const size_t more = std::max_element(column.begin(), column.end(),
                                          [](auto& a, auto& b) { return a.size() < b.size(); })
@@ -138,18 +138,18 @@ std::string LatexText(const std::string& text) {
 
 std::string LatexCell(const SequenceResult& sequence, const MethodResult& method,
                       const FigureInfo& figure) {
-  const Spread spread = SpreadOf(method.Values(figure.key));
+  const Spread spread = ComputeSpread(method.Values(figure.key));
   if (spread.count == 0) return "--";
   std::string number = fmt::format("{:.{}f}", spread.mean, figure.digits);
   const std::vector<Ranked> all = sequence.Of(figure);
-  const auto best = BestOf(all, figure.less_is_better);
+  const auto best = FindBestMethod(all, figure.less_is_better);
   if (best && all[*best].name == method.name) number = "\\mathbf{" + number + "}";
   if (spread.count > 1) number += fmt::format(" \\pm {:.{}f}", spread.deviation, figure.digits);
   return "$" + number + "$";
 }
 
 std::string LatexTable(const SequenceResult& sequence, FigureGroup group) {
-  const std::vector<FigureInfo> figures = FiguresOf(sequence, group, true);
+  const std::vector<FigureInfo> figures = SelectFigures(sequence, group, true);
   if (figures.empty()) return "";
   std::string text = fmt::format(
       "\\begin{{table}}\n\\caption{{{}: {}}}\n\\begin{{tabular}}{{l{}}}\n",
@@ -178,13 +178,13 @@ std::vector<double> MethodResult::Values(const std::string& key) const {
 std::vector<Ranked> SequenceResult::Of(const FigureInfo& figure) const {
   std::vector<Ranked> ranked;
   for (const MethodResult& method : methods) {
-    const Spread spread = SpreadOf(method.Values(figure.key));
+    const Spread spread = ComputeSpread(method.Values(figure.key));
     if (spread.count > 0) ranked.push_back({method.name, spread});
   }
   return ranked;
 }
 
-std::vector<FigureInfo> FiguresOf(const SequenceResult& sequence, FigureGroup group,
+std::vector<FigureInfo> SelectFigures(const SequenceResult& sequence, FigureGroup group,
                                   bool in_table_only) {
   std::vector<FigureInfo> figures;
   for (const FigureInfo& figure : AllFigures()) {
@@ -217,7 +217,7 @@ std::string ComparisonCsv(const Comparison& comparison) {
   for (const SequenceResult& sequence : comparison.sequences) {
     for (const MethodResult& method : sequence.methods) {
       for (const FigureInfo& figure : AllFigures()) {
-        const Spread spread = SpreadOf(method.Values(figure.key));
+        const Spread spread = ComputeSpread(method.Values(figure.key));
         if (spread.count == 0) continue;
         text += fmt::format("{},{},{},{},{:.9g},{},{}\n", CsvField(sequence.name),
                             CsvField(method.name), figure.key, figure.unit, spread.mean,

@@ -53,7 +53,7 @@ struct Comparison {
 };
 
 // The figures that some method of a sequence has.
-std::vector<FigureInfo> FiguresOf(const SequenceResult& sequence, FigureGroup group,
+std::vector<FigureInfo> SelectFigures(const SequenceResult& sequence, FigureGroup group,
                                   bool in_table_only);
 
 nlohmann::ordered_json ComparisonJson(const Comparison& comparison);

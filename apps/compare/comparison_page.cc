@@ -49,7 +49,7 @@ ul { margin: .3rem 0; padding-left: 1.2rem; }
 )";
 
 // A plot as a file of its own, in light colours, as an address that holds it.
-std::string AddressOf(std::string plot) {
+std::string EncodeAsUrl(std::string plot) {
   const std::string style =
       std::string("<style>:root { --ink: #1d2530; --soft: #5c6773; --rule: #d9dee3; } ") +
       kPlotStyle + "</style><rect width=\"100%\" height=\"100%\" fill=\"#ffffff\"/>";
@@ -64,7 +64,7 @@ std::string AddressOf(std::string plot) {
 }
 
 // The name of a file for a caption, without its markup: "paths-from-above".
-std::string FileNameOf(const std::string& caption) {
+std::string MakeFileName(const std::string& caption) {
   std::string name;
   for (const char c : caption.substr(0, caption.find('<'))) {
     const bool is_plain = std::isalnum(static_cast<unsigned char>(c));
@@ -79,7 +79,7 @@ std::string Figure(const std::string& caption, const std::string& plot, const ch
   return fmt::format(
       "<figure class=\"{}\"><figcaption><a download=\"{}.svg\" href=\"{}\">save SVG</a>{}"
       "</figcaption>{}</figure>\n",
-      kind, FileNameOf(caption), AddressOf(plot), caption, plot);
+      kind, MakeFileName(caption), EncodeAsUrl(plot), caption, plot);
 }
 
 std::string Key(const SequenceResult& sequence) {
@@ -95,7 +95,7 @@ std::string Key(const SequenceResult& sequence) {
 std::string Bars(const SequenceResult& sequence) {
   std::string html;
   for (const char* key : kPlotted) {
-    const FigureInfo& figure = FigureOf(key);
+    const FigureInfo& figure = FindFigure(key);
     if (sequence.Of(figure).empty()) continue;
     const auto floor = sequence.with_true_poses.find(key);
     const std::string caption = fmt::format("{} <span>[{}], {} is better</span>", figure.label,
@@ -111,7 +111,7 @@ std::string Bars(const SequenceResult& sequence) {
 std::string Orders(const SequenceResult& sequence) {
   std::string html;
   for (const char* key : kPlotted) {
-    const FigureInfo& figure = FigureOf(key);
+    const FigureInfo& figure = FindFigure(key);
     const std::vector<Ranked> methods = sequence.Of(figure);
     if (methods.size() < 2) continue;
     html += fmt::format("<li><b>{}</b>: {}.</li>\n", figure.label,
@@ -122,10 +122,10 @@ std::string Orders(const SequenceResult& sequence) {
 
 std::string Cell(const SequenceResult& sequence, const MethodResult& method,
                  const FigureInfo& figure) {
-  const Spread spread = SpreadOf(method.Values(figure.key));
+  const Spread spread = ComputeSpread(method.Values(figure.key));
   if (spread.count == 0) return "<td>-</td>";
   const std::vector<Ranked> all = sequence.Of(figure);
-  const auto best = BestOf(all, figure.less_is_better);
+  const auto best = FindBestMethod(all, figure.less_is_better);
   std::string html = best && all[*best].name == method.name ? "<td class=\"best\">" : "<td>";
   html += fmt::format("{:.{}f}", spread.mean, figure.digits);
   if (spread.count > 1) {
@@ -135,12 +135,12 @@ std::string Cell(const SequenceResult& sequence, const MethodResult& method,
 }
 
 std::string Table(const SequenceResult& sequence, FigureGroup group) {
-  const std::vector<FigureInfo> figures = FiguresOf(sequence, group, true);
+  const std::vector<FigureInfo> figures = SelectFigures(sequence, group, true);
   if (figures.empty()) return "";
   std::string html = "<h3>" + GroupTitle(group) + "</h3><div class=\"table\"><table><tr><th></th>";
   for (const FigureInfo& figure : figures) {
     html += fmt::format("<th title=\"{}\">{} <small>{}</small></th>",
-                        EscapeMarkup(MeaningOf(figure.key)), figure.label, figure.unit);
+                        EscapeMarkup(DescribeFigure(figure.key)), figure.label, figure.unit);
   }
   html += "</tr>\n";
   for (const MethodResult& method : sequence.methods) {
@@ -166,7 +166,7 @@ std::string Table(const SequenceResult& sequence, FigureGroup group) {
     html +=
         fmt::format("<li><b>{}</b>{}: {}; {} is better</li>\n", figure.label,
                     figure.unit[0] ? fmt::format(" [{}]", figure.unit) : "",
-                    EscapeMarkup(MeaningOf(figure.key)), figure.less_is_better ? "less" : "more");
+                    EscapeMarkup(DescribeFigure(figure.key)), figure.less_is_better ? "less" : "more");
   }
   return html + "</ul>\n";
 }

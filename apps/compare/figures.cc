@@ -50,14 +50,14 @@ const std::vector<FigureInfo>& AllFigures() {
   return figures;
 }
 
-const FigureInfo& FigureOf(const std::string& key) {
+const FigureInfo& FindFigure(const std::string& key) {
   const auto found = std::find_if(AllFigures().begin(), AllFigures().end(),
                                   [&](const FigureInfo& info) { return info.key == key; });
   if (found == AllFigures().end()) throw std::out_of_range("no figure " + key);
   return *found;
 }
 
-std::string MeaningOf(const std::string& key) {
+std::string DescribeFigure(const std::string& key) {
   static const std::map<std::string, const char*> meanings = {
       {"ape_online_m",
        "RMSE of the positions as they were known at once, after turning and moving the path onto "
@@ -143,7 +143,7 @@ std::string Listed(const std::vector<std::string>& names) {
 
 }  // namespace
 
-Spread SpreadOf(const std::vector<double>& values) {
+Spread ComputeSpread(const std::vector<double>& values) {
   Spread spread;
   spread.count = static_cast<int>(values.size());
   if (values.empty()) return spread;
@@ -168,7 +168,7 @@ bool IsBelow(const Spread& a, const Spread& b) {
   return b.mean - a.mean > 2 * error && b.mean > a.mean;
 }
 
-std::optional<size_t> BestOf(const std::vector<Ranked>& methods, bool less_is_better) {
+std::optional<size_t> FindBestMethod(const std::vector<Ranked>& methods, bool less_is_better) {
   if (methods.size() < 2) return std::nullopt;
   for (size_t i = 0; i < methods.size(); ++i) {
     bool best = true;

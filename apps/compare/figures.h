@@ -28,9 +28,9 @@ struct FigureInfo {
 
 // In the order of the tables.
 const std::vector<FigureInfo>& AllFigures();
-const FigureInfo& FigureOf(const std::string& key);  // throws std::out_of_range
+const FigureInfo& FindFigure(const std::string& key);  // throws std::out_of_range
 // What a figure is of, as a sentence for people. Throws std::out_of_range.
-std::string MeaningOf(const std::string& key);
+std::string DescribeFigure(const std::string& key);
 std::string GroupTitle(FigureGroup group);
 
 // Values by key; a figure that could not be measured is not in it.
@@ -43,7 +43,7 @@ struct Spread {
   double mean = 0;
   double deviation = 0;  // standard deviation of one run; 0 of fewer than two
 };
-Spread SpreadOf(const std::vector<double>& values);
+Spread ComputeSpread(const std::vector<double>& values);
 
 // "12.3 +- 0.4"; without the second where there is none, and "-" without a run.
 std::string SpreadText(const Spread& spread, int digits);
@@ -58,7 +58,7 @@ struct Ranked {
 };
 
 // The index of the one that is better than every other, where the spread bears that.
-std::optional<size_t> BestOf(const std::vector<Ranked>& methods, bool less_is_better);
+std::optional<size_t> FindBestMethod(const std::vector<Ranked>& methods, bool less_is_better);
 
 // The order in words, as far as the spread bears it: "slc before points and points-lines, points
 // before points-lines", or why there is none.

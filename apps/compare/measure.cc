@@ -198,7 +198,7 @@ void AddCost(const RunTimings& timings, Figures* figures) {
   (*figures)["peak_memory_mib"] = timings.peak_memory_mib;
 }
 
-std::vector<StageCost> StagesOf(const RunTimings& timings) {
+std::vector<StageCost> CollectStages(const RunTimings& timings) {
   std::vector<StageCost> stages;
   if (timings.stereo_frames == 0) return stages;
   for (const StageTiming& stage : timings.stages) {
@@ -364,7 +364,7 @@ class SequenceMeasurer {
     }
     method->trajectory = Aligned(alignment, measured.final_poses);
     method->lines = slcmap::Aligned(alignment, measured.lines);
-    method->stages = StagesOf(measured.timings);
+    method->stages = CollectStages(measured.timings);
     if (result_.length_m > 0) return;
     if (measured.final_poses.empty()) return;
     const int64_t from_ns = measured.final_poses.front().stamp_ns;
@@ -407,12 +407,12 @@ class SequenceMeasurer {
 
 }  // namespace
 
-std::string TruePosesOf(const std::string& sequence) {
+std::string FindTruePoses(const std::string& sequence) {
   const std::string simulated = FileBeside(sequence, "trajectory.tum");
   return simulated.empty() ? FindTruth(FindAslFolder(sequence)) : simulated;
 }
 
-std::string TrueEdgesOf(const std::string& sequence) { return FileBeside(sequence, "edges.csv"); }
+std::string FindTrueEdges(const std::string& sequence) { return FileBeside(sequence, "edges.csv"); }
 
 std::optional<size_t> ReferenceAmong(const std::vector<MeasuredMethod>& methods) {
   std::optional<size_t> found;

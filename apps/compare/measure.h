@@ -36,8 +36,8 @@ struct MeasuredSequence {
 
 // The files of true poses and edges of a sequence: those of a simulated one in truth/ beside or in
 // its folder, or EuRoC's and TUM VI's own. "" where there are none.
-std::string TruePosesOf(const std::string& sequence);
-std::string TrueEdgesOf(const std::string& sequence);
+std::string FindTruePoses(const std::string& sequence);
+std::string FindTrueEdges(const std::string& sequence);
 
 // The first method with runs that tracked lines by both cameras, `slc` before others.
 std::optional<size_t> ReferenceAmong(const std::vector<MeasuredMethod>& methods);

@@ -111,7 +111,7 @@ class Plan {
 };
 
 // A ring where a path begins.
-std::string StartOf(const Trajectory& trajectory, const Plan& plan, const std::string& colour) {
+std::string DrawStart(const Trajectory& trajectory, const Plan& plan, const std::string& colour) {
   if (trajectory.empty()) return "";
   const Vector2d p = plan.At(trajectory.front().T_world_imu.translation.head<2>());
   return fmt::format(
@@ -282,7 +282,7 @@ std::string BarPlot(const SequenceResult& sequence, const FigureInfo& figure, co
   constexpr double kWidth = 340, kLeft = 92, kRow = 19, kLetter = 6.2;
   double text_width = 0;
   for (const MethodResult& method : sequence.methods) {
-    const std::string text = SpreadText(SpreadOf(method.Values(figure.key)), figure.digits);
+    const std::string text = SpreadText(ComputeSpread(method.Values(figure.key)), figure.digits);
     text_width = std::max(text_width, kLetter * static_cast<double>(text.size()));
   }
   const BarScale scale(sequence.Of(figure), floor, kWidth - kLeft - text_width - 10);
@@ -290,7 +290,7 @@ std::string BarPlot(const SequenceResult& sequence, const FigureInfo& figure, co
   double y = 4;
   for (size_t i = 0; i < sequence.methods.size(); ++i) {
     const MethodResult& method = sequence.methods[i];
-    const Spread spread = SpreadOf(method.Values(figure.key));
+    const Spread spread = ComputeSpread(method.Values(figure.key));
     const std::string text = SpreadText(spread, figure.digits);
     svg += Text(kLeft - 6, y + 12, method.name, "end");
     const double end = kLeft + scale.Length(spread.mean);
@@ -325,9 +325,9 @@ std::string PathPlot(const SequenceResult& sequence) {
   for (size_t i = 0; i < sequence.methods.size(); ++i) {
     svg += DrawPath(sequence.methods[i].trajectory, plan, MethodColour(sequence, i), 1.4);
   }
-  svg += StartOf(sequence.truth, plan, "#888888");
+  svg += DrawStart(sequence.truth, plan, "#888888");
   for (size_t i = 0; i < sequence.methods.size(); ++i) {
-    svg += StartOf(sequence.methods[i].trajectory, plan, MethodColour(sequence, i));
+    svg += DrawStart(sequence.methods[i].trajectory, plan, MethodColour(sequence, i));
   }
   return Svg(kWidth, plan.height() + 10, "paths from above", svg + plan.Axes());
 }

@@ -30,8 +30,8 @@ constexpr double kLeastPoints = 4;  // of a wall under a plane, to be compared w
 // The level direction along an upright plane.
 Vector3d ComputeAlong(const Vector3d& normal) { return Vector3d::UnitZ().cross(normal).normalized(); }
 
-Stretch ComputeExtent(const std::vector<Vector3d>& points, const Vector3d& direction) {
-  Stretch extent{1e9, -1e9};
+Interval ComputeExtent(const std::vector<Vector3d>& points, const Vector3d& direction) {
+  Interval extent{1e9, -1e9};
   for (const Vector3d& p : points) {
     extent.from_m = std::min(extent.from_m, direction.dot(p));
     extent.to_m = std::max(extent.to_m, direction.dot(p));
@@ -39,11 +39,11 @@ Stretch ComputeExtent(const std::vector<Vector3d>& points, const Vector3d& direc
   return extent;
 }
 
-bool Holds(const Stretch& stretch, double place_m) {
+bool Holds(const Interval& stretch, double place_m) {
   return place_m >= stretch.from_m - kOutlineSlack_m && place_m <= stretch.to_m + kOutlineSlack_m;
 }
 
-double LengthInBoth(const Stretch& a, const Stretch& b) {
+double LengthInBoth(const Interval& a, const Interval& b) {
   return std::max(0.0, Common(a, b).length_m());
 }
 
@@ -145,11 +145,11 @@ class WallComparison {
 };
 
 // Two rectangles of upright planes, as seen along the normal of the first.
-double OverlapOf(const std::vector<Vector3d>& a, const std::vector<Vector3d>& b,
+double ComputeOverlap(const std::vector<Vector3d>& a, const std::vector<Vector3d>& b,
                  const Vector3d& normal) {
   const Vector3d along = ComputeAlong(normal), up = Vector3d::UnitZ();
-  const Stretch a_along = ComputeExtent(a, along), a_up = ComputeExtent(a, up);
-  const Stretch b_along = ComputeExtent(b, along), b_up = ComputeExtent(b, up);
+  const Interval a_along = ComputeExtent(a, along), a_up = ComputeExtent(a, up);
+  const Interval b_along = ComputeExtent(b, along), b_up = ComputeExtent(b, up);
   const double apart_m = std::abs(normal.dot(a.front()) - normal.dot(b.front()));
   if (apart_m > kReveal_m) return 0;
   const double common_m2 = LengthInBoth(a_along, b_along) * LengthInBoth(a_up, b_up);
@@ -193,7 +193,7 @@ void CompareOpenings(const TrueBuilding& truth, const Building& building,
         if (std::abs(wall.normal.dot(plane.normal)) < 0.98) continue;
         for (const TrueOpening& opening : wall.openings) {
           const double overlap =
-              OverlapOf(mapped.outline_world, opening.outline_world, plane.normal);
+              ComputeOverlap(mapped.outline_world, opening.outline_world, plane.normal);
           if (overlap < most) continue;
           most = overlap;
           best = &opening;

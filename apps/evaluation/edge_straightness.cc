@@ -40,7 +40,7 @@ Matrix3d MakeAxes(const Vector3d& first, const Vector3d& second) {
 double FollowingWeight(const Matrix3d& axes, const Directions& directions, double max_angle_deg) {
   double weight = 0;
   for (const WeightedDirection& d : directions) {
-    if (AxisOf(axes, d.direction, max_angle_deg)) weight += d.weight;
+    if (FindAxis(axes, d.direction, max_angle_deg)) weight += d.weight;
   }
   return weight;
 }
@@ -70,7 +70,7 @@ Vector3d MeanTurn(const Matrix3d& axes, const Directions& directions, double max
   Matrix3d information = 1e-12 * Matrix3d::Identity();
   Vector3d gradient = Vector3d::Zero();
   for (const WeightedDirection& d : directions) {
-    const std::optional<int> axis = AxisOf(axes, d.direction, max_angle_deg);
+    const std::optional<int> axis = FindAxis(axes, d.direction, max_angle_deg);
     if (!axis) continue;
     const Vector3d a = axes.col(*axis);
     const Vector3d b = a.dot(d.direction) < 0 ? Vector3d(-d.direction) : d.direction;
@@ -86,7 +86,7 @@ std::optional<Vector3d> OwnAxis(const Matrix3d& axes, int axis, const Directions
                                 double least_weight, double max_angle_deg) {
   Matrix3d sum = Matrix3d::Zero();
   for (const WeightedDirection& d : directions) {
-    if (AxisOf(axes, d.direction, max_angle_deg) == axis) {
+    if (FindAxis(axes, d.direction, max_angle_deg) == axis) {
       sum += d.weight * d.direction * d.direction.transpose();
     }
   }
@@ -119,7 +119,7 @@ double Angle_deg(const Vector3d& axis, const Vector3d& direction) {
 
 void DirectionOptions::Check() const { kDirectionTable.Check("directions", *this); }
 
-std::optional<int> AxisOf(const Matrix3d& axes, const Vector3d& direction, double max_angle_deg) {
+std::optional<int> FindAxis(const Matrix3d& axes, const Vector3d& direction, double max_angle_deg) {
   Eigen::Index nearest = 0;
   const double cosine = (axes.transpose() * direction).cwiseAbs().maxCoeff(&nearest);
   if (cosine < std::cos(max_angle_deg / kDegreesPerRadian)) return std::nullopt;
@@ -140,7 +140,7 @@ std::optional<DirectionMetrics> MeasureDirections(const Directions& directions,
   double all = 0, following = 0, squares = 0;
   for (const WeightedDirection& d : directions) {
     all += d.weight;
-    const std::optional<int> axis = AxisOf(metrics.axes, d.direction, options.max_angle_deg);
+    const std::optional<int> axis = FindAxis(metrics.axes, d.direction, options.max_angle_deg);
     if (!axis) continue;
     const double angle_deg = Angle_deg(metrics.axes.col(*axis), d.direction);
     following += d.weight;
@@ -363,7 +363,7 @@ class GapsByTime {
   std::vector<WeightedRms> sums_;
 };
 
-WeightedRms ThicknessOf(const Ends& ends, const FittedLine& line,
+WeightedRms MeasureThickness(const Ends& ends, const FittedLine& line,
                         const EdgeStraightnessOptions& options) {
   WeightedRms thickness(options.pose_sigma_m);
   for (const End& end : ends) {
@@ -404,7 +404,7 @@ EdgeStraightness RetriangulateEdges(const std::vector<EdgeObservation>& observat
     progress.ReportOrStop(done++ / static_cast<double>(all.size()));
     const std::optional<FittedLine> line = Fit(ends, options);
     if (!line) continue;
-    const WeightedRms own = ThicknessOf(ends, *line, options);
+    const WeightedRms own = MeasureThickness(ends, *line, options);
     thickness.Add(own);
     gaps.Add(ends, *line);
     result.lines.push_back(line->Result(ends));

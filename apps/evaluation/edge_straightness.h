@@ -38,7 +38,7 @@ std::optional<DirectionMetrics> MeasureDirections(const std::vector<WeightedDire
                                                   const DirectionOptions& options);
 
 // The axis (0, 1, 2) within max_angle_deg of a direction; nothing where there is none.
-std::optional<int> AxisOf(const Eigen::Matrix3d& axes, const Eigen::Vector3d& direction,
+std::optional<int> FindAxis(const Eigen::Matrix3d& axes, const Eigen::Vector3d& direction,
                           double max_angle_deg);
 
 // How straight edges are that a building has straight: each observation placed alone with the pose

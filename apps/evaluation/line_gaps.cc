@@ -127,7 +127,7 @@ std::vector<PlySegment> WithLength(std::vector<PlySegment> segments) {
   return segments;
 }
 
-std::vector<PlySegment> SegmentsOf(const std::vector<MapLine>& lines) {
+std::vector<PlySegment> CollectSegments(const std::vector<MapLine>& lines) {
   std::vector<PlySegment> segments;
   for (const MapLine& line : lines) segments.push_back({line.start_world, line.end_world});
   return WithLength(std::move(segments));
@@ -170,7 +170,7 @@ class GapCounter {
   GapCounter(const TrueEdges& truth, const std::vector<MapLine>& lines,
              const LineGapOptions& options)
       : options_(options),
-        mapped_(SegmentsOf(lines)),
+        mapped_(CollectSegments(lines)),
         all_(AllEdges(truth)),
         doorways_(truth.doorways),
         openings_(truth.openings),

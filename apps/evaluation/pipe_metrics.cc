@@ -42,7 +42,7 @@ struct Match {
   const MapPipe* pipe = nullptr;
   double distance_m = 0;
 };
-std::optional<Match> MatchOf(const TruePipe& truth, const std::vector<MapPipe>& pipes,
+std::optional<Match> FindMatch(const TruePipe& truth, const std::vector<MapPipe>& pipes,
                              bool with_radius, const PipeMetricOptions& options) {
   std::optional<Match> best;
   for (const MapPipe& pipe : pipes) {
@@ -57,7 +57,7 @@ std::optional<Match> MatchOf(const TruePipe& truth, const std::vector<MapPipe>& 
 bool IsTrue(const MapPipe& pipe, const std::vector<TruePipe>& truth,
             const PipeMetricOptions& options) {
   return std::ranges::any_of(truth, [&](const TruePipe& true_pipe) {
-    return MatchOf(true_pipe, {pipe}, true, options).has_value();
+    return FindMatch(true_pipe, {pipe}, true, options).has_value();
   });
 }
 
@@ -80,8 +80,8 @@ PipeMetrics EvaluatePipes(const std::vector<TruePipe>& truth, const std::vector<
     if (pipe.SeenLength_m() < options.min_seen_m) continue;
     ++metrics.pipes;
     metrics.seen_m += pipe.SeenLength_m();
-    metrics.found_axes += MatchOf(pipe, pipes, false, options).has_value();
-    const auto match = MatchOf(pipe, pipes, true, options);
+    metrics.found_axes += FindMatch(pipe, pipes, false, options).has_value();
+    const auto match = FindMatch(pipe, pipes, true, options);
     if (!match) continue;
     ++metrics.found;
     metrics.found_m += pipe.SeenLength_m();

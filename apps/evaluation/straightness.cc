@@ -98,7 +98,7 @@ void MeasureOrthogonalPlanes(const std::vector<Neighbourhood>& all, const Flatne
   if (!directions) return;
   double sum = 0;
   for (size_t i = 0; i < normals.size(); ++i) {
-    if (!AxisOf(directions->axes, normals[i].direction, options.max_angle_deg)) continue;
+    if (!FindAxis(directions->axes, normals[i].direction, options.max_angle_deg)) continue;
     sum += variances_m2[i];
     ++metrics->on_planes;
   }

@@ -64,7 +64,7 @@ std::vector<double> Distances(const std::vector<Eigen::Vector3d>& points,
   return distances_m;
 }
 
-std::vector<Eigen::Vector3d> PlacesOf(const std::vector<SeenSample>& samples) {
+std::vector<Eigen::Vector3d> CollectPlaces(const std::vector<SeenSample>& samples) {
   std::vector<Eigen::Vector3d> places;
   for (const SeenSample& sample : samples) places.push_back(sample.p);
   return places;
@@ -110,7 +110,7 @@ CloudMetrics EvaluateCloud(const TriangleTree& surfaces, const std::vector<SeenS
   const std::vector<double> to_surfaces_m =
       DistancesToSurfaces(surfaces, cloud, std::nextafter(largest_m, HUGE_VAL));
   const std::vector<double> filled_m = OfFilled(to_surfaces_m, cloud);
-  const std::vector<Eigen::Vector3d> samples = PlacesOf(seen);
+  const std::vector<Eigen::Vector3d> samples = CollectPlaces(seen);
   const std::vector<double> to_cloud_m = Distances(samples, cloud.points);
   std::vector<std::vector<double>> to_cloud_of_range_m;
   CloudMetrics metrics;

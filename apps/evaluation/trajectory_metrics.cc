@@ -69,7 +69,7 @@ double RootMeanSquare(const std::vector<double>& values) {
   return std::sqrt(sum / static_cast<double>(values.size()));
 }
 
-double MiddleOf(std::vector<double> values) {
+double ComputeMiddle(std::vector<double> values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
   std::nth_element(values.begin(), middle, values.end());
   if (values.size() % 2 == 1) return *middle;
@@ -96,7 +96,7 @@ int64_t FramePeriod(const Trajectory& estimate) {
   for (std::size_t i = 1; i < estimate.size(); ++i) {
     periods.push_back(static_cast<double>(estimate[i].stamp_ns - estimate[i - 1].stamp_ns));
   }
-  return periods.empty() ? 0 : static_cast<int64_t>(MiddleOf(periods));
+  return periods.empty() ? 0 : static_cast<int64_t>(ComputeMiddle(periods));
 }
 
 int CountPieces(const Trajectory& estimate, int64_t period_ns) {
@@ -219,7 +219,7 @@ RelativeError MeasureRelative(const std::vector<AssociatedPose>& poses,
   return {length_m,
           static_cast<int64_t>(percent.size()),
           RootMeanSquare(percent),
-          MiddleOf(percent),
+          ComputeMiddle(percent),
           RootMeanSquare(degrees),
           RootMeanSquare(degrees_per_m)};
 }
@@ -268,7 +268,7 @@ ErrorStatistics Statistics(std::vector<double> errors) {
   statistics.mean =
       std::accumulate(errors.begin(), errors.end(), 0.0) / static_cast<double>(errors.size());
   statistics.max = *std::max_element(errors.begin(), errors.end());
-  statistics.median = MiddleOf(std::move(errors));
+  statistics.median = ComputeMiddle(std::move(errors));
   return statistics;
 }
 

@@ -65,7 +65,7 @@ std::optional<RigidTransform> CameraIn(const std::string& folder) {
 
 }  // namespace
 
-std::vector<BodyStep> StepsOf(const Trajectory& truth, const Trajectory& estimate) {
+std::vector<BodyStep> CollectSteps(const Trajectory& truth, const Trajectory& estimate) {
   constexpr double kStep_s = 0.45, kMostApart = 2.5;
   constexpr size_t kMostSteps = 60;
   Trajectory known;
@@ -106,8 +106,8 @@ std::optional<std::string> FindOtherForm(
   if (never_turns) return std::nullopt;  // positions alone, as of a total station
   std::optional<RigidTransform> T_imu_camera;
   if (form.IsOfCamera()) T_imu_camera = camera();
-  const Trajectory poses = PosesOf(estimate, form, T_imu_camera);
-  const std::vector<BodyStep> steps = StepsOf(truth, poses);
+  const Trajectory poses = CollectPoses(estimate, form, T_imu_camera);
+  const std::vector<BodyStep> steps = CollectSteps(truth, poses);
   const char* const who = "steps of the truth";
   PoseReading reading = JudgeReading(estimate, form, steps, T_imu_camera, who);
   if (!reading.agrees && !T_imu_camera) {
@@ -115,7 +115,7 @@ std::optional<std::string> FindOtherForm(
     if (T_imu_camera) reading = JudgeReading(estimate, form, steps, T_imu_camera, who);
   }
   if (!reading.agrees) {
-    const std::string remedy = reading.is_explained ? "give " + OptionsOf(reading.form)
+    const std::string remedy = reading.is_explained ? "give " + FormatOptions(reading.form)
                                : T_imu_camera
                                    ? "expected poses of the same body and recording"
                                    : "--calibration names that of the rig, for poses of its camera";
@@ -126,7 +126,7 @@ std::optional<std::string> FindOtherForm(
   PoseForm remedy = form;
   remedy.up = UpInWords(TurnUp(form.Up()).conjugate() * *up);
   return fmt::format("up of the truth is {} in the world of the estimate, not {}; give {}",
-                     remedy.up, form.up, OptionsOf(remedy));
+                     remedy.up, form.up, FormatOptions(remedy));
 }
 
 std::optional<RigidTransform> FindCameraPose(const std::string& calibration, const std::string& truth) {
@@ -365,7 +365,7 @@ double Limit(const CsvTable& table, const Item& item) {
   return of_most > 0 ? of_most : LargestFrom(0, table, item);
 }
 
-SvgPlot PlotOf(const CsvTable& table, const Item& item) {
+SvgPlot MakePlot(const CsvTable& table, const Item& item) {
   SvgPlot plot{item.title, "time [s]", std::string("correction [") + item.unit + "]", false, {}};
   const double limit = Limit(table, item);
   const auto place = [&](double value) { return std::clamp(item.scale * value, -limit, limit); };
@@ -397,7 +397,7 @@ std::vector<std::string> WriteCalibrationPlots(const std::string& folder,
   for (const Item& item : kItems) {
     if (!WasEstimated(table, item)) continue;
     paths.push_back(folder + "/" + item.file + ".svg");
-    WriteFile(paths.back(), DrawSvg(PlotOf(table, item)));
+    WriteFile(paths.back(), DrawSvg(MakePlot(table, item)));
   }
   return paths;
 }

@@ -23,7 +23,7 @@ std::optional<std::string> FindOtherForm(
     const std::function<std::optional<RigidTransform>()>& camera);
 
 // Movements of a trajectory at the stamps of another, where these have poses, else at its own.
-std::vector<BodyStep> StepsOf(const Trajectory& truth, const Trajectory& estimate);
+std::vector<BodyStep> CollectSteps(const Trajectory& truth, const Trajectory& estimate);
 
 // Where the left camera is on the IMU, by the calibration that is named, or that of the recording
 // that a file of true poses lies beside or in; nothing where there is none.

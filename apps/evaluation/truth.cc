@@ -252,7 +252,7 @@ constexpr OptionTable kVisibilityTable{
     Option{"max_range_m", &VisibilityOptions::max_range_m, 0.1, 1e3},
     Option{"cell_m", &VisibilityOptions::cell_m, 1e-3, 10.0}};
 
-std::vector<Eigen::Vector3d> RaysOf(const Camera& camera, int stride_px) {
+std::vector<Eigen::Vector3d> CollectRays(const Camera& camera, int stride_px) {
   std::vector<Eigen::Vector3d> rays;
   for (int v = stride_px / 2; v < camera.height_px; v += stride_px) {
     for (int u = stride_px / 2; u < camera.width_px; u += stride_px) {
@@ -278,7 +278,7 @@ Trajectory PosesApart(const Trajectory& poses, double interval_s) {
 std::vector<ReferenceView> ReferenceViews(const TriangleTree& surfaces, const Trajectory& truth,
                                           const Rig& rig, const VisibilityOptions& options,
                                           const Progress& progress) {
-  const std::vector<Eigen::Vector3d> rays = RaysOf(rig.cameras[0], options.stride_px);
+  const std::vector<Eigen::Vector3d> rays = CollectRays(rig.cameras[0], options.stride_px);
   const Trajectory poses = PosesApart(truth, options.interval_s);
   std::vector<ReferenceView> views;
   for (std::size_t i = 0; i < poses.size(); ++i) {
@@ -315,12 +315,12 @@ std::vector<SeenSample> SeenSurfaces(const std::vector<ReferenceView>& views, do
 namespace {
 
 constexpr OptionTable kEdgesTable{
-    Option{"min_length_m", &ClearSightOptions::min_length_m, 0.0, 1e3},
-    Option{"max_range_m", &ClearSightOptions::max_range_m, 0.1, 1e3},
-    Option{"min_frames", &ClearSightOptions::min_frames, 1, 1000000},
-    Option{"interval_s", &ClearSightOptions::interval_s, 1e-3, 1e3},
-    Option{"sample_m", &ClearSightOptions::sample_m, 1e-3, 10.0},
-    Option{"margin_m", &ClearSightOptions::margin_m, 0.0, 0.1}};
+    Option{"min_length_m", &ClearViewOptions::min_length_m, 0.0, 1e3},
+    Option{"max_range_m", &ClearViewOptions::max_range_m, 0.1, 1e3},
+    Option{"min_frames", &ClearViewOptions::min_frames, 1, 1000000},
+    Option{"interval_s", &ClearViewOptions::interval_s, 1e-3, 1e3},
+    Option{"sample_m", &ClearViewOptions::sample_m, 1e-3, 10.0},
+    Option{"margin_m", &ClearViewOptions::margin_m, 0.0, 0.1}};
 
 double EdgeLength(const PlySegment& segment) {
   return (segment.end_world - segment.start_world).norm();
@@ -364,7 +364,7 @@ double Distance_m(const PlySegment& segment, const Eigen::Vector3d& p) {
 struct Watcher {
   const Camera& camera;
   const TriangleTree& surfaces;
-  const ClearSightOptions& options;
+  const ClearViewOptions& options;
 
   bool Sees(const RigidTransform& T_world_camera, const Eigen::Vector3d& p_world) const {
     const Eigen::Vector3d to_place = p_world - T_world_camera.translation;
@@ -399,11 +399,11 @@ void AddParts(const WatchedEdge& edge, int min_frames, std::vector<PlySegment>* 
 
 }  // namespace
 
-void ClearSightOptions::Check() const { kEdgesTable.Check("clear sight", *this); }
+void ClearViewOptions::Check() const { kEdgesTable.Check("clear sight", *this); }
 
 std::vector<PlySegment> ClearlySeen(const TrueEdges& edges, const TriangleTree& surfaces,
                                     const Trajectory& truth, const Rig& rig,
-                                    const ClearSightOptions& options, const Progress& progress) {
+                                    const ClearViewOptions& options, const Progress& progress) {
   options.Check();
   std::vector<WatchedEdge> watched;
   for (const PlySegment& piece : LongEdges(edges, options.min_length_m)) {

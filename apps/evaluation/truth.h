@@ -120,7 +120,7 @@ std::vector<SeenSample> SeenSurfaces(const std::vector<ReferenceView>& views, do
 
 // Which parts of a building's true edges the cameras saw well, from true poses.
 
-struct ClearSightOptions {
+struct ClearViewOptions {
   double min_length_m = 0.3;  // of an edge
   double max_range_m = 8;     // from which a frame shows a place of it
   int min_frames = 20;        // that do
@@ -134,7 +134,7 @@ struct ClearSightOptions {
 // surfaces. Throws StoppedError when progress says so.
 std::vector<PlySegment> ClearlySeen(const TrueEdges& edges, const TriangleTree& surfaces,
                                     const Trajectory& truth, const Rig& rig,
-                                    const ClearSightOptions& options,
+                                    const ClearViewOptions& options,
                                     const Progress& progress = {});
 
 }  // namespace slcmap

@@ -126,7 +126,7 @@ Camera ReadCamera(YamlSection& section, const std::string& coefficients_key) {
     words.coefficients = Required<std::vector<double>>(section, coefficients_key);
   }
   CameraFault fault;
-  std::optional<Camera> camera = CameraOf(words, &fault);
+  std::optional<Camera> camera = GetCamera(words, &fault);
   if (!camera) {
     const std::string key = fault.key == "coefficients" ? coefficients_key : fault.key;
     Fail(section, key, fmt::format("found {}, expected {}", fault.found, fault.expected),

@@ -45,7 +45,7 @@ size_t CountUsed(const std::vector<double>& values, size_t least) {
   return count;
 }
 
-std::vector<double> RadialTangentialOf(const Camera& camera) {
+std::vector<double> GetRadialTangential(const Camera& camera) {
   std::vector<double> k(camera.coefficients.begin(), camera.coefficients.end());
   k.insert(k.end(), camera.higher_coefficients.begin(), camera.higher_coefficients.end());
   const size_t used = CountUsed(k, 4);
@@ -88,7 +88,7 @@ std::optional<CameraFault> ReadFieldOfView(const std::vector<double>& k, Camera*
 }
 
 template <typename Table>
-std::string NamesOf(const Table& table) {
+std::string ListNames(const Table& table) {
   std::string names;
   for (const auto& entry : table) names += (names.empty() ? "" : ", ") + std::string(entry.name);
   return names;
@@ -99,7 +99,7 @@ std::optional<CameraFault> ReadDistortion(const CameraWords& words, Camera* came
       kDistortions, [&](const OfPinhole& d) { return words.distortion_model == d.name; });
   if (known == std::end(kDistortions)) {
     return CameraFault{"distortion_model", "'" + words.distortion_model + "'",
-                       "one of " + NamesOf(kDistortions)};
+                       "one of " + ListNames(kDistortions)};
   }
   camera->distortion = known->distortion;
   switch (known->distortion) {
@@ -165,14 +165,14 @@ CameraWords InKalibrsWords(CameraWords words) {
 
 }  // namespace
 
-const char* NameOf(Distortion distortion) {
+const char* GetName(Distortion distortion) {
   for (const OfPinhole& known : kDistortions) {
     if (known.distortion == distortion) return known.name;
   }
   return std::ranges::find(kLenses, distortion, &Lens::distortion)->name;
 }
 
-std::optional<Distortion> DistortionOf(const std::string& name) {
+std::optional<Distortion> FindDistortion(const std::string& name) {
   for (const OfPinhole& known : kDistortions) {
     if (known.name == name) return known.distortion;
   }
@@ -195,7 +195,7 @@ CameraWords DescribeCamera(const Camera& camera) {
   const bool is_omni = camera.distortion == Distortion::kOmni;
   if (camera.distortion == Distortion::kRadialTangential || is_omni) {
     words.distortion_model = "radtan";
-    words.coefficients = RadialTangentialOf(camera);
+    words.coefficients = GetRadialTangential(camera);
   } else if (camera.distortion == Distortion::kEquidistant) {
     words.distortion_model = "equidistant";
     words.coefficients.assign(camera.coefficients.begin(), camera.coefficients.end());
@@ -206,7 +206,7 @@ CameraWords DescribeCamera(const Camera& camera) {
   return words;
 }
 
-std::optional<Camera> CameraOf(const CameraWords& words, CameraFault* fault) {
+std::optional<Camera> GetCamera(const CameraWords& words, CameraFault* fault) {
   const auto fail = [&](const CameraFault& what) -> std::optional<Camera> {
     *fault = what;
     return std::nullopt;
@@ -220,7 +220,7 @@ std::optional<Camera> CameraOf(const CameraWords& words, CameraFault* fault) {
     return fail({"camera_model", "'" + words.camera_model + "'",
                  "one of pinhole (a fisheye lens too, with distortion_model equidistant), kb4, "
                  "pinhole-radtan8, ucm, " +
-                     NamesOf(kLenses)});
+                     ListNames(kLenses)});
   }
   const size_t shapes = is_pinhole ? 0 : lens->shapes;
   if (read.intrinsics.size() != shapes + 4) {

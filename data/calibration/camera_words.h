@@ -20,8 +20,8 @@ struct CameraWords {
 
 // The name that slcmap's own files have for it, and what has that name, or another that is known;
 // nothing where none has.
-const char* NameOf(Distortion distortion);
-std::optional<Distortion> DistortionOf(const std::string& name);
+const char* GetName(Distortion distortion);
+std::optional<Distortion> FindDistortion(const std::string& name);
 
 CameraWords DescribeCamera(const Camera& camera);
 
@@ -33,7 +33,7 @@ struct CameraFault {
   std::string key;  // camera_model, distortion_model, intrinsics or coefficients
   std::string found, expected;
 };
-std::optional<Camera> CameraOf(const CameraWords& words, CameraFault* fault);
+std::optional<Camera> GetCamera(const CameraWords& words, CameraFault* fault);
 
 // Which cameras of a rig are used, where it has more than two.
 

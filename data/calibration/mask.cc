@@ -65,7 +65,7 @@ double LeftOut(const cv::Mat& mask) {
   return 1 - static_cast<double>(cv::countNonZero(mask)) / static_cast<double>(mask.total());
 }
 
-std::vector<int> RunsOf(const cv::Mat& mask) {
+std::vector<int> CollectRuns(const cv::Mat& mask) {
   std::vector<int> runs;
   if (mask.empty()) return runs;
   bool seen = true;

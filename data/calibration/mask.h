@@ -25,7 +25,7 @@ double LeftOut(const cv::Mat& mask);
 
 // A mask row by row as lengths of runs, in turn of pixels that are seen and left out, from a seen
 // one on; and back. MaskOfRuns throws DataError where the runs are not as many pixels.
-std::vector<int> RunsOf(const cv::Mat& mask);
+std::vector<int> CollectRuns(const cv::Mat& mask);
 cv::Mat MaskOfRuns(const std::vector<int>& runs, const Camera& camera, const std::string& place);
 
 }  // namespace slcmap

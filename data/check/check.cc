@@ -80,7 +80,7 @@ struct Stamp {
   int64_t stamp_ns;
 };
 
-std::vector<Stamp> StampsOf(const SourceInfo& info) {
+std::vector<Stamp> CollectStamps(const SourceInfo& info) {
   std::vector<Stamp> stamps;
   for (const int64_t stamp_ns : info.pair_stamps_ns) stamps.push_back({stamp_ns});
   return stamps;
@@ -88,7 +88,7 @@ std::vector<Stamp> StampsOf(const SourceInfo& info) {
 
 // Adds rate, duration and gaps of the pairs.
 void CheckImageStamps(const SourceInfo& info, CheckReport* report) {
-  const std::vector<Stamp> stamps = StampsOf(info);
+  const std::vector<Stamp> stamps = CollectStamps(info);
   const double step_s = MedianStep_s(stamps);
   report->AddFigure(IsStereo(info.rig) ? "stereo pairs" : "images",
                     static_cast<double>(stamps.size()), "");
@@ -257,8 +257,8 @@ CheckReport CheckSequence(const std::string& path, const SequenceOptions& option
   try {
     Sequence sequence = OpenSequence(path, options);
     CheckReport mended;
-    MendStretches(&sequence, progress.Part(0, 0), &mended);
-    source = std::make_unique<AslSource>(PairsOf(std::move(sequence)));
+    MendIntervals(&sequence, progress.Part(0, 0), &mended);
+    source = std::make_unique<AslSource>(SelectPairs(std::move(sequence)));
     report = CheckSource(source.get(), progress);
     report.findings.insert(report.findings.end(), mended.findings.begin(), mended.findings.end());
     report.corrections.insert(report.corrections.end(), mended.corrections.begin(),

@@ -66,7 +66,7 @@ std::vector<PixelPair> Matches(const SequenceSource& source, int later, const Pr
   return pairs;
 }
 
-std::vector<RayPair> RaysOf(const std::vector<PixelPair>& pairs, const Rig& rig) {
+std::vector<RayPair> CollectRays(const std::vector<PixelPair>& pairs, const Rig& rig) {
   std::vector<RayPair> rays;
   for (const PixelPair& pair : pairs) {
     const auto left = rig.cameras[0].Unproject(pair.left_px);
@@ -97,10 +97,10 @@ struct Agreement {
   double median_px = 0;  // of those
 };
 
-Agreement AgreementOf(const std::vector<PixelPair>& pairs, const Rig& rig) {
+Agreement ComputeAgreement(const std::vector<PixelPair>& pairs, const Rig& rig) {
   const RigidTransform T_left_right = LeftRight(rig);
   std::vector<double> errors_px;
-  for (const RayPair& rays : RaysOf(pairs, rig)) {
+  for (const RayPair& rays : CollectRays(pairs, rig)) {
     const std::optional<double> error_rad = EpipolarError_rad(rays, T_left_right);
     if (error_rad && *error_rad * rig.cameras[0].MiddleFocal_px() < kAgree_px) {
       errors_px.push_back(*error_rad * rig.cameras[0].MiddleFocal_px());
@@ -216,7 +216,7 @@ const Mistake* BestMistake(const std::vector<Mistake>& mistakes,
   const Mistake* found = nullptr;
   *best = {std::max(kMinAgree, kStereoMuchBetter * given.share), 0};
   for (const Mistake& mistake : mistakes) {
-    const Agreement mended = AgreementOf(mistake.swap_images ? swapped : pairs, mistake.rig);
+    const Agreement mended = ComputeAgreement(mistake.swap_images ? swapped : pairs, mistake.rig);
     if (mended.share <= best->share) continue;
     *best = mended;
     found = &mistake;
@@ -299,7 +299,7 @@ std::vector<RayPair> Reprojected(const std::vector<RayPair>& matches, const Rig&
     const auto right_px = from.cameras[1].Project(rays.second);
     if (left_px && right_px) pairs.push_back({*left_px, *right_px});
   }
-  return RaysOf(pairs, to);
+  return CollectRays(pairs, to);
 }
 
 // Whether rows that no turn brings together are the fault of the intrinsics.
@@ -372,7 +372,7 @@ bool JudgeSynchronisation(const SequenceSource& source, const std::string& found
   double best = std::max(kMinAgree, kStereoMuchBetter * share);
   int best_later = 0;
   for (const int later : {1, -1, 2, -2}) {
-    const Agreement agreement = AgreementOf(Matches(source, later, progress), source.info().rig);
+    const Agreement agreement = ComputeAgreement(Matches(source, later, progress), source.info().rig);
     if (agreement.share <= best) continue;
     best = agreement.share;
     best_later = later;
@@ -400,8 +400,8 @@ std::optional<Eigen::Vector3d> JudgeDisagreement(const SequenceSource& source,
       fmt::format("{:.0f} % of the features matched left to right agree with the calibration",
                   100 * given.share);
   const RowAlignment rows =
-      AlignRows(RaysOf(pairs, rig), LeftRight(rig), rig.cameras[0].MiddleFocal_px());
-  const Agreement turned = AgreementOf(pairs, WithRightTurned(rig, rows.turn_rad));
+      AlignRows(CollectRays(pairs, rig), LeftRight(rig), rig.cameras[0].MiddleFocal_px());
+  const Agreement turned = ComputeAgreement(pairs, WithRightTurned(rig, rows.turn_rad));
   std::vector<Mistake> mistakes = ExtrinsicMistakes(rig);
   const std::vector<Mistake> intrinsic = IntrinsicMistakes(rig);
   mistakes.insert(mistakes.end(), intrinsic.begin(), intrinsic.end());
@@ -439,7 +439,7 @@ void CheckStereo(const SequenceSource& source, const Progress& progress, CheckRe
                  "check focus, light and that both cameras see the same");
     return;
   }
-  const Agreement given = AgreementOf(pairs, rig);
+  const Agreement given = ComputeAgreement(pairs, rig);
   report->AddFigure(kAgreeingMatches, 100 * given.share, "%");
   Eigen::Vector3d coarse_rad = Eigen::Vector3d::Zero();
   if (given.share < kMinAgree || given.median_px > kBlur_px) {

@@ -103,7 +103,7 @@ class PartMeasurer {
                const std::vector<ImuSample>& imu, const TurnAlignment& turns)
       : start_ns_(steps[first].from_ns), part_(start_ns_, steps[end - 1].to_ns, imu, turns) {
     if (part_.empty()) return;
-    for (size_t i = first; i < end; ++i) moves_.push_back(MoveOf(steps[i]));
+    for (size_t i = first; i < end; ++i) moves_.push_back(ComputeMove(steps[i]));
   }
 
   void AddTo(int number, std::vector<Measurement>* measurements) const {
@@ -132,7 +132,7 @@ class PartMeasurer {
     Eigen::Vector3d move_m = Eigen::Vector3d::Zero();  // in the part's frame
   };
 
-  std::optional<Move> MoveOf(const StereoStep& step) const {
+  std::optional<Move> ComputeMove(const StereoStep& step) const {
     const double from_s = ToSeconds(step.from_ns - start_ns_);
     const double to_s = ToSeconds(step.to_ns - start_ns_);
     const Eigen::Matrix3d R_from = part_.R_part_camera(from_s);

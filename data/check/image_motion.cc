@@ -36,7 +36,7 @@ struct Followed {
   std::optional<Eigen::Vector3d> p_last = std::nullopt, p_step = std::nullopt;
 };
 
-std::optional<Eigen::Vector3d> RayOf(const Camera& camera, const cv::Point2f& pixel) {
+std::optional<Eigen::Vector3d> ComputeRay(const Camera& camera, const cv::Point2f& pixel) {
   return camera.Unproject({pixel.x, pixel.y});
 }
 
@@ -85,8 +85,8 @@ class Follower {
     for (size_t i = 0; i < points.size(); ++i) {
       const cv::Point2f right_px = like_left_.ToRight(guess[i]);
       if (!found[i] || !rig_.cameras[1].Contains({right_px.x, right_px.y}, kBorder_px)) continue;
-      const auto ray = RayOf(rig_.cameras[1], right_px);
-      if (ray) points[i]->p_last = PointOf(points[i]->ray, *ray, T_left_right);
+      const auto ray = ComputeRay(rig_.cameras[1], right_px);
+      if (ray) points[i]->p_last = ComputePoint(points[i]->ray, *ray, T_left_right);
     }
   }
 
@@ -111,7 +111,7 @@ class Follower {
     std::vector<Followed> kept;
     for (size_t i = 0; i < points_.size(); ++i) {
       if (!found[i] || !camera.Contains({after[i].x, after[i].y}, kBorder_px)) continue;
-      const auto ray = RayOf(camera, after[i]);
+      const auto ray = ComputeRay(camera, after[i]);
       if (!ray) continue;
       rays.push_back({points_[i].ray, *ray});
       kept.push_back({after[i], *ray, points_[i].p_last, points_[i].p_step});
@@ -130,14 +130,14 @@ class Follower {
     cv::goodFeaturesToTrack(image_, added, kFeatures - static_cast<int>(points_.size()),
                             kFeatureQuality, kFeatureDistance_px, mask);
     for (const cv::Point2f& pixel : added) {
-      const auto ray = RayOf(rig_.cameras[0], pixel);
+      const auto ray = ComputeRay(rig_.cameras[0], pixel);
       if (ray) points_.push_back({pixel, *ray});
     }
   }
 
   // The point of a stereo match, in the left camera; nothing where its rays miss each other or are
   // nearly parallel.
-  std::optional<Eigen::Vector3d> PointOf(const Eigen::Vector3d& left, const Eigen::Vector3d& right,
+  std::optional<Eigen::Vector3d> ComputePoint(const Eigen::Vector3d& left, const Eigen::Vector3d& right,
                                          const RigidTransform& T_left_right) const {
     const double pixel_rad = 1 / rig_.cameras[0].MiddleFocal_px();
     const Eigen::Vector3d ray = T_left_right.rotation * right, &t = T_left_right.translation;
@@ -160,7 +160,7 @@ class Follower {
   std::vector<Followed> points_;
 };
 
-size_t StrideOf(const SourceInfo& info) {
+size_t ComputeStride(const SourceInfo& info) {
   std::vector<double> steps_s;
   for (size_t i = 1; i < info.pair_stamps_ns.size(); ++i) {
     steps_s.push_back(ToSeconds(info.pair_stamps_ns[i] - info.pair_stamps_ns[i - 1]));
@@ -265,7 +265,7 @@ class PartFollower {
 void FollowPart(const SequenceSource& source, const Rig& rig, const PairRange& part,
                 const Progress& progress, ImageMotion* motion) {
   PartFollower follower(rig, motion);
-  AheadReader reader(source, part, StrideOf(source.info()));
+  AheadReader reader(source, part, ComputeStride(source.info()));
   while (const std::optional<AheadReader::Pair> pair = reader.Next()) {
     progress.ReportOrStop(static_cast<double>(pair->index - part.first) /
                           static_cast<double>(part.end - part.first));

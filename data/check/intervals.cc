@@ -40,16 +40,16 @@ struct SampleRange {
   size_t first, end;
 };
 
-class StretchFinder {
+class IntervalFinder {
  public:
-  StretchFinder(const Sequence& sequence, const Progress& progress)
+  IntervalFinder(const Sequence& sequence, const Progress& progress)
       : sequence_(sequence), source_(sequence), progress_(progress) {
     const size_t all = sequence.images.size(), samples = std::min(kStretchSamples, all);
     for (size_t i = 0; i < samples; ++i) pairs_.push_back((2 * i + 1) * all / (2 * samples));
     for (size_t i = 0; i < samples; ++i) {
       progress_.ReportOrStop(static_cast<double>(i) / static_cast<double>(samples));
       matches_.push_back(Match(pairs_[i], 0));
-      agreeing_.push_back(AgreeingOf(matches_.back()));
+      agreeing_.push_back(FindAgreeing(matches_.back()));
     }
   }
 
@@ -89,7 +89,7 @@ class StretchFinder {
   }
 
   // Of that pair with the right image of another.
-  Agreeing Paired(size_t pair, int later) const { return AgreeingOf(Match(pair, later)); }
+  Agreeing Paired(size_t pair, int later) const { return FindAgreeing(Match(pair, later)); }
 
   RowAlignment Turned(const SampleRange& range) const {
     std::vector<RayPair> all;
@@ -127,7 +127,7 @@ class StretchFinder {
     return rows_px;
   }
 
-  Agreeing AgreeingOf(const std::vector<RayPair>& matches) const {
+  Agreeing FindAgreeing(const std::vector<RayPair>& matches) const {
     const std::vector<double> rows_px = Rows_px(matches);
     const auto agree = std::ranges::count_if(
         rows_px, [](double row_px) { return row_px < kStretchAgree_px; });
@@ -153,7 +153,7 @@ struct LagPiece {
   int later, late;
 };
 
-std::vector<LagPiece> LagPieces(const StretchFinder& finder, const Sequence& sequence,
+std::vector<LagPiece> LagPieces(const IntervalFinder& finder, const Sequence& sequence,
                                 const Progress& progress) {
   const Rig& rig = sequence.rig;
   const ImageSteps left = FollowSteps(finder.source(), 0, progress),
@@ -175,7 +175,7 @@ std::vector<LagPiece> LagPieces(const StretchFinder& finder, const Sequence& seq
 }
 
 // Whether rows agree better in what is paired anew.
-bool RowsConfirm(const StretchFinder& finder, const std::vector<LagPiece>& pieces) {
+bool RowsConfirm(const IntervalFinder& finder, const std::vector<LagPiece>& pieces) {
   constexpr size_t kPairsOfPiece = 6;
   constexpr double kLeastGain = 0.1;
   Agreeing given, mended;
@@ -226,7 +226,7 @@ std::string SlipWords(const LagPiece& before, const LagPiece& piece,
 }
 
 // Right images of other pairs that mend what does not agree. False where none do.
-bool MendSlips(const StretchFinder& finder, const Progress& progress, Sequence* sequence,
+bool MendSlips(const IntervalFinder& finder, const Progress& progress, Sequence* sequence,
                CheckReport* report) {
   const std::vector<LagPiece> pieces = LagPieces(finder, *sequence, progress);
   if (pieces.empty() || !RowsConfirm(finder, pieces)) return false;
@@ -281,7 +281,7 @@ bool KeepsLeft(const Sequence& sequence, size_t at, double turn_rad, const Progr
 
 // A camera that was turned by a knock: where the left one has kept its place it goes on by itself,
 // else that part is left out.
-void LeaveOutKnocked(const StretchFinder& finder, size_t change, const Progress& progress,
+void LeaveOutKnocked(const IntervalFinder& finder, size_t change, const Progress& progress,
                      Sequence* sequence, CheckReport* report) {
   const SampleRange before{0, change}, after{change, finder.samples()};
   const bool first_good = finder.Sum(before).share() > finder.Sum(after).share();
@@ -326,15 +326,15 @@ void LeaveOutKnocked(const StretchFinder& finder, size_t change, const Progress&
 
 }  // namespace
 
-void MendStretches(Sequence* sequence, const Progress& progress, CheckReport* report) {
+void MendIntervals(Sequence* sequence, const Progress& progress, CheckReport* report) {
   if (!IsStereo(sequence->rig) || sequence->images.size() < 2 * kStretchSamples) return;
-  const StretchFinder finder(*sequence, progress);
+  const IntervalFinder finder(*sequence, progress);
   if (!finder.Differs() || MendSlips(finder, progress, sequence, report)) return;
   const std::optional<size_t> change = finder.Change();
   if (change) LeaveOutKnocked(finder, *change, progress, sequence, report);
 }
 
-Sequence PairsOf(Sequence sequence) {
+Sequence SelectPairs(Sequence sequence) {
   if (!IsStereo(sequence.rig)) return sequence;
   std::erase_if(sequence.images, [](const StereoEntry& pair) { return pair.right_path.empty(); });
   return sequence;

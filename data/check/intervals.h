@@ -18,9 +18,9 @@ inline constexpr const char* kStretchCorrection = "pairs_used";
 // that fit the gyroscope; where a turn of a camera explains it, the other part goes on with the
 // left images only, or is left out if those do not fit the gyroscope. Both are a finding and a
 // correction. Nothing is done, nor said, where neither explains it.
-void MendStretches(Sequence* sequence, const Progress& progress, CheckReport* report);
+void MendIntervals(Sequence* sequence, const Progress& progress, CheckReport* report);
 
 // Without the images that have lost their right one.
-Sequence PairsOf(Sequence sequence);
+Sequence SelectPairs(Sequence sequence);
 
 }  // namespace slcmap

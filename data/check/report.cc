@@ -15,7 +15,7 @@ const char* SeverityName(Severity severity) {
   return severity == Severity::kError ? "error" : "warning";
 }
 
-std::ptrdiff_t CountOf(const CheckReport& report, Severity severity) {
+std::ptrdiff_t CountMatching(const CheckReport& report, Severity severity) {
   return std::count_if(
       report.findings.begin(), report.findings.end(),
       [severity](const CheckFinding& finding) { return finding.severity == severity; });
@@ -80,7 +80,7 @@ std::string CheckTable(const CheckReport& report) {
     text += fmt::format("odometry starts from the {}\n", correction.words);
   }
   text += fmt::format("\n{}: {} errors, {} warnings\n", report.Usable() ? "usable" : "not usable",
-                      CountOf(report, Severity::kError), CountOf(report, Severity::kWarning));
+                      CountMatching(report, Severity::kError), CountMatching(report, Severity::kWarning));
   return text;
 }
 

@@ -94,7 +94,7 @@ class RowSolver {
       rays.second += mend.right_focal / kLongerFocal * (longer_[match] - rays.second);
       rays.second.normalize();
     }
-    return EpipolarOf(rays, rotation_ * mend.turn, direction_);
+    return ComputeEpipolar(rays, rotation_ * mend.turn, direction_);
   }
 
   Linear Linearise(const Mend& mend, const Priors& priors, double scale_rad) const {

@@ -111,7 +111,7 @@ struct Moments {
   double camera = 0;  // variance
 };
 
-Moments MomentsOf(const Rates& rates) {
+Moments ComputeMoments(const Rates& rates) {
   Eigen::Vector3d mean_camera = Eigen::Vector3d::Zero(), mean_gyro = Eigen::Vector3d::Zero();
   double total = 0;
   for (size_t i = 0; i < rates.weights.size(); ++i) {
@@ -241,7 +241,7 @@ class Aligner {
   double BestOffsetOfAnyMap() const {
     double best_s = claimed_s_, least = 2;
     ForEachOffset([&](double offset_s, const Rates& rates) {
-      const Moments moments = MomentsOf(rates);
+      const Moments moments = ComputeMoments(rates);
       const double unexplained = Unexplained(moments, BestMap(moments));
       if (unexplained >= least) return;
       least = unexplained;
@@ -255,7 +255,7 @@ class Aligner {
     const std::vector<double> weights = weights_;
     for (int round = 0; round < kWeightRounds; ++round) {
       const Rates rates = RatesAt(BestOffsetOfAnyMap());
-      const Eigen::Matrix3d map = BestMap(MomentsOf(rates));
+      const Eigen::Matrix3d map = BestMap(ComputeMoments(rates));
       Eigen::Vector3d mean = Eigen::Vector3d::Zero();
       double total = 0;
       for (size_t i = 0; i < weights_.size(); ++i) {
@@ -298,7 +298,7 @@ class Aligner {
     const std::vector<AxisChange> changes = Candidates();
     alignment->claimed.unexplained = alignment->best.unexplained = 1e9;
     ForEachOffset([&](double offset_s, const Rates& rates) {
-      const Moments moments = MomentsOf(rates);
+      const Moments moments = ComputeMoments(rates);
       alignment->turn_rate_rad_s = std::sqrt(moments.camera);
       alignment->unexplained =
           std::min(alignment->unexplained, Unexplained(moments, BestMap(moments)));
@@ -435,7 +435,7 @@ std::optional<double> FindFarOffset(const std::vector<ImageTurn>& turns,
     if (rates.weights.size() < kMinTurns) continue;
     const double step_s = ToSeconds(turns.front().to_ns - turns.front().from_ns);
     if (static_cast<double>(rates.weights.size()) * step_s < kMinOverlap_s) continue;
-    const Moments moments = MomentsOf(rates);
+    const Moments moments = ComputeMoments(rates);
     if (std::sqrt(moments.camera) < kMinRate_rad_s) continue;
     left.emplace_back(offset_s, Unexplained(moments, R_camera_imu));
   }

@@ -62,7 +62,7 @@ Eigen::Quaterniond TurnAlone(const std::vector<RayPair>& rays) {
   return R;
 }
 
-Eigen::Matrix<double, 3, 2> TangentOf(const Eigen::Vector3d& direction) {
+Eigen::Matrix<double, 3, 2> MakeTangentBasis(const Eigen::Vector3d& direction) {
   Eigen::Index least = 0;
   direction.cwiseAbs().minCoeff(&least);
   Eigen::Matrix<double, 3, 2> basis;
@@ -82,11 +82,11 @@ struct Solution {
 // Residuals, normal equations and cost at a pose, with a noise that is given or, where that is 0,
 // estimated.
 Vector5d Linearise(const std::vector<RayPair>& rays, double noise_rad, Solution* solution) {
-  const auto tangent = TangentOf(solution->pose.direction);
+  const auto tangent = MakeTangentBasis(solution->pose.direction);
   std::vector<Epipolar> epipolars;
   std::vector<double> residuals_rad;
   for (const RayPair& ray : rays) {
-    epipolars.push_back(EpipolarOf(ray, solution->pose.R_first_second, solution->pose.direction));
+    epipolars.push_back(ComputeEpipolar(ray, solution->pose.R_first_second, solution->pose.direction));
     residuals_rad.push_back(epipolars.back().residual_rad);
   }
   solution->noise_rad = noise_rad > 0 ? noise_rad : Noise_rad(residuals_rad);
@@ -119,7 +119,7 @@ Solution Minimise(const std::vector<RayPair>& rays, const Pose& start, int itera
     damped.diagonal().head<3>().array() += 1e-9;
     const Vector5d step = -damped.ldlt().solve(gradient);
     if (!step.allFinite()) break;
-    const auto tangent = TangentOf(solution.pose.direction);
+    const auto tangent = MakeTangentBasis(solution.pose.direction);
     Eigen::Vector2d slide = step.tail<2>();
     if (slide.norm() > 0.5) slide *= 0.5 / slide.norm();
     solution.pose.R_first_second =
@@ -143,7 +143,7 @@ Eigen::Vector3d CommonDirection(const std::vector<RayPair>& rays, const Eigen::Q
 
 }  // namespace
 
-Epipolar EpipolarOf(const RayPair& rays, const Eigen::Quaterniond& R_first_second,
+Epipolar ComputeEpipolar(const RayPair& rays, const Eigen::Quaterniond& R_first_second,
                     const Eigen::Vector3d& direction) {
   const Eigen::Vector3d second = R_first_second * rays.second;
   const Eigen::Vector3d normal_first = direction.cross(second);

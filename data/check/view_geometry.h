@@ -36,7 +36,7 @@ struct Epipolar {
 
 // e = first . (direction x R_first_second second), divided by how much it changes with an error of
 // both rays (Sampson's distance); `direction` is p_first_second, of unit length.
-Epipolar EpipolarOf(const RayPair& rays, const Eigen::Quaterniond& R_first_second,
+Epipolar ComputeEpipolar(const RayPair& rays, const Eigen::Quaterniond& R_first_second,
                     const Eigen::Vector3d& direction);
 
 struct TwoViewMotion {

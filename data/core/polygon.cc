@@ -87,7 +87,7 @@ class Geos {
   }
 
   // Begins at the least point, so that the same polygon is always told alike.
-  PlanPoints PointsOf(const GEOSGeometry* ring, bool counter_clockwise) const {
+  PlanPoints CollectPoints(const GEOSGeometry* ring, bool counter_clockwise) const {
     const GEOSCoordSequence* sequence = GEOSGeom_getCoordSeq_r(context_, ring);
     unsigned size = 0;
     GEOSCoordSeq_getSize_r(context_, sequence, &size);
@@ -108,10 +108,10 @@ class Geos {
 
   Polygon FromGeos(const GEOSGeometry* geometry) const {
     Polygon polygon;
-    polygon.outline = PointsOf(GEOSGetExteriorRing_r(context_, geometry), true);
+    polygon.outline = CollectPoints(GEOSGetExteriorRing_r(context_, geometry), true);
     const int holes = GEOSGetNumInteriorRings_r(context_, geometry);
     for (int i = 0; i < holes; ++i) {
-      polygon.holes.push_back(PointsOf(GEOSGetInteriorRingN_r(context_, geometry, i), false));
+      polygon.holes.push_back(CollectPoints(GEOSGetInteriorRingN_r(context_, geometry, i), false));
     }
     return polygon;
   }

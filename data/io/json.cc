@@ -8,7 +8,7 @@ std::string Text(const Json& summary) {
   return summary.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
-std::string ChecksumOf(Json summary) {
+std::string ComputeChecksum(Json summary) {
   summary.erase("checksum");
   return Checksum(Text(summary));
 }
@@ -24,12 +24,12 @@ Json ListFiles(const std::string& folder, const std::vector<std::string>& names)
   return files;
 }
 
-std::string IdOf(const Json& summary) { return Checksum(Text(summary)); }
+std::string ComputeId(const Json& summary) { return Checksum(Text(summary)); }
 
 std::string WriteSummaryFile(const std::string& path, Json summary) {
-  const std::string id = IdOf(summary);
+  const std::string id = ComputeId(summary);
   summary["id"] = id;
-  summary["checksum"] = ChecksumOf(summary);
+  summary["checksum"] = ComputeChecksum(summary);
   WriteJsonFile(path, summary);
   return id;
 }
@@ -48,7 +48,7 @@ void CheckFiles(const std::string& folder, const std::string& summary_name, cons
 }
 
 void CheckSummary(const std::string& folder, const std::string& summary_name, const Json& summary) {
-  const std::string found = ChecksumOf(summary);
+  const std::string found = ComputeChecksum(summary);
   if (const auto expected = summary.at("checksum").get<std::string>(); found != expected) {
     throw DataError(fmt::format("{}/{}: found checksum {}, expected {}: {}", folder, summary_name,
                                 found, expected, kChangedSince));

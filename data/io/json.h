@@ -124,7 +124,7 @@ Json ListFiles(const std::string& folder, const std::vector<std::string>& names)
 
 // An id that says what a folder holds: that of the summary with its list of files. The same
 // contents have the same id.
-std::string IdOf(const Json& summary);
+std::string ComputeId(const Json& summary);
 
 // Writes a summary with the keys "id", which is returned, and "checksum" added. Throws OutputError.
 std::string WriteSummaryFile(const std::string& path, Json summary);

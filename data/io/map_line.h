@@ -60,7 +60,7 @@ std::vector<MapLine> ReadMapLines(const std::string& path);
 // The pipes of a simulated building: all that is round and straight.
 
 // Metres from the start of an axis.
-struct SeenStretch {
+struct SeenInterval {
   double from_m = 0, to_m = 0;
 };
 
@@ -69,7 +69,7 @@ struct TruePipe {
   Eigen::Vector3d start_world = Eigen::Vector3d::Zero();  // of its axis
   Eigen::Vector3d end_world = Eigen::Vector3d::Zero();
   double radius_m = 0;
-  std::vector<SeenStretch> seen;  // by a camera at most 8 m away
+  std::vector<SeenInterval> seen;  // by a camera at most 8 m away
 
   double SeenLength_m() const;
 };

@@ -61,7 +61,7 @@ const std::vector<StageMark>& StageMarks() {
   return marks;
 }
 
-SummaryState StateOf(const std::string& folder, const StageMark& mark) {
+SummaryState GetState(const std::string& folder, const StageMark& mark) {
   const std::string path = folder + "/" + mark.name;
   std::error_code error;
   if (!std::filesystem::exists(path, error)) return SummaryState::kNone;
@@ -77,14 +77,14 @@ bool IsOwn(SummaryState state) {
 
 bool HasResults(const std::string& folder) {
   return std::ranges::any_of(StageMarks(),
-                             [&](const StageMark& mark) { return IsOwn(StateOf(folder, mark)); });
+                             [&](const StageMark& mark) { return IsOwn(GetState(folder, mark)); });
 }
 
 bool HasIntactResults(const std::string& folder, const std::string& result) {
   bool has_own = false;
   for (const StageMark& mark : StageMarks()) {
     if (result != mark.result) continue;
-    const SummaryState state = StateOf(folder, mark);
+    const SummaryState state = GetState(folder, mark);
     if (state == SummaryState::kDamaged) return false;
     has_own = has_own || IsOwn(state);
   }
@@ -149,7 +149,7 @@ bool IsRecording(const std::string& folder) {
 bool IsOfStage(const std::string& folder, const StageFiles& files) {
   return Exists(folder + "/" + kStaging) ||
          std::ranges::any_of(StageMarks(), [&](const StageMark& mark) {
-           return files.result == mark.result && IsOwn(StateOf(folder, mark));
+           return files.result == mark.result && IsOwn(GetState(folder, mark));
          });
 }
 
@@ -167,7 +167,7 @@ void RefuseFilesOfOthers(const std::string& path, const StageFiles& files) {
 
 void RefuseOtherStages(const std::string& path, const std::string& result) {
   for (const StageMark& mark : StageMarks()) {
-    if (result == mark.result || !IsOwn(StateOf(path, mark))) continue;
+    if (result == mark.result || !IsOwn(GetState(path, mark))) continue;
     throw ConfigError(fmt::format(
         "output {}: found {} in it ({}), expected a folder of its own for {}: files of the same "
         "names would be overwritten",
@@ -303,7 +303,7 @@ const std::string& OutputFolder::staging() {
 void OutputFolder::KeepEarlier(bool complete) {
   for (const StageMark& mark : StageMarks()) {
     if (files_.names.front() != mark.name) continue;
-    const SummaryState earlier = StateOf(path_, mark);
+    const SummaryState earlier = GetState(path_, mark);
     if (earlier == SummaryState::kComplete && !complete) {
       spdlog::warn("{}: partial results do not replace complete ones: those are in {} now", path_,
                    MoveAside());

@@ -41,7 +41,7 @@ enum class SummaryState {
   kComplete,
 };
 
-SummaryState StateOf(const std::string& folder, const StageMark& mark);
+SummaryState GetState(const std::string& folder, const StageMark& mark);
 
 // Whether a mark is slcmap's own, damaged or not.
 bool IsOwn(SummaryState state);

@@ -60,7 +60,7 @@ auto WithType(PlyType type, Function function) {
   return function(double{0});
 }
 
-std::string_view NameOf(PlyType type) {
+std::string_view GetName(PlyType type) {
   for (const PlyTypeName& entry : kTypeNames) {
     if (entry.type == type) return entry.name;
   }
@@ -116,7 +116,7 @@ void CheckFits(const std::string& path, const PlyElement& element) {
     for (const double value : property.values) {
       if (Fits(property.type, value)) continue;
       throw OutputError(fmt::format("{}: {} {}: {} does not fit the type {}", path, element.name,
-                                    property.name, value, NameOf(property.type)));
+                                    property.name, value, GetName(property.type)));
     }
   }
 }
@@ -128,7 +128,7 @@ std::string Header(const PlyFile& file, PlyForm form) {
   for (const PlyElement& element : file.elements) {
     text += fmt::format("element {} {}\n", element.name, element.size());
     for (const PlyProperty& property : element.properties) {
-      text += fmt::format("property {} {}\n", NameOf(property.type), property.name);
+      text += fmt::format("property {} {}\n", GetName(property.type), property.name);
     }
   }
   if (!file.faces.empty()) {
@@ -221,7 +221,7 @@ class Reader {
     Fail(fmt::format("found '{}' in the header, expected 'element NAME COUNT'", line));
   }
 
-  PlyType TypeOf(std::string_view name) const {
+  PlyType FindType(std::string_view name) const {
     for (const PlyTypeName& entry : kTypeNames) {
       if (name == entry.name || name == entry.alias) return entry.type;
     }
@@ -236,13 +236,13 @@ class Reader {
     if (is_list) {
       const bool is_face = file_.elements.back().name == "face" &&
                            (words[4] == "vertex_indices" || words[4] == "vertex_index");
-      declared_.back().push_back({TypeOf(words[3]), true, TypeOf(words[2]), 0, is_face});
+      declared_.back().push_back({FindType(words[3]), true, FindType(words[2]), 0, is_face});
       return;
     }
     PlyElement& element = file_.elements.back();
     declared_.back().push_back(
-        {TypeOf(words[1]), false, PlyType::kUint8, element.properties.size()});
-    element.Add(std::string(words[2]), TypeOf(words[1]));
+        {FindType(words[1]), false, PlyType::kUint8, element.properties.size()});
+    element.Add(std::string(words[2]), FindType(words[1]));
   }
 
   template <typename T>

@@ -48,7 +48,7 @@ std::string Letters(std::string_view name) {
 }
 
 // A column's quantity and its axis: {'q', 'w'}, {'p', 'x'}, {'t', 0} for a stamp.
-std::pair<char, char> ColumnOf(std::string_view name) {
+std::pair<char, char> FindColumn(std::string_view name) {
   std::string letters = Letters(name);
   for (const char* unit : {"stampns", "stampus", "stampms", "stamps"}) {
     if (letters.starts_with("t") && letters.find(unit) != std::string::npos) return {'t', 0};
@@ -82,12 +82,12 @@ Fields WithoutUnits(Fields names) {
 }
 
 // Nothing where the names do not tell all of it.
-std::optional<Columns> ColumnsOf(const Fields& names) {
+std::optional<Columns> FindColumns(const Fields& names) {
   Columns columns;
   std::array<bool, 8> found = {};
   std::array<size_t, 4> of_axis = {};  // x y z w
   for (size_t i = 0; i < names.size(); ++i) {
-    const auto [quantity, axis] = ColumnOf(names[i]);
+    const auto [quantity, axis] = FindColumn(names[i]);
     const size_t number = std::string("xyzw").find(axis);
     if (quantity == 't' && !found[0]) {
       columns.stamp = i;
@@ -175,7 +175,7 @@ RowText ParseMatrix(const Fields& fields, size_t first, const std::string& place
 }
 
 // "left/1403636579763555584.png" is 1403636579763555584.
-std::string_view StemOf(std::string_view path) {
+std::string_view GetStem(std::string_view path) {
   const size_t slash = path.find_last_of('/');
   if (slash != std::string_view::npos) path.remove_prefix(slash + 1);
   return path.substr(0, path.find_last_of('.'));
@@ -207,7 +207,7 @@ bool IsColmapImage(const Fields& fields) {
 }
 
 // By the first row with numbers, and the names above it.
-Columns FormOf(const Fields& fields, const std::optional<Columns>& named, FileText* file) {
+Columns FindForm(const Fields& fields, const std::optional<Columns>& named, FileText* file) {
   const size_t bare = named ? 0 : MatrixColumns(fields, 0);
   const bool has_stamps = fields.size() > 1 && !SeparatedByMark(fields[0], fields[1]);
   file->matrix_columns = bare > 0 ? bare : named || !has_stamps ? 0 : MatrixColumns(fields, 1);
@@ -239,12 +239,12 @@ std::optional<Columns> NamesInComments(const std::string& text) {
     if (line.empty() || line == "\r") continue;
     if (line[0] != '#') break;
     line.remove_prefix(std::min(line.find_first_not_of("# "), line.size()));
-    if (const auto found = ColumnsOf(WithoutUnits(SplitRow(line)))) columns = found;
+    if (const auto found = FindColumns(WithoutUnits(SplitRow(line)))) columns = found;
   }
   return columns;
 }
 
-FileText ReadRowsOf(const std::string& path) {
+FileText ReadPoseRows(const std::string& path) {
   FileText file;
   file.table.path = path;
   std::optional<Columns> named = NamesInComments(std::string(WithoutByteOrderMark(ReadFile(path))));
@@ -253,7 +253,7 @@ FileText ReadRowsOf(const std::string& path) {
   ForEachRow(path, [&](int row, const Fields& fields) {
     const std::string place = fmt::format("{}: row {}", path, row);
     if (!columns && !IsNumber(fields[0])) {
-      const std::optional<Columns> header = ColumnsOf(WithoutUnits(fields));
+      const std::optional<Columns> header = FindColumns(WithoutUnits(fields));
       if (!header) {
         throw DataError(fmt::format(
             "{}: found '{}', expected a stamp, or the names of columns (stamp x y z qx qy qz qw)",
@@ -264,7 +264,7 @@ FileText ReadRowsOf(const std::string& path) {
       named = header;
       return;
     }
-    if (!columns) columns = FormOf(fields, named, &file);
+    if (!columns) columns = FindForm(fields, named, &file);
     if (file.is_colmap && !IsColmapImage(fields)) return;  // its points
     if (IsLost(fields, file.has_stamps && !file.is_colmap ? 1 : 0,
                file.table.is_matrix ? kMatrixColumns : columns->Count() - 1)) {
@@ -285,7 +285,7 @@ FileText ReadRowsOf(const std::string& path) {
       file.rows.push_back(ParseMatrix(fields, count - file.matrix_columns, place));
     } else {
       Fields texts = fields;
-      if (file.is_colmap) texts.back() = StemOf(texts.back());
+      if (file.is_colmap) texts.back() = GetStem(texts.back());
       file.rows.push_back(ParsePose(texts, *columns, place));
     }
     file.rows.back().row = row;
@@ -316,7 +316,7 @@ struct StampFigures {
   double least = INFINITY, most = -INFINITY, step = 0;  // 0 where all are alike
 };
 
-StampFigures FiguresOf(const FileText& file) {
+StampFigures SelectFigures(const FileText& file) {
   StampFigures figures;
   std::vector<double> steps;
   double before = 0;
@@ -339,7 +339,7 @@ struct UnitFit {
 };
 
 // Where the stamps do not lie on the clock's times they may have another start.
-UnitFit FitOf(const StampUnit& unit, const StampFigures& stamps, double offset_s,
+UnitFit ComputeFit(const StampUnit& unit, const StampFigures& stamps, double offset_s,
               const Clock& clock) {
   constexpr double kLeastStep_s = 4e-4, kMostStep_s = 20, kDate_s = 1e9;
   const double scale = std::pow(10, unit.shift - 9), step_s = scale * stamps.step;
@@ -376,12 +376,12 @@ double ShareOfNumbers(const FileText& file, const StampFigures& stamps, const Cl
 }
 
 // The unit of the stamps; none where they are numbers of images. Throws DataError where two fit.
-const StampUnit* UnitOf(const FileText& file, const PoseForm& form, const Clock& clock) {
-  const StampFigures stamps = FiguresOf(file);
+const StampUnit* FindUnit(const FileText& file, const PoseForm& form, const Clock& clock) {
+  const StampFigures stamps = SelectFigures(file);
   std::vector<UnitFit> fits;
   for (const StampUnit& unit : kUnits) {
     if (form.stamps == unit.name) return &unit;
-    fits.push_back(FitOf(unit, stamps, form.offset_s, clock));
+    fits.push_back(ComputeFit(unit, stamps, form.offset_s, clock));
   }
   const auto is_better = [](const UnitFit& a, const UnitFit& b) {
     return std::pair(a.rank, a.share) > std::pair(b.rank, b.share);
@@ -426,7 +426,7 @@ std::vector<int64_t> StampsFrom(const PoseForm& form, const Clock& clock) {
     file.rows.push_back({row, std::string(fields[0]), {}});
   });
   if (file.rows.empty()) throw DataError(path + ": found no stamp, expected one in each row");
-  const StampUnit* unit = UnitOf(file, form, clock);
+  const StampUnit* unit = FindUnit(file, form, clock);
   if (unit == nullptr) {
     throw DataError(path + ": found numbers of rows, expected the stamp of each row");
   }
@@ -494,7 +494,7 @@ void SetStamps(const PoseForm& form, const Clock& clock, bool is_of_images, File
         file->table.path, clock.size());
     return;
   }
-  const StampUnit* unit = UnitOf(*file, form, clock);
+  const StampUnit* unit = FindUnit(*file, form, clock);
   if (unit == nullptr) return SetStampsOfImages(clock, is_of_images, file);
   SetStampsIn(*unit, form, file);
 }
@@ -541,7 +541,7 @@ void Sort(PoseTable* table) {
   }
 }
 
-Eigen::Quaterniond RotationOf(const PoseRow& row, bool is_scalar_first, bool is_conjugated) {
+Eigen::Quaterniond MakeRotation(const PoseRow& row, bool is_scalar_first, bool is_conjugated) {
   const auto& v = row.quaternion;
   const Eigen::Quaterniond q = is_scalar_first ? Eigen::Quaterniond(v[0], v[1], v[2], v[3])
                                                : Eigen::Quaterniond(v[3], v[0], v[1], v[2]);
@@ -553,7 +553,7 @@ Eigen::Quaterniond RotationOf(const PoseRow& row, bool is_scalar_first, bool is_
 PoseTable ReadPoseTable(const std::string& path, const PoseForm& form, const Clock& clock,
                         bool is_of_images) {
   form.Check();
-  FileText file = ReadRowsOf(path);
+  FileText file = ReadPoseRows(path);
   SetStamps(form, clock, is_of_images, &file);
   for (const RowText& row : file.rows) {
     if (!row.is_lost) file.table.rows.push_back(row.pose);
@@ -562,7 +562,7 @@ PoseTable ReadPoseTable(const std::string& path, const PoseForm& form, const Clo
   return file.table;
 }
 
-Trajectory PosesOf(const PoseTable& table, const PoseForm& form,
+Trajectory CollectPoses(const PoseTable& table, const PoseForm& form,
                    const std::optional<RigidTransform>& T_imu_camera) {
   if (form.IsOfCamera() && !T_imu_camera) {
     throw ConfigError(
@@ -575,7 +575,7 @@ Trajectory PosesOf(const PoseTable& table, const PoseForm& form,
   const int64_t offset_ns = std::llround(form.offset_s * 1e9);
   Trajectory trajectory;
   for (const PoseRow& row : table.rows) {
-    RigidTransform T{RotationOf(row, is_scalar_first && !table.is_matrix, form.IsConjugated()),
+    RigidTransform T{MakeRotation(row, is_scalar_first && !table.is_matrix, form.IsConjugated()),
                      form.scale * row.p};
     if (form.IsInverse()) T = T.Inverse();
     if (form.IsOfCamera()) T = T * T_imu_camera->Inverse();

@@ -44,7 +44,7 @@ PoseTable ReadPoseTable(const std::string& path, const PoseForm& form, const Clo
 // The table's poses of the IMU: with offset, scale, and the world turned so that up is z.
 // T_imu_camera is that of the left camera; throws ConfigError where the form needs it and there is
 // none.
-Trajectory PosesOf(const PoseTable& table, const PoseForm& form,
+Trajectory CollectPoses(const PoseTable& table, const PoseForm& form,
                    const std::optional<RigidTransform>& T_imu_camera);
 
 // The turn that brings `up` to z, by the shortest way.

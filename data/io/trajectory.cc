@@ -70,7 +70,7 @@ Trajectory ReadTumTrajectory(const std::string& path) {
 }
 
 Trajectory ReadTrajectory(const std::string& path) {
-  return PosesOf(ReadPoseTable(path, {}), {}, std::nullopt);
+  return CollectPoses(ReadPoseTable(path, {}), {}, std::nullopt);
 }
 
 std::string TumRow(const StampedPose& pose) {
@@ -130,16 +130,16 @@ void Expect(bool is_right, const char* option, const std::string& found, const c
   throw ConfigError(fmt::format("{}: found '{}', expected {}", option, found, expected));
 }
 
-bool IsOneOf(const std::string& text, std::initializer_list<const char*> names) {
+bool MatchesAny(const std::string& text, std::initializer_list<const char*> names) {
   return std::any_of(names.begin(), names.end(), [&](const char* name) { return text == name; });
 }
 
 }  // namespace
 
 void PoseForm::Check() const {
-  Expect(IsOneOf(of, {"imu", "camera", "world-in-imu", "world-in-camera"}), "--poses-of", of,
+  Expect(MatchesAny(of, {"imu", "camera", "world-in-imu", "world-in-camera"}), "--poses-of", of,
          "imu, camera, world-in-imu or world-in-camera");
-  Expect(IsOneOf(quaternion, {"", "xyzw", "wxyz", "xyzw-conjugated", "wxyz-conjugated"}),
+  Expect(MatchesAny(quaternion, {"", "xyzw", "wxyz", "xyzw-conjugated", "wxyz-conjugated"}),
          "--quaternion", quaternion, "xyzw, wxyz, xyzw-conjugated or wxyz-conjugated");
   Expect(std::isfinite(scale) && scale > 0, "--poses-scale", fmt::format("{}", scale),
          "a number above 0: metres a unit of the file");
@@ -162,7 +162,7 @@ Eigen::Vector3d PoseForm::Up() const {
   return direction.normalized();
 }
 
-std::string OptionsOf(const PoseForm& form) {
+std::string FormatOptions(const PoseForm& form) {
   const PoseForm usual;
   std::string options;
   const auto add = [&](const std::string& option) {

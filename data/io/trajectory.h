@@ -62,7 +62,7 @@ struct PoseForm {
 };
 
 // The options that say what another form says in another way, as they are typed; "" where none do.
-std::string OptionsOf(const PoseForm& form);
+std::string FormatOptions(const PoseForm& form);
 
 // The direction as --up takes it: an axis where it is within a degree and a half of one.
 std::string UpInWords(const Eigen::Vector3d& up);

@@ -83,7 +83,7 @@ TrueRoom ParseRoom(const std::string& path, const Json& json) {
 }
 
 template <typename IsWanted>
-std::vector<std::vector<Vector3d>> OutlinesOf(const TrueBuilding& building, IsWanted is_wanted) {
+std::vector<std::vector<Vector3d>> CollectOutlines(const TrueBuilding& building, IsWanted is_wanted) {
   std::vector<std::vector<Vector3d>> outlines;
   for (const TrueWall& wall : building.walls) {
     for (const TrueOpening& opening : wall.openings) {
@@ -96,12 +96,12 @@ std::vector<std::vector<Vector3d>> OutlinesOf(const TrueBuilding& building, IsWa
 }  // namespace
 
 std::vector<std::vector<Vector3d>> OpenDoorways(const TrueBuilding& building) {
-  return OutlinesOf(building,
+  return CollectOutlines(building,
                     [](const TrueOpening& opening) { return opening.is_door && opening.is_open; });
 }
 
 std::vector<std::vector<Vector3d>> OutlinesOfOpenings(const TrueBuilding& building) {
-  return OutlinesOf(building, [](const TrueOpening&) { return true; });
+  return CollectOutlines(building, [](const TrueOpening&) { return true; });
 }
 
 void WriteTrueBuilding(const std::string& path, const TrueBuilding& building) {

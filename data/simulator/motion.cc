@@ -187,7 +187,7 @@ struct Errors {
   Eigen::MatrixX3d position_m, rotation_rad;  // both in world
 };
 
-Errors ErrorsOf(const MotionSpline& motion, const Trajectory& trajectory,
+Errors GetErrors(const MotionSpline& motion, const Trajectory& trajectory,
                 const std::vector<double>& times_s, const Progress& progress) {
   Errors errors{Eigen::MatrixX3d(times_s.size(), 3), Eigen::MatrixX3d(times_s.size(), 3)};
   for (size_t i = 0; i < times_s.size(); ++i) {
@@ -265,7 +265,7 @@ MotionFit FitMotion(const Trajectory& trajectory, const MotionFitOptions& option
   for (int i = 0; i < options.iterations; ++i) {
     const Progress part =
         progress.Part(1.0 * i / options.iterations, (i + 1.0) / options.iterations);
-    const Errors errors = ErrorsOf(MotionSpline(knot_s, control), trajectory, times_s, part);
+    const Errors errors = GetErrors(MotionSpline(knot_s, control), trajectory, times_s, part);
     const Eigen::MatrixX3d turn =
         fit.Solve(errors.rotation_rad, options.jump_rad, UnrolledRotations(control));
     const Eigen::MatrixX3d shift = fit.Solve(errors.position_m, options.jump_m, Positions(control));
@@ -275,7 +275,7 @@ MotionFit FitMotion(const Trajectory& trajectory, const MotionFitOptions& option
     }
   }
   const MotionSpline motion(knot_s, control);
-  const Errors errors = ErrorsOf(motion, trajectory, times_s, progress.Part(1, 1));
+  const Errors errors = GetErrors(motion, trajectory, times_s, progress.Part(1, 1));
   return {motion, RootMeanSquareOfRows(errors.position_m),
           std::sqrt(errors.position_m.rowwise().squaredNorm().maxCoeff()),
           RootMeanSquareOfRows(errors.rotation_rad),

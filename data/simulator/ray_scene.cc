@@ -85,17 +85,17 @@ namespace {
 constexpr float kRefractiveIndex = 1.5f;
 constexpr float kBehind_m = 1e-4f;  // a pane that was met, where the next is looked for
 
-std::vector<ScenePatch> PatchesOf(const std::vector<ScenePane>& panes) {
+std::vector<ScenePatch> MakePatches(const std::vector<ScenePane>& panes) {
   std::vector<SceneQuad> quads;
   for (const ScenePane& pane : panes) quads.push_back({pane.a, pane.u, pane.v});
-  return slcmap::PatchesOf(quads);
+  return slcmap::MakePatches(quads);
 }
 
-Eigen::Vector3f DirectionOf(const RTCRay8& ray, int lane) {
+Eigen::Vector3f GetDirection(const RTCRay8& ray, int lane) {
   return {ray.dir_x[lane], ray.dir_y[lane], ray.dir_z[lane]};
 }
 
-Eigen::Vector3f OriginOf(const RTCRay8& ray, int lane) {
+Eigen::Vector3f GetOrigin(const RTCRay8& ray, int lane) {
   return {ray.org_x[lane], ray.org_y[lane], ray.org_z[lane]};
 }
 
@@ -109,7 +109,7 @@ float MirroredShare(float cosine) {
   return 2 * face / (1 + face);  // to and fro between the faces
 }
 
-GlassPanes::GlassPanes(const std::vector<ScenePane>& panes) : panes_(PatchesOf(panes)) {}
+GlassPanes::GlassPanes(const std::vector<ScenePane>& panes) : panes_(MakePatches(panes)) {}
 
 GlassPanes::Way::Way(const GlassPanes& panes, const RayScene::Packet& traced)
     : panes_(panes.panes_), packet_(traced) {
@@ -130,13 +130,13 @@ bool GlassPanes::Way::Next(Mirrored* mirrored) {
       continue;
     }
     met = true;
-    const Eigen::Vector3f along = DirectionOf(ray, i);
+    const Eigen::Vector3f along = GetDirection(ray, i);
     const Eigen::Vector3f normal =
         Eigen::Vector3f(hit.Ng_x[i], hit.Ng_y[i], hit.Ng_z[i]).normalized();
     const float cosine = normal.dot(along);
     mirrored->share[i] = MirroredShare(std::abs(cosine));
     mirrored->way_m[i] = ray.tfar[i];
-    mirrored->rays.Set(i, OriginOf(ray, i) + ray.tfar[i] * along, along - 2 * cosine * normal);
+    mirrored->rays.Set(i, GetOrigin(ray, i) + ray.tfar[i] * along, along - 2 * cosine * normal);
     ray.tnear[i] = ray.tfar[i] + kBehind_m;
     ray.tfar[i] = range_m_[i];
   }
@@ -226,7 +226,7 @@ namespace {
 constexpr double kStep_s = 0.05;
 constexpr float kHeadroom_m = 10;  // a scene may have no ceiling
 
-Eigen::AlignedBox3f BoundsOf(const Scene& scene) {
+Eigen::AlignedBox3f ComputeBounds(const Scene& scene) {
   Eigen::AlignedBox3f bounds;
   for (const ScenePatch& patch : SeenPatches(scene)) {
     for (const Eigen::Vector3f& p : patch.corners) bounds.extend(p);
@@ -243,7 +243,7 @@ std::string Shown(const Eigen::Vector3f& p) {
 
 WayCrossings CheckWay(const Scene& scene, const RenderTask& task) {
   const Progress progress = task.Stage("following the way");
-  const Eigen::AlignedBox3f bounds = BoundsOf(scene);
+  const Eigen::AlignedBox3f bounds = ComputeBounds(scene);
   const RayScene rays(SeenPatches(scene));
   std::optional<GlassPanes> panes;
   if (!scene.panes.empty()) panes.emplace(scene.panes);

@@ -31,7 +31,7 @@ class RayScene {
   };
 
   explicit RayScene(const std::vector<ScenePatch>& patches);
-  explicit RayScene(const std::vector<SceneQuad>& quads) : RayScene(PatchesOf(quads)) {}
+  explicit RayScene(const std::vector<SceneQuad>& quads) : RayScene(MakePatches(quads)) {}
   RayScene(const RayScene&) = delete;
   RayScene& operator=(const RayScene&) = delete;
   ~RayScene();

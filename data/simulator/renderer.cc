@@ -149,7 +149,7 @@ class SceneRenderer : public PairRenderer {
       radiance[i] = 0;
       if (packet.active[i] == 0 || hit.geomID[i] == RayScene::kNoQuad) continue;
       const float dither = UnitFloat(Mixed(static_cast<uint32_t>(block * kLanes + i)));
-      radiance[i] = shader_.RadianceOf({hit.primID[i],
+      radiance[i] = shader_.ComputeRadiance({hit.primID[i],
                                         hit.u[i],
                                         hit.v[i],
                                         way_m[i] + ray.tfar[i],

@@ -61,7 +61,7 @@ class LightBaker {
     RequireFeasible();
     uint32_t next = 0;
     for (const SceneQuad& quad : scene.quads) {
-      const auto [columns, rows] = GridOf(quad);
+      const auto [columns, rows] = MakeGrid(quad);
       const uint32_t nodes = static_cast<uint32_t>(columns * rows);
       maps_.grids_.push_back({columns, rows, {next, next + nodes}});
       next += 2 * nodes;
@@ -93,7 +93,7 @@ class LightBaker {
     int side, begin, end;
   };
 
-  std::pair<int, int> GridOf(const SceneQuad& quad) const {
+  std::pair<int, int> MakeGrid(const SceneQuad& quad) const {
     return {Nodes(quad.u.norm(), options_.texel_m), Nodes(quad.v.norm(), options_.texel_m)};
   }
 
@@ -104,7 +104,7 @@ class LightBaker {
   void RequireFeasible() const {
     int64_t nodes = 0;
     for (const SceneQuad& quad : scene_.quads) {
-      const auto [columns, rows] = GridOf(quad);
+      const auto [columns, rows] = MakeGrid(quad);
       nodes += int64_t{2} * columns * rows;
     }
     const auto lamps = static_cast<int64_t>(std::max<size_t>(scene_.lamps.size(), 1));

@@ -72,7 +72,7 @@ class SurfaceShader {
     float footprint_rad;  // angle that the sample stands for
     float dither;         // in [0, 1), constant for a pixel: mixes the texture's levels
   };
-  float RadianceOf(const Hit& hit) const;
+  float ComputeRadiance(const Hit& hit) const;
 
  private:
   struct Surface {
@@ -117,7 +117,7 @@ inline float SurfaceTexel(const TextureTile& tile, int level, float x, float y) 
   return above + fy * (below - above);
 }
 
-inline float SurfaceShader::RadianceOf(const Hit& hit) const {
+inline float SurfaceShader::ComputeRadiance(const Hit& hit) const {
   const Patch& patch = patches_[hit.patch];
   const Surface& surface = surfaces_[patch.quad];
   if (surface.emission > 0) return surface.emission;

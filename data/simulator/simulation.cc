@@ -143,7 +143,7 @@ StartedMotion MotionOfScene(const std::string& scene_path, const Rig& rig,
   return {MakeMotion(options, rig, progress), kMadeStart_ns};
 }
 
-StartedMotion MotionOf(const SimulationOptions& options, const Rig& rig, const Progress& progress) {
+StartedMotion StartMotion(const SimulationOptions& options, const Rig& rig, const Progress& progress) {
   StartedMotion started = options.trajectory.empty() ? MotionOfScene(options.scene, rig, progress)
                                                      : FittedMotion(options.trajectory, progress);
   const double duration_s = options.duration_s > 0 ? options.duration_s : 1e9;
@@ -174,7 +174,7 @@ std::mt19937_64 ImuGenerator(int64_t seed, const std::string& building) {
   return std::mt19937_64(mixed);
 }
 
-SimulatedImu ImuOf(const StartedMotion& started, const ImuModel& model, std::mt19937_64 generator,
+SimulatedImu MakeImu(const StartedMotion& started, const ImuModel& model, std::mt19937_64 generator,
                    const Progress& progress) {
   std::normal_distribution<double> normal;
   ImuSimulatorOptions options;
@@ -195,15 +195,15 @@ void Misread(const ImuCorrection& correction, std::vector<ImuSample>* samples) {
   Correct({correction.accel.inverse(), correction.gyro.inverse()}, samples);
 }
 
-ImuModel ModelOf(const SimulationOptions& options, const Rig& rig) {
+ImuModel MakeModel(const SimulationOptions& options, const Rig& rig) {
   if (!options.imu.empty()) return ImuModelFromName(options.imu);
   return {rig.imu_noise, 0.02, 0.05};  // biases as those of both published rigs
 }
 
 // As the rig truly is.
-Rig TrueRigOf(const SimulationOptions& options) {
+Rig MakeTrueRig(const SimulationOptions& options) {
   Rig rig = ReadSimulatedRig(options.rig);
-  rig.imu_noise = ModelOf(options, rig).noise;
+  rig.imu_noise = MakeModel(options, rig).noise;
   rig.camera_time_offset_s = options.time_offset_s;
   const std::vector<double>& scale = options.imu_scale;
   if (!scale.empty() || options.imu_axes_deg != 0) {
@@ -327,9 +327,9 @@ void SimulationOptions::Check() const {
 
 RenderTask PlanSimulation(const SimulationOptions& options, const StageStarter& start_stage) {
   options.Check();
-  const Rig rig = TrueRigOf(options);
+  const Rig rig = MakeTrueRig(options);
   const Progress progress = start_stage ? start_stage("planning the motion") : Progress();
-  const StartedMotion started = MotionOf(options, rig, progress);
+  const StartedMotion started = StartMotion(options, rig, progress);
   return {rig, started.motion, ImageTimes(options, started.motion), start_stage};
 }
 
@@ -339,15 +339,15 @@ SimulationState Simulate(const SimulationOptions& options, const PairRendererFac
   const auto stage = [&](const char* label) {
     return start_stage ? start_stage(label) : Progress();
   };
-  const Rig rig = TrueRigOf(options);
-  const ImuModel model = ModelOf(options, rig);
-  const StartedMotion started = MotionOf(options, rig, stage("planning the motion"));
+  const Rig rig = MakeTrueRig(options);
+  const ImuModel model = MakeModel(options, rig);
+  const StartedMotion started = StartMotion(options, rig, stage("planning the motion"));
   std::stop_source stop;
   const RenderTask task{rig, started.motion, ImageTimes(options, started.motion), start_stage,
                         stop.get_token()};
   RequireFeasible(options, task);
   SimulatedImu imu =
-      ImuOf(started, model, ImuGenerator(options.seed, ReadSceneName(options.scene)), stage("IMU"));
+      MakeImu(started, model, ImuGenerator(options.seed, ReadSceneName(options.scene)), stage("IMU"));
   Misread(rig.imu_correction, &imu.samples);
   const std::unique_ptr<PairRenderer> renderer = make_renderer(task);
 

@@ -34,7 +34,7 @@ Vector3d OnFace(const Scene& scene, const SceneWallFace& face, double along_m, d
   return Displaced(scene, face.foot_world + along_m * along + up_m * Vector3d::UnitZ());
 }
 
-double LengthOf(const SceneWallFace& face) { return (face.end_world - face.foot_world).norm(); }
+double ComputeLength(const SceneWallFace& face) { return (face.end_world - face.foot_world).norm(); }
 
 // The middles of cells between two ends, each of about that size.
 std::vector<double> Middles(double from, double to, double cell_m) {
@@ -57,9 +57,9 @@ bool InOpening(const SceneWallFace& face, double along_m, double up_m) {
 }
 
 // The points of a face's grid that no opening cuts out.
-std::vector<Vector3d> GridOf(const Scene& scene, const SceneWallFace& face) {
+std::vector<Vector3d> MakeGrid(const Scene& scene, const SceneWallFace& face) {
   std::vector<Vector3d> points;
-  for (const double along : Middles(0, LengthOf(face), kCell_m)) {
+  for (const double along : Middles(0, ComputeLength(face), kCell_m)) {
     for (const double up : Middles(0, face.height_m, kCell_m)) {
       if (!InOpening(face, along, up)) points.push_back(OnFace(scene, face, along, up));
     }
@@ -87,7 +87,7 @@ struct Level {
   bool faces_down;
 };
 
-std::vector<Level> LevelsOf(const Scene& scene) {
+std::vector<Level> CollectLevels(const Scene& scene) {
   std::vector<Level> levels;
   for (const SceneQuad& quad : scene.quads) {
     if (quad.body < 0 || scene.bodies[quad.body].kind != "slab") continue;
@@ -109,7 +109,7 @@ bool IsAcross(const SceneWallFace& face, double z_m) {
 }
 
 // What a wall takes of the plan.
-Polygon SolidOf(const SceneWallFace& face) {
+Polygon MakeFootprint(const SceneWallFace& face) {
   const Vector2d a = face.foot_world.head<2>(), b = face.end_world.head<2>();
   const Vector2d back = -face.thickness_m * face.normal.head<2>();
   return {{a, b, b + back, a + back}, {}};
@@ -125,7 +125,7 @@ std::vector<Polygon> FreeCells(const Scene& scene, double z_m) {
     const Vector2d beyond = kMeets_m * (face.end_world - face.foot_world).head<2>().normalized();
     chains.push_back({face.foot_world.head<2>() - beyond, face.end_world.head<2>() + beyond});
     if (!face.is_back) continue;  // of a wall with one face, nobody knows what is behind it
-    solids.push_back(SolidOf(face));
+    solids.push_back(MakeFootprint(face));
     PlanPoints around = solids.back().outline;
     around.push_back(around.front());
     chains.push_back(around);
@@ -182,7 +182,7 @@ double HeightAbove(const Scene& scene, const std::vector<Level>& levels, const V
          Displaced(scene, {point.x(), point.y(), floor_m}).z();
 }
 
-TrueRoom RoomOf(const Scene& scene, const std::vector<Level>& levels, const Polygon& cell,
+TrueRoom MakeRoom(const Scene& scene, const std::vector<Level>& levels, const Polygon& cell,
                 double floor_m) {
   TrueRoom room;
   const double middle_m = floor_m + kWallAbove_m;
@@ -275,10 +275,10 @@ void ObserveOpenings(const Scene& scene, const SceneWallFace& face, const IsSeen
 
 void ObserveWall(const Scene& scene, const SceneWallFace& face, const IsSeen& is_seen,
                  TrueWall* wall) {
-  const double columns = static_cast<double>(Middles(0, LengthOf(face), kCell_m).size());
+  const double columns = static_cast<double>(Middles(0, ComputeLength(face), kCell_m).size());
   const double rows = static_cast<double>(Middles(0, face.height_m, kCell_m).size());
-  const double cell_m2 = LengthOf(face) * face.height_m / (columns * rows);
-  for (const Vector3d& p : GridOf(scene, face)) {
+  const double cell_m2 = ComputeLength(face) * face.height_m / (columns * rows);
+  for (const Vector3d& p : MakeGrid(scene, face)) {
     // Before the face, so that its bending between the points of a patch does not hide it.
     if (is_seen(p + 0.5 * kMargin_m * wall->normal)) wall->seen_world.push_back(p);
   }
@@ -293,8 +293,8 @@ std::vector<TrueWall> TrueWalls(const Scene& scene) {
   for (const SceneWallFace& face : scene.wall_faces) {
     TrueWall wall;
     wall.id = static_cast<int64_t>(walls.size());
-    wall.outline_world = Rectangle(scene, face, 0, LengthOf(face), 0, face.height_m);
-    FitPlane(GridOf(scene, face), face.normal, &wall);
+    wall.outline_world = Rectangle(scene, face, 0, ComputeLength(face), 0, face.height_m);
+    FitPlane(MakeGrid(scene, face), face.normal, &wall);
     for (const SceneOpening& hole : face.openings) {
       wall.openings.push_back(
           {hole.id, hole.is_door, hole.is_open, hole.is_clear, 0, hole.to_m - hole.from_m,
@@ -306,7 +306,7 @@ std::vector<TrueWall> TrueWalls(const Scene& scene) {
 }
 
 std::vector<TrueRoom> TrueRooms(const Scene& scene) {
-  const std::vector<Level> levels = LevelsOf(scene);
+  const std::vector<Level> levels = CollectLevels(scene);
   constexpr double kSameLevel_m = 0.05;
   std::vector<TrueRoom> rooms;
   std::vector<double> done_m;
@@ -320,7 +320,7 @@ std::vector<TrueRoom> TrueRooms(const Scene& scene) {
                Contains({level.corners, {}}, PointIn(cell));
       });
       if (!is_over_slab) continue;
-      rooms.push_back(RoomOf(scene, levels, cell, floor.z_m));
+      rooms.push_back(MakeRoom(scene, levels, cell, floor.z_m));
       rooms.back().id = static_cast<int64_t>(rooms.size()) - 1;
     }
   }
@@ -376,9 +376,9 @@ class PipeWatch {
     }
   }
 
-  std::vector<SeenStretch> Stretches() const {
+  std::vector<SeenInterval> Intervals() const {
     const double step_m = (pipe_.b - pipe_.a).norm() / static_cast<double>(seen_.size());
-    std::vector<SeenStretch> stretches;
+    std::vector<SeenInterval> stretches;
     for (size_t i = 0; i < seen_.size(); ++i) {
       if (!seen_[i]) continue;
       const size_t first = i;
@@ -435,7 +435,7 @@ std::vector<TruePipe> ObservePipes(const Scene& scene, const RayScene& rays, con
   for (size_t i = 0; i < watches.size(); ++i) {
     const ScenePipe& pipe = scene.pipes[i];
     pipes.push_back(
-        {static_cast<int64_t>(i), pipe.a, pipe.b, pipe.radius_m, watches[i].Stretches()});
+        {static_cast<int64_t>(i), pipe.a, pipe.b, pipe.radius_m, watches[i].Intervals()});
   }
   return pipes;
 }

@@ -170,16 +170,16 @@ Trajectory AslSource::ReadTruth() const {
   return sequence_.truth_path.empty() ? Trajectory() : ReadTrajectory(sequence_.truth_path);
 }
 
-cv::Size AslSource::SizeOf(int camera) const {
+cv::Size AslSource::GetSize(int camera) const {
   return {sequence_.rig.cameras[camera].width_px, sequence_.rig.cameras[camera].height_px};
 }
 
 ImageRead AslSource::ReadImage(size_t pair, int camera) const {
-  return ReadGrayImage(ImagePlace(pair, camera), SizeOf(camera), sequence_.pixel_forms[camera]);
+  return ReadGrayImage(ImagePlace(pair, camera), GetSize(camera), sequence_.pixel_forms[camera]);
 }
 
 const char* AslSource::FindProblem(size_t pair, int camera) const {
-  return FindImageProblem(ImagePlace(pair, camera), SizeOf(camera));
+  return FindImageProblem(ImagePlace(pair, camera), GetSize(camera));
 }
 
 bool AslSource::IsRepeated(size_t pair, int camera) const {

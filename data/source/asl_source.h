@@ -57,7 +57,7 @@ class AslSource : public SequenceSource {
   std::string ImagePlace(size_t pair, int camera) const override;
 
  private:
-  cv::Size SizeOf(int camera) const;
+  cv::Size GetSize(int camera) const;
 
   const Sequence sequence_;
   const StereoReaderOptions options_;

@@ -201,7 +201,7 @@ bool IsRecorded(const std::string& folder, int camera) {
   return fs::is_directory(fs::path(folder) / fmt::format("cam{}", camera), error);
 }
 
-Calibration CalibrationOf(const std::string& folder, const SequenceOptions& options,
+Calibration LoadCalibration(const std::string& folder, const SequenceOptions& options,
                           const std::vector<int>& cameras, Warnings* warnings) {
   return options.calibration.empty()
              ? FindCalibration(folder, warnings, options.mirrored, cameras)
@@ -216,7 +216,7 @@ std::vector<int> ChooseRecorded(const std::string& folder, const SequenceOptions
     if (!IsRecorded(folder, i)) continue;
     Warnings ignored;  // come with those that are chosen
     try {
-      const Rig rig = CalibrationOf(folder, options, {i}, &ignored).rig;
+      const Rig rig = LoadCalibration(folder, options, {i}, &ignored).rig;
       chain.push_back({i, rig.cameras[0], rig.T_imu_camera[0], std::nullopt, ""});
     } catch (const InputFault&) {
       continue;  // recorded, but not calibrated
@@ -227,10 +227,10 @@ std::vector<int> ChooseRecorded(const std::string& folder, const SequenceOptions
   return chosen;
 }
 
-Calibration CalibrationOf(const std::string& folder, const SequenceOptions& options,
+Calibration LoadCalibration(const std::string& folder, const SequenceOptions& options,
                           Warnings* warnings) {
   Warnings of_reading;
-  Calibration calibration = CalibrationOf(folder, options, options.cameras, &of_reading);
+  Calibration calibration = LoadCalibration(folder, options, options.cameras, &of_reading);
   const auto missing = std::ranges::find_if(
       calibration.cameras, [&](int camera) { return !IsRecorded(folder, camera); });
   if (missing != calibration.cameras.end() && !options.cameras.empty()) {
@@ -241,7 +241,7 @@ Calibration CalibrationOf(const std::string& folder, const SequenceOptions& opti
     const std::vector<int> recorded = ChooseRecorded(folder, options);
     // Else a stereo rig of which one camera was recorded.
     if (recorded != std::vector{0} || calibration.cameras.front() != 0) {
-      return CalibrationOf(folder, options, recorded, warnings);
+      return LoadCalibration(folder, options, recorded, warnings);
     }
   }
   warnings->Merge(of_reading);
@@ -373,7 +373,7 @@ Sequence OpenSequence(const std::string& path, const SequenceOptions& options) {
   Sequence sequence;
   sequence.folder = FindAslFolder(path, options.needs_imu);
   const fs::path folder(sequence.folder);
-  const Calibration calibration = CalibrationOf(sequence.folder, options, &sequence.warnings);
+  const Calibration calibration = LoadCalibration(sequence.folder, options, &sequence.warnings);
   if (options.needs_imu && !calibration.without_noise.empty()) {
     sequence.warnings.Add(kImuNoiseAssumed, calibration.without_noise);
   }

@@ -115,7 +115,7 @@ class WallBuilder {
 
   // False: it is not in the wall.
   bool AddOpening(const PlanOpening& opening) {
-    const std::optional<Eigen::AlignedBox2d> hole = HoleOf(opening, wall_, height_);
+    const std::optional<Eigen::AlignedBox2d> hole = ComputeHole(opening, wall_, height_);
     if (!hole) return false;
     const std::string content =
         fmt::format("{} in {} to {}", content_, Text(hole->min()), Text(hole->max()));
@@ -161,7 +161,7 @@ class WallBuilder {
                                        solid.min().y() - hole.min().y(), solid.sizes().y());
     const std::string entity =
         file_->AddRooted("IFCOPENINGELEMENT", content,
-                         {StepText(NameOf(opening)), kStepUnset, kStepUnset, placement,
+                         {StepText(GetName(opening)), kStepUnset, kStepUnset, placement,
                           file_->SolidShape({box}), kStepUnset, ".OPENING."});
     file_->AddRooted("IFCRELVOIDSELEMENT", content, {kStepUnset, kStepUnset, entity_, entity});
     file_->AddProperties(entity, content, "Opening",
@@ -181,7 +181,7 @@ class WallBuilder {
     return solid;
   }
 
-  static const char* NameOf(const PlanOpening& opening) {
+  static const char* GetName(const PlanOpening& opening) {
     if (opening.kind == OpeningKind::kDoor) return "Doorway";
     return opening.kind == OpeningKind::kWindow ? "Window" : "Passage";
   }
@@ -229,7 +229,7 @@ int AddIfcWalls(const Building& building, const IfcOptions& options, IfcStructur
       continue;
     }
     const auto solid = solids.find(&wall);
-    const WallBack back = solid == solids.end() ? WallBack() : BackOf(solid->second);
+    const WallBack back = solid == solids.end() ? WallBack() : ComputeBack(solid->second);
     WallBuilder builder(wall, height, back, &part, file);
     builder.Add();
     for (const PlanOpening& opening : wall.openings) {
@@ -247,7 +247,7 @@ constexpr Colour kSpaceColour{150, 190, 220};
 constexpr Colour kSlabColour{190, 188, 184};
 constexpr double kSpaceTransparency = 0.8;
 
-std::string ContentOf(const Polygon& polygon) {
+std::string DescribeContent(const Polygon& polygon) {
   std::string content;
   const auto add = [&](const PlanPoints& points) {
     for (const Eigen::Vector2d& p : points) {
@@ -278,7 +278,7 @@ std::string SpaceShape(const Room& room, const IfcPart& part, IfcFile* file) {
 
 void AddSpace(const Room& room, IfcPart* part, IfcFile* file) {
   const std::string content =
-      fmt::format("{} {} {}", room.storey, StepReal(room.floor_m), ContentOf(room.polygon));
+      fmt::format("{} {} {}", room.storey, StepReal(room.floor_m), DescribeContent(room.polygon));
   const std::string name = StepText(fmt::format("Room {}", room.id + 1));
   const std::string placement = file->LocalPlacement(part->placement, {});
   const std::string space =
@@ -296,7 +296,7 @@ void AddSlab(const Slab& solid, IfcPart* part, IfcFile* file) {
   const BuildingPlane& plane = *solid.plane;
   const std::string content =
       fmt::format("{} {} {}", plane.storey, StepReal(plane.offset_m / plane.normal.z()),
-                  ContentOf(solid.polygon));
+                  DescribeContent(solid.polygon));
   const std::string prism =
       file->Prism(solid.polygon, solid.low_m - part->floor_m, solid.high_m - solid.low_m);
   file->SetSurface(prism, kSlabColour, 0);
@@ -324,7 +324,7 @@ void AddIfcSpaces(const Building& building, IfcStructure* structure, IfcFile* fi
 int AddIfcSlabs(const Building& building, const IfcOptions& options, IfcStructure* structure,
                 IfcFile* file) {
   int left_out = 0;
-  for (const Slab& slab : SlabsOf(building, options.slab_m, &left_out)) {
+  for (const Slab& slab : MakeSlabs(building, options.slab_m, &left_out)) {
     AddSlab(slab, &structure->GetPart(StoreyOfId(building, slab.plane->storey)), file);
   }
   return left_out;

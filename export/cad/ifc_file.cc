@@ -320,14 +320,14 @@ std::string IfcFile::SolidShape(const std::vector<std::string>& solids) {
   return Shape({Representation(contexts_.body, "Body", "SweptSolid", solids)});
 }
 
-std::string IfcFile::ColourOf(const Colour& colour) {
+std::string IfcFile::AddColour(const Colour& colour) {
   return step_.Share("IFCCOLOURRGB",
                      {kStepUnset, Part(colour.red), Part(colour.green), Part(colour.blue)});
 }
 
 void IfcFile::SetSurface(const std::string& item, const Colour& colour, double transparency) {
   const std::string shading =
-      step_.Share("IFCSURFACESTYLESHADING", {ColourOf(colour), StepReal(transparency)});
+      step_.Share("IFCSURFACESTYLESHADING", {AddColour(colour), StepReal(transparency)});
   const std::string style =
       step_.Share("IFCSURFACESTYLE", {kStepUnset, ".BOTH.", StepList({shading})});
   Add("IFCSTYLEDITEM", {item, StepList({style}), kStepUnset});
@@ -335,7 +335,7 @@ void IfcFile::SetSurface(const std::string& item, const Colour& colour, double t
 
 void IfcFile::SetCurve(const std::string& item, const Colour& colour) {
   const std::string style = step_.Share(
-      "IFCCURVESTYLE", {kStepUnset, kStepUnset, kStepUnset, ColourOf(colour), StepBool(true)});
+      "IFCCURVESTYLE", {kStepUnset, kStepUnset, kStepUnset, AddColour(colour), StepBool(true)});
   Add("IFCSTYLEDITEM", {item, StepList({style}), kStepUnset});
 }
 

@@ -135,7 +135,7 @@ class IfcFile {
   std::string ExtrudedAlong(const std::string& profile, const Eigen::Vector3d& start,
                             const Eigen::Vector3d& end);
   std::string Extruded(const std::string& profile, const std::string& placement, double height_m);
-  std::string ColourOf(const Colour& colour);
+  std::string AddColour(const Colour& colour);
   void RelateProperties(const std::string& element, const std::string& content,
                         const std::string& definition);
 

@@ -48,7 +48,7 @@ double MedianSigma(const Lines& lines) {
   return *middle;
 }
 
-const char* NameOf(LineKind kind) {
+const char* GetName(LineKind kind) {
   switch (kind) {
     case LineKind::kEdge:
       return "edge";
@@ -66,7 +66,7 @@ const char* NameOf(LineKind kind) {
 
 // A value a line, in the order of the curves.
 template <typename Value>
-IfcProperty ListOf(const char* name, const Lines& lines, Value value) {
+IfcProperty MakeList(const char* name, const Lines& lines, Value value) {
   std::vector<std::string> values;
   for (const MapLine* line : lines) values.push_back(value(*line));
   return {name, StepList(values), true};
@@ -125,10 +125,10 @@ class LineGroup {
         element, type + content_, "Lines",
         {{"lines", IfcIntegerValue(std::ssize(lines_))},
          {"median_sigma_m", IfcLengthValue(MedianSigma(lines_))},
-         ListOf("ids", lines_, [](const MapLine& line) { return IfcIntegerValue(line.id); }),
-         ListOf("kinds", lines_,
-                [](const MapLine& line) { return IfcLabelValue(NameOf(line.kind)); }),
-         ListOf("sigmas_m", lines_,
+         MakeList("ids", lines_, [](const MapLine& line) { return IfcIntegerValue(line.id); }),
+         MakeList("kinds", lines_,
+                [](const MapLine& line) { return IfcLabelValue(GetName(line.kind)); }),
+         MakeList("sigmas_m", lines_,
                 [](const MapLine& line) { return IfcLengthValue(line.sigma_m); })});
   }
 

@@ -14,11 +14,11 @@ namespace {
 
 using Eigen::Vector2d;
 
-Vector2d LeftOf(const Vector2d& direction) { return {-direction.y(), direction.x()}; }
+Vector2d TurnLeft(const Vector2d& direction) { return {-direction.y(), direction.x()}; }
 
 // A short stroke across the end of a dimension's line.
 DrawnPath Tick(const Vector2d& at, const Vector2d& along, double size_m) {
-  const Vector2d slash = 0.5 * size_m * (along + LeftOf(along)).normalized();
+  const Vector2d slash = 0.5 * size_m * (along + TurnLeft(along)).normalized();
   return {Pen::kDimension, {at - slash, at + slash}};
 }
 
@@ -37,7 +37,7 @@ PlanTextSizes::PlanTextSizes(int scale, bool millimetres) : in_mm(millimetres) {
   row_m = 7 * metres_of_mm;
 }
 
-Vector2d Dimension::LineEnd() const { return to + offset_m * LeftOf((to - from).normalized()); }
+Vector2d Dimension::LineEnd() const { return to + offset_m * TurnLeft((to - from).normalized()); }
 
 std::string Dimension::Text() const {
   return fmt::format("{}{}", is_about ? "~" : "", LengthText(Length(), in_mm));
@@ -51,13 +51,13 @@ DrawnText DimensionText(const Dimension& dimension, const PlanTextSizes& sizes) 
   const double over_m = dimension.text_row * (sizes.figure_m + sizes.gap_m) +
                         (dimension.text_row < 0 ? 0 : sizes.gap_m);
   const Vector2d on_line = dimension.from + dimension.text_at * (dimension.to - dimension.from) +
-                           dimension.offset_m * LeftOf(along);
+                           dimension.offset_m * TurnLeft(along);
   return {dimension.Text(), on_line + over_m * up, sizes.figure_m, angle_rad};
 }
 
 Drawing DrawDimension(const Dimension& dimension, const PlanTextSizes& sizes) {
   const Vector2d along = (dimension.to - dimension.from).normalized();
-  const Vector2d aside = dimension.offset_m * LeftOf(along);
+  const Vector2d aside = dimension.offset_m * TurnLeft(along);
   const Vector2d start = dimension.from + aside, end = dimension.to + aside;
   Drawing drawing;
   drawing.paths = {{Pen::kDimension, {start, end}},

@@ -88,7 +88,7 @@ class Grid {
 };
 
 // One grid has a cell, as readers refuse images without.
-Grid GridOf(const std::vector<CellBox>& free, const std::vector<CellBox>& occupied) {
+Grid MakeGrid(const std::vector<CellBox>& free, const std::vector<CellBox>& occupied) {
   Eigen::AlignedBox2i box;
   for (const auto* boxes : {&free, &occupied}) {
     for (const CellBox& cells : *boxes) box.extend(cells.low).extend(cells.high);
@@ -101,7 +101,7 @@ Grid GridOf(const std::vector<CellBox>& free, const std::vector<CellBox>& occupi
 }
 
 // Names and floors of the grids.
-std::vector<std::pair<std::string, double>> FloorsOf(const MapResult& map,
+std::vector<std::pair<std::string, double>> ListFloors(const MapResult& map,
                                                      const std::vector<Voxel>& free,
                                                      const std::vector<Voxel>& occupied) {
   std::vector<std::pair<std::string, double>> floors;
@@ -136,9 +136,9 @@ std::vector<std::string> GridWriter::Write(const std::string& folder, const MapR
   const std::vector<Voxel> occupied = map.occupancy.OccupiedVoxels();
   MakeFolder(folder + "/grid");
   std::vector<std::string> paths;
-  for (const auto& [name, floor_m] : FloorsOf(map, free, occupied)) {
+  for (const auto& [name, floor_m] : ListFloors(map, free, occupied)) {
     const double low_m = floor_m + options_.low_m, high_m = floor_m + options_.high_m;
-    const Grid grid = GridOf(BoxesInBand(free, resolution_m, low_m, high_m),
+    const Grid grid = MakeGrid(BoxesInBand(free, resolution_m, low_m, high_m),
                              BoxesInBand(occupied, resolution_m, low_m, high_m));
     const std::string path = folder + "/grid/" + name;
     WriteFile(path + ".pgm", grid.Pgm());

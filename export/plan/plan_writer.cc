@@ -34,7 +34,7 @@ class SvgSheet {
         "height=\"{1}mm\" viewBox=\"0 0 {0} {1}\">\n<title>{2}</title>\n"
         "<style>@page {{ size: {0}mm {1}mm; margin: 0 }}</style>\n"
         "<rect width=\"{0}\" height=\"{1}\" fill=\"#ffffff\"/>\n",
-        size.x(), size.y(), EscapeMarkup(TitleOf(sheet_)));
+        size.x(), size.y(), EscapeMarkup(FormatTitle(sheet_)));
     for (size_t fill = 0; fill < kFillStyles.size(); ++fill) text += Areas(fill);
     for (size_t pen = 0; pen < kPenStyles.size(); ++pen) text += Paths(pen);
     return text + Texts() + "</svg>\n";
@@ -102,7 +102,7 @@ class SvgSheet {
 
 }  // namespace
 
-std::string SvgOf(const Sheet& sheet) { return SvgSheet(sheet).Text(); }
+std::string MakeSvg(const Sheet& sheet) { return SvgSheet(sheet).Text(); }
 
 std::vector<std::string> SvgPlanWriter::Write(const std::string& folder, const MapResult& map,
                                               const Progress& progress) const {
@@ -113,7 +113,7 @@ std::vector<std::string> SvgPlanWriter::Write(const std::string& folder, const M
   Append(MakeSectionSheets(map, options_), &sheets);
   for (const Sheet& sheet : sheets) {
     paths.push_back(fmt::format("{}/plan/{}.svg", folder, sheet.name));
-    WriteFile(paths.back(), SvgOf(sheet));
+    WriteFile(paths.back(), MakeSvg(sheet));
   }
   progress.ReportOrStop(1);
   return paths;
@@ -204,7 +204,7 @@ void DrawPage(cairo_surface_t* surface, const Sheet& sheet) {
   cairo_show_page(cairo.get());
 }
 
-std::string PdfOf(const std::string& path, const std::vector<Sheet>& sheets) {
+std::string MakePdf(const std::string& path, const std::vector<Sheet>& sheets) {
   std::string bytes;
   const Vector2d size = sheets.front().size_mm * kPointsOfMm;
   const Surface surface(
@@ -213,7 +213,7 @@ std::string PdfOf(const std::string& path, const std::vector<Sheet>& sheets) {
   // Without it cairo writes the time, and the same map would not give the same bytes.
   cairo_pdf_surface_set_metadata(surface.get(), CAIRO_PDF_METADATA_CREATE_DATE, nullptr);
   const std::string title =
-      sheets.size() == 1 ? TitleOf(sheets.front()) : sheets.front().project + ", floor plans";
+      sheets.size() == 1 ? FormatTitle(sheets.front()) : sheets.front().project + ", floor plans";
   cairo_pdf_surface_set_metadata(surface.get(), CAIRO_PDF_METADATA_TITLE, title.c_str());
   for (const Sheet& sheet : sheets) DrawPage(surface.get(), sheet);
   cairo_surface_finish(surface.get());
@@ -228,12 +228,12 @@ std::vector<std::string> PdfPlanWriter::Write(const std::string& folder, const M
                                               const Progress& progress) const {
   progress.ReportOrStop(0);
   const std::string path = folder + "/plan.pdf";
-  WriteFile(path, PdfOf(path, MakeSheets(map, options_)));
+  WriteFile(path, MakePdf(path, MakeSheets(map, options_)));
   std::vector<std::string> paths = {path};
   for (const Sheet& sheet : MakeSectionSheets(map, options_)) {
     if (paths.size() == 1) MakeFolder(folder + "/plan");
     paths.push_back(fmt::format("{}/plan/{}.pdf", folder, sheet.name));
-    WriteFile(paths.back(), PdfOf(paths.back(), {sheet}));
+    WriteFile(paths.back(), MakePdf(paths.back(), {sheet}));
   }
   progress.ReportOrStop(1);
   return paths;

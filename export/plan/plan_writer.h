@@ -9,7 +9,7 @@ namespace slcmap {
 
 // A sheet as an SVG file in millimetres, with a group a pen and text as text; browsers print it in
 // its size.
-std::string SvgOf(const Sheet& sheet);
+std::string MakeSvg(const Sheet& sheet);
 
 // Writes plan/NAME.svg for each sheet of plans, sections and elevations.
 class SvgPlanWriter : public MapWriter {

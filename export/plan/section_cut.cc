@@ -78,7 +78,7 @@ class BuildingCutter {
         AddAssumed(range, high_m, high_m + SlabBetween(building_, high_m, false));
       }
     }
-    for (const auto& [from_m, to_m] : Stretches(solid)) AddWall(wall, from_m, to_m, low_m, high_m);
+    for (const auto& [from_m, to_m] : Intervals(solid)) AddWall(wall, from_m, to_m, low_m, high_m);
     for (const PlanOpening& opening : solid.wall->openings) {
       const std::optional<AlignedBox2d> hole = wall.Hole(opening);
       if (!hole) continue;
@@ -104,7 +104,7 @@ class BuildingCutter {
   }
 
   void CutSlabs() {
-    for (Slab& slab : SlabsOf(building_, kSlab_m)) {
+    for (Slab& slab : MakeSlabs(building_, kSlab_m)) {
       if (!view_.Shows(slab.plane->storey)) continue;
       Room as_room;
       as_room.polygon = std::move(slab.polygon);
@@ -191,7 +191,7 @@ std::vector<Polygon> CutAreas(const std::vector<CutBox>& boxes, bool with_assume
 
 }  // namespace
 
-SectionCut CutOf(const Building& building, const std::vector<TallWall>& walls,
+SectionCut MakeCut(const Building& building, const std::vector<TallWall>& walls,
                  const SectionView& view) {
   BuildingCutter cutter(building, view);
   for (const TallWall& wall : walls) cutter.CutWallAndOpenings(wall);

@@ -20,7 +20,7 @@ struct TallWall {
   double Top_m() const { return height.floor_m + height.height_m; }
   // Of an opening: metres along the wall, and heights in world.
   std::optional<Eigen::AlignedBox2d> Hole(const PlanOpening& opening) const {
-    auto hole = HoleOf(opening, *solid.wall, height);
+    auto hole = ComputeHole(opening, *solid.wall, height);
     if (hole) hole->translate(Eigen::Vector2d(0, height.floor_m));
     return hole;
   }
@@ -77,7 +77,7 @@ struct SectionCut {
 
 // Walls without their openings, floors and ceilings with the slabs that are assumed there, also
 // under and over walls.
-SectionCut CutOf(const Building& building, const std::vector<TallWall>& walls,
+SectionCut MakeCut(const Building& building, const std::vector<TallWall>& walls,
                  const SectionView& view);
 
 // Areas, and their borders.

@@ -255,7 +255,7 @@ class BeyondCut {
 SectionShape ShapeOfSection(const MapResult& map, const SectionView& view) {
   const std::vector<TallWall> walls = TallWalls(map.building, view);
   SectionShape shape;
-  shape.cut = CutOf(map.building, walls, view);
+  shape.cut = MakeCut(map.building, walls, view);
   BeyondCut beyond(view, walls);
   beyond.AddWalls();
   for (const MapLine& line : map.lines) {
@@ -279,7 +279,7 @@ namespace {
 using Eigen::Vector2d;
 
 // Floors and ceilings that a view shows, each once, from the lowest.
-std::vector<double> LevelsOf(const Building& building, const SectionView& view) {
+std::vector<double> CollectLevels(const Building& building, const SectionView& view) {
   constexpr double kSame_m = 1e-3;
   std::vector<double> levels;
   for (const Storey& storey : building.storeys) {
@@ -357,7 +357,7 @@ class SectionTexts {
       AddInner({at_m, room.floor_m}, {at_m, room.floor_m + height_m}, false);
     }
     const double middle_m = 0.5 * (cut.from_m + cut.to_m);
-    const DrawnText name = {NameOf(room),
+    const DrawnText name = {GetName(room),
                             {middle_m, level_m + 2 * sizes_.gap_m + 1.5 * sizes_.figure_m},
                             sizes_.figure_m};
     if (!taken_.HasRoomForText(MakeBox(name))) return;
@@ -403,7 +403,7 @@ class SectionTexts {
     const double right_m = drawing_.extent.max().x();
     std::vector<ChainMark> marks;
     double free_m = -1e9;
-    for (const double level_m : LevelsOf(building_, drawing_.view)) {
+    for (const double level_m : CollectLevels(building_, drawing_.view)) {
       marks.push_back({level_m});
       if (level_m < free_m) continue;
       free_m = level_m + sizes_.figure_m + 2 * sizes_.gap_m;

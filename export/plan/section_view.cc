@@ -44,7 +44,7 @@ std::vector<double> ParseNumbers(const std::string& part, size_t count, const st
 }
 
 // Seen along an axis, to larger numbers or to smaller ones.
-Vector2d RightOf(int axis, bool back) {
+Vector2d GetRight(int axis, bool back) {
   const Vector2d right = axis == 0 ? Vector2d(0, -1) : Vector2d(1, 0);
   return back ? Vector2d(-right) : right;
 }
@@ -56,7 +56,7 @@ SectionView AcrossAxis(const std::string& text) {
   const size_t end = text.size() - (back ? std::size(kBack) - 1 : 0);
   SectionView view;
   view.origin[axis] = ParseNumbers(text.substr(2, end - 2), 1, text)[0];
-  view.right = RightOf(axis, back);
+  view.right = GetRight(axis, back);
   view.place = fmt::format("{} = {:g}, seen towards {} {}", text[0], view.origin[axis],
                            back ? "smaller" : "larger", text[0]);
   return view;
@@ -94,7 +94,7 @@ SectionView OfSide(const ViewSide& side, const Eigen::AlignedBox2d& extent) {
   view.name = fmt::format("elevation_{}", side.name);
   view.title = fmt::format("Elevation, {} side", side.name);
   view.place = fmt::format("The plan's {} side, from outside", side.name);
-  view.right = RightOf(side.axis, side.back);
+  view.right = GetRight(side.axis, side.back);
   view.origin[side.axis] =
       side.back ? extent.max()[side.axis] + kBefore_m : extent.min()[side.axis] - kBefore_m;
   return view;
@@ -106,9 +106,9 @@ SectionView OfRoomWall(const ViewSide& side, const Room& room, const Eigen::Alig
   const char* seen = kPlanSides[2 * side.axis + (side.back ? 0 : 1)].name;
   SectionView view;
   view.name = fmt::format("room_{}_{}", room.id + 1, seen);
-  view.title = fmt::format("{}, {}", NameOf(room), seen);
+  view.title = fmt::format("{}, {}", GetName(room), seen);
   view.place = fmt::format("Towards the plan's {}, from its middle", seen);
-  view.right = RightOf(side.axis, side.back);
+  view.right = GetRight(side.axis, side.back);
   view.origin[side.axis] = extent.center()[side.axis];
   const double a_m = view.At(extent.min()).x(), b_m = view.At(extent.max()).x();
   view.from_m = std::min(a_m, b_m) - kAround_m;

@@ -28,7 +28,7 @@ constexpr size_t kA2 = 2, kA0 = 4;
 // What the chains of dimensions take at each side, and clear space around them.
 constexpr double kChains_mm = 18, kClear_mm = 3;
 
-SheetFormat FormatOf(const Paper& paper, int scale) {
+SheetFormat MakeSheetFormat(const Paper& paper, int scale) {
   return {scale, paper.name, {paper.width_mm, paper.height_mm}};
 }
 
@@ -36,7 +36,7 @@ std::optional<SheetFormat> Smallest(const Vector2d& extent_m, int scale, size_t 
   const Vector2d needed_mm =
       extent_m * 1000 / scale + Vector2d::Constant(2 * (kChains_mm + kClear_mm));
   for (size_t i = 0; i <= largest; ++i) {
-    const SheetFormat format = FormatOf(kPapers[i], scale);
+    const SheetFormat format = MakeSheetFormat(kPapers[i], scale);
     if ((needed_mm.array() <= format.Area_mm().array()).all()) return format;
   }
   return std::nullopt;
@@ -117,7 +117,7 @@ Sheet EmptySheet(const TitleBlock& block, const SheetFormat& format) {
   return sheet;
 }
 
-Sheet SheetOf(const TitleBlock& block, const PlanSet& plans, const StoreyPlan& plan, bool in_mm) {
+Sheet MakeSheet(const TitleBlock& block, const PlanSet& plans, const StoreyPlan& plan, bool in_mm) {
   Sheet sheet = {fmt::format("storey_{}", plan.storey.id),
                  fmt::format("Storey {}", plan.storey.id),
                  block.project(),
@@ -137,7 +137,7 @@ Sheet SheetOf(const TitleBlock& block, const PlanSet& plans, const StoreyPlan& p
 
 }  // namespace
 
-std::string TitleOf(const Sheet& sheet) {
+std::string FormatTitle(const Sheet& sheet) {
   return sheet.project.empty() ? sheet.title : sheet.project + ", " + sheet.title;
 }
 
@@ -147,7 +147,7 @@ std::vector<Sheet> MakeSheets(const MapResult& map, const PlanOptions& options) 
   if (plans.storeys.empty()) return {EmptySheet(block, plans.format)};
   std::vector<Sheet> sheets;
   for (const StoreyPlan& plan : plans.storeys) {
-    sheets.push_back(SheetOf(block, plans, plan, options.millimetres));
+    sheets.push_back(MakeSheet(block, plans, plan, options.millimetres));
   }
   return sheets;
 }

@@ -44,7 +44,7 @@ struct Sheet {
 };
 
 // What a file of the sheet is called by viewers: "office, storey 0".
-std::string TitleOf(const Sheet& sheet);
+std::string FormatTitle(const Sheet& sheet);
 
 // A sheet a storey, from the lowest ("storey_0", ...), each with title block, legend, an arrow to
 // the north and scale bar. Of a

@@ -14,7 +14,7 @@ namespace {
 using Eigen::Vector2d;
 
 // Walls and the swings of doors: where no text may stand.
-TakenPlaces PlacesOf(const std::vector<WallSolid>& solids) {
+TakenPlaces CollectPlaces(const std::vector<WallSolid>& solids) {
   TakenPlaces taken;
   for (const WallSolid& solid : solids) {
     const double half_m = 0.5 * solid.Thickness();
@@ -50,7 +50,7 @@ void MarkAssumed(const std::vector<WallEdge>& edges, std::vector<Dimension>* dim
 
 void AddTexts(const Building& building, const std::vector<WallSolid>& solids,
               const PlanTextSizes& sizes, bool wall_sigma, StoreyPlan* plan) {
-  TakenPlaces taken = PlacesOf(solids);
+  TakenPlaces taken = CollectPlaces(solids);
   std::vector<Polygon> rooms;
   for (const Room& room : building.rooms) {
     if (room.storey == plan->storey.id) rooms.push_back(RoomInPlan(building, room));
@@ -81,15 +81,15 @@ void AddTexts(const Building& building, const std::vector<WallSolid>& solids,
   }
 }
 
-DrawnPath BorderOf(const PlanPoints& ring) {
+DrawnPath MakeBorder(const PlanPoints& ring) {
   DrawnPath border = {Pen::kRoom, ring};
   border.points.push_back(ring.front());
   return border;
 }
 
 void AddBorders(const Polygon& room, Drawing* drawing) {
-  drawing->paths.push_back(BorderOf(room.outline));
-  for (const PlanPoints& hole : room.holes) drawing->paths.push_back(BorderOf(hole));
+  drawing->paths.push_back(MakeBorder(room.outline));
+  for (const PlanPoints& hole : room.holes) drawing->paths.push_back(MakeBorder(hole));
 }
 
 // A line where each section is cut, with an arrow in the direction of view and the section's number

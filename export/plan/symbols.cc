@@ -235,12 +235,12 @@ std::string AreaText(const Room& room) {
 
 }  // namespace
 
-std::string NameOf(const Room& room) { return fmt::format("Room {}", room.id + 1); }
+std::string GetName(const Room& room) { return fmt::format("Room {}", room.id + 1); }
 
 Drawing RoomLabel(const Room& room, const Polygon& polygon, const PlanTextSizes& sizes,
                   TakenPlaces* taken) {
   constexpr double kSmallest = 0.6;
-  std::vector<std::string> lines = {NameOf(room), AreaText(room)};
+  std::vector<std::string> lines = {GetName(room), AreaText(room)};
   if (room.height_m) lines.push_back("h " + LengthText(*room.height_m, sizes.in_mm));
   const std::vector<Vector2d> places = Places(polygon);
   Drawing label;

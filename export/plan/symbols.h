@@ -40,7 +40,7 @@ std::vector<DrawnText> SigmaText(const WallSolid& solid, const PlanTextSizes& si
 // What is written into the rooms of a plan.
 
 // "Room 1" for the first.
-std::string NameOf(const Room& room);
+std::string GetName(const Room& room);
 
 // Name, area ("about" where a part of the border was not seen) and, where the ceiling was seen,
 // height, one below the other: at the place within the

@@ -198,7 +198,7 @@ std::vector<DrawnText> TitleTexts(const std::string& title, const std::vector<st
 }
 
 // The recording's name; "" where the map does not say it.
-std::string ProjectOf(const MapResult& map) {
+std::string GetProject(const MapResult& map) {
   std::filesystem::path path = std::filesystem::path(map.source.sequence).lexically_normal();
   if (!path.has_filename()) path = path.parent_path();
   return (path.filename() == "mav0" ? path.parent_path() : path).filename().string();
@@ -206,7 +206,7 @@ std::string ProjectOf(const MapResult& map) {
 
 // The day of the first image, UTC, where its stamps are since 1970 and not from a start of their
 // own; "" else. The clock of the machine would give other bytes each day.
-std::string DateOf(const MapResult& map) {
+std::string FormatDate(const MapResult& map) {
   constexpr int64_t kYear2000_s = 946684800, kYear2100_s = 4102444800;
   if (map.trajectory.empty()) return "";
   const std::time_t stamp_s = map.trajectory.front().stamp_ns / 1000000000;
@@ -231,8 +231,8 @@ Drawing PlaceNote(const std::vector<std::string>& lines) {
 }  // namespace
 
 TitleBlock::TitleBlock(const MapResult& map, const PlanOptions& options)
-    : project_(options.project.empty() ? ProjectOf(map) : options.project),
-      date_(options.date.empty() ? DateOf(map) : options.date),
+    : project_(options.project.empty() ? GetProject(map) : options.project),
+      date_(options.date.empty() ? FormatDate(map) : options.date),
       number_(options.number.empty() ? map.id.substr(0, 8) : options.number),
       map_id_(map.id),
       offset_(WorldOffsetNote(map.source.world_offset_m)),

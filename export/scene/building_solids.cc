@@ -56,7 +56,7 @@ bool IsSolid(const PlanWall& wall, const WallHeight& height) {
          height.height_m > kLeastSolid_m;
 }
 
-std::optional<Eigen::AlignedBox2d> HoleOf(const PlanOpening& opening, const PlanWall& wall,
+std::optional<Eigen::AlignedBox2d> ComputeHole(const PlanOpening& opening, const PlanWall& wall,
                                           const WallHeight& height) {
   const Eigen::Vector2d least(std::max(0.0, opening.from_m), std::max(0.0, opening.sill_m));
   const Eigen::Vector2d most(std::min((wall.end - wall.start).norm(), opening.to_m),
@@ -78,7 +78,7 @@ bool IsLevel(const BuildingPlane& plane) {
   return IsFloorOrCeiling(plane) && plane.normal.z() != 0;
 }
 
-double HeightOf(const BuildingPlane& plane) { return plane.offset_m / plane.normal.z(); }
+double ComputeHeight(const BuildingPlane& plane) { return plane.offset_m / plane.normal.z(); }
 
 // As wanted, or as much as leaves room for the slab of the floor above a ceiling, or of the ceiling
 // beneath a floor, and for the rooms there.
@@ -92,13 +92,13 @@ double SlabThickness(const BuildingPlane& plane, const Polygon& polygon, const B
   };
   for (const BuildingPlane& other : building.planes) {
     if (!IsLevel(other) || other.kind == plane.kind) continue;
-    const double gap_m = (is_floor ? -1 : 1) * (HeightOf(other) - HeightOf(plane));
+    const double gap_m = (is_floor ? -1 : 1) * (ComputeHeight(other) - ComputeHeight(plane));
     keep_within(0.5 * gap_m, LevelOutline(other, building));
   }
   for (const Room& room : building.rooms) {
     if (is_floor && !room.height_m) continue;
     const double gap_m =
-        is_floor ? HeightOf(plane) - room.floor_m - *room.height_m : room.floor_m - HeightOf(plane);
+        is_floor ? ComputeHeight(plane) - room.floor_m - *room.height_m : room.floor_m - ComputeHeight(plane);
     keep_within(gap_m, room.polygon);
   }
   return thickness_m;
@@ -106,7 +106,7 @@ double SlabThickness(const BuildingPlane& plane, const Polygon& polygon, const B
 
 }  // namespace
 
-std::vector<Slab> SlabsOf(const Building& building, double slab_m, int* left_out) {
+std::vector<Slab> MakeSlabs(const Building& building, double slab_m, int* left_out) {
   std::vector<Slab> slabs;
   for (const BuildingPlane& plane : building.planes) {
     if (!IsFloorOrCeiling(plane)) continue;
@@ -118,7 +118,7 @@ std::vector<Slab> SlabsOf(const Building& building, double slab_m, int* left_out
       continue;
     }
     const double thickness_m = SlabThickness(plane, slab.polygon, building, slab_m);
-    slab.low_m = HeightOf(plane) - (slab.IsFloor() ? thickness_m : 0);
+    slab.low_m = ComputeHeight(plane) - (slab.IsFloor() ? thickness_m : 0);
     slab.high_m = slab.low_m + thickness_m;
     slabs.push_back(slab);
   }
@@ -207,7 +207,7 @@ void AddEdges(const std::vector<WallSolid>& solids, const PlanPoints& ring,
 
 }  // namespace
 
-std::vector<std::pair<double, double>> Stretches(const WallSolid& solid) {
+std::vector<std::pair<double, double>> Intervals(const WallSolid& solid) {
   std::vector<PlanOpening> openings = solid.wall->openings;
   std::sort(openings.begin(), openings.end(),
             [](const PlanOpening& a, const PlanOpening& b) { return a.from_m < b.from_m; });
@@ -255,7 +255,7 @@ std::map<const PlanWall*, WallSolid> SolidsOfWalls(const Building& building) {
   return solids;
 }
 
-WallBack BackOf(const WallSolid& solid) {
+WallBack ComputeBack(const WallSolid& solid) {
   WallBack back = {(solid.start - solid.back_start).dot(solid.Direction()),
                    (solid.back_end - solid.end).dot(solid.Direction())};
   for (const PlanOpening& opening : solid.wall->openings) {
@@ -280,7 +280,7 @@ std::vector<Polygon> WallAreas(const std::vector<WallSolid>& solids) {
   constexpr double kLeastHole_m2 = 5e-3;  // smaller ones are slivers between walls
   std::vector<Polygon> pieces;
   for (const WallSolid& solid : solids) {
-    for (const auto& [from_m, to_m] : Stretches(solid)) {
+    for (const auto& [from_m, to_m] : Intervals(solid)) {
       pieces.push_back(MakePiece(solid, from_m, to_m));
     }
   }

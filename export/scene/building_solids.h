@@ -41,7 +41,7 @@ bool IsSolid(const PlanWall& wall, const WallHeight& height);
 
 // The part of an opening that is in its wall: metres along the wall, and over its floor. Nothing
 // where there is none.
-std::optional<Eigen::AlignedBox2d> HoleOf(const PlanOpening& opening, const PlanWall& wall,
+std::optional<Eigen::AlignedBox2d> ComputeHole(const PlanOpening& opening, const PlanWall& wall,
                                           const WallHeight& height);
 
 // Floors and ceilings of a building as slabs: what formats with solids draw.
@@ -61,7 +61,7 @@ struct Slab {
 // Those of planes that are level and have an area, in the order of the planes; the number of floors
 // and ceilings that are not is added to *left_out, where that is given. Where a slab of another
 // storey or a room leaves less room than slab_m, it is as thick as that.
-std::vector<Slab> SlabsOf(const Building& building, double slab_m, int* left_out = nullptr);
+std::vector<Slab> MakeSlabs(const Building& building, double slab_m, int* left_out = nullptr);
 
 // The walls of a storey as areas: joined at corners, cut by their openings.
 
@@ -99,10 +99,10 @@ std::map<const PlanWall*, WallSolid> SolidsOfWalls(const Building& building);
 struct WallBack {
   double before_start_m = 0, beyond_end_m = 0;
 };
-WallBack BackOf(const WallSolid& solid);
+WallBack ComputeBack(const WallSolid& solid);
 
 // The stretches of a wall between its openings, in metres from its start.
-std::vector<std::pair<double, double>> Stretches(const WallSolid& solid);
+std::vector<std::pair<double, double>> Intervals(const WallSolid& solid);
 
 // The area of a stretch of a wall, counter-clockwise.
 Polygon MakePiece(const WallSolid& solid, double from_m, double to_m);

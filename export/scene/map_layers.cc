@@ -21,7 +21,7 @@ constexpr std::array<const char*, 5> kLineKinds = {"LINE", "EDGE", "OUTLINE", "M
 constexpr std::array<const char*, 4> kPlaneKinds = {"WALL", "FLOOR", "CEILING", "OTHER"};
 
 // The storey, or -1 of a building without any.
-int64_t StoreyOf(const Building& building, const MapLine& line) {
+int64_t FindStorey(const Building& building, const MapLine& line) {
   const double height_m = 0.5 * (line.start_world.z() + line.end_world.z());
   const std::optional<std::size_t> index = StoreyAt(building, height_m);
   return index ? building.storeys[*index].id : -1;
@@ -78,7 +78,7 @@ std::string StoreyPrefix(int64_t storey) { return fmt::format("S{}", storey); }
 std::vector<LinesOfLayer> LineLayers(const MapResult& map) {
   std::map<std::tuple<int64_t, LineAxis, LineKind>, LinesOfLayer> layers;
   const auto add = [&](const MapLine& line, LineKind kind) {
-    const int64_t storey = StoreyOf(map.building, line);
+    const int64_t storey = FindStorey(map.building, line);
     LinesOfLayer& layer = layers[{storey, line.axis, kind}];
     if (layer.name.empty()) layer = {LayerName(storey, line.axis, kind), line.axis, {}};
     layer.lines.push_back({line.start_world, line.end_world});

@@ -275,7 +275,7 @@ void AddBack(const Polygon& polygon, const BackOfFront& back, const Colour& colo
   }
 }
 
-PlanPoints RectangleOf(const Eigen::AlignedBox2d& box) {
+PlanPoints MakeRectangle(const Eigen::AlignedBox2d& box) {
   return {box.min(), {box.max().x(), box.min().y()}, box.max(), {box.min().x(), box.max().y()}};
 }
 
@@ -312,10 +312,10 @@ void AddWallMesh(const PlanWall& wall, const WallHeight& height, const Colour& c
   const BackOfFront behind(front, -wall.thickness_m * front.Normal(), length_m, back);
   std::vector<PlanPoints> holes;
   for (const PlanOpening& opening : wall.openings) {
-    if (const auto hole = HoleOf(opening, wall, height)) holes.push_back(RectangleOf(*hole));
+    if (const auto hole = ComputeHole(opening, wall, height)) holes.push_back(MakeRectangle(*hole));
   }
   const Eigen::AlignedBox2d all(Vector2d(0, 0), Vector2d(length_m, height.height_m));
-  for (const Polygon& part : Difference({RectangleOf(all), {}}, holes)) {
+  for (const Polygon& part : Difference({MakeRectangle(all), {}}, holes)) {
     AddFace(part, front, Lit(colour, front.Normal()), layer);
     AddBack(part, behind, Lit(colour, -front.Normal()), layer);
     AddSides(part.outline, front, behind, colour, layer);

@@ -61,7 +61,7 @@ LineLayer MakeLineLayer(const MapResult& map) {
   return layer;
 }
 
-LineLayer TrajectoryOf(const MapResult& map, double max_jump_s) {
+LineLayer MakeTrajectoryLayer(const MapResult& map, double max_jump_s) {
   LineLayer layer{"trajectory", {}, {}};
   const Trajectory& poses = map.trajectory;
   const double gap_s = TrajectoryGap_s(poses, max_jump_s);
@@ -136,7 +136,7 @@ MapScene MakeScene(const MapResult& map, const SceneOptions& options, const Prog
   MapScene scene;
   scene.world_offset_m = map.source.world_offset_m;
   scene.points = {MakePointLayer(map, colours)};
-  scene.lines = {MakeLineLayer(map), TrajectoryOf(map, options.max_jump_s), MakeKeyframeLayer(map, options)};
+  scene.lines = {MakeLineLayer(map), MakeTrajectoryLayer(map, options.max_jump_s), MakeKeyframeLayer(map, options)};
   scene.meshes = {{"voxels", {}, {}}, {"line_bars", {}, {}}};
   AddVoxels(
       voxels, [&](const Voxel& voxel) { return colours.At(voxel.centre_world.z()); },

@@ -26,7 +26,7 @@ namespace slcmap {
 namespace {
 
 // Keyframes and the poses at which lines were seen, by stamp.
-std::map<int64_t, RigidTransform> PosesOf(const MapResult& map) {
+std::map<int64_t, RigidTransform> CollectPoses(const MapResult& map) {
   std::set<int64_t> used_ns;
   for (const StampedPose& pose : map.keyframes) used_ns.insert(pose.stamp_ns);
   for (const LineSupport& support : map.line_evidence.supports) used_ns.insert(support.stamp_ns);
@@ -54,7 +54,7 @@ bool IsFolderName(const std::string& name) {
 
 // Names that tell the runs of a merged map apart: those of their recordings, else their ids, else
 // numbers.
-std::vector<std::string> FoldersOf(const std::vector<MergedRun>& runs) {
+std::vector<std::string> ListFolders(const std::vector<MergedRun>& runs) {
   std::vector<std::string> recordings, ids, numbers;
   for (const MergedRun& run : runs) {
     recordings.push_back(GetRecording(run));
@@ -74,7 +74,7 @@ std::vector<std::string> FoldersOf(const std::vector<MergedRun>& runs) {
 class ImageNames {
  public:
   explicit ImageNames(const MapSource& source)
-      : runs_(source.merged), folders_(FoldersOf(runs_)), cameras_(source.opened.cameras) {}
+      : runs_(source.merged), folders_(ListFolders(runs_)), cameras_(source.opened.cameras) {}
 
   std::string Of(int64_t stamp_ns, int camera) const {
     for (std::size_t i = 0; i < runs_.size(); ++i) {
@@ -108,7 +108,7 @@ std::vector<ModelImage> ModelImages(const MapResult& map) {
   const Rig& rig = map.rectified_rig;
   const ImageNames names(map.source);
   std::vector<ModelImage> images;
-  for (const auto& [stamp_ns, T_world_imu] : PosesOf(map)) {
+  for (const auto& [stamp_ns, T_world_imu] : CollectPoses(map)) {
     for (int i = 0; i < 2; ++i) {
       if (!IsCalibrated(rig.cameras[i])) continue;
       images.push_back({static_cast<int>(images.size()) + 1, stamp_ns, i,
@@ -141,7 +141,7 @@ class ModelCameras {
   }
 
   // The place of an image among the model's; its end where it is none of them.
-  std::size_t PlaceOf(int64_t stamp_ns, int camera) const {
+  std::size_t FindPlace(int64_t stamp_ns, int camera) const {
     const auto found = places_.find({stamp_ns, camera});
     return found == places_.end() ? images_.size() : found->second;
   }
@@ -164,7 +164,7 @@ class ModelCameras {
   }
 
   // How far a sight is from where the point is seen; far where that is behind the camera.
-  double Error_px(const ModelSight& sight, const Vector3d& p_world) const {
+  double Error_px(const ModelObservation& sight, const Vector3d& p_world) const {
     const Vector3d p_camera = InCamera(sight.image, p_world);
     if (p_camera.z() < kLeastDepth_m) return 1e3;
     return (ProjectToPixel(sight.image, p_camera) - sight.px).norm();
@@ -180,19 +180,19 @@ double HuberCost(double error_px) {
   return error_px <= kLoss_px ? 0.5 * error_px * error_px : kLoss_px * (error_px - 0.5 * kLoss_px);
 }
 
-double CostOf(const ModelCameras& cameras, const std::vector<ModelSight>& track,
+double ComputeCost(const ModelCameras& cameras, const std::vector<ModelObservation>& track,
               const Vector3d& p_world) {
   double cost = 0;
-  for (const ModelSight& sight : track) cost += HuberCost(cameras.Error_px(sight, p_world));
+  for (const ModelObservation& sight : track) cost += HuberCost(cameras.Error_px(sight, p_world));
   return cost;
 }
 
 // A step of Gauss and Newton towards the least cost.
-Vector3d StepFrom(const ModelCameras& cameras, const std::vector<ModelSight>& track,
+Vector3d StepFrom(const ModelCameras& cameras, const std::vector<ModelObservation>& track,
                   const Vector3d& p_world) {
   Matrix3d information = Matrix3d::Zero();
   Vector3d gradient = Vector3d::Zero();
-  for (const ModelSight& sight : track) {
+  for (const ModelObservation& sight : track) {
     const Vector3d p_camera = cameras.InCamera(sight.image, p_world);
     if (p_camera.z() < kLeastDepth_m) continue;
     const Vector2d off_px = cameras.ProjectToPixel(sight.image, p_camera) - sight.px;
@@ -206,13 +206,13 @@ Vector3d StepFrom(const ModelCameras& cameras, const std::vector<ModelSight>& tr
 }
 
 // Where the sights of a track see a point best, from where it is about.
-Vector3d PointOf(const ModelCameras& cameras, const std::vector<ModelSight>& track,
+Vector3d ComputePoint(const ModelCameras& cameras, const std::vector<ModelObservation>& track,
                  Vector3d p_world) {
-  double cost = CostOf(cameras, track, p_world);
+  double cost = ComputeCost(cameras, track, p_world);
   for (int i = 0; i < kIterations; ++i) {
     const Vector3d next = p_world + StepFrom(cameras, track, p_world);
     if (!next.allFinite()) break;
-    const double next_cost = CostOf(cameras, track, next);
+    const double next_cost = ComputeCost(cameras, track, next);
     if (!(next_cost < cost)) break;
     const bool is_done = cost - next_cost < 1e-9 * cost;
     p_world = next;
@@ -223,17 +223,17 @@ Vector3d PointOf(const ModelCameras& cameras, const std::vector<ModelSight>& tra
 }
 
 // The point of a track; without sights where too few agree.
-ModelPoint FitTrack(const ModelCameras& cameras, std::vector<ModelSight> track,
+ModelPoint FitTrack(const ModelCameras& cameras, std::vector<ModelObservation> track,
                     const Vector3d& p_world) {
   ModelPoint point;
-  point.p_world = PointOf(cameras, track, p_world);
-  const auto is_off = [&](const ModelSight& sight) {
+  point.p_world = ComputePoint(cameras, track, p_world);
+  const auto is_off = [&](const ModelObservation& sight) {
     return cameras.Error_px(sight, point.p_world) > kMaxError_px;
   };
-  while (std::erase_if(track, is_off) > 0) point.p_world = PointOf(cameras, track, point.p_world);
+  while (std::erase_if(track, is_off) > 0) point.p_world = ComputePoint(cameras, track, point.p_world);
   if (track.size() < kLeastImages) return point;
   double sum_px = 0;
-  for (const ModelSight& sight : track) sum_px += cameras.Error_px(sight, point.p_world);
+  for (const ModelObservation& sight : track) sum_px += cameras.Error_px(sight, point.p_world);
   point.error_px = sum_px / static_cast<double>(track.size());
   point.track = std::move(track);
   return point;
@@ -250,9 +250,9 @@ std::vector<ModelPoint> ModelPoints(const MapResult& map, const std::vector<Mode
     const std::size_t before = points.size();
     const auto is_seen = [&] { return seen != end && seen->point == static_cast<int64_t>(i); };
     while (is_seen()) {
-      std::vector<ModelSight> track;
+      std::vector<ModelObservation> track;
       for (const int number = seen->track; is_seen() && seen->track == number; ++seen) {
-        const std::size_t image = cameras.PlaceOf(seen->stamp_ns, seen->camera);
+        const std::size_t image = cameras.FindPlace(seen->stamp_ns, seen->camera);
         if (image < cameras.size()) track.push_back({image, seen->px});
       }
       ModelPoint point = FitTrack(cameras, std::move(track), map.points[i].p_world);
@@ -277,7 +277,7 @@ struct RecordingOfMap {
   std::optional<StampSpan> poses_ns;  // none: all
 };
 
-std::vector<RecordingOfMap> RecordingsOf(const MapResult& map, const ColmapOptions& options) {
+std::vector<RecordingOfMap> ListRecordings(const MapResult& map, const ColmapOptions& options) {
   if (map.source.merged.empty()) {
     return {{options.sequence.empty() ? map.source.sequence : options.sequence,
              map.source.opened,
@@ -296,7 +296,7 @@ std::vector<RecordingOfMap> RecordingsOf(const MapResult& map, const ColmapOptio
   return recordings;
 }
 
-std::unique_ptr<SequenceSource> OpenRecordingOf(const RecordingOfMap& recording,
+std::unique_ptr<SequenceSource> OpenRecordingAt(const RecordingOfMap& recording,
                                                 const ColmapOptions& options) {
   std::error_code error;
   if (recording.path.empty() || !fs::exists(recording.path, error)) {
@@ -308,7 +308,7 @@ std::unique_ptr<SequenceSource> OpenRecordingOf(const RecordingOfMap& recording,
   return OpenAgain(recording.path, recording.opened, options.calibration);
 }
 
-bool IsOf(const RecordingOfMap& recording, int64_t stamp_ns) {
+bool BelongsTo(const RecordingOfMap& recording, int64_t stamp_ns) {
   return !recording.poses_ns ||
          (stamp_ns >= recording.poses_ns->from_ns && stamp_ns <= recording.poses_ns->to_ns);
 }
@@ -382,12 +382,12 @@ std::vector<std::string> WriteRectifiedImages(const std::string& folder, const M
                                               const Progress& progress) {
   std::vector<std::string> paths;
   std::size_t missing = 0;
-  for (const RecordingOfMap& recording : RecordingsOf(map, options)) {
-    const std::unique_ptr<SequenceSource> source = OpenRecordingOf(recording, options);
+  for (const RecordingOfMap& recording : ListRecordings(map, options)) {
+    const std::unique_ptr<SequenceSource> source = OpenRecordingAt(recording, options);
     const ImageRectifier rectifier(map, *source);
     const std::size_t before = paths.size(), missing_before = missing;
     for (const ModelImage& image : images) {
-      if (!IsOf(recording, image.stamp_ns)) continue;
+      if (!BelongsTo(recording, image.stamp_ns)) continue;
       progress.ReportOrStop(static_cast<double>(paths.size()) / static_cast<double>(images.size()));
       const cv::Mat rectified =
           rectifier.At(image.stamp_ns - recording.stamps_moved_ns, image.camera);

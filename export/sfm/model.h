@@ -34,7 +34,7 @@ inline constexpr double kCornerOrigin_px = 0.5;
 // The points of a map with their tracks, as COLMAP's model has them.
 
 // A point in an image of the model, by its place there.
-struct ModelSight {
+struct ModelObservation {
   std::size_t image = 0;  // its place among the model's images
   Eigen::Vector2d px = Eigen::Vector2d::Zero();
 };
@@ -42,7 +42,7 @@ struct ModelSight {
 struct ModelPoint {
   Eigen::Vector3d p_world = Eigen::Vector3d::Zero();
   double error_px = -1;  // mean distance of its sights from its projections; -1 without any
-  std::vector<ModelSight> track;
+  std::vector<ModelObservation> track;
 };
 
 // A point for each track of each of the map's points, put where the model's images and poses see it

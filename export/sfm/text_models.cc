@@ -37,7 +37,7 @@ std::vector<std::vector<PointInImage>> PointsInImages(const std::vector<ModelPoi
                                                       std::size_t images) {
   std::vector<std::vector<PointInImage>> seen(images);
   for (std::size_t i = 0; i < points.size(); ++i) {
-    for (const ModelSight& sight : points[i].track) seen[sight.image].push_back({sight.px, i});
+    for (const ModelObservation& sight : points[i].track) seen[sight.image].push_back({sight.px, i});
   }
   return seen;
 }
@@ -76,7 +76,7 @@ std::string PointsText(const std::vector<ModelPoint>& points, const std::vector<
       continue;
     }
     fmt::format_to(out, "{:.4f}", points[i].error_px);
-    for (const ModelSight& sight : points[i].track) {
+    for (const ModelObservation& sight : points[i].track) {
       fmt::format_to(out, " {} {}", images[sight.image].id, counts[sight.image]++);
     }
     text += "\n";
@@ -130,7 +130,7 @@ struct Track {
 
 using PieceKey = std::pair<int64_t, int>;  // line and piece
 
-std::map<PieceKey, std::vector<Segment>> SegmentsOf(const MapResult& map) {
+std::map<PieceKey, std::vector<Segment>> CollectSegments(const MapResult& map) {
   std::map<std::pair<int64_t, int>, int> ids;  // of images, by stamp and camera
   for (const ModelImage& image : ModelImages(map)) ids[{image.stamp_ns, image.camera}] = image.id;
   std::map<int, int> counts;  // of the segments in each image
@@ -147,7 +147,7 @@ std::map<PieceKey, std::vector<Segment>> SegmentsOf(const MapResult& map) {
 }
 
 std::vector<Track> MakeTracks(const MapResult& map) {
-  std::map<PieceKey, std::vector<Segment>> segments = SegmentsOf(map);
+  std::map<PieceKey, std::vector<Segment>> segments = CollectSegments(map);
   std::map<int64_t, int> pieces;  // of each line, so far
   std::vector<Track> tracks;
   for (const MapLine& line : map.lines) {

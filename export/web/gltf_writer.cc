@@ -259,15 +259,15 @@ constexpr Colour kWallColour{222, 219, 211};
 constexpr Colour kPlaneColour{200, 198, 192};
 constexpr double kAssumedHeight_m = 2.5;  // of walls whose top was not seen, as in IFC
 
-tinygltf::Value ValueOf(double value) { return tinygltf::Value(value); }
-tinygltf::Value ValueOf(int64_t value) { return tinygltf::Value(static_cast<int>(value)); }
-tinygltf::Value ValueOf(bool value) { return tinygltf::Value(value); }
-tinygltf::Value ValueOf(const std::string& value) { return tinygltf::Value(value); }
+tinygltf::Value MakeValue(double value) { return tinygltf::Value(value); }
+tinygltf::Value MakeValue(int64_t value) { return tinygltf::Value(static_cast<int>(value)); }
+tinygltf::Value MakeValue(bool value) { return tinygltf::Value(value); }
+tinygltf::Value MakeValue(const std::string& value) { return tinygltf::Value(value); }
 
 template <typename T>
-tinygltf::Value ArrayOf(const std::vector<T>& values) {
+tinygltf::Value MakeArray(const std::vector<T>& values) {
   tinygltf::Value::Array array;
-  for (const T& value : values) array.push_back(ValueOf(value));
+  for (const T& value : values) array.push_back(MakeValue(value));
   return tinygltf::Value(array);
 }
 
@@ -305,7 +305,7 @@ class GltfLayers {
       const uint8_t grey = map_.dense[i].grey;
       vertices.Add(map_.dense[i].p_world, {grey, grey, grey});
     }
-    model_->AddLayer("dense", vertices, {}, TINYGLTF_MODE_POINTS, {{"one_of", ValueOf(every)}});
+    model_->AddLayer("dense", vertices, {}, TINYGLTF_MODE_POINTS, {{"one_of", MakeValue(every)}});
   }
 
   // The scene's lines are the map's, in their order, with two vertices each.
@@ -343,12 +343,12 @@ class GltfLayers {
       const double middle_m = 0.5 * (pipe.start_world.z() + pipe.end_world.z());
       const auto storey = StoreyAt(map_.building, middle_m);
       AddMesh(StoreyPath("pipes", map_.building, storey) + fmt::format("/pipe {}", pipe.id), mesh,
-              {{"id", ValueOf(pipe.id)},
-               {"kind", ValueOf(std::string("pipe"))},
-               {"axis", ValueOf(std::string(AxisName(pipe.axis)))},
-               {"radius_m", ValueOf(pipe.radius_m)},
-               {"radius_sigma_m", ValueOf(pipe.radius_sigma_m)},
-               {"sigma_m", ValueOf(pipe.sigma_m)}});
+              {{"id", MakeValue(pipe.id)},
+               {"kind", MakeValue(std::string("pipe"))},
+               {"axis", MakeValue(std::string(AxisName(pipe.axis)))},
+               {"radius_m", MakeValue(pipe.radius_m)},
+               {"radius_sigma_m", MakeValue(pipe.radius_sigma_m)},
+               {"sigma_m", MakeValue(pipe.sigma_m)}});
     }
   }
 
@@ -358,17 +358,17 @@ class GltfLayers {
       const WallHeight height = HeightOfWall(wall, map_.building, kAssumedHeight_m);
       MeshLayer mesh;
       const auto solid = solids.find(&wall);
-      const WallBack back = solid == solids.end() ? WallBack() : BackOf(solid->second);
+      const WallBack back = solid == solids.end() ? WallBack() : ComputeBack(solid->second);
       AddWallMesh(wall, height, kWallColour, &mesh, back);
       const auto storey = StoreyOfId(map_.building, wall.storey);
       AddMesh(StoreyPath("walls", map_.building, storey) + fmt::format("/wall {}", wall.id), mesh,
-              {{"id", ValueOf(wall.id)},
-               {"kind", ValueOf(std::string("wall"))},
-               {"thickness_m", ValueOf(wall.thickness_m)},
-               {"thickness_assumed", ValueOf(wall.thickness_assumed)},
-               {"height_assumed", ValueOf(height.assumed)},
-               {"sigma_m", ValueOf(wall.sigma_m)},
-               {"plane_ids", ArrayOf(wall.plane_ids)}});
+              {{"id", MakeValue(wall.id)},
+               {"kind", MakeValue(std::string("wall"))},
+               {"thickness_m", MakeValue(wall.thickness_m)},
+               {"thickness_assumed", MakeValue(wall.thickness_assumed)},
+               {"height_assumed", MakeValue(height.assumed)},
+               {"sigma_m", MakeValue(wall.sigma_m)},
+               {"plane_ids", MakeArray(wall.plane_ids)}});
     }
   }
 
@@ -379,14 +379,14 @@ class GltfLayers {
       MeshLayer mesh;
       AddPlaneMesh(plane, map_.building, kPlaneColour, &mesh);
       const auto storey = StoreyOfId(map_.building, plane.storey);
-      AddMesh(StoreyPath("planes", map_.building, storey) + "/" + NameOf(plane.kind) +
+      AddMesh(StoreyPath("planes", map_.building, storey) + "/" + GetName(plane.kind) +
                   fmt::format("/plane {}", plane.id),
               mesh,
-              {{"id", ValueOf(plane.id)},
-               {"kind", ValueOf(std::string(NameOf(plane.kind)))},
-               {"sigma_m", ValueOf(plane.sigma_m)},
-               {"inferred", ValueOf(plane.inferred)},
-               {"room_ids", ArrayOf(plane.room_ids)}});
+              {{"id", MakeValue(plane.id)},
+               {"kind", MakeValue(std::string(GetName(plane.kind)))},
+               {"sigma_m", MakeValue(plane.sigma_m)},
+               {"inferred", MakeValue(plane.inferred)},
+               {"room_ids", MakeArray(plane.room_ids)}});
     }
   }
 
@@ -409,10 +409,10 @@ class GltfLayers {
     std::vector<uint32_t> indices(vertices.size());
     for (std::size_t i = 0; i < indices.size(); ++i) indices[i] = static_cast<uint32_t>(i);
     model_->AddLayer(path, vertices, indices, TINYGLTF_MODE_LINE,
-                     {{"axis", ValueOf(std::string(AxisName(map_.lines[lines[0]].axis)))},
-                      {"ids", ArrayOf(ids)},
-                      {"kinds", ArrayOf(kinds)},
-                      {"sigmas_m", ArrayOf(sigmas_m)}});
+                     {{"axis", MakeValue(std::string(AxisName(map_.lines[lines[0]].axis)))},
+                      {"ids", MakeArray(ids)},
+                      {"kinds", MakeArray(kinds)},
+                      {"sigmas_m", MakeArray(sigmas_m)}});
   }
 
   bool IsOfWall(int64_t plane_id) const {

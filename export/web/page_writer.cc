@@ -47,7 +47,7 @@ class Bounds {
   Eigen::Vector3d high_ = Eigen::Vector3d::Constant(-kNone);
 };
 
-Eigen::Vector3d OriginOf(const MapResult& map) {
+Eigen::Vector3d GetOrigin(const MapResult& map) {
   Bounds bounds;
   for (const StampedPose& pose : map.trajectory) bounds.Add(pose.T_world_imu.translation);
   for (const MapLine& line : map.lines) {
@@ -201,7 +201,7 @@ Json PlaneJson(const BuildingPlane& plane, const Building& building,
                const Eigen::Vector3d& origin_world) {
   Json openings = Json::array();
   for (const PlaneOpening& opening : plane.openings) {
-    openings.push_back({{"kind", NameOf(opening.kind)},
+    openings.push_back({{"kind", GetName(opening.kind)},
                         {"walked", opening.walked},
                         {"width_m", RoundedForJson(opening.clear_width_m)},
                         {"height_m", RoundedForJson(opening.clear_height_m)},
@@ -213,7 +213,7 @@ Json PlaneJson(const BuildingPlane& plane, const Building& building,
   }
   const Eigen::Vector3d& normal = plane.normal;
   return {{"id", plane.id},
-          {"kind", NameOf(plane.kind)},
+          {"kind", GetName(plane.kind)},
           {"storey", plane.storey},
           {"normal", {normal.x(), normal.y(), normal.z()}},
           {"offset_m", plane.offset_m - normal.dot(origin_world)},
@@ -243,7 +243,7 @@ Json RoomJson(const Room& room, const Eigen::Vector3d& origin_world) {
 Json WallJson(const PlanWall& wall, const Eigen::Vector3d& origin_world) {
   Json openings = Json::array();
   for (const PlanOpening& opening : wall.openings) {
-    openings.push_back({{"kind", NameOf(opening.kind)},
+    openings.push_back({{"kind", GetName(opening.kind)},
                         {"walked", opening.walked},
                         {"from_m", RoundedForJson(opening.from_m)},
                         {"to_m", RoundedForJson(opening.to_m)},
@@ -315,7 +315,7 @@ std::string Block(const Json& document, const PageArrays& arrays) {
 
 std::string PackForPage(const MapResult& map, const std::string& title,
                         const std::vector<PageImage>& images, const Progress& progress) {
-  const Eigen::Vector3d origin_world = OriginOf(map);
+  const Eigen::Vector3d origin_world = GetOrigin(map);
   PageArrays arrays;
   AddLines(map, origin_world, &arrays);
   AddPipes(map, origin_world, &arrays);

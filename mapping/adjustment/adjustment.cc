@@ -62,7 +62,7 @@ void RejectLineOutliers(const AdjustmentOptions& options, const AdjustmentModel&
 
 // The standard deviation of two rows by the median of their squares, whatever is wrong with a third
 // of them; 1 as claimed.
-double ScatterOf(std::vector<double> chi2) {
+double ComputeScatter(std::vector<double> chi2) {
   constexpr double kMedian = 1.386;  // of two rows of variance 1
   std::erase_if(chi2, [](double value) { return !std::isfinite(value); });
   return chi2.empty() ? 1 : std::sqrt(Quantile(std::move(chi2), 0.5) / kMedian);
@@ -85,7 +85,7 @@ void Count(const AdjustmentState& state, AdjustmentFigures* figures) {
 }
 
 // How each keyframe moved: where those landmarks go that the adjustment knows nothing of.
-std::vector<RigidTransform> CorrectionsOf(const AdjustmentState& state) {
+std::vector<RigidTransform> ComputeCorrections(const AdjustmentState& state) {
   std::vector<RigidTransform> corrections;
   for (const AdjustedFrame& frame : state.frames) {
     corrections.push_back(PoseFromBlock(frame.pose) * frame.keyframe->T_world_imu.Inverse());
@@ -94,7 +94,7 @@ std::vector<RigidTransform> CorrectionsOf(const AdjustmentState& state) {
 }
 
 void MoveLandmarks(const OdometryRun& run, const AdjustmentState& state, AdjustmentResult* result) {
-  const std::vector<RigidTransform> corrections = CorrectionsOf(state);
+  const std::vector<RigidTransform> corrections = ComputeCorrections(state);
   std::map<int64_t, size_t> last_seen;
   for (size_t k = 0; k < run.keyframes.size(); ++k) {
     for (const auto& seen : run.keyframes[k].observations) last_seen[seen.landmark_id] = k;
@@ -124,7 +124,7 @@ void LayOnto(const AdjustedLine& adjusted, Line* line) {
 }
 
 void MoveLines(const OdometryRun& run, const AdjustmentState& state, AdjustmentResult* result) {
-  const std::vector<RigidTransform> corrections = CorrectionsOf(state);
+  const std::vector<RigidTransform> corrections = ComputeCorrections(state);
   std::map<int64_t, size_t> index_of;
   for (size_t k = 0; k < run.keyframes.size(); ++k) index_of[run.keyframes[k].id] = k;
   std::map<int64_t, const AdjustedLine*> adjusted;
@@ -162,7 +162,7 @@ class Adjustment {
     const CalibrationOptions calibration = BeliefsAfter(run, options.calibration);
     ties_.emplace(calibration, run.calibration.empty()
                                    ? CalibrationPrior(calibration).belief()
-                                   : BeliefOf(run.calibration.back(), calibration));
+                                   : MakeBelief(run.calibration.back(), calibration));
     model_.tie_weights = ties_->weights();
   }
 
@@ -193,8 +193,8 @@ class Adjustment {
     const auto apply = [&](double scatter, StereoGeometry* geometry) {
       geometry->weight /= std::clamp(scatter, options_.min_scatter, options_.max_scatter);
     };
-    apply(ScatterOf(std::move(of_points)), &model_.points);
-    apply(ScatterOf(std::move(of_lines)), &model_.lines);
+    apply(ComputeScatter(std::move(of_points)), &model_.points);
+    apply(ComputeScatter(std::move(of_lines)), &model_.lines);
   }
 
   void Reject() {
@@ -308,7 +308,7 @@ class Adjustment {
   std::unique_ptr<ceres::Problem> problem_;
   std::vector<Closure> closures_;
   std::vector<double> links_;  // before there were closures
-  std::optional<CalibrationTies> ties_;
+  std::optional<NominalPrior> ties_;
   std::optional<CalibrationBelief> known_;
   AdjustmentFigures figures_;
 };

@@ -107,7 +107,7 @@ class BlockGraph {
   }
 
  private:
-  std::vector<idx_t> VerticesOf(ceres::ResidualBlockId term, size_t* eliminated) const {
+  std::vector<idx_t> FindVertices(ceres::ResidualBlockId term, size_t* eliminated) const {
     std::vector<double*> bound;
     problem_.GetParameterBlocksForResidualBlock(term, &bound);
     std::vector<idx_t> vertices;
@@ -131,7 +131,7 @@ class BlockGraph {
     problem_.GetResidualBlocks(&terms);
     for (const ceres::ResidualBlockId term : terms) {
       size_t eliminated = blocks_.size();
-      const std::vector<idx_t> vertices = VerticesOf(term, &eliminated);
+      const std::vector<idx_t> vertices = FindVertices(term, &eliminated);
       if (eliminated == blocks_.size()) {
         TieTogether(vertices);
       } else {
@@ -340,7 +340,7 @@ AdjustmentModel::AdjustmentModel(const OdometryRun& run, const AdjustmentOptions
   if (!run.source) return;
   points.lens_shifts = lines.lens_shifts = matched_points.lens_shifts =
       std::make_shared<const std::array<LensShift, 2>>(
-          LensShiftsOf(run.source->raw_rig, run.rectified_rig));
+          ComputeLensShifts(run.source->raw_rig, run.rectified_rig));
 }
 
 void AdjustmentModel::GraduateClosures(double factor) {

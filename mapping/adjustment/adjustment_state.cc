@@ -21,7 +21,7 @@ constexpr double kMinDepth_m = 0.05;
 constexpr int64_t kRateAveraged_ns = 20'000'000;  // before a cut, so that its noise tells nothing
 
 // Where all blocks find room.
-size_t NumbersOf(const OdometryRun& run) {
+size_t CountNumbers(const OdometryRun& run) {
   return run.keyframes.size() * (kPoseSize + kSpeedBiasSize) + kCalibrationSize +
          run.manhattan_worlds.size() + 2 * run.sloped_directions.size() +
          run.landmarks.size() * kPointSize +
@@ -62,7 +62,7 @@ void AddCalibration(const OdometryRun& run, AdjustmentState* state) {
     std::copy_n(known.lever_m.data(), 3, imu.begin() + kRowLever);
     imu[kRowTimeOffset] = known.time_offset_s;
     std::copy_n(known.imu_errors.data(), kImuErrorsSize, imu.begin() + kRowErrors);
-    cameras = CameraBlockOf(known);
+    cameras = MakeCameraBlock(known);
   }
   state->imu_calibration = state->blocks.Add(imu);
   state->camera_calibration = state->blocks.Add(cameras);
@@ -78,12 +78,12 @@ void AddDirections(const OdometryRun& run, AdjustmentState* state) {
   }
 }
 
-int64_t LandmarkOf(const KeyframeObservation& seen) { return seen.landmark_id; }
-int64_t LandmarkOf(const LineObservation& seen) { return seen.id; }
+int64_t GetLandmark(const KeyframeObservation& seen) { return seen.landmark_id; }
+int64_t GetLandmark(const LineObservation& seen) { return seen.id; }
 
 // By landmark: the observations of one list of all keyframes, on the cameras' normalised planes.
 template <typename Adjusted, typename Observation>
-std::map<int64_t, std::vector<Adjusted>> ObservationsOf(
+std::map<int64_t, std::vector<Adjusted>> CollectObservations(
     const OdometryRun& run, const std::vector<Observation> Keyframe::*list) {
   std::map<int64_t, std::vector<Adjusted>> observations;
   for (size_t k = 0; k < run.keyframes.size(); ++k) {
@@ -94,14 +94,14 @@ std::map<int64_t, std::vector<Adjusted>> ObservationsOf(
         observation.measurement.right =
             PlaneFromPixel(run.rectified_rig.cameras[1], *seen.right_px);
       }
-      observations[LandmarkOf(seen)].push_back(observation);
+      observations[GetLandmark(seen)].push_back(observation);
     }
   }
   return observations;
 }
 
 void AddPoints(const OdometryRun& run, const AdjustmentOptions& options, AdjustmentState* state) {
-  auto observations = ObservationsOf<AdjustedPointObservation>(run, &Keyframe::observations);
+  auto observations = CollectObservations<AdjustedPointObservation>(run, &Keyframe::observations);
   for (const Landmark& landmark : run.landmarks) {
     const auto seen = observations.find(landmark.id);
     if (seen == observations.end() ||
@@ -136,7 +136,7 @@ LineAxis AxisAlong(const Vector3d& direction, LineAxis axis, double heading_rad)
   return axis == LineAxis::kX ? LineAxis::kY : LineAxis::kX;
 }
 
-double* ShareOf(const AdjustedLine& line, double max_distance_m, AdjustmentState* state) {
+double* ComputeShareFree(const AdjustedLine& line, double max_distance_m, AdjustmentState* state) {
   const Vector3d p_world = 0.5 * (line.line->start_world + line.line->end_world);
   for (const AdjustedShare& share : state->shares) {
     if (share.axis == line.axis && share.world == line.line->world &&
@@ -176,7 +176,7 @@ void SetDeviation(const OdometryRun& run, const AdjustmentOptions& options, Adju
     const double believed_rad = options.deviation_scale * building_rad;
     line->deviation_sigma_rad = std::sqrt(1 - options.shared_share) * believed_rad;
     state->share_sigma_rad = std::sqrt(options.shared_share) * believed_rad;
-    if (options.shared_share > 0) line->share = ShareOf(*line, options.shared_radius_m, state);
+    if (options.shared_share > 0) line->share = ComputeShareFree(*line, options.shared_radius_m, state);
   }
 }
 
@@ -196,7 +196,7 @@ bool PlaceLine(const Vector3d& middle, const Vector3d& direction, AdjustmentStat
 }
 
 void AddLines(const OdometryRun& run, const AdjustmentOptions& options, AdjustmentState* state) {
-  auto observations = ObservationsOf<AdjustedLineObservation>(run, &Keyframe::lines);
+  auto observations = CollectObservations<AdjustedLineObservation>(run, &Keyframe::lines);
   for (const Line& line : run.lines) {
     const auto seen = observations.find(line.id);
     const Vector3d along = line.end_world - line.start_world;
@@ -241,7 +241,7 @@ CalibrationState AdjustmentState::calibration() const {
 }
 
 AdjustmentState StateOfRun(const OdometryRun& run, const AdjustmentOptions& options) {
-  AdjustmentState state(NumbersOf(run));
+  AdjustmentState state(CountNumbers(run));
   state.rig = run.rectified_rig;
   AddFrames(run, &state);
   AddCalibration(run, &state);
@@ -272,7 +272,7 @@ void Preintegrate(const OdometryRun& run, AdjustmentState* state) {
     const Eigen::Map<const Vector3d> gyro_bias(previous.speed_bias + 3);
     const Eigen::Map<const Vector3d> accel_bias(previous.speed_bias + 6);
     auto between = std::make_unique<Preintegration>(state->rig.imu_noise, gyro_bias, accel_bias,
-                                                    ErrorsOf(state->imu_calibration));
+                                                    GetErrors(state->imu_calibration));
     if (!imu.Covers(stamp_ns + found_ns)) continue;
     for (const ImuSample& sample : imu.Between(from_ns, stamp_ns + found_ns)) {
       between->Append(sample);

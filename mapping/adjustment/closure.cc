@@ -207,15 +207,15 @@ class EdgeSearch {
   }
 
  private:
-  const Keyframe& KeyframeOf(size_t frame) const { return *state_.frames[frame].keyframe; }
+  const Keyframe& GetKeyframe(size_t frame) const { return *state_.frames[frame].keyframe; }
 
   bool IsOnePlace(const SeenLine& a, const SeenLine& b) const {
-    return KeyframeOf(a.first_frame).segment == KeyframeOf(b.first_frame).segment &&
+    return GetKeyframe(a.first_frame).segment == GetKeyframe(b.first_frame).segment &&
            path_m_[b.first_frame] - path_m_[a.first_frame] < kPlace_m;
   }
 
   bool IsEarlierVisit(const SeenLine& older, const SeenLine& newer) const {
-    const Keyframe &a = KeyframeOf(older.last_frame), &b = KeyframeOf(newer.first_frame);
+    const Keyframe &a = GetKeyframe(older.last_frame), &b = GetKeyframe(newer.first_frame);
     return a.segment == b.segment && ToSeconds(b.stamp_ns - a.stamp_ns) > options_.min_interval_s &&
            path_m_[newer.first_frame] - path_m_[older.last_frame] > options_.min_path_m;
   }
@@ -229,16 +229,16 @@ class EdgeSearch {
         std::abs(older.in_world.direction_world.dot(newer.middle_world - older.middle_world));
     if (along_m > older.half_length_m + newer.half_length_m + kMaxGap_m) return false;
     const double path_m = path_m_[newer.last_frame] - path_m_[older.last_frame];
-    return OffsetOf(older, newer).norm() < 3 * SigmaOver(path_m, options_).position_m;
+    return ComputeOffset(older, newer).norm() < 3 * SigmaOver(path_m, options_).position_m;
   }
 
-  Matrix32d AcrossOf(const SeenLine& line) const {
+  Matrix32d ComputeAcross(const SeenLine& line) const {
     const AdjustedLine& adjusted = state_.lines[line.index];
     return AxesAcross(adjusted.axis, adjusted.heading ? *adjusted.heading : 0);
   }
 
-  Vector2d OffsetOf(const SeenLine& older, const SeenLine& newer) const {
-    return AcrossOf(newer).transpose() *
+  Vector2d ComputeOffset(const SeenLine& older, const SeenLine& newer) const {
+    return ComputeAcross(newer).transpose() *
            (NearestOn(older.in_world, newer.middle_world) - newer.middle_world);
   }
 
@@ -265,7 +265,7 @@ class EdgeSearch {
     return visits;
   }
 
-  std::vector<Candidate> CandidatesOf(size_t from, size_t to,
+  std::vector<Candidate> ListCandidates(size_t from, size_t to,
                                       const std::vector<size_t>& visit) const {
     std::vector<Candidate> candidates;
     const Vector3d place_world =
@@ -277,14 +277,14 @@ class EdgeSearch {
       for (const size_t o : visit) {
         if (!MayBeOneEdge(lines_[o], newer)) continue;
         candidate.older.push_back(o);
-        candidate.vote.alternatives.emplace_back(OffsetOf(lines_[o], newer) /
+        candidate.vote.alternatives.emplace_back(ComputeOffset(lines_[o], newer) /
                                                  options_.edge_tolerance_m);
       }
       if (candidate.older.empty()) continue;
       Eigen::Matrix<double, 3, 4> moved;
       moved << Eigen::Matrix3d::Identity(),
           Vector3d::UnitZ().cross(newer.middle_world - place_world);
-      candidate.vote.by_shift = AcrossOf(newer).transpose() * moved / options_.edge_tolerance_m;
+      candidate.vote.by_shift = ComputeAcross(newer).transpose() * moved / options_.edge_tolerance_m;
       candidates.push_back(std::move(candidate));
     }
     return candidates;
@@ -310,7 +310,7 @@ class EdgeSearch {
   template <typename Visits>
   std::optional<Closure> Recognised(size_t from, size_t to, const Visits& in_order) const {
     for (const std::vector<size_t>& visit : in_order) {
-      auto closure = ClosureWith(CandidatesOf(from, to, visit));
+      auto closure = ClosureWith(ListCandidates(from, to, visit));
       if (closure) return closure;
     }
     return std::nullopt;
@@ -330,11 +330,11 @@ class EdgeSearch {
     const Agreement agreement =
         FindAgreement(votes, SigmaOver(path_m, options_), options_.min_displacement_m);
     if (!IsUnique(agreement, options_.min_edges, options_)) return std::nullopt;
-    Closure closure = ClosureOf(candidates, agreement);
+    Closure closure = MakeClosure(candidates, agreement);
     return IsWellSeen(closure) ? std::optional(std::move(closure)) : std::nullopt;
   }
 
-  Closure ClosureOf(const std::vector<Candidate>& candidates, const Agreement& agreement) const {
+  Closure MakeClosure(const std::vector<Candidate>& candidates, const Agreement& agreement) const {
     Closure closure;
     closure.shift = agreement.shift;
     for (size_t i = 0; i < candidates.size(); ++i) {

@@ -21,7 +21,7 @@ struct Columns {
 };
 
 // The Jacobian at the problem's state, and where the columns of the wanted blocks are.
-SparseMatrix JacobianOf(ceres::Problem* problem, const std::vector<double*>& blocks,
+SparseMatrix EvaluateJacobian(ceres::Problem* problem, const std::vector<double*>& blocks,
                         std::vector<Columns>* wanted) {
   ceres::Problem::EvaluateOptions options;
   problem->GetParameterBlocks(&options.parameter_blocks);
@@ -46,7 +46,7 @@ SparseMatrix JacobianOf(ceres::Problem* problem, const std::vector<double*>& blo
 
 Eigen::MatrixXd BlockCovariance(ceres::Problem* problem, const std::vector<double*>& blocks) {
   std::vector<Columns> wanted;
-  SparseMatrix jacobian = JacobianOf(problem, blocks, &wanted);
+  SparseMatrix jacobian = EvaluateJacobian(problem, blocks, &wanted);
   // In units of what each number's own observations say of it: what is held has a millionth of the
   // standard deviation of others.
   Eigen::VectorXd scale(jacobian.cols());
@@ -88,7 +88,7 @@ struct ClosureFit {
   double mean_chi2 = 0;  // of a match
 };
 
-ClosureFit FitOf(const Closure& closure, const AdjustmentState& state,
+ClosureFit ComputeFit(const Closure& closure, const AdjustmentState& state,
                  const AdjustmentModel& model) {
   std::vector<double> chi2;
   for (const PointMatch& match : closure.points) {
@@ -110,7 +110,7 @@ int TakeBackMisfits(const ClosureOptions& options, const AdjustmentState& state,
                     const AdjustmentModel& model, std::vector<Closure>* closures) {
   int taken_back = 0;
   for (Closure& closure : *closures) {
-    if (closure.taken_back || FitOf(closure, state, model).agreeing >= options.min_agreeing) {
+    if (closure.taken_back || ComputeFit(closure, state, model).agreeing >= options.min_agreeing) {
       continue;
     }
     closure.taken_back = true;
@@ -127,7 +127,7 @@ Closure* WorstAcross(size_t link, const AdjustmentState& state, const Adjustment
   for (Closure& closure : *closures) {
     const bool spans = closure.older_frame < link && link <= closure.newer_frame;
     if (closure.taken_back || !spans) continue;
-    const double chi2 = FitOf(closure, state, model).mean_chi2;
+    const double chi2 = ComputeFit(closure, state, model).mean_chi2;
     if (chi2 <= most) continue;
     most = chi2;
     worst = &closure;

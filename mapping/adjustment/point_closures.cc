@@ -32,7 +32,7 @@ struct PosedView {
   std::vector<Vector2d> places;  // where, on the plane z = 1 as measured
 };
 
-std::vector<PosedView> ViewsOf(const AdjustmentState& state, const StereoGeometry& geometry) {
+std::vector<PosedView> CollectViews(const AdjustmentState& state, const StereoGeometry& geometry) {
   std::vector<PosedView> views(state.frames.size());
   for (size_t k = 0; k < views.size(); ++k) {
     views[k].T_world_camera = PoseFromBlock(state.frames[k].pose) * geometry.T_imu_camera[0];
@@ -60,10 +60,10 @@ class LeftPixels {
         R_image_run_(images.rig().T_imu_camera[0].rotation.conjugate() *
                      geometry.T_imu_camera[0].rotation) {}
 
-  Vector2d PixelOf(const Vector2d& true_plane) const {
+  Vector2d DistortToPixel(const Vector2d& true_plane) const {
     return PixelFromPlane(camera_, (R_image_run_ * true_plane.homogeneous()).hnormalized());
   }
-  Vector2d TruePlaneOf(const Vector2d& pixel_px) const {
+  Vector2d UnprojectToPlane(const Vector2d& pixel_px) const {
     return (R_image_run_.conjugate() * PlaneFromPixel(camera_, pixel_px).homogeneous())
         .hnormalized();
   }
@@ -94,7 +94,7 @@ class PointSearch {
         geometry_(geometry.CorrectedBy(state.camera_calibration)),
         pixels_(images, geometry_),
         path_m_(PathLengths(state)),
-        views_(ViewsOf(state, geometry)) {
+        views_(CollectViews(state, geometry)) {
     for (const AdjustedPoint& point : state.points) {
       points_world_.push_back(PointInWorld(point, state));
     }
@@ -106,13 +106,13 @@ class PointSearch {
     int segment = -1;
     for (size_t newer = 0; newer < views_.size(); ++newer) {
       progress.ReportOrStop(static_cast<double>(newer) / static_cast<double>(views_.size()));
-      if (KeyframeOf(newer).segment != segment) {
-        segment = KeyframeOf(newer).segment;
+      if (GetKeyframe(newer).segment != segment) {
+        segment = GetKeyframe(newer).segment;
         searched_m = -kMinNewPath_m;
       }
       if (path_m_[newer] - searched_m < kMinNewPath_m) continue;
       const auto older = MostAlike(newer);
-      if (!older || ImageOf(newer).empty()) continue;
+      if (!older || GetImage(newer).empty()) continue;
       searched_m = path_m_[newer];
       if (auto closure = Compare(*older, newer)) closures.push_back(std::move(*closure));
     }
@@ -120,10 +120,10 @@ class PointSearch {
   }
 
  private:
-  const Keyframe& KeyframeOf(size_t frame) const { return *state_.frames[frame].keyframe; }
+  const Keyframe& GetKeyframe(size_t frame) const { return *state_.frames[frame].keyframe; }
 
   bool IsEarlierVisit(size_t older, size_t newer) const {
-    const Keyframe &a = KeyframeOf(older), &b = KeyframeOf(newer);
+    const Keyframe &a = GetKeyframe(older), &b = GetKeyframe(newer);
     return a.segment == b.segment &&
            ToSeconds(b.stamp_ns - a.stamp_ns) >= options_.min_interval_s &&
            path_m_[newer] - path_m_[older] >= options_.min_path_m;
@@ -139,7 +139,7 @@ class PointSearch {
   bool LooksAlike(const Vector3d& p_world, const PosedView& older, const PosedView& newer) const {
     const Vector3d p = newer.T_world_camera.Inverse() * p_world;
     if (p.z() < kMinClosureDepth_m) return false;
-    const Vector2d px = pixels_.PixelOf(p.hnormalized());
+    const Vector2d px = pixels_.DistortToPixel(p.hnormalized());
     if (!(px.x() >= 0 && px.y() >= 0 && px.x() < pixels_.width_px() &&
           px.y() < pixels_.height_px())) {
       return false;
@@ -178,7 +178,7 @@ class PointSearch {
     return best;
   }
 
-  cv::Mat ImageOf(size_t frame) {
+  cv::Mat GetImage(size_t frame) {
     constexpr size_t kKept = 8;
     const auto known = kept_.find(frame);
     if (known != kept_.end()) return known->second;
@@ -188,10 +188,10 @@ class PointSearch {
 
   // How offsets about a point's place in the older image look in the newer one, for a surface that
   // faces the older camera.
-  std::optional<PatchWarp> WarpOf(const Vector3d& p_older,
+  std::optional<PatchWarp> ComputeWarp(const Vector3d& p_older,
                                   const RigidTransform& T_newer_older) const {
     const auto project = [&](const Vector3d& p) {
-      return pixels_.PixelOf((T_newer_older * p).hnormalized());
+      return pixels_.DistortToPixel((T_newer_older * p).hnormalized());
     };
     if ((T_newer_older * p_older).z() < kMinClosureDepth_m) return std::nullopt;
     const Vector2d centre = project(p_older);
@@ -209,7 +209,7 @@ class PointSearch {
     const PosedView &from = views_[older], &to = views_[newer];
     const Vector3d p_older = from.T_world_camera.Inverse() * p_world;
     if (p_older.z() < kMinClosureDepth_m) return {};
-    const auto warp = WarpOf(p_older, to.T_world_camera.Inverse() * from.T_world_camera);
+    const auto warp = ComputeWarp(p_older, to.T_world_camera.Inverse() * from.T_world_camera);
     if (!warp) return {};
     const double path_m = path_m_[newer] - path_m_[older];
     const ShiftSigma sigma = SigmaOver(path_m, options_);
@@ -218,18 +218,18 @@ class PointSearch {
         options_.point_tolerance_px;
     PatchSearchOptions search;
     search.min_correlation = options_.min_correlation;
-    const Vector2d from_px = pixels_.PixelOf(pixels_.True(from.places[index]));
+    const Vector2d from_px = pixels_.DistortToPixel(pixels_.True(from.places[index]));
     std::vector<Vector2d> places;
     for (const Eigen::Vector2f& px :
-         SearchPatch(ImageOf(older), from_px.cast<float>(), ImageOf(newer), *warp,
+         SearchPatch(GetImage(older), from_px.cast<float>(), GetImage(newer), *warp,
                      std::min(within_px, kMaxSearch_px), search)) {
-      places.push_back(pixels_.TruePlaneOf(px.cast<double>()));
+      places.push_back(pixels_.UnprojectToPlane(px.cast<double>()));
     }
     return places;
   }
 
   // In units of the tolerance.
-  ShiftVote VoteOf(const PosedView& newer, const Vector3d& p_world,
+  ShiftVote MakeVote(const PosedView& newer, const Vector3d& p_world,
                    const std::vector<Vector2d>& places) const {
     const Vector3d p = newer.T_world_camera.Inverse() * p_world;
     Eigen::Matrix<double, 2, 3> by_point;
@@ -249,7 +249,7 @@ class PointSearch {
   }
 
   std::optional<Closure> Compare(size_t older, size_t newer) {
-    if (ImageOf(older).empty()) return std::nullopt;
+    if (GetImage(older).empty()) return std::nullopt;
     std::vector<ShiftVote> votes;
     std::vector<PointMatch> matches;  // a row an alternative of each vote
     std::vector<size_t> first_match;
@@ -259,7 +259,7 @@ class PointSearch {
       const Vector3d& p_world = points_world_[point];
       const std::vector<Vector2d> places = Search(older, i, newer, p_world);
       if (places.empty()) continue;
-      votes.push_back(VoteOf(views_[newer], p_world, places));
+      votes.push_back(MakeVote(views_[newer], p_world, places));
       first_match.push_back(matches.size());
       for (const Vector2d& place : places) {
         matches.push_back({point, newer, pixels_.Measured(place)});
@@ -277,7 +277,7 @@ class PointSearch {
   }
 
   bool AreNear(size_t a, size_t b) const {
-    return KeyframeOf(a).segment == KeyframeOf(b).segment &&
+    return GetKeyframe(a).segment == GetKeyframe(b).segment &&
            std::abs(path_m_[a] - path_m_[b]) < kNear_m;
   }
 

@@ -56,7 +56,7 @@ using Eigen::Vector3d;
 using RowMajor22 = Eigen::Matrix<double, 2, 2, Eigen::RowMajor>;
 using RowMajor24 = Eigen::Matrix<double, 2, 4, Eigen::RowMajor>;
 
-std::vector<BlockKind> KindsOf(LineAxis axis) {
+std::vector<BlockKind> CollectKinds(LineAxis axis) {
   if (axis == LineAxis::kVertical) return {kStructuralLineKind, kStructuralLineKind};
   return {kHeadingKind, kStructuralLineKind, kStructuralLineKind};
 }
@@ -78,7 +78,7 @@ SameStructuralEdgeResidual::SameStructuralEdgeResidual(LineAxis axis,
                                                        const Vector3d& first_anchor_world,
                                                        const Vector3d& second_anchor_world,
                                                        double sigma_m)
-    : Factor(2, KindsOf(axis)),
+    : Factor(2, CollectKinds(axis)),
       axis_(axis),
       between_anchors_(first_anchor_world - second_anchor_world),
       weight_(1 / sigma_m) {}

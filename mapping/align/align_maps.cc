@@ -37,8 +37,8 @@ class Aligner {
           const Progress& progress)
       : options_(options),
         progress_(progress),
-        first_features_(FeaturesOf(first)),
-        second_features_(FeaturesOf(second)),
+        first_features_(FindFeatures(first)),
+        second_features_(FindFeatures(second)),
         first_index_(first_features_),
         second_index_(second_features_),
         first_{first_features_, first_index_, first.occupancy},
@@ -86,7 +86,7 @@ class Aligner {
 
   bool IsSamePlace(const RigidTransform& a, const RigidTransform& b) const {
     return (a * centre_ - b * centre_).norm() < kSamePlace_m &&
-           std::abs(YawOf(a.Inverse() * b)) < kSamePlace_rad;
+           std::abs(ComputeYaw(a.Inverse() * b)) < kSamePlace_rad;
   }
 
   // The candidates where they come to rest, each once, the best first.
@@ -225,7 +225,7 @@ class Aligner {
   // As --at takes it.
   static std::string InWords(const RigidTransform& T) {
     const Eigen::Vector3d& t = T.translation;
-    return fmt::format("{:.2f},{:.2f},{:.2f},{:.1f}", t.x(), t.y(), t.z(), YawOf(T) / kDegree_rad);
+    return fmt::format("{:.2f},{:.2f},{:.2f},{:.1f}", t.x(), t.y(), t.z(), ComputeYaw(T) / kDegree_rad);
   }
 
   const AlignmentOptions& options_;

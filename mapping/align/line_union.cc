@@ -31,14 +31,14 @@ class UnitedAxes {
   };
 
   void AddFirst(const std::vector<MapLine>& lines) {
-    for (const auto& [key, direction] : DirectionsOf(lines)) Add(key, direction);
+    for (const auto& [key, direction] : GatherDirections(lines)) Add(key, direction);
   }
 
   // Renames the axes of the lines of another map.
   void AddSecond(std::vector<MapLine>* lines) {
     std::map<std::pair<LineAxis, int>, std::pair<LineAxis, int>> names;
     std::map<std::pair<bool, int>, int> new_worlds;  // of the second's, sloped or not
-    for (const auto& [key, direction] : DirectionsOf(*lines)) {
+    for (const auto& [key, direction] : GatherDirections(*lines)) {
       if (const Axis* known = Near(direction)) {
         names[key] = {known->axis, known->world};
         continue;
@@ -55,7 +55,7 @@ class UnitedAxes {
   }
 
   // That a line of no axis may be merged with lines of; -1: none.
-  int IndexOf(const Eigen::Vector3d& direction) const {
+  int FindIndex(const Eigen::Vector3d& direction) const {
     const Axis* axis = Near(direction);
     return axis ? static_cast<int>(axis - axes_.data()) : -1;
   }
@@ -63,7 +63,7 @@ class UnitedAxes {
  private:
   using Key = std::pair<LineAxis, int>;
 
-  static std::map<Key, Eigen::Vector3d> DirectionsOf(const std::vector<MapLine>& lines) {
+  static std::map<Key, Eigen::Vector3d> GatherDirections(const std::vector<MapLine>& lines) {
     std::map<Key, Eigen::Matrix3d> moments;
     for (const MapLine& line : lines) {
       if (line.axis == LineAxis::kNone) continue;
@@ -116,7 +116,7 @@ struct SourceLine {
   std::vector<const LineCovariance*> covariances;  // by piece; null: not known
 };
 
-std::vector<SourceLine> SourceLinesOf(const LinesOfMap& map, int number) {
+std::vector<SourceLine> CollectSourceLines(const LinesOfMap& map, int number) {
   std::map<int64_t, SourceLine> by_id;
   for (const MapLine& piece : map.lines) {
     SourceLine& line = by_id[piece.id];
@@ -134,7 +134,7 @@ std::vector<SourceLine> SourceLinesOf(const LinesOfMap& map, int number) {
 
 // Places across a line, from the four numbers of LineFit: at its point, and by metre along it.
 using AcrossShift = Eigen::Matrix<double, 3, 4>;
-AcrossShift ShiftOf(const LineFit& fit, double along_m) {
+AcrossShift GetShift(const LineFit& fit, double along_m) {
   AcrossShift shift;
   shift << fit.across, along_m * fit.across;
   return shift;
@@ -158,7 +158,7 @@ Eigen::Matrix4d FitCovariance(const MapLine& piece) {
   return variances.asDiagonal();
 }
 
-int ObservationsOf(const SourceLine& line) { return line.pieces.front().observations; }
+int CollectObservations(const SourceLine& line) { return line.pieces.front().observations; }
 
 // The pieces as intervals, and a place for each, which says later what became of it.
 void AddPieces(const SourceLine& source, int index, TrackedLine* line) {
@@ -167,7 +167,7 @@ void AddPieces(const SourceLine& source, int index, TrackedLine* line) {
   };
   for (std::size_t i = 0; i < source.pieces.size(); ++i) {
     const double a = along_m(source.pieces[i].start_world), b = along_m(source.pieces[i].end_world);
-    const Stretch piece{std::min(a, b), std::max(a, b)};
+    const Interval piece{std::min(a, b), std::max(a, b)};
     line->intervals.push_back(piece);
     EdgePlace place;
     place.view = index;
@@ -178,7 +178,7 @@ void AddPieces(const SourceLine& source, int index, TrackedLine* line) {
     line->places.push_back(place);
   }
   std::sort(line->intervals.begin(), line->intervals.end(),
-            [](const Stretch& x, const Stretch& y) { return x.from_m < y.from_m; });
+            [](const Interval& x, const Interval& y) { return x.from_m < y.from_m; });
 }
 
 // As it is merged.
@@ -190,22 +190,22 @@ TrackedLine TrackedFrom(const SourceLine& source, int index, const UnitedAxes& a
   const Eigen::Vector3d way = longest->end_world - longest->start_world;
   TrackedLine line;
   line.line = {0.5 * (longest->start_world + longest->end_world), way.normalized()};
-  line.axis = axes.IndexOf(line.line.direction_world);
+  line.axis = axes.FindIndex(line.line.direction_world);
   line.map = source.map;
   line.fit.line = line.line;
-  line.fit.across = AcrossOf(line.line.direction_world);
+  line.fit.across = ComputeAcross(line.line.direction_world);
   const LineCovariance* known = source.covariances[longest - source.pieces.begin()];
   line.fit.covariance =
       known ? FitCovariance(*known, way.norm(), line.fit.across) : FitCovariance(*longest);
-  line.fit.views = ObservationsOf(source);
+  line.fit.views = CollectObservations(source);
   AddPieces(source, index, &line);
   return line;
 }
 
 // Its own place comes first: those of others are added behind.
-int LeaderOf(const TrackedLine& line) { return line.places.front().view; }
+int FindLeader(const TrackedLine& line) { return line.places.front().view; }
 
-std::vector<int> MembersOf(const TrackedLine& line) {
+std::vector<int> FindMembers(const TrackedLine& line) {
   std::vector<int> members;
   for (const EdgePlace& place : line.places) {
     if (std::find(members.begin(), members.end(), place.view) == members.end()) {
@@ -217,7 +217,7 @@ std::vector<int> MembersOf(const TrackedLine& line) {
 
 // What most of the length of the members says; unknown where none says anything. Of two that say as
 // much the one that claims more.
-LineKind KindOf(const std::vector<const SourceLine*>& members) {
+LineKind FindKind(const std::vector<const SourceLine*>& members) {
   std::map<LineKind, double> weights;
   for (const SourceLine* member : members) {
     for (const MapLine& piece : member->pieces) {
@@ -235,8 +235,8 @@ LineKind KindOf(const std::vector<const SourceLine*>& members) {
   return kind;
 }
 
-LineCovariance CovarianceAt(const LineFit& fit, const Stretch& piece) {
-  const AcrossShift start = ShiftOf(fit, piece.from_m), end = ShiftOf(fit, piece.to_m);
+LineCovariance CovarianceAt(const LineFit& fit, const Interval& piece) {
+  const AcrossShift start = GetShift(fit, piece.from_m), end = GetShift(fit, piece.to_m);
   return {0, 0, start * fit.covariance * start.transpose(), end * fit.covariance * end.transpose(),
           start * fit.covariance * end.transpose()};
 }
@@ -273,19 +273,19 @@ class Union {
  private:
   void Add(const TrackedLine& line) {
     std::vector<const SourceLine*> members;
-    for (const int member : MembersOf(line)) members.push_back(&sources_[member]);
-    const SourceLine& leader = sources_[LeaderOf(line)];
+    for (const int member : FindMembers(line)) members.push_back(&sources_[member]);
+    const SourceLine& leader = sources_[FindLeader(line)];
     MapLine piece = leader.pieces.front();
     piece.id = next_id_;
     piece.segment = 0;
-    piece.kind = KindOf(members);
+    piece.kind = FindKind(members);
     piece.observations = 0;
     piece.recent = false;
     for (const SourceLine* member : members) {
-      piece.observations += ObservationsOf(*member);
+      piece.observations += CollectObservations(*member);
       piece.recent = piece.recent || member->pieces.front().recent;
     }
-    for (const Stretch& interval : line.intervals) {
+    for (const Interval& interval : line.intervals) {
       piece.start_world = line.line.point_world + interval.from_m * line.line.direction_world;
       piece.end_world = line.line.point_world + interval.to_m * line.line.direction_world;
       united_.lines.push_back(piece);
@@ -328,11 +328,11 @@ class Union {
     std::vector<LineSupport>& supports = united_.evidence.supports;
     std::stable_sort(supports.begin(), supports.end(),
                      [&](const LineSupport& a, const LineSupport& b) {
-                       if (KeyOf(a) != KeyOf(b)) return KeyOf(a) < KeyOf(b);
+                       if (MakeKey(a) != MakeKey(b)) return MakeKey(a) < MakeKey(b);
                        return a.px.Length() > b.px.Length();
                      });
     const auto same = [](const LineSupport& a, const LineSupport& b) {
-      return KeyOf(a) == KeyOf(b);
+      return MakeKey(a) == MakeKey(b);
     };
     supports.erase(std::unique(supports.begin(), supports.end(), same), supports.end());
   }
@@ -352,8 +352,8 @@ LinesOfMap UniteLines(const LinesOfMap& first, const LinesOfMap& second, double 
   axes.AddFirst(first.lines);
   LinesOfMap renamed = second;
   axes.AddSecond(&renamed.lines);
-  std::vector<SourceLine> sources = SourceLinesOf(first, 0);
-  std::vector<SourceLine> others = SourceLinesOf(renamed, 1);
+  std::vector<SourceLine> sources = CollectSourceLines(first, 0);
+  std::vector<SourceLine> others = CollectSourceLines(renamed, 1);
   std::move(others.begin(), others.end(), std::back_inserter(sources));
   return Union(std::move(sources), alignment_m).Of(first, renamed, axes, options);
 }
@@ -368,13 +368,13 @@ constexpr double kOneAxis_m = 0.02;       // across, or as much of the radius as
 constexpr double kOneRadiusShare = 0.25;  // by which radii, and axes, of one pipe may differ
 constexpr double kGap_m = 0.3;            // along a pipe, between what both saw of it
 
-Vector3d DirectionOf(const MapPipe& pipe) {
+Vector3d GetDirection(const MapPipe& pipe) {
   return (pipe.end_world - pipe.start_world).normalized();
 }
 
 bool IsOnePipe(const MapPipe& a, const MapPipe& b) {
-  const Vector3d direction = DirectionOf(a);
-  if (LineAngle_rad(direction, DirectionOf(b)) > kOneAxis_rad) return false;
+  const Vector3d direction = GetDirection(a);
+  if (LineAngle_rad(direction, GetDirection(b)) > kOneAxis_rad) return false;
   const double radius_m = std::max(a.radius_m, b.radius_m);
   if (std::abs(a.radius_m - b.radius_m) > kOneRadiusShare * radius_m) return false;
   const Vector3d way = 0.5 * (b.start_world + b.end_world) - 0.5 * (a.start_world + a.end_world);
@@ -390,7 +390,7 @@ MapPipe United(const MapPipe& a, const MapPipe& b) {
   best.axis = a.axis;  // has its name already
   best.world = a.world;
   best.images = a.images + b.images;
-  const Vector3d from = best.start_world, direction = DirectionOf(best);
+  const Vector3d from = best.start_world, direction = GetDirection(best);
   double least_m = 0, most_m = 0;
   for (const Vector3d& p : {a.start_world, a.end_world, b.start_world, b.end_world}) {
     const double along_m = direction.dot(p - from);
@@ -405,7 +405,7 @@ MapPipe United(const MapPipe& a, const MapPipe& b) {
 void NameAxis(const std::vector<MapLine>& lines, MapPipe* pipe) {
   const auto is_along = [&](const MapLine& line) {
     return line.axis != LineAxis::kNone &&
-           LineAngle_rad(line.end_world - line.start_world, DirectionOf(*pipe)) < kSameName_rad;
+           LineAngle_rad(line.end_world - line.start_world, GetDirection(*pipe)) < kSameName_rad;
   };
   const auto found = std::find_if(lines.begin(), lines.end(), is_along);
   const bool is_named = pipe->axis != LineAxis::kNone && found != lines.end();

@@ -24,7 +24,7 @@ constexpr double kUprightNormal_z = 0.2, kLevelDirection_z = 0.1;
 
 using CubeKey = std::array<int64_t, 4>;  // and where it faces
 
-CubeKey CubeOf(const DensePoint& point) {
+CubeKey FindCube(const DensePoint& point) {
   int axis = 0;
   point.normal_world.cwiseAbs().maxCoeff(&axis);
   const auto index = [&](int i) {
@@ -41,7 +41,7 @@ std::vector<SurfaceSample> SampleSurfaces(const std::vector<DensePoint>& points)
   std::map<CubeKey, Sum> cubes;
   for (const DensePoint& point : points) {
     const double sigma_m = std::max(point.sigma_m, 0.002), weight = 1 / (sigma_m * sigma_m);
-    Sum& sum = cubes[CubeOf(point)];
+    Sum& sum = cubes[FindCube(point)];
     sum.p += weight * point.p_world;
     sum.normal += weight * point.normal_world;
     sum.weight += weight;
@@ -110,7 +110,7 @@ class HeadingHistogram {
   std::array<double, kHeadingBins> bins_ = {};
 };
 
-std::vector<double> HeadingsOf(const AlignmentFeatures& features) {
+std::vector<double> CollectHeadings(const AlignmentFeatures& features) {
   HeadingHistogram histogram;
   for (const LinePlace& line : features.lines) {
     if (std::abs(line.direction_world.z()) < kLevelDirection_z) {
@@ -127,12 +127,12 @@ std::vector<double> HeadingsOf(const AlignmentFeatures& features) {
 
 }  // namespace
 
-AlignmentFeatures FeaturesOf(const MapResult& map) {
+AlignmentFeatures FindFeatures(const MapResult& map) {
   AlignmentFeatures features;
   features.surfaces = SampleSurfaces(map.dense);
   SampleLines(map.lines, &features.lines);
   SampleLines(map.marks, &features.lines);
-  features.headings_rad = HeadingsOf(features);
+  features.headings_rad = CollectHeadings(features);
   return features;
 }
 
@@ -140,7 +140,7 @@ RigidTransform LevelTransform(double yaw_rad, const Eigen::Vector3d& translation
   return {Eigen::Quaterniond(Eigen::AngleAxisd(yaw_rad, Eigen::Vector3d::UnitZ())), translation};
 }
 
-double YawOf(const RigidTransform& transform) {
+double ComputeYaw(const RigidTransform& transform) {
   const Eigen::Vector3d x = transform.rotation * Eigen::Vector3d::UnitX();
   return std::atan2(x.y(), x.x());
 }
@@ -175,13 +175,13 @@ struct FeatureIndex::Cells {
   std::unordered_map<int64_t, std::vector<int>> near;
 
   void Add(const Eigen::Vector3d& p, int sample) {
-    const Eigen::Vector3i cell = CubeOf(p, kCell_m);
-    for (int i = 0; i < kCubesAround; ++i) near[KeyOf(CubeAround(cell, i))].push_back(sample);
+    const Eigen::Vector3i cell = FindCube(p, kCell_m);
+    for (int i = 0; i < kCubesAround; ++i) near[MakeKey(CubeAround(cell, i))].push_back(sample);
   }
 
   template <typename Visit>
   void ForEachNear(const Eigen::Vector3d& p, const Visit& visit) const {
-    const auto found = near.find(KeyOf(CubeOf(p, kCell_m)));
+    const auto found = near.find(MakeKey(FindCube(p, kCell_m)));
     if (found == near.end()) return;
     for (const int sample : found->second) visit(sample);
   }
@@ -398,7 +398,7 @@ void AddLines(const FeatureIndex& first, const std::vector<LinePlace>& places,
   fit->line_rms_m = std::sqrt(squares_m2 / std::max(1, fit->lines));
 }
 
-Eigen::Vector3d CentreOf(const AlignmentFeatures& features) {
+Eigen::Vector3d ComputeCentre(const AlignmentFeatures& features) {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   for (const SurfaceSample& surface : features.surfaces) sum += surface.p_world;
   for (const LinePlace& place : features.lines) sum += place.p_world;
@@ -412,7 +412,7 @@ std::optional<AlignmentFit> FitAlignment(const FeatureIndex& first, const Alignm
                                          const RigidTransform& start,
                                          const AlignmentFitOptions& options) {
   AlignmentFit fit{start};
-  const Eigen::Vector3d centre = CentreOf(second);
+  const Eigen::Vector3d centre = ComputeCentre(second);
   for (int step = 0; step < options.steps; ++step) {
     const double share = static_cast<double>(step) / std::max(1, options.steps - 1);
     const double gate_m = options.from_m * std::pow(options.to_m / options.from_m, share);

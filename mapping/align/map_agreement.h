@@ -36,11 +36,11 @@ struct AlignmentFeatures {
 };
 
 // Deterministic. Marks count as lines do: they are as true.
-AlignmentFeatures FeaturesOf(const MapResult& map);
+AlignmentFeatures FindFeatures(const MapResult& map);
 
 // The turn about z by an angle, then a translation.
 RigidTransform LevelTransform(double yaw_rad, const Eigen::Vector3d& translation);
-double YawOf(const RigidTransform& transform);
+double ComputeYaw(const RigidTransform& transform);
 
 // What two maps say of each other where both have looked.
 

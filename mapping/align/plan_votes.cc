@@ -50,7 +50,7 @@ struct PlanBox {
   Eigen::Vector2d size() const { return most - least; }
 };
 
-PlanBox BoxOf(const AlignmentFeatures& features, const RigidTransform& turn) {
+PlanBox BoundPoints(const AlignmentFeatures& features, const RigidTransform& turn) {
   PlanBox box;
   for (const SurfaceSample& surface : features.surfaces) box.Add(turn * surface.p_world);
   for (const LinePlace& line : features.lines) box.Add(turn * line.p_world);
@@ -119,7 +119,7 @@ struct PlanPeak {
 
 // The shifts with most votes of all around them, some apart; those above `most` stand for what is
 // behind zero.
-std::vector<PlanPeak> PeaksOf(const cv::Mat1f& votes, const Eigen::Vector2i& most, int apart,
+std::vector<PlanPeak> FindPeaks(const cv::Mat1f& votes, const Eigen::Vector2i& most, int apart,
                               const std::function<bool(const Eigen::Vector2i&)>& is_allowed) {
   cv::Mat1f highest, wrapped;
   const int border = apart;
@@ -157,7 +157,7 @@ class Heights {
   }
 
   // Shifts of the other that bring its heights onto these, the best first.
-  std::vector<double> ShiftsOf(const Heights& other,
+  std::vector<double> FindShifts(const Heights& other,
                                const std::function<bool(double)>& is_allowed) const {
     std::vector<std::pair<double, int>> sums;
     for (int shift = -kBins; shift <= kBins; ++shift) {
@@ -211,7 +211,7 @@ struct Turn {
   double yaw_rad = 0, heading_rad = 0;
 };
 
-std::vector<Turn> TurnsOf(const AlignmentFeatures& first, const AlignmentFeatures& second,
+std::vector<Turn> FindTurns(const AlignmentFeatures& first, const AlignmentFeatures& second,
                           const AlignmentOptions& options) {
   std::vector<Turn> turns;
   for (const double to_rad : first.headings_rad) {
@@ -239,7 +239,7 @@ cv::Size CellsFor(const PlanBox& first, const PlanBox& second, double cell_m) {
           cv::getOptimalDFTSize(static_cast<int>(size.y()) + 4)};
 }
 
-std::vector<AlignmentCandidate> CandidatesOf(const Turn& turn, const AlignmentFeatures& first,
+std::vector<AlignmentCandidate> ListCandidates(const Turn& turn, const AlignmentFeatures& first,
                                              const AlignmentFeatures& second,
                                              const std::vector<double>& shifts_up_m,
                                              const AlignmentOptions& options,
@@ -247,7 +247,7 @@ std::vector<AlignmentCandidate> CandidatesOf(const Turn& turn, const AlignmentFe
   const RigidTransform straight = LevelTransform(-turn.heading_rad, Eigen::Vector3d::Zero());
   const RigidTransform turned =
       LevelTransform(turn.yaw_rad - turn.heading_rad, Eigen::Vector3d::Zero());
-  const PlanBox first_box = BoxOf(first, straight), second_box = BoxOf(second, turned);
+  const PlanBox first_box = BoundPoints(first, straight), second_box = BoundPoints(second, turned);
   const double extent_m = (first_box.size() + second_box.size()).maxCoeff();
   const double cell_m = std::max(options.vote_cell_m, extent_m / kMostCells);
   const cv::Size cells = CellsFor(first_box, second_box, cell_m);
@@ -268,7 +268,7 @@ std::vector<AlignmentCandidate> CandidatesOf(const Turn& turn, const AlignmentFe
   const Eigen::Vector2i most = (first_box.size() / cell_m).array().ceil().cast<int>();
   const cv::Mat1f votes = Correlation(ours, theirs, progress.Part(0.8, 0.9));
   progress.ReportOrStop(0.9);
-  for (const PlanPeak& peak : PeaksOf(votes, most, apart, is_allowed)) {
+  for (const PlanPeak& peak : FindPeaks(votes, most, apart, is_allowed)) {
     for (const double up_m : shifts_up_m) {
       Eigen::Vector3d shift = translation(peak.shift);
       shift.z() = up_m;
@@ -287,12 +287,12 @@ std::vector<AlignmentCandidate> FindCandidates(const AlignmentFeatures& first,
   const auto is_allowed_up = [&](double up_m) {
     return !options.start || std::abs(up_m - options.start->p_world.z()) <= kStartReachUp_m;
   };
-  const std::vector<double> shifts_up_m = Heights(first).ShiftsOf(Heights(second), is_allowed_up);
+  const std::vector<double> shifts_up_m = Heights(first).FindShifts(Heights(second), is_allowed_up);
   std::vector<AlignmentCandidate> all;
-  const std::vector<Turn> turns = TurnsOf(first, second, options);
+  const std::vector<Turn> turns = FindTurns(first, second, options);
   for (std::size_t i = 0; i < turns.size(); ++i) {
     const double from = static_cast<double>(i), count = static_cast<double>(turns.size());
-    const auto candidates = CandidatesOf(turns[i], first, second, shifts_up_m, options,
+    const auto candidates = ListCandidates(turns[i], first, second, shifts_up_m, options,
                                          progress.Part(from / count, (from + 1) / count));
     all.insert(all.end(), candidates.begin(), candidates.end());
   }

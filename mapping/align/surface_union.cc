@@ -36,7 +36,7 @@ struct SideVoxelHash {
   }
 };
 
-SideVoxel VoxelOf(const Eigen::Vector3d& p, const Eigen::Vector3d& normal, double voxel_m) {
+SideVoxel FindVoxel(const Eigen::Vector3d& p, const Eigen::Vector3d& normal, double voxel_m) {
   int axis = 0;
   normal.cwiseAbs().maxCoeff(&axis);
   const auto index = [&](int i) { return static_cast<int64_t>(std::floor(p[i] / voxel_m)); };
@@ -86,7 +86,7 @@ std::vector<DensePoint> WithoutDoubles(const std::vector<DensePoint>& points, do
   };
   std::vector<char> stays(points.size(), 0);
   for (const std::size_t i : order) {
-    const SideVoxel voxel = VoxelOf(points[i].p_world, points[i].normal_world, voxel_m);
+    const SideVoxel voxel = FindVoxel(points[i].p_world, points[i].normal_world, voxel_m);
     bool doubles = false;
     for (int k = 0; k < 125 && !doubles; ++k) {
       const auto found = kept.find(
@@ -106,8 +106,8 @@ std::vector<DensePoint> WithoutDoubles(const std::vector<DensePoint>& points, do
   return left;
 }
 
-SideVoxel VoxelOf(const MapPoint& point, double voxel_m) {
-  return VoxelOf(point.p_world, Eigen::Vector3d::UnitX(), voxel_m);
+SideVoxel FindVoxel(const MapPoint& point, double voxel_m) {
+  return FindVoxel(point.p_world, Eigen::Vector3d::UnitX(), voxel_m);
 }
 
 // The points of a voxel.
@@ -148,7 +148,7 @@ std::vector<DensePoint> UniteSurfaces(const std::vector<DensePoint>& first,
   std::map<SideVoxel, SurfaceSum> voxels;
   for (const std::vector<DensePoint>* points : {&first, &second}) {
     for (const DensePoint& point : *points) {
-      voxels[VoxelOf(point.p_world, point.normal_world, voxel_m)].Add(point);
+      voxels[FindVoxel(point.p_world, point.normal_world, voxel_m)].Add(point);
     }
   }
   std::vector<DensePoint> means;
@@ -159,7 +159,7 @@ std::vector<DensePoint> UniteSurfaces(const std::vector<DensePoint>& first,
 UnitedPoints UnitePoints(const UnitedPoints& first, const UnitedPoints& second, double voxel_m) {
   std::map<SideVoxel, PointSum> voxels;
   for (const UnitedPoints* map : {&first, &second}) {
-    for (const MapPoint& point : map->points) voxels[VoxelOf(point, voxel_m)].Add(point);
+    for (const MapPoint& point : map->points) voxels[FindVoxel(point, voxel_m)].Add(point);
   }
   UnitedPoints united;
   for (auto& [voxel, sum] : voxels) {
@@ -168,11 +168,11 @@ UnitedPoints UnitePoints(const UnitedPoints& first, const UnitedPoints& second, 
   }
   for (const UnitedPoints* map : {&first, &second}) {
     AddObservations(
-        *map, [&](const MapPoint& p) { return &voxels.at(VoxelOf(p, voxel_m)); },
+        *map, [&](const MapPoint& p) { return &voxels.at(FindVoxel(p, voxel_m)); },
         &united.observations);
   }
   std::ranges::sort(united.observations, {},
-                    [](const MapPointObservation& seen) { return KeyOf(seen); });
+                    [](const MapPointObservation& seen) { return MakeKey(seen); });
   return united;
 }
 

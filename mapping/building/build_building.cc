@@ -38,7 +38,7 @@ struct LevelData {
   std::vector<WallFace> unseen;  // backs of walls
 };
 
-std::vector<WallFace> WallsOf(const std::vector<BuiltFace>& faces) {
+std::vector<WallFace> MakeWalls(const std::vector<BuiltFace>& faces) {
   std::vector<WallFace> walls;
   for (const BuiltFace& built : faces) {
     if (built.is_wall) walls.push_back(built.wall);
@@ -81,7 +81,7 @@ void AddLineSamples(const BuildingInput& input, const std::vector<Level>& levels
 }
 
 // By view, that of its camera; -1: none.
-std::vector<int> LevelsOf(const std::vector<Sights>& sights, const std::vector<Level>& levels) {
+std::vector<int> CollectLevels(const std::vector<Sights>& sights, const std::vector<Level>& levels) {
   std::vector<int> level_of;
   for (const Sights& view : sights) level_of.push_back(LevelAt(levels, view.p_world_camera));
   return level_of;
@@ -110,16 +110,16 @@ std::vector<FreeSpace> FreeSpaces(const BuildingInput& input, const std::vector<
                                   EndOf end_of) {
   std::vector<FreeSpace> spaces;
   for (const Level& level : levels) spaces.push_back(MakeFreeSpace(input, level, options));
-  const std::vector<int> level_of = LevelsOf(input.sights, levels);
+  const std::vector<int> level_of = CollectLevels(input.sights, levels);
   const SightRays rays(input.sights, options.max_rays);
   const auto threads = static_cast<size_t>(std::max(1, cv::getNumThreads()));
   std::vector<std::vector<FreeSpace>> of_threads(threads, spaces);
   const auto add_view = [&](size_t view, std::vector<FreeSpace>* some) {
     const int i = level_of[view];
     if (i < 0) return;
-    rays.ForEachOf(view, [&](const Vector3d& camera, const Vector3d& end, double sigma_m) {
+    rays.ForEachIn(view, [&](const Vector3d& camera, const Vector3d& end, double sigma_m) {
       const auto way =
-          FreeWayOf(camera, end, sigma_m, levels[i].floor_m, levels[i].top_m, options.cell_m);
+          FindFreeWay(camera, end, sigma_m, levels[i].floor_m, levels[i].top_m, options.cell_m);
       if (way) (*some)[i].AddWay(way->from, end_of(i, way->from, way->to));
     });
   };
@@ -129,7 +129,7 @@ std::vector<FreeSpace> FreeSpaces(const BuildingInput& input, const std::vector<
     });
   });
   for (const std::vector<FreeSpace>& some : of_threads) {
-    for (size_t i = 0; i < spaces.size(); ++i) spaces[i].AddWaysOf(some[i]);
+    for (size_t i = 0; i < spaces.size(); ++i) spaces[i].AddWaysFrom(some[i]);
   }
   return spaces;
 }
@@ -153,7 +153,7 @@ void FindLevelFaces(const std::vector<FreeSpace>& spaces, const BuildingOptions&
 void AddHits(const LevelData& data, const Face& face, FaceGrid* grid) {
   for (const FaceSample& sample : data.samples) {
     const Vector2d p = sample.p_world.head<2>();
-    const double distance_m = std::abs(face.DistanceTo(p)), along_m = face.AlongOf(p);
+    const double distance_m = std::abs(face.DistanceTo(p)), along_m = face.MeasureAlong(p);
     if (distance_m > kBesideWall_m) continue;
     // The cheeks of an opening do not close it, nor does what faces the other way.
     if (!sample.normal.isZero() && sample.normal.dot(face.normal) < 0.5) continue;
@@ -179,7 +179,7 @@ void FillGrids(const BuildingInput& input, const std::vector<Level>& levels,
       AddHits(level, built.wall.face, &level.grids.back());
     }
   }
-  const std::vector<int> level_of = LevelsOf(input.sights, levels);
+  const std::vector<int> level_of = CollectLevels(input.sights, levels);
   const SightRays rays(input.sights, options.max_rays);
   std::vector<std::pair<size_t, size_t>> faces;  // level, and face of it
   for (size_t i = 0; i < data->size(); ++i) {
@@ -192,7 +192,7 @@ void FillGrids(const BuildingInput& input, const std::vector<Level>& levels,
       FaceGrid* grid = &(*data)[i].grids[k];
       for (size_t view = begin; view < end; ++view) {
         if (level_of[view] != static_cast<int>(i)) continue;
-        rays.ForEachOf(view, [&](const Vector3d& camera, const Vector3d& ray_end, double sigma_m) {
+        rays.ForEachIn(view, [&](const Vector3d& camera, const Vector3d& ray_end, double sigma_m) {
           AddRay(face, camera, ray_end, sigma_m, options.behind_m, grid);
         });
       }
@@ -237,13 +237,13 @@ void LookAtFaces(const BuildingInput& input, const Level& level, const BuildingO
       CoverWindows(built.openings, level, &built.wall);
     }
   }
-  data->unseen = UnseenFaces(WallsOf(data->faces), options);
+  data->unseen = UnseenFaces(MakeWalls(data->faces), options);
 }
 
 void AddRooms(const BuildingInput& input, const Level& level, int64_t storey,
               const BuildingOptions& options, const LevelData& data, const FreeSpace& inside,
               Building* building) {
-  std::vector<WallFace> walls = WallsOf(data.faces);
+  std::vector<WallFace> walls = MakeWalls(data.faces);
   walls.insert(walls.end(), data.unseen.begin(), data.unseen.end());
   for (const FoundRoom& found : FindRooms(walls, inside, options)) {
     Room room;
@@ -269,7 +269,7 @@ std::vector<Vector3d> Rectangle(const Face& face, double from_m, double to_m, do
 }
 
 // Of a wall from its storey's floor to its top; of other things as far as they were measured.
-BuildingPlane PlaneOf(const BuiltFace& built, const Level& level) {
+BuildingPlane MakePlane(const BuiltFace& built, const Level& level) {
   const Face& face = built.wall.face;
   BuildingPlane plane;
   plane.id = built.plane_id;
@@ -323,8 +323,8 @@ std::vector<FaceOpening> OpeningsBehind(const std::vector<BuiltFace>& faces, con
   for (const BuiltFace& front : faces) {
     if (front.is_inferred || !BodyBetween(front.wall.face, back, options)) continue;
     for (FaceOpening opening : front.openings) {
-      const double a = back.AlongOf(front.wall.face.PointAt(opening.from_m));
-      const double b = back.AlongOf(front.wall.face.PointAt(opening.to_m));
+      const double a = back.MeasureAlong(front.wall.face.PointAt(opening.from_m));
+      const double b = back.MeasureAlong(front.wall.face.PointAt(opening.to_m));
       opening.from_m = std::max(std::min(a, b), back.from_m);
       opening.to_m = std::min(std::max(a, b), back.to_m);
       if (opening.to_m - opening.from_m >= options.min_opening_m) openings.push_back(opening);
@@ -365,7 +365,7 @@ void AddPlanes(const std::vector<Level>& levels, std::vector<LevelData>* data, B
     for (BuiltFace& built : (*data)[i].faces) {
       if (!built.is_wall && built.wall.face.area_m2 < kOther_m2) continue;
       built.plane_id = static_cast<int64_t>(building->planes.size());
-      building->planes.push_back(PlaneOf(built, levels[i]));
+      building->planes.push_back(MakePlane(built, levels[i]));
       if (built.is_wall) building->planes.back().room_ids = RoomsBefore(built, building->rooms);
     }
   }

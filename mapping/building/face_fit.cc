@@ -92,7 +92,7 @@ double CellArea(const std::set<std::pair<int, int>>& cells) {
   return static_cast<double>(cells.size()) * kAreaCell_m * kAreaCell_m;
 }
 
-std::pair<int, int> AreaCellOf(double s, double z) {
+std::pair<int, int> FindAreaCell(double s, double z) {
   return {static_cast<int>(std::floor(s / kAreaCell_m)),
           static_cast<int>(std::floor(z / kAreaCell_m))};
 }
@@ -203,7 +203,7 @@ bool MeanAround(const HeadedSample* begin, const HeadedSample* end, double n, do
   return true;
 }
 
-std::vector<Offset> OffsetsOf(const HeadedSample* begin, const HeadedSample* end, double merge_m) {
+std::vector<Offset> FindOffsets(const HeadedSample* begin, const HeadedSample* end, double merge_m) {
   const std::map<int, double> density = Density(begin, end, merge_m);
   std::vector<Offset> offsets;
   for (const auto& [bin, here] : density) {
@@ -267,7 +267,7 @@ std::vector<std::vector<StripMean>> FollowOffsets(const std::vector<HeadedSample
     size_t end = first;
     while (end < samples.size() && samples[end].s < (strip + 1) * kStrip_m) ++end;
     end = std::max(end, first + 1);
-    Extend(OffsetsOf(&samples[first], samples.data() + end, options.merge_m), strip,
+    Extend(FindOffsets(&samples[first], samples.data() + end, options.merge_m), strip,
            options.merge_m, &open);
     for (const Chain& chain : open) {
       if (strip - chain.last >= kGapStrips) done.push_back(chain);

@@ -46,7 +46,7 @@ bool Refit(const std::vector<HeadedSample>& samples, double tolerance_cosine, do
 
 // Cells of 10 cm, as area.
 double CellArea(const std::set<std::pair<int, int>>& cells);
-std::pair<int, int> AreaCellOf(double s, double z);
+std::pair<int, int> FindAreaCell(double s, double z);
 
 // Offsets in strips along a heading, and chains of them from strip to strip.
 

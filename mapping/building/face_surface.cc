@@ -165,7 +165,7 @@ class Surface {
     std::vector<const FaceSample*> points;
     PointIndex line_places(kBesideLine_m);  // on the face
     for (const FaceSample& sample : samples) {
-      const Place place = PlaceOf(sample, face);
+      const Place place = FindPlace(sample, face);
       if (std::abs(place.distance_m) >= kSamplesWithin_m || place.along_m < face.from_m ||
           place.along_m > face.to_m || !LiesAlong(sample, face)) {
         continue;
@@ -236,18 +236,18 @@ class Surface {
   }
 
  private:
-  static Place PlaceOf(const FaceSample& sample, const Face& face) {
+  static Place FindPlace(const FaceSample& sample, const Face& face) {
     const Vector2d p = sample.p_world.head<2>();
-    return {face.AlongOf(p), face.DistanceTo(p), std::max(sample.sigma_m, kLeastSigma_m)};
+    return {face.MeasureAlong(p), face.DistanceTo(p), std::max(sample.sigma_m, kLeastSigma_m)};
   }
 
   // Along it and up.
   static Eigen::Vector3d OnFace(const FaceSample& sample, const Face& face) {
-    return {face.AlongOf(sample.p_world.head<2>()), sample.p_world.z(), 0};
+    return {face.MeasureAlong(sample.p_world.head<2>()), sample.p_world.z(), 0};
   }
 
-  static FaceCell CellOf(const FaceSample& sample, const Face& face) {
-    const Eigen::Vector3i cube = CubeOf(OnFace(sample, face), kCell_m);
+  static FaceCell FindCell(const FaceSample& sample, const Face& face) {
+    const Eigen::Vector3i cube = FindCube(OnFace(sample, face), kCell_m);
     return {cube.x(), cube.y()};
   }
 
@@ -267,10 +267,10 @@ class Surface {
   static double AddByArea(const std::vector<const FaceSample*>& points, const Face& face,
                           Evidence* evidence) {
     std::map<FaceCell, int> counts;
-    for (const FaceSample* point : points) ++counts[CellOf(*point, face)];
+    for (const FaceSample* point : points) ++counts[FindCell(*point, face)];
     for (const FaceSample* point : points) {
-      Place& place = evidence->places.emplace_back(PlaceOf(*point, face));
-      place.weight = kCellPoints / counts.at(CellOf(*point, face));
+      Place& place = evidence->places.emplace_back(FindPlace(*point, face));
+      place.weight = kCellPoints / counts.at(FindCell(*point, face));
     }
     return static_cast<double>(counts.size()) * kCell_m * kCell_m;
   }

@@ -57,7 +57,7 @@ std::optional<double> StrongestHeading(const std::vector<FaceSample>& samples,
 }
 
 // Of a sample from the face that it is on.
-double SigmaOf(const FaceSample& sample) {
+double EvaluateSigma(const FaceSample& sample) {
   constexpr double kProud_m = 0.01;  // frames and skirtings, which have most lines, before a wall
   return sample.normal.isZero() ? std::hypot(sample.sigma_m, kProud_m) : sample.sigma_m;
 }
@@ -92,7 +92,7 @@ class HeadingSearch {
       FaceFit fit = FitStrips(chain, options_);
       std::vector<int> members;
       if (!Refit(left, tolerance_cosine_, Gate(), options_, &fit, &members)) continue;
-      std::optional<FoundFace> found = FaceOf(left, fit, members);
+      std::optional<FoundFace> found = MakeFace(left, fit, members);
       if (!found) continue;
       Take(fit, &left);
       faces.push_back(*std::move(found));
@@ -109,7 +109,7 @@ class HeadingSearch {
     HeadedSample headed{heading_.dot(p),
                         along_.dot(p),
                         sample.p_world.z(),
-                        SigmaOf(sample),
+                        EvaluateSigma(sample),
                         !sample.normal.isZero(),
                         {heading_.dot(sample.normal), along_.dot(sample.normal)},
                         index};
@@ -123,13 +123,13 @@ class HeadingSearch {
     headed_.push_back(headed);
   }
 
-  std::optional<FoundFace> FaceOf(const std::vector<HeadedSample>& samples, const FaceFit& fit,
+  std::optional<FoundFace> MakeFace(const std::vector<HeadedSample>& samples, const FaceFit& fit,
                                   const std::vector<int>& members) const {
     FoundFace found{{}, fit, {}};
     std::set<std::pair<int, int>> cells;
     std::vector<double> heights;
     for (const int member : members) {
-      cells.insert(AreaCellOf(samples[member].s, samples[member].z));
+      cells.insert(FindAreaCell(samples[member].s, samples[member].z));
       heights.push_back(samples[member].z);
       found.used.push_back(samples[member].index);
     }
@@ -156,8 +156,8 @@ class HeadingSearch {
     face.offset_m = face.normal.dot(middle);
     face.sigma_m = fit.offset_sigma_m;
     face.heading_sigma_rad = fit.slope_sigma;
-    face.from_m = face.AlongOf(fit.At(fit.from_m) * heading_ + fit.from_m * along_);
-    face.to_m = face.AlongOf(fit.At(fit.to_m) * heading_ + fit.to_m * along_);
+    face.from_m = face.MeasureAlong(fit.At(fit.from_m) * heading_ + fit.from_m * along_);
+    face.to_m = face.MeasureAlong(fit.At(fit.to_m) * heading_ + fit.to_m * along_);
   }
 
   // Takes away what lies on a face, and the tails of it.
@@ -214,7 +214,7 @@ class HeadingSearch {
     if (static_cast<double>(members.size()) < kLeastKept * static_cast<double>(samples.size())) {
       return false;
     }
-    std::optional<FoundFace> joined = FaceOf(samples, fit, members);
+    std::optional<FoundFace> joined = MakeFace(samples, fit, members);
     if (!joined) return false;
     a = *std::move(joined);
     faces->erase(faces->begin() + static_cast<int64_t>(j));
@@ -233,9 +233,9 @@ void Explain(const std::vector<FaceSample>& samples, const Face& face,
   for (size_t i = 0; i < samples.size(); ++i) {
     const FaceSample& sample = samples[i];
     const Vector2d p = sample.p_world.head<2>();
-    const double along_m = face.AlongOf(p);
+    const double along_m = face.MeasureAlong(p);
     if (along_m < face.from_m || along_m > face.to_m) continue;
-    if (std::abs(face.DistanceTo(p)) > std::max(kNear_m, kTails * SigmaOf(sample))) continue;
+    if (std::abs(face.DistanceTo(p)) > std::max(kNear_m, kTails * EvaluateSigma(sample))) continue;
     const bool is_like = sample.normal.isZero()
                              ? std::abs(sample.direction.dot(face.normal)) < kLineTurn_rad
                              : sample.normal.dot(face.normal) > 0.9;
@@ -244,11 +244,11 @@ void Explain(const std::vector<FaceSample>& samples, const Face& face,
 }
 
 // A face that stands a little before or behind a stronger one, within its extent, is what it left.
-bool IsLayerOf(const Face& face, const Face& stronger, double merge_m) {
+bool IsLayerBefore(const Face& face, const Face& stronger, double merge_m) {
   if (face.normal.dot(stronger.normal) < 0.98) return false;
   const double middle_m = 0.5 * (face.from_m + face.to_m);
   const Vector2d middle = face.PointAt(middle_m);
-  const double along_m = stronger.AlongOf(middle);
+  const double along_m = stronger.MeasureAlong(middle);
   if (along_m < stronger.from_m || along_m > stronger.to_m) return false;
   return std::abs(stronger.DistanceTo(middle)) <=
          std::clamp(2 * std::hypot(face.sigma_m, stronger.sigma_m), 2 * merge_m, kLayer_m);
@@ -263,13 +263,13 @@ double SigmaAt(const Face& face, double along_m) {
 bool GoesOn(const Face& face, const Face& stronger, const BuildingOptions& options) {
   constexpr double kMostTurn = 0.035;
   if (stronger.normal.dot(face.normal) < std::cos(kMostTurn)) return false;
-  const double a = stronger.AlongOf(face.PointAt(face.from_m));
-  const double b = stronger.AlongOf(face.PointAt(face.to_m));
+  const double a = stronger.MeasureAlong(face.PointAt(face.from_m));
+  const double b = stronger.MeasureAlong(face.PointAt(face.to_m));
   const double gap_m = std::max(a - stronger.to_m, stronger.from_m - b);
   if (gap_m > options.join_gap_m) return false;
   const double middle_m = 0.5 * (face.from_m + face.to_m);
   const double sigma_m =
-      std::hypot(face.sigma_m, SigmaAt(stronger, stronger.AlongOf(face.PointAt(middle_m))));
+      std::hypot(face.sigma_m, SigmaAt(stronger, stronger.MeasureAlong(face.PointAt(middle_m))));
   return std::abs(stronger.DistanceTo(face.PointAt(middle_m))) <=
          std::min(std::max(2 * sigma_m, options.merge_m), 2 * options.merge_m);
 }
@@ -288,7 +288,7 @@ void ExtendAlongLines(const std::vector<FaceSample>& samples, const BuildingOpti
       continue;
     }
     const Vector2d p = sample.p_world.head<2>();
-    const double along_m = face->AlongOf(p);
+    const double along_m = face->MeasureAlong(p);
     if (std::abs(along_m - middle_m) > reach_m) continue;
     if (std::abs(face->DistanceTo(p)) <= kOnFace_m) places_m.push_back(along_m);
   }
@@ -311,8 +311,8 @@ std::vector<Face> Continued(const std::vector<Face>& faces, const BuildingOption
       kept.push_back(face);
       continue;
     }
-    const double a = stronger->AlongOf(face.PointAt(face.from_m));
-    const double b = stronger->AlongOf(face.PointAt(face.to_m));
+    const double a = stronger->MeasureAlong(face.PointAt(face.from_m));
+    const double b = stronger->MeasureAlong(face.PointAt(face.to_m));
     stronger->from_m = std::min(stronger->from_m, a);
     stronger->to_m = std::max(stronger->to_m, b);
     stronger->low_m = std::min(stronger->low_m, face.low_m);
@@ -337,7 +337,7 @@ std::vector<Face> FindFaces(const std::vector<FaceSample>& samples, const IsFree
       HeadingSearch search(samples, explained, is_free, options, *heading + turn);
       for (const FoundFace& found : search.Find()) {
         const bool is_layer = std::any_of(faces.begin(), faces.end(), [&](const Face& face) {
-          return IsLayerOf(found.face, face, options.merge_m);
+          return IsLayerBefore(found.face, face, options.merge_m);
         });
         if (!is_layer) faces.push_back(found.face);
         Explain(samples, found.face, &explained);
@@ -367,7 +367,7 @@ double SquareTurn(double angle_rad) {
   return angle_rad - 0.5 * M_PI * std::round(angle_rad / (0.5 * M_PI));
 }
 
-double AngleOf(const Face& face) { return std::atan2(face.normal.y(), face.normal.x()); }
+double ComputeAngle(const Face& face) { return std::atan2(face.normal.y(), face.normal.x()); }
 
 }  // namespace
 
@@ -378,7 +378,7 @@ void AgreeHeadings(std::vector<Face>* faces) {
     double weight = 0, sum = 0;
     for (const Face& other : *faces) {
       if (&other == &face) continue;
-      const double turn = SquareTurn(AngleOf(other) - AngleOf(face));
+      const double turn = SquareTurn(ComputeAngle(other) - ComputeAngle(face));
       const double sigma = std::hypot(kParallel_rad, other.heading_sigma_rad);
       if (std::abs(turn) > 3 * std::hypot(sigma, face.heading_sigma_rad)) continue;
       weight += 1 / (sigma * sigma);
@@ -391,7 +391,7 @@ void AgreeHeadings(std::vector<Face>* faces) {
   }
   for (size_t i = 0; i < faces->size(); ++i) {
     Face& face = (*faces)[i];
-    face.MoveTo(face.Middle(), Direction(AngleOf(face) + turns_rad[i]));
+    face.MoveTo(face.Middle(), Direction(ComputeAngle(face) + turns_rad[i]));
   }
 }
 
@@ -402,7 +402,7 @@ double MainHeading(const std::vector<Face>& faces) {
   std::array<Vector2d, kBins> sums;
   sums.fill(Vector2d::Zero());
   for (const Face& face : faces) {
-    const double angle = AngleOf(face);
+    const double angle = ComputeAngle(face);
     const int bin = static_cast<int>(std::floor(angle / kDegree + 360)) % kBins;
     for (int k = -2; k <= 2; ++k) {
       lengths[(bin + k + kBins) % kBins] += face.Length();

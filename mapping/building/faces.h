@@ -35,7 +35,7 @@ struct Face {
 
   Eigen::Vector2d Along() const { return {-normal.y(), normal.x()}; }
   double DistanceTo(const Eigen::Vector2d& p) const { return normal.dot(p) - offset_m; }
-  double AlongOf(const Eigen::Vector2d& p) const { return Along().dot(p); }
+  double MeasureAlong(const Eigen::Vector2d& p) const { return Along().dot(p); }
   Eigen::Vector2d PointAt(double along_m) const { return offset_m * normal + along_m * Along(); }
   Eigen::Vector2d Middle() const { return PointAt(0.5 * (from_m + to_m)); }
   double Length() const { return to_m - from_m; }
@@ -45,7 +45,7 @@ struct Face {
     const double half_m = 0.5 * Length();
     normal = new_normal;
     offset_m = normal.dot(middle);
-    from_m = AlongOf(middle) - half_m;
+    from_m = MeasureAlong(middle) - half_m;
     to_m = from_m + 2 * half_m;
   }
 };

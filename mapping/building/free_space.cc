@@ -39,7 +39,7 @@ FreeSpace::FreeSpace(const Eigen::AlignedBox2d& box, double cell_m)
       rows_(static_cast<int64_t>(std::ceil(box.sizes().y() / cell_m)) + 1),
       ways_(columns_ * rows_, 0) {}
 
-int64_t FreeSpace::IndexOf(const Vector2d& point) const {
+int64_t FreeSpace::FindIndex(const Vector2d& point) const {
   const Vector2d cell = (point - box_.min()) / cell_m_;
   const auto x = static_cast<int64_t>(std::floor(cell.x()));
   const auto y = static_cast<int64_t>(std::floor(cell.y()));
@@ -51,25 +51,25 @@ void FreeSpace::AddWay(const Vector2d& from, const Vector2d& to) {
   const int steps = std::max(1, static_cast<int>(std::ceil(way.norm() / (0.7 * cell_m_))));
   int64_t last = -1;
   for (int i = 0; i <= steps; ++i) {
-    const int64_t index = IndexOf(from + way * (static_cast<double>(i) / steps));
+    const int64_t index = FindIndex(from + way * (static_cast<double>(i) / steps));
     if (index < 0 || index == last) continue;
     last = index;
     if (ways_[index] < kMostWays) ++ways_[index];
   }
 }
 
-void FreeSpace::AddWaysOf(const FreeSpace& other) {
+void FreeSpace::AddWaysFrom(const FreeSpace& other) {
   for (size_t i = 0; i < ways_.size(); ++i) {
     ways_[i] = static_cast<uint8_t>(std::min<int>(kMostWays, ways_[i] + other.ways_[i]));
   }
 }
 
 bool FreeSpace::IsFree(const Vector2d& point) const {
-  const int64_t index = IndexOf(point);
+  const int64_t index = FindIndex(point);
   return index >= 0 && ways_[index] >= kLeastWays;
 }
 
-double FreeSpace::ShareOf(const Polygon& polygon) const {
+double FreeSpace::ComputeShareFree(const Polygon& polygon) const {
   Eigen::AlignedBox2d bounds;
   for (const Vector2d& point : polygon.outline) bounds.extend(point);
   int64_t all = 0, free = 0;
@@ -97,7 +97,7 @@ Eigen::AlignedBox2d FreeSpace::FreeBox(const Eigen::Rotation2Dd& R_box_world) co
   return free;
 }
 
-std::optional<FreeWay> FreeWayOf(const Vector3d& p_world_camera, const Vector3d& end,
+std::optional<FreeWay> FindFreeWay(const Vector3d& p_world_camera, const Vector3d& end,
                                  double sigma_m, double floor_m, double top_m, double cell_m) {
   return ClipRay(p_world_camera, end, std::max(cell_m, kRayEndSigmas * sigma_m),
                  floor_m + kFreeSlack_m, top_m - kFreeSlack_m);
@@ -172,7 +172,7 @@ ColumnCounts CountAround(const FaceGrid& grid, int middle) {
   return counts;
 }
 
-double ShareOf(const ColumnCounts& counts) {
+double ComputeShareFree(const ColumnCounts& counts) {
   const int solid = kSolidRows * counts.columns;
   const double passed = static_cast<double>(counts.passes) / counts.cells;
   const double stray = kUnseenPasses * counts.cells;
@@ -250,12 +250,12 @@ void AddRay(const Face& face, const Vector3d& camera, const Vector3d& end, doubl
     // What is well before the face hides it; the cheeks of an opening begin at it.
     if (before <= 0 || std::abs(after) > 0.5 * margin_m) return;
     const Vector3d at = camera + std::min(before / (before - after), 1.0) * (end - camera);
-    grid->AddHit(face.AlongOf(at.head<2>()), at.z());
+    grid->AddHit(face.MeasureAlong(at.head<2>()), at.z());
     return;
   }
   if (before * after >= 0) return;
   const Vector3d at = camera + before / (before - after) * (end - camera);
-  grid->AddPass(face.AlongOf(at.head<2>()), at.z());
+  grid->AddPass(face.MeasureAlong(at.head<2>()), at.z());
 }
 
 std::vector<double> WallShares(const FaceGrid& grid) {
@@ -263,7 +263,7 @@ std::vector<double> WallShares(const FaceGrid& grid) {
   std::vector<double> shares;
   for (int column = 0; column < grid.columns(); ++column) {
     columns.push_back(CountAround(grid, column));
-    shares.push_back(ShareOf(columns.back()));
+    shares.push_back(ComputeShareFree(columns.back()));
   }
   if (HangsFromCeiling(columns, shares, grid.cell_m)) {
     return std::vector<double>(shares.size(), 0);

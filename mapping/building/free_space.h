@@ -25,19 +25,19 @@ class FreeSpace {
   void AddWay(const Eigen::Vector2d& from, const Eigen::Vector2d& to);
 
   // Those of another space of the same box and cells.
-  void AddWaysOf(const FreeSpace& other);
+  void AddWaysFrom(const FreeSpace& other);
 
   bool IsFree(const Eigen::Vector2d& point) const;
 
   // The part of a polygon that is free, 0 to 1; of one that is smaller than a cell, whether its
   // first corner is.
-  double ShareOf(const Polygon& polygon) const;
+  double ComputeShareFree(const Polygon& polygon) const;
 
   // Around the middles of all cells that are free, along turned axes; empty where nothing is.
   Eigen::AlignedBox2d FreeBox(const Eigen::Rotation2Dd& R_box_world) const;
 
  private:
-  int64_t IndexOf(const Eigen::Vector2d& point) const;  // -1: outside
+  int64_t FindIndex(const Eigen::Vector2d& point) const;  // -1: outside
 
   Eigen::AlignedBox2d box_;
   double cell_m_;
@@ -53,7 +53,7 @@ struct FreeWay {
 // Where the ray from a camera to a point that is known up to sigma_m tells, between a storey's
 // floor and top, that nothing stands: without what is near these, and without its end, of a cell at
 // least.
-std::optional<FreeWay> FreeWayOf(const Eigen::Vector3d& p_world_camera, const Eigen::Vector3d& end,
+std::optional<FreeWay> FindFreeWay(const Eigen::Vector3d& p_world_camera, const Eigen::Vector3d& end,
                                  double sigma_m, double floor_m, double top_m, double cell_m);
 
 // The rays of all sights, or every so manieth if there are as many as max_rays.
@@ -66,7 +66,7 @@ class SightRays {
 
   // Calls use(p_world_camera, end, sigma_m) for the rays of a view.
   template <typename Use>
-  void ForEachOf(size_t view, Use use) const {
+  void ForEachIn(size_t view, Use use) const {
     const Sights& of_view = sights_[view];
     for (size_t i = first_[view]; i < of_view.p_world.size(); i += step_) {
       use(of_view.p_world_camera, Eigen::Vector3d(of_view.p_world[i].cast<double>()),

@@ -61,7 +61,7 @@ std::optional<Height> MostCommon(const std::vector<Vector3d>& points, bool is_ce
   HeightHistogram histogram;
   for (const Vector3d& p : points) {
     const int bin = static_cast<int>(std::floor(p.z() / kPlaneBin_m));
-    for (int k = -1; k <= 1; ++k) histogram[bin + k].insert(ColumnOf(p.head<2>()));
+    for (int k = -1; k <= 1; ++k) histogram[bin + k].insert(FindColumn(p.head<2>()));
   }
   const auto most = std::max_element(histogram.begin(), histogram.end(), HasLess);
   if (most == histogram.end()) return std::nullopt;
@@ -182,7 +182,7 @@ std::vector<Vector3d> LevelPoints(const std::vector<SurfacePoint>& points, const
 
 // What little is seen of a level surface may hang beneath the ceiling. Where nothing is, that of
 // the storey may go on.
-std::optional<Height> CeilingOf(const BuildingInput& input, const Level& level, const Room& room,
+std::optional<Height> LocateCeiling(const BuildingInput& input, const Level& level, const Room& room,
                                 const BuildingOptions& options) {
   const auto seen =
       MostCommon(LevelPoints(input.points, room, -1, room.floor_m + kLeastRoomHeight_m,
@@ -228,7 +228,7 @@ void AddFloorAndCeiling(const BuildingInput& input, const Level& level,
   planes->push_back(LevelPlane(*room, floor.value_or(Height{level.floor_m, kStoreySigma_m}), true,
                                planes->size()));
   planes->back().inferred = !floor;
-  const auto ceiling = CeilingOf(input, level, *room, options);
+  const auto ceiling = LocateCeiling(input, level, *room, options);
   if (!ceiling) return;
   room->height_m = ceiling->z_m - room->floor_m;
   planes->push_back(LevelPlane(*room, *ceiling, false, planes->size()));

@@ -47,7 +47,7 @@ cv::Mat1b PassedMask(const FaceGrid& grid) {
 }
 
 // The first and the last of the sums along one side that are at least half of the usual large one.
-std::pair<int, int> CoreOf(const std::vector<int>& sums) {
+std::pair<int, int> FindCore(const std::vector<int>& sums) {
   std::vector<int> sorted = sums;
   std::sort(sorted.begin(), sorted.end());
   const int least = std::max(1, sorted[sorted.size() * 8 / 10] / 2);
@@ -58,7 +58,7 @@ std::pair<int, int> CoreOf(const std::vector<int>& sums) {
 }
 
 // The rectangle of most of a region, in cells.
-std::optional<cv::Rect> CoreOf(const cv::Mat1i& labels, int label, const cv::Rect& box) {
+std::optional<cv::Rect> FindCore(const cv::Mat1i& labels, int label, const cv::Rect& box) {
   std::vector<int> across(box.width, 0), up(box.height, 0);
   for (int row = 0; row < box.height; ++row) {
     for (int column = 0; column < box.width; ++column) {
@@ -67,8 +67,8 @@ std::optional<cv::Rect> CoreOf(const cv::Mat1i& labels, int label, const cv::Rec
       ++up[row];
     }
   }
-  const auto [left, right] = CoreOf(across);
-  const auto [bottom, top] = CoreOf(up);
+  const auto [left, right] = FindCore(across);
+  const auto [bottom, top] = FindCore(up);
   const cv::Rect core(box.x + left, box.y + bottom, right - left + 1, top - bottom + 1);
   int filled = 0;
   for (int row = core.y; row < core.y + core.height; ++row) {
@@ -149,7 +149,7 @@ std::vector<EdgeLine> LinesNear(const Face& face, const std::vector<MapLine>& li
       continue;
     }
     const Vector3d direction = (b - a).normalized();
-    const double s = face.AlongOf(a.head<2>()), t = face.AlongOf(b.head<2>());
+    const double s = face.MeasureAlong(a.head<2>()), t = face.MeasureAlong(b.head<2>());
     if (std::abs(direction.z()) > kUpright) {
       near.push_back(
           {true, 0.5 * (s + t), line.sigma_m, std::min(a.z(), b.z()), std::max(a.z(), b.z())});
@@ -211,7 +211,7 @@ bool IsWalked(const Face& face, const FaceOpening& opening,
     const double before = face.DistanceTo(a.head<2>()), after = face.DistanceTo(b.head<2>());
     if (before * after >= 0) continue;
     const Vector3d at = a + before / (before - after) * (b - a);
-    const double along_m = face.AlongOf(at.head<2>());
+    const double along_m = face.MeasureAlong(at.head<2>());
     if (along_m > opening.from_m && along_m < opening.to_m && at.z() > opening.low_m &&
         at.z() < opening.high_m + kLintel_m) {
       return true;
@@ -232,16 +232,16 @@ void SetKind(const Level& level, FaceOpening* opening) {
   opening->kind = has_lintel && !is_wide ? OpeningKind::kDoor : OpeningKind::kPassage;
 }
 
-Stretch AlongOf(const FaceOpening& opening) { return {opening.from_m, opening.to_m}; }
-Stretch HeightsOf(const FaceOpening& opening) { return {opening.low_m, opening.high_m}; }
+Interval MeasureAlong(const FaceOpening& opening) { return {opening.from_m, opening.to_m}; }
+Interval CollectHeights(const FaceOpening& opening) { return {opening.low_m, opening.high_m}; }
 
 // Whether two openings lie beside or above each other with no more than a bar between them.
 bool ArePanes(const FaceOpening& a, const FaceOpening& b) {
-  const auto share = [](const Stretch& one, const Stretch& other) {
+  const auto share = [](const Interval& one, const Interval& other) {
     return Common(one, other).length_m() / std::min(one.length_m(), other.length_m());
   };
-  const Stretch a_along = AlongOf(a), b_along = AlongOf(b);
-  const Stretch a_up = HeightsOf(a), b_up = HeightsOf(b);
+  const Interval a_along = MeasureAlong(a), b_along = MeasureAlong(b);
+  const Interval a_up = CollectHeights(a), b_up = CollectHeights(b);
   if (Common(a_along, b_along).length_m() < -kBar_m) return false;
   if (Common(a_up, b_up).length_m() < -kBar_m) return false;
   return share(a_along, b_along) >= kPaneAlong || share(a_up, b_up) >= kPaneAlong;
@@ -263,7 +263,7 @@ bool AreOneWindow(const FaceOpening& a, const FaceOpening& b,
   if (!is_window(a) || !is_window(b) || !ArePanes(a, b)) return false;
   const FaceOpening joined = Joined(a, b);
   return std::none_of(openings.begin(), openings.end(), [&](const FaceOpening& other) {
-    return !is_window(other) && Common(AlongOf(joined), AlongOf(other)).length_m() > 0;
+    return !is_window(other) && Common(MeasureAlong(joined), MeasureAlong(other)).length_m() > 0;
   });
 }
 
@@ -280,9 +280,9 @@ void JoinPanes(std::vector<FaceOpening>* openings) {
 }
 
 // As the grid has it; none where too little of the region is a rectangle, or nothing is beside it.
-std::optional<FaceOpening> OpeningOf(const FaceGrid& grid, const cv::Mat1i& labels, int label,
+std::optional<FaceOpening> MakeOpening(const FaceGrid& grid, const cv::Mat1i& labels, int label,
                                      const cv::Rect& box, const BuildingOptions& options) {
-  auto core = CoreOf(labels, label, box);
+  auto core = FindCore(labels, label, box);
   if (core) GrowToCheeks(grid, &*core);
   if (!core || core->width * grid.cell_m < options.min_opening_m ||
       core->height * grid.cell_m < options.min_opening_m || !IsFramed(grid, *core)) {
@@ -308,7 +308,7 @@ std::vector<FaceOpening> FindOpenings(const Face& face, const FaceGrid& grid, co
   for (int label = 1; label < count; ++label) {
     const cv::Rect box(stats(label, cv::CC_STAT_LEFT), stats(label, cv::CC_STAT_TOP),
                        stats(label, cv::CC_STAT_WIDTH), stats(label, cv::CC_STAT_HEIGHT));
-    auto opening = OpeningOf(grid, labels, label, box, options);
+    auto opening = MakeOpening(grid, labels, label, box, options);
     if (!opening) continue;
     opening->walked = IsWalked(face, *opening, input.trajectory_world);
     SetKind(level, &*opening);

@@ -39,21 +39,21 @@ namespace {
 
 // A flow network with residual capacities, as Boost asks for it.
 using Traits = boost::adjacency_list_traits<boost::vecS, boost::vecS, boost::directedS>;
-using EdgeOf = Traits::edge_descriptor;
+using MakeEdge = Traits::edge_descriptor;
 using NodeProperties =
     boost::property<boost::vertex_color_t, boost::default_color_type,
                     boost::property<boost::vertex_distance_t, long,
-                                    boost::property<boost::vertex_predecessor_t, EdgeOf>>>;
+                                    boost::property<boost::vertex_predecessor_t, MakeEdge>>>;
 using EdgeProperties =
     boost::property<boost::edge_capacity_t, double,
                     boost::property<boost::edge_residual_capacity_t, double,
-                                    boost::property<boost::edge_reverse_t, EdgeOf>>>;
+                                    boost::property<boost::edge_reverse_t, MakeEdge>>>;
 using Network = boost::adjacency_list<boost::vecS, boost::vecS, boost::directedS, NodeProperties,
                                       EdgeProperties>;
 
 void Connect(size_t a, size_t b, double forth, double back, Network* network) {
-  const EdgeOf there = boost::add_edge(a, b, *network).first;
-  const EdgeOf here = boost::add_edge(b, a, *network).first;
+  const MakeEdge there = boost::add_edge(a, b, *network).first;
+  const MakeEdge here = boost::add_edge(b, a, *network).first;
   boost::put(boost::edge_capacity, *network, there, forth);
   boost::put(boost::edge_capacity, *network, here, back);
   boost::put(boost::edge_reverse, *network, there, here);
@@ -157,7 +157,7 @@ class BorderFinder {
 };
 
 // Around all that is free, along the walls; empty where nothing is.
-PlanPoints FrameOf(const std::vector<WallLine>& lines, const FreeSpace& free) {
+PlanPoints MakeFrame(const std::vector<WallLine>& lines, const FreeSpace& free) {
   std::vector<Face> faces;
   for (const WallLine& line : lines) faces.push_back(line.wall->face);
   const Eigen::Rotation2Dd R_world_frame(MainHeading(faces));
@@ -170,8 +170,8 @@ PlanPoints FrameOf(const std::vector<WallLine>& lines, const FreeSpace& free) {
   return frame;
 }
 
-std::vector<Cell> CellsOf(const std::vector<WallLine>& lines, const FreeSpace& free) {
-  const PlanPoints frame = FrameOf(lines, free);
+std::vector<Cell> FindCells(const std::vector<WallLine>& lines, const FreeSpace& free) {
+  const PlanPoints frame = MakeFrame(lines, free);
   if (frame.empty()) return {};
   std::vector<PlanPoints> chains = {frame};
   for (const WallLine& line : lines) chains.push_back(line.Chain());
@@ -179,7 +179,7 @@ std::vector<Cell> CellsOf(const std::vector<WallLine>& lines, const FreeSpace& f
   for (Polygon& polygon : ArrangementCells(chains, kPlanGrid_m)) {
     Cell cell{std::move(polygon)};
     cell.area_m2 = Area(cell.polygon);
-    cell.free = free.ShareOf(cell.polygon);
+    cell.free = free.ComputeShareFree(cell.polygon);
     cells.push_back(std::move(cell));
   }
   return cells;
@@ -195,7 +195,7 @@ Vector2d Middle(const PlanPoints& outline) {
 // not connected through it.
 void FindWallBodies(const std::vector<WallFace>& walls, const BuildingOptions& options,
                     std::vector<Cell>* cells) {
-  const std::vector<WallBody> bodies = BodiesOf(walls, options);
+  const std::vector<WallBody> bodies = MakeBodies(walls, options);
   for (Cell& cell : *cells) {
     cell.is_in_wall = IsInWall(walls, bodies, Middle(cell.polygon.outline));
   }
@@ -277,25 +277,25 @@ struct BorderFrame {
       : start(border.from),
         along((border.to - border.from) / border.length_m),
         across(-along.y(), along.x()) {}
-  double AlongOf(const Vector2d& p) const { return along.dot(p - start); }
-  double AcrossOf(const Vector2d& p) const { return across.dot(p - start); }
+  double MeasureAlong(const Vector2d& p) const { return along.dot(p - start); }
+  double ComputeAcross(const Vector2d& p) const { return across.dot(p - start); }
 
   Vector2d start, along, across;
 };
 
-Stretch StretchOf(const BorderFrame& frame, const Vector2d& a, const Vector2d& b) {
-  const double s = frame.AlongOf(a), t = frame.AlongOf(b);
+Interval FindInterval(const BorderFrame& frame, const Vector2d& a, const Vector2d& b) {
+  const double s = frame.MeasureAlong(a), t = frame.MeasureAlong(b);
   return {std::min(s, t), std::max(s, t)};
 }
 
 // Whether a wall, or the gap of a door in one, goes along between two borders.
-bool IsBarred(const BorderFrame& frame, const Stretch& stretch, double depth_m,
+bool IsBarred(const BorderFrame& frame, const Interval& stretch, double depth_m,
               const std::vector<Border>& borders) {
   constexpr double kLeast_m = 0.05;  // what is square to it, give or take a degree, is no bar
   return std::any_of(borders.begin(), borders.end(), [&](const Border& border) {
-    const double at_m = frame.AcrossOf(0.5 * (border.from + border.to)) / depth_m;
+    const double at_m = frame.ComputeAcross(0.5 * (border.from + border.to)) / depth_m;
     return border.parts && at_m > 0.02 && at_m < 0.98 &&
-           Common(stretch, StretchOf(frame, border.from, border.to)).length_m() > kLeast_m;
+           Common(stretch, FindInterval(frame, border.from, border.to)).length_m() > kLeast_m;
   });
 }
 
@@ -307,19 +307,19 @@ std::optional<Passage> PassageBetween(const Border& a, const Border& b,
   constexpr double kParallel = 0.98;
   const BorderFrame frame(a);
   if (std::abs(frame.along.dot(b.to - b.from)) < kParallel * b.length_m) return std::nullopt;
-  const double depth_m = frame.AcrossOf(0.5 * (b.from + b.to));
+  const double depth_m = frame.ComputeAcross(0.5 * (b.from + b.to));
   if (std::abs(depth_m) > options.max_thickness_m || std::abs(depth_m) < kApart_m) {
     return std::nullopt;
   }
-  const Stretch opening =
-      Common(StretchOf(frame, a.part_from, a.part_to), StretchOf(frame, b.part_from, b.part_to));
-  const Stretch shared = Common(StretchOf(frame, a.from, a.to), StretchOf(frame, b.from, b.to));
+  const Interval opening =
+      Common(FindInterval(frame, a.part_from, a.part_to), FindInterval(frame, b.part_from, b.part_to));
+  const Interval shared = Common(FindInterval(frame, a.from, a.to), FindInterval(frame, b.from, b.to));
   if (opening.length_m() <= options.max_door_width_m || shared.length_m() <= kApart_m) {
     return std::nullopt;
   }
   if (IsBarred(frame, shared, depth_m, borders)) return std::nullopt;
   const auto on_b = [&](double along_m) -> Vector2d {
-    const double share = (along_m - frame.AlongOf(b.from)) / frame.along.dot(b.to - b.from);
+    const double share = (along_m - frame.MeasureAlong(b.from)) / frame.along.dot(b.to - b.from);
     return b.from + share * (b.to - b.from);
   };
   const auto on_a = [&](double along_m) -> Vector2d { return a.from + along_m * frame.along; };
@@ -401,8 +401,8 @@ double BoundedShare(const std::vector<Border>& borders, const std::vector<Cell>&
 
 std::vector<FoundRoom> FindRooms(const std::vector<WallFace>& walls, const FreeSpace& free,
                                  const BuildingOptions& options) {
-  const std::vector<WallLine> lines = LinesOf(walls, options);
-  std::vector<Cell> cells = CellsOf(lines, free);
+  const std::vector<WallLine> lines = CollectLines(walls, options);
+  std::vector<Cell> cells = FindCells(lines, free);
   FindWallBodies(walls, options, &cells);
   BorderFinder finder(lines);
   for (size_t i = 0; i < cells.size(); ++i) {

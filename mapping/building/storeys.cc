@@ -29,7 +29,7 @@ Surfaces LevelSurfaces(const std::vector<SurfacePoint>& points, double way) {
   Surfaces surfaces;
   for (const SurfacePoint& point : points) {
     if (way * point.normal_world.z() < kLevelCosine) continue;
-    surfaces[ColumnOf(point.p_world.head<2>())].push_back(point.p_world.z());
+    surfaces[FindColumn(point.p_world.head<2>())].push_back(point.p_world.z());
   }
   for (auto& [column, heights] : surfaces) std::sort(heights.begin(), heights.end());
   return surfaces;
@@ -49,7 +49,7 @@ class FirstSurfaces {
   FirstSurfaces(const Surfaces& surfaces, bool below) : surfaces_(surfaces), below_(below) {}
 
   void AddAround(const Vector3d& place, int reach) {
-    const PlanColumn middle = ColumnOf(place.head<2>());
+    const PlanColumn middle = FindColumn(place.head<2>());
     for (int i = -reach; i <= reach; ++i) {
       for (int j = -reach; j <= reach; ++j) {
         const PlanColumn column{middle.first + i, middle.second + j};
@@ -62,7 +62,7 @@ class FirstSurfaces {
   // within `around_m`, of it. Nothing where less than `least` columns have it.
   std::optional<double> TakePeak(size_t least, double around_m, size_t* count = nullptr) {
     std::map<int, size_t> histogram;
-    for (const auto& [column, height_m] : heights_) ++histogram[BinOf(height_m)];
+    for (const auto& [column, height_m] : heights_) ++histogram[FindBin(height_m)];
     double best_m = 0;
     size_t most = 0;
     for (const auto& [bin, unused] : histogram) {
@@ -87,7 +87,7 @@ class FirstSurfaces {
   size_t size() const { return heights_.size(); }
 
  private:
-  static int BinOf(double height_m) {
+  static int FindBin(double height_m) {
     return static_cast<int>(std::floor(height_m / kHeightBin_m));
   }
 

@@ -18,7 +18,7 @@ inline constexpr double kLevelCosine = 0.96;  // of surfaces that count as level
 
 using PlanColumn = std::pair<int, int>;
 
-inline PlanColumn ColumnOf(const Eigen::Vector2d& p) {
+inline PlanColumn FindColumn(const Eigen::Vector2d& p) {
   return {static_cast<int>(std::floor(p.x() / kColumn_m)),
           static_cast<int>(std::floor(p.y() / kColumn_m))};
 }

@@ -14,7 +14,7 @@ constexpr double kCovered = 0.4;     // share of a step from which on it counts 
 constexpr double kReach_m = 0.3;  // from where another wall ends at it to what was measured of it
 
 // The parts of a face between its ends, by whether they are covered.
-std::vector<WallPart> PartsOf(const WallFace& wall) {
+std::vector<WallPart> SplitIntoParts(const WallFace& wall) {
   std::vector<WallPart> parts;
   for (size_t i = 0; i < wall.shares.size(); ++i) {
     const bool covered = wall.shares[i] >= kCovered;
@@ -82,7 +82,7 @@ std::optional<double> FirstWall(const std::vector<WallFace>& walls, const WallFa
 }
 
 // Beyond both faces of another wall, where that was measured, no line goes on.
-double ExtensionOf(const std::vector<WallFace>& walls, const WallFace& wall, bool at_end,
+double FindExtension(const std::vector<WallFace>& walls, const WallFace& wall, bool at_end,
                    const BuildingOptions& options) {
   const auto first_m = FirstWall(walls, wall, at_end, options.extension_m, IsCoveredAcross);
   return first_m ? std::max(*first_m, 0.0) + options.max_thickness_m : options.extension_m;
@@ -90,8 +90,8 @@ double ExtensionOf(const std::vector<WallFace>& walls, const WallFace& wall, boo
 
 void Extend(const std::vector<WallFace>& walls, const BuildingOptions& options, WallLine* line) {
   const WallFace& wall = *line->wall;
-  const double far_from_m = wall.face.from_m - ExtensionOf(walls, wall, false, options);
-  const double far_to_m = wall.face.to_m + ExtensionOf(walls, wall, true, options);
+  const double far_from_m = wall.face.from_m - FindExtension(walls, wall, false, options);
+  const double far_to_m = wall.face.to_m + FindExtension(walls, wall, true, options);
   const auto before_m = FirstWall(walls, wall, false, options.max_door_width_m, IsCoveredNear);
   const auto after_m = FirstWall(walls, wall, true, options.max_door_width_m, IsCoveredNear);
   const double from_m = wall.face.from_m - std::max(before_m.value_or(0), 0.0);
@@ -120,13 +120,13 @@ std::optional<std::pair<double, double>> Crossing(const Face& a, const Face& b) 
   normals << a.normal.transpose(), b.normal.transpose();
   if (std::abs(normals.determinant()) < kLeastSine) return std::nullopt;
   const Vector2d point = normals.inverse() * Vector2d(a.offset_m, b.offset_m);
-  return std::pair(a.AlongOf(point), b.AlongOf(point));
+  return std::pair(a.MeasureAlong(point), b.MeasureAlong(point));
 }
 
-std::vector<WallLine> LinesOf(const std::vector<WallFace>& walls, const BuildingOptions& options) {
+std::vector<WallLine> CollectLines(const std::vector<WallFace>& walls, const BuildingOptions& options) {
   std::vector<WallLine> lines;
   for (const WallFace& wall : walls) {
-    WallLine line{&wall, PartsOf(wall)};
+    WallLine line{&wall, SplitIntoParts(wall)};
     DropShort(&line.parts);
     for (size_t i = 1; i + 1 < line.parts.size(); ++i) {
       WallPart& part = line.parts[i];
@@ -147,7 +147,7 @@ std::optional<PlacedPart> PartAt(const std::vector<WallLine>& lines, const Vecto
     // Points on the grid are that far from their line, or a little more where it was bent to them.
     if (std::abs(face.DistanceTo(middle)) > 4 * kPlanGrid_m) continue;
     if (std::abs(face.normal.dot((b - a).normalized())) > 0.05) continue;
-    const double along_m = face.AlongOf(middle);
+    const double along_m = face.MeasureAlong(middle);
     for (const WallPart& part : line.parts) {
       if (along_m < part.from_m || along_m > part.to_m) continue;
       if (best && part.share <= best->part.share && !(part.is_narrow && best->part.share == 0)) {
@@ -167,7 +167,7 @@ constexpr double kLeastOverlap = 0.5;    // of the shorter one
 constexpr double kLeastUnseen_m = 0.8;   // of a wall's back that was not seen, beside what was
 
 bool IsIn(const Face& front, const WallBody& body, const Eigen::Vector2d& p) {
-  const double along_m = front.AlongOf(p), behind_m = -front.DistanceTo(p);
+  const double along_m = front.MeasureAlong(p), behind_m = -front.DistanceTo(p);
   return along_m > body.from_m && along_m < body.to_m && behind_m > 0 &&
          behind_m < body.thickness_m;
 }
@@ -185,7 +185,7 @@ WallFace Opposite(const WallFace& wall, double thickness_m, double thickness_sig
 }
 
 // Steps of a wall as a wall of its own.
-WallFace PartOf(const WallFace& wall, size_t first, size_t end) {
+WallFace MakePart(const WallFace& wall, size_t first, size_t end) {
   WallFace part = wall;
   part.face.from_m = wall.face.from_m + static_cast<double>(first) * wall.step_m;
   if (end < wall.shares.size()) {
@@ -211,7 +211,7 @@ std::vector<WallFace> PartsWithoutBack(const WallFace& wall, const std::vector<W
     while (end < wall.shares.size() && has_back(end) == has_back(first)) ++end;
     const double length_m = static_cast<double>(end - first) * wall.step_m;
     if (!has_back(first) && (length_m >= kLeastUnseen_m || bodies.empty())) {
-      parts.push_back(PartOf(wall, first, end));
+      parts.push_back(MakePart(wall, first, end));
     }
     first = end;
   }
@@ -223,8 +223,8 @@ std::vector<WallFace> PartsWithoutBack(const WallFace& wall, const std::vector<W
 std::optional<WallBody> BodyBetween(const Face& front, const Face& back,
                                     const BuildingOptions& options) {
   if (front.level != back.level || front.normal.dot(back.normal) > kOpposite) return std::nullopt;
-  const double a = front.AlongOf(back.PointAt(back.from_m));
-  const double b = front.AlongOf(back.PointAt(back.to_m));
+  const double a = front.MeasureAlong(back.PointAt(back.from_m));
+  const double b = front.MeasureAlong(back.PointAt(back.to_m));
   WallBody body;
   body.from_m = std::max(front.from_m, std::min(a, b));
   body.to_m = std::min(front.to_m, std::max(a, b));
@@ -238,7 +238,7 @@ std::optional<WallBody> BodyBetween(const Face& front, const Face& back,
   return fits ? std::optional(body) : std::nullopt;
 }
 
-std::vector<WallBody> BodiesOf(const std::vector<WallFace>& walls, const BuildingOptions& options) {
+std::vector<WallBody> MakeBodies(const std::vector<WallFace>& walls, const BuildingOptions& options) {
   std::vector<WallBody> bodies;
   for (size_t front = 0; front < walls.size(); ++front) {
     for (size_t back = 0; back < walls.size(); ++back) {
@@ -267,7 +267,7 @@ double TypicalThickness(std::vector<WallBody> bodies, const BuildingOptions& opt
 std::vector<WallFace> UnseenFaces(const std::vector<WallFace>& walls,
                                   const BuildingOptions& options) {
   constexpr double kOwnSigma_m = 0.01, kOthersSigma_m = 0.03, kAssumedSigma_m = 0.06;
-  const std::vector<WallBody> bodies = BodiesOf(walls, options);
+  const std::vector<WallBody> bodies = MakeBodies(walls, options);
   const double typical_m = TypicalThickness(bodies, options);
   const double typical_sigma_m = bodies.empty() ? kAssumedSigma_m : kOthersSigma_m;
   std::vector<WallFace> unseen;

@@ -31,7 +31,7 @@ struct WallLine {
 };
 
 // Lines extended at both ends beyond the first wall that goes across, or by options.extension_m.
-std::vector<WallLine> LinesOf(const std::vector<WallFace>& walls, const BuildingOptions& options);
+std::vector<WallLine> CollectLines(const std::vector<WallFace>& walls, const BuildingOptions& options);
 
 // The part of any of the lines that covers a piece of one most; nothing where it is on none.
 std::optional<PlacedPart> PartAt(const std::vector<WallLine>& lines, const Eigen::Vector2d& a,
@@ -44,7 +44,7 @@ std::optional<std::pair<double, double>> Crossing(const Face& a, const Face& b);
 
 // A face behind another, as the other side of the same wall.
 struct WallBody {
-  size_t front = 0, back = 0;   // indices of faces, as BodiesOf gives them
+  size_t front = 0, back = 0;   // indices of faces, as MakeBodies gives them
   double from_m = 0, to_m = 0;  // along the front, where there are both
   double thickness_m = 0;
 };
@@ -63,7 +63,7 @@ std::vector<WallFace> UnseenFaces(const std::vector<WallFace>& walls,
                                   const BuildingOptions& options);
 
 // Between all faces, each as the front: a wall that was seen from both sides has two.
-std::vector<WallBody> BodiesOf(const std::vector<WallFace>& walls, const BuildingOptions& options);
+std::vector<WallBody> MakeBodies(const std::vector<WallFace>& walls, const BuildingOptions& options);
 
 // Whether a place is between two faces of one wall; the bodies are those of the walls.
 bool IsInWall(const std::vector<WallFace>& walls, const std::vector<WallBody>& bodies,

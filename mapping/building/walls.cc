@@ -17,7 +17,7 @@ constexpr double kSure = 0.5;      // share of a shorter one that must reach the
 constexpr double kRight = 0.995;   // cosine, 6 degrees
 constexpr double kBeside_m = 0.4;  // behind or before a wall there is no other
 
-double CornerOf(const std::vector<BuiltFace>& faces, const BuiltFace& built, double end_m) {
+double FindCorner(const std::vector<BuiltFace>& faces, const BuiltFace& built, double end_m) {
   const Face& face = built.wall.face;
   double corner_m = end_m, least_m = kCorner_m;
   for (const BuiltFace& other : faces) {
@@ -35,10 +35,10 @@ double CornerOf(const std::vector<BuiltFace>& faces, const BuiltFace& built, dou
   return corner_m;
 }
 
-PlanOpening OpeningOf(const Face& front, const FaceOpening& opening, const Face& face,
+PlanOpening MakeOpening(const Face& front, const FaceOpening& opening, const Face& face,
                       const Level& level) {
-  const double a = front.AlongOf(face.PointAt(opening.from_m));
-  const double b = front.AlongOf(face.PointAt(opening.to_m));
+  const double a = front.MeasureAlong(face.PointAt(opening.from_m));
+  const double b = front.MeasureAlong(face.PointAt(opening.to_m));
   return {opening.kind,
           opening.walked,
           std::min(a, b) - front.from_m,
@@ -87,7 +87,7 @@ void Yield(const WallFace& stronger, WallFace* weaker) {
     const double along_m = weaker->face.from_m + (static_cast<double>(i) + 0.5) * weaker->step_m;
     const Eigen::Vector2d p = weaker->face.PointAt(along_m);
     if (std::abs(stronger.face.DistanceTo(p)) > kBeside_m) continue;
-    const double at = (stronger.face.AlongOf(p) - stronger.face.from_m) / stronger.step_m;
+    const double at = (stronger.face.MeasureAlong(p) - stronger.face.from_m) / stronger.step_m;
     if (at < 0 || at >= static_cast<double>(stronger.shares.size())) continue;
     if (stronger.shares[static_cast<size_t>(at)] > 0) weaker->shares[i] = 0;
   }
@@ -100,7 +100,7 @@ bool IsBehind(const Face& wall, const Face& face, double along_m) {
   constexpr double kAlongside_m = 0.3;
   if (wall.level != face.level || wall.normal.dot(face.normal) < kAlike) return false;
   const double behind_m = -wall.DistanceTo(face.Middle());
-  const double at_m = wall.AlongOf(face.PointAt(along_m));
+  const double at_m = wall.MeasureAlong(face.PointAt(along_m));
   return behind_m > 0 && behind_m <= kBeside_m && at_m >= wall.from_m - kAlongside_m &&
          at_m <= wall.to_m + kAlongside_m;
 }
@@ -113,7 +113,7 @@ bool BeginsAtSills(const Face& face, double floor_m) {
 
 // The pane of windows behind a wall: where that is not seen above and below them, the pane is all
 // there is.
-bool IsPaneOf(const Face& wall, const Face& pane, double floor_m) {
+bool IsPaneIn(const Face& wall, const Face& pane, double floor_m) {
   return BeginsAtSills(pane, floor_m) && IsBehind(wall, pane, pane.from_m) &&
          IsBehind(wall, pane, pane.to_m);
 }
@@ -185,7 +185,7 @@ PlanWall WallAlong(const BuiltFace& built, const Level& level) {
   wall.sigma_m = front.sigma_m;
   wall.plane_ids.push_back(built.plane_id);
   for (const FaceOpening& opening : built.openings) {
-    AddOpening(OpeningOf(front, opening, front, level), &wall.openings);
+    AddOpening(MakeOpening(front, opening, front, level), &wall.openings);
   }
   return wall;
 }
@@ -205,7 +205,7 @@ void TakeBacks(const std::vector<BuiltFace>& faces, const std::vector<size_t>& o
     overlap_m += body->to_m - body->from_m;
     wall->plane_ids.push_back(faces[i].plane_id);
     for (const FaceOpening& opening : faces[i].openings) {
-      AddOpening(OpeningOf(front, opening, back, level), &wall->openings);
+      AddOpening(MakeOpening(front, opening, back, level), &wall->openings);
     }
   }
   wall->thickness_assumed = overlap_m == 0;
@@ -227,7 +227,7 @@ void SelectWalls(const Level& level, std::vector<BuiltFace>* faces) {
     const bool is_pane =
         std::any_of(order.begin(), order.begin() + static_cast<int64_t>(i), [&](size_t k) {
           const BuiltFace& wall = (*faces)[k];
-          return wall.is_wall && IsPaneOf(wall.wall.face, built.wall.face, level.floor_m);
+          return wall.is_wall && IsPaneIn(wall.wall.face, built.wall.face, level.floor_m);
         });
     built.is_wall = !is_pane && IsWall(built.wall.shares, built.wall.step_m) &&
                     IsCredible(*faces, built, level.floor_m);
@@ -243,7 +243,7 @@ double ShareBeforeWalls(const std::vector<BuiltFace>& faces, const Eigen::Vector
     const double before_m = face.DistanceTo(from), after_m = face.DistanceTo(to);
     if (!built.is_wall || before_m <= 0 || after_m >= -kThrough_m) continue;
     const double share = before_m / (before_m - after_m);
-    const double along_m = face.AlongOf(from + share * (to - from));
+    const double along_m = face.MeasureAlong(from + share * (to - from));
     const double step = (along_m - face.from_m) / built.wall.step_m;
     if (step < 0 || step >= static_cast<double>(built.wall.shares.size())) continue;
     if (built.wall.shares[static_cast<size_t>(step)] < kSolid) continue;
@@ -261,8 +261,8 @@ void CloseCorners(std::vector<BuiltFace>* faces) {
   std::vector<std::pair<double, double>> ends;
   for (const BuiltFace& built : *faces) {
     const Face& face = built.wall.face;
-    ends.emplace_back(built.is_wall ? CornerOf(*faces, built, face.from_m) : face.from_m,
-                      built.is_wall ? CornerOf(*faces, built, face.to_m) : face.to_m);
+    ends.emplace_back(built.is_wall ? FindCorner(*faces, built, face.from_m) : face.from_m,
+                      built.is_wall ? FindCorner(*faces, built, face.to_m) : face.to_m);
   }
   for (size_t i = 0; i < faces->size(); ++i) {
     Face& face = (*faces)[i].wall.face;
@@ -275,7 +275,7 @@ std::vector<PlanWall> PlanWalls(const std::vector<BuiltFace>& faces,
   const std::vector<size_t> order = MeasuredByLength(faces);
   std::vector<WallFace> seen;
   for (const size_t i : order) seen.push_back(faces[i].wall);
-  const double typical_m = TypicalThickness(BodiesOf(seen, options), options);
+  const double typical_m = TypicalThickness(MakeBodies(seen, options), options);
   std::vector<bool> is_taken(faces.size(), false);
   std::vector<PlanWall> walls;
   for (const size_t i : order) {

@@ -21,7 +21,7 @@ constexpr double kFreeSigmas = 3;
 constexpr double kMaxCells = 1 << 30;  // around a camera, a bit each
 
 // Of a point in units of cells.
-OctreeCell CellOf(const Eigen::Vector3d& p) { return p.array().floor().cast<int>(); }
+OctreeCell FindCell(const Eigen::Vector3d& p) { return p.array().floor().cast<int>(); }
 
 template <typename Visit>
 void ForEachKnown(const DepthGrid& grid, const Camera& camera, const Visit& visit) {
@@ -66,8 +66,8 @@ class CellBlock {
 template <typename Visit>
 void ForEachCell(const Eigen::Vector3d& from, const Eigen::Vector3d& to, const Visit& visit) {
   const Eigen::Vector3d way = to - from;
-  OctreeCell cell = CellOf(from);
-  const OctreeCell last = CellOf(to);
+  OctreeCell cell = FindCell(from);
+  const OctreeCell last = FindCell(to);
   Eigen::Vector3i step;
   Eigen::Vector3d next, gap;  // where the ray leaves the cell along each axis, and from there on
   for (int i = 0; i < 3; ++i) {
@@ -110,12 +110,12 @@ double DepthCarver::Reach_m(const Camera& camera, const DepthGrid& grid) const {
 CellObservation DepthCarver::Observe(const RigidTransform& T_world_camera, const Camera& camera,
                                      const DepthGrid& grid) const {
   const Eigen::Vector3d origin = T_world_camera.translation / resolution_m_;
-  CellBlock marked(CellOf(origin), static_cast<int>(Reach_m(camera, grid) / resolution_m_) + 2);
+  CellBlock marked(FindCell(origin), static_cast<int>(Reach_m(camera, grid) / resolution_m_) + 2);
   CellObservation observation;
   const auto mark_occupied = [&](const DepthNode& node, const Eigen::Vector3d& ray) {
     if (node.depth_m() * ray.norm() > max_range_m_) return;
     const OctreeCell cell =
-        CellOf(origin + node.depth_m() / resolution_m_ * (T_world_camera.rotation * ray));
+        FindCell(origin + node.depth_m() / resolution_m_ * (T_world_camera.rotation * ray));
     if (marked.Mark(cell)) observation.occupied.push_back(cell);
   };
   const auto mark_free = [&](const DepthNode& node, const Eigen::Vector3d& ray) {
@@ -139,7 +139,7 @@ namespace {
 constexpr std::array<double, 3> kSurfaceOffsets = {0, 0.25, -0.5};
 
 // The cells of the patch that a point stands for, each once.
-std::vector<OctreeCell> CellsOf(const DensePoint& point, double spacing_m, double resolution_m) {
+std::vector<OctreeCell> FindCells(const DensePoint& point, double spacing_m, double resolution_m) {
   // Less than a cell apart, from border to border of the patch.
   const int steps = static_cast<int>(std::ceil(spacing_m / (2 * resolution_m)));
   const Eigen::Vector3d across = 0.5 * spacing_m / steps * point.normal_world.unitOrthogonal();
@@ -161,7 +161,7 @@ std::vector<OctreeCell> CellsOf(const DensePoint& point, double spacing_m, doubl
 
 void MarkSurfaces(const std::vector<DensePoint>& points, double spacing_m, OccupancyMap* map) {
   for (const DensePoint& point : points) {
-    map->Mark({{}, CellsOf(point, spacing_m, map->resolution_m())});
+    map->Mark({{}, FindCells(point, spacing_m, map->resolution_m())});
   }
 }
 
@@ -267,7 +267,7 @@ std::vector<std::size_t> DepthWindow::Around(std::size_t i) const {
   return around;
 }
 
-std::vector<std::size_t> DepthWindow::NeighboursOf(std::size_t i) const {
+std::vector<std::size_t> DepthWindow::FindNeighbours(std::size_t i) const {
   std::vector<std::size_t> candidates;
   const auto offset_m = [&](std::size_t j) {
     return (At(j).T_world_camera.translation - At(i).T_world_camera.translation).norm();
@@ -298,7 +298,7 @@ void DepthWindow::Refine(std::size_t i) {
   const Rig& rig = images_.rig();
   std::vector<NeighbourImage> neighbours = {
       {&view.right, rig.T_imu_camera[1].Inverse() * rig.T_imu_camera[0], options_.pair_sigma_px}};
-  for (const std::size_t j : NeighboursOf(i)) {
+  for (const std::size_t j : FindNeighbours(i)) {
     neighbours.push_back({&At(j).left, At(j).T_world_camera.Inverse() * view.T_world_camera,
                           options_.pose_sigma_px});
   }

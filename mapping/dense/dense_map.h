@@ -103,7 +103,7 @@ class DepthWindow {
   DepthGrid Confirm(std::size_t i) const;
   // Of the selected views around one, those of its segment.
   std::vector<std::size_t> Around(std::size_t i) const;
-  std::vector<std::size_t> NeighboursOf(std::size_t i) const;
+  std::vector<std::size_t> FindNeighbours(std::size_t i) const;
 
   const Views& views_;
   const std::vector<std::size_t>& selected_;

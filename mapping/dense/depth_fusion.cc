@@ -110,12 +110,12 @@ int64_t Facing(const Eigen::Vector3f& normal) {
   return 2 * axis + (normal[axis] < 0 ? 1 : 0);
 }
 
-int64_t KeyOf(const std::array<int64_t, 3>& voxel, int64_t facing) {
+int64_t MakeKey(const std::array<int64_t, 3>& voxel, int64_t facing) {
   const auto bits = [](int64_t coordinate) { return (coordinate + kLowest) & kMask; };
   return (bits(voxel[0]) << 43) | (bits(voxel[1]) << kColumnBits) | (bits(voxel[2]) << 3) | facing;
 }
 
-std::array<int64_t, 3> VoxelOf(const Eigen::Vector3d& p, double voxel_m) {
+std::array<int64_t, 3> FindVoxel(const Eigen::Vector3d& p, double voxel_m) {
   const auto index = [&](double x) { return static_cast<int64_t>(std::floor(x / voxel_m)); };
   return {index(p.x()), index(p.y()), index(p.z())};
 }
@@ -146,7 +146,7 @@ class SurfelIndex {
       for (int y = -reach; y <= reach; ++y) {
         const std::array<int64_t, 3> lowest = {surfel.voxel[0] + x, surfel.voxel[1] + y,
                                                surfel.voxel[2] - reach};
-        ForEachUpTo(KeyOf(lowest, 0), 2 * reach, [&](std::size_t i, const Surfel& other) {
+        ForEachUpTo(MakeKey(lowest, 0), 2 * reach, [&](std::size_t i, const Surfel& other) {
           const bool is_alike =
               other.facing == surfel.facing && other.normal.dot(surfel.normal) >= kMinFacing;
           if (is_alike) visit(i, other);
@@ -247,10 +247,10 @@ void DepthFusion::Add(const RigidTransform& T_world_camera, const Camera& camera
       if (!node.is_known() || node.depth_sigma_m() > options_.max_sigma_m) continue;
       const Eigen::Vector3d ray = PinholeRay(camera, grid.ColumnPixel(column), grid.RowPixel(row));
       const Eigen::Vector3d p = R * (node.depth_m() * ray) + T_world_camera.translation;
-      const Eigen::Vector3f normal = (R * NormalOf(node, camera, ray)).cast<float>();
+      const Eigen::Vector3f normal = (R * ComputeNormal(node, camera, ray)).cast<float>();
       const float sigma_m = std::max(static_cast<float>(node.depth_sigma_m()), kMinSigma_m);
       const float weight = 1 / (sigma_m * sigma_m);
-      Sums& sums = voxels_[KeyOf(VoxelOf(p, options_.voxel_m), Facing(normal))];
+      Sums& sums = voxels_[MakeKey(FindVoxel(p, options_.voxel_m), Facing(normal))];
       sums.weighted_p += weight * p;
       sums.weighted_normal += weight * normal;
       sums.weight += weight;
@@ -267,7 +267,7 @@ std::vector<DensePoint> DepthFusion::Points() const {
     Surfel surfel;
     surfel.key = key;
     surfel.p = sums.weighted_p / sums.weight;
-    surfel.voxel = VoxelOf(surfel.p, options_.voxel_m);
+    surfel.voxel = FindVoxel(surfel.p, options_.voxel_m);
     surfel.facing = key & 7;
     surfel.normal = sums.weighted_normal.cast<double>().normalized();
     const float shared = std::max(1.0F, static_cast<float>(sums.count) / kIndependent);

@@ -152,7 +152,7 @@ std::vector<BodyStep> StepsOfImages(const Sequence& recording,
                                     const Progress& progress) {
   std::vector<size_t> entries;
   for (const auto& [first, second] : pairs) entries.insert(entries.end(), {first, second});
-  const std::unique_ptr<ViewImages> images = ImagesOf(recording, entries);
+  const std::unique_ptr<ViewImages> images = OpenImages(recording, entries);
   const RigidTransform& T_imu_camera = images->rig().T_imu_camera[0];
   std::vector<std::optional<MeasuredStep>> found(pairs.size());
   const auto measure = [&](size_t i) {
@@ -200,7 +200,7 @@ std::vector<StepPair> PairsAt(const Trajectory& trajectory, const std::vector<Bo
   return pairs;
 }
 
-double ScaleOf(const std::vector<StepPair>& pairs, double* sigma) {
+double EstimateScale(const std::vector<StepPair>& pairs, double* sigma) {
   std::vector<std::pair<double, double>> ratios;  // with weights
   double sum = 0;
   for (const StepPair& pair : pairs) {
@@ -225,7 +225,7 @@ double ScaleOf(const std::vector<StepPair>& pairs, double* sigma) {
   return quantile(0.5);
 }
 
-PoseOff OffOf(const std::vector<StepPair>& pairs, double scale) {
+PoseOff ComputeOff(const std::vector<StepPair>& pairs, double scale) {
   constexpr double kMostSigmas = 8;
   PoseOff off;
   std::vector<double> turns_rad, ways_m;

@@ -58,8 +58,8 @@ std::vector<StepPair> PairsAt(const Trajectory& trajectory, const std::vector<Bo
 
 // By how much the posed ways are to be multiplied: the median, by the known lengths. 1, and an
 // infinite sigma, where too few steps tell it.
-double ScaleOf(const std::vector<StepPair>& pairs, double* sigma);
+double EstimateScale(const std::vector<StepPair>& pairs, double* sigma);
 
-PoseOff OffOf(const std::vector<StepPair>& pairs, double scale);
+PoseOff ComputeOff(const std::vector<StepPair>& pairs, double scale);
 
 }  // namespace slcmap

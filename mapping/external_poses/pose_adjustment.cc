@@ -97,7 +97,7 @@ struct MatchTerm {
 };
 
 // The error of a point's depth moves it along the epipolar line.
-Matrix2d WeightOf(const PoseMatch& match, const Views& views, const Rig& rig, double sigma_px) {
+Matrix2d ComputeWeight(const PoseMatch& match, const Views& views, const Rig& rig, double sigma_px) {
   PoseMatch nearer = match;
   const double inverse_depth = 1 / match.p_from.z() + match.inverse_depth_sigma;
   nearer.p_from = match.p_from / (match.p_from.z() * inverse_depth);
@@ -108,7 +108,7 @@ Matrix2d WeightOf(const PoseMatch& match, const Views& views, const Rig& rig, do
   return covariance.inverse().llt().matrixU();
 }
 
-MatchTerm TermOf(const PoseMatch& match, const GivenViews& given, const Views& corrected,
+MatchTerm MakeTerm(const PoseMatch& match, const GivenViews& given, const Views& corrected,
                  const Rig& rig, const GivenPoseOptions& options) {
   const RigidTransform T_to_from =
       given.views[match.to].T_world_imu.Inverse() * given.views[match.from].T_world_imu;
@@ -119,10 +119,10 @@ MatchTerm TermOf(const PoseMatch& match, const GivenViews& given, const Views& c
           rig.T_imu_camera[0].Inverse(),
           rig.cameras[0],
           match.px,
-          WeightOf(match, corrected, rig, options.point_sigma_px)};
+          ComputeWeight(match, corrected, rig, options.point_sigma_px)};
 }
 
-ceres::CostFunction* PriorOf(double sigma_rad, double sigma_m) {
+ceres::CostFunction* MakePrior(double sigma_rad, double sigma_m) {
   return new ceres::AutoDiffCostFunction<PriorTerm, 6, 6>(new PriorTerm{sigma_rad, sigma_m});
 }
 
@@ -169,16 +169,16 @@ std::optional<PoseCorrection> AdjustPoses(const GivenViews& given, const PoseCor
   owner.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
   ceres::CauchyLoss loss(options.robust_sigmas);
   ceres::Problem problem(owner);
-  problem.AddResidualBlock(PriorOf(options.body_sigma_rad, options.body_sigma_m), nullptr,
+  problem.AddResidualBlock(MakePrior(options.body_sigma_rad, options.body_sigma_m), nullptr,
                            found.common.data());
   problem.AddResidualBlock(
       new ceres::AutoDiffCostFunction<ClockTerm, 1, 1>(new ClockTerm{options.clock_sigma_s}),
       nullptr, &found.clock_s);
   for (PoseMove& own : found.own) {
-    problem.AddResidualBlock(PriorOf(options.sigma_rad, options.sigma_m), nullptr, own.data());
+    problem.AddResidualBlock(MakePrior(options.sigma_rad, options.sigma_m), nullptr, own.data());
   }
   for (const PoseMatch& match : matches) {
-    auto* term = new MatchTerm(TermOf(match, given, corrected, rig, options));
+    auto* term = new MatchTerm(MakeTerm(match, given, corrected, rig, options));
     problem.AddResidualBlock(new ceres::AutoDiffCostFunction<MatchTerm, 2, 6, 1, 6, 6>(term), &loss,
                              found.common.data(), &found.clock_s, found.own[match.from].data(),
                              found.own[match.to].data());
@@ -250,7 +250,7 @@ PoseMove SpeedAt(const std::vector<OnlineState>& states, size_t at) {
   return {rate * w.x(), rate * w.y(), rate * w.z(), rate * way.x(), rate * way.y(), rate * way.z()};
 }
 
-GivenViews KeyframesOf(const OdometryRun& run) {
+GivenViews CollectKeyframes(const OdometryRun& run) {
   GivenViews given;
   size_t at = 0;
   for (const Keyframe& keyframe : run.keyframes) {
@@ -340,7 +340,7 @@ std::optional<GivenPoseFigures> AdjustGivenPoses(const ViewImages& images,
                                                  const Progress& progress) {
   if (run->keyframes.empty()) return std::nullopt;
   try {
-    const auto adjusted = AdjustGivenViews(KeyframesOf(*run), images, options, progress);
+    const auto adjusted = AdjustGivenViews(CollectKeyframes(*run), images, options, progress);
     if (!adjusted) return std::nullopt;
     run->states = CorrectedStates(run->states, adjusted->correction);
     for (size_t i = 0; i < run->keyframes.size(); ++i) {

@@ -53,8 +53,8 @@ std::vector<BodyStep> StepsInAxes(std::vector<BodyStep> steps, const Eigen::Matr
 PoseOff OffIn(const Trajectory& poses, const std::vector<BodyStep>& steps, const PoseForm& given) {
   const std::vector<StepPair> pairs = PairsAt(poses, steps, std::llround(given.offset_s * 1e9));
   double sigma = 0;
-  const double scale = ScaleOf(pairs, &sigma);
-  return OffOf(pairs, std::isfinite(sigma) && scale > 0 ? scale : given.scale);
+  const double scale = EstimateScale(pairs, &sigma);
+  return ComputeOff(pairs, std::isfinite(sigma) && scale > 0 ? scale : given.scale);
 }
 
 Trajectory WithPositionsIn(const Eigen::Matrix3d& axes, Trajectory poses) {
@@ -175,8 +175,8 @@ std::string WordsOfScales(const std::vector<StepPair>& pairs, double scale) {
   std::string words;
   for (auto at = pairs.begin() + kLeastSteps; at + kLeastSteps <= pairs.end(); ++at) {
     std::array<double, 2> sigmas{};
-    const double first = ScaleOf({pairs.begin(), at}, sigmas.data()),
-                 second = ScaleOf({at, pairs.end()}, &sigmas[1]);
+    const double first = EstimateScale({pairs.begin(), at}, sigmas.data()),
+                 second = EstimateScale({at, pairs.end()}, &sigmas[1]);
     const double change = std::abs(second - first) / scale;
     const double in_sigmas = change * scale / std::hypot(sigmas[0], sigmas[1]);
     if (!(change > kLeast && in_sigmas > most && first > 0 && second > 0)) continue;
@@ -198,7 +198,7 @@ std::string WordsOfChange(std::vector<StepPair> pairs, double scale, const std::
     return pair.known.turn_sigma_rad > kKnown_rad || pair.known.way_sigma_m > kKnown_m;
   });
   if (std::ssize(pairs) < kLeastPairs) return "";
-  const PoseOff medians = OffOf(pairs, scale);
+  const PoseOff medians = ComputeOff(pairs, scale);
   const StepOff usual{medians.turn_rad, medians.way_m};
   std::vector<std::string> words = {WordsOfStretch(pairs, scale, usual, who)};
   std::erase_if(pairs, [&](const StepPair& pair) { return IsOff(pair, scale, usual); });
@@ -290,7 +290,7 @@ std::optional<Vector3d> UpByImages(const Sequence& recording, const Trajectory& 
     chosen.push_back(i * with_pose.size() / count);
     pairs.push_back(with_pose[chosen.back()]);
   }
-  const auto images = ImagesOf(recording, pairs);
+  const auto images = OpenImages(recording, pairs);
   const Rig& rig = images->rig();
   std::vector<EdgePlane> edges;
   for (size_t i = 0; i < count; ++i) {

@@ -68,7 +68,7 @@ std::vector<size_t> PartnersNear(const Views& views, size_t of, const GivenPoseO
   return partners;
 }
 
-std::vector<PoseMatch> MatchesOf(size_t from, const Views& views,
+std::vector<PoseMatch> FindMatches(size_t from, const Views& views,
                                  const std::vector<ViewPoint>& points, const ViewImages& images,
                                  const GivenPoseOptions& options) {
   if (points.empty()) return {};
@@ -138,7 +138,7 @@ std::vector<PoseMatch> MatchViews(const Views& views,
                                   const Progress& progress) {
   std::vector<std::vector<PoseMatch>> of_views(views.size());
   ForEachView(views, options, progress, [&](size_t view) {
-    of_views[view] = MatchesOf(view, views, points[view], images, options);
+    of_views[view] = FindMatches(view, views, points[view], images, options);
   });
   std::vector<PoseMatch> matches;
   for (const std::vector<PoseMatch>& of_view : of_views) {

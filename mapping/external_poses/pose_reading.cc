@@ -40,7 +40,7 @@ std::vector<BodyStep> StepsOfSensor(std::vector<BodyStep> steps,
   return steps;
 }
 
-std::vector<Reading> ReadingsOf(const PoseTable& table, const PoseForm& given,
+std::vector<Reading> ListReadings(const PoseTable& table, const PoseForm& given,
                                 const std::vector<BodyStep>& steps,
                                 const std::optional<RigidTransform>& T_imu_camera) {
   const bool is_scalar_first =
@@ -54,7 +54,7 @@ std::vector<Reading> ReadingsOf(const PoseTable& table, const PoseForm& given,
     PoseForm plain;
     plain.of = form.IsInverse() ? "world-in-imu" : "imu";
     plain.quaternion = form.quaternion;
-    readings.push_back({form, PosesOf(table, plain, std::nullopt),
+    readings.push_back({form, CollectPoses(table, plain, std::nullopt),
                         form.IsOfCamera() ? StepsOfSensor(steps, *T_imu_camera) : steps});
   };
   const std::string order = is_scalar_first ? "wxyz" : "xyzw",
@@ -84,10 +84,10 @@ Tried Try(const Reading& reading, int64_t offset_ns, double given_scale) {
   tried.form = reading.form;
   tried.offset_ns = offset_ns;
   const std::vector<StepPair> pairs = PairsAt(reading.poses, reading.steps, offset_ns);
-  const double scale = ScaleOf(pairs, &tried.scale_sigma);
+  const double scale = EstimateScale(pairs, &tried.scale_sigma);
   // Steps that did not move tell no scale.
   tried.scale = std::isfinite(tried.scale_sigma) && scale > 1e-4 ? scale : given_scale;
-  tried.off = OffOf(pairs, tried.scale);
+  tried.off = ComputeOff(pairs, tried.scale);
   return tried;
 }
 
@@ -164,7 +164,7 @@ double Rounded(double scale, double sigma) {
   return std::round(scale / unit) * unit;
 }
 
-std::string WordsOf(const PoseForm& given, const PoseForm& found, bool is_scalar_first,
+std::string DescribeReading(const PoseForm& given, const PoseForm& found, bool is_scalar_first,
                     const std::optional<RigidTransform>& T_imu_camera) {
   std::vector<std::string> words;
   const std::string before =
@@ -236,9 +236,9 @@ void Settle(const PoseForm& given, const Reading& reading, Tried* best) {
   const bool is_scaled = std::isfinite(best->scale_sigma) && std::abs(relative - 1) > kLeastScale &&
                          Quantile(ways_m, 0.5) * std::abs(relative - 1) > kLeastWay_m &&
                          std::abs(best->scale - given.scale) > kSigmas * best->scale_sigma &&
-                         best->off.way_m < kScaleGain * OffOf(pairs, given.scale).way_m;
+                         best->off.way_m < kScaleGain * ComputeOff(pairs, given.scale).way_m;
   best->form.scale = is_scaled ? Rounded(best->scale, best->scale_sigma) : given.scale;
-  best->off = OffOf(pairs, best->form.scale);
+  best->off = ComputeOff(pairs, best->form.scale);
 }
 
 // Of all readings at all offsets the best, where enough of `most` steps have poses, and which it
@@ -317,7 +317,7 @@ std::optional<std::pair<Tried, size_t>> Search(const std::vector<Reading>& readi
                                                const PoseForm& given, PoseReading* result) {
   constexpr double kMuchBetter = 0.5;
   const int64_t given_ns = std::llround(given.offset_s * 1e9);
-  result->given = OffOf(PairsAt(readings[0].poses, readings[0].steps, given_ns), given.scale);
+  result->given = ComputeOff(PairsAt(readings[0].poses, readings[0].steps, given_ns), given.scale);
   std::optional<std::pair<Tried, size_t>> best;
   for (const bool is_far : {false, true}) {
     const std::vector<int64_t> offsets_ns =
@@ -401,7 +401,7 @@ PoseReading JudgeReading(const PoseTable& table, const PoseForm& given,
   result.form = given;
   if (std::ssize(steps) < kLeastSteps) return result;
   SetMoved(steps, &result);
-  const std::vector<Reading> readings = ReadingsOf(table, given, steps, T_imu_camera);
+  const std::vector<Reading> readings = ListReadings(table, given, steps, T_imu_camera);
   const auto found = Search(readings, given, &result);
   if (!found) return result;
   auto [best, of_best] = *found;
@@ -417,7 +417,7 @@ PoseReading JudgeReading(const PoseTable& table, const PoseForm& given,
     const Reading& reading = readings[of_best];
     result.change =
         WordsOfChange(PairsAt(reading.poses, reading.steps, best.offset_ns), best.form.scale, who);
-    TellForm(WordsOf(given, result.form, table.is_scalar_first, T_imu_camera), who, &result);
+    TellForm(DescribeReading(given, result.form, table.is_scalar_first, T_imu_camera), who, &result);
     return result;
   }
   result.is_explained = false;

@@ -13,7 +13,7 @@
 namespace slcmap {
 namespace {
 
-Clock StampsOf(const Sequence& recording) {
+Clock CollectStamps(const Sequence& recording) {
   Clock stamps_ns;
   for (const StereoEntry& pair : recording.images) stamps_ns.push_back(pair.stamp_ns);
   return stamps_ns;
@@ -48,7 +48,7 @@ std::vector<int64_t> StampsWithPose(const Clock& clock, const Trajectory& trajec
       fmt::format("{}: found poses that do not fit the recording: {}; {}", path, words, remedy));
 }
 
-std::string RemedyOf(const PoseForm& form) { return "give " + OptionsOf(form); }
+std::string FormatRemedy(const PoseForm& form) { return "give " + FormatOptions(form); }
 
 // Velocity of the poses about a place in the trajectory.
 Eigen::Vector3d VelocityAt(const Trajectory& trajectory, bool at_end) {
@@ -111,7 +111,7 @@ void RefuseOtherUp(const std::string& path, const PoseForm& form, const Sequence
   Refuse(path,
          fmt::format("up is {} in their world, not {} ({:.1f} degrees off, by {})", remedy.up,
                      form.up, kDegreesPerRadian * std::acos(std::clamp(up->z(), -1.0, 1.0)), by),
-         RemedyOf(remedy));
+         FormatRemedy(remedy));
 }
 
 }  // namespace
@@ -119,11 +119,11 @@ void RefuseOtherUp(const std::string& path, const PoseForm& form, const Sequence
 GivenPoses ReadGivenPoses(const std::string& path, const PoseForm& form, const Sequence& recording,
                           bool refuses_unexplained, const Progress& progress) {
   constexpr double kStep_s = 0.45;
-  const Clock clock = StampsOf(recording);
+  const Clock clock = CollectStamps(recording);
   const PoseTable table = ReadPoseTable(path, form, clock);
   const RigidTransform& T_imu_camera = recording.rig.T_imu_camera[0];
   GivenPoses given;
-  given.trajectory = PosesOf(table, form, T_imu_camera);
+  given.trajectory = CollectPoses(table, form, T_imu_camera);
   if (IsStereo(recording.rig)) {
     const double spacing_s = std::max(kStep_s, PeriodOfPoses_s(given.trajectory));
     const auto pairs =
@@ -132,7 +132,7 @@ GivenPoses ReadGivenPoses(const std::string& path, const PoseForm& form, const S
     given.reading = JudgeReading(table, form, steps, T_imu_camera, "pairs of images");
     const PoseReading& reading = given.reading;
     if (!reading.agrees && reading.is_explained) {
-      Refuse(path, reading.words, RemedyOf(reading.form));
+      Refuse(path, reading.words, FormatRemedy(reading.form));
     }
     if (!reading.agrees && refuses_unexplained) {
       Refuse(path, reading.words,

@@ -57,7 +57,7 @@ Eigen::Matrix2d OfDirection(const Eigen::Matrix4d& information) {
 }
 
 // With a line's own deviation, and more for one that cannot well be of this axis.
-Eigen::Matrix2d NoiseOf(const Eigen::Vector2d& off_rad, const Eigen::Matrix2d& covariance,
+Eigen::Matrix2d ComputeNoise(const Eigen::Vector2d& off_rad, const Eigen::Matrix2d& covariance,
                         const DeviationModel& model) {
   const Eigen::Matrix2d unit = Eigen::Matrix2d::Identity();
   const Eigen::Matrix2d expected = covariance + model.Variance() * unit;
@@ -67,9 +67,9 @@ Eigen::Matrix2d NoiseOf(const Eigen::Vector2d& off_rad, const Eigen::Matrix2d& c
 
 // The fit is the mean of what the places and the prior at the axis tell, by their information: this
 // takes the prior out of it.
-OffAxis OffAxisOf(const TrackedLine& line, size_t index, const BuildingAxis& axis,
+OffAxis ComputeOffAxis(const TrackedLine& line, size_t index, const BuildingAxis& axis,
                   const DeviationModel& model) {
-  const Eigen::Matrix<double, 3, 2> across = AcrossOf(axis.direction_world);
+  const Eigen::Matrix<double, 3, 2> across = ComputeAcross(axis.direction_world);
   const double sense = line.line.direction_world.dot(axis.direction_world) < 0 ? -1 : 1;
   const Eigen::Vector2d fitted_rad = across.transpose() * (sense * line.line.direction_world);
   const Eigen::Matrix2d turn = across.transpose() * line.fit.across;
@@ -79,7 +79,7 @@ OffAxis OffAxisOf(const TrackedLine& line, size_t index, const BuildingAxis& axi
   const Eigen::Matrix2d covariance = (places + unknown).inverse();
   OffAxis off{index, line.line.point_world};
   off.off_rad = covariance * (places + prior) * fitted_rad;
-  off.noise = NoiseOf(off.off_rad, covariance, model);
+  off.noise = ComputeNoise(off.off_rad, covariance, model);
   return off;
 }
 
@@ -105,7 +105,7 @@ struct Neighbourhood {
   Eigen::MatrixXd covariance, with_line;
 };
 
-Neighbourhood NeighbourhoodOf(const OffAxis& line, const std::vector<const OffAxis*>& nearest,
+Neighbourhood MakeNeighbourhood(const OffAxis& line, const std::vector<const OffAxis*>& nearest,
                               const DeviationModel& model) {
   const Eigen::Matrix2d unit = Eigen::Matrix2d::Identity();
   const auto count = static_cast<Eigen::Index>(nearest.size());
@@ -131,12 +131,12 @@ DirectionPrior Predict(const OffAxis& line, const std::vector<OffAxis>& all,
   constexpr double kMinShare = 1e-4;  // of the variance, against rounding
   const auto nearest = NearestTo(line, all, max_neighbours);
   if (nearest.empty()) return {axis.direction_world, std::sqrt(model.Variance())};
-  const Neighbourhood around = NeighbourhoodOf(line, nearest, model);
+  const Neighbourhood around = MakeNeighbourhood(line, nearest, model);
   const Eigen::MatrixXd gain = around.covariance.llt().solve(around.with_line).transpose();
   const double known = (gain * around.with_line).trace() / 2;
   const Eigen::Vector2d mean_rad = gain * around.off_rad;
   const Eigen::Vector3d direction =
-      axis.direction_world + AcrossOf(axis.direction_world) * mean_rad;
+      axis.direction_world + ComputeAcross(axis.direction_world) * mean_rad;
   const double variance = std::max(model.Variance() - known, kMinShare * model.Variance());
   return {direction.normalized(), std::sqrt(variance)};
 }
@@ -153,7 +153,7 @@ std::vector<std::optional<DirectionPrior>> PriorsByNeighbours(const std::vector<
     if (line.axis < 0) continue;
     const BuildingAxis& axis = axes[line.axis];
     groups[{line.axis, line.segment}].push_back(
-        OffAxisOf(line, i, axis, DeviationModel(axis.sigma_rad, options)));
+        ComputeOffAxis(line, i, axis, DeviationModel(axis.sigma_rad, options)));
   }
   std::vector<std::optional<DirectionPrior>> priors(lines.size());
   for (const auto& [key, all] : groups) {
@@ -183,7 +183,7 @@ void StartBins(const LineIntervalOptions& options, TrackedLine* line) {
   line->bins.assign(static_cast<size_t>(std::ceil(length_m / options.bin_m)), BinViews());
 }
 
-Stretch BinsOf(const TrackedLine& line, const LineIntervalOptions& options) {
+Interval FindBins(const TrackedLine& line, const LineIntervalOptions& options) {
   return {line.bins_from_m,
           line.bins_from_m + options.bin_m * static_cast<double>(line.bins.size())};
 }
@@ -227,7 +227,7 @@ void LookForLine(int view, const StereoImage& pair, const ViewImages& images,
                  const MapLineOptions& options, TrackedLine* line) {
   const LineSampling sampling{.step_m = options.intervals.bin_m,
                               .min_gradient = MinGradient(*line, options)};
-  const Stretch bins = BinsOf(*line, options.intervals);
+  const Interval bins = FindBins(*line, options.intervals);
   ViewOfBins of_bins;
   for (const int camera : {0, 1}) {
     const cv::Mat& image = camera == 0 ? pair.left : pair.right;
@@ -273,7 +273,7 @@ void LimitDepths(const Views& views, const ViewCameras& cameras, const SightDept
   for (size_t view = 0; view < views.size(); ++view) {
     if (views[view].segment != line->segment) continue;
     const RigidTransform& T_camera_world = cameras.T_camera_world[view][0];
-    const auto part = SeenPart(line->line, BinsOf(*line, options.intervals), T_camera_world,
+    const auto part = SeenPart(line->line, FindBins(*line, options.intervals), T_camera_world,
                                cameras.cameras[0], {.max_depth_m = options.max_depth_m});
     if (!part) continue;
     const int from = static_cast<int>((part->from_m - line->bins_from_m) / step_m);
@@ -309,7 +309,7 @@ void MoveTo(const LineFit& fit, TrackedLine* line) {
   line->moved_m = Moved_m(*line, fit);
   line->fit = fit;
   line->line = fit.line;
-  for (Stretch& interval : line->intervals) {
+  for (Interval& interval : line->intervals) {
     interval = {interval.from_m - fit.shift_m, interval.to_m - fit.shift_m};
   }
   line->bins_from_m -= fit.shift_m;
@@ -321,7 +321,7 @@ void MoveTo(const LineFit& fit, TrackedLine* line) {
   line->seen = {line->intervals.front().from_m, line->intervals.back().to_m};
 }
 
-StretchLimits LimitsOf(const TrackedLine& line, const MapLineOptions& options) {
+StretchLimits ComputeLimits(const TrackedLine& line, const MapLineOptions& options) {
   return {options.min_views, options.max_sigma_m,
           line.axis < 0 ? options.max_free_spread_px : options.max_spread_px,
           options.intervals.min_length_m};
@@ -333,8 +333,8 @@ bool FitToViews(const ViewCameras& cameras, const std::vector<BuildingAxis>& axe
   line->intervals = FindIntervals(*line, options.intervals);
   DropPlacesOutside(line);
   if (line->intervals.empty()) return false;
-  const StretchLimits limits = LimitsOf(*line, options);
-  const auto fit = FitStretches(cameras, PriorOf(*line, axes, options), options.fit, limits, line);
+  const StretchLimits limits = ComputeLimits(*line, options);
+  const auto fit = FitStretches(cameras, MakePrior(*line, axes, options), options.fit, limits, line);
   if (!fit || !limits.Hold(*fit)) return false;
   MoveTo(*fit, line);
   return true;
@@ -373,8 +373,8 @@ void LookForLines(const Views& views, const ViewImages& images, const SightDepth
   }
 }
 
-std::vector<Stretch> FindIntervals(const TrackedLine& line, const LineIntervalOptions& options) {
-  std::vector<Stretch> intervals;
+std::vector<Interval> FindIntervals(const TrackedLine& line, const LineIntervalOptions& options) {
+  std::vector<Interval> intervals;
   double last_known_m = line.bins_from_m;  // the end of the last bin that is known not to belong
   for (size_t i = 0; i < line.bins.size(); ++i) {
     const double from_m = line.bins_from_m + static_cast<double>(i) * options.bin_m;
@@ -393,7 +393,7 @@ std::vector<Stretch> FindIntervals(const TrackedLine& line, const LineIntervalOp
       intervals.push_back({from_m, from_m + options.bin_m});
     }
   }
-  std::erase_if(intervals, [&](const Stretch& interval) {
+  std::erase_if(intervals, [&](const Interval& interval) {
     return interval.length_m() < options.min_length_m;
   });
   return intervals;
@@ -438,7 +438,7 @@ void FitAmongNeighbours(const Views& views, const Rig& rig, const std::vector<Bu
       TrackedLine& line = (*lines)[k];
       if (!priors[k]) continue;
       const auto fit = FitLine(line.line, line.places, cameras, priors[k], options.fit);
-      if (!fit || !LimitsOf(line, options).Hold(*fit)) continue;
+      if (!fit || !ComputeLimits(line, options).Hold(*fit)) continue;
       // By more only where lines were merged that are not one.
       if (Moved_m(line, *fit) <= options.merging.max_distance_m) MoveTo(*fit, &line);
     }

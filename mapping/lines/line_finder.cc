@@ -40,7 +40,7 @@ bool LiesOn(const LineSegment& segment, const LineSegment& line, double max_dist
   return Overlap_px(line, segment) >= 0.5 * segment.Length();
 }
 
-void Lengthen(const Stretch& by, Stretch* stretch) {
+void Lengthen(const Interval& by, Interval* stretch) {
   stretch->from_m = std::min(stretch->from_m, by.from_m);
   stretch->to_m = std::max(stretch->to_m, by.to_m);
 }
@@ -53,7 +53,7 @@ void Take(const LineFit& fit, TrackedLine* line) {
   line->seen.to_m -= fit.shift_m;
 }
 
-LineDetectorOptions DetectorOf(const MapLineOptions& options) {
+LineDetectorOptions MakeDetectorOptions(const MapLineOptions& options) {
   LineDetectorOptions detector;
   detector.scale = 1;
   detector.min_length_px = options.min_segment_px;
@@ -68,7 +68,7 @@ double MinGradient(const TrackedLine& line, const MapLineOptions& options) {
   return std::max(options.min_gradient, options.min_gradient_share * line.gradient);
 }
 
-std::optional<DirectionPrior> PriorOf(const TrackedLine& line,
+std::optional<DirectionPrior> MakePrior(const TrackedLine& line,
                                       const std::vector<BuildingAxis>& axes,
                                       const MapLineOptions& options) {
   if (line.is_level) {
@@ -85,7 +85,7 @@ LineFinder::LineFinder(const Views& views, const ViewImages& images,
       axes_(axes),
       options_(options),
       cameras_(views, images.rig()),
-      window_(images, views.size(), options.min_gradient, DetectorOf(options), kReach) {}
+      window_(images, views.size(), options.min_gradient, MakeDetectorOptions(options), kReach) {}
 
 std::vector<TrackedLine> LineFinder::Find(std::vector<TrackedLine> known,
                                           const Progress& progress) {
@@ -129,7 +129,7 @@ void LineFinder::Explain(int view, const std::vector<LineSegment>& segments, siz
   for (size_t k = first_line; k < lines_.size(); ++k) {
     TrackedLine& line = lines_[k];
     if (line.segment != views_[view].segment) continue;
-    const Stretch longer{line.seen.from_m - kExplainBeyond_m, line.seen.to_m + kExplainBeyond_m};
+    const Interval longer{line.seen.from_m - kExplainBeyond_m, line.seen.to_m + kExplainBeyond_m};
     const auto part = SeenPart(line.line, longer, T_camera_world, camera, limits);
     if (!part) continue;
     for (size_t i = 0; i < segments.size(); ++i) {
@@ -222,7 +222,7 @@ std::optional<TrackedLine> LineFinder::Accept(const Hypothesis& hypothesis, int 
       AddPlaces(samples, *part, image.view, image.camera, options_.fit.place_step_m, &places);
     }
     const auto fit =
-        FitLine(line.line, places, cameras_, PriorOf(line, axes_, options_), options_.fit);
+        FitLine(line.line, places, cameras_, MakePrior(line, axes_, options_), options_.fit);
     if (!fit || static_cast<double>(shown) < kMinShown * static_cast<double>(looked)) {
       return std::nullopt;
     }

@@ -53,7 +53,7 @@ class LineFinder {
 };
 
 // What the direction of a line is known to be beforehand.
-std::optional<DirectionPrior> PriorOf(const TrackedLine& line,
+std::optional<DirectionPrior> MakePrior(const TrackedLine& line,
                                       const std::vector<BuildingAxis>& axes,
                                       const MapLineOptions& options);
 

@@ -28,7 +28,7 @@ struct Residual {
   double depth_m = 0;
 };
 
-std::optional<Residual> ResidualOf(const EdgePlace& place, const Eigen::Vector3d& p_world,
+std::optional<Residual> ComputeResidual(const EdgePlace& place, const Eigen::Vector3d& p_world,
                                    const Eigen::Matrix<double, 3, 2>& across,
                                    const ViewCameras& views) {
   const RigidTransform& T_camera_world = views.T_camera_world[place.view][place.camera];
@@ -91,7 +91,7 @@ Sums SumPlaces(const PointAndDirection& line, const Eigen::Matrix<double, 3, 2>&
     const EdgePlace& place = places[i];
     const double along_m = place.along_m - middle_m;
     const Eigen::Vector3d p_world = line.point_world + along_m * line.direction_world;
-    const auto residual = ResidualOf(place, p_world, across, views);
+    const auto residual = ComputeResidual(place, p_world, across, views);
     if (!residual) continue;
     const double focal_px = views.cameras[place.camera].fx_px;
     const double pose_px = focal_px * options.pose_sigma_m / residual->depth_m;
@@ -128,7 +128,7 @@ void AddPrior(const PointAndDirection& line, const Eigen::Matrix<double, 3, 2>& 
   sums->g.tail<2>() += weight * across.transpose() * off;
 }
 
-double MiddleOf(const std::vector<EdgePlace>& places) {
+double ComputeMiddle(const std::vector<EdgePlace>& places) {
   double sum = 0, count = 0;
   for (const EdgePlace& place : places) {
     sum += static_cast<double>(place.along_m) * place.samples;
@@ -213,7 +213,7 @@ std::optional<LineFit> FitLine(const PointAndDirection& start, const std::vector
                                const LineFitOptions& options) {
   LineFit fit;
   fit.views = CountViews(places);
-  fit.shift_m = MiddleOf(places);
+  fit.shift_m = ComputeMiddle(places);
   fit.line = start;
   fit.line.point_world += fit.shift_m * start.direction_world;
   const std::vector<double> sigmas_px = ImageSigmas_px(start, places, views, options);
@@ -221,7 +221,7 @@ std::optional<LineFit> FitLine(const PointAndDirection& start, const std::vector
   const double alike = shared * PlacesAlike(places, options);  // places and views that err as one
   Sums sums;
   for (int step = 0; step < kSteps; ++step) {
-    fit.across = AcrossOf(fit.line.direction_world);
+    fit.across = ComputeAcross(fit.line.direction_world);
     sums = SumPlaces(fit.line, fit.across, places, sigmas_px, views, fit.shift_m, options);
     if (sums.off_px.size() < 4) return std::nullopt;
     sums.H /= alike;
@@ -243,24 +243,24 @@ std::optional<LineFit> FitLine(const PointAndDirection& start, const std::vector
   fit.world_covariance.topLeftCorner<2, 2>().diagonal().array() +=
       options.shared_sigma_m * options.shared_sigma_m;
   fit.rms_px = RootMeanSquare(sums.off_px);
-  fit.spread_px = SpreadOf(std::move(sums.off_px));
+  fit.spread_px = ComputeSpread(std::move(sums.off_px));
   if (!fit.covariance.allFinite() || !fit.world_covariance.allFinite()) return std::nullopt;
   return fit;
 }
 
-double SpreadOf(std::vector<double> distances_px) {
+double ComputeSpread(std::vector<double> distances_px) {
   return kSigmaOfMedian * Quantile(std::move(distances_px), 0.5);
 }
 
 std::vector<double> OffLine_px(const PointAndDirection& line, double shift_m,
                                const std::vector<EdgePlace>& places, const ViewCameras& views) {
   constexpr double kBehind_px = 1e6;
-  const Eigen::Matrix<double, 3, 2> across = AcrossOf(line.direction_world);
+  const Eigen::Matrix<double, 3, 2> across = ComputeAcross(line.direction_world);
   std::vector<double> off_px;
   for (const EdgePlace& place : places) {
     const Eigen::Vector3d p_world =
         line.point_world + (place.along_m - shift_m) * line.direction_world;
-    const auto residual = ResidualOf(place, p_world, across, views);
+    const auto residual = ComputeResidual(place, p_world, across, views);
     off_px.push_back(residual ? std::abs(residual->value_px) : kBehind_px);
   }
   return off_px;

@@ -11,7 +11,7 @@
 namespace slcmap {
 
 // Two columns, square to the direction (of length 1) and to each other.
-inline Eigen::Matrix<double, 3, 2> AcrossOf(const Eigen::Vector3d& direction) {
+inline Eigen::Matrix<double, 3, 2> ComputeAcross(const Eigen::Vector3d& direction) {
   Eigen::Matrix<double, 3, 2> across;
   across.col(0) = direction.unitOrthogonal();
   across.col(1) = direction.cross(across.col(0));
@@ -89,7 +89,7 @@ std::optional<LineFit> FitLine(const PointAndDirection& start, const std::vector
                                const LineFitOptions& options);
 
 // The standard deviation of distances (at least 0) by their median.
-double SpreadOf(std::vector<double> distances_px);
+double ComputeSpread(std::vector<double> distances_px);
 
 // How far the places are off the line's image (px, at least 0; a large number behind a camera), in
 // their order, whose along_m count from shift_m before the line's point.

@@ -15,7 +15,7 @@ constexpr double kCell_m = 0.5;
 }  // namespace
 
 void LineCells::Add(int line) {
-  for (const Cell& cell : CellsOf(line)) members_[cell].push_back(line);
+  for (const Cell& cell : FindCells(line)) members_[cell].push_back(line);
 }
 
 size_t LineCells::CellHash::operator()(const Cell& cell) const {
@@ -41,7 +41,7 @@ std::vector<int> LineCells::Near(int line) const {
 
 std::vector<LineCells::Cell> LineCells::CellsAround(int line) const {
   std::vector<Cell> around;
-  for (const Cell& cell : CellsOf(line)) {
+  for (const Cell& cell : FindCells(line)) {
     for (int64_t dx = -1; dx <= 1; ++dx) {
       for (int64_t dy = -1; dy <= 1; ++dy) {
         for (int64_t dz = -1; dz <= 1; ++dz) {
@@ -55,10 +55,10 @@ std::vector<LineCells::Cell> LineCells::CellsAround(int line) const {
   return around;
 }
 
-std::vector<LineCells::Cell> LineCells::CellsOf(int index) const {
+std::vector<LineCells::Cell> LineCells::FindCells(int index) const {
   const TrackedLine& line = lines_[index];
   std::vector<Cell> cells;
-  for (const Stretch& interval : line.intervals) {
+  for (const Interval& interval : line.intervals) {
     for (double along_m = interval.from_m;; along_m += kCell_m) {
       const Eigen::Vector3d p =
           line.line.point_world + std::min(along_m, interval.to_m) * line.line.direction_world;
@@ -90,7 +90,7 @@ bool StandsOut(const TrackedLine& line, bool lasts, const LeastSteps& least) {
 
 }  // namespace
 
-LineKind KindOf(const TrackedLine& line, const LineKindOptions& options) {
+LineKind FindKind(const TrackedLine& line, const LineKindOptions& options) {
   const SurfacesBeside& beside = line.surfaces;
   const double known_m = beside.flat_m + beside.relief_m;
   const double all_m = known_m + beside.unknown_m;
@@ -130,7 +130,7 @@ int CountApart(const std::vector<double>& sorted) {
 }
 
 bool Covers(const TrackedLine& line, double along_m) {
-  return std::any_of(line.intervals.begin(), line.intervals.end(), [&](const Stretch& interval) {
+  return std::any_of(line.intervals.begin(), line.intervals.end(), [&](const Interval& interval) {
     return along_m > interval.from_m - kBesideEnd_m && along_m < interval.to_m + kBesideEnd_m;
   });
 }
@@ -139,7 +139,7 @@ class Neighbours {
  public:
   Neighbours(const std::vector<TrackedLine>& lines, const LineCells& cells, int index,
              double reach_m)
-      : line_(lines[index].line), across_(AcrossOf(line_.direction_world)), reach_m_(reach_m) {
+      : line_(lines[index].line), across_(ComputeAcross(line_.direction_world)), reach_m_(reach_m) {
     for (const int other : cells.Near(index)) {
       if (other == index || lines[other].segment != lines[index].segment) continue;
       const double cosine = line_.direction_world.dot(lines[other].line.direction_world);
@@ -187,7 +187,7 @@ class Neighbours {
 
 int MedianCount(const TrackedLine& line, const Neighbours& neighbours) {
   std::vector<double> counts;
-  for (const Stretch& interval : line.intervals) {
+  for (const Interval& interval : line.intervals) {
     const double length_m = interval.length_m();
     const int places = std::max(1, static_cast<int>(length_m / kCountStep_m));
     for (int i = 0; i < places; ++i) {

@@ -29,7 +29,7 @@ class LineCells {
   struct CellHash {
     size_t operator()(const Cell& cell) const;
   };
-  std::vector<Cell> CellsOf(int line) const;
+  std::vector<Cell> FindCells(int line) const;
   std::vector<Cell> CellsAround(int line) const;  // and their neighbours, each once
 
   const std::vector<TrackedLine>& lines_;
@@ -45,7 +45,7 @@ class LineCells {
 // of an edge, but of a shadow. What hardly stands out among many lines beside each other is a mark,
 // where surfaces are known. Where the surfaces are not known, a line whose step lasts is of
 // unknown kind.
-LineKind KindOf(const TrackedLine& line, const LineKindOptions& options);
+LineKind FindKind(const TrackedLine& line, const LineKindOptions& options);
 
 // Lines that are one of many beside each other.
 

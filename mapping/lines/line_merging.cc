@@ -21,9 +21,9 @@ constexpr double kMinPart_m = 0.25, kMinFreePart_m = 0.5;
 int StretchAt(double along_m) { return static_cast<int>(std::floor(along_m / kStretchLength_m)); }
 
 // The places of a line, by index, in stretches along it.
-class Stretches {
+class Intervals {
  public:
-  explicit Stretches(const std::vector<EdgePlace>& places) : places_(places) {
+  explicit Intervals(const std::vector<EdgePlace>& places) : places_(places) {
     for (size_t i = 0; i < places.size(); ++i) {
       members_[StretchAt(places[i].along_m)].push_back(i);
     }
@@ -36,13 +36,13 @@ class Stretches {
     for (const auto& [stretch, members] : members_) {
       std::vector<double> values;
       for (const size_t i : members) values.push_back(off_px[i]);
-      spreads[stretch] = SpreadOf(std::move(values));
+      spreads[stretch] = ComputeSpread(std::move(values));
     }
     return spreads;
   }
 
   // The spread below which half of the places' stretches are.
-  double HalfOf(const std::map<int, double>& spreads) const {
+  double ComputeHalf(const std::map<int, double>& spreads) const {
     std::vector<double> by_place;
     for (const auto& [stretch, members] : members_) {
       by_place.insert(by_place.end(), members.size(), spreads.at(stretch));
@@ -64,15 +64,15 @@ class Stretches {
 };
 
 // What is left of the intervals without the stretches that scatter more.
-std::vector<Stretch> Without(const std::vector<Stretch>& intervals,
+std::vector<Interval> Without(const std::vector<Interval>& intervals,
                              const std::map<int, double>& spreads, double most_px,
                              double min_length_m) {
-  std::vector<Stretch> left = intervals;
+  std::vector<Interval> left = intervals;
   for (const auto& [stretch, spread_px] : spreads) {
     if (spread_px <= most_px) continue;
     const double from_m = stretch * kStretchLength_m, to_m = from_m + kStretchLength_m;
-    std::vector<Stretch> cut;
-    for (const Stretch& interval : left) {
+    std::vector<Interval> cut;
+    for (const Interval& interval : left) {
       if (interval.to_m <= from_m || interval.from_m >= to_m) {
         cut.push_back(interval);
         continue;
@@ -82,20 +82,20 @@ std::vector<Stretch> Without(const std::vector<Stretch>& intervals,
     }
     left = std::move(cut);
   }
-  std::erase_if(left, [&](const Stretch& interval) { return interval.length_m() < min_length_m; });
+  std::erase_if(left, [&](const Interval& interval) { return interval.length_m() < min_length_m; });
   return left;
 }
 
 // The fit to those stretches that agree with each other, found by leaving out, again and again, the
 // half that scatters most.
-std::optional<LineFit> FitToBest(const Stretches& stretches, const LineFit& whole,
+std::optional<LineFit> FitToBest(const Intervals& stretches, const LineFit& whole,
                                  const TrackedLine& line, const ViewCameras& cameras,
                                  const std::optional<DirectionPrior>& prior,
                                  const LineFitOptions& options, double max_spread_px) {
   std::optional<LineFit> fit = whole;
   for (int round = 0; fit && round < kStretchRounds && fit->spread_px > max_spread_px; ++round) {
     const std::map<int, double> spreads = stretches.Spreads(*fit, cameras);
-    fit = FitLine(line.line, stretches.PlacesIn(spreads, stretches.HalfOf(spreads)), cameras, prior,
+    fit = FitLine(line.line, stretches.PlacesIn(spreads, stretches.ComputeHalf(spreads)), cameras, prior,
                   options);
   }
   return fit;
@@ -110,7 +110,7 @@ bool StretchLimits::Hold(const LineFit& fit) const {
 void DropPlacesOutside(TrackedLine* line) {
   std::erase_if(line->places, [&](const EdgePlace& place) {
     return std::none_of(line->intervals.begin(), line->intervals.end(),
-                        [&](const Stretch& interval) {
+                        [&](const Interval& interval) {
                           return place.along_m >= interval.from_m && place.along_m <= interval.to_m;
                         });
   });
@@ -122,7 +122,7 @@ std::optional<LineFit> FitStretches(const ViewCameras& cameras,
                                     TrackedLine* line) {
   const auto whole = FitLine(line->line, line->places, cameras, prior, options);
   if (!whole) return whole;
-  const Stretches stretches(line->places);
+  const Intervals stretches(line->places);
   const auto best =
       FitToBest(stretches, *whole, *line, cameras, prior, options, limits.max_spread_px);
   if (!best) return whole;
@@ -150,7 +150,7 @@ constexpr double kSigmasBetweenMaps = 3;
 double Quality(const TrackedLine& line) { return TotalLength_m(line.intervals) * line.fit.views; }
 
 // A stretch of `other` along `line`.
-Stretch Along(const PointAndDirection& line, const TrackedLine& other, const Stretch& stretch) {
+Interval Along(const PointAndDirection& line, const TrackedLine& other, const Interval& stretch) {
   const auto at = [&](double along_m) {
     return line.direction_world.dot(other.line.point_world + along_m * other.line.direction_world -
                                     line.point_world);
@@ -161,7 +161,7 @@ Stretch Along(const PointAndDirection& line, const TrackedLine& other, const Str
 
 // Where the two are compared: the middle of what they share along the first, or of their gap.
 double MeetingPlace_m(const TrackedLine& a, const TrackedLine& b) {
-  const Stretch extent = Along(a.line, b, {b.intervals.front().from_m, b.intervals.back().to_m});
+  const Interval extent = Along(a.line, b, {b.intervals.front().from_m, b.intervals.back().to_m});
   const double from_m = std::max(a.intervals.front().from_m, extent.from_m);
   const double to_m = std::min(a.intervals.back().to_m, extent.to_m);
   return 0.5 * (from_m + to_m);
@@ -188,11 +188,11 @@ bool IsSameEdge(const TrackedLine& a, const TrackedLine& b, const LineMergingOpt
   return distance_m <= std::hypot(options.max_sigmas * sigma_m, between_m);
 }
 
-std::vector<Stretch> Union(std::vector<Stretch> intervals, double max_gap_m) {
+std::vector<Interval> Union(std::vector<Interval> intervals, double max_gap_m) {
   std::sort(intervals.begin(), intervals.end(),
-            [](const Stretch& a, const Stretch& b) { return a.from_m < b.from_m; });
-  std::vector<Stretch> united;
-  for (const Stretch& interval : intervals) {
+            [](const Interval& a, const Interval& b) { return a.from_m < b.from_m; });
+  std::vector<Interval> united;
+  for (const Interval& interval : intervals) {
     if (!united.empty() && interval.from_m <= united.back().to_m + max_gap_m) {
       united.back().to_m = std::max(united.back().to_m, interval.to_m);
     } else {
@@ -205,14 +205,14 @@ std::vector<Stretch> Union(std::vector<Stretch> intervals, double max_gap_m) {
 // Places of the other where the same image has none of the line's own: what it shows twice are two
 // edges that lie beside each other.
 void TakePlaces(const TrackedLine& other, TrackedLine* line) {
-  std::map<std::pair<int, int>, std::vector<Stretch>> own;  // by view and camera
+  std::map<std::pair<int, int>, std::vector<Interval>> own;  // by view and camera
   for (const EdgePlace& place : line->places) {
     own[{place.view, place.camera}].push_back({place.from_m, place.to_m});
   }
   for (EdgePlace place : other.places) {
-    const Stretch stretch = Along(line->line, other, {place.from_m, place.to_m});
+    const Interval stretch = Along(line->line, other, {place.from_m, place.to_m});
     const double middle_m = 0.5 * (stretch.from_m + stretch.to_m);
-    const auto covers = [&](const Stretch& mine) {
+    const auto covers = [&](const Interval& mine) {
       return mine.from_m <= middle_m && mine.to_m >= middle_m;
     };
     if (std::ranges::any_of(own[{place.view, place.camera}], covers)) continue;
@@ -226,7 +226,7 @@ void TakePlaces(const TrackedLine& other, TrackedLine* line) {
 
 void TakeOver(const TrackedLine& other, TrackedLine* line) {
   constexpr double kGap_m = 0.04;
-  for (const Stretch& interval : other.intervals) {
+  for (const Interval& interval : other.intervals) {
     line->intervals.push_back(Along(line->line, other, interval));
   }
   line->intervals = Union(std::move(line->intervals), kGap_m);

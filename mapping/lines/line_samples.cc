@@ -32,7 +32,7 @@ double LineInView::DepthAt(double share) const {
   return 1 / ((1 - share) / start_depth_m + share / end_depth_m);
 }
 
-std::optional<LineInView> SeenPart(const PointAndDirection& line, const Stretch& stretch,
+std::optional<LineInView> SeenPart(const PointAndDirection& line, const Interval& stretch,
                                    const RigidTransform& T_camera_world, const Camera& camera,
                                    const ViewLimits& limits) {
   const Eigen::Vector3d p = T_camera_world * line.point_world;
@@ -169,7 +169,7 @@ struct Sides {
   double left = 0, right = 0;
 };
 
-std::optional<Sides> SidesOf(const cv::Mat& image, const Eigen::Vector2d& px,
+std::optional<Sides> MeasureSides(const cv::Mat& image, const Eigen::Vector2d& px,
                              const Eigen::Vector2d& offset) {
   const Eigen::Vector2d left = px + offset, right = px - offset;
   if (!IsInside(image, left) || !IsInside(image, right)) return std::nullopt;
@@ -178,8 +178,8 @@ std::optional<Sides> SidesOf(const cv::Mat& image, const Eigen::Vector2d& px,
 
 void SetSteps(const cv::Mat& image, const Eigen::Vector2d& edge_px, const Eigen::Vector2d& normal,
               LineSample* sample) {
-  const auto near = SidesOf(image, edge_px, kNear_px * normal);
-  const auto far = SidesOf(image, edge_px, kFar_px * normal);
+  const auto near = MeasureSides(image, edge_px, kNear_px * normal);
+  const auto far = MeasureSides(image, edge_px, kFar_px * normal);
   if (!near || !far) return;  // steps are compared with each other and with the brightness
   sample->step = near->left - near->right;
   sample->lasting_step = far->left - far->right;

@@ -33,7 +33,7 @@ struct ViewLimits {
   double margin_px = 4;
   double min_depth_m = 0.2, max_depth_m = 10;
 };
-std::optional<LineInView> SeenPart(const PointAndDirection& line, const Stretch& stretch,
+std::optional<LineInView> SeenPart(const PointAndDirection& line, const Interval& stretch,
                                    const RigidTransform& T_camera_world, const Camera& camera,
                                    const ViewLimits& limits);
 

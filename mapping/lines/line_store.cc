@@ -257,9 +257,9 @@ LineSurfaces::Surface LineSurfaces::At(const Eigen::Vector3d& p_world,
 }
 
 SurfacesBeside LineSurfaces::Beside(const PointAndDirection& line,
-                                    const std::vector<Stretch>& intervals) const {
+                                    const std::vector<Interval>& intervals) const {
   SurfacesBeside beside;
-  for (const Stretch& interval : intervals) {
+  for (const Interval& interval : intervals) {
     const double length_m = interval.length_m();
     const double count = std::max(1.0, std::round(length_m / kStep_m));
     for (double i = 0.5; i < count; ++i) {

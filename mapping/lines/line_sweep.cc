@@ -31,7 +31,7 @@ namespace {
 constexpr int kDirections = 16;
 constexpr int kSobelGain = 8;  // of a 3x3 Sobel kernel against the change a pixel
 
-int DirectionOf(double x, double y) {
+int GetDirection(double x, double y) {
   const double turns = std::atan2(y, x) / (2 * M_PI);
   return (static_cast<int>(std::lround(turns * kDirections)) + kDirections) % kDirections;
 }
@@ -76,7 +76,7 @@ cv::Mat EdgePixels(const cv::Mat& image, double min_gradient) {
       if (squared(v + step.y, u + step.x) > here || squared(v - step.y, u - step.x) > here) {
         continue;
       }
-      pixels.at<uint16_t>(v, u) = kBits[DirectionOf(x, y)];
+      pixels.at<uint16_t>(v, u) = kBits[GetDirection(x, y)];
     }
   }
   return pixels;
@@ -100,7 +100,7 @@ cv::Mat EdgeDirections(const cv::Mat& image, double min_gradient) {
 }
 
 uint16_t DirectionBit(const Eigen::Vector2d& normal) {
-  return static_cast<uint16_t>(1 << DirectionOf(normal.x(), normal.y()));
+  return static_cast<uint16_t>(1 << GetDirection(normal.x(), normal.y()));
 }
 
 namespace {
@@ -130,7 +130,7 @@ struct Support {
   double score = 0;
 };
 
-Support SupportOf(const PointAndDirection& line, const Stretch& seen,
+Support MeasureSupport(const PointAndDirection& line, const Interval& seen,
                   const std::vector<SweepImage>& images, const ViewCameras& views,
                   const LineSweepOptions& options) {
   constexpr double kMinLength_px = 8, kMissCost = 0.35;
@@ -152,16 +152,16 @@ Support SupportOf(const PointAndDirection& line, const Stretch& seen,
 }
 
 // The stretch of a line between the rays of a segment's ends, with the line running as the segment.
-std::optional<Stretch> StretchOf(PointAndDirection* line, const LineSegment& segment,
+std::optional<Interval> FindInterval(PointAndDirection* line, const LineSegment& segment,
                                  const RigidTransform& T_world_camera) {
   const auto extent = ExtentAlong(*line, segment, T_world_camera);
   if (!extent) return std::nullopt;
   const Eigen::Vector3d step = T_world_camera.rotation.conjugate() * line->direction_world;
   const Eigen::Vector3d p = T_world_camera.Inverse() * line->point_world;
   const Eigen::Vector2d moved = (p + 1e-3 * step).hnormalized() - p.hnormalized();
-  if (moved.dot(segment.end - segment.start) >= 0) return Stretch{extent->first, extent->second};
+  if (moved.dot(segment.end - segment.start) >= 0) return Interval{extent->first, extent->second};
   line->direction_world = -line->direction_world;
-  return Stretch{-extent->second, -extent->first};
+  return Interval{-extent->second, -extent->first};
 }
 
 // Lines by inverse depth, in rising order, and the best of them.
@@ -227,10 +227,10 @@ std::optional<SweptLine> SweepAlongAxis(const LineSegment& segment, int view,
   for (double w = 1 / options.max_depth_m; w < 1 / options.min_depth_m; w += step) {
     SweptLine swept;
     swept.line = {T_world_camera * (ray / w), direction_world};
-    const auto seen = StretchOf(&swept.line, segment, T_world_camera);
+    const auto seen = FindInterval(&swept.line, segment, T_world_camera);
     if (!seen) continue;
     swept.seen = *seen;
-    const Support support = SupportOf(swept.line, swept.seen, images, views, options);
+    const Support support = MeasureSupport(swept.line, swept.seen, images, views, options);
     swept.score = support.score;
     best.Offer(w, swept, support);
   }
@@ -264,7 +264,7 @@ std::optional<SweptLine> SweepAnyDirection(const LineSegment& segment, int view,
       const auto part =
           SeenPart(swept.line, swept.seen, views.T_camera_world[view][1], views.cameras[1], {});
       if (!part || ShareOfEdges(right->edges, part->px) < options.min_share) continue;
-      const Support support = SupportOf(swept.line, swept.seen, images, views, options);
+      const Support support = MeasureSupport(swept.line, swept.seen, images, views, options);
       swept.score = support.score;
       best.Offer(0.5 * (a + b), swept, support);
     }

@@ -32,7 +32,7 @@ struct SweepImage {
 
 struct SweptLine {
   PointAndDirection line;  // its point is seen in the middle of the segment
-  Stretch seen;            // between the ends of the segment
+  Interval seen;            // between the ends of the segment
   double score = 0;        // images that show it, less those that do not
 };
 

@@ -19,7 +19,7 @@
 namespace slcmap {
 namespace {
 
-int AxisOf(const Line& line, const std::vector<BuildingAxis>& axes) {
+int FindAxis(const Line& line, const std::vector<BuildingAxis>& axes) {
   for (size_t i = 0; i < axes.size(); ++i) {
     if (axes[i].axis != line.axis) continue;
     if (line.axis == LineAxis::kVertical || axes[i].world == line.world) return static_cast<int>(i);
@@ -65,7 +65,7 @@ std::vector<TrackedLine> KnownLines(const OdometryRun& run, const std::vector<Bu
     const double sigma_m = std::sqrt(line.covariance_m2.trace());
     if (along.norm() < 0.05 || sigma_m > max_sigma_m || line.observations < min_views) continue;
     TrackedLine tracked;
-    tracked.axis = AxisOf(line, axes);
+    tracked.axis = FindAxis(line, axes);
     tracked.segment = line.segment;
     const double sense = senses[line.id] < 0 ? -1 : 1;
     tracked.line = {0.5 * (line.start_world + line.end_world), sense * along.normalized()};
@@ -91,7 +91,7 @@ Eigen::Matrix<double, 3, 4> ShiftAt(const LineFit& fit, double along_m) {
   return shift;
 }
 
-LineCovariance CovarianceOf(const LineFit& fit, const Stretch& piece) {
+LineCovariance ComputeCovariance(const LineFit& fit, const Interval& piece) {
   const auto start = ShiftAt(fit, piece.from_m), end = ShiftAt(fit, piece.to_m);
   const Eigen::Matrix4d& covariance = fit.world_covariance;
   return {0, 0, start * covariance * start.transpose(), end * covariance * end.transpose(),
@@ -104,20 +104,20 @@ struct PlaceOfPiece {
   const EdgePlace* place = nullptr;
 };
 
-auto ImageOf(const PlaceOfPiece& p) { return std::tuple(p.piece, p.place->view, p.place->camera); }
+auto GetImage(const PlaceOfPiece& p) { return std::tuple(p.piece, p.place->view, p.place->camera); }
 
 // By piece, view and camera; views are in the order of their stamps.
 std::vector<PlaceOfPiece> PlacesByImage(const TrackedLine& line) {
   std::vector<PlaceOfPiece> places;
   for (const EdgePlace& place : line.places) {
     for (size_t i = 0; i < line.intervals.size(); ++i) {
-      const Stretch& piece = line.intervals[i];
+      const Interval& piece = line.intervals[i];
       if (place.along_m < piece.from_m || place.along_m > piece.to_m) continue;
       places.push_back({static_cast<int>(i), &place});
       break;
     }
   }
-  std::ranges::stable_sort(places, {}, ImageOf);
+  std::ranges::stable_sort(places, {}, GetImage);
   return places;
 }
 
@@ -150,8 +150,8 @@ class Deviation {
   Eigen::Vector2d mean_ = Eigen::Vector2d::Zero();
 };
 
-Stretch ExtentOf(std::span<const PlaceOfPiece> places, const Stretch& piece) {
-  Stretch extent{piece.to_m, piece.from_m};
+Interval MeasureExtent(std::span<const PlaceOfPiece> places, const Interval& piece) {
+  Interval extent{piece.to_m, piece.from_m};
   for (const PlaceOfPiece& p : places) {
     extent.from_m = std::min(extent.from_m, std::max<double>(p.place->from_m, piece.from_m));
     extent.to_m = std::max(extent.to_m, std::min<double>(p.place->to_m, piece.to_m));
@@ -180,7 +180,7 @@ std::optional<LineSegment> InImage(const LineSegment& px, const Camera& camera) 
 
 // The edge of a piece in the image that the places are of; nothing where that is too short, or not
 // where the line is.
-std::optional<LineSegment> SegmentOf(const TrackedLine& line, const Stretch& extent,
+std::optional<LineSegment> GetSegment(const TrackedLine& line, const Interval& extent,
                                      std::span<const PlaceOfPiece> places,
                                      const ViewCameras& cameras) {
   const int samples =
@@ -214,10 +214,10 @@ void AddSupports(const TrackedLine& line, int64_t id, const Views& views,
   const std::vector<PlaceOfPiece> places = PlacesByImage(line);
   for (auto from = places.begin(); from != places.end();) {
     const auto to = std::find_if(
-        from, places.end(), [&](const PlaceOfPiece& p) { return ImageOf(p) != ImageOf(*from); });
+        from, places.end(), [&](const PlaceOfPiece& p) { return GetImage(p) != GetImage(*from); });
     const std::span<const PlaceOfPiece> of_image(from, to);
-    const Stretch extent = ExtentOf(of_image, line.intervals[from->piece]);
-    if (const auto px = SegmentOf(line, extent, of_image, cameras)) {
+    const Interval extent = MeasureExtent(of_image, line.intervals[from->piece]);
+    if (const auto px = GetSegment(line, extent, of_image, cameras)) {
       const EdgePlace& place = *from->place;
       supports->push_back({id, from->piece, views[place.view].stamp_ns, place.camera, *px});
     }
@@ -227,13 +227,13 @@ void AddSupports(const TrackedLine& line, int64_t id, const Views& views,
 
 }  // namespace
 
-LineEvidence EvidenceOf(const std::vector<TrackedLine>& lines, const Views& views,
+LineEvidence CollectEvidence(const std::vector<TrackedLine>& lines, const Views& views,
                         const ViewCameras& cameras) {
   LineEvidence evidence;
   for (size_t i = 0; i < lines.size(); ++i) {
     const auto id = static_cast<int64_t>(i);
     for (size_t k = 0; k < lines[i].intervals.size(); ++k) {
-      LineCovariance covariance = CovarianceOf(lines[i].fit, lines[i].intervals[k]);
+      LineCovariance covariance = ComputeCovariance(lines[i].fit, lines[i].intervals[k]);
       covariance.line_id = id;
       covariance.piece = static_cast<int>(k);
       evidence.covariances.push_back(covariance);
@@ -264,8 +264,8 @@ void AddMapLines(const TrackedLine& line, int64_t id, const std::vector<Building
   piece.deviation_sigma_rad =
       std::sqrt(line.fit.world_covariance.bottomRightCorner<2, 2>().trace() / 2);
   piece.observations = line.fit.views;
-  piece.kind = KindOf(line, options.kinds);
-  for (const Stretch& interval : line.intervals) {
+  piece.kind = FindKind(line, options.kinds);
+  for (const Interval& interval : line.intervals) {
     piece.start_world = line.line.point_world + interval.from_m * line.line.direction_world;
     piece.end_world = line.line.point_world + interval.to_m * line.line.direction_world;
     map_lines->push_back(piece);
@@ -304,7 +304,7 @@ BuiltLines BuildLines(const Views& views, const ViewImages& images,
   FitAmongNeighbours(views, images.rig(), axes, options, &lines);
   CountParallels(options.kinds.texture_reach_m, &lines);
   return {AsMapLines(lines, axes, options),
-          EvidenceOf(lines, views, ViewCameras(views, images.rig()))};
+          CollectEvidence(lines, views, ViewCameras(views, images.rig()))};
 }
 
 std::vector<MapLine> AsMapLines(const std::vector<TrackedLine>& lines,

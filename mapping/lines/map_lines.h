@@ -23,7 +23,7 @@ std::vector<TrackedLine> KnownLines(const OdometryRun& run, const std::vector<Bu
 
 // Of lines whose ids count from 0, and whose intervals are their pieces. A support is the straight
 // line that fits the places of a piece in one image, as far as they reach.
-LineEvidence EvidenceOf(const std::vector<TrackedLine>& lines, const Views& views,
+LineEvidence CollectEvidence(const std::vector<TrackedLine>& lines, const Views& views,
                         const ViewCameras& cameras);
 
 // All lines of a building, from the images of the views.

@@ -52,7 +52,7 @@ std::optional<double> ParseOptional(const std::string& place, const Json& json, 
 }
 
 Json OpeningJson(const PlaneOpening& opening) {
-  return {{"kind", NameOf(opening.kind)},
+  return {{"kind", GetName(opening.kind)},
           {"walked", opening.walked},
           {"clear_width_m", RoundedForJson(opening.clear_width_m)},
           {"clear_height_m", RoundedForJson(opening.clear_height_m)},
@@ -73,7 +73,7 @@ Json PlaneJson(const BuildingPlane& plane) {
   Json openings = Json::array();
   for (const PlaneOpening& opening : plane.openings) openings.push_back(OpeningJson(opening));
   return {{"id", plane.id},
-          {"kind", NameOf(plane.kind)},
+          {"kind", GetName(plane.kind)},
           {"storey", plane.storey},
           {"normal", {plane.normal.x(), plane.normal.y(), plane.normal.z()}},
           {"offset_m", RoundedForJson(plane.offset_m)},
@@ -135,7 +135,7 @@ Room ParseRoom(const std::string& path, const Json& json) {
 }
 
 Json PlanOpeningJson(const PlanOpening& opening) {
-  return {{"kind", NameOf(opening.kind)},
+  return {{"kind", GetName(opening.kind)},
           {"walked", opening.walked},
           {"from_m", RoundedForJson(opening.from_m)},
           {"to_m", RoundedForJson(opening.to_m)},
@@ -187,7 +187,7 @@ PlanWall ParseWall(const std::string& path, const Json& json) {
 }
 
 // The heading is all that a map's frame differs in.
-double HeadingOf(const RigidTransform& T_map_world) {
+double GetHeading(const RigidTransform& T_map_world) {
   const Vector3d x = T_map_world.rotation * Vector3d::UnitX();
   return std::atan2(x.y(), x.x());
 }
@@ -196,7 +196,7 @@ Json PlanJson(const Building& building) {
   Json json = {{"format", kPlanFormat},
                {"version", kPlanVersion},
                {"map_from_world",
-                {{"turn_rad", HeadingOf(building.T_map_world)},
+                {{"turn_rad", GetHeading(building.T_map_world)},
                  {"translation_m", PointJson(building.T_map_world.translation)}}}};
   json["storeys"] = Json::array();
   for (const Storey& storey : building.storeys) {

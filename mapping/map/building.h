@@ -123,8 +123,8 @@ struct BuildingInput {
 inline constexpr std::array<const char*, 4> kPlaneKinds = {"wall", "floor", "ceiling", "other"};
 inline constexpr std::array<const char*, 3> kOpeningKinds = {"door", "window", "passage"};
 
-inline const char* NameOf(PlaneKind kind) { return kPlaneKinds[static_cast<size_t>(kind)]; }
-inline const char* NameOf(OpeningKind kind) { return kOpeningKinds[static_cast<size_t>(kind)]; }
+inline const char* GetName(PlaneKind kind) { return kPlaneKinds[static_cast<size_t>(kind)]; }
+inline const char* GetName(OpeningKind kind) { return kOpeningKinds[static_cast<size_t>(kind)]; }
 
 // The building in a map folder: planes.json, rooms.json and plan.json. README.md, "Buildings",
 // describes them.

@@ -43,10 +43,10 @@ class PoseStamps {
   std::vector<int64_t> stamps_ns_;
 };
 
-// Adds what follows the last one by its key (KeyOf), which the columns of `order` are.
+// Adds what follows the last one by its key (MakeKey), which the columns of `order` are.
 template <typename Item>
 void AddNext(const Item& item, const CsvTable& row, const char* order, std::vector<Item>* items) {
-  if (!items->empty() && !(KeyOf(items->back()) < KeyOf(item))) {
+  if (!items->empty() && !(MakeKey(items->back()) < MakeKey(item))) {
     row.Fail(0, 0, fmt::format("rows in the order of {}, each once", order));
   }
   items->push_back(item);
@@ -132,7 +132,7 @@ std::string Row(const LineSupport& support) {
 }
 
 template <typename Items>
-std::string TableOf(const CsvColumns& columns, const Items& items) {
+std::string FormatRows(const CsvColumns& columns, const Items& items) {
   std::string text = CsvHeader(columns) + "\n";
   for (const auto& item : items) text += Row(item);
   return text;
@@ -209,8 +209,8 @@ std::vector<LineSupport> ReadSupports(const std::string& path, const Pieces& pie
 std::vector<std::string> LineEvidenceFiles() { return {kLineCovarianceFile, kLineSupportFile}; }
 
 void WriteLineEvidence(const std::string& folder, const LineEvidence& evidence) {
-  WriteFile(folder + "/" + kLineCovarianceFile, TableOf(CovarianceColumns(), evidence.covariances));
-  WriteFile(folder + "/" + kLineSupportFile, TableOf(SupportColumns(), evidence.supports));
+  WriteFile(folder + "/" + kLineCovarianceFile, FormatRows(CovarianceColumns(), evidence.covariances));
+  WriteFile(folder + "/" + kLineSupportFile, FormatRows(SupportColumns(), evidence.supports));
 }
 
 LineEvidence ReadLineEvidence(const std::string& folder, const MapResult& map) {

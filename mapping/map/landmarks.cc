@@ -34,7 +34,7 @@ constexpr std::size_t kReportEvery = 1024;
 
 using VoxelIndex = std::array<int64_t, 3>;
 
-VoxelIndex VoxelOf(const Eigen::Vector3d& p_world, double voxel_m) {
+VoxelIndex FindVoxel(const Eigen::Vector3d& p_world, double voxel_m) {
   const auto index = [&](double coordinate) {
     return static_cast<int64_t>(std::floor(coordinate / voxel_m));
   };
@@ -122,7 +122,7 @@ std::vector<MapPoint> FuseLandmarks(const std::vector<Landmark>& landmarks,
   for (std::size_t i = 0; i < landmarks.size(); ++i) {
     if (i % kReportEvery == 0 && !progress.Report(Share(i, landmarks.size()))) break;
     const Landmark& landmark = landmarks[i];
-    voxels[{landmark.segment, VoxelOf(landmark.p_world, options.voxel_m)}].push_back(&landmark);
+    voxels[{landmark.segment, FindVoxel(landmark.p_world, options.voxel_m)}].push_back(&landmark);
   }
   std::vector<MapPoint> points;
   for (const auto& [index, members] : voxels) points.push_back(Fuse(members));
@@ -219,9 +219,9 @@ class PixelsOfRun {
       : from_(run.rectified_rig), to_(rig), geometry_(run.rectified_rig.T_imu_camera, 1) {
     if (run.calibration.empty() || !run.source) return;
     geometry_.lens_shifts = std::make_shared<const std::array<LensShift, 2>>(
-        LensShiftsOf(run.source->raw_rig, run.rectified_rig));
+        ComputeLensShifts(run.source->raw_rig, run.rectified_rig));
     const CalibrationEstimate& found = run.calibration.back();
-    const CameraCalibrationBlock block = CameraBlockOf(found);
+    const CameraCalibrationBlock block = MakeCameraBlock(found);
     geometry_ = geometry_.CorrectedBy(block.data());
   }
 
@@ -245,7 +245,7 @@ struct Track {
   int number;
 };
 
-std::unordered_map<int64_t, Track> TracksOf(const std::vector<MapPoint>& points) {
+std::unordered_map<int64_t, Track> IndexTracks(const std::vector<MapPoint>& points) {
   std::unordered_map<int64_t, Track> tracks;
   for (std::size_t i = 0; i < points.size(); ++i) {
     int number = 0;
@@ -275,10 +275,10 @@ void NumberTracks(std::vector<MapPointObservation>* observations) {
 
 }  // namespace
 
-std::vector<MapPointObservation> ObservationsOf(const std::vector<MapPoint>& points,
+std::vector<MapPointObservation> CollectObservations(const std::vector<MapPoint>& points,
                                                 const OdometryRun& run, const Rig& rig) {
   const PixelsOfRun pixels(run, rig);
-  const std::unordered_map<int64_t, Track> tracks = TracksOf(points);
+  const std::unordered_map<int64_t, Track> tracks = IndexTracks(points);
   std::vector<MapPointObservation> observations;
   for (const Keyframe& keyframe : run.keyframes) {
     for (const KeyframeObservation& seen : keyframe.observations) {
@@ -294,7 +294,7 @@ std::vector<MapPointObservation> ObservationsOf(const std::vector<MapPoint>& poi
       if (seen.right_px) add(1, *seen.right_px);
     }
   }
-  std::ranges::sort(observations, {}, [](const MapPointObservation& seen) { return KeyOf(seen); });
+  std::ranges::sort(observations, {}, [](const MapPointObservation& seen) { return MakeKey(seen); });
   NumberTracks(&observations);
   return observations;
 }
@@ -310,7 +310,7 @@ bool HasCovariance(const Line& line) {
          line.covariance_m2.diagonal().minCoeff() >= 0;
 }
 
-LineCovariance CovarianceOf(const Line& line) {
+LineCovariance ComputeCovariance(const Line& line) {
   const Eigen::Vector3d half = 0.5 * (line.end_world - line.start_world);
   const Eigen::Vector3d along = half.normalized();
   const double turn_m = half.norm() * line.deviation_sigma_rad;  // what turning moves an end by
@@ -341,14 +341,14 @@ std::vector<MapLine> SelectLines(const OdometryRun& run, const RunLineOptions& o
   return selected;
 }
 
-LineEvidence EvidenceOf(const std::vector<MapLine>& lines, const OdometryRun& run) {
+LineEvidence CollectEvidence(const std::vector<MapLine>& lines, const OdometryRun& run) {
   std::map<int64_t, const Line*> of_run;
   for (const Line& line : run.lines) of_run[line.id] = &line;
   LineEvidence evidence;
   std::map<int64_t, const Line*> chosen;
   for (const MapLine& line : lines) chosen.insert(*of_run.find(line.id));
   for (const auto& [id, line] : chosen) {
-    if (HasCovariance(*line)) evidence.covariances.push_back(CovarianceOf(*line));
+    if (HasCovariance(*line)) evidence.covariances.push_back(ComputeCovariance(*line));
   }
   for (const Keyframe& keyframe : run.keyframes) {
     for (const LineObservation& seen : keyframe.lines) {

@@ -45,7 +45,7 @@ void FindLinesOfPoints(const std::vector<MapLine>& lines, std::vector<MapPoint>*
 // What the run's keyframes saw of the landmarks that points were fused of, a track a landmark, in
 // the images that a rig has (the run's own, or that of images rectified with the calibration that
 // was found). The run's calibration is taken into account.
-std::vector<MapPointObservation> ObservationsOf(const std::vector<MapPoint>& points,
+std::vector<MapPointObservation> CollectObservations(const std::vector<MapPoint>& points,
                                                 const OdometryRun& run, const Rig& rig);
 
 // The lines of a map.
@@ -57,6 +57,6 @@ std::vector<MapLine> SelectLines(const OdometryRun& run, const RunLineOptions& o
 // What the run knows of some of its lines. Of the direction of a line it knows only how well it is
 // known where that is worst, so all directions across the line are given that; lines of which it
 // does not know that have no covariance.
-LineEvidence EvidenceOf(const std::vector<MapLine>& lines, const OdometryRun& run);
+LineEvidence CollectEvidence(const std::vector<MapLine>& lines, const OdometryRun& run);
 
 }  // namespace slcmap

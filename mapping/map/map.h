@@ -81,10 +81,10 @@ struct LineSupport {
 };
 
 // What they are ordered by.
-inline auto KeyOf(const LineCovariance& covariance) {
+inline auto MakeKey(const LineCovariance& covariance) {
   return std::tuple(covariance.line_id, covariance.piece);
 }
-inline auto KeyOf(const LineSupport& support) {
+inline auto MakeKey(const LineSupport& support) {
   return std::tuple(support.line_id, support.piece, support.stamp_ns, support.camera);
 }
 
@@ -122,7 +122,7 @@ struct MapPointObservation {
 };
 
 // What they are ordered by.
-inline auto KeyOf(const MapPointObservation& seen) {
+inline auto MakeKey(const MapPointObservation& seen) {
   return std::tuple(seen.point, seen.track, seen.stamp_ns, seen.camera);
 }
 

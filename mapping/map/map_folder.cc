@@ -42,7 +42,7 @@ double MedianObservations(const std::vector<MapLine>& lines) {
   for (const MapLine& line : lines) {
     if (line.observations > 0) observations.push_back(line.observations);
   }
-  return LivesOf(std::move(observations)).median_keyframes;
+  return ComputeTrackLengths(std::move(observations)).median_keyframes;
 }
 
 std::vector<std::string> ListedNames(bool with_calibration) {
@@ -85,7 +85,7 @@ Json GivenPosesJson(const std::optional<GivenPoseFigures>& figures) {
           {"turned_rad", figures->turned_rad}};
 }
 
-std::vector<std::pair<const char*, std::size_t>> CountsOf(const MapResult& map) {
+std::vector<std::pair<const char*, std::size_t>> CountContents(const MapResult& map) {
   return {{"poses", map.trajectory.size()},
           {"keyframes", map.keyframes.size()},
           {"points", map.points.size()},
@@ -122,7 +122,7 @@ std::string WriteSummary(const std::string& folder, const MapResult& map) {
                {"adjustment", AdjustmentJson(map.adjustment)},
                {"given_poses", GivenPosesJson(map.given_poses)}};
   if (!map.source.merged.empty()) json["merged"] = MergedJson(map.source.merged);
-  for (const auto& [what, count] : CountsOf(map)) json["counts"][what] = count;
+  for (const auto& [what, count] : CountContents(map)) json["counts"][what] = count;
   json["files"] = ListFiles(folder, ListedNames(map.calibrated_rig.has_value()));
   return WriteSummaryFile(folder + "/" + kSummary, json);
 }
@@ -164,7 +164,7 @@ const std::map<std::string, std::string>& FilesOfLaterMaps() {
 }
 
 void CheckCounts(const std::string& folder, const Json& summary, const MapResult& map) {
-  for (const auto& [what, count] : CountsOf(map)) {
+  for (const auto& [what, count] : CountContents(map)) {
     const auto later = FilesOfLaterMaps().find(what);
     const bool is_counted = later == FilesOfLaterMaps().end() ||
                             std::filesystem::exists(folder + "/" + later->second) ||

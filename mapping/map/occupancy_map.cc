@@ -193,7 +193,7 @@ octomap::point3d ToOctomap(const Eigen::Vector3d& p) {
 
 bool IsInOctree(const OctreeCell& cell) { return cell.cwiseAbs().maxCoeff() < kReachVoxels; }
 
-octomap::OcTreeKey KeyOf(const OctreeCell& cell) {
+octomap::OcTreeKey MakeKey(const OctreeCell& cell) {
   const auto key = [](int index) { return static_cast<octomap::key_type>(index + kKeyOfOrigin); };
   return {key(cell.x()), key(cell.y()), key(cell.z())};
 }
@@ -258,7 +258,7 @@ int64_t OccupancyMap::Update(const CellObservation& observation) {
   const auto update = [&](const std::vector<OctreeCell>& cells, bool occupied) {
     for (const OctreeCell& cell : cells) {
       if (IsInOctree(cell)) {
-        impl_->tree.updateNode(KeyOf(cell), occupied, kLazy);
+        impl_->tree.updateNode(MakeKey(cell), occupied, kLazy);
       } else {
         ++left_out;
       }
@@ -272,7 +272,7 @@ int64_t OccupancyMap::Update(const CellObservation& observation) {
 void OccupancyMap::Mark(const CellObservation& cells) {
   const auto mark = [&](const std::vector<OctreeCell>& marked, float log_odds) {
     for (const OctreeCell& cell : marked) {
-      if (IsInOctree(cell)) impl_->tree.setNodeValue(KeyOf(cell), log_odds, kLazy);
+      if (IsInOctree(cell)) impl_->tree.setNodeValue(MakeKey(cell), log_odds, kLazy);
     }
   };
   mark(cells.free, impl_->tree.getClampingThresMinLog());

@@ -11,12 +11,12 @@
 
 namespace slcmap {
 
-inline Eigen::Vector3i CubeOf(const Eigen::Vector3d& p, double cube_m) {
+inline Eigen::Vector3i FindCube(const Eigen::Vector3d& p, double cube_m) {
   return (p / cube_m).array().floor().cast<int>();
 }
 
 // Cubes that are two million apart share one.
-inline int64_t KeyOf(const Eigen::Vector3i& cube) {
+inline int64_t MakeKey(const Eigen::Vector3i& cube) {
   constexpr int64_t kMask = (1 << 21) - 1;
   return ((cube.x() & kMask) << 42) | ((cube.y() & kMask) << 21) | (cube.z() & kMask);
 }
@@ -34,15 +34,15 @@ class PointIndex {
   explicit PointIndex(double cube_m) : cube_m_(cube_m) {}
 
   void Add(const Eigen::Vector3d& p, size_t item) {
-    cubes_[KeyOf(CubeOf(p, cube_m_))].push_back({p, item});
+    cubes_[MakeKey(FindCube(p, cube_m_))].push_back({p, item});
   }
 
   // Whether what holds of any item within a distance, at most the edge of a cube.
   template <typename Holds>
   bool AnyNear(const Eigen::Vector3d& p, double distance_m, Holds holds) const {
-    const Eigen::Vector3i middle = CubeOf(p, cube_m_);
+    const Eigen::Vector3i middle = FindCube(p, cube_m_);
     for (int i = 0; i < kCubesAround; ++i) {
-      const auto found = cubes_.find(KeyOf(CubeAround(middle, i)));
+      const auto found = cubes_.find(MakeKey(CubeAround(middle, i)));
       if (found == cubes_.end()) continue;
       for (const Entry& entry : found->second) {
         if ((entry.p - p).norm() <= distance_m && holds(entry.item)) return true;

@@ -172,7 +172,7 @@ constexpr double kNearest_m = 0.2;
 
 using NumberedPieces = std::map<std::pair<int64_t, int>, const MapLine*>;  // by id and number
 
-NumberedPieces NumberedPiecesOf(const MapResult& map) {
+NumberedPieces NumberPieces(const MapResult& map) {
   NumberedPieces pieces;
   std::map<int64_t, int> next;
   for (const auto* lines : {&map.lines, &map.marks}) {
@@ -216,7 +216,7 @@ void AddSights(const MapLine& line, const LineSegment& segment_px, const Camera&
 }  // namespace
 
 std::vector<Sights> SightsOfLines(const MapResult& map) {
-  const NumberedPieces pieces = NumberedPiecesOf(map);
+  const NumberedPieces pieces = NumberPieces(map);
   const auto poses = PosesByStamp(map);
   std::map<std::pair<int64_t, int>, Sights> images;  // by stamp and camera
   for (const LineSupport& support : map.line_evidence.supports) {

@@ -66,7 +66,7 @@ std::vector<Sights> SightsOfLines(const MapResult& map);
 
 // All points of the dense cloud, the lines, and the places of the trajectory, with the sights and
 // what the lines add to them.
-inline BuildingInput BuildingInputOf(const MapResult& map, std::vector<Sights> sights) {
+inline BuildingInput MakeBuildingInput(const MapResult& map, std::vector<Sights> sights) {
   BuildingInput input;
   for (const DensePoint& point : map.dense) {
     input.points.push_back({point.p_world, point.normal_world, point.sigma_m});

@@ -88,7 +88,7 @@ InertialPath::InertialPath(const OdometryRun& run) : noise_(run.rectified_rig.im
     R_given_true_ = ExpRotation(run.calibration.back().imu_rotation_rad);
   }
   const ImuCorrection correction =
-      run.calibration.empty() ? ImuCorrection() : CorrectionOf(run.calibration.back().imu_errors);
+      run.calibration.empty() ? ImuCorrection() : MakeCorrection(run.calibration.back().imu_errors);
   for (const ImuSample& sample : run.imu) {
     imu_.Add({sample.stamp_ns, R_given_true_ * (correction.gyro * sample.angular_velocity_rad_s),
               R_given_true_ * (correction.accel * sample.specific_force_m_s2)});

@@ -40,7 +40,7 @@ struct CameraAt {
   }
 };
 
-CameraAt CameraOf(const ViewCameras& cameras, size_t view, int camera) {
+CameraAt GetCamera(const ViewCameras& cameras, size_t view, int camera) {
   return {cameras.cameras[camera], cameras.T_camera_world[view][camera]};
 }
 
@@ -92,15 +92,15 @@ class OutlineSearch {
 
   // Brighter on one side of it, the same all along. Nothing where much of it is not there, or not
   // straight.
-  std::optional<Found> Find(const PointAndDirection& line, const Stretch& stretch,
+  std::optional<Found> Find(const PointAndDirection& line, const Interval& stretch,
                             const Vector3d& normal_world) const {
     constexpr size_t kLeastSamples = 6;
     constexpr double kLeastShare = 0.6, kMostScatter_px = 0.8;
     constexpr double kIndependent = 0.3;  // of the samples
     const auto seen = SeenPart(line, stretch, at_.T_camera_world, at_.camera, {});
     if (!seen) return std::nullopt;
-    const Samples brighter_left = SamplesOf(line, *seen, normal_world, 1);
-    const Samples brighter_right = SamplesOf(line, *seen, normal_world, -1);
+    const Samples brighter_left = CollectSamples(line, *seen, normal_world, 1);
+    const Samples brighter_right = CollectSamples(line, *seen, normal_world, -1);
     const std::vector<double>& offsets_m =
         brighter_left.offsets_m.size() >= brighter_right.offsets_m.size()
             ? brighter_left.offsets_m
@@ -125,7 +125,7 @@ class OutlineSearch {
   };
 
   // Of edges that are brighter on the left of the line (sense 1), or on its right (-1).
-  Samples SamplesOf(const PointAndDirection& line, const LineInView& seen,
+  Samples CollectSamples(const PointAndDirection& line, const LineInView& seen,
                     const Vector3d& normal_world, double sense) const {
     const PointAndDirection directed{line.point_world, sense * line.direction_world};
     LineInView view = seen;
@@ -196,7 +196,7 @@ std::vector<OutlinePair> ExpectedPairs(const PipePlace& place, const Views& view
   for (size_t view = 0; view < views.size(); ++view) {
     if (views[view].segment != place.segment) continue;
     for (int camera = 0; camera < 2; ++camera) {
-      const auto expected = ExpectedIn(place, CameraOf(cameras, view, camera));
+      const auto expected = ExpectedIn(place, GetCamera(cameras, view, camera));
       if (expected) pairs.push_back(expected->pair);
     }
   }
@@ -209,7 +209,7 @@ std::vector<std::vector<OutlinePair>> FindOutlinePairs(const std::vector<PipePla
                                                        const Progress& progress) {
   const ViewCameras all(images.views, images.images.rig());
   const auto cameras_of = [&](size_t view) {
-    return std::array{CameraOf(all, view, 0), CameraOf(all, view, 1)};
+    return std::array{GetCamera(all, view, 0), GetCamera(all, view, 1)};
   };
   std::vector<std::pair<size_t, std::vector<size_t>>> seen_in;  // views, and the places there
   for (const size_t view : views) seen_in.push_back({view, {}});
@@ -357,7 +357,7 @@ double ToldByWidths(const std::vector<OutlinePair>& pairs, double pose_sigma_m) 
   return FitEdges(pairs, pose_sigma_m);
 }
 
-WidthEvidence WidthEvidenceOf(const std::vector<OutlinePair>& pairs, double radius_m,
+WidthEvidence CollectWidthEvidence(const std::vector<OutlinePair>& pairs, double radius_m,
                               double pose_sigma_m) {
   WidthEvidence evidence;
   evidence.images = static_cast<int>(pairs.size());
@@ -408,14 +408,14 @@ bool IsPromising(const WidthEvidence& widths) {
 
 }  // namespace
 
-std::vector<WidthEvidence> WidthsOf(const std::vector<PipePlace>& places, const PipeImages& images,
+std::vector<WidthEvidence> MeasureWidths(const std::vector<PipePlace>& places, const PipeImages& images,
                                     double pose_sigma_m, const Progress& progress) {
   constexpr size_t kEach = 4;                     // view is looked at first
   constexpr double kChosen = 0.1, kFirst = 0.65;  // of the time
   const ViewCameras cameras(images.views, images.images.rig());
   std::vector<WidthEvidence> widths(places.size());
   const auto evidence = [&](const std::vector<OutlinePair>& pairs, size_t place) {
-    return WidthEvidenceOf(pairs, places[place].cylinder.radius_m, pose_sigma_m);
+    return CollectWidthEvidence(pairs, places[place].cylinder.radius_m, pose_sigma_m);
   };
   const auto told = Where(places.size(), progress.Part(0, kChosen), [&](size_t i) {
     return ToldByWidths(ExpectedPairs(places[i], images.views, cameras), pose_sigma_m) >=

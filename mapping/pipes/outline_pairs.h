@@ -27,7 +27,7 @@ struct OutlinePair {
 // A cylinder that may be there, between two places along its axis.
 struct PipePlace {
   Cylinder cylinder;
-  Stretch stretch;
+  Interval stretch;
   int segment = 0;  // of the run: only views of the same are asked
 };
 
@@ -72,14 +72,14 @@ inline constexpr double kLeastToldByWidths = 15;
 // `told` alone, of pairs as a cylinder has them.
 double ToldByWidths(const std::vector<OutlinePair>& pairs, double pose_sigma_m);
 
-WidthEvidence WidthEvidenceOf(const std::vector<OutlinePair>& pairs, double radius_m,
+WidthEvidence CollectWidthEvidence(const std::vector<OutlinePair>& pairs, double radius_m,
                               double pose_sigma_m);
 
 // How wide images show what may be pipes.
 
 // By place; no images of those where they cannot tell a pipe from two edges, or where a part of
 // them speaks clearly against one, and of all once progress says so.
-std::vector<WidthEvidence> WidthsOf(const std::vector<PipePlace>& places, const PipeImages& images,
+std::vector<WidthEvidence> MeasureWidths(const std::vector<PipePlace>& places, const PipeImages& images,
                                     double pose_sigma_m, const Progress& progress = {});
 
 }  // namespace slcmap

@@ -53,7 +53,7 @@ void AddEdgeMisfits(const std::vector<FlatRay>& rays, std::vector<double>* sigma
   }
 }
 
-Misfit MisfitOf(const std::vector<double>& sigmas) {
+Misfit ComputeMisfit(const std::vector<double>& sigmas) {
   Misfit misfit;
   if (sigmas.empty()) return misfit;
   for (const double value : sigmas) misfit.squared += 0.5 * std::min(value * value, kMostSquared);
@@ -63,12 +63,12 @@ Misfit MisfitOf(const std::vector<double>& sigmas) {
 
 // Rays by the side of the axis that they pass on.
 using BothSides = std::vector<FlatRay>[2];
-int SideOf(const FlatRay& ray) { return ray.d_m < 0 ? 0 : 1; }
+int FindSide(const FlatRay& ray) { return ray.d_m < 0 ? 0 : 1; }
 
 Misfit StraightMisfit(const BothSides& sides) {
   std::vector<double> sigmas;
   for (const auto& side : sides) AddEdgeMisfits(side, &sigmas);
-  return MisfitOf(sigmas);
+  return ComputeMisfit(sigmas);
 }
 
 void CountImages(const std::map<int, std::pair<bool, bool>>& images, RayEvidence* evidence) {
@@ -77,7 +77,7 @@ void CountImages(const std::map<int, std::pair<bool, bool>>& images, RayEvidence
 }
 
 // Between the first and the last of almost all directions.
-double TurnOf(const std::vector<Vector2d>& ways, const Vector2d& mean) {
+double ComputeTurn(const std::vector<Vector2d>& ways, const Vector2d& mean) {
   std::vector<double> turns_rad;
   for (const Vector2d& way : ways) {
     turns_rad.push_back(std::atan2(mean.x() * way.y() - mean.y() * way.x(), mean.dot(way)));
@@ -96,7 +96,7 @@ std::optional<Vector2d> WayToViews(const AcrossAxis& across, const RaysOfLines& 
       mean += ways.back();
     }
   }
-  if (ways.empty() || TurnOf(ways, mean) > kOneSide_rad) return std::nullopt;
+  if (ways.empty() || ComputeTurn(ways, mean) > kOneSide_rad) return std::nullopt;
   return mean.normalized();
 }
 
@@ -136,7 +136,7 @@ class SurfaceAbout {
 
 }  // namespace
 
-RayEvidence RayEvidenceOf(const Cylinder& cylinder, const RaysOfLines& lines) {
+RayEvidence CollectRayEvidence(const Cylinder& cylinder, const RaysOfLines& lines) {
   const AcrossAxis across(cylinder.axis);
   BothSides measured, touching;
   std::vector<double> round, own;
@@ -145,7 +145,7 @@ RayEvidence RayEvidenceOf(const Cylinder& cylinder, const RaysOfLines& lines) {
     std::vector<FlatRay> of_line;
     for (const TangentRay& ray : *rays) {
       FlatRay flat = Flat(ray, cylinder.axis, across);
-      const int side = SideOf(flat);
+      const int side = FindSide(flat);
       of_line.push_back(flat);
       measured[side].push_back(flat);
       round.push_back(std::abs(std::abs(flat.d_m) - cylinder.radius_m) / flat.sigma_m);
@@ -156,8 +156,8 @@ RayEvidence RayEvidenceOf(const Cylinder& cylinder, const RaysOfLines& lines) {
     AddEdgeMisfits(of_line, &own);
   }
   RayEvidence evidence;
-  evidence.round = MisfitOf(round);
-  evidence.own = MisfitOf(own);
+  evidence.round = ComputeMisfit(round);
+  evidence.own = ComputeMisfit(own);
   evidence.straight = StraightMisfit(measured);
   evidence.told = StraightMisfit(touching);
   evidence.outlines = static_cast<int>(round.size()) / 2;  // a ray to each of its ends

@@ -32,7 +32,7 @@ struct RayEvidence {
 
 using RaysOfLines = std::vector<const std::vector<TangentRay>*>;
 
-RayEvidence RayEvidenceOf(const Cylinder& cylinder, const RaysOfLines& lines);
+RayEvidence CollectRayEvidence(const Cylinder& cylinder, const RaysOfLines& lines);
 
 // What the dense cloud has about a cylinder, as its views see it. Heights are those before the
 // plane through the axis that faces the views, in radii.

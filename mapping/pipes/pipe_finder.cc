@@ -20,7 +20,7 @@ namespace {
 using Eigen::Vector3d;
 
 // From its pieces, which are on one straight line.
-Outline OutlineOf(const std::vector<const MapLine*>& pieces) {
+Outline MakeOutline(const std::vector<const MapLine*>& pieces) {
   const MapLine& first = *pieces.front();
   Outline outline;
   outline.line_id = first.id;
@@ -66,7 +66,7 @@ TangentRay RayThrough(const Eigen::Vector2d& px, const Camera& camera,
 
 }  // namespace
 
-std::vector<Outline> OutlinesOf(const MapResult& map, const PipeOptions& options) {
+std::vector<Outline> CollectOutlines(const MapResult& map, const PipeOptions& options) {
   std::map<int64_t, std::vector<const MapLine*>> pieces;
   for (const auto* lines : {&map.lines, &map.marks}) {
     for (const MapLine& line : *lines) {
@@ -74,7 +74,7 @@ std::vector<Outline> OutlinesOf(const MapResult& map, const PipeOptions& options
     }
   }
   std::map<int64_t, Outline> outlines;
-  for (const auto& [id, of_line] : pieces) outlines.emplace(id, OutlineOf(of_line));
+  for (const auto& [id, of_line] : pieces) outlines.emplace(id, MakeOutline(of_line));
   const auto poses = PosesByStamp(map);
   std::map<std::pair<int64_t, int>, int> images;
   for (const LineSupport& support : map.line_evidence.supports) {
@@ -137,7 +137,7 @@ std::optional<PointAndDirection> Between(const Outline& a, const Outline& b,
 
 // What two lines may be the outlines of, by least squares: each ray passes the axis at the radius,
 // on the side on which it passes the middle between them. The axis runs as `middle` does.
-std::optional<Cylinder> CylinderOf(const PointAndDirection& middle, const Outline& a,
+std::optional<Cylinder> FitCylinder(const PointAndDirection& middle, const Outline& a,
                                    const Outline& b) {
   const Vector3d first = middle.direction_world.unitOrthogonal();
   const Vector3d second = middle.direction_world.cross(first);
@@ -162,7 +162,7 @@ std::optional<Cylinder> CylinderOf(const PointAndDirection& middle, const Outlin
 }
 
 // Along the axis, from its point.
-std::pair<double, double> StretchOf(const PointAndDirection& axis, const Outline& outline) {
+std::pair<double, double> FindInterval(const PointAndDirection& axis, const Outline& outline) {
   const double middle_m = axis.direction_world.dot(outline.line.point_world - axis.point_world);
   return {middle_m - outline.half_m, middle_m + outline.half_m};
 }
@@ -179,7 +179,7 @@ class Finder {
   std::optional<PipeCandidate> Try(size_t a, size_t b) const {
     const auto middle = Between(outlines_[a], outlines_[b], options_);
     if (!middle) return std::nullopt;
-    const auto start = CylinderOf(*middle, outlines_[a], outlines_[b]);
+    const auto start = FitCylinder(*middle, outlines_[a], outlines_[b]);
     if (!start || !HasSize(*start) || !PassOutside(*start, a) || !PassOutside(*start, b) ||
         !IsSeenWide(*start, a) || !IsSeenWide(*start, b) ||
         DistanceAcross(start->axis, middle->point_world) > kMaxShift * start->radius_m) {
@@ -210,7 +210,7 @@ class Finder {
            std::ranges::any_of(outlines_[outline].rays, shows_width);
   }
 
-  std::vector<TangentRay> RaysOf(const std::vector<size_t>& some) const {
+  std::vector<TangentRay> CollectRays(const std::vector<size_t>& some) const {
     std::vector<TangentRay> rays;
     for (const size_t i : some) {
       rays.insert(rays.end(), outlines_[i].rays.begin(), outlines_[i].rays.end());
@@ -230,7 +230,7 @@ class Finder {
   }
 
   bool Fit(const Cylinder& start, PipeCandidate* candidate) const {
-    const auto fit = FitPipe(start, RaysOf(candidate->outlines), options_.fit);
+    const auto fit = FitPipe(start, CollectRays(candidate->outlines), options_.fit);
     if (!fit || !HasSize(fit->cylinder)) return false;
     for (const size_t i : candidate->outlines) {
       if (TouchingShare(fit->cylinder, outlines_[i], options_) < options_.min_touching)
@@ -239,14 +239,14 @@ class Finder {
     candidate->fit = *fit;
     candidate->from_m = 1e9, candidate->to_m = -1e9;
     for (const size_t i : candidate->outlines) {
-      const auto [from_m, to_m] = StretchOf(fit->cylinder.axis, outlines_[i]);
+      const auto [from_m, to_m] = FindInterval(fit->cylinder.axis, outlines_[i]);
       candidate->from_m = std::min(candidate->from_m, from_m);
       candidate->to_m = std::max(candidate->to_m, to_m);
     }
     return true;
   }
 
-  bool IsOutlineOf(const PipeCandidate& candidate, const Outline& outline) const {
+  bool BoundsPipe(const PipeCandidate& candidate, const Outline& outline) const {
     const Cylinder& cylinder = candidate.fit.cylinder;
     const double cosine = outline.line.direction_world.dot(cylinder.axis.direction_world);
     if (std::abs(cosine) < std::cos(options_.max_turn_rad)) return false;
@@ -254,7 +254,7 @@ class Finder {
     const double across_m = DistanceAcross(cylinder.axis, outline.line.point_world);
     const double most_m = 0.5 * cylinder.radius_m + 0.01 + 2 * outline.sigma_m;
     if (std::abs(across_m - cylinder.radius_m) > most_m) return false;
-    const auto [from_m, to_m] = StretchOf(cylinder.axis, outline);
+    const auto [from_m, to_m] = FindInterval(cylinder.axis, outline);
     if (from_m > candidate.to_m + kBeyond_m || to_m < candidate.from_m - kBeyond_m) return false;
     return TouchingShare(cylinder, outline, options_) >= options_.min_touching;
   }
@@ -265,7 +265,7 @@ class Finder {
     for (size_t i = 0; i < outlines_.size(); ++i) {
       const bool has = std::find(candidate->outlines.begin(), candidate->outlines.end(), i) !=
                        candidate->outlines.end();
-      if (!has && IsOutlineOf(*candidate, outlines_[i])) grown.outlines.push_back(i);
+      if (!has && BoundsPipe(*candidate, outlines_[i])) grown.outlines.push_back(i);
     }
     if (grown.outlines.size() == candidate->outlines.size() ||
         !Fit(candidate->fit.cylinder, &grown)) {

@@ -18,14 +18,14 @@ struct Outline {
   int world = -1;
   PointAndDirection line;  // its point in the middle
   double half_m = 0;       // from there to its ends
-  std::vector<Stretch> pieces;
+  std::vector<Interval> pieces;
   double sigma_m = 0;
   std::vector<TangentRay> rays;  // to the ends of where each image has it
 };
 
 // Those of the lines and marks that images show. Images are numbered by their order in the
 // evidence.
-std::vector<Outline> OutlinesOf(const MapResult& map, const PipeOptions& options);
+std::vector<Outline> CollectOutlines(const MapResult& map, const PipeOptions& options);
 
 // Pipes among the lines of a map.
 

@@ -27,7 +27,7 @@ struct Residual {
 };
 
 // Nothing of a ray that runs along the axis.
-std::optional<Residual> ResidualOf(const Cylinder& cylinder,
+std::optional<Residual> ComputeResidual(const Cylinder& cylinder,
                                    const Eigen::Matrix<double, 3, 2>& across, double side,
                                    const TangentRay& ray) {
   const Vector3d way = ray.centre_world - cylinder.axis.point_world;
@@ -46,7 +46,7 @@ std::optional<Residual> ResidualOf(const Cylinder& cylinder,
   return residual;
 }
 
-std::vector<double> SidesOf(const PointAndDirection& axis, const std::vector<TangentRay>& rays) {
+std::vector<double> MeasureSides(const PointAndDirection& axis, const std::vector<TangentRay>& rays) {
   std::vector<double> sides;
   for (const TangentRay& ray : rays) sides.push_back(SignedDistance(axis, ray) < 0 ? -1 : 1);
   return sides;
@@ -62,7 +62,7 @@ NormalEquations Sum(const PipeFit& fit, const std::vector<TangentRay>& rays,
                     const std::vector<double>& sides, const PipeFitOptions& options) {
   NormalEquations sums;
   for (size_t i = 0; i < rays.size(); ++i) {
-    const auto residual = ResidualOf(fit.cylinder, fit.across, sides[i], rays[i]);
+    const auto residual = ComputeResidual(fit.cylinder, fit.across, sides[i], rays[i]);
     if (!residual) continue;
     const double sigmas = residual->value_m / rays[i].sigma_m;
     const double robust = 1 / (1 + std::pow(sigmas / options.robust_sigmas, 2));
@@ -104,12 +104,12 @@ std::optional<PipeFit> FitPipe(const Cylinder& start, const std::vector<TangentR
   PipeFit fit;
   fit.cylinder = start;
   fit.images = CountImages(rays);
-  const std::vector<double> sides = SidesOf(start.axis, rays);
+  const std::vector<double> sides = MeasureSides(start.axis, rays);
   const double held = 1 / (options.direction_rad * options.direction_rad);
   NormalEquations sums;
   for (int step = 0; step < kSteps; ++step) {
     PointAndDirection& axis = fit.cylinder.axis;
-    fit.across = AcrossOf(axis.direction_world);
+    fit.across = ComputeAcross(axis.direction_world);
     sums = Sum(fit, rays, sides, options);
     if (sums.rays < 5) return std::nullopt;
     sums.H.block<2, 2>(2, 2) += held * Eigen::Matrix2d::Identity();

@@ -30,19 +30,19 @@ struct JudgedPipe {
   double Weight() const { return rays.both_images * (1 - std::min(1.0, surface_off)); }
 };
 
-RaysOfLines RaysOf(const PipeCandidate& candidate, const std::vector<Outline>& outlines) {
+RaysOfLines CollectRays(const PipeCandidate& candidate, const std::vector<Outline>& outlines) {
   RaysOfLines rays;
   for (const size_t i : candidate.outlines) rays.push_back(&outlines[i].rays);
   return rays;
 }
 
 // The pieces of an outline, along the axis of a pipe.
-std::vector<Stretch> PiecesAlong(const PointAndDirection& axis, const Outline& outline) {
+std::vector<Interval> PiecesAlong(const PointAndDirection& axis, const Outline& outline) {
   const PointAndDirection& line = outline.line;
   const double sense = line.direction_world.dot(axis.direction_world) < 0 ? -1 : 1;
   const double middle_m = axis.direction_world.dot(line.point_world - axis.point_world);
-  std::vector<Stretch> pieces;
-  for (const Stretch& piece : outline.pieces) {
+  std::vector<Interval> pieces;
+  for (const Interval& piece : outline.pieces) {
     const double a_m = middle_m + sense * piece.from_m, b_m = middle_m + sense * piece.to_m;
     pieces.push_back({std::min(a_m, b_m), std::max(a_m, b_m)});
   }
@@ -78,7 +78,7 @@ bool HasRidge(const PipeCandidate& candidate, int images, const std::vector<Outl
       return false;
     }
     double beside_m = 0;
-    for (const Stretch& piece : PiecesAlong(cylinder.axis, line)) {
+    for (const Interval& piece : PiecesAlong(cylinder.axis, line)) {
       beside_m += std::max(
           0.0, std::min(piece.to_m, candidate.to_m) - std::max(piece.from_m, candidate.from_m));
     }
@@ -105,7 +105,7 @@ struct Evidence {
 };
 
 // By candidate, without the widths; nothing of those that hardly an image shows both sides of.
-std::vector<std::optional<Evidence>> EvidenceOf(const std::vector<PipeCandidate>& candidates,
+std::vector<std::optional<Evidence>> CollectEvidence(const std::vector<PipeCandidate>& candidates,
                                                 const std::vector<Outline>& outlines,
                                                 const MapResult& map, const PipeOptions& options,
                                                 const Progress& progress) {
@@ -114,8 +114,8 @@ std::vector<std::optional<Evidence>> EvidenceOf(const std::vector<PipeCandidate>
   ForEachWatched(candidates.size(), progress, [&](size_t i) {
     const PipeCandidate& candidate = candidates[i];
     const Cylinder& cylinder = candidate.fit.cylinder;
-    const RaysOfLines lines = RaysOf(candidate, outlines);
-    Evidence evidence{RayEvidenceOf(cylinder, lines), {}, {}};
+    const RaysOfLines lines = CollectRays(candidate, outlines);
+    Evidence evidence{CollectRayEvidence(cylinder, lines), {}, {}};
     if (!ShowsBothSides(evidence.rays)) return;
     // Thin ones are told by their widths alone.
     if (cylinder.radius_m >= std::min(kLeastRadiusOfCloud_m, options.min_outlined_radius_m)) {
@@ -135,7 +135,7 @@ void LookAtWidths(const std::vector<PipeCandidate>& candidates, const PipeImages
   std::vector<PipePlace> places;
   for (size_t i = 0; i < candidates.size(); ++i) {
     const PipeCandidate& candidate = candidates[i];
-    const Stretch stretch{candidate.from_m, candidate.to_m};
+    const Interval stretch{candidate.from_m, candidate.to_m};
     if (!(*evidence)[i] || stretch.length_m() < options.min_length_m ||
         IsFlat(candidate.fit.cylinder, (*evidence)[i]->surface)) {
       continue;
@@ -144,7 +144,7 @@ void LookAtWidths(const std::vector<PipeCandidate>& candidates, const PipeImages
     places.push_back(
         {candidate.fit.cylinder, stretch, outlines[candidate.outlines.front()].segment});
   }
-  const auto widths = WidthsOf(places, images, options.pose_sigma_m, progress);
+  const auto widths = MeasureWidths(places, images, options.pose_sigma_m, progress);
   for (size_t k = 0; k < looked_at.size(); ++k) (*evidence)[looked_at[k]]->widths = widths[k];
 }
 
@@ -171,10 +171,10 @@ std::vector<JudgedPipe> Judge(const std::vector<PipeCandidate>& candidates,
 }
 
 // Sorted, and one where they are next to each other but for short gaps.
-std::vector<Stretch> Joined(std::vector<Stretch> pieces) {
-  std::ranges::sort(pieces, {}, &Stretch::from_m);
-  std::vector<Stretch> stretches;
-  for (const Stretch& piece : pieces) {
+std::vector<Interval> Joined(std::vector<Interval> pieces) {
+  std::ranges::sort(pieces, {}, &Interval::from_m);
+  std::vector<Interval> stretches;
+  for (const Interval& piece : pieces) {
     if (!stretches.empty() && piece.from_m <= stretches.back().to_m + kMaxGap_m) {
       stretches.back().to_m = std::max(stretches.back().to_m, piece.to_m);
     } else {
@@ -197,9 +197,9 @@ bool IsFurtherOutline(const Outline& outline, const Cylinder& cylinder,
   return TouchingShare(cylinder, outline, options) >= options.min_touching;
 }
 
-bool IsBeside(const std::vector<Stretch>& pieces, const std::vector<Stretch>& stretches) {
-  return std::ranges::any_of(pieces, [&](const Stretch& piece) {
-    return std::ranges::any_of(stretches, [&](const Stretch& stretch) {
+bool IsBeside(const std::vector<Interval>& pieces, const std::vector<Interval>& stretches) {
+  return std::ranges::any_of(pieces, [&](const Interval& piece) {
+    return std::ranges::any_of(stretches, [&](const Interval& stretch) {
       return piece.from_m <= stretch.to_m + kMaxGap_m && piece.to_m >= stretch.from_m - kMaxGap_m;
     });
   });
@@ -207,27 +207,27 @@ bool IsBeside(const std::vector<Stretch>& pieces, const std::vector<Stretch>& st
 
 // Where a pipe is, along its axis, and the lines that say so.
 struct PipeExtent {
-  std::vector<Stretch> stretches;
+  std::vector<Interval> stretches;
   std::vector<size_t> outlines;
 };
 
 // The outlines of a candidate, but for short gaps, where they are long enough; and what else of
 // them, and of further outlines that no other pipe has, begins there and goes on.
-PipeExtent ExtentOf(const PipeCandidate& candidate, const std::vector<Outline>& outlines,
+PipeExtent MeasureExtent(const PipeCandidate& candidate, const std::vector<Outline>& outlines,
                     const std::vector<char>& explained, const PipeOptions& options) {
   const Cylinder& cylinder = candidate.fit.cylinder;
   const int segment = outlines[candidate.outlines.front()].segment;
   PipeExtent extent{{}, candidate.outlines};
-  std::vector<std::pair<size_t, std::vector<Stretch>>> others;
+  std::vector<std::pair<size_t, std::vector<Interval>>> others;
   for (const size_t i : candidate.outlines) {
-    for (const Stretch& piece : PiecesAlong(cylinder.axis, outlines[i])) {
+    for (const Interval& piece : PiecesAlong(cylinder.axis, outlines[i])) {
       extent.stretches.push_back(piece);
       others.push_back({i, {piece}});
     }
   }
   extent.stretches = Joined(std::move(extent.stretches));
   std::erase_if(extent.stretches,
-                [&](const Stretch& own) { return own.length_m() < options.min_length_m; });
+                [&](const Interval& own) { return own.length_m() < options.min_length_m; });
   for (size_t i = 0; i < outlines.size(); ++i) {
     if (!explained[i] && outlines[i].segment == segment &&
         IsFurtherOutline(outlines[i], cylinder, options)) {
@@ -248,16 +248,16 @@ PipeExtent ExtentOf(const PipeCandidate& candidate, const std::vector<Outline>& 
 }
 
 // The outline that says most of which axis of the building a pipe follows.
-const Outline& LongestOf(const PipeCandidate& candidate, const std::vector<Outline>& outlines) {
+const Outline& FindLongest(const PipeCandidate& candidate, const std::vector<Outline>& outlines) {
   return outlines[*std::ranges::max_element(candidate.outlines, {},
                                             [&](size_t i) { return outlines[i].half_m; })];
 }
 
-void AddMapPipes(const JudgedPipe& judged, const std::vector<Stretch>& stretches,
+void AddMapPipes(const JudgedPipe& judged, const std::vector<Interval>& stretches,
                  const std::vector<Outline>& outlines, double min_length_m,
                  std::vector<MapPipe>* pipes) {
   const PipeFit& fit = judged.candidate->fit;
-  const Outline& longest = LongestOf(*judged.candidate, outlines);
+  const Outline& longest = FindLongest(*judged.candidate, outlines);
   MapPipe pipe;
   pipe.segment = longest.segment;
   pipe.axis = longest.axis;
@@ -267,7 +267,7 @@ void AddMapPipes(const JudgedPipe& judged, const std::vector<Stretch>& stretches
   pipe.radius_sigma_m = fit.radius_sigma_m();
   pipe.images = judged.rays.images;
   const PointAndDirection& axis = fit.cylinder.axis;
-  for (const Stretch& stretch : stretches) {
+  for (const Interval& stretch : stretches) {
     if (stretch.length_m() < min_length_m) continue;
     pipe.id = static_cast<int64_t>(pipes->size());
     pipe.start_world = axis.point_world + stretch.from_m * axis.direction_world;
@@ -278,7 +278,7 @@ void AddMapPipes(const JudgedPipe& judged, const std::vector<Stretch>& stretches
 
 // Whether a line lies on a pipe, along it: a seam, a glint, or an outline that few images show.
 bool IsOnPipe(const Outline& outline, const Cylinder& cylinder,
-              const std::vector<Stretch>& stretches, const PipeOptions& options) {
+              const std::vector<Interval>& stretches, const PipeOptions& options) {
   constexpr double kSlack_m = 0.005, kBeyond_m = 0.1, kSigmas = 2;
   if (!IsAlong(outline, cylinder, options)) return false;
   const double most_m = cylinder.radius_m + kSlack_m + kSigmas * outline.sigma_m;
@@ -286,7 +286,7 @@ bool IsOnPipe(const Outline& outline, const Cylinder& cylinder,
   const auto is_on = [&](double along_m) {
     const Vector3d p = outline.line.point_world + along_m * outline.line.direction_world;
     const double at_m = cylinder.axis.direction_world.dot(p - cylinder.axis.point_world);
-    return std::ranges::any_of(stretches, [&](const Stretch& stretch) {
+    return std::ranges::any_of(stretches, [&](const Interval& stretch) {
       return at_m >= stretch.from_m - kBeyond_m && at_m <= stretch.to_m + kBeyond_m;
     });
   };
@@ -294,8 +294,8 @@ bool IsOnPipe(const Outline& outline, const Cylinder& cylinder,
 }
 
 // The pieces of lines that stay have the numbers that they had, as lines leave whole.
-template <typename Items, typename IdOf>
-void Leave(const std::vector<int64_t>& ids, IdOf id_of, Items* items) {
+template <typename Items, typename ComputeId>
+void Leave(const std::vector<int64_t>& ids, ComputeId id_of, Items* items) {
   std::erase_if(*items,
                 [&](const auto& item) { return std::ranges::binary_search(ids, item.*id_of); });
 }
@@ -305,11 +305,11 @@ void Leave(const std::vector<int64_t>& ids, IdOf id_of, Items* items) {
 FoundPipes FindPipes(const MapResult& map, const PipeOptions& options, const PipeImages* images,
                      const Progress& progress) {
   constexpr double kCandidates = 0.25, kEvidence = 0.5;  // of the time
-  const std::vector<Outline> outlines = OutlinesOf(map, options);
+  const std::vector<Outline> outlines = CollectOutlines(map, options);
   const std::vector<PipeCandidate> candidates =
       PipeCandidates(outlines, options, progress.Part(0, kCandidates));
   std::vector<std::optional<Evidence>> evidence =
-      EvidenceOf(candidates, outlines, map, options, progress.Part(kCandidates, kEvidence));
+      CollectEvidence(candidates, outlines, map, options, progress.Part(kCandidates, kEvidence));
   if (images != nullptr) {
     LookAtWidths(candidates, *images, outlines, options, progress.Part(kEvidence, 1), &evidence);
   }
@@ -320,7 +320,7 @@ FoundPipes FindPipes(const MapResult& map, const PipeOptions& options, const Pip
     const PipeCandidate& candidate = *judged.candidate;
     const auto is_explained = [&](size_t i) { return explained[i] != 0; };
     if (std::ranges::any_of(candidate.outlines, is_explained)) continue;
-    const PipeExtent extent = ExtentOf(candidate, outlines, explained, options);
+    const PipeExtent extent = MeasureExtent(candidate, outlines, explained, options);
     const size_t before = found.pipes.size();
     AddMapPipes(judged, extent.stretches, outlines, options.min_length_m, &found.pipes);
     if (found.pipes.size() == before) continue;

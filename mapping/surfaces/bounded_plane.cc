@@ -14,7 +14,7 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-Vector2d CellOf(const PlaneGrid& grid, const Vector3d& p) {
+Vector2d FindCell(const PlaneGrid& grid, const Vector3d& p) {
   return {(grid.u.dot(p) - grid.from_u_m) / grid.cell_m,
           (grid.v.dot(p) - grid.from_v_m) / grid.cell_m};
 }
@@ -36,7 +36,7 @@ PlaneBorders::PlaneBorders(const PlaneGrid& grid, const std::vector<MapLine>& li
         std::abs(grid.DistanceTo(line.end_world)) > beside_m) {
       continue;
     }
-    borders_.push_back({CellOf(grid, line.start_world), CellOf(grid, line.end_world)});
+    borders_.push_back({FindCell(grid, line.start_world), FindCell(grid, line.end_world)});
   }
 }
 
@@ -65,7 +65,7 @@ PlanPoints OnPlane(const PlaneGrid& grid, const PlanPoints& plan) {
 }
 
 // The outline, with openings or the holes of the room as holes.
-Polygon PolygonOf(const BuildingPlane& plane, const Building& building, const PlaneGrid& grid) {
+Polygon MakePolygon(const BuildingPlane& plane, const Building& building, const PlaneGrid& grid) {
   Polygon polygon{OnPlane(grid, plane.outline_world), {}};
   for (const PlaneOpening& opening : plane.openings) {
     polygon.holes.push_back(OnPlane(grid, opening.outline_world));
@@ -90,7 +90,7 @@ Vector3d LongestSide(const std::vector<Vector3d>& outline) {
   return longest.isZero() ? Vector3d::UnitX() : Vector3d(longest.normalized());
 }
 
-PlaneGrid AxesOf(const BuildingPlane& plane, double cell_m) {
+PlaneGrid MakeGridAxes(const BuildingPlane& plane, double cell_m) {
   PlaneGrid grid;
   grid.normal = plane.normal.normalized();
   const bool is_level = std::abs(grid.normal.z()) > 0.9;
@@ -117,10 +117,10 @@ double ReachOf_m(const BuildingPlane& plane, const Building& building,
 BoundedPlane Bounded(const BuildingPlane& plane, const Building& building,
                      const PlaneOptions& options) {
   const bool is_wall = plane.kind == PlaneKind::kWall;
-  BoundedPlane bounded{AxesOf(plane, options.cell_m),       {},      plane.sigma_m,
+  BoundedPlane bounded{MakeGridAxes(plane, options.cell_m),       {},      plane.sigma_m,
                        ReachOf_m(plane, building, options), is_wall, !plane.inferred};
   PlaneGrid& grid = bounded.grid;
-  const Polygon polygon = PolygonOf(plane, building, grid);
+  const Polygon polygon = MakePolygon(plane, building, grid);
   Eigen::AlignedBox2d box;
   for (const Vector2d& p : polygon.outline) box.extend(p);
   grid.Cover(box);
@@ -174,7 +174,7 @@ Drawn NearestPlane(const std::vector<BoundedPlane>& planes, const DensePoint& po
     const double surface_sigma_m = std::hypot(plane.sigma_m, options.surface_sigma_m);
     const double sigmas = std::abs(distance_m) / std::hypot(surface_sigma_m, point.sigma_m);
     if (sigmas > least_sigmas) continue;
-    const int column = grid.ColumnOf(point.p_world), row = grid.RowOf(point.p_world);
+    const int column = grid.FindColumn(point.p_world), row = grid.FindRow(point.p_world);
     if (!grid.Contains(column, row) || !plane.inside(row, column)) continue;
     least_sigmas = sigmas;
     nearest = {&plane, distance_m, surface_sigma_m};

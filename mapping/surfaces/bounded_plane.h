@@ -37,10 +37,10 @@ struct PlaneGrid {
     return offset_m * normal + (from_u_m + column * cell_m) * u + (from_v_m + row * cell_m) * v;
   }
   double DistanceTo(const Eigen::Vector3d& p_world) const { return normal.dot(p_world) - offset_m; }
-  int ColumnOf(const Eigen::Vector3d& p_world) const {
+  int FindColumn(const Eigen::Vector3d& p_world) const {
     return static_cast<int>(std::floor((u.dot(p_world) - from_u_m) / cell_m));
   }
-  int RowOf(const Eigen::Vector3d& p_world) const {
+  int FindRow(const Eigen::Vector3d& p_world) const {
     return static_cast<int>(std::floor((v.dot(p_world) - from_v_m) / cell_m));
   }
   bool Contains(int column, int row) const {

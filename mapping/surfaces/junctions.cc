@@ -43,7 +43,7 @@ struct Bin {
 };
 
 // The points of `surface` in front of `other`, by the bin along the junction.
-std::map<int, Bin> BinsOf(const SurfacePoints& surface, const BuildingPlane& other,
+std::map<int, Bin> FindBins(const SurfacePoints& surface, const BuildingPlane& other,
                           const Vector3d& direction, const JunctionOptions& options) {
   std::map<int, Bin> bins;
   for (const Vector3d& p : surface.points_world) {
@@ -159,8 +159,8 @@ std::optional<PlaneJunction> FindJunction(const SurfacePoints& first, const Surf
   junction.planes[0] = first.plane;
   junction.planes[1] = second.plane;
   junction.direction_world = first.plane->normal.cross(second.plane->normal).normalized();
-  const auto bins = BinsOf(first, *second.plane, junction.direction_world, options);
-  const auto others = BinsOf(second, *first.plane, junction.direction_world, options);
+  const auto bins = FindBins(first, *second.plane, junction.direction_world, options);
+  const auto others = FindBins(second, *first.plane, junction.direction_world, options);
   if (bins.empty() || others.empty()) return std::nullopt;
   const int begin = std::max(bins.begin()->first, others.begin()->first);
   const int end = std::min(bins.rbegin()->first, others.rbegin()->first);
@@ -220,7 +220,7 @@ class KnownEdges {
 };
 
 // The places of a junction, without those that are known, in pieces without a gap.
-std::vector<std::vector<JunctionPlace>> PiecesOf(const PlaneJunction& junction,
+std::vector<std::vector<JunctionPlace>> MakePieces(const PlaneJunction& junction,
                                                  const KnownEdges& known,
                                                  const JunctionOptions& options) {
   std::vector<std::vector<JunctionPlace>> pieces;
@@ -266,7 +266,7 @@ int64_t BinsBetween(const JunctionPlace& first, const JunctionPlace& last,
   return std::lround((last.along_m - first.along_m) / options.bin_m) + 1;
 }
 
-JunctionEdge EdgeOf(const PlaneJunction& junction, const std::vector<JunctionPlace>& piece,
+JunctionEdge MakeEdge(const PlaneJunction& junction, const std::vector<JunctionPlace>& piece,
                     const JunctionOptions& options) {
   const StraightOffsets offsets = FitOffsets(piece, options);
   const double from_m = piece.front().along_m - options.bin_m / 2;
@@ -276,7 +276,7 @@ JunctionEdge EdgeOf(const PlaneJunction& junction, const std::vector<JunctionPla
           junction.At(to_m, offsets.At(to_m))};
 }
 
-std::vector<PlaneJunction> JunctionsOf(const Building& building,
+std::vector<PlaneJunction> FindJunctions(const Building& building,
                                        const std::vector<DensePoint>& cloud,
                                        const JunctionOptions& options, const Progress& progress) {
   const std::vector<SurfacePoints> surfaces = PointsOfPlanes(building, cloud, options);
@@ -295,7 +295,7 @@ std::vector<PlaneJunction> JunctionsOf(const Building& building,
 
 // The key of most length; `otherwise` where there is none.
 template <typename Key>
-Key LongestOf(const std::map<Key, double>& length_m, const Key& otherwise) {
+Key FindLongest(const std::map<Key, double>& length_m, const Key& otherwise) {
   const auto longest =
       std::max_element(length_m.begin(), length_m.end(),
                        [](const auto& a, const auto& b) { return a.second < b.second; });
@@ -312,7 +312,7 @@ std::pair<LineAxis, int> AxisAlong(const Vector3d& direction, const std::vector<
     }
     length_m[{line.axis, line.world}] += along.norm();
   }
-  return LongestOf(length_m, std::pair(LineAxis::kNone, -1));
+  return FindLongest(length_m, std::pair(LineAxis::kNone, -1));
 }
 
 int64_t NextId(const MapResult& map) {
@@ -323,7 +323,7 @@ int64_t NextId(const MapResult& map) {
 }
 
 // What both planes' offsets may be off, at either end alike.
-LineCovariance CovarianceOf(const JunctionEdge& edge, int64_t id) {
+LineCovariance ComputeCovariance(const JunctionEdge& edge, int64_t id) {
   Eigen::Matrix<double, 2, 3> normals;
   normals << edge.planes[0]->normal.transpose(), edge.planes[1]->normal.transpose();
   const Eigen::Matrix<double, 3, 2> across =
@@ -347,7 +347,7 @@ int SegmentOfMost(const std::vector<MapLine>& lines) {
   for (const MapLine& line : lines) {
     length_m[line.segment] += (line.end_world - line.start_world).norm();
   }
-  return LongestOf(length_m, 0);
+  return FindLongest(length_m, 0);
 }
 
 bool IsJunction(const MapLine& line) { return line.observations == 0; }
@@ -364,10 +364,10 @@ std::vector<JunctionEdge> FindJunctionEdges(const Building& building,
   for (const MapLine& line : lines) known.Add(line.start_world, line.end_world);
   const auto min_bins = std::lround(options.min_length_m / options.bin_m);
   std::vector<JunctionEdge> edges;
-  for (const PlaneJunction& junction : JunctionsOf(building, cloud, options, progress)) {
-    for (const auto& piece : PiecesOf(junction, known, options)) {
+  for (const PlaneJunction& junction : FindJunctions(building, cloud, options, progress)) {
+    for (const auto& piece : MakePieces(junction, known, options)) {
       if (BinsBetween(piece.front(), piece.back(), options) < min_bins) continue;
-      const JunctionEdge edge = EdgeOf(junction, piece, options);
+      const JunctionEdge edge = MakeEdge(junction, piece, options);
       known.Add(edge.start_world, edge.end_world);
       edges.push_back(edge);
     }
@@ -382,7 +382,7 @@ void AddJunctions(const JunctionOptions& options, const Progress& progress, MapR
   int64_t id = NextId(*map);
   for (const JunctionEdge& edge :
        FindJunctionEdges(map->building, map->dense, map->lines, options, progress)) {
-    const LineCovariance covariance = CovarianceOf(edge, id);
+    const LineCovariance covariance = ComputeCovariance(edge, id);
     MapLine line;
     line.id = id++;
     line.start_world = edge.start_world;

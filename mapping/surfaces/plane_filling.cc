@@ -37,9 +37,9 @@ void ForEachWay(const Storey& storey, const std::vector<Sights>& sights, double 
   const SightRays rays(sights, kMaxRays);
   rays.ForSomeViews(progress.Part(0, 0), [&](size_t begin, size_t end_view) {
     for (size_t view = begin; view < end_view; ++view) {
-      rays.ForEachOf(view, [&](const Vector3d& camera, const Vector3d& end, double sigma_m) {
+      rays.ForEachIn(view, [&](const Vector3d& camera, const Vector3d& end, double sigma_m) {
         if ((end - camera).norm() > kReach_m) return;
-        const auto way = FreeWayOf(camera, end, sigma_m, storey.floor_m, TopOf_m(storey), cell_m);
+        const auto way = FindFreeWay(camera, end, sigma_m, storey.floor_m, TopOf_m(storey), cell_m);
         if (way) use(*way);
       });
     }
@@ -51,7 +51,7 @@ struct RoomBox {
   Eigen::AlignedBox2d box;
 };
 
-std::vector<RoomBox> RoomsOf(const Building& building, const Storey& storey) {
+std::vector<RoomBox> MakeRoomBoxes(const Building& building, const Storey& storey) {
   std::vector<RoomBox> rooms;
   for (const Room& room : building.rooms) {
     if (room.storey != storey.id) continue;
@@ -66,7 +66,7 @@ cv::Mat1b OutsideRooms(const Building& building, const Storey& storey, const Fre
                        const PlaneGrid& grid, const Progress& progress) {
   cv::Mat1b of_rooms = cv::Mat1b::zeros(grid.rows, grid.columns);
   cv::Mat1b outside = of_rooms.clone();
-  const std::vector<RoomBox> rooms = RoomsOf(building, storey);
+  const std::vector<RoomBox> rooms = MakeRoomBoxes(building, storey);
   for (int row = 0; row < grid.rows; ++row) {
     if (row % 64 == 0) progress.ReportOrStop(0);
     for (int column = 0; column < grid.columns; ++column) {
@@ -275,7 +275,7 @@ std::vector<std::vector<DensePoint>> FillEach(const MeasuredBuilding& measured,
 }
 
 // Of points those that some view sees. None once progress says so.
-std::vector<DensePoint> SeenOf(const std::vector<DensePoint>& points, const WatchingViews& watching,
+std::vector<DensePoint> SelectSeen(const std::vector<DensePoint>& points, const WatchingViews& watching,
                                int threads, const Progress& progress) {
   constexpr size_t kJob = 200, kAtOnce = 2000;  // points
   std::vector<char> is_seen(points.size());
@@ -312,7 +312,7 @@ std::vector<DensePoint> FillPlanes(const MeasuredBuilding& measured, const Plane
       measured, planes, watching, options, threads, progress.Part(kMeasuredSeen, kFilledUntil)));
   // A blank wall, which is not measured, hides the rooms behind it.
   watching.AddHiding(filled, options.cell_m, progress.Part(kFilledUntil, kFilledSeen));
-  std::vector<DensePoint> seen = SeenOf(filled, watching, threads, progress.Part(kFilledSeen, 1));
+  std::vector<DensePoint> seen = SelectSeen(filled, watching, threads, progress.Part(kFilledSeen, 1));
   if (!progress.Report(1)) return {};
   return seen;
 }

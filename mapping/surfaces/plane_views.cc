@@ -35,7 +35,7 @@ cv::Mat1i CountPasses(const PlaneGrid& grid, const std::vector<Sights>& sights,
       }
       const Eigen::Vector3d at =
           view.p_world_camera + before_m / (before_m - after_m) * (end - view.p_world_camera);
-      const int column = grid.ColumnOf(at), row = grid.RowOf(at);
+      const int column = grid.FindColumn(at), row = grid.FindRow(at);
       if (grid.Contains(column, row)) ++passes(row, column);
     }
   }

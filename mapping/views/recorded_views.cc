@@ -96,7 +96,7 @@ Rig CamerasAsFound(const OdometryRun& run) {
 }
 
 // Where a file of the recording is; runs name them relative to the recording's folder.
-std::string PathOf(const std::string& file, const std::string& folder) {
+std::string MakePath(const std::string& file, const std::string& folder) {
   return file.empty() ? "" : (fs::path(folder) / file).string();
 }
 
@@ -114,7 +114,7 @@ void RequireSomeFile(const std::string& folder, const std::vector<ViewFiles>& fi
 }
 
 // The folder of a run's recording.
-std::string RecordingOf(const OdometryRun& run, const std::string& sequence) {
+std::string FindRecording(const OdometryRun& run, const std::string& sequence) {
   if (!run.source) {
     throw DataError(
         "run: found nothing about where its images are, expected a run of a recording "
@@ -127,13 +127,13 @@ std::string RecordingOf(const OdometryRun& run, const std::string& sequence) {
 std::map<int64_t, ViewFiles> FilesByStamp(const OdometryRun& run, const std::string& folder) {
   std::map<int64_t, ViewFiles> files_at;
   for (const RecordedImages& images : run.source->images) {
-    files_at[images.stamp_ns] = {PathOf(images.left_path, folder),
-                                 PathOf(images.right_path, folder)};
+    files_at[images.stamp_ns] = {MakePath(images.left_path, folder),
+                                 MakePath(images.right_path, folder)};
   }
   return files_at;
 }
 
-std::array<PixelForm, 2> PixelFormsOf(const std::map<int64_t, ViewFiles>& files_at) {
+std::array<PixelForm, 2> ReadPixelForms(const std::map<int64_t, ViewFiles>& files_at) {
   std::array<std::vector<std::string>, 2> paths;
   for (const auto& [stamp_ns, files] : files_at) {
     paths[0].push_back(files.left_path);
@@ -247,7 +247,7 @@ void WarnWhereZIsNotUp(const std::string& sequence, SequenceOptions options, Odo
 
 // What is mapped behind a jump does not fit what was mapped before it.
 void TellJumps(const Trajectory& trajectory, OdometryRun* run) {
-  std::vector<PoseJump> jumps = JumpsOf(trajectory);
+  std::vector<PoseJump> jumps = FindJumps(trajectory);
   std::erase_if(jumps, [&](const PoseJump& jump) {  // where nothing is mapped
     return jump.stamp_ns <= run->states.front().stamp_ns ||
            jump.from_ns >= run->states.back().stamp_ns;
@@ -313,15 +313,15 @@ RecordedViews ViewsForLines(const RecordedViews& recorded, const ViewSpacingOpti
 }
 
 std::unique_ptr<ViewImages> KeyframeImages(const OdometryRun& run, const std::string& sequence) {
-  const std::string folder = RecordingOf(run, sequence);
+  const std::string folder = FindRecording(run, sequence);
   const std::map<int64_t, ViewFiles> files_at = FilesByStamp(run, folder);
   return std::make_unique<RecordedImageReader>(
       std::make_shared<const RecordedCameras>(CamerasAsFound(run), RectifierOptions(),
-                                              PixelFormsOf(files_at)),
+                                              ReadPixelForms(files_at)),
       KeyframeFiles(run, folder, files_at), std::make_shared<LostImages>());
 }
 
-std::unique_ptr<ViewImages> ImagesOf(const Sequence& recording, const std::vector<size_t>& pairs) {
+std::unique_ptr<ViewImages> OpenImages(const Sequence& recording, const std::vector<size_t>& pairs) {
   std::vector<ViewFiles> files;
   for (const size_t pair : pairs) {
     files.push_back({recording.images[pair].left_path, recording.images[pair].right_path});
@@ -333,7 +333,7 @@ std::unique_ptr<ViewImages> ImagesOf(const Sequence& recording, const std::vecto
 }
 
 std::string StatesOfImages(const OdometryRun& run, const std::string& sequence) {
-  const fs::path folder = fs::weakly_canonical(RecordingOf(run, sequence));
+  const fs::path folder = fs::weakly_canonical(FindRecording(run, sequence));
   std::string states = folder.string() + '\n';
   for (const RecordedImages& images : run.source->images) {
     for (const std::string& file : {images.left_path, images.right_path}) {
@@ -347,7 +347,7 @@ std::string StatesOfImages(const OdometryRun& run, const std::string& sequence) 
 }
 
 RecordedViews ViewsOfRun(const OdometryRun& run, const std::string& sequence) {
-  const std::string folder = RecordingOf(run, sequence);
+  const std::string folder = FindRecording(run, sequence);
   std::map<int64_t, ViewFiles> files_at = FilesByStamp(run, folder);
   RecordedViews recorded;
   for (const Keyframe& keyframe : run.keyframes) {
@@ -355,7 +355,7 @@ RecordedViews ViewsOfRun(const OdometryRun& run, const std::string& sequence) {
   }
   std::vector<ViewFiles> files = KeyframeFiles(run, folder, files_at);
   const Rig rig = CamerasAsFound(run);
-  const std::array<PixelForm, 2> forms = PixelFormsOf(files_at);
+  const std::array<PixelForm, 2> forms = ReadPixelForms(files_at);
   const auto cameras = std::make_shared<const RecordedCameras>(rig, RectifierOptions(), forms);
   const auto fine_cameras =
       std::make_shared<const RecordedCameras>(rig, RectifierOptions{.scale = 1}, forms);

@@ -39,7 +39,7 @@ RecordedViews ViewsForLines(const RecordedViews& recorded, const ViewSpacingOpti
 std::unique_ptr<ViewImages> KeyframeImages(const OdometryRun& run, const std::string& sequence);
 
 // The images of some pairs of a recording, in their order, rectified with its calibration.
-std::unique_ptr<ViewImages> ImagesOf(const Sequence& recording, const std::vector<size_t>& pairs);
+std::unique_ptr<ViewImages> OpenImages(const Sequence& recording, const std::vector<size_t>& pairs);
 
 // What tells images that were changed since from those that were there, in the folder that
 // ViewsOfRun() reads: their paths, sizes and times of their last change.

@@ -65,22 +65,22 @@ inline Eigen::Vector3d PinholeRay(const Camera& camera, double u_px, double v_px
 }
 
 // The plane n.p = 1 (camera frame) that a node at a pixel is on.
-inline Eigen::Vector3d PlaneOf(const DepthNode& node, const Camera& camera,
+inline Eigen::Vector3d MakePlane(const DepthNode& node, const Camera& camera,
                                const Eigen::Vector3d& ray) {
   const double x = node.slope_x * camera.fx_px, y = node.slope_y * camera.fy_px;
   return {x, y, node.inverse_depth - x * ray.x() - y * ray.y()};
 }
 
 // The unit normal of the surface at a node, towards the camera.
-inline Eigen::Vector3d NormalOf(const DepthNode& node, const Camera& camera,
+inline Eigen::Vector3d ComputeNormal(const DepthNode& node, const Camera& camera,
                                 const Eigen::Vector3d& ray) {
-  return -PlaneOf(node, camera, ray).normalized();
+  return -MakePlane(node, camera, ray).normalized();
 }
 
 // The cosine of the angle between a surface's normal and the ray to it.
 inline double CosineOfView(const DepthNode& node, const Camera& camera,
                            const Eigen::Vector3d& ray) {
-  return -NormalOf(node, camera, ray).dot(ray) / ray.norm();
+  return -ComputeNormal(node, camera, ray).dot(ray) / ray.norm();
 }
 
 // The slopes of inverse depth (or disparity) around a place, by least squares.

@@ -111,7 +111,7 @@ class ExpectedPlace {
     return PixelFromPlane(camera_, Vector2d(p.hnormalized()));
   }
 
-  std::optional<PatchWarp> WarpOf(const ViewPoint& point) const {
+  std::optional<PatchWarp> ComputeWarp(const ViewPoint& point) const {
     const auto centre = At(point.px, point.inverse_depth);
     const auto right = At(point.px + Vector2d::UnitX(), point.inverse_depth + point.slope.x());
     const auto below = At(point.px + Vector2d::UnitY(), point.inverse_depth + point.slope.y());
@@ -160,7 +160,7 @@ ViewMatches MatchPoints(const std::vector<ViewPoint>& points, const cv::Mat& fro
   ViewMatches matches;
   const ExpectedPlace expected(camera, T_to_from);
   for (size_t i = 0; i < points.size(); ++i) {
-    const auto warp = expected.WarpOf(points[i]);
+    const auto warp = expected.ComputeWarp(points[i]);
     const auto centre = expected.At(points[i].px, points[i].inverse_depth);
     const auto nearer = expected.At(points[i].px, kNearer * points[i].inverse_depth);
     if (!warp || !centre || !nearer || !IsWithin(*centre, to)) continue;
@@ -180,7 +180,7 @@ ViewsApart HowFarApart(const View& a, const View& b) {
   return {T_a_b.translation.norm(), Eigen::AngleAxisd(T_a_b.rotation).angle()};
 }
 
-std::vector<size_t> PartnersOf(const Views& views, size_t first, int later_views, size_t count) {
+std::vector<size_t> FindPartners(const Views& views, size_t first, int later_views, size_t count) {
   std::vector<size_t> partners;
   const size_t end = std::min(views.size(), first + 1 + static_cast<size_t>(later_views));
   for (size_t second = first + 1; second < end && partners.size() < count; ++second) {
@@ -219,7 +219,7 @@ std::vector<ViewPoint> RecognisedPoints(const StereoImage& pair, const ViewImage
   return recognised;
 }
 
-PairAgreement AgreementOf(const Views& views, const ViewImages& images, size_t first,
+PairAgreement ComputeAgreement(const Views& views, const ViewImages& images, size_t first,
                           size_t second) {
   const StereoImage from = images.Read(first), to = images.Read(second);
   if (to.left.empty()) return {};
@@ -245,13 +245,13 @@ std::optional<PoseAgreement> MeasurePoseAgreement(const Views& views, const View
   const size_t step = std::max<size_t>(1, (views.size() + kMaxPairs - 1) / kMaxPairs);
   std::vector<std::pair<size_t, size_t>> pairs;
   for (size_t first = 0; first < views.size(); first += step) {
-    for (const size_t second : PartnersOf(views, first, kLaterViews, 1)) {
+    for (const size_t second : FindPartners(views, first, kLaterViews, 1)) {
       pairs.emplace_back(first, second);
     }
   }
   std::vector<PairAgreement> of_pairs(pairs.size());
   const auto measure = [&](size_t i) {
-    of_pairs[i] = AgreementOf(views, images, pairs[i].first, pairs[i].second);
+    of_pairs[i] = ComputeAgreement(views, images, pairs[i].first, pairs[i].second);
   };
   if (!ForEachWatched(pairs.size(), progress, measure, kAtOnce)) return std::nullopt;
   std::vector<double> medians_px;

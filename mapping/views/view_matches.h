@@ -62,7 +62,7 @@ struct ViewsApart {
 ViewsApart HowFarApart(const View& a, const View& b);
 
 // Views after one, the nearest first, that look at about the same from elsewhere: at most so many.
-std::vector<size_t> PartnersOf(const Views& views, size_t first, int later_views, size_t count);
+std::vector<size_t> FindPartners(const Views& views, size_t first, int later_views, size_t count);
 
 // How well the poses of views agree with what their images show.
 

@@ -169,7 +169,7 @@ bool IsJump(const PoseJump& jump, const Step& step, const Step& motion) {
 
 }  // namespace
 
-std::vector<PoseJump> JumpsOf(const Trajectory& trajectory) {
+std::vector<PoseJump> FindJumps(const Trajectory& trajectory) {
   std::vector<PoseJump> jumps;
   for (size_t i = 1; i < trajectory.size(); ++i) {
     const std::optional<Step> step = StepTo(trajectory, i);

@@ -72,6 +72,6 @@ struct PoseJump {
 };
 
 // Only steps of at most half a second are told from motion.
-std::vector<PoseJump> JumpsOf(const Trajectory& trajectory);
+std::vector<PoseJump> FindJumps(const Trajectory& trajectory);
 
 }  // namespace slcmap

@@ -99,7 +99,7 @@ inline Eigen::Quaterniond RightRotation(const double* block) {
 }
 
 // What a camera calibration block says of the lens of the left camera (0) or of the right one.
-inline LensCorrection LensOf(int camera, const double* block) {
+inline LensCorrection GetLens(int camera, const double* block) {
   LensCorrection lens;
   lens.focal_length = block[kRowFocalLength];
   if (camera == 1) lens.centre_px = Eigen::Map<const Eigen::Vector2d>(block + kRowRightCentre);
@@ -107,7 +107,7 @@ inline LensCorrection LensOf(int camera, const double* block) {
 }
 
 // Of an IMU calibration block.
-inline ImuErrors ErrorsOf(const double* block) {
+inline ImuErrors GetErrors(const double* block) {
   return Eigen::Map<const ImuErrors>(block + kRowErrors);
 }
 inline RigidTransform BodyFromImu(const double* block) {

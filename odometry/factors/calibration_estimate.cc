@@ -29,11 +29,11 @@ bool IsRightCentre(int row) {
 
 constexpr double kLeastSigma = 1e-4;  // of a number, as a share of that of what was given
 
-double TightnessOf(int row) { return IsRightCentre(row) ? kCentreTightness : kTightness; }
+double GetTightness(int row) { return IsRightCentre(row) ? kCentreTightness : kTightness; }
 
 }  // namespace
 
-CalibrationTies::CalibrationTies(const CalibrationOptions& options, const CalibrationBelief& known)
+NominalPrior::NominalPrior(const CalibrationOptions& options, const CalibrationBelief& known)
     : confirm_(options.confirm),
       rows_fit_(options.rows_fit),
       sigma_scale_(options.sigma_scale),
@@ -42,7 +42,7 @@ CalibrationTies::CalibrationTies(const CalibrationOptions& options, const Calibr
   if (!confirm_) return;
   const auto tie = [&](int row) {
     if (given_sigma_[row] == 0 || OddsOfGiven(known, row) <= kReleaseOdds) return;
-    weights_[row] = TightnessOf(row) / given_sigma_[row];
+    weights_[row] = GetTightness(row) / given_sigma_[row];
   };
   // Nothing tells a focal length before the rig has turned by a lot, nor turns of the right camera
   // about its y and its principal point, which trade with depth, before it has moved by a lot.
@@ -53,17 +53,17 @@ CalibrationTies::CalibrationTies(const CalibrationOptions& options, const Calibr
 }
 
 // For its being as it was given.
-double CalibrationTies::OddsOfGiven(const CalibrationBelief& belief, int row) const {
+double NominalPrior::OddsOfGiven(const CalibrationBelief& belief, int row) const {
   const double sigma = sigma_scale_ * std::sqrt(belief.covariance(row, row));
   const double off = belief.mean[row] / sigma;
   return given_sigma_[row] / sigma * std::exp(-0.5 * off * off);
 }
 
-CalibrationBelief CalibrationTies::Without(const CalibrationBelief& with) const {
+CalibrationBelief NominalPrior::Without(const CalibrationBelief& with) const {
   return Without(weights_, with);
 }
 
-CalibrationBelief CalibrationTies::Without(const CalibrationVector& weights,
+CalibrationBelief NominalPrior::Without(const CalibrationVector& weights,
                                            const CalibrationBelief& with) const {
   if (weights.isZero(0)) return with;
   // In units of what is known, so that all numbers are alike.
@@ -82,7 +82,7 @@ CalibrationBelief CalibrationTies::Without(const CalibrationVector& weights,
   return without;
 }
 
-void CalibrationTies::Update(const CalibrationBelief& with) {
+void NominalPrior::Update(const CalibrationBelief& with) {
   if (!confirm_) return;
   CalibrationVector but_centre = weights_;
   but_centre.segment<2>(kCameras + kRowRightCentre).setZero();
@@ -92,9 +92,9 @@ void CalibrationTies::Update(const CalibrationBelief& with) {
     const CalibrationBelief& belief = IsRightCentre(row) ? untied : centred;
     const double odds = OddsOfGiven(belief, row);
     const bool tied = odds > (weights_[row] > 0 ? kReleaseOdds : kTieOdds);
-    const double weight = TightnessOf(row) / std::sqrt(belief.covariance(row, row));
+    const double weight = GetTightness(row) / std::sqrt(belief.covariance(row, row));
     // So that it can be taken off again, whatever the belief was.
-    const double most = TightnessOf(row) / (kLeastSigma * given_sigma_[row]);
+    const double most = GetTightness(row) / (kLeastSigma * given_sigma_[row]);
     weights_[row] = tied ? std::min(std::max(weights_[row], weight), most) : 0;
   }
 }
@@ -181,7 +181,7 @@ void CalibrationPrior::SetFirstSigma() {
   covariance_ = first_sigma_.array().square().matrix().asDiagonal();
 }
 
-bool CalibrationPrior::DisbelieveRows(const CalibrationState& state) {
+bool CalibrationPrior::RejectRows(const CalibrationState& state) {
   constexpr double kRowsFit_rad = 4e-4;  // some 0.15 px; several times what one pair tells
   if (!options_.rows_fit || std::abs(state.cameras[kRowRightRotation]) < kRowsFit_rad) return false;
   options_.rows_fit = false;
@@ -239,7 +239,7 @@ void CalibrationPrior::Hold(const CalibrationState& state) {
   SetFirstSigma();
 }
 
-CalibrationBelief BeliefOf(const CalibrationEstimate& e, const CalibrationOptions& options) {
+CalibrationBelief MakeBelief(const CalibrationEstimate& e, const CalibrationOptions& options) {
   CalibrationVector mean, sigma;
   mean << e.imu_rotation_rad, e.lever_m, e.time_offset_s, e.imu_errors, e.right_rotation_rad,
       e.focal_length, e.right_centre_px;
@@ -254,7 +254,7 @@ CalibrationBelief BeliefOf(const CalibrationEstimate& e, const CalibrationOption
   return belief;
 }
 
-CameraCalibrationBlock CameraBlockOf(const CalibrationEstimate& estimate) {
+CameraCalibrationBlock MakeCameraBlock(const CalibrationEstimate& estimate) {
   CameraCalibrationBlock block{};
   std::copy_n(estimate.right_rotation_rad.data(), 3, block.begin() + kRowRightRotation);
   block[kRowFocalLength] = estimate.focal_length;

@@ -33,13 +33,13 @@ struct CalibrationBelief {
 // camera is not as it was given, and its turns are never tied. The right camera's principal point
 // does nearly what its turns do: what else is off is judged with it as given, and it where all else
 // may be off, so that of the two the turns come first.
-class CalibrationTies {
+class NominalPrior {
  public:
   // With what is known before a segment starts: focal lengths and the right camera's principal
   // point are tied, and where the rows of the images are believed to fit its turns about y and z,
   // unless earlier segments have found them off. What else earlier ones have tied has to be found
   // anew, since the rig may have been touched.
-  CalibrationTies(const CalibrationOptions& options, const CalibrationBelief& known);
+  NominalPrior(const CalibrationOptions& options, const CalibrationBelief& known);
 
   // One over the standard deviation of a number's tie to the given value; 0 where it has none.
   const CalibrationVector& weights() const { return weights_; }
@@ -93,7 +93,7 @@ class CalibrationPrior {
 
   // True where the rows of the rectified images, which options believe to fit, turn out not to, by
   // the estimated turn of the right camera about x; options() has that from then on.
-  bool DisbelieveRows(const CalibrationState& state);
+  bool RejectRows(const CalibrationState& state);
 
   // What is known before a window starts, and what of it is estimated.
   CalibrationBelief belief() const { return {mean_, covariance_}; }
@@ -113,10 +113,10 @@ class CalibrationPrior {
 };
 
 // What an estimate tells, number by number; of what was held, what was given.
-CalibrationBelief BeliefOf(const CalibrationEstimate& estimate, const CalibrationOptions& options);
+CalibrationBelief MakeBelief(const CalibrationEstimate& estimate, const CalibrationOptions& options);
 
 // What an estimate says of the cameras, as a block.
-CameraCalibrationBlock CameraBlockOf(const CalibrationEstimate& estimate);
+CameraCalibrationBlock MakeCameraBlock(const CalibrationEstimate& estimate);
 
 // The estimate with its standard deviations, these scaled; 0 of what is held.
 CalibrationEstimate Describe(const CalibrationState& state, const CalibrationMatrix& covariance,

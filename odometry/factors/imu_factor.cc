@@ -25,7 +25,7 @@ Preintegration::Preintegration(const ImuNoise& noise, const Vector3d& gyro_bias_
       gyro_bias_(gyro_bias_rad_s),
       accel_bias_(accel_bias_m_s2),
       errors_(errors),
-      correction_(CorrectionOf(errors)) {
+      correction_(MakeCorrection(errors)) {
   Reset();
 }
 
@@ -49,7 +49,7 @@ void Preintegration::Repropagate(const Vector3d& gyro_bias_rad_s, const Vector3d
   gyro_bias_ = gyro_bias_rad_s;
   accel_bias_ = accel_bias_m_s2;
   errors_ = errors;
-  correction_ = CorrectionOf(errors);
+  correction_ = MakeCorrection(errors);
   Reset();
   AddBiasWalk(cut_s_);
   for (size_t i = 1; i < samples_.size(); ++i) Step(samples_[i - 1], samples_[i]);
@@ -273,7 +273,7 @@ void ImuResidual::EvaluateAt(const double* const* parameters, double* residuals,
   const End i(parameters[0], parameters[1], parameters[4], cuts_[0]);
   const End j(parameters[2], parameters[3], parameters[4], cuts_[1]);
   const double t = preintegration_->duration_s();
-  const Preintegration::Motion measured = preintegration_->CorrectedFor(i.bg, i.ba, ErrorsOf(parameters[4]));
+  const Preintegration::Motion measured = preintegration_->CorrectedFor(i.bg, i.ba, GetErrors(parameters[4]));
   const Matrix3d r_i_t = i.q.conjugate().toRotationMatrix();
   const Vector3d moved = r_i_t * (j.p - i.p - i.v * t - 0.5 * kGravity * t * t);
   const Vector3d gained = r_i_t * (j.v - i.v - kGravity * t);
@@ -303,7 +303,7 @@ void ImuResidual::EvaluateAt(const double* const* parameters, double* residuals,
   const auto by_errors = preintegration_->by_errors();
   const Vector3d correction =
       by_gyro * (i.bg - preintegration_->gyro_bias_rad_s()) +
-      by_errors.middleRows<3>(kRowRotation) * (ErrorsOf(parameters[4]) - preintegration_->errors());
+      by_errors.middleRows<3>(kRowRotation) * (GetErrors(parameters[4]) - preintegration_->errors());
   const Matrix3d by_correction =
       -jr_inverse * ExpRotation(-turned).toRotationMatrix() * RightJacobian(correction);
   by_i.by_gyro.middleRows<3>(kRowRotation) = by_correction * by_gyro;

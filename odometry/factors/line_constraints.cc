@@ -13,7 +13,7 @@ using Eigen::Vector3d;
 
 namespace {
 
-std::vector<BlockKind> KindsOf(LineAxis axis, bool shares) {
+std::vector<BlockKind> CollectKinds(LineAxis axis, bool shares) {
   std::vector<BlockKind> kinds;
   if (axis != LineAxis::kVertical) kinds.push_back(kHeadingKind);
   if (shares) kinds.push_back(kSharedDeviationKind);
@@ -24,7 +24,7 @@ std::vector<BlockKind> KindsOf(LineAxis axis, bool shares) {
 }  // namespace
 
 AlongAxisResidual::AlongAxisResidual(LineAxis axis, double sigma_rad, bool shares)
-    : Factor(2, KindsOf(axis, shares)), axis_(axis), shares_(shares), weight_(1.0 / sigma_rad) {}
+    : Factor(2, CollectKinds(axis, shares)), axis_(axis), shares_(shares), weight_(1.0 / sigma_rad) {}
 
 void AlongAxisResidual::EvaluateAt(const double* const* parameters, double* residuals,
                                    double** jacobians) const {

@@ -65,7 +65,7 @@ struct LinePlane {
             const PlueckerLine& line)
       : R_world_imu(Map<const Quaterniond>(pose + 3).toRotationMatrix()),
         R_imu_camera(geometry.R_imu_camera[camera]),
-        lens(cameras ? LensOf(camera, cameras) : geometry.lenses[camera]),
+        lens(cameras ? GetLens(camera, cameras) : geometry.lenses[camera]),
         centre_imu(geometry.T_imu_camera[camera].translation),
         from_centre(line.anchor_world - Map<const Vector3d>(pose) - R_world_imu * centre_imu),
         normal_imu(R_world_imu.transpose() * (line.moment + from_centre.cross(line.direction))) {
@@ -83,7 +83,7 @@ struct LinePlane {
   Vector3d normal_imu;
 };
 
-const LineSegment& SegmentOf(const StereoLineMeasurement& measurement, int camera) {
+const LineSegment& GetSegment(const StereoLineMeasurement& measurement, int camera) {
   return camera == 0 ? measurement.left : *measurement.right;
 }
 
@@ -97,7 +97,7 @@ void EvaluateLineReprojection(const StereoGeometry& geometry,
     const LinePlane plane(geometry, c, pose, cameras, line);
     Map<Vector2d>{residuals + 2 * c} =
         Distances(plane.NormalInCamera(),
-                  LensEnds(SegmentOf(measurement, c), c, geometry, plane.lens), weight)
+                  LensEnds(GetSegment(measurement, c), c, geometry, plane.lens), weight)
             .residual;
   }
 }
@@ -115,7 +115,7 @@ void LinearizeLineReprojection(const StereoGeometry& geometry,
     const LinePlane plane(geometry, c, pose, cameras, line);
     const EndDistances ends =
         Distances(plane.NormalInCamera(),
-                  LensEnds(SegmentOf(measurement, c), c, geometry, plane.lens), weight);
+                  LensEnds(GetSegment(measurement, c), c, geometry, plane.lens), weight);
     Map<Vector2d>{residuals + 2 * c} = ends.residual;
     const Matrix23d& by_normal = ends.jacobian;
     const Matrix23d by_imu = by_normal * plane.R_imu_camera.transpose();
@@ -172,7 +172,7 @@ PlueckerLine Pluecker(const StructuralLine& line, const double* heading, const d
   return out;
 }
 
-std::vector<BlockKind> KindsOf(const StructuralLine& line, bool binds_cameras) {
+std::vector<BlockKind> CollectKinds(const StructuralLine& line, bool binds_cameras) {
   std::vector<BlockKind> kinds{kPoseKind};
   if (binds_cameras) kinds.push_back(kCameraCalibrationKind);
   if (line.HasHeading()) kinds.push_back(kHeadingKind);
@@ -186,7 +186,7 @@ StructuralLineResidual::StructuralLineResidual(const StereoGeometry* geometry,
                                                const StructuralLine& line,
                                                const StereoLineMeasurement& measurement,
                                                bool binds_cameras)
-    : Factor(measurement.rows(), KindsOf(line, binds_cameras)),
+    : Factor(measurement.rows(), CollectKinds(line, binds_cameras)),
       geometry_(geometry),
       line_(line),
       measurement_(measurement),

@@ -23,7 +23,7 @@ using Jacobian23 = Eigen::Matrix<double, 2, 3, Eigen::RowMajor>;
 struct CameraCalibration {
   explicit CameraCalibration(const double* block)
       : psi(block + kRowRightRotation),
-        lenses{LensOf(0, block), LensOf(1, block)},
+        lenses{GetLens(0, block), GetLens(1, block)},
         R_true_right(RightRotation(block).conjugate().toRotationMatrix()) {}
 
   Eigen::Map<const Vector3d> psi;
@@ -31,7 +31,7 @@ struct CameraCalibration {
   Matrix3d R_true_right;  // turns the given frame's coordinates into the true one's
 };
 
-std::array<LensMeasurement, 2> LensMeasurementsOf(const StereoMeasurement& measurement,
+std::array<LensMeasurement, 2> MakeLensMeasurements(const StereoMeasurement& measurement,
                                                   const StereoGeometry& geometry) {
   std::array<LensMeasurement, 2> out;
   out[0] = {geometry, 0, measurement.left};
@@ -96,20 +96,20 @@ StereoGeometry StereoGeometry::CorrectedBy(const double* cameras) const {
   transforms[1].rotation = (transforms[1].rotation * RightRotation(cameras)).normalized();
   StereoGeometry corrected(transforms, weight);
   corrected.lens_shifts = lens_shifts;
-  corrected.lenses = {LensOf(0, cameras), LensOf(1, cameras)};
+  corrected.lenses = {GetLens(0, cameras), GetLens(1, cameras)};
   return corrected;
 }
 
 LensMeasurement::LensMeasurement(const StereoGeometry& geometry, int camera, const Vector2d& at)
     : measured(at),
-      shift(geometry.ShiftOf(camera).ByFocalLength(at)),
-      gradient(geometry.ShiftOf(camera).GradientAt(at)),
-      by_centre(geometry.ShiftOf(camera).ByCentre(at)) {}
+      shift(geometry.GetShift(camera).ByFocalLength(at)),
+      gradient(geometry.GetShift(camera).GradientAt(at)),
+      by_centre(geometry.GetShift(camera).ByCentre(at)) {}
 
 PointResidual::PointResidual(const StereoGeometry* geometry, const StereoMeasurement& target)
     : Factor(target.right ? 4 : 2, {kPoseKind, kPoseKind, kCameraCalibrationKind, kPointKind}),
       geometry_(geometry),
-      target_(LensMeasurementsOf(target, *geometry)),
+      target_(MakeLensMeasurements(target, *geometry)),
       cameras_(target.right ? 2 : 1) {}
 
 void PointResidual::EvaluateAt(const double* const* parameters, double* residuals,
@@ -164,7 +164,7 @@ HostPointResidual::HostPointResidual(const StereoGeometry& geometry, const Stere
     : Factor(host.right ? 4 : 2, {kCameraCalibrationKind, kPointKind}),
       weight_(geometry.weight),
       T_right_left_(geometry.T_imu_camera[1].Inverse() * geometry.T_imu_camera[0]),
-      host_(LensMeasurementsOf(host, geometry)),
+      host_(MakeLensMeasurements(host, geometry)),
       cameras_(host.right ? 2 : 1) {}
 
 void HostPointResidual::EvaluateAt(const double* const* parameters, double* residuals,

@@ -26,14 +26,14 @@ struct StereoGeometry {
   StereoGeometry CorrectedBy(const double* cameras) const;
 
   // How measurements move with what the lenses are.
-  const LensShift& ShiftOf(int camera) const {
+  const LensShift& GetShift(int camera) const {
     static const LensShift kIdeal;
     return lens_shifts ? (*lens_shifts)[camera] : kIdeal;
   }
   // Where on the plane z = 1 what was measured is by the lens as it is.
   Eigen::Vector2d OnTruePlane(int camera, const Eigen::Vector2d& measured) const {
     const double s = lenses[camera].focal_length;
-    const LensShift& shift = ShiftOf(camera);
+    const LensShift& shift = GetShift(camera);
     return measured - s / (1 + s) * shift.ByFocalLength(measured) -
            shift.ByCentre(measured) * lenses[camera].centre_px;
   }

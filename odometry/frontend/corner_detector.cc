@@ -250,7 +250,7 @@ std::vector<Eigen::Vector2d> CornerDetector::Find(const std::vector<Eigen::Vecto
       if (asked[cell] || in_cell[cell] > most) continue;
       asked[cell] = true;
       int room = kPerCell;
-      for (const Corner& corner : CornersOf(cell)) {
+      for (const Corner& corner : FindCorners(cell)) {
         if (Crowded(occupied, corner.px, min_distance_px)) continue;
         candidates.push_back(corner);
         if (--room == 0) break;
@@ -285,7 +285,7 @@ cv::Rect CornerDetector::Area(int cell) const {
 }
 
 // The local maxima of the corner response in one cell.
-const std::vector<CornerDetector::Corner>& CornerDetector::CornersOf(int cell) {
+const std::vector<CornerDetector::Corner>& CornerDetector::FindCorners(int cell) {
   std::vector<Corner>& corners = corners_[cell];
   if (searched_[cell]) return corners;
   searched_[cell] = true;

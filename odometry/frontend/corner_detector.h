@@ -67,7 +67,7 @@ class CornerDetector {
   static bool Stronger(const Corner& a, const Corner& b);
   int CellAt(const Eigen::Vector2d& px) const;
   cv::Rect Area(int cell) const;
-  const std::vector<Corner>& CornersOf(int cell);
+  const std::vector<Corner>& FindCorners(int cell);
 
   cv::Mat image_, mask_;
   std::vector<float> least_by_grey_;  // that a response must have, by the mean around it; rises

@@ -252,7 +252,7 @@ struct Rows {
   double size() const { return high - low; }
 };
 
-Rows RowsOf(const LineSegment& s) {
+Rows CollectRows(const LineSegment& s) {
   return {std::min(s.start.y(), s.end.y()), std::max(s.start.y(), s.end.y())};
 }
 
@@ -260,7 +260,7 @@ Rows RowsOf(const LineSegment& s) {
 std::optional<double> SteepCost(const cv::Mat& left_image, const cv::Mat& right_image,
                                 const LineSegment& left, const LineSegment& right,
                                 double max_disparity_px) {
-  const Rows a = RowsOf(left), b = RowsOf(right);
+  const Rows a = CollectRows(left), b = CollectRows(right);
   const Rows both{std::max(a.low, b.low), std::min(a.high, b.high)};
   if (both.size() < kMinRowOverlap * std::min(a.size(), b.size()) || both.size() < 4) {
     return std::nullopt;
@@ -286,7 +286,7 @@ std::optional<double> FlatCost(const cv::Mat& left_image, const cv::Mat& right_i
       kMinRowOverlap * std::min(a.size(), b.size())) {
     return std::nullopt;
   }
-  const Rows rows = RowsOf(left);
+  const Rows rows = CollectRows(left);
   const double middle = right.Midpoint().y();
   if (middle < rows.low - 0.1 * left.Length() - 2 || middle > rows.high + 0.1 * left.Length() + 2) {
     return std::nullopt;

@@ -259,7 +259,7 @@ std::vector<EdgeProfile> ProfilesAcross(const cv::Mat& image, const LineSegment&
 
 // By how much the line is off the edge because of light that fades beside it: of both halves, since
 // what recedes has it more at its far end.
-Fit ShadingOf(const cv::Mat& image, const LineSegment& segment, const Fit& fit,
+Fit FitShading(const cv::Mat& image, const LineSegment& segment, const Fit& fit,
               const std::vector<ProfileEdge>& edges, const Agreement& agreement) {
   const double first_px = agreement.first_px, last_px = agreement.last_px;
   const double middle_px = 0.5 * (first_px + last_px);
@@ -329,7 +329,7 @@ std::optional<RefinedSegment> RefineSegment(const cv::Mat& image, const LineSegm
   if (agreement.count < 4 || refined.support < options.min_support) return std::nullopt;
   refined.gradient = agreement.sum_gradient / agreement.count;
   refined.rms_px = std::sqrt(agreement.sum_squared / agreement.count);
-  const Fit shading = ShadingOf(image, segment, *fit, edges, agreement);
+  const Fit shading = FitShading(image, segment, *fit, edges, agreement);
   const auto at = [&](double along) -> Eigen::Vector2d {
     return segment.start + along * Direction(segment) +
            (fit->At(along) - shading.At(along)) * Normal(segment);

@@ -48,7 +48,7 @@ double SoftLength(double length_px) {
 
 }  // namespace
 
-int AxisOf(const LineSegment& segment, const Camera& camera,
+int FindAxis(const LineSegment& segment, const Camera& camera,
            const std::vector<Eigen::Vector3d>& axes_camera) {
   const auto ray = [&](const Eigen::Vector2d& p) -> Eigen::Vector3d {
     return {(p.x() - camera.cx_px) / camera.fx_px, (p.y() - camera.cy_px) / camera.fy_px, 1};
@@ -76,10 +76,10 @@ std::vector<int> SelectSegments(const std::vector<LineSegment>& candidates,
   const int axes = static_cast<int>(axes_camera.size());
   std::vector<int> in_direction(axes + kDirectionBins + 1, 0);
   for (const auto& s : kept)
-    ++in_direction[DirectionClass(s, AxisOf(s, camera, axes_camera), axes)];
+    ++in_direction[DirectionClass(s, FindAxis(s, camera, axes_camera), axes)];
   std::vector<Ranked> ranked;
   for (size_t i = 0; i < candidates.size(); ++i) {
-    const int axis = AxisOf(candidates[i], camera, axes_camera);
+    const int axis = FindAxis(candidates[i], camera, axes_camera);
     double score = SoftLength(candidates[i].Length()) * (axis >= 0 ? kAxisBonus : 1);
     for (const auto& s : kept) score *= IsNear(s, candidates[i]) ? kNearDiscount : 1;
     ranked.push_back({static_cast<int>(i), DirectionClass(candidates[i], axis, axes), score});

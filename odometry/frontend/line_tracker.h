@@ -19,7 +19,7 @@ namespace slcmap {
 // The axis (index into axes_camera, unit) whose vanishing point a segment of a pinhole image points
 // to, or -1. Of no concern how certain that is: it ranks what is tracked, and the LineClassifier
 // judges it later.
-int AxisOf(const LineSegment& segment, const Camera& camera,
+int FindAxis(const LineSegment& segment, const Camera& camera,
            const std::vector<Eigen::Vector3d>& axes_camera);
 
 // The indices of at most `room` candidates that are long, lie along an axis, and are spread over

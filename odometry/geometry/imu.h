@@ -39,7 +39,7 @@ inline constexpr std::array<ImuErrorPlace, kImuErrorsSize> kImuErrorPlaces{
      {true, 2, 1},  {false, 0, 0}, {false, 1, 1}, {false, 2, 2}, {false, 0, 1},
      {false, 0, 2}, {false, 1, 0}, {false, 1, 2}, {false, 2, 0}, {false, 2, 1}}};
 
-inline ImuCorrection CorrectionOf(const ImuErrors& errors) {
+inline ImuCorrection MakeCorrection(const ImuErrors& errors) {
   ImuCorrection correction;
   for (int i = 0; i < kImuErrorsSize; ++i) {
     const ImuErrorPlace& place = kImuErrorPlaces[i];
@@ -57,7 +57,7 @@ struct ImuSpread {
 };
 
 // Of one of the samples' vectors; there must be at least one sample.
-inline ImuSpread SpreadOf(const std::vector<ImuSample>& samples,
+inline ImuSpread ComputeSpread(const std::vector<ImuSample>& samples,
                           Eigen::Vector3d ImuSample::*vector) {
   ImuSpread out;
   for (const ImuSample& s : samples) out.mean += s.*vector;

@@ -88,7 +88,7 @@ Eigen::Matrix<double, 3, 4> GeneralLineShift(const double* block, double along_m
 
 using Eigen::Vector3d;
 
-SlopeBlock SlopeOf(const Vector3d& direction) {
+SlopeBlock MakeSlope(const Vector3d& direction) {
   const Vector3d d = direction.z() < 0 ? Vector3d(-direction) : direction;
   return {std::atan2(d.y(), d.x()), std::atan2(d.z(), d.head<2>().norm())};
 }

@@ -98,7 +98,7 @@ inline constexpr int kSlopeSize = 2;
 using SlopeBlock = std::array<double, kSlopeSize>;
 
 // The block of a direction, of whatever length and sign; it must not be vertical.
-SlopeBlock SlopeOf(const Eigen::Vector3d& direction);
+SlopeBlock MakeSlope(const Eigen::Vector3d& direction);
 
 // The unit direction, and two axes across it: the level one, and the one that is upright over it.
 Eigen::Vector3d SlopeDirection(const double* slope);

@@ -100,7 +100,7 @@ Eigen::Matrix2d LensShift::ByCentre(const Vector2d& measured) const {
   return Interpolated(&Node::by_centre, measured);
 }
 
-std::array<LensShift, 2> LensShiftsOf(const Rig& given, const Rig& rectified) {
+std::array<LensShift, 2> ComputeLensShifts(const Rig& given, const Rig& rectified) {
   std::array<LensShift, 2> shifts;
   for (int i = 0; i < (IsStereo(given) ? 2 : 1); ++i) {
     shifts[i] =

@@ -91,7 +91,7 @@ class LensShift {
 };
 
 // Of both cameras of a rig (the right one's where there is one), by the rectified ones.
-std::array<LensShift, 2> LensShiftsOf(const Rig& given, const Rig& rectified);
+std::array<LensShift, 2> ComputeLensShifts(const Rig& given, const Rig& rectified);
 
 // Right images that are rectified with what was found of the right camera, while all measurements
 // are told as the given calibration has them.

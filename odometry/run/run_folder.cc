@@ -55,7 +55,7 @@ std::vector<std::string> ListedNames(bool with_source) {
 
 // The rows of one table.
 template <typename Items>
-std::string RowsOf(const Items& items) {
+std::string CollectRows(const Items& items) {
   std::string rows;
   for (const auto& item : items) rows += Row(item);
   return rows;
@@ -63,11 +63,11 @@ std::string RowsOf(const Items& items) {
 
 std::string FormatTable(const OdometryRun& run, const std::string& table) {
   std::string rows;
-  if (table == kStateTable) return RowsOf(run.states);
-  if (table == kKeyframeTable) return RowsOf(run.keyframes);
-  if (table == kLineTable) return RowsOf(run.lines);
-  if (table == kImuTable) return RowsOf(run.imu);
-  if (table == kCalibrationTable) return RowsOf(run.calibration);
+  if (table == kStateTable) return CollectRows(run.states);
+  if (table == kKeyframeTable) return CollectRows(run.keyframes);
+  if (table == kLineTable) return CollectRows(run.lines);
+  if (table == kImuTable) return CollectRows(run.imu);
+  if (table == kCalibrationTable) return CollectRows(run.calibration);
   if (table == kLineMergeTable) {
     for (const auto& [id, survivor] : run.line_merges) rows += Row(id, survivor);
     return rows;

@@ -162,14 +162,14 @@ std::optional<RunSource> ParseSource(const Json& json) {
   return source;
 }
 
-Json LivesJson(const LineLives& lives) {
+Json TrackLengthsJson(const LineTrackLengths& lives) {
   return {{"lines", lives.lines},
           {"median_keyframes", lives.median_keyframes},
           {"mean_keyframes", lives.mean_keyframes},
           {"share_over_10", lives.share_over_10}};
 }
 
-Json LivesJson(const PointLives& lives) {
+Json TrackLengthsJson(const PointTrackLengths& lives) {
   return {{"points", lives.points}, {"seen_once", lives.seen_once}};
 }
 
@@ -225,7 +225,7 @@ Json CameraJson(const Camera& camera, const RigidTransform& T_imu_camera) {
                {"fy_px", camera.fy_px},
                {"cx_px", camera.cx_px},
                {"cy_px", camera.cy_px},
-               {"distortion", NameOf(camera.distortion)},
+               {"distortion", GetName(camera.distortion)},
                {"coefficients", {k[0], k[1], k[2], k[3]}},
                {"T_imu_camera", MatrixJson(T_imu_camera)}};
   const auto& higher = camera.higher_coefficients;
@@ -266,7 +266,7 @@ Camera ParseCamera(const Json& json, const std::string& name) {
     camera.shape[i] = json.at("shape").at(i).get<double>();
   }
   const std::string distortion = json.at("distortion").get<std::string>();
-  const std::optional<Distortion> known = DistortionOf(distortion);
+  const std::optional<Distortion> known = FindDistortion(distortion);
   if (!known) {
     throw DataError(
         fmt::format("{}: distortion: found '{}', expected none, radial-tangential, equidistant, "
@@ -361,9 +361,9 @@ void WriteRunSummary(const std::string& path, const OdometryRun& run,
   json["manhattan_worlds"] = WorldsJson(run.manhattan_worlds);
   json["sloped_directions"] = SlopesJson(run.sloped_directions);
   json["line_deviation_rad"] = run.line_deviation_rad;
-  json["point_lives"] = LivesJson(MeasurePointLives(run.keyframes));
+  json["point_lives"] = TrackLengthsJson(MeasurePointTracks(run.keyframes));
   json["calibration"] = CalibrationJson(run.calibration);
-  json["line_lives"] = LivesJson(MeasureLineLives(run.lines));
+  json["line_lives"] = TrackLengthsJson(MeasureLineTracks(run.lines));
   json["segments"] = SegmentsJson(run);
   for (const auto& [what, count] : RunCounts(run)) json["counts"][what] = count;
   json["files"] = ListFiles(path.substr(0, path.rfind('/')), files);
@@ -399,7 +399,7 @@ void WriteRig(const std::string& path, const Rig& rig) {
                  {"rate_hz", noise.rate_hz}}},
                {"camera_time_offset_s", rig.camera_time_offset_s}};
   if (!rig.masks[0].empty() || !rig.masks[1].empty()) {
-    json["masks"] = {RunsOf(rig.masks[0]), RunsOf(rig.masks[1])};
+    json["masks"] = {CollectRuns(rig.masks[0]), CollectRuns(rig.masks[1])};
   }
   if (!IsIdentity(rig.imu_correction)) json["imu_correction"] = CorrectionJson(rig.imu_correction);
   WriteJsonFile(path, json);

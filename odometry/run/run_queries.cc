@@ -79,17 +79,17 @@ std::vector<MapLine> MapLines(const OdometryRun& run) {
   return lines;
 }
 
-LineLives MeasureLineLives(const std::vector<Line>& lines) {
+LineTrackLengths MeasureLineTracks(const std::vector<Line>& lines) {
   std::vector<int> lives;
   for (const Line& line : lines) lives.push_back(line.observations);
-  return LivesOf(std::move(lives));
+  return ComputeTrackLengths(std::move(lives));
 }
 
-LineLives LivesOf(std::vector<int> lives) {
+LineTrackLengths ComputeTrackLengths(std::vector<int> lives) {
   if (lives.empty()) return {};
   std::sort(lives.begin(), lives.end());
   const auto count = static_cast<double>(lives.size());
-  LineLives result;
+  LineTrackLengths result;
   result.lines = static_cast<int64_t>(lives.size());
   result.median_keyframes = 0.5 * (lives[(lives.size() - 1) / 2] + lives[lives.size() / 2]);
   result.mean_keyframes = std::accumulate(lives.begin(), lives.end(), 0.0) / count;
@@ -98,7 +98,7 @@ LineLives LivesOf(std::vector<int> lives) {
   return result;
 }
 
-PointLives MeasurePointLives(const std::vector<Keyframe>& keyframes) {
+PointTrackLengths MeasurePointTracks(const std::vector<Keyframe>& keyframes) {
   std::unordered_map<int64_t, int> seen;
   for (const Keyframe& keyframe : keyframes) {
     for (const KeyframeObservation& observation : keyframe.observations) {
@@ -197,7 +197,7 @@ void DropNonFinite(const std::string& warning, std::vector<Item>* items, Odometr
 
 // What was known in segments of which nothing is left.
 void DropCalibrationOfNoSegment(OdometryRun* run) {
-  const std::set<int> segments = SegmentsOf(*run);
+  const std::set<int> segments = CollectSegments(*run);
   std::erase_if(run->calibration,
                 [&](const CalibrationEstimate& e) { return !segments.contains(e.segment); });
 }
@@ -244,7 +244,7 @@ OdometryRun WithoutNonFinite(OdometryRun run) {
 
 Rig CalibratedRig(const Rig& given, const Rig& rectified, const CalibrationEstimate& estimate) {
   Rig rig = given;
-  const ImuCorrection found = CorrectionOf(estimate.imu_errors);
+  const ImuCorrection found = MakeCorrection(estimate.imu_errors);
   rig.imu_correction = {found.accel * given.imu_correction.accel,
                         found.gyro * given.imu_correction.gyro};
   rig.camera_time_offset_s += estimate.time_offset_s;

@@ -23,24 +23,24 @@ void ResolveMergedLines(OdometryRun* run);
 std::vector<MapLine> MapLines(const OdometryRun& run);
 
 // In how many keyframes lines were seen; short lives mean that lines hardly help.
-struct LineLives {
+struct LineTrackLengths {
   int64_t lines = 0;
   double median_keyframes = 0;
   double mean_keyframes = 0;
   double share_over_10 = 0;  // of the lines: seen in more than ten keyframes
 };
-LineLives LivesOf(std::vector<int> keyframes);  // of each line; of no lines: zeros
-LineLives MeasureLineLives(const std::vector<Line>& lines);
+LineTrackLengths ComputeTrackLengths(std::vector<int> keyframes);  // of each line; of no lines: zeros
+LineTrackLengths MeasureLineTracks(const std::vector<Line>& lines);
 
 // What is reported of a run's points.
 
 // How many points keyframes saw, and how many of them a single one: where that is most of them,
 // there was little to see but noise, or they were lost from keyframe to keyframe.
-struct PointLives {
+struct PointTrackLengths {
   int64_t points = 0;
   int64_t seen_once = 0;
 };
-PointLives MeasurePointLives(const std::vector<Keyframe>& keyframes);
+PointTrackLengths MeasurePointTracks(const std::vector<Keyframe>& keyframes);
 
 // Keeps values that are not finite, or beyond what run_rows.h allows, out of what odometry hands
 // on.

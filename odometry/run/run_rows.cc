@@ -289,7 +289,7 @@ std::string Row(const CalibrationEstimate& e) {
                      Cells(e.right_centre_sigma_px), Cells(e.imu_errors_sigma));
 }
 
-std::set<int> SegmentsOf(const OdometryRun& run) {
+std::set<int> CollectSegments(const OdometryRun& run) {
   std::set<int> segments;
   for (const OnlineState& state : run.states) segments.insert(state.segment);
   for (const Keyframe& keyframe : run.keyframes) segments.insert(keyframe.segment);
@@ -448,7 +448,7 @@ void ReadImu(const CsvTable& table, OdometryRun* run) {
 
 void ReadCalibration(const CsvTable& table, OdometryRun* run) {
   Rising stamps;
-  const std::set<int> segments = SegmentsOf(*run);
+  const std::set<int> segments = CollectSegments(*run);
   for (std::size_t i = 0; i < table.rows(); ++i) {
     CalibrationEstimate& estimate = run->calibration.emplace_back();
     estimate.stamp_ns = stamps.Next(table, i, 0);

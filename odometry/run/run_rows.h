@@ -70,7 +70,7 @@ std::string Row(const ImuSample& sample);
 std::string Row(const CalibrationEstimate& estimate);
 
 // Those that a state or a keyframe is of.
-std::set<int> SegmentsOf(const OdometryRun& run);
+std::set<int> CollectSegments(const OdometryRun& run);
 
 // Add a table to a run. Throw DataError, naming file and row, for ids that were there before,
 // stamps that do not rise, and references to what there is not: what is referred to must be read

@@ -108,7 +108,7 @@ const JudgedFigure kFigures[] = {
      " m/s^2", 1, "between the accelerations of images and accelerometer", kCheckRemedy}};
 
 // The level of a value that is good while it is low.
-VerdictLevel LevelOf(double value, const VerdictLimits& limits) {
+VerdictLevel FindLevel(double value, const VerdictLimits& limits) {
   if (!(value <= limits.failed)) return VerdictLevel::kFailed;
   return value > limits.doubtful ? VerdictLevel::kDoubtful : VerdictLevel::kGood;
 }
@@ -118,7 +118,7 @@ void JudgeFigure(const JudgedFigure& judged, const RunFigures& figures,
   const FigureSummary& figure = figures.*judged.figure;
   const VerdictLimits& limits = options.*judged.limits;
   if (figure.count == 0) return;
-  const VerdictLevel level = LevelOf(figure.worst, limits);
+  const VerdictLevel level = FindLevel(figure.worst, limits);
   if (level == VerdictLevel::kGood) return;
   const auto told = [&](double value) {
     return fmt::format("{:.3g}{}", judged.unit_scale * value, judged.unit);
@@ -130,8 +130,8 @@ void JudgeFigure(const JudgedFigure& judged, const RunFigures& figures,
 }
 
 // The largest size along the run of what is judged of a state; no number where one is none.
-template <typename SizeOf>
-double LargestOf(const std::vector<OnlineState>& states, SizeOf size_of) {
+template <typename GetSize>
+double FindLargest(const std::vector<OnlineState>& states, GetSize size_of) {
   double largest = 0;
   for (const OnlineState& state : states) {
     const double size = size_of(state);
@@ -143,7 +143,7 @@ double LargestOf(const std::vector<OnlineState>& states, SizeOf size_of) {
 
 void JudgeSize(const char* what, double found, const VerdictLimits& limits, const char* unit,
                const std::string& words, const std::string& remedy, Verdict* verdict) {
-  const VerdictLevel level = LevelOf(found, limits);
+  const VerdictLevel level = FindLevel(found, limits);
   if (level == VerdictLevel::kGood) return;
   verdict->Add({level, what, fmt::format("{} of {:.3g} {}", words, found, unit),
                 fmt::format("at most {:.3g} {}", limits.doubtful, unit), remedy});
@@ -171,14 +171,14 @@ double LargestJump_m(const std::vector<OnlineState>& states) {
 void JudgeStates(const OdometryRun& run, const VerdictOptions& options, Verdict* verdict) {
   const std::string calibrate = kCheckRemedy;
   JudgeSize("speed",
-            LargestOf(run.states, [](const auto& s) { return s.velocity_world_m_s.norm(); }),
+            FindLargest(run.states, [](const auto& s) { return s.velocity_world_m_s.norm(); }),
             options.speed_m_s, "m/s", "a speed",
             calibrate + "; raise verdict.speed_m_s where the rig is that fast", verdict);
   JudgeSize("gyroscope-bias",
-            LargestOf(run.states, [](const auto& s) { return s.gyro_bias_rad_s.norm(); }),
+            FindLargest(run.states, [](const auto& s) { return s.gyro_bias_rad_s.norm(); }),
             options.gyro_bias_rad_s, "rad/s", "a bias", calibrate, verdict);
   JudgeSize("accelerometer-bias",
-            LargestOf(run.states, [](const auto& s) { return s.accel_bias_m_s2.norm(); }),
+            FindLargest(run.states, [](const auto& s) { return s.accel_bias_m_s2.norm(); }),
             options.accel_bias_m_s2, "m/s^2", "a bias", calibrate, verdict);
   JudgeSize("jump", LargestJump_m(run.states), options.jump_m, "m",
             "a step from one image to the next besides its speed", calibrate, verdict);

@@ -32,7 +32,7 @@ BuildingDeviationOptions OfSlopes(BuildingDeviationOptions options) {
 //   1 / r = L_ee - 1 / t^2     y / r = L_ec c + L_ee e
 //
 // with the information L on (c, e) that is known with the tie.
-std::vector<BuildingDeviation::Sample> BuildingDeviation::SamplesOf(const LineDeviation& line,
+std::vector<BuildingDeviation::Sample> BuildingDeviation::CollectSamples(const LineDeviation& line,
                                                                     double tie_sigma_rad) const {
   const Eigen::Vector2d own_rad = line.off_rad - line.shared_rad;
   // What the Cauchy loss leaves of the tie of a line that is far off.
@@ -54,7 +54,7 @@ std::vector<BuildingDeviation::Sample> BuildingDeviation::SamplesOf(const LineDe
 }
 
 void BuildingDeviation::Add(int64_t id, const LineDeviation& line, double tie_sigma_rad) {
-  std::vector<Sample> samples = SamplesOf(line, tie_sigma_rad);
+  std::vector<Sample> samples = CollectSamples(line, tie_sigma_rad);
   if (!samples.empty()) open_[id] = std::move(samples);
 }
 

@@ -76,7 +76,7 @@ class BuildingDeviation {
   struct Sample {
     double squared_rad2, variance_rad2;
   };
-  std::vector<Sample> SamplesOf(const LineDeviation& line, double tie_sigma_rad) const;
+  std::vector<Sample> CollectSamples(const LineDeviation& line, double tie_sigma_rad) const;
   double Excess(double sigma_rad) const;
 
   BuildingDeviationOptions options_;
@@ -92,15 +92,15 @@ class LineDeviations {
   explicit LineDeviations(const BuildingDeviationOptions& options);
 
   // Of lines that follow an axis or none, or a slope.
-  const BuildingDeviation& Of(LineAxis axis) const { return of_[KindOf(axis)]; }
-  BuildingDeviation& Of(LineAxis axis) { return of_[KindOf(axis)]; }
+  const BuildingDeviation& Of(LineAxis axis) const { return of_[FindKind(axis)]; }
+  BuildingDeviation& Of(LineAxis axis) { return of_[FindKind(axis)]; }
 
   // See BuildingDeviation.
   void Close(const std::unordered_set<int64_t>& ids);
   void Solve();
 
  private:
-  static size_t KindOf(LineAxis axis) { return axis == LineAxis::kSloped ? 1 : 0; }
+  static size_t FindKind(LineAxis axis) { return axis == LineAxis::kSloped ? 1 : 0; }
 
   std::array<BuildingDeviation, 2> of_;  // of the axes, of slopes
 };

@@ -61,7 +61,7 @@ double Wrap(double angle_rad, double period_rad) {
 
 // Nothing for what could be vertical, for planes so level that their lines could have any heading,
 // and for short segments.
-std::optional<Vote> VoteOf(const ManhattanOptions& options, const InterpretationPlane& plane,
+std::optional<Vote> MakeVote(const ManhattanOptions& options, const InterpretationPlane& plane,
                            double length_px) {
   if (length_px < options.min_length_px) return std::nullopt;
   const VanishingAngle to_vertical =
@@ -117,7 +117,7 @@ class HeadingHistogram {
     }
   }
 
-  double HeadingOf(size_t bin) const {
+  double GetHeading(size_t bin) const {
     return kQuarterTurn_rad * static_cast<double>(bin) / static_cast<double>(bins_.size());
   }
   double weight(size_t bin) const { return bins_[bin]; }
@@ -127,7 +127,7 @@ class HeadingHistogram {
     std::optional<size_t> best;
     for (size_t bin = 0; bin < bins_.size(); ++bin) {
       if (bins_[bin] <= (best ? bins_[*best] : 0)) continue;
-      const double heading_rad = HeadingOf(bin);
+      const double heading_rad = GetHeading(bin);
       const bool near = std::ranges::any_of(away_from, [&](const Neighbourhood& other) {
         return std::abs(Wrap(heading_rad - other.heading_rad, kQuarterTurn_rad)) < other.reach_rad;
       });
@@ -238,7 +238,7 @@ std::vector<HeadingEvidence> ManhattanDetector::AddImage(const std::vector<LineS
   std::vector<Vote> votes;
   for (const LineSegment& segment : segments) {
     const InterpretationPlane plane = PlaneOfSegment(segment, end_sigma_).Rotated(R_world_camera);
-    const auto vote = VoteOf(options_, plane, segment.Length() * focal_px_);
+    const auto vote = MakeVote(options_, plane, segment.Length() * focal_px_);
     if (vote) votes.push_back(*vote);
   }
   images_.push_back(std::move(votes));
@@ -284,7 +284,7 @@ std::optional<HeadingEvidence> ManhattanDetector::Best() const {
   }
   const auto bin = histogram.Heaviest(others);
   if (!bin) return std::nullopt;
-  const auto [heading_rad, sigma_rad] = Refine(options_, unexplained, histogram.HeadingOf(*bin));
+  const auto [heading_rad, sigma_rad] = Refine(options_, unexplained, histogram.GetHeading(*bin));
   HeadingEvidence evidence = Weigh(options_, unexplained, heading_rad);
   evidence.sigma_rad = std::hypot(sigma_rad, options_.tilt_sigma_rad);
   others.push_back({heading_rad, options_.runner_up_separation_rad});

@@ -133,7 +133,7 @@ std::vector<StructuralDirection> StructuralDirections(
 // A class is given only when one direction fits and no other one could: a line that is taken for
 // another axis bends all that it touches. Two more places ask which direction a segment follows,
 // and are less strict on purpose. The votes of the ManhattanDetector are cast where no direction is
-// known yet, and many decide together. The frontend's AxisOf() only prefers segments to track; this
+// known yet, and many decide together. The frontend's FindAxis() only prefers segments to track; this
 // class judges them once they have been seen often enough.
 class LineClassifier {
  public:

@@ -8,12 +8,12 @@ namespace {
 
 enum class Alignment { kOn, kOff, kUnclear };
 
-struct PlaceOnSegment {
+struct SegmentOffset {
   double across_px = 0;
   double beyond_px = 0;  // the nearer end; 0 inside
 };
 
-PlaceOnSegment PlaceOf(const Eigen::Vector2d& point, const LineSegment& segment) {
+SegmentOffset FindPlace(const Eigen::Vector2d& point, const LineSegment& segment) {
   const Eigen::Vector2d direction = (segment.end - segment.start).normalized();
   const Eigen::Vector2d from_start = point - segment.start;
   const double along = from_start.dot(direction);
@@ -21,21 +21,21 @@ PlaceOnSegment PlaceOf(const Eigen::Vector2d& point, const LineSegment& segment)
           std::max({0.0, -along, along - segment.Length()})};
 }
 
-Alignment AlignmentOf(const PointsOnLinesOptions& options, const Eigen::Vector2d& point,
+Alignment ClassifyAlignment(const PointsOnLinesOptions& options, const Eigen::Vector2d& point,
                       const LineSegment& segment) {
-  const PlaceOnSegment place = PlaceOf(point, segment);
+  const SegmentOffset place = FindPlace(point, segment);
   if (place.beyond_px > options.max_beyond_px) return Alignment::kUnclear;
   if (place.across_px > options.min_apart_px) return Alignment::kOff;
   return place.across_px <= options.max_distance_px ? Alignment::kOn : Alignment::kUnclear;
 }
 
 // In both images; what one of them did not see is unclear.
-Alignment AlignmentOf(const PointsOnLinesOptions& options, const PointObservation& point,
+Alignment ClassifyAlignment(const PointsOnLinesOptions& options, const PointObservation& point,
                       const LineObservation& line) {
-  const Alignment left = AlignmentOf(options, point.left_px, line.left_px);
+  const Alignment left = ClassifyAlignment(options, point.left_px, line.left_px);
   if (!point.right_px || !line.right_px)
     return left == Alignment::kOff ? left : Alignment::kUnclear;
-  const Alignment right = AlignmentOf(options, *point.right_px, *line.right_px);
+  const Alignment right = ClassifyAlignment(options, *point.right_px, *line.right_px);
   if (left == Alignment::kOff || right == Alignment::kOff) return Alignment::kOff;
   return left == right ? left : Alignment::kUnclear;
 }
@@ -71,7 +71,7 @@ class Areas {
     for (int x = first.first; x <= last.first; ++x) {
       for (int y = first.second; y <= last.second; ++y) {
         const Eigen::Vector2d centre = {(x + 0.5) * side_px_, (y + 0.5) * side_px_};
-        if (PlaceOf(centre, segment).across_px <= near_px) lines_[{x, y}].push_back(index);
+        if (FindPlace(centre, segment).across_px <= near_px) lines_[{x, y}].push_back(index);
       }
     }
   }
@@ -136,15 +136,15 @@ void PointsOnLines::AddKeyframe(const std::vector<PointObservation>& points,
     std::vector<Candidate> candidates;
     for (const size_t index : areas.LinesNear(point.left_px)) {
       const LineObservation& line = lines[index];
-      if (AlignmentOf(options_, point, line) != Alignment::kOn) continue;
+      if (ClassifyAlignment(options_, point, line) != Alignment::kOn) continue;
       candidates.push_back({&line, verified_.count({point.id, line.id}) > 0,
-                            PlaceOf(point.left_px, line.left_px).across_px});
+                            FindPlace(point.left_px, line.left_px).across_px});
     }
     for (const Candidate& c : WithoutRivals(std::move(candidates), options_.min_crossing_rad)) {
       Count({point.id, c.line->id});
     }
   }
-  ForgetUnseen();
+  RemoveUnseen();
 }
 
 void PointsOnLines::BreakApart(const std::vector<PointObservation>& points,
@@ -155,7 +155,7 @@ void PointsOnLines::BreakApart(const std::vector<PointObservation>& points,
     const PointObservation* point = Find(points_by_id, it->first.point_id);
     const LineObservation* line = Find(lines_by_id, it->first.line_id);
     const bool apart = point != nullptr && line != nullptr && !it->second.barred &&
-                       AlignmentOf(options_, *point, *line) == Alignment::kOff;
+                       ClassifyAlignment(options_, *point, *line) == Alignment::kOff;
     if (apart) verified_.erase(it->first);
     it = apart ? records_.erase(it) : std::next(it);
   }
@@ -168,14 +168,14 @@ void PointsOnLines::Count(const PointOnLine& pair) {
   verified_.insert(pair);
 }
 
-void PointsOnLines::ForgetUnseen() {
+void PointsOnLines::RemoveUnseen() {
   std::erase_if(records_, [&](const auto& entry) {
     return keyframe_ - entry.second.last_keyframe > options_.max_unseen_keyframes &&
            verified_.count(entry.first) == 0;
   });
 }
 
-std::vector<int64_t> PointsOnLines::PointsOf(int64_t line_id) const {
+std::vector<int64_t> PointsOnLines::CollectPoints(int64_t line_id) const {
   std::vector<int64_t> ids;
   for (const PointOnLine& pair : verified_) {
     if (pair.line_id == line_id) ids.push_back(pair.point_id);
@@ -201,7 +201,7 @@ void PointsOnLines::ReleaseLine(int64_t line_id) {
 }
 
 void PointsOnLines::MergeLine(int64_t line_id, int64_t into_line_id) {
-  for (const int64_t point_id : PointsOf(line_id)) {
+  for (const int64_t point_id : CollectPoints(line_id)) {
     const PointOnLine pair = {point_id, into_line_id};
     Record& record = records_[pair];
     if (record.barred) continue;

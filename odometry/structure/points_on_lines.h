@@ -33,7 +33,7 @@ class PointsOnLines {
 
   // A point is on several lines at once only where they cross.
   const std::set<PointOnLine>& verified() const { return verified_; }
-  std::vector<int64_t> PointsOf(int64_t line_id) const;  // verified, sorted
+  std::vector<int64_t> CollectPoints(int64_t line_id) const;  // verified, sorted
 
   // Ends a membership found to be wrong otherwise (in space, say); it won't come back.
   void Release(const PointOnLine& pair);
@@ -53,7 +53,7 @@ class PointsOnLines {
   void Count(const PointOnLine& pair);
   void BreakApart(const std::vector<PointObservation>& points,
                   const std::vector<LineObservation>& lines);
-  void ForgetUnseen();
+  void RemoveUnseen();
 
   PointsOnLinesOptions options_;
   int64_t keyframe_ = 0;

@@ -46,7 +46,7 @@ int CountObjects(const std::vector<const FreeLine*>& lines, const SlopeBlock& sl
   return static_cast<int>(objects.size());
 }
 
-std::vector<const FreeLine*> FollowersOf(const SlopeOptions& options,
+std::vector<const FreeLine*> FindFollowers(const SlopeOptions& options,
                                          const std::vector<const FreeLine*>& lines,
                                          const SlopeBlock& slope) {
   const Vector3d direction = SlopeDirection(slope.data());
@@ -61,7 +61,7 @@ std::vector<const FreeLine*> FollowersOf(const SlopeOptions& options,
 }
 
 // The weighted mean of the directions of lines, and its standard deviation.
-double MeanOf(const SlopeOptions& options, const std::vector<const FreeLine*>& lines,
+double ComputeMean(const SlopeOptions& options, const std::vector<const FreeLine*>& lines,
               SlopeBlock* slope) {
   Matrix2d information = Matrix2d::Zero();
   Vector2d sum = Vector2d::Zero();
@@ -74,7 +74,7 @@ double MeanOf(const SlopeOptions& options, const std::vector<const FreeLine*>& l
   }
   const Matrix2d covariance = information.inverse();
   *slope =
-      SlopeOf(SlopeDirection(slope->data()) + AxesAcrossSlope(slope->data()) * (covariance * sum));
+      MakeSlope(SlopeDirection(slope->data()) + AxesAcrossSlope(slope->data()) * (covariance * sum));
   return LargestSigma(covariance);
 }
 
@@ -94,7 +94,7 @@ std::optional<double> SquaredSigmasOff(const SlopeOptions& options, const FreeLi
 
 bool MaySlope(const SlopeOptions& options, const FreeLine& line,
               const std::vector<Vector3d>& axes_world, const std::vector<SlopeBlock>& slopes) {
-  const SlopeBlock own = SlopeOf(line.direction_world);
+  const SlopeBlock own = MakeSlope(line.direction_world);
   const double sigma_rad = LargestSigma(AcrossSlope(line, own).covariance_rad2);
   const double apart_rad =
       std::max(options.min_separation_rad, options.min_other_sigmas * sigma_rad);
@@ -135,12 +135,12 @@ std::optional<SlopeEvidence> SlopeDetector::Best(const std::vector<Vector3d>& ax
   }
   std::optional<SlopeEvidence> best;
   for (const FreeLine* seed : candidates) {
-    SlopeEvidence evidence{SlopeOf(seed->direction_world), 0, 0, 0};
+    SlopeEvidence evidence{MakeSlope(seed->direction_world), 0, 0, 0};
     std::vector<const FreeLine*> followers;
     for (int i = 0; i < 3; ++i) {
-      followers = FollowersOf(options_, candidates, evidence.angles_rad);
+      followers = FindFollowers(options_, candidates, evidence.angles_rad);
       if (followers.empty()) break;
-      evidence.sigma_rad = MeanOf(options_, followers, &evidence.angles_rad);
+      evidence.sigma_rad = ComputeMean(options_, followers, &evidence.angles_rad);
     }
     evidence.lines = static_cast<int>(followers.size());
     evidence.objects = CountObjects(followers, evidence.angles_rad, options_.min_apart_m);

@@ -72,7 +72,7 @@ void Estimator::SetLensShifts(const std::array<LensShift, 2>& shifts) {
 
 RightCorrection Estimator::KnownRight() const {
   const double* cameras = window_.calibration().cameras.data();
-  return {Eigen::Map<const Vector3d>(cameras + kRowRightRotation), LensOf(1, cameras).centre_px};
+  return {Eigen::Map<const Vector3d>(cameras + kRowRightRotation), GetLens(1, cameras).centre_px};
 }
 
 std::optional<OnlineState> Estimator::AddImage(int64_t stamp_ns) {
@@ -89,7 +89,7 @@ ImuCut Estimator::NewCut(int64_t stamp_ns) const {
   int64_t cut_ns = stamp_ns + std::min<int64_t>(cut_offset_ns_, 0);
   const bool integrates = !window_.empty() || initializer_.size() > 0;  // from the cut before
   if (integrates) cut_ns = std::max(cut_ns, last_cut_ns_ + 1);
-  return CutOf(imu_, stamp_ns, cut_ns - stamp_ns);
+  return MakeCut(imu_, stamp_ns, cut_ns - stamp_ns);
 }
 
 // Follows the estimated time offset: at cuts far from the exposure a straight motion and a constant
@@ -143,8 +143,8 @@ bool Estimator::RestsUntil(int64_t stamp_ns) const {
   const auto samples =
       imu_.Between(std::max(*last_stamp_ns_, stamp_ns - ToNanoseconds(kRestLooksBack_s)), stamp_ns);
   if (samples.empty()) return true;
-  const ImuSpread gyro = SpreadOf(samples, &ImuSample::angular_velocity_rad_s);
-  const ImuSpread accel = SpreadOf(samples, &ImuSample::specific_force_m_s2);
+  const ImuSpread gyro = ComputeSpread(samples, &ImuSample::angular_velocity_rad_s);
+  const ImuSpread accel = ComputeSpread(samples, &ImuSample::specific_force_m_s2);
   if (gyro.sigma > options_.initializer.max_still_gyro_sigma_rad_s ||
       accel.sigma > options_.initializer.max_still_accel_sigma_m_s2) {
     return false;
@@ -228,7 +228,7 @@ std::vector<Vector3d> Estimator::RoughVertical(int64_t stamp_ns) const {
   if (!last_stamp_ns_) return {};
   const auto samples = imu_.Between(*last_stamp_ns_, stamp_ns);
   if (samples.empty()) return {};
-  const Vector3d force_m_s2 = SpreadOf(samples, &ImuSample::specific_force_m_s2).mean;
+  const Vector3d force_m_s2 = ComputeSpread(samples, &ImuSample::specific_force_m_s2).mean;
   if (force_m_s2.norm() < kMinForce_m_s2) return {};
   return {rig_.T_imu_camera[0].rotation.conjugate() * force_m_s2.normalized()};
 }
@@ -242,7 +242,7 @@ std::optional<OnlineState> Estimator::Initialize(int64_t stamp_ns) {
   if (initializer_.size() > 0) {
     frame->from_previous =
         std::make_unique<Preintegration>(rig_.imu_noise, Vector3d::Zero(), Vector3d::Zero(),
-                                         ErrorsOf(window_.calibration().imu.data()));
+                                         GetErrors(window_.calibration().imu.data()));
     AppendImu(last_cut_ns_, frame->cut_stamp_ns(), frame->from_previous.get());
   }
   last_cut_ns_ = frame->cut_stamp_ns();
@@ -264,10 +264,10 @@ std::optional<OnlineState> Estimator::Initialize(int64_t stamp_ns) {
   last_cut_ns_ = window_.newest().cut_stamp_ns();
   cut_offset_ns_ = window_.newest().cut.offset_ns;
   gyro_bias_rad_s_ = window_.newest().gyro_bias();
-  KnowForTracking();
+  UpdateForTracking();
   last_speed_m_s_ = window_.newest().velocity().norm();
   lost_since_ns_.reset();
-  return StateOf(window_.newest());
+  return GetState(window_.newest());
 }
 
 std::optional<OnlineState> Estimator::Estimate(int64_t stamp_ns) {
@@ -276,7 +276,7 @@ std::optional<OnlineState> Estimator::Estimate(int64_t stamp_ns) {
   if (!frame->from_previous) {
     frame->from_previous = std::make_unique<Preintegration>(
         rig_.imu_noise, window_.newest().gyro_bias(), window_.newest().accel_bias(),
-        ErrorsOf(window_.calibration().imu.data()));
+        GetErrors(window_.calibration().imu.data()));
   }
   AppendImu(last_cut_ns_, frame->cut_stamp_ns(), frame->from_previous.get());
   last_cut_ns_ = frame->cut_stamp_ns();
@@ -292,9 +292,9 @@ std::optional<OnlineState> Estimator::Estimate(int64_t stamp_ns) {
     source_->Remove(window_.Track(frame.get(), &fit));
     figures_.AddImage(stamp_ns, fit);
   }
-  const OnlineState state = StateOf(*frame);
+  const OnlineState state = GetState(*frame);
   gyro_bias_rad_s_ = state.gyro_bias_rad_s;
-  KnowForTracking();
+  UpdateForTracking();
   if (IsKeyframe(*frame) && FindImpossible(state, options_.failure).empty()) {
     StartKeyframe(std::move(frame));
     return policy_ == std::launch::async ? std::nullopt : FinishKeyframe();
@@ -351,7 +351,7 @@ std::optional<OnlineState> Estimator::FinishKeyframe() {
   window_.Collect(segment_, &run_);
   const auto visible = std::count_if(keyframe.point_ids.begin(), keyframe.point_ids.end(),
                                      [&](int64_t id) { return !finished.points.contains(id); });
-  return Judge(StateOf(window_.newest()), static_cast<int>(visible));
+  return Judge(GetState(window_.newest()), static_cast<int>(visible));
 }
 
 // The state, if it can be trusted; else the segment ends.
@@ -488,7 +488,7 @@ void Estimator::Restart(const std::string& reason, bool calibration_is_good) {
     window_.HoldCalibration();
     window_.Clear();
     cut_offset_ns_ = ToNanoseconds(window_.calibration().imu[kRowTimeOffset]);
-    KnowForTracking();
+    UpdateForTracking();
     ++segment_;
   }
   initializer_.Reset();
@@ -500,13 +500,13 @@ void Estimator::Restart(const std::string& reason, bool calibration_is_good) {
   gyro_bias_rad_s_.setZero();
 }
 
-void Estimator::KnowForTracking() {
+void Estimator::UpdateForTracking() {
   tracking_.offset_ns = std::min<int64_t>(cut_offset_ns_, 0);
-  tracking_.errors = ErrorsOf(window_.calibration().imu.data());
+  tracking_.errors = GetErrors(window_.calibration().imu.data());
   tracking_.R_body_imu = BodyFromImu(window_.calibration().imu.data()).rotation;
 }
 
-OnlineState Estimator::StateOf(const FrameState& frame) const {
+OnlineState Estimator::GetState(const FrameState& frame) const {
   OnlineState state;
   state.stamp_ns = frame.stamp_ns;
   state.segment = segment_;

@@ -115,7 +115,7 @@ class Estimator {
   void CutAgain(int64_t stamp_ns);
   int64_t OldestSampleNeeded(int64_t stamp_ns) const;
   void TakeMeasurements(FrameState* frame) const;
-  void KnowForTracking();
+  void UpdateForTracking();
   void AppendImu(int64_t from_ns, int64_t to_ns, Preintegration* imu) const;
   std::vector<Eigen::Vector3d> RoughVertical(int64_t stamp_ns) const;
   std::optional<OnlineState> Initialize(int64_t stamp_ns);
@@ -134,7 +134,7 @@ class Estimator {
   std::string FindGap(int64_t stamp_ns) const;
   std::string FindFailure(const OnlineState& state, int points_visible);
   void Restart(const std::string& reason, bool calibration_is_good);
-  OnlineState StateOf(const FrameState& frame) const;
+  OnlineState GetState(const FrameState& frame) const;
 
   // A keyframe whose optimisation was started.
   struct StartedKeyframe {

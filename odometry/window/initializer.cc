@@ -139,7 +139,7 @@ InitializationResult Initializer::Try(const std::optional<RigidTransform>& start
   }
   result.report += fmt::format("; flow {:.2f} px (at rest: at most {:.2f})", flow.median_px,
                                options_.max_still_flow_px);
-  if (!result.success) ForgetOldest();
+  if (!result.success) RemoveOldest();
   return result;
 }
 
@@ -148,7 +148,7 @@ double Initializer::Span_s() const {
 }
 
 // What to look at next time: of one camera more, else newer data.
-void Initializer::ForgetOldest() {
+void Initializer::RemoveOldest() {
   if (HasOneCamera(frames_) && Span_s() + kGrows_s <= kLongestOfOneCamera_s) {
     window_s_ = Span_s() + kGrows_s;
     return;
@@ -162,8 +162,8 @@ void Initializer::ForgetOldest() {
 InitializationResult Initializer::TryAtRest(const std::optional<RigidTransform>& start,
                                             SlidingWindow* window) {
   const std::vector<ImuSample> samples = AllSamples(frames_);
-  const ImuSpread gyro = SpreadOf(samples, &ImuSample::angular_velocity_rad_s);
-  const ImuSpread accel = SpreadOf(samples, &ImuSample::specific_force_m_s2);
+  const ImuSpread gyro = ComputeSpread(samples, &ImuSample::angular_velocity_rad_s);
+  const ImuSpread accel = ComputeSpread(samples, &ImuSample::specific_force_m_s2);
   const double gravity_error = std::abs(accel.mean.norm() - kGravity_m_s2);
   InitializationResult result;
   result.at_rest = true;
@@ -224,7 +224,7 @@ void Initializer::CutAgain(const ImuBuffer& imu, int64_t offset_ns) {
   if (frames_.back()->cut.offset_ns == offset_ns) return;
   for (size_t i = 0; i < frames_.size(); ++i) {
     FrameState& frame = *frames_[i];
-    frame.cut = CutOf(imu, frame.stamp_ns, offset_ns);
+    frame.cut = MakeCut(imu, frame.stamp_ns, offset_ns);
     if (i > 0) {
       frame.from_previous->Replace(
           imu.Between(frames_[i - 1]->cut_stamp_ns(), frame.cut_stamp_ns()));
@@ -251,7 +251,7 @@ InitializationResult Initializer::TryInMotion(const std::optional<RigidTransform
                                    rig_.imu_noise, kBiasPairs_s)
                     .value_or(gyro_bias);
     felt_gravity_m_s2 = FeltGravity_m_s2(frames_, rig_.imu_noise, gyro_bias,
-                                         ErrorsOf(window->calibration().imu.data()));
+                                         GetErrors(window->calibration().imu.data()));
   }
   // The first round knows no gyroscope bias; what its optimisation finds makes the second one
   // exact. A time offset that is far off takes some more.
@@ -260,7 +260,7 @@ InitializationResult Initializer::TryInMotion(const std::optional<RigidTransform
     const RigidTransform T_imu_body = BodyFromImu(window->calibration().imu.data()).Inverse();
     const auto alignment =
         AlignLinearly(frames_, GeometryFromImu(window->model(), T_imu_body), rig_.imu_noise,
-                      gyro_bias, ErrorsOf(window->calibration().imu.data()), felt_gravity_m_s2);
+                      gyro_bias, GetErrors(window->calibration().imu.data()), felt_gravity_m_s2);
     if (!alignment) {
       fail();
       result.report = "not initialised in motion: the motion does not tell velocity and gravity";

@@ -56,7 +56,7 @@ class Initializer {
                                                        const RigidTransform& T_world_first,
                                                        const RigidTransform& T_imu_body,
                                                        const Eigen::Vector3d& gyro_bias) const;
-  void ForgetOldest();
+  void RemoveOldest();
   double Span_s() const;
 
   InitializerOptions options_;

@@ -91,7 +91,7 @@ struct PointEquations {
   std::vector<Eigen::Index> columns;  // first one of each state
   Eigen::Matrix3Xd cross;
 
-  Eigen::Index ColumnOf(const double* state, int tangent_size) {
+  Eigen::Index FindColumn(const double* state, int tangent_size) {
     const auto at = std::find(states.begin(), states.end(), state);
     if (at != states.end()) return columns[static_cast<size_t>(at - states.begin())];
     states.push_back(state);
@@ -122,21 +122,21 @@ void AddToPoint(const FixedTerm& term, const WindowCovariance& window, PointEqua
   equations->information += weighted * jacobians[last];
   for (int k = 0; k < last; ++k) {
     const int size = factor.tangent_size(k);
-    const Eigen::Index column = equations->ColumnOf(term.blocks[k], size);
+    const Eigen::Index column = equations->FindColumn(term.blocks[k], size);
     equations->cross.middleCols(column, size) += weighted * jacobians[k];
   }
 }
 
 }  // namespace
 
-Eigen::Vector4d ResidualOf(const FixedTerm& term) {
+Eigen::Vector4d ComputeResidual(const FixedTerm& term) {
   Eigen::Vector4d residual = Eigen::Vector4d::Zero();
   term.factor->Evaluate(term.blocks.data(), residual.data(), nullptr);
   return residual;
 }
 
 std::pair<double, double> Chi2OfObservation(const FixedTerm& term) {
-  const Eigen::Vector4d residual = ResidualOf(term);
+  const Eigen::Vector4d residual = ComputeResidual(term);
   return {residual.head<2>().squaredNorm(), residual.tail<2>().squaredNorm()};
 }
 

@@ -17,7 +17,7 @@
 namespace slcmap {
 
 // The whitened residual of a term at the current estimate; rows that it does not have are zero.
-Eigen::Vector4d ResidualOf(const FixedTerm& term);
+Eigen::Vector4d ComputeResidual(const FixedTerm& term);
 
 // Squared whitened residuals of a stereo observation, left and right apart (right 0 where it was
 // not seen).

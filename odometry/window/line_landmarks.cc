@@ -37,7 +37,7 @@ struct KnownPoint {
 };
 
 // A well known point that belongs to the line, if there is one.
-std::optional<KnownPoint> KnownPointOf(const LineLandmarkOptions& options,
+std::optional<KnownPoint> FindKnownPoint(const LineLandmarkOptions& options,
                                        const std::vector<int64_t>& members, const CostModel& model,
                                        const WindowState& window) {
   const double limit_m2 = options.max_member_sigma_m * options.max_member_sigma_m;
@@ -62,7 +62,7 @@ double Chi2OfDeviation(const LineLandmark& line, const FrameState& frame, const 
 
 std::optional<StructuralLineFit> FitToViews(const LineLandmarkOptions& options,
                                             const CostModel& model, const LineLandmark& line) {
-  return TriangulateStructuralLine(ObservationsOf(line), line.structural(), line.heading_rad(),
+  return TriangulateStructuralLine(CollectObservations(line), line.structural(), line.heading_rad(),
                                    model.Corrected(model.lines), options.triangulation);
 }
 
@@ -73,7 +73,7 @@ bool EstimateStructural(const LineLandmarkOptions& options, const std::vector<in
   line->placed_by.reset();
   if (const auto from_views = FitToViews(options, model, *line)) {
     block = from_views->block;
-  } else if (const auto point = KnownPointOf(options, members, model, window)) {
+  } else if (const auto point = FindKnownPoint(options, members, model, window)) {
     block = StructuralLineThrough(line->structural(), line->heading_rad(), point->p_world);
     line->placed_by = point->id;
   } else {
@@ -91,7 +91,7 @@ bool EstimateStructural(const LineLandmarkOptions& options, const std::vector<in
 
 bool EstimateGeneral(const LineLandmarkOptions& options, const CostModel& model,
                      LineLandmark* line) {
-  const auto fit = TriangulateGeneralLine(ObservationsOf(*line), line->anchor_world,
+  const auto fit = TriangulateGeneralLine(CollectObservations(*line), line->anchor_world,
                                           model.Corrected(model.lines), options.triangulation);
   if (!fit) return false;
   line->block = fit->block;
@@ -209,7 +209,7 @@ RigidTransform WorldFromLeftCamera(const FrameState& frame, const StereoGeometry
   return frame.T_world_imu() * geometry.T_imu_camera[0];
 }
 
-std::vector<PosedLineObservation> ObservationsOf(const LineLandmark& line) {
+std::vector<PosedLineObservation> CollectObservations(const LineLandmark& line) {
   std::vector<PosedLineObservation> observations;
   for (const FrameState* frame : line.frames) {
     observations.push_back({frame->T_world_imu(), frame->lines.at(line.id)});
@@ -250,7 +250,7 @@ void RegisterLines(FrameState* frame, WindowState* window) {
 void EstimateLines(const LineLandmarkOptions& options, const LineKinds& kinds,
                    const LineClassifier& classifier, const PointsOnLines& memberships,
                    const LineDeviations& deviations, const CostModel& model, WindowState* window) {
-  const std::vector<std::optional<double>> headings = HeadingsOf(*window);
+  const std::vector<std::optional<double>> headings = CollectHeadings(*window);
   for (auto& [id, line] : window->lines) {
     if (line.estimated || line.retired) continue;
     if (static_cast<int>(line.frames.size()) < options.min_keyframes) continue;
@@ -264,7 +264,7 @@ void EstimateLines(const LineLandmarkOptions& options, const LineKinds& kinds,
       line.deviation_sigma_rad = deviations.Of(line.axis).OfNewLine(id);
       line.heading =
           agreed->axis == LineAxis::kVertical ? nullptr : &window->headings[agreed->world];
-      line.estimated = EstimateStructural(options, memberships.PointsOf(id), model, *window, &line);
+      line.estimated = EstimateStructural(options, memberships.CollectPoints(id), model, *window, &line);
     } else if (kinds.general &&
                static_cast<int>(line.frames.size()) >= options.min_general_keyframes) {
       line.estimated = EstimateGeneral(options, model, &line);
@@ -326,12 +326,12 @@ std::unordered_set<int64_t> RejectLineOutliers(const LineLandmarkOptions& option
   return outliers;
 }
 
-std::unordered_set<int64_t> WithdrawHeadings(const ManhattanOptions& options, WindowState* window) {
+std::unordered_set<int64_t> RejectHeadings(const ManhattanOptions& options, WindowState* window) {
   const auto name = [](const HeadingState& heading) {
     return fmt::format("Manhattan world {}, heading {:.2f} degrees", heading.world,
                        heading.heading_rad[0] * 180 / M_PI);
   };
-  return WithdrawFollowed(options, &LineLandmark::heading, &window->headings, name, window);
+  return RejectFollowed(options, &LineLandmark::heading, &window->headings, name, window);
 }
 
 std::map<int64_t, int64_t> MergeLines(const LineLandmarkOptions& options, const CostModel& model,
@@ -370,7 +370,7 @@ void ExtendLines(const FrameState& newest, const CostModel& model, WindowState* 
   }
 }
 
-Vector3d MiddleOf(const LineLandmark& line) {
+Vector3d ComputeMiddle(const LineLandmark& line) {
   const PointAndDirection in_world = line.InWorld();
   return in_world.point_world +
          0.5 * (line.extent.from_m() + line.extent.to_m()) * in_world.direction_world;

@@ -26,7 +26,7 @@ namespace slcmap {
 RigidTransform WorldFromLeftCamera(const FrameState& frame, const StereoGeometry& geometry);
 
 // What the frames of the window saw of a line.
-std::vector<PosedLineObservation> ObservationsOf(const LineLandmark& line);
+std::vector<PosedLineObservation> CollectObservations(const LineLandmark& line);
 
 // Whether all but a few observations of a line that was just placed are near it.
 bool FitsItsObservations(const LineLandmark& line, double max_new_chi2, const CostModel& model);
@@ -75,7 +75,7 @@ std::unordered_set<int64_t> RejectLineOutliers(const LineLandmarkOptions& option
 
 // Withdraws the headings most of whose lines were given up, and retires the rest of these lines.
 // Returns the ids of these.
-std::unordered_set<int64_t> WithdrawHeadings(const ManhattanOptions& options, WindowState* window);
+std::unordered_set<int64_t> RejectHeadings(const ManhattanOptions& options, WindowState* window);
 
 // Retires lines that are the same edge as an older one, which takes over their observations.
 // Returns the ids of those retired, each with that of the older line.
@@ -86,7 +86,7 @@ std::map<int64_t, int64_t> MergeLines(const LineLandmarkOptions& options, const 
 void ExtendLines(const FrameState& newest, const CostModel& model, WindowState* window);
 
 // The middle of what was seen of a line.
-Eigen::Vector3d MiddleOf(const LineLandmark& line);
+Eigen::Vector3d ComputeMiddle(const LineLandmark& line);
 
 // A line as a run holds it, but for its segment and with the world counted in the segment. Its
 // covariance is to be set.
@@ -98,7 +98,7 @@ Line Describe(const LineLandmark& line);
 // and retires the rest of these lines. `followed` is what of a line names the one that it follows,
 // `name` what the log calls one. Returns the ids of the retired lines.
 template <typename Options, typename State, typename States, typename Name>
-std::unordered_set<int64_t> WithdrawFollowed(const Options& options, State* LineLandmark::*followed,
+std::unordered_set<int64_t> RejectFollowed(const Options& options, State* LineLandmark::*followed,
                                              States* states, const Name& name,
                                              WindowState* window) {
   std::map<const State*, std::vector<LineLandmark*>> followers;

@@ -48,7 +48,7 @@ bool IsOffAxis(const LineLandmark& line, double max_deviation_rad) {
   return (line.AcrossAxisInWorld().transpose() * direction).norm() > max_deviation_rad;
 }
 
-void TieLines(const LineDeviations& deviations, WindowState* window) {
+void AddDirectionPriors(const LineDeviations& deviations, WindowState* window) {
   for (auto& [id, line] : window->lines) {
     if (line.retired || !line.estimated || !line.MayDeviate()) continue;
     const BuildingDeviation& deviation = deviations.Of(line.axis);
@@ -72,7 +72,7 @@ void ReleaseShared(const std::unordered_set<int64_t>& gone, WindowState* window,
   }
 }
 
-void ForgetShared(WindowState* window) {
+void RemoveShared(WindowState* window) {
   const auto unused = SharedByNone({}, *window);
   window->shared_deviations.remove_if(
       [&](const SharedDeviation& shared) { return unused.contains(&shared); });
@@ -127,13 +127,13 @@ Membership JudgeMembership(const LineLandmarkOptions& options, const PointLandma
   return eigen.eigenvalues()[1] <= limit_m2 ? Membership::kHolds : Membership::kOpen;
 }
 
-std::unordered_set<int64_t> AdoptMembers(const LineLandmarkOptions& options, const CostModel& model,
+std::unordered_set<int64_t> UpdateMembers(const LineLandmarkOptions& options, const CostModel& model,
                                          PointsOnLines* memberships, WindowState* window) {
   std::unordered_set<int64_t> misplaced;
   for (auto& [id, line] : window->lines) {
     if (!line.estimated || line.retired || !line.IsStructural()) continue;
     const std::vector<int64_t> before = std::exchange(line.points, {});
-    for (const int64_t point_id : memberships->PointsOf(id)) {
+    for (const int64_t point_id : memberships->CollectPoints(id)) {
       const auto it = window->landmarks.find(point_id);
       const bool in_window = it != window->landmarks.end() && it->second.triangulated;
       Membership judged = Membership::kOpen;
@@ -154,13 +154,13 @@ std::unordered_set<int64_t> AdoptMembers(const LineLandmarkOptions& options, con
 void MergeMembers(int64_t line_id, int64_t into_line_id, PointsOnLines* memberships,
                   WindowState* window) {
   memberships->MergeLine(line_id, into_line_id);
-  const std::vector<int64_t> verified = memberships->PointsOf(into_line_id);  // sorted
+  const std::vector<int64_t> verified = memberships->CollectPoints(into_line_id);  // sorted
   std::erase_if(window->lines.at(into_line_id).points, [&](int64_t id) {
     return !std::binary_search(verified.begin(), verified.end(), id);
   });
 }
 
-void ForgetMembers(const std::unordered_set<int64_t>& point_ids, PointsOnLines* memberships,
+void RemoveMembers(const std::unordered_set<int64_t>& point_ids, PointsOnLines* memberships,
                    WindowState* window) {
   for (const int64_t id : point_ids) memberships->ReleasePoint(id);
   for (auto& [line_id, line] : window->lines) {
@@ -177,7 +177,7 @@ std::optional<FittedLine> FitFreeLine(const LineLandmarkOptions& options, const 
   if (!line.estimated && !options.anchor_at_origin) {
     line.anchor_world = WorldFromLeftCamera(*line.frames.front(), model.geometry).translation;
   }
-  const auto fit = TriangulateGeneralLine(ObservationsOf(line), line.anchor_world,
+  const auto fit = TriangulateGeneralLine(CollectObservations(line), line.anchor_world,
                                           model.Corrected(model.lines), options.triangulation);
   if (!fit) return std::nullopt;
   line.block = fit->block;
@@ -279,14 +279,14 @@ std::unordered_set<int64_t> RejectLinesOffSlope(const LineDeviations& deviations
   return outliers;
 }
 
-std::unordered_set<int64_t> WithdrawSlopes(const SlopeOptions& options, WindowState* window) {
+std::unordered_set<int64_t> RejectSlopes(const SlopeOptions& options, WindowState* window) {
   const auto name = [](const SlopeState& slope) {
     return fmt::format("slope {}, {:.2f} degrees", slope.index, slope.angles_rad[1] * 180 / M_PI);
   };
-  return WithdrawFollowed(options, &LineLandmark::slope, &window->slopes, name, window);
+  return RejectFollowed(options, &LineLandmark::slope, &window->slopes, name, window);
 }
 
-std::vector<SlopeBlock> SlopesOf(const WindowState& window) {
+std::vector<SlopeBlock> CollectSlopes(const WindowState& window) {
   std::vector<SlopeBlock> slopes;
   for (const SlopeState& slope : window.slopes) slopes.push_back(slope.angles_rad);
   return slopes;

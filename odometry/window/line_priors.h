@@ -21,14 +21,14 @@ bool IsOffAxis(const LineLandmark& line, double max_deviation_rad);
 
 // Ties the directions of lines that may deviate from their axes by how much the building is known
 // to, and to what they share with their neighbours.
-void TieLines(const LineDeviations& deviations, WindowState* window);
+void AddDirectionPriors(const LineDeviations& deviations, WindowState* window);
 
 // Shared deviations that no line will have any more once those of `gone` are forgotten are added to
-// the terms by what was known of them, and their blocks to the dropped ones; ForgetShared() erases
+// the terms by what was known of them, and their blocks to the dropped ones; RemoveShared() erases
 // them once these lines are.
 void ReleaseShared(const std::unordered_set<int64_t>& gone, WindowState* window,
                    std::vector<Term>* terms, std::vector<double*>* dropped);
-void ForgetShared(WindowState* window);
+void RemoveShared(WindowState* window);
 
 // Finishes lines, but those exactly along their axes, that would become longer than is taken for
 // straight with what the newest frame sees. Returns their ids.
@@ -61,7 +61,7 @@ bool IsAtRest(const PointPlace& place);
 //
 // A point is then in LineLandmark::points only where `memberships` has it as verified. What follows
 // keeps it so, on both sides.
-std::unordered_set<int64_t> AdoptMembers(const LineLandmarkOptions& options, const CostModel& model,
+std::unordered_set<int64_t> UpdateMembers(const LineLandmarkOptions& options, const CostModel& model,
                                          PointsOnLines* memberships, WindowState* window);
 
 // The points of a line that was merged go to the one that took it over, but for those that have
@@ -70,7 +70,7 @@ void MergeMembers(int64_t line_id, int64_t into_line_id, PointsOnLines* membersh
                   WindowState* window);
 
 // Takes points that turned out to be no landmarks from all lines.
-void ForgetMembers(const std::unordered_set<int64_t>& point_ids, PointsOnLines* memberships,
+void RemoveMembers(const std::unordered_set<int64_t>& point_ids, PointsOnLines* memberships,
                    WindowState* window);
 
 // What happens to the lines of a window that follow a slope: they are found among those that follow
@@ -101,9 +101,9 @@ std::unordered_set<int64_t> RejectLinesOffSlope(const LineDeviations& deviations
 
 // Withdraws the slopes most of whose lines turned out to be off them, and retires the rest of these
 // lines. Returns the ids of these.
-std::unordered_set<int64_t> WithdrawSlopes(const SlopeOptions& options, WindowState* window);
+std::unordered_set<int64_t> RejectSlopes(const SlopeOptions& options, WindowState* window);
 
 // What the angles of all slopes are, of those that were withdrawn too.
-std::vector<SlopeBlock> SlopesOf(const WindowState& window);
+std::vector<SlopeBlock> CollectSlopes(const WindowState& window);
 
 }  // namespace slcmap

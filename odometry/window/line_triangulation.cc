@@ -28,7 +28,7 @@ struct SegmentView {
   Vector3d Middle() const { return (start + end).normalized(); }
 };
 
-SegmentView SegmentViewOf(const LineSegment& segment, int camera, const StereoGeometry& geometry,
+SegmentView MakeSegmentView(const LineSegment& segment, int camera, const StereoGeometry& geometry,
                           const RigidTransform& T_world_imu) {
   const RigidTransform T_world_camera = T_world_imu * geometry.T_imu_camera[camera];
   const auto ray = [&](const Vector2d& end) -> Vector3d {
@@ -37,13 +37,13 @@ SegmentView SegmentViewOf(const LineSegment& segment, int camera, const StereoGe
   return {T_world_camera.translation, ray(segment.start), ray(segment.end)};
 }
 
-std::vector<SegmentView> ViewsOf(const std::vector<PosedLineObservation>& observations,
+std::vector<SegmentView> CollectViews(const std::vector<PosedLineObservation>& observations,
                                  const StereoGeometry& geometry) {
   std::vector<SegmentView> views;
   for (const PosedLineObservation& observation : observations) {
     const StereoLineMeasurement& m = observation.measurement;
-    views.push_back(SegmentViewOf(m.left, 0, geometry, observation.T_world_imu));
-    if (m.right) views.push_back(SegmentViewOf(*m.right, 1, geometry, observation.T_world_imu));
+    views.push_back(MakeSegmentView(m.left, 0, geometry, observation.T_world_imu));
+    if (m.right) views.push_back(MakeSegmentView(*m.right, 1, geometry, observation.T_world_imu));
   }
   return views;
 }
@@ -201,7 +201,7 @@ double RelativeSigma(const GeneralLineBlock& block, const PointAndDirection& lin
 std::optional<StructuralLineFit> TriangulateStructuralLine(
     const std::vector<PosedLineObservation>& observations, const StructuralLine& line,
     double heading_rad, const StereoGeometry& geometry, const LineTriangulationOptions& options) {
-  const std::vector<SegmentView> views = ViewsOf(observations, geometry);
+  const std::vector<SegmentView> views = CollectViews(observations, geometry);
   const std::optional<Vector2d> crossing = MeetAxisPlanes(views, line, heading_rad);
   if (!crossing) return std::nullopt;
   StructuralLineFit fit{{std::atan2(crossing->y(), crossing->x()), 1 / crossing->norm()}, {}};
@@ -228,7 +228,7 @@ std::optional<StructuralLineFit> TriangulateStructuralLine(
 std::optional<GeneralLineFit> TriangulateGeneralLine(
     const std::vector<PosedLineObservation>& observations, const Vector3d& anchor_world,
     const StereoGeometry& geometry, const LineTriangulationOptions& options) {
-  const std::vector<SegmentView> views = ViewsOf(observations, geometry);
+  const std::vector<SegmentView> views = CollectViews(observations, geometry);
   const std::optional<PointAndDirection> start = MeetPlanes(views, anchor_world);
   if (!start || !IsWithin((start->point_world - anchor_world).norm(), options)) return std::nullopt;
   GeneralLineFit fit{
@@ -258,7 +258,7 @@ std::optional<GeneralLineFit> TriangulateGeneralLine(
 std::optional<std::pair<double, double>> ExtentAlong(const PointAndDirection& line,
                                                      const LineSegment& segment,
                                                      const RigidTransform& T_world_camera) {
-  const SegmentView view = SegmentViewOf(segment, 0, StereoGeometry(), T_world_camera);
+  const SegmentView view = MakeSegmentView(segment, 0, StereoGeometry(), T_world_camera);
   const std::optional<double> start = MeetRay(line, view.centre, view.start);
   const std::optional<double> end = MeetRay(line, view.centre, view.end);
   if (!start || !end) return std::nullopt;

@@ -24,12 +24,12 @@ struct FramePair {
   Vector3d travel = Vector3d::Zero();  // direction, in the first frame's axes
 };
 
-Vector3d RayOf(const StereoMeasurement& measurement, const StereoGeometry& geometry) {
+Vector3d ComputeRay(const StereoMeasurement& measurement, const StereoGeometry& geometry) {
   return (geometry.R_imu_camera[0] * geometry.OnTruePlane(0, measurement.left).homogeneous())
       .normalized();
 }
 
-std::vector<FramePair> PairsOf(const std::vector<std::unique_ptr<FrameState>>& frames,
+std::vector<FramePair> SelectPairs(const std::vector<std::unique_ptr<FrameState>>& frames,
                                const StereoGeometry& geometry, const ImuNoise& noise,
                                double apart_s) {
   std::vector<FramePair> pairs;
@@ -44,8 +44,8 @@ std::vector<FramePair> PairsOf(const std::vector<std::unique_ptr<FrameState>>& f
     for (const auto& [id, measurement] : frames[i]->measurements) {
       const auto later = frames[j]->measurements.find(id);
       if (later == frames[j]->measurements.end()) continue;
-      pair.first.push_back(RayOf(measurement, geometry));
-      pair.second.push_back(RayOf(later->second, geometry));
+      pair.first.push_back(ComputeRay(measurement, geometry));
+      pair.second.push_back(ComputeRay(later->second, geometry));
     }
     if (pair.first.size() >= kMinPairPoints) pairs.push_back(std::move(pair));
   }
@@ -104,7 +104,7 @@ void AddPair(const Vector3d& bias, FramePair* pair, BiasNormal* out) {
 std::optional<Vector3d> GyroBiasFromImages(const std::vector<std::unique_ptr<FrameState>>& frames,
                                            const StereoGeometry& geometry, const ImuNoise& noise,
                                            double apart_s) {
-  std::vector<FramePair> pairs = PairsOf(frames, geometry, noise, apart_s);
+  std::vector<FramePair> pairs = SelectPairs(frames, geometry, noise, apart_s);
   if (pairs.empty()) return std::nullopt;
   Vector3d bias = Vector3d::Zero();
   for (int i = 0; i < kBiasIterations; ++i) {
@@ -200,7 +200,7 @@ struct Normal {
   Vector6d bx = Vector6d::Zero();
 };
 
-Normal NormalOf(const ObservationsOfPoint& observations, const std::vector<double>& weights) {
+Normal ComputeNormal(const ObservationsOfPoint& observations, const std::vector<double>& weights) {
   Normal n;
   for (size_t k = 0; k < observations.size(); ++k) {
     const Observation& s = observations[k];
@@ -284,7 +284,7 @@ std::optional<LinearAlignment> AlignLinearly(const std::vector<std::unique_ptr<F
     Vector6d b = Vector6d::Zero();
     std::vector<Normal> normals;
     for (size_t j = 0; j < points.size(); ++j) {
-      normals.push_back(NormalOf(points[j], weights[j]));
+      normals.push_back(ComputeNormal(points[j], weights[j]));
       const Normal& n = normals.back();
       const Eigen::Matrix<double, 6, 3> gain = n.pp.ldlt().solve(n.px).transpose();
       h += n.xx - gain * n.px;

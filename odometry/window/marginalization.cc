@@ -221,7 +221,7 @@ MatrixXd ProjectOut(const MatrixXd& gone, const MatrixXd& others) {
   return turned.bottomRows(others.rows() - qr.rank());
 }
 
-double* LandmarkOf(const Term& term) {
+double* GetLandmark(const Term& term) {
   const int last = term.factor->blocks() - 1;
   return term.factor->kind(last).is_point ? term.blocks[last] : nullptr;
 }
@@ -232,7 +232,7 @@ std::vector<std::vector<const Term*>> GroupByLandmark(const std::vector<Term>& t
   std::vector<std::vector<const Term*>> groups(1);
   std::map<double*, size_t> group_of;
   for (const Term& term : terms) {
-    double* landmark = LandmarkOf(term);
+    double* landmark = GetLandmark(term);
     size_t group = 0;
     if (landmark) {
       group = group_of.try_emplace(landmark, groups.size()).first->second;

@@ -18,7 +18,7 @@ struct View {
   Vector2d measured;
 };
 
-std::vector<View> ViewsOf(const PointLandmark& landmark, const StereoGeometry& geometry) {
+std::vector<View> CollectViews(const PointLandmark& landmark, const StereoGeometry& geometry) {
   std::vector<View> views;
   const RigidTransform T_world_host = landmark.host()->T_world_imu() * geometry.T_imu_camera[0];
   const Vector2d left = landmark.host()->measurements.at(landmark.id).left;
@@ -82,7 +82,7 @@ Fit FitStep(const std::vector<View>& views, double inverse_depth) {
 std::optional<double> TriangulateInverseDepth(const PointLandmark& landmark,
                                               const StereoGeometry& geometry,
                                               const PointTriangulationOptions& options) {
-  const std::vector<View> views = ViewsOf(landmark, geometry);
+  const std::vector<View> views = CollectViews(landmark, geometry);
   if (views.empty()) return std::nullopt;
   double parallax_rad = 0;
   double inverse_depth = LinearInverseDepth(views, &parallax_rad);
@@ -191,7 +191,7 @@ double ReprojectionRms(const CostModel& model, const WindowState& window) {
   for (const auto& [id, landmark] : window.landmarks) {
     if (!landmark.triangulated) continue;
     for (const FixedTerm& term : FixedPointTerms(landmark, model)) {
-      sum += ResidualOf(term).squaredNorm();
+      sum += ComputeResidual(term).squaredNorm();
       rows += term.factor->rows();
     }
   }

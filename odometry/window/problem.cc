@@ -178,7 +178,7 @@ void AddLineTerms(Of<Number, LineLandmark>& line, Of<Number, WindowState>& windo
 }
 
 template <typename Number>
-void AddCalibrationTies(const CostModel& model, std::vector<BasicTerm<Number>>* terms) {
+void AddNominalPrior(const CostModel& model, std::vector<BasicTerm<Number>>* terms) {
   const auto add = [&](const BlockKind& kind, int row, auto& block) {
     const Eigen::VectorXd weights = model.calibration_ties.segment(row, kind.size);
     if (weights.isZero(0)) return;
@@ -193,7 +193,7 @@ void AddCalibrationTies(const CostModel& model, std::vector<BasicTerm<Number>>* 
 template <typename Number>
 std::vector<BasicTerm<Number>> AllTerms(Of<Number, WindowState>& window, const CostModel& model) {
   std::vector<BasicTerm<Number>> terms;
-  AddCalibrationTies(model, &terms);
+  AddNominalPrior(model, &terms);
   AddFrameTerms(window, model, &terms);
   for (auto& [id, landmark] : window.landmarks) {
     if (!landmark.triangulated) continue;

@@ -93,8 +93,8 @@ FinishedIds SlidingWindow::Start(std::vector<std::unique_ptr<FrameState>> frames
   SetFirstPrior();
   TriangulatePoints(first_triangulation_, model_.Corrected(model_.geometry), &state_);
   Optimize(5 * options_.max_iterations);
-  if (calibration_prior_.DisbelieveRows(calibration())) {
-    calibration_ties_ = CalibrationTies(calibration_prior_.options(), calibration_prior_.belief());
+  if (calibration_prior_.RejectRows(calibration())) {
+    calibration_ties_ = NominalPrior(calibration_prior_.options(), calibration_prior_.belief());
     model_.calibration_ties = calibration_ties_.weights();
     SetFirstPrior();
     Optimize(5 * options_.max_iterations);
@@ -116,7 +116,7 @@ FinishedIds SlidingWindow::RejectOutliers() {
 std::unordered_set<int64_t> SlidingWindow::RejectPoints() {
   std::unordered_set<int64_t> outliers =
       RejectPointOutliers(options_.max_point_chi2, model_, &state_, &fit_.points);
-  structure_.ForgetPoints(outliers, &state_);
+  structure_.RemovePoints(outliers, &state_);
   return outliers;
 }
 
@@ -149,7 +149,7 @@ void SlidingWindow::Predict(FrameState* frame) const {
   const FrameState& last = newest();
   const Preintegration& imu = *frame->from_previous;
   const auto motion = imu.CorrectedFor(last.gyro_bias(), last.accel_bias(),
-                                       ErrorsOf(model_.calibration->imu.data()));
+                                       GetErrors(model_.calibration->imu.data()));
   const double t = imu.duration_s();
   const Vector3d gravity(0, 0, -kGravity_m_s2);
   const double* calibration = model_.calibration->imu.data();
@@ -242,7 +242,7 @@ std::unordered_set<int64_t> SlidingWindow::ExtendStandstill(const std::vector<Im
 }
 
 void SlidingWindow::RepropagateMoved() {
-  const ImuErrors errors = ErrorsOf(model_.calibration->imu.data());
+  const ImuErrors errors = GetErrors(model_.calibration->imu.data());
   for (size_t i = 1; i < state_.frames.size(); ++i) {
     const FrameState& from = *state_.frames[i - 1];
     Preintegration& imu = *state_.frames[i]->from_previous;
@@ -274,7 +274,7 @@ void SlidingWindow::ReleaseFromOldest(const WindowCovariance& covariance, PointL
     if (landmark->triangulated) {
       if (landmark->frames.size() > 1) {
         AddPointTerms(landmark, model_, terms);
-        for (LineLandmark* line : LinesOf(*landmark, &state_)) {
+        for (LineLandmark* line : CollectLines(*landmark, &state_)) {
           AddPointOnLineTerm(landmark, line, model_, terms);
         }
       }
@@ -287,7 +287,7 @@ void SlidingWindow::ReleaseFromOldest(const WindowCovariance& covariance, PointL
     std::erase(landmark->frames, oldest);
   } else if (!Rehost(model_.geometry, landmark)) {
     finished->insert(landmark->id);
-    structure_.ForgetPoints({landmark->id}, &state_);
+    structure_.RemovePoints({landmark->id}, &state_);
   }
 }
 
@@ -307,17 +307,17 @@ void SlidingWindow::MarginalizeOldest(FinishedIds* finished) {
   }
   left_keyframes_.push_back(DescribeFrame(*oldest));
   const auto gone = structure_.ReleaseOldest(model_, covariance, &state_, &terms, &dropped);
-  AdoptPrior(Marginalize(terms, state_.prior, dropped));
+  SetPrior(Marginalize(terms, state_.prior, dropped));
   for (const int64_t id : finished_points) state_.landmarks.erase(id);
   for (const int64_t id : gone) state_.lines.erase(id);
-  ForgetShared(&state_);
+  RemoveShared(&state_);
   finished->points.insert(finished_points.begin(), finished_points.end());
   finished->lines.insert(gone.begin(), gone.end());
   state_.frames.pop_front();
   state_.frames.front()->from_previous.reset();
 }
 
-void SlidingWindow::AdoptPrior(Prior prior) {
+void SlidingWindow::SetPrior(Prior prior) {
   state_.prior = std::move(prior);
   for (size_t k = 0; k < state_.prior.blocks.size(); ++k) {
     const std::vector<double>& x = state_.prior.x_lin[k];
@@ -414,7 +414,7 @@ void SlidingWindow::Clear() {
   known_calibration_.reset();
   structure_.Reset();
   calibration_prior_.Reset(model_.calibration.get());
-  calibration_ties_ = CalibrationTies(calibration_prior_.options(), calibration_prior_.belief());
+  calibration_ties_ = NominalPrior(calibration_prior_.options(), calibration_prior_.belief());
   model_.calibration_ties = calibration_ties_.weights();
 }
 
@@ -452,7 +452,7 @@ void SlidingWindow::CutAgain(const ImuBuffer& imu, int64_t offset_ns) {
   for (size_t i = 1; i < state_.frames.size(); ++i) {
     FrameState& frame = *state_.frames[i];
     const bool moves = frame.cut.offset_ns != offset_ns && CanCutAgain(i, imu, offset_ns);
-    if (moves) frame.cut = CutOf(imu, frame.stamp_ns, offset_ns);
+    if (moves) frame.cut = MakeCut(imu, frame.stamp_ns, offset_ns);
     if (moves || moved) {
       frame.from_previous->Replace(
           imu.Between(state_.frames[i - 1]->cut_stamp_ns(), frame.cut_stamp_ns()));

@@ -112,7 +112,7 @@ class SlidingWindow {
   void MarginalizeOldest(FinishedIds* finished);
   void ReleaseFromOldest(const WindowCovariance& covariance, PointLandmark* landmark,
                          std::vector<Term>* terms, std::unordered_set<int64_t>* finished);
-  void AdoptPrior(Prior prior);
+  void SetPrior(Prior prior);
   bool CanCutAgain(size_t frame, const ImuBuffer& imu, int64_t offset_ns) const;
   // Nothing before the first optimisation.
   std::optional<CalibrationBelief> CalibrationKnown(const WindowCovariance& covariance) const;
@@ -126,7 +126,7 @@ class SlidingWindow {
   CostModel model_;
   Structure structure_;
   CalibrationPrior calibration_prior_;
-  CalibrationTies calibration_ties_;
+  NominalPrior calibration_ties_;
   std::optional<CalibrationBelief> known_calibration_;  // when the oldest keyframe left
   WindowState state_;
   StateInformation information_;

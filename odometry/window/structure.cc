@@ -17,7 +17,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-LineKinds KindsOf(const EstimatorOptions& options) {
+LineKinds CollectKinds(const EstimatorOptions& options) {
   return {UsesStructure(options.method), options.method == Method::kPointsLines};
 }
 
@@ -75,7 +75,7 @@ Structure::Structure(const EstimatorOptions& options, const Rig& rectified_rig)
     : options_(options.line_landmarks),
       manhattan_options_(options.manhattan),
       slope_options_(options.slopes),
-      kinds_(KindsOf(options)),
+      kinds_(CollectKinds(options)),
       points_on_lines_options_(options.points_on_lines),
       points_on_lines_(options.method == Method::kSlc),
       rig_(rectified_rig),
@@ -94,10 +94,10 @@ void Structure::Update(const CostModel& model, FrameState* newest, WindowState* 
   EstimateLines(options_, KindsNow(), classifier_, memberships_, deviations_, model, window);
   if (kinds_.structural && slope_options_.enabled) FindSlopes(*newest, model, window);
   if (points_on_lines_) {
-    const auto misplaced = AdoptMembers(options_, model, &memberships_, window);
+    const auto misplaced = UpdateMembers(options_, model, &memberships_, window);
     misplaced_ = RetireMisplaced(options_, misplaced, model, window);
   }
-  TieLines(deviations_, window);
+  AddDirectionPriors(deviations_, window);
 }
 
 LineKinds Structure::KindsNow() const {
@@ -152,13 +152,13 @@ void Structure::FindHeadings(const FrameState& newest, const CostModel& model,
 
 void Structure::FindSlopes(const FrameState& newest, const CostModel& model, WindowState* window) {
   std::vector<Vector3d> axes_world;
-  for (const StructuralDirection& axis : StructuralDirections(HeadingsOf(*window))) {
+  for (const StructuralDirection& axis : StructuralDirections(CollectHeadings(*window))) {
     axes_world.push_back(axis.d_world);
   }
   const std::vector<FittedLine> fits = FitFreeLines(options_, newest, model, *window);
   const std::vector<FreeLine> others =
       FollowSlopes(slope_options_, axes_world, fits, deviations_, window);
-  const auto found = slope_detector_.AddKeyframe(others, axes_world, SlopesOf(*window));
+  const auto found = slope_detector_.AddKeyframe(others, axes_world, CollectSlopes(*window));
   if (!found) return;
   SlopeState& slope = window->slopes.emplace_back();
   slope.index = static_cast<int>(window->slopes.size()) - 1;
@@ -188,8 +188,8 @@ std::unordered_set<int64_t> Structure::Judge(const CostModel& model, const Frame
   for (const int64_t id : gone) {
     if (HeadingState* heading = window->lines.at(id).heading) ++heading->lines_given_up;
   }
-  gone.merge(WithdrawHeadings(manhattan_options_, window));
-  gone.merge(WithdrawSlopes(slope_options_, window));
+  gone.merge(RejectHeadings(manhattan_options_, window));
+  gone.merge(RejectSlopes(slope_options_, window));
   gone.merge(std::exchange(misplaced_, {}));
   ExtendLines(newest, model, window);
   for (const int64_t id : gone) memberships_.ReleaseLine(id);
@@ -208,7 +208,7 @@ std::unordered_set<int64_t> Structure::Judge(const CostModel& model, const Frame
 
 // Lines that are retired, that no frame of the window sees and that were never estimated, and of
 // the other unseen ones those that were seen longest ago.
-std::unordered_set<int64_t> Structure::LinesToForget(const WindowState& window) const {
+std::unordered_set<int64_t> Structure::LinesToRemove(const WindowState& window) const {
   std::unordered_set<int64_t> forgotten;
   std::vector<std::pair<int64_t, int64_t>> unseen;  // last frame that saw it, id
   for (const auto& [id, line] : window.lines) {
@@ -232,14 +232,14 @@ std::unordered_set<int64_t> Structure::ReleaseOldest(const CostModel& model,
     if (line.frames.empty() || line.frames.front() != oldest) continue;
     if (line.estimated) AddLineTerm(&line, oldest, model, terms);
     if (line.estimated && line.frames.size() == 1) {
-      const auto covariance_m2 = CovarianceAcross(line, MiddleOf(line), *oldest, covariance);
+      const auto covariance_m2 = CovarianceAcross(line, ComputeMiddle(line), *oldest, covariance);
       covariance_as_left_m2_.erase(id);
       if (covariance_m2) covariance_as_left_m2_[id] = *covariance_m2;
     }
     line.frames.erase(line.frames.begin());
     line.released_frames.push_back(oldest->id);
   }
-  const std::unordered_set<int64_t> gone = LinesToForget(*window);
+  const std::unordered_set<int64_t> gone = LinesToRemove(*window);
   for (auto& [id, line] : window->lines) {
     if (!gone.contains(id)) continue;
     if (line.estimated) {
@@ -272,7 +272,7 @@ Line Structure::DescribeLine(const LineLandmark& line, const WindowState& window
     return out;
   }
   const FrameState& from = line.frames.empty() ? *window.frames.front() : *line.frames.back();
-  const auto covariance_m2 = CovarianceAcross(line, MiddleOf(line), from, covariance);
+  const auto covariance_m2 = CovarianceAcross(line, ComputeMiddle(line), from, covariance);
   const bool known = covariance_m2 && covariance_m2->allFinite();
   out.covariance_m2 =
       known ? *covariance_m2 : Eigen::Matrix3d(kUnknown_m2 * Eigen::Matrix3d::Identity());

@@ -31,8 +31,8 @@ class Structure {
                                     WindowState* window);
 
   // Points that turned out to be no landmarks.
-  void ForgetPoints(const std::unordered_set<int64_t>& ids, WindowState* window) {
-    ForgetMembers(ids, &memberships_, window);
+  void RemovePoints(const std::unordered_set<int64_t>& ids, WindowState* window) {
+    RemoveMembers(ids, &memberships_, window);
   }
 
   // Before the oldest frame is marginalised: adds what it says of lines to the terms, and the
@@ -67,7 +67,7 @@ class Structure {
   void FindPointsOnLines(const FrameState& newest);
   void LearnDeviation(const WindowState& window, const WindowCovariance& covariance,
                       const std::unordered_set<int64_t>& gone);
-  std::unordered_set<int64_t> LinesToForget(const WindowState& window) const;
+  std::unordered_set<int64_t> LinesToRemove(const WindowState& window) const;
 
   LineLandmarkOptions options_;
   ManhattanOptions manhattan_options_;

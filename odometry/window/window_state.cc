@@ -9,12 +9,12 @@
 
 namespace slcmap {
 
-ImuCut CutOf(const ImuBuffer& imu, int64_t stamp_ns, int64_t offset_ns) {
+ImuCut MakeCut(const ImuBuffer& imu, int64_t stamp_ns, int64_t offset_ns) {
   constexpr int64_t kAveraged_ns = 20'000'000;
   return {offset_ns, imu.MeanRate(stamp_ns + offset_ns, kAveraged_ns)};
 }
 
-std::vector<LineLandmark*> LinesOf(const PointLandmark& landmark, WindowState* window) {
+std::vector<LineLandmark*> CollectLines(const PointLandmark& landmark, WindowState* window) {
   std::vector<LineLandmark*> lines;
   for (auto& [id, line] : window->lines) {
     if (!line.estimated || line.retired || !line.IsStructural()) continue;
@@ -56,7 +56,7 @@ Matrix32d LineLandmark::AcrossAxisInWorld() const {
   return slope ? AxesAcrossSlope(slope->angles_rad.data()) : AxesAcross(axis, heading_rad());
 }
 
-std::vector<std::optional<double>> HeadingsOf(const WindowState& window) {
+std::vector<std::optional<double>> CollectHeadings(const WindowState& window) {
   std::vector<std::optional<double>> headings;
   for (const HeadingState& heading : window.headings) {
     headings.push_back(heading.withdrawn ? std::nullopt : std::optional(heading.heading_rad[0]));

@@ -169,7 +169,7 @@ struct LineLandmark {
 
 // A cut so much after a stamp. The gyroscope's rate is averaged before it: what its noise alone
 // says must not look as if the motion told the time offset.
-ImuCut CutOf(const ImuBuffer& imu, int64_t stamp_ns, int64_t offset_ns);
+ImuCut MakeCut(const ImuBuffer& imu, int64_t stamp_ns, int64_t offset_ns);
 
 struct WindowState {
   std::deque<std::unique_ptr<FrameState>> frames;  // oldest first
@@ -182,10 +182,10 @@ struct WindowState {
 };
 
 // The headings of all worlds, radians, by world; none of those that were withdrawn.
-std::vector<std::optional<double>> HeadingsOf(const WindowState& window);
+std::vector<std::optional<double>> CollectHeadings(const WindowState& window);
 
 // The estimated structural lines that a landmark belongs to.
-std::vector<LineLandmark*> LinesOf(const PointLandmark& landmark, WindowState* window);
+std::vector<LineLandmark*> CollectLines(const PointLandmark& landmark, WindowState* window);
 
 // The position of a triangulated landmark.
 Eigen::Vector3d LandmarkInWorld(const PointLandmark& landmark, const StereoGeometry& geometry);

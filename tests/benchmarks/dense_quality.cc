@@ -100,7 +100,7 @@ struct Opened {
   std::string folder, output;
 
   const Rig& rig() const { return recorded.images->rig(); }
-  RigidTransform CameraOf(std::size_t view) const {
+  RigidTransform GetCamera(std::size_t view) const {
     return WorldFromCamera(recorded.views[view], rig());
   }
 };
@@ -127,7 +127,7 @@ void MeasurePairs(const Opened& sequence, const DenseOptions& options) {
     const std::size_t i = selected[k];
     const StereoImage pair = sequence.recorded.images->Read(i);
     DepthGrid grid = StereoDepth(pair, sequence.recorded.images->mask(0), sequence.rig(), options);
-    matched.Add(grid, sequence.CameraOf(i), sequence.surfaces);
+    matched.Add(grid, sequence.GetCamera(i), sequence.surfaces);
     if (!sequence.output.empty()) {
       WriteDepthImage(fmt::format("{}/matched_{:04}.png", sequence.output, i), grid);
       cv::imwrite(fmt::format("{}/left_{:04}.png", sequence.output, i), pair.left);
@@ -135,7 +135,7 @@ void MeasurePairs(const Opened& sequence, const DenseOptions& options) {
     const DepthPyramid left(pair.left), right(pair.right);
     RefineDepth(left, {{&right, T_right_left, options.pair_sigma_px}}, sequence.rig().cameras[0],
                 options, &grid);
-    refined.Add(grid, sequence.CameraOf(i), sequence.surfaces);
+    refined.Add(grid, sequence.GetCamera(i), sequence.surfaces);
   }
   matched.Print("matched");
   refined.Print("refined");
@@ -153,9 +153,9 @@ void MeasureMap(const Opened& sequence, const DenseOptions& options) {
       sequence.recorded.views, *sequence.recorded.images, options, {},
       [&](std::size_t i, const DepthGrid& depth) {
         const double sink_s = Cpu_s();
-        occupancy.Add(sequence.CameraOf(i), sequence.rig().cameras[0], depth);
+        occupancy.Add(sequence.GetCamera(i), sequence.rig().cameras[0], depth);
         carving_s += Cpu_s() - sink_s;
-        confirmed.Add(depth, sequence.CameraOf(i), sequence.surfaces);
+        confirmed.Add(depth, sequence.GetCamera(i), sequence.surfaces);
         if (!sequence.output.empty() && i % 10 == 0) {
           WriteDepthImage(fmt::format("{}/confirmed_{:04}.png", sequence.output, i), depth);
         }

@@ -61,7 +61,7 @@ std::vector<MapLine> WithExtent(std::vector<MapLine> lines) {
   return lines;
 }
 
-std::vector<PlySegment> SegmentsOf(const std::vector<MapLine>& lines) {
+std::vector<PlySegment> CollectSegments(const std::vector<MapLine>& lines) {
   std::vector<PlySegment> segments;
   for (const MapLine& line : lines) segments.push_back({line.start_world, line.end_world});
   return segments;
@@ -117,7 +117,7 @@ void Measure(const std::string& map, const std::string& sequence, const std::str
           .alignment;
   const auto lines = WithExtent(Aligned(alignment, ReadMapLines(map + "/lines.ply")));
   const auto marks = WithExtent(Aligned(alignment, ReadMapLines(map + "/marks.ply")));
-  const SegmentIndex line_index(SegmentsOf(lines)), mark_index(SegmentsOf(marks));
+  const SegmentIndex line_index(CollectSegments(lines)), mark_index(CollectSegments(marks));
   Warnings warnings;
   const Rig rig = ReadCalibration(truth + "rig.yaml", &warnings).rig;
   const TriangleTree surfaces(ReadSurfaces(truth + "surfaces.ply"));

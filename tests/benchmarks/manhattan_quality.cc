@@ -30,7 +30,7 @@ namespace {
 
 constexpr int kEvery = 5;
 
-Eigen::Vector3d DirectionOf(const EdgeRow& edge) {
+Eigen::Vector3d GetDirection(const EdgeRow& edge) {
   return (edge.whole.end_world - edge.whole.start_world).normalized();
 }
 
@@ -54,7 +54,7 @@ class Benchmark {
         detector_(ManhattanOptions(), LineClassifierOptions().end_sigma_px, camera_.fx_px),
         classifier_(LineClassifierOptions(), camera_.fx_px) {
     for (const EdgeRow& edge : edges_) {
-      if (edge.axis == 0 || edge.axis == 1) AddTrueHeading(DirectionOf(edge));
+      if (edge.axis == 0 || edge.axis == 1) AddTrueHeading(GetDirection(edge));
     }
   }
 
@@ -151,7 +151,7 @@ class Benchmark {
     std::vector<std::pair<LineSegment, Eigen::Vector3d>> images;
     for (const EdgeRow& edge : edges_) {
       const auto image = Image(edge, T_camera_world);
-      if (image) images.emplace_back(*image, DirectionOf(edge));
+      if (image) images.emplace_back(*image, GetDirection(edge));
     }
     const auto& known_rad = detector_.known_headings_rad();
     const std::vector<std::optional<double>> headings_rad(known_rad.begin(), known_rad.end());

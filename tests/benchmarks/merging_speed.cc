@@ -43,7 +43,7 @@ class Building {
     edge.line.point_world = {Grid(side_m_), Grid(side_m_), Grid(kStorey_m)};
     edge.line.direction_world = Eigen::Vector3d::Unit(edge.axis);
     edge.intervals = {{0, length_m(random_)}};
-    edge.fit.across = AcrossOf(edge.line.direction_world);
+    edge.fit.across = ComputeAcross(edge.line.direction_world);
     edge.fit.covariance =
         Eigen::Vector4d(kSigma_m * kSigma_m, kSigma_m * kSigma_m, 1e-8, 1e-8).asDiagonal();
     edge.fit.views = 5;

@@ -10,14 +10,14 @@ using ::testing::HasSubstr;
 
 Camera Read(const CameraWords& words) {
   CameraFault fault;
-  const auto camera = CameraOf(words, &fault);
+  const auto camera = GetCamera(words, &fault);
   EXPECT_TRUE(camera.has_value()) << fault.key << ": " << fault.found << ", " << fault.expected;
   return camera.value_or(Camera());
 }
 
 CameraFault FaultOf(const CameraWords& words) {
   CameraFault fault;
-  EXPECT_FALSE(CameraOf(words, &fault).has_value());
+  EXPECT_FALSE(GetCamera(words, &fault).has_value());
   return fault;
 }
 
@@ -106,10 +106,10 @@ TEST(CameraWords, NamesOfDistortionsReadBack) {
        {Distortion::kNone, Distortion::kRadialTangential, Distortion::kEquidistant,
         Distortion::kOmni, Distortion::kExtendedUnified, Distortion::kDoubleSphere,
         Distortion::kFieldOfView}) {
-    EXPECT_EQ(DistortionOf(NameOf(distortion)), distortion);
+    EXPECT_EQ(FindDistortion(GetName(distortion)), distortion);
   }
-  EXPECT_STREQ(NameOf(Distortion::kRadialTangential), "radial-tangential");  // as runs have it
-  EXPECT_FALSE(DistortionOf("barrel"));
+  EXPECT_STREQ(GetName(Distortion::kRadialTangential), "radial-tangential");  // as runs have it
+  EXPECT_FALSE(FindDistortion("barrel"));
 }
 
 }  // namespace

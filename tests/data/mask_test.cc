@@ -81,8 +81,8 @@ TEST(Mask, RunsAndBack) {
   mask(cv::Rect(0, 0, 3, 2)) = 0;
   mask.row(19) = 0;
   const Camera camera = OneCamera().cameras[0];
-  EXPECT_EQ(cv::norm(MaskOfRuns(RunsOf(mask), camera, "run"), mask, cv::NORM_INF), 0);
-  EXPECT_TRUE(MaskOfRuns(RunsOf(cv::Mat()), camera, "run").empty());
+  EXPECT_EQ(cv::norm(MaskOfRuns(CollectRuns(mask), camera, "run"), mask, cv::NORM_INF), 0);
+  EXPECT_TRUE(MaskOfRuns(CollectRuns(cv::Mat()), camera, "run").empty());
   EXPECT_THAT(
       [&] {
         MaskOfRuns({0, 799}, camera, "run");

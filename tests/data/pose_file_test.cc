@@ -20,7 +20,7 @@ constexpr char kRest[] = " 1 2 3 0.1 0.2 0.3 0.9273618";
 Trajectory Read(const std::string& text, const PoseForm& form = {}, const Clock& clock = {},
                 bool is_of_images = true) {
   const TempFolder folder;
-  return PosesOf(ReadPoseTable(folder.Write("poses.txt", text), form, clock, is_of_images), form,
+  return CollectPoses(ReadPoseTable(folder.Write("poses.txt", text), form, clock, is_of_images), form,
                  RigidTransform());
 }
 
@@ -212,8 +212,8 @@ TEST(PoseFile, TheFormIsAppliedToWhatIsRead) {
   EXPECT_EQ(down[0].stamp_ns, 500'000'000);
   const RigidTransform T = Read(text, {.of = "world-in-imu", .quaternion = "wxyz"})[0].T_world_imu;
   EXPECT_LT((T.Inverse().translation - Eigen::Vector3d(1, 2, 3)).norm(), 1e-9);
-  EXPECT_EQ(OptionsOf({.of = "camera", .up = "-y"}), "--poses-of camera --up=-y");
-  EXPECT_EQ(OptionsOf({.offset_s = 1403636580.838}), "--poses-offset=1403636580.838");
+  EXPECT_EQ(FormatOptions({.of = "camera", .up = "-y"}), "--poses-of camera --up=-y");
+  EXPECT_EQ(FormatOptions({.offset_s = 1403636580.838}), "--poses-offset=1403636580.838");
   EXPECT_THROW(PoseForm({.up = "up"}).Check(), ConfigError);
   EXPECT_THROW(PoseForm({.of = "lidar"}).Check(), ConfigError);
 }

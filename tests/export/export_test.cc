@@ -92,7 +92,7 @@ class ExportTest : public ::testing::Test {
 };
 
 // The number of values that the mesh of that name is drawn from.
-std::size_t CountOf(const tinygltf::Model& model, const std::string& name) {
+std::size_t CountMatching(const tinygltf::Model& model, const std::string& name) {
   for (const tinygltf::Mesh& mesh : model.meshes) {
     if (mesh.name != name) continue;
     const tinygltf::Primitive& primitive = mesh.primitives[0];
@@ -190,12 +190,12 @@ TEST_F(ExportTest, GltfHoldsTheLayers) {
   const MapResult map = MakeMap();
   ExportMap(map, folder_, {});
   const tinygltf::Model model = ReadGltf();
-  EXPECT_EQ(CountOf(model, "points"), map.points.size());
-  EXPECT_EQ(CountOf(model, "lines/along x"), 2u);
-  EXPECT_EQ(CountOf(model, "trajectory"), 2u * 50);
-  EXPECT_EQ(CountOf(model, "keyframes"), 2u * 6 * 8);
-  EXPECT_EQ(CountOf(model, "voxels"), 0u);
-  EXPECT_EQ(CountOf(model, "line_bars"), 0u);
+  EXPECT_EQ(CountMatching(model, "points"), map.points.size());
+  EXPECT_EQ(CountMatching(model, "lines/along x"), 2u);
+  EXPECT_EQ(CountMatching(model, "trajectory"), 2u * 50);
+  EXPECT_EQ(CountMatching(model, "keyframes"), 2u * 6 * 8);
+  EXPECT_EQ(CountMatching(model, "voxels"), 0u);
+  EXPECT_EQ(CountMatching(model, "line_bars"), 0u);
   EXPECT_THAT(model.extensionsUsed, UnorderedElementsAre("KHR_materials_unlit"));
   EXPECT_EQ(model.nodes[0].children.size(), 4u);
 }
@@ -205,7 +205,7 @@ TEST_F(ExportTest, GltfHoldsVoxelsOnRequest) {
   ExportOptions options;
   options.gltf.voxels = true;
   ExportMap(map, folder_, options);
-  EXPECT_EQ(CountOf(ReadGltf(), "voxels"), 3 * MakeScene(map, {}).meshes[0].triangles.size());
+  EXPECT_EQ(CountMatching(ReadGltf(), "voxels"), 3 * MakeScene(map, {}).meshes[0].triangles.size());
 }
 
 TEST_F(ExportTest, GltfTurnsUpToY) {

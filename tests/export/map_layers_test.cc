@@ -19,7 +19,7 @@ MapLine LineAt(double height_m, LineAxis axis, LineKind kind) {
   return line;
 }
 
-std::vector<std::string> NamesOf(const std::vector<LinesOfLayer>& layers) {
+std::vector<std::string> ListNames(const std::vector<LinesOfLayer>& layers) {
   std::vector<std::string> names;
   for (const LinesOfLayer& layer : layers) names.push_back(layer.name);
   return names;
@@ -30,10 +30,10 @@ TEST(MapLayersTest, LinesAreByStoreyAxisAndKind) {
   map.lines = {LineAt(4, LineAxis::kY, LineKind::kPipe), LineAt(1, LineAxis::kX, LineKind::kEdge),
                LineAt(2, LineAxis::kX, LineKind::kEdge)};
   map.marks = {LineAt(1, LineAxis::kNone, LineKind::kUnknown)};
-  EXPECT_THAT(NamesOf(LineLayers(map)), ElementsAre("X_EDGE", "Y_PIPE", "OTHER_MARK"));
+  EXPECT_THAT(ListNames(LineLayers(map)), ElementsAre("X_EDGE", "Y_PIPE", "OTHER_MARK"));
   map.building = testing::MakeBuilding(2);
   const std::vector<LinesOfLayer> layers = LineLayers(map);
-  EXPECT_THAT(NamesOf(layers), ElementsAre("S0_X_EDGE", "S0_OTHER_MARK", "S1_Y_PIPE"));
+  EXPECT_THAT(ListNames(layers), ElementsAre("S0_X_EDGE", "S0_OTHER_MARK", "S1_Y_PIPE"));
   EXPECT_EQ(layers[0].lines.size(), 2u);
 }
 

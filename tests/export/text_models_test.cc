@@ -18,7 +18,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-std::vector<std::string> RowsOf(const std::string& path) {
+std::vector<std::string> CollectRows(const std::string& path) {
   std::vector<std::string> rows;
   std::istringstream text(ReadFile(path));
   for (std::string row; std::getline(text, row);) {
@@ -83,11 +83,11 @@ class TextModelsTest : public ::testing::Test {
 TEST_F(TextModelsTest, ColmapProjectsPointsToWhereTheRigDoes) {
   const MapResult map = MakeMapWithCameras();
   ColmapWriter().Write(temp_.Path(), map, {});
-  const std::vector<std::string> cameras = RowsOf(temp_.Path("colmap/cameras.txt"));
+  const std::vector<std::string> cameras = CollectRows(temp_.Path("colmap/cameras.txt"));
   ASSERT_EQ(cameras.size(), 2u);
   EXPECT_EQ(cameras[0],
             "1 PINHOLE 640 480 400.000000000 400.000000000 320.000000000 240.000000000");
-  const std::vector<std::string> images = RowsOf(temp_.Path("colmap/images.txt"));
+  const std::vector<std::string> images = CollectRows(temp_.Path("colmap/images.txt"));
   ASSERT_EQ(images.size(), 8u);
   for (std::size_t i = 0; i < 4; ++i) {
     EXPECT_EQ(images[2 * i + 1], "");
@@ -132,7 +132,7 @@ TEST_F(TextModelsTest, SightsOfSomethingElseAreInNoTrack) {
   const std::vector<ModelPoint> points = ModelPoints(map, ModelImages(map));
   ASSERT_EQ(points.size(), 3u);
   EXPECT_EQ(points[0].track.size(), 3u);
-  for (const ModelSight& sight : points[0].track) EXPECT_NE(sight.image, 2u);
+  for (const ModelObservation& sight : points[0].track) EXPECT_NE(sight.image, 2u);
   EXPECT_LT((points[0].p_world - Eigen::Vector3d(8, 0.53, 0)).norm(), 0.02);
   EXPECT_EQ(points[1].track.size(), 4u);
   EXPECT_TRUE(points[2].track.empty());
@@ -142,7 +142,7 @@ TEST_F(TextModelsTest, SightsOfSomethingElseAreInNoTrack) {
 
 TEST_F(TextModelsTest, ColmapsTracksAndImagesReferToEachOther) {
   ColmapWriter().Write(temp_.Path(), MakeSeenMap(), {});
-  const std::vector<std::string> images = RowsOf(temp_.Path("colmap/images.txt"));
+  const std::vector<std::string> images = CollectRows(temp_.Path("colmap/images.txt"));
   ASSERT_EQ(images.size(), 8u);
   struct Seen {
     double x, y;
@@ -156,7 +156,7 @@ TEST_F(TextModelsTest, ColmapsTracksAndImagesReferToEachOther) {
       seen[std::stoi(images[2 * i])].push_back(point);
     }
   }
-  const std::vector<std::string> points = RowsOf(temp_.Path("colmap/points3D.txt"));
+  const std::vector<std::string> points = CollectRows(temp_.Path("colmap/points3D.txt"));
   ASSERT_EQ(points.size(), 3u);
   for (std::size_t i = 0; i < 3; ++i) {
     std::istringstream row(points[i]);
@@ -182,7 +182,7 @@ TEST_F(TextModelsTest, ColmapsTracksAndImagesReferToEachOther) {
 // A map of an earlier version does not know them.
 TEST_F(TextModelsTest, PointsWithoutTracksHaveNoError) {
   ColmapWriter().Write(temp_.Path(), MakeMapWithCameras(), {});
-  EXPECT_EQ(RowsOf(temp_.Path("colmap/points3D.txt"))[0],
+  EXPECT_EQ(CollectRows(temp_.Path("colmap/points3D.txt"))[0],
             "1 4.000000 0.500000 -0.200000 128 128 128 -1");
 }
 
@@ -280,13 +280,13 @@ TEST_F(TextModelsTest, ImagesAreNamedByTheCamerasThatWereUsed) {
 
 TEST_F(TextModelsTest, LimapHoldsTheLines) {
   LimapWriter().Write(temp_.Path(), MakeMapWithCameras(), {});
-  const std::vector<std::string> tracks = RowsOf(temp_.Path("limap/alltracks.txt"));
+  const std::vector<std::string> tracks = CollectRows(temp_.Path("limap/alltracks.txt"));
   ASSERT_EQ(tracks.size(), 1 + 3 * 5u);
   EXPECT_EQ(tracks[0], "3");
   EXPECT_EQ(tracks[11], "2 0 0");
   EXPECT_EQ(tracks[13], "1.0000000000 1.0000000000 4.2345000000");
   EXPECT_EQ(tracks[14], "");
-  const std::vector<std::string> rows = RowsOf(temp_.Path("limap/lines.txt"));
+  const std::vector<std::string> rows = CollectRows(temp_.Path("limap/lines.txt"));
   ASSERT_EQ(rows.size(), 3u);
   EXPECT_EQ(rows[0],
             "1 0.0000000000 0.0000000000 -0.5000000000 8.0000000000 0.0000000000 -0.5000000000 0");
@@ -309,7 +309,7 @@ MapResult MakeSupportedMap() {
 
 TEST_F(TextModelsTest, LimapHoldsTheSupports) {
   LimapWriter().Write(temp_.Path(), MakeSupportedMap(), {});
-  const std::vector<std::string> tracks = RowsOf(temp_.Path("limap/alltracks.txt"));
+  const std::vector<std::string> tracks = CollectRows(temp_.Path("limap/alltracks.txt"));
   ASSERT_EQ(tracks.size(), 1 + 4 * 5u);
   EXPECT_EQ(tracks[1], "0 3 3");
   EXPECT_EQ(tracks[4], "1 2 4 ");  // images
@@ -318,7 +318,7 @@ TEST_F(TextModelsTest, LimapHoldsTheSupports) {
   EXPECT_EQ(tracks[9], "1 ");
   EXPECT_EQ(tracks[10], "1 ");
   EXPECT_EQ(tracks[11], "2 0 0");
-  const std::vector<std::string> rows = RowsOf(temp_.Path("limap/lines.txt"));
+  const std::vector<std::string> rows = CollectRows(temp_.Path("limap/lines.txt"));
   ASSERT_EQ(rows.size(), 4u);
   // Pixels as cameras.txt has them: the corner of the first is the origin.
   EXPECT_THAT(rows[0], ::testing::EndsWith(" 3 1 0 10.50 20.50 30.50 40.75 2 0 9.50 20.50 28.50 "
@@ -330,7 +330,7 @@ TEST_F(TextModelsTest, LimapHoldsTheSupports) {
 // What limap's tracks refer to is in COLMAP's model.
 TEST_F(TextModelsTest, ImagesThatLinesWereSeenInAreInTheModel) {
   ColmapWriter().Write(temp_.Path(), MakeSupportedMap(), {});
-  const std::vector<std::string> images = RowsOf(temp_.Path("colmap/images.txt"));
+  const std::vector<std::string> images = CollectRows(temp_.Path("colmap/images.txt"));
   ASSERT_EQ(images.size(), 12u);
   EXPECT_THAT(images[6], ::testing::StartsWith("4 "));
   EXPECT_THAT(images[6], ::testing::EndsWith(" 2 cam1/data/1403636580500000000.png"));
@@ -342,9 +342,9 @@ TEST_F(TextModelsTest, AnEmptyMapReplacesTheFoldersOfAnEarlierOne) {
   const std::string folder = temp_.Path("export");
   ExportMap(MakeMapWithCameras(), folder, options);
   EXPECT_EQ(ExportMap({}, folder, options).size(), 5u);
-  EXPECT_TRUE(RowsOf(folder + "/colmap/cameras.txt").empty());
-  EXPECT_TRUE(RowsOf(folder + "/colmap/images.txt").empty());
-  EXPECT_EQ(RowsOf(folder + "/limap/alltracks.txt").at(0), "0");
+  EXPECT_TRUE(CollectRows(folder + "/colmap/cameras.txt").empty());
+  EXPECT_TRUE(CollectRows(folder + "/colmap/images.txt").empty());
+  EXPECT_EQ(CollectRows(folder + "/limap/alltracks.txt").at(0), "0");
   options.formats = {"limap"};
   ExportMap({}, folder, options);
   EXPECT_FALSE(std::filesystem::exists(folder + "/colmap"));

@@ -74,7 +74,7 @@ void RunInput(const std::string& input) {
 std::vector<std::string> Corpus(const std::string& folder) {
   std::vector<std::string> inputs = slcmap::fuzz::Seeds();
   if (folder.empty()) return inputs;
-  for (std::string& input : slcmap::fuzz::FilesOf(folder)) inputs.push_back(std::move(input));
+  for (std::string& input : slcmap::fuzz::CollectFiles(folder)) inputs.push_back(std::move(input));
   return inputs;
 }
 

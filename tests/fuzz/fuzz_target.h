@@ -25,7 +25,7 @@ namespace slcmap::fuzz {
 std::vector<std::string> Seeds();
 
 // The files of a folder, by name.
-inline std::vector<std::string> FilesOf(const std::string& folder) {
+inline std::vector<std::string> CollectFiles(const std::string& folder) {
   std::vector<std::string> paths, files;
   for (const auto& entry : std::filesystem::directory_iterator(folder)) {
     paths.push_back(entry.path().string());

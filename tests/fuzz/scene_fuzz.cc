@@ -3,7 +3,7 @@
 #include "tests/fuzz/fuzz_target.h"
 
 std::vector<std::string> slcmap::fuzz::Seeds() {
-  return FilesOf(SLCMAP_SOURCE_DIR "/config/scenes");
+  return CollectFiles(SLCMAP_SOURCE_DIR "/config/scenes");
 }
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* bytes, size_t size) {

@@ -14,7 +14,7 @@ std::vector<std::string> slcmap::fuzz::Seeds() {
   const testing::TempFolder folder;
   WritePly(folder.Path("room.ply"),
            {{}, {vertices}, {{0, 1, 2, 3}, {4, 5, 6, 7}, {0, 1, 5, 4}, {2, 3, 7}}});
-  return FilesOf(folder.Path());
+  return CollectFiles(folder.Path());
 }
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* bytes, size_t size) {

@@ -14,7 +14,7 @@ std::vector<std::string> slcmap::fuzz::Seeds() {
   pipes[1].seen = {{0.25, 3}};
   const testing::TempFolder folder;
   WriteTruePipes(folder.Path("pipes.csv"), pipes);
-  return FilesOf(folder.Path());
+  return CollectFiles(folder.Path());
 }
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* bytes, size_t size) {

@@ -6,7 +6,7 @@
 namespace slcmap {
 namespace {
 
-DensePoint PointOf(const Eigen::Vector3d& p_world, DenseSource source) {
+DensePoint ComputePoint(const Eigen::Vector3d& p_world, DenseSource source) {
   DensePoint point;
   point.p_world = p_world;
   point.source = source;
@@ -16,8 +16,8 @@ DensePoint PointOf(const Eigen::Vector3d& p_world, DenseSource source) {
 TEST(FilledPoints, AreOccupied) {
   MapResult map;
   const Eigen::Vector3d measured(1, 1, 1.02), filled(2, 1, 1.02);
-  map.dense = {PointOf(measured, DenseSource::kStereo)};
-  AddFilledPoints({PointOf(filled, DenseSource::kFilledPlane)}, 0.05, &map);
+  map.dense = {ComputePoint(measured, DenseSource::kStereo)};
+  AddFilledPoints({ComputePoint(filled, DenseSource::kFilledPlane)}, 0.05, &map);
   EXPECT_EQ(map.dense.size(), 2u);
   EXPECT_TRUE(map.occupancy.IsOccupied(filled));
   EXPECT_FALSE(map.occupancy.IsOccupied(filled + Eigen::Vector3d(0, 0, 0.5)));

@@ -57,7 +57,7 @@ struct LargestErrors {
   double position_m = 0, rotation_rad = 0;
 };
 
-LargestErrors ErrorsOf(const OdometryRun& run) {
+LargestErrors GetErrors(const OdometryRun& run) {
   std::map<std::string, int64_t> warnings;
   LargestErrors largest;
   for (const StampedPose& pose : RefineTrajectory(run, &warnings)) {
@@ -71,12 +71,12 @@ LargestErrors ErrorsOf(const OdometryRun& run) {
 }
 
 TEST(InertialPath, OnlinePosesThatJumpAtKeyframesAreNotFollowed) {
-  const LargestErrors errors = ErrorsOf(SwingRun(6));
+  const LargestErrors errors = GetErrors(SwingRun(6));
   EXPECT_LT(errors.position_m, 3e-4);  // of 15 mm
   EXPECT_LT(errors.rotation_rad, 1e-5);
   OdometryRun without = SwingRun(6);
   without.imu.clear();
-  EXPECT_GT(ErrorsOf(without).position_m, 0.02);
+  EXPECT_GT(GetErrors(without).position_m, 0.02);
 }
 
 TEST(InertialPath, ConstantErrorsOfTheImuChangeLittleOverShortTimes) {
@@ -85,7 +85,7 @@ TEST(InertialPath, ConstantErrorsOfTheImuChangeLittleOverShortTimes) {
     state.accel_bias_m_s2 += Vector3d(0.02, -0.02, 0.02);
     state.gyro_bias_rad_s += Vector3d(0.002, 0.002, -0.002);
   }
-  const LargestErrors errors = ErrorsOf(run);
+  const LargestErrors errors = GetErrors(run);
   EXPECT_LT(errors.position_m, 7e-4);  // 0.035 m/s^2 bend 0.3 s by 0.4 mm
   EXPECT_LT(errors.rotation_rad, 1e-4);
 }
@@ -96,11 +96,11 @@ TEST(InertialPath, OverASecondOdometryTellsWhatTheForceIsOffBy) {
     state.T_world_imu = Swing::PoseAt(ToSeconds(state.stamp_ns));
     state.accel_bias_m_s2.z() += 0.05;
   }
-  EXPECT_LT(ErrorsOf(run).position_m, 4e-3);  // 9 mm otherwise
+  EXPECT_LT(GetErrors(run).position_m, 4e-3);  // 9 mm otherwise
 }
 
 // The true poses of every frame from 1 s on.
-Trajectory PathOf(double duration_s) {
+Trajectory MakePath(double duration_s) {
   Trajectory path;
   for (int64_t t = ToNanoseconds(1); ToSeconds(t) <= 1 + duration_s; t += kFrame_ns) {
     path.push_back({t, Swing::PoseAt(ToSeconds(t))});
@@ -110,7 +110,7 @@ Trajectory PathOf(double duration_s) {
 
 TEST(InertialPath, LongWaysAndMissingSamplesAreLeftToOdometry) {
   OdometryRun run = SwingRun(6);
-  Trajectory longer = PathOf(1.6), path = PathOf(0.3);
+  Trajectory longer = MakePath(1.6), path = MakePath(0.3);
   EXPECT_FALSE(InertialPath(run).Follow(run.states.front(), &longer));
   EXPECT_TRUE(InertialPath(run).Follow(run.states.front(), &path));
   std::erase_if(run.imu, [](const ImuSample& sample) {
@@ -125,7 +125,7 @@ TEST(InertialPath, AnImuWithAFaultIsLeftToOdometry) {
   OnlineState biases;
   biases.gyro_bias_rad_s = kGyroBias_rad_s;
   biases.accel_bias_m_s2 = kAccelBias_m_s2;
-  Trajectory path = PathOf(0.8);
+  Trajectory path = MakePath(0.8);
   OdometryRun shocked = SwingRun(6), turned = SwingRun(6);
   for (ImuSample& sample : shocked.imu) sample.specific_force_m_s2.x() += 0.6;
   for (ImuSample& sample : turned.imu) sample.angular_velocity_rad_s.z() += 0.05;
@@ -151,7 +151,7 @@ TEST(InertialPath, KnowsTheRunsCalibration) {
   }
   run.imu.insert(run.imu.begin(), run.imu.front());
   run.imu.front().stamp_ns -= ToNanoseconds(0.01);
-  const LargestErrors errors = ErrorsOf(run);
+  const LargestErrors errors = GetErrors(run);
   EXPECT_LT(errors.position_m, 3e-4);
   EXPECT_LT(errors.rotation_rad, 1e-4);
 }

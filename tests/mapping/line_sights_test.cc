@@ -33,13 +33,13 @@ MapResult MapOfOneLine() {
   return map;
 }
 
-LineSupport SupportOf(int piece, double from_x_px, double to_x_px) {
+LineSupport MeasureSupport(int piece, double from_x_px, double to_x_px) {
   return {3, piece, kStamp_ns, 0, {Vector2d(from_x_px, 340), Vector2d(to_x_px, 340)}};
 }
 
 TEST(LineSights, EndOnTheLineThatIsSeen) {
   MapResult map = MapOfOneLine();
-  map.line_evidence.supports = {SupportOf(0, 120, 320)};
+  map.line_evidence.supports = {MeasureSupport(0, 120, 320)};
   const std::vector<Sights> sights = SightsOfLines(map);
   ASSERT_THAT(sights, SizeIs(1));
   EXPECT_EQ(sights[0].p_world_camera, Vector3d::Zero());
@@ -57,7 +57,7 @@ TEST(LineSights, EndOnTheLineThatIsSeen) {
 
 TEST(LineSights, PixelsBeyondThePieceTellNothing) {
   MapResult map = MapOfOneLine();
-  map.line_evidence.supports = {SupportOf(0, 520, 620)};
+  map.line_evidence.supports = {MeasureSupport(0, 520, 620)};
   const std::vector<Sights> sights = SightsOfLines(map);
   ASSERT_THAT(sights, SizeIs(1));
   EXPECT_TRUE(sights[0].p_world.empty());
@@ -65,9 +65,9 @@ TEST(LineSights, PixelsBeyondThePieceTellNothing) {
 
 TEST(LineSights, AreOfEachImageAndOfThePieceThatItShows) {
   MapResult map = MapOfOneLine();
-  LineSupport right = SupportOf(1, 400, 500);
+  LineSupport right = MeasureSupport(1, 400, 500);
   right.camera = 1;
-  map.line_evidence.supports = {SupportOf(0, 120, 320), right};
+  map.line_evidence.supports = {MeasureSupport(0, 120, 320), right};
   const std::vector<Sights> sights = SightsOfLines(map);
   ASSERT_THAT(sights, SizeIs(2));
   EXPECT_EQ(sights[1].p_world_camera, Vector3d(0.1, 0, 0));
@@ -77,15 +77,15 @@ TEST(LineSights, AreOfEachImageAndOfThePieceThatItShows) {
 TEST(LineSights, MarksAreSeenToo) {
   MapResult map = MapOfOneLine();
   std::swap(map.lines, map.marks);
-  map.line_evidence.supports = {SupportOf(0, 120, 320)};
+  map.line_evidence.supports = {MeasureSupport(0, 120, 320)};
   EXPECT_THAT(SightsOfLines(map), SizeIs(1));
 }
 
 TEST(LineSights, WhatHasNoPoseOrNoLineTellsNothing) {
   MapResult map = MapOfOneLine();
-  LineSupport unknown = SupportOf(0, 120, 320);
+  LineSupport unknown = MeasureSupport(0, 120, 320);
   unknown.line_id = 99;
-  LineSupport elsewhere = SupportOf(0, 120, 320);
+  LineSupport elsewhere = MeasureSupport(0, 120, 320);
   elsewhere.stamp_ns = 8;
   map.line_evidence.supports = {unknown, elsewhere};
   EXPECT_THAT(SightsOfLines(map), IsEmpty());

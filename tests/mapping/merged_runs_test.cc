@@ -54,7 +54,7 @@ TEST(MergedRuns, TheFirstIsTurnedAsItsMapIs) {
   std::vector<MergedRun> runs = ThreeRuns();
   runs[0].T_world_run = source.T_world_run;
   const std::vector<MergedRun> read = ParseMerged("map.json", MergedJson(runs), source);
-  EXPECT_NEAR(YawOf(read[0].T_world_run), 0.3, 1e-12);
+  EXPECT_NEAR(ComputeYaw(read[0].T_world_run), 0.3, 1e-12);
   EXPECT_THAT([&] { ParseMerged("map.json", MergedJson(ThreeRuns()), source); },
               ThrowsMessage<DataError>(HasSubstr("run 0: found it moved, expected the first run")));
 }

@@ -28,7 +28,7 @@ using ::testing::ThrowsMessage;
 class PointObservationsTest : public ::testing::Test {
  protected:
   // Where the map's rig sees a point.
-  static Vector2d PixelOf(const MapResult& map, const MapPointObservation& seen) {
+  static Vector2d DistortToPixel(const MapResult& map, const MapPointObservation& seen) {
     const Rig& rig = map.rectified_rig;
     for (const StampedPose& pose : map.keyframes) {
       if (pose.stamp_ns != seen.stamp_ns) continue;
@@ -51,7 +51,7 @@ TEST_F(PointObservationsTest, SayWhereEachImageShowsAPoint) {
   std::set<int64_t> points;
   for (const MapPointObservation& seen : map.point_observations) {
     points.insert(seen.point);
-    EXPECT_LT((PixelOf(map, seen) - seen.px).norm(), 1e-6);
+    EXPECT_LT((DistortToPixel(map, seen) - seen.px).norm(), 1e-6);
   }
   EXPECT_EQ(points.size(), map.points.size());
   // All but what was no point: in both images of each keyframe.
@@ -59,7 +59,7 @@ TEST_F(PointObservationsTest, SayWhereEachImageShowsAPoint) {
   for (const MapPoint& point : map.points) landmarks += point.landmark_ids.size();
   EXPECT_EQ(map.point_observations.size(), 2 * run.keyframes.size() * landmarks);
   EXPECT_TRUE(std::ranges::is_sorted(map.point_observations, {},
-                                     [](const MapPointObservation& seen) { return KeyOf(seen); }));
+                                     [](const MapPointObservation& seen) { return MakeKey(seen); }));
 }
 
 // They are different features, beside each other.
@@ -117,7 +117,7 @@ TEST_F(PointObservationsTest, FollowWhatWasFoundOfTheCameras) {
   const MapResult map = BuildMap(run, {});
   ASSERT_FALSE(map.point_observations.empty());
   for (const MapPointObservation& seen : map.point_observations) {
-    EXPECT_LT((PixelOf(map, seen) - seen.px).norm(), 0.01);
+    EXPECT_LT((DistortToPixel(map, seen) - seen.px).norm(), 0.01);
   }
 }
 
@@ -127,7 +127,7 @@ TEST_F(PointObservationsTest, ComeBack) {
   const std::vector<MapPointObservation> read = ReadMapFolder(folder_).point_observations;
   ASSERT_EQ(read.size(), map.point_observations.size());
   for (std::size_t i = 0; i < read.size(); ++i) {
-    EXPECT_EQ(KeyOf(read[i]), KeyOf(map.point_observations[i]));
+    EXPECT_EQ(MakeKey(read[i]), MakeKey(map.point_observations[i]));
     EXPECT_LT((read[i].px - map.point_observations[i].px).norm(), 0.001);
   }
 }

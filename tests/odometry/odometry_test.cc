@@ -153,7 +153,7 @@ TEST_F(OdometryOnImages, ARightCameraThatHangsIsDoneWithout) {
 }
 
 // The run folder, but for the timings.
-std::map<std::string, std::string> FilesOf(const OdometryRun& run) {
+std::map<std::string, std::string> CollectFiles(const OdometryRun& run) {
   const testing::TempFolder folder;
   WriteRunFolder(folder.Path("run"), run);
   std::map<std::string, std::string> files;
@@ -165,7 +165,7 @@ std::map<std::string, std::string> FilesOf(const OdometryRun& run) {
 }
 
 void ExpectSame(const Result& a, const Result& b) {
-  const auto files_a = FilesOf(a.run), files_b = FilesOf(b.run);
+  const auto files_a = CollectFiles(a.run), files_b = CollectFiles(b.run);
   ASSERT_EQ(files_a.size(), files_b.size());
   for (const auto& [name, bytes] : files_a) EXPECT_TRUE(bytes == files_b.at(name)) << name;
   ASSERT_EQ(a.states.size(), b.states.size());

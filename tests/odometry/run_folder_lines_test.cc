@@ -270,11 +270,11 @@ TEST(RunLines, LinesOfTheLastTenKeyframesAreRecent) {
 }
 
 TEST(RunLines, LivesAreCounted) {
-  EXPECT_EQ(MeasureLineLives({}).lines, 0);
+  EXPECT_EQ(MeasureLineTracks({}).lines, 0);
   std::vector<Line> lines(4);
   const int seen[] = {3, 40, 10, 11};
   for (int i = 0; i < 4; ++i) lines[i].observations = seen[i];
-  const LineLives lives = MeasureLineLives(lines);
+  const LineTrackLengths lives = MeasureLineTracks(lines);
   EXPECT_EQ(lives.lines, 4);
   EXPECT_EQ(lives.median_keyframes, 10.5);
   EXPECT_EQ(lives.mean_keyframes, 16);

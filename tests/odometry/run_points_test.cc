@@ -12,10 +12,10 @@ Keyframe Seeing(const std::vector<int64_t>& ids) {
 }
 
 TEST(RunPoints, LivesAreCounted) {
-  EXPECT_EQ(MeasurePointLives({}).points, 0);
-  EXPECT_EQ(MeasurePointLives({Seeing({})}).points, 0);
-  const PointLives lives =
-      MeasurePointLives({Seeing({1, 2, 3, 4}), Seeing({3, 5}), Seeing({4, 3, 6})});
+  EXPECT_EQ(MeasurePointTracks({}).points, 0);
+  EXPECT_EQ(MeasurePointTracks({Seeing({})}).points, 0);
+  const PointTrackLengths lives =
+      MeasurePointTracks({Seeing({1, 2, 3, 4}), Seeing({3, 5}), Seeing({4, 3, 6})});
   EXPECT_EQ(lives.points, 6);
   EXPECT_EQ(lives.seen_once, 4);
 }

@@ -23,7 +23,7 @@ double Normal(std::mt19937* generator) {
 }
 
 // Evenly over the sphere, turned about the vertical.
-Vector3d RayOf(int i, int count, double turn_rad) {
+Vector3d ComputeRay(int i, int count, double turn_rad) {
   constexpr double kGoldenAngle = 2.399963229728653;
   const double z = 1 - (2 * i + 1.0) / count, level = std::sqrt(1 - z * z);
   const double angle = kGoldenAngle * i + turn_rad;
@@ -37,7 +37,7 @@ struct Voxel {
   double weight = 0;
 };
 
-VoxelKey KeyOf(const Vector3d& p, const Vector3d& normal, double voxel_m) {
+VoxelKey MakeKey(const Vector3d& p, const Vector3d& normal, double voxel_m) {
   int axis = 0;
   normal.cwiseAbs().maxCoeff(&axis);
   const int way = 2 * axis + (normal[axis] > 0 ? 1 : 0);
@@ -100,7 +100,7 @@ class Scanner {
     for (int first = 0; first < options_.rays; first += RayScene::kLanes) {
       packet.Clear();
       for (int lane = 0; lane < RayScene::kLanes; ++lane) {
-        const Vector3d ray = RayOf(first + lane, options_.rays + RayScene::kLanes, turn_rad);
+        const Vector3d ray = ComputeRay(first + lane, options_.rays + RayScene::kLanes, turn_rad);
         if (!IsInView(options_, way, ray)) continue;
         packet.Set(lane, place.cast<float>(), ray.cast<float>(),
                    static_cast<float>(options_.range_m));
@@ -108,7 +108,7 @@ class Scanner {
       rays_.Trace(&packet);
       for (int lane = 0; lane < RayScene::kLanes; ++lane) {
         if (packet.active[lane] == 0 || packet.rays.hit.geomID[lane] == RayScene::kNoQuad) continue;
-        const Vector3d ray = RayOf(first + lane, options_.rays + RayScene::kLanes, turn_rad);
+        const Vector3d ray = ComputeRay(first + lane, options_.rays + RayScene::kLanes, turn_rad);
         AddHit(patches_[packet.rays.hit.primID[lane]], place, ray, packet.rays.ray.tfar[lane],
                drift, &sights);
       }
@@ -126,7 +126,7 @@ class Scanner {
     Vector3d normal = patch.normal.cast<double>();
     if (normal.dot(ray) > 0) normal = -normal;
     for (int k = 0; k < 3; ++k) normal[k] += options_.normal_noise_rad * Normal(&generator_);
-    Voxel& voxel = voxels_[KeyOf(p, normal, options_.voxel_m)];
+    Voxel& voxel = voxels_[MakeKey(p, normal, options_.voxel_m)];
     const double weight = 1 / (sigma_m * sigma_m);
     voxel.p += weight * p;
     voxel.normal += weight * normal.normalized();

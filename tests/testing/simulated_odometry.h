@@ -156,7 +156,7 @@ struct CalibrationFault {
   }
   // What the IMU reads instead.
   ImuSample Misread(ImuSample sample) const {
-    const ImuCorrection correction = CorrectionOf(imu_errors);
+    const ImuCorrection correction = MakeCorrection(imu_errors);
     sample.angular_velocity_rad_s = correction.gyro.inverse() * sample.angular_velocity_rad_s;
     sample.specific_force_m_s2 = correction.accel.inverse() * sample.specific_force_m_s2;
     return sample;
@@ -372,7 +372,7 @@ inline SimulatedRun RunOnSimulatedTracks(
   const Rig claimed = options.fault.Claimed(out.rig);
   Estimator estimator(options.odometry, claimed, &points,
                       UsesLines(options.odometry.method) ? &lines : nullptr);
-  estimator.SetLensShifts(LensShiftsOf(claimed, claimed));
+  estimator.SetLensShifts(ComputeLensShifts(claimed, claimed));
   size_t next = 0;
   for (const SimulatedTrackFrame& frame : simulated.frames) {
     while (next < out.imu.samples.size() &&

@@ -94,7 +94,7 @@ Eigen::AngleAxisd WingTurn(const Scene& scene, int wing) {
   return {scene.wing_yaw_rad[wing], Vector3d::UnitZ()};
 }
 
-std::vector<Vector3d> CornersOf(const SceneBody& body) {
+std::vector<Vector3d> FindCorners(const SceneBody& body) {
   std::vector<Vector3d> corners;
   for (int i = 0; i < 8; ++i) {
     const auto corner = static_cast<Eigen::AlignedBox3d::CornerType>(i);
@@ -103,7 +103,7 @@ std::vector<Vector3d> CornersOf(const SceneBody& body) {
   return corners;
 }
 
-Vector3d FootOf(const SceneBody& body) {
+Vector3d ComputeFoot(const SceneBody& body) {
   Vector3d foot = body.box_body.center();
   foot.z() = body.box_body.min().z();
   return body.world_body * foot;
@@ -113,15 +113,15 @@ double MaxShift(const SceneBody& body) {
   return body.box_body.sizes().minCoeff() < kThin_m ? kMaxThinShift_m : kMaxShift_m;
 }
 
-OwnTurn OwnTurnOf(const Scene& scene, const SceneBody& body, double amount,
+OwnTurn DrawOwnTurn(const Scene& scene, const SceneBody& body, double amount,
                   std::mt19937* generator) {
   // All three are drawn for each body, so that one object more changes no other's kind.
   const double turn = UniformIn(-1, 1, generator);
   const double lean_x = UniformIn(-1, 1, generator), lean_y = UniformIn(-1, 1, generator);
-  OwnTurn own{FootOf(body)};
+  OwnTurn own{ComputeFoot(body)};
   if (!body.is_fitting) return own;
   double level_m = 1e-6, reach_m = 1e-6;
-  for (const Vector3d& corner : CornersOf(body)) {
+  for (const Vector3d& corner : FindCorners(body)) {
     level_m = std::max(level_m, (corner - own.foot_world).head<2>().norm());
     reach_m = std::max(reach_m, (corner - own.foot_world).norm());
   }
@@ -143,7 +143,7 @@ class InexactBuilding {
   InexactBuilding(const InexactOptions& options, const Scene& scene)
       : generator_(static_cast<uint32_t>(options.seed)), field_(options.amount, &generator_) {
     for (const SceneBody& body : scene.bodies) {
-      turns_.push_back(OwnTurnOf(scene, body, options.amount, &generator_));
+      turns_.push_back(DrawOwnTurn(scene, body, options.amount, &generator_));
     }
   }
 
@@ -234,7 +234,7 @@ std::vector<Vector3d> Chain(const TrueEdge& edge, const InexactBuilding& buildin
   return points;
 }
 
-double BendOf(const std::vector<Vector3d>& points) {
+double ComputeBend(const std::vector<Vector3d>& points) {
   const Vector3d chord = (points.back() - points.front()).normalized();
   double bend_m = 0;
   for (const Vector3d& point : points) {
@@ -244,7 +244,7 @@ double BendOf(const std::vector<Vector3d>& points) {
 }
 
 // Of a direction against the one that it had in the exact building.
-Vector2d TurnOf(const Scene& scene, const TrueEdge& edge, const Vector3d& chord) {
+Vector2d ComputeTurn(const Scene& scene, const TrueEdge& edge, const Vector3d& chord) {
   if (edge.axis < 0) {
     const Vector3d exact = edge.b - edge.a;
     return {kDegrees * std::atan2(exact.cross(chord).norm(), exact.dot(chord)), 0};
@@ -265,8 +265,8 @@ void MoveEdges(const InexactBuilding& building, Scene* scene, InexactTruth* trut
     deviation.axis = edge.axis;
     deviation.wing = edge.wing;
     deviation.length_m = (points.back() - points.front()).norm();
-    deviation.turn_deg = TurnOf(*scene, edge, points.back() - points.front());
-    deviation.bend_m = BendOf(points);
+    deviation.turn_deg = ComputeTurn(*scene, edge, points.back() - points.front());
+    deviation.bend_m = ComputeBend(points);
     truth->edges.push_back(deviation);
     if (deviation.bend_m < kStraight_m) points = {points.front(), points.back()};
     for (size_t i = 0; i + 1 < points.size(); ++i) {
@@ -284,13 +284,13 @@ void MovePipes(const InexactBuilding& building, Scene* scene) {
 }
 
 // By the chords through the middle of its box, along the axes of its wing.
-BodyDeviation DeviationOf(const Scene& scene, int index, const InexactBuilding& building) {
+BodyDeviation MeasureDeviation(const Scene& scene, int index, const InexactBuilding& building) {
   constexpr double kLeastHalf_m = 0.05;
   const SceneBody& body = scene.bodies[index];
   const Eigen::AngleAxisd world_wing = WingTurn(scene, body.wing);
   const Vector3d middle = body.world_body * body.box_body.center();
   Vector3d half = Vector3d::Constant(kLeastHalf_m);
-  for (const Vector3d& corner : CornersOf(body)) {
+  for (const Vector3d& corner : FindCorners(body)) {
     half = half.cwiseMax((world_wing.inverse() * (corner - middle)).cwiseAbs());
   }
   const auto chord = [&](int k) -> Vector3d {
@@ -328,7 +328,7 @@ void MakeInexact(const InexactOptions& options, Scene* scene) {
   };
   for (size_t i = 0; i < scene->bodies.size(); ++i) {
     if (scene->bodies[i].box_body.isEmpty()) continue;
-    truth.bodies.push_back(DeviationOf(*scene, static_cast<int>(i), building));
+    truth.bodies.push_back(MeasureDeviation(*scene, static_cast<int>(i), building));
   }
   MoveEdges(building, scene, &truth);
   MovePipes(building, scene);

@@ -13,7 +13,7 @@
 
 namespace slcmap {
 
-std::vector<ScenePatch> PatchesOf(const std::vector<SceneQuad>& quads) {
+std::vector<ScenePatch> MakePatches(const std::vector<SceneQuad>& quads) {
   std::vector<ScenePatch> patches;
   patches.reserve(quads.size());
   for (const SceneQuad& q : quads) {
@@ -27,7 +27,7 @@ std::vector<ScenePatch> PatchesOf(const std::vector<SceneQuad>& quads) {
 }
 
 std::vector<ScenePatch> SeenPatches(const Scene& scene) {
-  return scene.patches.empty() ? PatchesOf(scene.quads) : scene.patches;
+  return scene.patches.empty() ? MakePatches(scene.quads) : scene.patches;
 }
 
 namespace {

@@ -174,7 +174,7 @@ struct Scene {
 
 // What is seen of a scene: its patches, or each quad as one.
 std::vector<ScenePatch> SeenPatches(const Scene& scene);
-std::vector<ScenePatch> PatchesOf(const std::vector<SceneQuad>& quads);
+std::vector<ScenePatch> MakePatches(const std::vector<SceneQuad>& quads);
 
 // Builds the scene that a YAML file describes. Deterministic. Throws ConfigError naming file and
 // key, and StoppedError where progress ends it. The section `trajectory` is left to ReadScenario's

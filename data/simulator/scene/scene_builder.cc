@@ -19,7 +19,7 @@ constexpr size_t kMaxQuads = 300'000;
 constexpr size_t kMaxEdges = 100'000;
 
 // 0, 1, 2 or -1 for a direction in the frame of a wing.
-int AxisOf(const Vector3d& direction) {
+int FindAxis(const Vector3d& direction) {
   for (int k = 0; k < 3; ++k) {
     if (std::abs(direction.normalized()[k]) > 1 - 1e-9) return k;
   }
@@ -150,7 +150,7 @@ void SceneBuilder::AddEdge(const Vector3d& a, const Vector3d& b) {
   }
   TrueEdge edge{world_object_ * a, world_object_ * b, -1, wing_};
   if (body_ >= 0 && scene_.bodies[body_].is_fitting) edge.body = body_;
-  edge.axis = AxisOf(world_wings_[wing_].linear().transpose() * (edge.b - edge.a));
+  edge.axis = FindAxis(world_wings_[wing_].linear().transpose() * (edge.b - edge.a));
   scene_.edges.push_back(edge);
 }
 

@@ -125,7 +125,7 @@ bool IsClear(const WallSpec& spec, const WallOpening& opening) {
 }
 
 // What is true of a face as a whole.
-SceneWallFace FaceOf(const WallSpec& spec, const Segment& segment, bool front,
+SceneWallFace MakeFace(const WallSpec& spec, const Segment& segment, bool front,
                      const std::vector<int>& opening_ids) {
   constexpr double kOpen_deg = 20;
   SceneWallFace face;
@@ -161,7 +161,7 @@ void AddLeaf(const WallSpec& spec, double width, double height, SceneBuilder* bu
   }
 }
 
-Eigen::Isometry3d HingeOf(const WallSpec& spec, const WallOpening& opening) {
+Eigen::Isometry3d ComputeHinge(const WallSpec& spec, const WallOpening& opening) {
   Eigen::Isometry3d segment_leaf = Eigen::Isometry3d::Identity();
   const double depth = opening.open_deg > 0 ? spec.thickness + 0.025 : 0.05;
   segment_leaf.translation() << opening.along + kFrameInside_m + 0.004, -depth, opening.sill;
@@ -192,7 +192,7 @@ void AddPanes(const WallSpec& spec, const WallOpening& opening, SceneBuilder* bu
   builder->AddBox({x0, y - 0.018, z - 0.02}, {a.x(), y + 0.028, z + 0.02}, spec.frame);
 }
 
-Segment SegmentOf(const WallSpec& spec, int index) {
+Segment GetSegment(const WallSpec& spec, int index) {
   const int n = static_cast<int>(spec.points.size());
   const auto direction = [&](int i) -> Vector2d {
     return (spec.points[(i + 1) % n] - spec.points[i % n]).normalized();
@@ -212,7 +212,7 @@ Segment SegmentOf(const WallSpec& spec, int index) {
   return segment;
 }
 
-Eigen::Isometry3d PlaceOf(const WallSpec& spec, int index) {
+Eigen::Isometry3d FindPlace(const WallSpec& spec, int index) {
   const Vector2d from = spec.points[index];
   const Vector2d way = spec.points[(index + 1) % spec.points.size()] - from;
   Eigen::Isometry3d wall_segment = Eigen::Isometry3d::Identity();
@@ -230,7 +230,7 @@ void AddSegment(const WallSpec& spec, const Segment& segment,
   }
   for (const bool front : {true, false}) {
     if (!front && !spec.has_back) continue;
-    builder->AddWallFace(FaceOf(spec, segment, front, opening_ids));
+    builder->AddWallFace(MakeFace(spec, segment, front, opening_ids));
     AddFace(spec, segment, front, builder);
     if (spec.skirting_height > 0) AddSkirting(spec, segment, front, builder);
   }
@@ -251,8 +251,8 @@ void AddWall(const WallSpec& spec, const Eigen::Isometry3d& wing_object, int win
              SceneBuilder* builder) {
   const int n = static_cast<int>(spec.points.size());
   for (int index = 0; index < (spec.closed ? n : n - 1); ++index) {
-    const Segment segment = SegmentOf(spec, index);
-    const Eigen::Isometry3d wing_segment = wing_object * PlaceOf(spec, index);
+    const Segment segment = GetSegment(spec, index);
+    const Eigen::Isometry3d wing_segment = wing_object * FindPlace(spec, index);
     builder->SetPlacement(wing, wing_segment);
     std::vector<int> opening_bodies;
     for (const WallOpening& opening : segment.openings) {
@@ -264,7 +264,7 @@ void AddWall(const WallSpec& spec, const Eigen::Isometry3d& wing_object, int win
       const WallOpening& opening = segment.openings[i];
       if (!opening.is_door) continue;
       builder->SetBody(opening_bodies[i]);
-      builder->SetPlacement(wing, wing_segment * HingeOf(spec, opening));
+      builder->SetPlacement(wing, wing_segment * ComputeHinge(spec, opening));
       AddLeaf(spec, opening.width - 2 * kFrameInside_m - 0.008,
               opening.height - kFrameInside_m - 0.004, builder);
     }

@@ -116,10 +116,10 @@ TEST(Comparison, AMethodWhoseRunsAllFailedIsShownWithoutFigures) {
 
 TEST(Figures, KeysAreDistinctAndKnown) {
   for (const FigureInfo& figure : AllFigures()) {
-    EXPECT_EQ(&FigureOf(figure.key), &figure);
-    EXPECT_FALSE(MeaningOf(figure.key).empty());
+    EXPECT_EQ(&FindFigure(figure.key), &figure);
+    EXPECT_FALSE(DescribeFigure(figure.key).empty());
   }
-  EXPECT_THROW(FigureOf("beauty"), std::out_of_range);
+  EXPECT_THROW(FindFigure("beauty"), std::out_of_range);
 }
 
 }  // namespace

@@ -6,17 +6,17 @@ namespace slcmap {
 namespace {
 
 Ranked Of(const std::string& name, const std::vector<double>& values) {
-  return {name, SpreadOf(values)};
+  return {name, ComputeSpread(values)};
 }
 
 TEST(Spread, IsMeanAndStandardDeviation) {
-  const Spread spread = SpreadOf({1, 2, 3});
+  const Spread spread = ComputeSpread({1, 2, 3});
   EXPECT_EQ(spread.count, 3);
   EXPECT_DOUBLE_EQ(spread.mean, 2);
   EXPECT_DOUBLE_EQ(spread.deviation, 1);
   EXPECT_EQ(SpreadText(spread, 1), "2.0 +- 1.0");
-  EXPECT_EQ(SpreadText(SpreadOf({4}), 2), "4.00");
-  EXPECT_EQ(SpreadText(SpreadOf({}), 2), "-");
+  EXPECT_EQ(SpreadText(ComputeSpread({4}), 2), "4.00");
+  EXPECT_EQ(SpreadText(ComputeSpread({}), 2), "-");
 }
 
 TEST(Spread, NothingIsRankedThatTheSpreadDoesNotBear) {
@@ -26,11 +26,11 @@ TEST(Spread, NothingIsRankedThatTheSpreadDoesNotBear) {
   EXPECT_FALSE(IsBelow(b.spread, a.spread));
   EXPECT_FALSE(IsBelow(a.spread, wide.spread));
   EXPECT_FALSE(IsBelow(single.spread, b.spread));
-  EXPECT_EQ(BestOf({b, a}, true), 1u);
-  EXPECT_EQ(BestOf({b, a}, false), 0u);
-  EXPECT_FALSE(BestOf({a, b, wide}, true));
-  EXPECT_FALSE(BestOf({a, b, single}, true));
-  EXPECT_FALSE(BestOf({a}, true));
+  EXPECT_EQ(FindBestMethod({b, a}, true), 1u);
+  EXPECT_EQ(FindBestMethod({b, a}, false), 0u);
+  EXPECT_FALSE(FindBestMethod({a, b, wide}, true));
+  EXPECT_FALSE(FindBestMethod({a, b, single}, true));
+  EXPECT_FALSE(FindBestMethod({a}, true));
 }
 
 TEST(Spread, OrderIsToldInWords) {
@@ -44,8 +44,8 @@ TEST(Spread, OrderIsToldInWords) {
 }
 
 TEST(Spread, TheSameTwiceIsNotRanked) {
-  EXPECT_FALSE(BestOf({Of("a", {1, 1}), Of("b", {1, 1})}, true));
-  EXPECT_EQ(BestOf({Of("a", {1, 1}), Of("b", {1.5, 1.5})}, true), 0u);
+  EXPECT_FALSE(FindBestMethod({Of("a", {1, 1}), Of("b", {1, 1})}, true));
+  EXPECT_EQ(FindBestMethod({Of("a", {1, 1}), Of("b", {1.5, 1.5})}, true), 0u);
 }
 
 }  // namespace

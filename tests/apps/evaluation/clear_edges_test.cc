@@ -22,7 +22,7 @@ double Length(const std::vector<PlySegment>& parts) {
 
 // Of edges that are seen from end to end; on a wall behind them all, with a pillar 1 m wide before.
 std::vector<PlySegment> Clear(const std::vector<PlySegment>& edges, double seconds,
-                              const ClearSightOptions& options = {}) {
+                              const ClearViewOptions& options = {}) {
   std::vector<Triangle> surfaces = WallAtX(20, 20);
   const std::vector<Triangle> pillar = WallAtX(2, 0.5);
   surfaces.insert(surfaces.end(), pillar.begin(), pillar.end());

@@ -7,7 +7,7 @@
 namespace slcmap {
 namespace {
 
-std::vector<SeenPart> SeenOf(const Scene& scene) {
+std::vector<SeenPart> SelectSeen(const Scene& scene) {
   const RayScene rays(scene.quads);
   const RenderTask task = testing::SlidingTask(testing::SmallRig(Distortion::kNone),
                                                testing::LookingAlongX(), {0, 0, 0}, 1);
@@ -22,7 +22,7 @@ TEST(EdgeVisibilityTest, HiddenPartsAreNotSeen) {
   Scene scene = testing::TwoToneWall(4, true, 0.5, 0.5);
   scene.quads.push_back({{2, 0, -5}, {0, 10, 0}, {0, 0, 10}, 0, {0, 0}});
   scene.edges = {{{4, -1, 0.3}, {4, 1, 0.3}, 1, 0}};
-  const std::vector<SeenPart> seen = SeenOf(scene);
+  const std::vector<SeenPart> seen = SelectSeen(scene);
   ASSERT_EQ(seen.size(), 1u);
   EXPECT_EQ(seen[0].edge, 0);
   EXPECT_NEAR(seen[0].from_m, 0, 1e-9);
@@ -34,7 +34,7 @@ TEST(EdgeVisibilityTest, PartsOutsideTheViewAreNotSeen) {
   scene.edges = {{{-1, 0, 0}, {-2, 0, 0}, 0, 0},         // behind
                  {{4, 0, -9}, {4, 0, 9}, 2, 0},          // beyond both borders
                  {{3.99, 0, 40}, {3.99, 1, 40}, 1, 0}};  // far above
-  const std::vector<SeenPart> seen = SeenOf(scene);
+  const std::vector<SeenPart> seen = SelectSeen(scene);
   ASSERT_EQ(seen.size(), 1u);
   EXPECT_EQ(seen[0].edge, 1);
   EXPECT_NEAR(seen[0].from_m, 9 - 4 * (119 - 61.7) / 114.5, 0.03);

@@ -39,7 +39,7 @@ class IfcWriterTest : public ::testing::Test {
   testing::TempFolder temp_;
 };
 
-int CountOf(const StepEntities& entities, const std::string& type) {
+int CountMatching(const StepEntities& entities, const std::string& type) {
   int count = 0;
   for (const auto& [reference, entity] : entities) count += entity.type == type ? 1 : 0;
   return count;
@@ -90,16 +90,16 @@ TEST_F(IfcWriterTest, KeepsToTheRules) {
   const std::string text = Write(testing::MakeTwoStoreys(), {.line_solids = true});
   EXPECT_THAT(testing::FindIfcFaults(text), IsEmpty());
   const StepEntities entities = testing::ParseStep(text);
-  EXPECT_EQ(CountOf(entities, "IFCBUILDINGSTOREY"), 2);
-  EXPECT_EQ(CountOf(entities, "IFCWALL"), 4);
-  EXPECT_EQ(CountOf(entities, "IFCOPENINGELEMENT"), 3);
-  EXPECT_EQ(CountOf(entities, "IFCDOOR"), 1);
-  EXPECT_EQ(CountOf(entities, "IFCWINDOW"), 1);
-  EXPECT_EQ(CountOf(entities, "IFCRELFILLSELEMENT"), 2);  // the passage stays open
-  EXPECT_EQ(CountOf(entities, "IFCSLAB"), 2);
-  EXPECT_EQ(CountOf(entities, "IFCSPACE"), 2);
-  EXPECT_EQ(CountOf(entities, "IFCANNOTATION"), 3);
-  EXPECT_EQ(CountOf(entities, "IFCBUILDINGELEMENTPROXY"), 3);
+  EXPECT_EQ(CountMatching(entities, "IFCBUILDINGSTOREY"), 2);
+  EXPECT_EQ(CountMatching(entities, "IFCWALL"), 4);
+  EXPECT_EQ(CountMatching(entities, "IFCOPENINGELEMENT"), 3);
+  EXPECT_EQ(CountMatching(entities, "IFCDOOR"), 1);
+  EXPECT_EQ(CountMatching(entities, "IFCWINDOW"), 1);
+  EXPECT_EQ(CountMatching(entities, "IFCRELFILLSELEMENT"), 2);  // the passage stays open
+  EXPECT_EQ(CountMatching(entities, "IFCSLAB"), 2);
+  EXPECT_EQ(CountMatching(entities, "IFCSPACE"), 2);
+  EXPECT_EQ(CountMatching(entities, "IFCANNOTATION"), 3);
+  EXPECT_EQ(CountMatching(entities, "IFCBUILDINGELEMENTPROXY"), 3);
   EXPECT_THAT(text, HasSubstr("'slcmap_Wall'"));
   EXPECT_THAT(text, HasSubstr("'thickness_assumed',$,IFCBOOLEAN(.T.)"));
   EXPECT_THAT(text, HasSubstr("'coverage',$,IFCNORMALISEDRATIOMEASURE(0.9)"));
@@ -113,8 +113,8 @@ TEST_F(IfcWriterTest, PassagesAreOpeningsWithoutDoors) {
     opening.walked = true;
   }
   const StepEntities entities = testing::ParseStep(Write(map));
-  EXPECT_EQ(CountOf(entities, "IFCOPENINGELEMENT"), 3);
-  EXPECT_EQ(CountOf(entities, "IFCDOOR") + CountOf(entities, "IFCWINDOW"), 0);
+  EXPECT_EQ(CountMatching(entities, "IFCOPENINGELEMENT"), 3);
+  EXPECT_EQ(CountMatching(entities, "IFCDOOR") + CountMatching(entities, "IFCWINDOW"), 0);
 }
 
 TEST_F(IfcWriterTest, StoreysAreAtTheirFloorsOverTheLowest) {
@@ -129,7 +129,7 @@ TEST_F(IfcWriterTest, AnEmptyMapIsAFileTooAndLinesNeedNoStorey) {
   map.building = {};
   const std::string text = Write(map);
   EXPECT_THAT(testing::FindIfcFaults(text), IsEmpty());
-  EXPECT_EQ(CountOf(testing::ParseStep(text), "IFCANNOTATION"), 3);
+  EXPECT_EQ(CountMatching(testing::ParseStep(text), "IFCANNOTATION"), 3);
 }
 
 // A map's lines can be told in the file: a value a line, in the order of the curves.
@@ -187,7 +187,7 @@ MapResult WithPipes(MapResult map) {
 TEST_F(IfcWriterTest, PipesAreSegmentsWithTheirRadius) {
   const std::string text = Write(WithPipes(testing::MakeTwoStoreys()));
   EXPECT_THAT(testing::FindIfcFaults(text), IsEmpty());
-  EXPECT_EQ(CountOf(testing::ParseStep(text), "IFCPIPESEGMENT"), 2);
+  EXPECT_EQ(CountMatching(testing::ParseStep(text), "IFCPIPESEGMENT"), 2);
   EXPECT_THAT(text, HasSubstr("'slcmap_Pipe'"));
   EXPECT_THAT(text, HasSubstr("'radius_m',$,IFCLENGTHMEASURE(0.06)"));
   EXPECT_THAT(text, HasSubstr("'radius_sigma_m',$,IFCLENGTHMEASURE(0.0012)"));
@@ -229,10 +229,10 @@ TEST_F(IfcWriterTest, WhatHasNoExtentIsLeftOut) {
   const std::string text = Write(map, {.line_solids = true});
   EXPECT_THAT(testing::FindIfcFaults(text), IsEmpty());
   const StepEntities entities = testing::ParseStep(text);
-  EXPECT_EQ(CountOf(entities, "IFCWALL"), 3);
-  EXPECT_EQ(CountOf(entities, "IFCOPENINGELEMENT"), 2);
-  EXPECT_EQ(CountOf(entities, "IFCSPACE"), 1);
-  EXPECT_EQ(CountOf(entities, "IFCANNOTATION"), 2);
+  EXPECT_EQ(CountMatching(entities, "IFCWALL"), 3);
+  EXPECT_EQ(CountMatching(entities, "IFCOPENINGELEMENT"), 2);
+  EXPECT_EQ(CountMatching(entities, "IFCSPACE"), 1);
+  EXPECT_EQ(CountMatching(entities, "IFCANNOTATION"), 2);
 }
 
 TEST_F(IfcWriterTest, NumbersThatAreNotFiniteAndOptionsOutOfRangeAreErrors) {

@@ -44,7 +44,7 @@ Pack Unpack(const std::string& block) {
 
 Pack PackOf(const MapResult& map) { return Unpack(PackForPage(map, "title")); }
 
-Vector3d OriginOf(const Pack& pack) {
+Vector3d GetOrigin(const Pack& pack) {
   const auto origin = pack.document.at("origin").get<std::vector<double>>();
   return {origin[0], origin[1], origin[2]};
 }
@@ -56,7 +56,7 @@ TEST(PackForPage, LinesComeBackWithAllThatIsKnownOfThem) {
   ASSERT_EQ(ends.size(), 6 * (map.lines.size() + map.marks.size()));
   for (std::size_t i = 0; i < map.lines.size(); ++i) {
     const Vector3d start(ends[6 * i], ends[6 * i + 1], ends[6 * i + 2]);
-    EXPECT_LT((start + OriginOf(pack) - map.lines[i].start_world).norm(), 1e-6);
+    EXPECT_LT((start + GetOrigin(pack) - map.lines[i].start_world).norm(), 1e-6);
     EXPECT_EQ(pack.Get<double>("line_id")[i], static_cast<double>(map.lines[i].id));
     EXPECT_EQ(pack.Get<uint8_t>("line_axis")[i], static_cast<uint8_t>(map.lines[i].axis));
     EXPECT_EQ(pack.Get<int32_t>("line_world")[i], map.lines[i].world);
@@ -81,7 +81,7 @@ TEST(PackForPage, PipesComeBackWithTheirRadius) {
   const auto pipes = pack.Get<float>("pipes");
   ASSERT_EQ(pipes.size(), 9u);
   const Vector3d end(pipes[3], pipes[4], pipes[5]);
-  EXPECT_LT((end + OriginOf(pack) - pipe.end_world).norm(), 1e-5);
+  EXPECT_LT((end + GetOrigin(pack) - pipe.end_world).norm(), 1e-5);
   EXPECT_NEAR(pipes[6], 0.06, 1e-7);
   EXPECT_NEAR(pipes[7], 0.002, 1e-8);
   EXPECT_NEAR(pipes[8], 0.001, 1e-8);
@@ -112,7 +112,7 @@ TEST(PackForPage, DensePointsComeBackToHalfAMillimetre) {
     const auto corner = chunk.at("corner").get<std::vector<double>>();
     const auto from = chunk.at("from").get<std::size_t>();
     for (std::size_t i = from; i < from + chunk.at("count").get<std::size_t>(); ++i) {
-      const Vector3d p_world = OriginOf(pack) + Vector3d(corner[0], corner[1], corner[2]) +
+      const Vector3d p_world = GetOrigin(pack) + Vector3d(corner[0], corner[1], corner[2]) +
                                step_m * Vector3d(x[i], y[i], z[i]);
       for (std::size_t k = 0; k < map.dense.size(); ++k) {
         if ((map.dense[k].p_world - p_world).norm() < 0.5e-3) found[k] = true;
@@ -128,10 +128,10 @@ TEST(PackForPage, PlanesRoomsAndWallsAreRelativeToTheOrigin) {
   const nlohmann::json& building = pack.document.at("building");
   const nlohmann::json& wall = building.at("planes")[3];
   EXPECT_EQ(wall.at("kind"), "wall");
-  EXPECT_NEAR(wall.at("offset_m").get<double>(), -(104 - OriginOf(pack).x()), 1e-9);
+  EXPECT_NEAR(wall.at("offset_m").get<double>(), -(104 - GetOrigin(pack).x()), 1e-9);
   EXPECT_EQ(wall.at("openings")[0].at("kind"), "door");
   for (const nlohmann::json& corner : wall.at("outline")) {
-    EXPECT_NEAR(corner[0].get<double>() + OriginOf(pack).x(), 104, 1e-5);
+    EXPECT_NEAR(corner[0].get<double>() + GetOrigin(pack).x(), 104, 1e-5);
   }
   EXPECT_EQ(building.at("rooms")[0].at("area_m2"), 19.75);
   EXPECT_EQ(building.at("walls")[0].at("openings")[0].at("to_m"), 3.0);
@@ -145,7 +145,7 @@ TEST(PackForPage, FloorsAndCeilingsHaveTheHolesOfTheirRoom) {
     ASSERT_EQ(holes.size(), 1u) << id;
     ASSERT_EQ(holes[0].size(), 4u);
     const Vector3d corner(holes[0][2][0], holes[0][2][1], holes[0][2][2]);
-    EXPECT_LT((corner + OriginOf(pack) - Vector3d(103.7, 201, z_m)).norm(), 1e-5) << id;
+    EXPECT_LT((corner + GetOrigin(pack) - Vector3d(103.7, 201, z_m)).norm(), 1e-5) << id;
   }
   EXPECT_TRUE(planes[3].at("holes").empty());
 }

@@ -18,7 +18,7 @@ using slcmap::BuildingPlane;
 using slcmap::PlanWall;
 
 // What was measured of a wall, seen from before its face.
-BuildingPlane FaceOf(const PlanWall& wall, const Building& building) {
+BuildingPlane MakeFace(const PlanWall& wall, const Building& building) {
   const Eigen::Vector2d along = (wall.end - wall.start).normalized();
   BuildingPlane plane;
   plane.id = static_cast<int64_t>(building.planes.size());
@@ -51,7 +51,7 @@ slcmap::MapResult MakeMap() {
   wall.openings = {{slcmap::OpeningKind::kPassage, false, 1, 2, 0, 2.5}};
   building.walls.push_back(wall);
   for (PlanWall& each : building.walls) {
-    building.planes.push_back(FaceOf(each, building));
+    building.planes.push_back(MakeFace(each, building));
     each.plane_ids = {building.planes.back().id};
   }
   return map;

@@ -25,7 +25,7 @@ using testing::SceneFromText;
 using testing::SeenFrom;
 using ::testing::SizeIs;
 
-std::vector<BuildingPlane> WallsOf(const Building& building) {
+std::vector<BuildingPlane> MakeWalls(const Building& building) {
   std::vector<BuildingPlane> walls;
   for (const BuildingPlane& plane : building.planes) {
     if (plane.kind == PlaneKind::kWall) walls.push_back(plane);
@@ -44,7 +44,7 @@ std::vector<PlaneOpening> OpeningsOf(const Building& building) {
 // Of the planes of walls with that heading (of the normal, degrees, to half a degree).
 std::vector<double> OffsetsAlong(const Building& building, double heading_deg) {
   std::vector<double> offsets;
-  for (const BuildingPlane& plane : WallsOf(building)) {
+  for (const BuildingPlane& plane : MakeWalls(building)) {
     const double turn_deg =
         std::atan2(plane.normal.y(), plane.normal.x()) * 180 / M_PI - heading_deg;
     if (std::abs(std::remainder(turn_deg, 360)) < 0.5) offsets.push_back(plane.offset_m);
@@ -74,12 +74,12 @@ TEST(BuildBuilding, RoomHasFourWallsItsAreaAndItsHeight) {
   EXPECT_NEAR(building.storeys[0].floor_m, 0, 0.01);
   ASSERT_TRUE(building.storeys[0].ceiling_m);
   EXPECT_NEAR(*building.storeys[0].ceiling_m, 2.7, 0.01);
-  EXPECT_THAT(WallsOf(building), SizeIs(4));
+  EXPECT_THAT(MakeWalls(building), SizeIs(4));
   ASSERT_THAT(building.rooms, SizeIs(1));
   EXPECT_NEAR(building.rooms[0].area_m2, 20, 0.2);
   ASSERT_TRUE(building.rooms[0].height_m);
   EXPECT_NEAR(*building.rooms[0].height_m, 2.7, 0.015);
-  for (const BuildingPlane& plane : WallsOf(building)) {
+  for (const BuildingPlane& plane : MakeWalls(building)) {
     EXPECT_THAT(plane.room_ids, ElementsAre(0));
     EXPECT_THAT(plane.openings, IsEmpty());
   }
@@ -144,7 +144,7 @@ TEST(BuildBuilding, DuctsAndLeavesOfDoorsAreNoWalls) {
   - {kind: box, at: [4.5, 2, 0], size: [0.9, 0.04, 2.1]}
 )"));
   const Building building = BuildBuilding(Scan(scene, InRoom()), {});
-  EXPECT_THAT(WallsOf(building), SizeIs(4));
+  EXPECT_THAT(MakeWalls(building), SizeIs(4));
   EXPECT_THAT(OffsetsAlong(building, 90), ElementsAre(DoubleNear(0, 0.01)));
   ASSERT_THAT(building.rooms, SizeIs(1));
   EXPECT_NEAR(building.rooms[0].area_m2, 20, 0.4);
@@ -341,7 +341,7 @@ TEST(BuildBuilding, OneWallWithDriftIsOne) {
       PlacesAlong({{1, 1, 1.5}, {4, 1.2, 1.5}, {4, 3, 1.5}, {4, 1.2, 1.5}, {1, 1, 1.5}});
   options.with_lines = false;
   const Building building = BuildBuilding(Scan(scene, places, options), {});
-  EXPECT_THAT(WallsOf(building), SizeIs(4));
+  EXPECT_THAT(MakeWalls(building), SizeIs(4));
   ASSERT_THAT(building.rooms, SizeIs(1));
   EXPECT_NEAR(building.rooms[0].area_m2, 20, 0.4);
 }
@@ -412,7 +412,7 @@ objects:
   const std::vector<Vector3d> places =
       PlacesAlong({{1, 1, 1.5}, {11, 1, 1.5}, {11, 8, 1.5}, {1, 8, 1.5}, {1, 1, 1.5}}, 0.8);
   const Building building = BuildBuilding(Scan(scene, places), {});
-  EXPECT_THAT(WallsOf(building), SizeIs(8));
+  EXPECT_THAT(MakeWalls(building), SizeIs(8));
   ASSERT_THAT(building.rooms, SizeIs(1));
   EXPECT_THAT(building.rooms[0].polygon.holes, SizeIs(1));
   EXPECT_NEAR(building.rooms[0].area_m2, 68, 0.7);

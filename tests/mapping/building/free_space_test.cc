@@ -25,10 +25,10 @@ std::vector<Sights> SightsWith(const std::vector<int>& counts) {
   return sights;
 }
 
-std::vector<int> RaysOf(const SightRays& rays) {
+std::vector<int> CollectRays(const SightRays& rays) {
   std::vector<int> numbers;
   for (size_t view = 0; view < rays.views(); ++view) {
-    rays.ForEachOf(view, [&](const Vector3d&, const Vector3d& end, double) {
+    rays.ForEachIn(view, [&](const Vector3d&, const Vector3d& end, double) {
       numbers.push_back(static_cast<int>(end.x()));
     });
   }
@@ -41,8 +41,8 @@ TEST(FreeSpace, AddsTheWaysOfAnother) {
     for (int i = 0; i < 2; ++i) space->AddWay({1, 1}, {9, 1});  // three are needed
   }
   EXPECT_FALSE(first.IsFree({5, 1}));
-  whole.AddWaysOf(first);
-  whole.AddWaysOf(second);
+  whole.AddWaysFrom(first);
+  whole.AddWaysFrom(second);
   EXPECT_TRUE(whole.IsFree({5, 1}));
   EXPECT_FALSE(whole.IsFree({5, 3}));
 }
@@ -50,21 +50,21 @@ TEST(FreeSpace, AddsTheWaysOfAnother) {
 TEST(FreeSpace, CountsNoMoreWaysThanFit) {
   FreeSpace whole = Empty(), many = Empty();
   for (int i = 0; i < 200; ++i) many.AddWay({1, 1}, {9, 1});
-  whole.AddWaysOf(many);
-  whole.AddWaysOf(many);  // 400 would be 144 in a byte, and 256 more none
+  whole.AddWaysFrom(many);
+  whole.AddWaysFrom(many);  // 400 would be 144 in a byte, and 256 more none
   for (int i = 0; i < 56; ++i) whole.AddWay({1, 1}, {9, 1});
   EXPECT_TRUE(whole.IsFree({5, 1}));
 }
 
 TEST(SightRays, AreAllOfFew) {
   const auto sights = SightsWith({2, 0, 3});
-  EXPECT_EQ(RaysOf({sights, 100}), (std::vector{0, 1, 2, 3, 4}));
+  EXPECT_EQ(CollectRays({sights, 100}), (std::vector{0, 1, 2, 3, 4}));
 }
 
 // Whichever views they are of, also those with fewer rays than one is taken of.
 TEST(SightRays, AreEverySoManiethOfMany) {
   const auto sights = SightsWith({4, 1, 1, 0, 5, 2});
-  EXPECT_EQ(RaysOf({sights, 6}), (std::vector{0, 3, 6, 9, 12}));
+  EXPECT_EQ(CollectRays({sights, 6}), (std::vector{0, 3, 6, 9, 12}));
 }
 
 TEST(SightRays, AreGivenInRangesOfViewsUntilStopped) {

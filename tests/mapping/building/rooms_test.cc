@@ -17,8 +17,8 @@ WallFace Between(const Vector2d& a, const Vector2d& b) {
   const Vector2d along = (b - a).normalized();
   wall.face.normal = {along.y(), -along.x()};
   wall.face.offset_m = wall.face.normal.dot(a);
-  wall.face.from_m = wall.face.AlongOf(a);
-  wall.face.to_m = wall.face.AlongOf(b);
+  wall.face.from_m = wall.face.MeasureAlong(a);
+  wall.face.to_m = wall.face.MeasureAlong(b);
   wall.shares.assign(static_cast<size_t>(std::lround((b - a).norm() / wall.step_m)), 1);
   return wall;
 }

@@ -18,7 +18,7 @@ WallFace FaceAt(double y_m, double side, double from_x_m, double to_x_m) {
   WallFace wall;
   wall.face.normal = {0, side};
   wall.face.offset_m = side * y_m;
-  const double a = wall.face.AlongOf({from_x_m, y_m}), b = wall.face.AlongOf({to_x_m, y_m});
+  const double a = wall.face.MeasureAlong({from_x_m, y_m}), b = wall.face.MeasureAlong({to_x_m, y_m});
   wall.face.from_m = std::min(a, b);
   wall.face.to_m = std::max(a, b);
   const auto steps = static_cast<size_t>(std::lround((to_x_m - from_x_m) / wall.step_m));
@@ -40,20 +40,20 @@ TEST(WallBodies, AreBetweenFacesThatLookAwayFromEachOther) {
 
 TEST(WallBodies, HoldThePlacesBetweenTheirFaces) {
   const std::vector<WallFace> walls = {FaceAt(1.2, 1, 0, 5), FaceAt(1.0, -1, 1, 6)};
-  EXPECT_TRUE(IsInWall(walls, BodiesOf(walls, {}), {2, 1.1}));
-  EXPECT_FALSE(IsInWall(walls, BodiesOf(walls, {}), {2, 1.3}));
-  EXPECT_FALSE(IsInWall(walls, BodiesOf(walls, {}), {2, 0.9}));
-  EXPECT_FALSE(IsInWall(walls, BodiesOf(walls, {}), {5.5, 1.1}));
+  EXPECT_TRUE(IsInWall(walls, MakeBodies(walls, {}), {2, 1.1}));
+  EXPECT_FALSE(IsInWall(walls, MakeBodies(walls, {}), {2, 1.3}));
+  EXPECT_FALSE(IsInWall(walls, MakeBodies(walls, {}), {2, 0.9}));
+  EXPECT_FALSE(IsInWall(walls, MakeBodies(walls, {}), {5.5, 1.1}));
 }
 
 TEST(WallBodies, TypicalThicknessIsThatOfMostOfTheLength) {
   const std::vector<WallFace> walls = {FaceAt(1.2, 1, 0, 5),  FaceAt(1.0, -1, 0, 5),
                                        FaceAt(9.4, 1, 0, 2),  FaceAt(9.0, -1, 0, 2),
                                        FaceAt(20.1, 1, 0, 1), FaceAt(20.0, -1, 0, 1)};
-  EXPECT_NEAR(TypicalThickness(BodiesOf(walls, {}), {}), 0.2, 1e-12);
+  EXPECT_NEAR(TypicalThickness(MakeBodies(walls, {}), {}), 0.2, 1e-12);
   BuildingOptions options;
   options.assumed_thickness_m = 0.17;
-  EXPECT_EQ(TypicalThickness(BodiesOf({FaceAt(1, 1, 0, 5)}, options), options), 0.17);
+  EXPECT_EQ(TypicalThickness(MakeBodies({FaceAt(1, 1, 0, 5)}, options), options), 0.17);
 }
 
 TEST(WallBodies, FacesThatNobodySawAreBehindThoseThatStandAlone) {
@@ -67,12 +67,12 @@ TEST(WallBodies, FacesThatNobodySawAreBehindThoseThatStandAlone) {
   EXPECT_NEAR(face.DistanceTo({3, 6.8}), 0, 1e-12);
   EXPECT_GT(face.sigma_m, alone.face.sigma_m + 0.02);  // walls need not be alike
   // What is known of it lies opposite.
-  const double end_m = face.AlongOf(alone.face.PointAt(alone.face.from_m));
+  const double end_m = face.MeasureAlong(alone.face.PointAt(alone.face.from_m));
   EXPECT_NEAR(end_m, face.to_m, 1e-12);
   EXPECT_EQ(unseen[0].shares.back(), 0);
   EXPECT_THAT(face.to_m - face.from_m, DoubleNear(3, 1e-12));
   walls.push_back(unseen[0]);
-  EXPECT_TRUE(IsInWall(walls, BodiesOf(walls, {}), {3, 6.9}));
+  EXPECT_TRUE(IsInWall(walls, MakeBodies(walls, {}), {3, 6.9}));
 }
 
 TEST(WallBodies, WallWhoseBackWasSeenInPartGoesOnAtItsOwnThickness) {

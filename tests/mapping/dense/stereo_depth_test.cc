@@ -29,7 +29,7 @@ struct Errors {
   }
 };
 
-Errors ErrorsOf(const DepthGrid& grid, const RoomViews& room) {
+Errors GetErrors(const DepthGrid& grid, const RoomViews& room) {
   const cv::Mat depth_m = room.TrueDepth_m(kView);
   Errors errors;
   for (int row = 0; row < grid.rows; ++row) {
@@ -47,7 +47,7 @@ Errors ErrorsOf(const DepthGrid& grid, const RoomViews& room) {
 TEST(StereoDepth, FindsMostOfATexturedRoom) {
   const RoomViews room(3, 0.2, 1.5);
   const DepthGrid grid = StereoDepth(room.Read(kView), room.mask(0), room.rig(), Options());
-  const Errors errors = ErrorsOf(grid, room);
+  const Errors errors = GetErrors(grid, room);
   EXPECT_GT(errors.error_px.size(), 0.6 * grid.nodes.size());
   EXPECT_GT(errors.Share(1), 0.95);
 }
@@ -71,11 +71,11 @@ TEST(DepthRefinement, MakesMatchesRightBelowThePixelAndKnowsHowWell) {
   const RoomViews room(3, 0.2, 1.5);
   const StereoImage pair = room.Read(kView);
   DepthGrid grid = StereoDepth(pair, room.mask(0), room.rig(), Options());
-  const Errors before = ErrorsOf(grid, room);
+  const Errors before = GetErrors(grid, room);
   const DepthPyramid left(pair.left), right(pair.right);
   const RigidTransform T_right_left(Eigen::Quaterniond::Identity(), {-kBaseline_m, 0, 0});
   RefineDepth(left, {{&right, T_right_left, 0.02}}, room.rig().cameras[0], Options(), &grid);
-  const Errors after = ErrorsOf(grid, room);
+  const Errors after = GetErrors(grid, room);
   EXPECT_GT(after.error_px.size(), 0.6 * before.error_px.size());
   EXPECT_GT(after.Share(0.25), 0.9);
   EXPECT_GT(after.Share(0.1), before.Share(0.1));

@@ -20,7 +20,7 @@ RigidTransform Walk(double t_s) {
 const RigidTransform kT_imu_camera{ExpRotation({-1.2, 1.2, -1.2}), {0.05, -0.02, 0.07}};
 
 // The table as a file with this form would hold the walk.
-PoseTable TableOf(const PoseForm& form, double late_s = 0, int rate_hz = 100) {
+PoseTable FormatRows(const PoseForm& form, double late_s = 0, int rate_hz = 100) {
   PoseTable table;
   for (int i = 0; i < 20 * rate_hz; ++i) {
     const double t_s = static_cast<double>(i) / rate_hz;
@@ -56,7 +56,7 @@ PoseReading Judge(const PoseTable& table, const PoseForm& form = {}) {
 
 TEST(PoseReading, GoodPosesAgree) {
   for (const int rate_hz : {100, 20, 2}) {
-    const PoseReading reading = Judge(TableOf({}, 0, rate_hz));
+    const PoseReading reading = Judge(FormatRows({}, 0, rate_hz));
     EXPECT_TRUE(reading.is_judged) << rate_hz;
     EXPECT_TRUE(reading.agrees) << rate_hz << ": " << reading.words;
     EXPECT_EQ(reading.change, "") << rate_hz;
@@ -64,7 +64,7 @@ TEST(PoseReading, GoodPosesAgree) {
 }
 
 TEST(PoseReading, DriftIsNoOtherForm) {
-  PoseTable table = TableOf({});
+  PoseTable table = FormatRows({});
   for (size_t i = 0; i < table.rows.size(); ++i) table.rows[i].p *= 1.01;
   EXPECT_TRUE(Judge(table).agrees) << Judge(table).words;
 }
@@ -80,9 +80,9 @@ TEST(PoseReading, EachFormIsNamedAndTheRemedyAgrees) {
                                                     {.scale = 2},
                                                     {.of = "camera", .scale = 0.001},
                                                     {.scale = 1 / 1.05}}) {
-    const PoseTable table = TableOf(form);
+    const PoseTable table = FormatRows(form);
     const PoseReading reading = Judge(table);
-    const std::string name = OptionsOf(form);
+    const std::string name = FormatOptions(form);
     EXPECT_FALSE(reading.agrees) << name;
     EXPECT_TRUE(reading.is_explained) << name << ": " << reading.words;
     EXPECT_EQ(reading.form.of, form.of) << name;
@@ -96,7 +96,7 @@ TEST(PoseReading, EachFormIsNamedAndTheRemedyAgrees) {
 
 TEST(PoseReading, AScaleIsThatOfPositionsNotOfTheLever) {
   for (const char* of : {"camera", "world-in-camera"}) {
-    const PoseReading reading = Judge(TableOf({.of = of, .scale = 10}));
+    const PoseReading reading = Judge(FormatRows({.of = of, .scale = 10}));
     EXPECT_EQ(reading.form.of, of);
     EXPECT_EQ(reading.form.scale, 10);
     EXPECT_LT(reading.best.way_m, 0.015);
@@ -104,7 +104,7 @@ TEST(PoseReading, AScaleIsThatOfPositionsNotOfTheLever) {
 }
 
 TEST(PoseReading, MirroredPosesAreNamedAndHaveNoRemedy) {
-  PoseTable mirrored = TableOf({}), positions = mirrored;
+  PoseTable mirrored = FormatRows({}), positions = mirrored;
   for (PoseRow& row : mirrored.rows) {  // y of world and body
     row.p.y() *= -1;
     row.quaternion[0] *= -1;
@@ -123,7 +123,7 @@ TEST(PoseReading, MirroredPosesAreNamedAndHaveNoRemedy) {
 }
 
 TEST(PoseReading, ABodyWithOtherAxesIsNamed) {
-  PoseTable table = TableOf({});
+  PoseTable table = FormatRows({});
   for (PoseRow& row : table.rows) {
     auto& q = row.quaternion;  // forward, right, down
     const Eigen::Quaterniond turned =
@@ -139,7 +139,7 @@ TEST(PoseReading, ABodyWithOtherAxesIsNamed) {
 
 TEST(PoseReading, StampsThatAreLateOrHaveAnotherStartAreNamed) {
   for (const double late_s : {0.06, -0.2, 3.0, 1403636579.758, -400.0}) {
-    const PoseTable table = TableOf({}, late_s);
+    const PoseTable table = FormatRows({}, late_s);
     const PoseReading reading = Judge(table);
     EXPECT_FALSE(reading.agrees) << late_s;
     EXPECT_NEAR(reading.form.offset_s, -late_s, 0.006) << late_s << ": " << reading.words;
@@ -148,8 +148,8 @@ TEST(PoseReading, StampsThatAreLateOrHaveAnotherStartAreNamed) {
 }
 
 TEST(PoseReading, WhatChangesOnTheWayIsSaid) {
-  const std::vector<PoseRow> good = TableOf({}).rows;
-  PoseTable late = TableOf({}), drifting = late, scaled = late;
+  const std::vector<PoseRow> good = FormatRows({}).rows;
+  PoseTable late = FormatRows({}), drifting = late, scaled = late;
   for (size_t i = 0; i < good.size(); ++i) {
     if (i >= 800 && i < 1200) {
       late.rows[i].p = good[i - 25].p;
@@ -172,7 +172,7 @@ TEST(PoseReading, WhatChangesOnTheWayIsSaid) {
 }
 
 TEST(PoseReading, WhatNoReadingExplainsIsSaid) {
-  PoseTable alike = TableOf({}), others = alike;
+  PoseTable alike = FormatRows({}), others = alike;
   for (PoseRow& row : alike.rows) row.quaternion = {0, 0, 0, 1};
   for (size_t i = 0; i < others.rows.size(); ++i) {  // of another walk
     const Eigen::Quaterniond q = ExpRotation({0, std::sin(0.05 * static_cast<double>(i)), 0});

@@ -8,7 +8,7 @@
 
 namespace slcmap::testing {
 
-inline BuildingPlane PlaneOf(PlaneKind kind, const Eigen::Vector3d& normal,
+inline BuildingPlane MakePlane(PlaneKind kind, const Eigen::Vector3d& normal,
                              const std::vector<Eigen::Vector3d>& outline) {
   BuildingPlane plane;
   plane.kind = kind;
@@ -22,9 +22,9 @@ inline BuildingPlane PlaneOf(PlaneKind kind, const Eigen::Vector3d& normal,
 // The wall y = 0, seen from y > 0, and the floor z = 0, both from x = 0 to 4.
 inline Building WallAndFloor() {
   Building building;
-  building.planes = {PlaneOf(PlaneKind::kWall, Eigen::Vector3d::UnitY(),
+  building.planes = {MakePlane(PlaneKind::kWall, Eigen::Vector3d::UnitY(),
                              {{0, 0, 0}, {4, 0, 0}, {4, 0, 2.5}, {0, 0, 2.5}}),
-                     PlaneOf(PlaneKind::kFloor, Eigen::Vector3d::UnitZ(),
+                     MakePlane(PlaneKind::kFloor, Eigen::Vector3d::UnitZ(),
                              {{0, 0, 0}, {4, 0, 0}, {4, 3, 0}, {0, 3, 0}})};
   for (size_t i = 0; i < building.planes.size(); ++i) {
     building.planes[i].id = static_cast<int64_t>(i);

@@ -28,7 +28,7 @@ EdgePlace PlaceAt(const LineInView& part, double share, double off_px, int view,
 }
 
 // Where the views see the line, off by noise across its image.
-std::vector<EdgePlace> PlacesOf(const ViewCameras& cameras, double sigma_px, unsigned seed) {
+std::vector<EdgePlace> CollectPlaces(const ViewCameras& cameras, double sigma_px, unsigned seed) {
   std::mt19937 random(seed);
   std::normal_distribution<double> noise(0, 1);
   std::vector<EdgePlace> places;
@@ -55,7 +55,7 @@ class LineFitting : public ::testing::Test {
 };
 
 TEST_F(LineFitting, OfExactPlacesIsExact) {
-  const auto fit = FitLine(start_, PlacesOf(cameras_, 0, 1), cameras_, std::nullopt, options_);
+  const auto fit = FitLine(start_, CollectPlaces(cameras_, 0, 1), cameras_, std::nullopt, options_);
   ASSERT_TRUE(fit);
   EXPECT_LT((NearestOn(kTrue, fit->line.point_world) - fit->line.point_world).norm(), 1e-6);
   EXPECT_LT(fit->line.direction_world.cross(kTrue.direction_world).norm(), 1e-6);
@@ -66,7 +66,7 @@ TEST_F(LineFitting, ErrsAsItsCovarianceSays) {
   double squared = 0;
   constexpr int kRuns = 200;
   for (unsigned seed = 1; seed <= kRuns; ++seed) {
-    const auto places = PlacesOf(cameras_, options_.sigma_px, seed);
+    const auto places = CollectPlaces(cameras_, options_.sigma_px, seed);
     const auto fit = FitLine(start_, places, cameras_, std::nullopt, options_);
     ASSERT_TRUE(fit);
     // Where the true line crosses the plane through the fit's point, and its direction.
@@ -84,7 +84,7 @@ TEST_F(LineFitting, ErrsAsItsCovarianceSays) {
 }
 
 TEST_F(LineFitting, SurvivesPlacesOfAnotherEdge) {
-  std::vector<EdgePlace> places = PlacesOf(cameras_, 0.1, 1);
+  std::vector<EdgePlace> places = CollectPlaces(cameras_, 0.1, 1);
   for (size_t i = 0; i < places.size(); i += 5) places[i].px += 5 * places[i].normal;
   const auto fit = FitLine(start_, places, cameras_, std::nullopt, options_);
   ASSERT_TRUE(fit);
@@ -100,7 +100,7 @@ TEST(LineFitFromAfar, IsLedByWhatIsSeenFromNear) {
   }
   const PaintedWall wall(views, {}, 2);
   const ViewCameras cameras(views, wall.rig());
-  std::vector<EdgePlace> places = PlacesOf(cameras, 0.02, 1);
+  std::vector<EdgePlace> places = CollectPlaces(cameras, 0.02, 1);
   for (EdgePlace& place : places) {
     if (place.view >= 8 && place.along_m < 0) place.px += 0.8F * place.normal;
   }
@@ -125,7 +125,7 @@ TEST(LineFitFromAfar, IsNotLedByGlimpsesOfOneEnd) {
     const ViewCameras cameras(views, wall.rig());
     std::vector<EdgePlace> places;
     for (int view = 0; view < 8 + glimpses; ++view) {
-      const Stretch seen = view < 8 ? Stretch{-1.2, 1.2} : Stretch{0.9, 1.2};
+      const Interval seen = view < 8 ? Interval{-1.2, 1.2} : Interval{0.9, 1.2};
       for (const int camera : {0, 1}) {
         const auto part = SeenPart(kTrue, seen, cameras.T_camera_world[view][camera],
                                    cameras.cameras[camera], {});
@@ -195,7 +195,7 @@ TEST_F(WhatIsTold, KnowsADirectionAtLeastAsWellAsItsPrior) {
 
 // Places of one stretch of an image err alike: more of them know no more against a prior.
 TEST_F(LineFitting, WeighsAPriorAgainstWhatErrsAlike) {
-  const std::vector<EdgePlace> places = PlacesOf(cameras_, 0, 1);
+  const std::vector<EdgePlace> places = CollectPlaces(cameras_, 0, 1);
   std::vector<EdgePlace> more;
   for (int i = 0; i < 10; ++i) more.insert(more.end(), places.begin(), places.end());
   const Eigen::Vector3d turned =
@@ -214,7 +214,7 @@ TEST_F(LineFitting, WeighsAPriorAgainstWhatErrsAlike) {
 }
 
 TEST_F(LineFitting, TellsALineWithPlacesOfAnotherEdgeFromPlacesOfNone) {
-  std::vector<EdgePlace> of_two = PlacesOf(cameras_, 0.1, 1), of_none = PlacesOf(cameras_, 0.6, 2);
+  std::vector<EdgePlace> of_two = CollectPlaces(cameras_, 0.1, 1), of_none = CollectPlaces(cameras_, 0.6, 2);
   for (size_t i = 0; i < of_two.size(); i += 4) of_two[i].px += 1.3 * of_two[i].normal;
   const auto two = FitLine(start_, of_two, cameras_, std::nullopt, options_);
   const auto none = FitLine(start_, of_none, cameras_, std::nullopt, options_);
@@ -226,7 +226,7 @@ TEST_F(LineFitting, TellsALineWithPlacesOfAnotherEdgeFromPlacesOfNone) {
 
 TEST_F(LineFitting, KeepsToAnAxisThatIsKnownWell) {
   const DirectionPrior prior{Eigen::Vector3d::UnitZ(), 1e-7};
-  const auto fit = FitLine({kTrue.point_world, Eigen::Vector3d::UnitZ()}, PlacesOf(cameras_, 0, 1),
+  const auto fit = FitLine({kTrue.point_world, Eigen::Vector3d::UnitZ()}, CollectPlaces(cameras_, 0, 1),
                            cameras_, prior, options_);
   ASSERT_TRUE(fit);
   EXPECT_LT(fit->line.direction_world.cross(Eigen::Vector3d::UnitZ()).norm(), 1e-4);
@@ -237,7 +237,7 @@ TEST_F(LineFitting, KeepsLevelWithAnyHeading) {
   const Eigen::Vector3d level_axis =
       (kTrue.direction_world.unitOrthogonal() + 0.02 * kTrue.direction_world).normalized();
   const DirectionPrior prior{level_axis, 1e-7, true};
-  const auto fit = FitLine(start_, PlacesOf(cameras_, 0, 1), cameras_, prior, options_);
+  const auto fit = FitLine(start_, CollectPlaces(cameras_, 0, 1), cameras_, prior, options_);
   ASSERT_TRUE(fit);
   EXPECT_NEAR(fit->line.direction_world.dot(level_axis), 0, 1e-5);
   const Eigen::Vector3d heading = level_axis.cross(kTrue.direction_world).normalized();

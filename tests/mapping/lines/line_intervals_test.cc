@@ -46,7 +46,7 @@ TrackedLine At(double y_m, double from_m, double to_m, double sigma_m, int views
   line.axis = 1;
   line.line = {{0, y_m, 0}, Eigen::Vector3d::UnitX()};
   line.intervals = {{from_m, to_m}};
-  line.fit.across = AcrossOf(line.line.direction_world);
+  line.fit.across = ComputeAcross(line.line.direction_world);
   line.fit.covariance = Eigen::Matrix4d::Identity() * sigma_m * sigma_m;
   line.fit.covariance.bottomRightCorner<2, 2>() *= 0.01;
   line.fit.views = views;

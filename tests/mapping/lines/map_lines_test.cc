@@ -26,7 +26,7 @@ std::vector<BuildingAxis> WallAxes() {
           {LineAxis::kY, 0, -1, Eigen::Vector3d::UnitY(), 0.001}};
 }
 
-std::vector<MapLine> LinesOf(const std::vector<WallRectangle>& rectangles,
+std::vector<MapLine> CollectLines(const std::vector<WallRectangle>& rectangles,
                              const std::vector<BuildingAxis>& axes, int views = 11) {
   const Views moving = MovingViews(views);
   const PaintedWall wall(moving, rectangles, kDistance_m);
@@ -45,7 +45,7 @@ bool IsAlong(const MapLine& line, int across, double place_m) {
 double Length_m(const MapLine& line) { return (line.end_world - line.start_world).norm(); }
 
 TEST(MapLines, TheSidesOfARectangleAreFoundWhereTheyAre) {
-  const auto lines = LinesOf({{-0.5, 0.4, -0.3, 0.4}}, WallAxes());
+  const auto lines = CollectLines({{-0.5, 0.4, -0.3, 0.4}}, WallAxes());
   ASSERT_EQ(lines.size(), 4u);
   for (const auto& [across, place_m, length_m] :
        {std::tuple(0, -0.5, 0.7), {0, 0.4, 0.7}, {2, -0.3, 0.9}, {2, 0.4, 0.9}}) {
@@ -112,7 +112,7 @@ TEST(MapLines, LevelEdgesTurnedAgainstTheBuildingAreFound) {
   std::vector<BuildingAxis> turned = WallAxes();
   turned[1].direction_world = {std::cos(0.4), std::sin(0.4), 0};
   turned[2].direction_world = {-std::sin(0.4), std::cos(0.4), 0};
-  const auto lines = LinesOf({{-0.5, 0.4, -0.3, 0.4}}, turned);
+  const auto lines = CollectLines({{-0.5, 0.4, -0.3, 0.4}}, turned);
   ASSERT_EQ(lines.size(), 4u);
   for (const double height_m : {-0.3, 0.4}) {
     const auto found = std::find_if(lines.begin(), lines.end(), [&](const MapLine& line) {
@@ -163,7 +163,7 @@ std::vector<WallRectangle> Row(double turn_rad) {
 // As chairs in a row, each a little askew: their edges lie along a line, but none of them on it.
 TEST(MapLines, ARowOfTurnedThingsIsNoLine) {
   const auto tops = [](double turn_rad) {
-    const auto lines = LinesOf(Row(turn_rad), WallAxes());
+    const auto lines = CollectLines(Row(turn_rad), WallAxes());
     return std::count_if(lines.begin(), lines.end(), [](const MapLine& line) {
       return line.axis == LineAxis::kX && std::abs(line.start_world.z() - 0.2) < 0.03;
     });
@@ -171,13 +171,13 @@ TEST(MapLines, ARowOfTurnedThingsIsNoLine) {
   EXPECT_EQ(tops(0), 3);
   // By less each top is straight enough for a line along the axis, as far as it reaches.
   EXPECT_EQ(tops(0.04), 0);
-  for (const MapLine& line : LinesOf(Row(0.03), WallAxes())) {
+  for (const MapLine& line : CollectLines(Row(0.03), WallAxes())) {
     EXPECT_TRUE(line.axis != LineAxis::kX || Length_m(line) < 0.4);
   }
 }
 
 TEST(MapLines, ADoorwayIsAGapOfOneLine) {
-  const auto lines = LinesOf({{-1.0, -0.3, -0.3, 0.4}, {0.3, 1.0, -0.3, 0.4}}, WallAxes());
+  const auto lines = CollectLines({{-1.0, -0.3, -0.3, 0.4}, {0.3, 1.0, -0.3, 0.4}}, WallAxes());
   std::vector<const MapLine*> tops;
   for (const MapLine& line : lines) {
     if (line.axis == LineAxis::kX && IsAlong(line, 2, 0.4)) tops.push_back(&line);
@@ -269,7 +269,7 @@ class MadeEvidenceTest : public ::testing::Test {
     line_.fit.world_covariance.setZero();
   }
 
-  void AddPlace(double along_m, const Stretch& stretch, double below_px) {
+  void AddPlace(double along_m, const Interval& stretch, double below_px) {
     // 150 pixels are a metre.
     const Eigen::Vector2d px(239.5 + 150 * along_m, 159.5 + below_px);
     line_.places.push_back({0,
@@ -284,7 +284,7 @@ class MadeEvidenceTest : public ::testing::Test {
 
   std::vector<LineSupport> Supports() const {
     const PaintedWall wall(views_, {}, kDistance_m);
-    return EvidenceOf({line_}, views_, ViewCameras(views_, wall.rig())).supports;
+    return CollectEvidence({line_}, views_, ViewCameras(views_, wall.rig())).supports;
   }
 
   const Views views_ = MovingViews(1);
@@ -331,7 +331,7 @@ TEST_F(MadeEvidenceTest, WhatIsShortOrFarBesideTheLineIsLeftOut) {
 }
 
 TEST(MapLines, JambsSixCentimetresApartStayTwo) {
-  const auto lines = LinesOf({{-0.5, -0.2, -0.4, 0.5}, {-0.14, 0.3, -0.4, 0.5}}, WallAxes());
+  const auto lines = CollectLines({{-0.5, -0.2, -0.4, 0.5}, {-0.14, 0.3, -0.4, 0.5}}, WallAxes());
   for (const double place_m : {-0.2, -0.14}) {
     EXPECT_EQ(std::count_if(lines.begin(), lines.end(),
                             [&](const MapLine& l) {
@@ -342,14 +342,14 @@ TEST(MapLines, JambsSixCentimetresApartStayTwo) {
   }
 }
 
-TEST(MapLines, ABlankWallHasNone) { EXPECT_TRUE(LinesOf({}, WallAxes()).empty()); }
+TEST(MapLines, ABlankWallHasNone) { EXPECT_TRUE(CollectLines({}, WallAxes()).empty()); }
 
 TEST(MapLines, AreTheSameWithAnyNumberOfThreads) {
   const std::vector<WallRectangle> rectangles = {{-0.5, 0.4, -0.3, 0.4}, {0.6, 0.9, -0.1, 0.2}};
-  const auto many = LinesOf(rectangles, WallAxes());
+  const auto many = CollectLines(rectangles, WallAxes());
   const int threads = cv::getNumThreads();
   cv::setNumThreads(1);
-  const auto one = LinesOf(rectangles, WallAxes());
+  const auto one = CollectLines(rectangles, WallAxes());
   cv::setNumThreads(threads);
   ASSERT_EQ(one.size(), many.size());
   for (size_t i = 0; i < one.size(); ++i) {

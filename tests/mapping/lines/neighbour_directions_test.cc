@@ -32,16 +32,16 @@ TrackedLine LineOff(int axis, const Eigen::Vector3d& middle_world, const Eigen::
   line.axis = axis;
   line.line.point_world = middle_world;
   line.line.direction_world =
-      (along + AcrossOf(along) * (places / (places + prior) * off_rad)).normalized();
+      (along + ComputeAcross(along) * (places / (places + prior) * off_rad)).normalized();
   line.fit.line = line.line;
-  line.fit.across = AcrossOf(line.line.direction_world);
+  line.fit.across = ComputeAcross(line.line.direction_world);
   line.fit.places_information.topLeftCorner<2, 2>() = 1e6 * Eigen::Matrix2d::Identity();
   line.fit.places_information.bottomRightCorner<2, 2>() = places * Eigen::Matrix2d::Identity();
   return line;
 }
 
 Eigen::Vector2d AcrossAxis(const DirectionPrior& prior, const Eigen::Vector3d& axis_world) {
-  return AcrossOf(axis_world).transpose() * prior.axis_world;
+  return ComputeAcross(axis_world).transpose() * prior.axis_world;
 }
 
 class NeighbourDirections : public ::testing::Test {
@@ -123,7 +123,7 @@ TEST_F(NeighbourDirections, AreOfWhatPlacesTellAndOfNothingElse) {
   std::vector<TrackedLine> lines;
   for (int i = 0; i < 12; ++i) {
     TrackedLine line = LineOff(0, {0.05 * i, 0, 0}, {0, 0}, 1);
-    line.fit.across = AcrossOf(along) * Eigen::Rotation2D(0.7).toRotationMatrix();
+    line.fit.across = ComputeAcross(along) * Eigen::Rotation2D(0.7).toRotationMatrix();
     const Eigen::Vector2d known = line.fit.across.transpose() * known_way;
     const Eigen::Vector2d unknown(-known.y(), known.x());
     const Eigen::Matrix2d of_direction =
@@ -183,7 +183,7 @@ TEST_F(NeighbourDirections, DoNotDependOnTheSenseOfLines) {
   for (int i = 0; i < 5; ++i) lines.push_back(LineOff(0, {0.5 * i, 0, 0}, {0.004, 0.001}, 0.001));
   const auto one_way = PriorsByNeighbours(lines, kAxes, options_);
   lines[2].line.direction_world = -lines[2].line.direction_world;
-  lines[2].fit.across = AcrossOf(lines[2].line.direction_world);
+  lines[2].fit.across = ComputeAcross(lines[2].line.direction_world);
   const auto other_way = PriorsByNeighbours(lines, kAxes, options_);
   for (int i = 0; i < 5; ++i) {
     EXPECT_LT((one_way[i]->axis_world - other_way[i]->axis_world).norm(), 1e-9) << i;

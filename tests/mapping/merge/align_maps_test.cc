@@ -57,7 +57,7 @@ MapAlignment Align(const MapResult& first, const MapResult& second,
 
 void ExpectAt(const MapAlignment& found, const RigidTransform& T_first_second, double within_m) {
   EXPECT_LT((found.T_first_second.translation - T_first_second.translation).norm(), within_m);
-  EXPECT_LT(std::abs(YawOf(found.T_first_second.Inverse() * T_first_second)), 0.1 * kDegree);
+  EXPECT_LT(std::abs(ComputeYaw(found.T_first_second.Inverse() * T_first_second)), 0.1 * kDegree);
 }
 
 // The reason why maps are not aligned; a failure of the test where they are.
@@ -172,7 +172,7 @@ TEST(AlignMaps, TwinRoomsAreRefusedAndARoughStartSaysWhich) {
   const MapResult twin = ScannedMap(scene, {{10, 2.6, 1.5}, {10, 1.2, 1.5}}, T, "b");
   EXPECT_EQ(WhyRefused(all, twin), AlignmentError::Reason::kAmbiguous);
   const RigidTransform truth = T.Inverse();
-  const RoughStart start{truth.translation + Vector3d(0.8, -0.7, 0.2), YawOf(truth) + 0.2};
+  const RoughStart start{truth.translation + Vector3d(0.8, -0.7, 0.2), ComputeYaw(truth) + 0.2};
   ExpectAt(Align(all, twin, start), truth, 0.01);
 }
 

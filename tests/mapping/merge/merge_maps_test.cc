@@ -109,7 +109,7 @@ TEST(MergeMaps, ComesBackFromItsFolderAndTheSameMapsGiveTheSameBytes) {
   EXPECT_EQ(map.source.merged[1].poses_ns->from_ns - map.source.merged[1].stamps_moved_ns,
             East().trajectory.front().stamp_ns);
   EXPECT_LT((map.source.merged[1].T_world_run * Vector3d(3, -2, 0.4)).norm(), 0.02);
-  EXPECT_THAT(RunsOf(map), ElementsAre("a", "b"));
+  EXPECT_THAT(CollectRuns(map), ElementsAre("a", "b"));
 }
 
 // A point that a keyframe's left camera sees.
@@ -287,7 +287,7 @@ TEST(UnitePoints, TracksOfPointsThatBecomeOneStayApart) {
   ASSERT_THAT(united.points, SizeIs(3));
   EXPECT_EQ(united.points[0].observations, 9);
   std::vector<std::tuple<int64_t, int, int64_t, int>> keys;
-  for (const MapPointObservation& seen : united.observations) keys.push_back(KeyOf(seen));
+  for (const MapPointObservation& seen : united.observations) keys.push_back(MakeKey(seen));
   using Key = std::tuple<int64_t, int, int64_t, int>;
   EXPECT_THAT(keys, ElementsAre(Key(0, 0, 5, 0), Key(0, 1, 5, 0), Key(0, 1, 6, 1), Key(0, 2, 8, 0),
                                 Key(0, 3, 8, 0), Key(1, 0, 5, 0), Key(2, 0, 8, 0)));

@@ -73,7 +73,7 @@ class BandImages : public ViewImages {
   cv::Mat mask_;
 };
 
-Views ViewsOf(const MapResult& map) {
+Views CollectViews(const MapResult& map) {
   Views views;
   for (const StampedPose& pose : map.keyframes)
     views.push_back({pose.stamp_ns, 0, pose.T_world_imu});
@@ -95,7 +95,7 @@ SceneOfViews ThinPipe() {
   return scene;
 }
 
-PipePlace PlaceOf(double radius_m, const Vector2d& place) {
+PipePlace FindPlace(double radius_m, const Vector2d& place) {
   return {{{{place.x(), place.y(), 0}, Eigen::Vector3d::UnitZ()}, radius_m}, {-0.9, 0.9}};
 }
 
@@ -109,9 +109,9 @@ std::vector<size_t> AllOf(const Views& views) {
 TEST(OutlinePairs, AreWhereTheImagesHaveThem) {
   SceneOfViews scene = ThinPipe();
   const BandImages images(scene.map(), OfPipe);
-  const Views views = ViewsOf(scene.map());
+  const Views views = CollectViews(scene.map());
   const Vector2d off(0.001, -0.0015);
-  const auto pairs = FindOutlinePairs({PlaceOf(0.021, off)}, {views, images}, AllOf(views)).front();
+  const auto pairs = FindOutlinePairs({FindPlace(0.021, off)}, {views, images}, AllOf(views)).front();
   ASSERT_EQ(pairs.size(), 2u * kViews);
   for (const OutlinePair& pair : pairs) {
     const double tenth_px_m = 0.1 * 2 / 450;
@@ -122,24 +122,24 @@ TEST(OutlinePairs, AreWhereTheImagesHaveThem) {
 
 TEST(OutlinePairs, AreExpectedWhereAPlaceIsInTheImage) {
   SceneOfViews scene = ThinPipe();
-  const Views views = ViewsOf(scene.map());
+  const Views views = CollectViews(scene.map());
   const ViewCameras cameras(views, scene.map().rectified_rig);
-  EXPECT_EQ(ExpectedPairs(PlaceOf(0.02, {0, 0}), views, cameras).size(), 2u * kViews);
-  EXPECT_TRUE(ExpectedPairs(PlaceOf(0.02, {5, 0}), views, cameras).empty()) << "behind all views";
-  EXPECT_TRUE(ExpectedPairs(PlaceOf(0.004, {0, 0}), views, cameras).empty()) << "2 pixels wide";
+  EXPECT_EQ(ExpectedPairs(FindPlace(0.02, {0, 0}), views, cameras).size(), 2u * kViews);
+  EXPECT_TRUE(ExpectedPairs(FindPlace(0.02, {5, 0}), views, cameras).empty()) << "behind all views";
+  EXPECT_TRUE(ExpectedPairs(FindPlace(0.004, {0, 0}), views, cameras).empty()) << "2 pixels wide";
 }
 
 TEST(OutlinePairs, AreNoneWhereNothingIs) {
   SceneOfViews scene = ThinPipe();
   const BandImages images(scene.map(), OfPipe);
-  const Views views = ViewsOf(scene.map());
+  const Views views = CollectViews(scene.map());
   EXPECT_TRUE(
-      FindOutlinePairs({PlaceOf(0.02, {0.1, 0.3})}, {views, images}, AllOf(views)).front().empty());
+      FindOutlinePairs({FindPlace(0.02, {0.1, 0.3})}, {views, images}, AllOf(views)).front().empty());
 }
 
 TEST(PipesInImages, ThinOnesAreFoundByTheirWidthInImages) {
   SceneOfViews scene = ThinPipe();
-  const Views views = ViewsOf(scene.map());
+  const Views views = CollectViews(scene.map());
   const BandImages of_pipe(scene.map(), OfPipe), of_strip(scene.map(), OfStrip);
   const PipeImages images{views, of_pipe}, strip{views, of_strip};
   const FoundPipes found = FindPipes(scene.map(), {}, &images);
@@ -154,12 +154,12 @@ TEST(PipesInImages, ThinOnesAreFoundByTheirWidthInImages) {
 TEST(OutlinePairs, AreOfOneSegment) {
   SceneOfViews scene = ThinPipe();
   const BandImages images(scene.map(), OfPipe);
-  Views views = ViewsOf(scene.map());
+  Views views = CollectViews(scene.map());
   for (size_t i = 0; i < 10; ++i) views[i].segment = 1;
-  const auto pairs = FindOutlinePairs({PlaceOf(0.02, {0, 0})}, {views, images}, AllOf(views));
+  const auto pairs = FindOutlinePairs({FindPlace(0.02, {0, 0})}, {views, images}, AllOf(views));
   EXPECT_EQ(pairs.front().size(), 2u * (kViews - 10));
   const ViewCameras cameras(views, scene.map().rectified_rig);
-  EXPECT_EQ(ExpectedPairs(PlaceOf(0.02, {0, 0}), views, cameras).size(), 2u * (kViews - 10));
+  EXPECT_EQ(ExpectedPairs(FindPlace(0.02, {0, 0}), views, cameras).size(), 2u * (kViews - 10));
 }
 
 // A lost image is no reason to leave the other one out.
@@ -175,8 +175,8 @@ TEST(OutlinePairs, AreOfTheImagesThatAreThere) {
   };
   SceneOfViews scene = ThinPipe();
   const WithoutRight images(scene.map(), OfPipe);
-  const Views views = ViewsOf(scene.map());
-  const auto pairs = FindOutlinePairs({PlaceOf(0.02, {0, 0})}, {views, images}, AllOf(views));
+  const Views views = CollectViews(scene.map());
+  const auto pairs = FindOutlinePairs({FindPlace(0.02, {0, 0})}, {views, images}, AllOf(views));
   EXPECT_EQ(pairs.front().size(), static_cast<size_t>(kViews));
 }
 
@@ -217,7 +217,7 @@ TEST(OutlinePairs, AreMeasuredAlongWhatRunsAway) {
 
 TEST(PipesInImages, AreNoneOnceTheWorkIsStopped) {
   SceneOfViews scene = ThinPipe();
-  const Views views = ViewsOf(scene.map());
+  const Views views = CollectViews(scene.map());
   const BandImages of_pipe(scene.map(), OfPipe);
   const PipeImages images{views, of_pipe};
   int reports = 0;

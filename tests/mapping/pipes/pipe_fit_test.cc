@@ -16,7 +16,7 @@ const Cylinder kTrue{{{0.3, 2, 0.1}, Vector3d(0.1, -0.05, 1).normalized()}, 0.05
 
 // Rays from views on an arc before the pipe that touch it on both sides, at two places along it;
 // off by noise across them.
-std::vector<TangentRay> RaysOf(const Cylinder& pipe, double sigma_m, unsigned seed) {
+std::vector<TangentRay> CollectRays(const Cylinder& pipe, double sigma_m, unsigned seed) {
   constexpr int kViews = 24;
   std::mt19937 random(seed);
   std::normal_distribution<double> noise(0, 1);
@@ -46,7 +46,7 @@ const Cylinder kStart{{{0.31, 1.99, 0.1}, Vector3d(0.12, -0.03, 1).normalized()}
 const PipeFitOptions kOptions{.images_that_count = 1000};
 
 TEST(PipeFit, OfExactRaysIsExact) {
-  const auto fit = FitPipe(kStart, RaysOf(kTrue, 0, 1), kOptions);
+  const auto fit = FitPipe(kStart, CollectRays(kTrue, 0, 1), kOptions);
   ASSERT_TRUE(fit);
   const PointAndDirection& axis = fit->cylinder.axis;
   EXPECT_LT((NearestOn(kTrue.axis, axis.point_world) - axis.point_world).norm(), 1e-6);
@@ -62,7 +62,7 @@ TEST(PipeFit, ErrsAsItsCovarianceSays) {
   double squared = 0, off_m2 = 0;
   for (unsigned seed = 0; seed < kTries; ++seed) {
     // Without its robust loss, which takes noise for outliers.
-    const auto fit = FitPipe(kStart, RaysOf(kTrue, kSigma_m, seed),
+    const auto fit = FitPipe(kStart, CollectRays(kTrue, kSigma_m, seed),
                              {.robust_sigmas = 1e3, .images_that_count = 1000});
     ASSERT_TRUE(fit);
     const double off_m = fit->cylinder.radius_m - kTrue.radius_m;

@@ -20,7 +20,7 @@ using Reach = std::function<double(const Vector2d& normal, int side)>;
 
 // From directions within `spread_rad`, far away: both normals are the same. Poses are off by up to
 // `pose_m`, each image by its own.
-std::vector<OutlinePair> PairsOf(const Reach& reach, double spread_rad, double pose_m = 0) {
+std::vector<OutlinePair> SelectPairs(const Reach& reach, double spread_rad, double pose_m = 0) {
   std::vector<OutlinePair> pairs;
   for (int i = 0; i < kPairs; ++i) {
     const double turn_rad = spread_rad * (static_cast<double>(i) / (kPairs - 1) - 0.5) + 0.4;
@@ -36,7 +36,7 @@ std::vector<OutlinePair> PairsOf(const Reach& reach, double spread_rad, double p
   return pairs;
 }
 
-Reach CylinderOf(double radius_m, const Vector2d& place) {
+Reach FitCylinder(double radius_m, const Vector2d& place) {
   return [=](const Vector2d& normal, int side) {
     return normal.dot(place) + (side == 0 ? -radius_m : radius_m);
   };
@@ -54,12 +54,12 @@ Reach BarOf(double width_m, double depth_m, double turn_rad) {
 bool IsPipe(const std::vector<OutlinePair>& pairs, double radius_m) {
   Cylinder cylinder;
   cylinder.radius_m = radius_m;
-  return IsAsWideAsAPipe(cylinder, WidthEvidenceOf(pairs, radius_m, kPoseSigma_m), {});
+  return IsAsWideAsAPipe(cylinder, CollectWidthEvidence(pairs, radius_m, kPoseSigma_m), {});
 }
 
 TEST(WidthEvidence, ACylinderIsAsWideFromAllSides) {
-  const auto pairs = PairsOf(CylinderOf(0.03, {0.004, -0.002}), 0.8);
-  const WidthEvidence widths = WidthEvidenceOf(pairs, 0.029, kPoseSigma_m);
+  const auto pairs = SelectPairs(FitCylinder(0.03, {0.004, -0.002}), 0.8);
+  const WidthEvidence widths = CollectWidthEvidence(pairs, 0.029, kPoseSigma_m);
   EXPECT_EQ(widths.images, kPairs);
   EXPECT_NEAR(widths.cylinder, 0, 1e-6);
   EXPECT_NEAR(widths.radius_m, 0.03, 1e-6);
@@ -71,36 +71,36 @@ TEST(WidthEvidence, ACylinderIsAsWideFromAllSides) {
 
 // Poses move both outlines.
 TEST(WidthEvidence, HardlyHangsOnPoses) {
-  EXPECT_TRUE(IsPipe(PairsOf(CylinderOf(0.03, {0, 0}), 0.8, 0.003), 0.03));
+  EXPECT_TRUE(IsPipe(SelectPairs(FitCylinder(0.03, {0, 0}), 0.8, 0.003), 0.03));
 }
 
 TEST(WidthEvidence, EdgesAndBarsAreNoCylinders) {
   const Reach edges = [](const Vector2d& normal, int side) {
     return normal.dot(side == 0 ? Vector2d(-0.01, -0.03) : Vector2d(0.01, 0.03));
   };
-  const auto of_edges = PairsOf(edges, 0.8);
-  const WidthEvidence widths = WidthEvidenceOf(of_edges, 0.03, kPoseSigma_m);
+  const auto of_edges = SelectPairs(edges, 0.8);
+  const WidthEvidence widths = CollectWidthEvidence(of_edges, 0.03, kPoseSigma_m);
   EXPECT_NEAR(widths.edges, 0, 1e-6);
   EXPECT_GT(widths.cylinder, 40);
   EXPECT_FALSE(IsPipe(of_edges, 0.03));
   for (const double turn_rad : {0.0, 0.5}) {
-    const auto of_bar = PairsOf(BarOf(0.06, 0.05, turn_rad), 1.4);
-    EXPECT_NEAR(WidthEvidenceOf(of_bar, 0.03, kPoseSigma_m).bar, 0, 0.1) << turn_rad;
+    const auto of_bar = SelectPairs(BarOf(0.06, 0.05, turn_rad), 1.4);
+    EXPECT_NEAR(CollectWidthEvidence(of_bar, 0.03, kPoseSigma_m).bar, 0, 0.1) << turn_rad;
     EXPECT_FALSE(IsPipe(of_bar, 0.03)) << turn_rad;
   }
 }
 
 TEST(WidthEvidence, ViewsFromOneDirectionTellNothing) {
-  const auto pairs = PairsOf(CylinderOf(0.03, {0, 0}), 0.1);
-  EXPECT_LT(WidthEvidenceOf(pairs, 0.03, kPoseSigma_m).told, 1);
+  const auto pairs = SelectPairs(FitCylinder(0.03, {0, 0}), 0.1);
+  EXPECT_LT(CollectWidthEvidence(pairs, 0.03, kPoseSigma_m).told, 1);
   EXPECT_FALSE(IsPipe(pairs, 0.03));
-  EXPECT_EQ(WidthEvidenceOf({}, 0.03, kPoseSigma_m).images, 0);
+  EXPECT_EQ(CollectWidthEvidence({}, 0.03, kPoseSigma_m).images, 0);
 }
 
 TEST(WidthEvidence, WhatIsFlatInTheCloudIsNoPipe) {
   Cylinder cylinder;
   cylinder.radius_m = 0.1;
-  const WidthEvidence widths = WidthEvidenceOf(PairsOf(CylinderOf(0.1, {0, 0}), 0.8), 0.1, 0.002);
+  const WidthEvidence widths = CollectWidthEvidence(SelectPairs(FitCylinder(0.1, {0, 0}), 0.8), 0.1, 0.002);
   EXPECT_TRUE(IsAsWideAsAPipe(cylinder, widths, {100, 0.8, 1.0, 0.1}));
   EXPECT_FALSE(IsAsWideAsAPipe(cylinder, widths, {100, 0.05, 0.2, 0.9}));
 }

@@ -24,9 +24,9 @@ TEST(BoundedPlanes, LeaveOutOpenings) {
   EXPECT_EQ(planes[0].reach_m, PlaneOptions{}.reach_m);
   const PlaneGrid& grid = planes[0].grid;
   const Vector3d in_door(1.5, 3, 1), beside(3, 3, 1);
-  EXPECT_FALSE(planes[0].inside(grid.RowOf(in_door), grid.ColumnOf(in_door)));
-  EXPECT_TRUE(planes[0].inside(grid.RowOf(beside), grid.ColumnOf(beside)));
-  EXPECT_LT((grid.At(0.5 + grid.ColumnOf(beside), 0.5 + grid.RowOf(beside)) - beside).norm(), 0.05);
+  EXPECT_FALSE(planes[0].inside(grid.FindRow(in_door), grid.FindColumn(in_door)));
+  EXPECT_TRUE(planes[0].inside(grid.FindRow(beside), grid.FindColumn(beside)));
+  EXPECT_LT((grid.At(0.5 + grid.FindColumn(beside), 0.5 + grid.FindRow(beside)) - beside).norm(), 0.05);
 }
 
 // A room of 4 m x 4 m around a pillar.

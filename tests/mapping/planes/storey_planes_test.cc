@@ -10,7 +10,7 @@ using Eigen::Vector3d;
 // Whether a place of the plan is one of the plane's cells that may be filled.
 bool Holds(const BoundedPlane& plane, double x, double y) {
   const Vector3d p(x, y, 0);
-  const int column = plane.grid.ColumnOf(p), row = plane.grid.RowOf(p);
+  const int column = plane.grid.FindColumn(p), row = plane.grid.FindRow(p);
   return plane.grid.Contains(column, row) && plane.inside(row, column) != 0;
 }
 

@@ -27,7 +27,7 @@ void MoveFrom(size_t first, const RigidTransform& T, Trajectory* trajectory) {
 
 TEST(PoseJumps, MotionIsNone) {
   for (const double rate_hz : {200.0, 20.0, 10.0, 3.0}) {
-    EXPECT_TRUE(JumpsOf(Walk(rate_hz)).empty()) << rate_hz;
+    EXPECT_TRUE(FindJumps(Walk(rate_hz)).empty()) << rate_hz;
   }
 }
 
@@ -36,7 +36,7 @@ TEST(PoseJumps, ASideStepIsOne) {
     Trajectory trajectory = Walk(rate_hz);
     const size_t at = trajectory.size() / 2;
     MoveFrom(at, {Eigen::Quaterniond::Identity(), {0, 0, 0.3}}, &trajectory);
-    const std::vector<PoseJump> jumps = JumpsOf(trajectory);
+    const std::vector<PoseJump> jumps = FindJumps(trajectory);
     ASSERT_EQ(jumps.size(), 1u) << rate_hz;
     EXPECT_EQ(jumps[0].stamp_ns, trajectory[at].stamp_ns);
     EXPECT_NEAR(jumps[0].moved_m, 0.3, 0.03);
@@ -48,7 +48,7 @@ TEST(PoseJumps, ATurnOnTheSpotIsOne) {
   const RigidTransform& here = trajectory[90].T_world_imu;
   const RigidTransform turn{ExpRotation({0, 0, 0.4}), Eigen::Vector3d::Zero()};
   MoveFrom(90, here * turn * here.Inverse(), &trajectory);
-  const std::vector<PoseJump> jumps = JumpsOf(trajectory);
+  const std::vector<PoseJump> jumps = FindJumps(trajectory);
   ASSERT_EQ(jumps.size(), 1u);
   EXPECT_NEAR(jumps[0].turned_rad, 0.4, 0.05);
 }
@@ -56,7 +56,7 @@ TEST(PoseJumps, ATurnOnTheSpotIsOne) {
 TEST(PoseJumps, AStrayPoseIsTwo) {
   Trajectory trajectory = Walk(20);
   trajectory[40].T_world_imu.translation.x() += 1;
-  EXPECT_EQ(JumpsOf(trajectory).size(), 2u);
+  EXPECT_EQ(FindJumps(trajectory).size(), 2u);
 }
 
 // Between poses that are far apart in time anything may have happened.
@@ -64,7 +64,7 @@ TEST(PoseJumps, GapsTellNothing) {
   Trajectory trajectory = Walk(20);
   trajectory.erase(trajectory.begin() + 50, trajectory.begin() + 80);
   MoveFrom(50, {Eigen::Quaterniond::Identity(), {5, 0, 0}}, &trajectory);
-  EXPECT_TRUE(JumpsOf(trajectory).empty());
+  EXPECT_TRUE(FindJumps(trajectory).empty());
 }
 
 }  // namespace

@@ -111,8 +111,8 @@ TEST(LineSelectionTest, PrefersTheAxesAndSpreads) {
   const std::vector<Eigen::Vector3d> axes = {{0, 1, 0}};
   const LineSegment upright{{100, 100}, {100, 200}}, beside{{104, 100}, {104, 200}},
       oblique{{200, 100}, {280, 180}}, far_upright{{500, 100}, {500, 180}};
-  EXPECT_EQ(AxisOf(upright, camera, axes), 0);
-  EXPECT_EQ(AxisOf(oblique, camera, axes), -1);
+  EXPECT_EQ(FindAxis(upright, camera, axes), 0);
+  EXPECT_EQ(FindAxis(oblique, camera, axes), -1);
   EXPECT_EQ(SelectSegments({oblique, beside, upright, far_upright}, {}, camera, axes, 3),
             (std::vector<int>{1, 3, 0}));
   EXPECT_TRUE(SelectSegments({oblique}, {}, camera, axes, 0).empty());

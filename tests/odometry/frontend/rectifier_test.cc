@@ -51,7 +51,7 @@ class RectifierTest : public ::testing::TestWithParam<Rig> {
   Rectifier rectifier_{GetParam(), RectifierOptions()};
 };
 
-std::string NameOf(const ::testing::TestParamInfo<Rig>& info) {
+std::string GetName(const ::testing::TestParamInfo<Rig>& info) {
   constexpr const char* kNames[] = {"Euroc",         "TumVi",     "Clockwise", "UpsideDown",
                                     "Anticlockwise", "Exchanged", "Upright"};
   return kNames[info.index];
@@ -61,7 +61,7 @@ INSTANTIATE_TEST_SUITE_P(Rigs, RectifierTest,
                          ::testing::Values(EurocRig(), TumViRig(), Turned(EurocRig(), 1),
                                            Turned(EurocRig(), 2), Turned(EurocRig(), -1),
                                            Exchanged(EurocRig()), Upright(EurocRig())),
-                         NameOf);
+                         GetName);
 
 TEST_P(RectifierTest, APointHasTheSameRowInBothAndTheDisparityOfItsDepth) {
   const Rig& rig = rectifier_.rectified_rig();

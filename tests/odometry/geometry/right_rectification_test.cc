@@ -21,7 +21,7 @@ class RightRectificationTest : public ::testing::Test {
     given_.cameras[0].distortion = right.distortion;
     given_.cameras[0].coefficients = right.coefficients;
     rectified_ = Rectifier(given_, {}).rectified_rig();
-    lens_ = LensShiftsOf(given_, rectified_)[1];
+    lens_ = ComputeLensShifts(given_, rectified_)[1];
   }
 
   // Where the true right camera's image, rectified with what is known of it, shows a direction of

@@ -76,8 +76,8 @@ TEST(Preintegration, CorrectionForErrorsMatchesIntegratingAgain) {
   // As samples that were corrected before.
   std::vector<ImuSample> ideal = samples;
   for (ImuSample& sample : ideal) {
-    sample.angular_velocity_rad_s = CorrectionOf(errors).gyro * sample.angular_velocity_rad_s;
-    sample.specific_force_m_s2 = CorrectionOf(errors).accel * sample.specific_force_m_s2;
+    sample.angular_velocity_rad_s = MakeCorrection(errors).gyro * sample.angular_velocity_rad_s;
+    sample.specific_force_m_s2 = MakeCorrection(errors).accel * sample.specific_force_m_s2;
   }
   const auto expected =
       Integrate(ideal, flight.rig.imu_noise, 3, 3.5).CorrectedFor(none, none);

@@ -38,13 +38,13 @@ class PointsOnLinesTest : public ::testing::Test {
 TEST_F(PointsOnLinesTest, VerifiesAfterFourKeyframesInARow) {
   EXPECT_THAT(Add({Point(1, 200.5, 200)}, {kSlanted}, 3), IsEmpty());
   EXPECT_THAT(Add({Point(1, 200.5, 200)}, {kSlanted}), ElementsAre(kPair));
-  EXPECT_THAT(points_on_lines_.PointsOf(7), ElementsAre(1));
+  EXPECT_THAT(points_on_lines_.CollectPoints(7), ElementsAre(1));
 }
 
 TEST_F(PointsOnLinesTest, TakesPointsNearTheEndsButNotBeyond) {
   const double near = 300 + 3, far = 300 + 20;
   Add({Point(1, near, near), Point(2, far, far), Point(3, 100 - 3, 100 - 3)}, {kSlanted}, 4);
-  EXPECT_THAT(points_on_lines_.PointsOf(7), ElementsAre(1, 3));
+  EXPECT_THAT(points_on_lines_.CollectPoints(7), ElementsAre(1, 3));
 }
 
 TEST_F(PointsOnLinesTest, NeedsBothImages) {
@@ -85,7 +85,7 @@ TEST_F(PointsOnLinesTest, ReleasedPairsDoNotComeBack) {
   Add({Point(1, 200, 200), Point(2, 220, 220)}, {kSlanted}, 4);
   points_on_lines_.Release(kPair);
   Add({Point(1, 200, 200), Point(2, 220, 220)}, {kSlanted}, 5);
-  EXPECT_THAT(points_on_lines_.PointsOf(7), ElementsAre(2));
+  EXPECT_THAT(points_on_lines_.CollectPoints(7), ElementsAre(2));
   points_on_lines_.ReleasePoint(2);
   EXPECT_THAT(points_on_lines_.verified(), IsEmpty());
 }
@@ -102,7 +102,7 @@ TEST_F(PointsOnLinesTest, FindsLongLinesInAllAreas) {
   std::vector<PointObservation> points;
   for (int i = 0; i < 60; ++i) points.push_back(Point(i, 20 + 10 * i, 40 + 3 * i));
   Add(points, {Line(5, {20, 40}, {610, 217})}, 4);
-  EXPECT_EQ(points_on_lines_.PointsOf(5).size(), 60u);
+  EXPECT_EQ(points_on_lines_.CollectPoints(5).size(), 60u);
 }
 
 TEST(PointsOnLinesOptionsTest, RefusesOptionsOutOfRange) {

@@ -43,7 +43,7 @@ OdometryRun GoodRun() {
 Verdict Judged(const OdometryRun& run) { return JudgeRun(run, VerdictOptions()); }
 
 // The level of the reason of a name; good where there is none.
-VerdictLevel LevelOf(const Verdict& verdict, const std::string& what) {
+VerdictLevel FindLevel(const Verdict& verdict, const std::string& what) {
   for (const VerdictReason& reason : verdict.reasons) {
     if (reason.what == what) return reason.level;
   }
@@ -86,9 +86,9 @@ TEST(Judge, LimitsAreOptions) {
   OdometryRun run = GoodRun();
   VerdictOptions options;
   options.speed_m_s = {0.5, 2};
-  EXPECT_EQ(LevelOf(JudgeRun(run, options), "speed"), VerdictLevel::kDoubtful);
+  EXPECT_EQ(FindLevel(JudgeRun(run, options), "speed"), VerdictLevel::kDoubtful);
   options.speed_m_s = {0.5, 0.9};
-  EXPECT_EQ(LevelOf(JudgeRun(run, options), "speed"), VerdictLevel::kFailed);
+  EXPECT_EQ(FindLevel(JudgeRun(run, options), "speed"), VerdictLevel::kFailed);
 }
 
 TEST(VerdictOptions, ComeFromAFileAndGoIntoOne) {
@@ -115,17 +115,17 @@ TEST(VerdictOptions, ComeFromAFileAndGoIntoOne) {
 TEST(Judge, StatesThatCannotBeAreNamed) {
   OdometryRun fast = GoodRun(), biased = GoodRun(), jumping = GoodRun(), lost = GoodRun();
   fast.states[50].velocity_world_m_s.y() = 14;
-  EXPECT_EQ(LevelOf(Judged(fast), "speed"), VerdictLevel::kFailed);
+  EXPECT_EQ(FindLevel(Judged(fast), "speed"), VerdictLevel::kFailed);
   biased.states[50].accel_bias_m_s2 = Vector3d(0, 1.5, 0);
   biased.states[60].gyro_bias_rad_s = Vector3d(0, 0.45, 0);
-  EXPECT_EQ(LevelOf(Judged(biased), "accelerometer-bias"), VerdictLevel::kDoubtful);
-  EXPECT_EQ(LevelOf(Judged(biased), "gyroscope-bias"), VerdictLevel::kFailed);
+  EXPECT_EQ(FindLevel(Judged(biased), "accelerometer-bias"), VerdictLevel::kDoubtful);
+  EXPECT_EQ(FindLevel(Judged(biased), "gyroscope-bias"), VerdictLevel::kFailed);
   for (int i = 100; i < 200; ++i) jumping.states[i].T_world_imu.translation.y() += 0.5;
-  EXPECT_EQ(LevelOf(Judged(jumping), "jump"), VerdictLevel::kDoubtful);
+  EXPECT_EQ(FindLevel(Judged(jumping), "jump"), VerdictLevel::kDoubtful);
   lost.states[50].velocity_world_m_s.y() = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_EQ(LevelOf(Judged(lost), "speed"), VerdictLevel::kFailed);
+  EXPECT_EQ(FindLevel(Judged(lost), "speed"), VerdictLevel::kFailed);
   jumping.states[50].T_world_imu.translation.z() = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_EQ(LevelOf(Judged(jumping), "jump"), VerdictLevel::kFailed);
+  EXPECT_EQ(FindLevel(Judged(jumping), "jump"), VerdictLevel::kFailed);
 }
 
 TEST(Judge, AKeyframeAnImageIsDoubtful) {
@@ -133,13 +133,13 @@ TEST(Judge, AKeyframeAnImageIsDoubtful) {
   run.keyframes.resize(100);
   EXPECT_EQ(Judged(run).level, VerdictLevel::kGood);
   run.keyframes.resize(190);
-  EXPECT_EQ(LevelOf(Judged(run), "keyframes"), VerdictLevel::kDoubtful);
+  EXPECT_EQ(FindLevel(Judged(run), "keyframes"), VerdictLevel::kDoubtful);
 }
 
 TEST(Judge, RightImagesThatShowNothingAreDoubtfulButForOneCamera) {
   OdometryRun run = GoodRun();
   run.figures.seen_right = {0.03, 0.1, 40};
-  EXPECT_EQ(LevelOf(Judged(run), "stereo"), VerdictLevel::kDoubtful);
+  EXPECT_EQ(FindLevel(Judged(run), "stereo"), VerdictLevel::kDoubtful);
   run.method = "points-mono";
   EXPECT_EQ(Judged(run).level, VerdictLevel::kGood);
 }
@@ -161,18 +161,18 @@ TEST(Judge, SegmentsThatEndedAreCounted) {
       {"segments ended by an estimate of the calibration beyond its limit: focal length", 1}};
   EXPECT_THAT(InWords(Judged(run).reasons[0]), HasSubstr("calibrate the rig anew"));
   for (int i = 110; i < 200; ++i) run.states[i].segment = 1 + (i - 100) / 10;
-  EXPECT_EQ(LevelOf(Judged(run), "lost"), VerdictLevel::kFailed);
+  EXPECT_EQ(FindLevel(Judged(run), "lost"), VerdictLevel::kFailed);
 }
 
 TEST(Judge, ImagesWithoutAPoseAreCounted) {
   OdometryRun run = GoodRun();
   run.states.erase(run.states.begin() + 50, run.states.begin() + 80);
-  EXPECT_EQ(LevelOf(Judged(run), "poses"), VerdictLevel::kDoubtful);
+  EXPECT_EQ(FindLevel(Judged(run), "poses"), VerdictLevel::kDoubtful);
   run.complete = false;  // then they are not to be expected
-  EXPECT_EQ(LevelOf(Judged(run), "poses"), VerdictLevel::kGood);
+  EXPECT_EQ(FindLevel(Judged(run), "poses"), VerdictLevel::kGood);
   run.complete = true;
   run.states.erase(run.states.begin() + 50, run.states.end() - 20);
-  EXPECT_EQ(LevelOf(Judged(run), "poses"), VerdictLevel::kFailed);
+  EXPECT_EQ(FindLevel(Judged(run), "poses"), VerdictLevel::kFailed);
 }
 
 TEST(Judge, ALateStartIsDoubtful) {
@@ -181,14 +181,14 @@ TEST(Judge, ALateStartIsDoubtful) {
   for (const OnlineState& state : run.states)
     run.source->images.push_back({state.stamp_ns, "", ""});
   EXPECT_EQ(Judged(run).level, VerdictLevel::kDoubtful);
-  EXPECT_EQ(LevelOf(Judged(run), "start"), VerdictLevel::kDoubtful);
+  EXPECT_EQ(FindLevel(Judged(run), "start"), VerdictLevel::kDoubtful);
 }
 
 TEST(Judge, ARunWithoutPosesHasFailed) {
   OdometryRun run = GoodRun();
   run.states.clear();
   EXPECT_EQ(Judged(run).level, VerdictLevel::kFailed);
-  EXPECT_EQ(LevelOf(Judged(run), "start"), VerdictLevel::kFailed);
+  EXPECT_EQ(FindLevel(Judged(run), "start"), VerdictLevel::kFailed);
 }
 
 TEST(Judge, WhatTheCheckSaidIsAReason) {

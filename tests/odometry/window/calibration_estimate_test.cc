@@ -261,14 +261,14 @@ TEST(Calibration, AnEstimateBeyondItsLimitIsReportedAndNotUsed) {
   EXPECT_LT(std::abs(run.run.calibration.back().time_offset_s), 1e-5);
 }
 
-CalibrationState StateOf(const CalibrationVector& x) {
+CalibrationState GetState(const CalibrationVector& x) {
   CalibrationState state;
   std::copy_n(x.data(), kImuCalibrationSize, state.imu.data());
   std::copy_n(x.data() + kImuCalibrationSize, kCameraCalibrationSize, state.cameras.data());
   return state;
 }
 
-CalibrationVector MeanOf(const CalibrationPrior& prior) {
+CalibrationVector ComputeMean(const CalibrationPrior& prior) {
   CalibrationState state;
   prior.Reset(&state);
   return AsVector(state);
@@ -281,13 +281,13 @@ TEST(CalibrationPrior, HoldsWhatIsBeyondItsLimitAndKeepsTheRest) {
   known[kRowImuRotation] = 0.5 * options.max_imu_rotation_rad;
   CalibrationPrior prior(options);
   prior.Learn({known, 1e-8 * CalibrationMatrix::Identity()});
-  ASSERT_EQ(MeanOf(prior), known);
-  prior.Hold(StateOf(known));  // nothing is
-  EXPECT_EQ(MeanOf(prior), known);
+  ASSERT_EQ(ComputeMean(prior), known);
+  prior.Hold(GetState(known));  // nothing is
+  EXPECT_EQ(ComputeMean(prior), known);
   known[kTime] = 2 * options.max_time_offset_s;
-  prior.Hold(StateOf(known));
+  prior.Hold(GetState(known));
   known[kTime] = 0;
-  EXPECT_EQ(MeanOf(prior), known);
+  EXPECT_EQ(ComputeMean(prior), known);
 }
 
 TEST(CalibrationPrior, WhatAnEstimateTellsIsBelievedAgain) {
@@ -297,14 +297,14 @@ TEST(CalibrationPrior, WhatAnEstimateTellsIsBelievedAgain) {
   estimate.focal_length_sigma = 3e-4;
   estimate.right_centre_px = {2, -1};
   estimate.right_centre_sigma_px = {0.05, 0.04};
-  const CalibrationBelief belief = BeliefOf(estimate, options);
+  const CalibrationBelief belief = MakeBelief(estimate, options);
   const CalibrationVector given = CalibrationPrior(options).belief().covariance.diagonal();
   EXPECT_EQ(belief.mean[kCameras + kRowFocalLength], 0.003);
   EXPECT_EQ(belief.mean[kCameras + kRowRightCentre + 1], -1);
   EXPECT_NEAR(std::sqrt(belief.covariance(kCameras + kRowFocalLength, kCameras + kRowFocalLength)),
               3e-4 / options.sigma_scale, 1e-12);
   EXPECT_EQ(belief.covariance(kTime, kTime), given[kTime]) << "what the run held";
-  const CalibrationTies ties(options, belief);
+  const NominalPrior ties(options, belief);
   EXPECT_EQ(ties.weights()[kCameras + kRowFocalLength], 0);
   EXPECT_EQ(ties.weights()[kCameras + kRowRightCentre], 0);
 }

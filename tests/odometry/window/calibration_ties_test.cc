@@ -45,18 +45,18 @@ CalibrationBelief AtFirst(const CalibrationOptions& options) {
 
 // In a later segment: a focal length that earlier ones have found off is not tied to the given one,
 // and what they have tied is not either, since the rig may have been touched.
-TEST(CalibrationTies, ALaterSegmentStartsFromWhatIsKnown) {
+TEST(NominalPrior, ALaterSegmentStartsFromWhatIsKnown) {
   const CalibrationOptions options = Options();
-  EXPECT_EQ(CalibrationTies(options, Known(options, kFocalRow, -0.003, 0.0003)).weights().norm(),
+  EXPECT_EQ(NominalPrior(options, Known(options, kFocalRow, -0.003, 0.0003)).weights().norm(),
             0);
-  const CalibrationTies known(options, Known(options, kTimeRow, 0, 1e-5));
+  const NominalPrior known(options, Known(options, kTimeRow, 0, 1e-5));
   EXPECT_EQ(known.weights()[kTimeRow], 0);
   EXPECT_GT(known.weights()[kFocalRow], 0);
 }
 
-TEST(CalibrationTies, WhatTurnsOutToBeAsGivenIsTied) {
+TEST(NominalPrior, WhatTurnsOutToBeAsGivenIsTied) {
   const CalibrationOptions options = Options();
-  CalibrationTies ties(options, AtFirst(options));
+  NominalPrior ties(options, AtFirst(options));
   EXPECT_EQ(ties.weights()[kTimeRow], 0);
   EXPECT_GT(ties.weights()[kFocalRow], 0);
   const auto told = [&](double mean, double sigma) {
@@ -70,7 +70,7 @@ TEST(CalibrationTies, WhatTurnsOutToBeAsGivenIsTied) {
 }
 
 // What the check before the start found of the right camera is near, but not exact.
-TEST(CalibrationTies, WhereRowsDidNotFitTheRightCameraIsNeverTied) {
+TEST(NominalPrior, WhereRowsDidNotFitTheRightCameraIsNeverTied) {
   constexpr int kAboutY = kImuCalibrationSize + kRowRightRotation + 1;
   CalibrationOptions options = Options();
   options.right_rotation = true;
@@ -80,7 +80,7 @@ TEST(CalibrationTies, WhereRowsDidNotFitTheRightCameraIsNeverTied) {
     known.covariance.diagonal()
         .segment<3>(kImuCalibrationSize + kRowRightRotation)
         .setConstant(std::pow(options.right_rotation_sigma_rad, 2));
-    CalibrationTies ties(options, known);
+    NominalPrior ties(options, known);
     EXPECT_EQ(ties.weights()[kAboutY] > 0, rows_fit);
     known.mean[kAboutY] = 1e-5;
     known.covariance(kAboutY, kAboutY) = 1e-10;
@@ -93,7 +93,7 @@ TEST(CalibrationTies, WhereRowsDidNotFitTheRightCameraIsNeverTied) {
 
 // Either explains what the images show: of the two the turn is taken, and the principal point only
 // where the turn does not do.
-TEST(CalibrationTies, OfTwoExplanationsTheTurnComesFirst) {
+TEST(NominalPrior, OfTwoExplanationsTheTurnComesFirst) {
   constexpr int kAboutY = kCameras + kRowRightRotation + 1, kCentre = kCameras + kRowRightCentre;
   CalibrationOptions options = Options();
   options.right_rotation = options.right_centre = true;
@@ -104,7 +104,7 @@ TEST(CalibrationTies, OfTwoExplanationsTheTurnComesFirst) {
         .setConstant(std::pow(options.right_rotation_sigma_rad, 2));
     known.covariance.diagonal().segment<2>(kCentre).setConstant(
         std::pow(options.right_centre_sigma_px, 2));
-    CalibrationTies ties(options, known);
+    NominalPrior ties(options, known);
     EXPECT_GT(ties.weights()[kAboutY], 0);
     EXPECT_GT(ties.weights()[kCentre], 0);
     // Their sum is known well, in px of a focal length of 400.
@@ -125,9 +125,9 @@ TEST(CalibrationTies, OfTwoExplanationsTheTurnComesFirst) {
   EXPECT_EQ(told(0.0008, 2, 0.2), std::pair(false, false));
 }
 
-TEST(CalibrationTies, ATieGoesWhereItTurnsOutToBeWrong) {
+TEST(NominalPrior, ATieGoesWhereItTurnsOutToBeWrong) {
   const CalibrationOptions options = Options();
-  CalibrationTies ties(options, AtFirst(options));
+  NominalPrior ties(options, AtFirst(options));
   const auto told = [&](double mean, double sigma) {
     ties.Update(Tied(Known(options, kFocalRow, mean, sigma), ties.weights()));
     return ties.weights()[kFocalRow];
@@ -137,9 +137,9 @@ TEST(CalibrationTies, ATieGoesWhereItTurnsOutToBeWrong) {
   EXPECT_EQ(told(0.003, 0.0004), 0);
 }
 
-TEST(CalibrationTies, WhatIsKnownWithoutThemCanBeTold) {
+TEST(NominalPrior, WhatIsKnownWithoutThemCanBeTold) {
   const CalibrationOptions options = Options();
-  CalibrationTies ties(options, AtFirst(options));
+  NominalPrior ties(options, AtFirst(options));
   ties.Update(Tied(Known(options, kTimeRow, 0.0005, 0.0004), ties.weights()));
   ASSERT_GT(ties.weights()[kTimeRow], 0);  // beside the focal length
   CalibrationBelief known = Known(options, kTimeRow, 0.0005, 0.0004);
@@ -154,15 +154,15 @@ TEST(CalibrationTies, WhatIsKnownWithoutThemCanBeTold) {
   EXPECT_NEAR(without.covariance(kTimeRow, kFocalRow), shared, 1e-6 * shared);
 }
 
-TEST(CalibrationTies, ThereAreNoneOfWhatIsHeldNorWhereNoneAreWanted) {
+TEST(NominalPrior, ThereAreNoneOfWhatIsHeldNorWhereNoneAreWanted) {
   CalibrationOptions options = Options();
   options.focal_length = options.time_offset = false;
-  CalibrationTies of_held(options, AtFirst(options));
+  NominalPrior of_held(options, AtFirst(options));
   of_held.Update(Known(options, kTimeRow, 0, 1e-5));
   EXPECT_EQ(of_held.weights().norm(), 0);
   options = Options();
   options.confirm = false;
-  CalibrationTies none(options, AtFirst(options));
+  NominalPrior none(options, AtFirst(options));
   none.Update(Known(options, kTimeRow, 0, 1e-5));
   EXPECT_EQ(none.weights().norm(), 0);
 }

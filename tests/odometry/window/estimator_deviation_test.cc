@@ -53,7 +53,7 @@ TEST(EstimatorOffAxes, LearnsHowFarLinesAreOffTheirAxesAndStaysHonest) {
       options.odometry.building_deviation.start_sigma_rad = exact ? 0 : 0.0017;
       const SimulatedRun run = RunOnSimulatedTracks(options);
       of_pose[exact] += run.final_pose_nees / kRuns;
-      error_m[exact] += ErrorsOf(run).position_m / kRuns;
+      error_m[exact] += GetErrors(run).position_m / kRuns;
       if (exact) {
         EXPECT_EQ(std::ranges::count(run.run.lines, 0, &Line::deviation_sigma_rad),
                   std::ssize(run.run.lines));
@@ -104,9 +104,9 @@ TEST(EstimatorOffAxes, InACrookedBuildingLinesOfNoAxisHelp) {
     options.duration_s = 30;
     const SimulatedRun run = RunOnSimulatedTracks(options);
     EXPECT_GT(std::ranges::count(run.run.lines, LineAxis::kNone, &Line::axis), 20);
-    with_m += ErrorsOf(run).position_m / kRuns;
+    with_m += GetErrors(run).position_m / kRuns;
     options.odometry.method = Method::kPoints;
-    without_m += ErrorsOf(RunOnSimulatedTracks(options)).position_m / kRuns;
+    without_m += GetErrors(RunOnSimulatedTracks(options)).position_m / kRuns;
   }
   EXPECT_LT(with_m, 0.8 * without_m);
 }

@@ -119,7 +119,7 @@ INSTANTIATE_TEST_SUITE_P(Methods, PerfectLinesTest,
 using Ids = std::map<int64_t, int>;
 
 // How often each keyframe's observations name a line, but for those that never became one.
-Ids ObservationsOf(const OdometryRun& run) {
+Ids CollectObservations(const OdometryRun& run) {
   Ids count;
   for (const Line& line : run.lines) count[line.id] = 0;
   for (const Keyframe& keyframe : run.keyframes) {
@@ -150,7 +150,7 @@ TEST(EstimatorWithLines, OfMergedLinesNothingIsLost) {
   options.line_life = 8;
   const SimulatedRun run = RunOnSimulatedTracks(options);
   ASSERT_GT(run.run.line_merges.size(), 10u);
-  const Ids observations = ObservationsOf(run.run);
+  const Ids observations = CollectObservations(run.run);
   int taken_over = 0;
   for (const Line& line : run.run.lines) {
     EXPECT_EQ(line.observations, observations.at(line.id)) << line.id;
@@ -200,7 +200,7 @@ TEST(EstimatorWithLines, LinesMakePathAndHeadingBetterAndTheCovarianceStaysHones
   for (int i = 0; i < kRuns; ++i) {
     for (const Method method : {Method::kPoints, Method::kSlc}) {
       const SimulatedRun run = RunOnSimulatedTracks(NoisyLines(method, 200 + i));
-      const Errors errors = ErrorsOf(run);
+      const Errors errors = GetErrors(run);
       mean[method].position_m += errors.position_m / kRuns;
       mean[method].heading_rad += errors.heading_rad / kRuns;
       if (method == Method::kSlc) of_pose += run.final_pose_nees / kRuns;
@@ -278,7 +278,7 @@ struct Members {
   size_t all = 0, wrong = 0;  // wrong: not of the edge that the line is an observation of
 };
 
-Members MembersOf(const SimulatedRun& run) {
+Members FindMembers(const SimulatedRun& run) {
   Members members;
   for (const Line& line : run.run.lines) {
     const SimulatedEdge& edge = run.edges.at(static_cast<size_t>(line.id));
@@ -313,7 +313,7 @@ TEST(EstimatorWithLines, LinesHaveNoPointsThatDoNotBelongToThemInTheImages) {
 TEST(EstimatorWithLines, CrossingsThatSlideAlongLinesDoNotBelongToThem) {
   Members checked, unchecked;
   const auto add = [](const SimulatedRun& run, Members* sum) {
-    const Members members = MembersOf(run);
+    const Members members = FindMembers(run);
     sum->all += members.all;
     sum->wrong += members.wrong;
   };

@@ -23,15 +23,15 @@ class FailedInitialization : public ::testing::Test {
     imu.with_noise = false;
     for (const ImuSample& sample : SimulateImu(motion, imu).samples) imu_.Add(sample);
     for (const SimulatedTrackFrame& frame : SimulateTracks(motion, rig_, {}).frames) {
-      frames_.push_back(FrameOf(frame));
+      frames_.push_back(MakeFrame(frame));
     }
   }
 
-  std::unique_ptr<FrameState> FrameOf(const SimulatedTrackFrame& seen) const {
+  std::unique_ptr<FrameState> MakeFrame(const SimulatedTrackFrame& seen) const {
     auto frame = std::make_unique<FrameState>();
     frame->id = static_cast<int64_t>(frames_.size());
     frame->stamp_ns = seen.stamp_ns + kLate_ns;
-    frame->cut = CutOf(imu_, frame->stamp_ns, 0);
+    frame->cut = MakeCut(imu_, frame->stamp_ns, 0);
     for (const SimulatedTrack& track : seen.tracks) {
       StereoMeasurement& measurement = frame->measurements[track.id];
       measurement.left = PlaneFromPixel(rig_.cameras[0], track.left_px);

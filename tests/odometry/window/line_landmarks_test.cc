@@ -40,16 +40,16 @@ TEST_F(LineLandmarksTest, AHeadingThatMostLinesAreOffIsWithdrawnWithTheOthers) {
   const ManhattanOptions options;
   HeadingState& heading = *line().heading;
   heading.lines_given_up = options.min_given_up - 1;
-  EXPECT_TRUE(WithdrawHeadings(options, &window_).empty()) << "few lines";
+  EXPECT_TRUE(RejectHeadings(options, &window_).empty()) << "few lines";
   heading.lines_given_up = 2 * options.min_given_up;
   heading.lines_kept = heading.lines_given_up;
-  EXPECT_TRUE(WithdrawHeadings(options, &window_).empty()) << "as many follow it";
-  EXPECT_TRUE(HeadingsOf(window_).front());
+  EXPECT_TRUE(RejectHeadings(options, &window_).empty()) << "as many follow it";
+  EXPECT_TRUE(CollectHeadings(window_).front());
   heading.lines_kept = 1;
-  EXPECT_THAT(WithdrawHeadings(options, &window_), ::testing::ElementsAre(int64_t{kLine}));
+  EXPECT_THAT(RejectHeadings(options, &window_), ::testing::ElementsAre(int64_t{kLine}));
   EXPECT_TRUE(line().retired);
-  EXPECT_FALSE(HeadingsOf(window_).front());
-  EXPECT_TRUE(WithdrawHeadings(options, &window_).empty()) << "once";
+  EXPECT_FALSE(CollectHeadings(window_).front());
+  EXPECT_TRUE(RejectHeadings(options, &window_).empty()) << "once";
 }
 
 TEST_F(LineLandmarksTest, KeepsALineThatFits) {

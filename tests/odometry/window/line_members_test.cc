@@ -130,15 +130,15 @@ TEST_F(LineMembersTest, LinesTakeWhatHoldsAndKeepWhatHasLeftButNotWhatIsForgotte
                                                 {5, {300, 250}, Vector2d(280, 250)}};
   for (int i = 0; i < 4; ++i) memberships.AddKeyframe(points, lines);
   const std::vector<int64_t>& members = window_.lines.at(kLine).points;
-  AdoptMembers({}, model_, &memberships, &window_);
+  UpdateMembers({}, model_, &memberships, &window_);
   EXPECT_EQ(members, std::vector<int64_t>{kPoint});
-  EXPECT_EQ(memberships.PointsOf(kLine), (std::vector<int64_t>{kPoint, 5}));
+  EXPECT_EQ(memberships.CollectPoints(kLine), (std::vector<int64_t>{kPoint, 5}));
   window_.landmarks.clear();
-  AdoptMembers({}, model_, &memberships, &window_);
+  UpdateMembers({}, model_, &memberships, &window_);
   EXPECT_EQ(members, std::vector<int64_t>{kPoint});
-  ForgetMembers({kPoint}, &memberships, &window_);
+  RemoveMembers({kPoint}, &memberships, &window_);
   EXPECT_TRUE(members.empty());
-  AdoptMembers({}, model_, &memberships, &window_);
+  UpdateMembers({}, model_, &memberships, &window_);
   EXPECT_TRUE(members.empty());
 }
 
@@ -179,8 +179,8 @@ TEST_F(LineMembersTest, AMergedLineDoesNotBringBackWhatWasRefuted) {
   ASSERT_EQ(MergeLines({}, model_, &window_).size(), 1u);
   MergeMembers(newer.id, kLine, &memberships, &window_);
   EXPECT_EQ(window_.lines.at(kLine).points, std::vector<int64_t>{6});
-  EXPECT_EQ(memberships.PointsOf(kLine), (std::vector<int64_t>{kPoint, 6}));
-  EXPECT_TRUE(memberships.PointsOf(newer.id).empty());
+  EXPECT_EQ(memberships.CollectPoints(kLine), (std::vector<int64_t>{kPoint, 6}));
+  EXPECT_TRUE(memberships.CollectPoints(newer.id).empty());
   EXPECT_TRUE(window_.lines.at(newer.id).points.empty());
 }
 
@@ -191,9 +191,9 @@ TEST_F(LineMembersTest, ALineThatAWrongPointPlacedStandsOnItsViewsOrNotAtAll) {
   window_.landmarks = {{kPoint, point_}};
   window_.lines = {{kLine, line_}};
   PointsOnLines memberships = InImages({kLine});
-  const auto misplaced = AdoptMembers({}, model_, &memberships, &window_);
+  const auto misplaced = UpdateMembers({}, model_, &memberships, &window_);
   EXPECT_EQ(misplaced, std::unordered_set<int64_t>{kLine});
-  EXPECT_EQ(memberships.PointsOf(kLine), (std::vector<int64_t>{5, 6}));
+  EXPECT_EQ(memberships.CollectPoints(kLine), (std::vector<int64_t>{5, 6}));
   LineLandmark& line = window_.lines.at(kLine);
   EXPECT_TRUE(RetireMisplaced({}, misplaced, model_, &window_).empty());
   EXPECT_FALSE(line.retired);

@@ -40,7 +40,7 @@ struct Errors {
   double position_m = 0, heading_rad = 0;
 };
 
-inline Errors ErrorsOf(const SimulatedRun& run) {
+inline Errors GetErrors(const SimulatedRun& run) {
   const RigidTransform gauge = GaugeFromFirst(run);
   double position = 0, heading = 0;
   for (size_t i = 0; i < run.states.size(); ++i) {

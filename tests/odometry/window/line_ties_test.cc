@@ -29,7 +29,7 @@ class LineTiesTest : public testing::LineScene {
     options.max_sigmas = 1e6;
     return LineDeviations(options);
   }
-  static LineDeviations PiecesOf(double max_piece_m) {
+  static LineDeviations MakePieces(double max_piece_m) {
     BuildingDeviationOptions options;
     options.max_piece_m = max_piece_m;
     return LineDeviations(options);
@@ -60,22 +60,22 @@ TEST_F(LineTiesTest, ALineOfNoAxisBendsToo) {
   line().heading = nullptr;
   line().block = GeneralLineThrough(line().anchor_world, At(0), Vector3d::UnitX());
   const double moved_m = 0.15 * (kTieFrames - 1);
-  EXPECT_TRUE(FinishPieces(PiecesOf(1.1 * moved_m), model_, &window_).empty());
-  EXPECT_EQ(FinishPieces(PiecesOf(0.9 * moved_m), model_, &window_).count(kLine), 1u);
+  EXPECT_TRUE(FinishPieces(MakePieces(1.1 * moved_m), model_, &window_).empty());
+  EXPECT_EQ(FinishPieces(MakePieces(0.9 * moved_m), model_, &window_).count(kLine), 1u);
 }
 
 // Walls bend: what is seen of the edge further on is another line.
 TEST_F(LineTiesTest, ALineThatMayDeviateIsFinishedOnceTheRigHasMovedAlongIt) {
   line().extent.Add(-1, 1);
   const double moved_m = 0.15 * (kTieFrames - 1);
-  EXPECT_TRUE(FinishPieces(PiecesOf(0.9 * moved_m), model_, &window_).empty())
+  EXPECT_TRUE(FinishPieces(MakePieces(0.9 * moved_m), model_, &window_).empty())
       << "exactly along its axis";
   line().deviation_sigma_rad = 1e-3;
   line().block = GeneralLineThrough(line().anchor_world, At(0), Vector3d::UnitX());
-  EXPECT_TRUE(FinishPieces(PiecesOf(1.1 * moved_m), model_, &window_).empty());
-  EXPECT_THAT(FinishPieces(PiecesOf(0.9 * moved_m), model_, &window_),
+  EXPECT_TRUE(FinishPieces(MakePieces(1.1 * moved_m), model_, &window_).empty());
+  EXPECT_THAT(FinishPieces(MakePieces(0.9 * moved_m), model_, &window_),
               ::testing::ElementsAre(int64_t{kLine}));
-  EXPECT_TRUE(FinishPieces(PiecesOf(0.9 * moved_m), model_, &window_).empty()) << "once";
+  EXPECT_TRUE(FinishPieces(MakePieces(0.9 * moved_m), model_, &window_).empty()) << "once";
   EXPECT_TRUE(PredictLines(window_, *window_.frames.back(), rig_).empty());
   FrameState later;
   later.lines[kLine] = ObservationOf(kTieFrames);
@@ -97,7 +97,7 @@ TEST_F(LineTiesTest, LinesOfAnAxisShareWhatTheyAreOffWhereTheyAreNear) {
   add(20, {1, 0, 0}, LineAxis::kX);
   add(21, {9, 0, 0}, LineAxis::kX);
   add(22, {0, 0, 0}, LineAxis::kVertical);
-  TieLines(deviations, &window_);
+  AddDirectionPriors(deviations, &window_);
   EXPECT_EQ(line().shared, window_.lines.at(20).shared);
   EXPECT_EQ(window_.shared_deviations.size(), 3u);
   for (const auto& shared : window_.shared_deviations) {
@@ -110,7 +110,7 @@ TEST_F(LineTiesTest, LinesOfAnAxisShareWhatTheyAreOffWhereTheyAreNear) {
   EXPECT_EQ(dropped, std::vector{window_.lines.at(21).shared->off_rad.data()});
   EXPECT_EQ(terms.size(), 1u);
   for (const int64_t id : {20, 21}) window_.lines.erase(id);
-  ForgetShared(&window_);
+  RemoveShared(&window_);
   EXPECT_EQ(window_.shared_deviations.size(), 2u);
 }
 

@@ -104,15 +104,15 @@ TEST_F(SlopedLinesTest, ASlopeMostOfWhoseLinesWereGivenUpIsWithdrawnWithTheRest)
   FollowSlopes(slope_options_, axes_, Fits(), deviations_, &window_);
   SlopeState& slope = window_.slopes[0];
   slope.lines_given_up = slope_options_.min_given_up - 1;
-  EXPECT_TRUE(WithdrawSlopes(slope_options_, &window_).empty()) << "these are few";
+  EXPECT_TRUE(RejectSlopes(slope_options_, &window_).empty()) << "these are few";
   slope.lines_given_up = slope_options_.min_given_up;
   slope.lines_kept = slope_options_.min_given_up;
-  EXPECT_TRUE(WithdrawSlopes(slope_options_, &window_).empty()) << "as many follow it";
+  EXPECT_TRUE(RejectSlopes(slope_options_, &window_).empty()) << "as many follow it";
   slope.lines_kept = 0;
-  EXPECT_EQ(WithdrawSlopes(slope_options_, &window_).count(kLine), 1u);
+  EXPECT_EQ(RejectSlopes(slope_options_, &window_).count(kLine), 1u);
   EXPECT_TRUE(slope.withdrawn);
   EXPECT_TRUE(line().retired);
-  EXPECT_EQ(SlopesOf(window_).size(), 1u) << "or it would be found again at once";
+  EXPECT_EQ(CollectSlopes(window_).size(), 1u) << "or it would be found again at once";
 }
 
 }  // namespace
